@@ -1,0 +1,13 @@
+// What both compilers need to agree on. All arithmetic below relies on IEEE 754 without contraction:
+// the build passes -ffp-contract=off and -fmad=false, and never fast math.
+#pragma once
+
+#if defined(__CUDACC__)
+#define LAZYCCD_HD __host__ __device__
+#else
+#define LAZYCCD_HD
+#endif
+
+#if defined(__FAST_MATH__)
+#error "LazyCCD's certified signs need IEEE arithmetic: do not compile with fast math"
+#endif

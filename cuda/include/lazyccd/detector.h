@@ -1,0 +1,74 @@
+// Finds every contact of a step in continuous time.
+//
+//   lazyccd::Detector detector;
+//   detector.set_topology(topology);                      // once, and after every cut
+//   for (each step)
+//     for (const lazyccd::Contact& c : detector.detect(start, end)) ...
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "lazyccd/contact.h"
+#include "lazyccd/scene.h"
+#include "lazyccd/span.h"
+#include "lazyccd/stats.h"
+
+namespace lazyccd {
+
+enum class Backend { automatic, cpu, cuda };
+
+// Whether single precision filters first. The contacts are the same, bit by bit.
+enum class Arithmetic { single_first, double_only };
+
+// Whether a traversal starts from the front of the last step or from the root.
+enum class FrontUse { off, on };
+
+struct Options {
+  Backend backend = Backend::automatic;  // automatic: cuda where a device answers, else cpu
+  int threads = 0;                       // of the CPU backend; 0: as many as the machine has
+  bool vertex_face = true;               // kinds of elementary test to run
+  bool edge_edge = true;
+  Arithmetic arithmetic = Arithmetic::single_first;
+  FrontUse front = FrontUse::off;
+  // A reused front f is outdated, and made anew from the root, once n(f) / n(f - period) < ratio:
+  // it no longer grows, so it is likely to be deeper than it need be (dissertation, section 3.3).
+  int front_period = 10;
+  double front_ratio = 1.02;
+  double rebuild_ratio = 1.5;     // total box surface over that at the last build that calls for a rebuild
+  bool rebuild_every_step = false;
+};
+
+// One detector owns one scene and its buffers; several may work at once. Not thread-safe by itself.
+class Detector {
+ public:
+  explicit Detector(const Options& options = {});
+  ~Detector();
+  Detector(Detector&&) noexcept;
+  Detector& operator=(Detector&&) noexcept;
+
+  // Throws Error, naming body and primitive, and keeps the old topology.
+  void set_topology(const Topology& topology);
+
+  // Contacts of the linear motion from `start` to `end`, sorted (operator< in contact.h). The span is
+  // valid until the next call. Throws Error on non-finite positions or a wrong count.
+  Span<const Contact> detect(const Positions& start, const Positions& end);
+
+  // All edges: sides of faces and the topology's own, each once, (smaller, larger) vertex index,
+  // sorted by the larger and then by the smaller.
+  Span<const Edge> edges() const;
+
+  const Stats& stats() const;  // of the last detect()
+  // One line: the backend in use and, where it is not the one asked for, why.
+  std::string status() const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+// Order-independent 64-bit hash over kind, vertices and time of impact of each contact.
+std::uint64_t contact_hash(Span<const Contact> contacts);
+
+}  // namespace lazyccd

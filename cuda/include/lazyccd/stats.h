@@ -1,0 +1,40 @@
+// What a detection did and what it cost.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+namespace lazyccd {
+
+struct Stats {
+  // Scene.
+  std::int64_t vertices = 0, edges = 0, faces = 0, bodies = 0;
+  std::int64_t groups = 0;  // leaves of the hierarchy: up to 16 faces with the vertices and edges they own
+
+  // Work. A candidate is an elementary pair that reached the filter; a survivor one that left it.
+  std::int64_t tree_tests = 0;    // pairs of tree nodes tested
+  std::int64_t front_nodes = 0;   // pairs where the traversal ended (Algorithm 2.1's front)
+  std::int64_t group_pairs = 0;   // overlapping pairs of groups
+  std::int64_t candidates_vf = 0, candidates_ee = 0;
+  std::int64_t survivors_vf = 0, survivors_ee = 0;
+  std::int64_t refined = 0;       // survivors that single precision could not decide
+  std::int64_t exact = 0;         // survivors that only exact arithmetic could decide
+  std::int64_t steals = 0;        // chunks of work taken from another worker
+  std::int64_t overflows = 0;     // times a full buffer was grown or worked around
+  std::int64_t contacts_vf = 0, contacts_ee = 0;
+  bool rebuilt = false;           // the hierarchy was built anew in this step
+  bool front_reused = false;      // the traversal started from the front of an earlier step
+
+  // Wall time in milliseconds.
+  double ms_refit = 0;      // boxes and hierarchy, a rebuild included
+  double ms_traverse = 0;   // traversal, filter and narrow phase
+  double ms_sort = 0;       // contacts: gather, sort, hash
+  double ms_total = 0;
+
+  std::uint64_t hash = 0;        // of the contacts; equal wherever the contacts are equal
+  std::int64_t peak_bytes = 0;   // memory that the detector holds
+  int threads = 0;
+  std::string backend;           // "cpu" or "cuda"
+};
+
+}  // namespace lazyccd
