@@ -1,0 +1,225 @@
+#include "cpu/polynomial.h"
+
+#include <algorithm>
+#include <utility>
+#include <vector>
+
+namespace lazyccd::exact {
+
+bool Polynomial::is_zero() const {
+  return std::all_of(c_.begin(), c_.begin() + degree_ + 1, [](const Integer& c) { return c.is_zero(); });
+}
+
+int Polynomial::sign_changes() const {
+  int changes = 0, last = 0;
+  for (int i = 0; i <= degree_; ++i) {
+    const int sign = (*this)[i].sign();
+    if (sign != 0 && last != 0 && sign != last) ++changes;
+    if (sign != 0) last = sign;
+  }
+  return changes;
+}
+
+int Polynomial::first_sign() const {
+  for (int i = 0; i <= degree_; ++i)
+    if (const int sign = (*this)[i].sign()) return sign;
+  return 0;
+}
+
+Polynomial& Polynomial::operator+=(const Polynomial& q) {
+  for (int i = 0; i <= degree_; ++i) at(i) += q[i];
+  return *this;
+}
+
+Polynomial& Polynomial::operator-=(const Polynomial& q) {
+  for (int i = 0; i <= degree_; ++i) at(i) -= q[i];
+  return *this;
+}
+
+Polynomial operator*(const Polynomial& p, const Polynomial& q) {
+  Polynomial product;
+  product.degree_ = p.degree_ + q.degree_;
+  for (int i = 0; i <= p.degree_; ++i)
+    for (int j = 0; j <= q.degree_; ++j) product.at(i + j) += p[i] * q[j];
+  return product;
+}
+
+Polynomial Polynomial::reversed() const {
+  Polynomial r = *this;
+  std::reverse(r.c_.begin(), r.c_.begin() + degree_ + 1);
+  return r;
+}
+
+// t = (1 + s) / 2, so t : 1-t = 2s + (1-s) : 1-s, and with x = s / (1-s): a shift of the variable by
+// one after x is doubled.
+Polynomial Polynomial::later_half() const {
+  Polynomial r = *this;
+  for (int i = 0; i < degree_; ++i)
+    for (int j = degree_ - 1; j >= i; --j) r.at(j) += r[j + 1];
+  for (int i = 1; i <= degree_; ++i) r.at(i) <<= static_cast<unsigned>(i);
+  return r;
+}
+
+Polynomial Polynomial::earlier_half() const { return reversed().later_half().reversed(); }
+
+Polynomial Polynomial::over(const Integer& k, unsigned level) const {
+  if (level == 0) return *this;
+  const Integer rest = (Integer(1) << level) - k;
+  const Polynomial t(k, k + 1), one_minus_t(rest, rest - 1);
+  Polynomial result, power;
+  result.at(0) = (*this)[degree_];
+  power.at(0) = 1;
+  for (int i = degree_ - 1; i >= 0; --i) {
+    result = result * t;
+    power = power * one_minus_t;
+    for (int j = 0; j <= power.degree_; ++j) result.at(j) += (*this)[i] * power[j];
+  }
+  return result;
+}
+
+Integer Polynomial::value(const Integer& k, unsigned level) const {
+  const Integer rest = (Integer(1) << level) - k;
+  Integer result = (*this)[degree_], power = 1;
+  for (int i = degree_ - 1; i >= 0; --i) {
+    power *= rest;
+    result = result * k + (*this)[i] * power;
+  }
+  return result;
+}
+
+// Drops the factors t and 1-t, which have no root inside, and the integer common to all coefficients.
+void Polynomial::make_primitive() {
+  int first = 0, last = degree_;
+  while (last > 0 && (*this)[last].is_zero()) --last;
+  while (first < last && (*this)[first].is_zero()) ++first;
+  if (first > 0) std::rotate(c_.begin(), c_.begin() + first, c_.begin() + last + 1);
+  degree_ = last - first;
+  Integer content = 0;
+  for (int i = 0; i <= degree_ && content != 1; ++i)
+    content = boost::multiprecision::gcd(content, (*this)[i]);
+  if (content > 1)
+    for (int i = 0; i <= degree_; ++i) at(i) /= content;
+}
+
+Polynomial gcd(Polynomial p, Polynomial q) {
+  p.make_primitive();
+  q.make_primitive();
+  if (p.degree() < q.degree()) std::swap(p, q);
+  while (q.degree() > 0) {
+    while (p.degree() >= q.degree() && !p.is_zero()) {
+      const Integer a = q[q.degree()], b = p[p.degree()];
+      const int shift = p.degree() - q.degree();
+      for (int i = 0; i < p.degree(); ++i) {
+        p.at(i) *= a;
+        if (i >= shift) p.at(i) -= b * q[i - shift];
+      }
+      p.at(p.degree()) = 0;
+      p.make_primitive();
+    }
+    std::swap(p, q);
+  }
+  return q.is_zero() ? p : q;
+}
+
+Polynomial square_free(Polynomial p) {
+  p.make_primitive();
+  Polynomial derivative;
+  derivative.degree_ = std::max(p.degree() - 1, 0);
+  for (int i = 1; i <= p.degree(); ++i) derivative.at(i - 1) = p[i] * i;
+  const Polynomial d = gcd(p, derivative);
+  if (d.degree() == 0) return p;
+  // p / d up to a factor, by long division from the top; d divides p, so nothing is left over.
+  Polynomial quotient;
+  quotient.degree_ = p.degree() - d.degree();
+  const Integer& a = d[d.degree()];
+  for (int i = quotient.degree(); i >= 0; --i) {
+    const Integer b = p[i + d.degree()];
+    for (int j = 0; j <= quotient.degree(); ++j) quotient.at(j) *= a;
+    quotient.at(i) = b;
+    for (int j = 0; j <= p.degree(); ++j) p.at(j) *= a;
+    for (int j = 0; j <= d.degree(); ++j) p.at(i + j) -= b * d[j];
+  }
+  quotient.make_primitive();
+  return quotient;
+}
+
+void Instant::refine(unsigned level) {
+  while (!is_dyadic_ && level_ < level) {
+    Integer middle = 0;
+    for (int i = 0; i <= local_.degree(); ++i) middle += local_[i];
+    k_ <<= 1;
+    ++level_;
+    if (middle.is_zero()) {
+      ++k_;
+      is_dyadic_ = true;
+    } else if (middle.sign() == local_.first_sign()) {
+      ++k_;
+      local_ = local_.later_half();
+    } else {
+      local_ = local_.earlier_half();
+    }
+  }
+}
+
+int Instant::sign(const Polynomial& p) {
+  // A sign that is not zero shows itself on a narrow interval nearly always, and sooner than a common
+  // divisor is found.
+  constexpr unsigned step = 16, patience = 48;
+  for (bool may_be_zero = true;;) {
+    if (is_dyadic_) return p.value(k_, level_).sign();
+    const Polynomial q = p.over(k_, level_);
+    if (q.sign_changes() == 0) return q.first_sign();
+    if (may_be_zero && level_ >= patience) {
+      // The divisor has no root here but that of root_of_, and that one simple: odd means there.
+      if (gcd(root_of_, p).over(k_, level_).sign_changes() % 2 == 1) return 0;
+      may_be_zero = false;
+    }
+    refine(level_ + step);
+  }
+}
+
+std::uint64_t Instant::ticks() {
+  constexpr unsigned bits = 32;
+  refine(bits);
+  const Integer ticks = level_ >= bits ? Integer(k_ >> (level_ - bits)) : Integer(k_ << (bits - level_));
+  return static_cast<std::uint64_t>(ticks);
+}
+
+std::optional<Instant> first_root(const Polynomial& p, const std::function<bool(Instant&)>& accepted) {
+  const auto try_dyadic = [&](const Integer& k, unsigned level) -> std::optional<Instant> {
+    Instant t(k, level);
+    return accepted(t) ? std::optional(std::move(t)) : std::nullopt;
+  };
+  if (p[0].is_zero())
+    if (auto t = try_dyadic(0, 0)) return t;
+
+  struct Part {
+    Integer k;
+    unsigned level;
+    Polynomial local;
+    bool root_at_start;
+  };
+  const Polynomial roots = p.sign_changes() < 2 ? p : square_free(p);
+  std::vector<Part> parts;
+  parts.push_back({0, 0, roots, false});
+  while (!parts.empty()) {
+    const Part part = std::move(parts.back());
+    parts.pop_back();
+    if (part.root_at_start)
+      if (auto t = try_dyadic(part.k, part.level)) return t;
+    const int changes = part.local.sign_changes();
+    if (changes == 1) {
+      Instant t(part.k, part.level, roots, part.local);
+      if (accepted(t)) return t;
+    } else if (changes > 1) {
+      const Polynomial later = part.local.later_half();
+      parts.push_back({2 * part.k + 1, part.level + 1, later, later[0].is_zero()});
+      parts.push_back({2 * part.k, part.level + 1, part.local.earlier_half(), false});
+    }
+  }
+
+  if (p[p.degree()].is_zero()) return try_dyadic(1, 0);
+  return std::nullopt;
+}
+
+}  // namespace lazyccd::exact
