@@ -1,0 +1,65 @@
+// The few functions that the elementary tests need beyond + - * /, for scalars. A pack of lanes brings
+// the same names with a mask in place of bool (cpu/isa/pack.h), so that one source serves all.
+#pragma once
+
+#include <cmath>
+#include <cstdint>
+
+#include "core/platform.h"
+
+namespace lazyccd {
+
+template <class T>
+struct Lane;  // Lane<T>::Mask, and the unit roundoff and smallest safe magnitude of its precision
+
+template <>
+struct Lane<float> {
+  using Mask = bool;
+  using Scalar = float;
+};
+template <>
+struct Lane<double> {
+  using Mask = bool;
+  using Scalar = double;
+};
+
+template <class T>
+using MaskOf = typename Lane<T>::Mask;
+
+// u: half the distance from 1 to the next number of the precision.
+// tiny: covers underflow in every bound of core/elementary.h. All inputs there are at most 2^6 in
+// magnitude; a product or a rounded input that underflows is off by at most half the smallest subnormal
+// (2^-150, 2^-1075), times at most three further factors of 2^7, in fewer than 2^6 places.
+template <class S>
+struct Roundoff;
+template <>
+struct Roundoff<float> {
+  static constexpr float u = 0x1p-24f;
+  static constexpr float tiny = 0x1p-120f;
+};
+template <>
+struct Roundoff<double> {
+  static constexpr double u = 0x1p-53;
+  static constexpr double tiny = 0x1p-1000;
+};
+
+LAZYCCD_HD inline float select(bool m, float a, float b) { return m ? a : b; }
+LAZYCCD_HD inline double select(bool m, double a, double b) { return m ? a : b; }
+LAZYCCD_HD inline float lane_min(float a, float b) { return a < b ? a : b; }
+LAZYCCD_HD inline double lane_min(double a, double b) { return a < b ? a : b; }
+LAZYCCD_HD inline float lane_max(float a, float b) { return a > b ? a : b; }
+LAZYCCD_HD inline double lane_max(double a, double b) { return a > b ? a : b; }
+LAZYCCD_HD inline float lane_abs(float a) { return ::fabsf(a); }
+LAZYCCD_HD inline double lane_abs(double a) { return ::fabs(a); }
+LAZYCCD_HD inline float lane_sqrt(float a) { return ::sqrtf(a); }
+LAZYCCD_HD inline double lane_sqrt(double a) { return ::sqrt(a); }
+LAZYCCD_HD inline float lane_floor(float a) { return ::floorf(a); }
+LAZYCCD_HD inline double lane_floor(double a) { return ::floor(a); }
+LAZYCCD_HD inline bool lane_any(bool m) { return m; }
+
+template <class T>
+LAZYCCD_HD inline T max_abs(const T& a, const T& b) {
+  return lane_max(lane_abs(a), lane_abs(b));
+}
+
+}  // namespace lazyccd

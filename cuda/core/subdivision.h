@@ -1,0 +1,85 @@
+// The unusual query: binary subdivision of the step, depth first from its start, until every part is
+// certainly free of contact up to one that certainly holds the first.
+#pragma once
+
+#include <cstdint>
+
+#include "core/closest.h"
+#include "core/roots.h"
+
+namespace lazyccd {
+
+// Certainly apart during [lo, hi]: all corners of one primitive lie on one side of the other along the
+// axis through the closest points in the middle. The corners move linearly, so both ends suffice.
+template <ContactKind kind>
+LAZYCCD_HD inline bool separated(const Differences<double>& d, const Magnitudes<double>& m, double lo,
+                                 double hi) {
+  const double mid = 0.5 * (lo + hi);
+  const Vec3<double> axis = closest_points<kind>(lerp(d.e1, mid), lerp(d.e2, mid), lerp(d.r, mid)).gap;
+  const Vec3<double> axis_abs{lane_abs(axis.x), lane_abs(axis.y), lane_abs(axis.z)};
+  const double bound = 16 * Roundoff<double>::u * dot(axis_abs, m.r + m.e1 + m.e2) +
+                       Roundoff<double>::tiny;
+  const double r0 = dot(axis, d.r[0]), r1 = dot(axis, d.r[1]);
+  const double a0 = dot(axis, d.e1[0]), a1 = dot(axis, d.e1[1]);
+  const double b0 = dot(axis, d.e2[0]), b1 = dot(axis, d.e2[1]);
+  const double times[2] = {lo, hi};
+  for (const double t : times) {
+    const double r = lerp(r0, r1, t), e1 = lerp(a0, a1, t), e2 = lerp(b0, b1, t);
+    const bool apart = kind == ContactKind::vertex_face
+                           ? r > bound && r - e1 > bound && r - e2 > bound
+                           : r > bound && r - e1 > bound && r + e2 > bound && r + e2 - e1 > bound;
+    if (!apart) return false;
+  }
+  return true;
+}
+
+// Gives up, undecided, below parts of 2^-40 of the step or after 400 parts.
+template <ContactKind kind>
+LAZYCCD_HD inline Verdict<double> decide_by_subdivision(const Differences<double>& d,
+                                                        const Magnitudes<double>& m,
+                                                        const Cubic<double>& f) {
+  std::uint64_t part = 0;
+  int level = 0;
+  for (int visited = 0; visited < 400; ++visited) {
+    const double width = 1.0 / static_cast<double>(std::uint64_t{1} << level);
+    const double lo = static_cast<double>(part) * width, hi = lo + width;
+    const Cubic<double> local = f.on(lo, hi);
+    const Inside<double> inside = inside_conditions<kind>(d, m, lo + 0.5 * width, 0.5 * width);
+    if (!local.no_root() && !inside.any_negative && !separated<kind>(d, m, lo, hi)) {
+      const double sign = local.k[0] < 0 ? -1 : 1;
+      const bool one_root = sign * local.k[0] > f.bound && sign * local.k[3] < -f.bound &&
+                            (sign * local.k[1] > f.bound || sign * local.k[2] < -f.bound);
+      if (one_root && inside.all_positive) return {true, false, lo, hi};
+      if (level == 40) return {false, false, 0, 0};
+      ++level;
+      part <<= 1;
+      continue;
+    }
+    while (level > 0 && (part & 1)) {
+      part >>= 1;
+      --level;
+    }
+    if (level == 0) return {false, true, 0, 0};
+    ++part;
+  }
+  return {false, false, 0, 0};
+}
+
+// The time of impact in units of 2^-32, rounded down; -1 where double cannot tell.
+// f has one root in [lo, hi] and certain signs at both.
+LAZYCCD_HD inline std::int64_t impact_tick(const Cubic<double>& f, double lo, double hi) {
+  const double sign = f.at(lo) < 0 ? -1 : 1;
+  const double root = estimate_root(f, sign, lo, hi, 12);
+  const double ticks = 4294967296.0;
+  const double below = lane_floor(root * ticks);
+  if (!(below >= 0 && below <= ticks)) return -1;
+  for (int i = 0; i < 3; ++i) {
+    const double tick = below + (i == 0 ? 0 : i == 1 ? -1 : 1);
+    const double a = lane_max(tick / ticks, lo), b = lane_min((tick + 1) / ticks, hi);
+    if (a < b && sign * f.at(a) > f.bound && sign * f.at(b) < -f.bound)
+      return static_cast<std::int64_t>(tick);
+  }
+  return -1;
+}
+
+}  // namespace lazyccd
