@@ -31,7 +31,7 @@ LAZYCCD_HD inline T estimate_root(const Cubic<T>& f, const T& sign, T a, T b, in
     a = select(before, x, a);
     b = select(before, b, x);
     const T newton = x - value / slope;
-    x = select(MaskOf<T>((newton > a) & (newton < b)), newton, T(S(0.5)) * (a + b));
+    x = select(MaskOf<T>((newton >= a) & (newton <= b)), newton, T(S(0.5)) * (a + b));
   }
   return x;
 }
