@@ -1,0 +1,60 @@
+// Lines, fields and numbers of text files.
+#pragma once
+
+#include <charconv>
+#include <cstddef>
+#include <optional>
+#include <string_view>
+#include <vector>
+
+namespace lazyccd::io {
+
+// Cuts lines off the front of a text; "\n" and "\r\n" both end one.
+class LineReader {
+ public:
+  explicit LineReader(std::string_view text) : text_(text) {}
+
+  // Nothing at the end of the text.
+  std::optional<std::string_view> next() {
+    if (at_ == text_.size()) return std::nullopt;
+    const std::size_t end = text_.find('\n', at_);
+    std::string_view line = text_.substr(at_, end - at_);
+    at_ = end == std::string_view::npos ? text_.size() : end + 1;
+    ++line_;
+    if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
+    return line;
+  }
+
+  std::size_t line() const { return line_; }  // number of the last line given, from 1
+  std::size_t byte() const { return at_; }    // where the next line starts
+
+ private:
+  std::string_view text_;
+  std::size_t at_ = 0;
+  std::size_t line_ = 0;
+};
+
+// The words of a line, between blanks.
+inline std::vector<std::string_view> words(std::string_view line) {
+  constexpr std::string_view blanks = " \t\v\f\r";
+  std::vector<std::string_view> result;
+  for (std::size_t at = line.find_first_not_of(blanks); at != std::string_view::npos;) {
+    const std::size_t end = line.find_first_of(blanks, at);
+    result.push_back(line.substr(at, end - at));
+    at = end == std::string_view::npos ? end : line.find_first_not_of(blanks, end);
+  }
+  return result;
+}
+
+// The whole word as a number, or nothing.
+template <class Number>
+std::optional<Number> to_number(std::string_view word) {
+  if (!word.empty() && word[0] == '+') word.remove_prefix(1);
+  Number value{};
+  const char* end = word.data() + word.size();
+  const auto [stop, error] = std::from_chars(word.data(), end, value);
+  if (error != std::errc() || stop != end) return std::nullopt;
+  return value;
+}
+
+}  // namespace lazyccd::io
