@@ -1,0 +1,159 @@
+#include "cpu/thread_pool.h"
+
+#include <chrono>
+#include <utility>
+
+#include "cpu/pause.h"
+
+namespace lazyccd {
+namespace {
+
+// Longer than the serial code between two stages of a step, shorter than anyone would call busy.
+constexpr std::chrono::microseconds spin_time{40};
+
+// state_, from the low bits: workers inside the job (16), workers that joined it so far (15), whether
+// it is open to join (1), number of the job (32). One word, so that joining and closing exclude each
+// other by CAS.
+constexpr std::uint64_t one_inside = 1;
+constexpr std::uint64_t one_joined = std::uint64_t{1} << 16;
+constexpr std::uint64_t open_bit = std::uint64_t{1} << 31;
+constexpr int job_shift = 32;
+constexpr int max_threads = 1 << 14;
+
+int inside(std::uint64_t state) { return static_cast<int>(state & 0xffff); }
+int joined(std::uint64_t state) { return static_cast<int>((state >> 16) & 0x7fff); }
+bool is_open(std::uint64_t state) { return (state & open_bit) != 0; }
+std::uint64_t job_number(std::uint64_t state) { return state >> job_shift; }
+
+// The number no job has: the pool is going down.
+constexpr std::uint64_t no_more_jobs = 0xffffffff;
+
+int thread_count(int wanted) {
+  if (wanted <= 0) wanted = static_cast<int>(std::thread::hardware_concurrency());
+  return std::clamp(wanted, 1, max_threads);
+}
+
+template <class Done>
+bool spin_until(Done done) {
+  const auto start = std::chrono::steady_clock::now();
+  do {
+    for (int i = 0; i < 32; ++i) {
+      if (done()) return true;
+      pause_core();
+    }
+  } while (std::chrono::steady_clock::now() - start < spin_time);
+  return done();
+}
+
+}  // namespace
+
+ThreadPool::ThreadPool(int threads) : size_(thread_count(threads)) {
+  threads_.reserve(static_cast<std::size_t>(size_ - 1));
+  for (int worker = 1; worker < size_; ++worker)
+    threads_.emplace_back([this, worker] { worker_main(worker); });
+}
+
+ThreadPool::~ThreadPool() {
+  state_.store(no_more_jobs << job_shift, std::memory_order_seq_cst);
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    wake_.notify_all();
+  }
+  for (std::thread& thread : threads_) thread.join();
+}
+
+void ThreadPool::start(Attendance attendance, Invoke function, void* job) {
+  if (size_ == 1) {
+    function(job, 0);
+    return;
+  }
+  invoke_ = function;
+  job_ = job;
+  error_ = nullptr;
+  // Relaxed: only the thread that starts jobs changes the number.
+  std::uint64_t number = job_number(state_.load(std::memory_order_relaxed)) + 1;
+  if (number == no_more_jobs) number = 0;
+  // seq_cst, twice: as a release it publishes invoke_ and job_ to join(); and either this thread sees
+  // the sleeper's count below, or the sleeper sees the new job before it sleeps (wait_for_job).
+  state_.store((number << job_shift) | open_bit, std::memory_order_seq_cst);
+  if (sleepers_.load(std::memory_order_seq_cst) > 0) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    wake_.notify_all();
+  }
+
+  call(0);
+
+  if (attendance == Attendance::everyone)
+    wait_until([&](std::uint64_t s) { return joined(s) == size_ - 1 && inside(s) == 0; });
+  // Relaxed: closing publishes nothing. After it nobody joins.
+  state_.fetch_and(~open_bit, std::memory_order_relaxed);
+  wait_until([](std::uint64_t s) { return inside(s) == 0; });
+  if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
+}
+
+void ThreadPool::call(int worker) noexcept {
+  try {
+    invoke_(job_, worker);
+  } catch (...) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!error_) error_ = std::current_exception();
+  }
+}
+
+template <class Done>
+void ThreadPool::wait_until(Done done) {
+  // Acquire, pairs with the release in leave(): what the workers wrote is visible after the job.
+  const auto is_done = [&] { return done(state_.load(std::memory_order_acquire)); };
+  if (spin_until(is_done)) return;
+  std::unique_lock<std::mutex> lock(mutex_);
+  // seq_cst with leave(): either the leaver sees this flag or this thread sees it gone.
+  caller_sleeps_.store(true, std::memory_order_seq_cst);
+  done_.wait(lock, [&] { return done(state_.load(std::memory_order_seq_cst)); });
+  caller_sleeps_.store(false, std::memory_order_relaxed);
+}
+
+void ThreadPool::worker_main(int worker) {
+  std::uint64_t job = 0;
+  for (;;) {
+    job = wait_for_job(job);
+    if (job == no_more_jobs) return;
+    if (!join(job)) continue;
+    call(worker);
+    leave();
+  }
+}
+
+// Returns the number of a job other than the last one. Jobs in between may have passed unseen.
+std::uint64_t ThreadPool::wait_for_job(std::uint64_t last_job) {
+  const auto number = [&](std::memory_order order) { return job_number(state_.load(order)); };
+  // Relaxed: join() acquires what the job needs.
+  if (!spin_until([&] { return number(std::memory_order_relaxed) != last_job; })) {
+    std::unique_lock<std::mutex> lock(mutex_);
+    sleepers_.fetch_add(1, std::memory_order_seq_cst);  // before the look at the job: see start()
+    wake_.wait(lock, [&] { return number(std::memory_order_seq_cst) != last_job; });
+    sleepers_.fetch_sub(1, std::memory_order_relaxed);
+  }
+  return number(std::memory_order_relaxed);
+}
+
+bool ThreadPool::join(std::uint64_t job) noexcept {
+  std::uint64_t state = state_.load(std::memory_order_relaxed);
+  while (job_number(state) == job && is_open(state)) {
+    // Acquire, pairs with the store in start(): invoke_ and job_ are this job's.
+    if (state_.compare_exchange_weak(state, state + one_inside + one_joined,
+                                     std::memory_order_acquire, std::memory_order_relaxed))
+      return true;
+  }
+  return false;
+}
+
+void ThreadPool::leave() noexcept {
+  // Release, pairs with the acquire in wait_until(); seq_cst for the flag below.
+  state_.fetch_sub(one_inside, std::memory_order_seq_cst);
+  if (caller_sleeps_.load(std::memory_order_seq_cst)) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    done_.notify_one();
+  }
+}
+
+}  // namespace lazyccd

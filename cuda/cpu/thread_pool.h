@@ -1,0 +1,109 @@
+// Persistent threads for the stages of a step. A step is a few milliseconds of short parallel stages,
+// so waiting is a short spin (between stages) and then sleep (between steps).
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <condition_variable>
+#include <cstddef>
+#include <cstdint>
+#include <exception>
+#include <memory>
+#include <mutex>
+#include <thread>
+#include <type_traits>
+#include <vector>
+
+namespace lazyccd {
+
+// The calling thread is worker 0, so a pool of one has no thread of its own. Several pools may work at
+// once; one pool takes one job at a time, from one thread at a time, and a job must not start another
+// on its own pool.
+class ThreadPool {
+ public:
+  explicit ThreadPool(int threads = 0);  // 0: as many as the machine has
+  ~ThreadPool();
+  ThreadPool(const ThreadPool&) = delete;
+  ThreadPool& operator=(const ThreadPool&) = delete;
+
+  int size() const { return size_; }
+
+  // job(worker) once on every worker; returns when all have. Rethrows the first exception.
+  template <class Job>
+  void run(Job&& job) {
+    start(Attendance::everyone, &invoke<Job>, address(job));
+  }
+
+  // job(worker) on worker 0, and on others as they come: who comes after worker 0 has returned is left
+  // out, so a short job never waits for a sleeper. For jobs that any one worker can finish alone.
+  template <class Job>
+  void offer(Job&& job) {
+    start(Attendance::volunteers, &invoke<Job>, address(job));
+  }
+
+  // body(first, last, worker) over disjoint pieces of [0, count) of at most `grain` (on a pool of one,
+  // or where `count` is no more than that, in one piece). An exception stops the handing out.
+  template <class Body>
+  void parallel_for(std::size_t count, std::size_t grain, Body&& body) {
+    if (count == 0) return;
+    grain = std::max<std::size_t>(grain, 1);
+    if (size_ == 1 || count <= grain) {
+      body(std::size_t{0}, count, 0);
+      return;
+    }
+    std::atomic<std::size_t> next{0};
+    offer([&](int worker) {
+      // Relaxed: the pieces share nothing but the counter; the end of the job orders the results. The
+      // look before the step keeps the counter from running on and wrapping.
+      while (next.load(std::memory_order_relaxed) < count) {
+        const std::size_t first = next.fetch_add(grain, std::memory_order_relaxed);
+        if (first >= count) break;
+        try {
+          body(first, first + std::min(grain, count - first), worker);
+        } catch (...) {
+          next.store(count, std::memory_order_relaxed);
+          throw;
+        }
+      }
+    });
+  }
+
+ private:
+  enum class Attendance { everyone, volunteers };
+  using Invoke = void (*)(void* job, int worker);
+
+  template <class Job>
+  static void invoke(void* job, int worker) {
+    (*static_cast<std::remove_reference_t<Job>*>(job))(worker);
+  }
+  template <class Job>
+  static void* address(Job& job) {
+    return const_cast<void*>(static_cast<const void*>(std::addressof(job)));
+  }
+
+  void start(Attendance attendance, Invoke function, void* job);
+  void call(int worker) noexcept;
+  void worker_main(int worker);
+  std::uint64_t wait_for_job(std::uint64_t last_job);
+  bool join(std::uint64_t job) noexcept;
+  void leave() noexcept;
+  template <class Done>
+  void wait_until(Done done);
+
+  const int size_;
+  std::vector<std::thread> threads_;
+
+  // The job on offer: see the packing in thread_pool.cpp. On its own line: workers spin on it.
+  alignas(64) std::atomic<std::uint64_t> state_{0};
+  alignas(64) Invoke invoke_ = nullptr;
+  void* job_ = nullptr;
+
+  std::mutex mutex_;
+  std::condition_variable wake_;    // sleeping workers
+  std::condition_variable done_;    // the sleeping caller
+  std::atomic<int> sleepers_{0};    // workers inside wake_.wait
+  std::atomic<bool> caller_sleeps_{false};
+  std::exception_ptr error_;        // the first of this job; under mutex_
+};
+
+}  // namespace lazyccd
