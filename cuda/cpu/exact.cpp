@@ -50,7 +50,8 @@ class Motion {
       }
       for (std::size_t i = 0; i < points.size(); ++i)
         if (values[i].mantissa != 0)
-          x_[i][axis] = Integer(values[i].mantissa) << static_cast<unsigned>(values[i].exponent - grid);
+          x_[i][axis] = Integer(values[i].mantissa)
+                        << static_cast<unsigned>(values[i].exponent - grid);
     }
   }
 
@@ -90,8 +91,8 @@ bool holds(const PointOnSegment& contact, Instant& t) {
          t.sign(contact[3]) <= 0;
 }
 
-// The barycentric coordinates of the contact point times n.n, where f = 0. They sum to n.n (edges: in
-// two pairs), so they are all zero where the normal is, and only there.
+// The barycentric coordinates of the contact point times n.n, where f = 0. They sum to n.n (edges:
+// in two pairs), so they are all zero where the normal is, and only there.
 std::vector<Polynomial> inside_conditions(ContactKind kind, const Motion& way, const Vector& n) {
   const Polynomial nn = dot(n, n);
   if (kind == ContactKind::vertex_face) {
@@ -108,9 +109,10 @@ QueryResult hit(std::uint64_t ticks) { return {true, std::ldexp(static_cast<doub
 
 }  // namespace
 
-// Contact needs the four points in one plane: a root of the cubic f = n.r. At such a time it is there
-// where the inside conditions hold, or, where the normal vanishes (face or edges on one line), where a
-// point lies on a segment: face vertex against sides, or end of one edge against the other.
+// Contact needs the four points in one plane: a root of the cubic f = n.r. At such a time it is
+// there where the inside conditions hold, or, where the normal vanishes (face or edges on one
+// line), where a point lies on a segment: face vertex against sides, or end of one edge against the
+// other.
 QueryResult decide_exact(ContactKind kind, const QueryPoints& points) {
   const Motion way(points);
   const bool is_vf = kind == ContactKind::vertex_face;

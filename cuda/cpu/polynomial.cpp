@@ -7,7 +7,8 @@
 namespace lazyccd::exact {
 
 bool Polynomial::is_zero() const {
-  return std::all_of(c_.begin(), c_.begin() + degree_ + 1, [](const Integer& c) { return c.is_zero(); });
+  return std::all_of(c_.begin(), c_.begin() + degree_ + 1,
+                     [](const Integer& c) { return c.is_zero(); });
 }
 
 int Polynomial::sign_changes() const {
@@ -50,8 +51,8 @@ Polynomial Polynomial::reversed() const {
   return r;
 }
 
-// t = (1 + s) / 2, so t : 1-t = 2s + (1-s) : 1-s, and with x = s / (1-s): a shift of the variable by
-// one after x is doubled.
+// t = (1 + s) / 2, so t : 1-t = 2s + (1-s) : 1-s, and with x = s / (1-s): a shift of the variable
+// by one after x is doubled.
 Polynomial Polynomial::later_half() const {
   Polynomial r = *this;
   for (int i = 0; i < degree_; ++i)
@@ -87,7 +88,8 @@ Integer Polynomial::value(const Integer& k, unsigned level) const {
   return result;
 }
 
-// Drops the factors t and 1-t, which have no root inside, and the integer common to all coefficients.
+// Drops the factors t and 1-t, which have no root inside, and the integer common to all
+// coefficients.
 void Polynomial::make_primitive() {
   int first = 0, last = degree_;
   while (last > 0 && (*this)[last].is_zero()) --last;
@@ -162,8 +164,8 @@ void Instant::refine(unsigned level) {
 }
 
 int Instant::sign(const Polynomial& p) {
-  // A sign that is not zero shows itself on a narrow interval nearly always, and sooner than a common
-  // divisor is found.
+  // A sign that is not zero shows itself on a narrow interval nearly always, and sooner than a
+  // common divisor is found.
   constexpr unsigned step = 16, patience = 48;
   for (bool may_be_zero = true;;) {
     if (is_dyadic_) return p.value(k_, level_).sign();
@@ -181,11 +183,13 @@ int Instant::sign(const Polynomial& p) {
 std::uint64_t Instant::ticks() {
   constexpr unsigned bits = 32;
   refine(bits);
-  const Integer ticks = level_ >= bits ? Integer(k_ >> (level_ - bits)) : Integer(k_ << (bits - level_));
+  const Integer ticks =
+      level_ >= bits ? Integer(k_ >> (level_ - bits)) : Integer(k_ << (bits - level_));
   return static_cast<std::uint64_t>(ticks);
 }
 
-std::optional<Instant> first_root(const Polynomial& p, const std::function<bool(Instant&)>& accepted) {
+std::optional<Instant> first_root(const Polynomial& p,
+                                  const std::function<bool(Instant&)>& accepted) {
   const auto try_dyadic = [&](const Integer& k, unsigned level) -> std::optional<Instant> {
     Instant t(k, level);
     return accepted(t) ? std::optional(std::move(t)) : std::nullopt;

@@ -10,23 +10,23 @@
 namespace lazyccd::exact {
 
 // Unbounded; up to 512 bits without the heap, which holds the products that ordinary scenes make.
-using Integer =
-    boost::multiprecision::number<boost::multiprecision::cpp_int_backend<512>,
-                                  boost::multiprecision::et_off>;
+using Integer = boost::multiprecision::number<boost::multiprecision::cpp_int_backend<512>,
+                                              boost::multiprecision::et_off>;
 
 // p(t) = sum_i c[i] t^i (1-t)^(degree-i), t in [0, 1], degree at most 4.
 //
 // Preferred to powers of t because a coordinate that moves linearly from x_t0 to x_t1 simply is
 // {x_t0, x_t1}, products are convolutions, the values at the ends are c[0] and c[degree], and
-// Descartes' rule of signs applies as it stands (with t/(1-t) in (0, inf) for its variable): the roots
-// inside (0, 1), counted with multiplicity, are as many as the sign changes among the c[i], or fewer
-// by an even number.
+// Descartes' rule of signs applies as it stands (with t/(1-t) in (0, inf) for its variable): the
+// roots inside (0, 1), counted with multiplicity, are as many as the sign changes among the c[i],
+// or fewer by an even number.
 class Polynomial {
  public:
   static constexpr int max_degree = 4;
 
   Polynomial() = default;
-  Polynomial(Integer at_start, Integer at_end) : degree_(1), c_{std::move(at_start), std::move(at_end)} {}
+  Polynomial(Integer at_start, Integer at_end)
+      : degree_(1), c_{std::move(at_start), std::move(at_end)} {}
 
   int degree() const { return degree_; }
   const Integer& operator[](int i) const { return c_[static_cast<std::size_t>(i)]; }
@@ -70,7 +70,10 @@ class Instant {
   Instant(Integer k, unsigned level) : k_(std::move(k)), level_(level), is_dyadic_(true) {}
   // `local` is `root_of` over the interval and has one sign change.
   Instant(Integer k, unsigned level, Polynomial root_of, Polynomial local)
-      : k_(std::move(k)), level_(level), is_dyadic_(false), root_of_(std::move(root_of)),
+      : k_(std::move(k)),
+        level_(level),
+        is_dyadic_(false),
+        root_of_(std::move(root_of)),
         local_(std::move(local)) {}
 
   // Sign of p at this time: -1, 0 or 1.
@@ -88,6 +91,7 @@ class Instant {
 };
 
 // The first root in [0, 1] of p, which is not zero everywhere, that is accepted.
-std::optional<Instant> first_root(const Polynomial& p, const std::function<bool(Instant&)>& accepted);
+std::optional<Instant> first_root(const Polynomial& p,
+                                  const std::function<bool(Instant&)>& accepted);
 
 }  // namespace lazyccd::exact

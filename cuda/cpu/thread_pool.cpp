@@ -3,6 +3,11 @@
 #include <chrono>
 #include <utility>
 
+#if defined(__linux__)
+#include <pthread.h>
+#include <sched.h>
+#endif
+
 #include "cpu/pause.h"
 
 namespace lazyccd {
@@ -67,6 +72,7 @@ void ThreadPool::start(Attendance attendance, Invoke function, void* job) {
     function(job, 0);
     return;
   }
+  leave_core_to_caller();
   invoke_ = function;
   job_ = job;
   error_ = nullptr;
@@ -89,6 +95,25 @@ void ThreadPool::start(Attendance attendance, Invoke function, void* job) {
   state_.fetch_and(~open_bit, std::memory_order_relaxed);
   wait_until([](std::uint64_t s) { return inside(s) == 0; });
   if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
+}
+
+// A scheduler that likes to wake a thread on its waker's core leaves it there, unrun, until the next
+// load balancing: milliseconds, a whole step, in one of three wakes on a virtual machine of two cores.
+// So the threads may run anywhere but there. In a large pool one late worker costs little, and the
+// system calls would cost more.
+void ThreadPool::leave_core_to_caller() noexcept {
+#if defined(__linux__)
+  constexpr int largest_pool = 16;
+  const int core = sched_getcpu();
+  if (core == caller_core_ || core < 0 || size_ > largest_pool) return;
+  caller_core_ = core;
+  cpu_set_t others;
+  if (sched_getaffinity(0, sizeof others, &others) != 0) return;
+  CPU_CLR(static_cast<std::size_t>(core), &others);
+  if (CPU_COUNT(&others) == 0) return;
+  for (std::thread& thread : threads_)
+    pthread_setaffinity_np(thread.native_handle(), sizeof others, &others);
+#endif
 }
 
 void ThreadPool::call(int worker) noexcept {

@@ -82,6 +82,7 @@ class ThreadPool {
   }
 
   void start(Attendance attendance, Invoke function, void* job);
+  void leave_core_to_caller() noexcept;
   void call(int worker) noexcept;
   void worker_main(int worker);
   std::uint64_t wait_for_job(std::uint64_t last_job);
@@ -92,6 +93,7 @@ class ThreadPool {
 
   const int size_;
   std::vector<std::thread> threads_;
+  int caller_core_ = -1;  // where the threads are kept off
 
   // The job on offer: see the packing in thread_pool.cpp. On its own line: workers spin on it.
   alignas(64) std::atomic<std::uint64_t> state_{0};

@@ -1,0 +1,68 @@
+// From a decided query to the contact that is reported, and its share of the hash.
+#pragma once
+
+#include <cstdint>
+
+#include "core/closest.h"
+#include "core/decision.h"
+#include "lazyccd/contact.h"
+
+namespace lazyccd {
+
+constexpr double kTick = 1.0 / 4294967296.0;  // unit of Contact::toi
+
+// Closest points, and a normal, at the time of impact, in plain double arithmetic without
+// contraction, so that every backend gets the same bits.
+template <ContactKind kind>
+LAZYCCD_HD inline void describe_contact(const QueryCoordinates& q, double toi, Contact& contact) {
+  const Differences<double> d = differences<kind>(q, 1.0);
+  const Vec3<double> e1 = lerp(d.e1, toi), e2 = lerp(d.e2, toi), r = lerp(d.r, toi);
+  const ClosestPoints closest = closest_points<kind>(e1, e2, r);
+  contact.u = static_cast<float>(closest.u);
+  contact.v = static_cast<float>(closest.v);
+
+  // Where the contact points are from each other, from b to a, at both ends of the step. (r points
+  // from a to the vertex or to edge b: the edges need the other sign.)
+  Vec3<double> gap[2];
+  for (int end = 0; end < 2; ++end) {
+    gap[end] = kind == ContactKind::vertex_face
+                   ? d.r[end] - (closest.u * d.e1[end] + closest.v * d.e2[end])
+                   : closest.u * d.e1[end] - (d.r[end] + closest.v * d.e2[end]);
+  }
+  const Vec3<double> closing = gap[0] - gap[1];
+
+  // The cross product, unless the primitives are parallel or degenerate; then the gap at the start,
+  // then the direction of approach, and an axis where nothing moves at all.
+  Vec3<double> n = cross(e1, e2);
+  double size = dot(n, n);
+  if (!(size > 1e-20 * (dot(e1, e1) * dot(e2, e2)))) {
+    n = gap[0];
+    size = dot(n, n);
+    if (!(size > 0)) {
+      n = closing;
+      size = dot(n, n);
+    }
+  }
+  const double facing = dot(n, gap[0]) != 0 ? dot(n, gap[0]) : dot(n, closing);
+  const double length = lane_sqrt(size);
+  const double scale = length > 0 ? (facing < 0 ? -1 : 1) / length : 0;
+  contact.normal = {static_cast<float>(scale * n.x), static_cast<float>(scale * n.y),
+                    length > 0 ? static_cast<float>(scale * n.z) : 1.0f};
+}
+
+// A contact's share of the hash of a step: the sum of the shares does not depend on any order
+// (splitmix64's finaliser, Steele et al. 2014).
+LAZYCCD_HD inline std::uint64_t hash_mix(std::uint64_t x) {
+  x = (x ^ x >> 30) * 0xbf58476d1ce4e5b9ull;
+  x = (x ^ x >> 27) * 0x94d049bb133111ebull;
+  return x ^ x >> 31;
+}
+
+LAZYCCD_HD inline std::uint64_t hash_share(const Contact& c) {
+  std::uint64_t h = hash_mix(static_cast<std::uint64_t>(c.toi * 4294967296.0) * 2 +
+                             static_cast<std::uint64_t>(c.kind) + 0x9e3779b97f4a7c15ull);
+  for (int i = 0; i < 4; ++i) h = hash_mix(h + static_cast<std::uint32_t>(c.vertices[i]));
+  return h;
+}
+
+}  // namespace lazyccd

@@ -1,0 +1,372 @@
+#include "cpu/cpu_detector.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstring>
+#include <string>
+
+#include "core/contact_math.h"
+#include "cpu/exact.h"
+#include "lazyccd/error.h"
+
+namespace lazyccd {
+namespace {
+
+class Stopwatch {
+ public:
+  // Milliseconds since the last lap.
+  double lap() {
+    const auto now = std::chrono::steady_clock::now();
+    const double ms = std::chrono::duration<double, std::milli>(now - last_).count();
+    last_ = now;
+    return ms;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+// A power of two that brings numbers up to `size` to at most 2^6.
+double scale_for(double size) {
+  if (!(size > 0) || !std::isfinite(size)) return 1;
+  return std::ldexp(1.0, std::clamp(5 - std::ilogb(size), -1020, 1000));
+}
+
+}  // namespace
+
+// One thread's part of a traversal. Its sink's queues lead into the narrow phase here.
+struct alignas(128) CpuDetector::Worker : CandidateSink {
+  LeafScene scene{};
+  const CpuDetector* owner = nullptr;
+  std::vector<Survivor> survivors = std::vector<Survivor>(CandidateQueue::capacity);
+  std::vector<Contact> contacts;
+  std::vector<NodePair> front;
+  std::int64_t group_pairs = 0, ended = 0, refined = 0, exact = 0;
+  std::int64_t candidates[2] = {}, survived[2] = {};
+
+  Worker() { drain = &drain_full; }
+
+  void begin(const CpuDetector& detector, const LeafScene& leaf_scene) {
+    owner = &detector;
+    scene = leaf_scene;
+    contacts.clear();
+    front.clear();
+    group_pairs = ended = refined = exact = 0;
+    for (int kind = 0; kind < 2; ++kind) queues[kind].count = candidates[kind] = survived[kind] = 0;
+  }
+
+  // Keeps what would leave lanes of the last pack empty.
+  static void drain_full(CandidateSink& self, ContactKind kind) {
+    CandidateQueue& queue = self.queues[static_cast<int>(kind)];
+    const int whole = queue.count / kBlockLanes * kBlockLanes;
+    static_cast<Worker&>(self).process(kind, whole);
+    queue.count -= whole;
+    std::copy_n(queue.items + whole, queue.count, queue.items);
+  }
+
+  void finish() {
+    for (const ContactKind kind : {ContactKind::vertex_face, ContactKind::edge_edge}) {
+      CandidateQueue& queue = queues[static_cast<int>(kind)];
+      process(kind, queue.count);
+      queue.count = 0;
+    }
+  }
+
+  void process(ContactKind kind, int count) {
+    candidates[static_cast<int>(kind)] += count;
+    if (kind == ContactKind::vertex_face) {
+      process_kind<ContactKind::vertex_face>(count);
+    } else {
+      process_kind<ContactKind::edge_edge>(count);
+    }
+  }
+
+  template <ContactKind kind>
+  void process_kind(int count) {
+    const Candidate* items = queues[static_cast<int>(kind)].items;
+    int found = count;
+    if (owner->options_.arithmetic == Arithmetic::single_first) {
+      found = owner->kernels_->filter(scene, kind, items, count, survivors.data());
+    } else {
+      for (int i = 0; i < count; ++i) survivors[i] = {items[i], 0, 0, false};
+    }
+    survived[static_cast<int>(kind)] += found;
+    for (int i = 0; i < found; ++i) decide<kind>(survivors[i]);
+  }
+
+  template <ContactKind kind>
+  void decide(const Survivor& survivor) {
+    Contact contact;
+    contact.kind = kind;
+    identify<kind>(survivor.pair, contact);
+    const Mesh& mesh = *owner->mesh_;
+    if (mesh.any_pinned() && std::all_of(contact.vertices.begin(), contact.vertices.end(),
+                                         [&](std::int32_t v) { return mesh.pinned(v); }))
+      return;
+
+    QueryCoordinates q;
+    for (int i = 0; i < 4; ++i) {
+      const double* x = owner->records_[contact.vertices[i]].x;
+      q.start[i] = {x[0], x[1], x[2]};
+      q.end[i] = {x[3], x[4], x[5]};
+    }
+    const Differences<double> d = differences<kind>(q, scene.scale);
+    Decision decision;
+    if (survivor.hit) {
+      decision = timed_hit(coplanarity(d, magnitudes(d)), survivor.lo, survivor.hi);
+    } else {
+      ++refined;
+      decision = decide_in_double<kind>(d);
+    }
+    if (decision.kind == Decision::undecided) {
+      ++exact;
+      decision = decide_exactly(kind, q);
+    }
+    if (decision.kind == Decision::miss) return;
+    contact.toi = static_cast<double>(decision.tick) * kTick;
+    describe_contact<kind>(q, contact.toi, contact);
+    contacts.push_back(contact);
+  }
+
+  static Decision decide_exactly(ContactKind kind, const QueryCoordinates& q) {
+    QueryPoints points;
+    for (int i = 0; i < 4; ++i) {
+      points[i] = {q.start[i].x, q.start[i].y, q.start[i].z};
+      points[4 + i] = {q.end[i].x, q.end[i].y, q.end[i].z};
+    }
+    const QueryResult result = decide_exact(kind, points);
+    return {result.hit ? Decision::hit : Decision::miss, static_cast<std::int64_t>(result.toi / kTick)};
+  }
+
+  // Bodies, primitives and vertices of a candidate, in the order that Contact promises.
+  template <ContactKind kind>
+  void identify(Candidate pair, Contact& c) const {
+    const Mesh& mesh = *owner->mesh_;
+    const std::vector<std::int32_t>& body = mesh.body_of_vertex();
+    if constexpr (kind == ContactKind::vertex_face) {
+      const Face& f = mesh.faces()[pair.b];
+      c.vertices = {pair.a, f[0], f[1], f[2]};
+      c.body_a = body[pair.a];
+      c.body_b = body[f[0]];
+    } else {
+      c.body_a = body[mesh.edges()[pair.a][0]];
+      c.body_b = body[mesh.edges()[pair.b][0]];
+      if (std::make_pair(c.body_b, pair.b) < std::make_pair(c.body_a, pair.a)) {
+        std::swap(pair.a, pair.b);
+        std::swap(c.body_a, c.body_b);
+      }
+      const Edge &a = mesh.edges()[pair.a], &b = mesh.edges()[pair.b];
+      c.vertices = {a[0], a[1], b[0], b[1]};
+    }
+    c.primitive_a = pair.a;
+    c.primitive_b = pair.b;
+  }
+};
+
+CpuDetector::CpuDetector(const Options& options, const LeafKernels& kernels)
+    : options_(options), kernels_(&kernels), pool_(options.threads), traversal_(pool_) {
+  for (int i = 0; i < pool_.size(); ++i) workers_.push_back(std::make_unique<Worker>());
+}
+
+CpuDetector::~CpuDetector() = default;
+
+void CpuDetector::set_mesh(const Mesh& mesh) {
+  mesh_ = &mesh;
+  built_ = false;
+  front_valid_ = false;
+  sort_ = std::make_unique<ContactSort>(mesh);
+}
+
+void CpuDetector::load_positions(const Positions& start, const Positions& end) {
+  const std::size_t count = mesh_->vertex_count();
+  if (start.count() != count || end.count() != count)
+    throw Error(ErrorCode::size_mismatch,
+                "the topology has " + std::to_string(count) + " vertices, the positions " +
+                    std::to_string(start.count()) + " at the start and " + std::to_string(end.count()) +
+                    " at the end");
+  records_.resize(count);
+  // By worker: the bounding box of all positions at both ends.
+  struct alignas(128) Bounds {
+    double lo[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, hi[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
+  };
+  std::vector<Bounds> bounds(static_cast<std::size_t>(pool_.size()));
+  pool_.parallel_for(count, 4096, [&](std::size_t first, std::size_t last, int worker) {
+    Bounds box = bounds[worker];
+    for (std::size_t v = first; v < last; ++v) {
+      double* x = records_[v].x;
+      const std::array<double, 3> a = start[v], b = end[v];
+      double not_finite = 0;  // stays 0 for finite numbers
+      for (int k = 0; k < 3; ++k) {
+        x[k] = a[k];
+        x[3 + k] = b[k];
+        not_finite += a[k] * 0 + b[k] * 0;
+        box.lo[k] = std::min(box.lo[k], std::min(a[k], b[k]));
+        box.hi[k] = std::max(box.hi[k], std::max(a[k], b[k]));
+      }
+      x[6] = x[7] = 0;
+      if (!(not_finite == 0)) {
+        const std::int32_t body = mesh_->body_of_vertex()[v];
+        throw Error(ErrorCode::non_finite_position,
+                    "vertex " + std::to_string(v) + " of body " + std::to_string(body) +
+                        " has a position that is not finite",
+                    body, static_cast<std::int32_t>(v));
+      }
+    }
+    bounds[worker] = box;
+  });
+  double size = 0;
+  for (int k = 0; k < 3; ++k) {
+    double lo = HUGE_VAL, hi = -HUGE_VAL;
+    for (const Bounds& b : bounds) {
+      lo = std::min(lo, b.lo[k]);
+      hi = std::max(hi, b.hi[k]);
+    }
+    size = std::max(size, hi - lo);
+  }
+  scale_ = scale_for(size);
+}
+
+void CpuDetector::update_hierarchy(Stats& stats) {
+  bool build = !built_ || options_.rebuild_every_step;
+  if (!build) {
+    groups_.refit(records_, pool_);
+    tree_.refit(groups_.boxes());
+    build = tree_.cost() > options_.rebuild_ratio * built_cost_;
+  }
+  if (build) {
+    groups_.build(*mesh_, records_, pool_);
+    tree_.build(groups_.boxes());
+    built_cost_ = tree_.cost();
+    built_ = true;
+    front_valid_ = false;
+  }
+  stats.rebuilt = build;
+}
+
+void CpuDetector::visit_pair(Worker& worker, NodePair pair) {
+  const std::int32_t a = tree_.nodes()[pair.a].group(), b = tree_.nodes()[pair.b].group();
+  const Group &ga = groups_.groups()[a], &gb = groups_.groups()[b];
+  if ((ga.pinned && gb.pinned) || !mesh_->collide(ga.body, gb.body)) return;
+  if (kernels_->visit(worker.scene, a, b, worker)) ++worker.group_pairs;
+}
+
+// Algorithm 2.1: a pair of nodes that overlap is opened, down to pairs of leaves.
+void CpuDetector::traverse(Stats& stats) {
+  static_assert(sizeof(Face) == 3 * sizeof(std::int32_t) && sizeof(Edge) == 2 * sizeof(std::int32_t));
+  const LeafScene scene{groups_.groups().data(),
+                        groups_.boxes().data(),
+                        groups_.blocks().data(),
+                        records_.empty() ? nullptr : records_.data()->x,
+                        reinterpret_cast<const std::int32_t(*)[3]>(mesh_->faces().data()),
+                        reinterpret_cast<const std::int32_t(*)[2]>(mesh_->edges().data()),
+                        scale_,
+                        options_.vertex_face,
+                        options_.edge_edge};
+  for (const auto& worker : workers_) worker->begin(*this, scene);
+  if (tree_.nodes().empty()) return;
+
+  const TreeNode* nodes = tree_.nodes().data();
+  const bool keep = options_.front == FrontUse::on;
+  stats.front_reused = keep && reuse_front();
+  const NodePair root{0, 0};
+  const NodePair* initial = stats.front_reused ? front_.data() : &root;
+  const RunCounts counts = traversal_.run(
+      initial, stats.front_reused ? front_.size() : 1, [&](int id, NodePair pair, auto& emit) {
+        Worker& worker = *workers_[id];
+        const TreeNode &a = nodes[pair.a], &b = nodes[pair.b];
+        const auto left = [](const TreeNode& n) { return static_cast<std::uint32_t>(n.left); };
+        const auto right = [](const TreeNode& n) { return static_cast<std::uint32_t>(n.right); };
+        const bool same = pair.a == pair.b;
+        const bool near = same || overlap(a, b);
+        if (near && !(a.leaf() && b.leaf())) {
+          if (same) {
+            emit({left(a), right(a)});
+            emit({left(a), left(a)});
+            emit({right(a), right(a)});
+          } else if (b.leaf() || (!a.leaf() && extent(a) >= extent(b))) {
+            emit({left(a), pair.b});
+            emit({right(a), pair.b});
+          } else {
+            emit({pair.a, left(b)});
+            emit({pair.a, right(b)});
+          }
+          return;
+        }
+        ++worker.ended;
+        if (keep) worker.front.push_back(pair);
+        if (near) visit_pair(worker, pair);
+      });
+  pool_.parallel_for(workers_.size(), 1, [&](std::size_t first, std::size_t last, int) {
+    for (std::size_t i = first; i < last; ++i) workers_[i]->finish();
+  });
+  if (keep) keep_front();
+  stats.tree_tests = static_cast<std::int64_t>(counts.items);
+  stats.steals = static_cast<std::int64_t>(counts.steals);
+  stats.overflows = static_cast<std::int64_t>(counts.overflows);
+}
+
+// A front is outdated once it hardly grew over a period: n(f) / n(f - p) < rt.
+bool CpuDetector::reuse_front() {
+  if (!front_valid_) return false;
+  const auto period = static_cast<std::size_t>(std::max(options_.front_period, 1));
+  if (front_sizes_.size() <= period) return true;
+  const double before = static_cast<double>(front_sizes_[front_sizes_.size() - 1 - period]);
+  return static_cast<double>(front_sizes_.back()) >= options_.front_ratio * before;
+}
+
+void CpuDetector::keep_front() {
+  const bool grown = front_valid_;
+  front_.clear();
+  for (const auto& worker : workers_)
+    front_.insert(front_.end(), worker->front.begin(), worker->front.end());
+  if (!grown) front_sizes_.clear();
+  front_sizes_.push_back(front_.size());
+  if (front_sizes_.size() > static_cast<std::size_t>(std::max(options_.front_period, 1)) + 1)
+    front_sizes_.pop_front();
+  front_valid_ = true;
+}
+
+void CpuDetector::detect(const Positions& start, const Positions& end, std::vector<Contact>& contacts,
+                         Stats& stats) {
+  stats.groups = 0;
+  Stopwatch total, watch;
+  load_positions(start, end);
+  update_hierarchy(stats);
+  stats.groups = static_cast<std::int64_t>(groups_.groups().size());
+  stats.ms_refit = watch.lap();
+  traverse(stats);
+  stats.ms_traverse = watch.lap();
+
+  std::vector<const std::vector<Contact>*> parts;
+  for (const auto& w : workers_) {
+    parts.push_back(&w->contacts);
+    stats.front_nodes += w->ended;
+    stats.group_pairs += w->group_pairs;
+    stats.candidates_vf += w->candidates[0];
+    stats.candidates_ee += w->candidates[1];
+    stats.survivors_vf += w->survived[0];
+    stats.survivors_ee += w->survived[1];
+    stats.refined += w->refined;
+    stats.exact += w->exact;
+  }
+  (*sort_)(parts, pool_, contacts);
+  stats.hash = contact_hash({contacts.data(), contacts.size()});
+  stats.ms_sort = watch.lap();
+  stats.ms_total = total.lap();
+  stats.threads = pool_.size();
+  stats.peak_bytes = bytes() + static_cast<std::int64_t>(contacts.capacity() * sizeof(Contact));
+  stats.backend = "cpu";
+}
+
+std::int64_t CpuDetector::bytes() const {
+  std::size_t sum = records_.capacity() * sizeof(VertexRecord) + groups_.bytes() +
+                    tree_.nodes().capacity() * sizeof(TreeNode) + sort_->bytes() + traversal_.bytes() +
+                    front_.capacity() * sizeof(NodePair);
+  for (const auto& w : workers_)
+    sum += sizeof(Worker) + w->survivors.capacity() * sizeof(Survivor) +
+           w->contacts.capacity() * sizeof(Contact) + w->front.capacity() * sizeof(NodePair);
+  return static_cast<std::int64_t>(sum);
+}
+
+}  // namespace lazyccd

@@ -1,0 +1,59 @@
+// The CPU backend: refit, traverse with lazy work stealing, filter in lanes, decide, sort.
+#pragma once
+
+#include <deque>
+#include <memory>
+#include <vector>
+
+#include "cpu/backend.h"
+#include "cpu/balanced_run.h"
+#include "cpu/contact_sort.h"
+#include "cpu/groups.h"
+#include "cpu/leaf.h"
+#include "cpu/thread_pool.h"
+#include "cpu/tree.h"
+#include "lazyccd/detector.h"
+
+namespace lazyccd {
+
+class CpuDetector : public BackendDetector {
+ public:
+  explicit CpuDetector(const Options& options, const LeafKernels& kernels = *best_leaf_kernels());
+  ~CpuDetector() override;
+
+  void set_mesh(const Mesh& mesh) override;
+  void detect(const Positions& start, const Positions& end, std::vector<Contact>& contacts,
+              Stats& stats) override;
+
+ private:
+  struct Worker;
+
+  void load_positions(const Positions& start, const Positions& end);
+  void update_hierarchy(Stats& stats);
+  void traverse(Stats& stats);
+  void visit_pair(Worker& worker, NodePair pair);
+  bool reuse_front();
+  void keep_front();
+  std::int64_t bytes() const;
+
+  Options options_;
+  const LeafKernels* kernels_;
+  ThreadPool pool_;
+  BalancedRun<NodePair> traversal_;
+  std::vector<std::unique_ptr<Worker>> workers_;
+
+  const Mesh* mesh_ = nullptr;
+  bool built_ = false;
+  double built_cost_ = 0;      // the tree's cost when it was built
+  double scale_ = 1;
+  std::vector<VertexRecord> records_;
+  Groups groups_;
+  Tree tree_;
+  std::unique_ptr<ContactSort> sort_;
+
+  std::vector<NodePair> front_;
+  bool front_valid_ = false;
+  std::deque<std::size_t> front_sizes_;  // of the last front_period steps since the front was made
+};
+
+}  // namespace lazyccd

@@ -1,0 +1,210 @@
+#include "cpu/groups.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/morton.h"
+
+namespace lazyccd {
+namespace {
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+float round_down(double x) {
+  const float f = static_cast<float>(x);
+  return static_cast<double>(f) > x ? std::nextafter(f, -kInfinity) : f;
+}
+
+float round_up(double x) {
+  const float f = static_cast<float>(x);
+  return static_cast<double>(f) < x ? std::nextafter(f, kInfinity) : f;
+}
+
+// A face or a free edge on its way into a group.
+struct Cell {
+  std::uint64_t code;
+  std::int32_t body;
+  std::int32_t primitive;  // face index, or edge index of a free edge
+  bool face;
+
+  bool operator<(const Cell& o) const {
+    if (body != o.body) return body < o.body;
+    if (face != o.face) return face;
+    if (code != o.code) return code < o.code;
+    return primitive < o.primitive;
+  }
+};
+
+template <std::size_t N>
+std::array<double, 3> centroid(const std::array<std::int32_t, N>& v,
+                               const std::vector<VertexRecord>& vertices) {
+  std::array<double, 3> c{};
+  for (const std::int32_t i : v)
+    for (int k = 0; k < 3; ++k) c[k] += vertices[i].x[k] / static_cast<double>(N);
+  return c;
+}
+
+std::vector<Cell> sorted_cells(const Mesh& mesh, const std::vector<VertexRecord>& vertices) {
+  std::array<double, 3> lo, hi;
+  lo.fill(std::numeric_limits<double>::max());
+  hi.fill(std::numeric_limits<double>::lowest());
+  for (const VertexRecord& v : vertices) {
+    for (int k = 0; k < 3; ++k) {
+      lo[k] = std::min(lo[k], v.x[k]);
+      hi[k] = std::max(hi[k], v.x[k]);
+    }
+  }
+  // One scale for all axes: cells of the code are cubes.
+  double extent = 0;
+  for (int k = 0; k < 3; ++k) extent = std::max(extent, hi[k] - lo[k]);
+  const double scale = extent > 0 ? 1 / extent : 0;
+  const auto code = [&](const std::array<double, 3>& c) {
+    return morton_code((c[0] - lo[0]) * scale, (c[1] - lo[1]) * scale, (c[2] - lo[2]) * scale);
+  };
+
+  std::vector<Cell> cells;
+  cells.reserve(mesh.faces().size() + mesh.free_edges().size());
+  for (std::size_t f = 0; f < mesh.faces().size(); ++f) {
+    const Face& face = mesh.faces()[f];
+    cells.push_back({code(centroid(face, vertices)), mesh.body_of_vertex()[face[0]],
+                     static_cast<std::int32_t>(f), true});
+  }
+  for (const std::int32_t e : mesh.free_edges()) {
+    const Edge& edge = mesh.edges()[e];
+    cells.push_back({code(centroid(edge, vertices)), mesh.body_of_vertex()[edge[0]], e, false});
+  }
+  std::sort(cells.begin(), cells.end());
+  return cells;
+}
+
+// Collects the primitives of one kind of the group under construction.
+class Collector {
+ public:
+  explicit Collector(std::size_t primitives) : owned_(primitives, 0) {}
+  void claim(std::int32_t id) {
+    if (owned_[id]) return;
+    owned_[id] = 1;
+    ids.push_back(id);
+  }
+  std::vector<std::int32_t> ids;
+
+ private:
+  std::vector<char> owned_;
+};
+
+}  // namespace
+
+void Groups::build(const Mesh& mesh, const std::vector<VertexRecord>& vertices, ThreadPool& pool) {
+  groups_.clear();
+  blocks_.clear();
+  const std::vector<Cell> cells = sorted_cells(mesh, vertices);
+  Collector own[3] = {Collector(mesh.vertex_count()), Collector(mesh.edges().size()),
+                      Collector(mesh.faces().size())};
+
+  for (std::size_t begin = 0; begin < cells.size();) {
+    const Cell& first = cells[begin];
+    std::size_t end = begin;
+    for (; end < cells.size() && end - begin < kGroupCells; ++end) {
+      const Cell& cell = cells[end];
+      if (cell.body != first.body || cell.face != first.face) break;
+      if (cell.face) {
+        own[kFaces].claim(cell.primitive);
+        for (const std::int32_t e : mesh.face_edges()[cell.primitive]) own[kEdges].claim(e);
+        for (const std::int32_t v : mesh.faces()[cell.primitive]) own[kVertices].claim(v);
+      } else {
+        own[kEdges].claim(cell.primitive);
+        for (const std::int32_t v : mesh.edges()[cell.primitive]) own[kVertices].claim(v);
+      }
+    }
+    begin = end;
+
+    Group group{};
+    group.body = first.body;
+    group.pinned = 1;
+    for (int kind = 0; kind < 3; ++kind) {
+      group.first[kind] = static_cast<std::int32_t>(blocks_.size());
+      group.count[kind] = static_cast<std::int32_t>(own[kind].ids.size());
+      blocks_.resize(blocks_.size() + static_cast<std::size_t>(group.blocks(kind)));
+      Block* block = blocks_.data() + group.first[kind];
+      const int lanes = group.blocks(kind) * kBlockLanes;
+      for (int lane = 0; lane < lanes; ++lane) {
+        Block& b = block[lane / kBlockLanes];
+        const int l = lane % kBlockLanes;
+        b.id[l] = b.vertex[0][l] = b.vertex[1][l] = b.vertex[2][l] = -1;
+        if (lane >= group.count[kind]) continue;
+        const std::int32_t id = own[kind].ids[lane];
+        b.id[l] = id;
+        if (kind == kVertices) b.vertex[0][l] = id;
+        if (kind == kEdges)
+          for (int k = 0; k < 2; ++k) b.vertex[k][l] = mesh.edges()[id][k];
+        if (kind == kFaces)
+          for (int k = 0; k < 3; ++k) b.vertex[k][l] = mesh.faces()[id][k];
+        for (int k = 0; k < 3 && b.vertex[k][l] >= 0; ++k)
+          if (!mesh.pinned(b.vertex[k][l])) group.pinned = 0;
+      }
+      own[kind].ids.clear();
+    }
+    groups_.push_back(group);
+  }
+  boxes_.resize(groups_.size());
+  refit(vertices, pool);
+}
+
+void Groups::refit(const std::vector<VertexRecord>& vertices, ThreadPool& pool) {
+  vertex_boxes_.resize(vertices.size());
+  pool.parallel_for(vertices.size(), 4096, [&](std::size_t first, std::size_t last, int) {
+    for (std::size_t v = first; v < last; ++v) {
+      float* side = vertex_boxes_[v].side;
+      for (int end = 0; end < 2; ++end) {
+        for (int k = 0; k < 3; ++k) {
+          side[8 * end + k] = -round_down(vertices[v].x[3 * end + k]);
+          side[8 * end + 4 + k] = round_up(vertices[v].x[3 * end + k]);
+        }
+        side[8 * end + 3] = side[8 * end + 7] = -kInfinity;
+      }
+    }
+  });
+
+  pool.parallel_for(groups_.size(), 256, [&](std::size_t first, std::size_t last, int) {
+    for (std::size_t g = first; g < last; ++g) {
+      VertexBox all;
+      std::fill(all.side, all.side + 16, -kInfinity);
+      for (int kind = 0; kind < 3; ++kind) {
+        Block* block = blocks_.data() + groups_[g].first[kind];
+        const int lanes = groups_[g].blocks(kind) * kBlockLanes;
+        for (int lane = 0; lane < lanes; ++lane) {
+          Block& b = block[lane / kBlockLanes];
+          const int l = lane % kBlockLanes;
+          VertexBox box;
+          std::fill(box.side, box.side + 16, -kInfinity);
+          for (int k = 0; k <= kind && b.vertex[k][l] >= 0; ++k) {
+            const VertexBox& v = vertex_boxes_[b.vertex[k][l]];
+            for (int i = 0; i < 16; ++i) box.side[i] = std::max(box.side[i], v.side[i]);
+          }
+          for (int i = 0; i < 16; ++i) all.side[i] = std::max(all.side[i], box.side[i]);
+          for (int k = 0; k < 3; ++k) {
+            b.lo0[k][l] = -box.side[k];
+            b.hi0[k][l] = box.side[4 + k];
+            b.lo1[k][l] = -box.side[8 + k];
+            b.hi1[k][l] = box.side[12 + k];
+          }
+        }
+      }
+      MotionBox& out = boxes_[g];
+      for (int k = 0; k < 3; ++k) {
+        out.lo0[k] = -all.side[k];
+        out.hi0[k] = all.side[4 + k];
+        out.lo1[k] = -all.side[8 + k];
+        out.hi1[k] = all.side[12 + k];
+      }
+    }
+  });
+}
+
+std::size_t Groups::bytes() const {
+  return groups_.capacity() * sizeof(Group) + blocks_.capacity() * sizeof(Block) +
+         boxes_.capacity() * sizeof(MotionBox) + vertex_boxes_.capacity() * sizeof(VertexBox);
+}
+
+}  // namespace lazyccd

@@ -1,0 +1,46 @@
+// Building the groups and refitting their boxes.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "core/group.h"
+#include "cpu/mesh.h"
+#include "cpu/thread_pool.h"
+
+namespace lazyccd {
+
+// A vertex over the step: start x y z, end x y z, two unused; one cache line.
+struct alignas(64) VertexRecord {
+  double x[8];
+};
+
+class Groups {
+ public:
+  // Cells (faces, then free edges) of each body in Morton order of their centroids at the start, cut
+  // into runs of kGroupCells. A vertex or edge belongs to the first group that has it.
+  void build(const Mesh& mesh, const std::vector<VertexRecord>& vertices, ThreadPool& pool);
+
+  // Boxes of all primitives and groups for new positions.
+  void refit(const std::vector<VertexRecord>& vertices, ThreadPool& pool);
+
+  const std::vector<Group>& groups() const { return groups_; }
+  const std::vector<Block>& blocks() const { return blocks_; }
+  const std::vector<MotionBox>& boxes() const { return boxes_; }
+  std::size_t bytes() const;
+
+ private:
+  std::vector<Group> groups_;
+  std::vector<Block> blocks_;
+  std::vector<MotionBox> boxes_;
+
+  // Boxes of single vertices, lo negated so that a union is one maximum: -lo0, hi0, -lo1, hi1.
+  struct alignas(64) VertexBox {
+    float side[16];
+  };
+  std::vector<VertexBox> vertex_boxes_;
+};
+
+}  // namespace lazyccd

@@ -1,0 +1,251 @@
+#include "cpu/leaf.h"
+
+#include "core/roots.h"
+#include "cpu/isa/pack.h"
+
+namespace lazyccd {
+namespace LAZYCCD_ISA {
+namespace {
+
+constexpr int kPacks = kBlockLanes / Pack::lanes;  // packs a row of a block
+constexpr int kMaxBlocks = 3;                      // of one kind in a group: 48 edges or vertices
+
+// One box against a block: the lanes that do not certainly stay apart from it in the linear motion.
+struct Probe {
+  Pack lo0[3], hi0[3], lo1[3], hi1[3];
+
+  explicit LAZYCCD_INLINE Probe(const MotionBox& b) {
+    for (int k = 0; k < 3; ++k) {
+      lo0[k] = Pack(b.lo0[k]);
+      hi0[k] = Pack(b.hi0[k]);
+      lo1[k] = Pack(b.lo1[k]);
+      hi1[k] = Pack(b.hi1[k]);
+    }
+  }
+  LAZYCCD_INLINE Probe(const Block& b, int lane) {
+    for (int k = 0; k < 3; ++k) {
+      lo0[k] = Pack(b.lo0[k][lane]);
+      hi0[k] = Pack(b.hi0[k][lane]);
+      lo1[k] = Pack(b.lo1[k][lane]);
+      hi1[k] = Pack(b.hi1[k][lane]);
+    }
+  }
+
+  LAZYCCD_INLINE unsigned near(const Block& b) const {
+    unsigned bits = 0;
+    for (int p = 0; p < kPacks; ++p) {
+      const int at = p * Pack::lanes;
+      Mask apart = (lo0[0] > Pack::load(b.hi0[0] + at)) & (lo1[0] > Pack::load(b.hi1[0] + at));
+      apart = apart | ((hi0[0] < Pack::load(b.lo0[0] + at)) & (hi1[0] < Pack::load(b.lo1[0] + at)));
+      for (int k = 1; k < 3; ++k) {
+        apart = apart | ((lo0[k] > Pack::load(b.hi0[k] + at)) & (lo1[k] > Pack::load(b.hi1[k] + at)));
+        apart = apart | ((hi0[k] < Pack::load(b.lo0[k] + at)) & (hi1[k] < Pack::load(b.lo1[k] + at)));
+      }
+      bits |= (!apart).bits() << at;
+    }
+    return bits;
+  }
+};
+
+LAZYCCD_INLINE unsigned equal_lanes(const std::int32_t (&row)[kBlockLanes], std::int32_t x) {
+  unsigned bits = 0;
+  for (int p = 0; p < kPacks; ++p) bits |= equal(row + p * Pack::lanes, x).bits() << (p * Pack::lanes);
+  return bits;
+}
+
+// The live lanes of a group's blocks of one kind: those that come near the other group at all.
+struct Live {
+  unsigned bits[kMaxBlocks];
+  unsigned any = 0;
+
+  LAZYCCD_INLINE Live(const LeafScene& scene, const Group& group, int kind, const Probe& other) {
+    const Block* block = scene.blocks + group.first[kind];
+    const int blocks = group.blocks(kind);
+    for (int i = 0; i < blocks; ++i) any |= bits[i] = other.near(block[i]);
+  }
+};
+
+LAZYCCD_INLINE void reserve(CandidateSink& sink, ContactKind kind) {
+  const CandidateQueue& queue = sink.queues[static_cast<int>(kind)];
+  if (queue.count > CandidateQueue::capacity - CandidateQueue::room) sink.drain(sink, kind);
+}
+
+LAZYCCD_INLINE void push(CandidateQueue& queue, std::int32_t a, const std::int32_t* ids, unsigned bits) {
+  for (; bits; bits &= bits - 1) queue.items[queue.count++] = {a, ids[__builtin_ctz(bits)]};
+}
+
+// The live vertices of one group against the live faces of another.
+LAZYCCD_INLINE void vertices_faces(const LeafScene& scene, const Group& gv, const Live& vertices,
+                                   const Group& gf, unsigned faces, CandidateSink& sink) {
+  if (!vertices.any || !faces) return;
+  const Block& face_block = scene.blocks[gf.first[kFaces]];
+  CandidateQueue& queue = sink.queues[static_cast<int>(ContactKind::vertex_face)];
+  const int blocks = gv.blocks(kVertices);
+  for (int i = 0; i < blocks; ++i) {
+    const Block& block = scene.blocks[gv.first[kVertices] + i];
+    for (unsigned live = vertices.bits[i]; live; live &= live - 1) {
+      const int lane = __builtin_ctz(live);
+      const std::int32_t v = block.id[lane];
+      unsigned bits = Probe(block, lane).near(face_block) & faces;
+      if (!bits) continue;
+      for (int k = 0; k < 3; ++k) bits &= ~equal_lanes(face_block.vertex[k], v);
+      reserve(sink, ContactKind::vertex_face);
+      push(queue, v, face_block.id, bits);
+    }
+  }
+}
+
+// The live edges of two groups, or of one with itself.
+LAZYCCD_INLINE void edges_edges(const LeafScene& scene, const Group& ga, const Live& a, const Group& gb,
+                                const Live& b, bool self, CandidateSink& sink) {
+  if (!a.any || !b.any) return;
+  CandidateQueue& queue = sink.queues[static_cast<int>(ContactKind::edge_edge)];
+  const int a_blocks = ga.blocks(kEdges), b_blocks = gb.blocks(kEdges);
+  for (int i = 0; i < a_blocks; ++i) {
+    const Block& block = scene.blocks[ga.first[kEdges] + i];
+    for (unsigned live = a.bits[i]; live; live &= live - 1) {
+      const int lane = __builtin_ctz(live);
+      const Probe probe(block, lane);
+      reserve(sink, ContactKind::edge_edge);
+      for (int j = self ? i : 0; j < b_blocks; ++j) {
+        unsigned wanted = b.bits[j];
+        if (self && j == i) wanted &= ~0u << lane << 1;  // each pair once
+        if (!wanted) continue;
+        const Block& other = scene.blocks[gb.first[kEdges] + j];
+        unsigned bits = probe.near(other) & wanted;
+        if (!bits) continue;
+        for (int k = 0; k < 2; ++k)
+          bits &= ~(equal_lanes(other.vertex[k], block.vertex[0][lane]) |
+                    equal_lanes(other.vertex[k], block.vertex[1][lane]));
+        push(queue, block.id[lane], other.id, bits);
+      }
+    }
+  }
+}
+
+bool visit(const LeafScene& scene, std::int32_t a, std::int32_t b, CandidateSink& sink) {
+  const Group &ga = scene.groups[a], &gb = scene.groups[b];
+  const bool self = a == b;
+  const MotionBox &box_a = scene.boxes[a], &box_b = scene.boxes[b];
+  for (int k = 0; k < 3; ++k) {
+    if ((box_a.lo0[k] > box_b.hi0[k] && box_a.lo1[k] > box_b.hi1[k]) ||
+        (box_a.hi0[k] < box_b.lo0[k] && box_a.hi1[k] < box_b.lo1[k]))
+      return false;
+  }
+  const Probe near_a(box_a), near_b(box_b);
+  if (scene.vertex_face) {
+    const Live va(scene, ga, kVertices, near_b), fb(scene, gb, kFaces, near_a);
+    if (gb.count[kFaces]) vertices_faces(scene, ga, va, gb, fb.bits[0], sink);
+    if (!self && ga.count[kFaces]) {
+      const Live vb(scene, gb, kVertices, near_a), fa(scene, ga, kFaces, near_b);
+      vertices_faces(scene, gb, vb, ga, fa.bits[0], sink);
+    }
+  }
+  if (scene.edge_edge) {
+    const Live ea(scene, ga, kEdges, near_b), eb(scene, gb, kEdges, near_a);
+    edges_edges(scene, ga, ea, gb, eb, self, sink);
+  }
+  return true;
+}
+
+// A record's eight doubles at once. The difference of two records is scaled in double, so that only
+// the rounding to float of the result is coarse (core/elementary.h).
+typedef double Double8 __attribute__((vector_size(64), aligned(64)));
+typedef float Float8 __attribute__((vector_size(32), aligned(32)));
+
+// Points of a candidate that its differences are taken between: see core/elementary.h.
+struct Ends {
+  std::int32_t e1[2], e2[2], r[2];  // from, to
+};
+
+template <ContactKind kind>
+LAZYCCD_INLINE Ends ends(const LeafScene& scene, Candidate c) {
+  if constexpr (kind == ContactKind::vertex_face) {
+    const std::int32_t* f = scene.faces[c.b];
+    return {{f[0], f[1]}, {f[0], f[2]}, {f[0], c.a}};
+  } else {
+    const std::int32_t *a = scene.edges[c.a], *b = scene.edges[c.b];
+    return {{a[0], a[1]}, {b[0], b[1]}, {a[0], b[0]}};
+  }
+}
+
+// Rows of floats, a candidate each, turned into packs, a component each.
+struct alignas(64) Rows {
+  Float8 row[3][Pack::lanes];
+
+  LAZYCCD_INLINE Pack component(int difference, int index) const {
+    alignas(64) float lanes[Pack::lanes];
+    for (int i = 0; i < Pack::lanes; ++i) lanes[i] = row[difference][i][index];
+    return Pack::load(lanes);
+  }
+  LAZYCCD_INLINE Vec3<Pack> vector(int difference, int end) const {
+    return {component(difference, 3 * end), component(difference, 3 * end + 1),
+            component(difference, 3 * end + 2)};
+  }
+};
+
+template <ContactKind kind>
+LAZYCCD_INLINE Differences<Pack> gather(const LeafScene& scene, const Candidate* c) {
+  Rows rows;
+  const Double8* records = reinterpret_cast<const Double8*>(scene.records);
+  for (int i = 0; i < Pack::lanes; ++i) {
+    const Ends e = ends<kind>(scene, c[i]);
+    const auto difference = [&](const std::int32_t (&p)[2]) {
+      return __builtin_convertvector((records[p[1]] - records[p[0]]) * scene.scale, Float8);
+    };
+    rows.row[0][i] = difference(e.e1);
+    rows.row[1][i] = difference(e.e2);
+    rows.row[2][i] = difference(e.r);
+  }
+  Differences<Pack> d;
+  for (int end = 0; end < 2; ++end) {
+    d.e1[end] = rows.vector(0, end);
+    d.e2[end] = rows.vector(1, end);
+    d.r[end] = rows.vector(2, end);
+  }
+  return d;
+}
+
+template <ContactKind kind>
+int filter_kind(const LeafScene& scene, const Candidate* candidates, int count, Survivor* survivors) {
+  int found = 0;
+  for (int begin = 0; begin < count; begin += Pack::lanes) {
+    Candidate padded[Pack::lanes];
+    const int used = count - begin < Pack::lanes ? count - begin : Pack::lanes;
+    for (int i = 0; i < Pack::lanes; ++i) padded[i] = candidates[begin + (i < used ? i : 0)];
+    const unsigned wanted = (1u << used) - 1;
+
+    const Differences<Pack> d = gather<kind>(scene, padded);
+    const Magnitudes<Pack> m = magnitudes(d);
+    const Cubic<Pack> f = coplanarity(d, m);
+    if (!((!f.no_root()).bits() & wanted)) continue;
+    const Verdict<Pack> verdict = decide_at_roots<kind>(d, m, f);
+    alignas(64) float lo[Pack::lanes], hi[Pack::lanes];
+    verdict.lo.store(lo);
+    verdict.hi.store(hi);
+    const unsigned hits = verdict.hit.bits();
+    for (unsigned left = (!verdict.miss).bits() & wanted; left; left &= left - 1) {
+      const int i = __builtin_ctz(left);
+      survivors[found++] = {padded[i], lo[i], hi[i], (hits >> i & 1) != 0};
+    }
+  }
+  return found;
+}
+
+int filter(const LeafScene& scene, ContactKind kind, const Candidate* candidates, int count,
+           Survivor* survivors) {
+  return kind == ContactKind::vertex_face
+             ? filter_kind<ContactKind::vertex_face>(scene, candidates, count, survivors)
+             : filter_kind<ContactKind::edge_edge>(scene, candidates, count, survivors);
+}
+
+#define LAZYCCD_TEXT(x) #x
+#define LAZYCCD_NAME(x) LAZYCCD_TEXT(x)
+
+}  // namespace
+
+extern const LeafKernels kernels;
+const LeafKernels kernels{LAZYCCD_NAME(LAZYCCD_ISA), visit, filter};
+
+}  // namespace LAZYCCD_ISA
+}  // namespace lazyccd

@@ -1,0 +1,165 @@
+// A pack of float lanes as wide as the instruction set that this file is compiled for. It brings the
+// functions of core/lane.h, so that the elementary tests run on it as they do on one number.
+//
+// Everything lives in a namespace named after the instruction set and is always inlined: code for one
+// set must never be merged by the linker with code for another.
+#pragma once
+
+#include <cstdint>
+
+#if defined(__SSE2__)
+#include <immintrin.h>
+#endif
+
+#include "core/lane.h"
+
+#ifndef LAZYCCD_ISA
+#error "compile with -DLAZYCCD_ISA=<name>"
+#endif
+#define LAZYCCD_INLINE inline __attribute__((always_inline))
+
+namespace lazyccd {
+namespace LAZYCCD_ISA {
+
+#if defined(__AVX512F__)
+
+struct Mask {
+  __mmask16 m;
+  LAZYCCD_INLINE unsigned bits() const { return m; }
+};
+LAZYCCD_INLINE Mask operator&(Mask a, Mask b) { return {static_cast<__mmask16>(a.m & b.m)}; }
+LAZYCCD_INLINE Mask operator|(Mask a, Mask b) { return {static_cast<__mmask16>(a.m | b.m)}; }
+LAZYCCD_INLINE Mask operator!(Mask a) { return {static_cast<__mmask16>(~a.m)}; }
+
+struct Pack {
+  static constexpr int lanes = 16;
+  __m512 v;
+  Pack() = default;
+  LAZYCCD_INLINE Pack(__m512 x) : v(x) {}
+  LAZYCCD_INLINE explicit Pack(float x) : v(_mm512_set1_ps(x)) {}
+  static LAZYCCD_INLINE Pack load(const float* p) { return _mm512_load_ps(p); }
+  LAZYCCD_INLINE void store(float* p) const { _mm512_store_ps(p, v); }
+};
+LAZYCCD_INLINE Pack operator-(Pack a) {
+  return _mm512_castsi512_ps(_mm512_xor_si512(_mm512_castps_si512(a.v), _mm512_set1_epi32(INT32_MIN)));
+}
+LAZYCCD_INLINE Mask operator<(Pack a, Pack b) { return {_mm512_cmp_ps_mask(a.v, b.v, _CMP_LT_OQ)}; }
+LAZYCCD_INLINE Mask operator<=(Pack a, Pack b) { return {_mm512_cmp_ps_mask(a.v, b.v, _CMP_LE_OQ)}; }
+LAZYCCD_INLINE Pack select(Mask m, Pack a, Pack b) { return _mm512_mask_blend_ps(m.m, b.v, a.v); }
+LAZYCCD_INLINE Pack lane_min(Pack a, Pack b) { return _mm512_min_ps(a.v, b.v); }
+LAZYCCD_INLINE Pack lane_max(Pack a, Pack b) { return _mm512_max_ps(a.v, b.v); }
+LAZYCCD_INLINE Pack lane_abs(Pack a) { return _mm512_abs_ps(a.v); }
+LAZYCCD_INLINE Pack lane_sqrt(Pack a) { return _mm512_sqrt_ps(a.v); }
+LAZYCCD_INLINE Pack lane_floor(Pack a) {
+  return _mm512_roundscale_ps(a.v, _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC);
+}
+LAZYCCD_INLINE Mask equal(const std::int32_t* p, std::int32_t x) {
+  return {_mm512_cmpeq_epi32_mask(_mm512_load_si512(p), _mm512_set1_epi32(x))};
+}
+
+#elif defined(__AVX2__)
+
+struct Mask {
+  __m256 m;
+  LAZYCCD_INLINE unsigned bits() const { return static_cast<unsigned>(_mm256_movemask_ps(m)); }
+};
+LAZYCCD_INLINE Mask operator&(Mask a, Mask b) { return {_mm256_and_ps(a.m, b.m)}; }
+LAZYCCD_INLINE Mask operator|(Mask a, Mask b) { return {_mm256_or_ps(a.m, b.m)}; }
+LAZYCCD_INLINE Mask operator!(Mask a) {
+  return {_mm256_xor_ps(a.m, _mm256_castsi256_ps(_mm256_set1_epi32(-1)))};
+}
+
+struct Pack {
+  static constexpr int lanes = 8;
+  __m256 v;
+  Pack() = default;
+  LAZYCCD_INLINE Pack(__m256 x) : v(x) {}
+  LAZYCCD_INLINE explicit Pack(float x) : v(_mm256_set1_ps(x)) {}
+  static LAZYCCD_INLINE Pack load(const float* p) { return _mm256_load_ps(p); }
+  LAZYCCD_INLINE void store(float* p) const { _mm256_store_ps(p, v); }
+};
+LAZYCCD_INLINE Pack operator-(Pack a) { return _mm256_xor_ps(a.v, _mm256_set1_ps(-0.0f)); }
+LAZYCCD_INLINE Mask operator<(Pack a, Pack b) { return {_mm256_cmp_ps(a.v, b.v, _CMP_LT_OQ)}; }
+LAZYCCD_INLINE Mask operator<=(Pack a, Pack b) { return {_mm256_cmp_ps(a.v, b.v, _CMP_LE_OQ)}; }
+LAZYCCD_INLINE Pack select(Mask m, Pack a, Pack b) { return _mm256_blendv_ps(b.v, a.v, m.m); }
+LAZYCCD_INLINE Pack lane_min(Pack a, Pack b) { return _mm256_min_ps(a.v, b.v); }
+LAZYCCD_INLINE Pack lane_max(Pack a, Pack b) { return _mm256_max_ps(a.v, b.v); }
+LAZYCCD_INLINE Pack lane_abs(Pack a) { return _mm256_andnot_ps(_mm256_set1_ps(-0.0f), a.v); }
+LAZYCCD_INLINE Pack lane_sqrt(Pack a) { return _mm256_sqrt_ps(a.v); }
+LAZYCCD_INLINE Pack lane_floor(Pack a) { return _mm256_floor_ps(a.v); }
+LAZYCCD_INLINE Mask equal(const std::int32_t* p, std::int32_t x) {
+  const __m256i row = _mm256_load_si256(reinterpret_cast<const __m256i*>(p));
+  return {_mm256_castsi256_ps(_mm256_cmpeq_epi32(row, _mm256_set1_epi32(x)))};
+}
+
+#else  // four lanes of the compiler's own vectors: SSE2, NEON and others
+
+typedef float Float4 __attribute__((vector_size(16)));
+typedef std::int32_t Int4 __attribute__((vector_size(16)));
+
+struct Mask {
+  Int4 m;
+  LAZYCCD_INLINE unsigned bits() const {
+#if defined(__SSE2__)
+    return static_cast<unsigned>(_mm_movemask_ps(reinterpret_cast<__m128>(m)));
+#else
+    return (m[0] & 1u) | (m[1] & 2u) | (m[2] & 4u) | (m[3] & 8u);
+#endif
+  }
+};
+LAZYCCD_INLINE Mask operator&(Mask a, Mask b) { return {a.m & b.m}; }
+LAZYCCD_INLINE Mask operator|(Mask a, Mask b) { return {a.m | b.m}; }
+LAZYCCD_INLINE Mask operator!(Mask a) { return {~a.m}; }
+
+struct Pack {
+  static constexpr int lanes = 4;
+  Float4 v;
+  Pack() = default;
+  LAZYCCD_INLINE Pack(Float4 x) : v(x) {}
+  LAZYCCD_INLINE explicit Pack(float x) : v{x, x, x, x} {}
+  static LAZYCCD_INLINE Pack load(const float* p) { return *reinterpret_cast<const Float4*>(p); }
+  LAZYCCD_INLINE void store(float* p) const { *reinterpret_cast<Float4*>(p) = v; }
+};
+LAZYCCD_INLINE Pack operator-(Pack a) { return -a.v; }
+LAZYCCD_INLINE Mask operator<(Pack a, Pack b) { return {a.v < b.v}; }
+LAZYCCD_INLINE Mask operator<=(Pack a, Pack b) { return {a.v <= b.v}; }
+LAZYCCD_INLINE Pack select(Mask m, Pack a, Pack b) {
+  return reinterpret_cast<Float4>((m.m & reinterpret_cast<Int4>(a.v)) |
+                                  (~m.m & reinterpret_cast<Int4>(b.v)));
+}
+LAZYCCD_INLINE Pack lane_min(Pack a, Pack b) { return select(a < b, a, b); }
+LAZYCCD_INLINE Pack lane_max(Pack a, Pack b) { return select({b.v < a.v}, a, b); }
+LAZYCCD_INLINE Pack lane_abs(Pack a) {
+  return reinterpret_cast<Float4>(reinterpret_cast<Int4>(a.v) & INT32_MAX);
+}
+LAZYCCD_INLINE Pack lane_sqrt(Pack a) {
+  for (int i = 0; i < 4; ++i) a.v[i] = __builtin_sqrtf(a.v[i]);
+  return a;
+}
+LAZYCCD_INLINE Pack lane_floor(Pack a) {
+  for (int i = 0; i < 4; ++i) a.v[i] = __builtin_floorf(a.v[i]);
+  return a;
+}
+LAZYCCD_INLINE Mask equal(const std::int32_t* p, std::int32_t x) {
+  return {*reinterpret_cast<const Int4*>(p) == x};
+}
+
+#endif
+
+LAZYCCD_INLINE Pack operator+(Pack a, Pack b) { return a.v + b.v; }
+LAZYCCD_INLINE Pack operator-(Pack a, Pack b) { return a.v - b.v; }
+LAZYCCD_INLINE Pack operator*(Pack a, Pack b) { return a.v * b.v; }
+LAZYCCD_INLINE Pack operator/(Pack a, Pack b) { return a.v / b.v; }
+LAZYCCD_INLINE Mask operator>(Pack a, Pack b) { return b < a; }
+LAZYCCD_INLINE Mask operator>=(Pack a, Pack b) { return b <= a; }
+LAZYCCD_INLINE bool lane_any(Mask m) { return m.bits() != 0; }
+
+}  // namespace LAZYCCD_ISA
+
+template <>
+struct Lane<LAZYCCD_ISA::Pack> {
+  using Mask = LAZYCCD_ISA::Mask;
+  using Scalar = float;
+};
+
+}  // namespace lazyccd

@@ -1,0 +1,49 @@
+// A checked copy of the caller's topology, with the edges it implies.
+#pragma once
+
+#include <cstdint>
+#include <unordered_set>
+#include <vector>
+
+#include "lazyccd/scene.h"
+
+namespace lazyccd {
+
+class Mesh {
+ public:
+  Mesh() = default;
+  // Throws Error, naming the body and the vertex, edge or face, where the topology is not sound.
+  explicit Mesh(const Topology& topology);
+
+  std::size_t vertex_count() const { return body_of_vertex_.size(); }
+  const std::vector<Face>& faces() const { return faces_; }
+  // Sorted by the larger vertex index and then by the smaller; each is (smaller, larger).
+  const std::vector<Edge>& edges() const { return edges_; }
+  // Indices into edges() of those that are a side of no face.
+  const std::vector<std::int32_t>& free_edges() const { return free_edges_; }
+  // Indices into edges() of a face's sides (0 1), (1 2), (2 0).
+  const std::vector<std::array<std::int32_t, 3>>& face_edges() const { return face_edges_; }
+  const std::vector<std::int32_t>& body_of_vertex() const { return body_of_vertex_; }
+  std::size_t body_count() const { return bodies_.size(); }
+  bool pinned(std::int32_t vertex) const { return !pinned_.empty() && pinned_[vertex]; }
+  bool any_pinned() const { return !pinned_.empty(); }
+
+  bool collide(std::int32_t body_a, std::int32_t body_b) const;
+
+ private:
+  void take_bodies(const Topology& topology);
+  void take_faces(const Topology& topology);
+  void take_edges(const Topology& topology);
+  void check_primitives_of_bodies() const;
+
+  std::vector<Face> faces_;
+  std::vector<Edge> edges_;
+  std::vector<std::int32_t> free_edges_;
+  std::vector<std::array<std::int32_t, 3>> face_edges_;
+  std::vector<std::int32_t> body_of_vertex_;
+  std::vector<Body> bodies_;
+  std::vector<char> pinned_;                    // empty where no vertex is
+  std::unordered_set<std::uint64_t> disabled_;  // smaller body << 32 | larger body
+};
+
+}  // namespace lazyccd
