@@ -1,0 +1,169 @@
+#include "lazyccd/bullet/deformable_body_solver.h"
+
+#include <BulletSoftBody/btSoftBody.h>
+
+#include "pipeline.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+namespace {
+
+btVector3 to_bullet(const Eigen::Vector3d& x) {
+  return btVector3(static_cast<btScalar>(x[0]), static_cast<btScalar>(x[1]),
+                   static_cast<btScalar>(x[2]));
+}
+
+// Where btDeformableBodySolver::applyTransforms would put a node, its limit on the displacement included.
+btVector3 predicted_end(const btSoftBody& body, const btSoftBody::Node& node, btScalar time_step) {
+  const btScalar limit = body.m_worldInfo->m_maxDisplacement / time_step;
+  btVector3 v = node.m_v;
+  for (int k = 0; k < 3; ++k) v[k] = btMax(-limit, btMin(limit, v[k]));
+  return node.m_x + time_step * (v + node.m_splitv);
+}
+
+void put(const btVector3& x, std::int32_t vertex, std::vector<btScalar>& positions) {
+  for (int k = 0; k < 3; ++k) positions[3 * static_cast<std::size_t>(vertex) + k] = x[k];
+}
+
+void fill(const SoftScene& scene, Motion& motion, btScalar time_step) {
+  for (const SoftScene::BodyRecord& record : scene.bodies()) {
+    const btSoftBody& body = *record.body;
+    const std::int32_t end = record.first_vertex + record.vertex_count;
+    for (std::int32_t v = record.first_vertex; v < end; ++v) {
+      const btSoftBody::Node& node = body.m_nodes[scene.node_index(v)];
+      put(node.m_x, v, motion.start);
+      put(predicted_end(body, node, time_step), v, motion.end);
+    }
+    // The base class puts anchored nodes where their rigid body has them, whatever their velocity.
+    for (int i = 0; i < body.m_deformableAnchors.size(); ++i) {
+      const btSoftBody::DeformableNodeRigidAnchor& anchor = body.m_deformableAnchors[i];
+      const int node = static_cast<int>(anchor.m_node - &body.m_nodes[0]);
+      const std::int32_t v = scene.vertex_of(record, node);
+      if (v < 0) continue;
+      put(anchor.m_cti.m_colObj->getWorldTransform() * anchor.m_local, v, motion.end);
+      motion.inverse_mass[v] = 0;
+    }
+  }
+}
+
+}  // namespace
+
+btLazyDeformableBodySolver::btLazyDeformableBodySolver(const Options& options)
+    : pipeline_(std::make_unique<Pipeline>(options)) {}
+
+btLazyDeformableBodySolver::~btLazyDeformableBodySolver() = default;
+
+Span<const StepContact> btLazyDeformableBodySolver::contacts() const { return pipeline_->contacts(); }
+const StepStats& btLazyDeformableBodySolver::step_stats() const { return pipeline_->step(); }
+const StepStats& btLazyDeformableBodySolver::total_stats() const { return pipeline_->total(); }
+std::string btLazyDeformableBodySolver::status() const { return pipeline_->status(); }
+void btLazyDeformableBodySolver::topology_changed() { pipeline_->invalidate(); }
+bool btLazyDeformableBodySolver::works() const { return pipeline_->works(); }
+
+void btLazyDeformableBodySolver::queue_pair(btSoftBody* a, btSoftBody* b) {
+  if (!pipeline_->queue_pair(a, b)) btDeformableBodySolver::processCollision(a, b);
+}
+
+void btLazyDeformableBodySolver::processCollision(btSoftBody* body,
+                                                  const btCollisionObjectWrapper* other) {
+  btDeformableBodySolver::processCollision(body, other);
+}
+
+void btLazyDeformableBodySolver::processCollision(btSoftBody* a, btSoftBody* b) { queue_pair(a, b); }
+
+void btLazyDeformableBodySolver::predictMotion(btScalar solverdt) {
+  pipeline_->note_changes(m_softBodies);
+  btDeformableBodySolver::predictMotion(solverdt);
+}
+
+void btLazyDeformableBodySolver::solveDeformableConstraints(btScalar solverdt) {
+  btDeformableBodySolver::solveDeformableConstraints(solverdt);
+  silence_bullet();
+}
+
+void btLazyDeformableBodySolver::silence_bullet() {
+  // What follows in the stock world is its discrete soft-against-soft handling, which heeds no filter
+  // and loses momentum. It looks for VF_DD, so the flag is away until applyTransforms().
+  silenced_.clear();
+  if (!pipeline_->works()) return;
+  for (int i = 0; i < m_softBodies.size(); ++i) {
+    btSoftBody* body = m_softBodies[i];
+    if (!(body->m_cfg.collisions & btSoftBody::fCollision::VF_DD)) continue;
+    body->m_cfg.collisions &= ~btSoftBody::fCollision::VF_DD;
+    silenced_.push_back(body);
+  }
+}
+
+void btLazyDeformableBodySolver::restore_bullet() {
+  for (btSoftBody* body : silenced_) body->m_cfg.collisions |= btSoftBody::fCollision::VF_DD;
+  silenced_.clear();
+}
+
+void btLazyDeformableBodySolver::applyTransforms(btScalar timeStep) {
+  restore_bullet();
+  const auto read = [timeStep](const SoftScene& scene, Motion& motion) {
+    fill(scene, motion, timeStep);
+  };
+  const bool ours = pipeline_->run(m_softBodies, static_cast<double>(timeStep), read);
+  if (ours) write_velocities(timeStep);
+  btDeformableBodySolver::applyTransforms(timeStep);
+  if (!ours) return;
+  write_positions();
+  list_contacts();
+}
+
+void btLazyDeformableBodySolver::write_velocities(btScalar time_step) {
+  if (!pipeline_->has_contacts()) return;
+  const SoftScene& scene = pipeline_->scene();
+  const Motion& motion = pipeline_->motion();
+  for (std::int32_t v = 0; v < scene.vertex_count(); ++v) {
+    if (!pipeline_->is_moved(v)) continue;
+    btSoftBody& body = *scene.bodies()[scene.body_of(v)].body;
+    scene.node(v).m_v +=
+        to_bullet((motion.solved[v] - motion.predicted[v]) / static_cast<double>(time_step));
+    if (!body.isActive()) body.activate(true);
+  }
+}
+
+void btLazyDeformableBodySolver::write_positions() {
+  // The base class computes the positions anew from the velocities, with its own rounding. What was
+  // found clean is to be what the next step starts from, bit for bit.
+  const SoftScene& scene = pipeline_->scene();
+  const Motion& motion = pipeline_->motion();
+  for (std::int32_t v = 0; v < scene.vertex_count(); ++v) {
+    const btScalar* end = &motion.end[3 * static_cast<std::size_t>(v)];
+    btSoftBody::Node& node = scene.node(v);
+    node.m_x = node.m_q = btVector3(end[0], end[1], end[2]);
+  }
+}
+
+void btLazyDeformableBodySolver::list_contacts() {
+  // As Bullet's CollideVF_DD fills them (btSoftBodyInternals.h). applyRepulsionForce has run for this
+  // step, and the lists are cleared before it runs again, so they are for applications to read.
+  for (int i = 0; i < m_softBodies.size(); ++i) {
+    m_softBodies[i]->m_faceNodeContacts.resize(0);
+    m_softBodies[i]->m_faceNodeContactsCCD.resize(0);
+  }
+  for (const StepContact& contact : pipeline_->contacts()) {
+    if (contact.kind != ContactKind::vertex_face) continue;
+    const btSoftBody& a = *contact.body_a;
+    const btSoftBody& b = *contact.body_b;
+    btSoftBody::DeformableFaceNodeContact c;
+    c.m_node = contact.nodes[0];
+    c.m_face = contact.face;
+    c.m_bary = btVector3(static_cast<btScalar>(-contact.weights[1]),
+                         static_cast<btScalar>(-contact.weights[2]),
+                         static_cast<btScalar>(-contact.weights[3]));
+    c.m_weights = btVector3(0, 0, 0);
+    c.m_normal = contact.normal;
+    c.m_margin = a.getCollisionShape()->getMargin() + b.getCollisionShape()->getMargin();
+    c.m_friction = a.m_cfg.kDF * b.m_cfg.kDF;
+    c.m_imf = 0;
+    c.m_c0 = 0;
+    c.m_colObj = contact.body_b;
+    contact.body_a->m_faceNodeContacts.push_back(c);
+  }
+}
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet

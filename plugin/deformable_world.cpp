@@ -1,0 +1,40 @@
+#include "lazyccd/bullet/deformable_world.h"
+
+#include <LinearMath/btQuickprof.h>
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+
+btLazyDeformableMultiBodyDynamicsWorld::btLazyDeformableMultiBodyDynamicsWorld(
+    btDispatcher* dispatcher, btBroadphaseInterface* pairCache,
+    btDeformableMultiBodyConstraintSolver* constraintSolver,
+    btCollisionConfiguration* collisionConfiguration,
+    btLazyDeformableBodySolver* deformableBodySolver)
+    : btDeformableMultiBodyDynamicsWorld(dispatcher, pairCache, constraintSolver,
+                                         collisionConfiguration, deformableBodySolver),
+      lazy_solver_(deformableBodySolver) {}
+
+void btLazyDeformableMultiBodyDynamicsWorld::internalSingleStepSimulation(btScalar timeStep) {
+  if (!lazy_solver_->works()) {
+    btDeformableMultiBodyDynamicsWorld::internalSingleStepSimulation(timeStep);
+    return;
+  }
+  BT_PROFILE("internalSingleStepSimulation");
+  if (m_internalPreTickCallback) (*m_internalPreTickCallback)(this, timeStep);
+  reinitialize(timeStep);
+  applyRigidBodyGravity(timeStep);
+  predictUnconstraintMotion(timeStep);
+  btMultiBodyDynamicsWorld::performDiscreteCollisionDetection();
+  btMultiBodyDynamicsWorld::calculateSimulationIslands();
+  beforeSolverCallbacks(timeStep);
+  solveConstraints(timeStep);
+  afterSolverCallbacks(timeStep);
+  // Here the base class runs performDeformableCollisionDetection(), applyRepulsionForce() and
+  // performGeometricCollisions(); LazyCCD does its work in applyTransforms(), inside the next call.
+  integrateTransforms(timeStep);
+  btMultiBodyDynamicsWorld::updateActions(timeStep);
+  updateActivationState(timeStep);
+}
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet

@@ -1,0 +1,64 @@
+// Deformable bodies in btDeformableMultiBodyDynamicsWorld. The one changed line:
+//
+//   lazyccd::bullet::btLazyDeformableBodySolver solver;
+//   btDeformableMultiBodyDynamicsWorld world(dispatcher, broadphase, constraints, configuration, &solver);
+//
+// That world also runs Bullet's own continuous detection, whose result nothing uses;
+// btLazyDeformableMultiBodyDynamicsWorld of deformable_world.h does not.
+#pragma once
+
+#include <BulletSoftBody/btDeformableBodySolver.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "lazyccd/bullet/options.h"
+#include "lazyccd/bullet/pair_queue.h"
+#include "lazyccd/bullet/report.h"
+#include "lazyccd/span.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+
+class Pipeline;
+
+class btLazyDeformableBodySolver : public btDeformableBodySolver, public PairQueue {
+ public:
+  explicit btLazyDeformableBodySolver(const Options& options = {});
+  ~btLazyDeformableBodySolver() override;
+  btLazyDeformableBodySolver(const btLazyDeformableBodySolver&) = delete;
+  btLazyDeformableBodySolver& operator=(const btLazyDeformableBodySolver&) = delete;
+
+  // As in btLazySoftBodySolver.
+  Span<const StepContact> contacts() const;
+  const StepStats& step_stats() const;
+  const StepStats& total_stats() const;
+  std::string status() const;
+  void topology_changed();
+
+  // False after a step that had to go on without LazyCCD: Bullet's own handling of soft pairs is the
+  // better one then.
+  bool works() const;
+
+  void queue_pair(btSoftBody* a, btSoftBody* b) override;
+
+  void predictMotion(btScalar solverdt) override;
+  void solveDeformableConstraints(btScalar solverdt) override;
+  void applyTransforms(btScalar timeStep) override;
+  void processCollision(btSoftBody* body, const btCollisionObjectWrapper* other) override;
+  void processCollision(btSoftBody* a, btSoftBody* b) override;
+
+ private:
+  void silence_bullet();
+  void restore_bullet();
+  void write_velocities(btScalar time_step);
+  void write_positions();
+  void list_contacts();
+
+  std::unique_ptr<Pipeline> pipeline_;
+  std::vector<btSoftBody*> silenced_;
+};
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet

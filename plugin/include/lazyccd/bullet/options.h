@@ -1,0 +1,37 @@
+// What an application may choose about the adapter. The defaults suit cloth in metres and seconds.
+//
+// Which bodies collide is Bullet's to say: filter groups and masks, an overlap filter callback,
+// setIgnoreCollisionCheck() and m_collisionDisabledObjects hold for soft bodies as for rigid ones. A
+// body collides with itself after setSelfCollision(true). Pairs with the cluster flag CL_SS in common
+// stay with Bullet. A body with CF_NO_CONTACT_RESPONSE has its contacts reported and nothing moved.
+#pragma once
+
+#include <functional>
+#include <string>
+
+#include "lazyccd/bullet/precision.h"
+#include "lazyccd/detector.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+
+struct Options {
+  lazyccd::Options detector;
+
+  // The gap in metres that a contact leaves between two surfaces where there was as much before it.
+  // Negative: the sum of the two bodies' collision margins, as Bullet does.
+  double thickness = -1;
+  // A contact that found a smaller gap than this part of the thickness opens it that far, by moving
+  // nodes without giving them velocity.
+  double recovery = 0.05;
+
+  int max_iterations = 20;  // detections a step that are answered with impulses
+  int sweeps = 24;          // Gauss-Seidel sweeps over the contacts after each of them
+  int max_zones = 8;        // then: detections answered with rigid impact zones
+
+  // Called once for each new line of the solver's status(): input that had to be left out, failures.
+  std::function<void(const std::string&)> on_message;
+};
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet

@@ -1,0 +1,45 @@
+// What a step did, for applications that want to know.
+#pragma once
+
+#include <BulletSoftBody/btSoftBody.h>
+
+#include <array>
+#include <cstdint>
+
+#include "lazyccd/bullet/precision.h"
+#include "lazyccd/contact.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+
+// Counts and times of one step, or summed over steps.
+struct StepStats {
+  std::int64_t steps = 0;
+  std::int64_t queued_pairs = 0;    // soft pairs that Bullet's dispatcher handed over
+  std::int64_t detections = 0;
+  std::int64_t contacts_vf = 0;     // different pairs of primitives in contact
+  std::int64_t contacts_ee = 0;
+  std::int64_t zone_nodes = 0;      // nodes that had to move rigidly with an impact zone
+  std::int64_t last_resorts = 0;    // nodes held where they were at the start of the step
+  std::int64_t touching = 0;        // pairs left because they touched before the step began
+  std::int64_t missed_steps = 0;    // steps that went on without LazyCCD (see status())
+  double ms_gather = 0, ms_detect = 0, ms_response = 0;
+
+  StepStats& operator+=(const StepStats& s);
+};
+
+// One contact of a step. The pointers are valid until bodies or their topology change.
+struct StepContact {
+  ContactKind kind;
+  btSoftBody* body_a;
+  btSoftBody* body_b;
+  std::array<btSoftBody::Node*, 4> nodes;  // as Contact::vertices
+  btSoftBody::Face* face;                  // of body_b; null for edge_edge
+  std::array<double, 4> weights;           // as Contact::weights()
+  btVector3 normal;                        // as Contact::normal
+  double toi;                              // as Contact::toi
+  double impulse;                          // N s, along the normal
+};
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet

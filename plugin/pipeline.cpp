@@ -1,0 +1,189 @@
+#include "pipeline.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <exception>
+
+#include "pair_rules.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double ms_since(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+}  // namespace
+
+Pipeline::Pipeline(const Options& options)
+    : options_(options),
+      journal_(options.on_message),
+      response_(options, [this](std::int32_t a, std::int32_t b) {
+        if (options_.thickness >= 0) return options_.thickness;
+        return static_cast<double>(scene_.bodies()[a].margin + scene_.bodies()[b].margin);
+      }) {}
+
+bool Pipeline::queue_pair(const btSoftBody* a, const btSoftBody* b) noexcept {
+  if (!works_ || is_cluster_pair(*a, *b) || scene_.is_refused(a) || scene_.is_refused(b)) return false;
+  ++queued_;
+  return true;
+}
+
+void Pipeline::note_changes(const Bodies& bodies) noexcept {
+  for (int i = 0; i < bodies.size(); ++i) {
+    // Bullet clears the mark of active bodies only; of the others it is part of the scene's stamp.
+    if (bodies[i]->m_bUpdateRtCst && bodies[i]->isActive()) scene_.invalidate();
+  }
+}
+
+bool Pipeline::run(const Bodies& bodies, double seconds, const Fill& fill) noexcept {
+  step_ = StepStats();
+  step_.steps = 1;
+  step_.queued_pairs = queued_;
+  queued_ = 0;
+  contacts_.clear();
+  silent_.clear();
+  responded_ = false;
+  try {
+    const Clock::time_point start = Clock::now();
+    gather(bodies, fill);
+    step_.ms_gather = ms_since(start);
+    if (motion_.size() > 0) {
+      const Clock::time_point gathered = Clock::now();
+      std::vector<Contact> contacts = detect(motion_.starts(), motion_.ends());
+      responded_ = !contacts.empty();
+      if (responded_) {
+        const auto detect_again = [this](const Positions& x0, const Positions& x1) {
+          return detect(x0, x1);
+        };
+        response_.run(std::move(contacts), detect_again, motion_, step_);
+      }
+      collect_contacts(seconds);
+      step_.ms_response = ms_since(gathered) - step_.ms_detect;
+    }
+    works_ = true;
+  } catch (const std::exception& error) {
+    works_ = false;
+    contacts_.clear();
+    step_.missed_steps = 1;
+    journal_.say(error.what(), std::string("the step goes on without LazyCCD: ") + error.what());
+  }
+  total_ += step_;
+  return works_;
+}
+
+void Pipeline::gather(const Bodies& bodies, const Fill& fill) {
+  scene_.readmit(bodies);
+  do {
+    if (!detector_) detector_ = std::make_unique<Detector>(options_.detector);
+    if (scene_.update(bodies, journal_) && scene_.vertex_count() > 0) {
+      try {
+        detector_->set_topology(scene_.topology());
+      } catch (...) {
+        scene_.invalidate();
+        throw;
+      }
+    }
+    const std::size_t count = static_cast<std::size_t>(scene_.vertex_count());
+    motion_.start.resize(3 * count);
+    motion_.end.resize(3 * count);
+    motion_.inverse_mass.resize(count);
+    motion_.first_vertex.clear();
+    for (const SoftScene::BodyRecord& record : scene_.bodies()) {
+      motion_.first_vertex.push_back(record.first_vertex);
+    }
+    motion_.first_vertex.push_back(scene_.vertex_count());
+    for (std::size_t i = 0; i < count; ++i) {
+      motion_.inverse_mass[i] = static_cast<double>(scene_.node(static_cast<std::int32_t>(i)).m_im);
+    }
+    fill(scene_, motion_);
+  } while (refuse_non_finite());
+}
+
+bool Pipeline::refuse_non_finite() {
+  bool refused = false;
+  for (const SoftScene::BodyRecord& record : scene_.bodies()) {
+    for (std::int32_t v = record.first_vertex; v < record.first_vertex + record.vertex_count; ++v) {
+      const std::size_t at = 3 * static_cast<std::size_t>(v);
+      bool finite = true;
+      for (std::size_t k = at; k < at + 3; ++k) {
+        finite = finite && std::isfinite(motion_.start[k]) && std::isfinite(motion_.end[k]);
+      }
+      if (finite) continue;
+      scene_.refuse(record.body);
+      refused = true;
+      const std::string body = std::to_string(record.world_index);
+      journal_.say("finite " + body, "soft body " + body + ", node " +
+                                         std::to_string(scene_.node_index(v)) +
+                                         ": the position is not finite; the body is left out of "
+                                         "collision detection until it is");
+      break;
+    }
+  }
+  return refused;
+}
+
+std::vector<Contact> Pipeline::detect(const Positions& start, const Positions& end) {
+  const Clock::time_point begin = Clock::now();
+  std::vector<Contact> answered;
+  for (const Contact& contact : detector_->detect(start, end)) {
+    const bool responds =
+        scene_.bodies()[contact.body_a].responds && scene_.bodies()[contact.body_b].responds;
+    const bool movable = std::any_of(contact.vertices.begin(), contact.vertices.end(),
+                                     [this](std::int32_t v) { return motion_.inverse_mass[v] > 0; });
+    if (responds && movable) {
+      answered.push_back(contact);
+    } else if (step_.detections == 0) {
+      silent_.push_back(contact);
+    }
+  }
+  ++step_.detections;
+  step_.ms_detect += ms_since(begin);
+  return answered;
+}
+
+void Pipeline::collect_contacts(double seconds) {
+  if (responded_) {
+    for (const ContactRow& row : response_.rows()) {
+      contacts_.push_back(step_contact(row.contact, row.impulse / seconds));
+    }
+  }
+  for (const Contact& contact : silent_) contacts_.push_back(step_contact(contact, 0));
+  for (const StepContact& contact : contacts_) {
+    ++(contact.kind == ContactKind::vertex_face ? step_.contacts_vf : step_.contacts_ee);
+  }
+}
+
+StepContact Pipeline::step_contact(const Contact& contact, double impulse) const {
+  StepContact c;
+  c.kind = contact.kind;
+  c.body_a = scene_.bodies()[contact.body_a].body;
+  c.body_b = scene_.bodies()[contact.body_b].body;
+  for (int i = 0; i < 4; ++i) c.nodes[i] = &scene_.node(contact.vertices[i]);
+  c.face = c.kind == ContactKind::vertex_face ? &scene_.face(contact.primitive_b) : nullptr;
+  c.weights = contact.weights();
+  c.normal = btVector3(contact.normal[0], contact.normal[1], contact.normal[2]);
+  c.toi = contact.toi;
+  c.impulse = impulse;
+  return c;
+}
+
+bool Pipeline::is_moved(std::int32_t vertex) const {
+  return responded_ && (motion_.solved[vertex] != motion_.predicted[vertex] ||
+                        motion_.opening[vertex] != Eigen::Vector3d::Zero());
+}
+
+std::string Pipeline::status() const {
+  std::string text = "LazyCCD: " + (detector_ ? detector_->status() : "no step yet") + ", " +
+                     std::to_string(scene_.bodies().size()) + " soft bodies, " +
+                     std::to_string(total_.steps) + " steps, " + std::to_string(total_.last_resorts) +
+                     " nodes held as the last resort\n";
+  return text + journal_.text();
+}
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet

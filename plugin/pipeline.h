@@ -1,0 +1,76 @@
+// One step of a scene of soft bodies: gather, detect, respond. Shared by the solvers of all worlds,
+// which read and write Bullet's nodes in their own way. Nothing here throws.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "journal.h"
+#include "lazyccd/bullet/options.h"
+#include "lazyccd/bullet/report.h"
+#include "lazyccd/detector.h"
+#include "motion.h"
+#include "response.h"
+#include "soft_scene.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+
+class Pipeline {
+ public:
+  using Bodies = btAlignedObjectArray<btSoftBody*>;
+  // Fills start and end of a motion whose arrays have their size, and zeroes the inverse mass of nodes
+  // that something else than velocity and contact moves.
+  using Fill = std::function<void(const SoftScene&, Motion&)>;
+
+  explicit Pipeline(const Options& options);
+
+  // A pair from Bullet's dispatcher. False where it is not LazyCCD's, so that Bullet is to process it.
+  bool queue_pair(const btSoftBody* a, const btSoftBody* b) noexcept;
+  // To be called while Bullet's marks of changed topology still stand.
+  void note_changes(const Bodies& bodies) noexcept;
+
+  // The whole scene, `seconds` long. True where it went its full way: then motion().end is clean and
+  // is what the nodes should be set to. False where the step is Bullet's alone; status() says why.
+  bool run(const Bodies& bodies, double seconds, const Fill& fill) noexcept;
+
+  // Of the last run():
+  bool works() const { return works_; }
+  const SoftScene& scene() const { return scene_; }
+  const Motion& motion() const { return motion_; }
+  bool has_contacts() const { return !contacts_.empty(); }
+  // The response moved this vertex. Only after has_contacts().
+  bool is_moved(std::int32_t vertex) const;
+  const std::vector<StepContact>& contacts() const { return contacts_; }
+  const StepStats& step() const { return step_; }
+
+  const StepStats& total() const { return total_; }
+  std::string status() const;
+  void invalidate() { scene_.invalidate(); }
+  Journal& journal() { return journal_; }
+
+ private:
+  void gather(const Bodies& bodies, const Fill& fill);
+  bool refuse_non_finite();
+  std::vector<Contact> detect(const Positions& start, const Positions& end);
+  void collect_contacts(double seconds);
+  StepContact step_contact(const Contact& contact, double impulse) const;
+
+  Options options_;
+  Journal journal_;
+  std::unique_ptr<Detector> detector_;
+  SoftScene scene_;
+  Motion motion_;
+  Response response_;
+  std::vector<Contact> silent_;  // met in this step's first detection, not to be answered
+  std::vector<StepContact> contacts_;
+  std::int64_t queued_ = 0;
+  StepStats step_, total_;
+  bool works_ = true;
+  bool responded_ = false;
+};
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet

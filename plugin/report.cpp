@@ -1,0 +1,23 @@
+#include "lazyccd/bullet/report.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+
+StepStats& StepStats::operator+=(const StepStats& s) {
+  steps += s.steps;
+  queued_pairs += s.queued_pairs;
+  detections += s.detections;
+  contacts_vf += s.contacts_vf;
+  contacts_ee += s.contacts_ee;
+  zone_nodes += s.zone_nodes;
+  last_resorts += s.last_resorts;
+  touching += s.touching;
+  missed_steps += s.missed_steps;
+  ms_gather += s.ms_gather;
+  ms_detect += s.ms_detect;
+  ms_response += s.ms_response;
+  return *this;
+}
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet

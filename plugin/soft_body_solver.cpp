@@ -1,0 +1,117 @@
+#include "lazyccd/bullet/soft_body_solver.h"
+
+#include <BulletSoftBody/btSoftBody.h>
+
+#include "pipeline.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+
+btLazySoftBodySolver::btLazySoftBodySolver(const Options& options)
+    : pipeline_(std::make_unique<Pipeline>(options)) {}
+
+btLazySoftBodySolver::~btLazySoftBodySolver() = default;
+
+Span<const StepContact> btLazySoftBodySolver::contacts() const { return pipeline_->contacts(); }
+const StepStats& btLazySoftBodySolver::step_stats() const { return pipeline_->step(); }
+const StepStats& btLazySoftBodySolver::total_stats() const { return pipeline_->total(); }
+std::string btLazySoftBodySolver::status() const { return pipeline_->status(); }
+void btLazySoftBodySolver::topology_changed() { pipeline_->invalidate(); }
+
+void btLazySoftBodySolver::queue_pair(btSoftBody* a, btSoftBody* b) {
+  if (!pipeline_->queue_pair(a, b)) btDefaultSoftBodySolver::processCollision(a, b);
+}
+
+void btLazySoftBodySolver::predictMotion(btScalar solverdt) {
+  pipeline_->note_changes(m_softBodySet);
+  btDefaultSoftBodySolver::predictMotion(solverdt);
+  // Bullet clears the lists of active bodies only. A body that sleeps here and is woken by this step's
+  // collisions would act on the contacts of an old step.
+  for (int i = 0; i < m_softBodySet.size(); ++i) m_softBodySet[i]->m_scontacts.resize(0);
+}
+
+void btLazySoftBodySolver::processCollision(btSoftBody* body, const btCollisionObjectWrapper* other) {
+  btDefaultSoftBodySolver::processCollision(body, other);
+}
+
+void btLazySoftBodySolver::processCollision(btSoftBody* a, btSoftBody* b) { queue_pair(a, b); }
+
+void btLazySoftBodySolver::solveConstraints(btScalar solverdt) {
+  // Drift iterations overwrite the start of the step in m_q, so it is copied first.
+  read_starts();
+  btDefaultSoftBodySolver::solveConstraints(solverdt);
+  const auto fill = [this](const SoftScene& scene, Motion& motion) {
+    for (std::int32_t v = 0; v < scene.vertex_count(); ++v) {
+      const SoftScene::BodyRecord& record = scene.bodies()[scene.body_of(v)];
+      const btVector3& start = starts_[record.world_index][scene.node_index(v)];
+      const btVector3& end = scene.node(v).m_x;
+      for (int k = 0; k < 3; ++k) {
+        motion.start[3 * static_cast<std::size_t>(v) + k] = start[k];
+        motion.end[3 * static_cast<std::size_t>(v) + k] = end[k];
+      }
+    }
+  };
+  if (!pipeline_->run(m_softBodySet, static_cast<double>(solverdt), fill)) return;
+  if (!pipeline_->has_contacts()) return;
+  write_back();
+  list_contacts();
+}
+
+void btLazySoftBodySolver::read_starts() {
+  starts_.resize(m_softBodySet.size());
+  for (int i = 0; i < m_softBodySet.size(); ++i) {
+    const btSoftBody& body = *m_softBodySet[i];
+    starts_[i].resize(body.m_nodes.size());
+    // A body that sleeps was not predicted: its m_q is of an older step.
+    for (int j = 0; j < body.m_nodes.size(); ++j) {
+      starts_[i][j] = body.isActive() ? body.m_nodes[j].m_q : body.m_nodes[j].m_x;
+    }
+  }
+}
+
+void btLazySoftBodySolver::write_back() {
+  const SoftScene& scene = pipeline_->scene();
+  const Motion& motion = pipeline_->motion();
+  for (std::int32_t v = 0; v < scene.vertex_count(); ++v) {
+    if (!pipeline_->is_moved(v)) continue;
+    btSoftBody& body = *scene.bodies()[scene.body_of(v)].body;
+    btSoftBody::Node& node = scene.node(v);
+    const btScalar* end = &motion.end[3 * static_cast<std::size_t>(v)];
+    node.m_x = btVector3(end[0], end[1], end[2]);
+    // The body's own time step: its m_cfg.timescale is in it.
+    const Eigen::Vector3d change =
+        (motion.solved[v] - motion.predicted[v]) * static_cast<double>(body.m_sst.isdt);
+    node.m_v += btVector3(static_cast<btScalar>(change[0]), static_cast<btScalar>(change[1]),
+                          static_cast<btScalar>(change[2]));
+    if (!body.isActive()) body.activate(true);
+  }
+}
+
+void btLazySoftBodySolver::list_contacts() {
+  // As Bullet's CollideVF_SS fills them (btSoftBodyInternals.h). Bullet's solver has done its work for
+  // this step and clears the list before the next one, so they are for applications to read.
+  for (const StepContact& contact : pipeline_->contacts()) {
+    if (contact.kind != ContactKind::vertex_face) continue;
+    const btSoftBody& a = *contact.body_a;
+    const btSoftBody& b = *contact.body_b;
+    btSoftBody::SContact c;
+    c.m_node = contact.nodes[0];
+    c.m_face = contact.face;
+    c.m_weights = btVector3(static_cast<btScalar>(-contact.weights[1]),
+                            static_cast<btScalar>(-contact.weights[2]),
+                            static_cast<btScalar>(-contact.weights[3]));
+    c.m_normal = contact.normal;
+    c.m_margin = a.getCollisionShape()->getMargin() + b.getCollisionShape()->getMargin();
+    c.m_friction = btMax(a.m_cfg.kDF, b.m_cfg.kDF);
+    const btScalar node_share = contact.nodes[0]->m_im;
+    btScalar face_share = 0;
+    for (int k = 0; k < 3; ++k) face_share += c.m_weights[k] * contact.nodes[k + 1]->m_im;
+    const btScalar shares = node_share + face_share;
+    c.m_cfm[0] = shares > 0 ? node_share / shares * a.m_cfg.kSHR : 0;
+    c.m_cfm[1] = shares > 0 ? face_share / shares * b.m_cfg.kSHR : 0;
+    contact.body_a->m_scontacts.push_back(c);
+  }
+}
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet

@@ -1,0 +1,92 @@
+// Bullet's soft bodies as one index space of vertices, faces and edges.
+//
+// Taken: bodies with at least one face or one link that counts. A link counts as an edge where one of
+// its ends belongs to no face and no tetrahedron (ropes); other links lie on the surface or inside the
+// volume, and bending links are not matter. Nodes that no face or edge uses are no vertices.
+// Left out, and said once: faces that name a node twice, repeat another face or reach into another
+// body; bodies that are reduced deformables or hold a position that is not finite.
+#pragma once
+
+#include <BulletSoftBody/btSoftBody.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "journal.h"
+#include "lazyccd/scene.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+
+class SoftScene {
+ public:
+  struct BodyRecord {
+    btSoftBody* body;
+    int world_index;       // position in the world's array of soft bodies
+    std::int32_t first_vertex, vertex_count;
+    btScalar margin;       // metres
+    bool responds;         // false: contacts are reported and nothing is moved
+  };
+
+  // Compares with what was read last, cheaply: counts, filters and Bullet's own mark of a change.
+  // Reads everything anew where something differs, and then returns true.
+  bool update(const btAlignedObjectArray<btSoftBody*>& bodies, Journal& journal);
+  // Takes the next update() as changed, whatever it sees.
+  void invalidate() { valid_ = false; }
+  // Leaves a body out until its nodes are finite again.
+  void refuse(const btSoftBody* body) { refused_.push_back(body); }
+  void readmit(const btAlignedObjectArray<btSoftBody*>& bodies);
+  bool is_refused(const btSoftBody* body) const;
+
+  Topology topology() const;
+  std::int32_t vertex_count() const { return static_cast<std::int32_t>(node_.size()); }
+  const std::vector<BodyRecord>& bodies() const { return bodies_; }
+  std::int32_t body_of(std::int32_t vertex) const { return body_of_vertex_[vertex]; }
+  btSoftBody::Node& node(std::int32_t vertex) const {
+    return bodies_[body_of_vertex_[vertex]].body->m_nodes[node_[vertex]];
+  }
+  int node_index(std::int32_t vertex) const { return node_[vertex]; }
+  // The vertex of a node, or -1 where no face or edge uses the node.
+  std::int32_t vertex_of(const BodyRecord& record, int node) const;
+  // Bullet's face behind a face of topology().
+  btSoftBody::Face& face(std::int32_t face) const {
+    return bodies_[body_of_vertex_[faces_[face][0]]].body->m_faces[face_[face]];
+  }
+
+ private:
+  // What a change of the scene shows in without reading its faces.
+  struct Stamp {
+    const btSoftBody* body;
+    const btSoftBody::Node* nodes;
+    std::uint64_t ignored;  // over the lists of objects not to collide with
+    int node_count, face_count, link_count, tetra_count;
+    int group, mask, collisions;
+    bool self, responds, refused, marked_changed;
+    btScalar margin;
+    bool operator==(const Stamp& s) const;
+  };
+
+  Stamp stamp(btSoftBody* body) const;
+  void rebuild(const btAlignedObjectArray<btSoftBody*>& bodies, Journal& journal);
+  void add_body(btSoftBody* body, int world_index, Journal& journal);
+  bool pinned_as_read() const;
+  void find_filters();
+
+  bool valid_ = false;
+  std::vector<Stamp> stamps_;
+  std::vector<const btSoftBody*> refused_;
+
+  std::vector<BodyRecord> bodies_;
+  std::vector<Face> faces_;
+  std::vector<Edge> edges_;
+  std::vector<std::int32_t> body_of_vertex_;
+  std::vector<float> inverse_mass_;
+  std::vector<Body> filters_;
+  std::vector<BodyPair> disabled_pairs_;
+  std::vector<int> node_;  // index in its body, by vertex
+  std::vector<int> face_;  // index in its body, by face
+};
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet
