@@ -52,7 +52,7 @@ template <class S>
 struct RootGrid;
 template <>
 struct RootGrid<float> {
-  static constexpr float cells = 512;
+  static constexpr float cells = 4096;
   static constexpr int iterations = 5;
 };
 template <>
@@ -86,28 +86,32 @@ LAZYCCD_HD inline Verdict<T> decide_at_roots(const Differences<T>& d, const Magn
   const T k0 = sign * f.k[0], k1 = sign * f.k[1], k2 = sign * f.k[2], k3 = sign * f.k[3];
   const Mask starts = k0 > f.bound;
   // By Descartes' rule one change of sign among the coefficients is one root.
-  const Mask one_root = Mask(starts & (k3 < -f.bound) & ((k1 > f.bound) | (k2 < -f.bound)));
+  const Mask falls = Mask(starts & (k3 < -f.bound));
+  const Mask one_root = Mask(falls & ((k1 > f.bound) | (k2 < -f.bound)));
 
-  // Both ends on one side: two roots where the cubic is certainly on the other side in between, none
-  // where both parts have coefficients on this side only.
-  const Mask same_side = Mask(starts & (k3 > f.bound));
-  Mask two_roots = Mask(same_side & !same_side);
+  // Otherwise the turn of the cubic parts its roots. Both ends on one side: two roots where the turn is
+  // certainly on the other side, none where both parts have coefficients on this side only. Ends on two
+  // sides: one root before the turn, by Descartes' rule again, and perhaps two behind it.
   Mask miss = f.no_root();
+  const Mask same_side = Mask(starts & (k3 > f.bound) & !miss), winding = Mask(falls & !one_root);
+  Mask two_roots = Mask(same_side & !same_side), root_before_turn = two_roots, none_behind = two_roots;
   T turn = one;
-  if (lane_any(Mask(same_side & !miss))) {
+  if (lane_any(Mask(same_side | winding))) {
     const T at = lane_floor(estimate_minimum(f, sign) * cells + T(S(0.5))) / cells;
-    const Mask between = Mask(same_side & (at > zero) & (at < one));
-    turn = select(between, at, one);
-    two_roots = Mask(between & (sign * f.at(turn) < -f.bound));
+    const Mask turns = Mask((same_side | winding) & (at > zero) & (at < one));
+    turn = select(turns, at, one);
+    const Mask below = Mask(turns & (sign * f.at(turn) < -f.bound));
     const Cubic<T> left = f.on(zero, turn), right = f.on(turn, one);
-    miss = Mask(miss | (between & ((left.all_positive() & right.all_positive()) |
-                                   (left.all_negative() & right.all_negative()))));
+    two_roots = Mask(same_side & below);
+    root_before_turn = Mask(winding & below & (sign * left.k[2] < -f.bound));
+    none_behind = right.no_root();
+    miss = Mask(miss | (same_side & turns & left.no_root() & none_behind));
   }
 
-  const Mask rooted = Mask(one_root | two_roots);
+  const Mask rooted = Mask(one_root | two_roots | root_before_turn);
   Verdict<T> first = decide_at_root<kind>(d, m, f, sign, zero, turn);
   first.hit = Mask(first.hit & rooted);
-  miss = Mask(miss | (first.miss & one_root));
+  miss = Mask(miss | (first.miss & (one_root | (root_before_turn & none_behind))));
   const Mask later = Mask(first.miss & two_roots);
   if (lane_any(later)) {
     const Verdict<T> second = decide_at_root<kind>(d, m, f, -sign, turn, one);

@@ -69,15 +69,14 @@ LAZYCCD_HD inline Verdict<double> decide_by_subdivision(const Differences<double
 // f has one root in [lo, hi] and certain signs at both.
 LAZYCCD_HD inline std::int64_t impact_tick(const Cubic<double>& f, double lo, double hi) {
   const double sign = f.at(lo) < 0 ? -1 : 1;
-  const double root = estimate_root(f, sign, lo, hi, 12);
   const double ticks = 4294967296.0;
-  const double below = lane_floor(root * ticks);
-  if (!(below >= 0 && below <= ticks)) return -1;
-  for (int i = 0; i < 3; ++i) {
-    const double tick = below + (i == 0 ? 0 : i == 1 ? -1 : 1);
-    const double a = lane_max(tick / ticks, lo), b = lane_min((tick + 1) / ticks, hi);
+  // A root that takes more than a few steps is rare.
+  for (const int iterations : {4, 40}) {
+    const double below = lane_floor(estimate_root(f, sign, lo, hi, iterations) * ticks);
+    if (!(below >= 0 && below <= ticks)) continue;
+    const double a = lane_max(below / ticks, lo), b = lane_min((below + 1) / ticks, hi);
     if (a < b && sign * f.at(a) > f.bound && sign * f.at(b) < -f.bound)
-      return static_cast<std::int64_t>(tick);
+      return static_cast<std::int64_t>(below);
   }
   return -1;
 }

@@ -75,7 +75,9 @@ class Poly {
     fmpz_poly_mul(c.value_, a.value_, b.value_);
     return c;
   }
-  friend bool operator==(const Poly& a, const Poly& b) { return fmpz_poly_equal(a.value_, b.value_); }
+  friend bool operator==(const Poly& a, const Poly& b) {
+    return fmpz_poly_equal(a.value_, b.value_);
+  }
 
  private:
   fmpz_poly_t value_;
@@ -116,8 +118,8 @@ std::vector<Ball> real_roots(const Poly& p, slong precision) {
 
 }  // namespace
 
-// One real root of a square-free polynomial. Questions may narrow the ball and simplify the polynomial;
-// the number stays what it is.
+// One real root of a square-free polynomial. Questions may narrow the ball and simplify the
+// polynomial; the number stays what it is.
 class AlgebraicNumber {
  public:
   static constexpr slong first_precision = 128;  // bits
@@ -245,7 +247,9 @@ void append_roots(const Poly& p, std::vector<AlgebraicNumber>& out) {
 
 using Vector = std::array<Poly, 3>;
 
-Vector operator-(const Vector& a, const Vector& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+Vector operator-(const Vector& a, const Vector& b) {
+  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+}
 Poly dot(const Vector& a, const Vector& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
 Vector cross(const Vector& a, const Vector& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
@@ -315,7 +319,8 @@ Truth find_truth(ContactKind kind, const QueryPoints& points) {
 
   std::vector<Poly> inside;
   if (is_vf) {
-    inside = {dot(n, cross(c - b, a - b)), dot(n, cross(d - c, a - c)), dot(n, cross(b - d, a - d))};
+    inside = {dot(n, cross(c - b, a - b)), dot(n, cross(d - c, a - c)),
+              dot(n, cross(b - d, a - d))};
   } else {
     const Poly nn = dot(n, n);
     const Poly s = dot(cross(c - a, d - c), n), u = dot(cross(c - a, b - a), n);
@@ -324,8 +329,10 @@ Truth find_truth(ContactKind kind, const QueryPoints& points) {
   std::vector<PointSegment> degenerate;
   const auto make_degenerate = [&, &a = a, &b = b, &c = c, &d = d] {
     if (!degenerate.empty()) return;
-    if (is_vf) degenerate = {{a, b, c}, {a, c, d}, {a, d, b}};
-    else degenerate = {{a, c, d}, {b, c, d}, {c, a, b}, {d, a, b}};
+    if (is_vf)
+      degenerate = {{a, b, c}, {a, c, d}, {a, d, b}};
+    else
+      degenerate = {{a, c, d}, {b, c, d}, {c, a, b}, {d, a, b}};
   };
 
   // In one plane at all times: whether there is contact can change only at the ends of the step and
@@ -337,7 +344,8 @@ Truth find_truth(ContactKind kind, const QueryPoints& points) {
     for (const Poly& p : n) append_roots(p, times);
     for (const PointSegment& s : degenerate) {
       for (const Poly& p : s.normal) append_roots(p, times);
-      for (const Poly& p : {s.along, s.length2 - s.along, s.length2, s.distance2}) append_roots(p, times);
+      for (const Poly& p : {s.along, s.length2 - s.along, s.length2, s.distance2})
+        append_roots(p, times);
     }
     std::sort(times.begin(), times.end());
   }
@@ -345,7 +353,8 @@ Truth find_truth(ContactKind kind, const QueryPoints& points) {
   for (const AlgebraicNumber& t : times) {
     bool touches = true;
     if (std::any_of(n.begin(), n.end(), [&](const Poly& p) { return t.sign(p) != 0; })) {
-      touches = std::all_of(inside.begin(), inside.end(), [&](const Poly& p) { return t.sign(p) >= 0; });
+      touches =
+          std::all_of(inside.begin(), inside.end(), [&](const Poly& p) { return t.sign(p) >= 0; });
     } else {
       make_degenerate();
       if (regularity == Truth::Regularity::regular) regularity = Truth::Regularity::singular;
