@@ -11,6 +11,43 @@ namespace lazyccd {
 
 constexpr double kTick = 1.0 / 4294967296.0;  // unit of Contact::toi
 
+// What names the primitives of a contact. Plain pointers: host or device memory.
+struct MeshView {
+  const std::int32_t (*faces)[3];
+  const std::int32_t (*edges)[2];
+  const std::int32_t* body_of_vertex;
+};
+
+// An elementary pair: vertex and face, or two edges in any order, as indices of the mesh.
+struct Candidate {
+  std::int32_t a, b;
+};
+
+// Bodies, primitives and vertices of a candidate, in the order that Contact promises.
+template <ContactKind kind>
+LAZYCCD_HD inline void identify_contact(const MeshView& mesh, Candidate pair, Contact& c) {
+  c.kind = kind;
+  if constexpr (kind == ContactKind::vertex_face) {
+    const std::int32_t* f = mesh.faces[pair.b];
+    c.vertices = {pair.a, f[0], f[1], f[2]};
+    c.body_a = mesh.body_of_vertex[pair.a];
+    c.body_b = mesh.body_of_vertex[f[0]];
+  } else {
+    c.body_a = mesh.body_of_vertex[mesh.edges[pair.a][0]];
+    c.body_b = mesh.body_of_vertex[mesh.edges[pair.b][0]];
+    if (c.body_b < c.body_a || (c.body_b == c.body_a && pair.b < pair.a)) {
+      pair = {pair.b, pair.a};
+      const std::int32_t body = c.body_a;
+      c.body_a = c.body_b;
+      c.body_b = body;
+    }
+    const std::int32_t *a = mesh.edges[pair.a], *b = mesh.edges[pair.b];
+    c.vertices = {a[0], a[1], b[0], b[1]};
+  }
+  c.primitive_a = pair.a;
+  c.primitive_b = pair.b;
+}
+
 // Closest points, and a normal, at the time of impact, in plain double arithmetic without
 // contraction, so that every backend gets the same bits.
 template <ContactKind kind>

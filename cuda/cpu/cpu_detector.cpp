@@ -98,8 +98,7 @@ struct alignas(128) CpuDetector::Worker : CandidateSink {
   template <ContactKind kind>
   void decide(const Survivor& survivor) {
     Contact contact;
-    contact.kind = kind;
-    identify<kind>(survivor.pair, contact);
+    identify_contact<kind>(scene.mesh, survivor.pair, contact);
     const Mesh& mesh = *owner->mesh_;
     if (mesh.any_pinned() && std::all_of(contact.vertices.begin(), contact.vertices.end(),
                                          [&](std::int32_t v) { return mesh.pinned(v); }))
@@ -137,30 +136,6 @@ struct alignas(128) CpuDetector::Worker : CandidateSink {
     }
     const QueryResult result = decide_exact(kind, points);
     return {result.hit ? Decision::hit : Decision::miss, static_cast<std::int64_t>(result.toi / kTick)};
-  }
-
-  // Bodies, primitives and vertices of a candidate, in the order that Contact promises.
-  template <ContactKind kind>
-  void identify(Candidate pair, Contact& c) const {
-    const Mesh& mesh = *owner->mesh_;
-    const std::vector<std::int32_t>& body = mesh.body_of_vertex();
-    if constexpr (kind == ContactKind::vertex_face) {
-      const Face& f = mesh.faces()[pair.b];
-      c.vertices = {pair.a, f[0], f[1], f[2]};
-      c.body_a = body[pair.a];
-      c.body_b = body[f[0]];
-    } else {
-      c.body_a = body[mesh.edges()[pair.a][0]];
-      c.body_b = body[mesh.edges()[pair.b][0]];
-      if (std::make_pair(c.body_b, pair.b) < std::make_pair(c.body_a, pair.a)) {
-        std::swap(pair.a, pair.b);
-        std::swap(c.body_a, c.body_b);
-      }
-      const Edge &a = mesh.edges()[pair.a], &b = mesh.edges()[pair.b];
-      c.vertices = {a[0], a[1], b[0], b[1]};
-    }
-    c.primitive_a = pair.a;
-    c.primitive_b = pair.b;
   }
 };
 
@@ -253,13 +228,11 @@ void CpuDetector::visit_pair(Worker& worker, NodePair pair) {
 
 // Algorithm 2.1: a pair of nodes that overlap is opened, down to pairs of leaves.
 void CpuDetector::traverse(Stats& stats) {
-  static_assert(sizeof(Face) == 3 * sizeof(std::int32_t) && sizeof(Edge) == 2 * sizeof(std::int32_t));
   const LeafScene scene{groups_.groups().data(),
                         groups_.boxes().data(),
                         groups_.blocks().data(),
                         records_.empty() ? nullptr : records_.data()->x,
-                        reinterpret_cast<const std::int32_t(*)[3]>(mesh_->faces().data()),
-                        reinterpret_cast<const std::int32_t(*)[2]>(mesh_->edges().data()),
+                        mesh_->view(),
                         scale_,
                         options_.vertex_face,
                         options_.edge_edge};

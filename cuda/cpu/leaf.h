@@ -4,15 +4,10 @@
 
 #include <cstdint>
 
+#include "core/contact_math.h"
 #include "core/group.h"
-#include "lazyccd/contact.h"
 
 namespace lazyccd {
-
-// An elementary pair: vertex and face, or two edges, as indices of the mesh.
-struct Candidate {
-  std::int32_t a, b;
-};
 
 // What the leaf reads. `records` are the vertices' eight doubles; `scale` brings all differences
 // of positions in the scene to at most 2^6 (core/elementary.h).
@@ -21,8 +16,7 @@ struct LeafScene {
   const MotionBox* boxes;
   const Block* blocks;
   const double* records;
-  const std::int32_t (*faces)[3];
-  const std::int32_t (*edges)[2];
+  MeshView mesh;
   double scale;
   bool vertex_face, edge_edge;
 };

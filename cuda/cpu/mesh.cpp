@@ -155,6 +155,12 @@ void Mesh::check_primitives_of_bodies() const {
                   static_cast<std::int32_t>(b));
 }
 
+MeshView Mesh::view() const {
+  static_assert(sizeof(Face) == 3 * sizeof(std::int32_t) && sizeof(Edge) == 2 * sizeof(std::int32_t));
+  return {reinterpret_cast<const std::int32_t(*)[3]>(faces_.data()),
+          reinterpret_cast<const std::int32_t(*)[2]>(edges_.data()), body_of_vertex_.data()};
+}
+
 bool Mesh::collide(std::int32_t a, std::int32_t b) const {
   const Body &x = bodies_[a], &y = bodies_[b];
   if (a == b) return x.self_collision;

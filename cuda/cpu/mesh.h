@@ -5,6 +5,7 @@
 #include <unordered_set>
 #include <vector>
 
+#include "core/contact_math.h"
 #include "lazyccd/scene.h"
 
 namespace lazyccd {
@@ -28,6 +29,11 @@ class Mesh {
   bool pinned(std::int32_t vertex) const { return !pinned_.empty() && pinned_[vertex]; }
   bool any_pinned() const { return !pinned_.empty(); }
 
+  const std::vector<Body>& bodies() const { return bodies_; }
+  // The disabled pairs as smaller body << 32 | larger body, in no order.
+  const std::unordered_set<std::uint64_t>& disabled_pairs() const { return disabled_; }
+  MeshView view() const;
+
   bool collide(std::int32_t body_a, std::int32_t body_b) const;
 
  private:
@@ -43,7 +49,7 @@ class Mesh {
   std::vector<std::int32_t> body_of_vertex_;
   std::vector<Body> bodies_;
   std::vector<char> pinned_;                    // empty where no vertex is
-  std::unordered_set<std::uint64_t> disabled_;  // smaller body << 32 | larger body
+  std::unordered_set<std::uint64_t> disabled_;
 };
 
 }  // namespace lazyccd

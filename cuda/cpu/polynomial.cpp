@@ -88,43 +88,49 @@ Integer Polynomial::value(const Integer& k, unsigned level) const {
   return result;
 }
 
-// Drops the factors t and 1-t, which have no root inside, and the integer common to all
-// coefficients.
-void Polynomial::make_primitive() {
+// Drops the factors t and 1-t, which have no root inside.
+void Polynomial::trim() {
   int first = 0, last = degree_;
   while (last > 0 && (*this)[last].is_zero()) --last;
   while (first < last && (*this)[first].is_zero()) ++first;
   if (first > 0) std::rotate(c_.begin(), c_.begin() + first, c_.begin() + last + 1);
   degree_ = last - first;
-  Integer content = 0;
-  for (int i = 0; i <= degree_ && content != 1; ++i)
-    content = boost::multiprecision::gcd(content, (*this)[i]);
-  if (content > 1)
-    for (int i = 0; i <= degree_; ++i) at(i) /= content;
 }
 
+// Euclid's algorithm on the coefficients as polynomials in t / (1-t), with subresultants (Knuth,
+// The Art of Computer Programming 2, section 4.6.1, algorithm C): their growth is linear, and no
+// common divisor of large integers is needed.
 Polynomial gcd(Polynomial p, Polynomial q) {
-  p.make_primitive();
-  q.make_primitive();
+  using boost::multiprecision::pow;
+  p.trim();
+  q.trim();
   if (p.degree() < q.degree()) std::swap(p, q);
+  Integer g = 1, h = 1;
   while (q.degree() > 0) {
-    while (p.degree() >= q.degree() && !p.is_zero()) {
-      const Integer a = q[q.degree()], b = p[p.degree()];
-      const int shift = p.degree() - q.degree();
-      for (int i = 0; i < p.degree(); ++i) {
-        p.at(i) *= a;
-        if (i >= shift) p.at(i) -= b * q[i - shift];
+    const Integer leading = q[q.degree()];
+    const int drop = p.degree() - q.degree();
+    const unsigned power = static_cast<unsigned>(drop);
+    for (int shift = drop; shift >= 0; --shift) {
+      const int top = q.degree() + shift;
+      const Integer factor = p[top];
+      for (int i = 0; i < top; ++i) {
+        p.at(i) *= leading;
+        if (i >= shift) p.at(i) -= factor * q[i - shift];
       }
-      p.at(p.degree()) = 0;
-      p.make_primitive();
+      p.at(top) = 0;
     }
+    const Integer divisor = g * pow(h, power);
+    for (int i = 0; i < q.degree(); ++i) p.at(i) /= divisor;
+    while (p.degree_ > 0 && p[p.degree_].is_zero()) --p.degree_;
     std::swap(p, q);
+    g = leading;
+    if (drop > 0) h = pow(g, power) / pow(h, power - 1);
   }
   return q.is_zero() ? p : q;
 }
 
 Polynomial square_free(Polynomial p) {
-  p.make_primitive();
+  p.trim();
   Polynomial derivative;
   derivative.degree_ = std::max(p.degree() - 1, 0);
   for (int i = 1; i <= p.degree(); ++i) derivative.at(i - 1) = p[i] * i;
@@ -133,15 +139,16 @@ Polynomial square_free(Polynomial p) {
   // p / d up to a factor, by long division from the top; d divides p, so nothing is left over.
   Polynomial quotient;
   quotient.degree_ = p.degree() - d.degree();
-  const Integer& a = d[d.degree()];
+  const Integer& leading = d[d.degree()];
   for (int i = quotient.degree(); i >= 0; --i) {
-    const Integer b = p[i + d.degree()];
-    for (int j = 0; j <= quotient.degree(); ++j) quotient.at(j) *= a;
-    quotient.at(i) = b;
-    for (int j = 0; j <= p.degree(); ++j) p.at(j) *= a;
-    for (int j = 0; j <= d.degree(); ++j) p.at(i + j) -= b * d[j];
+    const Integer factor = p[i + d.degree()];
+    for (int j = i + 1; j <= quotient.degree(); ++j) quotient.at(j) *= leading;
+    quotient.at(i) = factor;
+    for (int j = 0; j < i + d.degree(); ++j) {
+      p.at(j) *= leading;
+      if (j >= i) p.at(j) -= factor * d[j - i];
+    }
   }
-  quotient.make_primitive();
   return quotient;
 }
 

@@ -57,7 +57,7 @@ class Polynomial {
  private:
   Integer& at(int i) { return c_[static_cast<std::size_t>(i)]; }
   Polynomial reversed() const;
-  void make_primitive();
+  void trim();
 
   int degree_ = 0;
   std::array<Integer, max_degree + 1> c_;

@@ -35,45 +35,47 @@ std::vector<CodedLeaf> sorted_leaves(const std::vector<MotionBox>& leaves) {
 }
 
 // Where [first, last) splits: at the highest bit in which the codes differ, or in the middle.
-std::size_t split(const std::vector<CodedLeaf>& leaves, std::size_t first, std::size_t last) {
+std::int32_t split(const std::vector<CodedLeaf>& leaves, std::int32_t first, std::int32_t last) {
   const std::uint64_t differing = leaves[first].first ^ leaves[last - 1].first;
   if (differing == 0) return first + (last - first) / 2;
   int top = 63;
   while (!(differing >> top & 1)) --top;
   const auto below = [&](const CodedLeaf& l) { return !(l.first >> top & 1); };
-  return static_cast<std::size_t>(
-      std::partition_point(leaves.begin() + static_cast<std::ptrdiff_t>(first),
-                           leaves.begin() + static_cast<std::ptrdiff_t>(last), below) -
-      leaves.begin());
+  return static_cast<std::int32_t>(
+      std::partition_point(leaves.begin() + first, leaves.begin() + last, below) - leaves.begin());
 }
 
 }  // namespace
 
 void Tree::build(const std::vector<MotionBox>& leaves) {
   nodes_.clear();
+  order_.clear();
+  ranges_.clear();
   if (leaves.empty()) return;
   const std::vector<CodedLeaf> coded = sorted_leaves(leaves);
+  for (const CodedLeaf& leaf : coded) order_.push_back(leaf.second);
   nodes_.resize(2 * leaves.size() - 1);
-  struct Range {
-    std::size_t first, last;
-    std::int32_t node;
-  };
-  std::vector<Range> open{{0, coded.size(), 0}};
+  ranges_.resize(nodes_.size());
+  ranges_[0] = {0, static_cast<std::int32_t>(coded.size())};
+  std::vector<std::int32_t> open{0};
   std::int32_t used = 1;
   while (!open.empty()) {
-    const Range r = open.back();
+    const std::int32_t at = open.back();
     open.pop_back();
-    TreeNode& node = nodes_[r.node];
+    const Range r = ranges_[at];
+    TreeNode& node = nodes_[at];
     if (r.last - r.first == 1) {
-      node.left = -1 - coded[r.first].second;
+      node.left = -1 - order_[r.first];
       node.right = -1;
       continue;
     }
-    const std::size_t middle = split(coded, r.first, r.last);
+    const std::int32_t middle = split(coded, r.first, r.last);
     node.left = used++;
     node.right = used++;
-    open.push_back({middle, r.last, node.right});
-    open.push_back({r.first, middle, node.left});
+    ranges_[node.left] = {r.first, middle};
+    ranges_[node.right] = {middle, r.last};
+    open.push_back(node.right);
+    open.push_back(node.left);
   }
   refit(leaves);
 }

@@ -161,10 +161,10 @@ struct Ends {
 template <ContactKind kind>
 LAZYCCD_INLINE Ends ends(const LeafScene& scene, Candidate c) {
   if constexpr (kind == ContactKind::vertex_face) {
-    const std::int32_t* f = scene.faces[c.b];
+    const std::int32_t* f = scene.mesh.faces[c.b];
     return {{f[0], f[1]}, {f[0], f[2]}, {f[0], c.a}};
   } else {
-    const std::int32_t *a = scene.edges[c.a], *b = scene.edges[c.b];
+    const std::int32_t *a = scene.mesh.edges[c.a], *b = scene.mesh.edges[c.b];
     return {{a[0], a[1]}, {b[0], b[1]}, {a[0], b[0]}};
   }
 }
