@@ -21,6 +21,12 @@ struct Detector::Impl {
 Detector::Detector(const Options& options) {
   if (options.threads < 0)
     throw Error(ErrorCode::invalid_argument, "threads is negative; 0 means as many as the machine has");
+  if (options.front_period < 1)
+    throw Error(ErrorCode::invalid_argument, "front_period must be at least 1 step");
+  if (!(options.front_ratio > 0))
+    throw Error(ErrorCode::invalid_argument, "front_ratio must be positive");
+  if (!(options.rebuild_ratio > 0))
+    throw Error(ErrorCode::invalid_argument, "rebuild_ratio must be positive");
   if (options.backend == Backend::cuda)
     throw Error(ErrorCode::unavailable, "this build has no CUDA backend");
   impl_ = std::make_unique<Impl>(options);

@@ -180,15 +180,16 @@ TEST_CASE("options outside their range are refused") {
     }
     return ErrorCode::device;
   };
-  Options options = cpu_options();
-  options.threads = -1;
-  CHECK(code_of(options) == ErrorCode::invalid_argument);
-  options = cpu_options();
-  options.rebuild_ratio = not_a_number;
-  CHECK(code_of(options) == ErrorCode::invalid_argument);
-  options = cpu_options();
-  options.rebuild_ratio = -1;
-  CHECK(code_of(options) == ErrorCode::invalid_argument);
+  const auto spoilt = [&](const std::function<void(Options&)>& spoil) {
+    Options options = cpu_options();
+    spoil(options);
+    return code_of(options);
+  };
+  CHECK(spoilt([](Options& o) { o.threads = -1; }) == ErrorCode::invalid_argument);
+  CHECK(spoilt([](Options& o) { o.front_period = 0; }) == ErrorCode::invalid_argument);
+  CHECK(spoilt([](Options& o) { o.front_ratio = not_a_number; }) == ErrorCode::invalid_argument);
+  CHECK(spoilt([](Options& o) { o.rebuild_ratio = not_a_number; }) == ErrorCode::invalid_argument);
+  CHECK(spoilt([](Options& o) { o.rebuild_ratio = -1; }) == ErrorCode::invalid_argument);
 }
 
 TEST_CASE("an empty scene has no contacts") {
