@@ -11,8 +11,8 @@ function(lazyccd_consumer name folder)
     COMMAND ${CMAKE_CTEST_COMMAND}
       --build-and-test ${CMAKE_CURRENT_SOURCE_DIR}/${folder} ${consumer_dir}/${folder}
       --build-generator ${CMAKE_GENERATOR}
-      --build-options -DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_COMPILER=${CMAKE_CXX_COMPILER} ${ARGN}
-      --test-command consumer)
+      --build-options -DCMAKE_BUILD_TYPE=Debug -DCMAKE_CXX_COMPILER=${CMAKE_CXX_COMPILER} ${ARGN}
+      --test-command ${CMAKE_CTEST_COMMAND} --output-on-failure)
   set_tests_properties("consumer: ${name}" PROPERTIES LABELS consumer)
 endfunction()
 
