@@ -1,0 +1,38 @@
+#include "run_json.h"
+
+#include <algorithm>
+
+namespace lazyccd::program {
+
+nlohmann::ordered_json to_json(const scenes::RunReport& report) {
+  const bullet::StepStats& stats = report.lazyccd;
+  const double steps = std::max(1, report.steps);
+  const double ours = (stats.ms_gather + stats.ms_detect + stats.ms_response) / steps;
+  nlohmann::ordered_json json;
+  json["steps"] = report.steps;
+  json["finite"] = report.finite;
+  json["pass_throughs"] = {{"vertex_face", report.crossings_vf}, {"edge_edge", report.crossings_ee}};
+  json["piercings"] = report.piercings;
+  if (report.wrong_side) {
+    json["nodes_on_wrong_side"] = *report.wrong_side;
+  } else {
+    json["nodes_on_wrong_side"] = nullptr;
+  }
+  json["contacts"] = {{"vertex_face", stats.contacts_vf}, {"edge_edge", stats.contacts_ee}};
+  json["detections"] = stats.detections;
+  json["zone_nodes"] = stats.zone_nodes;
+  json["last_resorts"] = stats.last_resorts;
+  json["touching_at_start"] = stats.touching;
+  json["missed_steps"] = stats.missed_steps;
+  json["momentum_kg_m_s"] = {{"start", report.start.momentum}, {"end", report.end.momentum}};
+  json["ms_per_step"] = {{"total", report.ms_step},
+                         {"bullet", report.ms_step - ours},
+                         {"gather", stats.ms_gather / steps},
+                         {"detect", stats.ms_detect / steps},
+                         {"response", stats.ms_response / steps}};
+  json["kinetic_energy_J"] = report.kinetic_energy;
+  json["status"] = report.status;
+  return json;
+}
+
+}  // namespace lazyccd::program

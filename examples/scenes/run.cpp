@@ -1,0 +1,43 @@
+#include "scenes/run.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+#include "scenes/crossings.h"
+#include "scenes/piercings.h"
+
+namespace lazyccd::scenes {
+
+RunReport run(Scene& scene, const std::function<void(int step)>& after_step) {
+  PhysicsWorld& world = *scene.world;
+  CrossingCounter crossings(world);
+  RunReport report;
+  report.start = measure(world);
+  if (after_step) after_step(0);
+  double seconds = 0;
+  while (report.steps < scene.steps) {
+    const auto begin = std::chrono::steady_clock::now();
+    world.step();
+    seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    ++report.steps;
+    const std::vector<btScalar> positions = read_positions(world);
+    report.finite = std::all_of(positions.begin(), positions.end(),
+                                [](btScalar x) { return std::isfinite(x); });
+    if (!report.finite) break;
+    crossings.step(world);
+    report.kinetic_energy.push_back(measure(world).kinetic_energy);
+    if (after_step) after_step(report.steps);
+  }
+  report.crossings_vf = crossings.vertex_face();
+  report.crossings_ee = crossings.edge_edge();
+  if (report.finite) report.piercings = count_piercings(read_surface(world), read_positions(world));
+  if (scene.nodes_on_wrong_side) report.wrong_side = scene.nodes_on_wrong_side();
+  report.end = measure(world);
+  report.ms_step = report.steps ? 1000 * seconds / report.steps : 0;
+  if (const bullet::StepStats* stats = world.total_stats()) report.lazyccd = *stats;
+  report.status = world.status();
+  return report;
+}
+
+}  // namespace lazyccd::scenes

@@ -1,0 +1,30 @@
+// Steps a scene with all counters.
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "scenes/mechanics.h"
+#include "scenes/scene.h"
+
+namespace lazyccd::scenes {
+
+struct RunReport {
+  int steps = 0;
+  std::int64_t crossings_vf = 0, crossings_ee = 0;  // over all steps
+  std::int64_t piercings = 0;                       // at the end
+  std::optional<int> wrong_side;                    // nodes, at the end
+  std::vector<double> kinetic_energy;               // J, after each step
+  Mechanics start, end;
+  bool finite = true;           // all positions at the end
+  double ms_step = 0;           // mean wall time of a step, without the counters
+  bullet::StepStats lazyccd;    // summed; all zero with Bullet alone
+  std::string status;
+};
+
+// `after_step`, where given, is called with the number of steps done so far, 0 before the first.
+RunReport run(Scene& scene, const std::function<void(int step)>& after_step = {});
+
+}  // namespace lazyccd::scenes
