@@ -1,0 +1,98 @@
+# Sourced by examples/run.sh and tests/run.sh: what a fresh Debian 12 or Ubuntu 24.04 needs.
+#
+#   require_packages GROUP...   installs what is missing of the groups core, bullet, programs, tests,
+#                               pictures; needs no rights where nothing is missing
+#   build_preset PRESET [CMAKE OPTION...] [-- TARGET...]
+#                               configures and builds into build/PRESET
+
+repository=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
+jobs=$(nproc)
+
+say() { printf '\n== %s\n' "$*"; }
+
+# package: what it is for
+packages_of() {
+  case $1 in
+    core)
+      echo 'g++: the compiler'
+      echo 'cmake: the build, at least 3.24'
+      echo 'ninja-build: the build'
+      echo 'libboost-dev: Multiprecision headers, for the exact stage of the narrow phase'
+      ;;
+    bullet)
+      echo 'pkg-config: finds Bullet'
+      echo 'libbullet-dev: Bullet in both precisions'
+      echo 'libeigen3-dev: small dense systems in the adapter'
+      ;;
+    programs)
+      echo 'libcli11-dev: command lines'
+      echo 'nlohmann-json3-dev: JSON files'
+      ;;
+    tests)
+      echo 'catch2: the test framework'
+      echo 'libflint-dev: algebraic numbers, for the exact oracle'
+      echo 'libgmp-dev: big integers, below it'
+      # FLINT 2 has Arb in a package beside it, FLINT 3 holds it.
+      if grep -qs bookworm /etc/os-release || apt-cache show libflint-arb-dev >/dev/null 2>&1; then
+        echo 'libflint-arb-dev: ball arithmetic, for the exact oracle'
+      fi
+      ;;
+    pictures)
+      echo 'python3-matplotlib: charts and pictures'
+      ;;
+  esac
+}
+
+is_installed() {
+  [ "$(dpkg-query -W -f '${db:Status-Status}' "$1" 2>/dev/null)" = installed ]
+}
+
+require_packages() {
+  if ! command -v dpkg-query >/dev/null; then
+    echo "This is not Debian or Ubuntu: install what third_party_notes.md lists by hand." >&2
+    return 0
+  fi
+  local group package purpose missing=()
+  list_missing() {
+    missing=()
+    for group in "$@"; do
+      while IFS=: read -r package purpose; do
+        is_installed "$package" && continue
+        missing+=("$package")
+        printf '  %-20s%s\n' "$package" "$purpose"
+      done < <(packages_of "$group")
+    done
+  }
+  list_missing "$@" >/dev/null
+  [ ${#missing[@]} -eq 0 ] && return 0
+
+  local as_root=()
+  if [ "$(id -u)" -ne 0 ]; then
+    if ! command -v sudo >/dev/null; then
+      say "These packages are missing, and installing them needs root:"
+      list_missing "$@"
+      echo "  apt-get install ${missing[*]}" >&2
+      return 1
+    fi
+    as_root=(sudo)
+  fi
+  say "Updating the package lists"
+  "${as_root[@]}" apt-get update -qq
+  say "Installing these packages of the distribution, which are missing:"
+  list_missing "$@"
+  "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
+    apt-get install -y -qq --no-install-recommends "${missing[@]}"
+}
+
+build_preset() {
+  local preset=$1 options=() targets=()
+  shift
+  while [ $# -gt 0 ] && [ "$1" != -- ]; do
+    options+=("$1")
+    shift
+  done
+  [ $# -gt 0 ] && shift && targets=(--target "$@")
+  say "Building $preset in build/$preset"
+  (cd "$repository" && cmake --preset "$preset" --log-level=WARNING "${options[@]}" &&
+    cmake --build "build/$preset" -j "$jobs" "${targets[@]}")
+}
