@@ -10,16 +10,12 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/node_pair.h"
 #include "cpu/lazy_stealing.h"
 #include "cpu/thread_pool.h"
 #include "cpu/work_stack.h"
 
 namespace lazyccd {
-
-// A pair of tree nodes, or any two 32-bit ids.
-struct NodePair {
-  std::uint32_t a, b;
-};
 
 struct RunCounts {
   std::uint64_t items = 0;      // processed

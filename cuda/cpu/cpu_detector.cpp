@@ -247,28 +247,12 @@ void CpuDetector::traverse(Stats& stats) {
   const RunCounts counts = traversal_.run(
       initial, stats.front_reused ? front_.size() : 1, [&](int id, NodePair pair, auto& emit) {
         Worker& worker = *workers_[id];
-        const TreeNode &a = nodes[pair.a], &b = nodes[pair.b];
-        const auto left = [](const TreeNode& n) { return static_cast<std::uint32_t>(n.left); };
-        const auto right = [](const TreeNode& n) { return static_cast<std::uint32_t>(n.right); };
-        const bool same = pair.a == pair.b;
-        const bool near = same || overlap(a, b);
-        if (near && !(a.leaf() && b.leaf())) {
-          if (same) {
-            emit({left(a), right(a)});
-            emit({left(a), left(a)});
-            emit({right(a), right(a)});
-          } else if (b.leaf() || (!a.leaf() && extent(a) >= extent(b))) {
-            emit({left(a), pair.b});
-            emit({right(a), pair.b});
-          } else {
-            emit({pair.a, left(b)});
-            emit({pair.a, right(b)});
-          }
-          return;
-        }
+        const PairVisit v = visit(pair, nodes[pair.a], nodes[pair.b]);
+        for (int i = 0; i < v.children; ++i) emit(v.child[i]);
+        if (v.children != 0) return;
         ++worker.ended;
         if (keep) worker.front.push_back(pair);
-        if (near) visit_pair(worker, pair);
+        if (v.near) visit_pair(worker, pair);
       });
   pool_.parallel_for(workers_.size(), 1, [&](std::size_t first, std::size_t last, int) {
     for (std::size_t i = first; i < last; ++i) workers_[i]->finish();
