@@ -25,13 +25,35 @@ enum class Arithmetic { single_first, double_only };
 // Whether a traversal starts from the front of the last step or from the root.
 enum class FrontUse { off, on };
 
+// How the traversal spreads its work. The contacts are the same.
+enum class Strategy {
+  lazy_stealing,     // pairs of nodes; whoever has none steals, whoever has some offers them on demand
+  thread_per_query,  // a group a thread, from the root and on its own: the baseline
+};
+constexpr Strategy kStrategies[] = {Strategy::lazy_stealing, Strategy::thread_per_query};
+
+const char* name(Strategy strategy);  // "lazy_stealing", ...
+// Throws Error(invalid_argument) that lists the names.
+Strategy parse_strategy(const std::string& name);
+
+// Sizes of the CUDA traversal, for tests and benches. 0: the default.
+struct Tuning {
+  int block_size = 0;  // threads of a block: a multiple of 32 up to 512
+  int blocks = 0;
+  int chunk = 0;       // pairs that change hands at once: 32, 128 or 256
+  int delay_ns = 0;    // random waits of up to this time, to shake out races
+  std::uint32_t capacity_hint = 0;  // of every buffer at first; each grows where it must
+};
+
 struct Options {
   Backend backend = Backend::automatic;  // automatic: cuda where a device answers, else cpu
   int threads = 0;                       // of the CPU backend; 0: as many as the machine has
   bool vertex_face = true;               // kinds of elementary test to run
   bool edge_edge = true;
   Arithmetic arithmetic = Arithmetic::single_first;
-  FrontUse front = FrontUse::off;
+  Strategy strategy = Strategy::lazy_stealing;
+  Tuning tuning;
+  FrontUse front = FrontUse::off;  // of lazy_stealing
   // A reused front f is outdated, and made anew from the root, once n(f) / n(f - period) < ratio:
   // it no longer grows, so it is likely to be deeper than it need be (dissertation, section 3.3).
   int front_period = 10;
