@@ -8,6 +8,8 @@
 
 #include <cstdint>
 
+#include "core/platform.h"
+
 namespace lazyccd {
 
 constexpr int kBlockLanes = 16;   // primitives side by side in a block
@@ -36,7 +38,7 @@ struct Group {
   std::int32_t first[3];        // first block of its vertices, edges, faces
   std::int32_t count[3];        // how many primitives of each
 
-  int blocks(int kind) const { return (count[kind] + kBlockLanes - 1) / kBlockLanes; }
+  LAZYCCD_HD int blocks(int kind) const { return (count[kind] + kBlockLanes - 1) / kBlockLanes; }
 };
 
 }  // namespace lazyccd

@@ -33,6 +33,13 @@ LAZYCCD_HD inline bool separated(const Differences<double>& d, const Magnitudes<
   return true;
 }
 
+// By Descartes' rule: certain signs at both ends and one change among the coefficients.
+LAZYCCD_HD inline bool has_one_root(const Cubic<double>& f) {
+  const double sign = f.k[0] < 0 ? -1 : 1;
+  return sign * f.k[0] > f.bound && sign * f.k[3] < -f.bound &&
+         (sign * f.k[1] > f.bound || sign * f.k[2] < -f.bound);
+}
+
 // Gives up, undecided, below parts of 2^-40 of the step or after 400 parts.
 template <ContactKind kind>
 LAZYCCD_HD inline Verdict<double> decide_by_subdivision(const Differences<double>& d,
@@ -46,10 +53,7 @@ LAZYCCD_HD inline Verdict<double> decide_by_subdivision(const Differences<double
     const Cubic<double> local = f.on(lo, hi);
     const Inside<double> inside = inside_conditions<kind>(d, m, lo + 0.5 * width, 0.5 * width);
     if (!local.no_root() && !inside.any_negative && !separated<kind>(d, m, lo, hi)) {
-      const double sign = local.k[0] < 0 ? -1 : 1;
-      const bool one_root = sign * local.k[0] > f.bound && sign * local.k[3] < -f.bound &&
-                            (sign * local.k[1] > f.bound || sign * local.k[2] < -f.bound);
-      if (one_root && inside.all_positive) return {true, false, lo, hi};
+      if (inside.all_positive && has_one_root(local)) return {true, false, lo, hi};
       if (level == 40) return {false, false, 0, 0};
       ++level;
       part <<= 1;

@@ -1,14 +1,13 @@
 #include "cpu/cpu_detector.h"
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <cmath>
-#include <cstring>
-#include <string>
 
 #include "core/contact_math.h"
-#include "cpu/exact.h"
-#include "lazyccd/error.h"
+#include "cpu/decide_exactly.h"
+#include "cpu/positions.h"
 
 namespace lazyccd {
 namespace {
@@ -127,20 +126,11 @@ struct alignas(128) CpuDetector::Worker : CandidateSink {
     describe_contact<kind>(q, contact.toi, contact);
     contacts.push_back(contact);
   }
-
-  static Decision decide_exactly(ContactKind kind, const QueryCoordinates& q) {
-    QueryPoints points;
-    for (int i = 0; i < 4; ++i) {
-      points[i] = {q.start[i].x, q.start[i].y, q.start[i].z};
-      points[4 + i] = {q.end[i].x, q.end[i].y, q.end[i].z};
-    }
-    const QueryResult result = decide_exact(kind, points);
-    return {result.hit ? Decision::hit : Decision::miss, static_cast<std::int64_t>(result.toi / kTick)};
-  }
 };
 
 CpuDetector::CpuDetector(const Options& options, const LeafKernels& kernels)
-    : options_(options), kernels_(&kernels), pool_(options.threads), traversal_(pool_) {
+    : options_(options), kernels_(&kernels), pool_(options.threads), traversal_(pool_),
+      front_policy_(options.front_period, options.front_ratio) {
   for (int i = 0; i < pool_.size(); ++i) workers_.push_back(std::make_unique<Worker>());
 }
 
@@ -149,57 +139,8 @@ CpuDetector::~CpuDetector() = default;
 void CpuDetector::set_mesh(const Mesh& mesh) {
   mesh_ = &mesh;
   built_ = false;
-  front_valid_ = false;
+  front_policy_.forget();
   sort_ = std::make_unique<ContactSort>(mesh);
-}
-
-void CpuDetector::load_positions(const Positions& start, const Positions& end) {
-  const std::size_t count = mesh_->vertex_count();
-  if (start.count() != count || end.count() != count)
-    throw Error(ErrorCode::size_mismatch,
-                "the topology has " + std::to_string(count) + " vertices, the positions " +
-                    std::to_string(start.count()) + " at the start and " + std::to_string(end.count()) +
-                    " at the end");
-  records_.resize(count);
-  // By worker: the bounding box of all positions at both ends.
-  struct alignas(128) Bounds {
-    double lo[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, hi[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
-  };
-  std::vector<Bounds> bounds(static_cast<std::size_t>(pool_.size()));
-  pool_.parallel_for(count, 4096, [&](std::size_t first, std::size_t last, int worker) {
-    Bounds box = bounds[worker];
-    for (std::size_t v = first; v < last; ++v) {
-      double* x = records_[v].x;
-      const std::array<double, 3> a = start[v], b = end[v];
-      double not_finite = 0;  // stays 0 for finite numbers
-      for (int k = 0; k < 3; ++k) {
-        x[k] = a[k];
-        x[3 + k] = b[k];
-        not_finite += a[k] * 0 + b[k] * 0;
-        box.lo[k] = std::min(box.lo[k], std::min(a[k], b[k]));
-        box.hi[k] = std::max(box.hi[k], std::max(a[k], b[k]));
-      }
-      x[6] = x[7] = 0;
-      if (!(not_finite == 0)) {
-        const std::int32_t body = mesh_->body_of_vertex()[v];
-        throw Error(ErrorCode::non_finite_position,
-                    "vertex " + std::to_string(v) + " of body " + std::to_string(body) +
-                        " has a position that is not finite",
-                    body, static_cast<std::int32_t>(v));
-      }
-    }
-    bounds[worker] = box;
-  });
-  double size = 0;
-  for (int k = 0; k < 3; ++k) {
-    double lo = HUGE_VAL, hi = -HUGE_VAL;
-    for (const Bounds& b : bounds) {
-      lo = std::min(lo, b.lo[k]);
-      hi = std::max(hi, b.hi[k]);
-    }
-    size = std::max(size, hi - lo);
-  }
-  scale_ = scale_for(size);
 }
 
 void CpuDetector::update_hierarchy(Stats& stats) {
@@ -214,7 +155,7 @@ void CpuDetector::update_hierarchy(Stats& stats) {
     tree_.build(groups_.boxes());
     built_cost_ = tree_.cost();
     built_ = true;
-    front_valid_ = false;
+    front_policy_.forget();
   }
   stats.rebuilt = build;
 }
@@ -226,7 +167,6 @@ void CpuDetector::visit_pair(Worker& worker, NodePair pair) {
   if (kernels_->visit(worker.scene, a, b, worker)) ++worker.group_pairs;
 }
 
-// Algorithm 2.1: a pair of nodes that overlap is opened, down to pairs of leaves.
 void CpuDetector::traverse(Stats& stats) {
   const LeafScene scene{groups_.groups().data(),
                         groups_.boxes().data(),
@@ -238,10 +178,21 @@ void CpuDetector::traverse(Stats& stats) {
                         options_.edge_edge};
   for (const auto& worker : workers_) worker->begin(*this, scene);
   if (tree_.nodes().empty()) return;
+  if (options_.strategy == Strategy::thread_per_query) {
+    query_each_group(stats);
+  } else {
+    balanced_traversal(stats);
+  }
+  pool_.parallel_for(workers_.size(), 1, [&](std::size_t first, std::size_t last, int) {
+    for (std::size_t i = first; i < last; ++i) workers_[i]->finish();
+  });
+}
 
+// Algorithm 2.1: a pair of nodes that overlap is opened, down to pairs of leaves.
+void CpuDetector::balanced_traversal(Stats& stats) {
   const TreeNode* nodes = tree_.nodes().data();
   const bool keep = options_.front == FrontUse::on;
-  stats.front_reused = keep && reuse_front();
+  stats.front_reused = keep && front_policy_.reuse();
   const NodePair root{0, 0};
   const NodePair* initial = stats.front_reused ? front_.data() : &root;
   const RunCounts counts = traversal_.run(
@@ -254,41 +205,56 @@ void CpuDetector::traverse(Stats& stats) {
         if (keep) worker.front.push_back(pair);
         if (v.near) visit_pair(worker, pair);
       });
-  pool_.parallel_for(workers_.size(), 1, [&](std::size_t first, std::size_t last, int) {
-    for (std::size_t i = first; i < last; ++i) workers_[i]->finish();
-  });
-  if (keep) keep_front();
+  if (keep) keep_front(stats.front_reused);
   stats.tree_tests = static_cast<std::int64_t>(counts.items);
   stats.steals = static_cast<std::int64_t>(counts.steals);
   stats.overflows = static_cast<std::int64_t>(counts.overflows);
 }
 
-// A front is outdated once it hardly grew over a period: n(f) / n(f - p) < rt.
-bool CpuDetector::reuse_front() {
-  if (!front_valid_) return false;
-  const auto period = static_cast<std::size_t>(std::max(options_.front_period, 1));
-  if (front_sizes_.size() <= period) return true;
-  const double before = static_cast<double>(front_sizes_[front_sizes_.size() - 1 - period]);
-  return static_cast<double>(front_sizes_.back()) >= options_.front_ratio * before;
+void CpuDetector::query_each_group(Stats& stats) {
+  const std::vector<TreeNode>& nodes = tree_.nodes();
+  std::atomic<std::int64_t> tests{0};
+  pool_.parallel_for(nodes.size(), 64, [&](std::size_t first, std::size_t last, int id) {
+    Worker& worker = *workers_[id];
+    std::vector<std::uint32_t> stack;
+    std::int64_t tested = 0;
+    for (std::size_t query = first; query < last; ++query) {
+      const TreeNode& q = nodes[query];
+      if (!q.leaf()) continue;
+      const auto self = static_cast<std::uint32_t>(query);
+      visit_pair(worker, {self, self});
+      stack.push_back(0);
+      while (!stack.empty()) {
+        const std::uint32_t other = stack.back();
+        stack.pop_back();
+        const TreeNode& n = nodes[other];
+        ++tested;
+        if (!overlap(q, n)) continue;
+        if (!n.leaf()) {
+          stack.push_back(static_cast<std::uint32_t>(n.right));
+          stack.push_back(static_cast<std::uint32_t>(n.left));
+        } else if (q.group() < n.group()) {
+          visit_pair(worker, {self, other});
+        }
+      }
+    }
+    tests.fetch_add(tested, std::memory_order_relaxed);  // read after the job's end
+  });
+  stats.tree_tests = tests.load(std::memory_order_relaxed);
 }
 
-void CpuDetector::keep_front() {
-  const bool grown = front_valid_;
+void CpuDetector::keep_front(bool reused) {
   front_.clear();
   for (const auto& worker : workers_)
     front_.insert(front_.end(), worker->front.begin(), worker->front.end());
-  if (!grown) front_sizes_.clear();
-  front_sizes_.push_back(front_.size());
-  if (front_sizes_.size() > static_cast<std::size_t>(std::max(options_.front_period, 1)) + 1)
-    front_sizes_.pop_front();
-  front_valid_ = true;
+  front_policy_.saved(front_.size(), reused);
 }
 
 void CpuDetector::detect(const Positions& start, const Positions& end, std::vector<Contact>& contacts,
                          Stats& stats) {
   stats.groups = 0;
   Stopwatch total, watch;
-  load_positions(start, end);
+  scale_ = scale_for(load_records(*mesh_, start, end, pool_, records_));
   update_hierarchy(stats);
   stats.groups = static_cast<std::int64_t>(groups_.groups().size());
   stats.ms_refit = watch.lap();

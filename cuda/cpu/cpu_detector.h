@@ -1,10 +1,10 @@
 // The CPU backend: refit, traverse with lazy work stealing, filter in lanes, decide, sort.
 #pragma once
 
-#include <deque>
 #include <memory>
 #include <vector>
 
+#include "core/front_policy.h"
 #include "cpu/backend.h"
 #include "cpu/balanced_run.h"
 #include "cpu/contact_sort.h"
@@ -28,12 +28,12 @@ class CpuDetector : public BackendDetector {
  private:
   struct Worker;
 
-  void load_positions(const Positions& start, const Positions& end);
   void update_hierarchy(Stats& stats);
   void traverse(Stats& stats);
+  void balanced_traversal(Stats& stats);
+  void query_each_group(Stats& stats);
   void visit_pair(Worker& worker, NodePair pair);
-  bool reuse_front();
-  void keep_front();
+  void keep_front(bool reused);
   std::int64_t bytes() const;
 
   Options options_;
@@ -52,8 +52,7 @@ class CpuDetector : public BackendDetector {
   std::unique_ptr<ContactSort> sort_;
 
   std::vector<NodePair> front_;
-  bool front_valid_ = false;
-  std::deque<std::size_t> front_sizes_;  // of the last front_period steps since the front was made
+  FrontPolicy front_policy_;
 };
 
 }  // namespace lazyccd

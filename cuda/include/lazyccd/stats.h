@@ -25,11 +25,17 @@ struct Stats {
   bool rebuilt = false;           // the hierarchy was built anew in this step
   bool front_reused = false;      // the traversal started from the front of an earlier step
 
-  // Wall time in milliseconds.
-  double ms_refit = 0;      // boxes and hierarchy, a rebuild included
-  double ms_traverse = 0;   // traversal, filter and narrow phase
-  double ms_sort = 0;       // contacts: gather, sort, hash
-  double ms_total = 0;
+  // Milliseconds: wall time, on the GPU device time. The CPU decides while it traverses, so its
+  // ms_narrow is 0; the GPU reports its stages only where they are not replayed as one graph.
+  double ms_upload = 0;    // cuda: positions to the device
+  double ms_refit = 0;     // boxes and hierarchy, a rebuild included
+  double ms_traverse = 0;  // traversal
+  double ms_leaf = 0;      // cuda: elementary boxes and filter
+  double ms_narrow = 0;    // cuda: decisions
+  double ms_sort = 0;      // contacts: gather, sort, hash
+  double ms_download = 0;  // cuda: contacts to the host
+  double ms_device = 0;    // cuda: positions resident to sorted contacts resident
+  double ms_total = 0;     // wall time of the whole detection
 
   std::uint64_t hash = 0;        // of the contacts; equal wherever the contacts are equal
   std::int64_t peak_bytes = 0;   // memory that the detector holds

@@ -1,0 +1,181 @@
+// Survivors of the filter to contacts: in double, one thread a query; by subdivision, one warp a query;
+// and the few that only exact arithmetic can decide to a list for the host.
+#pragma once
+
+#include "core/decision.h"
+#include "gpu/refit.cuh"
+
+namespace lazyccd::gpu {
+
+struct ContactOutput {
+  Output<Contact> contacts;  // in no order
+  std::uint64_t* keys;       // of the same places: their order (ContactSort)
+  Output<HardQuery> hard;
+  Output<HardQuery> residue;
+  StepCounters* counters;
+};
+
+__device__ inline void append(const Output<HardQuery>& output, const HardQuery& query) {
+  const std::uint32_t slot = atomicAdd(output.count, 1u);
+  if (slot < output.capacity) output.items[slot] = query;
+}
+
+// Names the primitives; false where all four vertices are pinned: such a pair is not reported.
+template <ContactKind kind>
+__device__ inline bool identify(const SceneView& scene, Candidate pair, Contact& contact) {
+  identify_contact<kind>(scene.mesh, pair, contact);
+  if (!scene.pinned) return true;
+  bool all = true;
+  for (int i = 0; i < 4; ++i) all = all && scene.pinned[contact.vertices[i]];
+  return !all;
+}
+
+template <class Record>
+__device__ inline QueryCoordinates coordinates(const SceneView& scene, const Contact& contact) {
+  QueryCoordinates q;
+  for (int i = 0; i < 4; ++i) {
+    const Record r = static_cast<const Record*>(scene.records)[contact.vertices[i]];
+    q.start[i] = {r.x[0], r.x[1], r.x[2]};
+    q.end[i] = {r.x[3], r.x[4], r.x[5]};
+  }
+  return q;
+}
+
+__device__ inline std::uint64_t sort_key(const SceneView& scene, const Contact& c) {
+  std::uint64_t key = static_cast<std::uint64_t>(c.body_a);
+  key = key << scene.body_bits | static_cast<std::uint64_t>(c.body_b);
+  key = key << 1 | static_cast<std::uint64_t>(c.kind);
+  key = key << scene.a_bits | static_cast<std::uint64_t>(c.primitive_a);
+  return key << scene.b_bits | static_cast<std::uint64_t>(c.primitive_b);
+}
+
+template <ContactKind kind>
+__device__ inline void emit_contact(const SceneView& scene, const QueryCoordinates& q, std::int64_t tick,
+                                    Contact& contact, const ContactOutput& out) {
+  contact.toi = static_cast<double>(tick) * kTick;
+  describe_contact<kind>(q, contact.toi, contact);
+  const std::uint32_t slot = atomicAdd(out.contacts.count, 1u);
+  atomicAdd(reinterpret_cast<unsigned long long*>(&out.counters->hash),
+            static_cast<unsigned long long>(hash_share(contact)));
+  if (slot >= out.contacts.capacity) return;
+  out.contacts.items[slot] = contact;
+  out.keys[slot] = sort_key(scene, contact);
+}
+
+template <ContactKind kind, class Record>
+__global__ void decide_survivors(SceneView scene, Output<Survivor> survivors, ContactOutput out) {
+  const std::uint32_t count = min(*survivors.count, survivors.capacity);
+  const double scale = scene_scale(scene);
+  for (std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x; i < count; i += gridDim.x * blockDim.x) {
+    const Survivor s = survivors.items[i];
+    Contact contact;
+    if (!identify<kind>(scene, s.pair, contact)) continue;
+    const QueryCoordinates q = coordinates<Record>(scene, contact);
+    const Differences<double> d = differences<kind>(q, scale);
+    const Magnitudes<double> m = magnitudes(d);
+    const Cubic<double> f = coplanarity(d, m);
+    double lo = s.lo, hi = s.hi;
+    if (s.lo < 0) {
+      atomicAdd(&out.counters->refined, 1u);
+      const Verdict<double> v = decide_at_roots<kind>(d, m, f);
+      if (v.miss) continue;
+      if (!v.hit) {
+        append(out.hard, {s.pair, static_cast<std::int32_t>(kind)});
+        continue;
+      }
+      lo = v.lo;
+      hi = v.hi;
+    }
+    const std::int64_t tick = impact_tick(f, lo, hi);
+    if (tick < 0) {
+      append(out.residue, {s.pair, static_cast<std::int32_t>(kind)});
+      continue;
+    }
+    emit_contact<kind>(scene, q, tick, contact, out);
+  }
+}
+
+// As decide_by_subdivision (core/subdivision.h), 32 parts at a time: the lanes look at the parts of one
+// interval side by side, and the warp goes on into the first part that is not certainly free.
+template <ContactKind kind, class Record>
+__device__ inline void decide_by_warp(const SceneView& scene, Candidate pair, const ContactOutput& out,
+                                      double scale, int lane) {
+  Contact contact;
+  identify_contact<kind>(scene.mesh, pair, contact);
+  const QueryCoordinates q = coordinates<Record>(scene, contact);
+  const Differences<double> d = differences<kind>(q, scale);
+  const Magnitudes<double> m = magnitudes(d);
+  const Cubic<double> f = coplanarity(d, m);
+
+  constexpr int levels = 8;  // down to parts of 2^-40 of the step
+  double begin[levels] = {0};
+  unsigned open[levels], hits[levels];  // parts still to be looked into; those that hold the contact
+  double width = 1.0 / kWarp;
+  int level = 0;
+  for (int visited = 0; visited < 64; ++visited) {
+    const double lo = begin[level] + lane * width, hi = lo + width;
+    const Cubic<double> local = f.on(lo, hi);
+    const Inside<double> inside = inside_conditions<kind>(d, m, lo + 0.5 * width, 0.5 * width);
+    const bool free = local.no_root() || inside.any_negative || separated<kind>(d, m, lo, hi);
+    open[level] = __ballot_sync(kAllLanes, !free);
+    hits[level] = __ballot_sync(kAllLanes, inside.all_positive && has_one_root(local));
+    while (open[level] == 0) {
+      if (level == 0) return;
+      --level;
+      width *= kWarp;
+    }
+    const int first = __ffs(open[level]) - 1;
+    const double first_lo = begin[level] + first * width;
+    if (hits[level] >> first & 1) {
+      if (lane != 0) return;
+      const std::int64_t tick = impact_tick(f, first_lo, first_lo + width);
+      if (tick < 0) {
+        append(out.residue, {pair, static_cast<std::int32_t>(kind)});
+      } else {
+        emit_contact<kind>(scene, q, tick, contact, out);
+      }
+      return;
+    }
+    if (level == levels - 1) break;
+    open[level] &= ~(1u << first);
+    begin[++level] = first_lo;
+    width /= kWarp;
+  }
+  if (lane == 0) append(out.residue, {pair, static_cast<std::int32_t>(kind)});
+}
+
+template <class Record>
+__global__ void decide_hard(SceneView scene, ContactOutput out) {
+  const int lane = threadIdx.x % kWarp;
+  const std::uint32_t warps = gridDim.x * blockDim.x / kWarp;
+  const std::uint32_t count = min(*out.hard.count, out.hard.capacity);
+  const double scale = scene_scale(scene);
+  for (std::uint32_t i = (blockIdx.x * blockDim.x + threadIdx.x) / kWarp; i < count; i += warps) {
+    const HardQuery query = out.hard.items[i];
+    if (query.kind == static_cast<std::int32_t>(ContactKind::vertex_face)) {
+      decide_by_warp<ContactKind::vertex_face, Record>(scene, query.pair, out, scale, lane);
+    } else {
+      decide_by_warp<ContactKind::edge_edge, Record>(scene, query.pair, out, scale, lane);
+    }
+  }
+}
+
+// Contacts to their places: `order` holds the slots sorted by key.
+__global__ void place_contacts(ContactOutput out, const std::uint32_t* order, Contact* sorted) {
+  const std::uint32_t count = min(*out.contacts.count, out.contacts.capacity);
+  // A contact is 16 words, moved by as many threads.
+  constexpr std::uint32_t words = sizeof(Contact) / sizeof(std::uint32_t);
+  static_assert(sizeof(Contact) == 64, "sixteen threads a contact");
+  const std::uint32_t* from = reinterpret_cast<const std::uint32_t*>(out.contacts.items);
+  std::uint32_t* to = reinterpret_cast<std::uint32_t*>(sorted);
+  for (std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x; i < count * words;
+       i += gridDim.x * blockDim.x)
+    to[i] = from[order[i / words] * words + i % words];
+}
+
+__global__ void fill_order(std::uint32_t* order, std::uint32_t count) {
+  const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
+  if (i < count) order[i] = i;
+}
+
+}  // namespace lazyccd::gpu

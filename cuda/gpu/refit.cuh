@@ -1,0 +1,182 @@
+// Positions to boxes: vertex records, boxes of primitives and groups, then the hierarchy.
+#pragma once
+
+#include "gpu/scene.cuh"
+
+namespace lazyccd::gpu {
+
+constexpr int kWarp = 32;
+constexpr unsigned kAllLanes = 0xffffffffu;
+
+__device__ inline float round_down(double x) { return __double2float_rd(x); }
+__device__ inline float round_up(double x) { return __double2float_ru(x); }
+__device__ inline float round_down(float x) { return x; }
+__device__ inline float round_up(float x) { return x; }
+
+// Positions beyond this would overflow the filter's single precision: the host takes that step.
+constexpr double kLargestPosition = 0x1p100;
+
+template <class Scalar, class Record>
+__global__ void load_positions(SceneView scene, const Scalar* start, const Scalar* end,
+                               StepCounters* counters) {
+  const std::uint32_t v = blockIdx.x * blockDim.x + threadIdx.x;
+  if (v >= scene.vertex_count) return;
+  Record record{};
+  unsigned bad = 0;
+  for (int k = 0; k < 3; ++k) {
+    record.x[k] = start[3 * v + k];
+    record.x[3 + k] = end[3 * v + k];
+  }
+  for (int k = 0; k < 6; ++k) {
+    const double x = record.x[k];
+    if (!(fabs(x) < kLargestPosition)) bad |= isfinite(x) ? 2 : 1;
+  }
+  static_cast<Record*>(scene.records)[v] = record;
+  if (bad) atomicOr(&counters->bad_positions, bad);
+}
+
+// One warp a group.
+template <class Record>
+__global__ void refit_groups(SceneView scene) {
+  const std::uint32_t g = (blockIdx.x * blockDim.x + threadIdx.x) / kWarp;
+  const int lane = threadIdx.x % kWarp;
+  if (g >= scene.group_count) return;
+  const Group group = scene.groups[g];
+  const Record* records = static_cast<const Record*>(scene.records);
+  // lo0, lo1, hi0, hi1
+  float all[12];
+  for (int i = 0; i < 12; ++i) all[i] = i < 6 ? INFINITY : -INFINITY;
+  for (int kind = 0; kind < 3; ++kind) {
+    const int lanes = group.blocks(kind) * kBlockLanes;
+    for (int i = lane; i < lanes; i += kWarp) {
+      Block& block = scene.blocks[group.first[kind] + i / kBlockLanes];
+      const int l = i % kBlockLanes;
+      float box[12];
+      for (int k = 0; k < 12; ++k) box[k] = k < 6 ? INFINITY : -INFINITY;
+      for (int k = 0; k <= kind; ++k) {
+        const std::int32_t v = block.vertex[k][l];
+        if (v < 0) break;
+        const Record record = records[v];
+        for (int j = 0; j < 6; ++j) {
+          box[j] = fminf(box[j], round_down(record.x[j]));
+          box[6 + j] = fmaxf(box[6 + j], round_up(record.x[j]));
+        }
+      }
+      for (int k = 0; k < 3; ++k) {
+        block.lo0[k][l] = box[k];
+        block.lo1[k][l] = box[3 + k];
+        block.hi0[k][l] = box[6 + k];
+        block.hi1[k][l] = box[9 + k];
+      }
+      for (int k = 0; k < 6; ++k) {
+        all[k] = fminf(all[k], box[k]);
+        all[6 + k] = fmaxf(all[6 + k], box[6 + k]);
+      }
+    }
+  }
+  for (int offset = kWarp / 2; offset > 0; offset /= 2) {
+    for (int k = 0; k < 6; ++k) {
+      all[k] = fminf(all[k], __shfl_xor_sync(kAllLanes, all[k], offset));
+      all[6 + k] = fmaxf(all[6 + k], __shfl_xor_sync(kAllLanes, all[6 + k], offset));
+    }
+  }
+  if (lane != 0) return;
+  MotionBox& out = scene.boxes[g];
+  for (int k = 0; k < 3; ++k) {
+    out.lo0[k] = all[k];
+    out.lo1[k] = all[3 + k];
+    out.hi0[k] = all[6 + k];
+    out.hi1[k] = all[9 + k];
+  }
+}
+
+__device__ inline SweptBox empty_box() {
+  return {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
+}
+
+__device__ inline void unite(SweptBox& a, const SweptBox& b) {
+  for (int k = 0; k < 3; ++k) {
+    a.lo[k] = fminf(a.lo[k], b.lo[k]);
+    a.hi[k] = fmaxf(a.hi[k], b.hi[k]);
+  }
+}
+
+__device__ inline SweptBox united_over_warp(SweptBox box) {
+  for (int offset = kWarp / 2; offset > 0; offset /= 2) {
+    for (int k = 0; k < 3; ++k) {
+      box.lo[k] = fminf(box.lo[k], __shfl_xor_sync(kAllLanes, box.lo[k], offset));
+      box.hi[k] = fmaxf(box.hi[k], __shfl_xor_sync(kAllLanes, box.hi[k], offset));
+    }
+  }
+  return box;
+}
+
+__device__ inline SweptBox leaf_box(const SceneView& scene, std::int32_t slot) {
+  const MotionBox b = scene.boxes[scene.leaf_order[slot]];
+  SweptBox box;
+  for (int k = 0; k < 3; ++k) {
+    box.lo[k] = fminf(b.lo0[k], b.lo1[k]);
+    box.hi[k] = fmaxf(b.hi0[k], b.hi1[k]);
+  }
+  return box;
+}
+
+// One warp a run of kRun leaves.
+__global__ void refit_runs(SceneView scene, StepCounters* counters) {
+  static_assert(kRun == kWarp, "a lane a leaf");
+  const std::uint32_t run = (blockIdx.x * blockDim.x + threadIdx.x) / kWarp;
+  const int lane = threadIdx.x % kWarp;
+  if (run * kRun >= scene.group_count) return;
+  const std::uint32_t slot = run * kRun + lane;
+  SweptBox box = empty_box();
+  float area = 0;
+  if (slot < scene.group_count) {
+    box = leaf_box(scene, static_cast<std::int32_t>(slot));
+    const float x = box.hi[0] - box.lo[0], y = box.hi[1] - box.lo[1], z = box.hi[2] - box.lo[2];
+    area = x * y + y * z + z * x;
+  }
+  for (int offset = kWarp / 2; offset > 0; offset /= 2)
+    area += __shfl_xor_sync(kAllLanes, area, offset);
+  box = united_over_warp(box);
+  if (lane == 0) {
+    scene.runs[run] = box;
+    atomicAdd(&counters->leaf_area, area);
+  }
+}
+
+// One warp a node: whole runs of its part of the leaf order, and the leaves at both ends. No node
+// waits for another, as it would from the leaves upward.
+__global__ void refit_nodes(SceneView scene) {
+  const std::uint32_t n = (blockIdx.x * blockDim.x + threadIdx.x) / kWarp;
+  const int lane = threadIdx.x % kWarp;
+  if (n >= scene.node_count) return;
+  const int2 range = scene.node_ranges[n];
+  const int first_run = (range.x + kRun - 1) / kRun, last_run = range.y / kRun;
+  SweptBox box = empty_box();
+  if (first_run < last_run) {
+    for (int r = first_run + lane; r < last_run; r += kWarp) unite(box, scene.runs[r]);
+    if (range.x + lane < first_run * kRun) unite(box, leaf_box(scene, range.x + lane));
+    if (last_run * kRun + lane < range.y) unite(box, leaf_box(scene, last_run * kRun + lane));
+  } else {
+    for (int i = range.x + lane; i < range.y; i += kWarp) unite(box, leaf_box(scene, i));
+  }
+  box = united_over_warp(box);
+  if (lane < 3) {
+    // Constant indices keep the box in registers.
+    scene.nodes[n].lo[lane] = lane == 0 ? box.lo[0] : lane == 1 ? box.lo[1] : box.lo[2];
+    scene.nodes[n].hi[lane] = lane == 0 ? box.hi[0] : lane == 1 ? box.hi[1] : box.hi[2];
+  }
+}
+
+// A power of two that brings all differences of positions to at most 2^6 (core/elementary.h), from the
+// box of the root.
+__device__ inline double scene_scale(const SceneView& scene) {
+  const TreeNode& root = scene.nodes[0];
+  float size = 0;
+  for (int k = 0; k < 3; ++k) size = fmaxf(size, root.hi[k] - root.lo[k]);
+  if (!(size > 0)) return 1;
+  const int exponent = 5 - ilogbf(size);
+  return ldexp(1.0, exponent < -120 ? -120 : exponent > 120 ? 120 : exponent);
+}
+
+}  // namespace lazyccd::gpu
