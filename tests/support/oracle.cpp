@@ -171,9 +171,29 @@ class AlgebraicNumber {
   }
 
  private:
+  // Twice the precision: by Newton's method on intervals, m - p(m) / p'(ball) for the middle m,
+  // which keeps the root inside; where that fails, from scratch.
   void refine() const {
     precision_ *= 2;
-    ball_ = real_roots(p_, precision_)[index_];
+    Poly derivative;
+    fmpz_poly_derivative(derivative.get(), p_.get());
+    Ball middle, value, slope, next;
+    while (arb_rel_accuracy_bits(ball_.get()) < precision_) {
+      const slong working = 2 * precision_;
+      arb_fmpz_poly_evaluate_arb(slope.get(), derivative.get(), ball_.get(), working);
+      arb_get_mid_arb(middle.get(), ball_.get());
+      arb_fmpz_poly_evaluate_arb(value.get(), p_.get(), middle.get(), working);
+      arb_div(value.get(), value.get(), slope.get(), working);
+      arb_sub(next.get(), middle.get(), value.get(), working);
+      const slong before = arb_rel_accuracy_bits(ball_.get());
+      if (arb_contains_zero(slope.get()) ||
+          !arb_intersection(next.get(), next.get(), ball_.get(), working) ||
+          arb_rel_accuracy_bits(next.get()) < before + 16) {
+        ball_ = real_roots(p_, precision_)[index_];
+        return;
+      }
+      ball_ = next;
+    }
   }
 
   // From here on p_ is irreducible and primitive, with a positive leading coefficient.
