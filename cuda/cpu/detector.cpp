@@ -5,15 +5,77 @@
 #include "core/contact_math.h"
 #include "cpu/cpu_detector.h"
 #include "lazyccd/error.h"
+#if defined(LAZYCCD_HAS_CUDA)
+#include "gpu/gpu_detector.h"
+#endif
 
 namespace lazyccd {
+namespace {
+
+std::unique_ptr<BackendDetector> make_gpu(const Options& options) {
+#if defined(LAZYCCD_HAS_CUDA)
+  return make_gpu_detector(options);
+#else
+  static_cast<void>(options);
+  throw Error(ErrorCode::unavailable, "this build has no CUDA backend");
+#endif
+}
+
+}  // namespace
 
 struct Detector::Impl {
-  explicit Impl(const Options& o) : options(o), cpu(o) {}
+  explicit Impl(const Options& o) : options(o), cpu(o) {
+    if (options.backend == Backend::cpu) return;
+    start_gpu();
+  }
+
+  // A device that fails is started afresh for the next step, a few times: the failure may have been
+  // another program's (out of memory), or may have taken the context with it.
+  static constexpr int max_failures = 3;
+
+  void start_gpu() {
+    try {
+      gpu = make_gpu(options);
+      gpu->set_mesh(mesh);
+    } catch (const Error& error) {
+      gpu_failed(error);
+    }
+  }
+
+  void gpu_failed(const Error& error) {
+    gpu.reset();
+    failures = error.code() == ErrorCode::unavailable ? max_failures : failures + 1;
+    // On a machine without a device, automatic means cpu and is nothing to speak of.
+    if (options.backend == Backend::cuda || error.code() != ErrorCode::unavailable)
+      reason = error.what();
+  }
+
+  void set_mesh() {
+    cpu.set_mesh(mesh);
+    if (gpu) gpu->set_mesh(mesh);
+  }
+
+  void detect(const Positions& start, const Positions& end, Stats& step) {
+    const Stats scene = step;
+    if (!gpu && options.backend != Backend::cpu && failures < max_failures) start_gpu();
+    if (gpu) {
+      try {
+        return gpu->detect(start, end, contacts, step);
+      } catch (const Error& error) {
+        if (error.code() != ErrorCode::device) throw;  // bad input is bad input on any backend
+        gpu_failed(error);
+      }
+    }
+    step = scene;
+    cpu.detect(start, end, contacts, step);
+  }
 
   Options options;
   Mesh mesh;
   CpuDetector cpu;
+  std::unique_ptr<BackendDetector> gpu;
+  int failures = 0;
+  std::string reason;  // of the last failure
   std::vector<Contact> contacts;
   Stats stats;
 };
@@ -27,10 +89,8 @@ Detector::Detector(const Options& options) {
     throw Error(ErrorCode::invalid_argument, "front_ratio must be positive");
   if (!(options.rebuild_ratio > 0))
     throw Error(ErrorCode::invalid_argument, "rebuild_ratio must be positive");
-  if (options.backend == Backend::cuda)
-    throw Error(ErrorCode::unavailable, "this build has no CUDA backend");
   impl_ = std::make_unique<Impl>(options);
-  impl_->cpu.set_mesh(impl_->mesh);
+  impl_->set_mesh();
 }
 
 Detector::~Detector() = default;
@@ -40,7 +100,7 @@ Detector& Detector::operator=(Detector&&) noexcept = default;
 void Detector::set_topology(const Topology& topology) {
   Mesh mesh(topology);
   impl_->mesh = std::move(mesh);
-  impl_->cpu.set_mesh(impl_->mesh);
+  impl_->set_mesh();
 }
 
 Span<const Contact> Detector::detect(const Positions& start, const Positions& end) {
@@ -49,7 +109,7 @@ Span<const Contact> Detector::detect(const Positions& start, const Positions& en
   stats.edges = static_cast<std::int64_t>(impl_->mesh.edges().size());
   stats.faces = static_cast<std::int64_t>(impl_->mesh.faces().size());
   stats.bodies = static_cast<std::int64_t>(impl_->mesh.body_count());
-  impl_->cpu.detect(start, end, impl_->contacts, stats);
+  impl_->detect(start, end, stats);
   for (const Contact& c : impl_->contacts)
     ++(c.kind == ContactKind::vertex_face ? stats.contacts_vf : stats.contacts_ee);
   impl_->stats = std::move(stats);
@@ -58,7 +118,10 @@ Span<const Contact> Detector::detect(const Positions& start, const Positions& en
 
 Span<const Edge> Detector::edges() const { return impl_->mesh.edges(); }
 const Stats& Detector::stats() const { return impl_->stats; }
-std::string Detector::status() const { return "cpu"; }
+std::string Detector::status() const {
+  const std::string backend = impl_->gpu ? "cuda" : "cpu";
+  return impl_->reason.empty() ? backend : backend + ", because the device failed: " + impl_->reason;
+}
 
 std::uint64_t contact_hash(Span<const Contact> contacts) {
   std::uint64_t hash = 0;

@@ -45,7 +45,6 @@ void build_fold(Scene& scene, const Parameters& parameters, double speed) {
   constexpr int first_upper = columns * (layer_rows + turn_rows), last = columns * rows - 1;
   pin(*strip, 0, columns * layer_rows - 1);
   for (int i = first_upper; i <= last; ++i) {
-    strip->setVelocity(btVector3(0, 0, 0));
     strip->m_nodes[i].m_v = btVector3(0, static_cast<btScalar>(-speed), 0);
   }
   strip->setSelfCollision(true);

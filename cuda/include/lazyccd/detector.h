@@ -17,13 +17,17 @@
 
 namespace lazyccd {
 
+// automatic: cuda where a device answers, else cpu. Where the device fails, in a step or from the
+// start, the CPU does the work and status() says why; the contacts are the same.
 enum class Backend { automatic, cpu, cuda };
 
 // Whether single precision filters first. The contacts are the same, bit by bit.
 enum class Arithmetic { single_first, double_only };
 
-// Whether a traversal starts from the front of the last step or from the root.
-enum class FrontUse { off, on };
+// Whether a traversal starts from the front of the last step or from the root. A front saves at most
+// half of the tests (a binary tree has one inner pair for each pair of its front) and the way down the
+// levels; automatic: on the GPU, where each level waits for the one above, not on the CPU.
+enum class FrontUse { automatic, off, on };
 
 // How the traversal spreads its work. The contacts are the same.
 enum class Strategy {
@@ -43,17 +47,18 @@ struct Tuning {
   int chunk = 0;       // pairs that change hands at once: 32, 128 or 256
   int delay_ns = 0;    // random waits of up to this time, to shake out races
   std::uint32_t capacity_hint = 0;  // of every buffer at first; each grows where it must
+  bool graph = true;   // replay a step as one CUDA graph; without, the stages are timed one by one
 };
 
 struct Options {
-  Backend backend = Backend::automatic;  // automatic: cuda where a device answers, else cpu
+  Backend backend = Backend::automatic;
   int threads = 0;                       // of the CPU backend; 0: as many as the machine has
   bool vertex_face = true;               // kinds of elementary test to run
   bool edge_edge = true;
   Arithmetic arithmetic = Arithmetic::single_first;
   Strategy strategy = Strategy::lazy_stealing;
   Tuning tuning;
-  FrontUse front = FrontUse::off;  // of lazy_stealing
+  FrontUse front = FrontUse::automatic;  // of lazy_stealing
   // A reused front f is outdated, and made anew from the root, once n(f) / n(f - period) < ratio:
   // it no longer grows, so it is likely to be deeper than it need be (dissertation, section 3.3).
   int front_period = 10;
