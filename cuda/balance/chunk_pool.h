@@ -1,5 +1,5 @@
-// Where free chunks wait: a shared list of ids, and in front of it a small private cache a worker, so
-// that hundreds of blocks do not meet at one word for every chunk.
+// Where free chunks wait: a shared list of ids, and in front of it a small private cache a worker,
+// so that hundreds of blocks do not meet at one word for every chunk.
 #pragma once
 
 #include <cstdint>
@@ -17,9 +17,10 @@ struct alignas(16) Chunk {
   std::uint32_t count;
 };
 
-// A stack of the ids [0, capacity), linked through `next`. The head is one word {first id, tag}; every
-// change bumps the tag, so a head that is equal again was never different (Treiber's stack without
-// its ABA). A view: zeroed memory is a full list, because a link is stored as its distance from id + 1.
+// A stack of the ids [0, capacity), linked through `next`. The head is one word {first id, tag};
+// every change bumps the tag, so a head that is equal again was never different (Treiber's stack
+// without its ABA). A view: zeroed memory is a full list, because a link is stored as its distance
+// from id + 1.
 template <class Atomics>
 class FreeList {
  public:
@@ -31,8 +32,8 @@ class FreeList {
 
   // Up to `wanted` ids; returns how many.
   LAZYCCD_HD std::uint32_t take(std::uint32_t* ids, std::uint32_t wanted) {
-    // Acquire, pairs with the release of give(): the links, and the last loads of the chunks' former
-    // owners come before what the new owner writes.
+    // Acquire, pairs with the release of give(): the links, and the last loads of the chunks'
+    // former owners come before what the new owner writes.
     std::uint64_t seen = Atomics::load(*head_, Atomics::acquire);
     for (;;) {
       std::uint32_t first = static_cast<std::uint32_t>(seen);

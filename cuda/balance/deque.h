@@ -1,11 +1,12 @@
 // A bounded deque of chunk ids: its owner pushes and pops at the bottom, thieves steal at the top.
 //
-// Published lazy stealing (da Silva, Algorithms 3.9 to 3.13) compares only `top` when it steals, so a
-// thief that stalls may take what the owner has popped meanwhile. Here top, bottom and a tag share one
-// 64-bit word that changes only by CAS, and every push bumps the tag. While the tag stands still, no id
-// comes in and the deque only shrinks; so a word that is equal again was never different, and the slot
-// a thief read before its CAS is the one that it wins. (The tag wraps after 2^32 pushes: a thief would
-// have to stall that long between its load and its CAS.) Model: tests/model/lazy_stealing.pml.
+// Published lazy stealing (da Silva, Algorithms 3.9 to 3.13) compares only `top` when it steals, so
+// a thief that stalls may take what the owner has popped meanwhile. Here top, bottom and a tag
+// share one 64-bit word that changes only by CAS, and every push bumps the tag. While the tag
+// stands still, no id comes in and the deque only shrinks; so a word that is equal again was never
+// different, and the slot a thief read before its CAS is the one that it wins. (The tag wraps after
+// 2^32 pushes: a thief would have to stall that long between its load and its CAS.) Model:
+// tests/model/lazy_stealing.pml.
 #pragma once
 
 #include <cstdint>
@@ -32,8 +33,8 @@ struct DequeWord {
 };
 
 // A view: it owns neither word nor ring. Zeroed memory is an empty deque. Each operation is for one
-// thread; who fills and who copies the chunk is the caller's business (a block puts a barrier between
-// filling and push, and between steal or pop and reading).
+// thread; who fills and who copies the chunk is the caller's business (a block puts a barrier
+// between filling and push, and between steal or pop and reading).
 template <class Atomics>
 class Deque {
  public:
@@ -63,8 +64,8 @@ class Deque {
       word = DequeWord::unpack(seen);
       ++word.bottom;
       ++word.tag;
-      // Release, pairs with the acquire load in pop() and steal(): chunk and slot are visible to who
-      // takes them, also through later pops and steals, which continue the release sequence.
+      // Release, pairs with the acquire load in pop() and steal(): chunk and slot are visible to
+      // who takes them, also through later pops and steals, which continue the release sequence.
       // Failure relaxed: only thieves interfere, the slot is already the owner's.
       if (Atomics::compare_exchange(*word_, seen, word.pack(), Atomics::release, Atomics::relaxed))
         return;
@@ -73,8 +74,8 @@ class Deque {
 
   // Owner only. The newest chunk, or no_chunk where the deque is empty.
   LAZYCCD_HD std::uint32_t pop() {
-    // Acquire, pairs with the release of push(): the chunks that are here at the start of a run were
-    // pushed by another thread.
+    // Acquire, pairs with the release of push(): the chunks that are here at the start of a run
+    // were pushed by another thread.
     std::uint64_t seen = Atomics::load(*word_, Atomics::acquire);
     for (;;) {
       DequeWord word = DequeWord::unpack(seen);
@@ -100,8 +101,8 @@ class Deque {
     // then the CAS fails.
     const std::uint32_t chunk = Atomics::load(ring_[word.top & mask_], Atomics::relaxed);
     ++word.top;
-    // Release, pairs with the acquire in push(): the slot is reused only after the load above. Acquire
-    // pairs with the release of push(): the chunk's contents.
+    // Release, pairs with the acquire in push(): the slot is reused only after the load above.
+    // Acquire pairs with the release of push(): the chunk's contents.
     if (Atomics::compare_exchange(*word_, seen, word.pack(), Atomics::acq_rel, Atomics::relaxed))
       return chunk;
     return no_chunk;

@@ -1,5 +1,5 @@
-// The atomics policy of the balancing protocol for CUDA blocks. Its peer is host_atomics.h, which says
-// what a policy is. Cells are plain memory (cudaMalloc, zeroed by cudaMemset).
+// The atomics policy of the balancing protocol for CUDA blocks. Its peer is host_atomics.h, which
+// says what a policy is. Cells are plain memory (cudaMalloc, zeroed by cudaMemset).
 #pragma once
 
 #include <cstddef>

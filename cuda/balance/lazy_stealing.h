@@ -1,8 +1,9 @@
-// Lazy work stealing for continuous traversal (da Silva, section 3.4, with the protocol repaired; see
-// deque.h and termination.h), the same for CPU threads and CUDA blocks.
+// Lazy work stealing for continuous traversal (da Silva, section 3.4, with the protocol repaired;
+// see deque.h and termination.h), the same for CPU threads and CUDA blocks.
 //
 // Work travels in chunks and only by id: a steal is one CAS, the items stay where they were written
-// until their new owner needs them. It is lazy on the giving side too: a worker looks at one counter
+// until their new owner needs them. It is lazy on the giving side too: a worker looks at one
+// counter
 // (`hungry`) and publishes nothing while nobody waits.
 #pragma once
 
@@ -16,8 +17,8 @@
 
 namespace lazyccd {
 
-// What the workers of a run share: a view, passed by value to a kernel. Zeroed memory is a run without
-// work, apart from `live`, which starts as the number of chunks in `initial`.
+// What the workers of a run share: a view, passed by value to a kernel. Zeroed memory is a run
+// without work, apart from `live`, which starts as the number of chunks in `initial`.
 template <class Atomics, class Item, std::uint32_t ChunkSize>
 struct LazyStealingView {
   template <class T>
@@ -94,8 +95,8 @@ class LazyStealingWorker {
     Atomics::fetch_add(view_.counters->hungry.cell, 1u, Atomics::relaxed);
   }
 
-  // Gives the private free chunks back. The worker stays counted as hungry: the run is over, or it is
-  // cancelled and the others should look up.
+  // Gives the private free chunks back. The worker stays counted as hungry: the run is over, or it
+  // is cancelled and the others should look up.
   LAZYCCD_HD void leave() { cache_.flush(view_.free_list()); }
 
   // More workers wait than this one has chunks on offer.
@@ -104,8 +105,8 @@ class LazyStealingWorker {
     return waiting != 0 && waiting > view_.deque(worker_).size();
   }
 
-  // A free chunk of this worker's, or null where ring or pool is exhausted: the caller keeps its items
-  // and goes on with them.
+  // A free chunk of this worker's, or null where ring or pool is exhausted: the caller keeps its
+  // items and goes on with them.
   LAZYCCD_HD Chunk<Item, ChunkSize>* new_chunk() {
     if (view_.deque(worker_).has_room()) {
       filling_ = cache_.take(view_.free_list());
@@ -173,8 +174,8 @@ class LazyStealingWorker {
   LAZYCCD_HD Batch<Item> claim_initial() {
     const std::uint64_t count = view_.initial_count;
     auto& claimed = view_.counters->claimed.cell;
-    // Relaxed: the items were there before the run, and each index is handed out once. The look before
-    // the step keeps the counter from running on.
+    // Relaxed: the items were there before the run, and each index is handed out once. The look
+    // before the step keeps the counter from running on.
     if (Atomics::load(claimed, Atomics::relaxed) >= count) return nothing();
     const std::uint64_t first =
         Atomics::fetch_add(claimed, std::uint64_t{ChunkSize}, Atomics::relaxed);

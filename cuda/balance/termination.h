@@ -1,9 +1,10 @@
 // When is a traversal over? When no worker is busy and no chunk is published.
 //
-// `live` counts both. Only a busy worker creates units, and it counts a chunk before it publishes it,
-// so the worker's own unit keeps `live` above zero meanwhile: zero, once seen, is for ever. A run starts
-// with every worker idle and the initial chunks counted, so it does not depend on all workers being
-// there (a block that the device has not started yet, a thread that has not woken up).
+// `live` counts both. Only a busy worker creates units, and it counts a chunk before it publishes
+// it, so the worker's own unit keeps `live` above zero meanwhile: zero, once seen, is for ever. A
+// run starts with every worker idle and the initial chunks counted, so it does not depend on all
+// workers being there (a block that the device has not started yet, a thread that has not woken
+// up).
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
-// Runs work items that make further work items, such as the pairs of a tree traversal, on all threads
-// of a pool.
+// Runs work items that make further work items, such as the pairs of a tree traversal, on all
+// threads of a pool.
 //
 //   BalancedRun<NodePair> traversal(pool);                   // once: buffers persist between runs
 //   RunCounts counts = traversal.run(&root_pair, 1,
@@ -39,12 +39,14 @@ class BalancedRun {
   // `options` go to the strategy, after the number of workers. The pool must outlive this.
   template <class... Options>
   explicit BalancedRun(ThreadPool& pool, Options... options)
-      : pool_(&pool), strategy_(pool.size(), options...), members_(static_cast<std::size_t>(pool.size())) {}
+      : pool_(&pool),
+        strategy_(pool.size(), options...),
+        members_(static_cast<std::size_t>(pool.size())) {}
 
   // process(worker, item, emit) exactly once for each of the initial items and of those given to
-  // emit(item), in no particular order, on worker ids below pool.size(). One call at a time a worker
-  // id, so scratch memory indexed by it needs no lock. An exception from process ends the run and is
-  // rethrown here; the next run starts afresh.
+  // emit(item), in no particular order, on worker ids below pool.size(). One call at a time a
+  // worker id, so scratch memory indexed by it needs no lock. An exception from process ends the
+  // run and is rethrown here; the next run starts afresh.
   template <class Process>
   RunCounts run(const Item* initial, std::size_t count, Process&& process) {
     if (count == 0) return {};

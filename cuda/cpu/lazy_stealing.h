@@ -1,5 +1,5 @@
-// Lazy work stealing between CPU threads: the memory behind balance/lazy_stealing.h, and how a thread
-// waits. One of the strategies of BalancedRun; see there for what a strategy is.
+// Lazy work stealing between CPU threads: the memory behind balance/lazy_stealing.h, and how a
+// thread waits. One of the strategies of BalancedRun; see there for what a strategy is.
 #pragma once
 
 #include <algorithm>

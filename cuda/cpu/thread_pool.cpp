@@ -16,9 +16,9 @@ namespace {
 // Longer than the serial code between two stages of a step, shorter than anyone would call busy.
 constexpr std::chrono::microseconds spin_time{40};
 
-// state_, from the low bits: workers inside the job (16), workers that joined it so far (15), whether
-// it is open to join (1), number of the job (32). One word, so that joining and closing exclude each
-// other by CAS.
+// state_, from the low bits: workers inside the job (16), workers that joined it so far (15),
+// whether it is open to join (1), number of the job (32). One word, so that joining and closing
+// exclude each other by CAS.
 constexpr std::uint64_t one_inside = 1;
 constexpr std::uint64_t one_joined = std::uint64_t{1} << 16;
 constexpr std::uint64_t open_bit = std::uint64_t{1} << 31;
@@ -79,8 +79,9 @@ void ThreadPool::start(Attendance attendance, Invoke function, void* job) {
   // Relaxed: only the thread that starts jobs changes the number.
   std::uint64_t number = job_number(state_.load(std::memory_order_relaxed)) + 1;
   if (number == no_more_jobs) number = 0;
-  // seq_cst, twice: as a release it publishes invoke_ and job_ to join(); and either this thread sees
-  // the sleeper's count below, or the sleeper sees the new job before it sleeps (wait_for_job).
+  // seq_cst, twice: as a release it publishes invoke_ and job_ to join(); and either this thread
+  // sees the sleeper's count below, or the sleeper sees the new job before it sleeps
+  // (wait_for_job).
   state_.store((number << job_shift) | open_bit, std::memory_order_seq_cst);
   if (sleepers_.load(std::memory_order_seq_cst) > 0) {
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -97,10 +98,10 @@ void ThreadPool::start(Attendance attendance, Invoke function, void* job) {
   if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
 }
 
-// A scheduler that likes to wake a thread on its waker's core leaves it there, unrun, until the next
-// load balancing: milliseconds, a whole step, in one of three wakes on a virtual machine of two cores.
-// So the threads may run anywhere but there. In a large pool one late worker costs little, and the
-// system calls would cost more.
+// A scheduler that likes to wake a thread on its waker's core leaves it there, unrun, until the
+// next load balancing: milliseconds, a whole step, in one of three wakes on a virtual machine of
+// two cores. So the threads may run anywhere but there. In a large pool one late worker costs
+// little, and the system calls would cost more.
 void ThreadPool::leave_core_to_caller() noexcept {
 #if defined(__linux__)
   constexpr int largest_pool = 16;

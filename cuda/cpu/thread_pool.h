@@ -1,5 +1,5 @@
-// Persistent threads for the stages of a step. A step is a few milliseconds of short parallel stages,
-// so waiting is a short spin (between stages) and then sleep (between steps).
+// Persistent threads for the stages of a step. A step is a few milliseconds of short parallel
+// stages, so waiting is a short spin (between stages) and then sleep (between steps).
 #pragma once
 
 #include <algorithm>
@@ -16,9 +16,9 @@
 
 namespace lazyccd {
 
-// The calling thread is worker 0, so a pool of one has no thread of its own. Several pools may work at
-// once; one pool takes one job at a time, from one thread at a time, and a job must not start another
-// on its own pool.
+// The calling thread is worker 0, so a pool of one has no thread of its own. Several pools may work
+// at once; one pool takes one job at a time, from one thread at a time, and a job must not start
+// another on its own pool.
 class ThreadPool {
  public:
   explicit ThreadPool(int threads = 0);  // 0: as many as the machine has
@@ -34,15 +34,16 @@ class ThreadPool {
     start(Attendance::everyone, &invoke<Job>, address(job));
   }
 
-  // job(worker) on worker 0, and on others as they come: who comes after worker 0 has returned is left
-  // out, so a short job never waits for a sleeper. For jobs that any one worker can finish alone.
+  // job(worker) on worker 0, and on others as they come: who comes after worker 0 has returned is
+  // left out, so a short job never waits for a sleeper. For jobs that any one worker can finish
+  // alone.
   template <class Job>
   void offer(Job&& job) {
     start(Attendance::volunteers, &invoke<Job>, address(job));
   }
 
-  // body(first, last, worker) over disjoint pieces of [0, count) of at most `grain` (on a pool of one,
-  // or where `count` is no more than that, in one piece). An exception stops the handing out.
+  // body(first, last, worker) over disjoint pieces of [0, count) of at most `grain` (on a pool of
+  // one, or where `count` is no more than that, in one piece). An exception stops the handing out.
   template <class Body>
   void parallel_for(std::size_t count, std::size_t grain, Body&& body) {
     if (count == 0) return;
@@ -53,8 +54,8 @@ class ThreadPool {
     }
     std::atomic<std::size_t> next{0};
     offer([&](int worker) {
-      // Relaxed: the pieces share nothing but the counter; the end of the job orders the results. The
-      // look before the step keeps the counter from running on and wrapping.
+      // Relaxed: the pieces share nothing but the counter; the end of the job orders the results.
+      // The look before the step keeps the counter from running on and wrapping.
       while (next.load(std::memory_order_relaxed) < count) {
         const std::size_t first = next.fetch_add(grain, std::memory_order_relaxed);
         if (first >= count) break;
@@ -101,11 +102,11 @@ class ThreadPool {
   void* job_ = nullptr;
 
   std::mutex mutex_;
-  std::condition_variable wake_;    // sleeping workers
-  std::condition_variable done_;    // the sleeping caller
-  std::atomic<int> sleepers_{0};    // workers inside wake_.wait
+  std::condition_variable wake_;  // sleeping workers
+  std::condition_variable done_;  // the sleeping caller
+  std::atomic<int> sleepers_{0};  // workers inside wake_.wait
   std::atomic<bool> caller_sleeps_{false};
-  std::exception_ptr error_;        // the first of this job; under mutex_
+  std::exception_ptr error_;  // the first of this job; under mutex_
 };
 
 }  // namespace lazyccd

@@ -31,8 +31,8 @@ class WorkStack {
   void clear() { size_ = 0; }
 
   // Every second of the oldest 2 * count items, oldest first. In a depth-first traversal the oldest
-  // items head the largest subtrees, and those of one level lie side by side: taking every second one
-  // leaves half of each level, while taking a run of them would leave next to nothing.
+  // items head the largest subtrees, and those of one level lie side by side: taking every second
+  // one leaves half of each level, while taking a run of them would leave next to nothing.
   void take_every_second(Item* out, std::size_t count) {
     for (std::size_t i = 0; i < count; ++i) {
       out[i] = items_[2 * i];

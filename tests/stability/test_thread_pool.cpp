@@ -1,0 +1,136 @@
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstddef>
+#include <stdexcept>
+#include <thread>
+#include <vector>
+
+#include "cpu/thread_pool.h"
+#include "support/catch.h"
+
+namespace {
+
+using lazyccd::ThreadPool;
+
+// Long enough that the workers stop spinning and sleep.
+void let_them_sleep() { std::this_thread::sleep_for(std::chrono::milliseconds(2)); }
+
+}  // namespace
+
+TEST_CASE("a pool has as many workers as asked for, and the machine's number for 0") {
+  CHECK(ThreadPool(1).size() == 1);
+  CHECK(ThreadPool(5).size() == 5);
+  CHECK(ThreadPool(0).size() >= 1);
+}
+
+TEST_CASE("every worker runs a job once, awake or asleep") {
+  const int threads = GENERATE(1, 2, 3, 16);
+  ThreadPool pool(threads);
+  for (int round = 0; round < 60; ++round) {
+    std::vector<int> calls(
+        static_cast<std::size_t>(threads));  // plain: the pool orders the accesses
+    pool.run([&](int worker) { ++calls[static_cast<std::size_t>(worker)]; });
+    REQUIRE(calls == std::vector<int>(static_cast<std::size_t>(threads), 1));
+    if (round % 10 == 0) let_them_sleep();
+  }
+}
+
+TEST_CASE("worker 0 is the calling thread") {
+  ThreadPool pool(3);
+  std::thread::id worker_0;
+  pool.run([&](int worker) {
+    if (worker == 0) worker_0 = std::this_thread::get_id();
+  });
+  CHECK(worker_0 == std::this_thread::get_id());
+}
+
+TEST_CASE("an offered job runs on worker 0 and at most once on each other") {
+  ThreadPool pool(4);
+  for (int round = 0; round < 500; ++round) {
+    std::vector<int> calls(4);
+    pool.offer([&](int worker) { ++calls[static_cast<std::size_t>(worker)]; });
+    REQUIRE(calls[0] == 1);
+    for (int count : calls) REQUIRE(count <= 1);
+    if (round % 100 == 0) let_them_sleep();
+  }
+}
+
+TEST_CASE("parallel_for hands out each index once, in pieces no larger than the grain") {
+  const int threads = GENERATE(1, 2, 7);
+  const std::size_t count =
+      GENERATE(std::size_t{0}, std::size_t{1}, std::size_t{7}, std::size_t{1000});
+  const std::size_t grain =
+      GENERATE(std::size_t{0}, std::size_t{1}, std::size_t{7}, std::size_t{999});
+  ThreadPool pool(threads);
+  std::vector<int> calls(count);  // plain: the pieces are disjoint
+  std::atomic<bool> small{true};
+  pool.parallel_for(count, grain, [&](std::size_t first, std::size_t last, int worker) {
+    if (worker < 0 || worker >= threads) small = false;
+    if (threads > 1 && last - first > std::max<std::size_t>(grain, 1)) small = false;
+    for (std::size_t i = first; i < last; ++i) ++calls[i];
+  });
+  CHECK(calls == std::vector<int>(count, 1));
+  CHECK(small);
+}
+
+TEST_CASE(
+    "an exception of any worker reaches the caller after all have left, and the pool goes on") {
+  const int threads = GENERATE(1, 4);
+  ThreadPool pool(threads);
+  for (int bad = 0; bad < threads; ++bad) {
+    std::atomic<int> inside{0};
+    CHECK_THROWS_AS(pool.run([&](int worker) {
+      ++inside;
+      if (worker == bad) {
+        --inside;
+        throw std::runtime_error("bad worker");
+      }
+      std::this_thread::yield();
+      --inside;
+    }),
+                    std::runtime_error);
+    CHECK(inside == 0);
+    CHECK_THROWS_AS(pool.parallel_for(1000, 1,
+                                      [&](std::size_t first, std::size_t, int) {
+                                        if (first == 0) throw std::runtime_error("bad index");
+                                      }),
+                    std::runtime_error);
+  }
+  int calls = 0;
+  pool.offer([&](int worker) {
+    if (worker == 0) ++calls;
+  });
+  CHECK(calls == 1);
+}
+
+TEST_CASE("a caller that is done first sleeps until the last worker is") {
+  ThreadPool pool(2);
+  bool finished = false;
+  pool.run([&](int worker) {
+    if (worker == 0) return;
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    finished = true;
+  });
+  CHECK(finished);
+}
+
+TEST_CASE("pools come and go, used or not, with their threads awake or asleep") {
+  for (int round = 0; round < 20; ++round) {
+    ThreadPool unused(3);
+    ThreadPool used(3);
+    std::atomic<int> calls{0};
+    used.run([&](int) { ++calls; });
+    REQUIRE(calls == 3);
+    if (round % 2 == 0) let_them_sleep();
+  }
+}
+
+TEST_CASE("a job may use another pool") {
+  ThreadPool outer(2);
+  ThreadPool inner[2];
+  std::atomic<int> calls{0};
+  outer.run(
+      [&](int worker) { inner[static_cast<std::size_t>(worker)].run([&](int) { ++calls; }); });
+  CHECK(calls == inner[0].size() + inner[1].size());
+}
