@@ -1,0 +1,35 @@
+// How a traversal's work is spread over the device: one class a strategy, picked at run time.
+#pragma once
+
+#include <cuda_runtime_api.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+
+#include "gpu/traversal_job.h"
+#include "lazyccd/detector.h"
+
+namespace lazyccd::gpu {
+
+class TraversalStrategy {
+ public:
+  virtual ~TraversalStrategy() = default;
+
+  // Whether it can start from a front and leaves one.
+  virtual bool has_front() const = 0;
+  // Sizes grid and buffers for trees of so many nodes. What it clears on the stream comes before the
+  // next launch there.
+  virtual void reset(std::uint32_t node_count, cudaStream_t stream) = 0;
+  // Enqueues the job: no allocation, no synchronization, the same launches for the same job. Clears
+  // the counters first.
+  virtual void launch(const TraversalJob& job, cudaStream_t stream) = 0;
+  // The last run lost work. Throws where more room would not help.
+  virtual void grow(cudaStream_t stream) = 0;
+  virtual std::size_t bytes() const = 0;
+};
+
+std::unique_ptr<TraversalStrategy> make_lazy_stealing(const Tuning& tuning);
+std::unique_ptr<TraversalStrategy> make_thread_per_query(const Tuning& tuning);
+
+}  // namespace lazyccd::gpu
