@@ -100,36 +100,79 @@ class Ball {
   arb_t value_;
 };
 
-// The real roots of a square-free polynomial, ascending.
-std::vector<Ball> real_roots(const Poly& p, slong precision) {
-  const slong n = p.degree();
-  std::vector<Ball> roots;
-  if (n < 1) return roots;
-  const acb_ptr all = _acb_vec_init(n);
-  arb_fmpz_poly_complex_roots(all, p.get(), 0, precision);
-  for (slong i = 0; i < n; ++i)
-    if (arb_is_zero(acb_imagref(all + i))) roots.emplace_back(acb_realref(all + i));
-  _acb_vec_clear(all, n);
-  std::sort(roots.begin(), roots.end(), [](const Ball& a, const Ball& b) {
-    return arf_cmp(arb_midref(a.get()), arb_midref(b.get())) < 0;
-  });
-  return roots;
+// The earlier (-1) or later (1) half of a ball, exact.
+Ball half(const Ball& ball, int which) {
+  Ball result = ball;
+  arf_t shift;
+  arf_init(shift);
+  arf_set_mag(shift, arb_radref(ball.get()));
+  arf_mul_2exp_si(shift, shift, -1);
+  if (which < 0) arf_neg(shift, shift);
+  arf_add(arb_midref(result.get()), arb_midref(ball.get()), shift, ARF_PREC_EXACT, ARF_RND_DOWN);
+  mag_mul_2exp_si(arb_radref(result.get()), arb_radref(ball.get()), -1);
+  arf_clear(shift);
+  return result;
+}
+
+// The middle of a ball (0) or an end of it (-1, 1), exact.
+Ball point_of(const Ball& ball, int which) {
+  Ball result;
+  arf_struct* x = arb_midref(result.get());
+  arf_set_mag(x, arb_radref(ball.get()));
+  arf_mul_si(x, x, which, ARF_PREC_EXACT, ARF_RND_DOWN);
+  arf_add(x, x, arb_midref(ball.get()), ARF_PREC_EXACT, ARF_RND_DOWN);
+  return result;
+}
+
+// Sign of p(x) at a ball without radius, exact.
+int sign_at(const Poly& p, const Ball& x) {
+  Ball value;
+  arb_fmpz_poly_evaluate_arb(value.get(), p.get(), x.get(), ARF_PREC_EXACT);
+  return arf_sgn(arb_midref(value.get()));
+}
+
+// Sturm's sequence of p, each member up to a positive factor. The last is gcd(p, p').
+std::vector<Poly> sturm_sequence(const Poly& p) {
+  std::vector<Poly> sequence{p, Poly()};
+  fmpz_poly_derivative(sequence[1].get(), p.get());
+  while (sequence.back().degree() > 0) {
+    const Poly& divisor = sequence.back();
+    Poly rest;
+    ulong power;
+    fmpz_poly_pseudo_rem(rest.get(), &power, sequence[sequence.size() - 2].get(), divisor.get());
+    if (rest.is_zero()) break;
+    const bool flipped = power % 2 == 1 && fmpz_sgn(fmpz_poly_lead(divisor.get())) < 0;
+    Int content;
+    fmpz_poly_content(content.get(), rest.get());
+    if (!flipped) fmpz_neg(content.get(), content.get());
+    fmpz_poly_scalar_divexact_fmpz(rest.get(), rest.get(), content.get());
+    sequence.push_back(std::move(rest));
+  }
+  return sequence;
+}
+
+int sign_changes(const std::vector<Poly>& sequence, const Ball& x) {
+  int changes = 0, last = 0;
+  for (const Poly& p : sequence) {
+    const int sign = sign_at(p, x);
+    if (sign * last < 0) ++changes;
+    if (sign != 0) last = sign;
+  }
+  return changes;
 }
 
 }  // namespace
 
-// One real root of a square-free polynomial. Questions may narrow the ball and simplify the
-// polynomial; the number stays what it is.
+// The one root of a square-free polynomial inside a ball. Questions may narrow the ball and
+// simplify the polynomial; the number stays what it is.
 class AlgebraicNumber {
  public:
-  static constexpr slong first_precision = 128;  // bits
+  AlgebraicNumber(Poly p, Ball ball) : p_(std::move(p)), ball_(std::move(ball)) {}
 
-  AlgebraicNumber(Poly p, std::size_t index, Ball ball)
-      : p_(std::move(p)), index_(index), ball_(std::move(ball)) {}
-
-  static AlgebraicNumber rational(slong numerator, slong denominator) {
-    const Poly p(-numerator, denominator);
-    return {p, 0, real_roots(p, first_precision)[0]};
+  static AlgebraicNumber integer(slong n) {
+    Ball ball;
+    arb_set_si(ball.get(), n);
+    return {Poly(-n, 1), ball};
   }
 
   int sign(const Poly& q) const {
@@ -139,13 +182,13 @@ class AlgebraicNumber {
       if (arb_is_zero(value.get())) return 0;
       if (arb_is_positive(value.get())) return 1;
       if (arb_is_negative(value.get())) return -1;
-      if (may_vanish) {
+      if (may_vanish && precision_ >= 128) {
         make_minimal();
         Poly quotient;
         if (fmpz_poly_divides(quotient.get(), q.get(), p_.get())) return 0;
         may_vanish = false;
       }
-      refine();
+      refine(2 * precision_);
     }
   }
 
@@ -153,79 +196,88 @@ class AlgebraicNumber {
     while (arb_overlaps(a.ball_.get(), b.ball_.get())) {
       a.make_minimal();
       b.make_minimal();
-      if (a.p_ == b.p_ && a.index_ == b.index_) return false;
-      a.refine();
-      b.refine();
+      if (a.p_ == b.p_) {
+        Ball both;
+        arb_union(both.get(), a.ball_.get(), b.ball_.get(), ARF_PREC_EXACT);
+        if (count_roots(a.p_, both) == 1) return false;
+      }
+      const AlgebraicNumber& wider = a.precision_ < b.precision_ ? a : b;
+      wider.refine(2 * wider.precision_);
     }
     return arb_lt(a.ball_.get(), b.ball_.get());
   }
 
   double minus(double x) const {
-    arf_t y;
-    arf_init(y);
-    arf_set_d(y, x);
+    refine(128);
     Ball difference;
-    arb_sub_arf(difference.get(), ball_.get(), y, precision_);
-    arf_clear(y);
+    arb_set_d(difference.get(), x);
+    arb_sub(difference.get(), ball_.get(), difference.get(), precision_);
     return arf_get_d(arb_midref(difference.get()), ARF_RND_NEAR);
   }
 
  private:
-  // Twice the precision: by Newton's method on intervals, m - p(m) / p'(ball) for the middle m,
-  // which keeps the root inside; where that fails, from scratch.
-  void refine() const {
-    precision_ *= 2;
+  // Bits of relative accuracy, by Newton's method on intervals: m - p(m) / p'(ball), m the middle,
+  // holds the root. Where that does not narrow the ball, halve it.
+  void refine(slong precision) const {
+    precision_ = std::max(precision_, precision);
     Poly derivative;
     fmpz_poly_derivative(derivative.get(), p_.get());
+    const slong working = 2 * precision_;
     Ball middle, value, slope, next;
     while (arb_rel_accuracy_bits(ball_.get()) < precision_) {
-      const slong working = 2 * precision_;
       arb_fmpz_poly_evaluate_arb(slope.get(), derivative.get(), ball_.get(), working);
       arb_get_mid_arb(middle.get(), ball_.get());
       arb_fmpz_poly_evaluate_arb(value.get(), p_.get(), middle.get(), working);
       arb_div(value.get(), value.get(), slope.get(), working);
       arb_sub(next.get(), middle.get(), value.get(), working);
-      const slong before = arb_rel_accuracy_bits(ball_.get());
-      if (arb_contains_zero(slope.get()) ||
-          !arb_intersection(next.get(), next.get(), ball_.get(), working) ||
-          arb_rel_accuracy_bits(next.get()) < before + 16) {
-        ball_ = real_roots(p_, precision_)[index_];
+      const bool narrower = arb_contains(ball_.get(), next.get()) &&
+                            mag_cmp(arb_radref(next.get()), arb_radref(half(ball_, 1).get())) < 0;
+      if (narrower)
+        ball_ = next;
+      else
+        halve();
+    }
+  }
+
+  void halve() const {
+    int first_sign = 0;
+    for (const int which : {-1, 1, 0}) {
+      const Ball point = point_of(ball_, which);
+      const int sign = sign_at(p_, point);
+      if (sign == 0) {
+        ball_ = point;
         return;
       }
-      ball_ = next;
+      if (which == -1) first_sign = sign;
+      if (which == 0) ball_ = half(ball_, sign == first_sign ? 1 : -1);
     }
+  }
+
+  static int count_roots(const Poly& p, const Ball& ball) {
+    const std::vector<Poly> sequence = sturm_sequence(p);
+    const Ball first = point_of(ball, -1), last = point_of(ball, 1);
+    return sign_changes(sequence, first) - sign_changes(sequence, last) + (sign_at(p, first) == 0);
   }
 
   // From here on p_ is irreducible and primitive, with a positive leading coefficient.
   void make_minimal() const {
     if (is_minimal_) return;
+    is_minimal_ = true;
     fmpz_poly_factor_t factors;
     fmpz_poly_factor_init(factors);
     fmpz_poly_factor(factors, p_.get());
-    while (!is_minimal_) {
-      std::vector<AlgebraicNumber> same;
-      for (slong i = 0; i < factors->num; ++i) {
-        const Poly factor(factors->p + i);
-        const std::vector<Ball> roots = real_roots(factor, precision_);
-        for (std::size_t j = 0; j < roots.size(); ++j)
-          if (arb_overlaps(roots[j].get(), ball_.get())) same.emplace_back(factor, j, roots[j]);
-      }
-      if (same.size() == 1) {
-        p_ = same[0].p_;
-        index_ = same[0].index_;
-        ball_ = same[0].ball_;
-        is_minimal_ = true;
-      } else {
-        refine();
-      }
+    for (slong i = 0; i < factors->num; ++i) {
+      const Poly factor(factors->p + i);
+      if (count_roots(factor, ball_) == 0) continue;
+      p_ = factor;
+      break;
     }
     fmpz_poly_factor_clear(factors);
   }
 
   mutable Poly p_;
-  mutable std::size_t index_;
   mutable Ball ball_;
-  mutable slong precision_ = first_precision;
+  mutable slong precision_ = 32;
   mutable bool is_minimal_ = false;
 };
 
@@ -253,15 +305,39 @@ bool has_no_root_by_hull(const Poly& p) {
 // Appends the roots in [0, 1], ascending.
 void append_roots(const Poly& p, std::vector<AlgebraicNumber>& out) {
   if (p.degree() < 1 || has_no_root_by_hull(p)) return;
-  Poly derivative, divisor, q = p;
-  fmpz_poly_derivative(derivative.get(), p.get());
-  fmpz_poly_gcd(divisor.get(), p.get(), derivative.get());
-  if (divisor.degree() > 0) fmpz_poly_div(q.get(), p.get(), divisor.get());
-  fmpz_poly_primitive_part(q.get(), q.get());
-  const std::vector<Ball> roots = real_roots(q, AlgebraicNumber::first_precision);
-  for (std::size_t i = 0; i < roots.size(); ++i) {
-    AlgebraicNumber root(q, i, roots[i]);
-    if (root.sign(Poly(0, 1)) >= 0 && root.sign(Poly(-1, 1)) <= 0) out.push_back(std::move(root));
+  Poly q = p;
+  std::vector<Poly> sequence = sturm_sequence(p);
+  if (sequence.back().degree() > 0) {
+    Poly common;
+    fmpz_poly_primitive_part(common.get(), sequence.back().get());
+    fmpz_poly_div(q.get(), p.get(), common.get());
+    sequence = sturm_sequence(q);
+  }
+  if (fmpz_is_zero(fmpz_poly_get_coeff_ptr(q.get(), 0))) out.push_back(AlgebraicNumber::integer(0));
+
+  // Balls to search, the earliest last, with the sign changes at their ends: their difference is
+  // the number of roots after the first end and up to the last.
+  struct Part {
+    Ball ball;
+    int changes_first, changes_last;
+  };
+  Ball step;
+  arb_set_d(step.get(), 0.5);
+  mag_set_ui_2exp_si(arb_radref(step.get()), 1, -1);
+  std::vector<Part> parts{{step, sign_changes(sequence, point_of(step, -1)),
+                           sign_changes(sequence, point_of(step, 1))}};
+  while (!parts.empty()) {
+    const Part part = parts.back();
+    parts.pop_back();
+    const int roots = part.changes_first - part.changes_last;
+    if (roots == 0) continue;
+    if (roots == 1 && sign_at(q, point_of(part.ball, -1)) != 0) {
+      out.emplace_back(q, part.ball);
+      continue;
+    }
+    const int changes = sign_changes(sequence, point_of(part.ball, 0));
+    parts.push_back({half(part.ball, 1), changes, part.changes_last});
+    parts.push_back({half(part.ball, -1), part.changes_first, changes});
   }
 }
 
@@ -359,7 +435,7 @@ Truth find_truth(ContactKind kind, const QueryPoints& points) {
   // where a sign changes that it depends on.
   if (f.is_zero()) {
     make_degenerate();
-    times = {AlgebraicNumber::rational(0, 1), AlgebraicNumber::rational(1, 1)};
+    times = {AlgebraicNumber::integer(0), AlgebraicNumber::integer(1)};
     for (const Poly& p : inside) append_roots(p, times);
     for (const Poly& p : n) append_roots(p, times);
     for (const PointSegment& s : degenerate) {
