@@ -1,0 +1,223 @@
+// Checks the whole CUDA backend against the CPU backend: the same contacts, field by field, and the
+// same hash. A plain program, so that it runs on a machine that has nothing but the driver.
+//
+//   lazyccd_gpu_check [--repeat N] [START.ply END.ply]...
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "io/ply.h"
+#include "lazyccd/detector.h"
+#include "lazyccd/error.h"
+
+namespace {
+
+using namespace lazyccd;
+
+int failures = 0;
+
+void report(bool good, const std::string& what) {
+  std::printf("%s  %s\n", good ? "PASS" : "FAIL", what.c_str());
+  std::fflush(stdout);
+  failures += !good;
+}
+
+bool equal(const Contact& a, const Contact& b) { return std::memcmp(&a, &b, sizeof(Contact)) == 0; }
+
+struct Scene {
+  std::string name;
+  std::vector<Face> faces;
+  std::vector<Edge> edges;
+  std::vector<std::int32_t> body_of_vertex;
+  std::vector<float> inverse_mass;
+  std::vector<Body> bodies;
+  std::vector<BodyPair> disabled;
+  std::vector<std::vector<std::array<double, 3>>> frames;  // two at least
+
+  Topology topology() const {
+    Topology t;
+    t.vertex_count = frames[0].size();
+    t.faces = faces;
+    t.edges = edges;
+    t.body_of_vertex = body_of_vertex;
+    t.inverse_mass = inverse_mass;
+    t.bodies = bodies;
+    t.disabled_pairs = disabled;
+    return t;
+  }
+  Positions positions(std::size_t frame) const {
+    return {frames[frame].data()->data(), frames[frame].size()};
+  }
+};
+
+// Sheets of n x n quads that tumble through each other, ropes between them, some vertices pinned.
+Scene tumbling_sheets(int sheets, int n, int frames, double offset, bool in_float) {
+  Scene scene;
+  scene.name = std::to_string(sheets) + " sheets of " + std::to_string(n) + "x" + std::to_string(n) +
+               " quads" + (offset != 0 ? ", far away" : "") + (in_float ? ", float" : ", double");
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> uniform(-1, 1);
+  struct Motion {
+    double centre[3], axis[3], speed[3], phase;
+  };
+  std::vector<Motion> motions;
+  for (int s = 0; s < sheets; ++s) {
+    Motion m{};
+    for (int k = 0; k < 3; ++k) {
+      m.centre[k] = 0.4 * uniform(random);
+      m.axis[k] = uniform(random);
+      m.speed[k] = 0.05 * uniform(random);
+    }
+    m.phase = 3 * uniform(random);
+    motions.push_back(m);
+    Body body;
+    body.self_collision = s % 3 != 0;
+    body.group = s % 4 == 3 ? 2 : 1;
+    body.mask = s % 5 == 4 ? 1 : 3;
+    scene.bodies.push_back(body);
+    const std::int32_t base = s * (n + 1) * (n + 1);
+    for (int y = 0; y <= n; ++y) {
+      for (int x = 0; x <= n; ++x) {
+        scene.body_of_vertex.push_back(s);
+        scene.inverse_mass.push_back(s % 7 == 6 || (y == 0 && s % 2) ? 0.0f : 1.0f);
+        const std::int32_t v = base + y * (n + 1) + x;
+        if (x < n && y < n && s % 6 != 5) {
+          scene.faces.push_back({v, v + 1, v + n + 1});
+          scene.faces.push_back({v + 1, v + n + 2, v + n + 1});
+        } else if (x < n) {
+          scene.edges.push_back({v, v + 1});  // a body of ropes
+        }
+      }
+    }
+  }
+  if (sheets > 2) scene.disabled.push_back({2, 0});
+  for (int f = 0; f < frames; ++f) {
+    std::vector<std::array<double, 3>> frame;
+    for (int s = 0; s < sheets; ++s) {
+      const Motion& m = motions[s];
+      const double angle = m.phase + 0.1 * f, c = std::cos(angle), d = std::sin(angle);
+      for (int y = 0; y <= n; ++y) {
+        for (int x = 0; x <= n; ++x) {
+          const double u = static_cast<double>(x) / n - 0.5, v = static_cast<double>(y) / n - 0.5;
+          const double w = 0.1 * std::sin(7 * u + 5 * v + f);
+          std::array<double, 3> p{c * u - d * w, v * (0.5 + m.axis[0]) + 0.3 * w, d * u + c * w};
+          for (int k = 0; k < 3; ++k) {
+            p[k] += m.centre[k] + f * m.speed[k] + offset;
+            if (in_float) p[k] = static_cast<float>(p[k]);
+          }
+          frame.push_back(p);
+        }
+      }
+    }
+    scene.frames.push_back(frame);
+  }
+  return scene;
+}
+
+// Runs the frames of a scene on both; returns the number of contacts, -1 on a difference.
+long compare(const Scene& scene, Options options, int repeat, std::string& why) {
+  options.backend = Backend::cpu;
+  Detector cpu(options);
+  options.backend = Backend::cuda;
+  Detector gpu(options);
+  cpu.set_topology(scene.topology());
+  gpu.set_topology(scene.topology());
+  long total = 0;
+  for (std::size_t f = 0; f + 1 < scene.frames.size(); ++f) {
+    const Span<const Contact> wanted = cpu.detect(scene.positions(f), scene.positions(f + 1));
+    total += static_cast<long>(wanted.size());
+    for (int r = 0; r < repeat; ++r) {
+      const Span<const Contact> found = gpu.detect(scene.positions(f), scene.positions(f + 1));
+      if (gpu.stats().backend != "cuda") {
+        why = gpu.status();
+        return -1;
+      }
+      bool same = found.size() == wanted.size() && gpu.stats().hash == cpu.stats().hash &&
+                  contact_hash(found) == gpu.stats().hash;
+      std::size_t first = 0;
+      for (; same && first < found.size(); ++first) same = equal(found[first], wanted[first]);
+      if (!same) {
+        why = "frame " + std::to_string(f) + " repetition " + std::to_string(r) + ": " +
+              std::to_string(found.size()) + " of " + std::to_string(wanted.size()) +
+              " contacts, first difference at " + std::to_string(first);
+        return -1;
+      }
+    }
+  }
+  return total;
+}
+
+void check(const Scene& scene, const Options& options, int repeat, const std::string& setting) {
+  std::string why;
+  long contacts = -1;
+  try {
+    contacts = compare(scene, options, repeat, why);
+  } catch (const Error& error) {
+    why = error.what();
+  }
+  report(contacts >= 0, scene.name + ", " + setting + ": " +
+                            (contacts >= 0 ? std::to_string(contacts) + " contacts" : why));
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  int repeat = 3;
+  std::vector<std::string> files;
+  for (int i = 1; i < argc; ++i) {
+    if (std::string(argv[i]) == "--repeat" && i + 1 < argc) {
+      repeat = std::atoi(argv[++i]);
+    } else {
+      files.push_back(argv[i]);
+    }
+  }
+
+  std::vector<Scene> scenes;
+  scenes.push_back(tumbling_sheets(1, 1, 4, 0, true));
+  scenes.push_back(tumbling_sheets(2, 3, 6, 0, true));
+  scenes.push_back(tumbling_sheets(9, 12, 12, 0, true));
+  scenes.push_back(tumbling_sheets(9, 12, 12, 0, false));
+  scenes.push_back(tumbling_sheets(12, 20, 6, 1000, true));
+  scenes.push_back(tumbling_sheets(40, 20, 4, 0, false));
+  for (std::size_t i = 0; i + 1 < files.size(); i += 2) {
+    Scene scene;
+    const io::Mesh start = io::read_ply(files[i]), end = io::read_ply(files[i + 1]);
+    scene.name = files[i];
+    scene.faces = start.faces;
+    scene.frames = {start.vertices, end.vertices};
+    scenes.push_back(scene);
+  }
+
+  for (const Scene& scene : scenes) {
+    for (const Strategy strategy : kStrategies) {
+      Options options;
+      options.strategy = strategy;
+      const std::string called = name(strategy);
+      check(scene, options, repeat, called);
+      options.front = FrontUse::off;
+      check(scene, options, repeat, called + ", no front");
+      options.front = FrontUse::automatic;
+      options.tuning.graph = false;
+      check(scene, options, 1, called + ", no graph");
+      options.tuning.graph = true;
+      options.tuning.capacity_hint = 1;
+      check(scene, options, 1, called + ", capacity 1");
+      options.tuning.capacity_hint = 0;
+      options.rebuild_every_step = true;
+      check(scene, options, 1, called + ", rebuilt each step");
+      options.rebuild_every_step = false;
+      for (const int block : {32, 64, 128, 256}) {
+        options.tuning.block_size = block;
+        options.tuning.blocks = block == 32 ? 3 : 0;
+        options.tuning.chunk = block == 64 ? 32 : 0;
+        check(scene, options, 1, called + ", blocks of " + std::to_string(block));
+      }
+    }
+  }
+  std::printf("%d failed\n", failures);
+  return failures == 0 ? 0 : 1;
+}

@@ -1,0 +1,155 @@
+// Moving boxes under a tree, and what a traversal must find there: by brute force for the pairs of
+// leaves, by a walk on one thread for the front and the number of tests.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/node_pair.h"
+#include "core/tree.h"
+
+namespace lazyccd::test {
+
+inline bool operator<(NodePair x, NodePair y) { return x.a != y.a ? x.a < y.a : x.b < y.b; }
+inline bool operator==(NodePair x, NodePair y) { return x.a == y.a && x.b == y.b; }
+
+struct Walk {
+  std::vector<NodePair> front;  // sorted
+  std::uint64_t tests = 0;
+};
+
+inline Walk walk(const std::vector<TreeNode>& nodes, std::vector<NodePair> stack) {
+  Walk result;
+  while (!stack.empty()) {
+    const NodePair pair = stack.back();
+    stack.pop_back();
+    ++result.tests;
+    const PairVisit v = visit(pair, nodes[pair.a], nodes[pair.b]);
+    for (int i = 0; i < v.children; ++i) stack.push_back(v.child[i]);
+    if (v.children == 0) result.front.push_back(pair);
+  }
+  std::sort(result.front.begin(), result.front.end(),
+            [](NodePair x, NodePair y) { return x < y; });
+  return result;
+}
+
+struct Frame {
+  std::vector<TreeNode> nodes;
+  std::vector<NodePair> leaf_pairs;  // groups, the smaller first, sorted
+  Walk from_root, from_front;        // the latter from the front that the frames before left
+};
+
+enum class Shape { balanced, left_chain, right_chain };
+
+struct Scene {
+  std::string name;
+  std::uint32_t groups;
+  float size;  // of a box; the boxes' centres lie in a unit cube
+  Shape shape = Shape::balanced;
+  std::vector<Frame> frames;
+};
+
+class SceneMaker {
+ public:
+  explicit SceneMaker(Scene& scene) : scene_(scene), random_(scene.groups * 7919u + 1) {
+    for (std::uint32_t g = 0; g < scene.groups; ++g) {
+      std::vector<float> x(6);
+      // A tenth of the boxes crowds in a corner: some queries are much longer than others.
+      for (int k = 0; k < 3; ++k) x[k] = uniform(random_) * (g % 10 == 0 ? 0.1f : 1.f);
+      for (int k = 3; k < 6; ++k) x[k] = 0.02f * (uniform(random_) - 0.5f);
+      boxes_.push_back(x);
+      order_.push_back(static_cast<std::int32_t>(g));
+    }
+    if (!order_.empty()) {
+      tree_.resize(2 * order_.size() - 1);
+      split(0, 0, static_cast<std::int32_t>(order_.size()), 0);
+    }
+  }
+
+  void make(int frames) {
+    std::vector<NodePair> front{{0, 0}};
+    for (int i = 0; i < frames; ++i) {
+      Frame frame;
+      refit();
+      frame.nodes = tree_;
+      for (std::uint32_t a = 0; a < scene_.groups; ++a)
+        for (std::uint32_t b = a; b < scene_.groups; ++b)
+          if (overlap(leaf(a), leaf(b))) frame.leaf_pairs.push_back({a, b});
+      if (!tree_.empty()) {
+        frame.from_root = walk(tree_, {{0, 0}});
+        frame.from_front = walk(tree_, front);
+        front = frame.from_front.front;
+      }
+      scene_.frames.push_back(std::move(frame));
+      for (auto& x : boxes_)
+        for (int k = 0; k < 3; ++k) x[k] += x[3 + k];
+    }
+  }
+
+ private:
+  TreeNode leaf(std::uint32_t g) const {
+    TreeNode n{};
+    const float half = scene_.size / 2;
+    for (int k = 0; k < 3; ++k) {
+      n.lo[k] = boxes_[g][k] - half;
+      n.hi[k] = boxes_[g][k] + half;
+    }
+    return n;
+  }
+
+  void split(std::int32_t at, std::int32_t first, std::int32_t last, int axis) {
+    if (last - first == 1) {
+      tree_[at].left = -1 - order_[first];
+      tree_[at].right = -1;
+      return;
+    }
+    std::int32_t middle = first + (last - first) / 2;
+    if (scene_.shape == Shape::left_chain) middle = last - 1;
+    if (scene_.shape == Shape::right_chain) middle = first + 1;
+    if (scene_.shape == Shape::balanced)
+      std::nth_element(order_.begin() + first, order_.begin() + middle, order_.begin() + last,
+                       [&](std::int32_t x, std::int32_t y) { return boxes_[x][axis] < boxes_[y][axis]; });
+    const std::int32_t left = ++used_, right = ++used_;
+    tree_[at].left = left;
+    tree_[at].right = right;
+    split(left, first, middle, (axis + 1) % 3);
+    split(right, middle, last, (axis + 1) % 3);
+  }
+
+  void refit() {
+    for (std::size_t i = tree_.size(); i-- > 0;) {
+      TreeNode& n = tree_[i];
+      if (n.leaf()) {
+        const TreeNode box = leaf(static_cast<std::uint32_t>(n.group()));
+        std::copy_n(box.lo, 3, n.lo);
+        std::copy_n(box.hi, 3, n.hi);
+        continue;
+      }
+      for (int k = 0; k < 3; ++k) {
+        n.lo[k] = std::min(tree_[n.left].lo[k], tree_[n.right].lo[k]);
+        n.hi[k] = std::max(tree_[n.left].hi[k], tree_[n.right].hi[k]);
+      }
+    }
+  }
+
+  Scene& scene_;
+  std::mt19937 random_;
+  std::uniform_real_distribution<float> uniform;
+  std::vector<std::vector<float>> boxes_;  // centre, velocity a frame
+  std::vector<std::int32_t> order_;
+  std::vector<TreeNode> tree_;
+  std::int32_t used_ = 0;
+};
+
+inline Scene make_scene(std::string name, std::uint32_t groups, float size, int frames,
+                        Shape shape = Shape::balanced) {
+  Scene scene{std::move(name), groups, size, shape, {}};
+  SceneMaker(scene).make(frames);
+  return scene;
+}
+
+}  // namespace lazyccd::test
