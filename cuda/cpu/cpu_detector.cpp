@@ -280,6 +280,7 @@ void CpuDetector::detect(const Positions& start, const Positions& end, std::vect
   stats.threads = pool_.size();
   stats.peak_bytes = bytes() + static_cast<std::int64_t>(contacts.capacity() * sizeof(Contact));
   stats.backend = "cpu";
+  stats.device = kernels_->name;
 }
 
 std::int64_t CpuDetector::bytes() const {

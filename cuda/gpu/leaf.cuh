@@ -3,6 +3,7 @@
 // candidate to memory.
 #pragma once
 
+#include "core/node_pair.h"
 #include "core/roots.h"
 #include "gpu/refit.cuh"
 

@@ -8,6 +8,7 @@ namespace lazyccd::program {
 
 void add_detect(CLI::App& app);
 void add_queries(CLI::App& app);
+void add_bench(CLI::App& app);
 #if defined(LAZYCCD_WITH_BULLET)
 void add_simulate(CLI::App& app);
 void add_scenes(CLI::App& app);

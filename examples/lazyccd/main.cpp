@@ -17,6 +17,7 @@ int main(int argc, char** argv) {
              "Exit codes: 0 done, 1 failed, 2 bad usage.");
   lazyccd::program::add_detect(app);
   lazyccd::program::add_queries(app);
+  lazyccd::program::add_bench(app);
 #if defined(LAZYCCD_WITH_BULLET)
   lazyccd::program::add_simulate(app);
   lazyccd::program::add_scenes(app);

@@ -40,7 +40,9 @@ struct Stats {
   std::uint64_t hash = 0;        // of the contacts; equal wherever the contacts are equal
   std::int64_t peak_bytes = 0;   // memory that the detector holds
   int threads = 0;
+  double idle_share = 0;         // cuda: of the traversal's time, the part that blocks waited for work
   std::string backend;           // "cpu" or "cuda"
+  std::string device;            // the GPU's name and driver, or the CPU's instruction set
 };
 
 }  // namespace lazyccd

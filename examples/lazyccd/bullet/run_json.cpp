@@ -12,13 +12,17 @@ nlohmann::ordered_json to_json(const scenes::RunReport& report) {
   json["steps"] = report.steps;
   json["finite"] = report.finite;
   json["pass_throughs"] = {{"vertex_face", report.crossings_vf}, {"edge_edge", report.crossings_ee}};
-  json["piercings"] = report.piercings;
+  json["piercings"] = report.piercings.size();
+  nlohmann::ordered_json points = nlohmann::ordered_json::array();
+  for (const scenes::Piercing& piercing : report.piercings) points.push_back(piercing.point);
+  json["piercing_points"] = points;
   if (report.wrong_side) {
     json["nodes_on_wrong_side"] = *report.wrong_side;
   } else {
     json["nodes_on_wrong_side"] = nullptr;
   }
   json["contacts"] = {{"vertex_face", stats.contacts_vf}, {"edge_edge", stats.contacts_ee}};
+  json["contacts_in_bullets_lists"] = report.listed_contacts;
   json["detections"] = stats.detections;
   json["zone_nodes"] = stats.zone_nodes;
   json["last_resorts"] = stats.last_resorts;

@@ -49,7 +49,7 @@ void print_summary(const scenes::RunReport& report) {
   if (!report.finite) std::printf("stopped: positions are not finite any more\n");
   std::printf("pass-throughs: %" PRId64 " vertex-face, %" PRId64 " edge-edge\n", report.crossings_vf,
               report.crossings_ee);
-  std::printf("piercings at the end: %" PRId64 "\n", report.piercings);
+  std::printf("piercings at the end: %zu\n", report.piercings.size());
   if (report.wrong_side) std::printf("nodes on the wrong side: %d\n", *report.wrong_side);
   if (stats.steps == 0) return;
   std::printf("contacts: %" PRId64 " vertex-face, %" PRId64 " edge-edge; %" PRId64 " detections\n",
