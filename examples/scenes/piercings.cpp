@@ -48,6 +48,12 @@ bool pierces(const Point& p, const Point& q, const Point& a, const Point& b, con
   return s0 != 0 && s0 == s1 && s1 == s2;
 }
 
+Point crossing(const Point& p, const Point& q, const Point& a, const Point& b, const Point& c) {
+  const double vp = determinant<double>(a, b, c, p), vq = determinant<double>(a, b, c, q);
+  const double t = vp == vq ? 0.5 : std::clamp(vp / (vp - vq), 0.0, 1.0);
+  return {p[0] + t * (q[0] - p[0]), p[1] + t * (q[1] - p[1]), p[2] + t * (q[2] - p[2])};
+}
+
 struct Box {
   Point low, high;
   void add(const Point& p) {
@@ -67,7 +73,7 @@ bool overlap(const Box& a, const Box& b) {
 
 }  // namespace
 
-std::int64_t count_piercings(const Surface& surface, const std::vector<btScalar>& positions) {
+std::vector<Piercing> find_piercings(const Surface& surface, const std::vector<btScalar>& positions) {
   std::vector<Point> points(positions.size() / 3);
   for (std::size_t i = 0; i < positions.size(); ++i) {
     points[i / 3][i % 3] = static_cast<double>(positions[i]);
@@ -102,7 +108,7 @@ std::int64_t count_piercings(const Surface& surface, const std::vector<btScalar>
   std::sort(edge_items.begin(), edge_items.end(), by_low);
   std::sort(face_items.begin(), face_items.end(), by_low);
 
-  std::int64_t count = 0;
+  std::vector<Piercing> found;
   std::vector<const Item*> open;  // faces that start before the current edge ends
   std::size_t next = 0;
   for (const Item& item : edge_items) {
@@ -124,11 +130,12 @@ std::int64_t count_piercings(const Surface& surface, const std::vector<btScalar>
       const bool shared = std::any_of(face.begin(), face.end(),
                                       [&](std::int32_t v) { return v == edge[0] || v == edge[1]; });
       if (shared) continue;
-      count += pierces(points[edge[0]], points[edge[1]], points[face[0]], points[face[1]],
-                       points[face[2]]);
+      const Point &p = points[edge[0]], &q = points[edge[1]];
+      const Point &a0 = points[face[0]], &a1 = points[face[1]], &a2 = points[face[2]];
+      if (pierces(p, q, a0, a1, a2)) found.push_back({edge, face, crossing(p, q, a0, a1, a2)});
     }
   }
-  return count;
+  return found;
 }
 
 }  // namespace lazyccd::scenes

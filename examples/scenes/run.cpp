@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "scenes/crossings.h"
-#include "scenes/piercings.h"
 
 namespace lazyccd::scenes {
 
@@ -26,12 +25,15 @@ RunReport run(Scene& scene, const std::function<void(int step)>& after_step) {
                                 [](btScalar x) { return std::isfinite(x); });
     if (!report.finite) break;
     crossings.step(world);
+    for (const auto& body : world.bodies()) {
+      report.listed_contacts += body->m_scontacts.size() + body->m_faceNodeContacts.size();
+    }
     report.kinetic_energy.push_back(measure(world).kinetic_energy);
     if (after_step) after_step(report.steps);
   }
   report.crossings_vf = crossings.vertex_face();
   report.crossings_ee = crossings.edge_edge();
-  if (report.finite) report.piercings = count_piercings(read_surface(world), read_positions(world));
+  if (report.finite) report.piercings = find_piercings(read_surface(world), read_positions(world));
   if (scene.nodes_on_wrong_side) report.wrong_side = scene.nodes_on_wrong_side();
   report.end = measure(world);
   report.ms_step = report.steps ? 1000 * seconds / report.steps : 0;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "scenes/mechanics.h"
+#include "scenes/piercings.h"
 #include "scenes/scene.h"
 
 namespace lazyccd::scenes {
@@ -14,7 +15,8 @@ namespace lazyccd::scenes {
 struct RunReport {
   int steps = 0;
   std::int64_t crossings_vf = 0, crossings_ee = 0;  // over all steps
-  std::int64_t piercings = 0;                       // at the end
+  std::vector<Piercing> piercings;                  // at the end
+  std::int64_t listed_contacts = 0;  // in Bullet's own lists after each step, over all steps
   std::optional<int> wrong_side;                    // nodes, at the end
   std::vector<double> kinetic_energy;               // J, after each step
   Mechanics start, end;

@@ -1,0 +1,52 @@
+// A plain Bullet program: one cloth flies into another. The two lines marked LazyCCD are the change.
+#include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
+#include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
+#include <BulletDynamics/ConstraintSolver/btSequentialImpulseConstraintSolver.h>
+#include <BulletSoftBody/btSoftBodyHelpers.h>
+#include <BulletSoftBody/btSoftBodyRigidBodyCollisionConfiguration.h>
+#include <BulletSoftBody/btSoftRigidDynamicsWorld.h>
+#include <lazyccd/bullet/soft_body_solver.h>  // LazyCCD: added
+
+#include <cstdio>
+#include <memory>
+
+namespace {
+
+std::unique_ptr<btSoftBody> make_cloth(btSoftBodyWorldInfo& info, btScalar half, btScalar height,
+                                       int nodes, int fixed_corners) {
+  std::unique_ptr<btSoftBody> cloth(btSoftBodyHelpers::CreatePatch(
+      info, btVector3(-half, height, -half), btVector3(half, height, -half),
+      btVector3(-half, height, half), btVector3(half, height, half), nodes, nodes, fixed_corners, true));
+  cloth->m_cfg.collisions |= btSoftBody::fCollision::VF_SS;
+  cloth->m_cfg.piterations = 10;
+  cloth->setTotalMass(1);
+  cloth->getCollisionShape()->setMargin(btScalar(0.01));
+  return cloth;
+}
+
+}  // namespace
+
+int main() {
+  btSoftBodyRigidBodyCollisionConfiguration configuration;
+  btCollisionDispatcher dispatcher(&configuration);
+  btDbvtBroadphase broadphase;
+  btSequentialImpulseConstraintSolver constraints;
+  lazyccd::bullet::btLazySoftBodySolver solver;  // LazyCCD: was btDefaultSoftBodySolver
+  btSoftRigidDynamicsWorld world(&dispatcher, &broadphase, &constraints, &configuration, &solver);
+  world.setGravity(btVector3(0, 0, 0));
+  world.getWorldInfo().m_gravity.setZero();
+
+  const auto net = make_cloth(world.getWorldInfo(), 1, 0, 31, 15);
+  const auto thrown = make_cloth(world.getWorldInfo(), btScalar(0.5), btScalar(0.2), 20, 0);
+  thrown->setVelocity(btVector3(0, -30, 0));
+  world.addSoftBody(net.get());
+  world.addSoftBody(thrown.get());
+  for (int step = 0; step < 60; ++step) world.stepSimulation(btScalar(1) / 60, 0);
+
+  std::printf("after a second the net is at %.3f m, the thrown cloth at %.3f m\n",
+              double(net->getCenterOfMass().y()), double(thrown->getCenterOfMass().y()));
+  std::printf("%s", solver.status().c_str());
+  world.removeSoftBody(thrown.get());
+  world.removeSoftBody(net.get());
+  return 0;
+}
