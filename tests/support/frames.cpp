@@ -27,6 +27,10 @@ std::filesystem::path file_with(const std::filesystem::path& folder, const std::
   throw std::runtime_error("no file *" + part + "* in " + folder.string());
 }
 
+const char* suffix_of(ContactKind kind) {
+  return kind == ContactKind::vertex_face ? "vf" : "ee";
+}
+
 bool share_a_vertex(const PairKey& key) {
   return std::find_first_of(key.begin() + 1, key.begin() + 3, key.begin() + 3, key.end()) !=
              key.begin() + 3 ||
@@ -65,37 +69,42 @@ std::vector<Edge> unique_edges(const std::vector<Face>& faces) {
   return edges;
 }
 
+std::vector<std::array<std::int32_t, 4>> read_listed_pairs(const std::filesystem::path& scene,
+                                                           const io::Mesh& mesh, ContactKind kind) {
+  const std::vector<Edge> edges = unique_edges(mesh.faces);
+  const auto vertex_count = static_cast<std::int64_t>(mesh.vertices.size());
+  const auto edge_count = static_cast<std::int64_t>(edges.size());
+  const auto listed =
+      nlohmann::json::parse(io::read_file(file_with(scene / "boxes", suffix_of(kind))))
+          .get<std::vector<std::array<std::int64_t, 2>>>();
+  std::vector<std::array<std::int32_t, 4>> pairs;
+  for (auto [a, b] : listed) {
+    if (a > b) std::swap(a, b);
+    if (kind == ContactKind::vertex_face) {
+      const Face& face = mesh.faces.at(static_cast<std::size_t>(b - vertex_count - edge_count));
+      pairs.push_back({static_cast<std::int32_t>(a), face[0], face[1], face[2]});
+    } else {
+      const Edge& first = edges.at(static_cast<std::size_t>(a - vertex_count));
+      const Edge& second = edges.at(static_cast<std::size_t>(b - vertex_count));
+      pairs.push_back({first[0], first[1], second[0], second[1]});
+    }
+  }
+  return pairs;
+}
+
 FramePair read_frame_pair(const std::filesystem::path& data, const std::string& scene) {
   const std::filesystem::path folder = data / "frames" / scene;
   const std::vector<std::filesystem::path> frames = files_in(folder / "frames");
   FramePair result{io::read_ply(frames.at(0)), io::read_ply(frames.at(1)), {}};
-  const std::vector<Edge> edges = unique_edges(result.start.faces);
-  const auto vertex_count = static_cast<std::int64_t>(result.start.vertices.size());
-  const auto edge_count = static_cast<std::int64_t>(edges.size());
-
   for (const ContactKind kind : {ContactKind::vertex_face, ContactKind::edge_edge}) {
-    const std::string suffix = kind == ContactKind::vertex_face ? "vf" : "ee";
-    const auto read_json = [&](const char* subfolder) {
-      return nlohmann::json::parse(io::read_file(file_with(folder / subfolder, suffix)));
-    };
-    const auto pairs = read_json("boxes").get<std::vector<std::array<std::int64_t, 2>>>();
-    const auto truth = read_json("mma_bool").get<std::vector<bool>>();
+    const auto pairs = read_listed_pairs(folder, result.start, kind);
+    const auto truth =
+        nlohmann::json::parse(io::read_file(file_with(folder / "mma_bool", suffix_of(kind))))
+            .get<std::vector<bool>>();
     if (pairs.size() != truth.size()) throw std::runtime_error("truth of another length: " + scene);
     for (std::size_t i = 0; i < pairs.size(); ++i) {
-      if (!truth[i]) continue;
-      auto [a, b] = pairs[i];
-      if (a > b) std::swap(a, b);
-      std::array<std::int32_t, 4> vertices;
-      if (kind == ContactKind::vertex_face) {
-        const Face& face = result.start.faces.at(static_cast<std::size_t>(b - vertex_count - edge_count));
-        vertices = {static_cast<std::int32_t>(a), face[0], face[1], face[2]};
-      } else {
-        const Edge& first = edges.at(static_cast<std::size_t>(a - vertex_count));
-        const Edge& second = edges.at(static_cast<std::size_t>(b - vertex_count));
-        vertices = {first[0], first[1], second[0], second[1]};
-      }
-      const PairKey key = key_of(kind, vertices);
-      if (!share_a_vertex(key)) result.colliding.insert(key);
+      const PairKey key = key_of(kind, pairs[i]);
+      if (truth[i] && !share_a_vertex(key)) result.colliding.insert(key);
     }
   }
   return result;

@@ -26,6 +26,10 @@ struct FramePair {
 // All edges of the faces, (smaller, larger), sorted by the larger and then by the smaller.
 std::vector<Edge> unique_edges(const std::vector<Face>& faces);
 
+// Vertices of every pair that the ground truth lists, in its order; colliding or not.
+std::vector<std::array<std::int32_t, 4>> read_listed_pairs(const std::filesystem::path& scene,
+                                                           const io::Mesh& mesh, ContactKind kind);
+
 // `scene` is a folder of data_dir() / "frames".
 FramePair read_frame_pair(const std::filesystem::path& data, const std::string& scene);
 
