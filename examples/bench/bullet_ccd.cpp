@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <chrono>
 #include <map>
+#include <numeric>
 #include <utility>
 
 #include "BulletSoftBody/btSoftBodyInternals.h"
@@ -42,8 +43,8 @@ using Adjacency = std::vector<std::vector<int>>;
 
 // The tree that btSoftBody::initializeFaceTree makes: neighbours merged in pairs, level by level, in
 // index order. Bullet finds neighbours by comparing all pairs (a minute for 80 000 faces) and never
-// ends where nothing is left to merge but several roots remain, one a component; here neighbours
-// come from a table, and the roots of components are then neighbours of each other in a row.
+// ends where several roots remain that are no neighbours (parts that hang together at a vertex); here
+// neighbours come from a table, and such roots are then neighbours of each other in a row.
 btDbvtNode* merge_neighbours(std::vector<btDbvtNode*> nodes, Adjacency adjacency) {
   while (nodes.size() > 1) {
     const int count = int(nodes.size());
@@ -123,35 +124,9 @@ void build_trees(btSoftBody& body, Span<const Face> faces) {
   body.m_ndbvt.m_root = merge_neighbours(leaves, std::move(node_neighbours));
 }
 
-}  // namespace
-
-struct BulletCcd::Impl {
-  btSoftBodyWorldInfo world;
-  std::unique_ptr<btSoftBody> body;
-};
-
-BulletCcd::BulletCcd(const Positions& start, const Positions& end, Span<const Face> faces)
-    : impl_(std::make_unique<Impl>()) {
-  const std::vector<btScalar> mass(start.count(), 1);
-  std::vector<btVector3> x;
-  for (std::size_t i = 0; i < start.count(); ++i) x.push_back(position(start, i));
-  impl_->body = std::make_unique<btSoftBody>(&impl_->world, int(x.size()), x.data(), mass.data());
-  btSoftBody& body = *impl_->body;
-  for (std::size_t i = 0; i < start.count(); ++i)
-    body.m_nodes[int(i)].m_v = (position(end, i) - x[i]) / btScalar(time_step);
-  for (const Face& f : faces) body.appendFace(f[0], f[1], f[2]);
-  body.m_sst.sdt = btScalar(time_step);
-  body.setSelfCollision(true);
-  body.updateNormals();
-  build_trees(body, faces);
-}
-
-BulletCcd::~BulletCcd() = default;
-
-double BulletCcd::pass() {
-  btSoftBody& body = *impl_->body;
+// What performGeometricCollisions does to a body before it looks for contacts.
+void prepare(btSoftBody& body) {
   const btScalar dt = btScalar(time_step);
-  const auto before = std::chrono::steady_clock::now();
   body.updateFaceTree(true, false);
   body.updateNodeTree(true, false);
   body.m_faceNodeContactsCCD.clear();
@@ -166,18 +141,99 @@ double BulletCcd::pass() {
     f.m_n1 = (b.m_q - a.m_q).cross(c.m_q - a.m_q);
     f.m_vn = (b.m_v - a.m_v).cross(c.m_v - a.m_v) * dt * dt;
   }
-  body.geometricCollisionHandler(&body);
+}
+
+// A part of the mesh that no face connects to the rest: a soft body of its own, as it must be in
+// Bullet. Indices of the whole mesh, and the faces' corners as indices into `vertices`.
+struct Component {
+  std::vector<int> vertices, faces;
+  std::vector<Face> corners;
+};
+
+std::vector<Component> components(std::size_t vertex_count, Span<const Face> faces) {
+  std::vector<int> root(vertex_count);
+  std::iota(root.begin(), root.end(), 0);
+  const auto find = [&](int v) {
+    while (root[v] != v) v = root[v] = root[root[v]];
+    return v;
+  };
+  for (const Face& f : faces)
+    for (int i = 1; i < 3; ++i) root[find(f[i])] = find(f[0]);
+
+  std::vector<int> component_of(vertex_count, -1), local(vertex_count, -1);
+  std::vector<Component> all;
+  for (std::size_t f = 0; f < faces.size(); ++f) {
+    int& component = component_of[find(faces[f][0])];
+    if (component < 0) {
+      component = int(all.size());
+      all.emplace_back();
+    }
+    Component& part = all[component];
+    Face corners = faces[f];
+    for (std::int32_t& v : corners) {
+      if (local[v] < 0) {
+        local[v] = int(part.vertices.size());
+        part.vertices.push_back(v);
+      }
+      v = local[v];
+    }
+    part.faces.push_back(int(f));
+    part.corners.push_back(corners);
+  }
+  return all;
+}
+
+}  // namespace
+
+struct BulletCcd::Impl {
+  btSoftBodyWorldInfo world;
+  std::vector<std::unique_ptr<btSoftBody>> bodies;
+};
+
+BulletCcd::BulletCcd(const Positions& start, const Positions& end, Span<const Face> faces)
+    : impl_(std::make_unique<Impl>()) {
+  for (const Component& part : components(start.count(), faces)) {
+    std::vector<btVector3> x;
+    for (const int vertex : part.vertices) x.push_back(position(start, std::size_t(vertex)));
+    const std::vector<btScalar> mass(x.size(), 1);
+    auto body = std::make_unique<btSoftBody>(&impl_->world, int(x.size()), x.data(), mass.data());
+    for (int i = 0; i < body->m_nodes.size(); ++i) {
+      btSoftBody::Node& n = body->m_nodes[i];
+      n.index = part.vertices[std::size_t(i)];
+      n.m_v = (position(end, std::size_t(n.index)) - n.m_x) / btScalar(time_step);
+    }
+    for (std::size_t f = 0; f < part.faces.size(); ++f) {
+      const Face& corners = part.corners[f];
+      body->appendFace(corners[0], corners[1], corners[2]);
+      body->m_faces[int(f)].m_index = part.faces[f];
+    }
+    body->m_sst.sdt = btScalar(time_step);
+    body->setSelfCollision(true);
+    body->updateNormals();
+    build_trees(*body, part.corners);
+    impl_->bodies.push_back(std::move(body));
+  }
+}
+
+BulletCcd::~BulletCcd() = default;
+
+double BulletCcd::pass() {
+  const auto before = std::chrono::steady_clock::now();
+  for (const auto& body : impl_->bodies) prepare(*body);
+  for (std::size_t i = 0; i < impl_->bodies.size(); ++i)
+    for (std::size_t j = i; j < impl_->bodies.size(); ++j)
+      impl_->bodies[i]->geometricCollisionHandler(impl_->bodies[j].get());
   const std::chrono::duration<double, std::milli> elapsed = std::chrono::steady_clock::now() - before;
   return elapsed.count();
 }
 
 std::vector<std::array<std::int32_t, 2>> BulletCcd::contacts() const {
-  const btSoftBody& body = *impl_->body;
   std::vector<std::array<std::int32_t, 2>> pairs;
-  for (int i = 0; i < body.m_faceNodeContactsCCD.size(); ++i) {
-    const auto& c = body.m_faceNodeContactsCCD[i];
-    pairs.push_back({std::int32_t(c.m_node - &body.m_nodes[0]), std::int32_t(c.m_face - &body.m_faces[0])});
-  }
+  for (const auto& body : impl_->bodies)
+    for (int i = 0; i < body->m_faceNodeContactsCCD.size(); ++i) {
+      const auto& c = body->m_faceNodeContactsCCD[i];
+      pairs.push_back({c.m_node->index, c.m_face->m_index});
+    }
   std::sort(pairs.begin(), pairs.end());
   pairs.erase(std::unique(pairs.begin(), pairs.end()), pairs.end());
   return pairs;

@@ -20,7 +20,7 @@ namespace lazyccd::bench {
 
 class BulletCcd {
  public:
-  // The mesh becomes one soft body that collides with itself.
+  // Each connected component of the mesh becomes a soft body that collides with itself and the others.
   BulletCcd(const Positions& start, const Positions& end, Span<const Face> faces);
   ~BulletCcd();
 

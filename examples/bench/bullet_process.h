@@ -21,7 +21,7 @@ class BulletProcess {
   explicit BulletProcess(BulletPrecision precision);
   ~BulletProcess();
 
-  // One soft body that collides with itself, for pass() and contacts() below (bullet_ccd.h).
+  // The scene of pass() and contacts() below (bullet_ccd.h).
   void set_mesh(const Positions& start, const Positions& end, Span<const Face> faces);
   double pass();  // milliseconds
   std::vector<std::array<std::int32_t, 2>> contacts();

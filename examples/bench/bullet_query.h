@@ -11,7 +11,7 @@
 namespace lazyccd::bench {
 
 struct BulletAnswers {
-  double nanoseconds = 0;          // in the test itself, all queries; filling Bullet's structures is not counted
+  double nanoseconds = 0;          // of processor time, all queries, without filling Bullet's structures
   std::vector<std::uint8_t> hits;  // one a query, 0 or 1
 };
 

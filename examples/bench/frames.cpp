@@ -97,13 +97,13 @@ FramePair waving_sheets(int quads, int layers) {
     const auto first = std::int32_t(pair.start.vertices.size());
     for (int j = 0; j <= quads; ++j)
       for (int i = 0; i <= quads; ++i) {
-        // Metres; wave lengths and phases differ by layer, so that sheets meet here and there.
+        // Metres. The waves of two sheets differ, so that they meet here and there; they are steep,
+        // because Bullet looks for no contact within a part whose normals differ little.
         const double x = 2.0 * i / quads - 1, y = 2.0 * j / quads - 1;
-        const double wave = std::sin(7 * x + layer) * std::cos(5 * y - 2 * layer);
-        const double height = 0.02 * layer + 0.008 * wave;
-        pair.start.vertices.push_back({x, y, height});
+        const double wave = 0.03 * std::sin(31 * x + layer) * std::cos(23 * y - 2 * layer);
+        pair.start.vertices.push_back({x, y, 0.08 * layer + wave});
         pair.end.vertices.push_back({x + 0.003 * std::sin(9 * y + layer), y + 0.002 * layer,
-                                     0.6 * height});
+                                     0.03 * layer + wave});
       }
     const auto at = [&](int i, int j) { return first + std::int32_t(j * (quads + 1) + i); };
     for (int j = 0; j < quads; ++j)

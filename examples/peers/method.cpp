@@ -1,9 +1,9 @@
 #include "peers/method.h"
 
-#include <chrono>
 #include <memory>
 
 #include "bench/bullet_process.h"
+#include "bench/cpu_clock.h"
 #include "peers/peer.h"
 
 namespace lazyccd::peers {
@@ -16,10 +16,9 @@ template <class Decide>
 Method one_by_one(std::string name, std::string precision, bool gives_time, Decide decide_one) {
   return {std::move(name), std::move(precision), false, gives_time,
           [decide_one](ContactKind kind, Queries queries, Answers answers) {
-            const auto before = std::chrono::steady_clock::now();
+            const double before = bench::thread_nanoseconds();
             for (std::size_t i = 0; i < queries.size(); ++i) answers[i] = decide_one(kind, queries[i]);
-            return std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now() - before)
-                .count();
+            return bench::thread_nanoseconds() - before;
           }};
 }
 

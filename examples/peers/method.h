@@ -15,7 +15,7 @@ struct Method {
   std::string name, precision;
   bool vertex_face_only;
   bool gives_time;  // its answers have a time of impact
-  // Fills one answer a query and returns the wall time that the decisions took, nanoseconds.
+  // Fills one answer a query and returns the processor time that the decisions took, nanoseconds.
   std::function<double(ContactKind, Span<const QueryPoints>, Span<QueryResult>)> solve;
 };
 
