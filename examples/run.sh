@@ -1,0 +1,43 @@
+#!/usr/bin/env bash
+# The main job: cloth dropped on a ball and a table, in Bullet with LazyCCD and in Bullet alone. Sets up
+# what is missing, builds, steps the scene with both, prints a table and draws both end states.
+#
+#   bash examples/run.sh [--world deformable|rigid] [--steps N]
+set -euo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/setup.sh"
+
+options=()
+while [ $# -gt 0 ]; do
+  case $1 in
+    --world | --steps)
+      [ $# -ge 2 ] || { echo "$1 needs a value" >&2; exit 2; }
+      options+=("$1" "$2")
+      shift 2
+      ;;
+    *)
+      sed -n '2,5s/^# \{0,1\}//p' "${BASH_SOURCE[0]}" >&2
+      exit 2
+      ;;
+  esac
+done
+
+require_packages core bullet programs pictures
+build_preset cpu -- lazyccd
+
+program=$repository/build/cpu/examples/lazyccd
+results=$repository/build/drop
+for detector in lazyccd bullet; do
+  say "Scene drop, $([ $detector = lazyccd ] && echo 'Bullet with LazyCCD' || echo 'Bullet alone')"
+  rm -rf "${results:?}/$detector"
+  mkdir -p "$results/$detector"
+  "$program" simulate drop --detector $detector "${options[@]}" --progress \
+    --out "$results/$detector" --every 1000000 --stats "$results/$detector/stats.json" >"$results/$detector/log"
+done
+
+say "Result"
+# Debian's matplotlib belongs to Debian's python3, whatever else is first in the path.
+python=/usr/bin/python3
+[ -x $python ] || python=python3
+$python "$repository/examples/pictures/compare.py" "$results" "$results/drop.png"
+echo
+echo "Picture of both end states: ${results#"$PWD"/}/drop.png"
