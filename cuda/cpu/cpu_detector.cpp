@@ -42,7 +42,8 @@ struct alignas(128) CpuDetector::Worker : CandidateSink {
   std::vector<Contact> contacts;
   std::vector<NodePair> front;
   std::int64_t group_pairs = 0, ended = 0, refined = 0, exact = 0;
-  std::int64_t candidates[2] = {}, survived[2] = {};
+  std::int64_t candidates[2] = {}, survived[2] = {}, found[2] = {};
+  std::uint64_t hash = 0;
 
   Worker() { drain = &drain_full; }
 
@@ -52,7 +53,9 @@ struct alignas(128) CpuDetector::Worker : CandidateSink {
     contacts.clear();
     front.clear();
     group_pairs = ended = refined = exact = 0;
-    for (int kind = 0; kind < 2; ++kind) queues[kind].count = candidates[kind] = survived[kind] = 0;
+    hash = 0;
+    for (int kind = 0; kind < 2; ++kind)
+      queues[kind].count = candidates[kind] = survived[kind] = found[kind] = 0;
   }
 
   // Keeps what would leave lanes of the last pack empty.
@@ -125,6 +128,8 @@ struct alignas(128) CpuDetector::Worker : CandidateSink {
     contact.toi = static_cast<double>(decision.tick) * kTick;
     describe_contact<kind>(q, contact.toi, contact);
     contacts.push_back(contact);
+    ++found[static_cast<int>(kind)];
+    hash += hash_share(contact);
   }
 };
 
@@ -250,8 +255,7 @@ void CpuDetector::keep_front(bool reused) {
   front_policy_.saved(front_.size(), reused);
 }
 
-void CpuDetector::detect(const Positions& start, const Positions& end, std::vector<Contact>& contacts,
-                         Stats& stats) {
+Span<const Contact> CpuDetector::detect(const Positions& start, const Positions& end, Stats& stats) {
   stats.groups = 0;
   Stopwatch total, watch;
   scale_ = scale_for(load_records(*mesh_, start, end, pool_, records_));
@@ -272,15 +276,18 @@ void CpuDetector::detect(const Positions& start, const Positions& end, std::vect
     stats.survivors_ee += w->survived[1];
     stats.refined += w->refined;
     stats.exact += w->exact;
+    stats.contacts_vf += w->found[0];
+    stats.contacts_ee += w->found[1];
+    stats.hash += w->hash;
   }
-  (*sort_)(parts, pool_, contacts);
-  stats.hash = contact_hash({contacts.data(), contacts.size()});
+  (*sort_)(parts, pool_, contacts_);
   stats.ms_sort = watch.lap();
   stats.ms_total = total.lap();
   stats.threads = pool_.size();
-  stats.peak_bytes = bytes() + static_cast<std::int64_t>(contacts.capacity() * sizeof(Contact));
+  stats.peak_bytes = bytes() + static_cast<std::int64_t>(contacts_.capacity() * sizeof(Contact));
   stats.backend = "cpu";
   stats.device = kernels_->name;
+  return contacts_;
 }
 
 std::int64_t CpuDetector::bytes() const {

@@ -22,8 +22,7 @@ class CpuDetector : public BackendDetector {
   ~CpuDetector() override;
 
   void set_mesh(const Mesh& mesh) override;
-  void detect(const Positions& start, const Positions& end, std::vector<Contact>& contacts,
-              Stats& stats) override;
+  Span<const Contact> detect(const Positions& start, const Positions& end, Stats& stats) override;
 
  private:
   struct Worker;
@@ -50,6 +49,7 @@ class CpuDetector : public BackendDetector {
   Groups groups_;
   Tree tree_;
   std::unique_ptr<ContactSort> sort_;
+  std::vector<Contact> contacts_;
 
   std::vector<NodePair> front_;
   FrontPolicy front_policy_;

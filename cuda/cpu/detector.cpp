@@ -55,19 +55,19 @@ struct Detector::Impl {
     if (gpu) gpu->set_mesh(mesh);
   }
 
-  void detect(const Positions& start, const Positions& end, Stats& step) {
+  Span<const Contact> detect(const Positions& start, const Positions& end, Stats& step) {
     const Stats scene = step;
     if (!gpu && options.backend != Backend::cpu && failures < max_failures) start_gpu();
     if (gpu) {
       try {
-        return gpu->detect(start, end, contacts, step);
+        return gpu->detect(start, end, step);
       } catch (const Error& error) {
         if (error.code() != ErrorCode::device) throw;  // bad input is bad input on any backend
         gpu_failed(error);
       }
     }
     step = scene;
-    cpu.detect(start, end, contacts, step);
+    return cpu.detect(start, end, step);
   }
 
   Options options;
@@ -76,7 +76,6 @@ struct Detector::Impl {
   std::unique_ptr<BackendDetector> gpu;
   int failures = 0;
   std::string reason;  // of the last failure
-  std::vector<Contact> contacts;
   Stats stats;
 };
 
@@ -109,11 +108,9 @@ Span<const Contact> Detector::detect(const Positions& start, const Positions& en
   stats.edges = static_cast<std::int64_t>(impl_->mesh.edges().size());
   stats.faces = static_cast<std::int64_t>(impl_->mesh.faces().size());
   stats.bodies = static_cast<std::int64_t>(impl_->mesh.body_count());
-  impl_->detect(start, end, stats);
-  for (const Contact& c : impl_->contacts)
-    ++(c.kind == ContactKind::vertex_face ? stats.contacts_vf : stats.contacts_ee);
+  const Span<const Contact> contacts = impl_->detect(start, end, stats);
   impl_->stats = std::move(stats);
-  return {impl_->contacts.data(), impl_->contacts.size()};
+  return contacts;
 }
 
 Span<const Edge> Detector::edges() const { return impl_->mesh.edges(); }

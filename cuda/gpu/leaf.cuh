@@ -1,29 +1,21 @@
-// The leaf kernel: a warp a pair of groups. It keeps the primitives of each that come near the other,
-// tests the rest pairwise, and filters what may touch, 32 candidates at a time, without ever writing a
-// candidate to memory.
+// The leaf kernel: a warp a pair of groups. It lists the primitives of each that come near the other,
+// tests the listed ones pairwise, and filters what may touch, 32 candidates at a time, without ever
+// writing a candidate to memory.
 #pragma once
 
+#include "core/elementary.h"
 #include "core/node_pair.h"
-#include "core/roots.h"
 #include "gpu/refit.cuh"
 
 namespace lazyccd::gpu {
 
-constexpr int kMaxPrimitives = 48;  // of one kind in a group
-constexpr int kLeafWarps = 4;       // a block
-
-// The primitives of one group that come near the other, side by side.
-struct Side {
-  float lo0[3][kMaxPrimitives], hi0[3][kMaxPrimitives];
-  float lo1[3][kMaxPrimitives], hi1[3][kMaxPrimitives];
-  std::int32_t id[kMaxPrimitives];
-  std::int32_t vertex[3][kMaxPrimitives];
-};
+constexpr int kMaxPrimitives = 2 * 48 + kGroupCells;  // vertices, edges and faces of a group
+constexpr int kLeafWarps = 4;                         // a block
 
 // A warp's shared memory.
 struct LeafScratch {
-  Side a, b;
-  Candidate queue[2][2 * kWarp];  // by ContactKind; less than a warp's worth between pushes
+  Candidate queue[2][2 * kWarp];       // by ContactKind; less than a warp's worth between pushes
+  std::uint8_t listed[2][kMaxPrimitives];  // of group a and b: primitives that come near the other
 };
 
 __device__ inline bool apart(const MotionBox& a, const MotionBox& b) {
@@ -34,47 +26,36 @@ __device__ inline bool apart(const MotionBox& a, const MotionBox& b) {
   return result;
 }
 
-template <class Boxes>
-__device__ inline MotionBox box_of(const Boxes& b, int i) {
-  MotionBox box;
-  for (int k = 0; k < 3; ++k) {
-    box.lo0[k] = b.lo0[k][i];
-    box.hi0[k] = b.hi0[k][i];
-    box.lo1[k] = b.lo1[k][i];
-    box.hi1[k] = b.hi1[k][i];
-  }
-  return box;
-}
-
 __device__ inline unsigned lanes_below(int lane) { return (1u << lane) - 1; }
 
-// Puts the group's primitives of one kind that come near `other` into `side`; returns how many.
-__device__ inline int collect(const SceneView& scene, const Group& group, int kind,
-                              const MotionBox& other, Side& side, int lane) {
-  int count = 0;
-  for (int base = 0; base < group.count[kind]; base += kWarp) {
+// How many primitives of each kind are listed; they lie in that order.
+struct Listed {
+  int count[3];
+  __device__ int first(int kind) const {
+    return kind == kVertices ? 0 : kind == kEdges ? count[0] : count[0] + count[1];
+  }
+};
+
+__device__ inline Listed list_near(const SceneView& scene, const DeviceGroup& group,
+                                   const MotionBox& other, std::uint8_t* list, int lane) {
+  Listed listed{{0, 0, 0}};
+  const int total = group.total();
+  for (int base = 0; base < total; base += kWarp) {
     const int i = base + lane;
-    bool near = i < group.count[kind];
-    const Block& block = scene.blocks[group.first[kind] + (near ? i : 0) / kBlockLanes];
-    const int l = i % kBlockLanes;
-    const MotionBox box = box_of(block, l);
-    near = near && !apart(box, other);
+    const bool near = i < total && !apart(scene.primitives[group.first + i].box, other);
     const unsigned mask = __ballot_sync(kAllLanes, near);
-    if (near) {
-      const int slot = count + __popc(mask & lanes_below(lane));
-      for (int k = 0; k < 3; ++k) {
-        side.lo0[k][slot] = box.lo0[k];
-        side.hi0[k][slot] = box.hi0[k];
-        side.lo1[k][slot] = box.lo1[k];
-        side.hi1[k][slot] = box.hi1[k];
-        side.vertex[k][slot] = block.vertex[k][l];
-      }
-      side.id[slot] = block.id[l];
-    }
-    count += __popc(mask);
+    if (mask == 0) continue;
+    const int before = listed.count[0] + listed.count[1] + listed.count[2];
+    if (near) list[before + __popc(mask & lanes_below(lane))] = static_cast<std::uint8_t>(i);
+    const unsigned up_to_vertices = __ballot_sync(kAllLanes, near && i < group.count[0]);
+    const unsigned up_to_edges =
+        __ballot_sync(kAllLanes, near && i < group.count[0] + group.count[1]);
+    listed.count[0] += __popc(up_to_vertices);
+    listed.count[1] += __popc(up_to_edges & ~up_to_vertices);
+    listed.count[2] += __popc(mask & ~up_to_edges);
   }
   __syncwarp();
-  return count;
+  return listed;
 }
 
 __device__ inline Vec3<float> scaled_difference(const FloatRecord& a, const FloatRecord& b, int end,
@@ -119,12 +100,24 @@ __device__ inline Differences<float> gather(const SceneView& scene, Candidate c,
   return d;
 }
 
+// Reserves room in an output for the lanes that want it: one atomic a warp. All lanes call.
+template <class T>
+__device__ inline void append_lanes(const Output<T>& output, bool wanted, const T& item, int lane) {
+  const unsigned mask = __ballot_sync(kAllLanes, wanted);
+  if (mask == 0) return;
+  std::uint32_t first = 0;
+  if (lane == 0) first = atomicAdd(output.count, __popc(mask));
+  first = __shfl_sync(kAllLanes, first, 0);
+  const std::uint32_t slot = first + __popc(mask & lanes_below(lane));
+  if (wanted && slot < output.capacity) output.items[slot] = item;
+}
+
 // What a warp carries through its pairs.
 template <class Record>
 struct LeafWarp {
   const SceneView& scene;
   LeafScratch& scratch;
-  const Output<Survivor> (&survivors)[2];
+  const Output<Candidate> (&filtered)[2];
   float scale;
   int lane;
   int queued[2] = {0, 0};
@@ -140,22 +133,8 @@ struct LeafWarp {
     const Candidate c = scratch.queue[k][queued[k] + (active ? lane : 0)];
     __syncwarp();  // the slots are free for the next push
     const Differences<float> d = gather<kind, Record>(scene, c, scale);
-    const Magnitudes<float> m = magnitudes(d);
-    const Cubic<float> f = coplanarity(d, m);
-    bool survives = active && !f.no_root();
-    Verdict<float> verdict{};
-    if (survives) {
-      verdict = decide_at_roots<kind>(d, m, f);
-      survives = !verdict.miss;
-    }
-    const unsigned mask = __ballot_sync(kAllLanes, survives);
-    if (mask == 0) return;
-    std::uint32_t first = 0;
-    if (lane == 0) first = atomicAdd(survivors[k].count, __popc(mask));
-    first = __shfl_sync(kAllLanes, first, 0);
-    const std::uint32_t slot = first + __popc(mask & lanes_below(lane));
-    if (survives && slot < survivors[k].capacity)
-      survivors[k].items[slot] = {c, verdict.hit ? verdict.lo : -1.0f, verdict.hi};
+    const bool survives = active && !coplanarity(d, magnitudes(d)).no_root();
+    append_lanes(filtered[k], survives, c, lane);
   }
 
   template <ContactKind kind>
@@ -169,61 +148,78 @@ struct LeafWarp {
     if (queued[k] >= kWarp) filter<kind>(kWarp);
   }
 
-  // All pairs of the two sides; of one side with itself each pair once.
-  template <ContactKind kind>
-  __device__ void cross(const Side& a, int na, const Side& b, int nb, bool self) {
-    const int total = na * nb;
+  // Division by a count of up to 48 as a product: exact for up to 48 * 48.
+  __device__ static unsigned inverse(int n) { return ((1u << 20) + n - 1) / max(n, 1); }
+  __device__ static int divided(int p, unsigned inverse_of_n) {
+    return static_cast<int>(static_cast<unsigned>(p) * inverse_of_n >> 20);
+  }
+
+  // All pairs of listed edges; of one group with itself each pair once.
+  __device__ void edges_edges(const DeviceGroup& a, const Listed& la, const DeviceGroup& b,
+                              const Listed& lb, bool self) {
+    const int nb = lb.count[kEdges], total = la.count[kEdges] * nb;
     if (total == 0) return;
-    // Division by nb as a product: exact for total <= 48 * 48.
-    const unsigned inverse = ((1u << 20) + nb - 1) / nb;
+    const std::uint8_t* list_a = scratch.listed[0] + la.first(kEdges);
+    const std::uint8_t* list_b = scratch.listed[self ? 0 : 1] + lb.first(kEdges);
+    const unsigned inverse_nb = inverse(nb);
     for (int base = 0; base < total; base += kWarp) {
-      const int p = base + lane;
-      const int i = static_cast<int>(static_cast<unsigned>(p) * inverse >> 20), j = p - i * nb;
+      const int p = base + lane, i = divided(p, inverse_nb), j = p - i * nb;
       bool wanted = p < total && (!self || i < j);
       Candidate c{0, 0};
       if (wanted) {
-        wanted = !apart(box_of(a, i), box_of(b, j));
-        if constexpr (kind == ContactKind::vertex_face) {
-          const std::int32_t v = a.id[i];
-          wanted = wanted && v != b.vertex[0][j] && v != b.vertex[1][j] && v != b.vertex[2][j];
-        } else {
-          const std::int32_t v = a.vertex[0][i], w = a.vertex[1][i];
-          wanted = wanted && v != b.vertex[0][j] && v != b.vertex[1][j] && w != b.vertex[0][j] &&
-                   w != b.vertex[1][j];
+        const int slot_a = a.first + list_a[i], slot_b = b.first + list_b[j];
+        wanted = !apart(scene.primitives[slot_a].box, scene.primitives[slot_b].box);
+        if (wanted) {
+          const PrimitiveNames x = scene.names[slot_a], y = scene.names[slot_b];
+          wanted = x.vertex[0] != y.vertex[0] && x.vertex[0] != y.vertex[1] &&
+                   x.vertex[1] != y.vertex[0] && x.vertex[1] != y.vertex[1];
+          c = {x.id, y.id};
         }
-        c = {a.id[i], b.id[j]};
       }
-      push<kind>(wanted, c);
+      push<ContactKind::edge_edge>(wanted, c);
     }
   }
 
-  __device__ void visit(const Group& a, const MotionBox& box_a, const Group& b, const MotionBox& box_b,
-                        bool self, bool vertex_face, bool edge_edge) {
-    if (edge_edge) {
-      const int na = collect(scene, a, kEdges, box_b, scratch.a, lane);
-      if (self) {
-        cross<ContactKind::edge_edge>(scratch.a, na, scratch.a, na, true);
-      } else if (na > 0) {
-        const int nb = collect(scene, b, kEdges, box_a, scratch.b, lane);
-        cross<ContactKind::edge_edge>(scratch.a, na, scratch.b, nb, false);
+  // The listed vertices of each group against the listed faces of the other, both ways in one loop.
+  __device__ void vertices_faces(const DeviceGroup& a, const Listed& la, const DeviceGroup& b,
+                                 const Listed& lb, bool self) {
+    const int faces_b = lb.count[kFaces], faces_a = la.count[kFaces];
+    const int forth = la.count[kVertices] * faces_b;
+    const int total = forth + (self ? 0 : lb.count[kVertices] * faces_a);
+    if (total == 0) return;
+    const std::uint8_t *list_a = scratch.listed[0], *list_b = scratch.listed[self ? 0 : 1];
+    const unsigned inverse_b = inverse(faces_b), inverse_a = inverse(faces_a);
+    for (int base = 0; base < total; base += kWarp) {
+      const bool back = base + lane >= forth;
+      const int p = base + lane - (back ? forth : 0);
+      const int i = divided(p, back ? inverse_a : inverse_b), j = p - i * (back ? faces_a : faces_b);
+      bool wanted = base + lane < total;
+      Candidate c{0, 0};
+      if (wanted) {
+        const int vertex = back ? b.first + list_b[i] : a.first + list_a[i];
+        const int face = back ? a.first + list_a[la.first(kFaces) + j]
+                              : b.first + list_b[lb.first(kFaces) + j];
+        wanted = !apart(scene.primitives[vertex].box, scene.primitives[face].box);
+        if (wanted) {
+          const std::int32_t v = scene.names[vertex].id;
+          const PrimitiveNames f = scene.names[face];
+          wanted = v != f.vertex[0] && v != f.vertex[1] && v != f.vertex[2];
+          c = {v, f.id};
+        }
       }
-      __syncwarp();
-    }
-    if (vertex_face) {
-      one_way(a, box_a, b, box_b);
-      if (!self) one_way(b, box_b, a, box_a);
+      push<ContactKind::vertex_face>(wanted, c);
     }
   }
 
-  // The vertices of one group against the faces of another.
-  __device__ void one_way(const Group& a, const MotionBox& box_a, const Group& b,
-                          const MotionBox& box_b) {
-    const int na = collect(scene, a, kVertices, box_b, scratch.a, lane);
-    if (na > 0) {
-      const int nb = collect(scene, b, kFaces, box_a, scratch.b, lane);
-      cross<ContactKind::vertex_face>(scratch.a, na, scratch.b, nb, false);
+  __device__ void visit(const DeviceGroup& a, const MotionBox& box_a, const DeviceGroup& b,
+                        const MotionBox& box_b, bool self, bool vertex_face, bool edge_edge) {
+    const Listed la = list_near(scene, a, box_b, scratch.listed[0], lane);
+    if (la.count[0] + la.count[1] + la.count[2] > 0) {
+      const Listed lb = self ? la : list_near(scene, b, box_a, scratch.listed[1], lane);
+      if (edge_edge) edges_edges(a, la, b, lb, self);
+      if (vertex_face) vertices_faces(a, la, b, lb, self);
     }
-    __syncwarp();
+    __syncwarp();  // the lists are free for the next pair
   }
 
   __device__ void finish() {
@@ -236,19 +232,18 @@ struct LeafArguments {
   const NodePair* pairs;            // of groups, from the traversal
   const std::uint32_t* pair_count;  // may exceed the capacity: then the step is run again
   std::uint32_t pair_capacity;
-  Output<Survivor> survivors[2];
+  Output<Candidate> filtered[2];    // by ContactKind
   StepCounters* counters;
   bool vertex_face, edge_edge;
 };
 
 template <class Record>
-__global__ void __launch_bounds__(kLeafWarps* kWarp)
+__global__ void __launch_bounds__(kLeafWarps* kWarp, 8)
     leaf_pairs(SceneView scene, LeafArguments arguments) {
-  extern __shared__ char shared[];
-  LeafScratch& scratch = reinterpret_cast<LeafScratch*>(shared)[threadIdx.x / kWarp];
+  __shared__ LeafScratch scratch[kLeafWarps];
   const int lane = threadIdx.x % kWarp;
-  LeafWarp<Record> warp{scene, scratch, arguments.survivors, static_cast<float>(scene_scale(scene)),
-                        lane};
+  LeafWarp<Record> warp{scene, scratch[threadIdx.x / kWarp], arguments.filtered,
+                        static_cast<float>(scene_scale(scene)), lane};
   const std::uint32_t total = min(*arguments.pair_count, arguments.pair_capacity);
   constexpr std::uint32_t batch = 4;
   std::uint32_t opened = 0;
@@ -259,9 +254,9 @@ __global__ void __launch_bounds__(kLeafWarps* kWarp)
     if (first >= total) break;
     for (std::uint32_t i = first; i < min(first + batch, total); ++i) {
       const NodePair pair = arguments.pairs[i];
-      const MotionBox box_a = scene.boxes[pair.a], box_b = scene.boxes[pair.b];
+      const MotionBox box_a = scene.boxes[pair.a].box, box_b = scene.boxes[pair.b].box;
       if (apart(box_a, box_b)) continue;
-      const Group a = scene.groups[pair.a], b = scene.groups[pair.b];
+      const DeviceGroup a = scene.groups[pair.a], b = scene.groups[pair.b];
       if ((a.pinned && b.pinned) || !scene.collide(a.body, b.body)) continue;
       ++opened;
       warp.visit(a, box_a, b, box_b, pair.a == pair.b, arguments.vertex_face, arguments.edge_edge);

@@ -1,9 +1,10 @@
-// Survivors of the filter to contacts: in double, one thread a query; by subdivision, one warp a query;
-// and the few that only exact arithmetic can decide to a list for the host.
+// What the filter left to contacts: at the roots in single precision, then in double, one thread a
+// query; by subdivision, one warp a query; and the few that only exact arithmetic can decide to a list
+// for the host.
 #pragma once
 
 #include "core/decision.h"
-#include "gpu/refit.cuh"
+#include "gpu/leaf.cuh"
 
 namespace lazyccd::gpu {
 
@@ -49,50 +50,122 @@ __device__ inline std::uint64_t sort_key(const SceneView& scene, const Contact& 
   return key << scene.b_bits | static_cast<std::uint64_t>(c.primitive_b);
 }
 
+// Returns the contact's share of the hash.
 template <ContactKind kind>
-__device__ inline void emit_contact(const SceneView& scene, const QueryCoordinates& q, std::int64_t tick,
-                                    Contact& contact, const ContactOutput& out) {
+__device__ inline std::uint64_t emit_contact(const SceneView& scene, const QueryCoordinates& q,
+                                             std::int64_t tick, Contact& contact,
+                                             const ContactOutput& out) {
   contact.toi = static_cast<double>(tick) * kTick;
   describe_contact<kind>(q, contact.toi, contact);
   const std::uint32_t slot = atomicAdd(out.contacts.count, 1u);
-  atomicAdd(reinterpret_cast<unsigned long long*>(&out.counters->hash),
-            static_cast<unsigned long long>(hash_share(contact)));
-  if (slot >= out.contacts.capacity) return;
-  out.contacts.items[slot] = contact;
-  out.keys[slot] = sort_key(scene, contact);
+  if (kind == ContactKind::vertex_face) atomicAdd(&out.counters->contacts_vf, 1u);
+  if (slot < out.contacts.capacity) {
+    out.contacts.items[slot] = contact;
+    out.keys[slot] = sort_key(scene, contact);
+  }
+  return hash_share(contact);
+}
+
+// One atomic a warp. All lanes call.
+__device__ inline void add_to_hash(std::uint64_t share, StepCounters* counters) {
+  for (int offset = kWarp / 2; offset > 0; offset /= 2)
+    share += __shfl_xor_sync(kAllLanes, share, offset);
+  if (threadIdx.x % kWarp == 0 && share != 0)
+    atomicAdd(reinterpret_cast<unsigned long long*>(&counters->hash),
+              static_cast<unsigned long long>(share));
+}
+
+// The roots in single precision.
+template <ContactKind kind, class Record>
+__device__ inline void look_at_roots(const SceneView& scene, const Output<Candidate>& filtered,
+                                     const Output<Survivor>& survivors, std::uint32_t block,
+                                     std::uint32_t blocks) {
+  const std::uint32_t count = min(*filtered.count, filtered.capacity);
+  const float scale = static_cast<float>(scene_scale(scene));
+  const int lane = threadIdx.x % kWarp;
+  // Whole warps stay together to the end of the list.
+  for (std::uint32_t base = block * blockDim.x; base < count; base += blocks * blockDim.x) {
+    const std::uint32_t i = base + threadIdx.x;
+    Survivor survivor{};
+    bool survives = i < count;
+    if (survives) {
+      survivor.pair = filtered.items[i];
+      const Differences<float> d = gather<kind, Record>(scene, survivor.pair, scale);
+      const Magnitudes<float> m = magnitudes(d);
+      const Verdict<float> verdict = decide_at_roots<kind>(d, m, coplanarity(d, m));
+      survives = !verdict.miss;
+      survivor.lo = verdict.hit ? verdict.lo : -1.0f;
+      survivor.hi = verdict.hi;
+    }
+    append_lanes(survivors, survives, survivor, lane);
+  }
+}
+
+// The blocks of the grid are dealt to the kinds in turn.
+template <class Record>
+__global__ void filter_at_roots(SceneView scene, Output<Candidate> vf, Output<Candidate> ee,
+                                Output<Survivor> vf_survivors, Output<Survivor> ee_survivors) {
+  const std::uint32_t block = blockIdx.x / 4, blocks = gridDim.x / 4;
+  if (blockIdx.x % 4 == 0) {
+    look_at_roots<ContactKind::vertex_face, Record>(scene, vf, vf_survivors, block, blocks);
+  } else {
+    look_at_roots<ContactKind::edge_edge, Record>(scene, ee, ee_survivors,
+                                                  block * 3 + blockIdx.x % 4 - 1, blocks * 3);
+  }
+}
+
+// Returns the contact's share of the hash, 0 where it is none.
+template <ContactKind kind, class Record>
+__device__ inline std::uint64_t decide_survivor(const SceneView& scene, const Survivor& s, double scale,
+                                                const ContactOutput& out) {
+  Contact contact;
+  if (!identify<kind>(scene, s.pair, contact)) return 0;
+  const QueryCoordinates q = coordinates<Record>(scene, contact);
+  const Differences<double> d = differences<kind>(q, scale);
+  const Magnitudes<double> m = magnitudes(d);
+  const Cubic<double> f = coplanarity(d, m);
+  double lo = s.lo, hi = s.hi;
+  if (s.lo < 0) {
+    atomicAdd(&out.counters->refined, 1u);
+    const Verdict<double> v = decide_at_roots<kind>(d, m, f);
+    if (v.miss) return 0;
+    if (!v.hit) {
+      append(out.hard, {s.pair, static_cast<std::int32_t>(kind)});
+      return 0;
+    }
+    lo = v.lo;
+    hi = v.hi;
+  }
+  const std::int64_t tick = impact_tick(f, lo, hi);
+  if (tick < 0) {
+    append(out.residue, {s.pair, static_cast<std::int32_t>(kind)});
+    return 0;
+  }
+  return emit_contact<kind>(scene, q, tick, contact, out);
 }
 
 template <ContactKind kind, class Record>
-__global__ void decide_survivors(SceneView scene, Output<Survivor> survivors, ContactOutput out) {
+__device__ inline std::uint64_t decide_list(const SceneView& scene, const Output<Survivor>& survivors,
+                                            const ContactOutput& out, std::uint32_t block,
+                                            std::uint32_t blocks) {
   const std::uint32_t count = min(*survivors.count, survivors.capacity);
   const double scale = scene_scale(scene);
-  for (std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x; i < count; i += gridDim.x * blockDim.x) {
-    const Survivor s = survivors.items[i];
-    Contact contact;
-    if (!identify<kind>(scene, s.pair, contact)) continue;
-    const QueryCoordinates q = coordinates<Record>(scene, contact);
-    const Differences<double> d = differences<kind>(q, scale);
-    const Magnitudes<double> m = magnitudes(d);
-    const Cubic<double> f = coplanarity(d, m);
-    double lo = s.lo, hi = s.hi;
-    if (s.lo < 0) {
-      atomicAdd(&out.counters->refined, 1u);
-      const Verdict<double> v = decide_at_roots<kind>(d, m, f);
-      if (v.miss) continue;
-      if (!v.hit) {
-        append(out.hard, {s.pair, static_cast<std::int32_t>(kind)});
-        continue;
-      }
-      lo = v.lo;
-      hi = v.hi;
-    }
-    const std::int64_t tick = impact_tick(f, lo, hi);
-    if (tick < 0) {
-      append(out.residue, {s.pair, static_cast<std::int32_t>(kind)});
-      continue;
-    }
-    emit_contact<kind>(scene, q, tick, contact, out);
-  }
+  std::uint64_t hash = 0;
+  for (std::uint32_t i = block * blockDim.x + threadIdx.x; i < count; i += blocks * blockDim.x)
+    hash += decide_survivor<kind, Record>(scene, survivors.items[i], scale, out);
+  return hash;
+}
+
+template <class Record>
+__global__ void decide_survivors(SceneView scene, Output<Survivor> vf, Output<Survivor> ee,
+                                 ContactOutput out) {
+  const std::uint32_t block = blockIdx.x / 4, blocks = gridDim.x / 4;
+  const std::uint64_t hash =
+      blockIdx.x % 4 == 0
+          ? decide_list<ContactKind::vertex_face, Record>(scene, vf, out, block, blocks)
+          : decide_list<ContactKind::edge_edge, Record>(scene, ee, out, block * 3 + blockIdx.x % 4 - 1,
+                                                        blocks * 3);
+  add_to_hash(hash, out.counters);
 }
 
 // As decide_by_subdivision (core/subdivision.h), 32 parts at a time: the lanes look at the parts of one
@@ -132,7 +205,9 @@ __device__ inline void decide_by_warp(const SceneView& scene, Candidate pair, co
       if (tick < 0) {
         append(out.residue, {pair, static_cast<std::int32_t>(kind)});
       } else {
-        emit_contact<kind>(scene, q, tick, contact, out);
+        const std::uint64_t share = emit_contact<kind>(scene, q, tick, contact, out);
+        atomicAdd(reinterpret_cast<unsigned long long*>(&out.counters->hash),
+                  static_cast<unsigned long long>(share));
       }
       return;
     }

@@ -35,59 +35,58 @@ __global__ void load_positions(SceneView scene, const Scalar* start, const Scala
   if (bad) atomicOr(&counters->bad_positions, bad);
 }
 
+__device__ inline MotionBox empty_motion_box() {
+  return {{INFINITY, INFINITY, INFINITY},
+          {-INFINITY, -INFINITY, -INFINITY},
+          {INFINITY, INFINITY, INFINITY},
+          {-INFINITY, -INFINITY, -INFINITY}};
+}
+
+template <class Scalar>
+__device__ inline void unite_record(MotionBox& box, const Scalar* x) {
+  for (int k = 0; k < 3; ++k) {
+    box.lo0[k] = fminf(box.lo0[k], round_down(x[k]));
+    box.hi0[k] = fmaxf(box.hi0[k], round_up(x[k]));
+    box.lo1[k] = fminf(box.lo1[k], round_down(x[3 + k]));
+    box.hi1[k] = fmaxf(box.hi1[k], round_up(x[3 + k]));
+  }
+}
+
+__device__ inline void unite(MotionBox& box, const FloatRecord& v) { unite_record(box, v.x); }
+__device__ inline void unite(MotionBox& box, const DoubleRecord& v) { unite_record(box, v.x); }
+
 // One warp a group.
 template <class Record>
 __global__ void refit_groups(SceneView scene) {
   const std::uint32_t g = (blockIdx.x * blockDim.x + threadIdx.x) / kWarp;
   const int lane = threadIdx.x % kWarp;
   if (g >= scene.group_count) return;
-  const Group group = scene.groups[g];
+  const DeviceGroup group = scene.groups[g];
   const Record* records = static_cast<const Record*>(scene.records);
-  // lo0, lo1, hi0, hi1
-  float all[12];
-  for (int i = 0; i < 12; ++i) all[i] = i < 6 ? INFINITY : -INFINITY;
-  for (int kind = 0; kind < 3; ++kind) {
-    const int lanes = group.blocks(kind) * kBlockLanes;
-    for (int i = lane; i < lanes; i += kWarp) {
-      Block& block = scene.blocks[group.first[kind] + i / kBlockLanes];
-      const int l = i % kBlockLanes;
-      float box[12];
-      for (int k = 0; k < 12; ++k) box[k] = k < 6 ? INFINITY : -INFINITY;
-      for (int k = 0; k <= kind; ++k) {
-        const std::int32_t v = block.vertex[k][l];
-        if (v < 0) break;
-        const Record record = records[v];
-        for (int j = 0; j < 6; ++j) {
-          box[j] = fminf(box[j], round_down(record.x[j]));
-          box[6 + j] = fmaxf(box[6 + j], round_up(record.x[j]));
-        }
-      }
-      for (int k = 0; k < 3; ++k) {
-        block.lo0[k][l] = box[k];
-        block.lo1[k][l] = box[3 + k];
-        block.hi0[k][l] = box[6 + k];
-        block.hi1[k][l] = box[9 + k];
-      }
-      for (int k = 0; k < 6; ++k) {
-        all[k] = fminf(all[k], box[k]);
-        all[6 + k] = fmaxf(all[6 + k], box[6 + k]);
-      }
+  MotionBox all = empty_motion_box();
+  for (int i = lane; i < group.total(); i += kWarp) {
+    const PrimitiveNames names = scene.names[group.first + i];
+    MotionBox box = empty_motion_box();
+    unite(box, records[names.vertex[0]]);
+    if (names.vertex[1] >= 0) unite(box, records[names.vertex[1]]);
+    if (names.vertex[2] >= 0) unite(box, records[names.vertex[2]]);
+    scene.primitives[group.first + i].box = box;
+    for (int k = 0; k < 3; ++k) {
+      all.lo0[k] = fminf(all.lo0[k], box.lo0[k]);
+      all.lo1[k] = fminf(all.lo1[k], box.lo1[k]);
+      all.hi0[k] = fmaxf(all.hi0[k], box.hi0[k]);
+      all.hi1[k] = fmaxf(all.hi1[k], box.hi1[k]);
     }
   }
   for (int offset = kWarp / 2; offset > 0; offset /= 2) {
-    for (int k = 0; k < 6; ++k) {
-      all[k] = fminf(all[k], __shfl_xor_sync(kAllLanes, all[k], offset));
-      all[6 + k] = fmaxf(all[6 + k], __shfl_xor_sync(kAllLanes, all[6 + k], offset));
+    for (int k = 0; k < 3; ++k) {
+      all.lo0[k] = fminf(all.lo0[k], __shfl_xor_sync(kAllLanes, all.lo0[k], offset));
+      all.lo1[k] = fminf(all.lo1[k], __shfl_xor_sync(kAllLanes, all.lo1[k], offset));
+      all.hi0[k] = fmaxf(all.hi0[k], __shfl_xor_sync(kAllLanes, all.hi0[k], offset));
+      all.hi1[k] = fmaxf(all.hi1[k], __shfl_xor_sync(kAllLanes, all.hi1[k], offset));
     }
   }
-  if (lane != 0) return;
-  MotionBox& out = scene.boxes[g];
-  for (int k = 0; k < 3; ++k) {
-    out.lo0[k] = all[k];
-    out.lo1[k] = all[3 + k];
-    out.hi0[k] = all[6 + k];
-    out.hi1[k] = all[9 + k];
-  }
+  if (lane == 0) scene.boxes[g].box = all;
 }
 
 __device__ inline SweptBox empty_box() {
@@ -112,7 +111,7 @@ __device__ inline SweptBox united_over_warp(SweptBox box) {
 }
 
 __device__ inline SweptBox leaf_box(const SceneView& scene, std::int32_t slot) {
-  const MotionBox b = scene.boxes[scene.leaf_order[slot]];
+  const MotionBox b = scene.boxes[scene.leaf_order[slot]].box;
   SweptBox box;
   for (int k = 0; k < 3; ++k) {
     box.lo[k] = fminf(b.lo0[k], b.lo1[k]);

@@ -18,6 +18,24 @@ struct alignas(16) FloatRecord {
   float x[8];  // start x y z, end x y z, two unused
 };
 
+// A group on the device: its primitives lie side by side, vertices, edges, then faces.
+struct DeviceGroup {
+  std::int32_t body, pinned;
+  std::int32_t first;
+  std::int32_t count[3];
+
+  LAZYCCD_HD int total() const { return count[0] + count[1] + count[2]; }
+};
+
+// A box and the names of a primitive: three and one 16-byte loads.
+struct alignas(16) PrimitiveBox {
+  MotionBox box;
+};
+struct alignas(16) PrimitiveNames {
+  std::int32_t id;
+  std::int32_t vertex[3];  // unused ones -1
+};
+
 struct SweptBox {
   float lo[3], hi[3];
 };
@@ -31,15 +49,16 @@ struct SceneView {
   const Body* bodies;
   const std::uint64_t* disabled_pairs;  // sorted: smaller body << 32 | larger body
   std::uint32_t disabled_count;
-  const Group* groups;
+  const DeviceGroup* groups;
+  const PrimitiveNames* names;
   const std::int32_t* leaf_order;  // groups in the order of the tree's leaves
   const int2* node_ranges;         // the part of that order below each node
   int body_bits, a_bits, b_bits;   // of the sort key
 
   // Made anew each step.
   void* records;         // DoubleRecord or FloatRecord
-  Block* blocks;
-  MotionBox* boxes;      // of groups
+  PrimitiveBox* primitives;
+  PrimitiveBox* boxes;   // of groups
   SweptBox* runs;        // of each kRun leaves in order
   TreeNode* nodes;
 
@@ -61,7 +80,7 @@ struct SceneView {
   }
 };
 
-// A candidate that single precision could not rule out: a certain hit in [lo, hi], or undecided
+// A candidate whose roots single precision has looked at: a certain hit in [lo, hi], or undecided
 // (lo < 0).
 struct Survivor {
   Candidate pair;
@@ -88,11 +107,13 @@ struct StepCounters {
   std::uint32_t next_leaf_pair;  // claimed by the warps of the leaf kernel
   std::uint32_t group_pairs;
   std::uint32_t candidates[2];   // by ContactKind
+  std::uint32_t filtered[2];     // that the non-coplanar filter left
   std::uint32_t survivors[2];
   std::uint32_t refined;
   std::uint32_t hard;            // for subdivision
   std::uint32_t residue;         // for the host's exact arithmetic
   std::uint32_t contacts;
+  std::uint32_t contacts_vf;     // of those
   float leaf_area;               // sum of half the surfaces of the groups' swept boxes
   std::uint64_t hash;
 };
