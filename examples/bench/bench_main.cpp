@@ -42,6 +42,10 @@ void compare(const std::optional<Pairs>& truth, const Pairs& found, std::string&
   extra = std::to_string(d.extra);
 }
 
+std::string count(const std::optional<Pairs>& truth) {
+  return truth ? std::to_string(truth->size()) : "";
+}
+
 Row lazyccd_row(const FramePair& pair, Detector& detector, std::string method, int threads) {
   Row row{std::move(method), "exact", threads, {}};
   row.step = [&] {
@@ -123,8 +127,8 @@ void run(const FramePair& pair, int threads, int rounds, std::ostream& csv) {
                 row.false_vf.c_str(), row.missed_ee.c_str(), row.false_ee.c_str());
     csv << pair.name << ',' << pair.start.faces.size() << ",\"" << row.method << "\"," << row.precision << ','
         << row.threads << ',' << ms << ',' << *std::min_element(row.times.begin(), row.times.end()) << ','
-        << row.found_vf << ',' << row.missed_vf << ',' << row.false_vf << ',' << row.missed_ee << ','
-        << row.false_ee << ",\"" << machine() << "\"\n";
+        << count(pair.truth_vf) << ',' << count(pair.truth_ee) << ',' << row.found_vf << ',' << row.missed_vf
+        << ',' << row.false_vf << ',' << row.missed_ee << ',' << row.false_ee << ",\"" << machine() << "\"\n";
   }
   std::cout.flush();
 }
@@ -158,7 +162,7 @@ int main(int argc, char** argv) {
     }
     std::ofstream csv;
     if (!csv_path.empty()) csv.open(csv_path);
-    csv << "scene,faces,method,precision,threads,median_ms,least_ms,found_vf,missed_vf,false_vf,"
+    csv << "scene,faces,method,precision,threads,median_ms,least_ms,true_vf,true_ee,found_vf,missed_vf,false_vf,"
            "missed_ee,false_ee,machine\n";
     std::cout << machine() << ", medians of " << rounds << " rounds; times: against the first row\n";
     for (const FramePair& pair : pairs) run(pair, threads, rounds, csv);

@@ -4,6 +4,7 @@
 
 #include "bench/bullet_process.h"
 #include "bench/cpu_clock.h"
+#include "peers/lazyccd_settings.h"
 #include "peers/peer.h"
 
 namespace lazyccd::peers {
@@ -37,8 +38,10 @@ Method bullet(bench::BulletPrecision precision, std::string name_of_precision) {
 
 std::vector<Method> all_methods() {
   return {
+      {"LazyCCD", "in lanes", false, true, decide_in_lanes},
       one_by_one("LazyCCD", "float first", true,
                  [](ContactKind kind, const QueryPoints& q) { return decide(kind, q); }),
+      one_by_one("LazyCCD", "double only", true, decide_double_only),
       one_by_one("cubic, Newton-bisection", "float", true, cubic_newton<float>),
       one_by_one("cubic, Newton-bisection", "double", true, cubic_newton<double>),
       one_by_one("non-coplanar filter", "float", false, noncoplanar_filter<float>),

@@ -3,10 +3,12 @@
 #include <vector>
 
 #include "bench/query_sets.h"
+#include "peers/lazyccd_settings.h"
 #include "peers/method.h"
 #include "peers/peer.h"
 #include "support/catch.h"
 #include "support/data.h"
+#include "support/generators.h"
 
 using namespace lazyccd;
 
@@ -63,6 +65,31 @@ TEST_CASE("every method answers easy queries rightly") {
         CHECK_THAT(result.toi, Matchers::WithinAbs(example.toi, 2e-6));
     }
   }
+}
+
+TEST_CASE("LazyCCD's settings give the same answers, bit by bit") {
+  const auto check = [](ContactKind kind, const std::vector<QueryPoints>& queries) {
+    std::vector<QueryResult> lanes(queries.size());
+    peers::decide_in_lanes(kind, queries, lanes);
+    std::size_t different = 0;
+    for (std::size_t i = 0; i < queries.size(); ++i) {
+      const QueryResult one = decide(kind, queries[i]);
+      const QueryResult twice = peers::decide_double_only(kind, queries[i]);
+      for (const QueryResult& other : {lanes[i], twice})
+        different += other.hit != one.hit || (one.hit && other.toi != one.toi);
+    }
+    CHECK(different == 0);
+  };
+  for (const auto kind : {ContactKind::vertex_face, ContactKind::edge_edge}) {
+    std::vector<QueryPoints> queries;
+    for (const test::Generator& generator : test::generators())
+      for (std::uint64_t i = 0; i < 40; ++i)
+        queries.push_back(test::generate(generator, kind, 7, i));
+    check(kind, queries);
+  }
+  if (const auto data = test::data_dir())
+    for (const bench::QuerySet& set : bench::read_query_sets(*data))
+      if (set.name.rfind("bp-", 0) == 0) check(set.kind, set.queries);
 }
 
 TEST_CASE("Bullet finds an oblique vertex and misses one that moves along an axis") {
