@@ -87,14 +87,14 @@ struct alignas(128) CpuDetector::Worker : CandidateSink {
   template <ContactKind kind>
   void process_kind(int count) {
     const Candidate* items = queues[static_cast<int>(kind)].items;
-    int found = count;
+    int left = count;
     if (owner->options_.arithmetic == Arithmetic::single_first) {
-      found = owner->kernels_->filter(scene, kind, items, count, survivors.data());
+      left = owner->kernels_->filter(scene, kind, items, count, survivors.data());
     } else {
       for (int i = 0; i < count; ++i) survivors[i] = {items[i], 0, 0, false};
     }
-    survived[static_cast<int>(kind)] += found;
-    for (int i = 0; i < found; ++i) decide<kind>(survivors[i]);
+    survived[static_cast<int>(kind)] += left;
+    for (int i = 0; i < left; ++i) decide<kind>(survivors[i]);
   }
 
   template <ContactKind kind>
