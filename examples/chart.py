@@ -60,12 +60,14 @@ def merged(axes, points):
     groups = []
     for x, y, method, precision, remark in sorted(points, key=lambda p: p[0]):
         px, py = axes.transData.transform((x, y))
-        near = [g for g in groups if g["name"] == (method, remark) and abs(g["py"] - py) < 8 and px - g["px"] < 60]
+        near = [g for g in groups
+                if g["name"] == (method, remark) and abs(g["py"] - py) < 8 and px - g["px"] < 60]
         if near:
             near[0]["precisions"].append(precision)
             near[0]["px"] = px
         else:
-            groups.append({"name": (method, remark), "precisions": [precision], "x": x, "y": y, "px": px, "py": py})
+            groups.append({"name": (method, remark), "precisions": [precision],
+                           "x": x, "y": y, "px": px, "py": py})
     return [(g["x"], g["y"], f"{g['name'][0]}, {' / '.join(g['precisions'])}{g['name'][1]}",
              colour(g["name"][0])) for g in groups]
 
@@ -79,10 +81,12 @@ def label_points(figure, axes, points):
         px, py = axes.transData.transform((x, y))
         taken.append(matplotlib.transforms.Bbox.from_extents(px - 7, py - 7, px + 7, py + 7))
     frame = axes.get_window_extent(renderer)
-    places = [(10, 0, "left"), (-10, 0, "right"), (-4, 14, "left"), (-4, -14, "left"), (4, 14, "right"),
-              (4, -14, "right"), (-4, 27, "left"), (4, 27, "right"), (-4, 40, "left")]
+    places = [(10, 0, "left"), (-10, 0, "right"), (-4, 14, "left"), (-4, -14, "left"),
+              (4, 14, "right"), (4, -14, "right"), (-4, 27, "left"), (4, 27, "right"),
+              (-4, 40, "left")]
     # LazyCCD first: it gets the best place.
-    for x, y, text, shade in sorted(merged(axes, points), key=lambda p: not p[2].startswith("LazyCCD")):
+    labels = sorted(merged(axes, points), key=lambda label: not label[2].startswith("LazyCCD"))
+    for x, y, text, shade in labels:
         for dx, dy, align in places:
             note = axes.annotate(text, (x, y), (dx, dy), textcoords="offset points", ha=align,
                                  va="center", color=shade, fontsize=8.5)
@@ -118,7 +122,7 @@ def percent_axis(axes, smallest):
 
 
 def time_axis(axes):
-    """Errors of the time of impact, fractions of the step; what double holds no finer is one line."""
+    """Errors of the time of impact, fractions of the step; 1e-16 is as fine as double holds it."""
     axes.set_yscale("log")
     axes.set_ylim(2e-17, 1e-1)
     axes.set_yticks([1e-16, 1e-12, 1e-8, 1e-4])
@@ -139,8 +143,10 @@ def time_error(row):
     return max(abs(float(row["toi_early_median"])), 1e-16) if row["toi_early_median"] else None
 
 
-MISSED = ("missed contacts, of those that truly touch", missed_percent, lambda a: percent_axis(a, 0.01))
-FALSE = ("false hits, of those that do not touch", false_percent, lambda a: percent_axis(a, 0.001))
+MISSED = ("missed contacts, of those that truly touch", missed_percent,
+          lambda axes: percent_axis(axes, 0.01))
+FALSE = ("false hits, of those that do not touch", false_percent,
+         lambda axes: percent_axis(axes, 0.001))
 TIME = ("error of the time of impact, median, of the step", time_error, time_axis)
 
 
@@ -187,7 +193,8 @@ def picture_pool(rows, folder, machine):
         label_points(figure, axes, points)
     panels[-1].set_xlabel("mean time a query, one thread")
     total = max(chosen, key=lambda r: int(r["queries"]))
-    what = "pairs that a broad phase yields" if pool == POOL_BROAD else "queries, degenerate ones included"
+    what = {POOL_BROAD: "pairs that a broad phase yields",
+            POOL_ALL: "queries, degenerate ones included"}[pool]
     figure.suptitle(f"Elementary tests on {total['queries']} {what}: left and low is better\n"
                     f"{machine}, one thread, medians of {total['rounds']} rounds",
                     x=0.02, ha="left", fontsize=11)
@@ -213,7 +220,8 @@ def picture_sets(rows, folder, machine, name_of_file, quantity):
         for row in rows:
             y = value(row) if row["set"] == name else None
             if y is not None:
-                draw(axes, float(row["ns_per_query"]), y, row["method"], row["precision"], small=True)
+                draw(axes, float(row["ns_per_query"]), y, row["method"], row["precision"],
+                     small=True)
     rest = list(grid.flat)[len(names):]
     for axes in rest:
         axes.axis("off")
@@ -222,8 +230,9 @@ def picture_sets(rows, folder, machine, name_of_file, quantity):
                           markersize=11 if marker == "*" else 7, label=f"{m}, {p}")
                for m in COLOURS for p, marker in MARKERS.items() if (m, p) in seen]
     rest[0].legend(handles=handles, loc="upper left", fontsize=8, frameon=False)
-    figure.suptitle(f"{title[0].upper()}{title[1:]}, against mean time a query, by set; vertex-face and "
-                    f"edge-edge a point each\n{machine}, one thread", x=0.02, ha="left", fontsize=10)
+    figure.suptitle(f"{title[0].upper()}{title[1:]}, against mean time a query, by set; "
+                    f"vertex-face and edge-edge a point each\n{machine}, one thread",
+                    x=0.02, ha="left", fontsize=10)
     figure.tight_layout()
     save(figure, folder, name_of_file)
 
@@ -248,7 +257,8 @@ def picture_steps(rows, folder, machine):
             method = "LazyCCD" if ours else "Bullet"
             draw(axes, x, y, method, "in lanes" if ours else row["precision"])
             threads = f"{row['threads']} thread" + ("s" if row["threads"] != "1" else "")
-            points.append((x, y, f"{threads if ours else row['precision']}, {milliseconds(x)}", method))
+            setting = threads if ours else row["precision"]
+            points.append((x, y, f"{setting}, {milliseconds(x)}", method))
         faces = next(r["faces"] for r in rows if r["scene"] == scene)
         axes.set_title(f"{scene}, {faces} triangles", loc="left", fontsize=10)
         axes.set_ylim(-4, 118)
@@ -264,12 +274,14 @@ def picture_steps(rows, folder, machine):
                 if method == "LazyCCD":
                     place, across, up = (0, 12 + 13 * index), "left", "bottom"
                 else:
-                    place, across, up = (-9, 5 if index == 0 else -5), "right", ("bottom" if index == 0 else "top")
-                axes.annotate(f"{method}, {text}", (x, y), place, textcoords="offset points", ha=across,
-                              va=up, color=colour(method), fontsize=8.5)
+                    place, across = (-9, 5 if index == 0 else -5), "right"
+                    up = "bottom" if index == 0 else "top"
+                axes.annotate(f"{method}, {text}", (x, y), place, textcoords="offset points",
+                              ha=across, va=up, color=colour(method), fontsize=8.5)
     panels[0][0].set_ylabel("missed contacts,\nvertex-face and edge-edge")
-    figure.suptitle("Whole steps: LazyCCD finds every contact; one pass of Bullet's own detection, one "
-                    "thread, looks for vertex-face only\n" + machine, x=0.02, ha="left", fontsize=11)
+    figure.suptitle("Whole steps: LazyCCD finds every contact; one pass of Bullet's own detection, "
+                    "one thread, looks for vertex-face only\n" + machine,
+                    x=0.02, ha="left", fontsize=11)
     figure.tight_layout()
     save(figure, folder, "steps")
 
@@ -279,7 +291,8 @@ def main():
     style()
     queries = read(folder / "queries.csv")
     picture_pool(queries, folder, queries[0]["machine"])
-    for name, quantity in (("missed_by_set", MISSED), ("false_hits_by_set", FALSE), ("times_by_set", TIME)):
+    for name, quantity in (("missed_by_set", MISSED), ("false_hits_by_set", FALSE),
+                           ("times_by_set", TIME)):
         picture_sets(queries, folder, queries[0]["machine"], name, quantity)
     steps = read(folder / "steps.csv")
     picture_steps(steps, folder, steps[0]["machine"])

@@ -1,8 +1,8 @@
 // The program lazyccd_bench: a whole step of LazyCCD against one pass of Bullet's own detection.
 //
 // Every contender works on the same two frames in the same run, in turn, round after round, so that
-// whatever else the machine does hits all alike; reported are medians. LazyCCD: positions in, sorted
-// contacts (vertex-face and edge-edge) out. Bullet: one pass, vertex-face only, one thread.
+// whatever else the machine does hits all alike; reported are medians. LazyCCD: positions in,
+// sorted contacts (vertex-face and edge-edge) out. Bullet: one pass, vertex-face only, one thread.
 #include <algorithm>
 #include <chrono>
 #include <fstream>
@@ -51,7 +51,8 @@ Row lazyccd_row(const FramePair& pair, Detector& detector, std::string method, i
   row.step = [&] {
     const auto before = std::chrono::steady_clock::now();
     detector.detect(io::positions(pair.start), io::positions(pair.end));
-    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - before).count();
+    return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - before)
+        .count();
   };
   row.count = [&](Row& r) {
     Pairs vf, ee;
@@ -59,7 +60,8 @@ Row lazyccd_row(const FramePair& pair, Detector& detector, std::string method, i
       if (c.kind == ContactKind::vertex_face)
         vf.push_back({c.primitive_a, c.primitive_b});
       else
-        ee.push_back({std::min(c.primitive_a, c.primitive_b), std::max(c.primitive_a, c.primitive_b)});
+        ee.push_back(
+            {std::min(c.primitive_a, c.primitive_b), std::max(c.primitive_a, c.primitive_b)});
     }
     std::sort(vf.begin(), vf.end());
     std::sort(ee.begin(), ee.end());
@@ -115,20 +117,23 @@ void run(const FramePair& pair, int threads, int rounds, std::ostream& csv) {
 
   std::cout << "\n" << pair.name << ": " << pair.start.faces.size() << " faces";
   if (pair.truth_vf && pair.truth_ee)
-    std::cout << ", truly touching " << pair.truth_vf->size() << " VF, " << pair.truth_ee->size() << " EE";
+    std::cout << ", truly touching " << pair.truth_vf->size() << " VF, " << pair.truth_ee->size()
+              << " EE";
   std::cout << "\n";
-  std::printf("  %-30s %-7s %7s %10s %8s %9s %7s %9s %7s\n", "method", "prec.", "threads", "ms", "times",
-              "VF missed", "false", "EE missed", "false");
+  std::printf("  %-30s %-7s %7s %10s %8s %9s %7s %9s %7s\n", "method", "prec.", "threads", "ms",
+              "times", "VF missed", "false", "EE missed", "false");
   const double first = median(rows[0].times);
   for (const Row& row : rows) {
     const double ms = median(row.times);
     std::printf("  %-30s %-7s %7d %10.2f %8.2f %9s %7s %9s %7s\n", row.method.c_str(),
                 row.precision.c_str(), row.threads, ms, ms / first, row.missed_vf.c_str(),
                 row.false_vf.c_str(), row.missed_ee.c_str(), row.false_ee.c_str());
-    csv << pair.name << ',' << pair.start.faces.size() << ",\"" << row.method << "\"," << row.precision << ','
-        << row.threads << ',' << ms << ',' << *std::min_element(row.times.begin(), row.times.end()) << ','
-        << count(pair.truth_vf) << ',' << count(pair.truth_ee) << ',' << row.found_vf << ',' << row.missed_vf
-        << ',' << row.false_vf << ',' << row.missed_ee << ',' << row.false_ee << ",\"" << machine() << "\"\n";
+    csv << pair.name << ',' << pair.start.faces.size() << ",\"" << row.method << "\","
+        << row.precision << ',' << row.threads << ',' << ms << ','
+        << *std::min_element(row.times.begin(), row.times.end()) << ',' << count(pair.truth_vf)
+        << ',' << count(pair.truth_ee) << ',' << row.found_vf << ',' << row.missed_vf << ','
+        << row.false_vf << ',' << row.missed_ee << ',' << row.false_ee << ",\"" << machine()
+        << "\"\n";
   }
   std::cout.flush();
 }
@@ -143,10 +148,15 @@ int main(int argc, char** argv) {
   std::vector<std::string> frames;
   int threads = 2, rounds = 7;
   app.add_option("frames", frames, "START.ply END.ply; none: all frames of the data folder")
-      ->expected(2)->check(CLI::ExistingFile);
+      ->expected(2)
+      ->check(CLI::ExistingFile);
   app.add_option("--data", data, "folder of the data with frames/")->capture_default_str();
-  app.add_option("--threads", threads, "of LazyCCD")->check(CLI::PositiveNumber)->capture_default_str();
-  app.add_option("--rounds", rounds, "medians over that many")->check(CLI::PositiveNumber)->capture_default_str();
+  app.add_option("--threads", threads, "of LazyCCD")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--rounds", rounds, "medians over that many")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
   app.add_option("--csv", csv_path, "also write the table to this file");
   CLI11_PARSE(app, argc, argv);
 
@@ -162,9 +172,11 @@ int main(int argc, char** argv) {
     }
     std::ofstream csv;
     if (!csv_path.empty()) csv.open(csv_path);
-    csv << "scene,faces,method,precision,threads,median_ms,least_ms,true_vf,true_ee,found_vf,missed_vf,false_vf,"
+    csv << "scene,faces,method,precision,threads,median_ms,least_ms,true_vf,true_ee,found_vf,"
+           "missed_vf,false_vf,"
            "missed_ee,false_ee,machine\n";
-    std::cout << machine() << ", medians of " << rounds << " rounds; times: against the first row\n";
+    std::cout << machine() << ", medians of " << rounds
+              << " rounds; times: against the first row\n";
     for (const FramePair& pair : pairs) run(pair, threads, rounds, csv);
   } catch (const std::exception& error) {
     std::cerr << "lazyccd_bench: " << error.what() << "\n";

@@ -41,10 +41,11 @@ btDbvtNode* new_parent(btDbvtNode* a, btDbvtNode* b) {
 
 using Adjacency = std::vector<std::vector<int>>;
 
-// The tree that btSoftBody::initializeFaceTree makes: neighbours merged in pairs, level by level, in
-// index order. Bullet finds neighbours by comparing all pairs (a minute for 80 000 faces) and never
-// ends where several roots remain that are no neighbours (parts that hang together at a vertex); here
-// neighbours come from a table, and such roots are then neighbours of each other in a row.
+// The tree that btSoftBody::initializeFaceTree makes: neighbours merged in pairs, level by level,
+// in index order. Bullet finds neighbours by comparing all pairs (a minute for 80 000 faces) and
+// never ends where several roots remain that are no neighbours (parts that hang together at a
+// vertex); here neighbours come from a table, and such roots are then neighbours of each other in a
+// row.
 btDbvtNode* merge_neighbours(std::vector<btDbvtNode*> nodes, Adjacency adjacency) {
   while (nodes.size() > 1) {
     const int count = int(nodes.size());
@@ -223,7 +224,8 @@ double BulletCcd::pass() {
   for (std::size_t i = 0; i < impl_->bodies.size(); ++i)
     for (std::size_t j = i; j < impl_->bodies.size(); ++j)
       impl_->bodies[i]->geometricCollisionHandler(impl_->bodies[j].get());
-  const std::chrono::duration<double, std::milli> elapsed = std::chrono::steady_clock::now() - before;
+  const std::chrono::duration<double, std::milli> elapsed =
+      std::chrono::steady_clock::now() - before;
   return elapsed.count();
 }
 

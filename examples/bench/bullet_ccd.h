@@ -2,10 +2,11 @@
 // that LazyCCD's whole detection is measured against.
 //
 // The pass is one of the up to five iterations of
-// btDeformableMultiBodyDynamicsWorld::performGeometricCollisions without its response: refit of both
-// trees to the swept boxes, the face normals that the filter needs, then
+// btDeformableMultiBodyDynamicsWorld::performGeometricCollisions without its response: refit of
+// both trees to the swept boxes, the face normals that the filter needs, then
 // btSoftBody::geometricCollisionHandler (vertex against face; Bullet has no edge against edge).
-// Compiled once in each of Bullet's precisions, into separate programs, because their symbols clash.
+// Compiled once in each of Bullet's precisions, into separate programs, because their symbols
+// clash.
 #pragma once
 
 #include <array>
@@ -20,7 +21,8 @@ namespace lazyccd::bench {
 
 class BulletCcd {
  public:
-  // Each connected component of the mesh becomes a soft body that collides with itself and the others.
+  // Each connected component of the mesh becomes a soft body that collides with itself and the
+  // others.
   BulletCcd(const Positions& start, const Positions& end, Span<const Face> faces);
   ~BulletCcd();
 

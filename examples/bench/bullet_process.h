@@ -1,5 +1,5 @@
-// Bullet's own detection in another process, so that both its precisions can be compared in one run:
-// their symbols clash within one program.
+// Bullet's own detection in another process, so that both its precisions can be compared in one
+// run: their symbols clash within one program.
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
-// What a bench and Bullet's programs say to each other over two pipes: a Request, what it brings, and
-// the answer. Same machine, same compiler, so plain memory images.
+// What a bench and Bullet's programs say to each other over two pipes: a Request, what it brings,
+// and the answer. Same machine, same compiler, so plain memory images.
 //
 //   mesh      in: int32 vertices, int32 faces, start and end as 3 float64 a vertex, 3 int32 a face
 //             out: nothing

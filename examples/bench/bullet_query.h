@@ -1,5 +1,5 @@
-// Bullet's elementary vertex-face test (btSoftBodyInternals.h, bernsteinCCD as CollideCCD calls it),
-// one query at a time. Compiled once in each of Bullet's precisions, as bullet_ccd.h.
+// Bullet's elementary vertex-face test (btSoftBodyInternals.h, bernsteinCCD as CollideCCD calls
+// it), one query at a time. Compiled once in each of Bullet's precisions, as bullet_ccd.h.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 namespace lazyccd::bench {
 
 struct BulletAnswers {
-  double nanoseconds = 0;          // of processor time, all queries, without filling Bullet's structures
+  double nanoseconds = 0;  // of processor time, all queries, without filling Bullet's structures
   std::vector<std::uint8_t> hits;  // one a query, 0 or 1
 };
 

@@ -1,5 +1,5 @@
-// The program lazyccd_chart: speed and accuracy of every elementary test, to a table and a CSV file;
-// examples/chart.sh makes the picture of it.
+// The program lazyccd_chart: speed and accuracy of every elementary test, to a table and a CSV
+// file; examples/chart.sh makes the picture of it.
 #include <algorithm>
 #include <cstdio>
 #include <fstream>
@@ -19,10 +19,11 @@ namespace {
 using namespace lazyccd;
 using namespace lazyccd::bench;
 
-constexpr const char* broad_phase = "broad phase";  // the pool that says what a detector really meets
+// The pool that says what a detector really meets.
+constexpr const char* broad_phase = "broad phase";
 
-// Every set by itself, then pools by kind and over both: the sets sampled from a broad phase (bp-*),
-// and all sets.
+// Every set by itself, then pools by kind and over both: the sets sampled from a broad phase
+// (bp-*), and all sets.
 std::vector<Score> with_pools(std::vector<Score> scores) {
   struct Pool {
     const char* name;
@@ -54,25 +55,28 @@ void write_csv(const std::string& path, const std::vector<Score>& scores) {
   out << "set,kind,method,precision,queries,decided,truly_touching,missed,false_hits,ns_per_query,"
          "timed,toi_early_median,toi_early_largest,toi_late,rounds,machine\n";
   for (const Score& s : scores) {
-    out << '"' << s.set << "\"," << s.kind << ",\"" << s.method << "\"," << s.precision << ',' << s.queries << ','
-        << s.decided << ',' << s.truly_touching << ',' << s.missed << ',' << s.false_hits << ','
-        << s.nanoseconds << ',' << s.early.size() << ',';
+    out << '"' << s.set << "\"," << s.kind << ",\"" << s.method << "\"," << s.precision << ','
+        << s.queries << ',' << s.decided << ',' << s.truly_touching << ',' << s.missed << ','
+        << s.false_hits << ',' << s.nanoseconds << ',' << s.early.size() << ',';
     if (s.early.empty())
       out << ",,";
     else
-      out << median(s.early) << ',' << *std::max_element(s.early.begin(), s.early.end()) << ',' << s.late;
+      out << median(s.early) << ',' << *std::max_element(s.early.begin(), s.early.end()) << ','
+          << s.late;
     out << ',' << s.rounds << ",\"" << machine() << "\"\n";
   }
 }
 
-void print_pool(const std::string& name, const std::string& kind, const std::vector<Score>& scores) {
+void print_pool(const std::string& name, const std::string& kind,
+                const std::vector<Score>& scores) {
   bool first = true;
   for (const Score& s : scores) {
     if (s.set != name || s.kind != kind) continue;
     if (first)
-      std::printf("\n%s, %s: %zu queries, %zu truly touch\n  %-26s %-12s %7s %7s %12s %11s %6s\n", name.c_str(),
-                  kind == "both" ? "vertex-face and edge-edge" : "vertex-face", s.queries,
-                  s.truly_touching, "method", "precision", "missed", "false", "ns a query", "toi early", "late");
+      std::printf("\n%s, %s: %zu queries, %zu truly touch\n  %-26s %-12s %7s %7s %12s %11s %6s\n",
+                  name.c_str(), kind == "both" ? "vertex-face and edge-edge" : "vertex-face",
+                  s.queries, s.truly_touching, "method", "precision", "missed", "false",
+                  "ns a query", "toi early", "late");
     first = false;
     std::printf("  %-26s %-12s %7zu %7zu %12.1f", s.method.c_str(), s.precision.c_str(), s.missed,
                 s.false_hits, s.nanoseconds);
@@ -91,10 +95,15 @@ int main(int argc, char** argv) {
   std::string data = default_data_dir().string(), csv;
   int generated = 500;
   Budget budget;
-  app.add_option("--data", data, "folder of the data with queries/; may be absent")->capture_default_str();
-  app.add_option("--generated", generated, "queries to generate of each kind, degenerate and not")->capture_default_str();
-  app.add_option("--rounds", budget.rounds, "medians over that many")->check(CLI::PositiveNumber)->capture_default_str();
-  app.add_option("--seconds", budget.seconds, "for a method on a set; what is over goes undecided")->capture_default_str();
+  app.add_option("--data", data, "folder of the data with queries/; may be absent")
+      ->capture_default_str();
+  app.add_option("--generated", generated, "queries to generate of each kind, degenerate and not")
+      ->capture_default_str();
+  app.add_option("--rounds", budget.rounds, "medians over that many")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--seconds", budget.seconds, "for a method on a set; what is over goes undecided")
+      ->capture_default_str();
   app.add_option("--csv", csv, "also write every set and pool to this file");
   CLI11_PARSE(app, argc, argv);
 
@@ -105,7 +114,8 @@ int main(int argc, char** argv) {
     const std::vector<peers::Method> methods = peers::all_methods();
     std::vector<Score> scores;
     for (const QuerySet& set : sets) {
-      std::fprintf(stderr, "%s %s\n", set.name.c_str(), set.kind == ContactKind::vertex_face ? "vf" : "ee");
+      std::fprintf(stderr, "%s %s\n", set.name.c_str(),
+                   set.kind == ContactKind::vertex_face ? "vf" : "ee");
       for (Score& score : measure(set, methods, budget)) scores.push_back(std::move(score));
     }
     scores = with_pools(std::move(scores));

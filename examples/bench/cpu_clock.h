@@ -1,5 +1,5 @@
-// Time that the calling thread spent on a processor: for work of one thread, what a wall clock would
-// say on an idle machine.
+// Time that the calling thread spent on a processor: for work of one thread, what a wall clock
+// would say on an idle machine.
 #pragma once
 
 #include <ctime>

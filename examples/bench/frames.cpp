@@ -39,8 +39,8 @@ std::size_t count_edges(const io::Mesh& mesh) {
   return std::size_t(std::unique(edges.begin(), edges.end()) - edges.begin());
 }
 
-// Column `hit` of a truth file beside the pairs that it speaks of. An index there counts through all
-// vertices, then all edges, then all faces.
+// Column `hit` of a truth file beside the pairs that it speaks of. An index there counts through
+// all vertices, then all edges, then all faces.
 Pairs read_truth(const fs::path& boxes, const fs::path& truth, std::array<std::size_t, 2> first) {
   const auto pairs = nlohmann::json::parse(io::read_file(boxes));
   std::ifstream lines(truth);
@@ -73,7 +73,8 @@ std::vector<FramePair> read_frames(const fs::path& data_dir) {
     const fs::path folder = entry.path();
     const auto frames = sorted_files(folder / "frames", ".ply");
     if (frames.size() != 2) continue;
-    FramePair pair{folder.filename().string(), io::read_ply(frames[0]), io::read_ply(frames[1]), {}, {}};
+    FramePair pair{
+        folder.filename().string(), io::read_ply(frames[0]), io::read_ply(frames[1]), {}, {}};
     io::require_same_topology(pair.start, frames[0].string(), pair.end, frames[1].string());
     const std::size_t vertices = pair.start.vertices.size();
     const std::size_t edges = count_edges(pair.start);
@@ -102,8 +103,8 @@ FramePair waving_sheets(int quads, int layers) {
         const double x = 2.0 * i / quads - 1, y = 2.0 * j / quads - 1;
         const double wave = 0.03 * std::sin(31 * x + layer) * std::cos(23 * y - 2 * layer);
         pair.start.vertices.push_back({x, y, 0.08 * layer + wave});
-        pair.end.vertices.push_back({x + 0.003 * std::sin(9 * y + layer), y + 0.002 * layer,
-                                     0.03 * layer + wave});
+        pair.end.vertices.push_back(
+            {x + 0.003 * std::sin(9 * y + layer), y + 0.002 * layer, 0.03 * layer + wave});
       }
     const auto at = [&](int i, int j) { return first + std::int32_t(j * (quads + 1) + i); };
     for (int j = 0; j < quads; ++j)

@@ -24,8 +24,8 @@ struct FramePair {
 // $LAZYCCD_DATA_DIR, else ../shared/data beside the repository.
 std::filesystem::path default_data_dir();
 
-// Every folder of DIR/frames that holds frames/*.ply (two files, start and end in the order of their
-// names), boxes/*{vf,ee}.json and {vf,ee}_truth.csv. None where DIR is absent.
+// Every folder of DIR/frames that holds frames/*.ply (two files, start and end in the order of
+// their names), boxes/*{vf,ee}.json and {vf,ee}_truth.csv. None where DIR is absent.
 std::vector<FramePair> read_frames(const std::filesystem::path& data_dir);
 
 // A scene that needs no file: `layers` square sheets of `quads` x `quads` waved quads each, that

@@ -11,8 +11,8 @@ namespace {
 // Truths are rounded to the nearest double.
 constexpr double truth_rounding = std::numeric_limits<double>::epsilon();
 
-// Block b of n holds the queries b, b + n, b + 2n ...: one that stops early has still seen all parts
-// of a set.
+// Block b of n holds the queries b, b + n, b + 2n ...: one that stops early has still seen all
+// parts of a set.
 struct Block {
   std::vector<std::size_t> index;
   std::vector<QueryPoints> queries;

@@ -14,9 +14,10 @@ struct Score {
   std::size_t queries = 0;
   std::size_t decided = 0;  // fewer where the time allowed was over; spread evenly over the set
   std::size_t truly_touching = 0, missed = 0, false_hits = 0;
-  std::size_t late = 0;            // times of impact after the true one
-  std::vector<double> early = {};  // true minus reported time of impact of each hit where both are known
-  double nanoseconds = 0;          // per query: median over the rounds of the mean over the set
+  std::size_t late = 0;  // times of impact after the true one
+  std::vector<double> early =
+      {};                  // true minus reported time of impact of each hit where both are known
+  double nanoseconds = 0;  // per query: median over the rounds of the mean over the set
   bool gives_time = false;
   int rounds = 0;
 };
@@ -26,8 +27,8 @@ struct Budget {
   double seconds = 2;  // for a method on a set, all rounds; the first round stops there, too
 };
 
-// All methods on one set: round by round, each method in turn, so that what else the machine does hits
-// all alike. One thread. The first round also compares the answers with the truth.
+// All methods on one set: round by round, each method in turn, so that what else the machine does
+// hits all alike. One thread. The first round also compares the answers with the truth.
 std::vector<Score> measure(const QuerySet& set, const std::vector<peers::Method>& methods,
                            const Budget& budget);
 

@@ -22,12 +22,12 @@ Cubic<Real> coplanarity(const Frame<Real>& f) {
   const Vec3<Real> n0 = cross(f.a[0], f.b[0]);
   const Vec3<Real> n1 = cross(da, f.b[0]) + cross(f.a[0], db);
   const Vec3<Real> n2 = cross(da, db);
-  return {{dot(n0, f.c[0]), dot(n1, f.c[0]) + dot(n0, dc), dot(n2, f.c[0]) + dot(n1, dc),
-           dot(n2, dc)}};
+  return {
+      {dot(n0, f.c[0]), dot(n1, f.c[0]) + dot(n0, dc), dot(n2, f.c[0]) + dot(n1, dc), dot(n2, dc)}};
 }
 
-// Press et al., section 9.4: Newton-Raphson that falls back to bisection where a step would leave the
-// bracket or shrinks it too slowly. The signs of p at `low` and `high` differ.
+// Press et al., section 9.4: Newton-Raphson that falls back to bisection where a step would leave
+// the bracket or shrinks it too slowly. The signs of p at `low` and `high` differ.
 template <class Real>
 Real root_in(const Cubic<Real>& p, Real low, Real high) {
   constexpr Real accuracy = 4 * std::numeric_limits<Real>::epsilon();
@@ -80,8 +80,8 @@ int roots(const Cubic<Real>& p, Real (&found)[3]) {
   return count;
 }
 
-// Are the coplanar points in touch? Parameters of the primitives may overshoot by a relative epsilon,
-// as is usual, to catch what rounding moves across a border.
+// Are the coplanar points in touch? Parameters of the primitives may overshoot by a relative
+// epsilon, as is usual, to catch what rounding moves across a border.
 template <class Real>
 bool inside(ContactKind kind, const Frame<Real>& f, Real t) {
   const Real slack = std::is_same_v<Real, float> ? Real(1e-5) : Real(1e-8);

@@ -10,7 +10,7 @@
 namespace lazyccd::peers {
 namespace {
 
-constexpr double tolerance = 1e-6;       // of the distance, in the unit of the coordinates
+constexpr double tolerance = 1e-6;        // of the distance, in the unit of the coordinates
 constexpr int iteration_limit = 1000000;  // boxes looked at; beyond it the answer is "hit"
 
 // [lo, lo + width] in time (0) and in the parameters of the primitives (1, 2). Ends are dyadic, so
@@ -72,8 +72,9 @@ Query<Real> prepare(ContactKind kind, const QueryPoints& points) {
   // With M the largest |coordinate| on the axis and r = epsilon / 2 the unit roundoff. A point: its
   // input (r M), two products, a sum and 1-t (3 r M). A combination of points, whose weights sum to
   // at most 3 in size over a box that reaches beyond the face: the points (12 r M), the weights
-  // (2 r M), products and sums (9 r M). The difference to the other side (4 r M each). In all 31 r M;
-  // 40 covers the products of errors. The bound is linear in M, since only the points have a scale.
+  // (2 r M), products and sums (9 r M). The difference to the other side (4 r M each). In all 31 r
+  // M; 40 covers the products of errors. The bound is linear in M, since only the points have a
+  // scale.
   for (int axis = 0; axis < 3; ++axis) {
     Real largest = 0;
     for (const Vec3<Real>& p : q.x) largest = std::max(largest, std::abs(p[axis]));
@@ -85,7 +86,8 @@ Query<Real> prepare(ContactKind kind, const QueryPoints& points) {
   for (int end = 0; end < 8; end += 4) {
     const bool vf = kind == ContactKind::vertex_face;
     span[1] = std::max(span[1], vf ? spread(x[end + 2] - x[end + 1]) : spread(x[end + 1] - x[end]));
-    span[2] = std::max(span[2], vf ? spread(x[end + 3] - x[end + 1]) : spread(x[end + 3] - x[end + 2]));
+    span[2] =
+        std::max(span[2], vf ? spread(x[end + 3] - x[end + 1]) : spread(x[end + 3] - x[end + 2]));
   }
   span[0] *= 2;  // both primitives move
   for (int i = 0; i < 3; ++i)
@@ -103,8 +105,8 @@ Verdict look(const Query<Real>& q, const Box<Real>& box) {
     if (low > q.error[axis] || high < -q.error[axis]) return Verdict::empty;
     within_tolerance = within_tolerance && high - low <= Real(tolerance);
   }
-  const bool narrow = box.width[0] <= q.narrow[0] && box.width[1] <= q.narrow[1] &&
-                      box.width[2] <= q.narrow[2];
+  const bool narrow =
+      box.width[0] <= q.narrow[0] && box.width[1] <= q.narrow[1] && box.width[2] <= q.narrow[2];
   return within_tolerance || narrow ? Verdict::narrow : Verdict::open;
 }
 
@@ -131,7 +133,8 @@ QueryResult interval_subdivision(ContactKind kind, const QueryPoints& points) {
       level = box.level;
       earliest = box.lo[0];
     }
-    // Split the dimension that is widest beside what it needs, unless no number lies between its ends.
+    // Split the dimension that is widest beside what it needs, unless no number lies between its
+    // ends.
     int split = 0;
     for (int i = 1; i < 3; ++i)
       if (box.width[i] / q.narrow[i] > box.width[split] / q.narrow[split]) split = i;

@@ -22,8 +22,8 @@ QueryCoordinates coordinates(const QueryPoints& points) {
   return q;
 }
 
-// The power of two that the detector takes for a scene: brings the sides of the box around all points
-// to at most 2^6.
+// The power of two that the detector takes for a scene: brings the sides of the box around all
+// points to at most 2^6.
 double scale_of(Span<const QueryPoints> queries) {
   double size = 0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -52,7 +52,8 @@ QueryResult decide_double(const QueryPoints& points) {
   return finish(kind, points, decide_in_double<kind>(d));
 }
 
-// Queries as a detector holds a scene: query i owns the vertices 4i to 4i+3, face i, edges 2i and 2i+1.
+// Queries as a detector holds a scene: query i owns the vertices 4i to 4i+3, face i, edges 2i and
+// 2i+1.
 struct alignas(64) Record {
   double x[8];  // start, end, unused
 };
@@ -96,7 +97,8 @@ double decide_lanes(Span<const QueryPoints> queries, Span<QueryResult> answers) 
     answers[i] = {};
     if (separated_along_axes<kind>(coordinates(queries[i]))) continue;
     const auto n = static_cast<std::int32_t>(i);
-    candidates[static_cast<std::size_t>(count++)] = vf ? Candidate{4 * n, n} : Candidate{2 * n, 2 * n + 1};
+    candidates[static_cast<std::size_t>(count++)] =
+        vf ? Candidate{4 * n, n} : Candidate{2 * n, 2 * n + 1};
   }
   const int left = kernels.filter(scene.leaf, kind, candidates.data(), count, survivors.data());
   for (int s = 0; s < left; ++s) {
@@ -118,7 +120,8 @@ QueryResult decide_double_only(ContactKind kind, const QueryPoints& points) {
                                           : decide_double<ContactKind::edge_edge>(points);
 }
 
-double decide_in_lanes(ContactKind kind, Span<const QueryPoints> queries, Span<QueryResult> answers) {
+double decide_in_lanes(ContactKind kind, Span<const QueryPoints> queries,
+                       Span<QueryResult> answers) {
   return kind == ContactKind::vertex_face ? decide_lanes<ContactKind::vertex_face>(queries, answers)
                                           : decide_lanes<ContactKind::edge_edge>(queries, answers);
 }

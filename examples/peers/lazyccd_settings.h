@@ -12,8 +12,9 @@ namespace lazyccd::peers {
 QueryResult decide_double_only(ContactKind kind, const QueryPoints& points);
 
 // Arithmetic::single_first as the detector runs it: the filter over many queries side by side, the
-// rest one by one. Returns the processor time without that of laying the points out, which a detector
-// does once a step for all pairs; nanoseconds.
-double decide_in_lanes(ContactKind kind, Span<const QueryPoints> queries, Span<QueryResult> answers);
+// rest one by one. Returns the processor time without that of laying the points out, which a
+// detector does once a step for all pairs; nanoseconds.
+double decide_in_lanes(ContactKind kind, Span<const QueryPoints> queries,
+                       Span<QueryResult> answers);
 
 }  // namespace lazyccd::peers

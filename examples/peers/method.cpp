@@ -18,7 +18,8 @@ Method one_by_one(std::string name, std::string precision, bool gives_time, Deci
   return {std::move(name), std::move(precision), false, gives_time,
           [decide_one](ContactKind kind, Queries queries, Answers answers) {
             const double before = bench::thread_nanoseconds();
-            for (std::size_t i = 0; i < queries.size(); ++i) answers[i] = decide_one(kind, queries[i]);
+            for (std::size_t i = 0; i < queries.size(); ++i)
+              answers[i] = decide_one(kind, queries[i]);
             return bench::thread_nanoseconds() - before;
           }};
 }

@@ -1,7 +1,7 @@
 // Other ways to decide an elementary query, behind one interface, for comparison only.
 //
-// None of them is used by LazyCCD. They show what the field's usual tests cost and get wrong, so each
-// keeps the habits of its source, epsilons included.
+// None of them is used by LazyCCD. They show what the field's usual tests cost and get wrong, so
+// each keeps the habits of its source, epsilons included.
 #pragma once
 
 #include "lazyccd/contact.h"

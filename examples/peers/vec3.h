@@ -44,8 +44,8 @@ std::array<Vec3<Real>, 8> rounded(const QueryPoints& points) {
   return x;
 }
 
-// The three vectors whose triple product (a x b) . c vanishes where the four points are coplanar, at
-// the start (0) and at the end (1) of the step.
+// The three vectors whose triple product (a x b) . c vanishes where the four points are coplanar,
+// at the start (0) and at the end (1) of the step.
 //   vertex_face: both edges of the face from its first vertex, and that vertex to the vertex
 //   edge_edge:   both edges, and the start of the first to the start of the second
 template <class Real>

@@ -14,17 +14,25 @@ using namespace lazyccd;
 
 namespace {
 
-// A vertex falls through the middle of a unit face, which it meets at a quarter of the step; `aside`
-// moves it along x, off the face from 0.5 on.
+// A vertex falls through the middle of a unit face, which it meets at a quarter of the step;
+// `aside` moves it along x, off the face from 0.5 on.
 QueryPoints falling_vertex(double aside) {
   const double x = 0.25 + aside;
-  return {{{x, 0.25, 1}, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {x, 0.25, -3}, {0, 0, 0}, {1, 0, 0}, {0, 1, 0}}};
+  return {{{x, 0.25, 1},
+           {0, 0, 0},
+           {1, 0, 0},
+           {0, 1, 0},
+           {x, 0.25, -3},
+           {0, 0, 0},
+           {1, 0, 0},
+           {0, 1, 0}}};
 }
 
 // An edge along y falls through one along x at half the step.
 QueryPoints falling_edge(double aside) {
   const double x = 0.5 + aside;
-  return {{{x, -1, 1}, {x, 1, 1}, {0, 0, 0}, {1, 0, 0}, {x, -1, -1}, {x, 1, -1}, {0, 0, 0}, {1, 0, 0}}};
+  return {
+      {{x, -1, 1}, {x, 1, 1}, {0, 0, 0}, {1, 0, 0}, {x, -1, -1}, {x, 1, -1}, {0, 0, 0}, {1, 0, 0}}};
 }
 
 struct Example {
@@ -120,11 +128,18 @@ TEST_CASE("the non-coplanar filter keeps all that touches and culls what stays o
 
 TEST_CASE("interval subdivision is never late and gives up only towards a hit") {
   // Both edges lie in one line all the time and slide together: contacts in every box.
-  const QueryPoints sliding = {{{-2, 0, 0}, {-1, 0, 0}, {1, 0, 0}, {2, 0, 0},
-                                {0, 0, 0}, {1, 0, 0}, {0.5, 0, 0}, {1.5, 0, 0}}};
+  const QueryPoints sliding = {{{-2, 0, 0},
+                                {-1, 0, 0},
+                                {1, 0, 0},
+                                {2, 0, 0},
+                                {0, 0, 0},
+                                {1, 0, 0},
+                                {0.5, 0, 0},
+                                {1.5, 0, 0}}};
   const QueryResult exact = decide(ContactKind::edge_edge, sliding);
   REQUIRE(exact.hit);
-  for (const auto solve : {peers::interval_subdivision<double>, peers::interval_subdivision<float>}) {
+  for (const auto solve :
+       {peers::interval_subdivision<double>, peers::interval_subdivision<float>}) {
     const QueryResult result = solve(ContactKind::edge_edge, sliding);
     CHECK(result.hit);
     CHECK(result.toi <= exact.toi);
@@ -153,8 +168,14 @@ TEST_CASE("interval subdivision misses nothing that a detector meets") {
 TEST_CASE("the cubic's roots are found to the precision") {
   for (const double z : {0.01, 0.3, 0.5, 0.77, 0.99}) {
     // Falls from height z by 1 while the face turns a little.
-    const QueryPoints q = {{{0.25, 0.25, z}, {0, 0, 0}, {1, 0, 0}, {0, 1, 0},
-                            {0.25, 0.25, z - 1}, {0, 0, 0}, {1, 0, 0.25}, {0, 1, -0.25}}};
+    const QueryPoints q = {{{0.25, 0.25, z},
+                            {0, 0, 0},
+                            {1, 0, 0},
+                            {0, 1, 0},
+                            {0.25, 0.25, z - 1},
+                            {0, 0, 0},
+                            {1, 0, 0.25},
+                            {0, 1, -0.25}}};
     const QueryResult exact = decide(ContactKind::vertex_face, q);
     REQUIRE(exact.hit);
     CHECK_THAT(peers::cubic_newton<double>(ContactKind::vertex_face, q).toi,
