@@ -22,7 +22,7 @@ while [ $# -gt 0 ]; do
 done
 
 require_packages core bullet programs pictures
-build_preset cpu -- lazyccd
+build_preset cpu -DLAZYCCD_TESTS=OFF -- lazyccd
 
 program=$repository/build/cpu/examples/lazyccd
 results=$repository/build/drop

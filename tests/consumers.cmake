@@ -21,4 +21,4 @@ lazyccd_consumer("find_package gives a program that links and runs" consumer_fin
 set_tests_properties("consumer: find_package gives a program that links and runs" PROPERTIES
   FIXTURES_REQUIRED installed_package)
 lazyccd_consumer("add_subdirectory gives a program that links and runs" consumer_subdirectory
-  -DLAZYCCD_SOURCE_DIR=${PROJECT_SOURCE_DIR})
+  -DLAZYCCD_SOURCE_DIR=${PROJECT_SOURCE_DIR} -DLAZYCCD_CUDA=OFF)

@@ -17,11 +17,11 @@ run_tests() {
 }
 
 require_packages core bullet programs tests
-build_preset cpu -DLAZYCCD_WERROR=ON
+build_preset cpu -DLAZYCCD_TESTS=ON -DLAZYCCD_WERROR=ON
 run_tests cpu
-build_preset asan -DLAZYCCD_WERROR=ON
+build_preset asan -DLAZYCCD_TESTS=ON -DLAZYCCD_WERROR=ON
 run_tests asan
-build_preset tsan -DLAZYCCD_WERROR=ON -- lazyccd_tests_stability
+build_preset tsan -DLAZYCCD_TESTS=ON -DLAZYCCD_WERROR=ON -- lazyccd_tests_stability
 run_tests tsan -L stability
 
 say "All passed"

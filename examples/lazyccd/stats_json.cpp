@@ -16,6 +16,7 @@ std::string hash_text(std::uint64_t hash) {
 nlohmann::ordered_json to_json(const Stats& stats) {
   return {
       {"backend", stats.backend},
+      {"device", stats.device},
       {"threads", stats.threads},
       {"scene",
        {{"vertices", stats.vertices},
@@ -49,6 +50,7 @@ nlohmann::ordered_json to_json(const Stats& stats) {
         {"download", stats.ms_download},
         {"device", stats.ms_device},
         {"total", stats.ms_total}}},
+      {"idle_share", stats.idle_share},
       {"peak_bytes", stats.peak_bytes},
   };
 }
