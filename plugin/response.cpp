@@ -21,51 +21,53 @@ Response::Response(const Options& options, ContactRows::Thickness thickness)
       max_zones_(options.max_zones),
       rows_(std::move(thickness), options.recovery) {}
 
-void Response::run(std::vector<Contact> contacts, const Detect& detect, Motion& motion,
+void Response::run(std::vector<Contact> contacts, const Detect& detect_all, Motion& motion,
                    StepStats& stats) {
   rows_.clear();
   motion.begin_response();
+
+  // Pairs that touch before anything moves (bodies placed so, the lips of a cut) cannot be cleaned by
+  // moving less, and have no side yet. Between bodies the motion tells it: they came from where they do
+  // not go, and get one answer. Within a body they part freely.
+  std::vector<Contact> touching;
+  if (std::any_of(contacts.begin(), contacts.end(), starts_touching)) {
+    touching = detect_all(motion.starts(), motion.starts());
+  }
+  const auto touches = [&touching](const Contact& contact) {
+    return starts_touching(contact) &&
+           std::binary_search(touching.begin(), touching.end(), contact);
+  };
+  const Detect detect = [&](const Positions& start, const Positions& end) {
+    std::vector<Contact> found = detect_all(start, end);
+    found.erase(std::remove_if(found.begin(), found.end(), touches), found.end());
+    return found;
+  };
+  stats.touching += std::count_if(contacts.begin(), contacts.end(), touches);
+  const auto parts_freely = [&](const Contact& contact) {
+    return contact.body_a == contact.body_b && touches(contact);
+  };
+  contacts.erase(std::remove_if(contacts.begin(), contacts.end(), parts_freely), contacts.end());
+
   for (int i = 0; i < max_iterations_ && !contacts.empty(); ++i) {
     rows_.merge(contacts, motion);
     rows_.relax(motion, sweeps_);
     contacts = detect(motion.starts(), motion.ends());
   }
+  contacts.erase(std::remove_if(contacts.begin(), contacts.end(), touches), contacts.end());
   if (contacts.empty()) return;
+
   rows_.merge(contacts, motion);
-
-  // Pairs that touch before anything moves cannot be cleaned by moving less. They keep the impulses
-  // they got and are left at that, lest they freeze for good.
-  std::vector<Contact> touching;
-  if (std::any_of(contacts.begin(), contacts.end(), starts_touching)) {
-    touching = detect(motion.starts(), motion.starts());
-  }
-  const auto loose = [&](std::vector<Contact> found) {
-    const auto touches = [&](const Contact& contact) {
-      return starts_touching(contact) &&
-             std::binary_search(touching.begin(), touching.end(), contact);
-    };
-    found.erase(std::remove_if(found.begin(), found.end(), touches), found.end());
-    return found;
-  };
-  const Detect detect_loose = [&](const Positions& start, const Positions& end) {
-    return loose(detect(start, end));
-  };
-  const std::size_t before = contacts.size();
-  contacts = loose(std::move(contacts));
-  stats.touching += static_cast<std::int64_t>(before - contacts.size());
-
-  if (contacts.empty()) return;
   ImpactZones zones(motion);
   for (int i = 0; i < max_zones_ && !contacts.empty(); ++i) {
     zones.absorb(contacts, motion);
-    contacts = detect_loose(motion.starts(), motion.ends());
+    contacts = detect(motion.starts(), motion.ends());
   }
   stats.zone_nodes += zones.node_count();
-  if (!contacts.empty()) hold_until_clean(std::move(contacts), detect_loose, motion, stats);
+  if (!contacts.empty()) hold_until_clean(std::move(contacts), detect, motion, stats);
 }
 
-void Response::hold_until_clean(std::vector<Contact> contacts, const Detect& detect_loose,
-                                Motion& motion, StepStats& stats) const {
+void Response::hold_until_clean(std::vector<Contact> contacts, const Detect& detect, Motion& motion,
+                                StepStats& stats) const {
   std::vector<char> held(motion.size(), 0);
   for (int i = 0; !contacts.empty(); ++i) {
     bool more = false;
@@ -87,7 +89,7 @@ void Response::hold_until_clean(std::vector<Contact> contacts, const Detect& det
       }
     }
     if (!more) break;
-    contacts = detect_loose(motion.starts(), motion.ends());
+    contacts = detect(motion.starts(), motion.ends());
   }
   for (std::size_t v = 0; v < motion.size(); ++v) {
     const auto i = static_cast<std::int32_t>(v);

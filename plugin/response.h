@@ -22,13 +22,14 @@ class Response {
   // In turn, each until the step is clean: impulses; rigid impact zones; nodes held at the start of the
   // step, which is clean in the end because nothing moves any more. `contacts` are those of the motion
   // as it is.
-  void run(std::vector<Contact> contacts, const Detect& detect, Motion& motion, StepStats& stats);
+  void run(std::vector<Contact> contacts, const Detect& detect_all, Motion& motion,
+           StepStats& stats);
 
   // Every contact met in the last run(), sorted, each pair once.
   const std::vector<ContactRow>& rows() const { return rows_.rows(); }
 
  private:
-  void hold_until_clean(std::vector<Contact> contacts, const Detect& detect_loose, Motion& motion,
+  void hold_until_clean(std::vector<Contact> contacts, const Detect& detect, Motion& motion,
                         StepStats& stats) const;
 
   int max_iterations_, sweeps_, max_zones_;

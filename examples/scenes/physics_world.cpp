@@ -62,7 +62,7 @@ class WorldWith : public PhysicsWorld {
 
  protected:
   explicit WorldWith(const WorldOptions& options) : PhysicsWorld(options) {
-    if (options.backend == Backend::lazyccd) lazy_ = std::make_unique<Solver>(options.lazyccd);
+    if (options.collisions == Collisions::lazyccd) lazy_ = std::make_unique<Solver>(options.lazyccd);
   }
 
   Ground ground_;
@@ -113,14 +113,15 @@ class DeformableWorld : public WorldWith<bullet::btLazyDeformableBodySolver> {
       // Explicit springs: stiff ones need short steps.
       : WorldWith(options), springs_(stiffness(options), stiffness(options) / 10),
         weight_(gravity_of(options)) {
-    if (lazy_) {
+    if (lazy_ && !options.stock_world) {
       constraints_.setDeformableSolver(lazy_.get());
       world_ = std::make_unique<bullet::btLazyDeformableMultiBodyDynamicsWorld>(
           &ground_.dispatcher, &ground_.broadphase, &constraints_, &ground_.configuration, lazy_.get());
     } else {
-      constraints_.setDeformableSolver(&bullets_);
+      btDeformableBodySolver* solver = lazy_ ? lazy_.get() : &bullets_;
+      constraints_.setDeformableSolver(solver);
       world_ = std::make_unique<btDeformableMultiBodyDynamicsWorld>(
-          &ground_.dispatcher, &ground_.broadphase, &constraints_, &ground_.configuration, &bullets_);
+          &ground_.dispatcher, &ground_.broadphase, &constraints_, &ground_.configuration, solver);
     }
     world_->setGravity(gravity_of(options));
     info().m_gravity = gravity_of(options);

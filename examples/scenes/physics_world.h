@@ -13,14 +13,16 @@
 namespace lazyccd::scenes {
 
 enum class World { rigid, deformable };     // btSoftRigidDynamicsWorld, btDeformableMultiBodyDynamicsWorld
-enum class Backend { lazyccd, bullet };
+enum class Collisions { lazyccd, bullet };  // whose
 
 struct WorldOptions {
   World world = World::deformable;
-  Backend backend = Backend::lazyccd;
+  Collisions collisions = Collisions::lazyccd;
   double dt = 1.0 / 240;       // s
   double gravity = 0;          // m/s^2, downwards (-y)
   double margin = 0.01;        // m, of every body
+  // With LazyCCD in the deformable world: Bullet's own world class, its passes over soft pairs included.
+  bool stock_world = false;
   bullet::Options lazyccd;
 };
 
@@ -43,7 +45,7 @@ class PhysicsWorld {
 
   const std::vector<std::unique_ptr<btSoftBody>>& bodies() const { return bodies_; }
 
-  // All null or empty with Backend::bullet.
+  // All null or empty with Collisions::bullet.
   virtual const bullet::StepStats* step_stats() const = 0;
   virtual const bullet::StepStats* total_stats() const = 0;
   virtual Span<const bullet::StepContact> contacts() const = 0;

@@ -30,7 +30,7 @@ const SceneInfo* find_scene(const std::string& name) {
 Scene set_up(const SceneInfo& info, const Parameters& parameters) {
   WorldOptions options;
   options.world = parameters.world;
-  options.backend = parameters.backend;
+  options.collisions = parameters.collisions;
   options.dt = parameters.dt.value_or(1.0 / 240);
   options.gravity = info.gravity;
   options.margin = parameters.margin.value_or(info.margin);

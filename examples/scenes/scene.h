@@ -14,7 +14,7 @@ namespace lazyccd::scenes {
 // What a run may choose. Nothing: the scene's own value.
 struct Parameters {
   World world = World::deformable;
-  Backend backend = Backend::lazyccd;
+  Collisions collisions = Collisions::lazyccd;
   std::optional<double> dt;     // s
   std::optional<double> speed;  // m/s
   std::optional<int> steps;

@@ -77,8 +77,8 @@ void run(const Arguments& arguments) {
 void add_simulate(CLI::App& app) {
   static const std::map<std::string, scenes::World> worlds = {
       {"rigid", scenes::World::rigid}, {"deformable", scenes::World::deformable}};
-  static const std::map<std::string, scenes::Backend> detectors = {
-      {"lazyccd", scenes::Backend::lazyccd}, {"bullet", scenes::Backend::bullet}};
+  static const std::map<std::string, scenes::Collisions> detectors = {
+      {"lazyccd", scenes::Collisions::lazyccd}, {"bullet", scenes::Collisions::bullet}};
   std::vector<std::string> names;
   for (const scenes::SceneInfo& scene : scenes::all_scenes()) names.push_back(scene.name);
 
@@ -90,7 +90,7 @@ void add_simulate(CLI::App& app) {
       ->check(CLI::IsMember(names));
   command->add_option("--world", parameters.world, "rigid (btSoftRigidDynamicsWorld) or deformable")
       ->transform(CLI::CheckedTransformer(worlds).description("{rigid,deformable}"));
-  command->add_option("--detector", parameters.backend, "lazyccd, or bullet: Bullet alone")
+  command->add_option("--detector", parameters.collisions, "lazyccd, or bullet: Bullet alone")
       ->transform(CLI::CheckedTransformer(detectors).description("{lazyccd,bullet}"));
   const auto optional = [command](const char* name, auto& value, auto& target, const char* help) {
     return command->add_option_function<std::decay_t<decltype(value)>>(

@@ -1,0 +1,64 @@
+#include <cmath>
+#include <limits>
+
+#include "plugin/worlds.h"
+#include "support/catch.h"
+
+using namespace lazyccd;
+using namespace lazyccd::test;
+
+TEST_CASE("a body with a position that is not finite is named and left out until it is finite") {
+  int messages = 0;
+  scenes::WorldOptions options = quiet_options(World::rigid);
+  options.lazyccd.on_message = [&](const std::string&) { ++messages; };
+  Impact impact(options);
+  auto third = sheet(*impact.world, 4, 1, 3);
+  btSoftBody* broken = third.get();
+  impact.world->add(std::move(third));
+  const btVector3 good = broken->m_nodes[7].m_x;
+  broken->m_nodes[7].m_x = btVector3(0, std::numeric_limits<btScalar>::quiet_NaN(), 0);
+  impact.steps(24);
+  CHECK(impact.passed() == 0);  // the others go on colliding
+  CHECK(messages == 1);
+  CHECK(impact.world->status().find("soft body 2, node 7: the position is not finite") !=
+        std::string::npos);
+  CHECK(impact.world->total_stats()->missed_steps == 0);
+
+  // The springs have spread it by now.
+  for (int i = 0; i < broken->m_nodes.size(); ++i) {
+    broken->m_nodes[i].m_x = broken->m_nodes[i].m_q = good + btVector3(btScalar(0.1 * (i % 4)), 0,
+                                                                       btScalar(0.1 * (i / 4)));
+    broken->m_nodes[i].m_v = btVector3(0, 0, 0);
+  }
+  impact.steps(2);
+  CHECK(impact.world->total_stats()->missed_steps == 0);
+}
+
+TEST_CASE("a deformable world with a position that is not finite goes on") {
+  Impact impact(quiet_options(World::deformable));
+  impact.thrown->m_nodes[3].m_x = btVector3(std::numeric_limits<btScalar>::infinity(), 0, 0);
+  impact.steps(3);
+  CHECK(impact.world->status().find("is not finite") != std::string::npos);
+}
+
+TEST_CASE("a reduced deformable is refused by name") {
+  Impact impact(quiet_options(World::deformable));
+  impact.thrown->m_reducedModel = true;
+  impact.steps(2);
+  CHECK(impact.world->status().find("soft body 1 is a reduced deformable") != std::string::npos);
+  CHECK(impact.world->total_stats()->missed_steps == 0);
+}
+
+TEST_CASE("an option that the detector refuses makes the step Bullet's, and is said once") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  int messages = 0;
+  scenes::WorldOptions options = quiet_options(world);
+  options.lazyccd.detector.threads = -3;
+  options.lazyccd.on_message = [&](const std::string&) { ++messages; };
+  Impact impact(options, 1);
+  impact.steps(5);
+  CHECK(messages == 1);
+  CHECK(impact.world->total_stats()->missed_steps == 5);
+  CHECK(impact.world->status().find("the step goes on without LazyCCD") != std::string::npos);
+  CHECK(impact.thrown->m_nodes[0].m_x.y() < btScalar(0.1));
+}

@@ -1,0 +1,79 @@
+#include "plugin/worlds.h"
+#include "support/catch.h"
+
+using namespace lazyccd;
+using namespace lazyccd::test;
+
+TEST_CASE("nodes held at the start of the step are enough, and they are counted") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  scenes::WorldOptions options = quiet_options(world, 1.0 / 60);
+  options.lazyccd.max_iterations = 0;
+  options.lazyccd.max_zones = 0;
+  Impact impact(options, 30);
+  scenes::CrossingCounter crossings(*impact.world);
+  for (int i = 0; i < 6; ++i) {
+    impact.world->step();
+    crossings.step(*impact.world);
+  }
+  CHECK(crossings.vertex_face() + crossings.edge_edge() == 0);
+  CHECK(impact.passed() == 0);
+  CHECK(impact.world->total_stats()->last_resorts > 0);
+  CHECK(impact.world->status().find("last resort") != std::string::npos);
+}
+
+TEST_CASE("impact zones are enough without impulses") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  scenes::WorldOptions options = quiet_options(world, 1.0 / 60);
+  options.lazyccd.max_iterations = 0;
+  Impact impact(options, 30);
+  scenes::CrossingCounter crossings(*impact.world);
+  for (int i = 0; i < 6; ++i) {
+    impact.world->step();
+    crossings.step(*impact.world);
+  }
+  CHECK(crossings.vertex_face() + crossings.edge_edge() == 0);
+  CHECK(impact.world->total_stats()->zone_nodes > 0);
+}
+
+TEST_CASE("a pinned sheet that is moved takes a free one along") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  Impact impact(quiet_options(world), 0);
+  scenes::pin(*impact.held, 0, impact.held->m_nodes.size() - 1);
+  impact.held->m_cfg.kDP = 0;
+  scenes::CrossingCounter crossings(*impact.world);
+  for (int i = 0; i < 30; ++i) {
+    for (int n = 0; n < impact.held->m_nodes.size(); ++n) {
+      impact.held->m_nodes[n].m_v = btVector3(0, 4, 0);
+    }
+    impact.world->step();
+    crossings.step(*impact.world);
+  }
+  CHECK(impact.held->m_nodes[0].m_x.y() > btScalar(0.3));
+  CHECK(crossings.vertex_face() + crossings.edge_edge() == 0);
+  CHECK(impact.passed() == 0);
+}
+
+TEST_CASE("a sheet that lies exactly on another neither falls through nor sticks") {
+  // Each node of the upper sheet starts where one of the lower is.
+  const World world = GENERATE(World::rigid, World::deformable);
+  auto w = PhysicsWorld::make(quiet_options(world));
+  const auto flat = [&] {
+    return scenes::make_cloth(w->info(), 5, 5, 1, [](double u, double v) {
+      return btVector3(static_cast<btScalar>(u), 0, static_cast<btScalar>(v));
+    });
+  };
+  auto lower = flat(), upper = flat();
+  scenes::pin(*lower, 0, 24);
+  btSoftBody* moving = upper.get();
+  w->add(std::move(lower));
+  w->add(std::move(upper));
+  for (int i = 0; i < 24; ++i) {
+    throw_down(*moving, 0.1);
+    w->step();
+  }
+  for (int i = 0; i < 25; ++i) CHECK(moving->m_nodes[i].m_x.y() > 0);
+  CHECK(w->total_stats()->touching > 0);
+  throw_down(*moving, -1);
+  for (int i = 0; i < 24; ++i) w->step();
+  CHECK(moving->m_nodes[12].m_x.y() > btScalar(0.05));
+}

@@ -1,0 +1,120 @@
+#include <cmath>
+
+#include "contact_rows.h"
+#include "impact_zones.h"
+#include "scenes/mechanics.h"
+#include "scenes/scene.h"
+#include "support/catch.h"
+
+using namespace lazyccd;
+using scenes::World;
+
+namespace {
+
+// The largest change of total momentum over `steps` of the free cloths' impact, over the sum of the
+// nodes' absolute momenta at the start.
+double momentum_error(World world, const bullet::Options& options, int steps, bullet::StepStats* stats) {
+  scenes::Parameters parameters;
+  parameters.world = world;
+  parameters.speed = 30;
+  parameters.dt = 1.0 / 60;
+  parameters.lazyccd = options;
+  scenes::Scene scene = scenes::set_up(*scenes::find_scene("free-cloths"), parameters);
+  // Bullet's own damping takes momentum away.
+  for (const auto& body : scene.world->bodies()) body->m_cfg.kDP = 0;
+  const scenes::Mechanics start = scenes::measure(*scene.world);
+  double worst = 0;
+  for (int i = 0; i < steps; ++i) {
+    scene.world->step();
+    const scenes::Mechanics now = scenes::measure(*scene.world);
+    for (int k = 0; k < 3; ++k) {
+      worst = std::max(worst, std::abs(now.momentum[k] - start.momentum[k]) / start.impulse_scale);
+    }
+  }
+  *stats = *scene.world->total_stats();
+  return worst;
+}
+
+}  // namespace
+
+TEST_CASE("impulses keep the momentum of free bodies") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  bullet::StepStats stats;
+  CHECK(momentum_error(world, {}, 20, &stats) < 1e-5);
+  CHECK(stats.contacts_vf > 0);
+  CHECK(stats.contacts_ee > 0);
+  CHECK(stats.last_resorts == 0);
+}
+
+TEST_CASE("impact zones keep the momentum of free bodies") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  bullet::Options options;
+  options.max_iterations = 0;
+  options.max_zones = 30;
+  bullet::StepStats stats;
+  CHECK(momentum_error(world, options, 8, &stats) < 1e-5);
+  CHECK(stats.zone_nodes > 0);
+  CHECK(stats.last_resorts == 0);
+}
+
+TEST_CASE("a contact of very different masses gets impulses that sum to nothing") {
+  const ContactKind kind = GENERATE(ContactKind::vertex_face, ContactKind::edge_edge);
+  bullet::Motion motion;
+  motion.start = {0, 1, 0, -1, 0, -1, 1, 0, -1, 0, 0, 1};
+  motion.end = motion.start;
+  motion.end[1] = -3;
+  motion.inverse_mass = {1e3, 1e-3, 1, 20};
+  motion.first_vertex = {0, 4};
+  if (kind == ContactKind::edge_edge) {
+    motion.start = {-1, 1, 0, 1, 1, 0, 0, 0, -1, 0, 0, 1};
+    motion.end = motion.start;
+    motion.end[1] = motion.end[4] = -3;
+  }
+  motion.begin_response();
+  Contact contact = {};
+  contact.kind = kind;
+  contact.vertices = {0, 1, 2, 3};
+  contact.u = contact.v = 0.3f;
+  contact.normal = {0, 1, 0};
+  bullet::ContactRows rows([](std::int32_t, std::int32_t) { return 0.1; }, 0.05);
+  rows.merge({contact}, motion);
+  rows.relax(motion, 10);
+
+  Eigen::Vector3d impulse = Eigen::Vector3d::Zero();
+  double gap = 0, largest = 0;
+  const auto weights = contact.weights();
+  for (int i = 0; i < 4; ++i) {
+    const Eigen::Vector3d one = (motion.solved[i] - motion.predicted[i]) / motion.inverse_mass[i];
+    impulse += one;
+    largest = std::max(largest, one.norm());
+    gap += weights[i] * motion.solved[i].y();
+  }
+  CHECK(largest > 0);
+  CHECK(impulse.norm() < 1e-8 * largest);
+  CHECK_THAT(gap, Matchers::WithinAbs(0.1, 1e-6));
+}
+
+TEST_CASE("a zone turns as a whole and keeps both momenta") {
+  bullet::Motion motion;
+  motion.start = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0};
+  motion.end = {0, 0, 0, 1, btScalar(0.2), 0, 1, 1, 0, 0, 1, btScalar(0.1)};
+  motion.inverse_mass = {1, 2, 1, 0.5};
+  motion.first_vertex = {0, 4};
+  motion.begin_response();
+  Contact contact = {};
+  contact.vertices = {0, 1, 2, 3};
+  bullet::ImpactZones zones(motion);
+  zones.absorb({contact}, motion);
+  CHECK(zones.node_count() == 4);
+
+  Eigen::Vector3d before = Eigen::Vector3d::Zero(), after = before;
+  for (int i = 0; i < 4; ++i) {
+    before += (motion.predicted[i] - motion.start_of(i)) / motion.inverse_mass[i];
+    after += (motion.solved[i] - motion.start_of(i)) / motion.inverse_mass[i];
+  }
+  CHECK((before - after).norm() < 1e-12);
+  for (int i = 1; i < 4; ++i) {
+    const double was = (motion.start_of(i) - motion.start_of(0)).norm();
+    CHECK_THAT((motion.solved[i] - motion.solved[0]).norm(), Matchers::WithinAbs(was, 1e-12));
+  }
+}
