@@ -81,7 +81,7 @@ LAZYCCD_HD inline Verdict<T> decide_at_roots(const Differences<T>& d, const Magn
                                              const Cubic<T>& f) {
   using S = typename Lane<T>::Scalar;
   using Mask = MaskOf<T>;
-  const T zero = T(S(0)), one = T(S(1)), cells = T(RootGrid<S>::cells);
+  const T zero = T(S(0)), half = T(S(0.5)), one = T(S(1)), cells = T(RootGrid<S>::cells);
   const T sign = select(f.k[0] < zero, T(S(-1)), one);
   const T k0 = sign * f.k[0], k1 = sign * f.k[1], k2 = sign * f.k[2], k3 = sign * f.k[3];
   const Mask starts = k0 > f.bound;
@@ -89,29 +89,36 @@ LAZYCCD_HD inline Verdict<T> decide_at_roots(const Differences<T>& d, const Magn
   const Mask falls = Mask(starts & (k3 < -f.bound));
   const Mask one_root = Mask(falls & ((k1 > f.bound) | (k2 < -f.bound)));
 
-  // Otherwise the turn of the cubic parts its roots. Both ends on one side: two roots where the turn is
-  // certainly on the other side, none where both parts have coefficients on this side only. Ends on two
-  // sides: one root before the turn, by Descartes' rule again, and perhaps two behind it.
+  // Otherwise the first turn of the cubic, a minimum, parts its roots. Both ends on one side: two roots
+  // where the minimum is certainly on the other side, none where no part has one. Ends on two sides: a
+  // minimum below has one root before it and perhaps two behind, one above has one root behind it.
   Mask miss = f.no_root();
   const Mask same_side = Mask(starts & (k3 > f.bound) & !miss), winding = Mask(falls & !one_root);
-  Mask two_roots = Mask(same_side & !same_side), root_before_turn = two_roots, none_behind = two_roots;
+  const Mask none = Mask(same_side & !same_side);
+  Mask two_roots = none, root_before = none, none_after = none, root_after = none;
   T turn = one;
   if (lane_any(Mask(same_side | winding))) {
     const T at = lane_floor(estimate_minimum(f, sign) * cells + T(S(0.5))) / cells;
     const Mask turns = Mask((same_side | winding) & (at > zero) & (at < one));
     turn = select(turns, at, one);
-    const Mask below = Mask(turns & (sign * f.at(turn) < -f.bound));
-    const Cubic<T> left = f.on(zero, turn), right = f.on(turn, one);
+    const T minimum = sign * f.at(turn);
+    const Mask below = Mask(turns & (minimum < -f.bound)), above = Mask(turns & (minimum > f.bound));
+    // Each side of the turn in halves: where f is steep at an end, the whole side's coefficients
+    // overshoot.
+    const T before = half * turn, after = before + half;
+    const Mask none_before = Mask(f.on(zero, before).no_root() & f.on(before, turn).no_root());
+    none_after = Mask(f.on(turn, after).no_root() & f.on(after, one).no_root());
     two_roots = Mask(same_side & below);
-    root_before_turn = Mask(winding & below & (sign * left.k[2] < -f.bound));
-    none_behind = right.no_root();
-    miss = Mask(miss | (same_side & turns & left.no_root() & none_behind));
+    root_before = Mask(winding & below & (sign * f.on(zero, turn).k[2] < -f.bound));
+    root_after = Mask(winding & above & none_before & (sign * f.on(turn, one).k[1] > f.bound));
+    miss = Mask(miss | (same_side & turns & none_before & none_after));
   }
 
-  const Mask rooted = Mask(one_root | two_roots | root_before_turn);
-  Verdict<T> first = decide_at_root<kind>(d, m, f, sign, zero, turn);
+  const Mask rooted = Mask(one_root | two_roots | root_before | root_after);
+  Verdict<T> first = decide_at_root<kind>(d, m, f, sign, select(root_after, turn, zero),
+                                          select(root_after, one, turn));
   first.hit = Mask(first.hit & rooted);
-  miss = Mask(miss | (first.miss & (one_root | (root_before_turn & none_behind))));
+  miss = Mask(miss | (first.miss & (one_root | root_after | (root_before & none_after))));
   const Mask later = Mask(first.miss & two_roots);
   if (lane_any(later)) {
     const Verdict<T> second = decide_at_root<kind>(d, m, f, -sign, turn, one);

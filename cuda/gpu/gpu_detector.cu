@@ -157,12 +157,13 @@ class GpuDetector : public BackendDetector {
 
   // The step's own.
   DeviceBuffer<gpu::PrimitiveBox> primitives_, boxes_;
+  DeviceBuffer<gpu::DiagonalSlabs> slabs_;
   DeviceBuffer<gpu::SweptBox> runs_;
   DeviceBuffer<TreeNode> nodes_;
   DeviceBuffer<StepCounters> counters_;
   Capacity filtered_capacity_[2] = {{1 << 16}, {1 << 18}};
   Capacity survivor_capacity_[2] = {{1 << 14}, {1 << 16}}, hard_capacity_{1 << 12},
-           residue_capacity_{1 << 10}, contact_capacity_{1 << 14};
+           residue_capacity_{1 << 10}, contact_capacity_{1 << 11};
   DeviceBuffer<Candidate> filtered_[2];
   DeviceBuffer<Survivor> survivors_[2];
   DeviceBuffer<HardQuery> hard_, residue_;
@@ -319,6 +320,7 @@ void GpuDetector::build(const Positions& start, const Positions& end) {
   static_assert(sizeof(Tree::Range) == sizeof(int2));
   upload(node_ranges_, tree_.ranges().data(), tree_.ranges().size());
   boxes_.reserve(std::max<std::size_t>(groups_.groups().size(), 1));
+  slabs_.reserve(std::max<std::size_t>(groups_.groups().size(), 1));
   runs_.reserve(groups_.groups().size() / gpu::kRun + 1);
   records_.reserve(std::max<std::size_t>(mesh_->vertex_count(), 1));
   built_ = true;
@@ -396,6 +398,7 @@ SceneView GpuDetector::scene_view() {
   s.records = records_.data();
   s.primitives = primitives_.data();
   s.boxes = boxes_.data();
+  s.slabs = slabs_.data();
   s.runs = runs_.data();
   s.nodes = nodes_.data();
   return s;
@@ -641,7 +644,7 @@ std::int64_t GpuDetector::bytes() const {
   std::size_t sum = traversal_.bytes() + faces_.bytes() + edges_.bytes() + body_of_vertex_.bytes() +
                     pinned_.bytes() + bodies_.bytes() + disabled_.bytes() + device_groups_.bytes() +
                     leaf_order_.bytes() + node_ranges_.bytes() + raw_start_.bytes() +
-                    raw_end_.bytes() + records_.bytes() + names_.bytes() + primitives_.bytes() + boxes_.bytes() +
+                    raw_end_.bytes() + records_.bytes() + names_.bytes() + primitives_.bytes() + boxes_.bytes() + slabs_.bytes() +
                     runs_.bytes() + nodes_.bytes() + hard_.bytes() + residue_.bytes() +
                     contacts_.bytes() + sorted_.bytes() + keys_.bytes() + sorted_keys_.bytes() +
                     order_.bytes() + sorted_order_.bytes() + sort_space_.bytes();

@@ -18,12 +18,37 @@ struct LeafScratch {
   std::uint8_t listed[2][kMaxPrimitives];  // of group a and b: primitives that come near the other
 };
 
-__device__ inline bool apart(const MotionBox& a, const MotionBox& b) {
+// Three 16-byte loads, all under way before the first use.
+__device__ inline MotionBox load(const PrimitiveBox* from) {
+  union {
+    float4 quads[3];
+    MotionBox box;
+  } value;
+  for (int i = 0; i < 3; ++i) value.quads[i] = reinterpret_cast<const float4*>(from)[i];
+  return value.box;
+}
+
+__device__ inline PrimitiveNames load(const PrimitiveNames* from) {
+  const int4 names = *reinterpret_cast<const int4*>(from);
+  return {names.x, {names.y, names.z, names.w}};
+}
+
+// Certainly apart in the linear motion: on the same side at both ends. Without branches: a lane that
+// could leave early waits for the others anyway.
+__device__ inline bool apart(const float* lo0_a, const float* hi0_a, const float* lo1_a,
+                             const float* hi1_a, const float* lo0_b, const float* hi0_b,
+                             const float* lo1_b, const float* hi1_b, int axes) {
   bool result = false;
-  for (int k = 0; k < 3; ++k)
-    result |= (a.lo0[k] > b.hi0[k] && a.lo1[k] > b.hi1[k]) ||
-              (a.hi0[k] < b.lo0[k] && a.hi1[k] < b.lo1[k]);
+  for (int k = 0; k < axes; ++k)
+    result |= ((lo0_a[k] > hi0_b[k]) & (lo1_a[k] > hi1_b[k])) |
+              ((hi0_a[k] < lo0_b[k]) & (hi1_a[k] < lo1_b[k]));
   return result;
+}
+__device__ inline bool apart(const MotionBox& a, const MotionBox& b) {
+  return apart(a.lo0, a.hi0, a.lo1, a.hi1, b.lo0, b.hi0, b.lo1, b.hi1, 3);
+}
+__device__ inline bool apart(const DiagonalSlabs& a, const DiagonalSlabs& b) {
+  return apart(a.lo0, a.hi0, a.lo1, a.hi1, b.lo0, b.hi0, b.lo1, b.hi1, kDiagonals);
 }
 
 __device__ inline unsigned lanes_below(int lane) { return (1u << lane) - 1; }
@@ -42,7 +67,7 @@ __device__ inline Listed list_near(const SceneView& scene, const DeviceGroup& gr
   const int total = group.total();
   for (int base = 0; base < total; base += kWarp) {
     const int i = base + lane;
-    const bool near = i < total && !apart(scene.primitives[group.first + i].box, other);
+    const bool near = !apart(load(scene.primitives + group.first + min(i, total - 1)), other) && i < total;
     const unsigned mask = __ballot_sync(kAllLanes, near);
     if (mask == 0) continue;
     const int before = listed.count[0] + listed.count[1] + listed.count[2];
@@ -73,23 +98,40 @@ __device__ inline Vec3<float> scaled_difference(const DoubleRecord& a, const Dou
           static_cast<float>(s * (b.x[3 * end + 2] - a.x[3 * end + 2]))};
 }
 
+__device__ inline FloatRecord load(const FloatRecord* from) {
+  union {
+    float4 quads[2];
+    FloatRecord record;
+  } value;
+  for (int i = 0; i < 2; ++i) value.quads[i] = reinterpret_cast<const float4*>(from)[i];
+  return value.record;
+}
+__device__ inline DoubleRecord load(const DoubleRecord* from) {
+  union {
+    double2 pairs[3];
+    DoubleRecord record;
+  } value;
+  for (int i = 0; i < 3; ++i) value.pairs[i] = reinterpret_cast<const double2*>(from)[i];
+  return value.record;
+}
+
 template <ContactKind kind, class Record>
 __device__ inline Differences<float> gather(const SceneView& scene, Candidate c, float scale) {
   const Record* records = static_cast<const Record*>(scene.records);
   Record p[4];
   if constexpr (kind == ContactKind::vertex_face) {
     const std::int32_t* f = scene.mesh.faces[c.b];
-    p[0] = records[f[0]];
-    p[1] = records[f[1]];
-    p[2] = records[f[2]];
-    p[3] = records[c.a];
+    p[0] = load(records + f[0]);
+    p[1] = load(records + f[1]);
+    p[2] = load(records + f[2]);
+    p[3] = load(records + c.a);
   } else {
     const int2 a = reinterpret_cast<const int2*>(scene.mesh.edges)[c.a];
     const int2 b = reinterpret_cast<const int2*>(scene.mesh.edges)[c.b];
-    p[0] = records[a.x];
-    p[1] = records[a.y];
-    p[2] = records[b.y];
-    p[3] = records[b.x];
+    p[0] = load(records + a.x);
+    p[1] = load(records + a.y);
+    p[2] = load(records + b.y);
+    p[3] = load(records + b.x);
   }
   Differences<float> d;
   for (int end = 0; end < 2; ++end) {
@@ -148,8 +190,11 @@ struct LeafWarp {
     if (queued[k] >= kWarp) filter<kind>(kWarp);
   }
 
-  // Division by a count of up to 48 as a product: exact for up to 48 * 48.
-  __device__ static unsigned inverse(int n) { return ((1u << 20) + n - 1) / max(n, 1); }
+  // Division of up to 48 * 48 by n <= 48 as a product: the inverse is between 2^20 / n and 3 more, so
+  // the quotient is too large by less than 48 * 48 * 3 / 2^20 < 1 / 48.
+  __device__ static unsigned inverse(int n) {
+    return static_cast<unsigned>(__fdividef(1048576.0f, static_cast<float>(max(n, 1)))) + 2;
+  }
   __device__ static int divided(int p, unsigned inverse_of_n) {
     return static_cast<int>(static_cast<unsigned>(p) * inverse_of_n >> 20);
   }
@@ -168,11 +213,11 @@ struct LeafWarp {
       Candidate c{0, 0};
       if (wanted) {
         const int slot_a = a.first + list_a[i], slot_b = b.first + list_b[j];
-        wanted = !apart(scene.primitives[slot_a].box, scene.primitives[slot_b].box);
+        wanted = !apart(load(scene.primitives + slot_a), load(scene.primitives + slot_b));
         if (wanted) {
-          const PrimitiveNames x = scene.names[slot_a], y = scene.names[slot_b];
-          wanted = x.vertex[0] != y.vertex[0] && x.vertex[0] != y.vertex[1] &&
-                   x.vertex[1] != y.vertex[0] && x.vertex[1] != y.vertex[1];
+          const PrimitiveNames x = load(scene.names + slot_a), y = load(scene.names + slot_b);
+          wanted = (x.vertex[0] != y.vertex[0]) & (x.vertex[0] != y.vertex[1]) &
+                   (x.vertex[1] != y.vertex[0]) & (x.vertex[1] != y.vertex[1]);
           c = {x.id, y.id};
         }
       }
@@ -199,11 +244,11 @@ struct LeafWarp {
         const int vertex = back ? b.first + list_b[i] : a.first + list_a[i];
         const int face = back ? a.first + list_a[la.first(kFaces) + j]
                               : b.first + list_b[lb.first(kFaces) + j];
-        wanted = !apart(scene.primitives[vertex].box, scene.primitives[face].box);
+        wanted = !apart(load(scene.primitives + vertex), load(scene.primitives + face));
         if (wanted) {
           const std::int32_t v = scene.names[vertex].id;
-          const PrimitiveNames f = scene.names[face];
-          wanted = v != f.vertex[0] && v != f.vertex[1] && v != f.vertex[2];
+          const PrimitiveNames f = load(scene.names + face);
+          wanted = (v != f.vertex[0]) & (v != f.vertex[1]) & (v != f.vertex[2]);
           c = {v, f.id};
         }
       }
@@ -211,8 +256,19 @@ struct LeafWarp {
     }
   }
 
-  __device__ void visit(const DeviceGroup& a, const MotionBox& box_a, const DeviceGroup& b,
-                        const MotionBox& box_b, bool self, bool vertex_face, bool edge_edge) {
+  // Whether a pair of groups is to be visited; each lane asks for a pair of its own.
+  __device__ bool opens(NodePair pair) const {
+    if (apart(load(scene.boxes + pair.a), load(scene.boxes + pair.b)) ||
+        apart(scene.slabs[pair.a], scene.slabs[pair.b]))
+      return false;
+    const DeviceGroup &a = scene.groups[pair.a], &b = scene.groups[pair.b];
+    return !(a.pinned && b.pinned) && scene.collide(a.body, b.body);
+  }
+
+  __device__ void visit(NodePair pair, bool vertex_face, bool edge_edge) {
+    const bool self = pair.a == pair.b;
+    const DeviceGroup a = scene.groups[pair.a], b = scene.groups[pair.b];
+    const MotionBox box_a = load(scene.boxes + pair.a), box_b = load(scene.boxes + pair.b);
     const Listed la = list_near(scene, a, box_b, scratch.listed[0], lane);
     if (la.count[0] + la.count[1] + la.count[2] > 0) {
       const Listed lb = self ? la : list_near(scene, b, box_a, scratch.listed[1], lane);
@@ -241,25 +297,33 @@ template <class Record>
 __global__ void __launch_bounds__(kLeafWarps* kWarp, 8)
     leaf_pairs(SceneView scene, LeafArguments arguments) {
   __shared__ LeafScratch scratch[kLeafWarps];
-  const int lane = threadIdx.x % kWarp;
+  const std::uint32_t lane = threadIdx.x % kWarp;
   LeafWarp<Record> warp{scene, scratch[threadIdx.x / kWarp], arguments.filtered,
-                        static_cast<float>(scene_scale(scene)), lane};
+                        static_cast<float>(scene_scale(scene)),
+                        static_cast<int>(lane)};
   const std::uint32_t total = min(*arguments.pair_count, arguments.pair_capacity);
-  constexpr std::uint32_t batch = 4;
+  // A lane a pair to find those to open, then the warp together for each. Few at a time: heavy pairs lie
+  // side by side.
+  const std::uint32_t warps = gridDim.x * kLeafWarps;
+  const std::uint32_t batch = min(max(total / (8 * warps), 1u), 4u);
   std::uint32_t opened = 0;
   for (;;) {
     std::uint32_t first = 0;
     if (lane == 0) first = atomicAdd(&arguments.counters->next_leaf_pair, batch);
     first = __shfl_sync(kAllLanes, first, 0);
     if (first >= total) break;
-    for (std::uint32_t i = first; i < min(first + batch, total); ++i) {
-      const NodePair pair = arguments.pairs[i];
-      const MotionBox box_a = scene.boxes[pair.a].box, box_b = scene.boxes[pair.b].box;
-      if (apart(box_a, box_b)) continue;
-      const DeviceGroup a = scene.groups[pair.a], b = scene.groups[pair.b];
-      if ((a.pinned && b.pinned) || !scene.collide(a.body, b.body)) continue;
-      ++opened;
-      warp.visit(a, box_a, b, box_b, pair.a == pair.b, arguments.vertex_face, arguments.edge_edge);
+    NodePair mine{0, 0};
+    bool open = lane < batch && first + lane < total;
+    if (open) {
+      mine = arguments.pairs[first + lane];
+      open = warp.opens(mine);
+    }
+    unsigned left = __ballot_sync(kAllLanes, open);
+    opened += __popc(left);
+    for (; left; left &= left - 1) {
+      const int from = __ffs(left) - 1;
+      const NodePair pair{__shfl_sync(kAllLanes, mine.a, from), __shfl_sync(kAllLanes, mine.b, from)};
+      warp.visit(pair, arguments.vertex_face, arguments.edge_edge);
     }
   }
   warp.finish();

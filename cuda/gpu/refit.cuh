@@ -52,6 +52,21 @@ __device__ inline void unite_record(MotionBox& box, const Scalar* x) {
   }
 }
 
+__device__ inline float sum_down(float a, float b) { return __fadd_rd(a, b); }
+__device__ inline float sum_up(float a, float b) { return __fadd_ru(a, b); }
+__device__ inline float sum_down(double a, double b) { return __double2float_rd(__dadd_rd(a, b)); }
+__device__ inline float sum_up(double a, double b) { return __double2float_ru(__dadd_ru(a, b)); }
+
+template <class Scalar>
+__device__ inline void unite_diagonals(float (&lo)[kDiagonals], float (&hi)[kDiagonals], Scalar x,
+                                       Scalar y, Scalar z) {
+  const Scalar a[kDiagonals] = {x, x, x, x, y, y}, b[kDiagonals] = {y, -y, z, -z, z, -z};
+  for (int k = 0; k < kDiagonals; ++k) {
+    lo[k] = fminf(lo[k], sum_down(a[k], b[k]));
+    hi[k] = fmaxf(hi[k], sum_up(a[k], b[k]));
+  }
+}
+
 __device__ inline void unite(MotionBox& box, const FloatRecord& v) { unite_record(box, v.x); }
 __device__ inline void unite(MotionBox& box, const DoubleRecord& v) { unite_record(box, v.x); }
 
@@ -64,12 +79,21 @@ __global__ void refit_groups(SceneView scene) {
   const DeviceGroup group = scene.groups[g];
   const Record* records = static_cast<const Record*>(scene.records);
   MotionBox all = empty_motion_box();
+  DiagonalSlabs slabs;
+  for (int k = 0; k < kDiagonals; ++k) {
+    slabs.lo0[k] = slabs.lo1[k] = INFINITY;
+    slabs.hi0[k] = slabs.hi1[k] = -INFINITY;
+  }
   for (int i = lane; i < group.total(); i += kWarp) {
     const PrimitiveNames names = scene.names[group.first + i];
     MotionBox box = empty_motion_box();
-    unite(box, records[names.vertex[0]]);
-    if (names.vertex[1] >= 0) unite(box, records[names.vertex[1]]);
-    if (names.vertex[2] >= 0) unite(box, records[names.vertex[2]]);
+    for (int k = 0; k < 3; ++k) {
+      if (names.vertex[k] < 0) break;
+      const Record v = records[names.vertex[k]];
+      unite(box, v);
+      unite_diagonals(slabs.lo0, slabs.hi0, v.x[0], v.x[1], v.x[2]);
+      unite_diagonals(slabs.lo1, slabs.hi1, v.x[3], v.x[4], v.x[5]);
+    }
     scene.primitives[group.first + i].box = box;
     for (int k = 0; k < 3; ++k) {
       all.lo0[k] = fminf(all.lo0[k], box.lo0[k]);
@@ -86,7 +110,17 @@ __global__ void refit_groups(SceneView scene) {
       all.hi1[k] = fmaxf(all.hi1[k], __shfl_xor_sync(kAllLanes, all.hi1[k], offset));
     }
   }
-  if (lane == 0) scene.boxes[g].box = all;
+  for (int k = 0; k < kDiagonals; ++k) {
+    for (int offset = kWarp / 2; offset > 0; offset /= 2) {
+      slabs.lo0[k] = fminf(slabs.lo0[k], __shfl_xor_sync(kAllLanes, slabs.lo0[k], offset));
+      slabs.lo1[k] = fminf(slabs.lo1[k], __shfl_xor_sync(kAllLanes, slabs.lo1[k], offset));
+      slabs.hi0[k] = fmaxf(slabs.hi0[k], __shfl_xor_sync(kAllLanes, slabs.hi0[k], offset));
+      slabs.hi1[k] = fmaxf(slabs.hi1[k], __shfl_xor_sync(kAllLanes, slabs.hi1[k], offset));
+    }
+  }
+  if (lane != 0) return;
+  scene.boxes[g].box = all;
+  scene.slabs[g] = slabs;
 }
 
 __device__ inline SweptBox empty_box() {

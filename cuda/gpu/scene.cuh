@@ -27,6 +27,15 @@ struct DeviceGroup {
   LAZYCCD_HD int total() const { return count[0] + count[1] + count[2]; }
 };
 
+// A group's extent along the six face diagonals x+y, x-y, x+z, x-z, y+z, y-z at both ends of the step,
+// rounded outward: with its box an 18-DOP (Klosowski et al. 1998). Layers that lie askew are apart here
+// where their boxes are not.
+constexpr int kDiagonals = 6;
+struct alignas(16) DiagonalSlabs {
+  float lo0[kDiagonals], hi0[kDiagonals];
+  float lo1[kDiagonals], hi1[kDiagonals];
+};
+
 // A box and the names of a primitive: three and one 16-byte loads.
 struct alignas(16) PrimitiveBox {
   MotionBox box;
@@ -59,6 +68,7 @@ struct SceneView {
   void* records;         // DoubleRecord or FloatRecord
   PrimitiveBox* primitives;
   PrimitiveBox* boxes;   // of groups
+  DiagonalSlabs* slabs;  // of groups
   SweptBox* runs;        // of each kRun leaves in order
   TreeNode* nodes;
 

@@ -1,7 +1,7 @@
 // Checks the whole CUDA backend against the CPU backend: the same contacts, field by field, and the
 // same hash. A plain program, so that it runs on a machine that has nothing but the driver.
 //
-//   lazyccd_gpu_check [--repeat N] [START.ply END.ply]...
+//   check_detector [--repeat N] [--small] [START.ply END.ply]...     (--small: for the sanitizers)
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -167,13 +167,35 @@ void check(const Scene& scene, const Options& options, int repeat, const std::st
 
 int main(int argc, char** argv) {
   int repeat = 3;
+  bool small = false;
   std::vector<std::string> files;
   for (int i = 1; i < argc; ++i) {
     if (std::string(argv[i]) == "--repeat" && i + 1 < argc) {
       repeat = std::atoi(argv[++i]);
+    } else if (std::string(argv[i]) == "--small") {
+      small = true;
     } else {
       files.push_back(argv[i]);
     }
+  }
+
+  Options probe;
+  probe.backend = Backend::cuda;
+  if (Detector(probe).status() != "cuda") {
+    std::printf("skipped: %s\n", Detector(probe).status().c_str());
+    return 77;
+  }
+  if (small) {
+    for (const Strategy strategy : kStrategies) {
+      Options options;
+      options.strategy = strategy;
+      for (const bool graph : {true, false}) {
+        options.tuning.graph = graph;
+        check(tumbling_sheets(9, 8, 4, 0, graph), options, 1, name(strategy));
+      }
+    }
+    std::printf("%d failed\n", failures);
+    return failures == 0 ? 0 : 1;
   }
 
   std::vector<Scene> scenes;

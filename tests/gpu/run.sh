@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Checks and times the CUDA backend on a machine with a GPU. It builds nothing: FOLDER holds the
-# programs check_traversal, lazyccd_gpu_check and lazyccd, linked with the static CUDA runtime, and may
+# programs check_traversal, check_detector and lazyccd, linked with the static CUDA runtime, and may
 # hold frame pairs *0.ply and *1.ply.
 #
 #   bash tests/gpu/run.sh FOLDER [OUT]     # tables and logs go to OUT (default: FOLDER/out)
@@ -25,12 +25,12 @@ for start in "$folder"/*0.ply; do
   [ -e "$start" ] && frames+=("$start" "${start%0.ply}1.ply")
 done
 part traversal 90 "$folder/check_traversal"
-part detector 150 "$folder/lazyccd_gpu_check" --repeat "${REPEAT:-3}" "${frames[@]}"
+part detector 150 "$folder/check_detector" --repeat "${REPEAT:-3}" "${frames[@]}"
 part bench 120 "$folder/lazyccd" bench "${frames[@]}" --repeat 30 --csv "$out/bench.csv" \
   --label "$(git rev-parse --short HEAD 2>/dev/null)"
 if [ -n "${SANITIZE:-}" ]; then
   for tool in memcheck racecheck initcheck synccheck; do
-    part "sanitizer-$tool" 60 compute-sanitizer --tool $tool "$folder/lazyccd_gpu_check" --small
+    part "sanitizer-$tool" 60 compute-sanitizer --tool $tool "$folder/check_detector" --small
   done
 fi
 exit $failed
