@@ -4,10 +4,10 @@
 #include <flint/fmpz_poly.h>
 #include <flint/fmpz_poly_factor.h>
 #if __has_include(<flint/arb_fmpz_poly.h>)
-#include <flint/acb.h>
+#include <flint/arb.h>
 #include <flint/arb_fmpz_poly.h>
 #else
-#include <acb.h>
+#include <arb.h>
 #include <arb_fmpz_poly.h>
 #endif
 
