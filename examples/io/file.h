@@ -14,8 +14,8 @@ std::string read_file(const std::filesystem::path& path);
 // Replaces a file. Throws Error (file) where not every byte reached it.
 void write_file(const std::filesystem::path& path, std::string_view bytes);
 
-// "name: line 3: what" and "name: byte 3: what"; `item` is the index of the vertex, face or query at
-// fault, or -1.
+// "name: line 3: what" and "name: byte 3: what"; `item` is the index of the vertex, face or query
+// at fault, or -1.
 [[noreturn]] void fail(const std::string& name, const std::string& what, std::ptrdiff_t item = -1);
 [[noreturn]] void fail_at_line(const std::string& name, std::size_t line, const std::string& what,
                                std::ptrdiff_t item = -1);

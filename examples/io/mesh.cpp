@@ -16,9 +16,9 @@ std::string to_string(const Face& face) {
 void require_same_count(const char* what, std::size_t a, const std::string& start_name,
                         std::size_t b, const std::string& end_name) {
   if (a == b) return;
-  throw Error(ErrorCode::size_mismatch, "the two frames differ in topology: " + start_name + " has " +
-                                            std::to_string(a) + " " + what + ", " + end_name +
-                                            " has " + std::to_string(b));
+  throw Error(ErrorCode::size_mismatch, "the two frames differ in topology: " + start_name +
+                                            " has " + std::to_string(a) + " " + what + ", " +
+                                            end_name + " has " + std::to_string(b));
 }
 
 }  // namespace

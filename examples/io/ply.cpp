@@ -59,14 +59,22 @@ class BinaryValues : public Values {
     for (std::size_t i = 0; i < size; ++i) value[i] = bytes_[at_ + (swapped_ ? size - 1 - i : i)];
     at_ += size;
     switch (type) {
-      case PlyType::int8: return number_at<std::int8_t>(value);
-      case PlyType::uint8: return number_at<std::uint8_t>(value);
-      case PlyType::int16: return number_at<std::int16_t>(value);
-      case PlyType::uint16: return number_at<std::uint16_t>(value);
-      case PlyType::int32: return number_at<std::int32_t>(value);
-      case PlyType::uint32: return number_at<std::uint32_t>(value);
-      case PlyType::float32: return number_at<float>(value);
-      case PlyType::float64: break;
+      case PlyType::int8:
+        return number_at<std::int8_t>(value);
+      case PlyType::uint8:
+        return number_at<std::uint8_t>(value);
+      case PlyType::int16:
+        return number_at<std::int16_t>(value);
+      case PlyType::uint16:
+        return number_at<std::uint16_t>(value);
+      case PlyType::int32:
+        return number_at<std::int32_t>(value);
+      case PlyType::uint32:
+        return number_at<std::uint32_t>(value);
+      case PlyType::float32:
+        return number_at<float>(value);
+      case PlyType::float64:
+        break;
     }
     return number_at<double>(value);
   }
@@ -118,7 +126,8 @@ class AsciiValues : public Values {
     }
     if (!value) {
       fail_here(std::string("expected a ") + (is_integer(type) ? "whole " : "") +
-                    "number of its type, found " + quoted(word), -1);
+                    "number of its type, found " + quoted(word),
+                -1);
     }
     return *value;
   }
@@ -243,7 +252,8 @@ class MeshReader {
   Face read_corners(const PlyProperty& property, std::size_t index) {
     const double count = values_.next(*property.count_type);
     if (count != 3) {
-      values_.fail_here("face " + std::to_string(index) + " has " + std::to_string(static_cast<std::int64_t>(count)) +
+      values_.fail_here("face " + std::to_string(index) + " has " +
+                            std::to_string(static_cast<std::int64_t>(count)) +
                             " corners; only triangles are accepted",
                         static_cast<std::ptrdiff_t>(index));
     }

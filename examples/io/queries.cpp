@@ -49,8 +49,10 @@ class CsvParser {
   void parse_row(const std::vector<std::string_view>& columns) {
     if (rows_ == 0) columns_ = columns.size();
     if (columns_ != 6 && columns_ != 7) {
-      fail_here("expected 6 columns (numerators and denominators of x, y, z) or 7 (and the truth), "
-                "found " + std::to_string(columns_));
+      fail_here(
+          "expected 6 columns (numerators and denominators of x, y, z) or 7 (and the truth), "
+          "found " +
+          std::to_string(columns_));
     }
     if (columns.size() != columns_) {
       fail_here("expected " + std::to_string(columns_) + " columns as in the first row, found " +
@@ -94,8 +96,7 @@ class CsvParser {
   }
 
   [[noreturn]] void fail_here(const std::string& what) {
-    fail_at_line(name_, lines_.line(), what,
-                 static_cast<std::ptrdiff_t>(file_.points.size()) - 1);
+    fail_at_line(name_, lines_.line(), what, static_cast<std::ptrdiff_t>(file_.points.size()) - 1);
   }
 
   LineReader lines_;
@@ -121,15 +122,18 @@ QueryFile parse_queries_csv(std::string_view text, const std::string& name) {
 
 QueryFile parse_queries_bin(std::string_view bytes, const std::string& name) {
   constexpr std::size_t header = 4, coordinates = 24, per_query = coordinates * 8 + 1;
-  if (bytes.size() < header) fail(name, "expected the number of queries, found the end of the file");
+  if (bytes.size() < header)
+    fail(name, "expected the number of queries, found the end of the file");
   const auto count = static_cast<std::int32_t>(little_endian(bytes.substr(0, header)));
-  if (count <= 0) fail_at_byte(name, 0, "expected the number of queries, found " + std::to_string(count));
+  if (count <= 0)
+    fail_at_byte(name, 0, "expected the number of queries, found " + std::to_string(count));
   const auto n = static_cast<std::size_t>(count);
   const std::size_t expected = header + n * per_query;
   if (bytes.size() != expected) {
-    fail_at_byte(name, bytes.size(),
-                 std::string(bytes.size() < expected ? "the file is cut short" : "the file is too long") +
-                     ": " + std::to_string(n) + " queries take " + std::to_string(expected) + " bytes");
+    fail_at_byte(
+        name, bytes.size(),
+        std::string(bytes.size() < expected ? "the file is cut short" : "the file is too long") +
+            ": " + std::to_string(n) + " queries take " + std::to_string(expected) + " bytes");
   }
 
   QueryFile file;
@@ -141,7 +145,8 @@ QueryFile parse_queries_bin(std::string_view bytes, const std::string& name) {
     std::memcpy(&value, &bits, sizeof(value));
     const std::size_t query = i / coordinates;
     if (!std::isfinite(value)) {
-      fail_at_byte(name, at, "query " + std::to_string(query) + " has a coordinate that is not finite",
+      fail_at_byte(name, at,
+                   "query " + std::to_string(query) + " has a coordinate that is not finite",
                    static_cast<std::ptrdiff_t>(query));
     }
     file.points[query][i % coordinates / 3][i % 3] = value;

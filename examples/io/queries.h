@@ -19,8 +19,10 @@ struct QueryFile {
 };
 
 // By the name's ending:
-//   .csv  eight rows a query (four points at the start, then the same four at the end), six columns a
-//         row: numerator and denominator of x, y, z; a seventh, the same in all eight rows, is the truth
+//   .csv  eight rows a query (four points at the start, then the same four at the end), six columns
+//   a
+//         row: numerator and denominator of x, y, z; a seventh, the same in all eight rows, is the
+//         truth
 //   .bin  int32 n, n x 24 float64 (in the order of the .csv), n bytes of truth; little-endian
 // Throws Error (file) naming line or byte.
 QueryFile read_queries(const std::filesystem::path& path);

@@ -13,8 +13,9 @@ enum ExitCode { succeeded = 0, failed = 1, bad_usage = 2 };
 int main(int argc, char** argv) {
   CLI::App app("Exact continuous collision detection of triangle meshes", "lazyccd");
   app.require_subcommand(1);
-  app.footer("`lazyccd COMMAND --help` explains a command and gives an example.\n"
-             "Exit codes: 0 done, 1 failed, 2 bad usage.");
+  app.footer(
+      "`lazyccd COMMAND --help` explains a command and gives an example.\n"
+      "Exit codes: 0 done, 1 failed, 2 bad usage.");
   lazyccd::program::add_detect(app);
   lazyccd::program::add_queries(app);
   lazyccd::program::add_bench(app);

@@ -11,7 +11,8 @@ using namespace lazyccd;
 
 namespace {
 
-// Two bodies, a triangle each; vertex 3 of the upper one falls through the lower at half of the step.
+// Two bodies, a triangle each; vertex 3 of the upper one falls through the lower at half of the
+// step.
 struct Scene {
   std::vector<double> start = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0.25, 0.25, 0.125, 2, 2, 3, 2, 3, 3};
   std::vector<double> end = start;
@@ -55,7 +56,8 @@ struct Fault {
   std::int32_t body, primitive;
 };
 
-// Sets a good topology, expects that `action` throws this, and that the detector then works as before.
+// Sets a good topology, expects that `action` throws this, and that the detector then works as
+// before.
 void check_fault(const Fault& expected, const std::function<void(Detector&)>& action) {
   const Scene good;
   Detector detector(cpu_options());
@@ -120,23 +122,36 @@ TEST_CASE("another number of positions than of vertices is refused") {
 }
 
 TEST_CASE("an index outside its table is refused with the face, edge or vertex") {
-  check_topology_fault({ErrorCode::index_out_of_range, 1, 1}, [](Scene& s) { s.faces[1] = {3, 4, 6}; });
-  check_topology_fault({ErrorCode::index_out_of_range, 1, 1}, [](Scene& s) { s.faces[1] = {3, -1, 5}; });
+  check_topology_fault({ErrorCode::index_out_of_range, 1, 1}, [](Scene& s) {
+    s.faces[1] = {3, 4, 6};
+  });
+  check_topology_fault({ErrorCode::index_out_of_range, 1, 1}, [](Scene& s) {
+    s.faces[1] = {3, -1, 5};
+  });
   check_topology_fault({ErrorCode::index_out_of_range, 0, 0}, [](Scene& s) { s.edges = {{0, 6}}; });
-  check_topology_fault({ErrorCode::index_out_of_range, 2, 5}, [](Scene& s) { s.body_of_vertex[5] = 2; });
-  check_topology_fault({ErrorCode::index_out_of_range, -1, 4}, [](Scene& s) { s.body_of_vertex[4] = -1; });
-  check_topology_fault({ErrorCode::index_out_of_range, 2, 0}, [](Scene& s) { s.disabled_pairs = {{0, 2}}; });
+  check_topology_fault({ErrorCode::index_out_of_range, 2, 5},
+                       [](Scene& s) { s.body_of_vertex[5] = 2; });
+  check_topology_fault({ErrorCode::index_out_of_range, -1, 4},
+                       [](Scene& s) { s.body_of_vertex[4] = -1; });
+  check_topology_fault({ErrorCode::index_out_of_range, 2, 0}, [](Scene& s) {
+    s.disabled_pairs = {{0, 2}};
+  });
 }
 
 TEST_CASE("a face or edge that names a vertex twice is refused") {
-  check_topology_fault({ErrorCode::degenerate_face, 1, 1}, [](Scene& s) { s.faces[1] = {3, 4, 4}; });
-  check_topology_fault({ErrorCode::degenerate_face, 0, 0}, [](Scene& s) { s.faces[0] = {2, 1, 2}; });
+  check_topology_fault({ErrorCode::degenerate_face, 1, 1}, [](Scene& s) {
+    s.faces[1] = {3, 4, 4};
+  });
+  check_topology_fault({ErrorCode::degenerate_face, 0, 0}, [](Scene& s) {
+    s.faces[0] = {2, 1, 2};
+  });
   check_topology_fault({ErrorCode::degenerate_face, 1, 0}, [](Scene& s) { s.edges = {{4, 4}}; });
 }
 
 TEST_CASE("a face that stands twice, in any order of its corners, is refused") {
   for (const Face& again : {Face{0, 1, 2}, Face{1, 2, 0}, Face{2, 1, 0}}) {
-    check_topology_fault({ErrorCode::duplicate_face, 0, 2}, [&](Scene& s) { s.faces.push_back(again); });
+    check_topology_fault({ErrorCode::duplicate_face, 0, 2},
+                         [&](Scene& s) { s.faces.push_back(again); });
   }
 }
 
@@ -151,8 +166,10 @@ TEST_CASE("a body without a face or an edge is refused") {
 }
 
 TEST_CASE("tables whose lengths do not fit together are refused") {
-  check_topology_fault({ErrorCode::size_mismatch, -1, -1}, [](Scene& s) { s.body_of_vertex.pop_back(); });
-  check_topology_fault({ErrorCode::size_mismatch, -1, -1}, [](Scene& s) { s.inverse_mass.push_back(1); });
+  check_topology_fault({ErrorCode::size_mismatch, -1, -1},
+                       [](Scene& s) { s.body_of_vertex.pop_back(); });
+  check_topology_fault({ErrorCode::size_mismatch, -1, -1},
+                       [](Scene& s) { s.inverse_mass.push_back(1); });
 }
 
 TEST_CASE("non-manifold edges, ropes and repeated edges are accepted") {
@@ -195,5 +212,8 @@ TEST_CASE("options outside their range are refused") {
 TEST_CASE("an empty scene has no contacts") {
   Detector detector(cpu_options());
   detector.set_topology({});
-  CHECK(detector.detect({static_cast<const double*>(nullptr), 0}, {static_cast<const double*>(nullptr), 0}).empty());
+  CHECK(detector
+            .detect({static_cast<const double*>(nullptr), 0},
+                    {static_cast<const double*>(nullptr), 0})
+            .empty());
 }

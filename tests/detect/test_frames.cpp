@@ -34,7 +34,8 @@ void check_scene(const char* scene, std::size_t true_vf, std::size_t true_ee) {
   }
   std::size_t missed = 0;
   for (const test::PairKey& key : frames.colliding) missed += found.count(key) == 0;
-  std::printf("%s: %zu contacts, %zu missed, %zu false hits\n", scene, contacts.size(), missed, false_hits);
+  std::printf("%s: %zu contacts, %zu missed, %zu false hits\n", scene, contacts.size(), missed,
+              false_hits);
   CHECK(missed == 0);
   CHECK(false_hits == 0);
   CHECK(std::is_sorted(contacts.begin(), contacts.end()));

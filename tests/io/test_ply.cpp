@@ -21,7 +21,8 @@ const std::string header = header_start + vertex_header + face_header + "end_hea
 const std::string vertices = "0 0 0\n1 0 0\n0 1 0\n";
 
 Mesh sample_mesh() {
-  return {{{0, 0.1, -3e-310}, {1.0 / 3, 2, 1e300}, {-0.0, 4, 5}, {7, 8, 9}}, {{0, 1, 2}, {3, 2, 1}}};
+  return {{{0, 0.1, -3e-310}, {1.0 / 3, 2, 1e300}, {-0.0, 4, 5}, {7, 8, 9}},
+          {{0, 1, 2}, {3, 2, 1}}};
 }
 
 std::string message_of(const std::string& bytes) {
@@ -46,8 +47,8 @@ void append_big_endian(std::string& bytes, Number value) {
 TEST_CASE("a mesh written in any PLY format reads back the same, bit by bit") {
   const test::TemporaryFolder folder;
   const Mesh mesh = sample_mesh();
-  for (const PlyFormat format : {PlyFormat::ascii, PlyFormat::binary_little_endian,
-                                 PlyFormat::binary_big_endian}) {
+  for (const PlyFormat format :
+       {PlyFormat::ascii, PlyFormat::binary_little_endian, PlyFormat::binary_big_endian}) {
     write_ply(folder / "mesh.ply", mesh, format);
     const Mesh back = read_ply(folder / "mesh.ply");
     CHECK(back.faces == mesh.faces);
@@ -61,8 +62,8 @@ TEST_CASE("a mesh written in single precision reads back as its rounded values")
   const test::TemporaryFolder folder;
   Mesh mesh = sample_mesh();
   mesh.vertices[1][2] = 1e30;
-  for (const PlyFormat format : {PlyFormat::ascii, PlyFormat::binary_little_endian,
-                                 PlyFormat::binary_big_endian}) {
+  for (const PlyFormat format :
+       {PlyFormat::ascii, PlyFormat::binary_little_endian, PlyFormat::binary_big_endian}) {
     write_ply(folder / "mesh.ply", mesh, format, PlyScalar::float32);
     const Mesh back = read_ply(folder / "mesh.ply");
     REQUIRE(back.vertices.size() == mesh.vertices.size());
@@ -119,8 +120,8 @@ TEST_CASE("every integer type can hold the corners of a face") {
 
 TEST_CASE("a mesh file that is cut short anywhere is an error") {
   const test::TemporaryFolder folder;
-  for (const PlyFormat format : {PlyFormat::ascii, PlyFormat::binary_little_endian,
-                                 PlyFormat::binary_big_endian}) {
+  for (const PlyFormat format :
+       {PlyFormat::ascii, PlyFormat::binary_little_endian, PlyFormat::binary_big_endian}) {
     write_ply(folder / "mesh.ply", sample_mesh(), format);
     const std::string whole = read_file(folder / "mesh.ply");
     // An ASCII file may lack its last line end; without its last digit it is another file.
@@ -130,47 +131,59 @@ TEST_CASE("a mesh file that is cut short anywhere is an error") {
     }
   }
   CHECK_THAT(message_of(header + "0 0 0\n1 0 0\n"),
-             Matchers::Contains("mesh.ply: line 11: the file is cut short"));
+             Matchers::ContainsSubstring("mesh.ply: line 11: the file is cut short"));
 }
 
 TEST_CASE("errors in a mesh file name the line or byte and what was expected") {
-  using Matchers::Contains;
-  CHECK_THAT(message_of("solid cube\n"), Contains("line 1: expected 'ply'"));
-  CHECK_THAT(message_of("ply\nformat ascii 2.0\n"), Contains("line 2: expected 'format'"));
-  CHECK_THAT(message_of("ply\nformat ascii 1.0\nproperty int x\n"), Contains("line 3: a property"));
-  CHECK_THAT(message_of(header_start + "element vertex many\n"), Contains("line 3: expected 'element'"));
-  CHECK_THAT(message_of(header_start + "element vertex -1\n"), Contains("line 3: expected 'element'"));
+  using Matchers::ContainsSubstring;
+  CHECK_THAT(message_of("solid cube\n"), ContainsSubstring("line 1: expected 'ply'"));
+  CHECK_THAT(message_of("ply\nformat ascii 2.0\n"), ContainsSubstring("line 2: expected 'format'"));
+  CHECK_THAT(message_of("ply\nformat ascii 1.0\nproperty int x\n"),
+             ContainsSubstring("line 3: a property"));
+  CHECK_THAT(message_of(header_start + "element vertex many\n"),
+             ContainsSubstring("line 3: expected 'element'"));
+  CHECK_THAT(message_of(header_start + "element vertex -1\n"),
+             ContainsSubstring("line 3: expected 'element'"));
   CHECK_THAT(message_of(header_start + "element vertex 3\nproperty half x\n"),
-             Contains("line 4: expected 'property'"));
+             ContainsSubstring("line 4: expected 'property'"));
   CHECK_THAT(message_of(header_start + "element face 1\nproperty list float int vertex_indices\n"),
-             Contains("line 4: expected 'property'"));
-  CHECK_THAT(message_of(header_start + "nonsense\n"), Contains("line 3: expected element"));
-  CHECK_THAT(message_of(header_start + "element vertex 3\n"), Contains("ends before 'end_header'"));
+             ContainsSubstring("line 4: expected 'property'"));
+  CHECK_THAT(message_of(header_start + "nonsense\n"),
+             ContainsSubstring("line 3: expected element"));
+  CHECK_THAT(message_of(header_start + "element vertex 3\n"),
+             ContainsSubstring("ends before 'end_header'"));
   CHECK_THAT(message_of(header_start + "element vertex 1\nproperty float x\nproperty float y\n" +
                         face_header + "end_header\n0 0\n3 0 0 0\n"),
-             Contains("no property z"));
+             ContainsSubstring("no property z"));
   CHECK_THAT(message_of(header_start + vertex_header +
                         "element face 1\nproperty uchar flag\nend_header\n" + vertices + "1\n"),
-             Contains("no list vertex_indices"));
-  CHECK_THAT(message_of(header + vertices + "3 0 1 2\n1 2 3\n"), Contains("line 14: the file goes on"));
+             ContainsSubstring("no list vertex_indices"));
+  CHECK_THAT(message_of(header + vertices + "3 0 1 2\n1 2 3\n"),
+             ContainsSubstring("line 14: the file goes on"));
   CHECK_THAT(message_of(header + "0 0 0\n1 zero 0\n0 1 0\n3 0 1 2\n"),
-             Contains("line 11: expected a number of its type, found 'zero'"));
-  CHECK_THAT(message_of(header + "0 0 0\n1 0\n0 1 0\n3 0 1 2\n"), Contains("line 11: the line ends"));
+             ContainsSubstring("line 11: expected a number of its type, found 'zero'"));
+  CHECK_THAT(message_of(header + "0 0 0\n1 0\n0 1 0\n3 0 1 2\n"),
+             ContainsSubstring("line 11: the line ends"));
   CHECK_THAT(message_of(header + "0 0 0\n1 0 0 7\n0 1 0\n3 0 1 2\n"),
-             Contains("line 11: expected the end of the line, found '7'"));
-  CHECK_THAT(message_of(header + vertices + "3 0 1 2.5\n"), Contains("line 13: expected a whole number"));
-  CHECK_THAT(message_of(header + vertices + "300 0 1 2\n"), Contains("line 13: expected a whole number"));
+             ContainsSubstring("line 11: expected the end of the line, found '7'"));
+  CHECK_THAT(message_of(header + vertices + "3 0 1 2.5\n"),
+             ContainsSubstring("line 13: expected a whole number"));
+  CHECK_THAT(message_of(header + vertices + "300 0 1 2\n"),
+             ContainsSubstring("line 13: expected a whole number"));
 }
 
 TEST_CASE("a mesh file with bad positions, faces or indices names the vertex or face") {
-  using Matchers::Contains;
+  using Matchers::ContainsSubstring;
   CHECK_THAT(message_of(header + "0 0 0\n1 nan 0\n0 1 0\n3 0 1 2\n"),
-             Contains("line 11: vertex 1 is not finite"));
+             ContainsSubstring("line 11: vertex 1 is not finite"));
   CHECK_THAT(message_of(header + "0 0 0\n1 0 -inf\n0 1 0\n3 0 1 2\n"),
-             Contains("line 11: vertex 1 is not finite"));
-  CHECK_THAT(message_of(header + vertices + "4 0 1 2 0\n"), Contains("line 13: face 0 has 4 corners"));
-  CHECK_THAT(message_of(header + vertices + "3 0 1 3\n"), Contains("face 0 names vertex 3"));
-  CHECK_THAT(message_of(header + vertices + "3 0 -1 2\n"), Contains("line 13: face 0 names vertex -1"));
+             ContainsSubstring("line 11: vertex 1 is not finite"));
+  CHECK_THAT(message_of(header + vertices + "4 0 1 2 0\n"),
+             ContainsSubstring("line 13: face 0 has 4 corners"));
+  CHECK_THAT(message_of(header + vertices + "3 0 1 3\n"),
+             ContainsSubstring("face 0 names vertex 3"));
+  CHECK_THAT(message_of(header + vertices + "3 0 -1 2\n"),
+             ContainsSubstring("line 13: face 0 names vertex -1"));
   try {
     parse_ply(header + vertices + "3 0 1 3\n", "mesh.ply");
     FAIL("an index out of range was accepted");
@@ -178,42 +191,45 @@ TEST_CASE("a mesh file with bad positions, faces or indices names the vertex or 
     CHECK(error.primitive() == 0);
   }
 
-  std::string bytes = "ply\nformat binary_big_endian 1.0\n" + vertex_header + face_header + "end_header\n";
+  std::string bytes =
+      "ply\nformat binary_big_endian 1.0\n" + vertex_header + face_header + "end_header\n";
   const std::size_t start = bytes.size();
   for (int i = 0; i < 9; ++i) {
     append_big_endian(bytes, i == 5 ? std::numeric_limits<float>::infinity() : 1.0f);
   }
   CHECK_THAT(message_of(bytes),
-             Contains("byte " + std::to_string(start + 12) + ": vertex 1 is not finite"));
+             ContainsSubstring("byte " + std::to_string(start + 12) + ": vertex 1 is not finite"));
 }
 
 TEST_CASE("an empty mesh, an empty file, a missing file and a folder are errors") {
-  using Matchers::Contains;
-  CHECK_THAT(message_of(header_start + face_header + "end_header\n3 0 0 0\n"), Contains("no vertices"));
-  CHECK_THAT(message_of(header_start + vertex_header + "end_header\n" + vertices), Contains("no faces"));
+  using Matchers::ContainsSubstring;
+  CHECK_THAT(message_of(header_start + face_header + "end_header\n3 0 0 0\n"),
+             ContainsSubstring("no vertices"));
+  CHECK_THAT(message_of(header_start + vertex_header + "end_header\n" + vertices),
+             ContainsSubstring("no faces"));
   const test::TemporaryFolder folder;
   write_file(folder / "empty.ply", "");
-  CHECK_THROWS_WITH(read_ply(folder / "empty.ply"), Contains("is empty"));
-  CHECK_THROWS_WITH(read_ply(folder / "missing.ply"), Contains("cannot be opened"));
-  CHECK_THROWS_WITH(read_ply(folder.path()), Contains("is a folder"));
+  CHECK_THROWS_WITH(read_ply(folder / "empty.ply"), ContainsSubstring("is empty"));
+  CHECK_THROWS_WITH(read_ply(folder / "missing.ply"), ContainsSubstring("cannot be opened"));
+  CHECK_THROWS_WITH(read_ply(folder.path()), ContainsSubstring("is a folder"));
   CHECK_THROWS_WITH(write_ply(folder / "missing" / "mesh.ply", sample_mesh()),
-                    Contains("cannot be opened for writing"));
+                    ContainsSubstring("cannot be opened for writing"));
 }
 
 TEST_CASE("two frames of different topology are told apart by their first difference") {
-  using Matchers::Contains;
+  using Matchers::ContainsSubstring;
   const Mesh mesh = sample_mesh();
   CHECK_NOTHROW(require_same_topology(mesh, "a.ply", mesh, "b.ply"));
   Mesh other = mesh;
   other.vertices.push_back({0, 0, 0});
   CHECK_THROWS_WITH(require_same_topology(mesh, "a.ply", other, "b.ply"),
-                    Contains("a.ply has 4 vertices, b.ply has 5"));
+                    ContainsSubstring("a.ply has 4 vertices, b.ply has 5"));
   other = mesh;
   other.faces.pop_back();
   CHECK_THROWS_WITH(require_same_topology(mesh, "a.ply", other, "b.ply"),
-                    Contains("a.ply has 2 faces, b.ply has 1"));
+                    ContainsSubstring("a.ply has 2 faces, b.ply has 1"));
   other = mesh;
   other.faces[1] = {1, 3, 2};
   CHECK_THROWS_WITH(require_same_topology(mesh, "a.ply", other, "b.ply"),
-                    Contains("face 1 is (3, 2, 1) in a.ply and (1, 3, 2) in b.ply"));
+                    ContainsSubstring("face 1 is (3, 2, 1) in a.ply and (1, 3, 2) in b.ply"));
 }

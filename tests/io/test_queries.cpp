@@ -12,7 +12,7 @@
 
 using namespace lazyccd;
 using namespace lazyccd::io;
-using Matchers::Contains;
+using Matchers::ContainsSubstring;
 
 namespace {
 
@@ -125,7 +125,8 @@ TEST_CASE("a query file of six columns has no truth, one of seven has") {
   REQUIRE(without.points.size() == 1);
   CHECK(without.truth.empty());
   CHECK(without.rounded == 0);
-  for (const auto& point : without.points[0]) CHECK(point == std::array<double, 3>{0.5, 0.75, -0.625});
+  for (const auto& point : without.points[0])
+    CHECK(point == std::array<double, 3>{0.5, 0.75, -0.625});
 
   const QueryFile with = parse_queries_csv(
       rows("1,2,3,4,5,8,1", 8) + "\r\n" + rows("0,1, 0 ,1,1,3,0\r", 8) + "\n", "q.csv");
@@ -135,16 +136,22 @@ TEST_CASE("a query file of six columns has no truth, one of seven has") {
 }
 
 TEST_CASE("errors in a query file of text name the line and what was expected") {
-  CHECK_THAT(csv_error("\n\n"), Contains("holds no queries"));
-  CHECK_THAT(csv_error(rows("1,1,1,1,1,1,0", 15)), Contains("line 15: the file is cut short: the last query has 7 of 8"));
-  CHECK_THAT(csv_error("1,1,1,1,1\n"), Contains("line 1: expected 6 columns"));
-  CHECK_THAT(csv_error("ply\n"), Contains("line 1: expected 6 columns"));
-  CHECK_THAT(csv_error(rows("1,1,1,1,1,1,0", 3) + "1,1,1,1,1,1\n"), Contains("line 4: expected 7 columns"));
-  CHECK_THAT(csv_error(rows("1,1,1,1,1,1,0", 3) + "1,1,1,1,1,1,2\n"), Contains("line 4: expected the truth, 0 or 1, found '2'"));
-  CHECK_THAT(csv_error(rows("1,1,1,1,1,1,0", 3) + "1,1,1,1,1,1,1\n"), Contains("line 4: the truth differs"));
-  CHECK_THAT(csv_error("1,1,1,1,nan,1\n"), Contains("line 1: expected two whole numbers, found 'nan' and '1'"));
-  CHECK_THAT(csv_error("1,1,1,1,1,0\n"), Contains("line 1: a denominator is zero"));
-  CHECK_THAT(csv_error(power_of_two(1024) + ",1,1,1,1,1\n"), Contains("line 1: a coordinate is too large"));
+  CHECK_THAT(csv_error("\n\n"), ContainsSubstring("holds no queries"));
+  CHECK_THAT(csv_error(rows("1,1,1,1,1,1,0", 15)),
+             ContainsSubstring("line 15: the file is cut short: the last query has 7 of 8"));
+  CHECK_THAT(csv_error("1,1,1,1,1\n"), ContainsSubstring("line 1: expected 6 columns"));
+  CHECK_THAT(csv_error("ply\n"), ContainsSubstring("line 1: expected 6 columns"));
+  CHECK_THAT(csv_error(rows("1,1,1,1,1,1,0", 3) + "1,1,1,1,1,1\n"),
+             ContainsSubstring("line 4: expected 7 columns"));
+  CHECK_THAT(csv_error(rows("1,1,1,1,1,1,0", 3) + "1,1,1,1,1,1,2\n"),
+             ContainsSubstring("line 4: expected the truth, 0 or 1, found '2'"));
+  CHECK_THAT(csv_error(rows("1,1,1,1,1,1,0", 3) + "1,1,1,1,1,1,1\n"),
+             ContainsSubstring("line 4: the truth differs"));
+  CHECK_THAT(csv_error("1,1,1,1,nan,1\n"),
+             ContainsSubstring("line 1: expected two whole numbers, found 'nan' and '1'"));
+  CHECK_THAT(csv_error("1,1,1,1,1,0\n"), ContainsSubstring("line 1: a denominator is zero"));
+  CHECK_THAT(csv_error(power_of_two(1024) + ",1,1,1,1,1\n"),
+             ContainsSubstring("line 1: a coordinate is too large"));
 }
 
 TEST_CASE("a binary query file reads in the order of its points") {
@@ -160,17 +167,20 @@ TEST_CASE("errors in a binary query file name the byte and what was expected") {
   for (std::size_t length = 0; length < good.size(); ++length) {
     CHECK_THROWS_AS(parse_queries_bin(good.substr(0, length), "q.bin"), Error);
   }
-  CHECK_THAT(bin_error(good.substr(0, 100)), Contains("byte 100: the file is cut short: 1 queries take 197 bytes"));
-  CHECK_THAT(bin_error(good + '\0'), Contains("byte 198: the file is too long"));
-  CHECK_THAT(bin_error(std::string(4, '\0')), Contains("byte 0: expected the number of queries, found 0"));
-  CHECK_THAT(bin_error(std::string(4, '\xff') + good), Contains("found -1"));
+  CHECK_THAT(bin_error(good.substr(0, 100)),
+             ContainsSubstring("byte 100: the file is cut short: 1 queries take 197 bytes"));
+  CHECK_THAT(bin_error(good + '\0'), ContainsSubstring("byte 198: the file is too long"));
+  CHECK_THAT(bin_error(std::string(4, '\0')),
+             ContainsSubstring("byte 0: expected the number of queries, found 0"));
+  CHECK_THAT(bin_error(std::string(4, '\xff') + good), ContainsSubstring("found -1"));
   std::string bad = good;
   const double nan = std::numeric_limits<double>::quiet_NaN();
   std::memcpy(&bad[4 + 8 * 5], &nan, sizeof(nan));
-  CHECK_THAT(bin_error(bad), Contains("byte 44: query 0 has a coordinate that is not finite"));
+  CHECK_THAT(bin_error(bad),
+             ContainsSubstring("byte 44: query 0 has a coordinate that is not finite"));
   bad = good;
   bad.back() = 7;
-  CHECK_THAT(bin_error(bad), Contains("byte 196: expected the truth, 0 or 1, found 7"));
+  CHECK_THAT(bin_error(bad), ContainsSubstring("byte 196: expected the truth, 0 or 1, found 7"));
 }
 
 TEST_CASE("a query file is known by its name's ending") {
@@ -180,7 +190,7 @@ TEST_CASE("a query file is known by its name's ending") {
   write_file(folder / "q.txt", sample_bin());
   CHECK(read_queries(folder / "q.csv").points.size() == 1);
   CHECK(read_queries(folder / "q.bin").points.size() == 1);
-  CHECK_THROWS_WITH(read_queries(folder / "q.txt"), Contains("ends in .csv or .bin"));
+  CHECK_THROWS_WITH(read_queries(folder / "q.txt"), ContainsSubstring("ends in .csv or .bin"));
 }
 
 TEST_CASE("every coordinate of the public query sets is a double exactly") {

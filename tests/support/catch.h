@@ -1,11 +1,14 @@
-// Catch2 2.13 and 3 from one source. Tests compare floating point with Matchers::WithinAbs or
-// WithinRel; both versions have them, Approx moved.
+// Catch2 2.13 and 3 from one source. Matchers go by their names in version 3; floating point is compared
+// with WithinAbs or WithinRel, which both versions have.
 #pragma once
 
 #if __has_include(<catch2/catch_all.hpp>)
 #include <catch2/catch_all.hpp>
+namespace Matchers = Catch::Matchers;
 #else
 #include <catch2/catch.hpp>
+namespace Matchers {
+using namespace Catch::Matchers;
+inline auto ContainsSubstring(const std::string& text) { return Catch::Matchers::Contains(text); }
+}  // namespace Matchers
 #endif
-
-namespace Matchers = Catch::Matchers;

@@ -14,7 +14,8 @@ namespace {
 
 std::vector<std::filesystem::path> files_in(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> files;
-  for (const auto& entry : std::filesystem::directory_iterator(folder)) files.push_back(entry.path());
+  for (const auto& entry : std::filesystem::directory_iterator(folder))
+    files.push_back(entry.path());
   std::sort(files.begin(), files.end());
   return files;
 }
@@ -27,9 +28,7 @@ std::filesystem::path file_with(const std::filesystem::path& folder, const std::
   throw std::runtime_error("no file *" + part + "* in " + folder.string());
 }
 
-const char* suffix_of(ContactKind kind) {
-  return kind == ContactKind::vertex_face ? "vf" : "ee";
-}
+const char* suffix_of(ContactKind kind) { return kind == ContactKind::vertex_face ? "vf" : "ee"; }
 
 bool share_a_vertex(const PairKey& key) {
   return std::find_first_of(key.begin() + 1, key.begin() + 3, key.begin() + 3, key.end()) !=

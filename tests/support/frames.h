@@ -12,8 +12,8 @@
 
 namespace lazyccd::test {
 
-// Vertices of a vertex-face or edge-edge pair in an order of its own: those of the face sorted; those
-// of each edge sorted, the smaller edge first.
+// Vertices of a vertex-face or edge-edge pair in an order of its own: those of the face sorted;
+// those of each edge sorted, the smaller edge first.
 using PairKey = std::array<std::int32_t, 5>;  // kind first
 PairKey key_of(ContactKind kind, std::array<std::int32_t, 4> vertices);
 PairKey key_of(const Contact& contact);
