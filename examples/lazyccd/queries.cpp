@@ -119,12 +119,9 @@ void add_queries(CLI::App& app) {
   command->add_option("--stats", arguments->stats, "write counts and times")
       ->type_name("FILE.json");
   command->footer(
-      "A .csv holds eight rows a query with numerator,denominator of x, y and z, and, where known,
-      "
-      "the truth (0 or 1) in a seventh column; a .bin int32 n, 24 n float64, n bytes of truth. Where
-      "
-      "there is a truth, missed and false hits are counted.
-      "
+      "A .csv holds eight rows a query with numerator,denominator of x, y and z, and, where known,\n"
+      "the truth (0 or 1) in a seventh column; a .bin int32 n, 24 n float64, n bytes of truth. Where\n"
+      "there is a truth, missed and false hits are counted.\n"
       "Example: lazyccd queries unit-tests/vertex-face/data_0_0.csv --kind vf --out answers.csv");
   command->callback([arguments] { run(*arguments); });
 }
