@@ -33,7 +33,7 @@ packages_of() {
       echo 'libflint-dev: algebraic numbers, for the exact oracle'
       echo 'libgmp-dev: big integers, below it'
       # FLINT 2 has Arb in a package beside it, FLINT 3 holds it.
-      if grep -qs bookworm /etc/os-release || apt-cache show libflint-arb-dev >/dev/null 2>&1; then
+      if grep -qs bookworm /etc/os-release; then
         echo 'libflint-arb-dev: ball arithmetic, for the exact oracle'
       fi
       ;;
