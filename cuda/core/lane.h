@@ -57,6 +57,18 @@ LAZYCCD_HD inline float lane_floor(float a) { return ::floorf(a); }
 LAZYCCD_HD inline double lane_floor(double a) { return ::floor(a); }
 LAZYCCD_HD inline bool lane_any(bool m) { return m; }
 
+// A quotient for estimates that nothing certified relies on: coarser where that is faster.
+template <class T>
+LAZYCCD_HD inline T estimated_quotient(const T& a, const T& b) {
+  return a / b;
+}
+#if defined(__CUDA_ARCH__)
+template <>
+LAZYCCD_HD inline float estimated_quotient(const float& a, const float& b) {
+  return __fdividef(a, b);
+}
+#endif
+
 template <class T>
 LAZYCCD_HD inline T max_abs(const T& a, const T& b) {
   return lane_max(lane_abs(a), lane_abs(b));

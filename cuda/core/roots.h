@@ -23,14 +23,14 @@ LAZYCCD_HD inline T estimate_root(const Cubic<T>& f, const T& sign, T a, T b, in
   const T c2 = sign * (T(S(3)) * (f.k[0] - f.k[1] - f.k[1] + f.k[2]));
   const T c3 = sign * (f.k[3] - f.k[0] + T(S(3)) * (f.k[1] - f.k[2]));
   const T fa = ((c3 * a + c2) * a + c1) * a + c0, fb = ((c3 * b + c2) * b + c1) * b + c0;
-  T x = a + (b - a) * (fa / (fa - fb));
+  T x = a + (b - a) * estimated_quotient(fa, T(fa - fb));
   for (int i = 0; i < iterations; ++i) {
     const T value = ((c3 * x + c2) * x + c1) * x + c0;
     const T slope = (T(S(3)) * c3 * x + T(S(2)) * c2) * x + c1;
     const MaskOf<T> before = value > T(S(0));
     a = select(before, x, a);
     b = select(before, b, x);
-    const T newton = x - value / slope;
+    const T newton = x - estimated_quotient(value, slope);
     x = select(MaskOf<T>((newton >= a) & (newton <= b)), newton, T(S(0.5)) * (a + b));
   }
   return x;
@@ -43,7 +43,7 @@ LAZYCCD_HD inline T estimate_minimum(const Cubic<T>& f, const T& sign) {
   const T c = sign * (f.k[1] - f.k[0]);
   const T b = sign * (f.k[2] - f.k[1]) - c;
   const T a = sign * (f.k[3] - f.k[2]) - c - b - b;
-  return -c / (b + lane_sqrt(lane_max(b * b - a * c, T(S(0)))));
+  return estimated_quotient(T(-c), T(b + lane_sqrt(lane_max(b * b - a * c, T(S(0))))));
 }
 
 // The grid on which roots are bracketed: wide enough for certain signs in the precision of T, narrow

@@ -459,13 +459,15 @@ void GpuDetector::enqueue_stages(const Scalar* start, const Scalar* end, bool fr
   gpu::decide_hard<Record><<<2 * multiprocessors_, 128, 0, stream_>>>(scene, out);
   mark(kDecided);
 
+  // Unused places hold keys of ones: one more bit than real keys have puts them last.
   std::size_t space = sort_space_.size();
+  const int key_bits = 2 * scene.body_bits + 1 + scene.a_bits + scene.b_bits;
   LAZYCCD_CUDA_CHECK(cub::DeviceRadixSort::SortPairs(
       sort_space_.data(), space, keys_.data(), sorted_keys_.data(), order_.data(),
-      sorted_order_.data(), static_cast<int>(capacity), 0,
-      std::min(2 * scene.body_bits + 1 + scene.a_bits + scene.b_bits + 1, 64), stream_));
-  gpu::place_contacts<<<2 * multiprocessors_, 256, 0, stream_>>>(out, sorted_order_.data(),
-                                                                 sorted_.data());
+      sorted_order_.data(), static_cast<int>(capacity), scene.b_bits, std::min(key_bits + 1, 64),
+      stream_));
+  gpu::place_contacts<<<4 * multiprocessors_, 128, 0, stream_>>>(
+      out, sorted_keys_.data(), sorted_order_.data(), scene.b_bits, sorted_.data());
   LAZYCCD_CUDA_CHECK(cudaGetLastError());
   mark(kSorted);
 }

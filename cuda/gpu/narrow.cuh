@@ -235,17 +235,22 @@ __global__ void decide_hard(SceneView scene, ContactOutput out) {
   }
 }
 
-// Contacts to their places: `order` holds the slots sorted by key.
-__global__ void place_contacts(ContactOutput out, const std::uint32_t* order, Contact* sorted) {
+// Contacts to their places. `keys` and `order` are sorted by the upper part of the key, all but
+// primitive b; contacts that agree in it are few and find their rank by counting.
+__global__ void place_contacts(ContactOutput out, const std::uint64_t* keys, const std::uint32_t* order,
+                               int b_bits, Contact* sorted) {
   const std::uint32_t count = min(*out.contacts.count, out.contacts.capacity);
-  // A contact is 16 words, moved by as many threads.
-  constexpr std::uint32_t words = sizeof(Contact) / sizeof(std::uint32_t);
-  static_assert(sizeof(Contact) == 64, "sixteen threads a contact");
-  const std::uint32_t* from = reinterpret_cast<const std::uint32_t*>(out.contacts.items);
-  std::uint32_t* to = reinterpret_cast<std::uint32_t*>(sorted);
-  for (std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x; i < count * words;
-       i += gridDim.x * blockDim.x)
-    to[i] = from[order[i / words] * words + i % words];
+  for (std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x; i < count; i += gridDim.x * blockDim.x) {
+    const std::uint64_t key = keys[i];
+    std::uint32_t place = i;
+    for (std::uint32_t j = i; j-- > 0 && keys[j] >> b_bits == key >> b_bits;) place -= keys[j] > key;
+    for (std::uint32_t j = i + 1; j < count && keys[j] >> b_bits == key >> b_bits; ++j)
+      place += keys[j] < key;
+    static_assert(sizeof(Contact) == 4 * sizeof(int4));
+    const int4* from = reinterpret_cast<const int4*>(out.contacts.items + order[i]);
+    int4* to = reinterpret_cast<int4*>(sorted + place);
+    for (int k = 0; k < 4; ++k) to[k] = from[k];
+  }
 }
 
 __global__ void fill_order(std::uint32_t* order, std::uint32_t count) {

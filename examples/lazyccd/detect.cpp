@@ -1,10 +1,10 @@
 // lazyccd detect: all contacts between two frames of one mesh.
 #include <cinttypes>
 #include <cstdio>
-#include <map>
 #include <memory>
 
 #include "commands.h"
+#include "detector_options.h"
 #include "io/mesh.h"
 #include "io/ply.h"
 #include "io/results.h"
@@ -49,30 +49,21 @@ void run(const Arguments& arguments) {
 }  // namespace
 
 void add_detect(CLI::App& app) {
-  static const std::map<std::string, Backend> backends = {
-      {"auto", Backend::automatic}, {"cpu", Backend::cpu}, {"cuda", Backend::cuda}};
   const auto arguments = std::make_shared<Arguments>();
-  CLI::App* command =
-      app.add_subcommand("detect", "Find every contact while a mesh moves from one frame to the next");
+  CLI::App* command = app.add_subcommand(
+      "detect", "Find every contact while a mesh moves from one frame to the next");
   command->add_option("START", arguments->start, "PLY file of the mesh at the start of the step")
       ->required();
   command->add_option("END", arguments->end, "PLY file of the same mesh at the end of the step")
       ->required();
-  command
-      ->add_option("--backend", arguments->options.backend,
-                   "auto (cuda where a device answers, else cpu), cpu or cuda")
-      ->transform(CLI::CheckedTransformer(backends).description("{auto,cpu,cuda}"));
-  command
-      ->add_option("--threads", arguments->options.threads,
-                   "threads of the cpu backend; 0: as many as the machine has")
-      ->check(CLI::Range(0, 1024));
+  add_detector_options(*command, arguments->options);
   command->add_option("--out", arguments->out, "write the contacts: kind,p0,p1,p2,p3,toi")
       ->type_name("FILE.csv");
   command->add_option("--stats", arguments->stats, "write counts and times of each stage")
       ->type_name("FILE.json");
   command->footer(
-      "In the CSV, kind vf: vertex p0 and face p1 p2 p3; ee: edge p0 p1 and edge p2 p3; indices as in\n"
-      "the file; toi, the time of impact, from 0 (start) to 1 (end).\n"
+      "In the CSV, kind vf: vertex p0 and face p1 p2 p3; ee: edge p0 p1 and edge p2 p3; indices as\n"
+      "in the file; toi, the time of impact, from 0 (start) to 1 (end).\n"
       "Example: lazyccd detect 92.ply 93.ply --threads 2 --out contacts.csv --stats stats.json");
   command->callback([arguments] { run(*arguments); });
 }

@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "../commands.h"
+#include "../detector_options.h"
 #include "../stats_json.h"
 #include "io/ply.h"
 #include "run_json.h"
@@ -92,6 +93,7 @@ void add_simulate(CLI::App& app) {
       ->transform(CLI::CheckedTransformer(worlds).description("{rigid,deformable}"));
   command->add_option("--detector", parameters.collisions, "lazyccd, or bullet: Bullet alone")
       ->transform(CLI::CheckedTransformer(detectors).description("{lazyccd,bullet}"));
+  add_detector_options(*command, parameters.lazyccd.detector);
   const auto optional = [command](const char* name, auto& value, auto& target, const char* help) {
     return command->add_option_function<std::decay_t<decltype(value)>>(
         name, [&target](const auto& given) { target = given; }, help);

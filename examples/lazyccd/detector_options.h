@@ -1,0 +1,13 @@
+// The options of the detector that every command with one has.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+#include "lazyccd/detector.h"
+
+namespace lazyccd::program {
+
+// Adds --backend and --threads; `options` must live as long as the command.
+void add_detector_options(CLI::App& command, Options& options);
+
+}  // namespace lazyccd::program
