@@ -363,6 +363,8 @@ void GpuDetector::reserve_lists() {
   if (contacts > contacts_.size() || sort_space_.size() == 0) {
     contacts_.reserve(contacts);
     sorted_.reserve(contacts);
+    // The download takes what the last step makes likely, and may take places that nothing wrote.
+    LAZYCCD_CUDA_CHECK(cudaMemsetAsync(sorted_.data(), 0, sorted_.bytes(), stream_));
     keys_.reserve(contacts);
     sorted_keys_.reserve(contacts);
     order_.reserve(contacts);
