@@ -1,37 +1,20 @@
 // Runs the program lazyccd as a user does.
-#include <sys/wait.h>
-
-#include <cstdlib>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "io/file.h"
 #include "io/ply.h"
+#include "program/run_program.h"
 #include "support/catch.h"
 #include "support/data.h"
 #include "support/temporary.h"
 
 using namespace lazyccd;
 using Matchers::ContainsSubstring;
+using test::Outcome;
+using test::run;
 
 namespace {
-
-struct Outcome {
-  int exit_code;
-  std::string out, err;
-};
-
-std::string contents(const std::filesystem::path& path) {
-  return std::filesystem::file_size(path) == 0 ? std::string() : io::read_file(path);
-}
-
-// Arguments are plain words and paths without quotes.
-Outcome run(const test::TemporaryFolder& folder, const std::string& arguments) {
-  const std::string out = (folder / "stdout").string(), err = (folder / "stderr").string();
-  const int status = std::system(
-      ("'" LAZYCCD_PROGRAM "' " + arguments + " >'" + out + "' 2>'" + err + "'").c_str());
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : -1, contents(out), contents(err)};
-}
 
 // One triangle over another; vertex 3 falls through the lower one at half of the step.
 io::Mesh two_triangles() {

@@ -1,0 +1,73 @@
+// The commands that need Bullet.
+#include <nlohmann/json.hpp>
+
+#include "io/file.h"
+#include "io/ply.h"
+#include "program/run_program.h"
+#include "support/catch.h"
+
+using namespace lazyccd;
+using Matchers::ContainsSubstring;
+using test::Outcome;
+using test::run;
+
+namespace {
+
+nlohmann::json simulate(const std::string& arguments) {
+  const test::TemporaryFolder folder;
+  const std::string stats = (folder / "stats.json").string();
+  const Outcome outcome = run(folder, "simulate " + arguments + " --stats " + stats);
+  CHECK(outcome.exit_code == 0);
+  CHECK(outcome.err.empty());
+  return nlohmann::json::parse(io::read_file(stats));
+}
+
+}  // namespace
+
+TEST_CASE("scenes lists what simulate runs") {
+  const test::TemporaryFolder folder;
+  const Outcome outcome = run(folder, "scenes");
+  CHECK(outcome.exit_code == 0);
+  for (const char* scene : {"cloth-on-cloth", "small-triangles", "free-cloths", "cloth-on-mesh",
+                            "edge-on-edge", "fold", "eight-cloths", "drop"}) {
+    CHECK_THAT(outcome.out, ContainsSubstring(scene));
+  }
+}
+
+TEST_CASE("simulate counts pass-throughs of Bullet alone and none with LazyCCD") {
+  const std::string world = GENERATE("rigid", "deformable");
+  const auto alone = simulate("edge-on-edge --speed 5 --detector bullet --world " + world);
+  CHECK(alone["pass_throughs"]["edge_edge"].get<int>() > 0);
+  CHECK(alone["nodes_on_wrong_side"] == 2);
+  const auto with = simulate("edge-on-edge --speed 5 --detector lazyccd --world " + world);
+  CHECK(with["pass_throughs"]["edge_edge"] == 0);
+  CHECK(with["pass_throughs"]["vertex_face"] == 0);
+  CHECK(with["nodes_on_wrong_side"] == 0);
+  CHECK(with["contacts"]["edge_edge"].get<int>() > 0);
+  CHECK(with["last_resorts"] == 0);
+  CHECK(with["kinetic_energy_J"].size() == with["steps"]);
+  for (const char* part : {"total", "bullet", "gather", "detect", "response"}) {
+    CHECK(with["ms_per_step"][part].is_number());
+  }
+}
+
+TEST_CASE("simulate writes the frames it was asked for") {
+  const test::TemporaryFolder folder;
+  const Outcome outcome = run(folder, "simulate cloth-on-cloth --size 0.2 --steps 5 --every 2 --out " +
+                                          (folder / "frames").string());
+  CHECK(outcome.exit_code == 0);
+  for (const char* name : {"00000.ply", "00002.ply", "00004.ply", "00005.ply"}) {
+    const io::Mesh mesh = io::read_ply(folder / "frames" / name);
+    CHECK(mesh.vertices.size() == 6 * 6 + 4 * 4);
+    CHECK(mesh.faces.size() == 2 * (5 * 5 + 3 * 3));
+  }
+  CHECK(!std::filesystem::exists(folder / "frames" / "00001.ply"));
+}
+
+TEST_CASE("simulate refuses what is not there with exit code 2") {
+  const test::TemporaryFolder folder;
+  for (const char* arguments : {"simulate", "simulate nonsense", "simulate drop --world flat",
+                                "simulate drop --dt 0", "simulate drop --detector none"}) {
+    CHECK(run(folder, arguments).exit_code == 2);
+  }
+}
