@@ -32,6 +32,7 @@ packages_of() {
       echo 'catch2: the test framework'
       echo 'libflint-dev: algebraic numbers, for the exact oracle'
       echo 'libgmp-dev: big integers, below it'
+      echo 'spin: the model checker, for the balancing protocol'
       # FLINT 2 has Arb in a package beside it, FLINT 3 holds it.
       if grep -qs bookworm /etc/os-release; then
         echo 'libflint-arb-dev: ball arithmetic, for the exact oracle'

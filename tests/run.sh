@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Sets up what is missing, builds, and runs all tests: the whole suite as released and under the address
-# and undefined behaviour sanitizers, the threaded parts under the thread sanitizer. Warnings are errors.
+# and undefined behaviour sanitizers, the threaded parts under the thread sanitizer. The CUDA
+# backend is built where there is nvcc, and run where there is a device. Warnings are errors.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../examples/setup.sh"
 
@@ -23,6 +24,14 @@ build_preset asan -DLAZYCCD_TESTS=ON -DLAZYCCD_WERROR=ON
 run_tests asan
 build_preset tsan -DLAZYCCD_TESTS=ON -DLAZYCCD_WERROR=ON -- lazyccd_tests_stability
 run_tests tsan -L stability
+
+if command -v nvcc >/dev/null; then
+  build_preset cuda -DLAZYCCD_WERROR=ON -DLAZYCCD_BULLET=OFF -DCMAKE_CUDA_ARCHITECTURES=90 -- \
+    lazyccd_core check_traversal check_detector
+  run_tests cuda -L gpu  # skipped where there is no device
+else
+  say "The CUDA backend is not built: there is no nvcc"
+fi
 
 say "All passed"
 printf '%s\n' "${summary[@]}"
