@@ -11,12 +11,21 @@ namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
+// Beyond the range of float its largest number stands in: no two sides change their order, and only
+// those of unused lanes are infinite.
+double within_float(double x) {
+  constexpr double largest = std::numeric_limits<float>::max();
+  return std::min(std::max(x, -largest), largest);
+}
+
 float round_down(double x) {
+  x = within_float(x);
   const float f = static_cast<float>(x);
   return static_cast<double>(f) > x ? std::nextafter(f, -kInfinity) : f;
 }
 
 float round_up(double x) {
+  x = within_float(x);
   const float f = static_cast<float>(x);
   return static_cast<double>(f) < x ? std::nextafter(f, kInfinity) : f;
 }
