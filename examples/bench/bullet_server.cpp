@@ -14,12 +14,12 @@ using namespace lazyccd::bench;
 
 template <class T>
 bool read(T* data, std::size_t count) {
-  return std::fread(data, sizeof(T), count, stdin) == count;
+  return count == 0 || std::fread(data, sizeof(T), count, stdin) == count;
 }
 
 template <class T>
 void write(const T* data, std::size_t count) {
-  std::fwrite(data, sizeof(T), count, stdout);
+  if (count != 0) std::fwrite(data, sizeof(T), count, stdout);
 }
 
 std::unique_ptr<BulletCcd> read_mesh() {
