@@ -48,11 +48,20 @@ LAZYCCD_HD inline void identify_contact(const MeshView& mesh, Candidate pair, Co
   c.primitive_b = pair.b;
 }
 
+// A power of two that brings the differences near one, so that products of four of them neither
+// overflow nor vanish.
+LAZYCCD_HD inline double unit_scale(const Differences<double>& d) {
+  const Vec3<double> e1 = max_abs(d.e1), e2 = max_abs(d.e2), r = max_abs(d.r);
+  const double size = lane_max(lane_max(lane_max(e1.x, e1.y), lane_max(e1.z, e2.x)),
+                               lane_max(lane_max(e2.y, e2.z), lane_max(r.x, lane_max(r.y, r.z))));
+  return size > 0x1p-1020 && size <= 0x1.fffffffffffffp1023 ? ::ldexp(1.0, -::ilogb(size)) : 1;
+}
+
 // Closest points, and a normal, at the time of impact, in plain double arithmetic without
 // contraction, so that every backend gets the same bits.
 template <ContactKind kind>
 LAZYCCD_HD inline void describe_contact(const QueryCoordinates& q, double toi, Contact& contact) {
-  const Differences<double> d = differences<kind>(q, 1.0);
+  const Differences<double> d = differences<kind>(q, unit_scale(differences<kind>(q, 1.0)));
   const Vec3<double> e1 = lerp(d.e1, toi), e2 = lerp(d.e2, toi), r = lerp(d.r, toi);
   const ClosestPoints closest = closest_points<kind>(e1, e2, r);
   contact.u = static_cast<float>(closest.u);
