@@ -1,4 +1,5 @@
-// The smallest use of LazyCCD, without Bullet: two triangles in two bodies, one falls through the other.
+// The smallest use of LazyCCD, without Bullet: two triangles in two bodies, one falls through the
+// other.
 //
 //   g++ -std=c++17 smallest.cpp -llazyccd_core -lpthread
 #include <lazyccd/detector.h>
@@ -17,7 +18,7 @@ int main() {
   topology.body_of_vertex = body_of_vertex;
 
   const std::vector<float> start = {
-      -1, 0,    -1, 1,    0,    -1, 0, 0,    1,   // body 0
+      -1, 0,    -1, 1,    0,    -1, 0, 0,    1,    // body 0
       0,  0.1f, 0,  0.2f, 0.5f, 0,  0, 0.5f, 0.2f  // body 1
   };
   std::vector<float> end = start;
@@ -29,9 +30,10 @@ int main() {
     // Every step:
     for (const lazyccd::Contact& c : detector.detect({start.data(), 6}, {end.data(), 6})) {
       const char* kind = c.kind == lazyccd::ContactKind::vertex_face ? "vertex-face" : "edge-edge";
-      std::printf("%s: vertices %d %d %d %d of bodies %d and %d, at %.9f of the step, normal %g %g %g\n",
-                  kind, c.vertices[0], c.vertices[1], c.vertices[2], c.vertices[3], c.body_a, c.body_b,
-                  c.toi, c.normal[0], c.normal[1], c.normal[2]);
+      std::printf(
+          "%s: vertices %d %d %d %d of bodies %d and %d, at %.9f of the step, normal %g %g %g\n",
+          kind, c.vertices[0], c.vertices[1], c.vertices[2], c.vertices[3], c.body_a, c.body_b,
+          c.toi, c.normal[0], c.normal[1], c.normal[2]);
     }
     std::printf("%s\n", detector.status().c_str());
   } catch (const lazyccd::Error& error) {

@@ -13,8 +13,8 @@ double gap(const ContactRow& row, const std::vector<Eigen::Vector3d>& x) {
   return sum;
 }
 
-// Raises `total` (never below zero) by what brings the gap to `target`; the change in metres that the
-// most mobile node would feel at full weight.
+// Raises `total` (never below zero) by what brings the gap to `target`; the change in metres that
+// the most mobile node would feel at full weight.
 double solve(const ContactRow& row, double target, double gap_now, const Motion& motion,
              std::vector<Eigen::Vector3d>& x, double& total) {
   const double wanted = std::max(0.0, total + (target - gap_now) * row.response);
@@ -45,8 +45,8 @@ ContactRow ContactRows::make_row(const Contact& contact, const Motion& motion) c
   const double thickness = thickness_(contact.body_a, contact.body_b);
   row.kept_gap = std::min(thickness, std::max(0.0, start_gap));
   row.opened_gap = std::max(row.kept_gap, recovery_ * thickness);
-  // A row that only a node of small weight can serve would throw that node far away: at most 16 times
-  // the gap, and the next detection asks again.
+  // A row that only a node of small weight can serve would throw that node far away: at most 16
+  // times the gap, and the next detection asks again.
   row.response = 1 / std::max(compliance, most_mobile / 256);
   row.impulse = row.opening = 0;
   return row;
@@ -81,7 +81,8 @@ void ContactRows::relax(Motion& motion, int sweeps) {
     double change = 0;
     for (ContactRow& row : rows_) {
       const double now = gap(row, motion.solved) + gap(row, motion.opening);
-      change = std::max(change, solve(row, row.opened_gap, now, motion, motion.opening, row.opening));
+      change =
+          std::max(change, solve(row, row.opened_gap, now, motion, motion.opening, row.opening));
     }
     if (change < tolerance) break;
   }

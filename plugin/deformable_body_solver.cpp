@@ -13,7 +13,8 @@ btVector3 to_bullet(const Eigen::Vector3d& x) {
                    static_cast<btScalar>(x[2]));
 }
 
-// Where btDeformableBodySolver::applyTransforms would put a node, its limit on the displacement included.
+// Where btDeformableBodySolver::applyTransforms would put a node, its limit on the displacement
+// included.
 btVector3 predicted_end(const btSoftBody& body, const btSoftBody::Node& node, btScalar time_step) {
   const btScalar limit = body.m_worldInfo->m_maxDisplacement / time_step;
   btVector3 v = node.m_v;
@@ -53,7 +54,9 @@ btLazyDeformableBodySolver::btLazyDeformableBodySolver(const Options& options)
 
 btLazyDeformableBodySolver::~btLazyDeformableBodySolver() = default;
 
-Span<const StepContact> btLazyDeformableBodySolver::contacts() const { return pipeline_->contacts(); }
+Span<const StepContact> btLazyDeformableBodySolver::contacts() const {
+  return pipeline_->contacts();
+}
 const StepStats& btLazyDeformableBodySolver::step_stats() const { return pipeline_->step(); }
 const StepStats& btLazyDeformableBodySolver::total_stats() const { return pipeline_->total(); }
 std::string btLazyDeformableBodySolver::status() const { return pipeline_->status(); }
@@ -69,7 +72,9 @@ void btLazyDeformableBodySolver::processCollision(btSoftBody* body,
   btDeformableBodySolver::processCollision(body, other);
 }
 
-void btLazyDeformableBodySolver::processCollision(btSoftBody* a, btSoftBody* b) { queue_pair(a, b); }
+void btLazyDeformableBodySolver::processCollision(btSoftBody* a, btSoftBody* b) {
+  queue_pair(a, b);
+}
 
 void btLazyDeformableBodySolver::predictMotion(btScalar solverdt) {
   pipeline_->note_changes(m_softBodies);
@@ -82,8 +87,8 @@ void btLazyDeformableBodySolver::solveDeformableConstraints(btScalar solverdt) {
 }
 
 void btLazyDeformableBodySolver::silence_bullet() {
-  // What follows in the stock world is its discrete soft-against-soft handling, which heeds no filter
-  // and loses momentum. It looks for VF_DD, so the flag is away until applyTransforms().
+  // What follows in the stock world is its discrete soft-against-soft handling, which heeds no
+  // filter and loses momentum. It looks for VF_DD, so the flag is away until applyTransforms().
   silenced_.clear();
   if (!pipeline_->works()) return;
   for (int i = 0; i < m_softBodies.size(); ++i) {
@@ -138,8 +143,9 @@ void btLazyDeformableBodySolver::write_positions() {
 }
 
 void btLazyDeformableBodySolver::list_contacts() {
-  // As Bullet's CollideVF_DD fills them (btSoftBodyInternals.h). applyRepulsionForce has run for this
-  // step, and the lists are cleared before it runs again, so they are for applications to read.
+  // As Bullet's CollideVF_DD fills them (btSoftBodyInternals.h). applyRepulsionForce has run for
+  // this step, and the lists are cleared before it runs again, so they are for applications to
+  // read.
   for (int i = 0; i < m_softBodies.size(); ++i) {
     m_softBodies[i]->m_faceNodeContacts.resize(0);
     m_softBodies[i]->m_faceNodeContactsCCD.resize(0);

@@ -13,11 +13,12 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// Turning further than this in one step is cut short, radians: the linear path of a node would leave
-// the circle too far.
+// Turning further than this in one step is cut short, radians: the linear path of a node would
+// leave the circle too far.
 constexpr double largest_turn = 1;
 
-// Rotation vector of the step from angular momentum and inertia; none about an axis without inertia.
+// Rotation vector of the step from angular momentum and inertia; none about an axis without
+// inertia.
 Vector3d turn(const Matrix3d& inertia, const Vector3d& momentum) {
   const Eigen::SelfAdjointEigenSolver<Matrix3d> axes(inertia);
   const double smallest = 1e-9 * axes.eigenvalues()[2];

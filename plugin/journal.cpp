@@ -6,8 +6,8 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
 void Journal::say(const std::string& key, const std::string& text) noexcept try {
-  const bool known = std::any_of(lines_.begin(), lines_.end(),
-                                 [&](const Line& line) { return line.key == key; });
+  const bool known =
+      std::any_of(lines_.begin(), lines_.end(), [&](const Line& line) { return line.key == key; });
   if (known) return;
   lines_.push_back({key, text});
   if (listener_) listener_(text);

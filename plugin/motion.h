@@ -41,7 +41,8 @@ struct Motion {
 
   void round_end(std::int32_t i) {
     const Eigen::Vector3d x = solved[i] + opening[i];
-    for (int k = 0; k < 3; ++k) end[3 * static_cast<std::size_t>(i) + k] = static_cast<btScalar>(x[k]);
+    for (int k = 0; k < 3; ++k)
+      end[3 * static_cast<std::size_t>(i) + k] = static_cast<btScalar>(x[k]);
   }
 
   // Back to the start of the step, exactly.

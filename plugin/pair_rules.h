@@ -11,8 +11,8 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-// The application's own filter of the broad phase, or null. Where there is one, it alone decides and
-// groups and masks do not count (btOverlappingPairCache.h, needsBroadphaseCollision).
+// The application's own filter of the broad phase, or null. Where there is one, it alone decides
+// and groups and masks do not count (btOverlappingPairCache.h, needsBroadphaseCollision).
 btOverlapFilterCallback* overlap_filter(const btSoftBody& body);
 
 // Both bodies ask Bullet for cluster against cluster: such a pair stays with Bullet.

@@ -28,7 +28,7 @@ Pipeline::Pipeline(const Options& options)
       }) {}
 
 bool Pipeline::queue_pair(const btSoftBody* a, const btSoftBody* b) noexcept {
-  if (!works_ || is_cluster_pair(*a, *b) || scene_.is_refused(a) || scene_.is_refused(b)) return false;
+  if (!works_ || is_cluster_pair(*a, *b) || !scene_.takes(a) || !scene_.takes(b)) return false;
   ++queued_;
   return true;
 }
@@ -133,8 +133,9 @@ std::vector<Contact> Pipeline::detect(const Positions& start, const Positions& e
   for (const Contact& contact : detector_->detect(start, end)) {
     const bool responds =
         scene_.bodies()[contact.body_a].responds && scene_.bodies()[contact.body_b].responds;
-    const bool movable = std::any_of(contact.vertices.begin(), contact.vertices.end(),
-                                     [this](std::int32_t v) { return motion_.inverse_mass[v] > 0; });
+    const bool movable =
+        std::any_of(contact.vertices.begin(), contact.vertices.end(),
+                    [this](std::int32_t v) { return motion_.inverse_mass[v] > 0; });
     if (responds && movable) {
       answered.push_back(contact);
     } else if (step_.detections == 0) {
@@ -180,8 +181,8 @@ bool Pipeline::is_moved(std::int32_t vertex) const {
 std::string Pipeline::status() const {
   std::string text = "LazyCCD: " + (detector_ ? detector_->status() : "no step yet") + ", " +
                      std::to_string(scene_.bodies().size()) + " soft bodies, " +
-                     std::to_string(total_.steps) + " steps, " + std::to_string(total_.last_resorts) +
-                     " nodes held as the last resort\n";
+                     std::to_string(total_.steps) + " steps, " +
+                     std::to_string(total_.last_resorts) + " nodes held as the last resort\n";
   return text + journal_.text();
 }
 

@@ -21,19 +21,21 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 class Pipeline {
  public:
   using Bodies = btAlignedObjectArray<btSoftBody*>;
-  // Fills start and end of a motion whose arrays have their size, and zeroes the inverse mass of nodes
-  // that something else than velocity and contact moves.
+  // Fills start and end of a motion whose arrays have their size, and zeroes the inverse mass of
+  // nodes that something else than velocity and contact moves.
   using Fill = std::function<void(const SoftScene&, Motion&)>;
 
   explicit Pipeline(const Options& options);
 
-  // A pair from Bullet's dispatcher. False where it is not LazyCCD's, so that Bullet is to process it.
+  // A pair from Bullet's dispatcher. False where it is not LazyCCD's, so that Bullet is to process
+  // it.
   bool queue_pair(const btSoftBody* a, const btSoftBody* b) noexcept;
   // To be called while Bullet's marks of changed topology still stand.
   void note_changes(const Bodies& bodies) noexcept;
 
-  // The whole scene, `seconds` long. True where it went its full way: then motion().end is clean and
-  // is what the nodes should be set to. False where the step is Bullet's alone; status() says why.
+  // The whole scene, `seconds` long. True where it went its full way: then motion().end is clean
+  // and is what the nodes should be set to. False where the step is Bullet's alone; status() says
+  // why.
   bool run(const Bodies& bodies, double seconds, const Fill& fill) noexcept;
 
   // Of the last run():

@@ -26,9 +26,9 @@ void Response::run(std::vector<Contact> contacts, const Detect& detect_all, Moti
   rows_.clear();
   motion.begin_response();
 
-  // Pairs that touch before anything moves (bodies placed so, the lips of a cut) cannot be cleaned by
-  // moving less, and have no side yet. Between bodies the motion tells it: they came from where they do
-  // not go, and get one answer. Within a body they part freely.
+  // Pairs that touch before anything moves (bodies placed so, the lips of a cut) cannot be cleaned
+  // by moving less, and have no side yet. Between bodies the motion tells it: they came from where
+  // they do not go, and get one answer. Within a body they part freely.
   std::vector<Contact> touching;
   if (std::any_of(contacts.begin(), contacts.end(), starts_touching)) {
     touching = detect_all(motion.starts(), motion.starts());

@@ -19,9 +19,9 @@ class Response {
 
   Response(const Options& options, ContactRows::Thickness thickness);
 
-  // In turn, each until the step is clean: impulses; rigid impact zones; nodes held at the start of the
-  // step, which is clean in the end because nothing moves any more. `contacts` are those of the motion
-  // as it is.
+  // In turn, each until the step is clean: impulses; rigid impact zones; nodes held at the start of
+  // the step, which is clean in the end because nothing moves any more. `contacts` are those of the
+  // motion as it is.
   void run(std::vector<Contact> contacts, const Detect& detect_all, Motion& motion,
            StepStats& stats);
 

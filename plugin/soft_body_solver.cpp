@@ -25,12 +25,13 @@ void btLazySoftBodySolver::queue_pair(btSoftBody* a, btSoftBody* b) {
 void btLazySoftBodySolver::predictMotion(btScalar solverdt) {
   pipeline_->note_changes(m_softBodySet);
   btDefaultSoftBodySolver::predictMotion(solverdt);
-  // Bullet clears the lists of active bodies only. A body that sleeps here and is woken by this step's
-  // collisions would act on the contacts of an old step.
+  // Bullet clears the lists of active bodies only. A body that sleeps here and is woken by this
+  // step's collisions would act on the contacts of an old step.
   for (int i = 0; i < m_softBodySet.size(); ++i) m_softBodySet[i]->m_scontacts.resize(0);
 }
 
-void btLazySoftBodySolver::processCollision(btSoftBody* body, const btCollisionObjectWrapper* other) {
+void btLazySoftBodySolver::processCollision(btSoftBody* body,
+                                            const btCollisionObjectWrapper* other) {
   btDefaultSoftBodySolver::processCollision(body, other);
 }
 
@@ -88,8 +89,8 @@ void btLazySoftBodySolver::write_back() {
 }
 
 void btLazySoftBodySolver::list_contacts() {
-  // As Bullet's CollideVF_SS fills them (btSoftBodyInternals.h). Bullet's solver has done its work for
-  // this step and clears the list before the next one, so they are for applications to read.
+  // As Bullet's CollideVF_SS fills them (btSoftBodyInternals.h). Bullet's solver has done its work
+  // for this step and clears the list before the next one, so they are for applications to read.
   for (const StepContact& contact : pipeline_->contacts()) {
     if (contact.kind != ContactKind::vertex_face) continue;
     const btSoftBody& a = *contact.body_a;

@@ -17,7 +17,8 @@ namespace {
 int index_of(const btSoftBody& body, const btSoftBody::Node* node) {
   if (body.m_nodes.size() == 0) return -1;
   const btSoftBody::Node* first = &body.m_nodes[0];
-  const bool inside = !std::less<>()(node, first) && std::less<>()(node, first + body.m_nodes.size());
+  const bool inside =
+      !std::less<>()(node, first) && std::less<>()(node, first + body.m_nodes.size());
   return inside ? static_cast<int>(node - first) : -1;
 }
 
@@ -163,6 +164,11 @@ void SoftScene::readmit(const btAlignedObjectArray<btSoftBody*>& bodies) {
 
 bool SoftScene::is_refused(const btSoftBody* body) const {
   return std::find(refused_.begin(), refused_.end(), body) != refused_.end();
+}
+
+bool SoftScene::takes(const btSoftBody* body) const {
+  const bool has_matter = body->m_faces.size() > 0 || body->m_links.size() > 0;
+  return has_matter && !body->m_reducedModel && !is_refused(body);
 }
 
 std::int32_t SoftScene::vertex_of(const BodyRecord& record, int node) const {

@@ -1,10 +1,10 @@
 // Bullet's soft bodies as one index space of vertices, faces and edges.
 //
-// Taken: bodies with at least one face or one link that counts. A link counts as an edge where one of
-// its ends belongs to no face and no tetrahedron (ropes); other links lie on the surface or inside the
-// volume, and bending links are not matter. Nodes that no face or edge uses are no vertices.
-// Left out, and said once: faces that name a node twice, repeat another face or reach into another
-// body; bodies that are reduced deformables or hold a position that is not finite.
+// Taken: bodies with at least one face or one link that counts. A link counts as an edge where one
+// of its ends belongs to no face and no tetrahedron (ropes); other links lie on the surface or
+// inside the volume, and bending links are not matter. Nodes that no face or edge uses are no
+// vertices. Left out, and said once: faces that name a node twice, repeat another face or reach
+// into another body; bodies that are reduced deformables or hold a position that is not finite.
 #pragma once
 
 #include <BulletSoftBody/btSoftBody.h>
@@ -23,10 +23,10 @@ class SoftScene {
  public:
   struct BodyRecord {
     btSoftBody* body;
-    int world_index;       // position in the world's array of soft bodies
+    int world_index;  // position in the world's array of soft bodies
     std::int32_t first_vertex, vertex_count;
-    btScalar margin;       // metres
-    bool responds;         // false: contacts are reported and nothing is moved
+    btScalar margin;  // metres
+    bool responds;    // false: contacts are reported and nothing is moved
   };
 
   // Compares with what was read last, cheaply: counts, filters and Bullet's own mark of a change.
@@ -38,6 +38,8 @@ class SoftScene {
   void refuse(const btSoftBody* body) { refused_.push_back(body); }
   void readmit(const btAlignedObjectArray<btSoftBody*>& bodies);
   bool is_refused(const btSoftBody* body) const;
+  // Not refused, and of a kind that LazyCCD detects.
+  bool takes(const btSoftBody* body) const;
 
   Topology topology() const;
   std::int32_t vertex_count() const { return static_cast<std::int32_t>(node_.size()); }

@@ -1,4 +1,5 @@
-// A plain Bullet program: one cloth flies into another. The two lines marked LazyCCD are the change.
+// A plain Bullet program: one cloth flies into another. The two lines marked LazyCCD are the
+// change.
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
 #include <BulletDynamics/ConstraintSolver/btSequentialImpulseConstraintSolver.h>

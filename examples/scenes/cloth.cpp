@@ -11,7 +11,8 @@ double symmetric(std::mt19937& random) { return random() / 2147483648.0 - 1; }
 
 }  // namespace
 
-std::unique_ptr<btSoftBody> make_cloth(btSoftBodyWorldInfo& info, int columns, int rows, double mass,
+std::unique_ptr<btSoftBody> make_cloth(btSoftBodyWorldInfo& info, int columns, int rows,
+                                       double mass,
                                        const std::function<btVector3(double u, double v)>& at) {
   std::vector<btVector3> positions;
   for (int row = 0; row < rows; ++row) {

@@ -12,7 +12,8 @@ namespace {
 btVector3 downwards(double speed) { return btVector3(0, static_cast<btScalar>(-speed), 0); }
 
 // A cloth of 21 x 21 nodes, 1 m wide, against one of 31 x 31 nodes, 2 m wide, both times `scale`.
-void build_cloths(Scene& scene, const Parameters& parameters, double speed, double scale, bool pinned) {
+void build_cloths(Scene& scene, const Parameters& parameters, double speed, double scale,
+                  bool pinned) {
   std::mt19937 random(parameters.seed);
   PhysicsWorld& world = *scene.world;
   const int lower_nodes = scaled(31, parameters), upper_nodes = scaled(21, parameters);
@@ -118,8 +119,8 @@ SceneInfo thrown(const char* name, const char* description, double speed, double
 }  // namespace
 
 std::vector<SceneInfo> impact_scenes() {
-  SceneInfo cloths = thrown("cloth-on-cloth",
-                            "a cloth flies into a larger one that is pinned at its border", 10, 0.5);
+  SceneInfo cloths = thrown(
+      "cloth-on-cloth", "a cloth flies into a larger one that is pinned at its border", 10, 0.5);
   cloths.build = [](Scene& scene, const Parameters& p, double speed) {
     build_cloths(scene, p, speed, 1, true);
   };
@@ -130,21 +131,21 @@ std::vector<SceneInfo> impact_scenes() {
     build_cloths(scene, p, speed, 0.2, true);
   };
 
-  SceneInfo free = thrown("free-cloths", "cloth-on-cloth with nothing pinned: momentum is kept", 10,
-                          0.5);
+  SceneInfo free =
+      thrown("free-cloths", "cloth-on-cloth with nothing pinned: momentum is kept", 10, 0.5);
   free.build = [](Scene& scene, const Parameters& p, double speed) {
     build_cloths(scene, p, speed, 1, false);
   };
 
-  SceneInfo mesh = thrown("cloth-on-mesh",
-                          "a cloth falls on a thin static triangle mesh (Bullet's part of the work)", 10,
-                          0);
+  SceneInfo mesh =
+      thrown("cloth-on-mesh",
+             "a cloth falls on a thin static triangle mesh (Bullet's part of the work)", 10, 0);
   mesh.gravity = 10;
   mesh.seconds = 1;
   mesh.build = build_cloth_on_mesh;
 
-  SceneInfo edges = thrown("edge-on-edge", "two squares meet with one edge each, the lower one pinned",
-                           1, 0.5);
+  SceneInfo edges =
+      thrown("edge-on-edge", "two squares meet with one edge each, the lower one pinned", 1, 0.5);
   edges.build = build_edge_on_edge;
   return {cloths, small, free, mesh, edges};
 }

@@ -62,7 +62,8 @@ class WorldWith : public PhysicsWorld {
 
  protected:
   explicit WorldWith(const WorldOptions& options) : PhysicsWorld(options) {
-    if (options.collisions == Collisions::lazyccd) lazy_ = std::make_unique<Solver>(options.lazyccd);
+    if (options.collisions == Collisions::lazyccd)
+      lazy_ = std::make_unique<Solver>(options.lazyccd);
   }
 
   Ground ground_;
@@ -111,12 +112,14 @@ class DeformableWorld : public WorldWith<bullet::btLazyDeformableBodySolver> {
  public:
   explicit DeformableWorld(const WorldOptions& options)
       // Explicit springs: stiff ones need short steps.
-      : WorldWith(options), springs_(stiffness(options), stiffness(options) / 10),
+      : WorldWith(options),
+        springs_(stiffness(options), stiffness(options) / 10),
         weight_(gravity_of(options)) {
     if (lazy_ && !options.stock_world) {
       constraints_.setDeformableSolver(lazy_.get());
       world_ = std::make_unique<bullet::btLazyDeformableMultiBodyDynamicsWorld>(
-          &ground_.dispatcher, &ground_.broadphase, &constraints_, &ground_.configuration, lazy_.get());
+          &ground_.dispatcher, &ground_.broadphase, &constraints_, &ground_.configuration,
+          lazy_.get());
     } else {
       btDeformableBodySolver* solver = lazy_ ? lazy_.get() : &bullets_;
       constraints_.setDeformableSolver(solver);

@@ -12,16 +12,20 @@
 
 namespace lazyccd::scenes {
 
-enum class World { rigid, deformable };     // btSoftRigidDynamicsWorld, btDeformableMultiBodyDynamicsWorld
+enum class World {
+  rigid,
+  deformable
+};  // btSoftRigidDynamicsWorld, btDeformableMultiBodyDynamicsWorld
 enum class Collisions { lazyccd, bullet };  // whose
 
 struct WorldOptions {
   World world = World::deformable;
   Collisions collisions = Collisions::lazyccd;
-  double dt = 1.0 / 240;       // s
-  double gravity = 0;          // m/s^2, downwards (-y)
-  double margin = 0.01;        // m, of every body
-  // With LazyCCD in the deformable world: Bullet's own world class, its passes over soft pairs included.
+  double dt = 1.0 / 240;  // s
+  double gravity = 0;     // m/s^2, downwards (-y)
+  double margin = 0.01;   // m, of every body
+  // With LazyCCD in the deformable world: Bullet's own world class, its passes over soft pairs
+  // included.
   bool stock_world = false;
   bullet::Options lazyccd;
 };

@@ -10,8 +10,8 @@ namespace lazyccd::scenes {
 namespace {
 
 using Point = std::array<double, 3>;
-// Exact for coordinates whose largest and smallest nonzero magnitudes are within a factor of 2^600: a
-// difference then has at most 653 bits and the determinant three times that and 3 more.
+// Exact for coordinates whose largest and smallest nonzero magnitudes are within a factor of 2^600:
+// a difference then has at most 653 bits and the determinant three times that and 3 more.
 using Exact = boost::multiprecision::number<
     boost::multiprecision::cpp_bin_float<2000, boost::multiprecision::digit_base_2>>;
 
@@ -34,8 +34,8 @@ int side(const Point& a, const Point& b, const Point& c, const Point& d) {
   for (int k = 0; k < 3; ++k) {
     bound *= std::max({std::abs(a[k] - d[k]), std::abs(b[k] - d[k]), std::abs(c[k] - d[k])});
   }
-  // Each of the six products has a factor from every column, so `bound` exceeds them all; their rounding
-  // stays far below this.
+  // Each of the six products has a factor from every column, so `bound` exceeds them all; their
+  // rounding stays far below this.
   const double value = determinant<double>(a, b, c, d);
   if (std::abs(value) > 1e-14 * 6 * bound) return value > 0 ? 1 : -1;
   return determinant<Exact>(a, b, c, d).sign();
@@ -73,7 +73,8 @@ bool overlap(const Box& a, const Box& b) {
 
 }  // namespace
 
-std::vector<Piercing> find_piercings(const Surface& surface, const std::vector<btScalar>& positions) {
+std::vector<Piercing> find_piercings(const Surface& surface,
+                                     const std::vector<btScalar>& positions) {
   std::vector<Point> points(positions.size() / 3);
   for (std::size_t i = 0; i < positions.size(); ++i) {
     points[i / 3][i % 3] = static_cast<double>(positions[i]);
@@ -125,7 +126,8 @@ std::vector<Piercing> find_piercings(const Surface& surface, const std::vector<b
       const Face& face = surface.faces[candidate->index];
       const std::int32_t other = surface.body_of_vertex[face[0]];
       const Body &a = surface.bodies[body], &b = surface.bodies[other];
-      const bool collide = body == other ? a.self_collision : (a.group & b.mask) && (b.group & a.mask);
+      const bool collide =
+          body == other ? a.self_collision : (a.group & b.mask) && (b.group & a.mask);
       if (!collide || !overlap(item.box, candidate->box)) continue;
       const bool shared = std::any_of(face.begin(), face.end(),
                                       [&](std::int32_t v) { return v == edge[0] || v == edge[1]; });

@@ -15,8 +15,9 @@ struct Piercing {
 };
 
 // Pairs of an edge and a face without a common vertex whose bodies collide (by filters, and with
-// themselves where they do) and where the edge passes through the inside of the face. Which pairs is
-// decided exactly.
-std::vector<Piercing> find_piercings(const Surface& surface, const std::vector<btScalar>& positions);
+// themselves where they do) and where the edge passes through the inside of the face. Which pairs
+// is decided exactly.
+std::vector<Piercing> find_piercings(const Surface& surface,
+                                     const std::vector<btScalar>& positions);
 
 }  // namespace lazyccd::scenes

@@ -9,14 +9,14 @@ namespace lazyccd::scenes {
 namespace {
 
 btTransform at(double x, double y, double z) {
-  return btTransform(btQuaternion::getIdentity(),
-                     btVector3(static_cast<btScalar>(x), static_cast<btScalar>(y),
-                               static_cast<btScalar>(z)));
+  return btTransform(
+      btQuaternion::getIdentity(),
+      btVector3(static_cast<btScalar>(x), static_cast<btScalar>(y), static_cast<btScalar>(z)));
 }
 
 std::unique_ptr<btCollisionShape> box(double x, double y, double z) {
-  return std::make_unique<btBoxShape>(
-      btVector3(static_cast<btScalar>(x / 2), static_cast<btScalar>(y / 2), static_cast<btScalar>(z / 2)));
+  return std::make_unique<btBoxShape>(btVector3(
+      static_cast<btScalar>(x / 2), static_cast<btScalar>(y / 2), static_cast<btScalar>(z / 2)));
 }
 
 void build_eight_cloths(Scene& scene, const Parameters& parameters, double) {

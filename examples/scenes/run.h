@@ -16,13 +16,13 @@ struct RunReport {
   int steps = 0;
   std::int64_t crossings_vf = 0, crossings_ee = 0;  // over all steps
   std::vector<Piercing> piercings;                  // at the end
-  std::int64_t listed_contacts = 0;  // in Bullet's own lists after each step, over all steps
-  std::optional<int> wrong_side;                    // nodes, at the end
-  std::vector<double> kinetic_energy;               // J, after each step
+  std::int64_t listed_contacts = 0;    // in Bullet's own lists after each step, over all steps
+  std::optional<int> wrong_side;       // nodes, at the end
+  std::vector<double> kinetic_energy;  // J, after each step
   Mechanics start, end;
-  bool finite = true;           // all positions at the end
-  double ms_step = 0;           // mean wall time of a step, without the counters
-  bullet::StepStats lazyccd;    // summed; all zero with Bullet alone
+  bool finite = true;         // all positions at the end
+  double ms_step = 0;         // mean wall time of a step, without the counters
+  bullet::StepStats lazyccd;  // summed; all zero with Bullet alone
   std::string status;
 };
 

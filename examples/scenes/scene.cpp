@@ -40,8 +40,8 @@ Scene set_up(const SceneInfo& info, const Parameters& parameters) {
 
   Scene scene;
   scene.world = PhysicsWorld::make(options);
-  scene.steps = parameters.steps.value_or(
-      static_cast<int>(std::ceil((info.seconds + flight) / options.dt)));
+  scene.steps =
+      parameters.steps.value_or(static_cast<int>(std::ceil((info.seconds + flight) / options.dt)));
   info.build(scene, parameters, speed);
   return scene;
 }

@@ -41,8 +41,8 @@ struct SceneInfo {
   double speed = 0;    // m/s; 0 where nothing is thrown
   double gravity = 0;  // m/s^2
   double margin = 0.01;
-  double seconds = 1;          // of the run; thrown: what it takes to fly `distance` is added
-  double distance = 0;         // m
+  double seconds = 1;   // of the run; thrown: what it takes to fly `distance` is added
+  double distance = 0;  // m
   std::function<void(Scene&, const Parameters&, double speed)> build;
 };
 

@@ -51,7 +51,8 @@ io::Mesh to_mesh(const Surface& surface, const std::vector<btScalar>& positions)
   io::Mesh mesh;
   mesh.faces = surface.faces;
   for (std::size_t i = 0; i < positions.size(); i += 3) {
-    mesh.vertices.push_back({static_cast<double>(positions[i]), static_cast<double>(positions[i + 1]),
+    mesh.vertices.push_back({static_cast<double>(positions[i]),
+                             static_cast<double>(positions[i + 1]),
                              static_cast<double>(positions[i + 2])});
   }
   return mesh;

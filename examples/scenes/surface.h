@@ -1,5 +1,5 @@
-// The soft bodies of a world as triangles: what frames, crossings and piercings look at. Read apart from
-// the adapter, so that the counters can tell on it.
+// The soft bodies of a world as triangles: what frames, crossings and piercings look at. Read apart
+// from the adapter, so that the counters can tell on it.
 #pragma once
 
 #include <vector>

@@ -26,8 +26,8 @@ TEST_CASE("a body with a position that is not finite is named and left out until
 
   // The springs have spread it by now.
   for (int i = 0; i < broken->m_nodes.size(); ++i) {
-    broken->m_nodes[i].m_x = broken->m_nodes[i].m_q = good + btVector3(btScalar(0.1 * (i % 4)), 0,
-                                                                       btScalar(0.1 * (i / 4)));
+    broken->m_nodes[i].m_x = broken->m_nodes[i].m_q =
+        good + btVector3(btScalar(0.1 * (i % 4)), 0, btScalar(0.1 * (i / 4)));
     broken->m_nodes[i].m_v = btVector3(0, 0, 0);
   }
   impact.steps(2);

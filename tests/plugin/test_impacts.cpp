@@ -77,12 +77,14 @@ TEST_CASE("Bullet alone lets these scenes pass through, by the same counters") {
     CHECK(report.crossings_vf > 0);
   }
   SECTION("deformable world, 30 m/s at 1/240 s") {
-    const auto report = run({"cloth-on-cloth", 30, 1.0 / 240, 0}, World::deformable, Collisions::bullet);
+    const auto report =
+        run({"cloth-on-cloth", 30, 1.0 / 240, 0}, World::deformable, Collisions::bullet);
     CHECK(report.wrong_side == 441);
     CHECK(report.crossings_ee > 0);
   }
   SECTION("deformable world, 2 m/s at 1/60 s: half of it hangs in the net") {
-    const auto report = run({"cloth-on-cloth", 2, 1.0 / 60, 0}, World::deformable, Collisions::bullet);
+    const auto report =
+        run({"cloth-on-cloth", 2, 1.0 / 60, 0}, World::deformable, Collisions::bullet);
     CHECK(report.wrong_side > 100);
     CHECK(report.piercings.size() > 500);
   }

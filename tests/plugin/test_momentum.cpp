@@ -13,7 +13,8 @@ namespace {
 
 // The largest change of total momentum over `steps` of the free cloths' impact, over the sum of the
 // nodes' absolute momenta at the start.
-double momentum_error(World world, const bullet::Options& options, int steps, bullet::StepStats* stats) {
+double momentum_error(World world, const bullet::Options& options, int steps,
+                      bullet::StepStats* stats) {
   scenes::Parameters parameters;
   parameters.world = world;
   parameters.speed = 30;

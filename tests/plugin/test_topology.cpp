@@ -74,8 +74,8 @@ TEST_CASE("a rope catches on cloth and on another rope") {
   };
   btSoftBody* fixed = rope(btVector3(-1, 0, btScalar(0.05)), btVector3(1, 0, btScalar(0.05)), 0);
   scenes::pin(*fixed, 0, fixed->m_nodes.size() - 1);
-  const btSoftBody* across =
-      rope(btVector3(btScalar(0.13), btScalar(0.1), -1), btVector3(btScalar(0.13), btScalar(0.1), 1), 10);
+  const btSoftBody* across = rope(btVector3(btScalar(0.13), btScalar(0.1), -1),
+                                  btVector3(btScalar(0.13), btScalar(0.1), 1), 10);
   auto cloth = sheet(*w, 6, 1, -0.5);
   scenes::pin(*cloth, 0, 35);
   const btSoftBody* net = cloth.get();

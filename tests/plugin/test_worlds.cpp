@@ -68,7 +68,8 @@ TEST_CASE("the soft body solver works in the multi-body world") {
   btDbvtBroadphase broadphase;
   btMultiBodyConstraintSolver constraints;
   bullet::btLazySoftBodySolver solver;
-  btSoftMultiBodyDynamicsWorld world(&dispatcher, &broadphase, &constraints, &configuration, &solver);
+  btSoftMultiBodyDynamicsWorld world(&dispatcher, &broadphase, &constraints, &configuration,
+                                     &solver);
   CHECK(passed_in(world, 30) == 0);
   CHECK(solver.total_stats().contacts_vf > 0);
 }

@@ -27,8 +27,8 @@ inline void throw_down(btSoftBody& body, double speed) {
 }
 
 // A square sheet of `nodes` x `nodes`, at `height`.
-inline std::unique_ptr<btSoftBody> sheet(PhysicsWorld& world, int nodes, double width, double height,
-                                         double angle = 0.3) {
+inline std::unique_ptr<btSoftBody> sheet(PhysicsWorld& world, int nodes, double width,
+                                         double height, double angle = 0.3) {
   std::mt19937 random(static_cast<unsigned>(nodes));
   scenes::Sheet s{nodes, nodes, width, width};
   s.height = height;
@@ -43,7 +43,8 @@ struct Impact {
   btSoftBody* held;
   btSoftBody* thrown;
 
-  explicit Impact(const scenes::WorldOptions& options, double speed = 10, int group = 1, int mask = -1)
+  explicit Impact(const scenes::WorldOptions& options, double speed = 10, int group = 1,
+                  int mask = -1)
       : world(PhysicsWorld::make(options)) {
     auto lower = sheet(*world, 9, 2, 0, 0);
     auto upper = sheet(*world, 6, 1, 0.1);
@@ -55,9 +56,7 @@ struct Impact {
     world->add(std::move(upper), group, mask);
   }
 
-  int passed() const {
-    return scenes::nodes_below(*thrown, 0, thrown->m_nodes.size() - 1, *held);
-  }
+  int passed() const { return scenes::nodes_below(*thrown, 0, thrown->m_nodes.size() - 1, *held); }
   void steps(int count) {
     for (int i = 0; i < count; ++i) world->step();
   }

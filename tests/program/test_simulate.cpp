@@ -53,8 +53,9 @@ TEST_CASE("simulate counts pass-throughs of Bullet alone and none with LazyCCD")
 
 TEST_CASE("simulate writes the frames it was asked for") {
   const test::TemporaryFolder folder;
-  const Outcome outcome = run(folder, "simulate cloth-on-cloth --size 0.2 --steps 5 --every 2 --out " +
-                                          (folder / "frames").string());
+  const Outcome outcome =
+      run(folder, "simulate cloth-on-cloth --size 0.2 --steps 5 --every 2 --out " +
+                      (folder / "frames").string());
   CHECK(outcome.exit_code == 0);
   for (const char* name : {"00000.ply", "00002.ply", "00004.ply", "00005.ply"}) {
     const io::Mesh mesh = io::read_ply(folder / "frames" / name);

@@ -11,7 +11,8 @@ nlohmann::ordered_json to_json(const scenes::RunReport& report) {
   nlohmann::ordered_json json;
   json["steps"] = report.steps;
   json["finite"] = report.finite;
-  json["pass_throughs"] = {{"vertex_face", report.crossings_vf}, {"edge_edge", report.crossings_ee}};
+  json["pass_throughs"] = {{"vertex_face", report.crossings_vf},
+                           {"edge_edge", report.crossings_ee}};
   json["piercings"] = report.piercings.size();
   nlohmann::ordered_json points = nlohmann::ordered_json::array();
   for (const scenes::Piercing& piercing : report.piercings) points.push_back(piercing.point);

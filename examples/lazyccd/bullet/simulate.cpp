@@ -48,8 +48,8 @@ void print_summary(const scenes::RunReport& report) {
   const bullet::StepStats& stats = report.lazyccd;
   std::printf("%d steps, %.2f ms a step\n", report.steps, report.ms_step);
   if (!report.finite) std::printf("stopped: positions are not finite any more\n");
-  std::printf("pass-throughs: %" PRId64 " vertex-face, %" PRId64 " edge-edge\n", report.crossings_vf,
-              report.crossings_ee);
+  std::printf("pass-throughs: %" PRId64 " vertex-face, %" PRId64 " edge-edge\n",
+              report.crossings_vf, report.crossings_ee);
   std::printf("piercings at the end: %zu\n", report.piercings.size());
   if (report.wrong_side) std::printf("nodes on the wrong side: %d\n", *report.wrong_side);
   if (stats.steps == 0) return;
@@ -85,7 +85,8 @@ void add_simulate(CLI::App& app) {
 
   const auto arguments = std::make_shared<Arguments>();
   scenes::Parameters& parameters = arguments->parameters;
-  CLI::App* command = app.add_subcommand("simulate", "Step a scene in Bullet and count what goes wrong");
+  CLI::App* command =
+      app.add_subcommand("simulate", "Step a scene in Bullet and count what goes wrong");
   command->add_option("SCENE", arguments->scene, "one of `lazyccd scenes`")
       ->required()
       ->check(CLI::IsMember(names));
@@ -100,14 +101,18 @@ void add_simulate(CLI::App& app) {
   };
   optional("--dt", arguments->dt, parameters.dt, "seconds a step; otherwise 1/240")
       ->check(CLI::Range(1e-6, 1.0));
-  optional("--speed", arguments->speed, parameters.speed, "m/s of what is thrown; otherwise the scene's")
+  optional("--speed", arguments->speed, parameters.speed,
+           "m/s of what is thrown; otherwise the scene's")
       ->check(CLI::Range(0.0, 1e6));
-  optional("--margin", arguments->margin, parameters.margin, "collision margin of each body, metres")
+  optional("--margin", arguments->margin, parameters.margin,
+           "collision margin of each body, metres")
       ->check(CLI::Range(0.0, 1e3));
   optional("--steps", arguments->steps, parameters.steps, "number of steps; otherwise the scene's")
       ->check(CLI::Range(0, 100000000));
   command->add_option("--seed", parameters.seed, "of the nodes' random offsets");
-  command->add_option("--size", parameters.size, "scales the number of nodes along each side of a cloth")
+  command
+      ->add_option("--size", parameters.size,
+                   "scales the number of nodes along each side of a cloth")
       ->check(CLI::Range(0.05, 100.0));
   command->add_option("--out", arguments->out, "write frames as PLY: DIR/00000.ply and so on")
       ->type_name("DIR");
@@ -116,9 +121,10 @@ void add_simulate(CLI::App& app) {
   command->add_option("--stats", arguments->stats, "write counters, energies and times")
       ->type_name("FILE.json");
   command->add_flag("--progress", arguments->progress, "show a progress bar");
-  command->footer("Pass-throughs are pairs that the motion between two consecutive steps brings into\n"
-                  "contact; piercings are edges that stick in a face at the end.\n"
-                  "Example: lazyccd simulate cloth-on-cloth --speed 30 --dt 0.0166667 --detector bullet");
+  command->footer(
+      "Pass-throughs are pairs that the motion between two consecutive steps brings into\n"
+      "contact; piercings are edges that stick in a face at the end.\n"
+      "Example: lazyccd simulate cloth-on-cloth --speed 30 --dt 0.0166667 --detector bullet");
   command->callback([arguments] { run(*arguments); });
 }
 

@@ -1,9 +1,12 @@
 // Pairs of soft bodies in Bullet's dispatcher. The solvers need none of this: Bullet's own algorithm
-// brings the pairs to them. It is for applications that choose collision algorithms themselves.
+// brings them the pairs. It is for applications that choose collision algorithms themselves:
 //
-//   lazyccd::bullet::btLazySoftBodyCollisionConfiguration configuration(solver);   // or, on what exists:
-//   lazyccd::bullet::btLazySoftSoftCollisionAlgorithm::CreateFunc create(solver);
-//   lazyccd::bullet::register_soft_soft(dispatcher, create);
+//   btLazySoftBodyCollisionConfiguration configuration(solver);
+//
+// or, for a dispatcher that is there already,
+//
+//   btLazySoftSoftCollisionAlgorithm::CreateFunc create(solver);
+//   register_soft_soft(dispatcher, create);
 #pragma once
 
 #include <BulletCollision/BroadphaseCollision/btCollisionAlgorithm.h>
@@ -23,8 +26,8 @@ class btLazySoftSoftCollisionAlgorithm : public btCollisionAlgorithm {
       : btCollisionAlgorithm(ci), queue_(queue) {}
 
   void processCollision(const btCollisionObjectWrapper* body0Wrap,
-                        const btCollisionObjectWrapper* body1Wrap, const btDispatcherInfo& dispatchInfo,
-                        btManifoldResult* resultOut) override;
+                        const btCollisionObjectWrapper* body1Wrap,
+                        const btDispatcherInfo& dispatchInfo, btManifoldResult* resultOut) override;
   btScalar calculateTimeOfImpact(btCollisionObject*, btCollisionObject*, const btDispatcherInfo&,
                                  btManifoldResult*) override {
     return 1;
@@ -34,9 +37,9 @@ class btLazySoftSoftCollisionAlgorithm : public btCollisionAlgorithm {
   // The queue must outlive the dispatcher's use of it.
   struct CreateFunc : btCollisionAlgorithmCreateFunc {
     explicit CreateFunc(PairQueue& pairs) : queue(pairs) {}
-    btCollisionAlgorithm* CreateCollisionAlgorithm(btCollisionAlgorithmConstructionInfo& ci,
-                                                   const btCollisionObjectWrapper* body0Wrap,
-                                                   const btCollisionObjectWrapper* body1Wrap) override;
+    btCollisionAlgorithm* CreateCollisionAlgorithm(
+        btCollisionAlgorithmConstructionInfo& ci, const btCollisionObjectWrapper* body0Wrap,
+        const btCollisionObjectWrapper* body1Wrap) override;
     PairQueue& queue;
   };
 

@@ -1,7 +1,7 @@
 // Deformable bodies in btDeformableMultiBodyDynamicsWorld. The one changed line:
 //
 //   lazyccd::bullet::btLazyDeformableBodySolver solver;
-//   btDeformableMultiBodyDynamicsWorld world(dispatcher, broadphase, constraints, configuration, &solver);
+//   btDeformableMultiBodyDynamicsWorld world(dispatcher, broadphase, constraints, config, &solver);
 //
 // That world also runs Bullet's own continuous detection, whose result nothing uses;
 // btLazyDeformableMultiBodyDynamicsWorld of deformable_world.h does not.
@@ -37,8 +37,8 @@ class btLazyDeformableBodySolver : public btDeformableBodySolver, public PairQue
   std::string status() const;
   void topology_changed();
 
-  // False after a step that had to go on without LazyCCD: Bullet's own handling of soft pairs is the
-  // better one then.
+  // False after a step that had to go on without LazyCCD: Bullet's own handling of soft pairs is
+  // the better one then.
   bool works() const;
 
   void queue_pair(btSoftBody* a, btSoftBody* b) override;

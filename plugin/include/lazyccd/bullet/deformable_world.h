@@ -1,6 +1,6 @@
-// btDeformableMultiBodyDynamicsWorld without its own passes over pairs of soft bodies: the discrete one,
-// the repulsion that acts on it, and the continuous one, whose contacts nothing reads (up to five times
-// a step). The rest of the step is Bullet's, call by call.
+// btDeformableMultiBodyDynamicsWorld without its own passes over pairs of soft bodies: the discrete
+// one, the repulsion that acts on it, and the continuous one, whose contacts nothing reads (up to
+// five times a step). The rest of the step is Bullet's, call by call.
 #pragma once
 
 #include <BulletSoftBody/btDeformableMultiBodyDynamicsWorld.h>

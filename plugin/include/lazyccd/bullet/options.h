@@ -1,9 +1,11 @@
 // What an application may choose about the adapter. The defaults suit cloth in metres and seconds.
 //
 // Which bodies collide is Bullet's to say: filter groups and masks, an overlap filter callback,
-// setIgnoreCollisionCheck() and m_collisionDisabledObjects hold for soft bodies as for rigid ones. A
-// body collides with itself after setSelfCollision(true). Pairs with the cluster flag CL_SS in common
-// stay with Bullet. A body with CF_NO_CONTACT_RESPONSE has its contacts reported and nothing moved.
+// setIgnoreCollisionCheck() and m_collisionDisabledObjects hold for soft bodies as for rigid ones.
+// A body collides with itself after setSelfCollision(true). Pairs with the cluster flag CL_SS in
+// common stay with Bullet. A body with CF_NO_CONTACT_RESPONSE has its contacts reported and nothing
+// moved. The flags VF_SS and VF_DD are not needed; without VF_SS and SDF_RD Bullet builds no face
+// tree, which takes it quadratic time, and for ever on a body of several components.
 #pragma once
 
 #include <functional>
@@ -29,7 +31,8 @@ struct Options {
   int sweeps = 24;          // Gauss-Seidel sweeps over the contacts after each of them
   int max_zones = 8;        // then: detections answered with rigid impact zones
 
-  // Called once for each new line of the solver's status(): input that had to be left out, failures.
+  // Called once for each new line of the solver's status(): input that had to be left out,
+  // failures.
   std::function<void(const std::string&)> on_message;
 };
 

@@ -1,5 +1,5 @@
-// Bullet comes in two precisions whose objects have different layouts under the same names. Mixing them
-// compiles, links and crashes; here it is an error instead:
+// Bullet comes in two precisions whose objects have different layouts under the same names. Mixing
+// them compiles, links and crashes; here it is an error instead:
 //   at compile time, where LAZYCCD_BULLET_DOUBLE (0 or 1) says which adapter is linked (the CMake
 //   targets LazyCCD::bullet and LazyCCD::bullet_double define it);
 //   at link time everywhere, because the precision is part of every symbol's name.
@@ -9,16 +9,20 @@
 
 #ifdef BT_USE_DOUBLE_PRECISION
 #define LAZYCCD_BULLET_PRECISION double_precision
-static_assert(sizeof(btScalar) == 8, "BT_USE_DOUBLE_PRECISION is defined but btScalar is not double");
+static_assert(sizeof(btScalar) == 8,
+              "BT_USE_DOUBLE_PRECISION is defined but btScalar is not double");
 #ifdef LAZYCCD_BULLET_DOUBLE
-static_assert(LAZYCCD_BULLET_DOUBLE == 1,
-              "BT_USE_DOUBLE_PRECISION is defined: link LazyCCD::bullet_double, not LazyCCD::bullet");
+static_assert(
+    LAZYCCD_BULLET_DOUBLE == 1,
+    "BT_USE_DOUBLE_PRECISION is defined: link LazyCCD::bullet_double, not LazyCCD::bullet");
 #endif
 #else
 #define LAZYCCD_BULLET_PRECISION single_precision
-static_assert(sizeof(btScalar) == 4, "btScalar is not float but BT_USE_DOUBLE_PRECISION is not defined");
+static_assert(sizeof(btScalar) == 4,
+              "btScalar is not float but BT_USE_DOUBLE_PRECISION is not defined");
 #ifdef LAZYCCD_BULLET_DOUBLE
-static_assert(LAZYCCD_BULLET_DOUBLE == 0,
-              "BT_USE_DOUBLE_PRECISION is not defined: link LazyCCD::bullet, not LazyCCD::bullet_double");
+static_assert(
+    LAZYCCD_BULLET_DOUBLE == 0,
+    "BT_USE_DOUBLE_PRECISION is not defined: link LazyCCD::bullet, not LazyCCD::bullet_double");
 #endif
 #endif

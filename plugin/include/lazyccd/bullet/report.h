@@ -15,14 +15,14 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 // Counts and times of one step, or summed over steps.
 struct StepStats {
   std::int64_t steps = 0;
-  std::int64_t queued_pairs = 0;    // soft pairs that Bullet's dispatcher handed over
+  std::int64_t queued_pairs = 0;  // soft pairs that Bullet's dispatcher handed over
   std::int64_t detections = 0;
-  std::int64_t contacts_vf = 0;     // different pairs of primitives in contact
+  std::int64_t contacts_vf = 0;  // different pairs of primitives in contact
   std::int64_t contacts_ee = 0;
-  std::int64_t zone_nodes = 0;      // nodes that had to move rigidly with an impact zone
-  std::int64_t last_resorts = 0;    // nodes held where they were at the start of the step
-  std::int64_t touching = 0;        // pairs in contact that touched before the step began
-  std::int64_t missed_steps = 0;    // steps that went on without LazyCCD (see status())
+  std::int64_t zone_nodes = 0;    // nodes that had to move rigidly with an impact zone
+  std::int64_t last_resorts = 0;  // nodes held where they were at the start of the step
+  std::int64_t touching = 0;      // pairs in contact that touched before the step began
+  std::int64_t missed_steps = 0;  // steps that went on without LazyCCD (see status())
   double ms_gather = 0, ms_detect = 0, ms_response = 0;
 
   StepStats& operator+=(const StepStats& s);

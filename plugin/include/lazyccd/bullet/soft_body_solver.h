@@ -34,8 +34,8 @@ class btLazySoftBodySolver : public btDefaultSoftBodySolver, public PairQueue {
   const StepStats& total_stats() const;
   // The backend in use, then a line for everything that was left out or failed, each once.
   std::string status() const;
-  // To be called where an application changed node pointers of faces or links by its own hand; Bullet's
-  // own ways of changing a body are noticed.
+  // To be called where an application changed node pointers of faces or links by its own hand;
+  // Bullet's own ways of changing a body are noticed.
   void topology_changed();
 
   void queue_pair(btSoftBody* a, btSoftBody* b) override;
