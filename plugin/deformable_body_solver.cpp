@@ -77,7 +77,7 @@ void btLazyDeformableBodySolver::processCollision(btSoftBody* a, btSoftBody* b) 
 }
 
 void btLazyDeformableBodySolver::predictMotion(btScalar solverdt) {
-  pipeline_->note_changes(m_softBodies);
+  pipeline_->begin_step(m_softBodies);
   btDeformableBodySolver::predictMotion(solverdt);
 }
 
@@ -151,9 +151,10 @@ void btLazyDeformableBodySolver::list_contacts() {
     m_softBodies[i]->m_faceNodeContactsCCD.resize(0);
   }
   for (const StepContact& contact : pipeline_->contacts()) {
-    if (contact.kind != ContactKind::vertex_face) continue;
-    const btSoftBody& a = *contact.body_a;
-    const btSoftBody& b = *contact.body_b;
+    btSoftBody* const node_body = btSoftBody::upcast(contact.body_a);
+    if (!node_body || !contact.face) continue;
+    const btSoftBody& a = *node_body;
+    const btSoftBody& b = *btSoftBody::upcast(contact.body_b);
     btSoftBody::DeformableFaceNodeContact c;
     c.m_node = contact.nodes[0];
     c.m_face = contact.face;
@@ -167,7 +168,7 @@ void btLazyDeformableBodySolver::list_contacts() {
     c.m_imf = 0;
     c.m_c0 = 0;
     c.m_colObj = contact.body_b;
-    contact.body_a->m_faceNodeContacts.push_back(c);
+    node_body->m_faceNodeContacts.push_back(c);
   }
 }
 

@@ -6,9 +6,19 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-bool ignores(const btSoftBody& a, const btSoftBody& b) {
-  return !a.checkCollideWith(&b) ||
-         a.m_collisionDisabledObjects.findLinearSearch(&b) != a.m_collisionDisabledObjects.size();
+bool ignores(const btCollisionObject& a, const btCollisionObject& b) {
+  if (!a.checkCollideWith(&b)) return true;
+  const btSoftBody* soft = btSoftBody::upcast(&a);
+  return soft && soft->m_collisionDisabledObjects.findLinearSearch(&b) !=
+                     soft->m_collisionDisabledObjects.size();
+}
+
+// The application's filter where there is one.
+bool passes_filter(btSoftBody& a, btCollisionObject& b) {
+  btOverlapFilterCallback* filter = overlap_filter(a);
+  btBroadphaseProxy* proxy_a = a.getBroadphaseHandle();
+  btBroadphaseProxy* proxy_b = b.getBroadphaseHandle();
+  return !filter || !proxy_a || !proxy_b || filter->needBroadphaseCollision(proxy_a, proxy_b);
 }
 
 }  // namespace
@@ -30,14 +40,14 @@ bool has_pair_rules(btSoftBody& body) {
 }
 
 bool may_collide(btSoftBody& a, btSoftBody& b) {
-  if (ignores(a, b) || ignores(b, a) || is_cluster_pair(a, b)) return false;
-  btOverlapFilterCallback* filter = overlap_filter(a);
-  btBroadphaseProxy* proxy_a = a.getBroadphaseHandle();
-  btBroadphaseProxy* proxy_b = b.getBroadphaseHandle();
-  return !filter || !proxy_a || !proxy_b || filter->needBroadphaseCollision(proxy_a, proxy_b);
+  return !ignores(a, b) && !ignores(b, a) && !is_cluster_pair(a, b) && passes_filter(a, b);
 }
 
-std::uint64_t hash_of_ignored(btSoftBody& body) {
+bool may_collide(btSoftBody& a, btCollisionObject& b) {
+  return !ignores(a, b) && !ignores(b, a) && passes_filter(a, b);
+}
+
+std::uint64_t hash_of_ignored(btCollisionObject& body) {
   std::uint64_t hash = 0;
   const auto mix = [&hash](const void* object) {
     hash = (hash ^ std::hash<const void*>()(object)) * 0x9e3779b97f4a7c15u + 1;
@@ -45,8 +55,10 @@ std::uint64_t hash_of_ignored(btSoftBody& body) {
   for (int i = 0; i < body.getNumObjectsWithoutCollision(); ++i) {
     mix(body.getObjectWithoutCollision(i));
   }
-  for (int i = 0; i < body.m_collisionDisabledObjects.size(); ++i) {
-    mix(body.m_collisionDisabledObjects[i]);
+  if (const btSoftBody* soft = btSoftBody::upcast(&body)) {
+    for (int i = 0; i < soft->m_collisionDisabledObjects.size(); ++i) {
+      mix(soft->m_collisionDisabledObjects[i]);
+    }
   }
   return hash;
 }

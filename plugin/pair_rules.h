@@ -1,4 +1,4 @@
-// Bullet's rules about which pairs of soft bodies collide, beyond filter groups and masks.
+// Bullet's rules about which pairs with a soft body collide, beyond filter groups and masks.
 #pragma once
 
 #include <BulletCollision/BroadphaseCollision/btOverlappingPairCache.h>
@@ -23,9 +23,10 @@ bool has_pair_rules(btSoftBody& body);
 
 // Everything but groups and masks, which the detector itself looks at.
 bool may_collide(btSoftBody& a, btSoftBody& b);
+bool may_collide(btSoftBody& a, btCollisionObject& b);
 
 // Over the objects that a body ignores; changes when they do.
-std::uint64_t hash_of_ignored(btSoftBody& body);
+std::uint64_t hash_of_ignored(btCollisionObject& body);
 
 }  // namespace LAZYCCD_BULLET_PRECISION
 }  // namespace lazyccd::bullet

@@ -12,8 +12,10 @@
 #include "lazyccd/bullet/report.h"
 #include "lazyccd/detector.h"
 #include "motion.h"
+#include "obstacles.h"
 #include "response.h"
 #include "soft_scene.h"
+#include "step_topology.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -21,8 +23,8 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 class Pipeline {
  public:
   using Bodies = btAlignedObjectArray<btSoftBody*>;
-  // Fills start and end of a motion whose arrays have their size, and zeroes the inverse mass of
-  // nodes that something else than velocity and contact moves.
+  // Fills start and end of the soft bodies' vertices, and zeroes the inverse mass of nodes that
+  // something else than velocity and contact moves.
   using Fill = std::function<void(const SoftScene&, Motion&)>;
 
   explicit Pipeline(const Options& options);
@@ -30,8 +32,8 @@ class Pipeline {
   // A pair from Bullet's dispatcher. False where it is not LazyCCD's, so that Bullet is to process
   // it.
   bool queue_pair(const btSoftBody* a, const btSoftBody* b) noexcept;
-  // To be called while Bullet's marks of changed topology still stand.
-  void note_changes(const Bodies& bodies) noexcept;
+  // To be called before Bullet moves anything, while its marks of changed topology still stand.
+  void begin_step(const Bodies& bodies) noexcept;
 
   // The whole scene, `seconds` long. True where it went its full way: then motion().end is clean
   // and is what the nodes should be set to. False where the step is Bullet's alone; status() says
@@ -50,12 +52,18 @@ class Pipeline {
 
   const StepStats& total() const { return total_; }
   std::string status() const;
-  void invalidate() { scene_.invalidate(); }
+  void invalidate() {
+    scene_.invalidate();
+    obstacles_.clear();
+  }
   Journal& journal() { return journal_; }
 
  private:
   void gather(const Bodies& bodies, const Fill& fill);
   bool refuse_non_finite();
+  void gather_soft(const Fill& fill);
+  void gather_obstacles();
+  bool is_anchored(const Contact& contact) const;
   std::vector<Contact> detect(const Positions& start, const Positions& end);
   void collect_contacts(double seconds);
   StepContact step_contact(const Contact& contact, double impulse) const;
@@ -64,6 +72,8 @@ class Pipeline {
   Journal journal_;
   std::unique_ptr<Detector> detector_;
   SoftScene scene_;
+  Obstacles obstacles_;
+  StepTopology topology_;
   Motion motion_;
   Response response_;
   std::vector<Contact> silent_;  // met in this step's first detection, not to be answered

@@ -72,7 +72,7 @@ void Response::hold_until_clean(std::vector<Contact> contacts, const Detect& det
   for (int i = 0; !contacts.empty(); ++i) {
     bool more = false;
     const auto hold = [&](std::int32_t v) {
-      if (held[v]) return;
+      if (held[v] || motion.inverse_mass[v] == 0) return;
       held[v] = more = true;
       motion.hold(v);
     };

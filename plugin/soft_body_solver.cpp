@@ -23,7 +23,7 @@ void btLazySoftBodySolver::queue_pair(btSoftBody* a, btSoftBody* b) {
 }
 
 void btLazySoftBodySolver::predictMotion(btScalar solverdt) {
-  pipeline_->note_changes(m_softBodySet);
+  pipeline_->begin_step(m_softBodySet);
   btDefaultSoftBodySolver::predictMotion(solverdt);
   // Bullet clears the lists of active bodies only. A body that sleeps here and is woken by this
   // step's collisions would act on the contacts of an old step.
@@ -92,9 +92,10 @@ void btLazySoftBodySolver::list_contacts() {
   // As Bullet's CollideVF_SS fills them (btSoftBodyInternals.h). Bullet's solver has done its work
   // for this step and clears the list before the next one, so they are for applications to read.
   for (const StepContact& contact : pipeline_->contacts()) {
-    if (contact.kind != ContactKind::vertex_face) continue;
-    const btSoftBody& a = *contact.body_a;
-    const btSoftBody& b = *contact.body_b;
+    btSoftBody* const node_body = btSoftBody::upcast(contact.body_a);
+    if (!node_body || !contact.face) continue;
+    const btSoftBody& a = *node_body;
+    const btSoftBody& b = *btSoftBody::upcast(contact.body_b);
     btSoftBody::SContact c;
     c.m_node = contact.nodes[0];
     c.m_face = contact.face;
@@ -110,7 +111,7 @@ void btLazySoftBodySolver::list_contacts() {
     const btScalar shares = node_share + face_share;
     c.m_cfm[0] = shares > 0 ? node_share / shares * a.m_cfg.kSHR : 0;
     c.m_cfm[1] = shares > 0 ? face_share / shares * b.m_cfg.kSHR : 0;
-    contact.body_a->m_scontacts.push_back(c);
+    node_body->m_scontacts.push_back(c);
   }
 }
 

@@ -122,7 +122,7 @@ SoftScene::Stamp SoftScene::stamp(btSoftBody* body) const {
   const btBroadphaseProxy* proxy = body->getBroadphaseHandle();
   s.group = proxy ? proxy->m_collisionFilterGroup : btBroadphaseProxy::DefaultFilter;
   s.mask = proxy ? proxy->m_collisionFilterMask : btBroadphaseProxy::AllFilter;
-  s.collisions = body->m_cfg.collisions & btSoftBody::fCollision::SVSmask;
+  s.collisions = body->m_cfg.collisions & ~btSoftBody::fCollision::VF_DD;
   s.self = body->useSelfCollision();
   s.responds = body->hasContactResponse();
   s.refused = is_refused(body);

@@ -27,6 +27,10 @@ struct Options {
   // nodes without giving them velocity.
   double recovery = 0.05;
 
+  // Rigid bodies take part: meshes, terrains and planes, and convex shapes as the polyhedra of their
+  // surfaces. Bullet's own contacts go on beside it. False: they are Bullet's alone.
+  bool rigid_obstacles = true;
+
   int max_iterations = 20;  // detections a step that are answered with impulses
   int sweeps = 24;          // Gauss-Seidel sweeps over the contacts after each of them
   int max_zones = 8;        // then: detections answered with rigid impact zones

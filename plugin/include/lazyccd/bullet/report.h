@@ -31,10 +31,10 @@ struct StepStats {
 // One contact of a step. The pointers are valid until bodies or their topology change.
 struct StepContact {
   ContactKind kind;
-  btSoftBody* body_a;
-  btSoftBody* body_b;
-  std::array<btSoftBody::Node*, 4> nodes;  // as Contact::vertices
-  btSoftBody::Face* face;                  // of body_b; null for edge_edge
+  btCollisionObject* body_a;  // soft (btSoftBody::upcast) or rigid; at least one is soft
+  btCollisionObject* body_b;
+  std::array<btSoftBody::Node*, 4> nodes;  // as Contact::vertices; null for those of a rigid body
+  btSoftBody::Face* face;                  // of body_b; null for edge_edge and of a rigid body
   std::array<double, 4> weights;           // as Contact::weights()
   btVector3 normal;                        // as Contact::normal
   double toi;                              // as Contact::toi

@@ -1,0 +1,170 @@
+#include "obstacles.h"
+
+#include <BulletCollision/BroadphaseCollision/btBroadphaseInterface.h>
+#include <BulletCollision/CollisionShapes/btCollisionShape.h>
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "pair_rules.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+namespace {
+
+class Collector : public btBroadphaseAabbCallback {
+ public:
+  bool process(const btBroadphaseProxy* proxy) override {
+    auto* object = static_cast<btCollisionObject*>(proxy->m_clientObject);
+    constexpr int taken = btCollisionObject::CO_COLLISION_OBJECT |
+                          btCollisionObject::CO_RIGID_BODY |
+                          btCollisionObject::CO_FEATHERSTONE_LINK;
+    if ((object->getInternalType() & taken) && object->hasContactResponse())
+      objects.push_back(object);
+    return true;
+  }
+  std::vector<btCollisionObject*> objects;
+};
+
+bool is_finite(const btTransform& t) {
+  for (int i = 0; i < 3; ++i) {
+    if (!std::isfinite(t.getOrigin()[i])) return false;
+    for (int k = 0; k < 3; ++k) {
+      if (!std::isfinite(t.getBasis()[i][k])) return false;
+    }
+  }
+  return true;
+}
+
+AxisBox bounds(const Obstacles::Record& record) {
+  AxisBox at_start, at_end;
+  record.shape->getAabb(record.start, at_start.lower, at_start.upper);
+  record.shape->getAabb(record.end, at_end.lower, at_end.upper);
+  at_start.add(at_end);
+  return at_start;
+}
+
+// What of `box` a body may meet during the step, in the body's frame.
+AxisBox in_frame(const Obstacles::Record& record, const AxisBox& box) {
+  AxisBox local = box.placed(record.start.inverse());
+  local.add(box.placed(record.end.inverse()));
+  return local;
+}
+
+bool is_same(const Obstacles::Record& a, const Obstacles::Record& b) {
+  return a.object == b.object && a.unique_id == b.unique_id && a.shape == b.shape &&
+         a.scaling == b.scaling && a.group == b.group && a.mask == b.mask && a.ignored == b.ignored;
+}
+
+}  // namespace
+
+bool Obstacles::meets_obstacles(const btSoftBody& body) {
+  using Flag = btSoftBody::fCollision;
+  return (body.m_cfg.collisions & (Flag::SDF_RS | Flag::SDF_RD | Flag::SDF_RDF | Flag::SDF_RDN)) &&
+         !(body.m_cfg.collisions & Flag::CL_RS);
+}
+
+void Obstacles::clear() { *this = Obstacles(); }
+
+void Obstacles::find(const SoftBodies& bodies) {
+  Collector collector;
+  for (int i = 0; i < bodies.size(); ++i) {
+    btBroadphaseInterface* broadphase =
+        bodies[i]->m_worldInfo ? bodies[i]->m_worldInfo->m_broadphase : nullptr;
+    if (!broadphase || !meets_obstacles(*bodies[i])) continue;
+    const btScalar far = BT_LARGE_FLOAT;
+    broadphase->aabbTest(btVector3(-far, -far, -far), btVector3(far, far, far), collector);
+    break;
+  }
+  std::vector<Record> found;
+  for (btCollisionObject* object : collector.objects) {
+    Record record;
+    record.object = object;
+    record.unique_id = object->getBroadphaseHandle()->m_uniqueId;
+    record.shape = object->getCollisionShape();
+    record.scaling = record.shape->getLocalScaling();
+    record.group = object->getBroadphaseHandle()->m_collisionFilterGroup;
+    record.mask = object->getBroadphaseHandle()->m_collisionFilterMask;
+    record.ignored = hash_of_ignored(*object);
+    record.start = record.end = object->getWorldTransform();
+    found.push_back(record);
+  }
+  // The broad phase has no order of its own.
+  const auto before = [](const Record& a, const Record& b) { return a.unique_id < b.unique_id; };
+  std::sort(found.begin(), found.end(), before);
+  auto old = found_.begin();
+  for (Record& record : found) {
+    while (old != found_.end() && before(*old, record)) ++old;
+    if (old == found_.end() || before(record, *old) || old->object != record.object) continue;
+    record.start = old->start;
+    record.end = old->end;
+  }
+  found_ = std::move(found);
+}
+
+void Obstacles::begin_step(const SoftBodies& bodies) {
+  find(bodies);
+  for (Record& record : found_) {
+    const bool driven = record.object->isStaticOrKinematicObject();
+    record.start = driven ? record.end : record.object->getWorldTransform();
+  }
+}
+
+bool Obstacles::update(const SoftBodies& bodies, const AxisBox& swept, Journal& journal) {
+  find(bodies);
+  std::vector<Record> near;
+  const bool left_region = !swept.is_empty() && !region_.contains(swept);
+  if (left_region) region_ = swept.grown(btScalar(0.5) * (swept.upper - swept.lower));
+  for (Record& record : found_) {
+    record.end = record.object->getWorldTransform();
+    if (!is_finite(record.end) || !is_finite(record.start)) {
+      record.start = record.end;
+      journal.say("obstacle " + std::to_string(record.unique_id),
+                  "rigid body " + std::to_string(record.unique_id) +
+                      " (by broad phase proxy): its transform is not finite; it is left out");
+    } else if (!swept.is_empty() && bounds(record).overlaps(region_)) {
+      near.push_back(record);
+    }
+  }
+  bool same = !left_region && near.size() == records_.size();
+  for (std::size_t i = 0; same && i < near.size(); ++i) {
+    Record& record = near[i];
+    record.region = records_[i].region;
+    record.first_vertex = records_[i].first_vertex;
+    record.vertex_count = records_[i].vertex_count;
+    same = is_same(record, records_[i]) &&
+           (!is_cut_to_region(*record.shape) || record.region.contains(in_frame(record, swept)));
+  }
+  records_ = std::move(near);
+  if (!same) read_triangles(journal);
+  return !same;
+}
+
+void Obstacles::read_triangles(Journal& journal) {
+  local_.clear();
+  faces_.clear();
+  for (Record& record : records_) {
+    Triangles triangles;
+    // Meshes are asked for a little more than the region, so that one that moves keeps its
+    // triangles for some steps.
+    record.region = in_frame(record, region_);
+    const btVector3 spare = btScalar(0.1) * (record.region.upper - record.region.lower);
+    record.region = record.region.grown(spare);
+    if (!tessellate(*record.shape, btTransform::getIdentity(), record.region, triangles)) {
+      journal.say("shape " + std::to_string(record.unique_id),
+                  std::string("a rigid body's shape has a part without triangles (") +
+                      record.shape->getName() + "): that part stays with Bullet alone");
+    }
+    record.first_vertex = vertex_count();
+    record.vertex_count = static_cast<std::int32_t>(triangles.vertices.size());
+    for (Face face : triangles.faces) {
+      for (std::int32_t& corner : face) corner += record.first_vertex;
+      faces_.push_back(face);
+    }
+    local_.insert(local_.end(), triangles.vertices.begin(), triangles.vertices.end());
+  }
+}
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet

@@ -1,0 +1,68 @@
+// The rigid bodies near the soft ones as triangles that move rigidly.
+//
+// Static and kinematic bodies move from where the last step saw them to where they are now; dynamic
+// ones from where they were before Bullet integrated them. Of meshes, terrains and planes the part
+// near the soft bodies is read, and read again where these leave it.
+#pragma once
+
+#include <BulletCollision/CollisionDispatch/btCollisionObject.h>
+#include <BulletSoftBody/btSoftBody.h>
+
+#include <cstdint>
+#include <vector>
+
+#include "journal.h"
+#include "lazyccd/scene.h"
+#include "tessellation.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+
+class Obstacles {
+ public:
+  using SoftBodies = btAlignedObjectArray<btSoftBody*>;
+
+  struct Record {
+    btCollisionObject* object;
+    int unique_id;  // of its broad phase proxy: says which objects are new where memory is reused
+    const btCollisionShape* shape;
+    btVector3 scaling;
+    int group, mask;
+    std::uint64_t ignored;
+    btTransform start, end;             // of the step
+    AxisBox region = AxisBox::empty();  // that its triangles were read from, in its own frame
+    std::int32_t first_vertex = 0, vertex_count = 0;
+  };
+
+  // Soft bodies with one of Bullet's flags for rigid bodies, clusters aside.
+  static bool meets_obstacles(const btSoftBody& body);
+
+  // To be called before Bullet moves anything.
+  void begin_step(const SoftBodies& bodies);
+  // With rigid bodies where the step ends and the soft bodies' motion in `swept`. True where
+  // vertices or faces are others than before.
+  bool update(const SoftBodies& bodies, const AxisBox& swept, Journal& journal);
+  // Drops everything.
+  void clear();
+
+  const std::vector<Record>& records() const { return records_; }
+  std::int32_t vertex_count() const { return static_cast<std::int32_t>(local_.size()); }
+  // In a body's own frame, by vertex.
+  const std::vector<btVector3>& local() const { return local_; }
+  const std::vector<Face>& faces() const { return faces_; }
+
+ private:
+  void find(const SoftBodies& bodies);
+  bool is_current(const Record& record) const;
+  AxisBox region_of(const Record& record) const;
+  void read_triangles(Journal& journal);
+
+  std::vector<Record> found_;    // every rigid body of the world
+  std::vector<Record> records_;  // those near the soft bodies
+  AxisBox region_ = AxisBox::empty();
+  std::vector<btVector3> local_;
+  std::vector<Face> faces_;
+};
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet

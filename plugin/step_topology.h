@@ -1,0 +1,51 @@
+// Soft bodies and obstacles in the detector's one index space: the soft bodies first, then the
+// obstacles that have triangles near them.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "lazyccd/scene.h"
+#include "obstacles.h"
+#include "soft_scene.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+
+class StepTopology {
+ public:
+  struct BodyRecord {
+    btCollisionObject* object;
+    btSoftBody* soft;  // null for an obstacle
+    int obstacle;      // index in Obstacles::records(), or -1
+    std::int32_t first_vertex, vertex_count;
+    double margin;    // metres
+    double friction;  // Bullet's coefficient of this body alone
+    bool responds;    // false: contacts are reported and nothing is moved
+  };
+
+  // True where the detector has to be told.
+  bool update(const SoftScene& soft, const Obstacles& obstacles, bool parts_changed);
+  Topology topology() const;
+
+  const std::vector<BodyRecord>& bodies() const { return bodies_; }
+  std::int32_t vertex_count() const { return static_cast<std::int32_t>(body_of_vertex_.size()); }
+  std::int32_t soft_count() const { return soft_count_; }  // of vertices
+  bool is_soft(std::int32_t vertex) const { return vertex < soft_count_; }
+
+ private:
+  void read_bodies(const SoftScene& soft, const Obstacles& obstacles);
+  std::vector<BodyPair> disabled_pairs(const SoftScene& soft) const;
+
+  std::int32_t soft_count_ = 0;
+  std::vector<BodyRecord> bodies_;
+  std::vector<Face> faces_;
+  std::vector<Edge> edges_;
+  std::vector<std::int32_t> body_of_vertex_;
+  std::vector<float> inverse_mass_;
+  std::vector<Body> filters_;
+  std::vector<BodyPair> disabled_pairs_;
+};
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet

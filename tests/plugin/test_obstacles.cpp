@@ -1,0 +1,191 @@
+// Soft bodies against rigid ones of every kind.
+#include <BulletCollision/CollisionShapes/btBoxShape.h>
+#include <BulletCollision/CollisionShapes/btCapsuleShape.h>
+#include <BulletCollision/CollisionShapes/btCompoundShape.h>
+#include <BulletCollision/CollisionShapes/btConvexHullShape.h>
+#include <BulletCollision/CollisionShapes/btCylinderShape.h>
+#include <BulletCollision/CollisionShapes/btHeightfieldTerrainShape.h>
+#include <BulletCollision/CollisionShapes/btScaledBvhTriangleMeshShape.h>
+#include <BulletCollision/CollisionShapes/btSphereShape.h>
+#include <BulletCollision/CollisionShapes/btStaticPlaneShape.h>
+#include <BulletCollision/Gimpact/btGImpactShape.h>
+
+#include "plugin/obstacle_worlds.h"
+#include "support/catch.h"
+
+using namespace lazyccd;
+using namespace lazyccd::test;
+using scenes::World;
+
+namespace {
+
+int count_below(const btSoftBody& body, double height) {
+  int count = 0;
+  for (int i = 0; i < body.m_nodes.size(); ++i) {
+    count += static_cast<double>(body.m_nodes[i].m_x.y()) < height;
+  }
+  return count;
+}
+
+// Flat obstacles at height zero, 3 m wide, from every source of triangles.
+struct Flat {
+  std::unique_ptr<btTriangleMesh> mesh = flat_triangles(6, 3);
+  std::vector<float> heights = std::vector<float>(49, 0.0f);
+  std::unique_ptr<btBvhTriangleMeshShape> unscaled;
+
+  std::unique_ptr<btCollisionShape> make(const std::string& kind) {
+    if (kind == "mesh") return std::make_unique<btBvhTriangleMeshShape>(mesh.get(), true);
+    if (kind == "scaled mesh") {
+      mesh = flat_triangles(6, 1);
+      unscaled = std::make_unique<btBvhTriangleMeshShape>(mesh.get(), true);
+      return std::make_unique<btScaledBvhTriangleMeshShape>(unscaled.get(), btVector3(3, 1, 3));
+    }
+    if (kind == "gimpact") {
+      auto shape = std::make_unique<btGImpactMeshShape>(mesh.get());
+      shape->updateBound();
+      return shape;
+    }
+    if (kind == "heightfield") {
+      auto shape = std::make_unique<btHeightfieldTerrainShape>(
+          7, 7, heights.data(), btScalar(1), btScalar(-1), btScalar(1), 1, PHY_FLOAT, false);
+      shape->setLocalScaling(btVector3(btScalar(0.5), 1, btScalar(0.5)));
+      return shape;
+    }
+    if (kind == "plane") return std::make_unique<btStaticPlaneShape>(btVector3(0, 1, 0), 0);
+    auto compound = std::make_unique<btCompoundShape>();
+    unscaled = std::make_unique<btBvhTriangleMeshShape>(mesh.get(), true);
+    compound->addChildShape(
+        btTransform(btQuaternion::getIdentity(), btVector3(0, btScalar(-0.3), 0)), unscaled.get());
+    return compound;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("cloth stays above a thin mesh at any speed, however the triangles are given") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  const std::string kind =
+      GENERATE("mesh", "scaled mesh", "gimpact", "heightfield", "plane", "compound");
+  const double speed = GENERATE(2.0, 30.0);
+  CAPTURE(world == World::rigid, kind, speed);
+  Flat flat;
+  ObstacleWorld w(world, 10);
+  w.add(flat.make(kind), btVector3(0, kind == "compound" ? btScalar(0.3) : 0, 0));
+  btSoftBody* cloth = w.add_sheet(9, 1, 0.25, speed);
+  w.steps(30, 1.0 / 60);
+  CHECK(count_below(*cloth, -1e-4) == 0);
+  CHECK(w.total().missed_steps == 0);
+  CHECK(w.total().last_resorts == 0);
+}
+
+TEST_CASE("a kinematic mesh that is moved takes cloth along and never passes through it") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  const double speed = GENERATE(1.0, 20.0);
+  CAPTURE(world == World::rigid, speed);
+  Flat flat;
+  ObstacleWorld w(world, 0);
+  btRigidBody* lift = w.add(flat.make("mesh"), btVector3(0, -1, 0));
+  ObstacleWorld::make_kinematic(*lift);
+  btSoftBody* cloth = w.add_sheet(9, 1, 0.2, 0);
+  w.steps(60, 1.0 / 60, [&](int i) {
+    const btScalar height = static_cast<btScalar>(-1 + speed * (i + 1) / 60);
+    lift->setWorldTransform(
+        btTransform(btQuaternion(btVector3(0, 1, 0), btScalar(0.02 * i)), btVector3(0, height, 0)));
+  });
+  const double height = static_cast<double>(lift->getWorldTransform().getOrigin().y());
+  CHECK(height > -0.1);
+  CHECK(count_below(*cloth, height) == 0);
+  CHECK(w.total().last_resorts == 0);
+}
+
+TEST_CASE("cloth never passes through thin convex bodies") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  const std::string kind = GENERATE("box", "sphere", "capsule", "cylinder", "hull");
+  CAPTURE(world == World::rigid, kind);
+  ObstacleWorld w(world, 0);
+  std::unique_ptr<btCollisionShape> shape;
+  if (kind == "box") shape = std::make_unique<btBoxShape>(btVector3(1, btScalar(0.02), 1));
+  if (kind == "sphere") shape = std::make_unique<btSphereShape>(btScalar(0.1));
+  if (kind == "capsule") shape = std::make_unique<btCapsuleShapeX>(btScalar(0.05), 3);
+  if (kind == "cylinder")
+    shape = std::make_unique<btCylinderShapeX>(btVector3(2, btScalar(0.05), btScalar(0.05)));
+  if (kind == "hull") {
+    auto hull = std::make_unique<btConvexHullShape>();
+    for (const double x : {-2.0, 2.0}) {
+      for (const double z : {-0.05, 0.05}) {
+        hull->addPoint(btVector3(static_cast<btScalar>(x), 0, static_cast<btScalar>(z)));
+      }
+      hull->addPoint(btVector3(static_cast<btScalar>(x), btScalar(0.04), 0));
+    }
+    shape = std::move(hull);
+  }
+  w.add(std::move(shape), btVector3(0, 0, 0));
+  btSoftBody* cloth = w.add_sheet(9, 1, 0.25, 30);
+  w.steps(12, 1.0 / 60);
+  // The middle hangs on the obstacle whatever the rest does.
+  btScalar middle = -100;
+  for (int i = 0; i < cloth->m_nodes.size(); ++i) {
+    middle = btMax(middle, cloth->m_nodes[i].m_x.y());
+  }
+  CHECK(middle > btScalar(-0.1));
+  CHECK(w.total().missed_steps == 0);
+}
+
+TEST_CASE("rigid obstacles can be turned off, and filters hold for them") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  const std::string by = GENERATE("option", "ignore", "flags");
+  CAPTURE(world == World::rigid, by);
+  bullet::Options options;
+  options.rigid_obstacles = by != "option";
+  Flat flat;
+  ObstacleWorld w(world, 0, options);
+  btRigidBody* floor = w.add(flat.make("mesh"), btVector3(0, 0, 0));
+  btSoftBody* cloth = w.add_sheet(9, 1, 0.25, 30);
+  if (by == "ignore") cloth->setIgnoreCollisionCheck(floor, true);
+  if (by == "flags") cloth->m_cfg.collisions = btSoftBody::fCollision::VF_SS;
+  w.steps(12, 1.0 / 60);
+  CHECK(count_below(*cloth, 0) == 81);
+  CHECK(w.total().contacts_vf == 0);
+}
+
+namespace {
+
+// Where a cloth ends whose first column, inside a box, is anchored to it, and the box is moved.
+std::vector<btVector3> anchored_cloth(World world, bool obstacles) {
+  bullet::Options options;
+  options.rigid_obstacles = obstacles;
+  ObstacleWorld w(world, 0, options);
+  btRigidBody* box = w.add(std::make_unique<btBoxShape>(btVector3(btScalar(0.1), btScalar(0.1), 1)),
+                           btVector3(0, 0, 0));
+  ObstacleWorld::make_kinematic(*box);
+  auto sheet = scenes::make_cloth(w.info(), 5, 5, 1, [](double u, double v) {
+    return btVector3(static_cast<btScalar>(u), 0, static_cast<btScalar>(v - 0.5));
+  });
+  btSoftBody* cloth = w.add(std::move(sheet));
+  for (int row = 0; row < 5; ++row) {
+    if (world == World::rigid) {
+      cloth->appendAnchor(5 * row, box);
+    } else {
+      cloth->appendDeformableAnchor(5 * row, box);
+    }
+  }
+  w.steps(10, 1.0 / 60, [&](int i) {
+    box->setWorldTransform(
+        btTransform(btQuaternion::getIdentity(), btVector3(0, btScalar(0.05 * (i + 1)), 0)));
+  });
+  std::vector<btVector3> positions;
+  for (int i = 0; i < cloth->m_nodes.size(); ++i) positions.push_back(cloth->m_nodes[i].m_x);
+  return positions;
+}
+
+}  // namespace
+
+TEST_CASE("an anchored node does not collide with what it is anchored to") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  const std::vector<btVector3> with = anchored_cloth(world, true);
+  const std::vector<btVector3> without = anchored_cloth(world, false);
+  CHECK(with[0].y() > btScalar(0.4));
+  for (std::size_t i = 0; i < with.size(); ++i) {
+    CHECK((with[i] - without[i]).length() < btScalar(1e-5));
+  }
+}
