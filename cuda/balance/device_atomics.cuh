@@ -18,6 +18,7 @@ struct DeviceAtomics {
   static constexpr Order acquire = cuda::std::memory_order_acquire;
   static constexpr Order release = cuda::std::memory_order_release;
   static constexpr Order acq_rel = cuda::std::memory_order_acq_rel;
+  static constexpr Order seq_cst = cuda::std::memory_order_seq_cst;
 
   // Dense: atomics are done in L2, where false sharing costs nothing, and a block that looks for a
   // victim reads 16 deques in one line.

@@ -1,6 +1,6 @@
 // The atomics policy of the balancing protocol for CPU threads. Its peer is device_atomics.cuh.
 //
-// A policy names the cell type, the four orders the protocol uses and the operations on a cell. A
+// A policy names the cell type, the orders the protocols use and the operations on a cell. A
 // cell whose bytes are all zero holds zero.
 #pragma once
 
@@ -17,6 +17,7 @@ struct HostAtomics {
   static constexpr std::memory_order acquire = std::memory_order_acquire;
   static constexpr std::memory_order release = std::memory_order_release;
   static constexpr std::memory_order acq_rel = std::memory_order_acq_rel;
+  static constexpr std::memory_order seq_cst = std::memory_order_seq_cst;
 
   // Bytes between cells that different workers write: two cache lines, as x86 prefetches in pairs.
   static constexpr std::size_t spacing = 128;

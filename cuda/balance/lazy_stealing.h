@@ -3,8 +3,7 @@
 //
 // Work travels in chunks and only by id: a steal is one CAS, the items stay where they were written
 // until their new owner needs them. It is lazy on the giving side too: a worker looks at one
-// counter
-// (`hungry`) and publishes nothing while nobody waits.
+// counter (`hungry`) and publishes nothing while nobody waits.
 #pragma once
 
 #include <cstddef>
@@ -12,6 +11,7 @@
 
 #include "balance/chunk_pool.h"
 #include "balance/deque.h"
+#include "balance/portions.h"
 #include "balance/termination.h"
 #include "core/platform.h"
 
@@ -172,17 +172,9 @@ class LazyStealingWorker {
   }
 
   LAZYCCD_HD Batch<Item> claim_initial() {
-    const std::uint64_t count = view_.initial_count;
-    auto& claimed = view_.counters->claimed.cell;
-    // Relaxed: the items were there before the run, and each index is handed out once. The look
-    // before the step keeps the counter from running on.
-    if (Atomics::load(claimed, Atomics::relaxed) >= count) return nothing();
-    const std::uint64_t first =
-        Atomics::fetch_add(claimed, std::uint64_t{ChunkSize}, Atomics::relaxed);
-    if (first >= count) return nothing();
-    const std::uint64_t rest = count - first;
-    const auto size = static_cast<std::uint32_t>(rest < ChunkSize ? rest : ChunkSize);
-    return {view_.initial + first, size, no_chunk};
+    const Portion portion =
+        claim_portion<Atomics>(view_.counters->claimed.cell, view_.initial_count, ChunkSize);
+    return {view_.initial + portion.first, portion.count, no_chunk};
   }
 
   LAZYCCD_HD void become_busy() {

@@ -6,6 +6,7 @@
 //       [&](int worker, NodePair pair, auto& emit) { ... emit(child_pair); ... });
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -14,25 +15,26 @@
 #include "cpu/lazy_stealing.h"
 #include "cpu/thread_pool.h"
 #include "cpu/work_stack.h"
+#include "cpu/worker_counts.h"
 
 namespace lazyccd {
 
-struct RunCounts {
-  std::uint64_t items = 0;      // processed
-  std::uint64_t steals = 0;     // batches taken from another worker
-  std::uint64_t overflows = 0;  // times that items stayed with their worker for want of room
+struct RunCounts : WorkerCounts {
+  std::uint64_t items = 0;  // processed
+  double ms_present = 0;    // of all workers, from when they came to when they left
 };
 
 // A Strategy moves items between workers; each worker's own items are a WorkStack beside it:
 //
 //   Item, Strategy(workers, ...)
+//   everyone                whether all workers must come; else some may never arrive
 //   start(initial, count)   one thread, before the workers
-//   arrive(w), leave(w)     around a worker's part; some workers may never arrive
+//   arrive(w), leave(w)     around a worker's part
 //   take(w, stack)          fills the empty stack, waiting for others' work; false: nothing left
-//   hungry(w)               after every item, so a load or two: is it time to share?
-//   share(w, stack)         gives some of the stack away; false: cancelled
+//   should_share(w, stack)  after every item, so a load or two
+//   share(w, stack)         gives some of the stack away, or all; false: cancelled
 //   cancel(w)               the worker failed; the others leave soon, and the next start() recovers
-//   steals(), overflows(), bytes()
+//   counts(w), bytes()      of the last run
 template <class Item, class Strategy = LazyStealing<Item>>
 class BalancedRun {
  public:
@@ -51,12 +53,19 @@ class BalancedRun {
   RunCounts run(const Item* initial, std::size_t count, Process&& process) {
     if (count == 0) return {};
     strategy_.start(initial, count);
-    for (Member& member : members_) member.items = 0;
-    pool_->offer([&](int worker) { work(worker, process); });
+    for (Member& member : members_) member.items = 0, member.ms_present = 0;
+    const auto job = [&](int worker) { work(worker, process); };
+    if constexpr (Strategy::everyone) {
+      pool_->run(job);
+    } else {
+      pool_->offer(job);
+    }
     RunCounts counts;
-    for (const Member& member : members_) counts.items += member.items;
-    counts.steals = strategy_.steals();
-    counts.overflows = strategy_.overflows();
+    for (int worker = 0; worker < pool_->size(); ++worker) {
+      counts += strategy_.counts(worker);
+      counts.items += members_[static_cast<std::size_t>(worker)].items;
+      counts.ms_present += members_[static_cast<std::size_t>(worker)].ms_present;
+    }
     return counts;
   }
 
@@ -70,6 +79,7 @@ class BalancedRun {
   struct alignas(128) Member {  // two cache lines: neighbours are other workers'
     WorkStack<Item> stack;
     std::uint64_t items = 0;
+    double ms_present = 0;
   };
 
   template <class Process>
@@ -78,13 +88,15 @@ class BalancedRun {
     WorkStack<Item>& stack = member.stack;
     std::uint64_t items = 0;
     const auto emit = [&stack](const Item& item) { stack.push(item); };
+    const auto arrival = std::chrono::steady_clock::now();
     strategy_.arrive(worker);
     try {
       while (strategy_.take(worker, stack)) {
         do {
           process(worker, stack.pop(), emit);
           ++items;
-          if (strategy_.hungry(worker) && !strategy_.share(worker, stack)) stack.clear();
+          if (strategy_.should_share(worker, stack) && !strategy_.share(worker, stack))
+            stack.clear();
         } while (!stack.empty());
       }
     } catch (...) {
@@ -95,6 +107,9 @@ class BalancedRun {
     }
     strategy_.leave(worker);
     member.items = items;
+    member.ms_present =
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - arrival)
+            .count();
   }
 
   ThreadPool* pool_;

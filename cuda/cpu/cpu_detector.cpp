@@ -44,6 +44,8 @@ struct alignas(128) CpuDetector::Worker : CandidateSink {
   std::int64_t group_pairs = 0, ended = 0, refined = 0, exact = 0;
   std::int64_t candidates[2] = {}, survived[2] = {}, found[2] = {};
   std::uint64_t hash = 0;
+  Stopwatch watch;
+  double ms_narrow = 0, ms_busy = 0;
 
   Worker() { drain = &drain_full; }
 
@@ -54,6 +56,7 @@ struct alignas(128) CpuDetector::Worker : CandidateSink {
     front.clear();
     group_pairs = ended = refined = exact = 0;
     hash = 0;
+    ms_narrow = ms_busy = 0;
     for (int kind = 0; kind < 2; ++kind)
       queues[kind].count = candidates[kind] = survived[kind] = found[kind] = 0;
   }
@@ -76,12 +79,15 @@ struct alignas(128) CpuDetector::Worker : CandidateSink {
   }
 
   void process(ContactKind kind, int count) {
+    if (count == 0) return;
     candidates[static_cast<int>(kind)] += count;
+    watch.lap();
     if (kind == ContactKind::vertex_face) {
       process_kind<ContactKind::vertex_face>(count);
     } else {
       process_kind<ContactKind::edge_edge>(count);
     }
+    ms_narrow += watch.lap();
   }
 
   template <ContactKind kind>
@@ -134,7 +140,10 @@ struct alignas(128) CpuDetector::Worker : CandidateSink {
 };
 
 CpuDetector::CpuDetector(const Options& options, const LeafKernels& kernels)
-    : options_(options), kernels_(&kernels), pool_(options.threads), traversal_(pool_),
+    : options_(options),
+      kernels_(&kernels),
+      pool_(options.threads),
+      traversal_(pool_, options.strategy, options.tuning),
       front_policy_(options.front_period, options.front_ratio) {
   for (int i = 0; i < pool_.size(); ++i) workers_.push_back(std::make_unique<Worker>());
 }
@@ -173,14 +182,10 @@ void CpuDetector::visit_pair(Worker& worker, NodePair pair) {
 }
 
 void CpuDetector::traverse(Stats& stats) {
-  const LeafScene scene{groups_.groups().data(),
-                        groups_.boxes().data(),
-                        groups_.blocks().data(),
-                        records_.empty() ? nullptr : records_.data()->x,
-                        mesh_->view(),
-                        scale_,
-                        options_.vertex_face,
-                        options_.edge_edge};
+  const LeafScene scene{groups_.groups().data(), groups_.boxes().data(),
+                        groups_.blocks().data(), records_.empty() ? nullptr : records_.data()->x,
+                        mesh_->view(),           scale_,
+                        options_.vertex_face,    options_.edge_edge};
   for (const auto& worker : workers_) worker->begin(*this, scene);
   if (tree_.nodes().empty()) return;
   if (options_.strategy == Strategy::thread_per_query) {
@@ -200,8 +205,11 @@ void CpuDetector::balanced_traversal(Stats& stats) {
   stats.front_reused = keep && front_policy_.reuse();
   const NodePair root{0, 0};
   const NodePair* initial = stats.front_reused ? front_.data() : &root;
-  const RunCounts counts = traversal_.run(
-      initial, stats.front_reused ? front_.size() : 1, [&](int id, NodePair pair, auto& emit) {
+  const std::size_t initial_count = stats.front_reused ? front_.size() : 1;
+  stats.front_start = static_cast<std::int64_t>(initial_count);
+  Stopwatch watch;
+  const RunCounts counts =
+      traversal_.run(initial, initial_count, [&](int id, NodePair pair, auto& emit) {
         Worker& worker = *workers_[id];
         const PairVisit v = visit(pair, nodes[pair.a], nodes[pair.b]);
         for (int i = 0; i < v.children; ++i) emit(v.child[i]);
@@ -210,17 +218,30 @@ void CpuDetector::balanced_traversal(Stats& stats) {
         if (keep) worker.front.push_back(pair);
         if (v.near) visit_pair(worker, pair);
       });
-  if (keep) keep_front(stats.front_reused);
   stats.tree_tests = static_cast<std::int64_t>(counts.items);
   stats.steals = static_cast<std::int64_t>(counts.steals);
   stats.overflows = static_cast<std::int64_t>(counts.overflows);
+  stats.balancings = static_cast<std::int64_t>(counts.rounds);
+  count_idle(counts.ms_present - counts.ms_waited, watch.lap(), stats);
+  if (!keep) return;
+  keep_front(stats.front_reused);
+  stats.ms_front = watch.lap();
+}
+
+// Of the workers' time in a traversal of `wall` milliseconds they were busy for `busy`.
+void CpuDetector::count_idle(double busy, double wall, Stats& stats) const {
+  if (wall <= 0) return;
+  stats.idle_share = std::max(0.0, 1 - busy / (wall * pool_.size()));
+  stats.ms_balance = stats.idle_share * wall;
 }
 
 void CpuDetector::query_each_group(Stats& stats) {
   const std::vector<TreeNode>& nodes = tree_.nodes();
+  Stopwatch watch;
   std::atomic<std::int64_t> tests{0};
   pool_.parallel_for(nodes.size(), 64, [&](std::size_t first, std::size_t last, int id) {
     Worker& worker = *workers_[id];
+    Stopwatch busy;
     std::vector<std::uint32_t> stack;
     std::int64_t tested = 0;
     for (std::size_t query = first; query < last; ++query) {
@@ -244,8 +265,12 @@ void CpuDetector::query_each_group(Stats& stats) {
       }
     }
     tests.fetch_add(tested, std::memory_order_relaxed);  // read after the job's end
+    worker.ms_busy += busy.lap();
   });
   stats.tree_tests = tests.load(std::memory_order_relaxed);
+  double busy = 0;
+  for (const auto& worker : workers_) busy += worker->ms_busy;
+  count_idle(busy, watch.lap(), stats);
 }
 
 void CpuDetector::keep_front(bool reused) {
@@ -255,7 +280,8 @@ void CpuDetector::keep_front(bool reused) {
   front_policy_.saved(front_.size(), reused);
 }
 
-Span<const Contact> CpuDetector::detect(const Positions& start, const Positions& end, Stats& stats) {
+Span<const Contact> CpuDetector::detect(const Positions& start, const Positions& end,
+                                        Stats& stats) {
   stats.groups = 0;
   Stopwatch total, watch;
   scale_ = scale_for(load_records(*mesh_, start, end, pool_, records_));
@@ -279,7 +305,10 @@ Span<const Contact> CpuDetector::detect(const Positions& start, const Positions&
     stats.contacts_vf += w->found[0];
     stats.contacts_ee += w->found[1];
     stats.hash += w->hash;
+    stats.ms_narrow += w->ms_narrow / pool_.size();
   }
+  stats.ms_traverse =
+      std::max(0.0, stats.ms_traverse - stats.ms_narrow - stats.ms_balance - stats.ms_front);
   (*sort_)(parts, pool_, contacts_);
   stats.ms_sort = watch.lap();
   stats.ms_total = total.lap();
@@ -292,8 +321,8 @@ Span<const Contact> CpuDetector::detect(const Positions& start, const Positions&
 
 std::int64_t CpuDetector::bytes() const {
   std::size_t sum = records_.capacity() * sizeof(VertexRecord) + groups_.bytes() +
-                    tree_.nodes().capacity() * sizeof(TreeNode) + sort_->bytes() + traversal_.bytes() +
-                    front_.capacity() * sizeof(NodePair);
+                    tree_.nodes().capacity() * sizeof(TreeNode) + sort_->bytes() +
+                    traversal_.bytes() + front_.capacity() * sizeof(NodePair);
   for (const auto& w : workers_)
     sum += sizeof(Worker) + w->survivors.capacity() * sizeof(Survivor) +
            w->contacts.capacity() * sizeof(Contact) + w->front.capacity() * sizeof(NodePair);

@@ -1,4 +1,4 @@
-// The CPU backend: refit, traverse with lazy work stealing, filter in lanes, decide, sort.
+// The CPU backend: refit, traverse by one of the strategies, filter in lanes, decide, sort.
 #pragma once
 
 #include <memory>
@@ -6,11 +6,11 @@
 
 #include "core/front_policy.h"
 #include "cpu/backend.h"
-#include "cpu/balanced_run.h"
 #include "cpu/contact_sort.h"
 #include "cpu/groups.h"
 #include "cpu/leaf.h"
 #include "cpu/thread_pool.h"
+#include "cpu/traversal_run.h"
 #include "cpu/tree.h"
 #include "lazyccd/detector.h"
 
@@ -33,17 +33,18 @@ class CpuDetector : public BackendDetector {
   void query_each_group(Stats& stats);
   void visit_pair(Worker& worker, NodePair pair);
   void keep_front(bool reused);
+  void count_idle(double busy, double wall, Stats& stats) const;
   std::int64_t bytes() const;
 
   Options options_;
   const LeafKernels* kernels_;
   ThreadPool pool_;
-  BalancedRun<NodePair> traversal_;
+  TraversalRun traversal_;
   std::vector<std::unique_ptr<Worker>> workers_;
 
   const Mesh* mesh_ = nullptr;
   bool built_ = false;
-  double built_cost_ = 0;      // the tree's cost when it was built
+  double built_cost_ = 0;  // the tree's cost when it was built
   double scale_ = 1;
   std::vector<VertexRecord> records_;
   Groups groups_;

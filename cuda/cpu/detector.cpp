@@ -82,6 +82,9 @@ struct Detector::Impl {
 Detector::Detector(const Options& options) {
   if (options.threads < 0)
     throw Error(ErrorCode::invalid_argument, "threads is negative; 0 means as many as the machine has");
+  const Tuning& tuning = options.tuning;
+  if (tuning.chunk < 0 || tuning.stack < 0 || tuning.idle_threshold < 0)
+    throw Error(ErrorCode::invalid_argument, "a size of the tuning is negative; 0 means the default");
   if (options.front_period < 1)
     throw Error(ErrorCode::invalid_argument, "front_period must be at least 1 step");
   if (!(options.front_ratio > 0))

@@ -6,13 +6,13 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <thread>
 #include <vector>
 
 #include "balance/host_atomics.h"
 #include "balance/lazy_stealing.h"
-#include "cpu/pause.h"
+#include "cpu/waiting.h"
 #include "cpu/work_stack.h"
+#include "cpu/worker_counts.h"
 
 namespace lazyccd {
 
@@ -20,11 +20,15 @@ template <class ItemType, std::uint32_t ChunkSize = 256>
 class LazyStealing {
  public:
   using Item = ItemType;
+  static constexpr bool everyone = false;
 
   // ring_capacity, a power of two: chunks a deque; chunks: in all. 0: enough for every use that
   // BalancedRun makes of them. Less is right as well: what finds no room stays with its worker.
-  explicit LazyStealing(int workers, std::uint32_t ring_capacity = 0, std::uint32_t chunks = 0)
-      : members_(static_cast<std::size_t>(workers)) {
+  // chunk_size: items that a worker gives at once at most. 0: ChunkSize.
+  explicit LazyStealing(int workers, std::uint32_t ring_capacity = 0, std::uint32_t chunks = 0,
+                        std::uint32_t chunk_size = 0)
+      : chunk_size_(chunk_size != 0 ? std::min(chunk_size, ChunkSize) : ChunkSize),
+        members_(static_cast<std::size_t>(workers)) {
     const auto count = static_cast<std::uint32_t>(workers);
     // A worker offers no more chunks than others are hungry.
     if (ring_capacity == 0) ring_capacity = next_power_of_two(count);
@@ -48,7 +52,7 @@ class LazyStealing {
     HostAtomics::store(counters_.live.cell, chunks, HostAtomics::relaxed);
     HostAtomics::store(counters_.claimed.cell, std::uint64_t{0}, HostAtomics::relaxed);
     HostAtomics::store(counters_.hungry.cell, 0u, HostAtomics::relaxed);
-    for (Member& member : members_) member.steals = member.overflows = 0;
+    for (Member& member : members_) member.counts = {};
   }
 
   void arrive(int worker) {
@@ -61,31 +65,29 @@ class LazyStealing {
   bool take(int worker, WorkStack<Item>& stack) {
     Member& m = member(worker);
     Batch<Item> batch = m.protocol.own_batch();
-    for (int misses = 0; batch.count == 0; ++misses) {
+    Waiting waiting(m.counts.ms_waited);
+    while (batch.count == 0) {
       if (m.protocol.over() || m.protocol.cancelled()) return false;
       // Asking the own deque, empty now, is harmless. Whoever had work is asked again first.
       batch = m.protocol.steal(m.victim);
       if (batch.count != 0) break;
       m.victim = m.victim + 1 < view_.workers ? m.victim + 1 : 0;
-      // Work comes within microseconds or the others have the cores.
-      if (misses < 256) {
-        pause_core();
-      } else {
-        std::this_thread::yield();
-      }
+      waiting.pause();
     }
     stack.push(batch.items, batch.count);
     m.protocol.release_chunk(batch);
     return true;
   }
 
-  bool hungry(int worker) const { return member(worker).protocol.hungry(); }
+  bool should_share(int worker, const WorkStack<Item>&) const {
+    return member(worker).protocol.hungry();
+  }
 
-  // Where hungry(): offers half of the oldest items. False: the run is cancelled.
+  // Offers half of the oldest items. False: the run is cancelled.
   bool share(int worker, WorkStack<Item>& stack) {
     Member& m = member(worker);
     if (m.protocol.cancelled()) return false;
-    const std::size_t count = std::min<std::size_t>(stack.size() / 2, ChunkSize);
+    const std::size_t count = std::min<std::size_t>(stack.size() / 2, chunk_size_);
     if (count == 0) return true;
     if (Chunk<Item, ChunkSize>* chunk = m.protocol.new_chunk()) {
       stack.take_every_second(chunk->items, count);
@@ -100,21 +102,11 @@ class LazyStealing {
   void leave(int worker) {
     Member& m = member(worker);
     m.protocol.leave();
-    m.steals = m.protocol.steals();
-    m.overflows = m.protocol.overflows();
+    m.counts.steals = m.protocol.steals();
+    m.counts.overflows = m.protocol.overflows();
   }
 
-  // Of the last run, by the thread that started it.
-  std::uint64_t steals() const {
-    std::uint64_t sum = 0;
-    for (const Member& m : members_) sum += m.steals;
-    return sum;
-  }
-  std::uint64_t overflows() const {
-    std::uint64_t sum = 0;
-    for (const Member& m : members_) sum += m.overflows;
-    return sum;
-  }
+  WorkerCounts counts(int worker) const { return member(worker).counts; }
   std::size_t bytes() const {
     return sizeof(*this) + view_.workers * (sizeof(Member) + sizeof(deque_words_[0])) +
            (std::size_t{view_.workers} * view_.ring_capacity + view_.chunk_count) * sizeof(Slot) +
@@ -128,8 +120,7 @@ class LazyStealing {
   struct alignas(HostAtomics::spacing) Member {
     LazyStealingWorker<HostAtomics, Item, ChunkSize, cache_size> protocol;
     std::uint32_t victim = 0;
-    std::uint64_t steals = 0;  // zero for a worker that did not come
-    std::uint64_t overflows = 0;
+    WorkerCounts counts;  // zero for a worker that did not come
   };
 
   static std::uint32_t next_power_of_two(std::uint32_t n) {
@@ -151,6 +142,7 @@ class LazyStealing {
     for (std::uint32_t i = 0; i < view_.chunk_count; ++i) zero(links_[i]);
   }
 
+  std::uint32_t chunk_size_;
   typename View::Counters counters_;
   std::unique_ptr<typename View::template Spaced<std::uint64_t>[]> deque_words_;
   std::unique_ptr<Slot[]> rings_;

@@ -28,7 +28,15 @@ class WorkStack {
     size_ += count;
   }
   Item pop() { return items_[--size_]; }
+  const Item& top() const { return items_[size_ - 1]; }
   void clear() { size_ = 0; }
+
+  void take_all(Item* out) { take_oldest(out, size_); }
+  void take_oldest(Item* out, std::size_t count) {
+    std::copy_n(items_.data(), count, out);
+    std::copy(items_.data() + count, items_.data() + size_, items_.data());
+    size_ -= count;
+  }
 
   // Every second of the oldest 2 * count items, oldest first. In a depth-first traversal the oldest
   // items head the largest subtrees, and those of one level lie side by side: taking every second

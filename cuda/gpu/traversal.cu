@@ -14,8 +14,12 @@ std::unique_ptr<gpu::TraversalStrategy> make_strategy(const Options& options) {
   switch (options.strategy) {
     case Strategy::lazy_stealing: return gpu::make_lazy_stealing(options.tuning);
     case Strategy::thread_per_query: return gpu::make_thread_per_query(options.tuning);
+    default: break;
   }
-  throw Error(ErrorCode::invalid_argument, "unknown strategy");
+  std::string names;
+  for (const Strategy s : kCudaStrategies) names += (names.empty() ? "" : ", ") + std::string(name(s));
+  throw Error(ErrorCode::unavailable, std::string("the CUDA backend has no strategy '") +
+                                          name(options.strategy) + "'; it has " + names);
 }
 
 // Room for `needed`, half more than before at least, and headroom: an output that creeps up should not

@@ -7,7 +7,7 @@
 
 namespace lazyccd::program {
 
-// Adds --backend and --threads; `options` must live as long as the command.
+// Adds --backend, --threads and --strategy; `options` must live as long as the command.
 void add_detector_options(CLI::App& command, Options& options);
 
 }  // namespace lazyccd::program

@@ -29,13 +29,13 @@ TEST_CASE("nothing is offered before somebody is hungry, and then no more than i
   Stack stack;
   stealing.arrive(0);
   REQUIRE(stealing.take(0, stack));
-  CHECK_FALSE(stealing.hungry(0));
+  CHECK_FALSE(stealing.should_share(0, stack));
   stealing.arrive(1);
-  CHECK(stealing.hungry(0));
+  CHECK(stealing.should_share(0, stack));
   REQUIRE(stealing.share(0, stack));
-  CHECK_FALSE(stealing.hungry(0));
+  CHECK_FALSE(stealing.should_share(0, stack));
   stealing.arrive(2);
-  CHECK(stealing.hungry(0));
+  CHECK(stealing.should_share(0, stack));
 }
 
 TEST_CASE("half of the oldest items are shared, every second one") {
@@ -65,11 +65,11 @@ TEST_CASE("what finds no room stays with its worker and is counted") {
   for (Item item = 1; item < 4; ++item) stack.push(item);
   REQUIRE(stealing.share(0, stack));
   CHECK(stack.size() == 3);
-  REQUIRE(stealing.hungry(0));
+  REQUIRE(stealing.should_share(0, stack));
   REQUIRE(stealing.share(0, stack));
   CHECK(stack.size() == 3);
   stealing.leave(0);
-  CHECK(stealing.overflows() == 1);
+  CHECK(stealing.counts(0).overflows == 1);
 }
 
 TEST_CASE("a worker's last item is not shared") {
@@ -121,6 +121,6 @@ TEST_CASE("a cancelled run drops its work and the next one starts afresh") {
   REQUIRE(stealing.share(0, mine));
   REQUIRE(stealing.take(1, theirs));
   CHECK(drain(theirs) == std::vector<Item>{1});
-  CHECK(stealing.hungry(0) == false);
-  CHECK(stealing.overflows() == 0);
+  CHECK(stealing.should_share(0, mine) == false);
+  CHECK(stealing.counts(0).overflows == 0);
 }

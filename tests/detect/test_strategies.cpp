@@ -1,6 +1,7 @@
-// Strategies by name; the baseline finds what the default finds; when a front is outdated.
+// Strategies by name; all find the same; when a front is outdated.
 #include <cstdint>
 #include <random>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -11,6 +12,38 @@
 
 using namespace lazyccd;
 
+namespace {
+
+struct TriangleCloud {
+  std::vector<double> start, end;
+  std::vector<Face> faces;
+
+  Topology topology() const {
+    Topology t;
+    t.vertex_count = start.size() / 3;
+    t.faces = faces;
+    return t;
+  }
+  static Positions at(const std::vector<double>& x) { return {x.data(), x.size() / 3}; }
+};
+
+TriangleCloud triangle_cloud(std::int32_t triangles) {
+  TriangleCloud cloud;
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> uniform(0, 1);
+  for (std::int32_t f = 0; f < triangles; ++f) {
+    const double centre[3] = {uniform(random), uniform(random), uniform(random)};
+    for (int i = 0; i < 9; ++i) {
+      cloud.start.push_back(centre[i % 3] + 0.08 * uniform(random));
+      cloud.end.push_back(cloud.start.back() + 0.04 * (uniform(random) - 0.5));
+    }
+    cloud.faces.push_back({3 * f, 3 * f + 1, 3 * f + 2});
+  }
+  return cloud;
+}
+
+}  // namespace
+
 TEST_CASE("a strategy is found by its name, and an unknown name is refused with the known ones") {
   for (const Strategy strategy : kStrategies) CHECK(parse_strategy(name(strategy)) == strategy);
   try {
@@ -18,41 +51,64 @@ TEST_CASE("a strategy is found by its name, and an unknown name is refused with 
     FAIL("nothing was thrown");
   } catch (const Error& error) {
     CHECK(error.code() == ErrorCode::invalid_argument);
-    CHECK(std::string(error.what()).find("lazy_stealing, thread_per_query") != std::string::npos);
+    for (const Strategy strategy : kStrategies)
+      CHECK(std::string(error.what()).find(name(strategy)) != std::string::npos);
   }
 }
 
-TEST_CASE("one thread a query finds the contacts that lazy stealing finds") {
-  std::mt19937 random(5);
-  std::uniform_real_distribution<double> uniform(0, 1);
-  std::vector<double> start, end;
-  std::vector<Face> faces;
-  for (std::int32_t f = 0; f < 1500; ++f) {
-    const double centre[3] = {uniform(random), uniform(random), uniform(random)};
-    for (int i = 0; i < 9; ++i) {
-      start.push_back(centre[i % 3] + 0.08 * uniform(random));
-      end.push_back(start.back() + 0.04 * (uniform(random) - 0.5));
-    }
-    faces.push_back({3 * f, 3 * f + 1, 3 * f + 2});
-  }
-  Topology topology;
-  topology.vertex_count = start.size() / 3;
-  topology.faces = faces;
-  Options options;
-  options.backend = Backend::cpu;
-  options.threads = 2;
-  std::vector<std::uint64_t> hashes, pairs;
+TEST_CASE("every strategy finds the same contacts on any number of threads, from root and front") {
+  const TriangleCloud cloud = triangle_cloud(1500);
+  std::set<std::uint64_t> hashes;
+  std::set<std::int64_t> pairs;
   for (const Strategy strategy : kStrategies) {
+    for (const int threads : {1, 2, 5}) {
+      for (const FrontUse front : {FrontUse::off, FrontUse::on}) {
+        Options options;
+        options.backend = Backend::cpu;
+        options.threads = threads;
+        options.strategy = strategy;
+        options.front = front;
+        Detector detector(options);
+        detector.set_topology(cloud.topology());
+        for (int step = 0; step < 3; ++step) {
+          CHECK(!detector.detect(cloud.at(cloud.start), cloud.at(cloud.end)).empty());
+          hashes.insert(detector.stats().hash);
+          pairs.insert(detector.stats().group_pairs);
+          const bool fronts = front == FrontUse::on && strategy != Strategy::thread_per_query;
+          CHECK(detector.stats().front_reused == (fronts && step > 0));
+        }
+      }
+    }
+  }
+  CHECK(hashes.size() == 1);
+  CHECK(pairs.size() == 1);
+}
+
+TEST_CASE("the stages of a step share its wall time") {
+  const TriangleCloud cloud = triangle_cloud(3000);
+  for (const Strategy strategy : kStrategies) {
+    Options options;
+    options.backend = Backend::cpu;
+    options.threads = 2;
     options.strategy = strategy;
     Detector detector(options);
-    detector.set_topology(topology);
-    CHECK(!detector.detect({start.data(), topology.vertex_count}, {end.data(), topology.vertex_count})
-               .empty());
-    hashes.push_back(detector.stats().hash);
-    pairs.push_back(static_cast<std::uint64_t>(detector.stats().group_pairs));
+    detector.set_topology(cloud.topology());
+    detector.detect(cloud.at(cloud.start), cloud.at(cloud.end));
+    const Stats& s = detector.stats();
+    CAPTURE(name(strategy));
+    CHECK(s.ms_narrow > 0);
+    CHECK(s.idle_share >= 0);
+    CHECK(s.idle_share <= 1);
+    CHECK(s.ms_refit + s.ms_traverse + s.ms_balance + s.ms_narrow + s.ms_front + s.ms_sort <=
+          1.01 * s.ms_total + 0.1);
   }
-  CHECK(hashes[0] == hashes[1]);
-  CHECK(pairs[0] == pairs[1]);
+}
+
+TEST_CASE("a negative size of the tuning is refused") {
+  Options options;
+  options.backend = Backend::cpu;
+  options.tuning.idle_threshold = -1;
+  CHECK_THROWS_AS(Detector(options), Error);
 }
 
 TEST_CASE("a front that no longer grows is made anew once, and then reused again") {

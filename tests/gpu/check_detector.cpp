@@ -186,7 +186,7 @@ int main(int argc, char** argv) {
     return 77;
   }
   if (small) {
-    for (const Strategy strategy : kStrategies) {
+    for (const Strategy strategy : kCudaStrategies) {
       Options options;
       options.strategy = strategy;
       for (const bool graph : {true, false}) {
@@ -215,7 +215,7 @@ int main(int argc, char** argv) {
   }
 
   for (const Scene& scene : scenes) {
-    for (const Strategy strategy : kStrategies) {
+    for (const Strategy strategy : kCudaStrategies) {
       Options options;
       options.strategy = strategy;
       const std::string called = name(strategy);

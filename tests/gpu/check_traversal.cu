@@ -198,7 +198,7 @@ void check_refusals(const DeviceScene& deep) {
     options.tuning.chunk = chunk;
     return options;
   };
-  for (const Strategy s : kStrategies)
+  for (const Strategy s : kCudaStrategies)
     refused(ErrorCode::invalid_argument, [&] { Traversal traversal(with(s, 48, 0)); });
   refused(ErrorCode::invalid_argument, [&] { Traversal t(with(Strategy::lazy_stealing, 0, 33)); });
   refused(ErrorCode::invalid_argument, [&] {

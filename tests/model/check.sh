@@ -68,3 +68,9 @@ done
 holds free_list -DWORKERS=2 -DIDS=3 -DROUNDS=2
 holds free_list -DWORKERS=3 -DIDS=3 -DROUNDS=1
 caught free_list -DNO_TAG
+
+holds task_deque -DTHIEVES=1 -DTASKS=5 -DCAPACITY=3
+holds task_deque -DTHIEVES=2 -DTASKS=4 -DCAPACITY=2
+for mutant in NO_TAG AGE_BEFORE_BOTTOM; do
+  caught task_deque "-D$mutant"
+done

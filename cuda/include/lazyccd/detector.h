@@ -31,20 +31,31 @@ enum class FrontUse { automatic, off, on };
 
 // How the traversal spreads its work. The contacts are the same.
 enum class Strategy {
-  lazy_stealing,     // pairs of nodes; whoever has none steals, whoever has some offers them on demand
-  thread_per_query,  // a group a thread, from the root and on its own: the baseline
+  lazy_stealing,         // chunks of pairs; whoever has none steals, whoever has some offers on demand
+  lazy_stealing_greedy,  // the dissertation's (Algorithms 3.7 to 3.13): an idle worker takes from all
+                         // at once and moves what it won little by little
+  static_list,           // gProximity's (3.1 to 3.4): a list a worker, all evened out once some are idle
+  task_stealing,         // of Arora et al. (3.5, 3.6): a deque a worker, pairs stolen one by one
+  guided,                // one list for all, taken in shrinking portions, refilled once it is empty
+  thread_per_query,      // a group a thread, from the root and on its own: the baseline
 };
-constexpr Strategy kStrategies[] = {Strategy::lazy_stealing, Strategy::thread_per_query};
+constexpr Strategy kStrategies[] = {Strategy::lazy_stealing, Strategy::lazy_stealing_greedy,
+                                    Strategy::static_list,   Strategy::task_stealing,
+                                    Strategy::guided,        Strategy::thread_per_query};
+// Those that the CUDA backend has too; with another it answers Error(unavailable).
+constexpr Strategy kCudaStrategies[] = {Strategy::lazy_stealing, Strategy::thread_per_query};
 
 const char* name(Strategy strategy);  // "lazy_stealing", ...
 // Throws Error(invalid_argument) that lists the names.
 Strategy parse_strategy(const std::string& name);
 
-// Sizes of the CUDA traversal, for tests and benches. 0: the default.
+// Sizes of the traversal, for tests and benches. 0: the default.
 struct Tuning {
-  int block_size = 0;  // threads of a block: a multiple of 32 up to 512
-  int blocks = 0;
-  int chunk = 0;       // pairs that change hands at once: 32, 128 or 256
+  int block_size = 0;  // cuda: threads of a block, a multiple of 32 up to 512
+  int blocks = 0;      // cuda
+  int chunk = 0;       // lazy_stealing*: pairs that change hands at once; cuda: 32, 128 or 256
+  int stack = 0;       // lazy_stealing_greedy: pairs of a worker's own stack
+  int idle_threshold = 0;  // static_list: workers that have run dry when a round ends
   int delay_ns = 0;    // random waits of up to this time, to shake out races
   std::uint32_t capacity_hint = 0;  // of every buffer at first; each grows where it must
   bool graph = true;   // replay a step as one CUDA graph; without, the stages are timed one by one

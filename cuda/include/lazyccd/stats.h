@@ -13,25 +13,30 @@ struct Stats {
 
   // Work. A candidate is an elementary pair that reached the filter; a survivor one that left it.
   std::int64_t tree_tests = 0;    // pairs of tree nodes tested
+  std::int64_t front_start = 0;   // cpu: pairs that the traversal started from: the root, or a front
   std::int64_t front_nodes = 0;   // pairs where the traversal ended (Algorithm 2.1's front)
   std::int64_t group_pairs = 0;   // overlapping pairs of groups
   std::int64_t candidates_vf = 0, candidates_ee = 0;
   std::int64_t survivors_vf = 0, survivors_ee = 0;
   std::int64_t refined = 0;       // survivors that single precision could not decide
   std::int64_t exact = 0;         // survivors that only exact arithmetic could decide
-  std::int64_t steals = 0;        // chunks of work taken from another worker
+  std::int64_t steals = 0;        // batches of work taken from another worker
+  std::int64_t balancings = 0;    // static_list: balancing steps
   std::int64_t overflows = 0;     // times a full buffer was grown or worked around
   std::int64_t contacts_vf = 0, contacts_ee = 0;
   bool rebuilt = false;           // the hierarchy was built anew in this step
   bool front_reused = false;      // the traversal started from the front of an earlier step
 
-  // Milliseconds: wall time, on the GPU device time. The CPU decides while it traverses, so its
-  // ms_narrow is 0; the GPU reports its stages only where they are not replayed as one graph.
+  // Milliseconds: wall time, on the GPU device time. The CPU traverses, decides and waits at once: the
+  // three share the wall time as the workers spent theirs. The GPU reports its stages only where they
+  // are not replayed as one graph.
   double ms_upload = 0;    // cuda: positions to the device
   double ms_refit = 0;     // boxes and hierarchy, a rebuild included
-  double ms_traverse = 0;  // traversal
+  double ms_traverse = 0;  // traversal; cpu: and boxes of elementary pairs
+  double ms_balance = 0;   // cpu: waiting for work
   double ms_leaf = 0;      // cuda: elementary boxes and filter
-  double ms_narrow = 0;    // cuda: decisions
+  double ms_narrow = 0;    // decisions; cpu: and filter
+  double ms_front = 0;     // cpu: gathering the front
   double ms_sort = 0;      // contacts: gather, sort, hash
   double ms_download = 0;  // cuda: contacts to the host
   double ms_device = 0;    // cuda: positions resident to sorted contacts resident
@@ -40,7 +45,7 @@ struct Stats {
   std::uint64_t hash = 0;        // of the contacts; equal wherever the contacts are equal
   std::int64_t peak_bytes = 0;   // memory that the detector holds
   int threads = 0;
-  double idle_share = 0;         // cuda: of the traversal's time, the part that blocks waited for work
+  double idle_share = 0;         // of the traversal's time, the part that workers waited for work
   std::string backend;           // "cpu" or "cuda"
   std::string device;            // the GPU's name and driver, or the CPU's instruction set
 };

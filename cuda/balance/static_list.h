@@ -1,0 +1,66 @@
+// Static lists with a balancing step, after gProximity (Lauterbach, Mo and Manocha 2010; the
+// dissertation's Algorithms 3.1 to 3.4): each worker goes through a list of its own, and nothing
+// changes hands before so many have run dry that all stop. Then all that is left is cut into even
+// parts, and the next round begins.
+#pragma once
+
+#include <cstdint>
+
+#include "core/platform.h"
+
+namespace lazyccd {
+
+// When the workers of a round stop. A view; zeroed memory is the start of a round.
+template <class Atomics>
+class RoundEnd {
+ public:
+  using Cell = typename Atomics::template Cell<std::uint32_t>;
+
+  LAZYCCD_HD RoundEnd(Cell& idle, Cell& stop, std::uint32_t threshold)
+      : idle_(&idle), stop_(&stop), threshold_(threshold) {}
+
+  // Relaxed throughout: a wish to stop. The lists travel with the end of the round.
+  LAZYCCD_HD void ran_dry() {
+    if (Atomics::fetch_add(*idle_, 1u, Atomics::relaxed) + 1 >= threshold_) stop();
+  }
+  LAZYCCD_HD void stop() { Atomics::store(*stop_, 1u, Atomics::relaxed); }
+  LAZYCCD_HD bool stopped() const { return Atomics::load(*stop_, Atomics::relaxed) != 0; }
+
+ private:
+  Cell* idle_;
+  Cell* stop_;
+  std::uint32_t threshold_;  // workers
+};
+
+// One worker's list as the balancing step sees it.
+template <class Item>
+struct ItemList {
+  const Item* items;
+  std::uint64_t count;
+};
+
+// The balancing step for one worker: its even part of all lists laid end to end, given to
+// append(items, count) piece by piece.
+template <class Item, class Append>
+LAZYCCD_HD void take_even_part(const ItemList<Item>* lists, std::uint32_t list_count,
+                               std::uint32_t worker, std::uint32_t workers, Append&& append) {
+  std::uint64_t total = 0;
+  for (std::uint32_t i = 0; i < list_count; ++i) total += lists[i].count;
+  // total / workers each, and one more for the first few.
+  const std::uint64_t share = total / workers, extra = total % workers;
+  std::uint64_t skip = worker * share + (worker < extra ? worker : extra);
+  std::uint64_t wanted = share + (worker < extra ? 1 : 0);
+  for (std::uint32_t i = 0; i < list_count && wanted != 0; ++i) {
+    if (skip >= lists[i].count) {
+      skip -= lists[i].count;
+      continue;
+    }
+    const std::uint64_t rest = lists[i].count - skip;
+    const std::uint64_t count = rest < wanted ? rest : wanted;
+    append(lists[i].items + skip, count);
+    wanted -= count;
+    skip = 0;
+  }
+}
+
+}  // namespace lazyccd

@@ -1,0 +1,109 @@
+// The task deque of cuda/balance/task_deque.h (Arora, Blumofe and Plaxton 2001): one owner, some thieves.
+//
+// Every access to shared memory in the code is one step here, so all interleavings are covered. The
+// owner pushes tasks and pops, whenever it likes, until all are made and the deque is empty.
+//
+// Each `#ifdef` is a mutant, which check.sh wants to see caught.
+
+#ifndef THIEVES
+#define THIEVES 2
+#endif
+#ifndef CAPACITY
+#define CAPACITY 2
+#endif
+#ifndef TASKS
+#define TASKS 4
+#endif
+
+#define NONE 255
+
+byte top, tag, bottom;
+byte slot[CAPACITY];
+
+// Known to the checker alone.
+bool taken[TASKS];
+byte taken_count;
+bool closed;
+
+inline take(t) {
+  atomic {
+    assert(!taken[t]);  // exactly once
+    taken[t] = true;
+    taken_count++
+  }
+}
+
+inline use_anew() {
+  top = 0;
+#ifndef NO_TAG
+  tag = seen_tag + 1
+#endif
+}
+
+active proctype owner() {
+  byte made, b, seen_top, seen_tag, task;
+  do
+  :: made < TASKS && bottom < CAPACITY ->  // push
+    slot[bottom] = made;
+    made++;
+    bottom++
+  :: made == TASKS && bottom == 0 -> break
+  :: bottom > 0 ->  // pop
+    b = bottom - 1;
+#ifdef AGE_BEFORE_BOTTOM
+    atomic { seen_top = top; seen_tag = tag };
+    bottom = b;
+#else
+    bottom = b;
+    atomic { seen_top = top; seen_tag = tag };
+#endif
+    task = slot[b];
+    if
+    :: b > seen_top -> take(task)
+    :: else ->
+      bottom = 0;
+      atomic {
+        if
+        :: b == seen_top && top == seen_top && tag == seen_tag ->
+          take(task);
+          use_anew();
+          b = NONE
+        :: else
+        fi
+      };
+      if
+      :: b != NONE -> atomic { use_anew() }
+      :: else
+      fi
+    fi
+  od;
+  closed = true
+}
+
+active [THIEVES] proctype thief() {
+  byte seen_top, seen_tag, seen_bottom, task;
+  do
+  :: closed -> break
+  :: atomic { seen_top = top; seen_tag = tag };
+    seen_bottom = bottom;
+    if
+    :: seen_bottom <= seen_top
+    :: else ->
+      task = slot[seen_top];
+      atomic {
+        if
+        :: top == seen_top && tag == seen_tag ->
+          top++;
+          take(task)
+        :: else
+        fi
+      }
+    fi
+  od
+}
+
+active proctype end_of_run() {
+  closed;
+  // Nothing is left behind: what a thief has won it counts in the same step.
+  assert(taken_count == TASKS)
+}
