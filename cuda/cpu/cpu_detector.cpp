@@ -32,6 +32,27 @@ double scale_for(double size) {
   return std::ldexp(1.0, std::clamp(5 - std::ilogb(size), -1020, 1000));
 }
 
+// Whether the first `split` of four vertices stay on one side of the others along an axis, at both
+// ends of the step and so all the time.
+bool apart(const std::vector<VertexRecord>& records, const std::array<std::int32_t, 4>& vertices,
+           int split) {
+  for (int k = 0; k < 3; ++k) {
+    bool below = true, above = true;
+    for (int end = 0; end < 2; ++end) {
+      for (int i = 0; i < split; ++i) {
+        for (int j = split; j < 4; ++j) {
+          const double a = records[vertices[i]].x[3 * end + k],
+                       b = records[vertices[j]].x[3 * end + k];
+          below = below && a < b;
+          above = above && a > b;
+        }
+      }
+    }
+    if (below || above) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 // One thread's part of a traversal. Its sink's queues lead into the narrow phase here.
@@ -41,7 +62,8 @@ struct alignas(128) CpuDetector::Worker : CandidateSink {
   std::vector<Survivor> survivors = std::vector<Survivor>(CandidateQueue::capacity);
   std::vector<Contact> contacts;
   std::vector<NodePair> front;
-  std::int64_t group_pairs = 0, ended = 0, refined = 0, exact = 0;
+  std::int64_t group_pairs = 0, ended = 0, flat = 0, never_coplanar = 0, refined = 0, exact = 0;
+  const OrphanSets* dropped = nullptr;  // candidates that are tested elsewhere
   std::int64_t candidates[2] = {}, survived[2] = {}, found[2] = {};
   std::uint64_t hash = 0;
   Stopwatch watch;
@@ -54,7 +76,9 @@ struct alignas(128) CpuDetector::Worker : CandidateSink {
     scene = leaf_scene;
     contacts.clear();
     front.clear();
-    group_pairs = ended = refined = exact = 0;
+    if (scene.never_coplanar) scene.never_coplanar = &never_coplanar;
+    dropped = detector.options_.culling.orphan_sets ? &detector.orphans_ : nullptr;
+    group_pairs = ended = flat = never_coplanar = refined = exact = 0;
     hash = 0;
     ms_narrow = ms_busy = 0;
     for (int kind = 0; kind < 2; ++kind)
@@ -78,7 +102,18 @@ struct alignas(128) CpuDetector::Worker : CandidateSink {
     }
   }
 
+  void push(ContactKind kind, Candidate pair) {
+    CandidateQueue& queue = queues[static_cast<int>(kind)];
+    if (queue.count == CandidateQueue::capacity) drain_full(*this, kind);
+    queue.items[queue.count++] = pair;
+  }
+
   void process(ContactKind kind, int count) {
+    if (dropped) {
+      Candidate* items = queues[static_cast<int>(kind)].items;
+      const auto orphan = [&](Candidate c) { return dropped->contains(kind, c); };
+      count = static_cast<int>(std::remove_if(items, items + count, orphan) - items);
+    }
     if (count == 0) return;
     candidates[static_cast<int>(kind)] += count;
     watch.lap();
@@ -155,6 +190,7 @@ void CpuDetector::set_mesh(const Mesh& mesh) {
   built_ = false;
   front_policy_.forget();
   sort_ = std::make_unique<ContactSort>(mesh);
+  if (options_.culling.orphan_sets) orphans_ = OrphanSets(mesh);
 }
 
 void CpuDetector::update_hierarchy(Stats& stats) {
@@ -170,7 +206,9 @@ void CpuDetector::update_hierarchy(Stats& stats) {
     built_cost_ = tree_.cost();
     built_ = true;
     front_policy_.forget();
+    if (options_.culling.normal_cones) cones_.build(*mesh_, groups_, tree_);
   }
+  if (options_.culling.normal_cones) cones_.refit(*mesh_, tree_, records_, pool_);
   stats.rebuilt = build;
 }
 
@@ -182,10 +220,15 @@ void CpuDetector::visit_pair(Worker& worker, NodePair pair) {
 }
 
 void CpuDetector::traverse(Stats& stats) {
-  const LeafScene scene{groups_.groups().data(), groups_.boxes().data(),
-                        groups_.blocks().data(), records_.empty() ? nullptr : records_.data()->x,
-                        mesh_->view(),           scale_,
-                        options_.vertex_face,    options_.edge_edge};
+  const LeafScene scene{groups_.groups().data(),
+                        groups_.boxes().data(),
+                        groups_.blocks().data(),
+                        records_.empty() ? nullptr : records_.data()->x,
+                        mesh_->view(),
+                        scale_,
+                        options_.vertex_face,
+                        options_.edge_edge,
+                        options_.culling.non_penetration ? &stats.never_coplanar : nullptr};
   for (const auto& worker : workers_) worker->begin(*this, scene);
   if (tree_.nodes().empty()) return;
   if (options_.strategy == Strategy::thread_per_query) {
@@ -193,6 +236,11 @@ void CpuDetector::traverse(Stats& stats) {
   } else {
     balanced_traversal(stats);
   }
+  finish_workers();
+  if (options_.culling.orphan_sets) test_orphans(stats);
+}
+
+void CpuDetector::finish_workers() {
   pool_.parallel_for(workers_.size(), 1, [&](std::size_t first, std::size_t last, int) {
     for (std::size_t i = first; i < last; ++i) workers_[i]->finish();
   });
@@ -201,7 +249,7 @@ void CpuDetector::traverse(Stats& stats) {
 // Algorithm 2.1: a pair of nodes that overlap is opened, down to pairs of leaves.
 void CpuDetector::balanced_traversal(Stats& stats) {
   const TreeNode* nodes = tree_.nodes().data();
-  const bool keep = options_.front == FrontUse::on;
+  const bool keep = options_.front == FrontUse::on, cones = options_.culling.normal_cones;
   stats.front_reused = keep && front_policy_.reuse();
   const NodePair root{0, 0};
   const NodePair* initial = stats.front_reused ? front_.data() : &root;
@@ -211,6 +259,12 @@ void CpuDetector::balanced_traversal(Stats& stats) {
   const RunCounts counts =
       traversal_.run(initial, initial_count, [&](int id, NodePair pair, auto& emit) {
         Worker& worker = *workers_[id];
+        if (cones && pair.a == pair.b && cones_.apart_from_itself(pair.a, records_)) {
+          ++worker.flat;
+          ++worker.ended;
+          if (keep) worker.front.push_back(pair);
+          return;
+        }
         const PairVisit v = visit(pair, nodes[pair.a], nodes[pair.b]);
         for (int i = 0; i < v.children; ++i) emit(v.child[i]);
         if (v.children != 0) return;
@@ -226,6 +280,34 @@ void CpuDetector::balanced_traversal(Stats& stats) {
   if (!keep) return;
   keep_front(stats.front_reused);
   stats.ms_front = watch.lap();
+}
+
+void CpuDetector::test_orphans(Stats& stats) {
+  for (const auto& worker : workers_) worker->dropped = nullptr;
+  std::atomic<std::int64_t> near{0};
+  const auto test = [&](ContactKind kind, Candidate pair, Worker& worker) {
+    Contact c;
+    if (kind == ContactKind::vertex_face) {
+      identify_contact<ContactKind::vertex_face>(worker.scene.mesh, pair, c);
+    } else {
+      identify_contact<ContactKind::edge_edge>(worker.scene.mesh, pair, c);
+    }
+    const int split = kind == ContactKind::vertex_face ? 1 : 2;  // vertices of the first primitive
+    if (!mesh_->collide(c.body_a, c.body_b) || apart(records_, c.vertices, split)) return false;
+    worker.push(kind, pair);
+    return true;
+  };
+  for (const ContactKind kind : {ContactKind::vertex_face, ContactKind::edge_edge}) {
+    if (!(kind == ContactKind::vertex_face ? options_.vertex_face : options_.edge_edge)) continue;
+    const std::vector<Candidate>& orphans = orphans_.of(kind);
+    pool_.parallel_for(orphans.size(), 1024, [&](std::size_t first, std::size_t last, int id) {
+      std::int64_t pushed = 0;
+      for (std::size_t i = first; i < last; ++i) pushed += test(kind, orphans[i], *workers_[id]);
+      near.fetch_add(pushed, std::memory_order_relaxed);  // read after the job's end
+    });
+  }
+  finish_workers();
+  stats.orphans = near.load(std::memory_order_relaxed);
 }
 
 // Of the workers' time in a traversal of `wall` milliseconds they were busy for `busy`.
@@ -296,6 +378,8 @@ Span<const Contact> CpuDetector::detect(const Positions& start, const Positions&
     parts.push_back(&w->contacts);
     stats.front_nodes += w->ended;
     stats.group_pairs += w->group_pairs;
+    stats.flat_nodes += w->flat;
+    stats.never_coplanar += w->never_coplanar;
     stats.candidates_vf += w->candidates[0];
     stats.candidates_ee += w->candidates[1];
     stats.survivors_vf += w->survived[0];
@@ -321,8 +405,9 @@ Span<const Contact> CpuDetector::detect(const Positions& start, const Positions&
 
 std::int64_t CpuDetector::bytes() const {
   std::size_t sum = records_.capacity() * sizeof(VertexRecord) + groups_.bytes() +
-                    tree_.nodes().capacity() * sizeof(TreeNode) + sort_->bytes() +
-                    traversal_.bytes() + front_.capacity() * sizeof(NodePair);
+                    tree_.nodes().capacity() * sizeof(TreeNode) + cones_.bytes() +
+                    orphans_.bytes() + sort_->bytes() + traversal_.bytes() +
+                    front_.capacity() * sizeof(NodePair);
   for (const auto& w : workers_)
     sum += sizeof(Worker) + w->survivors.capacity() * sizeof(Survivor) +
            w->contacts.capacity() * sizeof(Contact) + w->front.capacity() * sizeof(NodePair);

@@ -9,6 +9,8 @@
 #include "cpu/contact_sort.h"
 #include "cpu/groups.h"
 #include "cpu/leaf.h"
+#include "cpu/normal_cones.h"
+#include "cpu/orphan_sets.h"
 #include "cpu/thread_pool.h"
 #include "cpu/traversal_run.h"
 #include "cpu/tree.h"
@@ -32,6 +34,8 @@ class CpuDetector : public BackendDetector {
   void balanced_traversal(Stats& stats);
   void query_each_group(Stats& stats);
   void visit_pair(Worker& worker, NodePair pair);
+  void finish_workers();
+  void test_orphans(Stats& stats);
   void keep_front(bool reused);
   void count_idle(double busy, double wall, Stats& stats) const;
   std::int64_t bytes() const;
@@ -49,6 +53,8 @@ class CpuDetector : public BackendDetector {
   std::vector<VertexRecord> records_;
   Groups groups_;
   Tree tree_;
+  NormalCones cones_;
+  OrphanSets orphans_;
   std::unique_ptr<ContactSort> sort_;
   std::vector<Contact> contacts_;
 

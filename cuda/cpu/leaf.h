@@ -19,6 +19,8 @@ struct LeafScene {
   MeshView mesh;
   double scale;
   bool vertex_face, edge_edge;
+  // Where the non-penetration filter counts what it rules out; null: it is off.
+  std::int64_t* never_coplanar;
 };
 
 // One worker's candidates on their way to the filter.

@@ -218,7 +218,11 @@ int filter_kind(const LeafScene& scene, const Candidate* candidates, int count, 
     const Differences<Pack> d = gather<kind>(scene, padded);
     const Magnitudes<Pack> m = magnitudes(d);
     const Cubic<Pack> f = coplanarity(d, m);
-    if (!((!f.no_root()).bits() & wanted)) continue;
+    if (scene.never_coplanar) {
+      const unsigned left = (!f.no_root()).bits() & wanted;
+      *scene.never_coplanar += used - __builtin_popcount(left);
+      if (!left) continue;
+    }
     const Verdict<Pack> verdict = decide_at_roots<kind>(d, m, f);
     alignas(64) float lo[Pack::lanes], hi[Pack::lanes];
     verdict.lo.store(lo);

@@ -61,12 +61,28 @@ struct Tuning {
   bool graph = true;   // replay a step as one CUDA graph; without, the stages are timed one by one
 };
 
+// What is ruled out before its elementary test, apart from bounding volumes. The contacts are the same
+// with and without; Stats says what each did. Representative features (Curtis et al. 2008) are not
+// among them: each vertex and edge has one owner, so there is nothing to cull. The CUDA backend always
+// has the first and never the others.
+struct Culling {
+  // Elementary pairs whose points are never coplanar, by the signs of Bernstein coefficients (Tang et
+  // al. 2010).
+  bool non_penetration = true;
+  // Parts of a surface that cannot touch themselves, by continuous normal cones and the contour
+  // condition (Tang et al. 2008).
+  bool normal_cones = false;
+  // Elementary pairs that only adjacent faces have are tested from a list, not found (Tang et al. 2009).
+  bool orphan_sets = false;
+};
+
 struct Options {
   Backend backend = Backend::automatic;
   int threads = 0;                       // of the CPU backend; 0: as many as the machine has
   bool vertex_face = true;               // kinds of elementary test to run
   bool edge_edge = true;
   Arithmetic arithmetic = Arithmetic::single_first;
+  Culling culling;
   Strategy strategy = Strategy::lazy_stealing;
   Tuning tuning;
   FrontUse front = FrontUse::automatic;  // of lazy_stealing

@@ -1,0 +1,201 @@
+// What is culled has no contact: every combination gives the contacts of none.
+#include <cmath>
+#include <cstdint>
+#include <cstdio>
+#include <set>
+#include <vector>
+
+#include "cpu/normal_cones.h"
+#include "cpu/orphan_sets.h"
+#include "io/mesh.h"
+#include "lazyccd/detector.h"
+#include "support/catch.h"
+#include "support/data.h"
+#include "support/frames.h"
+#include "support/generators.h"
+
+using namespace lazyccd;
+using namespace lazyccd::test;
+
+namespace {
+
+struct Sheet {
+  std::vector<double> start, end;
+  std::vector<Face> faces;
+
+  Topology topology() const {
+    Topology t;
+    t.vertex_count = start.size() / 3;
+    t.faces = faces;
+    return t;
+  }
+  static Positions at(const std::vector<double>& x) { return {x.data(), x.size() / 3}; }
+};
+
+// A sheet of n x n cells that waves with random shapes, from almost flat to folded over itself.
+Sheet waving_sheet(int n, std::uint64_t seed, double height) {
+  Random random(seed);
+  double wave[2][4];
+  for (auto& end : wave)
+    for (double& w : end) w = random.uniform(-1, 1);
+  Sheet sheet;
+  for (int end = 0; end < 2; ++end) {
+    std::vector<double>& x = end == 0 ? sheet.start : sheet.end;
+    for (int i = 0; i <= n; ++i) {
+      for (int j = 0; j <= n; ++j) {
+        const double u = static_cast<double>(i) / n, v = static_cast<double>(j) / n;
+        const double* w = wave[end];
+        const double bend =
+            height * std::sin(9 * u + 6 * w[0]) + 0.02 * height * random.uniform(-1, 1);
+        x.push_back(u + 1.5 * height * w[1] * std::sin(12 * u));
+        x.push_back(v + 0.1 * height * w[2] * u);
+        x.push_back(bend * std::cos(5 * v + w[3]));
+      }
+    }
+  }
+  for (std::int32_t i = 0; i < n; ++i) {
+    for (std::int32_t j = 0; j < n; ++j) {
+      const std::int32_t a = i * (n + 1) + j, b = a + n + 1;
+      sheet.faces.push_back({a, b, a + 1});
+      sheet.faces.push_back({a + 1, b, b + 1});
+    }
+  }
+  return sheet;
+}
+
+std::vector<Culling> combinations() {
+  std::vector<Culling> all;
+  for (int bits = 0; bits < 8; ++bits)
+    all.push_back({(bits & 1) != 0, (bits & 2) != 0, (bits & 4) != 0});
+  return all;
+}
+
+Stats detect(const Topology& topology, const Positions& start, const Positions& end,
+             Culling culling, Strategy strategy = Strategy::lazy_stealing,
+             FrontUse front = FrontUse::off) {
+  Options options;
+  options.backend = Backend::cpu;
+  options.threads = 2;
+  options.culling = culling;
+  options.strategy = strategy;
+  options.front = front;
+  Detector detector(options);
+  detector.set_topology(topology);
+  detector.detect(start, end);
+  if (front == FrontUse::on) detector.detect(start, end);
+  return detector.stats();
+}
+
+}  // namespace
+
+TEST_CASE("every combination of culling gives the same contacts on waving sheets") {
+  int culled = 0, with_contacts = 0;
+  for (std::uint64_t seed = 0; seed < 24; ++seed) {
+    const double height = 0.002 * std::pow(1.5, static_cast<double>(seed % 14));
+    const Sheet sheet = waving_sheet(24, seed, height);
+    const Stats none = detect(sheet.topology(), Sheet::at(sheet.start), Sheet::at(sheet.end), {});
+    with_contacts += none.contacts_ee > 0;
+    for (const Culling& culling : combinations()) {
+      const Stats s =
+          detect(sheet.topology(), Sheet::at(sheet.start), Sheet::at(sheet.end), culling);
+      CAPTURE(seed, culling.non_penetration, culling.normal_cones, culling.orphan_sets);
+      CHECK(s.hash == none.hash);
+      culled += s.flat_nodes > 0;
+      CHECK((s.never_coplanar > 0) == culling.non_penetration);
+      if (!culling.orphan_sets) CHECK(s.orphans == 0);
+    }
+  }
+  CHECK(culled > 8);
+  CHECK(with_contacts > 4);
+}
+
+TEST_CASE("culling gives the same contacts with every strategy and from a front") {
+  const Sheet sheet = waving_sheet(40, 11, 0.1);
+  std::set<std::uint64_t> hashes;
+  for (const Strategy strategy : kStrategies)
+    for (const FrontUse front : {FrontUse::off, FrontUse::on})
+      hashes.insert(detect(sheet.topology(), Sheet::at(sheet.start), Sheet::at(sheet.end),
+                           {true, true, true}, strategy, front)
+                        .hash);
+  CHECK(hashes.size() == 1);
+}
+
+TEST_CASE("every combination of culling gives the same contacts on real frames") {
+  const auto data = data_dir();
+  if (!data) return;
+  for (const char* scene : {"cloth-funnel", "cloth-ball"}) {
+    const io::Mesh start = read_frame_pair(*data, scene).start,
+                   end = read_frame_pair(*data, scene).end;
+    std::set<std::uint64_t> hashes;
+    for (const Culling& culling : {Culling{}, Culling{true, true, true}}) {
+      const Stats s =
+          detect(io::topology(start), io::positions(start), io::positions(end), culling);
+      hashes.insert(s.hash);
+      std::printf(
+          "%s: %lld group pairs, %lld flat nodes, %lld + %lld candidates, %lld orphans, %lld never "
+          "coplanar, refit %.1f, traverse %.1f, narrow %.1f ms\n",
+          scene, static_cast<long long>(s.group_pairs), static_cast<long long>(s.flat_nodes),
+          static_cast<long long>(s.candidates_vf), static_cast<long long>(s.candidates_ee),
+          static_cast<long long>(s.orphans), static_cast<long long>(s.never_coplanar), s.ms_refit,
+          s.ms_traverse, s.ms_narrow);
+    }
+    CHECK(hashes.size() == 1);
+  }
+}
+
+TEST_CASE("a view's coordinates span the plane that it looks at") {
+  for (const View& view : kViewTable) {
+    const auto &v = view.along, &u = view.u, &w = view.w;
+    const int n[3] = {u[1] * w[2] - u[2] * w[1], u[2] * w[0] - u[0] * w[2],
+                      u[0] * w[1] - u[1] * w[0]};
+    const bool same = n[0] == v[0] && n[1] == v[1] && n[2] == v[2];
+    const bool opposite = n[0] == -v[0] && n[1] == -v[1] && n[2] == -v[2];
+    CHECK((same || opposite));
+  }
+}
+
+TEST_CASE("a flat sheet is one patch that is not opened, and a sheet that closes on itself is") {
+  Sheet flat = waving_sheet(8, 1, 0);
+  CHECK(detect(flat.topology(), Sheet::at(flat.start), Sheet::at(flat.end), {true, true, false})
+            .flat_nodes == 1);
+  // A band around a cylinder: its ends are one, so the boundary is two loops.
+  Sheet band;
+  for (std::int32_t i = 0; i < 12; ++i) {
+    for (const double z : {0.0, 0.2}) {
+      band.start.insert(band.start.end(), {std::cos(i * 0.5236), std::sin(i * 0.5236), z});
+    }
+    const std::int32_t a = 2 * i, b = (2 * i + 2) % 24;
+    band.faces.push_back({a, b, a + 1});
+    band.faces.push_back({a + 1, b, b + 1});
+  }
+  CHECK(detect(band.topology(), Sheet::at(band.start), Sheet::at(band.start), {true, true, false})
+            .flat_nodes < 4);
+}
+
+TEST_CASE("the orphans of two adjacent triangles are their pairs without a shared vertex") {
+  // 0-1-2 and 1-3-2 share the edge 1-2: vertex 0 with face b, vertex 3 with face a, and the edges
+  // 0-1 with 2-3 and 0-2 with 1-3.
+  Topology topology;
+  topology.vertex_count = 4;
+  const std::vector<Face> faces = {{0, 1, 2}, {1, 3, 2}};
+  topology.faces = faces;
+  const Mesh mesh(topology);
+  const OrphanSets orphans(mesh);
+  CHECK(orphans.of(ContactKind::vertex_face).size() == 2);
+  CHECK(orphans.of(ContactKind::edge_edge).size() == 2);
+  CHECK(orphans.contains(ContactKind::vertex_face, {0, 1}));
+  CHECK(orphans.contains(ContactKind::vertex_face, {3, 0}));
+  CHECK(orphans.adjacent_faces() == 1);
+}
+
+TEST_CASE("a pair that faces without a shared vertex have is no orphan") {
+  // A strip of triangles: 0-1-2, 1-3-2, 2-3-4, 3-5-4. Vertex 0 and face 2-3-4 are of adjacent faces
+  // and of no others; vertex 3 is also in the last, which shares no vertex with the first.
+  Topology topology;
+  topology.vertex_count = 6;
+  const std::vector<Face> faces = {{0, 1, 2}, {1, 3, 2}, {2, 3, 4}, {3, 5, 4}};
+  topology.faces = faces;
+  const OrphanSets orphans{Mesh(topology)};
+  CHECK(orphans.contains(ContactKind::vertex_face, {0, 2}));
+  CHECK_FALSE(orphans.contains(ContactKind::vertex_face, {3, 0}));
+}
