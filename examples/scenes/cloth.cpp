@@ -72,4 +72,8 @@ void pin(btSoftBody& body, int first_node, int last_node) {
   for (int i = first_node; i <= last_node; ++i) body.setMass(i, 0);
 }
 
+void steer(btSoftBody::Node& node, const btVector3& goal, double dt) {
+  node.m_v = (goal - node.m_x) / static_cast<btScalar>(dt);
+}
+
 }  // namespace lazyccd::scenes

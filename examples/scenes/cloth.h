@@ -29,5 +29,7 @@ std::unique_ptr<btSoftBody> make_sheet(btSoftBodyWorldInfo& info, const Sheet& s
 // Infinite mass for the nodes on the four sides.
 void pin_border(btSoftBody& cloth, int columns, int rows);
 void pin(btSoftBody& body, int first_node, int last_node);
+// Sets the velocity that brings a pinned node to a place in one step of `dt` seconds.
+void steer(btSoftBody::Node& node, const btVector3& goal, double dt);
 
 }  // namespace lazyccd::scenes

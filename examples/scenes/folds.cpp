@@ -51,13 +51,14 @@ void build_fold(Scene& scene, const Parameters& parameters, double speed) {
   const btSoftBody* body = strip.get();
   world.add(std::move(strip));
   scene.nodes_on_wrong_side = [body] {
-    // Below the pinned layer, not beside it.
-    constexpr double length = (layer_rows - 1) * spacing;
+    // Below the pinned layer, not beside it, nor where its random offsets leave open what is
+    // beside.
+    constexpr double rim = 0.01, length = (layer_rows - 1) * spacing;
     int below = 0;
     for (int i = first_upper; i <= last; ++i) {
       const btVector3& x = body->m_nodes[i].m_x;
-      below +=
-          x.y() < 0 && x.x() > 0 && x.x() < 1 && x.z() > 0 && static_cast<double>(x.z()) < length;
+      const double along = static_cast<double>(x.z()), across = static_cast<double>(x.x());
+      below += x.y() < 0 && across > rim && across < 1 - rim && along > rim && along < length - rim;
     }
     return below;
   };

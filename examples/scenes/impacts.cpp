@@ -1,9 +1,7 @@
 // Something flies at something that is held.
-#include <BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h>
-#include <BulletCollision/CollisionShapes/btTriangleMesh.h>
-
 #include "scenes/cloth.h"
 #include "scenes/scene.h"
+#include "scenes/shapes.h"
 #include "scenes/sides.h"
 
 namespace lazyccd::scenes {
@@ -35,35 +33,11 @@ void build_cloths(Scene& scene, const Parameters& parameters, double speed, doub
   };
 }
 
-// A triangle mesh shape that owns its triangles (a base, so that they are there before the shape).
-struct Triangles {
-  btTriangleMesh mesh;
-};
-class FlatMeshShape : private Triangles, public btBvhTriangleMeshShape {
- public:
-  FlatMeshShape(int quads, double width)
-      : Triangles(), btBvhTriangleMeshShape(fill(mesh, quads, width), true) {}
-
- private:
-  static btTriangleMesh* fill(btTriangleMesh& mesh, int quads, double width) {
-    const auto point = [&](int i, int j) {
-      return btVector3(static_cast<btScalar>((i / double(quads) - 0.5) * width), 0,
-                       static_cast<btScalar>((j / double(quads) - 0.5) * width));
-    };
-    for (int i = 0; i < quads; ++i) {
-      for (int j = 0; j < quads; ++j) {
-        mesh.addTriangle(point(i, j), point(i, j + 1), point(i + 1, j + 1));
-        mesh.addTriangle(point(i, j), point(i + 1, j + 1), point(i + 1, j));
-      }
-    }
-    return &mesh;
-  }
-};
-
 void build_cloth_on_mesh(Scene& scene, const Parameters& parameters, double speed) {
   std::mt19937 random(parameters.seed);
   PhysicsWorld& world = *scene.world;
-  world.add_static(std::make_unique<FlatMeshShape>(20, 3), btTransform::getIdentity());
+  const auto flat = [](double u, double v) { return vector(3 * u - 1.5, 0, 3 * v - 1.5); };
+  world.add_static(make_mesh(20, 20, flat), at(0, 0, 0));
   const int nodes = scaled(21, parameters);
   Sheet sheet{nodes, nodes, 1, 1};
   sheet.height = 0.2;
@@ -137,9 +111,7 @@ std::vector<SceneInfo> impact_scenes() {
     build_cloths(scene, p, speed, 1, false);
   };
 
-  SceneInfo mesh =
-      thrown("cloth-on-mesh",
-             "a cloth falls on a thin static triangle mesh (Bullet's part of the work)", 10, 0);
+  SceneInfo mesh = thrown("cloth-on-mesh", "a cloth falls on a thin static triangle mesh", 10, 0);
   mesh.gravity = 10;
   mesh.seconds = 1;
   mesh.build = build_cloth_on_mesh;

@@ -1,4 +1,4 @@
-// Energy and momentum of the nodes that are not pinned.
+// Energy, momentum and speed of the nodes that are not pinned.
 #pragma once
 
 #include <array>
@@ -8,9 +8,14 @@
 namespace lazyccd::scenes {
 
 struct Mechanics {
-  double kinetic_energy = 0;                   // J
-  std::array<double, 3> momentum = {0, 0, 0};  // kg m/s
-  double impulse_scale = 0;                    // kg m/s: the sum of the nodes' absolute momenta
+  double kinetic_energy = 0;                           // J
+  double potential_energy = 0;                         // J, of weight, from y = 0
+  std::array<double, 3> momentum = {0, 0, 0};          // kg m/s
+  std::array<double, 3> angular_momentum = {0, 0, 0};  // kg m^2/s, about the origin
+  double impulse_scale = 0;                            // kg m/s: sum of the nodes' absolute momenta
+  double rms_speed = 0, largest_speed = 0;             // m/s
+
+  double energy() const { return kinetic_energy + potential_energy; }
 };
 
 Mechanics measure(const PhysicsWorld& world);

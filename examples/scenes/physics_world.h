@@ -1,14 +1,20 @@
 // A Bullet world of either kind, with LazyCCD or with Bullet's own soft body collisions.
 #pragma once
 
+#include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
+#include <BulletDynamics/Dynamics/btRigidBody.h>
 #include <BulletSoftBody/btSoftBody.h>
+#include <LinearMath/btMotionState.h>
 
+#include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "lazyccd/bullet/options.h"
 #include "lazyccd/bullet/report.h"
+#include "scenes/tessellation.h"
 
 namespace lazyccd::scenes {
 
@@ -30,6 +36,16 @@ struct WorldOptions {
   bullet::Options lazyccd;
 };
 
+// A rigid body with its surface in its own frame.
+struct RigidBody {
+  std::unique_ptr<btCollisionShape> shape;
+  std::unique_ptr<btRigidBody> body;
+  Triangles surface;
+
+  // A sheet of triangles, not a solid.
+  bool is_mesh() const { return shape->isConcave(); }
+};
+
 class PhysicsWorld {
  public:
   static std::unique_ptr<PhysicsWorld> make(const WorldOptions& options);
@@ -43,11 +59,20 @@ class PhysicsWorld {
            int mask = btBroadphaseProxy::AllFilter);
   std::unique_ptr<btSoftBody> remove(btSoftBody* body);
   // A body that never moves.
-  virtual void add_static(std::unique_ptr<btCollisionShape> shape, const btTransform& pose) = 0;
+  void add_static(std::unique_ptr<btCollisionShape> shape, const btTransform& pose);
+  // A body that is where `path` says at each time, in seconds.
+  void add_moving(std::unique_ptr<btCollisionShape> shape,
+                  std::function<btTransform(double time)> path);
+  btRigidBody& add_dynamic(std::unique_ptr<btCollisionShape> shape, const btTransform& pose,
+                           double mass);
+  // Called before each step with the time at its end, to set velocities of pinned nodes.
+  void drive(std::function<void(double time)> driver) { drivers_.push_back(std::move(driver)); }
 
-  virtual void step() = 0;  // options().dt
+  void step();  // options().dt
+  double time() const { return steps_ * options_.dt; }
 
   const std::vector<std::unique_ptr<btSoftBody>>& bodies() const { return bodies_; }
+  const std::vector<RigidBody>& rigid_bodies() const { return rigid_bodies_; }
 
   // All null or empty with Collisions::bullet.
   virtual const bullet::StepStats* step_stats() const = 0;
@@ -58,12 +83,20 @@ class PhysicsWorld {
  protected:
   explicit PhysicsWorld(const WorldOptions& options) : options_(options) {}
 
+  virtual btDiscreteDynamicsWorld& dynamics() = 0;
+
  private:
   virtual void enter(btSoftBody* body, int group, int mask) = 0;
   virtual void leave(btSoftBody* body) = 0;
+  btRigidBody& add_rigid(std::unique_ptr<btCollisionShape> shape, const btTransform& pose,
+                         double mass);
 
   WorldOptions options_;
+  std::int64_t steps_ = 0;
   std::vector<std::unique_ptr<btSoftBody>> bodies_;
+  std::vector<RigidBody> rigid_bodies_;
+  std::vector<std::unique_ptr<btMotionState>> motions_;
+  std::vector<std::function<void(double time)>> drivers_;
 };
 
 }  // namespace lazyccd::scenes

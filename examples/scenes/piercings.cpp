@@ -79,7 +79,7 @@ std::vector<Piercing> find_piercings(const Surface& surface,
   for (std::size_t i = 0; i < positions.size(); ++i) {
     points[i / 3][i % 3] = static_cast<double>(positions[i]);
   }
-  std::set<Edge> unique;
+  std::set<Edge> unique(surface.edges.begin(), surface.edges.end());
   for (const Face& face : surface.faces) {
     for (int k = 0; k < 3; ++k) {
       unique.insert({std::min(face[k], face[(k + 1) % 3]), std::max(face[k], face[(k + 1) % 3])});

@@ -15,10 +15,12 @@ namespace lazyccd::scenes {
 struct RunReport {
   int steps = 0;
   std::int64_t crossings_vf = 0, crossings_ee = 0;  // over all steps
-  std::vector<Piercing> piercings;                  // at the end
+  std::size_t piercings_at_start = 0;
+  std::vector<Piercing> piercings;     // at the end
   std::int64_t listed_contacts = 0;    // in Bullet's own lists after each step, over all steps
   std::optional<int> wrong_side;       // nodes, at the end
   std::vector<double> kinetic_energy;  // J, after each step
+  double highest_energy = 0;           // J, kinetic and potential, at the start or after any step
   Mechanics start, end;
   bool finite = true;         // all positions at the end
   double ms_step = 0;         // mean wall time of a step, without the counters

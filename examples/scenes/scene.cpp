@@ -12,7 +12,8 @@ int scaled(int nodes, const Parameters& parameters) {
 const std::vector<SceneInfo>& all_scenes() {
   static const std::vector<SceneInfo> scenes = [] {
     std::vector<SceneInfo> all;
-    for (const auto& part : {impact_scenes(), fold_scenes(), pile_scenes()}) {
+    for (const auto& part : {impact_scenes(), fold_scenes(), pile_scenes(), rope_scenes(),
+                             solid_scenes(), obstacle_scenes()}) {
       all.insert(all.end(), part.begin(), part.end());
     }
     return all;

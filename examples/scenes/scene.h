@@ -55,5 +55,8 @@ Scene set_up(const SceneInfo& info, const Parameters& parameters);
 std::vector<SceneInfo> impact_scenes();
 std::vector<SceneInfo> fold_scenes();
 std::vector<SceneInfo> pile_scenes();
+std::vector<SceneInfo> rope_scenes();
+std::vector<SceneInfo> solid_scenes();
+std::vector<SceneInfo> obstacle_scenes();
 
 }  // namespace lazyccd::scenes

@@ -22,16 +22,35 @@ std::optional<double> height_at(const btSoftBody::Face& face, const btVector3& p
 
 }  // namespace
 
+bool is_below(const btVector3& point, const btSoftBody& cloth) {
+  bool below = false, above = false;
+  for (int f = 0; f < cloth.m_faces.size(); ++f) {
+    const std::optional<double> height = height_at(cloth.m_faces[f], point);
+    if (height) (static_cast<double>(point.y()) < *height ? below : above) = true;
+  }
+  return below && !above;
+}
+
 int nodes_below(const btSoftBody& body, int first, int last, const btSoftBody& cloth) {
   int count = 0;
-  for (int i = first; i <= last; ++i) {
-    const btVector3& p = body.m_nodes[i].m_x;
-    bool below = false, above = false;
-    for (int f = 0; f < cloth.m_faces.size(); ++f) {
-      const std::optional<double> height = height_at(cloth.m_faces[f], p);
-      if (height) (static_cast<double>(p.y()) < *height ? below : above) = true;
+  for (int i = first; i <= last; ++i) count += is_below(body.m_nodes[i].m_x, cloth);
+  return count;
+}
+
+int links_below(const btSoftBody& rope, const btSoftBody& other) {
+  int count = 0;
+  for (int i = 0; i < rope.m_links.size(); ++i) {
+    const btVector3 &a = rope.m_links[i].m_n[0]->m_x, &b = rope.m_links[i].m_n[1]->m_x;
+    for (int j = 0; j < other.m_links.size(); ++j) {
+      const btVector3 &c = other.m_links[j].m_n[0]->m_x, &d = other.m_links[j].m_n[1]->m_x;
+      const btVector3 ab = b - a, cd = d - c, ac = c - a;
+      const btScalar area = ab.x() * cd.z() - ab.z() * cd.x();
+      if (area == 0) continue;
+      const btScalar s = (ac.x() * cd.z() - ac.z() * cd.x()) / area;
+      const btScalar t = (ac.x() * ab.z() - ac.z() * ab.x()) / area;
+      const bool cross = s >= 0 && s <= 1 && t >= 0 && t <= 1;
+      count += cross && a.y() + s * ab.y() < c.y() + t * cd.y();
     }
-    if (below && !above) ++count;
   }
   return count;
 }

@@ -1,5 +1,5 @@
-// The soft bodies of a world as triangles: what frames, crossings and piercings look at. Read apart
-// from the adapter, so that the counters can tell on it.
+// A world as triangles and edges: what frames, crossings and piercings look at. Read apart from the
+// adapter, so that the counters can tell on it.
 #pragma once
 
 #include <vector>
@@ -11,6 +11,7 @@ namespace lazyccd::scenes {
 
 struct Surface {
   std::vector<Face> faces;
+  std::vector<Edge> edges;  // that are a side of no face: ropes
   std::vector<std::int32_t> body_of_vertex;
   std::vector<float> inverse_mass;
   std::vector<Body> bodies;
@@ -18,7 +19,8 @@ struct Surface {
   Topology topology() const;
 };
 
-// Vertices are all nodes of all bodies, in order. Bodies are as in Bullet's filters.
+// Vertices are all nodes of all soft bodies, in order; then those of the rigid bodies that are
+// meshes, with infinite mass. Bodies are as in Bullet's filters.
 Surface read_surface(const PhysicsWorld& world);
 // Three numbers a vertex, exactly Bullet's.
 std::vector<btScalar> read_positions(const PhysicsWorld& world);

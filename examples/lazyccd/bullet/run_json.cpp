@@ -13,6 +13,7 @@ nlohmann::ordered_json to_json(const scenes::RunReport& report) {
   json["finite"] = report.finite;
   json["pass_throughs"] = {{"vertex_face", report.crossings_vf},
                            {"edge_edge", report.crossings_ee}};
+  json["piercings_at_start"] = report.piercings_at_start;
   json["piercings"] = report.piercings.size();
   nlohmann::ordered_json points = nlohmann::ordered_json::array();
   for (const scenes::Piercing& piercing : report.piercings) points.push_back(piercing.point);
@@ -29,7 +30,17 @@ nlohmann::ordered_json to_json(const scenes::RunReport& report) {
   json["last_resorts"] = stats.last_resorts;
   json["touching_at_start"] = stats.touching;
   json["missed_steps"] = stats.missed_steps;
-  json["momentum_kg_m_s"] = {{"start", report.start.momentum}, {"end", report.end.momentum}};
+  json["momentum_kg_m_s"] = {{"start", report.start.momentum},
+                             {"end", report.end.momentum},
+                             {"scale", report.start.impulse_scale}};
+  json["angular_momentum_kg_m2_s"] = {{"start", report.start.angular_momentum},
+                                      {"end", report.end.angular_momentum}};
+  json["energy_J"] = {{"start_kinetic", report.start.kinetic_energy},
+                      {"start_potential", report.start.potential_energy},
+                      {"highest", report.highest_energy},
+                      {"end_kinetic", report.end.kinetic_energy},
+                      {"end_potential", report.end.potential_energy}};
+  json["end_speed_m_s"] = {{"rms", report.end.rms_speed}, {"largest", report.end.largest_speed}};
   json["ms_per_step"] = {{"total", report.ms_step},
                          {"bullet", report.ms_step - ours},
                          {"gather", stats.ms_gather / steps},
