@@ -34,6 +34,23 @@ Mechanics measure(const PhysicsWorld& world) {
       ++count;
     }
   }
+  for (const RigidBody& rigid : world.rigid_bodies()) {
+    const btRigidBody& body = *rigid.body;
+    if (body.getInvMass() == 0) continue;
+    const double mass = 1 / static_cast<double>(body.getInvMass());
+    const btVector3 &x = body.getCenterOfMassPosition(), &v = body.getLinearVelocity();
+    const btVector3& turning = body.getAngularVelocity();
+    const btVector3 spin = body.getInvInertiaTensorWorld().inverse() * turning;
+    const btVector3 orbit = x.cross(v);
+    for (int k = 0; k < 3; ++k) {
+      m.momentum[k] += mass * static_cast<double>(v[k]);
+      m.angular_momentum[k] += mass * static_cast<double>(orbit[k]) + static_cast<double>(spin[k]);
+    }
+    m.kinetic_energy +=
+        0.5 * (mass * static_cast<double>(v.length2()) + static_cast<double>(turning.dot(spin)));
+    m.potential_energy += mass * world.options().gravity * static_cast<double>(x.y());
+    m.impulse_scale += mass * static_cast<double>(v.length());
+  }
   if (count > 0) m.rms_speed = std::sqrt(squares / count);
   return m;
 }

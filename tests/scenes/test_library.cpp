@@ -1,0 +1,61 @@
+// The scenes themselves, at a small size and in time to the moments that matter.
+#include "scenes/run.h"
+#include "support/catch.h"
+
+using namespace lazyccd;
+
+namespace {
+
+struct Case {
+  const char* scene;
+  scenes::World world;
+  int steps;
+};
+
+constexpr scenes::World rigid = scenes::World::rigid, deformable = scenes::World::deformable;
+
+scenes::RunReport run(const Case& chosen, scenes::Collisions collisions, double dt) {
+  scenes::Parameters parameters;
+  parameters.world = chosen.world;
+  parameters.collisions = collisions;
+  parameters.size = 0.5;
+  parameters.dt = dt;
+  parameters.steps = chosen.steps;
+  scenes::Scene scene = scenes::set_up(*scenes::find_scene(chosen.scene), parameters);
+  return scenes::run(scene);
+}
+
+}  // namespace
+
+TEST_CASE("nothing passes through anything in the scenes of the library") {
+  const Case chosen =
+      GENERATE(Case{"crossing-ropes", rigid, 20}, Case{"crossing-ropes", deformable, 20},
+               Case{"rope-on-cloth", rigid, 20}, Case{"rope-on-cloth", deformable, 20},
+               Case{"twist", rigid, 60}, Case{"ball-on-spikes", rigid, 25},
+               Case{"pressed-blocks", rigid, 25}, Case{"pressed-blocks", deformable, 25},
+               Case{"n-body", rigid, 15}, Case{"cloth-funnel", rigid, 20},
+               Case{"cloth-on-moving-mesh", rigid, 20}, Case{"cloth-on-plate", rigid, 6},
+               Case{"cloth-on-plate", deformable, 6}, Case{"ball-on-net", rigid, 20},
+               Case{"cloth-on-mesh", rigid, 10}, Case{"cloth-on-mesh", deformable, 10});
+  CAPTURE(chosen.scene, chosen.world == rigid);
+  const scenes::RunReport report = run(chosen, scenes::Collisions::lazyccd, 1.0 / 60);
+  CHECK(report.finite);
+  CHECK(report.piercings_at_start == 0);
+  CHECK(report.crossings_vf == 0);
+  CHECK(report.crossings_ee == 0);
+  CHECK(report.piercings.empty());
+  CHECK(report.wrong_side.value_or(0) == 0);
+  CHECK(report.lazyccd.contacts_vf + report.lazyccd.contacts_ee > 0);
+  CHECK(report.lazyccd.missed_steps == 0);
+}
+
+TEST_CASE("the counters see that Bullet alone lets ropes and meshes through") {
+  const scenes::RunReport ropes =
+      run({"crossing-ropes", rigid, 20}, scenes::Collisions::bullet, 1.0 / 60);
+  CHECK(ropes.crossings_ee > 0);
+  CHECK(ropes.wrong_side.value_or(0) > 0);
+  const scenes::RunReport mesh =
+      run({"cloth-on-mesh", rigid, 10}, scenes::Collisions::bullet, 1.0 / 60);
+  CHECK(mesh.crossings_vf > 0);
+  CHECK(mesh.wrong_side.value_or(0) > 0);
+}
