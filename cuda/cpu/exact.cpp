@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "cpu/polynomial.h"
@@ -24,16 +25,16 @@ Vector cross(const Vector& a, const Vector& b) {
 
 // Odd mantissa times 2^exponent; zero has mantissa 0.
 struct Dyadic {
-  explicit Dyadic(double x) {
-    mantissa = static_cast<std::int64_t>(std::ldexp(std::frexp(x, &exponent), 53));
+  explicit Dyadic(double x)
+      : mantissa(static_cast<std::int64_t>(std::ldexp(std::frexp(x, &exponent), 53))) {
     exponent -= 53;
-    while (mantissa != 0 && mantissa % 2 == 0) {
-      mantissa /= 2;
-      ++exponent;
-    }
+    if (mantissa == 0) return;
+    const std::int64_t lowest_bit = mantissa & -mantissa;
+    mantissa /= lowest_bit;
+    exponent += std::ilogb(static_cast<double>(lowest_bit));
   }
-  std::int64_t mantissa;
   int exponent;
+  std::int64_t mantissa;
 };
 
 // The points on an integer grid. Contact survives any invertible linear map, so each axis has the
@@ -71,6 +72,7 @@ class Motion {
 // (p-a) . (p-b) <= 0: {three components of the first, then the second}.
 using PointOnSegment = std::array<Polynomial, 4>;
 
+// Those that may be.
 std::vector<PointOnSegment> point_segment_contacts(ContactKind kind, const Motion& way) {
   using Triple = std::array<std::size_t, 3>;
   const std::vector<Triple> triples =
@@ -79,8 +81,11 @@ std::vector<PointOnSegment> point_segment_contacts(ContactKind kind, const Motio
           : std::vector<Triple>{{0, 2, 3}, {1, 2, 3}, {2, 0, 1}, {3, 0, 1}};
   std::vector<PointOnSegment> contacts;
   for (const auto& [p, a, b] : triples) {
-    const Vector ap = way(a, p), bp = way(b, p), c = cross(ap, bp);
-    contacts.push_back({c[0], c[1], c[2], dot(ap, bp)});
+    const Vector ap = way(a, p), bp = way(b, p);
+    const Polynomial between = dot(ap, bp);
+    if (between.sign_changes() == 0 && between[0].sign() > 0 && between[2].sign() > 0) continue;
+    const Vector c = cross(ap, bp);
+    contacts.push_back({c[0], c[1], c[2], between});
   }
   return contacts;
 }
@@ -91,18 +96,22 @@ bool holds(const PointOnSegment& contact, Instant& t) {
          t.sign(contact[3]) <= 0;
 }
 
-// The barycentric coordinates of the contact point times n.n, where f = 0. They sum to n.n (edges:
-// in two pairs), so they are all zero where the normal is, and only there.
-std::vector<Polynomial> inside_conditions(ContactKind kind, const Motion& way, const Vector& n) {
-  const Polynomial nn = dot(n, n);
+// Where f = 0, r x e2 = u n and so on, so any component of n that is not zero there gives the
+// signs of the barycentric coordinates. Component k of these, times n's sign, must not be negative.
+std::vector<Polynomial> inside_conditions(ContactKind kind, const Motion& way, const Vector& n,
+                                          std::size_t k) {
+  const auto component = [k](const Vector& a, const Vector& b) {
+    const std::size_t i = (k + 1) % 3, j = (k + 2) % 3;
+    return a[i] * b[j] - a[j] * b[i];
+  };
   if (kind == ContactKind::vertex_face) {
     const Vector e1 = way(1, 2), e2 = way(1, 3), r = way(1, 0);
-    const Polynomial v = dot(n, cross(e1, r)), u = dot(n, cross(r, e2));
-    return {u, v, nn - u - v};
+    const Polynomial u = component(r, e2), v = component(e1, r);
+    return {u, v, n[k] - u - v};
   }
   const Vector e1 = way(0, 1), e2 = way(2, 3), r = way(0, 2);
-  const Polynomial u = dot(n, cross(r, e2)), v = dot(n, cross(r, e1));
-  return {u, nn - u, v, nn - v};
+  const Polynomial u = component(r, e2), v = component(r, e1);
+  return {u, n[k] - u, v, n[k] - v};
 }
 
 QueryResult hit(std::uint64_t ticks) { return {true, std::ldexp(static_cast<double>(ticks), -32)}; }
@@ -120,18 +129,21 @@ QueryResult decide_exact(ContactKind kind, const QueryPoints& points) {
   const Polynomial f = dot(n, is_vf ? way(1, 0) : way(0, 2));
   if (f.sign_changes() == 0 && !f[0].is_zero() && !f[3].is_zero()) return {};
 
-  const std::vector<Polynomial> inside = inside_conditions(kind, way, n);
-  std::vector<PointOnSegment> on_segment;
+  std::array<std::vector<Polynomial>, 3> inside;
+  std::optional<std::vector<PointOnSegment>> on_segment;
+  const auto segment_contacts = [&]() -> const std::vector<PointOnSegment>& {
+    if (!on_segment) on_segment = point_segment_contacts(kind, way);
+    return *on_segment;
+  };
   const auto touches = [&](Instant& t) {
-    bool regular = false;
-    for (const Polynomial& g : inside) {
-      const int sign = t.sign(g);
-      if (sign < 0) return false;
-      if (sign > 0) regular = true;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const int normal = t.sign(n[k]);
+      if (normal == 0) continue;
+      if (inside[k].empty()) inside[k] = inside_conditions(kind, way, n, k);
+      return std::all_of(inside[k].begin(), inside[k].end(),
+                         [&](const Polynomial& g) { return t.sign(g) * normal >= 0; });
     }
-    if (regular) return true;
-    if (on_segment.empty()) on_segment = point_segment_contacts(kind, way);
-    return std::any_of(on_segment.begin(), on_segment.end(),
+    return std::any_of(segment_contacts().begin(), segment_contacts().end(),
                        [&](const PointOnSegment& contact) { return holds(contact, t); });
   };
 
@@ -144,9 +156,8 @@ QueryResult decide_exact(ContactKind kind, const QueryPoints& points) {
   // segment: a point inside a face, or two crossing edges, would have been so a little earlier too.
   Instant start(0, 0);
   if (touches(start)) return hit(0);
-  if (on_segment.empty()) on_segment = point_segment_contacts(kind, way);
   QueryResult first;
-  for (const PointOnSegment& contact : on_segment) {
+  for (const PointOnSegment& contact : segment_contacts()) {
     const auto p = std::find_if(contact.begin(), contact.end(),
                                 [](const Polynomial& q) { return !q.is_zero(); });
     if (p == contact.end()) continue;

@@ -1,6 +1,8 @@
 #include "cpu/polynomial.h"
 
 #include <algorithm>
+#include <boost/math/tools/toms748_solve.hpp>
+#include <cmath>
 #include <utility>
 #include <vector>
 
@@ -152,33 +154,74 @@ Polynomial square_free(Polynomial p) {
   return quotient;
 }
 
-void Instant::refine(unsigned level) {
-  while (!is_dyadic_ && level_ < level) {
-    Integer middle = 0;
-    for (int i = 0; i <= local_.degree(); ++i) middle += local_[i];
-    k_ <<= 1;
-    ++level_;
-    if (middle.is_zero()) {
-      ++k_;
-      is_dyadic_ = true;
-    } else if (middle.sign() == local_.first_sign()) {
-      ++k_;
-      local_ = local_.later_half();
-    } else {
-      local_ = local_.earlier_half();
+// About where the one root of p inside (0, 1) is, from its sign at the start. Nothing relies on it.
+static double estimate_root(const Polynomial& p, int sign) {
+  unsigned top = 0;
+  for (int i = 0; i <= p.degree(); ++i)
+    if (!p[i].is_zero()) top = std::max(top, static_cast<unsigned>(msb(abs(p[i]))));
+  const unsigned excess = top > 62 ? top - 62 : 0;
+  std::array<double, Polynomial::max_degree + 1> c{};
+  for (int i = 0; i <= p.degree(); ++i)
+    c[static_cast<std::size_t>(i)] = sign * static_cast<double>(Integer(p[i] >> excess));
+  const auto value = [&](double t) {
+    double sum = c[static_cast<std::size_t>(p.degree())], power = 1;
+    for (int i = p.degree() - 1; i >= 0; --i) {
+      power *= 1 - t;
+      sum = sum * t + c[static_cast<std::size_t>(i)] * power;
     }
+    return sum;
+  };
+  if (!(value(0) > 0 && value(1) < 0)) return 0.5;
+  std::uintmax_t iterations = 60;
+  const auto root = boost::math::tools::toms748_solve(
+      value, 0.0, 1.0, boost::math::tools::eps_tolerance<double>(50), iterations);
+  return 0.5 * (root.first + root.second);
+}
+
+// Narrows the interval to one of its 2^bits cells, if the root is in the estimated one or beside
+// it.
+bool Instant::narrow(unsigned bits) {
+  const std::uint64_t cells = std::uint64_t{1} << bits;
+  const int first = local_.first_sign();
+  const auto sign_at = [&](std::uint64_t j) {
+    return j == 0 ? first : j == cells ? -first : local_.value(j, bits).sign();
+  };
+  std::uint64_t j = std::min(
+      static_cast<std::uint64_t>(std::ldexp(estimate_root(local_, first), static_cast<int>(bits))),
+      cells - 1);
+  int before = sign_at(j), after = sign_at(j + 1);
+  if (before == -first) {
+    after = before;
+    before = sign_at(--j);
+  } else if (after == first) {
+    before = after;
+    after = sign_at(++j + 1);
+  }
+  if (before == -first || after == first) return false;
+  k_ = (k_ << bits) + j + (after == 0);
+  level_ += bits;
+  is_dyadic_ = before == 0 || after == 0;
+  if (!is_dyadic_) local_ = local_.over(j, bits);
+  return true;
+}
+
+// Quadratic interval refinement (Abbott 2006): as many bits at once as an estimate is good for.
+void Instant::refine(unsigned level) {
+  for (unsigned bits = 32; !is_dyadic_ && level_ < level;) {
+    bits = std::min(bits, level - level_);
+    if (!narrow(bits)) bits = (bits + 1) / 2;
   }
 }
 
 int Instant::sign(const Polynomial& p) {
   // A sign that is not zero shows itself on a narrow interval nearly always, and sooner than a
   // common divisor is found.
-  constexpr unsigned step = 16, patience = 48;
+  constexpr unsigned step = 32;
   for (bool may_be_zero = true;;) {
     if (is_dyadic_) return p.value(k_, level_).sign();
     const Polynomial q = p.over(k_, level_);
     if (q.sign_changes() == 0) return q.first_sign();
-    if (may_be_zero && level_ >= patience) {
+    if (may_be_zero && level_ >= step) {
       // The divisor has no root here but that of root_of_, and that one simple: odd means there.
       if (gcd(root_of_, p).over(k_, level_).sign_changes() % 2 == 1) return 0;
       may_be_zero = false;

@@ -83,6 +83,7 @@ class Instant {
 
  private:
   void refine(unsigned level);
+  bool narrow(unsigned bits);
 
   Integer k_;
   unsigned level_;
