@@ -58,9 +58,11 @@ LAZYCCD_HD inline double unit_scale(const Differences<double>& d) {
 }
 
 // Closest points, and a normal, at the time of impact, in plain double arithmetic without
-// contraction, so that every backend gets the same bits.
+// contraction, so that every backend gets the same bits. With `separated` the primitives are apart at
+// that time, by the minimum separation, if they did not touch from the start.
 template <ContactKind kind>
-LAZYCCD_HD inline void describe_contact(const QueryCoordinates& q, double toi, Contact& contact) {
+LAZYCCD_HD inline void describe_contact(const QueryCoordinates& q, double toi, bool separated,
+                                        Contact& contact) {
   const Differences<double> d = differences<kind>(q, unit_scale(differences<kind>(q, 1.0)));
   const Vec3<double> e1 = lerp(d.e1, toi), e2 = lerp(d.e2, toi), r = lerp(d.r, toi);
   const ClosestPoints closest = closest_points<kind>(e1, e2, r);
@@ -89,7 +91,12 @@ LAZYCCD_HD inline void describe_contact(const QueryCoordinates& q, double toi, C
       size = dot(n, n);
     }
   }
-  const double facing = dot(n, gap[0]) != 0 ? dot(n, gap[0]) : dot(n, closing);
+  double facing = dot(n, gap[0]) != 0 ? dot(n, gap[0]) : dot(n, closing);
+  if (separated && dot(closest.gap, closest.gap) > 0) {
+    n = closest.gap;
+    size = dot(n, n);
+    facing = kind == ContactKind::vertex_face ? 1 : -1;
+  }
   const double length = lane_sqrt(size);
   const double scale = length > 0 ? (facing < 0 ? -1 : 1) / length : 0;
   contact.normal = {static_cast<float>(scale * n.x), static_cast<float>(scale * n.y),

@@ -1,4 +1,5 @@
-// From the points of a query to its decision in double precision: what remains is for exact arithmetic.
+// From the points of a query to its decision in double precision: what remains is for exact
+// arithmetic.
 #pragma once
 
 #include "core/subdivision.h"
@@ -14,7 +15,8 @@ struct QueryCoordinates {
 template <ContactKind kind>
 LAZYCCD_HD inline Differences<double> differences(const QueryCoordinates& q, double scale) {
   constexpr bool vf = kind == ContactKind::vertex_face;
-  // vertex-face: p a b c -> e1 = b - a, e2 = c - a, r = p - a; edge-edge: a b c d -> b - a, d - c, c - a.
+  // vertex-face: p a b c -> e1 = b - a, e2 = c - a, r = p - a; edge-edge: a b c d -> b - a, d - c,
+  // c - a.
   constexpr int from1 = vf ? 1 : 0, to1 = vf ? 2 : 1, from2 = vf ? 1 : 2, to2 = 3;
   constexpr int from3 = vf ? 1 : 0, to3 = vf ? 0 : 2;
   Differences<double> d;
@@ -50,20 +52,22 @@ LAZYCCD_HD inline Decision decide_in_double(const Differences<double>& d) {
   return timed_hit(f, v.lo, v.hi);
 }
 
-// Separated along x, y or z: the signs of differences of numbers are exact, so no bound is needed.
-// The coordinate of every point of one primitive exceeds that of every point of the other at both ends.
+// More than h apart along x, y or z: the coordinate of every point of one primitive exceeds that of
+// every point of the other, at both ends. A rounded difference exceeds h only where the true one
+// does, so no bound is needed.
 template <ContactKind kind>
-LAZYCCD_HD inline bool separated_along_axes(const QueryCoordinates& q) {
+LAZYCCD_HD inline bool separated_along_axes(const QueryCoordinates& q, double h = 0) {
   constexpr int split = kind == ContactKind::vertex_face ? 1 : 2;
-  const double Vec3<double>::*const axes[3] = {&Vec3<double>::x, &Vec3<double>::y, &Vec3<double>::z};
+  const double Vec3<double>::*const axes[3] = {&Vec3<double>::x, &Vec3<double>::y,
+                                               &Vec3<double>::z};
   for (const auto axis : axes) {
     bool above = true, below = true;
     for (int end = 0; end < 2; ++end) {
       const Vec3<double>* p = end ? q.end : q.start;
       for (int i = 0; i < split; ++i) {
         for (int j = split; j < 4; ++j) {
-          above = above && p[i].*axis > p[j].*axis;
-          below = below && p[i].*axis < p[j].*axis;
+          above = above && p[i].*axis - p[j].*axis > h;
+          below = below && p[j].*axis - p[i].*axis > h;
         }
       }
     }

@@ -4,10 +4,13 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <limits>
 
 #include "core/contact_math.h"
+#include "core/separation.h"
 #include "cpu/decide_exactly.h"
 #include "cpu/positions.h"
+#include "cpu/scale.h"
 
 namespace lazyccd {
 namespace {
@@ -26,10 +29,9 @@ class Stopwatch {
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
-// A power of two that brings numbers up to `size` to at most 2^6.
-double scale_for(double size) {
-  if (!(size > 0) || !std::isfinite(size)) return 1;
-  return std::ldexp(1.0, std::clamp(5 - std::ilogb(size), -1020, 1000));
+float rounded_up(double x) {
+  const float f = static_cast<float>(x);
+  return static_cast<double>(f) < x ? std::nextafter(f, std::numeric_limits<float>::infinity()) : f;
 }
 
 // Whether the first `split` of four vertices stay on one side of the others along an axis, at both
@@ -135,11 +137,11 @@ struct alignas(128) CpuDetector::Worker : CandidateSink {
       for (int i = 0; i < count; ++i) survivors[i] = {items[i], 0, 0, false};
     }
     survived[static_cast<int>(kind)] += left;
-    for (int i = 0; i < left; ++i) decide<kind>(survivors[i]);
+    for (int i = 0; i < left; ++i) report<kind>(survivors[i]);
   }
 
   template <ContactKind kind>
-  void decide(const Survivor& survivor) {
+  void report(const Survivor& survivor) {
     Contact contact;
     identify_contact<kind>(scene.mesh, survivor.pair, contact);
     const Mesh& mesh = *owner->mesh_;
@@ -153,6 +155,19 @@ struct alignas(128) CpuDetector::Worker : CandidateSink {
       q.start[i] = {x[0], x[1], x[2]};
       q.end[i] = {x[3], x[4], x[5]};
     }
+    const double separation = owner->options_.separation;
+    const Decision decision =
+        separation > 0 ? decide_within<kind>(q, separation, scene.scale) : decide<kind>(survivor, q);
+    if (decision.kind == Decision::miss) return;
+    contact.toi = static_cast<double>(decision.tick) * kTick;
+    describe_contact<kind>(q, contact.toi, separation > 0, contact);
+    contacts.push_back(contact);
+    ++found[static_cast<int>(kind)];
+    hash += hash_share(contact);
+  }
+
+  template <ContactKind kind>
+  Decision decide(const Survivor& survivor, const QueryCoordinates& q) {
     const Differences<double> d = differences<kind>(q, scene.scale);
     Decision decision;
     if (survivor.hit) {
@@ -165,12 +180,7 @@ struct alignas(128) CpuDetector::Worker : CandidateSink {
       ++exact;
       decision = decide_exactly(kind, q);
     }
-    if (decision.kind == Decision::miss) return;
-    contact.toi = static_cast<double>(decision.tick) * kTick;
-    describe_contact<kind>(q, contact.toi, contact);
-    contacts.push_back(contact);
-    ++found[static_cast<int>(kind)];
-    hash += hash_share(contact);
+    return decision;
   }
 };
 
@@ -179,7 +189,10 @@ CpuDetector::CpuDetector(const Options& options, const LeafKernels& kernels)
       kernels_(&kernels),
       pool_(options.threads),
       traversal_(pool_, options.strategy, options.tuning),
+      groups_(separation_margin(options.separation)),
       front_policy_(options.front_period, options.front_ratio) {
+  // What cannot touch can still come near.
+  if (options.separation > 0) options_.culling.normal_cones = options_.culling.orphan_sets = false;
   for (int i = 0; i < pool_.size(); ++i) workers_.push_back(std::make_unique<Worker>());
 }
 
@@ -228,6 +241,7 @@ void CpuDetector::traverse(Stats& stats) {
                         scale_,
                         options_.vertex_face,
                         options_.edge_edge,
+                        rounded_up(options_.separation * scale_),
                         options_.culling.non_penetration ? &stats.never_coplanar : nullptr};
   for (const auto& worker : workers_) worker->begin(*this, scene);
   if (tree_.nodes().empty()) return;

@@ -18,7 +18,7 @@ bool decide_kind(const MeshView& mesh, Candidate pair, const Positions& start, c
   const Decision decision = decide_exactly(kind, q);
   if (decision.kind == Decision::miss) return false;
   contact.toi = static_cast<double>(decision.tick) * kTick;
-  describe_contact<kind>(q, contact.toi, contact);
+  describe_contact<kind>(q, contact.toi, false, contact);
   return true;
 }
 

@@ -1,5 +1,6 @@
 #include "lazyccd/detector.h"
 
+#include <cmath>
 #include <utility>
 
 #include "core/contact_math.h"
@@ -85,6 +86,8 @@ Detector::Detector(const Options& options) {
   const Tuning& tuning = options.tuning;
   if (tuning.chunk < 0 || tuning.stack < 0 || tuning.idle_threshold < 0)
     throw Error(ErrorCode::invalid_argument, "a size of the tuning is negative; 0 means the default");
+  if (!(options.separation >= 0 && std::isfinite(options.separation)))
+    throw Error(ErrorCode::invalid_argument, "separation is negative or not finite");
   if (options.front_period < 1)
     throw Error(ErrorCode::invalid_argument, "front_period must be at least 1 step");
   if (!(options.front_ratio > 0))

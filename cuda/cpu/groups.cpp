@@ -13,8 +13,9 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 // Beyond the range of float its largest number stands in: no two sides change their order, and only
 // those of unused lanes are infinite.
-double within_float(double x) {
-  constexpr double largest = std::numeric_limits<float>::max();
+template <class T>
+T within_float(T x) {
+  constexpr T largest = std::numeric_limits<float>::max();
   return std::min(std::max(x, -largest), largest);
 }
 
@@ -28,6 +29,17 @@ float round_up(double x) {
   x = within_float(x);
   const float f = static_cast<float>(x);
   return static_cast<double>(f) < x ? std::nextafter(f, kInfinity) : f;
+}
+
+// One number of float further out makes up for the rounding of x - margin in double.
+float grown_down(double x, double margin) {
+  if (margin == 0) return round_down(x);
+  return within_float(std::nextafter(round_down(x - margin), -kInfinity));
+}
+
+float grown_up(double x, double margin) {
+  if (margin == 0) return round_up(x);
+  return within_float(std::nextafter(round_up(x + margin), kInfinity));
 }
 
 // A face or a free edge on its way into a group.
@@ -167,8 +179,8 @@ void Groups::refit(const std::vector<VertexRecord>& vertices, ThreadPool& pool) 
       float* side = vertex_boxes_[v].side;
       for (int end = 0; end < 2; ++end) {
         for (int k = 0; k < 3; ++k) {
-          side[8 * end + k] = -round_down(vertices[v].x[3 * end + k]);
-          side[8 * end + 4 + k] = round_up(vertices[v].x[3 * end + k]);
+          side[8 * end + k] = -grown_down(vertices[v].x[3 * end + k], margin_);
+          side[8 * end + 4 + k] = grown_up(vertices[v].x[3 * end + k], margin_);
         }
         side[8 * end + 3] = side[8 * end + 7] = -kInfinity;
       }

@@ -19,6 +19,9 @@ struct alignas(64) VertexRecord {
 
 class Groups {
  public:
+  // Boxes reach by `margin` beyond the primitives.
+  explicit Groups(double margin) : margin_(margin) {}
+
   // Cells (faces, then free edges) of each body in Morton order of their centroids at the start, cut
   // into runs of kGroupCells. A vertex or edge belongs to the first group that has it.
   void build(const Mesh& mesh, const std::vector<VertexRecord>& vertices, ThreadPool& pool);
@@ -32,6 +35,7 @@ class Groups {
   std::size_t bytes() const;
 
  private:
+  double margin_;
   std::vector<Group> groups_;
   std::vector<Block> blocks_;
   std::vector<MotionBox> boxes_;

@@ -19,6 +19,7 @@ struct LeafScene {
   MeshView mesh;
   double scale;
   bool vertex_face, edge_edge;
+  float separation;  // minimum separation times scale, rounded up; 0 where contact is touching
   // Where the non-penetration filter counts what it rules out; null: it is off.
   std::int64_t* never_coplanar;
 };
@@ -38,7 +39,8 @@ struct CandidateSink {
   void (*drain)(CandidateSink& self, ContactKind kind);
 };
 
-// A candidate that the filter could not rule out: a certain hit in [lo, hi], or undecided.
+// A candidate that the filter could not rule out: a certain hit in [lo, hi], or undecided, as all are
+// where there is a minimum separation.
 struct Survivor {
   Candidate pair;
   float lo, hi;

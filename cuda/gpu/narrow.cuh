@@ -56,7 +56,7 @@ __device__ inline std::uint64_t emit_contact(const SceneView& scene, const Query
                                              std::int64_t tick, Contact& contact,
                                              const ContactOutput& out) {
   contact.toi = static_cast<double>(tick) * kTick;
-  describe_contact<kind>(q, contact.toi, contact);
+  describe_contact<kind>(q, contact.toi, false, contact);
   const std::uint32_t slot = atomicAdd(out.contacts.count, 1u);
   if (kind == ContactKind::vertex_face) atomicAdd(&out.counters->contacts_vf, 1u);
   if (slot < out.contacts.capacity) {

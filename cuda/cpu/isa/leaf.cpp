@@ -1,6 +1,7 @@
 #include "cpu/leaf.h"
 
 #include "core/roots.h"
+#include "core/separation.h"
 #include "cpu/isa/pack.h"
 
 namespace lazyccd {
@@ -217,6 +218,16 @@ int filter_kind(const LeafScene& scene, const Candidate* candidates, int count, 
 
     const Differences<Pack> d = gather<kind>(scene, padded);
     const Magnitudes<Pack> m = magnitudes(d);
+    if (scene.separation > 0) {
+      unsigned left = wanted;
+      if (scene.never_coplanar) {
+        left &= (!planes_apart(d, m, Pack(scene.separation))).bits();
+        *scene.never_coplanar += used - __builtin_popcount(left);
+      }
+      for (; left; left &= left - 1)
+        survivors[found++] = {padded[__builtin_ctz(left)], 0, 0, false};
+      continue;
+    }
     const Cubic<Pack> f = coplanarity(d, m);
     if (scene.never_coplanar) {
       const unsigned left = (!f.no_root()).bits() & wanted;

@@ -70,9 +70,10 @@ struct Culling {
   // al. 2010).
   bool non_penetration = true;
   // Parts of a surface that cannot touch themselves, by continuous normal cones and the contour
-  // condition (Tang et al. 2008).
+  // condition (Tang et al. 2008). Not with a separation.
   bool normal_cones = false;
   // Elementary pairs that only adjacent faces have are tested from a list, not found (Tang et al. 2009).
+  // Not with a separation.
   bool orphan_sets = false;
 };
 
@@ -81,6 +82,11 @@ struct Options {
   int threads = 0;                       // of the CPU backend; 0: as many as the machine has
   bool vertex_face = true;               // kinds of elementary test to run
   bool edge_edge = true;
+  // Minimum separation (thickness), in the unit of the positions: contact is where the distance reaches
+  // it from above, or is below it at the start (time of impact 0). 0: where primitives touch. Decided in
+  // double precision: never a miss, never late, and what cannot be told from it counts as it. It should
+  // stay below the shortest edge, or neighbours in one mesh are in contact all the time.
+  double separation = 0;
   Arithmetic arithmetic = Arithmetic::single_first;
   Culling culling;
   Strategy strategy = Strategy::lazy_stealing;

@@ -24,4 +24,9 @@ using QueryPoints = std::array<std::array<double, 3>, 8>;
 // decided. Throws Error (non_finite_position) on NaN or infinity.
 QueryResult decide(ContactKind kind, const QueryPoints& points, Stage* stage = nullptr);
 
+// Do they come as near as `separation` >= 0 (0: as above), in the unit of the points? Never a miss and
+// never late; what double precision cannot tell from the separation counts as it. Throws Error
+// (invalid_argument) on a negative or infinite separation.
+QueryResult decide_within(ContactKind kind, const QueryPoints& points, double separation);
+
 }  // namespace lazyccd

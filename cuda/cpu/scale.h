@@ -1,0 +1,15 @@
+// The unit in which the elementary tests compute (core/elementary.h).
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+
+namespace lazyccd {
+
+// A power of two that brings numbers up to `size` to at most 2^6, where there is one.
+inline double scale_for(double size) {
+  if (!(size > 0) || !std::isfinite(size)) return 1;
+  return std::ldexp(1.0, std::clamp(5 - std::ilogb(size), -1020, 1000));
+}
+
+}  // namespace lazyccd
