@@ -57,6 +57,10 @@ void add_detect(CLI::App& app) {
   command->add_option("END", arguments->end, "PLY file of the same mesh at the end of the step")
       ->required();
   add_detector_options(*command, arguments->options);
+  command
+      ->add_option("--separation", arguments->options.separation,
+                   "minimum separation: as near as this is contact, in the unit of the positions")
+      ->check(CLI::NonNegativeNumber);
   command->add_option("--out", arguments->out, "write the contacts: kind,p0,p1,p2,p3,toi")
       ->type_name("FILE.csv");
   command->add_option("--stats", arguments->stats, "write counts and times of each stage")
