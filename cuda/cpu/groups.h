@@ -20,7 +20,7 @@ struct alignas(64) VertexRecord {
 class Groups {
  public:
   // Boxes reach by `margin` beyond the primitives.
-  explicit Groups(double margin) : margin_(margin) {}
+  explicit Groups(double margin = 0) : margin_(margin) {}
 
   // Cells (faces, then free edges) of each body in Morton order of their centroids at the start, cut
   // into runs of kGroupCells. A vertex or edge belongs to the first group that has it.
