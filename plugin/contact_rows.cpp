@@ -1,5 +1,6 @@
 #include "contact_rows.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
@@ -7,89 +8,190 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-double gap(const ContactRow& row, const std::vector<Eigen::Vector3d>& x) {
-  double sum = 0;
-  for (int i = 0; i < 4; ++i) sum += row.weights[i] * row.normal.dot(x[row.contact.vertices[i]]);
+using Eigen::Vector3d;
+
+// Vector between the two sides of a contact at the end of the step, in the linear model of it.
+Vector3d separation(const ContactRow& row, const Motion& motion) {
+  Vector3d sum = Vector3d::Zero();
+  for (int i = 0; i < 4; ++i) {
+    const std::int32_t v = row.contact.vertices[i];
+    sum += row.weights[i] * (motion.is_soft(v) ? motion.solved : motion.predicted)[v];
+  }
+  if (row.rigid >= 0) {
+    const RigidMotion& body = motion.rigid[row.rigid];
+    sum += row.rigid_weight * body.shift + body.turn.cross(row.arm);
+  }
   return sum;
 }
 
-// Raises `total` (never below zero) by what brings the gap to `target`; the change in metres that
-// the most mobile node would feel at full weight.
-double solve(const ContactRow& row, double target, double gap_now, const Motion& motion,
-             std::vector<Eigen::Vector3d>& x, double& total) {
-  const double wanted = std::max(0.0, total + (target - gap_now) * row.response);
-  const double change = wanted - total;
-  if (change == 0) return 0;
-  total = wanted;
+// What the opening adds to it.
+Vector3d opened(const ContactRow& row, const Motion& motion) {
+  Vector3d sum = Vector3d::Zero();
   for (int i = 0; i < 4; ++i) {
     const std::int32_t v = row.contact.vertices[i];
-    x[v] += row.weights[i] * motion.inverse_mass[v] * change * row.normal;
+    if (motion.is_soft(v)) sum += row.weights[i] * motion.opening[v];
   }
-  return std::abs(change) / row.response;
+  if (row.rigid >= 0) {
+    const RigidMotion& body = motion.rigid[row.rigid];
+    sum += row.rigid_weight * body.opening_shift + body.opening_turn.cross(row.arm);
+  }
+  return sum;
+}
+
+Vector3d sliding(const ContactRow& row, const Motion& motion) {
+  Vector3d start = Vector3d::Zero();
+  for (int i = 0; i < 4; ++i) start += row.weights[i] * motion.start_of(row.contact.vertices[i]);
+  const Vector3d moved = separation(row, motion) - start;
+  return moved - row.normal.dot(moved) * row.normal;
+}
+
+void apply(const ContactRow& row, const Vector3d& impulse, const Motion& motion,
+           std::vector<Vector3d>& x, Vector3d* shift, Vector3d* turn) {
+  for (int i = 0; i < 4; ++i) {
+    const std::int32_t v = row.contact.vertices[i];
+    if (motion.is_soft(v)) x[v] += row.weights[i] * motion.inverse_mass[v] * impulse;
+  }
+  if (row.rigid >= 0) {
+    const RigidMotion& body = motion.rigid[row.rigid];
+    *shift += row.rigid_weight * body.inverse_mass.cwiseProduct(impulse);
+    *turn += body.inverse_inertia * row.arm.cross(impulse);
+  }
+}
+
+void push(const ContactRow& row, const Vector3d& impulse, Motion& motion) {
+  RigidMotion* body = row.rigid >= 0 ? &motion.rigid[row.rigid] : nullptr;
+  apply(row, impulse, motion, motion.solved, body ? &body->shift : nullptr,
+        body ? &body->turn : nullptr);
+}
+
+void open(const ContactRow& row, const Vector3d& impulse, Motion& motion) {
+  RigidMotion* body = row.rigid >= 0 ? &motion.rigid[row.rigid] : nullptr;
+  apply(row, impulse, motion, motion.opening, body ? &body->opening_shift : nullptr,
+        body ? &body->opening_turn : nullptr);
+}
+
+// The change of a nonnegative total that closes what is missing; `total` becomes the new one.
+double raise(double& total, double missing, double response) {
+  const double wanted = std::max(0.0, total + missing * response);
+  const double change = wanted - total;
+  total = wanted;
+  return change;
 }
 
 }  // namespace
+
+double ContactRows::thickness(const Contact& contact, const Motion& motion, double of_surfaces) {
+  if (contact.body_a != contact.body_b) return of_surfaces;
+  double reach = motion.reach[contact.vertices[0]];
+  for (const std::int32_t v : contact.vertices) reach = std::min(reach, motion.reach[v]);
+  return std::min(of_surfaces, 0.5 * reach);
+}
 
 ContactRow ContactRows::make_row(const Contact& contact, const Motion& motion) const {
   ContactRow row;
   row.contact = contact;
   row.weights = contact.weights();
-  row.normal = Eigen::Vector3d(contact.normal[0], contact.normal[1], contact.normal[2]);
-  double start_gap = 0, compliance = 0, most_mobile = 0;
+  row.normal = Vector3d(contact.normal[0], contact.normal[1], contact.normal[2]);
+  const int rigid_a = motion.rigid_of_body[contact.body_a];
+  row.rigid = rigid_a >= 0 ? rigid_a : motion.rigid_of_body[contact.body_b];
+  row.rigid_weight = rigid_a >= 0 ? 1 : -1;
+  row.arm = Vector3d::Zero();
+  double start_gap = 0, compliance = 0, sliding_compliance = 0, most_mobile = 0;
   for (int i = 0; i < 4; ++i) {
     const std::int32_t v = contact.vertices[i];
-    start_gap += row.weights[i] * row.normal.dot(motion.start_of(v));
-    compliance += row.weights[i] * row.weights[i] * motion.inverse_mass[v];
-    most_mobile = std::max(most_mobile, motion.inverse_mass[v]);
+    const Vector3d start = motion.start_of(v);
+    start_gap += row.weights[i] * row.normal.dot(start);
+    if (motion.is_soft(v)) {
+      const double share = row.weights[i] * row.weights[i] * motion.inverse_mass[v];
+      compliance += share;
+      sliding_compliance += share;
+      most_mobile = std::max(most_mobile, motion.inverse_mass[v]);
+    } else {
+      row.arm += row.weights[i] * (start - motion.rigid[row.rigid].centre());
+    }
   }
-  const double thickness = thickness_(contact.body_a, contact.body_b);
+  if (row.rigid >= 0) {
+    const RigidMotion& body = motion.rigid[row.rigid];
+    Eigen::Matrix3d lever;
+    lever << 0, -row.arm.z(), row.arm.y(), row.arm.z(), 0, -row.arm.x(), -row.arm.y(), row.arm.x(),
+        0;
+    const Eigen::Matrix3d mobility = Eigen::Matrix3d(body.inverse_mass.asDiagonal()) +
+                                     lever.transpose() * body.inverse_inertia * lever;
+    const double along = row.normal.dot(mobility * row.normal);
+    sliding_compliance += std::max(0.0, mobility.trace() - along);
+    compliance += along;
+  }
+  const PairSurface surface = surface_(contact.body_a, contact.body_b);
+  const double thickness = ContactRows::thickness(contact, motion, surface.thickness);
+  row.friction = surface.friction;
   row.kept_gap = std::min(thickness, std::max(0.0, start_gap));
-  row.opened_gap = std::max(row.kept_gap, recovery_ * thickness);
+  row.opened_gap =
+      std::max(row.kept_gap, std::min(0.5 * thickness, row.kept_gap + recovery_ * thickness));
   // A row that only a node of small weight can serve would throw that node far away: at most 16
   // times the gap, and the next detection asks again.
-  row.response = 1 / std::max(compliance, most_mobile / 256);
+  const double least = most_mobile / 256;
+  row.response = 1 / std::max(compliance, least);
+  row.sliding_response = 1 / std::max(sliding_compliance, least);
   row.impulse = row.opening = 0;
+  row.tangential = Vector3d::Zero();
+  row.approach = start_gap - row.normal.dot(separation(row, motion));
   return row;
 }
 
-void ContactRows::merge(const std::vector<Contact>& contacts, const Motion& motion) {
+void ContactRows::add(const std::vector<Contact>& contacts, const Motion& motion) {
   std::vector<ContactRow> merged;
   merged.reserve(rows_.size() + contacts.size());
   auto old = rows_.begin();
+  const auto keep = [&](const ContactRow& row) { merged.push_back(row); };
   for (const Contact& contact : contacts) {
-    while (old != rows_.end() && old->contact < contact) merged.push_back(*old++);
+    while (old != rows_.end() && old->contact < contact) keep(*old++);
+    while (old != rows_.end() && !(contact < old->contact)) {
+      if (old->impulse > 0 || old->opening > 0) keep(*old);
+      ++old;
+    }
     merged.push_back(make_row(contact, motion));
-    if (old != rows_.end() && !(contact < old->contact)) ++old;
   }
   merged.insert(merged.end(), old, rows_.end());
   rows_.swap(merged);
 }
 
 void ContactRows::relax(Motion& motion, int sweeps) {
-  // A hundredth of the opened gap is well inside what keeps surfaces apart.
-  double tolerance = 0;
-  for (const ContactRow& row : rows_) tolerance = std::max(tolerance, 0.01 * row.opened_gap);
+  // Below what anyone calls moving.
+  const double tolerance = 1e-4 * motion.seconds;
   for (int sweep = 0; sweep < sweeps; ++sweep) {
     double change = 0;
     for (ContactRow& row : rows_) {
-      const double now = gap(row, motion.solved);
-      change = std::max(change, solve(row, row.kept_gap, now, motion, motion.solved, row.impulse));
+      const double missing = row.kept_gap - row.normal.dot(separation(row, motion));
+      const double more = raise(row.impulse, missing, row.response);
+      if (more != 0) push(row, more * row.normal, motion);
+      change = std::max(change, std::abs(more) / row.response);
+      if (row.friction == 0 || (row.impulse == 0 && row.tangential.isZero())) continue;
+      Vector3d tangential = row.tangential - row.sliding_response * sliding(row, motion);
+      const double most = row.friction * row.impulse, size = tangential.norm();
+      if (size > most) tangential *= most / size;
+      push(row, tangential - row.tangential, motion);
+      change = std::max(change, (tangential - row.tangential).norm() / row.sliding_response);
+      row.tangential = tangential;
     }
     if (change < tolerance) break;
   }
   for (int sweep = 0; sweep < sweeps; ++sweep) {
     double change = 0;
     for (ContactRow& row : rows_) {
-      const double now = gap(row, motion.solved) + gap(row, motion.opening);
-      change =
-          std::max(change, solve(row, row.opened_gap, now, motion, motion.opening, row.opening));
+      const double now = row.normal.dot(separation(row, motion) + opened(row, motion));
+      const double more = raise(row.opening, row.opened_gap - now, row.response);
+      if (more != 0) open(row, more * row.normal, motion);
+      change = std::max(change, std::abs(more) / row.response);
     }
     if (change < tolerance) break;
   }
   for (const ContactRow& row : rows_) {
     for (const std::int32_t v : row.contact.vertices) {
-      if (motion.inverse_mass[v] > 0) motion.round_end(v);
+      if (motion.is_soft(v) && motion.inverse_mass[v] > 0) motion.round_end(v);
     }
+  }
+  for (RigidMotion& body : motion.rigid) {
+    if (body.is_dynamic()) motion.place(body);
   }
 }
 

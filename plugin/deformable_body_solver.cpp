@@ -1,5 +1,6 @@
 #include "lazyccd/bullet/deformable_body_solver.h"
 
+#include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
 #include <BulletSoftBody/btSoftBody.h>
 
 #include "pipeline.h"
@@ -8,10 +9,8 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-btVector3 to_bullet(const Eigen::Vector3d& x) {
-  return btVector3(static_cast<btScalar>(x[0]), static_cast<btScalar>(x[1]),
-                   static_cast<btScalar>(x[2]));
-}
+// As btDeformableFaceNodeContact has it in btSoftBodyInternals.h, CollideVF_DD.
+double friction(double kdf_a, double kdf_b) { return kdf_a * kdf_b; }
 
 // Where btDeformableBodySolver::applyTransforms would put a node, its limit on the displacement
 // included.
@@ -34,6 +33,7 @@ void fill(const SoftScene& scene, Motion& motion, btScalar time_step) {
       const btSoftBody::Node& node = body.m_nodes[scene.node_index(v)];
       put(node.m_x, v, motion.start);
       put(predicted_end(body, node, time_step), v, motion.end);
+      motion.velocity[v] = to_eigen(node.m_v);
     }
     // The base class puts anchored nodes where their rigid body has them, whatever their velocity.
     for (int i = 0; i < body.m_deformableAnchors.size(); ++i) {
@@ -50,7 +50,7 @@ void fill(const SoftScene& scene, Motion& motion, btScalar time_step) {
 }  // namespace
 
 btLazyDeformableBodySolver::btLazyDeformableBodySolver(const Options& options)
-    : pipeline_(std::make_unique<Pipeline>(options)) {}
+    : pipeline_(std::make_unique<Pipeline>(options, friction)) {}
 
 btLazyDeformableBodySolver::~btLazyDeformableBodySolver() = default;
 
@@ -69,6 +69,7 @@ void btLazyDeformableBodySolver::queue_pair(btSoftBody* a, btSoftBody* b) {
 
 void btLazyDeformableBodySolver::processCollision(btSoftBody* body,
                                                   const btCollisionObjectWrapper* other) {
+  if (pipeline_->takes(body, other->getCollisionObject())) return;
   btDeformableBodySolver::processCollision(body, other);
 }
 
@@ -110,22 +111,22 @@ void btLazyDeformableBodySolver::applyTransforms(btScalar timeStep) {
     fill(scene, motion, timeStep);
   };
   const bool ours = pipeline_->run(m_softBodies, static_cast<double>(timeStep), read);
-  if (ours) write_velocities(timeStep);
+  if (ours) write_velocities();
   btDeformableBodySolver::applyTransforms(timeStep);
   if (!ours) return;
   write_positions();
+  pipeline_->write_rigid_bodies();
   list_contacts();
 }
 
-void btLazyDeformableBodySolver::write_velocities(btScalar time_step) {
-  if (!pipeline_->has_contacts()) return;
+void btLazyDeformableBodySolver::write_velocities() {
+  if (!pipeline_->responded()) return;
   const SoftScene& scene = pipeline_->scene();
   const Motion& motion = pipeline_->motion();
   for (std::int32_t v = 0; v < scene.vertex_count(); ++v) {
     if (!pipeline_->is_moved(v)) continue;
     btSoftBody& body = *scene.bodies()[scene.body_of(v)].body;
-    scene.node(v).m_v +=
-        to_bullet((motion.solved[v] - motion.predicted[v]) / static_cast<double>(time_step));
+    scene.node(v).m_v += to_bullet(motion.velocity_change[v]);
     if (!body.isActive()) body.activate(true);
   }
 }

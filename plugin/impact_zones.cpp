@@ -1,10 +1,9 @@
 #include "impact_zones.h"
 
-#include <Eigen/Dense>
-#include <Eigen/Geometry>
 #include <algorithm>
-#include <map>
 #include <numeric>
+
+#include "rotation.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -17,25 +16,49 @@ using Eigen::Vector3d;
 // leave the circle too far.
 constexpr double largest_turn = 1;
 
-// Rotation vector of the step from angular momentum and inertia; none about an axis without
-// inertia.
-Vector3d turn(const Matrix3d& inertia, const Vector3d& momentum) {
-  const Eigen::SelfAdjointEigenSolver<Matrix3d> axes(inertia);
-  const double smallest = 1e-9 * axes.eigenvalues()[2];
-  Vector3d result = Vector3d::Zero();
-  for (int k = 0; k < 3; ++k) {
-    if (axes.eigenvalues()[k] <= smallest) continue;
-    const Vector3d axis = axes.eigenvectors().col(k);
-    result += axis.dot(momentum) / axes.eigenvalues()[k] * axis;
-  }
-  const double angle = result.norm();
-  if (angle > largest_turn) result *= largest_turn / angle;
-  return result;
+// x -> rotation (x - centre) + centre + shift
+struct RigidStep {
+  Vector3d centre = Vector3d::Zero(), shift = Vector3d::Zero();
+  Matrix3d rotation = Matrix3d::Identity();
+
+  Vector3d operator()(const Vector3d& x) const { return rotation * (x - centre) + centre + shift; }
+  bool stays() const { return shift.isZero(0) && rotation.isIdentity(0); }
+};
+
+RigidStep step_of(const RigidMotion& body) {
+  if (body.start == body.end) return {};
+  RigidStep step;
+  step.centre = body.centre();
+  step.shift = to_eigen(body.end.getOrigin()) - step.centre;
+  step.rotation = to_eigen(body.end.getBasis()) * to_eigen(body.start.getBasis()).transpose();
+  return step;
 }
+
+Vector3d turn_over_step(const RigidMotion& body, const Vector3d& response_turn) {
+  const Matrix3d whole = rotation_by(response_turn) * to_eigen(body.predicted.getBasis()) *
+                         to_eigen(body.start.getBasis()).transpose();
+  return rotation_vector(whole);
+}
+
+// Mass and moments of what moves together.
+struct Matter {
+  double mass = 0;
+  Vector3d centre = Vector3d::Zero(), shift = Vector3d::Zero();
+
+  void add(double m, const Vector3d& at, const Vector3d& moved) {
+    mass += m;
+    centre += m * at;
+    shift += m * moved;
+  }
+};
 
 }  // namespace
 
-ImpactZones::ImpactZones(const Motion& motion) : parent_(motion.size()), solved_(motion.solved) {
+ImpactZones::ImpactZones(const Motion& motion)
+    : parent_(motion.inverse_mass.size() + motion.rigid.size()),
+      held_(parent_.size(), 0),
+      solved_(motion.solved),
+      rigid_(motion.rigid) {
   std::iota(parent_.begin(), parent_.end(), 0);
 }
 
@@ -44,79 +67,201 @@ std::int32_t ImpactZones::find(std::int32_t i) {
   return i;
 }
 
+bool ImpactZones::join(std::int32_t a, std::int32_t b) {
+  a = find(a);
+  b = find(b);
+  parent_[std::max(a, b)] = std::min(a, b);
+  return a != b;
+}
+
 std::int64_t ImpactZones::node_count() const {
-  // A node is alone where it is its own root and nobody else's parent.
   std::vector<char> in_zone(parent_.size(), 0);
   for (std::size_t i = 0; i < parent_.size(); ++i) {
     if (parent_[i] != static_cast<std::int32_t>(i)) in_zone[i] = in_zone[parent_[i]] = 1;
   }
-  return std::count(in_zone.begin(), in_zone.end(), 1);
+  for (const auto& guided : guides_) in_zone[guided.first] = 1;
+  return std::count(in_zone.begin(), in_zone.begin() + solved_.size(), 1);
+}
+
+std::int64_t ImpactZones::held_count() const { return std::count(held_.begin(), held_.end(), 1); }
+
+std::vector<std::int32_t> ImpactZones::members(const Contact& contact, const Motion& motion,
+                                               bool* new_guide) {
+  std::vector<std::int32_t> members;
+  Guides guides;
+  const auto rigid = [&](int body) {
+    if (body < 0) return;
+    if (motion.rigid[body].is_dynamic()) {
+      members.push_back(motion.soft_count() + body);
+    } else {
+      guides.bodies.insert(body);
+    }
+  };
+  rigid(motion.rigid_of_body[contact.body_a]);
+  rigid(motion.rigid_of_body[contact.body_b]);
+  for (const std::int32_t v : contact.vertices) {
+    if (!motion.is_soft(v)) continue;
+    if (motion.inverse_mass[v] > 0) {
+      members.push_back(v);
+    } else {
+      guides.nodes.insert(v);
+    }
+  }
+  if (!members.empty() && (!guides.nodes.empty() || !guides.bodies.empty())) {
+    Guides& all = guides_[find(members[0])];
+    const std::size_t before = all.nodes.size() + all.bodies.size();
+    all.nodes.insert(guides.nodes.begin(), guides.nodes.end());
+    all.bodies.insert(guides.bodies.begin(), guides.bodies.end());
+    *new_guide = *new_guide || all.nodes.size() + all.bodies.size() > before;
+  }
+  return members;
 }
 
 void ImpactZones::absorb(const std::vector<Contact>& contacts, Motion& motion) {
+  bool new_guide = false;
   for (const Contact& contact : contacts) {
-    for (int i = 1; i < 4; ++i) {
-      const std::int32_t a = find(contact.vertices[0]), b = find(contact.vertices[i]);
-      parent_[std::max(a, b)] = std::min(a, b);
-    }
+    const std::vector<std::int32_t> joined = members(contact, motion, &new_guide);
+    for (const std::int32_t member : joined) join(joined[0], member);
   }
-  std::map<std::int32_t, std::vector<std::int32_t>> zones;
-  for (std::int32_t i = 0; i < static_cast<std::int32_t>(parent_.size()); ++i) {
-    const std::int32_t root = find(i);
-    if (root != i) {
-      std::vector<std::int32_t>& zone = zones[root];
-      if (zone.empty()) zone.push_back(root);
-      zone.push_back(i);
-    }
-  }
-  for (const auto& zone : zones) move(zone.second, motion);
+  move_all(motion);
 }
 
-void ImpactZones::move(const std::vector<std::int32_t>& zone, Motion& motion) const {
-  double mass = 0;
-  Vector3d centre = Vector3d::Zero(), shift = Vector3d::Zero();
-  bool pinned = false, alike = true;
-  Vector3d pinned_shift = Vector3d::Zero();
-  for (const std::int32_t v : zone) {
-    const Vector3d moved = solved_[v] - motion.start_of(v);
-    if (motion.inverse_mass[v] > 0) {
-      const double m = 1 / motion.inverse_mass[v];
-      mass += m;
-      centre += m * motion.start_of(v);
-      shift += m * moved;
-    } else if (!pinned) {
-      pinned = true;
-      pinned_shift = moved;
-    } else {
-      alike = alike && moved == pinned_shift;
+bool ImpactZones::hold(const std::vector<Contact>& contacts, bool whole_bodies, Motion& motion) {
+  bool more = false;
+  for (const Contact& contact : contacts) {
+    std::vector<std::int32_t> joined = members(contact, motion, &more);
+    if (whole_bodies) {
+      for (const std::int32_t body : {contact.body_a, contact.body_b}) {
+        for (std::int32_t v = motion.first_vertex[body]; v < motion.first_vertex[body + 1]; ++v) {
+          if (motion.is_soft(v) && motion.inverse_mass[v] > 0) joined.push_back(v);
+        }
+      }
+    }
+    for (const std::int32_t member : joined) {
+      more = join(joined[0], member) || more;
+      more = more || !held_[member];
+      held_[member] = 1;
     }
   }
+  move_all(motion);
+  return more;
+}
 
-  Matrix3d rotation = Matrix3d::Identity();
-  if (pinned) {
-    shift = alike ? pinned_shift : Vector3d::Zero();
-  } else {
-    centre /= mass;
-    shift /= mass;
+void ImpactZones::move_all(Motion& motion) {
+  std::map<std::int32_t, Guides> guides;
+  for (const auto& guided : guides_) {
+    Guides& all = guides[find(guided.first)];
+    all.nodes.insert(guided.second.nodes.begin(), guided.second.nodes.end());
+    all.bodies.insert(guided.second.bodies.begin(), guided.second.bodies.end());
+  }
+  guides_ = std::move(guides);
+  std::map<std::int32_t, Zone> zones;
+  for (const auto& guided : guides_) zones[guided.first];
+  for (std::int32_t i = 0; i < static_cast<std::int32_t>(parent_.size()); ++i) {
+    if (find(i) != i) zones[find(i)];
+  }
+  for (std::int32_t i = 0; i < static_cast<std::int32_t>(parent_.size()); ++i) {
+    const auto at = zones.find(find(i));
+    if (at == zones.end()) continue;
+    if (i < motion.soft_count()) {
+      at->second.nodes.push_back(i);
+    } else {
+      at->second.bodies.push_back(i - motion.soft_count());
+    }
+    at->second.held = at->second.held || held_[i];
+  }
+  for (const auto& zone : zones) {
+    const auto guide = guides_.find(zone.first);
+    move(zone.second, guide == guides_.end() ? Guides() : guide->second, motion);
+  }
+}
+
+void ImpactZones::move(const Zone& zone, const Guides& guides, Motion& motion) const {
+  // A guide that stays or several that differ hold the zone; one motion that all share moves it.
+  RigidStep guided;
+  bool is_guided = false, alike = true;
+  const auto follow = [&](const RigidStep& step) {
+    alike = alike && (!is_guided || (step.shift == guided.shift && step.centre == guided.centre &&
+                                     step.rotation == guided.rotation));
+    guided = step;
+    is_guided = true;
+  };
+  for (const std::int32_t v : guides.nodes) {
+    RigidStep step;
+    step.shift = motion.end_of(v) - motion.start_of(v);
+    follow(step);
+  }
+  for (const int body : guides.bodies) follow(step_of(motion.rigid[body]));
+  if (!alike) guided = RigidStep();
+
+  RigidStep free;
+  if (!is_guided) {
+    Matter matter;
+    for (const std::int32_t v : zone.nodes) {
+      const Vector3d start = motion.start_of(v);
+      matter.add(1 / motion.inverse_mass[v], start, solved_[v] - start);
+    }
+    for (const int b : zone.bodies) {
+      const RigidMotion& body = rigid_[b];
+      const Vector3d moved = to_eigen(body.predicted.getOrigin()) + body.shift - body.centre();
+      matter.add(1 / body.inverse_mass.maxCoeff(), body.centre(), moved);
+    }
+    free.centre = matter.centre / matter.mass;
+    free.shift = matter.shift / matter.mass;
     Matrix3d inertia = Matrix3d::Zero();
     Vector3d momentum = Vector3d::Zero();
-    for (const std::int32_t v : zone) {
-      const double m = 1 / motion.inverse_mass[v];
-      const Vector3d arm = motion.start_of(v) - centre;
-      inertia += m * (arm.squaredNorm() * Matrix3d::Identity() - arm * arm.transpose());
-      momentum += m * arm.cross(solved_[v] - motion.start_of(v));
+    const auto add = [&](double m, const Vector3d& at, const Vector3d& moved) {
+      const Vector3d arm = at - free.centre;
+      add_inertia(m, arm, inertia);
+      momentum += m * arm.cross(moved);
+    };
+    for (const std::int32_t v : zone.nodes) {
+      const Vector3d start = motion.start_of(v);
+      add(1 / motion.inverse_mass[v], start, solved_[v] - start);
     }
-    const Vector3d angles = turn(inertia, momentum);
-    const double angle = angles.norm();
-    if (angle > 0) rotation = Eigen::AngleAxisd(angle, angles / angle).toRotationMatrix();
+    for (const int b : zone.bodies) {
+      const RigidMotion& body = rigid_[b];
+      add(1 / body.inverse_mass.maxCoeff(), body.centre(),
+          to_eigen(body.predicted.getOrigin()) + body.shift - body.centre());
+      const Matrix3d own = body.inverse_inertia.inverse();
+      if (!own.allFinite()) continue;
+      inertia += own;
+      momentum += own * turn_over_step(body, body.turn);
+    }
+    Vector3d turn = turn_of(inertia, momentum);
+    if (turn.norm() > largest_turn) turn *= largest_turn / turn.norm();
+    free.rotation = rotation_by(turn);
   }
-  for (const std::int32_t v : zone) {
-    if (motion.inverse_mass[v] == 0) continue;
+  const RigidStep& moves = is_guided ? guided : free;
+  const RigidStep goes = zone.held && !is_guided ? RigidStep() : moves;
+
+  for (const std::int32_t v : zone.nodes) {
     const Vector3d start = motion.start_of(v);
-    motion.solved[v] = start + shift;
-    if (!pinned) motion.solved[v] += rotation * (start - centre) - (start - centre);
-    motion.opening[v].setZero();
-    motion.round_end(v);
+    motion.solved[v] = moves(start);
+    if (goes.stays()) {
+      motion.opening[v] = start - motion.solved[v];
+      for (std::size_t k = 3 * static_cast<std::size_t>(v), last = k + 3; k < last; ++k)
+        motion.end[k] = motion.start[k];
+    } else {
+      motion.opening[v].setZero();
+      motion.round_end(v);
+    }
+  }
+  for (const int b : zone.bodies) {
+    RigidMotion& body = motion.rigid[b];
+    const Matrix3d back =
+        (to_eigen(body.predicted.getBasis()) * to_eigen(body.start.getBasis()).transpose())
+            .transpose();
+    const Vector3d predicted = to_eigen(body.predicted.getOrigin());
+    body.shift = moves(body.centre()) - predicted;
+    body.turn = rotation_vector(moves.rotation * back);
+    body.opening_shift = goes(body.centre()) - moves(body.centre());
+    body.opening_turn.setZero();
+    if (goes.stays()) {
+      motion.put(body, body.start);
+    } else {
+      motion.place(body);
+    }
   }
 }
 

@@ -1,12 +1,18 @@
-// What is left where impulses do not end: nodes that move as one rigid body, and nodes that stay.
+// What is left where impulses do not end: nodes and rigid bodies that move as one rigid body, and
+// such zones that stay where they were.
 //
 // Rigid impact zones: Provot 1997, "Collision and self-collision handling in cloth model dedicated
 // to design garments"; Harmon et al. 2008, "Robust Treatment of Simultaneous Collisions". A zone
-// keeps the linear and angular momentum of its nodes. Inside one, the motion from start to end is
-// affine and invertible at all times, so nothing inside it can touch.
+// keeps the linear and angular momentum of what is in it. Inside one, the motion from start to end
+// is affine and invertible at all times, so nothing inside it can touch.
+//
+// What has infinite mass is not a member of a zone but its guide: pinned nodes, static and
+// kinematic bodies. A zone follows its guides where they move alike, and stays where they do not.
 #pragma once
 
 #include <cstdint>
+#include <map>
+#include <set>
 #include <vector>
 
 #include "lazyccd/contact.h"
@@ -19,19 +25,42 @@ class ImpactZones {
  public:
   explicit ImpactZones(const Motion& motion);
 
-  // Joins the zones of each contact's four nodes, then moves every zone rigidly from the start of
-  // the step with the momenta that its nodes had when this object was made. A zone with nodes of
-  // infinite mass follows them where they all move alike, and stays where they do not.
+  // Joins the zones of each contact's members, then moves every zone rigidly from the start of the
+  // step with the momenta that its members had when this object was made.
   void absorb(const std::vector<Contact>& contacts, Motion& motion);
+  // The same, but what these contacts join stays where the step began (or follows a kinematic guide
+  // from there). Only its velocity is the rigid one, so that its momentum is not lost. Where every
+  // zone is held, the step is as clean as its start. `whole_bodies`: joins all nodes of the bodies
+  // in contact. False where nothing was left to join or hold.
+  bool hold(const std::vector<Contact>& contacts, bool whole_bodies, Motion& motion);
 
-  std::int64_t node_count() const;  // in zones of more than one node
+  std::int64_t node_count() const;  // soft nodes in zones of more than one member
+  std::int64_t held_count() const;  // members of held zones
 
  private:
-  std::int32_t find(std::int32_t i);
-  void move(const std::vector<std::int32_t>& zone, Motion& motion) const;
+  struct Zone {
+    std::vector<std::int32_t> nodes;
+    std::vector<int> bodies;  // dynamic ones
+    bool held = false;
+  };
+  struct Guides {
+    std::set<std::int32_t> nodes;  // pinned
+    std::set<int> bodies;          // static and kinematic
+  };
 
+  std::int32_t find(std::int32_t member);
+  bool join(std::int32_t a, std::int32_t b);
+  // The members of a contact; what is not a member becomes a guide of them.
+  std::vector<std::int32_t> members(const Contact& contact, const Motion& motion, bool* new_guide);
+  void move(const Zone& zone, const Guides& guides, Motion& motion) const;
+  void move_all(Motion& motion);
+
+  // Soft vertices, then the rigid bodies.
   std::vector<std::int32_t> parent_;
-  std::vector<Eigen::Vector3d> solved_;  // before any zone
+  std::vector<char> held_;                 // by member
+  std::map<std::int32_t, Guides> guides_;  // by a member of the zone
+  std::vector<Eigen::Vector3d> solved_;    // before any zone
+  std::vector<RigidMotion> rigid_;
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

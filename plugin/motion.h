@@ -1,6 +1,8 @@
 // The motion of all vertices over one step, and what the response makes of it.
 #pragma once
 
+#include <LinearMath/btTransform.h>
+
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
@@ -12,45 +14,73 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
+inline Eigen::Vector3d to_eigen(const btVector3& x) {
+  return {static_cast<double>(x.x()), static_cast<double>(x.y()), static_cast<double>(x.z())};
+}
+inline btVector3 to_bullet(const Eigen::Vector3d& x) {
+  return btVector3(static_cast<btScalar>(x[0]), static_cast<btScalar>(x[1]),
+                   static_cast<btScalar>(x[2]));
+}
+
+// A rigid body over the step, metres and radians. Its frame is that of its centre of mass.
+struct RigidMotion {
+  std::int32_t first_vertex, vertex_count;
+  const btVector3* local;           // its vertices in its own frame
+  btTransform start, predicted;     // predicted: where Bullet has it at the end of the step
+  btTransform end;                  // after the response
+  Eigen::Vector3d velocity, spin;   // m/s and rad/s, at the end as Bullet has them
+  Eigen::Vector3d inverse_mass;     // 1/kg along each axis; zero where nothing moves it
+  Eigen::Matrix3d inverse_inertia;  // 1/(kg m^2), in the world's frame at the start
+  // What the response adds to the predicted motion: with velocity, and without.
+  Eigen::Vector3d shift, turn, opening_shift, opening_turn;
+  Eigen::Vector3d velocity_change, spin_change;  // m/s and rad/s
+
+  bool is_dynamic() const { return !inverse_mass.isZero() || !inverse_inertia.isZero(); }
+  Eigen::Vector3d centre() const { return to_eigen(start.getOrigin()); }
+};
+
 struct Motion {
   // Three scalars a vertex, in Bullet's precision, bit for bit what Bullet holds: `end` is what the
   // detector certifies and what Bullet's nodes are then set to.
   std::vector<btScalar> start, end;
+  // Of the soft bodies' vertices, which are the first ones:
   std::vector<double> inverse_mass;  // 1/kg; 0 where something else than contact decides the motion
-  std::vector<std::int32_t> first_vertex;  // by body, and one past the last
+  std::vector<Eigen::Vector3d> velocity;  // m/s, at the end as Bullet has it
+  std::vector<double> rate;               // 1/s: velocity per displacement of the step
+  std::vector<double> reach;              // metres: the shortest edge at the vertex
+  // Of the rigid bodies'.
+  std::vector<RigidMotion> rigid;
+  // By body: its vertices, ended by one past the last; its index in `rigid`, or -1.
+  std::vector<std::int32_t> first_vertex, rigid_of_body;
+  double seconds = 1;  // of the step
 
-  // Of the response, metres. `end` is solved + opening, rounded.
-  std::vector<Eigen::Vector3d> predicted;  // end of the step as Bullet had it
-  std::vector<Eigen::Vector3d> solved;     // after impulses: velocities follow
-  std::vector<Eigen::Vector3d> opening;    // moved further to restore a gap: velocities do not
+  // End of the step as Bullet had it, metres, of all vertices.
+  std::vector<Eigen::Vector3d> predicted;
+  // Of the response, by soft vertex, metres. `end` is solved + opening, rounded.
+  std::vector<Eigen::Vector3d> solved;   // after impulses: velocities follow
+  std::vector<Eigen::Vector3d> opening;  // moved further to restore a gap: velocities do not
+  std::vector<Eigen::Vector3d> velocity_change;  // m/s: what the nodes' velocities are to receive
 
-  std::size_t size() const { return inverse_mass.size(); }
+  std::size_t size() const { return start.size() / 3; }
+  std::int32_t soft_count() const { return static_cast<std::int32_t>(inverse_mass.size()); }
+  bool is_soft(std::int32_t vertex) const { return vertex < soft_count(); }
 
   static Eigen::Vector3d read(const std::vector<btScalar>& positions, std::int32_t i) {
     const btScalar* p = &positions[3 * static_cast<std::size_t>(i)];
     return {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])};
   }
   Eigen::Vector3d start_of(std::int32_t i) const { return read(start, i); }
+  Eigen::Vector3d end_of(std::int32_t i) const { return read(end, i); }
 
-  void begin_response() {
-    predicted.resize(size());
-    for (std::size_t i = 0; i < size(); ++i) predicted[i] = read(end, static_cast<std::int32_t>(i));
-    solved = predicted;
-    opening.assign(size(), Eigen::Vector3d::Zero());
-  }
+  const RigidMotion& rigid_of(std::int32_t body) const { return rigid[rigid_of_body[body]]; }
 
-  void round_end(std::int32_t i) {
-    const Eigen::Vector3d x = solved[i] + opening[i];
-    for (int k = 0; k < 3; ++k)
-      end[3 * static_cast<std::size_t>(i) + k] = static_cast<btScalar>(x[k]);
-  }
-
-  // Back to the start of the step, exactly.
-  void hold(std::int32_t i) {
-    solved[i] = start_of(i);
-    opening[i].setZero();
-    round_end(i);
-  }
+  void begin_response();
+  void round_end(std::int32_t soft_vertex);
+  // Puts a rigid body and its vertices at the end of the step: where the response has it, and
+  // anywhere.
+  void place(RigidMotion& body);
+  void put(RigidMotion& body, const btTransform& pose);
+  void place_start(const RigidMotion& body);
 
   Positions starts() const { return {start.data(), size()}; }
   Positions ends() const { return {end.data(), size()}; }

@@ -13,15 +13,17 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
+bool is_taken(const btCollisionObject& object) {
+  constexpr int taken = btCollisionObject::CO_COLLISION_OBJECT | btCollisionObject::CO_RIGID_BODY |
+                        btCollisionObject::CO_FEATHERSTONE_LINK;
+  return (object.getInternalType() & taken) && object.hasContactResponse();
+}
+
 class Collector : public btBroadphaseAabbCallback {
  public:
   bool process(const btBroadphaseProxy* proxy) override {
     auto* object = static_cast<btCollisionObject*>(proxy->m_clientObject);
-    constexpr int taken = btCollisionObject::CO_COLLISION_OBJECT |
-                          btCollisionObject::CO_RIGID_BODY |
-                          btCollisionObject::CO_FEATHERSTONE_LINK;
-    if ((object->getInternalType() & taken) && object->hasContactResponse())
-      objects.push_back(object);
+    if (is_taken(*object)) objects.push_back(object);
     return true;
   }
   std::vector<btCollisionObject*> objects;
@@ -54,7 +56,8 @@ AxisBox in_frame(const Obstacles::Record& record, const AxisBox& box) {
 
 bool is_same(const Obstacles::Record& a, const Obstacles::Record& b) {
   return a.object == b.object && a.unique_id == b.unique_id && a.shape == b.shape &&
-         a.scaling == b.scaling && a.group == b.group && a.mask == b.mask && a.ignored == b.ignored;
+         a.scaling == b.scaling && a.group == b.group && a.mask == b.mask &&
+         a.ignored == b.ignored && a.dynamic == b.dynamic;
 }
 
 }  // namespace
@@ -63,6 +66,11 @@ bool Obstacles::meets_obstacles(const btSoftBody& body) {
   using Flag = btSoftBody::fCollision;
   return (body.m_cfg.collisions & (Flag::SDF_RS | Flag::SDF_RD | Flag::SDF_RDF | Flag::SDF_RDN)) &&
          !(body.m_cfg.collisions & Flag::CL_RS);
+}
+
+bool Obstacles::is_mesh(const btCollisionObject& object) {
+  const btCollisionShape* shape = object.getCollisionShape();
+  return is_taken(object) && shape->isConcave() && shape->getShapeType() != SDF_SHAPE_PROXYTYPE;
 }
 
 void Obstacles::clear() { *this = Obstacles(); }
@@ -87,6 +95,7 @@ void Obstacles::find(const SoftBodies& bodies) {
     record.group = object->getBroadphaseHandle()->m_collisionFilterGroup;
     record.mask = object->getBroadphaseHandle()->m_collisionFilterMask;
     record.ignored = hash_of_ignored(*object);
+    record.dynamic = !object->isStaticOrKinematicObject();
     record.start = record.end = object->getWorldTransform();
     found.push_back(record);
   }
@@ -97,6 +106,7 @@ void Obstacles::find(const SoftBodies& bodies) {
   for (Record& record : found) {
     while (old != found_.end() && before(*old, record)) ++old;
     if (old == found_.end() || before(record, *old) || old->object != record.object) continue;
+    // What is driven is swept from where the last step left it.
     record.start = old->start;
     record.end = old->end;
   }
@@ -106,8 +116,7 @@ void Obstacles::find(const SoftBodies& bodies) {
 void Obstacles::begin_step(const SoftBodies& bodies) {
   find(bodies);
   for (Record& record : found_) {
-    const bool driven = record.object->isStaticOrKinematicObject();
-    record.start = driven ? record.end : record.object->getWorldTransform();
+    record.start = record.dynamic ? record.object->getWorldTransform() : record.end;
   }
 }
 

@@ -29,6 +29,7 @@ class Obstacles {
     btVector3 scaling;
     int group, mask;
     std::uint64_t ignored;
+    bool dynamic;
     btTransform start, end;             // of the step
     AxisBox region = AxisBox::empty();  // that its triangles were read from, in its own frame
     std::int32_t first_vertex = 0, vertex_count = 0;
@@ -36,6 +37,9 @@ class Obstacles {
 
   // Soft bodies with one of Bullet's flags for rigid bodies, clusters aside.
   static bool meets_obstacles(const btSoftBody& body);
+
+  // An obstacle all of whose surface is known as triangles, and not the surface of a solid.
+  static bool is_mesh(const btCollisionObject& object);
 
   // To be called before Bullet moves anything.
   void begin_step(const SoftBodies& bodies);

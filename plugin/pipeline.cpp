@@ -1,11 +1,15 @@
 #include "pipeline.h"
 
+#include <BulletDynamics/Dynamics/btRigidBody.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <exception>
+#include <limits>
 
 #include "pair_rules.h"
+#include "rotation.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -17,20 +21,52 @@ double ms_since(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
+// Without its place in the motion. Bodies that nothing moves have no mobility.
+RigidMotion rigid_motion(const btCollisionObject& object) {
+  RigidMotion motion;
+  motion.velocity = motion.spin = motion.inverse_mass = Eigen::Vector3d::Zero();
+  motion.inverse_inertia = Eigen::Matrix3d::Zero();
+  const btRigidBody* body = btRigidBody::upcast(&object);
+  if (!body || body->isStaticOrKinematicObject()) return motion;
+  motion.velocity = to_eigen(body->getLinearVelocity());
+  motion.spin = to_eigen(body->getAngularVelocity());
+  motion.inverse_mass = static_cast<double>(body->getInvMass()) * to_eigen(body->getLinearFactor());
+  const Eigen::Matrix3d free(to_eigen(body->getAngularFactor()).asDiagonal());
+  motion.inverse_inertia = free * to_eigen(body->getInvInertiaTensorWorld()) * free;
+  return motion;
+}
+
 }  // namespace
 
-Pipeline::Pipeline(const Options& options)
+Pipeline::Pipeline(const Options& options, Friction friction)
     : options_(options),
+      friction_(friction),
       journal_(options.on_message),
-      response_(options, [this](std::int32_t a, std::int32_t b) {
-        if (options_.thickness >= 0) return options_.thickness;
-        return topology_.bodies()[a].margin + topology_.bodies()[b].margin;
-      }) {}
+      response_(options, [this](std::int32_t a, std::int32_t b) { return surface(a, b); }) {}
+
+PairSurface Pipeline::surface(std::int32_t body_a, std::int32_t body_b) const {
+  const StepTopology::BodyRecord& a = topology_.bodies()[body_a];
+  const StepTopology::BodyRecord& b = topology_.bodies()[body_b];
+  PairSurface surface;
+  surface.thickness = options_.thickness >= 0 ? options_.thickness : a.margin + b.margin;
+  const auto coefficient = [](const StepTopology::BodyRecord& body) {
+    return static_cast<double>(body.soft ? body.soft->m_cfg.kDF : body.object->getFriction());
+  };
+  // Between soft and rigid bodies Bullet multiplies in both worlds.
+  const double fa = coefficient(a), fb = coefficient(b);
+  surface.friction = !options_.friction ? 0 : a.soft && b.soft ? friction_(fa, fb) : fa * fb;
+  return surface;
+}
 
 bool Pipeline::queue_pair(const btSoftBody* a, const btSoftBody* b) noexcept {
   if (!works_ || is_cluster_pair(*a, *b) || !scene_.takes(a) || !scene_.takes(b)) return false;
   ++queued_;
   return true;
+}
+
+bool Pipeline::takes(const btSoftBody* body, const btCollisionObject* rigid) const noexcept {
+  return options_.rigid_obstacles && options_.mesh_contacts && works_ && scene_.takes(body) &&
+         Obstacles::meets_obstacles(*body) && Obstacles::is_mesh(*rigid);
 }
 
 void Pipeline::begin_step(const Bodies& bodies) noexcept {
@@ -51,18 +87,15 @@ bool Pipeline::run(const Bodies& bodies, double seconds, const Fill& fill) noexc
   responded_ = false;
   try {
     const Clock::time_point start = Clock::now();
-    gather(bodies, fill);
+    gather(bodies, seconds, fill);
     step_.ms_gather = ms_since(start);
     if (scene_.vertex_count() > 0) {
       const Clock::time_point gathered = Clock::now();
-      std::vector<Contact> contacts = detect(motion_.starts(), motion_.ends());
-      responded_ = !contacts.empty();
-      if (responded_) {
-        const auto detect_again = [this](const Positions& x0, const Positions& x1) {
-          return detect(x0, x1);
-        };
-        response_.run(std::move(contacts), detect_again, motion_, step_);
-      }
+      const auto detect_all = [this](const Positions& x0, const Positions& x1) {
+        return detect(x0, x1);
+      };
+      const std::vector<Contact> near = detect_near();
+      if (responded_) response_.run(near, detect_all, motion_, step_);
       collect_contacts(seconds);
       step_.ms_response = ms_since(gathered) - step_.ms_detect;
     }
@@ -77,13 +110,13 @@ bool Pipeline::run(const Bodies& bodies, double seconds, const Fill& fill) noexc
   return works_;
 }
 
-void Pipeline::gather(const Bodies& bodies, const Fill& fill) {
+void Pipeline::gather(const Bodies& bodies, double seconds, const Fill& fill) {
   scene_.readmit(bodies);
   if (!detector_) detector_ = std::make_unique<Detector>(options_.detector);
   bool changed = false;
   do {
     changed = scene_.update(bodies, journal_) || changed;
-    gather_soft(fill);
+    gather_soft(seconds, fill);
   } while (refuse_non_finite());
   if (options_.rigid_obstacles) {
     AxisBox swept = AxisBox::empty();
@@ -98,21 +131,56 @@ void Pipeline::gather(const Bodies& bodies, const Fill& fill) {
     }
     changed = obstacles_.update(bodies, swept, journal_) || changed;
   }
-  if (topology_.update(scene_, obstacles_, changed) && scene_.vertex_count() > 0) {
-    try {
-      detector_->set_topology(topology_.topology());
-    } catch (...) {
-      scene_.invalidate();
-      throw;
-    }
-  }
+  changed = topology_.update(scene_, obstacles_, changed);
   gather_obstacles();
+  if (!changed || scene_.vertex_count() == 0) return;
+  try {
+    set_topology();
+  } catch (...) {
+    scene_.invalidate();
+    throw;
+  }
 }
 
-void Pipeline::gather_soft(const Fill& fill) {
+void Pipeline::set_topology() {
+  detector_->set_topology(topology_.topology());
+  read_reach();
+  // Neighbours in a mesh are not to be near each other by themselves.
+  std::vector<double> reach = motion_.reach;
+  const auto middle = reach.begin() + static_cast<std::ptrdiff_t>(reach.size() / 2);
+  std::nth_element(reach.begin(), middle, reach.end());
+  lazyccd::Options options = options_.detector;
+  options.separation = std::min(largest_thickness(), 0.5 * *middle);
+  if (!(options.separation > 0)) {
+    near_detector_.reset();
+    return;
+  }
+  if (!near_detector_ || separation_ != options.separation) {
+    near_detector_ = std::make_unique<Detector>(options);
+    separation_ = options.separation;
+  }
+  near_detector_->set_topology(topology_.topology());
+}
+
+double Pipeline::largest_thickness() const {
+  if (options_.thickness >= 0) return options_.thickness;
+  // Of two soft bodies, or of a soft body and an obstacle.
+  std::vector<double> soft = {0}, all = {0};
+  for (const StepTopology::BodyRecord& body : topology_.bodies()) {
+    if (body.soft) soft.push_back(body.margin);
+    all.push_back(body.margin);
+  }
+  const double softest = *std::max_element(soft.begin(), soft.end());
+  return softest + *std::max_element(all.begin(), all.end());
+}
+
+void Pipeline::gather_soft(double seconds, const Fill& fill) {
   const std::size_t count = static_cast<std::size_t>(scene_.vertex_count());
+  motion_.seconds = seconds;
   motion_.start.resize(3 * count);
   motion_.end.resize(3 * count);
+  motion_.velocity.resize(count);
+  motion_.rate.assign(count, 1 / seconds);
   motion_.inverse_mass.resize(count);
   for (std::size_t i = 0; i < count; ++i) {
     motion_.inverse_mass[i] = static_cast<double>(scene_.node(static_cast<std::int32_t>(i)).m_im);
@@ -122,21 +190,36 @@ void Pipeline::gather_soft(const Fill& fill) {
 
 void Pipeline::gather_obstacles() {
   motion_.first_vertex.clear();
+  motion_.rigid_of_body.clear();
+  motion_.rigid.clear();
+  motion_.start.resize(3 * static_cast<std::size_t>(topology_.vertex_count()));
+  motion_.end.resize(motion_.start.size());
   for (const StepTopology::BodyRecord& body : topology_.bodies()) {
     motion_.first_vertex.push_back(body.first_vertex);
+    motion_.rigid_of_body.push_back(body.soft ? -1
+                                              : static_cast<std::int32_t>(motion_.rigid.size()));
     if (body.soft) continue;
     const Obstacles::Record& record = obstacles_.records()[body.obstacle];
-    for (std::int32_t i = 0; i < record.vertex_count; ++i) {
-      const btVector3& local = obstacles_.local()[record.first_vertex + i];
-      const btVector3 start = record.start * local, end = record.end * local;
-      for (int k = 0; k < 3; ++k) {
-        motion_.start.push_back(start[k]);
-        motion_.end.push_back(end[k]);
-      }
-      motion_.inverse_mass.push_back(0);
-    }
+    RigidMotion rigid = rigid_motion(*body.object);
+    rigid.first_vertex = body.first_vertex;
+    rigid.vertex_count = body.vertex_count;
+    rigid.local = &obstacles_.local()[record.first_vertex];
+    rigid.start = record.start;
+    rigid.predicted = record.end;
+    motion_.place_start(rigid);
+    motion_.put(rigid, record.end);
+    motion_.rigid.push_back(rigid);
   }
   motion_.first_vertex.push_back(topology_.vertex_count());
+}
+
+void Pipeline::read_reach() {
+  motion_.reach.assign(motion_.inverse_mass.size(), std::numeric_limits<double>::infinity());
+  for (const Edge& edge : detector_->edges()) {
+    if (!topology_.is_soft(edge[0])) continue;
+    const double length = (motion_.start_of(edge[0]) - motion_.start_of(edge[1])).norm();
+    for (const std::int32_t v : edge) motion_.reach[v] = std::min(motion_.reach[v], length);
+  }
 }
 
 bool Pipeline::refuse_non_finite() {
@@ -164,14 +247,47 @@ bool Pipeline::refuse_non_finite() {
 
 std::vector<Contact> Pipeline::detect(const Positions& start, const Positions& end) {
   const Clock::time_point begin = Clock::now();
+  std::vector<Contact> contacts = answerable(detector_->detect(start, end));
+  step_.ms_detect += ms_since(begin);
+  return contacts;
+}
+
+std::vector<Contact> Pipeline::detect_near() {
+  if (!near_detector_) {
+    std::vector<Contact> contacts = detect(motion_.starts(), motion_.ends());
+    responded_ = !contacts.empty();
+    return contacts;
+  }
+  const Clock::time_point begin = Clock::now();
+  std::vector<Contact> contacts =
+      answerable(near_detector_->detect(motion_.starts(), motion_.ends()));
+  responded_ = !contacts.empty();
+  // Of one body, neighbours; and pairs that touch, which have no normal yet.
+  const auto says_nothing = [this](const Contact& contact) {
+    if (contact.toi > 0) return false;
+    const std::array<double, 4> weights = contact.weights();
+    Eigen::Vector3d gap = Eigen::Vector3d::Zero();
+    for (int i = 0; i < 4; ++i) gap += weights[i] * motion_.start_of(contact.vertices[i]);
+    const double thickness =
+        ContactRows::thickness(contact, motion_, surface(contact.body_a, contact.body_b).thickness);
+    return gap.norm() > 1.01 * thickness || gap.norm() < 1e-6 * thickness;
+  };
+  contacts.erase(std::remove_if(contacts.begin(), contacts.end(), says_nothing), contacts.end());
+  step_.ms_detect += ms_since(begin);
+  return contacts;
+}
+
+std::vector<Contact> Pipeline::answerable(Span<const Contact> contacts) {
   std::vector<Contact> answered;
-  for (const Contact& contact : detector_->detect(start, end)) {
+  for (const Contact& contact : contacts) {
     if (is_anchored(contact)) continue;
     const bool responds =
         topology_.bodies()[contact.body_a].responds && topology_.bodies()[contact.body_b].responds;
     const bool movable =
-        std::any_of(contact.vertices.begin(), contact.vertices.end(),
-                    [this](std::int32_t v) { return motion_.inverse_mass[v] > 0; });
+        std::any_of(contact.vertices.begin(), contact.vertices.end(), [this](std::int32_t v) {
+          return topology_.is_soft(v) ? motion_.inverse_mass[v] > 0
+                                      : motion_.rigid_of(topology_.body_of(v)).is_dynamic();
+        });
     if (responds && movable) {
       answered.push_back(contact);
     } else if (step_.detections == 0) {
@@ -179,7 +295,6 @@ std::vector<Contact> Pipeline::detect(const Positions& start, const Positions& e
     }
   }
   ++step_.detections;
-  step_.ms_detect += ms_since(begin);
   return answered;
 }
 
@@ -207,17 +322,27 @@ bool Pipeline::is_anchored(const Contact& contact) const {
 
 void Pipeline::collect_contacts(double seconds) {
   if (responded_) {
-    for (const ContactRow& row : response_.rows()) {
-      contacts_.push_back(step_contact(row.contact, row.impulse / seconds));
+    const std::vector<ContactRow>& rows = response_.rows();
+    for (std::size_t i = 0; i < rows.size();) {
+      // The rows of a pair: the earliest is told, with the impulse of all.
+      const ContactRow* first = &rows[i];
+      Eigen::Vector3d impulse = Eigen::Vector3d::Zero();
+      for (const Contact& pair = rows[i].contact; i < rows.size() && !(pair < rows[i].contact);
+           ++i) {
+        if (rows[i].contact.toi < first->contact.toi) first = &rows[i];
+        impulse += rows[i].impulse * rows[i].normal + rows[i].tangential;
+      }
+      contacts_.push_back(step_contact(first->contact, impulse / seconds));
     }
   }
-  for (const Contact& contact : silent_) contacts_.push_back(step_contact(contact, 0));
+  for (const Contact& contact : silent_)
+    contacts_.push_back(step_contact(contact, Eigen::Vector3d::Zero()));
   for (const StepContact& contact : contacts_) {
     ++(contact.kind == ContactKind::vertex_face ? step_.contacts_vf : step_.contacts_ee);
   }
 }
 
-StepContact Pipeline::step_contact(const Contact& contact, double impulse) const {
+StepContact Pipeline::step_contact(const Contact& contact, const Eigen::Vector3d& impulse) const {
   StepContact c;
   c.kind = contact.kind;
   c.body_a = topology_.bodies()[contact.body_a].object;
@@ -232,13 +357,33 @@ StepContact Pipeline::step_contact(const Contact& contact, double impulse) const
   c.weights = contact.weights();
   c.normal = btVector3(contact.normal[0], contact.normal[1], contact.normal[2]);
   c.toi = contact.toi;
-  c.impulse = impulse;
+  const Eigen::Vector3d normal(contact.normal[0], contact.normal[1], contact.normal[2]);
+  c.impulse = std::max(0.0, impulse.dot(normal));
+  c.friction_impulse = to_bullet(impulse - impulse.dot(normal) * normal);
   return c;
 }
 
 bool Pipeline::is_moved(std::int32_t vertex) const {
-  return responded_ && (motion_.solved[vertex] != motion_.predicted[vertex] ||
-                        motion_.opening[vertex] != Eigen::Vector3d::Zero());
+  return responded_ && (!motion_.velocity_change[vertex].isZero(0) ||
+                        motion_.solved[vertex] != motion_.predicted[vertex] ||
+                        !motion_.opening[vertex].isZero(0));
+}
+
+void Pipeline::write_rigid_bodies() const {
+  if (!responded_) return;
+  for (const StepTopology::BodyRecord& record : topology_.bodies()) {
+    if (record.soft) continue;
+    const RigidMotion& motion = motion_.rigid[static_cast<std::size_t>(
+        motion_.rigid_of_body[static_cast<std::size_t>(&record - topology_.bodies().data())])];
+    const bool changed = !motion.velocity_change.isZero(0) || !motion.spin_change.isZero(0) ||
+                         !(motion.end == motion.predicted);
+    if (!motion.is_dynamic() || !changed) continue;
+    btRigidBody* body = btRigidBody::upcast(record.object);
+    body->setCenterOfMassTransform(motion.end);
+    body->setLinearVelocity(body->getLinearVelocity() + to_bullet(motion.velocity_change));
+    body->setAngularVelocity(body->getAngularVelocity() + to_bullet(motion.spin_change));
+    body->activate(true);
+  }
 }
 
 std::string Pipeline::status() const {

@@ -23,15 +23,20 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 class Pipeline {
  public:
   using Bodies = btAlignedObjectArray<btSoftBody*>;
-  // Fills start and end of the soft bodies' vertices, and zeroes the inverse mass of nodes that
-  // something else than velocity and contact moves.
+  // Fills start, end and velocity of the soft bodies' vertices, rate where it is not one over the
+  // step, and zeroes the inverse mass of nodes that something else than velocity and contact moves.
   using Fill = std::function<void(const SoftScene&, Motion&)>;
 
-  explicit Pipeline(const Options& options);
+  // Bullet's rule of this world for the friction between two soft bodies.
+  using Friction = double (*)(double kdf_a, double kdf_b);
+
+  Pipeline(const Options& options, Friction friction);
 
   // A pair from Bullet's dispatcher. False where it is not LazyCCD's, so that Bullet is to process
   // it.
   bool queue_pair(const btSoftBody* a, const btSoftBody* b) noexcept;
+  // A soft body and a rigid one whose contacts are LazyCCD's alone.
+  bool takes(const btSoftBody* body, const btCollisionObject* rigid) const noexcept;
   // To be called before Bullet moves anything, while its marks of changed topology still stand.
   void begin_step(const Bodies& bodies) noexcept;
 
@@ -44,9 +49,11 @@ class Pipeline {
   bool works() const { return works_; }
   const SoftScene& scene() const { return scene_; }
   const Motion& motion() const { return motion_; }
-  bool has_contacts() const { return !contacts_.empty(); }
-  // The response moved this vertex. Only after has_contacts().
+  // The response moved this vertex, or changed its velocity. Only where it responded().
   bool is_moved(std::int32_t vertex) const;
+  bool responded() const { return responded_; }
+  // Gives rigid bodies what the response made of their motion.
+  void write_rigid_bodies() const;
   const std::vector<StepContact>& contacts() const { return contacts_; }
   const StepStats& step() const { return step_; }
 
@@ -59,18 +66,28 @@ class Pipeline {
   Journal& journal() { return journal_; }
 
  private:
-  void gather(const Bodies& bodies, const Fill& fill);
+  PairSurface surface(std::int32_t body_a, std::int32_t body_b) const;
+  void gather(const Bodies& bodies, double seconds, const Fill& fill);
   bool refuse_non_finite();
-  void gather_soft(const Fill& fill);
+  void gather_soft(double seconds, const Fill& fill);
   void gather_obstacles();
+  void read_reach();
+  void set_topology();
+  double largest_thickness() const;
   bool is_anchored(const Contact& contact) const;
+  std::vector<Contact> detect_near();
   std::vector<Contact> detect(const Positions& start, const Positions& end);
+  // Without those that nothing may be done about; of these, the first detection's are noted.
+  std::vector<Contact> answerable(Span<const Contact> contacts);
   void collect_contacts(double seconds);
-  StepContact step_contact(const Contact& contact, double impulse) const;
+  StepContact step_contact(const Contact& contact, const Eigen::Vector3d& impulse) const;
 
   Options options_;
+  Friction friction_;
   Journal journal_;
-  std::unique_ptr<Detector> detector_;
+  std::unique_ptr<Detector> detector_;       // of what touches
+  std::unique_ptr<Detector> near_detector_;  // of what comes within a thickness; null without any
+  double separation_ = 0;                    // of near_detector_, metres
   SoftScene scene_;
   Obstacles obstacles_;
   StepTopology topology_;

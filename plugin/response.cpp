@@ -1,30 +1,34 @@
 #include "response.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "impact_zones.h"
+#include "momentum.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-// After this many detections that held only the nodes in contact, whole bodies are held.
+// After this many detections that held only what was in contact, whole bodies are held.
 constexpr int node_wise_holds = 16;
 
 bool starts_touching(const Contact& contact) { return contact.toi == 0; }
 
 }  // namespace
 
-Response::Response(const Options& options, ContactRows::Thickness thickness)
-    : max_iterations_(options.max_iterations),
-      sweeps_(options.sweeps),
-      max_zones_(options.max_zones),
-      rows_(std::move(thickness), options.recovery) {}
+Response::Response(const Options& options, ContactRows::Surface surface)
+    : options_(options), rows_(std::move(surface), options.recovery) {}
 
-void Response::run(std::vector<Contact> contacts, const Detect& detect_all, Motion& motion,
+void Response::run(const std::vector<Contact>& near, const Detect& detect_all, Motion& motion,
                    StepStats& stats) {
   rows_.clear();
   motion.begin_response();
+  if (options_.max_iterations > 0) {
+    rows_.add(near, motion);
+    rows_.relax(motion, options_.sweeps);
+  }
+  std::vector<Contact> contacts = detect_all(motion.starts(), motion.ends());
 
   // Pairs that touch before anything moves (bodies placed so, the lips of a cut) cannot be cleaned
   // by moving less, and have no side yet. Between bodies the motion tells it: they came from where
@@ -48,53 +52,40 @@ void Response::run(std::vector<Contact> contacts, const Detect& detect_all, Moti
   };
   contacts.erase(std::remove_if(contacts.begin(), contacts.end(), parts_freely), contacts.end());
 
-  for (int i = 0; i < max_iterations_ && !contacts.empty(); ++i) {
-    rows_.merge(contacts, motion);
-    rows_.relax(motion, sweeps_);
+  for (int i = 0; i < options_.max_iterations && !contacts.empty(); ++i) {
+    rows_.add(contacts, motion);
+    rows_.relax(motion, options_.sweeps);
     contacts = detect(motion.starts(), motion.ends());
   }
   contacts.erase(std::remove_if(contacts.begin(), contacts.end(), touches), contacts.end());
-  if (contacts.empty()) return;
-
-  rows_.merge(contacts, motion);
-  ImpactZones zones(motion);
-  for (int i = 0; i < max_zones_ && !contacts.empty(); ++i) {
-    zones.absorb(contacts, motion);
-    contacts = detect(motion.starts(), motion.ends());
+  if (!contacts.empty()) {
+    ImpactZones zones(motion);
+    for (int i = 0; i < options_.max_zones && !contacts.empty(); ++i) {
+      rows_.add(contacts, motion);
+      zones.absorb(contacts, motion);
+      contacts = detect(motion.starts(), motion.ends());
+    }
+    for (int i = 0; !contacts.empty(); ++i) {
+      rows_.add(contacts, motion);
+      if (!zones.hold(contacts, i >= node_wise_holds, motion)) break;
+      contacts = detect(motion.starts(), motion.ends());
+    }
+    stats.zone_nodes += zones.node_count();
+    stats.last_resorts += zones.held_count();
+    stats.unresolved += static_cast<std::int64_t>(contacts.size());
   }
-  stats.zone_nodes += zones.node_count();
-  if (!contacts.empty()) hold_until_clean(std::move(contacts), detect, motion, stats);
+  finish(motion, stats);
 }
 
-void Response::hold_until_clean(std::vector<Contact> contacts, const Detect& detect, Motion& motion,
-                                StepStats& stats) const {
-  std::vector<char> held(motion.size(), 0);
-  for (int i = 0; !contacts.empty(); ++i) {
-    bool more = false;
-    const auto hold = [&](std::int32_t v) {
-      if (held[v] || motion.inverse_mass[v] == 0) return;
-      held[v] = more = true;
-      motion.hold(v);
-    };
-    for (const Contact& contact : contacts) {
-      for (const std::int32_t v : contact.vertices) hold(v);
-    }
-    // Each round holds a node more, so this ends; holding whole bodies makes it end soon.
-    if (i >= node_wise_holds) {
-      for (const Contact& contact : contacts) {
-        for (const std::int32_t body : {contact.body_a, contact.body_b}) {
-          const std::int32_t end = motion.first_vertex[body + 1];
-          for (std::int32_t v = motion.first_vertex[body]; v < end; ++v) hold(v);
-        }
-      }
-    }
-    if (!more) break;
-    contacts = detect(motion.starts(), motion.ends());
+void Response::finish(Motion& motion, StepStats& stats) const {
+  set_velocities(motion);
+  if (options_.restitution > 0) {
+    add_restitution(rows_.rows(), options_.restitution, options_.restitution_threshold, motion);
   }
-  for (std::size_t v = 0; v < motion.size(); ++v) {
-    const auto i = static_cast<std::int32_t>(v);
-    if (held[v] && motion.predicted[v] != motion.start_of(i)) ++stats.last_resorts;
-  }
+  restore_angular_momentum(rows_.rows(), motion);
+  const double before = kinetic_energy_before(motion);
+  const double change = kinetic_energy_after(motion) - before;
+  (change > 0 ? stats.energy_gained : stats.energy_lost) += std::abs(change);
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

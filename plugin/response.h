@@ -17,22 +17,22 @@ class Response {
   // The contacts of the motion from `start` to `end`, without those that nothing may be done about.
   using Detect = std::function<std::vector<Contact>(const Positions& start, const Positions& end)>;
 
-  Response(const Options& options, ContactRows::Thickness thickness);
+  Response(const Options& options, ContactRows::Surface surface);
 
-  // In turn, each until the step is clean: impulses; rigid impact zones; nodes held at the start of
-  // the step, which is clean in the end because nothing moves any more. `contacts` are those of the
-  // motion as it is.
-  void run(std::vector<Contact> contacts, const Detect& detect_all, Motion& motion,
+  // `near` are the pairs that come within their thickness of each other, or touch; `detect_all`
+  // finds those that touch. In turn, each until the step is clean: impulses; rigid impact zones;
+  // zones held at the start of the step, which is clean in the end because nothing moves any more.
+  // Then motion.velocity_change says what velocities are to receive.
+  void run(const std::vector<Contact>& near, const Detect& detect_all, Motion& motion,
            StepStats& stats);
 
-  // Every contact met in the last run(), sorted, each pair once.
+  // Every contact met in the last run(), sorted; a pair may have several rows, beside each other.
   const std::vector<ContactRow>& rows() const { return rows_.rows(); }
 
  private:
-  void hold_until_clean(std::vector<Contact> contacts, const Detect& detect, Motion& motion,
-                        StepStats& stats) const;
+  void finish(Motion& motion, StepStats& stats) const;
 
-  int max_iterations_, sweeps_, max_zones_;
+  Options options_;
   ContactRows rows_;
 };
 

@@ -1,14 +1,23 @@
 #include "lazyccd/bullet/soft_body_solver.h"
 
+#include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
 #include <BulletSoftBody/btSoftBody.h>
+
+#include <algorithm>
 
 #include "pipeline.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
+namespace {
+
+// As btSoftBody's ColliderStatic and CollideVF_SS combine them.
+double friction(double kdf_a, double kdf_b) { return std::max(kdf_a, kdf_b); }
+
+}  // namespace
 
 btLazySoftBodySolver::btLazySoftBodySolver(const Options& options)
-    : pipeline_(std::make_unique<Pipeline>(options)) {}
+    : pipeline_(std::make_unique<Pipeline>(options, friction)) {}
 
 btLazySoftBodySolver::~btLazySoftBodySolver() = default;
 
@@ -32,6 +41,7 @@ void btLazySoftBodySolver::predictMotion(btScalar solverdt) {
 
 void btLazySoftBodySolver::processCollision(btSoftBody* body,
                                             const btCollisionObjectWrapper* other) {
+  if (pipeline_->takes(body, other->getCollisionObject())) return;
   btDefaultSoftBodySolver::processCollision(body, other);
 }
 
@@ -50,11 +60,13 @@ void btLazySoftBodySolver::solveConstraints(btScalar solverdt) {
         motion.start[3 * static_cast<std::size_t>(v) + k] = start[k];
         motion.end[3 * static_cast<std::size_t>(v) + k] = end[k];
       }
+      motion.velocity[v] = to_eigen(scene.node(v).m_v);
+      // The body's own time step: its m_cfg.timescale is in it.
+      motion.rate[v] = static_cast<double>(record.body->m_sst.isdt);
     }
   };
   if (!pipeline_->run(m_softBodySet, static_cast<double>(solverdt), fill)) return;
-  if (!pipeline_->has_contacts()) return;
-  write_back();
+  if (pipeline_->responded()) write_back();
   list_contacts();
 }
 
@@ -71,6 +83,7 @@ void btLazySoftBodySolver::read_starts() {
 }
 
 void btLazySoftBodySolver::write_back() {
+  pipeline_->write_rigid_bodies();
   const SoftScene& scene = pipeline_->scene();
   const Motion& motion = pipeline_->motion();
   for (std::int32_t v = 0; v < scene.vertex_count(); ++v) {
@@ -79,11 +92,7 @@ void btLazySoftBodySolver::write_back() {
     btSoftBody::Node& node = scene.node(v);
     const btScalar* end = &motion.end[3 * static_cast<std::size_t>(v)];
     node.m_x = btVector3(end[0], end[1], end[2]);
-    // The body's own time step: its m_cfg.timescale is in it.
-    const Eigen::Vector3d change =
-        (motion.solved[v] - motion.predicted[v]) * static_cast<double>(body.m_sst.isdt);
-    node.m_v += btVector3(static_cast<btScalar>(change[0]), static_cast<btScalar>(change[1]),
-                          static_cast<btScalar>(change[2]));
+    node.m_v += to_bullet(motion.velocity_change[v]);
     if (!body.isActive()) body.activate(true);
   }
 }

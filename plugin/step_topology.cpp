@@ -23,7 +23,7 @@ bool StepTopology::update(const SoftScene& soft, const Obstacles& obstacles, boo
     for (std::size_t body = soft.bodies().size(); body < bodies_.size(); ++body) {
       const std::size_t count = static_cast<std::size_t>(bodies_[body].vertex_count);
       body_of_vertex_.insert(body_of_vertex_.end(), count, static_cast<std::int32_t>(body));
-      inverse_mass_.insert(inverse_mass_.end(), count, 0.0f);
+      inverse_mass_.insert(inverse_mass_.end(), count, bodies_[body].dynamic ? 1.0f : 0.0f);
     }
   }
   const Topology part = soft.topology();
@@ -54,17 +54,15 @@ bool StepTopology::update(const SoftScene& soft, const Obstacles& obstacles, boo
 void StepTopology::read_bodies(const SoftScene& soft, const Obstacles& obstacles) {
   bodies_.clear();
   for (const SoftScene::BodyRecord& record : soft.bodies()) {
-    bodies_.push_back({record.body, record.body, -1, record.first_vertex, record.vertex_count,
-                       static_cast<double>(record.margin),
-                       static_cast<double>(record.body->m_cfg.kDF), record.responds});
+    bodies_.push_back({record.body, record.body, -1, false, record.first_vertex,
+                       record.vertex_count, static_cast<double>(record.margin), record.responds});
   }
   for (std::size_t i = 0; i < obstacles.records().size(); ++i) {
     const Obstacles::Record& record = obstacles.records()[i];
     if (record.vertex_count == 0) continue;
-    bodies_.push_back({record.object, nullptr, static_cast<int>(i),
+    bodies_.push_back({record.object, nullptr, static_cast<int>(i), record.dynamic,
                        soft.vertex_count() + record.first_vertex, record.vertex_count,
-                       static_cast<double>(record.shape->getMargin()),
-                       static_cast<double>(record.object->getFriction()), true});
+                       margin_of_triangles(*record.shape), true});
   }
 }
 
@@ -78,6 +76,13 @@ std::vector<BodyPair> StepTopology::disabled_pairs(const SoftScene& soft) const 
           !may_collide(*bodies_[a].soft, *bodies_[b].object)) {
         pairs.push_back({static_cast<std::int32_t>(a), static_cast<std::int32_t>(b)});
       }
+    }
+  }
+  // Rigid bodies among themselves are Bullet's.
+  for (std::size_t a = soft_bodies; a < bodies_.size(); ++a) {
+    for (std::size_t b = a + 1; b < bodies_.size(); ++b) {
+      if (!bodies_[a].dynamic && !bodies_[b].dynamic) continue;
+      pairs.push_back({static_cast<std::int32_t>(a), static_cast<std::int32_t>(b)});
     }
   }
   return pairs;

@@ -18,10 +18,10 @@ class StepTopology {
     btCollisionObject* object;
     btSoftBody* soft;  // null for an obstacle
     int obstacle;      // index in Obstacles::records(), or -1
+    bool dynamic;      // an obstacle that gives way
     std::int32_t first_vertex, vertex_count;
-    double margin;    // metres
-    double friction;  // Bullet's coefficient of this body alone
-    bool responds;    // false: contacts are reported and nothing is moved
+    double margin;  // metres
+    bool responds;  // false: contacts are reported and nothing is moved
   };
 
   // True where the detector has to be told.
@@ -31,6 +31,7 @@ class StepTopology {
   const std::vector<BodyRecord>& bodies() const { return bodies_; }
   std::int32_t vertex_count() const { return static_cast<std::int32_t>(body_of_vertex_.size()); }
   std::int32_t soft_count() const { return soft_count_; }  // of vertices
+  std::int32_t body_of(std::int32_t vertex) const { return body_of_vertex_[vertex]; }
   bool is_soft(std::int32_t vertex) const { return vertex < soft_count_; }
 
  private:

@@ -198,6 +198,20 @@ bool tessellate(const btCollisionShape& shape, const btTransform& pose, const Ax
   return true;
 }
 
+double margin_of_triangles(const btCollisionShape& shape) {
+  if (!shape.isCompound()) {
+    const bool without_margin =
+        shape.isConcave() || (shape.isPolyhedral() && shape.getShapeType() != BOX_SHAPE_PROXYTYPE);
+    return without_margin ? static_cast<double>(shape.getMargin()) : 0;
+  }
+  const auto& compound = static_cast<const btCompoundShape&>(shape);
+  double largest = 0;
+  for (int i = 0; i < compound.getNumChildShapes(); ++i) {
+    largest = std::max(largest, margin_of_triangles(*compound.getChildShape(i)));
+  }
+  return largest;
+}
+
 bool is_cut_to_region(const btCollisionShape& shape) {
   if (!shape.isCompound()) return shape.isConcave();
   const auto& compound = static_cast<const btCompoundShape&>(shape);

@@ -50,6 +50,9 @@ struct Triangles {
 bool tessellate(const btCollisionShape& shape, const btTransform& pose, const AxisBox& region,
                 Triangles& triangles);
 
+// Metres between those triangles and the surface at which Bullet's own contacts act.
+double margin_of_triangles(const btCollisionShape& shape);
+
 // The triangles depend on the region.
 bool is_cut_to_region(const btCollisionShape& shape);
 

@@ -65,7 +65,9 @@ TEST_CASE("a contact of very different masses gets impulses that sum to nothing"
   motion.end = motion.start;
   motion.end[1] = -3;
   motion.inverse_mass = {1e3, 1e-3, 1, 20};
+  motion.reach = {1, 1, 1, 1};
   motion.first_vertex = {0, 4};
+  motion.rigid_of_body = {-1};
   if (kind == ContactKind::edge_edge) {
     motion.start = {-1, 1, 0, 1, 1, 0, 0, 0, -1, 0, 0, 1};
     motion.end = motion.start;
@@ -77,8 +79,12 @@ TEST_CASE("a contact of very different masses gets impulses that sum to nothing"
   contact.vertices = {0, 1, 2, 3};
   contact.u = contact.v = 0.3f;
   contact.normal = {0, 1, 0};
-  bullet::ContactRows rows([](std::int32_t, std::int32_t) { return 0.1; }, 0.05);
-  rows.merge({contact}, motion);
+  bullet::ContactRows rows(
+      [](std::int32_t, std::int32_t) {
+        return bullet::PairSurface{0.1, 0};
+      },
+      0.05);
+  rows.add({contact}, motion);
   rows.relax(motion, 10);
 
   Eigen::Vector3d impulse = Eigen::Vector3d::Zero();
@@ -101,6 +107,7 @@ TEST_CASE("a zone turns as a whole and keeps both momenta") {
   motion.end = {0, 0, 0, 1, btScalar(0.2), 0, 1, 1, 0, 0, 1, btScalar(0.1)};
   motion.inverse_mass = {1, 2, 1, 0.5};
   motion.first_vertex = {0, 4};
+  motion.rigid_of_body = {-1};
   motion.begin_response();
   Contact contact = {};
   contact.vertices = {0, 1, 2, 3};

@@ -52,7 +52,7 @@ class btLazyDeformableBodySolver : public btDeformableBodySolver, public PairQue
  private:
   void silence_bullet();
   void restore_bullet();
-  void write_velocities(btScalar time_step);
+  void write_velocities();
   void write_positions();
   void list_contacts();
 

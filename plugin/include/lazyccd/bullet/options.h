@@ -23,13 +23,23 @@ struct Options {
   // The gap in metres that a contact leaves between two surfaces where there was as much before it.
   // Negative: the sum of the two bodies' collision margins, as Bullet does.
   double thickness = -1;
-  // A contact that found a smaller gap than this part of the thickness opens it that far, by moving
-  // nodes without giving them velocity.
+  // A contact whose gap is narrower than the thickness opens it by this part of the thickness each
+  // step, by moving nodes without giving them velocity.
   double recovery = 0.05;
+  // Of contacts that meet at `restitution_threshold` m/s or faster, from 0 (they stay together)
+  // to 1.
+  double restitution = 0;
+  double restitution_threshold = 0.2;
+  // Coulomb's friction with the bodies' own coefficients; false: none.
+  bool friction = true;
 
   // Rigid bodies take part: meshes, terrains and planes, and convex shapes as the polyhedra of their
-  // surfaces. Bullet's own contacts go on beside it. False: they are Bullet's alone.
+  // surfaces, where Bullet's own contacts go on beside it. False: they are Bullet's alone.
   bool rigid_obstacles = true;
+  // Contacts with meshes, terrains and planes are LazyCCD's alone: bodies rest on their triangles at
+  // the sum of the margins. Bullet makes a prism of each triangle, 6 cm to both sides, that holds
+  // slow bodies only. False: both act.
+  bool mesh_contacts = true;
 
   int max_iterations = 20;  // detections a step that are answered with impulses
   int sweeps = 24;          // Gauss-Seidel sweeps over the contacts after each of them

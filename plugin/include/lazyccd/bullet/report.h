@@ -20,9 +20,15 @@ struct StepStats {
   std::int64_t contacts_vf = 0;  // different pairs of primitives in contact
   std::int64_t contacts_ee = 0;
   std::int64_t zone_nodes = 0;    // nodes that had to move rigidly with an impact zone
-  std::int64_t last_resorts = 0;  // nodes held where they were at the start of the step
+  std::int64_t last_resorts = 0;  // nodes and rigid bodies held where the step began
+  // Contacts that even those could not end: what is caught between two bodies of infinite mass that
+  // close in on each other, or between a moving one and a pinned node.
+  std::int64_t unresolved = 0;
   std::int64_t touching = 0;      // pairs in contact that touched before the step began
   std::int64_t missed_steps = 0;  // steps that went on without LazyCCD (see status())
+  // Joules by which the response raised and lowered the kinetic energy of soft and dynamic rigid
+  // bodies, each step's change counted on its side.
+  double energy_gained = 0, energy_lost = 0;
   double ms_gather = 0, ms_detect = 0, ms_response = 0;
 
   StepStats& operator+=(const StepStats& s);
@@ -38,7 +44,8 @@ struct StepContact {
   std::array<double, 4> weights;           // as Contact::weights()
   btVector3 normal;                        // as Contact::normal
   double toi;                              // as Contact::toi
-  double impulse;                          // N s, along the normal
+  double impulse;                          // N s, along the normal: what a received from b
+  btVector3 friction_impulse;              // N s, across it
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

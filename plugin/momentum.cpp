@@ -1,0 +1,183 @@
+#include "momentum.h"
+
+#include <algorithm>
+#include <map>
+#include <numeric>
+
+#include "rotation.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+double mass_of(const RigidMotion& body) { return 1 / body.inverse_mass.maxCoeff(); }
+
+// Zero where the body does not turn.
+Matrix3d inertia_of(const RigidMotion& body) {
+  const Matrix3d inertia = body.inverse_inertia.inverse();
+  return inertia.allFinite() ? inertia : Matrix3d::Zero();
+}
+
+template <class Velocity, class Spin>
+double kinetic_energy(const Motion& motion, const Velocity& velocity, const Spin& spin) {
+  double twice = 0;
+  for (std::int32_t v = 0; v < motion.soft_count(); ++v) {
+    if (motion.inverse_mass[v] > 0)
+      twice += velocity(motion.velocity[v], motion.velocity_change[v]).squaredNorm() /
+               motion.inverse_mass[v];
+  }
+  for (const RigidMotion& body : motion.rigid) {
+    if (!body.is_dynamic()) continue;
+    const Vector3d turning = spin(body.spin, body.spin_change);
+    twice += velocity(body.velocity, body.velocity_change).squaredNorm() * mass_of(body);
+    twice += turning.dot(inertia_of(body) * turning);
+  }
+  return 0.5 * twice;
+}
+
+// The bodies of one island of contacts, with what its momentum is made of.
+struct Island {
+  std::vector<std::int32_t> bodies;
+  bool free = true;
+};
+
+std::vector<Island> find_islands(const std::vector<ContactRow>& rows, const Motion& motion) {
+  std::vector<std::int32_t> parent(motion.rigid_of_body.size());
+  std::iota(parent.begin(), parent.end(), 0);
+  const auto find = [&](std::int32_t i) {
+    while (parent[i] != i) i = parent[i] = parent[parent[i]];
+    return i;
+  };
+  std::vector<char> in_contact(parent.size(), 0);
+  for (const ContactRow& row : rows) {
+    in_contact[row.contact.body_a] = in_contact[row.contact.body_b] = 1;
+    parent[find(row.contact.body_a)] = find(row.contact.body_b);
+  }
+  std::map<std::int32_t, Island> islands;
+  for (std::int32_t body = 0; body < static_cast<std::int32_t>(parent.size()); ++body) {
+    if (!in_contact[body]) continue;
+    Island& island = islands[find(body)];
+    island.bodies.push_back(body);
+    const int rigid = motion.rigid_of_body[body];
+    if (rigid >= 0) {
+      island.free = island.free && motion.rigid[rigid].is_dynamic();
+    } else {
+      const auto first = motion.inverse_mass.begin() + motion.first_vertex[body];
+      const auto last = motion.inverse_mass.begin() + motion.first_vertex[body + 1];
+      island.free = island.free && std::find(first, last, 0.0) == last;
+    }
+  }
+  std::vector<Island> result;
+  for (const auto& island : islands) result.push_back(island.second);
+  return result;
+}
+
+// Calls each(mass, place, predicted place, velocity, velocity change, rigid body or null).
+template <class Each>
+void for_each_mass(const Island& island, Motion& motion, const Each& each) {
+  for (const std::int32_t b : island.bodies) {
+    if (motion.rigid_of_body[b] >= 0) {
+      RigidMotion& body = motion.rigid[motion.rigid_of_body[b]];
+      each(mass_of(body), to_eigen(body.end.getOrigin()), to_eigen(body.predicted.getOrigin()),
+           body.velocity, body.velocity_change, &body);
+      continue;
+    }
+    for (std::int32_t v = motion.first_vertex[b]; v < motion.first_vertex[b + 1]; ++v) {
+      each(1 / motion.inverse_mass[v], motion.end_of(v), motion.predicted[v], motion.velocity[v],
+           motion.velocity_change[v], static_cast<RigidMotion*>(nullptr));
+    }
+  }
+}
+
+}  // namespace
+
+double kinetic_energy_before(const Motion& motion) {
+  const auto old = [](const Vector3d& v, const Vector3d&) -> const Vector3d& { return v; };
+  return kinetic_energy(motion, old, old);
+}
+
+double kinetic_energy_after(const Motion& motion) {
+  const auto sum = [](const Vector3d& v, const Vector3d& change) -> Vector3d { return v + change; };
+  return kinetic_energy(motion, sum, sum);
+}
+
+void set_velocities(Motion& motion) {
+  motion.velocity_change.resize(motion.solved.size());
+  for (std::size_t v = 0; v < motion.solved.size(); ++v) {
+    motion.velocity_change[v] = (motion.solved[v] - motion.predicted[v]) * motion.rate[v];
+  }
+  for (RigidMotion& body : motion.rigid) {
+    body.velocity_change = body.shift / motion.seconds;
+    body.spin_change = body.turn / motion.seconds;
+  }
+}
+
+void add_restitution(const std::vector<ContactRow>& rows, double restitution, double threshold,
+                     Motion& motion) {
+  std::vector<Vector3d> bounce(motion.solved.size(), Vector3d::Zero());
+  std::vector<Vector3d> shift(motion.rigid.size(), Vector3d::Zero()), turn = shift;
+  for (const ContactRow& row : rows) {
+    if (row.approach < threshold * motion.seconds) continue;
+    const Vector3d impulse = restitution * row.impulse * row.normal;
+    for (int i = 0; i < 4; ++i) {
+      const std::int32_t v = row.contact.vertices[i];
+      if (motion.is_soft(v)) bounce[v] += row.weights[i] * motion.inverse_mass[v] * impulse;
+    }
+    if (row.rigid < 0) continue;
+    const RigidMotion& body = motion.rigid[row.rigid];
+    shift[row.rigid] += row.rigid_weight * body.inverse_mass.cwiseProduct(impulse);
+    turn[row.rigid] += body.inverse_inertia * row.arm.cross(impulse);
+  }
+  const auto add = [&](double part) {
+    for (std::size_t v = 0; v < bounce.size(); ++v)
+      motion.velocity_change[v] += part * motion.rate[v] * bounce[v];
+    for (std::size_t b = 0; b < shift.size(); ++b) {
+      motion.rigid[b].velocity_change += part / motion.seconds * shift[b];
+      motion.rigid[b].spin_change += part / motion.seconds * turn[b];
+    }
+  };
+  const double before = kinetic_energy_before(motion);
+  double part = 1;
+  add(part);
+  for (int i = 0; i < 10 && kinetic_energy_after(motion) > before; ++i) {
+    add(-0.5 * part);
+    part *= 0.5;
+  }
+}
+
+void restore_angular_momentum(const std::vector<ContactRow>& rows, Motion& motion) {
+  for (const Island& island : find_islands(rows, motion)) {
+    if (!island.free) continue;
+    double mass = 0;
+    Vector3d centre = Vector3d::Zero(), lost = Vector3d::Zero();
+    for_each_mass(island, motion,
+                  [&](double m, const Vector3d& place, const Vector3d& predicted,
+                      const Vector3d& velocity, const Vector3d& change, const RigidMotion* body) {
+                    mass += m;
+                    centre += m * place;
+                    lost += m * (predicted - place).cross(velocity) - m * place.cross(change);
+                    if (body) lost -= inertia_of(*body) * body->spin_change;
+                  });
+    centre /= mass;
+    Matrix3d inertia = Matrix3d::Zero();
+    for_each_mass(island, motion,
+                  [&](double m, const Vector3d& place, const Vector3d&, const Vector3d&,
+                      const Vector3d&, const RigidMotion* body) {
+                    add_inertia(m, place - centre, inertia);
+                    if (body) inertia += inertia_of(*body);
+                  });
+    const Vector3d spin = turn_of(inertia, lost);
+    for_each_mass(island, motion,
+                  [&](double, const Vector3d& place, const Vector3d&, const Vector3d&,
+                      Vector3d& change, RigidMotion* body) {
+                    change += spin.cross(place - centre);
+                    if (body) body->spin_change += spin;
+                  });
+  }
+}
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet

@@ -1,0 +1,33 @@
+// Velocities after the response: from displacements, with restitution, and with the angular
+// momentum that there was.
+#pragma once
+
+#include <vector>
+
+#include "contact_rows.h"
+#include "motion.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+
+// Joules: of all soft vertices and dynamic rigid bodies, with Bullet's velocities or with what the
+// response makes of them.
+double kinetic_energy_before(const Motion& motion);
+double kinetic_energy_after(const Motion& motion);
+
+// Velocities as the solved displacements have them.
+void set_velocities(Motion& motion);
+
+// Poisson's restitution, in velocities alone: the parts fly apart with `restitution` times the
+// impulse that stopped them, in the next step. Contacts that met slower than `threshold` m/s stay
+// together. Given up to the part that keeps the kinetic energy below what it was.
+void add_restitution(const std::vector<ContactRow>& rows, double restitution, double threshold,
+                     Motion& motion);
+
+// A step applies its impulses at the places of its start, not at those of the impacts, and gaps are
+// opened without velocity; both change angular momentum a little. What is in contact and free (no
+// pinned node, no static or kinematic body) gets the rigid rotation that restores it.
+void restore_angular_momentum(const std::vector<ContactRow>& rows, Motion& motion);
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet

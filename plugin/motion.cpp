@@ -1,0 +1,54 @@
+#include "motion.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+namespace {
+
+void write_vertices(const RigidMotion& body, const btTransform& pose,
+                    std::vector<btScalar>& positions) {
+  btScalar* p = &positions[3 * static_cast<std::size_t>(body.first_vertex)];
+  for (std::int32_t i = 0; i < body.vertex_count; ++i) {
+    const btVector3 x = pose * body.local[i];
+    for (int k = 0; k < 3; ++k) *p++ = x[k];
+  }
+}
+
+}  // namespace
+
+void Motion::begin_response() {
+  predicted.resize(size());
+  for (std::size_t i = 0; i < size(); ++i) predicted[i] = end_of(static_cast<std::int32_t>(i));
+  solved.assign(predicted.begin(), predicted.begin() + soft_count());
+  opening.assign(solved.size(), Eigen::Vector3d::Zero());
+  for (RigidMotion& body : rigid) {
+    body.shift = body.turn = body.opening_shift = body.opening_turn = Eigen::Vector3d::Zero();
+  }
+}
+
+void Motion::round_end(std::int32_t i) {
+  const Eigen::Vector3d x = solved[i] + opening[i];
+  for (int k = 0; k < 3; ++k)
+    end[3 * static_cast<std::size_t>(i) + k] = static_cast<btScalar>(x[k]);
+}
+
+void Motion::place(RigidMotion& body) {
+  const Eigen::Vector3d turn = body.turn + body.opening_turn;
+  const double angle = turn.norm();
+  btTransform pose = body.predicted;
+  if (angle > 0) {
+    const btQuaternion rotation(to_bullet(turn / angle), static_cast<btScalar>(angle));
+    pose.setBasis(btMatrix3x3(rotation) * body.predicted.getBasis());
+  }
+  pose.getOrigin() += to_bullet(body.shift + body.opening_shift);
+  put(body, pose);
+}
+
+void Motion::put(RigidMotion& body, const btTransform& pose) {
+  body.end = pose;
+  write_vertices(body, pose, end);
+}
+
+void Motion::place_start(const RigidMotion& body) { write_vertices(body, body.start, start); }
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet

@@ -1,0 +1,52 @@
+// Rotations as matrices and as vectors (axis times angle, radians).
+#pragma once
+
+#include <LinearMath/btMatrix3x3.h>
+
+#include <Eigen/Dense>
+#include <Eigen/Geometry>
+
+#include "lazyccd/bullet/precision.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+
+inline Eigen::Matrix3d to_eigen(const btMatrix3x3& m) {
+  Eigen::Matrix3d result;
+  for (int i = 0; i < 3; ++i) {
+    for (int k = 0; k < 3; ++k) result(i, k) = static_cast<double>(m[i][k]);
+  }
+  return result;
+}
+
+inline Eigen::Matrix3d rotation_by(const Eigen::Vector3d& turn) {
+  const double angle = turn.norm();
+  if (angle == 0) return Eigen::Matrix3d::Identity();
+  return Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix();
+}
+
+inline Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& rotation) {
+  const Eigen::AngleAxisd turn(rotation);
+  return turn.angle() * turn.axis();
+}
+
+// Adds the moment of inertia about the origin of a mass at `arm`.
+inline void add_inertia(double mass, const Eigen::Vector3d& arm, Eigen::Matrix3d& inertia) {
+  inertia += mass * (arm.squaredNorm() * Eigen::Matrix3d::Identity() - arm * arm.transpose());
+}
+
+// The turn (or spin) of that angular momentum; none about an axis without inertia.
+inline Eigen::Vector3d turn_of(const Eigen::Matrix3d& inertia, const Eigen::Vector3d& momentum) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(inertia);
+  const double smallest = 1e-9 * axes.eigenvalues()[2];
+  Eigen::Vector3d result = Eigen::Vector3d::Zero();
+  for (int k = 0; k < 3; ++k) {
+    if (axes.eigenvalues()[k] <= smallest) continue;
+    const Eigen::Vector3d axis = axes.eigenvectors().col(k);
+    result += axis.dot(momentum) / axes.eigenvalues()[k] * axis;
+  }
+  return result;
+}
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet
