@@ -18,11 +18,11 @@ packages_of() {
       echo 'cmake: the build, at least 3.24'
       echo 'ninja-build: the build'
       echo 'libboost-dev: Multiprecision headers, for the exact stage of the narrow phase'
+      echo 'libeigen3-dev: principal axes of oriented boxes; small dense systems in the adapter'
       ;;
     bullet)
       echo 'pkg-config: finds Bullet'
       echo 'libbullet-dev: Bullet in both precisions'
-      echo 'libeigen3-dev: small dense systems in the adapter'
       ;;
     programs)
       echo 'libcli11-dev: command lines'

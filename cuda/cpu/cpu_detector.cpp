@@ -64,7 +64,8 @@ struct alignas(128) CpuDetector::Worker : CandidateSink {
   std::vector<Survivor> survivors = std::vector<Survivor>(CandidateQueue::capacity);
   std::vector<Contact> contacts;
   std::vector<NodePair> front;
-  std::int64_t group_pairs = 0, ended = 0, flat = 0, never_coplanar = 0, refined = 0, exact = 0;
+  std::int64_t group_pairs = 0, ended = 0, culled = 0, flat = 0, never_coplanar = 0, refined = 0,
+               exact = 0;
   const OrphanSets* dropped = nullptr;  // candidates that are tested elsewhere
   std::int64_t candidates[2] = {}, survived[2] = {}, found[2] = {};
   std::uint64_t hash = 0;
@@ -80,7 +81,7 @@ struct alignas(128) CpuDetector::Worker : CandidateSink {
     front.clear();
     if (scene.never_coplanar) scene.never_coplanar = &never_coplanar;
     dropped = detector.options_.culling.orphan_sets ? &detector.orphans_ : nullptr;
-    group_pairs = ended = flat = never_coplanar = refined = exact = 0;
+    group_pairs = ended = culled = flat = never_coplanar = refined = exact = 0;
     hash = 0;
     ms_narrow = ms_busy = 0;
     for (int kind = 0; kind < 2; ++kind)
@@ -190,6 +191,7 @@ CpuDetector::CpuDetector(const Options& options, const LeafKernels& kernels)
       pool_(options.threads),
       traversal_(pool_, options.strategy, options.tuning),
       groups_(separation_margin(options.separation)),
+      volume_(make_node_volume(options.volume, separation_margin(options.separation))),
       front_policy_(options.front_period, options.front_ratio) {
   // What cannot touch can still come near.
   if (options.separation > 0) options_.culling.normal_cones = options_.culling.orphan_sets = false;
@@ -221,6 +223,7 @@ void CpuDetector::update_hierarchy(Stats& stats) {
     front_policy_.forget();
     if (options_.culling.normal_cones) cones_.build(*mesh_, groups_, tree_);
   }
+  if (volume_) volume_->refit(groups_, tree_, records_, pool_);
   if (options_.culling.normal_cones) cones_.refit(*mesh_, tree_, records_, pool_);
   stats.rebuilt = build;
 }
@@ -264,6 +267,7 @@ void CpuDetector::finish_workers() {
 void CpuDetector::balanced_traversal(Stats& stats) {
   const TreeNode* nodes = tree_.nodes().data();
   const bool keep = options_.front == FrontUse::on, cones = options_.culling.normal_cones;
+  const NodeVolume* volume = volume_.get();
   stats.front_reused = keep && front_policy_.reuse();
   const NodePair root{0, 0};
   const NodePair* initial = stats.front_reused ? front_.data() : &root;
@@ -279,7 +283,11 @@ void CpuDetector::balanced_traversal(Stats& stats) {
           if (keep) worker.front.push_back(pair);
           return;
         }
-        const PairVisit v = visit(pair, nodes[pair.a], nodes[pair.b]);
+        PairVisit v = visit(pair, nodes[pair.a], nodes[pair.b]);
+        if (volume && v.near && pair.a != pair.b && volume->apart(pair.a, pair.b)) {
+          ++worker.culled;
+          v = {false, 0, {}};
+        }
         for (int i = 0; i < v.children; ++i) emit(v.child[i]);
         if (v.children != 0) return;
         ++worker.ended;
@@ -352,6 +360,10 @@ void CpuDetector::query_each_group(Stats& stats) {
         const TreeNode& n = nodes[other];
         ++tested;
         if (!overlap(q, n)) continue;
+        if (volume_ && self != other && volume_->apart(self, other)) {
+          ++worker.culled;
+          continue;
+        }
         if (!n.leaf()) {
           stack.push_back(static_cast<std::uint32_t>(n.right));
           stack.push_back(static_cast<std::uint32_t>(n.left));
@@ -392,6 +404,7 @@ Span<const Contact> CpuDetector::detect(const Positions& start, const Positions&
     parts.push_back(&w->contacts);
     stats.front_nodes += w->ended;
     stats.group_pairs += w->group_pairs;
+    stats.volume_culled += w->culled;
     stats.flat_nodes += w->flat;
     stats.never_coplanar += w->never_coplanar;
     stats.candidates_vf += w->candidates[0];

@@ -9,6 +9,7 @@
 #include "cpu/contact_sort.h"
 #include "cpu/groups.h"
 #include "cpu/leaf.h"
+#include "cpu/node_volume.h"
 #include "cpu/normal_cones.h"
 #include "cpu/orphan_sets.h"
 #include "cpu/thread_pool.h"
@@ -53,6 +54,7 @@ class CpuDetector : public BackendDetector {
   std::vector<VertexRecord> records_;
   Groups groups_;
   Tree tree_;
+  std::unique_ptr<NodeVolume> volume_;
   NormalCones cones_;
   OrphanSets orphans_;
   std::unique_ptr<ContactSort> sort_;

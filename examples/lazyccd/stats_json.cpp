@@ -28,6 +28,7 @@ nlohmann::ordered_json to_json(const Stats& stats) {
        {{"tree_tests", stats.tree_tests},
         {"front_start", stats.front_start},
         {"front_nodes", stats.front_nodes},
+        {"volume_culled", stats.volume_culled},
         {"group_pairs", stats.group_pairs},
         {"flat_nodes", stats.flat_nodes},
         {"candidates_vf", stats.candidates_vf},

@@ -166,7 +166,7 @@ TEST_CASE("culling gives the same contacts with every strategy and from a front"
 TEST_CASE("every combination of culling gives the same contacts on real frames") {
   const auto data = data_dir();
   if (!data) return;
-  for (const char* scene : {"cloth-funnel", "cloth-ball"}) {
+  for (const char* scene : {"cloth-funnel"}) {
     const io::Mesh start = read_frame_pair(*data, scene).start,
                    end = read_frame_pair(*data, scene).end;
     std::set<std::uint64_t> hashes;

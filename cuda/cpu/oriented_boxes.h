@@ -1,0 +1,45 @@
+// Oriented boxes along the principal axes of the vertices below (Gottschalk et al. 1996), over both
+// ends of the step.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "cpu/node_volume.h"
+
+namespace lazyccd {
+
+class OrientedBoxes : public NodeVolume {
+ public:
+  explicit OrientedBoxes(double margin) : margin_(margin) {}
+
+  void refit(const Groups& groups, const Tree& tree, const std::vector<VertexRecord>& vertices,
+             ThreadPool& pool) override;
+  bool apart(std::uint32_t a, std::uint32_t b) const override;
+  std::size_t bytes() const override;
+
+ private:
+  // The points centre + sum of s_i axis_i with |s_i| <= half_i. Axes are orthonormal up to
+  // rounding.
+  struct Box {
+    double centre[3], axis[3][3], half[3];
+  };
+  // Of the positions below a node, for the covariance.
+  struct Moments {
+    double count, sum[3], product[6];  // xx xy xz yy yz zz
+
+    void add(const double* x);
+    void add(const Moments& other);
+  };
+
+  void fit_leaf(const Groups& groups, const Group& group, const std::vector<VertexRecord>& vertices,
+                std::size_t node);
+  void fit_parent(const TreeNode& node, std::size_t index);
+
+  double margin_;
+  std::vector<Moments> moments_;
+  std::vector<Box> boxes_;
+};
+
+}  // namespace lazyccd
