@@ -15,6 +15,13 @@ from concurrent.futures import ThreadPoolExecutor, as_completed
 from itertools import product
 from pathlib import Path
 
+import matplotlib
+
+matplotlib.use("Agg")
+import matplotlib.pyplot as plt  # noqa: E402  (after the choice of backend)
+from matplotlib.collections import PolyCollection  # noqa: E402
+from matplotlib.patches import Patch  # noqa: E402
+
 PROGRAMS = {"float": "lazyccd", "double": "lazyccd_double"}
 WORLDS = ["rigid", "deformable"]
 DETECTORS = ["bullet", "lazyccd"]
@@ -22,21 +29,27 @@ STEPS = ["0.016666666666666666", "0.008333333333333333", "0.004166666666666667"]
 
 # Scene: speeds in m/s, time steps in s, margins in m, sizes (nodes along a side, times the scene's).
 FULL = {
-    "cloth-on-cloth": (["2", "10", "30"], STEPS, ["0.001", "0.01", "0.04"], ["0.5", "1"]),
+    "cloth-on-cloth": (["2", "10", "30", "100"], STEPS, ["0.001", "0.01", "0.04"], ["0.5", "1"]),
     "small-triangles": (["0.4", "2", "10"], STEPS, ["0.0005", "0.002", "0.008"], ["0.5", "1"]),
     "fold": (["1", "5", "20"], STEPS, ["0.001", "0.01", "0.04"], ["1"]),
-    "edge-on-edge": (["1", "5", "50"], STEPS, ["0.001", "0.01", "0.1"], ["1"]),
-    "eight-cloths": (["0", "5"], STEPS[::2], ["0.002", "0.01"], ["0.5", "1"]),
+    "edge-on-edge": (["1", "5", "50"], STEPS, ["0.001", "0.01", "0.05"], ["1"]),
+    "crossing-ropes": (["1", "5", "30"], STEPS, ["0.001", "0.01"], ["0.5", "1"]),
+    "cloth-on-mesh": (["2", "10", "30"], STEPS, ["0.002", "0.01"], ["0.5"]),
+    "cloth-on-plate": (["2", "10", "30"], STEPS, ["0.002", "0.01"], ["0.5", "1"]),
+    "ball-on-spikes": (["1", "3", "10"], STEPS, ["0.002", "0.01"], ["0.5"]),
+    "n-body": (["1", "3", "10"], STEPS, ["0.002", "0.01"], ["0.5"]),
+    "eight-cloths": (["0", "5"], STEPS[::2], ["0.002", "0.01"], ["0.5"]),
 }
 QUICK = {
     "cloth-on-cloth": (["2", "30"], STEPS[::2], ["0.01"], ["0.5"]),
     "fold": (["5"], STEPS[::2], ["0.01"], ["1"]),
-    "edge-on-edge": (["5"], STEPS[::2], ["0.01", "0.1"], ["1"]),
+    "edge-on-edge": (["5"], STEPS[::2], ["0.01", "0.05"], ["1"]),
+    "cloth-on-plate": (["10"], STEPS[::2], ["0.01"], ["0.5"]),
 }
 POINT = ["scene", "world", "precision", "detector", "speed", "dt", "margin", "size"]
 FOUND = ["outcome", "steps", "piercings_at_start", "crossings", "piercings", "wrong_side",
          "energy_gain", "response_gain", "end_speed", "zone_nodes", "last_resorts", "ms_step"]
-LIMIT = 120  # s a run
+LIMIT = 60  # s a run
 
 
 def points(axes):
@@ -68,7 +81,7 @@ def measure(programs, point):
         steps=run["steps"], piercings_at_start=run["piercings_at_start"],
         crossings=sum(run["pass_throughs"].values()), piercings=run["piercings"],
         wrong_side=run["nodes_on_wrong_side"] or 0,
-        energy_gain=f"{(energy['highest'] - start) / start:.4g}" if run["finite"] else "",
+        energy_gain=f"{(energy['highest'] - start) / start:.4g}",
         response_gain=f"{run.get('response_energy_J', {}).get('gained', 0) / start:.4g}",
         end_speed=f"{run['end_speed_m_s']['largest']:.4g}", zone_nodes=run["zone_nodes"],
         last_resorts=run["last_resorts"], ms_step=f"{run['ms_per_step']['total']:.4g}")
@@ -101,6 +114,115 @@ def measure_all(programs, path, todo, jobs):
         print(file=sys.stderr)
 
 
+# What a point is, worst first: name, colour (told apart in grey too), and what it means.
+VERDICTS = [
+    ("dies", "#000000", "not finite, or the run died or hung"),
+    ("through", "#c1272d", "passes through or pierces"),
+    ("energy", "#f28e2b", "energy rises by more than 5 %"),
+    ("held", "#a6c8e0", "clean; the fail-safe held nodes"),
+    ("clean", "#dcefe0", "clean"),
+    ("unclean", "#ffffff", "starts with piercings: not counted"),
+]
+ENERGY_LIMIT = 0.05  # of the energy at the start; the integrators of Bullet have their share in it
+
+
+def verdict(row):
+    if row["outcome"] != "ran":
+        return "dies"
+    if int(row["piercings_at_start"]):
+        return "unclean"
+    if int(row["crossings"]) or int(row["piercings"]) or int(row["wrong_side"]):
+        return "through"
+    if float(row["energy_gain"]) > ENERGY_LIMIT:
+        return "energy"
+    return "held" if int(row["last_resorts"]) else "clean"
+
+
+def counts(rows):
+    found = [verdict(row) for row in rows]
+    return {name: found.count(name) for name, _, _ in VERDICTS}
+
+
+def print_table(rows):
+    print(f"{'':<16}{'world':<12}{'precision':<11}" +
+          "".join(f"{name:>9}" for name, _, _ in VERDICTS))
+    for detector, world, precision in product(DETECTORS, WORLDS, PROGRAMS):
+        these = [row for row in rows if (row["detector"], row["world"], row["precision"]) ==
+                 (detector, world, precision)]
+        print(f"{TITLES[detector]:<16}{world:<12}{precision:<11}" +
+              "".join(f"{n:>9}" for n in counts(these).values()))
+
+
+TITLES = {"bullet": "Bullet alone", "lazyccd": "with LazyCCD"}
+
+
+def draw_panel(axes, rows, speeds, steps, margins, sizes):
+    """A cell a point, float above the diagonal and double below it."""
+    colours = {name: colour for name, colour, _ in VERDICTS}
+    corners, shades = [], []
+    for row in rows:
+        x = speeds.index(row["speed"]) * len(margins) + margins.index(row["margin"])
+        y = steps.index(row["dt"]) * len(sizes) + sizes.index(row["size"])
+        far = (x, y + 1) if row["precision"] == "float" else (x + 1, y)
+        corners.append([(x, y), (x + 1, y + 1), far])
+        shades.append(colours[verdict(row)])
+    axes.add_collection(PolyCollection(corners, facecolors=shades, edgecolors="none"))
+    across, up = len(speeds) * len(margins), len(steps) * len(sizes)
+    axes.set_xlim(0, across)
+    axes.set_ylim(up, 0)
+    for x in range(across + 1):
+        axes.axvline(x, color="white" if x % len(margins) else "#555555", linewidth=0.7)
+    for y in range(up + 1):
+        axes.axhline(y, color="white" if y % len(sizes) else "#555555", linewidth=0.7)
+    axes.set_xticks([(i + 0.5) * len(margins) for i in range(len(speeds))], speeds)
+    axes.set_yticks([(i + 0.5) * len(sizes) for i in range(len(steps))],
+                    [f"1/{round(1 / float(dt))}" for dt in steps])
+    axes.tick_params(length=0, labelsize=7.5)
+
+
+def listed(rows, name):
+    return sorted({row[name] for row in rows}, key=float)
+
+
+def draw(rows, out):
+    scenes = list(dict.fromkeys(row["scene"] for row in rows if row["scene"] in FULL))
+    scenes.sort(key=list(FULL).index)
+    columns = list(product(WORLDS, DETECTORS))
+    plt.rcParams.update({"font.size": 9, "svg.fonttype": "path", "svg.hashsalt": "lazyccd"})
+    figure, grid = plt.subplots(len(scenes), len(columns), figsize=(12.5, 1.15 * len(scenes) + 1.7),
+                                squeeze=False)
+    for panels, scene in zip(grid, scenes):
+        here = [row for row in rows if row["scene"] == scene]
+        axes_of = (listed(here, "speed"), listed(here, "dt")[::-1], listed(here, "margin"),
+                   listed(here, "size"))
+        for axes, (world, detector) in zip(panels, columns):
+            draw_panel(axes, [row for row in here if (row["world"], row["detector"]) ==
+                              (world, detector)], *axes_of)
+        panels[0].set_ylabel(scene.replace("-", "-\n", 1), rotation=0, ha="right", va="center",
+                             fontsize=9, labelpad=6)
+    for axes, (world, detector) in zip(grid[0], columns):
+        axes.set_title(f"{TITLES[detector]}\n{world} world", fontsize=10,
+                       fontweight="bold" if detector == "lazyccd" else "normal")
+    for axes in grid[-1]:
+        axes.set_xlabel("speed, m/s; within each: thin to thick margin", fontsize=8)
+    figure.legend(handles=[Patch(facecolor=colour, edgecolor="#888888", label=meaning)
+                           for _, colour, meaning in VERDICTS],
+                  loc="lower center", ncols=3, frameon=False, fontsize=9)
+    totals = {detector: counts([row for row in rows if row["detector"] == detector])
+              for detector in DETECTORS}
+    fails = {d: sum(t[name] for name in ("dies", "through")) for d, t in totals.items()}
+    clean_starts = {d: sum(t.values()) - t["unclean"] for d, t in totals.items()}
+    figure.suptitle(
+        "Where collisions fail: " + ", ".join(
+            f"{TITLES[d]} at {fails[d]} of {clean_starts[d]} points" for d in DETECTORS) +
+        "\nRows: time step in s, within each coarse to fine triangles. "
+        "Cells: float above the diagonal, double below", x=0.02, ha="left", fontsize=11)
+    figure.tight_layout(rect=(0, 0.6 / figure.get_figheight(), 1, 0.99), h_pad=0.4, w_pad=0.8)
+    # No date inside, so that the same numbers give the same bytes.
+    figure.savefig(out / "map.svg", metadata={"Date": None})
+    figure.savefig(out / "map.png", dpi=110)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__,
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -109,15 +231,21 @@ def main():
     parser.add_argument("--quick", action="store_true", help="a small map, in a minute")
     parser.add_argument("--jobs", type=int, default=2, help="points at a time")
     parser.add_argument("--scenes", help="only these, with commas between them")
+    parser.add_argument("--draw", action="store_true", help="measure nothing, draw what is there")
     arguments = parser.parse_args()
     axes = QUICK if arguments.quick else FULL
     if arguments.scenes:
         axes = {name: axes[name] for name in arguments.scenes.split(",")}
     arguments.out.mkdir(parents=True, exist_ok=True)
     path = arguments.out / "map.csv"
-    known = {key(row) for row in read(path)}
-    todo = [point for point in points(axes) if point not in known]
-    measure_all(arguments.programs, path, todo, arguments.jobs)
+    if not arguments.draw:
+        known = {key(row) for row in read(path)}
+        measure_all(arguments.programs, path, [p for p in points(axes) if p not in known],
+                    arguments.jobs)
+    rows = sorted(read(path), key=key)
+    print_table(rows)
+    draw(rows, arguments.out)
+    print(f"Pictures: {arguments.out}/map.png and map.svg")
 
 
 if __name__ == "__main__":

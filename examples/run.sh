@@ -31,7 +31,7 @@ for detector in lazyccd bullet; do
   rm -rf "${results:?}/$detector"
   mkdir -p "$results/$detector"
   "$program" simulate drop --detector $detector "${options[@]}" --progress \
-    --out "$results/$detector" --every 1000000 --stats "$results/$detector/stats.json" >"$results/$detector/log"
+    --render "$results/$detector" --every 1000000 --width 900 --samples 64 --stats "$results/$detector/stats.json" >"$results/$detector/log"
 done
 
 say "Result"

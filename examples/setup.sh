@@ -27,6 +27,9 @@ packages_of() {
     programs)
       echo 'libcli11-dev: command lines'
       echo 'nlohmann-json3-dev: JSON files'
+      echo 'libembree-dev: ray tracing, for pictures of scenes'
+      echo 'libpng-dev: pictures'
+      echo 'libwebp-dev: films'
       ;;
     tests)
       echo 'catch2: the test framework'
@@ -39,7 +42,7 @@ packages_of() {
       fi
       ;;
     pictures)
-      echo 'python3-matplotlib: charts and pictures'
+      echo 'python3-matplotlib: charts, and pictures side by side'
       ;;
   esac
 }

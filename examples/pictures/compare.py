@@ -1,6 +1,7 @@
-"""Table and picture of the main job: the scene `drop` with LazyCCD and with Bullet alone.
+"""Table and picture of the main job: a scene with Bullet alone and with LazyCCD, side by side.
 
-compare.py FOLDER OUT.png: FOLDER holds lazyccd/ and bullet/, each with stats.json and PLY frames.
+compare.py FOLDER OUT.png: FOLDER holds bullet/ and lazyccd/, each with stats.json and the pictures
+that `lazyccd simulate --render` drew.
 """
 
 import json
@@ -12,48 +13,35 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
-import render
-
-BACKENDS = [("lazyccd", "Bullet with LazyCCD"), ("bullet", "Bullet alone")]
-# Two sides of each cloth.
-CLOTHS = [[(0.95, 0.62, 0.22), (0.80, 0.45, 0.15)], [(0.35, 0.60, 0.92), (0.22, 0.42, 0.75)]]
-PIERCING = (0.85, 0.0, 0.1)
-
-
-def draw(frame, piercings, size):
-    vertices, faces = render.read_ply(frame)
-    camera = render.Camera((1.6, 1.55, 2.0), (0, 0.19, 0), size, size * 5 // 8, 0.46)
-    picture = render.Picture(camera)
-    # The rigid bodies of examples/scenes/piles.cpp.
-    picture.draw(*render.box((-0.8, -0.1, -0.8), (0.8, 0, 0.8)), (0.78, 0.76, 0.74), front_only=True)
-    picture.draw(*render.sphere((0, 0.3, 0), 0.3), (0.6, 0.62, 0.66), front_only=True)
-    part = render.components(len(vertices), faces)
-    for i, colour in enumerate(CLOTHS):
-        picture.draw(vertices, faces[part[faces[:, 0]] == i], colour)
-    picture.mark(piercings, PIERCING, radius=size / 220, slack=0.02)
-    return picture.reduced(2)
+DETECTORS = [("bullet", "Bullet alone", "#c1272d"), ("lazyccd", "Bullet with LazyCCD", "#1b7a43")]
+PIXELS_AN_INCH = 150
 
 
 def main(folder, out):
-    stats = {name: json.loads((folder / name / "stats.json").read_text()) for name, _ in BACKENDS}
+    stats = {name: json.loads((folder / name / "stats.json").read_text()) for name, _, _ in DETECTORS}
+    pictures = {name: plt.imread(max((folder / name).glob("*.png"))) for name, _, _ in DETECTORS}
     row = "{:<20} {:>6} {:>10} {:>14} {:>18} {:>10}"
     print(row.format("backend", "steps", "contacts", "pass-throughs", "piercings at rest", "ms a step"))
-    figure, axes = plt.subplots(1, len(BACKENDS), figsize=(11, 4.1))
-    for axis, (name, title) in zip(axes, BACKENDS):
+    height, width, _ = pictures["bullet"].shape
+    caption = 0.16 * height
+    figure, panels = plt.subplots(1, 2, figsize=(2 * width / PIXELS_AN_INCH,
+                                                 (height + caption) / PIXELS_AN_INCH))
+    for axes, (name, title, colour) in zip(panels, DETECTORS):
         s = stats[name]
         crossed = sum(s["pass_throughs"].values())
         # Bullet alone knows only the contacts in its lists.
         contacts = sum(s["contacts"].values()) if name == "lazyccd" else s["contacts_in_bullets_lists"]
         print(row.format(title, s["steps"], contacts, crossed, s["piercings"],
                          f"{s['ms_per_step']['total']:.2f}"))
-        last = max((folder / name).glob("*.ply"))
-        axis.imshow(draw(last, s["piercing_points"], 1400), interpolation="antialiased")
+        axes.imshow(pictures[name])
+        axes.axis("off")
         red = " (red)" if s["piercings"] else ""
-        axis.set_title(f"{title}\n{crossed} pass-throughs, {s['piercings']} piercings at rest{red}",
-                       fontsize=11)
-        axis.axis("off")
-    figure.subplots_adjust(0.01, 0.01, 0.99, 0.87, 0.02)
-    figure.savefig(out, dpi=100)
+        axes.text(0.5, 1.115, title, transform=axes.transAxes, ha="center", va="center",
+                  fontsize=13, fontweight="bold", color=colour)
+        axes.text(0.5, 1.04, f"{crossed} pass-throughs, {s['piercings']} piercings at rest{red}",
+                  transform=axes.transAxes, ha="center", va="center", fontsize=11, color="#333333")
+    figure.subplots_adjust(0, 0, 1, height / (height + caption), 0.004)
+    figure.savefig(out, dpi=PIXELS_AN_INCH)
 
 
 if __name__ == "__main__":

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <set>
+#include <utility>
 #include <vector>
 
 namespace lazyccd::scenes {
@@ -18,6 +19,18 @@ std::unique_ptr<btSoftBody> make_body(btSoftBodyWorldInfo& info,
   auto body = std::make_unique<btSoftBody>(&info, count, positions.data(), masses.data());
   body->appendMaterial();
   return body;
+}
+
+// Bullet's boundary faces look either way. Right for bodies that are seen whole from their middle.
+void turn_outwards(btSoftBody& body) {
+  btVector3 middle(0, 0, 0);
+  for (int i = 0; i < body.m_nodes.size(); ++i) middle += body.m_nodes[i].m_x;
+  middle /= static_cast<btScalar>(body.m_nodes.size());
+  for (int i = 0; i < body.m_faces.size(); ++i) {
+    auto& corners = body.m_faces[i].m_n;
+    const btVector3 &a = corners[0]->m_x, &b = corners[1]->m_x, &c = corners[2]->m_x;
+    if ((b - a).cross(c - a).dot(a - middle) < 0) std::swap(corners[1], corners[2]);
+  }
 }
 
 }  // namespace
@@ -59,6 +72,7 @@ std::unique_ptr<btSoftBody> make_solid(
   }
   for (const auto& side : sides) body->appendLink(side[0], side[1]);
   btSoftBodyHelpers::generateBoundaryFaces(body.get());
+  turn_outwards(*body);
   // What Bullet's deformable world reads of bodies with tetrahedra.
   body->initializeDmInverse();
   btSoftBody::TetraScratch scratch;

@@ -72,3 +72,22 @@ TEST_CASE("simulate refuses what is not there with exit code 2") {
     CHECK(run(folder, arguments).exit_code == 2);
   }
 }
+
+TEST_CASE("simulate draws pictures and a film where it can") {
+  const test::TemporaryFolder folder;
+  if (run(folder, "simulate --help").out.find("--render") == std::string::npos) {
+    WARN("skipped: built without Embree, libpng or libwebp");
+    return;
+  }
+  const Outcome outcome = run(
+      folder,
+      "simulate crossing-ropes --size 0.3 --steps 4 --every 2 --width 64 --samples 2 --render " +
+          (folder / "film").string());
+  CHECK(outcome.exit_code == 0);
+  for (const char* name : {"00000.png", "00002.png", "00004.png"}) {
+    CHECK(io::read_file(folder / "film" / name).substr(1, 3) == "PNG");
+  }
+  const std::string film = io::read_file(folder / "film" / "film.webp");
+  CHECK(film.substr(0, 4) == "RIFF");
+  CHECK(film.find("ANMF") != std::string::npos);
+}

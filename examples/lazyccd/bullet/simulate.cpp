@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 
 #include "../commands.h"
@@ -15,6 +16,10 @@
 #include "scenes/run.h"
 #include "scenes/surface.h"
 
+#if defined(LAZYCCD_WITH_RENDER)
+#include "../film/recorder.h"
+#endif
+
 namespace lazyccd::program {
 
 namespace {
@@ -24,8 +29,9 @@ struct Arguments {
   scenes::Parameters parameters;
   double dt = 0, speed = 0, margin = 0;
   int steps = 0;
-  std::string out, stats;
-  int every = 1;
+  std::string out, stats, render;
+  int width = 640, samples = 16;
+  std::optional<int> every;
   bool progress = false;
 };
 
@@ -64,11 +70,26 @@ void run(const Arguments& arguments) {
   const scenes::SceneInfo& info = *scenes::find_scene(arguments.scene);
   scenes::Scene scene = scenes::set_up(info, arguments.parameters);
   if (!arguments.out.empty()) std::filesystem::create_directories(arguments.out);
+  constexpr int film_frames = 100;
+  const int every = arguments.every.value_or(
+      arguments.render.empty() ? 1 : std::max(1, scene.steps / film_frames));
+#if defined(LAZYCCD_WITH_RENDER)
+  std::optional<Recorder> recorder;
+  if (!arguments.render.empty()) {
+    recorder.emplace(scene, arguments.render, arguments.width, arguments.samples);
+  }
+#endif
   const scenes::RunReport report = scenes::run(scene, [&](int step) {
-    const bool frame = step % arguments.every == 0 || step == scene.steps;
+    const bool frame = step % every == 0 || step == scene.steps;
     if (!arguments.out.empty() && frame) write_frame(scene, arguments.out, step);
+#if defined(LAZYCCD_WITH_RENDER)
+    if (recorder && frame) recorder->add(step);
+#endif
     if (arguments.progress) print_progress(step, scene.steps);
   });
+#if defined(LAZYCCD_WITH_RENDER)
+  if (recorder) recorder->finish();
+#endif
   if (!arguments.stats.empty()) write_json(arguments.stats, to_json(report));
   print_summary(report);
 }
@@ -116,8 +137,22 @@ void add_simulate(CLI::App& app) {
       ->check(CLI::Range(0.05, 100.0));
   command->add_option("--out", arguments->out, "write frames as PLY: DIR/00000.ply and so on")
       ->type_name("DIR");
-  command->add_option("--every", arguments->every, "write every N-th frame, and the last")
+  command
+      ->add_option("--every", arguments->every,
+                   "write every N-th frame, and the last; otherwise all, with --render about 100")
       ->check(CLI::Range(1, 1000000));
+#if defined(LAZYCCD_WITH_RENDER)
+  command
+      ->add_option("--render", arguments->render,
+                   "draw frames: DIR/00000.png and so on, and the film DIR/film.webp")
+      ->type_name("DIR");
+  command->add_option("--width", arguments->width, "of the pictures, pixels")
+      ->check(CLI::Range(16, 8192))
+      ->capture_default_str();
+  command->add_option("--samples", arguments->samples, "rays a pixel: more make less noise")
+      ->check(CLI::Range(1, 4096))
+      ->capture_default_str();
+#endif
   command->add_option("--stats", arguments->stats, "write counters, energies and times")
       ->type_name("FILE.json");
   command->add_flag("--progress", arguments->progress, "show a progress bar");
