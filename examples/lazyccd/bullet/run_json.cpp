@@ -28,6 +28,7 @@ nlohmann::ordered_json to_json(const scenes::RunReport& report) {
   json["detections"] = stats.detections;
   json["zone_nodes"] = stats.zone_nodes;
   json["last_resorts"] = stats.last_resorts;
+  json["unresolved"] = stats.unresolved;
   json["touching_at_start"] = stats.touching;
   json["missed_steps"] = stats.missed_steps;
   json["momentum_kg_m_s"] = {{"start", report.start.momentum},
@@ -40,6 +41,7 @@ nlohmann::ordered_json to_json(const scenes::RunReport& report) {
                       {"highest", report.highest_energy},
                       {"end_kinetic", report.end.kinetic_energy},
                       {"end_potential", report.end.potential_energy}};
+  json["response_energy_J"] = {{"gained", stats.energy_gained}, {"lost", stats.energy_lost}};
   json["end_speed_m_s"] = {{"rms", report.end.rms_speed}, {"largest", report.end.largest_speed}};
   json["ms_per_step"] = {{"total", report.ms_step},
                          {"bullet", report.ms_step - ours},
