@@ -9,6 +9,8 @@ namespace lazyccd::program {
 void add_detect(CLI::App& app);
 void add_queries(CLI::App& app);
 void add_bench(CLI::App& app);
+void add_models(CLI::App& app);
+void add_study(CLI::App& app);
 #if defined(LAZYCCD_WITH_BULLET)
 void add_simulate(CLI::App& app);
 void add_scenes(CLI::App& app);

@@ -19,6 +19,8 @@ int main(int argc, char** argv) {
   lazyccd::program::add_detect(app);
   lazyccd::program::add_queries(app);
   lazyccd::program::add_bench(app);
+  lazyccd::program::add_models(app);
+  lazyccd::program::add_study(app);
 #if defined(LAZYCCD_WITH_BULLET)
   lazyccd::program::add_simulate(app);
   lazyccd::program::add_scenes(app);
