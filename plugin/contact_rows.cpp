@@ -135,10 +135,11 @@ ContactRow ContactRows::make_row(const Contact& contact, const Motion& motion) c
   row.impulse = row.opening = 0;
   row.tangential = Vector3d::Zero();
   row.approach = start_gap - row.normal.dot(separation(row, motion));
+  row.remaining = std::max(0.0, start_gap - row.kept_gap);
   return row;
 }
 
-void ContactRows::add(const std::vector<Contact>& contacts, const Motion& motion) {
+void ContactRows::add(const std::vector<Contact>& contacts, bool touching, const Motion& motion) {
   std::vector<ContactRow> merged;
   merged.reserve(rows_.size() + contacts.size());
   auto old = rows_.begin();
@@ -150,6 +151,7 @@ void ContactRows::add(const std::vector<Contact>& contacts, const Motion& motion
       ++old;
     }
     merged.push_back(make_row(contact, motion));
+    merged.back().touched = touching;
   }
   merged.insert(merged.end(), old, rows_.end());
   rows_.swap(merged);

@@ -38,7 +38,8 @@ struct ContactRow {
   // Gaps in metres: the one that impulses keep, which is never wider than at the start of the step,
   // and the one that is opened without velocity.
   double kept_gap, opened_gap;
-  double approach;  // metres by which the predicted motion narrows the gap
+  // Metres by which the predicted motion narrows the gap, and by which it may.
+  double approach, remaining;
   double friction;
   // 1 / sum_i w_i^2 / mass_i, kg, a rigid body's share included: along the normal, and at most
   // across it.
@@ -46,6 +47,7 @@ struct ContactRow {
   double impulse;              // kg m: the sum of what changed the solved motion, along the normal
   Eigen::Vector3d tangential;  // the same across it
   double opening;              // the same of the opening
+  bool touched;                // not only near
 
   // The side of the contact that is a rigid body: index in Motion::rigid or -1, the sum of its
   // weights (1 or -1), and its lever arm: sum_i w_i (x_i - centre), metres.
@@ -67,7 +69,8 @@ class ContactRows {
 
   void clear() { rows_.clear(); }
   // Adds rows for contacts, which come sorted. A pair that is in contact again gets a further row.
-  void add(const std::vector<Contact>& contacts, const Motion& motion);
+  // `touching`: these do not only come near each other.
+  void add(const std::vector<Contact>& contacts, bool touching, const Motion& motion);
   // Projected Gauss-Seidel over the rows in their order, then the ends of everything in contact.
   void relax(Motion& motion, int sweeps);
 

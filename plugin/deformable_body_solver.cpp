@@ -79,6 +79,8 @@ void btLazyDeformableBodySolver::processCollision(btSoftBody* a, btSoftBody* b) 
 
 void btLazyDeformableBodySolver::predictMotion(btScalar solverdt) {
   pipeline_->begin_step(m_softBodies);
+  // Where Bullet leaves those of bodies that sleep, it might act on an old step's.
+  for (int i = 0; i < m_softBodies.size(); ++i) m_softBodies[i]->m_nodeRigidContacts.clear();
   btDeformableBodySolver::predictMotion(solverdt);
 }
 
@@ -117,6 +119,7 @@ void btLazyDeformableBodySolver::applyTransforms(btScalar timeStep) {
   write_positions();
   pipeline_->write_rigid_bodies();
   list_contacts();
+  pipeline_->announce();
 }
 
 void btLazyDeformableBodySolver::write_velocities() {
@@ -153,7 +156,22 @@ void btLazyDeformableBodySolver::list_contacts() {
   }
   for (const StepContact& contact : pipeline_->contacts()) {
     btSoftBody* const node_body = btSoftBody::upcast(contact.body_a);
-    if (!node_body || !contact.face) continue;
+    if (!node_body || contact.kind != ContactKind::vertex_face) continue;
+    if (!contact.face) {
+      btSoftBody::DeformableNodeRigidContact rigid;
+      rigid.m_cti.m_colObj = contact.body_b;
+      rigid.m_cti.m_normal = contact.normal;
+      rigid.m_cti.m_offset = -contact.normal.dot(contact.point);
+      rigid.m_node = contact.nodes[0];
+      rigid.m_c1 = contact.point - contact.body_b->getWorldTransform().getOrigin();
+      rigid.m_c0.setIdentity();
+      rigid.m_c5.setIdentity();
+      rigid.m_c2 = rigid.m_c4 = 0;
+      btPlaneSpace1(contact.normal, rigid.t1, rigid.t2);
+      rigid.m_c3 = node_body->m_cfg.kDF * contact.body_b->getFriction();
+      node_body->m_nodeRigidContacts.push_back(rigid);
+      continue;
+    }
     const btSoftBody& a = *node_body;
     const btSoftBody& b = *btSoftBody::upcast(contact.body_b);
     btSoftBody::DeformableFaceNodeContact c;

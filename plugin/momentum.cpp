@@ -120,8 +120,11 @@ void add_restitution(const std::vector<ContactRow>& rows, double restitution, do
   std::vector<Vector3d> bounce(motion.solved.size(), Vector3d::Zero());
   std::vector<Vector3d> shift(motion.rigid.size(), Vector3d::Zero()), turn = shift;
   for (const ContactRow& row : rows) {
-    if (row.approach < threshold * motion.seconds) continue;
-    const Vector3d impulse = restitution * row.impulse * row.normal;
+    // The impulse left `remaining` of the approach, which closes the gap to its target.
+    const double stopped = row.approach - row.remaining;
+    if (row.approach < threshold * motion.seconds || stopped <= 1e-9 * row.approach) continue;
+    const double share = (restitution * row.approach + row.remaining) / stopped;
+    const Vector3d impulse = share * row.impulse * row.normal;
     for (int i = 0; i < 4; ++i) {
       const std::int32_t v = row.contact.vertices[i];
       if (motion.is_soft(v)) bounce[v] += row.weights[i] * motion.inverse_mass[v] * impulse;
@@ -139,10 +142,10 @@ void add_restitution(const std::vector<ContactRow>& rows, double restitution, do
       motion.rigid[b].spin_change += part / motion.seconds * turn[b];
     }
   };
-  const double before = kinetic_energy_before(motion);
+  const double most = kinetic_energy_before(motion) * (1 + 1e-6);
   double part = 1;
   add(part);
-  for (int i = 0; i < 10 && kinetic_energy_after(motion) > before; ++i) {
+  for (int i = 0; i < 10 && kinetic_energy_after(motion) > most; ++i) {
     add(-0.5 * part);
     part *= 0.5;
   }

@@ -124,7 +124,11 @@ bool Obstacles::update(const SoftBodies& bodies, const AxisBox& swept, Journal& 
   find(bodies);
   std::vector<Record> near;
   const bool left_region = !swept.is_empty() && !region_.contains(swept);
-  if (left_region) region_ = swept.grown(btScalar(0.5) * (swept.upper - swept.lower));
+  if (left_region) {
+    const btVector3 size = swept.upper - swept.lower;
+    const btScalar spare = btScalar(0.25) * size[size.maxAxis()];
+    region_ = swept.grown(btScalar(0.25) * size + btVector3(spare, spare, spare));
+  }
   for (Record& record : found_) {
     record.end = record.object->getWorldTransform();
     if (!is_finite(record.end) || !is_finite(record.start)) {

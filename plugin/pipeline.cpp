@@ -66,7 +66,8 @@ bool Pipeline::queue_pair(const btSoftBody* a, const btSoftBody* b) noexcept {
 
 bool Pipeline::takes(const btSoftBody* body, const btCollisionObject* rigid) const noexcept {
   return options_.rigid_obstacles && options_.mesh_contacts && works_ && scene_.takes(body) &&
-         Obstacles::meets_obstacles(*body) && Obstacles::is_mesh(*rigid);
+         Obstacles::meets_obstacles(*body) && Obstacles::is_mesh(*rigid) &&
+         body->m_tetras.size() == 0;  // the nodes inside of a volume have no surface
 }
 
 void Pipeline::begin_step(const Bodies& bodies) noexcept {
@@ -96,6 +97,11 @@ bool Pipeline::run(const Bodies& bodies, double seconds, const Fill& fill) noexc
       };
       const std::vector<Contact> near = detect_near();
       if (responded_) response_.run(near, detect_all, motion_, step_);
+      if (step_.unresolved > 0) {
+        journal_.say("unresolved",
+                     "something was caught between bodies of infinite mass that close in on each "
+                     "other; the contacts are counted as unresolved");
+      }
       collect_contacts(seconds);
       step_.ms_response = ms_since(gathered) - step_.ms_detect;
     }
@@ -120,8 +126,10 @@ void Pipeline::gather(const Bodies& bodies, double seconds, const Fill& fill) {
   } while (refuse_non_finite());
   if (options_.rigid_obstacles) {
     AxisBox swept = AxisBox::empty();
+    btScalar margin = static_cast<btScalar>(options_.thickness);
     for (const SoftScene::BodyRecord& record : scene_.bodies()) {
       if (!Obstacles::meets_obstacles(*record.body)) continue;
+      margin = btMax(margin, record.margin);
       const std::size_t first = 3 * static_cast<std::size_t>(record.first_vertex);
       const std::size_t last = first + 3 * static_cast<std::size_t>(record.vertex_count);
       for (std::size_t i = first; i < last; i += 3) {
@@ -129,6 +137,8 @@ void Pipeline::gather(const Bodies& bodies, double seconds, const Fill& fill) {
         swept.add(btVector3(motion_.end[i], motion_.end[i + 1], motion_.end[i + 2]));
       }
     }
+    // Obstacles have their own margin about them.
+    if (!swept.is_empty()) swept = swept.grown(btVector3(margin, margin, margin));
     changed = obstacles_.update(bodies, swept, journal_) || changed;
   }
   changed = topology_.update(scene_, obstacles_, changed);
@@ -327,11 +337,14 @@ void Pipeline::collect_contacts(double seconds) {
       // The rows of a pair: the earliest is told, with the impulse of all.
       const ContactRow* first = &rows[i];
       Eigen::Vector3d impulse = Eigen::Vector3d::Zero();
+      bool acted = false;
       for (const Contact& pair = rows[i].contact; i < rows.size() && !(pair < rows[i].contact);
            ++i) {
         if (rows[i].contact.toi < first->contact.toi) first = &rows[i];
         impulse += rows[i].impulse * rows[i].normal + rows[i].tangential;
+        acted = acted || rows[i].touched || rows[i].impulse > 0 || rows[i].opening > 0;
       }
+      if (!acted) continue;
       contacts_.push_back(step_contact(first->contact, impulse / seconds));
     }
   }
@@ -356,11 +369,22 @@ StepContact Pipeline::step_contact(const Contact& contact, const Eigen::Vector3d
   c.face = has_face ? &scene_.face(contact.primitive_b) : nullptr;
   c.weights = contact.weights();
   c.normal = btVector3(contact.normal[0], contact.normal[1], contact.normal[2]);
+  Eigen::Vector3d on_b = Eigen::Vector3d::Zero();
+  for (int i = 0; i < 4; ++i) {
+    if (c.weights[i] < 0) on_b -= c.weights[i] * motion_.end_of(contact.vertices[i]);
+  }
+  c.point = to_bullet(on_b);
   c.toi = contact.toi;
   const Eigen::Vector3d normal(contact.normal[0], contact.normal[1], contact.normal[2]);
   c.impulse = std::max(0.0, impulse.dot(normal));
   c.friction_impulse = to_bullet(impulse - impulse.dot(normal) * normal);
   return c;
+}
+
+void Pipeline::announce() noexcept try {
+  if (options_.on_contacts && !contacts_.empty()) options_.on_contacts(contacts_);
+} catch (const std::exception& error) {
+  journal_.say("on_contacts", std::string("on_contacts threw: ") + error.what());
 }
 
 bool Pipeline::is_moved(std::int32_t vertex) const {

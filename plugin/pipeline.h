@@ -55,6 +55,8 @@ class Pipeline {
   // Gives rigid bodies what the response made of their motion.
   void write_rigid_bodies() const;
   const std::vector<StepContact>& contacts() const { return contacts_; }
+  // Tells the application's listener, when nodes and velocities are those of the end of the step.
+  void announce() noexcept;
   const StepStats& step() const { return step_; }
 
   const StepStats& total() const { return total_; }

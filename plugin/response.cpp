@@ -25,7 +25,7 @@ void Response::run(const std::vector<Contact>& near, const Detect& detect_all, M
   rows_.clear();
   motion.begin_response();
   if (options_.max_iterations > 0) {
-    rows_.add(near, motion);
+    rows_.add(near, false, motion);
     rows_.relax(motion, options_.sweeps);
   }
   std::vector<Contact> contacts = detect_all(motion.starts(), motion.ends());
@@ -53,7 +53,7 @@ void Response::run(const std::vector<Contact>& near, const Detect& detect_all, M
   contacts.erase(std::remove_if(contacts.begin(), contacts.end(), parts_freely), contacts.end());
 
   for (int i = 0; i < options_.max_iterations && !contacts.empty(); ++i) {
-    rows_.add(contacts, motion);
+    rows_.add(contacts, true, motion);
     rows_.relax(motion, options_.sweeps);
     contacts = detect(motion.starts(), motion.ends());
   }
@@ -61,12 +61,12 @@ void Response::run(const std::vector<Contact>& near, const Detect& detect_all, M
   if (!contacts.empty()) {
     ImpactZones zones(motion);
     for (int i = 0; i < options_.max_zones && !contacts.empty(); ++i) {
-      rows_.add(contacts, motion);
+      rows_.add(contacts, true, motion);
       zones.absorb(contacts, motion);
       contacts = detect(motion.starts(), motion.ends());
     }
     for (int i = 0; !contacts.empty(); ++i) {
-      rows_.add(contacts, motion);
+      rows_.add(contacts, true, motion);
       if (!zones.hold(contacts, i >= node_wise_holds, motion)) break;
       contacts = detect(motion.starts(), motion.ends());
     }

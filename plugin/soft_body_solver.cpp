@@ -36,7 +36,10 @@ void btLazySoftBodySolver::predictMotion(btScalar solverdt) {
   btDefaultSoftBodySolver::predictMotion(solverdt);
   // Bullet clears the lists of active bodies only. A body that sleeps here and is woken by this
   // step's collisions would act on the contacts of an old step.
-  for (int i = 0; i < m_softBodySet.size(); ++i) m_softBodySet[i]->m_scontacts.resize(0);
+  for (int i = 0; i < m_softBodySet.size(); ++i) {
+    m_softBodySet[i]->m_scontacts.resize(0);
+    m_softBodySet[i]->m_rcontacts.clear();
+  }
 }
 
 void btLazySoftBodySolver::processCollision(btSoftBody* body,
@@ -68,6 +71,7 @@ void btLazySoftBodySolver::solveConstraints(btScalar solverdt) {
   if (!pipeline_->run(m_softBodySet, static_cast<double>(solverdt), fill)) return;
   if (pipeline_->responded()) write_back();
   list_contacts();
+  pipeline_->announce();
 }
 
 void btLazySoftBodySolver::read_starts() {
@@ -102,7 +106,21 @@ void btLazySoftBodySolver::list_contacts() {
   // for this step and clears the list before the next one, so they are for applications to read.
   for (const StepContact& contact : pipeline_->contacts()) {
     btSoftBody* const node_body = btSoftBody::upcast(contact.body_a);
-    if (!node_body || !contact.face) continue;
+    if (!node_body || contact.kind != ContactKind::vertex_face) continue;
+    if (!contact.face) {
+      btSoftBody::RContact rigid;
+      rigid.m_cti.m_colObj = contact.body_b;
+      rigid.m_cti.m_normal = contact.normal;
+      rigid.m_cti.m_offset = -contact.normal.dot(contact.point);
+      rigid.m_node = contact.nodes[0];
+      rigid.m_c1 = contact.point - contact.body_b->getWorldTransform().getOrigin();
+      rigid.m_c3 = node_body->m_cfg.kDF * contact.body_b->getFriction();
+      rigid.m_c0.setIdentity();
+      rigid.m_c2 = rigid.m_c4 = 0;
+      btPlaneSpace1(contact.normal, rigid.t1, rigid.t2);
+      node_body->m_rcontacts.push_back(rigid);
+      continue;
+    }
     const btSoftBody& a = *node_body;
     const btSoftBody& b = *btSoftBody::upcast(contact.body_b);
     btSoftBody::SContact c;

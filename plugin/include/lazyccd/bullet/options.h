@@ -12,7 +12,9 @@
 #include <string>
 
 #include "lazyccd/bullet/precision.h"
+#include "lazyccd/bullet/report.h"
 #include "lazyccd/detector.h"
+#include "lazyccd/span.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -33,17 +35,21 @@ struct Options {
   // Coulomb's friction with the bodies' own coefficients; false: none.
   bool friction = true;
 
-  // Rigid bodies take part: meshes, terrains and planes, and convex shapes as the polyhedra of their
-  // surfaces, where Bullet's own contacts go on beside it. False: they are Bullet's alone.
+  // Rigid bodies take part: meshes, terrains and planes, and convex shapes as the polyhedra of
+  // their surfaces, where Bullet's own contacts go on beside it. False: they are Bullet's alone.
   bool rigid_obstacles = true;
-  // Contacts with meshes, terrains and planes are LazyCCD's alone: bodies rest on their triangles at
-  // the sum of the margins. Bullet makes a prism of each triangle, 6 cm to both sides, that holds
-  // slow bodies only. False: both act.
+  // Contacts with meshes, terrains and planes are LazyCCD's alone: bodies rest on their triangles
+  // at the sum of the margins. Bullet makes a prism of each triangle, 6 cm to both sides, that
+  // holds slow bodies only. False: both act.
   bool mesh_contacts = true;
 
   int max_iterations = 20;  // detections a step that are answered with impulses
   int sweeps = 24;          // Gauss-Seidel sweeps over the contacts after each of them
   int max_zones = 8;        // then: detections answered with rigid impact zones
+
+  // Called at the end of each step that had contacts, with positions and velocities as Bullet goes
+  // on with them. The span is valid during the call.
+  std::function<void(Span<const StepContact>)> on_contacts;
 
   // Called once for each new line of the solver's status(): input that had to be left out,
   // failures.

@@ -34,18 +34,22 @@ struct StepStats {
   StepStats& operator+=(const StepStats& s);
 };
 
-// One contact of a step. The pointers are valid until bodies or their topology change.
+// One contact of a step: a vertex and a face, or two edges, that touched or that an impulse kept
+// apart. The pointers are valid until bodies or their topology change.
 struct StepContact {
   ContactKind kind;
   btCollisionObject* body_a;  // soft (btSoftBody::upcast) or rigid; at least one is soft
   btCollisionObject* body_b;
-  std::array<btSoftBody::Node*, 4> nodes;  // as Contact::vertices; null for those of a rigid body
-  btSoftBody::Face* face;                  // of body_b; null for edge_edge and of a rigid body
-  std::array<double, 4> weights;           // as Contact::weights()
-  btVector3 normal;                        // as Contact::normal
-  double toi;                              // as Contact::toi
-  double impulse;                          // N s, along the normal: what a received from b
-  btVector3 friction_impulse;              // N s, across it
+  // vertex_face: the vertex, of a, then the face's three, of b; edge_edge: the ends of a's edge,
+  // then of b's. Null for those of a rigid body.
+  std::array<btSoftBody::Node*, 4> nodes;
+  btSoftBody::Face* face;         // of body_b; null for edge_edge and of a rigid body
+  std::array<double, 4> weights;  // of the four vertices, sum zero: as Contact::weights()
+  btVector3 normal;               // unit, in the world, from b to a
+  btVector3 point;                // metres, in the world, at the end of the step, on b
+  double toi;                  // of the step, from 0 to 1: when the pair first touched or came near
+  double impulse;              // N s, along the normal: what a received from b, never negative
+  btVector3 friction_impulse;  // N s, across the normal: what a received from b
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

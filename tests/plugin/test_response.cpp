@@ -1,0 +1,205 @@
+// What the response does with velocities: friction, restitution, rest, energy, two-way contact.
+#include <BulletCollision/CollisionShapes/btBoxShape.h>
+#include <BulletCollision/CollisionShapes/btSphereShape.h>
+
+#include <cmath>
+
+#include "plugin/obstacle_worlds.h"
+#include "plugin/worlds.h"
+#include "support/catch.h"
+
+using namespace lazyccd;
+using namespace lazyccd::test;
+
+namespace {
+
+double fastest(const btSoftBody& body) {
+  double result = 0;
+  for (int i = 0; i < body.m_nodes.size(); ++i) {
+    result = std::max(result, static_cast<double>(body.m_nodes[i].m_v.length()));
+  }
+  return result;
+}
+
+btVector3 mean_velocity(const btSoftBody& body) {
+  btVector3 sum(0, 0, 0);
+  for (int i = 0; i < body.m_nodes.size(); ++i) sum += body.m_nodes[i].m_v;
+  return sum / static_cast<btScalar>(body.m_nodes.size());
+}
+
+// A flat cloth of 1 kg, without jitter.
+btSoftBody* add_flat(ObstacleWorld& w, double height, double margin = 0.01) {
+  auto cloth = scenes::make_cloth(w.info(), 5, 5, 1, [&](double u, double v) {
+    return btVector3(static_cast<btScalar>(0.5 * u + 0.013), static_cast<btScalar>(height),
+                     static_cast<btScalar>(0.5 * v + 0.017));
+  });
+  return w.add(std::move(cloth), margin);
+}
+
+struct Floor {
+  std::unique_ptr<btTriangleMesh> triangles = flat_triangles(6, 12);
+  btRigidBody* body;
+
+  explicit Floor(ObstacleWorld& w, double friction = 0.5)
+      : body(w.add(std::make_unique<btBvhTriangleMeshShape>(triangles.get(), true),
+                   btVector3(0, 0, 0))) {
+    body->setFriction(static_cast<btScalar>(friction));
+  }
+};
+
+}  // namespace
+
+TEST_CASE("cloth comes to rest on a mesh and on other cloth, at its thickness") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  const int layers = GENERATE(1, 2);
+  CAPTURE(world == World::rigid, layers);
+  ObstacleWorld w(world, 10);
+  Floor floor(w);
+  std::vector<btSoftBody*> cloths;
+  for (int i = 0; i < layers; ++i) cloths.push_back(add_flat(w, 0.03 * (i + 1) + 0.01));
+  w.steps(150, 1.0 / 60);
+  for (int i = 0; i < layers; ++i) {
+    CHECK(fastest(*cloths[i]) < 1e-3);
+    for (int n = 0; n < cloths[i]->m_nodes.size(); ++n) {
+      CHECK_THAT(static_cast<double>(cloths[i]->m_nodes[n].m_x.y()),
+                 Matchers::WithinAbs(0.02 * (i + 1), 0.005));
+    }
+  }
+  CHECK(w.total().energy_gained < 1e-6);
+}
+
+TEST_CASE(
+    "friction stops cloth on a slope less steep than its coefficient, and not on a steeper one") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  const bool holds = GENERATE(true, false);
+  CAPTURE(world == World::rigid, holds);
+  ObstacleWorld w(world, 0);
+  Floor floor(w, 1);
+  btSoftBody* cloth = add_flat(w, 0.021);
+  cloth->m_cfg.kDF = holds ? btScalar(0.6) : btScalar(0.4);
+  // Gravity leans by atan(0.5).
+  const btVector3 weight(5, -10, 0);
+  w.steps(60, 1.0 / 120, [&](int) {
+    for (int i = 0; i < cloth->m_nodes.size(); ++i) cloth->m_nodes[i].m_v += weight / 120;
+  });
+  const double speed = static_cast<double>(mean_velocity(*cloth).x());
+  // Kinetic: a = g (sin - mu cos) along the slope, here 5 - 0.4 * 10 over half a second.
+  CHECK_THAT(speed, Matchers::WithinAbs(holds ? 0 : 0.5, holds ? 0.01 : 0.1));
+}
+
+TEST_CASE("restitution gives back its part of the speed, and none by default") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  const double restitution = GENERATE(0.0, 0.5, 1.0);
+  CAPTURE(world == World::rigid, restitution);
+  bullet::Options options;
+  options.restitution = restitution;
+  ObstacleWorld w(world, 0, options);
+  Floor floor(w);
+  btSoftBody* cloth = add_flat(w, 0.1);
+  cloth->setVelocity(btVector3(0, -4, 0));
+  w.steps(20, 1.0 / 240);
+  CHECK_THAT(static_cast<double>(mean_velocity(*cloth).y()),
+             Matchers::WithinAbs(4 * restitution, 0.05));
+  CHECK(w.total().energy_gained < 1e-3);
+}
+
+TEST_CASE("a dynamic rigid body and cloth exchange momentum and lose none") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  const double mass = GENERATE(0.05, 20.0);
+  CAPTURE(world == World::rigid, mass);
+  ObstacleWorld w(world, 0);
+  btSoftBody* cloth = w.add_sheet(9, 1, 0, 0);
+  cloth->m_cfg.kDP = 0;
+  // Fast enough for Bullet's own contacts to miss it.
+  btRigidBody* ball = w.add(std::make_unique<btSphereShape>(btScalar(0.1)),
+                            btVector3(btScalar(0.03), 1, btScalar(0.02)), mass);
+  ball->setLinearVelocity(btVector3(0, -40, 0));
+  ball->setActivationState(DISABLE_DEACTIVATION);
+  w.steps(8, 1.0 / 60);
+  const btVector3 momentum =
+      static_cast<btScalar>(mass) * ball->getLinearVelocity() + mean_velocity(*cloth);
+  CHECK_THAT(static_cast<double>(momentum.y()), Matchers::WithinAbs(-40 * mass, 1e-3 * 40 * mass));
+  CHECK(static_cast<double>(mean_velocity(*cloth).y()) < -0.5);
+  CHECK(w.total().energy_gained < 1e-3);
+  CHECK(w.total().last_resorts == 0);
+}
+
+TEST_CASE("free bodies keep their angular momentum") {
+  // Bullet's own steps keep it in the deformable world only.
+  ObstacleWorld w(World::deformable, 0);
+  btSoftBody* lower = w.add_sheet(9, 1, 0, 0);
+  btSoftBody* upper = w.add_sheet(7, 0.7, 0.2, 0);
+  upper->setVelocity(btVector3(3, -10, 2));
+  double scale = 0;
+  const auto angular_momentum = [&] {
+    btVector3 sum(0, 0, 0);
+    scale = 0;
+    for (const btSoftBody* body : {lower, upper}) {
+      for (int i = 0; i < body->m_nodes.size(); ++i) {
+        const btSoftBody::Node& n = body->m_nodes[i];
+        sum += n.m_x.cross(n.m_v) / n.m_im;
+        scale += static_cast<double>(n.m_x.length() * n.m_v.length() / n.m_im);
+      }
+    }
+    return sum;
+  };
+  const btVector3 before = angular_momentum();
+  w.steps(20, 1.0 / 60);
+  const btVector3 after = angular_momentum();
+  CHECK(w.total().contacts_vf > 0);
+  CHECK(static_cast<double>((after - before).length()) < 1e-4 * scale);
+}
+
+TEST_CASE("what is crushed between two bodies that nothing moves is counted and said") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  CAPTURE(world == World::rigid);
+  ObstacleWorld w(world, 0);
+  Floor floor(w);
+  auto triangles = flat_triangles(3, 4);
+  btRigidBody* press = w.add(std::make_unique<btBvhTriangleMeshShape>(triangles.get(), true),
+                             btVector3(0, btScalar(0.5), 0));
+  ObstacleWorld::make_kinematic(*press);
+  btSoftBody* cloth = add_flat(w, 0.1);
+  w.steps(30, 1.0 / 60, [&](int i) {
+    const btScalar height = static_cast<btScalar>(0.5 - 0.02 * (i + 1));
+    press->setWorldTransform(btTransform(btQuaternion::getIdentity(), btVector3(0, height, 0)));
+  });
+  CHECK(w.total().unresolved > 0);
+  CHECK(w.status().find("between bodies of infinite mass") != std::string::npos);
+  for (int i = 0; i < cloth->m_nodes.size(); ++i) {
+    CHECK(std::isfinite(cloth->m_nodes[i].m_x.y()));
+  }
+}
+
+TEST_CASE("applications are told all contacts of a step, with their bodies") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  CAPTURE(world == World::rigid);
+  int calls = 0, with_floor = 0, listed = 0;
+  double pushed = 0;
+  bullet::Options options;
+  const btCollisionObject* object = nullptr;
+  options.on_contacts = [&](Span<const bullet::StepContact> contacts) {
+    ++calls;
+    for (const bullet::StepContact& c : contacts) {
+      with_floor += c.body_a == object || c.body_b == object;
+      // From the floor to the cloth, which is above it.
+      const bool upwards = (c.normal.y() > 0) == (c.body_b == object);
+      CHECK(upwards);
+      CHECK(std::abs(static_cast<double>(c.point.y())) < 0.05);
+      pushed += c.impulse;
+    }
+  };
+  ObstacleWorld w(world, 0, options);
+  Floor floor(w);
+  object = floor.body;
+  btSoftBody* cloth = add_flat(w, 0.1);
+  cloth->setVelocity(btVector3(0, -4, 0));
+  for (int i = 0; i < 20; ++i) {
+    w.steps(1);
+    listed += cloth->m_rcontacts.size() + cloth->m_nodeRigidContacts.size();
+  }
+  CHECK(calls > 0);
+  CHECK(with_floor > 0);
+  CHECK(listed > 0);
+  CHECK_THAT(pushed, Matchers::WithinAbs(4, 0.05));
+}
