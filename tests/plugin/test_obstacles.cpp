@@ -30,7 +30,7 @@ int count_below(const btSoftBody& body, double height) {
 // Flat obstacles at height zero, 3 m wide, from every source of triangles.
 struct Flat {
   std::unique_ptr<btTriangleMesh> mesh = flat_triangles(6, 3);
-  std::vector<float> heights = std::vector<float>(49, 0.0f);
+  std::vector<btScalar> heights = std::vector<btScalar>(49, btScalar(0));
   std::unique_ptr<btBvhTriangleMeshShape> unscaled;
 
   std::unique_ptr<btCollisionShape> make(const std::string& kind) {
@@ -46,8 +46,8 @@ struct Flat {
       return shape;
     }
     if (kind == "heightfield") {
-      auto shape = std::make_unique<btHeightfieldTerrainShape>(
-          7, 7, heights.data(), btScalar(1), btScalar(-1), btScalar(1), 1, PHY_FLOAT, false);
+      auto shape = std::make_unique<btHeightfieldTerrainShape>(7, 7, heights.data(), btScalar(-1),
+                                                               btScalar(1), 1, false);
       shape->setLocalScaling(btVector3(btScalar(0.5), 1, btScalar(0.5)));
       return shape;
     }
