@@ -29,8 +29,8 @@ class GreedyStealing {
   // nobody gets.
   explicit GreedyStealing(int workers, std::uint32_t stack_size = 0, std::uint32_t batch_size = 0,
                           std::uint32_t batches = 0)
-      : stack_size_(stack_size != 0 ? stack_size : 32),
-        batch_size_(std::min(batch_size != 0 ? batch_size : 16, BatchSize)),
+      : stack_size_(stack_size != 0 ? stack_size : 8),
+        batch_size_(std::min(batch_size != 0 ? batch_size : 4, BatchSize)),
         members_(static_cast<std::size_t>(workers)) {
     const auto count = static_cast<std::uint32_t>(workers);
     if (batches == 0) batches = 16;
