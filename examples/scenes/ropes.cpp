@@ -20,10 +20,8 @@ void build_crossing_ropes(Scene& scene, const Parameters& parameters, double spe
   pin(*held, 0, 0);
   pin(*held, nodes - 1, nodes - 1);
   thrown->setVelocity(vector(0, -speed, 0));
-  const btSoftBody *below = held.get(), *above = thrown.get();
   world.add(std::move(held));
   world.add(std::move(thrown));
-  scene.nodes_on_wrong_side = [=] { return links_below(*above, *below); };
 }
 
 void build_rope_on_cloth(Scene& scene, const Parameters& parameters, double speed) {

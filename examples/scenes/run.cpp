@@ -12,6 +12,7 @@ RunReport run(Scene& scene, const std::function<void(int step)>& after_step) {
   PhysicsWorld& world = *scene.world;
   CrossingCounter crossings(world);
   RunReport report;
+  report.margin = world.options().margin;
   report.start = report.end = measure(world);
   report.highest_energy = report.start.energy();
   report.piercings_at_start = find_piercings(read_surface(world), read_positions(world)).size();

@@ -14,6 +14,7 @@ namespace lazyccd::scenes {
 
 struct RunReport {
   int steps = 0;
+  double margin = 0;                                // m, of each body
   std::int64_t crossings_vf = 0, crossings_ee = 0;  // over all steps
   std::size_t piercings_at_start = 0;
   std::vector<Piercing> piercings;     // at the end

@@ -37,22 +37,4 @@ int nodes_below(const btSoftBody& body, int first, int last, const btSoftBody& c
   return count;
 }
 
-int links_below(const btSoftBody& rope, const btSoftBody& other) {
-  int count = 0;
-  for (int i = 0; i < rope.m_links.size(); ++i) {
-    const btVector3 &a = rope.m_links[i].m_n[0]->m_x, &b = rope.m_links[i].m_n[1]->m_x;
-    for (int j = 0; j < other.m_links.size(); ++j) {
-      const btVector3 &c = other.m_links[j].m_n[0]->m_x, &d = other.m_links[j].m_n[1]->m_x;
-      const btVector3 ab = b - a, cd = d - c, ac = c - a;
-      const btScalar area = ab.x() * cd.z() - ab.z() * cd.x();
-      if (area == 0) continue;
-      const btScalar s = (ac.x() * cd.z() - ac.z() * cd.x()) / area;
-      const btScalar t = (ac.x() * ab.z() - ac.z() * ab.x()) / area;
-      const bool cross = s >= 0 && s <= 1 && t >= 0 && t <= 1;
-      count += cross && a.y() + s * ab.y() < c.y() + t * cd.y();
-    }
-  }
-  return count;
-}
-
 }  // namespace lazyccd::scenes

@@ -9,7 +9,5 @@ namespace lazyccd::scenes {
 bool is_below(const btVector3& point, const btSoftBody& cloth);
 // Nodes first..last of a body that are.
 int nodes_below(const btSoftBody& body, int first, int last, const btSoftBody& cloth);
-// Links of a rope that pass below a link of another one, seen from above.
-int links_below(const btSoftBody& rope, const btSoftBody& other);
 
 }  // namespace lazyccd::scenes

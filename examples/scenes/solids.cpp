@@ -1,6 +1,7 @@
 // Soft bodies with a volume.
 #include <algorithm>
 #include <cmath>
+#include <set>
 
 #include "scenes/cloth.h"
 #include "scenes/scene.h"
@@ -18,9 +19,12 @@ int scaled_cells(int cells, const Parameters& parameters) {
 constexpr int spikes = 6;                             // along a side
 constexpr double spacing = 0.2, spike_height = 0.25;  // m
 
+// Every quad is halved along the same diagonal, so a spike has six sides.
 double bed_height(double x, double z) {
-  const auto off = [](double a) { return std::abs(a - spacing * (std::floor(a / spacing) + 0.5)); };
-  return spike_height * (1 - std::max(off(x), off(z)) / (spacing / 2));
+  const auto off = [](double a) { return a - spacing * (std::floor(a / spacing) + 0.5); };
+  const double dx = off(x), dz = off(z), ax = std::abs(dx), az = std::abs(dz);
+  const double away = dx * dz > 0 ? std::max(ax, az) : ax + az;
+  return spike_height * std::max(0.0, 1 - away / (spacing / 2));
 }
 
 void build_spikes(Scene& scene, const Parameters& parameters, double speed) {
@@ -29,23 +33,26 @@ void build_spikes(Scene& scene, const Parameters& parameters, double speed) {
   const auto bed = [](double u, double v) {
     const double x = 2 * half * u - half, z = 2 * half * v - half;
     // Rounding must not tell a valley from the next one.
-    return vector(x, std::max(0.0, bed_height(x + 1e-9, z + 1e-9)), z);
+    return vector(x, bed_height(x + 1e-9, z + 1e-9), z);
   };
   world.add_static(make_mesh(2 * spikes, 2 * spikes, bed), at(0, 0, 0));
   auto ball =
       make_ball(world.info(), scaled_cells(6, parameters), 1, vector(0.03, 0.62, 0.02), 0.3);
   ball->setVelocity(vector(0, -speed, 0));
-  const btSoftBody* dropped = ball.get();
+  // What is inside the ball touches nothing.
+  std::set<const btSoftBody::Node*> surface;
+  for (int i = 0; i < ball->m_faces.size(); ++i) {
+    for (const btSoftBody::Node* corner : ball->m_faces[i].m_n) surface.insert(corner);
+  }
   world.add(std::move(ball));
-  scene.nodes_on_wrong_side = [dropped] {
-    int below = 0;
-    for (int i = 0; i < dropped->m_nodes.size(); ++i) {
-      const btVector3& p = dropped->m_nodes[i].m_x;
-      const double x = static_cast<double>(p.x()), z = static_cast<double>(p.z());
-      below += std::abs(x) < half && std::abs(z) < half &&
-               static_cast<double>(p.y()) < bed_height(x, z) - 1e-6;
-    }
-    return below;
+  scene.nodes_on_wrong_side = [surface] {
+    return static_cast<int>(
+        std::count_if(surface.begin(), surface.end(), [](const btSoftBody::Node* node) {
+          const double x = static_cast<double>(node->m_x.x());
+          const double z = static_cast<double>(node->m_x.z());
+          return std::abs(x) < half && std::abs(z) < half &&
+                 static_cast<double>(node->m_x.y()) < bed_height(x, z) - 1e-6;
+        }));
   };
 }
 

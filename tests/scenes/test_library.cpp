@@ -53,7 +53,6 @@ TEST_CASE("the counters see that Bullet alone lets ropes and meshes through") {
   const scenes::RunReport ropes =
       run({"crossing-ropes", rigid, 20}, scenes::Collisions::bullet, 1.0 / 60);
   CHECK(ropes.crossings_ee > 0);
-  CHECK(ropes.wrong_side.value_or(0) > 0);
   const scenes::RunReport mesh =
       run({"cloth-on-mesh", rigid, 10}, scenes::Collisions::bullet, 1.0 / 60);
   CHECK(mesh.crossings_vf > 0);

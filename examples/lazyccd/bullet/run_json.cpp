@@ -11,6 +11,7 @@ nlohmann::ordered_json to_json(const scenes::RunReport& report) {
   nlohmann::ordered_json json;
   json["steps"] = report.steps;
   json["finite"] = report.finite;
+  json["margin_m"] = report.margin;
   json["pass_throughs"] = {{"vertex_face", report.crossings_vf},
                            {"edge_edge", report.crossings_ee}};
   json["piercings_at_start"] = report.piercings_at_start;
