@@ -116,6 +116,7 @@ class GpuDetector : public BackendDetector {
   bool grow_lists(Stats& stats);
   std::size_t decide_residue(const Positions& start, const Positions& end, std::size_t certain,
                              Stats& stats);
+  bool sorts_by_rank() const { return contact_capacity_.value <= 4096; }
   void drop_graphs();
   std::int64_t bytes() const;
 
@@ -123,7 +124,7 @@ class GpuDetector : public BackendDetector {
   Stream stream_;
   Event marks_[kMarks];
   Event uploaded_[2];
-  int multiprocessors_ = 0;
+  std::uint32_t multiprocessors_ = 0;
   std::string device_name_;
   ThreadPool pool_;
 
@@ -143,7 +144,8 @@ class GpuDetector : public BackendDetector {
   DeviceBuffer<Body> bodies_;
   DeviceBuffer<std::uint64_t> disabled_;
   DeviceBuffer<gpu::DeviceGroup> device_groups_;
-  DeviceBuffer<gpu::PrimitiveNames> names_;
+  DeviceBuffer<gpu::PrimitiveBlock> blocks_;
+  DeviceBuffer<gpu::GroupBounds> bounds_;
   DeviceBuffer<std::int32_t> leaf_order_;
   DeviceBuffer<int2> node_ranges_;
 
@@ -156,16 +158,16 @@ class GpuDetector : public BackendDetector {
   DeviceBuffer<DoubleRecord> records_;
 
   // The step's own.
-  DeviceBuffer<gpu::PrimitiveBox> primitives_, boxes_;
-  DeviceBuffer<gpu::DiagonalSlabs> slabs_;
   DeviceBuffer<gpu::SweptBox> runs_;
   DeviceBuffer<TreeNode> nodes_;
   DeviceBuffer<StepCounters> counters_;
   Capacity filtered_capacity_[2] = {{1 << 16}, {1 << 18}};
-  Capacity survivor_capacity_[2] = {{1 << 14}, {1 << 16}}, hard_capacity_{1 << 12},
+  Capacity hit_capacity_[2] = {{1 << 14}, {1 << 16}}, undecided_capacity_[2] = {{1 << 13}, {1 << 15}},
+           hard_capacity_{1 << 12},
            residue_capacity_{1 << 10}, contact_capacity_{1 << 11};
   DeviceBuffer<Candidate> filtered_[2];
-  DeviceBuffer<Survivor> survivors_[2];
+  DeviceBuffer<Survivor> hits_[2];
+  DeviceBuffer<Candidate> undecided_[2];
   DeviceBuffer<HardQuery> hard_, residue_;
   DeviceBuffer<Contact> contacts_, sorted_;
   DeviceBuffer<std::uint64_t> keys_, sorted_keys_;
@@ -193,8 +195,10 @@ GpuDetector::GpuDetector(const Options& options)
       traversal_(options_) {
   int device = 0;
   LAZYCCD_CUDA_CHECK(cudaGetDevice(&device));
+  int multiprocessors = 0;
   LAZYCCD_CUDA_CHECK(
-      cudaDeviceGetAttribute(&multiprocessors_, cudaDevAttrMultiProcessorCount, device));
+      cudaDeviceGetAttribute(&multiprocessors, cudaDevAttrMultiProcessorCount, device));
+  multiprocessors_ = static_cast<std::uint32_t>(multiprocessors);
   cudaDeviceProp properties;
   int driver = 0;
   LAZYCCD_CUDA_CHECK(cudaGetDeviceProperties(&properties, device));
@@ -202,8 +206,8 @@ GpuDetector::GpuDetector(const Options& options)
   device_name_ = std::string(properties.name) + ", driver for CUDA " + std::to_string(driver / 1000) +
                  "." + std::to_string(driver % 1000 / 10);
   if (options.tuning.capacity_hint) {
-    for (Capacity* c : {&filtered_capacity_[0], &filtered_capacity_[1], &survivor_capacity_[0],
-                        &survivor_capacity_[1], &hard_capacity_,
+    for (Capacity* c : {&filtered_capacity_[0], &filtered_capacity_[1], &hit_capacity_[0],
+                        &hit_capacity_[1], &undecided_capacity_[0], &undecided_capacity_[1], &hard_capacity_,
                         &residue_capacity_, &contact_capacity_})
       c->value = options.tuning.capacity_hint;
   }
@@ -319,8 +323,7 @@ void GpuDetector::build(const Positions& start, const Positions& end) {
   upload(leaf_order_, tree_.order().data(), tree_.order().size());
   static_assert(sizeof(Tree::Range) == sizeof(int2));
   upload(node_ranges_, tree_.ranges().data(), tree_.ranges().size());
-  boxes_.reserve(std::max<std::size_t>(groups_.groups().size(), 1));
-  slabs_.reserve(std::max<std::size_t>(groups_.groups().size(), 1));
+  bounds_.reserve(std::max<std::size_t>(groups_.groups().size(), 1));
   runs_.reserve(groups_.groups().size() / gpu::kRun + 1);
   records_.reserve(std::max<std::size_t>(mesh_->vertex_count(), 1));
   built_ = true;
@@ -332,28 +335,32 @@ void GpuDetector::build(const Positions& start, const Positions& end) {
 
 void GpuDetector::upload_groups() {
   std::vector<gpu::DeviceGroup> groups;
-  std::vector<gpu::PrimitiveNames> names;
+  std::vector<gpu::PrimitiveBlock> blocks;
   for (const Group& g : groups_.groups()) {
-    groups.push_back({g.body, g.pinned, static_cast<std::int32_t>(names.size()),
-                      {g.count[kVertices], g.count[kEdges], g.count[kFaces]}});
+    gpu::DeviceGroup group{g.body, static_cast<std::int32_t>(blocks.size()), {}, g.pinned != 0};
+    int place = 0;
     for (int kind = 0; kind < 3; ++kind) {
-      for (int i = 0; i < g.count[kind]; ++i) {
+      group.count[kind] = static_cast<std::uint8_t>(g.count[kind]);
+      for (int i = 0; i < g.count[kind]; ++i, ++place) {
         const Block& block = groups_.blocks()[g.first[kind] + i / kBlockLanes];
         const int lane = i % kBlockLanes;
-        names.push_back({block.id[lane],
-                         {block.vertex[0][lane], block.vertex[1][lane], block.vertex[2][lane]}});
+        if (place % kBlockLanes == 0) blocks.emplace_back();
+        blocks.back().names[place % kBlockLanes] = {
+            block.id[lane], {block.vertex[0][lane], block.vertex[1][lane], block.vertex[2][lane]}};
       }
     }
+    groups.push_back(group);
   }
+  blocks.resize(blocks.size() + 4);  // what the leaf kernel's last rounds may read beyond a group
   upload(device_groups_, groups.data(), groups.size());
-  upload(names_, names.data(), names.size());
-  primitives_.reserve(std::max<std::size_t>(names.size(), 1));
+  upload(blocks_, blocks.data(), blocks.size());
 }
 
 void GpuDetector::reserve_lists() {
   for (int kind = 0; kind < 2; ++kind) {
     filtered_[kind].reserve(filtered_capacity_[kind].value);
-    survivors_[kind].reserve(survivor_capacity_[kind].value);
+    hits_[kind].reserve(hit_capacity_[kind].value);
+    undecided_[kind].reserve(undecided_capacity_[kind].value);
   }
   hard_.reserve(hard_capacity_.value);
   residue_.reserve(residue_capacity_.value);
@@ -387,20 +394,14 @@ SceneView GpuDetector::scene_view() {
   s.mesh = {reinterpret_cast<const std::int32_t(*)[3]>(faces_.data()),
             reinterpret_cast<const std::int32_t(*)[2]>(edges_.data()), body_of_vertex_.data()};
   s.pinned = mesh_->any_pinned() ? pinned_.data() : nullptr;
-  s.bodies = bodies_.data();
-  s.disabled_pairs = disabled_.data();
-  s.disabled_count = static_cast<std::uint32_t>(mesh_->disabled_pairs().size());
-  s.groups = device_groups_.data();
-  s.names = names_.data();
+  s.groups = {device_groups_.data(), blocks_.data(), bounds_.data(), bodies_.data(), disabled_.data(),
+              static_cast<std::uint32_t>(mesh_->disabled_pairs().size())};
   s.leaf_order = leaf_order_.data();
   s.node_ranges = node_ranges_.data();
   s.body_bits = bits_for(mesh_->body_count());
   s.a_bits = bits_for(std::max(mesh_->vertex_count(), mesh_->edges().size()));
   s.b_bits = bits_for(std::max(mesh_->faces().size(), mesh_->edges().size()));
   s.records = records_.data();
-  s.primitives = primitives_.data();
-  s.boxes = boxes_.data();
-  s.slabs = slabs_.data();
   s.runs = runs_.data();
   s.nodes = nodes_.data();
   return s;
@@ -414,30 +415,38 @@ void GpuDetector::enqueue_stages(const Scalar* start, const Scalar* end, bool fr
     if (marks) marks_[m].record(stream_);
   };
   const auto warps = [](std::size_t count) { return blocks_for(count * gpu::kWarp, 128); };
+  const auto launch = [&](auto kernel, std::uint32_t blocks, std::uint32_t threads,
+                          const auto&... arguments) {
+    gpu::launch_behind(kernel, blocks, threads, 0, stream_, arguments...);
+  };
   const std::uint32_t capacity = contact_capacity_.value;
 
   mark(kStart);
   LAZYCCD_CUDA_CHECK(cudaMemsetAsync(counters, 0, sizeof(StepCounters), stream_));
-  LAZYCCD_CUDA_CHECK(
-      cudaMemsetAsync(keys_.data(), 0xff, capacity * sizeof(std::uint64_t), stream_));
+  if (!sorts_by_rank())
+    LAZYCCD_CUDA_CHECK(
+        cudaMemsetAsync(keys_.data(), 0xff, capacity * sizeof(std::uint64_t), stream_));
   gpu::load_positions<Scalar, Record>
       <<<blocks_for(scene.vertex_count, 128), 128, 0, stream_>>>(scene, start, end, counters);
-  gpu::refit_groups<Record><<<warps(scene.group_count), 128, 0, stream_>>>(scene);
-  gpu::refit_runs<<<warps(scene.group_count / gpu::kRun + 1), 128, 0, stream_>>>(scene, counters);
-  gpu::refit_nodes<<<warps(scene.node_count), 128, 0, stream_>>>(scene);
+  LAZYCCD_CUDA_CHECK(cudaGetLastError());
+  launch(gpu::refit_groups<Record>, warps(scene.group_count), 128, scene);
+  launch(gpu::refit_runs, warps(scene.group_count / gpu::kRun + 1), 128, scene, counters);
+  launch(gpu::refit_nodes, warps(scene.node_count), 128, scene);
   mark(kRefitted);
 
-  traversal_.launch(nodes_.data(), from_front, stream_);
+  traversal_.launch(nodes_.data(), scene.groups, from_front, stream_);
   mark(kTraversed);
 
   const auto filtered = [&](int kind) {
     return gpu::Output<Candidate>{filtered_[kind].data(), filtered_capacity_[kind].value,
                                   &counters->filtered[kind]};
   };
-  const auto survivors = [&](int kind) {
-    return gpu::Output<Survivor>{survivors_[kind].data(), survivor_capacity_[kind].value,
-                                 &counters->survivors[kind]};
-  };
+  gpu::Survivors survivors{};
+  for (int kind = 0; kind < 2; ++kind) {
+    survivors.hits[kind] = {hits_[kind].data(), hit_capacity_[kind].value, &counters->hits[kind]};
+    survivors.undecided[kind] = {undecided_[kind].data(), undecided_capacity_[kind].value,
+                                 &counters->undecided[kind]};
+  }
   const gpu::LeafArguments leaf{traversal_.leaf_pairs(),
                                 traversal_.leaf_pair_count(),
                                 traversal_.leaf_pair_capacity(),
@@ -445,31 +454,36 @@ void GpuDetector::enqueue_stages(const Scalar* start, const Scalar* end, bool fr
                                 counters,
                                 options_.vertex_face,
                                 options_.edge_edge};
-  gpu::leaf_pairs<Record>
-      <<<8 * multiprocessors_, gpu::kLeafWarps * gpu::kWarp, 0, stream_>>>(scene, leaf);
+  launch(gpu::leaf_pairs<Record>, gpu::kLeafBlocks * multiprocessors_, gpu::kLeafWarps * gpu::kWarp, scene, leaf);
   mark(kFiltered);
 
   const gpu::ContactOutput out{{contacts_.data(), capacity, &counters->contacts},
                                keys_.data(),
-                               {hard_.data(), hard_capacity_.value, &counters->hard},
                                {residue_.data(), residue_capacity_.value, &counters->residue},
                                counters};
-  gpu::filter_at_roots<Record><<<4 * multiprocessors_, 128, 0, stream_>>>(
-      scene, filtered(0), filtered(1), survivors(0), survivors(1));
-  gpu::decide_survivors<Record>
-      <<<4 * multiprocessors_, 64, 0, stream_>>>(scene, survivors(0), survivors(1), out);
-  gpu::decide_hard<Record><<<2 * multiprocessors_, 128, 0, stream_>>>(scene, out);
+  const gpu::Output<HardQuery> hard{hard_.data(), hard_capacity_.value, &counters->hard};
+  launch(gpu::filter_at_roots<Record>, 4 * multiprocessors_, 128, scene, filtered(0), filtered(1),
+         survivors);
+  launch(gpu::decide<Record>, gpu::kDecideBlocks * multiprocessors_, gpu::kDecideThreads, scene, survivors,
+         hard, out);
   mark(kDecided);
 
-  // Unused places hold keys of ones: one more bit than real keys have puts them last.
+  if (sorts_by_rank()) {
+    launch(gpu::place_by_rank, 4 * multiprocessors_, 128, out, sorted_.data());
+    mark(kSorted);
+    return;
+  }
+  // Unused places hold keys of ones and come behind all others, being behind them from the start. The
+  // sort takes 8 bits a pass: what is left over below is for place_contacts, where it is little.
   std::size_t space = sort_space_.size();
-  const int key_bits = 2 * scene.body_bits + 1 + scene.a_bits + scene.b_bits;
+  const int key_bits = std::min(2 * scene.body_bits + 1 + scene.a_bits + scene.b_bits, 64);
+  const int left_over = (key_bits - scene.b_bits) % 8;
+  const int first_bit = scene.b_bits + (left_over <= 1 && key_bits - scene.b_bits > 8 ? left_over : 0);
   LAZYCCD_CUDA_CHECK(cub::DeviceRadixSort::SortPairs(
       sort_space_.data(), space, keys_.data(), sorted_keys_.data(), order_.data(),
-      sorted_order_.data(), static_cast<int>(capacity), scene.b_bits, std::min(key_bits + 1, 64),
-      stream_));
-  gpu::place_contacts<<<4 * multiprocessors_, 128, 0, stream_>>>(
-      out, sorted_keys_.data(), sorted_order_.data(), scene.b_bits, sorted_.data());
+      sorted_order_.data(), static_cast<int>(capacity), first_bit, key_bits, stream_));
+  launch(gpu::place_contacts, 4 * multiprocessors_, 128, out, sorted_keys_.data(), sorted_order_.data(),
+         first_bit, sorted_.data());
   LAZYCCD_CUDA_CHECK(cudaGetLastError());
   mark(kSorted);
 }
@@ -515,8 +529,10 @@ bool GpuDetector::grow_lists(Stats& stats) {
   if (grown) ++stats.overflows;
   const std::pair<Capacity*, std::uint32_t> lists[] = {{&filtered_capacity_[0], c.filtered[0]},
                                                        {&filtered_capacity_[1], c.filtered[1]},
-                                                       {&survivor_capacity_[0], c.survivors[0]},
-                                                       {&survivor_capacity_[1], c.survivors[1]},
+                                                       {&hit_capacity_[0], c.hits[0]},
+                                                       {&hit_capacity_[1], c.hits[1]},
+                                                       {&undecided_capacity_[0], c.undecided[0]},
+                                                       {&undecided_capacity_[1], c.undecided[1]},
                                                        {&hard_capacity_, c.hard},
                                                        {&residue_capacity_, c.residue},
                                                        {&contact_capacity_, c.contacts}};
@@ -614,11 +630,11 @@ Span<const Contact> GpuDetector::detect(const Positions& start, const Positions&
   stats.idle_share = traversal_.idle_share();
   stats.steals = static_cast<std::int64_t>(t.steals);
   stats.overflows += static_cast<std::int64_t>(t.overflows);
-  stats.group_pairs = c.group_pairs;
+  stats.group_pairs = t.leaf_pairs;
   stats.candidates_vf = c.candidates[0];
   stats.candidates_ee = c.candidates[1];
-  stats.survivors_vf = c.survivors[0];
-  stats.survivors_ee = c.survivors[1];
+  stats.survivors_vf = c.hits[0] + c.undecided[0];
+  stats.survivors_ee = c.hits[1] + c.undecided[1];
   stats.refined = c.refined;
   stats.exact = c.residue;
   stats.hash = c.hash;
@@ -648,11 +664,11 @@ std::int64_t GpuDetector::bytes() const {
   std::size_t sum = traversal_.bytes() + faces_.bytes() + edges_.bytes() + body_of_vertex_.bytes() +
                     pinned_.bytes() + bodies_.bytes() + disabled_.bytes() + device_groups_.bytes() +
                     leaf_order_.bytes() + node_ranges_.bytes() + raw_start_.bytes() +
-                    raw_end_.bytes() + records_.bytes() + names_.bytes() + primitives_.bytes() + boxes_.bytes() + slabs_.bytes() +
+                    raw_end_.bytes() + records_.bytes() + blocks_.bytes() + bounds_.bytes() +
                     runs_.bytes() + nodes_.bytes() + hard_.bytes() + residue_.bytes() +
                     contacts_.bytes() + sorted_.bytes() + keys_.bytes() + sorted_keys_.bytes() +
                     order_.bytes() + sorted_order_.bytes() + sort_space_.bytes();
-  for (int kind = 0; kind < 2; ++kind) sum += filtered_[kind].bytes() + survivors_[kind].bytes();
+  for (int kind = 0; kind < 2; ++kind) sum += filtered_[kind].bytes() + hits_[kind].bytes() + undecided_[kind].bytes();
   return static_cast<std::int64_t>(sum);
 }
 

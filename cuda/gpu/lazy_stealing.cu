@@ -58,9 +58,9 @@ class LazyStealing : public TraversalStrategy {
 
   void launch(const TraversalJob& job, cudaStream_t stream) override {
     const View view = this->view();
-    start_traversal<Blocks><<<1, 1, 0, stream>>>(view, job);
-    traverse<Blocks><<<blocks_, block_size_, stack_bytes(), stream>>>(view, job, shape_);
-    LAZYCCD_CUDA_CHECK(cudaGetLastError());
+    launch_behind(start_traversal<Blocks>, 1, 1, 0, stream, view, job);
+    launch_behind(traverse<Blocks>, blocks_, static_cast<std::uint32_t>(block_size_), stack_bytes(),
+                  stream, view, job, shape_);
   }
 
   void grow(cudaStream_t stream) override {

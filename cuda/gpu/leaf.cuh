@@ -11,76 +11,91 @@ namespace lazyccd::gpu {
 
 constexpr int kMaxPrimitives = 2 * 48 + kGroupCells;  // vertices, edges and faces of a group
 constexpr int kLeafWarps = 4;                         // a block
+#ifndef LEAF_BLOCKS
+#define LEAF_BLOCKS 6
+#endif
+constexpr int kLeafBlocks = LEAF_BLOCKS;              // a multiprocessor
 
 // A warp's shared memory.
 struct LeafScratch {
-  Candidate queue[2][2 * kWarp];       // by ContactKind; less than a warp's worth between pushes
-  std::uint8_t listed[2][kMaxPrimitives];  // of group a and b: primitives that come near the other
+  Candidate queue[2][2 * kWarp];            // by ContactKind; less than a warp's worth between pushes
+  std::int32_t listed[2][kMaxPrimitives];   // of group a and b: places of primitives near the other
 };
-
-// Three 16-byte loads, all under way before the first use.
-__device__ inline MotionBox load(const PrimitiveBox* from) {
-  union {
-    float4 quads[3];
-    MotionBox box;
-  } value;
-  for (int i = 0; i < 3; ++i) value.quads[i] = reinterpret_cast<const float4*>(from)[i];
-  return value.box;
-}
-
-__device__ inline PrimitiveNames load(const PrimitiveNames* from) {
-  const int4 names = *reinterpret_cast<const int4*>(from);
-  return {names.x, {names.y, names.z, names.w}};
-}
-
-// Certainly apart in the linear motion: on the same side at both ends. Without branches: a lane that
-// could leave early waits for the others anyway.
-__device__ inline bool apart(const float* lo0_a, const float* hi0_a, const float* lo1_a,
-                             const float* hi1_a, const float* lo0_b, const float* hi0_b,
-                             const float* lo1_b, const float* hi1_b, int axes) {
-  bool result = false;
-  for (int k = 0; k < axes; ++k)
-    result |= ((lo0_a[k] > hi0_b[k]) & (lo1_a[k] > hi1_b[k])) |
-              ((hi0_a[k] < lo0_b[k]) & (hi1_a[k] < lo1_b[k]));
-  return result;
-}
-__device__ inline bool apart(const MotionBox& a, const MotionBox& b) {
-  return apart(a.lo0, a.hi0, a.lo1, a.hi1, b.lo0, b.hi0, b.lo1, b.hi1, 3);
-}
-__device__ inline bool apart(const DiagonalSlabs& a, const DiagonalSlabs& b) {
-  return apart(a.lo0, a.hi0, a.lo1, a.hi1, b.lo0, b.hi0, b.lo1, b.hi1, kDiagonals);
-}
 
 __device__ inline unsigned lanes_below(int lane) { return (1u << lane) - 1; }
 
-// How many primitives of each kind are listed; they lie in that order.
-struct Listed {
-  int count[3];
-  __device__ int first(int kind) const {
-    return kind == kVertices ? 0 : kind == kEdges ? count[0] : count[0] + count[1];
+// Where primitive i of a group lies, counted in 16-byte pieces of all blocks: its extents along the axes
+// 0, 1, 2 and its names, kBlockLanes apart.
+constexpr int kPieces = kSides + 1;
+__device__ inline int place_of(const DeviceGroup& group, int i) {
+  return group.first_block * (kPieces * kBlockLanes) + i + (kPieces - 1) * (i & ~(kBlockLanes - 1));
+}
+__device__ inline AxisExtent extent_at(const GroupView& view, int place, int axis) {
+  return load_wide(reinterpret_cast<const AxisExtent*>(view.blocks) + place + axis * kBlockLanes);
+}
+__device__ inline PrimitiveNames names_at(const GroupView& view, int place) {
+  return load_wide(reinterpret_cast<const PrimitiveNames*>(view.blocks) + place + kSides * kBlockLanes);
+}
+
+// A primitive's extents, kept in registers against many others.
+struct Extents {
+  AxisExtent axis[kSides];
+
+  __device__ Extents(const GroupView& view, int place) {
+    for (int k = 0; k < kSides; ++k) axis[k] = extent_at(view, place, k);
+  }
+  __device__ explicit Extents(const GroupBounds& bounds) {
+    for (int k = 0; k < kSides; ++k) axis[k] = load_wide(bounds.axis + k);
+  }
+  __device__ bool apart(const Extents& other) const {
+    int sign = 0;
+    for (int k = 0; k < kSides; ++k) sign |= apart_sign(axis[k], other.axis[k]);
+    return sign < 0;
   }
 };
 
-__device__ inline Listed list_near(const SceneView& scene, const DeviceGroup& group,
-                                   const MotionBox& other, std::uint8_t* list, int lane) {
-  Listed listed{{0, 0, 0}};
-  const int total = group.total();
-  for (int base = 0; base < total; base += kWarp) {
-    const int i = base + lane;
-    const bool near = !apart(load(scene.primitives + group.first + min(i, total - 1)), other) && i < total;
-    const unsigned mask = __ballot_sync(kAllLanes, near);
-    if (mask == 0) continue;
-    const int before = listed.count[0] + listed.count[1] + listed.count[2];
-    if (near) list[before + __popc(mask & lanes_below(lane))] = static_cast<std::uint8_t>(i);
-    const unsigned up_to_vertices = __ballot_sync(kAllLanes, near && i < group.count[0]);
-    const unsigned up_to_edges =
-        __ballot_sync(kAllLanes, near && i < group.count[0] + group.count[1]);
-    listed.count[0] += __popc(up_to_vertices);
-    listed.count[1] += __popc(up_to_edges & ~up_to_vertices);
-    listed.count[2] += __popc(mask & ~up_to_edges);
+// Of one group of a pair, what is listed: places by kind in that order.
+struct LeafSide {
+  const std::int32_t* listed;
+  int count[3] = {0, 0, 0};
+
+  __device__ explicit LeafSide(const std::int32_t* list) : listed(list) {}
+  __device__ const std::int32_t* list(int kind) const {
+    return listed + (kind > kVertices ? count[kVertices] : 0) + (kind > kEdges ? count[kEdges] : 0);
   }
-  __syncwarp();
-  return listed;
+  __device__ bool empty() const { return (count[kVertices] | count[kEdges] | count[kFaces]) == 0; }
+
+  // Lists what comes near a group with these bounds.
+  __device__ void list_near(const GroupView& view, const DeviceGroup& group, const GroupBounds& bounds,
+                            std::int32_t* list, int lane) {
+    const Extents other(bounds);
+    const int vertices = group.count[kVertices], edges = vertices + group.count[kEdges];
+    const int total = edges + group.count[kFaces];
+    int before = 0;
+    // Two rounds at a time, whose loads are under way together. The last may read beyond the group: the
+    // buffer is longer than its blocks.
+    for (int base = 0; base < total; base += 2 * kWarp) {
+      const int i[2] = {base + lane, base + kWarp + lane};
+      const int place[2] = {place_of(group, i[0]), place_of(group, i[1])};
+      const Extents extents[2] = {Extents(view, place[0]), Extents(view, place[1])};
+      for (int round = 0; round < 2; ++round) {
+        const bool near = !other.apart(extents[round]) && i[round] < total;
+        const unsigned mask = __ballot_sync(kAllLanes, near);
+        if (near) list[before + __popc(mask & lanes_below(lane))] = place[round];
+        before += __popc(mask);
+        count[kVertices] += __popc(__ballot_sync(kAllLanes, near && i[round] < vertices));
+        count[kFaces] += __popc(__ballot_sync(kAllLanes, near && i[round] >= edges));
+      }
+    }
+    count[kEdges] = before - count[kVertices] - count[kFaces];
+    __syncwarp();
+  }
+};
+
+__device__ inline void swap(LeafSide& a, LeafSide& b) {
+  const LeafSide other = a;
+  a = b;
+  b = other;
 }
 
 __device__ inline Vec3<float> scaled_difference(const FloatRecord& a, const FloatRecord& b, int end,
@@ -98,40 +113,23 @@ __device__ inline Vec3<float> scaled_difference(const DoubleRecord& a, const Dou
           static_cast<float>(s * (b.x[3 * end + 2] - a.x[3 * end + 2]))};
 }
 
-__device__ inline FloatRecord load(const FloatRecord* from) {
-  union {
-    float4 quads[2];
-    FloatRecord record;
-  } value;
-  for (int i = 0; i < 2; ++i) value.quads[i] = reinterpret_cast<const float4*>(from)[i];
-  return value.record;
-}
-__device__ inline DoubleRecord load(const DoubleRecord* from) {
-  union {
-    double2 pairs[3];
-    DoubleRecord record;
-  } value;
-  for (int i = 0; i < 3; ++i) value.pairs[i] = reinterpret_cast<const double2*>(from)[i];
-  return value.record;
-}
-
 template <ContactKind kind, class Record>
 __device__ inline Differences<float> gather(const SceneView& scene, Candidate c, float scale) {
   const Record* records = static_cast<const Record*>(scene.records);
   Record p[4];
   if constexpr (kind == ContactKind::vertex_face) {
     const std::int32_t* f = scene.mesh.faces[c.b];
-    p[0] = load(records + f[0]);
-    p[1] = load(records + f[1]);
-    p[2] = load(records + f[2]);
-    p[3] = load(records + c.a);
+    p[0] = load_wide(records + f[0]);
+    p[1] = load_wide(records + f[1]);
+    p[2] = load_wide(records + f[2]);
+    p[3] = load_wide(records + c.a);
   } else {
     const int2 a = reinterpret_cast<const int2*>(scene.mesh.edges)[c.a];
     const int2 b = reinterpret_cast<const int2*>(scene.mesh.edges)[c.b];
-    p[0] = load(records + a.x);
-    p[1] = load(records + a.y);
-    p[2] = load(records + b.y);
-    p[3] = load(records + b.x);
+    p[0] = load_wide(records + a.x);
+    p[1] = load_wide(records + a.y);
+    p[2] = load_wide(records + b.y);
+    p[3] = load_wide(records + b.x);
   }
   Differences<float> d;
   for (int end = 0; end < 2; ++end) {
@@ -193,87 +191,70 @@ struct LeafWarp {
   // Division of up to 48 * 48 by n <= 48 as a product: the inverse is between 2^20 / n and 3 more, so
   // the quotient is too large by less than 48 * 48 * 3 / 2^20 < 1 / 48.
   __device__ static unsigned inverse(int n) {
-    return static_cast<unsigned>(__fdividef(1048576.0f, static_cast<float>(max(n, 1)))) + 2;
+    unsigned inverse = static_cast<unsigned>(__fdividef(1048576.0f, static_cast<float>(max(n, 1)))) + 2;
+    asm volatile("" : "+r"(inverse));  // once and not in every round of a loop
+    return inverse;
   }
   __device__ static int divided(int p, unsigned inverse_of_n) {
     return static_cast<int>(static_cast<unsigned>(p) * inverse_of_n >> 20);
   }
 
-  // All pairs of listed edges; of one group with itself each pair once.
-  __device__ void edges_edges(const DeviceGroup& a, const Listed& la, const DeviceGroup& b,
-                              const Listed& lb, bool self) {
-    const int nb = lb.count[kEdges], total = la.count[kEdges] * nb;
-    if (total == 0) return;
-    const std::uint8_t* list_a = scratch.listed[0] + la.first(kEdges);
-    const std::uint8_t* list_b = scratch.listed[self ? 0 : 1] + lb.first(kEdges);
+  // All pairs of listed edges; of a group with itself each once: the n edges on a circle, each with those
+  // up to half way round.
+  __device__ void edges_edges(const LeafSide& a, const LeafSide& b, bool self) {
+    const int na = a.count[kEdges], nb = b.count[kEdges];
+    const int total = self ? na * (na - 1) / 2 : na * nb;
+    const std::int32_t *list_a = a.list(kEdges), *list_b = b.list(kEdges);
     const unsigned inverse_nb = inverse(nb);
     for (int base = 0; base < total; base += kWarp) {
-      const int p = base + lane, i = divided(p, inverse_nb), j = p - i * nb;
-      bool wanted = p < total && (!self || i < j);
+      const int p = min(base + lane, total - 1), row = divided(p, inverse_nb), column = p - row * nb;
+      const int beyond = column + row + 1;
+      const int i = self ? column : row, j = !self ? column : beyond < nb ? beyond : beyond - nb;
+      const int place_a = list_a[i], place_b = list_b[j];
+      bool wanted = !Extents(scene.groups, place_a).apart(Extents(scene.groups, place_b)) && base + lane < total;
       Candidate c{0, 0};
       if (wanted) {
-        const int slot_a = a.first + list_a[i], slot_b = b.first + list_b[j];
-        wanted = !apart(load(scene.primitives + slot_a), load(scene.primitives + slot_b));
-        if (wanted) {
-          const PrimitiveNames x = load(scene.names + slot_a), y = load(scene.names + slot_b);
-          wanted = (x.vertex[0] != y.vertex[0]) & (x.vertex[0] != y.vertex[1]) &
-                   (x.vertex[1] != y.vertex[0]) & (x.vertex[1] != y.vertex[1]);
-          c = {x.id, y.id};
-        }
+        const PrimitiveNames x = names_at(scene.groups, place_a), y = names_at(scene.groups, place_b);
+        wanted = (x.vertex[0] != y.vertex[0]) & (x.vertex[0] != y.vertex[1]) &
+                 (x.vertex[1] != y.vertex[0]) & (x.vertex[1] != y.vertex[1]);
+        c = {x.id, y.id};
       }
       push<ContactKind::edge_edge>(wanted, c);
     }
   }
 
-  // The listed vertices of each group against the listed faces of the other, both ways in one loop.
-  __device__ void vertices_faces(const DeviceGroup& a, const Listed& la, const DeviceGroup& b,
-                                 const Listed& lb, bool self) {
-    const int faces_b = lb.count[kFaces], faces_a = la.count[kFaces];
-    const int forth = la.count[kVertices] * faces_b;
-    const int total = forth + (self ? 0 : lb.count[kVertices] * faces_a);
-    if (total == 0) return;
-    const std::uint8_t *list_a = scratch.listed[0], *list_b = scratch.listed[self ? 0 : 1];
-    const unsigned inverse_b = inverse(faces_b), inverse_a = inverse(faces_a);
+  // The listed vertices of a group against the listed faces of another.
+  __device__ void vertices_faces(const LeafSide& a, const LeafSide& b) {
+    const int faces = b.count[kFaces], total = a.count[kVertices] * faces;
+    const std::int32_t *list_a = a.list(kVertices), *list_b = b.list(kFaces);
+    const unsigned inverse_faces = inverse(faces);
     for (int base = 0; base < total; base += kWarp) {
-      const bool back = base + lane >= forth;
-      const int p = base + lane - (back ? forth : 0);
-      const int i = divided(p, back ? inverse_a : inverse_b), j = p - i * (back ? faces_a : faces_b);
-      bool wanted = base + lane < total;
+      const int p = min(base + lane, total - 1), row = divided(p, inverse_faces);
+      const int place_a = list_a[row], place_b = list_b[p - row * faces];
+      bool wanted = !Extents(scene.groups, place_a).apart(Extents(scene.groups, place_b)) && base + lane < total;
       Candidate c{0, 0};
       if (wanted) {
-        const int vertex = back ? b.first + list_b[i] : a.first + list_a[i];
-        const int face = back ? a.first + list_a[la.first(kFaces) + j]
-                              : b.first + list_b[lb.first(kFaces) + j];
-        wanted = !apart(load(scene.primitives + vertex), load(scene.primitives + face));
-        if (wanted) {
-          const std::int32_t v = scene.names[vertex].id;
-          const PrimitiveNames f = load(scene.names + face);
-          wanted = (v != f.vertex[0]) & (v != f.vertex[1]) & (v != f.vertex[2]);
-          c = {v, f.id};
-        }
+        const std::int32_t v = names_at(scene.groups, place_a).id;
+        const PrimitiveNames f = names_at(scene.groups, place_b);
+        wanted = (v != f.vertex[0]) & (v != f.vertex[1]) & (v != f.vertex[2]);
+        c = {v, f.id};
       }
       push<ContactKind::vertex_face>(wanted, c);
     }
   }
-
-  // Whether a pair of groups is to be visited; each lane asks for a pair of its own.
-  __device__ bool opens(NodePair pair) const {
-    if (apart(load(scene.boxes + pair.a), load(scene.boxes + pair.b)) ||
-        apart(scene.slabs[pair.a], scene.slabs[pair.b]))
-      return false;
-    const DeviceGroup &a = scene.groups[pair.a], &b = scene.groups[pair.b];
-    return !(a.pinned && b.pinned) && scene.collide(a.body, b.body);
-  }
-
   __device__ void visit(NodePair pair, bool vertex_face, bool edge_edge) {
     const bool self = pair.a == pair.b;
-    const DeviceGroup a = scene.groups[pair.a], b = scene.groups[pair.b];
-    const MotionBox box_a = load(scene.boxes + pair.a), box_b = load(scene.boxes + pair.b);
-    const Listed la = list_near(scene, a, box_b, scratch.listed[0], lane);
-    if (la.count[0] + la.count[1] + la.count[2] > 0) {
-      const Listed lb = self ? la : list_near(scene, b, box_a, scratch.listed[1], lane);
-      if (edge_edge) edges_edges(a, la, b, lb, self);
-      if (vertex_face) vertices_faces(a, la, b, lb, self);
+    const GroupView& view = scene.groups;
+    const DeviceGroup group_a = load_wide(view.groups + pair.a), group_b = load_wide(view.groups + pair.b);
+    LeafSide a(scratch.listed[0]), b(scratch.listed[1]);
+    a.list_near(view, group_a, view.bounds[pair.b], scratch.listed[0], lane);
+    if (!a.empty()) {
+      b.list_near(view, group_b, view.bounds[pair.a], scratch.listed[1], lane);
+      if (edge_edge) edges_edges(a, b, self);
+      for (int way = 0; vertex_face && way < (self ? 1 : 2); ++way) {
+        vertices_faces(a, b);
+        swap(a, b);
+      }
     }
     __syncwarp();  // the lists are free for the next pair
   }
@@ -294,43 +275,30 @@ struct LeafArguments {
 };
 
 template <class Record>
-__global__ void __launch_bounds__(kLeafWarps* kWarp, 8)
+__global__ void __launch_bounds__(kLeafWarps* kWarp, kLeafBlocks)
     leaf_pairs(SceneView scene, LeafArguments arguments) {
+  begin_kernel();
   __shared__ LeafScratch scratch[kLeafWarps];
-  const std::uint32_t lane = threadIdx.x % kWarp;
+  const int lane = threadIdx.x % kWarp;
   LeafWarp<Record> warp{scene, scratch[threadIdx.x / kWarp], arguments.filtered,
-                        static_cast<float>(scene_scale(scene)),
-                        static_cast<int>(lane)};
+                        static_cast<float>(scene_scale(scene)), lane};
   const std::uint32_t total = min(*arguments.pair_count, arguments.pair_capacity);
-  // A lane a pair to find those to open, then the warp together for each. Few at a time: heavy pairs lie
-  // side by side.
+  // Few at a time: heavy pairs lie side by side. The first few are everyone's own; the next are claimed
+  // before they are needed.
   const std::uint32_t warps = gridDim.x * kLeafWarps;
   const std::uint32_t batch = min(max(total / (8 * warps), 1u), 4u);
-  std::uint32_t opened = 0;
-  for (;;) {
-    std::uint32_t first = 0;
-    if (lane == 0) first = atomicAdd(&arguments.counters->next_leaf_pair, batch);
-    first = __shfl_sync(kAllLanes, first, 0);
-    if (first >= total) break;
-    NodePair mine{0, 0};
-    bool open = lane < batch && first + lane < total;
-    if (open) {
-      mine = arguments.pairs[first + lane];
-      open = warp.opens(mine);
-    }
-    unsigned left = __ballot_sync(kAllLanes, open);
-    opened += __popc(left);
-    for (; left; left &= left - 1) {
-      const int from = __ffs(left) - 1;
-      const NodePair pair{__shfl_sync(kAllLanes, mine.a, from), __shfl_sync(kAllLanes, mine.b, from)};
-      warp.visit(pair, arguments.vertex_face, arguments.edge_edge);
-    }
+  for (std::uint32_t first = (blockIdx.x * kLeafWarps + threadIdx.x / kWarp) * batch; first < total;) {
+    std::uint32_t claimed = 0;
+    if (lane == 0) claimed = atomicAdd(&arguments.counters->next_leaf_pair, batch);
+    const std::uint32_t last = min(first + batch, total);
+    for (std::uint32_t k = first; k < last; ++k)
+      warp.visit(arguments.pairs[k], arguments.vertex_face, arguments.edge_edge);
+    first = warps * batch + __shfl_sync(kAllLanes, claimed, 0);
   }
   warp.finish();
   if (lane == 0) {
-    atomicAdd(&arguments.counters->group_pairs, opened);
-    atomicAdd(&arguments.counters->candidates[0], warp.candidates[0]);
-    atomicAdd(&arguments.counters->candidates[1], warp.candidates[1]);
+    if (warp.candidates[0]) atomicAdd(&arguments.counters->candidates[0], warp.candidates[0]);
+    if (warp.candidates[1]) atomicAdd(&arguments.counters->candidates[1], warp.candidates[1]);
   }
 }
 

@@ -8,12 +8,23 @@
 
 namespace lazyccd::gpu {
 
+constexpr int kDecideThreads = 128;
+#ifndef DECIDE_BLOCKS
+#define DECIDE_BLOCKS 2
+#endif
+constexpr int kDecideBlocks = DECIDE_BLOCKS;  // a multiprocessor
+
 struct ContactOutput {
   Output<Contact> contacts;  // in no order
   std::uint64_t* keys;       // of the same places: their order (ContactSort)
-  Output<HardQuery> hard;
   Output<HardQuery> residue;
   StepCounters* counters;
+};
+
+// What single precision left, by ContactKind: hits with a bracket of their time, and undecided queries.
+struct Survivors {
+  Output<Survivor> hits[2];
+  Output<Candidate> undecided[2];
 };
 
 __device__ inline void append(const Output<HardQuery>& output, const HardQuery& query) {
@@ -78,7 +89,7 @@ __device__ inline void add_to_hash(std::uint64_t share, StepCounters* counters) 
 // The roots in single precision.
 template <ContactKind kind, class Record>
 __device__ inline void look_at_roots(const SceneView& scene, const Output<Candidate>& filtered,
-                                     const Output<Survivor>& survivors, std::uint32_t block,
+                                     const Survivors& survivors, std::uint32_t block,
                                      std::uint32_t blocks) {
   const std::uint32_t count = min(*filtered.count, filtered.capacity);
   const float scale = static_cast<float>(scene_scale(scene));
@@ -87,169 +98,255 @@ __device__ inline void look_at_roots(const SceneView& scene, const Output<Candid
   for (std::uint32_t base = block * blockDim.x; base < count; base += blocks * blockDim.x) {
     const std::uint32_t i = base + threadIdx.x;
     Survivor survivor{};
-    bool survives = i < count;
-    if (survives) {
+    bool hit = false, undecided = false;
+    if (i < count) {
       survivor.pair = filtered.items[i];
       const Differences<float> d = gather<kind, Record>(scene, survivor.pair, scale);
       const Magnitudes<float> m = magnitudes(d);
       const Verdict<float> verdict = decide_at_roots<kind>(d, m, coplanarity(d, m));
-      survives = !verdict.miss;
-      survivor.lo = verdict.hit ? verdict.lo : -1.0f;
+      hit = verdict.hit;
+      undecided = !verdict.hit && !verdict.miss;
+      survivor.lo = verdict.lo;
       survivor.hi = verdict.hi;
     }
-    append_lanes(survivors, survives, survivor, lane);
+    append_lanes(survivors.hits[static_cast<int>(kind)], hit, survivor, lane);
+    append_lanes(survivors.undecided[static_cast<int>(kind)], undecided, survivor.pair, lane);
   }
 }
 
 // The blocks of the grid are dealt to the kinds in turn.
 template <class Record>
 __global__ void filter_at_roots(SceneView scene, Output<Candidate> vf, Output<Candidate> ee,
-                                Output<Survivor> vf_survivors, Output<Survivor> ee_survivors) {
+                                Survivors survivors) {
+  begin_kernel();
   const std::uint32_t block = blockIdx.x / 4, blocks = gridDim.x / 4;
   if (blockIdx.x % 4 == 0) {
-    look_at_roots<ContactKind::vertex_face, Record>(scene, vf, vf_survivors, block, blocks);
+    look_at_roots<ContactKind::vertex_face, Record>(scene, vf, survivors, block, blocks);
   } else {
-    look_at_roots<ContactKind::edge_edge, Record>(scene, ee, ee_survivors,
-                                                  block * 3 + blockIdx.x % 4 - 1, blocks * 3);
+    look_at_roots<ContactKind::edge_edge, Record>(scene, ee, survivors, block * 3 + blockIdx.x % 4 - 1,
+                                                  blocks * 3);
   }
 }
 
-// Returns the contact's share of the hash, 0 where it is none.
-template <ContactKind kind, class Record>
-__device__ inline std::uint64_t decide_survivor(const SceneView& scene, const Survivor& s, double scale,
-                                                const ContactOutput& out) {
-  Contact contact;
-  if (!identify<kind>(scene, s.pair, contact)) return 0;
-  const QueryCoordinates q = coordinates<Record>(scene, contact);
-  const Differences<double> d = differences<kind>(q, scale);
-  const Magnitudes<double> m = magnitudes(d);
-  const Cubic<double> f = coplanarity(d, m);
-  double lo = s.lo, hi = s.hi;
-  if (s.lo < 0) {
-    atomicAdd(&out.counters->refined, 1u);
-    const Verdict<double> v = decide_at_roots<kind>(d, m, f);
-    if (v.miss) return 0;
-    if (!v.hit) {
-      append(out.hard, {s.pair, static_cast<std::int32_t>(kind)});
-      return 0;
-    }
-    lo = v.lo;
-    hi = v.hi;
-  }
+// The time of a query with one root in [lo, hi]. Returns the contact's share of the hash, 0 where it
+// went to the residue.
+template <ContactKind kind>
+__device__ inline std::uint64_t time_hit(const SceneView& scene, const QueryCoordinates& q,
+                                         const Cubic<double>& f, double lo, double hi, Candidate pair,
+                                         Contact& contact, const ContactOutput& out) {
   const std::int64_t tick = impact_tick(f, lo, hi);
-  if (tick < 0) {
-    append(out.residue, {s.pair, static_cast<std::int32_t>(kind)});
-    return 0;
-  }
-  return emit_contact<kind>(scene, q, tick, contact, out);
-}
-
-template <ContactKind kind, class Record>
-__device__ inline std::uint64_t decide_list(const SceneView& scene, const Output<Survivor>& survivors,
-                                            const ContactOutput& out, std::uint32_t block,
-                                            std::uint32_t blocks) {
-  const std::uint32_t count = min(*survivors.count, survivors.capacity);
-  const double scale = scene_scale(scene);
-  std::uint64_t hash = 0;
-  for (std::uint32_t i = block * blockDim.x + threadIdx.x; i < count; i += blocks * blockDim.x)
-    hash += decide_survivor<kind, Record>(scene, survivors.items[i], scale, out);
-  return hash;
-}
-
-template <class Record>
-__global__ void decide_survivors(SceneView scene, Output<Survivor> vf, Output<Survivor> ee,
-                                 ContactOutput out) {
-  const std::uint32_t block = blockIdx.x / 4, blocks = gridDim.x / 4;
-  const std::uint64_t hash =
-      blockIdx.x % 4 == 0
-          ? decide_list<ContactKind::vertex_face, Record>(scene, vf, out, block, blocks)
-          : decide_list<ContactKind::edge_edge, Record>(scene, ee, out, block * 3 + blockIdx.x % 4 - 1,
-                                                        blocks * 3);
-  add_to_hash(hash, out.counters);
+  if (tick >= 0) return emit_contact<kind>(scene, q, tick, contact, out);
+  append(out.residue, {pair, static_cast<std::int32_t>(kind)});
+  return 0;
 }
 
 // As decide_by_subdivision (core/subdivision.h), 32 parts at a time: the lanes look at the parts of one
 // interval side by side, and the warp goes on into the first part that is not certainly free.
 template <ContactKind kind, class Record>
-__device__ inline void decide_by_warp(const SceneView& scene, Candidate pair, const ContactOutput& out,
-                                      double scale, int lane) {
+__device__ inline std::uint64_t decide_by_warp(const SceneView& scene, Candidate pair,
+                                               const ContactOutput& out, double scale, int lane) {
   Contact contact;
-  identify_contact<kind>(scene.mesh, pair, contact);
+  if (!identify<kind>(scene, pair, contact)) return 0;
   const QueryCoordinates q = coordinates<Record>(scene, contact);
   const Differences<double> d = differences<kind>(q, scale);
   const Magnitudes<double> m = magnitudes(d);
   const Cubic<double> f = coplanarity(d, m);
 
+  // The way down: lane l holds what is known of level l, where each part is 32 of the next.
   constexpr int levels = 8;  // down to parts of 2^-40 of the step
-  double begin[levels] = {0};
-  unsigned open[levels], hits[levels];  // parts still to be looked into; those that hold the contact
-  double width = 1.0 / kWarp;
+  double held_begin = 0;
+  unsigned held_open = 0, held_hits = 0;  // parts still to be looked into; those that hold the contact
+  double begin = 0, width = 1.0 / kWarp;
   int level = 0;
   for (int visited = 0; visited < 64; ++visited) {
-    const double lo = begin[level] + lane * width, hi = lo + width;
+    const double lo = begin + lane * width, hi = lo + width;
     const Cubic<double> local = f.on(lo, hi);
     const Inside<double> inside = inside_conditions<kind>(d, m, lo + 0.5 * width, 0.5 * width);
     const bool free = local.no_root() || inside.any_negative || separated<kind>(d, m, lo, hi);
-    open[level] = __ballot_sync(kAllLanes, !free);
-    hits[level] = __ballot_sync(kAllLanes, inside.all_positive && has_one_root(local));
-    while (open[level] == 0) {
-      if (level == 0) return;
+    unsigned open = __ballot_sync(kAllLanes, !free);
+    unsigned hits = __ballot_sync(kAllLanes, inside.all_positive && has_one_root(local));
+    while (open == 0) {
+      if (level == 0) return 0;
       --level;
       width *= kWarp;
+      open = __shfl_sync(kAllLanes, held_open, level);
+      hits = __shfl_sync(kAllLanes, held_hits, level);
+      begin = __shfl_sync(kAllLanes, held_begin, level);
     }
-    const int first = __ffs(open[level]) - 1;
-    const double first_lo = begin[level] + first * width;
-    if (hits[level] >> first & 1) {
-      if (lane != 0) return;
-      const std::int64_t tick = impact_tick(f, first_lo, first_lo + width);
-      if (tick < 0) {
-        append(out.residue, {pair, static_cast<std::int32_t>(kind)});
-      } else {
-        const std::uint64_t share = emit_contact<kind>(scene, q, tick, contact, out);
-        atomicAdd(reinterpret_cast<unsigned long long*>(&out.counters->hash),
-                  static_cast<unsigned long long>(share));
-      }
-      return;
-    }
+    const int first = __ffs(open) - 1;
+    const double first_lo = begin + first * width;
+    if (hits >> first & 1)
+      return lane == 0 ? time_hit<kind>(scene, q, f, first_lo, first_lo + width, pair, contact, out) : 0;
     if (level == levels - 1) break;
-    open[level] &= ~(1u << first);
-    begin[++level] = first_lo;
+    if (lane == level) {
+      held_open = open & (open - 1);
+      held_hits = hits;
+      held_begin = begin;
+    }
+    begin = first_lo;
+    ++level;
     width /= kWarp;
   }
   if (lane == 0) append(out.residue, {pair, static_cast<std::int32_t>(kind)});
+  return 0;
 }
 
+// All that is left to decide, in double.
 template <class Record>
-__global__ void decide_hard(SceneView scene, ContactOutput out) {
-  const int lane = threadIdx.x % kWarp;
-  const std::uint32_t warps = gridDim.x * blockDim.x / kWarp;
-  const std::uint32_t count = min(*out.hard.count, out.hard.capacity);
-  const double scale = scene_scale(scene);
-  for (std::uint32_t i = (blockIdx.x * blockDim.x + threadIdx.x) / kWarp; i < count; i += warps) {
-    const HardQuery query = out.hard.items[i];
-    if (query.kind == static_cast<std::int32_t>(ContactKind::vertex_face)) {
-      decide_by_warp<ContactKind::vertex_face, Record>(scene, query.pair, out, scale, lane);
-    } else {
-      decide_by_warp<ContactKind::edge_edge, Record>(scene, query.pair, out, scale, lane);
+struct Decider {
+  const SceneView& scene;
+  const Survivors& survivors;
+  const Output<HardQuery>& hard;
+  const ContactOutput& out;
+  double scale;
+  int lane;
+  std::uint64_t hash = 0;
+
+  // Calls body(i) for each i < count, shared among all warps: one each, the rest as they are free.
+  template <class Body>
+  __device__ void share(std::uint32_t count, std::uint32_t& claimed, Body&& body) const {
+    const std::uint32_t warps = gridDim.x * blockDim.x / kWarp;
+    for (std::uint32_t i = (blockIdx.x * blockDim.x + threadIdx.x) / kWarp; i < count;) {
+      body(i);
+      if (count <= warps) return;
+      if (lane == 0) i = warps + atomicAdd(&claimed, 1u);
+      i = __shfl_sync(kAllLanes, i, 0);
     }
   }
+  // Written by other blocks of this grid too, so not from L1.
+  template <class T>
+  __device__ static std::uint32_t held(const Output<T>& list) {
+    return min(__ldcg(list.count), list.capacity);
+  }
+  __device__ static std::uint32_t tiles(std::uint32_t items) { return (items + kWarp - 1) / kWarp; }
+
+  // A tile of one of the lists of survivors, a lane a query: undecided ones at the roots, then the time of
+  // all that are hits.
+  template <ContactKind kind>
+  __device__ void decide_tile(bool undecided, std::uint32_t tile) {
+    constexpr int k = static_cast<int>(kind);
+    const std::uint32_t i = tile * kWarp + lane;
+    Survivor s{};
+    bool difficult = false, inside = false;
+    if (undecided) {
+      inside = i < held(survivors.undecided[k]);
+      if (inside) s.pair = survivors.undecided[k].items[i];
+    } else {
+      inside = i < held(survivors.hits[k]);
+      if (inside) s = survivors.hits[k].items[i];
+    }
+    Contact contact;
+    if (inside && identify<kind>(scene, s.pair, contact)) {
+      const QueryCoordinates q = coordinates<Record>(scene, contact);
+      const Differences<double> d = differences<kind>(q, scale);
+      const Magnitudes<double> m = magnitudes(d);
+      const Cubic<double> f = coplanarity(d, m);
+      Verdict<double> v{true, false, s.lo, s.hi};
+      if (undecided) v = decide_at_roots<kind>(d, m, f);
+      difficult = !v.hit && !v.miss;
+      if (v.hit) hash += time_hit<kind>(scene, q, f, v.lo, v.hi, s.pair, contact, out);
+    }
+    __syncwarp();
+    if (undecided) append_lanes(hard, difficult, {s.pair, k}, lane);
+  }
+
+  // Tiles of both kinds.
+  __device__ void decide_tiles(bool undecided, std::uint32_t& claimed, std::uint32_t tiles_vf, std::uint32_t tiles) {
+    share(tiles, claimed, [&](std::uint32_t tile) {
+      if (tile < tiles_vf) {
+        decide_tile<ContactKind::vertex_face>(undecided, tile);
+      } else {
+        decide_tile<ContactKind::edge_edge>(undecided, tile - tiles_vf);
+      }
+      if (!undecided) return;
+      __threadfence();  // the hard queries, before the count that says that they are there
+      __syncwarp();
+      if (lane == 0) atomicAdd(&out.counters->decide.undecided_done, 1u);
+    });
+  }
+};
+
+// By one grid: what is undecided, then the time of the hits, then what is hard, by subdivision, a warp a
+// query. The hits keep the device busy until the last undecided query is done.
+template <class Record>
+__global__ void __launch_bounds__(kDecideThreads, kDecideBlocks)
+    decide(SceneView scene, Survivors survivors, Output<HardQuery> hard, ContactOutput out) {
+  begin_kernel();
+  constexpr int vf = 0, ee = 1;
+  DecideCounters& work = out.counters->decide;
+  Decider<Record> decider{scene,
+                          survivors,
+                          hard,
+                          out,
+                          scene_scale(scene),
+                          static_cast<int>(threadIdx.x % kWarp)};
+  const std::uint32_t undecided_vf = decider.held(survivors.undecided[vf]);
+  const std::uint32_t undecided = undecided_vf + decider.held(survivors.undecided[ee]);
+  // With so few that a warp for each is faster, they are the hard queries.
+  const bool few = undecided <= 2 * gridDim.x * blockDim.x / kWarp;
+  const std::uint32_t tiles_vf = decider.tiles(undecided_vf);
+  const std::uint32_t tiles = few ? 0 : tiles_vf + decider.tiles(decider.held(survivors.undecided[ee]));
+  const std::uint32_t hits_vf = decider.tiles(decider.held(survivors.hits[vf]));
+  const std::uint32_t hits = hits_vf + decider.tiles(decider.held(survivors.hits[ee]));
+  for (const bool first : {true, false})
+    decider.decide_tiles(first, first ? work.undecided : work.hits, first ? tiles_vf : hits_vf, first ? tiles : hits);
+
+  while (__ldcg(&work.undecided_done) < tiles) __nanosleep(100);
+  __threadfence();
+  const std::uint32_t count = few ? undecided : decider.held(hard);
+  decider.share(count, work.hard, [&](std::uint32_t i) {
+    HardQuery query;
+    if (!few) {
+      const HardQuery& from = hard.items[i];
+      query = {{__ldcg(&from.pair.a), __ldcg(&from.pair.b)}, __ldcg(&from.kind)};
+    } else if (i < undecided_vf) {
+      query = {survivors.undecided[vf].items[i], vf};
+    } else {
+      query = {survivors.undecided[ee].items[i - undecided_vf], ee};
+    }
+    decider.hash += query.kind == vf ? decide_by_warp<ContactKind::vertex_face, Record>(
+                                           scene, query.pair, out, decider.scale, decider.lane)
+                                     : decide_by_warp<ContactKind::edge_edge, Record>(
+                                           scene, query.pair, out, decider.scale, decider.lane);
+    __syncwarp();
+  });
+  add_to_hash(decider.hash, out.counters);
+  if (blockIdx.x == 0 && threadIdx.x == 0) out.counters->refined = undecided;
 }
 
-// Contacts to their places. `keys` and `order` are sorted by the upper part of the key, all but
-// primitive b; contacts that agree in it are few and find their rank by counting.
+// Contacts to their places. `keys` and `order` are sorted by the key from first_bit on; contacts that
+// agree there are few and find their rank by counting.
+__device__ inline void copy_contact(const Contact* from, Contact* to, int quarter) {
+  static_assert(sizeof(Contact) == 4 * sizeof(int4));
+  reinterpret_cast<int4*>(to)[quarter] = reinterpret_cast<const int4*>(from)[quarter];
+}
+
 __global__ void place_contacts(ContactOutput out, const std::uint64_t* keys, const std::uint32_t* order,
-                               int b_bits, Contact* sorted) {
+                               int first_bit, Contact* sorted) {
+  begin_kernel();
   const std::uint32_t count = min(*out.contacts.count, out.contacts.capacity);
   for (std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x; i < count; i += gridDim.x * blockDim.x) {
     const std::uint64_t key = keys[i];
     std::uint32_t place = i;
-    for (std::uint32_t j = i; j-- > 0 && keys[j] >> b_bits == key >> b_bits;) place -= keys[j] > key;
-    for (std::uint32_t j = i + 1; j < count && keys[j] >> b_bits == key >> b_bits; ++j)
+    for (std::uint32_t j = i; j-- > 0 && keys[j] >> first_bit == key >> first_bit;) place -= keys[j] > key;
+    for (std::uint32_t j = i + 1; j < count && keys[j] >> first_bit == key >> first_bit; ++j)
       place += keys[j] < key;
-    static_assert(sizeof(Contact) == 4 * sizeof(int4));
-    const int4* from = reinterpret_cast<const int4*>(out.contacts.items + order[i]);
-    int4* to = reinterpret_cast<int4*>(sorted + place);
-    for (int k = 0; k < 4; ++k) to[k] = from[k];
+    for (int k = 0; k < 4; ++k) copy_contact(out.contacts.items + order[i], sorted + place, k);
+  }
+}
+
+// A few contacts to their places, unsorted: a warp finds a contact's rank by counting smaller keys.
+__global__ void place_by_rank(ContactOutput out, Contact* sorted) {
+  begin_kernel();
+  const std::uint32_t count = min(*out.contacts.count, out.contacts.capacity);
+  const int lane = threadIdx.x % kWarp;
+  const std::uint32_t warps = gridDim.x * blockDim.x / kWarp;
+  for (std::uint32_t i = (blockIdx.x * blockDim.x + threadIdx.x) / kWarp; i < count; i += warps) {
+    const std::uint64_t key = out.keys[i];
+    unsigned rank = 0;
+    for (std::uint32_t j = lane; j < count; j += kWarp) rank += out.keys[j] < key;
+    for (int offset = kWarp / 2; offset > 0; offset /= 2) rank += __shfl_xor_sync(kAllLanes, rank, offset);
+    if (lane < 4) copy_contact(out.contacts.items + i, sorted + rank, lane);
   }
 }
 

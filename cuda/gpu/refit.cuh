@@ -1,6 +1,7 @@
 // Positions to boxes: vertex records, boxes of primitives and groups, then the hierarchy.
 #pragma once
 
+#include "gpu/kernel_chain.cuh"
 #include "gpu/scene.cuh"
 
 namespace lazyccd::gpu {
@@ -19,6 +20,7 @@ constexpr double kLargestPosition = 0x1p100;
 template <class Scalar, class Record>
 __global__ void load_positions(SceneView scene, const Scalar* start, const Scalar* end,
                                StepCounters* counters) {
+  begin_kernel();
   const std::uint32_t v = blockIdx.x * blockDim.x + threadIdx.x;
   if (v >= scene.vertex_count) return;
   Record record{};
@@ -35,21 +37,17 @@ __global__ void load_positions(SceneView scene, const Scalar* start, const Scala
   if (bad) atomicOr(&counters->bad_positions, bad);
 }
 
-__device__ inline MotionBox empty_motion_box() {
-  return {{INFINITY, INFINITY, INFINITY},
-          {-INFINITY, -INFINITY, -INFINITY},
-          {INFINITY, INFINITY, INFINITY},
-          {-INFINITY, -INFINITY, -INFINITY}};
+__device__ inline AxisExtent empty_extent() { return {INFINITY, -INFINITY, INFINITY, -INFINITY}; }
+
+__device__ inline void unite(AxisExtent& a, const AxisExtent& b) {
+  a = {fminf(a.lo0, b.lo0), fmaxf(a.hi0, b.hi0), fminf(a.lo1, b.lo1), fmaxf(a.hi1, b.hi1)};
 }
 
-template <class Scalar>
-__device__ inline void unite_record(MotionBox& box, const Scalar* x) {
-  for (int k = 0; k < 3; ++k) {
-    box.lo0[k] = fminf(box.lo0[k], round_down(x[k]));
-    box.hi0[k] = fmaxf(box.hi0[k], round_up(x[k]));
-    box.lo1[k] = fminf(box.lo1[k], round_down(x[3 + k]));
-    box.hi1[k] = fmaxf(box.hi1[k], round_up(x[3 + k]));
-  }
+__device__ inline AxisExtent united_over_warp(AxisExtent e) {
+  for (int offset = kWarp / 2; offset > 0; offset /= 2)
+    unite(e, {__shfl_xor_sync(kAllLanes, e.lo0, offset), __shfl_xor_sync(kAllLanes, e.hi0, offset),
+              __shfl_xor_sync(kAllLanes, e.lo1, offset), __shfl_xor_sync(kAllLanes, e.hi1, offset)});
+  return e;
 }
 
 __device__ inline float sum_down(float a, float b) { return __fadd_rd(a, b); }
@@ -57,70 +55,59 @@ __device__ inline float sum_up(float a, float b) { return __fadd_ru(a, b); }
 __device__ inline float sum_down(double a, double b) { return __double2float_rd(__dadd_rd(a, b)); }
 __device__ inline float sum_up(double a, double b) { return __double2float_ru(__dadd_ru(a, b)); }
 
-template <class Scalar>
-__device__ inline void unite_diagonals(float (&lo)[kDiagonals], float (&hi)[kDiagonals], Scalar x,
-                                       Scalar y, Scalar z) {
-  const Scalar a[kDiagonals] = {x, x, x, x, y, y}, b[kDiagonals] = {y, -y, z, -z, z, -z};
-  for (int k = 0; k < kDiagonals; ++k) {
-    lo[k] = fminf(lo[k], sum_down(a[k], b[k]));
-    hi[k] = fmaxf(hi[k], sum_up(a[k], b[k]));
-  }
+// A vertex along x, y and z.
+template <class Record>
+__device__ inline void side_extents(const Record& v, AxisExtent (&e)[kSides]) {
+  for (int k = 0; k < kSides; ++k)
+    e[k] = {round_down(v.x[k]), round_up(v.x[k]), round_down(v.x[3 + k]), round_up(v.x[3 + k])};
 }
 
-__device__ inline void unite(MotionBox& box, const FloatRecord& v) { unite_record(box, v.x); }
-__device__ inline void unite(MotionBox& box, const DoubleRecord& v) { unite_record(box, v.x); }
+template <class Record>
+__device__ inline void unite_diagonals(AxisExtent (&e)[kDiagonals], const Record& v) {
+  constexpr int from[kDiagonals] = {0, 0, 0, 0, 1, 1}, to[kDiagonals] = {1, 1, 2, 2, 2, 2};
+  for (int k = 0; k < kDiagonals; ++k) {
+    const auto a0 = v.x[from[k]], a1 = v.x[3 + from[k]];
+    const auto b0 = k % 2 ? -v.x[to[k]] : v.x[to[k]], b1 = k % 2 ? -v.x[3 + to[k]] : v.x[3 + to[k]];
+    unite(e[k], {sum_down(a0, b0), sum_up(a0, b0), sum_down(a1, b1), sum_up(a1, b1)});
+  }
+}
 
 // One warp a group.
 template <class Record>
 __global__ void refit_groups(SceneView scene) {
+  begin_kernel();
   const std::uint32_t g = (blockIdx.x * blockDim.x + threadIdx.x) / kWarp;
   const int lane = threadIdx.x % kWarp;
   if (g >= scene.group_count) return;
-  const DeviceGroup group = scene.groups[g];
+  const DeviceGroup group = load_wide(scene.groups.groups + g);
   const Record* records = static_cast<const Record*>(scene.records);
-  MotionBox all = empty_motion_box();
-  DiagonalSlabs slabs;
-  for (int k = 0; k < kDiagonals; ++k) {
-    slabs.lo0[k] = slabs.lo1[k] = INFINITY;
-    slabs.hi0[k] = slabs.hi1[k] = -INFINITY;
-  }
+  AxisExtent sides[kSides], diagonals[kDiagonals];
+  for (auto& e : sides) e = empty_extent();
+  for (auto& e : diagonals) e = empty_extent();
   for (int i = lane; i < group.total(); i += kWarp) {
-    const PrimitiveNames names = scene.names[group.first + i];
-    MotionBox box = empty_motion_box();
+    PrimitiveBlock& block = scene.groups.blocks[group.first_block + i / kBlockLanes];
+    const PrimitiveNames names = load_wide(block.names + i % kBlockLanes);
+    AxisExtent own[kSides];
+    for (auto& e : own) e = empty_extent();
     for (int k = 0; k < 3; ++k) {
       if (names.vertex[k] < 0) break;
-      const Record v = records[names.vertex[k]];
-      unite(box, v);
-      unite_diagonals(slabs.lo0, slabs.hi0, v.x[0], v.x[1], v.x[2]);
-      unite_diagonals(slabs.lo1, slabs.hi1, v.x[3], v.x[4], v.x[5]);
+      const Record v = load_wide(records + names.vertex[k]);
+      AxisExtent at[kSides];
+      side_extents(v, at);
+      for (int axis = 0; axis < kSides; ++axis) unite(own[axis], at[axis]);
+      unite_diagonals(diagonals, v);
     }
-    scene.primitives[group.first + i].box = box;
-    for (int k = 0; k < 3; ++k) {
-      all.lo0[k] = fminf(all.lo0[k], box.lo0[k]);
-      all.lo1[k] = fminf(all.lo1[k], box.lo1[k]);
-      all.hi0[k] = fmaxf(all.hi0[k], box.hi0[k]);
-      all.hi1[k] = fmaxf(all.hi1[k], box.hi1[k]);
+    for (int axis = 0; axis < kSides; ++axis) {
+      block.axis[axis][i % kBlockLanes] = own[axis];
+      unite(sides[axis], own[axis]);
     }
   }
-  for (int offset = kWarp / 2; offset > 0; offset /= 2) {
-    for (int k = 0; k < 3; ++k) {
-      all.lo0[k] = fminf(all.lo0[k], __shfl_xor_sync(kAllLanes, all.lo0[k], offset));
-      all.lo1[k] = fminf(all.lo1[k], __shfl_xor_sync(kAllLanes, all.lo1[k], offset));
-      all.hi0[k] = fmaxf(all.hi0[k], __shfl_xor_sync(kAllLanes, all.hi0[k], offset));
-      all.hi1[k] = fmaxf(all.hi1[k], __shfl_xor_sync(kAllLanes, all.hi1[k], offset));
-    }
+  AxisExtent mine = empty_extent();
+  for (int k = 0; k < kAxes; ++k) {
+    const AxisExtent e = united_over_warp(k < kSides ? sides[k] : diagonals[k - kSides]);
+    if (lane == k) mine = e;
   }
-  for (int k = 0; k < kDiagonals; ++k) {
-    for (int offset = kWarp / 2; offset > 0; offset /= 2) {
-      slabs.lo0[k] = fminf(slabs.lo0[k], __shfl_xor_sync(kAllLanes, slabs.lo0[k], offset));
-      slabs.lo1[k] = fminf(slabs.lo1[k], __shfl_xor_sync(kAllLanes, slabs.lo1[k], offset));
-      slabs.hi0[k] = fmaxf(slabs.hi0[k], __shfl_xor_sync(kAllLanes, slabs.hi0[k], offset));
-      slabs.hi1[k] = fmaxf(slabs.hi1[k], __shfl_xor_sync(kAllLanes, slabs.hi1[k], offset));
-    }
-  }
-  if (lane != 0) return;
-  scene.boxes[g].box = all;
-  scene.slabs[g] = slabs;
+  if (lane < kAxes) scene.groups.bounds[g].axis[lane] = mine;
 }
 
 __device__ inline SweptBox empty_box() {
@@ -145,17 +132,19 @@ __device__ inline SweptBox united_over_warp(SweptBox box) {
 }
 
 __device__ inline SweptBox leaf_box(const SceneView& scene, std::int32_t slot) {
-  const MotionBox b = scene.boxes[scene.leaf_order[slot]].box;
+  const AxisExtent* axis = scene.groups.bounds[scene.leaf_order[slot]].axis;
   SweptBox box;
-  for (int k = 0; k < 3; ++k) {
-    box.lo[k] = fminf(b.lo0[k], b.lo1[k]);
-    box.hi[k] = fmaxf(b.hi0[k], b.hi1[k]);
+  for (int k = 0; k < kSides; ++k) {
+    const AxisExtent e = load_wide(axis + k);
+    box.lo[k] = fminf(e.lo0, e.lo1);
+    box.hi[k] = fmaxf(e.hi0, e.hi1);
   }
   return box;
 }
 
 // One warp a run of kRun leaves.
 __global__ void refit_runs(SceneView scene, StepCounters* counters) {
+  begin_kernel();
   static_assert(kRun == kWarp, "a lane a leaf");
   const std::uint32_t run = (blockIdx.x * blockDim.x + threadIdx.x) / kWarp;
   const int lane = threadIdx.x % kWarp;
@@ -180,6 +169,7 @@ __global__ void refit_runs(SceneView scene, StepCounters* counters) {
 // One warp a node: whole runs of its part of the leaf order, and the leaves at both ends. No node
 // waits for another, as it would from the leaves upward.
 __global__ void refit_nodes(SceneView scene) {
+  begin_kernel();
   const std::uint32_t n = (blockIdx.x * blockDim.x + threadIdx.x) / kWarp;
   const int lane = threadIdx.x % kWarp;
   if (n >= scene.node_count) return;

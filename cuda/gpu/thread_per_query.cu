@@ -28,7 +28,7 @@ __device__ void emit_leaf_pair(const TraversalJob& job, std::int32_t a, std::int
 __device__ void query(const TraversalJob& job, std::uint32_t self, std::uint64_t& tests,
                       std::uint64_t& lost) {
   const TreeNode box = load_node(job.nodes, self);
-  emit_leaf_pair(job, box.group(), box.group());
+  if (job.groups.opens(box.group(), box.group())) emit_leaf_pair(job, box.group(), box.group());
   std::uint32_t stack[kMaxDepth];
   int depth = 0;
   stack[depth++] = 0;
@@ -37,7 +37,8 @@ __device__ void query(const TraversalJob& job, std::uint32_t self, std::uint64_t
     ++tests;
     if (!overlap(box, node)) continue;
     if (node.leaf()) {
-      if (box.group() < node.group()) emit_leaf_pair(job, box.group(), node.group());
+      if (box.group() < node.group() && job.groups.opens(box.group(), node.group()))
+        emit_leaf_pair(job, box.group(), node.group());
     } else if (depth + 2 <= kMaxDepth) {
       stack[depth++] = static_cast<std::uint32_t>(node.right);
       stack[depth++] = static_cast<std::uint32_t>(node.left);

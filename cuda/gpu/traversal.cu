@@ -62,13 +62,15 @@ void Traversal::reset(std::uint32_t node_count, cudaStream_t stream) {
   strategy_->reset(node_count, stream);
 }
 
-void Traversal::launch(const TreeNode* nodes, bool from_front, cudaStream_t stream) {
+void Traversal::launch(const TreeNode* nodes, const gpu::GroupView& groups, bool from_front,
+                       cudaStream_t stream) {
   if (from_front && !has_front_)
     throw Error(ErrorCode::invalid_argument, "the traversal has no front to start from");
   const auto size = [](const DeviceBuffer<NodePair>& b) { return static_cast<std::uint32_t>(b.size()); };
   gpu::TraversalJob job{};
   job.nodes = nodes;
   job.node_count = node_count_;
+  job.groups = groups;
   job.initial = root_.data();
   if (from_front) {
     job.initial = fronts_[1 - parity_].data();

@@ -3,7 +3,7 @@
 //
 //   traversal.reset(node_count, stream);                    // once a tree; the front is forgotten
 //   do {
-//     traversal.launch(nodes, from_front, stream);          // capturable
+//     traversal.launch(nodes, groups, from_front, stream);          // capturable
 //     traversal.read_counters(stream);
 //     cudaStreamSynchronize(stream);
 //   } while (traversal.grow(stream));                       // something did not fit: run it again
@@ -32,10 +32,10 @@ class Traversal {
   // For another tree. Only this and grow() allocate.
   void reset(std::uint32_t node_count, cudaStream_t stream);
 
-  // nodes: of the tree of reset(), 16-byte aligned. from_front only where has_front().
+  // nodes: of the tree of reset(), 16-byte aligned. groups: {} to keep every pair that overlaps. from_front only where has_front().
   // What is enqueued depends on the arguments and on parity() alone, between two calls of reset() or of
   // grow() that returned true.
-  void launch(const TreeNode* nodes, bool from_front, cudaStream_t stream);
+  void launch(const TreeNode* nodes, const gpu::GroupView& groups, bool from_front, cudaStream_t stream);
   bool has_front() const { return has_front_; }
   int parity() const { return parity_; }
 

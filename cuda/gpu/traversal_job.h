@@ -5,6 +5,7 @@
 
 #include "core/node_pair.h"
 #include "core/tree.h"
+#include "gpu/group_view.cuh"
 
 namespace lazyccd {
 
@@ -26,9 +27,10 @@ namespace gpu {
 struct TraversalJob {
   const TreeNode* nodes;
   std::uint32_t node_count;
+  GroupView groups;                    // decides which pairs of leaves are worth a visit
   const NodePair* initial;             // where the traversal starts
   const std::uint32_t* initial_count;  // on the device; null: the root with itself
-  NodePair* leaf_pairs;                // out: groups, the smaller id first
+  NodePair* leaf_pairs;                // out: groups worth a visit, the smaller id first
   std::uint32_t leaf_pair_capacity;
   NodePair* front;                     // out; null where none is kept
   std::uint32_t front_capacity;

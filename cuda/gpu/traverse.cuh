@@ -24,6 +24,7 @@
 #include <cstdint>
 
 #include "balance/lazy_stealing.h"
+#include "gpu/kernel_chain.cuh"
 #include "gpu/traversal_job.h"
 
 namespace lazyccd::gpu {
@@ -110,6 +111,7 @@ struct Ended {
 
 template <class Balancing>
 __global__ void start_traversal(typename Balancing::View view, TraversalJob job) {
+  begin_kernel();
   *job.counters = {};
   Balancing::start(view, job);
 }
@@ -117,6 +119,7 @@ __global__ void start_traversal(typename Balancing::View view, TraversalJob job)
 template <class Balancing>
 __global__ void __launch_bounds__(kMaxTraversalBlock)
     traverse(typename Balancing::View view, TraversalJob job, StackShape shape) {
+  begin_kernel();
   using Chunk = typename Balancing::Chunk;
   extern __shared__ NodePair stack[];
   // Of thread 0, apart from what it tells the others; each is written and read on different sides of a
@@ -212,7 +215,7 @@ __global__ void __launch_bounds__(kMaxTraversalBlock)
     }
     random_delay(job);
     const bool ends = active && visited.children == 0;
-    const bool leaf = ends && visited.near;
+    const bool leaf = ends && visited.near && job.groups.opens(group_a, group_b);
     const unsigned opened = __ballot_sync(kAllLanes, visited.children != 0);
     const unsigned selves = __ballot_sync(kAllLanes, visited.children == 3);
     const unsigned ends_here = __ballot_sync(kAllLanes, ends);
