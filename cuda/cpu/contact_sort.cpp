@@ -4,33 +4,15 @@
 #include <array>
 
 namespace lazyccd {
-namespace {
-
-int bits_for(std::size_t count) {
-  int bits = 0;
-  while (bits < 63 && (std::size_t{1} << bits) < count) ++bits;
-  return bits;
-}
-
-}  // namespace
 
 ContactSort::ContactSort(const Mesh& mesh)
-    : body_bits_(bits_for(mesh.body_count())),
-      a_bits_(bits_for(std::max(mesh.vertex_count(), mesh.edges().size()))),
-      b_bits_(bits_for(std::max(mesh.faces().size(), mesh.edges().size()))) {}
-
-std::uint64_t ContactSort::key(const Contact& c) const {
-  std::uint64_t key = static_cast<std::uint64_t>(c.body_a);
-  key = key << body_bits_ | static_cast<std::uint64_t>(c.body_b);
-  key = key << 1 | static_cast<std::uint64_t>(c.kind);
-  key = key << a_bits_ | static_cast<std::uint64_t>(c.primitive_a);
-  return key << b_bits_ | static_cast<std::uint64_t>(c.primitive_b);
-}
+    : key_(ContactKey::of(mesh.body_count(), mesh.vertex_count(), mesh.edges().size(),
+                          mesh.faces().size())) {}
 
 // Least significant digit first; 11 bits a pass.
 void ContactSort::radix_sort() {
   constexpr int digit = 11;
-  const int bits = 2 * body_bits_ + 1 + a_bits_ + b_bits_;
+  const int bits = key_.bits();
   other_.resize(items_.size());
   for (int shift = 0; shift < bits; shift += digit) {
     std::array<std::uint32_t, (1 << digit) + 1> begin{};
@@ -43,10 +25,10 @@ void ContactSort::radix_sort() {
 
 void ContactSort::operator()(const std::vector<const std::vector<Contact>*>& parts, ThreadPool& pool,
                              std::vector<Contact>& out) {
-  const bool fits = 2 * body_bits_ + 1 + a_bits_ + b_bits_ <= 64;
+  const bool fits = key_.fits();
   items_.clear();
   for (const std::vector<Contact>* part : parts)
-    for (const Contact& c : *part) items_.push_back({fits ? key(c) : 0, &c});
+    for (const Contact& c : *part) items_.push_back({fits ? key_(c) : 0, &c});
   if (fits) {
     radix_sort();
   } else {

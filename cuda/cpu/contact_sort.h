@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/contact_key.h"
 #include "cpu/mesh.h"
 #include "cpu/thread_pool.h"
 #include "lazyccd/contact.h"
@@ -24,10 +25,9 @@ class ContactSort {
     std::uint64_t key;
     const Contact* contact;
   };
-  std::uint64_t key(const Contact& contact) const;
   void radix_sort();
 
-  int body_bits_, a_bits_, b_bits_;
+  ContactKey key_;
   std::vector<Item> items_, other_;
 };
 

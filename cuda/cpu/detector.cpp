@@ -27,11 +27,6 @@ std::unique_ptr<BackendDetector> make_gpu(const Options& options) {
 struct Detector::Impl {
   explicit Impl(const Options& o) : options(o), cpu(o) {
     if (options.backend == Backend::cpu) return;
-    if (options.separation > 0) {
-      failures = max_failures;
-      reason = "the CUDA backend has no minimum separation";
-      return;
-    }
     start_gpu();
   }
 

@@ -31,6 +31,9 @@ struct PrimitiveBlock {
   PrimitiveNames names[kBlockLanes];
 };
 
+// The leaf kernel's last rounds read up to so many blocks beyond a group: there are more than groups have.
+constexpr int kReadBeyond = 4;
+
 // A group's primitives lie in its blocks without gaps: vertices, edges, then faces.
 struct alignas(16) DeviceGroup {
   std::int32_t body;

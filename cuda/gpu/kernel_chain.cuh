@@ -1,4 +1,4 @@
-// Kernels in a row, each working on what the one before made. On Hopper and newer the blocks of the next
+// How kernels are launched: kernels in a row, each working on what the one before made. On Hopper and newer the blocks of the next
 // are placed while the last blocks of the one before still run (programmatic dependent launch), which
 // saves most of the time between two kernels.
 #pragma once
@@ -20,12 +20,31 @@ __device__ inline void begin_kernel() {
 #endif
 }
 
-// Whether the current device knows them. Graphs capture them from CUDA 12.3 on.
-inline bool chains_overlap() {
-  int device = 0, major = 0;
+constexpr int kWarp = 32;
+constexpr unsigned kAllLanes = 0xffffffffu;
+
+__device__ inline unsigned lanes_below(int lane) { return (1u << lane) - 1; }
+
+inline int device_attribute(cudaDeviceAttr attribute) {
+  int device = 0, value = 0;
   LAZYCCD_CUDA_CHECK(cudaGetDevice(&device));
-  LAZYCCD_CUDA_CHECK(cudaDeviceGetAttribute(&major, cudaDevAttrComputeCapabilityMajor, device));
-  return CUDART_VERSION >= 12030 && major >= 9;
+  LAZYCCD_CUDA_CHECK(cudaDeviceGetAttribute(&value, attribute, device));
+  return value;
+}
+
+inline std::uint32_t multiprocessors() {
+  return static_cast<std::uint32_t>(device_attribute(cudaDevAttrMultiProcessorCount));
+}
+
+// Blocks of `block` threads for so many threads, one at least.
+inline std::uint32_t blocks_for(std::size_t threads, std::uint32_t block) {
+  const std::size_t blocks = (threads + block - 1) / block;
+  return static_cast<std::uint32_t>(blocks == 0 ? 1 : blocks);
+}
+
+// Whether the current device overlaps kernels so. Graphs capture it from CUDA 12.3 on.
+inline bool kernels_overlap() {
+  return CUDART_VERSION >= 12030 && device_attribute(cudaDevAttrComputeCapabilityMajor) >= 9;
 }
 
 // Only behind another kernel: a memset or a copy before it needs <<<>>>.
@@ -41,7 +60,7 @@ void launch_behind(void (*kernel)(Parameters...), std::uint32_t blocks, std::uin
   overlap.id = cudaLaunchAttributeProgrammaticStreamSerialization;
   overlap.val.programmaticStreamSerializationAllowed = 1;
   config.attrs = &overlap;
-  config.numAttrs = chains_overlap() ? 1 : 0;
+  config.numAttrs = kernels_overlap() ? 1 : 0;
   LAZYCCD_CUDA_CHECK(cudaLaunchKernelEx(&config, kernel, static_cast<Parameters>(arguments)...));
 }
 

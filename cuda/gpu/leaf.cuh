@@ -3,26 +3,22 @@
 // writing a candidate to memory.
 #pragma once
 
-#include "core/elementary.h"
 #include "core/node_pair.h"
-#include "gpu/refit.cuh"
+#include "core/separation.h"
+#include "gpu/query.cuh"
+#include "gpu/stages.h"
 
 namespace lazyccd::gpu {
 
 constexpr int kMaxPrimitives = 2 * 48 + kGroupCells;  // vertices, edges and faces of a group
 constexpr int kLeafWarps = 4;                         // a block
-#ifndef LEAF_BLOCKS
-#define LEAF_BLOCKS 6
-#endif
-constexpr int kLeafBlocks = LEAF_BLOCKS;              // a multiprocessor
+constexpr int kLeafBlocks = 6;                        // a multiprocessor: 80 registers a thread
 
 // A warp's shared memory.
 struct LeafScratch {
   Candidate queue[2][2 * kWarp];            // by ContactKind; less than a warp's worth between pushes
   std::int32_t listed[2][kMaxPrimitives];   // of group a and b: places of primitives near the other
 };
-
-__device__ inline unsigned lanes_below(int lane) { return (1u << lane) - 1; }
 
 // Where primitive i of a group lies, counted in 16-byte pieces of all blocks: its extents along the axes
 // 0, 1, 2 and its names, kBlockLanes apart.
@@ -72,8 +68,8 @@ struct LeafSide {
     const int vertices = group.count[kVertices], edges = vertices + group.count[kEdges];
     const int total = edges + group.count[kFaces];
     int before = 0;
-    // Two rounds at a time, whose loads are under way together. The last may read beyond the group: the
-    // buffer is longer than its blocks.
+    // Two rounds at a time, whose loads are under way together. The last may read beyond the group.
+    static_assert(2 * kWarp <= kReadBeyond * kBlockLanes);
     for (int base = 0; base < total; base += 2 * kWarp) {
       const int i[2] = {base + lane, base + kWarp + lane};
       const int place[2] = {place_of(group, i[0]), place_of(group, i[1])};
@@ -98,67 +94,14 @@ __device__ inline void swap(LeafSide& a, LeafSide& b) {
   b = other;
 }
 
-__device__ inline Vec3<float> scaled_difference(const FloatRecord& a, const FloatRecord& b, int end,
-                                                float scale) {
-  // Rounded once: as good as the difference in double rounded to float.
-  return {scale * (b.x[3 * end] - a.x[3 * end]), scale * (b.x[3 * end + 1] - a.x[3 * end + 1]),
-          scale * (b.x[3 * end + 2] - a.x[3 * end + 2])};
-}
-
-__device__ inline Vec3<float> scaled_difference(const DoubleRecord& a, const DoubleRecord& b, int end,
-                                                float scale) {
-  const double s = scale;
-  return {static_cast<float>(s * (b.x[3 * end] - a.x[3 * end])),
-          static_cast<float>(s * (b.x[3 * end + 1] - a.x[3 * end + 1])),
-          static_cast<float>(s * (b.x[3 * end + 2] - a.x[3 * end + 2]))};
-}
-
-template <ContactKind kind, class Record>
-__device__ inline Differences<float> gather(const SceneView& scene, Candidate c, float scale) {
-  const Record* records = static_cast<const Record*>(scene.records);
-  Record p[4];
-  if constexpr (kind == ContactKind::vertex_face) {
-    const std::int32_t* f = scene.mesh.faces[c.b];
-    p[0] = load_wide(records + f[0]);
-    p[1] = load_wide(records + f[1]);
-    p[2] = load_wide(records + f[2]);
-    p[3] = load_wide(records + c.a);
-  } else {
-    const int2 a = reinterpret_cast<const int2*>(scene.mesh.edges)[c.a];
-    const int2 b = reinterpret_cast<const int2*>(scene.mesh.edges)[c.b];
-    p[0] = load_wide(records + a.x);
-    p[1] = load_wide(records + a.y);
-    p[2] = load_wide(records + b.y);
-    p[3] = load_wide(records + b.x);
-  }
-  Differences<float> d;
-  for (int end = 0; end < 2; ++end) {
-    d.e1[end] = scaled_difference(p[0], p[1], end, scale);
-    d.e2[end] = scaled_difference(kind == ContactKind::vertex_face ? p[0] : p[3], p[2], end, scale);
-    d.r[end] = scaled_difference(p[0], p[3], end, scale);
-  }
-  return d;
-}
-
-// Reserves room in an output for the lanes that want it: one atomic a warp. All lanes call.
-template <class T>
-__device__ inline void append_lanes(const Output<T>& output, bool wanted, const T& item, int lane) {
-  const unsigned mask = __ballot_sync(kAllLanes, wanted);
-  if (mask == 0) return;
-  std::uint32_t first = 0;
-  if (lane == 0) first = atomicAdd(output.count, __popc(mask));
-  first = __shfl_sync(kAllLanes, first, 0);
-  const std::uint32_t slot = first + __popc(mask & lanes_below(lane));
-  if (wanted && slot < output.capacity) output.items[slot] = item;
-}
-
-// What a warp carries through its pairs.
-template <class Record>
+// What a warp carries through its pairs. thick: with a minimum separation.
+template <class Record, bool thick>
 struct LeafWarp {
   const SceneView& scene;
   LeafScratch& scratch;
   const Output<Candidate> (&filtered)[2];
   float scale;
+  float separation;  // times scale, rounded up
   int lane;
   int queued[2] = {0, 0};
   std::uint32_t candidates[2] = {0, 0};
@@ -173,7 +116,9 @@ struct LeafWarp {
     const Candidate c = scratch.queue[k][queued[k] + (active ? lane : 0)];
     __syncwarp();  // the slots are free for the next push
     const Differences<float> d = gather<kind, Record>(scene, c, scale);
-    const bool survives = active && !coplanarity(d, magnitudes(d)).no_root();
+    const Magnitudes<float> m = magnitudes(d);
+    const bool apart = thick ? planes_apart(d, m, separation) : coplanarity(d, m).no_root();
+    const bool survives = active && !apart;
     append_lanes(filtered[k], survives, c, lane);
   }
 
@@ -265,40 +210,35 @@ struct LeafWarp {
   }
 };
 
-struct LeafArguments {
-  const NodePair* pairs;            // of groups, from the traversal
-  const std::uint32_t* pair_count;  // may exceed the capacity: then the step is run again
-  std::uint32_t pair_capacity;
-  Output<Candidate> filtered[2];    // by ContactKind
-  StepCounters* counters;
-  bool vertex_face, edge_edge;
-};
-
-template <class Record>
+template <class Record, bool thick>
 __global__ void __launch_bounds__(kLeafWarps* kWarp, kLeafBlocks)
-    leaf_pairs(SceneView scene, LeafArguments arguments) {
+    leaf_pairs(SceneView scene, LeafPairs pairs, bool vertex_face, bool edge_edge, StepLists lists) {
   begin_kernel();
   __shared__ LeafScratch scratch[kLeafWarps];
   const int lane = threadIdx.x % kWarp;
-  LeafWarp<Record> warp{scene, scratch[threadIdx.x / kWarp], arguments.filtered,
-                        static_cast<float>(scene_scale(scene)), lane};
-  const std::uint32_t total = min(*arguments.pair_count, arguments.pair_capacity);
+  const double scale = scene_scale(scene);
+  LeafWarp<Record, thick> warp{scene,
+                               scratch[threadIdx.x / kWarp],
+                               lists.filtered,
+                               static_cast<float>(scale),
+                               thick ? __double2float_ru(scene.separation * scale) : 0,
+                               lane};
+  const std::uint32_t total = min(*pairs.count, pairs.capacity);
   // Few at a time: heavy pairs lie side by side. The first few are everyone's own; the next are claimed
   // before they are needed.
   const std::uint32_t warps = gridDim.x * kLeafWarps;
   const std::uint32_t batch = min(max(total / (8 * warps), 1u), 4u);
   for (std::uint32_t first = (blockIdx.x * kLeafWarps + threadIdx.x / kWarp) * batch; first < total;) {
     std::uint32_t claimed = 0;
-    if (lane == 0) claimed = atomicAdd(&arguments.counters->next_leaf_pair, batch);
+    if (lane == 0) claimed = atomicAdd(&lists.counters->next_leaf_pair, batch);
     const std::uint32_t last = min(first + batch, total);
-    for (std::uint32_t k = first; k < last; ++k)
-      warp.visit(arguments.pairs[k], arguments.vertex_face, arguments.edge_edge);
+    for (std::uint32_t k = first; k < last; ++k) warp.visit(pairs.pairs[k], vertex_face, edge_edge);
     first = warps * batch + __shfl_sync(kAllLanes, claimed, 0);
   }
   warp.finish();
   if (lane == 0) {
-    if (warp.candidates[0]) atomicAdd(&arguments.counters->candidates[0], warp.candidates[0]);
-    if (warp.candidates[1]) atomicAdd(&arguments.counters->candidates[1], warp.candidates[1]);
+    for (int kind = 0; kind < 2; ++kind)
+      if (warp.candidates[kind]) atomicAdd(&lists.counters->candidates[kind], warp.candidates[kind]);
   }
 }
 

@@ -1,31 +1,17 @@
-// What the filter left to contacts: at the roots in single precision, then in double, one thread a
-// query; by subdivision, one warp a query; and the few that only exact arithmetic can decide to a list
-// for the host.
+// What the filter left to contacts: at the roots in single precision, then in double, a lane a query; by
+// subdivision, a warp a query; and the few that only exact arithmetic can decide to a list for the host.
 #pragma once
 
+#include <type_traits>
+
 #include "core/decision.h"
-#include "gpu/leaf.cuh"
+#include "core/separation.h"
+#include "gpu/query.cuh"
 
 namespace lazyccd::gpu {
 
 constexpr int kDecideThreads = 128;
-#ifndef DECIDE_BLOCKS
-#define DECIDE_BLOCKS 2
-#endif
-constexpr int kDecideBlocks = DECIDE_BLOCKS;  // a multiprocessor
-
-struct ContactOutput {
-  Output<Contact> contacts;  // in no order
-  std::uint64_t* keys;       // of the same places: their order (ContactSort)
-  Output<HardQuery> residue;
-  StepCounters* counters;
-};
-
-// What single precision left, by ContactKind: hits with a bracket of their time, and undecided queries.
-struct Survivors {
-  Output<Survivor> hits[2];
-  Output<Candidate> undecided[2];
-};
+constexpr int kDecideBlocks = 2;  // a multiprocessor: the decisions take all registers
 
 __device__ inline void append(const Output<HardQuery>& output, const HardQuery& query) {
   const std::uint32_t slot = atomicAdd(output.count, 1u);
@@ -53,26 +39,18 @@ __device__ inline QueryCoordinates coordinates(const SceneView& scene, const Con
   return q;
 }
 
-__device__ inline std::uint64_t sort_key(const SceneView& scene, const Contact& c) {
-  std::uint64_t key = static_cast<std::uint64_t>(c.body_a);
-  key = key << scene.body_bits | static_cast<std::uint64_t>(c.body_b);
-  key = key << 1 | static_cast<std::uint64_t>(c.kind);
-  key = key << scene.a_bits | static_cast<std::uint64_t>(c.primitive_a);
-  return key << scene.b_bits | static_cast<std::uint64_t>(c.primitive_b);
-}
-
 // Returns the contact's share of the hash.
-template <ContactKind kind>
+template <ContactKind kind, bool thick>
 __device__ inline std::uint64_t emit_contact(const SceneView& scene, const QueryCoordinates& q,
                                              std::int64_t tick, Contact& contact,
-                                             const ContactOutput& out) {
+                                             const StepLists& lists) {
   contact.toi = static_cast<double>(tick) * kTick;
-  describe_contact<kind>(q, contact.toi, false, contact);
-  const std::uint32_t slot = atomicAdd(out.contacts.count, 1u);
-  if (kind == ContactKind::vertex_face) atomicAdd(&out.counters->contacts_vf, 1u);
-  if (slot < out.contacts.capacity) {
-    out.contacts.items[slot] = contact;
-    out.keys[slot] = sort_key(scene, contact);
+  describe_contact<kind>(q, contact.toi, thick, contact);
+  const std::uint32_t slot = atomicAdd(lists.contacts.count, 1u);
+  if (kind == ContactKind::vertex_face) atomicAdd(&lists.counters->contacts_vf, 1u);
+  if (slot < lists.contacts.capacity) {
+    lists.contacts.items[slot] = contact;
+    lists.keys[slot] = scene.key(contact);
   }
   return hash_share(contact);
 }
@@ -86,11 +64,15 @@ __device__ inline void add_to_hash(std::uint64_t share, StepCounters* counters) 
               static_cast<unsigned long long>(share));
 }
 
+template <ContactKind kind>
+using KindConstant = std::integral_constant<ContactKind, kind>;
+
 // The roots in single precision.
 template <ContactKind kind, class Record>
-__device__ inline void look_at_roots(const SceneView& scene, const Output<Candidate>& filtered,
-                                     const Survivors& survivors, std::uint32_t block,
-                                     std::uint32_t blocks) {
+__device__ inline void look_at_roots(const SceneView& scene, const StepLists& lists,
+                                     std::uint32_t block, std::uint32_t blocks) {
+  constexpr int k = static_cast<int>(kind);
+  const Output<Candidate>& filtered = lists.filtered[k];
   const std::uint32_t count = min(*filtered.count, filtered.capacity);
   const float scale = static_cast<float>(scene_scale(scene));
   const int lane = threadIdx.x % kWarp;
@@ -109,23 +91,58 @@ __device__ inline void look_at_roots(const SceneView& scene, const Output<Candid
       survivor.lo = verdict.lo;
       survivor.hi = verdict.hi;
     }
-    append_lanes(survivors.hits[static_cast<int>(kind)], hit, survivor, lane);
-    append_lanes(survivors.undecided[static_cast<int>(kind)], undecided, survivor.pair, lane);
+    append_lanes(lists.hits[k], hit, survivor, lane);
+    append_lanes(lists.undecided[k], undecided, survivor.pair, lane);
   }
 }
 
-// The blocks of the grid are dealt to the kinds in turn.
-template <class Record>
-__global__ void filter_at_roots(SceneView scene, Output<Candidate> vf, Output<Candidate> ee,
-                                Survivors survivors) {
-  begin_kernel();
-  const std::uint32_t block = blockIdx.x / 4, blocks = gridDim.x / 4;
-  if (blockIdx.x % 4 == 0) {
-    look_at_roots<ContactKind::vertex_face, Record>(scene, vf, survivors, block, blocks);
+// Of each four blocks one is for the vertex-face candidates and three for the edges, of which there are
+// about as many more: calls body(kind, block, blocks) with the place among those of its kind.
+template <class Body>
+__device__ inline void deal_blocks(Body&& body) {
+  const std::uint32_t block = blockIdx.x / 4, blocks = gridDim.x / 4, turn = blockIdx.x % 4;
+  if (turn == 0) {
+    body(KindConstant<ContactKind::vertex_face>(), block, blocks);
   } else {
-    look_at_roots<ContactKind::edge_edge, Record>(scene, ee, survivors, block * 3 + blockIdx.x % 4 - 1,
-                                                  blocks * 3);
+    body(KindConstant<ContactKind::edge_edge>(), block * 3 + turn - 1, blocks * 3);
   }
+}
+
+template <class Record>
+__global__ void filter_at_roots(SceneView scene, StepLists lists) {
+  begin_kernel();
+  deal_blocks([&](auto kind, std::uint32_t block, std::uint32_t blocks) {
+    look_at_roots<kind.value, Record>(scene, lists, block, blocks);
+  });
+}
+
+// With a minimum separation: all in double, a lane a query.
+template <ContactKind kind, class Record>
+__device__ inline std::uint64_t decide_within_list(const SceneView& scene, const StepLists& lists,
+                                                   std::uint32_t block, std::uint32_t blocks) {
+  const Output<Candidate>& filtered = lists.filtered[static_cast<int>(kind)];
+  const std::uint32_t count = min(*filtered.count, filtered.capacity);
+  const double scale = scene_scale(scene);
+  std::uint64_t hash = 0;
+  for (std::uint32_t i = block * blockDim.x + threadIdx.x; i < count; i += blocks * blockDim.x) {
+    Contact contact;
+    if (!identify<kind>(scene, filtered.items[i], contact)) continue;
+    const QueryCoordinates q = coordinates<Record>(scene, contact);
+    const Decision decision = lazyccd::decide_within<kind>(q, scene.separation, scale);
+    if (decision.kind == Decision::hit)
+      hash += emit_contact<kind, true>(scene, q, decision.tick, contact, lists);
+  }
+  return hash;
+}
+
+template <class Record>
+__global__ void decide_within(SceneView scene, StepLists lists) {
+  begin_kernel();
+  std::uint64_t hash = 0;
+  deal_blocks([&](auto kind, std::uint32_t block, std::uint32_t blocks) {
+    hash = decide_within_list<kind.value, Record>(scene, lists, block, blocks);
+  });
+  add_to_hash(hash, lists.counters);
 }
 
 // The time of a query with one root in [lo, hi]. Returns the contact's share of the hash, 0 where it
@@ -133,10 +150,10 @@ __global__ void filter_at_roots(SceneView scene, Output<Candidate> vf, Output<Ca
 template <ContactKind kind>
 __device__ inline std::uint64_t time_hit(const SceneView& scene, const QueryCoordinates& q,
                                          const Cubic<double>& f, double lo, double hi, Candidate pair,
-                                         Contact& contact, const ContactOutput& out) {
+                                         Contact& contact, const StepLists& lists) {
   const std::int64_t tick = impact_tick(f, lo, hi);
-  if (tick >= 0) return emit_contact<kind>(scene, q, tick, contact, out);
-  append(out.residue, {pair, static_cast<std::int32_t>(kind)});
+  if (tick >= 0) return emit_contact<kind, false>(scene, q, tick, contact, lists);
+  append(lists.residue, {pair, static_cast<std::int32_t>(kind)});
   return 0;
 }
 
@@ -144,7 +161,7 @@ __device__ inline std::uint64_t time_hit(const SceneView& scene, const QueryCoor
 // interval side by side, and the warp goes on into the first part that is not certainly free.
 template <ContactKind kind, class Record>
 __device__ inline std::uint64_t decide_by_warp(const SceneView& scene, Candidate pair,
-                                               const ContactOutput& out, double scale, int lane) {
+                                               const StepLists& lists, double scale, int lane) {
   Contact contact;
   if (!identify<kind>(scene, pair, contact)) return 0;
   const QueryCoordinates q = coordinates<Record>(scene, contact);
@@ -176,7 +193,7 @@ __device__ inline std::uint64_t decide_by_warp(const SceneView& scene, Candidate
     const int first = __ffs(open) - 1;
     const double first_lo = begin + first * width;
     if (hits >> first & 1)
-      return lane == 0 ? time_hit<kind>(scene, q, f, first_lo, first_lo + width, pair, contact, out) : 0;
+      return lane == 0 ? time_hit<kind>(scene, q, f, first_lo, first_lo + width, pair, contact, lists) : 0;
     if (level == levels - 1) break;
     if (lane == level) {
       held_open = open & (open - 1);
@@ -187,7 +204,7 @@ __device__ inline std::uint64_t decide_by_warp(const SceneView& scene, Candidate
     ++level;
     width /= kWarp;
   }
-  if (lane == 0) append(out.residue, {pair, static_cast<std::int32_t>(kind)});
+  if (lane == 0) append(lists.residue, {pair, static_cast<std::int32_t>(kind)});
   return 0;
 }
 
@@ -195,9 +212,7 @@ __device__ inline std::uint64_t decide_by_warp(const SceneView& scene, Candidate
 template <class Record>
 struct Decider {
   const SceneView& scene;
-  const Survivors& survivors;
-  const Output<HardQuery>& hard;
-  const ContactOutput& out;
+  const StepLists& lists;
   double scale;
   int lane;
   std::uint64_t hash = 0;
@@ -229,11 +244,11 @@ struct Decider {
     Survivor s{};
     bool difficult = false, inside = false;
     if (undecided) {
-      inside = i < held(survivors.undecided[k]);
-      if (inside) s.pair = survivors.undecided[k].items[i];
+      inside = i < held(lists.undecided[k]);
+      if (inside) s.pair = lists.undecided[k].items[i];
     } else {
-      inside = i < held(survivors.hits[k]);
-      if (inside) s = survivors.hits[k].items[i];
+      inside = i < held(lists.hits[k]);
+      if (inside) s = lists.hits[k].items[i];
     }
     Contact contact;
     if (inside && identify<kind>(scene, s.pair, contact)) {
@@ -244,10 +259,10 @@ struct Decider {
       Verdict<double> v{true, false, s.lo, s.hi};
       if (undecided) v = decide_at_roots<kind>(d, m, f);
       difficult = !v.hit && !v.miss;
-      if (v.hit) hash += time_hit<kind>(scene, q, f, v.lo, v.hi, s.pair, contact, out);
+      if (v.hit) hash += time_hit<kind>(scene, q, f, v.lo, v.hi, s.pair, contact, lists);
     }
     __syncwarp();
-    if (undecided) append_lanes(hard, difficult, {s.pair, k}, lane);
+    if (undecided) append_lanes(lists.hard, difficult, {s.pair, k}, lane);
   }
 
   // Tiles of both kinds.
@@ -261,7 +276,7 @@ struct Decider {
       if (!undecided) return;
       __threadfence();  // the hard queries, before the count that says that they are there
       __syncwarp();
-      if (lane == 0) atomicAdd(&out.counters->decide.undecided_done, 1u);
+      if (lane == 0) atomicAdd(&lists.counters->decide.undecided_done, 1u);
     });
   }
 };
@@ -270,89 +285,45 @@ struct Decider {
 // query. The hits keep the device busy until the last undecided query is done.
 template <class Record>
 __global__ void __launch_bounds__(kDecideThreads, kDecideBlocks)
-    decide(SceneView scene, Survivors survivors, Output<HardQuery> hard, ContactOutput out) {
+    decide(SceneView scene, StepLists lists) {
   begin_kernel();
   constexpr int vf = 0, ee = 1;
-  DecideCounters& work = out.counters->decide;
-  Decider<Record> decider{scene,
-                          survivors,
-                          hard,
-                          out,
-                          scene_scale(scene),
-                          static_cast<int>(threadIdx.x % kWarp)};
-  const std::uint32_t undecided_vf = decider.held(survivors.undecided[vf]);
-  const std::uint32_t undecided = undecided_vf + decider.held(survivors.undecided[ee]);
+  DecideCounters& work = lists.counters->decide;
+  const int lane = threadIdx.x % kWarp;
+  Decider<Record> decider{scene, lists, scene_scale(scene), lane};
+  const std::uint32_t undecided_vf = decider.held(lists.undecided[vf]);
+  const std::uint32_t undecided = undecided_vf + decider.held(lists.undecided[ee]);
   // With so few that a warp for each is faster, they are the hard queries.
   const bool few = undecided <= 2 * gridDim.x * blockDim.x / kWarp;
   const std::uint32_t tiles_vf = decider.tiles(undecided_vf);
-  const std::uint32_t tiles = few ? 0 : tiles_vf + decider.tiles(decider.held(survivors.undecided[ee]));
-  const std::uint32_t hits_vf = decider.tiles(decider.held(survivors.hits[vf]));
-  const std::uint32_t hits = hits_vf + decider.tiles(decider.held(survivors.hits[ee]));
+  const std::uint32_t tiles = few ? 0 : tiles_vf + decider.tiles(undecided - undecided_vf);
+  const std::uint32_t hits_vf = decider.tiles(decider.held(lists.hits[vf]));
+  const std::uint32_t hits = hits_vf + decider.tiles(decider.held(lists.hits[ee]));
   for (const bool first : {true, false})
-    decider.decide_tiles(first, first ? work.undecided : work.hits, first ? tiles_vf : hits_vf, first ? tiles : hits);
+    decider.decide_tiles(first, first ? work.undecided : work.hits, first ? tiles_vf : hits_vf,
+                         first ? tiles : hits);
 
+  // The blocks with the last undecided tiles run already, so they will be done.
   while (__ldcg(&work.undecided_done) < tiles) __nanosleep(100);
   __threadfence();
-  const std::uint32_t count = few ? undecided : decider.held(hard);
-  decider.share(count, work.hard, [&](std::uint32_t i) {
+  decider.share(few ? undecided : decider.held(lists.hard), work.hard, [&](std::uint32_t i) {
     HardQuery query;
     if (!few) {
-      const HardQuery& from = hard.items[i];
+      const HardQuery& from = lists.hard.items[i];
       query = {{__ldcg(&from.pair.a), __ldcg(&from.pair.b)}, __ldcg(&from.kind)};
     } else if (i < undecided_vf) {
-      query = {survivors.undecided[vf].items[i], vf};
+      query = {lists.undecided[vf].items[i], vf};
     } else {
-      query = {survivors.undecided[ee].items[i - undecided_vf], ee};
+      query = {lists.undecided[ee].items[i - undecided_vf], ee};
     }
     decider.hash += query.kind == vf ? decide_by_warp<ContactKind::vertex_face, Record>(
-                                           scene, query.pair, out, decider.scale, decider.lane)
+                                           scene, query.pair, lists, decider.scale, lane)
                                      : decide_by_warp<ContactKind::edge_edge, Record>(
-                                           scene, query.pair, out, decider.scale, decider.lane);
+                                           scene, query.pair, lists, decider.scale, lane);
     __syncwarp();
   });
-  add_to_hash(decider.hash, out.counters);
-  if (blockIdx.x == 0 && threadIdx.x == 0) out.counters->refined = undecided;
-}
-
-// Contacts to their places. `keys` and `order` are sorted by the key from first_bit on; contacts that
-// agree there are few and find their rank by counting.
-__device__ inline void copy_contact(const Contact* from, Contact* to, int quarter) {
-  static_assert(sizeof(Contact) == 4 * sizeof(int4));
-  reinterpret_cast<int4*>(to)[quarter] = reinterpret_cast<const int4*>(from)[quarter];
-}
-
-__global__ void place_contacts(ContactOutput out, const std::uint64_t* keys, const std::uint32_t* order,
-                               int first_bit, Contact* sorted) {
-  begin_kernel();
-  const std::uint32_t count = min(*out.contacts.count, out.contacts.capacity);
-  for (std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x; i < count; i += gridDim.x * blockDim.x) {
-    const std::uint64_t key = keys[i];
-    std::uint32_t place = i;
-    for (std::uint32_t j = i; j-- > 0 && keys[j] >> first_bit == key >> first_bit;) place -= keys[j] > key;
-    for (std::uint32_t j = i + 1; j < count && keys[j] >> first_bit == key >> first_bit; ++j)
-      place += keys[j] < key;
-    for (int k = 0; k < 4; ++k) copy_contact(out.contacts.items + order[i], sorted + place, k);
-  }
-}
-
-// A few contacts to their places, unsorted: a warp finds a contact's rank by counting smaller keys.
-__global__ void place_by_rank(ContactOutput out, Contact* sorted) {
-  begin_kernel();
-  const std::uint32_t count = min(*out.contacts.count, out.contacts.capacity);
-  const int lane = threadIdx.x % kWarp;
-  const std::uint32_t warps = gridDim.x * blockDim.x / kWarp;
-  for (std::uint32_t i = (blockIdx.x * blockDim.x + threadIdx.x) / kWarp; i < count; i += warps) {
-    const std::uint64_t key = out.keys[i];
-    unsigned rank = 0;
-    for (std::uint32_t j = lane; j < count; j += kWarp) rank += out.keys[j] < key;
-    for (int offset = kWarp / 2; offset > 0; offset /= 2) rank += __shfl_xor_sync(kAllLanes, rank, offset);
-    if (lane < 4) copy_contact(out.contacts.items + i, sorted + rank, lane);
-  }
-}
-
-__global__ void fill_order(std::uint32_t* order, std::uint32_t count) {
-  const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
-  if (i < count) order[i] = i;
+  add_to_hash(decider.hash, lists.counters);
+  if (blockIdx.x == 0 && threadIdx.x == 0) lists.counters->refined = undecided;
 }
 
 }  // namespace lazyccd::gpu

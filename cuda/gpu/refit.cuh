@@ -1,13 +1,11 @@
 // Positions to boxes: vertex records, boxes of primitives and groups, then the hierarchy.
 #pragma once
 
+#include "core/separation.h"
 #include "gpu/kernel_chain.cuh"
 #include "gpu/scene.cuh"
 
 namespace lazyccd::gpu {
-
-constexpr int kWarp = 32;
-constexpr unsigned kAllLanes = 0xffffffffu;
 
 __device__ inline float round_down(double x) { return __double2float_rd(x); }
 __device__ inline float round_up(double x) { return __double2float_ru(x); }
@@ -62,6 +60,13 @@ __device__ inline void side_extents(const Record& v, AxisExtent (&e)[kSides]) {
     e[k] = {round_down(v.x[k]), round_up(v.x[k]), round_down(v.x[3 + k]), round_up(v.x[3 + k])};
 }
 
+// With a minimum separation everything reaches further by this, and along a diagonal (of length sqrt 2)
+// by as much more.
+__device__ inline void grow(AxisExtent& e, double margin) {
+  e = {round_down(__dsub_rd(e.lo0, margin)), round_up(__dadd_ru(e.hi0, margin)),
+       round_down(__dsub_rd(e.lo1, margin)), round_up(__dadd_ru(e.hi1, margin))};
+}
+
 template <class Record>
 __device__ inline void unite_diagonals(AxisExtent (&e)[kDiagonals], const Record& v) {
   constexpr int from[kDiagonals] = {0, 0, 0, 0, 1, 1}, to[kDiagonals] = {1, 1, 2, 2, 2, 2};
@@ -97,14 +102,18 @@ __global__ void refit_groups(SceneView scene) {
       for (int axis = 0; axis < kSides; ++axis) unite(own[axis], at[axis]);
       unite_diagonals(diagonals, v);
     }
+    const double margin = separation_margin(scene.separation);
     for (int axis = 0; axis < kSides; ++axis) {
+      if (margin > 0) grow(own[axis], margin);
       block.axis[axis][i % kBlockLanes] = own[axis];
       unite(sides[axis], own[axis]);
     }
   }
   AxisExtent mine = empty_extent();
   for (int k = 0; k < kAxes; ++k) {
-    const AxisExtent e = united_over_warp(k < kSides ? sides[k] : diagonals[k - kSides]);
+    AxisExtent e = united_over_warp(k < kSides ? sides[k] : diagonals[k - kSides]);
+    if (scene.separation > 0 && k >= kSides)
+      grow(e, __dmul_ru(separation_margin(scene.separation), 1.4142135623731));
     if (lane == k) mine = e;
   }
   if (lane < kAxes) scene.groups.bounds[g].axis[lane] = mine;
@@ -189,17 +198,6 @@ __global__ void refit_nodes(SceneView scene) {
     scene.nodes[n].lo[lane] = lane == 0 ? box.lo[0] : lane == 1 ? box.lo[1] : box.lo[2];
     scene.nodes[n].hi[lane] = lane == 0 ? box.hi[0] : lane == 1 ? box.hi[1] : box.hi[2];
   }
-}
-
-// A power of two that brings all differences of positions to at most 2^6 (core/elementary.h), from the
-// box of the root.
-__device__ inline double scene_scale(const SceneView& scene) {
-  const TreeNode& root = scene.nodes[0];
-  float size = 0;
-  for (int k = 0; k < 3; ++k) size = fmaxf(size, root.hi[k] - root.lo[k]);
-  if (!(size > 0)) return 1;
-  const int exponent = 5 - ilogbf(size);
-  return ldexp(1.0, exponent < -120 ? -120 : exponent > 120 ? 120 : exponent);
 }
 
 }  // namespace lazyccd::gpu

@@ -1,8 +1,10 @@
-// The scene as the kernels see it: plain pointers to device memory, passed by value.
+// The scene and the lists of a step as the kernels see them: plain pointers to device memory, passed by
+// value.
 #pragma once
 
 #include <cstdint>
 
+#include "core/contact_key.h"
 #include "core/contact_math.h"
 #include "core/tree.h"
 #include "gpu/group_view.cuh"
@@ -18,24 +20,26 @@ struct alignas(16) FloatRecord {
   float x[8];  // start x y z, end x y z, two unused
 };
 
-constexpr int kRun = 32;  // leaves whose boxes are united once for all nodes above them
-
 struct SweptBox {
   float lo[3], hi[3];
 };
+constexpr int kRun = 32;  // leaves whose boxes are united once for all nodes above them
+
 struct SceneView {
   // Fixed with the topology.
   std::uint32_t vertex_count, group_count, node_count;
   GroupView groups;
   MeshView mesh;
-  const unsigned char* pinned;  // null where no vertex is
+  const unsigned char* pinned;     // null where no vertex is
   const std::int32_t* leaf_order;  // groups in the order of the tree's leaves
   const int2* node_ranges;         // the part of that order below each node
-  int body_bits, a_bits, b_bits;   // of the sort key
+  ContactKey key;
+  double separation;               // Options::separation
+  bool is_double;                  // of the records
 
   // Made anew each step.
-  void* records;         // DoubleRecord or FloatRecord
-  SweptBox* runs;        // of each kRun leaves in order
+  void* records;  // DoubleRecord or FloatRecord
+  SweptBox* runs;
   TreeNode* nodes;
 };
 
@@ -74,12 +78,23 @@ struct StepCounters {
   std::uint32_t undecided[2];
   std::uint32_t refined;
   std::uint32_t hard;            // for subdivision
-  DecideCounters decide;
   std::uint32_t residue;         // for the host's exact arithmetic
   std::uint32_t contacts;
   std::uint32_t contacts_vf;     // of those
+  DecideCounters decide;
   float leaf_area;               // sum of half the surfaces of the groups' swept boxes
   std::uint64_t hash;
+};
+
+// The lists of a step; pairs of them by ContactKind.
+struct StepLists {
+  Output<Candidate> filtered[2];
+  Output<Survivor> hits[2];        // of single precision
+  Output<Candidate> undecided[2];  // by single precision
+  Output<HardQuery> hard, residue;
+  Output<Contact> contacts;  // in no order
+  std::uint64_t* keys;       // of the same places: their order (ContactKey)
+  StepCounters* counters;
 };
 
 }  // namespace lazyccd::gpu

@@ -29,7 +29,6 @@
 
 namespace lazyccd::gpu {
 
-constexpr unsigned kAllLanes = 0xffffffffu;
 constexpr unsigned kMaxTraversalBlock = 512;
 
 // The block's stack: a ring, so that its oldest pairs can leave too.

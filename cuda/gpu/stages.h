@@ -1,0 +1,47 @@
+// The stages of a step. Each enqueues its kernels: no allocation, no synchronization, and the same
+// launches for the same arguments, so that a step can be captured.
+#pragma once
+
+#include <cuda_runtime_api.h>
+
+#include <cstddef>
+#include <cstdint>
+
+#include "core/node_pair.h"
+#include "gpu/scene.cuh"
+
+namespace lazyccd::gpu {
+
+// Positions to the boxes of primitives, groups and nodes. Follows a memset or a copy.
+void enqueue_refit(const SceneView& scene, const void* start, const void* end, StepCounters* counters,
+                   cudaStream_t stream);
+
+// Pairs of groups from a traversal to candidates that the filter left. The count may exceed the
+// capacity: then the step is run again.
+struct LeafPairs {
+  const NodePair* pairs;
+  const std::uint32_t* count;
+  std::uint32_t capacity;
+};
+void enqueue_leaf(const SceneView& scene, const LeafPairs& pairs, bool vertex_face, bool edge_edge,
+                  const StepLists& lists, cudaStream_t stream);
+
+// Candidates to contacts, in no order, and to the residue.
+void enqueue_narrow(const SceneView& scene, const StepLists& lists, cudaStream_t stream);
+
+// Contacts to their order, with its own buffers: of as many items as contacts fit in the lists.
+struct SortBuffers {
+  std::uint64_t* sorted_keys;
+  const std::uint32_t* order;  // 0, 1, 2, ...
+  std::uint32_t* sorted_order;
+  void* space;
+  std::size_t space_bytes;
+  Contact* sorted;
+};
+void prepare_sort(const StepLists& lists, cudaStream_t stream);  // before enqueue_narrow
+void enqueue_sort(const SceneView& scene, const StepLists& lists, const SortBuffers& buffers,
+                  cudaStream_t stream);
+std::size_t sort_space_bytes(std::uint32_t contacts);
+void fill_order(std::uint32_t* order, std::uint32_t count, cudaStream_t stream);
+
+}  // namespace lazyccd::gpu
