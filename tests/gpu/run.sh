@@ -1,22 +1,28 @@
 #!/usr/bin/env bash
-# Checks and times the CUDA backend on a machine with a GPU. It builds nothing: FOLDER holds the
-# programs check_traversal, check_detector and lazyccd (and lazyccd_double), linked with the static CUDA
-# runtime, and may hold frame pairs *0.ply and *1.ply and, in lib/, Bullet's shared libraries.
+# Checks everything about the CUDA backend on a machine with a GPU, then times everything. It builds
+# nothing: FOLDER holds the programs check_traversal, check_detector, check_scenes and lazyccd (and
+# lazyccd_double), linked with the static CUDA runtime, and may hold frame pairs *0.ply and *1.ply and, in
+# lib/, Bullet's shared libraries.
 #
 #   bash tests/gpu/run.sh FOLDER [OUT]     # tables and logs go to OUT (default: FOLDER/out)
+#
+# REPEAT=100    repetitions of each frame          SANITIZE=1  with compute-sanitizer, over small scenes
+# STEPS=200     of each scene of the library       PARTS="traversal detector ..."  only these
 set -u
-folder=${1:?usage: run.sh FOLDER [OUT]}
+folder=$(cd "${1:?usage: run.sh FOLDER [OUT]}" && pwd)
 out=${2:-$folder/out}
 mkdir -p "$out"
-export LD_LIBRARY_PATH=$folder/lib:${LD_LIBRARY_PATH:-}
+here=$(cd "$(dirname "$0")" && pwd)
+export LD_LIBRARY_PATH=$folder/lib:${LD_LIBRARY_PATH:-} here folder out
 failed=0
 part() {  # NAME SECONDS COMMAND...
   local name=$1 seconds=$2 start=$SECONDS
   shift 2
+  [[ " ${PARTS:-$name} " == *" $name "* ]] || return 0
   timeout "$seconds" "$@" >"$out/$name.log" 2>&1
   local rc=$?
   [ $rc -eq 0 ] || failed=1
-  echo "== $name: exit $rc, $((SECONDS - start)) s"
+  echo "== $name: exit $rc, $((SECONDS - start)) s, $(grep -c '^PASS' "$out/$name.log") passed"
   grep -v '^PASS' "$out/$name.log" | tail -n 40
 }
 
@@ -25,13 +31,25 @@ frames=()
 for start in "$folder"/*0.ply; do
   [ -e "$start" ] && frames+=("$start" "${start%0.ply}1.ply")
 done
-part traversal 90 "$folder/check_traversal"
-part detector 150 "$folder/check_detector" --repeat "${REPEAT:-3}" "${frames[@]}"
-part bench 120 "$folder/lazyccd" bench "${frames[@]}" --repeat 30 --csv "$out/bench.csv" \
-  --label "$(git rev-parse --short HEAD 2>/dev/null)"
-# Scenes in Bullet, where the programs are built with it: the thrown cloth stays on its side.
+
+part traversal 120 "$folder/check_traversal"
+part detector 240 "$folder/check_detector" --repeat "${REPEAT:-3}" "${frames[@]}"
+
+# Every scene of the library: the same contacts from both backends in each step. Several at once.
+library() {
+  "$folder/check_scenes" --list |
+    xargs -P "$(nproc)" -I{} bash -c '"$0" --steps "$1" "$2" >"$3/library.$2.log" 2>&1 || touch "$3/library.failed"' \
+      "$folder/check_scenes" "${STEPS:-200}" {} "$out"
+  cat "$out"/library.*.log
+  [ ! -e "$out/library.failed" ]
+}
+export -f library
+rm -f "$out"/library.*
+[ -x "$folder/check_scenes" ] && part library 300 bash -c library
+
+# What the response must not let through, stepped with the device.
 scenes() {
-  local bad=0 program scene world options
+  local bad=0 program world scene options
   for program in "$folder"/lazyccd "$folder"/lazyccd_double; do
     [ -x "$program" ] && "$program" scenes >/dev/null 2>&1 || continue
     for world in rigid deformable; do
@@ -40,7 +58,8 @@ scenes() {
         "$program" simulate $scene $options --world $world --backend cuda >"$out/scene.log" 2>&1
         grep -q 'pass-throughs: 0 vertex-face, 0 edge-edge' "$out/scene.log" &&
           grep -q 'LazyCCD: cuda' "$out/scene.log" || bad=1
-        echo "$(basename "$program") $scene $options $world: $(grep -hE 'steps,|pass-through|failed|lazyccd:' "$out/scene.log" | paste -sd' ')"
+        echo "$(basename "$program") $scene $options $world:" \
+          "$(grep -hE 'steps,|pass-through|failed|lazyccd:' "$out/scene.log" | paste -sd' ')"
       done <<'LIST'
 cloth-on-cloth --speed 2 --dt 0.0166667
 cloth-on-cloth --speed 10 --dt 0.0166667
@@ -55,11 +74,20 @@ LIST
   return $bad
 }
 export -f scenes
-export folder out
 part scenes 240 bash -c scenes
 if [ -n "${SANITIZE:-}" ]; then
   for tool in memcheck racecheck initcheck synccheck; do
-    part "sanitizer-$tool" 60 compute-sanitizer --tool $tool "$folder/check_detector" --small
+    part "sanitizer-$tool" 90 compute-sanitizer --tool $tool "$folder/check_detector" --small
   done
+fi
+
+part bench 120 "$folder/lazyccd" bench "${frames[@]}" --repeat 30 --csv "$out/bench.csv" \
+  --label "$(git -C "$here" rev-parse --short HEAD 2>/dev/null)"
+# A Bullet step of the size of Cloth/Ball: what the adapter adds around the kernels is `gather`, and
+# `detect` less the device's time.
+part step 60 "$folder/lazyccd" simulate cloth-on-cloth --size 5.77 --steps 12 --backend cuda \
+  --stats "$out/step.json"
+if command -v ncu >/dev/null && command -v python3 >/dev/null; then
+  part bounds 120 bash "$here/bounds.sh" "$folder" "$out"
 fi
 exit $failed

@@ -1,0 +1,156 @@
+// Steps a scene of the library with Bullet and detects on both backends in every step: the same contacts,
+// field by field, and the same hash. The nodes' motion of a step is drawn out, so that what the response
+// has kept apart is in contact too.
+//
+//   check_scenes [--steps N] [SCENE]...     (all scenes where none is named)
+//   check_scenes --list
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "lazyccd/detector.h"
+#include "lazyccd/error.h"
+#include "scenes/scene.h"
+#include "scenes/surface.h"
+
+namespace {
+
+using namespace lazyccd;
+
+constexpr double kDrawnOut = 3;  // times the motion
+
+struct Setting {
+  std::string name;
+  Options options;
+};
+
+std::vector<Setting> settings() {
+  std::vector<Setting> all;
+  for (const Strategy strategy : kCudaStrategies) {
+    for (const int block : {0, 32, 256}) {
+      Options options;
+      options.backend = Backend::cuda;
+      options.strategy = strategy;
+      options.tuning.block_size = block;
+      options.tuning.delay_ns = block == 32 ? 500 : 0;
+      all.push_back({std::string(name(strategy)) + ", blocks of " + std::to_string(block), options});
+    }
+  }
+  all.push_back(all.front());
+  all.back().name += ", with a separation";
+  return all;
+}
+
+bool equal(Span<const Contact> a, Span<const Contact> b) {
+  return a.size() == b.size() &&
+         (a.size() == 0 || std::memcmp(a.data(), b.data(), a.size() * sizeof(Contact)) == 0);
+}
+
+// A detector on the device beside one on the CPU with the same options.
+struct Pair {
+  Pair(const Setting& setting, const Topology& topology, double separation)
+      : name(setting.name), gpu(with(setting, Backend::cuda, separation)),
+        cpu(with(setting, Backend::cpu, separation)) {
+    gpu.set_topology(topology);
+    cpu.set_topology(topology);
+  }
+  static Options with(const Setting& setting, Backend backend, double separation) {
+    Options options = setting.options;
+    options.backend = backend;
+    options.separation = separation;
+    return options;
+  }
+  std::string name;
+  Detector gpu, cpu;
+};
+
+// Number of contacts over all steps, -1 on a difference.
+long check(const scenes::SceneInfo& info, unsigned seed, int steps) {
+  scenes::Parameters parameters;
+  parameters.seed = seed;
+  parameters.size = 0.7;
+  parameters.lazyccd.detector.backend = Backend::cpu;
+  scenes::Scene scene = scenes::set_up(info, parameters);
+  const scenes::Surface surface = scenes::read_surface(*scene.world);
+  std::vector<std::unique_ptr<Pair>> pairs;
+  for (const Setting& setting : settings()) {
+    const bool thick = setting.name.find("separation") != std::string::npos;
+    pairs.push_back(std::make_unique<Pair>(setting, surface.topology(), thick ? 0.2 * info.margin : 0));
+  }
+  long total = 0;
+  std::vector<btScalar> last = scenes::read_positions(*scene.world);
+  for (int step = 0; step < steps; ++step) {
+    scene.world->step();
+    const std::vector<btScalar> now = scenes::read_positions(*scene.world);
+    std::vector<btScalar> end(now);
+    for (std::size_t i = 0; i < end.size(); ++i)
+      end[i] = static_cast<btScalar>(last[i] + kDrawnOut * (now[i] - last[i]));
+    const Positions from(last.data(), last.size() / 3), to(end.data(), end.size() / 3);
+    Span<const Contact> touching;
+    for (std::size_t i = 0; i < pairs.size(); ++i) {
+      Pair& pair = *pairs[i];
+      // All but the last ask for the same contacts.
+      Detector& cpu = i + 1 == pairs.size() ? pair.cpu : pairs[0]->cpu;
+      const Span<const Contact> wanted =
+          i == 0 || i + 1 == pairs.size() ? cpu.detect(from, to) : touching;
+      if (i == 0) touching = wanted;
+      const Span<const Contact> found = pair.gpu.detect(from, to);
+      if (pair.gpu.stats().backend == "cuda" && equal(found, wanted) &&
+          pair.gpu.stats().hash == cpu.stats().hash) {
+        total += static_cast<long>(found.size());
+        continue;
+      }
+      std::printf("FAIL  %s, seed %u, step %d, %s: %zu of %zu contacts, %s\n", info.name.c_str(), seed,
+                  step, pair.name.c_str(), found.size(), wanted.size(), pair.gpu.status().c_str());
+      return -1;
+    }
+    last = now;
+  }
+  return total;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  int steps = 200;
+  std::vector<std::string> names;
+  for (int i = 1; i < argc; ++i) {
+    if (std::string(argv[i]) == "--steps" && i + 1 < argc) {
+      steps = std::atoi(argv[++i]);
+    } else if (std::string(argv[i]) == "--list") {
+      for (const scenes::SceneInfo& info : scenes::all_scenes()) std::printf("%s\n", info.name.c_str());
+      return 0;
+    } else {
+      names.emplace_back(argv[i]);
+    }
+  }
+  Options probe;
+  probe.backend = Backend::cuda;
+  if (Detector(probe).status() != "cuda") {
+    std::printf("skipped: %s\n", Detector(probe).status().c_str());
+    return 77;
+  }
+  if (names.empty())
+    for (const scenes::SceneInfo& info : scenes::all_scenes()) names.push_back(info.name);
+  int failures = 0;
+  try {
+    for (const std::string& name : names) {
+      const scenes::SceneInfo* info = scenes::find_scene(name);
+      for (const unsigned seed : {1u, 2u}) {
+        const long contacts = info ? check(*info, seed, steps) : -1;
+        failures += contacts < 0;
+        if (contacts >= 0)
+          std::printf("PASS  %s, seed %u: %d steps, %ld contacts\n", name.c_str(), seed, steps, contacts);
+        std::fflush(stdout);
+      }
+    }
+  } catch (const Error& error) {
+    std::printf("FAIL  %s\n", error.what());
+    ++failures;
+  }
+  std::printf("%d failed\n", failures);
+  return failures == 0 ? 0 : 1;
+}
