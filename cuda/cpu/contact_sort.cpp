@@ -23,8 +23,8 @@ void ContactSort::radix_sort() {
   }
 }
 
-void ContactSort::operator()(const std::vector<const std::vector<Contact>*>& parts, ThreadPool& pool,
-                             std::vector<Contact>& out) {
+void ContactSort::operator()(const std::vector<const std::vector<Contact>*>& parts,
+                             ThreadPool& pool, std::vector<Contact>& out) {
   const bool fits = key_.fits();
   items_.clear();
   for (const std::vector<Contact>* part : parts)

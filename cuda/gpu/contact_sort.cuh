@@ -17,11 +17,12 @@ __device__ inline std::uint32_t held_contacts(const StepLists& lists) {
 
 // `keys` and `order` are sorted by the key from first_bit on; contacts that agree there are few and
 // find their rank by counting.
-__global__ void place_contacts(StepLists lists, const std::uint64_t* keys, const std::uint32_t* order,
-                               int first_bit, Contact* sorted) {
+__global__ void place_contacts(StepLists lists, const std::uint64_t* keys,
+                               const std::uint32_t* order, int first_bit, Contact* sorted) {
   begin_kernel();
   const std::uint32_t count = held_contacts(lists);
-  for (std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x; i < count; i += gridDim.x * blockDim.x) {
+  for (std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x; i < count;
+       i += gridDim.x * blockDim.x) {
     const std::uint64_t key = keys[i];
     std::uint32_t place = i;
     for (std::uint32_t j = i; j-- > 0 && keys[j] >> first_bit == key >> first_bit;)
@@ -29,6 +30,20 @@ __global__ void place_contacts(StepLists lists, const std::uint64_t* keys, const
     for (std::uint32_t j = i + 1; j < count && keys[j] >> first_bit == key >> first_bit; ++j)
       place += keys[j] < key;
     for (int k = 0; k < 4; ++k) copy_contact(lists.contacts.items + order[i], sorted + place, k);
+  }
+}
+
+// Into their bins, in any order within each.
+__global__ void scatter_to_bins(StepLists lists, const std::uint32_t* bin_starts, int first_bit,
+                                std::uint64_t* sorted_keys, std::uint32_t* sorted_order) {
+  begin_kernel();
+  const std::uint32_t count = held_contacts(lists);
+  for (std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x; i < count;
+       i += gridDim.x * blockDim.x) {
+    const std::uint64_t key = lists.keys[i];
+    const std::uint32_t place = bin_starts[key >> first_bit] + lists.ranks[i];
+    sorted_keys[place] = key;
+    sorted_order[place] = i;
   }
 }
 

@@ -10,8 +10,9 @@ namespace {
 
 constexpr std::size_t kGrain = 8192;  // vertices a worker takes at once
 
-// body(x, i) with the vertex's three scalars as they are stored and its place among all scalars; false
-// where one of them returned false. Without a way out of the middle, so that it runs in vector lanes.
+// body(x, i) with the vertex's three scalars as they are stored and its place among all scalars;
+// false where one of them returned false. Without a way out of the middle, so that it runs in
+// vector lanes.
 template <class Body>
 bool for_each_vertex(const Positions& positions, ThreadPool& pool, Body&& body) {
   std::atomic<bool> all{true};  // relaxed: the end of the job orders it
@@ -20,7 +21,8 @@ bool for_each_vertex(const Positions& positions, ThreadPool& pool, Body&& body) 
       const char* data = static_cast<const char*>(positions.data());
       bool good = true;
       for (std::size_t v = first; v < last; ++v)
-        good &= body(reinterpret_cast<const decltype(scalar)*>(data + v * positions.stride()), 3 * v);
+        good &=
+            body(reinterpret_cast<const decltype(scalar)*>(data + v * positions.stride()), 3 * v);
       return good;
     };
     if (!(positions.is_double() ? walk(double{}) : walk(float{})))
@@ -60,8 +62,9 @@ bool same(const Positions& positions, const Scalar* other, ThreadPool& pool) {
 }  // namespace
 
 template <class Scalar>
-bool DevicePositions::stage(const Positions& start, const Positions& end, PinnedBuffer<Scalar>& from,
-                            PinnedBuffer<Scalar>& to, ThreadPool& pool) {
+bool DevicePositions::stage(const Positions& start, const Positions& end,
+                            PinnedBuffer<Scalar>& from, PinnedBuffer<Scalar>& to,
+                            ThreadPool& pool) {
   from.reserve(3 * start.count());
   to.reserve(3 * start.count());
   resident_ = resident_ && same(start, to.data(), pool);
@@ -80,11 +83,13 @@ void DevicePositions::upload(const Positions& start, const Positions& end, Threa
   const std::size_t size = values * (is_double_ ? sizeof(double) : sizeof(float));
   start_.reserve(std::max<std::size_t>(values, 1));
   end_.reserve(std::max<std::size_t>(values, 1));
-  const void* from = is_double_ ? static_cast<const void*>(from_double_.data()) : from_float_.data();
+  const void* from =
+      is_double_ ? static_cast<const void*>(from_double_.data()) : from_float_.data();
   const void* to = is_double_ ? static_cast<const void*>(to_double_.data()) : to_float_.data();
   LAZYCCD_CUDA_CHECK(
-      resident_ ? cudaMemcpyAsync(start_.data(), end_.data(), size, cudaMemcpyDeviceToDevice, stream)
-                : cudaMemcpyAsync(start_.data(), from, size, cudaMemcpyHostToDevice, stream));
+      resident_
+          ? cudaMemcpyAsync(start_.data(), end_.data(), size, cudaMemcpyDeviceToDevice, stream)
+          : cudaMemcpyAsync(start_.data(), from, size, cudaMemcpyHostToDevice, stream));
   LAZYCCD_CUDA_CHECK(cudaMemcpyAsync(end_.data(), to, size, cudaMemcpyHostToDevice, stream));
   resident_ = true;
 }

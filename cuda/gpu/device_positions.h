@@ -12,8 +12,8 @@
 
 namespace lazyccd::gpu {
 
-// Packed, and in float where float holds every one of them exactly. In a simulation the end of one step
-// is the start of the next: then it is on the device already.
+// Packed, and in float where float holds every one of them exactly. In a simulation the end of one
+// step is the start of the next: then it is on the device already.
 class DevicePositions {
  public:
   // For another mesh.

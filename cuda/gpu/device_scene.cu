@@ -31,7 +31,8 @@ void DeviceScene::upload_mesh() {
   std::vector<unsigned char> pinned(mesh_->any_pinned() ? mesh_->vertex_count() : 0);
   for (std::size_t v = 0; v < pinned.size(); ++v) pinned[v] = mesh_->pinned(static_cast<int>(v));
   upload(pinned_, pinned.data(), pinned.size());
-  std::vector<std::uint64_t> disabled(mesh_->disabled_pairs().begin(), mesh_->disabled_pairs().end());
+  std::vector<std::uint64_t> disabled(mesh_->disabled_pairs().begin(),
+                                      mesh_->disabled_pairs().end());
   std::sort(disabled.begin(), disabled.end());
   upload(disabled_, disabled.data(), disabled.size());
   records_.reserve(std::max<std::size_t>(mesh_->vertex_count(), 1));
@@ -81,15 +82,15 @@ SceneView DeviceScene::view(bool is_double) {
   s.vertex_count = static_cast<std::uint32_t>(mesh_->vertex_count());
   s.group_count = group_count();
   s.node_count = node_count();
-  s.groups = {device_groups_.data(), blocks_.data(), bounds_.data(), bodies_.data(), disabled_.data(),
-              static_cast<std::uint32_t>(mesh_->disabled_pairs().size())};
+  s.groups = {device_groups_.data(), blocks_.data(),
+              bounds_.data(),        bodies_.data(),
+              disabled_.data(),      static_cast<std::uint32_t>(mesh_->disabled_pairs().size())};
   s.mesh = {reinterpret_cast<const std::int32_t(*)[3]>(faces_.data()),
             reinterpret_cast<const std::int32_t(*)[2]>(edges_.data()), body_of_vertex_.data()};
   s.pinned = mesh_->any_pinned() ? pinned_.data() : nullptr;
   s.leaf_order = leaf_order_.data();
   s.node_ranges = node_ranges_.data();
-  s.key = ContactKey::of(mesh_->body_count(), mesh_->vertex_count(), mesh_->edges().size(),
-                         mesh_->faces().size());
+  s.key = key();
   s.separation = separation_;
   s.is_double = is_double;
   s.records = records_.data();
@@ -98,10 +99,16 @@ SceneView DeviceScene::view(bool is_double) {
   return s;
 }
 
+ContactKey DeviceScene::key() const {
+  return ContactKey::of(mesh_->body_count(), mesh_->vertex_count(), mesh_->edges().size(),
+                        mesh_->faces().size());
+}
+
 std::size_t DeviceScene::bytes() const {
-  return faces_.bytes() + edges_.bytes() + body_of_vertex_.bytes() + pinned_.bytes() + bodies_.bytes() +
-         disabled_.bytes() + device_groups_.bytes() + leaf_order_.bytes() + node_ranges_.bytes() +
-         records_.bytes() + blocks_.bytes() + bounds_.bytes() + runs_.bytes() + nodes_.bytes();
+  return faces_.bytes() + edges_.bytes() + body_of_vertex_.bytes() + pinned_.bytes() +
+         bodies_.bytes() + disabled_.bytes() + device_groups_.bytes() + leaf_order_.bytes() +
+         node_ranges_.bytes() + records_.bytes() + blocks_.bytes() + bounds_.bytes() +
+         runs_.bytes() + nodes_.bytes();
 }
 
 }  // namespace lazyccd::gpu

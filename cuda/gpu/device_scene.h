@@ -22,10 +22,12 @@ class DeviceScene {
   // Another mesh; it lives until the next call.
   void set_mesh(const Mesh& mesh);
 
-  // Groups and tree are made on the host, once for many steps; their boxes are refitted on the device.
+  // Groups and tree are made on the host, once for many steps; their boxes are refitted on the
+  // device.
   void build(const Positions& start, const Positions& end, ThreadPool& pool);
 
   SceneView view(bool is_double);
+  ContactKey key() const;
   std::uint32_t group_count() const { return static_cast<std::uint32_t>(tree_.order().size()); }
   std::uint32_t node_count() const { return static_cast<std::uint32_t>(tree_.nodes().size()); }
   std::size_t bytes() const;

@@ -21,7 +21,8 @@ namespace lazyccd {
 namespace {
 
 double milliseconds_since(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
+      .count();
 }
 
 // The device's name and what the driver can do.
@@ -107,7 +108,7 @@ void GpuDetector::enqueue(bool from_front, bool marks) {
   };
   mark(kStart);
   LAZYCCD_CUDA_CHECK(cudaMemsetAsync(lists.counters, 0, sizeof(gpu::StepCounters), stream_));
-  gpu::prepare_sort(lists, stream_);
+  gpu::prepare_sort(scene, lists, stream_);
   gpu::enqueue_refit(scene, positions_.start(), positions_.end(), lists.counters, stream_);
   mark(kRefitted);
   traversal_.launch(scene.nodes, scene.groups, from_front, stream_);
@@ -136,15 +137,14 @@ void GpuDetector::run_step(bool from_front) {
 
 void GpuDetector::run_until_it_fits(const Positions& start, const Positions& end, Stats& stats) {
   for (bool fits = false; !fits;) {
-    buffers_.reserve(stream_);
+    buffers_.reserve(scene_.key(), stream_);
     run_step(stats.front_reused);
     traversal_.read_counters(stream_);
     buffers_.download(stream_);
     LAZYCCD_CUDA_CHECK(cudaStreamSynchronize(stream_));
     const unsigned bad = buffers_.counters().bad_positions;
     if (bad & 1) check_finite(*mesh_, start, end);
-    if (bad & 2)
-      throw Error(ErrorCode::device, "positions beyond 2^100 are for the CPU backend");
+    if (bad & 2) throw Error(ErrorCode::device, "positions beyond 2^100 are for the CPU backend");
     const int grown = traversal_.grow(stream_) + buffers_.grow();
     stats.overflows += grown;
     fits = grown == 0;
@@ -152,7 +152,8 @@ void GpuDetector::run_until_it_fits(const Positions& start, const Positions& end
   }
 }
 
-Span<const Contact> GpuDetector::detect(const Positions& start, const Positions& end, Stats& stats) {
+Span<const Contact> GpuDetector::detect(const Positions& start, const Positions& end,
+                                        Stats& stats) {
   const auto begin = std::chrono::steady_clock::now();
   check_counts(*mesh_, start, end);
   stats.backend = "cuda";
@@ -164,7 +165,7 @@ Span<const Contact> GpuDetector::detect(const Positions& start, const Positions&
   uploaded_[1].record(stream_);
   stats.rebuilt = !built_ || options_.rebuild_every_step;
   if (stats.rebuilt) build(start, end);
-  if (!scene_.view(false).key.fits())
+  if (!scene_.key().fits())
     throw Error(ErrorCode::device, "so many bodies and primitives are for the CPU backend");
   stats.front_reused = traversal_.has_front() && front_policy_.reuse();
   run_until_it_fits(start, end, stats);

@@ -1,4 +1,5 @@
-// A step as a graph: launched at once, and captured again only where something it holds has changed.
+// A step as a graph: launched at once, and captured again only where something it holds has
+// changed.
 #pragma once
 
 #include <cuda_runtime_api.h>

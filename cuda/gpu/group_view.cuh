@@ -1,4 +1,5 @@
-// The groups as the kernels see them: their bounds, their primitives, and whether two are worth a visit.
+// The groups as the kernels see them: their bounds, their primitives, and whether two are worth a
+// visit.
 #pragma once
 
 #include <cstdint>
@@ -13,8 +14,8 @@ struct alignas(16) AxisExtent {
   float lo0, hi0, lo1, hi1;
 };
 
-// Along x, y, z and the face diagonals x+y, x-y, x+z, x-z, y+z, y-z: an 18-DOP (Klosowski et al. 1998).
-// Layers that lie askew are apart along a diagonal where their boxes are not.
+// Along x, y, z and the face diagonals x+y, x-y, x+z, x-z, y+z, y-z: an 18-DOP (Klosowski et al.
+// 1998). Layers that lie askew are apart along a diagonal where their boxes are not.
 constexpr int kSides = 3, kDiagonals = 6, kAxes = kSides + kDiagonals;
 struct GroupBounds {
   AxisExtent axis[kAxes];
@@ -31,7 +32,8 @@ struct PrimitiveBlock {
   PrimitiveNames names[kBlockLanes];
 };
 
-// The leaf kernel's last rounds read up to so many blocks beyond a group: there are more than groups have.
+// The leaf kernel's last rounds read up to so many blocks beyond a group: there are more than
+// groups have.
 constexpr int kReadBeyond = 4;
 
 // A group's primitives lie in its blocks without gaps: vertices, edges, then faces.
@@ -58,8 +60,8 @@ __device__ inline T load_wide(const T* from) {
 }
 
 // Negative where certainly apart in the linear motion: on the same side at both ends. The sign of a
-// difference of floats is exact; additions and the logic of signs use other units of the multiprocessor
-// than comparisons, of which there are half as many.
+// difference of floats is exact; additions and the logic of signs use other units of the
+// multiprocessor than comparisons, of which there are half as many.
 __device__ inline int apart_sign(const AxisExtent& a, const AxisExtent& b) {
   return (__float_as_int(b.hi0 - a.lo0) & __float_as_int(b.hi1 - a.lo1)) |
          (__float_as_int(a.hi0 - b.lo0) & __float_as_int(a.hi1 - b.lo1));

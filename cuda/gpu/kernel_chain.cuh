@@ -1,6 +1,6 @@
-// How kernels are launched: kernels in a row, each working on what the one before made. On Hopper and newer the blocks of the next
-// are placed while the last blocks of the one before still run (programmatic dependent launch), which
-// saves most of the time between two kernels.
+// How kernels are launched: kernels in a row, each working on what the one before made. On Hopper
+// and newer the blocks of the next are placed while the last blocks of the one before still run
+// (programmatic dependent launch), which saves most of the time between two kernels.
 #pragma once
 
 #include <cuda_runtime.h>

@@ -22,7 +22,8 @@ class LazyStealing : public TraversalStrategy {
  public:
   explicit LazyStealing(const Tuning& tuning)
       : tuning_(tuning), block_size_(tuning.block_size != 0 ? tuning.block_size : 256) {
-    if (block_size_ < 32 || block_size_ > static_cast<int>(kMaxTraversalBlock) || block_size_ % 32 != 0)
+    if (block_size_ < 32 || block_size_ > static_cast<int>(kMaxTraversalBlock) ||
+        block_size_ % 32 != 0)
       throw Error(ErrorCode::invalid_argument,
                   "a block of the traversal has a multiple of 32 threads up to " +
                       std::to_string(kMaxTraversalBlock));
@@ -35,7 +36,8 @@ class LazyStealing : public TraversalStrategy {
         tuning.capacity_hint != 0 ? least : std::max({least, 8 * threads, 4 * ChunkSize}));
     const std::uint32_t usable = shape_.capacity - shape_.reserve;
     shape_.crowded = usable > 2 * threads ? std::max(usable - 2 * threads, usable / 2) : usable / 2;
-    // What the block tests in one round anyway is no surplus; with delays, stealing itself is tested.
+    // What the block tests in one round anyway is no surplus; with delays, stealing itself is
+    // tested.
     shape_.keep = tuning.delay_ns != 0 ? 1 : threads;
   }
 
@@ -47,11 +49,12 @@ class LazyStealing : public TraversalStrategy {
     const std::uint64_t batches =
         24 * std::uint64_t{node_count} / static_cast<std::uint64_t>(block_size_) + 1;
     blocks_ = static_cast<std::uint32_t>(
-        tuning_.blocks != 0 ? tuning_.blocks
-                            : static_cast<int>(std::min<std::uint64_t>(batches, std::max(resident, 1))));
+        tuning_.blocks != 0
+            ? tuning_.blocks
+            : static_cast<int>(std::min<std::uint64_t>(batches, std::max(resident, 1))));
     const bool forced = tuning_.capacity_hint != 0;
-    ring_capacity_ = std::max(
-        ring_capacity_, forced ? next_power_of_two(std::min(tuning_.capacity_hint, 8u)) : 8u);
+    ring_capacity_ = std::max(ring_capacity_,
+                              forced ? next_power_of_two(std::min(tuning_.capacity_hint, 8u)) : 8u);
     chunk_count_ = std::max(chunk_count_, forced ? tuning_.capacity_hint : 8 * blocks_);
     make_room(stream);
   }
@@ -70,8 +73,8 @@ class LazyStealing : public TraversalStrategy {
   }
 
   std::size_t bytes() const override {
-    return counters_.bytes() + last_giver_.bytes() + words_.bytes() + rings_.bytes() + links_.bytes() +
-           chunks_.bytes();
+    return counters_.bytes() + last_giver_.bytes() + words_.bytes() + rings_.bytes() +
+           links_.bytes() + chunks_.bytes();
   }
 
  private:
@@ -126,11 +129,15 @@ class LazyStealing : public TraversalStrategy {
 
 std::unique_ptr<TraversalStrategy> make_lazy_stealing(const Tuning& tuning) {
   switch (tuning.chunk) {
-    case 32: return std::make_unique<LazyStealing<32>>(tuning);
-    case 128: return std::make_unique<LazyStealing<128>>(tuning);
+    case 32:
+      return std::make_unique<LazyStealing<32>>(tuning);
+    case 128:
+      return std::make_unique<LazyStealing<128>>(tuning);
     case 0:
-    case 256: return std::make_unique<LazyStealing<256>>(tuning);
-    default: throw Error(ErrorCode::invalid_argument, "chunks are of 32, 128 or 256 pairs");
+    case 256:
+      return std::make_unique<LazyStealing<256>>(tuning);
+    default:
+      throw Error(ErrorCode::invalid_argument, "chunks are of 32, 128 or 256 pairs");
   }
 }
 

@@ -1,5 +1,6 @@
-// What the filter left to contacts: at the roots in single precision, then in double, a lane a query; by
-// subdivision, a warp a query; and the few that only exact arithmetic can decide to a list for the host.
+// What the filter left to contacts: at the roots in single precision, then in double, a lane a
+// query; by subdivision, a warp a query; and the few that only exact arithmetic can decide to a
+// list for the host.
 #pragma once
 
 #include <type_traits>
@@ -49,8 +50,11 @@ __device__ inline std::uint64_t emit_contact(const SceneView& scene, const Query
   const std::uint32_t slot = atomicAdd(lists.contacts.count, 1u);
   if (kind == ContactKind::vertex_face) atomicAdd(&lists.counters->contacts_vf, 1u);
   if (slot < lists.contacts.capacity) {
+    const std::uint64_t key = scene.key(contact);
     lists.contacts.items[slot] = contact;
-    lists.keys[slot] = scene.key(contact);
+    lists.keys[slot] = key;
+    if (lists.bins != nullptr)
+      lists.ranks[slot] = atomicAdd(lists.bins + (key >> scene.key.b_bits), 1u);
   }
   return hash_share(contact);
 }
@@ -96,8 +100,8 @@ __device__ inline void look_at_roots(const SceneView& scene, const StepLists& li
   }
 }
 
-// Of each four blocks one is for the vertex-face candidates and three for the edges, of which there are
-// about as many more: calls body(kind, block, blocks) with the place among those of its kind.
+// Of each four blocks one is for the vertex-face candidates and three for the edges, of which there
+// are about as many more: calls body(kind, block, blocks) with the place among those of its kind.
 template <class Body>
 __device__ inline void deal_blocks(Body&& body) {
   const std::uint32_t block = blockIdx.x / 4, blocks = gridDim.x / 4, turn = blockIdx.x % 4;
@@ -145,20 +149,20 @@ __global__ void decide_within(SceneView scene, StepLists lists) {
   add_to_hash(hash, lists.counters);
 }
 
-// The time of a query with one root in [lo, hi]. Returns the contact's share of the hash, 0 where it
-// went to the residue.
+// The time of a query with one root in [lo, hi]. Returns the contact's share of the hash, 0 where
+// it went to the residue.
 template <ContactKind kind>
 __device__ inline std::uint64_t time_hit(const SceneView& scene, const QueryCoordinates& q,
-                                         const Cubic<double>& f, double lo, double hi, Candidate pair,
-                                         Contact& contact, const StepLists& lists) {
+                                         const Cubic<double>& f, double lo, double hi,
+                                         Candidate pair, Contact& contact, const StepLists& lists) {
   const std::int64_t tick = impact_tick(f, lo, hi);
   if (tick >= 0) return emit_contact<kind, false>(scene, q, tick, contact, lists);
   append(lists.residue, {pair, static_cast<std::int32_t>(kind)});
   return 0;
 }
 
-// As decide_by_subdivision (core/subdivision.h), 32 parts at a time: the lanes look at the parts of one
-// interval side by side, and the warp goes on into the first part that is not certainly free.
+// As decide_by_subdivision (core/subdivision.h), 32 parts at a time: the lanes look at the parts of
+// one interval side by side, and the warp goes on into the first part that is not certainly free.
 template <ContactKind kind, class Record>
 __device__ inline std::uint64_t decide_by_warp(const SceneView& scene, Candidate pair,
                                                const StepLists& lists, double scale, int lane) {
@@ -172,7 +176,8 @@ __device__ inline std::uint64_t decide_by_warp(const SceneView& scene, Candidate
   // The way down: lane l holds what is known of level l, where each part is 32 of the next.
   constexpr int levels = 8;  // down to parts of 2^-40 of the step
   double held_begin = 0;
-  unsigned held_open = 0, held_hits = 0;  // parts still to be looked into; those that hold the contact
+  unsigned held_open = 0,
+           held_hits = 0;  // parts still to be looked into; those that hold the contact
   double begin = 0, width = 1.0 / kWarp;
   int level = 0;
   for (int visited = 0; visited < 64; ++visited) {
@@ -193,7 +198,9 @@ __device__ inline std::uint64_t decide_by_warp(const SceneView& scene, Candidate
     const int first = __ffs(open) - 1;
     const double first_lo = begin + first * width;
     if (hits >> first & 1)
-      return lane == 0 ? time_hit<kind>(scene, q, f, first_lo, first_lo + width, pair, contact, lists) : 0;
+      return lane == 0
+                 ? time_hit<kind>(scene, q, f, first_lo, first_lo + width, pair, contact, lists)
+                 : 0;
     if (level == levels - 1) break;
     if (lane == level) {
       held_open = open & (open - 1);
@@ -235,8 +242,8 @@ struct Decider {
   }
   __device__ static std::uint32_t tiles(std::uint32_t items) { return (items + kWarp - 1) / kWarp; }
 
-  // A tile of one of the lists of survivors, a lane a query: undecided ones at the roots, then the time of
-  // all that are hits.
+  // A tile of one of the lists of survivors, a lane a query: undecided ones at the roots, then the
+  // time of all that are hits.
   template <ContactKind kind>
   __device__ void decide_tile(bool undecided, std::uint32_t tile) {
     constexpr int k = static_cast<int>(kind);
@@ -266,7 +273,8 @@ struct Decider {
   }
 
   // Tiles of both kinds.
-  __device__ void decide_tiles(bool undecided, std::uint32_t& claimed, std::uint32_t tiles_vf, std::uint32_t tiles) {
+  __device__ void decide_tiles(bool undecided, std::uint32_t& claimed, std::uint32_t tiles_vf,
+                               std::uint32_t tiles) {
     share(tiles, claimed, [&](std::uint32_t tile) {
       if (tile < tiles_vf) {
         decide_tile<ContactKind::vertex_face>(undecided, tile);
@@ -281,8 +289,8 @@ struct Decider {
   }
 };
 
-// By one grid: what is undecided, then the time of the hits, then what is hard, by subdivision, a warp a
-// query. The hits keep the device busy until the last undecided query is done.
+// By one grid: what is undecided, then the time of the hits, then what is hard, by subdivision, a
+// warp a query. The hits keep the device busy until the last undecided query is done.
 template <class Record>
 __global__ void __launch_bounds__(kDecideThreads, kDecideBlocks)
     decide(SceneView scene, StepLists lists) {

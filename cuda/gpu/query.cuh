@@ -7,8 +7,8 @@
 
 namespace lazyccd::gpu {
 
-// A power of two that brings all differences of positions to at most 2^6 (core/elementary.h), from the
-// box of the root.
+// A power of two that brings all differences of positions to at most 2^6 (core/elementary.h), from
+// the box of the root.
 __device__ inline double scene_scale(const SceneView& scene) {
   const TreeNode& root = scene.nodes[0];
   float size = 0;
@@ -25,39 +25,43 @@ __device__ inline Vec3<float> scaled_difference(const FloatRecord& a, const Floa
           scale * (b.x[3 * end + 2] - a.x[3 * end + 2])};
 }
 
-__device__ inline Vec3<float> scaled_difference(const DoubleRecord& a, const DoubleRecord& b, int end,
-                                                float scale) {
+__device__ inline Vec3<float> scaled_difference(const DoubleRecord& a, const DoubleRecord& b,
+                                                int end, float scale) {
   const double s = scale;
   return {static_cast<float>(s * (b.x[3 * end] - a.x[3 * end])),
           static_cast<float>(s * (b.x[3 * end + 1] - a.x[3 * end + 1])),
           static_cast<float>(s * (b.x[3 * end + 2] - a.x[3 * end + 2]))};
 }
 
+// The differences of a query with the points a, b, c, d: the face and the vertex, or the ends of
+// one edge and those of the other in reverse.
+template <ContactKind kind, class Record>
+__device__ inline Differences<float> gather_points(const SceneView& scene, std::int32_t a,
+                                                   std::int32_t b, std::int32_t c, std::int32_t d,
+                                                   float scale) {
+  const Record* records = static_cast<const Record*>(scene.records);
+  const Record p[4] = {load_wide(records + a), load_wide(records + b), load_wide(records + c),
+                       load_wide(records + d)};
+  Differences<float> result;
+  for (int end = 0; end < 2; ++end) {
+    result.e1[end] = scaled_difference(p[0], p[1], end, scale);
+    result.e2[end] =
+        scaled_difference(kind == ContactKind::vertex_face ? p[0] : p[3], p[2], end, scale);
+    result.r[end] = scaled_difference(p[0], p[3], end, scale);
+  }
+  return result;
+}
+
 template <ContactKind kind, class Record>
 __device__ inline Differences<float> gather(const SceneView& scene, Candidate c, float scale) {
-  const Record* records = static_cast<const Record*>(scene.records);
-  Record p[4];
   if constexpr (kind == ContactKind::vertex_face) {
     const std::int32_t* f = scene.mesh.faces[c.b];
-    p[0] = load_wide(records + f[0]);
-    p[1] = load_wide(records + f[1]);
-    p[2] = load_wide(records + f[2]);
-    p[3] = load_wide(records + c.a);
+    return gather_points<kind, Record>(scene, f[0], f[1], f[2], c.a, scale);
   } else {
     const int2 a = reinterpret_cast<const int2*>(scene.mesh.edges)[c.a];
     const int2 b = reinterpret_cast<const int2*>(scene.mesh.edges)[c.b];
-    p[0] = load_wide(records + a.x);
-    p[1] = load_wide(records + a.y);
-    p[2] = load_wide(records + b.y);
-    p[3] = load_wide(records + b.x);
+    return gather_points<kind, Record>(scene, a.x, a.y, b.y, b.x, scale);
   }
-  Differences<float> d;
-  for (int end = 0; end < 2; ++end) {
-    d.e1[end] = scaled_difference(p[0], p[1], end, scale);
-    d.e2[end] = scaled_difference(kind == ContactKind::vertex_face ? p[0] : p[3], p[2], end, scale);
-    d.r[end] = scaled_difference(p[0], p[3], end, scale);
-  }
-  return d;
 }
 
 // Reserves room in an output for the lanes that want it: one atomic a warp. All lanes call.

@@ -20,8 +20,8 @@ void enqueue_as(const SceneView& scene, const void* start, const void* end, Step
 
 }  // namespace
 
-void enqueue_refit(const SceneView& scene, const void* start, const void* end, StepCounters* counters,
-                   cudaStream_t stream) {
+void enqueue_refit(const SceneView& scene, const void* start, const void* end,
+                   StepCounters* counters, cudaStream_t stream) {
   if (scene.is_double) {
     enqueue_as<double, DoubleRecord>(scene, start, end, counters, stream);
   } else {

@@ -43,8 +43,9 @@ __device__ inline void unite(AxisExtent& a, const AxisExtent& b) {
 
 __device__ inline AxisExtent united_over_warp(AxisExtent e) {
   for (int offset = kWarp / 2; offset > 0; offset /= 2)
-    unite(e, {__shfl_xor_sync(kAllLanes, e.lo0, offset), __shfl_xor_sync(kAllLanes, e.hi0, offset),
-              __shfl_xor_sync(kAllLanes, e.lo1, offset), __shfl_xor_sync(kAllLanes, e.hi1, offset)});
+    unite(e,
+          {__shfl_xor_sync(kAllLanes, e.lo0, offset), __shfl_xor_sync(kAllLanes, e.hi0, offset),
+           __shfl_xor_sync(kAllLanes, e.lo1, offset), __shfl_xor_sync(kAllLanes, e.hi1, offset)});
   return e;
 }
 
@@ -60,8 +61,8 @@ __device__ inline void side_extents(const Record& v, AxisExtent (&e)[kSides]) {
     e[k] = {round_down(v.x[k]), round_up(v.x[k]), round_down(v.x[3 + k]), round_up(v.x[3 + k])};
 }
 
-// With a minimum separation everything reaches further by this, and along a diagonal (of length sqrt 2)
-// by as much more.
+// With a minimum separation everything reaches further by this, and along a diagonal (of length
+// sqrt 2) by as much more.
 __device__ inline void grow(AxisExtent& e, double margin) {
   e = {round_down(__dsub_rd(e.lo0, margin)), round_up(__dadd_ru(e.hi0, margin)),
        round_down(__dsub_rd(e.lo1, margin)), round_up(__dadd_ru(e.hi1, margin))};

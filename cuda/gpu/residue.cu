@@ -16,13 +16,14 @@ std::size_t merge_residue(const Mesh& mesh, const Positions& start, const Positi
   pool.parallel_for(query_count, 4, [&](std::size_t first, std::size_t last, int worker) {
     for (std::size_t i = first; i < last; ++i) {
       Contact contact;
-      if (decide_exactly(static_cast<ContactKind>(queries[i].kind), mesh.view(), queries[i].pair, start,
-                         end, contact))
+      if (decide_exactly(static_cast<ContactKind>(queries[i].kind), mesh.view(), queries[i].pair,
+                         start, end, contact))
         parts[worker].push_back(contact);
     }
   });
   std::vector<Contact> found;
-  for (const std::vector<Contact>& part : parts) found.insert(found.end(), part.begin(), part.end());
+  for (const std::vector<Contact>& part : parts)
+    found.insert(found.end(), part.begin(), part.end());
   for (const Contact& contact : found) {
     stats.hash += hash_share(contact);
     ++(contact.kind == ContactKind::vertex_face ? stats.contacts_vf : stats.contacts_ee);

@@ -1,5 +1,5 @@
-// The scene and the lists of a step as the kernels see them: plain pointers to device memory, passed by
-// value.
+// The scene and the lists of a step as the kernels see them: plain pointers to device memory,
+// passed by value.
 #pragma once
 
 #include <cstdint>
@@ -34,8 +34,8 @@ struct SceneView {
   const std::int32_t* leaf_order;  // groups in the order of the tree's leaves
   const int2* node_ranges;         // the part of that order below each node
   ContactKey key;
-  double separation;               // Options::separation
-  bool is_double;                  // of the records
+  double separation;  // Options::separation
+  bool is_double;     // of the records
 
   // Made anew each step.
   void* records;  // DoubleRecord or FloatRecord
@@ -77,12 +77,12 @@ struct StepCounters {
   std::uint32_t hits[2];         // in single precision
   std::uint32_t undecided[2];
   std::uint32_t refined;
-  std::uint32_t hard;            // for subdivision
-  std::uint32_t residue;         // for the host's exact arithmetic
+  std::uint32_t hard;     // for subdivision
+  std::uint32_t residue;  // for the host's exact arithmetic
   std::uint32_t contacts;
-  std::uint32_t contacts_vf;     // of those
+  std::uint32_t contacts_vf;  // of those
   DecideCounters decide;
-  float leaf_area;               // sum of half the surfaces of the groups' swept boxes
+  float leaf_area;  // sum of half the surfaces of the groups' swept boxes
   std::uint64_t hash;
 };
 
@@ -94,6 +94,9 @@ struct StepLists {
   Output<HardQuery> hard, residue;
   Output<Contact> contacts;  // in no order
   std::uint64_t* keys;       // of the same places: their order (ContactKey)
+  // Contacts by the upper part of their key, all but primitive b, while there are few such parts:
+  // how many each has, and which of them a place is. Null: to be sorted in another way.
+  std::uint32_t *bins, *ranks;
   StepCounters* counters;
 };
 

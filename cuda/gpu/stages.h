@@ -13,8 +13,8 @@
 namespace lazyccd::gpu {
 
 // Positions to the boxes of primitives, groups and nodes. Follows a memset or a copy.
-void enqueue_refit(const SceneView& scene, const void* start, const void* end, StepCounters* counters,
-                   cudaStream_t stream);
+void enqueue_refit(const SceneView& scene, const void* start, const void* end,
+                   StepCounters* counters, cudaStream_t stream);
 
 // Pairs of groups from a traversal to candidates that the filter left. The count may exceed the
 // capacity: then the step is run again.
@@ -34,14 +34,18 @@ struct SortBuffers {
   std::uint64_t* sorted_keys;
   const std::uint32_t* order;  // 0, 1, 2, ...
   std::uint32_t* sorted_order;
+  std::uint32_t* bin_starts;
   void* space;
   std::size_t space_bytes;
   Contact* sorted;
 };
-void prepare_sort(const StepLists& lists, cudaStream_t stream);  // before enqueue_narrow
+void prepare_sort(const SceneView& scene, const StepLists& lists,
+                  cudaStream_t stream);  // before all
 void enqueue_sort(const SceneView& scene, const StepLists& lists, const SortBuffers& buffers,
                   cudaStream_t stream);
-std::size_t sort_space_bytes(std::uint32_t contacts);
+// How many bins such contacts are counted into; 0: none.
+std::uint32_t sort_bins(const ContactKey& key, std::uint32_t contacts);
+std::size_t sort_space_bytes(std::uint32_t bins, std::uint32_t contacts);
 void fill_order(std::uint32_t* order, std::uint32_t count, cudaStream_t stream);
 
 }  // namespace lazyccd::gpu

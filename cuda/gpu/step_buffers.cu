@@ -20,7 +20,7 @@ StepBuffers::StepBuffers(std::uint32_t capacity_hint) {
   contacts_.set_capacity(capacity_hint);
 }
 
-void StepBuffers::reserve(cudaStream_t stream) {
+void StepBuffers::reserve(const ContactKey& key, cudaStream_t stream) {
   for (int kind = 0; kind < 2; ++kind) {
     filtered_[kind].reserve();
     hits_[kind].reserve();
@@ -32,16 +32,21 @@ void StepBuffers::reserve(cudaStream_t stream) {
   const std::uint32_t contacts = contacts_.capacity();
   host_residue_.reserve(residue_.capacity());
   host_contacts_.reserve(std::size_t{contacts} + residue_.capacity());
-  if (contacts <= sorted_.size()) return;
+  const std::uint32_t bins = sort_bins(key, contacts);
+  if (contacts <= sorted_.size() && bins == bin_count_) return;
+  bin_count_ = bins;
+  bins_.reserve(bins);
+  bin_starts_.reserve(bins);
+  sort_space_.reserve(sort_space_bytes(bins, contacts));
   sorted_.reserve(contacts);
   // The download takes what the last step makes likely, and may take places that nothing wrote.
   LAZYCCD_CUDA_CHECK(cudaMemsetAsync(sorted_.data(), 0, sorted_.bytes(), stream));
   keys_.reserve(contacts);
   sorted_keys_.reserve(contacts);
+  ranks_.reserve(contacts);
   order_.reserve(contacts);
   sorted_order_.reserve(contacts);
   fill_order(order_.data(), contacts, stream);
-  sort_space_.reserve(sort_space_bytes(contacts));
 }
 
 StepLists StepBuffers::lists() {
@@ -56,12 +61,14 @@ StepLists StepBuffers::lists() {
   lists.residue = residue_.output(&c->residue);
   lists.contacts = contacts_.output(&c->contacts);
   lists.keys = keys_.data();
+  lists.bins = bin_count_ != 0 ? bins_.data() : nullptr;
+  lists.ranks = ranks_.data();
   lists.counters = c;
   return lists;
 }
 
 SortBuffers StepBuffers::sort_buffers() {
-  return {sorted_keys_.data(), order_.data(),       sorted_order_.data(),
+  return {sorted_keys_.data(), order_.data(),       sorted_order_.data(), bin_starts_.data(),
           sort_space_.data(),  sort_space_.bytes(), sorted_.data()};
 }
 
@@ -70,7 +77,8 @@ void StepBuffers::download(cudaStream_t stream) {
                                      cudaMemcpyDeviceToHost, stream));
   downloaded_ = std::min(expected_contacts_, contacts_.capacity());
   LAZYCCD_CUDA_CHECK(cudaMemcpyAsync(host_contacts_.data(), sorted_.data(),
-                                     downloaded_ * sizeof(Contact), cudaMemcpyDeviceToHost, stream));
+                                     downloaded_ * sizeof(Contact), cudaMemcpyDeviceToHost,
+                                     stream));
 }
 
 int StepBuffers::grow() {
@@ -105,7 +113,8 @@ const HardQuery* StepBuffers::download_residue() {
 std::size_t StepBuffers::bytes() const {
   std::size_t sum = counters_.bytes() + hard_.bytes() + residue_.bytes() + contacts_.bytes() +
                     sorted_.bytes() + keys_.bytes() + sorted_keys_.bytes() + order_.bytes() +
-                    sorted_order_.bytes() + sort_space_.bytes();
+                    sorted_order_.bytes() + bins_.bytes() + bin_starts_.bytes() + ranks_.bytes() +
+                    sort_space_.bytes();
   for (int kind = 0; kind < 2; ++kind)
     sum += filtered_[kind].bytes() + hits_[kind].bytes() + undecided_[kind].bytes();
   return sum;

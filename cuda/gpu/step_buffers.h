@@ -41,8 +41,8 @@ class StepBuffers {
  public:
   explicit StepBuffers(std::uint32_t capacity_hint);  // of every list at first; 0: the default
 
-  // Allocates what has grown.
-  void reserve(cudaStream_t stream);
+  // Allocates what has grown. The key is that of the mesh.
+  void reserve(const ContactKey& key, cudaStream_t stream);
   StepLists lists();
   SortBuffers sort_buffers();
 
@@ -67,12 +67,13 @@ class StepBuffers {
   StepList<Contact> contacts_{1 << 11};
   DeviceBuffer<Contact> sorted_;
   DeviceBuffer<std::uint64_t> keys_, sorted_keys_;
-  DeviceBuffer<std::uint32_t> order_, sorted_order_;
+  DeviceBuffer<std::uint32_t> order_, sorted_order_, bins_, bin_starts_, ranks_;
   DeviceBuffer<char> sort_space_;
   PinnedBuffer<StepCounters> host_counters_;
   PinnedBuffer<Contact> host_contacts_;
   PinnedBuffer<HardQuery> host_residue_;
   std::uint32_t expected_contacts_ = 1024, downloaded_ = 0;
+  std::uint32_t bin_count_ = 0;
 };
 
 }  // namespace lazyccd::gpu

@@ -1,4 +1,5 @@
-// The baseline: a thread takes one group and finds all that overlap it, from the root and on its own.
+// The baseline: a thread takes one group and finds all that overlap it, from the root and on its
+// own.
 #include <cooperative_groups.h>
 
 #include <algorithm>
@@ -76,7 +77,8 @@ class ThreadPerQuery : public TraversalStrategy {
  public:
   explicit ThreadPerQuery(const Tuning& tuning)
       : tuning_(tuning), block_size_(tuning.block_size != 0 ? tuning.block_size : 64) {
-    if (block_size_ < 32 || block_size_ > static_cast<int>(kMaxTraversalBlock) || block_size_ % 32 != 0)
+    if (block_size_ < 32 || block_size_ > static_cast<int>(kMaxTraversalBlock) ||
+        block_size_ % 32 != 0)
       throw Error(ErrorCode::invalid_argument,
                   "a block of the traversal has a multiple of 32 threads up to " +
                       std::to_string(kMaxTraversalBlock));
@@ -100,7 +102,8 @@ class ThreadPerQuery : public TraversalStrategy {
   }
 
   void grow(cudaStream_t) override {
-    throw Error(ErrorCode::device, "the tree is deeper than " + std::to_string(kMaxDepth) + " levels");
+    throw Error(ErrorCode::device,
+                "the tree is deeper than " + std::to_string(kMaxDepth) + " levels");
   }
 
   std::size_t bytes() const override { return 0; }

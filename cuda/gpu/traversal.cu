@@ -12,20 +12,25 @@ namespace {
 
 std::unique_ptr<gpu::TraversalStrategy> make_strategy(const Options& options) {
   switch (options.strategy) {
-    case Strategy::lazy_stealing: return gpu::make_lazy_stealing(options.tuning);
-    case Strategy::thread_per_query: return gpu::make_thread_per_query(options.tuning);
-    default: break;
+    case Strategy::lazy_stealing:
+      return gpu::make_lazy_stealing(options.tuning);
+    case Strategy::thread_per_query:
+      return gpu::make_thread_per_query(options.tuning);
+    default:
+      break;
   }
   std::string names;
-  for (const Strategy s : kCudaStrategies) names += (names.empty() ? "" : ", ") + std::string(name(s));
+  for (const Strategy s : kCudaStrategies)
+    names += (names.empty() ? "" : ", ") + std::string(name(s));
   throw Error(ErrorCode::unavailable, std::string("the CUDA backend has no strategy '") +
                                           name(options.strategy) + "'; it has " + names);
 }
 
-// Room for `needed`, half more than before at least, and headroom: an output that creeps up should not
-// cost a second run at every step.
+// Room for `needed`, half more than before at least, and headroom: an output that creeps up should
+// not cost a second run at every step.
 std::size_t grown_size(const DeviceBuffer<NodePair>& buffer, std::uint32_t needed) {
-  const std::size_t size = std::max(buffer.size() + buffer.size() / 2, needed + std::size_t{needed} / 4);
+  const std::size_t size =
+      std::max(buffer.size() + buffer.size() / 2, needed + std::size_t{needed} / 4);
   return std::min<std::size_t>(size, 0xffffffffu);
 }
 
@@ -57,7 +62,8 @@ void Traversal::reset(std::uint32_t node_count, cudaStream_t stream) {
   const std::size_t hint = tuning_.capacity_hint;
   leaf_pairs_.reserve(hint != 0 ? hint : 24 * std::size_t{node_count} + 1024);
   if (keep_front_)
-    for (auto& front : fronts_) front.reserve(hint != 0 ? hint : 32 * std::size_t{node_count} + 1024);
+    for (auto& front : fronts_)
+      front.reserve(hint != 0 ? hint : 32 * std::size_t{node_count} + 1024);
   LAZYCCD_CUDA_CHECK(cudaMemsetAsync(root_.data(), 0, root_.bytes(), stream));
   strategy_->reset(node_count, stream);
 }
@@ -66,7 +72,9 @@ void Traversal::launch(const TreeNode* nodes, const gpu::GroupView& groups, bool
                        cudaStream_t stream) {
   if (from_front && !has_front_)
     throw Error(ErrorCode::invalid_argument, "the traversal has no front to start from");
-  const auto size = [](const DeviceBuffer<NodePair>& b) { return static_cast<std::uint32_t>(b.size()); };
+  const auto size = [](const DeviceBuffer<NodePair>& b) {
+    return static_cast<std::uint32_t>(b.size());
+  };
   gpu::TraversalJob job{};
   job.nodes = nodes;
   job.node_count = node_count_;
@@ -101,8 +109,8 @@ bool Traversal::grow(cudaStream_t stream) {
   const TraversalCounters& c = counters();
   // The two output counters are of 32 bits; neither has wrapped while all tests together are fewer.
   if (c.tree_tests >> 32 != 0)
-    throw Error(ErrorCode::device,
-                "a traversal of " + std::to_string(c.tree_tests) + " pairs is too large for the device");
+    throw Error(ErrorCode::device, "a traversal of " + std::to_string(c.tree_tests) +
+                                       " pairs is too large for the device");
   bool grown = false;
   if (c.leaf_pairs > leaf_pairs_.size()) {
     leaf_pairs_.reserve(grown_size(leaf_pairs_, c.leaf_pairs));

@@ -1,5 +1,5 @@
-// The traversal on the device: from a tree with fitted boxes to the pairs of groups whose swept boxes
-// overlap, each once, and to the front from which the next step can start.
+// The traversal on the device: from a tree with fitted boxes to the pairs of groups whose swept
+// boxes overlap, each once, and to the front from which the next step can start.
 //
 //   traversal.reset(node_count, stream);                    // once a tree; the front is forgotten
 //   do {
@@ -7,7 +7,8 @@
 //     traversal.read_counters(stream);
 //     cudaStreamSynchronize(stream);
 //   } while (traversal.grow(stream));                       // something did not fit: run it again
-//   traversal.accept();                                     // the new front is the one to start from
+//   traversal.accept();                                     // the new front is the one to start
+//   from
 #pragma once
 
 #include <cuda_runtime_api.h>
@@ -32,19 +33,25 @@ class Traversal {
   // For another tree. Only this and grow() allocate.
   void reset(std::uint32_t node_count, cudaStream_t stream);
 
-  // nodes: of the tree of reset(), 16-byte aligned. groups: {} to keep every pair that overlaps. from_front only where has_front().
-  // What is enqueued depends on the arguments and on parity() alone, between two calls of reset() or of
-  // grow() that returned true.
-  void launch(const TreeNode* nodes, const gpu::GroupView& groups, bool from_front, cudaStream_t stream);
+  // nodes: of the tree of reset(), 16-byte aligned. groups: {} to keep every pair that overlaps.
+  // from_front only where has_front(). What is enqueued depends on the arguments and on parity()
+  // alone, between two calls of reset() or of grow() that returned true.
+  void launch(const TreeNode* nodes, const gpu::GroupView& groups, bool from_front,
+              cudaStream_t stream);
   bool has_front() const { return has_front_; }
   int parity() const { return parity_; }
 
-  // Output of the launch, until accept(): pairs of group ids, the smaller first, in no particular order.
+  // Output of the launch, until accept(): pairs of group ids, the smaller first, in no particular
+  // order.
   const NodePair* leaf_pairs() const { return leaf_pairs_.data(); }
   // On the device. More than the capacity where pairs did not fit.
   const std::uint32_t* leaf_pair_count() const { return &counters_.data()[parity_].leaf_pairs; }
-  std::uint32_t leaf_pair_capacity() const { return static_cast<std::uint32_t>(leaf_pairs_.size()); }
-  const NodePair* front() const { return fronts_[parity_].data(); }  // counters().front_nodes of them
+  std::uint32_t leaf_pair_capacity() const {
+    return static_cast<std::uint32_t>(leaf_pairs_.size());
+  }
+  const NodePair* front() const {
+    return fronts_[parity_].data();
+  }  // counters().front_nodes of them
 
   // Enqueues the download; counters() is valid once the stream is synchronized.
   void read_counters(cudaStream_t stream);
@@ -52,9 +59,9 @@ class Traversal {
   // Of all blocks' time, the part without work.
   double idle_share() const;
 
-  // By counters(): whether something did not fit. Then it has more room now, the outputs are lost, and
-  // the front that the launch may have started from is untouched. Throws Error(device) where more room
-  // does not help.
+  // By counters(): whether something did not fit. Then it has more room now, the outputs are lost,
+  // and the front that the launch may have started from is untouched. Throws Error(device) where
+  // more room does not help.
   bool grow(cudaStream_t stream);
   // The launch is good: its front, where one is kept, is where the next can start.
   void accept();

@@ -1,8 +1,10 @@
-// The persistent traversal of a block (dissertation, Algorithms 3.7 and 3.8): every round each thread
-// pops a pair of nodes from the block's shared stack and tests it; what it makes stays in registers until
-// a prefix sum over the block tells its place in the stack, in the front and in the list of leaf pairs.
+// The persistent traversal of a block (dissertation, Algorithms 3.7 and 3.8): every round each
+// thread pops a pair of nodes from the block's shared stack and tests it; what it makes stays in
+// registers until a prefix sum over the block tells its place in the stack, in the front and in the
+// list of leaf pairs.
 //
-// Balancing is the parameter: how a block whose stack is empty finds more, and how it gives some away.
+// Balancing is the parameter: how a block whose stack is empty finds more, and how it gives some
+// away.
 //
 //   Balancing::View                     passed to the kernel
 //   Balancing::chunk_size
@@ -13,7 +15,8 @@
 //     own_batch()                       work that needs no waiting, count 0: none
 //     release(batch)                    it has been copied
 //     wanted(view)                      one load: may somebody wait for work?
-//     new_chunk(full)                   room to give work away; null: keep it. full: it would be welcome
+//     new_chunk(full)                   room to give work away; null: keep it. full: it would be
+//     welcome
 //                                       even where nobody waits
 //     publish(view)                     that chunk is filled
 //   by the first warp:
@@ -61,7 +64,8 @@ __device__ inline void random_delay(const TraversalJob& job) {
 
 // Three counts of a round in one word; a block of 512 threads makes at most 1536 | 512 | 512.
 struct Made {
-  __device__ static std::uint32_t pack(std::uint32_t children, std::uint32_t ended, std::uint32_t leaves) {
+  __device__ static std::uint32_t pack(std::uint32_t children, std::uint32_t ended,
+                                       std::uint32_t leaves) {
     return children | ended << 11 | leaves << 21;
   }
   __device__ static std::uint32_t children(std::uint32_t made) { return made & 0x7ffu; }
@@ -69,7 +73,8 @@ struct Made {
   __device__ static std::uint32_t leaves(std::uint32_t made) { return made >> 21; }
 };
 
-// Room for `ended` pairs of the front (upper half of the result) and `leaves` leaf pairs (lower half).
+// Room for `ended` pairs of the front (upper half of the result) and `leaves` leaf pairs (lower
+// half).
 __device__ inline unsigned long long reserve_output(const TraversalJob& job, std::uint32_t ended,
                                                     std::uint32_t leaves) {
   static_assert(offsetof(TraversalCounters, leaf_pairs) == 0 &&
@@ -81,17 +86,19 @@ __device__ inline unsigned long long reserve_output(const TraversalJob& job, std
 
 __device__ inline void add(std::uint64_t& counter, std::uint64_t value) {
   if (value != 0)
-    atomicAdd(reinterpret_cast<unsigned long long*>(&counter), static_cast<unsigned long long>(value));
+    atomicAdd(reinterpret_cast<unsigned long long*>(&counter),
+              static_cast<unsigned long long>(value));
 }
 
 __device__ inline void store_leaf_pair(const TraversalJob& job, std::uint32_t at, std::int32_t a,
                                        std::int32_t b) {
   if (at < job.leaf_pair_capacity)
-    job.leaf_pairs[at] = {static_cast<std::uint32_t>(min(a, b)), static_cast<std::uint32_t>(max(a, b))};
+    job.leaf_pairs[at] = {static_cast<std::uint32_t>(min(a, b)),
+                          static_cast<std::uint32_t>(max(a, b))};
 }
 
-// What a thread's pair of the last round came to, until there is a place for it in global memory: the
-// addition that makes the place runs while the next pairs are tested.
+// What a thread's pair of the last round came to, until there is a place for it in global memory:
+// the addition that makes the place runs while the next pairs are tested.
 struct Ended {
   NodePair pair;
   std::int32_t group_a, group_b;
@@ -121,8 +128,8 @@ __global__ void __launch_bounds__(kMaxTraversalBlock)
   begin_kernel();
   using Chunk = typename Balancing::Chunk;
   extern __shared__ NodePair stack[];
-  // Of thread 0, apart from what it tells the others; each is written and read on different sides of a
-  // barrier.
+  // Of thread 0, apart from what it tells the others; each is written and read on different sides
+  // of a barrier.
   __shared__ Balancing balancing;
   __shared__ Batch<NodePair> own, others;
   __shared__ Chunk* chunk;
@@ -135,8 +142,8 @@ __global__ void __launch_bounds__(kMaxTraversalBlock)
   const std::uint32_t thread = threadIdx.x, threads = blockDim.x;
   const unsigned lane = thread % 32, below = (1u << lane) - 1;
   const std::uint32_t mask = shape.capacity - 1;
-  // The same in all threads: the stack is [bottom, top) modulo its capacity, `made` is what the last round
-  // made and has not been stored.
+  // The same in all threads: the stack is [bottom, top) modulo its capacity, `made` is what the
+  // last round made and has not been stored.
   std::uint32_t bottom = 0, top = 0, made = 0, round = 0;
   Ended ended{{0, 0}, 0, 0, Ended::none, Ended::none};
 
@@ -221,9 +228,9 @@ __global__ void __launch_bounds__(kMaxTraversalBlock)
     const unsigned leaves_here = __ballot_sync(kAllLanes, leaf);
     std::uint32_t before = 0;  // made by warps that were faster
     if (lane == 0 && (opened | ends_here) != 0)
-      before = atomicAdd(&made_by_parity[round % 2],
-                         Made::pack(2 * __popc(opened) + __popc(selves), __popc(ends_here),
-                                    __popc(leaves_here)));
+      before = atomicAdd(
+          &made_by_parity[round % 2],
+          Made::pack(2 * __popc(opened) + __popc(selves), __popc(ends_here), __popc(leaves_here)));
     before = __shfl_sync(kAllLanes, before, 0);
     if (thread == 0) {
       output = base;
@@ -242,7 +249,8 @@ __global__ void __launch_bounds__(kMaxTraversalBlock)
     ended.group_b = group_b;
     ended.place = ends ? Made::ended(before) + __popc(ends_here & below) : Ended::none;
     ended.leaf_place = leaf ? Made::leaves(before) + __popc(leaves_here & below) : Ended::none;
-    // The other one was last read before the barrier above and is next added to after the one below.
+    // The other one was last read before the barrier above and is next added to after the one
+    // below.
     if (thread == 0) {
       made_by_parity[(round + 1) % 2] = 0;
       tests += count;
@@ -253,8 +261,8 @@ __global__ void __launch_bounds__(kMaxTraversalBlock)
     ++round;
     top = floor + Made::children(made);
 
-    // The oldest pairs, the largest parts of the tree, leave: one chunk where somebody waits, and where
-    // the stack is crowded as many as it takes.
+    // The oldest pairs, the largest parts of the tree, leave: one chunk where somebody waits, and
+    // where the stack is crowded as many as it takes.
     for (;;) {
       const std::uint32_t left = top - bottom;
       const bool crowded = left > shape.crowded;

@@ -57,8 +57,9 @@ struct Scene {
 // Sheets of n x n quads that tumble through each other, ropes between them, some vertices pinned.
 Scene tumbling_sheets(int sheets, int n, int frames, double offset, bool in_float) {
   Scene scene;
-  scene.name = std::to_string(sheets) + " sheets of " + std::to_string(n) + "x" + std::to_string(n) +
-               " quads" + (offset != 0 ? ", far away" : "") + (in_float ? ", float" : ", double");
+  scene.name = std::to_string(sheets) + " sheets of " + std::to_string(n) + "x" +
+               std::to_string(n) + " quads" + (offset != 0 ? ", far away" : "") +
+               (in_float ? ", float" : ", double");
   std::mt19937 random(7);
   std::uniform_real_distribution<double> uniform(-1, 1);
   struct Motion {
@@ -118,7 +119,8 @@ Scene tumbling_sheets(int sheets, int n, int frames, double offset, bool in_floa
   return scene;
 }
 
-constexpr std::int64_t kMostBytes = 300'000'000;  // for each of the scenes here, Cloth/Ball among them
+constexpr std::int64_t kMostBytes =
+    300'000'000;  // for each of the scenes here, Cloth/Ball among them
 
 // Runs the frames of a scene on both; returns the number of contacts, -1 on a difference.
 long compare(const Scene& scene, Options options, int repeat, std::string& why) {
@@ -210,7 +212,8 @@ int main(int argc, char** argv) {
         check(tumbling_sheets(9, 8, 4, 0, graph), options, 1, name(strategy));
       }
       options.separation = 0.01;
-      check(tumbling_sheets(9, 8, 2, 0, true), options, 1, std::string(name(strategy)) + ", separation");
+      check(tumbling_sheets(9, 8, 2, 0, true), options, 1,
+            std::string(name(strategy)) + ", separation");
     }
     std::printf("%d failed\n", failures);
     return failures == 0 ? 0 : 1;

@@ -1,6 +1,6 @@
-// Steps a scene of the library with Bullet and detects on both backends in every step: the same contacts,
-// field by field, and the same hash. The nodes' motion of a step is drawn out, so that what the response
-// has kept apart is in contact too.
+// Steps a scene of the library with Bullet and detects on both backends in every step: the same
+// contacts, field by field, and the same hash. The nodes' motion of a step is drawn out, so that
+// what the response has kept apart is in contact too.
 //
 //   check_scenes [--steps N] [SCENE]...     (all scenes where none is named)
 //   check_scenes --list
@@ -36,7 +36,8 @@ std::vector<Setting> settings() {
       options.strategy = strategy;
       options.tuning.block_size = block;
       options.tuning.delay_ns = block == 32 ? 500 : 0;
-      all.push_back({std::string(name(strategy)) + ", blocks of " + std::to_string(block), options});
+      all.push_back(
+          {std::string(name(strategy)) + ", blocks of " + std::to_string(block), options});
     }
   }
   all.push_back(all.front());
@@ -52,7 +53,8 @@ bool equal(Span<const Contact> a, Span<const Contact> b) {
 // A detector on the device beside one on the CPU with the same options.
 struct Pair {
   Pair(const Setting& setting, const Topology& topology, double separation)
-      : name(setting.name), gpu(with(setting, Backend::cuda, separation)),
+      : name(setting.name),
+        gpu(with(setting, Backend::cuda, separation)),
         cpu(with(setting, Backend::cpu, separation)) {
     gpu.set_topology(topology);
     cpu.set_topology(topology);
@@ -78,7 +80,8 @@ long check(const scenes::SceneInfo& info, unsigned seed, int steps) {
   std::vector<std::unique_ptr<Pair>> pairs;
   for (const Setting& setting : settings()) {
     const bool thick = setting.name.find("separation") != std::string::npos;
-    pairs.push_back(std::make_unique<Pair>(setting, surface.topology(), thick ? 0.2 * info.margin : 0));
+    pairs.push_back(
+        std::make_unique<Pair>(setting, surface.topology(), thick ? 0.2 * info.margin : 0));
   }
   long total = 0;
   std::vector<btScalar> last = scenes::read_positions(*scene.world);
@@ -103,8 +106,9 @@ long check(const scenes::SceneInfo& info, unsigned seed, int steps) {
         total += static_cast<long>(found.size());
         continue;
       }
-      std::printf("FAIL  %s, seed %u, step %d, %s: %zu of %zu contacts, %s\n", info.name.c_str(), seed,
-                  step, pair.name.c_str(), found.size(), wanted.size(), pair.gpu.status().c_str());
+      std::printf("FAIL  %s, seed %u, step %d, %s: %zu of %zu contacts, %s\n", info.name.c_str(),
+                  seed, step, pair.name.c_str(), found.size(), wanted.size(),
+                  pair.gpu.status().c_str());
       return -1;
     }
     last = now;
@@ -121,7 +125,8 @@ int main(int argc, char** argv) {
     if (std::string(argv[i]) == "--steps" && i + 1 < argc) {
       steps = std::atoi(argv[++i]);
     } else if (std::string(argv[i]) == "--list") {
-      for (const scenes::SceneInfo& info : scenes::all_scenes()) std::printf("%s\n", info.name.c_str());
+      for (const scenes::SceneInfo& info : scenes::all_scenes())
+        std::printf("%s\n", info.name.c_str());
       return 0;
     } else {
       names.emplace_back(argv[i]);
@@ -143,7 +148,8 @@ int main(int argc, char** argv) {
         const long contacts = info ? check(*info, seed, steps) : -1;
         failures += contacts < 0;
         if (contacts >= 0)
-          std::printf("PASS  %s, seed %u: %d steps, %ld contacts\n", name.c_str(), seed, steps, contacts);
+          std::printf("PASS  %s, seed %u: %d steps, %ld contacts\n", name.c_str(), seed, steps,
+                      contacts);
         std::fflush(stdout);
       }
     }

@@ -32,8 +32,7 @@ inline Walk walk(const std::vector<TreeNode>& nodes, std::vector<NodePair> stack
     for (int i = 0; i < v.children; ++i) stack.push_back(v.child[i]);
     if (v.children == 0) result.front.push_back(pair);
   }
-  std::sort(result.front.begin(), result.front.end(),
-            [](NodePair x, NodePair y) { return x < y; });
+  std::sort(result.front.begin(), result.front.end(), [](NodePair x, NodePair y) { return x < y; });
   return result;
 }
 
@@ -111,8 +110,9 @@ class SceneMaker {
     if (scene_.shape == Shape::left_chain) middle = last - 1;
     if (scene_.shape == Shape::right_chain) middle = first + 1;
     if (scene_.shape == Shape::balanced)
-      std::nth_element(order_.begin() + first, order_.begin() + middle, order_.begin() + last,
-                       [&](std::int32_t x, std::int32_t y) { return boxes_[x][axis] < boxes_[y][axis]; });
+      std::nth_element(
+          order_.begin() + first, order_.begin() + middle, order_.begin() + last,
+          [&](std::int32_t x, std::int32_t y) { return boxes_[x][axis] < boxes_[y][axis]; });
     const std::int32_t left = ++used_, right = ++used_;
     tree_[at].left = left;
     tree_[at].right = right;
