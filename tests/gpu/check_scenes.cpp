@@ -144,12 +144,12 @@ int main(int argc, char** argv) {
   try {
     for (const std::string& name : names) {
       const scenes::SceneInfo* info = scenes::find_scene(name);
-      for (const unsigned seed : {1u, 2u}) {
-        const long contacts = info ? check(*info, seed, steps) : -1;
+      for (const unsigned random_seed : {1u, 2u}) {
+        const long contacts = info ? check(*info, random_seed, steps) : -1;
         failures += contacts < 0;
         if (contacts >= 0)
-          std::printf("PASS  %s, seed %u: %d steps, %ld contacts\n", name.c_str(), seed, steps,
-                      contacts);
+          std::printf("PASS  %s, seed %u: %d steps, %ld contacts\n", name.c_str(), random_seed,
+                      steps, contacts);
         std::fflush(stdout);
       }
     }
