@@ -101,13 +101,15 @@ def split_table(rows, title):
 def grid_table(rows, title, columns):
     heading = ["model"] + [c for c in columns] + ["ms", "refit", "group pairs", "candidates",
                                                   "culled by volume", "flat nodes", "orphans",
-                                                  "never coplanar", "steals", "idle %"]
+                                                  "never coplanar", "front before", "front after",
+                                                  "front reused", "steals", "idle %"]
     body = []
     for r in rows:
         body.append([r["model"]] + [r[c] for c in columns] +
                     [f"{float(r['ms_total']):.3g}", f"{float(r['ms_refit']):.3g}"] +
                     [number(r[c]) for c in ("group_pairs", "candidates", "volume_culled", "flat_nodes",
-                                            "orphans", "never_coplanar", "steals")] +
+                                            "orphans", "never_coplanar", "front_start",
+                                            "front_nodes", "front_reused", "steals")] +
                     [f"{100 * float(r['idle_share']):.0f}"])
     return markdown(title, heading, body)
 
@@ -207,14 +209,15 @@ def main():
     stages = read(folder, "stages")
     if stages:
         parts.append(split_table(stages, "Where the time goes, stage by stage without a graph, ms"))
-    for name, title, columns in (
-            ("fronts", "From the root or from the last front", ["front"]),
-            ("scaling", "Workers", ["strategy", "threads", "blocks"]),
-            ("sizes", "Sizes of stack, batch and block", ["strategy", "stack", "chunk", "block_size"]),
-            ("chunks", "Items that change hands at once", ["strategy", "chunk"]),
-            ("volumes", "Bounding volumes", ["volume"]),
-            ("culling", "Culling", ["culling"])):
-        rows = read(folder, name)
+    for names, title, columns in (
+            (("root", "fronts"), "From the root or from the last front, made anew by period and ratio",
+             ["front", "front_period", "front_ratio"]),
+            (("scaling",), "Workers", ["strategy", "threads", "blocks"]),
+            (("sizes",), "Sizes of stack, batch and block", ["strategy", "stack", "chunk", "block_size"]),
+            (("chunks",), "Items that change hands at once", ["strategy", "chunk"]),
+            (("volumes",), "Bounding volumes", ["volume"]),
+            (("culling",), "Culling", ["culling"])):
+        rows = read(folder, *names)
         if rows:
             parts.append(grid_table(rows, title, columns))
     scaling = read(folder, "scaling")

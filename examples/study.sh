@@ -54,7 +54,9 @@ study() {
 measure() {
   study strategies-small "${whole[@]}" --model "${small[@]}" --steps-csv "$out/steps.csv"
   study strategies-large "${window[@]}" --model "${large[@]}"
-  study fronts "${window[@]}" --model funnel cloth-ball n-body --strategy lazy_stealing --front off on
+  study root "${window[@]}" --model funnel cloth-ball n-body --strategy lazy_stealing --front off
+  study fronts "${window[@]}" --model funnel cloth-ball n-body --strategy lazy_stealing --front on \
+    --front-period 2 10 --front-ratio 1 1.02 1.1
   study scaling "${window[@]}" --model funnel cloud-1024 n-body "${workers[@]}"
   if [ "$backend" = cpu ]; then
     study sizes "${window[@]}" --model funnel --strategy lazy_stealing_greedy \

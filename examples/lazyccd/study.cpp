@@ -7,6 +7,7 @@
 #include <memory>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "commands.h"
@@ -23,6 +24,8 @@ struct Arguments {
   std::vector<std::string> models, backends{"cpu"}, strategies, fronts{"auto"}, volumes{"box"},
       culling{"default"};
   std::vector<int> threads{0}, blocks{0}, block_sizes{0}, chunks{0}, stacks{0};
+  std::vector<int> front_periods{Options{}.front_period};
+  std::vector<double> front_ratios{Options{}.front_ratio};
   int first = 0, last = models::Model::frames - 1, warm_up = 1, repeat = 1;
   std::uint64_t seed = 1;
   bool stages = false;
@@ -96,10 +99,22 @@ FrontUse parse_front(const std::string& text) {
   return text == "on" ? FrontUse::on : text == "off" ? FrontUse::off : FrontUse::automatic;
 }
 
+// Each setting with each value.
+template <class Value, class Apply>
+void multiply(std::vector<Setting>& settings, const std::vector<Value>& values, Apply&& apply) {
+  std::vector<Setting> product;
+  for (const Setting& setting : settings) {
+    for (const Value& value : values) {
+      product.push_back(setting);
+      apply(product.back(), value);
+    }
+  }
+  settings = std::move(product);
+}
+
 // Every combination that differs: what is the other backend's is not varied.
 std::vector<Setting> settings(const Arguments& a) {
   std::vector<Setting> all;
-  const std::vector<int> none{0};
   for (const std::string& backend : a.backends) {
     const bool cpu = backend == "cpu";
     std::vector<std::string> strategies = a.strategies;
@@ -110,29 +125,32 @@ std::vector<Setting> settings(const Arguments& a) {
         for (const Strategy s : kCudaStrategies) strategies.emplace_back(name(s));
       }
     }
-    for (const std::string& strategy : strategies)
-      for (const std::string& front : a.fronts)
-        for (const std::string& volume : cpu ? a.volumes : std::vector<std::string>{"box"})
-          for (const std::string& culling : cpu ? a.culling : std::vector<std::string>{"default"})
-            for (const int threads : cpu ? a.threads : none)
-              for (const int blocks : cpu ? none : a.blocks)
-                for (const int block_size : cpu ? none : a.block_sizes)
-                  for (const int chunk : a.chunks)
-                    for (const int stack : a.stacks) {
-                      Setting s{backend, front, culling, {}};
-                      s.options.backend = cpu ? Backend::cpu : Backend::cuda;
-                      s.options.threads = threads;
-                      s.options.strategy = parse_strategy(strategy);
-                      s.options.front = parse_front(front);
-                      s.options.volume = parse_volume(volume);
-                      s.options.culling = parse_culling(culling);
-                      s.options.tuning.blocks = blocks;
-                      s.options.tuning.block_size = block_size;
-                      s.options.tuning.chunk = chunk;
-                      s.options.tuning.stack = stack;
-                      s.options.tuning.graph = !a.stages;
-                      all.push_back(s);
-                    }
+    std::vector<Setting> some{{backend, "auto", "default", {}}};
+    some[0].options.backend = cpu ? Backend::cpu : Backend::cuda;
+    some[0].options.tuning.graph = !a.stages;
+    multiply(some, strategies,
+             [](Setting& s, const std::string& x) { s.options.strategy = parse_strategy(x); });
+    multiply(some, a.fronts, [](Setting& s, const std::string& x) {
+      s.front = x;
+      s.options.front = parse_front(x);
+    });
+    multiply(some, a.front_periods, [](Setting& s, int x) { s.options.front_period = x; });
+    multiply(some, a.front_ratios, [](Setting& s, double x) { s.options.front_ratio = x; });
+    if (cpu) {
+      multiply(some, a.volumes,
+               [](Setting& s, const std::string& x) { s.options.volume = parse_volume(x); });
+      multiply(some, a.culling, [](Setting& s, const std::string& x) {
+        s.culling = x;
+        s.options.culling = parse_culling(x);
+      });
+      multiply(some, a.threads, [](Setting& s, int x) { s.options.threads = x; });
+    } else {
+      multiply(some, a.blocks, [](Setting& s, int x) { s.options.tuning.blocks = x; });
+      multiply(some, a.block_sizes, [](Setting& s, int x) { s.options.tuning.block_size = x; });
+    }
+    multiply(some, a.chunks, [](Setting& s, int x) { s.options.tuning.chunk = x; });
+    multiply(some, a.stacks, [](Setting& s, int x) { s.options.tuning.stack = x; });
+    all.insert(all.end(), some.begin(), some.end());
   }
   return all;
 }
@@ -142,11 +160,13 @@ std::string describe(const Setting& s, const Stats& stats) {
   const Tuning& t = s.options.tuning;
   text << s.backend << ',' << '"' << stats.device << '"' << ',' << name(s.options.strategy) << ','
        << stats.threads << ',' << t.blocks << ',' << t.block_size << ',' << t.chunk << ','
-       << t.stack << ',' << s.front << ',' << name(s.options.volume) << ',' << s.culling;
+       << t.stack << ',' << s.front << ',' << s.options.front_period << ',' << s.options.front_ratio
+       << ',' << name(s.options.volume) << ',' << s.culling;
   return text.str();
 }
 constexpr char kSettingColumns[] =
-    "backend,device,strategy,threads,blocks,block_size,chunk,stack,front,volume,culling";
+    "backend,device,strategy,threads,blocks,block_size,chunk,stack,front,front_period,front_ratio,"
+    "volume,culling";
 
 double percentile(std::vector<double> values, double share) {
   std::sort(values.begin(), values.end());
@@ -278,6 +298,10 @@ void add_study(CLI::App& app) {
   command->add_option("--strategy", a.strategies, "all that the backend has where not named");
   command->add_option("--front", a.fronts, "auto, on, off")
       ->check(CLI::IsMember({"auto", "on", "off"}));
+  command->add_option("--front-period", a.front_periods, "steps by which a front is judged (p)")
+      ->check(CLI::Range(1, 1000));
+  command->add_option("--front-ratio", a.front_ratios, "growth below which it is made anew (rt)")
+      ->check(CLI::PositiveNumber);
   command->add_option("--volume", a.volumes, "of the cpu backend: box, dop18, oriented_box");
   command->add_option("--culling", a.culling,
                       "of the cpu backend: default, none, or a sum such as "
