@@ -9,6 +9,7 @@
 //     that memory is used again;
 //   - a batch that was won and not yet moved counts as live, so nobody leaves while one is left;
 //   - the oldest items are offered, which head the largest subtrees, not the newest.
+// Model: tests/model/greedy_stealing.pml.
 #pragma once
 
 #include <cstddef>

@@ -74,3 +74,9 @@ holds task_deque -DTHIEVES=2 -DTASKS=4 -DCAPACITY=2
 for mutant in NO_TAG AGE_BEFORE_BOTTOM; do
   caught task_deque "-D$mutant"
 done
+
+holds greedy_stealing -DWORKERS=2 -DITEMS=5
+holds greedy_stealing -DWORKERS=3 -DITEMS=3
+for mutant in RELEASE_BEFORE_READ WON_DOES_NOT_COUNT; do
+  caught greedy_stealing "-D$mutant" -DITEMS=3
+done
