@@ -139,6 +139,44 @@ ContactRow ContactRows::make_row(const Contact& contact, const Motion& motion) c
   return row;
 }
 
+void ContactRows::begin_step() {
+  remembered_.clear();
+  for (const ContactRow& row : rows_) {
+    if (row.impulse == 0) continue;
+    if (remembered_.empty() || remembered_.back().contact < row.contact)
+      remembered_.push_back({row.contact, Eigen::Vector3d::Zero()});
+    remembered_.back().impulse += row.impulse * row.normal + row.tangential;
+  }
+  rows_.clear();
+}
+
+void ContactRows::forget() {
+  rows_.clear();
+  remembered_.clear();
+}
+
+void ContactRows::start_warm(Motion& motion) {
+  auto last = remembered_.begin();
+  for (ContactRow& row : rows_) {
+    while (last != remembered_.end() && last->contact < row.contact) ++last;
+    if (last == remembered_.end()) break;
+    if (row.contact < last->contact) continue;
+    row.impulse = std::max(0.0, row.normal.dot(last->impulse));
+    row.tangential = last->impulse - row.normal.dot(last->impulse) * row.normal;
+    const double most = row.friction * row.impulse, size = row.tangential.norm();
+    if (size > most) row.tangential *= most / size;
+    push(row, row.impulse * row.normal + row.tangential, motion);
+  }
+}
+
+void ContactRows::start_cold(Motion& motion) {
+  for (ContactRow& row : rows_) {
+    row.impulse = row.opening = 0;
+    row.tangential.setZero();
+  }
+  motion.restart_response();
+}
+
 void ContactRows::add(const std::vector<Contact>& contacts, bool touching, const Motion& motion) {
   std::vector<ContactRow> merged;
   merged.reserve(rows_.size() + contacts.size());

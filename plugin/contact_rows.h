@@ -67,7 +67,15 @@ class ContactRows {
   // Metres: that of the surfaces, but neighbours in one cloth are closer than that by themselves.
   static double thickness(const Contact& contact, const Motion& motion, double of_surfaces);
 
-  void clear() { rows_.clear(); }
+  // Starts a step without rows.
+  void begin_step();
+  // To be called where the indices of bodies, vertices or faces change.
+  void forget();
+  // Starts from the impulses of the last step, where a pair was in contact in it too: what rests
+  // needs the same ones again. It may raise the kinetic energy, which is for the caller to see.
+  void start_warm(Motion& motion);
+  // Takes all impulses back.
+  void start_cold(Motion& motion);
   // Adds rows for contacts, which come sorted. A pair that is in contact again gets a further row.
   // `touching`: these do not only come near each other.
   void add(const std::vector<Contact>& contacts, bool touching, const Motion& motion);
@@ -78,11 +86,18 @@ class ContactRows {
   const std::vector<ContactRow>& rows() const { return rows_; }
 
  private:
+  // What a pair needed in the last step.
+  struct Remembered {
+    Contact contact;
+    Eigen::Vector3d impulse;  // kg m
+  };
+
   ContactRow make_row(const Contact& contact, const Motion& motion) const;
 
   Surface surface_;
   double recovery_;
   std::vector<ContactRow> rows_;
+  std::vector<Remembered> remembered_;  // sorted by contact
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -18,10 +18,16 @@ void write_vertices(const RigidMotion& body, const btTransform& pose,
 void Motion::begin_response() {
   predicted.resize(size());
   for (std::size_t i = 0; i < size(); ++i) predicted[i] = end_of(static_cast<std::int32_t>(i));
+  restart_response();
+}
+
+void Motion::restart_response() {
   solved.assign(predicted.begin(), predicted.begin() + soft_count());
   opening.assign(solved.size(), Eigen::Vector3d::Zero());
+  for (std::int32_t v = 0; v < soft_count(); ++v) round_end(v);
   for (RigidMotion& body : rigid) {
     body.shift = body.turn = body.opening_shift = body.opening_turn = Eigen::Vector3d::Zero();
+    put(body, body.predicted);
   }
 }
 

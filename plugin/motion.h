@@ -74,7 +74,10 @@ struct Motion {
 
   const RigidMotion& rigid_of(std::int32_t body) const { return rigid[rigid_of_body[body]]; }
 
+  // Takes the end of the step as it is, Bullet's, for the predicted one.
   void begin_response();
+  // Back to the predicted end.
+  void restart_response();
   void round_end(std::int32_t soft_vertex);
   // Puts a rigid body and its vertices at the end of the step: where the response has it, and
   // anywhere.

@@ -68,9 +68,9 @@ bool Obstacles::meets_obstacles(const btSoftBody& body) {
          !(body.m_cfg.collisions & Flag::CL_RS);
 }
 
-bool Obstacles::is_mesh(const btCollisionObject& object) {
-  const btCollisionShape* shape = object.getCollisionShape();
-  return is_taken(object) && shape->isConcave() && shape->getShapeType() != SDF_SHAPE_PROXYTYPE;
+bool Obstacles::is_whole(const btCollisionObject& object) {
+  return is_taken(object) && has_triangles(*object.getCollisionShape()) &&
+         object.getInternalType() != btCollisionObject::CO_FEATHERSTONE_LINK;
 }
 
 void Obstacles::clear() { *this = Obstacles(); }

@@ -38,8 +38,8 @@ class Obstacles {
   // Soft bodies with one of Bullet's flags for rigid bodies, clusters aside.
   static bool meets_obstacles(const btSoftBody& body);
 
-  // An obstacle all of whose surface is known as triangles, and not the surface of a solid.
-  static bool is_mesh(const btCollisionObject& object);
+  // An obstacle all of whose surface is known as triangles, and whose mass is known.
+  static bool is_whole(const btCollisionObject& object);
 
   // To be called before Bullet moves anything.
   void begin_step(const SoftBodies& bodies);

@@ -65,8 +65,8 @@ bool Pipeline::queue_pair(const btSoftBody* a, const btSoftBody* b) noexcept {
 }
 
 bool Pipeline::takes(const btSoftBody* body, const btCollisionObject* rigid) const noexcept {
-  return options_.rigid_obstacles && options_.mesh_contacts && works_ && scene_.takes(body) &&
-         Obstacles::meets_obstacles(*body) && Obstacles::is_mesh(*rigid) &&
+  return options_.rigid_obstacles && options_.rigid_contacts && works_ && scene_.takes(body) &&
+         Obstacles::meets_obstacles(*body) && Obstacles::is_whole(*rigid) &&
          body->m_tetras.size() == 0;  // the nodes inside of a volume have no surface
 }
 
@@ -96,7 +96,11 @@ bool Pipeline::run(const Bodies& bodies, double seconds, const Fill& fill) noexc
         return detect(x0, x1);
       };
       const std::vector<Contact> near = detect_near();
-      if (responded_) response_.run(near, detect_all, motion_, step_);
+      if (responded_) {
+        response_.run(near, detect_all, motion_, step_);
+      } else {
+        response_.forget();
+      }
       if (step_.unresolved > 0) {
         journal_.say("unresolved",
                      "something was caught between bodies of infinite mass that close in on each "
@@ -153,6 +157,7 @@ void Pipeline::gather(const Bodies& bodies, double seconds, const Fill& fill) {
 }
 
 void Pipeline::set_topology() {
+  response_.forget();
   detector_->set_topology(topology_.topology());
   read_reach();
   // Neighbours in a mesh are not to be near each other by themselves.

@@ -22,12 +22,9 @@ Response::Response(const Options& options, ContactRows::Surface surface)
 
 void Response::run(const std::vector<Contact>& near, const Detect& detect_all, Motion& motion,
                    StepStats& stats) {
-  rows_.clear();
+  rows_.begin_step();
   motion.begin_response();
-  if (options_.max_iterations > 0) {
-    rows_.add(near, false, motion);
-    rows_.relax(motion, options_.sweeps);
-  }
+  if (options_.max_iterations > 0) relax_near(near, motion);
   std::vector<Contact> contacts = detect_all(motion.starts(), motion.ends());
 
   // Pairs that touch before anything moves (bodies placed so, the lips of a cut) cannot be cleaned
@@ -75,6 +72,16 @@ void Response::run(const std::vector<Contact>& near, const Detect& detect_all, M
     stats.unresolved += static_cast<std::int64_t>(contacts.size());
   }
   finish(motion, stats);
+}
+
+void Response::relax_near(const std::vector<Contact>& near, Motion& motion) {
+  rows_.add(near, false, motion);
+  rows_.start_warm(motion);
+  rows_.relax(motion, options_.sweeps);
+  set_velocities(motion);
+  if (kinetic_energy_after(motion) <= kinetic_energy_before(motion)) return;
+  rows_.start_cold(motion);
+  rows_.relax(motion, options_.sweeps);
 }
 
 void Response::finish(Motion& motion, StepStats& stats) const {

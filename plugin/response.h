@@ -29,7 +29,11 @@ class Response {
   // Every contact met in the last run(), sorted; a pair may have several rows, beside each other.
   const std::vector<ContactRow>& rows() const { return rows_.rows(); }
 
+  // To be called where the indices of bodies, vertices or faces change.
+  void forget() { rows_.forget(); }
+
  private:
+  void relax_near(const std::vector<Contact>& near, Motion& motion);
   void finish(Motion& motion, StepStats& stats) const;
 
   Options options_;

@@ -191,11 +191,26 @@ bool tessellate(const btCollisionShape& shape, const btTransform& pose, const Ax
   }
   if (shape.isConvex())
     return add_convex(static_cast<const btConvexShape&>(shape), pose, triangles);
-  if (!shape.isConcave() || shape.getShapeType() == SDF_SHAPE_PROXYTYPE) return false;
+  if (!has_triangles(shape)) return false;
   Welder welder(pose, triangles);
   const AxisBox local = region.placed(pose.inverse());
   static_cast<const btConcaveShape&>(shape).processAllTriangles(&welder, local.lower, local.upper);
   return true;
+}
+
+bool has_triangles(const btCollisionShape& shape) {
+  if (shape.isCompound()) {
+    const auto& compound = static_cast<const btCompoundShape&>(shape);
+    for (int i = 0; i < compound.getNumChildShapes(); ++i) {
+      if (!has_triangles(*compound.getChildShape(i))) return false;
+    }
+    return true;
+  }
+  if (shape.isPolyhedral()) {
+    return static_cast<const btPolyhedralConvexShape&>(shape).getNumVertices() >= 4;
+  }
+  return shape.isConvex() || (shape.isConcave() && shape.getShapeType() != SDF_SHAPE_PROXYTYPE &&
+                              shape.getShapeType() != EMPTY_SHAPE_PROXYTYPE);
 }
 
 double margin_of_triangles(const btCollisionShape& shape) {

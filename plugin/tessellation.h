@@ -50,6 +50,9 @@ struct Triangles {
 bool tessellate(const btCollisionShape& shape, const btTransform& pose, const AxisBox& region,
                 Triangles& triangles);
 
+// Every part of the shape is of a kind with triangles.
+bool has_triangles(const btCollisionShape& shape);
+
 // Metres between those triangles and the surface at which Bullet's own contacts act.
 double margin_of_triangles(const btCollisionShape& shape);
 

@@ -36,12 +36,14 @@ struct Options {
   bool friction = true;
 
   // Rigid bodies take part: meshes, terrains and planes, and convex shapes as the polyhedra of
-  // their surfaces, where Bullet's own contacts go on beside it. False: they are Bullet's alone.
+  // their surfaces; dynamic ones give way. False: they are Bullet's alone.
   bool rigid_obstacles = true;
-  // Contacts with meshes, terrains and planes are LazyCCD's alone: bodies rest on their triangles
-  // at the sum of the margins. Bullet makes a prism of each triangle, 6 cm to both sides, that
-  // holds slow bodies only. False: both act.
-  bool mesh_contacts = true;
+  // Contacts of soft bodies with them are LazyCCD's alone: bodies rest on the triangles at the sum
+  // of the margins. Bullet's own hold slow nodes only, and never let them rest on a mesh, of whose
+  // triangles it makes prisms of 6 cm to both sides. They go on where LazyCCD does not know enough:
+  // for solids of tetrahedra, whose inner nodes have no surface, and for links of multi-bodies.
+  // False: both act everywhere.
+  bool rigid_contacts = true;
 
   int max_iterations = 20;  // detections a step that are answered with impulses
   int sweeps = 24;          // Gauss-Seidel sweeps over the contacts after each of them
