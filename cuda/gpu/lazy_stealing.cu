@@ -17,41 +17,62 @@ std::uint32_t next_power_of_two(std::uint32_t n) {
   return power;
 }
 
+// A grid and its blocks' stacks.
+struct Grid {
+  int threads = 0;  // of a block
+  std::uint32_t blocks = 0;
+  StackShape shape{};
+
+  std::size_t stack_bytes() const { return shape.capacity * sizeof(NodePair); }
+};
+
+StackShape stack_shape(const Tuning& tuning, std::uint32_t threads, std::uint32_t chunk_size) {
+  StackShape shape{};
+  // A depth-first walk from one pair holds three pairs for each level of the tree at most.
+  shape.reserve = 256;
+  const std::uint32_t least = chunk_size + shape.reserve + 2;
+  shape.capacity = next_power_of_two(
+      tuning.capacity_hint != 0 ? least : std::max({least, 8 * threads, 4 * chunk_size}));
+  const std::uint32_t usable = shape.capacity - shape.reserve;
+  shape.crowded = usable > 2 * threads ? std::max(usable - 2 * threads, usable / 2) : usable / 2;
+  // What the block tests in one round anyway is no surplus; with delays, stealing itself is tested.
+  shape.keep = tuning.delay_ns != 0 ? 1 : threads;
+  return shape;
+}
+
 template <std::uint32_t ChunkSize>
 class LazyStealing : public TraversalStrategy {
  public:
-  explicit LazyStealing(const Tuning& tuning)
-      : tuning_(tuning), block_size_(tuning.block_size != 0 ? tuning.block_size : 256) {
-    if (block_size_ < 32 || block_size_ > static_cast<int>(kMaxTraversalBlock) ||
-        block_size_ % 32 != 0)
+  explicit LazyStealing(const Tuning& tuning) : tuning_(tuning) {
+    const int threads = tuning.block_size;
+    if (threads != 0 &&
+        (threads < 32 || threads > static_cast<int>(kMaxTraversalBlock) || threads % 32 != 0))
       throw Error(ErrorCode::invalid_argument,
                   "a block of the traversal has a multiple of 32 threads up to " +
                       std::to_string(kMaxTraversalBlock));
     if (tuning.blocks < 0) throw Error(ErrorCode::invalid_argument, "tuning.blocks is negative");
-    const auto threads = static_cast<std::uint32_t>(block_size_);
-    // A depth-first walk from one pair holds three pairs for each level of the tree at most.
-    shape_.reserve = 256;
-    const std::uint32_t least = ChunkSize + shape_.reserve + 2;
-    shape_.capacity = next_power_of_two(
-        tuning.capacity_hint != 0 ? least : std::max({least, 8 * threads, 4 * ChunkSize}));
-    const std::uint32_t usable = shape_.capacity - shape_.reserve;
-    shape_.crowded = usable > 2 * threads ? std::max(usable - 2 * threads, usable / 2) : usable / 2;
-    // What the block tests in one round anyway is no surplus; with delays, stealing itself is
-    // tested.
-    shape_.keep = tuning.delay_ns != 0 ? 1 : threads;
+    // From the root each round is a level deeper, and a larger block has more of a level at once;
+    // from a front there is work for all from the first round on.
+    from_root_.threads = threads != 0 ? threads : 512;
+    from_front_.threads = threads != 0 ? threads : 256;
+    for (Grid* grid : {&from_root_, &from_front_})
+      grid->shape = stack_shape(tuning, static_cast<std::uint32_t>(grid->threads), ChunkSize);
   }
 
   bool has_front() const override { return true; }
 
   void reset(std::uint32_t node_count, cudaStream_t stream) override {
-    const int resident = resident_blocks(traverse<Blocks>, block_size_, stack_bytes());
-    // A block beyond the batches of a usual front would only wait.
-    const std::uint64_t batches =
-        24 * std::uint64_t{node_count} / static_cast<std::uint64_t>(block_size_) + 1;
-    blocks_ = static_cast<std::uint32_t>(
-        tuning_.blocks != 0
-            ? tuning_.blocks
-            : static_cast<int>(std::min<std::uint64_t>(batches, std::max(resident, 1))));
+    for (Grid* grid : {&from_root_, &from_front_}) {
+      const int resident = resident_blocks(traverse<Blocks>, grid->threads, grid->stack_bytes());
+      // A block beyond the batches of a usual front would only wait.
+      const std::uint64_t batches =
+          24 * std::uint64_t{node_count} / static_cast<std::uint64_t>(grid->threads) + 1;
+      grid->blocks = static_cast<std::uint32_t>(
+          tuning_.blocks != 0
+              ? tuning_.blocks
+              : static_cast<int>(std::min<std::uint64_t>(batches, std::max(resident, 1))));
+    }
+    blocks_ = std::max(from_root_.blocks, from_front_.blocks);
     const bool forced = tuning_.capacity_hint != 0;
     ring_capacity_ = std::max(ring_capacity_,
                               forced ? next_power_of_two(std::min(tuning_.capacity_hint, 8u)) : 8u);
@@ -60,10 +81,11 @@ class LazyStealing : public TraversalStrategy {
   }
 
   void launch(const TraversalJob& job, cudaStream_t stream) override {
-    const View view = this->view();
+    const Grid& grid = job.initial_count != nullptr ? from_front_ : from_root_;
+    const View view = this->view(grid.blocks);
     launch_behind(start_traversal<Blocks>, 1, 1, 0, stream, view, job);
-    launch_behind(traverse<Blocks>, blocks_, static_cast<std::uint32_t>(block_size_), stack_bytes(),
-                  stream, view, job, shape_);
+    launch_behind(traverse<Blocks>, grid.blocks, static_cast<std::uint32_t>(grid.threads),
+                  grid.stack_bytes(), stream, view, job, grid.shape);
   }
 
   void grow(cudaStream_t stream) override {
@@ -83,8 +105,6 @@ class LazyStealing : public TraversalStrategy {
   using Protocol = decltype(View::shared);
   using Word = typename Protocol::template Spaced<std::uint64_t>;
 
-  std::size_t stack_bytes() const { return shape_.capacity * sizeof(NodePair); }
-
   // Zeroed memory is empty deques and all chunks free.
   void make_room(cudaStream_t stream) {
     const auto zeroed = [stream](auto& buffer, std::size_t count) {
@@ -99,9 +119,9 @@ class LazyStealing : public TraversalStrategy {
     chunks_.reserve(chunk_count_);
   }
 
-  View view() {
+  View view(std::uint32_t workers) {
     View view{};
-    view.shared.workers = blocks_;
+    view.shared.workers = workers;
     view.shared.ring_capacity = ring_capacity_;
     view.shared.chunk_count = chunk_count_;
     view.shared.counters = counters_.data();
@@ -114,9 +134,8 @@ class LazyStealing : public TraversalStrategy {
   }
 
   Tuning tuning_;
-  int block_size_;
-  std::uint32_t blocks_ = 0;
-  StackShape shape_{};
+  Grid from_root_, from_front_;
+  std::uint32_t blocks_ = 0;  // of the larger grid
   std::uint32_t ring_capacity_ = 0, chunk_count_ = 0;
   DeviceBuffer<typename Protocol::Counters> counters_;
   DeviceBuffer<std::uint32_t> last_giver_;

@@ -85,7 +85,7 @@ part bench 120 "$folder/lazyccd" bench "${frames[@]}" --repeat 30 --csv "$out/be
   --label "$(git -C "$here" rev-parse --short HEAD 2>/dev/null)"
 # A Bullet step of the size of Cloth/Ball: what the adapter adds around the kernels is `gather`, and
 # `detect` less the device's time.
-part step 60 "$folder/lazyccd" simulate cloth-on-cloth --size 5.77 --steps 12 --backend cuda \
+part step 60 "$folder/lazyccd" simulate cloth-on-cloth --size 5.77 --steps 3 --backend cuda \
   --stats "$out/step.json"
 if command -v ncu >/dev/null && command -v python3 >/dev/null; then
   part bounds 120 bash "$here/bounds.sh" "$folder" "$out"
