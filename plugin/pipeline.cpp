@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "pair_rules.h"
+#include "piercings.h"
 #include "rotation.h"
 
 namespace lazyccd::bullet {
@@ -124,10 +125,12 @@ void Pipeline::gather(const Bodies& bodies, double seconds, const Fill& fill) {
   scene_.readmit(bodies);
   if (!detector_) detector_ = std::make_unique<Detector>(options_.detector);
   bool changed = false;
+  const std::size_t obstacles = obstacles_.records().size();
   do {
     changed = scene_.update(bodies, journal_) || changed;
     gather_soft(seconds, fill);
   } while (refuse_non_finite());
+  const bool bodies_changed = changed;
   if (options_.rigid_obstacles) {
     AxisBox swept = AxisBox::empty();
     btScalar margin = static_cast<btScalar>(options_.thickness);
@@ -150,6 +153,8 @@ void Pipeline::gather(const Bodies& bodies, double seconds, const Fill& fill) {
   if (!changed || scene_.vertex_count() == 0) return;
   try {
     set_topology();
+    // Not where only other triangles of the same bodies came near.
+    if (bodies_changed || obstacles_.records().size() > obstacles) report_piercings();
   } catch (...) {
     scene_.invalidate();
     throw;
@@ -175,6 +180,23 @@ void Pipeline::set_topology() {
     separation_ = options.separation;
   }
   near_detector_->set_topology(topology_.topology());
+}
+
+void Pipeline::report_piercings() {
+  const Piercings found =
+      find_piercings(topology_.topology(), detector_->edges(), motion_.starts());
+  step_.pierced_at_start = found.count;
+  if (found.count == 0) return;
+  const auto name = [this](std::int32_t body) {
+    return topology_.bodies()[body].soft
+               ? "soft body " + std::to_string(scene_.bodies()[body].world_index)
+               : std::string("a rigid body");
+  };
+  journal_.say("pierced " + name(found.first[0]) + name(found.first[1]),
+               "bodies intersect where a step begins: " + std::to_string(found.count) +
+                   " edges stick in faces, the first of " + name(found.first[0]) + " in " +
+                   name(found.first[1]) +
+                   "; what is on the wrong side stays there, and no more comes to it");
 }
 
 double Pipeline::largest_thickness() const {

@@ -75,6 +75,7 @@ class Pipeline {
   void gather_obstacles();
   void read_reach();
   void set_topology();
+  void report_piercings();
   double largest_thickness() const;
   bool is_anchored(const Contact& contact) const;
   std::vector<Contact> detect_near();

@@ -13,6 +13,7 @@ StepStats& StepStats::operator+=(const StepStats& s) {
   last_resorts += s.last_resorts;
   unresolved += s.unresolved;
   touching += s.touching;
+  pierced_at_start += s.pierced_at_start;
   missed_steps += s.missed_steps;
   energy_gained += s.energy_gained;
   energy_lost += s.energy_lost;

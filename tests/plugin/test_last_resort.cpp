@@ -1,4 +1,5 @@
 #include "plugin/worlds.h"
+#include "scenes/piercings.h"
 #include "support/catch.h"
 
 using namespace lazyccd;
@@ -76,4 +77,28 @@ TEST_CASE("a sheet that lies exactly on another neither falls through nor sticks
   throw_down(*moving, -1);
   for (int i = 0; i < 24; ++i) w->step();
   CHECK(moving->m_nodes[12].m_x.y() > btScalar(0.05));
+}
+
+TEST_CASE("a start that already intersects is reported and does not get worse") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  CAPTURE(world == World::rigid);
+  auto w = PhysicsWorld::make(quiet_options(world));
+  auto lower = sheet(*w, 9, 1, 0);
+  scenes::pin_border(*lower, 9, 9);
+  // Upright, through the lower one.
+  auto upper = scenes::make_cloth(w->info(), 5, 5, 1, [](double u, double v) {
+    return btVector3(static_cast<btScalar>(0.3 * u - 0.113), static_cast<btScalar>(0.3 * v - 0.17),
+                     static_cast<btScalar>(0.01 * u + 0.013));
+  });
+  w->add(std::move(lower));
+  w->add(std::move(upper));
+  const auto piercings = [&] {
+    return scenes::find_piercings(scenes::read_surface(*w), scenes::read_positions(*w)).size();
+  };
+  const std::size_t before = piercings();
+  REQUIRE(before > 0);
+  for (int i = 0; i < 24; ++i) w->step();
+  CHECK(w->total_stats()->pierced_at_start == static_cast<std::int64_t>(before));
+  CHECK(w->status().find("bodies intersect where a step begins") != std::string::npos);
+  CHECK(piercings() <= before);
 }

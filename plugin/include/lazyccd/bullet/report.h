@@ -24,7 +24,9 @@ struct StepStats {
   // Contacts that even those could not end: what is caught between two bodies of infinite mass that
   // close in on each other, or between a moving one and a pinned node.
   std::int64_t unresolved = 0;
-  std::int64_t touching = 0;      // pairs in contact that touched before the step began
+  std::int64_t touching = 0;  // pairs in contact that touched before the step began
+  // Edges that stuck in faces when the scene was read: in its first step, and where it changed.
+  std::int64_t pierced_at_start = 0;
   std::int64_t missed_steps = 0;  // steps that went on without LazyCCD (see status())
   // Joules by which the response raised and lowered the kinetic energy of soft and dynamic rigid
   // bodies, each step's change counted on its side.

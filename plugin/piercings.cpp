@@ -1,0 +1,108 @@
+#include "piercings.h"
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <array>
+#include <set>
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+namespace {
+
+using Eigen::Vector3d;
+
+struct Box {
+  Vector3d lower, upper;
+  std::int32_t primitive;
+};
+
+template <class Primitive>
+std::vector<Box> boxes_of(Span<const Primitive> primitives, const std::vector<Vector3d>& x) {
+  std::vector<Box> boxes;
+  for (std::size_t i = 0; i < primitives.size(); ++i) {
+    Box box{x[primitives[i][0]], x[primitives[i][0]], static_cast<std::int32_t>(i)};
+    for (const std::int32_t v : primitives[i]) {
+      box.lower = box.lower.cwiseMin(x[v]);
+      box.upper = box.upper.cwiseMax(x[v]);
+    }
+    boxes.push_back(box);
+  }
+  std::sort(boxes.begin(), boxes.end(),
+            [](const Box& a, const Box& b) { return a.lower.x() < b.lower.x(); });
+  return boxes;
+}
+
+bool pierces(const Vector3d& p, const Vector3d& q, const Vector3d& a, const Vector3d& b,
+             const Vector3d& c) {
+  const auto volume = [](const Vector3d& u, const Vector3d& v, const Vector3d& w,
+                         const Vector3d& o) { return (u - o).cross(v - o).dot(w - o); };
+  if ((volume(a, b, c, p) > 0) == (volume(a, b, c, q) > 0)) return false;
+  const bool ab = volume(p, a, b, q) > 0, bc = volume(p, b, c, q) > 0, ca = volume(p, c, a, q) > 0;
+  return ab == bc && bc == ca;
+}
+
+class Rules {
+ public:
+  explicit Rules(const Topology& t) : t_(t) {
+    for (const BodyPair& pair : t.disabled_pairs)
+      disabled_.insert({std::min(pair[0], pair[1]), std::max(pair[0], pair[1])});
+  }
+  bool collide(std::int32_t a, std::int32_t b) const {
+    if (a == b) return t_.bodies[a].self_collision;
+    return (t_.bodies[a].group & t_.bodies[b].mask) && (t_.bodies[b].group & t_.bodies[a].mask) &&
+           !disabled_.count({std::min(a, b), std::max(a, b)});
+  }
+
+ private:
+  const Topology& t_;
+  std::set<BodyPair> disabled_;
+};
+
+}  // namespace
+
+Piercings find_piercings(const Topology& topology, Span<const Edge> edges,
+                         const Positions& positions) {
+  std::vector<Vector3d> x;
+  for (std::size_t i = 0; i < positions.count(); ++i) {
+    const std::array<double, 3> p = positions[i];
+    x.emplace_back(p[0], p[1], p[2]);
+  }
+  const Rules rules(topology);
+  const auto movable = [&](std::int32_t v) { return topology.inverse_mass[v] > 0; };
+  Piercings found;
+  const auto test = [&](const Box& edge_box, const Box& face_box) {
+    if ((edge_box.lower.array() > face_box.upper.array()).any() ||
+        (face_box.lower.array() > edge_box.upper.array()).any())
+      return;
+    const Edge& e = edges[edge_box.primitive];
+    const Face& f = topology.faces[face_box.primitive];
+    for (const std::int32_t v : f) {
+      if (v == e[0] || v == e[1]) return;
+    }
+    const std::int32_t a = topology.body_of_vertex[e[0]], b = topology.body_of_vertex[f[0]];
+    const bool moves =
+        std::any_of(e.begin(), e.end(), movable) || std::any_of(f.begin(), f.end(), movable);
+    if (!moves || !rules.collide(a, b) || !pierces(x[e[0]], x[e[1]], x[f[0]], x[f[1]], x[f[2]]))
+      return;
+    if (found.count++ == 0) found.first = {a, b};
+  };
+  const std::vector<Box> edge_boxes = boxes_of(edges, x), face_boxes = boxes_of(topology.faces, x);
+  // Each pair that overlaps along x is seen where the later one of the two begins.
+  for (std::size_t i = 0, j = 0; i < edge_boxes.size(); ++i) {
+    while (j < face_boxes.size() && face_boxes[j].lower.x() < edge_boxes[i].lower.x()) ++j;
+    for (std::size_t k = j;
+         k < face_boxes.size() && face_boxes[k].lower.x() <= edge_boxes[i].upper.x(); ++k)
+      test(edge_boxes[i], face_boxes[k]);
+  }
+  for (std::size_t i = 0, j = 0; i < face_boxes.size(); ++i) {
+    while (j < edge_boxes.size() && edge_boxes[j].lower.x() <= face_boxes[i].lower.x()) ++j;
+    for (std::size_t k = j;
+         k < edge_boxes.size() && edge_boxes[k].lower.x() <= face_boxes[i].upper.x(); ++k)
+      test(edge_boxes[k], face_boxes[i]);
+  }
+  return found;
+}
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet

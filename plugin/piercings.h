@@ -1,0 +1,26 @@
+// Edges that stick in faces where a step begins: what contact in continuous time cannot see, since
+// nothing has to touch for it to last.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "lazyccd/bullet/precision.h"
+#include "lazyccd/scene.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+
+struct Piercings {
+  std::int64_t count = 0;
+  BodyPair first = {-1, -1};  // bodies of an edge and of the face that it is in
+};
+
+// Of pairs that may collide and that not only pinned vertices make up, by rounded arithmetic. Sorts
+// along one axis: for scenes that changed, not for every step.
+Piercings find_piercings(const Topology& topology, Span<const Edge> edges,
+                         const Positions& positions);
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet
