@@ -2,11 +2,15 @@
 # The main job: cloth dropped on a ball and a table, in Bullet with LazyCCD and in Bullet alone. Sets up
 # what is missing, builds, steps the scene with both, prints a table and draws both end states.
 #
-#   bash examples/run.sh [--world deformable|rigid] [--steps N]
+#   bash examples/run.sh [--world deformable|rigid] [--steps N] [--film]
+#
+# --film draws every sixth step too, for a film of both side by side; that takes minutes.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/setup.sh"
 
 options=()
+pictures=(--every 1000000 --width 900 --samples 64)
+film=()
 while [ $# -gt 0 ]; do
   case $1 in
     --world | --steps)
@@ -14,8 +18,13 @@ while [ $# -gt 0 ]; do
       options+=("$1" "$2")
       shift 2
       ;;
+    --film)
+      pictures=(--every 6 --width 480 --samples 16)
+      film=("$repository/build/drop/film.webp")
+      shift
+      ;;
     *)
-      sed -n '2,5s/^# \{0,1\}//p' "${BASH_SOURCE[0]}" >&2
+      sed -n '2,7s/^# \{0,1\}//p' "${BASH_SOURCE[0]}" >&2
       exit 2
       ;;
   esac
@@ -31,13 +40,14 @@ for detector in lazyccd bullet; do
   rm -rf "${results:?}/$detector"
   mkdir -p "$results/$detector"
   "$program" simulate drop --detector $detector "${options[@]}" --progress \
-    --render "$results/$detector" --every 1000000 --width 900 --samples 64 --stats "$results/$detector/stats.json" >"$results/$detector/log"
+    --render "$results/$detector" "${pictures[@]}" --stats "$results/$detector/stats.json" >"$results/$detector/log"
 done
 
 say "Result"
 # Debian's matplotlib belongs to Debian's python3, whatever else is first in the path.
 python=/usr/bin/python3
 [ -x $python ] || python=python3
-$python "$repository/examples/pictures/compare.py" "$results" "$results/drop.png"
+$python "$repository/examples/pictures/compare.py" "$results" "$results/drop.png" "${film[@]}"
 echo
 echo "Picture of both end states: ${results#"$PWD"/}/drop.png"
+[ ${#film[@]} -eq 0 ] || echo "Film: ${film[0]#"$PWD"/}"

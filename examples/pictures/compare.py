@@ -1,7 +1,7 @@
 """Table and picture of the main job: a scene with Bullet alone and with LazyCCD, side by side.
 
-compare.py FOLDER OUT.png: FOLDER holds bullet/ and lazyccd/, each with stats.json and the pictures
-that `lazyccd simulate --render` drew.
+compare.py FOLDER OUT.png [FILM.webp]: FOLDER holds bullet/ and lazyccd/, each with stats.json and the
+pictures that `lazyccd simulate --render` drew. The last ones make the picture, all of them the film.
 """
 
 import json
@@ -12,9 +12,11 @@ import matplotlib
 
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
+from PIL import Image
 
 DETECTORS = [("bullet", "Bullet alone", "#c1272d"), ("lazyccd", "Bullet with LazyCCD", "#1b7a43")]
 PIXELS_AN_INCH = 150
+MS_A_FRAME, MS_AT_THE_END = 50, 1500
 
 
 def main(folder, out):
@@ -44,5 +46,19 @@ def main(folder, out):
     figure.savefig(out, dpi=PIXELS_AN_INCH)
 
 
+def film(folder, out):
+    frames = []
+    for left, right in zip(*(sorted((folder / name).glob("*.png")) for name, _, _ in DETECTORS)):
+        halves = Image.open(left), Image.open(right)
+        width, height = halves[0].size
+        frames.append(Image.new("RGB", (2 * width + 4, height), "white"))
+        frames[-1].paste(halves[0], (0, 0))
+        frames[-1].paste(halves[1], (width + 4, 0))
+    frames[0].save(out, save_all=True, append_images=frames[1:], loop=0, quality=75, method=4,
+                   duration=[MS_A_FRAME] * (len(frames) - 1) + [MS_AT_THE_END])
+
+
 if __name__ == "__main__":
     main(pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[2]))
+    if len(sys.argv) > 3:
+        film(pathlib.Path(sys.argv[1]), pathlib.Path(sys.argv[3]))

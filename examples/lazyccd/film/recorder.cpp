@@ -94,9 +94,9 @@ Recorder::Recorder(const scenes::Scene& scene, const std::filesystem::path& fold
   });
   // What is thrown comes down.
   const btVector3 centre =
-      low.lerp(high, btScalar(0.5)) - (high - low) * btVector3(0, btScalar(0.2), 0);
+      low.lerp(high, btScalar(0.5)) - (high - low) * btVector3(0, btScalar(0.25), 0);
   extent_ = static_cast<double>((high - low).length()) / 2;
-  const double distance = 0.88 * extent_ / std::sin(0.5 * static_cast<double>(camera_.field));
+  const double distance = 0.72 * extent_ / std::sin(0.5 * static_cast<double>(camera_.field));
   const btVector3 towards = btVector3(btScalar(0.4), btScalar(0.55), btScalar(0.8)).normalized();
   camera_.target = point(centre);
   camera_.eye = point(centre + towards * static_cast<btScalar>(distance));
@@ -118,7 +118,7 @@ render::Picture Recorder::picture() const {
                              static_cast<float>(piercing.point[1]),
                              static_cast<float>(piercing.point[2])});
   }
-  picture.mark_radius = static_cast<float>(0.01 * extent_);
+  picture.mark_radius = static_cast<float>(0.006 * extent_);
   picture.floor = floor_;
   return picture;
 }
