@@ -49,7 +49,7 @@ QUICK = {
 POINT = ["scene", "world", "precision", "detector", "speed", "dt", "margin", "size"]
 FOUND = ["outcome", "steps", "piercings_at_start", "crossings", "piercings", "wrong_side",
          "energy_gain", "response_gain", "end_speed", "zone_nodes", "last_resorts", "ms_step"]
-LIMIT = 60  # s a run
+LIMIT = 300  # s a run
 
 
 def points(axes):

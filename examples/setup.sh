@@ -43,6 +43,7 @@ packages_of() {
       ;;
     pictures)
       echo 'python3-matplotlib: charts, and pictures side by side'
+      echo 'python3-pil: films side by side'
       ;;
   esac
 }
