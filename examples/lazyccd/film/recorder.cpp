@@ -94,7 +94,7 @@ Recorder::Recorder(const scenes::Scene& scene, const std::filesystem::path& fold
   });
   // What is thrown comes down.
   const btVector3 centre =
-      low.lerp(high, btScalar(0.5)) - (high - low) * btVector3(0, btScalar(0.25), 0);
+      low.lerp(high, btScalar(0.5)) - (high - low) * btVector3(0, btScalar(0.34), 0);
   extent_ = static_cast<double>((high - low).length()) / 2;
   const double distance = 0.72 * extent_ / std::sin(0.5 * static_cast<double>(camera_.field));
   const btVector3 towards = btVector3(btScalar(0.4), btScalar(0.55), btScalar(0.8)).normalized();
