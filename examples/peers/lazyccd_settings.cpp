@@ -63,6 +63,7 @@ struct Scene {
   std::vector<std::array<std::int32_t, 3>> faces;
   std::vector<std::array<std::int32_t, 2>> edges;
   LeafScene leaf{};
+  std::int64_t never_coplanar = 0;
 
   explicit Scene(Span<const QueryPoints> queries) {
     for (const QueryPoints& points : queries) {
@@ -79,13 +80,14 @@ struct Scene {
     leaf.mesh.faces = reinterpret_cast<const std::int32_t(*)[3]>(faces.data());
     leaf.mesh.edges = reinterpret_cast<const std::int32_t(*)[2]>(edges.data());
     leaf.scale = scale_of(queries);
+    leaf.never_coplanar = &never_coplanar;
   }
 };
 
 template <ContactKind kind>
 double decide_lanes(Span<const QueryPoints> queries, Span<QueryResult> answers) {
   if (queries.empty()) return 0;
-  const Scene scene(queries);
+  Scene scene(queries);
   const LeafKernels& kernels = *best_leaf_kernels();
   std::vector<Candidate> candidates(queries.size());
   std::vector<Survivor> survivors(queries.size());

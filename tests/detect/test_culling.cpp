@@ -13,32 +13,20 @@
 #include "support/data.h"
 #include "support/frames.h"
 #include "support/generators.h"
+#include "support/moving_triangles.h"
 
 using namespace lazyccd;
 using namespace lazyccd::test;
 
 namespace {
 
-struct Sheet {
-  std::vector<double> start, end;
-  std::vector<Face> faces;
-
-  Topology topology() const {
-    Topology t;
-    t.vertex_count = start.size() / 3;
-    t.faces = faces;
-    return t;
-  }
-  static Positions at(const std::vector<double>& x) { return {x.data(), x.size() / 3}; }
-};
-
 // A sheet of n x n cells that waves with random shapes, from almost flat to folded over itself.
-Sheet waving_sheet(int n, std::uint64_t seed, double height) {
+MovingTriangles waving_sheet(int n, std::uint64_t seed, double height) {
   Random random(seed);
   double wave[2][4];
   for (auto& end : wave)
     for (double& w : end) w = random.uniform(-1, 1);
-  Sheet sheet;
+  MovingTriangles sheet;
   for (int end = 0; end < 2; ++end) {
     std::vector<double>& x = end == 0 ? sheet.start : sheet.end;
     for (int i = 0; i <= n; ++i) {
@@ -87,9 +75,10 @@ Stats detect(const Topology& topology, const Positions& start, const Positions& 
 }
 
 // Contacts of a sheet, which are the same with and without culling.
-std::int64_t contacts_that_culling_keeps(const Sheet& sheet) {
+std::int64_t contacts_that_culling_keeps(const MovingTriangles& sheet) {
   const auto run = [&](Culling culling) {
-    return detect(sheet.topology(), Sheet::at(sheet.start), Sheet::at(sheet.end), culling);
+    return detect(sheet.topology(), MovingTriangles::at(sheet.start),
+                  MovingTriangles::at(sheet.end), culling);
   };
   const Stats none = run({});
   for (const Culling& culling : combinations()) CHECK(run(culling).hash == none.hash);
@@ -102,12 +91,13 @@ TEST_CASE("every combination of culling gives the same contacts on waving sheets
   int culled = 0, with_contacts = 0;
   for (std::uint64_t seed = 0; seed < 24; ++seed) {
     const double height = 0.002 * std::pow(1.5, static_cast<double>(seed % 14));
-    const Sheet sheet = waving_sheet(24, seed, height);
-    const Stats none = detect(sheet.topology(), Sheet::at(sheet.start), Sheet::at(sheet.end), {});
+    const MovingTriangles sheet = waving_sheet(24, seed, height);
+    const Stats none = detect(sheet.topology(), MovingTriangles::at(sheet.start),
+                              MovingTriangles::at(sheet.end), {});
     with_contacts += none.contacts_ee > 0;
     for (const Culling& culling : combinations()) {
-      const Stats s =
-          detect(sheet.topology(), Sheet::at(sheet.start), Sheet::at(sheet.end), culling);
+      const Stats s = detect(sheet.topology(), MovingTriangles::at(sheet.start),
+                             MovingTriangles::at(sheet.end), culling);
       CAPTURE(seed, culling.non_penetration, culling.normal_cones, culling.orphan_sets);
       CHECK(s.hash == none.hash);
       culled += s.flat_nodes > 0;
@@ -121,7 +111,7 @@ TEST_CASE("every combination of culling gives the same contacts on waving sheets
 
 TEST_CASE("faces that turn over inside a flat boundary are found") {
   for (std::uint64_t seed = 0; seed < 8; ++seed) {
-    Sheet sheet = waving_sheet(5, seed, 0);
+    MovingTriangles sheet = waving_sheet(5, seed, 0);
     Random random(seed);
     for (std::size_t i = 1; i < 5; ++i)
       for (std::size_t j = 1; j < 5; ++j)
@@ -135,7 +125,7 @@ TEST_CASE("faces that turn over inside a flat boundary are found") {
 TEST_CASE("a ramp that winds over itself is found, though all its faces look up") {
   for (const double turns : {0.8, 1.02, 1.2, 1.9}) {
     // Its upper end falls through the lower one, turned a little so that no two corners meet.
-    Sheet ramp;
+    MovingTriangles ramp;
     constexpr std::int32_t steps = 40;
     for (std::int32_t i = 0; i <= steps; ++i) {
       const double t = static_cast<double>(i) / steps, angle = 6.2832 * turns * t;
@@ -153,12 +143,12 @@ TEST_CASE("a ramp that winds over itself is found, though all its faces look up"
 }
 
 TEST_CASE("culling gives the same contacts with every strategy and from a front") {
-  const Sheet sheet = waving_sheet(40, 11, 0.1);
+  const MovingTriangles sheet = waving_sheet(40, 11, 0.1);
   std::set<std::uint64_t> hashes;
   for (const Strategy strategy : kStrategies)
     for (const FrontUse front : {FrontUse::off, FrontUse::on})
-      hashes.insert(detect(sheet.topology(), Sheet::at(sheet.start), Sheet::at(sheet.end),
-                           {true, true, true}, strategy, front)
+      hashes.insert(detect(sheet.topology(), MovingTriangles::at(sheet.start),
+                           MovingTriangles::at(sheet.end), {true, true, true}, strategy, front)
                         .hash);
   CHECK(hashes.size() == 1);
 }
@@ -198,11 +188,12 @@ TEST_CASE("a view's coordinates span the plane that it looks at") {
 }
 
 TEST_CASE("a flat sheet is one patch that is not opened, and a sheet that closes on itself is") {
-  Sheet flat = waving_sheet(8, 1, 0);
-  CHECK(detect(flat.topology(), Sheet::at(flat.start), Sheet::at(flat.end), {true, true, false})
+  MovingTriangles flat = waving_sheet(8, 1, 0);
+  CHECK(detect(flat.topology(), MovingTriangles::at(flat.start), MovingTriangles::at(flat.end),
+               {true, true, false})
             .flat_nodes == 1);
   // A band around a cylinder: its ends are one, so the boundary is two loops.
-  Sheet band;
+  MovingTriangles band;
   for (std::int32_t i = 0; i < 12; ++i) {
     for (const double z : {0.0, 0.2}) {
       band.start.insert(band.start.end(), {std::cos(i * 0.5236), std::sin(i * 0.5236), z});
@@ -211,7 +202,8 @@ TEST_CASE("a flat sheet is one patch that is not opened, and a sheet that closes
     band.faces.push_back({a, b, a + 1});
     band.faces.push_back({a + 1, b, b + 1});
   }
-  CHECK(detect(band.topology(), Sheet::at(band.start), Sheet::at(band.start), {true, true, false})
+  CHECK(detect(band.topology(), MovingTriangles::at(band.start), MovingTriangles::at(band.start),
+               {true, true, false})
             .flat_nodes < 4);
 }
 

@@ -9,26 +9,15 @@
 #include "lazyccd/detector.h"
 #include "lazyccd/error.h"
 #include "support/catch.h"
+#include "support/moving_triangles.h"
 
 using namespace lazyccd;
+using namespace lazyccd::test;
 
 namespace {
 
-struct TriangleCloud {
-  std::vector<double> start, end;
-  std::vector<Face> faces;
-
-  Topology topology() const {
-    Topology t;
-    t.vertex_count = start.size() / 3;
-    t.faces = faces;
-    return t;
-  }
-  static Positions at(const std::vector<double>& x) { return {x.data(), x.size() / 3}; }
-};
-
-TriangleCloud triangle_cloud(std::int32_t triangles) {
-  TriangleCloud cloud;
+MovingTriangles triangle_cloud(std::int32_t triangles) {
+  MovingTriangles cloud;
   std::mt19937 random(5);
   std::uniform_real_distribution<double> uniform(0, 1);
   for (std::int32_t f = 0; f < triangles; ++f) {
@@ -57,7 +46,7 @@ TEST_CASE("a strategy is found by its name, and an unknown name is refused with 
 }
 
 TEST_CASE("every strategy finds the same contacts on any number of threads, from root and front") {
-  const TriangleCloud cloud = triangle_cloud(1500);
+  const MovingTriangles cloud = triangle_cloud(1500);
   std::set<std::uint64_t> hashes;
   std::set<std::int64_t> pairs;
   for (const Strategy strategy : kStrategies) {
@@ -85,7 +74,7 @@ TEST_CASE("every strategy finds the same contacts on any number of threads, from
 }
 
 TEST_CASE("the stages of a step share its wall time") {
-  const TriangleCloud cloud = triangle_cloud(3000);
+  const MovingTriangles cloud = triangle_cloud(3000);
   for (const Strategy strategy : kStrategies) {
     Options options;
     options.backend = Backend::cpu;

@@ -16,29 +16,17 @@
 #include "support/data.h"
 #include "support/frames.h"
 #include "support/generators.h"
+#include "support/moving_triangles.h"
 
 using namespace lazyccd;
 using namespace lazyccd::test;
 
 namespace {
 
-struct Cloud {
-  std::vector<double> start, end;
-  std::vector<Face> faces;
-
-  Topology topology() const {
-    Topology t;
-    t.vertex_count = start.size() / 3;
-    t.faces = faces;
-    return t;
-  }
-  static Positions at(const std::vector<double>& x) { return {x.data(), x.size() / 3}; }
-};
-
 // Long triangles in all directions, so that volumes differ from boxes.
-Cloud needles(std::uint64_t seed, int count, double offset, double size) {
+MovingTriangles needles(std::uint64_t seed, int count, double offset, double size) {
   Random random(seed);
-  Cloud cloud;
+  MovingTriangles cloud;
   for (std::int32_t f = 0; f < count; ++f) {
     double centre[3], direction[3], motion[3];
     for (int k = 0; k < 3; ++k) {
@@ -89,12 +77,12 @@ TEST_CASE("every volume gives the same contacts on needles, near and far, large 
   };
   for (const Place place :
        {Place{0, 1}, Place{1e6, 1}, Place{0, 1e-30}, Place{0, 1e30}, Place{0, 1e300}}) {
-    const Cloud cloud = needles(3, place.size == 1 ? 700 : 60, place.offset, place.size);
+    const MovingTriangles cloud = needles(3, place.size == 1 ? 700 : 60, place.offset, place.size);
     std::set<std::uint64_t> hashes;
     for (const Volume volume : kVolumes) {
       for (const Strategy strategy : {Strategy::lazy_stealing, Strategy::thread_per_query}) {
-        const Stats s = detect(cloud.topology(), Cloud::at(cloud.start), Cloud::at(cloud.end),
-                               volume, strategy);
+        const Stats s = detect(cloud.topology(), MovingTriangles::at(cloud.start),
+                               MovingTriangles::at(cloud.end), volume, strategy);
         hashes.insert(s.hash);
         CAPTURE(place.offset, place.size, name(volume), name(strategy));
         if (place.size == 1 || volume == Volume::box)
@@ -108,7 +96,7 @@ TEST_CASE("every volume gives the same contacts on needles, near and far, large 
 TEST_CASE("a volume of a node touches those of all nodes that its vertices are in") {
   // Every leaf holds its own vertices, and a parent what its children hold: a volume that parted
   // from one of its descendants would have lost something.
-  const Cloud cloud = needles(5, 600, 2, 1);
+  const MovingTriangles cloud = needles(5, 600, 2, 1);
   const Mesh mesh(cloud.topology());
   std::vector<VertexRecord> records(mesh.vertex_count());
   for (std::size_t v = 0; v < records.size(); ++v)
@@ -141,7 +129,7 @@ TEST_CASE("a volume of a node touches those of all nodes that its vertices are i
 
 TEST_CASE("a margin keeps volumes together that would be apart") {
   // Two triangles at a distance of 1 along a diagonal.
-  Cloud cloud;
+  MovingTriangles cloud;
   const double d = std::sqrt(0.5);
   for (const double x : {0.0, d})
     for (const double along : {0.0, 1.0, 0.5}) {
@@ -173,7 +161,7 @@ TEST_CASE("a margin keeps volumes together that would be apart") {
 }
 
 TEST_CASE("every volume gives the same contacts where there is a minimum separation") {
-  const Cloud cloud = needles(4, 400, 0, 1);
+  const MovingTriangles cloud = needles(4, 400, 0, 1);
   std::set<std::uint64_t> hashes;
   for (const Volume volume : kVolumes) {
     Options options;
@@ -183,7 +171,8 @@ TEST_CASE("every volume gives the same contacts where there is a minimum separat
     options.separation = 0.02;
     Detector detector(options);
     detector.set_topology(cloud.topology());
-    CHECK(!detector.detect(Cloud::at(cloud.start), Cloud::at(cloud.end)).empty());
+    CHECK(
+        !detector.detect(MovingTriangles::at(cloud.start), MovingTriangles::at(cloud.end)).empty());
     hashes.insert(detector.stats().hash);
   }
   CHECK(hashes.size() == 1);

@@ -11,12 +11,15 @@
 
 #include "gpu/check.h"
 #include "gpu/device_buffer.h"
+#include "gpu/stream.h"
 #include "gpu/traversal.h"
 #include "lazyccd/error.h"
 #include "traversal_scenes.h"
 
 namespace lazyccd::test {
 namespace {
+
+using gpu::Stream;
 
 int failures = 0;
 
@@ -49,18 +52,6 @@ bool equal(const std::vector<NodePair>& x, const std::vector<NodePair>& y) {
   return x.size() == y.size() &&
          std::equal(x.begin(), x.end(), y.begin(), [](NodePair p, NodePair q) { return p == q; });
 }
-
-class Stream {
- public:
-  Stream() { LAZYCCD_CUDA_CHECK(cudaStreamCreateWithFlags(&stream_, cudaStreamNonBlocking)); }
-  ~Stream() { static_cast<void>(cudaStreamDestroy(stream_)); }
-  Stream(const Stream&) = delete;
-  Stream& operator=(const Stream&) = delete;
-  operator cudaStream_t() const { return stream_; }
-
- private:
-  cudaStream_t stream_ = nullptr;
-};
 
 // The frames of a scene on the device.
 class DeviceScene {
