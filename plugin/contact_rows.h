@@ -47,7 +47,7 @@ struct ContactRow {
   double impulse;              // kg m: the sum of what changed the solved motion, along the normal
   Eigen::Vector3d tangential;  // the same across it
   double opening;              // the same of the opening
-  bool touched;                // not only near
+  bool touched = false;        // not only near
 
   // The side of the contact that is a rigid body: index in Motion::rigid or -1, the sum of its
   // weights (1 or -1), and its lever arm: sum_i w_i (x_i - centre), metres.
