@@ -40,7 +40,8 @@ LAZYCCD_HD inline bool has_one_root(const Cubic<double>& f) {
          (sign * f.k[1] > f.bound || sign * f.k[2] < -f.bound);
 }
 
-// Gives up, undecided, below parts of 2^-40 of the step or after 400 parts.
+// Gives up, undecided, after 400 parts or below parts of 2^-20 of the step: what is unclear there is
+// a tie, as a rule.
 template <ContactKind kind>
 LAZYCCD_HD inline Verdict<double> decide_by_subdivision(const Differences<double>& d,
                                                         const Magnitudes<double>& m,
@@ -54,7 +55,7 @@ LAZYCCD_HD inline Verdict<double> decide_by_subdivision(const Differences<double
     const Inside<double> inside = inside_conditions<kind>(d, m, lo + 0.5 * width, 0.5 * width);
     if (!local.no_root() && !inside.any_negative && !separated<kind>(d, m, lo, hi)) {
       if (inside.all_positive && has_one_root(local)) return {true, false, lo, hi};
-      if (level == 40) return {false, false, 0, 0};
+      if (level == 20) return {false, false, 0, 0};
       ++level;
       part <<= 1;
       continue;

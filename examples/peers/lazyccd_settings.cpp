@@ -97,7 +97,6 @@ double decide_lanes(Span<const QueryPoints> queries, Span<QueryResult> answers) 
   int count = 0;
   for (std::size_t i = 0; i < queries.size(); ++i) {
     answers[i] = {};
-    if (separated_along_axes<kind>(coordinates(queries[i]))) continue;
     const auto n = static_cast<std::int32_t>(i);
     candidates[static_cast<std::size_t>(count++)] =
         vf ? Candidate{4 * n, n} : Candidate{2 * n, 2 * n + 1};
