@@ -1,9 +1,11 @@
 """Where collision methods fail: scenes over speed, time step, thickness and triangle size.
 
-map.py PROGRAMS OUT [--quick] [--jobs N] [--scenes A,B] [--draw]
+map.py PROGRAMS OUT [--quick] [--jobs N] [--scenes A,B] [--detectors A,B] [--draw]
   PROGRAMS  folder with the programs lazyccd and lazyccd_double
   OUT       folder of map.csv, which is read first, so that a stopped run goes on where it was, and
             of the pictures map.svg and map.png
+The detector lazyccd-cuda is LazyCCD on the GPU; the table has it and the picture has not. Where both were
+measured, their rows are compared: a scene is to go the same way to the last bit.
 """
 import argparse
 import csv
@@ -24,7 +26,12 @@ from matplotlib.patches import Patch  # noqa: E402
 
 PROGRAMS = {"float": "lazyccd", "double": "lazyccd_double"}
 WORLDS = ["rigid", "deformable"]
-DETECTORS = ["bullet", "lazyccd"]
+DETECTORS = {  # options of `lazyccd simulate`, and what it is called
+    "bullet": (["--detector", "bullet"], "Bullet alone"),
+    "lazyccd": (["--detector", "lazyccd"], "with LazyCCD"),
+    "lazyccd-cuda": (["--detector", "lazyccd", "--backend", "cuda"], "LazyCCD on GPU"),
+}
+DRAWN = ["bullet", "lazyccd"]
 STEPS = ["0.016666666666666666", "0.008333333333333333", "0.004166666666666667"]  # s
 
 # Scene: speeds in m/s, time steps in s, margins in m, sizes (nodes along a side, times the scene's).
@@ -52,9 +59,9 @@ FOUND = ["outcome", "steps", "piercings_at_start", "crossings", "piercings", "wr
 LIMIT = 300  # s a run
 
 
-def points(axes):
+def points(axes, detectors):
     for scene, (speeds, steps, margins, sizes) in axes.items():
-        yield from product([scene], WORLDS, PROGRAMS, DETECTORS, speeds, steps, margins, sizes)
+        yield from product([scene], WORLDS, PROGRAMS, detectors, speeds, steps, margins, sizes)
 
 
 def measure(programs, point):
@@ -64,7 +71,7 @@ def measure(programs, point):
     with tempfile.TemporaryDirectory() as folder:
         stats = Path(folder) / "stats.json"
         command = [programs / PROGRAMS[precision], "simulate", scene, "--world", world,
-                   "--detector", detector, "--speed", speed, "--dt", dt, "--margin", margin,
+                   *DETECTORS[detector][0], "--speed", speed, "--dt", dt, "--margin", margin,
                    "--size", size, "--threads", "1", "--stats", stats]
         try:
             code = subprocess.run(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
@@ -74,6 +81,8 @@ def measure(programs, point):
         if code != 0:
             return {**row, "outcome": f"exit {code}"}
         run = json.loads(stats.read_text())
+    if detector == "lazyccd-cuda" and not run["status"].startswith("LazyCCD: cuda,"):
+        return {**row, "outcome": "not on the GPU"}
     energy = run["energy_J"]
     start = energy["start_kinetic"] + energy["start_potential"]
     row.update(
@@ -151,11 +160,28 @@ def print_table(rows):
     for detector, world, precision in product(DETECTORS, WORLDS, PROGRAMS):
         these = [row for row in rows if (row["detector"], row["world"], row["precision"]) ==
                  (detector, world, precision)]
-        print(f"{TITLES[detector]:<16}{world:<12}{precision:<11}" +
+        if not these:
+            continue
+        print(f"{DETECTORS[detector][1]:<16}{world:<12}{precision:<11}" +
               "".join(f"{n:>9}" for n in counts(these).values()))
 
 
-TITLES = {"bullet": "Bullet alone", "lazyccd": "with LazyCCD"}
+def print_differences(rows):
+    """Points at which the GPU's run is not the CPU's."""
+    def ran(row):
+        return {name: row[name] for name in FOUND if name != "ms_step"}
+
+    def point(row):
+        return tuple(row[name] for name in POINT if name != "detector")
+
+    on_cpu = {point(row): row for row in rows if row["detector"] == "lazyccd"}
+    both = [(on_cpu[point(row)], row) for row in rows
+            if row["detector"] == "lazyccd-cuda" and point(row) in on_cpu]
+    if both:
+        differ = [row for cpu, row in both if ran(cpu) != ran(row)]
+        print(f"On CPU and GPU: {len(both)} points, of which {len(differ)} differ")
+        for row in differ[:10]:
+            print("  " + " ".join(point(row)))
 
 
 def draw_panel(axes, rows, speeds, steps, margins, sizes):
@@ -189,7 +215,7 @@ def listed(rows, name):
 def draw(rows, out):
     scenes = list(dict.fromkeys(row["scene"] for row in rows if row["scene"] in FULL))
     scenes.sort(key=list(FULL).index)
-    columns = list(product(WORLDS, DETECTORS))
+    columns = list(product(WORLDS, DRAWN))
     plt.rcParams.update({"font.size": 9, "svg.fonttype": "path", "svg.hashsalt": "lazyccd"})
     figure, grid = plt.subplots(len(scenes), len(columns), figsize=(12.5, 1.15 * len(scenes) + 1.7),
                                 squeeze=False)
@@ -203,7 +229,7 @@ def draw(rows, out):
         panels[0].set_ylabel(scene.replace("-", "-\n", 1), rotation=0, ha="right", va="center",
                              fontsize=9, labelpad=6)
     for axes, (world, detector) in zip(grid[0], columns):
-        axes.set_title(f"{TITLES[detector]}\n{world} world", fontsize=10,
+        axes.set_title(f"{DETECTORS[detector][1]}\n{world} world", fontsize=10,
                        fontweight="bold" if detector == "lazyccd" else "normal")
     for axes in grid[-1]:
         axes.set_xlabel("speed, m/s; within each: thin to thick margin", fontsize=8)
@@ -211,12 +237,12 @@ def draw(rows, out):
                            for _, colour, meaning in VERDICTS],
                   loc="lower center", ncols=3, frameon=False, fontsize=9)
     totals = {detector: counts([row for row in rows if row["detector"] == detector])
-              for detector in DETECTORS}
+              for detector in DRAWN}
     fails = {d: sum(t[name] for name in ("dies", "through")) for d, t in totals.items()}
     clean_starts = {d: sum(t.values()) - t["unclean"] for d, t in totals.items()}
     figure.suptitle(
         "Where collisions fail: " + ", ".join(
-            f"{TITLES[d]} at {fails[d]} of {clean_starts[d]} points" for d in DETECTORS) +
+            f"{DETECTORS[d][1]} at {fails[d]} of {clean_starts[d]} points" for d in DRAWN) +
         "\nRows: time step in s, within each coarse to fine triangles. "
         "Cells: float above the diagonal, double below", x=0.02, ha="left", fontsize=11)
     figure.tight_layout(rect=(0, 0.6 / figure.get_figheight(), 1, 0.99), h_pad=0.4, w_pad=0.8)
@@ -233,6 +259,7 @@ def main():
     parser.add_argument("--quick", action="store_true", help="a small map, in a minute")
     parser.add_argument("--jobs", type=int, default=2, help="points at a time")
     parser.add_argument("--scenes", help="only these, with commas between them")
+    parser.add_argument("--detectors", default=",".join(DRAWN), help="of " + ", ".join(DETECTORS))
     parser.add_argument("--draw", action="store_true", help="measure nothing, draw what is there")
     arguments = parser.parse_args()
     axes = QUICK if arguments.quick else FULL
@@ -242,10 +269,12 @@ def main():
     path = arguments.out / "map.csv"
     if not arguments.draw:
         known = {key(row) for row in read(path)}
-        measure_all(arguments.programs, path, [p for p in points(axes) if p not in known],
+        wanted = points(axes, arguments.detectors.split(","))
+        measure_all(arguments.programs, path, [p for p in wanted if p not in known],
                     arguments.jobs)
     rows = sorted(read(path), key=key)
     print_table(rows)
+    print_differences(rows)
     draw(rows, arguments.out)
     print(f"Pictures: {arguments.out}/map.png and map.svg")
 
