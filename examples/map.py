@@ -46,6 +46,16 @@ FULL = {
     "ball-on-spikes": (["1", "3", "10"], STEPS, ["0.002", "0.01"], ["0.5"]),
     "n-body": (["1", "3", "10"], STEPS, ["0.002", "0.01"], ["0.5"]),
     "eight-cloths": (["0", "5"], STEPS[::2], ["0.002", "0.01"], ["0.5"]),
+    "twenty-cloths": (["0"], STEPS[::2], ["0.01"], ["0.5"]),
+    "drop": (["0"], STEPS[::2], ["0.002", "0.01"], ["0.5"]),
+    "free-cloths": (["2", "10", "30"], STEPS[::2], ["0.002", "0.01"], ["0.5"]),
+    "rope-on-cloth": (["1", "5", "30"], STEPS[::2], ["0.002", "0.01"], ["0.5"]),
+    "twist": (["1", "4"], STEPS[::2], ["0.002", "0.01"], ["0.5"]),
+    "pressed-blocks": (["1", "4"], STEPS[::2], ["0.002", "0.01"], ["0.5"]),
+    "cloth-funnel": (["1", "5"], STEPS[::2], ["0.002", "0.01"], ["0.5"]),
+    "cloth-on-moving-mesh": (["1", "5"], STEPS[::2], ["0.002", "0.01"], ["0.5"]),
+    "cloth-off-table": (["0.5", "2", "8"], STEPS[::2], ["0.002", "0.01"], ["0.5"]),
+    "ball-on-net": (["2", "5", "20"], STEPS[::2], ["0.002", "0.01"], ["0.5"]),
 }
 QUICK = {
     "cloth-on-cloth": (["2", "30"], STEPS[::2], ["0.01"], ["0.5"]),
@@ -217,12 +227,17 @@ def draw(rows, out):
     scenes.sort(key=list(FULL).index)
     columns = list(product(WORLDS, DRAWN))
     plt.rcParams.update({"font.size": 9, "svg.fonttype": "path", "svg.hashsalt": "lazyccd"})
-    figure, grid = plt.subplots(len(scenes), len(columns), figsize=(12.5, 1.15 * len(scenes) + 1.7),
-                                squeeze=False)
-    for panels, scene in zip(grid, scenes):
+    axes_of_scene = {}
+    for scene in scenes:
         here = [row for row in rows if row["scene"] == scene]
-        axes_of = (listed(here, "speed"), listed(here, "dt")[::-1], listed(here, "margin"),
-                   listed(here, "size"))
+        axes_of_scene[scene] = (listed(here, "speed"), listed(here, "dt")[::-1],
+                                listed(here, "margin"), listed(here, "size"))
+    heights = [0.55 + 0.1 * len(steps) * len(sizes)
+               for _, steps, _, sizes in axes_of_scene.values()]
+    figure, grid = plt.subplots(len(scenes), len(columns), figsize=(12.5, sum(heights) + 1.7),
+                                height_ratios=heights, squeeze=False)
+    for panels, (scene, axes_of) in zip(grid, axes_of_scene.items()):
+        here = [row for row in rows if row["scene"] == scene]
         for axes, (world, detector) in zip(panels, columns):
             draw_panel(axes, [row for row in here if (row["world"], row["detector"]) ==
                               (world, detector)], *axes_of)
