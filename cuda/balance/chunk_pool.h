@@ -1,5 +1,5 @@
-// Where free chunks wait: a shared list of ids, and in front of it a small private cache a worker,
-// so that hundreds of blocks do not meet at one word for every chunk.
+// Chunks of items, and where free ones wait: a shared list of ids, and in front of it a small
+// private cache a worker, so that hundreds of blocks do not meet at one word for every chunk.
 #pragma once
 
 #include <cstdint>
@@ -15,6 +15,14 @@ struct alignas(16) Chunk {
   static constexpr std::uint32_t capacity = Size;
   Item items[Size];
   std::uint32_t count;
+};
+
+// Where a worker finds a batch of items, valid until it says that it has copied them.
+template <class Item>
+struct Batch {
+  const Item* items;
+  std::uint32_t count;  // 0: none
+  std::uint32_t chunk;  // that holds them; no_chunk: none, such as with items of the start
 };
 
 // A stack of the ids [0, capacity), linked through `next`. The head is one word {first id, tag};

@@ -70,13 +70,6 @@ template <class Atomics, class Item, std::uint32_t BatchSize>
 class GreedyStealingWorker {
  public:
   using View = GreedyStealingView<Atomics, Item, BatchSize>;
-  using Batch = Chunk<Item, BatchSize>;
-
-  struct Taken {
-    const Item* items;
-    std::uint32_t count;  // 0: none
-    std::uint32_t batch;  // no_chunk: part of the initial items
-  };
 
   LAZYCCD_HD void arrive(const View& view, std::uint32_t worker) {
     view_ = view;
@@ -88,7 +81,7 @@ class GreedyStealingWorker {
   }
 
   // A free batch of this worker's own, or null where all are under way: it keeps its items.
-  LAZYCCD_HD Batch* new_batch() {
+  LAZYCCD_HD Chunk<Item, BatchSize>* new_batch() {
     if (view_.deque(worker_).has_room()) {
       for (std::uint32_t i = 0; i < view_.batches; ++i) {
         filling_ = worker_ * view_.batches + (next_ + i) % view_.batches;
@@ -109,10 +102,10 @@ class GreedyStealingWorker {
 
   // From the own deque, then from what was won, then from the initial items. Where all are empty
   // the worker turns idle.
-  LAZYCCD_HD Taken own_batch() {
+  LAZYCCD_HD Batch<Item> own_batch() {
     std::uint32_t batch = view_.deque(worker_).pop();
-    if (batch == no_chunk && won_count_ != 0) batch = won()[--won_count_];
-    Taken taken = {nullptr, 0, no_chunk};
+    if (batch == no_chunk && won_count_ != 0) batch = held()[--won_count_];
+    Batch<Item> taken = {nullptr, 0, no_chunk};
     if (batch != no_chunk) {
       taken = {view_.chunks[batch].items, view_.chunks[batch].count, batch};
     } else {
@@ -129,20 +122,29 @@ class GreedyStealingWorker {
     }
     return taken;
   }
-  LAZYCCD_HD void release(const Taken& taken) {
+  LAZYCCD_HD void release(const Batch<Item>& taken) {
     // Release, pairs with the acquire in new_batch().
-    if (taken.batch != no_chunk) Atomics::store(view_.in_use[taken.batch], 0u, Atomics::release);
+    if (taken.chunk != no_chunk) Atomics::store(view_.in_use[taken.chunk], 0u, Atomics::release);
   }
 
-  // The oldest batch of each deque; false: nothing was there. Each keeps the unit that it counts
-  // for until own_batch() moves it. The worker is idle and has won nothing that is left.
+  // The oldest batch of each deque; false: nothing was there. The worker is idle and has won
+  // nothing that is left.
   LAZYCCD_HD bool steal_from_all() {
+    std::uint32_t count = 0;
     for (std::uint32_t i = 1; i < view_.workers; ++i) {
       const std::uint32_t batch = view_.deque((worker_ + i) % view_.workers).steal();
-      if (batch != no_chunk) won()[won_count_++] = batch;
+      if (batch != no_chunk) hold(count++, batch);
     }
-    steals_ += won_count_;
-    return won_count_ != 0;
+    won(count);
+    return count != 0;
+  }
+  // The same in parts, for workers of several threads: each steals from deques of its own and holds
+  // what it got at the next free place, then one says how many they are. A batch keeps the unit
+  // that it counts for until own_batch() moves it.
+  LAZYCCD_HD void hold(std::uint32_t place, std::uint32_t batch) const { held()[place] = batch; }
+  LAZYCCD_HD void won(std::uint32_t count) {
+    won_count_ = count;
+    steals_ += count;
   }
 
   LAZYCCD_HD bool over() const { return view_.termination().over(); }
@@ -156,7 +158,9 @@ class GreedyStealingWorker {
   LAZYCCD_HD std::uint64_t overflows() const { return overflows_; }
 
  private:
-  LAZYCCD_HD std::uint32_t* won() const { return view_.won + std::size_t{worker_} * view_.workers; }
+  LAZYCCD_HD std::uint32_t* held() const {
+    return view_.won + std::size_t{worker_} * view_.workers;
+  }
 
   View view_;
   std::uint32_t worker_;

@@ -59,14 +59,6 @@ struct LazyStealingView {
   }
 };
 
-// Where a worker finds a batch of items, valid until release_chunk().
-template <class Item>
-struct Batch {
-  const Item* items;
-  std::uint32_t count;  // 0: none
-  std::uint32_t chunk;  // no_chunk: part of the initial items
-};
-
 // One worker's side, for one thread of it. Copying items in and out is left to the caller: a CPU
 // thread does it alone, a block with all its threads between two barriers. The order of calls:
 //

@@ -32,6 +32,16 @@ class RoundEnd {
   std::uint32_t threshold_;  // workers
 };
 
+// A worker's even part of so many items: total / workers, and one more for the first few.
+struct EvenPart {
+  std::uint64_t first, count;
+};
+LAZYCCD_HD inline EvenPart even_part(std::uint64_t total, std::uint32_t worker,
+                                     std::uint32_t workers) {
+  const std::uint64_t share = total / workers, extra = total % workers;
+  return {worker * share + (worker < extra ? worker : extra), share + (worker < extra ? 1 : 0)};
+}
+
 // One worker's list as the balancing step sees it.
 template <class Item>
 struct ItemList {
@@ -42,14 +52,11 @@ struct ItemList {
 // The balancing step for one worker: its even part of all lists laid end to end, given to
 // append(items, count) piece by piece.
 template <class Item, class Append>
-LAZYCCD_HD void take_even_part(const ItemList<Item>* lists, std::uint32_t list_count,
-                               std::uint32_t worker, std::uint32_t workers, Append&& append) {
+void take_even_part(const ItemList<Item>* lists, std::uint32_t list_count, std::uint32_t worker,
+                    std::uint32_t workers, Append&& append) {
   std::uint64_t total = 0;
   for (std::uint32_t i = 0; i < list_count; ++i) total += lists[i].count;
-  // total / workers each, and one more for the first few.
-  const std::uint64_t share = total / workers, extra = total % workers;
-  std::uint64_t skip = worker * share + (worker < extra ? worker : extra);
-  std::uint64_t wanted = share + (worker < extra ? 1 : 0);
+  auto [skip, wanted] = even_part(total, worker, workers);
   for (std::uint32_t i = 0; i < list_count && wanted != 0; ++i) {
     if (skip >= lists[i].count) {
       skip -= lists[i].count;

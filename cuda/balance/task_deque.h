@@ -37,40 +37,44 @@ class TaskDeque {
            Atomics::load(*bottom_, Atomics::relaxed);
   }
 
-  // Owner only. False: the array is full up to its end; it is used anew once the deque is empty.
-  LAZYCCD_HD bool push(std::uint64_t task) {
-    // Relaxed: only the owner writes it.
+  // Owner only. Room behind the newest task, up to the array's end, which is used anew once the
+  // deque is empty. push() is for so many that the owner has written there.
+  LAZYCCD_HD std::uint32_t room() const {
+    return capacity_ - Atomics::load(*bottom_, Atomics::relaxed);  // only the owner writes it
+  }
+  LAZYCCD_HD Word* next() const { return tasks_ + Atomics::load(*bottom_, Atomics::relaxed); }
+  LAZYCCD_HD void push(std::uint32_t count) {
     const std::uint32_t bottom = Atomics::load(*bottom_, Atomics::relaxed);
-    if (bottom == capacity_) return false;
-    Atomics::store(tasks_[bottom], task, Atomics::relaxed);  // published by the store below
-    // Release, pairs with the load of bottom in steal(): the task, and what it stands for.
-    Atomics::store(*bottom_, bottom + 1, Atomics::release);
-    return true;
+    // Release, pairs with the load of bottom in steal(): the tasks, and what they stand for.
+    Atomics::store(*bottom_, bottom + count, Atomics::release);
   }
 
-  // Owner only. False: empty.
-  LAZYCCD_HD bool pop(std::uint64_t& task) {
-    std::uint32_t bottom = Atomics::load(*bottom_, Atomics::relaxed);  // only the owner writes it
-    if (bottom == 0) return false;
-    --bottom;
+  // Owner only. The newest tasks, `most` at most: they lie from `first` on until the next push().
+  // Thieves take the oldest one by one, so several can be popped at the price of one.
+  LAZYCCD_HD std::uint32_t pop(std::uint32_t most, Word*& first) {
+    const std::uint32_t end =
+        Atomics::load(*bottom_, Atomics::relaxed);  // only the owner writes it
+    if (end == 0) return 0;
+    const std::uint32_t bottom = end > most ? end - most : 0;
     // seq_cst, this store and the load after it, and in steal() the loads of age and then of
-    // bottom: either the thief sees that the task is gone or the owner sees that it was stolen.
+    // bottom: either the thief sees that the tasks are gone or the owner sees what was stolen. One
+    // thief at most has looked before and takes one more, the oldest.
     Atomics::store(*bottom_, bottom, Atomics::seq_cst);
     std::uint64_t seen = Atomics::load(*age_, Atomics::seq_cst);
     const TaskAge age = TaskAge::unpack(seen);
-    task = Atomics::load(tasks_[bottom], Atomics::relaxed);  // the owner's own store
-    if (bottom > age.top) return true;
-    // The last task, or none. The array is used anew from its start, under another tag. A thief
-    // that meets the old top sees a bottom no larger; with the new one its exchange fails.
+    first = tasks_ + bottom;
+    if (bottom > age.top) return end - bottom;
+    // All that is left, or nothing. The array is used anew from its start, under another tag. A
+    // thief that meets the old top sees a bottom no larger; with the new one its exchange fails.
     Atomics::store(*bottom_, 0u, Atomics::seq_cst);
     const std::uint64_t anew = TaskAge{0, age.tag + 1}.pack();
     // seq_cst: decides between the owner and a thief who takes the same task.
-    if (bottom == age.top &&
-        Atomics::compare_exchange(*age_, seen, anew, Atomics::seq_cst, Atomics::relaxed))
-      return true;
-    // No thief changes age any more: bottom is 0.
-    Atomics::store(*age_, anew, Atomics::seq_cst);
-    return false;
+    if (end <= age.top ||
+        !Atomics::compare_exchange(*age_, seen, anew, Atomics::seq_cst, Atomics::relaxed))
+      Atomics::store(*age_, anew, Atomics::seq_cst);  // no thief changes it any more: bottom is 0
+    const std::uint32_t top = TaskAge::unpack(seen).top;
+    first = tasks_ + top;
+    return end > top ? end - top : 0;
   }
 
   // Anyone. False: empty, or another was faster.

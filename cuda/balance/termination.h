@@ -33,6 +33,8 @@ class Termination {
     // Release, pairs with the acquire in over(): what the worker wrote is visible to who leaves.
     Atomics::fetch_sub(*live_, 1u, Atomics::release);
   }
+  // Relaxed: for a worker that looks often and asks over() where it says yes.
+  LAZYCCD_HD bool seems_over() const { return Atomics::load(*live_, Atomics::relaxed) == 0; }
   LAZYCCD_HD bool over() const { return Atomics::load(*live_, Atomics::acquire) == 0; }
 
  private:

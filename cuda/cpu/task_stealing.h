@@ -3,6 +3,7 @@
 // BalancedRun; see there for what a strategy is.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
@@ -57,9 +58,10 @@ class TaskStealing {
   // Fills the empty stack; false: the run is over or cancelled.
   bool take(int worker, WorkStack<Item>& stack) {
     Member& m = member(worker);
-    std::uint64_t task;
-    if (deque(m).pop(task)) {
-      stack.push(item_of(task));
+    Word* newest = nullptr;
+    if (deque(m).pop(1, newest) != 0) {
+      // Relaxed: the owner's own store.
+      stack.push(item_of(HostAtomics::load(*newest, HostAtomics::relaxed)));
       return true;
     }
     const Portion portion = claim_portion<HostAtomics>(claimed_.value, count_, portion_size);
@@ -75,6 +77,7 @@ class TaskStealing {
     Waiting waiting(m.counts.ms_waited);
     for (;;) {
       if (termination().over() || cancelled()) return false;
+      std::uint64_t task;
       if (steal(m, task)) {
         stack.push(item_of(task));
         return true;
@@ -88,13 +91,13 @@ class TaskStealing {
   // All new tasks go to the own deque. False: the run is cancelled.
   bool share(int worker, WorkStack<Item>& stack) {
     Member& m = member(worker);
-    while (!stack.empty()) {
-      if (!deque(m).push(task_of(stack.top()))) {
-        ++m.counts.overflows;
-        break;
-      }
-      stack.pop();
-    }
+    auto own = deque(m);
+    const auto count = static_cast<std::uint32_t>(std::min<std::size_t>(stack.size(), own.room()));
+    if (count < stack.size()) ++m.counts.overflows;
+    Word* const next = own.next();
+    for (std::uint32_t i = 0; i < count; ++i)
+      HostAtomics::store(next[i], task_of(stack.pop()), HostAtomics::relaxed);  // see push()
+    own.push(count);
     return !cancelled();
   }
 

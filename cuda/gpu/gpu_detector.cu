@@ -66,8 +66,14 @@ class GpuDetector : public BackendDetector {
   // The points of time between the stages of a step.
   enum Mark { kStart, kRefitted, kTraversed, kFiltered, kDecided, kSorted, kMarks };
 
+  // What one graph holds: a whole step, or what comes before and after the traversal.
+  enum Part { kAll, kBefore, kAfter };
+
   void build(const Positions& start, const Positions& end);
-  void enqueue(bool from_front, bool marks);
+  void mark(Mark m, bool marks);
+  void enqueue_before(bool marks);
+  void enqueue_traversal(bool from_front, bool marks);
+  void enqueue_after(bool marks);
   void run_until_it_fits(const Positions& start, const Positions& end, Stats& stats);
   void run_step(bool from_front);
   void fill(Stats& stats);
@@ -87,8 +93,8 @@ class GpuDetector : public BackendDetector {
   FrontPolicy front_policy_;
   Traversal traversal_;
   gpu::StepBuffers buffers_;
-  // By from the front, which of the front's buffers, precision.
-  gpu::GraphCache<std::tuple<bool, int, bool>> graphs_;
+  // By part of the step, from the front, which of the front's buffers, precision.
+  gpu::GraphCache<std::tuple<Part, bool, int, bool>> graphs_;
 };
 
 void GpuDetector::build(const Positions& start, const Positions& end) {
@@ -100,38 +106,60 @@ void GpuDetector::build(const Positions& start, const Positions& end) {
   graphs_.clear();
 }
 
-void GpuDetector::enqueue(bool from_front, bool marks) {
+void GpuDetector::mark(Mark m, bool marks) {
+  if (marks) marks_[m].record(stream_);
+}
+
+void GpuDetector::enqueue_before(bool marks) {
   const gpu::SceneView scene = scene_.view(positions_.is_double());
   const gpu::StepLists lists = buffers_.lists();
-  const auto mark = [&](Mark m) {
-    if (marks) marks_[m].record(stream_);
-  };
-  mark(kStart);
+  mark(kStart, marks);
   LAZYCCD_CUDA_CHECK(cudaMemsetAsync(lists.counters, 0, sizeof(gpu::StepCounters), stream_));
   gpu::prepare_sort(scene, lists, stream_);
   gpu::enqueue_refit(scene, positions_.start(), positions_.end(), lists.counters, stream_);
-  mark(kRefitted);
+  mark(kRefitted, marks);
+}
+
+void GpuDetector::enqueue_traversal(bool from_front, bool marks) {
+  const gpu::SceneView scene = scene_.view(positions_.is_double());
   traversal_.launch(scene.nodes, scene.groups, from_front, stream_);
-  mark(kTraversed);
+  mark(kTraversed, marks);
+}
+
+void GpuDetector::enqueue_after(bool marks) {
+  const gpu::SceneView scene = scene_.view(positions_.is_double());
+  const gpu::StepLists lists = buffers_.lists();
   gpu::enqueue_leaf(
       scene,
       {traversal_.leaf_pairs(), traversal_.leaf_pair_count(), traversal_.leaf_pair_capacity()},
       options_.vertex_face, options_.edge_edge, lists, stream_);
-  mark(kFiltered);
+  mark(kFiltered, marks);
   gpu::enqueue_narrow(scene, lists, stream_);
-  mark(kDecided);
+  mark(kDecided, marks);
   gpu::enqueue_sort(scene, lists, buffers_.sort_buffers(), stream_);
-  mark(kSorted);
+  mark(kSorted, marks);
 }
 
 void GpuDetector::run_step(bool from_front) {
-  if (!options_.tuning.graph) {
-    enqueue(from_front, true);
+  const bool marks = !options_.tuning.graph;
+  const auto before = [&] { enqueue_before(marks); };
+  const auto traversal = [&] { enqueue_traversal(from_front, marks); };
+  const auto after = [&] { enqueue_after(marks); };
+  const auto all = [&] { before(), traversal(), after(); };
+  if (marks) {
+    all();
     return;
   }
+  const int parity = traversal_.parity();
+  const bool is_double = positions_.is_double();
   marks_[kStart].record(stream_);
-  graphs_.launch({from_front, traversal_.parity(), positions_.is_double()}, stream_,
-                 [&] { enqueue(from_front, false); });
+  if (traversal_.asks_device()) {  // which a graph cannot
+    graphs_.launch({kBefore, from_front, parity, is_double}, stream_, before);
+    traversal();
+    graphs_.launch({kAfter, from_front, parity, is_double}, stream_, after);
+  } else {
+    graphs_.launch({kAll, from_front, parity, is_double}, stream_, all);
+  }
   marks_[kSorted].record(stream_);
 }
 
@@ -193,6 +221,7 @@ void GpuDetector::fill(Stats& stats) {
   stats.front_nodes = static_cast<std::int64_t>(t.front_nodes);
   stats.idle_share = traversal_.idle_share();
   stats.steals = static_cast<std::int64_t>(t.steals);
+  stats.balancings = static_cast<std::int64_t>(t.balancings);
   stats.overflows += static_cast<std::int64_t>(t.overflows);
   stats.group_pairs = t.leaf_pairs;
 

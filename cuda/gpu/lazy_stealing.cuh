@@ -7,6 +7,7 @@
 #include "balance/lazy_stealing.h"
 #include "gpu/traversal_job.h"
 #include "gpu/traverse.cuh"
+#include "gpu/waiting.cuh"
 
 namespace lazyccd::gpu {
 
@@ -17,8 +18,7 @@ class LazyBlocks {
   using Protocol = LazyStealingWorker<DeviceAtomics, NodePair, ChunkSize, cache_size>;
 
  public:
-  using Chunk = lazyccd::Chunk<NodePair, ChunkSize>;
-  static constexpr std::uint32_t chunk_size = ChunkSize;
+  static constexpr bool keeps_time = false;
   struct View {
     LazyStealingView<DeviceAtomics, NodePair, ChunkSize> shared;
     std::uint32_t* last_giver;  // a hint: the block that published last
@@ -40,7 +40,8 @@ class LazyBlocks {
     shared.initial_count = initial_count(job);
     protocol_.arrive(shared, blockIdx.x);
   }
-  __device__ void leave(const TraversalJob& job) {
+  __device__ void leave(const View&, const TraversalJob& job) {
+    if (threadIdx.x != 0) return;
     protocol_.leave();
     add(job.counters->steals, protocol_.steals());
     add(job.counters->overflows, protocol_.overflows());
@@ -49,33 +50,34 @@ class LazyBlocks {
   __device__ Batch<NodePair> own_batch() { return protocol_.own_batch(); }
   __device__ void release(const Batch<NodePair>& batch) { protocol_.release_chunk(batch); }
 
-  __device__ bool wanted(const View& view) const {
+  __device__ static std::uint32_t leaving(const StackShape& shape, std::uint32_t size, bool asked) {
+    if (size > shape.crowded) return min(shape.batch, size / 2);
+    return asked && size > shape.keep ? min(shape.batch, size - shape.keep) : 0;
+  }
+  __device__ bool asked(const View& view) const {
     // Relaxed: a hint.
     return DeviceAtomics::load(view.shared.counters->hungry.cell, DeviceAtomics::relaxed) != 0;
   }
-  __device__ Chunk* new_chunk(bool full) {
-    return full || protocol_.hungry() ? protocol_.new_chunk() : nullptr;
+  __device__ Room room(std::uint32_t wanted, bool crowded) {
+    chunk_ = crowded || protocol_.hungry() ? protocol_.new_chunk() : nullptr;
+    return chunk_ != nullptr ? Room{chunk_->items, wanted} : Room{nullptr, 0};
   }
-  __device__ void publish(const View& view) {
+  __device__ void publish(const View& view, std::uint32_t count) {
+    chunk_->count = count;
     protocol_.publish();
     DeviceAtomics::store(*view.last_giver, blockIdx.x, DeviceAtomics::relaxed);  // a hint
   }
 
-  // A warp looks at 31 deques at a time and at that of the last giver. All looks are relaxed: an
-  // acquire would empty the L1 cache of a multiprocessor where other blocks still work. The acquire
-  // comes with the steal, and with a count of live units that looks like zero.
-  __device__ void wait_for_batch(const View& view, const TraversalJob& job, Batch<NodePair>& found) {
-    const std::uint32_t lane = threadIdx.x % 32, workers = view.shared.workers;
+  // A warp looks at 31 deques at a time and at that of the last giver. All looks are relaxed; the
+  // acquire comes with the steal.
+  __device__ void wait_for_batch(const View& view, const TraversalJob& job,
+                                 Batch<NodePair>& found) {
+    const std::uint32_t lane = threadIdx.x % kWarp, workers = view.shared.workers;
     std::uint32_t window = (blockIdx.x + 1) % workers;  // where to look next: neighbours differ
-    unsigned pause = shortest_pause_ns;
+    Waiting waiting;
     for (std::uint32_t look = 0;; ++look) {
-      std::uint32_t live = 1;
-      if (lane == 0) {
-        random_delay(job);
-        live = DeviceAtomics::load(view.shared.counters->live.cell, DeviceAtomics::relaxed);
-        if (live == 0 && !protocol_.over()) live = 1;
-      }
-      if (__shfl_sync(kAllLanes, live, 0) == 0) {
+      random_delay(job);
+      if (all_done(view.shared.termination())) {
         if (lane == 0) found = {nullptr, 0, no_chunk};
         return;
       }
@@ -97,15 +99,13 @@ class LazyBlocks {
         if (__shfl_sync(kAllLanes, stolen, 0)) return;
       }
       window = (window + 31) % workers;
-      __nanosleep(pause);
-      pause = min(2 * pause, longest_pause_ns);
+      waiting.pause();
     }
   }
 
  private:
-  static constexpr unsigned shortest_pause_ns = 32, longest_pause_ns = 512;
-
   Protocol protocol_;
+  Chunk<NodePair, ChunkSize>* chunk_;  // that is being filled
 };
 
 }  // namespace lazyccd::gpu

@@ -1,12 +1,15 @@
 // The baseline: a thread takes one group and finds all that overlap it, from the root and on its
-// own.
+// own. Which of those are worth a visit another kernel decides: there all threads of a warp have a
+// pair.
 #include <cooperative_groups.h>
 
 #include <algorithm>
 #include <string>
 
 #include "gpu/check.h"
+#include "gpu/device_buffer.h"
 #include "gpu/grid.h"
+#include "gpu/query.cuh"
 #include "gpu/traversal_strategy.h"
 #include "gpu/traverse.cuh"
 #include "lazyccd/error.h"
@@ -17,19 +20,27 @@ namespace {
 // A tree split by Morton codes of 63 bits, and where they are equal in halves, is not deeper.
 constexpr int kMaxDepth = 96;
 
+// Pairs of groups whose boxes overlap, counted as where the traversal ended.
+struct Overlapping {
+  NodePair* pairs;
+  std::uint32_t capacity;
+};
+
 // For some threads of a warp at once.
-__device__ void emit_leaf_pair(const TraversalJob& job, std::int32_t a, std::int32_t b) {
+__device__ void emit(const TraversalJob& job, const Overlapping& out, std::int32_t a,
+                     std::int32_t b) {
   const auto together = cooperative_groups::coalesced_threads();
   std::uint32_t first = 0;
-  if (together.thread_rank() == 0)
-    first = static_cast<std::uint32_t>(reserve_output(job, together.size(), together.size()));
-  store_leaf_pair(job, together.shfl(first, 0) + together.thread_rank(), a, b);
+  if (together.thread_rank() == 0) first = atomicAdd(&job.counters->front_nodes, together.size());
+  const std::uint32_t at = together.shfl(first, 0) + together.thread_rank();
+  if (at < out.capacity)
+    out.pairs[at] = {static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(b)};
 }
 
-__device__ void query(const TraversalJob& job, std::uint32_t self, std::uint64_t& tests,
-                      std::uint64_t& lost) {
+__device__ void query(const TraversalJob& job, const Overlapping& out, std::uint32_t self,
+                      std::uint64_t& tests, std::uint64_t& lost) {
   const TreeNode box = load_node(job.nodes, self);
-  if (job.groups.opens(box.group(), box.group())) emit_leaf_pair(job, box.group(), box.group());
+  emit(job, out, box.group(), box.group());
   std::uint32_t stack[kMaxDepth];
   int depth = 0;
   stack[depth++] = 0;
@@ -38,8 +49,7 @@ __device__ void query(const TraversalJob& job, std::uint32_t self, std::uint64_t
     ++tests;
     if (!overlap(box, node)) continue;
     if (node.leaf()) {
-      if (box.group() < node.group() && job.groups.opens(box.group(), node.group()))
-        emit_leaf_pair(job, box.group(), node.group());
+      if (box.group() < node.group()) emit(job, out, box.group(), node.group());
     } else if (depth + 2 <= kMaxDepth) {
       stack[depth++] = static_cast<std::uint32_t>(node.right);
       stack[depth++] = static_cast<std::uint32_t>(node.left);
@@ -50,7 +60,8 @@ __device__ void query(const TraversalJob& job, std::uint32_t self, std::uint64_t
 }
 
 // A block takes twice as many nodes as it has threads: half of them, more or less, are leaves.
-__global__ void __launch_bounds__(kMaxTraversalBlock) query_each_group(TraversalJob job) {
+__global__ void __launch_bounds__(kMaxTraversalBlock)
+    query_each_group(TraversalJob job, Overlapping out) {
   extern __shared__ std::uint32_t leaves[];
   __shared__ std::uint32_t leaf_count;
   const std::uint32_t tile = 2 * blockDim.x;
@@ -65,12 +76,26 @@ __global__ void __launch_bounds__(kMaxTraversalBlock) query_each_group(Traversal
     __syncthreads();
     for (std::uint32_t i = threadIdx.x; i < leaf_count; i += blockDim.x) {
       random_delay(job);
-      query(job, leaves[i], tests, lost);
+      query(job, out, leaves[i], tests, lost);
     }
     __syncthreads();
   }
   add(job.counters->tree_tests, tests);
   add(job.counters->lost, lost);
+}
+
+__global__ void open_pairs(TraversalJob job, Overlapping found) {
+  begin_kernel();
+  const Output<NodePair> out{job.leaf_pairs, job.leaf_pair_capacity, &job.counters->leaf_pairs};
+  const std::uint32_t ended = job.counters->front_nodes, count = min(ended, found.capacity);
+  for (std::uint32_t base = blockIdx.x * blockDim.x; base < count; base += gridDim.x * blockDim.x) {
+    const std::uint32_t i = base + threadIdx.x;
+    const NodePair pair = i < count ? found.pairs[i] : NodePair{0, 0};
+    const bool opens = i < count && job.groups.opens(static_cast<std::int32_t>(pair.a),
+                                                     static_cast<std::int32_t>(pair.b));
+    append_lanes(out, opens, pair, static_cast<int>(threadIdx.x % kWarp));
+  }
+  if (blockIdx.x == 0 && threadIdx.x == 0) add(job.counters->lost, ended - count);
 }
 
 class ThreadPerQuery : public TraversalStrategy {
@@ -93,20 +118,29 @@ class ThreadPerQuery : public TraversalStrategy {
     blocks_ = tuning_.blocks != 0
                   ? tuning_.blocks
                   : static_cast<int>(std::min<std::uint64_t>(tiles, std::max(resident, 1)));
+    const std::size_t hint = tuning_.capacity_hint;
+    overlapping_.reserve(hint != 0 ? hint : 24 * std::size_t{node_count} + 1024);
   }
 
   void launch(const TraversalJob& job, cudaStream_t stream) override {
     LAZYCCD_CUDA_CHECK(cudaMemsetAsync(job.counters, 0, sizeof(TraversalCounters), stream));
-    query_each_group<<<blocks_, block_size_, shared_bytes(), stream>>>(job);
+    const Overlapping found{overlapping_.data(), static_cast<std::uint32_t>(overlapping_.size())};
+    query_each_group<<<blocks_, block_size_, shared_bytes(), stream>>>(job, found);
     LAZYCCD_CUDA_CHECK(cudaGetLastError());
+    launch_behind(open_pairs, 8 * multiprocessors(), 128, 0, stream, job, found);
   }
 
-  void grow(cudaStream_t) override {
+  void grow(const TraversalCounters& counters, cudaStream_t) override {
+    const std::size_t found = counters.front_nodes;
+    if (found > overlapping_.size()) {
+      overlapping_.reserve(found + found / 4);
+      return;
+    }
     throw Error(ErrorCode::device,
                 "the tree is deeper than " + std::to_string(kMaxDepth) + " levels");
   }
 
-  std::size_t bytes() const override { return 0; }
+  std::size_t bytes() const override { return overlapping_.bytes(); }
 
  private:
   std::size_t shared_bytes() const { return 2 * sizeof(std::uint32_t) * block_size_; }
@@ -114,6 +148,7 @@ class ThreadPerQuery : public TraversalStrategy {
   Tuning tuning_;
   int block_size_;
   int blocks_ = 0;
+  DeviceBuffer<NodePair> overlapping_;
 };
 
 }  // namespace

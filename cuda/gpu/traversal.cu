@@ -14,16 +14,18 @@ std::unique_ptr<gpu::TraversalStrategy> make_strategy(const Options& options) {
   switch (options.strategy) {
     case Strategy::lazy_stealing:
       return gpu::make_lazy_stealing(options.tuning);
+    case Strategy::lazy_stealing_greedy:
+      return gpu::make_greedy_stealing(options.tuning);
+    case Strategy::static_list:
+      return gpu::make_static_list(options.tuning);
+    case Strategy::task_stealing:
+      return gpu::make_task_stealing(options.tuning);
+    case Strategy::guided:
+      return gpu::make_guided(options.tuning);
     case Strategy::thread_per_query:
       return gpu::make_thread_per_query(options.tuning);
-    default:
-      break;
   }
-  std::string names;
-  for (const Strategy s : kCudaStrategies)
-    names += (names.empty() ? "" : ", ") + std::string(name(s));
-  throw Error(ErrorCode::unavailable, std::string("the CUDA backend has no strategy '") +
-                                          name(options.strategy) + "'; it has " + names);
+  throw Error(ErrorCode::invalid_argument, "there is no such strategy");
 }
 
 // Room for `needed`, half more than before at least, and headroom: an output that creeps up should
@@ -123,7 +125,7 @@ bool Traversal::grow(cudaStream_t stream) {
     grown = true;
   }
   if (c.lost != 0) {
-    strategy_->grow(stream);
+    strategy_->grow(c, stream);
     grown = true;
   }
   return grown;

@@ -3,7 +3,7 @@
 //
 //   traversal.reset(node_count, stream);                    // once a tree; the front is forgotten
 //   do {
-//     traversal.launch(nodes, groups, from_front, stream);          // capturable
+//     traversal.launch(nodes, groups, from_front, stream);          // capturable, see below
 //     traversal.read_counters(stream);
 //     cudaStreamSynchronize(stream);
 //   } while (traversal.grow(stream));                       // something did not fit: run it again
@@ -33,6 +33,8 @@ class Traversal {
   // For another tree. Only this and grow() allocate.
   void reset(std::uint32_t node_count, cudaStream_t stream);
 
+  // Whether launch() waits for the device; else it can be captured.
+  bool asks_device() const { return strategy_->asks_device(); }
   // nodes: of the tree of reset(), 16-byte aligned. groups: {} to keep every pair that overlaps.
   // from_front only where has_front(). What is enqueued depends on the arguments and on parity()
   // alone, between two calls of reset() or of grow() that returned true.

@@ -15,9 +15,10 @@ struct alignas(8) TraversalCounters {
   std::uint32_t leaf_pairs;
   std::uint32_t front_nodes;  // pairs where the traversal ended, kept as a front or not
   std::uint64_t tree_tests;
-  std::uint64_t steals;       // chunks taken from another block
+  std::uint64_t steals;       // batches taken from another block
   std::uint64_t overflows;    // times that pairs stayed with their block for want of room
   std::uint64_t lost;         // work dropped for want of room: the run is void
+  std::uint64_t balancings;   // of the static list: rounds after the first
   std::uint64_t idle_cycles;  // that blocks waited for work
   std::uint64_t cycles;       // from start to end, summed over the blocks too
 };

@@ -7,26 +7,28 @@
 // away.
 //
 //   Balancing::View                     passed to the kernel
-//   Balancing::chunk_size
-//   Balancing::Chunk                    {NodePair items[chunk_size]; count}
+//   Balancing::keeps_time               whether it adds to job.counters' cycles itself
 //   start(view, job)                    one thread, in a kernel before
+//   leaving(shape, size, asked)         how many of a stack's pairs leave, the oldest first; in all
+//                                       threads, the same
 //   by thread 0, with the object in shared memory:
-//     arrive(view, job), leave(job)     around all
+//     arrive(view, job)
 //     own_batch()                       work that needs no waiting, count 0: none
 //     release(batch)                    it has been copied
-//     wanted(view)                      one load: may somebody wait for work?
-//     new_chunk(full)                   room to give work away; null: keep it. full: it would be
-//     welcome
-//                                       even where nobody waits
-//     publish(view)                     that chunk is filled
+//     asked(view)                       a load or two: may others want work of this block?
+//     room(wanted, crowded)             where up to so many pairs can leave to; count 0: they stay.
+//                                       crowded: they are to leave even where nobody waits
+//     publish(view, count)              so many are there
 //   by the first warp:
 //     wait_for_batch(view, job, batch)  others' work; count 0: all is done
+//   by all threads:
+//     leave(view, job)                  after the last round
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 
-#include "balance/lazy_stealing.h"
+#include "balance/chunk_pool.h"
 #include "gpu/kernel_chain.cuh"
 #include "gpu/traversal_job.h"
 
@@ -36,10 +38,17 @@ constexpr unsigned kMaxTraversalBlock = 512;
 
 // The block's stack: a ring, so that its oldest pairs can leave too.
 struct StackShape {
-  std::uint32_t capacity;  // a power of two, chunk_size + reserve + 2 at least
+  std::uint32_t capacity;  // a power of two, batch + reserve + 2 at least
   std::uint32_t reserve;   // kept for going on depth-first, one pair a round, when all else is full
   std::uint32_t crowded;   // beyond this size the oldest pairs leave
   std::uint32_t keep;      // a block with less has no surplus to give away, 1 at least
+  std::uint32_t batch;     // pairs that leave at once, at most
+};
+
+// Where pairs of a block's stack leave to.
+struct Room {
+  NodePair* pairs;
+  std::uint32_t count;
 };
 
 __device__ inline std::uint32_t initial_count(const TraversalJob& job) {
@@ -126,15 +135,14 @@ template <class Balancing>
 __global__ void __launch_bounds__(kMaxTraversalBlock)
     traverse(typename Balancing::View view, TraversalJob job, StackShape shape) {
   begin_kernel();
-  using Chunk = typename Balancing::Chunk;
   extern __shared__ NodePair stack[];
   // Of thread 0, apart from what it tells the others; each is written and read on different sides
   // of a barrier.
   __shared__ Balancing balancing;
   __shared__ Batch<NodePair> own, others;
-  __shared__ Chunk* chunk;
+  __shared__ Room room;
   __shared__ unsigned long long output;  // where the last round's output goes
-  __shared__ bool wanted;
+  __shared__ bool asked;
   __shared__ std::uint32_t made_by_parity[2];
   __shared__ std::uint64_t tests, idle, lost;
   __shared__ long long arrival;
@@ -196,16 +204,16 @@ __global__ void __launch_bounds__(kMaxTraversalBlock)
       continue;
     }
     // A pair makes three at most.
-    const std::uint32_t room =
+    const std::uint32_t most =
         size + shape.reserve < shape.capacity ? (shape.capacity - shape.reserve - size) / 2 : 0;
-    const std::uint32_t count = min(min(size, threads), max(room, 1u));
+    const std::uint32_t count = min(min(size, threads), max(most, 1u));
     const std::uint32_t floor = top - count;
 
     // Both are needed only after the tests, so their way to L2 and back costs nothing.
     unsigned long long base = 0;
-    bool somebody_waits = false;
+    bool asks = false;
     if (thread == 0) {
-      somebody_waits = balancing.wanted(view);
+      asks = balancing.asked(view);
       base = reserve_output(job, Made::ended(made), Made::leaves(made));
     }
     const bool active = thread < count;
@@ -234,12 +242,12 @@ __global__ void __launch_bounds__(kMaxTraversalBlock)
     before = __shfl_sync(kAllLanes, before, 0);
     if (thread == 0) {
       output = base;
-      wanted = somebody_waits;
+      asked = asks;
     }
-    __syncthreads();  // all have popped; `output` and `wanted` are there
+    __syncthreads();  // all have popped; `output` and `asked` are there
 
     ended.store(job, output);
-    bool offer = wanted;
+    bool offer = asked;
     std::uint32_t at =
         floor + Made::children(before) + 2 * __popc(opened & below) + __popc(selves & below);
     for (int i = 0; i < 3; ++i)
@@ -261,37 +269,33 @@ __global__ void __launch_bounds__(kMaxTraversalBlock)
     ++round;
     top = floor + Made::children(made);
 
-    // The oldest pairs, the largest parts of the tree, leave: one chunk where somebody waits, and
+    // The oldest pairs, the largest parts of the tree, leave: one batch where somebody asks, and
     // where the stack is crowded as many as it takes.
     for (;;) {
-      const std::uint32_t left = top - bottom;
-      const bool crowded = left > shape.crowded;
-      if (!crowded && !(offer && left > shape.keep)) break;
+      const std::uint32_t left = top - bottom, wanted = Balancing::leaving(shape, left, offer);
+      if (wanted == 0) break;
       offer = false;
       if (thread == 0) {
         random_delay(job);
-        chunk = balancing.new_chunk(crowded);
+        room = balancing.room(wanted, left > shape.crowded);
       }
       __syncthreads();
-      Chunk* const out = chunk;
-      if (out == nullptr) break;
-      const std::uint32_t leaving =
-          min(Balancing::chunk_size, crowded ? left / 2 : left - shape.keep);
-      for (std::uint32_t i = thread; i < leaving; i += threads)
-        out->items[i] = stack[(bottom + i) & mask];
-      if (thread == 0) out->count = leaving;
-      bottom += leaving;
+      const Room out = room;
+      if (out.count == 0) break;
+      for (std::uint32_t i = thread; i < out.count; i += threads)
+        out.pairs[i] = stack[(bottom + i) & mask];
+      bottom += out.count;
       __syncthreads();
-      if (thread == 0) balancing.publish(view);
+      if (thread == 0) balancing.publish(view, out.count);
     }
   }
 
-  if (thread == 0) {
-    balancing.leave(job);
-    add(job.counters->lost, lost);
-    add(job.counters->idle_cycles, idle);
-    add(job.counters->cycles, static_cast<std::uint64_t>(clock64() - arrival));
-  }
+  balancing.leave(view, job);
+  if (thread != 0) return;
+  add(job.counters->lost, lost);
+  if (Balancing::keeps_time) return;
+  add(job.counters->idle_cycles, idle);
+  add(job.counters->cycles, static_cast<std::uint64_t>(clock64() - arrival));
 }
 
 }  // namespace lazyccd::gpu

@@ -153,7 +153,7 @@ void run(const Arguments& arguments) {
 
 void add_bench(CLI::App& app) {
   const auto arguments = std::make_shared<Arguments>();
-  for (const Strategy strategy : kCudaStrategies) arguments->strategies.emplace_back(name(strategy));
+  for (const Strategy strategy : kStrategies) arguments->strategies.emplace_back(name(strategy));
   CLI::App* command = app.add_subcommand(
       "bench", "Time whole detections stage by stage: each backend with each strategy");
   command->add_option("FRAMES", arguments->frames, "pairs of PLY files: START END START END ...")

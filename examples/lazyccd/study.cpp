@@ -118,13 +118,8 @@ std::vector<Setting> settings(const Arguments& a) {
   for (const std::string& backend : a.backends) {
     const bool cpu = backend == "cpu";
     std::vector<std::string> strategies = a.strategies;
-    if (strategies.empty()) {
-      if (cpu) {
-        for (const Strategy s : kStrategies) strategies.emplace_back(name(s));
-      } else {
-        for (const Strategy s : kCudaStrategies) strategies.emplace_back(name(s));
-      }
-    }
+    if (strategies.empty())
+      for (const Strategy s : kStrategies) strategies.emplace_back(name(s));
     std::vector<Setting> some{{backend, "auto", "default", {}}};
     some[0].options.backend = cpu ? Backend::cpu : Backend::cuda;
     some[0].options.tuning.graph = !a.stages;

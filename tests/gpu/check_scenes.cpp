@@ -29,7 +29,7 @@ struct Setting {
 
 std::vector<Setting> settings() {
   std::vector<Setting> all;
-  for (const Strategy strategy : kCudaStrategies) {
+  for (const Strategy strategy : kStrategies) {
     for (const int block : {0, 32, 256}) {
       Options options;
       options.backend = Backend::cuda;

@@ -1,6 +1,6 @@
-// Checks the traversal on the device against a walk on one thread and against brute force: every pair of
-// leaves and every pair of the front exactly once. A program of its own, so that it runs where nothing
-// but the driver is installed. Exit code: 0 passed, 1 failed, 77 no device.
+// Checks the traversal on the device against a walk on one thread and against brute force: every
+// pair of leaves and every pair of the front exactly once. A program of its own, so that it runs
+// where nothing but the driver is installed. Exit code: 0 passed, 1 failed, 77 no device.
 //
 //   lazyccd_gpu_check [repetitions]
 #include <chrono>
@@ -60,13 +60,15 @@ class DeviceScene {
     for (const Frame& frame : scene.frames) {
       DeviceBuffer<TreeNode> nodes(frame.nodes.size());
       if (!frame.nodes.empty())
-        LAZYCCD_CUDA_CHECK(cudaMemcpy(nodes.data(), frame.nodes.data(), nodes.bytes(),
-                                      cudaMemcpyHostToDevice));
+        LAZYCCD_CUDA_CHECK(
+            cudaMemcpy(nodes.data(), frame.nodes.data(), nodes.bytes(), cudaMemcpyHostToDevice));
       nodes_.push_back(std::move(nodes));
     }
   }
   const Scene& scene() const { return *scene_; }
-  std::uint32_t node_count() const { return static_cast<std::uint32_t>(scene_->frames[0].nodes.size()); }
+  std::uint32_t node_count() const {
+    return static_cast<std::uint32_t>(scene_->frames[0].nodes.size());
+  }
   const TreeNode* nodes(std::size_t frame) const { return nodes_[frame].data(); }
 
  private:
@@ -76,9 +78,10 @@ class DeviceScene {
 
 enum class Launch { direct, graph };
 
-// Launches once, through a graph captured for this one launch where asked to.
-void launch(Traversal& traversal, const TreeNode* nodes, bool from_front, Launch how, cudaStream_t stream) {
-  if (how == Launch::direct) {
+// Launches once, through a graph captured for this one launch where asked to and where it can be.
+void launch(Traversal& traversal, const TreeNode* nodes, bool from_front, Launch how,
+            cudaStream_t stream) {
+  if (how == Launch::direct || traversal.asks_device()) {
     traversal.launch(nodes, {}, from_front, stream);
     return;
   }
@@ -99,8 +102,8 @@ struct Totals {
 };
 
 // All frames of the scene, each `repetitions` times from the same front.
-void check(const DeviceScene& device, const Options& options, int repetitions, Launch how, Totals& totals,
-           cudaStream_t stream) {
+void check(const DeviceScene& device, const Options& options, int repetitions, Launch how,
+           Totals& totals, cudaStream_t stream) {
   const Scene& scene = device.scene();
   Traversal traversal(options);
   traversal.reset(device.node_count(), stream);
@@ -118,14 +121,15 @@ void check(const DeviceScene& device, const Options& options, int repetitions, L
       const TraversalCounters& c = traversal.counters();
       totals.steals += c.steals;
       totals.overflows += c.overflows;
-      expect(equal(download(traversal.leaf_pairs(), c.leaf_pairs), frame.leaf_pairs), "leaf pairs", scene,
-             f, options);
+      expect(equal(download(traversal.leaf_pairs(), c.leaf_pairs), frame.leaf_pairs), "leaf pairs",
+             scene, f, options);
       if (options.strategy == Strategy::thread_per_query) continue;
       const Walk& walk = from_front ? frame.from_front : frame.from_root;
       expect(c.tree_tests == walk.tests, "number of tests", scene, f, options);
       expect(c.front_nodes == walk.front.size(), "size of the front", scene, f, options);
       if (options.front == FrontUse::on)
-        expect(equal(download(traversal.front(), c.front_nodes), walk.front), "front", scene, f, options);
+        expect(equal(download(traversal.front(), c.front_nodes), walk.front), "front", scene, f,
+               options);
     }
     traversal.accept();
   }
@@ -189,7 +193,7 @@ void check_refusals(const DeviceScene& deep) {
     options.tuning.chunk = chunk;
     return options;
   };
-  for (const Strategy s : kCudaStrategies)
+  for (const Strategy s : kStrategies)
     refused(ErrorCode::invalid_argument, [&] { Traversal traversal(with(s, 48, 0)); });
   refused(ErrorCode::invalid_argument, [&] { Traversal t(with(Strategy::lazy_stealing, 0, 33)); });
   refused(ErrorCode::invalid_argument, [&] {
@@ -238,11 +242,13 @@ void time_launches(const DeviceScene& device, const Options& options, bool from_
   }
   std::sort(times.begin(), times.end());
   const TraversalCounters& c = traversal.counters();
-  std::printf("TIME %7.1f us: scene %s, %s, %s; %u leaf pairs, %u ended, %llu tests, %llu steals, idle %.2f\n",
-              times[runs / 2], device.scene().name.c_str(), from_front ? "from front" : "from root",
-              describe(options).c_str(), c.leaf_pairs, c.front_nodes,
-              static_cast<unsigned long long>(c.tree_tests), static_cast<unsigned long long>(c.steals),
-              traversal.idle_share());
+  std::printf(
+      "TIME %7.1f us: scene %s, %s, %s; %u leaf pairs, %u ended, %llu tests, %llu steals, idle "
+      "%.2f\n",
+      times[runs / 2], device.scene().name.c_str(), from_front ? "from front" : "from root",
+      describe(options).c_str(), c.leaf_pairs, c.front_nodes,
+      static_cast<unsigned long long>(c.tree_tests), static_cast<unsigned long long>(c.steals),
+      traversal.idle_share());
   LAZYCCD_CUDA_CHECK(cudaEventDestroy(begin));
   LAZYCCD_CUDA_CHECK(cudaEventDestroy(end));
 }
@@ -282,28 +288,39 @@ void check_everything(int repetitions) {
     tuning.delay_ns = delay;
     return tuning;
   };
-  for (const FrontUse front : {FrontUse::off, FrontUse::on}) {
-    const auto lazy = [&](Tuning tuning) { return with(Strategy::lazy_stealing, front, tuning); };
-    check_all(devices, lazy(tuned(0, 0, 0, 0, 0)), repetitions, stream);
-    check_all(devices, lazy(tuned(0, 0, 0, 0, 0)), 2, stream, Launch::graph);
-    for (const int block_size : {32, 64, 128, 512})
-      for (const int chunk : {32, 128, 256})
-        check_all(devices, lazy(tuned(block_size, 0, chunk, 0, 0)), 2, stream);
-    // 20 000 blocks are more than any device holds at a time.
-    for (const int blocks : {1, 2, 7, 20000}) {
-      check_all(devices, lazy(tuned(0, blocks, 0, 0, 0)), 2, stream);
-      check_all(devices, lazy(tuned(64, blocks, 32, 1, 0)), 2, stream);
+  constexpr Strategy persistent[] = {Strategy::lazy_stealing, Strategy::lazy_stealing_greedy,
+                                     Strategy::static_list, Strategy::task_stealing,
+                                     Strategy::guided};
+  for (const Strategy strategy : persistent) {
+    for (const FrontUse front : {FrontUse::off, FrontUse::on}) {
+      const auto check_with = [&](const std::vector<DeviceScene>& some, Tuning tuning, int times,
+                                  Launch how = Launch::direct) {
+        check_all(some, with(strategy, front, tuning), times, stream, how);
+      };
+      check_with(devices, tuned(0, 0, 0, 0, 0), repetitions);
+      check_with(devices, tuned(0, 0, 0, 0, 0), 2, Launch::graph);
+      for (const int block_size : {32, 64, 128, 512}) {
+        if (strategy == Strategy::lazy_stealing)
+          for (const int chunk : {32, 128})
+            check_with(devices, tuned(block_size, 0, chunk, 0, 0), 1);
+        check_with(devices, tuned(block_size, 0, 0, 0, 0), 1);
+      }
+      // The last are more than any device holds at a time.
+      for (const int blocks : {1, 2, 7, 6000}) {
+        check_with(devices, tuned(0, blocks, 0, 0, 0), 1);
+        check_with(devices, tuned(64, blocks, 32, 1, 0), 1);
+      }
+      for (const int delay : {200, 5000}) {
+        check_with(devices, tuned(64, 264, 32, 0, delay), 2);
+        check_with(devices, tuned(32, 64, 32, 3, delay), 2);
+        check_with(devices, tuned(256, 0, 256, 0, delay), 2);
+      }
+      check_with(devices, tuned(0, 0, 0, 1, 0), 2);
+      check_with(devices, tuned(512, 0, 32, 1, 0), 2);
+      check_with(deep_devices, tuned(0, 0, 0, 0, 0), 2);
+      check_with(deep_devices, tuned(64, 1, 32, 1, 0), 2);
+      check_with(deep_devices, tuned(64, 40, 32, 1, 1000), 2);
     }
-    for (const int delay : {200, 5000}) {
-      check_all(devices, lazy(tuned(64, 264, 32, 0, delay)), 3, stream);
-      check_all(devices, lazy(tuned(32, 64, 32, 3, delay)), 3, stream);
-      check_all(devices, lazy(tuned(256, 0, 256, 0, delay)), 3, stream);
-    }
-    check_all(devices, lazy(tuned(0, 0, 0, 1, 0)), 3, stream);
-    check_all(devices, lazy(tuned(512, 0, 32, 1, 0)), 3, stream);
-    check_all(deep_devices, lazy(tuned(0, 0, 0, 0, 0)), 3, stream);
-    check_all(deep_devices, lazy(tuned(64, 1, 32, 1, 0)), 3, stream);
-    check_all(deep_devices, lazy(tuned(64, 40, 32, 1, 1000)), 3, stream);
   }
   for (const int block_size : {0, 32, 256, 512}) {
     const auto query = [&](Tuning tuning) {
@@ -315,14 +332,15 @@ void check_everything(int repetitions) {
   check_two_at_once(devices[6], devices[7], repetitions);
   check_refusals(deep_devices[0]);
 
-  for (const bool from_front : {false, true})
-    for (const int block_size : {128, 256, 512}) {
-      const FrontUse front = from_front ? FrontUse::on : FrontUse::off;
+  for (const bool from_front : {false, true}) {
+    const FrontUse front = from_front ? FrontUse::on : FrontUse::off;
+    for (const Strategy strategy : persistent)
+      time_launches(large_device, with(strategy, front, Tuning{}), from_front);
+    for (const int block_size : {128, 256, 512})
       time_launches(large_device,
-                    with(Strategy::lazy_stealing, front, tuned(block_size, 0, 0, 0, 0)), from_front);
-      time_launches(devices[7], with(Strategy::lazy_stealing, front, tuned(block_size, 0, 0, 0, 0)),
+                    with(Strategy::lazy_stealing, front, tuned(block_size, 0, 0, 0, 0)),
                     from_front);
-    }
+  }
   time_launches(large_device, with(Strategy::thread_per_query, FrontUse::off, Tuning{}), false);
 }
 

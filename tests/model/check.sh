@@ -71,8 +71,12 @@ caught free_list -DNO_TAG
 
 holds task_deque -DTHIEVES=1 -DTASKS=5 -DCAPACITY=3
 holds task_deque -DTHIEVES=2 -DTASKS=4 -DCAPACITY=2
-for mutant in NO_TAG AGE_BEFORE_BOTTOM; do
+holds task_deque -DTHIEVES=1 -DTASKS=6 -DCAPACITY=4 -DMOST=2
+holds task_deque -DTHIEVES=2 -DTASKS=4 -DCAPACITY=3 -DMOST=2
+holds task_deque -DTHIEVES=1 -DTASKS=7 -DCAPACITY=5 -DMOST=3
+for mutant in NO_TAG AGE_BEFORE_BOTTOM LAST_UNCHECKED; do
   caught task_deque "-D$mutant"
+  caught task_deque "-D$mutant" -DMOST=2
 done
 
 holds greedy_stealing -DWORKERS=2 -DITEMS=5

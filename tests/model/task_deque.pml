@@ -1,7 +1,8 @@
 // The task deque of cuda/balance/task_deque.h (Arora, Blumofe and Plaxton 2001): one owner, some thieves.
 //
 // Every access to shared memory in the code is one step here, so all interleavings are covered. The
-// owner pushes tasks and pops, whenever it likes, until all are made and the deque is empty.
+// owner pushes tasks and pops up to MOST at once, whenever it likes, until all are made and the deque
+// is empty.
 //
 // Each `#ifdef` is a mutant, which check.sh wants to see caught.
 
@@ -13,6 +14,9 @@
 #endif
 #ifndef TASKS
 #define TASKS 4
+#endif
+#ifndef MOST
+#define MOST 1
 #endif
 
 #define NONE 255
@@ -40,8 +44,19 @@ inline use_anew() {
 #endif
 }
 
+inline take_slots(first, end) {  // nobody writes there before the owner does
+  atomic {
+    i = first;
+    do
+    :: i < end -> take(slot[i]); i++
+    :: else -> break
+    od
+  }
+}
+
 active proctype owner() {
-  byte made, b, seen_top, seen_tag, task;
+  byte made, b, end, seen_top, seen_tag, i;
+  bool mine;
   do
   :: made < TASKS && bottom < CAPACITY ->  // push
     slot[bottom] = made;
@@ -49,7 +64,8 @@ active proctype owner() {
     bottom++
   :: made == TASKS && bottom == 0 -> break
   :: bottom > 0 ->  // pop
-    b = bottom - 1;
+    end = bottom;
+    b = (end > MOST -> end - MOST : 0);
 #ifdef AGE_BEFORE_BOTTOM
     atomic { seen_top = top; seen_tag = tag };
     bottom = b;
@@ -57,23 +73,29 @@ active proctype owner() {
     bottom = b;
     atomic { seen_top = top; seen_tag = tag };
 #endif
-    task = slot[b];
     if
-    :: b > seen_top -> take(task)
+#ifdef LAST_UNCHECKED
+    :: b >= seen_top -> take_slots(b, end)
+#else
+    :: b > seen_top -> take_slots(b, end)
+#endif
     :: else ->
       bottom = 0;
+      mine = false;
       atomic {
         if
-        :: b == seen_top && top == seen_top && tag == seen_tag ->
-          take(task);
+        :: end > seen_top && top == seen_top && tag == seen_tag ->
+          take_slots(seen_top, end);
           use_anew();
-          b = NONE
-        :: else
+          mine = true
+        :: else -> seen_top = top
         fi
       };
       if
-      :: b != NONE -> atomic { use_anew() }
-      :: else
+      :: mine
+      :: else ->
+        atomic { use_anew() };
+        take_slots(seen_top, end)
       fi
     fi
   od;

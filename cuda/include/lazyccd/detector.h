@@ -42,8 +42,6 @@ enum class Strategy {
 constexpr Strategy kStrategies[] = {Strategy::lazy_stealing, Strategy::lazy_stealing_greedy,
                                     Strategy::static_list,   Strategy::task_stealing,
                                     Strategy::guided,        Strategy::thread_per_query};
-// Those that the CUDA backend has too; with another it answers Error(unavailable).
-constexpr Strategy kCudaStrategies[] = {Strategy::lazy_stealing, Strategy::thread_per_query};
 
 const char* name(Strategy strategy);  // "lazy_stealing", ...
 // Throws Error(invalid_argument) that lists the names.
@@ -54,7 +52,9 @@ struct Tuning {
   int block_size = 0;  // cuda: threads of a block, a multiple of 32 up to 512
   int blocks = 0;      // cuda
   int chunk = 0;       // lazy_stealing*: pairs that change hands at once; cuda: 32, 128 or 256
-  int stack = 0;       // lazy_stealing_greedy: pairs of a worker's own stack
+                       // (lazy_stealing_greedy: up to 256)
+  int stack = 0;       // lazy_stealing_greedy, and all but thread_per_query on cuda: pairs of a
+                       // worker's own stack beyond which the oldest leave
   int idle_threshold = 0;  // static_list: workers that have run dry when a round ends
   int delay_ns = 0;    // random waits of up to this time, to shake out races
   std::uint32_t capacity_hint = 0;  // of every buffer at first; each grows where it must
