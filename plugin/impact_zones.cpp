@@ -40,6 +40,13 @@ Vector3d turn_over_step(const RigidMotion& body, const Vector3d& response_turn) 
   return rotation_vector(whole);
 }
 
+// To the last bit, and with the velocity of the solved motion.
+void stay(std::int32_t soft_vertex, Motion& motion) {
+  motion.opening[soft_vertex] = motion.start_of(soft_vertex) - motion.solved[soft_vertex];
+  const auto first = 3 * static_cast<std::ptrdiff_t>(soft_vertex);
+  std::copy_n(motion.start.begin() + first, 3, motion.end.begin() + first);
+}
+
 // Mass and moments of what moves together.
 struct Matter {
   double mass = 0;
@@ -147,6 +154,20 @@ bool ImpactZones::hold(const std::vector<Contact>& contacts, bool whole_bodies, 
   return more;
 }
 
+bool ImpactZones::stop_pinned(const std::vector<Contact>& contacts, Motion& motion) {
+  bool more = false;
+  for (const Contact& contact : contacts) {
+    for (const std::int32_t v : contact.vertices) {
+      if (!motion.is_soft(v) || motion.inverse_mass[v] > 0 || held_[v]) continue;
+      held_[v] = 1;
+      stay(v, motion);
+      more = true;
+    }
+  }
+  move_all(motion);
+  return more;
+}
+
 void ImpactZones::move_all(Motion& motion) {
   std::map<std::int32_t, Guides> guides;
   for (const auto& guided : guides_) {
@@ -239,9 +260,7 @@ void ImpactZones::move(const Zone& zone, const Guides& guides, Motion& motion) c
     const Vector3d start = motion.start_of(v);
     motion.solved[v] = moves(start);
     if (goes.stays()) {
-      motion.opening[v] = start - motion.solved[v];
-      for (std::size_t k = 3 * static_cast<std::size_t>(v), last = k + 3; k < last; ++k)
-        motion.end[k] = motion.start[k];
+      stay(v, motion);
     } else {
       motion.opening[v].setZero();
       motion.round_end(v);

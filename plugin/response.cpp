@@ -64,7 +64,10 @@ void Response::run(const std::vector<Contact>& near, const Detect& detect_all, M
     }
     for (int i = 0; !contacts.empty(); ++i) {
       rows_.add(contacts, true, motion);
-      if (!zones.hold(contacts, i >= node_wise_holds, motion)) break;
+      if (!zones.hold(contacts, i >= node_wise_holds, motion) &&
+          !zones.stop_pinned(contacts, motion)) {
+        break;
+      }
       contacts = detect(motion.starts(), motion.ends());
     }
     stats.zone_nodes += zones.node_count();
