@@ -4,7 +4,10 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <set>
+
+#include "lazyccd/query.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -33,13 +36,24 @@ std::vector<Box> boxes_of(Span<const Primitive> primitives, const std::vector<Ve
   return boxes;
 }
 
+// On which side of the plane abc the point p is; 0 where rounding could have decided.
+int side(const Vector3d& p, const Vector3d& a, const Vector3d& b, const Vector3d& c) {
+  const Vector3d u = a - p, v = b - p, w = c - p;
+  const Vector3d au = u.cwiseAbs(), av = v.cwiseAbs(), aw = w.cwiseAbs();
+  const double most = au.maxCoeff() * av.maxCoeff() * aw.maxCoeff();
+  const double volume = u.cross(v).dot(w);
+  return std::abs(volume) > 1e-13 * most ? (volume > 0 ? 1 : -1) : 0;
+}
+
+// The ends are certainly on different sides, so what is left is exact: whether a point that goes
+// along the edge meets the face.
 bool pierces(const Vector3d& p, const Vector3d& q, const Vector3d& a, const Vector3d& b,
              const Vector3d& c) {
-  const auto volume = [](const Vector3d& u, const Vector3d& v, const Vector3d& w,
-                         const Vector3d& o) { return (u - o).cross(v - o).dot(w - o); };
-  if ((volume(a, b, c, p) > 0) == (volume(a, b, c, q) > 0)) return false;
-  const bool ab = volume(p, a, b, q) > 0, bc = volume(p, b, c, q) > 0, ca = volume(p, c, a, q) > 0;
-  return ab == bc && bc == ca;
+  if (side(p, a, b, c) * side(q, a, b, c) >= 0) return false;
+  const auto point = [](const Vector3d& x) { return std::array<double, 3>{x[0], x[1], x[2]}; };
+  return decide(ContactKind::vertex_face,
+                {point(p), point(a), point(b), point(c), point(q), point(a), point(b), point(c)})
+      .hit;
 }
 
 class Rules {
