@@ -47,11 +47,21 @@ AxisBox bounds(const Obstacles::Record& record) {
   return at_start;
 }
 
-// What of `box` a body may meet during the step, in the body's frame.
+// What of `box` a body may meet during the step, in the body's frame. Its points move straight from
+// start to end. One that meets the box began no farther from it than it moves, and between the two
+// the body is smaller than itself, by the cosine of half its turn.
 AxisBox in_frame(const Obstacles::Record& record, const AxisBox& box) {
-  AxisBox local = box.placed(record.start.inverse());
-  local.add(box.placed(record.end.inverse()));
-  return local;
+  const AxisBox local = box.placed(record.start.inverse());
+  const btMatrix3x3 turned = record.end.getBasis() - record.start.getBasis();
+  // Twice the sine of half the turn.
+  const btScalar chord =
+      btSqrt((turned[0].length2() + turned[1].length2() + turned[2].length2()) / 2);
+  const btScalar shrunk = btMax(btSqrt(btMax(1 - chord * chord / 4, btScalar(0))), btScalar(0.01));
+  const btScalar shift = record.start.getOrigin().distance(record.end.getOrigin());
+  btVector3 farthest = local.lower.absolute();
+  farthest.setMax(local.upper.absolute());
+  const btScalar moved = shift + chord * (farthest.length() + shift) / shrunk;
+  return local.grown(btVector3(moved, moved, moved));
 }
 
 bool is_same(const Obstacles::Record& a, const Obstacles::Record& b) {
