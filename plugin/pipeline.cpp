@@ -49,7 +49,8 @@ PairSurface Pipeline::surface(std::int32_t body_a, std::int32_t body_b) const {
   const StepTopology::BodyRecord& a = topology_.bodies()[body_a];
   const StepTopology::BodyRecord& b = topology_.bodies()[body_b];
   PairSurface surface;
-  surface.thickness = options_.thickness >= 0 ? options_.thickness : a.margin + b.margin;
+  surface.thickness =
+      std::max(resolution_, options_.thickness >= 0 ? options_.thickness : a.margin + b.margin);
   const auto coefficient = [](const StepTopology::BodyRecord& body) {
     return static_cast<double>(body.soft ? body.soft->m_cfg.kDF : body.object->getFriction());
   };
@@ -150,6 +151,7 @@ void Pipeline::gather(const Bodies& bodies, double seconds, const Fill& fill) {
   }
   changed = topology_.update(scene_, obstacles_, changed);
   gather_obstacles();
+  changed = read_resolution() || changed;
   if (!changed || scene_.vertex_count() == 0) return;
   try {
     set_topology();
@@ -159,6 +161,20 @@ void Pipeline::gather(const Bodies& bodies, double seconds, const Fill& fill) {
     scene_.invalidate();
     throw;
   }
+}
+
+bool Pipeline::read_resolution() {
+  constexpr double roundings = 16;
+  constexpr double least_speed = 4e-4;  // m/s: the response leaves gaps open by a part of it
+  btScalar farthest = 0;
+  const std::size_t soft = 3 * static_cast<std::size_t>(topology_.soft_count());
+  for (std::size_t i = 0; i < soft; ++i) farthest = std::max(farthest, std::abs(motion_.end[i]));
+  const double rounding =
+      static_cast<double>(farthest) * static_cast<double>(std::numeric_limits<btScalar>::epsilon());
+  const double resolution = roundings * rounding + least_speed * motion_.seconds;
+  if (resolution <= resolution_ && 4 * resolution >= resolution_) return false;
+  resolution_ = 2 * resolution;
+  return true;
 }
 
 void Pipeline::set_topology() {
@@ -200,7 +216,7 @@ void Pipeline::report_piercings() {
 }
 
 double Pipeline::largest_thickness() const {
-  if (options_.thickness >= 0) return options_.thickness;
+  if (options_.thickness >= 0) return std::max(resolution_, options_.thickness);
   // Of two soft bodies, or of a soft body and an obstacle.
   std::vector<double> soft = {0}, all = {0};
   for (const StepTopology::BodyRecord& body : topology_.bodies()) {
@@ -208,7 +224,7 @@ double Pipeline::largest_thickness() const {
     all.push_back(body.margin);
   }
   const double softest = *std::max_element(soft.begin(), soft.end());
-  return softest + *std::max_element(all.begin(), all.end());
+  return std::max(resolution_, softest + *std::max_element(all.begin(), all.end()));
 }
 
 void Pipeline::gather_soft(double seconds, const Fill& fill) {

@@ -74,6 +74,8 @@ class Pipeline {
   void gather_soft(double seconds, const Fill& fill);
   void gather_obstacles();
   void read_reach();
+  // True where the resolution is another than before.
+  bool read_resolution();
   void set_topology();
   void report_piercings();
   double largest_thickness() const;
@@ -91,6 +93,9 @@ class Pipeline {
   std::unique_ptr<Detector> detector_;       // of what touches
   std::unique_ptr<Detector> near_detector_;  // of what comes within a thickness; null without any
   double separation_ = 0;                    // of near_detector_, metres
+  // Metres: the narrowest gap that neither the rounding of positions nor what the response leaves
+  // open closes, and so the least thickness.
+  double resolution_ = 0;
   SoftScene scene_;
   Obstacles obstacles_;
   StepTopology topology_;
