@@ -41,7 +41,8 @@ double kinetic_energy(const Motion& motion, const Velocity& velocity, const Spin
 // The bodies of one island of contacts, with what its momentum is made of.
 struct Island {
   std::vector<std::int32_t> bodies;
-  bool free = true;
+  bool free = true;     // nothing of infinite mass
+  bool driven = false;  // something of infinite mass that moves
 };
 
 std::vector<Island> find_islands(const std::vector<ContactRow>& rows, const Motion& motion) {
@@ -63,11 +64,15 @@ std::vector<Island> find_islands(const std::vector<ContactRow>& rows, const Moti
     island.bodies.push_back(body);
     const int rigid = motion.rigid_of_body[body];
     if (rigid >= 0) {
-      island.free = island.free && motion.rigid[rigid].is_dynamic();
-    } else {
-      const auto first = motion.inverse_mass.begin() + motion.first_vertex[body];
-      const auto last = motion.inverse_mass.begin() + motion.first_vertex[body + 1];
-      island.free = island.free && std::find(first, last, 0.0) == last;
+      const RigidMotion& moves = motion.rigid[rigid];
+      island.free = island.free && moves.is_dynamic();
+      island.driven = island.driven || (!moves.is_dynamic() && !(moves.start == moves.predicted));
+      continue;
+    }
+    for (std::int32_t v = motion.first_vertex[body]; v < motion.first_vertex[body + 1]; ++v) {
+      if (motion.inverse_mass[v] > 0) continue;
+      island.free = false;
+      island.driven = island.driven || motion.start_of(v) != motion.predicted[v];
     }
   }
   std::vector<Island> result;
@@ -75,17 +80,20 @@ std::vector<Island> find_islands(const std::vector<ContactRow>& rows, const Moti
   return result;
 }
 
-// Calls each(mass, place, predicted place, velocity, velocity change, rigid body or null).
+// Calls each(mass, place, predicted place, velocity, velocity change, rigid body or null) for what
+// has a finite mass.
 template <class Each>
 void for_each_mass(const Island& island, Motion& motion, const Each& each) {
   for (const std::int32_t b : island.bodies) {
     if (motion.rigid_of_body[b] >= 0) {
       RigidMotion& body = motion.rigid[motion.rigid_of_body[b]];
+      if (!body.is_dynamic()) continue;
       each(mass_of(body), to_eigen(body.end.getOrigin()), to_eigen(body.predicted.getOrigin()),
            body.velocity, body.velocity_change, &body);
       continue;
     }
     for (std::int32_t v = motion.first_vertex[b]; v < motion.first_vertex[b + 1]; ++v) {
+      if (motion.inverse_mass[v] == 0) continue;
       each(1 / motion.inverse_mass[v], motion.end_of(v), motion.predicted[v], motion.velocity[v],
            motion.velocity_change[v], static_cast<RigidMotion*>(nullptr));
     }
@@ -178,6 +186,34 @@ void restore_angular_momentum(const std::vector<ContactRow>& rows, Motion& motio
                       Vector3d& change, RigidMotion* body) {
                     change += spin.cross(place - centre);
                     if (body) body->spin_change += spin;
+                  });
+  }
+}
+
+void limit_kinetic_energy(const std::vector<ContactRow>& rows, Motion& motion) {
+  for (const Island& island : find_islands(rows, motion)) {
+    if (island.driven) continue;
+    // Twice the energy of velocity + s change is what it was + 2 s across + s^2 along.
+    double across = 0, along = 0;
+    for_each_mass(island, motion,
+                  [&](double m, const Vector3d&, const Vector3d&, const Vector3d& velocity,
+                      const Vector3d& change, const RigidMotion* body) {
+                    across += m * velocity.dot(change);
+                    along += m * change.squaredNorm();
+                    if (!body) return;
+                    const Matrix3d inertia = inertia_of(*body);
+                    // As the energy has it: rounded, the inertia is not quite symmetric.
+                    across += 0.5 * body->spin.dot(inertia * body->spin_change);
+                    across += 0.5 * body->spin_change.dot(inertia * body->spin);
+                    along += body->spin_change.dot(inertia * body->spin_change);
+                  });
+    if (2 * across + along <= 0) continue;
+    const double part = std::max(0.0, -2 * across / along);
+    for_each_mass(island, motion,
+                  [&](double, const Vector3d&, const Vector3d&, const Vector3d&, Vector3d& change,
+                      RigidMotion* body) {
+                    change *= part;
+                    if (body) body->spin_change *= part;
                   });
   }
 }

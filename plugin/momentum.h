@@ -29,5 +29,10 @@ void add_restitution(const std::vector<ContactRow>& rows, double restitution, do
 // pinned node, no static or kinematic body) gets the rigid rotation that restores it.
 void restore_angular_momentum(const std::vector<ContactRow>& rows, Motion& motion);
 
+// What moves without velocity (a rigid body that Bullet pushes out of another) would give velocity
+// to what it meets. Changes of velocity are given up to the part that does not raise the kinetic
+// energy of what is in contact, except where something of infinite mass drives it. Momenta stay.
+void limit_kinetic_energy(const std::vector<ContactRow>& rows, Motion& motion);
+
 }  // namespace LAZYCCD_BULLET_PRECISION
 }  // namespace lazyccd::bullet

@@ -93,6 +93,7 @@ void Response::finish(Motion& motion, StepStats& stats) const {
     add_restitution(rows_.rows(), options_.restitution, options_.restitution_threshold, motion);
   }
   restore_angular_momentum(rows_.rows(), motion);
+  limit_kinetic_energy(rows_.rows(), motion);
   const double before = kinetic_energy_before(motion);
   const double change = kinetic_energy_after(motion) - before;
   (change > 0 ? stats.energy_gained : stats.energy_lost) += std::abs(change);
