@@ -1,0 +1,75 @@
+// Runs random scenes by the hundred and says what went wrong in them.
+//
+//   lazyccd_strangers --from 1 --count 1000 --world both
+//
+// Exit code 1 where something passed through, sticks through, is not finite or was not resolved.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <string>
+
+#include "random/random_scene.h"
+
+using namespace lazyccd;
+
+namespace {
+
+bool show(std::uint32_t number, scenes::World w, const test::SceneReport& r, bool all) {
+  const bullet::StepStats& s = r.stats;
+  std::string wrong;
+  if (r.crossings) wrong += " CROSSED@" + std::to_string(r.first_crossing);
+  if (r.piercings) wrong += " PIERCED";
+  if (!r.finite)
+    wrong += test::run_random_scene(number, w, scenes::Collisions::bullet).finite
+                 ? " NOT-FINITE"
+                 : " not-finite-as-bullet";
+  if (s.unresolved) wrong += r.driven ? " crushed" : " UNRESOLVED";
+  if (s.missed_steps) wrong += " MISSED";
+  if (s.pierced_at_start) wrong += " START";
+  if (!r.driven && s.energy_gained > 1e-4 * (s.energy_lost + r.kinetic_at_start))
+    wrong += " ENERGY";
+  if (r.slowest_step > 2) wrong += " SLOW";
+  if (s.last_resorts) wrong += " held";
+  if (r.fastest > 20 * r.fastest_at_start + 100) wrong += " fast";
+  if (!wrong.empty() || all) {
+    std::printf(
+        "%u:%s | cross %lld pierce %lld unresolved %lld held %lld zones %lld gained %.3g lost %.3g "
+        "ke0 %.3g v0 %.3g v %.3g slowest %.2f s, %lld det, %d vertices %d steps |%s\n",
+        number, wrong.c_str(), (long long)r.crossings, (long long)r.piercings,
+        (long long)s.unresolved, (long long)s.last_resorts, (long long)s.zone_nodes,
+        s.energy_gained, s.energy_lost, r.kinetic_at_start, r.fastest_at_start, r.fastest,
+        r.slowest_step, (long long)s.detections, r.vertices, r.steps, r.what.c_str());
+    if (s.missed_steps || !r.finite || s.pierced_at_start)
+      if (all) std::printf("   %s", r.status.c_str());
+    std::fflush(stdout);
+  }
+  return r.crossings || r.piercings || !r.finite || (s.unresolved && !r.driven);
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("Random scenes in Bullet with LazyCCD");
+  std::uint32_t from = 1, count = 100;
+  std::string world = "both";
+  bool all = false, bullet_alone = false;
+  app.add_option("--from", from);
+  app.add_option("--count", count);
+  app.add_option("--world", world);
+  app.add_flag("--all", all);
+  app.add_flag("--bullet", bullet_alone);
+  CLI11_PARSE(app, argc, argv);
+  bool bad = false;
+  for (std::uint32_t number = from; number < from + count; ++number) {
+    for (const scenes::World w : {scenes::World::rigid, scenes::World::deformable}) {
+      if (world == "rigid" && w != scenes::World::rigid) continue;
+      if (world == "deformable" && w != scenes::World::deformable) continue;
+      bad = show(number, w,
+                 test::run_random_scene(
+                     number, w,
+                     bullet_alone ? scenes::Collisions::bullet : scenes::Collisions::lazyccd),
+                 all) ||
+            bad;
+    }
+  }
+  return bad;
+}

@@ -1,0 +1,41 @@
+// Random choices that are the same on every platform (the standard's distributions are not).
+#pragma once
+
+#include <LinearMath/btQuaternion.h>
+#include <LinearMath/btVector3.h>
+
+#include <cmath>
+#include <cstdint>
+#include <random>
+
+namespace lazyccd::test {
+
+class Dice {
+ public:
+  explicit Dice(std::uint32_t number) : random_(number) {}
+
+  double uniform() { return random_() / 4294967296.0; }  // in [0, 1)
+  double uniform(double low, double high) { return low + (high - low) * uniform(); }
+  double across_scales(double low, double high) { return low * std::pow(high / low, uniform()); }
+  int below(int count) { return static_cast<int>(random_() % static_cast<std::uint32_t>(count)); }
+  bool chance(double probability) { return uniform() < probability; }
+
+  btVector3 in_cube(double half) {
+    const double x = uniform(-half, half), y = uniform(-half, half), z = uniform(-half, half);
+    return btVector3(static_cast<btScalar>(x), static_cast<btScalar>(y), static_cast<btScalar>(z));
+  }
+  btVector3 direction() {
+    for (;;) {
+      const btVector3 d = in_cube(1);
+      if (d.length2() > btScalar(0.01) && d.length2() < 1) return d.normalized();
+    }
+  }
+  btQuaternion rotation() {
+    return btQuaternion(direction(), static_cast<btScalar>(uniform(0, 6.28)));
+  }
+
+ private:
+  std::mt19937 random_;
+};
+
+}  // namespace lazyccd::test

@@ -1,0 +1,100 @@
+#include "random/inspector.h"
+
+#include <algorithm>
+
+#include "scenes/piercings.h"
+
+namespace lazyccd::test {
+namespace {
+
+constexpr std::uint32_t soft_group = 1, rigid_group = 2;
+
+}  // namespace
+
+void Inspector::read() {
+  surface_ = scenes::Surface();
+  const auto add_vertex = [this](double inverse_mass) {
+    surface_.body_of_vertex.push_back(static_cast<std::int32_t>(surface_.bodies.size()));
+    surface_.inverse_mass.push_back(static_cast<float>(inverse_mass));
+  };
+  for (const auto& body : *soft_) {
+    const auto first = static_cast<std::int32_t>(surface_.body_of_vertex.size());
+    const auto vertex_of = [&](const btSoftBody::Node* node) {
+      return first + static_cast<std::int32_t>(node - &body->m_nodes[0]);
+    };
+    for (int i = 0; i < body->m_nodes.size(); ++i)
+      add_vertex(static_cast<double>(body->m_nodes[i].m_im));
+    for (int i = 0; i < body->m_faces.size(); ++i) {
+      const auto& corners = body->m_faces[i].m_n;
+      surface_.faces.push_back(
+          {vertex_of(corners[0]), vertex_of(corners[1]), vertex_of(corners[2])});
+    }
+    for (int i = 0; body->m_faces.size() == 0 && i < body->m_links.size(); ++i) {
+      const btSoftBody::Link& link = body->m_links[i];
+      if (!link.m_bbending)
+        surface_.edges.push_back({vertex_of(link.m_n[0]), vertex_of(link.m_n[1])});
+    }
+    surface_.bodies.push_back({soft_group, soft_group | rigid_group, body->useSelfCollision()});
+  }
+  for (const Obstacle& obstacle : obstacles_) {
+    const auto first = static_cast<std::int32_t>(surface_.body_of_vertex.size());
+    for (std::size_t i = 0; i < obstacle.surface->vertices.size(); ++i)
+      add_vertex(obstacle.body->isStaticOrKinematicObject() ? 0 : 1);
+    for (Face face : obstacle.surface->faces) {
+      for (std::int32_t& corner : face) corner += first;
+      surface_.faces.push_back(face);
+    }
+    surface_.bodies.push_back({rigid_group, soft_group, false});
+  }
+}
+
+std::vector<btScalar> Inspector::positions() const {
+  std::vector<btScalar> result;
+  const auto add = [&result](const btVector3& x) {
+    for (int k = 0; k < 3; ++k) result.push_back(x[k]);
+  };
+  for (const auto& body : *soft_) {
+    for (int i = 0; i < body->m_nodes.size(); ++i) add(body->m_nodes[i].m_x);
+  }
+  for (const Obstacle& obstacle : obstacles_) {
+    for (const btVector3& x : obstacle.surface->vertices)
+      add(obstacle.body->getWorldTransform() * x);
+  }
+  return result;
+}
+
+bool Inspector::is_clean(const SoftBodies& soft, const std::vector<Obstacle>& obstacles) {
+  Inspector inspector;
+  inspector.restart(soft, obstacles);
+  return inspector.step() == 0 && inspector.piercings() == 0;
+}
+
+void Inspector::restart(const SoftBodies& soft, std::vector<Obstacle> obstacles) {
+  soft_ = &soft;
+  obstacles_ = std::move(obstacles);
+  read();
+  detector_.set_topology(surface_.topology());
+  last_ = positions();
+}
+
+std::int64_t Inspector::step() {
+  std::vector<btScalar> now = positions();
+  const std::size_t count = now.size() / 3;
+  const Span<const Contact> contacts =
+      detector_.detect(Positions(last_.data(), count), Positions(now.data(), count));
+  crossings_.assign(contacts.begin(), contacts.end());
+  last_.swap(now);
+  return static_cast<std::int64_t>(crossings_.size());
+}
+
+std::int64_t Inspector::piercings() const {
+  const auto moves = [this](std::int32_t v) { return surface_.inverse_mass[v] > 0; };
+  std::int64_t count = 0;
+  for (const scenes::Piercing& p : scenes::find_piercings(surface_, last_)) {
+    count += std::any_of(p.edge.begin(), p.edge.end(), moves) ||
+             std::any_of(p.face.begin(), p.face.end(), moves);
+  }
+  return count;
+}
+
+}  // namespace lazyccd::test

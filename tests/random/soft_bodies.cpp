@@ -1,0 +1,172 @@
+#include "random/soft_bodies.h"
+
+#include <BulletSoftBody/btSoftBodyHelpers.h>
+
+#include <set>
+#include <vector>
+
+#include "scenes/cloth.h"
+#include "scenes/solid.h"
+
+namespace lazyccd::test {
+namespace {
+
+using Body = std::unique_ptr<btSoftBody>;
+
+btVector3 vector(double x, double y, double z) {
+  return btVector3(static_cast<btScalar>(x), static_cast<btScalar>(y), static_cast<btScalar>(z));
+}
+
+// Triangles with a link for each side.
+Body body_of(btSoftBodyWorldInfo& info, const std::vector<btVector3>& points,
+             const std::vector<std::array<int, 3>>& faces) {
+  auto body =
+      std::make_unique<btSoftBody>(&info, static_cast<int>(points.size()), points.data(), nullptr);
+  body->appendMaterial();
+  std::set<std::array<int, 2>> sides;
+  for (const std::array<int, 3>& face : faces) {
+    body->appendFace(face[0], face[1], face[2]);
+    for (int k = 0; k < 3; ++k) {
+      const int a = face[k], b = face[(k + 1) % 3];
+      sides.insert({std::min(a, b), std::max(a, b)});
+    }
+  }
+  for (const std::array<int, 2>& side : sides) body->appendLink(side[0], side[1]);
+  return body;
+}
+
+Body cloth(btSoftBodyWorldInfo& info, double size, Dice& dice) {
+  const int columns = 2 + dice.below(10), rows = 2 + dice.below(10);
+  const double stretch = dice.across_scales(0.2, 1), wave = dice.uniform(0, 0.15);
+  const double jitter = dice.uniform(0, 0.1) / std::max(columns, rows);
+  return scenes::make_cloth(info, columns, rows, 1, [&](double u, double v) {
+    const btVector3 off = dice.in_cube(jitter * size);
+    return off + vector((u - 0.5) * size, wave * size * std::sin(6 * u) * std::cos(5 * v),
+                        (v - 0.5) * size * stretch);
+  });
+}
+
+Body patch(btSoftBodyWorldInfo& info, double size, Dice& dice) {
+  const double h = size / 2;
+  return Body(btSoftBodyHelpers::CreatePatch(info, vector(-h, 0, -h), vector(h, 0, -h),
+                                             vector(-h, 0, h), vector(h, 0, h), 2 + dice.below(9),
+                                             2 + dice.below(9), 0, dice.chance(0.5)));
+}
+
+Body ellipsoid(btSoftBodyWorldInfo& info, double size, Dice& dice) {
+  const double r = size / 2;
+  return Body(btSoftBodyHelpers::CreateEllipsoid(
+      info, vector(0, 0, 0), vector(r, r * dice.uniform(0.3, 1), r * dice.uniform(0.3, 1)),
+      20 + dice.below(120)));
+}
+
+Body hull(btSoftBodyWorldInfo& info, double size, Dice& dice) {
+  std::vector<btVector3> points;
+  for (int i = 8 + dice.below(40); i > 0; --i)
+    points.push_back(static_cast<btScalar>(size / 2) * dice.direction());
+  return Body(btSoftBodyHelpers::CreateFromConvexHull(
+      info, points.data(), static_cast<int>(points.size()), dice.chance(0.5)));
+}
+
+// A closed tube: a torus.
+Body torus(btSoftBodyWorldInfo& info, double size, Dice& dice) {
+  const int around = 5 + dice.below(10), across = 3 + dice.below(5);
+  const double ring = 0.36 * size, tube = dice.uniform(0.05, 0.14) * size;
+  std::vector<btScalar> points;
+  std::vector<int> faces;
+  for (int i = 0; i < around; ++i) {
+    for (int k = 0; k < across; ++k) {
+      const double a = 2 * 3.14159265358979 * i / around, b = 2 * 3.14159265358979 * k / across;
+      const double r = ring + tube * std::cos(b);
+      for (const double x : {r * std::cos(a), tube * std::sin(b), r * std::sin(a)})
+        points.push_back(static_cast<btScalar>(x));
+      const int i1 = (i + 1) % around, k1 = (k + 1) % across;
+      const int p = i * across + k, q = i1 * across + k, r0 = i1 * across + k1, s = i * across + k1;
+      for (const int corner : {p, q, r0, p, r0, s}) faces.push_back(corner);
+    }
+  }
+  return Body(btSoftBodyHelpers::CreateFromTriMesh(
+      info, points.data(), faces.data(), static_cast<int>(faces.size() / 3), dice.chance(0.5)));
+}
+
+// Sheets that meet in one edge.
+Body fan(btSoftBodyWorldInfo& info, double size, Dice& dice) {
+  const int blades = 3 + dice.below(4), rows = 2 + dice.below(4);
+  std::vector<btVector3> points;
+  std::vector<std::array<int, 3>> faces;
+  for (int row = 0; row <= rows; ++row)
+    points.push_back(vector(0, (row / double(rows) - 0.5) * size, 0));
+  for (int blade = 0; blade < blades; ++blade) {
+    const int first = static_cast<int>(points.size());
+    const double a = 2 * 3.14159265358979 * blade / blades + 0.1;
+    for (int row = 0; row <= rows; ++row)
+      points.push_back(vector(0.5 * size * std::cos(a), (row / double(rows) - 0.5) * size,
+                              0.5 * size * std::sin(a)));
+    for (int row = 0; row < rows; ++row) {
+      faces.push_back({row, row + 1, first + row + 1});
+      faces.push_back({row, first + row + 1, first + row});
+    }
+  }
+  return body_of(info, points, faces);
+}
+
+// Triangles of very different sizes, apart from each other in one body.
+Body shards(btSoftBodyWorldInfo& info, double size, Dice& dice) {
+  std::vector<btVector3> points;
+  std::vector<std::array<int, 3>> faces;
+  const int count = 2 + dice.below(8);
+  for (int i = 0; i < count; ++i) {
+    const double width = dice.across_scales(0.002, 0.8) * size;
+    const btVector3 at(0, static_cast<btScalar>((i / double(count) - 0.5) * size), 0);
+    const int first = static_cast<int>(points.size());
+    points.push_back(at);
+    points.push_back(at + vector(width, 0, 0.1 * width));
+    points.push_back(at + vector(0.2 * width, 0, dice.across_scales(0.01, 1) * width));
+    faces.push_back({first, first + 1, first + 2});
+  }
+  return body_of(info, points, faces);
+}
+
+Body rope(btSoftBodyWorldInfo& info, double size, Dice& dice) {
+  const btVector3 end = vector(size / 2, 0, 0);
+  if (dice.chance(0.5)) return scenes::make_rope(info, 2 + dice.below(20), 1, -end, end);
+  return Body(btSoftBodyHelpers::CreateRope(info, -end, end, 1 + dice.below(20), 0));
+}
+
+Body solid(btSoftBodyWorldInfo& info, double size, Dice& dice) {
+  if (dice.chance(0.5))
+    return scenes::make_ball(info, 2 + dice.below(3), 1, btVector3(0, 0, 0), size / 2);
+  const double depth = dice.uniform(0.2, 1);
+  return scenes::make_solid(info, 1 + dice.below(3), 1, [&](double u, double v, double w) {
+    return vector((u - 0.5) * size, (v - 0.5) * depth * size, (w - 0.5) * depth * size);
+  });
+}
+
+}  // namespace
+
+SoftBody random_soft_body(btSoftBodyWorldInfo& info, double size, Dice& dice) {
+  switch (dice.below(12)) {
+    case 0:
+    case 1:
+    case 2:
+      return {cloth(info, size, dice), "cloth"};
+    case 3:
+      return {patch(info, size, dice), "patch"};
+    case 4:
+      return {ellipsoid(info, size, dice), "ellipsoid"};
+    case 5:
+      return {hull(info, size, dice), "hull"};
+    case 6:
+      return {torus(info, size, dice), "torus"};
+    case 7:
+      return {fan(info, size, dice), "fan"};
+    case 8:
+      return {shards(info, size, dice), "shards"};
+    case 9:
+      return {rope(info, size, dice), "rope"};
+    default:
+      return {solid(info, size, dice), "solid"};
+  }
+}
+
+}  // namespace lazyccd::test

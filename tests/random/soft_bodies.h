@@ -1,0 +1,21 @@
+// Soft bodies of every kind that Bullet knows, at random.
+#pragma once
+
+#include <BulletSoftBody/btSoftBody.h>
+
+#include <memory>
+#include <string>
+
+#include "random/dice.h"
+
+namespace lazyccd::test {
+
+struct SoftBody {
+  std::unique_ptr<btSoftBody> body;
+  std::string kind;
+};
+
+// About the origin, `size` metres wide, in one or more parts.
+SoftBody random_soft_body(btSoftBodyWorldInfo& info, double size, Dice& dice);
+
+}  // namespace lazyccd::test
