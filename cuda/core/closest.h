@@ -2,49 +2,66 @@
 // features, so that degenerate primitives need no care. Nothing certified relies on their accuracy.
 #pragma once
 
+#include "core/lane.h"
 #include "core/vec.h"
 #include "lazyccd/contact.h"
 
 namespace lazyccd {
 
+template <class T>
 struct ClosestPoints {
-  double u, v;     // as in Contact
-  Vec3<double> gap;  // vertex-face: from the face to the vertex; edge-edge: from edge a to edge b
+  T u, v;       // as in Contact
+  Vec3<T> gap;  // vertex-face: from the face to the vertex; edge-edge: from edge a to edge b
 };
 
-LAZYCCD_HD inline double clamp01(double x) { return x > 0 ? (x < 1 ? x : 1) : 0; }
-LAZYCCD_HD inline double ratio(double num, double den) { return den > 0 ? num / den : 0; }
+template <class T>
+LAZYCCD_HD inline T clamp01(const T& x) {
+  return select(x > T(0.0), select(x < T(1.0), x, T(1.0)), T(0.0));
+}
+template <class T>
+LAZYCCD_HD inline T ratio(const T& num, const T& den) {
+  return select(den > T(0.0), T(num / den), T(0.0));
+}
+template <class T>
+LAZYCCD_HD inline Vec3<T> select(const MaskOf<T>& m, const Vec3<T>& a, const Vec3<T>& b) {
+  return {select(m, a.x, b.x), select(m, a.y, b.y), select(m, a.z, b.z)};
+}
 
 // The vertex at r, the face (0, e1, e2); or edge a from 0 to e1, edge b from r to r + e2.
-template <ContactKind kind>
-LAZYCCD_HD inline ClosestPoints closest_points(const Vec3<double>& e1, const Vec3<double>& e2,
-                                               const Vec3<double>& r) {
+template <ContactKind kind, class T>
+LAZYCCD_HD inline ClosestPoints<T> closest_points(const Vec3<T>& e1, const Vec3<T>& e2,
+                                                  const Vec3<T>& r) {
+  using Mask = MaskOf<T>;
   constexpr bool vf = kind == ContactKind::vertex_face;
-  const double a = dot(e1, e1), b = dot(e1, e2), c = dot(e2, e2), p = dot(e1, r), q = dot(e2, r);
-  ClosestPoints best{};
-  double least = -1;
-  const auto consider = [&](double u, double v) {
-    const Vec3<double> gap = vf ? r - (u * e1 + v * e2) : (r + v * e2) - u * e1;
-    const double size = dot(gap, gap);
-    if (least >= 0 && !(size < least)) return;
-    least = size;
-    best = {u, v, gap};
+  const T zero = T(0.0), one = T(1.0);
+  const T a = dot(e1, e1), b = dot(e1, e2), c = dot(e2, e2), p = dot(e1, r), q = dot(e2, r);
+  ClosestPoints<T> best{zero, zero, {zero, zero, zero}};
+  T least = T(-1.0);
+  const auto consider = [&](const T& u, const T& v, const Mask& where) {
+    const Vec3<T> gap = vf ? r - (u * e1 + v * e2) : (r + v * e2) - u * e1;
+    const T size = dot(gap, gap);
+    const Mask better = Mask(where & !Mask((least >= zero) & !Mask(size < least)));
+    least = select(better, size, least);
+    best.u = select(better, u, best.u);
+    best.v = select(better, v, best.v);
+    best.gap = select<T>(better, gap, best.gap);
   };
   // Where the gap is normal to both e1 and e2.
-  const double det = a * c - b * b;
-  const double u = ratio(c * p - b * q, det), v = ratio(vf ? a * q - b * p : b * p - a * q, det);
+  const T det = a * c - b * b;
+  const T u = ratio(T(c * p - b * q), det), v = ratio(T(vf ? a * q - b * p : b * p - a * q), det);
+  const Mask always = Mask(zero < one);
   if (vf) {
-    const double side = clamp01(ratio(a + q - b - p, a - b - b + c));
-    consider(clamp01(ratio(p, a)), 0);
-    consider(0, clamp01(ratio(q, c)));
-    consider(1 - side, side);
-    if (det > 0 && u > 0 && v > 0 && u + v < 1) consider(u, v);
+    const T side = clamp01(ratio(T(a + q - b - p), T(a - b - b + c)));
+    consider(clamp01(ratio(p, a)), zero, always);
+    consider(zero, clamp01(ratio(q, c)), always);
+    consider(one - side, side, always);
+    consider(u, v, Mask((det > zero) & (u > zero) & (v > zero) & (u + v < one)));
   } else {
-    consider(0, clamp01(ratio(-q, c)));
-    consider(1, clamp01(ratio(b - q, c)));
-    consider(clamp01(ratio(p, a)), 0);
-    consider(clamp01(ratio(p + b, a)), 1);
-    if (det > 0 && u > 0 && u < 1 && v > 0 && v < 1) consider(u, v);
+    consider(zero, clamp01(ratio(T(-q), c)), always);
+    consider(one, clamp01(ratio(T(b - q), c)), always);
+    consider(clamp01(ratio(p, a)), zero, always);
+    consider(clamp01(ratio(T(p + b), a)), one, always);
+    consider(u, v, Mask((det > zero) & (u > zero) & (u < one) & (v > zero) & (v < one)));
   }
   return best;
 }

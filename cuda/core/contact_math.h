@@ -65,7 +65,7 @@ LAZYCCD_HD inline void describe_contact(const QueryCoordinates& q, double toi, b
                                         Contact& contact) {
   const Differences<double> d = differences<kind>(q, unit_scale(differences<kind>(q, 1.0)));
   const Vec3<double> e1 = lerp(d.e1, toi), e2 = lerp(d.e2, toi), r = lerp(d.r, toi);
-  const ClosestPoints closest = closest_points<kind>(e1, e2, r);
+  const ClosestPoints<double> closest = closest_points<kind>(e1, e2, r);
   contact.u = static_cast<float>(closest.u);
   contact.v = static_cast<float>(closest.v);
 

@@ -7,21 +7,24 @@
 namespace lazyccd {
 
 // The four points of a query at both ends of the step, in the order of Contact::vertices.
-struct QueryCoordinates {
-  Vec3<double> start[4], end[4];
+template <class T>
+struct CoordinatesOf {
+  Vec3<T> start[4], end[4];
 };
+using QueryCoordinates = CoordinatesOf<double>;
 
-// Differences times `scale`, a power of two that brings them to at most 2^6 (see elementary.h).
-template <ContactKind kind>
-LAZYCCD_HD inline Differences<double> differences(const QueryCoordinates& q, double scale) {
+// Differences times `power`, a power of two that brings them to at most 2^6 (see elementary.h).
+template <ContactKind kind, class T>
+LAZYCCD_HD inline Differences<T> differences(const CoordinatesOf<T>& q, double power) {
+  const T scale = T(power);
   constexpr bool vf = kind == ContactKind::vertex_face;
   // vertex-face: p a b c -> e1 = b - a, e2 = c - a, r = p - a; edge-edge: a b c d -> b - a, d - c,
   // c - a.
   constexpr int from1 = vf ? 1 : 0, to1 = vf ? 2 : 1, from2 = vf ? 1 : 2, to2 = 3;
   constexpr int from3 = vf ? 1 : 0, to3 = vf ? 0 : 2;
-  Differences<double> d;
+  Differences<T> d;
   for (int end = 0; end < 2; ++end) {
-    const Vec3<double>* p = end ? q.end : q.start;
+    const Vec3<T>* p = end ? q.end : q.start;
     d.e1[end] = scale * (p[to1] - p[from1]);
     d.e2[end] = scale * (p[to2] - p[from2]);
     d.r[end] = scale * (p[to3] - p[from3]);
@@ -54,26 +57,30 @@ LAZYCCD_HD inline Decision decide_in_double(const Differences<double>& d) {
 
 // More than h apart along x, y or z: the coordinate of every point of one primitive exceeds that of
 // every point of the other, at both ends. A rounded difference exceeds h only where the true one
-// does, so no bound is needed.
-template <ContactKind kind>
-LAZYCCD_HD inline bool separated_along_axes(const QueryCoordinates& q, double h = 0) {
+// does, so no bound is needed; and rounding keeps the order, so the least difference decides.
+template <ContactKind kind, class T>
+LAZYCCD_HD inline MaskOf<T> separated_along_axes(const CoordinatesOf<T>& q, const T& h) {
   constexpr int split = kind == ContactKind::vertex_face ? 1 : 2;
-  const double Vec3<double>::*const axes[3] = {&Vec3<double>::x, &Vec3<double>::y,
-                                               &Vec3<double>::z};
+  T Vec3<T>::*const axes[3] = {&Vec3<T>::x, &Vec3<T>::y, &Vec3<T>::z};
+  MaskOf<T> separated = h < h;
   for (const auto axis : axes) {
-    bool above = true, below = true;
+    T above[2], below[2];
     for (int end = 0; end < 2; ++end) {
-      const Vec3<double>* p = end ? q.end : q.start;
-      for (int i = 0; i < split; ++i) {
-        for (int j = split; j < 4; ++j) {
-          above = above && p[i].*axis - p[j].*axis > h;
-          below = below && p[j].*axis - p[i].*axis > h;
-        }
-      }
+      const Vec3<T>* p = end ? q.end : q.start;
+      T lo_a = p[0].*axis, hi_a = lo_a, lo_b = p[split].*axis, hi_b = lo_b;
+      for (int i = 1; i < split; ++i) lo_a = lane_min(lo_a, p[i].*axis), hi_a = lane_max(hi_a, p[i].*axis);
+      for (int i = split + 1; i < 4; ++i) lo_b = lane_min(lo_b, p[i].*axis), hi_b = lane_max(hi_b, p[i].*axis);
+      above[end] = lo_a - hi_b;
+      below[end] = lo_b - hi_a;
     }
-    if (above || below) return true;
+    separated = MaskOf<T>(separated | ((above[0] > h) & (above[1] > h)) | ((below[0] > h) & (below[1] > h)));
   }
-  return false;
+  return separated;
+}
+
+template <ContactKind kind>
+LAZYCCD_HD inline bool separated_along_axes(const QueryCoordinates& q) {
+  return separated_along_axes<kind>(q, 0.0);
 }
 
 }  // namespace lazyccd

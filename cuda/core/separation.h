@@ -43,94 +43,119 @@ LAZYCCD_HD inline MaskOf<T> planes_apart(const Differences<T>& d, const Magnitud
 }
 
 // Along the diagonals x+y, x-y, x+z, x-z, y+z, y-z, at both ends, on one side.
-template <ContactKind kind>
-LAZYCCD_HD inline bool separated_along_diagonals(const QueryCoordinates& q, double h) {
+template <ContactKind kind, class T>
+LAZYCCD_HD inline MaskOf<T> separated_along_diagonals(const CoordinatesOf<T>& q, const T& h) {
+  using Mask = MaskOf<T>;
   constexpr int split = kind == ContactKind::vertex_face ? 1 : 2;
   constexpr double root2 = 1.4142135623731;  // from above
-  const double Vec3<double>::*const axes[4] = {&Vec3<double>::x, &Vec3<double>::y, &Vec3<double>::z,
-                                               &Vec3<double>::x};
+  T Vec3<T>::*const axes[4] = {&Vec3<T>::x, &Vec3<T>::y, &Vec3<T>::z, &Vec3<T>::x};
+  const T wide = T(root2) * h, rounding = T(4 * Roundoff<double>::u);
+  const Mask none = Mask(h < h), all = Mask(!none);
+  Mask separated = none;
   for (int k = 0; k < 3; ++k) {
-    bool above[2] = {true, true}, below[2] = {true, true};  // of the sum and of the difference
+    Mask above[2] = {all, all}, below[2] = {all, all};  // of the sum and of the difference
     for (int end = 0; end < 2; ++end) {
-      const Vec3<double>* p = end ? q.end : q.start;
+      const Vec3<T>* p = end ? q.end : q.start;
       for (int i = 0; i < split; ++i) {
         for (int j = split; j < 4; ++j) {
-          const double a = p[i].*axes[k] - p[j].*axes[k], b = p[i].*axes[k + 1] - p[j].*axes[k + 1];
-          const double least = root2 * h + 4 * Roundoff<double>::u * (lane_abs(a) + lane_abs(b));
-          above[0] = above[0] && a + b > least;
-          below[0] = below[0] && -(a + b) > least;
-          above[1] = above[1] && a - b > least;
-          below[1] = below[1] && b - a > least;
+          const T a = p[i].*axes[k] - p[j].*axes[k], b = p[i].*axes[k + 1] - p[j].*axes[k + 1];
+          const T least = wide + rounding * (lane_abs(a) + lane_abs(b));
+          const T sum = a + b, difference = a - b;
+          above[0] = Mask(above[0] & (sum > least));
+          below[0] = Mask(below[0] & (-sum > least));
+          above[1] = Mask(above[1] & (difference > least));
+          below[1] = Mask(below[1] & (-difference > least));
         }
       }
     }
-    if (above[0] || below[0] || above[1] || below[1]) return true;
+    separated = Mask(separated | above[0] | below[0] | above[1] | below[1]);
   }
-  return false;
+  return separated;
 }
 
 // From t, when until? Up to then all corners of one primitive certainly stay more than h from the
 // other along the axis; t itself where not even then, 2 where they do to the end of the step.
-template <ContactKind kind>
-LAZYCCD_HD inline double apart_until(const Differences<double>& d, const Magnitudes<double>& m,
-                                     const Vec3<double>& axis, double h, double t) {
+template <ContactKind kind, class T>
+LAZYCCD_HD inline T apart_until(const Differences<T>& d, const Magnitudes<T>& m,
+                                const Vec3<T>& axis, const T& h, const T& t) {
+  using Mask = MaskOf<T>;
   constexpr int count = 4;
-  double at[2][count];  // the corners at both ends
+  T at[2][count];  // the corners at both ends
   for (int end = 0; end < 2; ++end) {
-    const double r = dot(axis, d.r[end]), e1 = dot(axis, d.e1[end]), e2 = dot(axis, d.e2[end]);
+    const T r = dot(axis, d.r[end]), e1 = dot(axis, d.e1[end]), e2 = dot(axis, d.e2[end]);
     at[end][0] = r;
     at[end][1] = r - e1;
     at[end][2] = kind == ContactKind::vertex_face ? r - e2 : r + e2;
     at[end][3] = kind == ContactKind::vertex_face ? r : r + e2 - e1;
   }
-  const Vec3<double> axis_abs{lane_abs(axis.x), lane_abs(axis.y), lane_abs(axis.z)};
-  const double least = (1 + 8 * Roundoff<double>::u) * h * lane_sqrt(dot(axis, axis)) +
-                       16 * Roundoff<double>::u * dot(axis_abs, m.r + m.e1 + m.e2) +
-                       Roundoff<double>::tiny;
-  const auto apart = [&](double time) {
-    bool all = true;
-    for (int i = 0; i < count; ++i) all = all && lerp(at[0][i], at[1][i], time) > least;
+  const Vec3<T> axis_abs{lane_abs(axis.x), lane_abs(axis.y), lane_abs(axis.z)};
+  const T least = T(1 + 8 * Roundoff<double>::u) * h * lane_sqrt(dot(axis, axis)) +
+                  T(16 * Roundoff<double>::u) * dot(axis_abs, m.r + m.e1 + m.e2) +
+                  T(Roundoff<double>::tiny);
+  const auto apart = [&](const T& time) {
+    Mask all = Mask(lerp(at[0][0], at[1][0], time) > least);
+    for (int i = 1; i < count; ++i) all = Mask(all & (lerp(at[0][i], at[1][i], time) > least));
     return all;
   };
-  if (!apart(t)) return t;
-  if (apart(1)) return 2;
-  double until = 1;
-  for (int i = 0; i < count; ++i)
-    if (!(at[1][i] > least)) until = lane_min(until, (at[0][i] - least) / (at[0][i] - at[1][i]));
-  until -= 0x1p-20 * (until - t);
-  return until > t && apart(until) ? until : t;
+  const Mask now = apart(t), to_the_end = apart(T(1.0));
+  T until = T(1.0);
+  if (lane_any(Mask(now & !to_the_end))) {
+    for (int i = 0; i < count; ++i) {
+      const T leaves = (at[0][i] - least) / (at[0][i] - at[1][i]);
+      until = select(Mask(!Mask(at[1][i] > least)), lane_min(until, leaves), until);
+    }
+    until = until - T(0x1p-20) * (until - t);
+    until = select(Mask((until > t) & apart(until)), until, t);
+  }
+  return select(now, select(to_the_end, T(2.0), until), t);
+}
+
+// Stopped: less than a quarter of a tick of the time of impact ahead.
+template <class T>
+LAZYCCD_HD inline MaskOf<T> stopped(const T& next, const T& t) {
+  return !MaskOf<T>(next - t > T(0x1p-34));
+}
+
+// Conservative advancement (Mirtich 1996) along the axis through the closest points of the moment,
+// as far as all corners stay apart along it; or along the normal, which is the same axis, and more
+// exact, where the points lie inside. h in the units of d. Returns as apart_until().
+template <ContactKind kind, class T>
+LAZYCCD_HD inline T advance(const Differences<T>& d, const Magnitudes<T>& m, const T& h,
+                            const T& t) {
+  const Vec3<T> e1 = lerp(d.e1, t), e2 = lerp(d.e2, t), r = lerp(d.r, t);
+  T next = apart_until<kind>(d, m, closest_points<kind>(e1, e2, r).gap, h, t);
+  const MaskOf<T> stuck = stopped(next, t);
+  if (lane_any(stuck)) {
+    const Vec3<T> n = cross(e1, e2);
+    const Vec3<T> facing = select<T>(dot(n, r) < T(0.0), T(-1.0) * n, n);
+    next = select(stuck, apart_until<kind>(d, m, facing, h, t), next);
+  }
+  return next;
 }
 
 constexpr int kMaxAdvances = 4096;
 
-// Conservative advancement (Mirtich 1996) along the axis through the closest points of the moment,
-// as far as all corners stay apart along it; or along the normal, which is the same axis, and more
-// exact, where the points lie inside. h in the units of d.
-template <ContactKind kind>
-LAZYCCD_HD inline Decision decide_within(const Differences<double>& d, double h) {
-  const Magnitudes<double> m = magnitudes(d);
-  if (planes_apart(d, m, h)) return {Decision::miss, 0};
-  double t = 0;
-  for (int advance = 0; advance < kMaxAdvances; ++advance) {
-    const Vec3<double> e1 = lerp(d.e1, t), e2 = lerp(d.e2, t), r = lerp(d.r, t);
-    double next = apart_until<kind>(d, m, closest_points<kind>(e1, e2, r).gap, h, t);
-    if (!(next - t > 0x1p-34)) {
-      const Vec3<double> n = cross(e1, e2);
-      next = apart_until<kind>(d, m, dot(n, r) < 0 ? -1.0 * n : n, h, t);
-    }
-    if (next > 1) return {Decision::miss, 0};
-    if (!(next - t > 0x1p-34)) break;
-    t = next;
-  }
-  return {Decision::hit, static_cast<std::int64_t>(lane_floor(t * 4294967296.0))};
+// Contact::toi in ticks.
+LAZYCCD_HD inline std::int64_t approach_tick(double t) {
+  return static_cast<std::int64_t>(lane_floor(t * 4294967296.0));
 }
 
-// As above, from the points; `scale` as for differences().
+// The whole test; `scale` as for differences().
 template <ContactKind kind>
 LAZYCCD_HD inline Decision decide_within(const QueryCoordinates& q, double h, double scale) {
   if (separated_along_axes<kind>(q, h) || separated_along_diagonals<kind>(q, h))
     return {Decision::miss, 0};
-  return decide_within<kind>(differences<kind>(q, scale), h * scale);
+  const Differences<double> d = differences<kind>(q, scale);
+  const Magnitudes<double> m = magnitudes(d);
+  if (planes_apart(d, m, h * scale)) return {Decision::miss, 0};
+  double t = 0;
+  for (int advances = 0; advances < kMaxAdvances; ++advances) {
+    const double next = advance<kind>(d, m, h * scale, t);
+    if (next > 1) return {Decision::miss, 0};
+    if (stopped(next, t)) break;
+    t = next;
+  }
+  return {Decision::hit, approach_tick(t)};
 }
 
 }  // namespace lazyccd

@@ -62,6 +62,9 @@ struct alignas(128) CpuDetector::Worker : CandidateSink {
   LeafScene scene{};
   const CpuDetector* owner = nullptr;
   std::vector<Survivor> survivors = std::vector<Survivor>(CandidateQueue::capacity);
+  // With a separation: survivors that are free to move, and those that come within it.
+  std::vector<Candidate> near = std::vector<Candidate>(CandidateQueue::capacity);
+  std::vector<Approach> approaches = std::vector<Approach>(CandidateQueue::capacity);
   std::vector<Contact> contacts;
   std::vector<NodePair> front;
   std::int64_t group_pairs = 0, ended = 0, culled = 0, flat = 0, never_coplanar = 0, refined = 0,
@@ -138,33 +141,63 @@ struct alignas(128) CpuDetector::Worker : CandidateSink {
       for (int i = 0; i < count; ++i) survivors[i] = {items[i], 0, 0, false};
     }
     survived[static_cast<int>(kind)] += left;
-    for (int i = 0; i < left; ++i) report<kind>(survivors[i]);
+    if (scene.separation > 0) {
+      report_near<kind>(left);
+    } else {
+      for (int i = 0; i < left; ++i) report_touching<kind>(survivors[i]);
+    }
   }
 
-  template <ContactKind kind>
-  void report(const Survivor& survivor) {
-    Contact contact;
-    identify_contact<kind>(scene.mesh, survivor.pair, contact);
+  bool all_pinned(const Contact& contact) const {
     const Mesh& mesh = *owner->mesh_;
-    if (mesh.any_pinned() && std::all_of(contact.vertices.begin(), contact.vertices.end(),
-                                         [&](std::int32_t v) { return mesh.pinned(v); }))
-      return;
+    return mesh.any_pinned() && std::all_of(contact.vertices.begin(), contact.vertices.end(),
+                                            [&](std::int32_t v) { return mesh.pinned(v); });
+  }
 
+  QueryCoordinates coordinates(const Contact& contact) const {
     QueryCoordinates q;
     for (int i = 0; i < 4; ++i) {
       const double* x = owner->records_[contact.vertices[i]].x;
       q.start[i] = {x[0], x[1], x[2]};
       q.end[i] = {x[3], x[4], x[5]};
     }
-    const double separation = owner->options_.separation;
-    const Decision decision =
-        separation > 0 ? decide_within<kind>(q, separation, scene.scale) : decide<kind>(survivor, q);
-    if (decision.kind == Decision::miss) return;
-    contact.toi = static_cast<double>(decision.tick) * kTick;
-    describe_contact<kind>(q, contact.toi, separation > 0, contact);
+    return q;
+  }
+
+  template <ContactKind kind>
+  void report(Contact& contact, const QueryCoordinates& q, std::int64_t tick) {
+    contact.toi = static_cast<double>(tick) * kTick;
+    describe_contact<kind>(q, contact.toi, scene.separation > 0, contact);
     contacts.push_back(contact);
     ++found[static_cast<int>(kind)];
     hash += hash_share(contact);
+  }
+
+  template <ContactKind kind>
+  void report_touching(const Survivor& survivor) {
+    Contact contact;
+    identify_contact<kind>(scene.mesh, survivor.pair, contact);
+    if (all_pinned(contact)) return;
+    const QueryCoordinates q = coordinates(contact);
+    const Decision decision = decide<kind>(survivor, q);
+    if (decision.kind == Decision::hit) report<kind>(contact, q, decision.tick);
+  }
+
+  // Of the first `count` survivors.
+  template <ContactKind kind>
+  void report_near(int count) {
+    Contact contact;
+    int free = 0;
+    for (int i = 0; i < count; ++i) {
+      identify_contact<kind>(scene.mesh, survivors[i].pair, contact);
+      // In the order of the contact, so that every backend computes alike.
+      if (!all_pinned(contact)) near[free++] = {contact.primitive_a, contact.primitive_b};
+    }
+    const int hits = owner->kernels_->within(scene, kind, near.data(), free, approaches.data());
+    for (int i = 0; i < hits; ++i) {
+      identify_contact<kind>(scene.mesh, approaches[i].pair, contact);
+      report<kind>(contact, coordinates(contact), approach_tick(approaches[i].t));
+    }
   }
 
   template <ContactKind kind>
@@ -244,6 +277,7 @@ void CpuDetector::traverse(Stats& stats) {
                         scale_,
                         options_.vertex_face,
                         options_.edge_edge,
+                        options_.separation,
                         rounded_up(options_.separation * scale_),
                         options_.culling.non_penetration ? &stats.never_coplanar : nullptr};
   for (const auto& worker : workers_) worker->begin(*this, scene);
@@ -437,6 +471,7 @@ std::int64_t CpuDetector::bytes() const {
                     front_.capacity() * sizeof(NodePair);
   for (const auto& w : workers_)
     sum += sizeof(Worker) + w->survivors.capacity() * sizeof(Survivor) +
+           w->near.capacity() * sizeof(Candidate) + w->approaches.capacity() * sizeof(Approach) +
            w->contacts.capacity() * sizeof(Contact) + w->front.capacity() * sizeof(NodePair);
   return static_cast<std::int64_t>(sum);
 }

@@ -19,7 +19,8 @@ struct LeafScene {
   MeshView mesh;
   double scale;
   bool vertex_face, edge_edge;
-  float separation;  // minimum separation times scale, rounded up; 0 where contact is touching
+  double separation;        // minimum separation; 0 where contact is touching
+  float scaled_separation;  // times scale, rounded up
   // Where the non-penetration filter counts what it rules out; null: it is off.
   std::int64_t* never_coplanar;
 };
@@ -47,6 +48,13 @@ struct Survivor {
   bool hit;
 };
 
+// A candidate that comes as near as the minimum separation, and when.
+struct Approach {
+  Candidate pair;
+  double t;  // of the step
+  bool ended;  // the search for t
+};
+
 struct LeafKernels {
   const char* name;
   // Whether the groups a and b certainly stay apart, then all their pairs of primitives; a may be b.
@@ -55,6 +63,10 @@ struct LeafKernels {
   // Filters `count` candidates; writes the survivors and returns how many.
   int (*filter)(const LeafScene& scene, ContactKind kind, const Candidate* candidates, int count,
                 Survivor* survivors);
+  // Of at most CandidateQueue::capacity candidates those that come within the minimum separation, as
+  // decide_within() of core/separation.h has it; writes them and returns how many.
+  int (*within)(const LeafScene& scene, ContactKind kind, const Candidate* candidates, int count,
+                Approach* approaches);
 };
 
 // The best kernels that this processor runs, or those of the named set ("baseline", "avx2",

@@ -2,7 +2,8 @@
 
 #include "core/roots.h"
 #include "core/separation.h"
-#include "cpu/isa/pack.h"
+#include "cpu/isa/records.h"
+#include "cpu/isa/within.h"
 
 namespace lazyccd {
 namespace LAZYCCD_ISA {
@@ -149,26 +150,9 @@ bool visit(const LeafScene& scene, std::int32_t a, std::int32_t b, CandidateSink
   return true;
 }
 
-// A record's eight doubles at once. The difference of two records is scaled in double, so that only
-// the rounding to float of the result is coarse (core/elementary.h).
-typedef double Double8 __attribute__((vector_size(64), aligned(64)));
+// The difference of two records is scaled in double, so that only the rounding to float of the
+// result is coarse (core/elementary.h).
 typedef float Float8 __attribute__((vector_size(32), aligned(32)));
-
-// Points of a candidate that its differences are taken between: see core/elementary.h.
-struct Ends {
-  std::int32_t e1[2], e2[2], r[2];  // from, to
-};
-
-template <ContactKind kind>
-LAZYCCD_INLINE Ends ends(const LeafScene& scene, Candidate c) {
-  if constexpr (kind == ContactKind::vertex_face) {
-    const std::int32_t* f = scene.mesh.faces[c.b];
-    return {{f[0], f[1]}, {f[0], f[2]}, {f[0], c.a}};
-  } else {
-    const std::int32_t *a = scene.mesh.edges[c.a], *b = scene.mesh.edges[c.b];
-    return {{a[0], a[1]}, {b[0], b[1]}, {a[0], b[0]}};
-  }
-}
 
 // Rows of floats, a candidate each, turned into packs, a component each.
 struct alignas(64) Rows {
@@ -188,7 +172,7 @@ struct alignas(64) Rows {
 template <ContactKind kind>
 LAZYCCD_INLINE Differences<Pack> gather(const LeafScene& scene, const Candidate* c) {
   Rows rows;
-  const Double8* records = reinterpret_cast<const Double8*>(scene.records);
+  const Double8* records = records_of(scene);
   for (int i = 0; i < Pack::lanes; ++i) {
     const Ends e = ends<kind>(scene, c[i]);
     const auto difference = [&](const std::int32_t (&p)[2]) {
@@ -221,7 +205,7 @@ int filter_kind(const LeafScene& scene, const Candidate* candidates, int count, 
     if (scene.separation > 0) {
       unsigned left = wanted;
       if (scene.never_coplanar) {
-        left &= (!planes_apart(d, m, Pack(scene.separation))).bits();
+        left &= (!planes_apart(d, m, Pack(scene.scaled_separation))).bits();
         *scene.never_coplanar += used - __builtin_popcount(left);
       }
       for (; left; left &= left - 1)
@@ -260,7 +244,7 @@ int filter(const LeafScene& scene, ContactKind kind, const Candidate* candidates
 }  // namespace
 
 extern const LeafKernels kernels;
-const LeafKernels kernels{LAZYCCD_NAME(LAZYCCD_ISA), visit, filter};
+const LeafKernels kernels{LAZYCCD_NAME(LAZYCCD_ISA), visit, filter, within};
 
 }  // namespace LAZYCCD_ISA
 }  // namespace lazyccd

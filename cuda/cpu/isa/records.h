@@ -1,0 +1,34 @@
+// The vertex records behind a candidate, read a whole record at once.
+#pragma once
+
+#include "cpu/isa/pack.h"
+#include "cpu/leaf.h"
+
+namespace lazyccd {
+namespace LAZYCCD_ISA {
+
+// A record's eight doubles.
+typedef double Double8 __attribute__((vector_size(64), aligned(64)));
+
+LAZYCCD_INLINE const Double8* records_of(const LeafScene& scene) {
+  return reinterpret_cast<const Double8*>(scene.records);
+}
+
+// Points of a candidate that its differences are taken between: see core/elementary.h.
+struct Ends {
+  std::int32_t e1[2], e2[2], r[2];  // from, to
+};
+
+template <ContactKind kind>
+LAZYCCD_INLINE Ends ends(const LeafScene& scene, Candidate c) {
+  if constexpr (kind == ContactKind::vertex_face) {
+    const std::int32_t* f = scene.mesh.faces[c.b];
+    return {{f[0], f[1]}, {f[0], f[2]}, {f[0], c.a}};
+  } else {
+    const std::int32_t *a = scene.mesh.edges[c.a], *b = scene.mesh.edges[c.b];
+    return {{a[0], a[1]}, {b[0], b[1]}, {a[0], b[0]}};
+  }
+}
+
+}  // namespace LAZYCCD_ISA
+}  // namespace lazyccd

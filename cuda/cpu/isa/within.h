@@ -1,0 +1,15 @@
+// Minimum separation in lanes of double.
+#pragma once
+
+#include "cpu/isa/pack.h"
+#include "cpu/leaf.h"
+
+namespace lazyccd {
+namespace LAZYCCD_ISA {
+
+// As LeafKernels::within.
+int within(const LeafScene& scene, ContactKind kind, const Candidate* candidates, int count,
+           Approach* approaches);
+
+}  // namespace LAZYCCD_ISA
+}  // namespace lazyccd
