@@ -56,6 +56,16 @@ struct Detector::Impl {
     if (gpu) gpu->set_mesh(mesh);
   }
 
+  // Stats of no detection yet.
+  Stats scene() const {
+    Stats empty;
+    empty.vertices = static_cast<std::int64_t>(mesh.vertex_count());
+    empty.edges = static_cast<std::int64_t>(mesh.edges().size());
+    empty.faces = static_cast<std::int64_t>(mesh.faces().size());
+    empty.bodies = static_cast<std::int64_t>(mesh.body_count());
+    return empty;
+  }
+
   Span<const Contact> detect(const Positions& start, const Positions& end, Stats& step) {
     const Stats scene = step;
     if (!gpu && options.backend != Backend::cpu && failures < max_failures) start_gpu();
@@ -109,12 +119,16 @@ void Detector::set_topology(const Topology& topology) {
 }
 
 Span<const Contact> Detector::detect(const Positions& start, const Positions& end) {
-  Stats stats;
-  stats.vertices = static_cast<std::int64_t>(impl_->mesh.vertex_count());
-  stats.edges = static_cast<std::int64_t>(impl_->mesh.edges().size());
-  stats.faces = static_cast<std::int64_t>(impl_->mesh.faces().size());
-  stats.bodies = static_cast<std::int64_t>(impl_->mesh.body_count());
+  Stats stats = impl_->scene();
   const Span<const Contact> contacts = impl_->detect(start, end, stats);
+  impl_->stats = std::move(stats);
+  return contacts;
+}
+
+Span<const Contact> Detector::touching_among(Span<const Contact> pairs, const Positions& start,
+                                             const Positions& end) {
+  Stats stats = impl_->scene();
+  const Span<const Contact> contacts = impl_->cpu.touching_among(pairs, start, end, stats);
   impl_->stats = std::move(stats);
   return contacts;
 }

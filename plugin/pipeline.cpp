@@ -300,9 +300,25 @@ bool Pipeline::refuse_non_finite() {
 
 std::vector<Contact> Pipeline::detect(const Positions& start, const Positions& end) {
   const Clock::time_point begin = Clock::now();
-  std::vector<Contact> contacts = answerable(detector_->detect(start, end));
+  std::vector<Contact> contacts =
+      answerable(only_near_can_touch(end) ? near_detector_->touching_among(near_, start, end)
+                                          : detector_->detect(start, end));
   step_.ms_detect += ms_since(begin);
   return contacts;
+}
+
+// What the first detection did not report stayed further apart than the separation, all the time.
+// So it cannot touch while nothing leaves that motion by half as much; nor where the step begins.
+bool Pipeline::only_near_can_touch(const Positions& end) const {
+  if (!near_detector_) return false;
+  if (end.data() == motion_.start.data()) return true;
+  const double least = 0.499 * separation_;
+  for (std::size_t v = 0; v < motion_.size(); ++v) {
+    const Eigen::Vector3d moved =
+        motion_.end_of(static_cast<std::int32_t>(v)) - motion_.predicted[v];
+    if (moved.squaredNorm() > least * least) return false;
+  }
+  return true;
 }
 
 std::vector<Contact> Pipeline::detect_near() {
@@ -312,8 +328,8 @@ std::vector<Contact> Pipeline::detect_near() {
     return contacts;
   }
   const Clock::time_point begin = Clock::now();
-  std::vector<Contact> contacts =
-      answerable(near_detector_->detect(motion_.starts(), motion_.ends()));
+  near_ = near_detector_->detect(motion_.starts(), motion_.ends());
+  std::vector<Contact> contacts = answerable(near_);
   responded_ = !contacts.empty();
   // Of one body, neighbours; and pairs that touch, which have no normal yet.
   const auto says_nothing = [this](const Contact& contact) {

@@ -82,6 +82,7 @@ class Pipeline {
   bool is_anchored(const Contact& contact) const;
   std::vector<Contact> detect_near();
   std::vector<Contact> detect(const Positions& start, const Positions& end);
+  bool only_near_can_touch(const Positions& end) const;
   // Without those that nothing may be done about; of these, the first detection's are noted.
   std::vector<Contact> answerable(Span<const Contact> contacts);
   void collect_contacts(double seconds);
@@ -93,6 +94,7 @@ class Pipeline {
   std::unique_ptr<Detector> detector_;       // of what touches
   std::unique_ptr<Detector> near_detector_;  // of what comes within a thickness; null without any
   double separation_ = 0;                    // of near_detector_, metres
+  Span<const Contact> near_;                 // all that it found in this step
   // Metres: the narrowest gap that neither the rounding of positions nor what the response leaves
   // open closes, and so the least thickness.
   double resolution_ = 0;

@@ -29,7 +29,11 @@ void ContactSort::operator()(const std::vector<const std::vector<Contact>*>& par
   items_.clear();
   for (const std::vector<Contact>* part : parts)
     for (const Contact& c : *part) items_.push_back({fits ? key_(c) : 0, &c});
-  if (fits) {
+  constexpr std::size_t few = 512;  // before the counts of a pass pay
+  if (fits && items_.size() < few) {
+    std::sort(items_.begin(), items_.end(),
+              [](const Item& a, const Item& b) { return a.key < b.key; });
+  } else if (fits) {
     radix_sort();
   } else {
     std::sort(items_.begin(), items_.end(),

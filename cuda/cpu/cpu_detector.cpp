@@ -5,12 +5,14 @@
 #include <chrono>
 #include <cmath>
 #include <limits>
+#include <string>
 
 #include "core/contact_math.h"
 #include "core/separation.h"
 #include "cpu/decide_exactly.h"
 #include "cpu/positions.h"
 #include "cpu/scale.h"
+#include "lazyccd/error.h"
 
 namespace lazyccd {
 namespace {
@@ -55,6 +57,21 @@ bool apart(const std::vector<VertexRecord>& records, const std::array<std::int32
   return false;
 }
 
+void check_pairs(const Mesh& mesh, Span<const Contact> pairs) {
+  const auto inside = [](std::int32_t i, std::size_t count) {
+    return i >= 0 && static_cast<std::size_t>(i) < count;
+  };
+  for (const Contact& pair : pairs) {
+    const bool vf = pair.kind == ContactKind::vertex_face;
+    if (inside(pair.primitive_a, vf ? mesh.vertex_count() : mesh.edges().size()) &&
+        inside(pair.primitive_b, vf ? mesh.faces().size() : mesh.edges().size()))
+      continue;
+    throw Error(ErrorCode::index_out_of_range,
+                "a pair names primitives " + std::to_string(pair.primitive_a) + " and " +
+                    std::to_string(pair.primitive_b) + ", which the topology does not have");
+  }
+}
+
 }  // namespace
 
 // One thread's part of a traversal. Its sink's queues lead into the narrow phase here.
@@ -82,8 +99,7 @@ struct alignas(128) CpuDetector::Worker : CandidateSink {
     scene = leaf_scene;
     contacts.clear();
     front.clear();
-    if (scene.never_coplanar) scene.never_coplanar = &never_coplanar;
-    dropped = detector.options_.culling.orphan_sets ? &detector.orphans_ : nullptr;
+    dropped = nullptr;
     group_pairs = ended = culled = flat = never_coplanar = refined = exact = 0;
     hash = 0;
     ms_narrow = ms_busy = 0;
@@ -268,19 +284,27 @@ void CpuDetector::visit_pair(Worker& worker, NodePair pair) {
   if (kernels_->visit(worker.scene, a, b, worker)) ++worker.group_pairs;
 }
 
+void CpuDetector::begin_workers(double separation) {
+  for (const auto& worker : workers_) {
+    worker->begin(*this, {groups_.groups().data(),
+                          groups_.boxes().data(),
+                          groups_.blocks().data(),
+                          records_.empty() ? nullptr : records_.data()->x,
+                          mesh_->view(),
+                          scale_,
+                          options_.vertex_face,
+                          options_.edge_edge,
+                          separation,
+                          rounded_up(separation * scale_),
+                          options_.culling.non_penetration ? &worker->never_coplanar : nullptr});
+  }
+}
+
 void CpuDetector::traverse(Stats& stats) {
-  const LeafScene scene{groups_.groups().data(),
-                        groups_.boxes().data(),
-                        groups_.blocks().data(),
-                        records_.empty() ? nullptr : records_.data()->x,
-                        mesh_->view(),
-                        scale_,
-                        options_.vertex_face,
-                        options_.edge_edge,
-                        options_.separation,
-                        rounded_up(options_.separation * scale_),
-                        options_.culling.non_penetration ? &stats.never_coplanar : nullptr};
-  for (const auto& worker : workers_) worker->begin(*this, scene);
+  begin_workers(options_.separation);
+  if (options_.culling.orphan_sets) {
+    for (const auto& worker : workers_) worker->dropped = &orphans_;
+  }
   if (tree_.nodes().empty()) return;
   if (options_.strategy == Strategy::thread_per_query) {
     query_each_group(stats);
@@ -292,6 +316,13 @@ void CpuDetector::traverse(Stats& stats) {
 }
 
 void CpuDetector::finish_workers() {
+  int queued = 0;
+  for (const auto& worker : workers_) queued += worker->queues[0].count + worker->queues[1].count;
+  // What is done sooner than another thread would come is done here.
+  if (queued < 256) {
+    for (const auto& worker : workers_) worker->finish();
+    return;
+  }
   pool_.parallel_for(workers_.size(), 1, [&](std::size_t first, std::size_t last, int) {
     for (std::size_t i = first; i < last; ++i) workers_[i]->finish();
   });
@@ -433,6 +464,33 @@ Span<const Contact> CpuDetector::detect(const Positions& start, const Positions&
   traverse(stats);
   stats.ms_traverse = watch.lap();
 
+  gather_contacts(contacts_, stats);
+  stats.ms_traverse =
+      std::max(0.0, stats.ms_traverse - stats.ms_narrow - stats.ms_balance - stats.ms_front);
+  stats.ms_total = total.lap();
+  return contacts_;
+}
+
+Span<const Contact> CpuDetector::touching_among(Span<const Contact> pairs, const Positions& start,
+                                                const Positions& end, Stats& stats) {
+  Stopwatch total;
+  check_pairs(*mesh_, pairs);
+  scale_ = scale_for(load_records(*mesh_, start, end, pool_, records_));
+  stats.ms_refit = total.lap();
+  begin_workers(0);
+  pool_.parallel_for(pairs.size(), 2048, [&](std::size_t first, std::size_t last, int id) {
+    for (std::size_t i = first; i < last; ++i)
+      workers_[id]->push(pairs[i].kind, {pairs[i].primitive_a, pairs[i].primitive_b});
+  });
+  finish_workers();
+  gather_contacts(touching_, stats);
+  stats.ms_total = stats.ms_refit + total.lap();
+  return touching_;
+}
+
+// The workers' contacts, sorted, and what they counted.
+void CpuDetector::gather_contacts(std::vector<Contact>& out, Stats& stats) {
+  Stopwatch watch;
   std::vector<const std::vector<Contact>*> parts;
   for (const auto& w : workers_) {
     parts.push_back(&w->contacts);
@@ -452,23 +510,20 @@ Span<const Contact> CpuDetector::detect(const Positions& start, const Positions&
     stats.hash += w->hash;
     stats.ms_narrow += w->ms_narrow / pool_.size();
   }
-  stats.ms_traverse =
-      std::max(0.0, stats.ms_traverse - stats.ms_narrow - stats.ms_balance - stats.ms_front);
-  (*sort_)(parts, pool_, contacts_);
+  (*sort_)(parts, pool_, out);
   stats.ms_sort = watch.lap();
-  stats.ms_total = total.lap();
   stats.threads = pool_.size();
-  stats.peak_bytes = bytes() + static_cast<std::int64_t>(contacts_.capacity() * sizeof(Contact));
+  stats.peak_bytes = bytes();
   stats.backend = "cpu";
   stats.device = kernels_->name;
-  return contacts_;
 }
 
 std::int64_t CpuDetector::bytes() const {
   std::size_t sum = records_.capacity() * sizeof(VertexRecord) + groups_.bytes() +
                     tree_.nodes().capacity() * sizeof(TreeNode) + cones_.bytes() +
                     orphans_.bytes() + sort_->bytes() + traversal_.bytes() +
-                    front_.capacity() * sizeof(NodePair);
+                    front_.capacity() * sizeof(NodePair) +
+                    (contacts_.capacity() + touching_.capacity()) * sizeof(Contact);
   for (const auto& w : workers_)
     sum += sizeof(Worker) + w->survivors.capacity() * sizeof(Survivor) +
            w->near.capacity() * sizeof(Candidate) + w->approaches.capacity() * sizeof(Approach) +

@@ -26,11 +26,16 @@ class CpuDetector : public BackendDetector {
 
   void set_mesh(const Mesh& mesh) override;
   Span<const Contact> detect(const Positions& start, const Positions& end, Stats& stats) override;
+  // As Detector::touching_among().
+  Span<const Contact> touching_among(Span<const Contact> pairs, const Positions& start,
+                                     const Positions& end, Stats& stats);
 
  private:
   struct Worker;
 
   void update_hierarchy(Stats& stats);
+  void begin_workers(double separation);
+  void gather_contacts(std::vector<Contact>& out, Stats& stats);
   void traverse(Stats& stats);
   void balanced_traversal(Stats& stats);
   void query_each_group(Stats& stats);
@@ -58,7 +63,7 @@ class CpuDetector : public BackendDetector {
   NormalCones cones_;
   OrphanSets orphans_;
   std::unique_ptr<ContactSort> sort_;
-  std::vector<Contact> contacts_;
+  std::vector<Contact> contacts_, touching_;
 
   std::vector<NodePair> front_;
   FrontPolicy front_policy_;

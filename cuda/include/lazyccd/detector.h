@@ -130,11 +130,19 @@ class Detector {
   // valid until the next call. Throws Error on non-finite positions or a wrong count.
   Span<const Contact> detect(const Positions& start, const Positions& end);
 
+  // Of these pairs, each named by kind and primitives, those that touch during the motion, sorted;
+  // whatever Options::separation. For pairs that no other can join: where detect() with a separation h
+  // said who comes near, only they can touch in a motion that takes no vertex h / 2 or further from
+  // where it was at any time. The CPU does it on every backend. The span is valid until the next call
+  // of this function.
+  Span<const Contact> touching_among(Span<const Contact> pairs, const Positions& start,
+                                     const Positions& end);
+
   // All edges: sides of faces and the topology's own, each once, (smaller, larger) vertex index,
   // sorted by the larger and then by the smaller.
   Span<const Edge> edges() const;
 
-  const Stats& stats() const;  // of the last detect()
+  const Stats& stats() const;  // of the last detection
   // One line: the backend in use and, where it is not the one asked for, why.
   std::string status() const;
 

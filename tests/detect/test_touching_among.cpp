@@ -1,0 +1,71 @@
+// What touches, sought among pairs that are given.
+#include <random>
+
+#include "lazyccd/detector.h"
+#include "lazyccd/error.h"
+#include "support/catch.h"
+#include "support/moving_triangles.h"
+
+using namespace lazyccd;
+using namespace lazyccd::test;
+
+namespace {
+
+Options with_separation(double separation) {
+  Options options;
+  options.backend = Backend::cpu;
+  options.separation = separation;
+  return options;
+}
+
+bool same(Span<const Contact> a, Span<const Contact> b) {
+  const auto equal = [](const Contact& x, const Contact& y) {
+    return !(x < y) && !(y < x) && x.toi == y.toi && x.u == y.u && x.v == y.v &&
+           x.normal == y.normal;
+  };
+  return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin(), equal);
+}
+
+}  // namespace
+
+TEST_CASE("all that touches in a motion close to another one was near in that one") {
+  constexpr double separation = 0.02;
+  MovingTriangles scene = crowd_of_triangles(1000);
+  Detector near_detector(with_separation(separation)), touch_detector(with_separation(0));
+  near_detector.set_topology(scene.topology());
+  touch_detector.set_topology(scene.topology());
+  const Span<const Contact> near = near_detector.detect(scene.at(scene.start), scene.at(scene.end));
+  const auto among_near = [&](const std::vector<double>& end) {
+    return near_detector.touching_among(near, scene.at(scene.start), scene.at(end));
+  };
+  const auto touching = [&](const std::vector<double>& end) {
+    return touch_detector.detect(scene.at(scene.start), scene.at(end));
+  };
+
+  CHECK(touching(scene.end).size() > 500);
+  CHECK(near.size() > touching(scene.end).size() + 100);
+  CHECK(same(among_near(scene.end), touching(scene.end)));
+  CHECK(same(among_near(scene.start), touching(scene.start)));
+
+  // Each component by less than half the separation over the root of three.
+  std::mt19937 random(3);
+  for (double& x : scene.end) x += 0.28 * separation * (random() / 2147483648.0 - 1);
+  CHECK(same(among_near(scene.end), touching(scene.end)));
+  CHECK(near_detector.stats().hash == touch_detector.stats().hash);
+}
+
+TEST_CASE("a pair of primitives that are not there is refused") {
+  const MovingTriangles scene = crowd_of_triangles(2);
+  Detector detector(with_separation(0));
+  detector.set_topology(scene.topology());
+  Contact pair{};
+  pair.kind = ContactKind::vertex_face;
+  pair.primitive_b = 2;
+  const auto seek = [&] {
+    detector.touching_among(Span<const Contact>(&pair, 1), scene.at(scene.start),
+                            scene.at(scene.end));
+  };
+  CHECK_THROWS_AS(seek(), Error);
+  pair.primitive_b = 1;
+  CHECK_NOTHROW(seek());
+}
