@@ -1,6 +1,7 @@
 #include "momentum.h"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <numeric>
 
@@ -41,8 +42,8 @@ double kinetic_energy(const Motion& motion, const Velocity& velocity, const Spin
 // The bodies of one island of contacts, with what its momentum is made of.
 struct Island {
   std::vector<std::int32_t> bodies;
-  bool free = true;     // nothing of infinite mass
-  bool driven = false;  // something of infinite mass that moves
+  bool free = true;  // nothing of infinite mass
+  double drive = 0;  // m/s: the fastest point of what has infinite mass
 };
 
 std::vector<Island> find_islands(const std::vector<ContactRow>& rows, const Motion& motion) {
@@ -63,16 +64,12 @@ std::vector<Island> find_islands(const std::vector<ContactRow>& rows, const Moti
     Island& island = islands[find(body)];
     island.bodies.push_back(body);
     const int rigid = motion.rigid_of_body[body];
-    if (rigid >= 0) {
-      const RigidMotion& moves = motion.rigid[rigid];
-      island.free = island.free && moves.is_dynamic();
-      island.driven = island.driven || (!moves.is_dynamic() && !(moves.start == moves.predicted));
-      continue;
-    }
+    if (rigid >= 0 && motion.rigid[rigid].is_dynamic()) continue;
     for (std::int32_t v = motion.first_vertex[body]; v < motion.first_vertex[body + 1]; ++v) {
-      if (motion.inverse_mass[v] > 0) continue;
+      if (motion.is_soft(v) && motion.inverse_mass[v] > 0) continue;
       island.free = false;
-      island.driven = island.driven || motion.start_of(v) != motion.predicted[v];
+      const double moved = (motion.predicted[v] - motion.start_of(v)).norm();
+      island.drive = std::max(island.drive, moved / motion.seconds);
     }
   }
   std::vector<Island> result;
@@ -192,23 +189,30 @@ void restore_angular_momentum(const std::vector<ContactRow>& rows, Motion& motio
 
 void limit_kinetic_energy(const std::vector<ContactRow>& rows, Motion& motion) {
   for (const Island& island : find_islands(rows, motion)) {
-    if (island.driven) continue;
-    // Twice the energy of velocity + s change is what it was + 2 s across + s^2 along.
-    double across = 0, along = 0;
+    // Twice the energy of velocity + s change is before + 2 s across + s^2 along.
+    double mass = 0, before = 0, across = 0, along = 0;
+    const auto add = [&](double m, const Vector3d& velocity, const Vector3d& change) {
+      before += m * velocity.squaredNorm();
+      across += m * velocity.dot(change);
+      along += m * change.squaredNorm();
+    };
     for_each_mass(island, motion,
                   [&](double m, const Vector3d&, const Vector3d&, const Vector3d& velocity,
                       const Vector3d& change, const RigidMotion* body) {
-                    across += m * velocity.dot(change);
-                    along += m * change.squaredNorm();
+                    if (!change.isZero(0)) mass += m;
+                    add(m, velocity, change);
                     if (!body) return;
-                    const Matrix3d inertia = inertia_of(*body);
                     // As the energy has it: rounded, the inertia is not quite symmetric.
+                    const Matrix3d inertia = inertia_of(*body);
+                    before += body->spin.dot(inertia * body->spin);
                     across += 0.5 * body->spin.dot(inertia * body->spin_change);
                     across += 0.5 * body->spin_change.dot(inertia * body->spin);
                     along += body->spin_change.dot(inertia * body->spin_change);
                   });
-    if (2 * across + along <= 0) continue;
-    const double part = std::max(0.0, -2 * across / along);
+    const double driven = 2 * island.drive * std::sqrt(mass);
+    const double spare = driven * (2 * std::sqrt(before) + driven);
+    if (2 * across + along <= spare) continue;
+    const double part = (std::sqrt(across * across + along * spare) - across) / along;
     for_each_mass(island, motion,
                   [&](double, const Vector3d&, const Vector3d&, const Vector3d&, Vector3d& change,
                       RigidMotion* body) {
