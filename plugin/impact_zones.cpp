@@ -23,6 +23,11 @@ struct RigidStep {
 
   Vector3d operator()(const Vector3d& x) const { return rotation * (x - centre) + centre + shift; }
   bool stays() const { return shift.isZero(0) && rotation.isIdentity(0); }
+  // Within what rounding makes of it.
+  bool carries(std::int32_t soft_vertex, const Motion& motion) const {
+    const Vector3d start = motion.start_of(soft_vertex), end = motion.end_of(soft_vertex);
+    return ((*this)(start)-end).norm() <= 1e-3 * (end - start).norm();
+  }
 };
 
 RigidStep step_of(const RigidMotion& body) {
@@ -154,14 +159,37 @@ bool ImpactZones::hold(const std::vector<Contact>& contacts, bool whole_bodies, 
   return more;
 }
 
-bool ImpactZones::stop_pinned(const std::vector<Contact>& contacts, Motion& motion) {
+bool ImpactZones::is_prescribed(const Contact& contact, const Motion& motion) {
+  const int a = motion.rigid_of_body[contact.body_a], b = motion.rigid_of_body[contact.body_b];
+  if (a < 0 && b < 0) return false;
+  const RigidMotion& body = motion.rigid[a >= 0 ? a : b];
+  if (body.is_dynamic() || body.start == body.end) return false;
+  const RigidStep step = step_of(body);
+  return std::any_of(contact.vertices.begin(), contact.vertices.end(), [&](std::int32_t v) {
+    return motion.is_soft(v) && motion.inverse_mass[v] == 0 && !step.carries(v, motion);
+  });
+}
+
+bool ImpactZones::stop_driven(const std::vector<Contact>& contacts, Motion& motion) {
   bool more = false;
+  const auto stop = [&](std::int32_t member) {
+    more = more || !held_[member];
+    held_[member] = 1;
+  };
   for (const Contact& contact : contacts) {
-    for (const std::int32_t v : contact.vertices) {
-      if (!motion.is_soft(v) || motion.inverse_mass[v] > 0 || held_[v]) continue;
-      held_[v] = 1;
-      stay(v, motion);
-      more = true;
+    bool new_guide = false;
+    for (const std::int32_t member : members(contact, motion, &new_guide)) {
+      const auto guided = guides_.find(find(member));
+      if (guided == guides_.end()) continue;
+      for (const std::int32_t v : guided->second.nodes) {
+        stop(v);
+        stay(v, motion);
+      }
+      for (const int body : guided->second.bodies) {
+        if (motion.rigid[body].start == motion.rigid[body].end) continue;
+        stop(motion.soft_count() + body);
+        motion.put(motion.rigid[body], motion.rigid[body].start);
+      }
     }
   }
   move_all(motion);
@@ -207,12 +235,13 @@ void ImpactZones::move(const Zone& zone, const Guides& guides, Motion& motion) c
     guided = step;
     is_guided = true;
   };
+  for (const int body : guides.bodies) follow(step_of(motion.rigid[body]));
   for (const std::int32_t v : guides.nodes) {
+    if (is_guided && guided.carries(v, motion)) continue;
     RigidStep step;
     step.shift = motion.end_of(v) - motion.start_of(v);
     follow(step);
   }
-  for (const int body : guides.bodies) follow(step_of(motion.rigid[body]));
   if (!alike) guided = RigidStep();
 
   RigidStep free;

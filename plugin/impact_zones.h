@@ -34,12 +34,15 @@ class ImpactZones {
   // in contact. False where nothing was left to join or hold.
   bool hold(const std::vector<Contact>& contacts, bool whole_bodies, Motion& motion);
 
-  // Pinned nodes in these contacts stay where the step began, whatever moves them: the last thing that
-  // can be done. False where they all do.
-  bool stop_pinned(const std::vector<Contact>& contacts, Motion& motion);
+  // Between a kinematic body that moves and a pinned node that does not go along: nothing that
+  // could give way decides it.
+  static bool is_prescribed(const Contact& contact, const Motion& motion);
+  // What guides these zones stays where the step began, whatever moves it: the last thing that can
+  // be done. False where it all does.
+  bool stop_driven(const std::vector<Contact>& contacts, Motion& motion);
 
   std::int64_t node_count() const;  // soft nodes in zones of more than one member
-  std::int64_t held_count() const;  // members of held zones, and stopped nodes
+  std::int64_t held_count() const;  // members of held zones, and what was stopped
 
  private:
   struct Zone {

@@ -64,6 +64,28 @@ AxisBox in_frame(const Obstacles::Record& record, const AxisBox& box) {
   return local.grown(btVector3(moved, moved, moved));
 }
 
+// Metres that a point of the body moves at most, about.
+btScalar way(const Obstacles::Record& record, const btTransform& from, const btTransform& to) {
+  btVector3 centre;
+  btScalar radius;
+  record.shape->getBoundingSphere(centre, radius);
+  const btMatrix3x3 turned = to.getBasis() - from.getBasis();
+  const btScalar turn = turned[0].length() + turned[1].length() + turned[2].length();
+  return from.getOrigin().distance(to.getOrigin()) + turn * (centre.length() + radius);
+}
+
+// Where a body is at the end of the step that Bullet has at `now`: there, or on the way to it where
+// it was left behind.
+btTransform follow(const Obstacles::Record& record, const btTransform& now) {
+  constexpr btScalar least_part = btScalar(0.1);
+  if (record.start == record.seen) return now;
+  const btScalar left = way(record, record.start, now), moved = way(record, record.seen, now);
+  if (!(left > 2 * moved)) return now;
+  const btScalar part = btMax(2 * moved / left, least_part);
+  return btTransform(record.start.getRotation().slerp(now.getRotation(), part),
+                     record.start.getOrigin().lerp(now.getOrigin(), part));
+}
+
 bool is_same(const Obstacles::Record& a, const Obstacles::Record& b) {
   return a.object == b.object && a.unique_id == b.unique_id && a.shape == b.shape &&
          a.scaling == b.scaling && a.group == b.group && a.mask == b.mask &&
@@ -106,7 +128,7 @@ void Obstacles::find(const SoftBodies& bodies) {
     record.mask = object->getBroadphaseHandle()->m_collisionFilterMask;
     record.ignored = hash_of_ignored(*object);
     record.dynamic = !object->isStaticOrKinematicObject();
-    record.start = record.end = object->getWorldTransform();
+    record.start = record.end = record.seen = object->getWorldTransform();
     found.push_back(record);
   }
   // The broad phase has no order of its own.
@@ -119,6 +141,7 @@ void Obstacles::find(const SoftBodies& bodies) {
     // What is driven is swept from where the last step left it.
     record.start = old->start;
     record.end = old->end;
+    record.seen = old->seen;
   }
   found_ = std::move(found);
 }
@@ -140,7 +163,9 @@ bool Obstacles::update(const SoftBodies& bodies, const AxisBox& swept, Journal& 
     region_ = swept.grown(btScalar(0.25) * size + btVector3(spare, spare, spare));
   }
   for (Record& record : found_) {
-    record.end = record.object->getWorldTransform();
+    const btTransform& now = record.object->getWorldTransform();
+    record.end = record.dynamic ? now : follow(record, now);
+    record.seen = now;
     if (!is_finite(record.end) || !is_finite(record.start)) {
       record.start = record.end;
       journal.say("obstacle " + std::to_string(record.unique_id),
@@ -162,6 +187,12 @@ bool Obstacles::update(const SoftBodies& bodies, const AxisBox& swept, Journal& 
   records_ = std::move(near);
   if (!same) read_triangles(journal);
   return !same;
+}
+
+void Obstacles::leave_behind(const btCollisionObject& object) {
+  for (Record& record : found_) {
+    if (record.object == &object) record.end = record.start;
+  }
 }
 
 void Obstacles::read_triangles(Journal& journal) {

@@ -1,7 +1,8 @@
 // The rigid bodies near the soft ones as triangles that move rigidly.
 //
 // Static and kinematic bodies move from where the last step saw them to where they are now; dynamic
-// ones from where they were before Bullet integrated them. Of meshes, terrains and planes the part
+// ones from where they were before Bullet integrated them. What closes in on something that cannot
+// give way is left behind where it was, and comes after Bullet's at no more than twice its speed. Of meshes, terrains and planes the part
 // near the soft bodies is read, and read again where these leave it.
 #pragma once
 
@@ -31,6 +32,7 @@ class Obstacles {
     std::uint64_t ignored;
     bool dynamic;
     btTransform start, end;             // of the step
+    btTransform seen;                   // where Bullet has it
     AxisBox region = AxisBox::empty();  // that its triangles were read from, in its own frame
     std::int32_t first_vertex = 0, vertex_count = 0;
   };
@@ -46,6 +48,8 @@ class Obstacles {
   // With rigid bodies where the step ends and the soft bodies' motion in `swept`. True where
   // vertices or faces are others than before.
   bool update(const SoftBodies& bodies, const AxisBox& swept, Journal& journal);
+  // The next step sweeps this one, which nothing moves, from where this step began.
+  void leave_behind(const btCollisionObject& object);
   // Drops everything.
   void clear();
 

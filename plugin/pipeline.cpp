@@ -104,10 +104,12 @@ bool Pipeline::run(const Bodies& bodies, double seconds, const Fill& fill) noexc
         response_.forget();
       }
       if (step_.unresolved > 0) {
-        journal_.say("unresolved",
-                     "something was caught between bodies of infinite mass that close in on each "
-                     "other; the contacts are counted as unresolved");
+        journal_.say(
+            "unresolved",
+            "a kinematic body passed over pinned nodes, or something as fixed as these; the "
+            "contacts are counted as unresolved");
       }
+      leave_stopped_obstacles();
       collect_contacts(seconds);
       step_.ms_response = ms_since(gathered) - step_.ms_detect;
     }
@@ -452,12 +454,29 @@ bool Pipeline::is_moved(std::int32_t vertex) const {
                         !motion_.opening[vertex].isZero(0));
 }
 
+void Pipeline::leave_stopped_obstacles() {
+  if (!responded_) return;
+  for (const StepTopology::BodyRecord& body : topology_.bodies()) {
+    if (body.soft || body.dynamic) continue;
+    const RigidMotion& motion = motion_.rigid_of(body_index(body));
+    if (motion.end == motion.predicted) continue;
+    obstacles_.leave_behind(*body.object);
+    journal_.say("caught",
+                 "something was caught between bodies of infinite mass that close in on each "
+                 "other; it stays where it was, and a body that goes on overlaps it until there is "
+                 "room");
+  }
+}
+
+std::int32_t Pipeline::body_index(const StepTopology::BodyRecord& body) const {
+  return static_cast<std::int32_t>(&body - topology_.bodies().data());
+}
+
 void Pipeline::write_rigid_bodies() const {
   if (!responded_) return;
   for (const StepTopology::BodyRecord& record : topology_.bodies()) {
     if (record.soft) continue;
-    const RigidMotion& motion = motion_.rigid[static_cast<std::size_t>(
-        motion_.rigid_of_body[static_cast<std::size_t>(&record - topology_.bodies().data())])];
+    const RigidMotion& motion = motion_.rigid_of(body_index(record));
     const bool changed = !motion.velocity_change.isZero(0) || !motion.spin_change.isZero(0) ||
                          !(motion.end == motion.predicted);
     if (!motion.is_dynamic() || !changed) continue;

@@ -78,6 +78,8 @@ class Pipeline {
   bool read_resolution();
   void set_topology();
   void report_piercings();
+  void leave_stopped_obstacles();
+  std::int32_t body_index(const StepTopology::BodyRecord& body) const;
   double largest_thickness() const;
   bool is_anchored(const Contact& contact) const;
   std::vector<Contact> detect_near();

@@ -56,20 +56,33 @@ void Response::run(const std::vector<Contact>& near, const Detect& detect_all, M
   }
   contacts.erase(std::remove_if(contacts.begin(), contacts.end(), touches), contacts.end());
   if (!contacts.empty()) {
+    std::ptrdiff_t prescribed = 0;
+    const auto drop_prescribed = [&] {
+      const auto last =
+          std::remove_if(contacts.begin(), contacts.end(), [&motion](const Contact& contact) {
+            return ImpactZones::is_prescribed(contact, motion);
+          });
+      prescribed = contacts.end() - last;
+      contacts.erase(last, contacts.end());
+    };
+    drop_prescribed();
     ImpactZones zones(motion);
     for (int i = 0; i < options_.max_zones && !contacts.empty(); ++i) {
       rows_.add(contacts, true, motion);
       zones.absorb(contacts, motion);
       contacts = detect(motion.starts(), motion.ends());
+      drop_prescribed();
     }
     for (int i = 0; !contacts.empty(); ++i) {
       rows_.add(contacts, true, motion);
       if (!zones.hold(contacts, i >= node_wise_holds, motion) &&
-          !zones.stop_pinned(contacts, motion)) {
+          !zones.stop_driven(contacts, motion)) {
         break;
       }
       contacts = detect(motion.starts(), motion.ends());
+      drop_prescribed();
     }
+    stats.unresolved += prescribed;
     stats.zone_nodes += zones.node_count();
     stats.last_resorts += zones.held_count();
     stats.unresolved += static_cast<std::int64_t>(contacts.size());

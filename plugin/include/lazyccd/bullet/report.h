@@ -19,10 +19,12 @@ struct StepStats {
   std::int64_t detections = 0;
   std::int64_t contacts_vf = 0;  // different pairs of primitives in contact
   std::int64_t contacts_ee = 0;
-  std::int64_t zone_nodes = 0;    // nodes that had to move rigidly with an impact zone
-  std::int64_t last_resorts = 0;  // nodes and rigid bodies held where the step began
-  // Contacts that even those could not end: what is caught between two bodies of infinite mass that
-  // close in on each other, or between a moving one and a pinned node.
+  std::int64_t zone_nodes = 0;  // nodes that had to move rigidly with an impact zone
+  // Nodes and rigid bodies held where the step began. A kinematic body among them closes in on what
+  // cannot give way: Bullet's goes on, and LazyCCD's is left behind until there is room.
+  std::int64_t last_resorts = 0;
+  // Contacts that even those could not end: of a moving kinematic body with a pinned node in its
+  // way.
   std::int64_t unresolved = 0;
   std::int64_t touching = 0;  // pairs in contact that touched before the step began
   // Edges that stuck in faces when the scene was read: in its first step, and where it changed.
