@@ -45,30 +45,53 @@ bool show(std::uint32_t number, scenes::World w, const test::SceneReport& r, boo
   return r.crossings || r.piercings || !r.finite || (s.unresolved && !r.driven);
 }
 
+void follow(const test::SceneStep& step) {
+  const bullet::StepStats& s = step.stats;
+  if (step.crossings == 0 && s.unresolved + s.last_resorts == 0 && s.energy_gained == 0 &&
+      step.seconds < 0.3)
+    return;
+  std::printf(
+      "step %d: %.2f s, detections %lld, contacts %lld, zones %lld, held %lld, unresolved %lld, "
+      "gained %g J\n",
+      step.number, step.seconds, (long long)s.detections,
+      (long long)(s.contacts_vf + s.contacts_ee), (long long)s.zone_nodes,
+      (long long)s.last_resorts, (long long)s.unresolved, s.energy_gained);
+  if (step.crossings == 0) return;
+  for (const Contact& c : step.inspector.crossings()) {
+    std::printf("  %s of bodies %d and %d at %.10f, inverse masses",
+                c.kind == ContactKind::vertex_face ? "vertex-face" : "edge-edge", c.body_a,
+                c.body_b, c.toi);
+    for (const std::int32_t v : c.vertices)
+      std::printf(" %g", static_cast<double>(step.inspector.surface().inverse_mass[v]));
+    std::printf("\n");
+  }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
   CLI::App app("Random scenes in Bullet with LazyCCD");
   std::uint32_t from = 1, count = 100;
   std::string world = "both";
-  bool all = false, bullet_alone = false;
+  bool all = false, bullet_alone = false, each_step = false;
   app.add_option("--from", from);
   app.add_option("--count", count);
   app.add_option("--world", world);
   app.add_flag("--all", all);
   app.add_flag("--bullet", bullet_alone);
+  app.add_flag("--follow", each_step);
   CLI11_PARSE(app, argc, argv);
+  std::function<void(const test::SceneStep&)> watch;
+  if (each_step) watch = follow;
   bool bad = false;
   for (std::uint32_t number = from; number < from + count; ++number) {
     for (const scenes::World w : {scenes::World::rigid, scenes::World::deformable}) {
       if (world == "rigid" && w != scenes::World::rigid) continue;
       if (world == "deformable" && w != scenes::World::deformable) continue;
-      bad = show(number, w,
-                 test::run_random_scene(
-                     number, w,
-                     bullet_alone ? scenes::Collisions::bullet : scenes::Collisions::lazyccd),
-                 all) ||
-            bad;
+      const test::SceneReport report = test::run_random_scene(
+          number, w, bullet_alone ? scenes::Collisions::bullet : scenes::Collisions::lazyccd, {},
+          watch);
+      bad = show(number, w, report, all) || bad;
     }
   }
   return bad;

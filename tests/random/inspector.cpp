@@ -1,6 +1,7 @@
 #include "random/inspector.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "scenes/piercings.h"
 
@@ -64,6 +65,11 @@ std::vector<btScalar> Inspector::positions() const {
 }
 
 bool Inspector::is_clean(const SoftBodies& soft, const std::vector<Obstacle>& obstacles) {
+  for (const auto& body : soft) {
+    for (int i = 0; i < body->m_nodes.size(); ++i) {
+      if (!std::isfinite(body->m_nodes[i].m_x.length2())) return false;
+    }
+  }
   Inspector inspector;
   inspector.restart(soft, obstacles);
   return inspector.step() == 0 && inspector.piercings() == 0;

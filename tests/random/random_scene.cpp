@@ -17,7 +17,6 @@
 #include "lazyccd/bullet/deformable_body_solver.h"
 #include "lazyccd/bullet/deformable_world.h"
 #include "lazyccd/bullet/soft_body_solver.h"
-#include "random/inspector.h"
 #include "random/rigid_bodies.h"
 #include "random/soft_bodies.h"
 
@@ -95,7 +94,7 @@ class Scene {
     for (const Rigid& rigid : rigid_) world_->removeRigidBody(rigid.body.get());
   }
 
-  SceneReport run(const std::function<void(int)>& after_step) {
+  SceneReport run(const std::function<void(const SceneStep&)>& after_step) {
     report_.steps = 30 + dice_.below(60);
     inspector_.restart(soft_, inspected());
     report_.vertices = inspector_.vertex_count();
@@ -118,9 +117,11 @@ class Scene {
         world_->stepSimulation(scalar(now), 0, scalar(now));
       }
       const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
-      report_.slowest_step = std::max(report_.slowest_step, took.count() - seconds_inspecting_);
+      const double seconds = took.count() - seconds_inspecting_;
+      report_.slowest_step = std::max(report_.slowest_step, seconds);
+      const std::int64_t before = report_.crossings;
       inspect();
-      if (after_step) after_step(i);
+      if (after_step) after_step({i, seconds, report_.crossings - before, stats(), inspector_});
     }
     report_.stats = is_rigid() ? soft_solver_.total_stats() : deformable_solver_.total_stats();
     report_.status = is_rigid() ? soft_solver_.status() : deformable_solver_.status();
@@ -128,6 +129,9 @@ class Scene {
   }
 
  private:
+  const bullet::StepStats& stats() const {
+    return is_rigid() ? soft_solver_.step_stats() : deformable_solver_.step_stats();
+  }
   bool is_lazy() const { return collisions_ == scenes::Collisions::lazyccd; }
   bool is_rigid() const { return soft_world_ != nullptr; }
   void note(const std::string& word) { report_.what += " " + word; }
@@ -443,7 +447,7 @@ class Scene {
 
 SceneReport run_random_scene(std::uint32_t number, scenes::World world,
                              scenes::Collisions collisions, const bullet::Options& options,
-                             const std::function<void(int)>& after_step) {
+                             const std::function<void(const SceneStep&)>& after_step) {
   return Scene(number, world, collisions, options).run(after_step);
 }
 

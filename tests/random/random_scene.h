@@ -9,6 +9,7 @@
 
 #include "lazyccd/bullet/options.h"
 #include "lazyccd/bullet/report.h"
+#include "random/inspector.h"
 #include "scenes/physics_world.h"
 
 namespace lazyccd::test {
@@ -28,10 +29,18 @@ struct SceneReport {
   std::string status;
 };
 
-// `after_step` is for those who want to look closer.
+// What is to be seen after each step, for those who want to look closer.
+struct SceneStep {
+  int number;
+  double seconds;  // that it took
+  std::int64_t crossings;
+  const bullet::StepStats& stats;
+  const Inspector& inspector;
+};
+
 SceneReport run_random_scene(std::uint32_t number, scenes::World world,
                              scenes::Collisions collisions = scenes::Collisions::lazyccd,
                              const bullet::Options& options = {},
-                             const std::function<void(int step)>& after_step = {});
+                             const std::function<void(const SceneStep&)>& after_step = {});
 
 }  // namespace lazyccd::test

@@ -25,7 +25,7 @@ struct Shape {
   // What the shape is made of.
   std::vector<std::unique_ptr<btCollisionShape>> parts;
   std::unique_ptr<btTriangleMesh> mesh;
-  std::vector<float> heights;
+  std::vector<btScalar> heights;
 };
 
 // Metres.
