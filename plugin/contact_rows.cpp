@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact_problem.h"
+
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
@@ -24,60 +26,6 @@ Vector3d separation(const ContactRow& row, const Motion& motion) {
   return sum;
 }
 
-// What the opening adds to it.
-Vector3d opened(const ContactRow& row, const Motion& motion) {
-  Vector3d sum = Vector3d::Zero();
-  for (int i = 0; i < 4; ++i) {
-    const std::int32_t v = row.contact.vertices[i];
-    if (motion.is_soft(v)) sum += row.weights[i] * motion.opening[v];
-  }
-  if (row.rigid >= 0) {
-    const RigidMotion& body = motion.rigid[row.rigid];
-    sum += row.rigid_weight * body.opening_shift + body.opening_turn.cross(row.arm);
-  }
-  return sum;
-}
-
-Vector3d sliding(const ContactRow& row, const Motion& motion) {
-  Vector3d start = Vector3d::Zero();
-  for (int i = 0; i < 4; ++i) start += row.weights[i] * motion.start_of(row.contact.vertices[i]);
-  const Vector3d moved = separation(row, motion) - start;
-  return moved - row.normal.dot(moved) * row.normal;
-}
-
-void apply(const ContactRow& row, const Vector3d& impulse, const Motion& motion,
-           std::vector<Vector3d>& x, Vector3d* shift, Vector3d* turn) {
-  for (int i = 0; i < 4; ++i) {
-    const std::int32_t v = row.contact.vertices[i];
-    if (motion.is_soft(v)) x[v] += row.weights[i] * motion.inverse_mass[v] * impulse;
-  }
-  if (row.rigid >= 0) {
-    const RigidMotion& body = motion.rigid[row.rigid];
-    *shift += row.rigid_weight * body.inverse_mass.cwiseProduct(impulse);
-    *turn += body.inverse_inertia * row.arm.cross(impulse);
-  }
-}
-
-void push(const ContactRow& row, const Vector3d& impulse, Motion& motion) {
-  RigidMotion* body = row.rigid >= 0 ? &motion.rigid[row.rigid] : nullptr;
-  apply(row, impulse, motion, motion.solved, body ? &body->shift : nullptr,
-        body ? &body->turn : nullptr);
-}
-
-void open(const ContactRow& row, const Vector3d& impulse, Motion& motion) {
-  RigidMotion* body = row.rigid >= 0 ? &motion.rigid[row.rigid] : nullptr;
-  apply(row, impulse, motion, motion.opening, body ? &body->opening_shift : nullptr,
-        body ? &body->opening_turn : nullptr);
-}
-
-// The change of a nonnegative total that closes what is missing; `total` becomes the new one.
-double raise(double& total, double missing, double response) {
-  const double wanted = std::max(0.0, total + missing * response);
-  const double change = wanted - total;
-  total = wanted;
-  return change;
-}
-
 }  // namespace
 
 double ContactRows::thickness(const Contact& contact, const Motion& motion, double of_surfaces) {
@@ -96,11 +44,12 @@ ContactRow ContactRows::make_row(const Contact& contact, const Motion& motion) c
   row.rigid = rigid_a >= 0 ? rigid_a : motion.rigid_of_body[contact.body_b];
   row.rigid_weight = rigid_a >= 0 ? 1 : -1;
   row.arm = Vector3d::Zero();
-  double start_gap = 0, compliance = 0, sliding_compliance = 0, most_mobile = 0;
+  row.start_gap = 0;
+  double compliance = 0, sliding_compliance = 0, most_mobile = 0;
   for (int i = 0; i < 4; ++i) {
     const std::int32_t v = contact.vertices[i];
     const Vector3d start = motion.start_of(v);
-    start_gap += row.weights[i] * row.normal.dot(start);
+    row.start_gap += row.weights[i] * row.normal.dot(start);
     if (motion.is_soft(v)) {
       const double share = row.weights[i] * row.weights[i] * motion.inverse_mass[v];
       compliance += share;
@@ -124,7 +73,7 @@ ContactRow ContactRows::make_row(const Contact& contact, const Motion& motion) c
   const PairSurface surface = surface_(contact.body_a, contact.body_b);
   const double thickness = ContactRows::thickness(contact, motion, surface.thickness);
   row.friction = surface.friction;
-  row.kept_gap = std::min(thickness, std::max(0.0, start_gap));
+  row.kept_gap = std::min(thickness, std::max(0.0, row.start_gap));
   row.opened_gap =
       std::max(row.kept_gap, std::min(0.5 * thickness, row.kept_gap + recovery_ * thickness));
   // A row that only a node of small weight can serve would throw that node far away: at most 16
@@ -134,8 +83,8 @@ ContactRow ContactRows::make_row(const Contact& contact, const Motion& motion) c
   row.sliding_response = 1 / std::max(sliding_compliance, least);
   row.impulse = row.opening = 0;
   row.tangential = Vector3d::Zero();
-  row.approach = start_gap - row.normal.dot(separation(row, motion));
-  row.remaining = std::max(0.0, start_gap - row.kept_gap);
+  row.approach = row.start_gap - row.normal.dot(separation(row, motion));
+  row.remaining = std::max(0.0, row.start_gap - row.kept_gap);
   return row;
 }
 
@@ -155,7 +104,7 @@ void ContactRows::forget() {
   remembered_.clear();
 }
 
-void ContactRows::start_warm(Motion& motion) {
+void ContactRows::start_warm() {
   auto last = remembered_.begin();
   for (ContactRow& row : rows_) {
     while (last != remembered_.end() && last->contact < row.contact) ++last;
@@ -165,16 +114,14 @@ void ContactRows::start_warm(Motion& motion) {
     row.tangential = last->impulse - row.normal.dot(last->impulse) * row.normal;
     const double most = row.friction * row.impulse, size = row.tangential.norm();
     if (size > most) row.tangential *= most / size;
-    push(row, row.impulse * row.normal + row.tangential, motion);
   }
 }
 
-void ContactRows::start_cold(Motion& motion) {
+void ContactRows::start_cold() {
   for (ContactRow& row : rows_) {
     row.impulse = row.opening = 0;
     row.tangential.setZero();
   }
-  motion.restart_response();
 }
 
 void ContactRows::add(const std::vector<Contact>& contacts, bool touching, const Motion& motion) {
@@ -196,34 +143,10 @@ void ContactRows::add(const std::vector<Contact>& contacts, bool touching, const
 }
 
 void ContactRows::relax(Motion& motion, int sweeps) {
-  // Below what anyone calls moving.
-  const double tolerance = 1e-4 * motion.seconds;
-  for (int sweep = 0; sweep < sweeps; ++sweep) {
-    double change = 0;
-    for (ContactRow& row : rows_) {
-      const double missing = row.kept_gap - row.normal.dot(separation(row, motion));
-      const double more = raise(row.impulse, missing, row.response);
-      if (more != 0) push(row, more * row.normal, motion);
-      change = std::max(change, std::abs(more) / row.response);
-      if (row.friction == 0 || (row.impulse == 0 && row.tangential.isZero())) continue;
-      Vector3d tangential = row.tangential - row.sliding_response * sliding(row, motion);
-      const double most = row.friction * row.impulse, size = tangential.norm();
-      if (size > most) tangential *= most / size;
-      push(row, tangential - row.tangential, motion);
-      change = std::max(change, (tangential - row.tangential).norm() / row.sliding_response);
-      row.tangential = tangential;
-    }
-    if (change < tolerance) break;
-  }
-  for (int sweep = 0; sweep < sweeps; ++sweep) {
-    double change = 0;
-    for (ContactRow& row : rows_) {
-      const double now = row.normal.dot(separation(row, motion) + opened(row, motion));
-      const double more = raise(row.opening, row.opened_gap - now, row.response);
-      if (more != 0) open(row, more * row.normal, motion);
-      change = std::max(change, std::abs(more) / row.response);
-    }
-    if (change < tolerance) break;
+  for (const auto of : {ContactProblem::Of::motion, ContactProblem::Of::opening}) {
+    ContactProblem problem(of, rows_, motion);
+    problem.solve(sweeps);
+    problem.write(rows_, motion);
   }
   for (const ContactRow& row : rows_) {
     for (const std::int32_t v : row.contact.vertices) {

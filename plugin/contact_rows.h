@@ -18,8 +18,7 @@
 #include <functional>
 #include <vector>
 
-#include "lazyccd/contact.h"
-#include "lazyccd/span.h"
+#include "contact_row.h"
 #include "motion.h"
 
 namespace lazyccd::bullet {
@@ -29,31 +28,6 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 struct PairSurface {
   double thickness;  // metres
   double friction;   // Coulomb's coefficient
-};
-
-struct ContactRow {
-  Contact contact;
-  std::array<double, 4> weights;
-  Eigen::Vector3d normal;
-  // Gaps in metres: the one that impulses keep, which is never wider than at the start of the step,
-  // and the one that is opened without velocity.
-  double kept_gap, opened_gap;
-  // Metres by which the predicted motion narrows the gap, and by which it may.
-  double approach, remaining;
-  double friction;
-  // 1 / sum_i w_i^2 / mass_i, kg, a rigid body's share included: along the normal, and at most
-  // across it.
-  double response, sliding_response;
-  double impulse;              // kg m: the sum of what changed the solved motion, along the normal
-  Eigen::Vector3d tangential;  // the same across it
-  double opening;              // the same of the opening
-  bool touched = false;        // not only near
-
-  // The side of the contact that is a rigid body: index in Motion::rigid or -1, the sum of its
-  // weights (1 or -1), and its lever arm: sum_i w_i (x_i - centre), metres.
-  int rigid;
-  double rigid_weight;
-  Eigen::Vector3d arm;
 };
 
 class ContactRows {
@@ -73,13 +47,13 @@ class ContactRows {
   void forget();
   // Starts from the impulses of the last step, where a pair was in contact in it too: what rests
   // needs the same ones again. It may raise the kinetic energy, which is for the caller to see.
-  void start_warm(Motion& motion);
+  void start_warm();
   // Takes all impulses back.
-  void start_cold(Motion& motion);
+  void start_cold();
   // Adds rows for contacts, which come sorted. A pair that is in contact again gets a further row.
   // `touching`: these do not only come near each other.
   void add(const std::vector<Contact>& contacts, bool touching, const Motion& motion);
-  // Projected Gauss-Seidel over the rows in their order, then the ends of everything in contact.
+  // Solves the rows, then places the ends of everything in contact.
   void relax(Motion& motion, int sweeps);
 
   // Sorted by contact; those of a pair beside each other.

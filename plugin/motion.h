@@ -46,13 +46,14 @@ struct Motion {
   // Of the soft bodies' vertices, which are the first ones:
   std::vector<double> inverse_mass;  // 1/kg; 0 where something else than contact decides the motion
   std::vector<Eigen::Vector3d> velocity;  // m/s, at the end as Bullet has it
-  std::vector<double> rate;               // 1/s: velocity per displacement of the step
+  std::vector<double> rate;               // 1/s: velocity per displacement, damping included
   std::vector<double> reach;              // metres: the shortest edge at the vertex
   // Of the rigid bodies'.
   std::vector<RigidMotion> rigid;
   // By body: its vertices, ended by one past the last; its index in `rigid`, or -1.
   std::vector<std::int32_t> first_vertex, rigid_of_body;
-  double seconds = 1;  // of the step
+  std::vector<double> rest_speed;  // by body, m/s: Bullet's sleeping threshold of soft bodies
+  double seconds = 1;              // of the step
 
   // End of the step as Bullet had it, metres, of all vertices.
   std::vector<Eigen::Vector3d> predicted;

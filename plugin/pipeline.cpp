@@ -18,6 +18,10 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
+// Pairs are near up to this many thicknesses: what rests lies at one, and would be near in one step
+// and not in the next.
+constexpr double near_reach = 1.1;
+
 double ms_since(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
@@ -188,7 +192,7 @@ void Pipeline::set_topology() {
   const auto middle = reach.begin() + static_cast<std::ptrdiff_t>(reach.size() / 2);
   std::nth_element(reach.begin(), middle, reach.end());
   lazyccd::Options options = options_.detector;
-  options.separation = std::min(largest_thickness(), 0.5 * *middle);
+  options.separation = std::min(near_reach * largest_thickness(), 0.5 * *middle);
   if (!(options.separation > 0)) {
     near_detector_.reset();
     return;
@@ -246,6 +250,7 @@ void Pipeline::gather_soft(double seconds, const Fill& fill) {
 void Pipeline::gather_obstacles() {
   motion_.first_vertex.clear();
   motion_.rigid_of_body.clear();
+  motion_.rest_speed.clear();
   motion_.rigid.clear();
   motion_.start.resize(3 * static_cast<std::size_t>(topology_.vertex_count()));
   motion_.end.resize(motion_.start.size());
@@ -253,6 +258,8 @@ void Pipeline::gather_obstacles() {
     motion_.first_vertex.push_back(body.first_vertex);
     motion_.rigid_of_body.push_back(body.soft ? -1
                                               : static_cast<std::int32_t>(motion_.rigid.size()));
+    motion_.rest_speed.push_back(body.soft ? static_cast<double>(body.soft->m_sleepingThreshold)
+                                           : 0);
     if (body.soft) continue;
     const Obstacles::Record& record = obstacles_.records()[body.obstacle];
     RigidMotion rigid = rigid_motion(*body.object);
@@ -341,7 +348,7 @@ std::vector<Contact> Pipeline::detect_near() {
     for (int i = 0; i < 4; ++i) gap += weights[i] * motion_.start_of(contact.vertices[i]);
     const double thickness =
         ContactRows::thickness(contact, motion_, surface(contact.body_a, contact.body_b).thickness);
-    return gap.norm() > 1.01 * thickness || gap.norm() < 1e-6 * thickness;
+    return gap.norm() > near_reach * thickness || gap.norm() < 1e-6 * thickness;
   };
   contacts.erase(std::remove_if(contacts.begin(), contacts.end(), says_nothing), contacts.end());
   step_.ms_detect += ms_since(begin);

@@ -92,11 +92,11 @@ void Response::run(const std::vector<Contact>& near, const Detect& detect_all, M
 
 void Response::relax_near(const std::vector<Contact>& near, Motion& motion) {
   rows_.add(near, false, motion);
-  rows_.start_warm(motion);
+  rows_.start_warm();
   rows_.relax(motion, options_.sweeps);
   set_velocities(motion);
   if (kinetic_energy_after(motion) <= kinetic_energy_before(motion)) return;
-  rows_.start_cold(motion);
+  rows_.start_cold();
   rows_.relax(motion, options_.sweeps);
 }
 
@@ -107,6 +107,7 @@ void Response::finish(Motion& motion, StepStats& stats) const {
   }
   restore_angular_momentum(rows_.rows(), motion);
   limit_kinetic_energy(rows_.rows(), motion);
+  damp_deformation(rows_.rows(), options_.rest_damping, motion);
   const double before = kinetic_energy_before(motion);
   const double change = kinetic_energy_after(motion) - before;
   (change > 0 ? stats.energy_gained : stats.energy_lost) += std::abs(change);

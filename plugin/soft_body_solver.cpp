@@ -64,8 +64,9 @@ void btLazySoftBodySolver::solveConstraints(btScalar solverdt) {
         motion.end[3 * static_cast<std::size_t>(v) + k] = end[k];
       }
       motion.velocity[v] = to_eigen(scene.node(v).m_v);
-      // The body's own time step: its m_cfg.timescale is in it.
-      motion.rate[v] = static_cast<double>(record.body->m_sst.isdt);
+      // As btSoftBody::solveConstraints() has it, with the body's own time step and damping.
+      // Without the damping, what carries a load would leave with its part of it.
+      motion.rate[v] = static_cast<double>(record.body->m_sst.isdt * (1 - record.body->m_cfg.kDP));
     }
   };
   if (!pipeline_->run(m_softBodySet, static_cast<double>(solverdt), fill)) return;

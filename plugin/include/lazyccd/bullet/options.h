@@ -45,8 +45,12 @@ struct Options {
   // False: both act everywhere.
   bool rigid_contacts = true;
 
+  // Soft bodies in contact that deform more slowly than their m_sleepingThreshold lose that motion
+  // at up to this rate, 1/s; what moves as a whole goes on. 0: they tremble for longer.
+  double rest_damping = 20;
+
   int max_iterations = 20;  // detections a step that are answered with impulses
-  int sweeps = 24;          // Gauss-Seidel sweeps over the contacts after each of them
+  int sweeps = 100;         // Gauss-Seidel sweeps over the contacts after each of them, at most
   int max_zones = 8;        // then: detections answered with rigid impact zones
 
   // Called at the end of each step that had contacts, with positions and velocities as Bullet goes

@@ -1,0 +1,39 @@
+// A contact as an inequality on the end of the step.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+
+#include "lazyccd/bullet/precision.h"
+#include "lazyccd/contact.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+
+struct ContactRow {
+  Contact contact;
+  std::array<double, 4> weights;
+  Eigen::Vector3d normal;
+  // Gaps in metres: at the start of the step; the one that impulses keep, which is never wider; and
+  // the one that is opened without velocity.
+  double start_gap, kept_gap, opened_gap;
+  // Metres by which the predicted motion narrows the gap, and by which it may.
+  double approach, remaining;
+  double friction;
+  // 1 / sum_i w_i^2 / mass_i, kg, a rigid body's share included: along the normal, and at most
+  // across it.
+  double response, sliding_response;
+  double impulse;              // kg m: the sum of what changed the solved motion, along the normal
+  Eigen::Vector3d tangential;  // the same across it
+  double opening;              // the same of the opening
+  bool touched = false;        // not only near
+
+  // The side of the contact that is a rigid body: index in Motion::rigid or -1, the sum of its
+  // weights (1 or -1), and its lever arm: sum_i w_i (x_i - centre), metres.
+  int rigid;
+  double rigid_weight;
+  Eigen::Vector3d arm;
+};
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet
