@@ -11,7 +11,7 @@ namespace {
 using Eigen::Vector3d;
 
 constexpr double least_speed = 1e-5;  // m/s
-constexpr double least_part = 1e-4;
+constexpr double least_part = 1e-5;
 
 }  // namespace
 

@@ -222,7 +222,8 @@ void limit_kinetic_energy(const std::vector<ContactRow>& rows, Motion& motion) {
   }
 }
 
-void damp_deformation(const std::vector<ContactRow>& rows, double rate, Motion& motion) {
+void damp_deformation(const std::vector<ContactRow>& rows, double rate, double rest_speed,
+                      Motion& motion) {
   std::vector<char> loaded(motion.rigid_of_body.size(), 0);
   for (const ContactRow& row : rows) {
     if (row.impulse > 0) loaded[row.contact.body_a] = loaded[row.contact.body_b] = 1;
@@ -260,7 +261,7 @@ void damp_deformation(const std::vector<ContactRow>& rows, double rate, Motion& 
     for_each_node([&](std::int32_t v, double m, const Vector3d& place) {
       squares += m * deforming(v, place).squaredNorm();
     });
-    const double limit = motion.rest_speed[body] * motion.rest_speed[body] * mass;
+    const double limit = rest_speed * rest_speed * mass;
     if (squares >= limit) continue;
     const double part = (1 - std::exp(-rate * motion.seconds)) * (1 - squares / limit);
     for_each_node([&](std::int32_t v, double, const Vector3d& place) {

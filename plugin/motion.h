@@ -52,8 +52,7 @@ struct Motion {
   std::vector<RigidMotion> rigid;
   // By body: its vertices, ended by one past the last; its index in `rigid`, or -1.
   std::vector<std::int32_t> first_vertex, rigid_of_body;
-  std::vector<double> rest_speed;  // by body, m/s: Bullet's sleeping threshold of soft bodies
-  double seconds = 1;              // of the step
+  double seconds = 1;  // of the step
 
   // End of the step as Bullet had it, metres, of all vertices.
   std::vector<Eigen::Vector3d> predicted;

@@ -250,7 +250,6 @@ void Pipeline::gather_soft(double seconds, const Fill& fill) {
 void Pipeline::gather_obstacles() {
   motion_.first_vertex.clear();
   motion_.rigid_of_body.clear();
-  motion_.rest_speed.clear();
   motion_.rigid.clear();
   motion_.start.resize(3 * static_cast<std::size_t>(topology_.vertex_count()));
   motion_.end.resize(motion_.start.size());
@@ -258,8 +257,6 @@ void Pipeline::gather_obstacles() {
     motion_.first_vertex.push_back(body.first_vertex);
     motion_.rigid_of_body.push_back(body.soft ? -1
                                               : static_cast<std::int32_t>(motion_.rigid.size()));
-    motion_.rest_speed.push_back(body.soft ? static_cast<double>(body.soft->m_sleepingThreshold)
-                                           : 0);
     if (body.soft) continue;
     const Obstacles::Record& record = obstacles_.records()[body.obstacle];
     RigidMotion rigid = rigid_motion(*body.object);

@@ -107,7 +107,7 @@ void Response::finish(Motion& motion, StepStats& stats) const {
   }
   restore_angular_momentum(rows_.rows(), motion);
   limit_kinetic_energy(rows_.rows(), motion);
-  damp_deformation(rows_.rows(), options_.rest_damping, motion);
+  damp_deformation(rows_.rows(), options_.rest_damping, options_.rest_speed, motion);
   const double before = kinetic_energy_before(motion);
   const double change = kinetic_energy_after(motion) - before;
   (change > 0 ? stats.energy_gained : stats.energy_lost) += std::abs(change);

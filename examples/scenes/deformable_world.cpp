@@ -50,6 +50,7 @@ class DeformableWorld : public WorldWith<bullet::btLazyDeformableBodySolver> {
     body->m_cfg.collisions = Flag::SDF_RD | Flag::SDF_RDN | Flag::SDF_RDF | Flag::VF_DD;
     body->m_cfg.kKHR = 1;
     body->m_cfg.kCHR = 1;
+    body->m_sleepingThreshold = 0;
     world_->addSoftBody(body, group, mask);
     world_->addForce(body, &springs_);
     if (options().gravity != 0) world_->addForce(body, &weight_);

@@ -45,8 +45,10 @@ struct Options {
   // False: both act everywhere.
   bool rigid_contacts = true;
 
-  // Soft bodies in contact that deform more slowly than their m_sleepingThreshold lose that motion
-  // at up to this rate, 1/s; what moves as a whole goes on. 0: they tremble for longer.
+  // Soft bodies in contact that deform more slowly than `rest_speed` m/s (root mean square; Bullet's
+  // sleeping threshold) lose that motion at up to `rest_damping` 1/s, so that they come to rest.
+  // What moves as a whole goes on. 0: they tremble for longer.
+  double rest_speed = 0.04;
   double rest_damping = 20;
 
   int max_iterations = 20;  // detections a step that are answered with impulses
