@@ -12,10 +12,9 @@ namespace {
 // As btDeformableFaceNodeContact has it in btSoftBodyInternals.h, CollideVF_DD.
 double friction(double kdf_a, double kdf_b) { return kdf_a * kdf_b; }
 
-// Where btDeformableBodySolver::applyTransforms would put a node, its limit on the displacement
+// Where btDeformableBodySolver::applyTransforms would put a node, its limit on the velocity
 // included.
-btVector3 predicted_end(const btSoftBody& body, const btSoftBody::Node& node, btScalar time_step) {
-  const btScalar limit = body.m_worldInfo->m_maxDisplacement / time_step;
+btVector3 predicted_end(const btSoftBody::Node& node, btScalar time_step, btScalar limit) {
   btVector3 v = node.m_v;
   for (int k = 0; k < 3; ++k) v[k] = btMax(-limit, btMin(limit, v[k]));
   return node.m_x + time_step * (v + node.m_splitv);
@@ -25,25 +24,25 @@ void put(const btVector3& x, std::int32_t vertex, std::vector<btScalar>& positio
   for (int k = 0; k < 3; ++k) positions[3 * static_cast<std::size_t>(vertex) + k] = x[k];
 }
 
-void fill(const SoftScene& scene, Motion& motion, btScalar time_step) {
-  for (const SoftScene::BodyRecord& record : scene.bodies()) {
-    const btSoftBody& body = *record.body;
-    const std::int32_t end = record.first_vertex + record.vertex_count;
-    for (std::int32_t v = record.first_vertex; v < end; ++v) {
-      const btSoftBody::Node& node = body.m_nodes[scene.node_index(v)];
-      put(node.m_x, v, motion.start);
-      put(predicted_end(body, node, time_step), v, motion.end);
-      motion.velocity[v] = to_eigen(node.m_v);
-    }
-    // The base class puts anchored nodes where their rigid body has them, whatever their velocity.
-    for (int i = 0; i < body.m_deformableAnchors.size(); ++i) {
-      const btSoftBody::DeformableNodeRigidAnchor& anchor = body.m_deformableAnchors[i];
-      const int node = static_cast<int>(anchor.m_node - &body.m_nodes[0]);
-      const std::int32_t v = scene.vertex_of(record, node);
-      if (v < 0) continue;
-      put(anchor.m_cti.m_colObj->getWorldTransform() * anchor.m_local, v, motion.end);
-      motion.inverse_mass[v] = 0;
-    }
+void fill(const SoftScene& scene, const SoftScene::BodyRecord& record, std::int32_t first,
+          std::int32_t last, Motion& motion, btScalar time_step) {
+  const btSoftBody& body = *record.body;
+  const btScalar limit = body.m_worldInfo->m_maxDisplacement / time_step;
+  for (std::int32_t v = first; v < last; ++v) {
+    const btSoftBody::Node& node = body.m_nodes[scene.node_index(v)];
+    put(node.m_x, v, motion.start);
+    put(predicted_end(node, time_step, limit), v, motion.end);
+    motion.velocity[v] = to_eigen(node.m_v);
+  }
+  // The base class puts anchored nodes where their rigid body has them, whatever their velocity.
+  for (int i = 0; i < body.m_deformableAnchors.size(); ++i) {
+    const btSoftBody::DeformableNodeRigidAnchor& anchor = body.m_deformableAnchors[i];
+    const int node = static_cast<int>(anchor.m_node - &body.m_nodes[0]);
+    if (node < scene.node_index(first) || node > scene.node_index(last - 1)) continue;
+    const std::int32_t v = scene.vertex_of(record, node);
+    if (v < 0) continue;
+    put(anchor.m_cti.m_colObj->getWorldTransform() * anchor.m_local, v, motion.end);
+    motion.inverse_mass[v] = 0;
   }
 }
 
@@ -109,8 +108,9 @@ void btLazyDeformableBodySolver::restore_bullet() {
 
 void btLazyDeformableBodySolver::applyTransforms(btScalar timeStep) {
   restore_bullet();
-  const auto read = [timeStep](const SoftScene& scene, Motion& motion) {
-    fill(scene, motion, timeStep);
+  const auto read = [timeStep](const SoftScene& scene, const SoftScene::BodyRecord& record,
+                               std::int32_t first, std::int32_t last, Motion& motion) {
+    fill(scene, record, first, last, motion, timeStep);
   };
   const bool ours = pipeline_->run(m_softBodies, static_cast<double>(timeStep), read);
   if (ours) write_velocities();
@@ -139,10 +139,14 @@ void btLazyDeformableBodySolver::write_positions() {
   // found clean is to be what the next step starts from, bit for bit.
   const SoftScene& scene = pipeline_->scene();
   const Motion& motion = pipeline_->motion();
-  for (std::int32_t v = 0; v < scene.vertex_count(); ++v) {
-    const btScalar* end = &motion.end[3 * static_cast<std::size_t>(v)];
-    btSoftBody::Node& node = scene.node(v);
-    node.m_x = node.m_q = btVector3(end[0], end[1], end[2]);
+  for (const SoftScene::BodyRecord& record : scene.bodies()) {
+    const std::int32_t last = record.first_vertex + record.vertex_count;
+    for (std::int32_t v = record.first_vertex; v < last; ++v) {
+      scene.fetch_ahead(record, v);
+      const btScalar* end = &motion.end[3 * static_cast<std::size_t>(v)];
+      btSoftBody::Node& node = record.body->m_nodes[scene.node_index(v)];
+      node.m_x = node.m_q = btVector3(end[0], end[1], end[2]);
+    }
   }
 }
 

@@ -135,26 +135,10 @@ void Pipeline::gather(const Bodies& bodies, double seconds, const Fill& fill) {
   const std::size_t obstacles = obstacles_.records().size();
   do {
     changed = scene_.update(bodies, journal_) || changed;
-    gather_soft(seconds, fill);
-  } while (refuse_non_finite());
+  } while (!gather_soft(seconds, fill));
   const bool bodies_changed = changed;
-  if (options_.rigid_obstacles) {
-    AxisBox swept = AxisBox::empty();
-    btScalar margin = static_cast<btScalar>(options_.thickness);
-    for (const SoftScene::BodyRecord& record : scene_.bodies()) {
-      if (!Obstacles::meets_obstacles(*record.body)) continue;
-      margin = btMax(margin, record.margin);
-      const std::size_t first = 3 * static_cast<std::size_t>(record.first_vertex);
-      const std::size_t last = first + 3 * static_cast<std::size_t>(record.vertex_count);
-      for (std::size_t i = first; i < last; i += 3) {
-        swept.add(btVector3(motion_.start[i], motion_.start[i + 1], motion_.start[i + 2]));
-        swept.add(btVector3(motion_.end[i], motion_.end[i + 1], motion_.end[i + 2]));
-      }
-    }
-    // Obstacles have their own margin about them.
-    if (!swept.is_empty()) swept = swept.grown(btVector3(margin, margin, margin));
-    changed = obstacles_.update(bodies, swept, journal_) || changed;
-  }
+  if (options_.rigid_obstacles)
+    changed = obstacles_.update(bodies, near_obstacles_, journal_) || changed;
   changed = topology_.update(scene_, obstacles_, changed);
   gather_obstacles();
   changed = read_resolution() || changed;
@@ -172,9 +156,10 @@ void Pipeline::gather(const Bodies& bodies, double seconds, const Fill& fill) {
 bool Pipeline::read_resolution() {
   constexpr double roundings = 16;
   constexpr double least_speed = 4e-4;  // m/s: the response leaves gaps open by a part of it
+  if (swept_.is_empty()) return false;
   btScalar farthest = 0;
-  const std::size_t soft = 3 * static_cast<std::size_t>(topology_.soft_count());
-  for (std::size_t i = 0; i < soft; ++i) farthest = std::max(farthest, std::abs(motion_.end[i]));
+  for (int k = 0; k < 3; ++k)
+    farthest = std::max({farthest, std::abs(swept_.lower[k]), std::abs(swept_.upper[k])});
   const double rounding =
       static_cast<double>(farthest) * static_cast<double>(std::numeric_limits<btScalar>::epsilon());
   const double resolution = roundings * rounding + least_speed * motion_.seconds;
@@ -233,18 +218,77 @@ double Pipeline::largest_thickness() const {
   return std::max(resolution_, softest + *std::max_element(all.begin(), all.end()));
 }
 
-void Pipeline::gather_soft(double seconds, const Fill& fill) {
+// One way through Bullet's nodes, which lie far apart in memory: blocks as small as the processor's
+// nearest cache are read, and looked at while they are there. False where the scene is to be read
+// anew: something was refused, or other nodes are pinned.
+bool Pipeline::gather_soft(double seconds, const Fill& fill) {
   const std::size_t count = static_cast<std::size_t>(scene_.vertex_count());
   motion_.seconds = seconds;
   motion_.start.resize(3 * count);
   motion_.end.resize(3 * count);
   motion_.velocity.resize(count);
-  motion_.rate.assign(count, 1 / seconds);
+  motion_.rate.resize(count);
   motion_.inverse_mass.resize(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    motion_.inverse_mass[i] = static_cast<double>(scene_.node(static_cast<std::int32_t>(i)).m_im);
+  swept_ = near_obstacles_ = AxisBox::empty();
+  btScalar margin = static_cast<btScalar>(options_.thickness);
+  constexpr std::int32_t block = 128;
+  bool as_read = true;
+  for (const SoftScene::BodyRecord& record : scene_.bodies()) {
+    AxisBox swept = AxisBox::empty();
+    const std::int32_t end = record.first_vertex + record.vertex_count;
+    for (std::int32_t first = record.first_vertex; first < end; first += block) {
+      if (gather_block(record, first, std::min(end, first + block), fill, swept)) continue;
+      as_read = false;
+      break;
+    }
+    swept_.add(swept);
+    if (!Obstacles::meets_obstacles(*record.body)) continue;
+    near_obstacles_.add(swept);
+    margin = btMax(margin, record.margin);
   }
-  fill(scene_, motion_);
+  // Obstacles have their own margin about them.
+  if (!near_obstacles_.is_empty())
+    near_obstacles_ = near_obstacles_.grown(btVector3(margin, margin, margin));
+  return as_read;
+}
+
+bool Pipeline::gather_block(const SoftScene::BodyRecord& record, std::int32_t first,
+                            std::int32_t last, const Fill& fill, AxisBox& swept) {
+  bool pinned_as_read = true;
+  for (std::int32_t v = first; v < last; ++v) {
+    scene_.fetch_ahead(record, v);
+    const btScalar inverse_mass = record.body->m_nodes[scene_.node_index(v)].m_im;
+    motion_.inverse_mass[v] = static_cast<double>(inverse_mass);
+    motion_.rate[v] = 1 / motion_.seconds;
+    pinned_as_read = pinned_as_read && (inverse_mass > 0) != scene_.was_pinned(v);
+  }
+  if (!pinned_as_read) {
+    scene_.invalidate();
+    return false;
+  }
+  fill(scene_, record, first, last, motion_);
+  for (std::int32_t v = first; v < last; ++v) {
+    const btScalar *start = &motion_.start[3 * static_cast<std::size_t>(v)],
+                   *end = &motion_.end[3 * static_cast<std::size_t>(v)];
+    const btVector3 x0(start[0], start[1], start[2]), x1(end[0], end[1], end[2]);
+    // Times a number that is not finite is not zero.
+    if (!(x0.dot(btVector3(0, 0, 0)) + x1.dot(btVector3(0, 0, 0)) == 0)) {
+      refuse(record, v);
+      return false;
+    }
+    swept.add(x0);
+    swept.add(x1);
+  }
+  return true;
+}
+
+void Pipeline::refuse(const SoftScene::BodyRecord& record, std::int32_t vertex) {
+  scene_.refuse(record.body);
+  const std::string body = std::to_string(record.world_index);
+  journal_.say("finite " + body,
+               "soft body " + body + ", node " + std::to_string(scene_.node_index(vertex)) +
+                   ": the position is not finite; the body is left out of collision detection "
+                   "until it is");
 }
 
 void Pipeline::gather_obstacles() {
@@ -279,29 +323,6 @@ void Pipeline::read_reach() {
     const double length = (motion_.start_of(edge[0]) - motion_.start_of(edge[1])).norm();
     for (const std::int32_t v : edge) motion_.reach[v] = std::min(motion_.reach[v], length);
   }
-}
-
-bool Pipeline::refuse_non_finite() {
-  bool refused = false;
-  for (const SoftScene::BodyRecord& record : scene_.bodies()) {
-    for (std::int32_t v = record.first_vertex; v < record.first_vertex + record.vertex_count; ++v) {
-      const std::size_t at = 3 * static_cast<std::size_t>(v);
-      bool finite = true;
-      for (std::size_t k = at; k < at + 3; ++k) {
-        finite = finite && std::isfinite(motion_.start[k]) && std::isfinite(motion_.end[k]);
-      }
-      if (finite) continue;
-      scene_.refuse(record.body);
-      refused = true;
-      const std::string body = std::to_string(record.world_index);
-      journal_.say("finite " + body, "soft body " + body + ", node " +
-                                         std::to_string(scene_.node_index(v)) +
-                                         ": the position is not finite; the body is left out of "
-                                         "collision detection until it is");
-      break;
-    }
-  }
-  return refused;
 }
 
 std::vector<Contact> Pipeline::detect(const Positions& start, const Positions& end) {

@@ -23,9 +23,11 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 class Pipeline {
  public:
   using Bodies = btAlignedObjectArray<btSoftBody*>;
-  // Fills start, end and velocity of the soft bodies' vertices, rate where it is not one over the
-  // step, and zeroes the inverse mass of nodes that something else than velocity and contact moves.
-  using Fill = std::function<void(const SoftScene&, Motion&)>;
+  // Fills start, end and velocity of some of a soft body's vertices, first to last - 1, rate where
+  // it is not one over the step, and zeroes the inverse mass of nodes that something else than
+  // velocity and contact moves.
+  using Fill = std::function<void(const SoftScene&, const SoftScene::BodyRecord&,
+                                  std::int32_t first, std::int32_t last, Motion&)>;
 
   // Bullet's rule of this world for the friction between two soft bodies.
   using Friction = double (*)(double kdf_a, double kdf_b);
@@ -70,8 +72,10 @@ class Pipeline {
  private:
   PairSurface surface(std::int32_t body_a, std::int32_t body_b) const;
   void gather(const Bodies& bodies, double seconds, const Fill& fill);
-  bool refuse_non_finite();
-  void gather_soft(double seconds, const Fill& fill);
+  bool gather_soft(double seconds, const Fill& fill);
+  bool gather_block(const SoftScene::BodyRecord& record, std::int32_t first, std::int32_t last,
+                    const Fill& fill, AxisBox& swept);
+  void refuse(const SoftScene::BodyRecord& record, std::int32_t vertex);
   void gather_obstacles();
   void read_reach();
   // True where the resolution is another than before.
@@ -104,6 +108,8 @@ class Pipeline {
   Obstacles obstacles_;
   StepTopology topology_;
   Motion motion_;
+  AxisBox swept_ = AxisBox::empty();           // of the soft bodies' vertices in this step
+  AxisBox near_obstacles_ = AxisBox::empty();  // of those that meet obstacles, with their margin
   Response response_;
   std::vector<Contact> silent_;  // met in this step's first detection, not to be answered
   std::vector<StepContact> contacts_;

@@ -54,19 +54,22 @@ void btLazySoftBodySolver::solveConstraints(btScalar solverdt) {
   // Drift iterations overwrite the start of the step in m_q, so it is copied first.
   read_starts();
   btDefaultSoftBodySolver::solveConstraints(solverdt);
-  const auto fill = [this](const SoftScene& scene, Motion& motion) {
-    for (std::int32_t v = 0; v < scene.vertex_count(); ++v) {
-      const SoftScene::BodyRecord& record = scene.bodies()[scene.body_of(v)];
-      const btVector3& start = starts_[record.world_index][scene.node_index(v)];
-      const btVector3& end = scene.node(v).m_x;
+  const auto fill = [this](const SoftScene& scene, const SoftScene::BodyRecord& record,
+                           std::int32_t first, std::int32_t last, Motion& motion) {
+    const std::vector<btVector3>& starts = starts_[record.world_index];
+    // As btSoftBody::solveConstraints() has it, with the body's own time step and damping. Without
+    // the damping, what carries a load would leave with its part of it.
+    const double rate =
+        static_cast<double>(record.body->m_sst.isdt * (1 - record.body->m_cfg.kDP));
+    for (std::int32_t v = first; v < last; ++v) {
+      const int index = scene.node_index(v);
+      const btSoftBody::Node& node = record.body->m_nodes[index];
       for (int k = 0; k < 3; ++k) {
-        motion.start[3 * static_cast<std::size_t>(v) + k] = start[k];
-        motion.end[3 * static_cast<std::size_t>(v) + k] = end[k];
+        motion.start[3 * static_cast<std::size_t>(v) + k] = starts[index][k];
+        motion.end[3 * static_cast<std::size_t>(v) + k] = node.m_x[k];
       }
-      motion.velocity[v] = to_eigen(scene.node(v).m_v);
-      // As btSoftBody::solveConstraints() has it, with the body's own time step and damping.
-      // Without the damping, what carries a load would leave with its part of it.
-      motion.rate[v] = static_cast<double>(record.body->m_sst.isdt * (1 - record.body->m_cfg.kDP));
+      motion.velocity[v] = to_eigen(node.m_v);
+      motion.rate[v] = rate;
     }
   };
   if (!pipeline_->run(m_softBodySet, static_cast<double>(solverdt), fill)) return;

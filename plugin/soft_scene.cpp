@@ -138,16 +138,17 @@ bool SoftScene::update(const btAlignedObjectArray<btSoftBody*>& bodies, Journal&
     same = same && stamps_[i] == stamp(bodies[i]);
     watched = watched || overlap_filter(*bodies[i]) != nullptr;
   }
-  if (same && pinned_as_read()) {
+  if (same) {
     if (!watched) return false;
-    const std::vector<Body> filters = filters_;
-    const std::vector<BodyPair> disabled = disabled_pairs_;
+    const std::vector<Body> filters = topology_.bodies;
+    const std::vector<BodyPair> disabled = topology_.disabled_pairs;
     find_filters();
     const auto equal = [](const Body& a, const Body& b) {
       return a.group == b.group && a.mask == b.mask && a.self_collision == b.self_collision;
     };
-    return disabled != disabled_pairs_ ||
-           !std::equal(filters.begin(), filters.end(), filters_.begin(), filters_.end(), equal);
+    return disabled != topology_.disabled_pairs ||
+           !std::equal(filters.begin(), filters.end(), topology_.bodies.begin(),
+                       topology_.bodies.end(), equal);
   }
   rebuild(bodies, journal);
   return true;
@@ -179,26 +180,11 @@ std::int32_t SoftScene::vertex_of(const BodyRecord& record, int node) const {
   return static_cast<std::int32_t>(found - node_.begin());
 }
 
-Topology SoftScene::topology() const {
-  Topology t;
-  t.vertex_count = node_.size();
-  t.faces = faces_;
-  t.edges = edges_;
-  t.body_of_vertex = body_of_vertex_;
-  t.inverse_mass = inverse_mass_;
-  t.bodies = filters_;
-  t.disabled_pairs = disabled_pairs_;
-  return t;
-}
-
 void SoftScene::rebuild(const btAlignedObjectArray<btSoftBody*>& bodies, Journal& journal) {
   valid_ = false;
   stamps_.clear();
   bodies_.clear();
-  faces_.clear();
-  edges_.clear();
-  body_of_vertex_.clear();
-  inverse_mass_.clear();
+  topology_ = SceneTopology();
   node_.clear();
   face_.clear();
   for (int i = 0; i < bodies.size(); ++i) {
@@ -247,31 +233,25 @@ void SoftScene::add_body(btSoftBody* body, int world_index, Journal& journal) {
     if (vertex_of_node[node] < 0) continue;
     vertex_of_node[node] = vertex_count();
     node_.push_back(static_cast<int>(node));
-    body_of_vertex_.push_back(index);
-    inverse_mass_.push_back(static_cast<float>(body->m_nodes[static_cast<int>(node)].m_im));
+    topology_.body_of_vertex.push_back(index);
+    topology_.inverse_mass.push_back(
+        static_cast<float>(body->m_nodes[static_cast<int>(node)].m_im));
   }
   record.vertex_count = vertex_count() - record.first_vertex;
   for (Face face : list.faces) {
     for (std::int32_t& corner : face) corner = vertex_of_node[corner];
-    faces_.push_back(face);
+    topology_.faces.push_back(face);
   }
   face_.insert(face_.end(), list.index.begin(), list.index.end());
   for (const Edge& edge : edges) {
-    edges_.push_back({vertex_of_node[edge[0]], vertex_of_node[edge[1]]});
+    topology_.edges.push_back({vertex_of_node[edge[0]], vertex_of_node[edge[1]]});
   }
   bodies_.push_back(record);
 }
 
-bool SoftScene::pinned_as_read() const {
-  for (std::int32_t i = 0; i < vertex_count(); ++i) {
-    if ((node(i).m_im > 0) != (inverse_mass_[i] > 0)) return false;
-  }
-  return true;
-}
-
 void SoftScene::find_filters() {
-  filters_.clear();
-  disabled_pairs_.clear();
+  topology_.bodies.clear();
+  topology_.disabled_pairs.clear();
   const bool filtered_by_application =
       std::any_of(bodies_.begin(), bodies_.end(),
                   [](const BodyRecord& b) { return overlap_filter(*b.body) != nullptr; });
@@ -284,14 +264,15 @@ void SoftScene::find_filters() {
       filter.mask = static_cast<std::uint32_t>(proxy->m_collisionFilterMask);
     }
     filter.self_collision = record.body->useSelfCollision();
-    filters_.push_back(filter);
+    topology_.bodies.push_back(filter);
     any_rule = any_rule || has_pair_rules(*record.body);
   }
   if (!any_rule) return;
   for (std::size_t a = 0; a < bodies_.size(); ++a) {
     for (std::size_t b = a + 1; b < bodies_.size(); ++b) {
       if (!may_collide(*bodies_[a].body, *bodies_[b].body)) {
-        disabled_pairs_.push_back({static_cast<std::int32_t>(a), static_cast<std::int32_t>(b)});
+        topology_.disabled_pairs.push_back(
+            {static_cast<std::int32_t>(a), static_cast<std::int32_t>(b)});
       }
     }
   }

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "journal.h"
-#include "lazyccd/scene.h"
+#include "scene_topology.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -30,7 +30,8 @@ class SoftScene {
   };
 
   // Compares with what was read last, cheaply: counts, filters and Bullet's own mark of a change.
-  // Reads everything anew where something differs, and then returns true.
+  // Reads everything anew where something differs, and then returns true. Whether the same nodes
+  // are pinned is left to whoever reads the nodes anyway.
   bool update(const btAlignedObjectArray<btSoftBody*>& bodies, Journal& journal);
   // Takes the next update() as changed, whatever it sees.
   void invalidate() { valid_ = false; }
@@ -41,19 +42,31 @@ class SoftScene {
   // Not refused, and of a kind that LazyCCD detects.
   bool takes(const btSoftBody* body) const;
 
-  Topology topology() const;
-  std::int32_t vertex_count() const { return static_cast<std::int32_t>(node_.size()); }
+  const SceneTopology& topology() const { return topology_; }
+  std::int32_t vertex_count() const { return topology_.vertex_count(); }
   const std::vector<BodyRecord>& bodies() const { return bodies_; }
-  std::int32_t body_of(std::int32_t vertex) const { return body_of_vertex_[vertex]; }
+  std::int32_t body_of(std::int32_t vertex) const { return topology_.body_of_vertex[vertex]; }
   btSoftBody::Node& node(std::int32_t vertex) const {
-    return bodies_[body_of_vertex_[vertex]].body->m_nodes[node_[vertex]];
+    return bodies_[body_of(vertex)].body->m_nodes[node_[vertex]];
   }
+  bool was_pinned(std::int32_t vertex) const { return !(topology_.inverse_mass[vertex] > 0); }
   int node_index(std::int32_t vertex) const { return node_[vertex]; }
+  // For loops over a body's vertices: asks for the node of a later one, because Bullet's nodes lie
+  // further apart than processors look ahead.
+  void fetch_ahead(const BodyRecord& record, std::int32_t vertex) const {
+#if defined(__GNUC__)
+    constexpr std::int32_t ahead = 24;
+    constexpr int line = 64, read = 3 * line;  // bytes; what is read lies in the first of a node
+    if (vertex + ahead >= record.first_vertex + record.vertex_count) return;
+    const char* node = reinterpret_cast<const char*>(&record.body->m_nodes[node_[vertex + ahead]]);
+    for (int at = 0; at < read; at += line) __builtin_prefetch(node + at);
+#endif
+  }
   // The vertex of a node, or -1 where no face or edge uses the node.
   std::int32_t vertex_of(const BodyRecord& record, int node) const;
   // Bullet's face behind a face of topology().
   btSoftBody::Face& face(std::int32_t face) const {
-    return bodies_[body_of_vertex_[faces_[face][0]]].body->m_faces[face_[face]];
+    return bodies_[body_of(topology_.faces[face][0])].body->m_faces[face_[face]];
   }
 
  private:
@@ -72,7 +85,6 @@ class SoftScene {
   Stamp stamp(btSoftBody* body) const;
   void rebuild(const btAlignedObjectArray<btSoftBody*>& bodies, Journal& journal);
   void add_body(btSoftBody* body, int world_index, Journal& journal);
-  bool pinned_as_read() const;
   void find_filters();
 
   bool valid_ = false;
@@ -80,12 +92,7 @@ class SoftScene {
   std::vector<const btSoftBody*> refused_;
 
   std::vector<BodyRecord> bodies_;
-  std::vector<Face> faces_;
-  std::vector<Edge> edges_;
-  std::vector<std::int32_t> body_of_vertex_;
-  std::vector<float> inverse_mass_;
-  std::vector<Body> filters_;
-  std::vector<BodyPair> disabled_pairs_;
+  SceneTopology topology_;
   std::vector<int> node_;  // index in its body, by vertex
   std::vector<int> face_;  // index in its body, by face
 };

@@ -8,30 +8,42 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
 bool StepTopology::update(const SoftScene& soft, const Obstacles& obstacles, bool parts_changed) {
+  const auto has_filter = [](const SoftScene::BodyRecord& record) {
+    return overlap_filter(*record.body) != nullptr;
+  };
+  // It may change its mind at any time.
+  const bool filtered_by_application =
+      std::any_of(soft.bodies().begin(), soft.bodies().end(), has_filter);
+  if (!parts_changed && !filtered_by_application) return false;
+  std::vector<BodyPair> before = std::move(topology_.disabled_pairs);
   if (parts_changed) {
     read_bodies(soft, obstacles);
-    const Topology part = soft.topology();
-    soft_count_ = static_cast<std::int32_t>(part.vertex_count);
-    faces_.assign(part.faces.begin(), part.faces.end());
-    edges_.assign(part.edges.begin(), part.edges.end());
-    body_of_vertex_.assign(part.body_of_vertex.begin(), part.body_of_vertex.end());
-    inverse_mass_.assign(part.inverse_mass.begin(), part.inverse_mass.end());
-    for (Face face : obstacles.faces()) {
-      for (std::int32_t& corner : face) corner += soft_count_;
-      faces_.push_back(face);
-    }
-    for (std::size_t body = soft.bodies().size(); body < bodies_.size(); ++body) {
-      const std::size_t count = static_cast<std::size_t>(bodies_[body].vertex_count);
-      body_of_vertex_.insert(body_of_vertex_.end(), count, static_cast<std::int32_t>(body));
-      inverse_mass_.insert(inverse_mass_.end(), count, bodies_[body].dynamic ? 1.0f : 0.0f);
-    }
+    topology_ = soft.topology();
+    soft_count_ = soft.vertex_count();
+    append(obstacles);
   }
-  const Topology part = soft.topology();
-  filters_.assign(part.bodies.begin(), part.bodies.end());
-  bool filtered_by_application = false;
-  for (const SoftScene::BodyRecord& record : soft.bodies()) {
-    filtered_by_application = filtered_by_application || overlap_filter(*record.body) != nullptr;
+  topology_.bodies = filters(soft, filtered_by_application);
+  topology_.disabled_pairs = disabled_pairs(soft);
+  return parts_changed || topology_.disabled_pairs != before;
+}
+
+void StepTopology::append(const Obstacles& obstacles) {
+  for (Face face : obstacles.faces()) {
+    for (std::int32_t& corner : face) corner += soft_count_;
+    topology_.faces.push_back(face);
   }
+  for (std::size_t body = 0; body < bodies_.size(); ++body) {
+    if (bodies_[body].soft) continue;
+    const std::size_t count = static_cast<std::size_t>(bodies_[body].vertex_count);
+    topology_.body_of_vertex.insert(topology_.body_of_vertex.end(), count,
+                                    static_cast<std::int32_t>(body));
+    topology_.inverse_mass.insert(topology_.inverse_mass.end(), count,
+                                  bodies_[body].dynamic ? 1.0f : 0.0f);
+  }
+}
+
+std::vector<Body> StepTopology::filters(const SoftScene& soft, bool filtered_by_application) const {
+  std::vector<Body> all = soft.topology().bodies;
   for (const BodyRecord& record : bodies_) {
     if (record.soft) continue;
     Body filter;
@@ -41,14 +53,9 @@ bool StepTopology::update(const SoftScene& soft, const Obstacles& obstacles, boo
       filter.group = static_cast<std::uint32_t>(proxy->m_collisionFilterGroup);
       filter.mask = static_cast<std::uint32_t>(proxy->m_collisionFilterMask);
     }
-    filters_.push_back(filter);
+    all.push_back(filter);
   }
-  // An application's own filter may change its mind at any time.
-  if (!parts_changed && !filtered_by_application) return false;
-  std::vector<BodyPair> disabled = disabled_pairs(soft);
-  const bool same = !parts_changed && disabled == disabled_pairs_;
-  disabled_pairs_ = std::move(disabled);
-  return !same;
+  return all;
 }
 
 void StepTopology::read_bodies(const SoftScene& soft, const Obstacles& obstacles) {
@@ -67,8 +74,7 @@ void StepTopology::read_bodies(const SoftScene& soft, const Obstacles& obstacles
 }
 
 std::vector<BodyPair> StepTopology::disabled_pairs(const SoftScene& soft) const {
-  const Topology part = soft.topology();
-  std::vector<BodyPair> pairs(part.disabled_pairs.begin(), part.disabled_pairs.end());
+  std::vector<BodyPair> pairs = soft.topology().disabled_pairs;
   const std::size_t soft_bodies = soft.bodies().size();
   for (std::size_t a = 0; a < soft_bodies; ++a) {
     for (std::size_t b = soft_bodies; b < bodies_.size(); ++b) {
@@ -86,18 +92,6 @@ std::vector<BodyPair> StepTopology::disabled_pairs(const SoftScene& soft) const 
     }
   }
   return pairs;
-}
-
-Topology StepTopology::topology() const {
-  Topology t;
-  t.vertex_count = body_of_vertex_.size();
-  t.faces = faces_;
-  t.edges = edges_;
-  t.body_of_vertex = body_of_vertex_;
-  t.inverse_mass = inverse_mass_;
-  t.bodies = filters_;
-  t.disabled_pairs = disabled_pairs_;
-  return t;
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

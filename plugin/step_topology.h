@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "lazyccd/scene.h"
 #include "obstacles.h"
+#include "scene_topology.h"
 #include "soft_scene.h"
 
 namespace lazyccd::bullet {
@@ -26,26 +26,23 @@ class StepTopology {
 
   // True where the detector has to be told.
   bool update(const SoftScene& soft, const Obstacles& obstacles, bool parts_changed);
-  Topology topology() const;
+  Topology topology() const { return topology_.view(); }
 
   const std::vector<BodyRecord>& bodies() const { return bodies_; }
-  std::int32_t vertex_count() const { return static_cast<std::int32_t>(body_of_vertex_.size()); }
+  std::int32_t vertex_count() const { return topology_.vertex_count(); }
   std::int32_t soft_count() const { return soft_count_; }  // of vertices
-  std::int32_t body_of(std::int32_t vertex) const { return body_of_vertex_[vertex]; }
+  std::int32_t body_of(std::int32_t vertex) const { return topology_.body_of_vertex[vertex]; }
   bool is_soft(std::int32_t vertex) const { return vertex < soft_count_; }
 
  private:
   void read_bodies(const SoftScene& soft, const Obstacles& obstacles);
+  void append(const Obstacles& obstacles);
+  std::vector<Body> filters(const SoftScene& soft, bool filtered_by_application) const;
   std::vector<BodyPair> disabled_pairs(const SoftScene& soft) const;
 
   std::int32_t soft_count_ = 0;
   std::vector<BodyRecord> bodies_;
-  std::vector<Face> faces_;
-  std::vector<Edge> edges_;
-  std::vector<std::int32_t> body_of_vertex_;
-  std::vector<float> inverse_mass_;
-  std::vector<Body> filters_;
-  std::vector<BodyPair> disabled_pairs_;
+  SceneTopology topology_;
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION
