@@ -239,7 +239,7 @@ CpuDetector::CpuDetector(const Options& options, const LeafKernels& kernels)
       kernels_(&kernels),
       pool_(options.threads),
       traversal_(pool_, options.strategy, options.tuning),
-      groups_(separation_margin(options.separation)),
+      groups_(separation_margin(options.separation), kernels),
       volume_(make_node_volume(options.volume, separation_margin(options.separation))),
       front_policy_(options.front_period, options.front_ratio) {
   // What cannot touch can still come near.
@@ -269,6 +269,7 @@ void CpuDetector::update_hierarchy(Stats& stats) {
     tree_.build(groups_.boxes());
     built_cost_ = tree_.cost();
     built_ = true;
+    find_parts();
     front_policy_.forget();
     if (options_.culling.normal_cones) cones_.build(*mesh_, groups_, tree_);
   }
@@ -277,10 +278,28 @@ void CpuDetector::update_hierarchy(Stats& stats) {
   stats.rebuilt = build;
 }
 
+void CpuDetector::find_parts() {
+  const std::vector<TreeNode>& nodes = tree_.nodes();
+  parts_.resize(nodes.size());
+  for (std::size_t i = nodes.size(); i-- > 0;) {
+    if (nodes[i].leaf()) {
+      const Group& group = groups_.groups()[nodes[i].group()];
+      parts_[i] = {group.body, group.pinned != 0};
+    } else {
+      const Part &left = parts_[nodes[i].left], &right = parts_[nodes[i].right];
+      parts_[i] = {left.body == right.body ? left.body : -1, left.pinned && right.pinned};
+    }
+  }
+}
+
+// By the rules of bodies and pins, wherever the nodes are.
+bool CpuDetector::may_meet(NodePair pair) const {
+  const Part &a = parts_[pair.a], &b = parts_[pair.b];
+  return !(a.pinned && b.pinned) && (a.body < 0 || b.body < 0 || mesh_->collide(a.body, b.body));
+}
+
 void CpuDetector::visit_pair(Worker& worker, NodePair pair) {
   const std::int32_t a = tree_.nodes()[pair.a].group(), b = tree_.nodes()[pair.b].group();
-  const Group &ga = groups_.groups()[a], &gb = groups_.groups()[b];
-  if ((ga.pinned && gb.pinned) || !mesh_->collide(ga.body, gb.body)) return;
   if (kernels_->visit(worker.scene, a, b, worker)) ++worker.group_pairs;
 }
 
@@ -349,6 +368,7 @@ void CpuDetector::balanced_traversal(Stats& stats) {
           return;
         }
         PairVisit v = visit(pair, nodes[pair.a], nodes[pair.b]);
+        if (v.near && !may_meet(pair)) v = {false, 0, {}};
         if (volume && v.near && pair.a != pair.b && volume->apart(pair.a, pair.b)) {
           ++worker.culled;
           v = {false, 0, {}};
@@ -417,7 +437,7 @@ void CpuDetector::query_each_group(Stats& stats) {
       const TreeNode& q = nodes[query];
       if (!q.leaf()) continue;
       const auto self = static_cast<std::uint32_t>(query);
-      visit_pair(worker, {self, self});
+      if (may_meet({self, self})) visit_pair(worker, {self, self});
       stack.push_back(0);
       while (!stack.empty()) {
         const std::uint32_t other = stack.back();
@@ -432,7 +452,7 @@ void CpuDetector::query_each_group(Stats& stats) {
         if (!n.leaf()) {
           stack.push_back(static_cast<std::uint32_t>(n.right));
           stack.push_back(static_cast<std::uint32_t>(n.left));
-        } else if (q.group() < n.group()) {
+        } else if (q.group() < n.group() && may_meet({self, other})) {
           visit_pair(worker, {self, other});
         }
       }
@@ -520,7 +540,8 @@ void CpuDetector::gather_contacts(std::vector<Contact>& out, Stats& stats) {
 
 std::int64_t CpuDetector::bytes() const {
   std::size_t sum = records_.capacity() * sizeof(VertexRecord) + groups_.bytes() +
-                    tree_.nodes().capacity() * sizeof(TreeNode) + cones_.bytes() +
+                    tree_.nodes().capacity() * sizeof(TreeNode) +
+                    parts_.capacity() * sizeof(Part) + cones_.bytes() +
                     orphans_.bytes() + sort_->bytes() + traversal_.bytes() +
                     front_.capacity() * sizeof(NodePair) +
                     (contacts_.capacity() + touching_.capacity()) * sizeof(Contact);

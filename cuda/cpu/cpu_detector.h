@@ -40,6 +40,8 @@ class CpuDetector : public BackendDetector {
   void balanced_traversal(Stats& stats);
   void query_each_group(Stats& stats);
   void visit_pair(Worker& worker, NodePair pair);
+  void find_parts();
+  bool may_meet(NodePair pair) const;
   void finish_workers();
   void test_orphans(Stats& stats);
   void keep_front(bool reused);
@@ -59,6 +61,12 @@ class CpuDetector : public BackendDetector {
   std::vector<VertexRecord> records_;
   Groups groups_;
   Tree tree_;
+  // What is below a node of the tree.
+  struct Part {
+    std::int32_t body;  // -1: several
+    bool pinned;        // all of it
+  };
+  std::vector<Part> parts_;  // by node
   std::unique_ptr<NodeVolume> volume_;
   NormalCones cones_;
   OrphanSets orphans_;

@@ -1,46 +1,12 @@
 #include "cpu/groups.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 #include "core/morton.h"
 
 namespace lazyccd {
 namespace {
-
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
-
-// Beyond the range of float its largest number stands in: no two sides change their order, and only
-// those of unused lanes are infinite.
-template <class T>
-T within_float(T x) {
-  constexpr T largest = std::numeric_limits<float>::max();
-  return std::min(std::max(x, -largest), largest);
-}
-
-float round_down(double x) {
-  x = within_float(x);
-  const float f = static_cast<float>(x);
-  return static_cast<double>(f) > x ? std::nextafter(f, -kInfinity) : f;
-}
-
-float round_up(double x) {
-  x = within_float(x);
-  const float f = static_cast<float>(x);
-  return static_cast<double>(f) < x ? std::nextafter(f, kInfinity) : f;
-}
-
-// One number of float further out makes up for the rounding of x - margin in double.
-float grown_down(double x, double margin) {
-  if (margin == 0) return round_down(x);
-  return within_float(std::nextafter(round_down(x - margin), -kInfinity));
-}
-
-float grown_up(double x, double margin) {
-  if (margin == 0) return round_up(x);
-  return within_float(std::nextafter(round_up(x + margin), kInfinity));
-}
 
 // A face or a free edge on its way into a group.
 struct Cell {
@@ -175,51 +141,11 @@ void Groups::build(const Mesh& mesh, const std::vector<VertexRecord>& vertices, 
 void Groups::refit(const std::vector<VertexRecord>& vertices, ThreadPool& pool) {
   vertex_boxes_.resize(vertices.size());
   pool.parallel_for(vertices.size(), 4096, [&](std::size_t first, std::size_t last, int) {
-    for (std::size_t v = first; v < last; ++v) {
-      float* side = vertex_boxes_[v].side;
-      for (int end = 0; end < 2; ++end) {
-        for (int k = 0; k < 3; ++k) {
-          side[8 * end + k] = -grown_down(vertices[v].x[3 * end + k], margin_);
-          side[8 * end + 4 + k] = grown_up(vertices[v].x[3 * end + k], margin_);
-        }
-        side[8 * end + 3] = side[8 * end + 7] = -kInfinity;
-      }
-    }
+    kernels_->box_vertices(vertices.data()->x, margin_, first, last, vertex_boxes_.data());
   });
-
   pool.parallel_for(groups_.size(), 256, [&](std::size_t first, std::size_t last, int) {
-    for (std::size_t g = first; g < last; ++g) {
-      VertexBox all;
-      std::fill(all.side, all.side + 16, -kInfinity);
-      for (int kind = 0; kind < 3; ++kind) {
-        Block* block = blocks_.data() + groups_[g].first[kind];
-        const int lanes = groups_[g].blocks(kind) * kBlockLanes;
-        for (int lane = 0; lane < lanes; ++lane) {
-          Block& b = block[lane / kBlockLanes];
-          const int l = lane % kBlockLanes;
-          VertexBox box;
-          std::fill(box.side, box.side + 16, -kInfinity);
-          for (int k = 0; k <= kind && b.vertex[k][l] >= 0; ++k) {
-            const VertexBox& v = vertex_boxes_[b.vertex[k][l]];
-            for (int i = 0; i < 16; ++i) box.side[i] = std::max(box.side[i], v.side[i]);
-          }
-          for (int i = 0; i < 16; ++i) all.side[i] = std::max(all.side[i], box.side[i]);
-          for (int k = 0; k < 3; ++k) {
-            b.lo0[k][l] = -box.side[k];
-            b.hi0[k][l] = box.side[4 + k];
-            b.lo1[k][l] = -box.side[8 + k];
-            b.hi1[k][l] = box.side[12 + k];
-          }
-        }
-      }
-      MotionBox& out = boxes_[g];
-      for (int k = 0; k < 3; ++k) {
-        out.lo0[k] = -all.side[k];
-        out.hi0[k] = all.side[4 + k];
-        out.lo1[k] = -all.side[8 + k];
-        out.hi1[k] = all.side[12 + k];
-      }
-    }
+    kernels_->box_groups(vertex_boxes_.data(), groups_.data(), first, last, blocks_.data(),
+                         boxes_.data());
   });
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/group.h"
+#include "cpu/leaf.h"
 #include "cpu/mesh.h"
 #include "cpu/thread_pool.h"
 
@@ -20,7 +21,8 @@ struct alignas(64) VertexRecord {
 class Groups {
  public:
   // Boxes reach by `margin` beyond the primitives.
-  explicit Groups(double margin = 0) : margin_(margin) {}
+  explicit Groups(double margin = 0, const LeafKernels& kernels = *best_leaf_kernels())
+      : margin_(margin), kernels_(&kernels) {}
 
   // Cells (faces, then free edges) of each body in Morton order of their centroids at the start, cut
   // into runs of kGroupCells. A vertex or edge belongs to the first group that has it.
@@ -36,14 +38,10 @@ class Groups {
 
  private:
   double margin_;
+  const LeafKernels* kernels_;
   std::vector<Group> groups_;
   std::vector<Block> blocks_;
   std::vector<MotionBox> boxes_;
-
-  // Boxes of single vertices, lo negated so that a union is one maximum: -lo0, hi0, -lo1, hi1.
-  struct alignas(64) VertexBox {
-    float side[16];
-  };
   std::vector<VertexBox> vertex_boxes_;
 };
 

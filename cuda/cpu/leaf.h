@@ -2,6 +2,7 @@
 // lanes. Compiled once for each instruction set (cpu/isa); the results are the same.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
 #include "core/contact_math.h"
@@ -23,6 +24,15 @@ struct LeafScene {
   float scaled_separation;  // times scale, rounded up
   // Where the non-penetration filter counts what it rules out; null: it is off.
   std::int64_t* never_coplanar;
+};
+
+// The box of a vertex at both ends of the step. The lower sides are negated, so that a union is one
+// maximum. Of each eight the last two are of no meaning.
+struct alignas(64) VertexBox {
+  float side[16];
+
+  const float* lower(int end) const { return side + 3 * end; }
+  const float* upper(int end) const { return side + 8 + 3 * end; }
 };
 
 // One worker's candidates on their way to the filter.
@@ -57,6 +67,12 @@ struct Approach {
 
 struct LeafKernels {
   const char* name;
+  // Boxes of vertices first to last - 1, rounded outward and wider by `margin` on every side.
+  void (*box_vertices)(const double* records, double margin, std::size_t first, std::size_t last,
+                       VertexBox* boxes);
+  // Boxes of the groups first to last - 1 and of all that is in their blocks.
+  void (*box_groups)(const VertexBox* vertices, const Group* groups, std::size_t first,
+                     std::size_t last, Block* blocks, MotionBox* boxes);
   // Whether the groups a and b certainly stay apart, then all their pairs of primitives; a may be b.
   // Returns whether the pair was opened.
   bool (*visit)(const LeafScene& scene, std::int32_t a, std::int32_t b, CandidateSink& sink);

@@ -1,10 +1,53 @@
 // The leaf's kernels of each instruction set that this machine has.
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+
 #include "cpu/cpu_detector.h"
 #include "support/catch.h"
 #include "support/moving_triangles.h"
 
 using namespace lazyccd;
 using namespace lazyccd::test;
+
+TEST_CASE("the box of a vertex holds it on every instruction set, whatever the numbers") {
+  const double largest = std::numeric_limits<float>::max();
+  const double values[] = {0.0,    -0.0,  1.0,    -1.0,     0.1,       -0.1,       1e-30,
+                           -1e-30, 1e-46, -1e-46, 1e-300,   -1e-300,   largest,    -largest,
+                           1e60,   -1e60, 1e300,  1 + 1e-9, -1 - 1e-9, 16777217.0, 3e38};
+  constexpr std::size_t count = std::size(values);
+  alignas(64) VertexRecord records[count];
+  for (std::size_t i = 0; i < count; ++i) {
+    for (std::size_t k = 0; k < 8; ++k) records[i].x[k] = k < 6 ? values[(i + 5 * k) % count] : 0;
+  }
+  for (const char* name : {"baseline", "avx2", "avx512"}) {
+    const LeafKernels* kernels = leaf_kernels(name);
+    if (!kernels) continue;
+    for (const double margin : {0.0, 1e-3, 1e-60, 1e40}) {
+      std::vector<VertexBox> boxes(count);
+      kernels->box_vertices(records[0].x, margin, 0, count, boxes.data());
+      bool holds = true, tight = true;
+      for (std::size_t i = 0; i < count; ++i) {
+        for (int k = 0; k < 3; ++k) {
+          for (int end = 0; end < 2; ++end) {
+            const double x = records[i].x[3 * end + k];
+            const double lower = static_cast<double>(-boxes[i].lower(end)[k]),
+                         upper = static_cast<double>(boxes[i].upper(end)[k]);
+            holds = holds && lower <= std::clamp(x - margin, -largest, largest) &&
+                    upper >= std::clamp(x + margin, -largest, largest);
+            const bool is_float =
+                std::fabs(x) <= largest && static_cast<double>(static_cast<float>(x)) == x;
+            tight = tight && (margin > 0 || !is_float || (lower == x && upper == x));
+          }
+        }
+      }
+      INFO(name << ", margin " << margin);
+      CHECK(holds);
+      CHECK(tight);
+    }
+  }
+}
 
 TEST_CASE("every instruction set finds the same contacts") {
   const MovingTriangles scene = crowd_of_triangles(1500);

@@ -3,6 +3,7 @@
 #include "core/roots.h"
 #include "core/separation.h"
 #include "cpu/isa/records.h"
+#include "cpu/isa/refit.h"
 #include "cpu/isa/within.h"
 
 namespace lazyccd {
@@ -244,7 +245,7 @@ int filter(const LeafScene& scene, ContactKind kind, const Candidate* candidates
 }  // namespace
 
 extern const LeafKernels kernels;
-const LeafKernels kernels{LAZYCCD_NAME(LAZYCCD_ISA), visit, filter, within};
+const LeafKernels kernels{LAZYCCD_NAME(LAZYCCD_ISA), box_vertices, box_groups, visit, filter, within};
 
 }  // namespace LAZYCCD_ISA
 }  // namespace lazyccd

@@ -1,0 +1,17 @@
+// Boxes of the primitives for new positions.
+#pragma once
+
+#include "cpu/isa/pack.h"
+#include "cpu/leaf.h"
+
+namespace lazyccd {
+namespace LAZYCCD_ISA {
+
+// As in LeafKernels.
+void box_vertices(const double* records, double margin, std::size_t first, std::size_t last,
+                  VertexBox* boxes);
+void box_groups(const VertexBox* vertices, const Group* groups, std::size_t first, std::size_t last,
+                Block* blocks, MotionBox* boxes);
+
+}  // namespace LAZYCCD_ISA
+}  // namespace lazyccd
