@@ -115,11 +115,14 @@ bool Pipeline::run(const Bodies& bodies, double seconds, const Fill& fill) noexc
       }
       leave_stopped_obstacles();
       collect_contacts(seconds);
+      last_end_.assign(motion_.end.begin(),
+                       motion_.end.begin() + 3 * static_cast<std::ptrdiff_t>(motion_.soft_count()));
       step_.ms_response = ms_since(gathered) - step_.ms_detect;
     }
     works_ = true;
   } catch (const std::exception& error) {
     works_ = false;
+    last_end_.clear();
     contacts_.clear();
     step_.missed_steps = 1;
     journal_.say(error.what(), std::string("the step goes on without LazyCCD: ") + error.what());
@@ -137,20 +140,46 @@ void Pipeline::gather(const Bodies& bodies, double seconds, const Fill& fill) {
     changed = scene_.update(bodies, journal_) || changed;
   } while (!gather_soft(seconds, fill));
   const bool bodies_changed = changed;
+  const bool displaced = sweep_driven_nodes(changed);
   if (options_.rigid_obstacles)
     changed = obstacles_.update(bodies, near_obstacles_, journal_) || changed;
   changed = topology_.update(scene_, obstacles_, changed);
   gather_obstacles();
   changed = read_resolution() || changed;
-  if (!changed || scene_.vertex_count() == 0) return;
+  if (scene_.vertex_count() == 0) return;
   try {
-    set_topology();
+    if (changed) set_topology();
     // Not where only other triangles of the same bodies came near.
-    if (bodies_changed || obstacles_.records().size() > obstacles) report_piercings();
+    if (bodies_changed || displaced || obstacles_.records().size() > obstacles) report_piercings();
   } catch (...) {
     scene_.invalidate();
     throw;
   }
+}
+
+bool Pipeline::sweep_driven_nodes(bool scene_changed) {
+  if (scene_changed || last_end_.size() != motion_.start.size()) return false;
+  bool displaced = false;
+  for (const SoftScene::BodyRecord& record : scene_.bodies()) {
+    bool pinned_moved = false, free_moved = false;
+    for (std::int32_t v = record.first_vertex; v < record.first_vertex + record.vertex_count; ++v) {
+      const auto at = 3 * static_cast<std::ptrdiff_t>(v);
+      if (std::equal(&motion_.start[at], &motion_.start[at] + 3, &last_end_[at])) continue;
+      (motion_.inverse_mass[v] > 0 ? free_moved : pinned_moved) = true;
+    }
+    displaced = displaced || free_moved;
+    if (free_moved || !pinned_moved) continue;
+    AxisBox came_from = AxisBox::empty();
+    for (std::int32_t v = record.first_vertex; v < record.first_vertex + record.vertex_count; ++v) {
+      const btScalar* const x = &last_end_[3 * static_cast<std::size_t>(v)];
+      std::copy_n(x, 3, &motion_.start[3 * static_cast<std::size_t>(v)]);
+      came_from.add(btVector3(x[0], x[1], x[2]));
+    }
+    swept_.add(came_from);
+    if (Obstacles::meets_obstacles(*record.body))
+      near_obstacles_.add(came_from.grown(btVector3(record.margin, record.margin, record.margin)));
+  }
+  return displaced;
 }
 
 bool Pipeline::read_resolution() {

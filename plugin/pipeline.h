@@ -76,6 +76,9 @@ class Pipeline {
   bool gather_block(const SoftScene::BodyRecord& record, std::int32_t first, std::int32_t last,
                     const Fill& fill, AxisBox& swept);
   void refuse(const SoftScene::BodyRecord& record, std::int32_t vertex);
+  // Pinned nodes that an application puts elsewhere between two steps are swept from where the last
+  // step left them. True where other nodes are elsewhere: that is a new start.
+  bool sweep_driven_nodes(bool scene_changed);
   void gather_obstacles();
   void read_reach();
   // True where the resolution is another than before.
@@ -111,7 +114,8 @@ class Pipeline {
   AxisBox swept_ = AxisBox::empty();           // of the soft bodies' vertices in this step
   AxisBox near_obstacles_ = AxisBox::empty();  // of those that meet obstacles, with their margin
   Response response_;
-  std::vector<Contact> silent_;  // met in this step's first detection, not to be answered
+  std::vector<btScalar> last_end_;  // of the soft vertices; empty where the last step is not known
+  std::vector<Contact> silent_;     // met in this step's first detection, not to be answered
   std::vector<StepContact> contacts_;
   std::int64_t queued_ = 0;
   StepStats step_, total_;

@@ -26,3 +26,35 @@ TEST_CASE("what is driven faster than it can give way stops before it passes thr
             .empty());
   CHECK(scene.world->total_stats()->unresolved == 0);
 }
+
+TEST_CASE("pinned nodes that are put elsewhere between steps sweep what is in their way") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  CAPTURE(world == World::rigid);
+  Impact impact(quiet_options(world), 0);
+  scenes::pin(*impact.held, 0, impact.held->m_nodes.size() - 1);
+  // Through the free sheet in one jump.
+  for (int n = 0; n < impact.held->m_nodes.size(); ++n) impact.held->m_nodes[n].m_v.setZero();
+  impact.world->step();
+  for (int n = 0; n < impact.held->m_nodes.size(); ++n) {
+    impact.held->m_nodes[n].m_x += btVector3(0, btScalar(0.3), 0);
+  }
+  impact.world->step();
+  CHECK(impact.held->m_nodes[0].m_x.y() > btScalar(0.29));
+  CHECK(impact.passed() == 0);
+  CHECK(impact.thrown->m_nodes[14].m_x.y() > btScalar(0.3));
+  CHECK(impact.world->total_stats()->unresolved == 0);
+}
+
+TEST_CASE("a body that is put elsewhere has a new start, and is said where it intersects there") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  CAPTURE(world == World::rigid);
+  Impact impact(quiet_options(world), 0);
+  impact.steps(2);
+  CHECK(impact.world->total_stats()->pierced_at_start == 0);
+  const btVector3 before = impact.thrown->m_nodes[0].m_x;
+  impact.thrown->transform(
+      btTransform(btQuaternion(btVector3(1, 0, 0), btScalar(1)), btVector3(0, btScalar(-0.08), 0)));
+  impact.world->step();
+  CHECK(impact.world->total_stats()->pierced_at_start > 0);
+  CHECK(impact.thrown->m_nodes[0].m_x.distance(before) > btScalar(0.05));
+}
