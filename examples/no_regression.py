@@ -3,7 +3,7 @@
 no_regression.py PROGRAMS [--rounds N]
   PROGRAMS  folder with the programs lazyccd and lazyccd_double
 For each scene the distance between the end states of both (the largest of any node), in margins, and
-the time of a whole step (median of the rounds). Where Bullet alone is right only at 1/240 s, also the time a
+the time of a whole step (median of the rounds). Where Bullet alone is wrong at 1/60 s, also the time a
 simulated second with LazyCCD at 1/60 s against Bullet alone at 1/240 s. Wants an idle machine.
 """
 import argparse
@@ -19,7 +19,6 @@ PROGRAMS = {"float": "lazyccd", "double": "lazyccd_double"}
 # Scene, world, speed, size: Bullet alone is right at 1/240 s.
 SCENES = [
     ("cloth-on-cloth", "rigid", "2", "0.5"),
-    ("cloth-on-cloth", "rigid", "10", "0.5"),
     ("cloth-on-cloth", "deformable", "2", "0.5"),
     ("fold", "deformable", "1", "1"),
     ("cloth-off-table", "deformable", "0.5", "0.5"),
@@ -72,13 +71,15 @@ def main():
                     times[detector].append(ends[detector][0]["ms_per_step"]["total"])
                 coarse, _ = run(arguments.programs / name, scene, world, speed, size, "lazyccd", COARSE)
                 times["coarse"].append(coarse["ms_per_step"]["total"])
+            alone_coarse, _ = run(arguments.programs / name, scene, world, speed, size, "bullet", COARSE)
             (alone, x), (ours, y) = ends["bullet"], ends["lazyccd"]
             apart = numpy.linalg.norm(x - y, axis=1).max() / ours["margin_m"]
             ms = {key: median(values) for key, values in times.items()}
+            seconds = ms["coarse"] / COARSE / (ms["bullet"] / FINE)
             print(row.format(scene, world, precision, speed, wrong(alone), wrong(ours),
                              f"{apart:.2f}", f"{ms['bullet']:.3f}", f"{ms['lazyccd']:.3f}",
                              f"{ms['lazyccd'] / ms['bullet']:.2f}",
-                             f"{ms['coarse'] / COARSE / (ms['bullet'] / FINE):.2f}"))
+                             f"{seconds:.2f}" if wrong(alone_coarse) else "-"))
 
 
 if __name__ == "__main__":
