@@ -260,12 +260,12 @@ void CpuDetector::set_mesh(const Mesh& mesh) {
 void CpuDetector::update_hierarchy(Stats& stats) {
   bool build = !built_ || options_.rebuild_every_step;
   if (!build) {
-    groups_.refit(records_, pool_);
+    groups_.refit(records_, pool_, scale_);
     tree_.refit(groups_.boxes());
     build = tree_.cost() > options_.rebuild_ratio * built_cost_;
   }
   if (build) {
-    groups_.build(*mesh_, records_, pool_);
+    groups_.build(*mesh_, records_, pool_, scale_);
     tree_.build(groups_.boxes());
     built_cost_ = tree_.cost();
     built_ = true;

@@ -82,7 +82,8 @@ class Collector {
 
 }  // namespace
 
-void Groups::build(const Mesh& mesh, const std::vector<VertexRecord>& vertices, ThreadPool& pool) {
+void Groups::build(const Mesh& mesh, const std::vector<VertexRecord>& vertices, ThreadPool& pool,
+                   double scale) {
   groups_.clear();
   blocks_.clear();
   const std::vector<Cell> cells = sorted_cells(mesh, vertices);
@@ -135,13 +136,14 @@ void Groups::build(const Mesh& mesh, const std::vector<VertexRecord>& vertices, 
     groups_.push_back(group);
   }
   boxes_.resize(groups_.size());
-  refit(vertices, pool);
+  refit(vertices, pool, scale);
 }
 
-void Groups::refit(const std::vector<VertexRecord>& vertices, ThreadPool& pool) {
+void Groups::refit(const std::vector<VertexRecord>& vertices, ThreadPool& pool, double scale) {
   vertex_boxes_.resize(vertices.size());
   pool.parallel_for(vertices.size(), 4096, [&](std::size_t first, std::size_t last, int) {
-    kernels_->box_vertices(vertices.data()->x, margin_, first, last, vertex_boxes_.data());
+    kernels_->box_vertices(vertices.data()->x, scale, margin_ * scale, first, last,
+                           vertex_boxes_.data());
   });
   pool.parallel_for(groups_.size(), 256, [&](std::size_t first, std::size_t last, int) {
     kernels_->box_groups(vertex_boxes_.data(), groups_.data(), first, last, blocks_.data(),

@@ -26,10 +26,12 @@ class Groups {
 
   // Cells (faces, then free edges) of each body in Morton order of their centroids at the start, cut
   // into runs of kGroupCells. A vertex or edge belongs to the first group that has it.
-  void build(const Mesh& mesh, const std::vector<VertexRecord>& vertices, ThreadPool& pool);
+  void build(const Mesh& mesh, const std::vector<VertexRecord>& vertices, ThreadPool& pool,
+             double scale = 1);
 
-  // Boxes of all primitives and groups for new positions.
-  void refit(const std::vector<VertexRecord>& vertices, ThreadPool& pool);
+  // Boxes of all primitives and groups for new positions. They are those of the scene times `scale`, a
+  // power of two: in its own unit a very small one is a point to float, and all of it overlaps.
+  void refit(const std::vector<VertexRecord>& vertices, ThreadPool& pool, double scale = 1);
 
   const std::vector<Group>& groups() const { return groups_; }
   const std::vector<Block>& blocks() const { return blocks_; }

@@ -67,9 +67,10 @@ struct Approach {
 
 struct LeafKernels {
   const char* name;
-  // Boxes of vertices first to last - 1, rounded outward and wider by `margin` on every side.
-  void (*box_vertices)(const double* records, double margin, std::size_t first, std::size_t last,
-                       VertexBox* boxes);
+  // Boxes of vertices first to last - 1 times `scale`, a power of two, rounded outward and wider by
+  // `margin` on every side.
+  void (*box_vertices)(const double* records, double scale, double margin, std::size_t first,
+                       std::size_t last, VertexBox* boxes);
   // Boxes of the groups first to last - 1 and of all that is in their blocks.
   void (*box_groups)(const VertexBox* vertices, const Group* groups, std::size_t first,
                      std::size_t last, Block* blocks, MotionBox* boxes);

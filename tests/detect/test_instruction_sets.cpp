@@ -26,7 +26,7 @@ TEST_CASE("the box of a vertex holds it on every instruction set, whatever the n
     if (!kernels) continue;
     for (const double margin : {0.0, 1e-3, 1e-60, 1e40}) {
       std::vector<VertexBox> boxes(count);
-      kernels->box_vertices(records[0].x, margin, 0, count, boxes.data());
+      kernels->box_vertices(records[0].x, 1, margin, 0, count, boxes.data());
       bool holds = true, tight = true;
       for (std::size_t i = 0; i < count; ++i) {
         for (int k = 0; k < 3; ++k) {
@@ -66,6 +66,35 @@ TEST_CASE("every instruction set finds the same contacts") {
     const std::uint64_t expected = hash(*leaf_kernels("baseline"));
     for (const char* name : {"avx2", "avx512"}) {
       if (const LeafKernels* kernels = leaf_kernels(name)) CHECK(hash(*kernels) == expected);
+    }
+  }
+}
+
+TEST_CASE("a scene of the size of 1e-100 costs no more tests than one of size 1") {
+  MovingTriangles scene = crowd_of_triangles(300);
+  const Mesh mesh(scene.topology());
+  for (const double separation : {0.0, 0.02}) {
+    const auto stats_of = [&](double unit) {
+      Options options;
+      options.threads = 1;
+      options.separation = separation * unit;
+      MovingTriangles scaled = scene;
+      for (double& x : scaled.start) x *= unit;
+      for (double& x : scaled.end) x *= unit;
+      CpuDetector detector(options);
+      detector.set_mesh(mesh);
+      Stats stats;
+      detector.detect(scaled.at(scaled.start), scaled.at(scaled.end), stats);
+      return stats;
+    };
+    const Stats usual = stats_of(1);
+    for (const double unit : {0x1p-332, 0x1p-140, 0x1p200}) {
+      const Stats stats = stats_of(unit);
+      INFO("unit " << unit << ", separation " << separation);
+      CHECK(stats.group_pairs == usual.group_pairs);
+      CHECK(stats.candidates_vf + stats.candidates_ee == usual.candidates_vf + usual.candidates_ee);
+      CHECK(stats.exact == usual.exact);
+      CHECK(stats.hash == usual.hash);
     }
   }
 }

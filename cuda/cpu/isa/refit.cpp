@@ -48,15 +48,16 @@ LAZYCCD_INLINE VertexBox empty_box() {
 
 }  // namespace
 
-void box_vertices(const double* records, double margin, std::size_t first, std::size_t last,
-                  VertexBox* boxes) {
+void box_vertices(const double* records, double scale, double margin, std::size_t first,
+                  std::size_t last, VertexBox* boxes) {
   const Double8* x = reinterpret_cast<const Double8*>(records);
   // One number of float further out makes up for the rounding of x - margin in double.
   const int outwards = margin > 0 ? -1 : 0;
   for (std::size_t v = first; v < last; ++v) {
     Float8* sides = reinterpret_cast<Float8*>(boxes[v].side);
-    sides[0] = -rounded_down(x[v] - margin, outwards);
-    sides[1] = -rounded_down(-x[v] - margin, outwards);
+    const Double8 scaled = x[v] * scale;
+    sides[0] = -rounded_down(scaled - margin, outwards);
+    sides[1] = -rounded_down(-scaled - margin, outwards);
   }
 }
 
