@@ -8,6 +8,7 @@
 #include <exception>
 #include <limits>
 
+#include "distinct_contacts.h"
 #include "pair_rules.h"
 #include "piercings.h"
 #include "rotation.h"
@@ -388,16 +389,24 @@ std::vector<Contact> Pipeline::detect_near() {
   std::vector<Contact> contacts = answerable(near_);
   responded_ = !contacts.empty();
   // Of one body, neighbours; and pairs that touch, which have no normal yet.
-  const auto says_nothing = [this](const Contact& contact) {
+  const auto says_nothing = [this](const Contact& contact, double thickness) {
     if (contact.toi > 0) return false;
     const std::array<double, 4> weights = contact.weights();
     Eigen::Vector3d gap = Eigen::Vector3d::Zero();
     for (int i = 0; i < 4; ++i) gap += weights[i] * motion_.start_of(contact.vertices[i]);
-    const double thickness =
-        ContactRows::thickness(contact, motion_, surface(contact.body_a, contact.body_b).thickness);
     return gap.norm() > near_reach * thickness || gap.norm() < 1e-6 * thickness;
   };
-  contacts.erase(std::remove_if(contacts.begin(), contacts.end(), says_nothing), contacts.end());
+  std::vector<double> thickness;
+  std::size_t kept = 0;
+  for (const Contact& contact : contacts) {
+    const double of_pair =
+        ContactRows::thickness(contact, motion_, surface(contact.body_a, contact.body_b).thickness);
+    if (says_nothing(contact, of_pair)) continue;
+    contacts[kept++] = contact;
+    thickness.push_back(of_pair);
+  }
+  contacts.resize(kept);
+  keep_distinct(contacts, thickness);
   step_.ms_detect += ms_since(begin);
   return contacts;
 }

@@ -1,0 +1,74 @@
+#include "distinct_contacts.h"
+
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <cstring>
+#include <utility>
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+namespace {
+
+// Vertices with their rounded weights, in order; then the time and the thickness.
+using Key = std::array<std::uint64_t, 6>;
+
+std::uint64_t bits_of(double x) {
+  std::uint64_t bits;
+  std::memcpy(&bits, &x, sizeof bits);
+  return bits;
+}
+
+Key key_of(const Contact& contact, double thickness) {
+  const std::array<double, 4> weights = contact.weights();
+  std::array<std::pair<std::int32_t, int>, 4> points;
+  int count = 0;
+  for (int i = 0; i < 4; ++i) {
+    const int weight = static_cast<int>(std::lround(256 * weights[i]));
+    if (weight == 0) continue;
+    int at = count++;
+    for (; at > 0 && contact.vertices[i] < points[at - 1].first; --at) points[at] = points[at - 1];
+    points[at] = {contact.vertices[i], weight};
+  }
+  // Which of two sides is the first is of no matter.
+  const int sign = points[0].second < 0 ? -1 : 1;
+  Key key{};
+  for (int i = 0; i < count; ++i) {
+    key[i] = static_cast<std::uint64_t>(points[i].first) << 32 |
+             static_cast<std::uint32_t>(sign * points[i].second);
+  }
+  key[4] = bits_of(contact.toi);
+  key[5] = bits_of(thickness);
+  return key;
+}
+
+std::size_t hash_of(const Key& key) {
+  std::uint64_t hash = 0;
+  for (const std::uint64_t part : key) hash = (hash ^ part ^ part >> 29) * 0x9e3779b97f4a7c15ull;
+  return static_cast<std::size_t>(hash ^ hash >> 32);
+}
+
+}  // namespace
+
+void keep_distinct(std::vector<Contact>& contacts, const std::vector<double>& thickness) {
+  std::size_t slots = 2;
+  while (slots < 2 * contacts.size()) slots *= 2;
+  constexpr std::int32_t free = -1;
+  std::vector<std::int32_t> table(slots, free);  // indices into keys
+  std::vector<Key> keys;
+  keys.reserve(contacts.size());
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const Key key = key_of(contacts[i], thickness[i]);
+    std::size_t slot = hash_of(key) & (slots - 1);
+    while (table[slot] != free && keys[static_cast<std::size_t>(table[slot])] != key)
+      slot = (slot + 1) & (slots - 1);
+    if (table[slot] != free) continue;
+    table[slot] = static_cast<std::int32_t>(keys.size());
+    contacts[keys.size()] = contacts[i];
+    keys.push_back(key);
+  }
+  contacts.resize(keys.size());
+}
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet
