@@ -3,6 +3,7 @@
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
 #include <BulletSoftBody/btSoftBody.h>
 
+#include "face_trees.h"
 #include "pipeline.h"
 
 namespace lazyccd::bullet {
@@ -80,6 +81,8 @@ void btLazyDeformableBodySolver::predictMotion(btScalar solverdt) {
   pipeline_->begin_step(m_softBodies);
   // Where Bullet leaves those of bodies that sleep, it might act on an old step's.
   for (int i = 0; i < m_softBodies.size(); ++i) m_softBodies[i]->m_nodeRigidContacts.clear();
+  const FaceTreesLeftOut left_out(m_softBodies, btSoftBody::fCollision::SDF_RD,
+                                  !pipeline_->works());
   btDeformableBodySolver::predictMotion(solverdt);
 }
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "face_trees.h"
 #include "pipeline.h"
 
 namespace lazyccd::bullet {
@@ -33,7 +34,11 @@ void btLazySoftBodySolver::queue_pair(btSoftBody* a, btSoftBody* b) {
 
 void btLazySoftBodySolver::predictMotion(btScalar solverdt) {
   pipeline_->begin_step(m_softBodySet);
-  btDefaultSoftBodySolver::predictMotion(solverdt);
+  {
+    const FaceTreesLeftOut left_out(m_softBodySet, btSoftBody::fCollision::VF_SS,
+                                    !pipeline_->works());
+    btDefaultSoftBodySolver::predictMotion(solverdt);
+  }
   // Bullet clears the lists of active bodies only. A body that sleeps here and is woken by this
   // step's collisions would act on the contacts of an old step.
   for (int i = 0; i < m_softBodySet.size(); ++i) {
@@ -59,8 +64,7 @@ void btLazySoftBodySolver::solveConstraints(btScalar solverdt) {
     const std::vector<btVector3>& starts = starts_[record.world_index];
     // As btSoftBody::solveConstraints() has it, with the body's own time step and damping. Without
     // the damping, what carries a load would leave with its part of it.
-    const double rate =
-        static_cast<double>(record.body->m_sst.isdt * (1 - record.body->m_cfg.kDP));
+    const double rate = static_cast<double>(record.body->m_sst.isdt * (1 - record.body->m_cfg.kDP));
     for (std::int32_t v = first; v < last; ++v) {
       const int index = scene.node_index(v);
       const btSoftBody::Node& node = record.body->m_nodes[index];

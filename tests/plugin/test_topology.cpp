@@ -131,3 +131,25 @@ TEST_CASE("duplicate and degenerate faces are left out and said once") {
   CHECK(impact.world->status().find("soft body 1: left out 1 faces that name a node twice, 1 that "
                                     "repeat another face") != std::string::npos);
 }
+
+TEST_CASE("a body in several components does not keep Bullet busy for ever") {
+  // Bullet's own tree of faces would never be finished.
+  const World world = GENERATE(World::rigid, World::deformable);
+  scenes::WorldOptions options = quiet_options(world);
+  auto w = PhysicsWorld::make(options);
+  const std::vector<btVector3> points = {btVector3(0, 0, 0), btVector3(1, 0, 0),
+                                         btVector3(0, 0, 1), btVector3(0, 1, 0),
+                                         btVector3(1, 1, 0), btVector3(0, 1, 1)};
+  auto body = std::make_unique<btSoftBody>(&w->info(), 6, points.data(), nullptr);
+  body->appendMaterial();
+  for (const int first : {0, 3}) {
+    body->appendFace(first, first + 1, first + 2);
+    for (int k = 0; k < 3; ++k) body->appendLink(first + k, first + (k + 1) % 3);
+  }
+  btSoftBody* const parts = body.get();
+  w->add(std::move(body));
+  const int collisions = parts->m_cfg.collisions;
+  for (int i = 0; i < 3; ++i) w->step();
+  CHECK(parts->m_cfg.collisions == collisions);
+  CHECK(parts->m_nodes[0].m_x == points[0]);
+}

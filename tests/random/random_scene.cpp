@@ -228,7 +228,6 @@ class Scene {
         continue;
       }
       note(made.kind + (self ? "(self)" : ""));
-      several_ = made.kind == "shards";
       closed_ = made.kind == "ellipsoid" || made.kind == "hull" || made.kind == "torus";
       set_up(body);
       body.addVelocity(thrown_from(at.getOrigin()));
@@ -260,7 +259,7 @@ class Scene {
     body.setActivationState(DISABLE_DEACTIVATION);
     body.m_cfg.kDF = scalar(dice_.uniform());
     if (is_rigid()) {
-      if (dice_.chance(0.6) && !several_) body.m_cfg.collisions = Flag::SDF_RS | Flag::VF_SS;
+      if (dice_.chance(0.6)) body.m_cfg.collisions = Flag::SDF_RS | Flag::VF_SS;
       body.m_materials[0]->m_kLST = scalar(dice_.uniform(0.05, 1));
       body.m_cfg.piterations = 1 + dice_.below(10);
       body.m_cfg.kDP = scalar(dice_.chance(0.5) ? 0 : 0.05);
@@ -283,7 +282,6 @@ class Scene {
       return;
     }
     body.m_cfg.collisions = Flag::SDF_RD | Flag::VF_DD;
-    if (several_) body.m_cfg.collisions = Flag::SDF_RDN;
     if (dice_.chance(0.7)) body.m_cfg.collisions |= Flag::SDF_RDN;
     if (dice_.chance(0.3)) body.m_cfg.collisions |= Flag::SDF_RDF;
     body.m_cfg.kKHR = body.m_cfg.kCHR = 1;
@@ -432,7 +430,7 @@ class Scene {
   btSoftBodyWorldInfo* info_ = nullptr;
 
   double size_, margin_, dt_, speed_, spread_;
-  bool varying_, several_ = false, closed_ = false;
+  bool varying_, closed_ = false;
   int substeps_, substep_ = 0, step_ = 0;
   double seconds_inspecting_ = 0;
   btVector3 far_ = btVector3(0, 0, 0), gravity_ = btVector3(0, 0, 0);

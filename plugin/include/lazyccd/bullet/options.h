@@ -4,8 +4,9 @@
 // setIgnoreCollisionCheck() and m_collisionDisabledObjects hold for soft bodies as for rigid ones.
 // A body collides with itself after setSelfCollision(true). Pairs with the cluster flag CL_SS in
 // common stay with Bullet. A body with CF_NO_CONTACT_RESPONSE has its contacts reported and nothing
-// moved. The flags VF_SS and VF_DD are not needed; without VF_SS and SDF_RD Bullet builds no face
-// tree, which takes it quadratic time, and for ever on a body of several components.
+// moved. The flags VF_SS and VF_DD are not needed. Bullet's trees of faces, which it builds in
+// quadratic time, and for ever for a body of several components, are left out where nothing reads
+// them; the flag SDF_RDF asks for them.
 #pragma once
 
 #include <functional>
