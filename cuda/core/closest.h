@@ -38,6 +38,7 @@ LAZYCCD_HD inline ClosestPoints<T> closest_points(const Vec3<T>& e1, const Vec3<
   ClosestPoints<T> best{zero, zero, {zero, zero, zero}};
   T least = T(-1.0);
   const auto consider = [&](const T& u, const T& v, const Mask& where) {
+    if (!lane_any(where)) return;
     const Vec3<T> gap = vf ? r - (u * e1 + v * e2) : (r + v * e2) - u * e1;
     const T size = dot(gap, gap);
     const Mask better = Mask(where & !Mask((least >= zero) & !Mask(size < least)));
