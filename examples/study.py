@@ -2,6 +2,7 @@
 
 study.py FOLDER reads *.csv there and writes tables.md and, as SVG and PNG:
   strategies   time of a step by strategy, a panel for each model
+  stages       time of the traversal by strategy, a panel for each model; root-stages: from the root
   steps        time over the motion of the funnel, a line a strategy (the dissertation's figure 4.2)
   scaling      time by the number of workers, a panel for each model
 What is not there is left out.
@@ -24,10 +25,8 @@ COLOURS = {
     "guided": "#CC79A7",
     "thread_per_query": "#777777",
 }
-# The dissertation's: mean nodes of the front (table 4.3), and milliseconds a frame with lazy work
-# stealing on a GTS 450 (its models are others of the same kind and size).
-PUBLISHED_FRONT = {"cloud-64": "808", "cloud-256": "9.16 K", "cloud-1024": "127 K",
-                   "cloud-4096": "2.16 M"}
+# The dissertation's milliseconds a frame with lazy work stealing on a GTS 450 (its models are others
+# of the same kind and size).
 PUBLISHED_MS = {"funnel": "17.4", "cloth-ball": "77.3"}
 
 
@@ -59,11 +58,11 @@ def markdown(title, heading, body):
     return "\n".join(lines) + "\n"
 
 
-def strategies_table(rows):
+def strategies_table(rows, column, title):
     strategies = distinct(rows, "strategy")
     body = []
     for model in distinct(rows, "model"):
-        times = {r["strategy"]: float(r["ms_total"]) for r in rows if r["model"] == model}
+        times = {r["strategy"]: float(r[column]) for r in rows if r["model"] == model}
         best = min(times.values())
         triangles = next(r["triangles"] for r in rows if r["model"] == model)
         cells = [model, triangles, PUBLISHED_MS.get(model, "")]
@@ -71,18 +70,17 @@ def strategies_table(rows):
             text = f"{times[strategy]:.3g}" if strategy in times else ""
             cells.append(f"**{text}**" if times.get(strategy) == best else text)
         body.append(cells)
-    return markdown("Milliseconds a step, by strategy (mean; best in bold)",
+    return markdown(title + " (mean; best in bold)",
                     ["model", "triangles", "dissertation, GTS 450"] + strategies, body)
 
 
 def fronts_table(rows):
     rows = [r for r in rows if r["strategy"] == "lazy_stealing"]
-    body = [[r["model"], r["triangles"], PUBLISHED_FRONT.get(r["model"], ""), number(r["front_nodes"]),
-             number(r["tree_tests"]), number(r["group_pairs"]), number(r["candidates"]),
-             number(r["contacts"])] for r in rows]
+    body = [[r["model"], r["triangles"], number(r["front_nodes"]), number(r["tree_tests"]),
+             number(r["group_pairs"]), number(r["candidates"]), number(r["contacts"])] for r in rows]
     return markdown("Work a step (means)",
-                    ["model", "triangles", "front, dissertation (table 4.3)", "front", "tests of nodes",
-                     "pairs of groups", "candidates", "contacts"], body)
+                    ["model", "triangles", "front", "tests of nodes", "pairs of groups", "candidates",
+                     "contacts"], body)
 
 
 def split_table(rows, title):
@@ -99,14 +97,14 @@ def split_table(rows, title):
 
 
 def grid_table(rows, title, columns):
-    heading = ["model"] + [c for c in columns] + ["ms", "refit", "group pairs", "candidates",
+    heading = ["model"] + [c for c in columns] + ["ms", "traverse", "refit", "group pairs", "candidates",
                                                   "culled by volume", "flat nodes", "orphans",
                                                   "never coplanar", "front before", "front after",
                                                   "front reused", "steals", "idle %"]
     body = []
     for r in rows:
         body.append([r["model"]] + [r[c] for c in columns] +
-                    [f"{float(r['ms_total']):.3g}", f"{float(r['ms_refit']):.3g}"] +
+                    [f"{float(r[c]):.3g}" for c in ("ms_total", "ms_traverse", "ms_refit")] +
                     [number(r[c]) for c in ("group_pairs", "candidates", "volume_culled", "flat_nodes",
                                             "orphans", "never_coplanar", "front_start",
                                             "front_nodes", "front_reused", "steals")] +
@@ -139,18 +137,18 @@ def panels(count):
     return figure, flat
 
 
-def draw_strategies(rows, folder):
+def draw_strategies(rows, folder, column, label, name):
     models = distinct(rows, "model")
     figure, axes = panels(len(models))
     for model, a in zip(models, axes):
         chosen = [r for r in rows if r["model"] == model]
         names = [r["strategy"] for r in chosen]
-        a.barh(names, [float(r["ms_total"]) for r in chosen], color=[COLOURS[n] for n in names])
+        a.barh(names, [float(r[column]) for r in chosen], color=[COLOURS[n] for n in names])
         a.invert_yaxis()
         a.grid(axis="y", visible=False)
         a.set_title(model)
-        a.set_xlabel("ms a step")
-    save(figure, folder, "strategies")
+        a.set_xlabel(label)
+    save(figure, folder, name)
 
 
 def draw_steps(rows, folder, model="funnel"):
@@ -200,20 +198,28 @@ def main():
     if strategies:
         where = distinct(strategies, "device")[0]
         workers = distinct(strategies, "threads")[0]
-        parts.append(f"# Study of balancing strategies: {strategies[0]['backend']}, {where}, "
-                     f"{workers} threads\n")
-        parts += [strategies_table(strategies), fronts_table(strategies)]
-        draw_strategies(strategies, folder)
-        if strategies[0]["backend"] == "cpu":
+        cpu = strategies[0]["backend"] == "cpu"
+        parts.append(f"# Study of balancing strategies: {where}" +
+                     (f", {workers} threads" if cpu else "") + "\n")
+        parts += [strategies_table(strategies, "ms_total", "Milliseconds a step, by strategy"),
+                  fronts_table(strategies)]
+        draw_strategies(strategies, folder, "ms_total", "ms a step", "strategies")
+        if cpu:
             parts.append(split_table(strategies, "Where the time goes, ms"))
-    stages = read(folder, "stages")
-    if stages:
-        parts.append(split_table(stages, "Where the time goes, stage by stage without a graph, ms"))
+    for name, title in (("stages", ""), ("root-stages", ", from the root")):
+        stages = read(folder, name)
+        if stages:
+            parts.append(strategies_table(stages, "ms_traverse", "Traversal alone" + title + ", ms"))
+            parts.append(split_table(
+                stages, "Where the time goes, stage by stage without a graph" + title + ", ms"))
+            draw_strategies(stages, folder, "ms_traverse", "ms of traversal", name)
     for names, title, columns in (
-            (("root", "fronts"), "From the root or from the last front, made anew by period and ratio",
-             ["front", "front_period", "front_ratio"]),
+            (("root", "fronts"),
+             "From the root or from the last front, made anew by period and ratio",
+             ["strategy", "front", "front_period", "front_ratio"]),
             (("scaling",), "Workers", ["strategy", "threads", "blocks"]),
             (("sizes",), "Sizes of stack, batch and block", ["strategy", "stack", "chunk", "block_size"]),
+            (("stacks",), "Sizes of stack and batch, from the root", ["strategy", "stack", "chunk"]),
             (("chunks",), "Items that change hands at once", ["strategy", "chunk"]),
             (("volumes",), "Bounding volumes", ["volume"]),
             (("culling",), "Culling", ["culling"])):

@@ -54,9 +54,9 @@ study() {
 measure() {
   study strategies-small "${whole[@]}" --model "${small[@]}" --steps-csv "$out/steps.csv"
   study strategies-large "${window[@]}" --model "${large[@]}"
-  study root "${window[@]}" --model funnel cloth-ball n-body --strategy lazy_stealing --front off
-  study fronts "${window[@]}" --model funnel cloth-ball n-body --strategy lazy_stealing --front on \
-    --front-period 2 10 --front-ratio 1 1.02 1.1
+  study root "${window[@]}" --model funnel cloth-ball n-body --front off
+  study fronts "${window[@]}" --model cloud-1024 funnel cloth-ball n-body --strategy lazy_stealing \
+    --front on --front-period 2 10 --front-ratio 1 1.02 1.1
   study scaling "${window[@]}" --model funnel cloud-1024 n-body "${workers[@]}"
   if [ "$backend" = cpu ]; then
     study sizes "${window[@]}" --model funnel --strategy lazy_stealing_greedy \
@@ -68,8 +68,11 @@ measure() {
       non_penetration normal_cones orphan_sets non_penetration+normal_cones+orphan_sets
   else
     study stages "${window[@]}" --model "${small[@]}" "${large[@]}" --stages
-    study sizes "${window[@]}" --model funnel cloth-ball --strategy lazy_stealing \
+    study root-stages "${window[@]}" --model funnel cloth-ball n-body --front off --stages
+    study sizes "${window[@]}" --model funnel cloth-ball --strategy lazy_stealing --stages \
       --block-size 32 64 128 256 512 --chunk 32 128 256
+    study stacks "${window[@]}" --model funnel cloth-ball --front off --stages --stack 256 512 1024 \
+      --chunk 32 128 256 --strategy lazy_stealing lazy_stealing_greedy
   fi
 }
 

@@ -50,13 +50,21 @@ class Deque {
   LAZYCCD_HD std::uint32_t size() const {
     return DequeWord::unpack(Atomics::load(*word_, Atomics::relaxed)).size();
   }
-  // For the owner: true stays true until it pushes.
-  LAZYCCD_HD bool has_room() const { return size() <= mask_; }
-
-  // Owner only, where has_room(). Publishes what the owner wrote before.
-  LAZYCCD_HD void push(std::uint32_t chunk) {
+  // Owner only: what push() starts from.
+  LAZYCCD_HD std::uint64_t look() const {
     // Acquire, pairs with the release of the steal that freed the slot: the thief has read it.
-    std::uint64_t seen = Atomics::load(*word_, Atomics::acquire);
+    return Atomics::load(*word_, Atomics::acquire);
+  }
+  // For the owner: true stays true until it pushes.
+  LAZYCCD_HD bool has_room(std::uint64_t seen) const {
+    return DequeWord::unpack(seen).size() <= mask_;
+  }
+  LAZYCCD_HD bool has_room() const { return has_room(look()); }
+
+  // Owner only, where has_room() by a look since its last push or pop. Publishes what the owner
+  // wrote before.
+  LAZYCCD_HD void push(std::uint32_t chunk) { push(chunk, look()); }
+  LAZYCCD_HD void push(std::uint32_t chunk, std::uint64_t seen) {
     DequeWord word = DequeWord::unpack(seen);
     // Relaxed: published by the CAS below. A slot outside [top, bottom) is the owner's alone.
     Atomics::store(ring_[word.bottom & mask_], chunk, Atomics::relaxed);

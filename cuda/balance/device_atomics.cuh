@@ -23,6 +23,8 @@ struct DeviceAtomics {
   // Dense: atomics are done in L2, where false sharing costs nothing, and a block that looks for a
   // victim reads 16 deques in one line.
   static constexpr std::size_t spacing = 8;
+  // Between cells that all poll: the looks at one queue up behind those at its neighbours.
+  static constexpr std::size_t line = 128;
 
   template <class T>
   using Ref = cuda::atomic_ref<T, cuda::thread_scope_device>;

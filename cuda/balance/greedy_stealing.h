@@ -33,11 +33,15 @@ struct GreedyStealingView {
   struct alignas(Atomics::spacing) Spaced {  // no other writer's cell near it
     Cell<T> cell;
   };
+  template <class T>
+  struct alignas(Atomics::line) Hot {  // a cell that all workers poll
+    Cell<T> cell;
+  };
 
   struct Counters {
-    Spaced<std::uint32_t> live;       // Termination
-    Spaced<std::uint64_t> claimed;    // initial items that workers have taken, or more
-    Spaced<std::uint32_t> cancelled;  // nonzero: stop
+    Hot<std::uint32_t> live;       // Termination
+    Hot<std::uint64_t> claimed;    // initial items that workers have taken, or more
+    Hot<std::uint32_t> cancelled;  // nonzero: stop
   };
 
   std::uint32_t workers;
@@ -75,6 +79,7 @@ class GreedyStealingWorker {
     view_ = view;
     worker_ = worker;
     next_ = 0;
+    claims_.start(view.initial_count);
     won_count_ = 0;
     busy_ = false;
     steals_ = overflows_ = 0;
@@ -82,7 +87,8 @@ class GreedyStealingWorker {
 
   // A free batch of this worker's own, or null where all are under way: it keeps its items.
   LAZYCCD_HD Chunk<Item, BatchSize>* new_batch() {
-    if (view_.deque(worker_).has_room()) {
+    seen_ = view_.deque(worker_).look();
+    if (view_.deque(worker_).has_room(seen_)) {
       for (std::uint32_t i = 0; i < view_.batches; ++i) {
         filling_ = worker_ * view_.batches + (next_ + i) % view_.batches;
         // Acquire, pairs with the release in release(): the taker has read it.
@@ -97,7 +103,7 @@ class GreedyStealingWorker {
   }
   LAZYCCD_HD void publish() {
     view_.termination().chunk_published();
-    view_.deque(worker_).push(filling_);
+    view_.deque(worker_).push(filling_, seen_);
   }
 
   // From the own deque, then from what was won, then from the initial items. Where all are empty
@@ -110,7 +116,7 @@ class GreedyStealingWorker {
       taken = {view_.chunks[batch].items, view_.chunks[batch].count, batch};
     } else {
       const Portion portion =
-          claim_portion<Atomics>(view_.counters->claimed.cell, view_.initial_count, BatchSize);
+          claims_.template next<Atomics>(view_.counters->claimed.cell, BatchSize);
       taken = {view_.initial + portion.first, portion.count, no_chunk};
     }
     // The unit of what was taken becomes the worker's own, or is one too many, or the last to go.
@@ -165,9 +171,11 @@ class GreedyStealingWorker {
   View view_;
   std::uint32_t worker_;
   std::uint32_t filling_;
+  std::uint64_t seen_;  // of the own deque
   std::uint32_t next_;  // of the own batches, where to look for a free one
   std::uint32_t won_count_;
   bool busy_;  // holds a unit of `live`
+  Claims claims_;
   std::uint64_t steals_;
   std::uint64_t overflows_;
 };

@@ -23,22 +23,26 @@ struct GuidedView {
   struct alignas(Atomics::spacing) Spaced {  // no other writer's cell near it
     Cell<T> cell;
   };
+  template <class T>
+  struct alignas(Atomics::line) Hot {  // a cell that all workers poll
+    Cell<T> cell;
+  };
 
   struct Counters {
-    Spaced<std::uint32_t> live;       // Termination
-    Spaced<std::uint64_t> claimed;    // initial items that workers have taken, or more
-    Spaced<std::uint64_t> given;      // the list in circulation: GivenList
-    Spaced<std::uint32_t> giving;     // nonzero: somebody is making the next list
-    Spaced<std::uint32_t> hungry;     // workers that look for work
-    Spaced<std::uint32_t> cancelled;  // nonzero: stop
+    Hot<std::uint32_t> live;       // Termination
+    Hot<std::uint64_t> claimed;    // initial items that workers have taken, or more
+    Hot<std::uint64_t> given;      // the list in circulation: GivenList
+    Hot<std::uint32_t> giving;     // nonzero: somebody is making the next list
+    Hot<std::uint32_t> hungry;     // workers that look for work
+    Hot<std::uint32_t> cancelled;  // nonzero: stop
   };
 
   // Items of a list that is given.
   static constexpr std::uint32_t longest_list = 0xffff;
 
   std::uint32_t workers;
-  std::uint32_t list_size;  // room for a list of each worker, up to longest_list
-  std::uint32_t most;       // items that a worker takes at once
+  std::uint32_t list_size;    // room for a list of each worker, up to longest_list
+  std::uint32_t least, most;  // items that a worker takes at once, 1 at least
   Counters* counters;
   Spaced<std::uint32_t>* unread;  // one a worker: items of its list that nobody has copied yet
   Item* lists;                    // list_size a worker
@@ -53,7 +57,9 @@ struct GuidedView {
   }
   LAZYCCD_HD std::uint32_t portion(std::uint64_t rest) const {
     const std::uint32_t size = guided_size(rest, workers);
-    return size < most ? size : most;
+    const std::uint32_t large = size > least ? size : least;
+    const std::uint32_t bounded = large < most ? large : most;
+    return bounded < rest ? bounded : static_cast<std::uint32_t>(rest);
   }
 };
 
@@ -177,10 +183,16 @@ class GuidedWorker {
     // Relaxed: the items were there before the run.
     std::uint64_t seen = Atomics::load(view_.counters->claimed.cell, Atomics::relaxed);
     while (seen < view_.initial_count) {
-      const std::uint32_t size = view_.portion(view_.initial_count - seen);
-      if (!Atomics::compare_exchange(view_.counters->claimed.cell, seen, seen + size,
-                                     Atomics::relaxed, Atomics::relaxed))
+      std::uint32_t size = view_.portion(view_.initial_count - seen);
+      if (size <= view_.least) {  // as all that follow, so none is refused
+        seen = Atomics::fetch_add(view_.counters->claimed.cell, std::uint64_t{view_.least},
+                                  Atomics::relaxed);
+        if (seen >= view_.initial_count) break;
+        size = view_.portion(view_.initial_count - seen);
+      } else if (!Atomics::compare_exchange(view_.counters->claimed.cell, seen, seen + size,
+                                            Atomics::relaxed, Atomics::relaxed)) {
         continue;
+      }
       if (seen + size == view_.initial_count) view_.termination().unit_ended();
       return {view_.initial + seen, size, no_chunk};
     }

@@ -21,6 +21,7 @@ struct HostAtomics {
 
   // Bytes between cells that different workers write: two cache lines, as x86 prefetches in pairs.
   static constexpr std::size_t spacing = 128;
+  static constexpr std::size_t line = spacing;  // the same between cells that all poll
 
   template <class T>
   static T load(const std::atomic<T>& cell, std::memory_order order) {

@@ -28,13 +28,17 @@ struct LazyStealingView {
   struct alignas(Atomics::spacing) Spaced {
     Cell<T> cell;
   };
+  template <class T>
+  struct alignas(Atomics::line) Hot {  // a cell that all workers poll
+    Cell<T> cell;
+  };
 
   struct Counters {
-    Spaced<std::uint64_t> free_head;  // FreeList
-    Spaced<std::uint32_t> live;       // Termination
-    Spaced<std::uint64_t> claimed;    // initial items that workers have taken, or more
-    Spaced<std::uint32_t> hungry;     // workers that look for work
-    Spaced<std::uint32_t> cancelled;  // nonzero: stop
+    Hot<std::uint64_t> free_head;  // FreeList
+    Hot<std::uint32_t> live;       // Termination
+    Hot<std::uint64_t> claimed;    // initial items that workers have taken, or more
+    Hot<std::uint32_t> hungry;     // workers that look for work
+    Hot<std::uint32_t> cancelled;  // nonzero: stop
   };
 
   std::uint32_t workers;
@@ -80,6 +84,8 @@ class LazyStealingWorker {
     worker_ = worker;
     filling_ = no_chunk;
     busy_ = false;
+    offered_ = 0;
+    claims_.start(view.initial_count);
     cache_.clear();
     steals_ = 0;
     overflows_ = 0;
@@ -91,32 +97,36 @@ class LazyStealingWorker {
   // is cancelled and the others should look up.
   LAZYCCD_HD void leave() { cache_.flush(view_.free_list()); }
 
-  // More workers wait than this one has chunks on offer.
-  LAZYCCD_HD bool hungry() const {
+  // How many more workers wait than this one has chunks on offer; 0: none.
+  LAZYCCD_HD std::uint32_t hungry() const {
     const std::uint32_t waiting = Atomics::load(view_.counters->hungry.cell, Atomics::relaxed);
-    return waiting != 0 && waiting > view_.deque(worker_).size();
+    const std::uint32_t offers = offered_ != 0 ? view_.deque(worker_).size() : 0;
+    return waiting > offers ? waiting - offers : 0;
   }
 
   // A free chunk of this worker's, or null where ring or pool is exhausted: the caller keeps its
   // items and goes on with them.
   LAZYCCD_HD Chunk<Item, ChunkSize>* new_chunk() {
-    if (view_.deque(worker_).has_room()) {
-      filling_ = cache_.take(view_.free_list());
-      if (filling_ != no_chunk) return view_.chunks + filling_;
-    }
+    seen_ = view_.deque(worker_).look();  // both are under way at once
+    filling_ = cache_.take(view_.free_list());
+    if (filling_ != no_chunk && view_.deque(worker_).has_room(seen_))
+      return view_.chunks + filling_;
+    if (filling_ != no_chunk) cache_.give(view_.free_list(), filling_);
     ++overflows_;
     return nullptr;
   }
   // Offers the chunk of the last new_chunk() to everyone.
   LAZYCCD_HD void publish() {
     view_.termination().chunk_published();
-    view_.deque(worker_).push(filling_);
+    view_.deque(worker_).push(filling_, seen_);
+    ++offered_;
   }
 
   // From the own deque, newest first, then from the initial items. Where both are empty the worker
   // turns idle: it has nothing left and does not ask here again before it has stolen.
   LAZYCCD_HD Batch<Item> own_batch() {
-    const std::uint32_t chunk = view_.deque(worker_).pop();
+    const std::uint32_t chunk = offered_ != 0 ? view_.deque(worker_).pop() : no_chunk;
+    offered_ = chunk != no_chunk ? offered_ - 1 : 0;
     const Batch<Item> batch = chunk != no_chunk ? batch_of(chunk) : claim_initial();
     if (batch.count == 0) {
       become_idle();
@@ -164,8 +174,7 @@ class LazyStealingWorker {
   }
 
   LAZYCCD_HD Batch<Item> claim_initial() {
-    const Portion portion =
-        claim_portion<Atomics>(view_.counters->claimed.cell, view_.initial_count, ChunkSize);
+    const Portion portion = claims_.template next<Atomics>(view_.counters->claimed.cell, ChunkSize);
     return {view_.initial + portion.first, portion.count, no_chunk};
   }
 
@@ -183,7 +192,10 @@ class LazyStealingWorker {
   View view_;
   std::uint32_t worker_;
   std::uint32_t filling_;
-  bool busy_;  // holds a unit of `live`
+  std::uint64_t seen_;     // of the own deque
+  std::uint32_t offered_;  // chunks that the own deque holds at most: only others take meanwhile
+  bool busy_;              // holds a unit of `live`
+  Claims claims_;
   ChunkCache<CacheSize> cache_;
   std::uint64_t steals_;
   std::uint64_t overflows_;

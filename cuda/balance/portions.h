@@ -12,18 +12,27 @@ struct Portion {
   std::uint32_t count;  // 0: nothing is left
 };
 
-// The next `size` of `count` items, or what is left of them.
-template <class Atomics>
-LAZYCCD_HD Portion claim_portion(typename Atomics::template Cell<std::uint64_t>& claimed,
-                                 std::uint64_t count, std::uint32_t size) {
-  // Relaxed: the items were there before the run, and each index is handed out once. The look
-  // before the step keeps the counter from running on.
-  if (Atomics::load(claimed, Atomics::relaxed) >= count) return {0, 0};
-  const std::uint64_t first = Atomics::fetch_add(claimed, std::uint64_t{size}, Atomics::relaxed);
-  if (first >= count) return {0, 0};
-  const std::uint64_t rest = count - first;
-  return {first, static_cast<std::uint32_t>(rest < size ? rest : size)};
-}
+// One worker's claims on `count` items, which start() names. Once it found nothing it does not ask
+// again: nothing is added in a run.
+class Claims {
+ public:
+  LAZYCCD_HD void start(std::uint64_t count) { count_ = count; }
+
+  // The next `size` items, or what is left of them.
+  template <class Atomics>
+  LAZYCCD_HD Portion next(typename Atomics::template Cell<std::uint64_t>& claimed,
+                          std::uint32_t size) {
+    if (count_ == 0) return {0, 0};
+    // Relaxed: the items were there before the run, and each index is handed out once.
+    const std::uint64_t first = Atomics::fetch_add(claimed, std::uint64_t{size}, Atomics::relaxed);
+    const std::uint64_t rest = first < count_ ? count_ - first : 0;
+    if (rest == 0) count_ = 0;
+    return {first, static_cast<std::uint32_t>(rest < size ? rest : size)};
+  }
+
+ private:
+  std::uint64_t count_;  // 0: all are claimed
+};
 
 // Guided self-scheduling (Polychronopoulos and Kuck 1987): large portions first, so that few are
 // taken, and single items at the end, so that all end together. Half of an even share leaves the

@@ -28,6 +28,7 @@ class Guided {
       : members_(static_cast<std::size_t>(workers)) {
     view_.workers = static_cast<std::uint32_t>(workers);
     view_.list_size = std::min(std::max(list_size, 1u), View::longest_list);
+    view_.least = 1;
     view_.most = std::numeric_limits<std::uint32_t>::max();
     unread_.reset(new typename View::template Spaced<std::uint32_t>[members_.size()]);
     lists_.reset(new Item[members_.size() * view_.list_size]);

@@ -51,6 +51,7 @@ class TaskStealing {
   void arrive(int worker) {
     Member& m = member(worker);
     m.busy = false;
+    m.claims.start(count_);
     m.victim = static_cast<std::uint32_t>(worker);
   }
   void leave(int) {}
@@ -64,7 +65,7 @@ class TaskStealing {
       stack.push(item_of(HostAtomics::load(*newest, HostAtomics::relaxed)));
       return true;
     }
-    const Portion portion = claim_portion<HostAtomics>(claimed_.value, count_, portion_size);
+    const Portion portion = m.claims.template next<HostAtomics>(claimed_.value, portion_size);
     if (portion.count != 0) {
       // The portion's unit of `live` becomes the worker's own, or is one too many.
       if (m.busy) termination().unit_ended();
@@ -120,6 +121,7 @@ class TaskStealing {
     HostAtomics::Cell<std::uint32_t> bottom{0};
     std::unique_ptr<Word[]> tasks;
     bool busy = false;  // holds a unit of `live`
+    Claims claims;
     std::uint32_t victim = 0;
     WorkerCounts counts;
   };

@@ -15,7 +15,7 @@ StackWish stack_wish(const Tuning& tuning) {
   // Small by default: what a block does not offer nobody gets.
   const int batch = tuning.chunk != 0 ? tuning.chunk : largest;
   const int stack = tuning.stack != 0 ? tuning.stack : 512;
-  return {static_cast<std::uint32_t>(batch), static_cast<std::uint32_t>(stack), 0};
+  return {static_cast<std::uint32_t>(batch), static_cast<std::uint32_t>(stack), 0, true};
 }
 
 class GreedyStealing : public PersistentTraversal<GreedyBlocks> {

@@ -15,12 +15,13 @@ std::uint32_t list_size(const Tuning& tuning) {
 class Guided : public PersistentTraversal<GuidedBlocks> {
  public:
   explicit Guided(const Tuning& tuning)
-      : PersistentTraversal(tuning, {list_size(tuning), 0, 0}), list_size_(list_size(tuning)) {}
+      : PersistentTraversal(tuning, {list_size(tuning), 0, 0, true}),
+        list_size_(list_size(tuning)) {}
 
   // A block that gets too many pairs has nowhere else to put them.
   void grow(const TraversalCounters&, cudaStream_t stream) override {
     reserve_ *= 2;
-    shape_stacks({list_size_, 0, reserve_});
+    shape_stacks({list_size_, 0, reserve_, true});
     reset(node_count(), stream);
   }
 
@@ -40,6 +41,7 @@ class Guided : public PersistentTraversal<GuidedBlocks> {
     View view{};
     view.workers = blocks;
     view.list_size = list_size_;
+    view.least = std::min(shape.keep, shape.batch);  // what a block tests in one round
     view.most = shape.batch;
     view.counters = counters_.data();
     view.unread = unread_.data();

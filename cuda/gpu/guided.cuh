@@ -40,9 +40,10 @@ class GuidedBlocks {
   __device__ static std::uint32_t leaving(const StackShape& shape, std::uint32_t size, bool asked) {
     return asked && size > shape.keep ? min(shape.batch, size / 2) : 0;
   }
-  __device__ bool asked(const View&) const { return protocol_.asked(); }
+  __device__ bool asked(const View&) { return given_ = false, protocol_.asked(); }
   __device__ Room room(std::uint32_t wanted, bool) {
-    NodePair* const list = protocol_.new_list();
+    NodePair* const list = given_ ? nullptr : protocol_.new_list();
+    given_ = true;
     return {list, list != nullptr ? wanted : 0};
   }
   __device__ void publish(const View&, std::uint32_t count) { protocol_.publish(count); }
@@ -63,6 +64,7 @@ class GuidedBlocks {
 
  private:
   GuidedWorker<DeviceAtomics, NodePair> protocol_;
+  bool given_;  // a list, in this round, or nothing
 };
 
 }  // namespace lazyccd::gpu

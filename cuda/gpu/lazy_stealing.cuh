@@ -54,12 +54,14 @@ class LazyBlocks {
     if (size > shape.crowded) return min(shape.batch, size / 2);
     return asked && size > shape.keep ? min(shape.batch, size - shape.keep) : 0;
   }
-  __device__ bool asked(const View& view) const {
-    // Relaxed: a hint.
-    return DeviceAtomics::load(view.shared.counters->hungry.cell, DeviceAtomics::relaxed) != 0;
+  __device__ bool asked(const View&) {
+    asked_for_ = protocol_.hungry();
+    return asked_for_ != 0;
   }
   __device__ Room room(std::uint32_t wanted, bool crowded) {
-    chunk_ = crowded || protocol_.hungry() ? protocol_.new_chunk() : nullptr;
+    if (!crowded && asked_for_ == 0) return {nullptr, 0};
+    if (asked_for_ != 0) --asked_for_;
+    chunk_ = protocol_.new_chunk();
     return chunk_ != nullptr ? Room{chunk_->items, wanted} : Room{nullptr, 0};
   }
   __device__ void publish(const View& view, std::uint32_t count) {
@@ -68,27 +70,35 @@ class LazyBlocks {
     DeviceAtomics::store(*view.last_giver, blockIdx.x, DeviceAtomics::relaxed);  // a hint
   }
 
-  // A warp looks at 31 deques at a time and at that of the last giver. All looks are relaxed; the
-  // acquire comes with the steal.
+  // A look is one way to L2: at some deques, at that of the last giver by the look before, and at
+  // what is left to do. All are relaxed; the acquire comes with the steal.
   __device__ void wait_for_batch(const View& view, const TraversalJob& job,
                                  Batch<NodePair>& found) {
+    constexpr std::uint32_t watcher = kWarp - 1;  // the lane that looks at no deque
     const std::uint32_t lane = threadIdx.x % kWarp, workers = view.shared.workers;
     std::uint32_t window = (blockIdx.x + 1) % workers;  // where to look next: neighbours differ
+    std::uint32_t giver = 0;
     Waiting waiting;
     for (std::uint32_t look = 0;; ++look) {
       random_delay(job);
-      if (all_done(view.shared.termination())) {
+      std::uint32_t victim = lane == 0 ? giver : (window + lane) % workers;
+      bool gives = false, over = false;
+      if (lane != watcher) {
+        gives = view.shared.deque(victim).size() != 0;
+      } else {
+        giver = DeviceAtomics::load(*view.last_giver, DeviceAtomics::relaxed);
+        over = view.shared.termination().seems_over() && view.shared.termination().over();
+      }
+      if (__shfl_sync(kAllLanes, over, watcher)) {
         if (lane == 0) found = {nullptr, 0, no_chunk};
         return;
       }
-      std::uint32_t victim = lane == 31
-                                 ? DeviceAtomics::load(*view.last_giver, DeviceAtomics::relaxed)
-                                 : (window + lane) % workers;
-      const unsigned givers = __ballot_sync(kAllLanes, view.shared.deque(victim).size() != 0);
+      giver = __shfl_sync(kAllLanes, giver, watcher);
+      const unsigned givers = __ballot_sync(kAllLanes, gives);
       if (givers != 0) {
         // Not all who look at the same deques should pick the same one.
-        const unsigned turn = (blockIdx.x + look) % 32;
-        const int pick = (__ffs(__funnelshift_r(givers, givers, turn)) - 1 + turn) % 32;
+        const unsigned turn = (blockIdx.x + look) % kWarp;
+        const int pick = (__ffs(__funnelshift_r(givers, givers, turn)) - 1 + turn) % kWarp;
         victim = __shfl_sync(kAllLanes, victim, pick);
         bool stolen = false;
         if (lane == 0) {
@@ -98,13 +108,14 @@ class LazyBlocks {
         }
         if (__shfl_sync(kAllLanes, stolen, 0)) return;
       }
-      window = (window + 31) % workers;
+      window = (window + kWarp - 2) % workers;
       waiting.pause();
     }
   }
 
  private:
   Protocol protocol_;
+  std::uint32_t asked_for_;            // chunks, in this round
   Chunk<NodePair, ChunkSize>* chunk_;  // that is being filled
 };
 

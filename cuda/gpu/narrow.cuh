@@ -174,7 +174,7 @@ __device__ inline std::uint64_t decide_by_warp(const SceneView& scene, Candidate
   const Cubic<double> f = coplanarity(d, m);
 
   // The way down: lane l holds what is known of level l, where each part is 32 of the next.
-  constexpr int levels = 8;  // down to parts of 2^-40 of the step
+  constexpr int levels = 4;  // down to parts of 2^-20 of the step
   double held_begin = 0;
   unsigned held_open = 0,
            held_hits = 0;  // parts still to be looked into; those that hold the contact

@@ -26,6 +26,7 @@ struct StackWish {
   std::uint32_t batch;    // pairs that leave at once, and that come at once
   std::uint32_t crowded;  // pairs beyond which the oldest leave
   std::uint32_t reserve;
+  bool keeps;  // what a block tests in one round anyway
 };
 
 inline StackShape stack_shape(const Tuning& tuning, const StackWish& wish, std::uint32_t threads) {
@@ -40,9 +41,8 @@ inline StackShape stack_shape(const Tuning& tuning, const StackWish& wish, std::
   shape.crowded = wish.crowded != 0      ? wish.crowded
                   : usable > 2 * threads ? std::max(usable - 2 * threads, usable / 2)
                                          : usable / 2;
-  // What the block tests in one round anyway is no surplus; with delays, balancing itself is
-  // tested.
-  shape.keep = tuning.delay_ns != 0 ? 1 : threads;
+  // With delays, balancing itself is tested.
+  shape.keep = !wish.keeps ? 0 : tuning.delay_ns != 0 ? 1 : threads;
   return shape;
 }
 

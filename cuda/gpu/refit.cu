@@ -13,8 +13,8 @@ void enqueue_as(const SceneView& scene, const void* start, const void* end, Step
   load_positions<Scalar, Record><<<blocks_for(scene.vertex_count, block), block, 0, stream>>>(
       scene, static_cast<const Scalar*>(start), static_cast<const Scalar*>(end), counters);
   LAZYCCD_CUDA_CHECK(cudaGetLastError());
-  launch_behind(refit_groups<Record>, warps(scene.group_count), block, 0, stream, scene);
-  launch_behind(refit_runs, warps(scene.group_count / kRun + 1), block, 0, stream, scene, counters);
+  launch_behind(refit_groups<Record>, blocks_for(scene.group_count, kRun), kRefitBlock, 0, stream,
+                scene, counters);
   launch_behind(refit_nodes, warps(scene.node_count), block, 0, stream, scene);
 }
 

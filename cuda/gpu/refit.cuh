@@ -78,48 +78,6 @@ __device__ inline void unite_diagonals(AxisExtent (&e)[kDiagonals], const Record
   }
 }
 
-// One warp a group.
-template <class Record>
-__global__ void refit_groups(SceneView scene) {
-  begin_kernel();
-  const std::uint32_t g = (blockIdx.x * blockDim.x + threadIdx.x) / kWarp;
-  const int lane = threadIdx.x % kWarp;
-  if (g >= scene.group_count) return;
-  const DeviceGroup group = load_wide(scene.groups.groups + g);
-  const Record* records = static_cast<const Record*>(scene.records);
-  AxisExtent sides[kSides], diagonals[kDiagonals];
-  for (auto& e : sides) e = empty_extent();
-  for (auto& e : diagonals) e = empty_extent();
-  for (int i = lane; i < group.total(); i += kWarp) {
-    PrimitiveBlock& block = scene.groups.blocks[group.first_block + i / kBlockLanes];
-    const PrimitiveNames names = load_wide(block.names + i % kBlockLanes);
-    AxisExtent own[kSides];
-    for (auto& e : own) e = empty_extent();
-    for (int k = 0; k < 3; ++k) {
-      if (names.vertex[k] < 0) break;
-      const Record v = load_wide(records + names.vertex[k]);
-      AxisExtent at[kSides];
-      side_extents(v, at);
-      for (int axis = 0; axis < kSides; ++axis) unite(own[axis], at[axis]);
-      unite_diagonals(diagonals, v);
-    }
-    const double margin = separation_margin(scene.separation);
-    for (int axis = 0; axis < kSides; ++axis) {
-      if (margin > 0) grow(own[axis], margin);
-      block.axis[axis][i % kBlockLanes] = own[axis];
-      unite(sides[axis], own[axis]);
-    }
-  }
-  AxisExtent mine = empty_extent();
-  for (int k = 0; k < kAxes; ++k) {
-    AxisExtent e = united_over_warp(k < kSides ? sides[k] : diagonals[k - kSides]);
-    if (scene.separation > 0 && k >= kSides)
-      grow(e, __dmul_ru(separation_margin(scene.separation), 1.4142135623731));
-    if (lane == k) mine = e;
-  }
-  if (lane < kAxes) scene.groups.bounds[g].axis[lane] = mine;
-}
-
 __device__ inline SweptBox empty_box() {
   return {{INFINITY, INFINITY, INFINITY}, {-INFINITY, -INFINITY, -INFINITY}};
 }
@@ -152,18 +110,70 @@ __device__ inline SweptBox leaf_box(const SceneView& scene, std::int32_t slot) {
   return box;
 }
 
-// One warp a run of kRun leaves.
-__global__ void refit_runs(SceneView scene, StepCounters* counters) {
+// By a warp; returns the swept box in all lanes.
+template <class Record>
+__device__ inline SweptBox refit_group(const SceneView& scene, std::int32_t g, int lane) {
+  const DeviceGroup group = load_wide(scene.groups.groups + g);
+  const Record* records = static_cast<const Record*>(scene.records);
+  AxisExtent sides[kSides], diagonals[kDiagonals];
+  for (auto& e : sides) e = empty_extent();
+  for (auto& e : diagonals) e = empty_extent();
+  for (int i = lane; i < group.total(); i += kWarp) {
+    PrimitiveBlock& block = scene.groups.blocks[group.first_block + i / kBlockLanes];
+    const PrimitiveNames names = load_wide(block.names + i % kBlockLanes);
+    AxisExtent own[kSides];
+    for (auto& e : own) e = empty_extent();
+    for (int k = 0; k < 3; ++k) {
+      if (names.vertex[k] < 0) break;
+      const Record v = load_wide(records + names.vertex[k]);
+      AxisExtent at[kSides];
+      side_extents(v, at);
+      for (int axis = 0; axis < kSides; ++axis) unite(own[axis], at[axis]);
+      unite_diagonals(diagonals, v);
+    }
+    const double margin = separation_margin(scene.separation);
+    for (int axis = 0; axis < kSides; ++axis) {
+      if (margin > 0) grow(own[axis], margin);
+      block.axis[axis][i % kBlockLanes] = own[axis];
+      unite(sides[axis], own[axis]);
+    }
+  }
+  AxisExtent mine = empty_extent();
+  SweptBox box;
+  for (int k = 0; k < kAxes; ++k) {
+    AxisExtent e = united_over_warp(k < kSides ? sides[k] : diagonals[k - kSides]);
+    if (scene.separation > 0 && k >= kSides)
+      grow(e, __dmul_ru(separation_margin(scene.separation), 1.4142135623731));
+    if (lane == k) mine = e;
+    if (k >= kSides) continue;
+    box.lo[k] = fminf(e.lo0, e.lo1);
+    box.hi[k] = fmaxf(e.hi0, e.hi1);
+  }
+  if (lane < kAxes) scene.groups.bounds[g].axis[lane] = mine;
+  return box;
+}
+
+// A run's leaves are the warps of a block.
+constexpr std::uint32_t kRefitBlock = kRun * kWarp;
+
+// One warp a group, in the order of the leaves; then the run's box from theirs.
+template <class Record>
+__global__ void __launch_bounds__(kRefitBlock, 2)
+    refit_groups(SceneView scene, StepCounters* counters) {
   begin_kernel();
-  static_assert(kRun == kWarp, "a lane a leaf");
-  const std::uint32_t run = (blockIdx.x * blockDim.x + threadIdx.x) / kWarp;
-  const int lane = threadIdx.x % kWarp;
-  if (run * kRun >= scene.group_count) return;
-  const std::uint32_t slot = run * kRun + lane;
+  __shared__ SweptBox leaves[kRun];
+  const int lane = threadIdx.x % kWarp, leaf = threadIdx.x / kWarp;
+  const std::uint32_t slot = blockIdx.x * kRun + leaf;
+  if (slot < scene.group_count) {
+    const SweptBox box = refit_group<Record>(scene, scene.leaf_order[slot], lane);
+    if (lane == 0) leaves[leaf] = box;
+  }
+  __syncthreads();
+  if (leaf != 0) return;
   SweptBox box = empty_box();
   float area = 0;
-  if (slot < scene.group_count) {
-    box = leaf_box(scene, static_cast<std::int32_t>(slot));
+  if (blockIdx.x * kRun + lane < scene.group_count && lane < kRun) {
+    box = leaves[lane];
     const float x = box.hi[0] - box.lo[0], y = box.hi[1] - box.lo[1], z = box.hi[2] - box.lo[2];
     area = x * y + y * z + z * x;
   }
@@ -171,7 +181,7 @@ __global__ void refit_runs(SceneView scene, StepCounters* counters) {
     area += __shfl_xor_sync(kAllLanes, area, offset);
   box = united_over_warp(box);
   if (lane == 0) {
-    scene.runs[run] = box;
+    scene.runs[blockIdx.x] = box;
     atomicAdd(&counters->leaf_area, area);
   }
 }

@@ -23,7 +23,7 @@ struct alignas(16) FloatRecord {
 struct SweptBox {
   float lo[3], hi[3];
 };
-constexpr int kRun = 32;  // leaves whose boxes are united once for all nodes above them
+constexpr int kRun = 16;  // leaves whose boxes are united once for all nodes above them
 
 struct SceneView {
   // Fixed with the topology.

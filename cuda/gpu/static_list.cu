@@ -11,8 +11,8 @@ namespace {
 class StaticList : public PersistentTraversal<StaticBlocks> {
  public:
   explicit StaticList(const Tuning& tuning)
-      : PersistentTraversal(tuning,
-                            {kMaxTraversalBlock, static_cast<std::uint32_t>(tuning.stack), 0}),
+      : PersistentTraversal(
+            tuning, {kMaxTraversalBlock, static_cast<std::uint32_t>(tuning.stack), 0, false}),
         state_(1) {
     remaining_.reserve(1);
   }

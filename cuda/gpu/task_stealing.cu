@@ -10,7 +10,7 @@ namespace {
 class TaskStealing : public PersistentTraversal<TaskBlocks> {
  public:
   explicit TaskStealing(const Tuning& tuning)
-      : PersistentTraversal(tuning, {kMaxTraversalBlock, 0, 0}) {}
+      : PersistentTraversal(tuning, {kMaxTraversalBlock, 0, 0, true}) {}
 
   void grow(const TraversalCounters&, cudaStream_t stream) override {
     capacity_ *= 2;

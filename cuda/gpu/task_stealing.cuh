@@ -19,8 +19,10 @@ class TaskBlocks {
   static constexpr bool keeps_time = false;
   using Age = std::uint64_t;
   struct Counters {
-    std::uint64_t claimed;  // initial pairs that blocks have taken, or more
-    std::uint32_t live;     // Termination: blocks that are busy, and portions of the initial pairs
+    // Initial pairs that blocks have taken, or more.
+    alignas(DeviceAtomics::line) std::uint64_t claimed;
+    // Termination: blocks that are busy, and portions of the initial pairs.
+    alignas(DeviceAtomics::line) std::uint32_t live;
   };
   struct View {
     std::uint32_t workers;
@@ -53,7 +55,7 @@ class TaskBlocks {
   __device__ void arrive(const View& view, const TraversalJob& job) {
     view_ = view;
     initial_ = job.initial;
-    initial_count_ = initial_count(job);
+    claims_.start(initial_count(job));
     busy_ = false;
     steals_ = overflows_ = 0;
   }
@@ -67,8 +69,7 @@ class TaskBlocks {
     std::uint64_t* newest = nullptr;
     if (const std::uint32_t count = deque().pop(view_.portion, newest))
       return {reinterpret_cast<const NodePair*>(newest), count, no_chunk};
-    const Portion portion =
-        claim_portion<DeviceAtomics>(view_.counters->claimed, initial_count_, view_.portion);
+    const Portion portion = claims_.next<DeviceAtomics>(view_.counters->claimed, view_.portion);
     // The portion's unit of `live` becomes the block's own, or is one too many.
     if (busy_) view_.termination().unit_ended();
     busy_ = portion.count != 0;
@@ -128,7 +129,7 @@ class TaskBlocks {
 
   View view_;
   const NodePair* initial_;
-  std::uint64_t initial_count_;
+  Claims claims_;
   bool busy_;  // holds a unit of `live`
   std::uint64_t steals_, overflows_;
   NodePair stolen_[kWarp];

@@ -131,8 +131,8 @@ class ThreadPerQuery : public TraversalStrategy {
   }
 
   void grow(const TraversalCounters& counters, cudaStream_t) override {
-    const std::size_t found = counters.front_nodes;
-    if (found > overlapping_.size()) {
+    const std::size_t found = counters.front_nodes, room = overlapping_.size();
+    if (found > room && counters.lost == found - room) {
       overlapping_.reserve(found + found / 4);
       return;
     }

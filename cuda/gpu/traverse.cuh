@@ -41,7 +41,7 @@ struct StackShape {
   std::uint32_t capacity;  // a power of two, batch + reserve + 2 at least
   std::uint32_t reserve;   // kept for going on depth-first, one pair a round, when all else is full
   std::uint32_t crowded;   // beyond this size the oldest pairs leave
-  std::uint32_t keep;      // a block with less has no surplus to give away, 1 at least
+  std::uint32_t keep;      // a block with less has no surplus to give away
   std::uint32_t batch;     // pairs that leave at once, at most
 };
 
@@ -213,7 +213,8 @@ __global__ void __launch_bounds__(kMaxTraversalBlock)
     unsigned long long base = 0;
     bool asks = false;
     if (thread == 0) {
-      asks = balancing.asked(view);
+      // Most blocks at the end of a run have so few pairs that none would leave.
+      asks = size + 2 * count > shape.keep && balancing.asked(view);
       base = reserve_output(job, Made::ended(made), Made::leaves(made));
     }
     const bool active = thread < count;
@@ -247,7 +248,7 @@ __global__ void __launch_bounds__(kMaxTraversalBlock)
     __syncthreads();  // all have popped; `output` and `asked` are there
 
     ended.store(job, output);
-    bool offer = asked;
+    const bool others_ask = asked;
     std::uint32_t at =
         floor + Made::children(before) + 2 * __popc(opened & below) + __popc(selves & below);
     for (int i = 0; i < 3; ++i)
@@ -269,12 +270,10 @@ __global__ void __launch_bounds__(kMaxTraversalBlock)
     ++round;
     top = floor + Made::children(made);
 
-    // The oldest pairs, the largest parts of the tree, leave: one batch where somebody asks, and
-    // where the stack is crowded as many as it takes.
+    // The oldest pairs, the largest parts of the tree, leave, as long as there is a reason.
     for (;;) {
-      const std::uint32_t left = top - bottom, wanted = Balancing::leaving(shape, left, offer);
+      const std::uint32_t left = top - bottom, wanted = Balancing::leaving(shape, left, others_ask);
       if (wanted == 0) break;
-      offer = false;
       if (thread == 0) {
         random_delay(job);
         room = balancing.room(wanted, left > shape.crowded);
