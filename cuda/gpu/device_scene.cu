@@ -58,7 +58,11 @@ void DeviceScene::upload_groups() {
   std::vector<DeviceGroup> groups;
   std::vector<PrimitiveBlock> blocks;
   for (const Group& g : groups_.groups()) {
-    DeviceGroup group{g.body, static_cast<std::int32_t>(blocks.size()), {}, g.pinned != 0};
+    DeviceGroup group{g.body,
+                      static_cast<std::int32_t>(blocks.size()),
+                      {},
+                      g.pinned != 0,
+                      mesh_->bodies()[static_cast<std::size_t>(g.body)].self_collision};
     int place = 0;
     for (int kind = 0; kind < 3; ++kind) {
       group.count[kind] = static_cast<std::uint8_t>(g.count[kind]);

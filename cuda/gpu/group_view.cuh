@@ -41,7 +41,8 @@ struct alignas(16) DeviceGroup {
   std::int32_t body;
   std::int32_t first_block;
   std::uint8_t count[3];
-  std::uint8_t pinned;
+  bool pinned;
+  bool meets_own_body;  // its body collides with itself
 
   LAZYCCD_HD int total() const { return count[0] + count[1] + count[2]; }
 };
@@ -76,8 +77,8 @@ struct GroupView {
   const std::uint64_t* disabled_pairs;  // sorted: smaller body << 32 | larger body
   std::uint32_t disabled_count;
 
+  // Different bodies.
   __device__ bool collide(std::int32_t a, std::int32_t b) const {
-    if (a == b) return bodies[a].self_collision;
     if (!(bodies[a].group & bodies[b].mask) || !(bodies[b].group & bodies[a].mask)) return false;
     const std::uint64_t lo = static_cast<std::uint32_t>(a < b ? a : b);
     const std::uint64_t key = lo << 32 | static_cast<std::uint32_t>(a < b ? b : a);
@@ -96,10 +97,23 @@ struct GroupView {
   __device__ bool opens(std::int32_t a, std::int32_t b) const {
     if (bounds == nullptr) return true;
     const DeviceGroup group_a = load_wide(groups + a), group_b = load_wide(groups + b);
+    // Without a branch before the end, and some axes at a time: what is loaded is under way at
+    // once.
+    constexpr int at_once = 3;
+    static_assert(kAxes % at_once == 0);
     int sign = 0;
-    for (int k = 0; k < kAxes; ++k)
-      sign |= apart_sign(load_wide(bounds[a].axis + k), load_wide(bounds[b].axis + k));
-    return sign >= 0 && !(group_a.pinned && group_b.pinned) && collide(group_a.body, group_b.body);
+    for (int first = 0; first < kAxes; first += at_once) {
+      AxisExtent x[at_once], y[at_once];
+      for (int k = 0; k < at_once; ++k) {
+        x[k] = load_wide(bounds[a].axis + first + k);
+        y[k] = load_wide(bounds[b].axis + first + k);
+      }
+      for (int k = 0; k < at_once; ++k) sign |= apart_sign(x[k], y[k]);
+    }
+    const bool same_body = group_a.body == group_b.body;
+    const bool apart =
+        (sign < 0) | (group_a.pinned & group_b.pinned) | (same_body & !group_a.meets_own_body);
+    return !apart && (same_body || collide(group_a.body, group_b.body));
   }
 };
 

@@ -132,7 +132,7 @@ __global__ void start_traversal(typename Balancing::View view, TraversalJob job)
 }
 
 template <class Balancing>
-__global__ void __launch_bounds__(kMaxTraversalBlock)
+__global__ void __launch_bounds__(kMaxTraversalBlock, 2)
     traverse(typename Balancing::View view, TraversalJob job, StackShape shape) {
   begin_kernel();
   extern __shared__ NodePair stack[];
