@@ -40,10 +40,9 @@ class GuidedBlocks {
   __device__ static std::uint32_t leaving(const StackShape& shape, std::uint32_t size, bool asked) {
     return asked && size > shape.keep ? min(shape.batch, size / 2) : 0;
   }
-  __device__ bool asked(const View&) { return given_ = false, protocol_.asked(); }
-  __device__ Room room(std::uint32_t wanted, bool) {
-    NodePair* const list = given_ ? nullptr : protocol_.new_list();
-    given_ = true;
+  __device__ std::uint32_t asked(const View&) const { return protocol_.asked(); }
+  __device__ Room room(std::uint32_t wanted) {
+    NodePair* const list = protocol_.new_list();
     return {list, list != nullptr ? wanted : 0};
   }
   __device__ void publish(const View&, std::uint32_t count) { protocol_.publish(count); }
@@ -64,7 +63,6 @@ class GuidedBlocks {
 
  private:
   GuidedWorker<DeviceAtomics, NodePair> protocol_;
-  bool given_;  // a list, in this round, or nothing
 };
 
 }  // namespace lazyccd::gpu

@@ -54,13 +54,8 @@ class LazyBlocks {
     if (size > shape.crowded) return min(shape.batch, size / 2);
     return asked && size > shape.keep ? min(shape.batch, size - shape.keep) : 0;
   }
-  __device__ bool asked(const View&) {
-    asked_for_ = protocol_.hungry();
-    return asked_for_ != 0;
-  }
-  __device__ Room room(std::uint32_t wanted, bool crowded) {
-    if (!crowded && asked_for_ == 0) return {nullptr, 0};
-    if (asked_for_ != 0) --asked_for_;
+  __device__ std::uint32_t asked(const View&) const { return protocol_.hungry(); }
+  __device__ Room room(std::uint32_t wanted) {
     chunk_ = protocol_.new_chunk();
     return chunk_ != nullptr ? Room{chunk_->items, wanted} : Room{nullptr, 0};
   }
@@ -74,7 +69,6 @@ class LazyBlocks {
   // what is left to do. All are relaxed; the acquire comes with the steal.
   __device__ void wait_for_batch(const View& view, const TraversalJob& job,
                                  Batch<NodePair>& found) {
-    constexpr std::uint32_t watcher = kWarp - 1;  // the lane that looks at no deque
     const std::uint32_t lane = threadIdx.x % kWarp, workers = view.shared.workers;
     std::uint32_t window = (blockIdx.x + 1) % workers;  // where to look next: neighbours differ
     std::uint32_t giver = 0;
@@ -82,19 +76,14 @@ class LazyBlocks {
     for (std::uint32_t look = 0;; ++look) {
       random_delay(job);
       std::uint32_t victim = lane == 0 ? giver : (window + lane) % workers;
-      bool gives = false, over = false;
-      if (lane != watcher) {
-        gives = view.shared.deque(victim).size() != 0;
-      } else {
-        giver = DeviceAtomics::load(*view.last_giver, DeviceAtomics::relaxed);
-        over = view.shared.termination().seems_over() && view.shared.termination().over();
-      }
-      if (__shfl_sync(kAllLanes, over, watcher)) {
+      const std::uint32_t offers = view.shared.deque(victim).size();
+      giver = DeviceAtomics::load(*view.last_giver, DeviceAtomics::relaxed);
+      const bool over = view.shared.termination().seems_over();
+      if (__all_sync(kAllLanes, over) && view.shared.termination().over()) {
         if (lane == 0) found = {nullptr, 0, no_chunk};
         return;
       }
-      giver = __shfl_sync(kAllLanes, giver, watcher);
-      const unsigned givers = __ballot_sync(kAllLanes, gives);
+      const unsigned givers = __ballot_sync(kAllLanes, offers != 0);
       if (givers != 0) {
         // Not all who look at the same deques should pick the same one.
         const unsigned turn = (blockIdx.x + look) % kWarp;
@@ -108,14 +97,13 @@ class LazyBlocks {
         }
         if (__shfl_sync(kAllLanes, stolen, 0)) return;
       }
-      window = (window + kWarp - 2) % workers;
+      window = (window + kWarp - 1) % workers;
       waiting.pause();
     }
   }
 
  private:
   Protocol protocol_;
-  std::uint32_t asked_for_;            // chunks, in this round
   Chunk<NodePair, ChunkSize>* chunk_;  // that is being filled
 };
 
