@@ -41,12 +41,23 @@ __device__ inline void unite(AxisExtent& a, const AxisExtent& b) {
   a = {fminf(a.lo0, b.lo0), fmaxf(a.hi0, b.hi0), fminf(a.lo1, b.lo1), fmaxf(a.hi1, b.hi1)};
 }
 
-__device__ inline AxisExtent united_over_warp(AxisExtent e) {
+// Least and largest over a warp: one instruction for integers, which floats are in order once the
+// bits of negative ones are flipped. No NaN gets here.
+__device__ inline int ordered(int bits) { return bits ^ (bits >> 31 & 0x7fffffff); }
+__device__ inline float least_of_warp(float x) {
+#if __CUDA_ARCH__ >= 800
+  return __int_as_float(ordered(__reduce_min_sync(kAllLanes, ordered(__float_as_int(x)))));
+#else
   for (int offset = kWarp / 2; offset > 0; offset /= 2)
-    unite(e,
-          {__shfl_xor_sync(kAllLanes, e.lo0, offset), __shfl_xor_sync(kAllLanes, e.hi0, offset),
-           __shfl_xor_sync(kAllLanes, e.lo1, offset), __shfl_xor_sync(kAllLanes, e.hi1, offset)});
-  return e;
+    x = fminf(x, __shfl_xor_sync(kAllLanes, x, offset));
+  return x;
+#endif
+}
+__device__ inline float largest_of_warp(float x) { return -least_of_warp(-x); }
+
+__device__ inline AxisExtent united_over_warp(const AxisExtent& e) {
+  return {least_of_warp(e.lo0), largest_of_warp(e.hi0), least_of_warp(e.lo1),
+          largest_of_warp(e.hi1)};
 }
 
 __device__ inline float sum_down(float a, float b) { return __fadd_rd(a, b); }
@@ -90,11 +101,9 @@ __device__ inline void unite(SweptBox& a, const SweptBox& b) {
 }
 
 __device__ inline SweptBox united_over_warp(SweptBox box) {
-  for (int offset = kWarp / 2; offset > 0; offset /= 2) {
-    for (int k = 0; k < 3; ++k) {
-      box.lo[k] = fminf(box.lo[k], __shfl_xor_sync(kAllLanes, box.lo[k], offset));
-      box.hi[k] = fmaxf(box.hi[k], __shfl_xor_sync(kAllLanes, box.hi[k], offset));
-    }
+  for (int k = 0; k < 3; ++k) {
+    box.lo[k] = least_of_warp(box.lo[k]);
+    box.hi[k] = largest_of_warp(box.hi[k]);
   }
   return box;
 }
