@@ -97,18 +97,23 @@ class LazyStealingWorker {
   // is cancelled and the others should look up.
   LAZYCCD_HD void leave() { cache_.flush(view_.free_list()); }
 
-  // How many more workers wait than this one has chunks on offer; 0: none.
-  LAZYCCD_HD std::uint32_t hungry() const {
-    const std::uint32_t waiting = Atomics::load(view_.counters->hungry.cell, Atomics::relaxed);
-    const std::uint32_t offers = offered_ != 0 ? view_.deque(worker_).size() : 0;
-    return waiting > offers ? waiting - offers : 0;
+  LAZYCCD_HD std::uint32_t waiting() const {
+    return Atomics::load(view_.counters->hungry.cell, Atomics::relaxed);
+  }
+  // More workers wait than this one has chunks on offer.
+  LAZYCCD_HD bool hungry() const {
+    return waiting() > (offered_ != 0 ? view_.deque(worker_).size() : 0);
   }
 
-  // A free chunk of this worker's, or null where ring or pool is exhausted: the caller keeps its
-  // items and goes on with them.
-  LAZYCCD_HD Chunk<Item, ChunkSize>* new_chunk() {
+  // A free chunk of this worker's, or null where it has `most` on offer, or where ring or pool is
+  // exhausted: the caller keeps its items and goes on with them.
+  LAZYCCD_HD Chunk<Item, ChunkSize>* new_chunk(std::uint32_t most = no_chunk) {
     seen_ = view_.deque(worker_).look();  // both are under way at once
     filling_ = cache_.take(view_.free_list());
+    if (filling_ != no_chunk && DequeWord::unpack(seen_).size() >= most) {
+      cache_.give(view_.free_list(), filling_);
+      return nullptr;
+    }
     if (filling_ != no_chunk && view_.deque(worker_).has_room(seen_))
       return view_.chunks + filling_;
     if (filling_ != no_chunk) cache_.give(view_.free_list(), filling_);

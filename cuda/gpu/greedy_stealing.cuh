@@ -45,7 +45,7 @@ class GreedyBlocks {
     return size > shape.crowded ? min(shape.batch, size / 2) : 0;
   }
   __device__ std::uint32_t asked(const View&) const { return 0; }
-  __device__ Room room(std::uint32_t wanted) {
+  __device__ Room room(std::uint32_t wanted, std::uint32_t) {
     filling_ = protocol_.new_batch();
     return filling_ != nullptr ? Room{filling_->items, wanted} : Room{nullptr, 0};
   }
@@ -54,39 +54,45 @@ class GreedyBlocks {
     protocol_.publish();
   }
 
-  // Greedy: a batch of every deque at once, a lane a deque. Only those that do not look empty are
-  // stolen from.
+  // Greedy: a batch of every deque, each lane from deques of its own. Only those that do not look
+  // empty are stolen from, and several looks are under way at once.
   __device__ void wait_for_batch(const View& view, const TraversalJob& job,
                                  Batch<NodePair>& found) {
+    constexpr int looks = 4;
     const std::uint32_t lane = threadIdx.x % kWarp;
-    for (Waiting waiting;; waiting.pause()) {
+    std::uint32_t won = 0;
+    for (Waiting waiting; won == 0; waiting.pause()) {
       random_delay(job);
-      if (all_done(view.termination())) {
-        if (lane == 0) found = {nullptr, 0, no_chunk};
-        return;
-      }
-      std::uint32_t won = 0;
-      for (std::uint32_t first = 1; first < view.workers; first += kWarp) {
-        std::uint32_t batch = no_chunk;
-        if (first + lane < view.workers) {
-          auto victim = view.deque((blockIdx.x + first + lane) % view.workers);
-          if (victim.size() != 0) batch = victim.steal();
+      for (std::uint32_t first = 1; first == 1 || first < view.workers; first += looks * kWarp) {
+        if (won == 0 && all_done(view.termination())) {
+          if (lane == 0) found = {nullptr, 0, no_chunk};
+          return;
         }
-        const unsigned winners = __ballot_sync(kAllLanes, batch != no_chunk);
-        if (batch != no_chunk) protocol_.hold(won + __popc(winners & lanes_below(lane)), batch);
-        won += __popc(winners);
+        std::uint32_t sizes[looks];
+        for (int i = 0; i < looks; ++i) sizes[i] = deque_at(view, first + i * kWarp + lane).size();
+        for (int i = 0; i < looks; ++i) {
+          const std::uint32_t at = first + i * kWarp + lane;
+          std::uint32_t batch = no_chunk;
+          if (at < view.workers && sizes[i] != 0) batch = deque_at(view, at).steal();
+          const unsigned winners = __ballot_sync(kAllLanes, batch != no_chunk);
+          if (batch != no_chunk) protocol_.hold(won + __popc(winners & lanes_below(lane)), batch);
+          won += __popc(winners);
+        }
       }
-      __syncwarp();
-      if (won == 0) continue;
-      if (lane == 0) {
-        protocol_.won(won);
-        found = protocol_.own_batch();
-      }
-      return;
+    }
+    __syncwarp();
+    if (lane == 0) {
+      protocol_.won(won);
+      found = protocol_.own_batch();
     }
   }
 
  private:
+  // The others' deques, at 1 and above.
+  __device__ static Deque<DeviceAtomics> deque_at(const View& view, std::uint32_t at) {
+    return view.deque((blockIdx.x + at) % view.workers);
+  }
+
   GreedyStealingWorker<DeviceAtomics, NodePair, batch_size> protocol_;
   Chunk<NodePair, batch_size>* filling_;
 };

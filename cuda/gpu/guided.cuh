@@ -41,7 +41,7 @@ class GuidedBlocks {
     return asked && size > shape.keep ? min(shape.batch, size / 2) : 0;
   }
   __device__ std::uint32_t asked(const View&) const { return protocol_.asked(); }
-  __device__ Room room(std::uint32_t wanted) {
+  __device__ Room room(std::uint32_t wanted, std::uint32_t) {
     NodePair* const list = protocol_.new_list();
     return {list, list != nullptr ? wanted : 0};
   }

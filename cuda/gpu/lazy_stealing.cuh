@@ -54,9 +54,11 @@ class LazyBlocks {
     if (size > shape.crowded) return min(shape.batch, size / 2);
     return asked && size > shape.keep ? min(shape.batch, size - shape.keep) : 0;
   }
-  __device__ std::uint32_t asked(const View&) const { return protocol_.hungry(); }
-  __device__ Room room(std::uint32_t wanted) {
-    chunk_ = protocol_.new_chunk();
+  __device__ std::uint32_t asked(const View& view) const {
+    return DeviceAtomics::load(view.shared.counters->hungry.cell, DeviceAtomics::relaxed);
+  }
+  __device__ Room room(std::uint32_t wanted, std::uint32_t asked) {
+    chunk_ = protocol_.new_chunk(asked);
     return chunk_ != nullptr ? Room{chunk_->items, wanted} : Room{nullptr, 0};
   }
   __device__ void publish(const View& view, std::uint32_t count) {

@@ -96,7 +96,7 @@ class StaticBlocks {
   }
   // For what the stack holds, and behind it for what the block has not begun. Where there is no
   // room for all, the block goes on alone.
-  __device__ Room room(std::uint32_t wanted) {
+  __device__ Room room(std::uint32_t wanted, std::uint32_t) {
     view_.round_end().stop();
     NodePair* const place = reserve(wanted + rest_);
     if (place == nullptr) return {nullptr, 0};

@@ -83,7 +83,7 @@ class TaskBlocks {
     return size > shape.keep ? size - shape.keep : 0;
   }
   __device__ std::uint32_t asked(const View&) const { return 0; }
-  __device__ Room room(std::uint32_t wanted) {
+  __device__ Room room(std::uint32_t wanted, std::uint32_t) {
     const std::uint32_t count = min(wanted, deque().room());
     if (count < wanted) ++overflows_;
     return {reinterpret_cast<NodePair*>(deque().next()), count};

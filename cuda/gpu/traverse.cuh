@@ -15,8 +15,9 @@
 //     arrive(view, job)
 //     own_batch()                       work that needs no waiting, count 0: none
 //     release(batch)                    it has been copied
-//     asked(view)                       a load or two: how many batches others want of this block
-//     room(wanted)                      where up to so many pairs can leave to; count 0: they stay
+//     asked(view)                       a load: how many batches others may want of this block;
+//                                       nothing waits for it before the pairs are tested
+//     room(wanted, asked)               where up to so many pairs can leave to; count 0: they stay
 //     publish(view, count)              so many are there
 //   by the first warp:
 //     wait_for_batch(view, job, batch)  others' work; count 0: all is done
@@ -45,6 +46,7 @@ struct StackShape {
 };
 
 // Where pairs of a block's stack leave to.
+constexpr std::uint32_t kAnyNumber = 0xffffffffu;
 struct Room {
   NodePair* pairs;
   std::uint32_t count;
@@ -247,7 +249,8 @@ __global__ void __launch_bounds__(kMaxTraversalBlock, 2)
     __syncthreads();  // all have popped; `output` and `asked` are there
 
     ended.store(job, output);
-    std::uint32_t wishes = asked;
+    const std::uint32_t asked_for = asked;
+    std::uint32_t wishes = asked_for;
     std::uint32_t at =
         floor + Made::children(before) + 2 * __popc(opened & below) + __popc(selves & below);
     for (int i = 0; i < 3; ++i)
@@ -277,7 +280,7 @@ __global__ void __launch_bounds__(kMaxTraversalBlock, 2)
       if (wishes != 0) --wishes;
       if (thread == 0) {
         random_delay(job);
-        room = balancing.room(wanted);
+        room = balancing.room(wanted, left > shape.crowded ? kAnyNumber : asked_for);
       }
       __syncthreads();
       const Room out = room;
