@@ -35,10 +35,11 @@ fi
 
 small=(cloud-64 cloud-256 cloud-1024 funnel)
 large=(cloud-4096 cloth-ball n-body)
-window=()             # of the motion, for large models
-[ "$backend" = cpu ] && window=(--first 44 --last 60)
+some=(--first 44 --last 60)  # of the motion, where sizes are compared
+window=()                    # for large models
+[ "$backend" = cpu ] && window=("${some[@]}")
 whole=()
-if [ -n "$quick" ]; then window=(--first 50 --last 53) whole=(--first 50 --last 54); fi
+if [ -n "$quick" ]; then some=(--first 50 --last 53) window=("${some[@]}") whole=(--first 50 --last 54); fi
 workers=(--threads) && for ((n = 1; n < $(nproc); n *= 2)); do workers+=("$n"); done
 workers+=("$(nproc)")
 [ "$backend" = cuda ] && workers=(--blocks 1 4 16 66 132 0)
@@ -57,21 +58,21 @@ measure() {
   study root "${window[@]}" --model funnel cloth-ball n-body --front off
   study fronts "${window[@]}" --model cloud-1024 funnel cloth-ball n-body --strategy lazy_stealing \
     --front on --front-period 2 10 --front-ratio 1 1.02 1.1
-  study scaling "${window[@]}" --model funnel cloud-1024 n-body "${workers[@]}"
+  study scaling "${some[@]}" --model funnel cloud-1024 n-body "${workers[@]}"
   if [ "$backend" = cpu ]; then
-    study sizes "${window[@]}" --model funnel --strategy lazy_stealing_greedy \
+    study sizes "${some[@]}" --model funnel --strategy lazy_stealing_greedy \
       --stack 4 8 16 32 64 --chunk 2 4 8 16
-    study chunks "${window[@]}" --model funnel --strategy lazy_stealing --chunk 1 4 16 64 256
-    study volumes "${window[@]}" --model funnel cloth-ball n-body --strategy lazy_stealing \
+    study chunks "${some[@]}" --model funnel --strategy lazy_stealing --chunk 1 4 16 64 256
+    study volumes "${some[@]}" --model funnel cloth-ball n-body --strategy lazy_stealing \
       --volume box dop18 oriented_box
-    study culling "${window[@]}" --model funnel cloth-ball --strategy lazy_stealing --culling none \
+    study culling "${some[@]}" --model funnel cloth-ball --strategy lazy_stealing --culling none \
       non_penetration normal_cones orphan_sets non_penetration+normal_cones+orphan_sets
   else
     study stages "${window[@]}" --model "${small[@]}" "${large[@]}" --stages
     study root-stages "${window[@]}" --model funnel cloth-ball n-body --front off --stages
-    study sizes "${window[@]}" --model funnel cloth-ball --strategy lazy_stealing --stages \
+    study sizes "${some[@]}" --model funnel cloth-ball --strategy lazy_stealing --stages \
       --block-size 32 64 128 256 512 --chunk 32 128 256
-    study stacks "${window[@]}" --model funnel cloth-ball --front off --stages --stack 256 512 1024 \
+    study stacks "${some[@]}" --model funnel cloth-ball --front off --stages --stack 256 512 1024 \
       --chunk 32 128 256 --strategy lazy_stealing lazy_stealing_greedy
   fi
 }

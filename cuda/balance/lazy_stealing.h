@@ -2,7 +2,7 @@
 // see deque.h and termination.h), the same for CPU threads and CUDA blocks.
 //
 // Work travels in chunks and only by id: a steal is one CAS, the items stay where they were written
-// until their new owner needs them. It is lazy on the giving side too: a worker looks at one
+// until their new owner needs them. A worker can be lazy on the giving side too: it looks at one
 // counter (`hungry`) and publishes nothing while nobody waits.
 #pragma once
 
@@ -70,8 +70,8 @@ struct LazyStealingView {
 //   own_batch; where it is empty, steal from one victim after another
 //     until one gives a batch, or over() or cancelled(): leave
 //   copy the batch; release_chunk
-//   work; where hungry(): new_chunk, fill it, publish
-//   with all own items done, own_batch again
+//   work; where hungry(), or where there is more than one wants to hold: new_chunk, fill it,
+//   publish with all own items done, own_batch again
 //
 // Trivial, so that it can lie in a block's shared memory.
 template <class Atomics, class Item, std::uint32_t ChunkSize, std::uint32_t CacheSize = 8>
@@ -97,23 +97,17 @@ class LazyStealingWorker {
   // is cancelled and the others should look up.
   LAZYCCD_HD void leave() { cache_.flush(view_.free_list()); }
 
-  LAZYCCD_HD std::uint32_t waiting() const {
-    return Atomics::load(view_.counters->hungry.cell, Atomics::relaxed);
-  }
   // More workers wait than this one has chunks on offer.
   LAZYCCD_HD bool hungry() const {
-    return waiting() > (offered_ != 0 ? view_.deque(worker_).size() : 0);
+    const std::uint32_t waiting = Atomics::load(view_.counters->hungry.cell, Atomics::relaxed);
+    return waiting > (offered_ != 0 ? view_.deque(worker_).size() : 0);
   }
 
-  // A free chunk of this worker's, or null where it has `most` on offer, or where ring or pool is
-  // exhausted: the caller keeps its items and goes on with them.
-  LAZYCCD_HD Chunk<Item, ChunkSize>* new_chunk(std::uint32_t most = no_chunk) {
+  // A free chunk of this worker's, or null where ring or pool is exhausted: the caller keeps its
+  // items and goes on with them.
+  LAZYCCD_HD Chunk<Item, ChunkSize>* new_chunk() {
     seen_ = view_.deque(worker_).look();  // both are under way at once
     filling_ = cache_.take(view_.free_list());
-    if (filling_ != no_chunk && DequeWord::unpack(seen_).size() >= most) {
-      cache_.give(view_.free_list(), filling_);
-      return nullptr;
-    }
     if (filling_ != no_chunk && view_.deque(worker_).has_room(seen_))
       return view_.chunks + filling_;
     if (filling_ != no_chunk) cache_.give(view_.free_list(), filling_);

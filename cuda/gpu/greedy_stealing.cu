@@ -12,10 +12,8 @@ StackWish stack_wish(const Tuning& tuning) {
   if (tuning.chunk < 0 || tuning.chunk > largest)
     throw Error(ErrorCode::invalid_argument,
                 "batches are of up to " + std::to_string(largest) + " pairs");
-  // Small by default: what a block does not offer nobody gets.
   const int batch = tuning.chunk != 0 ? tuning.chunk : largest;
-  const int stack = tuning.stack != 0 ? tuning.stack : 512;
-  return {static_cast<std::uint32_t>(batch), static_cast<std::uint32_t>(stack), 0, true};
+  return {static_cast<std::uint32_t>(batch), small_stack(tuning), 0, true};
 }
 
 class GreedyStealing : public PersistentTraversal<GreedyBlocks> {

@@ -44,8 +44,8 @@ class GreedyBlocks {
   __device__ static std::uint32_t leaving(const StackShape& shape, std::uint32_t size, bool) {
     return size > shape.crowded ? min(shape.batch, size / 2) : 0;
   }
-  __device__ std::uint32_t asked(const View&) const { return 0; }
-  __device__ Room room(std::uint32_t wanted, std::uint32_t) {
+  __device__ bool asked(const View&) const { return false; }
+  __device__ Room room(std::uint32_t wanted) {
     filling_ = protocol_.new_batch();
     return filling_ != nullptr ? Room{filling_->items, wanted} : Room{nullptr, 0};
   }

@@ -40,8 +40,8 @@ class GuidedBlocks {
   __device__ static std::uint32_t leaving(const StackShape& shape, std::uint32_t size, bool asked) {
     return asked && size > shape.keep ? min(shape.batch, size / 2) : 0;
   }
-  __device__ std::uint32_t asked(const View&) const { return protocol_.asked(); }
-  __device__ Room room(std::uint32_t wanted, std::uint32_t) {
+  __device__ bool asked(const View&) const { return protocol_.asked(); }
+  __device__ Room room(std::uint32_t wanted) {
     NodePair* const list = protocol_.new_list();
     return {list, list != nullptr ? wanted : 0};
   }

@@ -14,7 +14,7 @@ class LazyStealing : public PersistentTraversal<LazyBlocks<ChunkSize>> {
 
  public:
   explicit LazyStealing(const Tuning& tuning)
-      : Base(tuning, {ChunkSize, static_cast<std::uint32_t>(tuning.stack), 0, true}) {}
+      : Base(tuning, {ChunkSize, small_stack(tuning), 0, true}) {}
 
   void grow(const TraversalCounters&, cudaStream_t stream) override {
     chunk_count_ *= 2;

@@ -50,15 +50,14 @@ class LazyBlocks {
   __device__ Batch<NodePair> own_batch() { return protocol_.own_batch(); }
   __device__ void release(const Batch<NodePair>& batch) { protocol_.release_chunk(batch); }
 
-  __device__ static std::uint32_t leaving(const StackShape& shape, std::uint32_t size, bool asked) {
-    if (size > shape.crowded) return min(shape.batch, size / 2);
-    return asked && size > shape.keep ? min(shape.batch, size - shape.keep) : 0;
+  // What a stack has too much of, whether somebody waits or not: an offer that nobody takes costs
+  // less than a look at who waits in every round.
+  __device__ static std::uint32_t leaving(const StackShape& shape, std::uint32_t size, bool) {
+    return size > shape.crowded ? min(shape.batch, size / 2) : 0;
   }
-  __device__ std::uint32_t asked(const View& view) const {
-    return DeviceAtomics::load(view.shared.counters->hungry.cell, DeviceAtomics::relaxed);
-  }
-  __device__ Room room(std::uint32_t wanted, std::uint32_t asked) {
-    chunk_ = protocol_.new_chunk(asked);
+  __device__ bool asked(const View&) const { return false; }
+  __device__ Room room(std::uint32_t wanted) {
+    chunk_ = protocol_.new_chunk();
     return chunk_ != nullptr ? Room{chunk_->items, wanted} : Room{nullptr, 0};
   }
   __device__ void publish(const View& view, std::uint32_t count) {

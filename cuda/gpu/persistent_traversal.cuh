@@ -21,6 +21,11 @@ inline std::uint32_t next_power_of_two(std::uint32_t n) {
   return power;
 }
 
+// Where surplus leaves whether somebody waits or not: what a block does not offer nobody gets.
+inline std::uint32_t small_stack(const Tuning& tuning) {
+  return static_cast<std::uint32_t>(tuning.stack != 0 ? tuning.stack : 512);
+}
+
 // What a block's stack is asked to be. 0: the default.
 struct StackWish {
   std::uint32_t batch;    // pairs that leave at once, and that come at once
@@ -38,10 +43,10 @@ inline StackShape stack_shape(const Tuning& tuning, const StackWish& wish, std::
   const std::uint32_t usual = std::max(8 * threads, 4 * wish.batch);
   shape.capacity = next_power_of_two(tuning.capacity_hint != 0 ? least : std::max(least, usual));
   const std::uint32_t usable = shape.capacity - shape.reserve;
-  shape.crowded = wish.crowded != 0      ? wish.crowded
+  shape.crowded = tuning.delay_ns != 0   ? 32  // balancing itself is tested
+                  : wish.crowded != 0    ? wish.crowded
                   : usable > 2 * threads ? std::max(usable - 2 * threads, usable / 2)
                                          : usable / 2;
-  // With delays, balancing itself is tested.
   shape.keep = !wish.keeps ? 0 : tuning.delay_ns != 0 ? 1 : threads;
   return shape;
 }

@@ -91,12 +91,12 @@ class StaticBlocks {
   __device__ static std::uint32_t leaving(const StackShape& shape, std::uint32_t size, bool asked) {
     return asked || size > shape.crowded ? size : 0;
   }
-  __device__ std::uint32_t asked(const View& view) {
+  __device__ bool asked(const View& view) {
     return ++steps_ >= view.least_steps && view.round_end().stopped();
   }
   // For what the stack holds, and behind it for what the block has not begun. Where there is no
   // room for all, the block goes on alone.
-  __device__ Room room(std::uint32_t wanted, std::uint32_t) {
+  __device__ Room room(std::uint32_t wanted) {
     view_.round_end().stop();
     NodePair* const place = reserve(wanted + rest_);
     if (place == nullptr) return {nullptr, 0};

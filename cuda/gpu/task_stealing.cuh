@@ -82,8 +82,8 @@ class TaskBlocks {
   __device__ static std::uint32_t leaving(const StackShape& shape, std::uint32_t size, bool) {
     return size > shape.keep ? size - shape.keep : 0;
   }
-  __device__ std::uint32_t asked(const View&) const { return 0; }
-  __device__ Room room(std::uint32_t wanted, std::uint32_t) {
+  __device__ bool asked(const View&) const { return false; }
+  __device__ Room room(std::uint32_t wanted) {
     const std::uint32_t count = min(wanted, deque().room());
     if (count < wanted) ++overflows_;
     return {reinterpret_cast<NodePair*>(deque().next()), count};

@@ -15,9 +15,8 @@
 //     arrive(view, job)
 //     own_batch()                       work that needs no waiting, count 0: none
 //     release(batch)                    it has been copied
-//     asked(view)                       a load: how many batches others may want of this block;
-//                                       nothing waits for it before the pairs are tested
-//     room(wanted, asked)               where up to so many pairs can leave to; count 0: they stay
+//     asked(view)                       a load or two: do others want something of this block?
+//     room(wanted)                      where up to so many pairs can leave to; count 0: they stay
 //     publish(view, count)              so many are there
 //   by the first warp:
 //     wait_for_batch(view, job, batch)  others' work; count 0: all is done
@@ -46,7 +45,6 @@ struct StackShape {
 };
 
 // Where pairs of a block's stack leave to.
-constexpr std::uint32_t kAnyNumber = 0xffffffffu;
 struct Room {
   NodePair* pairs;
   std::uint32_t count;
@@ -143,7 +141,7 @@ __global__ void __launch_bounds__(kMaxTraversalBlock, 2)
   __shared__ Batch<NodePair> own, others;
   __shared__ Room room;
   __shared__ unsigned long long output;  // where the last round's output goes
-  __shared__ std::uint32_t asked;
+  __shared__ bool asked;
   __shared__ std::uint32_t made_by_parity[2];
   __shared__ std::uint64_t tests, idle, lost;
   __shared__ long long arrival;
@@ -212,7 +210,7 @@ __global__ void __launch_bounds__(kMaxTraversalBlock, 2)
 
     // Both are needed only after the tests, so their way to L2 and back costs nothing.
     unsigned long long base = 0;
-    std::uint32_t asks = 0;
+    bool asks = false;
     if (thread == 0) {
       // Most blocks at the end of a run have so few pairs that none would leave.
       if (size + 2 * count > shape.keep) asks = balancing.asked(view);
@@ -249,8 +247,7 @@ __global__ void __launch_bounds__(kMaxTraversalBlock, 2)
     __syncthreads();  // all have popped; `output` and `asked` are there
 
     ended.store(job, output);
-    const std::uint32_t asked_for = asked;
-    std::uint32_t wishes = asked_for;
+    bool wished = asked;
     std::uint32_t at =
         floor + Made::children(before) + 2 * __popc(opened & below) + __popc(selves & below);
     for (int i = 0; i < 3; ++i)
@@ -275,12 +272,12 @@ __global__ void __launch_bounds__(kMaxTraversalBlock, 2)
     // The oldest pairs, the largest parts of the tree, leave, as long as there is a reason.
     for (;;) {
       const std::uint32_t left = top - bottom;
-      const std::uint32_t wanted = Balancing::leaving(shape, left, wishes != 0);
+      const std::uint32_t wanted = Balancing::leaving(shape, left, wished);
       if (wanted == 0) break;
-      if (wishes != 0) --wishes;
+      wished = false;
       if (thread == 0) {
         random_delay(job);
-        room = balancing.room(wanted, left > shape.crowded ? kAnyNumber : asked_for);
+        room = balancing.room(wanted);
       }
       __syncthreads();
       const Room out = room;

@@ -31,7 +31,8 @@ enum class FrontUse { automatic, off, on };
 
 // How the traversal spreads its work. The contacts are the same.
 enum class Strategy {
-  lazy_stealing,         // chunks of pairs; whoever has none steals, whoever has some offers on demand
+  lazy_stealing,         // chunks of pairs; whoever has none steals, whoever has some offers: on the CPU
+                         // on demand, on the GPU what its stack has too much of
   lazy_stealing_greedy,  // the dissertation's (Algorithms 3.7 to 3.13): an idle worker takes from all
                          // at once and moves what it won little by little
   static_list,           // gProximity's (3.1 to 3.4): a list a worker, all evened out once some are idle
@@ -53,7 +54,7 @@ struct Tuning {
   int blocks = 0;      // cuda
   int chunk = 0;       // lazy_stealing*: pairs that change hands at once; cuda: 32, 128 or 256
                        // (lazy_stealing_greedy: up to 256)
-  int stack = 0;       // lazy_stealing_greedy, and all but thread_per_query on cuda: pairs of a
+  int stack = 0;       // lazy_stealing_greedy; cuda: lazy_stealing and static_list too: pairs of a
                        // worker's own stack beyond which the oldest leave
   int idle_threshold = 0;  // static_list: workers that have run dry when a round ends
   int delay_ns = 0;    // random waits of up to this time, to shake out races
