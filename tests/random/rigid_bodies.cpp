@@ -164,10 +164,9 @@ Shape any_shape(double size, double margin, Dice& dice) {
       Shape s;
       s.kind = "terrain";
       const int n = 3 + dice.below(8);
-      for (int i = 0; i < n * n; ++i)
-        s.heights.push_back(scalar(0.2 * size * dice.uniform()));
-      auto shape = std::make_unique<btHeightfieldTerrainShape>(
-          n, n, s.heights.data(), scalar(0), scalar(0.2 * size), 1, false);
+      for (int i = 0; i < n * n; ++i) s.heights.push_back(scalar(0.2 * size * dice.uniform()));
+      auto shape = std::make_unique<btHeightfieldTerrainShape>(n, n, s.heights.data(), scalar(0),
+                                                               scalar(0.2 * size), 1, false);
       shape->setLocalScaling(btVector3(scalar(size / (n - 1)), 1, scalar(size / (n - 1))));
       s.surface = scenes::tessellate(*shape);
       s.shape = std::move(shape);
