@@ -60,18 +60,19 @@ def markdown(title, heading, body):
 
 def strategies_table(rows, column, title):
     strategies = distinct(rows, "strategy")
+    whole = column == "ms_total"  # as what was published
     body = []
     for model in distinct(rows, "model"):
         times = {r["strategy"]: float(r[column]) for r in rows if r["model"] == model}
         best = min(times.values())
         triangles = next(r["triangles"] for r in rows if r["model"] == model)
-        cells = [model, triangles, PUBLISHED_MS.get(model, "")]
+        cells = [model, triangles] + [PUBLISHED_MS.get(model, "")] * whole
         for strategy in strategies:
             text = f"{times[strategy]:.3g}" if strategy in times else ""
             cells.append(f"**{text}**" if times.get(strategy) == best else text)
         body.append(cells)
     return markdown(title + " (mean; best in bold)",
-                    ["model", "triangles", "dissertation, GTS 450"] + strategies, body)
+                    ["model", "triangles"] + ["dissertation, GTS 450"] * whole + strategies, body)
 
 
 def fronts_table(rows):
@@ -195,14 +196,14 @@ def main():
     style()
     strategies = read(folder, "strategies-small", "strategies-large")
     parts = []
+    work = strategies or read(folder, "stages")
+    cpu = bool(work) and work[0]["backend"] == "cpu"
+    if work:
+        where, workers = work[0]["device"], work[0]["threads"]
+        parts += [f"# Study of balancing strategies: {where}" +
+                  (f", {workers} threads" if cpu else "") + "\n", fronts_table(work)]
     if strategies:
-        where = distinct(strategies, "device")[0]
-        workers = distinct(strategies, "threads")[0]
-        cpu = strategies[0]["backend"] == "cpu"
-        parts.append(f"# Study of balancing strategies: {where}" +
-                     (f", {workers} threads" if cpu else "") + "\n")
-        parts += [strategies_table(strategies, "ms_total", "Milliseconds a step, by strategy"),
-                  fronts_table(strategies)]
+        parts.append(strategies_table(strategies, "ms_total", "Milliseconds a step, by strategy"))
         draw_strategies(strategies, folder, "ms_total", "ms a step", "strategies")
         if cpu:
             parts.append(split_table(strategies, "Where the time goes, ms"))
