@@ -12,6 +12,9 @@ using Eigen::Vector3d;
 
 constexpr double least_speed = 1e-5;  // m/s
 constexpr double least_part = 1e-5;
+// What meets more slowly, m/s, rests or soon will, and what is left undone there shows as creep.
+constexpr double slow = 1;
+constexpr int sweeps_of_slow = 4;  // times as many
 
 }  // namespace
 
@@ -122,6 +125,7 @@ void ContactProblem::solve(int sweeps) {
   double approach = 0;
   for (const Row& row : rows_) approach = std::max(approach, row.least - row.normal.dot(row.moved));
   const double tolerance = std::max(least_speed * seconds_, least_part * approach);
+  if (approach < slow * seconds_) sweeps *= sweeps_of_slow;
 
   std::vector<Impulse> before, direction(impulses_.size());
   std::vector<Vector3d> displaced, drift(displacement_.size(), Vector3d::Zero());

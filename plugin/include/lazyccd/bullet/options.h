@@ -46,15 +46,17 @@ struct Options {
   // False: both act everywhere.
   bool rigid_contacts = true;
 
-  // Soft bodies in contact that deform more slowly than `rest_speed` m/s (root mean square; Bullet's
-  // sleeping threshold) lose that motion at up to `rest_damping` 1/s, so that they come to rest.
-  // What moves as a whole goes on. 0: they tremble for longer.
+  // Soft bodies in contact that deform more slowly than `rest_speed` m/s (root mean square;
+  // Bullet's sleeping threshold) lose that motion at up to `rest_damping` 1/s, so that they come to
+  // rest. What moves as a whole goes on. 0: they tremble for longer.
   double rest_speed = 0.04;
   double rest_damping = 20;
 
   int max_iterations = 20;  // detections a step that are answered with impulses
-  int sweeps = 100;         // Gauss-Seidel sweeps over the contacts after each of them, at most
-  int max_zones = 8;        // then: detections answered with rigid impact zones
+  // Gauss-Seidel sweeps over the contacts after each of them, at most; four times as many where all
+  // contacts meet more slowly than 1 m/s, as at rest.
+  int sweeps = 100;
+  int max_zones = 8;  // then: detections answered with rigid impact zones
 
   // Called at the end of each step that had contacts, with positions and velocities as Bullet goes
   // on with them. The span is valid during the call.
