@@ -22,8 +22,8 @@ std::vector<btSoftBody*> add_stack(ObstacleWorld& w, int layers) {
   std::vector<btSoftBody*> cloths;
   for (int i = 0; i < layers; ++i) {
     cloths.push_back(w.add(scenes::make_cloth(w.info(), 5, 5, 1, [&](double u, double v) {
-      const double angle = 0.3 * i, c = std::cos(angle), s = std::sin(angle);
-      const double x = 0.5 * (u - 0.5) + 0.01 * i, z = 0.5 * (v - 0.5) - 0.007 * i;
+      const double angle = 0.02 * i, c = std::cos(angle), s = std::sin(angle);
+      const double x = 0.5 * (u - 0.5) + 0.002 * i, z = 0.5 * (v - 0.5) - 0.001 * i;
       return btVector3(static_cast<btScalar>(c * x + s * z), static_cast<btScalar>(0.03 * (i + 1)),
                        static_cast<btScalar>(c * z - s * x));
     })));
