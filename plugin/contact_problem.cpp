@@ -13,8 +13,10 @@ using Eigen::Vector3d;
 constexpr double least_speed = 1e-5;  // m/s
 constexpr double least_part = 1e-5;
 // What meets more slowly, m/s, rests or soon will, and what is left undone there shows as creep.
-constexpr double slow = 1;
-constexpr int sweeps_of_slow = 4;  // times as many
+constexpr double slow = 0.25;
+constexpr int more_of_slow = 4;
+// Gaps that are not open yet have the next steps for it.
+constexpr int fewer_of_opening = 5;
 
 }  // namespace
 
@@ -125,7 +127,11 @@ void ContactProblem::solve(int sweeps) {
   double approach = 0;
   for (const Row& row : rows_) approach = std::max(approach, row.least - row.normal.dot(row.moved));
   const double tolerance = std::max(least_speed * seconds_, least_part * approach);
-  if (approach < slow * seconds_) sweeps *= sweeps_of_slow;
+  if (of_ == Of::opening) {
+    sweeps = std::max(1, sweeps / fewer_of_opening);
+  } else if (approach < slow * seconds_) {
+    sweeps *= more_of_slow;
+  }
 
   std::vector<Impulse> before, direction(impulses_.size());
   std::vector<Vector3d> displaced, drift(displacement_.size(), Vector3d::Zero());

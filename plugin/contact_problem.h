@@ -26,8 +26,8 @@ class ContactProblem {
   // Starts from the impulses that the rows have.
   ContactProblem(Of of, const std::vector<ContactRow>& rows, const Motion& motion);
 
-  // At most `sweeps`, or four times as many of what meets slowly; fewer where they change nothing
-  // any more that could be seen.
+  // At most `sweeps`, four times as many of what meets slowly, a fifth of opening; fewer where they
+  // change nothing any more that could be seen.
   void solve(int sweeps);
 
   // The impulses, and what they make of the motion (not rounded).
