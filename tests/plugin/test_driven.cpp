@@ -13,7 +13,7 @@ TEST_CASE("what is driven faster than it can give way stops before it passes thr
   parameters.speed = 8;
   parameters.dt = 1.0 / 60;
   parameters.margin = 0.01;
-  parameters.size = 0.5;
+  parameters.size = 0.35;
   scenes::Scene scene = scenes::set_up(*scenes::find_scene("twist"), parameters);
   scenes::CrossingCounter crossings(*scene.world);
   for (int i = 0; i < scene.steps; ++i) {
@@ -25,6 +25,7 @@ TEST_CASE("what is driven faster than it can give way stops before it passes thr
                                scenes::read_positions(*scene.world))
             .empty());
   CHECK(scene.world->total_stats()->unresolved == 0);
+  CHECK(scene.world->total_stats()->last_resorts > 0);
 }
 
 TEST_CASE("pinned nodes that are put elsewhere between steps sweep what is in their way") {
