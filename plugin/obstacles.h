@@ -2,8 +2,9 @@
 //
 // Static and kinematic bodies move from where the last step saw them to where they are now; dynamic
 // ones from where they were before Bullet integrated them. What closes in on something that cannot
-// give way is left behind where it was, and comes after Bullet's at no more than twice its speed. Of meshes, terrains and planes the part
-// near the soft bodies is read, and read again where these leave it.
+// give way is left behind where it was, and comes after Bullet's at no more than twice its speed, or
+// a tenth of what it lags a step. Of meshes, terrains and planes the part near the soft bodies is
+// read, and read again where these leave it.
 #pragma once
 
 #include <BulletCollision/CollisionDispatch/btCollisionObject.h>
