@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "distinct_contacts.h"
+#include "lazyccd/query.h"
 #include "pair_rules.h"
 #include "piercings.h"
 #include "rotation.h"
@@ -378,6 +379,16 @@ bool Pipeline::only_near_can_touch(const Positions& end) const {
   return true;
 }
 
+bool Pipeline::comes_within(double gap, const Contact& contact) const {
+  QueryPoints points;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const auto at = 3 * static_cast<std::size_t>(contact.vertices[i]);
+    std::copy_n(&motion_.start[at], 3, points[i].begin());
+    std::copy_n(&motion_.end[at], 3, points[4 + i].begin());
+  }
+  return decide_within(contact.kind, points, gap).hit;
+}
+
 std::vector<Contact> Pipeline::detect_near() {
   if (!near_detector_) {
     std::vector<Contact> contacts = detect(motion_.starts(), motion_.ends());
@@ -388,13 +399,20 @@ std::vector<Contact> Pipeline::detect_near() {
   near_ = near_detector_->detect(motion_.starts(), motion_.ends());
   std::vector<Contact> contacts = answerable(near_);
   responded_ = !contacts.empty();
-  // Of one body, neighbours; and pairs that touch, which have no normal yet.
+  // Pairs that touch, which have no normal yet; and those that stay further apart than their own
+  // thickness. Of one body, neighbours lie so, and what presses them together is their own matter.
   const auto says_nothing = [this](const Contact& contact, double thickness) {
     if (contact.toi > 0) return false;
     const std::array<double, 4> weights = contact.weights();
-    Eigen::Vector3d gap = Eigen::Vector3d::Zero();
-    for (int i = 0; i < 4; ++i) gap += weights[i] * motion_.start_of(contact.vertices[i]);
-    return gap.norm() > near_reach * thickness || gap.norm() < 1e-6 * thickness;
+    Eigen::Vector3d start = Eigen::Vector3d::Zero(), end = start;
+    for (int i = 0; i < 4; ++i) {
+      start += weights[i] * motion_.start_of(contact.vertices[i]);
+      end += weights[i] * motion_.end_of(contact.vertices[i]);
+    }
+    const double gap = start.norm(), far = near_reach * thickness;
+    if (gap <= far) return gap < 1e-6 * thickness;
+    return contact.body_a == contact.body_b || start.dot(end) > far * gap ||
+           !comes_within(far, contact);
   };
   std::vector<double> thickness;
   std::size_t kept = 0;

@@ -89,6 +89,7 @@ class Pipeline {
   std::int32_t body_index(const StepTopology::BodyRecord& body) const;
   double largest_thickness() const;
   bool is_anchored(const Contact& contact) const;
+  bool comes_within(double gap, const Contact& contact) const;
   std::vector<Contact> detect_near();
   std::vector<Contact> detect(const Positions& start, const Positions& end);
   bool only_near_can_touch(const Positions& end) const;

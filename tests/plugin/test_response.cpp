@@ -68,6 +68,21 @@ TEST_CASE("cloth comes to rest on a mesh and on other cloth, at its thickness") 
   CHECK(w.total().energy_gained < 1e-6);
 }
 
+TEST_CASE("thin cloth keeps its own thickness from the first contact, beside a thick one") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  CAPTURE(world == World::rigid);
+  ObstacleWorld w(world, 0);
+  Floor floor(w);
+  // A step of 4.2 mm takes it from beyond its thickness of 12 mm to below that.
+  btSoftBody* thin = add_flat(w, 0.027, 0.002);
+  add_flat(w, 1, 0.05);
+  thin->setVelocity(btVector3(0, -1, 0));
+  w.steps(10, 1.0 / 240);
+  for (int n = 0; n < thin->m_nodes.size(); ++n) {
+    CHECK_THAT(static_cast<double>(thin->m_nodes[n].m_x.y()), Matchers::WithinAbs(0.012, 1e-5));
+  }
+}
+
 TEST_CASE(
     "friction stops cloth on a slope less steep than its coefficient, and not on a steeper one") {
   const World world = GENERATE(World::rigid, World::deformable);
