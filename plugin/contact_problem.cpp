@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -17,170 +18,255 @@ constexpr double slow = 0.25;
 constexpr int more_of_slow = 4;
 // Gaps that are not open yet have the next steps for it.
 constexpr int fewer_of_opening = 5;
+// Most rows never act: between two sweeps of all, as many less one go over those that do.
+constexpr int apart = 8;
 
-}  // namespace
-
-ContactProblem::ContactProblem(Of of, const std::vector<ContactRow>& rows, const Motion& motion)
-    : of_(of), seconds_(motion.seconds), bodies_(motion.rigid), vertex_(1, -1) {
-  std::vector<int> node_of(static_cast<std::size_t>(motion.soft_count()), 0);
-  rows_.reserve(rows.size());
-  impulses_.resize(rows.size());
-  for (const ContactRow& row : rows) {
-    Row r;
-    r.moved.setZero();
-    for (int i = 0; i < 4; ++i) {
-      const std::int32_t v = row.contact.vertices[i];
-      const bool soft = motion.is_soft(v);
-      const Vector3d& end = soft && of == Of::opening ? motion.solved[v] : motion.predicted[v];
-      r.moved += row.weights[i] * (end - motion.start_of(v));
-      r.weight[i] = row.weights[i];
-      r.mobility[i] = soft ? row.weights[i] * motion.inverse_mass[v] : 0;
-      r.node[i] = 0;
-      if (r.mobility[i] == 0) continue;
-      if (node_of[v] == 0) {
-        node_of[v] = static_cast<int>(vertex_.size());
-        vertex_.push_back(v);
-      }
-      r.node[i] = node_of[v];
-    }
-    r.normal = row.normal;
-    const double gap = of == Of::opening ? row.opened_gap : row.kept_gap;
-    r.least = gap - row.start_gap;
-    r.friction = of == Of::opening ? 0 : row.friction;
-    r.response = row.response;
-    r.sliding_response = row.sliding_response;
-    r.body = row.rigid;
-    if (row.rigid >= 0) {
-      const RigidMotion& body = motion.rigid[row.rigid];
-      r.body_weight = row.rigid_weight;
-      r.arm = row.arm;
-      if (of == Of::opening) r.moved += row.rigid_weight * body.shift + body.turn.cross(row.arm);
-    }
-    rows_.push_back(r);
-  }
-  first_body_ = static_cast<int>(vertex_.size());
-  displacement_.assign(vertex_.size() + 2 * motion.rigid.size(), Vector3d::Zero());
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    if (of == Of::opening) {
-      impulses_[i].normal = rows[i].opening;
-    } else {
-      impulses_[i].normal = rows[i].impulse;
-      impulses_[i].tangential = rows[i].tangential;
-    }
-    push(rows_[i], impulses_[i].normal * rows_[i].normal + impulses_[i].tangential);
-  }
+Eigen::Vector4f padded(const Vector3d& x) {
+  const Eigen::Vector3f f = x.cast<float>();
+  return {f.x(), f.y(), f.z(), 0};
 }
 
-Vector3d ContactProblem::moved(const Row& row) const {
-  Vector3d sum = row.moved;
-  for (int i = 0; i < 4; ++i) sum += row.weight[i] * displacement_[row.node[i]];
-  if (row.body >= 0) {
-    sum += row.body_weight * displacement_[shift_of(row.body)] +
-           displacement_[turn_of(row.body)].cross(row.arm);
+// How far one side moves against the other in the step without the impulses of this problem.
+Vector3d move_without(const ContactRow& row, bool opening, const Motion& motion) {
+  Vector3d sum = Vector3d::Zero();
+  for (int k = 0; k < 4; ++k) {
+    const std::int32_t v = row.contact.vertices[k];
+    const Vector3d& end = opening && motion.is_soft(v) ? motion.solved[v] : motion.predicted[v];
+    sum += row.weights[k] * (end - motion.start_of(v));
+  }
+  if (opening && row.rigid >= 0) {
+    const RigidMotion& body = motion.rigid[row.rigid];
+    sum += row.rigid_weight * body.shift + body.turn.cross(row.arm);
   }
   return sum;
 }
 
-void ContactProblem::push(const Row& row, const Vector3d& impulse) {
-  for (int i = 0; i < 4; ++i) displacement_[row.node[i]] += row.mobility[i] * impulse;
-  if (row.body >= 0) {
-    const RigidMotion& body = bodies_[row.body];
-    displacement_[shift_of(row.body)] += row.body_weight * body.inverse_mass.cwiseProduct(impulse);
-    displacement_[turn_of(row.body)] += body.inverse_inertia * row.arm.cross(impulse);
+// Of rows as they come, each shares nodes with the one before and would wait for it.
+std::vector<std::size_t> interleaved(std::size_t count) {
+  constexpr std::size_t streams = 8;
+  const std::size_t length = (count + streams - 1) / streams;
+  std::vector<std::size_t> order;
+  order.reserve(count);
+  for (std::size_t i = 0; i < length; ++i) {
+    for (std::size_t k = i; k < count; k += length) order.push_back(k);
+  }
+  return order;
+}
+
+double inverse_mass_of(std::int32_t vertex, const Motion& motion) {
+  return motion.is_soft(vertex) ? motion.inverse_mass[vertex] : 0;
+}
+
+}  // namespace
+
+ContactProblem::ContactProblem(Of of, const std::vector<ContactRow>& rows, const Motion& motion)
+    : opening_(of == Of::opening), seconds_(motion.seconds), order_(interleaved(rows.size())) {
+  std::vector<Vector3d> moves;
+  moves.reserve(rows.size());
+  double longest = 0, heaviest = 0;
+  for (const ContactRow& row : rows) {
+    moves.push_back(move_without(row, opening_, motion));
+    longest = std::max(longest, moves.back().norm());
+    heaviest = std::max({heaviest, row.response, row.sliding_response});
+  }
+  if (longest > 0) length_ = longest;
+  if (heaviest > 0) mass_ = heaviest;
+
+  std::vector<std::int32_t> node_of(static_cast<std::size_t>(motion.soft_count()), 0);
+  std::int32_t nodes = 1;
+  rows_.reserve(rows.size());
+  for (const std::size_t i : order_) {
+    rows_.push_back(make_row(rows[i], moves[i], motion));
+    for (int k = 0; k < 4; ++k) {
+      if (rows_.back().mobility[k] == 0) continue;
+      std::int32_t& node = node_of[rows[i].contact.vertices[k]];
+      if (node == 0) node = nodes++;
+      rows_.back().node[k] = node;
+    }
+  }
+  first_body_ = nodes;
+  bodies_.reserve(motion.rigid.size());
+  for (const RigidMotion& rigid : motion.rigid) {
+    bodies_.push_back({padded(mass_ * rigid.inverse_mass), Eigen::Matrix4f::Zero()});
+    bodies_.back().inverse_inertia.topLeftCorner<3, 3>() =
+        (mass_ * rigid.inverse_inertia).cast<float>();
+  }
+  displacement_.assign(static_cast<std::size_t>(nodes) + 2 * bodies_.size(), Vector::Zero());
+  const double unit = 1 / (mass_ * length_);
+  impulses_.resize(rows_.size());
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    const ContactRow& row = rows[order_[i]];
+    if (!opening_) impulses_[i].across = padded(unit * row.tangential);
+    impulses_[i].along = static_cast<float>(unit * (opening_ ? row.opening : row.impulse));
+    push(rows_[i], impulses_[i]);
   }
 }
 
-ContactProblem::Change ContactProblem::sweep() {
+ContactProblem::Row ContactProblem::make_row(const ContactRow& row, const Vector3d& move,
+                                             const Motion& motion) {
+  const double along = row.normal.dot(move);
+  const double need = (opening_ ? row.opened_gap : row.kept_gap) - row.start_gap - along;
+  approach_ = std::max(approach_, need);
+  Row r;
+  r.normal = padded(row.normal);
+  r.arm = padded(row.arm);
+  r.sliding = padded((move - along * row.normal) / length_);
+  r.need = static_cast<float>(need / length_);
+  r.friction = opening_ ? 0 : static_cast<float>(row.friction);
+  r.response = static_cast<float>(row.response / mass_);
+  r.compliance = static_cast<float>(mass_ / row.response);
+  r.sliding_response = static_cast<float>(row.sliding_response / mass_);
+  r.sliding_compliance = static_cast<float>(mass_ / row.sliding_response);
+  const bool gives_way = row.rigid >= 0 && motion.rigid[row.rigid].is_dynamic();
+  r.body = gives_way ? row.rigid : -1;
+  r.body_weight = static_cast<float>(row.rigid_weight);
+  for (int k = 0; k < 4; ++k) {
+    const double inverse_mass = inverse_mass_of(row.contact.vertices[k], motion);
+    r.weight[k] = static_cast<float>(row.weights[k]);
+    r.mobility[k] = static_cast<float>(row.weights[k] * inverse_mass * mass_);
+  }
+  return r;
+}
+
+inline void ContactProblem::push(const Row& row, const Impulse& impulse) {
+  const Vector total = impulse.along * row.normal + impulse.across;
+  for (int k = 0; k < 4; ++k) displacement_[row.node[k]] += row.mobility[k] * total;
+  if (row.body < 0) return;
+  const Body& body = bodies_[row.body];
+  displacement_[shift_of(row.body)] += row.body_weight * body.inverse_mass.cwiseProduct(total);
+  displacement_[turn_of(row.body)] += body.inverse_inertia * row.arm.cross3(total);
+}
+
+ContactProblem::Change ContactProblem::sweep(const Indices& which) {
   Change change;
-  const auto note = [&change](double impulse, double response) {
-    change.largest = std::max(change.largest, std::abs(impulse) / response);
-    change.energy += impulse * impulse / response;
+  const auto note = [&change](float impulse_squared, float compliance) {
+    const float energy = impulse_squared * compliance;
+    change.largest = std::max(change.largest, energy * compliance);
+    change.energy += energy;
   };
-  for (std::size_t i = 0; i < rows_.size(); ++i) {
+  for (const std::int32_t i : which) {
     const Row& row = rows_[i];
-    Impulse& total = impulses_[i];
-    const Vector3d now = moved(row);
-    const double along = row.normal.dot(now);
-    const double normal = std::max(0.0, total.normal + (row.least - along) * row.response);
-    if (normal == 0 && total.is_zero()) continue;
-    const double more = normal - total.normal;
-    note(more, row.response);
-    total.normal = normal;
-    if (row.friction == 0) {
-      push(row, more * row.normal);
-      continue;
+    const Impulse before = before_[i] = impulses_[i];
+    const auto share = [&](int k) { return row.weight[k] * displacement_[row.node[k]]; };
+    Vector moved = (share(0) + share(1)) + (share(2) + share(3));
+    if (row.body >= 0) {
+      moved += row.body_weight * displacement_[shift_of(row.body)] +
+               displacement_[turn_of(row.body)].cross3(row.arm);
     }
-    // Of a rigid body, the impulse along the normal also turns, which the next sweep sees.
-    Vector3d tangential = total.tangential - row.sliding_response * (now - along * row.normal);
-    const double most = row.friction * normal, size = tangential.norm();
-    if (size > most) tangential *= most / size;
-    const Vector3d across = tangential - total.tangential;
-    note(across.norm(), row.sliding_response);
-    total.tangential = tangential;
-    push(row, more * row.normal + across);
+    const float along = row.normal.dot(moved);
+    Impulse now;
+    now.along = std::max(0.0f, before.along + (row.need - along) * row.response);
+    if (now.along == 0 && before.is_zero()) continue;
+    if (row.friction > 0) {
+      // Of a rigid body, the impulse along the normal also turns, which the next sweep sees.
+      const Vector sliding = row.sliding + moved - along * row.normal;
+      now.across = before.across - row.sliding_response * sliding;
+      const float most = row.friction * now.along, squared = now.across.squaredNorm();
+      if (squared > most * most) now.across *= most / std::sqrt(squared);
+    }
+    const Impulse more = {now.across - before.across, now.along - before.along};
+    note(more.along * more.along, row.compliance);
+    note(more.across.squaredNorm(), row.sliding_compliance);
+    impulses_[i] = now;
+    push(row, more);
   }
   return change;
 }
 
+// Goes on in the direction of the last steps (Fletcher and Reeves).
+void ContactProblem::carry_on(float beta, const Indices& which) {
+  for (const std::int32_t i : which) {
+    Impulse &now = impulses_[i], &direction = direction_[i];
+    const Impulse carried = {beta * direction.across, beta * direction.along};
+    direction.across = now.across - before_[i].across + carried.across;
+    direction.along = now.along - before_[i].along + carried.along;
+    now.across += carried.across;
+    now.along += carried.along;
+  }
+  for (std::size_t k = 0; k < displacement_.size(); ++k) {
+    const Vector carried = beta * drift_[k];
+    drift_[k] = displacement_[k] - displaced_[k] + carried;
+    displacement_[k] += carried;
+  }
+}
+
 void ContactProblem::solve(int sweeps) {
   // Below what anyone calls moving, and a small part of what the contacts stop.
-  double approach = 0;
-  for (const Row& row : rows_) approach = std::max(approach, row.least - row.normal.dot(row.moved));
-  const double tolerance = std::max(least_speed * seconds_, least_part * approach);
-  if (of_ == Of::opening) {
+  const double least = std::max(least_speed * seconds_, least_part * approach_) / length_;
+  const auto tolerance = static_cast<float>(least * least);
+  if (opening_) {
     sweeps = std::max(1, sweeps / fewer_of_opening);
-  } else if (approach < slow * seconds_) {
+  } else if (approach_ < slow * seconds_) {
     sweeps *= more_of_slow;
   }
 
-  std::vector<Impulse> before, direction(impulses_.size());
-  std::vector<Vector3d> displaced, drift(displacement_.size(), Vector3d::Zero());
-  double last = 0;
+  before_ = impulses_;
+  direction_.assign(impulses_.size(), Impulse());
+  drift_.assign(displacement_.size(), Vector::Zero());
+  Indices all(rows_.size()), acting;
+  std::iota(all.begin(), all.end(), 0);
+  float last = 0;
+  int next_of_all = 1;
   for (int i = 1;; ++i) {
-    before = impulses_;
-    displaced = displacement_;
-    const Change change = sweep();
-    // Ends with a sweep, so that all impulses are within their bounds.
-    if (change.largest < tolerance || i >= sweeps) return;
-    // Fletcher and Reeves; begun anew where the last step led away.
-    const bool further = change.energy <= last;
-    const double beta = further ? change.energy / last : 0;
+    displaced_ = displacement_;
+    const bool of_all = i >= std::min(next_of_all, sweeps);
+    const Change change = sweep(of_all ? all : acting);
+    const bool settled = change.largest < tolerance;
+    // Ends with a sweep of all, so that all impulses are within their bounds.
+    if (of_all && (settled || i >= sweeps)) return;
+    // Begun anew where the last step led away.
+    carry_on(change.energy <= last ? change.energy / last : 0, of_all ? all : acting);
     last = change.energy;
-    for (std::size_t k = 0; k < impulses_.size(); ++k) {
-      Impulse &along = direction[k], &now = impulses_[k];
-      const Impulse carried = {beta * along.normal, beta * along.tangential};
-      along.normal = now.normal - before[k].normal + carried.normal;
-      along.tangential = now.tangential - before[k].tangential + carried.tangential;
-      now.normal += carried.normal;
-      now.tangential += carried.tangential;
+    if (of_all) {
+      acting.clear();
+      for (const std::int32_t k : all) {
+        if (!impulses_[k].is_zero()) acting.push_back(k);
+      }
+      next_of_all = i + apart;
     }
-    for (std::size_t k = 0; k < displacement_.size(); ++k) {
-      const Vector3d carried = beta * drift[k];
-      drift[k] = displacement_[k] - displaced[k] + carried;
-      displacement_[k] += carried;
-    }
+    if (settled) next_of_all = i + 1;
   }
 }
 
 void ContactProblem::write(std::vector<ContactRow>& rows, Motion& motion) const {
-  const bool opening = of_ == Of::opening;
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    (opening ? rows[i].opening : rows[i].impulse) = impulses_[i].normal;
-    if (!opening) rows[i].tangential = impulses_[i].tangential;
-  }
-  for (std::size_t k = 1; k < vertex_.size(); ++k) {
-    const std::int32_t v = vertex_[k];
-    if (opening) {
-      motion.opening[v] = displacement_[k];
-    } else {
-      motion.solved[v] = motion.predicted[v] + displacement_[k];
+  const auto shift_of = [this](RigidMotion& body) -> Vector3d& {
+    return opening_ ? body.opening_shift : body.shift;
+  };
+  const auto turn_of = [this](RigidMotion& body) -> Vector3d& {
+    return opening_ ? body.opening_turn : body.turn;
+  };
+  for (const ContactRow& row : rows) {
+    for (const std::int32_t v : row.contact.vertices) {
+      if (!motion.is_soft(v)) continue;
+      if (opening_) {
+        motion.opening[v].setZero();
+      } else {
+        motion.solved[v] = motion.predicted[v];
+      }
     }
   }
-  for (std::size_t b = 0; b < motion.rigid.size(); ++b) {
-    RigidMotion& body = motion.rigid[b];
-    const int at = static_cast<int>(b);
-    (opening ? body.opening_shift : body.shift) = displacement_[shift_of(at)];
-    (opening ? body.opening_turn : body.turn) = displacement_[turn_of(at)];
+  for (RigidMotion& body : motion.rigid) {
+    shift_of(body).setZero();
+    turn_of(body).setZero();
+  }
+  const double unit = mass_ * length_;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    ContactRow& row = rows[order_[i]];
+    const double normal = unit * static_cast<double>(impulses_[i].along);
+    const Vector3d tangential = unit * impulses_[i].across.head<3>().cast<double>();
+    (opening_ ? row.opening : row.impulse) = normal;
+    if (!opening_) row.tangential = tangential;
+    if (impulses_[i].is_zero()) continue;
+    const Vector3d impulse = normal * row.normal + tangential;
+    for (int k = 0; k < 4; ++k) {
+      const std::int32_t v = row.contact.vertices[k];
+      const double mobility = row.weights[k] * inverse_mass_of(v, motion);
+      if (mobility != 0) (opening_ ? motion.opening : motion.solved)[v] += mobility * impulse;
+    }
+    if (row.rigid < 0) continue;
+    RigidMotion& body = motion.rigid[row.rigid];
+    shift_of(body) += row.rigid_weight * body.inverse_mass.cwiseProduct(impulse);
+    turn_of(body) += body.inverse_inertia * row.arm.cross(impulse);
   }
 }
 

@@ -5,6 +5,10 @@
 // gradients: Silcowitz-Hansen, Niebe and Erleben 2010, "A nonsmooth nonlinear conjugate gradient
 // method for interactive contact force problems". Plain sweeps carry the weight of a stack by one
 // layer a sweep, and what they leave undone shows as creep.
+//
+// The iteration is in single precision, in units of the problem's own, so that it depends on no
+// one's units; its result only says how large the impulses are. What they do to the motion is
+// computed in double, and keeps momentum to that.
 #pragma once
 
 #include <Eigen/Core>
@@ -34,43 +38,52 @@ class ContactProblem {
   void write(std::vector<ContactRow>& rows, Motion& motion) const;
 
  private:
+  using Vector = Eigen::Vector4f;  // the last one is zero
+  using Indices = std::vector<std::int32_t>;
+
   struct Row {
-    Eigen::Vector3d moved;   // metres, without impulses: of one side against the other
-    Eigen::Vector3d normal;  // along it at least `least`
-    double least, friction, response, sliding_response;
-    std::array<int, 4> node;                 // in displacement_
-    std::array<double, 4> weight, mobility;  // mobility: weight over mass
-    int body;                                // index in Motion::rigid, or -1
-    double body_weight;
-    Eigen::Vector3d arm;
+    Vector normal, arm;
+    Vector sliding;                         // without impulses
+    std::array<float, 4> weight, mobility;  // mobility: weight over mass
+    std::array<std::int32_t, 4> node = {};       // in displacement_
+    float need;  // how much further apart along the normal than without impulses, at least
+    float friction, response, compliance, sliding_response, sliding_compliance;
+    std::int32_t body;  // index in bodies_, or -1
+    float body_weight;
   };
   struct Impulse {
-    double normal = 0;  // kg m
-    Eigen::Vector3d tangential = Eigen::Vector3d::Zero();
+    Vector across = Vector::Zero();
+    float along = 0;
 
-    bool is_zero() const { return normal == 0 && tangential.isZero(0); }
+    bool is_zero() const { return along == 0 && across.isZero(0); }
+  };
+  struct Body {
+    Vector inverse_mass;
+    Eigen::Matrix4f inverse_inertia;
   };
   struct Change {
-    double largest = 0;  // metres
-    double energy = 0;   // kg m^2
+    float largest = 0;  // displacement, squared
+    float energy = 0;
   };
 
-  Eigen::Vector3d moved(const Row& row) const;
-  void push(const Row& row, const Eigen::Vector3d& impulse);
-  Change sweep();
-  int turn_of(int body) const { return first_body_ + 2 * body + 1; }
-  int shift_of(int body) const { return first_body_ + 2 * body; }
+  Row make_row(const ContactRow& row, const Eigen::Vector3d& move, const Motion& motion);
+  void push(const Row& row, const Impulse& impulse);
+  Change sweep(const Indices& which);
+  void carry_on(float beta, const Indices& which);
+  std::int32_t shift_of(std::int32_t body) const { return first_body_ + 2 * body; }
+  std::int32_t turn_of(std::int32_t body) const { return first_body_ + 2 * body + 1; }
 
-  Of of_;
+  bool opening_;
   double seconds_;
-  const std::vector<RigidMotion>& bodies_;
+  double length_ = 1, mass_ = 1;    // units, m and kg
+  double approach_ = 0;             // metres: the most that a row needs
+  std::vector<std::size_t> order_;  // of the given rows
   std::vector<Row> rows_;
-  std::vector<Impulse> impulses_;
-  std::vector<std::int32_t> vertex_;  // by node
-  int first_body_;
-  // Metres, of the nodes; then shift and turn (radians) of each rigid body. The first node is what
-  // no impulse moves.
-  std::vector<Eigen::Vector3d> displacement_;
+  std::vector<Body> bodies_;
+  std::vector<Impulse> impulses_, before_, direction_;  // before_: the last sweep
+  std::int32_t first_body_ = 1;
+  // Of the nodes; then shift and turn of each rigid body. The first node is what no impulse moves.
+  std::vector<Vector> displacement_, displaced_, drift_;
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION
