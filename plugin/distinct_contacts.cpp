@@ -1,5 +1,6 @@
 #include "distinct_contacts.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -10,8 +11,10 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-// Vertices with their rounded weights, in order; then the time and the thickness.
+// Vertices with their rounded weights, in order; then the rounded normal and the thickness.
 using Key = std::array<std::uint64_t, 6>;
+
+constexpr double parts_of_weight = 16, parts_of_normal = 4;
 
 std::uint64_t bits_of(double x) {
   std::uint64_t bits;
@@ -24,7 +27,7 @@ Key key_of(const Contact& contact, double thickness) {
   std::array<std::pair<std::int32_t, int>, 4> points;
   int count = 0;
   for (int i = 0; i < 4; ++i) {
-    const int weight = static_cast<int>(std::lround(256 * weights[i]));
+    const int weight = static_cast<int>(std::lround(parts_of_weight * weights[i]));
     if (weight == 0) continue;
     int at = count++;
     for (; at > 0 && contact.vertices[i] < points[at - 1].first; --at) points[at] = points[at - 1];
@@ -37,7 +40,10 @@ Key key_of(const Contact& contact, double thickness) {
     key[i] = static_cast<std::uint64_t>(points[i].first) << 32 |
              static_cast<std::uint32_t>(sign * points[i].second);
   }
-  key[4] = bits_of(contact.toi);
+  for (const float component : contact.normal) {
+    const auto rounded = sign * std::lround(parts_of_normal * static_cast<double>(component));
+    key[4] = key[4] << 16 | static_cast<std::uint16_t>(rounded);
+  }
   key[5] = bits_of(thickness);
   return key;
 }
@@ -50,24 +56,30 @@ std::size_t hash_of(const Key& key) {
 
 }  // namespace
 
-void keep_distinct(std::vector<Contact>& contacts, const std::vector<double>& thickness) {
+void keep_distinct(std::vector<Contact>& contacts, const std::vector<Nearness>& near) {
   std::size_t slots = 2;
   while (slots < 2 * contacts.size()) slots *= 2;
   constexpr std::int32_t free = -1;
   std::vector<std::int32_t> table(slots, free);  // indices into keys
   std::vector<Key> keys;
-  keys.reserve(contacts.size());
+  std::vector<std::size_t> nearest;  // by key
   for (std::size_t i = 0; i < contacts.size(); ++i) {
-    const Key key = key_of(contacts[i], thickness[i]);
+    const Key key = key_of(contacts[i], near[i].thickness);
     std::size_t slot = hash_of(key) & (slots - 1);
     while (table[slot] != free && keys[static_cast<std::size_t>(table[slot])] != key)
       slot = (slot + 1) & (slots - 1);
-    if (table[slot] != free) continue;
-    table[slot] = static_cast<std::int32_t>(keys.size());
-    contacts[keys.size()] = contacts[i];
-    keys.push_back(key);
+    if (table[slot] == free) {
+      table[slot] = static_cast<std::int32_t>(keys.size());
+      keys.push_back(key);
+      nearest.push_back(i);
+    } else if (std::size_t& other = nearest[static_cast<std::size_t>(table[slot])];
+               near[i].gap < near[other].gap) {
+      other = i;
+    }
   }
-  contacts.resize(keys.size());
+  std::sort(nearest.begin(), nearest.end());
+  for (std::size_t k = 0; k < nearest.size(); ++k) contacts[k] = contacts[nearest[k]];
+  contacts.resize(nearest.size());
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -8,8 +8,6 @@
 #include <exception>
 #include <limits>
 
-#include "distinct_contacts.h"
-#include "lazyccd/query.h"
 #include "pair_rules.h"
 #include "piercings.h"
 #include "rotation.h"
@@ -19,10 +17,6 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-// Pairs are near up to this many thicknesses: what rests lies at one, and would be near in one step
-// and not in the next.
-constexpr double near_reach = 1.1;
 
 double ms_since(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
@@ -49,6 +43,7 @@ Pipeline::Pipeline(const Options& options, Friction friction)
     : options_(options),
       friction_(friction),
       journal_(options.on_message),
+      near_contacts_([this](std::int32_t a, std::int32_t b) { return surface(a, b); }),
       response_(options, [this](std::int32_t a, std::int32_t b) { return surface(a, b); }) {}
 
 PairSurface Pipeline::surface(std::int32_t body_a, std::int32_t body_b) const {
@@ -201,6 +196,7 @@ bool Pipeline::read_resolution() {
 
 void Pipeline::set_topology() {
   response_.forget();
+  near_contacts_.forget();
   detector_->set_topology(topology_.topology());
   read_reach();
   // Neighbours in a mesh are not to be near each other by themselves.
@@ -208,7 +204,7 @@ void Pipeline::set_topology() {
   const auto middle = reach.begin() + static_cast<std::ptrdiff_t>(reach.size() / 2);
   std::nth_element(reach.begin(), middle, reach.end());
   lazyccd::Options options = options_.detector;
-  options.separation = std::min(near_reach * largest_thickness(), 0.5 * *middle);
+  options.separation = std::min(NearContacts::reach * largest_thickness(), 0.5 * *middle);
   if (!(options.separation > 0)) {
     near_detector_.reset();
     return;
@@ -379,16 +375,6 @@ bool Pipeline::only_near_can_touch(const Positions& end) const {
   return true;
 }
 
-bool Pipeline::comes_within(double gap, const Contact& contact) const {
-  QueryPoints points;
-  for (std::size_t i = 0; i < 4; ++i) {
-    const auto at = 3 * static_cast<std::size_t>(contact.vertices[i]);
-    std::copy_n(&motion_.start[at], 3, points[i].begin());
-    std::copy_n(&motion_.end[at], 3, points[4 + i].begin());
-  }
-  return decide_within(contact.kind, points, gap).hit;
-}
-
 std::vector<Contact> Pipeline::detect_near() {
   if (!near_detector_) {
     std::vector<Contact> contacts = detect(motion_.starts(), motion_.ends());
@@ -399,32 +385,7 @@ std::vector<Contact> Pipeline::detect_near() {
   near_ = near_detector_->detect(motion_.starts(), motion_.ends());
   std::vector<Contact> contacts = answerable(near_);
   responded_ = !contacts.empty();
-  // Pairs that touch, which have no normal yet; and those that stay further apart than their own
-  // thickness. Of one body, neighbours lie so, and what presses them together is their own matter.
-  const auto says_nothing = [this](const Contact& contact, double thickness) {
-    if (contact.toi > 0) return false;
-    const std::array<double, 4> weights = contact.weights();
-    Eigen::Vector3d start = Eigen::Vector3d::Zero(), end = start;
-    for (int i = 0; i < 4; ++i) {
-      start += weights[i] * motion_.start_of(contact.vertices[i]);
-      end += weights[i] * motion_.end_of(contact.vertices[i]);
-    }
-    const double gap = start.norm(), far = near_reach * thickness;
-    if (gap <= far) return gap < 1e-6 * thickness;
-    return contact.body_a == contact.body_b || start.dot(end) > far * gap ||
-           !comes_within(far, contact);
-  };
-  std::vector<double> thickness;
-  std::size_t kept = 0;
-  for (const Contact& contact : contacts) {
-    const double of_pair =
-        ContactRows::thickness(contact, motion_, surface(contact.body_a, contact.body_b).thickness);
-    if (says_nothing(contact, of_pair)) continue;
-    contacts[kept++] = contact;
-    thickness.push_back(of_pair);
-  }
-  contacts.resize(kept);
-  keep_distinct(contacts, thickness);
+  contacts = near_contacts_.choose(std::move(contacts), motion_);
   step_.ms_detect += ms_since(begin);
   return contacts;
 }

@@ -12,6 +12,7 @@
 #include "lazyccd/bullet/report.h"
 #include "lazyccd/detector.h"
 #include "motion.h"
+#include "near_contacts.h"
 #include "obstacles.h"
 #include "response.h"
 #include "soft_scene.h"
@@ -89,7 +90,6 @@ class Pipeline {
   std::int32_t body_index(const StepTopology::BodyRecord& body) const;
   double largest_thickness() const;
   bool is_anchored(const Contact& contact) const;
-  bool comes_within(double gap, const Contact& contact) const;
   std::vector<Contact> detect_near();
   std::vector<Contact> detect(const Positions& start, const Positions& end);
   bool only_near_can_touch(const Positions& end) const;
@@ -114,6 +114,7 @@ class Pipeline {
   Motion motion_;
   AxisBox swept_ = AxisBox::empty();           // of the soft bodies' vertices in this step
   AxisBox near_obstacles_ = AxisBox::empty();  // of those that meet obstacles, with their margin
+  NearContacts near_contacts_;
   Response response_;
   std::vector<btScalar> last_end_;  // of the soft vertices; empty where the last step is not known
   std::vector<Contact> silent_;     // met in this step's first detection, not to be answered

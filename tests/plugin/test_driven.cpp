@@ -10,10 +10,10 @@ using namespace lazyccd::test;
 TEST_CASE("what is driven faster than it can give way stops before it passes through itself") {
   scenes::Parameters parameters;
   parameters.world = GENERATE(World::rigid, World::deformable);
-  parameters.speed = 8;
+  parameters.speed = 12;
   parameters.dt = 1.0 / 60;
   parameters.margin = 0.01;
-  parameters.size = 0.35;
+  parameters.size = 0.3;
   scenes::Scene scene = scenes::set_up(*scenes::find_scene("twist"), parameters);
   scenes::CrossingCounter crossings(*scene.world);
   for (int i = 0; i < scene.steps; ++i) {

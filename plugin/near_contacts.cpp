@@ -1,0 +1,69 @@
+#include "near_contacts.h"
+
+#include <algorithm>
+#include <array>
+
+#include "distinct_contacts.h"
+#include "lazyccd/query.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+namespace {
+
+// Of pairs that bind the same points, another is nearer where its gap is less than this part.
+constexpr double as_near = 0.999;
+
+// Metres, between the points of a contact, from b to a.
+Eigen::Vector3d gap(const Contact& contact, const std::vector<btScalar>& positions) {
+  const std::array<double, 4> weights = contact.weights();
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  for (int i = 0; i < 4; ++i) sum += weights[i] * Motion::read(positions, contact.vertices[i]);
+  return sum;
+}
+
+bool comes_within(double distance, const Contact& contact, const Motion& motion) {
+  QueryPoints points;
+  for (std::size_t i = 0; i < 4; ++i) {
+    const auto at = 3 * static_cast<std::size_t>(contact.vertices[i]);
+    std::copy_n(&motion.start[at], 3, points[i].begin());
+    std::copy_n(&motion.end[at], 3, points[4 + i].begin());
+  }
+  return decide_within(contact.kind, points, distance).hit;
+}
+
+// Pairs that touch, which have no normal yet; and those that stay further apart than their own
+// thickness. Of one body, neighbours lie so, and what presses them together is their own matter.
+bool says_nothing(const Contact& contact, const Nearness& near, const Motion& motion) {
+  if (contact.toi > 0) return false;
+  const double far = NearContacts::reach * near.thickness;
+  if (near.gap <= far) return near.gap < 1e-6 * near.thickness;
+  if (contact.body_a == contact.body_b) return true;
+  const Eigen::Vector3d start = gap(contact, motion.start), end = gap(contact, motion.end);
+  return start.dot(end) > far * near.gap || !comes_within(far, contact, motion);
+}
+
+}  // namespace
+
+std::vector<Contact> NearContacts::choose(std::vector<Contact> found, const Motion& motion) {
+  std::vector<Nearness> nearness;
+  auto last = last_.begin();
+  std::size_t kept = 0;
+  for (const Contact& contact : found) {
+    const double of_surfaces = surface_(contact.body_a, contact.body_b).thickness;
+    Nearness near = {ContactRows::thickness(contact, motion, of_surfaces),
+                     gap(contact, motion.start).norm()};
+    if (says_nothing(contact, near, motion)) continue;
+    // What was chosen in the last step goes on to be, where no other is nearer.
+    while (last != last_.end() && *last < contact) ++last;
+    if (last != last_.end() && !(contact < *last)) near.gap *= as_near;
+    found[kept++] = contact;
+    nearness.push_back(near);
+  }
+  found.resize(kept);
+  keep_distinct(found, nearness);
+  last_ = found;
+  return found;
+}
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet
