@@ -6,6 +6,7 @@
 
 #include "lazyccd/bullet/deformable_body_solver.h"
 #include "lazyccd/bullet/deformable_world.h"
+#include "scenes/mended_bullet.h"
 #include "scenes/world_with.h"
 
 namespace lazyccd::scenes {
@@ -18,16 +19,14 @@ class DeformableWorld : public WorldWith<bullet::btLazyDeformableBodySolver> {
       : WorldWith(options),
         springs_(stiffness(options), stiffness(options) / 10),
         weight_(gravity_of(options)) {
+    btDeformableBodySolver* const solver = lazy_ ? lazy_.get() : &bullets_;
+    constraints_.setDeformableSolver(solver);
     if (lazy_ && !options.stock_world) {
-      constraints_.setDeformableSolver(lazy_.get());
-      world_ = std::make_unique<bullet::btLazyDeformableMultiBodyDynamicsWorld>(
-          &ground_.dispatcher, &ground_.broadphase, &constraints_, &ground_.configuration,
-          lazy_.get());
+      make<bullet::btLazyDeformableMultiBodyDynamicsWorld>(lazy_.get());
+    } else if (options.collisions == Collisions::mended_bullet) {
+      make<MendedDeformableWorld>(solver);
     } else {
-      btDeformableBodySolver* solver = lazy_ ? lazy_.get() : &bullets_;
-      constraints_.setDeformableSolver(solver);
-      world_ = std::make_unique<btDeformableMultiBodyDynamicsWorld>(
-          &ground_.dispatcher, &ground_.broadphase, &constraints_, &ground_.configuration, solver);
+      make<btDeformableMultiBodyDynamicsWorld>(solver);
     }
     world_->setGravity(gravity_of(options));
     info().m_gravity = gravity_of(options);
@@ -43,6 +42,11 @@ class DeformableWorld : public WorldWith<bullet::btLazyDeformableBodySolver> {
  private:
   static btScalar stiffness(const WorldOptions& options) {
     return options.dt > 1.0 / 120 ? btScalar(0.5) : btScalar(2);
+  }
+  template <class World, class Solver>
+  void make(Solver* solver) {
+    world_ = std::make_unique<World>(&ground_.dispatcher, &ground_.broadphase, &constraints_,
+                                     &ground_.configuration, solver);
   }
   btDiscreteDynamicsWorld& dynamics() override { return *world_; }
   void enter(btSoftBody* body, int group, int mask) override {

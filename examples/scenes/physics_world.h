@@ -22,7 +22,11 @@ enum class World {
   rigid,
   deformable
 };  // btSoftRigidDynamicsWorld, btDeformableMultiBodyDynamicsWorld
-enum class Collisions { lazyccd, bullet };  // whose
+enum class Collisions {
+  lazyccd,
+  bullet,
+  mended_bullet  // as in mended_bullet.h
+};               // whose
 
 struct WorldOptions {
   World world = World::deformable;
@@ -74,7 +78,7 @@ class PhysicsWorld {
   const std::vector<std::unique_ptr<btSoftBody>>& bodies() const { return bodies_; }
   const std::vector<RigidBody>& rigid_bodies() const { return rigid_bodies_; }
 
-  // All null or empty with Collisions::bullet.
+  // All null or empty without LazyCCD.
   virtual const bullet::StepStats* step_stats() const = 0;
   virtual const bullet::StepStats* total_stats() const = 0;
   virtual Span<const bullet::StepContact> contacts() const = 0;

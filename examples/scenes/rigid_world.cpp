@@ -2,6 +2,7 @@
 #include <BulletSoftBody/btSoftRigidDynamicsWorld.h>
 
 #include "lazyccd/bullet/soft_body_solver.h"
+#include "scenes/mended_bullet.h"
 #include "scenes/world_with.h"
 
 namespace lazyccd::scenes {
@@ -10,9 +11,8 @@ namespace {
 class RigidWorld : public WorldWith<bullet::btLazySoftBodySolver> {
  public:
   explicit RigidWorld(const WorldOptions& options) : WorldWith(options) {
-    world_ = std::make_unique<btSoftRigidDynamicsWorld>(&ground_.dispatcher, &ground_.broadphase,
-                                                        &constraints_, &ground_.configuration,
-                                                        lazy_.get());
+    world_ = std::make_unique<btSoftRigidDynamicsWorld>(
+        &ground_.dispatcher, &ground_.broadphase, &constraints_, &ground_.configuration, solver());
     world_->setGravity(gravity_of(options));
     info().m_gravity = gravity_of(options);
     info().air_density = 0;
@@ -25,6 +25,11 @@ class RigidWorld : public WorldWith<bullet::btLazySoftBodySolver> {
   btSoftBodyWorldInfo& info() override { return world_->getWorldInfo(); }
 
  private:
+  // Null: Bullet makes its own.
+  btSoftBodySolver* solver() {
+    if (lazy_) return lazy_.get();
+    return options().collisions == Collisions::mended_bullet ? &mended_ : nullptr;
+  }
   btDiscreteDynamicsWorld& dynamics() override { return *world_; }
   void enter(btSoftBody* body, int group, int mask) override {
     body->m_materials[0]->m_kLST = btScalar(0.9);
@@ -35,6 +40,7 @@ class RigidWorld : public WorldWith<bullet::btLazySoftBodySolver> {
   }
   void leave(btSoftBody* body) override { world_->removeSoftBody(body); }
 
+  MendedSoftBodySolver mended_;
   btSequentialImpulseConstraintSolver constraints_;
   std::unique_ptr<btSoftRigidDynamicsWorld> world_;
 };

@@ -42,7 +42,7 @@ class WorldWith : public PhysicsWorld {
   }
 
   Ground ground_;
-  std::unique_ptr<Solver> lazy_;  // null with Bullet's own solver
+  std::unique_ptr<Solver> lazy_;  // null without LazyCCD
 };
 
 std::unique_ptr<PhysicsWorld> make_rigid_world(const WorldOptions& options);

@@ -100,7 +100,9 @@ void add_simulate(CLI::App& app) {
   static const std::map<std::string, scenes::World> worlds = {
       {"rigid", scenes::World::rigid}, {"deformable", scenes::World::deformable}};
   static const std::map<std::string, scenes::Collisions> detectors = {
-      {"lazyccd", scenes::Collisions::lazyccd}, {"bullet", scenes::Collisions::bullet}};
+      {"lazyccd", scenes::Collisions::lazyccd},
+      {"bullet", scenes::Collisions::bullet},
+      {"mended-bullet", scenes::Collisions::mended_bullet}};
   std::vector<std::string> names;
   for (const scenes::SceneInfo& scene : scenes::all_scenes()) names.push_back(scene.name);
 
@@ -113,7 +115,10 @@ void add_simulate(CLI::App& app) {
       ->check(CLI::IsMember(names));
   command->add_option("--world", parameters.world, "rigid (btSoftRigidDynamicsWorld) or deformable")
       ->transform(CLI::CheckedTransformer(worlds).description("{rigid,deformable}"));
-  command->add_option("--detector", parameters.collisions, "lazyccd, or bullet: Bullet alone")
+  command
+      ->add_option(
+          "--detector", parameters.collisions,
+          "lazyccd; bullet: Bullet alone; mended-bullet: that, with its momentum put right")
       ->transform(CLI::CheckedTransformer(detectors).description("{lazyccd,bullet}"));
   add_detector_options(*command, parameters.lazyccd.detector);
   const auto optional = [command](const char* name, auto& value, auto& target, const char* help) {
