@@ -22,6 +22,12 @@ double ms_since(Clock::time_point start) {
   return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
 }
 
+// Says which bodies are new where memory is reused.
+int proxy_id(const SoftScene::BodyRecord& record) {
+  const btBroadphaseProxy* proxy = record.body->getBroadphaseHandle();
+  return proxy ? proxy->m_uniqueId : -1;
+}
+
 // Without its place in the motion. Bodies that nothing moves have no mobility.
 RigidMotion rigid_motion(const btCollisionObject& object) {
   RigidMotion motion;
@@ -112,14 +118,13 @@ bool Pipeline::run(const Bodies& bodies, double seconds, const Fill& fill) noexc
       }
       leave_stopped_obstacles();
       collect_contacts(seconds);
-      last_end_.assign(motion_.end.begin(),
-                       motion_.end.begin() + 3 * static_cast<std::ptrdiff_t>(motion_.soft_count()));
+      remember_ends();
       step_.ms_response = ms_since(gathered) - step_.ms_detect;
     }
     works_ = true;
   } catch (const std::exception& error) {
     works_ = false;
-    last_end_.clear();
+    last_ends_.clear();
     contacts_.clear();
     step_.missed_steps = 1;
     journal_.say(error.what(), std::string("the step goes on without LazyCCD: ") + error.what());
@@ -137,7 +142,7 @@ void Pipeline::gather(const Bodies& bodies, double seconds, const Fill& fill) {
     changed = scene_.update(bodies, journal_) || changed;
   } while (!gather_soft(seconds, fill));
   const bool bodies_changed = changed;
-  const bool displaced = sweep_driven_nodes(changed);
+  const bool displaced = sweep_driven_nodes();
   if (options_.rigid_obstacles)
     changed = obstacles_.update(bodies, near_obstacles_, journal_) || changed;
   changed = topology_.update(scene_, obstacles_, changed);
@@ -154,29 +159,47 @@ void Pipeline::gather(const Bodies& bodies, double seconds, const Fill& fill) {
   }
 }
 
-bool Pipeline::sweep_driven_nodes(bool scene_changed) {
-  if (scene_changed || last_end_.size() != motion_.start.size()) return false;
+bool Pipeline::sweep_driven_nodes() {
   bool displaced = false;
+  auto next = last_ends_.begin();
   for (const SoftScene::BodyRecord& record : scene_.bodies()) {
-    bool pinned_moved = false, free_moved = false;
-    for (std::int32_t v = record.first_vertex; v < record.first_vertex + record.vertex_count; ++v) {
-      const auto at = 3 * static_cast<std::ptrdiff_t>(v);
-      if (std::equal(&motion_.start[at], &motion_.start[at] + 3, &last_end_[at])) continue;
-      (motion_.inverse_mass[v] > 0 ? free_moved : pinned_moved) = true;
+    const auto is_same = [id = proxy_id(record)](const LastEnd& end) { return end.proxy_id == id; };
+    // As a rule in the same order.
+    auto last = next;
+    if (last == last_ends_.end() || !is_same(*last))
+      last = std::find_if(last_ends_.begin(), last_ends_.end(), is_same);
+    if (last != last_ends_.end()) next = last + 1;
+    const std::size_t count = 3 * static_cast<std::size_t>(record.vertex_count);
+    if (last == last_ends_.end() || last->positions.size() != count) continue;
+    btScalar* const start = &motion_.start[3 * static_cast<std::size_t>(record.first_vertex)];
+    if (std::equal(start, start + count, last->positions.begin())) continue;
+    bool free_moved = false;
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::size_t v = static_cast<std::size_t>(record.first_vertex) + i / 3;
+      free_moved = free_moved || (motion_.inverse_mass[v] > 0 && start[i] != last->positions[i]);
     }
     displaced = displaced || free_moved;
-    if (free_moved || !pinned_moved) continue;
+    if (free_moved) continue;
     AxisBox came_from = AxisBox::empty();
-    for (std::int32_t v = record.first_vertex; v < record.first_vertex + record.vertex_count; ++v) {
-      const btScalar* const x = &last_end_[3 * static_cast<std::size_t>(v)];
-      std::copy_n(x, 3, &motion_.start[3 * static_cast<std::size_t>(v)]);
-      came_from.add(btVector3(x[0], x[1], x[2]));
-    }
+    std::copy(last->positions.begin(), last->positions.end(), start);
+    for (std::size_t i = 0; i < count; i += 3)
+      came_from.add(btVector3(start[i], start[i + 1], start[i + 2]));
     swept_.add(came_from);
     if (Obstacles::meets_obstacles(*record.body))
       near_obstacles_.add(came_from.grown(btVector3(record.margin, record.margin, record.margin)));
   }
   return displaced;
+}
+
+void Pipeline::remember_ends() {
+  last_ends_.resize(scene_.bodies().size());
+  for (std::size_t i = 0; i < last_ends_.size(); ++i) {
+    const SoftScene::BodyRecord& record = scene_.bodies()[i];
+    const auto first = motion_.end.begin() + 3 * static_cast<std::ptrdiff_t>(record.first_vertex);
+    last_ends_[i].proxy_id = proxy_id(record);
+    last_ends_[i].positions.assign(first,
+                                   first + 3 * static_cast<std::ptrdiff_t>(record.vertex_count));
+  }
 }
 
 bool Pipeline::read_resolution() {

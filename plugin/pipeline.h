@@ -71,6 +71,11 @@ class Pipeline {
   Journal& journal() { return journal_; }
 
  private:
+  struct LastEnd {
+    int proxy_id;                     // of a soft body
+    std::vector<btScalar> positions;  // of its vertices
+  };
+
   PairSurface surface(std::int32_t body_a, std::int32_t body_b) const;
   void gather(const Bodies& bodies, double seconds, const Fill& fill);
   bool gather_soft(double seconds, const Fill& fill);
@@ -79,7 +84,8 @@ class Pipeline {
   void refuse(const SoftScene::BodyRecord& record, std::int32_t vertex);
   // Pinned nodes that an application puts elsewhere between two steps are swept from where the last
   // step left them. True where other nodes are elsewhere: that is a new start.
-  bool sweep_driven_nodes(bool scene_changed);
+  bool sweep_driven_nodes();
+  void remember_ends();
   void gather_obstacles();
   void read_reach();
   // True where the resolution is another than before.
@@ -116,7 +122,7 @@ class Pipeline {
   AxisBox near_obstacles_ = AxisBox::empty();  // of those that meet obstacles, with their margin
   NearContacts near_contacts_;
   Response response_;
-  std::vector<btScalar> last_end_;  // of the soft vertices; empty where the last step is not known
+  std::vector<LastEnd> last_ends_;  // empty where the last step is not known
   std::vector<Contact> silent_;     // met in this step's first detection, not to be answered
   std::vector<StepContact> contacts_;
   std::int64_t queued_ = 0;

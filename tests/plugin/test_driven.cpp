@@ -59,3 +59,18 @@ TEST_CASE("a body that is put elsewhere has a new start, and is said where it in
   CHECK(impact.world->total_stats()->pierced_at_start > 0);
   CHECK(impact.thrown->m_nodes[0].m_x.distance(before) > btScalar(0.05));
 }
+
+TEST_CASE("pinned nodes are swept in a step in which the scene changes too") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  CAPTURE(world == World::rigid);
+  Impact impact(quiet_options(world), 0);
+  scenes::pin(*impact.held, 0, impact.held->m_nodes.size() - 1);
+  impact.world->step();
+  for (int n = 0; n < impact.held->m_nodes.size(); ++n) {
+    impact.held->m_nodes[n].m_x += btVector3(0, btScalar(0.3), 0);
+  }
+  impact.world->add(sheet(*impact.world, 3, 0.2, 2));
+  impact.world->step();
+  CHECK(impact.passed() == 0);
+  CHECK(impact.thrown->m_nodes[14].m_x.y() > btScalar(0.3));
+}
