@@ -155,38 +155,51 @@ void Obstacles::begin_step(const SoftBodies& bodies) {
 
 bool Obstacles::update(const SoftBodies& bodies, const AxisBox& swept, Journal& journal) {
   find(bodies);
-  std::vector<Record> near;
+  for (Record& record : found_) {
+    const btTransform& now = record.object->getWorldTransform();
+    record.end = record.dynamic ? now : follow(record, now);
+    record.seen = now;
+    if (is_finite(record.end) && is_finite(record.start)) continue;
+    record.start = record.end;
+    journal.say("obstacle " + std::to_string(record.unique_id),
+                "rigid body " + std::to_string(record.unique_id) +
+                    " (by broad phase proxy): its transform is not finite; it is left out");
+  }
+  return read(swept, journal);
+}
+
+bool Obstacles::has_read(const AxisBox& swept) const {
+  if (swept.is_empty()) return true;
+  return region_.contains(swept) &&
+         std::all_of(records_.begin(), records_.end(), [&](const Record& record) {
+           return !is_cut_to_region(*record.shape) ||
+                  record.region.contains(in_frame(record, swept));
+         });
+}
+
+bool Obstacles::read(const AxisBox& swept, Journal& journal) {
   const bool left_region = !swept.is_empty() && !region_.contains(swept);
   if (left_region) {
     const btVector3 size = swept.upper - swept.lower;
     const btScalar spare = btScalar(0.25) * size[size.maxAxis()];
     region_ = swept.grown(btScalar(0.25) * size + btVector3(spare, spare, spare));
   }
-  for (Record& record : found_) {
-    const btTransform& now = record.object->getWorldTransform();
-    record.end = record.dynamic ? now : follow(record, now);
-    record.seen = now;
-    if (!is_finite(record.end) || !is_finite(record.start)) {
-      record.start = record.end;
-      journal.say("obstacle " + std::to_string(record.unique_id),
-                  "rigid body " + std::to_string(record.unique_id) +
-                      " (by broad phase proxy): its transform is not finite; it is left out");
-    } else if (!swept.is_empty() && bounds(record).overlaps(region_)) {
+  std::vector<Record> near;
+  for (const Record& record : found_) {
+    if (is_finite(record.end) && !swept.is_empty() && bounds(record).overlaps(region_))
       near.push_back(record);
-    }
   }
-  bool same = !left_region && near.size() == records_.size();
+  bool same = near.size() == records_.size();
   for (std::size_t i = 0; same && i < near.size(); ++i) {
-    Record& record = near[i];
-    record.region = records_[i].region;
-    record.first_vertex = records_[i].first_vertex;
-    record.vertex_count = records_[i].vertex_count;
-    same = is_same(record, records_[i]) &&
-           (!is_cut_to_region(*record.shape) || record.region.contains(in_frame(record, swept)));
+    near[i].region = records_[i].region;
+    near[i].first_vertex = records_[i].first_vertex;
+    near[i].vertex_count = records_[i].vertex_count;
+    same = is_same(near[i], records_[i]);
   }
   records_ = std::move(near);
-  if (!same) read_triangles(journal);
-  return !same;
+  if (same && !left_region && has_read(swept)) return false;
+  read_triangles(journal);
+  return true;
 }
 
 void Obstacles::leave_behind(const btCollisionObject& object) {

@@ -2,9 +2,9 @@
 //
 // Static and kinematic bodies move from where the last step saw them to where they are now; dynamic
 // ones from where they were before Bullet integrated them. What closes in on something that cannot
-// give way is left behind where it was, and comes after Bullet's at no more than twice its speed, or
-// a tenth of what it lags a step. Of meshes, terrains and planes the part near the soft bodies is
-// read, and read again where these leave it.
+// give way is left behind where it was, and comes after Bullet's at no more than twice its speed,
+// or a tenth of what it lags a step. Of meshes, terrains and planes the part near the soft bodies
+// is read, and read again where these leave it.
 #pragma once
 
 #include <BulletCollision/CollisionDispatch/btCollisionObject.h>
@@ -49,6 +49,9 @@ class Obstacles {
   // With rigid bodies where the step ends and the soft bodies' motion in `swept`. True where
   // vertices or faces are others than before.
   bool update(const SoftBodies& bodies, const AxisBox& swept, Journal& journal);
+  // Whether all that is in `swept` was read in this step; and reads it. True as above.
+  bool has_read(const AxisBox& swept) const;
+  bool read(const AxisBox& swept, Journal& journal);
   // The next step sweeps this one, which nothing moves, from where this step began.
   void leave_behind(const btCollisionObject& object);
   // Drops everything.

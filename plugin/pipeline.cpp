@@ -104,12 +104,17 @@ bool Pipeline::run(const Bodies& bodies, double seconds, const Fill& fill) noexc
       const auto detect_all = [this](const Positions& x0, const Positions& x1) {
         return detect(x0, x1);
       };
-      const std::vector<Contact> near = detect_near();
-      if (responded_) {
-        response_.run(near, detect_all, motion_, step_);
-      } else {
-        response_.forget();
-      }
+      const StepStats before = step_;
+      do {
+        step_ = before;
+        silent_.clear();
+        const std::vector<Contact> near = detect_near();
+        if (responded_) {
+          response_.run(near, detect_all, motion_, step_);
+        } else {
+          response_.forget();
+        }
+      } while (read_where_pushed());
       if (step_.unresolved > 0) {
         journal_.say(
             "unresolved",
@@ -364,6 +369,26 @@ void Pipeline::gather_obstacles() {
     motion_.rigid.push_back(rigid);
   }
   motion_.first_vertex.push_back(topology_.vertex_count());
+}
+
+bool Pipeline::read_where_pushed() {
+  if (!responded_ || !options_.rigid_obstacles) return false;
+  AxisBox reached = near_obstacles_;
+  for (const SoftScene::BodyRecord& record : scene_.bodies()) {
+    if (!Obstacles::meets_obstacles(*record.body)) continue;
+    for (std::int32_t v = record.first_vertex; v < record.first_vertex + record.vertex_count; ++v) {
+      const btScalar* const x = &motion_.end[3 * static_cast<std::size_t>(v)];
+      reached.add(btVector3(x[0], x[1], x[2]));
+    }
+  }
+  if (obstacles_.has_read(reached)) return false;
+  near_obstacles_ = reached;
+  if (!obstacles_.read(near_obstacles_, journal_)) return false;
+  motion_.restart_response();
+  topology_.update(scene_, obstacles_, true);
+  gather_obstacles();
+  set_topology();
+  return true;
 }
 
 void Pipeline::read_reach() {

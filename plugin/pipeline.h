@@ -87,6 +87,9 @@ class Pipeline {
   bool sweep_driven_nodes();
   void remember_ends();
   void gather_obstacles();
+  // Where the response put soft bodies out of what was read of the obstacles, reads that too and
+  // takes the response back.
+  bool read_where_pushed();
   void read_reach();
   // True where the resolution is another than before.
   bool read_resolution();

@@ -98,6 +98,31 @@ TEST_CASE("a kinematic mesh that is moved takes cloth along and never passes thr
   CHECK(w.total().last_resorts == 0);
 }
 
+TEST_CASE("cloth that is pushed far in one step meets what is there") {
+  // The wall is ten times as far as the cloth is wide, and nothing but the ram comes near it.
+  const World world = GENERATE(World::rigid, World::deformable);
+  const bool kinematic = GENERATE(true, false);
+  CAPTURE(world == World::rigid, kinematic);
+  ObstacleWorld w(world, 0);
+  w.add(std::make_unique<btBoxShape>(btVector3(1, btScalar(0.01), 1)), btVector3(0, -2, 0));
+  btRigidBody* ram = w.add(std::make_unique<btBoxShape>(btVector3(1, btScalar(0.05), 1)),
+                           btVector3(0, btScalar(0.2), 0), kinematic ? 0 : 1e3);
+  btSoftBody* cloth = w.add_sheet(4, 0.2, 0, 0);
+  if (kinematic) ObstacleWorld::make_kinematic(*ram);
+  w.steps(1, 1.0 / 60);
+  if (kinematic) {
+    ram->setWorldTransform(btTransform(btQuaternion::getIdentity(), btVector3(0, -3, 0)));
+  } else {
+    ram->setLinearVelocity(btVector3(0, -180, 0));
+  }
+  w.steps(1, 1.0 / 60);
+  for (int i = 0; i < cloth->m_nodes.size(); ++i) {
+    CHECK(cloth->m_nodes[i].m_x.y() > btScalar(-2));
+    // What is kinematic cannot give way and waits.
+    CHECK((kinematic || cloth->m_nodes[i].m_x.y() < btScalar(-0.5)));
+  }
+}
+
 TEST_CASE("cloth never passes through thin convex bodies") {
   const World world = GENERATE(World::rigid, World::deformable);
   const std::string kind = GENERATE("box", "sphere", "capsule", "cylinder", "hull");
