@@ -124,9 +124,10 @@ void ContactRows::start_cold() {
   }
 }
 
-void ContactRows::add(const std::vector<Contact>& contacts, bool touching, const Motion& motion) {
+bool ContactRows::add(const std::vector<Contact>& contacts, bool touching, const Motion& motion) {
   std::vector<ContactRow> merged;
   merged.reserve(rows_.size() + contacts.size());
+  bool gives_way = false;
   auto old = rows_.begin();
   const auto keep = [&](const ContactRow& row) { merged.push_back(row); };
   for (const Contact& contact : contacts) {
@@ -135,11 +136,15 @@ void ContactRows::add(const std::vector<Contact>& contacts, bool touching, const
       if (old->impulse > 0 || old->opening > 0) keep(*old);
       ++old;
     }
-    merged.push_back(make_row(contact, motion));
+    const ContactRow row = make_row(contact, motion);
+    if (!std::isfinite(row.response)) continue;  // what is driven meets what is driven
+    merged.push_back(row);
     merged.back().touched = touching;
+    gives_way = true;
   }
   merged.insert(merged.end(), old, rows_.end());
   rows_.swap(merged);
+  return gives_way;
 }
 
 void ContactRows::relax(Motion& motion, int sweeps) {

@@ -51,8 +51,8 @@ class ContactRows {
   // Takes all impulses back.
   void start_cold();
   // Adds rows for contacts, which come sorted. A pair that is in contact again gets a further row.
-  // `touching`: these do not only come near each other.
-  void add(const std::vector<Contact>& contacts, bool touching, const Motion& motion);
+  // `touching`: these do not only come near each other. False where nothing in them gives way.
+  bool add(const std::vector<Contact>& contacts, bool touching, const Motion& motion);
   // Solves the rows, then places the ends of everything in contact.
   void relax(Motion& motion, int sweeps);
 

@@ -52,6 +52,20 @@ void stay(std::int32_t soft_vertex, Motion& motion) {
   std::copy_n(motion.start.begin() + first, 3, motion.end.begin() + first);
 }
 
+// Between a kinematic body that moves and a pinned node that goes another way, as applications
+// have both.
+bool is_prescribed(const Contact& contact, const Motion& motion) {
+  const int a = motion.rigid_of_body[contact.body_a], b = motion.rigid_of_body[contact.body_b];
+  if (a < 0 && b < 0) return false;
+  const RigidMotion& body = motion.rigid[a >= 0 ? a : b];
+  if (body.is_dynamic() || body.start == body.end) return false;
+  const RigidStep step = step_of(body);
+  return std::any_of(contact.vertices.begin(), contact.vertices.end(), [&](std::int32_t v) {
+    return motion.is_soft(v) && motion.inverse_mass[v] == 0 &&
+           motion.end_of(v) == motion.predicted[v] && !step.carries(v, motion);
+  });
+}
+
 // Mass and moments of what moves together.
 struct Matter {
   double mass = 0;
@@ -65,6 +79,16 @@ struct Matter {
 };
 
 }  // namespace
+
+bool ImpactZones::Guides::include(const Guides& other) const {
+  return std::includes(nodes.begin(), nodes.end(), other.nodes.begin(), other.nodes.end()) &&
+         std::includes(bodies.begin(), bodies.end(), other.bodies.begin(), other.bodies.end());
+}
+
+void ImpactZones::Guides::add(const Guides& other) {
+  nodes.insert(other.nodes.begin(), other.nodes.end());
+  bodies.insert(other.bodies.begin(), other.bodies.end());
+}
 
 ImpactZones::ImpactZones(const Motion& motion)
     : parent_(motion.inverse_mass.size() + motion.rigid.size()),
@@ -97,60 +121,74 @@ std::int64_t ImpactZones::node_count() const {
 
 std::int64_t ImpactZones::held_count() const { return std::count(held_.begin(), held_.end(), 1); }
 
-std::vector<std::int32_t> ImpactZones::members(const Contact& contact, const Motion& motion,
-                                               bool* new_guide) {
+std::vector<std::int32_t> ImpactZones::members_of(const Contact& contact, const Motion& motion) {
   std::vector<std::int32_t> members;
-  Guides guides;
-  const auto rigid = [&](int body) {
-    if (body < 0) return;
-    if (motion.rigid[body].is_dynamic()) {
-      members.push_back(motion.soft_count() + body);
-    } else {
-      guides.bodies.insert(body);
-    }
-  };
-  rigid(motion.rigid_of_body[contact.body_a]);
-  rigid(motion.rigid_of_body[contact.body_b]);
-  for (const std::int32_t v : contact.vertices) {
-    if (!motion.is_soft(v)) continue;
-    if (motion.inverse_mass[v] > 0) {
-      members.push_back(v);
-    } else {
-      guides.nodes.insert(v);
-    }
+  for (const std::int32_t b : {contact.body_a, contact.body_b}) {
+    const int body = motion.rigid_of_body[b];
+    if (body >= 0 && motion.rigid[body].is_dynamic()) members.push_back(motion.soft_count() + body);
   }
-  if (!members.empty() && (!guides.nodes.empty() || !guides.bodies.empty())) {
-    Guides& all = guides_[find(members[0])];
-    const std::size_t before = all.nodes.size() + all.bodies.size();
-    all.nodes.insert(guides.nodes.begin(), guides.nodes.end());
-    all.bodies.insert(guides.bodies.begin(), guides.bodies.end());
-    *new_guide = *new_guide || all.nodes.size() + all.bodies.size() > before;
+  for (const std::int32_t v : contact.vertices) {
+    if (motion.is_soft(v) && motion.inverse_mass[v] > 0) members.push_back(v);
   }
   return members;
 }
 
-void ImpactZones::absorb(const std::vector<Contact>& contacts, Motion& motion) {
-  bool new_guide = false;
-  for (const Contact& contact : contacts) {
-    const std::vector<std::int32_t> joined = members(contact, motion, &new_guide);
-    for (const std::int32_t member : joined) join(joined[0], member);
+ImpactZones::Guides ImpactZones::guides_of(const Contact& contact, const Motion& motion) {
+  Guides guides;
+  for (const std::int32_t b : {contact.body_a, contact.body_b}) {
+    const int body = motion.rigid_of_body[b];
+    if (body >= 0 && !motion.rigid[body].is_dynamic()) guides.bodies.insert(body);
   }
+  // What is free follows the body and leaves the pinned node behind.
+  if (is_prescribed(contact, motion)) return guides;
+  for (const std::int32_t v : contact.vertices) {
+    if (motion.is_soft(v) && motion.inverse_mass[v] == 0) guides.nodes.insert(v);
+  }
+  return guides;
+}
+
+bool ImpactZones::is_tied(const Contact& contact, const Motion& motion) {
+  const std::vector<std::int32_t> members = members_of(contact, motion);
+  if (members.empty()) return true;
+  for (const std::int32_t member : members) {
+    if (find(member) != find(members[0])) return false;
+  }
+  const Guides guides = guides_of(contact, motion);
+  if (guides.empty()) return true;
+  const auto all = guides_.find(find(members[0]));
+  return all != guides_.end() && all->second.include(guides);
+}
+
+bool ImpactZones::tie(const Contact& contact, const Motion& motion) {
+  if (is_tied(contact, motion)) return false;
+  const std::vector<std::int32_t> members = members_of(contact, motion);
+  for (const std::int32_t member : members) join(members[0], member);
+  const Guides guides = guides_of(contact, motion);
+  if (!guides.empty()) guides_[find(members[0])].add(guides);
+  return true;
+}
+
+bool ImpactZones::absorb(const std::vector<Contact>& contacts, Motion& motion) {
+  bool more = false;
+  for (const Contact& contact : contacts) more = tie(contact, motion) || more;
   move_all(motion);
+  return more;
 }
 
 bool ImpactZones::hold(const std::vector<Contact>& contacts, bool whole_bodies, Motion& motion) {
   bool more = false;
   for (const Contact& contact : contacts) {
-    std::vector<std::int32_t> joined = members(contact, motion, &more);
+    more = tie(contact, motion) || more;
+    std::vector<std::int32_t> held = members_of(contact, motion);
     if (whole_bodies) {
       for (const std::int32_t body : {contact.body_a, contact.body_b}) {
         for (std::int32_t v = motion.first_vertex[body]; v < motion.first_vertex[body + 1]; ++v) {
-          if (motion.is_soft(v) && motion.inverse_mass[v] > 0) joined.push_back(v);
+          if (motion.is_soft(v) && motion.inverse_mass[v] > 0) held.push_back(v);
         }
       }
     }
-    for (const std::int32_t member : joined) {
-      more = join(joined[0], member) || more;
+    for (const std::int32_t member : held) {
+      more = join(held[0], member) || more;
       more = more || !held_[member];
       held_[member] = 1;
     }
@@ -159,37 +197,32 @@ bool ImpactZones::hold(const std::vector<Contact>& contacts, bool whole_bodies, 
   return more;
 }
 
-bool ImpactZones::is_prescribed(const Contact& contact, const Motion& motion) {
-  const int a = motion.rigid_of_body[contact.body_a], b = motion.rigid_of_body[contact.body_b];
-  if (a < 0 && b < 0) return false;
-  const RigidMotion& body = motion.rigid[a >= 0 ? a : b];
-  if (body.is_dynamic() || body.start == body.end) return false;
-  const RigidStep step = step_of(body);
-  return std::any_of(contact.vertices.begin(), contact.vertices.end(), [&](std::int32_t v) {
-    return motion.is_soft(v) && motion.inverse_mass[v] == 0 && !step.carries(v, motion);
-  });
+bool ImpactZones::is_hopeless(const Contact& contact, const Motion& motion) {
+  return is_prescribed(contact, motion) && is_tied(contact, motion);
 }
 
 bool ImpactZones::stop_driven(const std::vector<Contact>& contacts, Motion& motion) {
   bool more = false;
-  const auto stop = [&](std::int32_t member) {
+  const auto hold_member = [&](std::int32_t member) {
     more = more || !held_[member];
     held_[member] = 1;
   };
+  const auto stop = [&](const Guides& guides) {
+    for (const std::int32_t v : guides.nodes) {
+      hold_member(v);
+      stay(v, motion);
+    }
+    for (const int body : guides.bodies) {
+      if (motion.rigid[body].start == motion.rigid[body].end) continue;
+      hold_member(motion.soft_count() + body);
+      motion.put(motion.rigid[body], motion.rigid[body].start);
+    }
+  };
   for (const Contact& contact : contacts) {
-    bool new_guide = false;
-    for (const std::int32_t member : members(contact, motion, &new_guide)) {
+    stop(guides_of(contact, motion));
+    for (const std::int32_t member : members_of(contact, motion)) {
       const auto guided = guides_.find(find(member));
-      if (guided == guides_.end()) continue;
-      for (const std::int32_t v : guided->second.nodes) {
-        stop(v);
-        stay(v, motion);
-      }
-      for (const int body : guided->second.bodies) {
-        if (motion.rigid[body].start == motion.rigid[body].end) continue;
-        stop(motion.soft_count() + body);
-        motion.put(motion.rigid[body], motion.rigid[body].start);
-      }
+      if (guided != guides_.end()) stop(guided->second);
     }
   }
   move_all(motion);
@@ -198,11 +231,7 @@ bool ImpactZones::stop_driven(const std::vector<Contact>& contacts, Motion& moti
 
 void ImpactZones::move_all(Motion& motion) {
   std::map<std::int32_t, Guides> guides;
-  for (const auto& guided : guides_) {
-    Guides& all = guides[find(guided.first)];
-    all.nodes.insert(guided.second.nodes.begin(), guided.second.nodes.end());
-    all.bodies.insert(guided.second.bodies.begin(), guided.second.bodies.end());
-  }
+  for (const auto& guided : guides_) guides[find(guided.first)].add(guided.second);
   guides_ = std::move(guides);
   std::map<std::int32_t, Zone> zones;
   for (const auto& guided : guides_) zones[guided.first];

@@ -26,17 +26,18 @@ class ImpactZones {
   explicit ImpactZones(const Motion& motion);
 
   // Joins the zones of each contact's members, then moves every zone rigidly from the start of the
-  // step with the momenta that its members had when this object was made.
-  void absorb(const std::vector<Contact>& contacts, Motion& motion);
+  // step with the momenta that its members had when this object was made. False where nothing was
+  // left to join.
+  bool absorb(const std::vector<Contact>& contacts, Motion& motion);
   // The same, but what these contacts join stays where the step began (or follows a kinematic guide
   // from there). Only its velocity is the rigid one, so that its momentum is not lost. Where every
   // zone is held, the step is as clean as its start. `whole_bodies`: joins all nodes of the bodies
   // in contact. False where nothing was left to join or hold.
   bool hold(const std::vector<Contact>& contacts, bool whole_bodies, Motion& motion);
 
-  // Between a kinematic body that moves and a pinned node that does not go along: nothing that
-  // could give way decides it.
-  static bool is_prescribed(const Contact& contact, const Motion& motion);
+  // Between a kinematic body that moves and a pinned node that does not go along, while all that
+  // could give way follows the body.
+  bool is_hopeless(const Contact& contact, const Motion& motion);
   // What guides these zones stays where the step began, whatever moves it: the last thing that can
   // be done. False where it all does.
   bool stop_driven(const std::vector<Contact>& contacts, Motion& motion);
@@ -53,12 +54,21 @@ class ImpactZones {
   struct Guides {
     std::set<std::int32_t> nodes;  // pinned
     std::set<int> bodies;          // static and kinematic
+
+    bool empty() const { return nodes.empty() && bodies.empty(); }
+    bool include(const Guides& other) const;
+    void add(const Guides& other);
   };
+
+  static std::vector<std::int32_t> members_of(const Contact& contact, const Motion& motion);
+  static Guides guides_of(const Contact& contact, const Motion& motion);
 
   std::int32_t find(std::int32_t member);
   bool join(std::int32_t a, std::int32_t b);
-  // The members of a contact; what is not a member becomes a guide of them.
-  std::vector<std::int32_t> members(const Contact& contact, const Motion& motion, bool* new_guide);
+  // The contact's members are of one zone, with the contact's guides.
+  bool is_tied(const Contact& contact, const Motion& motion);
+  // Makes it so. False where it was.
+  bool tie(const Contact& contact, const Motion& motion);
   void move(const Zone& zone, const Guides& guides, Motion& motion) const;
   void move_all(Motion& motion);
 

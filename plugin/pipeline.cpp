@@ -225,7 +225,8 @@ bool Pipeline::read_resolution() {
 void Pipeline::set_topology() {
   response_.forget();
   near_contacts_.forget();
-  detector_->set_topology(topology_.topology());
+  const Topology topology = topology_.for_detection();
+  detector_->set_topology(topology);
   read_reach();
   // Neighbours in a mesh are not to be near each other by themselves.
   std::vector<double> reach = motion_.reach;
@@ -241,7 +242,7 @@ void Pipeline::set_topology() {
     near_detector_ = std::make_unique<Detector>(options);
     separation_ = options.separation;
   }
-  near_detector_->set_topology(topology_.topology());
+  near_detector_->set_topology(topology);
 }
 
 void Pipeline::report_piercings() {
@@ -444,12 +445,7 @@ std::vector<Contact> Pipeline::answerable(Span<const Contact> contacts) {
     if (is_anchored(contact)) continue;
     const bool responds =
         topology_.bodies()[contact.body_a].responds && topology_.bodies()[contact.body_b].responds;
-    const bool movable =
-        std::any_of(contact.vertices.begin(), contact.vertices.end(), [this](std::int32_t v) {
-          return topology_.is_soft(v) ? motion_.inverse_mass[v] > 0
-                                      : motion_.rigid_of(topology_.body_of(v)).is_dynamic();
-        });
-    if (responds && movable) {
+    if (responds && may_be_ended(contact)) {
       answered.push_back(contact);
     } else if (step_.detections == 0) {
       silent_.push_back(contact);
@@ -457,6 +453,20 @@ std::vector<Contact> Pipeline::answerable(Span<const Contact> contacts) {
   }
   ++step_.detections;
   return answered;
+}
+
+bool Pipeline::may_be_ended(const Contact& contact) const {
+  bool of_soft_bodies = true, moves = false, stopped = false;
+  for (const std::int32_t v : contact.vertices) {
+    const bool soft = topology_.is_soft(v);
+    if (soft ? motion_.inverse_mass[v] > 0 : motion_.rigid_of(topology_.body_of(v)).is_dynamic())
+      return true;
+    of_soft_bodies = of_soft_bodies && soft;
+    const Eigen::Vector3d end = motion_.end_of(v);
+    moves = moves || end != motion_.start_of(v);
+    stopped = stopped || (responded_ && end != motion_.predicted[v]);
+  }
+  return (of_soft_bodies && moves) || stopped;
 }
 
 bool Pipeline::is_anchored(const Contact& contact) const {

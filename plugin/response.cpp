@@ -50,44 +50,43 @@ void Response::run(const std::vector<Contact>& near, const Detect& detect_all, M
   contacts.erase(std::remove_if(contacts.begin(), contacts.end(), parts_freely), contacts.end());
 
   for (int i = 0; i < options_.max_iterations && !contacts.empty(); ++i) {
-    rows_.add(contacts, true, motion);
+    if (!rows_.add(contacts, true, motion)) break;
     rows_.relax(motion, options_.sweeps);
     contacts = detect(motion.starts(), motion.ends());
   }
   contacts.erase(std::remove_if(contacts.begin(), contacts.end(), touches), contacts.end());
-  if (!contacts.empty()) {
-    std::ptrdiff_t prescribed = 0;
-    const auto drop_prescribed = [&] {
-      const auto last =
-          std::remove_if(contacts.begin(), contacts.end(), [&motion](const Contact& contact) {
-            return ImpactZones::is_prescribed(contact, motion);
-          });
-      prescribed = contacts.end() - last;
-      contacts.erase(last, contacts.end());
-    };
-    drop_prescribed();
-    ImpactZones zones(motion);
-    for (int i = 0; i < options_.max_zones && !contacts.empty(); ++i) {
-      rows_.add(contacts, true, motion);
-      zones.absorb(contacts, motion);
-      contacts = detect(motion.starts(), motion.ends());
-      drop_prescribed();
-    }
-    for (int i = 0; !contacts.empty(); ++i) {
-      rows_.add(contacts, true, motion);
-      if (!zones.hold(contacts, i >= node_wise_holds, motion) &&
-          !zones.stop_driven(contacts, motion)) {
-        break;
-      }
-      contacts = detect(motion.starts(), motion.ends());
-      drop_prescribed();
-    }
-    stats.unresolved += prescribed;
-    stats.zone_nodes += zones.node_count();
-    stats.last_resorts += zones.held_count();
-    stats.unresolved += static_cast<std::int64_t>(contacts.size());
-  }
+  if (!contacts.empty()) end_contacts(std::move(contacts), detect, motion, stats);
   finish(motion, stats);
+}
+
+void Response::end_contacts(std::vector<Contact> contacts, const Detect& detect, Motion& motion,
+                            StepStats& stats) {
+  ImpactZones zones(motion);
+  std::ptrdiff_t hopeless = 0;
+  const auto detect_again = [&] {
+    contacts = detect(motion.starts(), motion.ends());
+    const auto last = std::remove_if(contacts.begin(), contacts.end(), [&](const Contact& contact) {
+      return zones.is_hopeless(contact, motion);
+    });
+    hopeless = contacts.end() - last;
+    contacts.erase(last, contacts.end());
+  };
+  for (int i = 0; i < options_.max_zones && !contacts.empty(); ++i) {
+    rows_.add(contacts, true, motion);
+    if (!zones.absorb(contacts, motion)) break;
+    detect_again();
+  }
+  for (int i = 0; !contacts.empty(); ++i) {
+    rows_.add(contacts, true, motion);
+    if (!zones.hold(contacts, i >= node_wise_holds, motion) &&
+        !zones.stop_driven(contacts, motion)) {
+      break;
+    }
+    detect_again();
+  }
+  stats.zone_nodes += zones.node_count();
+  stats.last_resorts += zones.held_count();
+  stats.unresolved += hopeless + static_cast<std::int64_t>(contacts.size());
 }
 
 void Response::relax_near(const std::vector<Contact>& near, Motion& motion) {

@@ -34,6 +34,9 @@ class Response {
 
  private:
   void relax_near(const std::vector<Contact>& near, Motion& motion);
+  // Rigid impact zones, then holds.
+  void end_contacts(std::vector<Contact> contacts, const Detect& detect, Motion& motion,
+                    StepStats& stats);
   void finish(Motion& motion, StepStats& stats) const;
 
   Options options_;

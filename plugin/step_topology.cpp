@@ -21,10 +21,27 @@ bool StepTopology::update(const SoftScene& soft, const Obstacles& obstacles, boo
     topology_ = soft.topology();
     soft_count_ = soft.vertex_count();
     append(obstacles);
+    free_pinned_nodes();
   }
   topology_.bodies = filters(soft, filtered_by_application);
   topology_.disabled_pairs = disabled_pairs(soft);
   return parts_changed || topology_.disabled_pairs != before;
+}
+
+Topology StepTopology::for_detection() const {
+  Topology topology = topology_.view();
+  topology.inverse_mass = inverse_mass_for_detection_;
+  return topology;
+}
+
+void StepTopology::free_pinned_nodes() {
+  inverse_mass_for_detection_ = topology_.inverse_mass;
+  for (const BodyRecord& body : bodies_) {
+    const auto first = inverse_mass_for_detection_.begin() + body.first_vertex;
+    const auto last = first + body.vertex_count;
+    if (body.soft && std::any_of(first, last, [](float m) { return m > 0; }))
+      std::fill(first, last, 1.0f);
+  }
 }
 
 void StepTopology::append(const Obstacles& obstacles) {

@@ -27,6 +27,9 @@ class StepTopology {
   // True where the detector has to be told.
   bool update(const SoftScene& soft, const Obstacles& obstacles, bool parts_changed);
   Topology topology() const { return topology_.view(); }
+  // The same, but the pinned nodes of a body that has others count as free: whoever moves them may
+  // move them into each other, and a pair of which nothing is free is not reported.
+  Topology for_detection() const;
 
   const std::vector<BodyRecord>& bodies() const { return bodies_; }
   std::int32_t vertex_count() const { return topology_.vertex_count(); }
@@ -37,12 +40,14 @@ class StepTopology {
  private:
   void read_bodies(const SoftScene& soft, const Obstacles& obstacles);
   void append(const Obstacles& obstacles);
+  void free_pinned_nodes();
   std::vector<Body> filters(const SoftScene& soft, bool filtered_by_application) const;
   std::vector<BodyPair> disabled_pairs(const SoftScene& soft) const;
 
   std::int32_t soft_count_ = 0;
   std::vector<BodyRecord> bodies_;
   SceneTopology topology_;
+  std::vector<float> inverse_mass_for_detection_;
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

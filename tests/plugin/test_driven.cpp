@@ -60,6 +60,54 @@ TEST_CASE("a body that is put elsewhere has a new start, and is said where it in
   CHECK(impact.thrown->m_nodes[0].m_x.distance(before) > btScalar(0.05));
 }
 
+namespace {
+
+// What sticks in what, by exact arithmetic on Bullet's positions.
+std::size_t count_piercings(const PhysicsWorld& world) {
+  return scenes::find_piercings(scenes::read_surface(world), scenes::read_positions(world)).size();
+}
+
+// A curtain in the plane through `direction` and the vertical, its row at `height` pinned.
+std::unique_ptr<btSoftBody> curtain(PhysicsWorld& world, const btVector3& direction, double height,
+                                    double down) {
+  auto body = scenes::make_cloth(world.info(), 4, 4, 1, [&](double u, double v) {
+    const btScalar along = static_cast<btScalar>(0.9 * u - 0.4);
+    return along * direction + btVector3(0, static_cast<btScalar>(height - down * v), 0);
+  });
+  scenes::pin(*body, 0, 3);
+  return body;
+}
+
+}  // namespace
+
+TEST_CASE("pinned nodes that are driven into pinned nodes stop there") {
+  // The row that comes down would cross the other row, and then stick in what hangs from it.
+  const World world = GENERATE(World::rigid, World::deformable);
+  CAPTURE(world == World::rigid);
+  auto w = PhysicsWorld::make(quiet_options(world, 1.0 / 60));
+  auto held = curtain(*w, btVector3(1, 0, 0), 0, 0.6);
+  auto driven = curtain(*w, btVector3(0, 0, 1), 0.1, -0.6);
+  btSoftBody* row = driven.get();
+  w->add(std::move(held));
+  w->add(std::move(driven));
+  for (int i = 0; i < 8; ++i) {
+    for (int n = 0; n < 4; ++n) row->m_nodes[n].m_v = btVector3(0, -2, 0);
+    w->step();
+    CHECK(count_piercings(*w) == 0);
+  }
+  CHECK(w->total_stats()->last_resorts > 0);
+  CHECK(w->total_stats()->unresolved == 0);
+  CHECK(row->m_nodes[1].m_x.y() > 0);
+  CHECK(row->m_nodes[0].m_x.y() < btScalar(-0.1));
+  // There is room above.
+  for (int i = 0; i < 6; ++i) {
+    for (int n = 0; n < 4; ++n) row->m_nodes[n].m_v = btVector3(0, 2, 0);
+    w->step();
+  }
+  CHECK(count_piercings(*w) == 0);
+  CHECK(row->m_nodes[1].m_x.y() > btScalar(0.1));
+}
+
 TEST_CASE("pinned nodes are swept in a step in which the scene changes too") {
   const World world = GENERATE(World::rigid, World::deformable);
   CAPTURE(world == World::rigid);
@@ -73,4 +121,28 @@ TEST_CASE("pinned nodes are swept in a step in which the scene changes too") {
   impact.world->step();
   CHECK(impact.passed() == 0);
   CHECK(impact.thrown->m_nodes[14].m_x.y() > btScalar(0.3));
+}
+
+TEST_CASE("no choice of solver lets anything through") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  const int iterations = GENERATE(0, 1), zones = GENERATE(0, 1);
+  CAPTURE(world == World::rigid, iterations, zones);
+  scenes::Parameters parameters;
+  parameters.world = world;
+  parameters.speed = 8;
+  parameters.dt = 1.0 / 60;
+  parameters.margin = 0.01;
+  parameters.size = 0.25;
+  parameters.lazyccd.max_iterations = iterations;
+  parameters.lazyccd.max_zones = zones;
+  parameters.lazyccd.sweeps = 1;
+  scenes::Scene scene = scenes::set_up(*scenes::find_scene("twist"), parameters);
+  scenes::CrossingCounter crossings(*scene.world);
+  for (int i = 0; i < scene.steps; ++i) {
+    scene.world->step();
+    crossings.step(*scene.world);
+    REQUIRE(count_piercings(*scene.world) == 0);
+  }
+  CHECK(crossings.vertex_face() + crossings.edge_edge() == 0);
+  CHECK(scene.world->total_stats()->unresolved == 0);
 }
