@@ -7,6 +7,7 @@
 #include <cstdio>
 #include <string>
 
+#include "random/random_options.h"
 #include "random/random_scene.h"
 
 using namespace lazyccd;
@@ -73,13 +74,14 @@ int main(int argc, char** argv) {
   CLI::App app("Random scenes in Bullet with LazyCCD");
   std::uint32_t from = 1, count = 100;
   std::string world = "both";
-  bool all = false, bullet_alone = false, each_step = false;
+  bool all = false, bullet_alone = false, each_step = false, pushed = false;
   app.add_option("--from", from);
   app.add_option("--count", count);
   app.add_option("--world", world);
   app.add_flag("--all", all);
   app.add_flag("--bullet", bullet_alone);
   app.add_flag("--follow", each_step);
+  app.add_flag("--pushed", pushed, "options at their ends");
   CLI11_PARSE(app, argc, argv);
   std::function<void(const test::SceneStep&)> watch;
   if (each_step) watch = follow;
@@ -89,8 +91,8 @@ int main(int argc, char** argv) {
       if (world == "rigid" && w != scenes::World::rigid) continue;
       if (world == "deformable" && w != scenes::World::deformable) continue;
       const test::SceneReport report = test::run_random_scene(
-          number, w, bullet_alone ? scenes::Collisions::bullet : scenes::Collisions::lazyccd, {},
-          watch);
+          number, w, bullet_alone ? scenes::Collisions::bullet : scenes::Collisions::lazyccd,
+          pushed ? test::random_options(number) : bullet::Options(), watch);
       bad = show(number, w, report, all) || bad;
     }
   }

@@ -37,6 +37,10 @@ class Mover : public btMotionState {
       : pose_(pose), velocity_(velocity), spin_(spin) {}
   void getWorldTransform(btTransform& pose) const override { pose = pose_; }
   void setWorldTransform(const btTransform&) override {}
+  void turn_to(const btVector3& velocity, const btVector3& spin) {
+    velocity_ = velocity;
+    spin_ = spin;
+  }
   void advance(double seconds) {
     pose_.getOrigin() += scalar(seconds) * velocity_;
     const btVector3 turn = scalar(seconds) * spin_;
@@ -57,13 +61,20 @@ struct Rigid {
   std::unique_ptr<btRigidBody> body;
 };
 
+// Pinned nodes that the application moves: puts elsewhere, or gives a velocity.
+struct Driven {
+  btSoftBody* body;
+  btVector3 velocity;
+  bool puts;
+};
+
 class Scene {
  public:
   Scene(std::uint32_t number, scenes::World kind, scenes::Collisions collisions,
         const bullet::Options& options)
       : collisions_(collisions), dice_(number), soft_solver_(options), deformable_solver_(options) {
     make_world(kind);
-    size_ = dice_.across_scales(0.1, 3);
+    size_ = dice_.chance(0.85) ? dice_.across_scales(0.1, 3) : dice_.across_scales(0.01, 30);
     if (dice_.chance(0.1)) {
       far_ = dice_.in_cube(1e4);
       note("far");
@@ -103,10 +114,8 @@ class Scene {
     for (int i = 0; i < report_.steps && report_.finite && report_.fastest < exploded; ++i) {
       meddle(i);
       if (varying_) now = dt_ * dice_.uniform(0.3, 1);
-      for (const Rigid& rigid : rigid_) {
-        // The first step shows LazyCCD where everything is.
-        if (rigid.mover && i > 0) rigid.mover->advance(now * std::max(1, substeps_));
-      }
+      // The first step shows LazyCCD where everything is.
+      if (i > 0) drive(now * std::max(1, substeps_));
       substep_ = 0;
       const auto start = std::chrono::steady_clock::now();
       seconds_inspecting_ = 0;
@@ -223,7 +232,7 @@ class Scene {
       const bool self = dice_.chance(0.5);
       body.setSelfCollision(self);
       soft_.push_back(std::move(made.body));
-      if (!Inspector::is_clean(soft_, inspected()) || !is_outside(body)) {
+      if (!is_clean() || !is_outside(body)) {
         soft_.pop_back();
         continue;
       }
@@ -255,6 +264,11 @@ class Scene {
         if (dice_.chance(0.15)) body.setMass(i, 0);
       }
       note("pinned");
+      if (dice_.chance(0.3)) {
+        driven_.push_back({&body, random_velocity(0.3), dice_.chance(0.5)});
+        report_.driven = true;
+        note("driven");
+      }
     }
     body.setActivationState(DISABLE_DEACTIVATION);
     body.m_cfg.kDF = scalar(dice_.uniform());
@@ -305,12 +319,31 @@ class Scene {
     }
   }
 
+  void drive(double seconds) {
+    for (const Rigid& rigid : rigid_) {
+      if (rigid.mover) rigid.mover->advance(seconds);
+    }
+    for (const Driven& driven : driven_) {
+      for (int i = 0; i < driven.body->m_nodes.size(); ++i) {
+        btSoftBody::Node& node = driven.body->m_nodes[i];
+        if (node.m_im > 0) continue;
+        if (driven.puts) {
+          node.m_x += scalar(seconds) * driven.velocity;
+        } else {
+          node.m_v = driven.velocity;
+        }
+      }
+    }
+  }
+
   void add_force(btSoftBody& body, std::unique_ptr<btDeformableLagrangianForce> force) {
     deformable_world_->addForce(&body, force.get());
     forces_.push_back(std::move(force));
   }
 
   void remove(btSoftBody& body) {
+    const auto of_body = [&body](const Driven& driven) { return driven.body == &body; };
+    driven_.erase(std::remove_if(driven_.begin(), driven_.end(), of_body), driven_.end());
     if (is_rigid()) {
       soft_world_->removeSoftBody(&body);
     } else {
@@ -320,19 +353,17 @@ class Scene {
 
   // What an application may do between two steps.
   void meddle(int step) {
-    if (step == 0 || !dice_.chance(0.06) || soft_.empty()) return;
+    if (step == 0 || !dice_.chance(0.08) || soft_.empty()) return;
     const std::size_t which = static_cast<std::size_t>(dice_.below(static_cast<int>(soft_.size())));
     btSoftBody& body = *soft_[which];
-    switch (dice_.below(5)) {
+    switch (dice_.below(15)) {
       case 0:
         remove(body);
         soft_.erase(soft_.begin() + static_cast<std::ptrdiff_t>(which));
-        inspector_.restart(soft_, inspected());
         note("-" + std::to_string(step));
         break;
       case 1:
         add_soft();
-        inspector_.restart(soft_, inspected());
         note("+" + std::to_string(step));
         break;
       case 2:
@@ -342,32 +373,111 @@ class Scene {
         const int node = dice_.below(body.m_nodes.size());
         body.setMass(node, body.getMass(node) > 0 ? 0 : scalar(0.01));
         body.m_nodes[node].m_v.setZero();
-        inspector_.restart(soft_, inspected());
         note("pin" + std::to_string(step));
         break;
       }
-      default:
+      case 4:
         body.setSelfCollision(false);
-        inspector_.restart(soft_, inspected());
+        break;
+      case 5:
+        body.setSelfCollision(true);
+        if (!is_clean()) body.setSelfCollision(false);
+        break;
+      case 6: {
+        btSoftBody::Node& node = body.m_nodes[dice_.below(body.m_nodes.size())];
+        if (node.m_im > 0) node.m_v += random_velocity(1);
+        break;
+      }
+      case 7:
+        put_elsewhere(body);
+        note("put" + std::to_string(step));
+        break;
+      case 8:
+        body.getCollisionShape()->setMargin(scalar(dice_.across_scales(0.1, 10) * margin_));
+        break;
+      case 9:
+        gravity_ = scalar(dice_.uniform(0, 20)) * dice_.direction();
+        world_->setGravity(gravity_);
+        info_->m_gravity = gravity_;
+        break;
+      case 10:
+        body.forceActivationState(dice_.chance(0.5) ? ISLAND_SLEEPING : ACTIVE_TAG);
+        note("sleep" + std::to_string(step));
+        break;
+      case 11:
+        body.setTotalMass(body.getTotalMass() * scalar(dice_.across_scales(1, 10)));
+        break;
+      default:
+        meddle_with_rigid(step);
+    }
+    inspector_.restart(soft_, inspected());
+  }
+
+  void meddle_with_rigid(int step) {
+    if (rigid_.empty() || dice_.chance(0.2)) {
+      add_rigid();
+      const bool outside = std::all_of(soft_.begin(), soft_.end(), [this](const auto& soft) {
+        return is_outside(*soft, rigid_.back());
+      });
+      if (outside && is_clean()) {
+        world_->addRigidBody(rigid_.back().body.get());
+        note("rigid+" + std::to_string(step));
+      } else {
+        rigid_.pop_back();
+      }
+      return;
+    }
+    const int which = dice_.below(static_cast<int>(rigid_.size()));
+    Rigid& rigid = rigid_[static_cast<std::size_t>(which)];
+    if (dice_.chance(0.2)) {
+      world_->removeRigidBody(rigid.body.get());
+      rigid_.erase(rigid_.begin() + which);
+      note("rigid-" + std::to_string(step));
+    } else if (rigid.mover) {
+      rigid.mover->turn_to(random_velocity(0.3), scalar(dice_.uniform(0, 5)) * dice_.direction());
+    } else if (!rigid.body->isStaticObject()) {
+      rigid.body->setLinearVelocity(random_velocity(1));
+      rigid.body->setAngularVelocity(scalar(dice_.uniform(0, 20)) * dice_.direction());
     }
   }
 
-  // Not within reach of what is round, whose polyhedra differ.
-  bool is_outside(const btSoftBody& body) const {
-    for (const Rigid& rigid : rigid_) {
-      if (!rigid.shape.round) continue;
-      btVector3 centre;
-      btScalar radius;
-      rigid.shape.shape->getBoundingSphere(centre, radius);
-      centre = rigid.body->getWorldTransform() * centre;
-      btVector3 lower, upper;
-      body.getAabb(lower, upper);
-      btVector3 nearest = centre;
-      nearest.setMax(lower);
-      nearest.setMin(upper);
-      if (nearest.distance(centre) < radius) return false;
+  bool is_clean() const { return Inspector::is_clean(soft_, inspected()); }
+
+  // Where it meets nothing. What is pinned as a whole would sweep its way there.
+  void put_elsewhere(btSoftBody& body) {
+    std::vector<btVector3> places;
+    bool is_free = false;
+    for (int i = 0; i < body.m_nodes.size(); ++i) {
+      places.push_back(body.m_nodes[i].m_x);
+      is_free = is_free || body.m_nodes[i].m_im > 0;
     }
-    return true;
+    const btVector3 by = dice_.in_cube(spread_);
+    if (!is_free) return;
+    body.translate(by);
+    if (is_clean() && is_outside(body)) return;
+    for (int i = 0; i < body.m_nodes.size(); ++i) {
+      body.m_nodes[i].m_x = body.m_nodes[i].m_q = places[static_cast<std::size_t>(i)];
+    }
+    body.updateBounds();
+  }
+
+  // Not within reach of what is round, whose polyhedra differ.
+  static bool is_outside(const btSoftBody& body, const Rigid& rigid) {
+    if (!rigid.shape.round) return true;
+    btVector3 centre;
+    btScalar radius;
+    rigid.shape.shape->getBoundingSphere(centre, radius);
+    centre = rigid.body->getWorldTransform() * centre;
+    btVector3 lower, upper;
+    body.getAabb(lower, upper);
+    btVector3 nearest = centre;
+    nearest.setMax(lower);
+    nearest.setMin(upper);
+    return nearest.distance(centre) >= radius;
+  }
+  bool is_outside(const btSoftBody& body) const {
+    return std::all_of(rigid_.begin(), rigid_.end(),
+                       [&body](const Rigid& rigid) { return is_outside(body, rigid); });
   }
 
   std::vector<Inspector::Obstacle> inspected() const {
@@ -435,6 +545,7 @@ class Scene {
   double seconds_inspecting_ = 0;
   btVector3 far_ = btVector3(0, 0, 0), gravity_ = btVector3(0, 0, 0);
   std::vector<Rigid> rigid_;
+  std::vector<Driven> driven_;
   std::vector<std::unique_ptr<btSoftBody>> soft_;
   std::vector<std::unique_ptr<btDeformableLagrangianForce>> forces_;
   Inspector inspector_;
