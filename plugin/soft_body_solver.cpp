@@ -39,11 +39,14 @@ void btLazySoftBodySolver::predictMotion(btScalar solverdt) {
                                     !pipeline_->works());
     btDefaultSoftBodySolver::predictMotion(solverdt);
   }
-  // Bullet clears the lists of active bodies only. A body that sleeps here and is woken by this
-  // step's collisions would act on the contacts of an old step.
+  // Bullet predicts and clears the lists of active bodies only. One that sleeps here and is woken
+  // by this step's collisions would act on the contacts and begin at the places of an old step.
   for (int i = 0; i < m_softBodySet.size(); ++i) {
-    m_softBodySet[i]->m_scontacts.resize(0);
-    m_softBodySet[i]->m_rcontacts.clear();
+    btSoftBody& body = *m_softBodySet[i];
+    body.m_scontacts.resize(0);
+    body.m_rcontacts.clear();
+    for (int j = 0; !body.isActive() && j < body.m_nodes.size(); ++j)
+      body.m_nodes[j].m_q = body.m_nodes[j].m_x;
   }
 }
 
@@ -87,10 +90,7 @@ void btLazySoftBodySolver::read_starts() {
   for (int i = 0; i < m_softBodySet.size(); ++i) {
     const btSoftBody& body = *m_softBodySet[i];
     starts_[i].resize(body.m_nodes.size());
-    // A body that sleeps was not predicted: its m_q is of an older step.
-    for (int j = 0; j < body.m_nodes.size(); ++j) {
-      starts_[i][j] = body.isActive() ? body.m_nodes[j].m_q : body.m_nodes[j].m_x;
-    }
+    for (int j = 0; j < body.m_nodes.size(); ++j) starts_[i][j] = body.m_nodes[j].m_q;
   }
 }
 

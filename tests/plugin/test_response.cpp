@@ -209,6 +209,29 @@ TEST_CASE("a kinematic body that passes over a pinned node is not stopped by it"
   CHECK(cloth->m_nodes[cloth->m_nodes.size() - 1].m_x.y() < btScalar(-0.05));
 }
 
+TEST_CASE("a body that is woken in a step begins it where it slept") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  CAPTURE(world == World::rigid);
+  ObstacleWorld w(world, 0);
+  btSoftBody* sleeper = add_flat(w, 0);
+  sleeper->setVelocity(btVector3(0, 10, 0));
+  w.steps(2, 1.0 / 60);
+  for (int i = 0; i < sleeper->m_nodes.size(); ++i) sleeper->m_nodes[i].m_v.setZero();
+  sleeper->forceActivationState(ISLAND_SLEEPING);
+  const btScalar height = sleeper->m_nodes[0].m_x.y();
+  // It lies where the other flew in its last step, and beside it reaches as high.
+  btSoftBody* other = w.add(scenes::make_cloth(w.info(), 6, 3, 1, [height](double u, double v) {
+    return btVector3(static_cast<btScalar>(u),
+                     height + static_cast<btScalar>(u > 0.9 ? 0.05 : -0.08),
+                     static_cast<btScalar>(0.4 * v - 0.2));
+  }));
+  w.steps(1, 1.0 / 60);
+  CHECK(w.last().contacts_vf + w.last().contacts_ee == 0);
+  for (const btSoftBody* body : {sleeper, other}) {
+    for (int i = 0; i < body->m_nodes.size(); ++i) CHECK(body->m_nodes[i].m_v.length() < 1e-6);
+  }
+}
+
 TEST_CASE("applications are told all contacts of a step, with their bodies") {
   const World world = GENERATE(World::rigid, World::deformable);
   CAPTURE(world == World::rigid);
