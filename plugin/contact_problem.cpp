@@ -11,7 +11,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double least_speed = 1e-5;  // m/s
+constexpr double least_speed = 3e-5;  // m/s
 constexpr double least_part = 1e-5;
 // What meets more slowly, m/s, rests or soon will, and what is left undone there shows as creep.
 constexpr double slow = 0.25;
