@@ -137,13 +137,9 @@ inline void ContactProblem::push(const Row& row, const Impulse& impulse) {
   displacement_[turn_of(row.body)] += body.inverse_inertia * row.arm.cross3(total);
 }
 
-ContactProblem::Change ContactProblem::sweep(const Indices& which) {
-  Change change;
-  const auto note = [&change](float impulse_squared, float compliance) {
-    const float energy = impulse_squared * compliance;
-    change.largest = std::max(change.largest, energy * compliance);
-    change.energy += energy;
-  };
+// Returns the largest displacement that an impulse's change alone makes, squared.
+float ContactProblem::sweep(const Indices& which) {
+  float largest = 0;
   for (const std::int32_t i : which) {
     const Row& row = rows_[i];
     const Impulse before = before_[i] = impulses_[i];
@@ -165,28 +161,39 @@ ContactProblem::Change ContactProblem::sweep(const Indices& which) {
       if (squared > most * most) now.across *= most / std::sqrt(squared);
     }
     const Impulse more = {now.across - before.across, now.along - before.along};
-    note(more.along * more.along, row.compliance);
-    note(more.across.squaredNorm(), row.sliding_compliance);
+    const float along_it = more.along * row.compliance;
+    largest =
+        std::max({largest, along_it * along_it,
+                  row.sliding_compliance * row.sliding_compliance * more.across.squaredNorm()});
     impulses_[i] = now;
     push(row, more);
   }
-  return change;
+  return largest;
 }
 
-// Goes on in the direction of the last steps (Fletcher and Reeves).
-void ContactProblem::carry_on(float beta, const Indices& which) {
+// Whether the last sweep went against what led from the end of the one before to its own.
+bool ContactProblem::turned_back(const Indices& which) const {
+  float along = 0;
   for (const std::int32_t i : which) {
-    Impulse &now = impulses_[i], &direction = direction_[i];
-    const Impulse carried = {beta * direction.across, beta * direction.along};
-    direction.across = now.across - before_[i].across + carried.across;
-    direction.along = now.along - before_[i].along + carried.along;
-    now.across += carried.across;
-    now.along += carried.along;
+    const Row& row = rows_[i];
+    const Impulse &before = before_[i], &now = impulses_[i], &last = last_[i];
+    along += row.compliance * (now.along - before.along) * (now.along - last.along);
+    along += row.sliding_compliance * (now.across - before.across).dot(now.across - last.across);
+  }
+  return along < 0;
+}
+
+void ContactProblem::carry_on(float momentum, const Indices& which) {
+  for (const std::int32_t i : which) {
+    const Impulse now = impulses_[i];
+    impulses_[i].across += momentum * (now.across - last_[i].across);
+    impulses_[i].along += momentum * (now.along - last_[i].along);
+    last_[i] = now;
   }
   for (std::size_t k = 0; k < displacement_.size(); ++k) {
-    const Vector carried = beta * drift_[k];
-    drift_[k] = displacement_[k] - displaced_[k] + carried;
-    displacement_[k] += carried;
+    const Vector now = displacement_[k];
+    displacement_[k] += momentum * (now - last_displacement_[k]);
+    last_displacement_[k] = now;
   }
 }
 
@@ -200,23 +207,20 @@ void ContactProblem::solve(int sweeps) {
     sweeps *= more_of_slow;
   }
 
-  before_ = impulses_;
-  direction_.assign(impulses_.size(), Impulse());
-  drift_.assign(displacement_.size(), Vector::Zero());
+  before_ = last_ = impulses_;
+  last_displacement_ = displacement_;
   Indices all(rows_.size()), acting;
   std::iota(all.begin(), all.end(), 0);
-  float last = 0;
   int next_of_all = 1;
+  int run = 0;  // sweeps in one direction
   for (int i = 1;; ++i) {
-    displaced_ = displacement_;
     const bool of_all = i >= std::min(next_of_all, sweeps);
-    const Change change = sweep(of_all ? all : acting);
-    const bool settled = change.largest < tolerance;
+    const Indices& which = of_all ? all : acting;
+    const bool settled = sweep(which) < tolerance;
     // Ends with a sweep of all, so that all impulses are within their bounds.
     if (of_all && (settled || i >= sweeps)) return;
-    // Begun anew where the last step led away.
-    carry_on(change.energy <= last ? change.energy / last : 0, of_all ? all : acting);
-    last = change.energy;
+    run = turned_back(which) ? 1 : run + 1;
+    carry_on(static_cast<float>(run - 1) / static_cast<float>(run + 2), which);
     if (of_all) {
       acting.clear();
       for (const std::int32_t k : all) {
