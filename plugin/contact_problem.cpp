@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 namespace lazyccd::bullet {
@@ -20,6 +21,7 @@ constexpr int more_of_slow = 4;
 constexpr int fewer_of_opening = 5;
 // Most rows never act: between two sweeps of all, as many less one go over those that do.
 constexpr int apart = 8;
+constexpr float grown = 4;
 
 Eigen::Vector4f padded(const Vector3d& x) {
   const Eigen::Vector3f f = x.cast<float>();
@@ -137,9 +139,13 @@ inline void ContactProblem::push(const Row& row, const Impulse& impulse) {
   displacement_[turn_of(row.body)] += body.inverse_inertia * row.arm.cross3(total);
 }
 
-// Returns the largest displacement that an impulse's change alone makes, squared.
-float ContactProblem::sweep(const Indices& which) {
-  float largest = 0;
+ContactProblem::Change ContactProblem::sweep(const Indices& which) {
+  Change change;
+  const auto note = [&change](float impulse_squared, float compliance) {
+    const float energy = impulse_squared * compliance;
+    change.largest = std::max(change.largest, energy * compliance);
+    change.energy += energy;
+  };
   for (const std::int32_t i : which) {
     const Row& row = rows_[i];
     const Impulse before = before_[i] = impulses_[i];
@@ -161,14 +167,12 @@ float ContactProblem::sweep(const Indices& which) {
       if (squared > most * most) now.across *= most / std::sqrt(squared);
     }
     const Impulse more = {now.across - before.across, now.along - before.along};
-    const float along_it = more.along * row.compliance;
-    largest =
-        std::max({largest, along_it * along_it,
-                  row.sliding_compliance * row.sliding_compliance * more.across.squaredNorm()});
+    note(more.along * more.along, row.compliance);
+    note(more.across.squaredNorm(), row.sliding_compliance);
     impulses_[i] = now;
     push(row, more);
   }
-  return largest;
+  return change;
 }
 
 // Whether the last sweep went against what led from the end of the one before to its own.
@@ -212,14 +216,17 @@ void ContactProblem::solve(int sweeps) {
   Indices all(rows_.size()), acting;
   std::iota(all.begin(), all.end(), 0);
   int next_of_all = 1;
+  float least_energy = std::numeric_limits<float>::max();
   int run = 0;  // sweeps in one direction
   for (int i = 1;; ++i) {
     const bool of_all = i >= std::min(next_of_all, sweeps);
     const Indices& which = of_all ? all : acting;
-    const bool settled = sweep(which) < tolerance;
+    const Change change = sweep(which);
+    const bool settled = change.largest < tolerance;
     // Ends with a sweep of all, so that all impulses are within their bounds.
     if (of_all && (settled || i >= sweeps)) return;
-    run = turned_back(which) ? 1 : run + 1;
+    run = turned_back(which) || change.energy > grown * least_energy ? 1 : run + 1;
+    least_energy = std::min(least_energy, change.energy);
     carry_on(static_cast<float>(run - 1) / static_cast<float>(run + 2), which);
     if (of_all) {
       acting.clear();

@@ -1,11 +1,12 @@
 // The rows of a step as one problem: impulses along the normals that are never negative, and
 // friction within Coulomb's cone, so that no gap is narrower at the end than its row allows.
 //
-// Projected Gauss-Seidel, accelerated: Nesterov 1983, with momentum given up where it leads away
-// (O'Donoghue and Candes 2015, "Adaptive restart for accelerated gradient schemes", section 3.2).
-// Mazhar et al. 2015, "Using Nesterov's method to accelerate multibody dynamics with friction and
-// contact", have it for Jacobi's. Plain sweeps carry the weight of a stack by one layer a sweep,
-// and what they leave undone shows as creep.
+// Projected Gauss-Seidel with Nesterov's momentum, as Mazhar et al. 2015, "Using Nesterov's method
+// to accelerate multibody dynamics with friction and contact", have it for Jacobi's. Plain sweeps
+// carry the weight of a stack by one layer a sweep, and what they leave undone shows as creep. The
+// momentum is given up where it leads away (O'Donoghue and Candes 2015, "Adaptive restart for
+// accelerated gradient schemes", section 3.2) and, since friction is the gradient of nothing, where
+// the sweeps' changes grow.
 //
 // The iteration is in single precision, in units of the problem's own, so that it depends on no
 // one's units; its result only says how large the impulses are. What they do to the motion is
@@ -62,9 +63,14 @@ class ContactProblem {
     Vector inverse_mass;
     Eigen::Matrix4f inverse_inertia;
   };
+  struct Change {
+    float largest = 0;  // displacement that an impulse's change alone makes, squared
+    float energy = 0;
+  };
+
   Row make_row(const ContactRow& row, const Eigen::Vector3d& move, const Motion& motion);
   void push(const Row& row, const Impulse& impulse);
-  float sweep(const Indices& which);
+  Change sweep(const Indices& which);
   bool turned_back(const Indices& which) const;
   void carry_on(float momentum, const Indices& which);
   std::int32_t shift_of(std::int32_t body) const { return first_body_ + 2 * body; }

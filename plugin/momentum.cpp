@@ -147,13 +147,20 @@ void add_restitution(const std::vector<ContactRow>& rows, double restitution, do
       motion.rigid[b].spin_change += part / motion.seconds * turn[b];
     }
   };
-  const double most = kinetic_energy_before(motion) * (1 + 1e-6);
-  double part = 1;
-  add(part);
-  for (int i = 0; i < 10 && kinetic_energy_after(motion) > most; ++i) {
-    add(-0.5 * part);
-    part *= 0.5;
-  }
+  // The energy is quadratic in the part: up to where it is what it was before the contact.
+  const double without = kinetic_energy_after(motion);
+  add(0.5);
+  const double with_half = kinetic_energy_after(motion);
+  add(0.5);
+  const double with_all = kinetic_energy_after(motion);
+  const double spare = std::max(0.0, kinetic_energy_before(motion) - without);
+  if (with_all - without <= spare) return;
+  const double square = 2 * (with_all - 2 * with_half + without);
+  const double linear = with_all - without - square;
+  const double root = std::sqrt(std::max(0.0, linear * linear + 4 * square * spare));
+  // The stable form of (root - linear) / (2 square).
+  const double part = linear > 0 ? 2 * spare / (linear + root) : 0.5 * (root - linear) / square;
+  add(part - 1);
 }
 
 void restore_angular_momentum(const std::vector<ContactRow>& rows, Motion& motion) {
