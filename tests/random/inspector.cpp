@@ -14,6 +14,7 @@ constexpr std::uint32_t soft_group = 1, rigid_group = 2;
 
 void Inspector::read() {
   surface_ = scenes::Surface();
+  kinematic_.assign(soft_->size(), 0);
   const auto add_vertex = [this](double inverse_mass) {
     surface_.body_of_vertex.push_back(static_cast<std::int32_t>(surface_.bodies.size()));
     surface_.inverse_mass.push_back(static_cast<float>(inverse_mass));
@@ -46,6 +47,7 @@ void Inspector::read() {
       surface_.faces.push_back(face);
     }
     surface_.bodies.push_back({rigid_group, soft_group, false});
+    kinematic_.push_back(obstacle.body->isKinematicObject());
   }
 }
 
@@ -72,7 +74,7 @@ bool Inspector::is_clean(const SoftBodies& soft, const std::vector<Obstacle>& ob
   }
   Inspector inspector;
   inspector.restart(soft, obstacles);
-  return inspector.step() == 0 && inspector.piercings() == 0;
+  return inspector.step().sum() == 0 && inspector.piercings().sum() == 0;
 }
 
 void Inspector::restart(const SoftBodies& soft, std::vector<Obstacle> obstacles) {
@@ -83,24 +85,31 @@ void Inspector::restart(const SoftBodies& soft, std::vector<Obstacle> obstacles)
   last_ = positions();
 }
 
-std::int64_t Inspector::step() {
+Inspector::Count Inspector::step() {
   std::vector<btScalar> now = positions();
   const std::size_t count = now.size() / 3;
   const Span<const Contact> contacts =
       detector_.detect(Positions(last_.data(), count), Positions(now.data(), count));
   crossings_.assign(contacts.begin(), contacts.end());
   last_.swap(now);
-  return static_cast<std::int64_t>(crossings_.size());
+  Count result;
+  for (const Contact& contact : crossings_) add(contact.body_a, contact.body_b, result);
+  return result;
 }
 
-std::int64_t Inspector::piercings() const {
+void Inspector::add(std::int32_t body_a, std::int32_t body_b, Count& count) const {
+  ++(kinematic_[body_a] || kinematic_[body_b] ? count.with_kinematic : count.others);
+}
+
+Inspector::Count Inspector::piercings() const {
   const auto moves = [this](std::int32_t v) { return surface_.inverse_mass[v] > 0; };
-  std::int64_t count = 0;
+  Count result;
   for (const scenes::Piercing& p : scenes::find_piercings(surface_, last_)) {
-    count += std::any_of(p.edge.begin(), p.edge.end(), moves) ||
-             std::any_of(p.face.begin(), p.face.end(), moves);
+    if (std::any_of(p.edge.begin(), p.edge.end(), moves) ||
+        std::any_of(p.face.begin(), p.face.end(), moves))
+      add(surface_.body_of_vertex[p.edge[0]], surface_.body_of_vertex[p.face[0]], result);
   }
-  return count;
+  return result;
 }
 
 }  // namespace lazyccd::test

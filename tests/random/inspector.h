@@ -26,10 +26,16 @@ class Inspector {
 
   // Begins anew with these bodies where they are.
   void restart(const SoftBodies& soft, std::vector<Obstacle> obstacles);
+  // Of what is apart from kinematic bodies, and of these: where one closes in on what cannot give
+  // way, Bullet's goes on.
+  struct Count {
+    std::int64_t others = 0, with_kinematic = 0;
+    std::int64_t sum() const { return others + with_kinematic; }
+  };
   // Pairs that the straight motion since the last call brought into contact. Not those of which
   // nothing can move.
-  std::int64_t step();
-  std::int64_t piercings() const;
+  Count step();
+  Count piercings() const;
   int vertex_count() const { return static_cast<int>(last_.size() / 3); }
   const std::vector<Contact>& crossings() const { return crossings_; }
   const scenes::Surface& surface() const { return surface_; }
@@ -37,10 +43,12 @@ class Inspector {
  private:
   void read();
   std::vector<btScalar> positions() const;
+  void add(std::int32_t body_a, std::int32_t body_b, Count& count) const;
 
   const SoftBodies* soft_ = nullptr;
   std::vector<Obstacle> obstacles_;
   scenes::Surface surface_;
+  std::vector<char> kinematic_;  // by body
   Detector detector_;
   std::vector<btScalar> last_;
   std::vector<Contact> crossings_;

@@ -66,6 +66,7 @@ struct Driven {
   btSoftBody* body;
   btVector3 velocity;
   bool puts;
+  bool seen = false;  // by LazyCCD, where it was made
 };
 
 class Scene {
@@ -323,7 +324,10 @@ class Scene {
     for (const Rigid& rigid : rigid_) {
       if (rigid.mover) rigid.mover->advance(seconds);
     }
-    for (const Driven& driven : driven_) {
+    for (Driven& driven : driven_) {
+      const bool first = !driven.seen;
+      driven.seen = true;
+      if (first) continue;
       for (int i = 0; i < driven.body->m_nodes.size(); ++i) {
         btSoftBody::Node& node = driven.body->m_nodes[i];
         if (node.m_im > 0) continue;
@@ -498,9 +502,11 @@ class Scene {
     if (!report_.finite) return;
     report_.fastest = std::max(report_.fastest, fastest);
     const std::int64_t before = report_.crossings;
-    report_.crossings += inspector_.step();
+    const Inspector::Count crossed = inspector_.step(), pierced = inspector_.piercings();
+    report_.crossings += crossed.others;
     if (report_.crossings > before && report_.first_crossing < 0) report_.first_crossing = step_;
-    report_.piercings = std::max(report_.piercings, inspector_.piercings());
+    report_.piercings = std::max(report_.piercings, pierced.others);
+    report_.overlaps += crossed.with_kinematic + pierced.with_kinematic;
     seconds_inspecting_ +=
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   }
