@@ -43,7 +43,7 @@ double kinetic_energy(const Motion& motion, const Velocity& velocity, const Spin
 struct Island {
   std::vector<std::int32_t> bodies;
   bool free = true;  // nothing of infinite mass
-  double drive = 0;  // m/s: the fastest point of what has infinite mass
+  double drive = 0;  // m/s: the fastest point of what has infinite mass and was not stopped
 };
 
 std::vector<Island> find_islands(const std::vector<ContactRow>& rows, const Motion& motion) {
@@ -68,7 +68,7 @@ std::vector<Island> find_islands(const std::vector<ContactRow>& rows, const Moti
     for (std::int32_t v = motion.first_vertex[body]; v < motion.first_vertex[body + 1]; ++v) {
       if (motion.is_soft(v) && motion.inverse_mass[v] > 0) continue;
       island.free = false;
-      const double moved = (motion.predicted[v] - motion.start_of(v)).norm();
+      const double moved = (motion.end_of(v) - motion.start_of(v)).norm();
       island.drive = std::max(island.drive, moved / motion.seconds);
     }
   }

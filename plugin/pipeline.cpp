@@ -456,17 +456,16 @@ std::vector<Contact> Pipeline::answerable(Span<const Contact> contacts) {
 }
 
 bool Pipeline::may_be_ended(const Contact& contact) const {
-  bool of_soft_bodies = true, moves = false, stopped = false;
+  bool nodes_move = false, body_moves = false, stopped = false;
   for (const std::int32_t v : contact.vertices) {
     const bool soft = topology_.is_soft(v);
     if (soft ? motion_.inverse_mass[v] > 0 : motion_.rigid_of(topology_.body_of(v)).is_dynamic())
       return true;
-    of_soft_bodies = of_soft_bodies && soft;
     const Eigen::Vector3d end = motion_.end_of(v);
-    moves = moves || end != motion_.start_of(v);
+    if (end != motion_.start_of(v)) (soft ? nodes_move : body_moves) = true;
     stopped = stopped || (responded_ && end != motion_.predicted[v]);
   }
-  return (of_soft_bodies && moves) || stopped;
+  return (nodes_move && !body_moves) || stopped;
 }
 
 bool Pipeline::is_anchored(const Contact& contact) const {

@@ -99,7 +99,8 @@ class Pipeline {
   std::int32_t body_index(const StepTopology::BodyRecord& body) const;
   double largest_thickness() const;
   bool is_anchored(const Contact& contact) const;
-  // Not what an application alone moves, unless that has been stopped, or is of soft bodies alone.
+  // Pinned nodes that are driven stop before what they would pass through. A kinematic body passes
+  // over pinned nodes, unless something of the pair has been stopped.
   bool may_be_ended(const Contact& contact) const;
   std::vector<Contact> detect_near();
   std::vector<Contact> detect(const Positions& start, const Positions& end);

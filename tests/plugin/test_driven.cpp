@@ -1,3 +1,6 @@
+#include <BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h>
+#include <BulletCollision/CollisionShapes/btTriangleMesh.h>
+
 #include "plugin/worlds.h"
 #include "scenes/crossings.h"
 #include "scenes/piercings.h"
@@ -106,6 +109,31 @@ TEST_CASE("pinned nodes that are driven into pinned nodes stop there") {
   }
   CHECK(count_piercings(*w) == 0);
   CHECK(row->m_nodes[1].m_x.y() > btScalar(0.1));
+}
+
+TEST_CASE("pinned nodes that are driven into a floor stop there") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  const bool puts = GENERATE(true, false);
+  CAPTURE(world == World::rigid, puts);
+  auto w = PhysicsWorld::make(quiet_options(world, 1.0 / 60));
+  btTriangleMesh triangles;
+  triangles.addTriangle(btVector3(-9, 0, -9), btVector3(9, 0, -9), btVector3(0, 0, 9));
+  w->add_static(std::make_unique<btBvhTriangleMeshShape>(&triangles, true),
+                btTransform::getIdentity());
+  auto body = curtain(*w, btVector3(1, 0, 0), 0.1, -0.6);
+  btSoftBody* row = body.get();
+  w->add(std::move(body));
+  for (int i = 0; i < 8; ++i) {
+    for (int n = 0; n < 4; ++n) {
+      btSoftBody::Node& node = row->m_nodes[n];
+      node.m_v = puts ? btVector3(0, 0, 0) : btVector3(0, -2, 0);
+      if (puts && i > 0) node.m_x -= btVector3(0, btScalar(1) / 30, 0);
+    }
+    w->step();
+    CHECK(count_piercings(*w) == 0);
+  }
+  CHECK(row->m_nodes[0].m_x.y() > 0);
+  CHECK(w->total_stats()->unresolved == 0);
 }
 
 TEST_CASE("pinned nodes are swept in a step in which the scene changes too") {
