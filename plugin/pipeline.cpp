@@ -115,6 +115,7 @@ bool Pipeline::run(const Bodies& bodies, double seconds, const Fill& fill) noexc
           response_.forget();
         }
       } while (read_where_pushed());
+      step_.unresolved += count_passed_over();
       if (step_.unresolved > 0) {
         journal_.say(
             "unresolved",
@@ -443,9 +444,7 @@ std::vector<Contact> Pipeline::answerable(Span<const Contact> contacts) {
   std::vector<Contact> answered;
   for (const Contact& contact : contacts) {
     if (is_anchored(contact)) continue;
-    const bool responds =
-        topology_.bodies()[contact.body_a].responds && topology_.bodies()[contact.body_b].responds;
-    if (responds && may_be_ended(contact)) {
+    if (responds(contact) && may_be_ended(contact)) {
       answered.push_back(contact);
     } else if (step_.detections == 0) {
       silent_.push_back(contact);
@@ -466,6 +465,26 @@ bool Pipeline::may_be_ended(const Contact& contact) const {
     stopped = stopped || (responded_ && end != motion_.predicted[v]);
   }
   return (nodes_move && !body_moves) || stopped;
+}
+
+std::int64_t Pipeline::count_passed_over() {
+  std::vector<Contact> passed;
+  for (const Contact& contact : silent_) {
+    const bool moves =
+        std::any_of(contact.vertices.begin(), contact.vertices.end(),
+                    [this](std::int32_t v) { return motion_.end_of(v) != motion_.start_of(v); });
+    if (moves && responds(contact)) passed.push_back(contact);
+  }
+  if (passed.empty()) return 0;
+  const Span<const Contact> touching =
+      near_detector_ ? near_detector_->touching_among(passed, motion_.starts(), motion_.ends())
+                     : Span<const Contact>(passed);
+  return std::count_if(touching.begin(), touching.end(),
+                       [](const Contact& contact) { return contact.toi > 0; });
+}
+
+bool Pipeline::responds(const Contact& contact) const {
+  return topology_.bodies()[contact.body_a].responds && topology_.bodies()[contact.body_b].responds;
 }
 
 bool Pipeline::is_anchored(const Contact& contact) const {

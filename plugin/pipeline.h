@@ -99,9 +99,12 @@ class Pipeline {
   std::int32_t body_index(const StepTopology::BodyRecord& body) const;
   double largest_thickness() const;
   bool is_anchored(const Contact& contact) const;
+  bool responds(const Contact& contact) const;
   // Pinned nodes that are driven stop before what they would pass through. A kinematic body passes
   // over pinned nodes, unless something of the pair has been stopped.
   bool may_be_ended(const Contact& contact) const;
+  // Pairs of a kinematic body and pinned nodes that it came upon in this step.
+  std::int64_t count_passed_over();
   std::vector<Contact> detect_near();
   std::vector<Contact> detect(const Positions& start, const Positions& end);
   bool only_near_can_touch(const Positions& end) const;

@@ -205,6 +205,7 @@ TEST_CASE("a kinematic body that passes over a pinned node is not stopped by it"
     plate->setWorldTransform(btTransform(
         btQuaternion::getIdentity(), btVector3(0, static_cast<btScalar>(0.5 - 0.02 * (i + 1)), 0)));
   });
+  CHECK(w.total().unresolved > 0);
   // It takes the far corner along.
   CHECK(cloth->m_nodes[cloth->m_nodes.size() - 1].m_x.y() < btScalar(-0.05));
 }

@@ -24,7 +24,7 @@ struct StepStats {
   // cannot give way: Bullet's goes on, and LazyCCD's is left behind until there is room.
   std::int64_t last_resorts = 0;
   // Contacts that even those could not end: of a moving kinematic body with a pinned node in its
-  // way.
+  // way, alone or in an edge or a face.
   std::int64_t unresolved = 0;
   std::int64_t touching = 0;  // pairs in contact that touched before the step began
   // Edges that stuck in faces when the scene was read: in its first step, and where it changed.
