@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <cstring>
 
 #include "core/closest.h"
 #include "core/decision.h"
@@ -48,59 +49,88 @@ LAZYCCD_HD inline void identify_contact(const MeshView& mesh, Candidate pair, Co
   c.primitive_b = pair.b;
 }
 
-// A power of two that brings the differences near one, so that products of four of them neither
-// overflow nor vanish.
-LAZYCCD_HD inline double unit_scale(const Differences<double>& d) {
-  const Vec3<double> e1 = max_abs(d.e1), e2 = max_abs(d.e2), r = max_abs(d.r);
-  const double size = lane_max(lane_max(lane_max(e1.x, e1.y), lane_max(e1.z, e2.x)),
-                               lane_max(lane_max(e2.y, e2.z), lane_max(r.x, lane_max(r.y, r.z))));
-  return size > 0x1p-1020 && size <= 0x1.fffffffffffffp1023 ? ::ldexp(1.0, -::ilogb(size)) : 1;
+// The power of two that brings a normal number to 1 or more and below 4, or 1 for others.
+LAZYCCD_HD inline double unit_scale(double size) {
+  if (!(size > 0x1p-1020 && size <= 0x1.fffffffffffffp1023)) return 1;
+  std::uint64_t bits;
+  ::memcpy(&bits, &size, sizeof bits);
+  const std::uint64_t exponent = bits >> 52;
+  bits = (exponent < 2046 ? 2046 - exponent : 1) << 52;
+  ::memcpy(&size, &bits, sizeof bits);
+  return size;
 }
+
+// Near one, so that products of four of them neither overflow nor vanish.
+template <class T>
+LAZYCCD_HD inline Differences<T> in_unit_scale(Differences<T> d) {
+  const Vec3<T> e1 = max_abs(d.e1), e2 = max_abs(d.e2), r = max_abs(d.r);
+  const T size = lane_max(lane_max(lane_max(e1.x, e1.y), lane_max(e1.z, e2.x)),
+                          lane_max(lane_max(e2.y, e2.z), lane_max(r.x, lane_max(r.y, r.z))));
+  const T scale = unit_scale(size);
+  for (int end = 0; end < 2; ++end) {
+    d.e1[end] = scale * d.e1[end];
+    d.e2[end] = scale * d.e2[end];
+    d.r[end] = scale * d.r[end];
+  }
+  return d;
+}
+
+// Where a contact is, as Contact has it.
+template <class T>
+struct ContactPoint {
+  T u, v;
+  Vec3<T> normal;
+};
 
 // Closest points, and a normal, at the time of impact, in plain double arithmetic without
 // contraction, so that every backend gets the same bits. With `separated` the primitives are apart at
-// that time, by the minimum separation, if they did not touch from the start.
-template <ContactKind kind>
-LAZYCCD_HD inline void describe_contact(const QueryCoordinates& q, double toi, bool separated,
-                                        Contact& contact) {
-  const Differences<double> d = differences<kind>(q, unit_scale(differences<kind>(q, 1.0)));
-  const Vec3<double> e1 = lerp(d.e1, toi), e2 = lerp(d.e2, toi), r = lerp(d.r, toi);
-  const ClosestPoints<double> closest = closest_points<kind>(e1, e2, r);
-  contact.u = static_cast<float>(closest.u);
-  contact.v = static_cast<float>(closest.v);
+// that time, by the minimum separation, if they did not touch from the start. `d` in unit scale.
+template <ContactKind kind, class T>
+LAZYCCD_HD inline ContactPoint<T> contact_point(const Differences<T>& d, const T& toi,
+                                                bool separated) {
+  using Mask = MaskOf<T>;
+  const T zero = T(0.0), one = T(1.0);
+  const Vec3<T> e1 = lerp(d.e1, toi), e2 = lerp(d.e2, toi), r = lerp(d.r, toi);
+  const ClosestPoints<T> closest = closest_points<kind>(e1, e2, r);
 
   // Where the contact points are from each other, from b to a, at both ends of the step. (r points
   // from a to the vertex or to edge b: the edges need the other sign.)
-  Vec3<double> gap[2];
+  Vec3<T> gap[2];
   for (int end = 0; end < 2; ++end) {
     gap[end] = kind == ContactKind::vertex_face
                    ? d.r[end] - (closest.u * d.e1[end] + closest.v * d.e2[end])
                    : closest.u * d.e1[end] - (d.r[end] + closest.v * d.e2[end]);
   }
-  const Vec3<double> closing = gap[0] - gap[1];
+  const Vec3<T> closing = gap[0] - gap[1];
 
   // The cross product, unless the primitives are parallel or degenerate; then the gap at the start,
   // then the direction of approach, and an axis where nothing moves at all.
-  Vec3<double> n = cross(e1, e2);
-  double size = dot(n, n);
-  if (!(size > 1e-20 * (dot(e1, e1) * dot(e2, e2)))) {
-    n = gap[0];
-    size = dot(n, n);
-    if (!(size > 0)) {
-      n = closing;
-      size = dot(n, n);
-    }
+  Vec3<T> n = cross(e1, e2);
+  const Mask flat = !Mask(dot(n, n) > T(1e-20) * (dot(e1, e1) * dot(e2, e2)));
+  n = select<T>(flat, gap[0], n);
+  n = select<T>(Mask(flat & !Mask(dot(n, n) > zero)), closing, n);
+  const T along = dot(n, gap[0]);
+  T facing = select(Mask(Mask(along < zero) | Mask(along > zero)), along, dot(n, closing));
+  if (separated) {
+    const Mask apart = dot(closest.gap, closest.gap) > zero;
+    n = select<T>(apart, closest.gap, n);
+    facing = select(apart, T(kind == ContactKind::vertex_face ? 1.0 : -1.0), facing);
   }
-  double facing = dot(n, gap[0]) != 0 ? dot(n, gap[0]) : dot(n, closing);
-  if (separated && dot(closest.gap, closest.gap) > 0) {
-    n = closest.gap;
-    size = dot(n, n);
-    facing = kind == ContactKind::vertex_face ? 1 : -1;
-  }
-  const double length = lane_sqrt(size);
-  const double scale = length > 0 ? (facing < 0 ? -1 : 1) / length : 0;
-  contact.normal = {static_cast<float>(scale * n.x), static_cast<float>(scale * n.y),
-                    length > 0 ? static_cast<float>(scale * n.z) : 1.0f};
+  const T length = lane_sqrt(dot(n, n));
+  const Mask some = length > zero;
+  const T scale = select(some, T(select(facing < zero, -one, one) / length), zero);
+  return {closest.u, closest.v, {scale * n.x, scale * n.y, select(some, T(scale * n.z), one)}};
+}
+
+template <ContactKind kind>
+LAZYCCD_HD inline void describe_contact(const QueryCoordinates& q, double toi, bool separated,
+                                        Contact& contact) {
+  const ContactPoint<double> point =
+      contact_point<kind>(in_unit_scale(differences<kind>(q, 1.0)), toi, separated);
+  contact.u = static_cast<float>(point.u);
+  contact.v = static_cast<float>(point.v);
+  contact.normal = {static_cast<float>(point.normal.x), static_cast<float>(point.normal.y),
+                    static_cast<float>(point.normal.z)};
 }
 
 // A contact's share of the hash of a step: the sum of the shares does not depend on any order

@@ -82,6 +82,7 @@ struct alignas(128) CpuDetector::Worker : CandidateSink {
   // With a separation: survivors that are free to move, and those that come within it.
   std::vector<Candidate> near = std::vector<Candidate>(CandidateQueue::capacity);
   std::vector<Approach> approaches = std::vector<Approach>(CandidateQueue::capacity);
+  std::vector<Place> places = std::vector<Place>(CandidateQueue::capacity);
   std::vector<Contact> contacts;
   std::vector<NodePair> front;
   std::int64_t group_pairs = 0, ended = 0, culled = 0, flat = 0, never_coplanar = 0, refined = 0,
@@ -180,12 +181,9 @@ struct alignas(128) CpuDetector::Worker : CandidateSink {
     return q;
   }
 
-  template <ContactKind kind>
-  void report(Contact& contact, const QueryCoordinates& q, std::int64_t tick) {
-    contact.toi = static_cast<double>(tick) * kTick;
-    describe_contact<kind>(q, contact.toi, scene.separation > 0, contact);
+  void report(const Contact& contact) {
     contacts.push_back(contact);
-    ++found[static_cast<int>(kind)];
+    ++found[static_cast<int>(contact.kind)];
     hash += hash_share(contact);
   }
 
@@ -196,7 +194,10 @@ struct alignas(128) CpuDetector::Worker : CandidateSink {
     if (all_pinned(contact)) return;
     const QueryCoordinates q = coordinates(contact);
     const Decision decision = decide<kind>(survivor, q);
-    if (decision.kind == Decision::hit) report<kind>(contact, q, decision.tick);
+    if (decision.kind != Decision::hit) return;
+    contact.toi = static_cast<double>(decision.tick) * kTick;
+    describe_contact<kind>(q, contact.toi, false, contact);
+    report(contact);
   }
 
   // Of the first `count` survivors.
@@ -210,9 +211,14 @@ struct alignas(128) CpuDetector::Worker : CandidateSink {
       if (!all_pinned(contact)) near[free++] = {contact.primitive_a, contact.primitive_b};
     }
     const int hits = owner->kernels_->within(scene, kind, near.data(), free, approaches.data());
+    owner->kernels_->describe(scene, kind, approaches.data(), hits, places.data());
     for (int i = 0; i < hits; ++i) {
       identify_contact<kind>(scene.mesh, approaches[i].pair, contact);
-      report<kind>(contact, coordinates(contact), approach_tick(approaches[i].t));
+      contact.toi = static_cast<double>(approach_tick(approaches[i].t)) * kTick;
+      contact.u = places[i].u;
+      contact.v = places[i].v;
+      contact.normal = places[i].normal;
+      report(contact);
     }
   }
 
@@ -548,6 +554,7 @@ std::int64_t CpuDetector::bytes() const {
   for (const auto& w : workers_)
     sum += sizeof(Worker) + w->survivors.capacity() * sizeof(Survivor) +
            w->near.capacity() * sizeof(Candidate) + w->approaches.capacity() * sizeof(Approach) +
+           w->places.capacity() * sizeof(Place) +
            w->contacts.capacity() * sizeof(Contact) + w->front.capacity() * sizeof(NodePair);
   return static_cast<std::int64_t>(sum);
 }

@@ -2,6 +2,7 @@
 // lanes. Compiled once for each instruction set (cpu/isa); the results are the same.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 
@@ -65,6 +66,12 @@ struct Approach {
   bool ended;  // the search for t
 };
 
+// Where a contact is, as Contact has it.
+struct Place {
+  float u, v;
+  std::array<float, 3> normal;
+};
+
 struct LeafKernels {
   const char* name;
   // Boxes of vertices first to last - 1 times `scale`, a power of two, rounded outward and wider by
@@ -84,6 +91,9 @@ struct LeafKernels {
   // decide_within() of core/separation.h has it; writes them and returns how many.
   int (*within)(const LeafScene& scene, ContactKind kind, const Candidate* candidates, int count,
                 Approach* approaches);
+  // Of each approach the place at its tick, as describe_contact() has it.
+  void (*describe)(const LeafScene& scene, ContactKind kind, const Approach* approaches, int count,
+                   Place* places);
 };
 
 // The best kernels that this processor runs, or those of the named set ("baseline", "avx2",

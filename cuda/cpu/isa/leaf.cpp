@@ -245,7 +245,7 @@ int filter(const LeafScene& scene, ContactKind kind, const Candidate* candidates
 }  // namespace
 
 extern const LeafKernels kernels;
-const LeafKernels kernels{LAZYCCD_NAME(LAZYCCD_ISA), box_vertices, box_groups, visit, filter, within};
+const LeafKernels kernels{LAZYCCD_NAME(LAZYCCD_ISA), box_vertices, box_groups, visit, filter, within, describe};
 
 }  // namespace LAZYCCD_ISA
 }  // namespace lazyccd

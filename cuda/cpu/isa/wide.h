@@ -1,6 +1,7 @@
 // A pack of double lanes, as pack.h's of float: for what is decided in double precision at once.
 #pragma once
 
+#include "core/contact_math.h"
 #include "cpu/isa/pack.h"
 
 namespace lazyccd {
@@ -124,6 +125,12 @@ LAZYCCD_INLINE Wide operator/(Wide a, Wide b) { return a.v / b.v; }
 LAZYCCD_INLINE WideMask operator>(Wide a, Wide b) { return b < a; }
 LAZYCCD_INLINE WideMask operator>=(Wide a, Wide b) { return b <= a; }
 LAZYCCD_INLINE bool lane_any(WideMask m) { return m.bits() != 0; }
+LAZYCCD_INLINE Wide unit_scale(Wide size) {
+  alignas(64) double lanes[Wide::lanes];
+  size.store(lanes);
+  for (double& lane : lanes) lane = lazyccd::unit_scale(lane);
+  return Wide::load(lanes);
+}
 
 }  // namespace LAZYCCD_ISA
 

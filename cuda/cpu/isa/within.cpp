@@ -132,7 +132,33 @@ int within_kind(const LeafScene& scene, const Candidate* candidates, int count, 
   return hits;
 }
 
+template <ContactKind kind>
+void describe_kind(const LeafScene& scene, const Approach* approaches, int count, Place* places) {
+  for (int begin = 0; begin < count; begin += Wide::lanes) {
+    Batch batch(begin, count, [&](int i) { return approaches[i]; });
+    for (double& t : batch.t) t = static_cast<double>(approach_tick(t)) * kTick;
+    const Differences<Wide> d = differences<kind>(gather<kind>(scene, batch.pair), 1.0);
+    const ContactPoint<Wide> point =
+        contact_point<kind>(in_unit_scale(d), Wide::load(batch.t), true);
+    const Wide values[] = {point.u, point.v, point.normal.x, point.normal.y, point.normal.z};
+    alignas(64) double lanes[5][Wide::lanes];
+    for (int k = 0; k < 5; ++k) values[k].store(lanes[k]);
+    for (unsigned used = batch.used; used; used &= used - 1) {
+      const int i = __builtin_ctz(used);
+      const auto value = [&](int k) { return static_cast<float>(lanes[k][i]); };
+      places[begin + i] = {value(0), value(1), {value(2), value(3), value(4)}};
+    }
+  }
+}
+
 }  // namespace
+
+void describe(const LeafScene& scene, ContactKind kind, const Approach* approaches, int count,
+              Place* places) {
+  return kind == ContactKind::vertex_face
+             ? describe_kind<ContactKind::vertex_face>(scene, approaches, count, places)
+             : describe_kind<ContactKind::edge_edge>(scene, approaches, count, places);
+}
 
 int within(const LeafScene& scene, ContactKind kind, const Candidate* candidates, int count,
            Approach* approaches) {

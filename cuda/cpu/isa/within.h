@@ -11,5 +11,9 @@ namespace LAZYCCD_ISA {
 int within(const LeafScene& scene, ContactKind kind, const Candidate* candidates, int count,
            Approach* approaches);
 
+// As LeafKernels::describe.
+void describe(const LeafScene& scene, ContactKind kind, const Approach* approaches, int count,
+              Place* places);
+
 }  // namespace LAZYCCD_ISA
 }  // namespace lazyccd
