@@ -48,8 +48,14 @@ std::vector<Contact> NearContacts::choose(std::vector<Contact> found, const Moti
   std::vector<Nearness> nearness;
   auto last = last_.begin();
   std::size_t kept = 0;
+  std::int32_t body_a = -1, body_b = -1;
+  double of_surfaces = 0;
   for (const Contact& contact : found) {
-    const double of_surfaces = surface_(contact.body_a, contact.body_b).thickness;
+    if (contact.body_a != body_a || contact.body_b != body_b) {
+      body_a = contact.body_a;
+      body_b = contact.body_b;
+      of_surfaces = surface_(body_a, body_b).thickness;
+    }
     Nearness near = {ContactRows::thickness(contact, motion, of_surfaces),
                      gap(contact, motion.start).norm()};
     if (says_nothing(contact, near, motion)) continue;
