@@ -1,3 +1,6 @@
+#include <BulletCollision/CollisionShapes/btBoxShape.h>
+
+#include "plugin/obstacle_worlds.h"
 #include "plugin/worlds.h"
 #include "scenes/piercings.h"
 #include "support/catch.h"
@@ -52,6 +55,29 @@ TEST_CASE("a pinned sheet that is moved takes a free one along") {
   CHECK(impact.held->m_nodes[0].m_x.y() > btScalar(0.3));
   CHECK(crossings.vertex_face() + crossings.edge_edge() == 0);
   CHECK(impact.passed() == 0);
+}
+
+TEST_CASE("what is free in a face follows a kinematic body though its other corners are pinned") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  CAPTURE(world == World::rigid);
+  bullet::Options options;
+  options.max_iterations = 0;
+  ObstacleWorld w(world, 0, options);
+  btSoftBody* cloth = w.add(scenes::make_cloth(w.info(), 2, 2, 1, [](double u, double v) {
+    return btVector3(static_cast<btScalar>(u), 0, static_cast<btScalar>(v));
+  }));
+  for (const int corner : {0, 2, 3}) cloth->setMass(corner, 0);
+  btRigidBody* box =
+      w.add(std::make_unique<btBoxShape>(btVector3(btScalar(0.03), btScalar(0.03), btScalar(0.03))),
+            btVector3(btScalar(0.85), btScalar(-0.1), btScalar(0.1)));
+  ObstacleWorld::make_kinematic(*box);
+  w.steps(1, 1.0 / 60);
+  box->setWorldTransform(btTransform(btQuaternion::getIdentity(),
+                                     btVector3(btScalar(0.85), btScalar(0.1), btScalar(0.1))));
+  w.steps(1, 1.0 / 60);
+  CHECK(w.last().zone_nodes > 0);
+  CHECK(w.last().unresolved == 0);
+  CHECK(cloth->m_nodes[1].m_x.y() > btScalar(0.19));
 }
 
 TEST_CASE("a sheet that lies exactly on another neither falls through nor sticks") {
