@@ -309,6 +309,11 @@ void ImpactZones::move(const Zone& zone, const Guides& guides, Motion& motion) c
     }
     Vector3d turn = turn_of(inertia, momentum);
     if (turn.norm() > largest_turn) turn *= largest_turn / turn.norm();
+    for (const int b : zone.bodies) {
+      if (!rigid_[b].is_locked()) continue;
+      free.shift = (rigid_[b].inverse_mass.array() > 0).select(free.shift, 0);
+      turn.setZero();
+    }
     free.rotation = rotation_by(turn);
   }
   const RigidStep& moves = is_guided ? guided : free;

@@ -64,7 +64,10 @@ std::vector<Island> find_islands(const std::vector<ContactRow>& rows, const Moti
     Island& island = islands[find(body)];
     island.bodies.push_back(body);
     const int rigid = motion.rigid_of_body[body];
-    if (rigid >= 0 && motion.rigid[rigid].is_dynamic()) continue;
+    if (rigid >= 0 && motion.rigid[rigid].is_dynamic()) {
+      island.free = island.free && !motion.rigid[rigid].is_locked();
+      continue;
+    }
     for (std::int32_t v = motion.first_vertex[body]; v < motion.first_vertex[body + 1]; ++v) {
       if (motion.is_soft(v) && motion.inverse_mass[v] > 0) continue;
       island.free = false;

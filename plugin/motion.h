@@ -35,6 +35,10 @@ struct RigidMotion {
   Eigen::Vector3d shift, turn, opening_shift, opening_turn;
   Eigen::Vector3d velocity_change, spin_change;  // m/s and rad/s
 
+  // It gives way along or about some axes only.
+  bool is_locked() const {
+    return (inverse_mass.array() == 0).any() || inverse_inertia.determinant() == 0;
+  }
   bool is_dynamic() const { return !inverse_mass.isZero() || !inverse_inertia.isZero(); }
   Eigen::Vector3d centre() const { return to_eigen(start.getOrigin()); }
 };

@@ -80,6 +80,27 @@ TEST_CASE("what is free in a face follows a kinematic body though its other corn
   CHECK(cloth->m_nodes[1].m_x.y() > btScalar(0.19));
 }
 
+TEST_CASE("no answer turns a rigid body that may not turn, or moves it along a locked axis") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  const int iterations = GENERATE(0, 20);
+  CAPTURE(world == World::rigid, iterations);
+  bullet::Options options;
+  options.max_iterations = iterations;
+  ObstacleWorld w(world, 0, options);
+  w.add_sheet(6, 1, 0, 0);
+  btRigidBody* box =
+      w.add(std::make_unique<btBoxShape>(btVector3(btScalar(0.1), btScalar(0.1), btScalar(0.1))),
+            btVector3(btScalar(0.4), btScalar(0.3), btScalar(0.3)), 1);
+  box->setAngularFactor(0);
+  box->setLinearFactor(btVector3(0, 1, 1));
+  box->setLinearVelocity(btVector3(0, -20, 0));
+  w.steps(4, 1.0 / 60);
+  REQUIRE(w.total().contacts_vf > 0);
+  CHECK(box->getWorldTransform().getBasis() == btMatrix3x3::getIdentity());
+  CHECK(box->getWorldTransform().getOrigin().x() == btScalar(0.4));
+  CHECK(box->getAngularVelocity().length() == 0);
+}
+
 TEST_CASE("a sheet that lies exactly on another neither falls through nor sticks") {
   // Each node of the upper sheet starts where one of the lower is.
   const World world = GENERATE(World::rigid, World::deformable);
