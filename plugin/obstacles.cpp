@@ -2,6 +2,7 @@
 
 #include <BulletCollision/BroadphaseCollision/btBroadphaseInterface.h>
 #include <BulletCollision/CollisionShapes/btCollisionShape.h>
+#include <BulletDynamics/Dynamics/btRigidBody.h>
 
 #include <algorithm>
 #include <cmath>
@@ -127,7 +128,7 @@ void Obstacles::find(const SoftBodies& bodies) {
     record.group = object->getBroadphaseHandle()->m_collisionFilterGroup;
     record.mask = object->getBroadphaseHandle()->m_collisionFilterMask;
     record.ignored = hash_of_ignored(*object);
-    record.dynamic = !object->isStaticOrKinematicObject();
+    record.dynamic = btRigidBody::upcast(object) && !object->isStaticOrKinematicObject();
     record.start = record.end = record.seen = object->getWorldTransform();
     found.push_back(record);
   }

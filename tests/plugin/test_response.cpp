@@ -191,6 +191,34 @@ TEST_CASE("what is crushed between two bodies that nothing moves stays between t
   }
 }
 
+TEST_CASE("what is neither static nor a rigid body is left behind as a kinematic one is") {
+  // As a link of a multi-body: it moves by itself, and no contact of LazyCCD moves it.
+  const World world = GENERATE(World::rigid, World::deformable);
+  CAPTURE(world == World::rigid);
+  auto triangles = flat_triangles(3, 4);
+  btBvhTriangleMeshShape plate(triangles.get(), true);
+  btCollisionObject press;
+  ObstacleWorld w(world, 0);
+  Floor floor(w);
+  press.setCollisionShape(&plate);
+  press.setCollisionFlags(0);
+  const auto press_to = [&](double height) {
+    press.setWorldTransform(
+        btTransform(btQuaternion::getIdentity(), btVector3(0, static_cast<btScalar>(height), 0)));
+  };
+  press_to(0.5);
+  w.world().addCollisionObject(&press);
+  btSoftBody* cloth = add_flat(w, 0.1);
+  w.steps(30, 1.0 / 60, [&](int i) { press_to(0.5 - 0.02 * i); });
+  CHECK(w.total().last_resorts > 0);
+  w.steps(30, 1.0 / 60, [&](int i) { press_to(-0.1 + 0.02 * (i + 1)); });
+  for (int i = 0; i < cloth->m_nodes.size(); ++i) {
+    CHECK(cloth->m_nodes[i].m_x.y() > 0);
+    CHECK(cloth->m_nodes[i].m_x.y() < btScalar(0.5));
+  }
+  w.world().removeCollisionObject(&press);
+}
+
 TEST_CASE("a kinematic body that passes over a pinned node is not stopped by it") {
   const World world = GENERATE(World::rigid, World::deformable);
   CAPTURE(world == World::rigid);
