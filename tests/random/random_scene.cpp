@@ -204,7 +204,11 @@ class Scene {
                                     btCollisionObject::CF_KINEMATIC_OBJECT);
       report_.driven = true;
     }
-    if (dynamic) rigid.body->setLinearVelocity(random_velocity(0.5));
+    if (dynamic) {
+      rigid.body->setLinearVelocity(random_velocity(0.5));
+      if (dice_.chance(0.15)) rigid.body->setAngularFactor(0);
+      if (dice_.chance(0.1)) rigid.body->setLinearFactor(btVector3(1, 0, 1));
+    }
     note(rigid.shape.kind + (dynamic ? "(dynamic)" : kinematic ? "(moving)" : ""));
     rigid_.push_back(std::move(rigid));
   }
