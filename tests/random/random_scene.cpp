@@ -59,6 +59,7 @@ struct Rigid {
   Shape shape;
   std::unique_ptr<Mover> mover;
   std::unique_ptr<btRigidBody> body;
+  bool seen = false;  // by LazyCCD, where it was made
 };
 
 // Pinned nodes that the application moves: puts elsewhere, or gives a velocity.
@@ -66,7 +67,7 @@ struct Driven {
   btSoftBody* body;
   btVector3 velocity;
   bool puts;
-  bool seen = false;  // by LazyCCD, where it was made
+  bool seen = false;  // by LazyCCD, where it was made or put
 };
 
 class Scene {
@@ -325,8 +326,10 @@ class Scene {
   }
 
   void drive(double seconds) {
-    for (const Rigid& rigid : rigid_) {
-      if (rigid.mover) rigid.mover->advance(seconds);
+    for (Rigid& rigid : rigid_) {
+      const bool first = !rigid.seen;
+      rigid.seen = true;
+      if (rigid.mover && !first) rigid.mover->advance(seconds);
     }
     for (Driven& driven : driven_) {
       const bool first = !driven.seen;
@@ -461,6 +464,7 @@ class Scene {
     }
     const btVector3 by = dice_.in_cube(spread_);
     if (!is_free) return;
+    for (Driven& driven : driven_) driven.seen = driven.seen && driven.body != &body;
     body.translate(by);
     if (is_clean() && is_outside(body)) return;
     for (int i = 0; i < body.m_nodes.size(); ++i) {
