@@ -4,6 +4,7 @@
 #include <iterator>
 #include <limits>
 
+#include "core/contact_math.h"
 #include "cpu/cpu_detector.h"
 #include "support/catch.h"
 #include "support/moving_triangles.h"
@@ -66,6 +67,61 @@ TEST_CASE("every instruction set finds the same contacts") {
     const std::uint64_t expected = hash(*leaf_kernels("baseline"));
     for (const char* name : {"avx2", "avx512"}) {
       if (const LeafKernels* kernels = leaf_kernels(name)) CHECK(hash(*kernels) == expected);
+    }
+  }
+}
+
+TEST_CASE("every instruction set describes near pairs as they are described one by one") {
+  MovingTriangles scene = crowd_of_triangles(600);
+  // Some triangles are needles, lie on a grid of parallel edges, or stand still.
+  for (std::size_t i = 0; i < scene.start.size(); ++i) {
+    const std::size_t face = i / 9;
+    if (face % 5 == 1 && i % 9 >= 6) {
+      scene.start[i] = scene.start[i - 3];
+      scene.end[i] = scene.end[i - 3];
+    }
+    if (face % 5 == 2) {
+      scene.start[i] = std::round(16 * scene.start[i]) / 16;
+      scene.end[i] = scene.start[i];
+    }
+  }
+  for (const double unit : {0x1p-332, 1.0, 0x1p200}) {
+    MovingTriangles scaled = scene;
+    for (double& x : scaled.start) x *= unit;
+    for (double& x : scaled.end) x *= unit;
+    const Mesh mesh(scaled.topology());
+    Options options;
+    options.threads = 1;
+    options.separation = 0.05 * unit;
+    for (const char* name : {"baseline", "avx2", "avx512"}) {
+      const LeafKernels* kernels = leaf_kernels(name);
+      if (!kernels) continue;
+      CpuDetector detector(options, *kernels);
+      detector.set_mesh(mesh);
+      Stats stats;
+      const Span<const Contact> contacts =
+          detector.detect(scaled.at(scaled.start), scaled.at(scaled.end), stats);
+      int differ = 0;
+      for (const Contact& contact : contacts) {
+        QueryCoordinates q;
+        for (int k = 0; k < 4; ++k) {
+          const double* x0 = &scaled.start[3 * static_cast<std::size_t>(contact.vertices[k])];
+          const double* x1 = &scaled.end[3 * static_cast<std::size_t>(contact.vertices[k])];
+          q.start[k] = {x0[0], x0[1], x0[2]};
+          q.end[k] = {x1[0], x1[1], x1[2]};
+        }
+        Contact expected = contact;
+        if (contact.kind == ContactKind::vertex_face) {
+          describe_contact<ContactKind::vertex_face>(q, contact.toi, true, expected);
+        } else {
+          describe_contact<ContactKind::edge_edge>(q, contact.toi, true, expected);
+        }
+        differ +=
+            contact.u != expected.u || contact.v != expected.v || contact.normal != expected.normal;
+      }
+      INFO(name << ", unit " << unit);
+      CHECK(contacts.size() > 1000);
+      CHECK(differ == 0);
     }
   }
 }
