@@ -28,7 +28,7 @@ Eigen::Vector4f padded(const Vector3d& x) {
   return {f.x(), f.y(), f.z(), 0};
 }
 
-// How far one side moves against the other in the step without the impulses of this problem.
+// How far one side moves against the other in the step without the impulses of the problem.
 Vector3d move_without(const ContactRow& row, bool opening, const Motion& motion) {
   Vector3d sum = Vector3d::Zero();
   for (int k = 0; k < 4; ++k) {
@@ -55,6 +55,11 @@ std::vector<std::size_t> interleaved(std::size_t count) {
   return order;
 }
 
+// How much further apart along the normal the impulses are to bring it, at least.
+double need(const ContactRow& row, bool opening, const Vector3d& move) {
+  return (opening ? row.opened_gap : row.kept_gap) - row.start_gap - row.normal.dot(move);
+}
+
 double inverse_mass_of(std::int32_t vertex, const Motion& motion) {
   return motion.is_soft(vertex) ? motion.inverse_mass[vertex] : 0;
 }
@@ -66,11 +71,18 @@ ContactProblem::ContactProblem(Of of, const std::vector<ContactRow>& rows, const
   std::vector<Vector3d> moves;
   moves.reserve(rows.size());
   double longest = 0, heaviest = 0;
+  bool begun = false;
   for (const ContactRow& row : rows) {
     moves.push_back(move_without(row, opening_, motion));
+    approach_ = std::max(approach_, need(row, opening_, moves.back()));
     longest = std::max(longest, moves.back().norm());
     heaviest = std::max({heaviest, row.response, row.sliding_response});
+    begun = begun || (opening_ ? row.opening : row.impulse) != 0;
   }
+  // Below what anyone calls moving, and a small part of what the contacts stop.
+  tolerance_ = std::max(least_speed * seconds_, least_part * approach_);
+  impulses_.resize(rows.size());
+  if (!begun && approach_ < tolerance_) return;
   if (longest > 0) length_ = longest;
   if (heaviest > 0) mass_ = heaviest;
 
@@ -95,7 +107,6 @@ ContactProblem::ContactProblem(Of of, const std::vector<ContactRow>& rows, const
   }
   displacement_.assign(static_cast<std::size_t>(nodes) + 2 * bodies_.size(), Vector::Zero());
   const double unit = 1 / (mass_ * length_);
-  impulses_.resize(rows_.size());
   for (std::size_t i = 0; i < rows_.size(); ++i) {
     const ContactRow& row = rows[order_[i]];
     if (!opening_) impulses_[i].across = padded(unit * row.tangential);
@@ -106,14 +117,11 @@ ContactProblem::ContactProblem(Of of, const std::vector<ContactRow>& rows, const
 
 ContactProblem::Row ContactProblem::make_row(const ContactRow& row, const Vector3d& move,
                                              const Motion& motion) {
-  const double along = row.normal.dot(move);
-  const double need = (opening_ ? row.opened_gap : row.kept_gap) - row.start_gap - along;
-  approach_ = std::max(approach_, need);
   Row r;
   r.normal = padded(row.normal);
   r.arm = padded(row.arm);
-  r.sliding = padded((move - along * row.normal) / length_);
-  r.need = static_cast<float>(need / length_);
+  r.sliding = padded((move - row.normal.dot(move) * row.normal) / length_);
+  r.need = static_cast<float>(need(row, opening_, move) / length_);
   r.friction = opening_ ? 0 : static_cast<float>(row.friction);
   r.response = static_cast<float>(row.response / mass_);
   r.compliance = static_cast<float>(mass_ / row.response);
@@ -169,22 +177,13 @@ ContactProblem::Change ContactProblem::sweep(const Indices& which) {
     const Impulse more = {now.across - before.across, now.along - before.along};
     note(more.along * more.along, row.compliance);
     note(more.across.squaredNorm(), row.sliding_compliance);
+    const Impulse& last = last_[i];
+    change.onward += row.compliance * more.along * (now.along - last.along) +
+                     row.sliding_compliance * more.across.dot(now.across - last.across);
     impulses_[i] = now;
     push(row, more);
   }
   return change;
-}
-
-// Whether the last sweep went against what led from the end of the one before to its own.
-bool ContactProblem::turned_back(const Indices& which) const {
-  float along = 0;
-  for (const std::int32_t i : which) {
-    const Row& row = rows_[i];
-    const Impulse &before = before_[i], &now = impulses_[i], &last = last_[i];
-    along += row.compliance * (now.along - before.along) * (now.along - last.along);
-    along += row.sliding_compliance * (now.across - before.across).dot(now.across - last.across);
-  }
-  return along < 0;
 }
 
 void ContactProblem::carry_on(float momentum, const Indices& which) {
@@ -202,9 +201,8 @@ void ContactProblem::carry_on(float momentum, const Indices& which) {
 }
 
 void ContactProblem::solve(int sweeps) {
-  // Below what anyone calls moving, and a small part of what the contacts stop.
-  const double least = std::max(least_speed * seconds_, least_part * approach_) / length_;
-  const auto tolerance = static_cast<float>(least * least);
+  if (rows_.empty()) return;
+  const auto tolerance = static_cast<float>(tolerance_ / length_);
   if (opening_) {
     sweeps = std::max(1, sweeps / fewer_of_opening);
   } else if (approach_ < slow * seconds_) {
@@ -222,10 +220,10 @@ void ContactProblem::solve(int sweeps) {
     const bool of_all = i >= std::min(next_of_all, sweeps);
     const Indices& which = of_all ? all : acting;
     const Change change = sweep(which);
-    const bool settled = change.largest < tolerance;
+    const bool settled = change.largest < tolerance * tolerance;
     // Ends with a sweep of all, so that all impulses are within their bounds.
     if (of_all && (settled || i >= sweeps)) return;
-    run = turned_back(which) || change.energy > grown * least_energy ? 1 : run + 1;
+    run = change.onward < 0 || change.energy > grown * least_energy ? 1 : run + 1;
     least_energy = std::min(least_energy, change.energy);
     carry_on(static_cast<float>(run - 1) / static_cast<float>(run + 2), which);
     if (of_all) {

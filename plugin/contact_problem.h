@@ -66,12 +66,13 @@ class ContactProblem {
   struct Change {
     float largest = 0;  // displacement that an impulse's change alone makes, squared
     float energy = 0;
+    // Along what led from the end of the last sweep to this one's; negative where it turned back.
+    float onward = 0;
   };
 
   Row make_row(const ContactRow& row, const Eigen::Vector3d& move, const Motion& motion);
   void push(const Row& row, const Impulse& impulse);
   Change sweep(const Indices& which);
-  bool turned_back(const Indices& which) const;
   void carry_on(float momentum, const Indices& which);
   std::int32_t shift_of(std::int32_t body) const { return first_body_ + 2 * body; }
   std::int32_t turn_of(std::int32_t body) const { return first_body_ + 2 * body + 1; }
@@ -80,6 +81,7 @@ class ContactProblem {
   double seconds_;
   double length_ = 1, mass_ = 1;    // units, m and kg
   double approach_ = 0;             // metres: the most that a row needs
+  double tolerance_ = 0;            // metres
   std::vector<std::size_t> order_;  // of the given rows
   std::vector<Row> rows_;
   std::vector<Body> bodies_;
