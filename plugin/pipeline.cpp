@@ -11,6 +11,7 @@
 #include "pair_rules.h"
 #include "piercings.h"
 #include "rotation.h"
+#include "step_contacts.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -123,7 +124,7 @@ bool Pipeline::run(const Bodies& bodies, double seconds, const Fill& fill) noexc
             "contacts are counted as unresolved");
       }
       leave_stopped_obstacles();
-      collect_contacts(seconds);
+      collect_contacts();
       remember_ends();
       step_.ms_response = ms_since(gathered) - step_.ms_detect;
     }
@@ -509,55 +510,13 @@ bool Pipeline::is_anchored(const Contact& contact) const {
   return false;
 }
 
-void Pipeline::collect_contacts(double seconds) {
-  if (responded_) {
-    const std::vector<ContactRow>& rows = response_.rows();
-    for (std::size_t i = 0; i < rows.size();) {
-      // The rows of a pair: the earliest is told, with the impulse of all.
-      const ContactRow* first = &rows[i];
-      Eigen::Vector3d impulse = Eigen::Vector3d::Zero();
-      bool acted = false;
-      for (const Contact& pair = rows[i].contact; i < rows.size() && !(pair < rows[i].contact);
-           ++i) {
-        if (rows[i].contact.toi < first->contact.toi) first = &rows[i];
-        impulse += rows[i].impulse * rows[i].normal + rows[i].tangential;
-        acted = acted || rows[i].touched || rows[i].impulse > 0 || rows[i].opening > 0;
-      }
-      if (!acted) continue;
-      contacts_.push_back(step_contact(first->contact, impulse / seconds));
-    }
-  }
-  for (const Contact& contact : silent_)
-    contacts_.push_back(step_contact(contact, Eigen::Vector3d::Zero()));
+void Pipeline::collect_contacts() {
+  static const std::vector<ContactRow> none;
+  contacts_ =
+      step_contacts(responded_ ? response_.rows() : none, silent_, scene_, topology_, motion_);
   for (const StepContact& contact : contacts_) {
     ++(contact.kind == ContactKind::vertex_face ? step_.contacts_vf : step_.contacts_ee);
   }
-}
-
-StepContact Pipeline::step_contact(const Contact& contact, const Eigen::Vector3d& impulse) const {
-  StepContact c;
-  c.kind = contact.kind;
-  c.body_a = topology_.bodies()[contact.body_a].object;
-  c.body_b = topology_.bodies()[contact.body_b].object;
-  for (int i = 0; i < 4; ++i) {
-    const std::int32_t v = contact.vertices[i];
-    c.nodes[i] = topology_.is_soft(v) ? &scene_.node(v) : nullptr;
-  }
-  const bool has_face =
-      c.kind == ContactKind::vertex_face && topology_.bodies()[contact.body_b].soft;
-  c.face = has_face ? &scene_.face(contact.primitive_b) : nullptr;
-  c.weights = contact.weights();
-  c.normal = btVector3(contact.normal[0], contact.normal[1], contact.normal[2]);
-  Eigen::Vector3d on_b = Eigen::Vector3d::Zero();
-  for (int i = 0; i < 4; ++i) {
-    if (c.weights[i] < 0) on_b -= c.weights[i] * motion_.end_of(contact.vertices[i]);
-  }
-  c.point = to_bullet(on_b);
-  c.toi = contact.toi;
-  const Eigen::Vector3d normal(contact.normal[0], contact.normal[1], contact.normal[2]);
-  c.impulse = std::max(0.0, impulse.dot(normal));
-  c.friction_impulse = to_bullet(impulse - impulse.dot(normal) * normal);
-  return c;
 }
 
 void Pipeline::announce() noexcept try {

@@ -110,8 +110,7 @@ class Pipeline {
   bool only_near_can_touch(const Positions& end) const;
   // Without those that nothing may be done about; of these, the first detection's are noted.
   std::vector<Contact> answerable(Span<const Contact> contacts);
-  void collect_contacts(double seconds);
-  StepContact step_contact(const Contact& contact, const Eigen::Vector3d& impulse) const;
+  void collect_contacts();
 
   Options options_;
   Friction friction_;
