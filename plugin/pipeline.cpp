@@ -385,9 +385,9 @@ bool Pipeline::read_where_pushed() {
     }
   }
   if (obstacles_.has_read(reached)) return false;
+  motion_.restart_response();  // while its rigid bodies have the triangles that they were read with
   near_obstacles_ = reached;
-  if (!obstacles_.read(near_obstacles_, journal_)) return false;
-  motion_.restart_response();
+  obstacles_.read(near_obstacles_, journal_);
   topology_.update(scene_, obstacles_, true);
   gather_obstacles();
   set_topology();
