@@ -50,7 +50,8 @@ Pipeline::Pipeline(const Options& options, Friction friction)
     : options_(options),
       friction_(friction),
       journal_(options.on_message),
-      near_contacts_([this](std::int32_t a, std::int32_t b) { return surface(a, b); }),
+      detector_(options.detector, scene_, topology_, motion_,
+                [this](std::int32_t a, std::int32_t b) { return surface(a, b); }),
       response_(options, [this](std::int32_t a, std::int32_t b) { return surface(a, b); }) {}
 
 PairSurface Pipeline::surface(std::int32_t body_a, std::int32_t body_b) const {
@@ -94,7 +95,6 @@ bool Pipeline::run(const Bodies& bodies, double seconds, const Fill& fill) noexc
   step_.queued_pairs = queued_;
   queued_ = 0;
   contacts_.clear();
-  silent_.clear();
   responded_ = false;
   try {
     const Clock::time_point start = Clock::now();
@@ -102,21 +102,22 @@ bool Pipeline::run(const Bodies& bodies, double seconds, const Fill& fill) noexc
     step_.ms_gather = ms_since(start);
     if (scene_.vertex_count() > 0) {
       const Clock::time_point gathered = Clock::now();
-      const auto detect_all = [this](const Positions& x0, const Positions& x1) {
-        return detect(x0, x1);
+      const auto touching = [this](const Positions& x0, const Positions& x1) {
+        return detector_.touching(x0, x1);
       };
       const StepStats before = step_;
       do {
         step_ = before;
-        silent_.clear();
-        const std::vector<Contact> near = detect_near();
+        detector_.begin_motion();
+        const std::vector<Contact> near = detector_.near();
+        responded_ = detector_.found_any();
         if (responded_) {
-          response_.run(near, detect_all, motion_, step_);
+          response_.run(near, touching, motion_, step_);
         } else {
           response_.forget();
         }
       } while (read_where_pushed());
-      step_.unresolved += count_passed_over();
+      step_.unresolved += detector_.count_passed_over();
       if (step_.unresolved > 0) {
         journal_.say(
             "unresolved",
@@ -126,6 +127,7 @@ bool Pipeline::run(const Bodies& bodies, double seconds, const Fill& fill) noexc
       leave_stopped_obstacles();
       collect_contacts();
       remember_ends();
+      detector_.add_to(step_);
       step_.ms_response = ms_since(gathered) - step_.ms_detect;
     }
     works_ = true;
@@ -142,7 +144,6 @@ bool Pipeline::run(const Bodies& bodies, double seconds, const Fill& fill) noexc
 
 void Pipeline::gather(const Bodies& bodies, double seconds, const Fill& fill) {
   scene_.readmit(bodies);
-  if (!detector_) detector_ = std::make_unique<Detector>(options_.detector);
   bool changed = false;
   const std::size_t obstacles = obstacles_.records().size();
   do {
@@ -226,30 +227,11 @@ bool Pipeline::read_resolution() {
 
 void Pipeline::set_topology() {
   response_.forget();
-  near_contacts_.forget();
-  const Topology topology = topology_.for_detection();
-  detector_->set_topology(topology);
-  read_reach();
-  // Neighbours in a mesh are not to be near each other by themselves.
-  std::vector<double> reach = motion_.reach;
-  const auto middle = reach.begin() + static_cast<std::ptrdiff_t>(reach.size() / 2);
-  std::nth_element(reach.begin(), middle, reach.end());
-  lazyccd::Options options = options_.detector;
-  options.separation = std::min(NearContacts::reach * largest_thickness(), 0.5 * *middle);
-  if (!(options.separation > 0)) {
-    near_detector_.reset();
-    return;
-  }
-  if (!near_detector_ || separation_ != options.separation) {
-    near_detector_ = std::make_unique<Detector>(options);
-    separation_ = options.separation;
-  }
-  near_detector_->set_topology(topology);
+  detector_.set_topology(largest_thickness());
 }
 
 void Pipeline::report_piercings() {
-  const Piercings found =
-      find_piercings(topology_.topology(), detector_->edges(), motion_.starts());
+  const Piercings found = find_piercings(topology_.topology(), detector_.edges(), motion_.starts());
   step_.pierced_at_start = found.count;
   if (found.count == 0) return;
   const auto name = [this](std::int32_t body) {
@@ -394,126 +376,10 @@ bool Pipeline::read_where_pushed() {
   return true;
 }
 
-void Pipeline::read_reach() {
-  motion_.reach.assign(motion_.inverse_mass.size(), std::numeric_limits<double>::infinity());
-  for (const Edge& edge : detector_->edges()) {
-    if (!topology_.is_soft(edge[0])) continue;
-    const double length = (motion_.start_of(edge[0]) - motion_.start_of(edge[1])).norm();
-    for (const std::int32_t v : edge) motion_.reach[v] = std::min(motion_.reach[v], length);
-  }
-}
-
-std::vector<Contact> Pipeline::detect(const Positions& start, const Positions& end) {
-  const Clock::time_point begin = Clock::now();
-  std::vector<Contact> contacts =
-      answerable(only_near_can_touch(end) ? near_detector_->touching_among(near_, start, end)
-                                          : detector_->detect(start, end));
-  step_.ms_detect += ms_since(begin);
-  return contacts;
-}
-
-// What the first detection did not report stayed further apart than the separation, all the time.
-// So it cannot touch while nothing leaves that motion by half as much; nor where the step begins.
-bool Pipeline::only_near_can_touch(const Positions& end) const {
-  if (!near_detector_) return false;
-  if (end.data() == motion_.start.data()) return true;
-  const double least = 0.499 * separation_;
-  for (std::size_t v = 0; v < motion_.size(); ++v) {
-    const Eigen::Vector3d moved =
-        motion_.end_of(static_cast<std::int32_t>(v)) - motion_.predicted[v];
-    if (moved.squaredNorm() > least * least) return false;
-  }
-  return true;
-}
-
-std::vector<Contact> Pipeline::detect_near() {
-  if (!near_detector_) {
-    std::vector<Contact> contacts = detect(motion_.starts(), motion_.ends());
-    responded_ = !contacts.empty();
-    return contacts;
-  }
-  const Clock::time_point begin = Clock::now();
-  near_ = near_detector_->detect(motion_.starts(), motion_.ends());
-  std::vector<Contact> contacts = answerable(near_);
-  responded_ = !contacts.empty();
-  contacts = near_contacts_.choose(std::move(contacts), motion_);
-  step_.ms_detect += ms_since(begin);
-  return contacts;
-}
-
-std::vector<Contact> Pipeline::answerable(Span<const Contact> contacts) {
-  std::vector<Contact> answered;
-  for (const Contact& contact : contacts) {
-    if (is_anchored(contact)) continue;
-    if (responds(contact) && may_be_ended(contact)) {
-      answered.push_back(contact);
-    } else if (step_.detections == 0) {
-      silent_.push_back(contact);
-    }
-  }
-  ++step_.detections;
-  return answered;
-}
-
-bool Pipeline::may_be_ended(const Contact& contact) const {
-  bool nodes_move = false, body_moves = false, stopped = false;
-  for (const std::int32_t v : contact.vertices) {
-    const bool soft = topology_.is_soft(v);
-    if (soft ? motion_.inverse_mass[v] > 0 : motion_.rigid_of(topology_.body_of(v)).is_dynamic())
-      return true;
-    const Eigen::Vector3d end = motion_.end_of(v);
-    if (end != motion_.start_of(v)) (soft ? nodes_move : body_moves) = true;
-    stopped = stopped || (responded_ && end != motion_.predicted[v]);
-  }
-  return (nodes_move && !body_moves) || stopped;
-}
-
-std::int64_t Pipeline::count_passed_over() {
-  std::vector<Contact> passed;
-  for (const Contact& contact : silent_) {
-    const bool moves =
-        std::any_of(contact.vertices.begin(), contact.vertices.end(),
-                    [this](std::int32_t v) { return motion_.end_of(v) != motion_.start_of(v); });
-    if (moves && responds(contact)) passed.push_back(contact);
-  }
-  if (passed.empty()) return 0;
-  const Span<const Contact> touching =
-      near_detector_ ? near_detector_->touching_among(passed, motion_.starts(), motion_.ends())
-                     : Span<const Contact>(passed);
-  return std::count_if(touching.begin(), touching.end(),
-                       [](const Contact& contact) { return contact.toi > 0; });
-}
-
-bool Pipeline::responds(const Contact& contact) const {
-  return topology_.bodies()[contact.body_a].responds && topology_.bodies()[contact.body_b].responds;
-}
-
-bool Pipeline::is_anchored(const Contact& contact) const {
-  const StepTopology::BodyRecord& a = topology_.bodies()[contact.body_a];
-  const StepTopology::BodyRecord& b = topology_.bodies()[contact.body_b];
-  if (a.soft && b.soft) return false;
-  const btSoftBody& soft = a.soft ? *a.soft : *b.soft;
-  const btCollisionObject* obstacle = a.soft ? b.object : a.object;
-  const auto in_contact = [&](const btSoftBody::Node* node) {
-    return std::any_of(contact.vertices.begin(), contact.vertices.end(), [&](std::int32_t v) {
-      return topology_.is_soft(v) && &scene_.node(v) == node;
-    });
-  };
-  for (int i = 0; i < soft.m_anchors.size(); ++i) {
-    const btSoftBody::Anchor& anchor = soft.m_anchors[i];
-    if (anchor.m_body == obstacle && in_contact(anchor.m_node)) return true;
-  }
-  for (int i = 0; i < soft.m_deformableAnchors.size(); ++i) {
-    const btSoftBody::DeformableNodeRigidAnchor& anchor = soft.m_deformableAnchors[i];
-    if (anchor.m_cti.m_colObj == obstacle && in_contact(anchor.m_node)) return true;
-  }
-  return false;
-}
-
 void Pipeline::collect_contacts() {
   static const std::vector<ContactRow> none;
-  contacts_ =
-      step_contacts(responded_ ? response_.rows() : none, silent_, scene_, topology_, motion_);
+  contacts_ = step_contacts(responded_ ? response_.rows() : none, detector_.silent(), scene_,
+                            topology_, motion_);
   for (const StepContact& contact : contacts_) {
     ++(contact.kind == ContactKind::vertex_face ? step_.contacts_vf : step_.contacts_ee);
   }
@@ -566,7 +432,7 @@ void Pipeline::write_rigid_bodies() const {
 }
 
 std::string Pipeline::status() const {
-  std::string text = "LazyCCD: " + (detector_ ? detector_->status() : "no step yet") + ", " +
+  std::string text = "LazyCCD: " + detector_.status() + ", " +
                      std::to_string(scene_.bodies().size()) + " soft bodies, " +
                      std::to_string(total_.steps) + " steps, " +
                      std::to_string(total_.last_resorts) + " nodes held as the last resort\n";

@@ -3,19 +3,17 @@
 #pragma once
 
 #include <functional>
-#include <memory>
 #include <string>
 #include <vector>
 
 #include "journal.h"
 #include "lazyccd/bullet/options.h"
 #include "lazyccd/bullet/report.h"
-#include "lazyccd/detector.h"
 #include "motion.h"
-#include "near_contacts.h"
 #include "obstacles.h"
 #include "response.h"
 #include "soft_scene.h"
+#include "step_detector.h"
 #include "step_topology.h"
 
 namespace lazyccd::bullet {
@@ -90,7 +88,6 @@ class Pipeline {
   // Where the response put soft bodies out of what was read of the obstacles, reads that too and
   // takes the response back.
   bool read_where_pushed();
-  void read_reach();
   // True where the resolution is another than before.
   bool read_resolution();
   void set_topology();
@@ -98,27 +95,11 @@ class Pipeline {
   void leave_stopped_obstacles();
   std::int32_t body_index(const StepTopology::BodyRecord& body) const;
   double largest_thickness() const;
-  bool is_anchored(const Contact& contact) const;
-  bool responds(const Contact& contact) const;
-  // Pinned nodes that are driven stop before what they would pass through. A kinematic body passes
-  // over pinned nodes, unless something of the pair has been stopped.
-  bool may_be_ended(const Contact& contact) const;
-  // Pairs of a kinematic body and pinned nodes that it came upon in this step.
-  std::int64_t count_passed_over();
-  std::vector<Contact> detect_near();
-  std::vector<Contact> detect(const Positions& start, const Positions& end);
-  bool only_near_can_touch(const Positions& end) const;
-  // Without those that nothing may be done about; of these, the first detection's are noted.
-  std::vector<Contact> answerable(Span<const Contact> contacts);
   void collect_contacts();
 
   Options options_;
   Friction friction_;
   Journal journal_;
-  std::unique_ptr<Detector> detector_;       // of what touches
-  std::unique_ptr<Detector> near_detector_;  // of what comes within a thickness; null without any
-  double separation_ = 0;                    // of near_detector_, metres
-  Span<const Contact> near_;                 // all that it found in this step
   // Metres: the narrowest gap that neither the rounding of positions nor what the response leaves
   // open closes, and so the least thickness.
   double resolution_ = 0;
@@ -128,10 +109,9 @@ class Pipeline {
   Motion motion_;
   AxisBox swept_ = AxisBox::empty();           // of the soft bodies' vertices in this step
   AxisBox near_obstacles_ = AxisBox::empty();  // of those that meet obstacles, with their margin
-  NearContacts near_contacts_;
+  StepDetector detector_;
   Response response_;
   std::vector<LastEnd> last_ends_;  // empty where the last step is not known
-  std::vector<Contact> silent_;     // met in this step's first detection, not to be answered
   std::vector<StepContact> contacts_;
   std::int64_t queued_ = 0;
   StepStats step_, total_;

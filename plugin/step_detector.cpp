@@ -1,0 +1,180 @@
+#include "step_detector.h"
+
+#include <algorithm>
+#include <chrono>
+#include <limits>
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double ms_since(Clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
+}
+
+}  // namespace
+
+StepDetector::StepDetector(const lazyccd::Options& options, const SoftScene& scene,
+                           const StepTopology& topology, Motion& motion,
+                           ContactRows::Surface surface)
+    : options_(options),
+      scene_(scene),
+      topology_(topology),
+      motion_(motion),
+      near_contacts_(std::move(surface)) {}
+
+void StepDetector::set_topology(double largest_thickness) {
+  near_contacts_.forget();
+  const Topology topology = topology_.for_detection();
+  if (!touching_) touching_ = std::make_unique<Detector>(options_);
+  touching_->set_topology(topology);
+  read_reach();
+  // Neighbours in a mesh are not to be near each other by themselves.
+  std::vector<double> reach = motion_.reach;
+  const auto middle = reach.begin() + static_cast<std::ptrdiff_t>(reach.size() / 2);
+  std::nth_element(reach.begin(), middle, reach.end());
+  lazyccd::Options options = options_;
+  options.separation = std::min(NearContacts::reach * largest_thickness, 0.5 * *middle);
+  if (!(options.separation > 0)) {
+    near_.reset();
+    return;
+  }
+  if (!near_ || separation_ != options.separation) {
+    near_ = std::make_unique<Detector>(options);
+    separation_ = options.separation;
+  }
+  near_->set_topology(topology);
+}
+
+void StepDetector::read_reach() {
+  motion_.reach.assign(motion_.inverse_mass.size(), std::numeric_limits<double>::infinity());
+  for (const Edge& edge : edges()) {
+    if (!topology_.is_soft(edge[0])) continue;
+    const double length = (motion_.start_of(edge[0]) - motion_.start_of(edge[1])).norm();
+    for (const std::int32_t v : edge) motion_.reach[v] = std::min(motion_.reach[v], length);
+  }
+}
+
+void StepDetector::begin_motion() {
+  silent_.clear();
+  found_any_ = false;
+  detections_ = 0;
+  ms_ = 0;
+}
+
+void StepDetector::add_to(StepStats& stats) const {
+  stats.detections += detections_;
+  stats.ms_detect += ms_;
+}
+
+std::vector<Contact> StepDetector::touching(const Positions& start, const Positions& end) {
+  const Clock::time_point begin = Clock::now();
+  std::vector<Contact> contacts =
+      answerable(only_near_can_touch(end) ? near_->touching_among(all_near_, start, end)
+                                          : touching_->detect(start, end));
+  ms_ += ms_since(begin);
+  return contacts;
+}
+
+// What the first detection did not report stayed further apart than the separation, all the time.
+// So it cannot touch while nothing leaves that motion by half as much; nor where the step begins.
+bool StepDetector::only_near_can_touch(const Positions& end) const {
+  if (!near_) return false;
+  if (end.data() == motion_.start.data()) return true;
+  const double least = 0.499 * separation_;
+  for (std::size_t v = 0; v < motion_.size(); ++v) {
+    const Eigen::Vector3d moved =
+        motion_.end_of(static_cast<std::int32_t>(v)) - motion_.predicted[v];
+    if (moved.squaredNorm() > least * least) return false;
+  }
+  return true;
+}
+
+std::vector<Contact> StepDetector::near() {
+  if (!near_) {
+    std::vector<Contact> contacts = touching(motion_.starts(), motion_.ends());
+    found_any_ = !contacts.empty();
+    return contacts;
+  }
+  const Clock::time_point begin = Clock::now();
+  all_near_ = near_->detect(motion_.starts(), motion_.ends());
+  std::vector<Contact> contacts = answerable(all_near_);
+  found_any_ = !contacts.empty();
+  contacts = near_contacts_.choose(std::move(contacts), motion_);
+  ms_ += ms_since(begin);
+  return contacts;
+}
+
+std::vector<Contact> StepDetector::answerable(Span<const Contact> contacts) {
+  std::vector<Contact> answered;
+  for (const Contact& contact : contacts) {
+    if (is_anchored(contact)) continue;
+    if (responds(contact) && may_be_ended(contact)) {
+      answered.push_back(contact);
+    } else if (detections_ == 0) {
+      silent_.push_back(contact);
+    }
+  }
+  ++detections_;
+  return answered;
+}
+
+bool StepDetector::may_be_ended(const Contact& contact) const {
+  bool nodes_move = false, body_moves = false, stopped = false;
+  for (const std::int32_t v : contact.vertices) {
+    const bool soft = topology_.is_soft(v);
+    if (soft ? motion_.inverse_mass[v] > 0 : motion_.rigid_of(topology_.body_of(v)).is_dynamic())
+      return true;
+    const Eigen::Vector3d end = motion_.end_of(v);
+    if (end != motion_.start_of(v)) (soft ? nodes_move : body_moves) = true;
+    stopped = stopped || (found_any_ && end != motion_.predicted[v]);
+  }
+  return (nodes_move && !body_moves) || stopped;
+}
+
+std::int64_t StepDetector::count_passed_over() {
+  std::vector<Contact> passed;
+  for (const Contact& contact : silent_) {
+    const bool moves =
+        std::any_of(contact.vertices.begin(), contact.vertices.end(),
+                    [this](std::int32_t v) { return motion_.end_of(v) != motion_.start_of(v); });
+    if (moves && responds(contact)) passed.push_back(contact);
+  }
+  if (passed.empty()) return 0;
+  const Span<const Contact> touching =
+      near_ ? near_->touching_among(passed, motion_.starts(), motion_.ends())
+            : Span<const Contact>(passed);
+  return std::count_if(touching.begin(), touching.end(),
+                       [](const Contact& contact) { return contact.toi > 0; });
+}
+
+bool StepDetector::responds(const Contact& contact) const {
+  return topology_.bodies()[contact.body_a].responds && topology_.bodies()[contact.body_b].responds;
+}
+
+bool StepDetector::is_anchored(const Contact& contact) const {
+  const StepTopology::BodyRecord& a = topology_.bodies()[contact.body_a];
+  const StepTopology::BodyRecord& b = topology_.bodies()[contact.body_b];
+  if (a.soft && b.soft) return false;
+  const btSoftBody& soft = a.soft ? *a.soft : *b.soft;
+  const btCollisionObject* obstacle = a.soft ? b.object : a.object;
+  const auto in_contact = [&](const btSoftBody::Node* node) {
+    return std::any_of(contact.vertices.begin(), contact.vertices.end(), [&](std::int32_t v) {
+      return topology_.is_soft(v) && &scene_.node(v) == node;
+    });
+  };
+  for (int i = 0; i < soft.m_anchors.size(); ++i) {
+    const btSoftBody::Anchor& anchor = soft.m_anchors[i];
+    if (anchor.m_body == obstacle && in_contact(anchor.m_node)) return true;
+  }
+  for (int i = 0; i < soft.m_deformableAnchors.size(); ++i) {
+    const btSoftBody::DeformableNodeRigidAnchor& anchor = soft.m_deformableAnchors[i];
+    if (anchor.m_cti.m_colObj == obstacle && in_contact(anchor.m_node)) return true;
+  }
+  return false;
+}
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet

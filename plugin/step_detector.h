@@ -1,0 +1,75 @@
+// Finds the contacts of a step that the response is to answer.
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "contact_rows.h"
+#include "lazyccd/bullet/report.h"
+#include "lazyccd/detector.h"
+#include "motion.h"
+#include "near_contacts.h"
+#include "soft_scene.h"
+#include "step_topology.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+
+class StepDetector {
+ public:
+  // What it reads of a step must outlive it.
+  StepDetector(const lazyccd::Options& options, const SoftScene& scene,
+               const StepTopology& topology, Motion& motion, ContactRows::Surface surface);
+
+  // To be called where indices or pair rules change, with the largest thickness of any pair,
+  // metres. Sets the motion's reach. Throws lazyccd::Error for a topology that it does not take.
+  void set_topology(double largest_thickness);
+  Span<const Edge> edges() const { return touching_->edges(); }
+
+  // Takes the motion for a new one: nothing is found in it yet.
+  void begin_motion();
+  // The first detection of a motion: pairs that come within their thickness of each other, those
+  // that say nothing new left out.
+  std::vector<Contact> near();
+  // Whether that one found anything that may be answered.
+  bool found_any() const { return found_any_; }
+  // Pairs that touch in the motion from `start` to `end`.
+  std::vector<Contact> touching(const Positions& start, const Positions& end);
+  // Met in the first detection, and nothing may be done about them.
+  const std::vector<Contact>& silent() const { return silent_; }
+  // Pairs of a kinematic body and pinned nodes that it came upon in this motion.
+  std::int64_t count_passed_over();
+
+  // Of the last motion: adds what it cost.
+  void add_to(StepStats& stats) const;
+  std::string status() const { return touching_ ? touching_->status() : "no step yet"; }
+
+ private:
+  bool is_anchored(const Contact& contact) const;
+  bool responds(const Contact& contact) const;
+  // Pinned nodes that are driven stop before what they would pass through. A kinematic body passes
+  // over pinned nodes, unless something of the pair has been stopped.
+  bool may_be_ended(const Contact& contact) const;
+  bool only_near_can_touch(const Positions& end) const;
+  void read_reach();
+  // Without those that nothing may be done about; of these, the first detection's are noted.
+  std::vector<Contact> answerable(Span<const Contact> contacts);
+
+  lazyccd::Options options_;
+  const SoftScene& scene_;
+  const StepTopology& topology_;
+  Motion& motion_;
+  NearContacts near_contacts_;
+  std::unique_ptr<Detector> touching_;  // null before the first topology
+  std::unique_ptr<Detector> near_;      // of what comes within a thickness; null without any
+  double separation_ = 0;               // of near_, metres
+  Span<const Contact> all_near_;        // in this motion
+  std::vector<Contact> silent_;
+  bool found_any_ = false;
+  std::int64_t detections_ = 0;
+  double ms_ = 0;
+};
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet
