@@ -1,0 +1,241 @@
+#include "step_reader.h"
+
+#include <BulletDynamics/Dynamics/btRigidBody.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "rotation.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+namespace {
+
+// Says which bodies are new where memory is reused.
+int proxy_id(const SoftScene::BodyRecord& record) {
+  const btBroadphaseProxy* proxy = record.body->getBroadphaseHandle();
+  return proxy ? proxy->m_uniqueId : -1;
+}
+
+// Without its place in the motion. Bodies that nothing moves have no mobility.
+RigidMotion rigid_motion(const btCollisionObject& object) {
+  RigidMotion motion;
+  motion.velocity = motion.spin = motion.inverse_mass = Eigen::Vector3d::Zero();
+  motion.inverse_inertia = Eigen::Matrix3d::Zero();
+  const btRigidBody* body = btRigidBody::upcast(&object);
+  if (!body || body->isStaticOrKinematicObject()) return motion;
+  motion.velocity = to_eigen(body->getLinearVelocity());
+  motion.spin = to_eigen(body->getAngularVelocity());
+  motion.inverse_mass = static_cast<double>(body->getInvMass()) * to_eigen(body->getLinearFactor());
+  const Eigen::Matrix3d free(to_eigen(body->getAngularFactor()).asDiagonal());
+  motion.inverse_inertia = free * to_eigen(body->getInvInertiaTensorWorld()) * free;
+  return motion;
+}
+
+}  // namespace
+
+void StepReader::begin_step(const Bodies& bodies) {
+  for (int i = 0; i < bodies.size(); ++i) {
+    // Bullet clears the mark of active bodies only; of the others it is part of the scene's stamp.
+    if (bodies[i]->m_bUpdateRtCst && bodies[i]->isActive()) scene_.invalidate();
+  }
+  if (options_.rigid_obstacles) obstacles_.begin_step(bodies);
+}
+
+StepReader::Changes StepReader::read(const Bodies& bodies, double seconds, const Fill& fill) {
+  scene_.readmit(bodies);
+  Changes changes;
+  const std::size_t obstacles = obstacles_.records().size();
+  do {
+    changes.topology = scene_.update(bodies, journal_) || changes.topology;
+  } while (!gather_soft(seconds, fill));
+  changes.start = changes.topology;
+  changes.start = sweep_driven_nodes() || changes.start;
+  if (options_.rigid_obstacles)
+    changes.topology = obstacles_.update(bodies, near_obstacles_, journal_) || changes.topology;
+  changes.topology = topology_.update(scene_, obstacles_, changes.topology);
+  gather_obstacles();
+  changes.topology = read_resolution() || changes.topology;
+  // Not where only other triangles of the same bodies came near.
+  changes.start = changes.start || obstacles_.records().size() > obstacles;
+  return changes;
+}
+
+bool StepReader::sweep_driven_nodes() {
+  bool displaced = false;
+  auto next = last_ends_.begin();
+  for (const SoftScene::BodyRecord& record : scene_.bodies()) {
+    const auto is_same = [id = proxy_id(record)](const LastEnd& end) { return end.proxy_id == id; };
+    // As a rule in the same order.
+    auto last = next;
+    if (last == last_ends_.end() || !is_same(*last))
+      last = std::find_if(last_ends_.begin(), last_ends_.end(), is_same);
+    if (last != last_ends_.end()) next = last + 1;
+    const std::size_t count = 3 * static_cast<std::size_t>(record.vertex_count);
+    if (last == last_ends_.end() || last->positions.size() != count) continue;
+    btScalar* const start = &motion_.start[3 * static_cast<std::size_t>(record.first_vertex)];
+    if (std::equal(start, start + count, last->positions.begin())) continue;
+    bool free_moved = false;
+    for (std::size_t i = 0; i < count; ++i) {
+      const std::size_t v = static_cast<std::size_t>(record.first_vertex) + i / 3;
+      free_moved = free_moved || (motion_.inverse_mass[v] > 0 && start[i] != last->positions[i]);
+    }
+    displaced = displaced || free_moved;
+    if (free_moved) continue;
+    AxisBox came_from = AxisBox::empty();
+    std::copy(last->positions.begin(), last->positions.end(), start);
+    for (std::size_t i = 0; i < count; i += 3)
+      came_from.add(btVector3(start[i], start[i + 1], start[i + 2]));
+    swept_.add(came_from);
+    if (Obstacles::meets_obstacles(*record.body))
+      near_obstacles_.add(came_from.grown(btVector3(record.margin, record.margin, record.margin)));
+  }
+  return displaced;
+}
+
+void StepReader::remember_ends() {
+  last_ends_.resize(scene_.bodies().size());
+  for (std::size_t i = 0; i < last_ends_.size(); ++i) {
+    const SoftScene::BodyRecord& record = scene_.bodies()[i];
+    const auto first = motion_.end.begin() + 3 * static_cast<std::ptrdiff_t>(record.first_vertex);
+    last_ends_[i].proxy_id = proxy_id(record);
+    last_ends_[i].positions.assign(first,
+                                   first + 3 * static_cast<std::ptrdiff_t>(record.vertex_count));
+  }
+}
+
+bool StepReader::read_resolution() {
+  constexpr double roundings = 16;
+  constexpr double least_speed = 4e-4;  // m/s: the response leaves gaps open by a part of it
+  if (swept_.is_empty()) return false;
+  btScalar farthest = 0;
+  for (int k = 0; k < 3; ++k)
+    farthest = std::max({farthest, std::abs(swept_.lower[k]), std::abs(swept_.upper[k])});
+  const double rounding =
+      static_cast<double>(farthest) * static_cast<double>(std::numeric_limits<btScalar>::epsilon());
+  const double resolution = roundings * rounding + least_speed * motion_.seconds;
+  if (resolution <= resolution_ && 4 * resolution >= resolution_) return false;
+  resolution_ = 2 * resolution;
+  return true;
+}
+
+// One way through Bullet's nodes, which lie far apart in memory: blocks as small as the processor's
+// nearest cache are read, and looked at while they are there. False where the scene is to be read
+// anew: something was refused, or other nodes are pinned.
+bool StepReader::gather_soft(double seconds, const Fill& fill) {
+  const std::size_t count = static_cast<std::size_t>(scene_.vertex_count());
+  motion_.seconds = seconds;
+  motion_.start.resize(3 * count);
+  motion_.end.resize(3 * count);
+  motion_.velocity.resize(count);
+  motion_.rate.resize(count);
+  motion_.inverse_mass.resize(count);
+  swept_ = near_obstacles_ = AxisBox::empty();
+  btScalar margin = static_cast<btScalar>(options_.thickness);
+  constexpr std::int32_t block = 128;
+  bool as_read = true;
+  for (const SoftScene::BodyRecord& record : scene_.bodies()) {
+    AxisBox swept = AxisBox::empty();
+    const std::int32_t end = record.first_vertex + record.vertex_count;
+    for (std::int32_t first = record.first_vertex; first < end; first += block) {
+      if (gather_block(record, first, std::min(end, first + block), fill, swept)) continue;
+      as_read = false;
+      break;
+    }
+    swept_.add(swept);
+    if (!Obstacles::meets_obstacles(*record.body)) continue;
+    near_obstacles_.add(swept);
+    margin = btMax(margin, record.margin);
+  }
+  // Obstacles have their own margin about them.
+  if (!near_obstacles_.is_empty())
+    near_obstacles_ = near_obstacles_.grown(btVector3(margin, margin, margin));
+  return as_read;
+}
+
+bool StepReader::gather_block(const SoftScene::BodyRecord& record, std::int32_t first,
+                              std::int32_t last, const Fill& fill, AxisBox& swept) {
+  bool pinned_as_read = true;
+  for (std::int32_t v = first; v < last; ++v) {
+    scene_.fetch_ahead(record, v);
+    const btScalar inverse_mass = record.body->m_nodes[scene_.node_index(v)].m_im;
+    motion_.inverse_mass[v] = static_cast<double>(inverse_mass);
+    motion_.rate[v] = 1 / motion_.seconds;
+    pinned_as_read = pinned_as_read && (inverse_mass > 0) != scene_.was_pinned(v);
+  }
+  if (!pinned_as_read) {
+    scene_.invalidate();
+    return false;
+  }
+  fill(scene_, record, first, last, motion_);
+  for (std::int32_t v = first; v < last; ++v) {
+    const btScalar *start = &motion_.start[3 * static_cast<std::size_t>(v)],
+                   *end = &motion_.end[3 * static_cast<std::size_t>(v)];
+    const btVector3 x0(start[0], start[1], start[2]), x1(end[0], end[1], end[2]);
+    // Times a number that is not finite is not zero.
+    if (!(x0.dot(btVector3(0, 0, 0)) + x1.dot(btVector3(0, 0, 0)) == 0)) {
+      refuse(record, v);
+      return false;
+    }
+    swept.add(x0);
+    swept.add(x1);
+  }
+  return true;
+}
+
+void StepReader::refuse(const SoftScene::BodyRecord& record, std::int32_t vertex) {
+  scene_.refuse(record.body);
+  const std::string body = std::to_string(record.world_index);
+  journal_.say("finite " + body,
+               "soft body " + body + ", node " + std::to_string(scene_.node_index(vertex)) +
+                   ": the position is not finite; the body is left out of collision detection "
+                   "until it is");
+}
+
+void StepReader::gather_obstacles() {
+  motion_.first_vertex.clear();
+  motion_.rigid_of_body.clear();
+  motion_.rigid.clear();
+  motion_.start.resize(3 * static_cast<std::size_t>(topology_.vertex_count()));
+  motion_.end.resize(motion_.start.size());
+  for (const StepTopology::BodyRecord& body : topology_.bodies()) {
+    motion_.first_vertex.push_back(body.first_vertex);
+    motion_.rigid_of_body.push_back(body.soft ? -1
+                                              : static_cast<std::int32_t>(motion_.rigid.size()));
+    if (body.soft) continue;
+    const Obstacles::Record& record = obstacles_.records()[body.obstacle];
+    RigidMotion rigid = rigid_motion(*body.object);
+    rigid.first_vertex = body.first_vertex;
+    rigid.vertex_count = body.vertex_count;
+    rigid.local = &obstacles_.local()[record.first_vertex];
+    rigid.start = record.start;
+    rigid.predicted = record.end;
+    motion_.place_start(rigid);
+    motion_.put(rigid, record.end);
+    motion_.rigid.push_back(rigid);
+  }
+  motion_.first_vertex.push_back(topology_.vertex_count());
+}
+
+bool StepReader::read_where_pushed() {
+  if (!options_.rigid_obstacles) return false;
+  AxisBox reached = near_obstacles_;
+  for (const SoftScene::BodyRecord& record : scene_.bodies()) {
+    if (!Obstacles::meets_obstacles(*record.body)) continue;
+    for (std::int32_t v = record.first_vertex; v < record.first_vertex + record.vertex_count; ++v) {
+      const btScalar* const x = &motion_.end[3 * static_cast<std::size_t>(v)];
+      reached.add(btVector3(x[0], x[1], x[2]));
+    }
+  }
+  if (obstacles_.has_read(reached)) return false;
+  motion_.restart_response();  // while its rigid bodies have the triangles that they were read with
+  near_obstacles_ = reached;
+  obstacles_.read(near_obstacles_, journal_);
+  topology_.update(scene_, obstacles_, true);
+  gather_obstacles();
+  return true;
+}
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet

@@ -1,0 +1,90 @@
+// Reads a step from Bullet: what takes part, as one topology, and its motion.
+#pragma once
+
+#include <functional>
+#include <vector>
+
+#include "journal.h"
+#include "lazyccd/bullet/options.h"
+#include "motion.h"
+#include "obstacles.h"
+#include "soft_scene.h"
+#include "step_topology.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+
+class StepReader {
+ public:
+  using Bodies = btAlignedObjectArray<btSoftBody*>;
+  // Fills start, end and velocity of some of a soft body's vertices, first to last - 1, rate where
+  // it is not one over the step, and zeroes the inverse mass of nodes that something else than
+  // velocity and contact moves.
+  using Fill = std::function<void(const SoftScene&, const SoftScene::BodyRecord&,
+                                  std::int32_t first, std::int32_t last, Motion&)>;
+
+  struct Changes {
+    bool topology = false;  // indices, pair rules or thicknesses are others than before
+    bool start = false;  // bodies came or were put elsewhere: what intersects now did not come so
+  };
+
+  // The journal must outlive it.
+  StepReader(const Options& options, Journal& journal) : options_(options), journal_(journal) {}
+
+  // To be called before Bullet moves anything, while its marks of changed topology still stand.
+  void begin_step(const Bodies& bodies);
+  Changes read(const Bodies& bodies, double seconds, const Fill& fill);
+  // Where the response put soft bodies out of what was read of the obstacles, reads that too and
+  // takes the response back. True where there was anything to read: the topology is another then.
+  bool read_where_pushed();
+  // So that the next step knows what was put elsewhere in between.
+  void remember_ends();
+  void forget_ends() { last_ends_.clear(); }
+  // As Obstacles has it.
+  void leave_behind(const btCollisionObject& object) { obstacles_.leave_behind(object); }
+  // The next step reads the soft bodies, or everything, anew.
+  void forget_scene() { scene_.invalidate(); }
+  void forget() {
+    scene_.invalidate();
+    obstacles_.clear();
+  }
+
+  const SoftScene& scene() const { return scene_; }
+  const StepTopology& topology() const { return topology_; }
+  Motion& motion() { return motion_; }
+  const Motion& motion() const { return motion_; }
+  // Metres: the narrowest gap that neither the rounding of positions nor what the response leaves
+  // open closes, and so the least thickness.
+  double resolution() const { return resolution_; }
+
+ private:
+  struct LastEnd {
+    int proxy_id;                     // of a soft body
+    std::vector<btScalar> positions;  // of its vertices
+  };
+
+  bool gather_soft(double seconds, const Fill& fill);
+  bool gather_block(const SoftScene::BodyRecord& record, std::int32_t first, std::int32_t last,
+                    const Fill& fill, AxisBox& swept);
+  void refuse(const SoftScene::BodyRecord& record, std::int32_t vertex);
+  // Pinned nodes that an application puts elsewhere between two steps are swept from where the last
+  // step left them. True where other nodes are elsewhere: that is a new start.
+  bool sweep_driven_nodes();
+  void gather_obstacles();
+  // True where the resolution is another than before.
+  bool read_resolution();
+
+  Options options_;
+  Journal& journal_;
+  double resolution_ = 0;
+  SoftScene scene_;
+  Obstacles obstacles_;
+  StepTopology topology_;
+  Motion motion_;
+  AxisBox swept_ = AxisBox::empty();           // of the soft bodies' vertices in this step
+  AxisBox near_obstacles_ = AxisBox::empty();  // of those that meet obstacles, with their margin
+  std::vector<LastEnd> last_ends_;             // empty where the last step is not known
+};
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet
