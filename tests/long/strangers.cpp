@@ -3,8 +3,8 @@
 //   lazyccd_strangers --from 1 --count 1000 --world both
 //
 // Exit code 1 where a line has a word in capitals: something passed or sticks through that no
-// kinematic body pressed, is not finite though it is with Bullet alone, was not resolved though
-// nothing is driven, or gained energy then.
+// kinematic body pressed, is not finite though Bullet alone does not explode, was not resolved
+// though nothing is driven, or gained energy then.
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <string>
