@@ -81,6 +81,11 @@ ContactRow ContactRows::make_row(const Contact& contact, const Motion& motion) c
   const double least = most_mobile / 256;
   row.response = 1 / std::max(compliance, least);
   row.sliding_response = 1 / std::max(sliding_compliance, least);
+  // Where nothing gives way across the normal, as with a body that slides on rails.
+  if (!std::isfinite(row.sliding_response)) {
+    row.sliding_response = row.response;
+    row.friction = 0;
+  }
   row.impulse = row.opening = 0;
   row.tangential = Vector3d::Zero();
   row.approach = row.start_gap - row.normal.dot(separation(row, motion));

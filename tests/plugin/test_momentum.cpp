@@ -138,6 +138,57 @@ TEST_CASE("a contact of very different masses gets impulses that sum to nothing"
   CHECK_THAT(gap, Matchers::WithinAbs(0.1, 1e-6));
 }
 
+TEST_CASE("a body on rails is stopped by a pinned node, beside contacts of other bodies") {
+  // Vertices 0 and 5 above faces: one of a soft body, one of a rigid body that moves along y alone.
+  const btVector3 local[] = {btVector3(-1, 0, -1), btVector3(1, 0, -1), btVector3(0, 0, 1)};
+  bullet::Motion motion;
+  motion.start = {0, 1, 0, 5, 1, 0, 4, 0, -1, 6, 0, -1, 5, 0, 1, -1, 0, -1, 1, 0, -1, 0, 0, 1};
+  motion.end = motion.start;
+  motion.end[4] = -1;
+  motion.inverse_mass = {0, 1, 1, 1, 1};
+  motion.reach = {1, 1, 1, 1, 1};
+  motion.first_vertex = {0, 1, 2, 5, 8};
+  motion.rigid_of_body = {-1, -1, -1, 0};
+  bullet::RigidMotion body;
+  body.first_vertex = 5;
+  body.vertex_count = 3;
+  body.local = local;
+  body.start.setIdentity();
+  body.predicted.setIdentity();
+  body.predicted.getOrigin().setY(btScalar(1.5));
+  body.velocity = body.spin = body.velocity_change = body.spin_change = Eigen::Vector3d::Zero();
+  body.inverse_mass = Eigen::Vector3d(0, 0.5, 0);
+  body.inverse_inertia.setZero();
+  motion.rigid.push_back(body);
+  motion.put(motion.rigid[0], body.predicted);
+  motion.begin_response();
+
+  Contact on_rails = {}, soft = {};
+  on_rails.vertices = {0, 5, 6, 7};
+  on_rails.body_b = 3;
+  soft.vertices = {1, 2, 3, 4};
+  soft.body_a = 1;
+  soft.body_b = 2;
+  for (Contact* contact : {&on_rails, &soft}) {
+    contact->kind = ContactKind::vertex_face;
+    contact->u = 0.25f;
+    contact->v = 0.5f;
+    contact->normal = {0, 1, 0};
+  }
+  bullet::ContactRows rows(
+      [](std::int32_t, std::int32_t) {
+        return bullet::PairSurface{0.1, 0.5};
+      },
+      0.05);
+  rows.add({on_rails, soft}, true, motion);
+  rows.relax(motion, 100);
+  CHECK_THAT(static_cast<double>(motion.rigid[0].end.getOrigin().y()),
+             Matchers::WithinAbs(0.9, 1e-6));
+  const double gap = motion.solved[1].y() - 0.25 * motion.solved[2].y() -
+                     0.25 * motion.solved[3].y() - 0.5 * motion.solved[4].y();
+  CHECK_THAT(gap, Matchers::WithinAbs(0.1, 1e-6));
+}
+
 TEST_CASE("a zone turns as a whole and keeps both momenta") {
   bullet::Motion motion;
   motion.start = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0};
