@@ -43,14 +43,17 @@ Vector3d move_without(const ContactRow& row, bool opening, const Motion& motion)
   return sum;
 }
 
-// Of rows as they come, each shares nodes with the one before and would wait for it.
-std::vector<std::size_t> interleaved(std::size_t count) {
+// Those that impulses act on. As they come, each shares nodes with the one before and would wait
+// for it, so they take turns.
+std::vector<std::size_t> interleaved(const std::vector<ContactRow>& rows) {
   constexpr std::size_t streams = 8;
-  const std::size_t length = (count + streams - 1) / streams;
+  const std::size_t length = (rows.size() + streams - 1) / streams;
   std::vector<std::size_t> order;
-  order.reserve(count);
+  order.reserve(rows.size());
   for (std::size_t i = 0; i < length; ++i) {
-    for (std::size_t k = i; k < count; k += length) order.push_back(k);
+    for (std::size_t k = i; k < rows.size(); k += length) {
+      if (rows[k].gives_way) order.push_back(k);
+    }
   }
   return order;
 }
@@ -67,21 +70,22 @@ double inverse_mass_of(std::int32_t vertex, const Motion& motion) {
 }  // namespace
 
 ContactProblem::ContactProblem(Of of, const std::vector<ContactRow>& rows, const Motion& motion)
-    : opening_(of == Of::opening), seconds_(motion.seconds), order_(interleaved(rows.size())) {
+    : opening_(of == Of::opening), seconds_(motion.seconds), order_(interleaved(rows)) {
   std::vector<Vector3d> moves;
   moves.reserve(rows.size());
   double longest = 0, heaviest = 0;
   bool begun = false;
   for (const ContactRow& row : rows) {
     moves.push_back(move_without(row, opening_, motion));
+    if (!row.gives_way) continue;
     approach_ = std::max(approach_, need(row, opening_, moves.back()));
     longest = std::max(longest, moves.back().norm());
-    heaviest = std::max({heaviest, row.response, row.sliding_response});
+    heaviest = std::max(heaviest, row.response);
     begun = begun || (opening_ ? row.opening : row.impulse) != 0;
   }
   // Below what anyone calls moving, and a small part of what the contacts stop.
   tolerance_ = std::max(least_speed * seconds_, least_part * approach_);
-  impulses_.resize(rows.size());
+  impulses_.resize(order_.size());
   if (!begun && approach_ < tolerance_) return;
   if (longest > 0) length_ = longest;
   if (heaviest > 0) mass_ = heaviest;
@@ -92,8 +96,9 @@ ContactProblem::ContactProblem(Of of, const std::vector<ContactRow>& rows, const
   for (const std::size_t i : order_) {
     rows_.push_back(make_row(rows[i], moves[i], motion));
     for (int k = 0; k < 4; ++k) {
-      if (rows_.back().mobility[k] == 0) continue;
-      std::int32_t& node = node_of[rows[i].contact.vertices[k]];
+      const std::int32_t v = rows[i].contact.vertices[k];
+      if (rows_.back().mobility[k] == 0 || !motion.is_soft(v)) continue;
+      std::int32_t& node = node_of[v];
       if (node == 0) node = nodes++;
       rows_.back().node[k] = node;
     }
@@ -206,7 +211,7 @@ void ContactProblem::solve(int sweeps) {
   if (opening_) {
     sweeps = std::max(1, sweeps / fewer_of_opening);
   } else if (approach_ < slow * seconds_) {
-    sweeps *= more_of_slow;
+    sweeps = std::min(sweeps, std::numeric_limits<int>::max() / more_of_slow) * more_of_slow;
   }
 
   before_ = last_ = impulses_;
@@ -259,7 +264,7 @@ void ContactProblem::write(std::vector<ContactRow>& rows, Motion& motion) const 
     turn_of(body).setZero();
   }
   const double unit = mass_ * length_;
-  for (std::size_t i = 0; i < rows.size(); ++i) {
+  for (std::size_t i = 0; i < order_.size(); ++i) {
     ContactRow& row = rows[order_[i]];
     const double normal = unit * static_cast<double>(impulses_[i].along);
     const Vector3d tangential = unit * impulses_[i].across.head<3>().cast<double>();

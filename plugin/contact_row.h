@@ -27,6 +27,7 @@ struct ContactRow {
   Eigen::Vector3d tangential;  // the same across it
   double opening;              // the same of the opening
   bool touched = false;        // not only near
+  bool gives_way;              // false: what is driven meets what is driven, and no impulse acts
 
   // The side of the contact that is a rigid body: index in Motion::rigid or -1, the sum of its
   // weights (1 or -1), and its lever arm: sum_i w_i (x_i - centre), metres.

@@ -79,13 +79,12 @@ ContactRow ContactRows::make_row(const Contact& contact, const Motion& motion) c
   // A row that only a node of small weight can serve would throw that node far away: at most 16
   // times the gap, and the next detection asks again.
   const double least = most_mobile / 256;
-  row.response = 1 / std::max(compliance, least);
-  row.sliding_response = 1 / std::max(sliding_compliance, least);
-  // Where nothing gives way across the normal, as with a body that slides on rails.
-  if (!std::isfinite(row.sliding_response)) {
-    row.sliding_response = row.response;
-    row.friction = 0;
-  }
+  // A body on rails gives way along them alone: what is left of its mobility in other directions is
+  // rounding, and no stiffness is to be made of it.
+  const double rounding = 1e-6 * (compliance + sliding_compliance);
+  row.gives_way = compliance > rounding;
+  row.response = row.gives_way ? 1 / std::max(compliance, least) : 0;
+  row.sliding_response = row.gives_way ? 1 / std::max({sliding_compliance, least, rounding}) : 0;
   row.impulse = row.opening = 0;
   row.tangential = Vector3d::Zero();
   row.approach = row.start_gap - row.normal.dot(separation(row, motion));
@@ -114,7 +113,7 @@ void ContactRows::start_warm() {
   for (ContactRow& row : rows_) {
     while (last != remembered_.end() && last->contact < row.contact) ++last;
     if (last == remembered_.end()) break;
-    if (row.contact < last->contact) continue;
+    if (row.contact < last->contact || !row.gives_way) continue;
     row.impulse = std::max(0.0, row.normal.dot(last->impulse));
     row.tangential = last->impulse - row.normal.dot(last->impulse) * row.normal;
     const double most = row.friction * row.impulse, size = row.tangential.norm();
@@ -141,11 +140,9 @@ bool ContactRows::add(const std::vector<Contact>& contacts, bool touching, const
       if (old->impulse > 0 || old->opening > 0) keep(*old);
       ++old;
     }
-    const ContactRow row = make_row(contact, motion);
-    if (!std::isfinite(row.response)) continue;  // what is driven meets what is driven
-    merged.push_back(row);
+    merged.push_back(make_row(contact, motion));
     merged.back().touched = touching;
-    gives_way = true;
+    gives_way = gives_way || merged.back().gives_way;
   }
   merged.insert(merged.end(), old, rows_.end());
   rows_.swap(merged);

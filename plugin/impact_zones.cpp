@@ -283,10 +283,14 @@ void ImpactZones::move(const Zone& zone, const Guides& guides, Motion& motion) c
     for (const int b : zone.bodies) {
       const RigidMotion& body = rigid_[b];
       const Vector3d moved = to_eigen(body.predicted.getOrigin()) + body.shift - body.centre();
-      matter.add(1 / body.inverse_mass.maxCoeff(), body.centre(), moved);
+      matter.add(body.mass(), body.centre(), moved);
     }
-    free.centre = matter.centre / matter.mass;
-    free.shift = matter.shift / matter.mass;
+    if (matter.mass > 0) {
+      free.centre = matter.centre / matter.mass;
+      free.shift = matter.shift / matter.mass;
+    } else if (!zone.bodies.empty()) {
+      free.centre = rigid_[zone.bodies.front()].centre();
+    }
     Matrix3d inertia = Matrix3d::Zero();
     Vector3d momentum = Vector3d::Zero();
     const auto add = [&](double m, const Vector3d& at, const Vector3d& moved) {
@@ -300,10 +304,9 @@ void ImpactZones::move(const Zone& zone, const Guides& guides, Motion& motion) c
     }
     for (const int b : zone.bodies) {
       const RigidMotion& body = rigid_[b];
-      add(1 / body.inverse_mass.maxCoeff(), body.centre(),
+      add(body.mass(), body.centre(),
           to_eigen(body.predicted.getOrigin()) + body.shift - body.centre());
-      const Matrix3d own = body.inverse_inertia.inverse();
-      if (!own.allFinite()) continue;
+      const Matrix3d own = body.inertia();
       inertia += own;
       momentum += own * turn_over_step(body, body.turn);
     }

@@ -14,14 +14,6 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-double mass_of(const RigidMotion& body) { return 1 / body.inverse_mass.maxCoeff(); }
-
-// Zero where the body does not turn.
-Matrix3d inertia_of(const RigidMotion& body) {
-  const Matrix3d inertia = body.inverse_inertia.inverse();
-  return inertia.allFinite() ? inertia : Matrix3d::Zero();
-}
-
 template <class Velocity, class Spin>
 double kinetic_energy(const Motion& motion, const Velocity& velocity, const Spin& spin) {
   double twice = 0;
@@ -33,8 +25,8 @@ double kinetic_energy(const Motion& motion, const Velocity& velocity, const Spin
   for (const RigidMotion& body : motion.rigid) {
     if (!body.is_dynamic()) continue;
     const Vector3d turning = spin(body.spin, body.spin_change);
-    twice += velocity(body.velocity, body.velocity_change).squaredNorm() * mass_of(body);
-    twice += turning.dot(inertia_of(body) * turning);
+    twice += velocity(body.velocity, body.velocity_change).squaredNorm() * body.mass();
+    twice += turning.dot(body.inertia() * turning);
   }
   return 0.5 * twice;
 }
@@ -88,7 +80,7 @@ void for_each_mass(const Island& island, Motion& motion, const Each& each) {
     if (motion.rigid_of_body[b] >= 0) {
       RigidMotion& body = motion.rigid[motion.rigid_of_body[b]];
       if (!body.is_dynamic()) continue;
-      each(mass_of(body), to_eigen(body.end.getOrigin()), to_eigen(body.predicted.getOrigin()),
+      each(body.mass(), to_eigen(body.end.getOrigin()), to_eigen(body.predicted.getOrigin()),
            body.velocity, body.velocity_change, &body);
       continue;
     }
@@ -177,7 +169,7 @@ void restore_angular_momentum(const std::vector<ContactRow>& rows, Motion& motio
                     mass += m;
                     centre += m * place;
                     lost += m * (predicted - place).cross(velocity) - m * place.cross(change);
-                    if (body) lost -= inertia_of(*body) * body->spin_change;
+                    if (body) lost -= body->inertia() * body->spin_change;
                   });
     centre /= mass;
     Matrix3d inertia = Matrix3d::Zero();
@@ -185,7 +177,7 @@ void restore_angular_momentum(const std::vector<ContactRow>& rows, Motion& motio
                   [&](double m, const Vector3d& place, const Vector3d&, const Vector3d&,
                       const Vector3d&, const RigidMotion* body) {
                     add_inertia(m, place - centre, inertia);
-                    if (body) inertia += inertia_of(*body);
+                    if (body) inertia += body->inertia();
                   });
     const Vector3d spin = turn_of(inertia, lost);
     for_each_mass(island, motion,
@@ -213,7 +205,7 @@ void limit_kinetic_energy(const std::vector<ContactRow>& rows, Motion& motion) {
                     add(m, velocity, change);
                     if (!body) return;
                     // As the energy has it: rounded, the inertia is not quite symmetric.
-                    const Matrix3d inertia = inertia_of(*body);
+                    const Matrix3d inertia = body->inertia();
                     before += body->spin.dot(inertia * body->spin);
                     across += 0.5 * body->spin.dot(inertia * body->spin_change);
                     across += 0.5 * body->spin_change.dot(inertia * body->spin);

@@ -36,11 +36,11 @@ void restore_angular_momentum(const std::vector<ContactRow>& rows, Motion& motio
 // velocities (the root of the sum of m v^2) rises by no more than twice that of u.
 void limit_kinetic_energy(const std::vector<ContactRow>& rows, Motion& motion);
 
-// Soft bodies in loaded contact lose the velocity of their deformation at `rate` 1/s, the faster the
-// further its root mean square is below `rest_speed` m/s. What moves as a rigid body goes on, so
-// both momenta are kept, and what slides, falls or swings as a whole is not slowed. Mueller et al.
-// 2007, "Position based dynamics", section 3.5. Without it cloth in contact trembles for long: the
-// load wanders between neighbouring contacts, and Bullet's links answer it.
+// Soft bodies in loaded contact lose the velocity of their deformation at `rate` 1/s, the faster
+// the further its root mean square is below `rest_speed` m/s. What moves as a rigid body goes on,
+// so both momenta are kept, and what slides, falls or swings as a whole is not slowed. Mueller et
+// al. 2007, "Position based dynamics", section 3.5. Without it cloth in contact trembles for long:
+// the load wanders between neighbouring contacts, and Bullet's links answer it.
 void damp_deformation(const std::vector<ContactRow>& rows, double rate, double rest_speed,
                       Motion& motion);
 

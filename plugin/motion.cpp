@@ -1,5 +1,7 @@
 #include "motion.h"
 
+#include <Eigen/Dense>
+
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
@@ -14,6 +16,23 @@ void write_vertices(const RigidMotion& body, const btTransform& pose,
 }
 
 }  // namespace
+
+double RigidMotion::mass() const {
+  const double most = inverse_mass.maxCoeff();
+  return most > 0 ? 1 / most : 0;
+}
+
+Eigen::Matrix3d RigidMotion::inertia() const {
+  Eigen::Matrix3d inverse = inverse_inertia;
+  Eigen::Vector3d turns = Eigen::Vector3d::Ones();
+  for (int k = 0; k < 3; ++k) {
+    if (inverse_inertia(k, k) > 0) continue;
+    inverse(k, k) = 1;
+    turns[k] = 0;
+  }
+  const Eigen::Matrix3d inertia = turns.asDiagonal() * inverse.inverse() * turns.asDiagonal();
+  return inertia.allFinite() ? inertia : Eigen::Matrix3d::Zero();
+}
 
 void Motion::begin_response() {
   predicted.resize(size());

@@ -41,6 +41,10 @@ struct RigidMotion {
   }
   bool is_dynamic() const { return !inverse_mass.isZero() || !inverse_inertia.isZero(); }
   Eigen::Vector3d centre() const { return to_eigen(start.getOrigin()); }
+  // kg; zero where it does not shift, which has no energy and no momentum then.
+  double mass() const;
+  // kg m^2, in the world's frame; zero about axes that it does not turn about.
+  Eigen::Matrix3d inertia() const;
 };
 
 struct Motion {

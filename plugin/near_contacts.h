@@ -18,8 +18,8 @@ class NearContacts {
 
   explicit NearContacts(ContactRows::Surface surface) : surface_(std::move(surface)) {}
 
-  // Of `found`, sorted, those that come within reach of their own thickness, one of each that bind
-  // nearly the same points.
+  // Of `found`, sorted, those that come nearer in the step, or lie within reach of their own
+  // thickness; one of each that bind nearly the same points.
   std::vector<Contact> choose(std::vector<Contact> found, const Motion& motion);
 
   // To be called where the indices of bodies, vertices or faces change.

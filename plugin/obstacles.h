@@ -65,8 +65,6 @@ class Obstacles {
 
  private:
   void find(const SoftBodies& bodies);
-  bool is_current(const Record& record) const;
-  AxisBox region_of(const Record& record) const;
   void read_triangles(Journal& journal);
 
   std::vector<Record> found_;    // every rigid body of the world

@@ -104,7 +104,9 @@ bool Pipeline::run(const Bodies& bodies, double seconds, const Fill& fill) noexc
     works_ = true;
   } catch (const std::exception& error) {
     works_ = false;
+    reader_.forget_scene();
     reader_.forget_ends();
+    response_.forget();
     contacts_.clear();
     step_.missed_steps = 1;
     journal_.say(error.what(), std::string("the step goes on without LazyCCD: ") + error.what());

@@ -135,19 +135,20 @@ bool StepDetector::may_be_ended(const Contact& contact) const {
 }
 
 std::int64_t StepDetector::count_passed_over() {
-  std::vector<Contact> passed;
-  for (const Contact& contact : silent_) {
+  const std::vector<Contact> touching = silent();
+  return std::count_if(touching.begin(), touching.end(), [this](const Contact& contact) {
     const bool moves =
         std::any_of(contact.vertices.begin(), contact.vertices.end(),
                     [this](std::int32_t v) { return motion_.end_of(v) != motion_.start_of(v); });
-    if (moves && responds(contact)) passed.push_back(contact);
-  }
-  if (passed.empty()) return 0;
+    return moves && contact.toi > 0 && responds(contact);
+  });
+}
+
+std::vector<Contact> StepDetector::silent() {
+  if (!near_ || silent_.empty()) return silent_;
   const Span<const Contact> touching =
-      near_ ? near_->touching_among(passed, motion_.starts(), motion_.ends())
-            : Span<const Contact>(passed);
-  return std::count_if(touching.begin(), touching.end(),
-                       [](const Contact& contact) { return contact.toi > 0; });
+      near_->touching_among(silent_, motion_.starts(), motion_.ends());
+  return {touching.begin(), touching.end()};
 }
 
 bool StepDetector::responds(const Contact& contact) const {

@@ -36,8 +36,8 @@ class StepDetector {
   bool found_any() const { return found_any_; }
   // Pairs that touch in the motion from `start` to `end`.
   std::vector<Contact> touching(const Positions& start, const Positions& end);
-  // Met in the first detection, and nothing may be done about them.
-  const std::vector<Contact>& silent() const { return silent_; }
+  // Pairs that touch in the motion and about which nothing may be done.
+  std::vector<Contact> silent();
   // Pairs of a kinematic body and pinned nodes that it came upon in this motion.
   std::int64_t count_passed_over();
 
@@ -65,7 +65,7 @@ class StepDetector {
   std::unique_ptr<Detector> near_;      // of what comes within a thickness; null without any
   double separation_ = 0;               // of near_, metres
   Span<const Contact> all_near_;        // in this motion
-  std::vector<Contact> silent_;
+  std::vector<Contact> silent_;         // met in the first detection, near or touching
   bool found_any_ = false;
   std::int64_t detections_ = 0;
   double ms_ = 0;

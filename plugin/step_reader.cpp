@@ -46,7 +46,6 @@ void StepReader::begin_step(const Bodies& bodies) {
 StepReader::Changes StepReader::read(const Bodies& bodies, double seconds, const Fill& fill) {
   scene_.readmit(bodies);
   Changes changes;
-  const std::size_t obstacles = obstacles_.records().size();
   do {
     changes.topology = scene_.update(bodies, journal_) || changes.topology;
   } while (!gather_soft(seconds, fill));
@@ -57,9 +56,21 @@ StepReader::Changes StepReader::read(const Bodies& bodies, double seconds, const
   changes.topology = topology_.update(scene_, obstacles_, changes.topology);
   gather_obstacles();
   changes.topology = read_resolution() || changes.topology;
-  // Not where only other triangles of the same bodies came near.
-  changes.start = changes.start || obstacles_.records().size() > obstacles;
+  changes.start = changes.start || are_others_near();
   return changes;
+}
+
+bool StepReader::are_others_near() const {
+  const auto before = [](const LastObstacle& last, int id) { return last.unique_id < id; };
+  return std::any_of(obstacles_.records().begin(), obstacles_.records().end(),
+                     [&](const Obstacles::Record& record) {
+                       const auto last =
+                           std::lower_bound(last_obstacles_.begin(), last_obstacles_.end(),
+                                            record.unique_id, before);
+                       if (last == last_obstacles_.end() || last->unique_id != record.unique_id)
+                         return true;
+                       return record.dynamic && !(record.start == last->end);
+                     });
 }
 
 bool StepReader::sweep_driven_nodes() {
@@ -103,6 +114,15 @@ void StepReader::remember_ends() {
     last_ends_[i].positions.assign(first,
                                    first + 3 * static_cast<std::ptrdiff_t>(record.vertex_count));
   }
+  last_obstacles_.clear();
+  for (const StepTopology::BodyRecord& body : topology_.bodies()) {
+    if (body.soft) continue;
+    const auto index = static_cast<std::int32_t>(&body - topology_.bodies().data());
+    last_obstacles_.push_back(
+        {obstacles_.records()[body.obstacle].unique_id, motion_.rigid_of(index).end});
+  }
+  std::sort(last_obstacles_.begin(), last_obstacles_.end(),
+            [](const LastObstacle& a, const LastObstacle& b) { return a.unique_id < b.unique_id; });
 }
 
 bool StepReader::read_resolution() {

@@ -63,6 +63,11 @@ class StepReader {
     std::vector<btScalar> positions;  // of its vertices
   };
 
+  struct LastObstacle {
+    int unique_id;  // as in Obstacles::Record
+    btTransform end;
+  };
+
   bool gather_soft(double seconds, const Fill& fill);
   bool gather_block(const SoftScene::BodyRecord& record, std::int32_t first, std::int32_t last,
                     const Fill& fill, AxisBox& swept);
@@ -70,6 +75,8 @@ class StepReader {
   // Pinned nodes that an application puts elsewhere between two steps are swept from where the last
   // step left them. True where other nodes are elsewhere: that is a new start.
   bool sweep_driven_nodes();
+  // True where an obstacle came near, or a dynamic one is elsewhere than the last step left it.
+  bool are_others_near() const;
   void gather_obstacles();
   // True where the resolution is another than before.
   bool read_resolution();
@@ -84,6 +91,7 @@ class StepReader {
   AxisBox swept_ = AxisBox::empty();           // of the soft bodies' vertices in this step
   AxisBox near_obstacles_ = AxisBox::empty();  // of those that meet obstacles, with their margin
   std::vector<LastEnd> last_ends_;             // empty where the last step is not known
+  std::vector<LastObstacle> last_obstacles_;   // sorted, of that step
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -1,6 +1,8 @@
+#include <BulletCollision/CollisionShapes/btBoxShape.h>
 #include <BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h>
 #include <BulletCollision/CollisionShapes/btTriangleMesh.h>
 
+#include "plugin/obstacle_worlds.h"
 #include "plugin/worlds.h"
 #include "scenes/crossings.h"
 #include "scenes/piercings.h"
@@ -47,6 +49,44 @@ TEST_CASE("pinned nodes that are put elsewhere between steps sweep what is in th
   CHECK(impact.passed() == 0);
   CHECK(impact.thrown->m_nodes[14].m_x.y() > btScalar(0.3));
   CHECK(impact.world->total_stats()->unresolved == 0);
+}
+
+TEST_CASE("a rigid body that is put into cloth, or takes another's place there, is said") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  const bool swap = GENERATE(false, true);
+  CAPTURE(world == World::rigid, swap);
+  ObstacleWorld w(world, 0);
+  w.add_sheet(9, 2, 0, 0);
+  const auto box = [] {
+    return std::make_unique<btBoxShape>(btVector3(btScalar(0.2), btScalar(0.2), btScalar(0.2)));
+  };
+  const btVector3 inside(btScalar(0.1), btScalar(0.03), 0);
+  btRigidBody* near = w.add(box(), btVector3(0, btScalar(0.3), 0), swap ? 0 : 1);
+  w.steps(2);
+  CHECK(w.total().pierced_at_start == 0);
+  if (swap) {
+    w.world().removeRigidBody(near);
+    w.add(box(), inside);
+  } else {
+    near->setCenterOfMassTransform(btTransform(btQuaternion::getIdentity(), inside));
+  }
+  w.steps(1);
+  CHECK(w.last().pierced_at_start > 0);
+  if (swap) w.world().addRigidBody(near);
+}
+
+TEST_CASE("what is only near is not told where nothing may be done about it") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  CAPTURE(world == World::rigid);
+  ObstacleWorld w(world, 0);
+  w.add_sheet(5, 1, 0, 0);
+  btSoftBody* other = w.add_sheet(5, 1, 0.015, 0);
+  other->setCollisionFlags(other->getCollisionFlags() | btCollisionObject::CF_NO_CONTACT_RESPONSE);
+  w.steps(2);
+  CHECK(w.total().contacts_vf + w.total().contacts_ee == 0);
+  other->setVelocity(btVector3(0, -4, 0));
+  w.steps(2);
+  CHECK(w.total().contacts_vf + w.total().contacts_ee > 0);
 }
 
 TEST_CASE("a body that is put elsewhere has a new start, and is said where it intersects there") {
