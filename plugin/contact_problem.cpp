@@ -21,6 +21,7 @@ constexpr int more_of_slow = 4;
 constexpr int fewer_of_opening = 5;
 // Most rows never act: between two sweeps of all, as many less one go over those that do.
 constexpr int apart = 8;
+// Of the least that a sweep has changed.
 constexpr float grown = 4;
 
 Eigen::Vector4f padded(const Vector3d& x) {
