@@ -3,24 +3,15 @@
 #include <BulletDynamics/Dynamics/btRigidBody.h>
 
 #include <algorithm>
-#include <chrono>
 #include <exception>
 
 #include "pair_rules.h"
 #include "piercings.h"
 #include "step_contacts.h"
+#include "stopwatch.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
-namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double ms_since(Clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
-
-}  // namespace
 
 Pipeline::Pipeline(const Options& options, Friction friction)
     : options_(options),
@@ -68,11 +59,11 @@ bool Pipeline::run(const Bodies& bodies, double seconds, const Fill& fill) noexc
   contacts_.clear();
   responded_ = false;
   try {
-    const Clock::time_point start = Clock::now();
+    const Stopwatch reading;
     gather(bodies, seconds, fill);
-    step_.ms_gather = ms_since(start);
+    step_.ms_gather = reading.ms();
     if (scene().vertex_count() > 0) {
-      const Clock::time_point gathered = Clock::now();
+      const Stopwatch answering;
       const auto touching = [this](const Positions& x0, const Positions& x1) {
         return detector_.touching(x0, x1);
       };
@@ -99,7 +90,7 @@ bool Pipeline::run(const Bodies& bodies, double seconds, const Fill& fill) noexc
       collect_contacts();
       reader_.remember_ends();
       detector_.add_to(step_);
-      step_.ms_response = ms_since(gathered) - step_.ms_detect;
+      step_.ms_response = answering.ms() - step_.ms_detect;
     }
     works_ = true;
   } catch (const std::exception& error) {

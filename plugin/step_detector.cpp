@@ -1,20 +1,12 @@
 #include "step_detector.h"
 
 #include <algorithm>
-#include <chrono>
 #include <limits>
+
+#include "stopwatch.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
-namespace {
-
-using Clock = std::chrono::steady_clock;
-
-double ms_since(Clock::time_point start) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - start).count();
-}
-
-}  // namespace
 
 StepDetector::StepDetector(const lazyccd::Options& options, const SoftScene& scene,
                            const StepTopology& topology, Motion& motion,
@@ -70,11 +62,11 @@ void StepDetector::add_to(StepStats& stats) const {
 }
 
 std::vector<Contact> StepDetector::touching(const Positions& start, const Positions& end) {
-  const Clock::time_point begin = Clock::now();
+  const Stopwatch watch;
   std::vector<Contact> contacts =
       answerable(only_near_can_touch(end) ? near_->touching_among(all_near_, start, end)
                                           : touching_->detect(start, end));
-  ms_ += ms_since(begin);
+  ms_ += watch.ms();
   return contacts;
 }
 
@@ -98,12 +90,12 @@ std::vector<Contact> StepDetector::near() {
     found_any_ = !contacts.empty();
     return contacts;
   }
-  const Clock::time_point begin = Clock::now();
+  const Stopwatch watch;
   all_near_ = near_->detect(motion_.starts(), motion_.ends());
   std::vector<Contact> contacts = answerable(all_near_);
   found_any_ = !contacts.empty();
   contacts = near_contacts_.choose(std::move(contacts), motion_);
-  ms_ += ms_since(begin);
+  ms_ += watch.ms();
   return contacts;
 }
 
