@@ -134,7 +134,7 @@ struct alignas(128) CpuDetector::Worker : CandidateSink {
   void process(ContactKind kind, int count) {
     if (dropped) {
       Candidate* items = queues[static_cast<int>(kind)].items;
-      const auto orphan = [&](Candidate c) { return dropped->contains(kind, c); };
+      const auto orphan = [&](Candidate c) { return dropped->of(kind).contains(kind, c); };
       count = static_cast<int>(std::remove_if(items, items + count, orphan) - items);
     }
     if (count == 0) return;
@@ -412,10 +412,10 @@ void CpuDetector::test_orphans(Stats& stats) {
   };
   for (const ContactKind kind : {ContactKind::vertex_face, ContactKind::edge_edge}) {
     if (!(kind == ContactKind::vertex_face ? options_.vertex_face : options_.edge_edge)) continue;
-    const std::vector<Candidate>& orphans = orphans_.of(kind);
-    pool_.parallel_for(orphans.size(), 1024, [&](std::size_t first, std::size_t last, int id) {
+    const OrphanList orphans = orphans_.of(kind);
+    pool_.parallel_for(orphans.count, 1024, [&](std::size_t first, std::size_t last, int id) {
       std::int64_t pushed = 0;
-      for (std::size_t i = first; i < last; ++i) pushed += test(kind, orphans[i], *workers_[id]);
+      for (std::size_t i = first; i < last; ++i) pushed += test(kind, orphans.pairs[i], *workers_[id]);
       near.fetch_add(pushed, std::memory_order_relaxed);  // read after the job's end
     });
   }

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/oriented_box.h"
 #include "cpu/node_volume.h"
 
 namespace lazyccd {
@@ -20,26 +21,13 @@ class OrientedBoxes : public NodeVolume {
   std::size_t bytes() const override;
 
  private:
-  // The points centre + sum of s_i axis_i with |s_i| <= half_i. Axes are orthonormal up to
-  // rounding.
-  struct Box {
-    double centre[3], axis[3][3], half[3];
-  };
-  // Of the positions below a node, for the covariance.
-  struct Moments {
-    double count, sum[3], product[6];  // xx xy xz yy yz zz
-
-    void add(const double* x);
-    void add(const Moments& other);
-  };
-
   void fit_leaf(const Groups& groups, const Group& group, const std::vector<VertexRecord>& vertices,
                 std::size_t node);
   void fit_parent(const TreeNode& node, std::size_t index);
 
   double margin_;
-  std::vector<Moments> moments_;
-  std::vector<Box> boxes_;
+  std::vector<Moments> moments_;  // of the positions below a node
+  std::vector<OrientedBox> boxes_;
 };
 
 }  // namespace lazyccd

@@ -53,8 +53,8 @@ OrphanSets::OrphanSets(const Mesh& mesh) {
   const auto add = [&](ContactKind kind, Candidate pair, Span<const std::int32_t> fs,
                        Span<const std::int32_t> gs) {
     ++before_refinement_;
-    const int k = static_cast<int>(kind);
-    if (orphan(fs, gs) && keys_[k].insert(key(kind, pair)).second) orphans_[k].push_back(pair);
+    if (kind == ContactKind::edge_edge && pair.b < pair.a) pair = {pair.b, pair.a};
+    if (orphan(fs, gs)) orphans_[static_cast<int>(kind)].pairs.push_back(pair);
   };
 
   // Algorithm 2.2: the elementary pairs of all adjacent faces, but those that share a vertex.
@@ -79,13 +79,25 @@ OrphanSets::OrphanSets(const Mesh& mesh) {
             add(ContactKind::edge_edge, {d, e}, at_edge.of(d), at_edge.of(e));
     }
   }
+  orphans_[0].finish(mesh.vertex_count());
+  orphans_[1].finish(mesh.edges().size());
+}
+
+void OrphanSets::Orphans::finish(std::size_t primitives) {
+  std::sort(pairs.begin(), pairs.end(),
+            [](Candidate x, Candidate y) { return x.a != y.a ? x.a < y.a : x.b < y.b; });
+  const auto same = [](Candidate x, Candidate y) { return x.a == y.a && x.b == y.b; };
+  pairs.erase(std::unique(pairs.begin(), pairs.end(), same), pairs.end());
+  first.assign(primitives + 1, 0);
+  for (const Candidate pair : pairs) ++first[pair.a + 1];
+  for (std::size_t p = 0; p < primitives; ++p) first[p + 1] += first[p];
 }
 
 std::size_t OrphanSets::bytes() const {
   std::size_t sum = 0;
-  for (int kind = 0; kind < 2; ++kind)
-    sum += orphans_[kind].capacity() * sizeof(Candidate) +
-           keys_[kind].size() * 2 * (sizeof(std::uint64_t) + sizeof(void*));
+  for (const Orphans& orphans : orphans_)
+    sum += orphans.pairs.capacity() * sizeof(Candidate) +
+           orphans.first.capacity() * sizeof(std::uint32_t);
   return sum;
 }
 

@@ -6,13 +6,12 @@
 // other finds it by itself.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
-#include <unordered_set>
 #include <vector>
 
 #include "core/contact_math.h"
+#include "core/orphan_list.h"
 #include "cpu/mesh.h"
 
 namespace lazyccd {
@@ -22,11 +21,10 @@ class OrphanSets {
   OrphanSets() = default;
   explicit OrphanSets(const Mesh& mesh);
 
-  const std::vector<Candidate>& of(ContactKind kind) const {
-    return orphans_[static_cast<int>(kind)];
-  }
-  bool contains(ContactKind kind, Candidate pair) const {
-    return keys_[static_cast<int>(kind)].count(key(kind, pair)) != 0;
+  OrphanList of(ContactKind kind) const {
+    const Orphans& orphans = orphans_[static_cast<int>(kind)];
+    return {orphans.pairs.data(), orphans.first.data(),
+            static_cast<std::uint32_t>(orphans.pairs.size())};
   }
   // Pairs of adjacent faces, and the elementary pairs that those have: what the refinement chose
   // from.
@@ -35,13 +33,15 @@ class OrphanSets {
   std::size_t bytes() const;
 
  private:
-  static std::uint64_t key(ContactKind kind, Candidate c) {
-    if (kind == ContactKind::edge_edge && c.b < c.a) c = {c.b, c.a};
-    return std::uint64_t{static_cast<std::uint32_t>(c.a)} << 32 | static_cast<std::uint32_t>(c.b);
-  }
+  struct Orphans {
+    std::vector<Candidate> pairs;
+    std::vector<std::uint32_t> first;
 
-  std::vector<Candidate> orphans_[2];  // by ContactKind
-  std::unordered_set<std::uint64_t> keys_[2];
+    // Sorts the pairs of `primitives` primitives a, each once.
+    void finish(std::size_t primitives);
+  };
+
+  Orphans orphans_[2];  // by ContactKind
   std::int64_t adjacent_faces_ = 0, before_refinement_ = 0;
 };
 

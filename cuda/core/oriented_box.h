@@ -1,0 +1,217 @@
+// Oriented boxes along the principal axes of points (Gottschalk et al. 1996): moments, axes,
+// extents and the separating axis test.
+//
+// Any axes make a sound box, as long as they are orthonormal up to rounding; the principal ones
+// make it tight. A number that is not one spreads to the box's size, and such a box is apart from
+// nothing.
+#pragma once
+
+#include <cmath>
+
+#include "core/platform.h"
+
+namespace lazyccd {
+
+// The points centre + sum of s_i axis_i with |s_i| <= half_i.
+struct alignas(16) OrientedBox {
+  double centre[3], axis[3][3], half[3];
+};
+
+// Of points, for their covariance.
+struct Moments {
+  double count, sum[3], product[6];  // xx xy xz yy yz zz
+
+  template <class T>
+  LAZYCCD_HD void add(const T* x) {
+    count += 1;
+    for (int i = 0, at = 0; i < 3; ++i) {
+      sum[i] += x[i];
+      for (int j = i; j < 3; ++j) product[at++] += static_cast<double>(x[i]) * x[j];
+    }
+  }
+  LAZYCCD_HD void add(const Moments& other) {
+    count += other.count;
+    for (int i = 0; i < 3; ++i) sum[i] += other.sum[i];
+    for (int i = 0; i < 6; ++i) product[i] += other.product[i];
+  }
+};
+
+namespace oriented_box {
+
+// Slack of all bounds below, relative to the largest magnitude that takes part: they are sums of
+// fewer than 100 products of numbers that are each off by a few roundings (2^-53), as the axes are
+// from being orthonormal.
+constexpr double kSlack = 0x1p-38;
+constexpr double kTiny = 0x1p-1000;  // where they underflow
+
+// What is not a number stays.
+LAZYCCD_HD inline double larger(double a, double b) { return a >= b || a != a ? a : b; }
+LAZYCCD_HD inline double smaller(double a, double b) { return -larger(-a, -b); }
+
+template <class T>
+LAZYCCD_HD inline double along(const double* axis, const T* x) {
+  return axis[0] * x[0] + axis[1] * x[1] + axis[2] * x[2];
+}
+
+// One rotation of the cyclic Jacobi method: makes m[p][q] of a symmetric matrix zero. The rows of
+// `axis` turn along.
+template <int p, int q>
+LAZYCCD_HD inline void rotate(float (&m)[3][3], float (&axis)[3][3]) {
+  constexpr int r = 3 - p - q;
+  if (m[p][q] == 0) return;
+  const float theta = (m[q][q] - m[p][p]) / (2 * m[p][q]);
+  const float t = (theta < 0 ? -1.0f : 1.0f) / (fabsf(theta) + sqrtf(theta * theta + 1));
+  const float c = 1 / sqrtf(t * t + 1), s = t * c;
+  m[p][p] -= t * m[p][q];
+  m[q][q] += t * m[p][q];
+  m[p][q] = m[q][p] = 0;
+  const float rp = m[r][p], rq = m[r][q];
+  m[r][p] = m[p][r] = c * rp - s * rq;
+  m[r][q] = m[q][r] = s * rp + c * rq;
+  for (int k = 0; k < 3; ++k) {
+    const float x = axis[p][k], y = axis[q][k];
+    axis[p][k] = c * x - s * y;
+    axis[q][k] = s * x + c * y;
+  }
+}
+
+// The direction of v; false where it has none in numbers.
+LAZYCCD_HD inline bool normalize(double (&v)[3]) {
+  const double length = sqrt(along(v, v));
+  for (double& x : v) x /= length;
+  return length > 0.5 && length < 2;
+}
+
+}  // namespace oriented_box
+
+// The rows of `axis` become orthonormal in double precision and, in single precision, the
+// eigenvectors of the covariance, or the axes of the world where it has none in numbers.
+LAZYCCD_HD inline void principal_axes(const Moments& of, double (&axis)[3][3]) {
+  using namespace oriented_box;
+  const double x = of.sum[0] / of.count, y = of.sum[1] / of.count, z = of.sum[2] / of.count;
+  const double covariance[6] = {of.product[0] / of.count - x * x, of.product[1] / of.count - x * y,
+                                of.product[2] / of.count - x * z, of.product[3] / of.count - y * y,
+                                of.product[4] / of.count - y * z, of.product[5] / of.count - z * z};
+  double size = 0;
+  for (const double c : covariance) size = larger(size, fabs(c));
+  float unit[6];
+  for (int i = 0; i < 6; ++i) unit[i] = static_cast<float>(covariance[i] / size);
+  float m[3][3] = {
+      {unit[0], unit[1], unit[2]}, {unit[1], unit[3], unit[4]}, {unit[2], unit[4], unit[5]}};
+  float rows[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  for (int sweep = 0; sweep < 5; ++sweep) {
+    rotate<0, 1>(m, rows);
+    rotate<0, 2>(m, rows);
+    rotate<1, 2>(m, rows);
+  }
+  for (int i = 0; i < 3; ++i)
+    for (int k = 0; k < 3; ++k) axis[i][k] = rows[i][k];
+  bool good = normalize(axis[0]);
+  const double common = along(axis[0], axis[1]);
+  for (int k = 0; k < 3; ++k) axis[1][k] -= common * axis[0][k];
+  good = normalize(axis[1]) && good;
+  for (int k = 0; k < 3; ++k) {
+    const int i = (k + 1) % 3, j = (k + 2) % 3;
+    axis[2][k] = axis[0][i] * axis[1][j] - axis[0][j] * axis[1][i];
+  }
+  if (good) return;
+  for (int i = 0; i < 3; ++i)
+    for (int k = 0; k < 3; ++k) axis[i][k] = i == k;
+}
+
+// How far points and boxes reach along three axes.
+struct AxesExtent {
+  double lo[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, hi[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
+  double size = 0;  // largest magnitude of a coordinate, or more
+
+  template <class T>
+  LAZYCCD_HD void add(const double (&axis)[3][3], const T* x) {
+    for (int i = 0; i < 3; ++i) {
+      const double s = oriented_box::along(axis[i], x);
+      widen(i, s, s);
+      size = oriented_box::larger(size, fabs(static_cast<double>(x[i])));
+    }
+  }
+  LAZYCCD_HD void add(const double (&axis)[3][3], const OrientedBox& box) {
+    using oriented_box::along;
+    for (int i = 0; i < 3; ++i) {
+      const double s = along(axis[i], box.centre);
+      const double reach = box.half[0] * fabs(along(axis[i], box.axis[0])) +
+                           box.half[1] * fabs(along(axis[i], box.axis[1])) +
+                           box.half[2] * fabs(along(axis[i], box.axis[2]));
+      widen(i, s - reach, s + reach);
+      size =
+          oriented_box::larger(size, fabs(box.centre[i]) + box.half[0] + box.half[1] + box.half[2]);
+    }
+  }
+  LAZYCCD_HD void add(const AxesExtent& other) {
+    for (int i = 0; i < 3; ++i) widen(i, other.lo[i], other.hi[i]);
+    size = oriented_box::larger(size, other.size);
+  }
+
+ private:
+  LAZYCCD_HD void widen(int i, double least, double most) {
+    lo[i] = oriented_box::smaller(lo[i], least);
+    hi[i] = oriented_box::larger(hi[i], most);
+  }
+};
+
+// The box of what has this extent along the axes, wider by `margin` on every side.
+LAZYCCD_HD inline OrientedBox enclose(const double (&axis)[3][3], const AxesExtent& extent,
+                                      double margin) {
+  using namespace oriented_box;
+  OrientedBox box;
+  double middle[3];
+  for (int i = 0; i < 3; ++i) {
+    middle[i] = 0.5 * extent.lo[i] + 0.5 * extent.hi[i];
+    box.half[i] =
+        0.5 * extent.hi[i] - 0.5 * extent.lo[i] + margin + kSlack * (extent.size + margin) + kTiny;
+    for (int k = 0; k < 3; ++k) box.axis[i][k] = axis[i][k];
+  }
+  for (int k = 0; k < 3; ++k)
+    box.centre[k] = middle[0] * axis[0][k] + middle[1] * axis[1][k] + middle[2] * axis[2][k];
+  return box;
+}
+
+// The separating axis test: any direction that parts the boxes proves it, so none need be exact. A
+// comparison with what is not a number is false.
+LAZYCCD_HD inline bool apart(const OrientedBox& s, const OrientedBox& t) {
+  using namespace oriented_box;
+  double between[3], size = 0;
+  for (int k = 0; k < 3; ++k) {
+    between[k] = t.centre[k] - s.centre[k];
+    size = larger(size, larger(fabs(s.centre[k]) + s.half[k], fabs(t.centre[k]) + t.half[k]));
+  }
+  const double slack = 4 * kSlack * size + kTiny;
+  double cosine[3][3], size_of[3][3];  // of axis i of s and axis j of t
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) {
+      cosine[i][j] = along(s.axis[i], t.axis[j]);
+      size_of[i][j] = fabs(cosine[i][j]);
+    }
+  }
+  double in_s[3], in_t[3];
+  for (int i = 0; i < 3; ++i) {
+    in_s[i] = along(s.axis[i], between);
+    if (fabs(in_s[i]) > s.half[i] + along(size_of[i], t.half) + slack) return true;
+  }
+  for (int j = 0; j < 3; ++j) {
+    in_t[j] = along(t.axis[j], between);
+    const double column[3] = {size_of[0][j], size_of[1][j], size_of[2][j]};
+    if (fabs(in_t[j]) > t.half[j] + along(column, s.half) + slack) return true;
+  }
+  // Along s_i x t_j, by the frame of s: its products with s_k and t_k are the cosines left over.
+  for (int i = 0; i < 3; ++i) {
+    const int i1 = (i + 1) % 3, i2 = (i + 2) % 3;
+    for (int j = 0; j < 3; ++j) {
+      const int j1 = (j + 1) % 3, j2 = (j + 2) % 3;
+      const double distance = fabs(in_s[i2] * cosine[i1][j] - in_s[i1] * cosine[i2][j]);
+      const double reach = s.half[i1] * size_of[i2][j] + s.half[i2] * size_of[i1][j] +
+                           t.half[j1] * size_of[i][j2] + t.half[j2] * size_of[i][j1];
+      if (distance > reach + slack) return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace lazyccd
