@@ -4,19 +4,9 @@
 #include <vector>
 
 #include "cpu/positions.h"
-#include "gpu/check.h"
+#include "gpu/upload.h"
 
 namespace lazyccd::gpu {
-namespace {
-
-template <class T>
-void upload(DeviceBuffer<T>& buffer, const void* items, std::size_t count) {
-  buffer.reserve(std::max<std::size_t>(count, 1));
-  if (count)
-    LAZYCCD_CUDA_CHECK(cudaMemcpy(buffer.data(), items, count * sizeof(T), cudaMemcpyHostToDevice));
-}
-
-}  // namespace
 
 void DeviceScene::set_mesh(const Mesh& mesh) {
   mesh_ = &mesh;

@@ -26,6 +26,8 @@ class DeviceScene {
   // device.
   void build(const Positions& start, const Positions& end, ThreadPool& pool);
 
+  const Groups& groups() const { return groups_; }
+  const Tree& tree() const { return tree_; }
   SceneView view(bool is_double);
   ContactKey key() const;
   std::uint32_t group_count() const { return static_cast<std::uint32_t>(tree_.order().size()); }

@@ -11,6 +11,7 @@
 #include "gpu/device_scene.h"
 #include "gpu/graph_cache.h"
 #include "gpu/residue.h"
+#include "gpu/scene_culling.h"
 #include "gpu/stages.h"
 #include "gpu/step_buffers.h"
 #include "gpu/stream.h"
@@ -49,6 +50,7 @@ class GpuDetector : public BackendDetector {
         device_name_(describe_device()),
         pool_(options.threads),
         scene_(options.separation),
+        culling_(options),
         front_policy_(options.front_period, options.front_ratio),
         traversal_(options_),
         buffers_(options.tuning.capacity_hint) {}
@@ -56,6 +58,7 @@ class GpuDetector : public BackendDetector {
   void set_mesh(const Mesh& mesh) override {
     mesh_ = &mesh;
     scene_.set_mesh(mesh);
+    culling_.set_mesh(mesh);
     positions_.forget();
     built_ = false;
   }
@@ -90,6 +93,7 @@ class GpuDetector : public BackendDetector {
   float built_area_ = 0;  // total box surface of the first step after the build; 0: none yet
   gpu::DevicePositions positions_;
   gpu::DeviceScene scene_;
+  gpu::SceneCulling culling_;
   FrontPolicy front_policy_;
   Traversal traversal_;
   gpu::StepBuffers buffers_;
@@ -99,9 +103,10 @@ class GpuDetector : public BackendDetector {
 
 void GpuDetector::build(const Positions& start, const Positions& end) {
   scene_.build(start, end, pool_);
+  culling_.build(*mesh_, scene_.groups(), scene_.tree());
   built_ = true;
   built_area_ = 0;
-  traversal_.reset(scene_.node_count(), stream_);
+  traversal_.reset(scene_.node_count(), culling_.culls_nodes(), stream_);
   front_policy_.forget();
   graphs_.clear();
 }
@@ -115,14 +120,16 @@ void GpuDetector::enqueue_before(bool marks) {
   const gpu::StepLists lists = buffers_.lists();
   mark(kStart, marks);
   LAZYCCD_CUDA_CHECK(cudaMemsetAsync(lists.counters, 0, sizeof(gpu::StepCounters), stream_));
+  culling_.clear_counters(stream_);
   gpu::prepare_sort(scene, lists, stream_);
   gpu::enqueue_refit(scene, positions_.start(), positions_.end(), lists.counters, stream_);
+  culling_.enqueue_refit(scene, stream_);
   mark(kRefitted, marks);
 }
 
 void GpuDetector::enqueue_traversal(bool from_front, bool marks) {
   const gpu::SceneView scene = scene_.view(positions_.is_double());
-  traversal_.launch(scene.nodes, scene.groups, from_front, stream_);
+  traversal_.launch(scene.nodes, scene.groups, culling_.of_nodes(), from_front, stream_);
   mark(kTraversed, marks);
 }
 
@@ -132,7 +139,9 @@ void GpuDetector::enqueue_after(bool marks) {
   gpu::enqueue_leaf(
       scene,
       {traversal_.leaf_pairs(), traversal_.leaf_pair_count(), traversal_.leaf_pair_capacity()},
-      options_.vertex_face, options_.edge_edge, lists, stream_);
+      options_.vertex_face, options_.edge_edge, culling_.culls_candidates(),
+      culling_.of_candidates(), lists, stream_);
+  culling_.enqueue_orphans(scene, options_.vertex_face, options_.edge_edge, lists, stream_);
   mark(kFiltered, marks);
   gpu::enqueue_narrow(scene, lists, stream_);
   mark(kDecided, marks);
@@ -169,6 +178,7 @@ void GpuDetector::run_until_it_fits(const Positions& start, const Positions& end
     run_step(stats.front_reused);
     traversal_.read_counters(stream_);
     buffers_.download(stream_);
+    culling_.download(stream_);
     LAZYCCD_CUDA_CHECK(cudaStreamSynchronize(stream_));
     const unsigned bad = buffers_.counters().bad_positions;
     if (bad & 1) check_finite(*mesh_, start, end);
@@ -231,6 +241,14 @@ void GpuDetector::fill(Stats& stats) {
   stats.candidates_ee = c.candidates[1];
   stats.survivors_vf = thick ? c.filtered[0] : c.hits[0] + c.undecided[0];
   stats.survivors_ee = thick ? c.filtered[1] : c.hits[1] + c.undecided[1];
+  // The filter is all that stands between the two.
+  if (culling_.non_penetration())
+    stats.never_coplanar =
+        stats.candidates_vf + stats.candidates_ee - c.filtered[0] - c.filtered[1];
+  const gpu::CullingCounters& culled = culling_.counters();
+  stats.volume_culled = static_cast<std::int64_t>(culled.volume_culled);
+  stats.flat_nodes = static_cast<std::int64_t>(culled.flat_nodes);
+  stats.orphans = culled.orphans;
   stats.refined = c.refined;
   stats.exact = c.residue;
   stats.hash = c.hash;
@@ -246,8 +264,9 @@ void GpuDetector::fill(Stats& stats) {
     stats.ms_narrow = marks_[kDecided].since(marks_[kFiltered]);
     stats.ms_sort = marks_[kSorted].since(marks_[kDecided]);
   }
-  stats.peak_bytes = static_cast<std::int64_t>(scene_.bytes() + positions_.bytes() +
-                                               traversal_.bytes() + buffers_.bytes());
+  stats.peak_bytes =
+      static_cast<std::int64_t>(scene_.bytes() + culling_.bytes() + positions_.bytes() +
+                                traversal_.bytes() + buffers_.bytes());
 }
 
 }  // namespace

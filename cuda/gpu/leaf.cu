@@ -3,15 +3,25 @@
 #include "gpu/stages.h"
 
 namespace lazyccd::gpu {
+namespace {
+
+template <class Record, bool thick>
+auto kernel(bool culls) {
+  return culls ? leaf_pairs<Record, thick, true> : leaf_pairs<Record, thick, false>;
+}
+
+}  // namespace
 
 void enqueue_leaf(const SceneView& scene, const LeafPairs& pairs, bool vertex_face, bool edge_edge,
-                  const StepLists& lists, cudaStream_t stream) {
+                  bool culls, const LeafCulling& culling, const StepLists& lists,
+                  cudaStream_t stream) {
   const bool thick = scene.separation > 0;
-  const auto kernel =
-      scene.is_double ? (thick ? leaf_pairs<DoubleRecord, true> : leaf_pairs<DoubleRecord, false>)
-                      : (thick ? leaf_pairs<FloatRecord, true> : leaf_pairs<FloatRecord, false>);
-  launch_behind(kernel, kLeafBlocks * multiprocessors(), kLeafWarps * kWarp, 0, stream, scene,
-                pairs, vertex_face, edge_edge, lists);
+  const auto chosen =
+      scene.is_double
+          ? (thick ? kernel<DoubleRecord, true>(culls) : kernel<DoubleRecord, false>(culls))
+          : (thick ? kernel<FloatRecord, true>(culls) : kernel<FloatRecord, false>(culls));
+  launch_behind(chosen, kLeafBlocks * multiprocessors(), kLeafWarps * kWarp, 0, stream, scene,
+                pairs, vertex_face, edge_edge, lists, culling);
 }
 
 }  // namespace lazyccd::gpu

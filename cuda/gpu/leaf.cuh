@@ -5,6 +5,7 @@
 
 #include "core/node_pair.h"
 #include "core/separation.h"
+#include "gpu/leaf_culling.cuh"
 #include "gpu/query.cuh"
 #include "gpu/stages.h"
 
@@ -105,10 +106,11 @@ __device__ inline void swap(LeafSide& a, LeafSide& b) {
   b = other;
 }
 
-// What a warp carries through its pairs. thick: with a minimum separation.
-template <class Record, bool thick>
+// What a warp carries through its pairs. thick: with a minimum separation; culls: as LeafCulling says.
+template <class Record, bool thick, bool culls>
 struct LeafWarp {
   const SceneView& scene;
+  const LeafCulling& culling;
   LeafScratch& scratch;
   const Output<Candidate> (&filtered)[2];
   float scale;
@@ -123,11 +125,16 @@ struct LeafWarp {
     constexpr int k = static_cast<int>(kind);
     queued[k] -= count;
     candidates[k] += count;
-    const bool active = lane < count;
+    bool active = lane < count;
     const Candidate places = scratch.queue[k][queued[k] + (active ? lane : 0)];
     __syncwarp();  // the slots are free for the next push
     const PrimitiveNames a = names_at(scene.groups, places.a), b = names_at(scene.groups, places.b);
     const Candidate c{a.id, b.id};
+    if constexpr (culls) {
+      const bool dropped = active && culling.drops(kind, c);
+      candidates[k] -= __popc(__ballot_sync(kAllLanes, dropped));
+      active = active && !dropped;
+    }
     const Differences<float> d =
         kind == ContactKind::vertex_face
             ? gather_points<kind, Record>(scene, b.vertex[0], b.vertex[1], b.vertex[2], a.id, scale)
@@ -135,7 +142,7 @@ struct LeafWarp {
                                           scale);
     const Magnitudes<float> m = magnitudes(d);
     const bool apart = thick ? planes_apart(d, m, separation) : coplanarity(d, m).no_root();
-    const bool survives = active && !apart;
+    const bool survives = active && !(apart && (!culls || culling.non_penetration));
     append_lanes(filtered[k], survives, c, lane);
   }
 
@@ -227,20 +234,21 @@ struct LeafWarp {
   }
 };
 
-template <class Record, bool thick>
+template <class Record, bool thick, bool culls>
 __global__ void __launch_bounds__(kLeafWarps* kWarp, kLeafBlocks)
-    leaf_pairs(SceneView scene, LeafPairs pairs, bool vertex_face, bool edge_edge,
-               StepLists lists) {
+    leaf_pairs(SceneView scene, LeafPairs pairs, bool vertex_face, bool edge_edge, StepLists lists,
+               LeafCulling culling) {
   begin_kernel();
   __shared__ LeafScratch scratch[kLeafWarps];
   const int lane = threadIdx.x % kWarp;
   const double scale = scene_scale(scene);
-  LeafWarp<Record, thick> warp{scene,
-                               scratch[threadIdx.x / kWarp],
-                               lists.filtered,
-                               static_cast<float>(scale),
-                               thick ? __double2float_ru(scene.separation * scale) : 0,
-                               lane};
+  LeafWarp<Record, thick, culls> warp{scene,
+                                      culling,
+                                      scratch[threadIdx.x / kWarp],
+                                      lists.filtered,
+                                      static_cast<float>(scale),
+                                      thick ? __double2float_ru(scene.separation * scale) : 0,
+                                      lane};
   const std::uint32_t total = min(*pairs.count, pairs.capacity);
   // Few at a time: heavy pairs lie side by side. The first few are everyone's own; the next are
   // claimed before they are needed.

@@ -63,9 +63,10 @@ class PersistentTraversal : public TraversalStrategy {
  public:
   bool has_front() const override { return true; }
 
-  void reset(std::uint32_t node_count, cudaStream_t stream) override {
+  void reset(std::uint32_t node_count, bool culls, cudaStream_t stream) override {
+    culls_ = culls;
     for (Grid* grid : {&from_root_, &from_front_}) {
-      const int resident = resident_blocks(traverse<Blocks>, grid->threads, grid->stack_bytes());
+      const int resident = resident_blocks(kernel(), grid->threads, grid->stack_bytes());
       // A block beyond the batches of a usual front would only wait.
       const std::uint64_t batches =
           24 * std::uint64_t{node_count} / static_cast<std::uint64_t>(grid->threads) + 1;
@@ -78,11 +79,11 @@ class PersistentTraversal : public TraversalStrategy {
     make_room(stream);
   }
 
-  void launch(const TraversalJob& job, cudaStream_t stream) override {
+  void launch(const TraversalJob& job, const NodeCulling& culling, cudaStream_t stream) override {
     const Grid& grid = grid_for(job);
     const View view = this->view(grid.blocks, grid.shape);
     launch_behind(start_traversal<Blocks>, 1, 1, 0, stream, view, job);
-    enqueue_blocks(grid, view, job, stream);
+    enqueue_blocks(grid, view, job, culling, stream);
   }
 
  protected:
@@ -129,22 +130,26 @@ class PersistentTraversal : public TraversalStrategy {
 
   const Tuning& tuning() const { return tuning_; }
   std::uint32_t node_count() const { return node_count_; }
+  bool culls() const { return culls_; }
   std::uint32_t blocks() const { return std::max(from_root_.blocks, from_front_.blocks); }
   const Grid& grid_for(const TraversalJob& job) const {
     return job.initial_count != nullptr ? from_front_ : from_root_;
   }
-  static void enqueue_blocks(const Grid& grid, const View& view, const TraversalJob& job,
-                             cudaStream_t stream) {
-    launch_behind(traverse<Blocks>, grid.blocks, static_cast<std::uint32_t>(grid.threads),
-                  grid.stack_bytes(), stream, view, job, grid.shape);
+  void enqueue_blocks(const Grid& grid, const View& view, const TraversalJob& job,
+                      const NodeCulling& culling, cudaStream_t stream) const {
+    launch_behind(kernel(), grid.blocks, static_cast<std::uint32_t>(grid.threads),
+                  grid.stack_bytes(), stream, view, job, grid.shape, culling);
   }
 
  private:
   // Of shared memory that a kernel has without asking, less what a block's own variables take.
   static constexpr std::size_t most_stack_bytes = 40 << 10;
 
+  auto kernel() const { return culls_ ? traverse<Blocks, true> : traverse<Blocks, false>; }
+
   Tuning tuning_;
   Grid from_root_, from_front_;
+  bool culls_ = false;
   std::uint32_t node_count_ = 0;
 };
 

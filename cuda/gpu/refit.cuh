@@ -197,7 +197,7 @@ __global__ void __launch_bounds__(kRefitBlock, 2)
 
 // One warp a node: whole runs of its part of the leaf order, and the leaves at both ends. No node
 // waits for another, as it would from the leaves upward.
-__global__ void refit_nodes(SceneView scene) {
+__global__ inline void refit_nodes(SceneView scene) {
   begin_kernel();
   const std::uint32_t n = (blockIdx.x * blockDim.x + threadIdx.x) / kWarp;
   const int lane = threadIdx.x % kWarp;

@@ -8,6 +8,7 @@
 #include <cstdint>
 
 #include "core/node_pair.h"
+#include "gpu/leaf_culling.cuh"
 #include "gpu/scene.cuh"
 
 namespace lazyccd::gpu {
@@ -24,7 +25,8 @@ struct LeafPairs {
   std::uint32_t capacity;
 };
 void enqueue_leaf(const SceneView& scene, const LeafPairs& pairs, bool vertex_face, bool edge_edge,
-                  const StepLists& lists, cudaStream_t stream);
+                  bool culls, const LeafCulling& culling, const StepLists& lists,
+                  cudaStream_t stream);
 
 // Candidates to contacts, in no order, and to the residue.
 void enqueue_narrow(const SceneView& scene, const StepLists& lists, cudaStream_t stream);

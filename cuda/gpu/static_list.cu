@@ -20,12 +20,12 @@ class StaticList : public PersistentTraversal<StaticBlocks> {
   // The host asks after every round whether there is another.
   bool asks_device() const override { return true; }
 
-  void launch(const TraversalJob& job, cudaStream_t stream) override {
+  void launch(const TraversalJob& job, const NodeCulling& culling, cudaStream_t stream) override {
     const Grid& grid = grid_for(job);
     const View view = this->view(grid.blocks, grid.shape);
     launch_behind(start_traversal<StaticBlocks>, 1, 1, 0, stream, view, job);
     do {
-      enqueue_blocks(grid, view, job, stream);
+      enqueue_blocks(grid, view, job, culling, stream);
       launch_behind(balance_lists, 1, 1, 0, stream, view, job, grid.blocks);
       LAZYCCD_CUDA_CHECK(cudaStreamSynchronize(stream));
     } while (*remaining_.data() != 0);

@@ -37,17 +37,28 @@ __device__ void emit(const TraversalJob& job, const Overlapping& out, std::int32
     out.pairs[at] = {static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(b)};
 }
 
+template <bool culls>
 __device__ void query(const TraversalJob& job, const Overlapping& out, std::uint32_t self,
-                      std::uint64_t& tests, std::uint64_t& lost) {
+                      const NodeCulling& culling, std::uint64_t& tests, std::uint64_t& lost,
+                      CulledPairs& culled) {
   const TreeNode box = load_node(job.nodes, self);
-  emit(job, out, box.group(), box.group());
+  if (culls && culling.flat_node(self)) {
+    ++culled.flat;
+  } else {
+    emit(job, out, box.group(), box.group());
+  }
   std::uint32_t stack[kMaxDepth];
   int depth = 0;
   stack[depth++] = 0;
   while (depth != 0) {
-    const TreeNode node = load_node(job.nodes, stack[--depth]);
+    const std::uint32_t other = stack[--depth];
+    const TreeNode node = load_node(job.nodes, other);
     ++tests;
     if (!overlap(box, node)) continue;
+    if (culls && other != self && culling.volumes_apart(self, other)) {
+      ++culled.by_volume;
+      continue;
+    }
     if (node.leaf()) {
       if (box.group() < node.group()) emit(job, out, box.group(), node.group());
     } else if (depth + 2 <= kMaxDepth) {
@@ -60,12 +71,14 @@ __device__ void query(const TraversalJob& job, const Overlapping& out, std::uint
 }
 
 // A block takes twice as many nodes as it has threads: half of them, more or less, are leaves.
+template <bool culls>
 __global__ void __launch_bounds__(kMaxTraversalBlock)
-    query_each_group(TraversalJob job, Overlapping out) {
+    query_each_group(TraversalJob job, Overlapping out, NodeCulling culling) {
   extern __shared__ std::uint32_t leaves[];
   __shared__ std::uint32_t leaf_count;
   const std::uint32_t tile = 2 * blockDim.x;
   std::uint64_t tests = 0, lost = 0;
+  CulledPairs culled;
   for (std::uint64_t first = std::uint64_t{blockIdx.x} * tile; first < job.node_count;
        first += std::uint64_t{gridDim.x} * tile) {
     if (threadIdx.x == 0) leaf_count = 0;
@@ -76,12 +89,13 @@ __global__ void __launch_bounds__(kMaxTraversalBlock)
     __syncthreads();
     for (std::uint32_t i = threadIdx.x; i < leaf_count; i += blockDim.x) {
       random_delay(job);
-      query(job, out, leaves[i], tests, lost);
+      query<culls>(job, out, leaves[i], culling, tests, lost, culled);
     }
     __syncthreads();
   }
   add(job.counters->tree_tests, tests);
   add(job.counters->lost, lost);
+  if constexpr (culls) culled.add_to(*culling.counters);
 }
 
 __global__ void open_pairs(TraversalJob job, Overlapping found) {
@@ -112,9 +126,10 @@ class ThreadPerQuery : public TraversalStrategy {
 
   bool has_front() const override { return false; }
 
-  void reset(std::uint32_t node_count, cudaStream_t) override {
+  void reset(std::uint32_t node_count, bool culls, cudaStream_t) override {
+    culls_ = culls;
     const std::uint64_t tiles = node_count / (2 * static_cast<std::uint64_t>(block_size_)) + 1;
-    const int resident = resident_blocks(query_each_group, block_size_, shared_bytes());
+    const int resident = resident_blocks(kernel(), block_size_, shared_bytes());
     blocks_ = tuning_.blocks != 0
                   ? tuning_.blocks
                   : static_cast<int>(std::min<std::uint64_t>(tiles, std::max(resident, 1)));
@@ -122,10 +137,10 @@ class ThreadPerQuery : public TraversalStrategy {
     overlapping_.reserve(hint != 0 ? hint : 24 * std::size_t{node_count} + 1024);
   }
 
-  void launch(const TraversalJob& job, cudaStream_t stream) override {
+  void launch(const TraversalJob& job, const NodeCulling& culling, cudaStream_t stream) override {
     LAZYCCD_CUDA_CHECK(cudaMemsetAsync(job.counters, 0, sizeof(TraversalCounters), stream));
     const Overlapping found{overlapping_.data(), static_cast<std::uint32_t>(overlapping_.size())};
-    query_each_group<<<blocks_, block_size_, shared_bytes(), stream>>>(job, found);
+    kernel()<<<blocks_, block_size_, shared_bytes(), stream>>>(job, found, culling);
     LAZYCCD_CUDA_CHECK(cudaGetLastError());
     launch_behind(open_pairs, 8 * multiprocessors(), 128, 0, stream, job, found);
   }
@@ -143,11 +158,14 @@ class ThreadPerQuery : public TraversalStrategy {
   std::size_t bytes() const override { return overlapping_.bytes(); }
 
  private:
+  using Kernel = void(TraversalJob, Overlapping, NodeCulling);
+  Kernel* kernel() const { return culls_ ? query_each_group<true> : query_each_group<false>; }
   std::size_t shared_bytes() const { return 2 * sizeof(std::uint32_t) * block_size_; }
 
   Tuning tuning_;
   int block_size_;
   int blocks_ = 0;
+  bool culls_ = false;
   DeviceBuffer<NodePair> overlapping_;
 };
 

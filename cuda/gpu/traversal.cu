@@ -57,7 +57,7 @@ Traversal::Traversal(const Options& options)
   *host_counters_.data() = {};
 }
 
-void Traversal::reset(std::uint32_t node_count, cudaStream_t stream) {
+void Traversal::reset(std::uint32_t node_count, bool culls, cudaStream_t stream) {
   node_count_ = node_count;
   has_front_ = false;
   // Cloth of 5 765 groups has 15 leaf pairs and 24 ended pairs a node.
@@ -67,11 +67,11 @@ void Traversal::reset(std::uint32_t node_count, cudaStream_t stream) {
     for (auto& front : fronts_)
       front.reserve(hint != 0 ? hint : 32 * std::size_t{node_count} + 1024);
   LAZYCCD_CUDA_CHECK(cudaMemsetAsync(root_.data(), 0, root_.bytes(), stream));
-  strategy_->reset(node_count, stream);
+  strategy_->reset(node_count, culls, stream);
 }
 
-void Traversal::launch(const TreeNode* nodes, const gpu::GroupView& groups, bool from_front,
-                       cudaStream_t stream) {
+void Traversal::launch(const TreeNode* nodes, const gpu::GroupView& groups,
+                       const gpu::NodeCulling& culling, bool from_front, cudaStream_t stream) {
   if (from_front && !has_front_)
     throw Error(ErrorCode::invalid_argument, "the traversal has no front to start from");
   const auto size = [](const DeviceBuffer<NodePair>& b) {
@@ -94,7 +94,7 @@ void Traversal::launch(const TreeNode* nodes, const gpu::GroupView& groups, bool
   }
   job.counters = counters_.data() + parity_;
   job.delay_ns = static_cast<std::uint32_t>(std::max(tuning_.delay_ns, 0));
-  strategy_->launch(job, stream);
+  strategy_->launch(job, culling, stream);
 }
 
 void Traversal::read_counters(cudaStream_t stream) {

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <memory>
 
+#include "gpu/node_culling.cuh"
 #include "gpu/traversal_job.h"
 #include "lazyccd/detector.h"
 
@@ -20,12 +21,12 @@ class TraversalStrategy {
   virtual bool has_front() const = 0;
   // Whether launch() waits for the device, so that it cannot be captured.
   virtual bool asks_device() const { return false; }
-  // Sizes grid and buffers for trees of so many nodes. What it clears on the stream comes before the
-  // next launch there.
-  virtual void reset(std::uint32_t node_count, cudaStream_t stream) = 0;
+  // Sizes grid and buffers for trees of so many nodes and for jobs that cull nodes, or not. What it
+  // clears on the stream comes before the next launch there.
+  virtual void reset(std::uint32_t node_count, bool culls, cudaStream_t stream) = 0;
   // Enqueues the job: no allocation, and unless asks_device() no synchronization and the same
   // launches for the same job. Clears the counters first.
-  virtual void launch(const TraversalJob& job, cudaStream_t stream) = 0;
+  virtual void launch(const TraversalJob& job, const NodeCulling& culling, cudaStream_t stream) = 0;
   // The last run, which these are of, lost work. Throws where more room would not help.
   virtual void grow(const TraversalCounters& counters, cudaStream_t stream) = 0;
   virtual std::size_t bytes() const = 0;

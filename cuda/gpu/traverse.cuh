@@ -29,6 +29,7 @@
 
 #include "balance/chunk_pool.h"
 #include "gpu/kernel_chain.cuh"
+#include "gpu/node_culling.cuh"
 #include "gpu/traversal_job.h"
 
 namespace lazyccd::gpu {
@@ -130,9 +131,11 @@ __global__ void start_traversal(typename Balancing::View view, TraversalJob job)
   Balancing::start(view, job);
 }
 
-template <class Balancing>
-__global__ void __launch_bounds__(kMaxTraversalBlock, 2)
-    traverse(typename Balancing::View view, TraversalJob job, StackShape shape) {
+// With culling the boxes of a pair take as many registers as all the rest.
+template <class Balancing, bool culls>
+__global__ void __launch_bounds__(kMaxTraversalBlock, culls ? 1 : 2)
+    traverse(typename Balancing::View view, TraversalJob job, StackShape shape,
+             NodeCulling culling) {
   begin_kernel();
   extern __shared__ NodePair stack[];
   // Of thread 0, apart from what it tells the others; each is written and read on different sides
@@ -153,6 +156,7 @@ __global__ void __launch_bounds__(kMaxTraversalBlock, 2)
   // last round made and has not been stored.
   std::uint32_t bottom = 0, top = 0, made = 0, round = 0;
   Ended ended{{0, 0}, 0, 0, Ended::none, Ended::none};
+  CulledPairs culled;
 
   if (thread == 0) {
     tests = idle = lost = 0;
@@ -224,6 +228,7 @@ __global__ void __launch_bounds__(kMaxTraversalBlock, 2)
       pair = stack[(top - 1 - thread) & mask];
       const TreeNode a = load_node(job.nodes, pair.a), b = load_node(job.nodes, pair.b);
       visited = visit(pair, a, b);
+      if constexpr (culls) visited = culled.look(culling, pair, visited);
       group_a = a.group();
       group_b = b.group();
     }
@@ -291,6 +296,7 @@ __global__ void __launch_bounds__(kMaxTraversalBlock, 2)
   }
 
   balancing.leave(view, job);
+  if constexpr (culls) culled.add_to(*culling.counters);
   if (thread != 0) return;
   add(job.counters->lost, lost);
   if (Balancing::keeps_time) return;

@@ -119,6 +119,47 @@ Scene tumbling_sheets(int sheets, int n, int frames, double offset, bool in_floa
   return scene;
 }
 
+// Two sheets of n x n quads that wave gently and pass through each other: parts that are flat for a
+// step, and many contacts.
+Scene calm_sheets(int n, int frames, bool in_float) {
+  Scene scene;
+  scene.name = "2 calm sheets of " + std::to_string(n) + "x" + std::to_string(n) + " quads" +
+               (in_float ? ", float" : ", double");
+  for (std::int32_t s = 0; s < 2; ++s) {
+    Body body;
+    body.self_collision = true;
+    scene.bodies.push_back(body);
+    const std::int32_t base = s * (n + 1) * (n + 1);
+    for (int y = 0; y <= n; ++y) {
+      for (int x = 0; x <= n; ++x) {
+        scene.body_of_vertex.push_back(s);
+        scene.inverse_mass.push_back(1);
+        const std::int32_t v = base + y * (n + 1) + x;
+        if (x == n || y == n) continue;
+        scene.faces.push_back({v, v + 1, v + n + 1});
+        scene.faces.push_back({v + 1, v + n + 2, v + n + 1});
+      }
+    }
+  }
+  for (int f = 0; f < frames; ++f) {
+    std::vector<std::array<double, 3>> frame;
+    for (int s = 0; s < 2; ++s) {
+      for (int y = 0; y <= n; ++y) {
+        for (int x = 0; x <= n; ++x) {
+          const double u = static_cast<double>(x) / n, v = static_cast<double>(y) / n;
+          const double height = 0.02 * std::sin(7 * u + 5 * v + 0.3 * f + s);
+          std::array<double, 3> p{u + 0.1 * s * v, v, height + s * 0.02 * (1.5 - f)};
+          if (in_float)
+            for (double& c : p) c = static_cast<float>(c);
+          frame.push_back(p);
+        }
+      }
+    }
+    scene.frames.push_back(frame);
+  }
+  return scene;
+}
+
 constexpr std::int64_t kMostBytes =
     300'000'000;  // for each of the scenes here, Cloth/Ball among them
 
@@ -145,6 +186,24 @@ struct Truth {
   }
 };
 
+// What each way to cull did in all runs together: each must have had its share in some.
+struct Culled {
+  std::int64_t by_volume[3] = {}, flat_nodes = 0, orphans = 0, never_coplanar = 0;
+} culled;
+
+// Adds up; whether nothing was culled in a way that was not asked for.
+bool count_culled(const Options& options, const Stats& s) {
+  culled.by_volume[static_cast<int>(options.volume)] += s.volume_culled;
+  culled.flat_nodes += s.flat_nodes;
+  culled.orphans += s.orphans;
+  culled.never_coplanar += s.never_coplanar;
+  const bool thick = options.separation > 0;
+  return (options.volume != Volume::box || s.volume_culled == 0) &&
+         ((options.culling.normal_cones && !thick) || s.flat_nodes == 0) &&
+         ((options.culling.orphan_sets && !thick) || s.orphans == 0) &&
+         (options.culling.non_penetration || s.never_coplanar == 0);
+}
+
 // Runs the steps of a scene on the device; false, and why, on a difference.
 bool compare(const Scene& scene, const Truth& truth, Options options, int repeat,
              std::string& why) {
@@ -161,6 +220,10 @@ bool compare(const Scene& scene, const Truth& truth, Options options, int repeat
       }
       if (gpu.stats().peak_bytes > kMostBytes) {
         why = std::to_string(gpu.stats().peak_bytes) + " bytes on the device";
+        return false;
+      }
+      if (!count_culled(options, gpu.stats())) {
+        why = "something was culled in a way that was not asked for";
         return false;
       }
       bool same = found.size() == wanted.contacts.size() && gpu.stats().hash == wanted.hash &&
@@ -202,6 +265,50 @@ void check(const Scene& scene, const Truth& truth, const Options& options, int r
                    (good ? std::to_string(truth.total) + " contacts" : why));
 }
 
+std::string describe(const Options& options) {
+  const Culling& c = options.culling;
+  return std::string(name(options.strategy)) + ", " + name(options.volume) +
+         (c.non_penetration ? ", filter" : "") + (c.normal_cones ? ", cones" : "") +
+         (c.orphan_sets ? ", orphans" : "");
+}
+
+// Every volume with every strategy and each culling of the list.
+void check_culling(const Scene& scene, const Truth& truth, double separation,
+                   const std::vector<Culling>& list) {
+  for (const Strategy strategy : kStrategies) {
+    for (const Volume volume : kVolumes) {
+      for (const Culling& culling : list) {
+        Options options;
+        options.strategy = strategy;
+        options.volume = volume;
+        options.culling = culling;
+        options.separation = separation;
+        check(scene, truth, options, 2,  // the second time from a front
+              describe(options) + (separation > 0 ? ", with a separation" : ""));
+      }
+    }
+  }
+}
+
+std::vector<Culling> all_culling() {
+  std::vector<Culling> all;
+  for (int bits = 0; bits < 8; ++bits)
+    all.push_back({(bits & 1) != 0, (bits & 2) != 0, (bits & 4) != 0});
+  return all;
+}
+
+void report_culled() {
+  const auto share = [](std::int64_t count, const std::string& what) {
+    report(count > 0, what + ": " + std::to_string(count) + " in all");
+  };
+  share(culled.by_volume[static_cast<int>(Volume::dop18)], "pairs of nodes that dop18 culled");
+  share(culled.by_volume[static_cast<int>(Volume::oriented_box)],
+        "pairs of nodes that oriented_box culled");
+  share(culled.flat_nodes, "nodes that normal cones kept closed");
+  share(culled.orphans, "candidates from the orphan sets");
+  share(culled.never_coplanar, "candidates that the non-penetration filter ruled out");
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -238,6 +345,9 @@ int main(int argc, char** argv) {
         check(scene, thick, options, 1, std::string(name(strategy)) + ", separation");
       }
     }
+    const Scene calm = calm_sheets(12, 3, true);
+    check_culling(calm, Truth(calm, 0), 0, {{true, true, true}, {false, false, false}});
+    report_culled();
     std::printf("%d failed\n", failures);
     return failures == 0 ? 0 : 1;
   }
@@ -289,6 +399,19 @@ int main(int argc, char** argv) {
       }
     }
   }
+  for (const bool in_float : {true, false})
+    for (const Scene& scene :
+         {calm_sheets(24, 5, in_float), tumbling_sheets(9, 12, 5, 0, in_float)})
+      check_culling(scene, Truth(scene, 0), 0, all_culling());
+  // Of the others the first is the smallest and the last of ours the largest.
+  const std::vector<Culling> some = {{false, false, false}, {true, true, true}};
+  for (std::size_t i = 0; i < scenes.size(); ++i) {
+    if (i > 1 && i < 5) continue;
+    check_culling(scenes[i], Truth(scenes[i], 0), 0, some);
+    const double separation = thin_separation(scenes[i]);
+    check_culling(scenes[i], Truth(scenes[i], separation), separation, some);
+  }
+  report_culled();
   std::printf("%d failed\n", failures);
   return failures == 0 ? 0 : 1;
 }

@@ -82,13 +82,13 @@ enum class Launch { direct, graph };
 void launch(Traversal& traversal, const TreeNode* nodes, bool from_front, Launch how,
             cudaStream_t stream) {
   if (how == Launch::direct || traversal.asks_device()) {
-    traversal.launch(nodes, {}, from_front, stream);
+    traversal.launch(nodes, {}, {}, from_front, stream);
     return;
   }
   cudaGraph_t graph = nullptr;
   cudaGraphExec_t executable = nullptr;
   LAZYCCD_CUDA_CHECK(cudaStreamBeginCapture(stream, cudaStreamCaptureModeThreadLocal));
-  traversal.launch(nodes, {}, from_front, stream);
+  traversal.launch(nodes, {}, {}, from_front, stream);
   LAZYCCD_CUDA_CHECK(cudaStreamEndCapture(stream, &graph));
   LAZYCCD_CUDA_CHECK(cudaGraphInstantiate(&executable, graph, 0));
   LAZYCCD_CUDA_CHECK(cudaGraphLaunch(executable, stream));
@@ -106,7 +106,7 @@ void check(const DeviceScene& device, const Options& options, int repetitions, L
            Totals& totals, cudaStream_t stream) {
   const Scene& scene = device.scene();
   Traversal traversal(options);
-  traversal.reset(device.node_count(), stream);
+  traversal.reset(device.node_count(), false, stream);
   for (std::size_t f = 0; f < scene.frames.size(); ++f) {
     const Frame& frame = scene.frames[f];
     for (int r = 0; r < repetitions; ++r) {
@@ -157,10 +157,10 @@ void check_two_at_once(const DeviceScene& one, const DeviceScene& two, int repet
   const DeviceScene* scenes[2] = {&one, &two};
   Stream streams[2];
   Traversal traversals[2] = {Traversal(options), Traversal(options)};
-  for (int i = 0; i < 2; ++i) traversals[i].reset(scenes[i]->node_count(), streams[i]);
+  for (int i = 0; i < 2; ++i) traversals[i].reset(scenes[i]->node_count(), false, streams[i]);
   for (int r = 0; r < repetitions; ++r) {
     for (int i = 0; i < 2; ++i) {
-      traversals[i].launch(scenes[i]->nodes(0), {}, false, streams[i]);
+      traversals[i].launch(scenes[i]->nodes(0), {}, {}, false, streams[i]);
       traversals[i].read_counters(streams[i]);
     }
     for (int i = 0; i < 2; ++i) {
@@ -199,15 +199,15 @@ void check_refusals(const DeviceScene& deep) {
   refused(ErrorCode::invalid_argument, [&] {
     Stream stream;
     Traversal traversal(with(Strategy::lazy_stealing, 0, 0));
-    traversal.reset(deep.node_count(), stream);
-    traversal.launch(deep.nodes(0), {}, true, stream);
+    traversal.reset(deep.node_count(), false, stream);
+    traversal.launch(deep.nodes(0), {}, {}, true, stream);
   });
   // A tree too deep for a thread's own stack.
   refused(ErrorCode::device, [&] {
     Stream stream;
     Traversal traversal(with(Strategy::thread_per_query, 0, 0));
-    traversal.reset(deep.node_count(), stream);
-    traversal.launch(deep.nodes(0), {}, false, stream);
+    traversal.reset(deep.node_count(), false, stream);
+    traversal.launch(deep.nodes(0), {}, {}, false, stream);
     traversal.read_counters(stream);
     LAZYCCD_CUDA_CHECK(cudaStreamSynchronize(stream));
     traversal.grow(stream);
@@ -220,7 +220,7 @@ void time_launches(const DeviceScene& device, const Options& options, bool from_
   constexpr int runs = 21;
   Stream stream;
   Traversal traversal(options);
-  traversal.reset(device.node_count(), stream);
+  traversal.reset(device.node_count(), false, stream);
   cudaEvent_t begin, end;
   LAZYCCD_CUDA_CHECK(cudaEventCreate(&begin));
   LAZYCCD_CUDA_CHECK(cudaEventCreate(&end));
@@ -229,7 +229,7 @@ void time_launches(const DeviceScene& device, const Options& options, bool from_
     bool again = true;
     while (again) {
       LAZYCCD_CUDA_CHECK(cudaEventRecord(begin, stream));
-      traversal.launch(device.nodes(0), {}, from_front && traversal.has_front(), stream);
+      traversal.launch(device.nodes(0), {}, {}, from_front && traversal.has_front(), stream);
       LAZYCCD_CUDA_CHECK(cudaEventRecord(end, stream));
       traversal.read_counters(stream);
       LAZYCCD_CUDA_CHECK(cudaStreamSynchronize(stream));

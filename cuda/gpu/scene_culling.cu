@@ -1,0 +1,142 @@
+#include "gpu/scene_culling.h"
+
+#include <algorithm>
+
+#include "cpu/orphan_sets.h"
+#include "cpu/patches.h"
+#include "gpu/node_diagonals.cuh"
+#include "gpu/normal_cones.cuh"
+#include "gpu/oriented_boxes.cuh"
+#include "gpu/orphans.cuh"
+#include "gpu/upload.h"
+
+namespace lazyccd::gpu {
+
+SceneCulling::SceneCulling(const Options& options)
+    : volume_(options.volume), culling_(options.culling) {
+  // What cannot touch can still come near.
+  if (options.separation > 0) culling_.normal_cones = culling_.orphan_sets = false;
+  host_counters_.reserve(1);
+  *host_counters_.data() = {};
+  if (any()) counters_.reserve(1);
+}
+
+void SceneCulling::set_mesh(const Mesh& mesh) {
+  if (!culling_.orphan_sets) return;
+  const OrphanSets sets(mesh);
+  for (const ContactKind kind : {ContactKind::vertex_face, ContactKind::edge_edge}) {
+    const OrphanList list = sets.of(kind);
+    Orphans& orphans = orphans_[static_cast<int>(kind)];
+    orphans.count = list.count;
+    upload(orphans.pairs, list.pairs, list.count);
+    const std::size_t primitives =
+        kind == ContactKind::vertex_face ? mesh.vertex_count() : mesh.edges().size();
+    upload(orphans.first, list.first, primitives + 1);
+  }
+}
+
+void SceneCulling::build(const Mesh& mesh, const Groups& groups, const Tree& tree) {
+  const std::size_t leaves = tree.order().size(), nodes = tree.nodes().size();
+  const std::size_t runs = leaves / kRun + 1;
+  if (volume_ == Volume::oriented_box) {
+    leaf_boxes_.reserve(leaves);
+    leaf_moments_.reserve(leaves);
+    run_boxes_.reserve(runs);
+    run_moments_.reserve(runs);
+    node_boxes_.reserve(nodes);
+  }
+  if (volume_ == Volume::dop18) {
+    run_diagonals_.reserve(runs);
+    node_diagonals_.reserve(nodes);
+  }
+  if (!culling_.normal_cones) return;
+  Patches patches;
+  patches.build(mesh, groups, tree);
+  static_assert(sizeof(Patches::Boundary) == sizeof(uint2));
+  upload(boundaries_, patches.boundaries().data(), nodes);
+  upload(boundary_vertices_, patches.vertices().data(), patches.vertices().size());
+  leaf_cones_.reserve(leaves);
+  flat_.reserve(nodes);
+}
+
+void SceneCulling::clear_counters(cudaStream_t stream) {
+  if (any())
+    LAZYCCD_CUDA_CHECK(cudaMemsetAsync(counters_.data(), 0, sizeof(CullingCounters), stream));
+}
+
+constexpr std::uint32_t kBlock = 128;  // threads, where a warp has a leaf or a node
+
+template <class Record>
+void SceneCulling::enqueue_cones(const SceneView& scene, cudaStream_t stream) {
+  const NormalConesView view{boundaries_.data(), boundary_vertices_.data(), leaf_cones_.data(),
+                             flat_.data()};
+  launch_behind(find_cones<Record>, blocks_for(std::size_t{scene.group_count} * kWarp, kBlock),
+                kBlock, 0, stream, scene, view);
+  launch_behind(find_flat_nodes<Record>, blocks_for(std::size_t{scene.node_count} * kWarp, kBlock),
+                kBlock, 0, stream, scene, view);
+}
+
+void SceneCulling::enqueue_refit(const SceneView& scene, cudaStream_t stream) {
+  const std::uint32_t runs = blocks_for(scene.group_count, kRun);
+  if (volume_ == Volume::oriented_box) {
+    const OrientedBoxesView view{leaf_boxes_.data(), run_boxes_.data(), node_boxes_.data(),
+                                 leaf_moments_.data(), run_moments_.data()};
+    launch_behind(scene.is_double ? fit_leaves<DoubleRecord> : fit_leaves<FloatRecord>, runs,
+                  kFitBlock, 0, stream, scene, view);
+    launch_behind(fit_nodes, blocks_for(scene.node_count, kFitWarps), kFitBlock, 0, stream, scene,
+                  view);
+  }
+  if (volume_ == Volume::dop18) {
+    launch_behind(unite_runs, blocks_for(std::size_t{runs} * kWarp, kBlock), kBlock, 0, stream,
+                  scene, run_diagonals_.data());
+    launch_behind(unite_nodes, blocks_for(std::size_t{scene.node_count} * kWarp, kBlock), kBlock, 0,
+                  stream, scene, run_diagonals_.data(), node_diagonals_.data());
+  }
+  if (!culling_.normal_cones) return;
+  if (scene.is_double) {
+    enqueue_cones<DoubleRecord>(scene, stream);
+  } else {
+    enqueue_cones<FloatRecord>(scene, stream);
+  }
+}
+
+void SceneCulling::enqueue_orphans(const SceneView& scene, bool vertex_face, bool edge_edge,
+                                   const StepLists& lists, cudaStream_t stream) {
+  if (!culling_.orphan_sets) return;
+  const std::uint32_t most = std::max(orphans_[0].count, orphans_[1].count);
+  launch_behind(scene.is_double ? filter_orphans<DoubleRecord> : filter_orphans<FloatRecord>,
+                blocks_for(most, kBlock), kBlock, 0, stream, scene, of_candidates(), vertex_face,
+                edge_edge, lists, counters_.data());
+}
+
+NodeCulling SceneCulling::of_nodes() {
+  if (!culls_nodes()) return {};
+  return {volume_ == Volume::oriented_box ? node_boxes_.data() : nullptr,
+          volume_ == Volume::dop18 ? node_diagonals_.data() : nullptr,
+          culling_.normal_cones ? flat_.data() : nullptr, counters_.data()};
+}
+
+LeafCulling SceneCulling::of_candidates() const {
+  LeafCulling view{culling_.non_penetration, culling_.orphan_sets, {}};
+  for (int kind = 0; kind < 2; ++kind)
+    view.orphans[kind] = {orphans_[kind].pairs.data(), orphans_[kind].first.data(),
+                          orphans_[kind].count};
+  return view;
+}
+
+void SceneCulling::download(cudaStream_t stream) {
+  if (any())
+    LAZYCCD_CUDA_CHECK(cudaMemcpyAsync(host_counters_.data(), counters_.data(),
+                                       sizeof(CullingCounters), cudaMemcpyDeviceToHost, stream));
+}
+
+std::size_t SceneCulling::bytes() const {
+  std::size_t sum = counters_.bytes() + leaf_boxes_.bytes() + run_boxes_.bytes() +
+                    node_boxes_.bytes() + leaf_moments_.bytes() + run_moments_.bytes() +
+                    run_diagonals_.bytes() + node_diagonals_.bytes() + boundaries_.bytes() +
+                    boundary_vertices_.bytes() + leaf_cones_.bytes() + flat_.bytes();
+  for (const Orphans& orphans : orphans_) sum += orphans.pairs.bytes() + orphans.first.bytes();
+  return sum;
+}
+
+}  // namespace lazyccd::gpu
