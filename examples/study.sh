@@ -63,10 +63,6 @@ measure() {
     study sizes "${some[@]}" --model funnel --strategy lazy_stealing_greedy \
       --stack 4 8 16 32 64 --chunk 2 4 8 16
     study chunks "${some[@]}" --model funnel --strategy lazy_stealing --chunk 1 4 16 64 256
-    study volumes "${some[@]}" --model funnel cloth-ball n-body --strategy lazy_stealing \
-      --volume box dop18 oriented_box
-    study culling "${some[@]}" --model funnel cloth-ball --strategy lazy_stealing --culling none \
-      non_penetration normal_cones orphan_sets non_penetration+normal_cones+orphan_sets
   else
     study stages "${window[@]}" --model "${small[@]}" "${large[@]}" --stages
     study root-stages "${window[@]}" --model funnel cloth-ball n-body --front off --stages
@@ -75,6 +71,12 @@ measure() {
     study stacks "${some[@]}" --model funnel cloth-ball --front off --stages --stack 256 512 1024 \
       --chunk 32 128 256 --strategy lazy_stealing lazy_stealing_greedy
   fi
+  local stages=()
+  [ "$backend" = cuda ] && stages=(--stages)
+  study volumes "${some[@]}" --model funnel cloth-ball n-body --strategy lazy_stealing \
+    --volume box dop18 oriented_box "${stages[@]}"
+  study culling "${some[@]}" --model funnel cloth-ball n-body --strategy lazy_stealing --culling none \
+    non_penetration normal_cones orphan_sets non_penetration+normal_cones+orphan_sets "${stages[@]}"
 }
 
 [ -n "$draw" ] || measure

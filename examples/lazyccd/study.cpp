@@ -131,13 +131,13 @@ std::vector<Setting> settings(const Arguments& a) {
     });
     multiply(some, a.front_periods, [](Setting& s, int x) { s.options.front_period = x; });
     multiply(some, a.front_ratios, [](Setting& s, double x) { s.options.front_ratio = x; });
+    multiply(some, a.volumes,
+             [](Setting& s, const std::string& x) { s.options.volume = parse_volume(x); });
+    multiply(some, a.culling, [](Setting& s, const std::string& x) {
+      s.culling = x;
+      s.options.culling = parse_culling(x);
+    });
     if (cpu) {
-      multiply(some, a.volumes,
-               [](Setting& s, const std::string& x) { s.options.volume = parse_volume(x); });
-      multiply(some, a.culling, [](Setting& s, const std::string& x) {
-        s.culling = x;
-        s.options.culling = parse_culling(x);
-      });
       multiply(some, a.threads, [](Setting& s, int x) { s.options.threads = x; });
     } else {
       multiply(some, a.blocks, [](Setting& s, int x) { s.options.tuning.blocks = x; });
@@ -297,9 +297,9 @@ void add_study(CLI::App& app) {
       ->check(CLI::Range(1, 1000));
   command->add_option("--front-ratio", a.front_ratios, "growth below which it is made anew (rt)")
       ->check(CLI::PositiveNumber);
-  command->add_option("--volume", a.volumes, "of the cpu backend: box, dop18, oriented_box");
+  command->add_option("--volume", a.volumes, "of the tree's nodes: box, dop18, oriented_box");
   command->add_option("--culling", a.culling,
-                      "of the cpu backend: default, none, or a sum such as "
+                      "default, none, or a sum such as "
                       "non_penetration+normal_cones+orphan_sets");
   command->add_option("--threads", a.threads, "of the cpu backend; 0: as many as there are")
       ->check(CLI::Range(0, 1024));

@@ -1,7 +1,9 @@
 // Checks the whole CUDA backend against the CPU backend: the same contacts, field by field, and the
 // same hash. A plain program, so that it runs on a machine that has nothing but the driver.
 //
-//   check_detector [--repeat N] [--small] [START.ply END.ply]...     (--small: for the sanitizers)
+//   check_detector [--repeat N] [--small] [--culling] [START.ply END.ply]...
+//
+// --small: for the sanitizers. --culling: volumes and culling alone.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -313,13 +315,15 @@ void report_culled() {
 
 int main(int argc, char** argv) {
   int repeat = 3;
-  bool small = false;
+  bool small = false, only_culling = false;
   std::vector<std::string> files;
   for (int i = 1; i < argc; ++i) {
     if (std::string(argv[i]) == "--repeat" && i + 1 < argc) {
       repeat = std::atoi(argv[++i]);
     } else if (std::string(argv[i]) == "--small") {
       small = true;
+    } else if (std::string(argv[i]) == "--culling") {
+      only_culling = true;
     } else {
       files.push_back(argv[i]);
     }
@@ -369,6 +373,7 @@ int main(int argc, char** argv) {
   }
 
   for (const Scene& scene : scenes) {
+    if (only_culling) break;
     const double separation = thin_separation(scene);
     const Truth truth(scene, 0), thick(scene, separation);
     for (const Strategy strategy : kStrategies) {

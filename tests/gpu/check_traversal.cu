@@ -13,6 +13,7 @@
 #include "gpu/device_buffer.h"
 #include "gpu/stream.h"
 #include "gpu/traversal.h"
+#include "gpu/upload.h"
 #include "lazyccd/error.h"
 #include "traversal_scenes.h"
 
@@ -63,17 +64,28 @@ class DeviceScene {
         LAZYCCD_CUDA_CHECK(
             cudaMemcpy(nodes.data(), frame.nodes.data(), nodes.bytes(), cudaMemcpyHostToDevice));
       nodes_.push_back(std::move(nodes));
+      boxes_.emplace_back();
+      flat_.emplace_back();
+      gpu::upload(boxes_.back(), frame.volumes.boxes.data(), frame.volumes.boxes.size());
+      gpu::upload(flat_.back(), frame.volumes.flat.data(), frame.volumes.flat.size());
     }
+    counters_.reserve(1);
   }
   const Scene& scene() const { return *scene_; }
   std::uint32_t node_count() const {
     return static_cast<std::uint32_t>(scene_->frames[0].nodes.size());
   }
   const TreeNode* nodes(std::size_t frame) const { return nodes_[frame].data(); }
+  gpu::NodeCulling culling(std::size_t frame) {
+    return {boxes_[frame].data(), nullptr, flat_[frame].data(), counters_.data()};
+  }
 
  private:
   const Scene* scene_;
   std::vector<DeviceBuffer<TreeNode>> nodes_;
+  std::vector<DeviceBuffer<OrientedBox>> boxes_;
+  std::vector<DeviceBuffer<unsigned char>> flat_;
+  DeviceBuffer<gpu::CullingCounters> counters_;
 };
 
 enum class Launch { direct, graph };
@@ -133,6 +145,63 @@ void check(const DeviceScene& device, const Options& options, int repetitions, L
     }
     traversal.accept();
   }
+}
+
+// The same with culling by oriented boxes and flat nodes; the counters too.
+void check_culling(DeviceScene& device, const Options& options, int repetitions,
+                   const Stream& stream) {
+  const Scene& scene = device.scene();
+  Traversal traversal(options);
+  traversal.reset(device.node_count(), true, stream);
+  for (std::size_t f = 0; f < scene.frames.size(); ++f) {
+    const Frame& frame = scene.frames[f];
+    const gpu::NodeCulling culling = device.culling(f);
+    for (int r = 0; r < repetitions; ++r) {
+      const bool from_front = traversal.has_front();
+      gpu::CullingCounters culled;
+      do {
+        LAZYCCD_CUDA_CHECK(
+            cudaMemsetAsync(culling.counters, 0, sizeof(gpu::CullingCounters), stream));
+        traversal.launch(device.nodes(f), {}, culling, from_front, stream);
+        traversal.read_counters(stream);
+        LAZYCCD_CUDA_CHECK(cudaMemcpyAsync(&culled, culling.counters, sizeof culled,
+                                           cudaMemcpyDeviceToHost, stream));
+        LAZYCCD_CUDA_CHECK(cudaStreamSynchronize(stream));
+      } while (traversal.grow(stream));
+      const TraversalCounters& c = traversal.counters();
+      const auto leaf_pairs = download(traversal.leaf_pairs(), c.leaf_pairs);
+      if (options.strategy == Strategy::thread_per_query) {
+        expect(equal(leaf_pairs, frame.queried_leaf_pairs), "leaf pairs", scene, f, options);
+        continue;
+      }
+      const Walk& walk = from_front ? frame.culled_from_front : frame.culled_from_root;
+      expect(equal(leaf_pairs, walk.leaf_pairs), "leaf pairs with culling", scene, f, options);
+      expect(c.tree_tests == walk.tests, "number of tests with culling", scene, f, options);
+      expect(culled.volume_culled == walk.volume_culled, "pairs culled", scene, f, options);
+      expect(culled.flat_nodes == walk.flat_nodes, "flat nodes", scene, f, options);
+      if (options.front == FrontUse::on)
+        expect(equal(download(traversal.front(), c.front_nodes), walk.front), "front with culling",
+               scene, f, options);
+    }
+    traversal.accept();
+  }
+}
+
+void check_culling(std::vector<DeviceScene>& scenes, const Stream& stream) {
+  const int before = failures;
+  for (const Strategy strategy : kStrategies) {
+    for (const FrontUse front : {FrontUse::off, FrontUse::on}) {
+      for (const int block_size : {0, 64}) {
+        Options options;
+        options.strategy = strategy;
+        options.front = front;
+        options.tuning.block_size = block_size;
+        options.tuning.capacity_hint = block_size == 64 ? 1 : 0;
+        for (DeviceScene& scene : scenes) check_culling(scene, options, 2, stream);
+      }
+    }
+  }
+  std::printf("%s culling of nodes\n", failures == before ? "PASS" : "FAIL");
 }
 
 void check_all(const std::vector<DeviceScene>& scenes, Options options, int repetitions,
@@ -329,6 +398,7 @@ void check_everything(int repetitions) {
     check_all(devices, query(tuned(block_size, 0, 0, 0, 0)), 2, stream);
     check_all(devices, query(tuned(block_size, 1, 0, 1, 500)), 2, stream);
   }
+  check_culling(devices, stream);
   check_two_at_once(devices[6], devices[7], repetitions);
   check_refusals(deep_devices[0]);
 

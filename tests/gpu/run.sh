@@ -33,7 +33,7 @@ for start in "$folder"/*0.ply; do
 done
 
 part traversal 120 "$folder/check_traversal"
-part detector 240 "$folder/check_detector" --repeat "${REPEAT:-3}" "${frames[@]}"
+part detector 300 "$folder/check_detector" --repeat "${REPEAT:-3}" "${frames[@]}"
 
 # Every scene of the library: the same contacts from both backends in each step. Several at once.
 library() {

@@ -1,5 +1,6 @@
 // Moving boxes under a tree, and what a traversal must find there: by brute force for the pairs of
-// leaves, by a walk on one thread for the front and the number of tests.
+// leaves, by a walk on one thread for the front and the number of tests, and for what culling
+// leaves.
 #pragma once
 
 #include <algorithm>
@@ -10,6 +11,7 @@
 #include <vector>
 
 #include "core/node_pair.h"
+#include "core/oriented_box.h"
 #include "core/tree.h"
 
 namespace lazyccd::test {
@@ -17,22 +19,48 @@ namespace lazyccd::test {
 inline bool operator<(NodePair x, NodePair y) { return x.a != y.a ? x.a < y.a : x.b < y.b; }
 inline bool operator==(NodePair x, NodePair y) { return x.a == y.a && x.b == y.b; }
 
-struct Walk {
-  std::vector<NodePair> front;  // sorted
-  std::uint64_t tests = 0;
+inline NodePair in_order(std::int32_t a, std::int32_t b) {
+  return {static_cast<std::uint32_t>(std::min(a, b)), static_cast<std::uint32_t>(std::max(a, b))};
+}
+
+inline void sort(std::vector<NodePair>& pairs) {
+  std::sort(pairs.begin(), pairs.end(), [](NodePair x, NodePair y) { return x < y; });
+}
+
+// What nodes are culled by, one of each a node; each volume encloses those of the children.
+struct NodeVolumes {
+  std::vector<OrientedBox> boxes;
+  std::vector<unsigned char> flat;
 };
 
-inline Walk walk(const std::vector<TreeNode>& nodes, std::vector<NodePair> stack) {
+struct Walk {
+  std::vector<NodePair> front, leaf_pairs;  // sorted
+  std::uint64_t tests = 0, volume_culled = 0, flat_nodes = 0;
+};
+
+inline Walk walk(const std::vector<TreeNode>& nodes, std::vector<NodePair> stack,
+                 const NodeVolumes* volumes = nullptr) {
   Walk result;
   while (!stack.empty()) {
     const NodePair pair = stack.back();
     stack.pop_back();
     ++result.tests;
-    const PairVisit v = visit(pair, nodes[pair.a], nodes[pair.b]);
+    const TreeNode &a = nodes[pair.a], &b = nodes[pair.b];
+    PairVisit v = visit(pair, a, b);
+    if (volumes && v.near) {
+      const bool flat = pair.a == pair.b && volumes->flat[pair.a] != 0;
+      const bool parted = pair.a != pair.b && apart(volumes->boxes[pair.a], volumes->boxes[pair.b]);
+      result.flat_nodes += flat;
+      result.volume_culled += parted;
+      if (flat || parted) v = {false, 0, {}};
+    }
     for (int i = 0; i < v.children; ++i) stack.push_back(v.child[i]);
-    if (v.children == 0) result.front.push_back(pair);
+    if (v.children != 0) continue;
+    result.front.push_back(pair);
+    if (v.near) result.leaf_pairs.push_back(in_order(a.group(), b.group()));
   }
-  std::sort(result.front.begin(), result.front.end(), [](NodePair x, NodePair y) { return x < y; });
+  sort(result.front);
+  sort(result.leaf_pairs);
   return result;
 }
 
@@ -40,6 +68,10 @@ struct Frame {
   std::vector<TreeNode> nodes;
   std::vector<NodePair> leaf_pairs;  // groups, the smaller first, sorted
   Walk from_root, from_front;        // the latter from the front that the frames before left
+  NodeVolumes volumes;
+  Walk culled_from_root, culled_from_front;
+  std::vector<NodePair>
+      queried_leaf_pairs;  // with culling, but none of pairs of nodes with themselves
 };
 
 enum class Shape { balanced, left_chain, right_chain };
@@ -70,11 +102,12 @@ class SceneMaker {
   }
 
   void make(int frames) {
-    std::vector<NodePair> front{{0, 0}};
+    std::vector<NodePair> front{{0, 0}}, culled_front{{0, 0}};
     for (int i = 0; i < frames; ++i) {
       Frame frame;
       refit();
       frame.nodes = tree_;
+      frame.volumes = volumes();
       for (std::uint32_t a = 0; a < scene_.groups; ++a)
         for (std::uint32_t b = a; b < scene_.groups; ++b)
           if (overlap(leaf(a), leaf(b))) frame.leaf_pairs.push_back({a, b});
@@ -82,6 +115,10 @@ class SceneMaker {
         frame.from_root = walk(tree_, {{0, 0}});
         frame.from_front = walk(tree_, front);
         front = frame.from_front.front;
+        frame.culled_from_root = walk(tree_, {{0, 0}}, &frame.volumes);
+        frame.culled_from_front = walk(tree_, culled_front, &frame.volumes);
+        culled_front = frame.culled_from_front.front;
+        frame.queried_leaf_pairs = queried_leaf_pairs(frame);
       }
       scene_.frames.push_back(std::move(frame));
       for (auto& x : boxes_)
@@ -98,6 +135,45 @@ class SceneMaker {
       n.hi[k] = boxes_[g][k] + half;
     }
     return n;
+  }
+
+  // Boxes of 0.7 times the leaves' sizes, and what encloses them; a third of the nodes are flat.
+  NodeVolumes volumes() const {
+    constexpr double axis[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    NodeVolumes v;
+    v.boxes.resize(tree_.size());
+    for (std::size_t i = tree_.size(); i-- > 0;) {
+      const TreeNode& n = tree_[i];
+      AxesExtent extent;
+      if (n.leaf()) {
+        for (const float side : {-0.35f, 0.35f}) {
+          double corner[3];
+          for (int k = 0; k < 3; ++k) corner[k] = boxes_[n.group()][k] + side * scene_.size;
+          extent.add(axis, corner);
+        }
+      } else {
+        extent.add(axis, v.boxes[n.left]);
+        extent.add(axis, v.boxes[n.right]);
+      }
+      v.boxes[i] = enclose(axis, extent, 0);
+    }
+    for (std::size_t i = 0; i < tree_.size(); ++i) v.flat.push_back(i % 3 == 2);
+    return v;
+  }
+
+  // Of a query for each leaf.
+  std::vector<NodePair> queried_leaf_pairs(const Frame& frame) const {
+    std::vector<std::uint32_t> node_of(scene_.groups);
+    for (std::uint32_t i = 0; i < tree_.size(); ++i)
+      if (tree_[i].leaf()) node_of[tree_[i].group()] = i;
+    std::vector<NodePair> pairs;
+    for (const NodePair pair : frame.leaf_pairs) {
+      const std::uint32_t a = node_of[pair.a], b = node_of[pair.b];
+      if (a == b ? frame.volumes.flat[a] == 0
+                 : !apart(frame.volumes.boxes[a], frame.volumes.boxes[b]))
+        pairs.push_back(pair);
+    }
+    return pairs;
   }
 
   void split(std::int32_t at, std::int32_t first, std::int32_t last, int axis) {

@@ -62,9 +62,9 @@ struct Tuning {
   bool graph = true;   // replay a step as one CUDA graph; without, the stages are timed one by one
 };
 
-// Bounding volumes of the tree's nodes. All have the axis-aligned box over the step, which is tested
-// first; the others are tested where boxes overlap. The CUDA backend has boxes here, and diagonal slabs
-// at the leaves.
+// Bounding volumes of the tree's nodes, made anew each step. All have the axis-aligned box over the
+// step, which is tested first; the others are tested where boxes overlap. On the GPU the leaves have
+// the diagonal slabs with each.
 enum class Volume {
   box,
   dop18,         // and six diagonal slabs
@@ -78,8 +78,7 @@ Volume parse_volume(const std::string& name);
 
 // What is ruled out before its elementary test, apart from bounding volumes. The contacts are the same
 // with and without; Stats says what each did. Representative features (Curtis et al. 2008) are not
-// among them: each vertex and edge has one owner, so there is nothing to cull. The CUDA backend always
-// has the first and never the others.
+// among them: each vertex and edge has one owner, so there is nothing to cull.
 struct Culling {
   // Elementary pairs whose points are never coplanar, by the signs of Bernstein coefficients (Tang et
   // al. 2010).
@@ -103,7 +102,7 @@ struct Options {
   // stay below the shortest edge, or neighbours in one mesh are in contact all the time.
   double separation = 0;
   Arithmetic arithmetic = Arithmetic::single_first;
-  Volume volume = Volume::box;           // of the CPU backend
+  Volume volume = Volume::box;
   Culling culling;
   Strategy strategy = Strategy::lazy_stealing;
   Tuning tuning;

@@ -15,12 +15,12 @@ struct Stats {
   std::int64_t tree_tests = 0;    // pairs of tree nodes tested
   std::int64_t front_start = 0;   // cpu: pairs that the traversal started from: the root, or a front
   std::int64_t front_nodes = 0;   // pairs where the traversal ended (Algorithm 2.1's front)
-  std::int64_t volume_culled = 0; // cpu: pairs of nodes whose boxes overlap and whose volumes do not
+  std::int64_t volume_culled = 0; // pairs of nodes whose boxes overlap and whose volumes do not
   std::int64_t group_pairs = 0;   // overlapping pairs of groups
-  std::int64_t flat_nodes = 0;    // cpu: nodes not opened, because they cannot touch themselves
+  std::int64_t flat_nodes = 0;    // nodes not opened, because they cannot touch themselves
   std::int64_t candidates_vf = 0, candidates_ee = 0;
-  std::int64_t orphans = 0;       // cpu: of the candidates, those from the orphan sets
-  std::int64_t never_coplanar = 0;  // cpu: candidates that the non-penetration filter ruled out
+  std::int64_t orphans = 0;       // of the candidates, those from the orphan sets
+  std::int64_t never_coplanar = 0;  // candidates that the non-penetration filter ruled out
   std::int64_t survivors_vf = 0, survivors_ee = 0;
   std::int64_t refined = 0;       // survivors that single precision could not decide
   std::int64_t exact = 0;         // survivors that only exact arithmetic could decide
