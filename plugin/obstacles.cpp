@@ -224,6 +224,8 @@ void Obstacles::read_triangles(Journal& journal) {
                   std::string("a rigid body's shape has a part without triangles (") +
                       record.shape->getName() + "): that part stays with Bullet alone");
     }
+    // Of triangles that are points or lines nothing is left but corners.
+    if (triangles.faces.empty()) triangles.vertices.clear();
     record.first_vertex = vertex_count();
     record.vertex_count = static_cast<std::int32_t>(triangles.vertices.size());
     for (Face face : triangles.faces) {

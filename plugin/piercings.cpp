@@ -58,11 +58,13 @@ bool pierces(const Vector3d& p, const Vector3d& q, const Vector3d& a, const Vect
 
 class Rules {
  public:
-  explicit Rules(const Topology& t) : t_(t) {
+  Rules(const Topology& t, const std::function<bool(std::int32_t)>& responds)
+      : t_(t), responds_(responds) {
     for (const BodyPair& pair : t.disabled_pairs)
       disabled_.insert({std::min(pair[0], pair[1]), std::max(pair[0], pair[1])});
   }
   bool collide(std::int32_t a, std::int32_t b) const {
+    if (!responds_(a) || !responds_(b)) return false;
     if (a == b) return t_.bodies[a].self_collision;
     return (t_.bodies[a].group & t_.bodies[b].mask) && (t_.bodies[b].group & t_.bodies[a].mask) &&
            !disabled_.count({std::min(a, b), std::max(a, b)});
@@ -70,19 +72,21 @@ class Rules {
 
  private:
   const Topology& t_;
+  const std::function<bool(std::int32_t)>& responds_;
   std::set<BodyPair> disabled_;
 };
 
 }  // namespace
 
 Piercings find_piercings(const Topology& topology, Span<const Edge> edges,
-                         const Positions& positions) {
+                         const Positions& positions,
+                         const std::function<bool(std::int32_t)>& responds) {
   std::vector<Vector3d> x;
   for (std::size_t i = 0; i < positions.count(); ++i) {
     const std::array<double, 3> p = positions[i];
     x.emplace_back(p[0], p[1], p[2]);
   }
-  const Rules rules(topology);
+  const Rules rules(topology, responds);
   const auto movable = [&](std::int32_t v) { return topology.inverse_mass[v] > 0; };
   Piercings found;
   const auto test = [&](const Box& edge_box, const Box& face_box) {

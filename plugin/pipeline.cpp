@@ -131,7 +131,8 @@ void Pipeline::set_topology() {
 
 void Pipeline::report_piercings() {
   const Piercings found =
-      find_piercings(topology().topology(), detector_.edges(), motion().starts());
+      find_piercings(topology().topology(), detector_.edges(), motion().starts(),
+                     [this](std::int32_t body) { return topology().bodies()[body].responds; });
   step_.pierced_at_start = found.count;
   if (found.count == 0) return;
   const auto name = [this](std::int32_t body) {

@@ -5,6 +5,7 @@
 #include <BulletCollision/CollisionShapes/btConvexShape.h>
 #include <BulletCollision/CollisionShapes/btPolyhedralConvexShape.h>
 #include <BulletCollision/CollisionShapes/btTriangleCallback.h>
+#include <BulletCollision/CollisionShapes/btUniformScalingShape.h>
 #include <LinearMath/btAabbUtil2.h>
 #include <LinearMath/btConvexHullComputer.h>
 
@@ -119,6 +120,12 @@ std::vector<btVector3> surface_points(const btConvexShape& shape) {
     }
     return points;
   }
+  if (shape.getShapeType() == UNIFORM_SCALING_SHAPE_PROXYTYPE) {
+    const auto& scaled = static_cast<const btUniformScalingShape&>(shape);
+    points = surface_points(*scaled.getChildShape());
+    for (btVector3& p : points) p *= scaled.getUniformScalingFactor();
+    return points;
+  }
   std::vector<btVector3> directions;
   switch (shape.getShapeType()) {
     case SPHERE_SHAPE_PROXYTYPE:
@@ -209,11 +216,18 @@ bool has_triangles(const btCollisionShape& shape) {
   if (shape.isPolyhedral()) {
     return static_cast<const btPolyhedralConvexShape&>(shape).getNumVertices() >= 4;
   }
+  if (shape.getShapeType() == UNIFORM_SCALING_SHAPE_PROXYTYPE)
+    return has_triangles(*static_cast<const btUniformScalingShape&>(shape).getChildShape());
   return shape.isConvex() || (shape.isConcave() && shape.getShapeType() != SDF_SHAPE_PROXYTYPE &&
                               shape.getShapeType() != EMPTY_SHAPE_PROXYTYPE);
 }
 
 double margin_of_triangles(const btCollisionShape& shape) {
+  if (shape.getShapeType() == UNIFORM_SCALING_SHAPE_PROXYTYPE) {
+    const auto& scaled = static_cast<const btUniformScalingShape&>(shape);
+    return margin_of_triangles(*scaled.getChildShape()) *
+           static_cast<double>(scaled.getUniformScalingFactor());
+  }
   if (!shape.isCompound()) {
     const bool without_margin =
         shape.isConcave() || (shape.isPolyhedral() && shape.getShapeType() != BOX_SHAPE_PROXYTYPE);

@@ -10,6 +10,38 @@ namespace {
 
 constexpr std::uint32_t soft_group = 1, rigid_group = 2;
 
+using Flag = btSoftBody::fCollision;
+
+bool passes_masks(const btCollisionObject& a, const btCollisionObject& b) {
+  const btBroadphaseProxy *p = a.getBroadphaseHandle(), *q = b.getBroadphaseHandle();
+  return !p || !q ||
+         ((p->m_collisionFilterGroup & q->m_collisionFilterMask) &&
+          (q->m_collisionFilterGroup & p->m_collisionFilterMask));
+}
+
+bool is_disabled(const btSoftBody& body, const btCollisionObject& other) {
+  const auto& disabled = body.m_collisionDisabledObjects;
+  return disabled.findLinearSearch(&other) != disabled.size();
+}
+
+bool may_meet(const btSoftBody& a, const btSoftBody& b) {
+  const bool clusters = a.m_cfg.collisions & b.m_cfg.collisions & Flag::CL_SS;
+  return a.hasContactResponse() && b.hasContactResponse() &&
+         (&a == &b || (!clusters && passes_masks(a, b)));
+}
+
+// Nodes that an anchor holds in the rigid body would count.
+bool may_meet(const btSoftBody& a, const btCollisionObject& b) {
+  for (int i = 0; i < a.m_anchors.size(); ++i) {
+    if (a.m_anchors[i].m_body == &b) return false;
+  }
+  for (int i = 0; i < a.m_deformableAnchors.size(); ++i) {
+    if (a.m_deformableAnchors[i].m_cti.m_colObj == &b) return false;
+  }
+  return a.hasContactResponse() && b.hasContactResponse() && !(a.m_cfg.collisions & Flag::CL_RS) &&
+         passes_masks(a, b) && !is_disabled(a, b);
+}
+
 }  // namespace
 
 void Inspector::read() {
@@ -48,6 +80,18 @@ void Inspector::read() {
     }
     surface_.bodies.push_back({rigid_group, soft_group, false});
     kinematic_.push_back(obstacle.body->isKinematicObject());
+  }
+  read_pairs();
+}
+
+void Inspector::read_pairs() {
+  const std::size_t soft = soft_->size(), all = soft + obstacles_.size();
+  meet_.assign(all, std::vector<char>(all, 0));
+  for (std::size_t a = 0; a < soft; ++a) {
+    for (std::size_t b = 0; b < all; ++b) {
+      meet_[a][b] = meet_[b][a] = b < soft ? may_meet(*(*soft_)[a], *(*soft_)[b])
+                                           : may_meet(*(*soft_)[a], *obstacles_[b - soft].body);
+    }
   }
 }
 
@@ -98,6 +142,7 @@ Inspector::Count Inspector::step() {
 }
 
 void Inspector::add(std::int32_t body_a, std::int32_t body_b, Count& count) const {
+  if (!meet_[static_cast<std::size_t>(body_a)][static_cast<std::size_t>(body_b)]) return;
   ++(kinematic_[body_a] || kinematic_[body_b] ? count.with_kinematic : count.others);
 }
 

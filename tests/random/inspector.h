@@ -44,11 +44,14 @@ class Inspector {
   void read();
   std::vector<btScalar> positions() const;
   void add(std::int32_t body_a, std::int32_t body_b, Count& count) const;
+  // Not where a filter, a flag or an anchor keeps a pair apart from each other's contacts.
+  void read_pairs();
 
   const SoftBodies* soft_ = nullptr;
   std::vector<Obstacle> obstacles_;
   scenes::Surface surface_;
-  std::vector<char> kinematic_;  // by body
+  std::vector<char> kinematic_;          // by body
+  std::vector<std::vector<char>> meet_;  // by both bodies
   Detector detector_;
   std::vector<btScalar> last_;
   std::vector<Contact> crossings_;

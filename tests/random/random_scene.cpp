@@ -1,29 +1,18 @@
 #include "random/random_scene.h"
 
-#include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
-#include <BulletDynamics/ConstraintSolver/btSequentialImpulseConstraintSolver.h>
-#include <BulletSoftBody/btDeformableGravityForce.h>
-#include <BulletSoftBody/btDeformableMassSpringForce.h>
-#include <BulletSoftBody/btDeformableMultiBodyConstraintSolver.h>
-#include <BulletSoftBody/btDeformableMultiBodyDynamicsWorld.h>
-#include <BulletSoftBody/btDeformableNeoHookeanForce.h>
-#include <BulletSoftBody/btSoftBodyRigidBodyCollisionConfiguration.h>
-#include <BulletSoftBody/btSoftRigidDynamicsWorld.h>
+#include <BulletDynamics/ConstraintSolver/btPoint2PointConstraint.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 
-#include "lazyccd/bullet/deformable_body_solver.h"
-#include "lazyccd/bullet/deformable_world.h"
-#include "lazyccd/bullet/soft_body_solver.h"
+#include "random/habits.h"
+#include "random/random_world.h"
 #include "random/rigid_bodies.h"
 #include "random/soft_bodies.h"
 
 namespace lazyccd::test {
 namespace {
-
-using Flag = btSoftBody::fCollision;
 
 // Bullet's own forces did not stand the step: nothing more is to be learnt, m/s.
 constexpr double exploded = 2000;
@@ -41,6 +30,7 @@ class Mover : public btMotionState {
     velocity_ = velocity;
     spin_ = spin;
   }
+  void put(const btTransform& pose) { pose_ = pose; }
   void advance(double seconds) {
     pose_.getOrigin() += scalar(seconds) * velocity_;
     const btVector3 turn = scalar(seconds) * spin_;
@@ -59,7 +49,9 @@ struct Rigid {
   Shape shape;
   std::unique_ptr<Mover> mover;
   std::unique_ptr<btRigidBody> body;
-  bool seen = false;  // by LazyCCD, where it was made
+  int layer = 0;
+  bool seen = false;                            // by LazyCCD, where it was made
+  std::unique_ptr<btTransform> goal = nullptr;  // where the application puts it before the step
 };
 
 // Pinned nodes that the application moves: puts elsewhere, or gives a velocity.
@@ -74,28 +66,29 @@ class Scene {
  public:
   Scene(std::uint32_t number, scenes::World kind, scenes::Collisions collisions,
         const bullet::Options& options)
-      : collisions_(collisions), dice_(number), soft_solver_(options), deformable_solver_(options) {
-    make_world(kind);
-    size_ = dice_.chance(0.85) ? dice_.across_scales(0.1, 3) : dice_.across_scales(0.01, 30);
+      : dice_(number), world_(kind, collisions, options, dice_) {
+    note(world_.name());
+    size_ = dice_.chance(0.85) ? dice_.across_scales(0.1, 3) : dice_.across_scales(1e-3, 100);
     if (dice_.chance(0.1)) {
       far_ = dice_.in_cube(1e4);
       note("far");
     }
-    if (dice_.chance(0.7)) gravity_ = scalar(dice_.uniform(0, 20)) * dice_.direction();
-    world_->setGravity(gravity_);
-    info_->m_gravity = gravity_;
-    if (dice_.chance(0.8)) info_->air_density = 0;
-    margin_ = dice_.chance(0.2) ? 0 : dice_.across_scales(1e-4, 0.05) * size_;
-    const double rates[] = {30, 60, 120, 240, 480};
-    dt_ = 1 / rates[dice_.below(5)];
+    if (dice_.chance(0.7)) world_.set_gravity(scalar(dice_.uniform(0, 20)) * dice_.direction());
+    if (dice_.chance(0.8)) world_.info().air_density = 0;
+    if (dice_.chance(0.05)) world_.info().m_maxDisplacement = scalar(0.1 * size_);
+    margin_ = dice_.chance(0.2) ? 0 : dice_.across_scales(1e-4, dice_.chance(0.1) ? 0.5 : 0.05);
+    margin_ *= size_;
+    const double rates[] = {30, 60, 120, 240, 480, 1000};
+    dt_ = 1 / rates[dice_.below(6)];
     varying_ = dice_.chance(0.15);
     substeps_ = dice_.chance(0.2) ? 2 + dice_.below(3) : 0;
-    speed_ = dice_.chance(0.15) ? 0 : dice_.across_scales(0.1, 100);
+    speed_ = dice_.chance(0.15) ? 0 : dice_.across_scales(0.1, dice_.chance(0.1) ? 200 : 100);
     spread_ = dice_.uniform(0.6, 1.5) * size_;
     for (int i = dice_.below(4); i > 0; --i) add_rigid();
     for (int i = 1 + dice_.below(4); i > 0; --i) add_soft();
-    for (const Rigid& rigid : rigid_) world_->addRigidBody(rigid.body.get());
-    world_->setInternalTickCallback(&Scene::between_substeps, this, true);
+    for (const Rigid& rigid : rigid_) world_.add(*rigid.body, rigid.layer);
+    if (rigid_.size() > 1 && dice_.chance(0.2)) join();
+    world_.bullets().setInternalTickCallback(&Scene::between_substeps, this, true);
     report_.what += std::string(" dt=1/") + std::to_string(std::lround(1 / dt_)) +
                     (varying_ ? " varying" : "") +
                     (substeps_ ? " substeps=" + std::to_string(substeps_) : "") +
@@ -104,7 +97,8 @@ class Scene {
   }
   ~Scene() {
     for (const auto& body : soft_) remove(*body);
-    for (const Rigid& rigid : rigid_) world_->removeRigidBody(rigid.body.get());
+    if (joint_) world_.bullets().removeConstraint(joint_.get());
+    for (const Rigid& rigid : rigid_) world_.bullets().removeRigidBody(rigid.body.get());
   }
 
   SceneReport run(const std::function<void(const SceneStep&)>& after_step) {
@@ -112,70 +106,35 @@ class Scene {
     inspector_.restart(soft_, inspected());
     report_.vertices = inspector_.vertex_count();
     report_.kinetic_at_start = kinetic_energy(&report_.fastest_at_start);
-    double now = dt_;
     for (int i = 0; i < report_.steps && report_.finite && report_.fastest < exploded; ++i) {
       meddle(i);
-      if (varying_) now = dt_ * dice_.uniform(0.3, 1);
+      const double now = varying_ ? dt_ * dice_.across_scales(0.1, 1) : dt_;
       // The first step shows LazyCCD where everything is.
       if (i > 0) drive(now * std::max(1, substeps_));
       substep_ = 0;
+      const std::int64_t before = report_.crossings;
       const auto start = std::chrono::steady_clock::now();
       seconds_inspecting_ = 0;
       step_ = i;
       if (substeps_) {
-        world_->stepSimulation(scalar(now * substeps_), substeps_, scalar(now));
+        world_.bullets().stepSimulation(scalar(now * substeps_), substeps_, scalar(now));
       } else {
-        world_->stepSimulation(scalar(now), 0, scalar(now));
+        world_.bullets().stepSimulation(scalar(now), 0, scalar(now));
       }
       const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
       const double seconds = took.count() - seconds_inspecting_;
       report_.slowest_step = std::max(report_.slowest_step, seconds);
-      const std::int64_t before = report_.crossings;
       inspect();
-      if (after_step) after_step({i, seconds, report_.crossings - before, stats(), inspector_});
+      if (after_step)
+        after_step({i, seconds, report_.crossings - before, world_.step_stats(), inspector_});
     }
-    report_.stats = is_rigid() ? soft_solver_.total_stats() : deformable_solver_.total_stats();
-    report_.status = is_rigid() ? soft_solver_.status() : deformable_solver_.status();
+    report_.stats = world_.total_stats();
+    report_.status = world_.status();
     return report_;
   }
 
  private:
-  const bullet::StepStats& stats() const {
-    return is_rigid() ? soft_solver_.step_stats() : deformable_solver_.step_stats();
-  }
-  bool is_lazy() const { return collisions_ == scenes::Collisions::lazyccd; }
-  bool is_rigid() const { return soft_world_ != nullptr; }
   void note(const std::string& word) { report_.what += " " + word; }
-
-  void make_world(scenes::World kind) {
-    if (kind == scenes::World::rigid) {
-      auto world = std::make_unique<btSoftRigidDynamicsWorld>(&dispatcher_, &broadphase_, &solver_,
-                                                              &configuration_,
-                                                              is_lazy() ? &soft_solver_ : nullptr);
-      info_ = &world->getWorldInfo();
-      soft_world_ = world.get();
-      world_ = std::move(world);
-      note("R");
-      return;
-    }
-    btDeformableBodySolver* solver = is_lazy() ? &deformable_solver_ : &bullets_solver_;
-    constraints_.setDeformableSolver(solver);
-    std::unique_ptr<btDeformableMultiBodyDynamicsWorld> world;
-    if (dice_.chance(0.15) || !is_lazy()) {
-      note("D stock");
-      world = std::make_unique<btDeformableMultiBodyDynamicsWorld>(
-          &dispatcher_, &broadphase_, &constraints_, &configuration_, solver);
-    } else {
-      note("D");
-      world = std::make_unique<bullet::btLazyDeformableMultiBodyDynamicsWorld>(
-          &dispatcher_, &broadphase_, &constraints_, &configuration_, &deformable_solver_);
-    }
-    info_ = &world->getWorldInfo();
-    deformable_world_ = world.get();
-    // Not setImplicit(true): where a node is pinned Bullet then writes behind its arrays, since
-    // btDeformableBodySolver makes no room in them for the multipliers.
-    world_ = std::move(world);
-  }
 
   btTransform pose() { return btTransform(dice_.rotation(), far_ + dice_.in_cube(spread_)); }
 
@@ -183,7 +142,8 @@ class Scene {
     Rigid rigid;
     rigid.shape = random_shape(size_ * dice_.across_scales(0.3, 2), margin_, dice_);
     btTransform at = pose();
-    if (rigid.shape.kind == "plane") at.setRotation(btQuaternion::getIdentity());
+    if (rigid.shape.kind == "plane" && dice_.chance(0.5))
+      at.setRotation(btQuaternion::getIdentity());
     const bool dynamic = rigid.shape.may_be_dynamic && dice_.chance(0.5);
     const bool kinematic = rigid.shape.may_move && !dynamic && dice_.chance(0.4);
     const double mass = dynamic ? dice_.across_scales(0.01, 100) : 0;
@@ -196,8 +156,14 @@ class Scene {
                                                   rigid.shape.shape.get(), inertia);
     info.m_startWorldTransform = at;
     rigid.body = std::make_unique<btRigidBody>(info);
-    rigid.body->setActivationState(DISABLE_DEACTIVATION);
-    rigid.body->setFriction(scalar(dice_.uniform()));
+    if (kinematic || dice_.chance(0.8)) rigid.body->setActivationState(DISABLE_DEACTIVATION);
+    rigid.body->setFriction(scalar(dice_.chance(0.9) ? dice_.uniform() : 10));
+    if (dice_.chance(0.2)) rigid.body->setRestitution(1);
+    if (dice_.chance(0.1)) {
+      rigid.body->setCcdMotionThreshold(scalar(0.1 * size_));
+      rigid.body->setCcdSweptSphereRadius(scalar(0.05 * size_));
+    }
+    rigid.layer = dice_.below(3);
     if (kinematic) {
       rigid.body->setCollisionFlags(rigid.body->getCollisionFlags() |
                                     btCollisionObject::CF_KINEMATIC_OBJECT);
@@ -223,13 +189,34 @@ class Scene {
     return scalar(speed_ * dice_.uniform()) * to.normalized();
   }
 
+  // Two bodies by a joint, one of them as a rule free.
+  void join() {
+    btRigidBody &a = *rigid_[0].body, &b = *rigid_[1].body;
+    if (a.isStaticOrKinematicObject() && b.isStaticOrKinematicObject()) return;
+    const btVector3 middle = (a.getCenterOfMassPosition() + b.getCenterOfMassPosition()) / 2;
+    joint_ = std::make_unique<btPoint2PointConstraint>(
+        a, b, a.getCenterOfMassTransform().invXform(middle),
+        b.getCenterOfMassTransform().invXform(middle));
+    world_.bullets().addConstraint(joint_.get(), dice_.chance(0.5));
+    note("joint");
+  }
+
   void add_soft() {
     for (int attempt = 0; attempt < 30; ++attempt) {
       const double size =
           size_ * (dice_.chance(0.15) ? dice_.across_scales(0.01, 1) : dice_.uniform(0.4, 1.2));
-      SoftBody made = random_soft_body(*info_, size, dice_);
+      btTransform at = pose();
+      SoftBody made = random_soft_body(world_.info(), size, dice_);
+      if (attempt < 3 && !rigid_.empty() && dice_.chance(0.15)) {
+        const Rigid& inside =
+            rigid_[static_cast<std::size_t>(dice_.below(static_cast<int>(rigid_.size())))];
+        if (inside.shape.kind == "box") {
+          const btVector3& corner = inside.shape.surface.vertices.back();
+          made = sleeve(world_.info(), corner, dice_);
+          at = inside.body->getWorldTransform();
+        }
+      }
       btSoftBody& body = *made.body;
-      const btTransform at = pose();
       body.transform(at);
       body.getCollisionShape()->setMargin(scalar(margin_));
       // Drawn before the attempt is judged, so that each costs the same numbers.
@@ -241,93 +228,67 @@ class Scene {
         continue;
       }
       note(made.kind + (self ? "(self)" : ""));
-      closed_ = made.kind == "ellipsoid" || made.kind == "hull" || made.kind == "torus";
-      set_up(body);
-      body.addVelocity(thrown_from(at.getOrigin()));
-      if (dice_.chance(0.3)) {
-        const btVector3 spin = scalar(dice_.uniform(0, 10)) * dice_.direction();
-        for (int i = 0; i < body.m_nodes.size(); ++i) {
-          btSoftBody::Node& node = body.m_nodes[i];
-          if (node.m_im > 0) node.m_v += spin.cross(node.m_x - at.getOrigin());
-        }
-      }
+      const bool closed = made.kind == "ellipsoid" || made.kind == "hull" || made.kind == "torus";
+      const Manner manner{size_, speed_, dt_, closed};
+      report_.what += set_up(body, manner, world_, dice_);
+      world_.add(body, dice_.below(3));
+      report_.what += add_forces(body, manner, world_, dice_);
+      manner_.push_back(manner);
+      put_in_motion(body, at.getOrigin());
       return;
     }
   }
 
-  void set_up(btSoftBody& body) {
-    body.setTotalMass(scalar(dice_.across_scales(1e-2, 1e2)), false);
-    if (dice_.chance(0.15)) {
-      const double spread = dice_.chance(0.2) ? 1e3 : 10;
-      for (int i = 0; i < body.m_nodes.size(); ++i)
-        body.setMass(i, body.getMass(i) * scalar(dice_.across_scales(1 / spread, spread)));
-      note("masses");
+  void put_in_motion(btSoftBody& body, const btVector3& centre) {
+    const auto is_pinned = [&body](int node) { return body.m_nodes[node].m_im == 0; };
+    bool pinned = false;
+    for (int i = 0; i < body.m_nodes.size(); ++i) pinned = pinned || is_pinned(i);
+    if (pinned && dice_.chance(0.3)) {
+      driven_.push_back({&body, random_velocity(0.3), dice_.chance(0.5)});
+      report_.driven = true;
+      note("driven");
     }
-    if (dice_.chance(0.2)) {
+    body.addVelocity(thrown_from(centre));
+    if (dice_.chance(0.3)) {
+      const btVector3 spin = scalar(dice_.uniform(0, 10)) * dice_.direction();
       for (int i = 0; i < body.m_nodes.size(); ++i) {
-        if (dice_.chance(0.15)) body.setMass(i, 0);
-      }
-      note("pinned");
-      if (dice_.chance(0.3)) {
-        driven_.push_back({&body, random_velocity(0.3), dice_.chance(0.5)});
-        report_.driven = true;
-        note("driven");
+        btSoftBody::Node& node = body.m_nodes[i];
+        if (node.m_im > 0) node.m_v += spin.cross(node.m_x - centre);
       }
     }
-    body.setActivationState(DISABLE_DEACTIVATION);
-    body.m_cfg.kDF = scalar(dice_.uniform());
-    if (is_rigid()) {
-      if (dice_.chance(0.6)) body.m_cfg.collisions = Flag::SDF_RS | Flag::VF_SS;
-      body.m_materials[0]->m_kLST = scalar(dice_.uniform(0.05, 1));
-      body.m_cfg.piterations = 1 + dice_.below(10);
-      body.m_cfg.kDP = scalar(dice_.chance(0.5) ? 0 : 0.05);
-      if (dice_.chance(0.2) && body.m_faces.size() > 0 && body.m_nodes.size() > 4)
-        body.generateBendingConstraints(2);
-      const double weight = static_cast<double>(body.getTotalMass()) * size_;
-      if (closed_ && dice_.chance(0.3)) body.m_cfg.kPR = scalar(dice_.uniform(-2, 10) * weight);
-      if (closed_ && dice_.chance(0.2)) body.m_cfg.kVC = scalar(dice_.uniform(0, 5) * weight);
-      if (body.m_faces.size() > 3 && dice_.chance(0.15)) {
-        body.setPose(dice_.chance(0.3), true);
-        body.m_cfg.kMT = scalar(dice_.uniform(0, 0.5));
+    if (!rigid_.empty() && dice_.chance(0.1)) anchor(body);
+  }
+
+  void anchor(btSoftBody& body) {
+    const int which = dice_.below(static_cast<int>(rigid_.size()));
+    btRigidBody& to = *rigid_[static_cast<std::size_t>(which)].body;
+    // What a kinematic body carries is driven; Bullet knows no other anchors than of free nodes.
+    for (int i = 1 + dice_.below(3); i > 0; --i) {
+      const int node = dice_.below(body.m_nodes.size());
+      if (body.m_nodes[node].m_im == 0) continue;
+      if (world_.is_rigid()) {
+        body.appendAnchor(node, &to, dice_.chance(0.3), scalar(dice_.uniform(0.3, 1)));
+      } else {
+        body.appendDeformableAnchor(node, &to);
       }
-      if (dice_.chance(0.1)) {
-        body.m_cfg.aeromodel = btSoftBody::eAeroModel::V_TwoSided;
-        body.m_cfg.kDG = body.m_cfg.kLF = scalar(dice_.uniform(0, 0.1));
-      }
-      if (dice_.chance(0.1)) body.m_cfg.diterations = 1 + dice_.below(3);
-      if (dice_.chance(0.1)) body.m_cfg.viterations = 1 + dice_.below(3);
-      soft_world_->addSoftBody(&body);
-      return;
+      note("anchor");
     }
-    body.m_cfg.collisions = Flag::SDF_RD | Flag::VF_DD;
-    if (dice_.chance(0.7)) body.m_cfg.collisions |= Flag::SDF_RDN;
-    if (dice_.chance(0.3)) body.m_cfg.collisions |= Flag::SDF_RDF;
-    body.m_cfg.kKHR = body.m_cfg.kCHR = 1;
-    body.m_sleepingThreshold = 0;
-    deformable_world_->addSoftBody(&body);
-    // As stiff as an explicit step stands.
-    double lightest = 1e30;
-    for (int i = 0; i < body.m_nodes.size(); ++i) {
-      if (body.m_nodes[i].m_im > 0)
-        lightest = std::min(lightest, 1 / static_cast<double>(body.m_nodes[i].m_im));
-    }
-    const double k = std::min(0.03 * lightest / (dt_ * dt_), 1000.0);
-    const double damping = dice_.uniform(0, 0.02) * lightest / dt_;
-    add_force(body, std::make_unique<btDeformableMassSpringForce>(scalar(k), scalar(damping)));
-    add_force(body, std::make_unique<btDeformableGravityForce>(gravity_));
-    if (body.m_tetras.size() > 0 && dice_.chance(0.5)) {
-      const double stiffness = 0.002 * lightest / (dt_ * dt_ * size_);
-      add_force(body, std::make_unique<btDeformableNeoHookeanForce>(
-                          scalar(stiffness), scalar(stiffness), scalar(0.01)));
-      note("neo-hookean");
-    }
+    // In the deformable world the nodes go where the body has them, whatever they carry.
+    report_.driven = report_.driven || !world_.is_rigid() || to.isStaticOrKinematicObject();
   }
 
   void drive(double seconds) {
     for (Rigid& rigid : rigid_) {
       const bool first = !rigid.seen;
       rigid.seen = true;
-      if (rigid.mover && !first) rigid.mover->advance(seconds);
+      if (rigid.goal && rigid.mover) {
+        rigid.mover->put(*rigid.goal);
+      } else if (rigid.goal) {
+        rigid.body->setCenterOfMassTransform(*rigid.goal);
+      } else if (rigid.mover && !first) {
+        rigid.mover->advance(seconds);
+      }
+      rigid.goal.reset();
     }
     for (Driven& driven : driven_) {
       const bool first = !driven.seen;
@@ -345,19 +306,10 @@ class Scene {
     }
   }
 
-  void add_force(btSoftBody& body, std::unique_ptr<btDeformableLagrangianForce> force) {
-    deformable_world_->addForce(&body, force.get());
-    forces_.push_back(std::move(force));
-  }
-
   void remove(btSoftBody& body) {
     const auto of_body = [&body](const Driven& driven) { return driven.body == &body; };
     driven_.erase(std::remove_if(driven_.begin(), driven_.end(), of_body), driven_.end());
-    if (is_rigid()) {
-      soft_world_->removeSoftBody(&body);
-    } else {
-      deformable_world_->removeSoftBody(&body);
-    }
+    world_.remove(body);
   }
 
   // What an application may do between two steps.
@@ -365,56 +317,36 @@ class Scene {
     if (step == 0 || !dice_.chance(0.08) || soft_.empty()) return;
     const std::size_t which = static_cast<std::size_t>(dice_.below(static_cast<int>(soft_.size())));
     btSoftBody& body = *soft_[which];
-    switch (dice_.below(15)) {
+    const std::string at = std::to_string(step);
+    switch (dice_.below(12)) {
       case 0:
         remove(body);
         soft_.erase(soft_.begin() + static_cast<std::ptrdiff_t>(which));
-        note("-" + std::to_string(step));
+        manner_.erase(manner_.begin() + static_cast<std::ptrdiff_t>(which));
+        note("-" + at);
         break;
       case 1:
         add_soft();
-        note("+" + std::to_string(step));
+        note("+" + at);
         break;
       case 2:
-        body.addVelocity(random_velocity(1));
-        break;
-      case 3: {
-        const int node = dice_.below(body.m_nodes.size());
-        body.setMass(node, body.getMass(node) > 0 ? 0 : scalar(0.01));
-        body.m_nodes[node].m_v.setZero();
-        note("pin" + std::to_string(step));
-        break;
-      }
-      case 4:
-        body.setSelfCollision(false);
-        break;
-      case 5:
         body.setSelfCollision(true);
         if (!is_clean()) body.setSelfCollision(false);
         break;
-      case 6: {
-        btSoftBody::Node& node = body.m_nodes[dice_.below(body.m_nodes.size())];
-        if (node.m_im > 0) node.m_v += random_velocity(1);
+      case 3:
+        note(displace(body) + at);
         break;
-      }
+      case 4:
+        world_.set_gravity(scalar(dice_.uniform(0, 20)) * dice_.direction());
+        break;
+      case 5:
+        dt_ = 1 / dice_.across_scales(30, 1000);
+        note("dt" + at);
+        break;
+      case 6:
       case 7:
-        put_elsewhere(body);
-        note("put" + std::to_string(step));
-        break;
       case 8:
-        body.getCollisionShape()->setMargin(scalar(dice_.across_scales(0.1, 10) * margin_));
-        break;
-      case 9:
-        gravity_ = scalar(dice_.uniform(0, 20)) * dice_.direction();
-        world_->setGravity(gravity_);
-        info_->m_gravity = gravity_;
-        break;
-      case 10:
-        body.forceActivationState(dice_.chance(0.5) ? ISLAND_SLEEPING : ACTIVE_TAG);
-        note("sleep" + std::to_string(step));
-        break;
-      case 11:
-        body.setTotalMass(body.getTotalMass() * scalar(dice_.across_scales(1, 10)));
+        note(change(body, manner_[which], world_, dice_) + at);
         break;
       default:
         meddle_with_rigid(step);
@@ -429,7 +361,7 @@ class Scene {
         return is_outside(*soft, rigid_.back());
       });
       if (outside && is_clean()) {
-        world_->addRigidBody(rigid_.back().body.get());
+        world_.add(*rigid_.back().body, rigid_.back().layer);
         note("rigid+" + std::to_string(step));
       } else {
         rigid_.pop_back();
@@ -438,37 +370,113 @@ class Scene {
     }
     const int which = dice_.below(static_cast<int>(rigid_.size()));
     Rigid& rigid = rigid_[static_cast<std::size_t>(which)];
+    btRigidBody& body = *rigid.body;
     if (dice_.chance(0.2)) {
-      world_->removeRigidBody(rigid.body.get());
+      if (is_needed(body)) return;
+      world_.bullets().removeRigidBody(&body);
       rigid_.erase(rigid_.begin() + which);
       note("rigid-" + std::to_string(step));
+    } else if (rigid.shape.may_move && dice_.chance(0.2)) {
+      put_elsewhere(rigid);
+      note("rigid-put" + std::to_string(step));
     } else if (rigid.mover) {
       rigid.mover->turn_to(random_velocity(0.3), scalar(dice_.uniform(0, 5)) * dice_.direction());
-    } else if (!rigid.body->isStaticObject()) {
-      rigid.body->setLinearVelocity(random_velocity(1));
-      rigid.body->setAngularVelocity(scalar(dice_.uniform(0, 20)) * dice_.direction());
+    } else if (!body.isStaticObject()) {
+      body.setLinearVelocity(random_velocity(1));
+      body.setAngularVelocity(scalar(dice_.uniform(0, 20)) * dice_.direction());
+      if (dice_.chance(0.3)) {
+        const double mass = dice_.across_scales(0.01, 100);
+        btVector3 inertia;
+        body.getCollisionShape()->calculateLocalInertia(scalar(mass), inertia);
+        body.setMassProps(scalar(mass), inertia);
+        body.updateInertiaTensor();
+      }
+    }
+  }
+
+  // By a joint or an anchor.
+  bool is_needed(const btRigidBody& body) const {
+    if (joint_ && (&joint_->getRigidBodyA() == &body || &joint_->getRigidBodyB() == &body))
+      return true;
+    return std::any_of(soft_.begin(), soft_.end(), [&body](const auto& soft) {
+      for (int i = 0; i < soft->m_anchors.size(); ++i) {
+        if (soft->m_anchors[i].m_body == &body) return true;
+      }
+      for (int i = 0; i < soft->m_deformableAnchors.size(); ++i) {
+        if (soft->m_deformableAnchors[i].m_cti.m_colObj == &body) return true;
+      }
+      return false;
+    });
+  }
+
+  // Where it meets nothing; what nothing moves comes there in one step and takes along what is in
+  // its way.
+  void put_elsewhere(Rigid& rigid) {
+    btRigidBody& body = *rigid.body;
+    const btTransform from = body.getWorldTransform(), to = pose();
+    if (is_needed(body)) return;
+    const bool is_driven = body.isStaticOrKinematicObject();
+    if (is_driven && !dice_.chance(0.3)) return;
+    body.setWorldTransform(to);
+    const bool outside = std::all_of(soft_.begin(), soft_.end(),
+                                     [&](const auto& soft) { return is_outside(*soft, rigid); });
+    const bool clean = outside && is_clean();
+    body.setWorldTransform(from);
+    if (!clean) return;
+    if (is_driven) {
+      rigid.goal = std::make_unique<btTransform>(to);
+      report_.driven = true;
+    } else {
+      body.setCenterOfMassTransform(to);
     }
   }
 
   bool is_clean() const { return Inspector::is_clean(soft_, inspected()); }
 
-  // Where it meets nothing. What is pinned as a whole would sweep its way there.
-  void put_elsewhere(btSoftBody& body) {
+  // To where it meets nothing. What is pinned as a whole would sweep its way there.
+  std::string displace(btSoftBody& body) {
     std::vector<btVector3> places;
     bool is_free = false;
     for (int i = 0; i < body.m_nodes.size(); ++i) {
       places.push_back(body.m_nodes[i].m_x);
       is_free = is_free || body.m_nodes[i].m_im > 0;
     }
-    const btVector3 by = dice_.in_cube(spread_);
-    if (!is_free) return;
+    if (!is_free) return "";
     for (Driven& driven : driven_) driven.seen = driven.seen && driven.body != &body;
-    body.translate(by);
-    if (is_clean() && is_outside(body)) return;
+    std::string word;
+    const btVector3 centre = body.m_nodes[0].m_x;
+    switch (dice_.below(4)) {
+      case 0:
+        body.translate(dice_.in_cube(spread_));
+        word = "put";
+        break;
+      case 1:
+        body.transform(btTransform(btQuaternion::getIdentity(), centre) *
+                       btTransform(dice_.rotation(), -centre));
+        word = "turned";
+        break;
+      case 2: {
+        body.translate(-centre);
+        const btScalar scale = scalar(dice_.uniform(0.5, 1.5));
+        body.scale(btVector3(scale, scale, scale));
+        body.translate(centre);
+        word = "scaled";
+        break;
+      }
+      default: {
+        btSoftBody::Node& node = body.m_nodes[dice_.below(body.m_nodes.size())];
+        node.m_x += dice_.in_cube(0.05 * size_);
+        node.m_q = node.m_x;
+        word = "node";
+      }
+    }
+    if (is_clean() && is_outside(body)) return word;
     for (int i = 0; i < body.m_nodes.size(); ++i) {
       body.m_nodes[i].m_x = body.m_nodes[i].m_q = places[static_cast<std::size_t>(i)];
     }
+    body.updateNormals();
     body.updateBounds();
+    return "";
   }
 
   // Not within reach of what is round, whose polyhedra differ.
@@ -536,30 +544,19 @@ class Scene {
     return twice / 2;
   }
 
-  scenes::Collisions collisions_;
   Dice dice_;
-  btSoftBodyRigidBodyCollisionConfiguration configuration_;
-  btCollisionDispatcher dispatcher_{&configuration_};
-  btDbvtBroadphase broadphase_;
-  btSequentialImpulseConstraintSolver solver_;
-  btDeformableMultiBodyConstraintSolver constraints_;
-  bullet::btLazySoftBodySolver soft_solver_;
-  bullet::btLazyDeformableBodySolver deformable_solver_;
-  btDeformableBodySolver bullets_solver_;
-  std::unique_ptr<btDiscreteDynamicsWorld> world_;
-  btSoftRigidDynamicsWorld* soft_world_ = nullptr;
-  btDeformableMultiBodyDynamicsWorld* deformable_world_ = nullptr;
-  btSoftBodyWorldInfo* info_ = nullptr;
+  RandomWorld world_;
 
   double size_, margin_, dt_, speed_, spread_;
-  bool varying_, closed_ = false;
+  bool varying_;
   int substeps_, substep_ = 0, step_ = 0;
   double seconds_inspecting_ = 0;
-  btVector3 far_ = btVector3(0, 0, 0), gravity_ = btVector3(0, 0, 0);
+  btVector3 far_ = btVector3(0, 0, 0);
   std::vector<Rigid> rigid_;
+  std::unique_ptr<btTypedConstraint> joint_;
   std::vector<Driven> driven_;
   std::vector<std::unique_ptr<btSoftBody>> soft_;
-  std::vector<std::unique_ptr<btDeformableLagrangianForce>> forces_;
+  std::vector<Manner> manner_;  // of each
   Inspector inspector_;
   SceneReport report_;
 };

@@ -8,8 +8,12 @@
 #include <BulletCollision/CollisionShapes/btConvexHullShape.h>
 #include <BulletCollision/CollisionShapes/btCylinderShape.h>
 #include <BulletCollision/CollisionShapes/btHeightfieldTerrainShape.h>
+#include <BulletCollision/CollisionShapes/btMultiSphereShape.h>
+#include <BulletCollision/CollisionShapes/btScaledBvhTriangleMeshShape.h>
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
 #include <BulletCollision/CollisionShapes/btStaticPlaneShape.h>
+#include <BulletCollision/CollisionShapes/btTetrahedronShape.h>
+#include <BulletCollision/CollisionShapes/btUniformScalingShape.h>
 #include <BulletCollision/Gimpact/btGImpactShape.h>
 #include <LinearMath/btConvexHullComputer.h>
 
@@ -39,10 +43,15 @@ Triangles hull_of(const std::vector<btVector3>& points) {
 }
 
 Triangles hull_inside_of(const btConvexShape& shape) {
+  constexpr int count = 60;
   Dice even(1);
   std::vector<btVector3> points;
-  for (int i = 0; i < 60; ++i)
-    points.push_back(scalar(0.95) * shape.localGetSupportingVertex(even.direction()));
+  btVector3 middle(0, 0, 0);
+  for (int i = 0; i < count; ++i) {
+    points.push_back(shape.localGetSupportingVertex(even.direction()));
+    middle += points.back() / count;
+  }
+  for (btVector3& x : points) x = middle.lerp(x, btScalar(0.95));
   return hull_of(points);
 }
 
@@ -88,91 +97,196 @@ std::unique_ptr<btTriangleMesh> bumpy(double size, Dice& dice) {
   return mesh;
 }
 
-Shape convex(double size, double margin, Dice& dice) {
+btVector3 vector(double x, double y, double z) {
+  return btVector3(scalar(x), scalar(y), scalar(z));
+}
+
+// About any axis.
+std::unique_ptr<btConvexInternalShape> capsule(double radius, double height, Dice& dice) {
+  const btScalar r = scalar(radius), h = scalar(height);
+  switch (dice.below(3)) {
+    case 0:
+      return std::make_unique<btCapsuleShapeX>(r, h);
+    case 1:
+      return std::make_unique<btCapsuleShapeZ>(r, h);
+    default:
+      return std::make_unique<btCapsuleShape>(r, h);
+  }
+}
+std::unique_ptr<btConvexInternalShape> cylinder(double radius, double half, Dice& dice) {
+  switch (dice.below(3)) {
+    case 0:
+      return std::make_unique<btCylinderShapeX>(vector(half, radius, radius));
+    case 1:
+      return std::make_unique<btCylinderShapeZ>(vector(radius, radius, half));
+    default:
+      return std::make_unique<btCylinderShape>(vector(radius, half, radius));
+  }
+}
+std::unique_ptr<btConvexInternalShape> cone(double radius, double height, Dice& dice) {
+  const btScalar r = scalar(radius), h = scalar(height);
+  switch (dice.below(3)) {
+    case 0:
+      return std::make_unique<btConeShapeX>(r, h);
+    case 1:
+      return std::make_unique<btConeShapeZ>(r, h);
+    default:
+      return std::make_unique<btConeShape>(r, h);
+  }
+}
+
+Shape hull(const std::string& kind, const std::vector<btVector3>& points) {
   Shape s;
+  s.kind = kind;
+  s.surface = hull_of(points);
+  s.shape = std::make_unique<btConvexHullShape>(&points[0].x(), static_cast<int>(points.size()));
+  return s;
+}
+
+Shape convex_without_margin(double size, Dice& dice) {
+  Shape s;
+  s.round = true;
   const double r = size / 2;
-  switch (dice.below(7)) {
+  switch (dice.below(10)) {
     case 0:
       s.kind = "sphere";
       s.shape = std::make_unique<btSphereShape>(scalar(r));
-      break;
+      return s;
     case 1:
       s.kind = "capsule";
-      s.shape = std::make_unique<btCapsuleShape>(scalar(0.3 * r), scalar(1.4 * r));
-      break;
+      s.shape = capsule(0.3 * r, 1.4 * r, dice);
+      return s;
     case 2:
       s.kind = "cylinder";
-      s.shape = std::make_unique<btCylinderShape>(
-          btVector3(scalar(0.5 * r), scalar(r * dice.uniform(0.05, 1)), scalar(0.5 * r)));
-      break;
+      s.shape = cylinder(0.5 * r, r * dice.uniform(0.05, 1), dice);
+      return s;
     case 3:
       s.kind = "cone";
-      s.shape = std::make_unique<btConeShape>(scalar(0.5 * r), scalar(2 * r));
-      break;
+      s.shape = cone(0.5 * r, 2 * r, dice);
+      return s;
     case 4: {
-      s.kind = "hull";
-      auto shape = std::make_unique<btConvexHullShape>();
+      s.kind = "spheres";
+      const btVector3 centres[] = {dice.in_cube(r / 2), dice.in_cube(r / 2), dice.in_cube(r / 2)};
+      const btScalar radii[] = {scalar(0.1 * r), scalar(0.2 * r), scalar(0.3 * r)};
+      s.shape = std::make_unique<btMultiSphereShape>(centres, radii, 3);
+      return s;
+    }
+    case 5: {
       std::vector<btVector3> points;
-      for (int i = 5 + dice.below(20); i > 0; --i) {
-        points.push_back(scalar(r) * dice.direction());
-        shape->addPoint(points.back());
-      }
-      s.surface = hull_of(points);
-      shape->setMargin(scalar(margin));
-      s.shape = std::move(shape);
+      for (int i = 5 + dice.below(20); i > 0; --i) points.push_back(scalar(r) * dice.direction());
+      return hull("hull", points);
+    }
+    case 6: {
+      const double thin = dice.across_scales(1e-4, 0.1) * r;
+      return hull("spike", {vector(0, r, 0), vector(thin, -r, 0), vector(-thin, -r, thin),
+                            vector(-thin, -r, -thin)});
+    }
+    case 7: {
+      const btVector3 corners[] = {vector(r, 0, -r / 2), vector(-r, 0.1 * r, -r / 2),
+                                   vector(0, 0, r), vector(0, r, 0)};
+      s.kind = "tetrahedron";
+      s.round = false;
+      s.shape = std::make_unique<btBU_Simplex1to4>(corners[0], corners[1], corners[2], corners[3]);
+      s.surface = hull_of({corners[0], corners[1], corners[2], corners[3]});
       return s;
     }
     default: {
       s.kind = "box";
-      const btVector3 half(scalar(r), scalar(r * dice.across_scales(0.02, 1)),
-                           scalar(r * dice.across_scales(0.1, 1)));
+      s.round = false;
+      const btVector3 half =
+          vector(r, r * dice.across_scales(0.02, 1), r * dice.across_scales(0.1, 1));
       s.shape = std::make_unique<btBoxShape>(half);
-      s.shape->setMargin(scalar(margin));
       s.surface = box_triangles(half);
       return s;
     }
   }
+}
+
+Shape convex(double size, double margin, Dice& dice) {
+  Shape s = convex_without_margin(size, dice);
   s.shape->setMargin(scalar(margin));
-  s.round = true;
-  s.surface = hull_inside_of(static_cast<const btConvexShape&>(*s.shape));
+  if (dice.chance(0.1)) {
+    // Nothing that Bullet's own polyhedra hold follows this scaling but their vertices.
+    s.kind += "*2";
+    s.parts.push_back(std::move(s.shape));
+    s.shape = std::make_unique<btUniformScalingShape>(
+        static_cast<btConvexShape*>(s.parts.back().get()), scalar(2));
+    for (btVector3& x : s.surface.vertices) x *= 2;
+  }
+  if (s.round) s.surface = hull_inside_of(static_cast<const btConvexShape&>(*s.shape));
+  return s;
+}
+
+Shape mesh(double size, Dice& dice) {
+  Shape s;
+  s.kind = "mesh";
+  s.mesh = bumpy(size, dice);
+  auto shape = std::make_unique<btBvhTriangleMeshShape>(s.mesh.get(), true);
+  const btVector3 scaling =
+      vector(dice.uniform(0.5, 2), dice.uniform(0.5, 2), dice.uniform(0.5, 2));
+  if (dice.chance(0.2)) {
+    s.parts.push_back(std::move(shape));
+    s.shape = std::make_unique<btScaledBvhTriangleMeshShape>(
+        static_cast<btBvhTriangleMeshShape*>(s.parts.back().get()), scaling);
+    s.kind = "scaled mesh";
+  } else {
+    if (dice.chance(0.2)) shape->setLocalScaling(scaling);
+    s.shape = std::move(shape);
+  }
+  s.surface = scenes::tessellate(*s.shape);
+  s.may_be_dynamic = false;
+  return s;
+}
+
+// Up any axis, from numbers of any kind, fine or coarse, flat or steep.
+Shape terrain(double size, Dice& dice) {
+  Shape s;
+  s.kind = "terrain";
+  const int n = 3 + dice.below(8), up = dice.below(3);
+  const double height = dice.across_scales(0.01, 1) * size;
+  std::unique_ptr<btHeightfieldTerrainShape> shape;
+  const bool flipped = dice.chance(0.5);
+  if (dice.chance(0.5)) {
+    for (int i = 0; i < n * n; ++i) s.heights.push_back(scalar(height * dice.uniform()));
+    shape = std::make_unique<btHeightfieldTerrainShape>(n, n, s.heights.data(), scalar(0),
+                                                        scalar(height), up, flipped);
+  } else {
+    for (int i = 0; i < n * n; ++i)
+      s.short_heights.push_back(static_cast<short>(dice.below(30000)));
+    shape = std::make_unique<btHeightfieldTerrainShape>(n, n, s.short_heights.data(),
+                                                        scalar(height / 30000), scalar(0),
+                                                        scalar(height), up, flipped);
+  }
+  if (dice.chance(0.2)) shape->setUseDiamondSubdivision();
+  if (dice.chance(0.2)) shape->setUseZigzagSubdivision();
+  btVector3 scaling = vector(1, 1, 1) * scalar(size / (n - 1));
+  scaling[(up + 1) % 3] *= scalar(dice.across_scales(0.2, 1));
+  scaling[up] = 1;
+  shape->setLocalScaling(scaling);
+  s.surface = scenes::tessellate(*shape);
+  s.shape = std::move(shape);
+  s.may_move = s.may_be_dynamic = false;
   return s;
 }
 
 Shape any_shape(double size, double margin, Dice& dice) {
   switch (dice.below(10)) {
-    case 0: {
-      Shape s;
-      s.kind = "mesh";
-      s.mesh = bumpy(size, dice);
-      s.shape = std::make_unique<btBvhTriangleMeshShape>(s.mesh.get(), true);
-      s.surface = scenes::tessellate(*s.shape);
-      s.may_be_dynamic = false;
-      return s;
-    }
+    case 0:
+      return mesh(size, dice);
     case 1: {
       Shape s;
       s.kind = "gimpact";
       s.mesh = bumpy(size, dice);
       auto shape = std::make_unique<btGImpactMeshShape>(s.mesh.get());
+      if (dice.chance(0.3))
+        shape->setLocalScaling(vector(dice.uniform(0.5, 2), dice.uniform(0.5, 2), 1));
       shape->updateBound();
       s.surface = scenes::tessellate(*shape);
       s.shape = std::move(shape);
-      s.may_be_dynamic = false;
       return s;
     }
-    case 2: {
-      Shape s;
-      s.kind = "terrain";
-      const int n = 3 + dice.below(8);
-      for (int i = 0; i < n * n; ++i) s.heights.push_back(scalar(0.2 * size * dice.uniform()));
-      auto shape = std::make_unique<btHeightfieldTerrainShape>(n, n, s.heights.data(), scalar(0),
-                                                               scalar(0.2 * size), 1, false);
-      shape->setLocalScaling(btVector3(scalar(size / (n - 1)), 1, scalar(size / (n - 1))));
-      s.surface = scenes::tessellate(*shape);
-      s.shape = std::move(shape);
-      s.may_move = s.may_be_dynamic = false;
-      return s;
-    }
+    case 2:
+      return terrain(size, dice);
     case 3: {
       Shape s;
       s.kind = "compound";
@@ -183,6 +297,7 @@ Shape any_shape(double size, double margin, Dice& dice) {
         shape->addChildShape(pose, part.shape.get());
         append(part.surface, pose, s.surface);
         s.round = s.round || part.round;
+        for (auto& inner : part.parts) s.parts.push_back(std::move(inner));
         s.parts.push_back(std::move(part.shape));
       }
       s.shape = std::move(shape);

@@ -26,6 +26,7 @@ struct Shape {
   std::vector<std::unique_ptr<btCollisionShape>> parts;
   std::unique_ptr<btTriangleMesh> mesh;
   std::vector<btScalar> heights;
+  std::vector<short> short_heights;
 };
 
 // Metres.

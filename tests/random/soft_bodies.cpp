@@ -89,6 +89,12 @@ Body torus(btSoftBodyWorldInfo& info, double size, Dice& dice) {
       info, points.data(), faces.data(), static_cast<int>(faces.size() / 3), dice.chance(0.5)));
 }
 
+Body triangle(btSoftBodyWorldInfo& info, double size, Dice& dice) {
+  const double thin = dice.across_scales(1e-3, 1);
+  return body_of(info, {vector(-size / 2, 0, 0), vector(size / 2, 0, 0), vector(0, 0, thin * size)},
+                 {{0, 1, 2}});
+}
+
 // Sheets that meet in one edge.
 Body fan(btSoftBodyWorldInfo& info, double size, Dice& dice) {
   const int blades = 3 + dice.below(4), rows = 2 + dice.below(4);
@@ -144,8 +150,29 @@ Body solid(btSoftBodyWorldInfo& info, double size, Dice& dice) {
 
 }  // namespace
 
+SoftBody sleeve(btSoftBodyWorldInfo& info, const btVector3& inner, Dice& dice) {
+  const int around = 6 + dice.below(12), rows = 2 + dice.below(5);
+  const double slack = dice.uniform(1.02, 1.5) / std::cos(3.14159265358979 / around);
+  const double radius = slack * static_cast<double>(btVector3(0, inner.y(), inner.z()).length());
+  const double half = dice.uniform(0.3, 1.2) * static_cast<double>(inner.x());
+  std::vector<btVector3> points;
+  std::vector<std::array<int, 3>> faces;
+  for (int row = 0; row < rows; ++row) {
+    for (int i = 0; i < around; ++i) {
+      const double a = 2 * 3.14159265358979 * i / around;
+      points.push_back(
+          vector((2.0 * row / (rows - 1) - 1) * half, radius * std::cos(a), radius * std::sin(a)));
+      if (row == 0) continue;
+      const int p = row * around + i, q = row * around + (i + 1) % around;
+      faces.push_back({p, q, q - around});
+      faces.push_back({p, q - around, p - around});
+    }
+  }
+  return {body_of(info, points, faces), "sleeve"};
+}
+
 SoftBody random_soft_body(btSoftBodyWorldInfo& info, double size, Dice& dice) {
-  switch (dice.below(12)) {
+  switch (dice.below(13)) {
     case 0:
     case 1:
     case 2:
@@ -164,6 +191,8 @@ SoftBody random_soft_body(btSoftBodyWorldInfo& info, double size, Dice& dice) {
       return {shards(info, size, dice), "shards"};
     case 9:
       return {rope(info, size, dice), "rope"};
+    case 10:
+      return {dice.chance(0.3) ? triangle(info, size, dice) : shards(info, size, dice), "shards"};
     default:
       return {solid(info, size, dice), "solid"};
   }

@@ -18,4 +18,7 @@ struct SoftBody {
 // About the origin, `size` metres wide, in one or more parts.
 SoftBody random_soft_body(btSoftBodyWorldInfo& info, double size, Dice& dice);
 
+// An open tube along x about a box of these half sides, in its frame.
+SoftBody sleeve(btSoftBodyWorldInfo& info, const btVector3& inner, Dice& dice);
+
 }  // namespace lazyccd::test

@@ -1,0 +1,62 @@
+// Shapes that hold no triangles of their own, and triangles that hold no surface.
+#include <BulletCollision/CollisionShapes/btConvexHullShape.h>
+#include <BulletCollision/CollisionShapes/btUniformScalingShape.h>
+
+#include <limits>
+
+#include "plugin/obstacle_worlds.h"
+#include "support/catch.h"
+
+using namespace lazyccd;
+using namespace lazyccd::test;
+using scenes::World;
+
+TEST_CASE("a scaled polyhedron is met at its own corners") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  // A needle, so thin that no sample of directions finds all its corners.
+  btConvexHullShape needle;
+  for (const btVector3& corner :
+       {btVector3(0, btScalar(0.5), 0), btVector3(btScalar(0.02), 0, 0),
+        btVector3(btScalar(-0.02), 0, btScalar(0.001)), btVector3(0, 0, btScalar(-0.001))})
+    needle.addPoint(corner);
+  needle.setMargin(btScalar(0.01));
+  ObstacleWorld w(world, 0);
+  w.add(std::make_unique<btUniformScalingShape>(&needle, btScalar(2)), btVector3(0, 0, 0));
+  btSoftBody* sheet = w.add_sheet(2, 0.5, 1.2, 2);
+  w.steps(60);
+  REQUIRE(w.total().contacts_vf > 0);
+  // The tip is 1 m high and in the middle of two triangles; around it is a margin of 3 cm.
+  btScalar lowest = 10;
+  for (int i = 0; i < 4; ++i) lowest = btMin(lowest, sheet->m_nodes[i].m_x.y());
+  const btVector3 middle = (sheet->m_nodes[1].m_x + sheet->m_nodes[2].m_x) / 2;
+  CHECK(static_cast<double>(btMax(lowest, middle.y())) > 1);
+}
+
+TEST_CASE("a mesh of triangles that are lines is no reason to leave a step out") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  ObstacleWorld w(world, 0);
+  btTriangleMesh lines;
+  lines.addTriangle(btVector3(-1, 0, 0), btVector3(1, 0, 0), btVector3(1, 0, 0));
+  w.add(std::make_unique<btBvhTriangleMeshShape>(&lines, true), btVector3(0, 0, 0));
+  w.add_sheet(4, 1, 0.05, 1);
+  w.steps(10);
+  CHECK(w.total().missed_steps == 0);
+}
+
+TEST_CASE("what does not respond does not intersect where a step begins") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  ObstacleWorld w(world, 0);
+  const auto sheet = [&](double tilt) {
+    btSoftBody* body = w.add_sheet(4, 1, 0, 0);
+    body->rotate(btQuaternion(btVector3(1, 0, 0), static_cast<btScalar>(tilt)));
+    return body;
+  };
+  sheet(0);
+  btSoftBody* ghost = sheet(1);
+  ghost->setCollisionFlags(ghost->getCollisionFlags() | btCollisionObject::CF_NO_CONTACT_RESPONSE);
+  w.steps(1);
+  CHECK(w.total().pierced_at_start == 0);
+  ghost->setCollisionFlags(ghost->getCollisionFlags() & ~btCollisionObject::CF_NO_CONTACT_RESPONSE);
+  w.steps(1);
+  CHECK(w.total().pierced_at_start > 0);
+}

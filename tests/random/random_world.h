@@ -1,0 +1,67 @@
+// One of Bullet's worlds with soft bodies, with its parts drawn at random.
+#pragma once
+
+#include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
+#include <BulletDynamics/Dynamics/btRigidBody.h>
+#include <BulletSoftBody/btDeformableBodySolver.h>
+#include <BulletSoftBody/btDeformableMultiBodyConstraintSolver.h>
+#include <BulletSoftBody/btDeformableMultiBodyDynamicsWorld.h>
+#include <BulletSoftBody/btSoftBodyRigidBodyCollisionConfiguration.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "lazyccd/bullet/deformable_body_solver.h"
+#include "lazyccd/bullet/soft_body_solver.h"
+#include "random/dice.h"
+#include "scenes/physics_world.h"
+
+namespace lazyccd::test {
+
+class RandomWorld {
+ public:
+  RandomWorld(scenes::World kind, scenes::Collisions collisions, const bullet::Options& options,
+              Dice& dice);
+
+  const std::string& name() const { return name_; }
+  bool is_rigid() const { return kind_ == scenes::World::rigid; }
+  btDiscreteDynamicsWorld& bullets() { return *world_; }
+  btSoftBodyWorldInfo& info() { return *info_; }
+  const btVector3& gravity() const { return gravity_; }
+  void set_gravity(const btVector3& gravity);
+
+  // Bodies of one layer, from 0, meet what their layer meets: everything, as a rule.
+  void add(btSoftBody& body, int layer);
+  void remove(btSoftBody& body);
+  void add(btRigidBody& body, int layer);
+  // Of the deformable world.
+  void add_force(btSoftBody& body, std::unique_ptr<btDeformableLagrangianForce> force);
+
+  const bullet::StepStats& step_stats() const;
+  const bullet::StepStats& total_stats() const;
+  std::string status() const;
+
+ private:
+  static constexpr int layers = 3;
+  int mask_of(int layer) const;
+
+  scenes::World kind_;
+  std::string name_;
+  btSoftBodyRigidBodyCollisionConfiguration configuration_;
+  btCollisionDispatcher dispatcher_{&configuration_};
+  std::unique_ptr<btBroadphaseInterface> broadphase_;
+  btSequentialImpulseConstraintSolver solver_;
+  btMultiBodyConstraintSolver multi_body_solver_;
+  btDeformableMultiBodyConstraintSolver constraints_;
+  bullet::btLazySoftBodySolver soft_solver_;
+  bullet::btLazyDeformableBodySolver deformable_solver_;
+  btDeformableBodySolver bullets_solver_;
+  std::unique_ptr<btDiscreteDynamicsWorld> world_;
+  btSoftBodyWorldInfo* info_ = nullptr;
+  btVector3 gravity_ = btVector3(0, 0, 0);
+  bool meets_[layers][layers];
+  std::vector<std::unique_ptr<btDeformableLagrangianForce>> forces_;
+};
+
+}  // namespace lazyccd::test
