@@ -441,7 +441,7 @@ class Scene {
       places.push_back(body.m_nodes[i].m_x);
       is_free = is_free || body.m_nodes[i].m_im > 0;
     }
-    if (!is_free) return "";
+    if (!is_free || body.m_anchors.size() + body.m_deformableAnchors.size() > 0) return "";
     for (Driven& driven : driven_) driven.seen = driven.seen && driven.body != &body;
     std::string word;
     const btVector3 centre = body.m_nodes[0].m_x;
