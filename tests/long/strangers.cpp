@@ -28,7 +28,7 @@ bool show(std::uint32_t number, scenes::World w, const test::SceneReport& r, boo
   }
   if (s.unresolved) wrong += r.driven ? " crushed" : " UNRESOLVED";
   if (s.missed_steps) wrong += " MISSED";
-  if (s.pierced_at_start) wrong += s.unresolved ? " start" : " START";
+  if (s.pierced_at_start) wrong += s.unresolved || r.driven ? " start" : " START";
   if (!r.driven && s.energy_gained > 1e-4 * (s.energy_lost + r.kinetic_at_start) + 1e-9)
     wrong += " ENERGY";
   if (r.slowest_step > 2) wrong += " slow";

@@ -14,11 +14,12 @@ using scenes::World;
 TEST_CASE("a scaled polyhedron is met at its own corners") {
   const World world = GENERATE(World::rigid, World::deformable);
   // A needle, so thin that no sample of directions finds all its corners.
+  const btScalar corners[4][3] = {{0, btScalar(0.5), 0},
+                                  {btScalar(0.02), 0, 0},
+                                  {btScalar(-0.02), 0, btScalar(0.001)},
+                                  {0, 0, btScalar(-0.001)}};
   btConvexHullShape needle;
-  for (const btVector3& corner :
-       {btVector3(0, btScalar(0.5), 0), btVector3(btScalar(0.02), 0, 0),
-        btVector3(btScalar(-0.02), 0, btScalar(0.001)), btVector3(0, 0, btScalar(-0.001))})
-    needle.addPoint(corner);
+  for (const auto& x : corners) needle.addPoint(btVector3(x[0], x[1], x[2]));
   needle.setMargin(btScalar(0.01));
   ObstacleWorld w(world, 0);
   w.add(std::make_unique<btUniformScalingShape>(&needle, btScalar(2)), btVector3(0, 0, 0));
