@@ -99,7 +99,7 @@ LAZYCCD_HD inline void principal_axes(const Moments& of, double (&axis)[3][3]) {
   float m[3][3] = {
       {unit[0], unit[1], unit[2]}, {unit[1], unit[3], unit[4]}, {unit[2], unit[4], unit[5]}};
   float rows[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-  for (int sweep = 0; sweep < 5; ++sweep) {
+  for (int sweep = 0; sweep < 4; ++sweep) {
     rotate<0, 1>(m, rows);
     rotate<0, 2>(m, rows);
     rotate<1, 2>(m, rows);

@@ -21,6 +21,10 @@ struct CullingCounters {
   std::uint32_t orphans;
 };
 
+// How much a traversal asks, by the registers that it takes. Both of the latter know flat nodes
+// too.
+enum class NodeTest { box, diagonals, oriented_box };
+
 // By node; null where not asked for.
 struct NodeCulling {
   const OrientedBox* boxes;
@@ -31,9 +35,10 @@ struct NodeCulling {
   __device__ bool flat_node(std::uint32_t node) const { return flat != nullptr && flat[node] != 0; }
 
   // Whether the volumes of two nodes certainly do not touch.
+  template <NodeTest test>
   __device__ bool volumes_apart(std::uint32_t a, std::uint32_t b) const {
-    if (boxes != nullptr) return apart(load_wide(boxes + a), load_wide(boxes + b));
-    if (diagonals == nullptr) return false;
+    if (test == NodeTest::oriented_box) return apart(load_wide(boxes + a), load_wide(boxes + b));
+    if (test == NodeTest::box || diagonals == nullptr) return false;
     int sign = 0;
     for (int k = 0; k < kDiagonals; ++k)
       sign |= apart_sign(load_wide(diagonals[a].axis + k), load_wide(diagonals[b].axis + k));
@@ -46,6 +51,7 @@ struct CulledPairs {
   std::uint32_t by_volume = 0, flat = 0;
 
   // What becomes of a pair after a second look.
+  template <NodeTest test>
   __device__ PairVisit look(const NodeCulling& culling, NodePair pair, const PairVisit& visited) {
     constexpr PairVisit ended{false, 0, {}};
     if (pair.a == pair.b) {
@@ -53,7 +59,7 @@ struct CulledPairs {
       ++flat;
       return ended;
     }
-    if (!visited.near || !culling.volumes_apart(pair.a, pair.b)) return visited;
+    if (!visited.near || !culling.volumes_apart<test>(pair.a, pair.b)) return visited;
     ++by_volume;
     return ended;
   }

@@ -52,7 +52,7 @@ __global__ inline void unite_nodes(SceneView scene, const NodeDiagonals* runs,
   const int lane = threadIdx.x % kWarp;
   if (node >= scene.node_count) return;
   NodeDiagonals d = no_diagonals();
-  for_each_part(
+  for_each_part<kWarp>(
       scene.node_ranges[node], lane, [&](int run) { unite(d, runs[run].axis); },
       [&](int slot) { unite_leaf(d, scene, slot); });
   store_united(d, nodes[node], lane);

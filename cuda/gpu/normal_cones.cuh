@@ -30,7 +30,7 @@ __global__ void find_cones(SceneView scene, NormalConesView cones) {
   if (slot >= scene.group_count) return;
   const Record* records = static_cast<const Record*>(scene.records);
   Directions directions = ~Directions{0};
-  for_each_cell(scene.groups, scene.leaf_order[slot], lane, [&](const PrimitiveNames& face) {
+  for_each_cell<kWarp>(scene.groups, scene.leaf_order[slot], lane, [&](const PrimitiveNames& face) {
     if (face.vertex[2] < 0) return;
     const Record a = load_wide(records + face.vertex[0]), b = load_wide(records + face.vertex[1]),
                  c = load_wide(records + face.vertex[2]);
@@ -39,6 +39,9 @@ __global__ void find_cones(SceneView scene, NormalConesView cones) {
   directions = common_to_warp(directions);
   if (lane == 0) cones.leaves[slot] = directions;
 }
+
+constexpr int kLoopWarps = 4;  // that share a boundary
+constexpr std::uint32_t kLoopBlock = kLoopWarps * kWarp;
 
 // The boundary of a patch: one loop of vertices. Indices go round it once more.
 template <class Record>
@@ -51,9 +54,10 @@ struct BoundaryLoop {
     return load_wide(records + vertices[i < count ? i : i - count]);
   }
 
-  // Whether two sides of the loop meet nowhere but in the vertex of neighbours, by a warp: each
-  // side with those from the next but one up to half way round.
-  __device__ bool simple(const View& view, int lane) const {
+  // Whether two sides of the loop meet nowhere but in the vertex of neighbours, by a block: each
+  // side with those from the next but one up to half way round, of which each warp has a part.
+  __device__ bool simple(const View& view) const {
+    const int lane = threadIdx.x % kWarp, warp = threadIdx.x / kWarp;
     double size = 0;
     for (int i = lane; i < count; i += kWarp) {
       const Record record = (*this)[i];
@@ -62,22 +66,31 @@ struct BoundaryLoop {
     for (int offset = kWarp / 2; offset > 0; offset /= 2)
       size = lane_max(size, __shfl_xor_sync(kAllLanes, size, offset));
     const Contour contour(view, size);
+    const int last = count / 2 + 1, part = (last - 2 + kLoopWarps - 1) / kLoopWarps;
+    const int first = min(2 + warp * part, last);
     for (int base = 0; base < count; base += kWarp) {
       const int i = base + lane;
-      const bool good = i >= count || side_is_free(contour, i);
-      if (!__all_sync(kAllLanes, good)) return false;
+      const bool good = i >= count || ((warp != 0 || turns(contour, i)) &&
+                                       free(contour, i, first, min(first + part, last)));
+      if (!__syncthreads_and(good)) return false;
     }
     return true;
   }
 
  private:
-  __device__ bool side_is_free(const Contour& contour, int i) const {
-    const Contour::Seen a = contour.seen((*this)[i].x), b = contour.seen((*this)[i + 1].x);
-    Contour::Seen from = contour.seen((*this)[i + 2].x);
-    if (!contour.turns(a, b, from)) return false;
-    const Contour::Side side(a, b);
-    for (int step = 2; step <= count / 2; ++step) {
-      const Contour::Seen to = contour.seen((*this)[i + step + 1].x);
+  __device__ Contour::Seen seen(const Contour& contour, int i) const {
+    return contour.seen((*this)[i].x);
+  }
+  __device__ bool turns(const Contour& contour, int i) const {
+    return contour.turns(seen(contour, i), seen(contour, i + 1), seen(contour, i + 2));
+  }
+  // Side i of those `first` to `last` - 1 further on.
+  __device__ bool free(const Contour& contour, int i, int first, int last) const {
+    if (first >= last) return true;
+    const Contour::Side side(seen(contour, i), seen(contour, i + 1));
+    Contour::Seen from = seen(contour, i + first);
+    for (int step = first; step < last; ++step) {
+      const Contour::Seen to = seen(contour, i + step + 1);
       if (!contour.apart(side, Contour::Side(from, to))) return false;
       from = to;
     }
@@ -85,25 +98,25 @@ struct BoundaryLoop {
   }
 };
 
-// One warp a node.
+// A block a node.
 template <class Record>
-__global__ void find_flat_nodes(SceneView scene, NormalConesView cones) {
+__global__ void __launch_bounds__(kLoopBlock)
+    find_flat_nodes(SceneView scene, NormalConesView cones) {
   begin_kernel();
-  const std::uint32_t node = (blockIdx.x * blockDim.x + threadIdx.x) / kWarp;
-  const int lane = threadIdx.x % kWarp;
-  if (node >= scene.node_count) return;
+  const std::uint32_t node = blockIdx.x;
   const uint2 boundary = cones.boundaries[node];
   bool flat = false;
   if (boundary.y != 0) {
     const int2 range = scene.node_ranges[node];
     Directions cone = ~Directions{0};
-    for (int slot = range.x + lane; slot < range.y; slot += kWarp) cone &= cones.leaves[slot];
+    for (int slot = range.x + threadIdx.x % kWarp; slot < range.y; slot += kWarp)
+      cone &= cones.leaves[slot];
     const int seen_along = view_of(common_to_warp(cone));
     const BoundaryLoop<Record> loop{static_cast<const Record*>(scene.records),
                                     cones.vertices + boundary.x, static_cast<int>(boundary.y)};
-    flat = seen_along >= 0 && loop.simple(view(seen_along), lane);
+    flat = seen_along >= 0 && loop.simple(view(seen_along));
   }
-  if (lane == 0) cones.flat[node] = flat;
+  if (threadIdx.x == 0) cones.flat[node] = flat;
 }
 
 }  // namespace lazyccd::gpu

@@ -37,13 +37,12 @@ void SceneCulling::set_mesh(const Mesh& mesh) {
 
 void SceneCulling::build(const Mesh& mesh, const Groups& groups, const Tree& tree) {
   const std::size_t leaves = tree.order().size(), nodes = tree.nodes().size();
-  const std::size_t runs = leaves / kRun + 1;
+  const std::size_t runs = (leaves + kRun - 1) / kRun;
   if (volume_ == Volume::oriented_box) {
-    leaf_boxes_.reserve(leaves);
-    leaf_moments_.reserve(leaves);
-    run_boxes_.reserve(runs);
-    run_moments_.reserve(runs);
-    node_boxes_.reserve(nodes);
+    first_run_ = static_cast<std::uint32_t>(leaves);
+    first_node_ = first_run_ + static_cast<std::uint32_t>(runs);
+    boxes_.reserve(first_node_ + nodes);
+    moments_.reserve(first_node_ + nodes);
   }
   if (volume_ == Volume::dop18) {
     run_diagonals_.reserve(runs);
@@ -72,31 +71,41 @@ void SceneCulling::enqueue_cones(const SceneView& scene, cudaStream_t stream) {
                              flat_.data()};
   launch_behind(find_cones<Record>, blocks_for(std::size_t{scene.group_count} * kWarp, kBlock),
                 kBlock, 0, stream, scene, view);
-  launch_behind(find_flat_nodes<Record>, blocks_for(std::size_t{scene.node_count} * kWarp, kBlock),
-                kBlock, 0, stream, scene, view);
+  launch_behind(find_flat_nodes<Record>, scene.node_count, kLoopBlock, 0, stream, scene, view);
+}
+
+template <class Record>
+void SceneCulling::enqueue_boxes(const SceneView& scene, cudaStream_t stream) {
+  const OrientedBoxesView view{boxes_.data(), moments_.data(), first_run_, first_node_,
+                               first_node_ + scene.node_count};
+  const std::uint32_t runs = first_node_ - first_run_;
+  const std::uint32_t nodes = blocks_for(std::size_t{scene.node_count} * kFitLanes, kFitBlock);
+  launch_behind(sum_leaves<Record>, runs, kFitBlock, 0, stream, scene, view);
+  launch_behind(sum_nodes, nodes, kFitBlock, 0, stream, scene, view);
+  launch_behind(find_axes, blocks_for(view.count, 64), 64, 0, stream, view);
+  launch_behind(fit_leaves<Record>, runs, kFitBlock, 0, stream, scene, view);
+  launch_behind(fit_nodes, nodes, kFitBlock, 0, stream, scene, view);
+}
+
+void SceneCulling::enqueue_diagonals(const SceneView& scene, cudaStream_t stream) {
+  launch_behind(unite_runs, blocks_for(std::size_t{scene.group_count} * kWarp / kRun, kBlock),
+                kBlock, 0, stream, scene, run_diagonals_.data());
+  launch_behind(unite_nodes, blocks_for(std::size_t{scene.node_count} * kWarp, kBlock), kBlock, 0,
+                stream, scene, run_diagonals_.data(), node_diagonals_.data());
+}
+
+template <class Record>
+void SceneCulling::enqueue_refit_as(const SceneView& scene, cudaStream_t stream) {
+  if (volume_ == Volume::oriented_box) enqueue_boxes<Record>(scene, stream);
+  if (volume_ == Volume::dop18) enqueue_diagonals(scene, stream);
+  if (culling_.normal_cones) enqueue_cones<Record>(scene, stream);
 }
 
 void SceneCulling::enqueue_refit(const SceneView& scene, cudaStream_t stream) {
-  const std::uint32_t runs = blocks_for(scene.group_count, kRun);
-  if (volume_ == Volume::oriented_box) {
-    const OrientedBoxesView view{leaf_boxes_.data(), run_boxes_.data(), node_boxes_.data(),
-                                 leaf_moments_.data(), run_moments_.data()};
-    launch_behind(scene.is_double ? fit_leaves<DoubleRecord> : fit_leaves<FloatRecord>, runs,
-                  kFitBlock, 0, stream, scene, view);
-    launch_behind(fit_nodes, blocks_for(scene.node_count, kFitWarps), kFitBlock, 0, stream, scene,
-                  view);
-  }
-  if (volume_ == Volume::dop18) {
-    launch_behind(unite_runs, blocks_for(std::size_t{runs} * kWarp, kBlock), kBlock, 0, stream,
-                  scene, run_diagonals_.data());
-    launch_behind(unite_nodes, blocks_for(std::size_t{scene.node_count} * kWarp, kBlock), kBlock, 0,
-                  stream, scene, run_diagonals_.data(), node_diagonals_.data());
-  }
-  if (!culling_.normal_cones) return;
   if (scene.is_double) {
-    enqueue_cones<DoubleRecord>(scene, stream);
+    enqueue_refit_as<DoubleRecord>(scene, stream);
   } else {
-    enqueue_cones<FloatRecord>(scene, stream);
+    enqueue_refit_as<FloatRecord>(scene, stream);
   }
 }
 
@@ -110,8 +119,8 @@ void SceneCulling::enqueue_orphans(const SceneView& scene, bool vertex_face, boo
 }
 
 NodeCulling SceneCulling::of_nodes() {
-  if (!culls_nodes()) return {};
-  return {volume_ == Volume::oriented_box ? node_boxes_.data() : nullptr,
+  if (node_test() == NodeTest::box) return {};
+  return {volume_ == Volume::oriented_box ? boxes_.data() + first_node_ : nullptr,
           volume_ == Volume::dop18 ? node_diagonals_.data() : nullptr,
           culling_.normal_cones ? flat_.data() : nullptr, counters_.data()};
 }
@@ -131,10 +140,9 @@ void SceneCulling::download(cudaStream_t stream) {
 }
 
 std::size_t SceneCulling::bytes() const {
-  std::size_t sum = counters_.bytes() + leaf_boxes_.bytes() + run_boxes_.bytes() +
-                    node_boxes_.bytes() + leaf_moments_.bytes() + run_moments_.bytes() +
-                    run_diagonals_.bytes() + node_diagonals_.bytes() + boundaries_.bytes() +
-                    boundary_vertices_.bytes() + leaf_cones_.bytes() + flat_.bytes();
+  std::size_t sum = counters_.bytes() + boxes_.bytes() + moments_.bytes() + run_diagonals_.bytes() +
+                    node_diagonals_.bytes() + boundaries_.bytes() + boundary_vertices_.bytes() +
+                    leaf_cones_.bytes() + flat_.bytes();
   for (const Orphans& orphans : orphans_) sum += orphans.pairs.bytes() + orphans.first.bytes();
   return sum;
 }

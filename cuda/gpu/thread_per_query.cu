@@ -37,12 +37,12 @@ __device__ void emit(const TraversalJob& job, const Overlapping& out, std::int32
     out.pairs[at] = {static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(b)};
 }
 
-template <bool culls>
+template <NodeTest test>
 __device__ void query(const TraversalJob& job, const Overlapping& out, std::uint32_t self,
                       const NodeCulling& culling, std::uint64_t& tests, std::uint64_t& lost,
                       CulledPairs& culled) {
   const TreeNode box = load_node(job.nodes, self);
-  if (culls && culling.flat_node(self)) {
+  if (test != NodeTest::box && culling.flat_node(self)) {
     ++culled.flat;
   } else {
     emit(job, out, box.group(), box.group());
@@ -55,7 +55,7 @@ __device__ void query(const TraversalJob& job, const Overlapping& out, std::uint
     const TreeNode node = load_node(job.nodes, other);
     ++tests;
     if (!overlap(box, node)) continue;
-    if (culls && other != self && culling.volumes_apart(self, other)) {
+    if (test != NodeTest::box && other != self && culling.volumes_apart<test>(self, other)) {
       ++culled.by_volume;
       continue;
     }
@@ -71,7 +71,7 @@ __device__ void query(const TraversalJob& job, const Overlapping& out, std::uint
 }
 
 // A block takes twice as many nodes as it has threads: half of them, more or less, are leaves.
-template <bool culls>
+template <NodeTest test>
 __global__ void __launch_bounds__(kMaxTraversalBlock)
     query_each_group(TraversalJob job, Overlapping out, NodeCulling culling) {
   extern __shared__ std::uint32_t leaves[];
@@ -89,13 +89,13 @@ __global__ void __launch_bounds__(kMaxTraversalBlock)
     __syncthreads();
     for (std::uint32_t i = threadIdx.x; i < leaf_count; i += blockDim.x) {
       random_delay(job);
-      query<culls>(job, out, leaves[i], culling, tests, lost, culled);
+      query<test>(job, out, leaves[i], culling, tests, lost, culled);
     }
     __syncthreads();
   }
   add(job.counters->tree_tests, tests);
   add(job.counters->lost, lost);
-  if constexpr (culls) culled.add_to(*culling.counters);
+  if constexpr (test != NodeTest::box) culled.add_to(*culling.counters);
 }
 
 __global__ void open_pairs(TraversalJob job, Overlapping found) {
@@ -126,8 +126,8 @@ class ThreadPerQuery : public TraversalStrategy {
 
   bool has_front() const override { return false; }
 
-  void reset(std::uint32_t node_count, bool culls, cudaStream_t) override {
-    culls_ = culls;
+  void reset(std::uint32_t node_count, NodeTest test, cudaStream_t) override {
+    test_ = test;
     const std::uint64_t tiles = node_count / (2 * static_cast<std::uint64_t>(block_size_)) + 1;
     const int resident = resident_blocks(kernel(), block_size_, shared_bytes());
     blocks_ = tuning_.blocks != 0
@@ -159,13 +159,17 @@ class ThreadPerQuery : public TraversalStrategy {
 
  private:
   using Kernel = void(TraversalJob, Overlapping, NodeCulling);
-  Kernel* kernel() const { return culls_ ? query_each_group<true> : query_each_group<false>; }
+  Kernel* kernel() const {
+    return test_ == NodeTest::box         ? query_each_group<NodeTest::box>
+           : test_ == NodeTest::diagonals ? query_each_group<NodeTest::diagonals>
+                                          : query_each_group<NodeTest::oriented_box>;
+  }
   std::size_t shared_bytes() const { return 2 * sizeof(std::uint32_t) * block_size_; }
 
   Tuning tuning_;
   int block_size_;
   int blocks_ = 0;
-  bool culls_ = false;
+  NodeTest test_ = NodeTest::box;
   DeviceBuffer<NodePair> overlapping_;
 };
 

@@ -21,9 +21,8 @@ class TraversalStrategy {
   virtual bool has_front() const = 0;
   // Whether launch() waits for the device, so that it cannot be captured.
   virtual bool asks_device() const { return false; }
-  // Sizes grid and buffers for trees of so many nodes and for jobs that cull nodes, or not. What it
-  // clears on the stream comes before the next launch there.
-  virtual void reset(std::uint32_t node_count, bool culls, cudaStream_t stream) = 0;
+  // Sizes grid and buffers for trees of so many nodes and for jobs that ask so much. What it clears on the stream comes before the next launch there.
+  virtual void reset(std::uint32_t node_count, NodeTest test, cudaStream_t stream) = 0;
   // Enqueues the job: no allocation, and unless asks_device() no synchronization and the same
   // launches for the same job. Clears the counters first.
   virtual void launch(const TraversalJob& job, const NodeCulling& culling, cudaStream_t stream) = 0;

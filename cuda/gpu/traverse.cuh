@@ -131,9 +131,9 @@ __global__ void start_traversal(typename Balancing::View view, TraversalJob job)
   Balancing::start(view, job);
 }
 
-// With culling the boxes of a pair take as many registers as all the rest.
-template <class Balancing, bool culls>
-__global__ void __launch_bounds__(kMaxTraversalBlock, culls ? 1 : 2)
+// The oriented boxes of a pair take as many registers as all the rest.
+template <class Balancing, NodeTest test>
+__global__ void __launch_bounds__(kMaxTraversalBlock, test == NodeTest::oriented_box ? 1 : 2)
     traverse(typename Balancing::View view, TraversalJob job, StackShape shape,
              NodeCulling culling) {
   begin_kernel();
@@ -228,7 +228,7 @@ __global__ void __launch_bounds__(kMaxTraversalBlock, culls ? 1 : 2)
       pair = stack[(top - 1 - thread) & mask];
       const TreeNode a = load_node(job.nodes, pair.a), b = load_node(job.nodes, pair.b);
       visited = visit(pair, a, b);
-      if constexpr (culls) visited = culled.look(culling, pair, visited);
+      if constexpr (test != NodeTest::box) visited = culled.look<test>(culling, pair, visited);
       group_a = a.group();
       group_b = b.group();
     }
@@ -296,7 +296,7 @@ __global__ void __launch_bounds__(kMaxTraversalBlock, culls ? 1 : 2)
   }
 
   balancing.leave(view, job);
-  if constexpr (culls) culled.add_to(*culling.counters);
+  if constexpr (test != NodeTest::box) culled.add_to(*culling.counters);
   if (thread != 0) return;
   add(job.counters->lost, lost);
   if (Balancing::keeps_time) return;

@@ -3,7 +3,8 @@
 //
 //   check_detector [--repeat N] [--small] [--culling] [START.ply END.ply]...
 //
-// --small: for the sanitizers. --culling: volumes and culling alone.
+// --small: for the sanitizers. --culling: volumes and culling alone, of the files alone where there
+// are some.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -337,6 +338,7 @@ int main(int argc, char** argv) {
   }
   if (small) {
     for (const bool graph : {true, false}) {
+      if (only_culling) break;
       const Scene scene = tumbling_sheets(9, 8, 3, 0, graph);
       const Truth truth(scene, 0), thick(scene, 0.01);
       for (const Strategy strategy : kStrategies) {
@@ -349,8 +351,8 @@ int main(int argc, char** argv) {
         check(scene, thick, options, 1, std::string(name(strategy)) + ", separation");
       }
     }
-    const Scene calm = calm_sheets(12, 3, true);
-    check_culling(calm, Truth(calm, 0), 0, {{true, true, true}, {false, false, false}});
+    for (const Scene& scene : {calm_sheets(12, 3, true), tumbling_sheets(9, 8, 3, 0, false)})
+      check_culling(scene, Truth(scene, 0), 0, {{true, true, true}});
     report_culled();
     std::printf("%d failed\n", failures);
     return failures == 0 ? 0 : 1;
@@ -363,6 +365,7 @@ int main(int argc, char** argv) {
   scenes.push_back(tumbling_sheets(9, 12, 12, 0, false));
   scenes.push_back(tumbling_sheets(12, 20, 6, 1000, true));
   scenes.push_back(tumbling_sheets(40, 20, 4, 0, false));
+  const std::size_t ours = scenes.size();
   for (std::size_t i = 0; i + 1 < files.size(); i += 2) {
     Scene scene;
     const io::Mesh start = io::read_ply(files[i]), end = io::read_ply(files[i + 1]);
@@ -404,17 +407,17 @@ int main(int argc, char** argv) {
       }
     }
   }
-  for (const bool in_float : {true, false})
+  const bool only_files = only_culling && !files.empty();
+  for (const bool in_float : {true, false}) {
+    if (only_files) break;
     for (const Scene& scene :
          {calm_sheets(24, 5, in_float), tumbling_sheets(9, 12, 5, 0, in_float)})
       check_culling(scene, Truth(scene, 0), 0, all_culling());
-  // Of the others the first is the smallest and the last of ours the largest.
-  const std::vector<Culling> some = {{false, false, false}, {true, true, true}};
-  for (std::size_t i = 0; i < scenes.size(); ++i) {
-    if (i > 1 && i < 5) continue;
-    check_culling(scenes[i], Truth(scenes[i], 0), 0, some);
+  }
+  for (std::size_t i = only_files ? ours : 0; i < scenes.size(); ++i) {
+    check_culling(scenes[i], Truth(scenes[i], 0), 0, {{true, true, true}});
     const double separation = thin_separation(scenes[i]);
-    check_culling(scenes[i], Truth(scenes[i], separation), separation, some);
+    check_culling(scenes[i], Truth(scenes[i], separation), separation, {{}});
   }
   report_culled();
   std::printf("%d failed\n", failures);

@@ -118,7 +118,7 @@ void check(const DeviceScene& device, const Options& options, int repetitions, L
            Totals& totals, cudaStream_t stream) {
   const Scene& scene = device.scene();
   Traversal traversal(options);
-  traversal.reset(device.node_count(), false, stream);
+  traversal.reset(device.node_count(), gpu::NodeTest::box, stream);
   for (std::size_t f = 0; f < scene.frames.size(); ++f) {
     const Frame& frame = scene.frames[f];
     for (int r = 0; r < repetitions; ++r) {
@@ -152,7 +152,7 @@ void check_culling(DeviceScene& device, const Options& options, int repetitions,
                    const Stream& stream) {
   const Scene& scene = device.scene();
   Traversal traversal(options);
-  traversal.reset(device.node_count(), true, stream);
+  traversal.reset(device.node_count(), gpu::NodeTest::oriented_box, stream);
   for (std::size_t f = 0; f < scene.frames.size(); ++f) {
     const Frame& frame = scene.frames[f];
     const gpu::NodeCulling culling = device.culling(f);
@@ -226,7 +226,8 @@ void check_two_at_once(const DeviceScene& one, const DeviceScene& two, int repet
   const DeviceScene* scenes[2] = {&one, &two};
   Stream streams[2];
   Traversal traversals[2] = {Traversal(options), Traversal(options)};
-  for (int i = 0; i < 2; ++i) traversals[i].reset(scenes[i]->node_count(), false, streams[i]);
+  for (int i = 0; i < 2; ++i)
+    traversals[i].reset(scenes[i]->node_count(), gpu::NodeTest::box, streams[i]);
   for (int r = 0; r < repetitions; ++r) {
     for (int i = 0; i < 2; ++i) {
       traversals[i].launch(scenes[i]->nodes(0), {}, {}, false, streams[i]);
@@ -268,14 +269,14 @@ void check_refusals(const DeviceScene& deep) {
   refused(ErrorCode::invalid_argument, [&] {
     Stream stream;
     Traversal traversal(with(Strategy::lazy_stealing, 0, 0));
-    traversal.reset(deep.node_count(), false, stream);
+    traversal.reset(deep.node_count(), gpu::NodeTest::box, stream);
     traversal.launch(deep.nodes(0), {}, {}, true, stream);
   });
   // A tree too deep for a thread's own stack.
   refused(ErrorCode::device, [&] {
     Stream stream;
     Traversal traversal(with(Strategy::thread_per_query, 0, 0));
-    traversal.reset(deep.node_count(), false, stream);
+    traversal.reset(deep.node_count(), gpu::NodeTest::box, stream);
     traversal.launch(deep.nodes(0), {}, {}, false, stream);
     traversal.read_counters(stream);
     LAZYCCD_CUDA_CHECK(cudaStreamSynchronize(stream));
@@ -289,7 +290,7 @@ void time_launches(const DeviceScene& device, const Options& options, bool from_
   constexpr int runs = 21;
   Stream stream;
   Traversal traversal(options);
-  traversal.reset(device.node_count(), false, stream);
+  traversal.reset(device.node_count(), gpu::NodeTest::box, stream);
   cudaEvent_t begin, end;
   LAZYCCD_CUDA_CHECK(cudaEventCreate(&begin));
   LAZYCCD_CUDA_CHECK(cudaEventCreate(&end));
