@@ -19,16 +19,26 @@ LAZYCCD_HD inline T clamp01(const T& x) {
   return select(x > T(0.0), select(x < T(1.0), x, T(1.0)), T(0.0));
 }
 template <class T>
-LAZYCCD_HD inline T ratio(const T& num, const T& den) {
-  return select(den > T(0.0), T(num / den), T(0.0));
-}
-template <class T>
 LAZYCCD_HD inline Vec3<T> select(const MaskOf<T>& m, const Vec3<T>& a, const Vec3<T>& b) {
   return {select(m, a.x, b.x), select(m, a.y, b.y), select(m, a.z, b.z)};
 }
 
+// How closest points are divided out: to the same bits everywhere, or as an estimate.
+struct Exactly {
+  template <class T>
+  LAZYCCD_HD static T quotient(const T& a, const T& b) {
+    return a / b;
+  }
+};
+struct Roughly {
+  template <class T>
+  LAZYCCD_HD static T quotient(const T& a, const T& b) {
+    return estimated_quotient(a, b);
+  }
+};
+
 // The vertex at r, the face (0, e1, e2); or edge a from 0 to e1, edge b from r to r + e2.
-template <ContactKind kind, class T>
+template <ContactKind kind, class Division = Exactly, class T>
 LAZYCCD_HD inline ClosestPoints<T> closest_points(const Vec3<T>& e1, const Vec3<T>& e2,
                                                   const Vec3<T>& r) {
   using Mask = MaskOf<T>;
@@ -46,6 +56,9 @@ LAZYCCD_HD inline ClosestPoints<T> closest_points(const Vec3<T>& e1, const Vec3<
     best.u = select(better, u, best.u);
     best.v = select(better, v, best.v);
     best.gap = select<T>(better, gap, best.gap);
+  };
+  const auto ratio = [&](const T& num, const T& den) {
+    return select(den > zero, Division::quotient(num, den), zero);
   };
   // Where the gap is normal to both e1 and e2.
   const T det = a * c - b * b;

@@ -67,6 +67,12 @@ template <>
 LAZYCCD_HD inline float estimated_quotient(const float& a, const float& b) {
   return __fdividef(a, b);
 }
+template <>
+LAZYCCD_HD inline double estimated_quotient(const double& a, const double& b) {
+  double inverse;  // to about 2^-20, then by Newton's method to twice as many bits
+  asm("rcp.approx.ftz.f64 %0, %1;" : "=d"(inverse) : "d"(b));
+  return a * __fma_rn(inverse, __fma_rn(-b, inverse, 1.0), inverse);
+}
 #endif
 
 template <class T>

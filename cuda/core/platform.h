@@ -8,6 +8,14 @@
 #define LAZYCCD_HD
 #endif
 
+// Before a loop that one copy does for: on the device, short runs wait for instructions more than for
+// anything else.
+#if defined(__CUDA_ARCH__)
+#define LAZYCCD_ONE_COPY _Pragma("unroll 1")
+#else
+#define LAZYCCD_ONE_COPY
+#endif
+
 #if defined(__FAST_MATH__)
 #error "LazyCCD's certified signs need IEEE arithmetic: do not compile with fast math"
 #endif

@@ -24,6 +24,7 @@ LAZYCCD_HD inline T estimate_root(const Cubic<T>& f, const T& sign, T a, T b, in
   const T c3 = sign * (f.k[3] - f.k[0] + T(S(3)) * (f.k[1] - f.k[2]));
   const T fa = ((c3 * a + c2) * a + c1) * a + c0, fb = ((c3 * b + c2) * b + c1) * b + c0;
   T x = a + (b - a) * estimated_quotient(fa, T(fa - fb));
+  LAZYCCD_ONE_COPY
   for (int i = 0; i < iterations; ++i) {
     const T value = ((c3 * x + c2) * x + c1) * x + c0;
     const T slope = (T(S(3)) * c3 * x + T(S(2)) * c2) * x + c1;

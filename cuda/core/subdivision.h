@@ -15,7 +15,8 @@ template <ContactKind kind>
 LAZYCCD_HD inline bool separated(const Differences<double>& d, const Magnitudes<double>& m, double lo,
                                  double hi) {
   const double mid = 0.5 * (lo + hi);
-  const Vec3<double> axis = closest_points<kind>(lerp(d.e1, mid), lerp(d.e2, mid), lerp(d.r, mid)).gap;
+  const Vec3<double> axis =
+      closest_points<kind, Roughly>(lerp(d.e1, mid), lerp(d.e2, mid), lerp(d.r, mid)).gap;
   const Vec3<double> axis_abs{lane_abs(axis.x), lane_abs(axis.y), lane_abs(axis.z)};
   const double bound = 16 * Roundoff<double>::u * dot(axis_abs, m.r + m.e1 + m.e2) +
                        Roundoff<double>::tiny;
@@ -76,6 +77,7 @@ LAZYCCD_HD inline std::int64_t impact_tick(const Cubic<double>& f, double lo, do
   const double sign = f.at(lo) < 0 ? -1 : 1;
   const double ticks = 4294967296.0;
   // A root that takes more than a few steps is rare.
+  LAZYCCD_ONE_COPY
   for (const int iterations : {4, 40}) {
     const double below = lane_floor(estimate_root(f, sign, lo, hi, iterations) * ticks);
     if (!(below >= 0 && below <= ticks)) continue;

@@ -12,8 +12,9 @@ void enqueue_as(const SceneView& scene, const StepLists& lists, cudaStream_t str
     launch_behind(decide_within<Record>, 4 * grid, 128, 0, stream, scene, lists);
     return;
   }
-  launch_behind(filter_at_roots<Record>, 6 * grid / 4 * 4, 128, 0, stream, scene, lists);
-  launch_behind(decide<Record>, kDecideBlocks * grid, kDecideThreads, 0, stream, scene, lists);
+  const FewQueries few{2 * kDecideBlocks * grid * kDecideThreads / kWarp};
+  launch_behind(filter_at_roots<Record>, 6 * grid / 4 * 4, 128, 0, stream, scene, lists, few);
+  launch_behind(decide<Record>, kDecideBlocks * grid, kDecideThreads, 0, stream, scene, lists, few);
 }
 
 }  // namespace

@@ -112,9 +112,25 @@ __device__ inline void deal_blocks(Body&& body) {
   }
 }
 
+// Items of a list. Blocks of the same grid may write them too, so not from L1.
+template <class T>
+__device__ inline std::uint32_t held(const Output<T>& list) {
+  return min(__ldcg(list.count), list.capacity);
+}
+
+// Up to here a warp for each, by subdivision at once, is faster than all ways to spare it.
+struct FewQueries {
+  std::uint32_t most;
+
+  __device__ bool are(const Output<Candidate> (&lists)[2]) const {
+    return held(lists[0]) + held(lists[1]) <= most;
+  }
+};
+
 template <class Record>
-__global__ void filter_at_roots(SceneView scene, StepLists lists) {
+__global__ void filter_at_roots(SceneView scene, StepLists lists, FewQueries few) {
   begin_kernel();
+  if (few.are(lists.filtered)) return;
   deal_blocks([&](auto kind, std::uint32_t block, std::uint32_t blocks) {
     look_at_roots<kind.value, Record>(scene, lists, block, blocks);
   });
@@ -149,30 +165,13 @@ __global__ void decide_within(SceneView scene, StepLists lists) {
   add_to_hash(hash, lists.counters);
 }
 
-// The time of a query with one root in [lo, hi]. Returns the contact's share of the hash, 0 where
-// it went to the residue.
-template <ContactKind kind>
-__device__ inline std::uint64_t time_hit(const SceneView& scene, const QueryCoordinates& q,
-                                         const Cubic<double>& f, double lo, double hi,
-                                         Candidate pair, Contact& contact, const StepLists& lists) {
-  const std::int64_t tick = impact_tick(f, lo, hi);
-  if (tick >= 0) return emit_contact<kind, false>(scene, q, tick, contact, lists);
-  append(lists.residue, {pair, static_cast<std::int32_t>(kind)});
-  return 0;
-}
-
 // As decide_by_subdivision (core/subdivision.h), 32 parts at a time: the lanes look at the parts of
 // one interval side by side, and the warp goes on into the first part that is not certainly free.
-template <ContactKind kind, class Record>
-__device__ inline std::uint64_t decide_by_warp(const SceneView& scene, Candidate pair,
-                                               const StepLists& lists, double scale, int lane) {
-  Contact contact;
-  if (!identify<kind>(scene, pair, contact)) return 0;
-  const QueryCoordinates q = coordinates<Record>(scene, contact);
-  const Differences<double> d = differences<kind>(q, scale);
-  const Magnitudes<double> m = magnitudes(d);
-  const Cubic<double> f = coplanarity(d, m);
-
+// The same query and the same answer in all lanes.
+template <ContactKind kind>
+__device__ inline Verdict<double> subdivide(const Differences<double>& d,
+                                            const Magnitudes<double>& m, const Cubic<double>& f,
+                                            int lane) {
   // The way down: lane l holds what is known of level l, where each part is 32 of the next.
   constexpr int levels = 4;  // down to parts of 2^-20 of the step
   double held_begin = 0;
@@ -188,7 +187,7 @@ __device__ inline std::uint64_t decide_by_warp(const SceneView& scene, Candidate
     unsigned open = __ballot_sync(kAllLanes, !free);
     unsigned hits = __ballot_sync(kAllLanes, inside.all_positive && has_one_root(local));
     while (open == 0) {
-      if (level == 0) return 0;
+      if (level == 0) return {false, true, 0, 0};
       --level;
       width *= kWarp;
       open = __shfl_sync(kAllLanes, held_open, level);
@@ -197,10 +196,7 @@ __device__ inline std::uint64_t decide_by_warp(const SceneView& scene, Candidate
     }
     const int first = __ffs(open) - 1;
     const double first_lo = begin + first * width;
-    if (hits >> first & 1)
-      return lane == 0
-                 ? time_hit<kind>(scene, q, f, first_lo, first_lo + width, pair, contact, lists)
-                 : 0;
+    if (hits >> first & 1) return {true, false, first_lo, first_lo + width};
     if (level == levels - 1) break;
     if (lane == level) {
       held_open = open & (open - 1);
@@ -211,127 +207,133 @@ __device__ inline std::uint64_t decide_by_warp(const SceneView& scene, Candidate
     ++level;
     width /= kWarp;
   }
-  if (lane == 0) append(lists.residue, {pair, static_cast<std::int32_t>(kind)});
-  return 0;
+  return {false, false, 0, 0};
 }
 
-// All that is left to decide, in double.
+// What is left to decide, in double and by turns: undecided queries at the roots and then the time
+// of all hits, a lane a query; what is hard by subdivision, a warp a query.
+enum class Turn { undecided, hits, hard };
+
+// Of a turn: an item is a tile, a warp's worth of queries of one kind, or one hard query.
+struct TurnItems {
+  std::uint32_t queries_vf, queries_ee;  // in lists by kind
+  std::uint32_t count, count_vf;         // the first are vertex-face, where the list is by kind
+  std::uint32_t* claimed;
+};
+
+// One code for all turns, without copies: a short run spends most of its time on loading it.
 template <class Record>
 struct Decider {
   const SceneView& scene;
   const StepLists& lists;
+  const Output<Candidate> (&undecided)[2];
+  bool few;  // undecided queries, so that they are the hard ones
   double scale;
   int lane;
   std::uint64_t hash = 0;
 
-  // Calls body(i) for each i < count, shared among all warps: one each, the rest as they are free.
-  template <class Body>
-  __device__ void share(std::uint32_t count, std::uint32_t& claimed, Body&& body) const {
-    const std::uint32_t warps = gridDim.x * blockDim.x / kWarp;
-    for (std::uint32_t i = (blockIdx.x * blockDim.x + threadIdx.x) / kWarp; i < count;) {
-      body(i);
-      if (count <= warps) return;
-      if (lane == 0) i = warps + atomicAdd(&claimed, 1u);
-      i = __shfl_sync(kAllLanes, i, 0);
-    }
+  __device__ static std::uint32_t tiles(std::uint32_t queries) {
+    return (queries + kWarp - 1) / kWarp;
   }
-  // Written by other blocks of this grid too, so not from L1.
-  template <class T>
-  __device__ static std::uint32_t held(const Output<T>& list) {
-    return min(__ldcg(list.count), list.capacity);
-  }
-  __device__ static std::uint32_t tiles(std::uint32_t items) { return (items + kWarp - 1) / kWarp; }
 
-  // A tile of one of the lists of survivors, a lane a query: undecided ones at the roots, then the
-  // time of all that are hits.
-  template <ContactKind kind>
-  __device__ void decide_tile(bool undecided, std::uint32_t tile) {
-    constexpr int k = static_cast<int>(kind);
-    const std::uint32_t i = tile * kWarp + lane;
-    Survivor s{};
-    bool difficult = false, inside = false;
-    if (undecided) {
-      inside = i < held(lists.undecided[k]);
-      if (inside) s.pair = lists.undecided[k].items[i];
-    } else {
-      inside = i < held(lists.hits[k]);
-      if (inside) s = lists.hits[k].items[i];
+  __device__ TurnItems items(Turn turn) const {
+    DecideCounters& work = lists.counters->decide;
+    if (turn == Turn::hits) {
+      const std::uint32_t vf = held(lists.hits[0]), ee = held(lists.hits[1]);
+      return {vf, ee, tiles(vf) + tiles(ee), tiles(vf), &work.hits};
     }
+    const std::uint32_t vf = held(undecided[0]), ee = held(undecided[1]);
+    const std::uint32_t undecided_tiles = few ? 0 : tiles(vf) + tiles(ee);
+    if (turn == Turn::undecided) return {vf, ee, undecided_tiles, tiles(vf), &work.undecided};
+    // The blocks with the last undecided tiles run already, so they will be done.
+    while (__ldcg(&work.undecided_done) < undecided_tiles) __nanosleep(100);
+    __threadfence();
+    return {vf, ee, few ? vf + ee : held(lists.hard), vf, &work.hard};
+  }
+
+  __device__ void take(Turn turn, const TurnItems& items, std::uint32_t i) {
+    int kind = i < items.count_vf ? 0 : 1;
+    bool active = true;
+    Survivor s{};
+    if (turn == Turn::hard && !few) {
+      const HardQuery& from = lists.hard.items[i];
+      s.pair = {__ldcg(&from.pair.a), __ldcg(&from.pair.b)};
+      kind = __ldcg(&from.kind);
+    } else {
+      if (kind == 1) i -= items.count_vf;
+      if (turn != Turn::hard) i = i * kWarp + lane;
+      active = i < (kind == 0 ? items.queries_vf : items.queries_ee);
+      if (active && turn == Turn::hits) s = lists.hits[kind].items[i];
+      if (active && turn != Turn::hits) s.pair = undecided[kind].items[i];
+    }
+    if (kind == static_cast<int>(ContactKind::vertex_face)) {
+      decide<ContactKind::vertex_face>(turn, active, s);
+    } else {
+      decide<ContactKind::edge_edge>(turn, active, s);
+    }
+    if (turn != Turn::undecided) return;
+    __threadfence();  // the hard queries, before the count that says that they are there
+    __syncwarp();
+    if (lane == 0) atomicAdd(&lists.counters->decide.undecided_done, 1u);
+  }
+
+  // A query of each lane that is active; where hard, the same in all.
+  template <ContactKind kind>
+  __device__ void decide(Turn turn, bool active, const Survivor& s) {
+    constexpr int k = static_cast<int>(kind);
     Contact contact;
-    if (inside && identify<kind>(scene, s.pair, contact)) {
+    bool difficult = false;
+    if (active && identify<kind>(scene, s.pair, contact)) {
       const QueryCoordinates q = coordinates<Record>(scene, contact);
       const Differences<double> d = differences<kind>(q, scale);
       const Magnitudes<double> m = magnitudes(d);
       const Cubic<double> f = coplanarity(d, m);
       Verdict<double> v{true, false, s.lo, s.hi};
-      if (undecided) v = decide_at_roots<kind>(d, m, f);
-      difficult = !v.hit && !v.miss;
-      if (v.hit) hash += time_hit<kind>(scene, q, f, v.lo, v.hi, s.pair, contact, lists);
+      if (turn == Turn::undecided) v = decide_at_roots<kind>(d, m, f);
+      if (turn == Turn::hard) v = subdivide<kind>(d, m, f, lane);
+      const bool speaks = turn != Turn::hard || lane == 0;
+      difficult = !v.hit && !v.miss && speaks;
+      if (v.hit && speaks) {
+        const std::int64_t tick = impact_tick(f, v.lo, v.hi);
+        if (tick >= 0) {
+          hash += emit_contact<kind, false>(scene, q, tick, contact, lists);
+        } else {
+          append(lists.residue, {s.pair, k});
+        }
+      }
     }
     __syncwarp();
-    if (undecided) append_lanes(lists.hard, difficult, {s.pair, k}, lane);
-  }
-
-  // Tiles of both kinds.
-  __device__ void decide_tiles(bool undecided, std::uint32_t& claimed, std::uint32_t tiles_vf,
-                               std::uint32_t tiles) {
-    share(tiles, claimed, [&](std::uint32_t tile) {
-      if (tile < tiles_vf) {
-        decide_tile<ContactKind::vertex_face>(undecided, tile);
-      } else {
-        decide_tile<ContactKind::edge_edge>(undecided, tile - tiles_vf);
-      }
-      if (!undecided) return;
-      __threadfence();  // the hard queries, before the count that says that they are there
-      __syncwarp();
-      if (lane == 0) atomicAdd(&lists.counters->decide.undecided_done, 1u);
-    });
+    append_lanes(turn == Turn::hard ? lists.residue : lists.hard, difficult, {s.pair, k}, lane);
   }
 };
 
-// By one grid: what is undecided, then the time of the hits, then what is hard, by subdivision, a
-// warp a query. The hits keep the device busy until the last undecided query is done.
+// All turns by one grid. The hits keep the device busy until the last undecided query is done.
 template <class Record>
 __global__ void __launch_bounds__(kDecideThreads, kDecideBlocks)
-    decide(SceneView scene, StepLists lists) {
+    decide(SceneView scene, StepLists lists, FewQueries few) {
   begin_kernel();
-  constexpr int vf = 0, ee = 1;
-  DecideCounters& work = lists.counters->decide;
   const int lane = threadIdx.x % kWarp;
-  Decider<Record> decider{scene, lists, scene_scale(scene), lane};
-  const std::uint32_t undecided_vf = decider.held(lists.undecided[vf]);
-  const std::uint32_t undecided = undecided_vf + decider.held(lists.undecided[ee]);
-  // With so few that a warp for each is faster, they are the hard queries.
-  const bool few = undecided <= 2 * gridDim.x * blockDim.x / kWarp;
-  const std::uint32_t tiles_vf = decider.tiles(undecided_vf);
-  const std::uint32_t tiles = few ? 0 : tiles_vf + decider.tiles(undecided - undecided_vf);
-  const std::uint32_t hits_vf = decider.tiles(decider.held(lists.hits[vf]));
-  const std::uint32_t hits = hits_vf + decider.tiles(decider.held(lists.hits[ee]));
-  for (const bool first : {true, false})
-    decider.decide_tiles(first, first ? work.undecided : work.hits, first ? tiles_vf : hits_vf,
-                         first ? tiles : hits);
-
-  // The blocks with the last undecided tiles run already, so they will be done.
-  while (__ldcg(&work.undecided_done) < tiles) __nanosleep(100);
-  __threadfence();
-  decider.share(few ? undecided : decider.held(lists.hard), work.hard, [&](std::uint32_t i) {
-    HardQuery query;
-    if (!few) {
-      const HardQuery& from = lists.hard.items[i];
-      query = {{__ldcg(&from.pair.a), __ldcg(&from.pair.b)}, __ldcg(&from.kind)};
-    } else if (i < undecided_vf) {
-      query = {lists.undecided[vf].items[i], vf};
-    } else {
-      query = {lists.undecided[ee].items[i - undecided_vf], ee};
+  const std::uint32_t warps = gridDim.x * blockDim.x / kWarp;
+  const bool unfiltered = few.are(lists.filtered);  // at the roots
+  const Output<Candidate>(&undecided)[2] = unfiltered ? lists.filtered : lists.undecided;
+  Decider<Record> decider{scene, lists, undecided, few.are(undecided), scene_scale(scene), lane};
+#pragma unroll 1
+  for (const Turn turn : {Turn::undecided, Turn::hits, Turn::hard}) {
+    const TurnItems items = decider.items(turn);
+    // One for each warp, the rest as they are free.
+    for (std::uint32_t i = (blockIdx.x * blockDim.x + threadIdx.x) / kWarp; i < items.count;) {
+      decider.take(turn, items, i);
+      if (items.count <= warps) break;
+      if (lane == 0) i = warps + atomicAdd(items.claimed, 1u);
+      i = __shfl_sync(kAllLanes, i, 0);
     }
-    decider.hash += query.kind == vf ? decide_by_warp<ContactKind::vertex_face, Record>(
-                                           scene, query.pair, lists, decider.scale, lane)
-                                     : decide_by_warp<ContactKind::edge_edge, Record>(
-                                           scene, query.pair, lists, decider.scale, lane);
-    __syncwarp();
-  });
+  }
   add_to_hash(decider.hash, lists.counters);
-  if (blockIdx.x == 0 && threadIdx.x == 0) lists.counters->refined = undecided;
+  if (blockIdx.x != 0 || threadIdx.x != 0) return;
+  const std::uint32_t count[2] = {held(undecided[0]), held(undecided[1])};
+  lists.counters->refined = count[0] + count[1];
+  if (unfiltered)
+    for (int kind = 0; kind < 2; ++kind) lists.counters->undecided[kind] = count[kind];
 }
 
 }  // namespace lazyccd::gpu
