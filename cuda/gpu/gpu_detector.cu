@@ -74,7 +74,7 @@ class GpuDetector : public BackendDetector {
 
   void build(const Positions& start, const Positions& end);
   void mark(Mark m, bool marks);
-  void enqueue_before(bool marks);
+  void enqueue_before(bool from_front, bool marks);
   void enqueue_traversal(bool from_front, bool marks);
   void enqueue_after(bool marks);
   void run_until_it_fits(const Positions& start, const Positions& end, Stats& stats);
@@ -115,13 +115,14 @@ void GpuDetector::mark(Mark m, bool marks) {
   if (marks) marks_[m].record(stream_);
 }
 
-void GpuDetector::enqueue_before(bool marks) {
+void GpuDetector::enqueue_before(bool from_front, bool marks) {
   const gpu::SceneView scene = scene_.view(positions_.is_double());
   const gpu::StepLists lists = buffers_.lists();
   mark(kStart, marks);
-  LAZYCCD_CUDA_CHECK(cudaMemsetAsync(lists.counters, 0, sizeof(gpu::StepCounters), stream_));
   culling_.clear_counters(stream_);
   gpu::prepare_sort(scene, lists, stream_);
+  gpu::enqueue_start(lists.counters, stream_);
+  traversal_.start(from_front, stream_);
   gpu::enqueue_refit(scene, positions_.start(), positions_.end(), lists.counters, stream_);
   culling_.enqueue_refit(scene, stream_);
   mark(kRefitted, marks);
@@ -151,7 +152,7 @@ void GpuDetector::enqueue_after(bool marks) {
 
 void GpuDetector::run_step(bool from_front) {
   const bool marks = !options_.tuning.graph;
-  const auto before = [&] { enqueue_before(marks); };
+  const auto before = [&] { enqueue_before(from_front, marks); };
   const auto traversal = [&] { enqueue_traversal(from_front, marks); };
   const auto after = [&] { enqueue_after(marks); };
   const auto all = [&] { before(), traversal(), after(); };

@@ -12,12 +12,26 @@
 
 namespace lazyccd::gpu {
 
-// First in every kernel of a chain, before it touches global memory.
-__device__ inline void begin_kernel() {
+// What the kernels before wrote is there from here on. In every kernel of a chain, so that a kernel
+// that is done says so of all before it.
+__device__ inline void await_kernels_before() {
 #if __CUDA_ARCH__ >= 900
   cudaGridDependencySynchronize();
+#endif
+}
+
+// From here on the blocks of the next kernel may be placed.
+__device__ inline void let_next_kernel_in() {
+#if __CUDA_ARCH__ >= 900
   cudaTriggerProgrammaticLaunchCompletion();
 #endif
+}
+
+// First in a kernel of a chain, before it touches global memory. One that has something to do
+// without the kernels before calls both on its own.
+__device__ inline void begin_kernel() {
+  await_kernels_before();
+  let_next_kernel_in();
 }
 
 constexpr int kWarp = 32;

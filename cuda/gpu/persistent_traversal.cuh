@@ -79,11 +79,14 @@ class PersistentTraversal : public TraversalStrategy {
     make_room(stream);
   }
 
+  void start(const TraversalJob& job, cudaStream_t stream) override {
+    const Grid& grid = grid_for(job);
+    launch_behind(start_traversal<Blocks>, 1, 1, 0, stream, view(grid.blocks, grid.shape), job);
+  }
+
   void launch(const TraversalJob& job, const NodeCulling& culling, cudaStream_t stream) override {
     const Grid& grid = grid_for(job);
-    const View view = this->view(grid.blocks, grid.shape);
-    launch_behind(start_traversal<Blocks>, 1, 1, 0, stream, view, job);
-    enqueue_blocks(grid, view, job, culling, stream);
+    enqueue_blocks(grid, view(grid.blocks, grid.shape), job, culling, stream);
   }
 
  protected:

@@ -8,17 +8,27 @@ namespace {
 template <class Scalar, class Record>
 void enqueue_as(const SceneView& scene, const void* start, const void* end, StepCounters* counters,
                 cudaStream_t stream) {
+  const PositionView<Scalar> positions{static_cast<const Scalar*>(start),
+                                       static_cast<const Scalar*>(end)};
+  launch_behind(refit_groups<Scalar, Record>,
+                run_count(scene) + blocks_for(scene.vertex_count, kRefitBlock), kRefitBlock, 0,
+                stream, scene, positions, counters);
   constexpr std::uint32_t block = 128;
-  const auto warps = [](std::size_t count) { return blocks_for(count * kWarp, block); };
-  load_positions<Scalar, Record><<<blocks_for(scene.vertex_count, block), block, 0, stream>>>(
-      scene, static_cast<const Scalar*>(start), static_cast<const Scalar*>(end), counters);
-  LAZYCCD_CUDA_CHECK(cudaGetLastError());
-  launch_behind(refit_groups<Record>, blocks_for(scene.group_count, kRun), kRefitBlock, 0, stream,
-                scene, counters);
-  launch_behind(refit_nodes, warps(scene.node_count), block, 0, stream, scene);
+  launch_behind(refit_nodes, blocks_for(std::size_t{scene.node_count} * kWarp, block), block, 0,
+                stream, scene);
+}
+
+__global__ void clear_counters(StepCounters* counters) {
+  let_next_kernel_in();
+  *counters = {};
 }
 
 }  // namespace
+
+void enqueue_start(StepCounters* counters, cudaStream_t stream) {
+  clear_counters<<<1, 1, 0, stream>>>(counters);
+  LAZYCCD_CUDA_CHECK(cudaGetLastError());
+}
 
 void enqueue_refit(const SceneView& scene, const void* start, const void* end,
                    StepCounters* counters, cudaStream_t stream) {

@@ -15,24 +15,31 @@ __device__ inline float round_up(float x) { return x; }
 // Positions beyond this would overflow the filter's single precision: the host takes that step.
 constexpr double kLargestPosition = 0x1p100;
 
-template <class Scalar, class Record>
-__global__ void load_positions(SceneView scene, const Scalar* start, const Scalar* end,
-                               StepCounters* counters) {
-  begin_kernel();
-  const std::uint32_t v = blockIdx.x * blockDim.x + threadIdx.x;
-  if (v >= scene.vertex_count) return;
+// The caller's positions, three scalars a vertex.
+template <class Scalar>
+struct PositionView {
+  const Scalar *start, *end;
+};
+
+template <class Record, class Scalar>
+__device__ inline Record load_record(const PositionView<Scalar>& positions, std::int32_t v) {
   Record record{};
-  unsigned bad = 0;
   for (int k = 0; k < 3; ++k) {
-    record.x[k] = start[3 * v + k];
-    record.x[3 + k] = end[3 * v + k];
+    record.x[k] = positions.start[3 * v + k];
+    record.x[3 + k] = positions.end[3 * v + k];
   }
+  return record;
+}
+
+// Bits: 1 one is not finite, 2 one is too large.
+template <class Record>
+__device__ inline unsigned bad_bits(const Record& record) {
+  unsigned bad = 0;
   for (int k = 0; k < 6; ++k) {
     const double x = record.x[k];
     if (!(fabs(x) < kLargestPosition)) bad |= isfinite(x) ? 2 : 1;
   }
-  static_cast<Record*>(scene.records)[v] = record;
-  if (bad) atomicOr(&counters->bad_positions, bad);
+  return bad;
 }
 
 __device__ inline AxisExtent empty_extent() { return {INFINITY, -INFINITY, INFINITY, -INFINITY}; }
@@ -120,10 +127,11 @@ __device__ inline SweptBox leaf_box(const SceneView& scene, std::int32_t slot) {
 }
 
 // By a warp; returns the swept box in all lanes.
-template <class Record>
-__device__ inline SweptBox refit_group(const SceneView& scene, std::int32_t g, int lane) {
+template <class Record, class Scalar>
+__device__ inline SweptBox refit_group(const SceneView& scene,
+                                       const PositionView<Scalar>& positions, std::int32_t g,
+                                       int lane) {
   const DeviceGroup group = load_wide(scene.groups.groups + g);
-  const Record* records = static_cast<const Record*>(scene.records);
   AxisExtent sides[kSides], diagonals[kDiagonals];
   for (auto& e : sides) e = empty_extent();
   for (auto& e : diagonals) e = empty_extent();
@@ -134,7 +142,7 @@ __device__ inline SweptBox refit_group(const SceneView& scene, std::int32_t g, i
     for (auto& e : own) e = empty_extent();
     for (int k = 0; k < 3; ++k) {
       if (names.vertex[k] < 0) break;
-      const Record v = load_wide(records + names.vertex[k]);
+      const Record v = load_record<Record>(positions, names.vertex[k]);
       AxisExtent at[kSides];
       side_extents(v, at);
       for (int axis = 0; axis < kSides; ++axis) unite(own[axis], at[axis]);
@@ -164,17 +172,34 @@ __device__ inline SweptBox refit_group(const SceneView& scene, std::int32_t g, i
 
 // A run's leaves are the warps of a block.
 constexpr std::uint32_t kRefitBlock = kRun * kWarp;
+LAZYCCD_HD inline std::uint32_t run_count(const SceneView& scene) {
+  return (scene.group_count + kRun - 1) / kRun;
+}
 
-// One warp a group, in the order of the leaves; then the run's box from theirs.
-template <class Record>
-__global__ void __launch_bounds__(kRefitBlock, 2)
-    refit_groups(SceneView scene, StepCounters* counters) {
-  begin_kernel();
+// The first blocks: one warp a group, in the order of the leaves; then the run's box from theirs.
+// The others: one thread a vertex. It needs nothing that the step has done before but its counters.
+template <class Scalar, class Record>
+__global__ void __launch_bounds__(kRefitBlock, 1024 / kRefitBlock)
+    refit_groups(SceneView scene, PositionView<Scalar> positions, StepCounters* counters) {
+  let_next_kernel_in();
+  const std::uint32_t runs = run_count(scene);
+  if (blockIdx.x >= runs) {
+    const std::uint32_t v = (blockIdx.x - runs) * kRefitBlock + threadIdx.x;
+    unsigned bad = 0;
+    if (v < scene.vertex_count) {
+      const Record record = load_record<Record>(positions, static_cast<std::int32_t>(v));
+      static_cast<Record*>(scene.records)[v] = record;
+      bad = bad_bits(record);
+    }
+    await_kernels_before();
+    if (bad) atomicOr(&counters->bad_positions, bad);
+    return;
+  }
   __shared__ SweptBox leaves[kRun];
   const int lane = threadIdx.x % kWarp, leaf = threadIdx.x / kWarp;
   const std::uint32_t slot = blockIdx.x * kRun + leaf;
   if (slot < scene.group_count) {
-    const SweptBox box = refit_group<Record>(scene, scene.leaf_order[slot], lane);
+    const SweptBox box = refit_group<Record>(scene, positions, scene.leaf_order[slot], lane);
     if (lane == 0) leaves[leaf] = box;
   }
   __syncthreads();
@@ -189,6 +214,7 @@ __global__ void __launch_bounds__(kRefitBlock, 2)
   for (int offset = kWarp / 2; offset > 0; offset /= 2)
     area += __shfl_xor_sync(kAllLanes, area, offset);
   box = united_over_warp(box);
+  await_kernels_before();
   if (lane == 0) {
     scene.runs[blockIdx.x] = box;
     atomicAdd(&counters->leaf_area, area);

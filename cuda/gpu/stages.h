@@ -13,7 +13,10 @@
 
 namespace lazyccd::gpu {
 
-// Positions to the boxes of primitives, groups and nodes. Follows a memset or a copy.
+// Clears the counters. Before all, behind anything.
+void enqueue_start(StepCounters* counters, cudaStream_t stream);
+
+// Positions to the boxes of primitives, groups and nodes. Follows a kernel.
 void enqueue_refit(const SceneView& scene, const void* start, const void* end,
                    StepCounters* counters, cudaStream_t stream);
 

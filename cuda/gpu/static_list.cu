@@ -23,7 +23,6 @@ class StaticList : public PersistentTraversal<StaticBlocks> {
   void launch(const TraversalJob& job, const NodeCulling& culling, cudaStream_t stream) override {
     const Grid& grid = grid_for(job);
     const View view = this->view(grid.blocks, grid.shape);
-    launch_behind(start_traversal<StaticBlocks>, 1, 1, 0, stream, view, job);
     do {
       enqueue_blocks(grid, view, job, culling, stream);
       launch_behind(balance_lists, 1, 1, 0, stream, view, job, grid.blocks);

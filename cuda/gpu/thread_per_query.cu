@@ -112,6 +112,11 @@ __global__ void open_pairs(TraversalJob job, Overlapping found) {
   if (blockIdx.x == 0 && threadIdx.x == 0) add(job.counters->lost, ended - count);
 }
 
+__global__ void clear_counters(TraversalJob job) {
+  begin_kernel();
+  *job.counters = {};
+}
+
 class ThreadPerQuery : public TraversalStrategy {
  public:
   explicit ThreadPerQuery(const Tuning& tuning)
@@ -137,8 +142,11 @@ class ThreadPerQuery : public TraversalStrategy {
     overlapping_.reserve(hint != 0 ? hint : 24 * std::size_t{node_count} + 1024);
   }
 
+  void start(const TraversalJob& job, cudaStream_t stream) override {
+    launch_behind(clear_counters, 1, 1, 0, stream, job);
+  }
+
   void launch(const TraversalJob& job, const NodeCulling& culling, cudaStream_t stream) override {
-    LAZYCCD_CUDA_CHECK(cudaMemsetAsync(job.counters, 0, sizeof(TraversalCounters), stream));
     const Overlapping found{overlapping_.data(), static_cast<std::uint32_t>(overlapping_.size())};
     kernel()<<<blocks_, block_size_, shared_bytes(), stream>>>(job, found, culling);
     LAZYCCD_CUDA_CHECK(cudaGetLastError());

@@ -70,17 +70,12 @@ void Traversal::reset(std::uint32_t node_count, gpu::NodeTest test, cudaStream_t
   strategy_->reset(node_count, test, stream);
 }
 
-void Traversal::launch(const TreeNode* nodes, const gpu::GroupView& groups,
-                       const gpu::NodeCulling& culling, bool from_front, cudaStream_t stream) {
-  if (from_front && !has_front_)
-    throw Error(ErrorCode::invalid_argument, "the traversal has no front to start from");
+gpu::TraversalJob Traversal::job(bool from_front) {
   const auto size = [](const DeviceBuffer<NodePair>& b) {
     return static_cast<std::uint32_t>(b.size());
   };
   gpu::TraversalJob job{};
-  job.nodes = nodes;
   job.node_count = node_count_;
-  job.groups = groups;
   job.initial = root_.data();
   if (from_front) {
     job.initial = fronts_[1 - parity_].data();
@@ -94,6 +89,20 @@ void Traversal::launch(const TreeNode* nodes, const gpu::GroupView& groups,
   }
   job.counters = counters_.data() + parity_;
   job.delay_ns = static_cast<std::uint32_t>(std::max(tuning_.delay_ns, 0));
+  return job;
+}
+
+void Traversal::start(bool from_front, cudaStream_t stream) {
+  if (from_front && !has_front_)
+    throw Error(ErrorCode::invalid_argument, "the traversal has no front to start from");
+  strategy_->start(job(from_front), stream);
+}
+
+void Traversal::launch(const TreeNode* nodes, const gpu::GroupView& groups,
+                       const gpu::NodeCulling& culling, bool from_front, cudaStream_t stream) {
+  gpu::TraversalJob job = this->job(from_front);
+  job.nodes = nodes;
+  job.groups = groups;
   strategy_->launch(job, culling, stream);
 }
 

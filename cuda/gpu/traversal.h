@@ -35,6 +35,8 @@ class Traversal {
 
   // Whether launch() waits for the device; else it can be captured.
   bool asks_device() const { return strategy_->asks_device(); }
+  // What comes before launch() with the same from_front, with whatever else between. Follows a kernel.
+  void start(bool from_front, cudaStream_t stream);
   // nodes: of the tree of reset(), 16-byte aligned. groups: {} to keep every pair that overlaps.
   // culling: {} for NodeTest::box.
   // from_front only where has_front(). What is enqueued depends on the arguments and on parity()
@@ -72,6 +74,8 @@ class Traversal {
   std::size_t bytes() const;
 
  private:
+  gpu::TraversalJob job(bool from_front);
+
   Tuning tuning_;
   std::unique_ptr<gpu::TraversalStrategy> strategy_;
   bool keep_front_;

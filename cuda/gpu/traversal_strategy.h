@@ -21,10 +21,14 @@ class TraversalStrategy {
   virtual bool has_front() const = 0;
   // Whether launch() waits for the device, so that it cannot be captured.
   virtual bool asks_device() const { return false; }
-  // Sizes grid and buffers for trees of so many nodes and for jobs that ask so much. What it clears on the stream comes before the next launch there.
+  // Sizes grid and buffers for trees of so many nodes and for jobs that ask so much. What it clears
+  // on the stream comes before the next launch there.
   virtual void reset(std::uint32_t node_count, NodeTest test, cudaStream_t stream) = 0;
+  // Enqueues what comes before the job, apart from its input: its counters are cleared. Follows a
+  // kernel.
+  virtual void start(const TraversalJob& job, cudaStream_t stream) = 0;
   // Enqueues the job: no allocation, and unless asks_device() no synchronization and the same
-  // launches for the same job. Clears the counters first.
+  // launches for the same job.
   virtual void launch(const TraversalJob& job, const NodeCulling& culling, cudaStream_t stream) = 0;
   // The last run, which these are of, lost work. Throws where more room would not help.
   virtual void grow(const TraversalCounters& counters, cudaStream_t stream) = 0;

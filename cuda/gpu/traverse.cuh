@@ -126,7 +126,8 @@ struct Ended {
 
 template <class Balancing>
 __global__ void start_traversal(typename Balancing::View view, TraversalJob job) {
-  begin_kernel();
+  let_next_kernel_in();
+  await_kernels_before();
   *job.counters = {};
   Balancing::start(view, job);
 }

@@ -90,17 +90,27 @@ class DeviceScene {
 
 enum class Launch { direct, graph };
 
+// What a traversal follows.
+__global__ void nothing() {}
+
+void run(Traversal& traversal, const TreeNode* nodes, bool from_front, cudaStream_t stream,
+         const gpu::NodeCulling& culling = {}) {
+  nothing<<<1, 1, 0, stream>>>();
+  traversal.start(from_front, stream);
+  traversal.launch(nodes, {}, culling, from_front, stream);
+}
+
 // Launches once, through a graph captured for this one launch where asked to and where it can be.
 void launch(Traversal& traversal, const TreeNode* nodes, bool from_front, Launch how,
             cudaStream_t stream) {
   if (how == Launch::direct || traversal.asks_device()) {
-    traversal.launch(nodes, {}, {}, from_front, stream);
+    run(traversal, nodes, from_front, stream);
     return;
   }
   cudaGraph_t graph = nullptr;
   cudaGraphExec_t executable = nullptr;
   LAZYCCD_CUDA_CHECK(cudaStreamBeginCapture(stream, cudaStreamCaptureModeThreadLocal));
-  traversal.launch(nodes, {}, {}, from_front, stream);
+  run(traversal, nodes, from_front, stream);
   LAZYCCD_CUDA_CHECK(cudaStreamEndCapture(stream, &graph));
   LAZYCCD_CUDA_CHECK(cudaGraphInstantiate(&executable, graph, 0));
   LAZYCCD_CUDA_CHECK(cudaGraphLaunch(executable, stream));
@@ -162,7 +172,7 @@ void check_culling(DeviceScene& device, const Options& options, int repetitions,
       do {
         LAZYCCD_CUDA_CHECK(
             cudaMemsetAsync(culling.counters, 0, sizeof(gpu::CullingCounters), stream));
-        traversal.launch(device.nodes(f), {}, culling, from_front, stream);
+        run(traversal, device.nodes(f), from_front, stream, culling);
         traversal.read_counters(stream);
         LAZYCCD_CUDA_CHECK(cudaMemcpyAsync(&culled, culling.counters, sizeof culled,
                                            cudaMemcpyDeviceToHost, stream));
@@ -230,7 +240,7 @@ void check_two_at_once(const DeviceScene& one, const DeviceScene& two, int repet
     traversals[i].reset(scenes[i]->node_count(), gpu::NodeTest::box, streams[i]);
   for (int r = 0; r < repetitions; ++r) {
     for (int i = 0; i < 2; ++i) {
-      traversals[i].launch(scenes[i]->nodes(0), {}, {}, false, streams[i]);
+      run(traversals[i], scenes[i]->nodes(0), false, streams[i]);
       traversals[i].read_counters(streams[i]);
     }
     for (int i = 0; i < 2; ++i) {
@@ -270,14 +280,14 @@ void check_refusals(const DeviceScene& deep) {
     Stream stream;
     Traversal traversal(with(Strategy::lazy_stealing, 0, 0));
     traversal.reset(deep.node_count(), gpu::NodeTest::box, stream);
-    traversal.launch(deep.nodes(0), {}, {}, true, stream);
+    run(traversal, deep.nodes(0), true, stream);
   });
   // A tree too deep for a thread's own stack.
   refused(ErrorCode::device, [&] {
     Stream stream;
     Traversal traversal(with(Strategy::thread_per_query, 0, 0));
     traversal.reset(deep.node_count(), gpu::NodeTest::box, stream);
-    traversal.launch(deep.nodes(0), {}, {}, false, stream);
+    run(traversal, deep.nodes(0), false, stream);
     traversal.read_counters(stream);
     LAZYCCD_CUDA_CHECK(cudaStreamSynchronize(stream));
     traversal.grow(stream);
@@ -299,7 +309,7 @@ void time_launches(const DeviceScene& device, const Options& options, bool from_
     bool again = true;
     while (again) {
       LAZYCCD_CUDA_CHECK(cudaEventRecord(begin, stream));
-      traversal.launch(device.nodes(0), {}, {}, from_front && traversal.has_front(), stream);
+      run(traversal, device.nodes(0), from_front && traversal.has_front(), stream);
       LAZYCCD_CUDA_CHECK(cudaEventRecord(end, stream));
       traversal.read_counters(stream);
       LAZYCCD_CUDA_CHECK(cudaStreamSynchronize(stream));
