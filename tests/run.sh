@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Sets up what is missing, builds, and runs all tests: the whole suite as released; under the address and
-# undefined behaviour sanitizers all but the adapter in double precision, which has the same source as in
-# single; the threaded parts under the thread sanitizer. The CUDA backend is built where there is nvcc, and
+# undefined behaviour sanitizers the test programs but for the adapter in double precision, which has the same
+# source as in single; the threaded parts under the thread sanitizer. The CUDA backend is built where there is nvcc, and
 # run where there is a device. Warnings are errors.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../examples/setup.sh"
@@ -21,8 +21,9 @@ run_tests() {
 require_packages core bullet programs tests
 build_preset cpu -DLAZYCCD_TESTS=ON -DLAZYCCD_WERROR=ON
 run_tests cpu
-build_preset asan -DLAZYCCD_TESTS=ON -DLAZYCCD_WERROR=ON
-run_tests asan -LE bullet_double
+build_preset asan -DLAZYCCD_TESTS=ON -DLAZYCCD_WERROR=ON -- lazyccd_tests lazyccd_tests_stability \
+  lazyccd_tests_bench lazyccd_tests_bullet lazyccd_tests_program
+run_tests asan -L '^(core|stability|bench|bullet|program)$'
 build_preset tsan -DLAZYCCD_TESTS=ON -DLAZYCCD_WERROR=ON -- lazyccd_tests_stability
 run_tests tsan -L stability
 
