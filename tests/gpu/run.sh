@@ -83,10 +83,23 @@ fi
 
 part bench 120 "$folder/lazyccd" bench "${frames[@]}" --repeat 30 --csv "$out/bench.csv" \
   --label "$(git -C "$here" rev-parse --short HEAD 2>/dev/null)"
-# A Bullet step of the size of Cloth/Ball: what the adapter adds around the kernels is `gather`, and
-# `detect` less the device's time.
-part step 60 "$folder/lazyccd" simulate cloth-on-cloth --size 5.77 --steps 3 --backend cuda \
-  --stats "$out/step.json"
+# A Bullet step of the size of Cloth/Ball, once warm: what the adapter adds around the kernels is `gather`,
+# and what a detection takes beyond the device's time.
+step() {
+  local steps
+  for steps in 4 24; do
+    "$folder/lazyccd" simulate cloth-on-cloth --size 5.77 --speed 0.1 --steps $steps --backend cuda \
+      --stats "$out/step-$steps.json" || return
+  done
+  python3 - "$out" <<'PYTHON'
+import json, sys
+
+few, many = (json.load(open(f"{sys.argv[1]}/step-{n}.json"))["ms_per_step"] for n in (4, 24))
+print("ms a step:", ", ".join(f"{k} {(24 * many[k] - 4 * few[k]) / 20:.3f}" for k in many))
+PYTHON
+}
+export -f step
+part step 60 bash -c step
 if command -v ncu >/dev/null && command -v python3 >/dev/null; then
   part bounds 120 bash "$here/bounds.sh" "$folder" "$out"
 fi
