@@ -98,14 +98,15 @@ def split_table(rows, title):
 
 
 def grid_table(rows, title, columns):
-    heading = ["model"] + [c for c in columns] + ["ms", "traverse", "refit", "group pairs", "candidates",
-                                                  "culled by volume", "flat nodes", "orphans",
-                                                  "never coplanar", "front before", "front after",
-                                                  "front reused", "steals", "idle %"]
+    times = [c for c in ("ms_total", "ms_device", "ms_refit", "ms_traverse", "ms_leaf", "ms_narrow")
+             if any(float(r[c]) for r in rows)]
+    heading = ["model"] + [c for c in columns] + [c[3:] for c in times] + [
+        "group pairs", "candidates", "culled by volume", "flat nodes", "orphans", "never coplanar",
+        "front before", "front after", "front reused", "steals", "idle %"]
     body = []
     for r in rows:
         body.append([r["model"]] + [r[c] for c in columns] +
-                    [f"{float(r[c]):.3g}" for c in ("ms_total", "ms_traverse", "ms_refit")] +
+                    [f"{float(r[c]):.3g}" for c in times] +
                     [number(r[c]) for c in ("group_pairs", "candidates", "volume_culled", "flat_nodes",
                                             "orphans", "never_coplanar", "front_start",
                                             "front_nodes", "front_reused", "steals")] +
@@ -222,7 +223,7 @@ def main():
             (("sizes",), "Sizes of stack, batch and block", ["strategy", "stack", "chunk", "block_size"]),
             (("stacks",), "Sizes of stack and batch, from the root", ["strategy", "stack", "chunk"]),
             (("chunks",), "Items that change hands at once", ["strategy", "chunk"]),
-            (("volumes",), "Bounding volumes", ["volume"]),
+            (("volumes",), "Bounding volumes", ["front", "volume"]),
             (("culling",), "Culling", ["culling"])):
         rows = read(folder, *names)
         if rows:

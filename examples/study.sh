@@ -71,12 +71,15 @@ measure() {
     study stacks "${some[@]}" --model funnel cloth-ball --front off --stages --stack 256 512 1024 \
       --chunk 32 128 256 --strategy lazy_stealing lazy_stealing_greedy
   fi
-  local stages=()
-  [ "$backend" = cuda ] && stages=(--stages)
-  study volumes "${some[@]}" --model funnel cloth-ball n-body --strategy lazy_stealing \
-    --volume box dop18 oriented_box "${stages[@]}"
-  study culling "${some[@]}" --model funnel cloth-ball n-body --strategy lazy_stealing --culling none \
-    non_penetration normal_cones orphan_sets non_penetration+normal_cones+orphan_sets "${stages[@]}"
+  local culling=(--model funnel cloth-ball n-body --strategy lazy_stealing)
+  local volumes=("${culling[@]}")
+  if [ "$backend" = cuda ]; then
+    culling=(--model "${small[@]}" "${large[@]}" --stages --strategy lazy_stealing)
+    volumes=("${culling[@]}" --front auto off)
+  fi
+  study volumes "${some[@]}" "${volumes[@]}" --volume box dop18 oriented_box
+  study culling "${some[@]}" "${culling[@]}" --culling none non_penetration normal_cones orphan_sets \
+    non_penetration+normal_cones+orphan_sets
 }
 
 [ -n "$draw" ] || measure

@@ -13,9 +13,11 @@
 namespace lazyccd {
 
 // The points centre + sum of s_i axis_i with |s_i| <= half_i.
-struct alignas(16) OrientedBox {
-  double centre[3], axis[3][3], half[3];
+template <class T>
+struct alignas(16) OrientedBoxOf {
+  T centre[3], axis[3][3], half[3];
 };
+using OrientedBox = OrientedBoxOf<double>;
 
 // Of points, for their covariance.
 struct Moments {
@@ -38,18 +40,33 @@ struct Moments {
 
 namespace oriented_box {
 
-// Slack of all bounds below, relative to the largest magnitude that takes part: they are sums of
+// Slack of a fitted box, relative to the largest magnitude that takes part: its extents are sums of
 // fewer than 100 products of numbers that are each off by a few roundings (2^-53), as the axes are
 // from being orthonormal.
 constexpr double kSlack = 0x1p-38;
 constexpr double kTiny = 0x1p-1000;  // where they underflow
 
+// Slack of the separating axis test, relative to the boxes' distance D and sum of sides H. With a
+// unit roundoff u and axes orthonormal up to w, a product with an axis is off by 7 u D at most and
+// a cosine by 3 u; the worst is a cross product, which makes (32 u + 8 w) (D + H). w is 2^-48 in
+// double, and 4 u where the axes were rounded to float.
+template <class T>
+struct Parting;
+template <>
+struct Parting<double> {
+  static constexpr double slack = 0x1p-42, tiny = kTiny;
+};
+template <>
+struct Parting<float> {
+  static constexpr float slack = 0x1p-16f, tiny = 0x1p-120f;
+};
+
 // What is not a number stays.
 LAZYCCD_HD inline double larger(double a, double b) { return a >= b || a != a ? a : b; }
 LAZYCCD_HD inline double smaller(double a, double b) { return -larger(-a, -b); }
 
-template <class T>
-LAZYCCD_HD inline double along(const double* axis, const T* x) {
+template <class T, class X>
+LAZYCCD_HD inline T along(const T* axis, const X* x) {
   return axis[0] * x[0] + axis[1] * x[1] + axis[2] * x[2];
 }
 
@@ -173,41 +190,58 @@ LAZYCCD_HD inline OrientedBox enclose(const double (&axis)[3][3], const AxesExte
   return box;
 }
 
+// A box in single precision around one in double. The centre moves by 2^-24 of its coordinates, the
+// axes by 2^-24: a fourth of what the sides grow by.
+LAZYCCD_HD inline OrientedBoxOf<float> rounded(const OrientedBox& box) {
+  using oriented_box::larger;
+  const double size =
+      larger(fabs(box.centre[0]), larger(fabs(box.centre[1]), fabs(box.centre[2]))) + box.half[0] +
+      box.half[1] + box.half[2];
+  OrientedBoxOf<float> result;
+  for (int i = 0; i < 3; ++i) {
+    result.centre[i] = static_cast<float>(box.centre[i]);
+    result.half[i] = static_cast<float>(box.half[i] + 0x1p-22 * size) + 0x1p-120f;
+    for (int k = 0; k < 3; ++k) result.axis[i][k] = static_cast<float>(box.axis[i][k]);
+  }
+  return result;
+}
+
 // The separating axis test: any direction that parts the boxes proves it, so none need be exact. A
 // comparison with what is not a number is false.
-LAZYCCD_HD inline bool apart(const OrientedBox& s, const OrientedBox& t) {
-  using namespace oriented_box;
-  double between[3], size = 0;
+template <class T>
+LAZYCCD_HD inline bool apart(const OrientedBoxOf<T>& s, const OrientedBoxOf<T>& t) {
+  using oriented_box::along;
+  const auto size_of = [](T x) { return x < 0 ? -x : x; };
+  T between[3], size = 0;
   for (int k = 0; k < 3; ++k) {
     between[k] = t.centre[k] - s.centre[k];
-    size = larger(size, larger(fabs(s.centre[k]) + s.half[k], fabs(t.centre[k]) + t.half[k]));
+    size += size_of(between[k]) + s.half[k] + t.half[k];
   }
-  const double slack = 4 * kSlack * size + kTiny;
-  double cosine[3][3], size_of[3][3];  // of axis i of s and axis j of t
+  const T slack = oriented_box::Parting<T>::slack * size + oriented_box::Parting<T>::tiny;
+  T cosine[3][3], share[3][3];  // of axis i of s and axis j of t; without its sign
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) {
       cosine[i][j] = along(s.axis[i], t.axis[j]);
-      size_of[i][j] = fabs(cosine[i][j]);
+      share[i][j] = size_of(cosine[i][j]);
     }
   }
-  double in_s[3], in_t[3];
+  T in_s[3];
   for (int i = 0; i < 3; ++i) {
     in_s[i] = along(s.axis[i], between);
-    if (fabs(in_s[i]) > s.half[i] + along(size_of[i], t.half) + slack) return true;
+    if (size_of(in_s[i]) > s.half[i] + along(share[i], t.half) + slack) return true;
   }
   for (int j = 0; j < 3; ++j) {
-    in_t[j] = along(t.axis[j], between);
-    const double column[3] = {size_of[0][j], size_of[1][j], size_of[2][j]};
-    if (fabs(in_t[j]) > t.half[j] + along(column, s.half) + slack) return true;
+    const T column[3] = {share[0][j], share[1][j], share[2][j]};
+    if (size_of(along(t.axis[j], between)) > t.half[j] + along(column, s.half) + slack) return true;
   }
   // Along s_i x t_j, by the frame of s: its products with s_k and t_k are the cosines left over.
   for (int i = 0; i < 3; ++i) {
     const int i1 = (i + 1) % 3, i2 = (i + 2) % 3;
     for (int j = 0; j < 3; ++j) {
       const int j1 = (j + 1) % 3, j2 = (j + 2) % 3;
-      const double distance = fabs(in_s[i2] * cosine[i1][j] - in_s[i1] * cosine[i2][j]);
-      const double reach = s.half[i1] * size_of[i2][j] + s.half[i2] * size_of[i1][j] +
-                           t.half[j1] * size_of[i][j2] + t.half[j2] * size_of[i][j1];
+      const T distance = size_of(in_s[i2] * cosine[i1][j] - in_s[i1] * cosine[i2][j]);
+      const T reach = s.half[i1] * share[i2][j] + s.half[i2] * share[i1][j] +
+                      t.half[j1] * share[i][j2] + t.half[j2] * share[i][j1];
       if (distance > reach + slack) return true;
     }
   }

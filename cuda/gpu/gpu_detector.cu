@@ -106,7 +106,7 @@ void GpuDetector::build(const Positions& start, const Positions& end) {
   culling_.build(*mesh_, scene_.groups(), scene_.tree());
   built_ = true;
   built_area_ = 0;
-  traversal_.reset(scene_.node_count(), culling_.node_test(), stream_);
+  traversal_.reset(scene_.node_count(), culling_.culls_nodes(), stream_);
   front_policy_.forget();
   graphs_.clear();
 }

@@ -22,7 +22,7 @@ class Guided : public PersistentTraversal<GuidedBlocks> {
   void grow(const TraversalCounters&, cudaStream_t stream) override {
     reserve_ *= 2;
     shape_stacks({list_size_, 0, reserve_, true});
-    reset(node_count(), test(), stream);
+    reset(node_count(), culls(), stream);
   }
 
   std::size_t bytes() const override {

@@ -106,7 +106,8 @@ __device__ inline void swap(LeafSide& a, LeafSide& b) {
   b = other;
 }
 
-// What a warp carries through its pairs. thick: with a minimum separation; culls: as LeafCulling says.
+// What a warp carries through its pairs. thick: with a minimum separation; culls: as LeafCulling
+// says.
 template <class Record, bool thick, bool culls>
 struct LeafWarp {
   const SceneView& scene;

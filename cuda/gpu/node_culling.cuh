@@ -21,13 +21,9 @@ struct CullingCounters {
   std::uint32_t orphans;
 };
 
-// How much a traversal asks, by the registers that it takes. Both of the latter know flat nodes
-// too.
-enum class NodeTest { box, diagonals, oriented_box };
-
 // By node; null where not asked for.
 struct NodeCulling {
-  const OrientedBox* boxes;
+  const OrientedBoxOf<float>* boxes;
   const NodeDiagonals* diagonals;
   const unsigned char* flat;  // nonzero: apart from itself
   CullingCounters* counters;
@@ -35,13 +31,15 @@ struct NodeCulling {
   __device__ bool flat_node(std::uint32_t node) const { return flat != nullptr && flat[node] != 0; }
 
   // Whether the volumes of two nodes certainly do not touch.
-  template <NodeTest test>
-  __device__ bool volumes_apart(std::uint32_t a, std::uint32_t b) const {
-    if (test == NodeTest::oriented_box) return apart(load_wide(boxes + a), load_wide(boxes + b));
-    if (test == NodeTest::box || diagonals == nullptr) return false;
+  __device__ bool boxes_apart(NodePair pair) const {
+    return boxes != nullptr && apart(load_wide(boxes + pair.a), load_wide(boxes + pair.b));
+  }
+  __device__ bool diagonals_apart(NodePair pair) const {
+    if (diagonals == nullptr) return false;
     int sign = 0;
     for (int k = 0; k < kDiagonals; ++k)
-      sign |= apart_sign(load_wide(diagonals[a].axis + k), load_wide(diagonals[b].axis + k));
+      sign |=
+          apart_sign(load_wide(diagonals[pair.a].axis + k), load_wide(diagonals[pair.b].axis + k));
     return sign < 0;
   }
 };
@@ -50,8 +48,8 @@ struct NodeCulling {
 struct CulledPairs {
   std::uint32_t by_volume = 0, flat = 0;
 
-  // What becomes of a pair after a second look.
-  template <NodeTest test>
+  // What becomes of a pair after a second look. Of a pair of leaves it is too early: their groups
+  // have diagonals too, and those of both ends of the step, so they are asked first.
   __device__ PairVisit look(const NodeCulling& culling, NodePair pair, const PairVisit& visited) {
     constexpr PairVisit ended{false, 0, {}};
     if (pair.a == pair.b) {
@@ -59,9 +57,17 @@ struct CulledPairs {
       ++flat;
       return ended;
     }
-    if (!visited.near || !culling.volumes_apart<test>(pair.a, pair.b)) return visited;
+    if (visited.children == 0 || !(culling.boxes_apart(pair) || culling.diagonals_apart(pair)))
+      return visited;
     ++by_volume;
     return ended;
+  }
+
+  // Of a pair of leaves that is worth a visit otherwise.
+  __device__ bool leaves_apart(const NodeCulling& culling, NodePair pair) {
+    const bool parted = pair.a != pair.b && culling.boxes_apart(pair);
+    by_volume += parted;
+    return parted;
   }
 
   __device__ void add_to(CullingCounters& counters) const {

@@ -13,8 +13,9 @@ namespace lazyccd::gpu {
 
 // Volumes side by side: the leaves in their order, the runs, the nodes.
 struct OrientedBoxesView {
-  OrientedBox* boxes;
+  OrientedBox* boxes;  // of nodes the axes alone
   Moments* moments;
+  OrientedBoxOf<float>* nodes;
   std::uint32_t first_run, first_node, count;
 };
 
@@ -163,7 +164,7 @@ __global__ inline void fit_nodes(SceneView scene, OrientedBoxesView view) {
       [&](int run) { extent.add(axes.axis, load_wide(view.boxes + view.first_run + run)); },
       [&](int slot) { extent.add(axes.axis, load_wide(view.boxes + slot)); });
   extent = united(extent);
-  if (fit_lane() == 0 && used) view.boxes[view.first_node + node] = enclose(axes.axis, extent, 0);
+  if (fit_lane() == 0 && used) view.nodes[node] = rounded(enclose(axes.axis, extent, 0));
 }
 
 }  // namespace lazyccd::gpu

@@ -63,8 +63,8 @@ class PersistentTraversal : public TraversalStrategy {
  public:
   bool has_front() const override { return true; }
 
-  void reset(std::uint32_t node_count, NodeTest test, cudaStream_t stream) override {
-    test_ = test;
+  void reset(std::uint32_t node_count, bool culls, cudaStream_t stream) override {
+    culls_ = culls;
     for (Grid* grid : {&from_root_, &from_front_}) {
       const int resident = resident_blocks(kernel(), grid->threads, grid->stack_bytes());
       // A block beyond the batches of a usual front would only wait.
@@ -133,7 +133,7 @@ class PersistentTraversal : public TraversalStrategy {
 
   const Tuning& tuning() const { return tuning_; }
   std::uint32_t node_count() const { return node_count_; }
-  NodeTest test() const { return test_; }
+  bool culls() const { return culls_; }
   std::uint32_t blocks() const { return std::max(from_root_.blocks, from_front_.blocks); }
   const Grid& grid_for(const TraversalJob& job) const {
     return job.initial_count != nullptr ? from_front_ : from_root_;
@@ -148,15 +148,11 @@ class PersistentTraversal : public TraversalStrategy {
   // Of shared memory that a kernel has without asking, less what a block's own variables take.
   static constexpr std::size_t most_stack_bytes = 40 << 10;
 
-  auto kernel() const {
-    return test_ == NodeTest::box         ? traverse<Blocks, NodeTest::box>
-           : test_ == NodeTest::diagonals ? traverse<Blocks, NodeTest::diagonals>
-                                          : traverse<Blocks, NodeTest::oriented_box>;
-  }
+  auto kernel() const { return culls_ ? traverse<Blocks, true> : traverse<Blocks, false>; }
 
   Tuning tuning_;
   Grid from_root_, from_front_;
-  NodeTest test_ = NodeTest::box;
+  bool culls_ = false;
   std::uint32_t node_count_ = 0;
 };
 

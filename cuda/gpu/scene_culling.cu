@@ -43,6 +43,7 @@ void SceneCulling::build(const Mesh& mesh, const Groups& groups, const Tree& tre
     first_node_ = first_run_ + static_cast<std::uint32_t>(runs);
     boxes_.reserve(first_node_ + nodes);
     moments_.reserve(first_node_ + nodes);
+    node_boxes_.reserve(nodes);
   }
   if (volume_ == Volume::dop18) {
     run_diagonals_.reserve(runs);
@@ -76,8 +77,8 @@ void SceneCulling::enqueue_cones(const SceneView& scene, cudaStream_t stream) {
 
 template <class Record>
 void SceneCulling::enqueue_boxes(const SceneView& scene, cudaStream_t stream) {
-  const OrientedBoxesView view{boxes_.data(), moments_.data(), first_run_, first_node_,
-                               first_node_ + scene.node_count};
+  const OrientedBoxesView view{boxes_.data(), moments_.data(), node_boxes_.data(),
+                               first_run_,    first_node_,     first_node_ + scene.node_count};
   const std::uint32_t runs = first_node_ - first_run_;
   const std::uint32_t nodes = blocks_for(std::size_t{scene.node_count} * kFitLanes, kFitBlock);
   launch_behind(sum_leaves<Record>, runs, kFitBlock, 0, stream, scene, view);
@@ -119,8 +120,8 @@ void SceneCulling::enqueue_orphans(const SceneView& scene, bool vertex_face, boo
 }
 
 NodeCulling SceneCulling::of_nodes() {
-  if (node_test() == NodeTest::box) return {};
-  return {volume_ == Volume::oriented_box ? boxes_.data() + first_node_ : nullptr,
+  if (!culls_nodes()) return {};
+  return {volume_ == Volume::oriented_box ? node_boxes_.data() : nullptr,
           volume_ == Volume::dop18 ? node_diagonals_.data() : nullptr,
           culling_.normal_cones ? flat_.data() : nullptr, counters_.data()};
 }
@@ -140,9 +141,9 @@ void SceneCulling::download(cudaStream_t stream) {
 }
 
 std::size_t SceneCulling::bytes() const {
-  std::size_t sum = counters_.bytes() + boxes_.bytes() + moments_.bytes() + run_diagonals_.bytes() +
-                    node_diagonals_.bytes() + boundaries_.bytes() + boundary_vertices_.bytes() +
-                    leaf_cones_.bytes() + flat_.bytes();
+  std::size_t sum = counters_.bytes() + boxes_.bytes() + node_boxes_.bytes() + moments_.bytes() +
+                    run_diagonals_.bytes() + node_diagonals_.bytes() + boundaries_.bytes() +
+                    boundary_vertices_.bytes() + leaf_cones_.bytes() + flat_.bytes();
   for (const Orphans& orphans : orphans_) sum += orphans.pairs.bytes() + orphans.first.bytes();
   return sum;
 }

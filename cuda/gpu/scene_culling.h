@@ -25,11 +25,8 @@ class SceneCulling {
  public:
   explicit SceneCulling(const Options& options);
 
-  // What the traversal is to ask.
-  NodeTest node_test() const {
-    if (volume_ == Volume::oriented_box) return NodeTest::oriented_box;
-    return volume_ == Volume::dop18 || culling_.normal_cones ? NodeTest::diagonals : NodeTest::box;
-  }
+  // Whether the traversal is to ask it.
+  bool culls_nodes() const { return volume_ != Volume::box || culling_.normal_cones; }
   // Whether candidates are to be filtered in another way than usual.
   bool culls_candidates() const { return !culling_.non_penetration || culling_.orphan_sets; }
   bool non_penetration() const { return culling_.non_penetration; }
@@ -61,7 +58,7 @@ class SceneCulling {
     std::uint32_t count = 0;
   };
 
-  bool any() const { return node_test() != NodeTest::box || culls_candidates(); }
+  bool any() const { return culls_nodes() || culls_candidates(); }
   template <class Record>
   void enqueue_refit_as(const SceneView& scene, cudaStream_t stream);
   template <class Record>
@@ -76,6 +73,7 @@ class SceneCulling {
   PinnedBuffer<CullingCounters> host_counters_;
 
   DeviceBuffer<OrientedBox> boxes_;  // of leaves, runs and nodes
+  DeviceBuffer<OrientedBoxOf<float>> node_boxes_;
   DeviceBuffer<Moments> moments_;
   std::uint32_t first_run_ = 0, first_node_ = 0;
   DeviceBuffer<NodeDiagonals> run_diagonals_, node_diagonals_;

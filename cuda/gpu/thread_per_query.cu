@@ -37,12 +37,12 @@ __device__ void emit(const TraversalJob& job, const Overlapping& out, std::int32
     out.pairs[at] = {static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(b)};
 }
 
-template <NodeTest test>
+template <bool culls>
 __device__ void query(const TraversalJob& job, const Overlapping& out, std::uint32_t self,
                       const NodeCulling& culling, std::uint64_t& tests, std::uint64_t& lost,
                       CulledPairs& culled) {
   const TreeNode box = load_node(job.nodes, self);
-  if (test != NodeTest::box && culling.flat_node(self)) {
+  if (culls && culling.flat_node(self)) {
     ++culled.flat;
   } else {
     emit(job, out, box.group(), box.group());
@@ -55,9 +55,13 @@ __device__ void query(const TraversalJob& job, const Overlapping& out, std::uint
     const TreeNode node = load_node(job.nodes, other);
     ++tests;
     if (!overlap(box, node)) continue;
-    if (test != NodeTest::box && other != self && culling.volumes_apart<test>(self, other)) {
-      ++culled.by_volume;
-      continue;
+    if (culls && other != self) {
+      // The diagonals of leaves are looked at with the pair.
+      const NodePair pair{self, other};
+      if (culling.boxes_apart(pair) || (!node.leaf() && culling.diagonals_apart(pair))) {
+        ++culled.by_volume;
+        continue;
+      }
     }
     if (node.leaf()) {
       if (box.group() < node.group()) emit(job, out, box.group(), node.group());
@@ -71,7 +75,7 @@ __device__ void query(const TraversalJob& job, const Overlapping& out, std::uint
 }
 
 // A block takes twice as many nodes as it has threads: half of them, more or less, are leaves.
-template <NodeTest test>
+template <bool culls>
 __global__ void __launch_bounds__(kMaxTraversalBlock)
     query_each_group(TraversalJob job, Overlapping out, NodeCulling culling) {
   extern __shared__ std::uint32_t leaves[];
@@ -89,13 +93,13 @@ __global__ void __launch_bounds__(kMaxTraversalBlock)
     __syncthreads();
     for (std::uint32_t i = threadIdx.x; i < leaf_count; i += blockDim.x) {
       random_delay(job);
-      query<test>(job, out, leaves[i], culling, tests, lost, culled);
+      query<culls>(job, out, leaves[i], culling, tests, lost, culled);
     }
     __syncthreads();
   }
   add(job.counters->tree_tests, tests);
   add(job.counters->lost, lost);
-  if constexpr (test != NodeTest::box) culled.add_to(*culling.counters);
+  if constexpr (culls) culled.add_to(*culling.counters);
 }
 
 __global__ void open_pairs(TraversalJob job, Overlapping found) {
@@ -131,8 +135,8 @@ class ThreadPerQuery : public TraversalStrategy {
 
   bool has_front() const override { return false; }
 
-  void reset(std::uint32_t node_count, NodeTest test, cudaStream_t) override {
-    test_ = test;
+  void reset(std::uint32_t node_count, bool culls, cudaStream_t) override {
+    culls_ = culls;
     const std::uint64_t tiles = node_count / (2 * static_cast<std::uint64_t>(block_size_)) + 1;
     const int resident = resident_blocks(kernel(), block_size_, shared_bytes());
     blocks_ = tuning_.blocks != 0
@@ -167,17 +171,13 @@ class ThreadPerQuery : public TraversalStrategy {
 
  private:
   using Kernel = void(TraversalJob, Overlapping, NodeCulling);
-  Kernel* kernel() const {
-    return test_ == NodeTest::box         ? query_each_group<NodeTest::box>
-           : test_ == NodeTest::diagonals ? query_each_group<NodeTest::diagonals>
-                                          : query_each_group<NodeTest::oriented_box>;
-  }
+  Kernel* kernel() const { return culls_ ? query_each_group<true> : query_each_group<false>; }
   std::size_t shared_bytes() const { return 2 * sizeof(std::uint32_t) * block_size_; }
 
   Tuning tuning_;
   int block_size_;
   int blocks_ = 0;
-  NodeTest test_ = NodeTest::box;
+  bool culls_ = false;
   DeviceBuffer<NodePair> overlapping_;
 };
 

@@ -57,7 +57,7 @@ Traversal::Traversal(const Options& options)
   *host_counters_.data() = {};
 }
 
-void Traversal::reset(std::uint32_t node_count, gpu::NodeTest test, cudaStream_t stream) {
+void Traversal::reset(std::uint32_t node_count, bool culls, cudaStream_t stream) {
   node_count_ = node_count;
   has_front_ = false;
   // Cloth of 5 765 groups has 15 leaf pairs and 24 ended pairs a node.
@@ -67,7 +67,7 @@ void Traversal::reset(std::uint32_t node_count, gpu::NodeTest test, cudaStream_t
     for (auto& front : fronts_)
       front.reserve(hint != 0 ? hint : 32 * std::size_t{node_count} + 1024);
   LAZYCCD_CUDA_CHECK(cudaMemsetAsync(root_.data(), 0, root_.bytes(), stream));
-  strategy_->reset(node_count, test, stream);
+  strategy_->reset(node_count, culls, stream);
 }
 
 gpu::TraversalJob Traversal::job(bool from_front) {

@@ -1,7 +1,7 @@
 // The traversal on the device: from a tree with fitted boxes to the pairs of groups whose swept
 // boxes overlap, each once, and to the front from which the next step can start.
 //
-//   traversal.reset(node_count, test, stream);              // once a tree; the front is forgotten
+//   traversal.reset(node_count, culls, stream);             // once a tree; the front is forgotten
 //   do {
 //     traversal.launch(nodes, groups, culling, from_front, stream); // capturable, see below
 //     traversal.read_counters(stream);
@@ -30,15 +30,16 @@ class Traversal {
  public:
   explicit Traversal(const Options& options);
 
-  // For another tree, and for launches that ask so much. Only this and grow() allocate.
-  void reset(std::uint32_t node_count, gpu::NodeTest test, cudaStream_t stream);
+  // For another tree, and for launches with culling of nodes or without. Only this and grow()
+  // allocate.
+  void reset(std::uint32_t node_count, bool culls, cudaStream_t stream);
 
   // Whether launch() waits for the device; else it can be captured.
   bool asks_device() const { return strategy_->asks_device(); }
   // What comes before launch() with the same from_front, with whatever else between. Follows a kernel.
   void start(bool from_front, cudaStream_t stream);
   // nodes: of the tree of reset(), 16-byte aligned. groups: {} to keep every pair that overlaps.
-  // culling: {} for NodeTest::box.
+  // culling: {} where reset() was told of none.
   // from_front only where has_front(). What is enqueued depends on the arguments and on parity()
   // alone, between two calls of reset() or of grow() that returned true.
   void launch(const TreeNode* nodes, const gpu::GroupView& groups,

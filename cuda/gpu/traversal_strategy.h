@@ -21,9 +21,9 @@ class TraversalStrategy {
   virtual bool has_front() const = 0;
   // Whether launch() waits for the device, so that it cannot be captured.
   virtual bool asks_device() const { return false; }
-  // Sizes grid and buffers for trees of so many nodes and for jobs that ask so much. What it clears
-  // on the stream comes before the next launch there.
-  virtual void reset(std::uint32_t node_count, NodeTest test, cudaStream_t stream) = 0;
+  // Sizes grid and buffers for trees of so many nodes and for jobs with culling or without. What it
+  // clears on the stream comes before the next launch there.
+  virtual void reset(std::uint32_t node_count, bool culls, cudaStream_t stream) = 0;
   // Enqueues what comes before the job, apart from its input: its counters are cleared. Follows a
   // kernel.
   virtual void start(const TraversalJob& job, cudaStream_t stream) = 0;

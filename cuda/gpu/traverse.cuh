@@ -132,9 +132,8 @@ __global__ void start_traversal(typename Balancing::View view, TraversalJob job)
   Balancing::start(view, job);
 }
 
-// The oriented boxes of a pair take as many registers as all the rest.
-template <class Balancing, NodeTest test>
-__global__ void __launch_bounds__(kMaxTraversalBlock, test == NodeTest::oriented_box ? 1 : 2)
+template <class Balancing, bool culls>
+__global__ void __launch_bounds__(kMaxTraversalBlock, 2)
     traverse(typename Balancing::View view, TraversalJob job, StackShape shape,
              NodeCulling culling) {
   begin_kernel();
@@ -229,13 +228,14 @@ __global__ void __launch_bounds__(kMaxTraversalBlock, test == NodeTest::oriented
       pair = stack[(top - 1 - thread) & mask];
       const TreeNode a = load_node(job.nodes, pair.a), b = load_node(job.nodes, pair.b);
       visited = visit(pair, a, b);
-      if constexpr (test != NodeTest::box) visited = culled.look<test>(culling, pair, visited);
+      if constexpr (culls) visited = culled.look(culling, pair, visited);
       group_a = a.group();
       group_b = b.group();
     }
     random_delay(job);
     const bool ends = active && visited.children == 0;
-    const bool leaf = ends && visited.near && job.groups.opens(group_a, group_b);
+    bool leaf = ends && visited.near && job.groups.opens(group_a, group_b);
+    if constexpr (culls) leaf = leaf && !culled.leaves_apart(culling, pair);
     const unsigned opened = __ballot_sync(kAllLanes, visited.children != 0);
     const unsigned selves = __ballot_sync(kAllLanes, visited.children == 3);
     const unsigned ends_here = __ballot_sync(kAllLanes, ends);
@@ -297,7 +297,7 @@ __global__ void __launch_bounds__(kMaxTraversalBlock, test == NodeTest::oriented
   }
 
   balancing.leave(view, job);
-  if constexpr (test != NodeTest::box) culled.add_to(*culling.counters);
+  if constexpr (culls) culled.add_to(*culling.counters);
   if (thread != 0) return;
   add(job.counters->lost, lost);
   if (Balancing::keeps_time) return;

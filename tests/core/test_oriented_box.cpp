@@ -122,12 +122,44 @@ TEST_CASE("a box is never apart from a box of some of its points, nor of boxes o
   CHECK(apart_count > 50);
 }
 
+TEST_CASE("a box in single precision is never apart from one of some of its points") {
+  Random random(4);
+  int apart_count = 0, apart_in_double = 0;
+  for (const double size : {1e-30, 1.0, 1e30}) {
+    for (const double offset : {0.0, 10.0, 1e6}) {
+      for (int n = 0; n < 20; ++n) {
+        OrientedBox boxes[2];
+        for (OrientedBox& box : boxes) {
+          double sides[3][3];
+          for (int i = 0; i < 3; ++i)
+            for (double& x : sides[i]) x = size * random.uniform(-1, 1) * (i == 0 ? 1 : 0.05);
+          Point centre;
+          for (double& c : centre) c = size * (offset + random.uniform(-0.5, 0.5));
+          const std::vector<Point> points = cloud(random, sides, centre);
+          box = fit(points).box;
+          for (const Point& p : points) {
+            CHECK_FALSE(apart(rounded(box), rounded(fit({p}).box)));
+            CHECK_FALSE(apart(rounded(fit({p}).box), rounded(box)));
+          }
+        }
+        const bool in_double = apart(boxes[0], boxes[1]);
+        const bool in_single = apart(rounded(boxes[0]), rounded(boxes[1]));
+        if (in_single) CHECK(in_double);
+        apart_count += in_single;
+        apart_in_double += in_double;
+      }
+    }
+  }
+  CHECK(apart_count > 0.6 * apart_in_double);  // far from the origin single precision sees little
+}
+
 TEST_CASE("a box with a number that is not one is apart from nothing") {
   const Fitted good = fit({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}});
   for (const double bad : {HUGE_VAL, -HUGE_VAL, std::nan("")}) {
     const Fitted f = fit({{5, 5, bad}, {6, 6, 6}});
     CHECK_FALSE(apart(f.box, good.box));
     CHECK_FALSE(apart(good.box, f.box));
+    CHECK_FALSE(apart(rounded(good.box), rounded(f.box)));
     AxesExtent extent;
     extent.add(good.axis, f.box);
     extent.add(good.axis, fit({{9, 9, 9}}).box);

@@ -83,7 +83,7 @@ class DeviceScene {
  private:
   const Scene* scene_;
   std::vector<DeviceBuffer<TreeNode>> nodes_;
-  std::vector<DeviceBuffer<OrientedBox>> boxes_;
+  std::vector<DeviceBuffer<OrientedBoxOf<float>>> boxes_;
   std::vector<DeviceBuffer<unsigned char>> flat_;
   DeviceBuffer<gpu::CullingCounters> counters_;
 };
@@ -128,7 +128,7 @@ void check(const DeviceScene& device, const Options& options, int repetitions, L
            Totals& totals, cudaStream_t stream) {
   const Scene& scene = device.scene();
   Traversal traversal(options);
-  traversal.reset(device.node_count(), gpu::NodeTest::box, stream);
+  traversal.reset(device.node_count(), false, stream);
   for (std::size_t f = 0; f < scene.frames.size(); ++f) {
     const Frame& frame = scene.frames[f];
     for (int r = 0; r < repetitions; ++r) {
@@ -162,7 +162,7 @@ void check_culling(DeviceScene& device, const Options& options, int repetitions,
                    const Stream& stream) {
   const Scene& scene = device.scene();
   Traversal traversal(options);
-  traversal.reset(device.node_count(), gpu::NodeTest::oriented_box, stream);
+  traversal.reset(device.node_count(), true, stream);
   for (std::size_t f = 0; f < scene.frames.size(); ++f) {
     const Frame& frame = scene.frames[f];
     const gpu::NodeCulling culling = device.culling(f);
@@ -236,8 +236,7 @@ void check_two_at_once(const DeviceScene& one, const DeviceScene& two, int repet
   const DeviceScene* scenes[2] = {&one, &two};
   Stream streams[2];
   Traversal traversals[2] = {Traversal(options), Traversal(options)};
-  for (int i = 0; i < 2; ++i)
-    traversals[i].reset(scenes[i]->node_count(), gpu::NodeTest::box, streams[i]);
+  for (int i = 0; i < 2; ++i) traversals[i].reset(scenes[i]->node_count(), false, streams[i]);
   for (int r = 0; r < repetitions; ++r) {
     for (int i = 0; i < 2; ++i) {
       run(traversals[i], scenes[i]->nodes(0), false, streams[i]);
@@ -279,14 +278,14 @@ void check_refusals(const DeviceScene& deep) {
   refused(ErrorCode::invalid_argument, [&] {
     Stream stream;
     Traversal traversal(with(Strategy::lazy_stealing, 0, 0));
-    traversal.reset(deep.node_count(), gpu::NodeTest::box, stream);
+    traversal.reset(deep.node_count(), false, stream);
     run(traversal, deep.nodes(0), true, stream);
   });
   // A tree too deep for a thread's own stack.
   refused(ErrorCode::device, [&] {
     Stream stream;
     Traversal traversal(with(Strategy::thread_per_query, 0, 0));
-    traversal.reset(deep.node_count(), gpu::NodeTest::box, stream);
+    traversal.reset(deep.node_count(), false, stream);
     run(traversal, deep.nodes(0), false, stream);
     traversal.read_counters(stream);
     LAZYCCD_CUDA_CHECK(cudaStreamSynchronize(stream));
@@ -300,7 +299,7 @@ void time_launches(const DeviceScene& device, const Options& options, bool from_
   constexpr int runs = 21;
   Stream stream;
   Traversal traversal(options);
-  traversal.reset(device.node_count(), gpu::NodeTest::box, stream);
+  traversal.reset(device.node_count(), false, stream);
   cudaEvent_t begin, end;
   LAZYCCD_CUDA_CHECK(cudaEventCreate(&begin));
   LAZYCCD_CUDA_CHECK(cudaEventCreate(&end));

@@ -77,7 +77,7 @@ export -f scenes
 part scenes 240 bash -c scenes
 if [ -n "${SANITIZE:-}" ]; then
   for tool in memcheck racecheck initcheck synccheck; do
-    part "sanitizer-$tool" 90 compute-sanitizer --tool $tool "$folder/check_detector" --small
+    part "sanitizer-$tool" 120 compute-sanitizer --tool $tool "$folder/check_detector" --small
   done
 fi
 

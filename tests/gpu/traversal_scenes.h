@@ -29,7 +29,7 @@ inline void sort(std::vector<NodePair>& pairs) {
 
 // What nodes are culled by, one of each a node; each volume encloses those of the children.
 struct NodeVolumes {
-  std::vector<OrientedBox> boxes;
+  std::vector<OrientedBoxOf<float>> boxes;
   std::vector<unsigned char> flat;
 };
 
@@ -142,6 +142,7 @@ class SceneMaker {
     constexpr double axis[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     NodeVolumes v;
     v.boxes.resize(tree_.size());
+    std::vector<OrientedBox> boxes(tree_.size());
     for (std::size_t i = tree_.size(); i-- > 0;) {
       const TreeNode& n = tree_[i];
       AxesExtent extent;
@@ -152,10 +153,11 @@ class SceneMaker {
           extent.add(axis, corner);
         }
       } else {
-        extent.add(axis, v.boxes[n.left]);
-        extent.add(axis, v.boxes[n.right]);
+        extent.add(axis, boxes[n.left]);
+        extent.add(axis, boxes[n.right]);
       }
-      v.boxes[i] = enclose(axis, extent, 0);
+      boxes[i] = enclose(axis, extent, 0);
+      v.boxes[i] = rounded(boxes[i]);
     }
     for (std::size_t i = 0; i < tree_.size(); ++i) v.flat.push_back(i % 3 == 2);
     return v;
