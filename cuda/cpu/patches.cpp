@@ -46,22 +46,22 @@ std::vector<std::int32_t> boundary_loop(const Mesh& mesh, const std::int32_t* fa
 void Patches::build(const Mesh& mesh, const Groups& groups, const Tree& tree) {
   faces_.clear();
   first_face_.assign(1, 0);
-  std::vector<char> has_edges_only;
+  std::vector<char> useless;  // leaves without faces, or of a body that does not meet itself
   for (const std::int32_t g : tree.order()) {
     const Group& group = groups.groups()[g];
     const Block* block = groups.blocks().data() + group.first[kFaces];
     for (int i = 0; i < group.count[kFaces]; ++i)
       faces_.push_back(block[i / kBlockLanes].id[i % kBlockLanes]);
     first_face_.push_back(static_cast<std::uint32_t>(faces_.size()));
-    has_edges_only.push_back(group.count[kFaces] == 0);
+    useless.push_back(group.count[kFaces] == 0 || !mesh.bodies()[group.body].self_collision);
   }
   vertices_.clear();
   boundaries_.assign(tree.nodes().size(), {});
   for (std::size_t node = 0; node < boundaries_.size(); ++node) {
     const Tree::Range range = tree.ranges()[node];
     if (range.last - range.first > kLargest) continue;
-    if (std::any_of(has_edges_only.begin() + range.first, has_edges_only.begin() + range.last,
-                    [](char only) { return only != 0; }))
+    if (std::any_of(useless.begin() + range.first, useless.begin() + range.last,
+                    [](char is) { return is != 0; }))
       continue;
     const std::uint32_t first = first_face_[range.first], last = first_face_[range.last];
     const auto loop = boundary_loop(mesh, faces_.data() + first, last - first);

@@ -21,6 +21,11 @@ struct CullingCounters {
   std::uint32_t orphans;
 };
 
+// A node that could be apart from itself: its boundary is `count` of all boundaries' vertices.
+struct NodePatch {
+  std::uint32_t node, first, count;
+};
+
 // By node; null where not asked for.
 struct NodeCulling {
   const OrientedBoxOf<float>* boxes;

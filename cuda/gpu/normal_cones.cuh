@@ -4,16 +4,17 @@
 
 #include "core/normal_cone.h"
 #include "gpu/kernel_chain.cuh"
+#include "gpu/node_culling.cuh"
 #include "gpu/node_parts.cuh"
 #include "gpu/scene.cuh"
 
 namespace lazyccd::gpu {
 
 struct NormalConesView {
-  const uint2* boundaries;       // of each node: the first of its boundary's vertices, and how many
+  const NodePatch* patches;
   const std::int32_t* vertices;  // of all boundaries
   Directions* leaves;            // cones of the leaves in their order
-  unsigned char* flat;           // out, by node
+  unsigned char* flat;           // out, by node: of those that are patches
 };
 
 __device__ inline Directions common_to_warp(Directions d) {
@@ -98,25 +99,21 @@ struct BoundaryLoop {
   }
 };
 
-// A block a node.
+// A block a patch.
 template <class Record>
 __global__ void __launch_bounds__(kLoopBlock)
     find_flat_nodes(SceneView scene, NormalConesView cones) {
   begin_kernel();
-  const std::uint32_t node = blockIdx.x;
-  const uint2 boundary = cones.boundaries[node];
-  bool flat = false;
-  if (boundary.y != 0) {
-    const int2 range = scene.node_ranges[node];
-    Directions cone = ~Directions{0};
-    for (int slot = range.x + threadIdx.x % kWarp; slot < range.y; slot += kWarp)
-      cone &= cones.leaves[slot];
-    const int seen_along = view_of(common_to_warp(cone));
-    const BoundaryLoop<Record> loop{static_cast<const Record*>(scene.records),
-                                    cones.vertices + boundary.x, static_cast<int>(boundary.y)};
-    flat = seen_along >= 0 && loop.simple(view(seen_along));
-  }
-  if (threadIdx.x == 0) cones.flat[node] = flat;
+  const NodePatch patch = cones.patches[blockIdx.x];
+  const int2 range = scene.node_ranges[patch.node];
+  Directions cone = ~Directions{0};
+  for (int slot = range.x + threadIdx.x % kWarp; slot < range.y; slot += kWarp)
+    cone &= cones.leaves[slot];
+  const int seen_along = view_of(common_to_warp(cone));
+  const BoundaryLoop<Record> loop{static_cast<const Record*>(scene.records),
+                                  cones.vertices + patch.first, static_cast<int>(patch.count)};
+  const bool flat = seen_along >= 0 && loop.simple(view(seen_along));
+  if (threadIdx.x == 0) cones.flat[patch.node] = flat;
 }
 
 }  // namespace lazyccd::gpu

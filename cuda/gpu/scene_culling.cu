@@ -1,6 +1,7 @@
 #include "gpu/scene_culling.h"
 
 #include <algorithm>
+#include <vector>
 
 #include "cpu/orphan_sets.h"
 #include "cpu/patches.h"
@@ -49,14 +50,26 @@ void SceneCulling::build(const Mesh& mesh, const Groups& groups, const Tree& tre
     run_diagonals_.reserve(runs);
     node_diagonals_.reserve(nodes);
   }
-  if (!culling_.normal_cones) return;
-  Patches patches;
-  patches.build(mesh, groups, tree);
-  static_assert(sizeof(Patches::Boundary) == sizeof(uint2));
-  upload(boundaries_, patches.boundaries().data(), nodes);
-  upload(boundary_vertices_, patches.vertices().data(), patches.vertices().size());
-  leaf_cones_.reserve(leaves);
-  flat_.reserve(nodes);
+  if (culling_.normal_cones) build_patches(mesh, groups, tree);
+}
+
+void SceneCulling::build_patches(const Mesh& mesh, const Groups& groups, const Tree& tree) {
+  Patches of_tree;
+  of_tree.build(mesh, groups, tree);
+  std::vector<NodePatch> patches;
+  for (std::uint32_t node = 0; node < of_tree.boundaries().size(); ++node) {
+    const Patches::Boundary boundary = of_tree.boundaries()[node];
+    if (boundary.count != 0) patches.push_back({node, boundary.first, boundary.count});
+  }
+  // The longest first, so that none is the last to begin.
+  std::stable_sort(patches.begin(), patches.end(),
+                   [](const NodePatch& x, const NodePatch& y) { return x.count > y.count; });
+  patch_count_ = static_cast<std::uint32_t>(patches.size());
+  upload(patches_, patches.data(), patches.size());
+  upload(boundary_vertices_, of_tree.vertices().data(), of_tree.vertices().size());
+  leaf_cones_.reserve(tree.order().size());
+  const std::vector<unsigned char> none(tree.nodes().size(), 0);
+  upload(flat_, none.data(), none.size());
 }
 
 void SceneCulling::clear_counters(cudaStream_t stream) {
@@ -68,11 +81,12 @@ constexpr std::uint32_t kBlock = 128;  // threads, where a warp has a leaf or a 
 
 template <class Record>
 void SceneCulling::enqueue_cones(const SceneView& scene, cudaStream_t stream) {
-  const NormalConesView view{boundaries_.data(), boundary_vertices_.data(), leaf_cones_.data(),
+  if (patch_count_ == 0) return;
+  const NormalConesView view{patches_.data(), boundary_vertices_.data(), leaf_cones_.data(),
                              flat_.data()};
   launch_behind(find_cones<Record>, blocks_for(std::size_t{scene.group_count} * kWarp, kBlock),
                 kBlock, 0, stream, scene, view);
-  launch_behind(find_flat_nodes<Record>, scene.node_count, kLoopBlock, 0, stream, scene, view);
+  launch_behind(find_flat_nodes<Record>, patch_count_, kLoopBlock, 0, stream, scene, view);
 }
 
 template <class Record>
@@ -142,7 +156,7 @@ void SceneCulling::download(cudaStream_t stream) {
 
 std::size_t SceneCulling::bytes() const {
   std::size_t sum = counters_.bytes() + boxes_.bytes() + node_boxes_.bytes() + moments_.bytes() +
-                    run_diagonals_.bytes() + node_diagonals_.bytes() + boundaries_.bytes() +
+                    run_diagonals_.bytes() + node_diagonals_.bytes() + patches_.bytes() +
                     boundary_vertices_.bytes() + leaf_cones_.bytes() + flat_.bytes();
   for (const Orphans& orphans : orphans_) sum += orphans.pairs.bytes() + orphans.first.bytes();
   return sum;

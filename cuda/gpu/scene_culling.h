@@ -58,6 +58,7 @@ class SceneCulling {
     std::uint32_t count = 0;
   };
 
+  void build_patches(const Mesh& mesh, const Groups& groups, const Tree& tree);
   bool any() const { return culls_nodes() || culls_candidates(); }
   template <class Record>
   void enqueue_refit_as(const SceneView& scene, cudaStream_t stream);
@@ -77,8 +78,9 @@ class SceneCulling {
   DeviceBuffer<Moments> moments_;
   std::uint32_t first_run_ = 0, first_node_ = 0;
   DeviceBuffer<NodeDiagonals> run_diagonals_, node_diagonals_;
-  DeviceBuffer<uint2> boundaries_;
+  DeviceBuffer<NodePatch> patches_;
   DeviceBuffer<std::int32_t> boundary_vertices_;
+  std::uint32_t patch_count_ = 0;
   DeviceBuffer<Directions> leaf_cones_;
   DeviceBuffer<unsigned char> flat_;
   Orphans orphans_[2];  // by ContactKind
