@@ -31,8 +31,8 @@ struct View {
 };
 constexpr int kViews = 13;
 
-LAZYCCD_HD inline View view(int i) {
-  constexpr View views[kViews] = {
+LAZYCCD_HD inline const View& view(int i) {
+  static constexpr View views[kViews] = {
       {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}},   {{0, 1, 0}, {0, 0, 1}, {1, 0, 0}},
       {{0, 0, 1}, {1, 0, 0}, {0, 1, 0}},   {{1, 1, 0}, {0, 0, 1}, {1, -1, 0}},
       {{1, -1, 0}, {1, 1, 0}, {0, 0, 1}},  {{0, 1, 1}, {1, 0, 0}, {0, 1, -1}},

@@ -41,7 +41,7 @@ __global__ void find_cones(SceneView scene, NormalConesView cones) {
   if (lane == 0) cones.leaves[slot] = directions;
 }
 
-constexpr int kLoopWarps = 4;  // that share a boundary
+constexpr int kLoopWarps = 8;  // that share a boundary
 constexpr std::uint32_t kLoopBlock = kLoopWarps * kWarp;
 
 // The boundary of a patch: one loop of vertices. Indices go round it once more.

@@ -19,7 +19,7 @@ struct OrientedBoxesView {
   std::uint32_t first_run, first_node, count;
 };
 
-constexpr int kFitLanes = 8;                           // of a volume: most nodes have few parts
+constexpr int kFitLanes = 16;                          // of a volume: most nodes have few parts
 constexpr std::uint32_t kFitBlock = kRun * kFitLanes;  // the leaves of a run
 
 __device__ inline std::uint32_t fitted_volume() {
