@@ -71,7 +71,8 @@ struct Detector::Impl {
     if (!gpu && options.backend != Backend::cpu && failures < max_failures) start_gpu();
     if (gpu) {
       try {
-        return gpu->detect(start, end, step);
+        const Span<const Contact> contacts = gpu->detect(start, end, step);
+        return options.separation > 0 ? cpu.distinct_of(contacts, start, end, step) : contacts;
       } catch (const Error& error) {
         if (error.code() != ErrorCode::device) throw;  // bad input is bad input on any backend
         gpu_failed(error);
@@ -125,10 +126,9 @@ Span<const Contact> Detector::detect(const Positions& start, const Positions& en
   return contacts;
 }
 
-Span<const Contact> Detector::touching_among(Span<const Contact> pairs, const Positions& start,
-                                             const Positions& end) {
+Span<const Contact> Detector::touching_again(const Positions& start, const Positions& end) {
   Stats stats = impl_->scene();
-  const Span<const Contact> contacts = impl_->cpu.touching_among(pairs, start, end, stats);
+  const Span<const Contact> contacts = impl_->cpu.touching_again(start, end, stats);
   impl_->stats = std::move(stats);
   return contacts;
 }

@@ -79,6 +79,7 @@ bool Pipeline::run(const Bodies& bodies, double seconds, const Fill& fill) noexc
           response_.forget();
         }
       } while (read_where_pushed());
+      detector_.find_silent();
       step_.unresolved += detector_.count_passed_over();
       if (step_.unresolved > 0) {
         journal_.say(

@@ -29,6 +29,7 @@ void StepDetector::set_topology(double largest_thickness) {
   std::nth_element(reach.begin(), middle, reach.end());
   lazyccd::Options options = options_;
   options.separation = std::min(NearContacts::reach * largest_thickness, 0.5 * *middle);
+  options.distinct = true;
   if (!(options.separation > 0)) {
     near_.reset();
     return;
@@ -51,7 +52,7 @@ void StepDetector::read_reach() {
 
 void StepDetector::begin_motion() {
   silent_.clear();
-  found_any_ = false;
+  may_be_silent_ = found_any_ = false;
   detections_ = 0;
   ms_ = 0;
 }
@@ -64,7 +65,7 @@ void StepDetector::add_to(StepStats& stats) const {
 std::vector<Contact> StepDetector::touching(const Positions& start, const Positions& end) {
   const Stopwatch watch;
   std::vector<Contact> contacts =
-      answerable(only_near_can_touch(end) ? near_->touching_among(all_near_, start, end)
+      answerable(only_near_can_touch(end) ? near_->touching_again(start, end)
                                           : touching_->detect(start, end));
   ms_ += watch.ms();
   return contacts;
@@ -91,8 +92,13 @@ std::vector<Contact> StepDetector::near() {
     return contacts;
   }
   const Stopwatch watch;
-  all_near_ = near_->detect(motion_.starts(), motion_.ends());
-  std::vector<Contact> contacts = answerable(all_near_);
+  const Span<const Contact> near = near_->detect(motion_.starts(), motion_.ends());
+  std::vector<Contact> contacts = answerable(near);
+  may_be_silent_ = std::any_of(near.begin(), near.end(), [this](const Contact& contact) {
+    const auto gives = [this](std::int32_t v) { return gives_way(v); };
+    return !responds(contact) ||
+           !std::all_of(contact.vertices.begin(), contact.vertices.end(), gives);
+  });
   found_any_ = !contacts.empty();
   contacts = near_contacts_.choose(std::move(contacts), motion_);
   ms_ += watch.ms();
@@ -114,33 +120,45 @@ std::vector<Contact> StepDetector::answerable(Span<const Contact> contacts) {
 }
 
 bool StepDetector::may_be_ended(const Contact& contact) const {
-  bool nodes_move = false, body_moves = false, stopped = false;
-  for (const std::int32_t v : contact.vertices) {
-    const bool soft = topology_.is_soft(v);
-    if (soft ? motion_.inverse_mass[v] > 0 : motion_.rigid_of(topology_.body_of(v)).is_dynamic())
-      return true;
-    const Eigen::Vector3d end = motion_.end_of(v);
-    if (end != motion_.start_of(v)) (soft ? nodes_move : body_moves) = true;
-    stopped = stopped || (found_any_ && end != motion_.predicted[v]);
-  }
-  return (nodes_move && !body_moves) || stopped;
+  const auto stopped = [this](std::int32_t v) {
+    return found_any_ && motion_.end_of(v) != motion_.predicted[v];
+  };
+  return could_be_ended(contact) ||
+         std::any_of(contact.vertices.begin(), contact.vertices.end(), stopped);
 }
 
-std::int64_t StepDetector::count_passed_over() {
-  const std::vector<Contact> touching = silent();
-  return std::count_if(touching.begin(), touching.end(), [this](const Contact& contact) {
+bool StepDetector::could_be_ended(const Contact& contact) const {
+  bool nodes_move = false, body_moves = false;
+  for (const std::int32_t v : contact.vertices) {
+    if (gives_way(v)) return true;
+    const Eigen::Vector3d end = found_any_ ? motion_.predicted[v] : motion_.end_of(v);
+    if (end != motion_.start_of(v)) (topology_.is_soft(v) ? nodes_move : body_moves) = true;
+  }
+  return nodes_move && !body_moves;
+}
+
+bool StepDetector::gives_way(std::int32_t v) const {
+  return topology_.is_soft(v) ? motion_.inverse_mass[v] > 0
+                              : motion_.rigid_of(topology_.body_of(v)).is_dynamic();
+}
+
+void StepDetector::find_silent() {
+  if (!near_) return;
+  silent_.clear();
+  if (!may_be_silent_) return;
+  for (const Contact& contact : near_->touching_again(motion_.starts(), motion_.ends())) {
+    if (!is_anchored(contact) && !(responds(contact) && could_be_ended(contact)))
+      silent_.push_back(contact);
+  }
+}
+
+std::int64_t StepDetector::count_passed_over() const {
+  return std::count_if(silent_.begin(), silent_.end(), [this](const Contact& contact) {
     const bool moves =
         std::any_of(contact.vertices.begin(), contact.vertices.end(),
                     [this](std::int32_t v) { return motion_.end_of(v) != motion_.start_of(v); });
     return moves && contact.toi > 0 && responds(contact);
   });
-}
-
-std::vector<Contact> StepDetector::silent() {
-  if (!near_ || silent_.empty()) return silent_;
-  const Span<const Contact> touching =
-      near_->touching_among(silent_, motion_.starts(), motion_.ends());
-  return {touching.begin(), touching.end()};
 }
 
 bool StepDetector::responds(const Contact& contact) const {

@@ -36,10 +36,12 @@ class StepDetector {
   bool found_any() const { return found_any_; }
   // Pairs that touch in the motion from `start` to `end`.
   std::vector<Contact> touching(const Positions& start, const Positions& end);
+  // To be called once the motion is what it will be: finds what is silent().
+  void find_silent();
   // Pairs that touch in the motion and about which nothing may be done.
-  std::vector<Contact> silent();
-  // Pairs of a kinematic body and pinned nodes that it came upon in this motion.
-  std::int64_t count_passed_over();
+  const std::vector<Contact>& silent() const { return silent_; }
+  // Of these, pairs of a kinematic body and pinned nodes that it came upon in this motion.
+  std::int64_t count_passed_over() const;
 
   // Of the last motion: adds what it cost.
   void add_to(StepStats& stats) const;
@@ -51,9 +53,12 @@ class StepDetector {
   // Pinned nodes that are driven stop before what they would pass through. A kinematic body passes
   // over pinned nodes, unless something of the pair has been stopped.
   bool may_be_ended(const Contact& contact) const;
+  // The same of the motion as Bullet had it.
+  bool could_be_ended(const Contact& contact) const;
+  bool gives_way(std::int32_t vertex) const;
   bool only_near_can_touch(const Positions& end) const;
   void read_reach();
-  // Without those that nothing may be done about; of these, the first detection's are noted.
+  // Without those that nothing may be done about; of these, the first detection's are silent.
   std::vector<Contact> answerable(Span<const Contact> contacts);
 
   lazyccd::Options options_;
@@ -64,8 +69,8 @@ class StepDetector {
   std::unique_ptr<Detector> touching_;  // null before the first topology
   std::unique_ptr<Detector> near_;      // of what comes within a thickness; null without any
   double separation_ = 0;               // of near_, metres
-  Span<const Contact> all_near_;        // in this motion
-  std::vector<Contact> silent_;         // met in the first detection, near or touching
+  std::vector<Contact> silent_;
+  bool may_be_silent_ = false;  // something that does not give way comes near something
   bool found_any_ = false;
   std::int64_t detections_ = 0;
   double ms_ = 0;

@@ -23,10 +23,22 @@ struct MeshView {
 struct Candidate {
   std::int32_t a, b;
 };
+LAZYCCD_HD inline bool operator==(Candidate x, Candidate y) { return x.a == y.a && x.b == y.b; }
 
-// Bodies, primitives and vertices of a candidate, in the order that Contact promises.
+// In the order that Contact promises.
+template <ContactKind kind>
+LAZYCCD_HD inline Candidate in_order(const MeshView& mesh, Candidate pair) {
+  if (kind == ContactKind::vertex_face) return pair;
+  const std::int32_t a = mesh.body_of_vertex[mesh.edges[pair.a][0]];
+  const std::int32_t b = mesh.body_of_vertex[mesh.edges[pair.b][0]];
+  const bool swapped = a == b ? pair.b < pair.a : b < a;
+  return {swapped ? pair.b : pair.a, swapped ? pair.a : pair.b};
+}
+
+// Bodies, primitives and vertices of a candidate.
 template <ContactKind kind>
 LAZYCCD_HD inline void identify_contact(const MeshView& mesh, Candidate pair, Contact& c) {
+  pair = in_order<kind>(mesh, pair);
   c.kind = kind;
   if constexpr (kind == ContactKind::vertex_face) {
     const std::int32_t* f = mesh.faces[pair.b];
@@ -34,15 +46,9 @@ LAZYCCD_HD inline void identify_contact(const MeshView& mesh, Candidate pair, Co
     c.body_a = mesh.body_of_vertex[pair.a];
     c.body_b = mesh.body_of_vertex[f[0]];
   } else {
-    c.body_a = mesh.body_of_vertex[mesh.edges[pair.a][0]];
-    c.body_b = mesh.body_of_vertex[mesh.edges[pair.b][0]];
-    if (c.body_b < c.body_a || (c.body_b == c.body_a && pair.b < pair.a)) {
-      pair = {pair.b, pair.a};
-      const std::int32_t body = c.body_a;
-      c.body_a = c.body_b;
-      c.body_b = body;
-    }
     const std::int32_t *a = mesh.edges[pair.a], *b = mesh.edges[pair.b];
+    c.body_a = mesh.body_of_vertex[a[0]];
+    c.body_b = mesh.body_of_vertex[b[0]];
     c.vertices = {a[0], a[1], b[0], b[1]};
   }
   c.primitive_a = pair.a;

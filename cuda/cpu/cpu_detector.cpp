@@ -31,11 +31,6 @@ class Stopwatch {
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
-float rounded_up(double x) {
-  const float f = static_cast<float>(x);
-  return static_cast<double>(f) < x ? std::nextafter(f, std::numeric_limits<float>::infinity()) : f;
-}
-
 // Whether the first `split` of four vertices stay on one side of the others along an axis, at both
 // ends of the step and so all the time.
 bool apart(const std::vector<VertexRecord>& records, const std::array<std::int32_t, 4>& vertices,
@@ -57,32 +52,33 @@ bool apart(const std::vector<VertexRecord>& records, const std::array<std::int32
   return false;
 }
 
-void check_pairs(const Mesh& mesh, Span<const Contact> pairs) {
-  const auto inside = [](std::int32_t i, std::size_t count) {
-    return i >= 0 && static_cast<std::size_t>(i) < count;
-  };
-  for (const Contact& pair : pairs) {
-    const bool vf = pair.kind == ContactKind::vertex_face;
-    if (inside(pair.primitive_a, vf ? mesh.vertex_count() : mesh.edges().size()) &&
-        inside(pair.primitive_b, vf ? mesh.faces().size() : mesh.edges().size()))
-      continue;
-    throw Error(ErrorCode::index_out_of_range,
-                "a pair names primitives " + std::to_string(pair.primitive_a) + " and " +
-                    std::to_string(pair.primitive_b) + ", which the topology does not have");
-  }
-}
+bool is_vertex_face(const Contact& contact) { return contact.kind == ContactKind::vertex_face; }
 
 }  // namespace
+
+// What comes within the separation, as one worker found it.
+struct NearPairs {
+  std::vector<Candidate> of[2];  // by ContactKind
+  // Where the step begins, all are certainly this far apart.
+  double apart = std::numeric_limits<double>::infinity();
+
+  void clear() {
+    for (std::vector<Candidate>& pairs : of) pairs.clear();
+    apart = std::numeric_limits<double>::infinity();
+  }
+  std::size_t bytes() const { return (of[0].capacity() + of[1].capacity()) * sizeof(Candidate); }
+};
 
 // One thread's part of a traversal. Its sink's queues lead into the narrow phase here.
 struct alignas(128) CpuDetector::Worker : CandidateSink {
   LeafScene scene{};
   const CpuDetector* owner = nullptr;
   std::vector<Survivor> survivors = std::vector<Survivor>(CandidateQueue::capacity);
-  // With a separation: survivors that are free to move, and those that come within it.
-  std::vector<Candidate> near = std::vector<Candidate>(CandidateQueue::capacity);
-  std::vector<Approach> approaches = std::vector<Approach>(CandidateQueue::capacity);
+  // With a separation:
+  std::vector<Candidate> free = std::vector<Candidate>(CandidateQueue::capacity);
+  NearSplit split;
   std::vector<Place> places = std::vector<Place>(CandidateQueue::capacity);
+  NearPairs near_pairs;
   std::vector<Contact> contacts;
   std::vector<NodePair> front;
   std::int64_t group_pairs = 0, ended = 0, culled = 0, flat = 0, never_coplanar = 0, refined = 0,
@@ -151,6 +147,10 @@ struct alignas(128) CpuDetector::Worker : CandidateSink {
   template <ContactKind kind>
   void process_kind(int count) {
     const Candidate* items = queues[static_cast<int>(kind)].items;
+    if (scene.separation > 0) {
+      report_near<kind>(items, count);
+      return;
+    }
     int left = count;
     if (owner->options_.arithmetic == Arithmetic::single_first) {
       left = owner->kernels_->filter(scene, kind, items, count, survivors.data());
@@ -158,11 +158,7 @@ struct alignas(128) CpuDetector::Worker : CandidateSink {
       for (int i = 0; i < count; ++i) survivors[i] = {items[i], 0, 0, false};
     }
     survived[static_cast<int>(kind)] += left;
-    if (scene.separation > 0) {
-      report_near<kind>(left);
-    } else {
-      for (int i = 0; i < left; ++i) report_touching<kind>(survivors[i]);
-    }
+    for (int i = 0; i < left; ++i) report_touching<kind>(survivors[i]);
   }
 
   bool all_pinned(const Contact& contact) const {
@@ -200,25 +196,81 @@ struct alignas(128) CpuDetector::Worker : CandidateSink {
     report(contact);
   }
 
-  // Of the first `count` survivors.
   template <ContactKind kind>
-  void report_near(int count) {
-    Contact contact;
-    int free = 0;
-    for (int i = 0; i < count; ++i) {
-      identify_contact<kind>(scene.mesh, survivors[i].pair, contact);
-      // In the order of the contact, so that every backend computes alike.
-      if (!all_pinned(contact)) near[free++] = {contact.primitive_a, contact.primitive_b};
+  void report_near(const Candidate* items, int count) {
+    const LeafKernels& kernels = *owner->kernels_;
+    if (owner->mesh_->any_pinned()) {
+      count = copy_free<kind>(items, count);
+      items = free.data();
     }
-    const int hits = owner->kernels_->within(scene, kind, near.data(), free, approaches.data());
-    owner->kernels_->describe(scene, kind, approaches.data(), hits, places.data());
-    for (int i = 0; i < hits; ++i) {
-      identify_contact<kind>(scene.mesh, approaches[i].pair, contact);
-      contact.toi = static_cast<double>(approach_tick(approaches[i].t)) * kTick;
+    kernels.near_at_start(scene, kind, items, count, split);
+    Approach* const open = split.open;
+    survived[static_cast<int>(kind)] += split.near_count + split.open_count;
+    const int left = kernels.within(scene, kind, open, split.open_count);
+    note_near(kind, left);
+    for (int i = 0; i < left; ++i)
+      if (!open[i].spoken_for || !at_start(open[i])) split.own[split.own_count++] = open[i];
+    describe_own<kind>();
+  }
+
+  static bool at_start(const Approach& approach) { return approach_tick(approach.t) == 0; }
+
+  template <ContactKind kind>
+  int copy_free(const Candidate* items, int count) {
+    Contact contact;
+    int copied = 0;
+    for (int i = 0; i < count; ++i) {
+      identify_contact<kind>(scene.mesh, items[i], contact);
+      if (!all_pinned(contact)) free[copied++] = items[i];
+    }
+    return copied;
+  }
+
+  // What the split says is near, and the first `left` of what was open.
+  void note_near(ContactKind kind, int left) {
+    std::vector<Candidate>& pairs = near_pairs.of[static_cast<int>(kind)];
+    pairs.insert(pairs.end(), split.near, split.near + split.near_count);
+    float apart = split.apart;
+    for (int i = 0; i < left; ++i) {
+      pairs.push_back(split.open[i].pair);
+      apart = std::min(apart, split.open[i].apart);
+    }
+    near_pairs.apart = std::min(near_pairs.apart, apart / scene.scale);
+  }
+
+  template <ContactKind kind>
+  void describe_own() {
+    owner->kernels_->describe(scene, kind, split.own, split.own_count, places.data());
+    Contact contact;
+    for (int i = 0; i < split.own_count; ++i) {
+      identify_contact<kind>(scene.mesh, split.own[i].pair, contact);
+      contact.toi = static_cast<double>(approach_tick(split.own[i].t)) * kTick;
       contact.u = places[i].u;
       contact.v = places[i].v;
       contact.normal = places[i].normal;
       report(contact);
+    }
+  }
+
+  // Of contacts of one kind that are near, sorted: appends those that are to be reported.
+  void keep_distinct(Span<const Contact> near, std::vector<Contact>& kept) {
+    const ContactKind kind = near[0].kind;
+    for (std::size_t i = 0; i < near.size(); ++i)
+      free[i] = {near[i].primitive_a, near[i].primitive_b};
+    const int count = static_cast<int>(near.size());
+    owner->kernels_->near_at_start(scene, kind, free.data(), count, split);
+    note_near(kind, split.open_count);
+    int own = 0, open = 0;
+    for (const Contact& contact : near) {
+      const Candidate pair = {contact.primitive_a, contact.primitive_b};
+      if (own < split.own_count && split.own[own].pair == pair) {
+        ++own;
+      } else if (open < split.open_count && split.open[open].pair == pair) {
+        if (split.open[open++].spoken_for && contact.toi == 0) continue;
+      } else {
+        continue;
+      }
+      kept.push_back(contact);
     }
   }
 
@@ -248,6 +300,8 @@ CpuDetector::CpuDetector(const Options& options, const LeafKernels& kernels)
       groups_(separation_margin(options.separation), kernels),
       volume_(make_node_volume(options.volume, separation_margin(options.separation))),
       front_policy_(options.front_period, options.front_ratio) {
+  // The pairs that are to stand for others would not be tested.
+  options_.distinct = options.distinct && options.vertex_face;
   // What cannot touch can still come near.
   if (options.separation > 0) options_.culling.normal_cones = options_.culling.orphan_sets = false;
   for (int i = 0; i < pool_.size(); ++i) workers_.push_back(std::make_unique<Worker>());
@@ -260,6 +314,7 @@ void CpuDetector::set_mesh(const Mesh& mesh) {
   built_ = false;
   front_policy_.forget();
   sort_ = std::make_unique<ContactSort>(mesh);
+  for (const auto& worker : workers_) worker->near_pairs.clear();
   if (options_.culling.orphan_sets) orphans_ = OrphanSets(mesh);
 }
 
@@ -310,6 +365,9 @@ void CpuDetector::visit_pair(Worker& worker, NodePair pair) {
 }
 
 void CpuDetector::begin_workers(double separation) {
+  const float certain = options_.arithmetic == Arithmetic::single_first
+                            ? static_cast<float>(separation * scale_) * (1 - 0x1p-18f)
+                            : 0;
   for (const auto& worker : workers_) {
     worker->begin(*this, {groups_.groups().data(),
                           groups_.boxes().data(),
@@ -320,13 +378,15 @@ void CpuDetector::begin_workers(double separation) {
                           options_.vertex_face,
                           options_.edge_edge,
                           separation,
-                          rounded_up(separation * scale_),
-                          options_.culling.non_penetration ? &worker->never_coplanar : nullptr});
+                          certain,
+                          options_.culling.non_penetration ? &worker->never_coplanar : nullptr,
+                          options_.distinct ? mesh_->first_faces() : FirstFaces{}});
   }
 }
 
 void CpuDetector::traverse(Stats& stats) {
   begin_workers(options_.separation);
+  for (const auto& worker : workers_) worker->near_pairs.clear();
   if (options_.culling.orphan_sets) {
     for (const auto& worker : workers_) worker->dropped = &orphans_;
   }
@@ -497,21 +557,64 @@ Span<const Contact> CpuDetector::detect(const Positions& start, const Positions&
   return contacts_;
 }
 
-Span<const Contact> CpuDetector::touching_among(Span<const Contact> pairs, const Positions& start,
-                                                const Positions& end, Stats& stats) {
+Span<const Contact> CpuDetector::distinct_of(Span<const Contact> contacts, const Positions& start,
+                                             const Positions& end, Stats& stats) {
+  scale_ = scale_for(load_records(*mesh_, start, end, pool_, records_));
+  begin_workers(options_.separation);
+  for (const auto& worker : workers_) worker->near_pairs.clear();
+  contacts_.clear();
+  for (std::size_t first = 0, last; first < contacts.size(); first = last) {
+    last = first + 1;
+    while (last < contacts.size() && contacts[last].kind == contacts[first].kind &&
+           last < first + CandidateQueue::capacity)
+      ++last;
+    workers_.front()->keep_distinct({&contacts[first], last - first}, contacts_);
+  }
+  stats.contacts_vf = std::count_if(contacts_.begin(), contacts_.end(), is_vertex_face);
+  stats.contacts_ee = static_cast<std::int64_t>(contacts_.size()) - stats.contacts_vf;
+  stats.hash = contact_hash(contacts_);
+  return contacts_;
+}
+
+Span<const Contact> CpuDetector::touching_again(const Positions& start, const Positions& end,
+                                                Stats& stats) {
   Stopwatch total;
-  check_pairs(*mesh_, pairs);
   scale_ = scale_for(load_records(*mesh_, start, end, pool_, records_));
   stats.ms_refit = total.lap();
   begin_workers(0);
-  pool_.parallel_for(pairs.size(), 2048, [&](std::size_t first, std::size_t last, int id) {
-    for (std::size_t i = first; i < last; ++i)
-      workers_[id]->push(pairs[i].kind, {pairs[i].primitive_a, pairs[i].primitive_b});
-  });
-  finish_workers();
+  if (!stay_apart()) {
+    // Every worker takes a share of what each has found.
+    for (const auto& from : workers_) {
+      for (const ContactKind kind : {ContactKind::vertex_face, ContactKind::edge_edge}) {
+        const std::vector<Candidate>& pairs = from->near_pairs.of[static_cast<int>(kind)];
+        pool_.parallel_for(pairs.size(), 2048, [&](std::size_t first, std::size_t last, int id) {
+          for (std::size_t i = first; i < last; ++i) workers_[id]->push(kind, pairs[i]);
+        });
+      }
+    }
+    finish_workers();
+  }
   gather_contacts(touching_, stats);
   stats.ms_total = stats.ms_refit + total.lap();
   return touching_;
+}
+
+// Whether no near pair can touch, for all that moves moves so much alike.
+bool CpuDetector::stay_apart() const {
+  double apart = std::numeric_limits<double>::infinity();
+  for (const auto& worker : workers_)
+    apart = std::min(apart, worker->near_pairs.apart);
+  double least[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, most[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
+  for (const VertexRecord& record : records_) {
+    for (int k = 0; k < 3; ++k) {
+      const double moved = record.x[3 + k] - record.x[k];
+      least[k] = std::min(least[k], moved);
+      most[k] = std::max(most[k], moved);
+    }
+  }
+  double squared = 0;
+  for (int k = 0; k < 3; ++k) squared += (most[k] - least[k]) * (most[k] - least[k]);
+  return std::sqrt(squared) * (1 + 0x1p-20) < apart;
 }
 
 // The workers' contacts, sorted, and what they counted.
@@ -553,7 +656,7 @@ std::int64_t CpuDetector::bytes() const {
                     (contacts_.capacity() + touching_.capacity()) * sizeof(Contact);
   for (const auto& w : workers_)
     sum += sizeof(Worker) + w->survivors.capacity() * sizeof(Survivor) +
-           w->near.capacity() * sizeof(Candidate) + w->approaches.capacity() * sizeof(Approach) +
+           w->free.capacity() * sizeof(Candidate) + w->near_pairs.bytes() +
            w->places.capacity() * sizeof(Place) +
            w->contacts.capacity() * sizeof(Contact) + w->front.capacity() * sizeof(NodePair);
   return static_cast<std::int64_t>(sum);

@@ -26,9 +26,12 @@ class CpuDetector : public BackendDetector {
 
   void set_mesh(const Mesh& mesh) override;
   Span<const Contact> detect(const Positions& start, const Positions& end, Stats& stats) override;
-  // As Detector::touching_among().
-  Span<const Contact> touching_among(Span<const Contact> pairs, const Positions& start,
-                                     const Positions& end, Stats& stats);
+  // Of the contacts of a detection by another backend, with a separation, those that
+  // Options::distinct leaves; notes all of them for touching_again().
+  Span<const Contact> distinct_of(Span<const Contact> contacts, const Positions& start,
+                                  const Positions& end, Stats& stats);
+  // As Detector::touching_again().
+  Span<const Contact> touching_again(const Positions& start, const Positions& end, Stats& stats);
 
  private:
   struct Worker;
@@ -42,6 +45,7 @@ class CpuDetector : public BackendDetector {
   void visit_pair(Worker& worker, NodePair pair);
   void find_parts();
   bool may_meet(NodePair pair) const;
+  bool stay_apart() const;
   void finish_workers();
   void test_orphans(Stats& stats);
   void keep_front(bool reused);

@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "core/contact_math.h"
+#include "core/distinct.h"
 #include "core/group.h"
 
 namespace lazyccd {
@@ -22,9 +23,10 @@ struct LeafScene {
   double scale;
   bool vertex_face, edge_edge;
   double separation;        // minimum separation; 0 where contact is touching
-  float scaled_separation;  // times scale, rounded up
+  float certain_separation;  // what single precision takes for less is; 0: do not rely on it
   // Where the non-penetration filter counts what it rules out; null: it is off.
   std::int64_t* never_coplanar;
+  FirstFaces first_faces;  // null where every pair is to stand for itself
 };
 
 // The box of a vertex at both ends of the step. The lower sides are negated, so that a union is one
@@ -51,8 +53,7 @@ struct CandidateSink {
   void (*drain)(CandidateSink& self, ContactKind kind);
 };
 
-// A candidate that the filter could not rule out: a certain hit in [lo, hi], or undecided, as all are
-// where there is a minimum separation.
+// A candidate that the filter could not rule out: a certain hit in [lo, hi], or undecided.
 struct Survivor {
   Candidate pair;
   float lo, hi;
@@ -62,8 +63,20 @@ struct Survivor {
 // A candidate that comes as near as the minimum separation, and when.
 struct Approach {
   Candidate pair;
-  double t;  // of the step
-  bool ended;  // the search for t
+  double t = 0;             // of the step
+  bool ended = false;       // the search for t
+  bool spoken_for = false;  // where the step begins: see core/distinct.h
+  float apart = 0;          // there, certainly, times scale
+};
+
+// Candidates by what the start of the step tells of their separation, each list in their order.
+struct NearSplit {
+  static constexpr int capacity = CandidateQueue::capacity + 1;  // one is written and not counted
+  Candidate near[capacity];  // certainly
+  Approach own[capacity];    // of these, those that no other speaks for
+  Approach open[capacity];   // not certainly
+  int near_count, own_count, open_count;
+  float apart;  // what is near, certainly, times scale
 };
 
 // Where a contact is, as Contact has it.
@@ -84,13 +97,16 @@ struct LeafKernels {
   // Whether the groups a and b certainly stay apart, then all their pairs of primitives; a may be b.
   // Returns whether the pair was opened.
   bool (*visit)(const LeafScene& scene, std::int32_t a, std::int32_t b, CandidateSink& sink);
-  // Filters `count` candidates; writes the survivors and returns how many.
+  // Filters `count` candidates for touching; writes the survivors and returns how many.
   int (*filter)(const LeafScene& scene, ContactKind kind, const Candidate* candidates, int count,
                 Survivor* survivors);
-  // Of at most CandidateQueue::capacity candidates those that come within the minimum separation, as
-  // decide_within() of core/separation.h has it; writes them and returns how many.
-  int (*within)(const LeafScene& scene, ContactKind kind, const Candidate* candidates, int count,
-                Approach* approaches);
+  // Of at most CandidateQueue::capacity candidates those that are certainly nearer where the step
+  // begins than the minimum separation, and the rest. All are put in order.
+  void (*near_at_start)(const LeafScene& scene, ContactKind kind, const Candidate* candidates,
+                        int count, NearSplit& split);
+  // Of at most CandidateQueue::capacity approaches, none ended, those that come within the minimum
+  // separation, as decide_within() of core/separation.h has it; keeps them and returns how many.
+  int (*within)(const LeafScene& scene, ContactKind kind, Approach* approaches, int count);
   // Of each approach the place at its tick, as describe_contact() has it.
   void (*describe)(const LeafScene& scene, ContactKind kind, const Approach* approaches, int count,
                    Place* places);

@@ -55,6 +55,7 @@ Mesh::Mesh(const Topology& topology) {
   take_bodies(topology);
   take_faces(topology);
   take_edges(topology);
+  find_first_faces();
   check_primitives_of_bodies();
 }
 
@@ -145,6 +146,15 @@ void Mesh::take_edges(const Topology& t) {
     if (!of_face[e]) free_edges_.push_back(static_cast<std::int32_t>(e));
 }
 
+void Mesh::find_first_faces() {
+  first_faces_.assign(edges_.size() + vertex_count(), -1);
+  for (std::size_t f = faces_.size(); f-- > 0;) {
+    for (const std::int32_t e : face_edges_[f]) first_faces_[e] = static_cast<std::int32_t>(f);
+    for (const std::int32_t v : faces_[f])
+      first_faces_[edges_.size() + static_cast<std::size_t>(v)] = static_cast<std::int32_t>(f);
+  }
+}
+
 void Mesh::check_primitives_of_bodies() const {
   std::vector<char> seen(bodies_.size(), 0);
   for (const Edge& e : edges_) seen[body_of_vertex_[e[0]]] = 1;
@@ -159,6 +169,11 @@ MeshView Mesh::view() const {
   static_assert(sizeof(Face) == 3 * sizeof(std::int32_t) && sizeof(Edge) == 2 * sizeof(std::int32_t));
   return {reinterpret_cast<const std::int32_t(*)[3]>(faces_.data()),
           reinterpret_cast<const std::int32_t(*)[2]>(edges_.data()), body_of_vertex_.data()};
+}
+
+FirstFaces Mesh::first_faces() const {
+  return {first_faces_.data(), static_cast<std::int32_t>(edges_.size()),
+          reinterpret_cast<const std::int32_t(*)[3]>(face_edges_.data())};
 }
 
 bool Mesh::collide(std::int32_t a, std::int32_t b) const {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/contact_math.h"
+#include "core/distinct.h"
 #include "lazyccd/scene.h"
 
 namespace lazyccd {
@@ -33,6 +34,7 @@ class Mesh {
   // The disabled pairs as smaller body << 32 | larger body, in no order.
   const std::unordered_set<std::uint64_t>& disabled_pairs() const { return disabled_; }
   MeshView view() const;
+  FirstFaces first_faces() const;
 
   bool collide(std::int32_t body_a, std::int32_t body_b) const;
 
@@ -40,12 +42,14 @@ class Mesh {
   void take_bodies(const Topology& topology);
   void take_faces(const Topology& topology);
   void take_edges(const Topology& topology);
+  void find_first_faces();
   void check_primitives_of_bodies() const;
 
   std::vector<Face> faces_;
   std::vector<Edge> edges_;
   std::vector<std::int32_t> free_edges_;
   std::vector<std::array<std::int32_t, 3>> face_edges_;
+  std::vector<std::int32_t> first_faces_;  // of edges, then of vertices
   std::vector<std::int32_t> body_of_vertex_;
   std::vector<Body> bodies_;
   std::vector<char> pinned_;                    // empty where no vertex is

@@ -2,7 +2,8 @@
 
 #include "core/roots.h"
 #include "core/separation.h"
-#include "cpu/isa/records.h"
+#include "cpu/isa/differences.h"
+#include "cpu/isa/near.h"
 #include "cpu/isa/refit.h"
 #include "cpu/isa/within.h"
 
@@ -151,47 +152,6 @@ bool visit(const LeafScene& scene, std::int32_t a, std::int32_t b, CandidateSink
   return true;
 }
 
-// The difference of two records is scaled in double, so that only the rounding to float of the
-// result is coarse (core/elementary.h).
-typedef float Float8 __attribute__((vector_size(32), aligned(32)));
-
-// Rows of floats, a candidate each, turned into packs, a component each.
-struct alignas(64) Rows {
-  Float8 row[3][Pack::lanes];
-
-  LAZYCCD_INLINE Pack component(int difference, int index) const {
-    alignas(64) float lanes[Pack::lanes];
-    for (int i = 0; i < Pack::lanes; ++i) lanes[i] = row[difference][i][index];
-    return Pack::load(lanes);
-  }
-  LAZYCCD_INLINE Vec3<Pack> vector(int difference, int end) const {
-    return {component(difference, 3 * end), component(difference, 3 * end + 1),
-            component(difference, 3 * end + 2)};
-  }
-};
-
-template <ContactKind kind>
-LAZYCCD_INLINE Differences<Pack> gather(const LeafScene& scene, const Candidate* c) {
-  Rows rows;
-  const Double8* records = records_of(scene);
-  for (int i = 0; i < Pack::lanes; ++i) {
-    const Ends e = ends<kind>(scene, c[i]);
-    const auto difference = [&](const std::int32_t (&p)[2]) {
-      return __builtin_convertvector((records[p[1]] - records[p[0]]) * scene.scale, Float8);
-    };
-    rows.row[0][i] = difference(e.e1);
-    rows.row[1][i] = difference(e.e2);
-    rows.row[2][i] = difference(e.r);
-  }
-  Differences<Pack> d;
-  for (int end = 0; end < 2; ++end) {
-    d.e1[end] = rows.vector(0, end);
-    d.e2[end] = rows.vector(1, end);
-    d.r[end] = rows.vector(2, end);
-  }
-  return d;
-}
-
 template <ContactKind kind>
 int filter_kind(const LeafScene& scene, const Candidate* candidates, int count, Survivor* survivors) {
   int found = 0;
@@ -203,16 +163,6 @@ int filter_kind(const LeafScene& scene, const Candidate* candidates, int count, 
 
     const Differences<Pack> d = gather<kind>(scene, padded);
     const Magnitudes<Pack> m = magnitudes(d);
-    if (scene.separation > 0) {
-      unsigned left = wanted;
-      if (scene.never_coplanar) {
-        left &= (!planes_apart(d, m, Pack(scene.scaled_separation))).bits();
-        *scene.never_coplanar += used - __builtin_popcount(left);
-      }
-      for (; left; left &= left - 1)
-        survivors[found++] = {padded[__builtin_ctz(left)], 0, 0, false};
-      continue;
-    }
     const Cubic<Pack> f = coplanarity(d, m);
     if (scene.never_coplanar) {
       const unsigned left = (!f.no_root()).bits() & wanted;
@@ -245,7 +195,7 @@ int filter(const LeafScene& scene, ContactKind kind, const Candidate* candidates
 }  // namespace
 
 extern const LeafKernels kernels;
-const LeafKernels kernels{LAZYCCD_NAME(LAZYCCD_ISA), box_vertices, box_groups, visit, filter, within, describe};
+const LeafKernels kernels{LAZYCCD_NAME(LAZYCCD_ISA), box_vertices, box_groups, visit, filter, near_at_start, within, describe};
 
 }  // namespace LAZYCCD_ISA
 }  // namespace lazyccd

@@ -51,7 +51,7 @@ struct Batch {
   LAZYCCD_INLINE Batch(int begin, int end, const At& at) {
     const int count = end - begin < Wide::lanes ? end - begin : Wide::lanes;
     for (int i = 0; i < Wide::lanes; ++i) {
-      const Approach& a = at(begin + (i < count ? i : 0));
+      const Approach a = at(begin + (i < count ? i : 0));
       pair[i] = a.pair;
       t[i] = a.t;
     }
@@ -60,13 +60,13 @@ struct Batch {
 };
 
 template <ContactKind kind>
-int within_kind(const LeafScene& scene, const Candidate* candidates, int count, Approach* found) {
+int within_kind(const LeafScene& scene, Approach* found, int count) {
   const Wide h(scene.separation * scene.scale), zero(0.0), one(1.0);
 
   // One advance rules out most, so it goes first; the order of the tests does not matter.
   int near = 0;
   for (int begin = 0; begin < count; begin += Wide::lanes) {
-    const Batch batch(begin, count, [&](int i) { return Approach{candidates[i], 0, false}; });
+    const Batch batch(begin, count, [&](int i) { return found[i]; });
     const Differences<Wide> d = differences<kind>(gather<kind>(scene, batch.pair), scene.scale);
     const Wide next = advance<kind>(d, magnitudes(d), h, zero);
     const unsigned ended = stopped(next, zero).bits();
@@ -74,8 +74,10 @@ int within_kind(const LeafScene& scene, const Candidate* candidates, int count, 
     next.store(t);
     for (unsigned left = (!(next > one)).bits() & batch.used; left; left &= left - 1) {
       const int i = __builtin_ctz(left);
-      const bool end = ended >> i & 1;
-      found[near++] = {batch.pair[i], end ? 0 : t[i], end};
+      found[near] = found[begin + i];
+      found[near].ended = ended >> i & 1;
+      found[near].t = found[near].ended ? 0 : t[i];
+      ++near;
     }
   }
 
@@ -160,11 +162,10 @@ void describe(const LeafScene& scene, ContactKind kind, const Approach* approach
              : describe_kind<ContactKind::edge_edge>(scene, approaches, count, places);
 }
 
-int within(const LeafScene& scene, ContactKind kind, const Candidate* candidates, int count,
-           Approach* approaches) {
+int within(const LeafScene& scene, ContactKind kind, Approach* approaches, int count) {
   return kind == ContactKind::vertex_face
-             ? within_kind<ContactKind::vertex_face>(scene, candidates, count, approaches)
-             : within_kind<ContactKind::edge_edge>(scene, candidates, count, approaches);
+             ? within_kind<ContactKind::vertex_face>(scene, approaches, count)
+             : within_kind<ContactKind::edge_edge>(scene, approaches, count);
 }
 
 }  // namespace LAZYCCD_ISA

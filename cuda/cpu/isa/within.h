@@ -8,8 +8,7 @@ namespace lazyccd {
 namespace LAZYCCD_ISA {
 
 // As LeafKernels::within.
-int within(const LeafScene& scene, ContactKind kind, const Candidate* candidates, int count,
-           Approach* approaches);
+int within(const LeafScene& scene, ContactKind kind, Approach* approaches, int count);
 
 // As LeafKernels::describe.
 void describe(const LeafScene& scene, ContactKind kind, const Approach* approaches, int count,

@@ -101,6 +101,10 @@ struct Options {
   // double precision: never a miss, never late, and what cannot be told from it counts as it. It should
   // stay below the shortest edge, or neighbours in one mesh are in contact all the time.
   double separation = 0;
+  // Of pairs that are within the separation where the step begins, with their closest points on an
+  // edge or a vertex, every face and edge that meets there makes one. True: of these the pairs of a
+  // vertex and the first face there are enough. Where both kinds of test run.
+  bool distinct = false;
   Arithmetic arithmetic = Arithmetic::single_first;
   Volume volume = Volume::box;
   Culling culling;
@@ -130,13 +134,11 @@ class Detector {
   // valid until the next call. Throws Error on non-finite positions or a wrong count.
   Span<const Contact> detect(const Positions& start, const Positions& end);
 
-  // Of these pairs, each named by kind and primitives, those that touch during the motion, sorted;
-  // whatever Options::separation. For pairs that no other can join: where detect() with a separation h
-  // said who comes near, only they can touch in a motion that takes no vertex h / 2 or further from
-  // where it was at any time. The CPU does it on every backend. The span is valid until the next call
-  // of this function.
-  Span<const Contact> touching_among(Span<const Contact> pairs, const Positions& start,
-                                     const Positions& end);
+  // Of all pairs that came within the separation h in the last detect(), those that touch during
+  // this motion, which begins where that one began; sorted. Nothing else can touch in a motion that
+  // takes no vertex h / 2 or further from where it was at any time of that one. The CPU does it on
+  // every backend. The span is valid until the next call of this function.
+  Span<const Contact> touching_again(const Positions& start, const Positions& end);
 
   // All edges: sides of faces and the topology's own, each once, (smaller, larger) vertex index,
   // sorted by the larger and then by the smaller.

@@ -1,8 +1,7 @@
-// What touches, sought among pairs that are given.
+// What touches, sought among the pairs that came near.
 #include <random>
 
 #include "lazyccd/detector.h"
-#include "lazyccd/error.h"
 #include "support/catch.h"
 #include "support/moving_triangles.h"
 
@@ -36,7 +35,7 @@ TEST_CASE("all that touches in a motion close to another one was near in that on
   touch_detector.set_topology(scene.topology());
   const Span<const Contact> near = near_detector.detect(scene.at(scene.start), scene.at(scene.end));
   const auto among_near = [&](const std::vector<double>& end) {
-    return near_detector.touching_among(near, scene.at(scene.start), scene.at(end));
+    return near_detector.touching_again(scene.at(scene.start), scene.at(end));
   };
   const auto touching = [&](const std::vector<double>& end) {
     return touch_detector.detect(scene.at(scene.start), scene.at(end));
@@ -52,20 +51,4 @@ TEST_CASE("all that touches in a motion close to another one was near in that on
   for (double& x : scene.end) x += 0.28 * separation * (random() / 2147483648.0 - 1);
   CHECK(same(among_near(scene.end), touching(scene.end)));
   CHECK(near_detector.stats().hash == touch_detector.stats().hash);
-}
-
-TEST_CASE("a pair of primitives that are not there is refused") {
-  const MovingTriangles scene = crowd_of_triangles(2);
-  Detector detector(with_separation(0));
-  detector.set_topology(scene.topology());
-  Contact pair{};
-  pair.kind = ContactKind::vertex_face;
-  pair.primitive_b = 2;
-  const auto seek = [&] {
-    detector.touching_among(Span<const Contact>(&pair, 1), scene.at(scene.start),
-                            scene.at(scene.end));
-  };
-  CHECK_THROWS_AS(seek(), Error);
-  pair.primitive_b = 1;
-  CHECK_NOTHROW(seek());
 }

@@ -1,0 +1,57 @@
+// Pairs that say the same. Where the points of two primitives that are next to each other lie on an
+// edge or a vertex, every face and edge that meets there makes such a pair: eight of a vertex and an
+// edge, some fifty of two vertices. One of them stands for all: that of a vertex and the first face
+// at the edge or the vertex opposite. It is at least as near as they are.
+#pragma once
+
+#include "core/contact_math.h"
+
+namespace lazyccd {
+
+// A parameter along an edge, or a barycentric coordinate, that counts as zero. So near a corner,
+// faces that round differently would each take another for the one that stands for all.
+constexpr float kBorder = 0x1p-10f;
+
+// The smallest index of a face, or -1, at each edge and then at each vertex; and the edges of each
+// face, (0 1), (1 2), (2 0). Null where every pair is to stand for itself.
+struct FirstFaces {
+  const std::int32_t* of;
+  std::int32_t edges;  // of edges
+  const std::int32_t (*sides)[3];
+};
+
+// Whether another pair stands for this one, whose closest points are at u and v, as in Contact.
+// Without branches but one: which of its features a pair is at, nobody foresees.
+template <ContactKind kind>
+LAZYCCD_HD inline bool is_spoken_for(const MeshView& mesh, const FirstFaces& first, Candidate pair,
+                                     float u, float v) {
+  if (!first.of) return false;
+  std::int32_t vertex, at;  // of the pair that would stand for all; index in first.of
+  bool borders;
+  if constexpr (kind == ContactKind::vertex_face) {
+    const int off = (1 - u - v < kBorder) | (u < kBorder) << 1 | (v < kBorder) << 2;  // by corner
+    // By `off`: the corner that is left, or the side of the two that are.
+    constexpr std::int8_t left[8] = {0, 1, 2, 2, 0, 1, 0, 0};
+    const bool corner = off == 3 || off == 5 || off == 6;
+    borders = off != 0 && off != 7;
+    vertex = pair.a;
+    const std::int32_t side = first.sides[pair.b][left[off]];
+    const std::int32_t point = first.edges + mesh.faces[pair.b][left[off]];
+    at = corner ? point : side;
+  } else {
+    const bool a1 = 1 - u < kBorder, b1 = 1 - v < kBorder;
+    const bool on_a = a1 | (u < kBorder), on_b = b1 | (v < kBorder);
+    borders = on_a | on_b;
+    const std::int32_t a = mesh.edges[pair.a][a1], b = mesh.edges[pair.b][b1];
+    vertex = on_a ? a : b;
+    const std::int32_t other = on_b ? first.edges + b : pair.b;
+    at = on_a ? other : pair.a;
+  }
+  const std::int32_t face = first.of[at];
+  if (!borders | (face < 0) | (kind == ContactKind::vertex_face && face == pair.b)) return false;
+  // Its own neighbours no face stands for.
+  const std::int32_t* f = mesh.faces[face];
+  return (f[0] != vertex) & (f[1] != vertex) & (f[2] != vertex);
+}
+
+}  // namespace lazyccd

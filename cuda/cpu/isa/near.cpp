@@ -1,0 +1,83 @@
+#include "cpu/isa/near.h"
+
+#include "core/closest.h"
+#include "cpu/isa/differences.h"
+
+namespace lazyccd {
+namespace LAZYCCD_ISA {
+namespace {
+
+LAZYCCD_INLINE Pack size_of(const Vec3<Pack>& a) {
+  return lane_abs(a.x) + lane_abs(a.y) + lane_abs(a.z);
+}
+
+// Of the differences, times scale, each component is off by one rounding; of the gap between the
+// points that were found, by less than 8 roundings of `reach`, the sum of their components. That
+// the points are the closest ones is not relied on: any two tell how far the primitives are at
+// most, and any axis how far at least.
+template <ContactKind kind>
+void near_kind(const LeafScene& scene, const Candidate* candidates, int count,
+               NearSplit& split) {
+  constexpr bool vf = kind == ContactKind::vertex_face;
+  const Pack zero(0.0f), tiny(Roundoff<float>::tiny), rounding(32 * Roundoff<float>::u);
+  const Pack separation(scene.certain_separation);
+  Pack nearest(__builtin_inff());
+  int near_count = 0, own_count = 0, open_count = 0;
+  for (int begin = 0; begin < count; begin += Pack::lanes) {
+    Candidate pair[Pack::lanes];
+    const int used = count - begin < Pack::lanes ? count - begin : Pack::lanes;
+    for (int i = 0; i < Pack::lanes; ++i)
+      pair[i] = in_order<kind>(scene.mesh, candidates[begin + (i < used ? i : 0)]);
+    Vec3<Pack> e1, e2, r;
+    gather_start<kind>(scene, pair, e1, e2, r);
+    const ClosestPoints<Pack> points = closest_points<kind>(e1, e2, r);
+    const Vec3<Pack>& gap = points.gap;
+    const Pack squared = dot(gap, gap);
+    const Pack reach = size_of(e1) + size_of(e2) + size_of(r);
+    const Pack within = separation - rounding * reach;
+    const Mask near = (within > zero) & (squared + tiny < within * within);
+
+    const Pack at = dot(gap, r), along1 = dot(gap, e1), along2 = dot(gap, e2);
+    const Pack least = vf ? lane_min(at, lane_min(at - along1, at - along2))
+                          : at - lane_max(zero, along1) + lane_min(zero, along2);
+    const Pack apart = select(
+        squared > tiny, lane_max(zero, least / lane_sqrt(squared) - rounding * reach), zero);
+    nearest = lane_min(nearest, select(near, apart, nearest));
+
+    alignas(64) float u[Pack::lanes], v[Pack::lanes], gaps[Pack::lanes];
+    points.u.store(u);
+    points.v.store(v);
+    apart.store(gaps);
+    const unsigned near_bits = near.bits();
+    for (int i = 0; i < used; ++i) {
+      const bool is_near = near_bits >> i & 1;
+      const bool spoken_for =
+          is_spoken_for<kind>(scene.mesh, scene.first_faces, pair[i], u[i], v[i]);
+      split.near[near_count] = pair[i];
+      split.own[own_count] = {pair[i], 0, true, false, gaps[i]};
+      split.open[open_count] = {pair[i], 0, false, spoken_for, gaps[i]};
+      near_count += is_near;
+      own_count += is_near & !spoken_for;
+      open_count += !is_near;
+    }
+  }
+  split.near_count = near_count;
+  split.own_count = own_count;
+  split.open_count = open_count;
+  alignas(64) float lanes[Pack::lanes];
+  nearest.store(lanes);
+  split.apart = lanes[0];
+  for (const float lane : lanes) split.apart = lane < split.apart ? lane : split.apart;
+}
+
+}  // namespace
+
+void near_at_start(const LeafScene& scene, ContactKind kind, const Candidate* candidates, int count,
+                   NearSplit& split) {
+  return kind == ContactKind::vertex_face
+             ? near_kind<ContactKind::vertex_face>(scene, candidates, count, split)
+             : near_kind<ContactKind::edge_edge>(scene, candidates, count, split);
+}
+
+}  // namespace LAZYCCD_ISA
+}  // namespace lazyccd

@@ -1,0 +1,15 @@
+// What single precision tells of a minimum separation.
+#pragma once
+
+#include "cpu/isa/pack.h"
+#include "cpu/leaf.h"
+
+namespace lazyccd {
+namespace LAZYCCD_ISA {
+
+// As LeafKernels::near_at_start.
+void near_at_start(const LeafScene& scene, ContactKind kind, const Candidate* candidates, int count,
+                   NearSplit& split);
+
+}  // namespace LAZYCCD_ISA
+}  // namespace lazyccd
