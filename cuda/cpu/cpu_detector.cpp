@@ -84,6 +84,7 @@ struct alignas(128) CpuDetector::Worker : CandidateSink {
   std::int64_t group_pairs = 0, ended = 0, culled = 0, flat = 0, never_coplanar = 0, refined = 0,
                exact = 0;
   const OrphanSets* dropped = nullptr;  // candidates that are tested elsewhere
+  std::vector<Candidate> listed[2];     // candidates for the list of what is near
   std::int64_t candidates[2] = {}, survived[2] = {}, found[2] = {};
   std::uint64_t hash = 0;
   Stopwatch watch;
@@ -96,6 +97,7 @@ struct alignas(128) CpuDetector::Worker : CandidateSink {
     scene = leaf_scene;
     contacts.clear();
     front.clear();
+    for (std::vector<Candidate>& list : listed) list.clear();
     dropped = nullptr;
     group_pairs = ended = culled = flat = never_coplanar = refined = exact = 0;
     hash = 0;
@@ -108,7 +110,7 @@ struct alignas(128) CpuDetector::Worker : CandidateSink {
   static void drain_full(CandidateSink& self, ContactKind kind) {
     CandidateQueue& queue = self.queues[static_cast<int>(kind)];
     const int whole = queue.count / kBlockLanes * kBlockLanes;
-    static_cast<Worker&>(self).process(kind, whole);
+    static_cast<Worker&>(self).process_queue(kind, whole);
     queue.count -= whole;
     std::copy_n(queue.items + whole, queue.count, queue.items);
   }
@@ -116,7 +118,7 @@ struct alignas(128) CpuDetector::Worker : CandidateSink {
   void finish() {
     for (const ContactKind kind : {ContactKind::vertex_face, ContactKind::edge_edge}) {
       CandidateQueue& queue = queues[static_cast<int>(kind)];
-      process(kind, queue.count);
+      process_queue(kind, queue.count);
       queue.count = 0;
     }
   }
@@ -127,26 +129,34 @@ struct alignas(128) CpuDetector::Worker : CandidateSink {
     queue.items[queue.count++] = pair;
   }
 
-  void process(ContactKind kind, int count) {
+  void process_queue(ContactKind kind, int count) {
+    Candidate* items = queues[static_cast<int>(kind)].items;
     if (dropped) {
-      Candidate* items = queues[static_cast<int>(kind)].items;
       const auto orphan = [&](Candidate c) { return dropped->of(kind).contains(kind, c); };
       count = static_cast<int>(std::remove_if(items, items + count, orphan) - items);
     }
+    if (owner->listing_) {
+      std::vector<Candidate>& list = listed[static_cast<int>(kind)];
+      list.insert(list.end(), items, items + count);
+    }
+    process(kind, items, count);
+  }
+
+  // At most CandidateQueue::capacity.
+  void process(ContactKind kind, const Candidate* items, int count) {
     if (count == 0) return;
     candidates[static_cast<int>(kind)] += count;
     watch.lap();
     if (kind == ContactKind::vertex_face) {
-      process_kind<ContactKind::vertex_face>(count);
+      process_kind<ContactKind::vertex_face>(items, count);
     } else {
-      process_kind<ContactKind::edge_edge>(count);
+      process_kind<ContactKind::edge_edge>(items, count);
     }
     ms_narrow += watch.lap();
   }
 
   template <ContactKind kind>
-  void process_kind(int count) {
-    const Candidate* items = queues[static_cast<int>(kind)].items;
+  void process_kind(const Candidate* items, int count) {
     if (scene.separation > 0) {
       report_near<kind>(items, count);
       return;
@@ -299,7 +309,8 @@ CpuDetector::CpuDetector(const Options& options, const LeafKernels& kernels)
       traversal_(pool_, options.strategy, options.tuning),
       groups_(separation_margin(options.separation), kernels),
       volume_(make_node_volume(options.volume, separation_margin(options.separation))),
-      front_policy_(options.front_period, options.front_ratio) {
+      front_policy_(options.front_period, options.front_ratio),
+      near_list_(options.separation) {
   // The pairs that are to stand for others would not be tested.
   options_.distinct = options.distinct && options.vertex_face;
   // What cannot touch can still come near.
@@ -313,6 +324,7 @@ void CpuDetector::set_mesh(const Mesh& mesh) {
   mesh_ = &mesh;
   built_ = false;
   front_policy_.forget();
+  near_list_.forget();
   sort_ = std::make_unique<ContactSort>(mesh);
   for (const auto& worker : workers_) worker->near_pairs.clear();
   if (options_.culling.orphan_sets) orphans_ = OrphanSets(mesh);
@@ -320,6 +332,10 @@ void CpuDetector::set_mesh(const Mesh& mesh) {
 
 void CpuDetector::update_hierarchy(Stats& stats) {
   bool build = !built_ || options_.rebuild_every_step;
+  // The volumes have no more room than a step needs.
+  listing_ = options_.separation > 0 && !volume_ && near_list_.begin(records_);
+  groups_.set_margin(separation_margin(options_.separation) +
+                     (listing_ ? near_list_.slack() : 0));
   if (!build) {
     groups_.refit(records_, pool_, scale_);
     tree_.refit(groups_.boxes());
@@ -385,8 +401,6 @@ void CpuDetector::begin_workers(double separation) {
 }
 
 void CpuDetector::traverse(Stats& stats) {
-  begin_workers(options_.separation);
-  for (const auto& worker : workers_) worker->near_pairs.clear();
   if (options_.culling.orphan_sets) {
     for (const auto& worker : workers_) worker->dropped = &orphans_;
   }
@@ -398,6 +412,33 @@ void CpuDetector::traverse(Stats& stats) {
   }
   finish_workers();
   if (options_.culling.orphan_sets) test_orphans(stats);
+}
+
+void CpuDetector::test_listed() {
+  constexpr std::size_t piece = CandidateQueue::capacity / 2;
+  const auto pieces_of = [&](int kind) { return (near_list_.of[kind].size() + piece - 1) / piece; };
+  const std::size_t first_ee = pieces_of(0);
+  const auto test = [&](std::size_t i, Worker& worker) {
+    const auto kind = i < first_ee ? ContactKind::vertex_face : ContactKind::edge_edge;
+    const std::vector<Candidate>& list = near_list_.of[static_cast<int>(kind)];
+    const std::size_t begin = piece * (i < first_ee ? i : i - first_ee);
+    worker.process(kind, &list[begin], static_cast<int>(std::min(piece, list.size() - begin)));
+  };
+  pool_.parallel_for(first_ee + pieces_of(1), 1, [&](std::size_t first, std::size_t last, int id) {
+    for (std::size_t i = first; i < last; ++i) test(i, *workers_[id]);
+  });
+}
+
+void CpuDetector::keep_listed() {
+  listing_ = false;
+  for (int kind = 0; kind < 2; ++kind) {
+    near_list_.of[kind].clear();
+    for (const auto& worker : workers_) {
+      std::vector<Candidate>& part = worker->listed[kind];
+      near_list_.of[kind].insert(near_list_.of[kind].end(), part.begin(), part.end());
+    }
+  }
+  near_list_.complete();
 }
 
 void CpuDetector::finish_workers() {
@@ -544,10 +585,18 @@ Span<const Contact> CpuDetector::detect(const Positions& start, const Positions&
   stats.groups = 0;
   Stopwatch total, watch;
   scale_ = scale_for(load_records(*mesh_, start, end, pool_, records_));
-  update_hierarchy(stats);
+  const bool listed = !options_.rebuild_every_step && near_list_.holds(records_);
+  if (!listed) update_hierarchy(stats);
   stats.groups = static_cast<std::int64_t>(groups_.groups().size());
   stats.ms_refit = watch.lap();
-  traverse(stats);
+  begin_workers(options_.separation);
+  for (const auto& worker : workers_) worker->near_pairs.clear();
+  if (listed) {
+    test_listed();
+  } else {
+    traverse(stats);
+    if (listing_) keep_listed();
+  }
   stats.ms_traverse = watch.lap();
 
   gather_contacts(contacts_, stats);
@@ -652,11 +701,12 @@ std::int64_t CpuDetector::bytes() const {
                     tree_.nodes().capacity() * sizeof(TreeNode) +
                     parts_.capacity() * sizeof(Part) + cones_.bytes() +
                     orphans_.bytes() + sort_->bytes() + traversal_.bytes() +
-                    front_.capacity() * sizeof(NodePair) +
+                    front_.capacity() * sizeof(NodePair) + near_list_.bytes() +
                     (contacts_.capacity() + touching_.capacity()) * sizeof(Contact);
   for (const auto& w : workers_)
     sum += sizeof(Worker) + w->survivors.capacity() * sizeof(Survivor) +
-           w->free.capacity() * sizeof(Candidate) + w->near_pairs.bytes() +
+           (w->free.capacity() + w->listed[0].capacity() + w->listed[1].capacity()) *
+               sizeof(Candidate) + w->near_pairs.bytes() +
            w->places.capacity() * sizeof(Place) +
            w->contacts.capacity() * sizeof(Contact) + w->front.capacity() * sizeof(NodePair);
   return static_cast<std::int64_t>(sum);

@@ -9,6 +9,7 @@
 #include "cpu/contact_sort.h"
 #include "cpu/groups.h"
 #include "cpu/leaf.h"
+#include "cpu/near_list.h"
 #include "cpu/node_volume.h"
 #include "cpu/normal_cones.h"
 #include "cpu/orphan_sets.h"
@@ -40,6 +41,8 @@ class CpuDetector : public BackendDetector {
   void begin_workers(double separation);
   void gather_contacts(std::vector<Contact>& out, Stats& stats);
   void traverse(Stats& stats);
+  void test_listed();
+  void keep_listed();
   void balanced_traversal(Stats& stats);
   void query_each_group(Stats& stats);
   void visit_pair(Worker& worker, NodePair pair);
@@ -59,7 +62,7 @@ class CpuDetector : public BackendDetector {
   std::vector<std::unique_ptr<Worker>> workers_;
 
   const Mesh* mesh_ = nullptr;
-  bool built_ = false;
+  bool built_ = false, listing_ = false;
   double built_cost_ = 0;  // the tree's cost when it was built
   double scale_ = 1;
   std::vector<VertexRecord> records_;
@@ -79,6 +82,7 @@ class CpuDetector : public BackendDetector {
 
   std::vector<NodePair> front_;
   FrontPolicy front_policy_;
+  NearList near_list_;
 };
 
 }  // namespace lazyccd

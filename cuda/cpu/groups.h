@@ -36,6 +36,7 @@ class Groups {
   const std::vector<Group>& groups() const { return groups_; }
   const std::vector<Block>& blocks() const { return blocks_; }
   const std::vector<MotionBox>& boxes() const { return boxes_; }
+  void set_margin(double margin) { margin_ = margin; }
   std::size_t bytes() const;
 
  private:

@@ -1,0 +1,171 @@
+// Of near pairs that say the same, one is reported.
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+
+#include "cpu/cpu_detector.h"
+#include "lazyccd/detector.h"
+#include "support/catch.h"
+#include "support/moving_triangles.h"
+
+using namespace lazyccd;
+using namespace lazyccd::test;
+
+namespace {
+
+constexpr double separation = 0.3;  // of edges of length 1
+
+// A wavy square cloth of `side` x `side` nodes at height `z`, that moves down by `down`.
+void add_cloth(int side, double z, double shift, double down, MovingTriangles& scene) {
+  const auto first = static_cast<std::int32_t>(scene.start.size() / 3);
+  for (int i = 0; i < side; ++i) {
+    for (int j = 0; j < side; ++j) {
+      const double x[3] = {i + shift, j + 0.5 * shift, z + 0.05 * std::sin(i + 2 * j)};
+      for (int k = 0; k < 3; ++k) {
+        scene.start.push_back(x[k]);
+        scene.end.push_back(x[k] - (k == 2 ? down : 0.01 * (i + j)));
+      }
+    }
+  }
+  for (int i = 0; i + 1 < side; ++i) {
+    for (int j = 0; j + 1 < side; ++j) {
+      const std::int32_t a = first + i * side + j, b = a + side;
+      scene.faces.push_back({a, b, b + 1});
+      scene.faces.push_back({a, b + 1, a + 1});
+    }
+  }
+}
+
+// Vertex above vertex, above edge, and above nothing of the kind.
+MovingTriangles cloths() {
+  MovingTriangles scene;
+  add_cloth(9, 0, 0, 0, scene);
+  add_cloth(7, 0.2, 0, 0.1, scene);
+  add_cloth(5, 0.36, 0.5, 0.05, scene);
+  add_cloth(4, 0.8, 0.3, 0.4, scene);
+  return scene;
+}
+
+Options of_cpu(bool distinct) {
+  Options options;
+  options.backend = Backend::cpu;
+  options.separation = separation;
+  options.distinct = distinct;
+  return options;
+}
+
+std::vector<Contact> near(const MovingTriangles& scene, const Options& options) {
+  Detector detector(options);
+  detector.set_topology(scene.topology());
+  const Span<const Contact> found = detector.detect(scene.at(scene.start), scene.at(scene.end));
+  return {found.begin(), found.end()};
+}
+
+double gap_at_start(const Contact& contact, const MovingTriangles& scene) {
+  double squared = 0;
+  const std::array<double, 4> weights = contact.weights();
+  for (int k = 0; k < 3; ++k) {
+    double sum = 0;
+    for (int i = 0; i < 4; ++i) sum += weights[i] * scene.start[3 * contact.vertices[i] + k];
+    squared += sum * sum;
+  }
+  return std::sqrt(squared);
+}
+
+// Of the points of a contact those that bear it.
+std::vector<std::int32_t> bearing(const Contact& contact) {
+  std::vector<std::int32_t> vertices;
+  for (int i = 0; i < 4; ++i)
+    if (std::fabs(contact.weights()[i]) > 0.002) vertices.push_back(contact.vertices[i]);
+  return vertices;
+}
+
+}  // namespace
+
+TEST_CASE("what is not reported has one that stands for it, and is as near") {
+  const MovingTriangles scene = cloths();
+  const std::vector<Contact> all = near(scene, of_cpu(false)), few = near(scene, of_cpu(true));
+  CHECK(few.size() > 200);
+  CHECK(all.size() > 3 * few.size());
+  CHECK(std::includes(all.begin(), all.end(), few.begin(), few.end()));
+  int unspoken = 0, late = 0;
+  for (const Contact& contact : all) {
+    if (std::binary_search(few.begin(), few.end(), contact)) continue;
+    late += contact.toi > 0;
+    const std::vector<std::int32_t> vertices = bearing(contact);
+    const auto stands_for = [&](const Contact& other) {
+      const auto has = [&](std::int32_t v) {
+        return std::count(other.vertices.begin(), other.vertices.end(), v) > 0;
+      };
+      return other.kind == ContactKind::vertex_face &&
+             std::any_of(vertices.begin(), vertices.end(), has) &&
+             gap_at_start(other, scene) <= gap_at_start(contact, scene) + 0.002;
+    };
+    unspoken += std::none_of(few.begin(), few.end(), stands_for);
+  }
+  CHECK(unspoken == 0);
+  CHECK(late == 0);
+}
+
+TEST_CASE("a vertex above a vertex is one contact from either side, above an edge one") {
+  struct {
+    double beside;  // of the middle vertex
+    std::size_t all, few;
+  } const cases[] = {
+      // A corner and six faces, the middle and one face, two edges and six.
+      {0, 6 + 1 + 2 * 6, 2},
+      // A corner and two faces, two edges and one.
+      {0.5, 2 + 2, 1},
+  };
+  for (const auto& expected : cases) {
+    MovingTriangles scene;
+    add_cloth(3, 0, 0, 0, scene);
+    for (std::size_t v = 0; v < 9; ++v) scene.start[3 * v + 2] = 0;
+    const double corners[3][3] = {{1, 1, 0.2}, {1.4, 1.1, 2}, {1.1, 1.4, 2}};
+    for (const auto& x : corners)
+      scene.start.insert(scene.start.end(), {x[0] + expected.beside, x[1], x[2]});
+    scene.faces.push_back({9, 10, 11});
+    scene.end = scene.start;
+    CHECK(near(scene, of_cpu(false)).size() == expected.all);
+    CHECK(near(scene, of_cpu(true)).size() == expected.few);
+  }
+}
+
+TEST_CASE("what stands for others is the same in every arithmetic, strategy and instruction set") {
+  const MovingTriangles scene = cloths();
+  const Mesh mesh(scene.topology());
+  Options options = of_cpu(true);
+  const auto hash = [&](const LeafKernels& kernels) {
+    CpuDetector detector(options, kernels);
+    detector.set_mesh(mesh);
+    Stats stats;
+    detector.detect(scene.at(scene.start), scene.at(scene.end), stats);
+    return stats.hash;
+  };
+  const std::uint64_t expected = hash(*leaf_kernels("baseline"));
+  for (const char* name : {"avx2", "avx512"})
+    if (const LeafKernels* kernels = leaf_kernels(name)) CHECK(hash(*kernels) == expected);
+  options.arithmetic = Arithmetic::double_only;
+  CHECK(hash(*best_leaf_kernels()) == expected);
+  options.threads = 1;
+  options.strategy = Strategy::thread_per_query;
+  CHECK(hash(*best_leaf_kernels()) == expected);
+
+  // As it is for what a device has found.
+  const std::vector<Contact> all = near(scene, of_cpu(false));
+  CpuDetector detector(options);
+  detector.set_mesh(mesh);
+  Stats stats;
+  const Span<const Contact> few = detector.distinct_of({all.data(), all.size()},
+                                                       scene.at(scene.start), scene.at(scene.end),
+                                                       stats);
+  CHECK(stats.hash == expected);
+  CHECK(stats.contacts_vf + stats.contacts_ee == static_cast<std::int64_t>(few.size()));
+  Stats again;
+  detector.touching_again(scene.at(scene.start), scene.at(scene.end), again);
+  Detector plain;
+  plain.set_topology(scene.topology());
+  plain.detect(scene.at(scene.start), scene.at(scene.end));
+  CHECK(again.hash == plain.stats().hash);
+  CHECK(plain.stats().contacts_vf > 0);
+}
