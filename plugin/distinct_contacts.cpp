@@ -1,8 +1,6 @@
 #include "distinct_contacts.h"
 
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdint>
 #include <cstring>
 #include <utility>
@@ -16,6 +14,9 @@ using Key = std::array<std::uint64_t, 6>;
 
 constexpr double parts_of_weight = 16, parts_of_normal = 4;
 
+// As std::lround(), which is a call.
+int rounded(double x) { return static_cast<int>(x < 0 ? x - 0.5 : x + 0.5); }
+
 std::uint64_t bits_of(double x) {
   std::uint64_t bits;
   std::memcpy(&bits, &x, sizeof bits);
@@ -27,7 +28,7 @@ Key key_of(const Contact& contact, double thickness) {
   std::array<std::pair<std::int32_t, int>, 4> points;
   int count = 0;
   for (int i = 0; i < 4; ++i) {
-    const int weight = static_cast<int>(std::lround(parts_of_weight * weights[i]));
+    const int weight = rounded(parts_of_weight * weights[i]);
     if (weight == 0) continue;
     int at = count++;
     for (; at > 0 && contact.vertices[i] < points[at - 1].first; --at) points[at] = points[at - 1];
@@ -41,8 +42,8 @@ Key key_of(const Contact& contact, double thickness) {
              static_cast<std::uint32_t>(sign * points[i].second);
   }
   for (const float component : contact.normal) {
-    const auto rounded = sign * std::lround(parts_of_normal * static_cast<double>(component));
-    key[4] = key[4] << 16 | static_cast<std::uint16_t>(rounded);
+    const int part = sign * rounded(parts_of_normal * static_cast<double>(component));
+    key[4] = key[4] << 16 | static_cast<std::uint16_t>(part);
   }
   key[5] = bits_of(thickness);
   return key;
@@ -77,9 +78,12 @@ void keep_distinct(std::vector<Contact>& contacts, const std::vector<Nearness>& 
       other = i;
     }
   }
-  std::sort(nearest.begin(), nearest.end());
-  for (std::size_t k = 0; k < nearest.size(); ++k) contacts[k] = contacts[nearest[k]];
-  contacts.resize(nearest.size());
+  std::vector<char> kept(contacts.size(), 0);
+  for (const std::size_t i : nearest) kept[i] = 1;
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < contacts.size(); ++i)
+    if (kept[i]) contacts[count++] = contacts[i];
+  contacts.resize(count);
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -64,9 +64,8 @@ void StepDetector::add_to(StepStats& stats) const {
 
 std::vector<Contact> StepDetector::touching(const Positions& start, const Positions& end) {
   const Stopwatch watch;
-  std::vector<Contact> contacts =
-      answerable(only_near_can_touch(end) ? near_->touching_again(start, end)
-                                          : touching_->detect(start, end));
+  std::vector<Contact> contacts = answerable(
+      only_near_can_touch(end) ? near_->touching_again(start, end) : touching_->detect(start, end));
   ms_ += watch.ms();
   return contacts;
 }

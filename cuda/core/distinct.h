@@ -1,7 +1,7 @@
 // Pairs that say the same. Where the points of two primitives that are next to each other lie on an
-// edge or a vertex, every face and edge that meets there makes such a pair: eight of a vertex and an
-// edge, some fifty of two vertices. One of them stands for all: that of a vertex and the first face
-// at the edge or the vertex opposite. It is at least as near as they are.
+// edge or a vertex, every face and edge that meets there makes such a pair: eight of a vertex and
+// an edge, some fifty of two vertices. One of them stands for all: that of a vertex and the first
+// face at the edge or the vertex opposite. It is at least as near as they are.
 #pragma once
 
 #include "core/contact_math.h"

@@ -334,8 +334,7 @@ void CpuDetector::update_hierarchy(Stats& stats) {
   bool build = !built_ || options_.rebuild_every_step;
   // The volumes have no more room than a step needs.
   listing_ = options_.separation > 0 && !volume_ && near_list_.begin(records_);
-  groups_.set_margin(separation_margin(options_.separation) +
-                     (listing_ ? near_list_.slack() : 0));
+  groups_.set_margin(separation_margin(options_.separation) + (listing_ ? near_list_.slack() : 0));
   if (!build) {
     groups_.refit(records_, pool_, scale_);
     tree_.refit(groups_.boxes());
@@ -385,16 +384,9 @@ void CpuDetector::begin_workers(double separation) {
                             ? static_cast<float>(separation * scale_) * (1 - 0x1p-18f)
                             : 0;
   for (const auto& worker : workers_) {
-    worker->begin(*this, {groups_.groups().data(),
-                          groups_.boxes().data(),
-                          groups_.blocks().data(),
-                          records_.empty() ? nullptr : records_.data()->x,
-                          mesh_->view(),
-                          scale_,
-                          options_.vertex_face,
-                          options_.edge_edge,
-                          separation,
-                          certain,
+    worker->begin(*this, {groups_.groups().data(), groups_.boxes().data(), groups_.blocks().data(),
+                          records_.empty() ? nullptr : records_.data()->x, mesh_->view(), scale_,
+                          options_.vertex_face, options_.edge_edge, separation, certain,
                           options_.culling.non_penetration ? &worker->never_coplanar : nullptr,
                           options_.distinct ? mesh_->first_faces() : FirstFaces{}});
   }
@@ -651,8 +643,7 @@ Span<const Contact> CpuDetector::touching_again(const Positions& start, const Po
 // Whether no near pair can touch, for all that moves moves so much alike.
 bool CpuDetector::stay_apart() const {
   double apart = std::numeric_limits<double>::infinity();
-  for (const auto& worker : workers_)
-    apart = std::min(apart, worker->near_pairs.apart);
+  for (const auto& worker : workers_) apart = std::min(apart, worker->near_pairs.apart);
   double least[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, most[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
   for (const VertexRecord& record : records_) {
     for (int k = 0; k < 3; ++k) {
@@ -698,16 +689,15 @@ void CpuDetector::gather_contacts(std::vector<Contact>& out, Stats& stats) {
 
 std::int64_t CpuDetector::bytes() const {
   std::size_t sum = records_.capacity() * sizeof(VertexRecord) + groups_.bytes() +
-                    tree_.nodes().capacity() * sizeof(TreeNode) +
-                    parts_.capacity() * sizeof(Part) + cones_.bytes() +
-                    orphans_.bytes() + sort_->bytes() + traversal_.bytes() +
+                    tree_.nodes().capacity() * sizeof(TreeNode) + parts_.capacity() * sizeof(Part) +
+                    cones_.bytes() + orphans_.bytes() + sort_->bytes() + traversal_.bytes() +
                     front_.capacity() * sizeof(NodePair) + near_list_.bytes() +
                     (contacts_.capacity() + touching_.capacity()) * sizeof(Contact);
   for (const auto& w : workers_)
     sum += sizeof(Worker) + w->survivors.capacity() * sizeof(Survivor) +
            (w->free.capacity() + w->listed[0].capacity() + w->listed[1].capacity()) *
-               sizeof(Candidate) + w->near_pairs.bytes() +
-           w->places.capacity() * sizeof(Place) +
+               sizeof(Candidate) +
+           w->near_pairs.bytes() + w->places.capacity() * sizeof(Place) +
            w->contacts.capacity() * sizeof(Contact) + w->front.capacity() * sizeof(NodePair);
   return static_cast<std::int64_t>(sum);
 }

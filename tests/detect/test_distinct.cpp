@@ -42,7 +42,7 @@ MovingTriangles cloths() {
   add_cloth(9, 0, 0, 0, scene);
   add_cloth(7, 0.2, 0, 0.1, scene);
   add_cloth(5, 0.36, 0.5, 0.05, scene);
-  add_cloth(4, 0.8, 0.3, 0.4, scene);
+  add_cloth(4, 0.8, 0.3, 0.7, scene);
   return scene;
 }
 
@@ -86,7 +86,7 @@ TEST_CASE("what is not reported has one that stands for it, and is as near") {
   const MovingTriangles scene = cloths();
   const std::vector<Contact> all = near(scene, of_cpu(false)), few = near(scene, of_cpu(true));
   CHECK(few.size() > 200);
-  CHECK(all.size() > 3 * few.size());
+  CHECK(all.size() > few.size() + 1000);
   CHECK(std::includes(all.begin(), all.end(), few.begin(), few.end()));
   int unspoken = 0, late = 0;
   for (const Contact& contact : all) {
@@ -156,9 +156,8 @@ TEST_CASE("what stands for others is the same in every arithmetic, strategy and 
   CpuDetector detector(options);
   detector.set_mesh(mesh);
   Stats stats;
-  const Span<const Contact> few = detector.distinct_of({all.data(), all.size()},
-                                                       scene.at(scene.start), scene.at(scene.end),
-                                                       stats);
+  const Span<const Contact> few = detector.distinct_of(
+      {all.data(), all.size()}, scene.at(scene.start), scene.at(scene.end), stats);
   CHECK(stats.hash == expected);
   CHECK(stats.contacts_vf + stats.contacts_ee == static_cast<std::int64_t>(few.size()));
   Stats again;

@@ -32,7 +32,7 @@ LAZYCCD_INLINE Differences<Pack> gather(const LeafScene& scene, const Candidate*
   const Double8* records = records_of(scene);
   for (int i = 0; i < Pack::lanes; ++i) {
     const Ends e = ends<kind>(scene, c[i]);
-    const auto difference = [&](const std::int32_t (&p)[2]) {
+    const auto difference = [&](const std::int32_t(&p)[2]) {
       return __builtin_convertvector((records[p[1]] - records[p[0]]) * scene.scale, Float8);
     };
     rows.row[0][i] = difference(e.e1);
@@ -56,7 +56,7 @@ LAZYCCD_INLINE void gather_start(const LeafScene& scene, const Candidate* c, Vec
   const Double8* records = records_of(scene);
   for (int i = 0; i < Pack::lanes; ++i) {
     const Ends e = ends<kind>(scene, c[i]);
-    const auto difference = [&](const std::int32_t (&p)[2]) {
+    const auto difference = [&](const std::int32_t(&p)[2]) {
       return __builtin_convertvector((records[p[1]] - records[p[0]]) * scene.scale, Float8);
     };
     rows.row[0][i] = difference(e.e1);

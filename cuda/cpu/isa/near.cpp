@@ -16,8 +16,7 @@ LAZYCCD_INLINE Pack size_of(const Vec3<Pack>& a) {
 // the points are the closest ones is not relied on: any two tell how far the primitives are at
 // most, and any axis how far at least.
 template <ContactKind kind>
-void near_kind(const LeafScene& scene, const Candidate* candidates, int count,
-               NearSplit& split) {
+void near_kind(const LeafScene& scene, const Candidate* candidates, int count, NearSplit& split) {
   constexpr bool vf = kind == ContactKind::vertex_face;
   const Pack zero(0.0f), tiny(Roundoff<float>::tiny), rounding(32 * Roundoff<float>::u);
   const Pack separation(scene.certain_separation);
@@ -40,8 +39,8 @@ void near_kind(const LeafScene& scene, const Candidate* candidates, int count,
     const Pack at = dot(gap, r), along1 = dot(gap, e1), along2 = dot(gap, e2);
     const Pack least = vf ? lane_min(at, lane_min(at - along1, at - along2))
                           : at - lane_max(zero, along1) + lane_min(zero, along2);
-    const Pack apart = select(
-        squared > tiny, lane_max(zero, least / lane_sqrt(squared) - rounding * reach), zero);
+    const Pack apart =
+        select(squared > tiny, lane_max(zero, least / lane_sqrt(squared) - rounding * reach), zero);
     nearest = lane_min(nearest, select(near, apart, nearest));
 
     alignas(64) float u[Pack::lanes], v[Pack::lanes], gaps[Pack::lanes];
