@@ -576,6 +576,7 @@ Span<const Contact> CpuDetector::detect(const Positions& start, const Positions&
                                         Stats& stats) {
   stats.groups = 0;
   Stopwatch total, watch;
+  pool_.rouse();
   scale_ = scale_for(load_records(*mesh_, start, end, pool_, records_));
   const bool listed = !options_.rebuild_every_step && near_list_.holds(records_);
   if (!listed) update_hierarchy(stats);

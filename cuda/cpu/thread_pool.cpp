@@ -67,6 +67,15 @@ ThreadPool::~ThreadPool() {
   for (std::thread& thread : threads_) thread.join();
 }
 
+void ThreadPool::rouse() {
+  // Relaxed: who goes to sleep just now is woken by the job.
+  if (size_ == 1 || sleepers_.load(std::memory_order_relaxed) == 0) return;
+  leave_core_to_caller();
+  const std::lock_guard<std::mutex> lock(mutex_);
+  ++roused_;
+  wake_.notify_all();
+}
+
 void ThreadPool::start(Attendance attendance, Invoke function, void* job) {
   if (size_ == 1) {
     function(job, 0);
@@ -153,10 +162,13 @@ void ThreadPool::worker_main(int worker) {
 std::uint64_t ThreadPool::wait_for_job(std::uint64_t last_job) {
   const auto number = [&](std::memory_order order) { return job_number(state_.load(order)); };
   // Relaxed: join() acquires what the job needs.
-  if (!spin_until([&] { return number(std::memory_order_relaxed) != last_job; })) {
+  while (!spin_until([&] { return number(std::memory_order_relaxed) != last_job; })) {
     std::unique_lock<std::mutex> lock(mutex_);
+    const std::uint64_t roused = roused_;
     sleepers_.fetch_add(1, std::memory_order_seq_cst);  // before the look at the job: see start()
-    wake_.wait(lock, [&] { return number(std::memory_order_seq_cst) != last_job; });
+    wake_.wait(lock, [&] {
+      return roused != roused_ || number(std::memory_order_seq_cst) != last_job;
+    });
     sleepers_.fetch_sub(1, std::memory_order_relaxed);
   }
   return number(std::memory_order_relaxed);

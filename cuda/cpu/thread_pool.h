@@ -28,6 +28,10 @@ class ThreadPool {
 
   int size() const { return size_; }
 
+  // Says that a job comes soon: threads that sleep are awake by then, which takes them as long as a
+  // short stage lasts.
+  void rouse();
+
   // job(worker) once on every worker; returns when all have. Rethrows the first exception.
   template <class Job>
   void run(Job&& job) {
@@ -105,6 +109,7 @@ class ThreadPool {
   std::condition_variable wake_;  // sleeping workers
   std::condition_variable done_;  // the sleeping caller
   std::atomic<int> sleepers_{0};  // workers inside wake_.wait
+  std::uint64_t roused_ = 0;      // how often; under mutex_
   std::atomic<bool> caller_sleeps_{false};
   std::exception_ptr error_;  // the first of this job; under mutex_
 };

@@ -36,6 +36,21 @@ TEST_CASE("every worker runs a job once, awake or asleep") {
   }
 }
 
+TEST_CASE("a pool that was roused runs its jobs, whether they come or not") {
+  ThreadPool pool(4);
+  for (int round = 0; round < 40; ++round) {
+    if (round % 4 < 2) let_them_sleep();
+    pool.rouse();
+    if (round % 4 == 1) pool.rouse();
+    if (round % 8 == 3) continue;
+    std::vector<int> calls(4);
+    pool.run([&](int worker) { ++calls[static_cast<std::size_t>(worker)]; });
+    REQUIRE(calls == std::vector<int>(4, 1));
+  }
+  let_them_sleep();
+  pool.rouse();
+}
+
 TEST_CASE("worker 0 is the calling thread") {
   ThreadPool pool(3);
   std::thread::id worker_0;
