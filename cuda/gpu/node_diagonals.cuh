@@ -2,10 +2,10 @@
 // anyway.
 #pragma once
 
+#include "gpu/extents.cuh"
 #include "gpu/kernel_chain.cuh"
 #include "gpu/node_culling.cuh"
 #include "gpu/node_parts.cuh"
-#include "gpu/refit.cuh"
 #include "gpu/scene.cuh"
 
 namespace lazyccd::gpu {
@@ -33,7 +33,7 @@ __device__ inline void unite_leaf(NodeDiagonals& d, const SceneView& scene, int 
 }
 
 // One warp a run.
-__global__ inline void unite_runs(SceneView scene, NodeDiagonals* runs) {
+__global__ void unite_runs(SceneView scene, NodeDiagonals* runs) {
   begin_kernel();
   const std::uint32_t run = (blockIdx.x * blockDim.x + threadIdx.x) / kWarp;
   const int lane = threadIdx.x % kWarp;
@@ -45,7 +45,7 @@ __global__ inline void unite_runs(SceneView scene, NodeDiagonals* runs) {
 }
 
 // One warp a node.
-__global__ inline void unite_nodes(SceneView scene, const NodeDiagonals* runs,
+__global__ void unite_nodes(SceneView scene, const NodeDiagonals* runs,
                                    NodeDiagonals* nodes) {
   begin_kernel();
   const std::uint32_t node = (blockIdx.x * blockDim.x + threadIdx.x) / kWarp;

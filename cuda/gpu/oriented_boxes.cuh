@@ -95,7 +95,7 @@ __global__ void sum_leaves(SceneView scene, OrientedBoxesView view) {
   if (threadIdx.x == 0) view.moments[view.first_run + blockIdx.x] = m;
 }
 
-__global__ inline void sum_nodes(SceneView scene, OrientedBoxesView view) {
+__global__ void sum_nodes(SceneView scene, OrientedBoxesView view) {
   begin_kernel();
   const std::uint32_t node = fitted_volume();
   const int2 range = node < scene.node_count ? scene.node_ranges[node] : int2{0, 0};
@@ -108,7 +108,7 @@ __global__ inline void sum_nodes(SceneView scene, OrientedBoxesView view) {
 }
 
 // A thread a volume.
-__global__ inline void find_axes(OrientedBoxesView view) {
+__global__ void find_axes(OrientedBoxesView view) {
   begin_kernel();
   const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
   if (i < view.count) principal_axes(view.moments[i], view.boxes[i].axis);
@@ -152,7 +152,7 @@ __global__ void fit_leaves(SceneView scene, OrientedBoxesView view) {
   if (threadIdx.x == 0) run = enclose(axes.axis, extent, 0);  // the leaves have the margin
 }
 
-__global__ inline void fit_nodes(SceneView scene, OrientedBoxesView view) {
+__global__ void fit_nodes(SceneView scene, OrientedBoxesView view) {
   begin_kernel();
   const std::uint32_t node = fitted_volume();
   const bool used = node < scene.node_count;

@@ -212,6 +212,19 @@ TEST_CASE("a flat sheet is one patch that is not opened, and a sheet that closes
             .flat_nodes < 4);
 }
 
+TEST_CASE("a body that does not meet itself has no patches, as nobody asks for them") {
+  const MovingTriangles flat = waving_sheet(8, 1, 0);
+  std::vector<Body> bodies(1);
+  for (const bool meets_itself : {true, false}) {
+    bodies[0].self_collision = meets_itself;
+    Topology topology = flat.topology();
+    topology.bodies = bodies;
+    const Stats s = detect(topology, MovingTriangles::at(flat.start), MovingTriangles::at(flat.end),
+                           {true, true, false});
+    CHECK((s.flat_nodes > 0) == meets_itself);
+  }
+}
+
 TEST_CASE("the orphans of two adjacent triangles are their pairs without a shared vertex") {
   // 0-1-2 and 1-3-2 share the edge 1-2: vertex 0 with face b, vertex 3 with face a, and the edges
   // 0-1 with 2-3 and 0-2 with 1-3.
