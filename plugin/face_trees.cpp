@@ -1,35 +1,57 @@
 #include "face_trees.h"
 
+#include <algorithm>
+#include <array>
+#include <map>
 #include <numeric>
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-bool hangs_together(const btSoftBody& body) {
-  std::vector<int> parent(static_cast<std::size_t>(body.m_nodes.size()));
-  std::iota(parent.begin(), parent.end(), 0);
-  const auto find = [&](const btSoftBody::Node* node) {
-    int i = static_cast<int>(node - &body.m_nodes[0]);
-    while (parent[i] != i) i = parent[i] = parent[parent[i]];
+// Things that are joined one by one.
+class Parts {
+ public:
+  explicit Parts(int count) : parent_(static_cast<std::size_t>(count)), left_(count) {
+    std::iota(parent_.begin(), parent_.end(), 0);
+  }
+  void join(int a, int b) {
+    a = find(a);
+    b = find(b);
+    left_ -= a != b;
+    parent_[a] = b;
+  }
+  bool is_one() const { return left_ == 1; }
+
+ private:
+  int find(int i) {
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
     return i;
+  }
+  std::vector<int> parent_;
+  int left_;
+};
+
+// As Bullet joins them, bottom-up: faces over common sides, and nodes over links.
+bool hangs_together(const btSoftBody& body) {
+  const auto index = [&body](const btSoftBody::Node* node) {
+    return static_cast<int>(node - &body.m_nodes[0]);
   };
-  int components = 0;
-  std::vector<char> seen(parent.size(), 0);
+  Parts nodes(body.m_nodes.size());
+  for (int i = 0; i < body.m_links.size(); ++i)
+    nodes.join(index(body.m_links[i].m_n[0]), index(body.m_links[i].m_n[1]));
+  if (!nodes.is_one()) return false;
+  Parts faces(body.m_faces.size());
+  std::map<std::array<int, 2>, int> face_of_side;
   for (int f = 0; f < body.m_faces.size(); ++f) {
     const auto& corners = body.m_faces[f].m_n;
-    for (const btSoftBody::Node* corner : corners) {
-      char& old = seen[static_cast<std::size_t>(corner - &body.m_nodes[0])];
-      components += !old;
-      old = 1;
-    }
-    for (int k = 1; k < 3; ++k) {
-      const int a = find(corners[0]), b = find(corners[k]);
-      components -= a != b;
-      parent[a] = b;
+    for (int k = 0; k < 3; ++k) {
+      std::array<int, 2> side = {index(corners[k]), index(corners[(k + 1) % 3])};
+      std::sort(side.begin(), side.end());
+      faces.join(f, face_of_side.insert({side, f}).first->second);
     }
   }
-  return components == 1;
+  return faces.is_one();
 }
 
 }  // namespace

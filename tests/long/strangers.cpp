@@ -53,6 +53,7 @@ bool show(std::uint32_t number, scenes::World w, const test::SceneReport& r, boo
 
 void follow(const test::SceneStep& step) {
   const bullet::StepStats& s = step.stats;
+  if (step.number == 0) std::printf("%s\n", step.what.c_str());
   if (step.crossings == 0 && s.unresolved + s.last_resorts == 0 && s.energy_gained == 0 &&
       step.seconds < 0.3)
     return;

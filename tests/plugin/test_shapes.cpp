@@ -61,3 +61,24 @@ TEST_CASE("what does not respond does not intersect where a step begins") {
   w.steps(1);
   CHECK(w.total().pierced_at_start > 0);
 }
+
+TEST_CASE("Bullet is asked for no tree of faces that it would never finish") {
+  // Two triangles with a corner in common, and two with a side in common but no link.
+  const World world = GENERATE(World::rigid, World::deformable);
+  ObstacleWorld w(world, 0);
+  const auto add = [&](const std::vector<std::array<int, 3>>& faces) {
+    const btVector3 corners[] = {btVector3(0, 0, 0), btVector3(1, 0, 0), btVector3(0, 0, 1),
+                                 btVector3(-1, 0, 0), btVector3(0, 0, -1)};
+    auto body = std::make_unique<btSoftBody>(&w.info(), 5, corners, nullptr);
+    for (const std::array<int, 3>& face : faces) body->appendFace(face[0], face[1], face[2]);
+    btSoftBody* added = w.add(std::move(body));
+    added->m_cfg.collisions |= btSoftBody::fCollision::SDF_RDF;
+    return added;
+  };
+  btSoftBody* by_a_corner = add({{0, 1, 2}, {0, 3, 4}});
+  for (const auto& side : {std::array<int, 2>{0, 1}, {1, 2}, {2, 0}, {0, 3}, {3, 4}, {4, 0}})
+    by_a_corner->appendLink(side[0], side[1]);
+  add({{0, 1, 2}, {0, 2, 3}})->translate(btVector3(0, 1, 0));
+  w.steps(3);
+  CHECK(w.total().missed_steps == 0);
+}

@@ -126,7 +126,8 @@ class Scene {
       report_.slowest_step = std::max(report_.slowest_step, seconds);
       inspect();
       if (after_step)
-        after_step({i, seconds, report_.crossings - before, world_.step_stats(), inspector_});
+        after_step({report_.what, i, seconds, report_.crossings - before, world_.step_stats(),
+                    inspector_});
     }
     report_.stats = world_.total_stats();
     report_.status = world_.status();
@@ -229,7 +230,7 @@ class Scene {
       }
       note(made.kind + (self ? "(self)" : ""));
       const bool closed = made.kind == "ellipsoid" || made.kind == "hull" || made.kind == "torus";
-      const Manner manner{size_, speed_, dt_, closed};
+      const Manner manner{size_, speed_, dt_, closed, made.kind != "shards"};
       report_.what += set_up(body, manner, world_, dice_);
       world_.add(body, dice_.below(3));
       report_.what += add_forces(body, manner, world_, dice_);

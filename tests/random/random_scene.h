@@ -32,6 +32,7 @@ struct SceneReport {
 
 // What is to be seen after each step, for those who want to look closer.
 struct SceneStep {
+  const std::string& what;  // the scene until now
   int number;
   double seconds;  // that it took
   std::int64_t crossings;
