@@ -17,6 +17,9 @@ namespace {
 // Bullet's own forces did not stand the step: nothing more is to be learnt, m/s.
 constexpr double exploded = 2000;
 
+// As good as not finite, metres: Bullet's hashes of places farther away overflow.
+constexpr double farthest = 1e7;
+
 btScalar scalar(double x) { return static_cast<btScalar>(x); }
 
 // Moves a kinematic body evenly.
@@ -63,6 +66,8 @@ struct Driven {
 };
 
 class Scene {
+  struct Over {};
+
  public:
   Scene(std::uint32_t number, scenes::World kind, scenes::Collisions collisions,
         const bullet::Options& options)
@@ -106,7 +111,7 @@ class Scene {
     inspector_.restart(soft_, inspected());
     report_.vertices = inspector_.vertex_count();
     report_.kinetic_at_start = kinetic_energy(&report_.fastest_at_start);
-    for (int i = 0; i < report_.steps && report_.finite && report_.fastest < exploded; ++i) {
+    for (int i = 0; i < report_.steps && !is_over(); ++i) {
       meddle(i);
       const double now = varying_ ? dt_ * dice_.across_scales(0.1, 1) : dt_;
       // The first step shows LazyCCD where everything is.
@@ -116,15 +121,15 @@ class Scene {
       const auto start = std::chrono::steady_clock::now();
       seconds_inspecting_ = 0;
       step_ = i;
-      if (substeps_) {
-        world_.bullets().stepSimulation(scalar(now * substeps_), substeps_, scalar(now));
-      } else {
-        world_.bullets().stepSimulation(scalar(now), 0, scalar(now));
+      try {
+        world_.bullets().stepSimulation(scalar(now * std::max(1, substeps_)), substeps_,
+                                        scalar(now));
+      } catch (const Over&) {
       }
       const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
       const double seconds = took.count() - seconds_inspecting_;
       report_.slowest_step = std::max(report_.slowest_step, seconds);
-      inspect();
+      if (!is_over()) inspect();
       if (after_step)
         after_step({report_.what, i, seconds, report_.crossings - before, world_.step_stats(),
                     inspector_});
@@ -508,7 +513,9 @@ class Scene {
   static void between_substeps(btDynamicsWorld* world, btScalar) {
     Scene& scene = *static_cast<Scene*>(world->getWorldUserInfo());
     if (scene.substep_++ > 0) scene.inspect();
+    if (scene.is_over()) throw Over();
   }
+  bool is_over() const { return !report_.finite || report_.fastest >= exploded; }
 
   void inspect() {
     const auto start = std::chrono::steady_clock::now();
@@ -534,7 +541,7 @@ class Scene {
         if (node.m_im > 0)
           twice += static_cast<double>(node.m_v.length2()) / static_cast<double>(node.m_im);
         *fastest = std::max(*fastest, static_cast<double>(node.m_v.length()));
-        if (!std::isfinite(node.m_x.length2())) twice = std::nan("");
+        if (!(static_cast<double>(node.m_x.length()) < farthest)) twice = std::nan("");
       }
     }
     for (const Rigid& rigid : rigid_) {
