@@ -74,12 +74,10 @@ std::string set_up_for_rigid_world(btSoftBody& body, const Manner& manner, Dice&
   return words;
 }
 
-void set_up_for_deformable_world(btSoftBody& body, bool bullet_alone, bool whole, Dice& dice) {
+void set_up_for_deformable_world(btSoftBody& body, Dice& dice) {
   body.m_cfg.collisions = Flag::SDF_RD | Flag::VF_DD;
   if (dice.chance(0.7)) body.m_cfg.collisions |= Flag::SDF_RDN;
   if (dice.chance(0.3)) body.m_cfg.collisions |= Flag::SDF_RDF;
-  // Bullet never finishes the tree of the faces of several parts.
-  if (bullet_alone && !whole) body.m_cfg.collisions &= ~Flag::SDF_RD;
   body.m_cfg.kKHR = body.m_cfg.kCHR = 1;
   if (dice.chance(0.8)) body.m_sleepingThreshold = 0;
   if (dice.chance(0.1)) body.m_cfg.drag = scalar(dice.uniform(0, 0.1));
@@ -106,7 +104,7 @@ std::string set_up(btSoftBody& body, const Manner& manner, RandomWorld& world, D
   if (dice.chance(0.8)) body.setActivationState(DISABLE_DEACTIVATION);
   body.m_cfg.kDF = scalar(friction(dice));
   if (world.is_rigid()) return words + set_up_for_rigid_world(body, manner, dice);
-  set_up_for_deformable_world(body, !world.is_lazy(), manner.whole, dice);
+  set_up_for_deformable_world(body, dice);
   return words;
 }
 

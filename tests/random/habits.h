@@ -15,7 +15,6 @@ struct Manner {
   double speed;  // m/s
   double step;   // s
   bool closed;   // the body's surface
-  bool whole;    // the body is one part
 };
 
 // Masses, pinned nodes, stiffness, damping, friction, air, clusters, forces. Says in a word what is

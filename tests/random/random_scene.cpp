@@ -235,7 +235,7 @@ class Scene {
       }
       note(made.kind + (self ? "(self)" : ""));
       const bool closed = made.kind == "ellipsoid" || made.kind == "hull" || made.kind == "torus";
-      const Manner manner{size_, speed_, dt_, closed, made.kind != "shards"};
+      const Manner manner{size_, speed_, dt_, closed};
       report_.what += set_up(body, manner, world_, dice_);
       world_.add(body, dice_.below(3));
       report_.what += add_forces(body, manner, world_, dice_);

@@ -24,7 +24,6 @@ std::unique_ptr<btBroadphaseInterface> random_broadphase(Dice& dice) {
 RandomWorld::RandomWorld(scenes::World kind, scenes::Collisions collisions,
                          const bullet::Options& options, Dice& dice)
     : kind_(kind),
-      is_lazy_(collisions == scenes::Collisions::lazyccd),
       broadphase_(random_broadphase(dice)),
       soft_solver_(options),
       deformable_solver_(options) {
@@ -33,9 +32,10 @@ RandomWorld::RandomWorld(scenes::World kind, scenes::Collisions collisions,
   for (int a = 0; a < layers; ++a) {
     for (int b = a; b < layers; ++b) meets_[a][b] = meets_[b][a] = !layered || dice.chance(0.6);
   }
+  const bool is_lazy = collisions == scenes::Collisions::lazyccd;
   const bool other = dice.chance(0.15);
   if (is_rigid()) {
-    btSoftBodySolver* solver = is_lazy_ ? &soft_solver_ : nullptr;
+    btSoftBodySolver* solver = is_lazy ? &soft_solver_ : nullptr;
     if (other) {
       name_ = "R multi";
       auto world = std::make_unique<btSoftMultiBodyDynamicsWorld>(
@@ -50,10 +50,10 @@ RandomWorld::RandomWorld(scenes::World kind, scenes::Collisions collisions,
       world_ = std::move(world);
     }
   } else {
-    btDeformableBodySolver* solver = is_lazy_ ? &deformable_solver_ : &bullets_solver_;
+    btDeformableBodySolver* solver = is_lazy ? &deformable_solver_ : &bullets_solver_;
     constraints_.setDeformableSolver(solver);
     std::unique_ptr<btDeformableMultiBodyDynamicsWorld> world;
-    if (other || !is_lazy_) {
+    if (other || !is_lazy) {
       name_ = "D stock";
       world = std::make_unique<btDeformableMultiBodyDynamicsWorld>(
           &dispatcher_, broadphase_.get(), &constraints_, &configuration_, solver);

@@ -26,7 +26,6 @@ class RandomWorld {
 
   const std::string& name() const { return name_; }
   bool is_rigid() const { return kind_ == scenes::World::rigid; }
-  bool is_lazy() const { return is_lazy_; }
   btDiscreteDynamicsWorld& bullets() { return *world_; }
   btSoftBodyWorldInfo& info() { return *info_; }
   const btVector3& gravity() const { return gravity_; }
@@ -48,7 +47,6 @@ class RandomWorld {
   int mask_of(int layer) const;
 
   scenes::World kind_;
-  bool is_lazy_;
   std::string name_;
   btSoftBodyRigidBodyCollisionConfiguration configuration_;
   btCollisionDispatcher dispatcher_{&configuration_};
