@@ -16,6 +16,8 @@ constexpr double least_speed = 3e-5;  // m/s
 constexpr double least_part = 1e-5;
 // What meets more slowly, m/s, rests or soon will, and what is left undone there shows as creep.
 constexpr double slow = 0.25;
+// So does a load, however hard it presses, where last step's impulses carry it but for this, m/s.
+constexpr double steady = 0.02;
 constexpr int more_of_slow = 4;
 // Gaps that are not open yet have the next steps for it.
 constexpr int fewer_of_opening = 5;
@@ -153,6 +155,16 @@ inline void ContactProblem::push(const Row& row, const Impulse& impulse) {
   displacement_[turn_of(row.body)] += body.inverse_inertia * row.arm.cross3(total);
 }
 
+inline ContactProblem::Vector ContactProblem::moved(const Row& row) const {
+  const auto share = [&](int k) { return row.weight[k] * displacement_[row.node[k]]; };
+  Vector sum = (share(0) + share(1)) + (share(2) + share(3));
+  if (row.body >= 0) {
+    sum += row.body_weight * displacement_[shift_of(row.body)] +
+           displacement_[turn_of(row.body)].cross3(row.arm);
+  }
+  return sum;
+}
+
 ContactProblem::Change ContactProblem::sweep(const Indices& which) {
   Change change;
   const auto note = [&change](float impulse_squared, float compliance) {
@@ -163,12 +175,7 @@ ContactProblem::Change ContactProblem::sweep(const Indices& which) {
   for (const std::int32_t i : which) {
     const Row& row = rows_[i];
     const Impulse before = before_[i] = impulses_[i];
-    const auto share = [&](int k) { return row.weight[k] * displacement_[row.node[k]]; };
-    Vector moved = (share(0) + share(1)) + (share(2) + share(3));
-    if (row.body >= 0) {
-      moved += row.body_weight * displacement_[shift_of(row.body)] +
-               displacement_[turn_of(row.body)].cross3(row.arm);
-    }
+    const Vector moved = this->moved(row);
     const float along = row.normal.dot(moved);
     Impulse now;
     now.along = std::max(0.0f, before.along + (row.need - along) * row.response);
@@ -192,6 +199,12 @@ ContactProblem::Change ContactProblem::sweep(const Indices& which) {
   return change;
 }
 
+double ContactProblem::most_left() const {
+  float most = 0;
+  for (const Row& row : rows_) most = std::max(most, row.need - row.normal.dot(moved(row)));
+  return static_cast<double>(most);
+}
+
 void ContactProblem::carry_on(float momentum, const Indices& which) {
   for (const std::int32_t i : which) {
     const Impulse now = impulses_[i];
@@ -211,7 +224,7 @@ void ContactProblem::solve(int sweeps) {
   const auto tolerance = static_cast<float>(tolerance_ / length_);
   if (opening_) {
     sweeps = std::max(1, sweeps / fewer_of_opening);
-  } else if (approach_ < slow * seconds_) {
+  } else if (approach_ < slow * seconds_ || most_left() * length_ < steady * seconds_) {
     sweeps = std::min(sweeps, std::numeric_limits<int>::max() / more_of_slow) * more_of_slow;
   }
 

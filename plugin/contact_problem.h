@@ -72,6 +72,9 @@ class ContactProblem {
 
   Row make_row(const ContactRow& row, const Eigen::Vector3d& move, const Motion& motion);
   void push(const Row& row, const Impulse& impulse);
+  Vector moved(const Row& row) const;  // by all impulses
+  // How much further apart the row is to come that lacks most, in units of length.
+  double most_left() const;
   Change sweep(const Indices& which);
   void carry_on(float momentum, const Indices& which);
   std::int32_t shift_of(std::int32_t body) const { return first_body_ + 2 * body; }

@@ -148,7 +148,7 @@ class Scene {
     Rigid rigid;
     rigid.shape = random_shape(size_ * dice_.across_scales(0.3, 2), margin_, dice_);
     btTransform at = pose();
-    if (rigid.shape.kind == "plane" && dice_.chance(0.5))
+    if (rigid.shape.kind == "plane" && (dice_.chance(0.5) || !far_.isZero()))
       at.setRotation(btQuaternion::getIdentity());
     const bool dynamic = rigid.shape.may_be_dynamic && dice_.chance(0.5);
     const bool kinematic = rigid.shape.may_move && !dynamic && dice_.chance(0.4);
