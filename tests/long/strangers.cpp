@@ -72,15 +72,16 @@ bool show(std::uint32_t number, scenes::World w, const test::SceneReport& r, boo
 void follow(const test::SceneStep& step) {
   const bullet::StepStats& s = step.stats;
   if (step.number == 0) std::printf("%s\n", step.what.c_str());
-  if (step.crossings == 0 && s.unresolved + s.last_resorts == 0 && s.energy_gained == 0 &&
-      step.seconds < 0.3)
+  if (step.crossings + s.unresolved + s.last_resorts + s.pierced_at_start == 0 &&
+      s.energy_gained == 0 && step.seconds < 0.3)
     return;
   std::printf(
       "step %d: %.2f s, detections %lld, contacts %lld, zones %lld, held %lld, unresolved %lld, "
-      "gained %g J\n",
+      "pierced at start %lld, gained %g J\n",
       step.number, step.seconds, (long long)s.detections,
       (long long)(s.contacts_vf + s.contacts_ee), (long long)s.zone_nodes,
-      (long long)s.last_resorts, (long long)s.unresolved, s.energy_gained);
+      (long long)s.last_resorts, (long long)s.unresolved, (long long)s.pierced_at_start,
+      s.energy_gained);
   if (step.crossings == 0) return;
   for (const Contact& c : step.inspector.crossings()) {
     std::printf("  %s of bodies %d and %d at %.10f, inverse masses",
