@@ -188,7 +188,10 @@ std::string change(btSoftBody& body, const Manner& manner, const RandomWorld& wo
       body.setRestLengthScale(scalar(dice.uniform(0.7, 1.3)));
       return "rest";
     case 13:
-      if (!world.is_rigid() || body.m_links.size() == 0 || body.useSelfCollision()) return "";
+      // Bullet cuts links and faces, not tetrahedra.
+      if (!world.is_rigid() || body.m_links.size() == 0 || body.m_tetras.size() > 0 ||
+          body.useSelfCollision())
+        return "";
       {
         const btSoftBody::Link& link = body.m_links[dice.below(body.m_links.size())];
         const int a = static_cast<int>(link.m_n[0] - &body.m_nodes[0]);
