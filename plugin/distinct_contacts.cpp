@@ -9,7 +9,7 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-// Vertices with their rounded weights, in order; then the rounded normal and the thickness.
+// Points, then the rounded normal and the thickness.
 using Key = std::array<std::uint64_t, 6>;
 
 constexpr double parts_of_weight = 16, parts_of_normal = 4;
@@ -23,23 +23,33 @@ std::uint64_t bits_of(double x) {
   return bits;
 }
 
-Key key_of(const Contact& contact, double thickness) {
-  const std::array<double, 4> weights = contact.weights();
-  std::array<std::pair<std::int32_t, int>, 4> points;
+// Vertices with their rounded weights, in order, where these are not zero.
+struct Points {
+  std::array<std::pair<std::int32_t, int>, 4> at;
   int count = 0;
+};
+
+Points points_of(const Contact& contact) {
+  const std::array<double, 4> weights = contact.weights();
+  Points points;
   for (int i = 0; i < 4; ++i) {
     const int weight = rounded(parts_of_weight * weights[i]);
     if (weight == 0) continue;
-    int at = count++;
-    for (; at > 0 && contact.vertices[i] < points[at - 1].first; --at) points[at] = points[at - 1];
-    points[at] = {contact.vertices[i], weight};
+    int at = points.count++;
+    for (; at > 0 && contact.vertices[i] < points.at[at - 1].first; --at)
+      points.at[at] = points.at[at - 1];
+    points.at[at] = {contact.vertices[i], weight};
   }
+  return points;
+}
+
+Key key_of(const Points& points, const Contact& contact, double thickness) {
   // Which of two sides is the first is of no matter.
-  const int sign = points[0].second < 0 ? -1 : 1;
+  const int sign = points.at[0].second < 0 ? -1 : 1;
   Key key{};
-  for (int i = 0; i < count; ++i) {
-    key[i] = static_cast<std::uint64_t>(points[i].first) << 32 |
-             static_cast<std::uint32_t>(sign * points[i].second);
+  for (int i = 0; i < points.count; ++i) {
+    key[i] = static_cast<std::uint64_t>(points.at[i].first) << 32 |
+             static_cast<std::uint32_t>(sign * points.at[i].second);
   }
   for (const float component : contact.normal) {
     const int part = sign * rounded(parts_of_normal * static_cast<double>(component));
@@ -64,8 +74,15 @@ void keep_distinct(std::vector<Contact>& contacts, const std::vector<Nearness>& 
   std::vector<std::int32_t> table(slots, free);  // indices into keys
   std::vector<Key> keys;
   std::vector<std::size_t> nearest;  // by key
+  std::vector<char> kept(contacts.size(), 0);
   for (std::size_t i = 0; i < contacts.size(); ++i) {
-    const Key key = key_of(contacts[i], near[i].thickness);
+    const Points points = points_of(contacts[i]);
+    // What all four vertices bear, no other pair of primitives binds.
+    if (points.count == 4) {
+      kept[i] = 1;
+      continue;
+    }
+    const Key key = key_of(points, contacts[i], near[i].thickness);
     std::size_t slot = hash_of(key) & (slots - 1);
     while (table[slot] != free && keys[static_cast<std::size_t>(table[slot])] != key)
       slot = (slot + 1) & (slots - 1);
@@ -78,7 +95,6 @@ void keep_distinct(std::vector<Contact>& contacts, const std::vector<Nearness>& 
       other = i;
     }
   }
-  std::vector<char> kept(contacts.size(), 0);
   for (const std::size_t i : nearest) kept[i] = 1;
   std::size_t count = 0;
   for (std::size_t i = 0; i < contacts.size(); ++i)
