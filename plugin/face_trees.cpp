@@ -61,9 +61,10 @@ FaceTreesLeftOut::FaceTreesLeftOut(btAlignedObjectArray<btSoftBody*>& bodies, in
     : request_(request) {
   for (int i = 0; i < bodies.size(); ++i) {
     btSoftBody* const body = bodies[i];
-    if (!(body->m_cfg.collisions & request) || body->m_faces.size() == 0) continue;
+    if (!(body->m_cfg.collisions & request)) continue;
     // One that was left out before is made up for.
-    if (bullets_pairs && body->m_fdbvt.empty()) body->m_bUpdateRtCst = true;
+    if (bullets_pairs && body->m_fdbvt.empty() && hangs_together(*body))
+      body->m_bUpdateRtCst = true;
     if (!body->m_bUpdateRtCst) continue;
     const bool is_read = bullets_pairs || body->m_fdbvnt ||
                          (body->m_cfg.collisions & btSoftBody::fCollision::SDF_RDF);

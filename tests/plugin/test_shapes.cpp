@@ -63,7 +63,8 @@ TEST_CASE("what does not respond does not intersect where a step begins") {
 }
 
 TEST_CASE("Bullet is asked for no tree of faces that it would never finish") {
-  // Two triangles with a corner in common, and two with a side in common but no link.
+  // Two triangles with a corner in common, two with a side in common but no link, and a rope in two
+  // pieces.
   const World world = GENERATE(World::rigid, World::deformable);
   ObstacleWorld w(world, 0);
   const auto add = [&](const std::vector<std::array<int, 3>>& faces) {
@@ -79,6 +80,10 @@ TEST_CASE("Bullet is asked for no tree of faces that it would never finish") {
   for (const auto& side : {std::array<int, 2>{0, 1}, {1, 2}, {2, 0}, {0, 3}, {3, 4}, {4, 0}})
     by_a_corner->appendLink(side[0], side[1]);
   add({{0, 1, 2}, {0, 2, 3}})->translate(btVector3(0, 1, 0));
+  btSoftBody* rope = add({});
+  rope->appendLink(1, 2);
+  rope->appendLink(3, 4);
+  rope->translate(btVector3(0, 2, 0));
   w.steps(3);
   CHECK(w.total().missed_steps == 0);
 }
