@@ -48,7 +48,8 @@ with open(os.path.join(out, "bounds.csv"), "w") as table:
         for row in rows[1:]:
             if len(row) < len(head) or not row[0].isdigit():
                 continue
-            kernel = re.sub(r"<.*|\(.*", "", row[head["Kernel Name"]]).split("::")[-1].split(" ")[-1]
+            kernel = re.sub(r"<unnamed>::|\(anonymous namespace\)::", "", row[head["Kernel Name"]])
+            kernel = re.sub(r"<.*|\(.*", "", kernel).split("::")[-1].split(" ")[-1]
             values = launches.setdefault((int(row[0]), kernel), {})
             values[row[head["Metric Name"]]] = float(row[head["Metric Value"]].replace(",", ""))
         for kernel in dict.fromkeys(k for _, k in sorted(launches)):
