@@ -36,7 +36,8 @@ __device__ inline bool may_touch(const SceneView& scene, Candidate pair) {
   Record p[4];
   for (int i = 0; i < 4; ++i)
     p[i] = load_wide(static_cast<const Record*>(scene.records) + contact.vertices[i]);
-  return !apart_along_axis < kind == ContactKind::vertex_face ? 1 : 2 > (p);
+  constexpr int split = kind == ContactKind::vertex_face ? 1 : 2;
+  return !apart_along_axis<split>(p);
 }
 
 template <ContactKind kind, class Record>
