@@ -98,7 +98,11 @@ std::vector<Contact> StepDetector::near() {
     return !responds(contact) ||
            !std::all_of(contact.vertices.begin(), contact.vertices.end(), gives);
   });
-  found_any_ = !contacts.empty();
+  // Where nothing may be done about the pair that stands for others, something may about these: it
+  // lacks a vertex that they have, or has one that is anchored.
+  found_any_ = !contacts.empty() ||
+               (!near.empty() &&
+                !answerable(near_->touching_again(motion_.starts(), motion_.ends())).empty());
   contacts = near_contacts_.choose(std::move(contacts), motion_);
   ms_ += watch.ms();
   return contacts;

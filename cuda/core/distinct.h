@@ -1,7 +1,7 @@
 // Pairs that say the same. Where the points of two primitives that are next to each other lie on an
 // edge or a vertex, every face and edge that meets there makes such a pair: eight of a vertex and
 // an edge, some fifty of two vertices. One of them stands for all: that of a vertex and the first
-// face at the edge or the vertex opposite. It is at least as near as they are.
+// face at the edge or the vertex opposite, where that is certainly within the separation too.
 #pragma once
 
 #include "core/contact_math.h"
@@ -12,15 +12,31 @@ namespace lazyccd {
 // faces that round differently would each take another for the one that stands for all.
 constexpr float kBorder = 0x1p-10f;
 
-// The smallest index of a face, or -1, at each edge and then at each vertex; and the edges of each
-// face, (0 1), (1 2), (2 0). Null where every pair is to stand for itself.
+// The smallest index of a face that is not pinned as a whole, or -1, at each edge and then at each
+// vertex; and the edges of each face, (0 1), (1 2), (2 0). Null where every pair is to stand for
+// itself.
 struct FirstFaces {
   const std::int32_t* of;
   std::int32_t edges;  // of edges
   const std::int32_t (*sides)[3];
 };
 
-// Whether another pair stands for this one, whose closest points are at u and v, as in Contact.
+// How far the points at u and v are, at most, from the edge or the vertex that they count as lying
+// on; `a` and `b` bound the lengths of e1 and e2. By so much, at most, the pair that would stand
+// for them is farther apart than they are: the border is a part of an edge, not of the separation.
+template <ContactKind kind, class T>
+LAZYCCD_HD inline T border_width(const T& u, const T& v, const T& a, const T& b) {
+  const T zero(0.0f), one(1.0f), border(kBorder);
+  const auto left_out = [&](const T& w) { return select(w < border, lane_abs(w), zero); };
+  if constexpr (kind == ContactKind::vertex_face) {
+    return (left_out(u) + left_out(v) + left_out(one - u - v)) * (a + b);
+  } else {
+    return (left_out(u) + left_out(one - u)) * a + (left_out(v) + left_out(one - v)) * b;
+  }
+}
+
+// Whether another pair stands for this one, whose closest points are at u and v, as in Contact,
+// and which is nearer than the separation by more than border_width().
 // Without branches but one: which of its features a pair is at, nobody foresees.
 template <ContactKind kind>
 LAZYCCD_HD inline bool is_spoken_for(const MeshView& mesh, const FirstFaces& first, Candidate pair,

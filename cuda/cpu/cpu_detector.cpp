@@ -380,13 +380,12 @@ void CpuDetector::visit_pair(Worker& worker, NodePair pair) {
 }
 
 void CpuDetector::begin_workers(double separation) {
-  const float certain = options_.arithmetic == Arithmetic::single_first
-                            ? static_cast<float>(separation * scale_) * (1 - 0x1p-18f)
-                            : 0;
+  const float certain = static_cast<float>(separation * scale_) * (1 - 0x1p-18f);
+  const bool single_first = options_.arithmetic == Arithmetic::single_first;
   for (const auto& worker : workers_) {
     worker->begin(*this, {groups_.groups().data(), groups_.boxes().data(), groups_.blocks().data(),
                           records_.empty() ? nullptr : records_.data()->x, mesh_->view(), scale_,
-                          options_.vertex_face, options_.edge_edge, separation, certain,
+                          options_.vertex_face, options_.edge_edge, separation, certain, single_first,
                           options_.culling.non_penetration ? &worker->never_coplanar : nullptr,
                           options_.distinct ? mesh_->first_faces() : FirstFaces{}});
   }

@@ -23,7 +23,8 @@ struct LeafScene {
   double scale;
   bool vertex_face, edge_edge;
   double separation;        // minimum separation; 0 where contact is touching
-  float certain_separation;  // what single precision takes for less is; 0: do not rely on it
+  float certain_separation;  // what single precision takes for less is
+  bool single_first;         // rely on it
   // Where the non-penetration filter counts what it rules out; null: it is off.
   std::int64_t* never_coplanar;
   FirstFaces first_faces;  // null where every pair is to stand for itself

@@ -148,7 +148,9 @@ void Mesh::take_edges(const Topology& t) {
 
 void Mesh::find_first_faces() {
   first_faces_.assign(edges_.size() + vertex_count(), -1);
+  const auto is_pinned = [this](std::int32_t v) { return pinned(v); };
   for (std::size_t f = faces_.size(); f-- > 0;) {
+    if (std::all_of(faces_[f].begin(), faces_[f].end(), is_pinned)) continue;
     for (const std::int32_t e : face_edges_[f]) first_faces_[e] = static_cast<std::int32_t>(f);
     for (const std::int32_t v : faces_[f])
       first_faces_[edges_.size() + static_cast<std::size_t>(v)] = static_cast<std::int32_t>(f);

@@ -131,6 +131,37 @@ TEST_CASE("a vertex above a vertex is one contact from either side, above an edg
   }
 }
 
+TEST_CASE("what would stand for others but does not come near itself lets them be reported") {
+  // Edges that cross near an end of one of them, whose vertex is outside of the separation.
+  MovingTriangles scene;
+  scene.start = {0, 0, 0, 1, 0, 0, 0.5, 0, -1, 0.0005, -0.5, 1e-6, 0.0005, 0.5, 1e-6, 0.0005, 0, 1};
+  scene.end = scene.start;
+  for (std::size_t v = 3; v < 6; ++v) scene.end[3 * v + 2] -= 5e-4;
+  scene.faces = {{0, 1, 2}, {3, 4, 5}};
+  Options options = of_cpu(true);
+  options.separation = 1e-5;
+  for (const Arithmetic arithmetic : {Arithmetic::single_first, Arithmetic::double_only}) {
+    options.arithmetic = arithmetic;
+    const std::vector<Contact> found = near(scene, options);
+    REQUIRE(found.size() == 1);
+    CHECK(found[0].kind == ContactKind::edge_edge);
+  }
+}
+
+TEST_CASE("what is pinned as a whole stands for nothing") {
+  // Two edges from a pinned vertex next to an edge of a pinned face.
+  MovingTriangles scene;
+  scene.start = {0, 0, 0, 1, 0, -0.5, 0.5, 0.1, -1, 0, -0.5, 0.1, 0, 0.5, 0.1, 0, 0, 1};
+  scene.end = scene.start;
+  scene.faces = {{0, 1, 2}, {3, 4, 5}};
+  const std::vector<float> inverse_mass = {0, 1, 1, 0, 0, 0};
+  Topology topology = scene.topology();
+  topology.inverse_mass = {inverse_mass.data(), inverse_mass.size()};
+  Detector detector(of_cpu(true));
+  detector.set_topology(topology);
+  CHECK(detector.detect(scene.at(scene.start), scene.at(scene.end)).size() == 2);
+}
+
 TEST_CASE("what stands for others is the same in every arithmetic, strategy and instruction set") {
   const MovingTriangles scene = cloths();
   const Mesh mesh(scene.topology());

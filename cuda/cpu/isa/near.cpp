@@ -19,7 +19,7 @@ template <ContactKind kind>
 void near_kind(const LeafScene& scene, const Candidate* candidates, int count, NearSplit& split) {
   constexpr bool vf = kind == ContactKind::vertex_face;
   const Pack zero(0.0f), tiny(Roundoff<float>::tiny), rounding(32 * Roundoff<float>::u);
-  const Pack separation(scene.certain_separation);
+  const Pack separation(scene.certain_separation), relied_on(scene.single_first ? 1.0f : 0.0f);
   Pack nearest(__builtin_inff());
   int near_count = 0, own_count = 0, open_count = 0;
   for (int begin = 0; begin < count; begin += Pack::lanes) {
@@ -32,9 +32,14 @@ void near_kind(const LeafScene& scene, const Candidate* candidates, int count, N
     const ClosestPoints<Pack> points = closest_points<kind>(e1, e2, r);
     const Vec3<Pack>& gap = points.gap;
     const Pack squared = dot(gap, gap);
-    const Pack reach = size_of(e1) + size_of(e2) + size_of(r);
+    const Pack size1 = size_of(e1), size2 = size_of(e2), reach = size1 + size2 + size_of(r);
+    const auto certainly_within = [&](const Pack& distance) {
+      return (distance > zero) & (squared + tiny < distance * distance);
+    };
     const Pack within = separation - rounding * reach;
-    const Mask near = (within > zero) & (squared + tiny < within * within);
+    const Mask near = (relied_on > zero) & certainly_within(within);
+    const Mask may_be_spoken_for =
+        certainly_within(within - border_width<kind>(points.u, points.v, size1, size2));
 
     const Pack at = dot(gap, r), along1 = dot(gap, e1), along2 = dot(gap, e2);
     const Pack least = vf ? lane_min(at, lane_min(at - along1, at - along2))
@@ -47,10 +52,11 @@ void near_kind(const LeafScene& scene, const Candidate* candidates, int count, N
     points.u.store(u);
     points.v.store(v);
     apart.store(gaps);
-    const unsigned near_bits = near.bits();
+    const unsigned near_bits = near.bits(), spoken_for_bits = may_be_spoken_for.bits();
     for (int i = 0; i < used; ++i) {
       const bool is_near = near_bits >> i & 1;
       const bool spoken_for =
+          (spoken_for_bits >> i & 1) &
           is_spoken_for<kind>(scene.mesh, scene.first_faces, pair[i], u[i], v[i]);
       split.near[near_count] = pair[i];
       split.own[own_count] = {pair[i], 0, true, false, gaps[i]};

@@ -103,7 +103,8 @@ struct Options {
   double separation = 0;
   // Of pairs that are within the separation where the step begins, with their closest points on an
   // edge or a vertex, every face and edge that meets there makes one. True: of these the pairs of a
-  // vertex and the first face there are enough. Where both kinds of test run.
+  // vertex and the first face there are enough, where they come as near. Where both kinds of test
+  // run.
   bool distinct = false;
   Arithmetic arithmetic = Arithmetic::single_first;
   Volume volume = Volume::box;
