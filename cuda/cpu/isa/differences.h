@@ -27,7 +27,7 @@ struct alignas(64) Rows {
 };
 
 template <ContactKind kind>
-LAZYCCD_INLINE Differences<Pack> gather(const LeafScene& scene, const Candidate* c) {
+LAZYCCD_INLINE Rows difference_rows(const LeafScene& scene, const Candidate* c) {
   Rows rows;
   const Double8* records = records_of(scene);
   for (int i = 0; i < Pack::lanes; ++i) {
@@ -39,6 +39,12 @@ LAZYCCD_INLINE Differences<Pack> gather(const LeafScene& scene, const Candidate*
     rows.row[1][i] = difference(e.e2);
     rows.row[2][i] = difference(e.r);
   }
+  return rows;
+}
+
+template <ContactKind kind>
+LAZYCCD_INLINE Differences<Pack> gather(const LeafScene& scene, const Candidate* c) {
+  const Rows rows = difference_rows<kind>(scene, c);
   Differences<Pack> d;
   for (int end = 0; end < 2; ++end) {
     d.e1[end] = rows.vector(0, end);
@@ -52,17 +58,7 @@ LAZYCCD_INLINE Differences<Pack> gather(const LeafScene& scene, const Candidate*
 template <ContactKind kind>
 LAZYCCD_INLINE void gather_start(const LeafScene& scene, const Candidate* c, Vec3<Pack>& e1,
                                  Vec3<Pack>& e2, Vec3<Pack>& r) {
-  Rows rows;
-  const Double8* records = records_of(scene);
-  for (int i = 0; i < Pack::lanes; ++i) {
-    const Ends e = ends<kind>(scene, c[i]);
-    const auto difference = [&](const std::int32_t(&p)[2]) {
-      return __builtin_convertvector((records[p[1]] - records[p[0]]) * scene.scale, Float8);
-    };
-    rows.row[0][i] = difference(e.e1);
-    rows.row[1][i] = difference(e.e2);
-    rows.row[2][i] = difference(e.r);
-  }
+  const Rows rows = difference_rows<kind>(scene, c);
   e1 = rows.vector(0, 0);
   e2 = rows.vector(1, 0);
   r = rows.vector(2, 0);
