@@ -34,6 +34,7 @@ class Parts {
 
 // As Bullet joins them, bottom-up: faces over common sides, and nodes over links.
 bool hangs_together(const btSoftBody& body) {
+  if (body.m_faces.size() == 0) return false;
   const auto index = [&body](const btSoftBody::Node* node) {
     return static_cast<int>(node - &body.m_nodes[0]);
   };

@@ -245,7 +245,7 @@ struct Decider {
     const std::uint32_t vf = held(undecided[0]), ee = held(undecided[1]);
     const std::uint32_t undecided_tiles = few ? 0 : tiles(vf) + tiles(ee);
     if (turn == Turn::undecided) return {vf, ee, undecided_tiles, tiles(vf), &work.undecided};
-    // The blocks with the last undecided tiles run already, so they will be done.
+    // Whoever has claimed an undecided tile runs already, so it will be done.
     while (__ldcg(&work.undecided_done) < undecided_tiles) __nanosleep(100);
     __threadfence();
     return {vf, ee, few ? vf + ee : held(lists.hard), vf, &work.hard};
@@ -320,12 +320,20 @@ __global__ void __launch_bounds__(kDecideThreads, kDecideBlocks)
 #pragma unroll 1
   for (const Turn turn : {Turn::undecided, Turn::hits, Turn::hard}) {
     const TurnItems items = decider.items(turn);
-    // One for each warp, the rest as they are free.
-    for (std::uint32_t i = (blockIdx.x * blockDim.x + threadIdx.x) / kWarp; i < items.count;) {
+    // One for each warp, the rest as they are free. None of the undecided is a warp's own: its
+    // block may have to wait for those that wait for it.
+    const std::uint32_t own = turn == Turn::undecided ? 0 : warps;
+    const auto claim = [&] {
+      std::uint32_t claimed = 0;
+      if (lane == 0) claimed = own + atomicAdd(items.claimed, 1u);
+      return __shfl_sync(kAllLanes, claimed, 0);
+    };
+    std::uint32_t i = (blockIdx.x * blockDim.x + threadIdx.x) / kWarp;
+    if (own == 0 && items.count != 0) i = claim();
+    while (i < items.count) {
       decider.take(turn, items, i);
-      if (items.count <= warps) break;
-      if (lane == 0) i = warps + atomicAdd(items.claimed, 1u);
-      i = __shfl_sync(kAllLanes, i, 0);
+      if (items.count <= own) break;
+      i = claim();
     }
   }
   add_to_hash(decider.hash, lists.counters);

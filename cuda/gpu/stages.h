@@ -13,7 +13,8 @@
 
 namespace lazyccd::gpu {
 
-// Clears the counters. Before all, behind anything.
+// Clears the counters. A launch that waits for all before it on the stream: the boxes of groups,
+// which begin ahead of the kernels before them, rely on it that the step before is over.
 void enqueue_start(StepCounters* counters, cudaStream_t stream);
 
 // Positions to the boxes of primitives, groups and nodes. Follows a kernel.

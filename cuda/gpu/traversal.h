@@ -1,14 +1,14 @@
 // The traversal on the device: from a tree with fitted boxes to the pairs of groups whose swept
 // boxes overlap, each once, and to the front from which the next step can start.
 //
-//   traversal.reset(node_count, culls, stream);             // once a tree; the front is forgotten
+//   traversal.reset(node_count, test, stream);  // once a tree; the front is forgotten
 //   do {
-//     traversal.launch(nodes, groups, culling, from_front, stream); // capturable, see below
+//     traversal.start(from_front, stream);      // behind a kernel
+//     traversal.launch(nodes, groups, culling, from_front, stream);  // capturable, see below
 //     traversal.read_counters(stream);
 //     cudaStreamSynchronize(stream);
-//   } while (traversal.grow(stream));                       // something did not fit: run it again
-//   traversal.accept();                                     // the new front is the one to start
-//   from
+//   } while (traversal.grow(stream));  // something did not fit: run it again
+//   traversal.accept();                // the new front is the one to start from
 #pragma once
 
 #include <cuda_runtime_api.h>

@@ -81,7 +81,7 @@ Volume parse_volume(const std::string& name);
 // among them: each vertex and edge has one owner, so there is nothing to cull.
 struct Culling {
   // Elementary pairs whose points are never coplanar, by the signs of Bernstein coefficients (Tang et
-  // al. 2010).
+  // al. 2010). With a separation the CPU has no such filter apart from the test.
   bool non_penetration = true;
   // Parts of a surface that cannot touch themselves, by continuous normal cones and the contour
   // condition (Tang et al. 2008). Not with a separation.

@@ -20,7 +20,9 @@ struct Stats {
   std::int64_t flat_nodes = 0;    // nodes not opened, because they cannot touch themselves
   std::int64_t candidates_vf = 0, candidates_ee = 0;
   std::int64_t orphans = 0;       // of the candidates, those from the orphan sets
-  std::int64_t never_coplanar = 0;  // candidates that the non-penetration filter ruled out
+  // Candidates that the non-penetration filter ruled out; on the CPU 0 with a separation, where the
+  // test itself does.
+  std::int64_t never_coplanar = 0;
   std::int64_t survivors_vf = 0, survivors_ee = 0;
   std::int64_t refined = 0;       // survivors that single precision could not decide
   std::int64_t exact = 0;         // survivors that only exact arithmetic could decide
