@@ -101,18 +101,20 @@ btVector3 vector(double x, double y, double z) {
   return btVector3(scalar(x), scalar(y), scalar(z));
 }
 
-// About any axis.
-std::unique_ptr<btConvexInternalShape> capsule(double radius, double height, Dice& dice) {
+// A capsule or a cone, about any axis.
+template <class AlongX, class AlongZ, class AlongY>
+std::unique_ptr<btConvexInternalShape> round_body(double radius, double height, Dice& dice) {
   const btScalar r = scalar(radius), h = scalar(height);
   switch (dice.below(3)) {
     case 0:
-      return std::make_unique<btCapsuleShapeX>(r, h);
+      return std::make_unique<AlongX>(r, h);
     case 1:
-      return std::make_unique<btCapsuleShapeZ>(r, h);
+      return std::make_unique<AlongZ>(r, h);
     default:
-      return std::make_unique<btCapsuleShape>(r, h);
+      return std::make_unique<AlongY>(r, h);
   }
 }
+
 std::unique_ptr<btConvexInternalShape> cylinder(double radius, double half, Dice& dice) {
   switch (dice.below(3)) {
     case 0:
@@ -121,17 +123,6 @@ std::unique_ptr<btConvexInternalShape> cylinder(double radius, double half, Dice
       return std::make_unique<btCylinderShapeZ>(vector(radius, radius, half));
     default:
       return std::make_unique<btCylinderShape>(vector(radius, half, radius));
-  }
-}
-std::unique_ptr<btConvexInternalShape> cone(double radius, double height, Dice& dice) {
-  const btScalar r = scalar(radius), h = scalar(height);
-  switch (dice.below(3)) {
-    case 0:
-      return std::make_unique<btConeShapeX>(r, h);
-    case 1:
-      return std::make_unique<btConeShapeZ>(r, h);
-    default:
-      return std::make_unique<btConeShape>(r, h);
   }
 }
 
@@ -154,7 +145,8 @@ Shape convex_without_margin(double size, Dice& dice) {
       return s;
     case 1:
       s.kind = "capsule";
-      s.shape = capsule(0.3 * r, 1.4 * r, dice);
+      s.shape =
+          round_body<btCapsuleShapeX, btCapsuleShapeZ, btCapsuleShape>(0.3 * r, 1.4 * r, dice);
       return s;
     case 2:
       s.kind = "cylinder";
@@ -162,7 +154,7 @@ Shape convex_without_margin(double size, Dice& dice) {
       return s;
     case 3:
       s.kind = "cone";
-      s.shape = cone(0.5 * r, 2 * r, dice);
+      s.shape = round_body<btConeShapeX, btConeShapeZ, btConeShape>(0.5 * r, 2 * r, dice);
       return s;
     case 4: {
       s.kind = "spheres";
