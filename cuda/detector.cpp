@@ -13,11 +13,12 @@
 namespace lazyccd {
 namespace {
 
-std::unique_ptr<BackendDetector> make_gpu(const Options& options) {
+std::unique_ptr<BackendDetector> make_gpu(const Options& options, ThreadPool& threads) {
 #if defined(LAZYCCD_HAS_CUDA)
-  return make_gpu_detector(options);
+  return make_gpu_detector(options, threads);
 #else
   static_cast<void>(options);
+  static_cast<void>(threads);
   throw Error(ErrorCode::unavailable, "this build has no CUDA backend");
 #endif
 }
@@ -36,7 +37,7 @@ struct Detector::Impl {
 
   void start_gpu() {
     try {
-      gpu = make_gpu(options);
+      gpu = make_gpu(options, cpu.threads());
       gpu->set_mesh(mesh);
     } catch (const Error& error) {
       gpu_failed(error);
@@ -85,7 +86,7 @@ struct Detector::Impl {
   Options options;
   Mesh mesh;
   CpuDetector cpu;
-  std::unique_ptr<BackendDetector> gpu;
+  std::unique_ptr<BackendDetector> gpu;  // on the threads of cpu
   int failures = 0;
   std::string reason;  // of the last failure
   Stats stats;
@@ -131,6 +132,12 @@ Span<const Contact> Detector::touching_again(const Positions& start, const Posit
   const Span<const Contact> contacts = impl_->cpu.touching_again(start, end, stats);
   impl_->stats = std::move(stats);
   return contacts;
+}
+
+void Detector::parallel_for(std::size_t count, std::size_t grain,
+                            const std::function<void(std::size_t, std::size_t)>& body) {
+  impl_->cpu.threads().parallel_for(
+      count, grain, [&](std::size_t first, std::size_t last, int) { body(first, last); });
 }
 
 Span<const Edge> Detector::edges() const { return impl_->mesh.edges(); }

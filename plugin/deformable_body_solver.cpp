@@ -129,12 +129,13 @@ void btLazyDeformableBodySolver::write_velocities() {
   if (!pipeline_->responded()) return;
   const SoftScene& scene = pipeline_->scene();
   const Motion& motion = pipeline_->motion();
-  for (std::int32_t v = 0; v < scene.vertex_count(); ++v) {
-    if (!pipeline_->is_moved(v)) continue;
-    btSoftBody& body = *scene.bodies()[scene.body_of(v)].body;
-    scene.node(v).m_v += to_bullet(motion.velocity_change[v]);
-    if (!body.isActive()) body.activate(true);
-  }
+  pipeline_->write([&](const SoftScene::BodyRecord& record, std::int32_t first, std::int32_t last) {
+    for (std::int32_t v = first; v < last; ++v) {
+      if (pipeline_->is_moved(v))
+        record.body->m_nodes[scene.node_index(v)].m_v += to_bullet(motion.velocity_change[v]);
+    }
+  });
+  pipeline_->wake_moved();
 }
 
 void btLazyDeformableBodySolver::write_positions() {
@@ -142,15 +143,14 @@ void btLazyDeformableBodySolver::write_positions() {
   // found clean is to be what the next step starts from, bit for bit.
   const SoftScene& scene = pipeline_->scene();
   const Motion& motion = pipeline_->motion();
-  for (const SoftScene::BodyRecord& record : scene.bodies()) {
-    const std::int32_t last = record.first_vertex + record.vertex_count;
-    for (std::int32_t v = record.first_vertex; v < last; ++v) {
+  pipeline_->write([&](const SoftScene::BodyRecord& record, std::int32_t first, std::int32_t last) {
+    for (std::int32_t v = first; v < last; ++v) {
       scene.fetch_ahead(record, v);
       const btScalar* end = &motion.end[3 * static_cast<std::size_t>(v)];
       btSoftBody::Node& node = record.body->m_nodes[scene.node_index(v)];
       node.m_x = node.m_q = btVector3(end[0], end[1], end[2]);
     }
-  }
+  });
 }
 
 void btLazyDeformableBodySolver::list_contacts() {

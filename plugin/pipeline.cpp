@@ -17,7 +17,7 @@ Pipeline::Pipeline(const Options& options, Friction friction)
     : options_(options),
       friction_(friction),
       journal_(options.on_message),
-      reader_(options, journal_),
+      reader_(options, journal_, [this](const StepReader::Visit& visit) { pass(visit); }),
       detector_(options.detector, reader_.scene(), reader_.topology(), reader_.motion(),
                 [this](std::int32_t a, std::int32_t b) { return surface(a, b); }),
       response_(options, [this](std::int32_t a, std::int32_t b) { return surface(a, b); }) {}
@@ -107,6 +107,24 @@ bool Pipeline::run(const Bodies& bodies, double seconds, const Fill& fill) noexc
   return works_;
 }
 
+// Bullet's nodes lie far apart in memory, so that one thread waits most of the time.
+void Pipeline::pass(const StepReader::Visit& visit) {
+  constexpr std::size_t grain = 2048;  // vertices: longer than waking a thread
+  detector_.parallel_for(static_cast<std::size_t>(scene().vertex_count()), grain,
+                         [&](std::size_t first, std::size_t last) {
+                           scene().for_each_body(static_cast<std::int32_t>(first),
+                                                 static_cast<std::int32_t>(last), visit);
+                         });
+}
+
+void Pipeline::write(const StepReader::Visit& visit) {
+  const Stopwatch watch;
+  pass(visit);
+  const double ms = watch.ms();
+  step_.ms_write += ms;
+  total_.ms_write += ms;
+}
+
 void Pipeline::gather(const Bodies& bodies, double seconds, const Fill& fill) {
   const StepReader::Changes changes = reader_.read(bodies, seconds, fill);
   if (scene().vertex_count() == 0) return;
@@ -179,6 +197,17 @@ bool Pipeline::is_moved(std::int32_t vertex) const {
   return responded_ && (!motion().velocity_change[vertex].isZero(0) ||
                         motion().solved[vertex] != motion().predicted[vertex] ||
                         !motion().opening[vertex].isZero(0));
+}
+
+void Pipeline::wake_moved() const {
+  for (const SoftScene::BodyRecord& record : scene().bodies()) {
+    if (record.body->isActive()) continue;
+    for (std::int32_t v = 0; v < record.vertex_count; ++v) {
+      if (!is_moved(record.first_vertex + v)) continue;
+      record.body->activate(true);
+      break;
+    }
+  }
 }
 
 void Pipeline::leave_stopped_obstacles() {

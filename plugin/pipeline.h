@@ -45,6 +45,10 @@ class Pipeline {
   // The response moved this vertex, or changed its velocity. Only where it responded().
   bool is_moved(std::int32_t vertex) const;
   bool responded() const { return responded_; }
+  // Sets nodes by visit(record, first, last), as StepReader::Pass has it.
+  void write(const StepReader::Visit& visit);
+  // Wakes the soft bodies that the response moved.
+  void wake_moved() const;
   // Gives rigid bodies what the response made of their motion.
   void write_rigid_bodies() const;
   const std::vector<StepContact>& contacts() const { return contacts_; }
@@ -60,6 +64,7 @@ class Pipeline {
  private:
   const StepTopology& topology() const { return reader_.topology(); }
   PairSurface surface(std::int32_t body_a, std::int32_t body_b) const;
+  void pass(const StepReader::Visit& visit);
   void gather(const Bodies& bodies, double seconds, const Fill& fill);
   bool read_where_pushed();
   void set_topology();

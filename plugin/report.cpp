@@ -20,6 +20,7 @@ StepStats& StepStats::operator+=(const StepStats& s) {
   ms_gather += s.ms_gather;
   ms_detect += s.ms_detect;
   ms_response += s.ms_response;
+  ms_write += s.ms_write;
   return *this;
 }
 

@@ -98,15 +98,16 @@ void btLazySoftBodySolver::write_back() {
   pipeline_->write_rigid_bodies();
   const SoftScene& scene = pipeline_->scene();
   const Motion& motion = pipeline_->motion();
-  for (std::int32_t v = 0; v < scene.vertex_count(); ++v) {
-    if (!pipeline_->is_moved(v)) continue;
-    btSoftBody& body = *scene.bodies()[scene.body_of(v)].body;
-    btSoftBody::Node& node = scene.node(v);
-    const btScalar* end = &motion.end[3 * static_cast<std::size_t>(v)];
-    node.m_x = btVector3(end[0], end[1], end[2]);
-    node.m_v += to_bullet(motion.velocity_change[v]);
-    if (!body.isActive()) body.activate(true);
-  }
+  pipeline_->write([&](const SoftScene::BodyRecord& record, std::int32_t first, std::int32_t last) {
+    for (std::int32_t v = first; v < last; ++v) {
+      if (!pipeline_->is_moved(v)) continue;
+      btSoftBody::Node& node = record.body->m_nodes[scene.node_index(v)];
+      const btScalar* end = &motion.end[3 * static_cast<std::size_t>(v)];
+      node.m_x = btVector3(end[0], end[1], end[2]);
+      node.m_v += to_bullet(motion.velocity_change[v]);
+    }
+  });
+  pipeline_->wake_moved();
 }
 
 void btLazySoftBodySolver::list_contacts() {

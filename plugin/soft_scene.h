@@ -9,6 +9,7 @@
 
 #include <BulletSoftBody/btSoftBody.h>
 
+#include <algorithm>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -51,6 +52,16 @@ class SoftScene {
   }
   bool was_pinned(std::int32_t vertex) const { return !(topology_.inverse_mass[vertex] > 0); }
   int node_index(std::int32_t vertex) const { return node_[vertex]; }
+  // visit(record, first, last) for each body's part of the vertices first to last - 1.
+  template <class Visit>
+  void for_each_body(std::int32_t first, std::int32_t last, Visit&& visit) const {
+    while (first < last) {
+      const BodyRecord& record = bodies_[body_of(first)];
+      const std::int32_t end = std::min(last, record.first_vertex + record.vertex_count);
+      visit(record, first, end);
+      first = end;
+    }
+  }
   // For loops over a body's vertices: asks for the node of a later one, because Bullet's nodes lie
   // further apart than processors look ahead.
   void fetch_ahead(const BodyRecord& record, std::int32_t vertex) const {

@@ -50,6 +50,15 @@ void StepDetector::read_reach() {
   }
 }
 
+void StepDetector::parallel_for(std::size_t count, std::size_t grain,
+                                const std::function<void(std::size_t, std::size_t)>& body) {
+  if (near_ || touching_) {
+    (near_ ? near_ : touching_)->parallel_for(count, grain, body);
+  } else {
+    body(0, count);
+  }
+}
+
 void StepDetector::begin_motion() {
   silent_.clear();
   may_be_silent_ = found_any_ = false;

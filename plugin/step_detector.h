@@ -1,6 +1,7 @@
 // Finds the contacts of a step that the response is to answer.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -42,6 +43,10 @@ class StepDetector {
   const std::vector<Contact>& silent() const { return silent_; }
   // Of these, pairs of a kinematic body and pinned nodes that it came upon in this motion.
   std::int64_t count_passed_over() const;
+
+  // As Detector::parallel_for(); before the first topology on the caller's thread.
+  void parallel_for(std::size_t count, std::size_t grain,
+                    const std::function<void(std::size_t first, std::size_t last)>& body);
 
   // Of the last motion: adds what it cost.
   void add_to(StepStats& stats) const;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <mutex>
 
 #include "rotation.h"
 
@@ -144,9 +145,8 @@ bool StepReader::read_resolution() {
   return true;
 }
 
-// One way through Bullet's nodes, which lie far apart in memory: blocks as small as the processor's
-// nearest cache are read, and looked at while they are there. False where the scene is to be read
-// anew: something was refused, or other nodes are pinned.
+// One way through Bullet's nodes. False where the scene is to be read anew: something was refused,
+// or other nodes are pinned.
 bool StepReader::gather_soft(double seconds, const Fill& fill) {
   const std::size_t count = static_cast<std::size_t>(scene_.vertex_count());
   motion_.seconds = seconds;
@@ -156,41 +156,42 @@ bool StepReader::gather_soft(double seconds, const Fill& fill) {
   motion_.rate.resize(count);
   motion_.inverse_mass.resize(count);
   swept_ = near_obstacles_ = AxisBox::empty();
-  btScalar margin = static_cast<btScalar>(options_.thickness);
-  constexpr std::int32_t block = 128;
-  bool as_read = true;
-  for (const SoftScene::BodyRecord& record : scene_.bodies()) {
-    AxisBox swept = AxisBox::empty();
-    const std::int32_t end = record.first_vertex + record.vertex_count;
-    for (std::int32_t first = record.first_vertex; first < end; first += block) {
-      if (gather_block(record, first, std::min(end, first + block), fill, swept)) continue;
-      as_read = false;
-      break;
-    }
-    swept_.add(swept);
-    if (!Obstacles::meets_obstacles(*record.body)) continue;
-    near_obstacles_.add(swept);
-    margin = btMax(margin, record.margin);
-  }
+  bool pinned_as_read = true;
+  std::vector<std::int32_t> refused;
+  std::mutex mutex;
+  pass_([&](const SoftScene::BodyRecord& record, std::int32_t first, std::int32_t last) {
+    // Blocks as small as the processor's nearest cache are read, and looked at while they are
+    // there.
+    constexpr std::int32_t block = 128;
+    Found found;
+    for (; first < last; first += block)
+      gather_block(record, first, std::min(last, first + block), fill, found);
+    const std::lock_guard<std::mutex> lock(mutex);
+    swept_.add(found.swept);
+    if (Obstacles::meets_obstacles(*record.body)) near_obstacles_.add(found.swept);
+    pinned_as_read = pinned_as_read && found.pinned_as_read;
+    if (found.refused >= 0) refused.push_back(found.refused);
+  });
+  if (!pinned_as_read) scene_.invalidate();
+  std::sort(refused.begin(), refused.end());
+  for (const std::int32_t vertex : refused) refuse(vertex);
   // Obstacles have their own margin about them.
+  btScalar margin = static_cast<btScalar>(options_.thickness);
+  for (const SoftScene::BodyRecord& record : scene_.bodies())
+    if (Obstacles::meets_obstacles(*record.body)) margin = btMax(margin, record.margin);
   if (!near_obstacles_.is_empty())
     near_obstacles_ = near_obstacles_.grown(btVector3(margin, margin, margin));
-  return as_read;
+  return pinned_as_read && refused.empty();
 }
 
-bool StepReader::gather_block(const SoftScene::BodyRecord& record, std::int32_t first,
-                              std::int32_t last, const Fill& fill, AxisBox& swept) {
-  bool pinned_as_read = true;
+void StepReader::gather_block(const SoftScene::BodyRecord& record, std::int32_t first,
+                              std::int32_t last, const Fill& fill, Found& found) {
   for (std::int32_t v = first; v < last; ++v) {
     scene_.fetch_ahead(record, v);
     const btScalar inverse_mass = record.body->m_nodes[scene_.node_index(v)].m_im;
     motion_.inverse_mass[v] = static_cast<double>(inverse_mass);
     motion_.rate[v] = 1 / motion_.seconds;
-    pinned_as_read = pinned_as_read && (inverse_mass > 0) != scene_.was_pinned(v);
-  }
-  if (!pinned_as_read) {
-    scene_.invalidate();
-    return false;
+    found.pinned_as_read = found.pinned_as_read && (inverse_mass > 0) != scene_.was_pinned(v);
   }
   fill(scene_, record, first, last, motion_);
   const btScalar way_of_light = static_cast<btScalar>(speed_of_light * motion_.seconds);
@@ -199,17 +200,16 @@ bool StepReader::gather_block(const SoftScene::BodyRecord& record, std::int32_t 
                    *end = &motion_.end[3 * static_cast<std::size_t>(v)];
     const btVector3 x0(start[0], start[1], start[2]), x1(end[0], end[1], end[2]);
     // So written that it holds of what is not finite too.
-    if (!((x1 - x0).length2() <= way_of_light * way_of_light)) {
-      refuse(record, v);
-      return false;
-    }
-    swept.add(x0);
-    swept.add(x1);
+    if (!((x1 - x0).length2() <= way_of_light * way_of_light) && found.refused < 0)
+      found.refused = v;
+    found.swept.add(x0);
+    found.swept.add(x1);
   }
-  return true;
 }
 
-void StepReader::refuse(const SoftScene::BodyRecord& record, std::int32_t vertex) {
+void StepReader::refuse(std::int32_t vertex) {
+  const SoftScene::BodyRecord& record = scene_.bodies()[scene_.body_of(vertex)];
+  if (scene_.is_refused(record.body)) return;
   scene_.refuse(record.body);
   const std::string body = std::to_string(record.world_index);
   journal_.say("finite " + body,

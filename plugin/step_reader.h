@@ -17,6 +17,10 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 class StepReader {
  public:
   using Bodies = btAlignedObjectArray<btSoftBody*>;
+  // visit(record, first, last) over disjoint parts of all vertices, perhaps on several threads.
+  using Visit = std::function<void(const SoftScene::BodyRecord& record, std::int32_t first,
+                                   std::int32_t last)>;
+  using Pass = std::function<void(const Visit& visit)>;
   // Fills start, end and velocity of some of a soft body's vertices, first to last - 1, rate where
   // it is not one over the step, and zeroes the inverse mass of nodes that something else than
   // velocity and contact moves.
@@ -28,8 +32,9 @@ class StepReader {
     bool start = false;  // bodies came or were put elsewhere: what intersects now did not come so
   };
 
-  // The journal must outlive it.
-  StepReader(const Options& options, Journal& journal) : options_(options), journal_(journal) {}
+  // The journal must outlive it, and what `pass` uses.
+  StepReader(const Options& options, Journal& journal, Pass pass)
+      : options_(options), journal_(journal), pass_(std::move(pass)) {}
 
   // To be called before Bullet moves anything, while its marks of changed topology still stand.
   void begin_step(const Bodies& bodies);
@@ -68,10 +73,17 @@ class StepReader {
     btTransform end;
   };
 
+  // What a pass over the nodes of one body finds.
+  struct Found {
+    AxisBox swept = AxisBox::empty();
+    bool pinned_as_read = true;
+    std::int32_t refused = -1;  // the vertex of a position that is none
+  };
+
   bool gather_soft(double seconds, const Fill& fill);
-  bool gather_block(const SoftScene::BodyRecord& record, std::int32_t first, std::int32_t last,
-                    const Fill& fill, AxisBox& swept);
-  void refuse(const SoftScene::BodyRecord& record, std::int32_t vertex);
+  void gather_block(const SoftScene::BodyRecord& record, std::int32_t first, std::int32_t last,
+                    const Fill& fill, Found& found);
+  void refuse(std::int32_t vertex);
   // Pinned nodes that an application puts elsewhere between two steps are swept from where the last
   // step left them. True where other nodes are elsewhere: that is a new start.
   bool sweep_driven_nodes();
@@ -83,6 +95,7 @@ class StepReader {
 
   Options options_;
   Journal& journal_;
+  Pass pass_;
   double resolution_ = 0;
   SoftScene scene_;
   Obstacles obstacles_;

@@ -33,6 +33,7 @@ class CpuDetector : public BackendDetector {
                                   const Positions& end, Stats& stats);
   // As Detector::touching_again().
   Span<const Contact> touching_again(const Positions& start, const Positions& end, Stats& stats);
+  ThreadPool& threads() { return pool_; }
 
  private:
   struct Worker;

@@ -45,10 +45,10 @@ Options with_front(Options options) {
 
 class GpuDetector : public BackendDetector {
  public:
-  explicit GpuDetector(const Options& options)
+  GpuDetector(const Options& options, ThreadPool& threads)
       : options_(with_front(options)),
         device_name_(describe_device()),
-        pool_(options.threads),
+        pool_(threads),
         scene_(options.separation),
         culling_(options),
         front_policy_(options.front_period, options.front_ratio),
@@ -86,7 +86,7 @@ class GpuDetector : public BackendDetector {
   gpu::Stream stream_;
   gpu::Event marks_[kMarks];
   gpu::Event uploaded_[2];
-  ThreadPool pool_;
+  ThreadPool& pool_;
 
   const Mesh* mesh_ = nullptr;
   bool built_ = false;
@@ -272,7 +272,7 @@ void GpuDetector::fill(Stats& stats) {
 
 }  // namespace
 
-std::unique_ptr<BackendDetector> make_gpu_detector(const Options& options) {
+std::unique_ptr<BackendDetector> make_gpu_detector(const Options& options, ThreadPool& threads) {
   int devices = 0;
   const cudaError_t result = cudaGetDeviceCount(&devices);
   if (result != cudaSuccess || devices == 0) {
@@ -280,7 +280,7 @@ std::unique_ptr<BackendDetector> make_gpu_detector(const Options& options) {
     throw Error(ErrorCode::unavailable,
                 std::string("no CUDA device answers (") + cudaGetErrorString(result) + ")");
   }
-  return std::make_unique<GpuDetector>(options);
+  return std::make_unique<GpuDetector>(options, threads);
 }
 
 }  // namespace lazyccd

@@ -9,7 +9,10 @@
 
 namespace lazyccd {
 
-// Throws Error(unavailable) where no device answers.
-std::unique_ptr<BackendDetector> make_gpu_detector(const Options& options);
+class ThreadPool;
+
+// Throws Error(unavailable) where no device answers. The threads, which must outlive it, do what is the
+// host's.
+std::unique_ptr<BackendDetector> make_gpu_detector(const Options& options, ThreadPool& threads);
 
 }  // namespace lazyccd

@@ -1,5 +1,8 @@
 #include <cmath>
 #include <limits>
+#include <memory>
+#include <string>
+#include <vector>
 
 #include "plugin/worlds.h"
 #include "support/catch.h"
@@ -76,4 +79,36 @@ TEST_CASE("an option that the detector refuses makes the step Bullet's, and is s
   CHECK(impact.world->total_stats()->missed_steps == 5);
   CHECK(impact.world->status().find("the step goes on without LazyCCD") != std::string::npos);
   CHECK(impact.thrown->m_nodes[0].m_x.y() < btScalar(0.1));
+}
+
+TEST_CASE("nodes are read and written on several threads as on one") {
+  const World kind = GENERATE(World::rigid, World::deformable);
+  std::vector<std::vector<btScalar>> ends;
+  for (const int threads : {1, 4}) {
+    scenes::WorldOptions options = quiet_options(kind);
+    options.lazyccd.detector.threads = threads;
+    const auto world = PhysicsWorld::make(options);
+    std::vector<btSoftBody*> bodies;
+    for (int i = 0; i < 22; ++i) {  // 3168 nodes in all
+      auto body = sheet(*world, 12, 1, 0.02 * i);
+      throw_down(*body, i);
+      bodies.push_back(body.get());
+      world->add(std::move(body));
+    }
+    const auto steps = [&](int count) {
+      for (int i = 0; i < count; ++i) world->step();
+    };
+    steps(3);
+    bodies[19]->m_nodes[5].m_x[1] = std::numeric_limits<btScalar>::quiet_NaN();
+    steps(3);
+    CHECK(world->status().find("soft body 19, node ") != std::string::npos);
+    CHECK(world->total_stats()->missed_steps == 0);
+    CHECK(world->total_stats()->contacts_vf > 0);
+    ends.emplace_back();
+    for (const btSoftBody* body : bodies) {
+      for (int i = 0; body != bodies[19] && i < body->m_nodes.size(); ++i)
+        for (int k = 0; k < 3; ++k) ends.back().push_back(body->m_nodes[i].m_x[k]);
+    }
+  }
+  CHECK(ends[0] == ends[1]);
 }

@@ -6,7 +6,9 @@
 //     for (const lazyccd::Contact& c : detector.detect(start, end)) ...
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -144,6 +146,12 @@ class Detector {
   // All edges: sides of faces and the topology's own, each once, (smaller, larger) vertex index,
   // sorted by the larger and then by the smaller.
   Span<const Edge> edges() const;
+
+  // body(first, last) over disjoint pieces of [0, count) of at most `grain`, on the threads of the CPU
+  // backend: for what an application does around a detection, like reading positions. In one piece on
+  // the caller's thread where that is all of it. Rethrows the first exception.
+  void parallel_for(std::size_t count, std::size_t grain,
+                    const std::function<void(std::size_t first, std::size_t last)>& body);
 
   const Stats& stats() const;  // of the last detection
   // One line: the backend in use and, where it is not the one asked for, why.

@@ -7,7 +7,8 @@ namespace lazyccd::program {
 nlohmann::ordered_json to_json(const scenes::RunReport& report) {
   const bullet::StepStats& stats = report.lazyccd;
   const double steps = std::max(1, report.steps);
-  const double ours = (stats.ms_gather + stats.ms_detect + stats.ms_response) / steps;
+  const double ours =
+      (stats.ms_gather + stats.ms_detect + stats.ms_response + stats.ms_write) / steps;
   nlohmann::ordered_json json;
   json["steps"] = report.steps;
   json["finite"] = report.finite;
@@ -48,7 +49,8 @@ nlohmann::ordered_json to_json(const scenes::RunReport& report) {
                          {"bullet", report.ms_step - ours},
                          {"gather", stats.ms_gather / steps},
                          {"detect", stats.ms_detect / steps},
-                         {"response", stats.ms_response / steps}};
+                         {"response", stats.ms_response / steps},
+                         {"write", stats.ms_write / steps}};
   json["kinetic_energy_J"] = report.kinetic_energy;
   json["status"] = report.status;
   return json;
