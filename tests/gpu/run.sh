@@ -83,16 +83,14 @@ fi
 
 part bench 120 "$folder/lazyccd" bench "${frames[@]}" --repeat 30 --csv "$out/bench.csv" \
   --label "$(git -C "$here" rev-parse --short HEAD 2>/dev/null)"
-# A Bullet step of the size of Cloth/Ball, once warm: what the adapter adds around the kernels is `gather`,
-# and what a detection takes beyond the device's time.
+# A Bullet step of the size of Cloth/Ball, once warm (in the first Bullet builds trees of faces, for
+# long): around the kernels are `gather`, `write`, and what a detection takes beyond the device's time.
 step() {
-  local steps run runs=()
-  for steps in 4 24; do  # at once: in the first step Bullet builds its trees of faces, for long
-    "$folder/lazyccd" simulate cloth-on-cloth --size 5.77 --speed 0.1 --steps $steps --backend cuda \
-      --stats "$out/step-$steps.json" &
-    runs+=($!)
+  local steps
+  for steps in 4 24; do
+    "$folder/lazyccd" simulate cloth-on-cloth --world deformable --size 5.77 --speed 0.1 \
+      --steps $steps --backend cuda --stats "$out/step-$steps.json" || return
   done
-  for run in "${runs[@]}"; do wait "$run" || return; done
   python3 - "$out" <<'PYTHON'
 import json, sys
 
