@@ -3,10 +3,44 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <numeric>
 
 #include "scenes/crossings.h"
 
 namespace lazyccd::scenes {
+namespace {
+
+StepTimes times(double total, const bullet::StepStats* stats) {
+  const bullet::StepStats none;
+  const bullet::StepStats& s = stats ? *stats : none;
+  const double ours = s.ms_gather + s.ms_detect + s.ms_response + s.ms_write;
+  return {total, total - ours, s.ms_gather, s.ms_detect, s.ms_response, s.ms_write};
+}
+
+double mean(const std::vector<double>& values) {
+  return std::accumulate(values.begin(), values.end(), 0.0) / static_cast<double>(values.size());
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+template <class Average>
+StepTimes each_part(const std::vector<StepTimes>& steps, Average&& average) {
+  StepTimes result;
+  if (steps.empty()) return result;
+  for (double StepTimes::*part : {&StepTimes::total, &StepTimes::bullet, &StepTimes::gather,
+                                  &StepTimes::detect, &StepTimes::response, &StepTimes::write}) {
+    std::vector<double> values;
+    for (const StepTimes& step : steps) values.push_back(step.*part);
+    result.*part = average(values);
+  }
+  return result;
+}
+
+}  // namespace
 
 RunReport run(Scene& scene, const std::function<void(int step)>& after_step) {
   PhysicsWorld& world = *scene.world;
@@ -17,11 +51,12 @@ RunReport run(Scene& scene, const std::function<void(int step)>& after_step) {
   report.highest_energy = report.start.energy();
   report.piercings_at_start = find_piercings(read_surface(world), read_positions(world)).size();
   if (after_step) after_step(0);
-  double seconds = 0;
+  std::vector<StepTimes> steps;
   while (report.steps < scene.steps) {
     const auto begin = std::chrono::steady_clock::now();
     world.step();
-    seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+    const std::chrono::duration<double, std::milli> wall = std::chrono::steady_clock::now() - begin;
+    steps.push_back(times(wall.count(), world.step_stats()));
     ++report.steps;
     const std::vector<btScalar> positions = read_positions(world);
     report.finite = std::all_of(positions.begin(), positions.end(),
@@ -40,7 +75,8 @@ RunReport run(Scene& scene, const std::function<void(int step)>& after_step) {
   report.crossings_ee = crossings.edge_edge();
   if (report.finite) report.piercings = find_piercings(read_surface(world), read_positions(world));
   if (scene.nodes_on_wrong_side) report.wrong_side = scene.nodes_on_wrong_side();
-  report.ms_step = report.steps ? 1000 * seconds / report.steps : 0;
+  report.mean = each_part(steps, mean);
+  report.median = each_part(steps, median);
   if (const bullet::StepStats* stats = world.total_stats()) report.lazyccd = *stats;
   report.status = world.status();
   return report;

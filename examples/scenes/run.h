@@ -12,6 +12,12 @@
 
 namespace lazyccd::scenes {
 
+// Wall time of a step, ms: of LazyCCD's parts as in StepStats, and of the rest. Without the
+// counters.
+struct StepTimes {
+  double total = 0, bullet = 0, gather = 0, detect = 0, response = 0, write = 0;
+};
+
 struct RunReport {
   int steps = 0;
   double margin = 0;                                // m, of each body
@@ -24,7 +30,7 @@ struct RunReport {
   double highest_energy = 0;           // J, kinetic and potential, at the start or after any step
   Mechanics start, end;
   bool finite = true;         // all positions at the end
-  double ms_step = 0;         // mean wall time of a step, without the counters
+  StepTimes mean, median;     // each part by itself; the first step also builds what lasts
   bullet::StepStats lazyccd;  // summed; all zero with Bullet alone
   std::string status;
 };

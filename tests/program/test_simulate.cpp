@@ -48,6 +48,7 @@ TEST_CASE("simulate counts pass-throughs of Bullet alone and none with LazyCCD")
   CHECK(with["kinetic_energy_J"].size() == with["steps"]);
   for (const char* part : {"total", "bullet", "gather", "detect", "response", "write"}) {
     CHECK(with["ms_per_step"][part].is_number());
+    CHECK(with["median_ms_per_step"][part].is_number());
   }
 }
 

@@ -52,7 +52,7 @@ void print_progress(int step, int steps) {
 
 void print_summary(const scenes::RunReport& report) {
   const bullet::StepStats& stats = report.lazyccd;
-  std::printf("%d steps, %.2f ms a step\n", report.steps, report.ms_step);
+  std::printf("%d steps, %.2f ms a step\n", report.steps, report.mean.total);
   if (!report.finite) std::printf("stopped: positions are not finite any more\n");
   std::printf("pass-throughs: %" PRId64 " vertex-face, %" PRId64 " edge-edge\n",
               report.crossings_vf, report.crossings_ee);
