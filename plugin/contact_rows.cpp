@@ -30,9 +30,15 @@ Vector3d separation(const ContactRow& row, const Motion& motion) {
 
 double ContactRows::thickness(const Contact& contact, const Motion& motion, double of_surfaces) {
   if (contact.body_a != contact.body_b) return of_surfaces;
-  double reach = motion.reach[contact.vertices[0]];
-  for (const std::int32_t v : contact.vertices) reach = std::min(reach, motion.reach[v]);
-  return std::min(of_surfaces, 0.5 * reach);
+  const std::array<double, 4> weights = contact.weights();
+  const int first_of_b = contact.kind == ContactKind::vertex_face ? 1 : 2;
+  std::array<double, 2> reach = {0, 0};  // at the two points in contact
+  for (int i = 0; i < 4; ++i) {
+    // What has no part in a point may have no edge either, and no end to its reach.
+    if (weights[i] != 0)
+      reach[i >= first_of_b] += std::abs(weights[i]) * motion.reach[contact.vertices[i]];
+  }
+  return std::min({of_surfaces, 0.5 * reach[0], 0.5 * reach[1]});
 }
 
 ContactRow ContactRows::make_row(const Contact& contact, const Motion& motion) const {

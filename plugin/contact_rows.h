@@ -39,6 +39,7 @@ class ContactRows {
       : surface_(std::move(surface)), recovery_(recovery) {}
 
   // Metres: that of the surfaces, but neighbours in one cloth are closer than that by themselves.
+  // It depends on the points in contact alone, not on which pair of features stands for them.
   static double thickness(const Contact& contact, const Motion& motion, double of_surfaces);
 
   // Starts a step without rows.

@@ -2,26 +2,19 @@
 
 #include <array>
 #include <cstdint>
-#include <cstring>
 #include <utility>
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-// Points, then the rounded normal and the thickness.
-using Key = std::array<std::uint64_t, 6>;
+// Points, then the rounded normal.
+using Key = std::array<std::uint64_t, 5>;
 
 constexpr double parts_of_weight = 16, parts_of_normal = 4;
 
 // As std::lround(), which is a call.
 int rounded(double x) { return static_cast<int>(x < 0 ? x - 0.5 : x + 0.5); }
-
-std::uint64_t bits_of(double x) {
-  std::uint64_t bits;
-  std::memcpy(&bits, &x, sizeof bits);
-  return bits;
-}
 
 // Vertices with their rounded weights, in order, where these are not zero.
 struct Points {
@@ -43,7 +36,7 @@ Points points_of(const Contact& contact) {
   return points;
 }
 
-Key key_of(const Points& points, const Contact& contact, double thickness) {
+Key key_of(const Points& points, const Contact& contact) {
   // Which of two sides is the first is of no matter.
   const int sign = points.at[0].second < 0 ? -1 : 1;
   Key key{};
@@ -55,7 +48,6 @@ Key key_of(const Points& points, const Contact& contact, double thickness) {
     const int part = sign * rounded(parts_of_normal * static_cast<double>(component));
     key[4] = key[4] << 16 | static_cast<std::uint16_t>(part);
   }
-  key[5] = bits_of(thickness);
   return key;
 }
 
@@ -67,7 +59,7 @@ std::size_t hash_of(const Key& key) {
 
 }  // namespace
 
-void keep_distinct(std::vector<Contact>& contacts, const std::vector<Nearness>& near) {
+void keep_distinct(std::vector<Contact>& contacts, const std::vector<double>& gaps) {
   std::size_t slots = 2;
   while (slots < 2 * contacts.size()) slots *= 2;
   constexpr std::int32_t free = -1;
@@ -82,7 +74,7 @@ void keep_distinct(std::vector<Contact>& contacts, const std::vector<Nearness>& 
       kept[i] = 1;
       continue;
     }
-    const Key key = key_of(points, contacts[i], near[i].thickness);
+    const Key key = key_of(points, contacts[i]);
     std::size_t slot = hash_of(key) & (slots - 1);
     while (table[slot] != free && keys[static_cast<std::size_t>(table[slot])] != key)
       slot = (slot + 1) & (slots - 1);
@@ -91,7 +83,7 @@ void keep_distinct(std::vector<Contact>& contacts, const std::vector<Nearness>& 
       keys.push_back(key);
       nearest.push_back(i);
     } else if (std::size_t& other = nearest[static_cast<std::size_t>(table[slot])];
-               near[i].gap < near[other].gap) {
+               gaps[i] < gaps[other]) {
       other = i;
     }
   }

@@ -10,15 +10,10 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-struct Nearness {
-  double thickness;  // metres, of the pair
-  double gap;        // metres, where the step begins, between the points of the contact
-};
-
 // Keeps the nearest, and of equally near ones the first, of those whose weights are on the same
-// vertices, alike to 1/16, whose normals are alike to 1/4, and whose thickness is the same. `near`
-// is by contact; the order stays.
-void keep_distinct(std::vector<Contact>& contacts, const std::vector<Nearness>& near);
+// vertices, alike to 1/16, and whose normals are alike to 1/4. `gaps`, by contact: metres, between
+// its points where the step begins. The order stays.
+void keep_distinct(std::vector<Contact>& contacts, const std::vector<double>& gaps);
 
 }  // namespace LAZYCCD_BULLET_PRECISION
 }  // namespace lazyccd::bullet

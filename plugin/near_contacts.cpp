@@ -33,19 +33,20 @@ bool comes_within(double distance, const Contact& contact, const Motion& motion)
 
 // Pairs that touch, which have no normal yet; and those that stay further apart than their own
 // thickness. Of one body, neighbours lie so, and what presses them together is their own matter.
-bool says_nothing(const Contact& contact, const Nearness& near, const Motion& motion) {
+bool says_nothing(const Contact& contact, double thickness, double start_gap,
+                  const Motion& motion) {
   if (contact.toi > 0) return false;
-  const double far = NearContacts::reach * near.thickness;
-  if (near.gap <= far) return near.gap < 1e-6 * near.thickness;
+  const double far = NearContacts::reach * thickness;
+  if (start_gap <= far) return start_gap < 1e-6 * thickness;
   if (contact.body_a == contact.body_b) return true;
   const Eigen::Vector3d start = gap(contact, motion.start), end = gap(contact, motion.end);
-  return start.dot(end) > far * near.gap || !comes_within(far, contact, motion);
+  return start.dot(end) > far * start_gap || !comes_within(far, contact, motion);
 }
 
 }  // namespace
 
 std::vector<Contact> NearContacts::choose(std::vector<Contact> found, const Motion& motion) {
-  std::vector<Nearness> nearness;
+  std::vector<double> gaps;
   auto last = last_.begin();
   std::size_t kept = 0;
   std::int32_t body_a = -1, body_b = -1;
@@ -56,17 +57,17 @@ std::vector<Contact> NearContacts::choose(std::vector<Contact> found, const Moti
       body_b = contact.body_b;
       of_surfaces = surface_(body_a, body_b).thickness;
     }
-    Nearness near = {ContactRows::thickness(contact, motion, of_surfaces),
-                     gap(contact, motion.start).norm()};
-    if (says_nothing(contact, near, motion)) continue;
+    const double thickness = ContactRows::thickness(contact, motion, of_surfaces);
+    double start_gap = gap(contact, motion.start).norm();
+    if (says_nothing(contact, thickness, start_gap, motion)) continue;
     // What was chosen in the last step goes on to be, where no other is nearer.
     while (last != last_.end() && *last < contact) ++last;
-    if (last != last_.end() && !(contact < *last)) near.gap *= as_near;
+    if (last != last_.end() && !(contact < *last)) start_gap *= as_near;
     found[kept++] = contact;
-    nearness.push_back(near);
+    gaps.push_back(start_gap);
   }
   found.resize(kept);
-  keep_distinct(found, nearness);
+  keep_distinct(found, gaps);
   last_ = found;
   return found;
 }
