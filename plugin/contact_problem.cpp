@@ -36,12 +36,13 @@ Vector3d move_without(const ContactRow& row, bool opening, const Motion& motion)
   Vector3d sum = Vector3d::Zero();
   for (int k = 0; k < 4; ++k) {
     const std::int32_t v = row.contact.vertices[k];
-    const Vector3d& end = opening && motion.is_soft(v) ? motion.solved[v] : motion.predicted[v];
+    const Vector3d& end = opening && motion.is_free(v) ? motion.solved[v] : motion.predicted[v];
     sum += row.weights[k] * (end - motion.start_of(v));
   }
-  if (opening && row.rigid >= 0) {
-    const RigidMotion& body = motion.rigid[row.rigid];
-    sum += row.rigid_weight * body.shift + body.turn.cross(row.arm);
+  for (const RigidPart& part : row.rigid) {
+    if (!opening || part.body < 0) break;
+    const RigidMotion& body = motion.rigid[part.body];
+    sum += part.moved(body.shift, body.turn);
   }
   return sum;
 }
@@ -127,7 +128,6 @@ ContactProblem::Row ContactProblem::make_row(const ContactRow& row, const Vector
                                              const Motion& motion) {
   Row r;
   r.normal = padded(row.normal);
-  r.arm = padded(row.arm);
   r.sliding = padded((move - row.normal.dot(move) * row.normal) / length_);
   r.need = static_cast<float>(need(row, opening_, move) / length_);
   r.friction = opening_ ? 0 : static_cast<float>(row.friction);
@@ -135,9 +135,12 @@ ContactProblem::Row ContactProblem::make_row(const ContactRow& row, const Vector
   r.compliance = static_cast<float>(mass_ / row.response);
   r.sliding_response = static_cast<float>(row.sliding_response / mass_);
   r.sliding_compliance = static_cast<float>(mass_ / row.sliding_response);
-  const bool gives_way = row.rigid >= 0 && motion.rigid[row.rigid].is_dynamic();
-  r.body = gives_way ? row.rigid : -1;
-  r.body_weight = static_cast<float>(row.rigid_weight);
+  r.first_part = static_cast<std::int32_t>(parts_.size());
+  for (const RigidPart& part : row.rigid) {
+    if (part.body < 0) break;
+    parts_.push_back({padded(part.arm), static_cast<float>(part.weight), part.body});
+  }
+  r.last_part = static_cast<std::int32_t>(parts_.size());
   for (int k = 0; k < 4; ++k) {
     const double inverse_mass = inverse_mass_of(row.contact.vertices[k], motion);
     r.weight[k] = static_cast<float>(row.weights[k]);
@@ -149,18 +152,21 @@ ContactProblem::Row ContactProblem::make_row(const ContactRow& row, const Vector
 inline void ContactProblem::push(const Row& row, const Impulse& impulse) {
   const Vector total = impulse.along * row.normal + impulse.across;
   for (int k = 0; k < 4; ++k) displacement_[row.node[k]] += row.mobility[k] * total;
-  if (row.body < 0) return;
-  const Body& body = bodies_[row.body];
-  displacement_[shift_of(row.body)] += row.body_weight * body.inverse_mass.cwiseProduct(total);
-  displacement_[turn_of(row.body)] += body.inverse_inertia * row.arm.cross3(total);
+  for (std::int32_t i = row.first_part; i < row.last_part; ++i) {
+    const Part& part = parts_[i];
+    const Body& body = bodies_[part.body];
+    displacement_[shift_of(part.body)] += part.weight * body.inverse_mass.cwiseProduct(total);
+    displacement_[turn_of(part.body)] += body.inverse_inertia * part.arm.cross3(total);
+  }
 }
 
 inline ContactProblem::Vector ContactProblem::moved(const Row& row) const {
   const auto share = [&](int k) { return row.weight[k] * displacement_[row.node[k]]; };
   Vector sum = (share(0) + share(1)) + (share(2) + share(3));
-  if (row.body >= 0) {
-    sum += row.body_weight * displacement_[shift_of(row.body)] +
-           displacement_[turn_of(row.body)].cross3(row.arm);
+  for (std::int32_t i = row.first_part; i < row.last_part; ++i) {
+    const Part& part = parts_[i];
+    sum += part.weight * displacement_[shift_of(part.body)] +
+           displacement_[turn_of(part.body)].cross3(part.arm);
   }
   return sum;
 }
@@ -291,10 +297,11 @@ void ContactProblem::write(std::vector<ContactRow>& rows, Motion& motion) const 
       const double mobility = row.weights[k] * inverse_mass_of(v, motion);
       if (mobility != 0) (opening_ ? motion.opening : motion.solved)[v] += mobility * impulse;
     }
-    if (row.rigid < 0) continue;
-    RigidMotion& body = motion.rigid[row.rigid];
-    shift_of(body) += row.rigid_weight * body.inverse_mass.cwiseProduct(impulse);
-    turn_of(body) += body.inverse_inertia * row.arm.cross(impulse);
+    for (const RigidPart& part : row.rigid) {
+      if (part.body < 0) break;
+      RigidMotion& body = motion.rigid[part.body];
+      part.push(body, impulse, shift_of(body), turn_of(body));
+    }
   }
 }
 

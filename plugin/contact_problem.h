@@ -44,14 +44,19 @@ class ContactProblem {
   using Indices = std::vector<std::int32_t>;
 
   struct Row {
-    Vector normal, arm;
+    Vector normal;
     Vector sliding;                         // without impulses
     std::array<float, 4> weight, mobility;  // mobility: weight over mass
     std::array<std::int32_t, 4> node = {};  // in displacement_
     float need;  // how much further apart along the normal than without impulses, at least
     float friction, response, compliance, sliding_response, sliding_compliance;
-    std::int32_t body;  // index in bodies_, or -1
-    float body_weight;
+    std::int32_t first_part, last_part;  // in parts_, one past the last
+  };
+  // As RigidPart.
+  struct Part {
+    Vector arm;
+    float weight;
+    std::int32_t body;  // index in bodies_
   };
   struct Impulse {
     Vector across = Vector::Zero();
@@ -87,6 +92,7 @@ class ContactProblem {
   double tolerance_ = 0;            // metres
   std::vector<std::size_t> order_;  // of the given rows
   std::vector<Row> rows_;
+  std::vector<Part> parts_;
   std::vector<Body> bodies_;
   // At the last sweep's begin and at its end, and at the end of the one before.
   std::vector<Impulse> before_, impulses_, last_;

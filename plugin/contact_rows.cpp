@@ -10,6 +10,7 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
+using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
 // Vector between the two sides of a contact at the end of the step, in the linear model of it.
@@ -17,13 +18,36 @@ Vector3d separation(const ContactRow& row, const Motion& motion) {
   Vector3d sum = Vector3d::Zero();
   for (int i = 0; i < 4; ++i) {
     const std::int32_t v = row.contact.vertices[i];
-    sum += row.weights[i] * (motion.is_soft(v) ? motion.solved : motion.predicted)[v];
+    sum += row.weights[i] * (motion.is_free(v) ? motion.solved : motion.predicted)[v];
   }
-  if (row.rigid >= 0) {
-    const RigidMotion& body = motion.rigid[row.rigid];
-    sum += row.rigid_weight * body.shift + body.turn.cross(row.arm);
+  for (const RigidPart& part : row.rigid) {
+    if (part.body < 0) break;
+    const RigidMotion& body = motion.rigid[part.body];
+    sum += part.moved(body.shift, body.turn);
   }
   return sum;
+}
+
+// Where a vertex moves with a rigid body that gives way, it becomes part of the row's.
+void add_to_parts(double weight, const Vector3d& start, int body, const Motion& motion,
+                  std::array<RigidPart, 2>& parts) {
+  if (body < 0 || !motion.rigid[body].is_dynamic()) return;
+  for (RigidPart& part : parts) {
+    if (part.body >= 0 && part.body != body) continue;
+    part.body = body;
+    part.weight += weight;
+    part.arm += weight * (start - motion.rigid[body].centre());
+    return;
+  }
+}
+
+// Displacement of the part per impulse on it.
+Matrix3d mobility_of(const RigidPart& part, const RigidMotion& body) {
+  Matrix3d lever;
+  lever << 0, -part.arm.z(), part.arm.y(), part.arm.z(), 0, -part.arm.x(), -part.arm.y(),
+      part.arm.x(), 0;
+  return part.weight * part.weight * Matrix3d(body.inverse_mass.asDiagonal()) +
+         lever.transpose() * body.inverse_inertia * lever;
 }
 
 }  // namespace
@@ -47,31 +71,26 @@ ContactRow ContactRows::make_row(const Contact& contact, const Motion& motion) c
   row.weights = contact.weights();
   row.normal = Vector3d(contact.normal[0], contact.normal[1], contact.normal[2]);
   const int rigid_a = motion.rigid_of_body[contact.body_a];
-  row.rigid = rigid_a >= 0 ? rigid_a : motion.rigid_of_body[contact.body_b];
-  row.rigid_weight = rigid_a >= 0 ? 1 : -1;
-  row.arm = Vector3d::Zero();
+  const int obstacle = rigid_a >= 0 ? rigid_a : motion.rigid_of_body[contact.body_b];
   row.start_gap = 0;
   double compliance = 0, sliding_compliance = 0, most_mobile = 0;
   for (int i = 0; i < 4; ++i) {
     const std::int32_t v = contact.vertices[i];
     const Vector3d start = motion.start_of(v);
     row.start_gap += row.weights[i] * row.normal.dot(start);
-    if (motion.is_soft(v)) {
+    if (motion.is_free(v)) {
       const double share = row.weights[i] * row.weights[i] * motion.inverse_mass[v];
       compliance += share;
       sliding_compliance += share;
       most_mobile = std::max(most_mobile, motion.inverse_mass[v]);
     } else {
-      row.arm += row.weights[i] * (start - motion.rigid[row.rigid].centre());
+      const int body = motion.is_soft(v) ? motion.carrier_of(v) : obstacle;
+      add_to_parts(row.weights[i], start, body, motion, row.rigid);
     }
   }
-  if (row.rigid >= 0) {
-    const RigidMotion& body = motion.rigid[row.rigid];
-    Eigen::Matrix3d lever;
-    lever << 0, -row.arm.z(), row.arm.y(), row.arm.z(), 0, -row.arm.x(), -row.arm.y(), row.arm.x(),
-        0;
-    const Eigen::Matrix3d mobility = Eigen::Matrix3d(body.inverse_mass.asDiagonal()) +
-                                     lever.transpose() * body.inverse_inertia * lever;
+  for (const RigidPart& part : row.rigid) {
+    if (part.body < 0) break;
+    const Matrix3d mobility = mobility_of(part, motion.rigid[part.body]);
     const double along = row.normal.dot(mobility * row.normal);
     sliding_compliance += std::max(0.0, mobility.trace() - along);
     compliance += along;
@@ -163,7 +182,7 @@ void ContactRows::relax(Motion& motion, int sweeps) {
   }
   for (const ContactRow& row : rows_) {
     for (const std::int32_t v : row.contact.vertices) {
-      if (motion.is_soft(v) && motion.inverse_mass[v] > 0) motion.round_end(v);
+      if (motion.is_free(v)) motion.round_end(v);
     }
   }
   for (RigidMotion& body : motion.rigid) {

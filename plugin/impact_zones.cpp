@@ -52,6 +52,11 @@ void stay(std::int32_t soft_vertex, Motion& motion) {
   std::copy_n(motion.start.begin() + first, 3, motion.end.begin() + first);
 }
 
+// What carries it is a member of zones in its place.
+bool is_pinned(std::int32_t v, const Motion& motion) {
+  return motion.is_soft(v) && motion.inverse_mass[v] == 0 && motion.carrier_of(v) < 0;
+}
+
 // Between a kinematic body that moves and a pinned node that goes another way, as applications
 // have both.
 bool is_prescribed(const Contact& contact, const Motion& motion) {
@@ -61,8 +66,8 @@ bool is_prescribed(const Contact& contact, const Motion& motion) {
   if (body.is_dynamic() || body.start == body.end) return false;
   const RigidStep step = step_of(body);
   return std::any_of(contact.vertices.begin(), contact.vertices.end(), [&](std::int32_t v) {
-    return motion.is_soft(v) && motion.inverse_mass[v] == 0 &&
-           motion.end_of(v) == motion.predicted[v] && !step.carries(v, motion);
+    return is_pinned(v, motion) && motion.end_of(v) == motion.predicted[v] &&
+           !step.carries(v, motion);
   });
 }
 
@@ -128,7 +133,11 @@ std::vector<std::int32_t> ImpactZones::members_of(const Contact& contact, const 
     if (body >= 0 && motion.rigid[body].is_dynamic()) members.push_back(motion.soft_count() + body);
   }
   for (const std::int32_t v : contact.vertices) {
-    if (motion.is_soft(v) && motion.inverse_mass[v] > 0) members.push_back(v);
+    if (motion.is_free(v)) {
+      members.push_back(v);
+    } else if (motion.is_soft(v) && motion.carrier_of(v) >= 0) {
+      members.push_back(motion.soft_count() + motion.carrier_of(v));
+    }
   }
   return members;
 }
@@ -142,7 +151,7 @@ ImpactZones::Guides ImpactZones::guides_of(const Contact& contact, const Motion&
   // What is free follows the body and leaves the pinned node behind.
   if (is_prescribed(contact, motion)) return guides;
   for (const std::int32_t v : contact.vertices) {
-    if (motion.is_soft(v) && motion.inverse_mass[v] == 0) guides.nodes.insert(v);
+    if (is_pinned(v, motion)) guides.nodes.insert(v);
   }
   return guides;
 }
@@ -343,7 +352,7 @@ void ImpactZones::move(const Zone& zone, const Guides& guides, Motion& motion) c
     body.opening_shift = goes(body.centre()) - moves(body.centre());
     body.opening_turn.setZero();
     if (goes.stays()) {
-      motion.put(body, body.start);
+      motion.hold(body);
     } else {
       motion.place(body);
     }

@@ -50,6 +50,18 @@ std::vector<Island> find_islands(const std::vector<ContactRow>& rows, const Moti
     in_contact[row.contact.body_a] = in_contact[row.contact.body_b] = 1;
     parent[find(row.contact.body_a)] = find(row.contact.body_b);
   }
+  // What an anchor fixes to a rigid body pushes that.
+  for (const auto& [vertex, carried] : motion.carried) {
+    const auto next =
+        std::upper_bound(motion.first_vertex.begin(), motion.first_vertex.end(), vertex);
+    const auto body = static_cast<std::int32_t>(next - motion.first_vertex.begin()) - 1;
+    if (!in_contact[body]) continue;
+    const auto carrier =
+        std::find(motion.rigid_of_body.begin(), motion.rigid_of_body.end(), carried.rigid);
+    const auto rigid_body = static_cast<std::int32_t>(carrier - motion.rigid_of_body.begin());
+    in_contact[rigid_body] = 1;
+    parent[find(body)] = find(rigid_body);
+  }
   std::map<std::int32_t, Island> islands;
   for (std::int32_t body = 0; body < static_cast<std::int32_t>(parent.size()); ++body) {
     if (!in_contact[body]) continue;
@@ -61,7 +73,7 @@ std::vector<Island> find_islands(const std::vector<ContactRow>& rows, const Moti
       continue;
     }
     for (std::int32_t v = motion.first_vertex[body]; v < motion.first_vertex[body + 1]; ++v) {
-      if (motion.is_soft(v) && motion.inverse_mass[v] > 0) continue;
+      if (motion.is_free(v) || (motion.is_soft(v) && motion.carrier_of(v) >= 0)) continue;
       island.free = false;
       const double moved = (motion.end_of(v) - motion.start_of(v)).norm();
       island.drive = std::max(island.drive, moved / motion.seconds);
@@ -108,6 +120,8 @@ void set_velocities(Motion& motion) {
   motion.velocity_change.resize(motion.solved.size());
   for (std::size_t v = 0; v < motion.solved.size(); ++v) {
     motion.velocity_change[v] = (motion.solved[v] - motion.predicted[v]) * motion.rate[v];
+    // What is carried gets its velocity from Bullet's anchor.
+    if (motion.inverse_mass[v] == 0) motion.velocity_change[v].setZero();
   }
   for (RigidMotion& body : motion.rigid) {
     body.velocity_change = body.shift / motion.seconds;
@@ -129,10 +143,10 @@ void add_restitution(const std::vector<ContactRow>& rows, double restitution, do
       const std::int32_t v = row.contact.vertices[i];
       if (motion.is_soft(v)) bounce[v] += row.weights[i] * motion.inverse_mass[v] * impulse;
     }
-    if (row.rigid < 0) continue;
-    const RigidMotion& body = motion.rigid[row.rigid];
-    shift[row.rigid] += row.rigid_weight * body.inverse_mass.cwiseProduct(impulse);
-    turn[row.rigid] += body.inverse_inertia * row.arm.cross(impulse);
+    for (const RigidPart& part : row.rigid) {
+      if (part.body < 0) break;
+      part.push(motion.rigid[part.body], impulse, shift[part.body], turn[part.body]);
+    }
   }
   const auto add = [&](double part) {
     for (std::size_t v = 0; v < bounce.size(); ++v)

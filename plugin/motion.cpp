@@ -1,6 +1,7 @@
 #include "motion.h"
 
 #include <Eigen/Dense>
+#include <algorithm>
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -71,6 +72,27 @@ void Motion::place(RigidMotion& body) {
 void Motion::put(RigidMotion& body, const btTransform& pose) {
   body.end = pose;
   write_vertices(body, pose, end);
+  for (const auto& [vertex, fixed] : carried) {
+    if (&rigid[fixed.rigid] == &body) set_carried_end(vertex, pose * fixed.local);
+  }
+}
+
+void Motion::hold(RigidMotion& body) {
+  put(body, body.start);
+  for (const auto& [vertex, fixed] : carried) {
+    if (&rigid[fixed.rigid] == &body)
+      set_carried_end(vertex, &start[3 * static_cast<std::size_t>(vertex)]);
+  }
+}
+
+void Motion::set_carried_end(std::int32_t vertex, const btScalar* x) {
+  std::copy_n(x, 3, &end[3 * static_cast<std::size_t>(vertex)]);
+  solved[vertex] = end_of(vertex);
+}
+
+int Motion::carrier_of(std::int32_t soft_vertex) const {
+  const auto found = carried.find(soft_vertex);
+  return found == carried.end() ? -1 : found->second.rigid;
 }
 
 void Motion::place_start(const RigidMotion& body) { write_vertices(body, body.start, start); }

@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <map>
 #include <vector>
 
 #include "lazyccd/bullet/precision.h"
@@ -21,6 +22,13 @@ inline btVector3 to_bullet(const Eigen::Vector3d& x) {
   return btVector3(static_cast<btScalar>(x[0]), static_cast<btScalar>(x[1]),
                    static_cast<btScalar>(x[2]));
 }
+
+// What an anchor fixes to a dynamic rigid body, which moves it, and gets what contacts push it
+// with.
+struct CarriedVertex {
+  btVector3 local;  // in the body's frame
+  int rigid;        // index in Motion::rigid
+};
 
 // A rigid body over the step, metres and radians. Its frame is that of its centre of mass.
 struct RigidMotion {
@@ -53,9 +61,10 @@ struct Motion {
   std::vector<btScalar> start, end;
   // Of the soft bodies' vertices, which are the first ones:
   std::vector<double> inverse_mass;  // 1/kg; 0 where something else than contact decides the motion
-  std::vector<Eigen::Vector3d> velocity;  // m/s, at the end as Bullet has it
-  std::vector<double> rate;               // 1/s: velocity per displacement, damping included
-  std::vector<double> reach;              // metres: the shortest edge at the vertex
+  std::map<std::int32_t, CarriedVertex> carried;  // some of these; by vertex
+  std::vector<Eigen::Vector3d> velocity;          // m/s, at the end as Bullet has it
+  std::vector<double> rate;   // 1/s: velocity per displacement, damping included
+  std::vector<double> reach;  // metres: the shortest edge at the vertex
   // Of the rigid bodies'.
   std::vector<RigidMotion> rigid;
   // By body: its vertices, ended by one past the last; its index in `rigid`, or -1.
@@ -81,6 +90,10 @@ struct Motion {
   Eigen::Vector3d end_of(std::int32_t i) const { return read(end, i); }
 
   const RigidMotion& rigid_of(std::int32_t body) const { return rigid[rigid_of_body[body]]; }
+  // Impulses move it by itself.
+  bool is_free(std::int32_t vertex) const { return is_soft(vertex) && inverse_mass[vertex] > 0; }
+  // Index in `rigid` of the body that carries a soft vertex; -1: none.
+  int carrier_of(std::int32_t soft_vertex) const;
 
   // Takes the end of the step as it is, Bullet's, for the predicted one.
   void begin_response();
@@ -88,13 +101,18 @@ struct Motion {
   void restart_response();
   void round_end(std::int32_t soft_vertex);
   // Puts a rigid body and its vertices at the end of the step: where the response has it, and
-  // anywhere.
+  // anywhere. What it carries goes with it.
   void place(RigidMotion& body);
   void put(RigidMotion& body, const btTransform& pose);
+  // Where the step began, with what it carries, to the last bit.
+  void hold(RigidMotion& body);
   void place_start(const RigidMotion& body);
 
   Positions starts() const { return {start.data(), size()}; }
   Positions ends() const { return {end.data(), size()}; }
+
+ private:
+  void set_carried_end(std::int32_t vertex, const btScalar* x);
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -30,6 +30,17 @@ class Collector : public btBroadphaseAabbCallback {
   std::vector<btCollisionObject*> objects;
 };
 
+// What btDeformableBodySolver moves nodes with.
+std::vector<const btCollisionObject*> find_carriers(const Obstacles::SoftBodies& bodies) {
+  std::vector<const btCollisionObject*> found;
+  for (int i = 0; i < bodies.size(); ++i) {
+    const auto& anchors = bodies[i]->m_deformableAnchors;
+    for (int k = 0; k < anchors.size(); ++k) found.push_back(anchors[k].m_cti.m_colObj);
+  }
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
 bool is_finite(const btTransform& t) {
   for (int i = 0; i < 3; ++i) {
     if (!std::isfinite(t.getOrigin()[i])) return false;
@@ -118,6 +129,7 @@ void Obstacles::find(const SoftBodies& bodies) {
     broadphase->aabbTest(btVector3(-far, -far, -far), btVector3(far, far, far), collector);
     break;
   }
+  const std::vector<const btCollisionObject*> carriers = find_carriers(bodies);
   std::vector<Record> found;
   for (btCollisionObject* object : collector.objects) {
     Record record;
@@ -129,6 +141,7 @@ void Obstacles::find(const SoftBodies& bodies) {
     record.mask = object->getBroadphaseHandle()->m_collisionFilterMask;
     record.ignored = hash_of_ignored(*object);
     record.dynamic = btRigidBody::upcast(object) && !object->isStaticOrKinematicObject();
+    record.carries = std::binary_search(carriers.begin(), carriers.end(), object);
     record.start = record.end = record.seen = object->getWorldTransform();
     found.push_back(record);
   }
@@ -187,7 +200,8 @@ bool Obstacles::read(const AxisBox& swept, Journal& journal) {
   }
   std::vector<Record> near;
   for (const Record& record : found_) {
-    if (is_finite(record.end) && !swept.is_empty() && bounds(record).overlaps(region_))
+    if (is_finite(record.end) && !swept.is_empty() &&
+        (record.carries || bounds(record).overlaps(region_)))
       near.push_back(record);
   }
   bool same = near.size() == records_.size();

@@ -32,6 +32,7 @@ class Obstacles {
     int group, mask;
     std::uint64_t ignored;
     bool dynamic;
+    bool carries;                       // nodes of soft bodies, by anchors
     btTransform start, end;             // of the step
     btTransform seen;                   // where Bullet has it
     AxisBox region = AxisBox::empty();  // that its triangles were read from, in its own frame
@@ -68,7 +69,7 @@ class Obstacles {
   void read_triangles(Journal& journal);
 
   std::vector<Record> found_;    // every rigid body of the world
-  std::vector<Record> records_;  // those near the soft bodies
+  std::vector<Record> records_;  // those near the soft bodies, and what carries nodes of them
   AxisBox region_ = AxisBox::empty();
   std::vector<btVector3> local_;
   std::vector<Face> faces_;

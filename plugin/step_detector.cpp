@@ -150,7 +150,7 @@ bool StepDetector::could_be_ended(const Contact& contact) const {
 }
 
 bool StepDetector::gives_way(std::int32_t v) const {
-  return topology_.is_soft(v) ? motion_.inverse_mass[v] > 0
+  return topology_.is_soft(v) ? motion_.is_free(v) || motion_.carrier_of(v) >= 0
                               : motion_.rigid_of(topology_.body_of(v)).is_dynamic();
 }
 

@@ -222,6 +222,7 @@ void StepReader::gather_obstacles() {
   motion_.first_vertex.clear();
   motion_.rigid_of_body.clear();
   motion_.rigid.clear();
+  motion_.carried.clear();
   motion_.start.resize(3 * static_cast<std::size_t>(topology_.vertex_count()));
   motion_.end.resize(motion_.start.size());
   for (const StepTopology::BodyRecord& body : topology_.bodies()) {
@@ -241,6 +242,26 @@ void StepReader::gather_obstacles() {
     motion_.rigid.push_back(rigid);
   }
   motion_.first_vertex.push_back(topology_.vertex_count());
+  find_carried();
+}
+
+void StepReader::find_carried() {
+  for (const SoftScene::BodyRecord& record : scene_.bodies()) {
+    const auto& anchors = record.body->m_deformableAnchors;
+    for (int i = 0; i < anchors.size(); ++i) {
+      const int node = static_cast<int>(anchors[i].m_node - &record.body->m_nodes[0]);
+      const std::int32_t v = scene_.vertex_of(record, node);
+      // Pinned nodes push nothing with Bullet's anchors; in the rigid world, these move nothing.
+      if (v < 0 || anchors[i].m_node->m_im == 0 || motion_.inverse_mass[v] > 0) continue;
+      motion_.carried.erase(v);  // the last of several has it
+      for (std::size_t body = 0; body < topology_.bodies().size(); ++body) {
+        const int rigid = motion_.rigid_of_body[body];
+        if (topology_.bodies()[body].object == anchors[i].m_cti.m_colObj &&
+            motion_.rigid[rigid].is_dynamic())
+          motion_.carried[v] = {anchors[i].m_local, rigid};
+      }
+    }
+  }
 }
 
 bool StepReader::read_where_pushed() {

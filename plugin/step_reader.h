@@ -90,6 +90,8 @@ class StepReader {
   // True where an obstacle came near, or a dynamic one is elsewhere than the last step left it.
   bool are_others_near() const;
   void gather_obstacles();
+  // What dynamic bodies carry: of the nodes with anchors, those that something else moves.
+  void find_carried();
   // True where the resolution is another than before.
   bool read_resolution();
 

@@ -1,0 +1,136 @@
+// What meets a node that is anchored to a rigid body meets that body.
+#include <BulletCollision/CollisionShapes/btBoxShape.h>
+
+#include <cmath>
+
+#include "plugin/obstacle_worlds.h"
+#include "plugin/worlds.h"
+#include "support/catch.h"
+
+using namespace lazyccd;
+using namespace lazyccd::test;
+
+namespace {
+
+// A flat cloth of 1 kg with all its nodes anchored to a box at some distance, or free.
+struct Board {
+  btSoftBody* cloth;
+  btRigidBody* box = nullptr;
+  double mass;
+
+  // `box_mass` in kg; 0: free. The box is `box_height` metres above the cloth.
+  Board(ObstacleWorld& w, double height, double speed_down, double box_mass, double box_height)
+      : mass(box_mass) {
+    auto sheet = scenes::make_cloth(w.info(), 5, 5, 1, [&](double u, double v) {
+      const double aside = 0.1 * height;
+      return btVector3(static_cast<btScalar>(0.5 * (u - 0.5) + aside),
+                       static_cast<btScalar>(height), static_cast<btScalar>(0.5 * (v - 0.5)));
+    });
+    cloth = w.add(std::move(sheet));
+    cloth->m_cfg.kDP = 0;
+    const btVector3 velocity(0, static_cast<btScalar>(-speed_down), 0);
+    cloth->setVelocity(velocity);
+    if (mass == 0) return;
+    const btVector3 half(btScalar(0.1), btScalar(0.02), btScalar(0.1));
+    box = w.add(std::make_unique<btBoxShape>(half),
+                btVector3(0, static_cast<btScalar>(height + box_height), 0), mass);
+    box->setActivationState(DISABLE_DEACTIVATION);
+    box->setDamping(0, 0);
+    box->setLinearVelocity(velocity);
+    for (int i = 0; i < cloth->m_nodes.size(); ++i) {
+      if (w.is_rigid()) {
+        cloth->appendAnchor(i, box);
+      } else {
+        cloth->appendDeformableAnchor(i, box);
+      }
+    }
+  }
+
+  btVector3 momentum() const {
+    btVector3 sum(0, 0, 0);
+    for (int i = 0; i < cloth->m_nodes.size(); ++i)
+      sum += cloth->m_nodes[i].m_v / cloth->m_nodes[i].m_im;
+    return box ? sum + static_cast<btScalar>(mass) * box->getLinearVelocity() : sum;
+  }
+  void follow(const Board& twin) const {
+    for (int i = 0; i < cloth->m_nodes.size(); ++i) {
+      btSoftBody::Node& node = cloth->m_nodes[i];
+      node.m_x = twin.cloth->m_nodes[i].m_x;
+      node.m_q = twin.cloth->m_nodes[i].m_q;
+      node.m_v = twin.cloth->m_nodes[i].m_v;
+    }
+    if (!box) return;
+    box->setCenterOfMassTransform(twin.box->getCenterOfMassTransform());
+    box->setLinearVelocity(twin.box->getLinearVelocity());
+    box->setAngularVelocity(twin.box->getAngularVelocity());
+  }
+  double height() const {
+    double least = HUGE_VAL;
+    for (int i = 0; i < cloth->m_nodes.size(); ++i)
+      least = std::min(least, static_cast<double>(cloth->m_nodes[i].m_x.y()));
+    return least;
+  }
+};
+
+// Two boards, or a cloth and a board, that meet.
+struct Meeting {
+  ObstacleWorld world;
+  Board lower, upper;
+
+  Meeting(World kind, const bullet::Options& options, double mass, double mass_of_other)
+      : world(kind, 0, options),
+        lower(world, 0, 0, mass, -0.1),
+        upper(world, 0.1, 5, mass_of_other, 0.1) {}
+
+  btVector3 momentum() const { return lower.momentum() + upper.momentum(); }
+};
+
+}  // namespace
+
+TEST_CASE("a push on an anchored node reaches the rigid body, and no momentum is lost") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  const double mass = GENERATE(0.1, 10.0);
+  const double mass_of_other = GENERATE(0.0, 1.0);
+  // Impulses; impact zones; zones held where the step began.
+  const int means = GENERATE(0, 1, 2);
+  CAPTURE(world == World::rigid, mass, mass_of_other, means);
+  bullet::Options options;
+  if (means > 0) options.max_iterations = 0;
+  if (means > 1) options.max_zones = 0;
+  Meeting meeting(world, options, mass, mass_of_other), alone(world, options, mass, mass_of_other);
+  for (const Board* board : {&alone.lower, &alone.upper}) {
+    board->cloth->setCollisionFlags(board->cloth->getCollisionFlags() |
+                                    btCollisionObject::CF_NO_CONTACT_RESPONSE);
+  }
+  const double before = static_cast<double>(meeting.momentum().length());
+  for (int step = 0; step < 20; ++step) {
+    // Bullet's own step loses some of what turns.
+    alone.lower.follow(meeting.lower);
+    alone.upper.follow(meeting.upper);
+    alone.world.steps(1);
+    meeting.world.steps(1);
+    const btVector3 lost = alone.momentum() - meeting.momentum();
+    CHECK_THAT(static_cast<double>(lost.length()), Matchers::WithinAbs(0, 1e-5 * before));
+  }
+  CHECK(static_cast<double>(meeting.lower.momentum().length()) > 0.05 * before);
+  CHECK(meeting.world.total().energy_gained < 1e-6);
+  CHECK(meeting.world.total().unresolved == 0);
+  if (means < 2) CHECK(meeting.world.total().last_resorts == 0);
+}
+
+TEST_CASE("an anchored node stops its rigid body at what does not give way") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  CAPTURE(world == World::rigid);
+  ObstacleWorld w(world, 10);
+  w.add(std::make_unique<btBoxShape>(btVector3(1, btScalar(0.1), 1)),
+        btVector3(0, btScalar(-0.1), 0));
+  const Board board(w, 0.2, 1, 1, 0.1);
+  w.steps(230, 1.0 / 240);
+  const double height = board.height();
+  const btVector3 place = board.box->getCenterOfMassPosition();
+  w.steps(10, 1.0 / 240);
+  CHECK_THAT(height, Matchers::WithinAbs(0.02, 0.011));
+  CHECK_THAT(board.height(), Matchers::WithinAbs(height, 1e-4));
+  CHECK((board.box->getCenterOfMassPosition() - place).length() < btScalar(1e-4));
+  CHECK(w.total().last_resorts == 0);
+}
