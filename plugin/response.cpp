@@ -13,7 +13,23 @@ namespace {
 // After this many detections that held only what was in contact, whole bodies are held.
 constexpr int node_wise_holds = 16;
 
+// Crowded contacts that so many answers by impulses do not halve are left to impact zones.
+constexpr std::size_t answers_to_halve = 4;
+
 bool starts_touching(const Contact& contact) { return contact.toi == 0; }
+
+// More of them than vertices that they have: everything sweeps through everything.
+bool are_crowded(const std::vector<Contact>& contacts) {
+  constexpr std::size_t few = 100;
+  if (contacts.size() < few) return false;
+  std::vector<std::int32_t> vertices;
+  vertices.reserve(4 * contacts.size());
+  for (const Contact& contact : contacts)
+    vertices.insert(vertices.end(), contact.vertices.begin(), contact.vertices.end());
+  std::sort(vertices.begin(), vertices.end());
+  const auto last = std::unique(vertices.begin(), vertices.end());
+  return contacts.size() > static_cast<std::size_t>(last - vertices.begin());
+}
 
 }  // namespace
 
@@ -49,7 +65,12 @@ void Response::run(const std::vector<Contact>& near, const Detect& detect_all, M
   };
   contacts.erase(std::remove_if(contacts.begin(), contacts.end(), parts_freely), contacts.end());
 
+  std::vector<std::size_t> counts;  // of contacts, by answer
   for (int i = 0; i < options_.max_iterations && !contacts.empty(); ++i) {
+    counts.push_back(contacts.size());
+    if (counts.size() > answers_to_halve &&
+        2 * counts.back() > counts[counts.size() - 1 - answers_to_halve] && are_crowded(contacts))
+      break;
     if (!rows_.add(contacts, true, motion)) break;
     rows_.relax(motion, options_.sweeps);
     contacts = detect(motion.starts(), motion.ends());
