@@ -82,6 +82,11 @@ void btLazySoftBodySolver::solveConstraints(btScalar solverdt) {
   if (!pipeline_->run(m_softBodySet, static_cast<double>(solverdt), fill)) return;
   if (pipeline_->responded()) write_back();
   list_contacts();
+}
+
+// The last call of a step: bodies may be removed in what hears of its contacts.
+void btLazySoftBodySolver::updateSoftBodies() {
+  btDefaultSoftBodySolver::updateSoftBodies();
   pipeline_->announce();
 }
 

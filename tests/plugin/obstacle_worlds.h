@@ -12,6 +12,7 @@
 #include <BulletSoftBody/btSoftBodyRigidBodyCollisionConfiguration.h>
 #include <BulletSoftBody/btSoftRigidDynamicsWorld.h>
 
+#include <algorithm>
 #include <functional>
 #include <memory>
 #include <random>
@@ -105,6 +106,16 @@ class ObstacleWorld {
     shapes_.push_back(std::move(shape));
     world_->addRigidBody(rigid_bodies_.back().get());
     return rigid_bodies_.back().get();
+  }
+
+  // And deletes it.
+  void remove(btCollisionObject* body) {
+    world_->removeCollisionObject(body);
+    const auto is_it = [body](const auto& other) { return other.get() == body; };
+    soft_bodies_.erase(std::remove_if(soft_bodies_.begin(), soft_bodies_.end(), is_it),
+                       soft_bodies_.end());
+    rigid_bodies_.erase(std::remove_if(rigid_bodies_.begin(), rigid_bodies_.end(), is_it),
+                        rigid_bodies_.end());
   }
 
   static void make_kinematic(btRigidBody& body) {

@@ -42,6 +42,7 @@ class btLazySoftBodySolver : public btDefaultSoftBodySolver, public PairQueue {
 
   void predictMotion(btScalar solverdt) override;
   void solveConstraints(btScalar solverdt) override;
+  void updateSoftBodies() override;
   void processCollision(btSoftBody* body, const btCollisionObjectWrapper* other) override;
   void processCollision(btSoftBody* a, btSoftBody* b) override;
 
