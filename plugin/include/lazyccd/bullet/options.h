@@ -59,7 +59,7 @@ struct Options {
   int max_zones = 8;  // then: detections answered with rigid impact zones
 
   // Called at the end of each step that had contacts, with positions and velocities as Bullet goes
-  // on with them. The span is valid during the call, until bodies change. They may come and go in it.
+  // on with them. Bodies may come and go in the call; the span is valid until they do.
   std::function<void(Span<const StepContact>)> on_contacts;
 
   // Called once for each new line of the solver's status(): input that had to be left out,
