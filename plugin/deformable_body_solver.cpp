@@ -3,7 +3,7 @@
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
 #include <BulletSoftBody/btSoftBody.h>
 
-#include "face_trees.h"
+#include "body_trees.h"
 #include "pipeline.h"
 
 namespace lazyccd::bullet {
@@ -50,7 +50,8 @@ void fill(const SoftScene& scene, const SoftScene::BodyRecord& record, std::int3
 }  // namespace
 
 btLazyDeformableBodySolver::btLazyDeformableBodySolver(const Options& options)
-    : pipeline_(std::make_unique<Pipeline>(options, friction)) {}
+    : pipeline_(std::make_unique<Pipeline>(options, friction)),
+      trees_(std::make_unique<BodyTrees>()) {}
 
 btLazyDeformableBodySolver::~btLazyDeformableBodySolver() = default;
 
@@ -64,12 +65,15 @@ void btLazyDeformableBodySolver::topology_changed() { pipeline_->invalidate(); }
 bool btLazyDeformableBodySolver::works() const { return pipeline_->works(); }
 
 void btLazyDeformableBodySolver::queue_pair(btSoftBody* a, btSoftBody* b) {
-  if (!pipeline_->queue_pair(a, b)) btDeformableBodySolver::processCollision(a, b);
+  if (pipeline_->queue_pair(a, b)) return;
+  for (btSoftBody* body : {a, b}) trees_->bring_up_to_date(*body, nullptr);
+  btDeformableBodySolver::processCollision(a, b);
 }
 
 void btLazyDeformableBodySolver::processCollision(btSoftBody* body,
                                                   const btCollisionObjectWrapper* other) {
   if (pipeline_->takes(body, other->getCollisionObject())) return;
+  trees_->bring_up_to_date(*body, other->getCollisionObject());
   btDeformableBodySolver::processCollision(body, other);
 }
 
@@ -81,9 +85,10 @@ void btLazyDeformableBodySolver::predictMotion(btScalar solverdt) {
   pipeline_->begin_step(m_softBodies);
   // Where Bullet leaves those of bodies that sleep, it might act on an old step's.
   for (int i = 0; i < m_softBodies.size(); ++i) m_softBodies[i]->m_nodeRigidContacts.clear();
-  const FaceTreesLeftOut left_out(m_softBodies, btSoftBody::fCollision::SDF_RD,
-                                  !pipeline_->works());
+  trees_->begin_prediction(m_softBodies, btSoftBody::fCollision::SDF_RD, !pipeline_->works());
+  if (pipeline_->works()) trees_->hide_nodes(m_softBodies);
   btDeformableBodySolver::predictMotion(solverdt);
+  trees_->end_prediction();
 }
 
 void btLazyDeformableBodySolver::solveDeformableConstraints(btScalar solverdt) {

@@ -5,7 +5,7 @@
 
 #include <algorithm>
 
-#include "face_trees.h"
+#include "body_trees.h"
 #include "pipeline.h"
 
 namespace lazyccd::bullet {
@@ -18,7 +18,8 @@ double friction(double kdf_a, double kdf_b) { return std::max(kdf_a, kdf_b); }
 }  // namespace
 
 btLazySoftBodySolver::btLazySoftBodySolver(const Options& options)
-    : pipeline_(std::make_unique<Pipeline>(options, friction)) {}
+    : pipeline_(std::make_unique<Pipeline>(options, friction)),
+      trees_(std::make_unique<BodyTrees>()) {}
 
 btLazySoftBodySolver::~btLazySoftBodySolver() = default;
 
@@ -34,11 +35,9 @@ void btLazySoftBodySolver::queue_pair(btSoftBody* a, btSoftBody* b) {
 
 void btLazySoftBodySolver::predictMotion(btScalar solverdt) {
   pipeline_->begin_step(m_softBodySet);
-  {
-    const FaceTreesLeftOut left_out(m_softBodySet, btSoftBody::fCollision::VF_SS,
-                                    !pipeline_->works());
-    btDefaultSoftBodySolver::predictMotion(solverdt);
-  }
+  trees_->begin_prediction(m_softBodySet, btSoftBody::fCollision::VF_SS, !pipeline_->works());
+  btDefaultSoftBodySolver::predictMotion(solverdt);
+  trees_->end_prediction();
   // Bullet predicts and clears the lists of active bodies only. One that sleeps here and is woken
   // by this step's collisions would act on the contacts and begin at the places of an old step.
   for (int i = 0; i < m_softBodySet.size(); ++i) {
@@ -53,6 +52,7 @@ void btLazySoftBodySolver::predictMotion(btScalar solverdt) {
 void btLazySoftBodySolver::processCollision(btSoftBody* body,
                                             const btCollisionObjectWrapper* other) {
   if (pipeline_->takes(body, other->getCollisionObject())) return;
+  trees_->bring_up_to_date(*body, other->getCollisionObject());
   btDefaultSoftBodySolver::processCollision(body, other);
 }
 

@@ -1,4 +1,5 @@
 // Shapes that hold no triangles of their own, and triangles that hold no surface.
+#include <BulletCollision/CollisionShapes/btBoxShape.h>
 #include <BulletCollision/CollisionShapes/btConvexHullShape.h>
 #include <BulletCollision/CollisionShapes/btUniformScalingShape.h>
 
@@ -66,7 +67,11 @@ TEST_CASE("Bullet is asked for no tree of faces that it would never finish") {
   // Two triangles with a corner in common, two with a side in common but no link, and a rope in two
   // pieces.
   const World world = GENERATE(World::rigid, World::deformable);
-  ObstacleWorld w(world, 0);
+  // Which Bullet would read.
+  bullet::Options options;
+  options.rigid_contacts = false;
+  ObstacleWorld w(world, 0, options);
+  w.add(std::make_unique<btBoxShape>(btVector3(5, 5, 5)), btVector3(0, -6, 0));
   const auto add = [&](const std::vector<std::array<int, 3>>& faces) {
     const btVector3 corners[] = {btVector3(0, 0, 0), btVector3(1, 0, 0), btVector3(0, 0, 1),
                                  btVector3(-1, 0, 0), btVector3(0, 0, -1)};

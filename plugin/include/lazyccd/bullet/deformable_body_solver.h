@@ -21,6 +21,7 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
+class BodyTrees;
 class Pipeline;
 
 class btLazyDeformableBodySolver : public btDeformableBodySolver, public PairQueue {
@@ -57,6 +58,7 @@ class btLazyDeformableBodySolver : public btDeformableBodySolver, public PairQue
   void list_contacts();
 
   std::unique_ptr<Pipeline> pipeline_;
+  std::unique_ptr<BodyTrees> trees_;
   std::vector<btSoftBody*> silenced_;
 };
 

@@ -18,6 +18,7 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
+class BodyTrees;
 class Pipeline;
 
 class btLazySoftBodySolver : public btDefaultSoftBodySolver, public PairQueue {
@@ -52,6 +53,7 @@ class btLazySoftBodySolver : public btDefaultSoftBodySolver, public PairQueue {
   void list_contacts();
 
   std::unique_ptr<Pipeline> pipeline_;
+  std::unique_ptr<BodyTrees> trees_;
   std::vector<std::vector<btVector3>> starts_;  // by body and node
 };
 
