@@ -84,7 +84,7 @@ struct alignas(128) CpuDetector::Worker : CandidateSink {
   std::int64_t group_pairs = 0, ended = 0, culled = 0, flat = 0, never_coplanar = 0, refined = 0,
                exact = 0;
   const OrphanSets* dropped = nullptr;  // candidates that are tested elsewhere
-  std::vector<Candidate> listed[2];     // candidates for the list of what is near
+  std::vector<ListedCandidate> listed[2];  // for the list of what is near
   std::int64_t candidates[2] = {}, survived[2] = {}, found[2] = {};
   std::uint64_t hash = 0;
   Stopwatch watch;
@@ -97,7 +97,7 @@ struct alignas(128) CpuDetector::Worker : CandidateSink {
     scene = leaf_scene;
     contacts.clear();
     front.clear();
-    for (std::vector<Candidate>& list : listed) list.clear();
+    for (std::vector<ListedCandidate>& list : listed) list.clear();
     dropped = nullptr;
     group_pairs = ended = culled = flat = never_coplanar = refined = exact = 0;
     hash = 0;
@@ -134,10 +134,6 @@ struct alignas(128) CpuDetector::Worker : CandidateSink {
     if (dropped) {
       const auto orphan = [&](Candidate c) { return dropped->of(kind).contains(kind, c); };
       count = static_cast<int>(std::remove_if(items, items + count, orphan) - items);
-    }
-    if (owner->listing_) {
-      std::vector<Candidate>& list = listed[static_cast<int>(kind)];
-      list.insert(list.end(), items, items + count);
     }
     process(kind, items, count);
   }
@@ -214,6 +210,7 @@ struct alignas(128) CpuDetector::Worker : CandidateSink {
       items = free.data();
     }
     kernels.near_at_start(scene, kind, items, count, split);
+    if (owner->listing_) list_near(kind);
     Approach* const open = split.open;
     survived[static_cast<int>(kind)] += split.near_count + split.open_count;
     const int left = kernels.within(scene, kind, open, split.open_count);
@@ -234,6 +231,26 @@ struct alignas(128) CpuDetector::Worker : CandidateSink {
       if (!all_pinned(contact)) free[copied++] = items[i];
     }
     return copied;
+  }
+
+  void list_near(ContactKind kind) {
+    std::vector<ListedCandidate>& list = listed[static_cast<int>(kind)];
+    for (int i = 0; i < split.near_count; ++i) list.push_back({split.near[i], 0});
+    const float reach = owner->near_list_.reach();
+    for (int i = 0; i < split.open_count; ++i)
+      if (split.open[i].apart <= reach) list.push_back({split.open[i].pair, split.open[i].apart});
+  }
+
+  // Those that can be near in this step.
+  void process_listed(ContactKind kind, const ListedCandidate* items, int count) {
+    const float reach = owner->near_list_.reach();
+    Candidate* const within_reach = queues[static_cast<int>(kind)].items;
+    int left = 0;
+    for (int i = 0; i < count; ++i) {
+      within_reach[left] = items[i].pair;
+      left += items[i].apart <= reach;
+    }
+    process(kind, within_reach, left);
   }
 
   // What the split says is near, and the first `left` of what was open.
@@ -333,7 +350,7 @@ void CpuDetector::set_mesh(const Mesh& mesh) {
 void CpuDetector::update_hierarchy(Stats& stats) {
   bool build = !built_ || options_.rebuild_every_step;
   // The volumes have no more room than a step needs.
-  listing_ = options_.separation > 0 && !volume_ && near_list_.begin(records_);
+  listing_ = options_.separation > 0 && !volume_ && near_list_.begin(records_, scale_);
   groups_.set_margin(separation_margin(options_.separation) + (listing_ ? near_list_.slack() : 0));
   if (!build) {
     groups_.refit(records_, pool_, scale_);
@@ -411,9 +428,10 @@ void CpuDetector::test_listed() {
   const std::size_t first_ee = pieces_of(0);
   const auto test = [&](std::size_t i, Worker& worker) {
     const auto kind = i < first_ee ? ContactKind::vertex_face : ContactKind::edge_edge;
-    const std::vector<Candidate>& list = near_list_.of[static_cast<int>(kind)];
+    const std::vector<ListedCandidate>& list = near_list_.of[static_cast<int>(kind)];
     const std::size_t begin = piece * (i < first_ee ? i : i - first_ee);
-    worker.process(kind, &list[begin], static_cast<int>(std::min(piece, list.size() - begin)));
+    worker.process_listed(kind, &list[begin],
+                          static_cast<int>(std::min(piece, list.size() - begin)));
   };
   pool_.parallel_for(first_ee + pieces_of(1), 1, [&](std::size_t first, std::size_t last, int id) {
     for (std::size_t i = first; i < last; ++i) test(i, *workers_[id]);
@@ -425,7 +443,7 @@ void CpuDetector::keep_listed() {
   for (int kind = 0; kind < 2; ++kind) {
     near_list_.of[kind].clear();
     for (const auto& worker : workers_) {
-      std::vector<Candidate>& part = worker->listed[kind];
+      const std::vector<ListedCandidate>& part = worker->listed[kind];
       near_list_.of[kind].insert(near_list_.of[kind].end(), part.begin(), part.end());
     }
   }
@@ -695,8 +713,8 @@ std::int64_t CpuDetector::bytes() const {
                     (contacts_.capacity() + touching_.capacity()) * sizeof(Contact);
   for (const auto& w : workers_)
     sum += sizeof(Worker) + w->survivors.capacity() * sizeof(Survivor) +
-           (w->free.capacity() + w->listed[0].capacity() + w->listed[1].capacity()) *
-               sizeof(Candidate) +
+           w->free.capacity() * sizeof(Candidate) +
+           (w->listed[0].capacity() + w->listed[1].capacity()) * sizeof(ListedCandidate) +
            w->near_pairs.bytes() + w->places.capacity() * sizeof(Place) +
            w->contacts.capacity() * sizeof(Contact) + w->front.capacity() * sizeof(NodePair);
   return static_cast<std::int64_t>(sum);

@@ -8,33 +8,52 @@ namespace {
 // Steps that a list should last for, for it costs more to make than without.
 constexpr double least_steps = 2;
 
-// Along each axis, at both ends of the step.
-double farthest(const VertexRecord& record, const double* from) {
-  double most = 0;
-  for (int k = 0; k < 3; ++k) {
-    most = std::fmax(most, std::fabs(record.x[k] - from[k]));
-    most = std::fmax(most, std::fabs(record.x[3 + k] - from[k]));
+// From `from`, at both ends of the step and so all the time.
+double farthest_squared(const VertexRecord& record, const double* from) {
+  double squared[2] = {0, 0};
+  for (int end = 0; end < 2; ++end) {
+    for (int k = 0; k < 3; ++k) {
+      const double moved = record.x[3 * end + k] - from[k];
+      squared[end] += moved * moved;
+    }
   }
-  return most;
+  return std::fmax(squared[0], squared[1]);
 }
 
 }  // namespace
 
-bool NearList::holds(const std::vector<VertexRecord>& records) const {
+bool NearList::holds(const std::vector<VertexRecord>& records) {
   if (!made_ || at_.size() != records.size()) return false;
+  double squared = 0;
   for (std::size_t v = 0; v < records.size(); ++v)
-    if (farthest(records[v], at_[v].data()) > slack_) return false;
+    squared = std::fmax(squared, farthest_squared(records[v], at_[v].data()));
+  const double moved = std::sqrt(squared);
+  if (!(moved <= slack_)) return false;
+  set_reach(moved);
   return true;
 }
 
-bool NearList::begin(const std::vector<VertexRecord>& records) {
+bool NearList::begin(const std::vector<VertexRecord>& records, double scale) {
   made_ = false;
+  double squared = 0;
   for (const VertexRecord& record : records)
-    if (least_steps * farthest(record, record.x) > slack_) return false;
+    squared = std::fmax(squared, farthest_squared(record, record.x));
+  if (!(least_steps * std::sqrt(squared) <= slack_)) return false;
   at_.resize(records.size());
   for (std::size_t v = 0; v < records.size(); ++v)
     at_[v] = {records[v].x[0], records[v].x[1], records[v].x[2]};
+  scale_ = scale;
+  set_reach(slack_);
   return true;
+}
+
+// Both primitives of a pair move no farther than their vertices. What stays so little above the
+// separation that the test, which is conservative, may count it as near is tested.
+void NearList::set_reach(double moved) {
+  constexpr double of_separation = 0x1p-12,
+                   of_scene = 0x1p-15;  // the latter scaled: core/elementary.h
+  const double reach = separation_ * (1 + of_separation) + 2 * moved;
+  reach_ = static_cast<float>(reach * scale_ + of_scene) * (1 + 0x1p-20f);
 }
 
 }  // namespace lazyccd

@@ -4,6 +4,7 @@
 #include "lazyccd/detector.h"
 #include "support/catch.h"
 #include "support/moving_triangles.h"
+#include "support/same_contacts.h"
 
 using namespace lazyccd;
 using namespace lazyccd::test;
@@ -58,4 +59,41 @@ TEST_CASE("what comes near is the same with candidates of earlier steps as with 
   lasting.detect(scene.at(scene.start), scene.at(scene.end));
   fresh.detect(scene.at(scene.start), scene.at(scene.end));
   CHECK(lasting.stats().hash == fresh.stats().hash);
+}
+
+TEST_CASE("candidates of earlier steps serve in every history of motions") {
+  const double separation = GENERATE(0.005, 0.022, 0.06);
+  const bool distinct = GENERATE(false, true);
+  const MovingTriangles rest = layers(3, 6, 0.02);
+  MovingTriangles scene = rest;
+  Options options = with_separation(separation, 2);
+  options.distinct = distinct;
+  options.arithmetic = distinct ? Arithmetic::single_first : Arithmetic::double_only;
+  Detector lasting(options);
+  options.threads = 1;
+  Detector fresh(options);
+  lasting.set_topology(scene.topology());
+
+  std::mt19937 random(3);
+  const auto symmetric = [&] { return random() / 2147483648.0 - 1; };
+  // Of the separation, and what it is for: at once, a node by itself, or all together.
+  constexpr double sizes[] = {0, 1e-12, 1e-6, 1e-3, 0.02, 0.05, 0.1, 0.24, 0.26, 1, 30};
+  int listed = 0;
+  for (int step = 0; step < 60; ++step) {
+    scene.start = step % 13 == 12 ? rest.start : scene.end;
+    scene.end = scene.start;
+    const double by = separation * sizes[step < 20 ? step % 6 : random() % 11];
+    const bool together = random() % 3 == 0, one = random() % 3 == 0;
+    const double drift[3] = {symmetric(), symmetric(), symmetric()};
+    const std::size_t chosen = random() % (scene.end.size() / 3);
+    for (std::size_t i = 0; i < scene.end.size(); ++i)
+      if (!one || i / 3 == chosen) scene.end[i] += by * (together ? drift[i % 3] : symmetric());
+    fresh.set_topology(scene.topology());
+    const Positions start = scene.at(scene.start), end = scene.at(scene.end);
+    const Span<const Contact> found = lasting.detect(start, end);
+    listed += lasting.stats().tree_tests == 0;
+    CHECK(same_contacts(found, fresh.detect(start, end)));
+    CHECK(same_contacts(lasting.touching_again(start, end), fresh.touching_again(start, end)));
+  }
+  CHECK(listed > 10);
 }

@@ -4,6 +4,7 @@
 #include "lazyccd/detector.h"
 #include "support/catch.h"
 #include "support/moving_triangles.h"
+#include "support/same_contacts.h"
 
 using namespace lazyccd;
 using namespace lazyccd::test;
@@ -15,14 +16,6 @@ Options with_separation(double separation) {
   options.backend = Backend::cpu;
   options.separation = separation;
   return options;
-}
-
-bool same(Span<const Contact> a, Span<const Contact> b) {
-  const auto equal = [](const Contact& x, const Contact& y) {
-    return !(x < y) && !(y < x) && x.toi == y.toi && x.u == y.u && x.v == y.v &&
-           x.normal == y.normal;
-  };
-  return a.size() == b.size() && std::equal(a.begin(), a.end(), b.begin(), equal);
 }
 
 }  // namespace
@@ -43,12 +36,12 @@ TEST_CASE("all that touches in a motion close to another one was near in that on
 
   CHECK(touching(scene.end).size() > 500);
   CHECK(near.size() > touching(scene.end).size() + 100);
-  CHECK(same(among_near(scene.end), touching(scene.end)));
-  CHECK(same(among_near(scene.start), touching(scene.start)));
+  CHECK(same_contacts(among_near(scene.end), touching(scene.end)));
+  CHECK(same_contacts(among_near(scene.start), touching(scene.start)));
 
   // Each component by less than half the separation over the root of three.
   std::mt19937 random(3);
   for (double& x : scene.end) x += 0.28 * separation * (random() / 2147483648.0 - 1);
-  CHECK(same(among_near(scene.end), touching(scene.end)));
+  CHECK(same_contacts(among_near(scene.end), touching(scene.end)));
   CHECK(near_detector.stats().hash == touch_detector.stats().hash);
 }

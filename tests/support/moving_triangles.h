@@ -41,4 +41,26 @@ inline MovingTriangles crowd_of_triangles(int count) {
   return t;
 }
 
+// Sheets of `nodes` x `nodes` nodes, 0.1 apart, that lie `gap` above each other, nearly node on
+// node, at rest.
+inline MovingTriangles layers(int count, int nodes, double gap) {
+  std::mt19937 random(5);
+  MovingTriangles t;
+  for (int layer = 0; layer < count; ++layer) {
+    const std::int32_t first = static_cast<std::int32_t>(t.start.size() / 3);
+    for (int i = 0; i < nodes; ++i) {
+      for (int j = 0; j < nodes; ++j) {
+        const auto aside = [&] { return 0.002 * (random() / 4294967296.0); };
+        t.start.insert(t.start.end(), {0.1 * i + aside(), layer * gap, 0.1 * j + aside()});
+        if (i + 1 == nodes || j + 1 == nodes) continue;
+        const std::int32_t v = first + i * nodes + j;
+        t.faces.push_back({v, v + 1, v + nodes});
+        t.faces.push_back({v + 1, v + nodes + 1, v + nodes});
+      }
+    }
+  }
+  t.end = t.start;
+  return t;
+}
+
 }  // namespace lazyccd::test
