@@ -35,21 +35,29 @@ LAZYCCD_HD inline T border_width(const T& u, const T& v, const T& a, const T& b)
   }
 }
 
-// Whether another pair stands for this one, whose closest points are at u and v, as in Contact,
-// and which is nearer than the separation by more than border_width().
-// Without branches but one: which of its features a pair is at, nobody foresees.
+// Whether the closest points of a pair count as lying on an edge or a vertex.
+template <ContactKind kind, class T>
+LAZYCCD_HD inline MaskOf<T> is_on_border(const T& u, const T& v) {
+  using Mask = MaskOf<T>;
+  const T one(1.0f), border(kBorder);
+  const Mask low = Mask((u < border) | (v < border));
+  return kind == ContactKind::vertex_face
+             ? Mask(low | (one - u - v < border))
+             : Mask(low | Mask((one - u < border) | (one - v < border)));
+}
+
+// Whether another pair stands for this one, whose closest points are at u and v, as in Contact, on
+// the border, and which is nearer than the separation by more than border_width(). Where `first` is
+// not null. With few branches: which of its features a pair is at, nobody foresees.
 template <ContactKind kind>
 LAZYCCD_HD inline bool is_spoken_for(const MeshView& mesh, const FirstFaces& first, Candidate pair,
                                      float u, float v) {
-  if (!first.of) return false;
   std::int32_t vertex, at;  // of the pair that would stand for all; index in first.of
-  bool borders;
   if constexpr (kind == ContactKind::vertex_face) {
     const int off = (1 - u - v < kBorder) | (u < kBorder) << 1 | (v < kBorder) << 2;  // by corner
     // By `off`: the corner that is left, or the side of the two that are.
     constexpr std::int8_t left[8] = {0, 1, 2, 2, 0, 1, 0, 0};
     const bool corner = off == 3 || off == 5 || off == 6;
-    borders = off != 0 && off != 7;
     vertex = pair.a;
     const std::int32_t side = first.sides[pair.b][left[off]];
     const std::int32_t point = first.edges + mesh.faces[pair.b][left[off]];
@@ -57,14 +65,13 @@ LAZYCCD_HD inline bool is_spoken_for(const MeshView& mesh, const FirstFaces& fir
   } else {
     const bool a1 = 1 - u < kBorder, b1 = 1 - v < kBorder;
     const bool on_a = a1 | (u < kBorder), on_b = b1 | (v < kBorder);
-    borders = on_a | on_b;
     const std::int32_t a = mesh.edges[pair.a][a1], b = mesh.edges[pair.b][b1];
     vertex = on_a ? a : b;
     const std::int32_t other = on_b ? first.edges + b : pair.b;
     at = on_a ? other : pair.a;
   }
   const std::int32_t face = first.of[at];
-  if (!borders | (face < 0) | (kind == ContactKind::vertex_face && face == pair.b)) return false;
+  if (face < 0 || (kind == ContactKind::vertex_face && face == pair.b)) return false;
   // Its own neighbours no face stands for.
   const std::int32_t* f = mesh.faces[face];
   return (f[0] != vertex) & (f[1] != vertex) & (f[2] != vertex);

@@ -39,6 +39,7 @@ void near_kind(const LeafScene& scene, const Candidate* candidates, int count, N
     const Pack within = separation - rounding * reach;
     const Mask near = (relied_on > zero) & certainly_within(within);
     const Mask may_be_spoken_for =
+        is_on_border<kind>(points.u, points.v) &
         certainly_within(within - border_width<kind>(points.u, points.v, size1, size2));
 
     const Pack at = dot(gap, r), along1 = dot(gap, e1), along2 = dot(gap, e2);
@@ -52,17 +53,23 @@ void near_kind(const LeafScene& scene, const Candidate* candidates, int count, N
     points.u.store(u);
     points.v.store(v);
     apart.store(gaps);
-    const unsigned near_bits = near.bits(), spoken_for_bits = may_be_spoken_for.bits();
+    unsigned spoken_for = 0;
+    if (scene.first_faces.of) {
+      for (unsigned left = may_be_spoken_for.bits() & ((1u << used) - 1); left; left &= left - 1) {
+        const int i = __builtin_ctz(left);
+        const bool is =
+            is_spoken_for<kind>(scene.mesh, scene.first_faces, pair[i], u[i], v[i]);
+        spoken_for |= static_cast<unsigned>(is) << i;
+      }
+    }
+    const unsigned near_bits = near.bits();
     for (int i = 0; i < used; ++i) {
-      const bool is_near = near_bits >> i & 1;
-      const bool spoken_for =
-          (spoken_for_bits >> i & 1) &
-          is_spoken_for<kind>(scene.mesh, scene.first_faces, pair[i], u[i], v[i]);
+      const bool is_near = near_bits >> i & 1, is_spoken = spoken_for >> i & 1;
       split.near[near_count] = pair[i];
       split.own[own_count] = {pair[i], 0, true, false, gaps[i]};
-      split.open[open_count] = {pair[i], 0, false, spoken_for, gaps[i]};
+      split.open[open_count] = {pair[i], 0, false, is_spoken, gaps[i]};
       near_count += is_near;
-      own_count += is_near & !spoken_for;
+      own_count += is_near & !is_spoken;
       open_count += !is_near;
     }
   }
