@@ -1,12 +1,12 @@
 #include "cpu/isa/refit.h"
 
 #include "cpu/isa/records.h"
+#include "cpu/isa/transpose.h"
 
 namespace lazyccd {
 namespace LAZYCCD_ISA {
 namespace {
 
-typedef float Float8 __attribute__((vector_size(32), aligned(32)));
 typedef std::int32_t Int8 __attribute__((vector_size(32), aligned(32)));
 typedef std::uint32_t UInt8 __attribute__((vector_size(32), aligned(32)));
 
