@@ -239,6 +239,8 @@ struct alignas(128) CpuDetector::Worker : CandidateSink {
     const float reach = owner->near_list_.reach();
     for (int i = 0; i < split.open_count; ++i)
       if (split.open[i].apart <= reach) list.push_back({split.open[i].pair, split.open[i].apart});
+    for (int i = 0; i < split.away_count; ++i)
+      if (split.away[i].apart <= reach) list.push_back(split.away[i]);
   }
 
   // Those that can be near in this step.
@@ -397,12 +399,13 @@ void CpuDetector::visit_pair(Worker& worker, NodePair pair) {
 }
 
 void CpuDetector::begin_workers(double separation) {
-  const float certain = static_cast<float>(separation * scale_) * (1 - 0x1p-18f);
+  const float scaled = static_cast<float>(separation * scale_);
   const bool single_first = options_.arithmetic == Arithmetic::single_first;
   for (const auto& worker : workers_) {
     worker->begin(*this, {groups_.groups().data(), groups_.boxes().data(), groups_.blocks().data(),
                           records_.empty() ? nullptr : records_.data()->x, mesh_->view(), scale_,
-                          options_.vertex_face, options_.edge_edge, separation, certain, single_first,
+                          options_.vertex_face, options_.edge_edge, separation, scaled * (1 - 0x1p-18f), scaled * (1 + 0x1p-10f),
+                          single_first,
                           options_.culling.non_penetration ? &worker->never_coplanar : nullptr,
                           options_.distinct ? mesh_->first_faces() : FirstFaces{}});
   }

@@ -24,6 +24,7 @@ struct LeafScene {
   bool vertex_face, edge_edge;
   double separation;        // minimum separation; 0 where contact is touching
   float certain_separation;  // what single precision takes for less is
+  float certainly_beyond;    // and for more
   bool single_first;         // rely on it
   // Where the non-penetration filter counts what it rules out; null: it is off.
   std::int64_t* never_coplanar;
@@ -70,13 +71,20 @@ struct Approach {
   float apart = 0;          // there, certainly, times scale
 };
 
-// Candidates by what the start of the step tells of their separation, each list in their order.
+// A candidate for lists that outlast a step.
+struct ListedCandidate {
+  Candidate pair;
+  float apart;  // where that step begins, certainly, times its scale
+};
+
+// Candidates by what single precision tells of their separation, each list in their order.
 struct NearSplit {
   static constexpr int capacity = CandidateQueue::capacity + 1;  // one is written and not counted
-  Candidate near[capacity];  // certainly
-  Approach own[capacity];    // of these, those that no other speaks for
-  Approach open[capacity];   // not certainly
-  int near_count, own_count, open_count;
+  Candidate near[capacity];        // certainly nearer, where the step begins
+  Approach own[capacity];          // of these, those that no other speaks for
+  ListedCandidate away[capacity];  // certainly farther, all the time
+  Approach open[capacity];         // the rest
+  int near_count, own_count, away_count, open_count;
   float apart;  // what is near, certainly, times scale
 };
 
@@ -101,8 +109,7 @@ struct LeafKernels {
   // Filters `count` candidates for touching; writes the survivors and returns how many.
   int (*filter)(const LeafScene& scene, ContactKind kind, const Candidate* candidates, int count,
                 Survivor* survivors);
-  // Of at most CandidateQueue::capacity candidates those that are certainly nearer where the step
-  // begins than the minimum separation, and the rest. All are put in order.
+  // Splits at most CandidateQueue::capacity candidates. All are put in order.
   void (*near_at_start)(const LeafScene& scene, ContactKind kind, const Candidate* candidates,
                         int count, NearSplit& split);
   // Of at most CandidateQueue::capacity approaches, none ended, those that come within the minimum

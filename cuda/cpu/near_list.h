@@ -9,13 +9,9 @@
 
 #include "core/contact_math.h"
 #include "cpu/groups.h"
+#include "cpu/leaf.h"
 
 namespace lazyccd {
-
-struct ListedCandidate {
-  Candidate pair;
-  float apart;  // where the list was made, certainly, times the scale of that step
-};
 
 class NearList {
  public:
