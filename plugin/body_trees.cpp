@@ -4,6 +4,9 @@
 #include <array>
 #include <map>
 #include <numeric>
+#include <random>
+
+#include "soft_scene.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -65,6 +68,21 @@ bool reads_faces(const btSoftBody& body, const btCollisionObject& other) {
           (body.m_cfg.collisions & Flag::SDF_MDF));
 }
 
+// With Bullet's own structure, and as Bullet leaves it where a step begins.
+void build_faces(btSoftBody& body) {
+  std::vector<int> order(static_cast<std::size_t>(body.m_faces.size()));
+  std::iota(order.begin(), order.end(), 0);
+  // Row by row it would grow as deep as there are rows.
+  std::shuffle(order.begin(), order.end(), std::minstd_rand());
+  for (const int i : order) {
+    btSoftBody::Face& face = body.m_faces[i];
+    const btVector3* corners[] = {&face.m_n[0]->m_x, &face.m_n[1]->m_x, &face.m_n[2]->m_x};
+    face.m_leaf = body.m_fdbvt.insert(btDbvtVolume::FromPoints(corners, 3), &face);
+  }
+  body.m_fdbvt.optimizeTopDown(8);  // leaves that are merged pair by pair, in cubic time
+  body.updateFaceTree(true, true);
+}
+
 // Whether it was there.
 bool take_out(std::vector<btSoftBody*>& list, const btSoftBody* body) {
   const auto at = std::find(list.begin(), list.end(), body);
@@ -119,10 +137,9 @@ void BodyTrees::end_prediction() {
 
 void BodyTrees::bring_up_to_date(btSoftBody& body, const btCollisionObject* other) {
   if (take_out(old_nodes_, &body)) body.updateNodeTree(true, true);
-  if (!other || !reads_faces(body, *other) || !take_out(faceless_, &body)) return;
-  if (!body.m_fdbvt.empty() || !hangs_together(body)) return;
-  body.initializeFaceTree();
-  body.updateFaceTree(true, true);
+  if (!other || !reads_faces(body, *other) || !is_finite(body) || !take_out(faceless_, &body))
+    return;
+  if (body.m_fdbvt.empty()) build_faces(body);
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -1,7 +1,7 @@
 // Bullet's trees over the nodes and faces of a body are for its own passes over pairs, of which
 // LazyCCD takes most. So they are made when Bullet comes to read them. Bullet makes one of nodes
 // anew in each step; one of faces it builds in time quadratic in the faces, and never finishes that
-// of a body in several components.
+// of a body in several components, so those that its passes over rigid bodies read are built here.
 #pragma once
 
 #include <BulletSoftBody/btSoftBody.h>
@@ -18,8 +18,8 @@ class BodyTrees {
   using Bodies = btAlignedObjectArray<btSoftBody*>;
 
   // To be called where a step begins, before Bullet's marks of changed topology are gone. Until
-  // end_prediction(), bodies do not ask for trees of faces that nothing reads yet, or that would
-  // never be finished. `request`: the flag that asks for one. `bullets_pairs`: Bullet is to handle
+  // end_prediction(), bodies do not ask for trees of faces that nothing reads yet, or that Bullet
+  // would never finish. `request`: the flag that asks for one. `bullets_pairs`: Bullet is to handle
   // soft pairs.
   void begin_prediction(Bodies& bodies, int request, bool bullets_pairs);
   // Also hides the trees of nodes, which Bullet would make anew.

@@ -89,6 +89,8 @@ std::vector<Edge> read_edges(const btSoftBody& body, const std::vector<Face>& fa
   return edges;
 }
 
+}  // namespace
+
 bool is_finite(const btSoftBody& body) {
   for (int i = 0; i < body.m_nodes.size(); ++i) {
     const btSoftBody::Node& node = body.m_nodes[i];
@@ -98,8 +100,6 @@ bool is_finite(const btSoftBody& body) {
   }
   return true;
 }
-
-}  // namespace
 
 bool SoftScene::Stamp::operator==(const Stamp& s) const {
   const auto tie = [](const Stamp& x) {

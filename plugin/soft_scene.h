@@ -20,6 +20,9 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
+// All its nodes' positions and velocities.
+bool is_finite(const btSoftBody& body);
+
 class SoftScene {
  public:
   struct BodyRecord {
