@@ -63,7 +63,8 @@ TEST_CASE("what does not respond does not intersect where a step begins") {
   CHECK(w.total().pierced_at_start > 0);
 }
 
-TEST_CASE("Bullet is asked for no tree of faces that it would never finish") {
+TEST_CASE(
+    "a body in parts has a tree of faces, which Bullet would never finish, where Bullet reads it") {
   // Two triangles with a corner in common, two with a side in common but no link, and a rope in two
   // pieces.
   const World world = GENERATE(World::rigid, World::deformable);
@@ -71,7 +72,7 @@ TEST_CASE("Bullet is asked for no tree of faces that it would never finish") {
   bullet::Options options;
   options.rigid_contacts = false;
   ObstacleWorld w(world, 0, options);
-  w.add(std::make_unique<btBoxShape>(btVector3(5, 5, 5)), btVector3(0, -6, 0));
+  w.add(std::make_unique<btBoxShape>(btVector3(5, 5, 5)), btVector3(0, btScalar(-5.02), 0));
   const auto add = [&](const std::vector<std::array<int, 3>>& faces) {
     const btVector3 corners[] = {btVector3(0, 0, 0), btVector3(1, 0, 0), btVector3(0, 0, 1),
                                  btVector3(-1, 0, 0), btVector3(0, 0, -1)};
