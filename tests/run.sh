@@ -7,6 +7,7 @@ set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../examples/setup.sh"
 
 summary=()
+passed=0 skipped=0
 # run_tests PRESET [CTEST OPTION...]
 run_tests() {
   local preset=$1 log=$repository/build/$1/ctest.log
@@ -15,6 +16,8 @@ run_tests() {
   local status=0
   (cd "$repository/build/$preset" && ctest -j "$jobs" --output-on-failure "$@") | tee "$log" || status=$?
   summary+=("$(printf '%-5s %s' "$preset" "$(grep -E '^[0-9]+% tests passed' "$log")")")
+  passed=$((passed + $(grep -c ' Passed ' "$log" || true)))
+  skipped=$((skipped + $(grep -c '\*\*\*Skipped ' "$log" || true)))
   return $status
 }
 
@@ -41,3 +44,4 @@ fi
 
 say "All passed"
 printf '%s\n' "${summary[@]}"
+echo "$passed passed, 0 failed, $skipped skipped"
