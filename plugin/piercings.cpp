@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <set>
+#include <utility>
 
 #include "lazyccd/query.h"
 
@@ -15,26 +17,81 @@ namespace {
 
 using Eigen::Vector3d;
 
-struct Box {
-  Vector3d lower, upper;
-  std::int32_t primitive;
-};
-
-template <class Primitive>
-std::vector<Box> boxes_of(Span<const Primitive> primitives, const std::vector<Vector3d>& x) {
-  std::vector<Box> boxes;
-  for (std::size_t i = 0; i < primitives.size(); ++i) {
-    Box box{x[primitives[i][0]], x[primitives[i][0]], static_cast<std::int32_t>(i)};
-    for (const std::int32_t v : primitives[i]) {
-      box.lower = box.lower.cwiseMin(x[v]);
-      box.upper = box.upper.cwiseMax(x[v]);
-    }
-    boxes.push_back(box);
+// Boxes are swept along the scene's longest axis, in strips across its second longest: swept as a
+// whole, a cloth is a line of boxes as long as it is wide at each place.
+class Strips {
+ public:
+  Strips(const std::vector<Vector3d>& x, std::size_t boxes) {
+    Eigen::AlignedBox3d scene;
+    for (const Vector3d& p : x) scene.extend(p);
+    const Vector3d size = x.empty() ? Vector3d::Zero() : Vector3d(scene.sizes());
+    size.maxCoeff(&along_);
+    Vector3d others = size;
+    others[along_] = -1;
+    const double width = others.maxCoeff(&across_);
+    const double count = std::sqrt(static_cast<double>(boxes));
+    lower_ = x.empty() ? 0 : scene.min()[across_];
+    per_metre_ = width > 0 ? count / width : 0;
+    if (!std::isfinite(per_metre_)) per_metre_ = 0;
   }
-  std::sort(boxes.begin(), boxes.end(),
-            [](const Box& a, const Box& b) { return a.lower.x() < b.lower.x(); });
-  return boxes;
-}
+
+  struct Box {
+    Vector3d lower, upper;
+    std::int32_t primitive;
+    int strip;
+  };
+
+  // A box for each strip that the primitive is in, by strip and where they begin along the axis.
+  template <class Primitive>
+  std::vector<Box> boxes_of(Span<const Primitive> primitives,
+                            const std::vector<Vector3d>& x) const {
+    std::vector<Box> boxes;
+    for (std::size_t i = 0; i < primitives.size(); ++i) {
+      Box box{x[primitives[i][0]], x[primitives[i][0]], static_cast<std::int32_t>(i), 0};
+      for (const std::int32_t v : primitives[i]) {
+        box.lower = box.lower.cwiseMin(x[v]);
+        box.upper = box.upper.cwiseMax(x[v]);
+      }
+      const int last = strip(box.upper);
+      for (box.strip = strip(box.lower); box.strip <= last; ++box.strip) boxes.push_back(box);
+    }
+    std::sort(boxes.begin(), boxes.end(),
+              [this](const Box& a, const Box& b) { return place(a) < place(b); });
+    return boxes;
+  }
+
+  // test(a, b) once for each two boxes that overlap along the axis and share a strip.
+  template <class Test>
+  void sweep(const std::vector<Box>& a, const std::vector<Box>& b, Test&& test) const {
+    // Such two are seen where the later one of them begins.
+    begin_in(a, b, std::less<>(), test);
+    begin_in(b, a, std::less_equal<>(), [&](const Box& y, const Box& x) { test(x, y); });
+  }
+
+ private:
+  int strip(const Vector3d& p) const {
+    return static_cast<int>((p[across_] - lower_) * per_metre_);
+  }
+  std::pair<int, double> place(const Box& box) const { return {box.strip, box.lower[along_]}; }
+
+  // Those of b that begin inside of one of a.
+  template <class Before, class Test>
+  void begin_in(const std::vector<Box>& a, const std::vector<Box>& b, Before before,
+                Test&& test) const {
+    std::size_t j = 0;
+    for (const Box& box : a) {
+      while (j < b.size() && before(place(b[j]), place(box))) ++j;
+      const std::pair<int, double> end(box.strip, box.upper[along_]);
+      for (std::size_t k = j; k < b.size() && place(b[k]) <= end; ++k) {
+        // In the first strip that both are in.
+        if (box.strip == std::max(strip(box.lower), strip(b[k].lower))) test(box, b[k]);
+      }
+    }
+  }
+
+  int along_ = 0, across_ = 1;
+  double lower_ = 0, per_metre_ = 0;
+};
 
 // On which side of the plane abc the point p is; 0 where rounding could have decided.
 int side(const Vector3d& p, const Vector3d& a, const Vector3d& b, const Vector3d& c) {
@@ -89,7 +146,7 @@ Piercings find_piercings(const Topology& topology, Span<const Edge> edges,
   const Rules rules(topology, responds);
   const auto movable = [&](std::int32_t v) { return topology.inverse_mass[v] > 0; };
   Piercings found;
-  const auto test = [&](const Box& edge_box, const Box& face_box) {
+  const auto test = [&](const Strips::Box& edge_box, const Strips::Box& face_box) {
     if ((edge_box.lower.array() > face_box.upper.array()).any() ||
         (face_box.lower.array() > edge_box.upper.array()).any())
       return;
@@ -105,20 +162,8 @@ Piercings find_piercings(const Topology& topology, Span<const Edge> edges,
       return;
     if (found.count++ == 0) found.first = {a, b};
   };
-  const std::vector<Box> edge_boxes = boxes_of(edges, x), face_boxes = boxes_of(topology.faces, x);
-  // Each pair that overlaps along x is seen where the later one of the two begins.
-  for (std::size_t i = 0, j = 0; i < edge_boxes.size(); ++i) {
-    while (j < face_boxes.size() && face_boxes[j].lower.x() < edge_boxes[i].lower.x()) ++j;
-    for (std::size_t k = j;
-         k < face_boxes.size() && face_boxes[k].lower.x() <= edge_boxes[i].upper.x(); ++k)
-      test(edge_boxes[i], face_boxes[k]);
-  }
-  for (std::size_t i = 0, j = 0; i < face_boxes.size(); ++i) {
-    while (j < edge_boxes.size() && edge_boxes[j].lower.x() <= face_boxes[i].lower.x()) ++j;
-    for (std::size_t k = j;
-         k < edge_boxes.size() && edge_boxes[k].lower.x() <= face_boxes[i].upper.x(); ++k)
-      test(edge_boxes[k], face_boxes[i]);
-  }
+  const Strips strips(x, edges.size());
+  strips.sweep(strips.boxes_of(edges, x), strips.boxes_of(topology.faces, x), test);
   return found;
 }
 

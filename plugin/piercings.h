@@ -19,8 +19,8 @@ struct Piercings {
 };
 
 // Of pairs that may collide and respond and that not only pinned vertices make up. What touches,
-// and what is as near to it as rounding, does not count. Sorts along one axis: for scenes that
-// changed, not for every step.
+// and what is as near to it as rounding, does not count. For scenes that changed, not for every
+// step.
 Piercings find_piercings(const Topology& topology, Span<const Edge> edges,
                          const Positions& positions,
                          const std::function<bool(std::int32_t body)>& responds);
