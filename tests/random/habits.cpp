@@ -24,6 +24,21 @@ double lightest_node(const btSoftBody& body) {
   return lightest;
 }
 
+// Of all that Bullet's demos draw from, however little sense it makes.
+int any_flags(Dice& dice) {
+  int flags = 0;
+  for (const int flag : {Flag::SDF_RS, Flag::CL_RS, Flag::SDF_RD, Flag::SDF_RDF, Flag::SDF_RDN,
+                         Flag::VF_SS, Flag::CL_SS, Flag::CL_SELF, Flag::VF_DD}) {
+    if (dice.chance(0.4)) flags |= flag;
+  }
+  return flags;
+}
+
+int any_iterations(Dice& dice) {
+  const int seldom[] = {0, 30, 60};
+  return dice.chance(0.9) ? 1 + dice.below(10) : seldom[dice.below(3)];
+}
+
 // Nearly all coefficients lie between 0 and 1.
 double friction(Dice& dice) {
   const double usual = dice.uniform();
@@ -45,9 +60,9 @@ void into_the_wind(btSoftBody& body, double speed, Dice& dice) {
 std::string set_up_for_rigid_world(btSoftBody& body, const Manner& manner, Dice& dice) {
   std::string words;
   if (dice.chance(0.6)) body.m_cfg.collisions = Flag::SDF_RS | Flag::VF_SS;
-  body.m_materials[0]->m_kLST = scalar(dice.uniform(0.05, 1));
-  body.m_cfg.piterations = 1 + dice.below(10);
-  body.m_cfg.kDP = scalar(dice.chance(0.5) ? 0 : 0.05);
+  body.m_materials[0]->m_kLST = scalar(dice.chance(0.05) ? 0 : dice.uniform(0.05, 1));
+  body.m_cfg.piterations = any_iterations(dice);
+  body.m_cfg.kDP = scalar(dice.chance(0.5) ? 0 : dice.chance(0.9) ? 0.05 : 1);
   if (dice.chance(0.2) && body.m_faces.size() > 0 && body.m_nodes.size() > 4)
     body.generateBendingConstraints(2);
   if (dice.chance(0.2)) body.randomizeConstraints();
@@ -71,10 +86,14 @@ std::string set_up_for_rigid_world(btSoftBody& body, const Manner& manner, Dice&
     if (dice.chance(0.5)) body.m_cfg.collisions |= Flag::CL_SELF;
     words += " clusters";
   }
+  if (dice.chance(0.1)) {
+    body.m_cfg.collisions = any_flags(dice);
+    words += " flags=" + std::to_string(body.m_cfg.collisions);
+  }
   return words;
 }
 
-void set_up_for_deformable_world(btSoftBody& body, Dice& dice) {
+std::string set_up_for_deformable_world(btSoftBody& body, Dice& dice) {
   body.m_cfg.collisions = Flag::SDF_RD | Flag::VF_DD;
   if (dice.chance(0.7)) body.m_cfg.collisions |= Flag::SDF_RDN;
   if (dice.chance(0.3)) body.m_cfg.collisions |= Flag::SDF_RDF;
@@ -82,6 +101,28 @@ void set_up_for_deformable_world(btSoftBody& body, Dice& dice) {
   if (dice.chance(0.8)) body.m_sleepingThreshold = 0;
   if (dice.chance(0.1)) body.m_cfg.drag = scalar(dice.uniform(0, 0.1));
   if (dice.chance(0.1)) body.setDampingCoefficient(scalar(dice.uniform(0, 0.1)));
+  if (!dice.chance(0.1)) return "";
+  body.m_cfg.collisions = any_flags(dice);
+  return " flags=" + std::to_string(body.m_cfg.collisions);
+}
+
+// Bullet cuts links and faces, not tetrahedra.
+bool may_be_cut(btSoftBody& body, const RandomWorld& world) {
+  return world.is_rigid() && body.m_links.size() > 0 && body.m_tetras.size() == 0 &&
+         !body.useSelfCollision();
+}
+
+// Along a plane through a node.
+void cut_across(btSoftBody& body, int node, Dice& dice) {
+  struct Plane : btSoftBody::ImplicitFn {
+    btVector3 normal, point;
+    btScalar Eval(const btVector3& x) override { return normal.dot(x - point); }
+  } plane;
+  plane.normal = dice.direction();
+  plane.point = body.m_nodes[node].m_x;
+  btVector3 lower, upper;
+  body.getAabb(lower, upper);
+  body.refine(&plane, scalar(1e-3) * lower.distance(upper), true);
 }
 
 }  // namespace
@@ -103,9 +144,8 @@ std::string set_up(btSoftBody& body, const Manner& manner, RandomWorld& world, D
   }
   if (dice.chance(0.8)) body.setActivationState(DISABLE_DEACTIVATION);
   body.m_cfg.kDF = scalar(friction(dice));
-  if (world.is_rigid()) return words + set_up_for_rigid_world(body, manner, dice);
-  set_up_for_deformable_world(body, dice);
-  return words;
+  return words + (world.is_rigid() ? set_up_for_rigid_world(body, manner, dice)
+                                   : set_up_for_deformable_world(body, dice));
 }
 
 std::string add_forces(btSoftBody& body, const Manner& manner, RandomWorld& world, Dice& dice) {
@@ -139,7 +179,7 @@ std::string add_forces(btSoftBody& body, const Manner& manner, RandomWorld& worl
 std::string change(btSoftBody& body, const Manner& manner, const RandomWorld& world, Dice& dice) {
   const btVector3 velocity = scalar(manner.speed * dice.uniform()) * dice.direction();
   const int node = dice.below(body.m_nodes.size());
-  switch (dice.below(18)) {
+  switch (dice.below(22)) {
     case 0:
       body.addVelocity(velocity);
       return "";
@@ -188,10 +228,7 @@ std::string change(btSoftBody& body, const Manner& manner, const RandomWorld& wo
       body.setRestLengthScale(scalar(dice.uniform(0.7, 1.3)));
       return "rest";
     case 13:
-      // Bullet cuts links and faces, not tetrahedra.
-      if (!world.is_rigid() || body.m_links.size() == 0 || body.m_tetras.size() > 0 ||
-          body.useSelfCollision())
-        return "";
+      if (!may_be_cut(body, world)) return "";
       {
         const btSoftBody::Link& link = body.m_links[dice.below(body.m_links.size())];
         const int a = static_cast<int>(link.m_n[0] - &body.m_nodes[0]);
@@ -211,6 +248,24 @@ std::string change(btSoftBody& body, const Manner& manner, const RandomWorld& wo
     case 16:
       body.setCollisionFlags(body.getCollisionFlags() | btCollisionObject::CF_NO_CONTACT_RESPONSE);
       return "ghost";
+    case 17:
+      if (!may_be_cut(body, world) || body.m_faces.size() == 0) return "";
+      cut_across(body, node, dice);
+      return "refine";
+    case 18:
+      if (!world.is_rigid() || body.m_faces.size() < 4) return "";
+      body.setPose(dice.chance(0.3), true);
+      body.m_cfg.kMT = scalar(dice.uniform(0, 0.5));
+      return "pose";
+    case 19:
+      body.m_cfg.piterations = any_iterations(dice);
+      body.m_cfg.viterations = dice.below(5);
+      body.m_cfg.diterations = dice.below(5);
+      return "iterations";
+    case 20:
+      if (body.m_tetras.size() == 0) return "";
+      body.setVolumeMass(scalar(dice.across_scales(0.01, 100)));
+      return "volume";
     default:
       if (!manner.closed || !(body.getVolume() > 0)) return "";
       body.setTotalDensity(scalar(dice.across_scales(0.1, 10)));

@@ -38,8 +38,9 @@ bool may_meet(const btSoftBody& a, const btCollisionObject& b) {
   for (int i = 0; i < a.m_deformableAnchors.size(); ++i) {
     if (a.m_deformableAnchors[i].m_cti.m_colObj == &b) return false;
   }
-  return a.hasContactResponse() && b.hasContactResponse() && !(a.m_cfg.collisions & Flag::CL_RS) &&
-         passes_masks(a, b) && !is_disabled(a, b);
+  constexpr int rigid = Flag::SDF_RS | Flag::SDF_RD | Flag::SDF_RDF | Flag::SDF_RDN;
+  return a.hasContactResponse() && b.hasContactResponse() && (a.m_cfg.collisions & rigid) &&
+         !(a.m_cfg.collisions & Flag::CL_RS) && passes_masks(a, b) && !is_disabled(a, b);
 }
 
 }  // namespace
@@ -79,7 +80,9 @@ void Inspector::read() {
       surface_.faces.push_back(face);
     }
     surface_.bodies.push_back({rigid_group, soft_group, false});
-    kinematic_.push_back(obstacle.body->isKinematicObject());
+    kinematic_.push_back(obstacle.body->isKinematicObject() ||
+                         obstacle.body->getInternalType() ==
+                             btCollisionObject::CO_FEATHERSTONE_LINK);
   }
   read_pairs();
 }

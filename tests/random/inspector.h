@@ -1,7 +1,7 @@
 // Counts what passed through what, from the positions that Bullet holds alone.
 #pragma once
 
-#include <BulletDynamics/Dynamics/btRigidBody.h>
+#include <BulletCollision/CollisionDispatch/btCollisionObject.h>
 #include <BulletSoftBody/btSoftBody.h>
 
 #include <cstdint>
@@ -18,7 +18,7 @@ class Inspector {
  public:
   using SoftBodies = std::vector<std::unique_ptr<btSoftBody>>;
   struct Obstacle {
-    const btRigidBody* body;
+    const btCollisionObject* body;
     const scenes::Triangles* surface;
   };
 
@@ -26,8 +26,8 @@ class Inspector {
 
   // Begins anew with these bodies where they are.
   void restart(const SoftBodies& soft, std::vector<Obstacle> obstacles);
-  // Of what is apart from kinematic bodies, and of these: where one closes in on what cannot give
-  // way, Bullet's goes on.
+  // Of what is apart from kinematic bodies and links of multi-bodies, and of these: where one
+  // closes in on what cannot give way, Bullet's goes on.
   struct Count {
     std::int64_t others = 0, with_kinematic = 0;
     std::int64_t sum() const { return others + with_kinematic; }

@@ -6,6 +6,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "random/chain.h"
 #include "random/habits.h"
 #include "random/random_world.h"
 #include "random/rigid_bodies.h"
@@ -21,6 +22,9 @@ constexpr double exploded = 2000;
 constexpr double farthest = 1e7;
 
 btScalar scalar(double x) { return static_cast<btScalar>(x); }
+
+// Hz, of scenes whose frames are of any length.
+constexpr double frequency = 240;
 
 // Moves a kinematic body evenly.
 class Mover : public btMotionState {
@@ -71,11 +75,11 @@ class Scene {
  public:
   Scene(std::uint32_t number, scenes::World kind, scenes::Collisions collisions,
         const bullet::Options& options)
-      : dice_(number), world_(kind, collisions, options, dice_) {
+      : dice_(number), world_(kind, collisions, heard(options), dice_) {
     note(world_.name());
     size_ = dice_.chance(0.85) ? dice_.across_scales(0.1, 3) : dice_.across_scales(1e-3, 100);
     if (dice_.chance(0.1)) {
-      far_ = dice_.in_cube(1e4);
+      far_ = scalar(dice_.across_scales(1e3, 1e5)) * dice_.direction();
       note("far");
     }
     if (dice_.chance(0.7)) world_.set_gravity(scalar(dice_.uniform(0, 20)) * dice_.direction());
@@ -87,9 +91,13 @@ class Scene {
     dt_ = 1 / rates[dice_.below(6)];
     varying_ = dice_.chance(0.15);
     substeps_ = dice_.chance(0.2) ? 2 + dice_.below(3) : 0;
+    in_real_time_ = dice_.chance(0.1);
+    if (in_real_time_) note("real-time");
+    deletes_ = dice_.chance(0.1);
     speed_ = dice_.chance(0.15) ? 0 : dice_.across_scales(0.1, dice_.chance(0.1) ? 200 : 100);
     spread_ = dice_.uniform(0.6, 1.5) * size_;
     for (int i = dice_.below(4); i > 0; --i) add_rigid();
+    add_chain();
     for (int i = 1 + dice_.below(4); i > 0; --i) add_soft();
     for (const Rigid& rigid : rigid_) world_.add(*rigid.body, rigid.layer);
     if (rigid_.size() > 1 && dice_.chance(0.2)) join();
@@ -114,16 +122,21 @@ class Scene {
     for (int i = 0; i < report_.steps && !is_over(); ++i) {
       meddle(i);
       const double now = varying_ ? dt_ * dice_.across_scales(0.1, 1) : dt_;
+      const double frame =
+          in_real_time_ ? dice_.uniform(1, 9) / frequency : now * std::max(1, substeps_);
       // The first step shows LazyCCD where everything is.
-      if (i > 0) drive(now * std::max(1, substeps_));
+      if (i > 0) drive(frame);
       substep_ = 0;
       const std::int64_t before = report_.crossings;
       const auto start = std::chrono::steady_clock::now();
       seconds_inspecting_ = 0;
       step_ = i;
       try {
-        world_.bullets().stepSimulation(scalar(now * std::max(1, substeps_)), substeps_,
-                                        scalar(now));
+        if (in_real_time_) {
+          world_.bullets().stepSimulation(scalar(frame), 10, scalar(1 / frequency));
+        } else {
+          world_.bullets().stepSimulation(scalar(frame), substeps_, scalar(now));
+        }
       } catch (const Over&) {
       }
       const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
@@ -184,6 +197,18 @@ class Scene {
     rigid_.push_back(std::move(rigid));
   }
 
+  // In worlds that know multi-bodies.
+  void add_chain() {
+    auto* world = dynamic_cast<btMultiBodyDynamicsWorld*>(&world_.bullets());
+    if (!world || !dice_.chance(0.1)) return;
+    const double length = size_ * dice_.uniform(0.2, 0.6);
+    chain_ = std::make_unique<Chain>(far_ + dice_.in_cube(spread_), length,
+                                     std::min(speed_ / length, 20.0), dice_);
+    chain_->add_to(*world);
+    report_.driven = true;
+    note("chain");
+  }
+
   btVector3 random_velocity(double part) {
     return scalar(part * speed_ * dice_.uniform()) * dice_.direction();
   }
@@ -220,6 +245,8 @@ class Scene {
           const btVector3& corner = inside.shape.surface.vertices.back();
           made = sleeve(world_.info(), corner, dice_);
           at = inside.body->getWorldTransform();
+        } else if (inside.shape.shape->isConcave()) {
+          made = random_rope(world_.info(), size, dice_);
         }
       }
       btSoftBody& body = *made.body;
@@ -312,6 +339,28 @@ class Scene {
     }
   }
 
+  // Between frames of the simulation, or in the hearing of what a step found.
+  void erase(std::size_t which) {
+    remove(*soft_[which]);
+    soft_.erase(soft_.begin() + static_cast<std::ptrdiff_t>(which));
+    manner_.erase(manner_.begin() + static_cast<std::ptrdiff_t>(which));
+  }
+
+  bullet::Options heard(bullet::Options options) {
+    options.on_contacts = [this](Span<const bullet::StepContact> contacts) {
+      if (!deletes_ || !dice_.chance(0.02)) return;
+      const auto is_in_contact = [&](const auto& body) {
+        return body.get() == contacts[0].body_a || body.get() == contacts[0].body_b;
+      };
+      const auto body = std::find_if(soft_.begin(), soft_.end(), is_in_contact);
+      inspect();
+      erase(static_cast<std::size_t>(body - soft_.begin()));
+      note("deleted" + std::to_string(step_));
+      inspector_.restart(soft_, inspected());
+    };
+    return options;
+  }
+
   void remove(btSoftBody& body) {
     const auto of_body = [&body](const Driven& driven) { return driven.body == &body; };
     driven_.erase(std::remove_if(driven_.begin(), driven_.end(), of_body), driven_.end());
@@ -326,9 +375,7 @@ class Scene {
     const std::string at = std::to_string(step);
     switch (dice_.below(12)) {
       case 0:
-        remove(body);
-        soft_.erase(soft_.begin() + static_cast<std::ptrdiff_t>(which));
-        manner_.erase(manner_.begin() + static_cast<std::ptrdiff_t>(which));
+        erase(which);
         note("-" + at);
         break;
       case 1:
@@ -507,6 +554,10 @@ class Scene {
   std::vector<Inspector::Obstacle> inspected() const {
     std::vector<Inspector::Obstacle> obstacles;
     for (const Rigid& rigid : rigid_) obstacles.push_back({rigid.body.get(), &rigid.shape.surface});
+    if (chain_) {
+      for (const auto& link : chain_->links())
+        obstacles.push_back({link.get(), &chain_->surface()});
+    }
     return obstacles;
   }
 
@@ -556,11 +607,12 @@ class Scene {
   RandomWorld world_;
 
   double size_, margin_, dt_, speed_, spread_;
-  bool varying_;
+  bool varying_, in_real_time_ = false, deletes_ = false;
   int substeps_, substep_ = 0, step_ = 0;
   double seconds_inspecting_ = 0;
   btVector3 far_ = btVector3(0, 0, 0);
   std::vector<Rigid> rigid_;
+  std::unique_ptr<Chain> chain_;
   std::unique_ptr<btTypedConstraint> joint_;
   std::vector<Driven> driven_;
   std::vector<std::unique_ptr<btSoftBody>> soft_;

@@ -136,7 +136,8 @@ Body shards(btSoftBodyWorldInfo& info, double size, Dice& dice) {
 Body rope(btSoftBodyWorldInfo& info, double size, Dice& dice) {
   const btVector3 end = vector(size / 2, 0, 0);
   if (dice.chance(0.5)) return scenes::make_rope(info, 2 + dice.below(20), 1, -end, end);
-  return Body(btSoftBodyHelpers::CreateRope(info, -end, end, 1 + dice.below(20), 0));
+  const int pinned = dice.chance(0.6) ? 0 : 1 + dice.below(3);
+  return Body(btSoftBodyHelpers::CreateRope(info, -end, end, 1 + dice.below(20), pinned));
 }
 
 Body solid(btSoftBodyWorldInfo& info, double size, Dice& dice) {
@@ -171,6 +172,10 @@ SoftBody sleeve(btSoftBodyWorldInfo& info, const btVector3& inner, Dice& dice) {
   return {body_of(info, points, faces), "sleeve"};
 }
 
+SoftBody random_rope(btSoftBodyWorldInfo& info, double size, Dice& dice) {
+  return {rope(info, size, dice), "rope"};
+}
+
 SoftBody random_soft_body(btSoftBodyWorldInfo& info, double size, Dice& dice) {
   switch (dice.below(13)) {
     case 0:
@@ -190,7 +195,7 @@ SoftBody random_soft_body(btSoftBodyWorldInfo& info, double size, Dice& dice) {
     case 8:
       return {shards(info, size, dice), "shards"};
     case 9:
-      return {rope(info, size, dice), "rope"};
+      return random_rope(info, size, dice);
     case 10:
       return {dice.chance(0.3) ? triangle(info, size, dice) : shards(info, size, dice), "shards"};
     default:

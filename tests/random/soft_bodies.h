@@ -18,6 +18,8 @@ struct SoftBody {
 // About the origin, `size` metres wide, in one or more parts.
 SoftBody random_soft_body(btSoftBodyWorldInfo& info, double size, Dice& dice);
 
+SoftBody random_rope(btSoftBodyWorldInfo& info, double size, Dice& dice);
+
 // An open tube along x about a box of these half sides, in its frame.
 SoftBody sleeve(btSoftBodyWorldInfo& info, const btVector3& inner, Dice& dice);
 
