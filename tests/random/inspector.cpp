@@ -47,7 +47,7 @@ bool may_meet(const btSoftBody& a, const btCollisionObject& b) {
 
 void Inspector::read() {
   surface_ = scenes::Surface();
-  kinematic_.assign(soft_->size(), 0);
+  driven_.assign(soft_->size(), 0);
   const auto add_vertex = [this](double inverse_mass) {
     surface_.body_of_vertex.push_back(static_cast<std::int32_t>(surface_.bodies.size()));
     surface_.inverse_mass.push_back(static_cast<float>(inverse_mass));
@@ -80,9 +80,7 @@ void Inspector::read() {
       surface_.faces.push_back(face);
     }
     surface_.bodies.push_back({rigid_group, soft_group, false});
-    kinematic_.push_back(obstacle.body->isKinematicObject() ||
-                         obstacle.body->getInternalType() ==
-                             btCollisionObject::CO_FEATHERSTONE_LINK);
+    driven_.push_back(obstacle.driven);
   }
   read_pairs();
 }
@@ -146,7 +144,7 @@ Inspector::Count Inspector::step() {
 
 void Inspector::add(std::int32_t body_a, std::int32_t body_b, Count& count) const {
   if (!meet_[static_cast<std::size_t>(body_a)][static_cast<std::size_t>(body_b)]) return;
-  ++(kinematic_[body_a] || kinematic_[body_b] ? count.with_kinematic : count.others);
+  ++(driven_[body_a] || driven_[body_b] ? count.with_driven : count.others);
 }
 
 Inspector::Count Inspector::piercings() const {

@@ -20,6 +20,7 @@ class Inspector {
   struct Obstacle {
     const btCollisionObject* body;
     const scenes::Triangles* surface;
+    bool driven;  // by what gives way to nothing: kinematic, a link of a multi-body, put elsewhere
   };
 
   static bool is_clean(const SoftBodies& soft, const std::vector<Obstacle>& obstacles);
@@ -29,8 +30,8 @@ class Inspector {
   // Of what is apart from kinematic bodies and links of multi-bodies, and of these: where one
   // closes in on what cannot give way, Bullet's goes on.
   struct Count {
-    std::int64_t others = 0, with_kinematic = 0;
-    std::int64_t sum() const { return others + with_kinematic; }
+    std::int64_t others = 0, with_driven = 0;
+    std::int64_t sum() const { return others + with_driven; }
   };
   // Pairs that the straight motion since the last call brought into contact. Not those of which
   // nothing can move.
@@ -50,7 +51,7 @@ class Inspector {
   const SoftBodies* soft_ = nullptr;
   std::vector<Obstacle> obstacles_;
   scenes::Surface surface_;
-  std::vector<char> kinematic_;          // by body
+  std::vector<char> driven_;             // by body
   std::vector<std::vector<char>> meet_;  // by both bodies
   Detector detector_;
   std::vector<btScalar> last_;

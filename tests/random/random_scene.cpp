@@ -59,6 +59,7 @@ struct Rigid {
   int layer = 0;
   bool seen = false;                            // by LazyCCD, where it was made
   std::unique_ptr<btTransform> goal = nullptr;  // where the application puts it before the step
+  bool was_put = false;                         // there, though static
 };
 
 // Pinned nodes that the application moves: puts elsewhere, or gives a velocity.
@@ -478,6 +479,7 @@ class Scene {
     if (!clean) return;
     if (is_driven) {
       rigid.goal = std::make_unique<btTransform>(to);
+      rigid.was_put = true;
       report_.driven = true;
     } else {
       body.setCenterOfMassTransform(to);
@@ -553,10 +555,11 @@ class Scene {
 
   std::vector<Inspector::Obstacle> inspected() const {
     std::vector<Inspector::Obstacle> obstacles;
-    for (const Rigid& rigid : rigid_) obstacles.push_back({rigid.body.get(), &rigid.shape.surface});
+    for (const Rigid& rigid : rigid_)
+      obstacles.push_back({rigid.body.get(), &rigid.shape.surface, rigid.mover || rigid.was_put});
     if (chain_) {
       for (const auto& link : chain_->links())
-        obstacles.push_back({link.get(), &chain_->surface()});
+        obstacles.push_back({link.get(), &chain_->surface(), true});
     }
     return obstacles;
   }
@@ -579,7 +582,7 @@ class Scene {
     report_.crossings += crossed.others;
     if (report_.crossings > before && report_.first_crossing < 0) report_.first_crossing = step_;
     report_.piercings = std::max(report_.piercings, pierced.others);
-    report_.overlaps += crossed.with_kinematic + pierced.with_kinematic;
+    report_.overlaps += crossed.with_driven + pierced.with_driven;
     seconds_inspecting_ +=
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   }

@@ -19,7 +19,7 @@ struct SceneReport {
   int steps = 0, vertices = 0;
   std::int64_t crossings = 0;  // of the surfaces' straight motion between steps, exactly
   std::int64_t piercings = 0;  // most at the end of a step, exactly
-  std::int64_t overlaps = 0;   // both, with kinematic bodies
+  std::int64_t overlaps = 0;   // both, with driven rigid bodies
   int first_crossing = -1;     // step
   bool driven = false;         // kinematic bodies may crush what is between them
   bool finite = true;
