@@ -59,8 +59,8 @@ double ContactRows::thickness(const Contact& contact, const Motion& motion, doub
   std::array<double, 2> reach = {0, 0};  // at the two points in contact
   for (int i = 0; i < 4; ++i) {
     // What has no part in a point may have no edge either, and no end to its reach.
-    if (weights[i] != 0)
-      reach[i >= first_of_b] += std::abs(weights[i]) * motion.reach[contact.vertices[i]];
+    const double part = std::abs(weights[i]) * motion.reach[contact.vertices[i]];
+    reach[i >= first_of_b] += weights[i] != 0 ? part : 0;
   }
   return std::min({of_surfaces, 0.5 * reach[0], 0.5 * reach[1]});
 }

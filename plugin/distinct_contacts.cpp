@@ -1,59 +1,72 @@
 #include "distinct_contacts.h"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
-#include <utility>
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-// Points, then the rounded normal.
-using Key = std::array<std::uint64_t, 5>;
+// Three vertices, their rounded weights and the rounded normal.
+using Key = std::array<std::uint64_t, 3>;
 
 constexpr double parts_of_weight = 16, parts_of_normal = 4;
 
 // As std::lround(), which is a call.
-int rounded(double x) { return static_cast<int>(x < 0 ? x - 0.5 : x + 0.5); }
+int rounded(double x) { return static_cast<int>(x + std::copysign(0.5, x)); }
 
-// Vertices with their rounded weights, in order, where these are not zero.
-struct Points {
-  std::array<std::pair<std::int32_t, int>, 4> at;
-  int count = 0;
-};
+// Vertices, each with its rounded weight in the last byte, in order; then `none` in place of those
+// whose weights are zero.
+using Points = std::array<std::uint64_t, 4>;
+constexpr std::uint64_t none = ~std::uint64_t{0};
 
+std::uint64_t vertex_of(std::uint64_t point) { return point >> 8; }
+int weight_of(std::uint64_t point) { return static_cast<std::int8_t>(point & 0xff); }
+
+// Without branches: which weights are zero, nobody foresees.
 Points points_of(const Contact& contact) {
   const std::array<double, 4> weights = contact.weights();
   Points points;
   for (int i = 0; i < 4; ++i) {
     const int weight = rounded(parts_of_weight * weights[i]);
-    if (weight == 0) continue;
-    int at = points.count++;
-    for (; at > 0 && contact.vertices[i] < points.at[at - 1].first; --at)
-      points.at[at] = points.at[at - 1];
-    points.at[at] = {contact.vertices[i], weight};
+    const auto vertex = static_cast<std::uint64_t>(contact.vertices[i]);
+    points[i] = weight == 0 ? none : vertex << 8 | static_cast<std::uint8_t>(weight);
   }
+  const auto put_in_order = [&points](int i, int j) {
+    const std::uint64_t a = points[i], b = points[j];
+    points[i] = std::min(a, b);
+    points[j] = std::max(a, b);
+  };
+  put_in_order(0, 1);
+  put_in_order(2, 3);
+  put_in_order(0, 2);
+  put_in_order(1, 3);
+  put_in_order(1, 2);
   return points;
 }
 
+// Of at most three points.
 Key key_of(const Points& points, const Contact& contact) {
   // Which of two sides is the first is of no matter.
-  const int sign = points.at[0].second < 0 ? -1 : 1;
-  Key key{};
-  for (int i = 0; i < points.count; ++i) {
-    key[i] = static_cast<std::uint64_t>(points.at[i].first) << 32 |
-             static_cast<std::uint32_t>(sign * points.at[i].second);
+  const int sign = weight_of(points[0]) < 0 ? -1 : 1;
+  std::uint64_t vertex[3], weights = 0, normal = 0;
+  for (int i = 0; i < 3; ++i) {
+    const std::uint64_t point = points[i] == none ? 0 : points[i];
+    vertex[i] = vertex_of(point);
+    weights = weights << 8 | static_cast<std::uint8_t>(sign * weight_of(point));
   }
   for (const float component : contact.normal) {
     const int part = sign * rounded(parts_of_normal * static_cast<double>(component));
-    key[4] = key[4] << 16 | static_cast<std::uint16_t>(part);
+    normal = normal << 16 | static_cast<std::uint16_t>(part);
   }
-  return key;
+  return {vertex[0] << 32 | vertex[1], vertex[2] << 32 | weights, normal};
 }
 
 std::size_t hash_of(const Key& key) {
-  std::uint64_t hash = 0;
-  for (const std::uint64_t part : key) hash = (hash ^ part ^ part >> 29) * 0x9e3779b97f4a7c15ull;
+  const std::uint64_t hash = key[0] * 0x9e3779b97f4a7c15ull ^ key[1] * 0xbf58476d1ce4e5b9ull ^
+                             key[2] * 0x94d049bb133111ebull;
   return static_cast<std::size_t>(hash ^ hash >> 32);
 }
 
@@ -66,11 +79,13 @@ void keep_distinct(std::vector<Contact>& contacts, const std::vector<double>& ga
   std::vector<std::int32_t> table(slots, free);  // indices into keys
   std::vector<Key> keys;
   std::vector<std::size_t> nearest;  // by key
+  keys.reserve(contacts.size());
+  nearest.reserve(contacts.size());
   std::vector<char> kept(contacts.size(), 0);
   for (std::size_t i = 0; i < contacts.size(); ++i) {
     const Points points = points_of(contacts[i]);
     // What all four vertices bear, no other pair of primitives binds.
-    if (points.count == 4) {
+    if (points[3] != none) {
       kept[i] = 1;
       continue;
     }
