@@ -140,13 +140,16 @@ void Groups::build(const Mesh& mesh, const std::vector<VertexRecord>& vertices, 
 }
 
 void Groups::refit(const std::vector<VertexRecord>& vertices, ThreadPool& pool, double scale) {
-  vertex_boxes_.resize(vertices.size());
+  // One for the vertices of unused lanes goes first.
+  vertex_boxes_.resize(1 + vertices.size());
+  for (float& side : vertex_boxes_.front().side) side = -std::numeric_limits<float>::infinity();
+  VertexBox* const boxes = vertex_boxes_.data() + 1;
   pool.parallel_for(vertices.size(), 4096, [&](std::size_t first, std::size_t last, int) {
     kernels_->box_vertices(vertices.data()->x, scale, margin_ * scale, first, last,
-                           vertex_boxes_.data());
+                           boxes);
   });
   pool.parallel_for(groups_.size(), 256, [&](std::size_t first, std::size_t last, int) {
-    kernels_->box_groups(vertex_boxes_.data(), groups_.data(), first, last, blocks_.data(),
+    kernels_->box_groups(boxes, groups_.data(), first, last, blocks_.data(),
                          boxes_.data());
   });
 }

@@ -100,7 +100,8 @@ struct LeafKernels {
   // `margin` on every side.
   void (*box_vertices)(const double* records, double scale, double margin, std::size_t first,
                        std::size_t last, VertexBox* boxes);
-  // Boxes of the groups first to last - 1 and of all that is in their blocks.
+  // Boxes of the groups first to last - 1 and of all that is in their blocks. The vertex of unused
+  // lanes, -1, is to have an empty box.
   void (*box_groups)(const VertexBox* vertices, const Group* groups, std::size_t first,
                      std::size_t last, Block* blocks, MotionBox* boxes);
   // Whether the groups a and b certainly stay apart, then all their pairs of primitives; a may be b.

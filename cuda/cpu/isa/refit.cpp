@@ -36,14 +36,39 @@ LAZYCCD_INLINE Float8 rounded_down(Double8 x, int outwards) {
   return stepped_down(nearest, above + outwards);
 }
 
-LAZYCCD_INLINE void widen(VertexBox& box, const VertexBox& by) {
-  for (int i = 0; i < 16; ++i) box.side[i] = box.side[i] > by.side[i] ? box.side[i] : by.side[i];
-}
+// The two halves of a VertexBox: lower sides, negated, and upper ones.
+struct Sides {
+  Float8 of[2];
 
-LAZYCCD_INLINE VertexBox empty_box() {
-  VertexBox box;
-  for (float& side : box.side) side = -__builtin_inff();
-  return box;
+  LAZYCCD_INLINE explicit Sides(const VertexBox& box) {
+    for (int half = 0; half < 2; ++half) of[half] = reinterpret_cast<const Float8*>(box.side)[half];
+  }
+  LAZYCCD_INLINE void widen(const Sides& by) {
+    for (int half = 0; half < 2; ++half) of[half] = of[half] > by.of[half] ? of[half] : by.of[half];
+  }
+};
+
+// The boxes in a block of primitives with so many vertices; widens that of all.
+template <int corners>
+LAZYCCD_INLINE void box_block(const VertexBox* vertices, Block& block, Sides& all) {
+  for (int first = 0; first < kBlockLanes; first += Pack::lanes) {
+    Float8 rows[2][Pack::lanes];
+    for (int i = 0; i < Pack::lanes; ++i) {
+      Sides sides(vertices[block.vertex[0][first + i]]);
+      for (int k = 1; k < corners; ++k) sides.widen(Sides(vertices[block.vertex[k][first + i]]));
+      all.widen(sides);
+      for (int half = 0; half < 2; ++half) rows[half][i] = sides.of[half];
+    }
+    Pack lower[kColumns], upper[kColumns];
+    transpose(rows[0], lower);
+    transpose(rows[1], upper);
+    for (int k = 0; k < 3; ++k) {
+      (-lower[k]).store(block.lo0[k] + first);
+      (-lower[3 + k]).store(block.lo1[k] + first);
+      upper[k].store(block.hi0[k] + first);
+      upper[3 + k].store(block.hi1[k] + first);
+    }
+  }
 }
 
 }  // namespace
@@ -64,28 +89,19 @@ void box_vertices(const double* records, double scale, double margin, std::size_
 void box_groups(const VertexBox* vertices, const Group* groups, std::size_t first, std::size_t last,
                 Block* blocks, MotionBox* boxes) {
   for (std::size_t g = first; g < last; ++g) {
-    VertexBox all = empty_box();
-    for (int kind = 0; kind < 3; ++kind) {
-      const int lanes = groups[g].blocks(kind) * kBlockLanes;
-      for (int lane = 0; lane < lanes; ++lane) {
-        Block& b = blocks[groups[g].first[kind] + lane / kBlockLanes];
-        const int l = lane % kBlockLanes;
-        VertexBox box = empty_box();
-        for (int k = 0; k <= kind && b.vertex[k][l] >= 0; ++k) widen(box, vertices[b.vertex[k][l]]);
-        widen(all, box);
-        for (int k = 0; k < 3; ++k) {
-          b.lo0[k][l] = -box.lower(0)[k];
-          b.hi0[k][l] = box.upper(0)[k];
-          b.lo1[k][l] = -box.lower(1)[k];
-          b.hi1[k][l] = box.upper(1)[k];
-        }
-      }
-    }
+    const Group& group = groups[g];
+    Sides all(vertices[-1]);
+    for (int i = 0; i < group.blocks(kVertices); ++i)
+      box_block<1>(vertices, blocks[group.first[kVertices] + i], all);
+    for (int i = 0; i < group.blocks(kEdges); ++i)
+      box_block<2>(vertices, blocks[group.first[kEdges] + i], all);
+    for (int i = 0; i < group.blocks(kFaces); ++i)
+      box_block<3>(vertices, blocks[group.first[kFaces] + i], all);
     for (int k = 0; k < 3; ++k) {
-      boxes[g].lo0[k] = -all.lower(0)[k];
-      boxes[g].hi0[k] = all.upper(0)[k];
-      boxes[g].lo1[k] = -all.lower(1)[k];
-      boxes[g].hi1[k] = all.upper(1)[k];
+      boxes[g].lo0[k] = -all.of[0][k];
+      boxes[g].lo1[k] = -all.of[0][3 + k];
+      boxes[g].hi0[k] = all.of[1][k];
+      boxes[g].hi1[k] = all.of[1][3 + k];
     }
   }
 }
