@@ -47,6 +47,7 @@ bool says_nothing(const Contact& contact, double thickness, double start_gap,
 
 std::vector<Contact> NearContacts::choose(std::vector<Contact> found, const Motion& motion) {
   std::vector<double> gaps;
+  gaps.reserve(found.size());
   auto last = last_.begin();
   std::size_t kept = 0;
   std::int32_t body_a = -1, body_b = -1;

@@ -119,9 +119,10 @@ std::vector<Contact> StepDetector::near() {
 
 std::vector<Contact> StepDetector::answerable(Span<const Contact> contacts) {
   std::vector<Contact> answered;
+  answered.reserve(contacts.size());
   for (const Contact& contact : contacts) {
     if (is_anchored(contact)) continue;
-    if (responds(contact) && may_be_ended(contact)) {
+    if (responds(contact) && (gives_way(contact.vertices[0]) || may_be_ended(contact))) {
       answered.push_back(contact);
     } else if (detections_ == 0) {
       silent_.push_back(contact);

@@ -9,16 +9,20 @@ ContactSort::ContactSort(const Mesh& mesh)
     : key_(ContactKey::of(mesh.body_count(), mesh.vertex_count(), mesh.edges().size(),
                           mesh.faces().size())) {}
 
-// Least significant digit first; 11 bits a pass.
+// Least significant digit first; digits of equal width, as few as there can be.
 void ContactSort::radix_sort() {
-  constexpr int digit = 11;
-  const int bits = key_.bits();
+  constexpr int widest = 12;
+  const int bits = key_.bits(), passes = (bits + widest - 1) / widest;
+  if (passes == 0) return;
+  const int digit = (bits + passes - 1) / passes;
+  const std::uint64_t mask = (std::uint64_t{1} << digit) - 1;
   other_.resize(items_.size());
   for (int shift = 0; shift < bits; shift += digit) {
-    std::array<std::uint32_t, (1 << digit) + 1> begin{};
-    for (const Item& item : items_) ++begin[(item.key >> shift & ((1 << digit) - 1)) + 1];
-    for (std::size_t i = 1; i < begin.size(); ++i) begin[i] += begin[i - 1];
-    for (const Item& item : items_) other_[begin[item.key >> shift & ((1 << digit) - 1)]++] = item;
+    std::array<std::uint32_t, (1 << widest) + 1> begin;
+    std::fill_n(begin.begin(), mask + 2, 0);
+    for (const Item& item : items_) ++begin[(item.key >> shift & mask) + 1];
+    for (std::size_t i = 1; i <= mask; ++i) begin[i] += begin[i - 1];
+    for (const Item& item : items_) other_[begin[item.key >> shift & mask]++] = item;
     items_.swap(other_);
   }
 }
