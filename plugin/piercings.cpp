@@ -41,12 +41,14 @@ class Strips {
     int strip;
   };
 
-  // A box for each strip that the primitive is in, by strip and where they begin along the axis.
-  template <class Primitive>
-  std::vector<Box> boxes_of(Span<const Primitive> primitives,
-                            const std::vector<Vector3d>& x) const {
+  // Of the primitives that count, a box for each strip that they are in, by strip and where they
+  // begin along the axis.
+  template <class Primitive, class Counts>
+  std::vector<Box> boxes_of(Span<const Primitive> primitives, const std::vector<Vector3d>& x,
+                            const Counts& counts) const {
     std::vector<Box> boxes;
     for (std::size_t i = 0; i < primitives.size(); ++i) {
+      if (!counts(primitives[i][0])) continue;
       Box box{x[primitives[i][0]], x[primitives[i][0]], static_cast<std::int32_t>(i), 0};
       for (const std::int32_t v : primitives[i]) {
         box.lower = box.lower.cwiseMin(x[v]);
@@ -133,6 +135,21 @@ class Rules {
   std::set<BodyPair> disabled_;
 };
 
+// By body: whether it may collide with one whose box overlaps its own, or with itself.
+std::vector<char> with_others(const Topology& t, const std::vector<Vector3d>& x,
+                              const Rules& rules) {
+  std::vector<Eigen::AlignedBox3d> boxes(t.bodies.size());
+  for (std::size_t v = 0; v < x.size(); ++v) boxes[t.body_of_vertex[v]].extend(x[v]);
+  std::vector<char> with(boxes.size(), 0);
+  const auto count = static_cast<std::int32_t>(boxes.size());
+  for (std::int32_t a = 0; a < count; ++a) {
+    for (std::int32_t b = a; b < count; ++b) {
+      if (boxes[a].intersects(boxes[b]) && rules.collide(a, b)) with[a] = with[b] = 1;
+    }
+  }
+  return with;
+}
+
 }  // namespace
 
 Piercings find_piercings(const Topology& topology, Span<const Edge> edges,
@@ -162,8 +179,10 @@ Piercings find_piercings(const Topology& topology, Span<const Edge> edges,
       return;
     if (found.count++ == 0) found.first = {a, b};
   };
+  const std::vector<char> with = with_others(topology, x, rules);
+  const auto counts = [&](std::int32_t v) { return with[topology.body_of_vertex[v]] != 0; };
   const Strips strips(x, edges.size());
-  strips.sweep(strips.boxes_of(edges, x), strips.boxes_of(topology.faces, x), test);
+  strips.sweep(strips.boxes_of(edges, x, counts), strips.boxes_of(topology.faces, x, counts), test);
   return found;
 }
 

@@ -20,9 +20,8 @@ StepDetector::StepDetector(const lazyccd::Options& options, const SoftScene& sce
 void StepDetector::set_topology(double largest_thickness) {
   near_contacts_.forget();
   const Topology topology = topology_.for_detection();
-  if (!touching_) touching_ = std::make_unique<Detector>(options_);
-  touching_->set_topology(topology);
-  read_reach();
+  touching_is_current_ = false;
+  read_reach(topology);
   // Neighbours in a mesh are not to be near each other by themselves.
   std::vector<double> reach = motion_.reach;
   const auto middle = reach.begin() + static_cast<std::ptrdiff_t>(reach.size() / 2);
@@ -32,6 +31,7 @@ void StepDetector::set_topology(double largest_thickness) {
   options.distinct = true;
   if (!(options.separation > 0)) {
     near_.reset();
+    touching_detector();
     return;
   }
   if (!near_ || separation_ != options.separation) {
@@ -41,19 +41,30 @@ void StepDetector::set_topology(double largest_thickness) {
   near_->set_topology(topology);
 }
 
-void StepDetector::read_reach() {
+void StepDetector::read_reach(const Topology& topology) {
   motion_.reach.assign(motion_.inverse_mass.size(), std::numeric_limits<double>::infinity());
-  for (const Edge& edge : edges()) {
-    if (!topology_.is_soft(edge[0])) continue;
-    const double length = (motion_.start_of(edge[0]) - motion_.start_of(edge[1])).norm();
-    for (const std::int32_t v : edge) motion_.reach[v] = std::min(motion_.reach[v], length);
+  const auto read_edge = [this](std::int32_t a, std::int32_t b) {
+    if (!topology_.is_soft(a)) return;
+    const double length = (motion_.start_of(a) - motion_.start_of(b)).norm();
+    for (const std::int32_t v : {a, b}) motion_.reach[v] = std::min(motion_.reach[v], length);
+  };
+  for (const Edge& edge : topology.edges) read_edge(edge[0], edge[1]);
+  for (const Face& face : topology.faces) {
+    for (int k = 0; k < 3; ++k) read_edge(face[k], face[(k + 1) % 3]);
   }
+}
+
+Detector& StepDetector::touching_detector() {
+  if (!touching_) touching_ = std::make_unique<Detector>(options_);
+  if (!touching_is_current_) touching_->set_topology(topology_.for_detection());
+  touching_is_current_ = true;
+  return *touching_;
 }
 
 void StepDetector::parallel_for(std::size_t count, std::size_t grain,
                                 const std::function<void(std::size_t, std::size_t)>& body) {
-  if (near_ || touching_) {
-    (near_ ? near_ : touching_)->parallel_for(count, grain, body);
+  if (Detector* const detector = first()) {
+    detector->parallel_for(count, grain, body);
   } else {
     body(0, count);
   }
@@ -73,8 +84,9 @@ void StepDetector::add_to(StepStats& stats) const {
 
 std::vector<Contact> StepDetector::touching(const Positions& start, const Positions& end) {
   const Stopwatch watch;
-  std::vector<Contact> contacts = answerable(
-      only_near_can_touch(end) ? near_->touching_again(start, end) : touching_->detect(start, end));
+  std::vector<Contact> contacts =
+      answerable(only_near_can_touch(end) ? near_->touching_again(start, end)
+                                          : touching_detector().detect(start, end));
   ms_ += watch.ms();
   return contacts;
 }

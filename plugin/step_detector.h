@@ -26,7 +26,7 @@ class StepDetector {
   // To be called where indices or pair rules change, with the largest thickness of any pair,
   // metres. Sets the motion's reach. Throws lazyccd::Error for a topology that it does not take.
   void set_topology(double largest_thickness);
-  Span<const Edge> edges() const { return touching_->edges(); }
+  Span<const Edge> edges() const { return first()->edges(); }
 
   // Takes the motion for a new one: nothing is found in it yet.
   void begin_motion();
@@ -50,7 +50,7 @@ class StepDetector {
 
   // Of the last motion: adds what it cost.
   void add_to(StepStats& stats) const;
-  std::string status() const { return touching_ ? touching_->status() : "no step yet"; }
+  std::string status() const { return first() ? first()->status() : "no step yet"; }
 
  private:
   bool is_anchored(const Contact& contact) const;
@@ -62,7 +62,11 @@ class StepDetector {
   bool could_be_ended(const Contact& contact) const;
   bool gives_way(std::int32_t vertex) const;
   bool only_near_can_touch(const Positions& end) const;
-  void read_reach();
+  void read_reach(const Topology& topology);
+  // Made and told of the topology where it is first needed: most steps need near_ alone.
+  Detector& touching_detector();
+  // The one of a step's first detection; null before the first topology.
+  Detector* first() const { return near_ ? near_.get() : touching_.get(); }
   // Without those that nothing may be done about; of these, the first detection's are silent.
   std::vector<Contact> answerable(Span<const Contact> contacts);
 
@@ -71,9 +75,10 @@ class StepDetector {
   const StepTopology& topology_;
   Motion& motion_;
   NearContacts near_contacts_;
-  std::unique_ptr<Detector> touching_;  // null before the first topology
-  std::unique_ptr<Detector> near_;      // of what comes within a thickness; null without any
-  double separation_ = 0;               // of near_, metres
+  std::unique_ptr<Detector> touching_;  // null until it is needed
+  bool touching_is_current_ = false;
+  std::unique_ptr<Detector> near_;  // of what comes within a thickness; null without any
+  double separation_ = 0;           // of near_, metres
   std::vector<Contact> silent_;
   bool may_be_silent_ = false;  // something that does not give way comes near something
   bool found_any_ = false;
