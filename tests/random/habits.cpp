@@ -106,9 +106,10 @@ std::string set_up_for_deformable_world(btSoftBody& body, Dice& dice) {
   return " flags=" + std::to_string(body.m_cfg.collisions);
 }
 
-// Bullet cuts links and faces, not tetrahedra.
+// Bullet cuts links and faces, not tetrahedra, and makes no room for new nodes in a pose.
 bool may_be_cut(btSoftBody& body, const RandomWorld& world) {
-  return world.is_rigid() && body.m_links.size() > 0 && body.m_tetras.size() == 0 &&
+  const bool posed = body.m_pose.m_bvolume || body.m_pose.m_bframe;
+  return world.is_rigid() && body.m_links.size() > 0 && body.m_tetras.size() == 0 && !posed &&
          !body.useSelfCollision();
 }
 
