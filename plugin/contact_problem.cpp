@@ -180,7 +180,7 @@ ContactProblem::Change ContactProblem::sweep(const Indices& which) {
   };
   for (const std::int32_t i : which) {
     const Row& row = rows_[i];
-    const Impulse before = before_[i] = impulses_[i];
+    const Impulse before = impulses_[i];
     const Vector moved = this->moved(row);
     const float along = row.normal.dot(moved);
     Impulse now;
@@ -234,7 +234,7 @@ void ContactProblem::solve(int sweeps) {
     sweeps = std::min(sweeps, std::numeric_limits<int>::max() / more_of_slow) * more_of_slow;
   }
 
-  before_ = last_ = impulses_;
+  last_ = impulses_;
   last_displacement_ = displacement_;
   Indices all(rows_.size()), acting;
   std::iota(all.begin(), all.end(), 0);

@@ -94,8 +94,7 @@ class ContactProblem {
   std::vector<Row> rows_;
   std::vector<Part> parts_;
   std::vector<Body> bodies_;
-  // At the last sweep's begin and at its end, and at the end of the one before.
-  std::vector<Impulse> before_, impulses_, last_;
+  std::vector<Impulse> impulses_, last_;  // last_: at the end of the sweep before
   std::int32_t first_body_ = 1;
   // Of the nodes; then shift and turn of each rigid body. The first node is what no impulse moves.
   std::vector<Vector> displacement_, last_displacement_;
