@@ -212,7 +212,7 @@ bool Obstacles::read(const AxisBox& swept, Journal& journal) {
     same = is_same(near[i], records_[i]);
   }
   records_ = std::move(near);
-  if (same && !left_region && has_read(swept)) return false;
+  if (same && has_read(swept)) return false;
   read_triangles(journal);
   return true;
 }
