@@ -129,7 +129,7 @@ void Pipeline::gather(const Bodies& bodies, double seconds, const Fill& fill) {
   const StepReader::Changes changes = reader_.read(bodies, seconds, fill);
   if (scene().vertex_count() == 0) return;
   try {
-    if (changes.topology) set_topology();
+    if (changes.topology || detector_.would_change(largest_thickness())) set_topology();
     if (changes.start) report_piercings();
   } catch (...) {
     reader_.forget_scene();

@@ -22,23 +22,25 @@ void StepDetector::set_topology(double largest_thickness) {
   const Topology topology = topology_.for_detection();
   touching_is_current_ = false;
   read_reach(topology);
-  // Neighbours in a mesh are not to be near each other by themselves.
-  std::vector<double> reach = motion_.reach;
-  const auto middle = reach.begin() + static_cast<std::ptrdiff_t>(reach.size() / 2);
-  std::nth_element(reach.begin(), middle, reach.end());
-  lazyccd::Options options = options_;
-  options.separation = std::min(NearContacts::reach * largest_thickness, 0.5 * *middle);
-  options.distinct = true;
-  if (!(options.separation > 0)) {
+  const double separation = separation_for(largest_thickness);
+  if (!(separation > 0)) {
     near_.reset();
     touching_detector();
-    return;
+  } else {
+    if (!near_ || separation_ != separation) {
+      lazyccd::Options options = options_;
+      options.separation = separation;
+      options.distinct = true;
+      near_ = std::make_unique<Detector>(options);
+    }
+    near_->set_topology(topology);
   }
-  if (!near_ || separation_ != options.separation) {
-    near_ = std::make_unique<Detector>(options);
-    separation_ = options.separation;
-  }
-  near_->set_topology(topology);
+  separation_ = separation;
+}
+
+// Neighbours in a mesh are not to be near each other by themselves.
+double StepDetector::separation_for(double largest_thickness) const {
+  return std::min(NearContacts::reach * largest_thickness, 0.5 * usual_reach_);
 }
 
 void StepDetector::read_reach(const Topology& topology) {
@@ -52,6 +54,10 @@ void StepDetector::read_reach(const Topology& topology) {
   for (const Face& face : topology.faces) {
     for (int k = 0; k < 3; ++k) read_edge(face[k], face[(k + 1) % 3]);
   }
+  std::vector<double> reach = motion_.reach;
+  const auto middle = reach.begin() + static_cast<std::ptrdiff_t>(reach.size() / 2);
+  std::nth_element(reach.begin(), middle, reach.end());
+  usual_reach_ = *middle;
 }
 
 Detector& StepDetector::touching_detector() {

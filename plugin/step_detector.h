@@ -26,6 +26,10 @@ class StepDetector {
   // To be called where indices or pair rules change, with the largest thickness of any pair,
   // metres. Sets the motion's reach. Throws lazyccd::Error for a topology that it does not take.
   void set_topology(double largest_thickness);
+  // Whether another largest thickness asks for that too.
+  bool would_change(double largest_thickness) const {
+    return separation_for(largest_thickness) != separation_;
+  }
   Span<const Edge> edges() const { return first()->edges(); }
 
   // Takes the motion for a new one: nothing is found in it yet.
@@ -63,6 +67,7 @@ class StepDetector {
   bool gives_way(std::int32_t vertex) const;
   bool only_near_can_touch(const Positions& end) const;
   void read_reach(const Topology& topology);
+  double separation_for(double largest_thickness) const;
   // Made and told of the topology where it is first needed: most steps need near_ alone.
   Detector& touching_detector();
   // The one of a step's first detection; null before the first topology.
@@ -78,7 +83,8 @@ class StepDetector {
   std::unique_ptr<Detector> touching_;  // null until it is needed
   bool touching_is_current_ = false;
   std::unique_ptr<Detector> near_;  // of what comes within a thickness; null without any
-  double separation_ = 0;           // of near_, metres
+  double separation_ = 0;           // of near_, metres; not positive without it
+  double usual_reach_ = 0;          // metres: the median of Motion::reach
   std::vector<Contact> silent_;
   bool may_be_silent_ = false;  // something that does not give way comes near something
   bool found_any_ = false;

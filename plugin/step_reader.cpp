@@ -60,7 +60,7 @@ StepReader::Changes StepReader::read(const Bodies& bodies, double seconds, const
     changes.topology = obstacles_.update(bodies, near_obstacles_, journal_) || changes.topology;
   changes.topology = topology_.update(scene_, obstacles_, changes.topology);
   gather_obstacles();
-  changes.topology = read_resolution() || changes.topology;
+  read_resolution();
   changes.start = changes.start || are_others_near();
   return changes;
 }
@@ -130,19 +130,17 @@ void StepReader::remember_ends() {
             [](const LastObstacle& a, const LastObstacle& b) { return a.unique_id < b.unique_id; });
 }
 
-bool StepReader::read_resolution() {
+void StepReader::read_resolution() {
   constexpr double roundings = 16;
   constexpr double least_speed = 4e-4;  // m/s: the response leaves gaps open by a part of it
-  if (swept_.is_empty()) return false;
+  if (swept_.is_empty()) return;
   btScalar farthest = 0;
   for (int k = 0; k < 3; ++k)
     farthest = std::max({farthest, std::abs(swept_.lower[k]), std::abs(swept_.upper[k])});
   const double rounding =
       static_cast<double>(farthest) * static_cast<double>(std::numeric_limits<btScalar>::epsilon());
   const double resolution = roundings * rounding + least_speed * motion_.seconds;
-  if (resolution <= resolution_ && 4 * resolution >= resolution_) return false;
-  resolution_ = 2 * resolution;
-  return true;
+  if (resolution > resolution_ || 4 * resolution < resolution_) resolution_ = 2 * resolution;
 }
 
 // One way through Bullet's nodes. False where the scene is to be read anew: something was refused,

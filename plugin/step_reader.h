@@ -28,7 +28,7 @@ class StepReader {
                                   std::int32_t first, std::int32_t last, Motion&)>;
 
   struct Changes {
-    bool topology = false;  // indices, pair rules or thicknesses are others than before
+    bool topology = false;  // indices, pair rules or margins are others than before
     bool start = false;  // bodies came or were put elsewhere: what intersects now did not come so
   };
 
@@ -92,8 +92,7 @@ class StepReader {
   void gather_obstacles();
   // What dynamic bodies carry: of the nodes with anchors, those that something else moves.
   void find_carried();
-  // True where the resolution is another than before.
-  bool read_resolution();
+  void read_resolution();
 
   Options options_;
   Journal& journal_;
