@@ -177,7 +177,8 @@ Piercings find_piercings(const Topology& topology, Span<const Edge> edges,
         std::any_of(e.begin(), e.end(), movable) || std::any_of(f.begin(), f.end(), movable);
     if (!moves || !rules.collide(a, b) || !pierces(x[e[0]], x[e[1]], x[f[0]], x[f[1]], x[f[2]]))
       return;
-    if (found.count++ == 0) found.first = {a, b};
+    if (found.pairs.empty()) found.first = {a, b};
+    found.pairs.push_back({edge_box.primitive, face_box.primitive});
   };
   const std::vector<char> with = with_others(topology, x, rules);
   const auto counts = [&](std::int32_t v) { return with[topology.body_of_vertex[v]] != 0; };

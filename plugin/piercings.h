@@ -13,8 +13,13 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
+// Indices of an edge and of the face that it sticks in.
+struct Piercing {
+  std::int32_t edge, face;
+};
+
 struct Piercings {
-  std::int64_t count = 0;
+  std::vector<Piercing> pairs;
   BodyPair first = {-1, -1};  // bodies of an edge and of the face that it is in
 };
 

@@ -65,14 +65,15 @@ bool Pipeline::run(const Bodies& bodies, double seconds, const Fill& fill) noexc
     if (scene().vertex_count() > 0) {
       const Stopwatch answering;
       const auto touching = [this](const Positions& x0, const Positions& x1) {
-        return detector_.touching(x0, x1);
+        return without_untangling(detector_.touching(x0, x1));
       };
+      untangle();
       const StepStats before = step_;
       do {
         step_ = before;
         detector_.begin_motion();
-        const std::vector<Contact> near = detector_.near();
-        responded_ = detector_.found_any();
+        const std::vector<Contact> near = without_untangling(detector_.near());
+        responded_ = detector_.found_any() || untangling_.pushes();
         if (responded_) {
           response_.run(near, touching, reader_.motion(), step_);
         } else {
@@ -148,22 +149,43 @@ void Pipeline::set_topology() {
   detector_.set_topology(largest_thickness());
 }
 
+Piercings Pipeline::find_piercings() const {
+  return bullet::find_piercings(
+      topology().topology(), detector_.edges(), motion().starts(),
+      [this](std::int32_t body) { return topology().bodies()[body].responds; });
+}
+
+void Pipeline::untangle() {
+  untangling_.skip_step();
+  if (!(options_.untangling_speed > 0) || !untangling_.goes_on()) return;
+  untangling_.begin_step(find_piercings(), topology().topology(), detector_.edges(), motion());
+  untangling_.push(options_.untangling_speed * motion().seconds, reader_.motion());
+}
+
+std::vector<Contact> Pipeline::without_untangling(std::vector<Contact> contacts) const {
+  contacts.erase(
+      std::remove_if(contacts.begin(), contacts.end(),
+                     [this](const Contact& contact) { return untangling_.lets_pass(contact); }),
+      contacts.end());
+  return contacts;
+}
+
 void Pipeline::report_piercings() {
-  const Piercings found =
-      find_piercings(topology().topology(), detector_.edges(), motion().starts(),
-                     [this](std::int32_t body) { return topology().bodies()[body].responds; });
-  step_.pierced_at_start = found.count;
-  if (found.count == 0) return;
+  const Piercings found = find_piercings();
+  step_.pierced_at_start = static_cast<std::int64_t>(found.pairs.size());
+  if (found.pairs.empty()) return;
+  untangling_.start();
   const auto name = [this](std::int32_t body) {
     return topology().bodies()[body].soft
                ? "soft body " + std::to_string(scene().bodies()[body].world_index)
                : std::string("a rigid body");
   };
   journal_.say("pierced " + name(found.first[0]) + name(found.first[1]),
-               "bodies intersect where a step begins: " + std::to_string(found.count) +
+               "bodies intersect where a step begins: " + std::to_string(found.pairs.size()) +
                    " edges stick in faces, the first of " + name(found.first[0]) + " in " +
                    name(found.first[1]) +
-                   "; what is on the wrong side stays there, and no more comes to it");
+                   "; what is on the wrong side stays there, and no more comes to it" +
+                   (options_.untangling_speed > 0 ? ", but for what can be moved apart" : ""));
 }
 
 double Pipeline::largest_thickness() const {
@@ -194,9 +216,10 @@ void Pipeline::announce() noexcept try {
 }
 
 bool Pipeline::is_moved(std::int32_t vertex) const {
-  return responded_ && (!motion().velocity_change[vertex].isZero(0) ||
-                        motion().solved[vertex] != motion().predicted[vertex] ||
-                        !motion().opening[vertex].isZero(0));
+  return responded_ &&
+         (untangling_.is_pushed(vertex) || !motion().velocity_change[vertex].isZero(0) ||
+          motion().solved[vertex] != motion().predicted[vertex] ||
+          !motion().opening[vertex].isZero(0));
 }
 
 void Pipeline::wake_moved() const {

@@ -11,6 +11,7 @@
 #include "response.h"
 #include "step_detector.h"
 #include "step_reader.h"
+#include "untangling.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -68,7 +69,12 @@ class Pipeline {
   void gather(const Bodies& bodies, double seconds, const Fill& fill);
   bool read_where_pushed();
   void set_topology();
+  Piercings find_piercings() const;
   void report_piercings();
+  // Pushes apart what intersects where the step begins.
+  void untangle();
+  // Without the contacts that keep it so.
+  std::vector<Contact> without_untangling(std::vector<Contact> contacts) const;
   void leave_stopped_obstacles();
   std::int32_t body_index(const StepTopology::BodyRecord& body) const;
   double largest_thickness() const;
@@ -80,6 +86,7 @@ class Pipeline {
   StepReader reader_;
   StepDetector detector_;
   Response response_;
+  Untangling untangling_;
   std::vector<StepContact> contacts_;
   std::int64_t queued_ = 0;
   StepStats step_, total_;

@@ -1,0 +1,116 @@
+// Soft bodies that intersect where a scene begins.
+#include "untangling.h"
+
+#include <BulletSoftBody/btSoftBodyHelpers.h>
+
+#include <cmath>
+#include <string>
+
+#include "plugin/worlds.h"
+#include "scenes/piercings.h"
+#include "scenes/scene.h"
+#include "scenes/surface.h"
+#include "support/catch.h"
+
+using namespace lazyccd;
+using namespace lazyccd::test;
+
+namespace {
+
+std::size_t piercings(const PhysicsWorld& world) {
+  return scenes::find_piercings(scenes::read_surface(world), scenes::read_positions(world)).size();
+}
+
+btVector3 at(double x, double y, double z) {
+  return btVector3(static_cast<btScalar>(x), static_cast<btScalar>(y), static_cast<btScalar>(z));
+}
+
+void add_cloth(PhysicsWorld& world, const std::function<btVector3(double x, double z)>& place) {
+  world.add(scenes::make_cloth(world.info(), 9, 9, 1,
+                               [&](double u, double v) { return place(u - 0.5, v - 0.5); }));
+}
+
+void add_ball(PhysicsWorld& world, const btVector3& centre) {
+  const btVector3 radius = at(0.2, 0.2, 0.2);
+  std::unique_ptr<btSoftBody> ball(
+      btSoftBodyHelpers::CreateEllipsoid(world.info(), centre, radius, 80));
+  ball->setTotalMass(1);
+  world.add(std::move(ball));
+}
+
+void add_crossed(PhysicsWorld& world, const std::string& how) {
+  if (how == "balls") {
+    add_ball(world, at(0, 0, 0));
+    add_ball(world, at(0.1, 0.25, 0.05));
+    return;
+  }
+  add_cloth(world, [](double x, double z) { return at(x, 0, z); });
+  add_cloth(world, [&](double x, double z) {
+    const double u = 0.8 * x + 0.013, v = 0.8 * z + 0.017;
+    if (how == "border") return at(u, 0.04 - 0.22 * z, v);
+    if (how == "upright") return at(0.5 * u, 0.5 * v - 0.06, 0.05 * u + 0.017);
+    const double r = std::hypot(u, v);  // a bulge
+    return at(u, 0.05 - (r < 0.2 ? 0.03 + 0.1 * (1 - r / 0.2) : 0), v);
+  });
+}
+
+scenes::WorldOptions untangling(World world, double speed) {
+  scenes::WorldOptions options = quiet_options(world);
+  options.lazyccd.untangling_speed = speed;
+  return options;
+}
+
+}  // namespace
+
+TEST_CASE("soft bodies that begin in each other are moved apart, and stay apart") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  const std::string how = GENERATE("bulge", "border", "upright", "balls");
+  CAPTURE(world == World::rigid, how);
+  const auto w = PhysicsWorld::make(untangling(world, 1));
+  add_crossed(*w, how);
+  REQUIRE(piercings(*w) > 0);
+  for (int i = 0; i < 180; ++i) w->step();
+  CHECK(piercings(*w) == 0);
+  CHECK(w->total_stats()->energy_gained < 1e-9);
+  CHECK(w->total_stats()->last_resorts == 0);
+}
+
+TEST_CASE("what begins in nothing is the same to the last bit with untangling") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  const auto positions = [&](double speed) {
+    scenes::Parameters parameters;
+    parameters.world = world;
+    parameters.size = 0.5;
+    parameters.lazyccd.untangling_speed = speed;
+    scenes::Scene scene = scenes::set_up(*scenes::find_scene("free-cloths"), parameters);
+    for (int i = 0; i < 20; ++i) scene.world->step();
+    CHECK(scene.world->total_stats()->contacts_vf > 0);
+    return scenes::read_positions(*scene.world);
+  };
+  CHECK(positions(0) == positions(1));
+}
+
+TEST_CASE("what cannot be moved apart is given up") {
+  // A pinned edge in a pinned face.
+  bullet::Motion motion;
+  motion.seconds = 0.1;
+  motion.start = {0, -1, 0, 0, 1, 0, -1, 0, -1, 1, 0, -1, 0, 0, 1};
+  motion.end = motion.start;
+  motion.inverse_mass.assign(5, 0);
+  const std::vector<Face> faces = {{2, 3, 4}};
+  const std::vector<Edge> edges = {{0, 1}};
+  Topology topology;
+  topology.faces = faces;
+  bullet::Piercings found;
+  found.pairs = {{0, 0}};
+  bullet::Untangling untangling;
+  CHECK(!untangling.goes_on());
+  untangling.start();
+  for (int i = 0; i < 29; ++i) {
+    untangling.begin_step(found, topology, edges, motion);
+    CHECK(untangling.goes_on());
+    CHECK(!untangling.pushes());
+  }
+  for (int i = 0; i < 5; ++i) untangling.begin_step(found, topology, edges, motion);
+  CHECK(!untangling.goes_on());
+}
