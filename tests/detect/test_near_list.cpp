@@ -97,3 +97,24 @@ TEST_CASE("candidates of earlier steps serve in every history of motions") {
   }
   CHECK(listed > 10);
 }
+
+TEST_CASE("candidates of earlier steps serve in scenes of any size") {
+  const double unit = GENERATE(1e-300, 1e-160, 1e-30, 1e30, 1e150);
+  MovingTriangles scene = layers(2, 5, 0.02);
+  Detector lasting(with_separation(0.022 * unit, 1)), fresh(with_separation(0.022 * unit, 1));
+  lasting.set_topology(scene.topology());
+  for (double& x : scene.end) x *= unit;
+  std::mt19937 random(9);
+  std::vector<double> motion;  // a step
+  for (std::size_t i = 0; i < scene.end.size(); ++i)
+    motion.push_back(0.002 * unit * (random() / 2147483648.0 - 1));
+  for (int step = 0; step < 12; ++step) {
+    scene.start = scene.end;
+    for (std::size_t i = 0; i < scene.end.size(); ++i) scene.end[i] += motion[i];
+    fresh.set_topology(scene.topology());
+    const Positions start = scene.at(scene.start), end = scene.at(scene.end);
+    const Span<const Contact> found = lasting.detect(start, end);
+    CHECK(found.size() > 100);
+    CHECK(same_contacts(found, fresh.detect(start, end)));
+  }
+}
