@@ -97,6 +97,27 @@ PYTHON
 }
 export -f step
 part step 120 bash -c step
+# Whole steps of the scene of the README, mean: with the device, with the CPU backend, Bullet alone.
+drop() {
+  local size with
+  for size in 1 2; do
+    for with in "--backend cuda" "--backend cpu" "--detector bullet"; do
+      # shellcheck disable=SC2086
+      "$folder/lazyccd" simulate drop --size $size --steps 120 $with --stats "$out/drop.json" \
+        >/dev/null || return
+      python3 - "$out/drop.json" "size $size $with" <<'PYTHON'
+import json, sys
+
+run = json.load(open(sys.argv[1]))
+parts = ", ".join(f"{part} {ms:.2f}" for part, ms in run["ms_per_step"].items())
+passed = sum(run["pass_throughs"].values())
+print(f"drop {sys.argv[2]}: {parts} ms; {passed} pass-throughs")
+PYTHON
+    done
+  done
+}
+export -f drop
+part drop 200 bash -c drop
 if command -v ncu >/dev/null && command -v python3 >/dev/null; then
   part bounds 120 bash "$here/bounds.sh" "$folder" "$out"
 fi
