@@ -113,6 +113,9 @@ void BodyTrees::begin_prediction(Bodies& bodies, int request, bool bullets_pairs
     take_out(faceless_, body);
     const bool is_read = bullets_pairs || body->m_fdbvnt;
     if (is_read && hangs_together(*body)) continue;
+    // Of faces that may be elsewhere now.
+    delete body->m_fdbvnt;
+    body->m_fdbvnt = nullptr;
     body->m_cfg.collisions &= ~request;
     asking_.push_back(body);
     faceless_.push_back(body);
@@ -122,6 +125,8 @@ void BodyTrees::begin_prediction(Bodies& bodies, int request, bool bullets_pairs
 void BodyTrees::hide_nodes(Bodies& bodies) {
   old_nodes_.clear();
   for (int i = 0; i < bodies.size(); ++i) {
+    // With that of faces Bullet builds the one of nodes anew.
+    if (bodies[i]->m_bUpdateRtCst && (bodies[i]->m_cfg.collisions & request_)) continue;
     hidden_.push_back({bodies[i], bodies[i]->m_ndbvt.m_root});
     bodies[i]->m_ndbvt.m_root = nullptr;
     old_nodes_.push_back(bodies[i]);

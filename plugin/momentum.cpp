@@ -176,22 +176,27 @@ void restore_angular_momentum(const std::vector<ContactRow>& rows, Motion& motio
   for (const Island& island : find_islands(rows, motion)) {
     if (!island.free) continue;
     double mass = 0;
-    Vector3d centre = Vector3d::Zero(), lost = Vector3d::Zero();
+    Vector3d centre = Vector3d::Zero();
+    for_each_mass(island, motion,
+                  [&](double m, const Vector3d& place, const Vector3d&, const Vector3d&,
+                      const Vector3d&, const RigidMotion*) {
+                    mass += m;
+                    centre += m * place;
+                  });
+    centre /= mass;
+    // About the centre: bodies with different rates lose momentum to each other, so that about any
+    // other point there is a part that is no spin.
+    Vector3d lost = Vector3d::Zero();
+    Matrix3d inertia = Matrix3d::Zero();
     for_each_mass(island, motion,
                   [&](double m, const Vector3d& place, const Vector3d& predicted,
                       const Vector3d& velocity, const Vector3d& change, const RigidMotion* body) {
-                    mass += m;
-                    centre += m * place;
-                    lost += m * (predicted - place).cross(velocity) - m * place.cross(change);
-                    if (body) lost -= body->inertia() * body->spin_change;
-                  });
-    centre /= mass;
-    Matrix3d inertia = Matrix3d::Zero();
-    for_each_mass(island, motion,
-                  [&](double m, const Vector3d& place, const Vector3d&, const Vector3d&,
-                      const Vector3d&, const RigidMotion* body) {
+                    lost += m * (predicted - place).cross(velocity) -
+                            m * (place - centre).cross(change);
                     add_inertia(m, place - centre, inertia);
-                    if (body) inertia += body->inertia();
+                    if (!body) return;
+                    lost -= body->inertia() * body->spin_change;
+                    inertia += body->inertia();
                   });
     const Vector3d spin = turn_of(inertia, lost);
     for_each_mass(island, motion,

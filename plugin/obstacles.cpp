@@ -2,6 +2,7 @@
 
 #include <BulletCollision/BroadphaseCollision/btBroadphaseInterface.h>
 #include <BulletCollision/CollisionShapes/btCollisionShape.h>
+#include <BulletCollision/CollisionShapes/btCompoundShape.h>
 #include <BulletDynamics/Dynamics/btRigidBody.h>
 
 #include <algorithm>
@@ -100,8 +101,8 @@ btTransform follow(const Obstacles::Record& record, const btTransform& now) {
 
 bool is_same(const Obstacles::Record& a, const Obstacles::Record& b) {
   return a.object == b.object && a.unique_id == b.unique_id && a.shape == b.shape &&
-         a.scaling == b.scaling && a.group == b.group && a.mask == b.mask &&
-         a.ignored == b.ignored && a.dynamic == b.dynamic;
+         a.scaling == b.scaling && a.revision == b.revision && a.box == b.box &&
+         a.group == b.group && a.mask == b.mask && a.ignored == b.ignored && a.dynamic == b.dynamic;
 }
 
 }  // namespace
@@ -137,6 +138,12 @@ void Obstacles::find(const SoftBodies& bodies) {
     record.unique_id = object->getBroadphaseHandle()->m_uniqueId;
     record.shape = object->getCollisionShape();
     record.scaling = record.shape->getLocalScaling();
+    record.revision = record.shape->isCompound()
+                          ? static_cast<const btCompoundShape*>(record.shape)->getUpdateRevision()
+                          : 0;
+    btVector3 lower, upper;
+    record.shape->getAabb(btTransform::getIdentity(), lower, upper);
+    record.box = {lower.x(), lower.y(), lower.z(), upper.x(), upper.y(), upper.z()};
     record.group = object->getBroadphaseHandle()->m_collisionFilterGroup;
     record.mask = object->getBroadphaseHandle()->m_collisionFilterMask;
     record.ignored = hash_of_ignored(*object);

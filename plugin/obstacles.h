@@ -10,6 +10,7 @@
 #include <BulletCollision/CollisionDispatch/btCollisionObject.h>
 #include <BulletSoftBody/btSoftBody.h>
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -29,6 +30,8 @@ class Obstacles {
     int unique_id;  // of its broad phase proxy: says which objects are new where memory is reused
     const btCollisionShape* shape;
     btVector3 scaling;
+    int revision;                 // of a compound's children
+    std::array<btScalar, 6> box;  // of the shape in its own frame: an application may change it
     int group, mask;
     std::uint64_t ignored;
     bool dynamic;

@@ -22,17 +22,19 @@ using Eigen::Vector3d;
 class Strips {
  public:
   Strips(const std::vector<Vector3d>& x, std::size_t boxes) {
-    Eigen::AlignedBox3d scene;
-    for (const Vector3d& p : x) scene.extend(p);
-    const Vector3d size = x.empty() ? Vector3d::Zero() : Vector3d(scene.sizes());
-    size.maxCoeff(&along_);
-    Vector3d others = size;
-    others[along_] = -1;
-    const double width = others.maxCoeff(&across_);
-    const double count = std::sqrt(static_cast<double>(boxes));
-    lower_ = x.empty() ? 0 : scene.min()[across_];
-    per_metre_ = width > 0 ? count / width : 0;
-    if (!std::isfinite(per_metre_)) per_metre_ = 0;
+    if (x.empty()) return;
+    const double count = static_cast<double>(x.size());
+    Vector3d mean = Vector3d::Zero(), square = Vector3d::Zero();
+    for (const Vector3d& p : x) mean += p / count;
+    for (const Vector3d& p : x) square += (p - mean).cwiseAbs2() / count;
+    square.maxCoeff(&along_);
+    square[along_] = -1;
+    // As wide as what is spread evenly would be: the few vertices of a ground are far out.
+    const double width = std::sqrt(12 * square.maxCoeff(&across_));
+    if (!(width > 0 && std::isfinite(width))) return;
+    strips_ = std::ceil(std::sqrt(static_cast<double>(boxes)));
+    lower_ = mean[across_] - 0.5 * width;
+    per_metre_ = strips_ / width;
   }
 
   struct Box {
@@ -71,8 +73,9 @@ class Strips {
   }
 
  private:
+  // What is further out is in the first or the last.
   int strip(const Vector3d& p) const {
-    return static_cast<int>((p[across_] - lower_) * per_metre_);
+    return static_cast<int>(std::clamp((p[across_] - lower_) * per_metre_, 0.0, strips_));
   }
   std::pair<int, double> place(const Box& box) const { return {box.strip, box.lower[along_]}; }
 
@@ -92,7 +95,7 @@ class Strips {
   }
 
   int along_ = 0, across_ = 1;
-  double lower_ = 0, per_metre_ = 0;
+  double lower_ = 0, per_metre_ = 0, strips_ = 0;
 };
 
 // On which side of the plane abc the point p is; 0 where rounding could have decided.

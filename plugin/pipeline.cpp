@@ -96,13 +96,9 @@ bool Pipeline::run(const Bodies& bodies, double seconds, const Fill& fill) noexc
     }
     works_ = true;
   } catch (const std::exception& error) {
-    works_ = false;
-    reader_.forget_scene();
-    reader_.forget_ends();
-    response_.forget();
-    contacts_.clear();
-    step_.missed_steps = 1;
-    journal_.say(error.what(), std::string("the step goes on without LazyCCD: ") + error.what());
+    give_up(error.what());
+  } catch (...) {  // an application's filter may throw anything
+    give_up("something that is no std::exception was thrown");
   }
   total_ += step_;
   return works_;
@@ -124,6 +120,16 @@ void Pipeline::write(const StepReader::Visit& visit) {
   const double ms = watch.ms();
   step_.ms_write += ms;
   total_.ms_write += ms;
+}
+
+void Pipeline::give_up(const std::string& why) {
+  works_ = false;
+  reader_.forget_scene();
+  reader_.forget_ends();
+  response_.forget();
+  contacts_.clear();
+  step_.missed_steps = 1;
+  journal_.say(why, "the step goes on without LazyCCD: " + why);
 }
 
 void Pipeline::gather(const Bodies& bodies, double seconds, const Fill& fill) {
@@ -213,6 +219,8 @@ void Pipeline::announce() noexcept try {
   if (options_.on_contacts && !contacts_.empty()) options_.on_contacts(contacts_);
 } catch (const std::exception& error) {
   journal_.say("on_contacts", std::string("on_contacts threw: ") + error.what());
+} catch (...) {
+  journal_.say("on_contacts", "on_contacts threw something that is no std::exception");
 }
 
 bool Pipeline::is_moved(std::int32_t vertex) const {

@@ -66,6 +66,8 @@ class Pipeline {
   const StepTopology& topology() const { return reader_.topology(); }
   PairSurface surface(std::int32_t body_a, std::int32_t body_b) const;
   void pass(const StepReader::Visit& visit);
+  // Leaves the step to Bullet.
+  void give_up(const std::string& why);
   void gather(const Bodies& bodies, double seconds, const Fill& fill);
   bool read_where_pushed();
   void set_topology();

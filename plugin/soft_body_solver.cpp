@@ -62,12 +62,14 @@ void btLazySoftBodySolver::solveConstraints(btScalar solverdt) {
   // Drift iterations overwrite the start of the step in m_q, so it is copied first.
   read_starts();
   btDefaultSoftBodySolver::solveConstraints(solverdt);
-  const auto fill = [this](const SoftScene& scene, const SoftScene::BodyRecord& record,
-                           std::int32_t first, std::int32_t last, Motion& motion) {
+  const auto fill = [this, solverdt](const SoftScene& scene, const SoftScene::BodyRecord& record,
+                                     std::int32_t first, std::int32_t last, Motion& motion) {
     const std::vector<btVector3>& starts = starts_[record.world_index];
     // As btSoftBody::solveConstraints() has it, with the body's own time step and damping. Without
     // the damping, what carries a load would leave with its part of it.
-    const double rate = static_cast<double>(record.body->m_sst.isdt * (1 - record.body->m_cfg.kDP));
+    const btSoftBody::Config& config = record.body->m_cfg;
+    const btScalar isdt = 1 / (solverdt * config.timescale);
+    const double rate = static_cast<double>(isdt * (1 - config.kDP));
     for (std::int32_t v = first; v < last; ++v) {
       const int index = scene.node_index(v);
       const btSoftBody::Node& node = record.body->m_nodes[index];

@@ -82,7 +82,9 @@ bool StepReader::sweep_driven_nodes() {
   bool displaced = false;
   auto next = last_ends_.begin();
   for (const SoftScene::BodyRecord& record : scene_.bodies()) {
-    const auto is_same = [id = proxy_id(record)](const LastEnd& end) { return end.proxy_id == id; };
+    const auto is_same = [&record, id = proxy_id(record)](const LastEnd& end) {
+      return end.body == record.body && end.proxy_id == id;
+    };
     // As a rule in the same order.
     auto last = next;
     if (last == last_ends_.end() || !is_same(*last))
@@ -115,6 +117,7 @@ void StepReader::remember_ends() {
   for (std::size_t i = 0; i < last_ends_.size(); ++i) {
     const SoftScene::BodyRecord& record = scene_.bodies()[i];
     const auto first = motion_.end.begin() + 3 * static_cast<std::ptrdiff_t>(record.first_vertex);
+    last_ends_[i].body = record.body;
     last_ends_[i].proxy_id = proxy_id(record);
     last_ends_[i].positions.assign(first,
                                    first + 3 * static_cast<std::ptrdiff_t>(record.vertex_count));

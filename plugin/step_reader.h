@@ -64,7 +64,8 @@ class StepReader {
 
  private:
   struct LastEnd {
-    int proxy_id;                     // of a soft body
+    const btSoftBody* body;
+    int proxy_id;                     // says which bodies are new where memory is reused
     std::vector<btScalar> positions;  // of its vertices
   };
 

@@ -66,3 +66,20 @@ TEST_CASE("no tree of faces is built where Bullet reads none") {
   REQUIRE_FALSE(s.sheet->m_fdbvt.empty());
   CHECK(s.sheet->rayTest(btVector3(0, 2, 3), btVector3(0, -1, 3), hit));
 }
+
+TEST_CASE("the tree of nodes holds them all where Bullet builds both trees anew") {
+  ObstacleWorld w(World::deformable, 0);
+  btSoftBody* sheet = w.add_sheet(6, 1, 0.5, 0);
+  w.steps(1);
+  btSoftBody::sRayCast hit;  // which has Bullet build one of faces, with normals
+  CHECK(sheet->rayTest(btVector3(0, 1, 0), btVector3(0, -1, 0), hit));
+  sheet->setMass(0, 2);  // and marks the body as changed
+  w.steps(2);
+  REQUIRE(sheet->m_fdbvnt != nullptr);
+  CHECK(sheet->m_ndbvt.m_leaves == sheet->m_nodes.size());
+  for (int i = 0; i < sheet->m_nodes.size(); ++i) {
+    const btDbvtNode* top = sheet->m_nodes[i].m_leaf;
+    while (top->parent) top = top->parent;
+    CHECK(top == sheet->m_ndbvt.m_root);
+  }
+}

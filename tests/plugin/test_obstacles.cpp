@@ -214,3 +214,33 @@ TEST_CASE("an anchored node does not collide with what it is anchored to") {
     CHECK((with[i] - without[i]).length() < btScalar(1e-5));
   }
 }
+
+TEST_CASE("an obstacle whose shape an application changes is read anew") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  const bool child_moves = GENERATE(true, false);
+  CAPTURE(world == World::rigid, child_moves);
+  ObstacleWorld w(world, 0);
+  const auto ball = std::make_unique<btSphereShape>(btScalar(0.2));
+  auto compound = std::make_unique<btCompoundShape>();
+  btTransform place = btTransform::getIdentity();
+  place.setOrigin(btVector3(0, child_moves ? -3 : -1, 0));
+  compound->addChildShape(place, ball.get());
+  btCompoundShape* shape = compound.get();
+  w.add(std::move(compound), btVector3(0, 0, 0));
+  btSoftBody* sheet = w.add_sheet(8, 1, 0.5, 5);
+  w.steps(6);
+  place.setOrigin(btVector3(0, -1, 0));
+  if (child_moves) {
+    shape->updateChildTransform(0, place);
+  } else {
+    ball->setUnscaledRadius(btScalar(0.4));
+    shape->recalculateLocalAabb();
+  }
+  w.steps(120);
+  const double radius = child_moves ? 0.2 : 0.4;
+  double nearest = 10;
+  for (int i = 0; i < sheet->m_nodes.size(); ++i)
+    nearest = std::min<double>(nearest, (sheet->m_nodes[i].m_x - btVector3(0, -1, 0)).length());
+  CHECK(w.total().contacts_vf > 0);
+  CHECK(nearest > radius);
+}

@@ -293,3 +293,41 @@ TEST_CASE("applications are told all contacts of a step, with their bodies") {
   CHECK(listed > 0);
   CHECK_THAT(pushed, Matchers::WithinAbs(4, 0.05));
 }
+
+TEST_CASE("a cloth that sleeps before its first step is pushed as one that is awake") {
+  ObstacleWorld w(World::rigid, 0);
+  btSoftBody* sleeper = add_flat(w, 0);
+  sleeper->forceActivationState(ISLAND_SLEEPING);
+  btSoftBody* thrown = w.add_sheet(6, 1, 0.1, 5);
+  w.steps(24);
+  CHECK(w.total().contacts_vf + w.total().contacts_ee > 0);
+  CHECK(mean_velocity(*sleeper).y() < -0.5);
+  CHECK(mean_velocity(*thrown).y() > -4.5);
+}
+
+TEST_CASE("bodies that lose momentum at different rates get no spin by it, far from the origin") {
+  // What Bullet damps of cloth it does not of rigid bodies.
+  const double far = GENERATE(0.0, 1000.0);
+  CAPTURE(far);
+  ObstacleWorld w(World::rigid, 0);
+  btRigidBody* box = w.add(std::make_unique<btBoxShape>(btVector3(1, 1, 1)),
+                           btVector3(static_cast<btScalar>(far), -1, 0), 1);
+  btSoftBody* cloth = w.add_sheet(6, 1, 0.1, 2);
+  cloth->translate(btVector3(static_cast<btScalar>(far), 0, 0));
+  cloth->m_cfg.kDP = btScalar(0.05);
+  w.steps(30);
+  CHECK(w.total().contacts_vf > 0);
+  CHECK(box->getLinearVelocity().y() < -0.3);
+  CHECK(box->getAngularVelocity().length() < 0.05);
+}
+
+TEST_CASE("what is thrown in on_contacts goes no further") {
+  bullet::Options options;
+  options.on_contacts = [](Span<const bullet::StepContact>) { throw 1; };
+  ObstacleWorld w(World::rigid, 0, options);
+  add_flat(w, 0);
+  w.add_sheet(6, 1, 0.1, 5);
+  w.steps(24);
+  CHECK(w.total().missed_steps == 0);
+  CHECK(w.status().find("on_contacts threw") != std::string::npos);
+}
