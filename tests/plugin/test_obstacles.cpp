@@ -220,11 +220,14 @@ TEST_CASE("an obstacle whose shape an application changes is read anew") {
   const bool child_moves = GENERATE(true, false);
   CAPTURE(world == World::rigid, child_moves);
   ObstacleWorld w(world, 0);
-  const auto ball = std::make_unique<btSphereShape>(btScalar(0.2));
+  btSphereShape ball(btScalar(0.2)), beside(btScalar(0.1));
   auto compound = std::make_unique<btCompoundShape>();
   btTransform place = btTransform::getIdentity();
   place.setOrigin(btVector3(0, child_moves ? -3 : -1, 0));
-  compound->addChildShape(place, ball.get());
+  compound->addChildShape(place, &ball);
+  // So that all of it is read where the sheet begins.
+  compound->addChildShape(btTransform(btQuaternion::getIdentity(), btVector3(1, btScalar(0.5), 0)),
+                          &beside);
   btCompoundShape* shape = compound.get();
   w.add(std::move(compound), btVector3(0, 0, 0));
   btSoftBody* sheet = w.add_sheet(8, 1, 0.5, 5);
@@ -233,7 +236,7 @@ TEST_CASE("an obstacle whose shape an application changes is read anew") {
   if (child_moves) {
     shape->updateChildTransform(0, place);
   } else {
-    ball->setUnscaledRadius(btScalar(0.4));
+    ball.setUnscaledRadius(btScalar(0.4));
     shape->recalculateLocalAabb();
   }
   w.steps(120);
