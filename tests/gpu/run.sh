@@ -84,7 +84,7 @@ fi
 part bench 120 "$folder/lazyccd" bench "${frames[@]}" --repeat 30 --csv "$out/bench.csv" \
   --label "$(git -C "$here" rev-parse --short HEAD 2>/dev/null)"
 # A Bullet step of the size of Cloth/Ball, medians: around the kernels are `gather`, `write`, and what a
-# detection takes beyond the device's time. In the first step Bullet builds trees of faces, for long.
+# detection takes beyond the device's time. The first step builds what lasts.
 step() {
   "$folder/lazyccd" simulate cloth-on-cloth --world deformable --size 5.77 --speed 0.1 --steps 40 \
     --backend cuda --stats "$out/step.json" || return

@@ -5,8 +5,9 @@
 // A body collides with itself after setSelfCollision(true). Pairs with the cluster flag CL_SS in
 // common stay with Bullet. A body with CF_NO_CONTACT_RESPONSE has its contacts reported and nothing
 // moved. The flags VF_SS and VF_DD are not needed. Bullet's trees of faces, which it builds in
-// quadratic time, and for ever for a body of several components, are built where Bullet first reads
-// them; those of nodes in the deformable world are as Bullet last read them.
+// quadratic time, and for ever for a body of several components, are built where Bullet's contacts
+// first read them; rayTest() still has Bullet build one. Those of nodes in the deformable world are
+// as Bullet last read them. One solver serves one world.
 #pragma once
 
 #include <functional>
