@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Sets up what is missing, builds, and runs all tests: the whole suite as released; under the address and
 # undefined behaviour sanitizers the test programs but for the adapter in double precision, which has the same
-# source as in single; the threaded parts under the thread sanitizer. The CUDA backend is built where there is nvcc, and
+# source as in single; the threaded parts below Bullet under the thread sanitizer. The CUDA backend is built where there is nvcc, and
 # run where there is a device. Warnings are errors.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../examples/setup.sh"
