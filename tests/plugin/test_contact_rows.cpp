@@ -1,20 +1,9 @@
 #include "contact_rows.h"
+#include "plugin/contacts.h"
 #include "support/catch.h"
 
 using namespace lazyccd;
-
-namespace {
-
-Contact contact(ContactKind kind, std::array<std::int32_t, 4> vertices, float u, float v) {
-  Contact result{};
-  result.kind = kind;
-  result.vertices = vertices;
-  result.u = u;
-  result.v = v;
-  return result;
-}
-
-}  // namespace
+using lazyccd::test::contact;
 
 TEST_CASE("within a body the thickness is one of points, whichever pair stands for them") {
   constexpr ContactKind vf = ContactKind::vertex_face, ee = ContactKind::edge_edge;

@@ -1,33 +1,21 @@
 // Near pairs that bind the same points are answered once.
 #include "distinct_contacts.h"
+#include "plugin/contacts.h"
 #include "support/catch.h"
 
 using namespace lazyccd;
 using namespace lazyccd::bullet;
-
-namespace {
-
-Contact pair(ContactKind kind, std::array<std::int32_t, 4> vertices, float u, float v) {
-  Contact contact{};
-  contact.kind = kind;
-  contact.vertices = vertices;
-  contact.u = u;
-  contact.v = v;
-  contact.normal = {0, 1, 0};
-  return contact;
-}
-
-}  // namespace
+using lazyccd::test::contact;
 
 TEST_CASE("of pairs that bind nearly the same points the nearest is kept") {
   constexpr ContactKind vf = ContactKind::vertex_face, ee = ContactKind::edge_edge;
-  const Contact corner = pair(vf, {7, 1, 2, 3}, 0, 0);      // 7 above 1
-  const Contact other_face = pair(vf, {7, 4, 1, 3}, 1, 0);  // the same, of another face
-  Contact ends = pair(ee, {1, 2, 8, 7}, 0, 1);              // the same, of two edges, turned
+  const Contact corner = contact(vf, {7, 1, 2, 3}, 0, 0);      // 7 above 1
+  const Contact other_face = contact(vf, {7, 4, 1, 3}, 1, 0);  // the same, of another face
+  Contact ends = contact(ee, {1, 2, 8, 7}, 0, 1);              // the same, of two edges, turned
   ends.normal = {0, -1, 0};
-  const Contact inside = pair(vf, {7, 1, 2, 3}, 0.25f, 0.25f);  // another point of the face
-  const Contact edges = pair(ee, {1, 2, 8, 7}, 0.5f, 1);        // 7 above the middle of an edge
-  const Contact beside = pair(vf, {7, 1, 2, 3}, 0.01f, 0.01f);  // nearly above 1
+  const Contact inside = contact(vf, {7, 1, 2, 3}, 0.25f, 0.25f);  // another point of the face
+  const Contact edges = contact(ee, {1, 2, 8, 7}, 0.5f, 1);        // 7 above the middle of an edge
+  const Contact beside = contact(vf, {7, 1, 2, 3}, 0.01f, 0.01f);  // nearly above 1
   Contact aslant = corner;
   aslant.normal = {0.8f, 0.6f, 0};
 
