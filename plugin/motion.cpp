@@ -9,7 +9,7 @@ namespace {
 
 void write_vertices(const RigidMotion& body, const btTransform& pose,
                     std::vector<btScalar>& positions) {
-  btScalar* p = &positions[3 * static_cast<std::size_t>(body.first_vertex)];
+  btScalar* p = positions.data() + 3 * static_cast<std::size_t>(body.first_vertex);
   for (std::int32_t i = 0; i < body.vertex_count; ++i) {
     const btVector3 x = pose * body.local[i];
     for (int k = 0; k < 3; ++k) *p++ = x[k];

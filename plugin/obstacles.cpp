@@ -15,17 +15,17 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-bool is_taken(const btCollisionObject& object) {
-  constexpr int taken = btCollisionObject::CO_COLLISION_OBJECT | btCollisionObject::CO_RIGID_BODY |
+bool is_rigid(const btCollisionObject& object) {
+  constexpr int rigid = btCollisionObject::CO_COLLISION_OBJECT | btCollisionObject::CO_RIGID_BODY |
                         btCollisionObject::CO_FEATHERSTONE_LINK;
-  return (object.getInternalType() & taken) && object.hasContactResponse();
+  return (object.getInternalType() & rigid) != 0;
 }
 
 class Collector : public btBroadphaseAabbCallback {
  public:
   bool process(const btBroadphaseProxy* proxy) override {
     auto* object = static_cast<btCollisionObject*>(proxy->m_clientObject);
-    if (is_taken(*object)) objects.push_back(object);
+    if (is_rigid(*object)) objects.push_back(object);
     return true;
   }
   std::vector<btCollisionObject*> objects;
@@ -64,6 +64,7 @@ AxisBox bounds(const Obstacles::Record& record) {
 // start to end. One that meets the box began no farther from it than it moves, and between the two
 // the body is smaller than itself, by the cosine of half its turn.
 AxisBox in_frame(const Obstacles::Record& record, const AxisBox& box) {
+  if (box.is_empty()) return box;
   const AxisBox local = box.placed(record.start.inverse());
   const btMatrix3x3 turned = record.end.getBasis() - record.start.getBasis();
   // Twice the sine of half the turn.
@@ -102,7 +103,8 @@ btTransform follow(const Obstacles::Record& record, const btTransform& now) {
 bool is_same(const Obstacles::Record& a, const Obstacles::Record& b) {
   return a.object == b.object && a.unique_id == b.unique_id && a.shape == b.shape &&
          a.scaling == b.scaling && a.revision == b.revision && a.box == b.box &&
-         a.group == b.group && a.mask == b.mask && a.ignored == b.ignored && a.dynamic == b.dynamic;
+         a.group == b.group && a.mask == b.mask && a.ignored == b.ignored &&
+         a.dynamic == b.dynamic && a.responds == b.responds && a.carries == b.carries;
 }
 
 }  // namespace
@@ -114,7 +116,8 @@ bool Obstacles::meets_obstacles(const btSoftBody& body) {
 }
 
 bool Obstacles::is_whole(const btCollisionObject& object) {
-  return is_taken(object) && has_triangles(*object.getCollisionShape()) &&
+  return is_rigid(object) && object.hasContactResponse() &&
+         has_triangles(*object.getCollisionShape()) &&
          object.getInternalType() != btCollisionObject::CO_FEATHERSTONE_LINK;
 }
 
@@ -125,7 +128,9 @@ void Obstacles::find(const SoftBodies& bodies) {
   for (int i = 0; i < bodies.size(); ++i) {
     btBroadphaseInterface* broadphase =
         bodies[i]->m_worldInfo ? bodies[i]->m_worldInfo->m_broadphase : nullptr;
-    if (!broadphase || !meets_obstacles(*bodies[i])) continue;
+    const bool is_concerned =
+        meets_obstacles(*bodies[i]) || bodies[i]->m_deformableAnchors.size() > 0;
+    if (!broadphase || !is_concerned) continue;
     const btScalar far = BT_LARGE_FLOAT;
     broadphase->aabbTest(btVector3(-far, -far, -far), btVector3(far, far, far), collector);
     break;
@@ -135,6 +140,10 @@ void Obstacles::find(const SoftBodies& bodies) {
   for (btCollisionObject* object : collector.objects) {
     Record record;
     record.object = object;
+    record.responds = object->hasContactResponse();
+    record.dynamic = btRigidBody::upcast(object) && !object->isStaticOrKinematicObject();
+    record.carries = record.dynamic && std::binary_search(carriers.begin(), carriers.end(), object);
+    if (!record.responds && !record.carries) continue;
     record.unique_id = object->getBroadphaseHandle()->m_uniqueId;
     record.shape = object->getCollisionShape();
     record.scaling = record.shape->getLocalScaling();
@@ -147,8 +156,6 @@ void Obstacles::find(const SoftBodies& bodies) {
     record.group = object->getBroadphaseHandle()->m_collisionFilterGroup;
     record.mask = object->getBroadphaseHandle()->m_collisionFilterMask;
     record.ignored = hash_of_ignored(*object);
-    record.dynamic = btRigidBody::upcast(object) && !object->isStaticOrKinematicObject();
-    record.carries = std::binary_search(carriers.begin(), carriers.end(), object);
     record.start = record.end = record.seen = object->getWorldTransform();
     found.push_back(record);
   }
@@ -207,9 +214,8 @@ bool Obstacles::read(const AxisBox& swept, Journal& journal) {
   }
   std::vector<Record> near;
   for (const Record& record : found_) {
-    if (is_finite(record.end) && !swept.is_empty() &&
-        (record.carries || bounds(record).overlaps(region_)))
-      near.push_back(record);
+    const bool is_near = !swept.is_empty() && bounds(record).overlaps(region_);
+    if (is_finite(record.end) && (record.carries || is_near)) near.push_back(record);
   }
   bool same = near.size() == records_.size();
   for (std::size_t i = 0; same && i < near.size(); ++i) {
@@ -240,7 +246,8 @@ void Obstacles::read_triangles(Journal& journal) {
     record.region = in_frame(record, region_);
     const btVector3 spare = btScalar(0.1) * (record.region.upper - record.region.lower);
     record.region = record.region.grown(spare);
-    if (!tessellate(*record.shape, btTransform::getIdentity(), record.region, triangles)) {
+    if (record.responds &&
+        !tessellate(*record.shape, btTransform::getIdentity(), record.region, triangles)) {
       journal.say("shape " + std::to_string(record.unique_id),
                   std::string("a rigid body's shape has a part without triangles (") +
                       record.shape->getName() + "): that part stays with Bullet alone");

@@ -35,7 +35,8 @@ class Obstacles {
     int group, mask;
     std::uint64_t ignored;
     bool dynamic;
-    bool carries;                       // nodes of soft bodies, by anchors
+    bool responds;                      // to contact; false: it only carries
+    bool carries;                       // dynamic, with nodes of soft bodies by anchors
     btTransform start, end;             // of the step
     btTransform seen;                   // where Bullet has it
     AxisBox region = AxisBox::empty();  // that its triangles were read from, in its own frame

@@ -69,6 +69,7 @@ bool StepReader::are_others_near() const {
   const auto before = [](const LastObstacle& last, int id) { return last.unique_id < id; };
   return std::any_of(obstacles_.records().begin(), obstacles_.records().end(),
                      [&](const Obstacles::Record& record) {
+                       if (record.vertex_count == 0) return false;
                        const auto last =
                            std::lower_bound(last_obstacles_.begin(), last_obstacles_.end(),
                                             record.unique_id, before);
@@ -235,7 +236,7 @@ void StepReader::gather_obstacles() {
     RigidMotion rigid = rigid_motion(*body.object);
     rigid.first_vertex = body.first_vertex;
     rigid.vertex_count = body.vertex_count;
-    rigid.local = &obstacles_.local()[record.first_vertex];
+    rigid.local = obstacles_.local().data() + record.first_vertex;
     rigid.start = record.start;
     rigid.predicted = record.end;
     motion_.place_start(rigid);

@@ -61,8 +61,8 @@ void StepTopology::append(const Obstacles& obstacles) {
 
 std::vector<Body> StepTopology::filters(const SoftScene& soft, bool filtered_by_application) const {
   std::vector<Body> all = soft.topology().bodies;
-  for (const BodyRecord& record : bodies_) {
-    if (record.soft) continue;
+  while (all.size() < surface_count_) {
+    const BodyRecord& record = bodies_[all.size()];
     Body filter;
     filter.self_collision = false;
     if (!filtered_by_application) {
@@ -81,12 +81,18 @@ void StepTopology::read_bodies(const SoftScene& soft, const Obstacles& obstacles
     bodies_.push_back({record.body, record.body, -1, false, record.first_vertex,
                        record.vertex_count, static_cast<double>(record.margin), record.responds});
   }
-  for (std::size_t i = 0; i < obstacles.records().size(); ++i) {
-    const Obstacles::Record& record = obstacles.records()[i];
-    if (record.vertex_count == 0) continue;
-    bodies_.push_back({record.object, nullptr, static_cast<int>(i), record.dynamic,
-                       soft.vertex_count() + record.first_vertex, record.vertex_count,
-                       margin_of_triangles(*record.shape), true});
+  const std::vector<Obstacles::Record>& records = obstacles.records();
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    if (records[i].vertex_count == 0) continue;
+    bodies_.push_back({records[i].object, nullptr, static_cast<int>(i), records[i].dynamic,
+                       soft.vertex_count() + records[i].first_vertex, records[i].vertex_count,
+                       margin_of_triangles(*records[i].shape), true});
+  }
+  surface_count_ = bodies_.size();
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    if (records[i].vertex_count > 0 || !records[i].carries) continue;
+    bodies_.push_back({records[i].object, nullptr, static_cast<int>(i), true,
+                       soft.vertex_count() + obstacles.vertex_count(), 0, 0, true});
   }
 }
 
@@ -94,7 +100,7 @@ std::vector<BodyPair> StepTopology::disabled_pairs(const SoftScene& soft) const 
   std::vector<BodyPair> pairs = soft.topology().disabled_pairs;
   const std::size_t soft_bodies = soft.bodies().size();
   for (std::size_t a = 0; a < soft_bodies; ++a) {
-    for (std::size_t b = soft_bodies; b < bodies_.size(); ++b) {
+    for (std::size_t b = soft_bodies; b < surface_count_; ++b) {
       if (!Obstacles::meets_obstacles(*bodies_[a].soft) ||
           !may_collide(*bodies_[a].soft, *bodies_[b].object)) {
         pairs.push_back({static_cast<std::int32_t>(a), static_cast<std::int32_t>(b)});
@@ -102,8 +108,8 @@ std::vector<BodyPair> StepTopology::disabled_pairs(const SoftScene& soft) const 
     }
   }
   // Rigid bodies among themselves are Bullet's.
-  for (std::size_t a = soft_bodies; a < bodies_.size(); ++a) {
-    for (std::size_t b = a + 1; b < bodies_.size(); ++b) {
+  for (std::size_t a = soft_bodies; a < surface_count_; ++a) {
+    for (std::size_t b = a + 1; b < surface_count_; ++b) {
       if (!bodies_[a].dynamic && !bodies_[b].dynamic) continue;
       pairs.push_back({static_cast<std::int32_t>(a), static_cast<std::int32_t>(b)});
     }

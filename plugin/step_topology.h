@@ -1,5 +1,6 @@
 // Soft bodies and obstacles in the detector's one index space: the soft bodies first, then the
-// obstacles that have triangles near them.
+// obstacles that have triangles near them. Obstacles without, to which nodes of soft bodies are
+// anchored, follow: the detector does not know of them.
 #pragma once
 
 #include <cstdint>
@@ -46,6 +47,7 @@ class StepTopology {
 
   std::int32_t soft_count_ = 0;
   std::vector<BodyRecord> bodies_;
+  std::size_t surface_count_ = 0;  // of those that the detector knows, the first ones
   SceneTopology topology_;
   std::vector<float> inverse_mass_for_detection_;
 };
