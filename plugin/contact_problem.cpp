@@ -6,6 +6,8 @@
 #include <limits>
 #include <numeric>
 
+#include "rigid_parts.h"
+
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
@@ -39,8 +41,8 @@ Vector3d move_without(const ContactRow& row, bool opening, const Motion& motion)
     const Vector3d& end = opening && motion.is_free(v) ? motion.solved[v] : motion.predicted[v];
     sum += row.weights[k] * (end - motion.start_of(v));
   }
-  for (const RigidPart& part : row.rigid) {
-    if (!opening || part.body < 0) break;
+  if (!opening) return sum;
+  for (const RigidPart& part : RigidParts(row.contact, row.weights, motion)) {
     const RigidMotion& body = motion.rigid[part.body];
     sum += part.moved(body.shift, body.turn);
   }
@@ -136,8 +138,7 @@ ContactProblem::Row ContactProblem::make_row(const ContactRow& row, const Vector
   r.sliding_response = static_cast<float>(row.sliding_response / mass_);
   r.sliding_compliance = static_cast<float>(mass_ / row.sliding_response);
   r.first_part = static_cast<std::int32_t>(parts_.size());
-  for (const RigidPart& part : row.rigid) {
-    if (part.body < 0) break;
+  for (const RigidPart& part : RigidParts(row.contact, row.weights, motion)) {
     parts_.push_back({padded(part.arm), static_cast<float>(part.weight), part.body});
   }
   r.last_part = static_cast<std::int32_t>(parts_.size());
@@ -297,8 +298,7 @@ void ContactProblem::write(std::vector<ContactRow>& rows, Motion& motion) const 
       const double mobility = row.weights[k] * inverse_mass_of(v, motion);
       if (mobility != 0) (opening_ ? motion.opening : motion.solved)[v] += mobility * impulse;
     }
-    for (const RigidPart& part : row.rigid) {
-      if (part.body < 0) break;
+    for (const RigidPart& part : RigidParts(row.contact, row.weights, motion)) {
       RigidMotion& body = motion.rigid[part.body];
       part.push(body, impulse, shift_of(body), turn_of(body));
     }

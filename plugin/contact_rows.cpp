@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "contact_problem.h"
+#include "rigid_parts.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -20,34 +21,11 @@ Vector3d separation(const ContactRow& row, const Motion& motion) {
     const std::int32_t v = row.contact.vertices[i];
     sum += row.weights[i] * (motion.is_free(v) ? motion.solved : motion.predicted)[v];
   }
-  for (const RigidPart& part : row.rigid) {
-    if (part.body < 0) break;
+  for (const RigidPart& part : RigidParts(row.contact, row.weights, motion)) {
     const RigidMotion& body = motion.rigid[part.body];
     sum += part.moved(body.shift, body.turn);
   }
   return sum;
-}
-
-// Where a vertex moves with a rigid body that gives way, it becomes part of the row's.
-void add_to_parts(double weight, const Vector3d& start, int body, const Motion& motion,
-                  std::array<RigidPart, 2>& parts) {
-  if (body < 0 || !motion.rigid[body].is_dynamic()) return;
-  for (RigidPart& part : parts) {
-    if (part.body >= 0 && part.body != body) continue;
-    part.body = body;
-    part.weight += weight;
-    part.arm += weight * (start - motion.rigid[body].centre());
-    return;
-  }
-}
-
-// Displacement of the part per impulse on it.
-Matrix3d mobility_of(const RigidPart& part, const RigidMotion& body) {
-  Matrix3d lever;
-  lever << 0, -part.arm.z(), part.arm.y(), part.arm.z(), 0, -part.arm.x(), -part.arm.y(),
-      part.arm.x(), 0;
-  return part.weight * part.weight * Matrix3d(body.inverse_mass.asDiagonal()) +
-         lever.transpose() * body.inverse_inertia * lever;
 }
 
 }  // namespace
@@ -70,27 +48,19 @@ ContactRow ContactRows::make_row(const Contact& contact, const Motion& motion) c
   row.contact = contact;
   row.weights = contact.weights();
   row.normal = Vector3d(contact.normal[0], contact.normal[1], contact.normal[2]);
-  const int rigid_a = motion.rigid_of_body[contact.body_a];
-  const int obstacle = rigid_a >= 0 ? rigid_a : motion.rigid_of_body[contact.body_b];
   row.start_gap = 0;
   double compliance = 0, sliding_compliance = 0, most_mobile = 0;
   for (int i = 0; i < 4; ++i) {
     const std::int32_t v = contact.vertices[i];
-    const Vector3d start = motion.start_of(v);
-    row.start_gap += row.weights[i] * row.normal.dot(start);
-    if (motion.is_free(v)) {
-      const double share = row.weights[i] * row.weights[i] * motion.inverse_mass[v];
-      compliance += share;
-      sliding_compliance += share;
-      most_mobile = std::max(most_mobile, motion.inverse_mass[v]);
-    } else {
-      const int body = motion.is_soft(v) ? motion.carrier_of(v) : obstacle;
-      add_to_parts(row.weights[i], start, body, motion, row.rigid);
-    }
+    row.start_gap += row.weights[i] * row.normal.dot(motion.start_of(v));
+    if (!motion.is_free(v)) continue;
+    const double share = row.weights[i] * row.weights[i] * motion.inverse_mass[v];
+    compliance += share;
+    sliding_compliance += share;
+    most_mobile = std::max(most_mobile, motion.inverse_mass[v]);
   }
-  for (const RigidPart& part : row.rigid) {
-    if (part.body < 0) break;
-    const Matrix3d mobility = mobility_of(part, motion.rigid[part.body]);
+  for (const RigidPart& part : RigidParts(contact, row.weights, motion)) {
+    const Matrix3d mobility = part.mobility(motion.rigid[part.body]);
     const double along = row.normal.dot(mobility * row.normal);
     sliding_compliance += std::max(0.0, mobility.trace() - along);
     compliance += along;

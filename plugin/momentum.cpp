@@ -5,6 +5,7 @@
 #include <map>
 #include <numeric>
 
+#include "rigid_parts.h"
 #include "rotation.h"
 
 namespace lazyccd::bullet {
@@ -143,8 +144,7 @@ void add_restitution(const std::vector<ContactRow>& rows, double restitution, do
       const std::int32_t v = row.contact.vertices[i];
       if (motion.is_soft(v)) bounce[v] += row.weights[i] * motion.inverse_mass[v] * impulse;
     }
-    for (const RigidPart& part : row.rigid) {
-      if (part.body < 0) break;
+    for (const RigidPart& part : RigidParts(row.contact, row.weights, motion)) {
       part.push(motion.rigid[part.body], impulse, shift[part.body], turn[part.body]);
     }
   }

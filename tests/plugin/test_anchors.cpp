@@ -13,14 +13,15 @@ using namespace lazyccd::test;
 
 namespace {
 
-// A flat cloth of 1 kg with all its nodes anchored to a box at some distance, or free.
+// A flat cloth of 1 kg with all its nodes anchored to boxes at some distance, in turn, or free.
 struct Board {
   btSoftBody* cloth;
-  btRigidBody* box = nullptr;
-  double mass;
+  std::vector<btRigidBody*> boxes;
+  double mass;  // of each box
 
-  // `box_mass` in kg; 0: free. The box is `box_height` metres above the cloth.
-  Board(ObstacleWorld& w, double height, double speed_down, double box_mass, double box_height)
+  // `box_mass` in kg; 0: free. The boxes are `box_height` metres above the cloth.
+  Board(ObstacleWorld& w, double height, double speed_down, double box_mass, double box_height,
+        int box_count = 1)
       : mass(box_mass) {
     auto sheet = scenes::make_cloth(w.info(), 5, 5, 1, [&](double u, double v) {
       const double aside = 0.1 * height;
@@ -33,12 +34,16 @@ struct Board {
     cloth->setVelocity(velocity);
     if (mass == 0) return;
     const btVector3 half(btScalar(0.1), btScalar(0.02), btScalar(0.1));
-    box = w.add(std::make_unique<btBoxShape>(half),
-                btVector3(0, static_cast<btScalar>(height + box_height), 0), mass);
-    box->setActivationState(DISABLE_DEACTIVATION);
-    box->setDamping(0, 0);
-    box->setLinearVelocity(velocity);
+    for (int i = 0; i < box_count; ++i) {
+      const btVector3 at(static_cast<btScalar>(0.3 * i), static_cast<btScalar>(height + box_height),
+                         0);
+      boxes.push_back(w.add(std::make_unique<btBoxShape>(half), at, mass));
+      boxes.back()->setActivationState(DISABLE_DEACTIVATION);
+      boxes.back()->setDamping(0, 0);
+      boxes.back()->setLinearVelocity(velocity);
+    }
     for (int i = 0; i < cloth->m_nodes.size(); ++i) {
+      btRigidBody* const box = boxes[static_cast<std::size_t>(i % box_count)];
       if (w.is_rigid()) {
         cloth->appendAnchor(i, box);
       } else {
@@ -51,7 +56,9 @@ struct Board {
     btVector3 sum(0, 0, 0);
     for (int i = 0; i < cloth->m_nodes.size(); ++i)
       sum += cloth->m_nodes[i].m_v / cloth->m_nodes[i].m_im;
-    return box ? sum + static_cast<btScalar>(mass) * box->getLinearVelocity() : sum;
+    for (const btRigidBody* box : boxes)
+      sum += static_cast<btScalar>(mass) * box->getLinearVelocity();
+    return sum;
   }
   void follow(const Board& twin) const {
     for (int i = 0; i < cloth->m_nodes.size(); ++i) {
@@ -60,10 +67,11 @@ struct Board {
       node.m_q = twin.cloth->m_nodes[i].m_q;
       node.m_v = twin.cloth->m_nodes[i].m_v;
     }
-    if (!box) return;
-    box->setCenterOfMassTransform(twin.box->getCenterOfMassTransform());
-    box->setLinearVelocity(twin.box->getLinearVelocity());
-    box->setAngularVelocity(twin.box->getAngularVelocity());
+    for (std::size_t i = 0; i < boxes.size(); ++i) {
+      boxes[i]->setCenterOfMassTransform(twin.boxes[i]->getCenterOfMassTransform());
+      boxes[i]->setLinearVelocity(twin.boxes[i]->getLinearVelocity());
+      boxes[i]->setAngularVelocity(twin.boxes[i]->getAngularVelocity());
+    }
   }
   double height() const {
     double least = HUGE_VAL;
@@ -78,10 +86,11 @@ struct Meeting {
   ObstacleWorld world;
   Board lower, upper;
 
-  Meeting(World kind, const bullet::Options& options, double mass, double mass_of_other)
+  Meeting(World kind, const bullet::Options& options, double mass, double mass_of_other,
+          int boxes_each = 1)
       : world(kind, 0, options),
-        lower(world, 0, 0, mass, -0.3),
-        upper(world, 0.1, 5, mass_of_other, 0.3) {}
+        lower(world, 0, 0, mass, -0.3, boxes_each),
+        upper(world, 0.1, 5, mass_of_other, 0.3, boxes_each) {}
 
   btVector3 momentum() const { return lower.momentum() + upper.momentum(); }
 };
@@ -136,12 +145,21 @@ TEST_CASE("an anchor's rigid body gets the push though nothing meets it") {
   for (Meeting* m : {&meeting, &alone}) {
     for (const Board* board : {&m->lower, &m->upper}) {
       if (why == 0) board->cloth->m_cfg.collisions = btSoftBody::fCollision::VF_DD;
-      if (why == 1) board->box->setCollisionShape(&empty);
+      if (why == 1) board->boxes[0]->setCollisionShape(&empty);
       if (why == 2)
-        board->box->setCollisionFlags(board->box->getCollisionFlags() |
-                                      btCollisionObject::CF_NO_CONTACT_RESPONSE);
+        board->boxes[0]->setCollisionFlags(board->boxes[0]->getCollisionFlags() |
+                                           btCollisionObject::CF_NO_CONTACT_RESPONSE);
     }
   }
+  check_momentum(meeting, alone);
+}
+
+TEST_CASE("each of the four nodes in a contact may be anchored to a rigid body of its own") {
+  const int boxes_each = GENERATE(2, 3, 4);
+  CAPTURE(boxes_each);
+  const bullet::Options options;
+  Meeting meeting(World::deformable, options, 10, 20, boxes_each);
+  Meeting alone(World::deformable, options, 10, 20, boxes_each);
   check_momentum(meeting, alone);
 }
 
@@ -154,10 +172,10 @@ TEST_CASE("an anchored node stops its rigid body at what does not give way") {
   const Board board(w, 0.2, 1, 1, 0.1);
   w.steps(230, 1.0 / 240);
   const double height = board.height();
-  const btVector3 place = board.box->getCenterOfMassPosition();
+  const btVector3 place = board.boxes[0]->getCenterOfMassPosition();
   w.steps(10, 1.0 / 240);
   CHECK_THAT(height, Matchers::WithinAbs(0.02, 0.011));
   CHECK_THAT(board.height(), Matchers::WithinAbs(height, 1e-4));
-  CHECK((board.box->getCenterOfMassPosition() - place).length() < btScalar(1e-4));
+  CHECK((board.boxes[0]->getCenterOfMassPosition() - place).length() < btScalar(1e-4));
   CHECK(w.total().last_resorts == 0);
 }
