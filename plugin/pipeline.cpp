@@ -147,6 +147,8 @@ void Pipeline::gather(const Bodies& bodies, double seconds, const Fill& fill) {
 bool Pipeline::read_where_pushed() {
   if (!responded_ || !reader_.read_where_pushed()) return false;
   set_topology();
+  if (untangling_.pushes())
+    untangling_.read(find_piercings(), topology().topology(), detector_.edges(), motion());
   return true;
 }
 
@@ -169,10 +171,11 @@ void Pipeline::untangle() {
 }
 
 std::vector<Contact> Pipeline::without_untangling(std::vector<Contact> contacts) const {
-  contacts.erase(
-      std::remove_if(contacts.begin(), contacts.end(),
-                     [this](const Contact& contact) { return untangling_.lets_pass(contact); }),
-      contacts.end());
+  contacts.erase(std::remove_if(contacts.begin(), contacts.end(),
+                                [this](const Contact& contact) {
+                                  return untangling_.lets_pass(contact, motion());
+                                }),
+                 contacts.end());
   return contacts;
 }
 

@@ -6,6 +6,8 @@
 #include <limits>
 #include <numeric>
 
+#include "closed_surfaces.h"
+
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
@@ -51,12 +53,41 @@ class Pieces {
       if (count > size[largest]) largest = piece;
     }
   }
-  // In the largest piece of its surface.
-  bool is_right(std::int32_t v) { return largest_[surfaces_.find(v)] == pieces_.find(v); }
+  // A vertex of the same.
+  std::int32_t piece_of(std::int32_t v) { return pieces_.find(v); }
+  bool is_largest(std::int32_t piece) { return largest_[surfaces_.find(piece)] == piece; }
 
  private:
   DisjointSets pieces_, surfaces_;
   std::map<std::int32_t, std::int32_t> largest_;  // piece, by surface
+};
+
+// On which side of others' surfaces pieces belong.
+class Sides {
+ public:
+  Sides(const std::vector<Piercing>& pairs, const Topology& topology, Span<const Edge> edges,
+        const ClosedSurfaces& closed, const Motion& motion)
+      : topology_(topology),
+        motion_(motion),
+        pieces_(pairs, motion.size(), edges),
+        closed_(closed) {}
+
+  // The vertex, of an edge that sticks in the face, is on the right side of that.
+  bool is_right(std::int32_t v, const Face& face) {
+    const std::int32_t piece = pieces_.piece_of(v), body = topology_.body_of_vertex[face[0]];
+    if (topology_.body_of_vertex[v] == body || !closed_.is_closed(body))
+      return pieces_.is_largest(piece);
+    const auto [at, is_new] = outside_.try_emplace({piece, body}, true);
+    if (is_new) at->second = !closed_.contains(body, motion_.start_of(v));
+    return at->second;
+  }
+
+ private:
+  const Topology& topology_;
+  const Motion& motion_;
+  Pieces pieces_;
+  const ClosedSurfaces& closed_;
+  std::map<std::pair<std::int32_t, std::int32_t>, bool> outside_;  // by piece and body
 };
 
 using FacesOfEdges = std::map<Edge, std::vector<Face>>;
@@ -102,6 +133,9 @@ Vector3d line_from(const Edge& edge, const std::vector<Face>& faces, const Vecto
 
 }  // namespace
 
+Untangling::Untangling() = default;
+Untangling::~Untangling() = default;
+
 void Untangling::start() {
   fewest_ = std::numeric_limits<std::size_t>::max();
   waited_ = 0;
@@ -110,21 +144,29 @@ void Untangling::start() {
 void Untangling::skip_step() {
   pushes_.clear();
   ways_.clear();
+  closed_.reset();
 }
 
 void Untangling::begin_step(const Piercings& found, const Topology& topology,
                             Span<const Edge> edges, const Motion& motion) {
+  waited_ += motion.seconds;
+  read(found, topology, edges, motion);
+}
+
+void Untangling::read(const Piercings& found, const Topology& topology, Span<const Edge> edges,
+                      const Motion& motion) {
   skip_step();
   std::vector<Piercing> pairs;
   for (const Piercing& pair : found.pairs) {
-    if (motion.is_soft(edges[pair.edge][0]) && motion.is_soft(topology.faces[pair.face][0]))
+    if (motion.is_soft(edges[pair.edge][0]) || motion.is_soft(topology.faces[pair.face][0]))
       pairs.push_back(pair);
   }
-  waited_ = pairs.size() < fewest_ ? 0 : waited_ + motion.seconds;
+  if (pairs.size() < fewest_) waited_ = 0;
   fewest_ = waited_ < patience ? std::min(fewest_, pairs.size()) : 0;
   if (!goes_on()) return;
 
-  Pieces pieces(pairs, motion.size(), edges);
+  closed_ = std::make_unique<ClosedSurfaces>(topology, motion);
+  Sides sides(pairs, topology, edges, *closed_, motion);
   const FacesOfEdges faces = faces_of_edges(pairs, topology, edges);
   for (const Piercing& pair : pairs) {
     const Edge& edge = edges[pair.edge];
@@ -132,9 +174,10 @@ void Untangling::begin_step(const Piercings& found, const Topology& topology,
     const Vector3d normal = normal_of(face, motion);
     const Vector3d along = (motion.start_of(edge[1]) - motion.start_of(edge[0])).normalized();
     const double across = along.dot(normal);
+    const bool first_is_right = sides.is_right(edge[0], face);
     Vector3d way;
-    if (pieces.is_right(edge[0]) != pieces.is_right(edge[1])) {
-      way = (across > 0) == pieces.is_right(edge[1]) ? normal : -normal;
+    if (first_is_right != sides.is_right(edge[1], face)) {
+      way = (across > 0) == first_is_right ? -normal : normal;
     } else {
       const Vector3d line = line_from(edge, faces.at(sorted(edge[0], edge[1])), normal, motion);
       way = line - 2 * along.dot(line) / across * normal;
@@ -156,16 +199,18 @@ void Untangling::add(const Edge& edge, const Face& face, const Vector& way, cons
   const double v = ab.cross(at).dot(area) / area.squaredNorm();
   const std::array<std::int32_t, 5> vertices = {edge[0], edge[1], face[0], face[1], face[2]};
   const std::array<double, 5> weights = {1 - s, s, -(1 - u - v), -u, -v};
+  std::array<double, 5> shares;
   double compliance = 0;
-  for (std::size_t i = 0; i < 5; ++i)
-    compliance += weights[i] * weights[i] * motion.inverse_mass[vertices[i]];
+  for (std::size_t i = 0; i < 5; ++i) {
+    shares[i] = motion.is_soft(vertices[i]) ? weights[i] * motion.inverse_mass[vertices[i]] : 0;
+    compliance += weights[i] * shares[i];
+  }
   if (!(compliance > 0)) return;
   const auto add_to = [](auto& sums, const auto& key, const Vector& more) {
     sums.try_emplace(key, Vector::Zero()).first->second += more;
   };
   for (std::size_t i = 0; i < 5; ++i) {
-    const double share = weights[i] * motion.inverse_mass[vertices[i]] / compliance;
-    if (share != 0) add_to(pushes_, vertices[i], share * way);
+    if (shares[i] != 0) add_to(pushes_, vertices[i], shares[i] / compliance * way);
   }
   for (const std::int32_t e : edge) {
     for (const std::int32_t f : face) {
@@ -185,9 +230,29 @@ void Untangling::push(double distance, Motion& motion) const {
   }
 }
 
-bool Untangling::lets_pass(const Contact& contact) const {
+// What comes out of a closed surface does not always do so where its edges stick in that.
+bool Untangling::comes_out(const Contact& contact, const Vector& normal,
+                           const Motion& motion) const {
+  if (contact.body_a == contact.body_b) return false;
+  const std::array<double, 4> weights = contact.weights();
+  Vector pushed = Vector::Zero(), on_a = Vector::Zero(), on_b = Vector::Zero();
+  for (std::size_t i = 0; i < 4; ++i) {
+    const std::int32_t v = contact.vertices[i];
+    (weights[i] > 0 ? on_a : on_b) += std::abs(weights[i]) * motion.start_of(v);
+    const auto push = pushes_.find(v);
+    if (push != pushes_.end()) pushed += weights[i] * push->second;
+  }
+  const auto contains = [this](std::int32_t body, const Vector& point) {
+    return closed_->is_closed(body) && closed_->contains(body, point);
+  };
+  return pushed.dot(normal) < 0 &&
+         (contains(contact.body_b, on_a) || contains(contact.body_a, on_b));
+}
+
+bool Untangling::lets_pass(const Contact& contact, const Motion& motion) const {
   if (ways_.empty()) return false;
   const Vector normal(contact.normal[0], contact.normal[1], contact.normal[2]);
+  if (comes_out(contact, normal, motion)) return true;
   const int first_of_b = contact.kind == ContactKind::vertex_face ? 1 : 2;
   for (int i = 0; i < first_of_b; ++i) {
     for (int k = first_of_b; k < 4; ++k) {

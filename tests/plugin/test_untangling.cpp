@@ -1,11 +1,13 @@
 // Soft bodies that intersect where a scene begins.
 #include "untangling.h"
 
+#include <BulletCollision/CollisionShapes/btSphereShape.h>
 #include <BulletSoftBody/btSoftBodyHelpers.h>
 
 #include <cmath>
 #include <string>
 
+#include "plugin/obstacle_worlds.h"
 #include "plugin/worlds.h"
 #include "scenes/piercings.h"
 #include "scenes/scene.h"
@@ -54,6 +56,23 @@ void add_crossed(PhysicsWorld& world, const std::string& how) {
   });
 }
 
+// Its upper side lies in the plane y = 0.
+std::unique_ptr<btTriangleMesh> box_triangles(bool inverted) {
+  auto mesh = std::make_unique<btTriangleMesh>();
+  const auto corner = [](int i) {
+    return at(i & 1 ? 0.5 : -0.5, i & 2 ? 0 : -0.3, i & 4 ? 0.5 : -0.5);
+  };
+  const int sides[6][4] = {{0, 1, 3, 2}, {5, 4, 6, 7}, {4, 0, 2, 6},
+                           {1, 5, 7, 3}, {2, 3, 7, 6}, {4, 5, 1, 0}};
+  for (const auto& side : sides) {
+    for (const int first : {0, 2}) {
+      const int a = side[first], b = side[first + 1], c = side[(first + 2) % 4];
+      mesh->addTriangle(corner(a), corner(inverted ? c : b), corner(inverted ? b : c));
+    }
+  }
+  return mesh;
+}
+
 scenes::WorldOptions untangling(World world, double speed) {
   scenes::WorldOptions options = quiet_options(world);
   options.lazyccd.untangling_speed = speed;
@@ -73,6 +92,53 @@ TEST_CASE("soft bodies that begin in each other are moved apart, and stay apart"
   CHECK(piercings(*w) == 0);
   CHECK(w->total_stats()->energy_gained < 1e-9);
   CHECK(w->total_stats()->last_resorts == 0);
+}
+
+TEST_CASE("soft bodies that begin in what stands fast are moved out of it") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  const std::string what = GENERATE("border", "upright", "ball");
+  // A mesh is open; the box is a mesh that is closed, wound either way.
+  const std::string in = GENERATE("mesh", "box", "inverted box");
+  CAPTURE(world == World::rigid, what, in);
+  const auto w = PhysicsWorld::make(untangling(world, 1));
+  const auto triangles = in == "mesh" ? flat_triangles(8, 2) : box_triangles(in == "inverted box");
+  w->add_static(std::make_unique<btBvhTriangleMeshShape>(triangles.get(), true),
+                btTransform::getIdentity());
+  if (what == "ball") add_ball(*w, at(0.03, 0.1, 0.05));
+  if (what == "border")
+    add_cloth(*w, [](double x, double z) { return at(0.8 * x, 0.04 - 0.22 * z, 0.8 * z); });
+  if (what == "upright")
+    add_cloth(*w, [](double x, double z) { return at(0.5 * x, 0.5 * z + 0.06, 0.05 * x + 0.017); });
+  REQUIRE(piercings(*w) > 0);
+  for (int i = 0; i < 180; ++i) w->step();
+  CHECK(piercings(*w) == 0);
+  for (int i = 0; i < w->bodies()[0]->m_nodes.size(); ++i)
+    CHECK(w->bodies()[0]->m_nodes[i].m_x.y() > 0);
+  CHECK(w->total_stats()->energy_gained < 1e-9);
+  CHECK(w->total_stats()->last_resorts == 0);
+}
+
+TEST_CASE("cloth that begins in a rigid ball is moved out of it") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  const double mass = GENERATE(0.0, 1.0);
+  const double height = GENERATE(-0.15, 0.05, 0.18);
+  CAPTURE(world == World::rigid, mass, height);
+  const auto w = PhysicsWorld::make(untangling(world, 1));
+  const btTransform pose(btQuaternion::getIdentity(), at(0.02, height, 0.03));
+  auto shape = std::make_unique<btSphereShape>(btScalar(0.2));
+  if (mass > 0) {
+    w->add_dynamic(std::move(shape), pose, mass);
+  } else {
+    w->add_static(std::move(shape), pose);
+  }
+  add_cloth(*w, [](double x, double z) { return at(x, 0, z); });
+  for (int i = 0; i < 180; ++i) w->step();
+  REQUIRE(w->total_stats()->pierced_at_start > 0);
+  const btRigidBody& ball = *w->rigid_bodies()[0].body;
+  const btSoftBody& cloth = *w->bodies()[0];
+  for (int i = 0; i < cloth.m_nodes.size(); ++i)
+    CHECK(cloth.m_nodes[i].m_x.distance(ball.getCenterOfMassPosition()) > btScalar(0.199));
+  CHECK(w->total_stats()->energy_gained < 1e-9);
 }
 
 TEST_CASE("what begins in nothing is the same to the last bit with untangling") {
@@ -99,8 +165,12 @@ TEST_CASE("what cannot be moved apart is given up") {
   motion.inverse_mass.assign(5, 0);
   const std::vector<Face> faces = {{2, 3, 4}};
   const std::vector<Edge> edges = {{0, 1}};
+  const std::vector<std::int32_t> bodies_of_vertices = {0, 0, 1, 1, 1};
+  const std::vector<Body> bodies(2);
   Topology topology;
   topology.faces = faces;
+  topology.body_of_vertex = bodies_of_vertices;
+  topology.bodies = bodies;
   bullet::Piercings found;
   found.pairs = {{0, 0}};
   bullet::Untangling untangling;

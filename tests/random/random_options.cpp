@@ -16,6 +16,7 @@ bullet::Options random_options(std::uint32_t number) {
   if (dice.chance(0.4)) options.restitution = 1;
   if (dice.chance(0.4)) options.rigid_contacts = false;
   if (dice.chance(0.4)) options.rest_speed = 0;
+  if (dice.chance(0.4)) options.untangling_speed = dice.across_scales(0.01, 10);
   return options;
 }
 

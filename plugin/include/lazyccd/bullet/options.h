@@ -53,9 +53,9 @@ struct Options {
   double rest_speed = 0.04;
   double rest_damping = 20;
 
-  // Soft bodies that intersect where a scene begins, or are put into each other, move apart at up
-  // to this speed, m/s, without gaining velocity, until three seconds bring nothing more. 1 m/s
-  // suits cloth in metres. 0: what is on the wrong side stays there.
+  // Soft bodies that intersect where a scene begins, or are put into each other or into rigid ones,
+  // move out at up to this speed, m/s, without gaining velocity, until three seconds bring nothing
+  // more. 1 m/s suits cloth in metres. 0: what is on the wrong side stays there.
   double untangling_speed = 0;
 
   int max_iterations = 20;  // detections a step that are answered with impulses
