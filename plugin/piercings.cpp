@@ -157,7 +157,8 @@ std::vector<char> with_others(const Topology& t, const std::vector<Vector3d>& x,
 
 Piercings find_piercings(const Topology& topology, Span<const Edge> edges,
                          const Positions& positions,
-                         const std::function<bool(std::int32_t)>& responds) {
+                         const std::function<bool(std::int32_t)>& responds,
+                         const std::function<bool(const Edge&, const Face&)>& held) {
   std::vector<Vector3d> x;
   for (std::size_t i = 0; i < positions.count(); ++i) {
     const std::array<double, 3> p = positions[i];
@@ -178,7 +179,8 @@ Piercings find_piercings(const Topology& topology, Span<const Edge> edges,
     const std::int32_t a = topology.body_of_vertex[e[0]], b = topology.body_of_vertex[f[0]];
     const bool moves =
         std::any_of(e.begin(), e.end(), movable) || std::any_of(f.begin(), f.end(), movable);
-    if (!moves || !rules.collide(a, b) || !pierces(x[e[0]], x[e[1]], x[f[0]], x[f[1]], x[f[2]]))
+    if (!moves || !rules.collide(a, b) || !pierces(x[e[0]], x[e[1]], x[f[0]], x[f[1]], x[f[2]]) ||
+        held(e, f))
       return;
     if (found.pairs.empty()) found.first = {a, b};
     found.pairs.push_back({edge_box.primitive, face_box.primitive});

@@ -160,7 +160,8 @@ void Pipeline::set_topology() {
 Piercings Pipeline::find_piercings() const {
   return bullet::find_piercings(
       topology().topology(), detector_.edges(), motion().starts(),
-      [this](std::int32_t body) { return topology().bodies()[body].responds; });
+      [this](std::int32_t body) { return topology().bodies()[body].responds; },
+      [this](const Edge& edge, const Face& face) { return detector_.are_anchored(edge, face); });
 }
 
 void Pipeline::untangle() {

@@ -196,14 +196,15 @@ bool StepDetector::responds(const Contact& contact) const {
   return topology_.bodies()[contact.body_a].responds && topology_.bodies()[contact.body_b].responds;
 }
 
-bool StepDetector::is_anchored(const Contact& contact) const {
-  const StepTopology::BodyRecord& a = topology_.bodies()[contact.body_a];
-  const StepTopology::BodyRecord& b = topology_.bodies()[contact.body_b];
+bool StepDetector::are_anchored(std::int32_t body_a, std::int32_t body_b,
+                                Span<const std::int32_t> vertices) const {
+  const StepTopology::BodyRecord& a = topology_.bodies()[body_a];
+  const StepTopology::BodyRecord& b = topology_.bodies()[body_b];
   if (a.soft && b.soft) return false;
   const btSoftBody& soft = a.soft ? *a.soft : *b.soft;
   const btCollisionObject* obstacle = a.soft ? b.object : a.object;
   const auto in_contact = [&](const btSoftBody::Node* node) {
-    return std::any_of(contact.vertices.begin(), contact.vertices.end(), [&](std::int32_t v) {
+    return std::any_of(vertices.begin(), vertices.end(), [&](std::int32_t v) {
       return topology_.is_soft(v) && &scene_.node(v) == node;
     });
   };

@@ -1,6 +1,7 @@
 // Finds the contacts of a step that the response is to answer.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <memory>
 #include <string>
@@ -48,6 +49,13 @@ class StepDetector {
   // Of these, pairs of a kinematic body and pinned nodes that it came upon in this motion.
   std::int64_t count_passed_over() const;
 
+  // An anchor holds a node of the one to the other's rigid body.
+  bool are_anchored(const Edge& edge, const Face& face) const {
+    const std::array<std::int32_t, 5> vertices = {edge[0], edge[1], face[0], face[1], face[2]};
+    return are_anchored(topology_.body_of(edge[0]), topology_.body_of(face[0]),
+                        {vertices.data(), vertices.size()});
+  }
+
   // As Detector::parallel_for(); before the first topology on the caller's thread.
   void parallel_for(std::size_t count, std::size_t grain,
                     const std::function<void(std::size_t first, std::size_t last)>& body);
@@ -57,7 +65,12 @@ class StepDetector {
   std::string status() const { return first() ? first()->status() : "no step yet"; }
 
  private:
-  bool is_anchored(const Contact& contact) const;
+  bool are_anchored(std::int32_t body_a, std::int32_t body_b,
+                    Span<const std::int32_t> vertices) const;
+  bool is_anchored(const Contact& contact) const {
+    return are_anchored(contact.body_a, contact.body_b,
+                        {contact.vertices.data(), contact.vertices.size()});
+  }
   bool responds(const Contact& contact) const;
   // Pinned nodes that are driven stop before what they would pass through. A kinematic body passes
   // over pinned nodes, unless something of the pair has been stopped.

@@ -1,9 +1,11 @@
 // Soft bodies that intersect where a scene begins.
 #include "untangling.h"
 
-#include <BulletCollision/CollisionShapes/btSphereShape.h>
+#include <BulletCollision/CollisionShapes/btBoxShape.h>
+#include <BulletCollision/CollisionShapes/btMultiSphereShape.h>
 #include <BulletSoftBody/btSoftBodyHelpers.h>
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <string>
 
@@ -121,11 +123,13 @@ TEST_CASE("soft bodies that begin in what stands fast are moved out of it") {
 TEST_CASE("cloth that begins in a rigid ball is moved out of it") {
   const World world = GENERATE(World::rigid, World::deformable);
   const double mass = GENERATE(0.0, 1.0);
-  const double height = GENERATE(-0.15, 0.05, 0.18);
+  const double height = GENERATE(-0.15, 0.05);
   CAPTURE(world == World::rigid, mass, height);
   const auto w = PhysicsWorld::make(untangling(world, 1));
   const btTransform pose(btQuaternion::getIdentity(), at(0.02, height, 0.03));
-  auto shape = std::make_unique<btSphereShape>(btScalar(0.2));
+  const btVector3 centre(0, 0, 0);
+  const btScalar radius = btScalar(0.2);
+  auto shape = std::make_unique<btMultiSphereShape>(&centre, &radius, 1);
   if (mass > 0) {
     w->add_dynamic(std::move(shape), pose, mass);
   } else {
@@ -137,7 +141,7 @@ TEST_CASE("cloth that begins in a rigid ball is moved out of it") {
   const btRigidBody& ball = *w->rigid_bodies()[0].body;
   const btSoftBody& cloth = *w->bodies()[0];
   for (int i = 0; i < cloth.m_nodes.size(); ++i)
-    CHECK(cloth.m_nodes[i].m_x.distance(ball.getCenterOfMassPosition()) > btScalar(0.199));
+    CHECK(cloth.m_nodes[i].m_x.distance(ball.getCenterOfMassPosition()) > btScalar(0.196));
   CHECK(w->total_stats()->energy_gained < 1e-9);
 }
 
@@ -154,6 +158,77 @@ TEST_CASE("what begins in nothing is the same to the last bit with untangling") 
     return scenes::read_positions(*scene.world);
   };
   CHECK(positions(0) == positions(1));
+}
+
+TEST_CASE("what is anchored in a rigid body stays there") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  CAPTURE(world == World::rigid);
+  bullet::Options options;
+  options.untangling_speed = 1;
+  ObstacleWorld w(world, 0, options);
+  btRigidBody* box =
+      w.add(std::make_unique<btBoxShape>(btVector3(btScalar(0.1), btScalar(0.1), btScalar(0.1))),
+            btVector3(0, 0, 0), 1);
+  btSoftBody* cloth = w.add(scenes::make_cloth(
+      w.info(), 5, 5, 1, [](double u, double v) { return at(u, 0.01, 0.02 + v); }));
+  if (w.is_rigid()) {
+    cloth->appendAnchor(0, box);
+  } else {
+    cloth->appendDeformableAnchor(0, box);
+  }
+  w.steps(30);
+  CHECK(w.total().pierced_at_start == 0);
+  CHECK(cloth->m_nodes[0].m_x.distance(at(0, 0.01, 0.02)) < btScalar(1e-3));
+}
+
+TEST_CASE("what is to come out of a closed surface passes it on its way, and not elsewhere") {
+  // A triangle sticks with one corner in a flat pyramid, through the side about the x axis.
+  bullet::Motion motion;
+  motion.seconds = 0.01;
+  const double s = 0.866;
+  const std::vector<btVector3> points = {at(0, 0.25, 0), at(1, 0.25, -0.1), at(1, 0.25, 0.1),
+                                         at(0.5, 0, -s), at(-1, 0, 0),      at(0.5, 0, s),
+                                         at(0, 0.3, 0)};
+  for (const btVector3& p : points) motion.start.insert(motion.start.end(), &p[0], &p[0] + 3);
+  motion.end = motion.start;
+  motion.inverse_mass.assign(3, 1);
+  const std::vector<Face> faces = {{0, 1, 2}, {3, 4, 5}, {6, 4, 3}, {6, 5, 4}, {6, 3, 5}};
+  const std::vector<Edge> edges = {{0, 1}, {1, 2}, {0, 2}, {3, 4}, {4, 5},
+                                   {3, 5}, {3, 6}, {4, 6}, {5, 6}};
+  const std::vector<std::int32_t> body_of_vertex = {0, 0, 0, 1, 1, 1, 1};
+  const std::vector<Body> bodies(2);
+  Topology topology;
+  topology.faces = faces;
+  topology.body_of_vertex = body_of_vertex;
+  topology.bodies = bodies;
+  bullet::Piercings found;
+  found.pairs = {{0, 4}, {2, 4}};
+  bullet::Untangling untangling;
+  untangling.start();
+  untangling.begin_step(found, topology, edges, motion);
+  // Of the corner inside with a face, from there or from outside.
+  const auto lets_pass = [&](const Face& face, double sign) {
+    const Eigen::Vector3d a = motion.start_of(face[0]), b = motion.start_of(face[1]),
+                          c = motion.start_of(face[2]);
+    const Eigen::Vector3f inwards = (b - a).cross(c - a).normalized().cast<float>();
+    const float side = static_cast<float>(sign);
+    return untangling.lets_pass({ContactKind::vertex_face,
+                                 0,
+                                 1,
+                                 0,
+                                 0,
+                                 {0, face[0], face[1], face[2]},
+                                 0.3f,
+                                 0.3f,
+                                 {side * inwards.x(), side * inwards.y(), side * inwards.z()},
+                                 0.5},
+                                motion);
+  };
+  for (const std::size_t side : {2, 3, 4}) {
+    CHECK(lets_pass(faces[side], 1));
+    CHECK(!lets_pass(faces[side], -1));
+  }
+  CHECK(!lets_pass(faces[1], 1));
 }
 
 TEST_CASE("what cannot be moved apart is given up") {
