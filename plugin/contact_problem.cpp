@@ -14,17 +14,22 @@ namespace {
 
 using Eigen::Vector3d;
 
+// Sweeps end where they change less: below what anyone calls moving, or of what is far from rest a
+// small part of what the contacts stop.
 constexpr double least_speed = 3e-5;  // m/s
-constexpr double least_part = 1e-5;
+constexpr double least_part = 3e-3;
 // What meets more slowly, m/s, rests or soon will, and what is left undone there shows as creep.
 constexpr double slow = 0.25;
 // So does a load, however hard it presses, where last step's impulses carry it but for this, m/s.
 constexpr double steady = 0.02;
 constexpr int more_of_slow = 4;
+// Of the width that a gap is to have: what the motion has left undone is not worth opening it.
+constexpr double open = 0.999;
 // Gaps that are not open yet have the next steps for it.
 constexpr int fewer_of_opening = 5;
-// Most rows never act: between two sweeps of all, as many less one go over those that do.
-constexpr int apart = 8;
+// Most rows never act: between two sweeps of all, as many less one go over those that do; twice as
+// many from then on where a sweep of all finds no other that does.
+constexpr int least_apart = 8;
 // Of the least that a sweep has changed.
 constexpr float grown = 4;
 
@@ -66,7 +71,7 @@ std::vector<std::size_t> interleaved(const std::vector<ContactRow>& rows) {
 
 // How much further apart along the normal the impulses are to bring it, at least.
 double need(const ContactRow& row, bool opening, const Vector3d& move) {
-  return (opening ? row.opened_gap : row.kept_gap) - row.start_gap - row.normal.dot(move);
+  return (opening ? open * row.opened_gap : row.kept_gap) - row.start_gap - row.normal.dot(move);
 }
 
 double inverse_mass_of(std::int32_t vertex, const Motion& motion) {
@@ -89,10 +94,8 @@ ContactProblem::ContactProblem(Of of, const std::vector<ContactRow>& rows, const
     heaviest = std::max(heaviest, row.response);
     begun = begun || (opening_ ? row.opening : row.impulse) != 0;
   }
-  // Below what anyone calls moving, and a small part of what the contacts stop.
-  tolerance_ = std::max(least_speed * seconds_, least_part * approach_);
   impulses_.resize(order_.size());
-  if (!begun && approach_ < tolerance_) return;
+  if (!begun && approach_ < least_speed * seconds_) return;
   if (longest > 0) length_ = longest;
   if (heaviest > 0) mass_ = heaviest;
 
@@ -228,18 +231,21 @@ void ContactProblem::carry_on(float momentum, const Indices& which) {
 
 void ContactProblem::solve(int sweeps) {
   if (rows_.empty()) return;
-  const auto tolerance = static_cast<float>(tolerance_ / length_);
+  double least = least_speed * seconds_;  // metres
   if (opening_) {
     sweeps = std::max(1, sweeps / fewer_of_opening);
   } else if (approach_ < slow * seconds_ || most_left() * length_ < steady * seconds_) {
     sweeps = std::min(sweeps, std::numeric_limits<int>::max() / more_of_slow) * more_of_slow;
+  } else {
+    least = std::max(least, least_part * approach_);
   }
+  const auto tolerance = static_cast<float>(least / length_);
 
   last_ = impulses_;
   last_displacement_ = displacement_;
   Indices all(rows_.size()), acting;
   std::iota(all.begin(), all.end(), 0);
-  int next_of_all = 1;
+  int next_of_all = 1, apart = least_apart;
   float least_energy = std::numeric_limits<float>::max();
   int run = 0;  // sweeps in one direction
   for (int i = 1;; ++i) {
@@ -253,10 +259,12 @@ void ContactProblem::solve(int sweeps) {
     least_energy = std::min(least_energy, change.energy);
     carry_on(static_cast<float>(run - 1) / static_cast<float>(run + 2), which);
     if (of_all) {
+      const Indices acted = std::move(acting);
       acting.clear();
       for (const std::int32_t k : all) {
         if (!impulses_[k].is_zero()) acting.push_back(k);
       }
+      if (std::includes(acted.begin(), acted.end(), acting.begin(), acting.end())) apart *= 2;
       next_of_all = i + apart;
     }
     if (settled) next_of_all = i + 1;

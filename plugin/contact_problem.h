@@ -89,7 +89,6 @@ class ContactProblem {
   double seconds_;
   double length_ = 1, mass_ = 1;    // units, m and kg
   double approach_ = 0;             // metres: the most that a row needs
-  double tolerance_ = 0;            // metres
   std::vector<std::size_t> order_;  // of the given rows
   std::vector<Row> rows_;
   std::vector<Part> parts_;

@@ -1,16 +1,13 @@
 #include "distinct_contacts.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdint>
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-// Three vertices, their rounded weights and the rounded normal.
-using Key = std::array<std::uint64_t, 3>;
+using Key = std::array<std::uint64_t, 3>;  // Binding::points
 
 constexpr double parts_of_weight = 16, parts_of_normal = 4;
 
@@ -72,30 +69,34 @@ std::size_t hash_of(const Key& key) {
 
 }  // namespace
 
-void keep_distinct(std::vector<Contact>& contacts, const std::vector<double>& gaps) {
+Binding binding_of(const Contact& contact) {
+  const Points points = points_of(contact);
+  if (points[3] != none) return {{}, true};
+  return {key_of(points, contact), false};
+}
+
+void keep_distinct(std::vector<Contact>& contacts, const std::vector<Binding>& bindings,
+                   const std::vector<double>& gaps) {
   std::size_t slots = 2;
   while (slots < 2 * contacts.size()) slots *= 2;
   constexpr std::int32_t free = -1;
-  std::vector<std::int32_t> table(slots, free);  // indices into keys
-  std::vector<Key> keys;
-  std::vector<std::size_t> nearest;  // by key
-  keys.reserve(contacts.size());
+  std::vector<std::int32_t> table(slots, free);  // indices into `nearest`
+  std::vector<std::size_t> nearest;              // of each that bind the same
   nearest.reserve(contacts.size());
   std::vector<char> kept(contacts.size(), 0);
   for (std::size_t i = 0; i < contacts.size(); ++i) {
-    const Points points = points_of(contacts[i]);
-    // What all four vertices bear, no other pair of primitives binds.
-    if (points[3] != none) {
+    if (bindings[i].alone) {
       kept[i] = 1;
       continue;
     }
-    const Key key = key_of(points, contacts[i]);
+    const Key& key = bindings[i].points;
+    const auto is_other = [&](std::int32_t at) {
+      return at != free && bindings[nearest[static_cast<std::size_t>(at)]].points != key;
+    };
     std::size_t slot = hash_of(key) & (slots - 1);
-    while (table[slot] != free && keys[static_cast<std::size_t>(table[slot])] != key)
-      slot = (slot + 1) & (slots - 1);
+    while (is_other(table[slot])) slot = (slot + 1) & (slots - 1);
     if (table[slot] == free) {
-      table[slot] = static_cast<std::int32_t>(keys.size());
-      keys.push_back(key);
+      table[slot] = static_cast<std::int32_t>(nearest.size());
       nearest.push_back(i);
     } else if (std::size_t& other = nearest[static_cast<std::size_t>(table[slot])];
                gaps[i] < gaps[other]) {

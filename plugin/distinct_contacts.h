@@ -2,6 +2,8 @@
 // the one is near every face and edge of the other, and all these pairs say what one of them says.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <vector>
 
 #include "lazyccd/bullet/precision.h"
@@ -10,10 +12,21 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-// Keeps the nearest, and of equally near ones the first, of those whose weights are on the same
-// vertices, alike to 1/16, and whose normals are alike to 1/4. `gaps`, by contact: metres, between
-// its points where the step begins. The order stays.
-void keep_distinct(std::vector<Contact>& contacts, const std::vector<double>& gaps);
+// What a contact binds: the same where the weights are on the same vertices, alike to 1/16, and the
+// normals are alike to 1/4.
+struct Binding {
+  // Three vertices, their rounded weights and the rounded normal.
+  std::array<std::uint64_t, 3> points;
+  // What all four vertices bear, no other pair of primitives binds.
+  bool alone = false;
+};
+
+Binding binding_of(const Contact& contact);
+
+// Keeps the nearest, and of equally near ones the first, of those that bind the same. By contact:
+// what it binds; and `gaps`, metres, between its points where the step begins. The order stays.
+void keep_distinct(std::vector<Contact>& contacts, const std::vector<Binding>& bindings,
+                   const std::vector<double>& gaps);
 
 }  // namespace LAZYCCD_BULLET_PRECISION
 }  // namespace lazyccd::bullet

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 
-#include "distinct_contacts.h"
 #include "lazyccd/query.h"
 
 namespace lazyccd::bullet {
@@ -45,30 +44,47 @@ bool says_nothing(const Contact& contact, double thickness, double start_gap,
 
 }  // namespace
 
-std::vector<Contact> NearContacts::choose(std::vector<Contact> found, const Motion& motion) {
-  std::vector<double> gaps;
-  gaps.reserve(found.size());
-  auto last = last_.begin();
-  std::size_t kept = 0;
+void NearContacts::look_at(const std::vector<Contact>& found, std::size_t first, std::size_t last,
+                           const Motion& motion) {
   std::int32_t body_a = -1, body_b = -1;
   double of_surfaces = 0;
-  for (const Contact& contact : found) {
+  for (std::size_t i = first; i < last; ++i) {
+    const Contact& contact = found[i];
     if (contact.body_a != body_a || contact.body_b != body_b) {
       body_a = contact.body_a;
       body_b = contact.body_b;
       of_surfaces = surface_(body_a, body_b).thickness;
     }
     const double thickness = ContactRows::thickness(contact, motion, of_surfaces);
-    double start_gap = gap(contact, motion.start).norm();
-    if (says_nothing(contact, thickness, start_gap, motion)) continue;
+    const double start_gap = gap(contact, motion.start).norm();
+    if (says_nothing(contact, thickness, start_gap, motion)) {
+      gaps_[i] = -1;
+    } else {
+      gaps_[i] = start_gap;
+      bindings_[i] = binding_of(contact);
+    }
+  }
+}
+
+std::vector<Contact> NearContacts::choose(std::vector<Contact> found, const Motion& motion,
+                                          const ParallelFor& parallel_for) {
+  gaps_.resize(found.size());
+  bindings_.resize(found.size());
+  parallel_for(found.size(), contacts_grain,
+               [&](std::size_t first, std::size_t last) { look_at(found, first, last, motion); });
+  auto last = last_.begin();
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    if (gaps_[i] < 0) continue;
     // What was chosen in the last step goes on to be, where no other is nearer.
-    while (last != last_.end() && *last < contact) ++last;
-    if (last != last_.end() && !(contact < *last)) start_gap *= as_near;
-    found[kept++] = contact;
-    gaps.push_back(start_gap);
+    while (last != last_.end() && *last < found[i]) ++last;
+    const bool again = last != last_.end() && !(found[i] < *last);
+    found[kept] = found[i];
+    gaps_[kept] = again ? as_near * gaps_[i] : gaps_[i];
+    bindings_[kept++] = bindings_[i];
   }
   found.resize(kept);
-  keep_distinct(found, gaps);
+  keep_distinct(found, bindings_, gaps_);
   last_ = found;
   return found;
 }

@@ -4,8 +4,10 @@
 #include <vector>
 
 #include "contact_rows.h"
+#include "distinct_contacts.h"
 #include "lazyccd/contact.h"
 #include "motion.h"
+#include "parallel_for.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -20,14 +22,23 @@ class NearContacts {
 
   // Of `found`, sorted, those that come nearer in the step, or lie within reach of their own
   // thickness; one of each that bind nearly the same points.
-  std::vector<Contact> choose(std::vector<Contact> found, const Motion& motion);
+  std::vector<Contact> choose(std::vector<Contact> found, const Motion& motion,
+                              const ParallelFor& parallel_for);
 
   // To be called where the indices of bodies, vertices or faces change.
   void forget() { last_.clear(); }
 
  private:
+  // Of the found ones from `first` to `last` - 1.
+  void look_at(const std::vector<Contact>& found, std::size_t first, std::size_t last,
+               const Motion& motion);
+
   ContactRows::Surface surface_;
   std::vector<Contact> last_;  // chosen in the last step
+  // By contact that was found: metres where the step begins, negative where it says nothing; and
+  // what it binds.
+  std::vector<double> gaps_;
+  std::vector<Binding> bindings_;
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -130,20 +130,33 @@ std::vector<Contact> StepDetector::near() {
   found_any_ = !contacts.empty() ||
                (!near.empty() &&
                 !answerable(near_->touching_again(motion_.starts(), motion_.ends())).empty());
-  contacts = near_contacts_.choose(std::move(contacts), motion_);
+  contacts = near_contacts_.choose(std::move(contacts), motion_,
+                                   [this](std::size_t count, std::size_t grain, const auto& body) {
+                                     parallel_for(count, grain, body);
+                                   });
   ms_ += watch.ms();
   return contacts;
 }
 
+StepDetector::Answer StepDetector::answer_to(const Contact& contact) const {
+  if (is_anchored(contact)) return Answer::not_asked;
+  const bool can_be =
+      responds(contact) && (gives_way(contact.vertices[0]) || may_be_ended(contact));
+  return can_be ? Answer::given : Answer::none;
+}
+
 std::vector<Contact> StepDetector::answerable(Span<const Contact> contacts) {
+  std::vector<Answer> answers(contacts.size());
+  parallel_for(contacts.size(), contacts_grain, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) answers[i] = answer_to(contacts[i]);
+  });
   std::vector<Contact> answered;
   answered.reserve(contacts.size());
-  for (const Contact& contact : contacts) {
-    if (is_anchored(contact)) continue;
-    if (responds(contact) && (gives_way(contact.vertices[0]) || may_be_ended(contact))) {
-      answered.push_back(contact);
-    } else if (detections_ == 0) {
-      silent_.push_back(contact);
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    if (answers[i] == Answer::given) {
+      answered.push_back(contacts[i]);
+    } else if (answers[i] == Answer::none && detections_ == 0) {
+      silent_.push_back(contacts[i]);
     }
   }
   ++detections_;

@@ -85,7 +85,9 @@ class StepDetector {
   Detector& touching_detector();
   // The one of a step's first detection; null before the first topology.
   Detector* first() const { return near_ ? near_.get() : touching_.get(); }
-  // Without those that nothing may be done about; of these, the first detection's are silent.
+  enum class Answer : std::uint8_t { given, none, not_asked };
+  Answer answer_to(const Contact& contact) const;
+  // Those that get an answer; of those that cannot, the first detection's are silent.
   std::vector<Contact> answerable(Span<const Contact> contacts);
 
   lazyccd::Options options_;

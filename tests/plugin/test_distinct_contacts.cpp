@@ -7,6 +7,16 @@ using namespace lazyccd;
 using namespace lazyccd::bullet;
 using lazyccd::test::contact;
 
+namespace {
+
+void keep(std::vector<Contact>& contacts, const std::vector<double>& gaps) {
+  std::vector<Binding> bindings;
+  for (const Contact& contact : contacts) bindings.push_back(binding_of(contact));
+  keep_distinct(contacts, bindings, gaps);
+}
+
+}  // namespace
+
 TEST_CASE("of pairs that bind nearly the same points the nearest is kept") {
   constexpr ContactKind vf = ContactKind::vertex_face, ee = ContactKind::edge_edge;
   const Contact corner = contact(vf, {7, 1, 2, 3}, 0, 0);      // 7 above 1
@@ -21,19 +31,19 @@ TEST_CASE("of pairs that bind nearly the same points the nearest is kept") {
 
   std::vector<Contact> all = {corner, other_face, ends, inside, edges, beside, aslant};
   std::vector<Contact> last = all;
-  keep_distinct(all, {1, 1, 1, 1, 1, 1, 1});
+  keep(all, {1, 1, 1, 1, 1, 1, 1});
   REQUIRE(all.size() == 4);
   CHECK(all[0].vertices == corner.vertices);
   CHECK(all[1].u == inside.u);
   CHECK(all[2].kind == ee);
   CHECK(all[3].normal == aslant.normal);
 
-  keep_distinct(last, {1, 1, 1, 1, 1, 0.9, 1});
+  keep(last, {1, 1, 1, 1, 1, 0.9, 1});
   REQUIRE(last.size() == 4);
   CHECK(last[0].u == inside.u);
   CHECK(last[2].u == beside.u);
 
   std::vector<Contact> none;
-  keep_distinct(none, {});
+  keep(none, {});
   CHECK(none.empty());
 }
