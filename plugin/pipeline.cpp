@@ -199,15 +199,8 @@ void Pipeline::report_piercings() {
 }
 
 double Pipeline::largest_thickness() const {
-  if (options_.thickness >= 0) return std::max(reader_.resolution(), options_.thickness);
-  // Of two soft bodies, or of a soft body and an obstacle.
-  std::vector<double> soft = {0}, all = {0};
-  for (const StepTopology::BodyRecord& body : topology().bodies()) {
-    if (body.soft) soft.push_back(body.margin);
-    all.push_back(body.margin);
-  }
-  const double softest = *std::max_element(soft.begin(), soft.end());
-  return std::max(reader_.resolution(), softest + *std::max_element(all.begin(), all.end()));
+  return std::max(reader_.resolution(), options_.thickness >= 0 ? options_.thickness
+                                                                : topology().largest_margins());
 }
 
 void Pipeline::collect_contacts() {

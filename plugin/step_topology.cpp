@@ -25,6 +25,7 @@ bool StepTopology::update(const SoftScene& soft, const Obstacles& obstacles, boo
   }
   topology_.bodies = filters(soft, filtered_by_application);
   topology_.disabled_pairs = disabled_pairs(soft);
+  find_largest_margins(soft);
   return parts_changed || topology_.disabled_pairs != before;
 }
 
@@ -115,6 +116,29 @@ std::vector<BodyPair> StepTopology::disabled_pairs(const SoftScene& soft) const 
     }
   }
   return pairs;
+}
+
+void StepTopology::find_largest_margins(const SoftScene& soft) {
+  std::vector<BodyPair> disabled = topology_.disabled_pairs;
+  std::sort(disabled.begin(), disabled.end());
+  largest_margins_ = 0;
+  const auto count = static_cast<std::int32_t>(bodies_.size());
+  for (std::int32_t a = 0; a < static_cast<std::int32_t>(soft.bodies().size()); ++a) {
+    const Body& filter = topology_.bodies[a];
+    // Also while none of these is near: most have no margin about their triangles.
+    if (Obstacles::meets_obstacles(*bodies_[a].soft))
+      largest_margins_ = std::max(largest_margins_, bodies_[a].margin);
+    for (std::int32_t b = a; b < count; ++b) {
+      const double margins = bodies_[a].margin + bodies_[b].margin;
+      if (!(margins > largest_margins_)) continue;
+      const Body& other = topology_.bodies[b];
+      const bool meet =
+          a == b ? filter.self_collision
+                 : (filter.group & other.mask) != 0 && (other.group & filter.mask) != 0 &&
+                       !std::binary_search(disabled.begin(), disabled.end(), BodyPair{a, b});
+      if (meet) largest_margins_ = margins;
+    }
+  }
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

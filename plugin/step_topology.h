@@ -37,6 +37,9 @@ class StepTopology {
   std::int32_t soft_count() const { return soft_count_; }  // of vertices
   std::int32_t body_of(std::int32_t vertex) const { return topology_.body_of_vertex[vertex]; }
   bool is_soft(std::int32_t vertex) const { return vertex < soft_count_; }
+  // Metres: the largest sum of the margins of two bodies that may meet, or twice that of one that
+  // meets itself.
+  double largest_margins() const { return largest_margins_; }
 
  private:
   void read_bodies(const SoftScene& soft, const Obstacles& obstacles);
@@ -44,11 +47,13 @@ class StepTopology {
   void free_pinned_nodes();
   std::vector<Body> filters(const SoftScene& soft, bool filtered_by_application) const;
   std::vector<BodyPair> disabled_pairs(const SoftScene& soft) const;
+  void find_largest_margins(const SoftScene& soft);
 
   std::int32_t soft_count_ = 0;
   std::vector<BodyRecord> bodies_;
   std::size_t surface_count_ = 0;  // of those that the detector knows, the first ones
   SceneTopology topology_;
+  double largest_margins_ = 0;
   std::vector<float> inverse_mass_for_detection_;
 };
 
