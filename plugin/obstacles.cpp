@@ -181,8 +181,11 @@ void Obstacles::begin_step(const SoftBodies& bodies) {
   }
 }
 
-bool Obstacles::update(const SoftBodies& bodies, const AxisBox& swept, Journal& journal) {
+bool Obstacles::update(const SoftBodies& bodies, const AxisBox& swept, double depth,
+                       Journal& journal) {
   find(bodies);
+  if (depth != depth_) records_.clear();  // all is read anew
+  depth_ = depth;
   for (Record& record : found_) {
     const btTransform& now = record.object->getWorldTransform();
     record.end = record.dynamic ? now : follow(record, now);
@@ -247,7 +250,7 @@ void Obstacles::read_triangles(Journal& journal) {
     const btVector3 spare = btScalar(0.1) * (record.region.upper - record.region.lower);
     record.region = record.region.grown(spare);
     if (record.responds &&
-        !tessellate(*record.shape, btTransform::getIdentity(), record.region, triangles)) {
+        !tessellate(*record.shape, btTransform::getIdentity(), record.region, depth_, triangles)) {
       journal.say("shape " + std::to_string(record.unique_id),
                   std::string("a rigid body's shape has a part without triangles (") +
                       record.shape->getName() + "): that part stays with Bullet alone");

@@ -51,9 +51,10 @@ class Obstacles {
 
   // To be called before Bullet moves anything.
   void begin_step(const SoftBodies& bodies);
-  // With rigid bodies where the step ends and the soft bodies' motion in `swept`. True where
-  // vertices or faces are others than before.
-  bool update(const SoftBodies& bodies, const AxisBox& swept, Journal& journal);
+  // With rigid bodies where the step ends, the soft bodies' motion in `swept`, and how deep inside
+  // round surfaces triangles may lie, as tessellate() has it. True where vertices or faces are
+  // others than before.
+  bool update(const SoftBodies& bodies, const AxisBox& swept, double depth, Journal& journal);
   // Whether all that is in `swept` was read in this step; and reads it. True as above.
   bool has_read(const AxisBox& swept) const;
   bool read(const AxisBox& swept, Journal& journal);
@@ -75,6 +76,7 @@ class Obstacles {
   std::vector<Record> found_;    // every rigid body of the world
   std::vector<Record> records_;  // those near the soft bodies, and what carries nodes of them
   AxisBox region_ = AxisBox::empty();
+  double depth_ = 0;  // metres, that triangles were read for
   std::vector<btVector3> local_;
   std::vector<Face> faces_;
 };

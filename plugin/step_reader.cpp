@@ -57,12 +57,23 @@ StepReader::Changes StepReader::read(const Bodies& bodies, double seconds, const
   changes.start = changes.topology;
   changes.start = sweep_driven_nodes() || changes.start;
   if (options_.rigid_obstacles)
-    changes.topology = obstacles_.update(bodies, near_obstacles_, journal_) || changes.topology;
+    changes.topology = obstacles_.update(bodies, near_obstacles_, depth_in_obstacles(), journal_) ||
+                       changes.topology;
   changes.topology = topology_.update(scene_, obstacles_, changes.topology);
   gather_obstacles();
   read_resolution();
   changes.start = changes.start || are_others_near();
   return changes;
+}
+
+// What is left of the gap to what is round, then, is half of it or more.
+double StepReader::depth_in_obstacles() const {
+  double least = std::numeric_limits<double>::infinity();
+  for (const SoftScene::BodyRecord& record : scene_.bodies()) {
+    if (Obstacles::meets_obstacles(*record.body))
+      least = std::min(least, static_cast<double>(record.margin));
+  }
+  return 0.5 * (options_.thickness >= 0 ? options_.thickness : least);
 }
 
 bool StepReader::are_others_near() const {

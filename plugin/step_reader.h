@@ -88,6 +88,8 @@ class StepReader {
   // Pinned nodes that an application puts elsewhere between two steps are swept from where the last
   // step left them. True where other nodes are elsewhere: that is a new start.
   bool sweep_driven_nodes();
+  // Metres by which triangles may lie inside of what is round.
+  double depth_in_obstacles() const;
   // True where an obstacle came near, or a dynamic one is elsewhere than the last step left it.
   bool are_others_near() const;
   void gather_obstacles();

@@ -1,8 +1,11 @@
 #include "tessellation.h"
 
+#include <BulletCollision/CollisionShapes/btCapsuleShape.h>
 #include <BulletCollision/CollisionShapes/btCompoundShape.h>
 #include <BulletCollision/CollisionShapes/btConcaveShape.h>
+#include <BulletCollision/CollisionShapes/btConeShape.h>
 #include <BulletCollision/CollisionShapes/btConvexShape.h>
+#include <BulletCollision/CollisionShapes/btCylinderShape.h>
 #include <BulletCollision/CollisionShapes/btPolyhedralConvexShape.h>
 #include <BulletCollision/CollisionShapes/btTriangleCallback.h>
 #include <BulletCollision/CollisionShapes/btUniformScalingShape.h>
@@ -49,68 +52,107 @@ class Welder : public btTriangleCallback {
   std::set<Face> seen_;
 };
 
-// Points of the unit sphere: an icosahedron whose faces were split in four `splits` times.
-std::vector<btVector3> sphere_points(int splits) {
-  const btScalar g = (1 + btSqrt(btScalar(5))) / 2;
-  std::vector<btVector3> points = {btVector3(-1, g, 0),  btVector3(1, g, 0),   btVector3(-1, -g, 0),
-                                   btVector3(1, -g, 0),  btVector3(0, -1, g),  btVector3(0, 1, g),
-                                   btVector3(0, -1, -g), btVector3(0, 1, -g),  btVector3(g, 0, -1),
-                                   btVector3(g, 0, 1),   btVector3(-g, 0, -1), btVector3(-g, 0, 1)};
-  std::vector<Face> faces = {{0, 11, 5}, {0, 5, 1},  {0, 1, 7},   {0, 7, 10}, {0, 10, 11},
-                             {1, 5, 9},  {5, 11, 4}, {11, 10, 2}, {10, 7, 6}, {7, 1, 8},
-                             {3, 9, 4},  {3, 4, 2},  {3, 2, 6},   {3, 6, 8},  {3, 8, 9},
-                             {4, 9, 5},  {2, 4, 11}, {6, 2, 10},  {8, 6, 7},  {9, 8, 1}};
-  for (btVector3& p : points) p.normalize();
-  for (int i = 0; i < splits; ++i) {
-    std::map<Edge, std::int32_t> middles;
-    const auto middle = [&](std::int32_t a, std::int32_t b) {
-      const auto next = static_cast<std::int32_t>(points.size());
-      const auto [at, is_new] = middles.insert({{std::min(a, b), std::max(a, b)}, next});
-      if (is_new) points.push_back((points[a] + points[b]).normalized());
-      return at->second;
-    };
-    std::vector<Face> finer;
-    for (const Face& f : faces) {
-      const std::int32_t ab = middle(f[0], f[1]), bc = middle(f[1], f[2]), ca = middle(f[2], f[0]);
-      for (const Face& part :
-           {Face{f[0], ab, ca}, Face{f[1], bc, ab}, Face{f[2], ca, bc}, Face{ab, bc, ca}})
-        finer.push_back(part);
-    }
-    faces = std::move(finer);
-  }
-  return points;
-}
+constexpr double pi = 3.14159265358979323846;
 
-// Directions in whose support points the hull of a cylinder or cone about `axis` is sampled evenly.
-std::vector<btVector3> ring_points(int axis) {
-  constexpr int around = 48;
-  std::vector<btVector3> points;
-  for (int i = 0; i < around; ++i) {
-    const double angle = 2 * 3.14159265358979323846 * i / around;
-    for (const double along : {-0.5, 0.5, 1e3, -1e3}) {
+// Directions evenly about an axis, at a latitude.
+struct Ring {
+  double latitude;  // rad
+  int points;
+  double turn = 0;  // of the first, in points
+};
+
+std::vector<btVector3> directions_in(const std::vector<Ring>& rings, int axis) {
+  std::vector<btVector3> directions;
+  for (const Ring& ring : rings) {
+    for (int i = 0; i < ring.points; ++i) {
+      const double angle = 2 * pi * (i + ring.turn) / ring.points;
       btVector3 p(0, 0, 0);
-      p[axis] = static_cast<btScalar>(along);
-      p[(axis + 1) % 3] = static_cast<btScalar>(std::cos(angle));
-      p[(axis + 2) % 3] = static_cast<btScalar>(std::sin(angle));
-      points.push_back(p.normalized());
+      p[axis] = static_cast<btScalar>(std::sin(ring.latitude));
+      p[(axis + 1) % 3] = static_cast<btScalar>(std::cos(ring.latitude) * std::cos(angle));
+      p[(axis + 2) % 3] = static_cast<btScalar>(std::cos(ring.latitude) * std::sin(angle));
+      directions.push_back(p);
     }
   }
-  return points;
+  return directions;
 }
 
-int axis_of(const btConvexShape& shape) {
-  // The longest way in which the shape is not round.
+// Of rings between the equator and a pole. The hull of their points lies 0.7 / count^2 of the
+// radius inside of a ball at most.
+std::vector<Ring> rings_of_ball(int count) {
+  const double step = pi / 2 / count, apart = 1.1 * step;
+  std::vector<Ring> rings;
+  for (int i = -count; i <= count; ++i) {
+    const double around = 2 * pi * std::cos(i * step);
+    rings.push_back({i * step, std::max(1, static_cast<int>(std::lround(around / apart))),
+                     i % 2 == 0 ? 0.0 : 0.5});
+  }
+  return rings;
+}
+
+int ring_count(double radius, double depth) {
+  constexpr int fewest = 4, most = 12;
+  const double count = std::sqrt(0.7 * radius / depth);
+  return count < most ? std::max(fewest, static_cast<int>(std::lround(count))) : most;
+}
+
+// The equator is at both ends of the capsule.
+std::vector<Ring> rings_of_capsule(int count) {
+  constexpr double aside = 1e-4;
+  std::vector<Ring> rings = rings_of_ball(count);
+  Ring& equator = rings[static_cast<std::size_t>(count)];
+  equator.latitude = -aside;
+  Ring other = equator;
+  other.latitude = aside;
+  rings.push_back(other);
+  return rings;
+}
+
+// Two for the side of a cylinder or cone, two for its ends.
+std::vector<Ring> rings_of_cylinder(int points) {
+  constexpr double side = 0.46, end = 1.57;
+  return {{-end, points}, {-side, points}, {side, points}, {end, points}};
+}
+
+// A polygon lies (pi / points)^2 / 2 of the radius inside of its circle at most. In fours: these
+// reach as far along each axis as the circle.
+int points_of_circle(double radius, double depth) {
+  constexpr int fewest = 3, most = 12;
+  const double fours = pi / 4 * std::sqrt(0.5 * radius / depth);
+  return 4 * (fours < most ? std::max(fewest, static_cast<int>(std::lround(fours))) : most);
+}
+
+double radius_about(int axis, const btConvexShape& shape) {
   btVector3 lower, upper;
   shape.getAabb(btTransform::getIdentity(), lower, upper);
-  const btVector3 size = upper - lower;
-  for (int axis = 0; axis < 3; ++axis) {
-    const btScalar a = size[(axis + 1) % 3], b = size[(axis + 2) % 3];
-    if (btFabs(a - b) <= btScalar(1e-4) * btMax(a, b)) return axis;
-  }
-  return 1;
+  return static_cast<double>(upper[(axis + 1) % 3] - lower[(axis + 1) % 3]) / 2;
 }
 
-std::vector<btVector3> surface_points(const btConvexShape& shape) {
+// In which the support points of what is round are sampled.
+std::vector<btVector3> directions(const btConvexShape& shape, double depth) {
+  const auto cylinder = [&](int axis) {
+    return directions_in(rings_of_cylinder(points_of_circle(radius_about(axis, shape), depth)),
+                         axis);
+  };
+  switch (shape.getShapeType()) {
+    case SPHERE_SHAPE_PROXYTYPE: {
+      return directions_in(rings_of_ball(ring_count(radius_about(1, shape), depth)), 1);
+    }
+    case CAPSULE_SHAPE_PROXYTYPE: {
+      const int axis = static_cast<const btCapsuleShape&>(shape).getUpAxis();
+      return directions_in(rings_of_capsule(ring_count(radius_about(axis, shape), depth)), axis);
+    }
+    case CYLINDER_SHAPE_PROXYTYPE:
+      return cylinder(static_cast<const btCylinderShape&>(shape).getUpAxis());
+    case CONE_SHAPE_PROXYTYPE:
+      return cylinder(static_cast<const btConeShape&>(shape).getConeUpIndex());
+    default: {
+      constexpr int count_of_others = 6;
+      return directions_in(rings_of_ball(count_of_others), 1);
+    }
+  }
+}
+
+std::vector<btVector3> surface_points(const btConvexShape& shape, double depth) {
   std::vector<btVector3> points;
   if (shape.isPolyhedral()) {
     const auto& polyhedron = static_cast<const btPolyhedralConvexShape&>(shape);
@@ -118,34 +160,21 @@ std::vector<btVector3> surface_points(const btConvexShape& shape) {
       points.emplace_back();
       polyhedron.getVertex(i, points.back());
     }
-    return points;
-  }
-  if (shape.getShapeType() == UNIFORM_SCALING_SHAPE_PROXYTYPE) {
+  } else if (shape.getShapeType() == UNIFORM_SCALING_SHAPE_PROXYTYPE) {
     const auto& scaled = static_cast<const btUniformScalingShape&>(shape);
-    points = surface_points(*scaled.getChildShape());
-    for (btVector3& p : points) p *= scaled.getUniformScalingFactor();
-    return points;
-  }
-  std::vector<btVector3> directions;
-  switch (shape.getShapeType()) {
-    case SPHERE_SHAPE_PROXYTYPE:
-      directions = sphere_points(3);
-      break;
-    case CYLINDER_SHAPE_PROXYTYPE:
-    case CONE_SHAPE_PROXYTYPE:
-      directions = ring_points(axis_of(shape));
-      break;
-    default:
-      directions = sphere_points(2);
-  }
-  for (const btVector3& direction : directions) {
-    points.push_back(shape.localGetSupportingVertex(direction));
+    const btScalar factor = scaled.getUniformScalingFactor();
+    points = surface_points(*scaled.getChildShape(), depth / static_cast<double>(factor));
+    for (btVector3& p : points) p *= factor;
+  } else {
+    points = directions(shape, depth);
+    for (btVector3& p : points) p = shape.localGetSupportingVertex(p);
   }
   return points;
 }
 
-bool add_convex(const btConvexShape& shape, const btTransform& pose, Triangles& triangles) {
-  const std::vector<btVector3> points = surface_points(shape);
+bool add_convex(const btConvexShape& shape, const btTransform& pose, double depth,
+                Triangles& triangles) {
+  const std::vector<btVector3> points = surface_points(shape, depth);
   if (points.size() < 4) return false;
   btConvexHullComputer hull;
   hull.compute(&points[0].getX(), sizeof(btVector3), static_cast<int>(points.size()), 0, 0);
@@ -186,18 +215,18 @@ AxisBox AxisBox::placed(const btTransform& pose) const {
 }
 
 bool tessellate(const btCollisionShape& shape, const btTransform& pose, const AxisBox& region,
-                Triangles& triangles) {
+                double depth, Triangles& triangles) {
   if (shape.isCompound()) {
     const auto& compound = static_cast<const btCompoundShape&>(shape);
     bool whole = true;
     for (int i = 0; i < compound.getNumChildShapes(); ++i) {
       whole &= tessellate(*compound.getChildShape(i), pose * compound.getChildTransform(i), region,
-                          triangles);
+                          depth, triangles);
     }
     return whole;
   }
   if (shape.isConvex())
-    return add_convex(static_cast<const btConvexShape&>(shape), pose, triangles);
+    return add_convex(static_cast<const btConvexShape&>(shape), pose, depth, triangles);
   if (!has_triangles(shape)) return false;
   Welder welder(pose, triangles);
   const AxisBox local = region.placed(pose.inverse());

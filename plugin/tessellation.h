@@ -2,8 +2,7 @@
 //
 // Polyhedra and meshes exactly, without their collision margin; boxes, cylinders and cones at their
 // full size; what is round by a polyhedron inscribed in it, so that it stays inside the surface at
-// which Bullet's own contacts act (a sphere's is nowhere deeper than 0.4 % of its radius, a
-// capsule's 1.5 %).
+// which Bullet's own contacts act.
 #pragma once
 
 #include <BulletCollision/CollisionShapes/btCollisionShape.h>
@@ -45,10 +44,12 @@ struct Triangles {
 };
 
 // Appends the triangles of `shape`, which `pose` places. Of meshes and terrains, which may be large
-// or without end, those near `region` (a box in the frame of the outermost shape) are enough. False
-// where a part of the shape is of a kind without triangles.
+// or without end, those near `region` (a box in the frame of the outermost shape) are enough. What
+// is round lies about `depth` metres inside its surface at most, but 0.5 % of its radius where that
+// is more, and never more than 4.5 %. False where a part of the shape is of a kind without
+// triangles.
 bool tessellate(const btCollisionShape& shape, const btTransform& pose, const AxisBox& region,
-                Triangles& triangles);
+                double depth, Triangles& triangles);
 
 // Every part of the shape is of a kind with triangles.
 bool has_triangles(const btCollisionShape& shape);

@@ -1,6 +1,12 @@
+#include <BulletCollision/CollisionShapes/btSphereShape.h>
 #include <BulletSoftBody/btSoftBodyHelpers.h>
 
+#include "obstacles.h"
+#include "plugin/obstacle_worlds.h"
 #include "plugin/worlds.h"
+#include "scenes/solid.h"
+#include "soft_scene.h"
+#include "step_topology.h"
 #include "support/catch.h"
 
 using namespace lazyccd;
@@ -152,4 +158,37 @@ TEST_CASE("a body in several components does not keep Bullet busy for ever") {
   for (int i = 0; i < 3; ++i) w->step();
   CHECK(parts->m_cfg.collisions == collisions);
   CHECK(parts->m_nodes[0].m_x == points[0]);
+}
+
+TEST_CASE("bodies are sought as near as two that may meet come near, and no nearer") {
+  ObstacleWorld w(World::deformable, 0);
+  btSoftBody* const thin = w.add_sheet(3, 1, 0, 0);
+  w.add(std::make_unique<btSphereShape>(btScalar(0.3)), btVector3(0, -1, 0));
+  btAlignedObjectArray<btSoftBody*> bodies;
+  bodies.push_back(thin);
+  bullet::Journal journal({});
+  const auto largest_margins = [&] {
+    bullet::SoftScene scene;
+    scene.update(bodies, journal);
+    bullet::Obstacles obstacles;
+    obstacles.begin_step(bodies);
+    const btVector3 far(2, 2, 2);
+    obstacles.update(bodies, {-far, far}, 0.005, journal);
+    REQUIRE(obstacles.records().size() == 1);
+    bullet::StepTopology topology;
+    topology.update(scene, obstacles, true);
+    return topology.largest_margins();
+  };
+  const double margin = static_cast<double>(btScalar(0.01));
+  // The sphere's margin is its radius, which its triangles have.
+  CHECK(largest_margins() == margin);
+  thin->setSelfCollision(true);
+  CHECK(largest_margins() == 2 * margin);
+  btSoftBody* const thick =
+      w.add(scenes::make_rope(w.info(), 3, 1, btVector3(0, 1, 0), btVector3(1, 1, 0)), 0.04);
+  bodies.push_back(thick);
+  CHECK(largest_margins() == margin + static_cast<double>(btScalar(0.04)));
+  thick->setIgnoreCollisionCheck(thin, true);
+  thick->m_cfg.collisions = btSoftBody::fCollision::VF_DD;
+  CHECK(largest_margins() == 2 * margin);
 }
