@@ -1,0 +1,332 @@
+// What a step costs in scenes that games are made of: Bullet alone against LazyCCD, a table.
+//
+// lazyccd_scene_costs [--rounds N] [--only TEXT] [--csv FILE] [--rate HZ] [--cpu-time]
+// The runs of a scene take turns, one with Bullet alone and one with LazyCCD; the table has the
+// medians of the rounds. Wants an idle machine.
+#include <BulletCollision/CollisionShapes/btCapsuleShape.h>
+#include <BulletCollision/CollisionShapes/btCompoundShape.h>
+#include <BulletCollision/CollisionShapes/btConeShape.h>
+#include <BulletCollision/CollisionShapes/btConvexHullShape.h>
+#include <BulletCollision/CollisionShapes/btCylinderShape.h>
+#include <BulletCollision/CollisionShapes/btSphereShape.h>
+#include <BulletCollision/CollisionShapes/btStaticPlaneShape.h>
+#include <BulletSoftBody/btSoftBodyHelpers.h>
+
+#include <CLI/CLI.hpp>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <ctime>
+#include <fstream>
+#include <functional>
+#include <memory>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "bench/machine.h"
+#include "scenes/cloth.h"
+#include "scenes/physics_world.h"
+#include "scenes/shapes.h"
+#include "scenes/solid.h"
+
+namespace lazyccd::scenes {
+namespace {
+
+constexpr const char* precision = sizeof(btScalar) == sizeof(float) ? "float" : "double";
+
+struct CostScene {
+  std::string name;
+  std::function<void(PhysicsWorld&)> build;
+  double seconds = 1;
+};
+
+using MakeShape = std::function<std::unique_ptr<btCollisionShape>()>;
+
+// The child is made with `Shape`'s arguments and owned by its compound.
+class OwningCompound : public btCompoundShape {
+ public:
+  void add(std::unique_ptr<btCollisionShape> child, const btTransform& pose) {
+    addChildShape(pose, child.get());
+    children_.push_back(std::move(child));
+  }
+  void setMargin(btScalar margin) override {
+    btCompoundShape::setMargin(margin);
+    for (const auto& child : children_) child->setMargin(margin);
+  }
+
+ private:
+  std::vector<std::unique_ptr<btCollisionShape>> children_;
+};
+
+template <class Shape, class... Sizes>
+MakeShape shape(Sizes... sizes) {
+  return [=] { return std::make_unique<Shape>(static_cast<btScalar>(sizes)...); };
+}
+
+// Each about 0.6 m wide and high, its middle in the origin.
+std::vector<std::pair<std::string, MakeShape>> shapes() {
+  const MakeShape hull = [] {
+    auto points = std::make_unique<btConvexHullShape>();
+    std::mt19937 random(3);
+    std::normal_distribution<double> normal;
+    for (int i = 0; i < 24; ++i) {
+      const btVector3 p = vector(normal(random), normal(random), normal(random));
+      points->addPoint(p.normalized() * btScalar(0.3), false);
+    }
+    points->recalcLocalAabb();
+    return points;
+  };
+  // A character: a body, a head and two arms.
+  const MakeShape compound = [] {
+    auto character = std::make_unique<OwningCompound>();
+    character->add(shape<btCapsuleShape>(0.2, 0.3)(), at(0, 0, 0));
+    character->add(shape<btSphereShape>(0.15)(), at(0, 0.45, 0));
+    for (const double side : {-1.0, 1.0})
+      character->add(shape<btCapsuleShape>(0.07, 0.4)(), at(side * 0.3, 0.1, 0));
+    return character;
+  };
+  return {{"capsule", shape<btCapsuleShape>(0.25, 0.4)},
+          {"sphere", shape<btSphereShape>(0.3)},
+          {"box", [] { return make_box(0.6, 0.6, 0.6); }},
+          {"cylinder", [] { return std::make_unique<btCylinderShape>(vector(0.3, 0.3, 0.3)); }},
+          {"cone", shape<btConeShape>(0.3, 0.6)},
+          {"hull", hull},
+          {"compound", compound}};
+}
+
+btSoftBody* add_cloth(PhysicsWorld& world, int nodes, double width, const btVector3& middle) {
+  std::mt19937 random(1);
+  Sheet sheet{nodes, nodes, width, width};
+  sheet.angle = 0.3;
+  sheet.jitter = 0.002;
+  auto cloth = make_sheet(world.info(), sheet, random);
+  cloth->translate(middle);
+  btSoftBody* const added = cloth.get();
+  world.add(std::move(cloth));
+  return added;
+}
+
+enum class Kind { still, driven, free };
+
+void drape(PhysicsWorld& world, std::unique_ptr<btCollisionShape> shape, Kind kind) {
+  btVector3 lower, upper;
+  shape->getAabb(at(0, 0, 0), lower, upper);
+  const double height = static_cast<double>(upper.y()), depth = static_cast<double>(lower.y());
+  if (kind == Kind::still) {
+    world.add_static(std::move(shape), at(0, 0, 0));
+  } else if (kind == Kind::driven) {
+    world.add_moving(std::move(shape), [](double time) {
+      btTransform pose = at(0.1 * std::sin(3 * time), 0, 0);
+      pose.setRotation(btQuaternion(vector(0, 1, 0), static_cast<btScalar>(time)));
+      return pose;
+    });
+  } else {
+    world.add_dynamic(std::move(shape), at(0, 0, 0), 5);
+    world.add_static(make_box(4, 0.2, 4), at(0, depth - 0.12, 0));
+  }
+  add_cloth(world, 25, 1.2, vector(0, height + 0.05, 0));
+}
+
+void add_rope(PhysicsWorld& world, const btVector3& from, const btVector3& to) {
+  world.add(make_rope(world.info(), 25, 0.3, from, to));
+}
+
+btSoftBody* add_ball(PhysicsWorld& world, const btVector3& centre, double radius, int points) {
+  if (world.options().world == World::deformable) {
+    auto ball = make_ball(world.info(), std::max(2, points / 60), 1, centre, radius);
+    btSoftBody* const added = ball.get();
+    world.add(std::move(ball));
+    return added;
+  }
+  const btScalar r = static_cast<btScalar>(radius);
+  std::unique_ptr<btSoftBody> ball(
+      btSoftBodyHelpers::CreateEllipsoid(world.info(), centre, btVector3(r, r, r), points));
+  ball->setTotalMass(1);
+  btSoftBody* const added = ball.get();
+  world.add(std::move(ball));
+  added->m_cfg.kPR = 100;
+  return added;
+}
+
+void add_ground(PhysicsWorld& world, bool box) {
+  if (box) {
+    world.add_static(make_box(20, 1, 20), at(0, -0.5, 0));
+  } else {
+    world.add_static(std::make_unique<btStaticPlaneShape>(vector(0, 1, 0), btScalar(0)),
+                     at(0, 0, 0));
+  }
+}
+
+void build_tiny_bodies(PhysicsWorld& world) {
+  for (int i = 0; i < 100; ++i) add_cloth(world, 3, 0.1, vector(2 * (i % 10), 1, 2 * (i / 10)));
+}
+
+void let_sleep(PhysicsWorld& world) {
+  for (const auto& body : world.bodies()) body->forceActivationState(ISLAND_SLEEPING);
+}
+
+std::vector<CostScene> cost_scenes() {
+  std::vector<CostScene> scenes;
+  const std::pair<const char*, Kind> kinds[] = {
+      {"static", Kind::still}, {"kinematic", Kind::driven}, {"dynamic", Kind::free}};
+  for (const auto& [name, make] : shapes()) {
+    for (const auto& [way, kind] : kinds) {
+      scenes.push_back({"cloth on a " + std::string(way) + " " + name,
+                        [make = make, kind = kind](PhysicsWorld& w) { drape(w, make(), kind); }});
+    }
+  }
+  const auto add = [&](const char* name, std::function<void(PhysicsWorld&)> build) {
+    scenes.push_back({name, std::move(build)});
+  };
+  add("cloth on a plane", [](PhysicsWorld& w) {
+    add_ground(w, false);
+    add_cloth(w, 25, 1.2, vector(0, 0.1, 0));
+  });
+  add("cloth on a large box", [](PhysicsWorld& w) {
+    add_ground(w, true);
+    add_cloth(w, 25, 1.2, vector(0, 0.1, 0));
+  });
+  add("one rope, falling", [](PhysicsWorld& w) { add_rope(w, vector(-1, 0, 0), vector(1, 0, 0)); });
+  add("ten ropes, falling", [](PhysicsWorld& w) {
+    for (int i = 0; i < 10; ++i) add_rope(w, vector(-1, 0, 0.3 * i), vector(1, 0, 0.3 * i));
+  });
+  add("one rope over a box", [](PhysicsWorld& w) {
+    w.add_static(make_box(0.6, 0.6, 0.6), at(0, 0, 0));
+    add_rope(w, vector(-1, 0.4, 0), vector(1, 0.4, 0.1));
+  });
+  add("one rope over a capsule", [](PhysicsWorld& w) {
+    w.add_static(shape<btCapsuleShape>(0.25, 0.4)(), at(0, 0, 0));
+    add_rope(w, vector(-1, 0.5, 0), vector(1, 0.5, 0.1));
+  });
+  add("soft ball on a plane", [](PhysicsWorld& w) {
+    add_ground(w, false);
+    add_ball(w, vector(0, 0.6, 0), 0.5, 256);
+  });
+  add("soft ball on a large box", [](PhysicsWorld& w) {
+    add_ground(w, true);
+    add_ball(w, vector(0, 0.6, 0), 0.5, 256);
+  });
+  add("soft ball with clusters on a large box", [](PhysicsWorld& w) {
+    add_ground(w, true);
+    btSoftBody* const ball = add_ball(w, vector(0, 0.6, 0), 0.5, 256);
+    ball->generateClusters(16);
+    ball->m_cfg.collisions = btSoftBody::fCollision::CL_SS | btSoftBody::fCollision::CL_RS;
+  });
+  add("one cloth far from a box", [](PhysicsWorld& w) {
+    w.add_static(make_box(1, 1, 1), at(100, 0, 0));
+    add_cloth(w, 25, 1.2, vector(0, 0, 0));
+  });
+  add("one cloth alone", [](PhysicsWorld& w) { add_cloth(w, 25, 1.2, vector(0, 0, 0)); });
+  add("a hundred tiny cloths above a plane", [](PhysicsWorld& w) {
+    add_ground(w, false);
+    build_tiny_bodies(w);
+  });
+  add("a hundred tiny cloths alone", build_tiny_bodies);
+  add("a hundred tiny cloths alone, asleep", [](PhysicsWorld& w) {
+    build_tiny_bodies(w);
+    let_sleep(w);
+  });
+  add("cloth among a hundred boxes far away", [](PhysicsWorld& w) {
+    for (int i = 0; i < 100; ++i)
+      w.add_static(make_box(1, 1, 1), at(5 * (i % 10 + 1), 0, 5 * (i / 10 + 1)));
+    add_cloth(w, 25, 1.2, vector(-5, 0, -5));
+  });
+  add("rope among a thousand boxes far away", [](PhysicsWorld& w) {
+    for (int i = 0; i < 1000; ++i)
+      w.add_static(make_box(1, 1, 1), at(5 * (i % 32 + 1), 0, 5 * (i / 32 + 1)));
+    add_rope(w, vector(-5, 0, -5), vector(-4, 0, -5));
+  });
+  return scenes;
+}
+
+struct Cost {
+  double ms = 0;  // a step
+  bullet::StepStats lazyccd;
+};
+
+// Milliseconds.
+double now(bool of_processor) {
+  if (of_processor) return 1e3 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
+  const auto time = std::chrono::steady_clock::now().time_since_epoch();
+  return std::chrono::duration<double, std::milli>(time).count();
+}
+
+Cost run(const CostScene& scene, WorldOptions options, bool of_processor) {
+  options.gravity = 10;
+  if (of_processor) options.lazyccd.detector.threads = 1;
+  const auto world = PhysicsWorld::make(options);
+  scene.build(*world);
+  const int steps = static_cast<int>(std::lround(scene.seconds / options.dt));
+  world->step();  // builds what is built once
+  const double begin = now(of_processor);
+  for (int i = 0; i < steps; ++i) world->step();
+  Cost cost;
+  cost.ms = (now(of_processor) - begin) / steps;
+  if (const bullet::StepStats* stats = world->total_stats()) cost.lazyccd = *stats;
+  return cost;
+}
+
+struct Request {
+  int rounds = 5;
+  std::string only;
+  std::vector<double> rates = {60, 240};  // Hz
+  std::string csv;
+  bool of_processor = false;
+};
+
+void compare(const Request& request) {
+  std::ofstream csv;
+  if (!request.csv.empty()) csv.open(request.csv, std::ios::app);
+  std::printf("%-40s %-10s %-6s %4s %9s %9s %6s   %s\n", "ms a step", "world", "", "Hz", "Bullet",
+              "LazyCCD", "ratio", "gather detect response write, contacts, detections");
+  for (const CostScene& scene : cost_scenes()) {
+    if (scene.name.find(request.only) == std::string::npos) continue;
+    for (const World world : {World::rigid, World::deformable}) {
+      for (const double rate : request.rates) {
+        WorldOptions options;
+        options.world = world;
+        options.dt = 1 / rate;
+        std::vector<double> alone, ours;
+        bullet::StepStats stats;
+        for (int i = 0; i < request.rounds; ++i) {
+          options.collisions = Collisions::bullet;
+          alone.push_back(run(scene, options, request.of_processor).ms);
+          options.collisions = Collisions::lazyccd;
+          const Cost cost = run(scene, options, request.of_processor);
+          ours.push_back(cost.ms);
+          stats = cost.lazyccd;
+        }
+        const double a = bench::median(alone), b = bench::median(ours);
+        const char* kind = world == World::rigid ? "rigid" : "deformable";
+        const double n = static_cast<double>(stats.steps);
+        std::printf("%-40s %-10s %-6s %4.0f %9.4f %9.4f %6.2f   %.3f %.3f %.3f %.3f, %.0f, %.1f\n",
+                    scene.name.c_str(), kind, precision, rate, a, b, b / a, stats.ms_gather / n,
+                    stats.ms_detect / n, stats.ms_response / n, stats.ms_write / n,
+                    static_cast<double>(stats.contacts_vf + stats.contacts_ee) / n,
+                    static_cast<double>(stats.detections) / n);
+        std::fflush(stdout);
+        if (csv)
+          csv << scene.name << ',' << kind << ',' << precision << ',' << rate << ',' << a << ','
+              << b << ',' << bench::machine() << '\n';
+      }
+    }
+  }
+}
+
+}  // namespace
+}  // namespace lazyccd::scenes
+
+int main(int argc, char** argv) {
+  CLI::App app("What a step costs in common scenes: Bullet alone against LazyCCD");
+  lazyccd::scenes::Request request;
+  app.add_option("--rounds", request.rounds, "runs of each, of which the median is reported");
+  app.add_option("--only", request.only, "scenes with this in their name");
+  app.add_option("--rate", request.rates, "steps a second");
+  app.add_option("--csv", request.csv, "file that rows are appended to");
+  app.add_flag("--cpu-time", request.of_processor,
+               "time of the processor, with one thread: for a machine that is not idle");
+  CLI11_PARSE(app, argc, argv);
+  lazyccd::scenes::compare(request);
+  return 0;
+}
