@@ -13,8 +13,7 @@ namespace lazyccd {
 constexpr float kBorder = 0x1p-10f;
 
 // The smallest index of a face that is not pinned as a whole, or -1, at each edge and then at each
-// vertex; and the edges of each face, (0 1), (1 2), (2 0). Null where every pair is to stand for
-// itself.
+// vertex; and the edges of each face, (0 1), (1 2), (2 0). Null where every pair stands for itself.
 struct FirstFaces {
   const std::int32_t* of;
   std::int32_t edges;  // of edges
@@ -35,46 +34,48 @@ LAZYCCD_HD inline T border_width(const T& u, const T& v, const T& a, const T& b)
   }
 }
 
-// Whether the closest points of a pair count as lying on an edge or a vertex.
+// What the closest points of a pair, at u and v as in Contact, count as lying on, in sum: of a face
+// 1, 2, 4 where the corner 0, 1, 2 has no part in it; of edges a and b 1 and 4 at their second end,
+// 2 and 8 at their first one. 0: on no border.
 template <ContactKind kind, class T>
-LAZYCCD_HD inline MaskOf<T> is_on_border(const T& u, const T& v) {
-  using Mask = MaskOf<T>;
-  const T one(1.0f), border(kBorder);
-  const Mask low = Mask((u < border) | (v < border));
-  return kind == ContactKind::vertex_face
-             ? Mask(low | (one - u - v < border))
-             : Mask(low | Mask((one - u < border) | (one - v < border)));
+LAZYCCD_HD inline T on_border(const T& u, const T& v) {
+  const T zero(0.0f), one(1.0f), border(kBorder);
+  const auto counted = [&](const T& w, float as) { return select(w < border, T(as), zero); };
+  if constexpr (kind == ContactKind::vertex_face) {
+    return counted(one - u - v, 1) + counted(u, 2) + counted(v, 4);
+  } else {
+    return counted(one - u, 1) + counted(u, 2) + counted(one - v, 4) + counted(v, 8);
+  }
 }
 
-// Whether another pair stands for this one, whose closest points are at u and v, as in Contact, on
-// the border, and which is nearer than the separation by more than border_width(). Where `first` is
-// not null. With few branches: which of its features a pair is at, nobody foresees.
+// Which of its features a pair is at, nobody foresees: no branches.
+LAZYCCD_HD inline std::int32_t pick(bool yes, std::int32_t a, std::int32_t b) {
+  return b ^ ((a ^ b) & -static_cast<std::int32_t>(yes));
+}
+
+// Whether another pair stands for this one, which is on_border() and nearer than the separation by
+// more than border_width(). Where `first` is not null.
 template <ContactKind kind>
 LAZYCCD_HD inline bool is_spoken_for(const MeshView& mesh, const FirstFaces& first, Candidate pair,
-                                     float u, float v) {
+                                     int on) {
   std::int32_t vertex, at;  // of the pair that would stand for all; index in first.of
   if constexpr (kind == ContactKind::vertex_face) {
-    const int off = (1 - u - v < kBorder) | (u < kBorder) << 1 | (v < kBorder) << 2;  // by corner
-    // By `off`: the corner that is left, or the side of the two that are.
+    // The corner that is left, or the side of the two that are.
     constexpr std::int8_t left[8] = {0, 1, 2, 2, 0, 1, 0, 0};
-    const bool corner = off == 3 || off == 5 || off == 6;
+    const bool corner = 0b1101000 >> on & 1;  // 3, 5 and 6
     vertex = pair.a;
-    const std::int32_t side = first.sides[pair.b][left[off]];
-    const std::int32_t point = first.edges + mesh.faces[pair.b][left[off]];
-    at = corner ? point : side;
+    at = pick(corner, first.edges + mesh.faces[pair.b][left[on]], first.sides[pair.b][left[on]]);
   } else {
-    const bool a1 = 1 - u < kBorder, b1 = 1 - v < kBorder;
-    const bool on_a = a1 | (u < kBorder), on_b = b1 | (v < kBorder);
-    const std::int32_t a = mesh.edges[pair.a][a1], b = mesh.edges[pair.b][b1];
-    vertex = on_a ? a : b;
-    const std::int32_t other = on_b ? first.edges + b : pair.b;
-    at = on_a ? other : pair.a;
+    const bool on_a = (on & 3) != 0, on_b = on >= 4;
+    const std::int32_t a = mesh.edges[pair.a][on & 1], b = mesh.edges[pair.b][on >> 2 & 1];
+    vertex = pick(on_a, a, b);
+    at = pick(on_a, pick(on_b, first.edges + b, pair.b), pair.a);
   }
   const std::int32_t face = first.of[at];
-  if (face < 0 || (kind == ContactKind::vertex_face && face == pair.b)) return false;
+  const std::int32_t* f = mesh.faces[face < 0 ? 0 : face];
   // Its own neighbours no face stands for.
-  const std::int32_t* f = mesh.faces[face];
-  return (f[0] != vertex) & (f[1] != vertex) & (f[2] != vertex);
+  return (face >= 0) & (kind == ContactKind::edge_edge || face != pair.b) & (f[0] != vertex) &
+         (f[1] != vertex) & (f[2] != vertex);
 }
 
 }  // namespace lazyccd

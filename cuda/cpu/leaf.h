@@ -79,7 +79,7 @@ struct ListedCandidate {
 
 // Candidates by what single precision tells of their separation, each list in their order.
 struct NearSplit {
-  static constexpr int capacity = CandidateQueue::capacity + 1;  // one is written and not counted
+  static constexpr int capacity = CandidateQueue::capacity + 16;  // some are written and not counted
   Candidate near[capacity];        // certainly nearer, where the step begins
   Approach own[capacity];          // of these, those that no other speaks for
   ListedCandidate away[capacity];  // certainly farther, all the time
@@ -105,12 +105,12 @@ struct LeafKernels {
   void (*box_groups)(const VertexBox* vertices, const Group* groups, std::size_t first,
                      std::size_t last, Block* blocks, MotionBox* boxes);
   // Whether the groups a and b certainly stay apart, then all their pairs of primitives; a may be b.
-  // Returns whether the pair was opened.
+  // Returns whether the pair was opened. Candidates are in order.
   bool (*visit)(const LeafScene& scene, std::int32_t a, std::int32_t b, CandidateSink& sink);
   // Filters `count` candidates for touching; writes the survivors and returns how many.
   int (*filter)(const LeafScene& scene, ContactKind kind, const Candidate* candidates, int count,
                 Survivor* survivors);
-  // Splits at most CandidateQueue::capacity candidates. All are put in order.
+  // Splits at most CandidateQueue::capacity candidates, which are in order.
   void (*near_at_start)(const LeafScene& scene, ContactKind kind, const Candidate* candidates,
                         int count, NearSplit& split);
   // Of at most CandidateQueue::capacity approaches, none ended, those that come within the minimum

@@ -174,6 +174,7 @@ MeshView Mesh::view() const {
 }
 
 FirstFaces Mesh::first_faces() const {
+  if (faces_.empty()) return {};
   return {first_faces_.data(), static_cast<std::int32_t>(edges_.size()),
           reinterpret_cast<const std::int32_t(*)[3]>(face_edges_.data())};
 }

@@ -38,5 +38,31 @@ LAZYCCD_INLINE Differences<Pack> gather(const LeafScene& scene, const Candidate*
   return d;
 }
 
+// The same at one end of the step alone.
+template <class T>
+struct DifferencesAt {
+  Vec3<T> e1, e2, r;
+};
+
+template <ContactKind kind, int end>
+LAZYCCD_INLINE DifferencesAt<Pack> gather_at(const LeafScene& scene, const Candidate* c) {
+  alignas(64) Float4Row rows[3][Pack::lanes];
+  const auto position = [&](std::int32_t vertex) {
+    return *reinterpret_cast<const Double4*>(
+        scene.records + 8 * std::size_t{static_cast<std::uint32_t>(vertex)} + 3 * end);
+  };
+  for (int i = 0; i < Pack::lanes; ++i) {
+    const Ends e = ends<kind>(scene, c[i]);
+    const auto difference = [&](const std::int32_t(&p)[2]) {
+      return __builtin_convertvector((position(p[1]) - position(p[0])) * scene.scale, Float4Row);
+    };
+    const int at = row_of_lane(i);
+    rows[0][at] = difference(e.e1);
+    rows[1][at] = difference(e.e2);
+    rows[2][at] = difference(e.r);
+  }
+  return {columns_of(rows[0]), columns_of(rows[1]), columns_of(rows[2])};
+}
+
 }  // namespace LAZYCCD_ISA
 }  // namespace lazyccd

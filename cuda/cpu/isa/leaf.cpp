@@ -1,5 +1,7 @@
 #include "cpu/leaf.h"
 
+#include <utility>
+
 #include "core/roots.h"
 #include "core/separation.h"
 #include "cpu/isa/differences.h"
@@ -78,6 +80,14 @@ LAZYCCD_INLINE void push(CandidateQueue& queue, std::int32_t a, const std::int32
   for (; bits; bits &= bits - 1) queue.items[queue.count++] = {a, ids[__builtin_ctz(bits)]};
 }
 
+LAZYCCD_INLINE void push_in_order(CandidateQueue& queue, std::int32_t a, const std::int32_t* ids,
+                                  unsigned bits) {
+  for (; bits; bits &= bits - 1) {
+    const std::int32_t b = ids[__builtin_ctz(bits)];
+    queue.items[queue.count++] = {a < b ? a : b, a < b ? b : a};
+  }
+}
+
 // The live vertices of one group against the live faces of another.
 LAZYCCD_INLINE void vertices_faces(const LeafScene& scene, const Group& gv, const Live& vertices,
                                    const Group& gf, unsigned faces, CandidateSink& sink) {
@@ -99,12 +109,13 @@ LAZYCCD_INLINE void vertices_faces(const LeafScene& scene, const Group& gv, cons
   }
 }
 
-// The live edges of two groups, or of one with itself.
+// The live edges of two groups, or of one with itself. The first group's body is not the larger one.
 LAZYCCD_INLINE void edges_edges(const LeafScene& scene, const Group& ga, const Live& a, const Group& gb,
                                 const Live& b, bool self, CandidateSink& sink) {
   if (!a.any || !b.any) return;
   CandidateQueue& queue = sink.queues[static_cast<int>(ContactKind::edge_edge)];
   const int a_blocks = ga.blocks(kEdges), b_blocks = gb.blocks(kEdges);
+  const bool one_body = ga.body == gb.body;
   for (int i = 0; i < a_blocks; ++i) {
     const Block& block = scene.blocks[ga.first[kEdges] + i];
     for (unsigned live = a.bits[i]; live; live &= live - 1) {
@@ -121,13 +132,18 @@ LAZYCCD_INLINE void edges_edges(const LeafScene& scene, const Group& ga, const L
         for (int k = 0; k < 2; ++k)
           bits &= ~(equal_lanes(other.vertex[k], block.vertex[0][lane]) |
                     equal_lanes(other.vertex[k], block.vertex[1][lane]));
-        push(queue, block.id[lane], other.id, bits);
+        if (one_body) {
+          push_in_order(queue, block.id[lane], other.id, bits);
+        } else {
+          push(queue, block.id[lane], other.id, bits);
+        }
       }
     }
   }
 }
 
 bool visit(const LeafScene& scene, std::int32_t a, std::int32_t b, CandidateSink& sink) {
+  if (scene.groups[b].body < scene.groups[a].body) std::swap(a, b);
   const Group &ga = scene.groups[a], &gb = scene.groups[b];
   const bool self = a == b;
   const MotionBox &box_a = scene.boxes[a], &box_b = scene.boxes[b];

@@ -21,78 +21,136 @@ LAZYCCD_INLINE Pack least_along(const Vec3<Pack>& axis, const Vec3<Pack>& e1, co
                                           : at - lane_max(zero, along1) + lane_min(zero, along2);
 }
 
+// Appends those that are chosen; writes up to Pack::lanes beyond them.
+LAZYCCD_INLINE int append(const Candidate* pairs, unsigned chosen, Candidate* to, int count) {
+  for (int i = 0; i < Pack::lanes; ++i) {
+    to[count] = pairs[i];
+    count += static_cast<int>(chosen >> i & 1);
+  }
+  return count;
+}
+
+LAZYCCD_INLINE Pack rounding(const Pack& reach) { return Pack(32 * Roundoff<float>::u) * reach; }
+
+// The gap between points of two primitives where the step begins.
+struct Gap {
+  Vec3<Pack> vector;
+  Pack squared, length;
+
+  explicit LAZYCCD_INLINE Gap(const Vec3<Pack>& v)
+      : vector(v), squared(dot(v, v)), length(lane_sqrt(squared)) {}
+
+  // How far apart the primitives are along it, certainly, where they differ so.
+  template <ContactKind kind>
+  LAZYCCD_INLINE Pack apart(const DifferencesAt<Pack>& d) const {
+    const Pack zero(0.0f), reach = size_of(d.e1) + size_of(d.e2) + size_of(d.r);
+    const Pack least = least_along<kind>(vector, d.e1, d.e2, d.r);
+    return select(squared > Pack(Roundoff<float>::tiny),
+                  lane_max(zero, least / length - rounding(reach)), zero);
+  }
+};
+
+// What is not near where the step begins, on its way to a look at the end.
+class Others {
+ public:
+  int count() const { return count_; }
+
+  LAZYCCD_INLINE void add(const Candidate* pairs, unsigned chosen, const Gap& gap,
+                          const Pack& apart) {
+    store_chosen(gap.vector.x, chosen, x_ + count_);
+    store_chosen(gap.vector.y, chosen, y_ + count_);
+    store_chosen(gap.vector.z, chosen, z_ + count_);
+    store_chosen(apart, chosen, apart_ + count_);
+    count_ = append(pairs, chosen, pairs_, count_);
+  }
+
+  // Splits the first ones, no more than there are lanes.
+  template <ContactKind kind>
+  LAZYCCD_INLINE void split(const LeafScene& scene, NearSplit& split) {
+    const int used = count_ < Pack::lanes ? count_ : Pack::lanes;
+    for (int i = used; i < Pack::lanes; ++i) pairs_[i] = pairs_[0];
+    const Pack beyond(scene.certainly_beyond);
+    const Gap gap({Pack::load(x_), Pack::load(y_), Pack::load(z_)});
+    const Pack at_end = gap.apart<kind>(gather_at<kind, 1>(scene, pairs_));
+    const unsigned away = ((Pack::load(apart_) > beyond) & (at_end > beyond)).bits();
+    for (int i = 0; i < used; ++i) {
+      const bool is_away = away >> i & 1;
+      split.away[split.away_count] = {pairs_[i], apart_[i]};
+      split.open[split.open_count] = {pairs_[i], 0, false, false, apart_[i]};
+      split.away_count += is_away;
+      split.open_count += !is_away;
+    }
+    count_ -= used;
+    for (int i = 0; i < count_; ++i) {
+      pairs_[i] = pairs_[used + i];
+      for (float* const lanes : {x_, y_, z_, apart_}) lanes[i] = lanes[used + i];
+    }
+  }
+
+ private:
+  static constexpr int capacity = 2 * Pack::lanes;  // less than a pack, and another one written
+  int count_ = 0;
+  alignas(64) float x_[capacity], y_[capacity], z_[capacity], apart_[capacity];
+  Candidate pairs_[capacity];
+};
+
 // Of the differences, times scale, each component is off by one rounding; of the gap between the
 // points that were found, by less than 8 roundings of `reach`, the sum of their components. That
 // the points are the closest ones is not relied on: any two tell how far the primitives are at
 // most, and any axis how far at least, and all the time if at both ends.
 template <ContactKind kind>
 void near_kind(const LeafScene& scene, const Candidate* candidates, int count, NearSplit& split) {
-  const Pack zero(0.0f), tiny(Roundoff<float>::tiny), rounding(32 * Roundoff<float>::u);
-  const Pack separation(scene.certain_separation), beyond(scene.certainly_beyond);
-  const Mask relied_on = Pack(scene.single_first ? 1.0f : 0.0f) > zero;
+  const Pack zero(0.0f), tiny(Roundoff<float>::tiny);
   Pack nearest(__builtin_inff());
-  int near_count = 0, own_count = 0, away_count = 0, open_count = 0;
+  Others others;
+  split.near_count = split.own_count = split.away_count = split.open_count = 0;
   for (int begin = 0; begin < count; begin += Pack::lanes) {
     Candidate pair[Pack::lanes];
-    const int used = count - begin < Pack::lanes ? count - begin : Pack::lanes;
-    for (int i = 0; i < Pack::lanes; ++i)
-      pair[i] = in_order<kind>(scene.mesh, candidates[begin + (i < used ? i : 0)]);
-    const Differences<Pack> d = gather<kind>(scene, pair);
-    const Vec3<Pack>&e1 = d.e1[0], &e2 = d.e2[0], &r = d.r[0];
-    const ClosestPoints<Pack> points = closest_points<kind>(e1, e2, r);
-    const Vec3<Pack>& gap = points.gap;
-    const Pack squared = dot(gap, gap);
-    const Pack size1 = size_of(e1), size2 = size_of(e2), reach = size1 + size2 + size_of(r);
+    const int left = count - begin < Pack::lanes ? count - begin : Pack::lanes;
+    const unsigned used = (1u << left) - 1;
+    for (int i = 0; i < Pack::lanes; ++i) pair[i] = candidates[begin + (i < left ? i : 0)];
+    const DifferencesAt<Pack> d = gather_at<kind, 0>(scene, pair);
+    const ClosestPoints<Pack> points = closest_points<kind>(d.e1, d.e2, d.r);
+    const Gap gap(points.gap);
+    const Pack size1 = size_of(d.e1), size2 = size_of(d.e2), reach = size1 + size2 + size_of(d.r);
     const auto certainly_within = [&](const Pack& distance) {
-      return (distance > zero) & (squared + tiny < distance * distance);
+      return (distance > zero) & (gap.squared + tiny < distance * distance);
     };
-    const Pack within = separation - rounding * reach;
-    const Mask near = relied_on & certainly_within(within);
-    const Mask may_be_spoken_for =
-        is_on_border<kind>(points.u, points.v) &
-        certainly_within(within - border_width<kind>(points.u, points.v, size1, size2));
+    const Pack within = Pack(scene.certain_separation) - rounding(reach);
+    const Pack apart = gap.apart<kind>(d);
 
-    const Mask some = squared > tiny;
-    const Pack length = lane_sqrt(squared);
-    const auto apart_along_gap = [&](int end, const Pack& sizes) {
-      const Pack least = least_along<kind>(gap, d.e1[end], d.e2[end], d.r[end]);
-      return select(some, lane_max(zero, least / length - rounding * sizes), zero);
-    };
-    const Pack apart = apart_along_gap(0, reach);
-    const Pack reach_at_end = size_of(d.e1[1]) + size_of(d.e2[1]) + size_of(d.r[1]);
-    const Mask away = relied_on & (apart > beyond) & (apart_along_gap(1, reach_at_end) > beyond);
-    nearest = lane_min(nearest, select(near, apart, nearest));
-
-    alignas(64) float u[Pack::lanes], v[Pack::lanes], gaps[Pack::lanes];
-    points.u.store(u);
-    points.v.store(v);
-    apart.store(gaps);
     unsigned spoken_for = 0;
     if (scene.first_faces.of) {
-      for (unsigned left = may_be_spoken_for.bits() & ((1u << used) - 1); left; left &= left - 1) {
-        const int i = __builtin_ctz(left);
-        const bool is = is_spoken_for<kind>(scene.mesh, scene.first_faces, pair[i], u[i], v[i]);
+      const Pack on = on_border<kind>(points.u, points.v);
+      alignas(64) float border[Pack::lanes];
+      on.store(border);
+      const Mask may_be =
+          (on > zero) &
+          certainly_within(within - border_width<kind>(points.u, points.v, size1, size2));
+      for (unsigned bits = may_be.bits() & used; bits; bits &= bits - 1) {
+        const int i = __builtin_ctz(bits);
+        const bool is = is_spoken_for<kind>(scene.mesh, scene.first_faces, pair[i],
+                                            static_cast<int>(border[i]));
         spoken_for |= static_cast<unsigned>(is) << i;
       }
     }
-    const unsigned near_bits = near.bits(), away_bits = away.bits();
-    for (int i = 0; i < used; ++i) {
-      const bool is_near = near_bits >> i & 1, is_away = away_bits >> i & 1,
-                 is_spoken = spoken_for >> i & 1;
-      split.near[near_count] = pair[i];
-      split.own[own_count] = {pair[i], 0, true, false, gaps[i]};
-      split.away[away_count] = {pair[i], gaps[i]};
-      split.open[open_count] = {pair[i], 0, false, is_spoken, gaps[i]};
-      near_count += is_near;
-      own_count += is_near & !is_spoken;
-      away_count += is_away;
-      open_count += !is_near & !is_away;
+    if (!scene.single_first) {
+      alignas(64) float gaps[Pack::lanes];
+      apart.store(gaps);
+      for (int i = 0; i < left; ++i)
+        split.open[split.open_count++] = {pair[i], 0, false, (spoken_for >> i & 1) != 0, gaps[i]};
+      continue;
     }
+    const Mask near = certainly_within(within);
+    const unsigned near_bits = near.bits() & used;
+    nearest = lane_min(nearest, select(near, apart, nearest));
+    split.near_count = append(pair, near_bits, split.near, split.near_count);
+    for (unsigned own = near_bits & ~spoken_for; own; own &= own - 1)
+      split.own[split.own_count++] = {pair[__builtin_ctz(own)], 0, true};
+    others.add(pair, used & ~near_bits, gap, apart);
+    if (others.count() >= Pack::lanes) others.split<kind>(scene, split);
   }
-  split.near_count = near_count;
-  split.own_count = own_count;
-  split.away_count = away_count;
-  split.open_count = open_count;
+  while (others.count() > 0) others.split<kind>(scene, split);
   alignas(64) float lanes[Pack::lanes];
   nearest.store(lanes);
   split.apart = lanes[0];

@@ -152,6 +152,19 @@ LAZYCCD_INLINE Pack operator*(Pack a, Pack b) { return a.v * b.v; }
 LAZYCCD_INLINE Pack operator/(Pack a, Pack b) { return a.v / b.v; }
 LAZYCCD_INLINE Mask operator>(Pack a, Pack b) { return b < a; }
 LAZYCCD_INLINE Mask operator>=(Pack a, Pack b) { return b <= a; }
+// The chosen lanes, from p on; writes all of a pack.
+LAZYCCD_INLINE void store_chosen(Pack a, unsigned chosen, float* p) {
+#if defined(__AVX512F__)
+  _mm512_storeu_ps(p, _mm512_maskz_compress_ps(static_cast<__mmask16>(chosen), a.v));
+#else
+  alignas(64) float lanes[Pack::lanes];
+  a.store(lanes);
+  for (int i = 0; i < Pack::lanes; ++i) {
+    *p = lanes[i];
+    p += chosen >> i & 1;
+  }
+#endif
+}
 LAZYCCD_INLINE bool lane_any(Mask m) { return m.bits() != 0; }
 
 }  // namespace LAZYCCD_ISA

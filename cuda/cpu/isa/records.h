@@ -10,6 +10,9 @@ namespace LAZYCCD_ISA {
 // A record's eight doubles.
 typedef double Double8 __attribute__((vector_size(64), aligned(64)));
 
+// Half of one: a position and what comes after it.
+typedef double Double4 __attribute__((vector_size(32), aligned(8)));
+
 LAZYCCD_INLINE const Double8* records_of(const LeafScene& scene) {
   return reinterpret_cast<const Double8*>(scene.records);
 }

@@ -1,6 +1,7 @@
 // Rows of floats, one a lane, turned into packs, one a column.
 #pragma once
 
+#include "core/vec.h"
 #include "cpu/isa/pack.h"
 
 namespace lazyccd {
@@ -68,6 +69,46 @@ LAZYCCD_INLINE void transpose(const Float8 (&rows)[Pack::lanes], Pack (&columns)
     for (int i = 0; i < Pack::lanes; ++i) lanes[i] = rows[i][k];
     columns[k] = Pack::load(lanes);
   }
+}
+
+#endif
+
+typedef float Float4Row __attribute__((vector_size(16), aligned(16)));
+
+// Where the row of a lane has to stand for columns_of(): each quarter of a register is transposed
+// by itself.
+constexpr int row_of_lane(int lane) { return lane % 4 * (Pack::lanes / 4) + lane / 4; }
+
+// The first three columns of rows of four.
+#if defined(__AVX512F__)
+
+LAZYCCD_INLINE Vec3<Pack> columns_of(const Float4Row (&rows)[Pack::lanes]) {
+  const float* p = reinterpret_cast<const float*>(rows);
+  const __m512 a = _mm512_load_ps(p), b = _mm512_load_ps(p + 16), c = _mm512_load_ps(p + 32),
+               d = _mm512_load_ps(p + 48);
+  const __m512 ab = _mm512_unpacklo_ps(a, b), cd = _mm512_unpacklo_ps(c, d);
+  return {Pack(_mm512_shuffle_ps(ab, cd, 0x44)), Pack(_mm512_shuffle_ps(ab, cd, 0xee)),
+          Pack(_mm512_shuffle_ps(_mm512_unpackhi_ps(a, b), _mm512_unpackhi_ps(c, d), 0x44))};
+}
+
+#elif defined(__AVX2__)
+
+LAZYCCD_INLINE Vec3<Pack> columns_of(const Float4Row (&rows)[Pack::lanes]) {
+  const float* p = reinterpret_cast<const float*>(rows);
+  const __m256 a = _mm256_load_ps(p), b = _mm256_load_ps(p + 8), c = _mm256_load_ps(p + 16),
+               d = _mm256_load_ps(p + 24);
+  const __m256 ab = _mm256_unpacklo_ps(a, b), cd = _mm256_unpacklo_ps(c, d);
+  return {Pack(_mm256_shuffle_ps(ab, cd, 0x44)), Pack(_mm256_shuffle_ps(ab, cd, 0xee)),
+          Pack(_mm256_shuffle_ps(_mm256_unpackhi_ps(a, b), _mm256_unpackhi_ps(c, d), 0x44))};
+}
+
+#else
+
+LAZYCCD_INLINE Vec3<Pack> columns_of(const Float4Row (&rows)[Pack::lanes]) {
+  const auto column = [&](int k) {
+    return Pack(Float4{rows[0][k], rows[1][k], rows[2][k], rows[3][k]});
+  };
+  return {column(0), column(1), column(2)};
 }
 
 #endif
