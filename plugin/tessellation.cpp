@@ -121,33 +121,31 @@ int points_of_circle(double radius, double depth) {
   return 4 * (fours < most ? std::max(fewest, static_cast<int>(std::lround(fours))) : most);
 }
 
-double radius_about(int axis, const btConvexShape& shape) {
+btVector3 half_sides(const btConvexShape& shape) {
   btVector3 lower, upper;
   shape.getAabb(btTransform::getIdentity(), lower, upper);
-  return static_cast<double>(upper[(axis + 1) % 3] - lower[(axis + 1) % 3]) / 2;
+  return (upper - lower) / 2;
 }
 
 // In which the support points of what is round are sampled.
 std::vector<btVector3> directions(const btConvexShape& shape, double depth) {
-  const auto cylinder = [&](int axis) {
-    return directions_in(rings_of_cylinder(points_of_circle(radius_about(axis, shape), depth)),
-                         axis);
+  const btVector3 half = half_sides(shape);
+  const auto radius_about = [&](int axis) { return static_cast<double>(half[(axis + 1) % 3]); };
+  const auto of_cylinder = [&](int axis) {
+    return directions_in(rings_of_cylinder(points_of_circle(radius_about(axis), depth)), axis);
   };
   switch (shape.getShapeType()) {
-    case SPHERE_SHAPE_PROXYTYPE: {
-      return directions_in(rings_of_ball(ring_count(radius_about(1, shape), depth)), 1);
-    }
     case CAPSULE_SHAPE_PROXYTYPE: {
       const int axis = static_cast<const btCapsuleShape&>(shape).getUpAxis();
-      return directions_in(rings_of_capsule(ring_count(radius_about(axis, shape), depth)), axis);
+      return directions_in(rings_of_capsule(ring_count(radius_about(axis), depth)), axis);
     }
     case CYLINDER_SHAPE_PROXYTYPE:
-      return cylinder(static_cast<const btCylinderShape&>(shape).getUpAxis());
+      return of_cylinder(static_cast<const btCylinderShape&>(shape).getUpAxis());
     case CONE_SHAPE_PROXYTYPE:
-      return cylinder(static_cast<const btConeShape&>(shape).getConeUpIndex());
-    default: {
-      constexpr int count_of_others = 6;
-      return directions_in(rings_of_ball(count_of_others), 1);
+      return of_cylinder(static_cast<const btConeShape&>(shape).getConeUpIndex());
+    default: {  // spheres; others as if they were one
+      const auto radius = static_cast<double>(half[half.maxAxis()]);
+      return directions_in(rings_of_ball(ring_count(radius, depth)), 1);
     }
   }
 }
