@@ -52,6 +52,12 @@ bool is_finite(const btTransform& t) {
   return true;
 }
 
+bool has_finite_velocity(const btCollisionObject& object) {
+  const btRigidBody* body = btRigidBody::upcast(&object);
+  return !body || (std::isfinite(body->getLinearVelocity().length2()) &&
+                   std::isfinite(body->getAngularVelocity().length2()));
+}
+
 AxisBox bounds(const Obstacles::Record& record) {
   AxisBox at_start, at_end;
   record.shape->getAabb(record.start, at_start.lower, at_start.upper);
@@ -190,11 +196,13 @@ bool Obstacles::update(const SoftBodies& bodies, const AxisBox& swept, double de
     const btTransform& now = record.object->getWorldTransform();
     record.end = record.dynamic ? now : follow(record, now);
     record.seen = now;
-    if (is_finite(record.end) && is_finite(record.start)) continue;
+    record.finite = is_finite(record.end) && has_finite_velocity(*record.object);
+    if (record.finite && is_finite(record.start)) continue;
     record.start = record.end;
-    journal.say("obstacle " + std::to_string(record.unique_id),
-                "rigid body " + std::to_string(record.unique_id) +
-                    " (by broad phase proxy): its transform is not finite; it is left out");
+    journal.say(
+        "obstacle " + std::to_string(record.unique_id),
+        "rigid body " + std::to_string(record.unique_id) +
+            " (by broad phase proxy): its transform or velocity is not finite; it is left out");
   }
   return read(swept, journal);
 }
@@ -218,7 +226,7 @@ bool Obstacles::read(const AxisBox& swept, Journal& journal) {
   std::vector<Record> near;
   for (const Record& record : found_) {
     const bool is_near = !swept.is_empty() && bounds(record).overlaps(region_);
-    if (is_finite(record.end) && (record.carries || is_near)) near.push_back(record);
+    if (record.finite && (record.carries || is_near)) near.push_back(record);
   }
   bool same = near.size() == records_.size();
   for (std::size_t i = 0; same && i < near.size(); ++i) {

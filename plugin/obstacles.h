@@ -37,6 +37,7 @@ class Obstacles {
     bool dynamic;
     bool responds;                      // to contact; false: it only carries
     bool carries;                       // dynamic, with nodes of soft bodies by anchors
+    bool finite = true;                 // where it is and how it moves; false: it is left out
     btTransform start, end;             // of the step
     btTransform seen;                   // where Bullet has it
     AxisBox region = AxisBox::empty();  // that its triangles were read from, in its own frame
