@@ -71,8 +71,8 @@ std::size_t hash_of(const Key& key) {
 
 Binding binding_of(const Contact& contact) {
   const Points points = points_of(contact);
-  if (points[3] != none) return {{}, true};
-  return {key_of(points, contact), false};
+  if (points[3] != none) return {Binding::of_one, {}};
+  return {Binding::of_some, key_of(points, contact)};
 }
 
 void keep_distinct(std::vector<Contact>& contacts, const std::vector<Binding>& bindings,
@@ -85,10 +85,8 @@ void keep_distinct(std::vector<Contact>& contacts, const std::vector<Binding>& b
   nearest.reserve(contacts.size());
   std::vector<char> kept(contacts.size(), 0);
   for (std::size_t i = 0; i < contacts.size(); ++i) {
-    if (bindings[i].alone) {
-      kept[i] = 1;
-      continue;
-    }
+    kept[i] = bindings[i].kind == Binding::of_one;
+    if (bindings[i].kind != Binding::of_some) continue;
     const Key& key = bindings[i].points;
     const auto is_other = [&](std::int32_t at) {
       return at != free && bindings[nearest[static_cast<std::size_t>(at)]].points != key;

@@ -15,16 +15,17 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 // What a contact binds: the same where the weights are on the same vertices, alike to 1/16, and the
 // normals are alike to 1/4.
 struct Binding {
+  // Of one pair of primitives alone: all four vertices bear it.
+  enum Kind : std::uint8_t { none, of_one, of_some } kind = none;
   // Three vertices, their rounded weights and the rounded normal.
   std::array<std::uint64_t, 3> points;
-  // What all four vertices bear, no other pair of primitives binds.
-  bool alone = false;
 };
 
 Binding binding_of(const Contact& contact);
 
 // Keeps the nearest, and of equally near ones the first, of those that bind the same. By contact:
-// what it binds; and `gaps`, metres, between its points where the step begins. The order stays.
+// what it binds, and where that is nothing it goes; and `gaps`, metres, between its points where
+// the step begins. The order stays.
 void keep_distinct(std::vector<Contact>& contacts, const std::vector<Binding>& bindings,
                    const std::vector<double>& gaps);
 

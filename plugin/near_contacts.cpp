@@ -48,6 +48,7 @@ void NearContacts::look_at(const std::vector<Contact>& found, std::size_t first,
                            const Motion& motion) {
   std::int32_t body_a = -1, body_b = -1;
   double of_surfaces = 0;
+  auto before = std::lower_bound(last_.begin(), last_.end(), found[first]);
   for (std::size_t i = first; i < last; ++i) {
     const Contact& contact = found[i];
     if (contact.body_a != body_a || contact.body_b != body_b) {
@@ -56,13 +57,15 @@ void NearContacts::look_at(const std::vector<Contact>& found, std::size_t first,
       of_surfaces = surface_(body_a, body_b).thickness;
     }
     const double thickness = ContactRows::thickness(contact, motion, of_surfaces);
-    const double start_gap = gap(contact, motion.start).norm();
-    if (says_nothing(contact, thickness, start_gap, motion)) {
-      gaps_[i] = -1;
-    } else {
-      gaps_[i] = start_gap;
-      bindings_[i] = binding_of(contact);
+    gaps_[i] = gap(contact, motion.start).norm();
+    if (says_nothing(contact, thickness, gaps_[i], motion)) {
+      bindings_[i].kind = Binding::none;
+      continue;
     }
+    bindings_[i] = binding_of(contact);
+    // What was chosen in the last step goes on to be, where no other is nearer.
+    while (before != last_.end() && *before < contact) ++before;
+    if (before != last_.end() && !(contact < *before)) gaps_[i] *= as_near;
   }
 }
 
@@ -72,18 +75,6 @@ std::vector<Contact> NearContacts::choose(std::vector<Contact> found, const Moti
   bindings_.resize(found.size());
   parallel_for(found.size(), contacts_grain,
                [&](std::size_t first, std::size_t last) { look_at(found, first, last, motion); });
-  auto last = last_.begin();
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < found.size(); ++i) {
-    if (gaps_[i] < 0) continue;
-    // What was chosen in the last step goes on to be, where no other is nearer.
-    while (last != last_.end() && *last < found[i]) ++last;
-    const bool again = last != last_.end() && !(found[i] < *last);
-    found[kept] = found[i];
-    gaps_[kept] = again ? as_near * gaps_[i] : gaps_[i];
-    bindings_[kept++] = bindings_[i];
-  }
-  found.resize(kept);
   keep_distinct(found, bindings_, gaps_);
   last_ = found;
   return found;

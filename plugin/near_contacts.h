@@ -35,8 +35,7 @@ class NearContacts {
 
   ContactRows::Surface surface_;
   std::vector<Contact> last_;  // chosen in the last step
-  // By contact that was found: metres where the step begins, negative where it says nothing; and
-  // what it binds.
+  // By contact that was found: metres where the step begins, and what it binds.
   std::vector<double> gaps_;
   std::vector<Binding> bindings_;
 };
