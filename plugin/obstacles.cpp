@@ -15,22 +15,6 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-bool is_rigid(const btCollisionObject& object) {
-  constexpr int rigid = btCollisionObject::CO_COLLISION_OBJECT | btCollisionObject::CO_RIGID_BODY |
-                        btCollisionObject::CO_FEATHERSTONE_LINK;
-  return (object.getInternalType() & rigid) != 0;
-}
-
-class Collector : public btBroadphaseAabbCallback {
- public:
-  bool process(const btBroadphaseProxy* proxy) override {
-    auto* object = static_cast<btCollisionObject*>(proxy->m_clientObject);
-    if (is_rigid(*object)) objects.push_back(object);
-    return true;
-  }
-  std::vector<btCollisionObject*> objects;
-};
-
 // What btDeformableBodySolver moves nodes with.
 std::vector<const btCollisionObject*> find_carriers(const Obstacles::SoftBodies& bodies) {
   std::vector<const btCollisionObject*> found;
@@ -42,28 +26,15 @@ std::vector<const btCollisionObject*> find_carriers(const Obstacles::SoftBodies&
   return found;
 }
 
-bool is_finite(const btTransform& t) {
-  for (int i = 0; i < 3; ++i) {
-    if (!std::isfinite(t.getOrigin()[i])) return false;
-    for (int k = 0; k < 3; ++k) {
-      if (!std::isfinite(t.getBasis()[i][k])) return false;
-    }
-  }
-  return true;
-}
-
-bool has_finite_velocity(const btCollisionObject& object) {
-  const btRigidBody* body = btRigidBody::upcast(&object);
-  return !body || (std::isfinite(body->getLinearVelocity().length2()) &&
-                   std::isfinite(body->getAngularVelocity().length2()));
-}
-
-AxisBox bounds(const Obstacles::Record& record) {
-  AxisBox at_start, at_end;
-  record.shape->getAabb(record.start, at_start.lower, at_start.upper);
-  record.shape->getAabb(record.end, at_end.lower, at_end.upper);
-  at_start.add(at_end);
-  return at_start;
+AxisBox bounds(const RigidPose& pose) {
+  const btCollisionShape& shape = *pose.object->getCollisionShape();
+  AxisBox box;
+  shape.getAabb(pose.end, box.lower, box.upper);
+  if (pose.start == pose.end) return box;
+  AxisBox at_start;
+  shape.getAabb(pose.start, at_start.lower, at_start.upper);
+  box.add(at_start);
+  return box;
 }
 
 // What of `box` a body may meet during the step, in the body's frame. Its points move straight from
@@ -84,26 +55,36 @@ AxisBox in_frame(const Obstacles::Record& record, const AxisBox& box) {
   return local.grown(btVector3(moved, moved, moved));
 }
 
-// Metres that a point of the body moves at most, about.
-btScalar way(const Obstacles::Record& record, const btTransform& from, const btTransform& to) {
-  btVector3 centre;
-  btScalar radius;
-  record.shape->getBoundingSphere(centre, radius);
-  const btMatrix3x3 turned = to.getBasis() - from.getBasis();
-  const btScalar turn = turned[0].length() + turned[1].length() + turned[2].length();
-  return from.getOrigin().distance(to.getOrigin()) + turn * (centre.length() + radius);
+// That of bodies that meet rigid ones or are carried by them; null where there are none.
+btBroadphaseInterface* broadphase_of(const Obstacles::SoftBodies& bodies) {
+  for (int i = 0; i < bodies.size(); ++i) {
+    const btSoftBody& body = *bodies[i];
+    const bool is_concerned =
+        Obstacles::meets_obstacles(body) || body.m_deformableAnchors.size() > 0;
+    if (is_concerned && body.m_worldInfo && body.m_worldInfo->m_broadphase)
+      return body.m_worldInfo->m_broadphase;
+  }
+  return nullptr;
 }
 
-// Where a body is at the end of the step that Bullet has at `now`: there, or on the way to it where
-// it was left behind.
-btTransform follow(const Obstacles::Record& record, const btTransform& now) {
-  constexpr btScalar least_part = btScalar(0.1);
-  if (record.start == record.seen) return now;
-  const btScalar left = way(record, record.start, now), moved = way(record, record.seen, now);
-  if (!(left > 2 * moved)) return now;
-  const btScalar part = btMax(2 * moved / left, least_part);
-  return btTransform(record.start.getRotation().slerp(now.getRotation(), part),
-                     record.start.getOrigin().lerp(now.getOrigin(), part));
+Obstacles::Record record_of(const RigidPose& pose) {
+  Obstacles::Record record;
+  static_cast<RigidPose&>(record) = pose;
+  btCollisionObject& object = *pose.object;
+  record.shape = object.getCollisionShape();
+  record.scaling = record.shape->getLocalScaling();
+  record.revision = record.shape->isCompound()
+                        ? static_cast<const btCompoundShape*>(record.shape)->getUpdateRevision()
+                        : 0;
+  btVector3 lower, upper;
+  record.shape->getAabb(btTransform::getIdentity(), lower, upper);
+  record.box = {lower.x(), lower.y(), lower.z(), upper.x(), upper.y(), upper.z()};
+  record.group = object.getBroadphaseHandle()->m_collisionFilterGroup;
+  record.mask = object.getBroadphaseHandle()->m_collisionFilterMask;
+  record.ignored = hash_of_ignored(object);
+  record.dynamic = is_dynamic(object);
+  record.responds = object.hasContactResponse();
+  return record;
 }
 
 bool is_same(const Obstacles::Record& a, const Obstacles::Record& b) {
@@ -129,81 +110,14 @@ bool Obstacles::is_whole(const btCollisionObject& object) {
 
 void Obstacles::clear() { *this = Obstacles(); }
 
-void Obstacles::find(const SoftBodies& bodies) {
-  Collector collector;
-  for (int i = 0; i < bodies.size(); ++i) {
-    btBroadphaseInterface* broadphase =
-        bodies[i]->m_worldInfo ? bodies[i]->m_worldInfo->m_broadphase : nullptr;
-    const bool is_concerned =
-        meets_obstacles(*bodies[i]) || bodies[i]->m_deformableAnchors.size() > 0;
-    if (!broadphase || !is_concerned) continue;
-    const btScalar far = BT_LARGE_FLOAT;
-    broadphase->aabbTest(btVector3(-far, -far, -far), btVector3(far, far, far), collector);
-    break;
-  }
-  const std::vector<const btCollisionObject*> carriers = find_carriers(bodies);
-  std::vector<Record> found;
-  for (btCollisionObject* object : collector.objects) {
-    Record record;
-    record.object = object;
-    record.responds = object->hasContactResponse();
-    record.dynamic = btRigidBody::upcast(object) && !object->isStaticOrKinematicObject();
-    record.carries = record.dynamic && std::binary_search(carriers.begin(), carriers.end(), object);
-    if (!record.responds && !record.carries) continue;
-    record.unique_id = object->getBroadphaseHandle()->m_uniqueId;
-    record.shape = object->getCollisionShape();
-    record.scaling = record.shape->getLocalScaling();
-    record.revision = record.shape->isCompound()
-                          ? static_cast<const btCompoundShape*>(record.shape)->getUpdateRevision()
-                          : 0;
-    btVector3 lower, upper;
-    record.shape->getAabb(btTransform::getIdentity(), lower, upper);
-    record.box = {lower.x(), lower.y(), lower.z(), upper.x(), upper.y(), upper.z()};
-    record.group = object->getBroadphaseHandle()->m_collisionFilterGroup;
-    record.mask = object->getBroadphaseHandle()->m_collisionFilterMask;
-    record.ignored = hash_of_ignored(*object);
-    record.start = record.end = record.seen = object->getWorldTransform();
-    found.push_back(record);
-  }
-  // The broad phase has no order of its own.
-  const auto before = [](const Record& a, const Record& b) { return a.unique_id < b.unique_id; };
-  std::sort(found.begin(), found.end(), before);
-  auto old = found_.begin();
-  for (Record& record : found) {
-    while (old != found_.end() && before(*old, record)) ++old;
-    if (old == found_.end() || before(record, *old) || old->object != record.object) continue;
-    // What is driven is swept from where the last step left it.
-    record.start = old->start;
-    record.end = old->end;
-    record.seen = old->seen;
-  }
-  found_ = std::move(found);
-}
-
-void Obstacles::begin_step(const SoftBodies& bodies) {
-  find(bodies);
-  for (Record& record : found_) {
-    record.start = record.dynamic ? record.object->getWorldTransform() : record.end;
-  }
-}
+void Obstacles::begin_step(const SoftBodies& bodies) { poses_.begin_step(broadphase_of(bodies)); }
 
 bool Obstacles::update(const SoftBodies& bodies, const AxisBox& swept, double depth,
                        Journal& journal) {
-  find(bodies);
+  poses_.end_step(broadphase_of(bodies), journal);
+  carriers_ = find_carriers(bodies);
   if (depth != depth_) records_.clear();  // all is read anew
   depth_ = depth;
-  for (Record& record : found_) {
-    const btTransform& now = record.object->getWorldTransform();
-    record.end = record.dynamic ? now : follow(record, now);
-    record.seen = now;
-    record.finite = is_finite(record.end) && has_finite_velocity(*record.object);
-    if (record.finite && is_finite(record.start)) continue;
-    record.start = record.end;
-    journal.say(
-        "obstacle " + std::to_string(record.unique_id),
-        "rigid body " + std::to_string(record.unique_id) +
-            " (by broad phase proxy): its transform or velocity is not finite; it is left out");
-  }
   return read(swept, journal);
 }
 
@@ -224,9 +138,14 @@ bool Obstacles::read(const AxisBox& swept, Journal& journal) {
     region_ = swept.grown(btScalar(0.25) * size + btVector3(spare, spare, spare));
   }
   std::vector<Record> near;
-  for (const Record& record : found_) {
-    const bool is_near = !swept.is_empty() && bounds(record).overlaps(region_);
-    if (record.finite && (record.carries || is_near)) near.push_back(record);
+  for (const RigidPose& pose : poses_.all()) {
+    const bool carries = is_dynamic(*pose.object) &&
+                         std::binary_search(carriers_.begin(), carriers_.end(), pose.object);
+    const bool is_near =
+        !swept.is_empty() && pose.object->hasContactResponse() && bounds(pose).overlaps(region_);
+    if (!(carries || is_near) || !pose.finite) continue;
+    near.push_back(record_of(pose));
+    near.back().carries = carries;
   }
   bool same = near.size() == records_.size();
   for (std::size_t i = 0; same && i < near.size(); ++i) {
@@ -239,12 +158,6 @@ bool Obstacles::read(const AxisBox& swept, Journal& journal) {
   if (same && has_read(swept)) return false;
   read_triangles(journal);
   return true;
-}
-
-void Obstacles::leave_behind(const btCollisionObject& object) {
-  for (Record& record : found_) {
-    if (record.object == &object) record.end = record.start;
-  }
 }
 
 void Obstacles::read_triangles(Journal& journal) {

@@ -1,10 +1,6 @@
 // The rigid bodies near the soft ones as triangles that move rigidly.
-//
-// Static and kinematic bodies move from where the last step saw them to where they are now; dynamic
-// ones from where they were before Bullet integrated them. What closes in on something that cannot
-// give way is left behind where it was, and comes after Bullet's at no more than twice its speed,
-// or a tenth of what it lags a step. Of meshes, terrains and planes the part near the soft bodies
-// is read, and read again where these leave it.
+// Of meshes, terrains and planes the part near the soft bodies is read, and read again where these
+// leave it.
 #pragma once
 
 #include <BulletCollision/CollisionDispatch/btCollisionObject.h>
@@ -16,6 +12,7 @@
 
 #include "journal.h"
 #include "lazyccd/scene.h"
+#include "rigid_poses.h"
 #include "tessellation.h"
 
 namespace lazyccd::bullet {
@@ -25,9 +22,7 @@ class Obstacles {
  public:
   using SoftBodies = btAlignedObjectArray<btSoftBody*>;
 
-  struct Record {
-    btCollisionObject* object;
-    int unique_id;  // of its broad phase proxy: says which objects are new where memory is reused
+  struct Record : RigidPose {
     const btCollisionShape* shape;
     btVector3 scaling;
     int revision;                 // of a compound's children
@@ -37,9 +32,6 @@ class Obstacles {
     bool dynamic;
     bool responds;                      // to contact; false: it only carries
     bool carries;                       // dynamic, with nodes of soft bodies by anchors
-    bool finite = true;                 // where it is and how it moves; false: it is left out
-    btTransform start, end;             // of the step
-    btTransform seen;                   // where Bullet has it
     AxisBox region = AxisBox::empty();  // that its triangles were read from, in its own frame
     std::int32_t first_vertex = 0, vertex_count = 0;
   };
@@ -59,8 +51,8 @@ class Obstacles {
   // Whether all that is in `swept` was read in this step; and reads it. True as above.
   bool has_read(const AxisBox& swept) const;
   bool read(const AxisBox& swept, Journal& journal);
-  // The next step sweeps this one, which nothing moves, from where this step began.
-  void leave_behind(const btCollisionObject& object);
+  // As RigidPoses has it.
+  void leave_behind(const btCollisionObject& object) { poses_.leave_behind(object); }
   // Drops everything.
   void clear();
 
@@ -71,10 +63,10 @@ class Obstacles {
   const std::vector<Face>& faces() const { return faces_; }
 
  private:
-  void find(const SoftBodies& bodies);
   void read_triangles(Journal& journal);
 
-  std::vector<Record> found_;    // every rigid body of the world
+  RigidPoses poses_;
+  std::vector<const btCollisionObject*> carriers_;  // sorted
   std::vector<Record> records_;  // those near the soft bodies, and what carries nodes of them
   AxisBox region_ = AxisBox::empty();
   double depth_ = 0;  // metres, that triangles were read for
