@@ -83,8 +83,9 @@ struct alignas(128) CpuDetector::Worker : CandidateSink {
   std::vector<NodePair> front;
   std::int64_t group_pairs = 0, ended = 0, culled = 0, flat = 0, never_coplanar = 0, refined = 0,
                exact = 0;
+  std::int64_t lasting = 0;  // of group_pairs, those that a list would hold for
   const OrphanSets* dropped = nullptr;  // candidates that are tested elsewhere
-  std::vector<ListedCandidate> listed[2];  // for the list of what is near
+  ListedPart listed;  // for the list of what is near
   std::int64_t candidates[2] = {}, survived[2] = {}, found[2] = {};
   std::uint64_t hash = 0;
   Stopwatch watch;
@@ -97,9 +98,9 @@ struct alignas(128) CpuDetector::Worker : CandidateSink {
     scene = leaf_scene;
     contacts.clear();
     front.clear();
-    for (std::vector<ListedCandidate>& list : listed) list.clear();
+    listed.clear();
     dropped = nullptr;
-    group_pairs = ended = culled = flat = never_coplanar = refined = exact = 0;
+    group_pairs = lasting = ended = culled = flat = never_coplanar = refined = exact = 0;
     hash = 0;
     ms_narrow = ms_busy = 0;
     for (int kind = 0; kind < 2; ++kind)
@@ -234,23 +235,23 @@ struct alignas(128) CpuDetector::Worker : CandidateSink {
   }
 
   void list_near(ContactKind kind) {
-    std::vector<ListedCandidate>& list = listed[static_cast<int>(kind)];
-    for (int i = 0; i < split.near_count; ++i) list.push_back({split.near[i], 0});
-    const float reach = owner->near_list_.reach();
-    for (int i = 0; i < split.open_count; ++i)
-      if (split.open[i].apart <= reach) list.push_back({split.open[i].pair, split.open[i].apart});
-    for (int i = 0; i < split.away_count; ++i)
-      if (split.away[i].apart <= reach) list.push_back(split.away[i]);
+    const NearList& list = owner->near_list_;
+    const float reach = list.reach_of_list();
+    const auto add = [&](Candidate pair, float apart) {
+      if (apart <= reach) listed.add(kind, pair, apart, list.groups());
+    };
+    for (int i = 0; i < split.near_count; ++i) add(split.near[i], 0);
+    for (int i = 0; i < split.open_count; ++i) add(split.open[i].pair, split.open[i].apart);
+    for (int i = 0; i < split.away_count; ++i) add(split.away[i], split.away_apart[i]);
   }
 
   // Those that can be near in this step.
   void process_listed(ContactKind kind, const ListedCandidate* items, int count) {
-    const float reach = owner->near_list_.reach();
     Candidate* const within_reach = queues[static_cast<int>(kind)].items;
     int left = 0;
     for (int i = 0; i < count; ++i) {
       within_reach[left] = items[i].pair;
-      left += items[i].apart <= reach;
+      left += items[i].apart <= owner->near_list_.reach_of(items[i]);
     }
     process(kind, within_reach, left);
   }
@@ -351,8 +352,7 @@ void CpuDetector::set_mesh(const Mesh& mesh) {
 
 void CpuDetector::update_hierarchy(Stats& stats) {
   bool build = !built_ || options_.rebuild_every_step;
-  // The volumes have no more room than a step needs.
-  listing_ = options_.separation > 0 && !volume_ && near_list_.begin(records_, scale_);
+  listing_ = may_list() && !near_list_.made() && near_list_.is_promising(scale_);
   groups_.set_margin(separation_margin(options_.separation) + (listing_ ? near_list_.slack() : 0));
   if (!build) {
     groups_.refit(records_, pool_, scale_);
@@ -366,11 +366,17 @@ void CpuDetector::update_hierarchy(Stats& stats) {
     built_ = true;
     find_parts();
     front_policy_.forget();
+    if (may_list()) near_list_.build(*mesh_, groups_, tree_);
     if (options_.culling.normal_cones) cones_.build(*mesh_, groups_, tree_);
   }
   if (volume_) volume_->refit(groups_, tree_, records_, pool_);
   if (options_.culling.normal_cones) cones_.refit(*mesh_, tree_, records_, pool_);
   stats.rebuilt = build;
+}
+
+// The volumes have no more room than a step needs.
+bool CpuDetector::may_list() const {
+  return options_.separation > 0 && !volume_ && !options_.rebuild_every_step;
 }
 
 void CpuDetector::find_parts() {
@@ -395,7 +401,9 @@ bool CpuDetector::may_meet(NodePair pair) const {
 
 void CpuDetector::visit_pair(Worker& worker, NodePair pair) {
   const std::int32_t a = tree_.nodes()[pair.a].group(), b = tree_.nodes()[pair.b].group();
-  if (kernels_->visit(worker.scene, a, b, worker)) ++worker.group_pairs;
+  if (!kernels_->visit(worker.scene, a, b, worker)) return;
+  ++worker.group_pairs;
+  if (looking_) worker.lasting += near_list_.would_last(pair);
 }
 
 void CpuDetector::begin_workers(double separation) {
@@ -426,31 +434,41 @@ void CpuDetector::traverse(Stats& stats) {
 }
 
 void CpuDetector::test_listed() {
+  std::int64_t sought = 0;
+  for (const auto& worker : workers_) sought += worker->candidates[0] + worker->candidates[1];
   constexpr std::size_t piece = CandidateQueue::capacity / 2;
-  const auto pieces_of = [&](int kind) { return (near_list_.of[kind].size() + piece - 1) / piece; };
-  const std::size_t first_ee = pieces_of(0);
+  const auto pieces_of = [&](ContactKind kind) {
+    return (near_list_.of(kind).size() + piece - 1) / piece;
+  };
+  const std::size_t first_ee = pieces_of(ContactKind::vertex_face),
+                    count = first_ee + pieces_of(ContactKind::edge_edge);
+  near_list_.measure_reach();
   const auto test = [&](std::size_t i, Worker& worker) {
     const auto kind = i < first_ee ? ContactKind::vertex_face : ContactKind::edge_edge;
-    const std::vector<ListedCandidate>& list = near_list_.of[static_cast<int>(kind)];
+    const std::vector<ListedCandidate>& list = near_list_.of(kind);
     const std::size_t begin = piece * (i < first_ee ? i : i - first_ee);
     worker.process_listed(kind, &list[begin],
                           static_cast<int>(std::min(piece, list.size() - begin)));
   };
-  pool_.parallel_for(first_ee + pieces_of(1), 1, [&](std::size_t first, std::size_t last, int id) {
+  pool_.parallel_for(count, 1, [&](std::size_t first, std::size_t last, int id) {
     for (std::size_t i = first; i < last; ++i) test(i, *workers_[id]);
   });
+  near_list_.served(sought);
+}
+
+void CpuDetector::look_ahead() {
+  std::int64_t pairs = 0, lasting = 0;
+  for (const auto& worker : workers_) {
+    pairs += worker->group_pairs;
+    lasting += worker->lasting;
+  }
+  near_list_.looked_at(pairs, lasting);
 }
 
 void CpuDetector::keep_listed() {
-  listing_ = false;
-  for (int kind = 0; kind < 2; ++kind) {
-    near_list_.of[kind].clear();
-    for (const auto& worker : workers_) {
-      const std::vector<ListedCandidate>& part = worker->listed[kind];
-      near_list_.of[kind].insert(near_list_.of[kind].end(), part.begin(), part.end());
-    }
-  }
-  near_list_.complete();
+  std::vector<const ListedPart*> parts;
+  for (const auto& worker : workers_) parts.push_back(&worker->listed);
+  near_list_.complete(parts);
 }
 
 void CpuDetector::finish_workers() {
@@ -487,7 +505,7 @@ void CpuDetector::balanced_traversal(Stats& stats) {
           return;
         }
         PairVisit v = visit(pair, nodes[pair.a], nodes[pair.b]);
-        if (v.near && !may_meet(pair)) v = {false, 0, {}};
+        if (v.near && (!may_meet(pair) || is_listed(pair))) v = {false, 0, {}};
         if (volume && v.near && pair.a != pair.b && volume->apart(pair.a, pair.b)) {
           ++worker.culled;
           v = {false, 0, {}};
@@ -556,7 +574,7 @@ void CpuDetector::query_each_group(Stats& stats) {
       const TreeNode& q = nodes[query];
       if (!q.leaf()) continue;
       const auto self = static_cast<std::uint32_t>(query);
-      if (may_meet({self, self})) visit_pair(worker, {self, self});
+      if (may_meet({self, self}) && !is_listed({self, self})) visit_pair(worker, {self, self});
       stack.push_back(0);
       while (!stack.empty()) {
         const std::uint32_t other = stack.back();
@@ -571,7 +589,7 @@ void CpuDetector::query_each_group(Stats& stats) {
         if (!n.leaf()) {
           stack.push_back(static_cast<std::uint32_t>(n.right));
           stack.push_back(static_cast<std::uint32_t>(n.left));
-        } else if (q.group() < n.group() && may_meet({self, other})) {
+        } else if (q.group() < n.group() && may_meet({self, other}) && !is_listed({self, other})) {
           visit_pair(worker, {self, other});
         }
       }
@@ -598,18 +616,22 @@ Span<const Contact> CpuDetector::detect(const Positions& start, const Positions&
   Stopwatch total, watch;
   pool_.rouse();
   scale_ = scale_for(load_records(*mesh_, start, end, pool_, records_));
-  const bool listed = !options_.rebuild_every_step && near_list_.holds(records_);
-  if (!listed) update_hierarchy(stats);
+  if (near_list_.made()) near_list_.begin_step(records_, scale_, tree_, pool_);
+  const bool all_listed = near_list_.made() && near_list_.holds({0, 0});
+  listing_ = false;
+  if (!all_listed) update_hierarchy(stats);
+  serving_ = near_list_.made();
+  looking_ = may_list() && !serving_ && !listing_;
+  if (listing_) near_list_.begin(records_, scale_);
+  if (looking_) near_list_.begin_step(records_, scale_, tree_, pool_);
   stats.groups = static_cast<std::int64_t>(groups_.groups().size());
   stats.ms_refit = watch.lap();
   begin_workers(options_.separation);
   for (const auto& worker : workers_) worker->near_pairs.clear();
-  if (listed) {
-    test_listed();
-  } else {
-    traverse(stats);
-    if (listing_) keep_listed();
-  }
+  if (!all_listed) traverse(stats);
+  if (serving_) test_listed();
+  if (listing_) keep_listed();
+  if (looking_) look_ahead();
   stats.ms_traverse = watch.lap();
 
   gather_contacts(contacts_, stats);
@@ -716,8 +738,7 @@ std::int64_t CpuDetector::bytes() const {
                     (contacts_.capacity() + touching_.capacity()) * sizeof(Contact);
   for (const auto& w : workers_)
     sum += sizeof(Worker) + w->survivors.capacity() * sizeof(Survivor) +
-           w->free.capacity() * sizeof(Candidate) +
-           (w->listed[0].capacity() + w->listed[1].capacity()) * sizeof(ListedCandidate) +
+           w->free.capacity() * sizeof(Candidate) + w->listed.bytes() +
            w->near_pairs.bytes() + w->places.capacity() * sizeof(Place) +
            w->contacts.capacity() * sizeof(Contact) + w->front.capacity() * sizeof(NodePair);
   return static_cast<std::int64_t>(sum);

@@ -44,6 +44,9 @@ class CpuDetector : public BackendDetector {
   void traverse(Stats& stats);
   void test_listed();
   void keep_listed();
+  void look_ahead();
+  bool may_list() const;
+  bool is_listed(NodePair pair) const { return serving_ && near_list_.holds(pair); }
   void balanced_traversal(Stats& stats);
   void query_each_group(Stats& stats);
   void visit_pair(Worker& worker, NodePair pair);
@@ -63,7 +66,9 @@ class CpuDetector : public BackendDetector {
   std::vector<std::unique_ptr<Worker>> workers_;
 
   const Mesh* mesh_ = nullptr;
-  bool built_ = false, listing_ = false;
+  bool built_ = false;
+  // In this step: a list of what is near is made; or serves; or, without one, would it last?
+  bool listing_ = false, serving_ = false, looking_ = false;
   double built_cost_ = 0;  // the tree's cost when it was built
   double scale_ = 1;
   std::vector<VertexRecord> records_;

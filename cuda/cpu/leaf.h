@@ -74,7 +74,8 @@ struct Approach {
 // A candidate for lists that outlast a step.
 struct ListedCandidate {
   Candidate pair;
-  float apart;  // where that step begins, certainly, times its scale
+  float apart;           // where that step begins, certainly, times its scale
+  std::uint32_t groups;  // which pair of groups: see cpu/near_list.h
 };
 
 // Candidates by what single precision tells of their separation, each list in their order.
@@ -82,7 +83,8 @@ struct NearSplit {
   static constexpr int capacity = CandidateQueue::capacity + 16;  // some are written and not counted
   Candidate near[capacity];        // certainly nearer, where the step begins
   Approach own[capacity];          // of these, those that no other speaks for
-  ListedCandidate away[capacity];  // certainly farther, all the time
+  Candidate away[capacity];        // certainly farther, all the time
+  float away_apart[capacity];      // as Approach::apart
   Approach open[capacity];         // the rest
   int near_count, own_count, away_count, open_count;
   float apart;  // what is near, certainly, times scale

@@ -1,61 +1,104 @@
 #include "cpu/near_list.h"
 
+#include <algorithm>
 #include <cmath>
 
 namespace lazyccd {
-namespace {
 
-// Steps that a list should last for, for it costs more to make than without.
-constexpr double least_steps = 2;
+void ListedPart::clear() {
+  for (std::vector<ListedCandidate>& list : of) list.clear();
+  pairs.clear();
+}
 
-// From `from`, at both ends of the step and so all the time; times scale, or a square might vanish.
-double farthest_squared(const VertexRecord& record, const double* from, double scale) {
-  double squared[2] = {0, 0};
-  for (int end = 0; end < 2; ++end) {
-    for (int k = 0; k < 3; ++k) {
-      const double moved = (record.x[3 * end + k] - from[k]) * scale;
-      squared[end] += moved * moved;
+void ListedPart::add(ContactKind kind, Candidate candidate, float apart,
+                     const GroupMotion& groups) {
+  const bool vf = kind == ContactKind::vertex_face;
+  std::uint32_t a = groups.leaf_of(vf ? kVertices : kEdges, candidate.a),
+                b = groups.leaf_of(vf ? kFaces : kEdges, candidate.b);
+  if (b < a) std::swap(a, b);
+  std::uint32_t& latest = latest_[(31 * a + b) % latest_.size()];
+  if (latest >= pairs.size() || pairs[latest].a != a || pairs[latest].b != b) {
+    latest = static_cast<std::uint32_t>(pairs.size());
+    pairs.push_back({a, b});
+  }
+  of[static_cast<int>(kind)].push_back({candidate, apart, latest});
+}
+
+std::size_t ListedPart::bytes() const {
+  return (of[0].capacity() + of[1].capacity()) * sizeof(ListedCandidate) +
+         pairs.capacity() * sizeof(NodePair);
+}
+
+void NearList::build(const Mesh& mesh, const Groups& groups, const Tree& tree) {
+  groups_.build(mesh, groups, tree);
+  forget();
+}
+
+bool NearList::is_promising(double scale) const {
+  const double slack = slack_ * scale;
+  return promising_ && slack > 0x1p-400 && slack < 0x1p400;  // its square is a normal number
+}
+
+void NearList::begin_step(const std::vector<VertexRecord>& records, double scale, const Tree& tree,
+                          ThreadPool& pool) {
+  if (!made_) groups_.begin(records, scale);
+  groups_.measure(records, tree, pool);
+  const double limit = 2 * slack_ * groups_.scale();
+  limit_squared_ = limit * limit;
+}
+
+void NearList::begin(const std::vector<VertexRecord>& records, double scale) {
+  groups_.begin(records, scale);
+  promising_ = false;
+}
+
+void NearList::complete(const std::vector<const ListedPart*>& parts) {
+  for (std::vector<ListedCandidate>& list : of_) list.clear();
+  pairs_.clear();
+  for (const ListedPart* part : parts) {
+    const auto first = static_cast<std::uint32_t>(pairs_.size());
+    pairs_.insert(pairs_.end(), part->pairs.begin(), part->pairs.end());
+    for (int kind = 0; kind < 2; ++kind) {
+      for (ListedCandidate listed : part->of[kind]) {
+        listed.groups += first;
+        of_[kind].push_back(listed);
+      }
     }
   }
-  return std::fmax(squared[0], squared[1]);
+  made_ = true;
+  sought_ = 0;
+  steps_ = 0;
 }
 
-}  // namespace
-
-bool NearList::holds(const std::vector<VertexRecord>& records) {
-  if (!made_ || at_.size() != records.size()) return false;
-  double squared = 0;
-  for (std::size_t v = 0; v < records.size(); ++v)
-    squared = std::fmax(squared, farthest_squared(records[v], at_[v].data(), scale_));
-  const double moved = std::sqrt(squared) / scale_;
-  if (!(moved <= slack_)) return false;
-  set_reach(moved);
-  return true;
+void NearList::measure_reach() {
+  reach_.resize(pairs_.size());
+  for (std::size_t i = 0; i < pairs_.size(); ++i) {
+    const double squared = groups_.difference_squared(pairs_[i].a, pairs_[i].b);
+    reach_[i] = squared <= limit_squared_ ? reach(std::sqrt(squared)) : -1;
+  }
 }
 
-bool NearList::begin(const std::vector<VertexRecord>& records, double scale) {
-  constexpr double least_slack = 0x1p-400;  // of the scene: its square is a normal number
-  made_ = false;
-  if (!(slack_ * scale > least_slack)) return false;
-  double squared = 0;
-  for (const VertexRecord& record : records)
-    squared = std::fmax(squared, farthest_squared(record, record.x, scale));
-  if (!(least_steps * std::sqrt(squared) <= slack_ * scale)) return false;
-  at_.resize(records.size());
-  for (std::size_t v = 0; v < records.size(); ++v)
-    at_[v] = {records[v].x[0], records[v].x[1], records[v].x[2]};
-  scale_ = scale;
-  set_reach(slack_);
-  return true;
-}
-
-// Both primitives of a pair move no farther than their vertices. What stays so little above the
-// separation that the test, which is conservative, may count it as near is tested.
-void NearList::set_reach(double moved) {
+// Points of two primitives move no more differently than their vertices. What stays so little above
+// the separation that the test, which is conservative, may count it as near is tested.
+float NearList::reach(double difference) const {
   constexpr double of_separation = 0x1p-12,
                    of_scene = 0x1p-15;  // the latter scaled: core/elementary.h
-  const double reach = separation_ * (1 + of_separation) + 2 * moved;
-  reach_ = static_cast<float>(reach * scale_ + of_scene) * (1 + 0x1p-20f);
+  const double apart = separation_ * (1 + of_separation) * groups_.scale() + difference;
+  return static_cast<float>(apart + of_scene) * (1 + 0x1p-20f);
+}
+
+// Another list is made once what was sought besides this one is as much as to make one.
+void NearList::served(std::int64_t candidates) {
+  ++steps_;
+  sought_ += candidates;
+  if (sought_ <= static_cast<std::int64_t>(of_[0].size() + of_[1].size())) return;
+  made_ = false;
+  promising_ = steps_ >= least_steps;
+}
+
+std::size_t NearList::bytes() const {
+  return (of_[0].capacity() + of_[1].capacity()) * sizeof(ListedCandidate) +
+         pairs_.capacity() * sizeof(NodePair) + reach_.capacity() * sizeof(float) + groups_.bytes();
 }
 
 }  // namespace lazyccd

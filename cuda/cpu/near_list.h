@@ -1,17 +1,35 @@
 // Candidates for a minimum separation that outlast a step (Verlet 1967, "Computer experiments on
 // classical fluids"): sought with a little more room than need be, they are all that can come that
-// near until something has moved through half of it. Of these, a step tests those that can come
-// that near for as little as things have moved up to now.
+// near in a pair of groups until its points have moved differently by all of it. Of these, a step
+// tests those that can come that near for as little as the two groups have moved up to now; in
+// pairs of groups that have moved more it seeks anew.
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <vector>
 
 #include "core/contact_math.h"
-#include "cpu/groups.h"
+#include "core/node_pair.h"
+#include "cpu/group_motion.h"
 #include "cpu/leaf.h"
 
 namespace lazyccd {
+
+// The candidates that one worker lists, each with its pair of groups.
+class ListedPart {
+ public:
+  std::vector<ListedCandidate> of[2];  // by ContactKind
+  std::vector<NodePair> pairs;         // of leaves
+
+  void clear();
+  void add(ContactKind kind, Candidate candidate, float apart, const GroupMotion& groups);
+  std::size_t bytes() const;
+
+ private:
+  // Where pairs stand that were added lately: candidates of one come one after the other.
+  std::array<std::uint32_t, 256> latest_{};
+};
 
 class NearList {
  public:
@@ -19,33 +37,67 @@ class NearList {
 
   // By how much further than a step needs boxes have to grow on every side for a list.
   double slack() const { return slack_; }
-  // Whether all that can come near in this step is listed. Then reach() is as far apart as what
-  // comes near can have been where the list was made, as ListedCandidate has it.
-  bool holds(const std::vector<VertexRecord>& records);
-  float reach() const { return reach_; }
-  // Takes this step, of this scale, for the one that the list is made in; reach() is for that of
-  // all its steps. False, and then there is no list, where things move so fast that it would not
-  // last.
-  bool begin(const std::vector<VertexRecord>& records, double scale);
-  void forget() { made_ = false; }
+  // To be called for another tree. There is no list then.
+  void build(const Mesh& mesh, const Groups& groups, const Tree& tree);
+  void forget() { made_ = promising_ = false; }
 
-  // To be filled after begin(), which complete() then ends.
-  std::vector<ListedCandidate> of[2];  // by ContactKind
-  void complete() { made_ = true; }
+  bool made() const { return made_; }
+  // Whether a list would serve most pairs of groups for some steps.
+  bool is_promising(double scale) const;
 
-  std::size_t bytes() const {
-    return (of[0].capacity() + of[1].capacity()) * sizeof(ListedCandidate) +
-           at_.capacity() * sizeof(at_[0]);
+  // At the start of a step, of the tree as it was built. With a list: how far groups have moved
+  // since it was made, for holds() and reach(). Without: how far they move in this step, for
+  // would_last().
+  void begin_step(const std::vector<VertexRecord>& records, double scale, const Tree& tree,
+                  ThreadPool& pool);
+  // Whether all that can come near in this step below a pair of nodes is listed.
+  bool holds(NodePair nodes) const { return moves_within(nodes, limit_squared_); }
+  // Whether a list that was made now would hold for some steps.
+  bool would_last(NodePair nodes) const {
+    return moves_within(nodes, limit_squared_ / (least_steps * least_steps));
   }
 
+  // Takes this step for the one that a list is made in.
+  void begin(const std::vector<VertexRecord>& records, double scale);
+  void complete(const std::vector<const ListedPart*>& parts);
+  // What to list: as far apart as what the list is to hold can be.
+  float reach_of_list() const { return reach(2 * slack_ * groups_.scale()); }
+  const GroupMotion& groups() const { return groups_; }
+
+  const std::vector<ListedCandidate>& of(ContactKind kind) const {
+    return of_[static_cast<int>(kind)];
+  }
+  // To be called before reach_of(), in a step with a list.
+  void measure_reach();
+  // How far apart what comes near in this step can have been where the list was made; negative
+  // where the pair of groups is sought anew.
+  float reach_of(const ListedCandidate& candidate) const { return reach_[candidate.groups]; }
+
+  // At the end of a step with a list, which made so many candidates besides; without: in which so
+  // many pairs of groups were opened.
+  void served(std::int64_t candidates);
+  void looked_at(std::int64_t pairs, std::int64_t lasting) { promising_ = 2 * lasting > pairs; }
+
+  std::size_t bytes() const;
+
  private:
-  void set_reach(double moved);
+  // Steps that a list should last for, for it costs more to make than without.
+  static constexpr double least_steps = 2;
+
+  bool moves_within(NodePair nodes, double squared) const {
+    return groups_.difference_squared(nodes.a, nodes.b) <= squared;
+  }
+  float reach(double difference) const;
 
   double separation_, slack_;
-  bool made_ = false;
-  double scale_ = 1;
-  float reach_ = 0;
-  std::vector<std::array<double, 3>> at_;  // where the step began
+  bool made_ = false, promising_ = false;
+  double limit_squared_ = 0;
+  std::int64_t sought_ = 0;  // candidates besides, since the list was made
+  int steps_ = 0;            // that it served
+  GroupMotion groups_;
+  std::vector<ListedCandidate> of_[2];
+  std::vector<NodePair> pairs_;
+  std::vector<float> reach_;  // by pair
 };
 
 }  // namespace lazyccd

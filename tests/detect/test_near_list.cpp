@@ -118,3 +118,62 @@ TEST_CASE("candidates of earlier steps serve in scenes of any size") {
     CHECK(same_contacts(found, fresh.detect(start, end)));
   }
 }
+
+TEST_CASE("candidates of earlier steps hold where all moves alike, however fast") {
+  MovingTriangles scene = layers(2, 12, 0.02);
+  Detector lasting(with_separation(0.022, 1)), fresh(with_separation(0.022, 1));
+  lasting.set_topology(scene.topology());
+  std::mt19937 random(2);
+  for (int step = 0; step < 12; ++step) {
+    scene.start = scene.end;
+    for (std::size_t i = 0; i < scene.end.size(); ++i)
+      scene.end[i] += (i % 3 == 0 ? 0.3 : -0.1) + 1e-5 * (random() / 2147483648.0 - 1);
+    const Positions start = scene.at(scene.start), end = scene.at(scene.end);
+    fresh.set_topology(scene.topology());
+    CHECK(same_contacts(lasting.detect(start, end), fresh.detect(start, end)));
+    if (step > 1) CHECK(lasting.stats().tree_tests == 0);
+  }
+}
+
+TEST_CASE("candidates of earlier steps serve next to groups that move by themselves") {
+  const Strategy strategy = GENERATE(Strategy::lazy_stealing, Strategy::thread_per_query);
+  const FrontUse front = GENERATE(FrontUse::off, FrontUse::on);
+  const double rebuild_ratio = GENERATE(1.5, 1e-9);
+  constexpr int sheets = 3, nodes = 14;
+  constexpr std::size_t sheet_size = 3 * nodes * nodes;
+  const MovingTriangles rest = layers(sheets, nodes, 0.02);
+  MovingTriangles scene = rest;
+  Options options = with_separation(0.022, 2);
+  options.distinct = true;
+  options.strategy = strategy;
+  options.front = front;
+  options.rebuild_ratio = rebuild_ratio;
+  Detector lasting(options);
+  options.threads = 1;
+  options.front = FrontUse::off;
+  Detector fresh(options);
+  lasting.set_topology(scene.topology());
+  std::mt19937 random(8);
+  const auto symmetric = [&] { return random() / 2147483648.0 - 1; };
+  int in_part = 0;
+  for (int step = 0; step < 40; ++step) {
+    scene.start = step % 17 == 16 ? rest.start : scene.end;
+    scene.end = scene.start;
+    // A sheet flies, which may be far off or through the others; a few nodes shake, all creep.
+    const std::size_t flying = step / 5 % sheets, shaking = random() % (sheets * sheet_size - 30);
+    const double fly = step % 3 == 0 ? 0.02 * symmetric() : 0.3 * (step / 5 % 2);
+    const double shake = step % 2 == 0 ? 0.02 : 0;
+    for (std::size_t i = 0; i < scene.end.size(); ++i) {
+      if (i / sheet_size == flying) scene.end[i] += fly;
+      if (i - shaking < 30) scene.end[i] += shake * symmetric();
+      scene.end[i] += 1e-4 * symmetric();
+    }
+    fresh.set_topology(scene.topology());
+    const Positions start = scene.at(scene.start), end = scene.at(scene.end);
+    CHECK(same_contacts(lasting.detect(start, end), fresh.detect(start, end)));
+    const Stats &with = lasting.stats(), &without = fresh.stats();
+    in_part += with.tree_tests > 0 && with.group_pairs < without.group_pairs;
+    CHECK(same_contacts(lasting.touching_again(start, end), fresh.touching_again(start, end)));
+  }
+  if (rebuild_ratio > 1) CHECK(in_part > 5);
+}

@@ -75,7 +75,8 @@ class Others {
     const unsigned away = ((Pack::load(apart_) > beyond) & (at_end > beyond)).bits();
     for (int i = 0; i < used; ++i) {
       const bool is_away = away >> i & 1;
-      split.away[split.away_count] = {pairs_[i], apart_[i]};
+      split.away[split.away_count] = pairs_[i];
+      split.away_apart[split.away_count] = apart_[i];
       split.open[split.open_count] = {pairs_[i], 0, false, false, apart_[i]};
       split.away_count += is_away;
       split.open_count += !is_away;
