@@ -72,7 +72,7 @@ bool Pipeline::run(const Bodies& bodies, double seconds, const Fill& fill) noexc
       do {
         step_ = before;
         detector_.begin_motion();
-        const std::vector<Contact> near = without_untangling(detector_.near());
+        const std::vector<Contact> near = find_near();
         responded_ = detector_.found_any() || untangling_.pushes();
         if (responded_) {
           response_.run(near, touching, reader_.motion(), step_);
@@ -152,6 +152,13 @@ bool Pipeline::read_where_pushed() {
   return true;
 }
 
+std::vector<Contact> Pipeline::find_near() {
+  if (untangling_.pushes() || reader_.may_meet(detector_.separation()))
+    return without_untangling(detector_.near());
+  detector_.forget_near();
+  return {};
+}
+
 void Pipeline::set_topology() {
   response_.forget();
   detector_.set_topology(largest_thickness());
@@ -199,8 +206,8 @@ void Pipeline::report_piercings() {
 }
 
 double Pipeline::largest_thickness() const {
-  return std::max(reader_.resolution(), options_.thickness >= 0 ? options_.thickness
-                                                                : topology().largest_margins());
+  return std::max(reader_.resolution(),
+                  options_.thickness >= 0 ? options_.thickness : topology().largest_margins());
 }
 
 void Pipeline::collect_contacts() {

@@ -1,6 +1,7 @@
 // Finds the contacts of a step that the response is to answer.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <functional>
 #include <memory>
@@ -38,6 +39,9 @@ class StepDetector {
   // The first detection of a motion: pairs that come within their thickness of each other, those
   // that say nothing new left out.
   std::vector<Contact> near();
+  // In place of that, where nothing comes within separation() of anything.
+  void forget_near() { near_contacts_.forget(); }
+  double separation() const { return std::max(0.0, separation_); }  // metres
   // Whether that one found anything that may be answered.
   bool found_any() const { return found_any_; }
   // Pairs that touch in the motion from `start` to `end`.

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <mutex>
+#include <numeric>
 
 #include "rotation.h"
 
@@ -118,6 +119,7 @@ bool StepReader::sweep_driven_nodes() {
     for (std::size_t i = 0; i < count; i += 3)
       came_from.add(btVector3(start[i], start[i + 1], start[i + 2]));
     swept_.add(came_from);
+    bounds_[index_of(record)].add(came_from);
     if (Obstacles::meets_obstacles(*record.body))
       near_obstacles_.add(came_from.grown(btVector3(record.margin, record.margin, record.margin)));
   }
@@ -169,6 +171,7 @@ bool StepReader::gather_soft(double seconds, const Fill& fill) {
   motion_.rate.resize(count);
   motion_.inverse_mass.resize(count);
   swept_ = near_obstacles_ = AxisBox::empty();
+  bounds_.assign(scene_.bodies().size(), AxisBox::empty());
   bool pinned_as_read = true;
   std::vector<std::int32_t> refused;
   std::mutex mutex;
@@ -181,6 +184,7 @@ bool StepReader::gather_soft(double seconds, const Fill& fill) {
       gather_block(record, first, std::min(last, first + block), fill, found);
     const std::lock_guard<std::mutex> lock(mutex);
     swept_.add(found.swept);
+    bounds_[index_of(record)].add(found.swept);
     if (Obstacles::meets_obstacles(*record.body)) near_obstacles_.add(found.swept);
     pinned_as_read = pinned_as_read && found.pinned_as_read;
     if (found.refused >= 0) refused.push_back(found.refused);
@@ -236,6 +240,7 @@ void StepReader::gather_obstacles() {
   motion_.rigid_of_body.clear();
   motion_.rigid.clear();
   motion_.carried.clear();
+  bounds_.resize(scene_.bodies().size());
   motion_.start.resize(3 * static_cast<std::size_t>(topology_.vertex_count()));
   motion_.end.resize(motion_.start.size());
   for (const StepTopology::BodyRecord& body : topology_.bodies()) {
@@ -253,9 +258,44 @@ void StepReader::gather_obstacles() {
     motion_.place_start(rigid);
     motion_.put(rigid, record.end);
     motion_.rigid.push_back(rigid);
+    bounds_.push_back(bounds_of(rigid));
   }
   motion_.first_vertex.push_back(topology_.vertex_count());
   find_carried();
+}
+
+AxisBox StepReader::bounds_of(const RigidMotion& rigid) const {
+  AxisBox box = AxisBox::empty();
+  for (const std::vector<btScalar>* const ends : {&motion_.start, &motion_.end}) {
+    const btScalar* x = &(*ends)[3 * static_cast<std::size_t>(rigid.first_vertex)];
+    for (std::int32_t i = 0; i < rigid.vertex_count; ++i, x += 3)
+      box.add(btVector3(x[0], x[1], x[2]));
+  }
+  return box;
+}
+
+bool StepReader::may_meet(double distance) const {
+  const std::vector<StepTopology::BodyRecord>& bodies = topology_.bodies();
+  const auto is_beyond = [distance](const AxisBox& a, const AxisBox& b, int k) {
+    return static_cast<double>(b.lower[k]) - static_cast<double>(a.upper[k]) > distance;
+  };
+  const auto are_apart = [&](const AxisBox& a, const AxisBox& b, int k) {
+    return is_beyond(a, b, k) || is_beyond(b, a, k);
+  };
+  std::vector<std::size_t> order(bodies.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::sort(order.begin(), order.end(), [this](std::size_t a, std::size_t b) {
+    return bounds_[a].lower.x() < bounds_[b].lower.x();
+  });
+  for (auto a = order.begin(); a != order.end(); ++a) {
+    if (topology_.topology().bodies[*a].self_collision) return true;
+    for (auto b = a + 1; b != order.end() && !is_beyond(bounds_[*a], bounds_[*b], 0); ++b) {
+      if ((bodies[*a].soft || bodies[*b].soft) && !are_apart(bounds_[*a], bounds_[*b], 1) &&
+          !are_apart(bounds_[*a], bounds_[*b], 2))
+        return true;
+    }
+  }
+  return false;
 }
 
 void StepReader::find_carried() {

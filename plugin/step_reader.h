@@ -42,6 +42,9 @@ class StepReader {
   // Where the response put soft bodies out of what was read of the obstacles, reads that too and
   // takes the response back. True where there was anything to read: the topology is another then.
   bool read_where_pushed();
+  // Whether anything may come within `distance` metres of what it may meet, by the bounds of bodies
+  // in the motion as it was read.
+  bool may_meet(double distance) const;
   // So that the next step knows what was put elsewhere in between.
   void remember_ends();
   void forget_ends() { last_ends_.clear(); }
@@ -93,6 +96,10 @@ class StepReader {
   // True where an obstacle came near, or a dynamic one is elsewhere than the last step left it.
   bool are_others_near() const;
   void gather_obstacles();
+  AxisBox bounds_of(const RigidMotion& rigid) const;
+  std::size_t index_of(const SoftScene::BodyRecord& record) const {
+    return static_cast<std::size_t>(&record - scene_.bodies().data());
+  }
   // What dynamic bodies carry: of the nodes with anchors, those that something else moves.
   void find_carried();
   void read_resolution();
@@ -105,6 +112,7 @@ class StepReader {
   Obstacles obstacles_;
   StepTopology topology_;
   Motion motion_;
+  std::vector<AxisBox> bounds_;                // of what each body sweeps, in the topology's order
   AxisBox swept_ = AxisBox::empty();           // of the soft bodies' vertices in this step
   AxisBox near_obstacles_ = AxisBox::empty();  // of those that meet obstacles, with their margin
   std::vector<LastEnd> last_ends_;             // empty where the last step is not known

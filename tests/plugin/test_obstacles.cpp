@@ -247,3 +247,48 @@ TEST_CASE("an obstacle whose shape an application changes is read anew") {
   CHECK(w.total().contacts_vf > 0);
   CHECK(nearest > radius);
 }
+
+TEST_CASE("a step in which nothing can meet anything seeks nothing") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  ObstacleWorld w(world, 0);
+  w.add(std::make_unique<btBoxShape>(btVector3(1, btScalar(0.1), 1)), btVector3(0, 0, 0));
+  btSoftBody* const cloth = w.add_sheet(4, 1, 0.5, 10);
+  btSoftBody* const other = w.add_sheet(4, 1, 2, 0);
+  bool sought = false;
+  w.steps(24, 1.0 / 240, [&](int) {
+    const bool is_near = w.contacts().size() > 0;
+    CHECK((w.last().detections > 0 || !is_near));
+    sought = sought || w.last().detections > 0;
+    // It takes nine steps down to the box.
+    if (cloth->m_nodes[0].m_x.y() > btScalar(0.2)) CHECK_FALSE(sought);
+  });
+  CHECK(sought);
+  CHECK(count_below(*cloth, 0.1) == 0);
+  // What collides with itself may meet itself anywhere.
+  w.remove(cloth);
+  w.steps(2);
+  CHECK(w.last().detections == 0);
+  other->setSelfCollision(true);
+  w.steps(1);
+  CHECK(w.last().detections > 0);
+}
+
+TEST_CASE(
+    "bodies far apart along one axis alone are never taken for near, near ones never for far") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  const int axis = GENERATE(0, 1, 2);
+  const double apart = GENERATE(0.019, 0.03);
+  CAPTURE(world == World::rigid, axis, apart);
+  ObstacleWorld w(world, 0);
+  // Two triangles that face each other, a gap apart.
+  for (const double at : {0.0, apart}) {
+    btVector3 corners[3] = {btVector3(0, 0, 0), btVector3(0, 0, 0), btVector3(0, 0, 0)};
+    corners[1][(axis + 1) % 3] = corners[2][(axis + 2) % 3] = 1;
+    for (btVector3& x : corners) x[axis] = static_cast<btScalar>(at);
+    auto body = std::make_unique<btSoftBody>(&w.info(), 3, corners, nullptr);
+    body->appendFace(0, 1, 2);
+    w.add(std::move(body));
+  }
+  w.steps(1);
+  CHECK((w.last().detections > 0) == (apart < 0.02));
+}
