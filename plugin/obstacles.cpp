@@ -116,7 +116,6 @@ bool Obstacles::update(const SoftBodies& bodies, const AxisBox& swept, double de
                        Journal& journal) {
   poses_.end_step(broadphase_of(bodies), journal);
   carriers_ = find_carriers(bodies);
-  if (depth != depth_) records_.clear();  // all is read anew
   depth_ = depth;
   return read(swept, journal);
 }
@@ -147,7 +146,7 @@ bool Obstacles::read(const AxisBox& swept, Journal& journal) {
     near.push_back(record_of(pose));
     near.back().carries = carries;
   }
-  bool same = near.size() == records_.size();
+  bool same = read_depth_ == depth_ && near.size() == records_.size();
   for (std::size_t i = 0; same && i < near.size(); ++i) {
     near[i].region = records_[i].region;
     near[i].first_vertex = records_[i].first_vertex;
@@ -161,6 +160,7 @@ bool Obstacles::read(const AxisBox& swept, Journal& journal) {
 }
 
 void Obstacles::read_triangles(Journal& journal) {
+  read_depth_ = depth_;
   local_.clear();
   faces_.clear();
   for (Record& record : records_) {

@@ -69,7 +69,8 @@ class Obstacles {
   std::vector<const btCollisionObject*> carriers_;  // sorted
   std::vector<Record> records_;  // those near the soft bodies, and what carries nodes of them
   AxisBox region_ = AxisBox::empty();
-  double depth_ = 0;  // metres, that triangles were read for
+  double depth_ = 0;       // metres, that triangles are to be read for
+  double read_depth_ = 0;  // and were
   std::vector<btVector3> local_;
   std::vector<Face> faces_;
 };

@@ -215,6 +215,25 @@ TEST_CASE("an anchored node does not collide with what it is anchored to") {
   }
 }
 
+TEST_CASE("obstacles are forgotten with the last soft body that meets them") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  const bool goes = GENERATE(true, false);  // or stops meeting any
+  CAPTURE(world == World::rigid, goes);
+  ObstacleWorld w(world, 10);
+  w.add(std::make_unique<btSphereShape>(btScalar(0.2)), btVector3(0, 0, 0));
+  btSoftBody* falls = w.add_sheet(5, 1, 0.3, 0);
+  btSoftBody* hangs = w.add_sheet(5, 1, 1, 0);
+  hangs->m_cfg.collisions = btSoftBody::fCollision::VF_SS | btSoftBody::fCollision::VF_DD;
+  w.steps(2);
+  if (goes) {
+    w.remove(falls);
+  } else {
+    falls->m_cfg.collisions = hangs->m_cfg.collisions;
+  }
+  w.steps(2);
+  CHECK(w.total().missed_steps == 0);
+}
+
 TEST_CASE("an obstacle whose shape an application changes is read anew") {
   const World world = GENERATE(World::rigid, World::deformable);
   const bool child_moves = GENERATE(true, false);
