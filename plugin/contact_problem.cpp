@@ -27,8 +27,8 @@ constexpr int more_of_slow = 4;
 constexpr double open = 0.999;
 // Gaps that are not open yet have the next steps for it.
 constexpr int fewer_of_opening = 5;
-// Most rows never act: between two sweeps of all, as many less one go over those that do; twice as
-// many from then on where a sweep of all finds no other that does.
+// Most rows never act: before a sweep of all, as many less one go over those that do; twice as many
+// from then on where a sweep of all finds no other that does.
 constexpr int least_apart = 8;
 // Of the least that a sweep has changed.
 constexpr float grown = 4;
@@ -245,7 +245,10 @@ void ContactProblem::solve(int sweeps) {
   last_displacement_ = displacement_;
   Indices all(rows_.size()), acting;
   std::iota(all.begin(), all.end(), 0);
-  int next_of_all = 1, apart = least_apart;
+  for (const std::int32_t k : all) {
+    if (rows_[k].need > 0 || !impulses_[k].is_zero()) acting.push_back(k);
+  }
+  int apart = least_apart, next_of_all = apart;
   float least_energy = std::numeric_limits<float>::max();
   int run = 0;  // sweeps in one direction
   for (int i = 1;; ++i) {
@@ -258,14 +261,16 @@ void ContactProblem::solve(int sweeps) {
     run = change.onward < 0 || change.energy > grown * least_energy ? 1 : run + 1;
     least_energy = std::min(least_energy, change.energy);
     carry_on(static_cast<float>(run - 1) / static_cast<float>(run + 2), which);
-    if (of_all) {
-      const Indices acted = std::move(acting);
-      acting.clear();
-      for (const std::int32_t k : all) {
-        if (!impulses_[k].is_zero()) acting.push_back(k);
+    if (of_all || i == 1) {
+      Indices act;
+      for (const std::int32_t k : which) {
+        if (!impulses_[k].is_zero()) act.push_back(k);
       }
-      if (std::includes(acted.begin(), acted.end(), acting.begin(), acting.end())) apart *= 2;
-      next_of_all = i + apart;
+      if (of_all) {
+        if (std::includes(acting.begin(), acting.end(), act.begin(), act.end())) apart *= 2;
+        next_of_all = i + apart;
+      }
+      acting.swap(act);
     }
     if (settled) next_of_all = i + 1;
   }
