@@ -2,34 +2,20 @@
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <cmath>
 #include <limits>
 #include <string>
 
 #include "core/contact_math.h"
 #include "core/separation.h"
-#include "cpu/decide_exactly.h"
+#include "cpu/narrow_phase.h"
 #include "cpu/positions.h"
 #include "cpu/scale.h"
+#include "cpu/stopwatch.h"
 #include "lazyccd/error.h"
 
 namespace lazyccd {
 namespace {
-
-class Stopwatch {
- public:
-  // Milliseconds since the last lap.
-  double lap() {
-    const auto now = std::chrono::steady_clock::now();
-    const double ms = std::chrono::duration<double, std::milli>(now - last_).count();
-    last_ = now;
-    return ms;
-  }
-
- private:
-  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-};
 
 // Whether the first `split` of four vertices stay on one side of the others along an axis, at both
 // ends of the step and so all the time.
@@ -56,269 +42,17 @@ bool is_vertex_face(const Contact& contact) { return contact.kind == ContactKind
 
 }  // namespace
 
-// What comes within the separation, as one worker found it.
-struct NearPairs {
-  std::vector<Candidate> of[2];  // by ContactKind
-  // Where the step begins, all are certainly this far apart.
-  double apart = std::numeric_limits<double>::infinity();
-
-  void clear() {
-    for (std::vector<Candidate>& pairs : of) pairs.clear();
-    apart = std::numeric_limits<double>::infinity();
-  }
-  std::size_t bytes() const { return (of[0].capacity() + of[1].capacity()) * sizeof(Candidate); }
-};
-
-// One thread's part of a traversal. Its sink's queues lead into the narrow phase here.
-struct alignas(128) CpuDetector::Worker : CandidateSink {
-  LeafScene scene{};
-  const CpuDetector* owner = nullptr;
-  std::vector<Survivor> survivors = std::vector<Survivor>(CandidateQueue::capacity);
-  // With a separation:
-  std::vector<Candidate> free = std::vector<Candidate>(CandidateQueue::capacity);
-  NearSplit split;
-  std::vector<Place> places = std::vector<Place>(CandidateQueue::capacity);
-  NearPairs near_pairs;
-  std::vector<Contact> contacts;
+// One thread's part of a traversal, with the narrow phase behind it.
+struct alignas(128) CpuDetector::Worker : NarrowPhase {
   std::vector<NodePair> front;
-  std::int64_t group_pairs = 0, ended = 0, culled = 0, flat = 0, never_coplanar = 0, refined = 0,
-               exact = 0;
+  std::int64_t group_pairs = 0, ended = 0, culled = 0, flat = 0;
   std::int64_t lasting = 0;  // of group_pairs, those that a list would hold for
-  const OrphanSets* dropped = nullptr;  // candidates that are tested elsewhere
-  ListedPart listed;  // for the list of what is near
-  std::int64_t candidates[2] = {}, survived[2] = {}, found[2] = {};
-  std::uint64_t hash = 0;
-  Stopwatch watch;
-  double ms_narrow = 0, ms_busy = 0;
+  double ms_busy = 0;
 
-  Worker() { drain = &drain_full; }
-
-  void begin(const CpuDetector& detector, const LeafScene& leaf_scene) {
-    owner = &detector;
-    scene = leaf_scene;
-    contacts.clear();
+  void begin_traversal() {
     front.clear();
-    listed.clear();
-    dropped = nullptr;
-    group_pairs = lasting = ended = culled = flat = never_coplanar = refined = exact = 0;
-    hash = 0;
-    ms_narrow = ms_busy = 0;
-    for (int kind = 0; kind < 2; ++kind)
-      queues[kind].count = candidates[kind] = survived[kind] = found[kind] = 0;
-  }
-
-  // Keeps what would leave lanes of the last pack empty.
-  static void drain_full(CandidateSink& self, ContactKind kind) {
-    CandidateQueue& queue = self.queues[static_cast<int>(kind)];
-    const int whole = queue.count / kBlockLanes * kBlockLanes;
-    static_cast<Worker&>(self).process_queue(kind, whole);
-    queue.count -= whole;
-    std::copy_n(queue.items + whole, queue.count, queue.items);
-  }
-
-  void finish() {
-    for (const ContactKind kind : {ContactKind::vertex_face, ContactKind::edge_edge}) {
-      CandidateQueue& queue = queues[static_cast<int>(kind)];
-      process_queue(kind, queue.count);
-      queue.count = 0;
-    }
-  }
-
-  void push(ContactKind kind, Candidate pair) {
-    CandidateQueue& queue = queues[static_cast<int>(kind)];
-    if (queue.count == CandidateQueue::capacity) drain_full(*this, kind);
-    queue.items[queue.count++] = pair;
-  }
-
-  void process_queue(ContactKind kind, int count) {
-    Candidate* items = queues[static_cast<int>(kind)].items;
-    if (dropped) {
-      const auto orphan = [&](Candidate c) { return dropped->of(kind).contains(kind, c); };
-      count = static_cast<int>(std::remove_if(items, items + count, orphan) - items);
-    }
-    process(kind, items, count);
-  }
-
-  // At most CandidateQueue::capacity.
-  void process(ContactKind kind, const Candidate* items, int count) {
-    if (count == 0) return;
-    candidates[static_cast<int>(kind)] += count;
-    watch.lap();
-    if (kind == ContactKind::vertex_face) {
-      process_kind<ContactKind::vertex_face>(items, count);
-    } else {
-      process_kind<ContactKind::edge_edge>(items, count);
-    }
-    ms_narrow += watch.lap();
-  }
-
-  template <ContactKind kind>
-  void process_kind(const Candidate* items, int count) {
-    if (scene.separation > 0) {
-      report_near<kind>(items, count);
-      return;
-    }
-    int left = count;
-    if (owner->options_.arithmetic == Arithmetic::single_first) {
-      left = owner->kernels_->filter(scene, kind, items, count, survivors.data());
-    } else {
-      for (int i = 0; i < count; ++i) survivors[i] = {items[i], 0, 0, false};
-    }
-    survived[static_cast<int>(kind)] += left;
-    for (int i = 0; i < left; ++i) report_touching<kind>(survivors[i]);
-  }
-
-  bool all_pinned(const Contact& contact) const {
-    const Mesh& mesh = *owner->mesh_;
-    return mesh.any_pinned() && std::all_of(contact.vertices.begin(), contact.vertices.end(),
-                                            [&](std::int32_t v) { return mesh.pinned(v); });
-  }
-
-  QueryCoordinates coordinates(const Contact& contact) const {
-    QueryCoordinates q;
-    for (int i = 0; i < 4; ++i) {
-      const double* x = owner->records_[contact.vertices[i]].x;
-      q.start[i] = {x[0], x[1], x[2]};
-      q.end[i] = {x[3], x[4], x[5]};
-    }
-    return q;
-  }
-
-  void report(const Contact& contact) {
-    contacts.push_back(contact);
-    ++found[static_cast<int>(contact.kind)];
-    hash += hash_share(contact);
-  }
-
-  template <ContactKind kind>
-  void report_touching(const Survivor& survivor) {
-    Contact contact;
-    identify_contact<kind>(scene.mesh, survivor.pair, contact);
-    if (all_pinned(contact)) return;
-    const QueryCoordinates q = coordinates(contact);
-    const Decision decision = decide<kind>(survivor, q);
-    if (decision.kind != Decision::hit) return;
-    contact.toi = static_cast<double>(decision.tick) * kTick;
-    describe_contact<kind>(q, contact.toi, false, contact);
-    report(contact);
-  }
-
-  template <ContactKind kind>
-  void report_near(const Candidate* items, int count) {
-    const LeafKernels& kernels = *owner->kernels_;
-    if (owner->mesh_->any_pinned()) {
-      count = copy_free<kind>(items, count);
-      items = free.data();
-    }
-    kernels.near_at_start(scene, kind, items, count, split);
-    if (owner->listing_) list_near(kind);
-    Approach* const open = split.open;
-    survived[static_cast<int>(kind)] += split.near_count + split.open_count;
-    const int left = kernels.within(scene, kind, open, split.open_count);
-    note_near(kind, left);
-    for (int i = 0; i < left; ++i)
-      if (!open[i].spoken_for || !at_start(open[i])) split.own[split.own_count++] = open[i];
-    describe_own<kind>();
-  }
-
-  static bool at_start(const Approach& approach) { return approach_tick(approach.t) == 0; }
-
-  template <ContactKind kind>
-  int copy_free(const Candidate* items, int count) {
-    Contact contact;
-    int copied = 0;
-    for (int i = 0; i < count; ++i) {
-      identify_contact<kind>(scene.mesh, items[i], contact);
-      if (!all_pinned(contact)) free[copied++] = items[i];
-    }
-    return copied;
-  }
-
-  void list_near(ContactKind kind) {
-    const NearList& list = owner->near_list_;
-    const float reach = list.reach_of_list();
-    const auto add = [&](Candidate pair, float apart) {
-      if (apart <= reach) listed.add(kind, pair, apart, list.groups());
-    };
-    for (int i = 0; i < split.near_count; ++i) add(split.near[i], 0);
-    for (int i = 0; i < split.open_count; ++i) add(split.open[i].pair, split.open[i].apart);
-    for (int i = 0; i < split.away_count; ++i) add(split.away[i], split.away_apart[i]);
-  }
-
-  // Those that can be near in this step.
-  void process_listed(ContactKind kind, const ListedCandidate* items, int count) {
-    Candidate* const within_reach = queues[static_cast<int>(kind)].items;
-    int left = 0;
-    for (int i = 0; i < count; ++i) {
-      within_reach[left] = items[i].pair;
-      left += items[i].apart <= owner->near_list_.reach_of(items[i]);
-    }
-    process(kind, within_reach, left);
-  }
-
-  // What the split says is near, and the first `left` of what was open.
-  void note_near(ContactKind kind, int left) {
-    std::vector<Candidate>& pairs = near_pairs.of[static_cast<int>(kind)];
-    pairs.insert(pairs.end(), split.near, split.near + split.near_count);
-    float apart = split.apart;
-    for (int i = 0; i < left; ++i) {
-      pairs.push_back(split.open[i].pair);
-      apart = std::min(apart, split.open[i].apart);
-    }
-    near_pairs.apart = std::min(near_pairs.apart, apart / scene.scale);
-  }
-
-  template <ContactKind kind>
-  void describe_own() {
-    owner->kernels_->describe(scene, kind, split.own, split.own_count, places.data());
-    Contact contact;
-    for (int i = 0; i < split.own_count; ++i) {
-      identify_contact<kind>(scene.mesh, split.own[i].pair, contact);
-      contact.toi = static_cast<double>(approach_tick(split.own[i].t)) * kTick;
-      contact.u = places[i].u;
-      contact.v = places[i].v;
-      contact.normal = places[i].normal;
-      report(contact);
-    }
-  }
-
-  // Of contacts of one kind that are near, sorted: appends those that are to be reported.
-  void keep_distinct(Span<const Contact> near, std::vector<Contact>& kept) {
-    const ContactKind kind = near[0].kind;
-    for (std::size_t i = 0; i < near.size(); ++i)
-      free[i] = {near[i].primitive_a, near[i].primitive_b};
-    const int count = static_cast<int>(near.size());
-    owner->kernels_->near_at_start(scene, kind, free.data(), count, split);
-    note_near(kind, split.open_count);
-    int own = 0, open = 0;
-    for (const Contact& contact : near) {
-      const Candidate pair = {contact.primitive_a, contact.primitive_b};
-      if (own < split.own_count && split.own[own].pair == pair) {
-        ++own;
-      } else if (open < split.open_count && split.open[open].pair == pair) {
-        if (split.open[open++].spoken_for && contact.toi == 0) continue;
-      } else {
-        continue;
-      }
-      kept.push_back(contact);
-    }
-  }
-
-  template <ContactKind kind>
-  Decision decide(const Survivor& survivor, const QueryCoordinates& q) {
-    const Differences<double> d = differences<kind>(q, scene.scale);
-    Decision decision;
-    if (survivor.hit) {
-      decision = timed_hit(coplanarity(d, magnitudes(d)), survivor.lo, survivor.hi);
-    } else {
-      ++refined;
-      decision = decide_in_double<kind>(d);
-    }
-    if (decision.kind == Decision::undecided) {
-      ++exact;
-      decision = decide_exactly(kind, q);
-    }
-    return decision;
+    group_pairs = lasting = ended = culled = flat = 0;
+    ms_busy = 0;
   }
 };
 
@@ -401,7 +135,7 @@ bool CpuDetector::may_meet(NodePair pair) const {
 
 void CpuDetector::visit_pair(Worker& worker, NodePair pair) {
   const std::int32_t a = tree_.nodes()[pair.a].group(), b = tree_.nodes()[pair.b].group();
-  if (!kernels_->visit(worker.scene, a, b, worker)) return;
+  if (!kernels_->visit(worker.scene(), a, b, worker)) return;
   ++worker.group_pairs;
   if (looking_) worker.lasting += near_list_.would_last(pair);
 }
@@ -410,18 +144,28 @@ void CpuDetector::begin_workers(double separation) {
   const float scaled = static_cast<float>(separation * scale_);
   const bool single_first = options_.arithmetic == Arithmetic::single_first;
   for (const auto& worker : workers_) {
-    worker->begin(*this, {groups_.groups().data(), groups_.boxes().data(), groups_.blocks().data(),
-                          records_.empty() ? nullptr : records_.data()->x, mesh_->view(), scale_,
-                          options_.vertex_face, options_.edge_edge, separation, scaled * (1 - 0x1p-18f), scaled * (1 + 0x1p-10f),
+    const LeafScene scene{groups_.groups().data(),
+                          groups_.boxes().data(),
+                          groups_.blocks().data(),
+                          records_.empty() ? nullptr : records_.data()->x,
+                          mesh_->view(),
+                          scale_,
+                          options_.vertex_face,
+                          options_.edge_edge,
+                          separation,
+                          scaled * (1 - 0x1p-18f),
+                          scaled * (1 + 0x1p-10f),
                           single_first,
                           options_.culling.non_penetration ? &worker->never_coplanar : nullptr,
-                          options_.distinct ? mesh_->first_faces() : FirstFaces{}});
+                          options_.distinct ? mesh_->first_faces() : FirstFaces{}};
+    worker->begin(*kernels_, *mesh_, scene, listing_ ? &near_list_ : nullptr);
+    worker->begin_traversal();
   }
 }
 
 void CpuDetector::traverse(Stats& stats) {
   if (options_.culling.orphan_sets) {
-    for (const auto& worker : workers_) worker->dropped = &orphans_;
+    for (const auto& worker : workers_) worker->drop(&orphans_);
   }
   if (tree_.nodes().empty()) return;
   if (options_.strategy == Strategy::thread_per_query) {
@@ -447,7 +191,7 @@ void CpuDetector::test_listed() {
     const auto kind = i < first_ee ? ContactKind::vertex_face : ContactKind::edge_edge;
     const std::vector<ListedCandidate>& list = near_list_.of(kind);
     const std::size_t begin = piece * (i < first_ee ? i : i - first_ee);
-    worker.process_listed(kind, &list[begin],
+    worker.process_listed(near_list_, kind, &list[begin],
                           static_cast<int>(std::min(piece, list.size() - begin)));
   };
   pool_.parallel_for(count, 1, [&](std::size_t first, std::size_t last, int id) {
@@ -467,7 +211,7 @@ void CpuDetector::look_ahead() {
 
 void CpuDetector::keep_listed() {
   std::vector<const ListedPart*> parts;
-  for (const auto& worker : workers_) parts.push_back(&worker->listed);
+  for (const auto& worker : workers_) parts.push_back(&worker->listed());
   near_list_.complete(parts);
 }
 
@@ -527,14 +271,14 @@ void CpuDetector::balanced_traversal(Stats& stats) {
 }
 
 void CpuDetector::test_orphans(Stats& stats) {
-  for (const auto& worker : workers_) worker->dropped = nullptr;
+  for (const auto& worker : workers_) worker->drop(nullptr);
   std::atomic<std::int64_t> near{0};
   const auto test = [&](ContactKind kind, Candidate pair, Worker& worker) {
     Contact c;
     if (kind == ContactKind::vertex_face) {
-      identify_contact<ContactKind::vertex_face>(worker.scene.mesh, pair, c);
+      identify_contact<ContactKind::vertex_face>(worker.scene().mesh, pair, c);
     } else {
-      identify_contact<ContactKind::edge_edge>(worker.scene.mesh, pair, c);
+      identify_contact<ContactKind::edge_edge>(worker.scene().mesh, pair, c);
     }
     const int split = kind == ContactKind::vertex_face ? 1 : 2;  // vertices of the first primitive
     if (!mesh_->collide(c.body_a, c.body_b) || apart(records_, c.vertices, split)) return false;
@@ -720,7 +464,7 @@ void CpuDetector::gather_contacts(std::vector<Contact>& out, Stats& stats) {
     stats.contacts_vf += w->found[0];
     stats.contacts_ee += w->found[1];
     stats.hash += w->hash;
-    stats.ms_narrow += w->ms_narrow / pool_.size();
+    stats.ms_narrow += w->ms / pool_.size();
   }
   (*sort_)(parts, pool_, out);
   stats.ms_sort = watch.lap();
@@ -737,10 +481,7 @@ std::int64_t CpuDetector::bytes() const {
                     front_.capacity() * sizeof(NodePair) + near_list_.bytes() +
                     (contacts_.capacity() + touching_.capacity()) * sizeof(Contact);
   for (const auto& w : workers_)
-    sum += sizeof(Worker) + w->survivors.capacity() * sizeof(Survivor) +
-           w->free.capacity() * sizeof(Candidate) + w->listed.bytes() +
-           w->near_pairs.bytes() + w->places.capacity() * sizeof(Place) +
-           w->contacts.capacity() * sizeof(Contact) + w->front.capacity() * sizeof(NodePair);
+    sum += sizeof(Worker) + w->bytes() + w->front.capacity() * sizeof(NodePair);
   return static_cast<std::int64_t>(sum);
 }
 

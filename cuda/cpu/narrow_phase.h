@@ -1,0 +1,106 @@
+// From candidates to contacts, as one worker does it: filter, decision, description.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "core/contact_math.h"
+#include "cpu/leaf.h"
+#include "cpu/mesh.h"
+#include "cpu/near_list.h"
+#include "cpu/orphan_sets.h"
+#include "cpu/stopwatch.h"
+#include "lazyccd/contact.h"
+#include "lazyccd/span.h"
+
+namespace lazyccd {
+
+// What comes within the separation, as one worker found it.
+struct NearPairs {
+  std::vector<Candidate> of[2];  // by ContactKind
+  // Where the step begins, all are certainly this far apart.
+  double apart = std::numeric_limits<double>::infinity();
+
+  void clear() {
+    for (std::vector<Candidate>& pairs : of) pairs.clear();
+    apart = std::numeric_limits<double>::infinity();
+  }
+  std::size_t bytes() const { return (of[0].capacity() + of[1].capacity()) * sizeof(Candidate); }
+};
+
+// Its sink's queues lead into it.
+class NarrowPhase : public CandidateSink {
+ public:
+  NarrowPhase() { drain = &drain_full; }
+
+  // For a step; all must outlive it. What is near is listed for `list`, unless that is null.
+  void begin(const LeafKernels& kernels, const Mesh& mesh, const LeafScene& scene,
+             const NearList* list);
+  // These candidates are tested elsewhere; null: none.
+  void drop(const OrphanSets* dropped) { dropped_ = dropped; }
+
+  void push(ContactKind kind, Candidate pair);
+  // Of the listed candidates, at most CandidateQueue::capacity, those that can be near in this
+  // step. The queues are to be empty.
+  void process_listed(const NearList& list, ContactKind kind, const ListedCandidate* items,
+                      int count);
+  // What is left in the queues.
+  void finish();
+  // Of contacts of one kind that are near, sorted: appends those that are to be reported.
+  void keep_distinct(Span<const Contact> near, std::vector<Contact>& kept);
+
+  const LeafScene& scene() const { return scene_; }
+  const ListedPart& listed() const { return listed_; }
+
+  // Of this step:
+  std::vector<Contact> contacts;
+  std::uint64_t hash = 0;
+  std::int64_t candidates[2] = {}, survived[2] = {}, found[2] = {};  // by ContactKind
+  std::int64_t never_coplanar = 0, refined = 0, exact = 0;
+  double ms = 0;
+  // Of the last step with a separation.
+  NearPairs near_pairs;
+
+  std::size_t bytes() const;
+
+ private:
+  static void drain_full(CandidateSink& self, ContactKind kind);
+  void process_queue(ContactKind kind, int count);
+  void process(ContactKind kind, const Candidate* items, int count);
+  template <ContactKind kind>
+  void process_kind(const Candidate* items, int count);
+
+  bool all_pinned(const Contact& contact) const;
+  QueryCoordinates coordinates(const Contact& contact) const;
+  void report(const Contact& contact);
+
+  template <ContactKind kind>
+  void report_touching(const Survivor& survivor);
+  template <ContactKind kind>
+  Decision decide(const Survivor& survivor, const QueryCoordinates& q);
+
+  template <ContactKind kind>
+  void report_near(const Candidate* items, int count);
+  template <ContactKind kind>
+  int copy_free(const Candidate* items, int count);
+  void list_near(ContactKind kind);
+  void note_near(ContactKind kind, int left);
+  template <ContactKind kind>
+  void describe_own();
+
+  const LeafKernels* kernels_ = nullptr;
+  const Mesh* mesh_ = nullptr;
+  LeafScene scene_{};
+  const NearList* list_ = nullptr;
+  const OrphanSets* dropped_ = nullptr;
+  std::vector<Survivor> survivors_ = std::vector<Survivor>(CandidateQueue::capacity);
+  // With a separation:
+  std::vector<Candidate> free_ = std::vector<Candidate>(CandidateQueue::capacity);
+  NearSplit split_;
+  std::vector<Place> places_ = std::vector<Place>(CandidateQueue::capacity);
+  ListedPart listed_;
+  Stopwatch watch_;
+};
+
+}  // namespace lazyccd
