@@ -146,46 +146,57 @@ bool Obstacles::read(const AxisBox& swept, Journal& journal) {
     near.push_back(record_of(pose));
     near.back().carries = carries;
   }
-  bool same = read_depth_ == depth_ && near.size() == records_.size();
-  for (std::size_t i = 0; same && i < near.size(); ++i) {
-    near[i].region = records_[i].region;
-    near[i].first_vertex = records_[i].first_vertex;
-    near[i].vertex_count = records_[i].vertex_count;
-    same = is_same(near[i], records_[i]);
+  const bool same_depth = read_depth_ == depth_;
+  bool same = same_depth && near.size() == records_.size();
+  auto old = records_.begin();
+  for (Record& record : near) {
+    while (old != records_.end() && old->unique_id < record.unique_id) ++old;
+    const bool is_known = same_depth && old != records_.end() && is_same(record, *old);
+    same = same && is_known;
+    if (!is_known) continue;
+    record.region = old->region;
+    record.triangles = old->triangles;
+    record.first_vertex = old->first_vertex;
+    record.vertex_count = old->vertex_count;
   }
   records_ = std::move(near);
   if (same && has_read(swept)) return false;
-  read_triangles(journal);
-  return true;
-}
-
-void Obstacles::read_triangles(Journal& journal) {
   read_depth_ = depth_;
   local_.clear();
   faces_.clear();
   for (Record& record : records_) {
-    Triangles triangles;
-    // Meshes are asked for a little more than the region, so that one that moves keeps its
-    // triangles for some steps.
-    record.region = in_frame(record, region_);
-    const btVector3 spare = btScalar(0.1) * (record.region.upper - record.region.lower);
-    record.region = record.region.grown(spare);
-    if (record.responds &&
-        !tessellate(*record.shape, btTransform::getIdentity(), record.region, depth_, triangles)) {
-      journal.say("shape " + std::to_string(record.unique_id),
-                  std::string("a rigid body's shape has a part without triangles (") +
-                      record.shape->getName() + "): that part stays with Bullet alone");
-    }
-    // Of triangles that are points or lines nothing is left but corners.
-    if (triangles.faces.empty()) triangles.vertices.clear();
-    record.first_vertex = vertex_count();
-    record.vertex_count = static_cast<std::int32_t>(triangles.vertices.size());
-    for (Face face : triangles.faces) {
-      for (std::int32_t& corner : face) corner += record.first_vertex;
-      faces_.push_back(face);
-    }
-    local_.insert(local_.end(), triangles.vertices.begin(), triangles.vertices.end());
+    if (!record.triangles || is_cut_to_region(*record.shape)) read_triangles(record, journal);
+    append_triangles(record);
   }
+  return true;
+}
+
+void Obstacles::read_triangles(Record& record, Journal& journal) const {
+  Triangles triangles;
+  // Meshes are asked for a little more than the region, so that one that moves keeps its triangles
+  // for some steps.
+  record.region = in_frame(record, region_);
+  const btVector3 spare = btScalar(0.1) * (record.region.upper - record.region.lower);
+  record.region = record.region.grown(spare);
+  if (record.responds &&
+      !tessellate(*record.shape, btTransform::getIdentity(), record.region, depth_, triangles)) {
+    journal.say("shape " + std::to_string(record.unique_id),
+                std::string("a rigid body's shape has a part without triangles (") +
+                    record.shape->getName() + "): that part stays with Bullet alone");
+  }
+  // Of triangles that are points or lines nothing is left but corners.
+  if (triangles.faces.empty()) triangles.vertices.clear();
+  record.triangles = std::make_shared<const Triangles>(std::move(triangles));
+}
+
+void Obstacles::append_triangles(Record& record) {
+  record.first_vertex = vertex_count();
+  record.vertex_count = static_cast<std::int32_t>(record.triangles->vertices.size());
+  for (Face face : record.triangles->faces) {
+    for (std::int32_t& corner : face) corner += record.first_vertex;
+    faces_.push_back(face);
+  }
+  local_.insert(local_.end(), record.triangles->vertices.begin(), record.triangles->vertices.end());
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "journal.h"
@@ -33,6 +34,7 @@ class Obstacles {
     bool responds;                      // to contact; false: it only carries
     bool carries;                       // dynamic, with nodes of soft bodies by anchors
     AxisBox region = AxisBox::empty();  // that its triangles were read from, in its own frame
+    std::shared_ptr<const Triangles> triangles;  // null where they are to be read
     std::int32_t first_vertex = 0, vertex_count = 0;
   };
 
@@ -63,7 +65,8 @@ class Obstacles {
   const std::vector<Face>& faces() const { return faces_; }
 
  private:
-  void read_triangles(Journal& journal);
+  void read_triangles(Record& record, Journal& journal) const;
+  void append_triangles(Record& record);
 
   RigidPoses poses_;
   std::vector<const btCollisionObject*> carriers_;  // sorted

@@ -10,6 +10,7 @@
 #include <BulletCollision/CollisionShapes/btStaticPlaneShape.h>
 #include <BulletCollision/Gimpact/btGImpactShape.h>
 
+#include "obstacles.h"
 #include "plugin/obstacle_worlds.h"
 #include "support/catch.h"
 
@@ -310,4 +311,35 @@ TEST_CASE(
   }
   w.steps(1);
   CHECK((w.last().detections > 0) == (apart < 0.02));
+}
+
+TEST_CASE("while soft bodies go on, only what is cut to where they are is read anew") {
+  ObstacleWorld w(World::rigid, 0);
+  const auto mesh = flat_triangles(20, 20);
+  w.add(std::make_unique<btBvhTriangleMeshShape>(mesh.get(), true), btVector3(0, 0, 0));
+  w.add(std::make_unique<btCapsuleShapeX>(btScalar(0.3), 20), btVector3(0, 1, 0));
+  btSoftBody* const sheet = w.add_sheet(3, 1, 0.5, 0);
+  btAlignedObjectArray<btSoftBody*> bodies;
+  bodies.push_back(sheet);
+  bullet::Journal journal({});
+  bullet::Obstacles obstacles;
+  const auto read_at = [&](double x, double depth) {
+    const btVector3 middle(static_cast<btScalar>(x), 0, 0), half(1, 1, 1);
+    obstacles.begin_step(bodies);
+    const bool changed = obstacles.update(bodies, {middle - half, middle + half}, depth, journal);
+    REQUIRE(obstacles.records().size() == 2);
+    return changed;
+  };
+  const auto triangles = [&](std::size_t i) { return obstacles.records()[i].triangles; };
+  CHECK(read_at(0, 0.005));
+  CHECK_FALSE(read_at(0.1, 0.005));
+  const auto terrain = triangles(0), capsule = triangles(1);
+  CHECK(read_at(4, 0.005));
+  CHECK(triangles(0) != terrain);
+  CHECK(triangles(1) == capsule);
+  CHECK(obstacles.vertex_count() ==
+        static_cast<std::int32_t>(triangles(0)->vertices.size() + capsule->vertices.size()));
+  // Finer where the margin is narrower.
+  CHECK(read_at(4, 0.002));
+  CHECK(triangles(1)->faces.size() > capsule->faces.size());
 }
