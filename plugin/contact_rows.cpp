@@ -28,6 +28,18 @@ Vector3d separation(const ContactRow& row, const Motion& motion) {
   return sum;
 }
 
+// Of infinite mass.
+bool has_fixed_side(const Contact& contact, const Motion& motion) {
+  const int first_of_b = contact.kind == ContactKind::vertex_face ? 1 : 2;
+  const auto is_fixed = [&](std::int32_t body, int first, int last) {
+    const int rigid = motion.rigid_of_body[body];
+    if (rigid >= 0) return !motion.rigid[rigid].is_dynamic();
+    return std::none_of(&contact.vertices[first], contact.vertices.data() + last,
+                        [&](std::int32_t v) { return motion.gives_way(v); });
+  };
+  return is_fixed(contact.body_a, 0, first_of_b) || is_fixed(contact.body_b, first_of_b, 4);
+}
+
 }  // namespace
 
 double ContactRows::thickness(const Contact& contact, const Motion& motion, double of_surfaces) {
@@ -142,6 +154,19 @@ bool ContactRows::add(const std::vector<Contact>& contacts, bool touching, const
   merged.insert(merged.end(), old, rows_.end());
   rows_.swap(merged);
   return gives_way;
+}
+
+void ContactRows::narrow(double part, const Motion& motion) {
+  constexpr double fulfilled = 0.9;
+  for (ContactRow& row : rows_) {
+    if (!has_fixed_side(row.contact, motion) ||
+        row.normal.dot(separation(row, motion)) >= fulfilled * row.kept_gap)
+      continue;
+    const double of_surfaces = surface_(row.contact.body_a, row.contact.body_b).thickness;
+    const double whole = std::min(thickness(row.contact, motion, of_surfaces), row.start_gap);
+    row.kept_gap = row.opened_gap = std::min(row.kept_gap, part * std::max(0.0, whole));
+    row.remaining = std::max(0.0, row.start_gap - row.kept_gap);
+  }
 }
 
 void ContactRows::relax(Motion& motion, int sweeps) {

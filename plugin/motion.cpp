@@ -95,6 +95,16 @@ int Motion::carrier_of(std::int32_t soft_vertex) const {
   return found == carried.end() ? -1 : found->second.rigid;
 }
 
+bool Motion::is_driven() const {
+  for (const RigidMotion& body : rigid) {
+    if (!body.is_dynamic() && !(body.start == body.end)) return true;
+  }
+  for (std::int32_t v = 0; v < soft_count(); ++v) {
+    if (!gives_way(v) && start_of(v) != end_of(v)) return true;
+  }
+  return false;
+}
+
 void Motion::place_start(const RigidMotion& body) { write_vertices(body, body.start, start); }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

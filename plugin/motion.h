@@ -92,6 +92,12 @@ struct Motion {
   const RigidMotion& rigid_of(std::int32_t body) const { return rigid[rigid_of_body[body]]; }
   // Impulses move it by itself.
   bool is_free(std::int32_t vertex) const { return is_soft(vertex) && inverse_mass[vertex] > 0; }
+  // By itself, or with the dynamic body that carries it.
+  bool gives_way(std::int32_t soft_vertex) const {
+    return is_free(soft_vertex) || carrier_of(soft_vertex) >= 0;
+  }
+  // Something of infinite mass moves.
+  bool is_driven() const;
   // Index in `rigid` of the body that carries a soft vertex; -1: none.
   int carrier_of(std::int32_t soft_vertex) const;
 

@@ -13,6 +13,10 @@ namespace {
 // After this many detections that held only what was in contact, whole bodies are held.
 constexpr int node_wise_holds = 16;
 
+// Answers after which gaps that cannot all be kept are narrowed, by half each time.
+constexpr int answers_in_full = 1;
+constexpr double least_part_kept = 1.0 / 16;
+
 // Crowded contacts that so many answers by impulses do not halve are left to impact zones.
 constexpr std::size_t answers_to_halve = 4;
 
@@ -72,6 +76,8 @@ void Response::run(const std::vector<Contact>& near, const Detect& detect_all, M
         2 * counts.back() > counts[counts.size() - 1 - answers_to_halve] && are_crowded(contacts))
       break;
     if (!rows_.add(contacts, true, motion)) break;
+    if (i >= answers_in_full && motion.is_driven())
+      rows_.narrow(std::max(least_part_kept, std::ldexp(1, answers_in_full - 1 - i)), motion);
     rows_.relax(motion, options_.sweeps);
     contacts = detect(motion.starts(), motion.ends());
   }

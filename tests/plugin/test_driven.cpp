@@ -247,3 +247,30 @@ TEST_CASE("an edge does not swing about its pinned end through an edge next to t
   CHECK(swung->m_nodes[1].m_x.x() > btScalar(-0.45));
   CHECK(w->total_stats()->unresolved == 0);
 }
+
+TEST_CASE("cloth passes where driven bodies leave less room than the margins ask for") {
+  // Two kinematic plates close in on a sheet until 6 mm are left, where the margins are 2 cm.
+  const World world = GENERATE(World::rigid, World::deformable);
+  CAPTURE(world == World::rigid);
+  ObstacleWorld w(world, 0);
+  btSoftBody* cloth = w.add_sheet(8, 0.6, 0, 0);
+  const auto height = [](int side, int step) {
+    return static_cast<btScalar>(side * (0.103 + std::max(0.0, 0.03 - step * 0.007)));
+  };
+  std::vector<btRigidBody*> plates;
+  for (const int side : {-1, 1}) {
+    plates.push_back(w.add(std::make_unique<btBoxShape>(btVector3(1, btScalar(0.1), 1)),
+                           btVector3(0, height(side, 0), 0)));
+    ObstacleWorld::make_kinematic(*plates.back());
+  }
+  w.steps(12, 1.0 / 60, [&](int step) {
+    for (const int side : {-1, 1}) {
+      plates[side > 0]->setWorldTransform(
+          btTransform(btQuaternion::getIdentity(), btVector3(0, height(side, step), 0)));
+    }
+  });
+  CHECK(w.total().last_resorts == 0);
+  CHECK(w.total().unresolved == 0);
+  for (int i = 0; i < cloth->m_nodes.size(); ++i)
+    CHECK(btFabs(cloth->m_nodes[i].m_x.y()) < btScalar(0.003));
+}
