@@ -2,6 +2,8 @@
 #include <BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h>
 #include <BulletCollision/CollisionShapes/btTriangleMesh.h>
 
+#include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "plugin/obstacle_worlds.h"
@@ -248,29 +250,45 @@ TEST_CASE("an edge does not swing about its pinned end through an edge next to t
   CHECK(w->total_stats()->unresolved == 0);
 }
 
-TEST_CASE("cloth passes where driven bodies leave less room than the margins ask for") {
-  // Two kinematic plates close in on a sheet until 6 mm are left, where the margins are 2 cm.
+TEST_CASE("cloth passes between rollers that leave it half the room that the margins ask for") {
   const World world = GENERATE(World::rigid, World::deformable);
   CAPTURE(world == World::rigid);
-  ObstacleWorld w(world, 0);
-  btSoftBody* cloth = w.add_sheet(8, 0.6, 0, 0);
-  const auto height = [](int side, int step) {
-    return static_cast<btScalar>(side * (0.103 + std::max(0.0, 0.03 - step * 0.007)));
-  };
-  std::vector<btRigidBody*> plates;
-  for (const int side : {-1, 1}) {
-    plates.push_back(w.add(std::make_unique<btBoxShape>(btVector3(1, btScalar(0.1), 1)),
-                           btVector3(0, height(side, 0), 0)));
-    ObstacleWorld::make_kinematic(*plates.back());
+  constexpr double margin = 0.01, radius = 0.15, speed = 2, dt = 1.0 / 30;
+  ObstacleWorld w(world, 10);
+  // Of 24 sides, so that they come nearer to each other and go away again as they turn.
+  btTriangleMesh sides;
+  for (int i = 0; i < 24; ++i) {
+    const auto corner = [&](int k, double z) {
+      const double angle = 2 * 3.14159265358979 * k / 24;
+      return btVector3(static_cast<btScalar>(radius * std::cos(angle)),
+                       static_cast<btScalar>(radius * std::sin(angle)), static_cast<btScalar>(z));
+    };
+    sides.addTriangle(corner(i, -0.3), corner(i + 1, -0.3), corner(i + 1, 0.3));
+    sides.addTriangle(corner(i, -0.3), corner(i + 1, 0.3), corner(i, 0.3));
   }
-  w.steps(12, 1.0 / 60, [&](int step) {
-    for (const int side : {-1, 1}) {
-      plates[side > 0]->setWorldTransform(
-          btTransform(btQuaternion::getIdentity(), btVector3(0, height(side, step), 0)));
-    }
+  const auto pose = [&](int side, int step) {
+    const double turn = side * speed / radius * step * dt;
+    return btTransform(btQuaternion(btVector3(0, 0, 1), static_cast<btScalar>(turn)),
+                       btVector3(static_cast<btScalar>(side * (radius + margin)), 0, 0));
+  };
+  std::vector<btRigidBody*> rollers;
+  for (const int side : {-1, 1}) {
+    rollers.push_back(w.add(std::make_unique<btBvhTriangleMeshShape>(&sides, true),
+                            pose(side, 0).getOrigin(), 0, margin));
+    ObstacleWorld::make_kinematic(*rollers.back());
+  }
+  auto strip = scenes::make_cloth(w.info(), 8, 32, 0.5, [](double u, double v) {
+    return btVector3(static_cast<btScalar>(0.002 * std::sin(40 * v)),
+                     static_cast<btScalar>(1.2 * v - 0.1), static_cast<btScalar>(0.4 * (u - 0.5)));
   });
-  CHECK(w.total().last_resorts == 0);
-  CHECK(w.total().unresolved == 0);
+  strip->m_cfg.kDF = 1;
+  btSoftBody* cloth = w.add(std::move(strip), margin);
+  w.steps(36, dt, [&](int step) {
+    for (const int side : {-1, 1}) rollers[side > 0]->setWorldTransform(pose(side, step));
+  });
+  CHECK(w.total().last_resorts < 50);  // 160 where it sticks
+  double highest = -1;
   for (int i = 0; i < cloth->m_nodes.size(); ++i)
-    CHECK(btFabs(cloth->m_nodes[i].m_x.y()) < btScalar(0.003));
+    highest = std::max(highest, static_cast<double>(cloth->m_nodes[i].m_x.y()));
+  CHECK(highest < 0);
 }
