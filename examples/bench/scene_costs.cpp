@@ -251,7 +251,6 @@ std::vector<CostScene> cost_scenes() {
 struct Cost {
   double ms = 0;       // a step
   double deepest = 0;  // metres: of nodes in rigid bodies, whenever
-  bullet::StepStats lazyccd;
 };
 
 // Metres that a point is inside of the hull about the origin.
@@ -315,7 +314,6 @@ Cost run(const CostScene& scene, WorldOptions options, bool of_processor) {
     cost.ms += (now(of_processor) - begin) / steps;
     cost.deepest = std::max(cost.deepest, deepest_node(*world));
   }
-  if (const bullet::StepStats* stats = world->total_stats()) cost.lazyccd = *stats;
   return cost;
 }
 
@@ -347,11 +345,8 @@ Comparison compare(const CostScene& scene, WorldOptions options, const Request& 
 
 void write(std::ostream& csv, const std::string& scene, const char* world, int rate,
            const Comparison& c) {
-  const double steps = static_cast<double>(c.ours.lazyccd.steps);
-  csv << scene << ',' << world << ',' << precision << ',' << rate << ',' << c.alone.ms << ','
-      << c.ours.ms << ',' << 1e3 * c.alone.deepest << ',' << 1e3 * c.ours.deepest << ','
-      << c.ours.lazyccd.ms_gather / steps << ',' << c.ours.lazyccd.ms_detect / steps << ','
-      << c.ours.lazyccd.ms_response / steps << ',' << c.ours.lazyccd.ms_write / steps << ','
+  csv << '"' << scene << "\"," << world << ',' << precision << ',' << rate << ',' << c.alone.ms
+      << ',' << c.ours.ms << ',' << 1e3 * c.alone.deepest << ',' << 1e3 * c.ours.deepest << ','
       << bench::machine() << std::endl;
 }
 
@@ -360,7 +355,7 @@ void print_table(const Request& request) {
   if (!request.csv.empty()) {
     csv.open(request.csv);
     csv << "scene,world,precision,steps a second,Bullet ms a step,LazyCCD ms a step,Bullet sunk in "
-           "mm,LazyCCD sunk in mm,gather ms,detect ms,response ms,write ms,machine\n";
+           "mm,LazyCCD sunk in mm,machine\n";
   }
   std::printf(
       "| scene, %s | world | 1/60 s: Bullet | LazyCCD | ratio | sunk in, mm | 1/240 s: "
