@@ -140,6 +140,21 @@ Body rope(btSoftBodyWorldInfo& info, double size, Dice& dice) {
   return Body(btSoftBodyHelpers::CreateRope(info, -end, end, 1 + dice.below(20), pinned));
 }
 
+// Of ropes, without faces.
+Body net(btSoftBodyWorldInfo& info, double size, Dice& dice) {
+  const int n = 3 + dice.below(7);
+  std::vector<btVector3> points;
+  for (int i = 0; i < n * n; ++i)
+    points.push_back(vector((i % n / (n - 1.0) - 0.5) * size, 0, (i / n / (n - 1.0) - 0.5) * size));
+  auto body = std::make_unique<btSoftBody>(&info, n * n, points.data(), nullptr);
+  body->appendMaterial();
+  for (int i = 0; i < n * n; ++i) {
+    if (i % n + 1 < n) body->appendLink(i, i + 1);
+    if (i + n < n * n) body->appendLink(i, i + n);
+  }
+  return body;
+}
+
 Body solid(btSoftBodyWorldInfo& info, double size, Dice& dice) {
   if (dice.chance(0.5))
     return scenes::make_ball(info, 2 + dice.below(3), 1, btVector3(0, 0, 0), size / 2);
@@ -195,6 +210,7 @@ SoftBody random_soft_body(btSoftBodyWorldInfo& info, double size, Dice& dice) {
     case 8:
       return {shards(info, size, dice), "shards"};
     case 9:
+      if (dice.chance(0.4)) return {net(info, size, dice), "net"};
       return random_rope(info, size, dice);
     case 10:
       return {dice.chance(0.3) ? triangle(info, size, dice) : shards(info, size, dice), "shards"};
