@@ -32,7 +32,7 @@ class Obstacles {
     std::uint64_t ignored;
     bool dynamic;
     bool responds;                      // to contact; false: it only carries
-    bool carries;                       // dynamic, with nodes of soft bodies by anchors
+    bool carries = false;               // dynamic, with nodes of soft bodies by anchors
     AxisBox region = AxisBox::empty();  // that its triangles were read from, in its own frame
     std::shared_ptr<const Triangles> triangles;  // null where they are to be read
     std::int32_t first_vertex = 0, vertex_count = 0;
