@@ -267,7 +267,7 @@ void StepReader::gather_obstacles() {
 AxisBox StepReader::bounds_of(const RigidMotion& rigid) const {
   AxisBox box = AxisBox::empty();
   for (const std::vector<btScalar>* const ends : {&motion_.start, &motion_.end}) {
-    const btScalar* x = &(*ends)[3 * static_cast<std::size_t>(rigid.first_vertex)];
+    const btScalar* x = ends->data() + 3 * static_cast<std::size_t>(rigid.first_vertex);
     for (std::int32_t i = 0; i < rigid.vertex_count; ++i, x += 3)
       box.add(btVector3(x[0], x[1], x[2]));
   }
@@ -282,7 +282,8 @@ bool StepReader::may_meet(double distance) const {
   const auto are_apart = [&](const AxisBox& a, const AxisBox& b, int k) {
     return is_beyond(a, b, k) || is_beyond(b, a, k);
   };
-  std::vector<std::size_t> order(bodies.size());
+  // What only carries nodes has no surface, and comes last.
+  std::vector<std::size_t> order(topology_.topology().bodies.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::sort(order.begin(), order.end(), [this](std::size_t a, std::size_t b) {
     return bounds_[a].lower.x() < bounds_[b].lower.x();

@@ -122,7 +122,7 @@ void StepTopology::find_largest_margins(const SoftScene& soft) {
   std::vector<BodyPair> disabled = topology_.disabled_pairs;
   std::sort(disabled.begin(), disabled.end());
   largest_margins_ = 0;
-  const auto count = static_cast<std::int32_t>(bodies_.size());
+  const auto count = static_cast<std::int32_t>(surface_count_);
   for (std::int32_t a = 0; a < static_cast<std::int32_t>(soft.bodies().size()); ++a) {
     const Body& filter = topology_.bodies[a];
     // Also while none of these is near: most have no margin about their triangles.
