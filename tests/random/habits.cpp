@@ -106,11 +106,13 @@ std::string set_up_for_deformable_world(btSoftBody& body, Dice& dice) {
   return " flags=" + std::to_string(body.m_cfg.collisions);
 }
 
-// Bullet cuts links and faces, not tetrahedra, and makes no room for new nodes in a pose.
+// Bullet cuts links and faces, not tetrahedra, makes no room for new nodes in a pose, and lets
+// clusters keep pointers to where the nodes were.
 bool may_be_cut(btSoftBody& body, const RandomWorld& world) {
   const bool posed = body.m_pose.m_bvolume || body.m_pose.m_bframe;
+  const bool clustered = body.m_clusters.size() > 0;
   return world.is_rigid() && body.m_links.size() > 0 && body.m_tetras.size() == 0 && !posed &&
-         !body.useSelfCollision();
+         !clustered && !body.useSelfCollision();
 }
 
 // Along a plane through a node.
