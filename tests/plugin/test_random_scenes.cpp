@@ -34,6 +34,10 @@ TEST_CASE("nothing passes through anything in random scenes") {
   }
 }
 
+TEST_CASE("a random scene begins clean beyond the triangles that stand for a plane too") {
+  CHECK(run_random_scene(120108, World::rigid).stats.pierced_at_start == 0);
+}
+
 TEST_CASE("flat cloth is not said to intersect itself, however it lies") {
   const World world = GENERATE(World::rigid, World::deformable);
   ObstacleWorld w(world, 0);

@@ -181,81 +181,96 @@ TEST_CASE("what is anchored in a rigid body stays there") {
   CHECK(cloth->m_nodes[0].m_x.distance(at(0, 0.01, 0.02)) < btScalar(1e-3));
 }
 
+namespace {
+
+// Triangles at rest, of two bodies, and what of them sticks in what.
+class Tangle {
+ public:
+  Tangle(const std::vector<btVector3>& points, std::vector<double> inverse_masses,
+         std::vector<std::int32_t> body_of_vertex, std::vector<Face> faces, std::vector<Edge> edges,
+         std::vector<bullet::Piercing> pairs, double seconds)
+      : body_of_vertex_(std::move(body_of_vertex)),
+        faces_(std::move(faces)),
+        edges_(std::move(edges)) {
+    motion.seconds = seconds;
+    for (const btVector3& p : points) motion.start.insert(motion.start.end(), &p[0], &p[0] + 3);
+    motion.end = motion.start;
+    motion.inverse_mass = std::move(inverse_masses);
+    found_.pairs = std::move(pairs);
+  }
+
+  void begin_step() {
+    Topology topology;
+    topology.faces = faces_;
+    topology.body_of_vertex = body_of_vertex_;
+    topology.bodies = bodies_;
+    untangling.begin_step(found_, topology, edges_, motion);
+  }
+
+  const Face& face(int i) const { return faces_[static_cast<std::size_t>(i)]; }
+
+  bullet::Motion motion;
+  bullet::Untangling untangling;
+
+ private:
+  std::vector<std::int32_t> body_of_vertex_;
+  std::vector<Face> faces_;
+  std::vector<Edge> edges_;
+  std::vector<Body> bodies_ = std::vector<Body>(2);
+  bullet::Piercings found_;
+};
+
+}  // namespace
+
 TEST_CASE("what is to come out of a closed surface passes it on its way, and not elsewhere") {
   // A triangle sticks with one corner in a flat pyramid, through the side about the x axis.
-  bullet::Motion motion;
-  motion.seconds = 0.01;
   const double s = 0.866;
-  const std::vector<btVector3> points = {at(0, 0.25, 0), at(1, 0.25, -0.1), at(1, 0.25, 0.1),
-                                         at(0.5, 0, -s), at(-1, 0, 0),      at(0.5, 0, s),
-                                         at(0, 0.3, 0)};
-  for (const btVector3& p : points) motion.start.insert(motion.start.end(), &p[0], &p[0] + 3);
-  motion.end = motion.start;
-  motion.inverse_mass.assign(3, 1);
-  const std::vector<Face> faces = {{0, 1, 2}, {3, 4, 5}, {6, 4, 3}, {6, 5, 4}, {6, 3, 5}};
-  const std::vector<Edge> edges = {{0, 1}, {1, 2}, {0, 2}, {3, 4}, {4, 5},
-                                   {3, 5}, {3, 6}, {4, 6}, {5, 6}};
-  const std::vector<std::int32_t> body_of_vertex = {0, 0, 0, 1, 1, 1, 1};
-  const std::vector<Body> bodies(2);
-  Topology topology;
-  topology.faces = faces;
-  topology.body_of_vertex = body_of_vertex;
-  topology.bodies = bodies;
-  bullet::Piercings found;
-  found.pairs = {{0, 4}, {2, 4}};
-  bullet::Untangling untangling;
-  untangling.start();
-  untangling.begin_step(found, topology, edges, motion);
+  Tangle tangle({at(0, 0.25, 0), at(1, 0.25, -0.1), at(1, 0.25, 0.1), at(0.5, 0, -s), at(-1, 0, 0),
+                 at(0.5, 0, s), at(0, 0.3, 0)},
+                {1, 1, 1}, {0, 0, 0, 1, 1, 1, 1},
+                {{0, 1, 2}, {3, 4, 5}, {6, 4, 3}, {6, 5, 4}, {6, 3, 5}},
+                {{0, 1}, {1, 2}, {0, 2}, {3, 4}, {4, 5}, {3, 5}, {3, 6}, {4, 6}, {5, 6}},
+                {{0, 4}, {2, 4}}, 0.01);
+  tangle.untangling.start();
+  tangle.begin_step();
   // Of the corner inside with a face, from there or from outside.
   const auto lets_pass = [&](const Face& face, double sign) {
+    const bullet::Motion& motion = tangle.motion;
     const Eigen::Vector3d a = motion.start_of(face[0]), b = motion.start_of(face[1]),
                           c = motion.start_of(face[2]);
     const Eigen::Vector3f inwards = (b - a).cross(c - a).normalized().cast<float>();
     const float side = static_cast<float>(sign);
-    return untangling.lets_pass({ContactKind::vertex_face,
-                                 0,
-                                 1,
-                                 0,
-                                 0,
-                                 {0, face[0], face[1], face[2]},
-                                 0.3f,
-                                 0.3f,
-                                 {side * inwards.x(), side * inwards.y(), side * inwards.z()},
-                                 0.5},
-                                motion);
+    return tangle.untangling.lets_pass(
+        {ContactKind::vertex_face,
+         0,
+         1,
+         0,
+         0,
+         {0, face[0], face[1], face[2]},
+         0.3f,
+         0.3f,
+         {side * inwards.x(), side * inwards.y(), side * inwards.z()},
+         0.5},
+        motion);
   };
-  for (const std::size_t side : {2, 3, 4}) {
-    CHECK(lets_pass(faces[side], 1));
-    CHECK(!lets_pass(faces[side], -1));
+  for (const int side : {2, 3, 4}) {
+    CHECK(lets_pass(tangle.face(side), 1));
+    CHECK(!lets_pass(tangle.face(side), -1));
   }
-  CHECK(!lets_pass(faces[1], 1));
+  CHECK(!lets_pass(tangle.face(1), 1));
 }
 
 TEST_CASE("what cannot be moved apart is given up") {
   // A pinned edge in a pinned face.
-  bullet::Motion motion;
-  motion.seconds = 0.1;
-  motion.start = {0, -1, 0, 0, 1, 0, -1, 0, -1, 1, 0, -1, 0, 0, 1};
-  motion.end = motion.start;
-  motion.inverse_mass.assign(5, 0);
-  const std::vector<Face> faces = {{2, 3, 4}};
-  const std::vector<Edge> edges = {{0, 1}};
-  const std::vector<std::int32_t> bodies_of_vertices = {0, 0, 1, 1, 1};
-  const std::vector<Body> bodies(2);
-  Topology topology;
-  topology.faces = faces;
-  topology.body_of_vertex = bodies_of_vertices;
-  topology.bodies = bodies;
-  bullet::Piercings found;
-  found.pairs = {{0, 0}};
-  bullet::Untangling untangling;
-  CHECK(!untangling.goes_on());
-  untangling.start();
+  Tangle tangle({at(0, -1, 0), at(0, 1, 0), at(-1, 0, -1), at(1, 0, -1), at(0, 0, 1)},
+                {0, 0, 0, 0, 0}, {0, 0, 1, 1, 1}, {{2, 3, 4}}, {{0, 1}}, {{0, 0}}, 0.1);
+  CHECK(!tangle.untangling.goes_on());
+  tangle.untangling.start();
   for (int i = 0; i < 29; ++i) {
-    untangling.begin_step(found, topology, edges, motion);
-    CHECK(untangling.goes_on());
-    CHECK(!untangling.pushes());
+    tangle.begin_step();
+    CHECK(tangle.untangling.goes_on());
+    CHECK(!tangle.untangling.pushes());
   }
-  for (int i = 0; i < 5; ++i) untangling.begin_step(found, topology, edges, motion);
-  CHECK(!untangling.goes_on());
+  for (int i = 0; i < 5; ++i) tangle.begin_step();
+  CHECK(!tangle.untangling.goes_on());
 }

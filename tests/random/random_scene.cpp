@@ -534,8 +534,21 @@ class Scene {
     return "";
   }
 
-  // Not within reach of what is round, whose polyhedra differ.
+  // Of the plane across the second axis of this frame.
+  static bool is_on_one_side(const btSoftBody& body, const btTransform& frame) {
+    bool above = false, below = false;
+    for (int i = 0; i < body.m_nodes.size(); ++i) {
+      const btScalar height = frame.invXform(body.m_nodes[i].m_x).y();
+      above = above || height >= 0;
+      below = below || height <= 0;
+    }
+    return above != below;
+  }
+
+  // Not within reach of what is round, whose polyhedra differ, and on one side of a plane, which
+  // goes on where its triangles end.
   static bool is_outside(const btSoftBody& body, const Rigid& rigid) {
+    if (rigid.shape.kind == "plane") return is_on_one_side(body, rigid.body->getWorldTransform());
     if (!rigid.shape.round) return true;
     btVector3 centre;
     btScalar radius;
