@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 #include "rigid_parts.h"
 
@@ -33,9 +34,14 @@ constexpr int least_apart = 8;
 // Of the least that a sweep has changed.
 constexpr float grown = 4;
 
-Eigen::Vector4f padded(const Vector3d& x) {
-  const Eigen::Vector3f f = x.cast<float>();
-  return {f.x(), f.y(), f.z(), 0};
+const SweepKernels& kernels = *best_sweep_kernels();
+
+constexpr std::int32_t shift_of(std::int32_t body) { return 1 + 2 * body; }
+constexpr std::int32_t turn_of(std::int32_t body) { return 2 + 2 * body; }
+
+// The first three of four floats.
+void set(float* to, const Vector3d& x) {
+  for (int k = 0; k < 3; ++k) to[k] = static_cast<float>(x[k]);
 }
 
 // How far one side moves against the other in the step without the impulses of the problem.
@@ -54,24 +60,20 @@ Vector3d move_without(const ContactRow& row, bool opening, const Motion& motion)
   return sum;
 }
 
-// Those that impulses act on. As they come, each shares nodes with the one before and would wait
-// for it, so they take turns.
-std::vector<std::size_t> interleaved(const std::vector<ContactRow>& rows) {
+// In an order in which rows beside each other have no node in common: as they come, most have one,
+// and no more than one of them would fit into a batch.
+void append_interleaved(const std::vector<std::int32_t>& rows, std::vector<std::int32_t>& order) {
   constexpr std::size_t streams = 8;
   const std::size_t length = (rows.size() + streams - 1) / streams;
-  std::vector<std::size_t> order;
-  order.reserve(rows.size());
   for (std::size_t i = 0; i < length; ++i) {
-    for (std::size_t k = i; k < rows.size(); k += length) {
-      if (rows[k].gives_way) order.push_back(k);
-    }
+    for (std::size_t k = i; k < rows.size(); k += length) order.push_back(rows[k]);
   }
-  return order;
 }
 
-// How much further apart along the normal the impulses are to bring it, at least.
-double need(const ContactRow& row, bool opening, const Vector3d& move) {
-  return (opening ? open * row.opened_gap : row.kept_gap) - row.start_gap - row.normal.dot(move);
+bool needs(const RowBatch& batch) {
+  for (int i = 0; i < RowBatch::rows; ++i)
+    if (batch.terms[4 * i] > 0) return true;
+  return false;
 }
 
 double inverse_mass_of(std::int32_t vertex, const Motion& motion) {
@@ -80,173 +82,171 @@ double inverse_mass_of(std::int32_t vertex, const Motion& motion) {
 
 }  // namespace
 
-ContactProblem::ContactProblem(Of of, const std::vector<ContactRow>& rows, const Motion& motion)
-    : opening_(of == Of::opening), seconds_(motion.seconds), order_(interleaved(rows)) {
-  std::vector<Vector3d> moves;
-  moves.reserve(rows.size());
-  double longest = 0, heaviest = 0;
+void ContactProblem::set_up(Of of, const std::vector<ContactRow>& rows, const Motion& motion) {
+  opening_ = of == Of::opening;
+  seconds_ = motion.seconds;
+  length_ = mass_ = 1;
+  approach_ = 0;
+  demands_.resize(rows.size());
+  batches_.clear();
+  parts_.clear();
+  bodies_.clear();
+  double longest_squared = 0, heaviest = 0;
   bool begun = false;
-  for (const ContactRow& row : rows) {
-    moves.push_back(move_without(row, opening_, motion));
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    const ContactRow& row = rows[i];
     if (!row.gives_way) continue;
-    approach_ = std::max(approach_, need(row, opening_, moves.back()));
-    longest = std::max(longest, moves.back().norm());
+    const Vector3d move = move_without(row, opening_, motion);
+    const double gap = opening_ ? open * row.opened_gap : row.kept_gap;
+    demands_[i] = {move, gap - row.start_gap - row.normal.dot(move)};
+    approach_ = std::max(approach_, demands_[i].need);
+    longest_squared = std::max(longest_squared, move.squaredNorm());
     heaviest = std::max(heaviest, row.response);
-    begun = begun || (opening_ ? row.opening : row.impulse) != 0;
+    begun = begun || impulse_of(row) != 0;
   }
-  impulses_.resize(order_.size());
   if (!begun && approach_ < least_speed * seconds_) return;
-  if (longest > 0) length_ = longest;
+  if (longest_squared > 0) length_ = std::sqrt(longest_squared);
   if (heaviest > 0) mass_ = heaviest;
+  for (const RigidMotion& rigid : motion.rigid) {
+    RowBody body = {};
+    set(body.inverse_mass, mass_ * rigid.inverse_mass);
+    for (int k = 0; k < 3; ++k) set(body.inverse_inertia[k], mass_ * rigid.inverse_inertia.col(k));
+    bodies_.push_back(body);
+  }
+  put_in_order(rows);
+  make_batches(rows, motion);
+  if (!begun) return;
+  for (std::size_t i = 0; i < batches_.size(); ++i) kernels.push(swept(), static_cast<int>(i));
+}
 
-  std::vector<std::int32_t> node_of(static_cast<std::size_t>(motion.soft_count()), 0);
-  std::int32_t nodes = 1;
-  rows_.reserve(rows.size());
-  for (const std::size_t i : order_) {
-    rows_.push_back(make_row(rows[i], moves[i], motion));
+// Those that impulses act on. What acts comes first, and so shares batches: what did in the last
+// step, then what may in this one.
+void ContactProblem::put_in_order(const std::vector<ContactRow>& rows) {
+  Indices kinds[3];
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (!rows[i].gives_way) continue;
+    const int kind = impulse_of(rows[i]) != 0 ? 0 : demands_[i].need > 0 ? 1 : 2;
+    kinds[kind].push_back(static_cast<std::int32_t>(i));
+  }
+  order_.clear();
+  for (const Indices& kind : kinds) append_interleaved(kind, order_);
+}
+
+void ContactProblem::make_batches(const std::vector<ContactRow>& rows, const Motion& motion) {
+  const std::int32_t first_node = shift_of(static_cast<std::int32_t>(bodies_.size()));
+  std::int32_t end = first_node;
+  node_of_.assign(static_cast<std::size_t>(motion.soft_count()), 0);
+  partition_.begin(static_cast<std::size_t>(first_node) + node_of_.size());
+  for (const std::int32_t i : order_) {
+    std::array<std::int32_t, RowPartition::most_things> things;
+    std::int32_t* last = things.data();
     for (int k = 0; k < 4; ++k) {
       const std::int32_t v = rows[i].contact.vertices[k];
-      if (rows_.back().mobility[k] == 0 || !motion.is_soft(v)) continue;
-      std::int32_t& node = node_of[v];
-      if (node == 0) node = nodes++;
-      rows_.back().node[k] = node;
+      if (rows[i].weights[k] * inverse_mass_of(v, motion) == 0) continue;
+      if (node_of_[v] == 0) node_of_[v] = end++;
+      *last++ = node_of_[v];
     }
+    for (const RigidPart& part : RigidParts(rows[i].contact, rows[i].weights, motion))
+      *last++ = shift_of(part.body);
+    partition_.add(i, things.data(), last);
   }
-  first_body_ = nodes;
-  bodies_.reserve(motion.rigid.size());
-  for (const RigidMotion& rigid : motion.rigid) {
-    bodies_.push_back({padded(mass_ * rigid.inverse_mass), Eigen::Matrix4f::Zero()});
-    bodies_.back().inverse_inertia.topLeftCorner<3, 3>() =
-        (mass_ * rigid.inverse_inertia).cast<float>();
+  now_.assign(static_cast<std::size_t>(end), Float4{});
+  const std::vector<RowPartition::Group>& groups = partition_.finish();
+  batches_.resize(groups.size());
+  end_.assign(groups.size(), first_node);
+  for (std::size_t b = 0; b < groups.size(); ++b) {
+    RowBatch& batch = batches_[b];
+    if (groups[b].back() == RowPartition::none) batch = {};
+    batch.first_part = static_cast<std::int32_t>(parts_.size());
+    for (int row = 0; row < RowBatch::rows && groups[b][row] != RowPartition::none; ++row) {
+      const ContactRow& given = rows[groups[b][row]];
+      fill(batch, row, given, demands_[groups[b][row]], motion);
+      for (int k = 0; k < 4; ++k) {
+        const bool moves = batch.mobility[4 * row + k] != 0;
+        const std::int32_t node = moves ? node_of_[given.contact.vertices[k]] : 0;
+        batch.node[4 * row + k] = node;
+        end_[b] = std::max(end_[b], node + 1);
+      }
+    }
+    batch.last_part = static_cast<std::int32_t>(parts_.size());
   }
-  displacement_.assign(static_cast<std::size_t>(nodes) + 2 * bodies_.size(), Vector::Zero());
+}
+
+void ContactProblem::fill(RowBatch& batch, int row, const ContactRow& given, const Demand& demand,
+                          const Motion& motion) {
+  const int at = 4 * row;
   const double unit = 1 / (mass_ * length_);
-  for (std::size_t i = 0; i < rows_.size(); ++i) {
-    const ContactRow& row = rows[order_[i]];
-    if (!opening_) impulses_[i].across = padded(unit * row.tangential);
-    impulses_[i].along = static_cast<float>(unit * (opening_ ? row.opening : row.impulse));
-    push(rows_[i], impulses_[i]);
-  }
-}
-
-ContactProblem::Row ContactProblem::make_row(const ContactRow& row, const Vector3d& move,
-                                             const Motion& motion) {
-  Row r;
-  r.normal = padded(row.normal);
-  r.sliding = padded((move - row.normal.dot(move) * row.normal) / length_);
-  r.need = static_cast<float>(need(row, opening_, move) / length_);
-  r.friction = opening_ ? 0 : static_cast<float>(row.friction);
-  r.response = static_cast<float>(row.response / mass_);
-  r.compliance = static_cast<float>(mass_ / row.response);
-  r.sliding_response = static_cast<float>(row.sliding_response / mass_);
-  r.sliding_compliance = static_cast<float>(mass_ / row.sliding_response);
-  r.first_part = static_cast<std::int32_t>(parts_.size());
-  for (const RigidPart& part : RigidParts(row.contact, row.weights, motion)) {
-    parts_.push_back({padded(part.arm), static_cast<float>(part.weight), part.body});
-  }
-  r.last_part = static_cast<std::int32_t>(parts_.size());
+  set(batch.normal + at, given.normal);
+  set(batch.sliding + at, (demand.move - given.normal.dot(demand.move) * given.normal) / length_);
+  set(batch.impulse + at, (opening_ ? 0 : unit) * given.tangential);
+  batch.impulse[at + 3] = static_cast<float>(unit * impulse_of(given));
+  float* const terms = batch.terms + at;
+  terms[0] = static_cast<float>(demand.need / length_);
+  terms[1] = static_cast<float>(given.response / mass_);
+  terms[2] = opening_ ? 0 : static_cast<float>(given.friction);
+  terms[3] = static_cast<float>(given.sliding_response / mass_);
+  float* const compliance = batch.compliance + at;
+  compliance[0] = compliance[1] = compliance[2] =
+      static_cast<float>(mass_ / given.sliding_response);
+  compliance[3] = static_cast<float>(mass_ / given.response);
   for (int k = 0; k < 4; ++k) {
-    const double inverse_mass = inverse_mass_of(row.contact.vertices[k], motion);
-    r.weight[k] = static_cast<float>(row.weights[k]);
-    r.mobility[k] = static_cast<float>(row.weights[k] * inverse_mass * mass_);
+    const double inverse_mass = inverse_mass_of(given.contact.vertices[k], motion);
+    batch.weight[at + k] = static_cast<float>(given.weights[k]);
+    batch.mobility[at + k] = static_cast<float>(given.weights[k] * inverse_mass * mass_);
   }
-  return r;
-}
-
-inline void ContactProblem::push(const Row& row, const Impulse& impulse) {
-  const Vector total = impulse.along * row.normal + impulse.across;
-  for (int k = 0; k < 4; ++k) displacement_[row.node[k]] += row.mobility[k] * total;
-  for (std::int32_t i = row.first_part; i < row.last_part; ++i) {
-    const Part& part = parts_[i];
-    const Body& body = bodies_[part.body];
-    displacement_[shift_of(part.body)] += part.weight * body.inverse_mass.cwiseProduct(total);
-    displacement_[turn_of(part.body)] += body.inverse_inertia * part.arm.cross3(total);
+  for (const RigidPart& part : RigidParts(given.contact, given.weights, motion)) {
+    RowPart p = {};
+    set(p.arm, part.arm);
+    p.weight = static_cast<float>(part.weight);
+    p.row = row;
+    p.body = part.body;
+    p.shift = shift_of(part.body);
+    p.turn = turn_of(part.body);
+    parts_.push_back(p);
   }
 }
 
-inline ContactProblem::Vector ContactProblem::moved(const Row& row) const {
-  const auto share = [&](int k) { return row.weight[k] * displacement_[row.node[k]]; };
-  Vector sum = (share(0) + share(1)) + (share(2) + share(3));
-  for (std::int32_t i = row.first_part; i < row.last_part; ++i) {
-    const Part& part = parts_[i];
-    sum += part.weight * displacement_[shift_of(part.body)] +
-           displacement_[turn_of(part.body)].cross3(part.arm);
-  }
-  return sum;
-}
-
-ContactProblem::Change ContactProblem::sweep(const Indices& which) {
-  Change change;
-  const auto note = [&change](float impulse_squared, float compliance) {
-    const float energy = impulse_squared * compliance;
-    change.largest = std::max(change.largest, energy * compliance);
-    change.energy += energy;
-  };
-  for (const std::int32_t i : which) {
-    const Row& row = rows_[i];
-    const Impulse before = impulses_[i];
-    const Vector moved = this->moved(row);
-    const float along = row.normal.dot(moved);
-    Impulse now;
-    now.along = std::max(0.0f, before.along + (row.need - along) * row.response);
-    if (now.along == 0 && before.is_zero()) continue;
-    if (row.friction > 0) {
-      // Of a rigid body, the impulse along the normal also turns, which the next sweep sees.
-      const Vector sliding = row.sliding + moved - along * row.normal;
-      now.across = before.across - row.sliding_response * sliding;
-      const float most = row.friction * now.along, squared = now.across.squaredNorm();
-      if (squared > most * most) now.across *= most / std::sqrt(squared);
-    }
-    const Impulse more = {now.across - before.across, now.along - before.along};
-    note(more.along * more.along, row.compliance);
-    note(more.across.squaredNorm(), row.sliding_compliance);
-    const Impulse& last = last_[i];
-    change.onward += row.compliance * more.along * (now.along - last.along) +
-                     row.sliding_compliance * more.across.dot(now.across - last.across);
-    impulses_[i] = now;
-    push(row, more);
-  }
-  return change;
-}
-
-double ContactProblem::most_left() const {
-  float most = 0;
-  for (const Row& row : rows_) most = std::max(most, row.need - row.normal.dot(moved(row)));
-  return static_cast<double>(most);
+bool ContactProblem::acts(std::int32_t batch) const {
+  const float* impulse = batches_[batch].impulse;
+  return std::any_of(impulse, impulse + 4 * RowBatch::rows, [](float x) { return x != 0; });
 }
 
 void ContactProblem::carry_on(float momentum, const Indices& which) {
+  const auto carry = [momentum](float* now, float* last, int count) {
+    for (int i = 0; i < count; ++i) {
+      const float x = now[i];
+      now[i] += momentum * (x - last[i]);
+      last[i] = x;
+    }
+  };
+  std::int32_t end = 0;
   for (const std::int32_t i : which) {
-    const Impulse now = impulses_[i];
-    impulses_[i].across += momentum * (now.across - last_[i].across);
-    impulses_[i].along += momentum * (now.along - last_[i].along);
-    last_[i] = now;
+    carry(batches_[i].impulse, batches_[i].last, 4 * RowBatch::rows);
+    end = std::max(end, end_[i]);
   }
-  for (std::size_t k = 0; k < displacement_.size(); ++k) {
-    const Vector now = displacement_[k];
-    displacement_[k] += momentum * (now - last_displacement_[k]);
-    last_displacement_[k] = now;
-  }
+  for (std::int32_t k = 0; k < end; ++k) carry(now_[k].x, last_[k].x, 4);
 }
 
 void ContactProblem::solve(int sweeps) {
-  if (rows_.empty()) return;
+  if (batches_.empty()) return;
   double least = least_speed * seconds_;  // metres
   if (opening_) {
     sweeps = std::max(1, sweeps / fewer_of_opening);
-  } else if (approach_ < slow * seconds_ || most_left() * length_ < steady * seconds_) {
+  } else if (approach_ < slow * seconds_ ||
+             kernels.most_left(swept(), static_cast<int>(batches_.size())) * length_ <
+                 steady * seconds_) {
     sweeps = std::min(sweeps, std::numeric_limits<int>::max() / more_of_slow) * more_of_slow;
   } else {
     least = std::max(least, least_part * approach_);
   }
   const auto tolerance = static_cast<float>(least / length_);
 
-  last_ = impulses_;
-  last_displacement_ = displacement_;
-  Indices all(rows_.size()), acting;
+  for (RowBatch& batch : batches_) std::copy(batch.impulse, std::end(batch.impulse), batch.last);
+  last_ = now_;
+  Indices all(batches_.size()), acting;
   std::iota(all.begin(), all.end(), 0);
-  for (const std::int32_t k : all) {
-    if (rows_[k].need > 0 || !impulses_[k].is_zero()) acting.push_back(k);
+  for (const std::int32_t i : all) {
+    if (needs(batches_[i]) || acts(i)) acting.push_back(i);
   }
   int apart = least_apart, next_of_all = apart;
   float least_energy = std::numeric_limits<float>::max();
@@ -254,7 +254,7 @@ void ContactProblem::solve(int sweeps) {
   for (int i = 1;; ++i) {
     const bool of_all = i >= std::min(next_of_all, sweeps);
     const Indices& which = of_all ? all : acting;
-    const Change change = sweep(which);
+    const SweepChange change = kernels.sweep(swept(), which.data(), static_cast<int>(which.size()));
     const bool settled = change.largest < tolerance * tolerance;
     // Ends with a sweep of all, so that all impulses are within their bounds.
     if (of_all && (settled || i >= sweeps)) return;
@@ -264,7 +264,7 @@ void ContactProblem::solve(int sweeps) {
     if (of_all || i == 1) {
       Indices act;
       for (const std::int32_t k : which) {
-        if (!impulses_[k].is_zero()) act.push_back(k);
+        if (acts(k)) act.push_back(k);
       }
       if (of_all) {
         if (std::includes(acting.begin(), acting.end(), act.begin(), act.end())) apart *= 2;
@@ -284,6 +284,7 @@ void ContactProblem::write(std::vector<ContactRow>& rows, Motion& motion) const 
     return opening_ ? body.opening_turn : body.turn;
   };
   for (const ContactRow& row : rows) {
+    if (impulse_of(row) == 0) continue;
     for (const std::int32_t v : row.contact.vertices) {
       if (!motion.is_soft(v)) continue;
       if (opening_) {
@@ -298,14 +299,20 @@ void ContactProblem::write(std::vector<ContactRow>& rows, Motion& motion) const 
     turn_of(body).setZero();
   }
   const double unit = mass_ * length_;
-  for (std::size_t i = 0; i < order_.size(); ++i) {
-    ContactRow& row = rows[order_[i]];
-    const double normal = unit * static_cast<double>(impulses_[i].along);
-    const Vector3d tangential = unit * impulses_[i].across.head<3>().cast<double>();
-    (opening_ ? row.opening : row.impulse) = normal;
-    if (!opening_) row.tangential = tangential;
-    if (impulses_[i].is_zero()) continue;
-    const Vector3d impulse = normal * row.normal + tangential;
+  for (std::size_t b = 0; b < batches_.size(); ++b) {
+    const RowPartition::Group& group = partition_.groups()[b];
+    for (int i = 0; i < RowBatch::rows && group[i] != RowPartition::none; ++i) {
+      ContactRow& row = rows[group[i]];
+      const float* impulse = batches_[b].impulse + 4 * i;
+      (opening_ ? row.opening : row.impulse) = unit * static_cast<double>(impulse[3]);
+      if (!opening_)
+        row.tangential = unit * Eigen::Map<const Eigen::Vector3f>(impulse).cast<double>();
+    }
+  }
+  for (const ContactRow& row : rows) {
+    if (impulse_of(row) == 0) continue;
+    Vector3d impulse = impulse_of(row) * row.normal;
+    if (!opening_) impulse += row.tangential;
     for (int k = 0; k < 4; ++k) {
       const std::int32_t v = row.contact.vertices[k];
       const double mobility = row.weights[k] * inverse_mass_of(v, motion);

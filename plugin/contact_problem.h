@@ -20,6 +20,8 @@
 
 #include "contact_row.h"
 #include "motion.h"
+#include "row_partition.h"
+#include "sweep.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -30,73 +32,49 @@ class ContactProblem {
   enum class Of { motion, opening };
 
   // Starts from the impulses that the rows have.
-  ContactProblem(Of of, const std::vector<ContactRow>& rows, const Motion& motion);
+  void set_up(Of of, const std::vector<ContactRow>& rows, const Motion& motion);
 
   // At most `sweeps`, four times as many of what meets slowly, a fifth of opening; fewer where they
   // change nothing any more that could be seen.
   void solve(int sweeps);
 
-  // The impulses, and what they make of the motion (not rounded).
+  // The impulses, and what they make of the motion (not rounded), which is to have what the rows'
+  // impulses up to now made of it.
   void write(std::vector<ContactRow>& rows, Motion& motion) const;
 
  private:
-  using Vector = Eigen::Vector4f;  // the last one is zero
   using Indices = std::vector<std::int32_t>;
 
-  struct Row {
-    Vector normal;
-    Vector sliding;                         // without impulses
-    std::array<float, 4> weight, mobility;  // mobility: weight over mass
-    std::array<std::int32_t, 4> node = {};  // in displacement_
-    float need;  // how much further apart along the normal than without impulses, at least
-    float friction, response, compliance, sliding_response, sliding_compliance;
-    std::int32_t first_part, last_part;  // in parts_, one past the last
-  };
-  // As RigidPart.
-  struct Part {
-    Vector arm;
-    float weight;
-    std::int32_t body;  // index in bodies_
-  };
-  struct Impulse {
-    Vector across = Vector::Zero();
-    float along = 0;
-
-    bool is_zero() const { return along == 0 && across.isZero(0); }
-  };
-  struct Body {
-    Vector inverse_mass;
-    Eigen::Matrix4f inverse_inertia;
-  };
-  struct Change {
-    float largest = 0;  // displacement that an impulse's change alone makes, squared
-    float energy = 0;
-    // Along what led from the end of the last sweep to this one's; negative where it turned back.
-    float onward = 0;
+  // What a row moves without the impulses of the problem, and how much further apart along the
+  // normal they are to bring it, at least. Metres.
+  struct Demand {
+    Eigen::Vector3d move;
+    double need;
   };
 
-  Row make_row(const ContactRow& row, const Eigen::Vector3d& move, const Motion& motion);
-  void push(const Row& row, const Impulse& impulse);
-  Vector moved(const Row& row) const;  // by all impulses
-  // How much further apart the row is to come that lacks most, in units of length.
-  double most_left() const;
-  Change sweep(const Indices& which);
+  double impulse_of(const ContactRow& row) const { return opening_ ? row.opening : row.impulse; }
+  void put_in_order(const std::vector<ContactRow>& rows);
+  void make_batches(const std::vector<ContactRow>& rows, const Motion& motion);
+  void fill(RowBatch& batch, int row, const ContactRow& given, const Demand& demand,
+            const Motion& motion);
+  bool acts(std::int32_t batch) const;
   void carry_on(float momentum, const Indices& which);
-  std::int32_t shift_of(std::int32_t body) const { return first_body_ + 2 * body; }
-  std::int32_t turn_of(std::int32_t body) const { return first_body_ + 2 * body + 1; }
+  SweptProblem swept() { return {batches_.data(), parts_.data(), bodies_.data(), now_.data()}; }
 
-  bool opening_;
-  double seconds_;
-  double length_ = 1, mass_ = 1;    // units, m and kg
-  double approach_ = 0;             // metres: the most that a row needs
-  std::vector<std::size_t> order_;  // of the given rows
-  std::vector<Row> rows_;
-  std::vector<Part> parts_;
-  std::vector<Body> bodies_;
-  std::vector<Impulse> impulses_, last_;  // last_: at the end of the sweep before
-  std::int32_t first_body_ = 1;
-  // Of the nodes; then shift and turn of each rigid body. The first node is what no impulse moves.
-  std::vector<Vector> displacement_, last_displacement_;
+  // Kept from problem to problem is only the memory.
+  bool opening_ = false;
+  double seconds_ = 1;
+  double length_ = 1, mass_ = 1;  // units, m and kg
+  double approach_ = 0;           // metres: the most that a row needs
+  std::vector<Demand> demands_;   // by given row
+  Indices order_, node_of_;       // of given rows; by soft vertex
+  RowPartition partition_;
+  std::vector<RowBatch> batches_;
+  std::vector<std::int32_t> end_;  // by batch: one past the last displacement
+  std::vector<RowPart> parts_;
+  std::vector<RowBody> bodies_;
+  // Displacements: what no impulse moves; then shift and turn of each rigid body; then the nodes.
+  std::vector<Float4> now_, last_;  // last_: at the end of the sweep before
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

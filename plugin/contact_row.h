@@ -27,6 +27,7 @@ struct ContactRow {
   Eigen::Vector3d tangential;  // the same across it
   double opening;              // the same of the opening
   bool touched = false;        // not only near
+  bool acted = false;          // before it was solved the last time
   bool gives_way;              // false: what is driven meets what is driven, and no impulse acts
 };
 

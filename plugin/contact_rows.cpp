@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "contact_problem.h"
 #include "rigid_parts.h"
 
 namespace lazyccd::bullet {
@@ -128,7 +127,8 @@ void ContactRows::start_warm() {
   }
 }
 
-void ContactRows::start_cold() {
+void ContactRows::start_cold(Motion& motion) {
+  motion.restart_response();
   for (ContactRow& row : rows_) {
     row.impulse = row.opening = 0;
     row.tangential.setZero();
@@ -136,23 +136,23 @@ void ContactRows::start_cold() {
 }
 
 bool ContactRows::add(const std::vector<Contact>& contacts, bool touching, const Motion& motion) {
-  std::vector<ContactRow> merged;
-  merged.reserve(rows_.size() + contacts.size());
+  merged_.clear();
+  merged_.reserve(rows_.size() + contacts.size());
   bool gives_way = false;
   auto old = rows_.begin();
-  const auto keep = [&](const ContactRow& row) { merged.push_back(row); };
+  const auto keep = [&](const ContactRow& row) { merged_.push_back(row); };
   for (const Contact& contact : contacts) {
     while (old != rows_.end() && old->contact < contact) keep(*old++);
     while (old != rows_.end() && !(contact < old->contact)) {
       if (old->impulse > 0 || old->opening > 0) keep(*old);
       ++old;
     }
-    merged.push_back(make_row(contact, motion));
-    merged.back().touched = touching;
-    gives_way = gives_way || merged.back().gives_way;
+    merged_.push_back(make_row(contact, motion));
+    merged_.back().touched = touching;
+    gives_way = gives_way || merged_.back().gives_way;
   }
-  merged.insert(merged.end(), old, rows_.end());
-  rows_.swap(merged);
+  merged_.insert(merged_.end(), old, rows_.end());
+  rows_.swap(merged_);
   return gives_way;
 }
 
@@ -170,12 +170,15 @@ void ContactRows::narrow(double part, const Motion& motion) {
 }
 
 void ContactRows::relax(Motion& motion, int sweeps) {
+  const auto acts = [](const ContactRow& row) { return row.impulse != 0 || row.opening != 0; };
+  for (ContactRow& row : rows_) row.acted = acts(row);
   for (const auto of : {ContactProblem::Of::motion, ContactProblem::Of::opening}) {
-    ContactProblem problem(of, rows_, motion);
-    problem.solve(sweeps);
-    problem.write(rows_, motion);
+    problem_.set_up(of, rows_, motion);
+    problem_.solve(sweeps);
+    problem_.write(rows_, motion);
   }
   for (const ContactRow& row : rows_) {
+    if (!row.acted && !acts(row)) continue;
     for (const std::int32_t v : row.contact.vertices) {
       if (motion.is_free(v)) motion.round_end(v);
     }

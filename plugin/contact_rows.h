@@ -18,6 +18,7 @@
 #include <functional>
 #include <vector>
 
+#include "contact_problem.h"
 #include "contact_row.h"
 #include "motion.h"
 
@@ -49,8 +50,8 @@ class ContactRows {
   // Starts from the impulses of the last step, where a pair was in contact in it too: what rests
   // needs the same ones again. It may raise the kinetic energy, which is for the caller to see.
   void start_warm();
-  // Takes all impulses back.
-  void start_cold();
+  // Takes all impulses back, and what they made of the motion.
+  void start_cold(Motion& motion);
   // Adds rows for contacts, which come sorted. A pair that is in contact again gets a further row.
   // `touching`: these do not only come near each other. False where nothing in them gives way.
   bool add(const std::vector<Contact>& contacts, bool touching, const Motion& motion);
@@ -74,8 +75,9 @@ class ContactRows {
 
   Surface surface_;
   double recovery_;
-  std::vector<ContactRow> rows_;
-  std::vector<Remembered> remembered_;  // sorted by contact
+  std::vector<ContactRow> rows_, merged_;  // merged_: only while rows are added
+  std::vector<Remembered> remembered_;     // sorted by contact
+  ContactProblem problem_;                 // the last one
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

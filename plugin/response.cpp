@@ -122,7 +122,7 @@ void Response::relax_near(const std::vector<Contact>& near, Motion& motion) {
   rows_.relax(motion, options_.sweeps);
   set_velocities(motion);
   if (kinetic_energy_after(motion) <= kinetic_energy_before(motion)) return;
-  rows_.start_cold();
+  rows_.start_cold(motion);
   rows_.relax(motion, options_.sweeps);
 }
 

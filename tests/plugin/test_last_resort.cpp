@@ -154,30 +154,35 @@ TEST_CASE("a start that already intersects is reported and does not get worse") 
 TEST_CASE("where everything sweeps through everything, impulses are soon given up") {
   const World world = GENERATE(World::rigid, World::deformable);
   CAPTURE(world == World::rigid);
-  ObstacleWorld w(world, 0);
-  // Every node goes its own way, ten times the scene's width in a step, and a plate comes along.
-  Dice dice(1);
-  for (int layer = 0; layer < 6; ++layer) {
-    const auto place = [&](double u, double v) {
-      return btVector3(static_cast<btScalar>(0.01 * u), static_cast<btScalar>(0.001 * layer),
-                       static_cast<btScalar>(0.01 * v)) +
-             dice.in_cube(2e-4);
-    };
-    btSoftBody* const cloth = w.add(scenes::make_cloth(w.info(), 6, 6, 1, place), 1e-5);
-    for (int i = 0; i < cloth->m_nodes.size(); ++i) {
-      cloth->setMass(i, static_cast<btScalar>(dice.across_scales(1e-3, 1e3)));
-      cloth->m_nodes[i].m_v = btScalar(24) * dice.direction();
+  constexpr unsigned throws = 3;
+  std::int64_t detections = 0;
+  for (unsigned dice_seed = 1; dice_seed <= throws; ++dice_seed) {
+    ObstacleWorld w(world, 0);
+    // Every node goes its own way, ten times the scene's width in a step, and a plate comes along.
+    Dice dice(dice_seed);
+    for (int layer = 0; layer < 6; ++layer) {
+      const auto place = [&](double u, double v) {
+        return btVector3(static_cast<btScalar>(0.01 * u), static_cast<btScalar>(0.001 * layer),
+                         static_cast<btScalar>(0.01 * v)) +
+               dice.in_cube(2e-4);
+      };
+      btSoftBody* const cloth = w.add(scenes::make_cloth(w.info(), 6, 6, 1, place), 1e-5);
+      for (int i = 0; i < cloth->m_nodes.size(); ++i) {
+        cloth->setMass(i, static_cast<btScalar>(dice.across_scales(1e-3, 1e3)));
+        cloth->m_nodes[i].m_v = btScalar(24) * dice.direction();
+      }
     }
+    btRigidBody* const plate = w.add(
+        std::make_unique<btBoxShape>(btVector3(btScalar(0.02), btScalar(0.001), btScalar(0.02))),
+        btVector3(0, btScalar(-0.01), 0), 0, 1e-5);
+    ObstacleWorld::make_kinematic(*plate);
+    w.steps(1);
+    plate->setCenterOfMassTransform(
+        btTransform(btQuaternion(btVector3(1, 0, 0), 1), btVector3(0, btScalar(0.1), 0)));
+    w.steps(1);
+    CHECK(w.total().zone_nodes > 100);
+    CHECK(w.total().unresolved == 0);
+    detections += w.total().detections;
   }
-  btRigidBody* const plate = w.add(
-      std::make_unique<btBoxShape>(btVector3(btScalar(0.02), btScalar(0.001), btScalar(0.02))),
-      btVector3(0, btScalar(-0.01), 0), 0, 1e-5);
-  ObstacleWorld::make_kinematic(*plate);
-  w.steps(1);
-  plate->setCenterOfMassTransform(
-      btTransform(btQuaternion(btVector3(1, 0, 0), 1), btVector3(0, btScalar(0.1), 0)));
-  w.steps(1);
-  CHECK(w.total().zone_nodes > 100);
-  CHECK(w.total().detections < 45);  // of two steps
-  CHECK(w.total().unresolved == 0);
+  CHECK(detections < 45 * throws);  // of two steps each
 }

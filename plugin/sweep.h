@@ -1,0 +1,72 @@
+// One sweep over the rows of a contact problem, four rows at a time. Compiled once for each
+// instruction set (plugin/isa); the results are the same.
+#pragma once
+
+#include <cstdint>
+
+namespace lazyccd::bullet {
+
+// Of each four floats three are x, y and z, unless said otherwise; the last one is zero.
+struct alignas(16) Float4 {
+  float x[4];
+};
+
+// Rows that move nothing in common. In place of a missing one there are zeros.
+struct alignas(64) RowBatch {
+  static constexpr int rows = 4;
+  float normal[4 * rows], sliding[4 * rows];   // sliding: without impulses
+  float weight[4 * rows], mobility[4 * rows];  // by vertex; mobility: weight over mass
+  // How much further apart along the normal than without impulses, at least; response; friction;
+  // response across the normal.
+  float terms[4 * rows];
+  // Impulses: three across the normal, and along it. `last`: at the end of the sweep before.
+  float impulse[4 * rows], last[4 * rows];
+  float compliance[4 * rows];   // displacement per impulse
+  std::int32_t node[4 * rows];  // by vertex: index of the displacement; 0: nothing moves it
+  std::int32_t first_part = 0, last_part = 0;  // one past the last
+};
+
+// As RigidPart.
+struct alignas(16) RowPart {
+  float arm[4];
+  float weight;
+  std::int32_t row;          // of the batch
+  std::int32_t body;         // index
+  std::int32_t shift, turn;  // indices of displacements
+};
+
+struct alignas(16) RowBody {
+  float inverse_mass[4];
+  float inverse_inertia[3][4];  // by column
+};
+
+struct SweptProblem {
+  RowBatch* batches;
+  const RowPart* parts;
+  const RowBody* bodies;
+  Float4* displacement;  // by all impulses; the first one stays zero
+};
+
+struct SweepChange {
+  float largest = 0;  // displacement that an impulse's change alone makes, squared
+  float energy = 0;
+  // Along what led from the end of the last sweep to this one's; negative where it turned back.
+  float onward = 0;
+};
+
+struct SweepKernels {
+  const char* name;
+  // Projected Gauss-Seidel on the batches that are named.
+  SweepChange (*sweep)(const SweptProblem& problem, const std::int32_t* batches, int count);
+  // By how much the row lacks most that lacks any, in units of length.
+  float (*most_left)(const SweptProblem& problem, int batches);
+  // What the impulses that the batch has do to the displacements.
+  void (*push)(const SweptProblem& problem, int batch);
+};
+
+// The best that this processor runs, or those of the named set ("baseline", "avx2", "avx512"); null
+// where the processor lacks it.
+const SweepKernels* best_sweep_kernels();
+const SweepKernels* sweep_kernels(const char* name);
+
+}  // namespace lazyccd::bullet

@@ -1,0 +1,183 @@
+#include "sweep.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <random>
+#include <vector>
+
+#include "row_partition.h"
+#include "support/catch.h"
+
+using namespace lazyccd::bullet;
+
+namespace {
+
+struct Problem {
+  std::vector<RowBatch> batches;
+  std::vector<RowPart> parts;
+  std::vector<RowBody> bodies;
+  std::vector<Float4> displacement;
+
+  SweptProblem swept() {
+    return {batches.data(), parts.data(), bodies.data(), displacement.data()};
+  }
+};
+
+// Rows on random nodes, some on rigid bodies, in groups that move nothing in common.
+Problem random_problem(unsigned seed) {
+  std::mt19937 random(seed);
+  const auto within = [&](float lo, float hi) {
+    return std::uniform_real_distribution<float>(lo, hi)(random);
+  };
+  const auto below = [&](std::int32_t count) {
+    return std::uniform_int_distribution<std::int32_t>(0, count - 1)(random);
+  };
+  constexpr std::int32_t rows = 103, nodes = 200, bodies = 3;
+  Problem problem;
+  problem.displacement.resize(1 + 2 * bodies + nodes);
+  for (int b = 0; b < bodies; ++b) {
+    RowBody body = {};
+    for (int k = 0; k < 3; ++k) {
+      body.inverse_mass[k] = 0.3f;
+      for (int i = 0; i < 3; ++i) body.inverse_inertia[k][i] = i == k ? 0.5f : 0.01f;
+    }
+    problem.bodies.push_back(body);
+  }
+  std::vector<std::array<std::int32_t, 4>> nodes_of(rows);
+  std::vector<std::int32_t> body_of(rows);
+  RowPartition partition;
+  partition.begin(problem.displacement.size());
+  for (std::int32_t row = 0; row < rows; ++row) {
+    std::array<std::int32_t, 5> things;
+    std::int32_t* last = things.data();
+    body_of[row] = row % 7 == 0 ? below(bodies) : -1;
+    if (body_of[row] >= 0) *last++ = 1 + 2 * body_of[row];
+    // Four different nodes; of a row with a body three, the last vertex is the body's.
+    for (std::int32_t& node : nodes_of[row]) {
+      const auto first = things.data();
+      do {
+        node = 1 + 2 * bodies + below(nodes);
+      } while (std::find(first, last, node) != last);
+      if (body_of[row] >= 0 && &node == &nodes_of[row].back()) {
+        node = 0;
+      } else {
+        *last++ = node;
+      }
+    }
+    partition.add(row, things.data(), last);
+    // Where each node is above those before it, all rows are fulfilled.
+    std::sort(nodes_of[row].rbegin(), nodes_of[row].rend());
+  }
+  for (const RowPartition::Group& group : partition.finish()) {
+    RowBatch batch = {};
+    batch.first_part = static_cast<std::int32_t>(problem.parts.size());
+    for (int i = 0; i < RowBatch::rows && group[i] != RowPartition::none; ++i) {
+      float *const normal = batch.normal + 4 * i, *const terms = batch.terms + 4 * i;
+      const float angle = within(-0.5f, 0.5f), sliding = within(-1, 1);
+      normal[1] = std::cos(angle);
+      normal[2] = std::sin(angle);
+      batch.sliding[4 * i] = within(-1, 1);
+      batch.sliding[4 * i + 1] = -sliding * normal[2];
+      batch.sliding[4 * i + 2] = sliding * normal[1];
+      for (int k = 0; k < 4; ++k) {
+        batch.node[4 * i + k] = nodes_of[group[i]][k];
+        batch.weight[4 * i + k] = k < 2 ? 0.5f : -0.5f;
+        if (batch.node[4 * i + k] != 0) batch.mobility[4 * i + k] = batch.weight[4 * i + k];
+      }
+      terms[0] = within(-0.5f, 1);
+      terms[1] = terms[3] = 0.7f;
+      terms[2] = within(0, 1);
+      std::fill_n(batch.compliance + 4 * i, 4, 1.4f);
+      if (body_of[group[i]] < 0) continue;
+      RowPart part = {};
+      part.arm[0] = within(-1, 1);
+      part.weight = -0.5f;
+      part.row = i;
+      part.body = body_of[group[i]];
+      part.shift = 1 + 2 * part.body;
+      part.turn = 2 + 2 * part.body;
+      problem.parts.push_back(part);
+    }
+    batch.last_part = static_cast<std::int32_t>(problem.parts.size());
+    problem.batches.push_back(batch);
+  }
+  return problem;
+}
+
+}  // namespace
+
+TEST_CASE("a sweep is the same with every instruction set, and leads to what the rows ask for") {
+  const auto solve = [](const SweepKernels& kernels, Problem& problem) {
+    std::vector<std::int32_t> all;
+    for (std::size_t i = 0; i < problem.batches.size(); ++i)
+      all.push_back(static_cast<std::int32_t>(i));
+    SweepChange change;
+    for (int i = 0; i < 500; ++i) {
+      change = kernels.sweep(problem.swept(), all.data(), static_cast<int>(all.size()));
+      CHECK(problem.displacement.front().x[0] == 0);
+    }
+    return change;
+  };
+  for (unsigned seed = 1; seed <= 4; ++seed) {
+    CAPTURE(seed);
+    Problem expected = random_problem(seed);
+    const SweepKernels& baseline = *sweep_kernels("baseline");
+    const SweepChange last = solve(baseline, expected);
+    CHECK(last.largest < 1e-6f);
+    CHECK(baseline.most_left(expected.swept(), static_cast<int>(expected.batches.size())) < 1e-3f);
+    // The displacements are what the impulses make.
+    Problem pushed = expected;
+    std::fill(pushed.displacement.begin(), pushed.displacement.end(), Float4{});
+    for (std::size_t i = 0; i < pushed.batches.size(); ++i)
+      baseline.push(pushed.swept(), static_cast<int>(i));
+    for (std::size_t i = 0; i < pushed.displacement.size(); ++i)
+      for (int k = 0; k < 4; ++k)
+        CHECK(pushed.displacement[i].x[k] == Approx(expected.displacement[i].x[k]).margin(1e-3));
+    for (const char* name : {"avx2", "avx512"}) {
+      const SweepKernels* const kernels = sweep_kernels(name);
+      if (!kernels) continue;
+      CAPTURE(name);
+      Problem problem = random_problem(seed);
+      const SweepChange change = solve(*kernels, problem);
+      CHECK(change.largest == last.largest);
+      CHECK(change.energy == last.energy);
+      CHECK(change.onward == last.onward);
+      const std::size_t bytes = problem.displacement.size() * sizeof(Float4);
+      CHECK(!std::memcmp(problem.displacement.data(), expected.displacement.data(), bytes));
+      CHECK(kernels->most_left(problem.swept(), static_cast<int>(problem.batches.size())) ==
+            baseline.most_left(expected.swept(), static_cast<int>(expected.batches.size())));
+    }
+  }
+}
+
+TEST_CASE("rows of a group move nothing in common, and each row is in one group") {
+  std::mt19937 random(1);
+  std::uniform_int_distribution<std::int32_t> any(0, 59);
+  RowPartition partition;
+  for (int run = 0; run < 3; ++run) {
+    std::vector<std::array<std::int32_t, 3>> things(100);
+    partition.begin(60);
+    for (std::size_t row = 0; row < things.size(); ++row) {
+      for (std::int32_t& thing : things[row]) thing = any(random);
+      partition.add(static_cast<std::int32_t>(row), things[row].data(), things[row].data() + 3);
+    }
+    std::vector<int> met(things.size(), 0);
+    for (const RowPartition::Group& group : partition.finish()) {
+      std::vector<int> moved(60, 0);
+      bool ended = false;
+      for (const std::int32_t row : group) {
+        CHECK(!(ended && row != RowPartition::none));
+        ended = row == RowPartition::none;
+        if (ended) continue;
+        ++met[row];
+        std::array<std::int32_t, 3> of_row = things[row];
+        std::sort(of_row.begin(), of_row.end());
+        const auto last = std::unique(of_row.begin(), of_row.end());
+        for (auto thing = of_row.begin(); thing != last; ++thing) CHECK(++moved[*thing] == 1);
+      }
+    }
+    CHECK(std::count(met.begin(), met.end(), 1) == static_cast<std::ptrdiff_t>(met.size()));
+  }
+}
