@@ -110,27 +110,63 @@ LAZYCCD_HD inline T apart_until(const Differences<T>& d, const Magnitudes<T>& m,
   return select(now, select(to_the_end, T(2.0), until), t);
 }
 
-// Stopped: less than a quarter of a tick of the time of impact ahead.
+// A search on its way: the primitives stay apart up to t, and the next axis is that of the closest
+// points at `ahead`, not before t.
 template <class T>
-LAZYCCD_HD inline MaskOf<T> stopped(const T& next, const T& t) {
-  return !MaskOf<T>(next - t > T(0x1p-34));
+struct Search {
+  T t = T(0.0), ahead = T(0.0);
+  T trust = T(1.0);  // in where the distance, as it changes now, would reach h
+};
+
+// A quarter of a tick of the time of impact: who advances less has arrived.
+template <class T>
+LAZYCCD_HD inline MaskOf<T> is_beyond(const T& next, const T& t) {
+  return next - t > T(0x1p-34);
 }
 
-// Conservative advancement (Mirtich 1996) along the axis through the closest points of the moment,
-// as far as all corners stay apart along it; or along the normal, which is the same axis, and more
-// exact, where the points lie inside. h in the units of d. Returns as apart_until().
+template <class T>
+struct Advanced {
+  MaskOf<T> missed, arrived;
+};
+
+// Conservative advancement (Mirtich 1996) along the axis through the closest points of a moment, as
+// far as all corners stay apart along it. The axis of the moment in which the distance reaches h
+// serves for all the time before it, so the moment is that of Newton's method, unless that axis
+// does not hold from t on: then it is t. Where not even that one serves, the normal does, which is
+// the same axis, and more exact, where the points lie inside. h in the units of d.
 template <ContactKind kind, class T>
-LAZYCCD_HD inline T advance(const Differences<T>& d, const Magnitudes<T>& m, const T& h,
-                            const T& t) {
-  const Vec3<T> e1 = lerp(d.e1, t), e2 = lerp(d.e2, t), r = lerp(d.r, t);
-  T next = apart_until<kind>(d, m, closest_points<kind>(e1, e2, r).gap, h, t);
-  const MaskOf<T> stuck = stopped(next, t);
-  if (lane_any(stuck)) {
+LAZYCCD_HD inline Advanced<T> advance(const Differences<T>& d, const Magnitudes<T>& m, const T& h,
+                                      Search<T>& search) {
+  using Mask = MaskOf<T>;
+  const T t = search.t, one = T(1.0);
+  const Vec3<T> e1 = lerp(d.e1, search.ahead), e2 = lerp(d.e2, search.ahead),
+                r = lerp(d.r, search.ahead);
+  const ClosestPoints<T> points = closest_points<kind>(e1, e2, r);
+  T next = apart_until<kind>(d, m, points.gap, h, t);
+  const Mask is_ahead = search.ahead > t;
+  Mask stuck = !is_beyond(next, t);
+  if (lane_any(Mask(stuck & !is_ahead))) {
     const Vec3<T> n = cross(e1, e2);
     const Vec3<T> facing = select<T>(dot(n, r) < T(0.0), T(-1.0) * n, n);
-    next = select(stuck, apart_until<kind>(d, m, facing, h, t), next);
+    next = select(Mask(stuck & !is_ahead), apart_until<kind>(d, m, facing, h, t), next);
+    stuck = !is_beyond(next, t);
   }
-  return next;
+  const Vec3<T> e1_moves = d.e1[1] - d.e1[0], e2_moves = d.e2[1] - d.e2[0],
+                r_moves = d.r[1] - d.r[0];
+  const Vec3<T> gap_moves = kind == ContactKind::vertex_face
+                                ? r_moves - (points.u * e1_moves + points.v * e2_moves)
+                                : (r_moves + points.v * e2_moves) - points.u * e1_moves;
+  const T size = lane_sqrt(dot(points.gap, points.gap));
+  const T closing = -dot(points.gap, gap_moves) / size;  // of the distance, in a step
+  const T reached = select(closing > T(0.0), search.ahead + (size - h) / closing, one);
+
+  const Mask arrived = stuck & !is_ahead;
+  search.trust = select(stuck, T(0.5) * search.trust, search.trust);
+  search.t = select(arrived, t, next);
+  T ahead = next + search.trust * (reached - next);
+  ahead = select(ahead < one, ahead, one);
+  search.ahead = select(Mask(Mask(!stuck) & is_beyond(ahead, next)), ahead, next);
+  return {next > one, arrived};
 }
 
 constexpr int kMaxAdvances = 4096;
@@ -148,14 +184,13 @@ LAZYCCD_HD inline Decision decide_within(const QueryCoordinates& q, double h, do
   const Differences<double> d = differences<kind>(q, scale);
   const Magnitudes<double> m = magnitudes(d);
   if (planes_apart(d, m, h * scale)) return {Decision::miss, 0};
-  double t = 0;
+  Search<double> search;
   for (int advances = 0; advances < kMaxAdvances; ++advances) {
-    const double next = advance<kind>(d, m, h * scale, t);
-    if (next > 1) return {Decision::miss, 0};
-    if (stopped(next, t)) break;
-    t = next;
+    const Advanced<double> advanced = advance<kind>(d, m, h * scale, search);
+    if (advanced.missed) return {Decision::miss, 0};
+    if (advanced.arrived) break;
   }
-  return {Decision::hit, approach_tick(t)};
+  return {Decision::hit, approach_tick(search.t)};
 }
 
 }  // namespace lazyccd

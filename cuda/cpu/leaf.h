@@ -66,7 +66,6 @@ struct Survivor {
 struct Approach {
   Candidate pair;
   double t = 0;             // of the step
-  bool ended = false;       // the search for t
   bool spoken_for = false;  // where the step begins: see core/distinct.h
   float apart = 0;          // there, certainly, times scale
 };
@@ -115,7 +114,7 @@ struct LeafKernels {
   // Splits at most CandidateQueue::capacity candidates, which are in order.
   void (*near_at_start)(const LeafScene& scene, ContactKind kind, const Candidate* candidates,
                         int count, NearSplit& split);
-  // Of at most CandidateQueue::capacity approaches, none ended, those that come within the minimum
+  // Of at most CandidateQueue::capacity approaches those that come within the minimum
   // separation, as decide_within() of core/separation.h has it; keeps them and returns how many.
   int (*within)(const LeafScene& scene, ContactKind kind, Approach* approaches, int count);
   // Of each approach the place at its tick, as describe_contact() has it.

@@ -1,11 +1,13 @@
 // Minimum separation: the elementary tests against distances in extended precision, and whole
 // detections against the elementary tests.
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 #include <vector>
 
 #include "core/closest.h"
+#include "core/separation.h"
 #include "lazyccd/detector.h"
 #include "lazyccd/error.h"
 #include "lazyccd/query.h"
@@ -105,6 +107,42 @@ TEST_CASE("a falling vertex is in contact when it is as near as the separation")
   CHECK_FALSE(decide_within(vf, falling_vertex(1, 0.26), 0.25).hit);
   CHECK_FALSE(decide_within(vf, falling_vertex(1, 0.25000001), 0.25).hit);
   CHECK(decide_within(vf, falling_vertex(1, 0.25), 0.25).hit);
+}
+
+// The axis of a moment does not hold for long where primitives turn.
+TEST_CASE("a face that turns towards a vertex is met within a few advances") {
+  constexpr double h = 0.25;
+  int most = 0;
+  for (int tilt = -7; tilt <= 7; ++tilt) {
+    const double rise = 0.1 * tilt;
+    const QueryPoints points{{{0.25, 1, 0.25},
+                              {0, 0, 0},
+                              {1, 0, 0},
+                              {0, 0, 1},
+                              {0.25, 0.1, 0.25},
+                              {0, 0, 0},
+                              {1, rise, 0},
+                              {0, -0.5 * rise, 1}}};
+    QueryCoordinates q;
+    for (std::size_t p = 0; p < 4; ++p) {
+      q.start[p] = {points[p][0], points[p][1], points[p][2]};
+      q.end[p] = {points[p + 4][0], points[p + 4][1], points[p + 4][2]};
+    }
+    const Differences<double> d = differences<ContactKind::vertex_face>(q, 1);
+    const Magnitudes<double> m = magnitudes(d);
+    Search<double> search;
+    int advances = 0;
+    Advanced<double> advanced{false, false};
+    while (!advanced.arrived && !advanced.missed && advances < kMaxAdvances) {
+      advanced = advance<ContactKind::vertex_face>(d, m, h, search);
+      ++advances;
+    }
+    REQUIRE(advanced.arrived);
+    CHECK(distance_at(ContactKind::vertex_face, points, search.t) >= h);
+    CHECK(distance_at(ContactKind::vertex_face, points, search.t + 1e-8) < h);
+    most = std::max(most, advances);
+  }
+  CHECK(most <= 8);
 }
 
 TEST_CASE("what is nearer than the separation at the start is in contact at time zero") {

@@ -46,22 +46,18 @@ struct DifferencesAt {
 
 template <ContactKind kind, int end>
 LAZYCCD_INLINE DifferencesAt<Pack> gather_at(const LeafScene& scene, const Candidate* c) {
-  alignas(64) Float4Row rows[3][Pack::lanes];
-  const auto position = [&](std::int32_t vertex) {
-    return *reinterpret_cast<const Double4*>(
-        scene.records + 8 * std::size_t{static_cast<std::uint32_t>(vertex)} + 3 * end);
-  };
-  for (int i = 0; i < Pack::lanes; ++i) {
-    const Ends e = ends<kind>(scene, c[i]);
-    const auto difference = [&](const std::int32_t(&p)[2]) {
-      return __builtin_convertvector((position(p[1]) - position(p[0])) * scene.scale, Float4Row);
+  Ends of[Pack::lanes];
+  for (int i = 0; i < Pack::lanes; ++i) of[i] = ends<kind>(scene, c[i]);
+  const auto difference = [&](std::int32_t(Ends::*points)[2]) {
+    const auto position = [&](int lane, int which) {
+      const auto vertex = static_cast<std::uint32_t>((of[lane].*points)[which]);
+      return *reinterpret_cast<const Double4*>(scene.records + 8 * std::size_t{vertex} + 3 * end);
     };
-    const int at = row_of_lane(i);
-    rows[0][at] = difference(e.e1);
-    rows[1][at] = difference(e.e2);
-    rows[2][at] = difference(e.r);
-  }
-  return {columns_of(rows[0]), columns_of(rows[1]), columns_of(rows[2])};
+    Quarters rows[4];
+    for (int i = 0; i < 4; ++i) rows[i] = quarters_of(position, i, scene.scale);
+    return columns_of(rows);
+  };
+  return {difference(&Ends::e1), difference(&Ends::e2), difference(&Ends::r)};
 }
 
 }  // namespace LAZYCCD_ISA

@@ -23,10 +23,19 @@ LAZYCCD_INLINE Pack least_along(const Vec3<Pack>& axis, const Vec3<Pack>& e1, co
 
 // Appends those that are chosen; writes up to Pack::lanes beyond them.
 LAZYCCD_INLINE int append(const Candidate* pairs, unsigned chosen, Candidate* to, int count) {
+#if defined(__AVX512F__)
+  for (int half = 0; half < 2; ++half) {
+    const auto bits = static_cast<__mmask8>(chosen >> 8 * half);
+    const __m512i eight = _mm512_loadu_si512(pairs + 8 * half);
+    _mm512_storeu_si512(to + count, _mm512_maskz_compress_epi64(bits, eight));
+    count += __builtin_popcount(bits);
+  }
+#else
   for (int i = 0; i < Pack::lanes; ++i) {
     to[count] = pairs[i];
     count += static_cast<int>(chosen >> i & 1);
   }
+#endif
   return count;
 }
 
@@ -77,7 +86,7 @@ class Others {
       const bool is_away = away >> i & 1;
       split.away[split.away_count] = pairs_[i];
       split.away_apart[split.away_count] = apart_[i];
-      split.open[split.open_count] = {pairs_[i], 0, false, false, apart_[i]};
+      split.open[split.open_count] = {pairs_[i], 0, false, apart_[i]};
       split.away_count += is_away;
       split.open_count += !is_away;
     }
@@ -139,7 +148,7 @@ void near_kind(const LeafScene& scene, const Candidate* candidates, int count, N
       alignas(64) float gaps[Pack::lanes];
       apart.store(gaps);
       for (int i = 0; i < left; ++i)
-        split.open[split.open_count++] = {pair[i], 0, false, (spoken_for >> i & 1) != 0, gaps[i]};
+        split.open[split.open_count++] = {pair[i], 0, (spoken_for >> i & 1) != 0, gaps[i]};
       continue;
     }
     const Mask near = certainly_within(within);
@@ -147,7 +156,7 @@ void near_kind(const LeafScene& scene, const Candidate* candidates, int count, N
     nearest = lane_min(nearest, select(near, apart, nearest));
     split.near_count = append(pair, near_bits, split.near, split.near_count);
     for (unsigned own = near_bits & ~spoken_for; own; own &= own - 1)
-      split.own[split.own_count++] = {pair[__builtin_ctz(own)], 0, true};
+      split.own[split.own_count++] = {pair[__builtin_ctz(own)]};
     others.add(pair, used & ~near_bits, gap, apart);
     if (others.count() >= Pack::lanes) others.split<kind>(scene, split);
   }

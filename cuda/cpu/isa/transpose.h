@@ -1,8 +1,10 @@
-// Rows of floats, one a lane, turned into packs, one a column.
+// Rows, one a lane, turned into packs, one a column.
 #pragma once
 
 #include "core/vec.h"
 #include "cpu/isa/pack.h"
+#include "cpu/isa/records.h"
+#include "cpu/isa/wide.h"
 
 namespace lazyccd {
 namespace LAZYCCD_ISA {
@@ -73,38 +75,118 @@ LAZYCCD_INLINE void transpose(const Float8 (&rows)[Pack::lanes], Pack (&columns)
 
 #endif
 
-typedef float Float4Row __attribute__((vector_size(16), aligned(16)));
-
-// Where the row of a lane has to stand for columns_of(): each quarter of a register is transposed
-// by itself.
-constexpr int row_of_lane(int lane) { return lane % 4 * (Pack::lanes / 4) + lane / 4; }
-
-// The first three columns of rows of four.
+// Of records of doubles.
 #if defined(__AVX512F__)
 
-LAZYCCD_INLINE Vec3<Pack> columns_of(const Float4Row (&rows)[Pack::lanes]) {
-  const float* p = reinterpret_cast<const float*>(rows);
-  const __m512 a = _mm512_load_ps(p), b = _mm512_load_ps(p + 16), c = _mm512_load_ps(p + 32),
-               d = _mm512_load_ps(p + 48);
-  const __m512 ab = _mm512_unpacklo_ps(a, b), cd = _mm512_unpacklo_ps(c, d);
-  return {Pack(_mm512_shuffle_ps(ab, cd, 0x44)), Pack(_mm512_shuffle_ps(ab, cd, 0xee)),
-          Pack(_mm512_shuffle_ps(_mm512_unpackhi_ps(a, b), _mm512_unpackhi_ps(c, d), 0x44))};
+LAZYCCD_INLINE void transpose(const Double8 (&rows)[Wide::lanes], Wide (&columns)[kColumns]) {
+  // 2 x 2 within each pair of rows, then the quarters of the registers.
+  __m512d even[4], odd[4];  // columns 0 2 4 6 and 1 3 5 7, two rows at a time
+  for (int i = 0; i < 4; ++i) {
+    const __m512d a = reinterpret_cast<const __m512d&>(rows[2 * i]);
+    const __m512d b = reinterpret_cast<const __m512d&>(rows[2 * i + 1]);
+    even[i] = _mm512_unpacklo_pd(a, b);
+    odd[i] = _mm512_unpackhi_pd(a, b);
+  }
+  for (int k = 0; k < 2; ++k) {
+    const __m512d(&pairs)[4] = k == 0 ? even : odd;
+    const __m512d a = _mm512_shuffle_f64x2(pairs[0], pairs[1], 0x88),  // columns 0 and 4
+        b = _mm512_shuffle_f64x2(pairs[2], pairs[3], 0x88),
+                  c = _mm512_shuffle_f64x2(pairs[0], pairs[1], 0xdd),  // columns 2 and 6
+        e = _mm512_shuffle_f64x2(pairs[2], pairs[3], 0xdd);
+    columns[k] = _mm512_shuffle_f64x2(a, b, 0x88);
+    columns[k + 2] = _mm512_shuffle_f64x2(c, e, 0x88);
+    columns[k + 4] = _mm512_shuffle_f64x2(a, b, 0xdd);
+  }
 }
 
 #elif defined(__AVX2__)
 
-LAZYCCD_INLINE Vec3<Pack> columns_of(const Float4Row (&rows)[Pack::lanes]) {
-  const float* p = reinterpret_cast<const float*>(rows);
-  const __m256 a = _mm256_load_ps(p), b = _mm256_load_ps(p + 8), c = _mm256_load_ps(p + 16),
-               d = _mm256_load_ps(p + 24);
-  const __m256 ab = _mm256_unpacklo_ps(a, b), cd = _mm256_unpacklo_ps(c, d);
-  return {Pack(_mm256_shuffle_ps(ab, cd, 0x44)), Pack(_mm256_shuffle_ps(ab, cd, 0xee)),
-          Pack(_mm256_shuffle_ps(_mm256_unpackhi_ps(a, b), _mm256_unpackhi_ps(c, d), 0x44))};
+LAZYCCD_INLINE void transpose(const Double8 (&rows)[Wide::lanes], Wide (&columns)[kColumns]) {
+  for (int half = 0; half < 2; ++half) {
+    __m256d row[4];
+    for (int i = 0; i < 4; ++i)
+      row[i] = _mm256_load_pd(reinterpret_cast<const double*>(&rows[i]) + 4 * half);
+    const __m256d a = _mm256_unpacklo_pd(row[0], row[1]), b = _mm256_unpackhi_pd(row[0], row[1]),
+                  c = _mm256_unpacklo_pd(row[2], row[3]), d = _mm256_unpackhi_pd(row[2], row[3]);
+    columns[4 * half] = _mm256_permute2f128_pd(a, c, 0x20);
+    columns[4 * half + 1] = _mm256_permute2f128_pd(b, d, 0x20);
+    if (half == 1) break;
+    columns[2] = _mm256_permute2f128_pd(a, c, 0x31);
+    columns[3] = _mm256_permute2f128_pd(b, d, 0x31);
+  }
 }
 
 #else
 
-LAZYCCD_INLINE Vec3<Pack> columns_of(const Float4Row (&rows)[Pack::lanes]) {
+LAZYCCD_INLINE void transpose(const Double8 (&rows)[Wide::lanes], Wide (&columns)[kColumns]) {
+  for (int k = 0; k < kColumns; ++k) columns[k] = Double2{rows[0][k], rows[1][k]};
+}
+
+#endif
+
+// Differences of positions, four floats a lane, in the quarters of a register: `lane`, the fourth
+// after it, and so on. position(lane, which) are four doubles.
+#if defined(__AVX2__)
+
+template <class Position>
+LAZYCCD_INLINE Float8 halves_of(const Position& position, int lane, double scale) {
+  const auto both = [&](int which) {
+    return __builtin_shufflevector(position(lane, which), position(lane + 4, which), 0, 1, 2, 3, 4,
+                                   5, 6, 7);
+  };
+  return __builtin_convertvector((both(1) - both(0)) * scale, Float8);
+}
+
+#endif
+
+#if defined(__AVX512F__)
+
+typedef __m512 Quarters;
+
+template <class Position>
+LAZYCCD_INLINE Quarters quarters_of(const Position& position, int lane, double scale) {
+  const Float8 low = halves_of(position, lane, scale), high = halves_of(position, lane + 8, scale);
+  return _mm512_insertf32x8(_mm512_castps256_ps512(reinterpret_cast<const __m256&>(low)),
+                            reinterpret_cast<const __m256&>(high), 1);
+}
+
+// The first three columns of what quarters_of() gives for the lanes 0 to 3.
+LAZYCCD_INLINE Vec3<Pack> columns_of(const Quarters (&rows)[4]) {
+  const __m512 ab = _mm512_unpacklo_ps(rows[0], rows[1]), cd = _mm512_unpacklo_ps(rows[2], rows[3]),
+               ab_high = _mm512_unpackhi_ps(rows[0], rows[1]),
+               cd_high = _mm512_unpackhi_ps(rows[2], rows[3]);
+  return {Pack(_mm512_shuffle_ps(ab, cd, 0x44)), Pack(_mm512_shuffle_ps(ab, cd, 0xee)),
+          Pack(_mm512_shuffle_ps(ab_high, cd_high, 0x44))};
+}
+
+#elif defined(__AVX2__)
+
+typedef __m256 Quarters;
+
+template <class Position>
+LAZYCCD_INLINE Quarters quarters_of(const Position& position, int lane, double scale) {
+  const Float8 halves = halves_of(position, lane, scale);
+  return reinterpret_cast<const __m256&>(halves);
+}
+
+LAZYCCD_INLINE Vec3<Pack> columns_of(const Quarters (&rows)[4]) {
+  const __m256 ab = _mm256_unpacklo_ps(rows[0], rows[1]), cd = _mm256_unpacklo_ps(rows[2], rows[3]),
+               ab_high = _mm256_unpackhi_ps(rows[0], rows[1]),
+               cd_high = _mm256_unpackhi_ps(rows[2], rows[3]);
+  return {Pack(_mm256_shuffle_ps(ab, cd, 0x44)), Pack(_mm256_shuffle_ps(ab, cd, 0xee)),
+          Pack(_mm256_shuffle_ps(ab_high, cd_high, 0x44))};
+}
+
+#else
+
+typedef Float4 Quarters;
+
+template <class Position>
+LAZYCCD_INLINE Quarters quarters_of(const Position& position, int lane, double scale) {
+  return __builtin_convertvector((position(lane, 1) - position(lane, 0)) * scale, Float4);
+}
+
+LAZYCCD_INLINE Vec3<Pack> columns_of(const Quarters (&rows)[4]) {
   const auto column = [&](int k) {
     return Pack(Float4{rows[0][k], rows[1][k], rows[2][k], rows[3][k]});
   };
