@@ -173,31 +173,8 @@ void CpuDetector::traverse(Stats& stats) {
   } else {
     balanced_traversal(stats);
   }
-  finish_workers();
+  test_rest(serving_);
   if (options_.culling.orphan_sets) test_orphans(stats);
-}
-
-void CpuDetector::test_listed() {
-  std::int64_t sought = 0;
-  for (const auto& worker : workers_) sought += worker->candidates[0] + worker->candidates[1];
-  constexpr std::size_t piece = CandidateQueue::capacity / 2;
-  const auto pieces_of = [&](ContactKind kind) {
-    return (near_list_.of(kind).size() + piece - 1) / piece;
-  };
-  const std::size_t first_ee = pieces_of(ContactKind::vertex_face),
-                    count = first_ee + pieces_of(ContactKind::edge_edge);
-  near_list_.measure_reach();
-  const auto test = [&](std::size_t i, Worker& worker) {
-    const auto kind = i < first_ee ? ContactKind::vertex_face : ContactKind::edge_edge;
-    const std::vector<ListedCandidate>& list = near_list_.of(kind);
-    const std::size_t begin = piece * (i < first_ee ? i : i - first_ee);
-    worker.process_listed(near_list_, kind, &list[begin],
-                          static_cast<int>(std::min(piece, list.size() - begin)));
-  };
-  pool_.parallel_for(count, 1, [&](std::size_t first, std::size_t last, int id) {
-    for (std::size_t i = first; i < last; ++i) test(i, *workers_[id]);
-  });
-  near_list_.served(sought);
 }
 
 void CpuDetector::look_ahead() {
@@ -215,17 +192,63 @@ void CpuDetector::keep_listed() {
   near_list_.complete(parts);
 }
 
-void CpuDetector::finish_workers() {
-  int queued = 0;
-  for (const auto& worker : workers_) queued += worker->queues[0].count + worker->queues[1].count;
-  // What is done sooner than another thread would come is done here.
-  if (queued < 256) {
-    for (const auto& worker : workers_) worker->finish();
-    return;
+// What is left in the workers' queues and, with a list, what that holds: in even pieces for all
+// workers, whoever found them.
+void CpuDetector::test_rest(bool listed) {
+  struct Piece {
+    ContactKind kind;
+    Candidate* queued;              // or
+    const ListedCandidate* listed;  // the other is null
+    std::size_t count;
+  };
+  constexpr ContactKind kinds[] = {ContactKind::vertex_face, ContactKind::edge_edge};
+  std::size_t queued = 0, rest = 0;
+  std::int64_t sought = 0;
+  for (const auto& worker : workers_) {
+    sought += worker->candidates[0] + worker->candidates[1];
+    queued += static_cast<std::size_t>(worker->queues[0].count + worker->queues[1].count);
   }
-  pool_.parallel_for(workers_.size(), 1, [&](std::size_t first, std::size_t last, int) {
-    for (std::size_t i = first; i < last; ++i) workers_[i]->finish();
+  rest = queued;
+  if (listed) {
+    near_list_.measure_reach();
+    for (const ContactKind kind : kinds) rest += near_list_.of(kind).size();
+  }
+  constexpr std::size_t least = 128, most = CandidateQueue::capacity / 2;
+  const std::size_t size =
+      std::clamp(rest / (4 * static_cast<std::size_t>(pool_.size())), least, most);
+  std::vector<Piece> pieces;
+  pieces.reserve(rest / size + 4 * workers_.size());
+  const auto cut = [&](Piece whole) {
+    const std::size_t count = whole.count;
+    for (std::size_t first = 0; first < count; first += size) {
+      whole.count = std::min(size, count - first);
+      pieces.push_back(whole);
+      if (whole.queued) whole.queued += size;
+      if (whole.listed) whole.listed += size;
+    }
+  };
+  for (const ContactKind kind : kinds) {
+    for (const auto& worker : workers_) {
+      CandidateQueue& queue = worker->queues[static_cast<int>(kind)];
+      cut({kind, queue.items, nullptr, static_cast<std::size_t>(queue.count)});
+      queue.count = 0;
+    }
+    if (listed) cut({kind, nullptr, near_list_.of(kind).data(), near_list_.of(kind).size()});
+  }
+  // What is done sooner than another thread would come is done here.
+  const std::size_t grain = rest < 2 * least ? pieces.size() : 1;
+  pool_.parallel_for(pieces.size(), grain, [&](std::size_t first, std::size_t last, int id) {
+    for (std::size_t i = first; i < last; ++i) {
+      const Piece& piece = pieces[i];
+      const int count = static_cast<int>(piece.count);
+      if (piece.listed) {
+        workers_[id]->process_listed(near_list_, piece.kind, piece.listed, count);
+      } else {
+        workers_[id]->process_queued(piece.kind, piece.queued, count);
+      }
+    }
   });
+  if (listed) near_list_.served(sought + static_cast<std::int64_t>(queued));
 }
 
 // Algorithm 2.1: a pair of nodes that overlap is opened, down to pairs of leaves.
@@ -290,11 +313,12 @@ void CpuDetector::test_orphans(Stats& stats) {
     const OrphanList orphans = orphans_.of(kind);
     pool_.parallel_for(orphans.count, 1024, [&](std::size_t first, std::size_t last, int id) {
       std::int64_t pushed = 0;
-      for (std::size_t i = first; i < last; ++i) pushed += test(kind, orphans.pairs[i], *workers_[id]);
+      for (std::size_t i = first; i < last; ++i)
+        pushed += test(kind, orphans.pairs[i], *workers_[id]);
       near.fetch_add(pushed, std::memory_order_relaxed);  // read after the job's end
     });
   }
-  finish_workers();
+  test_rest(false);
   stats.orphans = near.load(std::memory_order_relaxed);
 }
 
@@ -372,8 +396,11 @@ Span<const Contact> CpuDetector::detect(const Positions& start, const Positions&
   stats.ms_refit = watch.lap();
   begin_workers(options_.separation);
   for (const auto& worker : workers_) worker->near_pairs.clear();
-  if (!all_listed) traverse(stats);
-  if (serving_) test_listed();
+  if (all_listed) {
+    test_rest(true);
+  } else {
+    traverse(stats);
+  }
   if (listing_) keep_listed();
   if (looking_) look_ahead();
   stats.ms_traverse = watch.lap();
@@ -420,7 +447,7 @@ Span<const Contact> CpuDetector::touching_again(const Positions& start, const Po
         });
       }
     }
-    finish_workers();
+    test_rest(false);
   }
   gather_contacts(touching_, stats);
   stats.ms_total = stats.ms_refit + total.lap();

@@ -42,7 +42,6 @@ class CpuDetector : public BackendDetector {
   void begin_workers(double separation);
   void gather_contacts(std::vector<Contact>& out, Stats& stats);
   void traverse(Stats& stats);
-  void test_listed();
   void keep_listed();
   void look_ahead();
   bool may_list() const;
@@ -53,7 +52,7 @@ class CpuDetector : public BackendDetector {
   void find_parts();
   bool may_meet(NodePair pair) const;
   bool stay_apart() const;
-  void finish_workers();
+  void test_rest(bool listed);
   void test_orphans(Stats& stats);
   void keep_front(bool reused);
   void count_idle(double busy, double wall, Stats& stats) const;

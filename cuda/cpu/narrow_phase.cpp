@@ -33,17 +33,9 @@ void NarrowPhase::begin(const LeafKernels& kernels, const Mesh& mesh, const Leaf
 void NarrowPhase::drain_full(CandidateSink& self, ContactKind kind) {
   CandidateQueue& queue = self.queues[static_cast<int>(kind)];
   const int whole = queue.count / kBlockLanes * kBlockLanes;
-  static_cast<NarrowPhase&>(self).process_queue(kind, whole);
+  static_cast<NarrowPhase&>(self).process_queued(kind, queue.items, whole);
   queue.count -= whole;
   std::copy_n(queue.items + whole, queue.count, queue.items);
-}
-
-void NarrowPhase::finish() {
-  for (const ContactKind kind : {ContactKind::vertex_face, ContactKind::edge_edge}) {
-    CandidateQueue& queue = queues[static_cast<int>(kind)];
-    process_queue(kind, queue.count);
-    queue.count = 0;
-  }
 }
 
 void NarrowPhase::push(ContactKind kind, Candidate pair) {
@@ -52,8 +44,7 @@ void NarrowPhase::push(ContactKind kind, Candidate pair) {
   queue.items[queue.count++] = pair;
 }
 
-void NarrowPhase::process_queue(ContactKind kind, int count) {
-  Candidate* items = queues[static_cast<int>(kind)].items;
+void NarrowPhase::process_queued(ContactKind kind, Candidate* items, int count) {
   if (dropped_) {
     const auto orphan = [&](Candidate c) { return dropped_->of(kind).contains(kind, c); };
     count = static_cast<int>(std::remove_if(items, items + count, orphan) - items);
@@ -182,7 +173,7 @@ void NarrowPhase::list_near(ContactKind kind) {
 // Those that can be near in this step.
 void NarrowPhase::process_listed(const NearList& list, ContactKind kind,
                                  const ListedCandidate* items, int count) {
-  Candidate* const within_reach = queues[static_cast<int>(kind)].items;
+  Candidate within_reach[CandidateQueue::capacity];
   int left = 0;
   for (int i = 0; i < count; ++i) {
     within_reach[left] = items[i].pair;

@@ -41,12 +41,12 @@ class NarrowPhase : public CandidateSink {
   void drop(const OrphanSets* dropped) { dropped_ = dropped; }
 
   void push(ContactKind kind, Candidate pair);
+  // Of this or another worker's queue, at most CandidateQueue::capacity; changes them.
+  void process_queued(ContactKind kind, Candidate* items, int count);
   // Of the listed candidates, at most CandidateQueue::capacity, those that can be near in this
-  // step. The queues are to be empty.
+  // step.
   void process_listed(const NearList& list, ContactKind kind, const ListedCandidate* items,
                       int count);
-  // What is left in the queues.
-  void finish();
   // Of contacts of one kind that are near, sorted: appends those that are to be reported.
   void keep_distinct(Span<const Contact> near, std::vector<Contact>& kept);
 
@@ -66,7 +66,6 @@ class NarrowPhase : public CandidateSink {
 
  private:
   static void drain_full(CandidateSink& self, ContactKind kind);
-  void process_queue(ContactKind kind, int count);
   void process(ContactKind kind, const Candidate* items, int count);
   template <ContactKind kind>
   void process_kind(const Candidate* items, int count);
