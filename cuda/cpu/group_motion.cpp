@@ -47,7 +47,7 @@ void GroupMotion::begin(const std::vector<VertexRecord>& records, double scale) 
 
 void GroupMotion::measure(const std::vector<VertexRecord>& records, const Tree& tree,
                           ThreadPool& pool) {
-  pool.parallel_for(leaves_.size(), 512, [&](std::size_t first, std::size_t last, int) {
+  pool.parallel_for(leaves_.size(), 128, [&](std::size_t first, std::size_t last, int) {
     for (std::size_t i = first; i < last; ++i) measure_leaf(static_cast<std::uint32_t>(i), records);
   });
   // Children come after their parents.

@@ -144,11 +144,11 @@ void Groups::refit(const std::vector<VertexRecord>& vertices, ThreadPool& pool, 
   vertex_boxes_.resize(1 + vertices.size());
   for (float& side : vertex_boxes_.front().side) side = -std::numeric_limits<float>::infinity();
   VertexBox* const boxes = vertex_boxes_.data() + 1;
-  pool.parallel_for(vertices.size(), 4096, [&](std::size_t first, std::size_t last, int) {
+  pool.parallel_for(vertices.size(), 1024, [&](std::size_t first, std::size_t last, int) {
     kernels_->box_vertices(vertices.data()->x, scale, margin_ * scale, first, last,
                            boxes);
   });
-  pool.parallel_for(groups_.size(), 256, [&](std::size_t first, std::size_t last, int) {
+  pool.parallel_for(groups_.size(), 64, [&](std::size_t first, std::size_t last, int) {
     kernels_->box_groups(boxes, groups_.data(), first, last, blocks_.data(),
                          boxes_.data());
   });

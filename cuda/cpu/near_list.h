@@ -33,7 +33,7 @@ class ListedPart {
 
 class NearList {
  public:
-  explicit NearList(double separation) : separation_(separation), slack_(separation / 4) {}
+  explicit NearList(double separation) : separation_(separation), slack_(separation / 2) {}
 
   // By how much further than a step needs boxes have to grow on every side for a list.
   double slack() const { return slack_; }
@@ -82,7 +82,7 @@ class NearList {
 
  private:
   // Steps that a list should last for, for it costs more to make than without.
-  static constexpr double least_steps = 2;
+  static constexpr double least_steps = 3;
 
   bool moves_within(NodePair nodes, double squared) const {
     return groups_.difference_squared(nodes.a, nodes.b) <= squared;
