@@ -38,6 +38,18 @@ bool apart(const std::vector<VertexRecord>& records, const std::array<std::int32
   return false;
 }
 
+// Keeps a pool alone for as long as it lives, if so.
+class Alone {
+ public:
+  Alone(ThreadPool& pool, bool alone) : pool_(pool) { pool_.set_alone(alone); }
+  ~Alone() { pool_.set_alone(false); }
+  Alone(const Alone&) = delete;
+  Alone& operator=(const Alone&) = delete;
+
+ private:
+  ThreadPool& pool_;
+};
+
 bool is_vertex_face(const Contact& contact) { return contact.kind == ContactKind::vertex_face; }
 
 }  // namespace
@@ -215,7 +227,7 @@ void CpuDetector::test_rest(bool listed) {
   }
   constexpr std::size_t least = 128, most = CandidateQueue::capacity / 2;
   const std::size_t size =
-      std::clamp(rest / (4 * static_cast<std::size_t>(pool_.size())), least, most);
+      std::clamp(rest / (4 * static_cast<std::size_t>(pool_.available())), least, most);
   std::vector<Piece> pieces;
   pieces.reserve(rest / size + 4 * workers_.size());
   const auto cut = [&](Piece whole) {
@@ -325,7 +337,7 @@ void CpuDetector::test_orphans(Stats& stats) {
 // Of the workers' time in a traversal of `wall` milliseconds they were busy for `busy`.
 void CpuDetector::count_idle(double busy, double wall, Stats& stats) const {
   if (wall <= 0) return;
-  stats.idle_share = std::max(0.0, 1 - busy / (wall * pool_.size()));
+  stats.idle_share = std::max(0.0, 1 - busy / (wall * pool_.available()));
   stats.ms_balance = stats.idle_share * wall;
 }
 
@@ -382,6 +394,7 @@ Span<const Contact> CpuDetector::detect(const Positions& start, const Positions&
                                         Stats& stats) {
   stats.groups = 0;
   Stopwatch total, watch;
+  const Alone alone(pool_, tested_ < few_candidates && records_.size() < few_vertices);
   pool_.rouse();
   scale_ = scale_for(load_records(*mesh_, start, end, pool_, records_));
   if (near_list_.made()) near_list_.begin_step(records_, scale_, tree_, pool_);
@@ -406,6 +419,7 @@ Span<const Contact> CpuDetector::detect(const Positions& start, const Positions&
   stats.ms_traverse = watch.lap();
 
   gather_contacts(contacts_, stats);
+  tested_ = stats.candidates_vf + stats.candidates_ee;
   stats.ms_traverse =
       std::max(0.0, stats.ms_traverse - stats.ms_narrow - stats.ms_balance - stats.ms_front);
   stats.ms_total = total.lap();
@@ -491,7 +505,7 @@ void CpuDetector::gather_contacts(std::vector<Contact>& out, Stats& stats) {
     stats.contacts_vf += w->found[0];
     stats.contacts_ee += w->found[1];
     stats.hash += w->hash;
-    stats.ms_narrow += w->ms / pool_.size();
+    stats.ms_narrow += w->ms / pool_.available();
   }
   (*sort_)(parts, pool_, out);
   stats.ms_sort = watch.lap();

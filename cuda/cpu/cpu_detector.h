@@ -38,6 +38,10 @@ class CpuDetector : public BackendDetector {
  private:
   struct Worker;
 
+  // A step with fewer is done sooner than another thread would have come to it.
+  static constexpr std::int64_t few_candidates = 750;
+  static constexpr std::size_t few_vertices = 4096;
+
   void update_hierarchy(Stats& stats);
   void begin_workers(double separation);
   void gather_contacts(std::vector<Contact>& out, Stats& stats);
@@ -68,7 +72,8 @@ class CpuDetector : public BackendDetector {
   bool built_ = false;
   // In this step: a list of what is near is made; or serves; or, without one, would it last?
   bool listing_ = false, serving_ = false, looking_ = false;
-  double built_cost_ = 0;  // the tree's cost when it was built
+  double built_cost_ = 0;                 // the tree's cost when it was built
+  std::int64_t tested_ = few_candidates;  // candidates of the last step
   double scale_ = 1;
   std::vector<VertexRecord> records_;
   Groups groups_;

@@ -69,7 +69,7 @@ ThreadPool::~ThreadPool() {
 
 void ThreadPool::rouse() {
   // Relaxed: who goes to sleep just now is woken by the job.
-  if (size_ == 1 || sleepers_.load(std::memory_order_relaxed) == 0) return;
+  if (available() == 1 || sleepers_.load(std::memory_order_relaxed) == 0) return;
   leave_core_to_caller();
   const std::lock_guard<std::mutex> lock(mutex_);
   ++roused_;

@@ -32,6 +32,12 @@ class ThreadPool {
   // short stage lasts.
   void rouse();
 
+  // While it is alone the caller does what is offered and what is to be done in pieces by itself:
+  // for what is done sooner than other threads would be awake.
+  void set_alone(bool alone) { alone_ = alone; }
+  // Workers that may come to what is offered.
+  int available() const { return alone_ ? 1 : size_; }
+
   // job(worker) once on every worker; returns when all have. Rethrows the first exception.
   template <class Job>
   void run(Job&& job) {
@@ -43,16 +49,18 @@ class ThreadPool {
   // alone.
   template <class Job>
   void offer(Job&& job) {
+    if (alone_) return static_cast<void>(job(0));
     start(Attendance::volunteers, &invoke<Job>, address(job));
   }
 
   // body(first, last, worker) over disjoint pieces of [0, count) of at most `grain` (on a pool of
-  // one, or where `count` is no more than that, in one piece). An exception stops the handing out.
+  // one or alone, or where `count` is no more than that, in one piece). An exception stops the
+  // handing out.
   template <class Body>
   void parallel_for(std::size_t count, std::size_t grain, Body&& body) {
     if (count == 0) return;
     grain = std::max<std::size_t>(grain, 1);
-    if (size_ == 1 || count <= grain) {
+    if (available() == 1 || count <= grain) {
       body(std::size_t{0}, count, 0);
       return;
     }
@@ -98,6 +106,7 @@ class ThreadPool {
 
   const int size_;
   std::vector<std::thread> threads_;
+  bool alone_ = false;
   int caller_core_ = -1;  // where the threads are kept off
 
   // The job on offer: see the packing in thread_pool.cpp. On its own line: workers spin on it.

@@ -51,6 +51,29 @@ TEST_CASE("a pool that was roused runs its jobs, whether they come or not") {
   pool.rouse();
 }
 
+TEST_CASE("alone, the caller does what is offered by itself, and what calls all calls all") {
+  ThreadPool pool(3);
+  pool.set_alone(true);
+  CHECK(pool.available() == 1);
+  int offered = 0, pieces = 0;  // plain: nobody else writes them
+  const auto caller = std::this_thread::get_id();
+  pool.offer([&](int worker) {
+    offered += worker == 0 && std::this_thread::get_id() == caller ? 1 : 100;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  });
+  pool.parallel_for(1000, 1, [&](std::size_t first, std::size_t last, int worker) {
+    pieces += worker == 0 && first == 0 && last == 1000 ? 1 : 100;
+  });
+  CHECK(offered == 1);
+  CHECK(pieces == 1);
+  CHECK_THROWS_AS(pool.offer([](int) { throw std::runtime_error("alone"); }), std::runtime_error);
+  std::vector<int> calls(3);
+  pool.run([&](int worker) { ++calls[static_cast<std::size_t>(worker)]; });
+  CHECK(calls == std::vector<int>(3, 1));
+  pool.set_alone(false);
+  CHECK(pool.available() == 3);
+}
+
 TEST_CASE("worker 0 is the calling thread") {
   ThreadPool pool(3);
   std::thread::id worker_0;
