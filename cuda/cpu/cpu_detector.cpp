@@ -76,7 +76,7 @@ CpuDetector::CpuDetector(const Options& options, const LeafKernels& kernels)
       groups_(separation_margin(options.separation), kernels),
       volume_(make_node_volume(options.volume, separation_margin(options.separation))),
       front_policy_(options.front_period, options.front_ratio),
-      near_list_(options.separation) {
+      near_list_(options.separation, pool_.size()) {
   // The pairs that are to stand for others would not be tested.
   options_.distinct = options.distinct && options.vertex_face;
   // What cannot touch can still come near.
@@ -155,7 +155,8 @@ void CpuDetector::visit_pair(Worker& worker, NodePair pair) {
 void CpuDetector::begin_workers(double separation) {
   const float scaled = static_cast<float>(separation * scale_);
   const bool single_first = options_.arithmetic == Arithmetic::single_first;
-  for (const auto& worker : workers_) {
+  for (int i = 0; i < pool_.size(); ++i) {
+    Worker* const worker = workers_[static_cast<std::size_t>(i)].get();
     const LeafScene scene{groups_.groups().data(),
                           groups_.boxes().data(),
                           groups_.blocks().data(),
@@ -170,7 +171,7 @@ void CpuDetector::begin_workers(double separation) {
                           single_first,
                           options_.culling.non_penetration ? &worker->never_coplanar : nullptr,
                           options_.distinct ? mesh_->first_faces() : FirstFaces{}};
-    worker->begin(*kernels_, *mesh_, scene, listing_ ? &near_list_ : nullptr);
+    worker->begin(*kernels_, *mesh_, scene, listing_ ? &near_list_ : nullptr, &near_list_.part(i));
     worker->begin_traversal();
   }
 }
@@ -198,19 +199,14 @@ void CpuDetector::look_ahead() {
   near_list_.looked_at(pairs, lasting);
 }
 
-void CpuDetector::keep_listed() {
-  std::vector<const ListedPart*> parts;
-  for (const auto& worker : workers_) parts.push_back(&worker->listed());
-  near_list_.complete(parts);
-}
-
 // What is left in the workers' queues and, with a list, what that holds: in even pieces for all
 // workers, whoever found them.
 void CpuDetector::test_rest(bool listed) {
   struct Piece {
     ContactKind kind;
     Candidate* queued;              // or
-    const ListedCandidate* listed;  // the other is null
+    const ListedCandidate* listed;  // the other is null; and then
+    const ListedPart* part;
     std::size_t count;
   };
   constexpr ContactKind kinds[] = {ContactKind::vertex_face, ContactKind::edge_edge};
@@ -223,7 +219,7 @@ void CpuDetector::test_rest(bool listed) {
   rest = queued;
   if (listed) {
     near_list_.measure_reach();
-    for (const ContactKind kind : kinds) rest += near_list_.of(kind).size();
+    rest += near_list_.size();
   }
   constexpr std::size_t least = 128, most = CandidateQueue::capacity / 2;
   const std::size_t size =
@@ -242,10 +238,14 @@ void CpuDetector::test_rest(bool listed) {
   for (const ContactKind kind : kinds) {
     for (const auto& worker : workers_) {
       CandidateQueue& queue = worker->queues[static_cast<int>(kind)];
-      cut({kind, queue.items, nullptr, static_cast<std::size_t>(queue.count)});
+      cut({kind, queue.items, nullptr, nullptr, static_cast<std::size_t>(queue.count)});
       queue.count = 0;
     }
-    if (listed) cut({kind, nullptr, near_list_.of(kind).data(), near_list_.of(kind).size()});
+    if (!listed) continue;
+    for (const ListedPart& part : near_list_.parts()) {
+      const std::vector<ListedCandidate>& list = part.of[static_cast<int>(kind)];
+      cut({kind, nullptr, list.data(), &part, list.size()});
+    }
   }
   // What is done sooner than another thread would come is done here.
   const std::size_t grain = rest < 2 * least ? pieces.size() : 1;
@@ -254,7 +254,7 @@ void CpuDetector::test_rest(bool listed) {
       const Piece& piece = pieces[i];
       const int count = static_cast<int>(piece.count);
       if (piece.listed) {
-        workers_[id]->process_listed(near_list_, piece.kind, piece.listed, count);
+        workers_[id]->process_listed(*piece.part, piece.kind, piece.listed, count);
       } else {
         workers_[id]->process_queued(piece.kind, piece.queued, count);
       }
@@ -414,7 +414,7 @@ Span<const Contact> CpuDetector::detect(const Positions& start, const Positions&
   } else {
     traverse(stats);
   }
-  if (listing_) keep_listed();
+  if (listing_) near_list_.complete();
   if (looking_) look_ahead();
   stats.ms_traverse = watch.lap();
 

@@ -46,7 +46,6 @@ class CpuDetector : public BackendDetector {
   void begin_workers(double separation);
   void gather_contacts(std::vector<Contact>& out, Stats& stats);
   void traverse(Stats& stats);
-  void keep_listed();
   void look_ahead();
   bool may_list() const;
   bool is_listed(NodePair pair) const { return serving_ && near_list_.holds(pair); }

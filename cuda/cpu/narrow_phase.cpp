@@ -14,14 +14,14 @@ bool at_start(const Approach& approach) { return approach_tick(approach.t) == 0;
 }  // namespace
 
 void NarrowPhase::begin(const LeafKernels& kernels, const Mesh& mesh, const LeafScene& scene,
-                        const NearList* list) {
+                        const NearList* list, ListedPart* listed) {
   kernels_ = &kernels;
   mesh_ = &mesh;
   scene_ = scene;
   list_ = list;
+  listed_ = listed;
   dropped_ = nullptr;
   contacts.clear();
-  listed_.clear();
   never_coplanar = refined = exact = 0;
   hash = 0;
   ms = 0;
@@ -163,7 +163,7 @@ int NarrowPhase::copy_free(const Candidate* items, int count) {
 void NarrowPhase::list_near(ContactKind kind) {
   const float reach = list_->reach_of_list();
   const auto add = [&](Candidate pair, float apart) {
-    if (apart <= reach) listed_.add(kind, pair, apart, list_->groups());
+    if (apart <= reach) listed_->add(kind, pair, apart, list_->groups());
   };
   for (int i = 0; i < split_.near_count; ++i) add(split_.near[i], 0);
   for (int i = 0; i < split_.open_count; ++i) add(split_.open[i].pair, split_.open[i].apart);
@@ -171,13 +171,13 @@ void NarrowPhase::list_near(ContactKind kind) {
 }
 
 // Those that can be near in this step.
-void NarrowPhase::process_listed(const NearList& list, ContactKind kind,
+void NarrowPhase::process_listed(const ListedPart& part, ContactKind kind,
                                  const ListedCandidate* items, int count) {
   Candidate within_reach[CandidateQueue::capacity];
   int left = 0;
   for (int i = 0; i < count; ++i) {
     within_reach[left] = items[i].pair;
-    left += items[i].apart <= list.reach_of(items[i]);
+    left += items[i].apart <= part.reach[items[i].groups];
   }
   process(kind, within_reach, left);
 }
@@ -232,7 +232,7 @@ void NarrowPhase::keep_distinct(Span<const Contact> near, std::vector<Contact>& 
 
 std::size_t NarrowPhase::bytes() const {
   return survivors_.capacity() * sizeof(Survivor) + free_.capacity() * sizeof(Candidate) +
-         places_.capacity() * sizeof(Place) + listed_.bytes() + near_pairs.bytes() +
+         places_.capacity() * sizeof(Place) + near_pairs.bytes() +
          contacts.capacity() * sizeof(Contact);
 }
 

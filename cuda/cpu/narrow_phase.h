@@ -34,9 +34,10 @@ class NarrowPhase : public CandidateSink {
  public:
   NarrowPhase() { drain = &drain_full; }
 
-  // For a step; all must outlive it. What is near is listed for `list`, unless that is null.
+  // For a step; all must outlive it. What is near is listed in
+  // a part of `list`, unless that is null.
   void begin(const LeafKernels& kernels, const Mesh& mesh, const LeafScene& scene,
-             const NearList* list);
+             const NearList* list, ListedPart* listed);
   // These candidates are tested elsewhere; null: none.
   void drop(const OrphanSets* dropped) { dropped_ = dropped; }
 
@@ -45,13 +46,12 @@ class NarrowPhase : public CandidateSink {
   void process_queued(ContactKind kind, Candidate* items, int count);
   // Of the listed candidates, at most CandidateQueue::capacity, those that can be near in this
   // step.
-  void process_listed(const NearList& list, ContactKind kind, const ListedCandidate* items,
+  void process_listed(const ListedPart& part, ContactKind kind, const ListedCandidate* items,
                       int count);
   // Of contacts of one kind that are near, sorted: appends those that are to be reported.
   void keep_distinct(Span<const Contact> near, std::vector<Contact>& kept);
 
   const LeafScene& scene() const { return scene_; }
-  const ListedPart& listed() const { return listed_; }
 
   // Of this step:
   std::vector<Contact> contacts;
@@ -91,14 +91,14 @@ class NarrowPhase : public CandidateSink {
   const LeafKernels* kernels_ = nullptr;
   const Mesh* mesh_ = nullptr;
   LeafScene scene_{};
-  const NearList* list_ = nullptr;
+  const NearList* list_ = nullptr;  // null: nothing is listed
+  ListedPart* listed_ = nullptr;
   const OrphanSets* dropped_ = nullptr;
   std::vector<Survivor> survivors_ = std::vector<Survivor>(CandidateQueue::capacity);
   // With a separation:
   std::vector<Candidate> free_ = std::vector<Candidate>(CandidateQueue::capacity);
   NearSplit split_;
   std::vector<Place> places_ = std::vector<Place>(CandidateQueue::capacity);
-  ListedPart listed_;
   Stopwatch watch_;
 };
 

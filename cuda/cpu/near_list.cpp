@@ -26,7 +26,7 @@ void ListedPart::add(ContactKind kind, Candidate candidate, float apart,
 
 std::size_t ListedPart::bytes() const {
   return (of[0].capacity() + of[1].capacity()) * sizeof(ListedCandidate) +
-         pairs.capacity() * sizeof(NodePair);
+         pairs.capacity() * sizeof(NodePair) + reach.capacity() * sizeof(float);
 }
 
 void NearList::build(const Mesh& mesh, const Groups& groups, const Tree& tree) {
@@ -49,32 +49,29 @@ void NearList::begin_step(const std::vector<VertexRecord>& records, double scale
 
 void NearList::begin(const std::vector<VertexRecord>& records, double scale) {
   groups_.begin(records, scale);
+  for (ListedPart& part : parts_) part.clear();
   promising_ = false;
 }
 
-void NearList::complete(const std::vector<const ListedPart*>& parts) {
-  for (std::vector<ListedCandidate>& list : of_) list.clear();
-  pairs_.clear();
-  for (const ListedPart* part : parts) {
-    const auto first = static_cast<std::uint32_t>(pairs_.size());
-    pairs_.insert(pairs_.end(), part->pairs.begin(), part->pairs.end());
-    for (int kind = 0; kind < 2; ++kind) {
-      for (ListedCandidate listed : part->of[kind]) {
-        listed.groups += first;
-        of_[kind].push_back(listed);
-      }
-    }
-  }
+void NearList::complete() {
   made_ = true;
   sought_ = 0;
   steps_ = 0;
 }
 
+std::size_t NearList::size() const {
+  std::size_t sum = 0;
+  for (const ListedPart& part : parts_) sum += part.size();
+  return sum;
+}
+
 void NearList::measure_reach() {
-  reach_.resize(pairs_.size());
-  for (std::size_t i = 0; i < pairs_.size(); ++i) {
-    const double squared = groups_.difference_squared(pairs_[i].a, pairs_[i].b);
-    reach_[i] = squared <= limit_squared_ ? reach(std::sqrt(squared)) : -1;
+  for (ListedPart& part : parts_) {
+    part.reach.resize(part.pairs.size());
+    for (std::size_t i = 0; i < part.pairs.size(); ++i) {
+      const double squared = groups_.difference_squared(part.pairs[i].a, part.pairs[i].b);
+      part.reach[i] = squared <= limit_squared_ ? reach(std::sqrt(squared)) : -1;
+    }
   }
 }
 
@@ -91,14 +88,15 @@ float NearList::reach(double difference) const {
 void NearList::served(std::int64_t candidates) {
   ++steps_;
   sought_ += candidates;
-  if (sought_ <= static_cast<std::int64_t>(of_[0].size() + of_[1].size())) return;
+  if (sought_ <= static_cast<std::int64_t>(size())) return;
   made_ = false;
   promising_ = steps_ >= least_steps;
 }
 
 std::size_t NearList::bytes() const {
-  return (of_[0].capacity() + of_[1].capacity()) * sizeof(ListedCandidate) +
-         pairs_.capacity() * sizeof(NodePair) + reach_.capacity() * sizeof(float) + groups_.bytes();
+  std::size_t sum = groups_.bytes() + parts_.capacity() * sizeof(ListedPart);
+  for (const ListedPart& part : parts_) sum += part.bytes();
+  return sum;
 }
 
 }  // namespace lazyccd

@@ -17,13 +17,17 @@
 namespace lazyccd {
 
 // The candidates that one worker lists, each with its pair of groups.
-class ListedPart {
+class alignas(128) ListedPart {
  public:
   std::vector<ListedCandidate> of[2];  // by ContactKind
   std::vector<NodePair> pairs;         // of leaves
+  // By pair: how far apart what comes near in this step can have been where the list was made;
+  // negative where the pair is sought anew.
+  std::vector<float> reach;
 
   void clear();
   void add(ContactKind kind, Candidate candidate, float apart, const GroupMotion& groups);
+  std::size_t size() const { return of[0].size() + of[1].size(); }
   std::size_t bytes() const;
 
  private:
@@ -33,7 +37,8 @@ class ListedPart {
 
 class NearList {
  public:
-  explicit NearList(double separation) : separation_(separation), slack_(separation / 2) {}
+  NearList(double separation, int workers)
+      : separation_(separation), slack_(separation / 2), parts_(workers) {}
 
   // By how much further than a step needs boxes have to grow on every side for a list.
   double slack() const { return slack_; }
@@ -57,21 +62,18 @@ class NearList {
     return moves_within(nodes, limit_squared_ / (least_steps * least_steps));
   }
 
-  // Takes this step for the one that a list is made in.
+  // Takes this step for the one that a list is made in: workers add to their parts.
   void begin(const std::vector<VertexRecord>& records, double scale);
-  void complete(const std::vector<const ListedPart*>& parts);
+  void complete();
   // What to list: as far apart as what the list is to hold can be.
   float reach_of_list() const { return reach(2 * slack_ * groups_.scale()); }
   const GroupMotion& groups() const { return groups_; }
 
-  const std::vector<ListedCandidate>& of(ContactKind kind) const {
-    return of_[static_cast<int>(kind)];
-  }
-  // To be called before reach_of(), in a step with a list.
+  ListedPart& part(int worker) { return parts_[static_cast<std::size_t>(worker)]; }
+  const std::vector<ListedPart>& parts() const { return parts_; }
+  std::size_t size() const;  // candidates
+  // To be called before ListedPart::reach is read, in a step with a list.
   void measure_reach();
-  // How far apart what comes near in this step can have been where the list was made; negative
-  // where the pair of groups is sought anew.
-  float reach_of(const ListedCandidate& candidate) const { return reach_[candidate.groups]; }
 
   // At the end of a step with a list, which made so many candidates besides; without: in which so
   // many pairs of groups were opened.
@@ -95,9 +97,7 @@ class NearList {
   std::int64_t sought_ = 0;  // candidates besides, since the list was made
   int steps_ = 0;            // that it served
   GroupMotion groups_;
-  std::vector<ListedCandidate> of_[2];
-  std::vector<NodePair> pairs_;
-  std::vector<float> reach_;  // by pair
+  std::vector<ListedPart> parts_;  // by worker
 };
 
 }  // namespace lazyccd
