@@ -125,11 +125,15 @@ LAZYCCD_INLINE Wide operator/(Wide a, Wide b) { return a.v / b.v; }
 LAZYCCD_INLINE WideMask operator>(Wide a, Wide b) { return b < a; }
 LAZYCCD_INLINE WideMask operator>=(Wide a, Wide b) { return b <= a; }
 LAZYCCD_INLINE bool lane_any(WideMask m) { return m.bits() != 0; }
+// As that of one number.
 LAZYCCD_INLINE Wide unit_scale(Wide size) {
-  alignas(64) double lanes[Wide::lanes];
-  size.store(lanes);
-  for (double& lane : lanes) lane = lazyccd::unit_scale(lane);
-  return Wide::load(lanes);
+  typedef std::uint64_t Bits __attribute__((vector_size(sizeof(Wide))));
+  typedef std::int64_t Exponent __attribute__((vector_size(sizeof(Wide))));
+  const auto exponent = reinterpret_cast<Exponent>(reinterpret_cast<Bits>(size.v) >> 52);
+  const Exponent inverse = exponent < 2046 ? 2046 - exponent : Exponent{} + 1;
+  const Wide scale = reinterpret_cast<decltype(size.v)>(inverse << 52);
+  const WideMask normal = (Wide(0x1p-1020) < size) & (size <= Wide(0x1.fffffffffffffp1023));
+  return select(normal, scale, Wide(1.0));
 }
 
 }  // namespace LAZYCCD_ISA
