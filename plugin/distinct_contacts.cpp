@@ -75,37 +75,33 @@ Binding binding_of(const Contact& contact) {
   return {Binding::of_some, key_of(points, contact)};
 }
 
-void keep_distinct(std::vector<Contact>& contacts, const std::vector<Binding>& bindings,
-                   const std::vector<double>& gaps) {
+void DistinctContacts::keep(Span<const Contact> contacts, std::vector<Bond>& bonds,
+                            std::vector<Contact>& kept) {
   std::size_t slots = 2;
   while (slots < 2 * contacts.size()) slots *= 2;
   constexpr std::int32_t free = -1;
-  std::vector<std::int32_t> table(slots, free);  // indices into `nearest`
-  std::vector<std::size_t> nearest;              // of each that bind the same
-  nearest.reserve(contacts.size());
-  std::vector<char> kept(contacts.size(), 0);
+  table_.assign(slots, free);
+  const auto bond_at = [&](std::int32_t at) -> Bond& {
+    return bonds[static_cast<std::size_t>(at)];
+  };
   for (std::size_t i = 0; i < contacts.size(); ++i) {
-    kept[i] = bindings[i].kind == Binding::of_one;
-    if (bindings[i].kind != Binding::of_some) continue;
-    const Key& key = bindings[i].points;
-    const auto is_other = [&](std::int32_t at) {
-      return at != free && bindings[nearest[static_cast<std::size_t>(at)]].points != key;
-    };
+    Bond& bond = bonds[i];
+    if (bond.binding.kind != Binding::of_some) continue;
+    const Key& key = bond.binding.points;
     std::size_t slot = hash_of(key) & (slots - 1);
-    while (is_other(table[slot])) slot = (slot + 1) & (slots - 1);
-    if (table[slot] == free) {
-      table[slot] = static_cast<std::int32_t>(nearest.size());
-      nearest.push_back(i);
-    } else if (std::size_t& other = nearest[static_cast<std::size_t>(table[slot])];
-               gaps[i] < gaps[other]) {
-      other = i;
+    while (table_[slot] != free && bond_at(table_[slot]).binding.points != key)
+      slot = (slot + 1) & (slots - 1);
+    std::int32_t& nearest = table_[slot];
+    if (nearest != free && !(bond.gap < bond_at(nearest).gap)) {
+      bond.binding.kind = Binding::none;
+      continue;
     }
+    if (nearest != free) bond_at(nearest).binding.kind = Binding::none;
+    nearest = static_cast<std::int32_t>(i);
   }
-  for (const std::size_t i : nearest) kept[i] = 1;
-  std::size_t count = 0;
+  kept.clear();
   for (std::size_t i = 0; i < contacts.size(); ++i)
-    if (kept[i]) contacts[count++] = contacts[i];
-  contacts.resize(count);
+    if (bonds[i].binding.kind != Binding::none) kept.push_back(contacts[i]);
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

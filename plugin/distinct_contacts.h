@@ -8,6 +8,7 @@
 
 #include "lazyccd/bullet/precision.h"
 #include "lazyccd/contact.h"
+#include "lazyccd/span.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -23,11 +24,22 @@ struct Binding {
 
 Binding binding_of(const Contact& contact);
 
-// Keeps the nearest, and of equally near ones the first, of those that bind the same. By contact:
-// what it binds, and where that is nothing it goes; and `gaps`, metres, between its points where
-// the step begins. The order stays.
-void keep_distinct(std::vector<Contact>& contacts, const std::vector<Binding>& bindings,
-                   const std::vector<double>& gaps);
+// What is looked at of a contact to tell whether it is kept.
+struct Bond {
+  Binding binding;  // where that is nothing it goes
+  double gap = 0;   // metres, between its points where the step begins
+};
+
+// Buffers persist between steps.
+class DistinctContacts {
+ public:
+  // Copies the nearest, and of equally near ones the first, of those that bind the same. `bonds`,
+  // by contact, bind nothing any more where the contact is left out. The order stays.
+  void keep(Span<const Contact> contacts, std::vector<Bond>& bonds, std::vector<Contact>& kept);
+
+ private:
+  std::vector<std::int32_t> table_;  // by hash of what is bound: the nearest contact, or -1
+};
 
 }  // namespace LAZYCCD_BULLET_PRECISION
 }  // namespace lazyccd::bullet

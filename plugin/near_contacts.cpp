@@ -44,40 +44,42 @@ bool says_nothing(const Contact& contact, double thickness, double start_gap,
 
 }  // namespace
 
-void NearContacts::look_at(const std::vector<Contact>& found, std::size_t first, std::size_t last,
-                           const Motion& motion) {
+void NearContacts::look_at(Span<const Contact> found, std::size_t first, std::size_t last,
+                           const IsAnswered& is_answered, const Motion& motion) {
   std::int32_t body_a = -1, body_b = -1;
   double of_surfaces = 0;
   auto before = std::lower_bound(last_.begin(), last_.end(), found[first]);
   for (std::size_t i = first; i < last; ++i) {
     const Contact& contact = found[i];
+    Bond& bond = bonds_[i];
+    bond.binding.kind = Binding::none;
+    if (!is_answered(contact)) continue;
     if (contact.body_a != body_a || contact.body_b != body_b) {
       body_a = contact.body_a;
       body_b = contact.body_b;
       of_surfaces = surface_(body_a, body_b).thickness;
     }
     const double thickness = ContactRows::thickness(contact, motion, of_surfaces);
-    gaps_[i] = gap(contact, motion.start).norm();
-    if (says_nothing(contact, thickness, gaps_[i], motion)) {
-      bindings_[i].kind = Binding::none;
-      continue;
-    }
-    bindings_[i] = binding_of(contact);
+    bond.gap = gap(contact, motion.start).norm();
+    if (says_nothing(contact, thickness, bond.gap, motion)) continue;
+    bond.binding = binding_of(contact);
     // What was chosen in the last step goes on to be, where no other is nearer.
     while (before != last_.end() && *before < contact) ++before;
-    if (before != last_.end() && !(contact < *before)) gaps_[i] *= as_near;
+    if (before != last_.end() && !(contact < *before)) bond.gap *= as_near;
   }
 }
 
-std::vector<Contact> NearContacts::choose(std::vector<Contact> found, const Motion& motion,
-                                          const ParallelFor& parallel_for) {
-  gaps_.resize(found.size());
-  bindings_.resize(found.size());
-  parallel_for(found.size(), contacts_grain,
-               [&](std::size_t first, std::size_t last) { look_at(found, first, last, motion); });
-  keep_distinct(found, bindings_, gaps_);
-  last_ = found;
-  return found;
+const std::vector<Contact>& NearContacts::choose(Span<const Contact> found,
+                                                 const IsAnswered& is_answered,
+                                                 const Motion& motion,
+                                                 const ParallelFor& parallel_for) {
+  last_.swap(chosen_);
+  bonds_.resize(found.size());
+  parallel_for(found.size(), contacts_grain, [&](std::size_t first, std::size_t last) {
+    look_at(found, first, last, is_answered, motion);
+  });
+  distinct_.keep(found, bonds_, chosen_);
+  return chosen_;
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

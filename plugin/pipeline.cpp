@@ -72,7 +72,7 @@ bool Pipeline::run(const Bodies& bodies, double seconds, const Fill& fill) noexc
       do {
         step_ = before;
         detector_.begin_motion();
-        const std::vector<Contact> near = find_near();
+        const std::vector<Contact>& near = find_near();
         responded_ = detector_.found_any() || untangling_.pushes();
         if (responded_) {
           response_.run(near, touching, reader_.motion(), step_);
@@ -152,11 +152,15 @@ bool Pipeline::read_where_pushed() {
   return true;
 }
 
-std::vector<Contact> Pipeline::find_near() {
-  if (untangling_.pushes() || reader_.may_meet(detector_.separation()))
-    return without_untangling(detector_.near());
-  detector_.forget_near();
-  return {};
+const std::vector<Contact>& Pipeline::find_near() {
+  near_.clear();
+  if (!untangling_.pushes() && !reader_.may_meet(detector_.separation())) {
+    detector_.forget_near();
+    return near_;
+  }
+  const std::vector<Contact>& near = detector_.near();
+  if (!untangling_.lets_any_pass()) return near;
+  return near_ = without_untangling(near);
 }
 
 void Pipeline::set_topology() {

@@ -1,6 +1,7 @@
 #include "step_detector.h"
 
 #include <algorithm>
+#include <atomic>
 #include <limits>
 
 #include "stopwatch.h"
@@ -78,7 +79,7 @@ void StepDetector::parallel_for(std::size_t count, std::size_t grain,
 
 void StepDetector::begin_motion() {
   silent_.clear();
-  may_be_silent_ = found_any_ = false;
+  may_be_silent_ = silent_is_known_ = found_any_ = false;
   detections_ = 0;
   ms_ = 0;
 }
@@ -90,9 +91,10 @@ void StepDetector::add_to(StepStats& stats) const {
 
 std::vector<Contact> StepDetector::touching(const Positions& start, const Positions& end) {
   const Stopwatch watch;
-  std::vector<Contact> contacts =
-      answerable(only_near_can_touch(end) ? near_->touching_again(start, end)
-                                          : touching_detector().detect(start, end));
+  const bool again = only_near_can_touch(end);
+  std::vector<Contact> contacts = answerable(again ? near_->touching_again(start, end)
+                                                   : touching_detector().detect(start, end));
+  silent_is_known_ = again && contacts.empty() && end.data() == motion_.end.data();
   ms_ += watch.ms();
   return contacts;
 }
@@ -111,31 +113,39 @@ bool StepDetector::only_near_can_touch(const Positions& end) const {
   return true;
 }
 
-std::vector<Contact> StepDetector::near() {
+const std::vector<Contact>& StepDetector::near() {
   if (!near_) {
-    std::vector<Contact> contacts = touching(motion_.starts(), motion_.ends());
-    found_any_ = !contacts.empty();
-    return contacts;
+    touched_ = touching(motion_.starts(), motion_.ends());
+    found_any_ = !touched_.empty();
+    return touched_;
   }
   const Stopwatch watch;
   const Span<const Contact> near = near_->detect(motion_.starts(), motion_.ends());
-  std::vector<Contact> contacts = answerable(near);
-  may_be_silent_ = std::any_of(near.begin(), near.end(), [this](const Contact& contact) {
-    const auto gives = [this](std::int32_t v) { return gives_way(v); };
-    return !responds(contact) ||
-           !std::all_of(contact.vertices.begin(), contact.vertices.end(), gives);
-  });
+  ++detections_;
+  std::atomic<bool> any_answered{false}, any_fixed{false};
+  // Relaxed: read after the job's end.
+  const auto raise = [](std::atomic<bool>& flag) {
+    if (!flag.load(std::memory_order_relaxed)) flag.store(true, std::memory_order_relaxed);
+  };
+  const auto is_answered = [&](const Contact& contact) {
+    if (!responds(contact) || !gives_way_throughout(contact)) raise(any_fixed);
+    const bool answered = answer_to(contact) == Answer::given;
+    if (answered) raise(any_answered);
+    return answered;
+  };
+  const std::vector<Contact>& chosen = near_contacts_.choose(
+      near, is_answered, motion_, [this](std::size_t count, std::size_t grain, const auto& body) {
+        parallel_for(count, grain, body);
+      });
+  may_be_silent_ = any_fixed;
   // Where nothing may be done about the pair that stands for others, something may about these: it
   // lacks a vertex that they have, or has one that is anchored.
-  found_any_ = !contacts.empty() ||
+  found_any_ = any_answered ||
                (!near.empty() &&
                 !answerable(near_->touching_again(motion_.starts(), motion_.ends())).empty());
-  contacts = near_contacts_.choose(std::move(contacts), motion_,
-                                   [this](std::size_t count, std::size_t grain, const auto& body) {
-                                     parallel_for(count, grain, body);
-                                   });
+  silent_is_known_ = !found_any_;
   ms_ += watch.ms();
-  return contacts;
+  return chosen;
 }
 
 StepDetector::Answer StepDetector::answer_to(const Contact& contact) const {
@@ -146,17 +156,15 @@ StepDetector::Answer StepDetector::answer_to(const Contact& contact) const {
 }
 
 std::vector<Contact> StepDetector::answerable(Span<const Contact> contacts) {
-  std::vector<Answer> answers(contacts.size());
-  parallel_for(contacts.size(), contacts_grain, [&](std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) answers[i] = answer_to(contacts[i]);
-  });
+  const bool may_be_told = near_ || detections_ == 0;
+  if (may_be_told) silent_.clear();
   std::vector<Contact> answered;
-  answered.reserve(contacts.size());
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
-    if (answers[i] == Answer::given) {
-      answered.push_back(contacts[i]);
-    } else if (answers[i] == Answer::none && detections_ == 0) {
-      silent_.push_back(contacts[i]);
+  for (const Contact& contact : contacts) {
+    const Answer answer = answer_to(contact);
+    if (answer == Answer::given) {
+      answered.push_back(contact);
+    } else if (answer == Answer::none && may_be_told) {
+      silent_.push_back(contact);
     }
   }
   ++detections_;
@@ -181,13 +189,18 @@ bool StepDetector::could_be_ended(const Contact& contact) const {
   return nodes_move && !body_moves;
 }
 
+bool StepDetector::gives_way_throughout(const Contact& contact) const {
+  return std::all_of(contact.vertices.begin(), contact.vertices.end(),
+                     [this](std::int32_t v) { return gives_way(v); });
+}
+
 bool StepDetector::gives_way(std::int32_t v) const {
   return topology_.is_soft(v) ? motion_.is_free(v) || motion_.carrier_of(v) >= 0
                               : motion_.rigid_of(topology_.body_of(v)).is_dynamic();
 }
 
 void StepDetector::find_silent() {
-  if (!near_) return;
+  if (!near_ || silent_is_known_) return;
   silent_.clear();
   if (!may_be_silent_) return;
   for (const Contact& contact : near_->touching_again(motion_.starts(), motion_.ends())) {

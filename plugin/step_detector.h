@@ -38,7 +38,7 @@ class StepDetector {
   void begin_motion();
   // The first detection of a motion: pairs that come within their thickness of each other, those
   // that say nothing new left out.
-  std::vector<Contact> near();
+  const std::vector<Contact>& near();
   // In place of that, where nothing comes within separation() of anything.
   void forget_near() { near_contacts_.forget(); }
   double separation() const { return std::max(0.0, separation_); }  // metres
@@ -82,6 +82,7 @@ class StepDetector {
   // The same of the motion as Bullet had it.
   bool could_be_ended(const Contact& contact) const;
   bool gives_way(std::int32_t vertex) const;
+  bool gives_way_throughout(const Contact& contact) const;
   bool only_near_can_touch(const Positions& end) const;
   void read_reach(const Topology& topology);
   double separation_for(double largest_thickness) const;
@@ -91,7 +92,7 @@ class StepDetector {
   Detector* first() const { return near_ ? near_.get() : touching_.get(); }
   enum class Answer : std::uint8_t { given, none, not_asked };
   Answer answer_to(const Contact& contact) const;
-  // Those that get an answer; of those that cannot, the first detection's are silent.
+  // Those that get an answer; those that cannot are silent.
   std::vector<Contact> answerable(Span<const Contact> contacts);
 
   lazyccd::Options options_;
@@ -104,8 +105,10 @@ class StepDetector {
   std::unique_ptr<Detector> near_;  // of what comes within a thickness; null without any
   double separation_ = 0;           // of near_, metres; not positive without it
   double usual_reach_ = 0;          // metres: the median of Motion::reach
+  std::vector<Contact> touched_;    // by the first detection, without near_
   std::vector<Contact> silent_;
-  bool may_be_silent_ = false;  // something that does not give way comes near something
+  bool silent_is_known_ = false;  // for the motion as it is
+  bool may_be_silent_ = false;    // something that does not give way comes near something
   bool found_any_ = false;
   std::int64_t detections_ = 0;
   double ms_ = 0;

@@ -47,6 +47,7 @@ class Untangling {
   void push(double distance, Motion& motion) const;
   bool pushes() const { return !pushes_.empty(); }
   bool is_pushed(std::int32_t vertex) const { return pushes_.count(vertex) > 0; }
+  bool lets_any_pass() const { return !ways_.empty(); }
   // It would stop what is to be undone.
   bool lets_pass(const Contact& contact, const Motion& motion) const;
 

@@ -9,10 +9,13 @@ using lazyccd::test::contact;
 
 namespace {
 
-void keep(std::vector<Contact>& contacts, const std::vector<double>& gaps) {
-  std::vector<Binding> bindings;
-  for (const Contact& contact : contacts) bindings.push_back(binding_of(contact));
-  keep_distinct(contacts, bindings, gaps);
+std::vector<Contact> kept(const std::vector<Contact>& contacts, const std::vector<double>& gaps) {
+  std::vector<Bond> bonds;
+  for (std::size_t i = 0; i < contacts.size(); ++i)
+    bonds.push_back({binding_of(contacts[i]), gaps[i]});
+  std::vector<Contact> kept;
+  DistinctContacts().keep(contacts, bonds, kept);
+  return kept;
 }
 
 }  // namespace
@@ -29,21 +32,22 @@ TEST_CASE("of pairs that bind nearly the same points the nearest is kept") {
   Contact aslant = corner;
   aslant.normal = {0.8f, 0.6f, 0};
 
-  std::vector<Contact> all = {corner, other_face, ends, inside, edges, beside, aslant};
-  std::vector<Contact> last = all;
-  keep(all, {1, 1, 1, 1, 1, 1, 1});
-  REQUIRE(all.size() == 4);
-  CHECK(all[0].vertices == corner.vertices);
-  CHECK(all[1].u == inside.u);
-  CHECK(all[2].kind == ee);
-  CHECK(all[3].normal == aslant.normal);
+  const std::vector<Contact> all = {corner, other_face, ends, inside, edges, beside, aslant};
+  const std::vector<Contact> first = kept(all, {1, 1, 1, 1, 1, 1, 1});
+  REQUIRE(first.size() == 4);
+  CHECK(first[0].vertices == corner.vertices);
+  CHECK(first[1].u == inside.u);
+  CHECK(first[2].kind == ee);
+  CHECK(first[3].normal == aslant.normal);
 
-  keep(last, {1, 1, 1, 1, 1, 0.9, 1});
+  const std::vector<Contact> last = kept(all, {1, 1, 1, 1, 1, 0.9, 1});
   REQUIRE(last.size() == 4);
   CHECK(last[0].u == inside.u);
   CHECK(last[2].u == beside.u);
 
-  std::vector<Contact> none;
-  keep(none, {});
-  CHECK(none.empty());
+  const std::vector<Contact> nearer = kept(all, {0.9, 0.8, 0.7, 1, 1, 0.9, 1});
+  REQUIRE(nearer.size() == 4);
+  CHECK(nearer[0].kind == ee);
+
+  CHECK(kept({}, {}).empty());
 }
