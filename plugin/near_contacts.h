@@ -20,6 +20,13 @@ class NearContacts {
   // step and not in the next.
   static constexpr double reach = 1.1;
 
+  // Of a vertex, for Topology: no less than reach of the thickness there can be within a body. What
+  // that is depends on points that are rounded.
+  static float self_reach(std::int32_t vertex, const Motion& motion) {
+    constexpr double rounding = 1.001;
+    return static_cast<float>(rounding * reach * 0.5 * motion.reach[vertex]);
+  }
+
   explicit NearContacts(ContactRows::Surface surface) : surface_(std::move(surface)) {}
 
   // Of `found`, sorted, those that get an answer and come nearer in the step, or lie within reach

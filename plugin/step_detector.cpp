@@ -20,9 +20,10 @@ StepDetector::StepDetector(const lazyccd::Options& options, const SoftScene& sce
 
 void StepDetector::set_topology(double largest_thickness) {
   near_contacts_.forget();
-  const Topology topology = topology_.for_detection();
+  Topology topology = topology_.for_detection();
   touching_is_current_ = false;
   read_reach(topology);
+  topology.self_reach = self_reach_;
   const double separation = separation_for(largest_thickness);
   if (!(separation > 0)) {
     near_.reset();
@@ -59,6 +60,9 @@ void StepDetector::read_reach(const Topology& topology) {
   const auto middle = reach.begin() + static_cast<std::ptrdiff_t>(reach.size() / 2);
   std::nth_element(reach.begin(), middle, reach.end());
   usual_reach_ = *middle;
+  self_reach_.assign(topology.vertex_count, std::numeric_limits<float>::infinity());
+  for (std::int32_t v = 0; v < motion_.soft_count(); ++v)
+    self_reach_[v] = NearContacts::self_reach(v, motion_);
 }
 
 Detector& StepDetector::touching_detector() {
@@ -79,7 +83,8 @@ void StepDetector::parallel_for(std::size_t count, std::size_t grain,
 
 void StepDetector::begin_motion() {
   silent_.clear();
-  may_be_silent_ = silent_is_known_ = found_any_ = false;
+  silent_is_known_ = true;
+  found_any_ = false;
   detections_ = 0;
   ms_ = 0;
 }
@@ -91,10 +96,10 @@ void StepDetector::add_to(StepStats& stats) const {
 
 std::vector<Contact> StepDetector::touching(const Positions& start, const Positions& end) {
   const Stopwatch watch;
-  const bool again = only_near_can_touch(end);
-  std::vector<Contact> contacts = answerable(again ? near_->touching_again(start, end)
-                                                   : touching_detector().detect(start, end));
-  silent_is_known_ = again && contacts.empty() && end.data() == motion_.end.data();
+  std::vector<Contact> contacts =
+      answerable(only_near_can_touch(end) ? near_->touching_again(start, end)
+                                          : touching_detector().detect(start, end));
+  silent_is_known_ = contacts.empty() && end.data() == motion_.end.data();
   ms_ += watch.ms();
   return contacts;
 }
@@ -122,27 +127,24 @@ const std::vector<Contact>& StepDetector::near() {
   const Stopwatch watch;
   const Span<const Contact> near = near_->detect(motion_.starts(), motion_.ends());
   ++detections_;
-  std::atomic<bool> any_answered{false}, any_fixed{false};
-  // Relaxed: read after the job's end.
-  const auto raise = [](std::atomic<bool>& flag) {
-    if (!flag.load(std::memory_order_relaxed)) flag.store(true, std::memory_order_relaxed);
-  };
+  const bool any_near = near_->stats().near > 0;
+  std::atomic<bool> any_answered{false};
   const auto is_answered = [&](const Contact& contact) {
-    if (!responds(contact) || !gives_way_throughout(contact)) raise(any_fixed);
-    const bool answered = answer_to(contact) == Answer::given;
-    if (answered) raise(any_answered);
-    return answered;
+    if (answer_to(contact) != Answer::given) return false;
+    // Relaxed: read after the job's end. Looked at first, for it is every thread's.
+    if (!any_answered.load(std::memory_order_relaxed))
+      any_answered.store(true, std::memory_order_relaxed);
+    return true;
   };
   const std::vector<Contact>& chosen = near_contacts_.choose(
       near, is_answered, motion_, [this](std::size_t count, std::size_t grain, const auto& body) {
         parallel_for(count, grain, body);
       });
-  may_be_silent_ = any_fixed;
-  // Where nothing may be done about the pair that stands for others, something may about these: it
-  // lacks a vertex that they have, or has one that is anchored.
-  found_any_ = any_answered ||
-               (!near.empty() &&
-                !answerable(near_->touching_again(motion_.starts(), motion_.ends())).empty());
+  // Where nothing may be done about what is reported, something may about what is near and not: the
+  // pair that stands for others lacks a vertex that they have, or has one that is anchored.
+  found_any_ =
+      any_answered ||
+      (any_near && !answerable(near_->touching_again(motion_.starts(), motion_.ends())).empty());
   silent_is_known_ = !found_any_;
   ms_ += watch.ms();
   return chosen;
@@ -189,11 +191,6 @@ bool StepDetector::could_be_ended(const Contact& contact) const {
   return nodes_move && !body_moves;
 }
 
-bool StepDetector::gives_way_throughout(const Contact& contact) const {
-  return std::all_of(contact.vertices.begin(), contact.vertices.end(),
-                     [this](std::int32_t v) { return gives_way(v); });
-}
-
 bool StepDetector::gives_way(std::int32_t v) const {
   return topology_.is_soft(v) ? motion_.is_free(v) || motion_.carrier_of(v) >= 0
                               : motion_.rigid_of(topology_.body_of(v)).is_dynamic();
@@ -202,7 +199,6 @@ bool StepDetector::gives_way(std::int32_t v) const {
 void StepDetector::find_silent() {
   if (!near_ || silent_is_known_) return;
   silent_.clear();
-  if (!may_be_silent_) return;
   for (const Contact& contact : near_->touching_again(motion_.starts(), motion_.ends())) {
     if (!is_anchored(contact) && !(responds(contact) && could_be_ended(contact)))
       silent_.push_back(contact);

@@ -82,7 +82,6 @@ class StepDetector {
   // The same of the motion as Bullet had it.
   bool could_be_ended(const Contact& contact) const;
   bool gives_way(std::int32_t vertex) const;
-  bool gives_way_throughout(const Contact& contact) const;
   bool only_near_can_touch(const Positions& end) const;
   void read_reach(const Topology& topology);
   double separation_for(double largest_thickness) const;
@@ -105,10 +104,10 @@ class StepDetector {
   std::unique_ptr<Detector> near_;  // of what comes within a thickness; null without any
   double separation_ = 0;           // of near_, metres; not positive without it
   double usual_reach_ = 0;          // metres: the median of Motion::reach
+  std::vector<float> self_reach_;   // of Topology
   std::vector<Contact> touched_;    // by the first detection, without near_
   std::vector<Contact> silent_;
-  bool silent_is_known_ = false;  // for the motion as it is
-  bool may_be_silent_ = false;    // something that does not give way comes near something
+  bool silent_is_known_ = true;  // for the motion as it is
   bool found_any_ = false;
   std::int64_t detections_ = 0;
   double ms_ = 0;

@@ -420,6 +420,7 @@ Span<const Contact> CpuDetector::detect(const Positions& start, const Positions&
 
   gather_contacts(contacts_, stats);
   tested_ = stats.candidates_vf + stats.candidates_ee;
+  stats.near = count_near();
   stats.ms_traverse =
       std::max(0.0, stats.ms_traverse - stats.ms_narrow - stats.ms_balance - stats.ms_front);
   stats.ms_total = total.lap();
@@ -441,8 +442,16 @@ Span<const Contact> CpuDetector::distinct_of(Span<const Contact> contacts, const
   }
   stats.contacts_vf = std::count_if(contacts_.begin(), contacts_.end(), is_vertex_face);
   stats.contacts_ee = static_cast<std::int64_t>(contacts_.size()) - stats.contacts_vf;
+  stats.near = count_near();
   stats.hash = contact_hash(contacts_);
   return contacts_;
+}
+
+std::int64_t CpuDetector::count_near() const {
+  std::size_t count = 0;
+  for (const auto& worker : workers_)
+    for (const std::vector<Candidate>& pairs : worker->near_pairs.of) count += pairs.size();
+  return static_cast<std::int64_t>(count);
 }
 
 Span<const Contact> CpuDetector::touching_again(const Positions& start, const Positions& end,

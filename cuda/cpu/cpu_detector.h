@@ -54,6 +54,7 @@ class CpuDetector : public BackendDetector {
   void visit_pair(Worker& worker, NodePair pair);
   void find_parts();
   bool may_meet(NodePair pair) const;
+  std::int64_t count_near() const;
   bool stay_apart() const;
   void test_rest(bool listed);
   void test_orphans(Stats& stats);

@@ -61,9 +61,9 @@ Mesh::Mesh(const Topology& topology) {
 
 void Mesh::take_bodies(const Topology& t) {
   const auto fits = [&](std::size_t size) { return size == 0 || size == t.vertex_count; };
-  if (!fits(t.body_of_vertex.size()) || !fits(t.inverse_mass.size()))
+  if (!fits(t.body_of_vertex.size()) || !fits(t.inverse_mass.size()) || !fits(t.self_reach.size()))
     throw Error(ErrorCode::size_mismatch,
-                "body_of_vertex and inverse_mass need an entry for each of the " +
+                "body_of_vertex, inverse_mass and self_reach need an entry for each of the " +
                     std::to_string(t.vertex_count) + " vertices, or none");
   body_of_vertex_.assign(t.vertex_count, 0);
   std::copy(t.body_of_vertex.begin(), t.body_of_vertex.end(), body_of_vertex_.begin());
@@ -85,12 +85,17 @@ void Mesh::take_bodies(const Topology& t) {
     disabled_.insert(pair_key(t.disabled_pairs[i][0], t.disabled_pairs[i][1]));
   }
 
+  const auto refuse = [&](std::size_t v, const char* why) {
+    throw Error(ErrorCode::invalid_argument,
+                "vertex " + std::to_string(v) + " of body " + std::to_string(body_of_vertex_[v]) +
+                    ": " + why,
+                body_of_vertex_[v], static_cast<std::int32_t>(v));
+  };
   for (std::size_t v = 0; v < t.inverse_mass.size(); ++v)
-    if (!(t.inverse_mass[v] >= 0))
-      throw Error(ErrorCode::invalid_argument,
-                  "vertex " + std::to_string(v) + " of body " + std::to_string(body_of_vertex_[v]) +
-                      ": its inverse mass is negative or not a number",
-                  body_of_vertex_[v], static_cast<std::int32_t>(v));
+    if (!(t.inverse_mass[v] >= 0)) refuse(v, "its inverse mass is negative or not a number");
+  for (std::size_t v = 0; v < t.self_reach.size(); ++v)
+    if (!(t.self_reach[v] >= 0)) refuse(v, "its reach is negative or not a number");
+  self_reach_.assign(t.self_reach.begin(), t.self_reach.end());
   if (std::find(t.inverse_mass.begin(), t.inverse_mass.end(), 0.0f) != t.inverse_mass.end()) {
     pinned_.resize(t.vertex_count);
     for (std::size_t v = 0; v < t.vertex_count; ++v) pinned_[v] = t.inverse_mass[v] == 0.0f;

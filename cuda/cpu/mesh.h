@@ -29,6 +29,8 @@ class Mesh {
   std::size_t body_count() const { return bodies_.size(); }
   bool pinned(std::int32_t vertex) const { return !pinned_.empty() && pinned_[vertex]; }
   bool any_pinned() const { return !pinned_.empty(); }
+  // By vertex; empty: no limit.
+  const std::vector<float>& self_reach() const { return self_reach_; }
 
   const std::vector<Body>& bodies() const { return bodies_; }
   // The disabled pairs as smaller body << 32 | larger body, in no order.
@@ -53,6 +55,7 @@ class Mesh {
   std::vector<std::int32_t> body_of_vertex_;
   std::vector<Body> bodies_;
   std::vector<char> pinned_;                    // empty where no vertex is
+  std::vector<float> self_reach_;
   std::unordered_set<std::uint64_t> disabled_;
 };
 

@@ -11,6 +11,18 @@ namespace {
 
 bool at_start(const Approach& approach) { return approach_tick(approach.t) == 0; }
 
+// Of vertices: the largest of each of two primitives, of which the first has `split`, and of these
+// the smaller one.
+double reach_of(const std::array<std::int32_t, 4>& vertices, int split,
+                const std::vector<float>& reach) {
+  const auto largest = [&](int first, int last) {
+    float most = 0;
+    for (int i = first; i < last; ++i) most = std::max(most, reach[vertices[i]]);
+    return static_cast<double>(most);
+  };
+  return std::min(largest(0, split), largest(split, 4));
+}
+
 }  // namespace
 
 void NarrowPhase::begin(const LeafKernels& kernels, const Mesh& mesh, const LeafScene& scene,
@@ -146,7 +158,23 @@ void NarrowPhase::report_near(const Candidate* items, int count) {
   note_near(kind, left);
   for (int i = 0; i < left; ++i)
     if (!open[i].spoken_for || !at_start(open[i])) split_.own[split_.own_count++] = open[i];
+  const auto last =
+      std::remove_if(split_.own, split_.own + split_.own_count,
+                     [this](const auto& a) { return at_start(a) && is_out_of_reach<kind>(a); });
+  split_.own_count = static_cast<int>(last - split_.own);
   describe_own<kind>();
+}
+
+// Of its own body, where the step begins.
+template <ContactKind kind>
+bool NarrowPhase::is_out_of_reach(const Approach& approach) const {
+  const std::vector<float>& reach = mesh_->self_reach();
+  if (reach.empty()) return false;
+  Contact pair;
+  identify_contact<kind>(scene_.mesh, approach.pair, pair);
+  if (pair.body_a != pair.body_b) return false;
+  const int split = kind == ContactKind::vertex_face ? 1 : 2;
+  return approach.apart > scene_.scale * reach_of(pair.vertices, split, reach);
 }
 
 template <ContactKind kind>
@@ -216,17 +244,21 @@ void NarrowPhase::keep_distinct(Span<const Contact> near, std::vector<Contact>& 
   const int count = static_cast<int>(near.size());
   kernels_->near_at_start(scene_, kind, free_.data(), count, split_);
   note_near(kind, split_.open_count);
+  const auto is_left_out = [&](const Approach& approach) {
+    return approach.spoken_for ||
+           (kind == ContactKind::vertex_face ? is_out_of_reach<ContactKind::vertex_face>(approach)
+                                             : is_out_of_reach<ContactKind::edge_edge>(approach));
+  };
   int own = 0, open = 0;
   for (const Contact& contact : near) {
     const Candidate pair = {contact.primitive_a, contact.primitive_b};
+    const Approach* approach = nullptr;
     if (own < split_.own_count && split_.own[own].pair == pair) {
-      ++own;
+      approach = &split_.own[own++];
     } else if (open < split_.open_count && split_.open[open].pair == pair) {
-      if (split_.open[open++].spoken_for && contact.toi == 0) continue;
-    } else {
-      continue;
+      approach = &split_.open[open++];
     }
-    kept.push_back(contact);
+    if (approach && !(contact.toi == 0 && is_left_out(*approach))) kept.push_back(contact);
   }
 }
 

@@ -86,6 +86,8 @@ class NarrowPhase : public CandidateSink {
   void list_near(ContactKind kind);
   void note_near(ContactKind kind, int left);
   template <ContactKind kind>
+  bool is_out_of_reach(const Approach& approach) const;
+  template <ContactKind kind>
   void describe_own();
 
   const LeafKernels* kernels_ = nullptr;

@@ -1,12 +1,14 @@
-// Of near pairs that say the same, one is reported.
+// Of near pairs that say the same, one is reported; of one body's, those within its reach.
 #include <algorithm>
 #include <cmath>
 #include <iterator>
 
 #include "cpu/cpu_detector.h"
 #include "lazyccd/detector.h"
+#include "lazyccd/error.h"
 #include "support/catch.h"
 #include "support/moving_triangles.h"
+#include "support/same_contacts.h"
 
 using namespace lazyccd;
 using namespace lazyccd::test;
@@ -198,4 +200,61 @@ TEST_CASE("what stands for others is the same in every arithmetic, strategy and 
   plain.detect(scene.at(scene.start), scene.at(scene.end));
   CHECK(again.hash == plain.stats().hash);
   CHECK(plain.stats().contacts_vf > 0);
+}
+
+TEST_CASE("parts of one body are near only as far as they reach, and touch all the same") {
+  const MovingTriangles scene = cloths();
+  const std::size_t count = scene.start.size() / 3, of_first = 81;
+  std::vector<std::int32_t> body(count, 1);
+  std::fill_n(body.begin(), of_first, 0);
+  constexpr float reach = 0.12f;
+  const std::vector<float> self_reach(count, reach);
+  Topology free = scene.topology();
+  free.body_of_vertex = body;
+  Topology limited = free;
+  limited.self_reach = self_reach;
+  const Positions start = scene.at(scene.start), end = scene.at(scene.end);
+  const auto found = [&](const Topology& topology, Detector& detector) {
+    detector.set_topology(topology);
+    const Span<const Contact> contacts = detector.detect(start, end);
+    return std::vector<Contact>(contacts.begin(), contacts.end());
+  };
+
+  for (const bool distinct : {false, true}) {
+    Detector detector(of_cpu(distinct));
+    std::vector<Contact> expected = found(free, detector);
+    const std::int64_t near = detector.stats().near;
+    CHECK(near >= static_cast<std::int64_t>(expected.size()));
+    const std::size_t all = expected.size();
+    const auto is_beyond = [&](const Contact& contact) {
+      return contact.body_a == contact.body_b && contact.toi == 0 &&
+             gap_at_start(contact, scene) > reach;
+    };
+    expected.erase(std::remove_if(expected.begin(), expected.end(), is_beyond), expected.end());
+    CHECK(expected.size() + 100 < all);
+    CHECK(same_contacts(found(limited, detector), expected));
+    CHECK(detector.stats().near == near);
+    Detector plain;
+    CHECK(same_contacts(detector.touching_again(start, end), found(free, plain)));
+    CHECK(plain.stats().contacts_vf > 0);
+
+    // Also of what a device has found.
+    Detector everything(of_cpu(false));
+    const std::vector<Contact> device = found(free, everything);
+    const Mesh mesh(limited);
+    CpuDetector cpu(of_cpu(distinct));
+    cpu.set_mesh(mesh);
+    Stats stats;
+    CHECK(same_contacts(cpu.distinct_of(device, start, end, stats), expected));
+    CHECK(stats.near == near);
+  }
+
+  Topology wrong = limited;
+  wrong.self_reach = {self_reach.data(), count - 1};
+  Detector detector;
+  CHECK_THROWS_AS(detector.set_topology(wrong), Error);
+  std::vector<float> negative = self_reach;
+  negative[7] = -1;
+  wrong.self_reach = negative;
+  CHECK_THROWS_AS(detector.set_topology(wrong), Error);
 }

@@ -144,9 +144,9 @@ void near_kind(const LeafScene& scene, const Candidate* candidates, int count, N
         spoken_for |= static_cast<unsigned>(is) << i;
       }
     }
+    alignas(64) float gaps[Pack::lanes];
+    apart.store(gaps);
     if (!scene.single_first) {
-      alignas(64) float gaps[Pack::lanes];
-      apart.store(gaps);
       for (int i = 0; i < left; ++i)
         split.open[split.open_count++] = {pair[i], 0, (spoken_for >> i & 1) != 0, gaps[i]};
       continue;
@@ -155,8 +155,10 @@ void near_kind(const LeafScene& scene, const Candidate* candidates, int count, N
     const unsigned near_bits = near.bits() & used;
     nearest = lane_min(nearest, select(near, apart, nearest));
     split.near_count = append(pair, near_bits, split.near, split.near_count);
-    for (unsigned own = near_bits & ~spoken_for; own; own &= own - 1)
-      split.own[split.own_count++] = {pair[__builtin_ctz(own)]};
+    for (unsigned own = near_bits & ~spoken_for; own; own &= own - 1) {
+      const int i = __builtin_ctz(own);
+      split.own[split.own_count++] = {pair[i], 0, false, gaps[i]};
+    }
     others.add(pair, used & ~near_bits, gap, apart);
     if (others.count() >= Pack::lanes) others.split<kind>(scene, split);
   }

@@ -29,6 +29,7 @@ struct Stats {
   std::int64_t steals = 0;        // batches of work taken from another worker
   std::int64_t balancings = 0;    // static_list: balancing steps
   std::int64_t overflows = 0;     // times a full buffer was grown or worked around
+  std::int64_t near = 0;          // with a separation: pairs that come as near, reported or not
   std::int64_t contacts_vf = 0, contacts_ee = 0;
   bool rebuilt = false;           // the hierarchy was built anew in this step
   bool front_reused = false;      // the traversal started from the front of an earlier step
