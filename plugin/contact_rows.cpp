@@ -45,13 +45,16 @@ double ContactRows::thickness(const Contact& contact, const Motion& motion, doub
   if (contact.body_a != contact.body_b) return of_surfaces;
   const std::array<double, 4> weights = contact.weights();
   const int first_of_b = contact.kind == ContactKind::vertex_face ? 1 : 2;
-  std::array<double, 2> reach = {0, 0};  // at the two points in contact
-  for (int i = 0; i < 4; ++i) {
-    // What has no part in a point may have no edge either, and no end to its reach.
-    const double part = std::abs(weights[i]) * motion.reach[contact.vertices[i]];
-    reach[i >= first_of_b] += weights[i] != 0 ? part : 0;
-  }
-  return std::min({of_surfaces, 0.5 * reach[0], 0.5 * reach[1]});
+  const auto reach_at = [&](int first, int last) {
+    double sum = 0;
+    for (int i = first; i < last; ++i) {
+      // What has no part in a point may have no edge either, and no end to its reach.
+      const double part = std::abs(weights[i]) * motion.reach[contact.vertices[i]];
+      sum += weights[i] != 0 ? part : 0;
+    }
+    return sum;
+  };
+  return std::min({of_surfaces, 0.5 * reach_at(0, first_of_b), 0.5 * reach_at(first_of_b, 4)});
 }
 
 ContactRow ContactRows::make_row(const Contact& contact, const Motion& motion) const {

@@ -2,12 +2,11 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
+
+#include "core/contact_math.h"
 
 namespace lazyccd {
-
-ContactSort::ContactSort(const Mesh& mesh)
-    : key_(ContactKey::of(mesh.body_count(), mesh.vertex_count(), mesh.edges().size(),
-                          mesh.faces().size())) {}
 
 // Least significant digit first; digits of equal width, as few as there can be.
 void ContactSort::radix_sort() {
@@ -27,12 +26,13 @@ void ContactSort::radix_sort() {
   }
 }
 
-void ContactSort::operator()(const std::vector<const std::vector<Contact>*>& parts,
-                             ThreadPool& pool, std::vector<Contact>& out) {
+std::uint64_t ContactSort::operator()(const std::vector<ContactPart>& parts, ThreadPool& pool,
+                                      std::vector<Contact>& out) {
   const bool fits = key_.fits();
   items_.clear();
-  for (const std::vector<Contact>* part : parts)
-    for (const Contact& c : *part) items_.push_back({fits ? key_(c) : 0, &c});
+  for (const ContactPart& part : parts)
+    for (std::size_t i = 0; i < part.keys.size(); ++i)
+      items_.push_back({part.keys[i], &part.contacts[i]});
   constexpr std::size_t few = 512;  // before the counts of a pass pay
   if (fits && items_.size() < few) {
     std::sort(items_.begin(), items_.end(),
@@ -44,9 +44,16 @@ void ContactSort::operator()(const std::vector<const std::vector<Contact>*>& par
               [](const Item& a, const Item& b) { return *a.contact < *b.contact; });
   }
   out.resize(items_.size());
-  pool.parallel_for(items_.size(), 4096, [&](std::size_t first, std::size_t last, int) {
-    for (std::size_t i = first; i < last; ++i) out[i] = *items_[i].contact;
+  std::atomic<std::uint64_t> hash{0};
+  pool.parallel_for(items_.size(), 512, [&](std::size_t first, std::size_t last, int) {
+    std::uint64_t sum = 0;
+    for (std::size_t i = first; i < last; ++i) {
+      out[i] = *items_[i].contact;
+      sum += hash_share(*items_[i].contact);
+    }
+    hash.fetch_add(sum, std::memory_order_relaxed);  // read after the job's end
   });
+  return hash.load(std::memory_order_relaxed);
 }
 
 }  // namespace lazyccd

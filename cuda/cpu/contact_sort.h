@@ -8,16 +8,24 @@
 #include "cpu/mesh.h"
 #include "cpu/thread_pool.h"
 #include "lazyccd/contact.h"
+#include "lazyccd/span.h"
 
 namespace lazyccd {
+
+// What one worker found.
+struct ContactPart {
+  Span<const Contact> contacts;
+  Span<const std::uint64_t> keys;  // of these
+};
 
 // Buffers persist between steps.
 class ContactSort {
  public:
-  explicit ContactSort(const Mesh& mesh);
-  // Moves the contacts of all parts into `out`, sorted by operator< of Contact.
-  void operator()(const std::vector<const std::vector<Contact>*>& parts, ThreadPool& pool,
-                  std::vector<Contact>& out);
+  explicit ContactSort(const Mesh& mesh) : key_(mesh.contact_key()) {}
+  // Copies the contacts of all parts into `out`, sorted by operator< of Contact; returns their
+  // hash.
+  std::uint64_t operator()(const std::vector<ContactPart>& parts, ThreadPool& pool,
+                           std::vector<Contact>& out);
   std::size_t bytes() const { return (items_.capacity() + other_.capacity()) * sizeof(Item); }
 
  private:

@@ -497,9 +497,9 @@ bool CpuDetector::stay_apart() const {
 // The workers' contacts, sorted, and what they counted.
 void CpuDetector::gather_contacts(std::vector<Contact>& out, Stats& stats) {
   Stopwatch watch;
-  std::vector<const std::vector<Contact>*> parts;
+  std::vector<ContactPart> parts;
   for (const auto& w : workers_) {
-    parts.push_back(&w->contacts);
+    parts.push_back({w->contacts, w->keys});
     stats.front_nodes += w->ended;
     stats.group_pairs += w->group_pairs;
     stats.volume_culled += w->culled;
@@ -513,10 +513,9 @@ void CpuDetector::gather_contacts(std::vector<Contact>& out, Stats& stats) {
     stats.exact += w->exact;
     stats.contacts_vf += w->found[0];
     stats.contacts_ee += w->found[1];
-    stats.hash += w->hash;
     stats.ms_narrow += w->ms / pool_.available();
   }
-  (*sort_)(parts, pool_, out);
+  stats.hash = (*sort_)(parts, pool_, out);
   stats.ms_sort = watch.lap();
   stats.threads = pool_.size();
   stats.peak_bytes = bytes();

@@ -184,6 +184,10 @@ FirstFaces Mesh::first_faces() const {
           reinterpret_cast<const std::int32_t(*)[3]>(face_edges_.data())};
 }
 
+ContactKey Mesh::contact_key() const {
+  return ContactKey::of(body_count(), vertex_count(), edges_.size(), faces_.size());
+}
+
 bool Mesh::collide(std::int32_t a, std::int32_t b) const {
   const Body &x = bodies_[a], &y = bodies_[b];
   if (a == b) return x.self_collision;

@@ -5,6 +5,7 @@
 #include <unordered_set>
 #include <vector>
 
+#include "core/contact_key.h"
 #include "core/contact_math.h"
 #include "core/distinct.h"
 #include "lazyccd/scene.h"
@@ -37,6 +38,7 @@ class Mesh {
   const std::unordered_set<std::uint64_t>& disabled_pairs() const { return disabled_; }
   MeshView view() const;
   FirstFaces first_faces() const;
+  ContactKey contact_key() const;
 
   bool collide(std::int32_t body_a, std::int32_t body_b) const;
 

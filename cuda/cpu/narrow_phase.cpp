@@ -33,9 +33,10 @@ void NarrowPhase::begin(const LeafKernels& kernels, const Mesh& mesh, const Leaf
   list_ = list;
   listed_ = listed;
   dropped_ = nullptr;
+  key_ = mesh.contact_key();
   contacts.clear();
+  keys.clear();
   never_coplanar = refined = exact = 0;
-  hash = 0;
   ms = 0;
   for (int kind = 0; kind < 2; ++kind)
     queues[kind].count = candidates[kind] = survived[kind] = found[kind] = 0;
@@ -108,10 +109,10 @@ QueryCoordinates NarrowPhase::coordinates(const Contact& contact) const {
   return q;
 }
 
-void NarrowPhase::report(const Contact& contact) {
-  contacts.push_back(contact);
+// A contact that is complete.
+void NarrowPhase::count(const Contact& contact) {
+  keys.push_back(key_(contact));
   ++found[static_cast<int>(contact.kind)];
-  hash += hash_share(contact);
 }
 
 template <ContactKind kind>
@@ -124,7 +125,8 @@ void NarrowPhase::report_touching(const Survivor& survivor) {
   if (decision.kind != Decision::hit) return;
   contact.toi = static_cast<double>(decision.tick) * kTick;
   describe_contact<kind>(q, contact.toi, false, contact);
-  report(contact);
+  contacts.push_back(contact);
+  count(contact);
 }
 
 template <ContactKind kind>
@@ -225,14 +227,15 @@ void NarrowPhase::note_near(ContactKind kind, int left) {
 template <ContactKind kind>
 void NarrowPhase::describe_own() {
   kernels_->describe(scene_, kind, split_.own, split_.own_count, places_.data());
-  Contact contact;
   for (int i = 0; i < split_.own_count; ++i) {
+    // In its place: a copy would wait for what has just been written.
+    Contact& contact = contacts.emplace_back();
     identify_contact<kind>(scene_.mesh, split_.own[i].pair, contact);
     contact.toi = static_cast<double>(approach_tick(split_.own[i].t)) * kTick;
     contact.u = places_[i].u;
     contact.v = places_[i].v;
     contact.normal = places_[i].normal;
-    report(contact);
+    count(contact);
   }
 }
 
@@ -265,7 +268,7 @@ void NarrowPhase::keep_distinct(Span<const Contact> near, std::vector<Contact>& 
 std::size_t NarrowPhase::bytes() const {
   return survivors_.capacity() * sizeof(Survivor) + free_.capacity() * sizeof(Candidate) +
          places_.capacity() * sizeof(Place) + near_pairs.bytes() +
-         contacts.capacity() * sizeof(Contact);
+         contacts.capacity() * sizeof(Contact) + keys.capacity() * sizeof(std::uint64_t);
 }
 
 }  // namespace lazyccd

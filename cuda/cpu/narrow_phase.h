@@ -5,6 +5,7 @@
 #include <limits>
 #include <vector>
 
+#include "core/contact_key.h"
 #include "core/contact_math.h"
 #include "cpu/leaf.h"
 #include "cpu/mesh.h"
@@ -55,7 +56,7 @@ class NarrowPhase : public CandidateSink {
 
   // Of this step:
   std::vector<Contact> contacts;
-  std::uint64_t hash = 0;
+  std::vector<std::uint64_t> keys;                                   // of these, for their order
   std::int64_t candidates[2] = {}, survived[2] = {}, found[2] = {};  // by ContactKind
   std::int64_t never_coplanar = 0, refined = 0, exact = 0;
   double ms = 0;
@@ -72,7 +73,7 @@ class NarrowPhase : public CandidateSink {
 
   bool all_pinned(const Contact& contact) const;
   QueryCoordinates coordinates(const Contact& contact) const;
-  void report(const Contact& contact);
+  void count(const Contact& contact);
 
   template <ContactKind kind>
   void report_touching(const Survivor& survivor);
@@ -92,6 +93,7 @@ class NarrowPhase : public CandidateSink {
 
   const LeafKernels* kernels_ = nullptr;
   const Mesh* mesh_ = nullptr;
+  ContactKey key_{};
   LeafScene scene_{};
   const NearList* list_ = nullptr;  // null: nothing is listed
   ListedPart* listed_ = nullptr;
