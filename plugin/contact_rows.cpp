@@ -54,7 +54,8 @@ double ContactRows::thickness(const Contact& contact, const Motion& motion, doub
     }
     return sum;
   };
-  return std::min({of_surfaces, 0.5 * reach_at(0, first_of_b), 0.5 * reach_at(first_of_b, 4)});
+  const double reach = std::min(reach_at(0, first_of_b), reach_at(first_of_b, 4));
+  return std::min(of_surfaces, 0.5 * reach);
 }
 
 ContactRow ContactRows::make_row(const Contact& contact, const Motion& motion) const {

@@ -45,7 +45,7 @@ Points points_of(const Contact& contact) {
 }
 
 // Of at most three points.
-Key key_of(const Points& points, const Contact& contact) {
+void set_key(const Points& points, const Contact& contact, Key& key) {
   // Which of two sides is the first is of no matter.
   const int sign = weight_of(points[0]) < 0 ? -1 : 1;
   std::uint64_t vertex[3], weights = 0, normal = 0;
@@ -58,7 +58,9 @@ Key key_of(const Points& points, const Contact& contact) {
     const int part = sign * rounded(parts_of_normal * static_cast<double>(component));
     normal = normal << 16 | static_cast<std::uint16_t>(part);
   }
-  return {vertex[0] << 32 | vertex[1], vertex[2] << 32 | weights, normal};
+  key[0] = vertex[0] << 32 | vertex[1];
+  key[1] = vertex[2] << 32 | weights;
+  key[2] = normal;
 }
 
 std::size_t hash_of(const Key& key) {
@@ -69,10 +71,10 @@ std::size_t hash_of(const Key& key) {
 
 }  // namespace
 
-Binding binding_of(const Contact& contact) {
+void bind(const Contact& contact, Binding& binding) {
   const Points points = points_of(contact);
-  if (points[3] != none) return {Binding::of_one, {}};
-  return {Binding::of_some, key_of(points, contact)};
+  binding.kind = points[3] != none ? Binding::of_one : Binding::of_some;
+  if (binding.kind == Binding::of_some) set_key(points, contact, binding.points);
 }
 
 void DistinctContacts::keep(Span<const Contact> contacts, std::vector<Bond>& bonds,

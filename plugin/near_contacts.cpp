@@ -62,7 +62,7 @@ void NearContacts::look_at(Span<const Contact> found, std::size_t first, std::si
     const double thickness = ContactRows::thickness(contact, motion, of_surfaces);
     bond.gap = gap(contact, motion.start).norm();
     if (says_nothing(contact, thickness, bond.gap, motion)) continue;
-    bond.binding = binding_of(contact);
+    bind(contact, bond.binding);
     // What was chosen in the last step goes on to be, where no other is nearer.
     while (before != last_.end() && *before < contact) ++before;
     if (before != last_.end() && !(contact < *before)) bond.gap *= as_near;

@@ -16,7 +16,7 @@ using ParallelFor =
                        const std::function<void(std::size_t first, std::size_t last)>& body)>;
 
 // What takes longer than to share it out, of contacts.
-constexpr std::size_t contacts_grain = 1024;
+constexpr std::size_t contacts_grain = 512;
 
 }  // namespace LAZYCCD_BULLET_PRECISION
 }  // namespace lazyccd::bullet

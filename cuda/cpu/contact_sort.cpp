@@ -29,10 +29,12 @@ void ContactSort::radix_sort() {
 std::uint64_t ContactSort::operator()(const std::vector<ContactPart>& parts, ThreadPool& pool,
                                       std::vector<Contact>& out) {
   const bool fits = key_.fits();
-  items_.clear();
+  std::size_t count = 0;
+  for (const ContactPart& part : parts) count += part.keys.size();
+  items_.resize(count);
+  Item* item = items_.data();
   for (const ContactPart& part : parts)
-    for (std::size_t i = 0; i < part.keys.size(); ++i)
-      items_.push_back({part.keys[i], &part.contacts[i]});
+    for (std::size_t i = 0; i < part.keys.size(); ++i) *item++ = {part.keys[i], &part.contacts[i]};
   constexpr std::size_t few = 512;  // before the counts of a pass pay
   if (fits && items_.size() < few) {
     std::sort(items_.begin(), items_.end(),

@@ -10,9 +10,11 @@ using lazyccd::test::contact;
 namespace {
 
 std::vector<Contact> kept(const std::vector<Contact>& contacts, const std::vector<double>& gaps) {
-  std::vector<Bond> bonds;
-  for (std::size_t i = 0; i < contacts.size(); ++i)
-    bonds.push_back({binding_of(contacts[i]), gaps[i]});
+  std::vector<Bond> bonds(contacts.size());
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    bind(contacts[i], bonds[i].binding);
+    bonds[i].gap = gaps[i];
+  }
   std::vector<Contact> kept;
   DistinctContacts().keep(contacts, bonds, kept);
   return kept;
