@@ -88,7 +88,7 @@ void ContactProblem::set_up(Of of, const std::vector<ContactRow>& rows, const Mo
   length_ = mass_ = 1;
   approach_ = 0;
   demands_.resize(rows.size());
-  batches_.clear();
+  partition_.begin(0);
   parts_.clear();
   bodies_.clear();
   double longest_squared = 0, heaviest = 0;
@@ -116,7 +116,7 @@ void ContactProblem::set_up(Of of, const std::vector<ContactRow>& rows, const Mo
   put_in_order(rows);
   make_batches(rows, motion);
   if (!begun) return;
-  for (std::size_t i = 0; i < batches_.size(); ++i) kernels.push(swept(), static_cast<int>(i));
+  for (std::size_t i = 0; i < count(); ++i) kernels.push(swept(), static_cast<int>(i));
 }
 
 // Those that impulses act on. What acts comes first, and so shares batches: what did in the last
@@ -151,8 +151,9 @@ void ContactProblem::make_batches(const std::vector<ContactRow>& rows, const Mot
     partition_.add(i, things.data(), last);
   }
   now_.assign(static_cast<std::size_t>(end), Float4{});
-  const std::vector<RowPartition::Group>& groups = partition_.finish();
-  batches_.resize(groups.size());
+  partition_.finish();
+  const std::vector<RowPartition::Group>& groups = partition_.groups();
+  if (batches_.size() < count()) batches_.resize(count());
   end_.assign(groups.size(), first_node);
   for (std::size_t b = 0; b < groups.size(); ++b) {
     RowBatch& batch = batches_[b];
@@ -228,12 +229,12 @@ void ContactProblem::carry_on(float momentum, const Indices& which) {
 }
 
 void ContactProblem::solve(int sweeps) {
-  if (batches_.empty()) return;
+  if (count() == 0) return;
   double least = least_speed * seconds_;  // metres
   if (opening_) {
     sweeps = std::max(1, sweeps / fewer_of_opening);
   } else if (approach_ < slow * seconds_ ||
-             kernels.most_left(swept(), static_cast<int>(batches_.size())) * length_ <
+             kernels.most_left(swept(), static_cast<int>(count())) * length_ <
                  steady * seconds_) {
     sweeps = std::min(sweeps, std::numeric_limits<int>::max() / more_of_slow) * more_of_slow;
   } else {
@@ -241,9 +242,10 @@ void ContactProblem::solve(int sweeps) {
   }
   const auto tolerance = static_cast<float>(least / length_);
 
-  for (RowBatch& batch : batches_) std::copy(batch.impulse, std::end(batch.impulse), batch.last);
+  for (std::size_t b = 0; b < count(); ++b)
+    std::copy_n(batches_[b].impulse, 4 * RowBatch::rows, batches_[b].last);
   last_ = now_;
-  Indices all(batches_.size()), acting;
+  Indices all(count()), acting;
   std::iota(all.begin(), all.end(), 0);
   for (const std::int32_t i : all) {
     if (needs(batches_[i]) || acts(i)) acting.push_back(i);
@@ -299,7 +301,7 @@ void ContactProblem::write(std::vector<ContactRow>& rows, Motion& motion) const 
     turn_of(body).setZero();
   }
   const double unit = mass_ * length_;
-  for (std::size_t b = 0; b < batches_.size(); ++b) {
+  for (std::size_t b = 0; b < count(); ++b) {
     const RowPartition::Group& group = partition_.groups()[b];
     for (int i = 0; i < RowBatch::rows && group[i] != RowPartition::none; ++i) {
       ContactRow& row = rows[group[i]];

@@ -57,6 +57,7 @@ class ContactProblem {
   void make_batches(const std::vector<ContactRow>& rows, const Motion& motion);
   void fill(RowBatch& batch, int row, const ContactRow& given, const Demand& demand,
             const Motion& motion);
+  std::size_t count() const { return partition_.groups().size(); }  // of batches
   bool acts(std::int32_t batch) const;
   void carry_on(float momentum, const Indices& which);
   SweptProblem swept() { return {batches_.data(), parts_.data(), bodies_.data(), now_.data()}; }
@@ -69,7 +70,7 @@ class ContactProblem {
   std::vector<Demand> demands_;   // by given row
   Indices order_, node_of_;       // of given rows; by soft vertex
   RowPartition partition_;
-  std::vector<RowBatch> batches_;
+  std::vector<RowBatch> batches_;  // and more, unused
   std::vector<std::int32_t> end_;  // by batch: one past the last displacement
   std::vector<RowPart> parts_;
   std::vector<RowBody> bodies_;

@@ -44,9 +44,8 @@ void RowPartition::end(int i) {
   open.count = open.thing_count = 0;
 }
 
-const std::vector<RowPartition::Group>& RowPartition::finish() {
+void RowPartition::finish() {
   for (int i = 0; i < open_count; ++i) end(i);
-  return groups_;
 }
 
 }  // namespace lazyccd::bullet

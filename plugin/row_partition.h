@@ -22,7 +22,7 @@ class RowPartition {
   // Adds a row to the first open group that moves none of what it moves.
   void add(std::int32_t row, const std::int32_t* first_thing, const std::int32_t* last_thing);
   // Ends all groups. They are in the order in which they became full.
-  const std::vector<Group>& finish();
+  void finish();
   const std::vector<Group>& groups() const { return groups_; }
 
  private:

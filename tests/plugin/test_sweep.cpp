@@ -70,7 +70,8 @@ Problem random_problem(unsigned seed) {
     // Where each node is above those before it, all rows are fulfilled.
     std::sort(nodes_of[row].rbegin(), nodes_of[row].rend());
   }
-  for (const RowPartition::Group& group : partition.finish()) {
+  partition.finish();
+  for (const RowPartition::Group& group : partition.groups()) {
     RowBatch batch = {};
     batch.first_part = static_cast<std::int32_t>(problem.parts.size());
     for (int i = 0; i < RowBatch::rows && group[i] != RowPartition::none; ++i) {
@@ -164,7 +165,8 @@ TEST_CASE("rows of a group move nothing in common, and each row is in one group"
       partition.add(static_cast<std::int32_t>(row), things[row].data(), things[row].data() + 3);
     }
     std::vector<int> met(things.size(), 0);
-    for (const RowPartition::Group& group : partition.finish()) {
+    partition.finish();
+    for (const RowPartition::Group& group : partition.groups()) {
       std::vector<int> moved(60, 0);
       bool ended = false;
       for (const std::int32_t row : group) {
