@@ -56,13 +56,11 @@ AxisBox in_frame(const Obstacles::Record& record, const AxisBox& box) {
 }
 
 // That of bodies that meet rigid ones or are carried by them; null where there are none.
+// Also where no soft body meets rigid ones: one that comes to is to meet them on their way.
 btBroadphaseInterface* broadphase_of(const Obstacles::SoftBodies& bodies) {
   for (int i = 0; i < bodies.size(); ++i) {
-    const btSoftBody& body = *bodies[i];
-    const bool is_concerned =
-        Obstacles::meets_obstacles(body) || body.m_deformableAnchors.size() > 0;
-    if (is_concerned && body.m_worldInfo && body.m_worldInfo->m_broadphase)
-      return body.m_worldInfo->m_broadphase;
+    const btSoftBodyWorldInfo* const info = bodies[i]->m_worldInfo;
+    if (info && info->m_broadphase) return info->m_broadphase;
   }
   return nullptr;
 }

@@ -55,6 +55,26 @@ TEST_CASE("pinned nodes that are put elsewhere between steps sweep what is in th
   CHECK(impact.world->total_stats()->unresolved == 0);
 }
 
+TEST_CASE("the first cloth that meets rigid bodies is met by one that is on its way") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  CAPTURE(world == World::rigid);
+  ObstacleWorld w(world, 0);
+  using Flag = btSoftBody::fCollision;
+  w.add_sheet(4, 0.2, 5, 0)->m_cfg.collisions =
+      world == World::rigid ? Flag::VF_SS : Flag::VF_DD;  // no rigid ones
+  btRigidBody* const plate =
+      w.add(std::make_unique<btBoxShape>(btVector3(1, btScalar(0.01), 1)), btVector3(0, -1, 0));
+  ObstacleWorld::make_kinematic(*plate);
+  w.steps(1);
+  btSoftBody* const sheet = w.add_sheet(6, 1, 0, 0);
+  plate->setCenterOfMassTransform(
+      btTransform(btQuaternion::getIdentity(), btVector3(0, btScalar(0.1), 0)));
+  w.steps(1);
+  for (int i = 0; i < sheet->m_nodes.size(); ++i)
+    CHECK(sheet->m_nodes[i].m_x.y() > plate->getWorldTransform().getOrigin().y());
+  CHECK(w.total().unresolved == 0);
+}
+
 TEST_CASE("a rigid body that is put into cloth, or takes another's place there, is said") {
   const World world = GENERATE(World::rigid, World::deformable);
   const bool swap = GENERATE(false, true);
