@@ -84,11 +84,13 @@ float NearList::reach(double difference) const {
   return static_cast<float>(apart + of_scene) * (1 + 0x1p-20f);
 }
 
-// Another list is made once what was sought besides this one is as much as to make one.
+// Each step seeks more than the one before. Another list is made once a step sought more than half
+// of the mean since this one was made, that included.
 void NearList::served(std::int64_t candidates) {
   ++steps_;
   sought_ += candidates;
-  if (sought_ <= static_cast<std::int64_t>(size())) return;
+  const std::int64_t since = static_cast<std::int64_t>(size()) + sought_;
+  if (2 * candidates * (steps_ + 1) <= since) return;
   made_ = false;
   promising_ = steps_ >= least_steps;
 }
