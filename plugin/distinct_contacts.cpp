@@ -63,10 +63,10 @@ void set_key(const Points& points, const Contact& contact, Key& key) {
   key[2] = normal;
 }
 
-std::size_t hash_of(const Key& key) {
+std::uint32_t hash_of(const Key& key) {
   const std::uint64_t hash = key[0] * 0x9e3779b97f4a7c15ull ^ key[1] * 0xbf58476d1ce4e5b9ull ^
                              key[2] * 0x94d049bb133111ebull;
-  return static_cast<std::size_t>(hash ^ hash >> 32);
+  return static_cast<std::uint32_t>(hash ^ hash >> 32);
 }
 
 }  // namespace
@@ -74,7 +74,9 @@ std::size_t hash_of(const Key& key) {
 void bind(const Contact& contact, Binding& binding) {
   const Points points = points_of(contact);
   binding.kind = points[3] != none ? Binding::of_one : Binding::of_some;
-  if (binding.kind == Binding::of_some) set_key(points, contact, binding.points);
+  if (binding.kind != Binding::of_some) return;
+  set_key(points, contact, binding.points);
+  binding.hash = hash_of(binding.points);
 }
 
 void DistinctContacts::keep(Span<const Contact> contacts, std::vector<Bond>& bonds,
@@ -90,16 +92,14 @@ void DistinctContacts::keep(Span<const Contact> contacts, std::vector<Bond>& bon
     Bond& bond = bonds[i];
     if (bond.binding.kind != Binding::of_some) continue;
     const Key& key = bond.binding.points;
-    std::size_t slot = hash_of(key) & (slots - 1);
+    std::size_t slot = bond.binding.hash & (slots - 1);
     while (table_[slot] != free && bond_at(table_[slot]).binding.points != key)
       slot = (slot + 1) & (slots - 1);
-    std::int32_t& nearest = table_[slot];
-    if (nearest != free && !(bond.gap < bond_at(nearest).gap)) {
-      bond.binding.kind = Binding::none;
-      continue;
-    }
-    if (nearest != free) bond_at(nearest).binding.kind = Binding::none;
-    nearest = static_cast<std::int32_t>(i);
+    const auto at = static_cast<std::int32_t>(i), other = table_[slot];
+    // Without a branch: which is nearer, nobody foresees.
+    const bool nearer = other == free || bond.gap < bond_at(other).gap;
+    table_[slot] = nearer ? at : other;
+    if (other != free) bond_at(nearer ? other : at).binding.kind = Binding::none;
   }
   kept.clear();
   for (std::size_t i = 0; i < contacts.size(); ++i)

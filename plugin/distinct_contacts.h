@@ -18,6 +18,7 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 struct Binding {
   // Of one pair of primitives alone: all four vertices bear it.
   enum Kind : std::uint8_t { none, of_one, of_some } kind = none;
+  std::uint32_t hash;  // of `points`
   // Three vertices, their rounded weights and the rounded normal.
   std::array<std::uint64_t, 3> points;
 };

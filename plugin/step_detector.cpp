@@ -152,9 +152,7 @@ const std::vector<Contact>& StepDetector::near() {
 
 StepDetector::Answer StepDetector::answer_to(const Contact& contact) const {
   if (is_anchored(contact)) return Answer::not_asked;
-  const bool can_be =
-      responds(contact) && (gives_way(contact.vertices[0]) || may_be_ended(contact));
-  return can_be ? Answer::given : Answer::none;
+  return responds(contact) && may_be_ended(contact) ? Answer::given : Answer::none;
 }
 
 std::vector<Contact> StepDetector::answerable(Span<const Contact> contacts) {
@@ -182,9 +180,11 @@ bool StepDetector::may_be_ended(const Contact& contact) const {
 }
 
 bool StepDetector::could_be_ended(const Contact& contact) const {
+  if (std::any_of(contact.vertices.begin(), contact.vertices.end(),
+                  [this](std::int32_t v) { return gives_way(v); }))
+    return true;
   bool nodes_move = false, body_moves = false;
   for (const std::int32_t v : contact.vertices) {
-    if (gives_way(v)) return true;
     const Eigen::Vector3d end = found_any_ ? motion_.predicted[v] : motion_.end_of(v);
     if (end != motion_.start_of(v)) (topology_.is_soft(v) ? nodes_move : body_moves) = true;
   }
