@@ -84,7 +84,7 @@ class NearList {
 
  private:
   // Steps that a list should last for, for it costs more to make than without.
-  static constexpr double least_steps = 3;
+  static constexpr double least_steps = 4;
 
   bool moves_within(NodePair nodes, double squared) const {
     return groups_.difference_squared(nodes.a, nodes.b) <= squared;
