@@ -94,8 +94,7 @@ SceneView DeviceScene::view(bool is_double) {
 }
 
 ContactKey DeviceScene::key() const {
-  return ContactKey::of(mesh_->body_count(), mesh_->vertex_count(), mesh_->edges().size(),
-                        mesh_->faces().size());
+  return mesh_->contact_key();
 }
 
 std::size_t DeviceScene::bytes() const {
