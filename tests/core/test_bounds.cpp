@@ -9,6 +9,7 @@
 #include "core/decision.h"
 #include "support/catch.h"
 #include "support/generators.h"
+#include "support/sweep.h"
 
 using namespace lazyccd;
 using namespace lazyccd::test;
@@ -183,7 +184,7 @@ void check_generators(const char* precision) {
   Random r(3);
   for (const Generator& generator : generators()) {
     for (const ContactKind kind : {ContactKind::vertex_face, ContactKind::edge_edge}) {
-      for (std::uint64_t i = 0; i < (generator.share == 1 ? 4 : 40); ++i) {
+      for (std::uint64_t i = 0; i < (generator.share == 1 ? 4 : repetitions(40)); ++i) {
         INFO(generator.name << ", "
                             << (kind == ContactKind::vertex_face ? "vertex-face" : "edge-edge")
                             << ", number " << i);
@@ -215,7 +216,7 @@ void check_search(const char* precision, double Worst::*what) {
     for (auto& point : best)
       for (double& x : point) x = r.uniform(-1, 1);
     double best_ratio = 0;
-    for (int step = 0; step < 300; ++step) {
+    for (std::uint64_t step = 0; step < repetitions(300); ++step) {
       QueryPoints tried = best;
       for (int i = r.integer(1, 3); i > 0; --i) {
         double& x = tried[static_cast<std::size_t>(r.integer(0, 7))]

@@ -11,6 +11,7 @@
 #include "support/catch.h"
 #include "support/generators.h"
 #include "support/oracle.h"
+#include "support/sweep.h"
 
 using namespace lazyccd;
 using namespace lazyccd::test;
@@ -53,7 +54,7 @@ QueryPoints reordered(const QueryPoints& q, std::array<std::size_t, 8> order) {
 }  // namespace
 
 TEST_CASE("the narrow phase gives the true answer and the true time in whole ticks") {
-  for_each_query(1000, [](ContactKind kind, const QueryPoints& points) {
+  for_each_query(repetitions(1000), [](ContactKind kind, const QueryPoints& points) {
     const Truth truth = find_truth(kind, points);
     const bool right = is_right(decide(kind, points), truth);
     if (!right) CHECK(right);
@@ -61,7 +62,7 @@ TEST_CASE("the narrow phase gives the true answer and the true time in whole tic
 }
 
 TEST_CASE("the exact stage gives the true answer and the true time in whole ticks") {
-  for_each_query(500, [](ContactKind kind, const QueryPoints& points) {
+  for_each_query(repetitions(500), [](ContactKind kind, const QueryPoints& points) {
     const bool right = is_right(decide_exact(kind, points), find_truth(kind, points));
     if (!right) CHECK(right);
   });
@@ -69,7 +70,7 @@ TEST_CASE("the exact stage gives the true answer and the true time in whole tick
 
 TEST_CASE("what double precision decides does not depend on single precision having been tried") {
   int decided = 0;
-  for_each_query(500, [&](ContactKind kind, const QueryPoints& points) {
+  for_each_query(repetitions(500), [&](ContactKind kind, const QueryPoints& points) {
     QueryCoordinates q;
     for (std::size_t i = 0; i < 4; ++i) {
       q.start[i] = {points[i][0], points[i][1], points[i][2]};
@@ -114,7 +115,7 @@ TEST_CASE("renaming points changes neither answer nor time") {
 }
 
 TEST_CASE("exchanging start and end of the step does not change the answer") {
-  for_each_query(500, [](ContactKind kind, const QueryPoints& points) {
+  for_each_query(repetitions(500), [](ContactKind kind, const QueryPoints& points) {
     const QueryPoints back = reordered(points, {4, 5, 6, 7, 0, 1, 2, 3});
     const bool same = decide(kind, back).hit == decide(kind, points).hit;
     if (!same) CHECK(same);

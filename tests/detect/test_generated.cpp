@@ -11,6 +11,7 @@
 #include "support/catch.h"
 #include "support/frames.h"
 #include "support/generators.h"
+#include "support/sweep.h"
 
 using namespace lazyccd;
 using namespace lazyccd::test;
@@ -117,7 +118,7 @@ void check_detections(Arithmetic arithmetic, double separation) {
     // The scene's scale is not the query's; only where nothing underflows does that change no bit.
     if (separation > 0 && generator.name == std::string_view("tiny")) continue;
     for (const ContactKind kind : {ContactKind::vertex_face, ContactKind::edge_edge}) {
-      const std::uint64_t scenes = generator.share == 1 ? 1 : 8;
+      const std::uint64_t scenes = generator.share == 1 ? 1 : repetitions(8);
       for (std::uint64_t i = 0; i < scenes; ++i) {
         INFO(generator.name << ", "
                             << (kind == ContactKind::vertex_face ? "vertex-face" : "edge-edge")
