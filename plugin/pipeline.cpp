@@ -13,14 +13,16 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-Pipeline::Pipeline(const Options& options, Friction friction)
-    : options_(options),
+Pipeline::Pipeline(const CheckedOptions& checked, Friction friction)
+    : options_(checked.options),
       friction_(friction),
-      journal_(options.on_message),
-      reader_(options, journal_, [this](const StepReader::Visit& visit) { pass(visit); }),
-      detector_(options.detector, reader_.scene(), reader_.topology(), reader_.motion(),
+      journal_(options_.on_message),
+      reader_(options_, journal_, [this](const StepReader::Visit& visit) { pass(visit); }),
+      detector_(options_.detector, reader_.scene(), reader_.topology(), reader_.motion(),
                 [this](std::int32_t a, std::int32_t b) { return surface(a, b); }),
-      response_(options, [this](std::int32_t a, std::int32_t b) { return surface(a, b); }) {}
+      response_(options_, [this](std::int32_t a, std::int32_t b) { return surface(a, b); }) {
+  for (const std::string& line : checked.lines) journal_.say(line, line);
+}
 
 PairSurface Pipeline::surface(std::int32_t body_a, std::int32_t body_b) const {
   const StepTopology::BodyRecord& a = topology().bodies()[body_a];

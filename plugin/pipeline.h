@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "checked_options.h"
 #include "journal.h"
 #include "lazyccd/bullet/options.h"
 #include "lazyccd/bullet/report.h"
@@ -24,7 +25,7 @@ class Pipeline {
   // Bullet's rule of this world for the friction between two soft bodies.
   using Friction = double (*)(double kdf_a, double kdf_b);
 
-  Pipeline(const Options& options, Friction friction);
+  Pipeline(const Options& options, Friction friction) : Pipeline(check(options), friction) {}
 
   // A pair from Bullet's dispatcher. False where it is not LazyCCD's, so that Bullet is to process
   // it.
@@ -63,6 +64,8 @@ class Pipeline {
   Journal& journal() { return journal_; }
 
  private:
+  Pipeline(const CheckedOptions& checked, Friction friction);
+
   const StepTopology& topology() const { return reader_.topology(); }
   PairSurface surface(std::int32_t body_a, std::int32_t body_b) const;
   void pass(const StepReader::Visit& visit);

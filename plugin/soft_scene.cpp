@@ -89,6 +89,12 @@ std::vector<Edge> read_edges(const btSoftBody& body, const std::vector<Face>& fa
   return edges;
 }
 
+// Metres.
+btScalar margin_of(const btSoftBody& body) {
+  const btScalar margin = body.getCollisionShape()->getMargin();
+  return std::isfinite(margin) ? margin : 0;
+}
+
 }  // namespace
 
 bool is_finite(const btSoftBody& body) {
@@ -127,7 +133,7 @@ SoftScene::Stamp SoftScene::stamp(btSoftBody* body) const {
   s.responds = body->hasContactResponse();
   s.refused = is_refused(body);
   s.marked_changed = body->m_bUpdateRtCst;
-  s.margin = body->getCollisionShape()->getMargin();
+  s.margin = margin_of(*body);
   return s;
 }
 
@@ -226,7 +232,11 @@ void SoftScene::add_body(btSoftBody* body, int world_index, Journal& journal) {
   record.body = body;
   record.world_index = world_index;
   record.first_vertex = vertex_count();
-  record.margin = body->getCollisionShape()->getMargin();
+  record.margin = margin_of(*body);
+  if (record.margin != body->getCollisionShape()->getMargin())
+    journal.say("margin " + std::to_string(world_index),
+                "soft body " + std::to_string(world_index) +
+                    ": the collision margin is not finite, and counts as zero");
   record.responds = body->hasContactResponse();
   const std::int32_t index = static_cast<std::int32_t>(bodies_.size());
   for (std::size_t node = 0; node < vertex_of_node.size(); ++node) {

@@ -258,7 +258,8 @@ double margin_of_triangles(const btCollisionShape& shape) {
   if (!shape.isCompound()) {
     const bool without_margin =
         shape.isConcave() || (shape.isPolyhedral() && shape.getShapeType() != BOX_SHAPE_PROXYTYPE);
-    return without_margin ? static_cast<double>(shape.getMargin()) : 0;
+    const bool counts = without_margin && std::isfinite(shape.getMargin());
+    return counts ? static_cast<double>(shape.getMargin()) : 0;
   }
   const auto& compound = static_cast<const btCompoundShape&>(shape);
   double largest = 0;

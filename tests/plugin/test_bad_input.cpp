@@ -8,6 +8,7 @@
 
 #include "plugin/obstacle_worlds.h"
 #include "plugin/worlds.h"
+#include "scenes/surface.h"
 #include "support/catch.h"
 
 using namespace lazyccd;
@@ -133,4 +134,39 @@ TEST_CASE("nodes are read and written on several threads as on one") {
     }
   }
   CHECK(ends[0] == ends[1]);
+}
+
+TEST_CASE("options that mean nothing are said, and the usual ones used") {
+  const double nothing = std::numeric_limits<double>::quiet_NaN();
+  std::vector<std::string> said;
+  scenes::WorldOptions options = quiet_options(World::rigid);
+  options.lazyccd.on_message = [&](const std::string& line) { said.push_back(line); };
+  options.lazyccd.thickness = nothing;
+  options.lazyccd.recovery = 2;
+  options.lazyccd.restitution = -1;
+  options.lazyccd.rest_damping = -100;
+  options.lazyccd.untangling_speed = -nothing;
+  options.lazyccd.sweeps = -5;
+  Impact strange(options), usual(quiet_options(World::rigid));
+  strange.steps(20);
+  usual.steps(20);
+  CHECK(said.size() == 6);
+  CHECK(strange.world->status().find("Options::recovery is 2") != std::string::npos);
+  CHECK(strange.world->total_stats()->contacts_vf > 0);
+  CHECK(scenes::read_positions(*strange.world) == scenes::read_positions(*usual.world));
+}
+
+TEST_CASE("a collision margin that is not finite counts as none, and is said") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  const bool number = GENERATE(true, false);
+  CAPTURE(world == World::rigid, number);
+  using Limits = std::numeric_limits<btScalar>;
+  Impact impact(quiet_options(world), 2);
+  impact.steps(4);
+  impact.thrown->getCollisionShape()->setMargin(number ? Limits::infinity() : Limits::quiet_NaN());
+  impact.steps(24);
+  CHECK(impact.world->status().find("margin is not finite") != std::string::npos);
+  CHECK(impact.world->total_stats()->missed_steps == 0);
+  CHECK(impact.world->total_stats()->contacts_vf > 0);
+  CHECK(impact.passed() == 0);
 }

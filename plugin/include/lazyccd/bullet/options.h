@@ -8,6 +8,8 @@
 // quadratic time, and for ever for a body of several components, are built where Bullet's contacts
 // first read them; rayTest() still has Bullet build one. Those of nodes in the deformable world are
 // as Bullet last read them. One solver serves one world.
+//
+// A number that is not finite or negative where that means nothing is said, and the default used.
 #pragma once
 
 #include <functional>

@@ -1,0 +1,21 @@
+// What an application chose, with numbers that mean nothing put right.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "lazyccd/bullet/options.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+
+struct CheckedOptions {
+  Options options;
+  std::vector<std::string> lines;  // one for each that was not taken
+};
+
+// The detector's own are the core's to check.
+CheckedOptions check(const Options& options);
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet
