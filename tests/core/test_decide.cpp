@@ -96,7 +96,7 @@ TEST_CASE("what double precision decides does not depend on single precision hav
 }
 
 TEST_CASE("renaming points changes neither answer nor time") {
-  for_each_query(200, [](ContactKind kind, const QueryPoints& points) {
+  for_each_query(repetitions(200), [](ContactKind kind, const QueryPoints& points) {
     using Order = std::array<std::size_t, 8>;
     const auto orders = kind == ContactKind::vertex_face
                             ? std::array<Order, 3>{{{0, 2, 3, 1, 4, 6, 7, 5},    // the face turned
