@@ -70,7 +70,7 @@ TEST_CASE("the exact stage gives the true answer and the true time in whole tick
 
 TEST_CASE("what double precision decides does not depend on single precision having been tried") {
   int decided = 0;
-  for_each_query(repetitions(500), [&](ContactKind kind, const QueryPoints& points) {
+  for_each_query(500, [&](ContactKind kind, const QueryPoints& points) {
     QueryCoordinates q;
     for (std::size_t i = 0; i < 4; ++i) {
       q.start[i] = {points[i][0], points[i][1], points[i][2]};
