@@ -167,8 +167,8 @@ void ContactRows::narrow(double part, const Motion& motion) {
         row.normal.dot(separation(row, motion)) >= fulfilled * row.kept_gap)
       continue;
     const double of_surfaces = surface_(row.contact.body_a, row.contact.body_b).thickness;
-    const double whole = std::min(thickness(row.contact, motion, of_surfaces), row.start_gap);
-    row.kept_gap = row.opened_gap = std::min(row.kept_gap, part * std::max(0.0, whole));
+    const double whole = thickness(row.contact, motion, of_surfaces);
+    row.kept_gap = row.opened_gap = std::min(row.kept_gap, part * whole);
     row.remaining = std::max(0.0, row.start_gap - row.kept_gap);
   }
 }

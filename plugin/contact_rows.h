@@ -56,7 +56,8 @@ class ContactRows {
   // `touching`: these do not only come near each other. False where nothing in them gives way.
   bool add(const std::vector<Contact>& contacts, bool touching, const Motion& motion);
   // Rows with what has infinite mass that the motion does not fulfil ask for this part of their
-  // gaps: where such things close in on each other there may be no room for all of them.
+  // thickness at most: where such things close in on each other there may be no room for all of
+  // them. Not of their gaps, which many steps would then close to nothing.
   void narrow(double part, const Motion& motion);
   // Solves the rows, then places the ends of everything in contact.
   void relax(Motion& motion, int sweeps);
