@@ -2,7 +2,8 @@
 # Sets up what is missing, builds, and runs all tests: the whole suite as released; under the address and
 # undefined behaviour sanitizers the test programs but for the adapter in double precision, which has the same
 # source as in single; the threaded parts below Bullet under the thread sanitizer. The CUDA backend is built where there is nvcc, and
-# run where there is a device. Warnings are errors.
+# run where there is a device. Sanitized runs take one of many values that are alike, and a tenth of what is
+# random. Warnings are errors.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../examples/setup.sh"
 
