@@ -107,10 +107,20 @@ std::vector<Ring> rings_of_capsule(int count) {
   return rings;
 }
 
-// Two for the side of a cylinder or cone, two for its ends.
-std::vector<Ring> rings_of_cylinder(int points) {
+// Two for the side of a cylinder or cone, two for its ends; more where `depth` is less than these
+// would lose of the rims, which Bullet rounds by the margin: with rings t apart, margin t^2 / 8.
+std::vector<Ring> rings_of_cylinder(int points, double margin, double depth) {
   constexpr double side = 0.46, end = 1.57;
-  return {{-end, points}, {-side, points}, {side, points}, {end, points}};
+  constexpr int most = 6;  // towards each end
+  const auto lost = [margin](double apart) { return margin * apart * apart / 8; };
+  if (!(lost(end - side) > depth))
+    return {{-end, points}, {-side, points}, {side, points}, {end, points}};
+  const auto apart = [](int count) { return end / (count - 0.5); };
+  int count = 3;
+  while (count < most && lost(apart(count)) > depth) ++count;
+  std::vector<Ring> rings;
+  for (int i = -count; i < count; ++i) rings.push_back({(i + 0.5) * apart(count), points});
+  return rings;
 }
 
 // A polygon lies (pi / points)^2 / 2 of the radius inside of its circle at most. In fours: these
@@ -132,7 +142,11 @@ std::vector<btVector3> directions(const btConvexShape& shape, double depth) {
   const btVector3 half = half_sides(shape);
   const auto radius_about = [&](int axis) { return static_cast<double>(half[(axis + 1) % 3]); };
   const auto of_cylinder = [&](int axis) {
-    return directions_in(rings_of_cylinder(points_of_circle(radius_about(axis), depth)), axis);
+    const double radius = radius_about(axis), least = 0.005 * radius;
+    return directions_in(
+        rings_of_cylinder(points_of_circle(radius, depth), static_cast<double>(shape.getMargin()),
+                          std::max(depth, least)),
+        axis);
   };
   switch (shape.getShapeType()) {
     case CAPSULE_SHAPE_PROXYTYPE: {

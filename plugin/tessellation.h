@@ -46,8 +46,9 @@ struct Triangles {
 // Appends the triangles of `shape`, which `pose` places. Of meshes and terrains, which may be large
 // or without end, those near `region` (a box in the frame of the outermost shape) are enough. What
 // is round lies about `depth` metres inside its surface at most, but 0.5 % of its radius where that
-// is more, and never more than 4.5 %; cylinders and cones, which Bullet rounds by their margin, up
-// to 0.15 of that besides. False where a part of the shape is of a kind without triangles.
+// is more, and never more than 4.5 %; cylinders and cones, which Bullet rounds by their margin, as
+// much besides, or 0.01 of the margin where that is more. False where a part of the shape is of a
+// kind without triangles.
 bool tessellate(const btCollisionShape& shape, const btTransform& pose, const AxisBox& region,
                 double depth, Triangles& triangles);
 

@@ -85,6 +85,20 @@ TEST_CASE("the polyhedron of what is round is never finer or coarser than is of 
   CHECK(triangles_of(*shape, nothing).faces.size() < 1600);
 }
 
+TEST_CASE("rims that Bullet rounds by the margin are round where that is asked for") {
+  const std::string kind = GENERATE("cylinder", "cone");
+  CAPTURE(kind);
+  const auto rounded = make_any(kind, btScalar(0.3)), sharp = make(kind, btScalar(0.3));
+  rounded->setMargin(btScalar(0.06));
+  for (const double depth : {0.005, 0.003, 0.0015}) {
+    const auto [least, most] = depths(*rounded, triangles_of(*rounded, depth));
+    CHECK(least > -1e-6);
+    CHECK(most < 2.3 * depth);
+  }
+  // Cloth that keeps as much away from it as that margin does without.
+  CHECK(triangles_of(*rounded, 0.03).faces.size() == triangles_of(*sharp, 0.03).faces.size());
+}
+
 TEST_CASE("a scaled shape is met as deep as one of that size") {
   btSphereShape small(btScalar(0.1));
   const btUniformScalingShape scaled(&small, 3);
