@@ -234,8 +234,7 @@ void ContactProblem::solve(int sweeps) {
   if (opening_) {
     sweeps = std::max(1, sweeps / fewer_of_opening);
   } else if (approach_ < slow * seconds_ ||
-             kernels.most_left(swept(), static_cast<int>(count())) * length_ <
-                 steady * seconds_) {
+             kernels.most_left(swept(), static_cast<int>(count())) * length_ < steady * seconds_) {
     sweeps = std::min(sweeps, std::numeric_limits<int>::max() / more_of_slow) * more_of_slow;
   } else {
     least = std::max(least, least_part * approach_);
