@@ -5,7 +5,6 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
-#include <utility>
 
 #include "rigid_parts.h"
 
@@ -33,8 +32,6 @@ constexpr int fewer_of_opening = 5;
 constexpr int least_apart = 8;
 // Of the least that a sweep has changed.
 constexpr float grown = 4;
-
-const SweepKernels& kernels = *best_sweep_kernels();
 
 constexpr std::int32_t shift_of(std::int32_t body) { return 1 + 2 * body; }
 constexpr std::int32_t turn_of(std::int32_t body) { return 2 + 2 * body; }
@@ -116,20 +113,20 @@ void ContactProblem::set_up(Of of, const std::vector<ContactRow>& rows, const Mo
   put_in_order(rows);
   make_batches(rows, motion);
   if (!begun) return;
-  for (std::size_t i = 0; i < count(); ++i) kernels.push(swept(), static_cast<int>(i));
+  for (std::size_t i = 0; i < count(); ++i) kernels_->push(swept(), static_cast<int>(i));
 }
 
 // Those that impulses act on. What acts comes first, and so shares batches: what did in the last
 // step, then what may in this one.
 void ContactProblem::put_in_order(const std::vector<ContactRow>& rows) {
-  Indices kinds[3];
+  for (Indices& kind : kinds_) kind.clear();
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (!rows[i].gives_way) continue;
     const int kind = impulse_of(rows[i]) != 0 ? 0 : demands_[i].need > 0 ? 1 : 2;
-    kinds[kind].push_back(static_cast<std::int32_t>(i));
+    kinds_[kind].push_back(static_cast<std::int32_t>(i));
   }
   order_.clear();
-  for (const Indices& kind : kinds) append_interleaved(kind, order_);
+  for (const Indices& kind : kinds_) append_interleaved(kind, order_);
 }
 
 void ContactProblem::make_batches(const std::vector<ContactRow>& rows, const Motion& motion) {
@@ -234,7 +231,8 @@ void ContactProblem::solve(int sweeps) {
   if (opening_) {
     sweeps = std::max(1, sweeps / fewer_of_opening);
   } else if (approach_ < slow * seconds_ ||
-             kernels.most_left(swept(), static_cast<int>(count())) * length_ < steady * seconds_) {
+             kernels_->most_left(swept(), static_cast<int>(count())) * length_ <
+                 steady * seconds_) {
     sweeps = std::min(sweeps, std::numeric_limits<int>::max() / more_of_slow) * more_of_slow;
   } else {
     least = std::max(least, least_part * approach_);
@@ -255,7 +253,8 @@ void ContactProblem::solve(int sweeps) {
   for (int i = 1;; ++i) {
     const bool of_all = i >= std::min(next_of_all, sweeps);
     const Indices& which = of_all ? all : acting;
-    const SweepChange change = kernels.sweep(swept(), which.data(), static_cast<int>(which.size()));
+    const SweepChange change =
+        kernels_->sweep(swept(), which.data(), static_cast<int>(which.size()));
     const bool settled = change.largest < tolerance * tolerance;
     // Ends with a sweep of all, so that all impulses are within their bounds.
     if (of_all && (settled || i >= sweeps)) return;

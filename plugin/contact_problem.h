@@ -62,12 +62,15 @@ class ContactProblem {
   void carry_on(float momentum, const Indices& which);
   SweptProblem swept() { return {batches_.data(), parts_.data(), bodies_.data(), now_.data()}; }
 
+  // Chosen here, for worlds may be stepped before a constant of this file would be there.
+  const SweepKernels* kernels_ = best_sweep_kernels();
   // Kept from problem to problem is only the memory.
   bool opening_ = false;
   double seconds_ = 1;
   double length_ = 1, mass_ = 1;  // units, m and kg
   double approach_ = 0;           // metres: the most that a row needs
   std::vector<Demand> demands_;   // by given row
+  Indices kinds_[3];              // of given rows, by when they act
   Indices order_, node_of_;       // of given rows; by soft vertex
   RowPartition partition_;
   std::vector<RowBatch> batches_;  // and more, unused
