@@ -17,8 +17,6 @@ struct ContactRow {
   // Gaps in metres: at the start of the step; the one that impulses keep, which is never wider; and
   // the one that is opened without velocity.
   double start_gap, kept_gap, opened_gap;
-  // Metres by which the predicted motion narrows the gap, and by which it may.
-  double approach, remaining;
   double friction;
   // 1 / sum_i w_i^2 / mass_i, kg, rigid bodies' shares included: along the normal, and at most
   // across it.

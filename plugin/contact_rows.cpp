@@ -13,20 +13,6 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// Vector between the two sides of a contact at the end of the step, in the linear model of it.
-Vector3d separation(const ContactRow& row, const Motion& motion) {
-  Vector3d sum = Vector3d::Zero();
-  for (int i = 0; i < 4; ++i) {
-    const std::int32_t v = row.contact.vertices[i];
-    sum += row.weights[i] * (motion.is_free(v) ? motion.solved : motion.predicted)[v];
-  }
-  for (const RigidPart& part : RigidParts(row.contact, row.weights, motion)) {
-    const RigidMotion& body = motion.rigid[part.body];
-    sum += part.moved(body.shift, body.turn);
-  }
-  return sum;
-}
-
 // Of infinite mass.
 bool has_fixed_side(const Contact& contact, const Motion& motion) {
   const int first_of_b = contact.kind == ContactKind::vertex_face ? 1 : 2;
@@ -40,6 +26,19 @@ bool has_fixed_side(const Contact& contact, const Motion& motion) {
 }
 
 }  // namespace
+
+Vector3d separation(const ContactRow& row, const Motion& motion) {
+  Vector3d sum = Vector3d::Zero();
+  for (int i = 0; i < 4; ++i) {
+    const std::int32_t v = row.contact.vertices[i];
+    sum += row.weights[i] * (motion.is_free(v) ? motion.solved : motion.predicted)[v];
+  }
+  for (const RigidPart& part : RigidParts(row.contact, row.weights, motion)) {
+    const RigidMotion& body = motion.rigid[part.body];
+    sum += part.moved(body.shift, body.turn);
+  }
+  return sum;
+}
 
 double ContactRows::thickness(const Contact& contact, const Motion& motion, double of_surfaces) {
   if (contact.body_a != contact.body_b) return of_surfaces;
@@ -97,8 +96,6 @@ ContactRow ContactRows::make_row(const Contact& contact, const Motion& motion) c
   row.sliding_response = row.gives_way ? 1 / std::max({sliding_compliance, least, rounding}) : 0;
   row.impulse = row.opening = 0;
   row.tangential = Vector3d::Zero();
-  row.approach = row.start_gap - row.normal.dot(separation(row, motion));
-  row.remaining = std::max(0.0, row.start_gap - row.kept_gap);
   return row;
 }
 
@@ -169,7 +166,6 @@ void ContactRows::narrow(double part, const Motion& motion) {
     const double of_surfaces = surface_(row.contact.body_a, row.contact.body_b).thickness;
     const double whole = thickness(row.contact, motion, of_surfaces);
     row.kept_gap = row.opened_gap = std::min(row.kept_gap, part * whole);
-    row.remaining = std::max(0.0, row.start_gap - row.kept_gap);
   }
 }
 

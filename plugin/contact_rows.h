@@ -31,6 +31,9 @@ struct PairSurface {
   double friction;   // Coulomb's coefficient
 };
 
+// Vector between the two sides of a contact at the end of the step, in the linear model of it.
+Eigen::Vector3d separation(const ContactRow& row, const Motion& motion);
+
 class ContactRows {
  public:
   using Surface = std::function<PairSurface(std::int32_t body_a, std::int32_t body_b)>;

@@ -5,7 +5,7 @@
 #include <map>
 #include <numeric>
 
-#include "rigid_parts.h"
+#include "contact_problem.h"
 #include "rotation.h"
 
 namespace lazyccd::bullet {
@@ -131,29 +131,36 @@ void set_velocities(Motion& motion) {
 }
 
 void add_restitution(const std::vector<ContactRow>& rows, double restitution, double threshold,
-                     Motion& motion) {
-  std::vector<Vector3d> bounce(motion.solved.size(), Vector3d::Zero());
-  std::vector<Vector3d> shift(motion.rigid.size(), Vector3d::Zero()), turn = shift;
-  for (const ContactRow& row : rows) {
-    // The impulse left `remaining` of the approach, which closes the gap to its target.
-    const double stopped = row.approach - row.remaining;
-    if (row.approach < threshold * motion.seconds || stopped <= 1e-9 * row.approach) continue;
-    const double share = (restitution * row.approach + row.remaining) / stopped;
-    const Vector3d impulse = share * row.impulse * row.normal;
-    for (int i = 0; i < 4; ++i) {
-      const std::int32_t v = row.contact.vertices[i];
-      if (motion.is_soft(v)) bounce[v] += row.weights[i] * motion.inverse_mass[v] * impulse;
-    }
-    for (const RigidPart& part : RigidParts(row.contact, row.weights, motion)) {
-      part.push(motion.rigid[part.body], impulse, shift[part.body], turn[part.body]);
-    }
+                     int sweeps, Motion& motion) {
+  // The rows' impulses say nothing about it: they also carry what presses on a contact, and zones
+  // may have moved it in their place. So the rows are solved once more, for the gaps that what
+  // bounces is to have.
+  Motion next = motion;
+  next.solved.assign(motion.predicted.begin(), motion.predicted.begin() + motion.soft_count());
+  std::vector<ContactRow> bouncing = rows;
+  for (ContactRow& row : bouncing) {
+    double predicted = 0;
+    for (int i = 0; i < 4; ++i)
+      predicted += row.weights[i] * row.normal.dot(motion.predicted[row.contact.vertices[i]]);
+    const double solved = row.normal.dot(separation(row, motion));
+    const double approach = row.start_gap - predicted;
+    const bool bounces = row.impulse > 0 && approach >= threshold * motion.seconds;
+    const double wanted =
+        bounces ? row.start_gap + restitution * approach : std::min(row.kept_gap, solved);
+    row.kept_gap = predicted + wanted - solved;
+    row.impulse = row.friction = 0;
+    row.tangential.setZero();
   }
+  ContactProblem problem;
+  problem.set_up(ContactProblem::Of::motion, bouncing, next);
+  problem.solve(sweeps);
+  problem.write(bouncing, next);
   const auto add = [&](double part) {
-    for (std::size_t v = 0; v < bounce.size(); ++v)
-      motion.velocity_change[v] += part * motion.rate[v] * bounce[v];
-    for (std::size_t b = 0; b < shift.size(); ++b) {
-      motion.rigid[b].velocity_change += part / motion.seconds * shift[b];
-      motion.rigid[b].spin_change += part / motion.seconds * turn[b];
+    for (std::size_t v = 0; v < next.solved.size(); ++v)
+      motion.velocity_change[v] += part * motion.rate[v] * (next.solved[v] - motion.predicted[v]);
+    for (std::size_t b = 0; b < next.rigid.size(); ++b) {
+      motion.rigid[b].velocity_change += part / motion.seconds * next.rigid[b].shift;
+      motion.rigid[b].spin_change += part / motion.seconds * next.rigid[b].turn;
     }
   };
   // The energy is quadratic in the part: up to where it is what it was before the contact.

@@ -18,11 +18,12 @@ double kinetic_energy_after(const Motion& motion);
 // Velocities as the solved displacements have them.
 void set_velocities(Motion& motion);
 
-// Poisson's restitution, in velocities alone: the parts fly apart with `restitution` times the
-// impulse that stopped them, in the next step. Contacts that met slower than `threshold` m/s stay
-// together. Given up to the part that keeps the kinetic energy below what it was.
+// Newton's restitution, in velocities alone: what met at `threshold` m/s or faster and was stopped
+// flies apart with `restitution` times that speed in the next step, and by that nothing comes
+// closer to anything else than it may. Given up to the part that keeps the kinetic energy below
+// what it was.
 void add_restitution(const std::vector<ContactRow>& rows, double restitution, double threshold,
-                     Motion& motion);
+                     int sweeps, Motion& motion);
 
 // A step applies its impulses at the places of its start, not at those of the impacts, and gaps are
 // opened without velocity; both change angular momentum a little. What is in contact and free (no

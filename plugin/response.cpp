@@ -129,7 +129,8 @@ void Response::relax_near(const std::vector<Contact>& near, Motion& motion) {
 void Response::finish(Motion& motion, StepStats& stats) const {
   set_velocities(motion);
   if (options_.restitution > 0) {
-    add_restitution(rows_.rows(), options_.restitution, options_.restitution_threshold, motion);
+    add_restitution(rows_.rows(), options_.restitution, options_.restitution_threshold,
+                    options_.sweeps, motion);
   }
   restore_angular_momentum(rows_.rows(), motion);
   limit_kinetic_energy(rows_.rows(), motion);
