@@ -39,6 +39,15 @@ struct Island {
   double drive = 0;  // m/s: the fastest point of what has infinite mass and was not stopped
 };
 
+// Bullet moves kinematic bodies once a frame, in the first of its substeps, and knows their speed.
+// Where it does not, they were put elsewhere.
+double drive_of(std::int32_t v, const RigidMotion* body, const Motion& motion) {
+  const double moved = (motion.end_of(v) - motion.start_of(v)).norm() / motion.seconds;
+  if (!body || (body->velocity.isZero(0) && body->spin.isZero(0))) return moved;
+  const Vector3d arm = motion.start_of(v) - body->centre();
+  return std::min(moved, (body->velocity + body->spin.cross(arm)).norm());
+}
+
 std::vector<Island> find_islands(const std::vector<ContactRow>& rows, const Motion& motion) {
   std::vector<std::int32_t> parent(motion.rigid_of_body.size());
   std::iota(parent.begin(), parent.end(), 0);
@@ -76,8 +85,8 @@ std::vector<Island> find_islands(const std::vector<ContactRow>& rows, const Moti
     for (std::int32_t v = motion.first_vertex[body]; v < motion.first_vertex[body + 1]; ++v) {
       if (motion.is_free(v) || (motion.is_soft(v) && motion.carrier_of(v) >= 0)) continue;
       island.free = false;
-      const double moved = (motion.end_of(v) - motion.start_of(v)).norm();
-      island.drive = std::max(island.drive, moved / motion.seconds);
+      const RigidMotion* const driven = rigid >= 0 ? &motion.rigid[rigid] : nullptr;
+      island.drive = std::max(island.drive, drive_of(v, driven, motion));
     }
   }
   std::vector<Island> result;

@@ -33,8 +33,9 @@ void restore_angular_momentum(const std::vector<ContactRow>& rows, Motion& motio
 // What moves without velocity (a rigid body that Bullet pushes out of another) would give velocity
 // to what it meets. Changes of velocity are given up to the part that does not raise the kinetic
 // energy of what is in contact. Momenta stay. Where something of infinite mass drives it at speed
-// u: contacts bring everything no farther from going along with it, so that the norm of the
-// velocities (the root of the sum of m v^2) rises by no more than twice that of u.
+// u, that of Bullet's kinematic body where it has one: contacts bring everything no farther from
+// going along with it, so that the norm of the velocities (the root of the sum of m v^2) rises by
+// no more than twice that of u.
 void limit_kinetic_energy(const std::vector<ContactRow>& rows, Motion& motion);
 
 // Soft bodies in loaded contact lose the velocity of their deformation at `rate` 1/s, the faster

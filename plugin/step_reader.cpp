@@ -30,9 +30,10 @@ RigidMotion rigid_motion(const btCollisionObject& object) {
   motion.velocity = motion.spin = motion.inverse_mass = Eigen::Vector3d::Zero();
   motion.inverse_inertia = Eigen::Matrix3d::Zero();
   const btRigidBody* body = btRigidBody::upcast(&object);
-  if (!body || body->isStaticOrKinematicObject()) return motion;
+  if (!body) return motion;
   motion.velocity = to_eigen(body->getLinearVelocity());
   motion.spin = to_eigen(body->getAngularVelocity());
+  if (body->isStaticOrKinematicObject()) return motion;
   motion.inverse_mass = static_cast<double>(body->getInvMass()) * to_eigen(body->getLinearFactor());
   const Eigen::Matrix3d free(to_eigen(body->getAngularFactor()).asDiagonal());
   motion.inverse_inertia = free * to_eigen(body->getInvInertiaTensorWorld()) * free;

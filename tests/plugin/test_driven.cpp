@@ -75,6 +75,29 @@ TEST_CASE("the first cloth that meets rigid bodies is met by one that is on its 
   CHECK(w.total().unresolved == 0);
 }
 
+TEST_CASE("what a kinematic body pushes gets its speed, though Bullet moves it once a frame") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  const int substeps = GENERATE(1, 8);
+  CAPTURE(world == World::rigid, substeps);
+  ObstacleWorld w(world, 0);
+  btSoftBody* const sheet = w.add_sheet(6, 1, 0, 0);
+  btRigidBody* const plate =
+      w.add(std::make_unique<btBoxShape>(btVector3(1, btScalar(0.01), 1)), btVector3(0, -1, 0));
+  ObstacleWorld::make_kinematic(*plate);
+  const btScalar step = btScalar(1.0 / 240), frame = substeps * step;
+  double fastest = 0;
+  for (int i = 0; i < 30; ++i) {
+    const btVector3 place(0, btScalar(-0.2) + i * frame, 0);  // 1 m/s
+    plate->setCenterOfMassTransform(btTransform(btQuaternion::getIdentity(), place));
+    w.world().stepSimulation(frame, substeps, step);
+    double squares = 0;
+    for (int n = 0; n < sheet->m_nodes.size(); ++n)
+      squares += static_cast<double>(sheet->m_nodes[n].m_v.length2());
+    fastest = std::max(fastest, std::sqrt(squares / sheet->m_nodes.size()));
+  }
+  CHECK(fastest < 2.5);
+}
+
 TEST_CASE("a rigid body that is put into cloth, or takes another's place there, is said") {
   const World world = GENERATE(World::rigid, World::deformable);
   const bool swap = GENERATE(false, true);
