@@ -57,6 +57,9 @@ struct Detector::Impl {
     if (gpu) gpu->set_mesh(mesh);
   }
 
+  // Whether the next detection is the device's, if it can do it.
+  bool tries_gpu() const { return options.backend != Backend::cpu && failures < max_failures; }
+
   // Stats of no detection yet.
   Stats scene() const {
     Stats empty;
@@ -69,7 +72,7 @@ struct Detector::Impl {
 
   Span<const Contact> detect(const Positions& start, const Positions& end, Stats& step) {
     const Stats scene = step;
-    if (!gpu && options.backend != Backend::cpu && failures < max_failures) start_gpu();
+    if (!gpu && tries_gpu()) start_gpu();
     if (gpu) {
       try {
         const Span<const Contact> contacts = gpu->detect(start, end, step);
@@ -116,6 +119,7 @@ Detector& Detector::operator=(Detector&&) noexcept = default;
 
 void Detector::set_topology(const Topology& topology) {
   Mesh mesh(topology);
+  impl_->cpu.forget_foreseen();  // another thread may be reading the old one
   impl_->mesh = std::move(mesh);
   impl_->set_mesh();
 }
@@ -127,6 +131,10 @@ Span<const Contact> Detector::detect(const Positions& start, const Positions& en
   return contacts;
 }
 
+void Detector::foresee(const Positions& start, const Positions& end, double tolerance) {
+  if (!impl_->tries_gpu()) impl_->cpu.foresee(start, end, tolerance, impl_->scene());
+}
+
 Span<const Contact> Detector::touching_again(const Positions& start, const Positions& end) {
   Stats stats = impl_->scene();
   const Span<const Contact> contacts = impl_->cpu.touching_again(start, end, stats);
@@ -136,6 +144,7 @@ Span<const Contact> Detector::touching_again(const Positions& start, const Posit
 
 void Detector::parallel_for(std::size_t count, std::size_t grain,
                             const std::function<void(std::size_t, std::size_t)>& body) {
+  if (impl_->cpu.is_foreseeing()) return count > 0 ? body(0, count) : void();
   impl_->cpu.threads().parallel_for(
       count, grain, [&](std::size_t first, std::size_t last, int) { body(first, last); });
 }

@@ -58,4 +58,15 @@ std::uint64_t ContactSort::operator()(const std::vector<ContactPart>& parts, Thr
   return hash.load(std::memory_order_relaxed);
 }
 
+// From the back, so that what comes before all others stays where it is.
+void merge(Span<const Contact> more, std::vector<Contact>& sorted) {
+  std::size_t i = sorted.size(), j = more.size();
+  sorted.resize(i + j);
+  while (j > 0) {
+    const bool is_from_more = i == 0 || sorted[i - 1] < more[j - 1];
+    sorted[i + j - 1] = is_from_more ? more[j - 1] : sorted[i - 1];
+    --(is_from_more ? j : i);
+  }
+}
+
 }  // namespace lazyccd

@@ -39,4 +39,7 @@ class ContactSort {
   std::vector<Item> items_, other_;
 };
 
+// Adds contacts to others; both are sorted.
+void merge(Span<const Contact> more, std::vector<Contact>& sorted);
+
 }  // namespace lazyccd

@@ -8,7 +8,9 @@
 
 #include "core/contact_math.h"
 #include "core/separation.h"
-#include "cpu/narrow_phase.h"
+#include "cpu/alone.h"
+#include "cpu/detector_worker.h"
+#include "cpu/pieces.h"
 #include "cpu/positions.h"
 #include "cpu/scale.h"
 #include "cpu/stopwatch.h"
@@ -38,35 +40,9 @@ bool apart(const std::vector<VertexRecord>& records, const std::array<std::int32
   return false;
 }
 
-// Keeps a pool alone for as long as it lives, if so.
-class Alone {
- public:
-  Alone(ThreadPool& pool, bool alone) : pool_(pool) { pool_.set_alone(alone); }
-  ~Alone() { pool_.set_alone(false); }
-  Alone(const Alone&) = delete;
-  Alone& operator=(const Alone&) = delete;
-
- private:
-  ThreadPool& pool_;
-};
-
 bool is_vertex_face(const Contact& contact) { return contact.kind == ContactKind::vertex_face; }
 
 }  // namespace
-
-// One thread's part of a traversal, with the narrow phase behind it.
-struct alignas(128) CpuDetector::Worker : NarrowPhase {
-  std::vector<NodePair> front;
-  std::int64_t group_pairs = 0, ended = 0, culled = 0, flat = 0;
-  std::int64_t lasting = 0;  // of group_pairs, those that a list would hold for
-  double ms_busy = 0;
-
-  void begin_traversal() {
-    front.clear();
-    group_pairs = lasting = ended = culled = flat = 0;
-    ms_busy = 0;
-  }
-};
 
 CpuDetector::CpuDetector(const Options& options, const LeafKernels& kernels)
     : options_(options),
@@ -84,9 +60,11 @@ CpuDetector::CpuDetector(const Options& options, const LeafKernels& kernels)
   for (int i = 0; i < pool_.size(); ++i) workers_.push_back(std::make_unique<Worker>());
 }
 
-CpuDetector::~CpuDetector() = default;
+CpuDetector::~CpuDetector() { forget_foreseen(); }
 
 void CpuDetector::set_mesh(const Mesh& mesh) {
+  forget_foreseen();
+  near_is_lost_ = false;
   mesh_ = &mesh;
   built_ = false;
   front_policy_.forget();
@@ -99,7 +77,8 @@ void CpuDetector::set_mesh(const Mesh& mesh) {
 void CpuDetector::update_hierarchy(Stats& stats) {
   bool build = !built_ || options_.rebuild_every_step;
   listing_ = may_list() && !near_list_.made() && near_list_.is_promising(scale_);
-  groups_.set_margin(separation_margin(options_.separation) + (listing_ ? near_list_.slack() : 0));
+  groups_.set_margin(separation_margin(options_.separation) + (listing_ ? near_list_.slack() : 0) +
+                     tolerance_ * (1 + 0x1p-20));
   if (!build) {
     groups_.refit(records_, pool_, scale_);
     tree_.refit(groups_.boxes());
@@ -152,27 +131,32 @@ void CpuDetector::visit_pair(Worker& worker, NodePair pair) {
   if (looking_) worker.lasting += near_list_.would_last(pair);
 }
 
-void CpuDetector::begin_workers(double separation) {
+LeafScene CpuDetector::leaf_scene(double separation, Worker& worker) const {
   const float scaled = static_cast<float>(separation * scale_);
-  const bool single_first = options_.arithmetic == Arithmetic::single_first;
+  // Two points may come nearer each other by twice as much.
+  const float unknown = static_cast<float>(2 * tolerance_ * scale_);
+  return {groups_.groups().data(),
+          groups_.boxes().data(),
+          groups_.blocks().data(),
+          records_.empty() ? nullptr : records_.data()->x,
+          mesh_->view(),
+          scale_,
+          options_.vertex_face,
+          options_.edge_edge,
+          separation,
+          scaled * (1 - 0x1p-18f),
+          (scaled + unknown) * (1 + 0x1p-10f),
+          options_.arithmetic == Arithmetic::single_first,
+          options_.culling.non_penetration ? &worker.never_coplanar : nullptr,
+          options_.distinct ? mesh_->first_faces() : FirstFaces{}};
+}
+
+void CpuDetector::begin_workers(double separation) {
   for (int i = 0; i < pool_.size(); ++i) {
-    Worker* const worker = workers_[static_cast<std::size_t>(i)].get();
-    const LeafScene scene{groups_.groups().data(),
-                          groups_.boxes().data(),
-                          groups_.blocks().data(),
-                          records_.empty() ? nullptr : records_.data()->x,
-                          mesh_->view(),
-                          scale_,
-                          options_.vertex_face,
-                          options_.edge_edge,
-                          separation,
-                          scaled * (1 - 0x1p-18f),
-                          scaled * (1 + 0x1p-10f),
-                          single_first,
-                          options_.culling.non_penetration ? &worker->never_coplanar : nullptr,
-                          options_.distinct ? mesh_->first_faces() : FirstFaces{}};
-    worker->begin(*kernels_, *mesh_, scene, listing_ ? &near_list_ : nullptr, &near_list_.part(i));
-    worker->begin_traversal();
+    Worker& worker = *workers_[static_cast<std::size_t>(i)];
+    worker.begin(*kernels_, *mesh_, leaf_scene(separation, worker),
+                 listing_ ? &near_list_ : nullptr, &near_list_.part(i));
+    worker.begin_traversal();
   }
 }
 
@@ -184,7 +168,13 @@ void CpuDetector::traverse(Stats& stats) {
   if (options_.strategy == Strategy::thread_per_query) {
     query_each_group(stats);
   } else {
-    balanced_traversal(stats);
+    const NodePair root{0, 0};
+    stats.front_reused = options_.front == FrontUse::on && front_policy_.reuse();
+    if (stats.front_reused) {
+      balanced_traversal(front_, stats);
+    } else {
+      balanced_traversal({&root, 1}, stats);
+    }
   }
   test_rest(serving_);
   if (options_.culling.orphan_sets) test_orphans(stats);
@@ -199,84 +189,60 @@ void CpuDetector::look_ahead() {
   near_list_.looked_at(pairs, lasting);
 }
 
-// What is left in the workers' queues and, with a list, what that holds: in even pieces for all
-// workers, whoever found them.
+// What is left in the workers' queues, or over, and, with a list, what that holds.
 void CpuDetector::test_rest(bool listed) {
-  struct Piece {
-    ContactKind kind;
-    Candidate* queued;              // or
-    const ListedCandidate* listed;  // the other is null; and then
-    const ListedPart* part;
-    std::size_t count;
-  };
   constexpr ContactKind kinds[] = {ContactKind::vertex_face, ContactKind::edge_edge};
-  std::size_t queued = 0, rest = 0;
-  std::int64_t sought = 0;
+  std::size_t rest = 0;
   for (const auto& worker : workers_) {
-    sought += worker->candidates[0] + worker->candidates[1];
-    queued += static_cast<std::size_t>(worker->queues[0].count + worker->queues[1].count);
+    for (const CandidateQueue& queue : worker->queues)
+      rest += static_cast<std::size_t>(queue.count);
+    for (const std::vector<Candidate>& pairs : worker->left_over) rest += pairs.size();
   }
-  rest = queued;
   if (listed) {
     near_list_.measure_reach();
     rest += near_list_.size();
   }
-  constexpr std::size_t least = 128, most = CandidateQueue::capacity / 2;
-  const std::size_t size =
-      std::clamp(rest / (4 * static_cast<std::size_t>(pool_.available())), least, most);
-  std::vector<Piece> pieces;
-  pieces.reserve(rest / size + 4 * workers_.size());
-  const auto cut = [&](Piece whole) {
-    const std::size_t count = whole.count;
-    for (std::size_t first = 0; first < count; first += size) {
-      whole.count = std::min(size, count - first);
-      pieces.push_back(whole);
-      if (whole.queued) whole.queued += size;
-      if (whole.listed) whole.listed += size;
-    }
-  };
+  Pieces pieces(rest, pool_.available());
   for (const ContactKind kind : kinds) {
     for (const auto& worker : workers_) {
       CandidateQueue& queue = worker->queues[static_cast<int>(kind)];
-      cut({kind, queue.items, nullptr, nullptr, static_cast<std::size_t>(queue.count)});
+      pieces.add(kind, queue.items, static_cast<std::size_t>(queue.count));
       queue.count = 0;
+      if (!is_foreseeing_) pieces.add(kind, worker->left_over[static_cast<int>(kind)]);
     }
     if (!listed) continue;
-    for (const ListedPart& part : near_list_.parts()) {
-      const std::vector<ListedCandidate>& list = part.of[static_cast<int>(kind)];
-      cut({kind, nullptr, list.data(), &part, list.size()});
-    }
+    for (const ListedPart& part : near_list_.parts()) pieces.add(kind, part);
   }
-  // What is done sooner than another thread would come is done here.
-  const std::size_t grain = rest < 2 * least ? pieces.size() : 1;
-  pool_.parallel_for(pieces.size(), grain, [&](std::size_t first, std::size_t last, int id) {
-    for (std::size_t i = first; i < last; ++i) {
-      const Piece& piece = pieces[i];
-      const int count = static_cast<int>(piece.count);
-      if (piece.listed) {
-        workers_[id]->process_listed(*piece.part, piece.kind, piece.listed, count);
-      } else {
-        workers_[id]->process_queued(piece.kind, piece.queued, count);
-      }
-    }
-  });
-  if (listed) near_list_.served(sought + static_cast<std::int64_t>(queued));
+  test(pieces);
+}
+
+void CpuDetector::test(const Pieces& pieces) {
+  pool_.parallel_for(
+      pieces.size(), pieces.grain(), [&](std::size_t first, std::size_t last, int id) {
+        for (std::size_t i = first; i < last; ++i) {
+          const Piece& piece = pieces[i];
+          const int count = static_cast<int>(piece.count);
+          if (piece.listed) {
+            workers_[id]->process_listed(*piece.part, piece.kind, piece.listed, count);
+          } else {
+            workers_[id]->process_queued(piece.kind, piece.queued, count);
+          }
+        }
+      });
 }
 
 // Algorithm 2.1: a pair of nodes that overlap is opened, down to pairs of leaves.
-void CpuDetector::balanced_traversal(Stats& stats) {
+void CpuDetector::balanced_traversal(Span<const NodePair> initial, Stats& stats) {
   const TreeNode* nodes = tree_.nodes().data();
   const bool keep = options_.front == FrontUse::on, cones = options_.culling.normal_cones;
   const NodeVolume* volume = volume_.get();
-  stats.front_reused = keep && front_policy_.reuse();
-  const NodePair root{0, 0};
-  const NodePair* initial = stats.front_reused ? front_.data() : &root;
-  const std::size_t initial_count = stats.front_reused ? front_.size() : 1;
-  stats.front_start = static_cast<std::int64_t>(initial_count);
+  stats.front_start = static_cast<std::int64_t>(initial.size());
   Stopwatch watch;
   const RunCounts counts =
-      traversal_.run(initial, initial_count, [&](int id, NodePair pair, auto& emit) {
+      traversal_.run(initial.data(), initial.size(), [&](int id, NodePair pair, auto& emit) {
         Worker& worker = *workers_[id];
+        // Relaxed: who sees it late opens a little more.
+        if (is_interrupted_.load(std::memory_order_relaxed)) return worker.unopened.push_back(pair);
         if (cones && pair.a == pair.b && cones_.apart_from_itself(pair.a, records_)) {
           ++worker.flat;
           ++worker.ended;
@@ -295,12 +261,15 @@ void CpuDetector::balanced_traversal(Stats& stats) {
         if (keep) worker.front.push_back(pair);
         if (v.near) visit_pair(worker, pair);
       });
-  stats.tree_tests = static_cast<std::int64_t>(counts.items);
-  stats.steals = static_cast<std::int64_t>(counts.steals);
-  stats.overflows = static_cast<std::int64_t>(counts.overflows);
-  stats.balancings = static_cast<std::int64_t>(counts.rounds);
+  stats.tree_tests += static_cast<std::int64_t>(counts.items);
+  stats.steals += static_cast<std::int64_t>(counts.steals);
+  stats.overflows += static_cast<std::int64_t>(counts.overflows);
+  stats.balancings += static_cast<std::int64_t>(counts.rounds);
   count_idle(counts.ms_present - counts.ms_waited, watch.lap(), stats);
-  if (!keep) return;
+  unopened_.clear();
+  for (const auto& worker : workers_)
+    unopened_.insert(unopened_.end(), worker->unopened.begin(), worker->unopened.end());
+  if (!keep || !unopened_.empty()) return;
   keep_front(stats.front_reused);
   stats.ms_front = watch.lap();
 }
@@ -392,33 +361,35 @@ void CpuDetector::keep_front(bool reused) {
 
 Span<const Contact> CpuDetector::detect(const Positions& start, const Positions& end,
                                         Stats& stats) {
-  stats.groups = 0;
-  Stopwatch total, watch;
-  const Alone alone(pool_, tested_ < few_candidates && records_.size() < few_vertices);
+  Stopwatch total;
+  bool foreseen = await_foreseen();
+  has_foreseen_ = false;
+  foreseen = foreseen && is_as_foreseen(start, end);
+  const Alone alone(pool_, is_small(foreseen ? count_undone() : tested_));
   pool_.rouse();
-  scale_ = scale_for(load_records(*mesh_, start, end, pool_, records_));
-  if (near_list_.made()) near_list_.begin_step(records_, scale_, tree_, pool_);
-  const bool all_listed = near_list_.made() && near_list_.holds({0, 0});
-  listing_ = false;
-  if (!all_listed) update_hierarchy(stats);
-  serving_ = near_list_.made();
-  looking_ = may_list() && !serving_ && !listing_;
-  if (listing_) near_list_.begin(records_, scale_);
-  if (looking_) near_list_.begin_step(records_, scale_, tree_, pool_);
-  stats.groups = static_cast<std::int64_t>(groups_.groups().size());
-  stats.ms_refit = watch.lap();
-  begin_workers(options_.separation);
-  for (const auto& worker : workers_) worker->near_pairs.clear();
-  if (all_listed) {
-    test_rest(true);
+  const double scale = scale_for(load_records(*mesh_, start, end, pool_, records_));
+  foreseen = foreseen && scale == scale_;
+  scale_ = scale;
+  tolerance_ = 0;
+  near_is_lost_ = false;
+  if (foreseen) {
+    stats = foreseen_stats_;
+    go_on(stats);
   } else {
-    traverse(stats);
+    seek(stats);
   }
+  stats.foreseen = foreseen;
   if (listing_) near_list_.complete();
+  if (serving_) near_list_.served(count_sought());
   if (looking_) look_ahead();
-  stats.ms_traverse = watch.lap();
 
-  gather_contacts(contacts_, stats);
+  if (foreseen && are_sorted_) {
+    gather_contacts(others_, stats);
+    merge(others_, contacts_);
+    stats.hash += foreseen_stats_.hash;
+  } else {
+    gather_contacts(contacts_, stats);
+  }
   tested_ = stats.candidates_vf + stats.candidates_ee;
   stats.near = count_near();
   stats.ms_traverse =
@@ -427,8 +398,44 @@ Span<const Contact> CpuDetector::detect(const Positions& start, const Positions&
   return contacts_;
 }
 
+// From positions to what the workers have found.
+void CpuDetector::seek(Stats& stats) {
+  Stopwatch watch;
+  stats.groups = 0;
+  if (near_list_.made()) near_list_.begin_step(records_, scale_, tolerance_, tree_, pool_);
+  const bool all_listed = near_list_.made() && near_list_.holds({0, 0});
+  listing_ = false;
+  if (!all_listed) update_hierarchy(stats);
+  serving_ = near_list_.made();
+  looking_ = may_list() && !serving_ && !listing_;
+  if (listing_) near_list_.begin(records_, scale_);
+  if (looking_) near_list_.begin_step(records_, scale_, tolerance_, tree_, pool_);
+  stats.groups = static_cast<std::int64_t>(groups_.groups().size());
+  stats.ms_refit = watch.lap();
+  begin_workers(options_.separation);
+  for (const auto& worker : workers_) {
+    worker->near_pairs.clear();
+    if (is_foreseeing_) worker->begin_at_start(is_interrupted_);
+  }
+  unopened_.clear();
+  if (all_listed) {
+    test_rest(true);
+  } else {
+    traverse(stats);
+  }
+  stats.ms_traverse = watch.lap();
+}
+
+std::int64_t CpuDetector::count_sought() const {
+  std::int64_t sought = 0;
+  for (const auto& worker : workers_)
+    sought += worker->candidates[0] + worker->candidates[1] - worker->from_list;
+  return sought;
+}
+
 Span<const Contact> CpuDetector::distinct_of(Span<const Contact> contacts, const Positions& start,
                                              const Positions& end, Stats& stats) {
+  forget_foreseen();
   scale_ = scale_for(load_records(*mesh_, start, end, pool_, records_));
   begin_workers(options_.separation);
   for (const auto& worker : workers_) worker->near_pairs.clear();
@@ -457,6 +464,9 @@ std::int64_t CpuDetector::count_near() const {
 Span<const Contact> CpuDetector::touching_again(const Positions& start, const Positions& end,
                                                 Stats& stats) {
   Stopwatch total;
+  if (near_is_lost_)
+    throw Error(ErrorCode::invalid_argument,
+                "touching_again() after foresee(): the last detection is forgotten");
   scale_ = scale_for(load_records(*mesh_, start, end, pool_, records_));
   stats.ms_refit = total.lap();
   begin_workers(0);
@@ -494,12 +504,16 @@ bool CpuDetector::stay_apart() const {
   return std::sqrt(squared) * (1 + 0x1p-20) < apart;
 }
 
+std::uint64_t CpuDetector::sort_contacts(std::vector<Contact>& out) {
+  std::vector<ContactPart> parts;
+  for (const auto& worker : workers_) parts.push_back({worker->contacts, worker->keys});
+  return (*sort_)(parts, pool_, out);
+}
+
 // The workers' contacts, sorted, and what they counted.
 void CpuDetector::gather_contacts(std::vector<Contact>& out, Stats& stats) {
   Stopwatch watch;
-  std::vector<ContactPart> parts;
   for (const auto& w : workers_) {
-    parts.push_back({w->contacts, w->keys});
     stats.front_nodes += w->ended;
     stats.group_pairs += w->group_pairs;
     stats.volume_culled += w->culled;
@@ -515,7 +529,7 @@ void CpuDetector::gather_contacts(std::vector<Contact>& out, Stats& stats) {
     stats.contacts_ee += w->found[1];
     stats.ms_narrow += w->ms / pool_.available();
   }
-  stats.hash = (*sort_)(parts, pool_, out);
+  stats.hash = sort_contacts(out);
   stats.ms_sort = watch.lap();
   stats.threads = pool_.size();
   stats.peak_bytes = bytes();
@@ -524,11 +538,12 @@ void CpuDetector::gather_contacts(std::vector<Contact>& out, Stats& stats) {
 }
 
 std::int64_t CpuDetector::bytes() const {
-  std::size_t sum = records_.capacity() * sizeof(VertexRecord) + groups_.bytes() +
-                    tree_.nodes().capacity() * sizeof(TreeNode) + parts_.capacity() * sizeof(Part) +
-                    cones_.bytes() + orphans_.bytes() + sort_->bytes() + traversal_.bytes() +
-                    front_.capacity() * sizeof(NodePair) + near_list_.bytes() +
-                    (contacts_.capacity() + touching_.capacity()) * sizeof(Contact);
+  std::size_t sum =
+      records_.capacity() * sizeof(VertexRecord) + groups_.bytes() +
+      tree_.nodes().capacity() * sizeof(TreeNode) + parts_.capacity() * sizeof(Part) +
+      cones_.bytes() + orphans_.bytes() + sort_->bytes() + traversal_.bytes() +
+      front_.capacity() * sizeof(NodePair) + near_list_.bytes() +
+      (contacts_.capacity() + others_.capacity() + touching_.capacity()) * sizeof(Contact);
   for (const auto& w : workers_)
     sum += sizeof(Worker) + w->bytes() + w->front.capacity() * sizeof(NodePair);
   return static_cast<std::int64_t>(sum);

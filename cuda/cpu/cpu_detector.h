@@ -1,6 +1,8 @@
 // The CPU backend: refit, traverse by one of the strategies, filter in lanes, decide, sort.
 #pragma once
 
+#include <atomic>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -20,6 +22,8 @@
 
 namespace lazyccd {
 
+class Pieces;
+
 class CpuDetector : public BackendDetector {
  public:
   explicit CpuDetector(const Options& options, const LeafKernels& kernels = *best_leaf_kernels());
@@ -33,23 +37,36 @@ class CpuDetector : public BackendDetector {
                                   const Positions& end, Stats& stats);
   // As Detector::touching_again().
   Span<const Contact> touching_again(const Positions& start, const Positions& end, Stats& stats);
+  // As Detector::foresee(). The stats are those that the detection begins with.
+  void foresee(const Positions& start, const Positions& end, double tolerance, const Stats& stats);
+  // Whether another thread is at it, or may come to it yet.
+  bool is_foreseeing();
+  // To be called before the mesh changes.
+  void forget_foreseen();
   ThreadPool& threads() { return pool_; }
 
  private:
   struct Worker;
 
-  // A step with fewer is done sooner than another thread would have come to it.
+  // A step with so few candidates to test is done sooner than another thread would have come to it.
+  bool is_small(std::int64_t candidates) const {
+    return candidates < few_candidates && records_.size() < few_vertices;
+  }
   static constexpr std::int64_t few_candidates = 750;
   static constexpr std::size_t few_vertices = 4096;
 
+  void seek(Stats& stats);
+  std::int64_t count_sought() const;
   void update_hierarchy(Stats& stats);
+  LeafScene leaf_scene(double separation, Worker& worker) const;
   void begin_workers(double separation);
+  std::uint64_t sort_contacts(std::vector<Contact>& out);
   void gather_contacts(std::vector<Contact>& out, Stats& stats);
   void traverse(Stats& stats);
   void look_ahead();
   bool may_list() const;
   bool is_listed(NodePair pair) const { return serving_ && near_list_.holds(pair); }
-  void balanced_traversal(Stats& stats);
+  void balanced_traversal(Span<const NodePair> initial, Stats& stats);
   void query_each_group(Stats& stats);
   void visit_pair(Worker& worker, NodePair pair);
   void find_parts();
@@ -57,10 +74,18 @@ class CpuDetector : public BackendDetector {
   std::int64_t count_near() const;
   bool stay_apart() const;
   void test_rest(bool listed);
+  void test(const Pieces& pieces);
   void test_orphans(Stats& stats);
   void keep_front(bool reused);
   void count_idle(double busy, double wall, Stats& stats) const;
   std::int64_t bytes() const;
+
+  // Of foresight.cpp:
+  void begin_to_foresee(const Positions& start, const Positions& end, double tolerance);
+  bool await_foreseen();
+  bool is_as_foreseen(const Positions& start, const Positions& end) const;
+  std::int64_t count_undone() const;
+  void go_on(Stats& stats);
 
   Options options_;
   const LeafKernels* kernels_;
@@ -75,6 +100,7 @@ class CpuDetector : public BackendDetector {
   double built_cost_ = 0;                 // the tree's cost when it was built
   std::int64_t tested_ = few_candidates;  // candidates of the last step
   double scale_ = 1;
+  double tolerance_ = 0;  // of the positions at the end, metres
   std::vector<VertexRecord> records_;
   Groups groups_;
   Tree tree_;
@@ -89,6 +115,15 @@ class CpuDetector : public BackendDetector {
   OrphanSets orphans_;
   std::unique_ptr<ContactSort> sort_;
   std::vector<Contact> contacts_, touching_;
+
+  std::function<void(int)> foresight_;  // what another thread does, while it foresees
+  bool is_foreseeing_ = false, has_foreseen_ = false;
+  bool near_is_lost_ = false;  // of the last detection: it made room for what was foreseen
+  std::atomic<bool> is_interrupted_{false};
+  bool are_sorted_ = false;  // the contacts that were foreseen
+  Stats foreseen_stats_;
+  std::vector<Contact> others_;     // than those, to be sorted among them
+  std::vector<NodePair> unopened_;  // when it was interrupted
 
   std::vector<NodePair> front_;
   FrontPolicy front_policy_;

@@ -33,13 +33,27 @@ void NarrowPhase::begin(const LeafKernels& kernels, const Mesh& mesh, const Leaf
   list_ = list;
   listed_ = listed;
   dropped_ = nullptr;
+  interrupted_ = nullptr;
   key_ = mesh.contact_key();
   contacts.clear();
   keys.clear();
   never_coplanar = refined = exact = 0;
+  from_list = 0;
   ms = 0;
-  for (int kind = 0; kind < 2; ++kind)
+  for (int kind = 0; kind < 2; ++kind) {
     queues[kind].count = candidates[kind] = survived[kind] = found[kind] = 0;
+    put_off[kind].clear();
+    left_over[kind].clear();
+    touching_[kind].clear();
+  }
+}
+
+void NarrowPhase::go_on(const LeafScene& scene) {
+  scene_ = scene;
+  interrupted_ = nullptr;
+  ms = 0;
+  describe_touching<ContactKind::vertex_face>();
+  describe_touching<ContactKind::edge_edge>();
 }
 
 // Keeps what would leave lanes of the last pack empty.
@@ -68,6 +82,12 @@ void NarrowPhase::process_queued(ContactKind kind, Candidate* items, int count) 
 // At most CandidateQueue::capacity.
 void NarrowPhase::process(ContactKind kind, const Candidate* items, int count) {
   if (count == 0) return;
+  // Relaxed: who comes too late to see it does a little more.
+  if (interrupted_ && interrupted_->load(std::memory_order_relaxed)) {
+    std::vector<Candidate>& rest = left_over[static_cast<int>(kind)];
+    rest.insert(rest.end(), items, items + count);
+    return;
+  }
   candidates[static_cast<int>(kind)] += count;
   watch_.lap();
   if (kind == ContactKind::vertex_face) {
@@ -154,6 +174,7 @@ void NarrowPhase::report_near(const Candidate* items, int count) {
   }
   kernels_->near_at_start(scene_, kind, items, count, split_);
   if (list_) list_near(kind);
+  if (interrupted_) put_off_open(kind);
   Approach* const open = split_.open;
   survived[static_cast<int>(kind)] += split_.near_count + split_.open_count;
   const int left = kernels_->within(scene_, kind, open, split_.open_count);
@@ -164,6 +185,7 @@ void NarrowPhase::report_near(const Candidate* items, int count) {
       std::remove_if(split_.own, split_.own + split_.own_count,
                      [this](const auto& a) { return at_start(a) && is_out_of_reach<kind>(a); });
   split_.own_count = static_cast<int>(last - split_.own);
+  if (interrupted_) put_off_touching(kind);
   describe_own<kind>();
 }
 
@@ -200,6 +222,38 @@ void NarrowPhase::list_near(ContactKind kind) {
   for (int i = 0; i < split_.away_count; ++i) add(split_.away[i], split_.away_apart[i]);
 }
 
+// They are counted where they are tested.
+void NarrowPhase::put_off_open(ContactKind kind) {
+  std::vector<Candidate>& pairs = put_off[static_cast<int>(kind)];
+  for (int i = 0; i < split_.open_count; ++i) pairs.push_back(split_.open[i].pair);
+  candidates[static_cast<int>(kind)] -= split_.open_count;
+  split_.open_count = 0;
+}
+
+// Where there is no gap, a normal faces the way that the step goes.
+void NarrowPhase::put_off_touching(ContactKind kind) {
+  int apart = 0;
+  for (int i = 0; i < split_.own_count; ++i) {
+    if (split_.own[i].apart > 0) {
+      split_.own[apart++] = split_.own[i];
+    } else {
+      touching_[static_cast<int>(kind)].push_back(split_.own[i]);
+    }
+  }
+  split_.own_count = apart;
+}
+
+template <ContactKind kind>
+void NarrowPhase::describe_touching() {
+  const std::vector<Approach>& all = touching_[static_cast<int>(kind)];
+  constexpr std::size_t most = CandidateQueue::capacity;
+  for (std::size_t first = 0; first < all.size(); first += most) {
+    split_.own_count = static_cast<int>(std::min(most, all.size() - first));
+    std::copy_n(all.begin() + static_cast<std::ptrdiff_t>(first), split_.own_count, split_.own);
+    describe_own<kind>();
+  }
+}
+
 // Those that can be near in this step.
 void NarrowPhase::process_listed(const ListedPart& part, ContactKind kind,
                                  const ListedCandidate* items, int count) {
@@ -209,6 +263,7 @@ void NarrowPhase::process_listed(const ListedPart& part, ContactKind kind,
     within_reach[left] = items[i].pair;
     left += items[i].apart <= part.reach[items[i].groups];
   }
+  from_list += left;
   process(kind, within_reach, left);
 }
 
@@ -268,7 +323,11 @@ void NarrowPhase::keep_distinct(Span<const Contact> near, std::vector<Contact>& 
 std::size_t NarrowPhase::bytes() const {
   return survivors_.capacity() * sizeof(Survivor) + free_.capacity() * sizeof(Candidate) +
          places_.capacity() * sizeof(Place) + near_pairs.bytes() +
-         contacts.capacity() * sizeof(Contact) + keys.capacity() * sizeof(std::uint64_t);
+         contacts.capacity() * sizeof(Contact) + keys.capacity() * sizeof(std::uint64_t) +
+         (put_off[0].capacity() + put_off[1].capacity() + left_over[0].capacity() +
+          left_over[1].capacity()) *
+             sizeof(Candidate) +
+         (touching_[0].capacity() + touching_[1].capacity()) * sizeof(Approach);
 }
 
 }  // namespace lazyccd

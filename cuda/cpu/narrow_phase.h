@@ -1,6 +1,7 @@
 // From candidates to contacts, as one worker does it: filter, decision, description.
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <limits>
 #include <vector>
@@ -39,6 +40,13 @@ class NarrowPhase : public CandidateSink {
   // a part of `list`, unless that is null.
   void begin(const LeafKernels& kernels, const Mesh& mesh, const LeafScene& scene,
              const NearList* list, ListedPart* listed);
+  // Of that step only the start is known: what is not near there is put off, and so is the
+  // description of what may touch there; all that comes once it is interrupted is left over.
+  void begin_at_start(const std::atomic<bool>& interrupted) { interrupted_ = &interrupted; }
+  // The same step goes on with all of it known, from what was left over; then from what was put
+  // off, which is listed already.
+  void go_on(const LeafScene& scene);
+  void go_on_with_put_off() { list_ = nullptr; }
   // These candidates are tested elsewhere; null: none.
   void drop(const OrphanSets* dropped) { dropped_ = dropped; }
 
@@ -52,6 +60,12 @@ class NarrowPhase : public CandidateSink {
   // Of contacts of one kind that are near, sorted: appends those that are to be reported.
   void keep_distinct(Span<const Contact> near, std::vector<Contact>& kept);
 
+  // They are kept elsewhere; their number still counts.
+  void forget_contacts() {
+    contacts.clear();
+    keys.clear();
+  }
+
   const LeafScene& scene() const { return scene_; }
 
   // Of this step:
@@ -59,7 +73,9 @@ class NarrowPhase : public CandidateSink {
   std::vector<std::uint64_t> keys;                                   // of these, for their order
   std::int64_t candidates[2] = {}, survived[2] = {}, found[2] = {};  // by ContactKind
   std::int64_t never_coplanar = 0, refined = 0, exact = 0;
+  std::int64_t from_list = 0;  // of the candidates
   double ms = 0;
+  std::vector<Candidate> put_off[2], left_over[2];  // by ContactKind
   // Of the last step with a separation.
   NearPairs near_pairs;
 
@@ -85,6 +101,10 @@ class NarrowPhase : public CandidateSink {
   template <ContactKind kind>
   int copy_free(const Candidate* items, int count);
   void list_near(ContactKind kind);
+  void put_off_open(ContactKind kind);
+  void put_off_touching(ContactKind kind);
+  template <ContactKind kind>
+  void describe_touching();
   void note_near(ContactKind kind, int left);
   template <ContactKind kind>
   bool is_out_of_reach(const Approach& approach) const;
@@ -98,8 +118,10 @@ class NarrowPhase : public CandidateSink {
   const NearList* list_ = nullptr;  // null: nothing is listed
   ListedPart* listed_ = nullptr;
   const OrphanSets* dropped_ = nullptr;
+  const std::atomic<bool>* interrupted_ = nullptr;  // null: all of the step is known
   std::vector<Survivor> survivors_ = std::vector<Survivor>(CandidateQueue::capacity);
   // With a separation:
+  std::vector<Approach> touching_[2];  // by ContactKind: to be described
   std::vector<Candidate> free_ = std::vector<Candidate>(CandidateQueue::capacity);
   NearSplit split_;
   std::vector<Place> places_ = std::vector<Place>(CandidateQueue::capacity);

@@ -39,22 +39,23 @@ bool NearList::is_promising(double scale) const {
   return promising_ && slack > 0x1p-400 && slack < 0x1p400;  // its square is a normal number
 }
 
-void NearList::begin_step(const std::vector<VertexRecord>& records, double scale, const Tree& tree,
-                          ThreadPool& pool) {
+void NearList::begin_step(const std::vector<VertexRecord>& records, double scale, double tolerance,
+                          const Tree& tree, ThreadPool& pool) {
   if (!made_) groups_.begin(records, scale);
   groups_.measure(records, tree, pool);
-  const double limit = 2 * slack_ * groups_.scale();
-  limit_squared_ = limit * limit;
+  unknown_ = 2 * tolerance * (1 + 0x1p-20) * groups_.scale();
+  const double limit = 2 * slack_ * groups_.scale() - unknown_;
+  limit_squared_ = limit >= 0 ? limit * limit : -1;
 }
 
 void NearList::begin(const std::vector<VertexRecord>& records, double scale) {
   groups_.begin(records, scale);
   for (ListedPart& part : parts_) part.clear();
-  promising_ = false;
 }
 
 void NearList::complete() {
   made_ = true;
+  promising_ = false;
   sought_ = 0;
   steps_ = 0;
 }
@@ -70,7 +71,7 @@ void NearList::measure_reach() {
     part.reach.resize(part.pairs.size());
     for (std::size_t i = 0; i < part.pairs.size(); ++i) {
       const double squared = groups_.difference_squared(part.pairs[i].a, part.pairs[i].b);
-      part.reach[i] = squared <= limit_squared_ ? reach(std::sqrt(squared)) : -1;
+      part.reach[i] = squared <= limit_squared_ ? reach(std::sqrt(squared) + unknown_) : -1;
     }
   }
 }

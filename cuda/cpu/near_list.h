@@ -52,9 +52,10 @@ class NearList {
 
   // At the start of a step, of the tree as it was built. With a list: how far groups have moved
   // since it was made, for holds() and reach(). Without: how far they move in this step, for
-  // would_last().
-  void begin_step(const std::vector<VertexRecord>& records, double scale, const Tree& tree,
-                  ThreadPool& pool);
+  // would_last(). Where the step ends, vertices may lie up to `tolerance` from where they are said
+  // to.
+  void begin_step(const std::vector<VertexRecord>& records, double scale, double tolerance,
+                  const Tree& tree, ThreadPool& pool);
   // Whether all that can come near in this step below a pair of nodes is listed.
   bool holds(NodePair nodes) const { return moves_within(nodes, limit_squared_); }
   // Whether a list that was made now would hold for some steps.
@@ -93,9 +94,10 @@ class NearList {
 
   double separation_, slack_;
   bool made_ = false, promising_ = false;
-  double limit_squared_ = 0;
-  std::int64_t sought_ = 0;  // candidates besides, since the list was made
-  int steps_ = 0;            // that it served
+  double limit_squared_ = 0;  // negative: nothing moves so little
+  double unknown_ = 0;        // scaled: that two points may move differently besides
+  std::int64_t sought_ = 0;   // candidates besides, since the list was made
+  int steps_ = 0;             // that it served
   GroupMotion groups_;
   std::vector<ListedPart> parts_;  // by worker
 };

@@ -49,8 +49,9 @@ double load_records(const Mesh& mesh, const Positions& start, const Positions& e
       double* x = records[v].x;
       const std::array<double, 3> a = start[v], b = end[v];
       for (int k = 0; k < 3; ++k) {
-        x[k] = a[k];
-        x[3 + k] = b[k];
+        // No negative zeros: after one at the start, signs of zeros in a normal there depend on the end.
+        x[k] = a[k] + 0.0;
+        x[3 + k] = b[k] + 0.0;
         zero += a[k] * 0 + b[k] * 0;
         box.lo[k] = std::min(box.lo[k], std::min(a[k], b[k]));
         box.hi[k] = std::max(box.hi[k], std::max(a[k], b[k]));

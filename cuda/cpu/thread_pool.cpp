@@ -15,6 +15,8 @@ namespace {
 
 // Longer than the serial code between two stages of a step, shorter than anyone would call busy.
 constexpr std::chrono::microseconds spin_time{40};
+// Whoever handed out a job comes back for it soon, and has more then.
+constexpr std::chrono::microseconds spin_after_handed_out{200};
 
 // state_, from the low bits: workers inside the job (16), workers that joined it so far (15),
 // whether it is open to join (1), number of the job (32). One word, so that joining and closing
@@ -39,14 +41,14 @@ int thread_count(int wanted) {
 }
 
 template <class Done>
-bool spin_until(Done done) {
+bool spin_until(Done done, std::chrono::microseconds time = spin_time) {
   const auto start = std::chrono::steady_clock::now();
   do {
     for (int i = 0; i < 32; ++i) {
       if (done()) return true;
       pause_core();
     }
-  } while (std::chrono::steady_clock::now() - start < spin_time);
+  } while (std::chrono::steady_clock::now() - start < time);
   return done();
 }
 
@@ -81,30 +83,52 @@ void ThreadPool::start(Attendance attendance, Invoke function, void* job) {
     function(job, 0);
     return;
   }
+  publish(attendance, function, job);
+  call(0);
+  if (attendance == Attendance::everyone)
+    wait_until([&](std::uint64_t s) { return joined(s) == size_ - 1 && inside(s) == 0; });
+  close();
+}
+
+void ThreadPool::publish(Attendance attendance, Invoke function, void* job) {
   leave_core_to_caller();
   invoke_ = function;
   job_ = job;
+  attendance_ = attendance;
   error_ = nullptr;
   // Relaxed: only the thread that starts jobs changes the number.
   std::uint64_t number = job_number(state_.load(std::memory_order_relaxed)) + 1;
   if (number == no_more_jobs) number = 0;
-  // seq_cst, twice: as a release it publishes invoke_ and job_ to join(); and either this thread
-  // sees the sleeper's count below, or the sleeper sees the new job before it sleeps
-  // (wait_for_job).
+  // seq_cst, twice: as a release it publishes the job to join(); and either this thread sees the
+  // sleeper's count below, or the sleeper sees the new job before it sleeps (wait_for_job).
   state_.store((number << job_shift) | open_bit, std::memory_order_seq_cst);
   if (sleepers_.load(std::memory_order_seq_cst) > 0) {
     const std::lock_guard<std::mutex> lock(mutex_);
-    wake_.notify_all();
+    if (attendance == Attendance::one) {
+      wake_.notify_one();
+    } else {
+      wake_.notify_all();
+    }
   }
+}
 
-  call(0);
-
-  if (attendance == Attendance::everyone)
-    wait_until([&](std::uint64_t s) { return joined(s) == size_ - 1 && inside(s) == 0; });
+void ThreadPool::close() {
   // Relaxed: closing publishes nothing. After it nobody joins.
   state_.fetch_and(~open_bit, std::memory_order_relaxed);
   wait_until([](std::uint64_t s) { return inside(s) == 0; });
   if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
+}
+
+bool ThreadPool::take_back() {
+  if (size_ == 1) return false;
+  close();
+  return joined(state_.load(std::memory_order_relaxed)) > 0;
+}
+
+bool ThreadPool::is_done() const {
+  // Relaxed: take_back() acquires what was done. Who comes second is inside for a moment too.
+  const std::uint64_t state = state_.load(std::memory_order_relaxed);
+  return joined(state) > 0 && inside(state) == 0;
 }
 
 // A scheduler that likes to wake a thread on its waker's core leaves it there, unrun, until the
@@ -149,23 +173,29 @@ void ThreadPool::wait_until(Done done) {
 
 void ThreadPool::worker_main(int worker) {
   std::uint64_t job = 0;
+  std::chrono::microseconds spin = spin_time;
   for (;;) {
-    job = wait_for_job(job);
+    job = wait_for_job(job, spin);
     if (job == no_more_jobs) return;
-    if (!join(job)) continue;
-    call(worker);
+    spin = spin_time;
+    const int others = join(job);
+    if (others < 0) continue;
+    const bool is_handed_out = attendance_ == Attendance::one;
+    if (others == 0 || !is_handed_out) call(worker);
+    if (others == 0 && is_handed_out) spin = spin_after_handed_out;
     leave();
   }
 }
 
 // Returns the number of a job other than the last one. Jobs in between may have passed unseen.
-std::uint64_t ThreadPool::wait_for_job(std::uint64_t last_job) {
+std::uint64_t ThreadPool::wait_for_job(std::uint64_t last_job, std::chrono::microseconds spin) {
   const auto number = [&](std::memory_order order) { return job_number(state_.load(order)); };
   // Relaxed: join() acquires what the job needs.
-  while (!spin_until([&] { return number(std::memory_order_relaxed) != last_job; })) {
+  while (!spin_until([&] { return number(std::memory_order_relaxed) != last_job; }, spin)) {
+    spin = spin_time;
     std::unique_lock<std::mutex> lock(mutex_);
     const std::uint64_t roused = roused_;
-    sleepers_.fetch_add(1, std::memory_order_seq_cst);  // before the look at the job: see start()
+    sleepers_.fetch_add(1, std::memory_order_seq_cst);  // before the look at the job: see publish()
     wake_.wait(lock, [&] {
       return roused != roused_ || number(std::memory_order_seq_cst) != last_job;
     });
@@ -174,15 +204,16 @@ std::uint64_t ThreadPool::wait_for_job(std::uint64_t last_job) {
   return number(std::memory_order_relaxed);
 }
 
-bool ThreadPool::join(std::uint64_t job) noexcept {
+// How many have joined the job before; negative where it is over.
+int ThreadPool::join(std::uint64_t job) noexcept {
   std::uint64_t state = state_.load(std::memory_order_relaxed);
   while (job_number(state) == job && is_open(state)) {
-    // Acquire, pairs with the store in start(): invoke_ and job_ are this job's.
+    // Acquire, pairs with the store in publish(): what it says of the job is this job's.
     if (state_.compare_exchange_weak(state, state + one_inside + one_joined,
                                      std::memory_order_acquire, std::memory_order_relaxed))
-      return true;
+      return joined(state);
   }
-  return false;
+  return -1;
 }
 
 void ThreadPool::leave() noexcept {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <cstddef>
 #include <cstdint>
@@ -18,7 +19,7 @@ namespace lazyccd {
 
 // The calling thread is worker 0, so a pool of one has no thread of its own. Several pools may work
 // at once; one pool takes one job at a time, from one thread at a time, and a job must not start
-// another on its own pool.
+// another on its own pool, but alone.
 class ThreadPool {
  public:
   explicit ThreadPool(int threads = 0);  // 0: as many as the machine has
@@ -53,6 +54,18 @@ class ThreadPool {
     start(Attendance::volunteers, &invoke<Job>, address(job));
   }
 
+  // job(worker) once, on the first other thread that comes, while the caller goes on. Until
+  // take_back() the job stays where it is, and the pool is the job's.
+  template <class Job>
+  void hand_out(Job& job) {
+    if (size_ > 1) publish(Attendance::one, &invoke<Job>, address(job));
+  }
+  // Waits for what was handed out; rethrows its exception. False where nobody had come to it: then
+  // nobody will.
+  bool take_back();
+  // Whether it is done: take_back() would not wait.
+  bool is_done() const;
+
   // body(first, last, worker) over disjoint pieces of [0, count) of at most `grain` (on a pool of
   // one or alone, or where `count` is no more than that, in one piece). An exception stops the
   // handing out.
@@ -82,7 +95,7 @@ class ThreadPool {
   }
 
  private:
-  enum class Attendance { everyone, volunteers };
+  enum class Attendance { everyone, volunteers, one };
   using Invoke = void (*)(void* job, int worker);
 
   template <class Job>
@@ -95,11 +108,13 @@ class ThreadPool {
   }
 
   void start(Attendance attendance, Invoke function, void* job);
+  void publish(Attendance attendance, Invoke function, void* job);
+  void close();
   void leave_core_to_caller() noexcept;
   void call(int worker) noexcept;
   void worker_main(int worker);
-  std::uint64_t wait_for_job(std::uint64_t last_job);
-  bool join(std::uint64_t job) noexcept;
+  std::uint64_t wait_for_job(std::uint64_t last_job, std::chrono::microseconds spin);
+  int join(std::uint64_t job) noexcept;
   void leave() noexcept;
   template <class Done>
   void wait_until(Done done);
@@ -113,6 +128,7 @@ class ThreadPool {
   alignas(64) std::atomic<std::uint64_t> state_{0};
   alignas(64) Invoke invoke_ = nullptr;
   void* job_ = nullptr;
+  Attendance attendance_ = Attendance::volunteers;
 
   std::mutex mutex_;
   std::condition_variable wake_;  // sleeping workers

@@ -24,6 +24,79 @@ TEST_CASE("a pool has as many workers as asked for, and the machine's number for
   CHECK(ThreadPool(0).size() >= 1);
 }
 
+TEST_CASE("a job that is handed out runs once on another thread, or nobody comes to it") {
+  const int threads = GENERATE(2, 3, 16);
+  ThreadPool pool(threads);
+  const auto caller = std::this_thread::get_id();
+  for (int round = 0; round < 400; ++round) {
+    if (round % 50 == 0) let_them_sleep();
+    int calls = 0;  // plain: the pool orders the accesses
+    const auto job = [&](int worker) {
+      calls += worker > 0 && worker < threads && std::this_thread::get_id() != caller ? 1 : 100;
+    };
+    pool.hand_out(job);
+    // Taken back at once, or later, or when it is done.
+    if (round % 3 == 1) std::this_thread::sleep_for(std::chrono::microseconds(round % 100));
+    if (round % 3 == 2)
+      while (!pool.is_done()) std::this_thread::yield();
+    const bool ran = pool.take_back();
+    REQUIRE(calls == (ran ? 1 : 0));
+    if (round % 3 == 2) REQUIRE(ran);
+    if (round % 4 == 0) pool.rouse();
+    if (round % 4 > 1) continue;
+    std::vector<int> others(static_cast<std::size_t>(threads));
+    pool.run([&](int worker) { ++others[static_cast<std::size_t>(worker)]; });
+    REQUIRE(others == std::vector<int>(static_cast<std::size_t>(threads), 1));
+    pool.offer([&](int worker) { ++others[static_cast<std::size_t>(worker)]; });
+    REQUIRE(others[0] == 2);
+    REQUIRE(calls == (ran ? 1 : 0));
+  }
+}
+
+TEST_CASE("a job that was handed out is waited for, and has the pool for itself") {
+  ThreadPool pool(4);
+  std::atomic<bool> has_begun{false};
+  bool has_ended = false;
+  int pieces = 0;
+  const auto job = [&](int) {
+    has_begun = true;
+    pool.set_alone(true);
+    pool.parallel_for(1000, 1, [&](std::size_t, std::size_t, int) { ++pieces; });
+    pool.set_alone(false);
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    has_ended = true;
+  };
+  pool.hand_out(job);
+  while (!has_begun) std::this_thread::yield();
+  CHECK(pool.take_back());
+  CHECK(has_ended);
+  CHECK(pieces == 1);
+  CHECK(pool.available() == 4);
+}
+
+TEST_CASE("a pool of one hands out nothing") {
+  ThreadPool pool(1);
+  const auto job = [](int) { FAIL("nobody is there"); };
+  pool.hand_out(job);
+  CHECK(!pool.is_done());
+  CHECK(!pool.take_back());
+}
+
+TEST_CASE("an exception of a job that was handed out reaches who takes it back, once") {
+  ThreadPool pool(3);
+  for (int round = 0; round < 20; ++round) {
+    const auto bad = [](int) { throw std::runtime_error("bad job"); };
+    pool.hand_out(bad);
+    while (!pool.is_done()) std::this_thread::yield();
+    CHECK_THROWS_AS(pool.take_back(), std::runtime_error);
+    int calls = 0;
+    const auto good = [&](int) { ++calls; };
+    pool.hand_out(good);
+    CHECK(calls == (pool.take_back() ? 1 : 0));
+    pool.run([](int) {});
+  }
+}
+
 TEST_CASE("every worker runs a job once, awake or asleep") {
   const int threads = GENERATE(1, 2, 3, 16);
   ThreadPool pool(threads);

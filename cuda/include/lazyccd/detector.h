@@ -137,6 +137,16 @@ class Detector {
   // valid until the next call. Throws Error on non-finite positions or a wrong count.
   Span<const Contact> detect(const Positions& start, const Positions& end);
 
+  // Announces the next detect(), with a minimum separation: a thread of the CPU backend begins with
+  // it while the caller goes on. What is near where the step begins is found before detect(), where
+  // `start` is what that is given, exactly, and no vertex ends further than `tolerance` from
+  // `end`; else all is done anew. The contacts are the same. The positions are to stay as they are
+  // until the next foresee(), detect() or set_topology() returns, or the detector is gone. Until
+  // that detect(), touching_again() is over, and throws Error where anything was begun. Nothing is
+  // begun on the GPU, with one thread, Strategy::static_list or another Volume than the box, or
+  // where the tolerance is more than the separation.
+  void foresee(const Positions& start, const Positions& end, double tolerance);
+
   // Of all pairs that came within the separation h in the last detect(), those that touch during
   // this motion, which begins where that one began; sorted. Nothing else can touch in a motion that
   // takes no vertex h / 2 or further from where it was at any time of that one. The CPU does it on
@@ -149,7 +159,8 @@ class Detector {
 
   // body(first, last) over disjoint pieces of [0, count) of at most `grain`, on the threads of the CPU
   // backend: for what an application does around a detection, like reading positions. In one piece on
-  // the caller's thread where that is all of it. Rethrows the first exception.
+  // the caller's thread where that is all of it, or while a thread foresees. Rethrows the first
+  // exception.
   void parallel_for(std::size_t count, std::size_t grain,
                     const std::function<void(std::size_t first, std::size_t last)>& body);
 

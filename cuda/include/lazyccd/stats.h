@@ -33,6 +33,7 @@ struct Stats {
   std::int64_t contacts_vf = 0, contacts_ee = 0;
   bool rebuilt = false;           // the hierarchy was built anew in this step
   bool front_reused = false;      // the traversal started from the front of an earlier step
+  bool foreseen = false;          // the start of the step was looked at before (Detector::foresee())
 
   // Milliseconds: wall time, on the GPU device time. The CPU traverses, decides and waits at once: the
   // three share the wall time as the workers spent theirs. The GPU reports its stages only where they
@@ -47,7 +48,7 @@ struct Stats {
   double ms_sort = 0;      // contacts: gather, sort, hash
   double ms_download = 0;  // cuda: contacts to the host
   double ms_device = 0;    // cuda: positions resident to sorted contacts resident
-  double ms_total = 0;     // wall time of the whole detection
+  double ms_total = 0;     // wall time of the whole detection, without what was foreseen
 
   std::uint64_t hash = 0;        // of the contacts; equal wherever the contacts are equal
   std::int64_t peak_bytes = 0;   // memory that the detector holds

@@ -1,0 +1,134 @@
+// Steps of which some is known before they come, for a detector that begins with them then.
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstdint>
+#include <random>
+#include <thread>
+#include <vector>
+
+#include "lazyccd/detector.h"
+#include "support/catch.h"
+#include "support/moving_triangles.h"
+#include "support/same_contacts.h"
+
+namespace lazyccd::test {
+
+inline Options with_separation(double separation, int threads) {
+  Options options;
+  options.backend = Backend::cpu;
+  options.threads = threads;
+  options.separation = separation;
+  return options;
+}
+
+// Until another thread, of several, has foreseen all there is to foresee: then they take pieces of
+// what is to be done again.
+inline void let_it_finish(Detector& detector) {
+  for (std::atomic<bool> in_pieces{false}; !in_pieces; std::this_thread::yield()) {
+    detector.parallel_for(2, 1, [&](std::size_t first, std::size_t last) {
+      if (last - first == 1) in_pieces = true;
+    });
+  }
+}
+
+// Signs of zeros included.
+inline bool same_bits(Span<const Contact> a, Span<const Contact> b) {
+  const auto same_signs = [](const Contact& x, const Contact& y) {
+    bool same = std::signbit(x.u) == std::signbit(y.u) && std::signbit(x.v) == std::signbit(y.v);
+    for (int k = 0; k < 3; ++k)
+      same = same && std::signbit(x.normal[k]) == std::signbit(y.normal[k]);
+    return same && x.vertices == y.vertices;
+  };
+  return same_contacts(a, b) && std::equal(a.begin(), a.end(), b.begin(), same_signs);
+}
+
+// Two detectors of one scene, of which one foresees.
+struct Both {
+  Detector with, without;
+
+  explicit Both(const Options& options) : with(options), without(alone(options)) {}
+
+  static Options alone(Options options) {
+    options.threads = 1;
+    return options;
+  }
+  void set_topology(const Topology& topology) {
+    with.set_topology(topology);
+    without.set_topology(topology);
+  }
+  // In the step that the scene is in.
+  Stats compare(const MovingTriangles& scene) {
+    const Positions start = scene.at(scene.start), end = scene.at(scene.end);
+    const Span<const Contact> found = with.detect(start, end);
+    CHECK(same_bits(found, without.detect(start, end)));
+    const Stats stats = with.stats(), others = without.stats();
+    CHECK(stats.hash == others.hash);
+    CHECK(stats.hash == contact_hash(found));
+    CHECK(stats.near == others.near);
+    CHECK(stats.contacts_vf == others.contacts_vf);
+    CHECK(stats.contacts_ee == others.contacts_ee);
+    CHECK(same_bits(with.touching_again(start, end), without.touching_again(start, end)));
+    return stats;
+  }
+};
+
+// Sheets of as many vertices each as bodies.
+inline std::vector<std::int32_t> body_of_each(const MovingTriangles& scene, std::size_t sheets) {
+  std::vector<std::int32_t> bodies(scene.start.size() / 3);
+  for (std::size_t v = 0; v < bodies.size(); ++v)
+    bodies[v] = static_cast<std::int32_t>(sheets * v / bodies.size());
+  return bodies;
+}
+
+// What a caller expects of a step, next to what comes.
+enum class Expectation { exact, within, beyond, other_start, none };
+
+// Sheets that creep, shake and fly through each other, and what is expected of their next step.
+class Sheets {
+ public:
+  static constexpr double separation = 0.022, tolerance = 0.1 * separation;
+
+  explicit Sheets(int nodes) : scene(layers(3, nodes, 0.02)), rest_(scene.start) {}
+
+  // The next step, with a start and an end for foresee().
+  void move(Expectation expectation) {
+    const std::size_t sheet_size = scene.end.size() / 3;
+    scene.start = step_ % 17 == 16 ? rest_ : scene.end;
+    scene.end = scene.start;
+    const std::size_t flying = step_ / 5 % 3, shaking = random_() % (scene.end.size() - 30);
+    const double fly = step_ % 4 == 3 ? 0.2 * (step_ / 5 % 2) : 0.002 * symmetric();
+    for (std::size_t i = 0; i < scene.end.size(); ++i) {
+      if (i / sheet_size == flying) scene.end[i] += fly;
+      if (step_ % 2 == 0 && i - shaking < 30) scene.end[i] += 0.02 * symmetric();
+      scene.end[i] += 1e-4 * symmetric();
+    }
+    ++step_;
+    expected_start = scene.start;
+    expected_end = scene.end;
+    if (expectation == Expectation::within || expectation == Expectation::beyond) {
+      const double by = (expectation == Expectation::within ? 0.57 : 3) * tolerance;
+      for (double& x : expected_end)
+        x += by * (step_ % 3 == 0 ? (random_() % 2 ? 1 : -1) : symmetric());
+    }
+    if (expectation == Expectation::other_start) {
+      double& x = expected_start[random_() % expected_start.size()];
+      x = std::nextafter(x, 1.0);
+    }
+  }
+
+  // Its start and end are of the step.
+  MovingTriangles scene;
+  std::vector<double> expected_start, expected_end;
+
+ private:
+  double symmetric() { return random_() / 2147483648.0 - 1; }
+
+  std::vector<double> rest_;
+  std::mt19937 random_{8};
+  int step_ = 0;
+};
+
+}  // namespace lazyccd::test
