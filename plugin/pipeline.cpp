@@ -51,7 +51,10 @@ bool Pipeline::takes(const btSoftBody* body, const btCollisionObject* rigid) con
          body->m_tetras.size() == 0;  // the nodes inside of a volume have no surface
 }
 
-void Pipeline::begin_step(const Bodies& bodies) noexcept { reader_.begin_step(bodies); }
+void Pipeline::begin_step(const Bodies& bodies) noexcept {
+  reader_.begin_step(bodies);
+  detector_.foresee();
+}
 
 bool Pipeline::run(const Bodies& bodies, double seconds, const Fill& fill) noexcept {
   step_ = StepStats();
@@ -93,6 +96,7 @@ bool Pipeline::run(const Bodies& bodies, double seconds, const Fill& fill) noexc
       leave_stopped_obstacles();
       collect_contacts();
       reader_.remember_ends();
+      detector_.end_step(responded_);
       detector_.add_to(step_);
       step_.ms_response = answering.ms() - step_.ms_detect;
     }

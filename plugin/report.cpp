@@ -7,6 +7,7 @@ StepStats& StepStats::operator+=(const StepStats& s) {
   steps += s.steps;
   queued_pairs += s.queued_pairs;
   detections += s.detections;
+  foreseen += s.foreseen;
   contacts_vf += s.contacts_vf;
   contacts_ee += s.contacts_ee;
   zone_nodes += s.zone_nodes;

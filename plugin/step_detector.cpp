@@ -20,6 +20,7 @@ StepDetector::StepDetector(const lazyccd::Options& options, const SoftScene& sce
 
 void StepDetector::set_topology(double largest_thickness) {
   near_contacts_.forget();
+  foresight_.forget();
   Topology topology = topology_.for_detection();
   touching_is_current_ = false;
   read_reach(topology);
@@ -81,16 +82,26 @@ void StepDetector::parallel_for(std::size_t count, std::size_t grain,
   }
 }
 
+void StepDetector::foresee() {
+  if (near_) foresight_.announce(*near_, separation_);
+}
+
+void StepDetector::end_step(bool responded) {
+  if (near_ && looked_near_) foresight_.remember(motion_, responded);
+}
+
 void StepDetector::begin_motion() {
   silent_.clear();
   silent_is_known_ = true;
   found_any_ = false;
-  detections_ = 0;
+  detections_ = foreseen_ = 0;
+  looked_near_ = false;
   ms_ = 0;
 }
 
 void StepDetector::add_to(StepStats& stats) const {
   stats.detections += detections_;
+  stats.foreseen += foreseen_;
   stats.ms_detect += ms_;
 }
 
@@ -126,8 +137,12 @@ const std::vector<Contact>& StepDetector::near() {
   }
   const Stopwatch watch;
   const Span<const Contact> near = near_->detect(motion_.starts(), motion_.ends());
+  looked_near_ = true;
   ++detections_;
-  const bool any_near = near_->stats().near > 0;
+  const Stats& stats = near_->stats();
+  foreseen_ += stats.foreseen;
+  foresight_.compare(motion_, stats.candidates_vf + stats.candidates_ee);
+  const bool any_near = stats.near > 0;
   std::atomic<bool> any_answered{false};
   const auto is_answered = [&](const Contact& contact) {
     if (answer_to(contact) != Answer::given) return false;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "contact_rows.h"
+#include "foresight.h"
 #include "lazyccd/bullet/report.h"
 #include "lazyccd/detector.h"
 #include "motion.h"
@@ -34,13 +35,18 @@ class StepDetector {
   }
   Span<const Edge> edges() const { return first()->edges(); }
 
+  // To be called where a step begins: its first detection may begin meanwhile.
+  void foresee();
   // Takes the motion for a new one: nothing is found in it yet.
   void begin_motion();
   // The first detection of a motion: pairs that come within their thickness of each other, those
   // that say nothing new left out.
   const std::vector<Contact>& near();
   // In place of that, where nothing comes within separation() of anything.
-  void forget_near() { near_contacts_.forget(); }
+  void forget_near() {
+    near_contacts_.forget();
+    foresight_.forget();
+  }
   double separation() const { return std::max(0.0, separation_); }  // metres
   // Whether that one found anything that may be answered.
   bool found_any() const { return found_any_; }
@@ -64,6 +70,8 @@ class StepDetector {
   void parallel_for(std::size_t count, std::size_t grain,
                     const std::function<void(std::size_t first, std::size_t last)>& body);
 
+  // To be called with the step's motion as it will be written.
+  void end_step(bool responded);
   // Of the last motion: adds what it cost.
   void add_to(StepStats& stats) const;
   std::string status() const { return first() ? first()->status() : "no step yet"; }
@@ -101,6 +109,7 @@ class StepDetector {
   NearContacts near_contacts_;
   std::unique_ptr<Detector> touching_;  // null until it is needed
   bool touching_is_current_ = false;
+  Foresight foresight_;
   std::unique_ptr<Detector> near_;  // of what comes within a thickness; null without any
   double separation_ = 0;           // of near_, metres; not positive without it
   double usual_reach_ = 0;          // metres: the median of Motion::reach
@@ -109,7 +118,9 @@ class StepDetector {
   std::vector<Contact> silent_;
   bool silent_is_known_ = true;  // for the motion as it is
   bool found_any_ = false;
+  bool looked_near_ = false;  // in this step
   std::int64_t detections_ = 0;
+  std::int64_t foreseen_ = 0;
   double ms_ = 0;
 };
 

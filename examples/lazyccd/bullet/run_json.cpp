@@ -31,6 +31,7 @@ nlohmann::ordered_json to_json(const scenes::RunReport& report) {
   json["contacts"] = {{"vertex_face", stats.contacts_vf}, {"edge_edge", stats.contacts_ee}};
   json["contacts_in_bullets_lists"] = report.listed_contacts;
   json["detections"] = stats.detections;
+  json["foreseen"] = stats.foreseen;
   json["zone_nodes"] = stats.zone_nodes;
   json["last_resorts"] = stats.last_resorts;
   json["unresolved"] = stats.unresolved;
