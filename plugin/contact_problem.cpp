@@ -59,18 +59,13 @@ Vector3d move_without(const ContactRow& row, bool opening, const Motion& motion)
 
 // In an order in which rows beside each other have no node in common: as they come, most have one,
 // and no more than one of them would fit into a batch.
-void append_interleaved(const std::vector<std::int32_t>& rows, std::vector<std::int32_t>& order) {
+template <class Each>
+void for_each_interleaved(const std::vector<std::int32_t>& rows, const Each& each) {
   constexpr std::size_t streams = 8;
   const std::size_t length = (rows.size() + streams - 1) / streams;
   for (std::size_t i = 0; i < length; ++i) {
-    for (std::size_t k = i; k < rows.size(); k += length) order.push_back(rows[k]);
+    for (std::size_t k = i; k < rows.size(); k += length) each(rows[k]);
   }
-}
-
-bool needs(const RowBatch& batch) {
-  for (int i = 0; i < RowBatch::rows; ++i)
-    if (batch.terms[4 * i] > 0) return true;
-  return false;
 }
 
 double inverse_mass_of(std::int32_t vertex, const Motion& motion) {
@@ -80,28 +75,25 @@ double inverse_mass_of(std::int32_t vertex, const Motion& motion) {
 }  // namespace
 
 void ContactProblem::set_up(Of of, const std::vector<ContactRow>& rows, const Motion& motion) {
+  rows_ = &rows;
+  motion_ = &motion;
   opening_ = of == Of::opening;
-  seconds_ = motion.seconds;
   length_ = mass_ = 1;
-  approach_ = 0;
   demands_.resize(rows.size());
   partition_.begin(0);
   parts_.clear();
   bodies_.clear();
+  end_.clear();
+  vertices_.clear();
+  if (opening_ && !find_demands(true)) return;
+  if (!find_demands(false)) return;
   double longest_squared = 0, heaviest = 0;
-  bool begun = false;
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    const ContactRow& row = rows[i];
-    if (!row.gives_way) continue;
-    const Vector3d move = move_without(row, opening_, motion);
-    const double gap = opening_ ? open * row.opened_gap : row.kept_gap;
-    demands_[i] = {move, gap - row.start_gap - row.normal.dot(move)};
-    approach_ = std::max(approach_, demands_[i].need);
-    longest_squared = std::max(longest_squared, move.squaredNorm());
-    heaviest = std::max(heaviest, row.response);
-    begun = begun || impulse_of(row) != 0;
+  for (const Indices* const some : {&begun_, &waiting_rows_}) {
+    for (const std::int32_t i : *some) {
+      longest_squared = std::max(longest_squared, demands_[i].move.squaredNorm());
+      heaviest = std::max(heaviest, rows[i].response);
+    }
   }
-  if (!begun && approach_ < least_speed * seconds_) return;
   if (longest_squared > 0) length_ = std::sqrt(longest_squared);
   if (heaviest > 0) mass_ = heaviest;
   for (const RigidMotion& rigid : motion.rigid) {
@@ -110,68 +102,121 @@ void ContactProblem::set_up(Of of, const std::vector<ContactRow>& rows, const Mo
     for (int k = 0; k < 3; ++k) set(body.inverse_inertia[k], mass_ * rigid.inverse_inertia.col(k));
     bodies_.push_back(body);
   }
-  put_in_order(rows);
-  make_batches(rows, motion);
-  if (!begun) return;
+  now_.assign(static_cast<std::size_t>(first_node()), Float4{});
+  node_of_.assign(static_cast<std::size_t>(motion.soft_count()) + 1, 0);
+  partition_.begin(now_.size() + node_of_.size());
+  wait();
+  admit(begun_);
   for (std::size_t i = 0; i < count(); ++i) kernels_->push(swept(), static_cast<int>(i));
+  admit_lacking();
 }
 
-// Those that impulses act on. What acts comes first, and so shares batches: what did in the last
-// step, then what may in this one.
-void ContactProblem::put_in_order(const std::vector<ContactRow>& rows) {
-  for (Indices& kind : kinds_) kind.clear();
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    if (!rows[i].gives_way) continue;
-    const int kind = impulse_of(rows[i]) != 0 ? 0 : demands_[i].need > 0 ? 1 : 2;
-    kinds_[kind].push_back(static_cast<std::int32_t>(i));
+// Of all rows, or of those that may be opened. False where none needs anything.
+bool ContactProblem::find_demands(bool only_to_open) {
+  approach_ = 0;
+  waiting_rows_.clear();
+  begun_.clear();
+  for (std::size_t i = 0; i < demands_.size(); ++i) {
+    const ContactRow& row = (*rows_)[i];
+    Demand& demand = demands_[i];
+    // And what acts, or is left lacking.
+    if (!opening_)
+      demand.may_open = row.gives_way && (row.opened_gap > row.kept_gap || row.opening != 0);
+    if (only_to_open ? !demand.may_open : !row.gives_way) continue;
+    demand.move = move_without(row, opening_, *motion_);
+    const double gap = opening_ ? open * row.opened_gap : row.kept_gap;
+    demand.need = gap - row.start_gap - row.normal.dot(demand.move);
+    approach_ = std::max(approach_, demand.need);
+    (impulse_of(row) != 0 ? begun_ : waiting_rows_).push_back(static_cast<std::int32_t>(i));
   }
-  order_.clear();
-  for (const Indices& kind : kinds_) append_interleaved(kind, order_);
+  return !begun_.empty() || approach_ >= least_speed * motion_->seconds;
 }
 
-void ContactProblem::make_batches(const std::vector<ContactRow>& rows, const Motion& motion) {
-  const std::int32_t first_node = shift_of(static_cast<std::int32_t>(bodies_.size()));
-  std::int32_t end = first_node;
-  node_of_.assign(static_cast<std::size_t>(motion.soft_count()), 0);
-  partition_.begin(static_cast<std::size_t>(first_node) + node_of_.size());
-  for (const std::int32_t i : order_) {
+// Rows without an impulse.
+void ContactProblem::wait() {
+  waiting_.clear();
+  int in_batch = 0;
+  for (const std::int32_t i : waiting_rows_) {
+    const ContactRow& row = (*rows_)[i];
+    if (in_batch == 0) {
+      waiting_.emplace_back(WaitingBatch{});
+      waiting_.back().first_part = static_cast<std::int32_t>(parts_.size());
+    }
+    WaitingBatch& batch = waiting_.back();
+    const int at = 4 * in_batch;
+    set(batch.normal + at, row.normal);
+    batch.normal[at + 3] = static_cast<float>(demands_[i].need / length_);
+    for (int k = 0; k < 4; ++k) {
+      const std::int32_t v = row.contact.vertices[k];
+      batch.weight[at + k] = static_cast<float>(row.weights[k]);
+      batch.vertex[at + k] = std::min(v, motion_->soft_count());
+    }
+    add_parts(row, in_batch);
+    batch.last_part = static_cast<std::int32_t>(parts_.size());
+    in_batch = (in_batch + 1) % WaitingBatch::rows;
+  }
+}
+
+void ContactProblem::find_lacking() {
+  lacking_.resize(WaitingBatch::rows * waiting_.size());
+  lacking_.resize(static_cast<std::size_t>(
+      kernels_->lacking(swept(), node_of_.data(), waiting_.data(),
+                        static_cast<int>(waiting_.size()), lacking_.data())));
+}
+
+bool ContactProblem::admit_lacking() {
+  find_lacking();
+  for (std::int32_t& i : lacking_) {
+    // Whoever is in the problem waits no more.
+    waiting_[i / WaitingBatch::rows].normal[4 * (i % WaitingBatch::rows) + 3] =
+        std::numeric_limits<float>::lowest();
+    i = waiting_rows_[i];
+  }
+  admit(lacking_);
+  return !lacking_.empty();
+}
+
+void ContactProblem::admit(const Indices& admitted) {
+  const std::vector<ContactRow>& rows = *rows_;
+  const Motion& motion = *motion_;
+  std::size_t b = count();
+  for_each_interleaved(admitted, [&](std::int32_t i) {
+    demands_[i].may_open = true;
     std::array<std::int32_t, RowPartition::most_things> things;
     std::int32_t* last = things.data();
     for (int k = 0; k < 4; ++k) {
       const std::int32_t v = rows[i].contact.vertices[k];
       if (rows[i].weights[k] * inverse_mass_of(v, motion) == 0) continue;
-      if (node_of_[v] == 0) node_of_[v] = end++;
+      if (node_of_[v] == 0) {
+        node_of_[v] = first_node() + static_cast<std::int32_t>(vertices_.size());
+        vertices_.push_back(v);
+      }
       *last++ = node_of_[v];
     }
     for (const RigidPart& part : RigidParts(rows[i].contact, rows[i].weights, motion))
       *last++ = shift_of(part.body);
     partition_.add(i, things.data(), last);
-  }
-  now_.assign(static_cast<std::size_t>(end), Float4{});
+  });
   partition_.finish();
-  const std::vector<RowPartition::Group>& groups = partition_.groups();
+  now_.resize(static_cast<std::size_t>(first_node()) + vertices_.size());
   if (batches_.size() < count()) batches_.resize(count());
-  end_.assign(groups.size(), first_node);
-  for (std::size_t b = 0; b < groups.size(); ++b) {
+  for (; b < count(); ++b) {
+    const RowPartition::Group& group = partition_.groups()[b];
     RowBatch& batch = batches_[b];
-    if (groups[b].back() == RowPartition::none) batch = {};
+    if (group.back() == RowPartition::none) batch = {};
+    std::int32_t end = first_node();
     batch.first_part = static_cast<std::int32_t>(parts_.size());
-    for (int row = 0; row < RowBatch::rows && groups[b][row] != RowPartition::none; ++row) {
-      const ContactRow& given = rows[groups[b][row]];
-      fill(batch, row, given, demands_[groups[b][row]], motion);
-      for (int k = 0; k < 4; ++k) {
-        const bool moves = batch.mobility[4 * row + k] != 0;
-        const std::int32_t node = moves ? node_of_[given.contact.vertices[k]] : 0;
-        batch.node[4 * row + k] = node;
-        end_[b] = std::max(end_[b], node + 1);
-      }
+    for (int row = 0; row < RowBatch::rows && group[row] != RowPartition::none; ++row) {
+      fill(batch, row, rows[group[row]], demands_[group[row]]);
+      for (int k = 0; k < 4; ++k) end = std::max(end, batch.node[4 * row + k] + 1);
     }
     batch.last_part = static_cast<std::int32_t>(parts_.size());
+    std::copy(std::begin(batch.impulse), std::end(batch.impulse), batch.last);
+    end_.push_back(end);
   }
 }
 
-void ContactProblem::fill(RowBatch& batch, int row, const ContactRow& given, const Demand& demand,
-                          const Motion& motion) {
+void ContactProblem::fill(RowBatch& batch, int row, const ContactRow& given, const Demand& demand) {
   const int at = 4 * row;
   const double unit = 1 / (mass_ * length_);
   set(batch.normal + at, given.normal);
@@ -188,11 +233,17 @@ void ContactProblem::fill(RowBatch& batch, int row, const ContactRow& given, con
       static_cast<float>(mass_ / given.sliding_response);
   compliance[3] = static_cast<float>(mass_ / given.response);
   for (int k = 0; k < 4; ++k) {
-    const double inverse_mass = inverse_mass_of(given.contact.vertices[k], motion);
+    const std::int32_t v = given.contact.vertices[k];
     batch.weight[at + k] = static_cast<float>(given.weights[k]);
-    batch.mobility[at + k] = static_cast<float>(given.weights[k] * inverse_mass * mass_);
+    batch.mobility[at + k] =
+        static_cast<float>(given.weights[k] * inverse_mass_of(v, *motion_) * mass_);
+    batch.node[at + k] = batch.mobility[at + k] != 0 ? node_of_[v] : 0;
   }
-  for (const RigidPart& part : RigidParts(given.contact, given.weights, motion)) {
+  add_parts(given, row);
+}
+
+void ContactProblem::add_parts(const ContactRow& given, int row) {
+  for (const RigidPart& part : RigidParts(given.contact, given.weights, *motion_)) {
     RowPart p = {};
     set(p.arm, part.arm);
     p.weight = static_cast<float>(part.weight);
@@ -210,54 +261,56 @@ bool ContactProblem::acts(std::int32_t batch) const {
 }
 
 void ContactProblem::carry_on(float momentum, const Indices& which) {
-  const auto carry = [momentum](float* now, float* last, int count) {
-    for (int i = 0; i < count; ++i) {
-      const float x = now[i];
-      now[i] += momentum * (x - last[i]);
-      last[i] = x;
-    }
-  };
   std::int32_t end = 0;
-  for (const std::int32_t i : which) {
-    carry(batches_[i].impulse, batches_[i].last, 4 * RowBatch::rows);
-    end = std::max(end, end_[i]);
+  for (const std::int32_t b : which) {
+    RowBatch& batch = batches_[b];
+    for (int i = 0; i < 4 * RowBatch::rows; ++i) {
+      const float x = batch.impulse[i];
+      batch.impulse[i] += momentum * (x - batch.last[i]);
+      batch.last[i] = x;
+    }
+    end = std::max(end, end_[b]);
   }
-  for (std::int32_t k = 0; k < end; ++k) carry(now_[k].x, last_[k].x, 4);
+  last_.resize(now_.size());
+  kernels_->carry_on(momentum, now_.data(), last_.data(), end);
 }
 
 void ContactProblem::solve(int sweeps) {
   if (count() == 0) return;
-  double least = least_speed * seconds_;  // metres
+  const double seconds = motion_->seconds;
+  double least = least_speed * seconds;  // metres
   if (opening_) {
     sweeps = std::max(1, sweeps / fewer_of_opening);
-  } else if (approach_ < slow * seconds_ ||
-             kernels_->most_left(swept(), static_cast<int>(count())) * length_ <
-                 steady * seconds_) {
+  } else if (approach_ < slow * seconds ||
+             kernels_->most_left(swept(), static_cast<int>(count())) * length_ < steady * seconds) {
     sweeps = std::min(sweeps, std::numeric_limits<int>::max() / more_of_slow) * more_of_slow;
   } else {
     least = std::max(least, least_part * approach_);
   }
   const auto tolerance = static_cast<float>(least / length_);
 
-  for (std::size_t b = 0; b < count(); ++b)
-    std::copy_n(batches_[b].impulse, 4 * RowBatch::rows, batches_[b].last);
   last_ = now_;
-  Indices all(count()), acting;
-  std::iota(all.begin(), all.end(), 0);
-  for (const std::int32_t i : all) {
-    if (needs(batches_[i]) || acts(i)) acting.push_back(i);
-  }
+  Indices all, acting;
+  const auto take_new = [&] {
+    for (auto i = static_cast<std::int32_t>(all.size()); i < static_cast<std::int32_t>(count());
+         ++i) {
+      all.push_back(i);
+      acting.push_back(i);
+    }
+  };
+  take_new();
   int apart = least_apart, next_of_all = apart;
   float least_energy = std::numeric_limits<float>::max();
   int run = 0;  // sweeps in one direction
   for (int i = 1;; ++i) {
     const bool of_all = i >= std::min(next_of_all, sweeps);
+    if (of_all && admit_lacking()) take_new();
     const Indices& which = of_all ? all : acting;
     const SweepChange change =
         kernels_->sweep(swept(), which.data(), static_cast<int>(which.size()));
     const bool settled = change.largest < tolerance * tolerance;
     // Ends with a sweep of all, so that all impulses are within their bounds.
-    if (of_all && (settled || i >= sweeps)) return;
+    if (of_all && (settled || i >= sweeps)) break;
     run = change.onward < 0 || change.energy > grown * least_energy ? 1 : run + 1;
     least_energy = std::min(least_energy, change.energy);
     carry_on(static_cast<float>(run - 1) / static_cast<float>(run + 2), which);
@@ -274,6 +327,8 @@ void ContactProblem::solve(int sweeps) {
     }
     if (settled) next_of_all = i + 1;
   }
+  find_lacking();
+  for (const std::int32_t i : lacking_) demands_[waiting_rows_[i]].may_open = true;
 }
 
 void ContactProblem::write(std::vector<ContactRow>& rows, Motion& motion) const {
@@ -283,15 +338,11 @@ void ContactProblem::write(std::vector<ContactRow>& rows, Motion& motion) const 
   const auto turn_of = [this](RigidMotion& body) -> Vector3d& {
     return opening_ ? body.opening_turn : body.turn;
   };
-  for (const ContactRow& row : rows) {
-    if (impulse_of(row) == 0) continue;
-    for (const std::int32_t v : row.contact.vertices) {
-      if (!motion.is_soft(v)) continue;
-      if (opening_) {
-        motion.opening[v].setZero();
-      } else {
-        motion.solved[v] = motion.predicted[v];
-      }
+  for (const std::int32_t v : vertices_) {
+    if (opening_) {
+      motion.opening[v].setZero();
+    } else {
+      motion.solved[v] = motion.predicted[v];
     }
   }
   for (RigidMotion& body : motion.rigid) {
@@ -303,26 +354,25 @@ void ContactProblem::write(std::vector<ContactRow>& rows, Motion& motion) const 
     const RowPartition::Group& group = partition_.groups()[b];
     for (int i = 0; i < RowBatch::rows && group[i] != RowPartition::none; ++i) {
       ContactRow& row = rows[group[i]];
-      const float* impulse = batches_[b].impulse + 4 * i;
-      (opening_ ? row.opening : row.impulse) = unit * static_cast<double>(impulse[3]);
+      const float* found = batches_[b].impulse + 4 * i;
+      (opening_ ? row.opening : row.impulse) = unit * static_cast<double>(found[3]);
       if (!opening_)
-        row.tangential = unit * Eigen::Map<const Eigen::Vector3f>(impulse).cast<double>();
+        row.tangential = unit * Eigen::Map<const Eigen::Vector3f>(found).cast<double>();
+      if (impulse_of(row) == 0) continue;
+      Vector3d impulse = impulse_of(row) * row.normal;
+      if (!opening_) impulse += row.tangential;
+      for (int k = 0; k < 4; ++k) {
+        const std::int32_t v = row.contact.vertices[k];
+        const double mobility = row.weights[k] * inverse_mass_of(v, motion);
+        if (mobility != 0) (opening_ ? motion.opening : motion.solved)[v] += mobility * impulse;
+      }
+      for (const RigidPart& part : RigidParts(row.contact, row.weights, motion)) {
+        RigidMotion& body = motion.rigid[part.body];
+        part.push(body, impulse, shift_of(body), turn_of(body));
+      }
     }
   }
-  for (const ContactRow& row : rows) {
-    if (impulse_of(row) == 0) continue;
-    Vector3d impulse = impulse_of(row) * row.normal;
-    if (!opening_) impulse += row.tangential;
-    for (int k = 0; k < 4; ++k) {
-      const std::int32_t v = row.contact.vertices[k];
-      const double mobility = row.weights[k] * inverse_mass_of(v, motion);
-      if (mobility != 0) (opening_ ? motion.opening : motion.solved)[v] += mobility * impulse;
-    }
-    for (const RigidPart& part : RigidParts(row.contact, row.weights, motion)) {
-      RigidMotion& body = motion.rigid[part.body];
-      part.push(body, impulse, shift_of(body), turn_of(body));
-    }
-  }
+  for (const std::int32_t v : vertices_) motion.round_end(v);
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

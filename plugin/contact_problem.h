@@ -11,6 +11,9 @@
 // The iteration is in single precision, in units of the problem's own, so that it depends on no
 // one's units; its result only says how large the impulses are. What they do to the motion is
 // computed in double, and keeps momentum to that.
+//
+// Most rows never act. Those that had no impulse wait, and are only looked at now and then: what
+// lacks something comes into the problem.
 #pragma once
 
 #include <Eigen/Core>
@@ -31,15 +34,16 @@ class ContactProblem {
   // Which displacement it is about: the one with velocity, or the one that opens gaps without.
   enum class Of { motion, opening };
 
-  // Starts from the impulses that the rows have.
+  // Starts from the impulses that the rows have. Rows and motion are to stay as they are until
+  // write(). The problem of opening comes after that of the motion, of the same rows.
   void set_up(Of of, const std::vector<ContactRow>& rows, const Motion& motion);
 
   // At most `sweeps`, four times as many of what meets slowly, a fifth of opening; fewer where they
   // change nothing any more that could be seen.
   void solve(int sweeps);
 
-  // The impulses, and what they make of the motion (not rounded), which is to have what the rows'
-  // impulses up to now made of it.
+  // The impulses, and what they make of the motion, which is to have what the rows' impulses up to
+  // now made of it. Places the ends of what they move, but for rigid bodies.
   void write(std::vector<ContactRow>& rows, Motion& motion) const;
 
  private:
@@ -50,13 +54,19 @@ class ContactProblem {
   struct Demand {
     Eigen::Vector3d move;
     double need;
+    bool may_open = false;  // its gap may need to be opened
   };
 
   double impulse_of(const ContactRow& row) const { return opening_ ? row.opening : row.impulse; }
-  void put_in_order(const std::vector<ContactRow>& rows);
-  void make_batches(const std::vector<ContactRow>& rows, const Motion& motion);
-  void fill(RowBatch& batch, int row, const ContactRow& given, const Demand& demand,
-            const Motion& motion);
+  bool find_demands(bool only_to_open);
+  void wait();
+  // What waits and lacks something; and takes it into the problem. True where there is any.
+  void find_lacking();
+  bool admit_lacking();
+  void admit(const Indices& rows);
+  void fill(RowBatch& batch, int row, const ContactRow& given, const Demand& demand);
+  void add_parts(const ContactRow& given, int row);
+  std::int32_t first_node() const { return 1 + 2 * static_cast<std::int32_t>(bodies_.size()); }
   std::size_t count() const { return partition_.groups().size(); }  // of batches
   bool acts(std::int32_t batch) const;
   void carry_on(float momentum, const Indices& which);
@@ -64,21 +74,26 @@ class ContactProblem {
 
   // Chosen here, for worlds may be stepped before a constant of this file would be there.
   const SweepKernels* kernels_ = best_sweep_kernels();
-  // Kept from problem to problem is only the memory.
+  const std::vector<ContactRow>* rows_ = nullptr;
+  const Motion* motion_ = nullptr;
+  // Kept from problem to problem is only the memory, and Demand::may_open.
   bool opening_ = false;
-  double seconds_ = 1;
   double length_ = 1, mass_ = 1;  // units, m and kg
   double approach_ = 0;           // metres: the most that a row needs
   std::vector<Demand> demands_;   // by given row
-  Indices kinds_[3];              // of given rows, by when they act
-  Indices order_, node_of_;       // of given rows; by soft vertex
   RowPartition partition_;
   std::vector<RowBatch> batches_;  // and more, unused
   std::vector<std::int32_t> end_;  // by batch: one past the last displacement
+  std::vector<WaitingBatch> waiting_;
+  // Of given rows: those with an impulse at first; the others; of these, those that lack something.
+  Indices begun_, waiting_rows_, lacking_;
   std::vector<RowPart> parts_;
   std::vector<RowBody> bodies_;
-  // Displacements: what no impulse moves; then shift and turn of each rigid body; then the nodes.
-  std::vector<Float4> now_, last_;  // last_: at the end of the sweep before
+  // Displacements: what no impulse moves; then shift and turn of each rigid body; then the nodes,
+  // soft vertices in the order in which rows brought them. last_: at the end of the sweep before.
+  std::vector<Float4> now_, last_;
+  Indices vertices_;  // by node
+  Indices node_of_;   // by soft vertex, and none: index of the displacement, or 0
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

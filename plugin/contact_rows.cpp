@@ -101,21 +101,41 @@ ContactRow ContactRows::make_row(const Contact& contact, const Motion& motion) c
 
 void ContactRows::begin_step() {
   remembered_.clear();
-  for (const ContactRow& row : rows_) {
-    if (row.impulse == 0) continue;
-    if (remembered_.empty() || remembered_.back().contact < row.contact)
-      remembered_.push_back({row.contact, Eigen::Vector3d::Zero()});
-    remembered_.back().impulse += row.impulse * row.normal + row.tangential;
+  for (const ContactRow* const row : acted()) {
+    if (row->impulse == 0) continue;
+    if (remembered_.empty() || remembered_.back().contact < row->contact)
+      remembered_.push_back({row->contact, Eigen::Vector3d::Zero()});
+    remembered_.back().impulse += row->impulse * row->normal + row->tangential;
   }
   rows_.clear();
+  acted_.clear();
+}
+
+const std::vector<const ContactRow*>& ContactRows::acted() {
+  if (!acted_.empty()) return acted_;
+  std::size_t next = 0;  // row that is not looked at yet
+  const auto are_of_a_pair = [this](std::size_t i, std::size_t j) {
+    return !(rows_[i].contact < rows_[j].contact);
+  };
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    if (!rows_[i].acted()) continue;
+    std::size_t first = i;
+    while (first > next && are_of_a_pair(first - 1, i)) --first;
+    for (next = first; next <= i || (next < rows_.size() && are_of_a_pair(i, next)); ++next)
+      acted_.push_back(&rows_[next]);
+    i = next - 1;
+  }
+  return acted_;
 }
 
 void ContactRows::forget() {
   rows_.clear();
+  acted_.clear();
   remembered_.clear();
 }
 
 void ContactRows::start_warm() {
+  acted_.clear();
   auto last = remembered_.begin();
   for (ContactRow& row : rows_) {
     while (last != remembered_.end() && last->contact < row.contact) ++last;
@@ -129,6 +149,7 @@ void ContactRows::start_warm() {
 }
 
 void ContactRows::start_cold(Motion& motion) {
+  acted_.clear();
   motion.restart_response();
   for (ContactRow& row : rows_) {
     row.impulse = row.opening = 0;
@@ -137,6 +158,7 @@ void ContactRows::start_cold(Motion& motion) {
 }
 
 bool ContactRows::add(const std::vector<Contact>& contacts, bool touching, const Motion& motion) {
+  acted_.clear();
   merged_.clear();
   merged_.reserve(rows_.size() + contacts.size());
   bool gives_way = false;
@@ -170,18 +192,11 @@ void ContactRows::narrow(double part, const Motion& motion) {
 }
 
 void ContactRows::relax(Motion& motion, int sweeps) {
-  const auto acts = [](const ContactRow& row) { return row.impulse != 0 || row.opening != 0; };
-  for (ContactRow& row : rows_) row.acted = acts(row);
+  acted_.clear();
   for (const auto of : {ContactProblem::Of::motion, ContactProblem::Of::opening}) {
     problem_.set_up(of, rows_, motion);
     problem_.solve(sweeps);
     problem_.write(rows_, motion);
-  }
-  for (const ContactRow& row : rows_) {
-    if (!row.acted && !acts(row)) continue;
-    for (const std::int32_t v : row.contact.vertices) {
-      if (motion.is_free(v)) motion.round_end(v);
-    }
   }
   for (RigidMotion& body : motion.rigid) {
     if (body.is_dynamic()) motion.place(body);

@@ -67,6 +67,9 @@ class ContactRows {
 
   // Sorted by contact; those of a pair beside each other.
   const std::vector<ContactRow>& rows() const { return rows_; }
+  // Those of the pairs of which any row acted, sorted by contact: those of a pair beside each
+  // other. Valid until anything is done to the rows.
+  const std::vector<const ContactRow*>& acted();
 
  private:
   // What a pair needed in the last step.
@@ -80,6 +83,7 @@ class ContactRows {
   Surface surface_;
   double recovery_;
   std::vector<ContactRow> rows_, merged_;  // merged_: only while rows are added
+  std::vector<const ContactRow*> acted_;   // empty where it is not known
   std::vector<Remembered> remembered_;     // sorted by contact
   ContactProblem problem_;                 // the last one
 };

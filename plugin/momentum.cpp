@@ -48,7 +48,7 @@ double drive_of(std::int32_t v, const RigidMotion* body, const Motion& motion) {
   return std::min(moved, (body->velocity + body->spin.cross(arm)).norm());
 }
 
-std::vector<Island> find_islands(const std::vector<ContactRow>& rows, const Motion& motion) {
+std::vector<Island> find_islands(const std::vector<const ContactRow*>& rows, const Motion& motion) {
   std::vector<std::int32_t> parent(motion.rigid_of_body.size());
   std::iota(parent.begin(), parent.end(), 0);
   const auto find = [&](std::int32_t i) {
@@ -56,9 +56,9 @@ std::vector<Island> find_islands(const std::vector<ContactRow>& rows, const Moti
     return i;
   };
   std::vector<char> in_contact(parent.size(), 0);
-  for (const ContactRow& row : rows) {
-    in_contact[row.contact.body_a] = in_contact[row.contact.body_b] = 1;
-    parent[find(row.contact.body_a)] = find(row.contact.body_b);
+  for (const ContactRow* const row : rows) {
+    in_contact[row->contact.body_a] = in_contact[row->contact.body_b] = 1;
+    parent[find(row->contact.body_a)] = find(row->contact.body_b);
   }
   // What an anchor fixes to a rigid body pushes that.
   for (const auto& [vertex, carried] : motion.carried) {
@@ -188,7 +188,7 @@ void add_restitution(const std::vector<ContactRow>& rows, double restitution, do
   add(part - 1);
 }
 
-void restore_angular_momentum(const std::vector<ContactRow>& rows, Motion& motion) {
+void restore_angular_momentum(const std::vector<const ContactRow*>& rows, Motion& motion) {
   for (const Island& island : find_islands(rows, motion)) {
     if (!island.free) continue;
     double mass = 0;
@@ -224,7 +224,7 @@ void restore_angular_momentum(const std::vector<ContactRow>& rows, Motion& motio
   }
 }
 
-void limit_kinetic_energy(const std::vector<ContactRow>& rows, Motion& motion) {
+void limit_kinetic_energy(const std::vector<const ContactRow*>& rows, Motion& motion) {
   for (const Island& island : find_islands(rows, motion)) {
     // Twice the energy of velocity + s change is before + 2 s across + s^2 along.
     double mass = 0, before = 0, across = 0, along = 0;
@@ -259,11 +259,11 @@ void limit_kinetic_energy(const std::vector<ContactRow>& rows, Motion& motion) {
   }
 }
 
-void damp_deformation(const std::vector<ContactRow>& rows, double rate, double rest_speed,
+void damp_deformation(const std::vector<const ContactRow*>& rows, double rate, double rest_speed,
                       Motion& motion) {
   std::vector<char> loaded(motion.rigid_of_body.size(), 0);
-  for (const ContactRow& row : rows) {
-    if (row.impulse > 0) loaded[row.contact.body_a] = loaded[row.contact.body_b] = 1;
+  for (const ContactRow* const row : rows) {
+    if (row->impulse > 0) loaded[row->contact.body_a] = loaded[row->contact.body_b] = 1;
   }
   for (std::size_t body = 0; body < loaded.size(); ++body) {
     if (!loaded[body] || motion.rigid_of_body[body] >= 0) continue;

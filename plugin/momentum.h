@@ -28,7 +28,7 @@ void add_restitution(const std::vector<ContactRow>& rows, double restitution, do
 // A step applies its impulses at the places of its start, not at those of the impacts, and gaps are
 // opened without velocity; both change angular momentum a little. What is in contact and free (no
 // pinned node, no static or kinematic body) gets the rigid rotation that restores it.
-void restore_angular_momentum(const std::vector<ContactRow>& rows, Motion& motion);
+void restore_angular_momentum(const std::vector<const ContactRow*>& rows, Motion& motion);
 
 // What moves without velocity (a rigid body that Bullet pushes out of another) would give velocity
 // to what it meets. Changes of velocity are given up to the part that does not raise the kinetic
@@ -36,14 +36,14 @@ void restore_angular_momentum(const std::vector<ContactRow>& rows, Motion& motio
 // u, that of Bullet's kinematic body where it has one: contacts bring everything no farther from
 // going along with it, so that the norm of the velocities (the root of the sum of m v^2) rises by
 // no more than twice that of u.
-void limit_kinetic_energy(const std::vector<ContactRow>& rows, Motion& motion);
+void limit_kinetic_energy(const std::vector<const ContactRow*>& rows, Motion& motion);
 
 // Soft bodies in loaded contact lose the velocity of their deformation at `rate` 1/s, the faster
 // the further its root mean square is below `rest_speed` m/s. What moves as a rigid body goes on,
 // so both momenta are kept, and what slides, falls or swings as a whole is not slowed. Mueller et
 // al. 2007, "Position based dynamics", section 3.5. Without it cloth in contact trembles for long:
 // the load wanders between neighbouring contacts, and Bullet's links answer it.
-void damp_deformation(const std::vector<ContactRow>& rows, double rate, double rest_speed,
+void damp_deformation(const std::vector<const ContactRow*>& rows, double rate, double rest_speed,
                       Motion& motion);
 
 }  // namespace LAZYCCD_BULLET_PRECISION

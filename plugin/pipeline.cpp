@@ -221,7 +221,7 @@ double Pipeline::largest_thickness() const {
 }
 
 void Pipeline::collect_contacts() {
-  static const std::vector<ContactRow> none;
+  static const std::vector<const ContactRow*> none;
   contacts_ = step_contacts(responded_ ? response_.rows() : none, detector_.silent(), scene(),
                             topology(), motion());
   for (const StepContact& contact : contacts_) {

@@ -126,15 +126,16 @@ void Response::relax_near(const std::vector<Contact>& near, Motion& motion) {
   rows_.relax(motion, options_.sweeps);
 }
 
-void Response::finish(Motion& motion, StepStats& stats) const {
+void Response::finish(Motion& motion, StepStats& stats) {
+  const std::vector<const ContactRow*>& acted = rows_.acted();
   set_velocities(motion);
   if (options_.restitution > 0) {
     add_restitution(rows_.rows(), options_.restitution, options_.restitution_threshold,
                     options_.sweeps, motion);
   }
-  restore_angular_momentum(rows_.rows(), motion);
-  limit_kinetic_energy(rows_.rows(), motion);
-  damp_deformation(rows_.rows(), options_.rest_damping, options_.rest_speed, motion);
+  restore_angular_momentum(acted, motion);
+  limit_kinetic_energy(acted, motion);
+  damp_deformation(acted, options_.rest_damping, options_.rest_speed, motion);
   const double before = kinetic_energy_before(motion);
   const double change = kinetic_energy_after(motion) - before;
   (change > 0 ? stats.energy_gained : stats.energy_lost) += std::abs(change);

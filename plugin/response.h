@@ -26,8 +26,8 @@ class Response {
   void run(const std::vector<Contact>& near, const Detect& detect_all, Motion& motion,
            StepStats& stats);
 
-  // Every contact met in the last run(), sorted; a pair may have several rows, beside each other.
-  const std::vector<ContactRow>& rows() const { return rows_.rows(); }
+  // The rows of the pairs that acted in the last run(), sorted by contact.
+  const std::vector<const ContactRow*>& rows() { return rows_.acted(); }
 
   // To be called where the indices of bodies, vertices or faces change.
   void forget() { rows_.forget(); }
@@ -37,7 +37,7 @@ class Response {
   // Rigid impact zones, then holds.
   void end_contacts(std::vector<Contact> contacts, const Detect& detect, Motion& motion,
                     StepStats& stats);
-  void finish(Motion& motion, StepStats& stats) const;
+  void finish(Motion& motion, StepStats& stats);
 
   Options options_;
   ContactRows rows_;

@@ -16,11 +16,8 @@ Matrix3d RigidPart::mobility(const RigidMotion& rigid) const {
          lever.transpose() * rigid.inverse_inertia * lever;
 }
 
-RigidParts::RigidParts(const Contact& contact, const std::array<double, 4>& weights,
-                       const Motion& motion) {
-  const int a = motion.rigid_of_body[contact.body_a];
-  const int obstacle = a >= 0 ? a : motion.rigid_of_body[contact.body_b];
-  if (obstacle < 0 && motion.carried.empty()) return;
+void RigidParts::find(int obstacle, const Contact& contact, const std::array<double, 4>& weights,
+                      const Motion& motion) {
   for (int i = 0; i < 4; ++i) {
     const std::int32_t v = contact.vertices[i];
     if (motion.is_free(v)) continue;

@@ -35,12 +35,18 @@ struct RigidPart {
 // have none.
 class RigidParts {
  public:
-  RigidParts(const Contact& contact, const std::array<double, 4>& weights, const Motion& motion);
+  RigidParts(const Contact& contact, const std::array<double, 4>& weights, const Motion& motion) {
+    const int a = motion.rigid_of_body[contact.body_a];
+    const int obstacle = a >= 0 ? a : motion.rigid_of_body[contact.body_b];
+    if (obstacle >= 0 || !motion.carried.empty()) find(obstacle, contact, weights, motion);
+  }
 
   const RigidPart* begin() const { return parts_.data(); }
   const RigidPart* end() const { return parts_.data() + count_; }
 
  private:
+  void find(int obstacle, const Contact& contact, const std::array<double, 4>& weights,
+            const Motion& motion);
   void add(int body, double weight, const Eigen::Vector3d& start, const Motion& motion);
 
   int count_ = 0;

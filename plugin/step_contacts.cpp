@@ -36,7 +36,7 @@ StepContact step_contact(const Contact& contact, const Eigen::Vector3d& impulse,
 
 }  // namespace
 
-std::vector<StepContact> step_contacts(const std::vector<ContactRow>& rows,
+std::vector<StepContact> step_contacts(const std::vector<const ContactRow*>& rows,
                                        const std::vector<Contact>& silent, const SoftScene& scene,
                                        const StepTopology& topology, const Motion& motion) {
   std::vector<StepContact> contacts;
@@ -45,15 +45,14 @@ std::vector<StepContact> step_contacts(const std::vector<ContactRow>& rows,
   };
   for (std::size_t i = 0; i < rows.size();) {
     // The rows of a pair: the earliest is told.
-    const ContactRow* first = &rows[i];
+    const ContactRow* first = rows[i];
     Eigen::Vector3d impulse = Eigen::Vector3d::Zero();
-    bool acted = false;
-    for (const Contact& pair = rows[i].contact; i < rows.size() && !(pair < rows[i].contact); ++i) {
-      if (rows[i].contact.toi < first->contact.toi) first = &rows[i];
-      impulse += rows[i].impulse * rows[i].normal + rows[i].tangential;
-      acted = acted || rows[i].touched || rows[i].impulse > 0 || rows[i].opening > 0;
+    for (const Contact& pair = rows[i]->contact; i < rows.size() && !(pair < rows[i]->contact);
+         ++i) {
+      if (rows[i]->contact.toi < first->contact.toi) first = rows[i];
+      impulse += rows[i]->impulse * rows[i]->normal + rows[i]->tangential;
     }
-    if (acted) tell(first->contact, impulse / motion.seconds);
+    tell(first->contact, impulse / motion.seconds);
   }
   for (const Contact& contact : silent) tell(contact, Eigen::Vector3d::Zero());
   return contacts;

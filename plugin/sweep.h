@@ -26,6 +26,17 @@ struct alignas(64) RowBatch {
   std::int32_t first_part = 0, last_part = 0;  // one past the last
 };
 
+// Rows that have no impulse, and get none unless they come to lack something. They may move things
+// in common. In place of a missing one there are zeros.
+struct alignas(64) WaitingBatch {
+  static constexpr int rows = 4;
+  // The fourth: how much further apart along the normal than without impulses, at least.
+  float normal[4 * rows];
+  float weight[4 * rows];  // by vertex
+  std::int32_t vertex[4 * rows];
+  std::int32_t first_part = 0, last_part = 0;
+};
+
 // As RigidPart.
 struct alignas(16) RowPart {
   float arm[4];
@@ -60,6 +71,13 @@ struct SweepKernels {
   SweepChange (*sweep)(const SweptProblem& problem, const std::int32_t* batches, int count);
   // By how much the row lacks most that lacks any, in units of length.
   float (*most_left)(const SweptProblem& problem, int batches);
+  // Of the waiting rows those that lack something, as 4 * batch + row; returns how many. `node_of`:
+  // index of the displacement, by vertex.
+  int (*lacking)(const SweptProblem& problem, const std::int32_t* node_of,
+                 const WaitingBatch* waiting, int batches, std::int32_t* rows);
+  // Of the first `count` displacements, at the end of a sweep: goes on by a part of what it has
+  // moved since the end of the last one, and notes where it ended.
+  void (*carry_on)(float part, Float4* now, Float4* last, int count);
   // What the impulses that the batch has do to the displacements.
   void (*push)(const SweptProblem& problem, int batch);
 };

@@ -147,8 +147,8 @@ LAZYCCD_INLINE Vector cross(const Vector& a, const Vector& b) {
 }
 
 // The parts of rigid bodies in the rows from `first` on that fill a register.
-template <class Each>
-LAZYCCD_INLINE void for_each_part(const SweptProblem& problem, const RowBatch& batch, int first,
+template <class Batch, class Each>
+LAZYCCD_INLINE void for_each_part(const SweptProblem& problem, const Batch& batch, int first,
                                   const Each& each) {
   for (std::int32_t i = batch.first_part; i < batch.last_part; ++i) {
     const RowPart& part = problem.parts[i];
@@ -157,8 +157,10 @@ LAZYCCD_INLINE void for_each_part(const SweptProblem& problem, const RowBatch& b
 }
 
 // By all impulses.
-LAZYCCD_INLINE Rows moved(const SweptProblem& problem, const RowBatch& batch, int first) {
-  const std::int32_t* node = batch.node + 4 * first;
+template <class Batch>
+LAZYCCD_INLINE Rows moved(const SweptProblem& problem, const Batch& batch,
+                          const std::int32_t* nodes, int first) {
+  const std::int32_t* node = nodes + 4 * first;
   const Rows weight = load(batch.weight + 4 * first);
   const Float4* const from = problem.displacement;
   Rows sum =
@@ -208,7 +210,7 @@ SweepChange sweep(const SweptProblem& problem, const std::int32_t* batches, int 
       const int at = floats * i;
       const Rows normal = load(batch.normal + at), before = load(batch.impulse + at),
                  terms = load(batch.terms + at);
-      const Rows moved_by = moved(problem, batch, width * i);
+      const Rows moved_by = moved(problem, batch, batch.node, width * i);
       const Rows gap = sum(normal * moved_by);
       const Rows now_along =
           larger(each<3>(before) + (each<0>(terms) - gap) * each<1>(terms), zero);
@@ -249,12 +251,40 @@ float most_left(const SweptProblem& problem, int batches) {
   for (int b = 0; b < batches; ++b) {
     const RowBatch& batch = problem.batches[b];
     for (int first = 0; first < RowBatch::rows; first += width) {
-      const Rows gap = sum(load(batch.normal + 4 * first) * moved(problem, batch, first));
+      const Rows gap =
+          sum(load(batch.normal + 4 * first) * moved(problem, batch, batch.node, first));
       const Rows left = load(batch.terms + 4 * first) - gap;
       for (int i = 0; i < floats; i += 4) most = left[i] > most ? left[i] : most;
     }
   }
   return most;
+}
+
+int lacking(const SweptProblem& problem, const std::int32_t* node_of, const WaitingBatch* waiting,
+            int batches, std::int32_t* rows) {
+  const Rows zero = repeated(0, 0, 0, 0);
+  int found = 0;
+  for (int b = 0; b < batches; ++b) {
+    const WaitingBatch& batch = waiting[b];
+    std::int32_t node[4 * WaitingBatch::rows];
+    for (int i = 0; i < 4 * WaitingBatch::rows; ++i) node[i] = node_of[batch.vertex[i]];
+    for (int first = 0; first < WaitingBatch::rows; first += width) {
+      const Rows normal = load(batch.normal + 4 * first);
+      const Rows left = each<3>(normal) - sum(normal * moved(problem, batch, node, first));
+      if (is_zero(larger(left, zero))) continue;
+      for (int i = 0; i < width; ++i)
+        if (left[4 * i] > 0) rows[found++] = WaitingBatch::rows * b + first + i;
+    }
+  }
+  return found;
+}
+
+void carry_on(float part, Float4* now, Float4* last, int count) {
+  for (int i = 0; i < count; ++i) {
+    const Vector x = at(now[i]);
+    at(now[i]) = x + part * (x - at(last[i]));
+    at(last[i]) = x;
+  }
 }
 
 void push_all(const SweptProblem& problem, int index) {
@@ -273,7 +303,8 @@ void push_all(const SweptProblem& problem, int index) {
 }  // namespace
 
 extern const SweepKernels sweeping;
-const SweepKernels sweeping = {LAZYCCD_NAME_OF(LAZYCCD_ISA), sweep, most_left, push_all};
+const SweepKernels sweeping = {
+    LAZYCCD_NAME_OF(LAZYCCD_ISA), sweep, most_left, lacking, carry_on, push_all};
 
 }  // namespace LAZYCCD_ISA
 }  // namespace lazyccd::bullet

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <numeric>
 #include <random>
 #include <vector>
 
@@ -150,6 +151,68 @@ TEST_CASE("a sweep is the same with every instruction set, and leads to what the
       CHECK(kernels->most_left(problem.swept(), static_cast<int>(problem.batches.size())) ==
             baseline.most_left(expected.swept(), static_cast<int>(expected.batches.size())));
     }
+  }
+}
+
+TEST_CASE("of rows that wait those lack something that would in the problem") {
+  Problem problem = random_problem(5);
+  std::vector<std::int32_t> node_of(problem.displacement.size());
+  std::iota(node_of.begin(), node_of.end(), 0);
+  std::vector<std::int32_t> all;
+  std::vector<WaitingBatch> waiting;
+  for (const RowBatch& batch : problem.batches) {
+    all.push_back(static_cast<std::int32_t>(all.size()));
+    WaitingBatch& other = waiting.emplace_back();
+    std::copy(std::begin(batch.normal), std::end(batch.normal), other.normal);
+    std::copy(std::begin(batch.weight), std::end(batch.weight), other.weight);
+    std::copy(std::begin(batch.node), std::end(batch.node), other.vertex);
+    for (int i = 0; i < WaitingBatch::rows; ++i) other.normal[4 * i + 3] = batch.terms[4 * i];
+    other.first_part = batch.first_part;
+    other.last_part = batch.last_part;
+  }
+  const auto lacking = [&](const SweepKernels& kernels) {
+    std::vector<std::int32_t> rows(WaitingBatch::rows * waiting.size());
+    rows.resize(
+        static_cast<std::size_t>(kernels.lacking(problem.swept(), node_of.data(), waiting.data(),
+                                                 static_cast<int>(waiting.size()), rows.data())));
+    return rows;
+  };
+  const auto check_all = [&](const std::vector<std::int32_t>& expected) {
+    for (const char* name : {"baseline", "avx2", "avx512"}) {
+      CAPTURE(name);
+      if (const SweepKernels* kernels = sweep_kernels(name)) CHECK(lacking(*kernels) == expected);
+    }
+  };
+  // Where nothing has moved, those that need anything.
+  std::vector<std::int32_t> in_need;
+  for (std::size_t i = 0; i < WaitingBatch::rows * waiting.size(); ++i)
+    if (waiting[i / WaitingBatch::rows].normal[4 * (i % WaitingBatch::rows) + 3] > 0)
+      in_need.push_back(static_cast<std::int32_t>(i));
+  check_all(in_need);
+  // Once all is done, none that needs a little less; and one that needs far more.
+  const SweepKernels& baseline = *sweep_kernels("baseline");
+  for (int i = 0; i < 500; ++i)
+    baseline.sweep(problem.swept(), all.data(), static_cast<int>(all.size()));
+  for (WaitingBatch& batch : waiting)
+    for (int i = 0; i < WaitingBatch::rows; ++i) batch.normal[4 * i + 3] -= 2e-3f;
+  check_all({});
+  waiting[3].normal[4 * 2 + 3] += 100;
+  check_all({3 * WaitingBatch::rows + 2});
+}
+
+TEST_CASE("displacements go on by a part of what they moved, with every instruction set") {
+  for (const char* name : {"baseline", "avx2", "avx512"}) {
+    const SweepKernels* const kernels = sweep_kernels(name);
+    if (!kernels) continue;
+    CAPTURE(name);
+    std::vector<Float4> now(3, {{1, 2, 3, 0}}), last(3, {{1, 1, 1, 0}});
+    kernels->carry_on(0.5f, now.data(), last.data(), 2);
+    for (int i = 0; i < 2; ++i) {
+      CHECK(std::equal(now[i].x, now[i].x + 4, std::array<float, 4>{1, 2.5f, 4, 0}.begin()));
+      CHECK(std::equal(last[i].x, last[i].x + 4, std::array<float, 4>{1, 2, 3, 0}.begin()));
+    }
+    CHECK(now[2].x[1] == 2);
+    CHECK(last[2].x[1] == 1);
   }
 }
 
