@@ -1,31 +1,17 @@
 #include <algorithm>
+#include <vector>
 
 #include "contact_rows.h"
+#include "plugin/column.h"
 #include "support/catch.h"
 
 using namespace lazyccd;
+using lazyccd::test::Column;
 
 TEST_CASE("a load that rests is solved to rest, however hard it presses") {
-  // Points above each other, of which the lowest one is pinned; faces only carry them.
   constexpr int points = 30;
-  bullet::Motion motion;
-  motion.seconds = 0.01;
-  std::vector<Contact> contacts;
-  for (std::int32_t i = 0; i < points; ++i) {
-    for (int k = 0; k < 3; ++k) {
-      motion.start.insert(motion.start.end(), {btScalar(k), btScalar(0.1) * i, 0});
-      motion.inverse_mass.push_back(i == 0 ? 0 : 1);
-      motion.reach.push_back(1);
-    }
-    Contact contact = {};
-    contact.kind = ContactKind::vertex_face;
-    contact.primitive_a = i;
-    contact.vertices = {3 * i + 3, 3 * i, 3 * i + 1, 3 * i + 2};
-    contact.normal = {0, 1, 0};
-    if (i + 1 < points) contacts.push_back(contact);
-  }
-  motion.first_vertex = {0, 3 * points};
-  motion.rigid_of_body = {-1};
+  Column column(std::vector<double>(points - 1, 1));
+  bullet::Motion& motion = column.motion;
   bullet::ContactRows rows(
       [](std::int32_t, std::int32_t) {
         return bullet::PairSurface{0.1, 0};
@@ -36,7 +22,7 @@ TEST_CASE("a load that rests is solved to rest, however hard it presses") {
     for (std::size_t i = 1; i < points; ++i) motion.end[9 * i + 1] -= static_cast<btScalar>(metres);
     motion.begin_response();
     rows.begin_step();
-    rows.add(contacts, false, motion);
+    rows.add(column.contacts, false, motion);
     rows.start_warm();
     rows.relax(motion, sweeps);
   };

@@ -1,13 +1,16 @@
 #include <cmath>
+#include <vector>
 
 #include "contact_rows.h"
 #include "impact_zones.h"
+#include "plugin/column.h"
 #include "response.h"
 #include "scenes/mechanics.h"
 #include "scenes/scene.h"
 #include "support/catch.h"
 
 using namespace lazyccd;
+using lazyccd::test::Column;
 using scenes::World;
 
 namespace {
@@ -140,31 +143,13 @@ TEST_CASE("a contact of very different masses gets impulses that sum to nothing"
 }
 
 TEST_CASE("what falls on something light that rests is thrown back, and does not throw that") {
-  // Points above each other, of which the lowest one is pinned; faces only carry them.
   const double restitution = GENERATE(0.5, 1.0), falls = 2;
-  bullet::Motion motion;
-  motion.seconds = 0.01;
-  std::vector<Contact> contacts;
-  for (std::int32_t i = 0; i < 3; ++i) {
-    for (int k = 0; k < 3; ++k) {
-      motion.start.insert(motion.start.end(), {btScalar(k), btScalar(0.1) * i, 0});
-      motion.inverse_mass.push_back(i == 0 ? 0 : i == 1 ? 10 : 1);
-      motion.reach.push_back(1);
-    }
-    Contact contact = {};
-    contact.kind = ContactKind::vertex_face;
-    contact.primitive_a = i;
-    contact.vertices = {3 * i + 3, 3 * i, 3 * i + 1, 3 * i + 2};
-    contact.normal = {0, 1, 0};
-    if (i < 2) contacts.push_back(contact);
-  }
+  Column column({10, 1});
+  bullet::Motion& motion = column.motion;
   motion.rate.assign(9, 1 / motion.seconds);
   motion.velocity.assign(9, Eigen::Vector3d::Zero());
   motion.velocity[6].y() = -falls;
-  motion.end = motion.start;
   motion.end[3 * 6 + 1] -= static_cast<btScalar>(falls * motion.seconds);
-  motion.first_vertex = {0, 9};
-  motion.rigid_of_body = {-1};
   bullet::Options options;
   options.restitution = restitution;
   bullet::Response response(options, [](std::int32_t, std::int32_t) {
@@ -172,8 +157,8 @@ TEST_CASE("what falls on something light that rests is thrown back, and does not
   });
   bullet::StepStats stats;
   response.run(
-      contacts, [](const Positions&, const Positions&) { return std::vector<Contact>(); }, motion,
-      stats);
+      column.contacts, [](const Positions&, const Positions&) { return std::vector<Contact>(); },
+      motion, stats);
   const auto speed = [&](std::int32_t v) {
     return (motion.velocity[v] + motion.velocity_change[v]).y();
   };
