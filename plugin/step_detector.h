@@ -109,7 +109,7 @@ class StepDetector {
   NearContacts near_contacts_;
   std::unique_ptr<Detector> touching_;  // null until it is needed
   bool touching_is_current_ = false;
-  Foresight foresight_;
+  Foresight foresight_;             // before near_, of which a thread reads its positions
   std::unique_ptr<Detector> near_;  // of what comes within a thickness; null without any
   double separation_ = 0;           // of near_, metres; not positive without it
   double usual_reach_ = 0;          // metres: the median of Motion::reach
