@@ -5,6 +5,7 @@
 
 #include "core/contact_math.h"
 #include "cpu/cpu_detector.h"
+#include "cpu/with_helpers.h"
 #include "lazyccd/error.h"
 #if defined(LAZYCCD_HAS_CUDA)
 #include "gpu/gpu_detector.h"
@@ -145,7 +146,11 @@ Span<const Contact> Detector::touching_again(const Positions& start, const Posit
 void Detector::parallel_for(std::size_t count, std::size_t grain,
                             const std::function<void(std::size_t, std::size_t)>& body) {
   if (impl_->cpu.is_foreseeing()) return count > 0 ? body(0, count) : void();
-  impl_->cpu.threads().parallel_for(
+  ThreadPool& threads = impl_->cpu.threads();
+  const bool small = count / 4 < grain;
+  const WithHelpers helpers(
+      threads, small ? ThreadPool::Helpers::awake : ThreadPool::Helpers::everyone);
+  threads.parallel_for(
       count, grain, [&](std::size_t first, std::size_t last, int) { body(first, last); });
 }
 

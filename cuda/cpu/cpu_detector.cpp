@@ -8,12 +8,12 @@
 
 #include "core/contact_math.h"
 #include "core/separation.h"
-#include "cpu/alone.h"
 #include "cpu/detector_worker.h"
 #include "cpu/pieces.h"
 #include "cpu/positions.h"
 #include "cpu/scale.h"
 #include "cpu/stopwatch.h"
+#include "cpu/with_helpers.h"
 #include "lazyccd/error.h"
 
 namespace lazyccd {
@@ -365,7 +365,9 @@ Span<const Contact> CpuDetector::detect(const Positions& start, const Positions&
   bool foreseen = await_foreseen();
   has_foreseen_ = false;
   foreseen = foreseen && is_as_foreseen(start, end);
-  const Alone alone(pool_, is_small(foreseen ? count_undone() : tested_));
+  const bool small = is_small(foreseen && unopened_.empty() ? count_undone() : tested_);
+  const WithHelpers helpers(
+      pool_, small ? ThreadPool::Helpers::awake : ThreadPool::Helpers::everyone);
   pool_.rouse();
   const double scale = scale_for(load_records(*mesh_, start, end, pool_, records_));
   foreseen = foreseen && scale == scale_;

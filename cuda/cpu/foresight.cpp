@@ -4,13 +4,13 @@
 #include <array>
 #include <exception>
 
-#include "cpu/alone.h"
 #include "cpu/cpu_detector.h"
 #include "cpu/detector_worker.h"
 #include "cpu/pieces.h"
 #include "cpu/positions.h"
 #include "cpu/scale.h"
 #include "cpu/stopwatch.h"
+#include "cpu/with_helpers.h"
 
 namespace lazyccd {
 
@@ -30,7 +30,7 @@ void CpuDetector::foresee(const Positions& start, const Positions& end, double t
 
 // On one thread beside the caller, until it is interrupted.
 void CpuDetector::begin_to_foresee(const Positions& start, const Positions& end, double tolerance) {
-  const Alone alone(pool_, true);
+  const WithHelpers nobody(pool_, ThreadPool::Helpers::nobody);
   scale_ = scale_for(load_records(*mesh_, start, end, pool_, records_));
   tolerance_ = tolerance;
   seek(foreseen_stats_);

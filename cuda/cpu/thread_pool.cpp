@@ -15,8 +15,9 @@ namespace {
 
 // Longer than the serial code between two stages of a step, shorter than anyone would call busy.
 constexpr std::chrono::microseconds spin_time{40};
-// Whoever handed out a job comes back for it soon, and has more then.
-constexpr std::chrono::microseconds spin_after_handed_out{200};
+// A thread that sleeps on a virtual machine comes later than a short step lasts, so one stays awake
+// from stage to stage, and from step to step where these follow each other.
+constexpr std::chrono::microseconds spin_of_first{200};
 
 // state_, from the low bits: workers inside the job (16), workers that joined it so far (15),
 // whether it is open to join (1), number of the job (32). One word, so that joining and closing
@@ -71,7 +72,7 @@ ThreadPool::~ThreadPool() {
 
 void ThreadPool::rouse() {
   // Relaxed: who goes to sleep just now is woken by the job.
-  if (available() == 1 || sleepers_.load(std::memory_order_relaxed) == 0) return;
+  if (helpers_ != Helpers::everyone || sleepers_.load(std::memory_order_relaxed) == 0) return;
   leave_core_to_caller();
   const std::lock_guard<std::mutex> lock(mutex_);
   ++roused_;
@@ -102,7 +103,8 @@ void ThreadPool::publish(Attendance attendance, Invoke function, void* job) {
   // seq_cst, twice: as a release it publishes the job to join(); and either this thread sees the
   // sleeper's count below, or the sleeper sees the new job before it sleeps (wait_for_job).
   state_.store((number << job_shift) | open_bit, std::memory_order_seq_cst);
-  if (sleepers_.load(std::memory_order_seq_cst) > 0) {
+  const bool wakes = attendance != Attendance::volunteers || helpers_ == Helpers::everyone;
+  if (wakes && sleepers_.load(std::memory_order_seq_cst) > 0) {
     const std::lock_guard<std::mutex> lock(mutex_);
     if (attendance == Attendance::one) {
       wake_.notify_one();
@@ -172,17 +174,14 @@ void ThreadPool::wait_until(Done done) {
 }
 
 void ThreadPool::worker_main(int worker) {
+  const std::chrono::microseconds spin = worker == 1 ? spin_of_first : spin_time;
   std::uint64_t job = 0;
-  std::chrono::microseconds spin = spin_time;
   for (;;) {
     job = wait_for_job(job, spin);
     if (job == no_more_jobs) return;
-    spin = spin_time;
     const int others = join(job);
     if (others < 0) continue;
-    const bool is_handed_out = attendance_ == Attendance::one;
-    if (others == 0 || !is_handed_out) call(worker);
-    if (others == 0 && is_handed_out) spin = spin_after_handed_out;
+    if (others == 0 || attendance_ != Attendance::one) call(worker);
     leave();
   }
 }
@@ -192,7 +191,6 @@ std::uint64_t ThreadPool::wait_for_job(std::uint64_t last_job, std::chrono::micr
   const auto number = [&](std::memory_order order) { return job_number(state_.load(order)); };
   // Relaxed: join() acquires what the job needs.
   while (!spin_until([&] { return number(std::memory_order_relaxed) != last_job; }, spin)) {
-    spin = spin_time;
     std::unique_lock<std::mutex> lock(mutex_);
     const std::uint64_t roused = roused_;
     sleepers_.fetch_add(1, std::memory_order_seq_cst);  // before the look at the job: see publish()

@@ -19,7 +19,7 @@ namespace lazyccd {
 
 // The calling thread is worker 0, so a pool of one has no thread of its own. Several pools may work
 // at once; one pool takes one job at a time, from one thread at a time, and a job must not start
-// another on its own pool, but alone.
+// another on its own pool, but without helpers.
 class ThreadPool {
  public:
   explicit ThreadPool(int threads = 0);  // 0: as many as the machine has
@@ -33,11 +33,19 @@ class ThreadPool {
   // short stage lasts.
   void rouse();
 
-  // While it is alone the caller does what is offered and what is to be done in pieces by itself:
-  // for what is done sooner than other threads would be awake.
-  void set_alone(bool alone) { alone_ = alone; }
-  // Workers that may come to what is offered.
-  int available() const { return alone_ ? 1 : size_; }
+  // Who comes to what is offered and to what is done in pieces.
+  enum class Helpers {
+    everyone,
+    awake,  // nobody is woken: for what is done sooner than a sleeper would be there
+    nobody
+  };
+  void set_helpers(Helpers helpers) { helpers_ = helpers; }
+  // Workers that may come, the caller among them. Those that are awake may go to sleep just now.
+  int available() const {
+    if (helpers_ == Helpers::nobody) return 1;
+    // Relaxed: a guess, for how to share out.
+    return helpers_ == Helpers::awake ? size_ - sleepers_.load(std::memory_order_relaxed) : size_;
+  }
 
   // job(worker) once on every worker; returns when all have. Rethrows the first exception.
   template <class Job>
@@ -50,7 +58,7 @@ class ThreadPool {
   // alone.
   template <class Job>
   void offer(Job&& job) {
-    if (alone_) return static_cast<void>(job(0));
+    if (available() == 1) return static_cast<void>(job(0));
     start(Attendance::volunteers, &invoke<Job>, address(job));
   }
 
@@ -67,8 +75,8 @@ class ThreadPool {
   bool is_done() const;
 
   // body(first, last, worker) over disjoint pieces of [0, count) of at most `grain` (on a pool of
-  // one or alone, or where `count` is no more than that, in one piece). An exception stops the
-  // handing out.
+  // one or without helpers, or where `count` is no more than that, in one piece). An exception
+  // stops the handing out.
   template <class Body>
   void parallel_for(std::size_t count, std::size_t grain, Body&& body) {
     if (count == 0) return;
@@ -121,7 +129,7 @@ class ThreadPool {
 
   const int size_;
   std::vector<std::thread> threads_;
-  bool alone_ = false;
+  Helpers helpers_ = Helpers::everyone;
   int caller_core_ = -1;  // where the threads are kept off
 
   // The job on offer: see the packing in thread_pool.cpp. On its own line: workers spin on it.

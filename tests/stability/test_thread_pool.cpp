@@ -60,9 +60,9 @@ TEST_CASE("a job that was handed out is waited for, and has the pool for itself"
   int pieces = 0;
   const auto job = [&](int) {
     has_begun = true;
-    pool.set_alone(true);
+    pool.set_helpers(ThreadPool::Helpers::nobody);
     pool.parallel_for(1000, 1, [&](std::size_t, std::size_t, int) { ++pieces; });
-    pool.set_alone(false);
+    pool.set_helpers(ThreadPool::Helpers::everyone);
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
     has_ended = true;
   };
@@ -124,9 +124,10 @@ TEST_CASE("a pool that was roused runs its jobs, whether they come or not") {
   pool.rouse();
 }
 
-TEST_CASE("alone, the caller does what is offered by itself, and what calls all calls all") {
+TEST_CASE(
+    "without helpers the caller does what is offered by itself, and what calls all calls all") {
   ThreadPool pool(3);
-  pool.set_alone(true);
+  pool.set_helpers(ThreadPool::Helpers::nobody);
   CHECK(pool.available() == 1);
   int offered = 0, pieces = 0;  // plain: nobody else writes them
   const auto caller = std::this_thread::get_id();
@@ -143,8 +144,41 @@ TEST_CASE("alone, the caller does what is offered by itself, and what calls all 
   std::vector<int> calls(3);
   pool.run([&](int worker) { ++calls[static_cast<std::size_t>(worker)]; });
   CHECK(calls == std::vector<int>(3, 1));
-  pool.set_alone(false);
+  pool.set_helpers(ThreadPool::Helpers::everyone);
   CHECK(pool.available() == 3);
+}
+
+TEST_CASE("with those that are awake, who sleeps goes on sleeping, and what calls all calls all") {
+  ThreadPool pool(3);
+  for (int round = 0; round < 200; ++round) {
+    const bool asleep = round % 20 == 0;
+    pool.set_helpers(ThreadPool::Helpers::awake);
+    while (asleep && pool.available() > 1) let_them_sleep();
+    const int available = pool.available();
+    REQUIRE(available >= 1);
+    REQUIRE(available <= 3);
+    std::vector<int> calls(3);  // plain: the pool orders the accesses
+    pool.rouse();
+    pool.offer([&](int worker) { ++calls[static_cast<std::size_t>(worker)]; });
+    REQUIRE(calls[0] == 1);
+    REQUIRE(std::max(calls[1], calls[2]) <= 1);
+    if (asleep) {
+      REQUIRE(available == 1);
+      REQUIRE(calls == std::vector<int>{1, 0, 0});
+    }
+    std::vector<int> done(1000);
+    pool.parallel_for(1000, 10, [&](std::size_t first, std::size_t last, int) {
+      for (std::size_t i = first; i < last; ++i) ++done[i];
+    });
+    REQUIRE(done == std::vector<int>(1000, 1));
+    if (round % 3 == 0) {
+      calls.assign(3, 0);
+      pool.run([&](int worker) { ++calls[static_cast<std::size_t>(worker)]; });
+      REQUIRE(calls == std::vector<int>(3, 1));
+    }
+    pool.set_helpers(ThreadPool::Helpers::everyone);
+    REQUIRE(pool.available() == 3);
+  }
 }
 
 TEST_CASE("worker 0 is the calling thread") {

@@ -159,8 +159,8 @@ class Detector {
 
   // body(first, last) over disjoint pieces of [0, count) of at most `grain`, on the threads of the CPU
   // backend: for what an application does around a detection, like reading positions. In one piece on
-  // the caller's thread where that is all of it, or while a thread foresees. Rethrows the first
-  // exception.
+  // the caller's thread where that is all of it, or while a thread foresees; for fewer than four pieces
+  // nobody is woken. Rethrows the first exception.
   void parallel_for(std::size_t count, std::size_t grain,
                     const std::function<void(std::size_t first, std::size_t last)>& body);
 
