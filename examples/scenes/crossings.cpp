@@ -1,8 +1,19 @@
 #include "scenes/crossings.h"
 
 namespace lazyccd::scenes {
+namespace {
 
-CrossingCounter::CrossingCounter(const PhysicsWorld& world) : last_(read_positions(world)) {
+Options on_one_thread() {
+  Options options;
+  options.threads = 1;
+  return options;
+}
+
+}  // namespace
+
+// Other threads would still be awake beside the next step, whose time is taken.
+CrossingCounter::CrossingCounter(const PhysicsWorld& world)
+    : detector_(on_one_thread()), last_(read_positions(world)) {
   detector_.set_topology(read_surface(world).topology());
 }
 
