@@ -7,6 +7,7 @@
 
 #include "body_trees.h"
 #include "pipeline.h"
+#include "soft_constraints.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -19,7 +20,8 @@ double friction(double kdf_a, double kdf_b) { return std::max(kdf_a, kdf_b); }
 
 btLazySoftBodySolver::btLazySoftBodySolver(const Options& options)
     : pipeline_(std::make_unique<Pipeline>(options, friction)),
-      trees_(std::make_unique<BodyTrees>()) {}
+      trees_(std::make_unique<BodyTrees>()),
+      constraints_(std::make_unique<SoftConstraints>()) {}
 
 btLazySoftBodySolver::~btLazySoftBodySolver() = default;
 
@@ -61,7 +63,7 @@ void btLazySoftBodySolver::processCollision(btSoftBody* a, btSoftBody* b) { queu
 void btLazySoftBodySolver::solveConstraints(btScalar solverdt) {
   // Drift iterations overwrite the start of the step in m_q, so it is copied first.
   read_starts();
-  btDefaultSoftBodySolver::solveConstraints(solverdt);
+  constraints_->solve(m_softBodySet);
   const auto fill = [this, solverdt](const SoftScene& scene, const SoftScene::BodyRecord& record,
                                      std::int32_t first, std::int32_t last, Motion& motion) {
     const std::vector<btVector3>& starts = starts_[record.world_index];

@@ -20,6 +20,7 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 
 class BodyTrees;
 class Pipeline;
+class SoftConstraints;
 
 class btLazySoftBodySolver : public btDefaultSoftBodySolver, public PairQueue {
  public:
@@ -54,6 +55,7 @@ class btLazySoftBodySolver : public btDefaultSoftBodySolver, public PairQueue {
 
   std::unique_ptr<Pipeline> pipeline_;
   std::unique_ptr<BodyTrees> trees_;
+  std::unique_ptr<SoftConstraints> constraints_;
   std::vector<std::vector<btVector3>> starts_;  // by body and node
 };
 
