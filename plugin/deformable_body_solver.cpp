@@ -126,6 +126,7 @@ void btLazyDeformableBodySolver::applyTransforms(btScalar timeStep) {
   if (!ours) return;
   write_positions();
   pipeline_->write_rigid_bodies();
+  pipeline_->foresee();
   list_contacts();
   pipeline_->announce();
 }

@@ -18,7 +18,7 @@ class Foresight {
   // velocities, and is led aside by Bullet as it was. `responded`: the motion's changes of velocity
   // are of this step.
   void remember(const Motion& motion, bool responded);
-  // To be called when the next step begins. Its positions are not written to before detect().
+  // To be called after that. Its positions are not written to before the next detect().
   void announce(Detector& detector, double separation);
   // To be called with that step's motion as Bullet has it, after a detection that tested so many
   // candidates.

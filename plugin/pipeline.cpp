@@ -53,10 +53,11 @@ bool Pipeline::takes(const btSoftBody* body, const btCollisionObject* rigid) con
 
 void Pipeline::begin_step(const Bodies& bodies) noexcept {
   reader_.begin_step(bodies);
-  try {
-    detector_.foresee();
-  } catch (const std::exception&) {  // what is wrong, the step's own detection says
-  }
+}
+
+void Pipeline::foresee() noexcept try {
+  detector_.foresee();
+} catch (const std::exception&) {  // what is wrong, the next step's own detection says
 }
 
 bool Pipeline::run(const Bodies& bodies, double seconds, const Fill& fill) noexcept {

@@ -34,6 +34,8 @@ class Pipeline {
   bool takes(const btSoftBody* body, const btCollisionObject* rigid) const noexcept;
   // To be called before Bullet moves anything, while its marks of changed topology still stand.
   void begin_step(const Bodies& bodies) noexcept;
+  // To be called where a step is written: another thread begins with the next one's detection.
+  void foresee() noexcept;
 
   // The whole scene, `seconds` long. True where it went its full way: then motion().end is clean
   // and is what the nodes should be set to. False where the step is Bullet's alone; status() says

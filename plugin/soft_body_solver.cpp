@@ -85,6 +85,7 @@ void btLazySoftBodySolver::solveConstraints(btScalar solverdt) {
   };
   if (!pipeline_->run(m_softBodySet, static_cast<double>(solverdt), fill)) return;
   if (pipeline_->responded()) write_back();
+  pipeline_->foresee();
   list_contacts();
 }
 

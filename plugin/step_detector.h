@@ -35,7 +35,7 @@ class StepDetector {
   }
   Span<const Edge> edges() const { return first()->edges(); }
 
-  // To be called where a step begins: its first detection may begin meanwhile.
+  // To be called after end_step(): the next step's first detection may begin.
   void foresee();
   // Takes the motion for a new one: nothing is found in it yet.
   void begin_motion();

@@ -17,7 +17,7 @@ struct StepStats {
   std::int64_t steps = 0;
   std::int64_t queued_pairs = 0;  // soft pairs that Bullet's dispatcher handed over
   std::int64_t detections = 0;
-  std::int64_t foreseen = 0;     // of these, those that began while Bullet solved
+  std::int64_t foreseen = 0;     // of these, those that began before Bullet had solved
   std::int64_t contacts_vf = 0;  // different pairs of primitives in contact
   std::int64_t contacts_ee = 0;
   std::int64_t zone_nodes = 0;  // nodes that had to move rigidly with an impact zone
