@@ -57,8 +57,8 @@ double ContactRows::thickness(const Contact& contact, const Motion& motion, doub
   return std::min(of_surfaces, 0.5 * reach);
 }
 
-ContactRow ContactRows::make_row(const Contact& contact, const Motion& motion) const {
-  ContactRow row;
+void ContactRows::make_row(const Contact& contact, const PairSurface& surface, const Motion& motion,
+                           ContactRow& row) const {
   row.contact = contact;
   row.weights = contact.weights();
   row.normal = Vector3d(contact.normal[0], contact.normal[1], contact.normal[2]);
@@ -79,7 +79,6 @@ ContactRow ContactRows::make_row(const Contact& contact, const Motion& motion) c
     sliding_compliance += std::max(0.0, mobility.trace() - along);
     compliance += along;
   }
-  const PairSurface surface = surface_(contact.body_a, contact.body_b);
   const double thickness = ContactRows::thickness(contact, motion, surface.thickness);
   row.friction = surface.friction;
   row.kept_gap = std::min(thickness, std::max(0.0, row.start_gap));
@@ -96,7 +95,20 @@ ContactRow ContactRows::make_row(const Contact& contact, const Motion& motion) c
   row.sliding_response = row.gives_way ? 1 / std::max({sliding_compliance, least, rounding}) : 0;
   row.impulse = row.opening = 0;
   row.tangential = Vector3d::Zero();
-  return row;
+}
+
+void ContactRows::make_rows(const std::vector<Contact>& contacts, bool touching,
+                            const Motion& motion, std::vector<ContactRow>& rows) const {
+  rows.resize(contacts.size());
+  PairSurface surface = {};
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    const Contact& contact = contacts[i];
+    if (i == 0 || contact.body_a != contacts[i - 1].body_a ||
+        contact.body_b != contacts[i - 1].body_b)
+      surface = surface_(contact.body_a, contact.body_b);
+    make_row(contact, surface, motion, rows[i]);
+    rows[i].touched = touching;
+  }
 }
 
 void ContactRows::begin_step() {
@@ -159,20 +171,23 @@ void ContactRows::start_cold(Motion& motion) {
 
 bool ContactRows::add(const std::vector<Contact>& contacts, bool touching, const Motion& motion) {
   acted_.clear();
+  make_rows(contacts, touching, motion, added_);
+  const bool gives_way = std::any_of(added_.begin(), added_.end(),
+                                     [](const ContactRow& row) { return row.gives_way; });
+  if (rows_.empty()) {
+    rows_.swap(added_);
+    return gives_way;
+  }
   merged_.clear();
-  merged_.reserve(rows_.size() + contacts.size());
-  bool gives_way = false;
+  merged_.reserve(rows_.size() + added_.size());
   auto old = rows_.begin();
-  const auto keep = [&](const ContactRow& row) { merged_.push_back(row); };
-  for (const Contact& contact : contacts) {
-    while (old != rows_.end() && old->contact < contact) keep(*old++);
-    while (old != rows_.end() && !(contact < old->contact)) {
-      if (old->impulse > 0 || old->opening > 0) keep(*old);
+  for (const ContactRow& row : added_) {
+    while (old != rows_.end() && old->contact < row.contact) merged_.push_back(*old++);
+    while (old != rows_.end() && !(row.contact < old->contact)) {
+      if (old->impulse > 0 || old->opening > 0) merged_.push_back(*old);
       ++old;
     }
-    merged_.push_back(make_row(contact, motion));
-    merged_.back().touched = touching;
-    gives_way = gives_way || merged_.back().gives_way;
+    merged_.push_back(row);
   }
   merged_.insert(merged_.end(), old, rows_.end());
   rows_.swap(merged_);

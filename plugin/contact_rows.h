@@ -78,14 +78,19 @@ class ContactRows {
     Eigen::Vector3d impulse;  // kg m
   };
 
-  ContactRow make_row(const Contact& contact, const Motion& motion) const;
+  void make_row(const Contact& contact, const PairSurface& surface, const Motion& motion,
+                ContactRow& row) const;
+  // Of contacts, touched or not.
+  void make_rows(const std::vector<Contact>& contacts, bool touching, const Motion& motion,
+                 std::vector<ContactRow>& rows) const;
 
   Surface surface_;
   double recovery_;
-  std::vector<ContactRow> rows_, merged_;  // merged_: only while rows are added
-  std::vector<const ContactRow*> acted_;   // empty where it is not known
-  std::vector<Remembered> remembered_;     // sorted by contact
-  ContactProblem problem_;                 // the last one
+  std::vector<ContactRow> rows_;
+  std::vector<ContactRow> added_, merged_;  // only while rows are added
+  std::vector<const ContactRow*> acted_;    // empty where it is not known
+  std::vector<Remembered> remembered_;      // sorted by contact
+  ContactProblem problem_;                  // the last one
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION
