@@ -25,10 +25,10 @@ inline Options with_separation(double separation, int threads) {
 }
 
 // Until another thread, of several, has foreseen all there is to foresee: then they take pieces of
-// what is to be done again.
+// what is to be done again, of so many even where all sleep.
 inline void let_it_finish(Detector& detector) {
   for (std::atomic<bool> in_pieces{false}; !in_pieces; std::this_thread::yield()) {
-    detector.parallel_for(2, 1, [&](std::size_t first, std::size_t last) {
+    detector.parallel_for(8, 1, [&](std::size_t first, std::size_t last) {
       if (last - first == 1) in_pieces = true;
     });
   }
