@@ -33,8 +33,8 @@ constexpr int least_apart = 8;
 // Of the least that a sweep has changed.
 constexpr float grown = 4;
 
-constexpr std::int32_t shift_of(std::int32_t body) { return 1 + 2 * body; }
-constexpr std::int32_t turn_of(std::int32_t body) { return 2 + 2 * body; }
+constexpr std::int32_t shift_of(std::int32_t body) { return 1 + RowBatch::vertices + 2 * body; }
+constexpr std::int32_t turn_of(std::int32_t body) { return shift_of(body) + 1; }
 
 // The first three of four floats.
 void set(float* to, const Vector3d& x) {
@@ -203,7 +203,10 @@ void ContactProblem::admit(const Indices& admitted) {
   for (; b < count(); ++b) {
     const RowPartition::Group& group = partition_.groups()[b];
     RowBatch& batch = batches_[b];
-    if (group.back() == RowPartition::none) batch = {};
+    if (group.back() == RowPartition::none) {
+      batch = {};
+      std::iota(std::begin(batch.pushed), std::end(batch.pushed), 1);
+    }
     std::int32_t end = first_node();
     batch.first_part = static_cast<std::int32_t>(parts_.size());
     for (int row = 0; row < RowBatch::rows && group[row] != RowPartition::none; ++row) {
@@ -237,7 +240,9 @@ void ContactProblem::fill(RowBatch& batch, int row, const ContactRow& given, con
     batch.weight[at + k] = static_cast<float>(given.weights[k]);
     batch.mobility[at + k] =
         static_cast<float>(given.weights[k] * inverse_mass_of(v, *motion_) * mass_);
-    batch.node[at + k] = batch.mobility[at + k] != 0 ? node_of_[v] : 0;
+    const bool moves = batch.mobility[at + k] != 0;
+    batch.node[at + k] = moves ? node_of_[v] : 0;
+    batch.pushed[at + k] = moves ? node_of_[v] : 1 + at + k;
   }
   add_parts(given, row);
 }

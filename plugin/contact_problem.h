@@ -66,7 +66,9 @@ class ContactProblem {
   void admit(const Indices& rows);
   void fill(RowBatch& batch, int row, const ContactRow& given, const Demand& demand);
   void add_parts(const ContactRow& given, int row);
-  std::int32_t first_node() const { return 1 + 2 * static_cast<std::int32_t>(bodies_.size()); }
+  std::int32_t first_node() const {
+    return 1 + RowBatch::vertices + 2 * static_cast<std::int32_t>(bodies_.size());
+  }
   std::size_t count() const { return partition_.groups().size(); }  // of batches
   bool acts(std::int32_t batch) const;
   void carry_on(float momentum, const Indices& which);
@@ -89,7 +91,7 @@ class ContactProblem {
   Indices begun_, waiting_rows_, lacking_;
   std::vector<RowPart> parts_;
   std::vector<RowBody> bodies_;
-  // Displacements: what no impulse moves; then shift and turn of each rigid body; then the nodes,
+  // Displacements: what no impulse moves, and what nobody reads; then shift and turn of each rigid body; then the nodes,
   // soft vertices in the order in which rows brought them. last_: at the end of the sweep before.
   std::vector<Float4> now_, last_;
   Indices vertices_;  // by node

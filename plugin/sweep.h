@@ -13,7 +13,7 @@ struct alignas(16) Float4 {
 
 // Rows that move nothing in common. In place of a missing one there are zeros.
 struct alignas(64) RowBatch {
-  static constexpr int rows = 4;
+  static constexpr int rows = 4, vertices = 4 * rows;
   float normal[4 * rows], sliding[4 * rows];   // sliding: without impulses
   float weight[4 * rows], mobility[4 * rows];  // by vertex; mobility: weight over mass
   // How much further apart along the normal than without impulses, at least; response; friction;
@@ -22,7 +22,9 @@ struct alignas(64) RowBatch {
   // Impulses: three across the normal, and along it. `last`: at the end of the sweep before.
   float impulse[4 * rows], last[4 * rows];
   float compliance[4 * rows];   // displacement per impulse
-  std::int32_t node[4 * rows];  // by vertex: index of the displacement; 0: nothing moves it
+  // Index of the displacement; 0: nothing moves it. `pushed`: the same, but for what nothing moves
+  // the vertex's own of those that nobody reads, where nothing waits for it.
+  std::int32_t node[vertices], pushed[vertices];
   std::int32_t first_part = 0, last_part = 0;  // one past the last
 };
 
@@ -55,7 +57,9 @@ struct SweptProblem {
   RowBatch* batches;
   const RowPart* parts;
   const RowBody* bodies;
-  Float4* displacement;  // by all impulses; the first one stays zero
+  // By all impulses. The first one is what nothing moves; RowBatch::vertices others come next, which
+  // nobody reads.
+  Float4* displacement;
 };
 
 struct SweepChange {

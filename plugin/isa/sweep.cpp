@@ -177,7 +177,7 @@ LAZYCCD_INLINE Rows moved(const SweptProblem& problem, const Batch& batch,
 
 LAZYCCD_INLINE void push(const SweptProblem& problem, const RowBatch& batch, int first,
                          const Rows& impulse) {
-  const std::int32_t* node = batch.node + 4 * first;
+  const std::int32_t* node = batch.pushed + 4 * first;
   const Rows mobility = load(batch.mobility + 4 * first);
   Float4* const to = problem.displacement;
   add(each<0>(mobility) * impulse, node, to);

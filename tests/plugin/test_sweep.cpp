@@ -37,7 +37,8 @@ Problem random_problem(unsigned seed) {
   };
   constexpr std::int32_t rows = 103, nodes = 200, bodies = 3;
   Problem problem;
-  problem.displacement.resize(1 + 2 * bodies + nodes);
+  constexpr std::int32_t first_body = 1 + RowBatch::vertices, first_node = first_body + 2 * bodies;
+  problem.displacement.resize(first_node + nodes);
   for (int b = 0; b < bodies; ++b) {
     RowBody body = {};
     for (int k = 0; k < 3; ++k) {
@@ -54,12 +55,12 @@ Problem random_problem(unsigned seed) {
     std::array<std::int32_t, 5> things;
     std::int32_t* last = things.data();
     body_of[row] = row % 7 == 0 ? below(bodies) : -1;
-    if (body_of[row] >= 0) *last++ = 1 + 2 * body_of[row];
+    if (body_of[row] >= 0) *last++ = first_body + 2 * body_of[row];
     // Four different nodes; of a row with a body three, the last vertex is the body's.
     for (std::int32_t& node : nodes_of[row]) {
       const auto first = things.data();
       do {
-        node = 1 + 2 * bodies + below(nodes);
+        node = first_node + below(nodes);
       } while (std::find(first, last, node) != last);
       if (body_of[row] >= 0 && &node == &nodes_of[row].back()) {
         node = 0;
@@ -84,9 +85,11 @@ Problem random_problem(unsigned seed) {
       batch.sliding[4 * i + 1] = -sliding * normal[2];
       batch.sliding[4 * i + 2] = sliding * normal[1];
       for (int k = 0; k < 4; ++k) {
-        batch.node[4 * i + k] = nodes_of[group[i]][k];
+        const std::int32_t node = nodes_of[group[i]][k];
+        batch.node[4 * i + k] = node;
+        batch.pushed[4 * i + k] = node != 0 ? node : 1 + 4 * i + k;
         batch.weight[4 * i + k] = k < 2 ? 0.5f : -0.5f;
-        if (batch.node[4 * i + k] != 0) batch.mobility[4 * i + k] = batch.weight[4 * i + k];
+        if (node != 0) batch.mobility[4 * i + k] = batch.weight[4 * i + k];
       }
       terms[0] = within(-0.5f, 1);
       terms[1] = terms[3] = 0.7f;
@@ -98,8 +101,8 @@ Problem random_problem(unsigned seed) {
       part.weight = -0.5f;
       part.row = i;
       part.body = body_of[group[i]];
-      part.shift = 1 + 2 * part.body;
-      part.turn = 2 + 2 * part.body;
+      part.shift = first_body + 2 * part.body;
+      part.turn = part.shift + 1;
       problem.parts.push_back(part);
     }
     batch.last_part = static_cast<std::int32_t>(problem.parts.size());
