@@ -91,8 +91,9 @@ class ContactProblem {
   Indices begun_, waiting_rows_, lacking_;
   std::vector<RowPart> parts_;
   std::vector<RowBody> bodies_;
-  // Displacements: what no impulse moves, and what nobody reads; then shift and turn of each rigid body; then the nodes,
-  // soft vertices in the order in which rows brought them. last_: at the end of the sweep before.
+  // Displacements: what no impulse moves, and what nobody reads; then shift and turn of each rigid
+  // body; then the nodes, soft vertices in the order in which rows brought them. last_: at the end
+  // of the sweep before.
   std::vector<Float4> now_, last_;
   Indices vertices_;  // by node
   Indices node_of_;   // by soft vertex, and none: index of the displacement, or 0

@@ -21,7 +21,7 @@ struct alignas(64) RowBatch {
   float terms[4 * rows];
   // Impulses: three across the normal, and along it. `last`: at the end of the sweep before.
   float impulse[4 * rows], last[4 * rows];
-  float compliance[4 * rows];   // displacement per impulse
+  float compliance[4 * rows];  // displacement per impulse
   // Index of the displacement; 0: nothing moves it. `pushed`: the same, but for what nothing moves
   // the vertex's own of those that nobody reads, where nothing waits for it.
   std::int32_t node[vertices], pushed[vertices];
@@ -57,8 +57,8 @@ struct SweptProblem {
   RowBatch* batches;
   const RowPart* parts;
   const RowBody* bodies;
-  // By all impulses. The first one is what nothing moves; RowBatch::vertices others come next, which
-  // nobody reads.
+  // By all impulses. The first one is what nothing moves; RowBatch::vertices others come next,
+  // which nobody reads.
   Float4* displacement;
 };
 
