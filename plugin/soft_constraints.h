@@ -1,9 +1,10 @@
 // Bullet's own constraints within soft bodies, solved by Bullet in an order that processors like.
 //
-// Bullet goes over the links one after the other, and meshes list those beside each other that
-// share a node, so that each waits for the one before. Bullet's ReoptimizeLinkOrder() puts others
-// between them, and none before one that it depends on: the result is the same to the bit. But
-// applications know links by their index, so they have that order only while they are solved.
+// Bullet goes over the links one after the other, and grids list those beside each other that share
+// a node, so that each waits for the one before. Bullet's ReoptimizeLinkOrder() puts others between
+// them, and none before one that it depends on: the result is the same to the bit. But applications
+// know links by their index, so they have that order only while they are solved, when no other
+// thread must read them.
 #pragma once
 
 #include <BulletSoftBody/btSoftBody.h>
@@ -18,20 +19,24 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 
 class SoftConstraints {
  public:
-  // As btDefaultSoftBodySolver::solveConstraints().
+  // As btDefaultSoftBodySolver::solveConstraints(). Where it throws (std::bad_alloc), bodies are as
+  // they were, or solved.
   void solve(const btAlignedObjectArray<btSoftBody*>& bodies);
 
  private:
   // The order of a body's links.
   struct Order {
-    std::vector<int> index;                                    // in the body's own order, by place
+    int count = -1;          // of the links that it was found for
+    int waiting = 0;         // links that wait for one just before them less than in the body's own
+    std::vector<int> index;  // in the body's own order, by place
     std::vector<std::array<const btSoftBody::Node*, 2>> ends;  // by place
   };
 
   void solve(btSoftBody& body, Order& order);
+  static bool pays(const btSoftBody& body, const Order& order);
+  static Order find_order(const btSoftBody& body);
   bool put_in_order(btSoftBody& body, const Order& order) const;
   void put_back(btSoftBody& body, const Order& order);
-  void find_order(btSoftBody& body, Order& order) const;
 
   std::vector<Order> orders_;            // by body
   std::vector<btSoftBody::Link> links_;  // those that are solved, in the body's own order
