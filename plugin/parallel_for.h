@@ -9,8 +9,7 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-// body(first, last) over disjoint pieces of [0, count) of at most `grain`, as
-// Detector::parallel_for().
+// body(first, last) over disjoint pieces of [0, count), as Detector::parallel_for().
 using ParallelFor =
     std::function<void(std::size_t count, std::size_t grain,
                        const std::function<void(std::size_t first, std::size_t last)>& body)>;

@@ -158,9 +158,9 @@ class Detector {
   Span<const Edge> edges() const;
 
   // body(first, last) over disjoint pieces of [0, count) of at most `grain`, on the threads of the CPU
-  // backend: for what an application does around a detection, like reading positions. In one piece on
-  // the caller's thread where that is all of it, or while a thread foresees; for fewer than four pieces
-  // nobody is woken. Rethrows the first exception.
+  // backend: for what an application does around a detection, like reading positions. All in one piece
+  // on the caller's thread where no other one comes: with one thread, while one foresees, or where all
+  // sleep, whom fewer than four pieces do not wake. Rethrows the first exception.
   void parallel_for(std::size_t count, std::size_t grain,
                     const std::function<void(std::size_t first, std::size_t last)>& body);
 
