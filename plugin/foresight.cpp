@@ -29,10 +29,12 @@ void Foresight::remember(const Motion& motion, bool responded) {
   std::transform(straight_.begin(), straight_.end(), aside_.begin(), end_.begin(),
                  [](btScalar x, btScalar aside) { return x + aside; });
   is_known_ = true;
+  is_announced_ = false;
 }
 
 void Foresight::announce(Detector& detector, double separation) {
-  if (!is_known_ || candidates_ < few) return;
+  if (!is_known_ || is_announced_ || candidates_ < few) return;
+  is_announced_ = true;
   constexpr double room = 3;
   const double tolerance = std::max(least * separation, room * off_);
   if (!(tolerance < most * separation)) return;

@@ -1,4 +1,4 @@
-// Where the next step is likely to lead, for a detector that begins with it while Bullet solves.
+// Where the next step is likely to lead, for a detector that begins with it before it is known.
 #pragma once
 
 #include <cstdint>
@@ -18,7 +18,8 @@ class Foresight {
   // velocities, and is led aside by Bullet as it was. `responded`: the motion's changes of velocity
   // are of this step.
   void remember(const Motion& motion, bool responded);
-  // To be called after that. Its positions are not written to before the next detect().
+  // To be called after that; does nothing without it. Its positions are not written to before the
+  // next detect().
   void announce(Detector& detector, double separation);
   // To be called with that step's motion as Bullet has it, after a detection that tested so many
   // candidates.
@@ -31,7 +32,7 @@ class Foresight {
   // Fewer candidates are tested sooner than another thread would come.
   static constexpr std::int64_t few = 750;
 
-  bool is_known_ = false;
+  bool is_known_ = false, is_announced_ = false;
   std::int64_t candidates_ = 0;                   // of the last detection
   std::vector<btScalar> start_, straight_, end_;  // straight_: the end by velocities alone
   std::vector<btScalar> aside_;                   // of the last step: from there to where it led
