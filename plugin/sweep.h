@@ -11,7 +11,7 @@ struct alignas(16) Float4 {
   float x[4];
 };
 
-// Rows that move nothing in common. In place of a missing one there are zeros.
+// Rows that move nothing in common. In place of a missing one there are zeros, but for `pushed`.
 struct alignas(64) RowBatch {
   static constexpr int rows = 4, vertices = 4 * rows;
   float normal[4 * rows], sliding[4 * rows];   // sliding: without impulses

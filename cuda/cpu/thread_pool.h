@@ -1,5 +1,6 @@
 // Persistent threads for the stages of a step. A step is a few milliseconds of short parallel
-// stages, so waiting is a short spin (between stages) and then sleep (between steps).
+// stages, so waiting is a short spin (between stages) and then sleep (between steps that do not
+// follow each other at once).
 #pragma once
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// Detection that begins while Bullet solves.
+// Detection that begins where the step before ends.
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
 
 #include <array>

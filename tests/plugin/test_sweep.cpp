@@ -75,6 +75,7 @@ Problem random_problem(unsigned seed) {
   partition.finish();
   for (const RowPartition::Group& group : partition.groups()) {
     RowBatch batch = {};
+    std::iota(std::begin(batch.pushed), std::end(batch.pushed), 1);
     batch.first_part = static_cast<std::int32_t>(problem.parts.size());
     for (int i = 0; i < RowBatch::rows && group[i] != RowPartition::none; ++i) {
       float *const normal = batch.normal + 4 * i, *const terms = batch.terms + 4 * i;
