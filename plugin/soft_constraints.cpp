@@ -5,8 +5,9 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <numeric>
+
+#include "soft_scene.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -41,14 +42,6 @@ int count_waiting(const Links& links, const std::vector<int>& index) {
     });
   }
   return waiting;
-}
-
-// Index of a node in its body, or -1 where the pointer leads elsewhere.
-int index_of(const btSoftBody& body, const btSoftBody::Node* node) {
-  const btSoftBody::Node* const first = &body.m_nodes[0];
-  const bool is_own =
-      !std::less<>()(node, first) && std::less<>()(node, first + body.m_nodes.size());
-  return is_own ? static_cast<int>(node - first) : -1;
 }
 
 // In which ReoptimizeLinkOrder() puts the links; their own order where it would not take them.

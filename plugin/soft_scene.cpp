@@ -13,15 +13,6 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-// Index of a node in its body, or -1 where the pointer leads elsewhere.
-int index_of(const btSoftBody& body, const btSoftBody::Node* node) {
-  if (body.m_nodes.size() == 0) return -1;
-  const btSoftBody::Node* first = &body.m_nodes[0];
-  const bool inside =
-      !std::less<>()(node, first) && std::less<>()(node, first + body.m_nodes.size());
-  return inside ? static_cast<int>(node - first) : -1;
-}
-
 // The faces of a body that are fit for the detector, in node indices, with their index in the body.
 struct FaceList {
   std::vector<Face> faces;
@@ -96,6 +87,14 @@ btScalar margin_of(const btSoftBody& body) {
 }
 
 }  // namespace
+
+int index_of(const btSoftBody& body, const btSoftBody::Node* node) {
+  if (body.m_nodes.size() == 0) return -1;
+  const btSoftBody::Node* first = &body.m_nodes[0];
+  const bool inside =
+      !std::less<>()(node, first) && std::less<>()(node, first + body.m_nodes.size());
+  return inside ? static_cast<int>(node - first) : -1;
+}
 
 bool is_finite(const btSoftBody& body) {
   for (int i = 0; i < body.m_nodes.size(); ++i) {

@@ -20,6 +20,8 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
+// Index of a node in its body, or -1 where the pointer leads elsewhere.
+int index_of(const btSoftBody& body, const btSoftBody::Node* node);
 // All its nodes' positions and velocities.
 bool is_finite(const btSoftBody& body);
 
