@@ -51,9 +51,7 @@ bool Pipeline::takes(const btSoftBody* body, const btCollisionObject* rigid) con
          body->m_tetras.size() == 0;  // the nodes inside of a volume have no surface
 }
 
-void Pipeline::begin_step(const Bodies& bodies) noexcept {
-  reader_.begin_step(bodies);
-}
+void Pipeline::begin_step(const Bodies& bodies) noexcept { reader_.begin_step(bodies); }
 
 void Pipeline::foresee() noexcept try {
   detector_.foresee();

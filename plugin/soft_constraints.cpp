@@ -107,9 +107,10 @@ SoftConstraints::Order SoftConstraints::find_order(const btSoftBody& body) {
   order.count = body.m_links.size();
   std::vector<int> own(static_cast<std::size_t>(order.count));
   std::iota(own.begin(), own.end(), 0);
-  if (count_waiting(body.m_links, own) == 0) return order;
+  const int waiting = count_waiting(body.m_links, own);
+  if (waiting == 0) return order;
   order.index = best_order(body);
-  order.waiting = count_waiting(body.m_links, own) - count_waiting(body.m_links, order.index);
+  order.waiting = waiting - count_waiting(body.m_links, order.index);
   for (const int i : order.index) {
     const btSoftBody::Link& link = body.m_links[i];
     order.ends.push_back({link.m_n[0], link.m_n[1]});

@@ -7,7 +7,9 @@
 namespace lazyccd::test {
 
 TemporaryFolder::TemporaryFolder() {
-  std::string pattern = (std::filesystem::temp_directory_path() / "lazyccd-XXXXXX").string();
+  // mkdtemp() puts a name in the place of the last six.
+  std::string pattern =
+      (std::filesystem::temp_directory_path() / "lazyccd-").string() + std::string(6, 'X');
   if (!mkdtemp(pattern.data())) {
     throw std::system_error(errno, std::generic_category(), "cannot make " + pattern);
   }
