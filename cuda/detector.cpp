@@ -145,7 +145,6 @@ Span<const Contact> Detector::touching_again(const Positions& start, const Posit
 
 void Detector::parallel_for(std::size_t count, std::size_t grain,
                             const std::function<void(std::size_t, std::size_t)>& body) {
-  if (impl_->cpu.is_foreseeing()) return count > 0 ? body(0, count) : void();
   ThreadPool& threads = impl_->cpu.threads();
   const bool small = count / 3 + (count % 3 != 0) <= grain;
   const WithHelpers helpers(

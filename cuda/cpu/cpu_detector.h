@@ -39,8 +39,6 @@ class CpuDetector : public BackendDetector {
   Span<const Contact> touching_again(const Positions& start, const Positions& end, Stats& stats);
   // As Detector::foresee(). The stats are those that the detection begins with.
   void foresee(const Positions& start, const Positions& end, double tolerance, const Stats& stats);
-  // Whether another thread is at it, or may come to it yet.
-  bool is_foreseeing();
   // To be called before the mesh changes.
   void forget_foreseen();
   ThreadPool& threads() { return pool_; }

@@ -10,7 +10,6 @@
 #include "cpu/positions.h"
 #include "cpu/scale.h"
 #include "cpu/stopwatch.h"
-#include "cpu/with_helpers.h"
 
 namespace lazyccd {
 
@@ -30,7 +29,6 @@ void CpuDetector::foresee(const Positions& start, const Positions& end, double t
 
 // On one thread beside the caller, until it is interrupted.
 void CpuDetector::begin_to_foresee(const Positions& start, const Positions& end, double tolerance) {
-  const WithHelpers nobody(pool_, ThreadPool::Helpers::nobody);
   scale_ = scale_for(load_records(*mesh_, start, end, pool_, records_));
   tolerance_ = tolerance;
   seek(foreseen_stats_);
@@ -55,11 +53,6 @@ bool CpuDetector::await_foreseen() {
   is_interrupted_.store(false, std::memory_order_relaxed);
   is_foreseeing_ = false;
   return has_foreseen_;
-}
-
-bool CpuDetector::is_foreseeing() {
-  if (is_foreseeing_ && pool_.is_done()) await_foreseen();
-  return is_foreseeing_;
 }
 
 void CpuDetector::forget_foreseen() {

@@ -19,9 +19,9 @@ constexpr std::chrono::microseconds spin_time{40};
 // from stage to stage, and from step to step where these follow each other.
 constexpr std::chrono::microseconds spin_of_first{200};
 
-// state_, from the low bits: workers inside the job (16), workers that joined it so far (15),
-// whether it is open to join (1), number of the job (32). One word, so that joining and closing
-// exclude each other by CAS.
+// A place's state, from the low bits: workers inside the job (16), workers that joined it so far
+// (15), whether it is open to join (1), number of the job (32). One word, so that joining and
+// closing exclude each other by CAS.
 constexpr std::uint64_t one_inside = 1;
 constexpr std::uint64_t one_joined = std::uint64_t{1} << 16;
 constexpr std::uint64_t open_bit = std::uint64_t{1} << 31;
@@ -62,7 +62,7 @@ ThreadPool::ThreadPool(int threads) : size_(thread_count(threads)) {
 }
 
 ThreadPool::~ThreadPool() {
-  state_.store(no_more_jobs << job_shift, std::memory_order_seq_cst);
+  offered_.state.store(no_more_jobs << job_shift, std::memory_order_seq_cst);
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     wake_.notify_all();
@@ -84,53 +84,52 @@ void ThreadPool::start(Attendance attendance, Invoke function, void* job) {
     function(job, 0);
     return;
   }
-  publish(attendance, function, job);
-  call(0);
-  if (attendance == Attendance::everyone)
-    wait_until([&](std::uint64_t s) { return joined(s) == size_ - 1 && inside(s) == 0; });
-  close();
-}
-
-void ThreadPool::publish(Attendance attendance, Invoke function, void* job) {
-  leave_core_to_caller();
-  invoke_ = function;
-  job_ = job;
-  attendance_ = attendance;
-  error_ = nullptr;
-  // Relaxed: only the thread that starts jobs changes the number.
-  std::uint64_t number = job_number(state_.load(std::memory_order_relaxed)) + 1;
-  if (number == no_more_jobs) number = 0;
-  // seq_cst, twice: as a release it publishes the job to join(); and either this thread sees the
-  // sleeper's count below, or the sleeper sees the new job before it sleeps (wait_for_job).
-  state_.store((number << job_shift) | open_bit, std::memory_order_seq_cst);
-  const bool wakes = attendance != Attendance::volunteers || helpers_ == Helpers::everyone;
-  if (wakes && sleepers_.load(std::memory_order_seq_cst) > 0) {
+  publish(offered_, function, job);
+  const bool wakes = attendance == Attendance::everyone || helpers_ == Helpers::everyone;
+  if (wakes && sleepers_.load(std::memory_order_seq_cst) > 0) {  // see publish()
     const std::lock_guard<std::mutex> lock(mutex_);
-    if (attendance == Attendance::one) {
-      wake_.notify_one();
-    } else {
-      wake_.notify_all();
-    }
+    wake_.notify_all();
   }
+  call(offered_, 0);
+  if (attendance == Attendance::everyone) {
+    wait_until(offered_,
+               [&](std::uint64_t s) { return joined(s) == size_ - 1 && inside(s) == 0; });
+  }
+  close(offered_);
 }
 
-void ThreadPool::close() {
-  // Relaxed: closing publishes nothing. After it nobody joins.
-  state_.fetch_and(~open_bit, std::memory_order_relaxed);
-  wait_until([](std::uint64_t s) { return inside(s) == 0; });
-  if (error_) std::rethrow_exception(std::exchange(error_, nullptr));
+void ThreadPool::hand_out(Invoke function, void* job) {
+  if (size_ == 1) return;
+  publish(handed_out_, function, job);
+  if (sleepers_.load(std::memory_order_seq_cst) > 0) {  // see publish()
+    const std::lock_guard<std::mutex> lock(mutex_);
+    wake_.notify_one();
+  }
 }
 
 bool ThreadPool::take_back() {
   if (size_ == 1) return false;
-  close();
-  return joined(state_.load(std::memory_order_relaxed)) > 0;
+  close(handed_out_);
+  return joined(handed_out_.state.load(std::memory_order_relaxed)) > 0;
 }
 
-bool ThreadPool::is_done() const {
-  // Relaxed: take_back() acquires what was done. Who comes second is inside for a moment too.
-  const std::uint64_t state = state_.load(std::memory_order_relaxed);
-  return joined(state) > 0 && inside(state) == 0;
+void ThreadPool::publish(Place& place, Invoke function, void* job) {
+  leave_core_to_caller();
+  place.invoke = function;
+  place.job = job;
+  // Relaxed: only the thread that starts jobs changes the number.
+  std::uint64_t number = job_number(place.state.load(std::memory_order_relaxed)) + 1;
+  if (number == no_more_jobs) number = 0;
+  // seq_cst, twice: as a release it publishes the job to join(); and either this thread sees the
+  // sleeper's count after it, or the sleeper sees the new job before it sleeps (wait_for_job).
+  place.state.store((number << job_shift) | open_bit, std::memory_order_seq_cst);
+}
+
+void ThreadPool::close(Place& place) {
+  // Relaxed: closing publishes nothing. After it nobody joins.
+  place.state.fetch_and(~open_bit, std::memory_order_relaxed);
+  wait_until(place, [](std::uint64_t s) { return inside(s) == 0; });
+  if (place.error) std::rethrow_exception(std::exchange(place.error, nullptr));
 }
 
 // A scheduler that likes to wake a thread on its waker's core leaves it there, unrun, until the
@@ -152,71 +151,90 @@ void ThreadPool::leave_core_to_caller() noexcept {
 #endif
 }
 
-void ThreadPool::call(int worker) noexcept {
+void ThreadPool::call(Place& place, int worker) noexcept {
   try {
-    invoke_(job_, worker);
+    place.invoke(place.job, worker);
   } catch (...) {
     const std::lock_guard<std::mutex> lock(mutex_);
-    if (!error_) error_ = std::current_exception();
+    if (!place.error) place.error = std::current_exception();
   }
 }
 
 template <class Done>
-void ThreadPool::wait_until(Done done) {
+void ThreadPool::wait_until(const Place& place, Done done) {
   // Acquire, pairs with the release in leave(): what the workers wrote is visible after the job.
-  const auto is_done = [&] { return done(state_.load(std::memory_order_acquire)); };
+  const auto is_done = [&] { return done(place.state.load(std::memory_order_acquire)); };
   if (spin_until(is_done)) return;
   std::unique_lock<std::mutex> lock(mutex_);
   // seq_cst with leave(): either the leaver sees this flag or this thread sees it gone.
   caller_sleeps_.store(true, std::memory_order_seq_cst);
-  done_.wait(lock, [&] { return done(state_.load(std::memory_order_seq_cst)); });
+  done_.wait(lock, [&] { return done(place.state.load(std::memory_order_seq_cst)); });
   caller_sleeps_.store(false, std::memory_order_relaxed);
 }
 
 void ThreadPool::worker_main(int worker) {
+  pool_of_thread_ = this;
   const std::chrono::microseconds spin = worker == 1 ? spin_of_first : spin_time;
-  std::uint64_t job = 0;
+  Seen seen;
   for (;;) {
-    job = wait_for_job(job, spin);
-    if (job == no_more_jobs) return;
-    const int others = join(job);
-    if (others < 0) continue;
-    if (others == 0 || attendance_ != Attendance::one) call(worker);
-    leave();
+    wait_for_job(seen, spin);
+    // Acquire, pairs with the store in publish(): what was handed out before this was offered is
+    // seen below, and comes first.
+    const std::uint64_t offered = job_number(offered_.state.load(std::memory_order_acquire));
+    if (offered == no_more_jobs) return;
+    // Relaxed: join() acquires what the job needs.
+    const std::uint64_t handed_out =
+        job_number(handed_out_.state.load(std::memory_order_relaxed));
+    if (handed_out != seen.handed_out) {
+      seen.handed_out = handed_out;
+      help(handed_out_, handed_out, worker);
+    } else {
+      seen.offered = offered;
+      help(offered_, offered, worker);
+    }
   }
 }
 
-// Returns the number of a job other than the last one. Jobs in between may have passed unseen.
-std::uint64_t ThreadPool::wait_for_job(std::uint64_t last_job, std::chrono::microseconds spin) {
-  const auto number = [&](std::memory_order order) { return job_number(state_.load(order)); };
-  // Relaxed: join() acquires what the job needs.
-  while (!spin_until([&] { return number(std::memory_order_relaxed) != last_job; }, spin)) {
+// Returns once there is a job other than those that were seen. Jobs in between may have passed
+// unseen.
+void ThreadPool::wait_for_job(const Seen& seen, std::chrono::microseconds spin) {
+  const auto has_come = [&](std::memory_order order) {
+    return job_number(offered_.state.load(order)) != seen.offered ||
+           job_number(handed_out_.state.load(order)) != seen.handed_out;
+  };
+  // Relaxed: who looks for the job acquires.
+  while (!spin_until([&] { return has_come(std::memory_order_relaxed); }, spin)) {
     std::unique_lock<std::mutex> lock(mutex_);
     const std::uint64_t roused = roused_;
     sleepers_.fetch_add(1, std::memory_order_seq_cst);  // before the look at the job: see publish()
-    wake_.wait(lock, [&] {
-      return roused != roused_ || number(std::memory_order_seq_cst) != last_job;
-    });
+    wake_.wait(lock, [&] { return roused != roused_ || has_come(std::memory_order_seq_cst); });
     sleepers_.fetch_sub(1, std::memory_order_relaxed);
   }
-  return number(std::memory_order_relaxed);
 }
 
-// How many have joined the job before; negative where it is over.
-int ThreadPool::join(std::uint64_t job) noexcept {
-  std::uint64_t state = state_.load(std::memory_order_relaxed);
+void ThreadPool::help(Place& place, std::uint64_t job, int worker) noexcept {
+  if (!join(place, job)) return;
+  call(place, worker);
+  leave(place);
+}
+
+// False where the job is over, or handed out to another.
+bool ThreadPool::join(Place& place, std::uint64_t job) noexcept {
+  std::uint64_t state = place.state.load(std::memory_order_relaxed);
   while (job_number(state) == job && is_open(state)) {
+    std::uint64_t with_this = state + one_inside + one_joined;
+    if (&place == &handed_out_) with_this &= ~open_bit;
     // Acquire, pairs with the store in publish(): what it says of the job is this job's.
-    if (state_.compare_exchange_weak(state, state + one_inside + one_joined,
-                                     std::memory_order_acquire, std::memory_order_relaxed))
-      return joined(state);
+    if (place.state.compare_exchange_weak(state, with_this, std::memory_order_acquire,
+                                          std::memory_order_relaxed))
+      return true;
   }
-  return -1;
+  return false;
 }
 
-void ThreadPool::leave() noexcept {
+void ThreadPool::leave(Place& place) noexcept {
   // Release, pairs with the acquire in wait_until(); seq_cst for the flag below.
-  state_.fetch_sub(one_inside, std::memory_order_seq_cst);
+  place.state.fetch_sub(one_inside, std::memory_order_seq_cst);
   if (caller_sleeps_.load(std::memory_order_seq_cst)) {
     const std::lock_guard<std::mutex> lock(mutex_);
     done_.notify_one();

@@ -19,8 +19,9 @@
 namespace lazyccd {
 
 // The calling thread is worker 0, so a pool of one has no thread of its own. Several pools may work
-// at once; one pool takes one job at a time, from one thread at a time, and a job must not start
-// another on its own pool, but without helpers.
+// at once; one pool takes one job at a time, and beside it one that is handed out, from one thread at
+// a time. A job must not start another on its own pool, but for the one that is handed out: what it
+// offers, or does in pieces, its thread does alone.
 class ThreadPool {
  public:
   explicit ThreadPool(int threads = 0);  // 0: as many as the machine has
@@ -37,47 +38,47 @@ class ThreadPool {
   // Who comes to what is offered and to what is done in pieces.
   enum class Helpers {
     everyone,
-    awake,  // nobody is woken: for what is done sooner than a sleeper would be there
-    nobody
+    awake  // nobody is woken: for what is done sooner than a sleeper would be there
   };
   void set_helpers(Helpers helpers) { helpers_ = helpers; }
-  // Workers that may come, the caller among them. Those that are awake may go to sleep just now.
+  // Workers that may come, the caller among them. Those that are awake may go to sleep just now, or
+  // be at what was handed out.
   int available() const {
-    if (helpers_ == Helpers::nobody) return 1;
+    if (pool_of_thread_ == this) return 1;
     // Relaxed: a guess, for how to share out.
     return helpers_ == Helpers::awake ? size_ - sleepers_.load(std::memory_order_relaxed) : size_;
   }
 
-  // job(worker) once on every worker; returns when all have. Rethrows the first exception.
+  // job(worker) once on every worker; returns when all have, so it waits for who is at what was
+  // handed out. Rethrows the first exception.
   template <class Job>
   void run(Job&& job) {
     start(Attendance::everyone, &invoke<Job>, address(job));
   }
 
-  // job(worker) on worker 0, and on others as they come: who comes after worker 0 has returned is
-  // left out, so a short job never waits for a sleeper. For jobs that any one worker can finish
-  // alone.
+  // job(worker) on worker 0, and on others as they come, be it from what was handed out: who comes
+  // after worker 0 has returned is left out, so a short job never waits for a sleeper. For jobs that
+  // any one worker can finish alone.
   template <class Job>
   void offer(Job&& job) {
     if (available() == 1) return static_cast<void>(job(0));
     start(Attendance::volunteers, &invoke<Job>, address(job));
   }
 
-  // job(worker) once, on the first other thread that comes, while the caller goes on. Until
-  // take_back() the job stays where it is, and the pool is the job's.
+  // job(worker) once, on the first other thread that comes, while the caller goes on, with the pool
+  // too: who comes to the pool comes to this first. Until take_back() the job stays where it is, and
+  // no other is handed out.
   template <class Job>
   void hand_out(Job& job) {
-    if (size_ > 1) publish(Attendance::one, &invoke<Job>, address(job));
+    hand_out(&invoke<Job>, address(job));
   }
   // Waits for what was handed out; rethrows its exception. False where nobody had come to it: then
   // nobody will.
   bool take_back();
-  // Whether it is done: take_back() would not wait.
-  bool is_done() const;
 
-  // body(first, last, worker) over disjoint pieces of [0, count) of at most `grain` (on a pool of
-  // one or without helpers, or where `count` is no more than that, in one piece). An exception
-  // stops the handing out.
+  // body(first, last, worker) over disjoint pieces of [0, count) of at most `grain` (where nobody
+  // else is available(), or `count` is no more than that, in one piece). No piece is begun after an
+  // exception.
   template <class Body>
   void parallel_for(std::size_t count, std::size_t grain, Body&& body) {
     if (count == 0) return;
@@ -104,8 +105,20 @@ class ThreadPool {
   }
 
  private:
-  enum class Attendance { everyone, volunteers, one };
+  enum class Attendance { everyone, volunteers };
   using Invoke = void (*)(void* job, int worker);
+
+  // Where a job is for workers to find. On its own line: they spin on it.
+  struct alignas(64) Place {
+    std::atomic<std::uint64_t> state{0};  // see the packing in thread_pool.cpp
+    Invoke invoke = nullptr;
+    void* job = nullptr;
+    std::exception_ptr error;  // the first of this job; under mutex_
+  };
+  // The numbers of the last jobs that a worker has seen.
+  struct Seen {
+    std::uint64_t offered = 0, handed_out = 0;
+  };
 
   template <class Job>
   static void invoke(void* job, int worker) {
@@ -117,27 +130,29 @@ class ThreadPool {
   }
 
   void start(Attendance attendance, Invoke function, void* job);
-  void publish(Attendance attendance, Invoke function, void* job);
-  void close();
+  void hand_out(Invoke function, void* job);
+  void publish(Place& place, Invoke function, void* job);
+  void close(Place& place);
   void leave_core_to_caller() noexcept;
-  void call(int worker) noexcept;
+  void call(Place& place, int worker) noexcept;
   void worker_main(int worker);
-  std::uint64_t wait_for_job(std::uint64_t last_job, std::chrono::microseconds spin);
-  int join(std::uint64_t job) noexcept;
-  void leave() noexcept;
+  void wait_for_job(const Seen& seen, std::chrono::microseconds spin);
+  void help(Place& place, std::uint64_t job, int worker) noexcept;
+  bool join(Place& place, std::uint64_t job) noexcept;
+  void leave(Place& place) noexcept;
   template <class Done>
-  void wait_until(Done done);
+  void wait_until(const Place& place, Done done);
+
+  // The one that this thread is of; null for callers.
+  static inline thread_local const ThreadPool* pool_of_thread_ = nullptr;
 
   const int size_;
   std::vector<std::thread> threads_;
   Helpers helpers_ = Helpers::everyone;
   int caller_core_ = -1;  // where the threads are kept off
 
-  // The job on offer: see the packing in thread_pool.cpp. On its own line: workers spin on it.
-  alignas(64) std::atomic<std::uint64_t> state_{0};
-  alignas(64) Invoke invoke_ = nullptr;
-  void* job_ = nullptr;
-  Attendance attendance_ = Attendance::volunteers;
+  Place offered_;  // to all; with the number that says that the pool is going down
+  Place handed_out_;
 
   std::mutex mutex_;
   std::condition_variable wake_;  // sleeping workers
@@ -145,7 +160,6 @@ class ThreadPool {
   std::atomic<int> sleepers_{0};  // workers inside wake_.wait
   std::uint64_t roused_ = 0;      // how often; under mutex_
   std::atomic<bool> caller_sleeps_{false};
-  std::exception_ptr error_;  // the first of this job; under mutex_
 };
 
 }  // namespace lazyccd

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <cmath>
 #include <cstdint>
 #include <random>
@@ -24,12 +25,14 @@ inline Options with_separation(double separation, int threads) {
   return options;
 }
 
-// Until another thread, of several, has foreseen all there is to foresee: then they take pieces of
-// what is to be done again, of so many even where all sleep.
+// Until the other thread, of two, has foreseen all there is to foresee: then it takes pieces of what
+// is to be done again, of so many even where it sleeps.
 inline void let_it_finish(Detector& detector) {
-  for (std::atomic<bool> in_pieces{false}; !in_pieces; std::this_thread::yield()) {
-    detector.parallel_for(8, 1, [&](std::size_t first, std::size_t last) {
-      if (last - first == 1) in_pieces = true;
+  const auto caller = std::this_thread::get_id();
+  for (std::atomic<bool> has_come{false}; !has_come;) {
+    detector.parallel_for(8, 1, [&](std::size_t, std::size_t) {
+      if (std::this_thread::get_id() != caller) has_come = true;
+      std::this_thread::sleep_for(std::chrono::microseconds(20));
     });
   }
 }
