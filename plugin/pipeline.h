@@ -49,6 +49,11 @@ class Pipeline {
   // The response moved this vertex, or changed its velocity. Only where it responded().
   bool is_moved(std::int32_t vertex) const;
   bool responded() const { return responded_; }
+  // As Detector::parallel_for(); before the first step on the caller's thread.
+  void parallel_for(std::size_t count, std::size_t grain,
+                    const std::function<void(std::size_t first, std::size_t last)>& body) {
+    detector_.parallel_for(count, grain, body);
+  }
   // Sets nodes by visit(record, first, last), as StepReader::Pass has it.
   void write(const StepReader::Visit& visit);
   // Wakes the soft bodies that the response moved.

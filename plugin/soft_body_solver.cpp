@@ -63,7 +63,10 @@ void btLazySoftBodySolver::processCollision(btSoftBody* a, btSoftBody* b) { queu
 void btLazySoftBodySolver::solveConstraints(btScalar solverdt) {
   // Drift iterations overwrite the start of the step in m_q, so it is copied first.
   read_starts();
-  constraints_->solve(m_softBodySet);
+  constraints_->solve(m_softBodySet,
+                      [this](std::size_t count, std::size_t grain, const auto& body) {
+                        pipeline_->parallel_for(count, grain, body);
+                      });
   const auto fill = [this, solverdt](const SoftScene& scene, const SoftScene::BodyRecord& record,
                                      std::int32_t first, std::int32_t last, Motion& motion) {
     const std::vector<btVector3>& starts = starts_[record.world_index];

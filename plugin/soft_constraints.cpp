@@ -8,28 +8,15 @@
 #include <numeric>
 
 #include "soft_scene.h"
+#include "turns.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-using Links = btAlignedObjectArray<btSoftBody::Link>;
-
-// How often Bullet's solver goes over the links.
-std::int64_t passes_over_links(const btSoftBody& body) {
-  const btSoftBody::Config& config = body.m_cfg;
-  const auto count = [](const auto& sequence, int solver) {
-    std::int64_t found = 0;
-    for (int i = 0; i < sequence.size(); ++i) found += sequence[i] == solver;
-    return found;
-  };
-  return count(config.m_vsequence, btSoftBody::eVSolver::Linear) * config.viterations +
-         count(config.m_psequence, btSoftBody::ePSolver::Linear) * config.piterations +
-         count(config.m_dsequence, btSoftBody::ePSolver::Linear) * config.diterations;
-}
-
 // Links that share a node with one of the few before them, which are not done yet when they begin.
-int count_waiting(const Links& links, const std::vector<int>& index) {
+int count_waiting(const btAlignedObjectArray<btSoftBody::Link>& links,
+                  const std::vector<int>& index) {
   constexpr std::size_t window = 6;
   int waiting = 0;
   for (std::size_t i = 0; i < index.size(); ++i) {
@@ -73,25 +60,40 @@ std::vector<int> best_order(const btSoftBody& body) {
 
 }  // namespace
 
-void SoftConstraints::solve(const btAlignedObjectArray<btSoftBody*>& bodies) {
+void SoftConstraints::solve(const btAlignedObjectArray<btSoftBody*>& bodies,
+                            const ParallelFor& parallel_for) {
   orders_.resize(static_cast<std::size_t>(bodies.size()));
-  for (int i = 0; i < bodies.size(); ++i)
-    if (bodies[i]->isActive()) solve(*bodies[i], orders_[i]);
+  links_.resize(orders_.size());
+  const Turns turns = turns_of(bodies);
+  for (const int i : turns.in_order) solve(*bodies[i], i);
+  const std::vector<int>& rest = turns.side_by_side;
+  if (rest.empty()) return;
+  // Fewer than four pieces wake nobody; a thread that sleeps comes later than so little is done.
+  constexpr std::int64_t little = 1 << 15;
+  const std::size_t pieces = turns.work < little ? std::min<std::size_t>(rest.size(), 3)
+                                                 : std::max<std::size_t>(rest.size(), 4);
+  parallel_for(pieces, 1, [&](std::size_t first, std::size_t last) {
+    for (std::size_t piece = first; piece < last; ++piece)
+      for (std::size_t i = piece; i < rest.size(); i += pieces)
+        solve(*bodies[rest[i]], rest[i]);
+  });
 }
 
-void SoftConstraints::solve(btSoftBody& body, Order& order) {
+void SoftConstraints::solve(btSoftBody& body, int index) {
+  Order& order = orders_[index];
+  Links& links = links_[index];
   if (order.count != body.m_links.size()) order = find_order(body);
   if (!pays(body, order)) return body.solveConstraints();
   const btSoftBody::Link* const first = &body.m_links[0];
-  links_.assign(first, first + body.m_links.size());
-  if (!put_in_order(body, order)) {
-    std::copy(links_.begin(), links_.end(), &body.m_links[0]);
+  links.assign(first, first + body.m_links.size());
+  if (!put_in_order(body, order, links)) {
+    std::copy(links.begin(), links.end(), &body.m_links[0]);
     order = find_order(body);
     if (!pays(body, order)) return body.solveConstraints();
-    put_in_order(body, order);
+    put_in_order(body, order, links);
   }
   body.solveConstraints();
-  put_back(body, order);
+  put_back(body, order, links);
 }
 
 // In nanoseconds (AMD EPYC): a link that waits takes 6 more each time, to put one in order and back
@@ -119,25 +121,25 @@ SoftConstraints::Order SoftConstraints::find_order(const btSoftBody& body) {
 }
 
 // False where the order is of other links.
-bool SoftConstraints::put_in_order(btSoftBody& body, const Order& order) const {
+bool SoftConstraints::put_in_order(btSoftBody& body, const Order& order, const Links& links) {
   bool same = true;
-  for (std::size_t i = 0; i < links_.size(); ++i) {
-    const btSoftBody::Link& link = links_[order.index[i]];
+  for (std::size_t i = 0; i < links.size(); ++i) {
+    const btSoftBody::Link& link = links[order.index[i]];
     same = same && link.m_n[0] == order.ends[i][0] && link.m_n[1] == order.ends[i][1];
     body.m_links[static_cast<int>(i)] = link;
   }
   return same;
 }
 
-void SoftConstraints::put_back(btSoftBody& body, const Order& order) {
-  for (std::size_t i = 0; i < links_.size(); ++i) {
+void SoftConstraints::put_back(btSoftBody& body, const Order& order, Links& links) {
+  for (std::size_t i = 0; i < links.size(); ++i) {
     // What the solver writes.
     const btSoftBody::Link& solved = body.m_links[static_cast<int>(i)];
-    btSoftBody::Link& link = links_[order.index[i]];
+    btSoftBody::Link& link = links[order.index[i]];
     link.m_c2 = solved.m_c2;
     link.m_c3 = solved.m_c3;
   }
-  std::copy(links_.begin(), links_.end(), &body.m_links[0]);
+  std::copy(links.begin(), links.end(), &body.m_links[0]);
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -1,4 +1,5 @@
-// Bullet's own constraints within soft bodies, solved by Bullet in an order that processors like.
+// Bullet's own constraints within soft bodies, solved by Bullet in an order that processors like,
+// and of several bodies at once.
 //
 // Bullet goes over the links one after the other, and grids list those beside each other that share
 // a node, so that each waits for the one before. Bullet's ReoptimizeLinkOrder() puts others between
@@ -13,6 +14,7 @@
 #include <vector>
 
 #include "lazyccd/bullet/precision.h"
+#include "parallel_for.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -21,7 +23,7 @@ class SoftConstraints {
  public:
   // As btDefaultSoftBodySolver::solveConstraints(). Where it throws (std::bad_alloc), bodies are as
   // they were, or solved.
-  void solve(const btAlignedObjectArray<btSoftBody*>& bodies);
+  void solve(const btAlignedObjectArray<btSoftBody*>& bodies, const ParallelFor& parallel_for);
 
  private:
   // The order of a body's links.
@@ -32,14 +34,16 @@ class SoftConstraints {
     std::vector<std::array<const btSoftBody::Node*, 2>> ends;  // by place
   };
 
-  void solve(btSoftBody& body, Order& order);
+  using Links = std::vector<btSoftBody::Link>;
+
+  void solve(btSoftBody& body, int index);
   static bool pays(const btSoftBody& body, const Order& order);
   static Order find_order(const btSoftBody& body);
-  bool put_in_order(btSoftBody& body, const Order& order) const;
-  void put_back(btSoftBody& body, const Order& order);
+  static bool put_in_order(btSoftBody& body, const Order& order, const Links& links);
+  static void put_back(btSoftBody& body, const Order& order, Links& links);
 
-  std::vector<Order> orders_;            // by body
-  std::vector<btSoftBody::Link> links_;  // those that are solved, in the body's own order
+  std::vector<Order> orders_;  // by body
+  std::vector<Links> links_;   // by body: those that are solved, in the body's own order
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

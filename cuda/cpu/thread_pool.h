@@ -19,9 +19,9 @@
 namespace lazyccd {
 
 // The calling thread is worker 0, so a pool of one has no thread of its own. Several pools may work
-// at once; one pool takes one job at a time, and beside it one that is handed out, from one thread at
-// a time. A job must not start another on its own pool, but for the one that is handed out: what it
-// offers, or does in pieces, its thread does alone.
+// at once; one pool takes one job at a time, and beside it one that is handed out, from one thread
+// at a time. A job must not start another on its own pool, but for the one that is handed out: what
+// it offers, or does in pieces, its thread does alone.
 class ThreadPool {
  public:
   explicit ThreadPool(int threads = 0);  // 0: as many as the machine has
@@ -57,8 +57,8 @@ class ThreadPool {
   }
 
   // job(worker) on worker 0, and on others as they come, be it from what was handed out: who comes
-  // after worker 0 has returned is left out, so a short job never waits for a sleeper. For jobs that
-  // any one worker can finish alone.
+  // after worker 0 has returned is left out, so a short job never waits for a sleeper. For jobs
+  // that any one worker can finish alone.
   template <class Job>
   void offer(Job&& job) {
     if (available() == 1) return static_cast<void>(job(0));
@@ -66,8 +66,8 @@ class ThreadPool {
   }
 
   // job(worker) once, on the first other thread that comes, while the caller goes on, with the pool
-  // too: who comes to the pool comes to this first. Until take_back() the job stays where it is, and
-  // no other is handed out.
+  // too: who comes to the pool comes to this first. Until take_back() the job stays where it is,
+  // and no other is handed out.
   template <class Job>
   void hand_out(Job& job) {
     hand_out(&invoke<Job>, address(job));

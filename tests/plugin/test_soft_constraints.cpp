@@ -1,12 +1,18 @@
-// Bullet's own constraints in another order, with the same result.
+// Bullet's own constraints in another order, and of several bodies at once, with the same result.
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
 #include <BulletDynamics/Dynamics/btRigidBody.h>
 
+#include <algorithm>
 #include <array>
+#include <exception>
+#include <functional>
 #include <memory>
+#include <new>
 #include <random>
+#include <thread>
 #include <vector>
 
+#include "lazyccd/detector.h"
 #include "scenes/cloth.h"
 #include "soft_constraints.h"
 #include "support/catch.h"
@@ -26,10 +32,10 @@ struct Hanging {
   std::unique_ptr<btSoftBody> body;
   std::vector<int> tags;
 
-  Hanging() {
+  explicit Hanging(int nodes_z = 8) {
     info.m_gravity = btVector3(0, -10, 0);
     std::mt19937 random(7);
-    Sheet sheet{9, 8, 1, 1};
+    Sheet sheet{9, nodes_z, 1, 1};
     sheet.jitter = 0.02;
     body = scenes::make_sheet(info, sheet, random);
     body->setMass(0, 0);
@@ -37,11 +43,15 @@ struct Hanging {
     for (int i = 0; i < body->m_links.size(); ++i) body->m_links[i].m_tag = &tags[i];
   }
 
-  void add_anchor() {
+  void add_weight() {
     btVector3 inertia;
     box.calculateLocalInertia(1, inertia);
     weight = std::make_unique<btRigidBody>(1, nullptr, &box, inertia);
     weight->setWorldTransform(btTransform(btQuaternion::getIdentity(), body->m_nodes[70].m_x));
+  }
+
+  void add_anchor() {
+    add_weight();
     body->appendAnchor(70, weight.get());
   }
 
@@ -77,6 +87,30 @@ struct Hanging {
   }
 };
 
+void on_caller(std::size_t count, std::size_t,
+               const std::function<void(std::size_t, std::size_t)>& body) {
+  body(0, count);
+}
+
+// Every piece on a thread of its own, all at once.
+void on_own_threads(std::size_t count, std::size_t grain,
+                    const std::function<void(std::size_t, std::size_t)>& body) {
+  std::vector<std::exception_ptr> errors(count);
+  std::vector<std::thread> threads;
+  for (std::size_t first = 0; first < count; first += grain) {
+    threads.emplace_back([&, first] {
+      try {
+        body(first, std::min(first + grain, count));
+      } catch (...) {
+        errors[first] = std::current_exception();
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  for (const std::exception_ptr& error : errors)
+    if (error) std::rethrow_exception(error);
+}
+
 // The same one twice: solved by Bullet, and in order.
 struct Both {
   Hanging bullets, ordered;
@@ -94,9 +128,54 @@ struct Both {
     change([](Hanging& h) { h.body->predictMotion(dt); });
     const auto listed = ordered.listed();
     bullets.body->solveConstraints();
-    constraints.solve(bodies);
+    constraints.solve(bodies, on_caller);
     REQUIRE(ordered.state() == bullets.state());
     REQUIRE(ordered.listed() == listed);
+  }
+};
+
+// Why the order of several may tell.
+enum class Tie { none, anchors, rigid_contacts, soft_contacts, links };
+
+// Several, by Bullet one after the other and by SoftConstraints.
+struct Several {
+  static constexpr int count = 5;
+  std::vector<std::unique_ptr<Hanging>> bullets, ordered;
+  bullet::SoftConstraints constraints;
+
+  Several() {
+    for (auto* bodies : {&bullets, &ordered}) {
+      for (int i = 0; i < count; ++i) {
+        bodies->push_back(std::make_unique<Hanging>(8 + i % 3));
+        bodies->back()->body->m_cfg.piterations = 3;
+      }
+    }
+  }
+
+  template <class Change>
+  void change(const Change& change) {
+    change(bullets);
+    change(ordered);
+  }
+
+  // Whether anything was solved side by side.
+  template <class Change>
+  bool step(const bullet::ParallelFor& parallel_for, const Change& add_contacts) {
+    btAlignedObjectArray<btSoftBody*> bodies;
+    change([&](auto& all) {
+      for (const auto& h : all) h->body->predictMotion(dt);
+      add_contacts(all);
+    });
+    for (const auto& h : ordered) bodies.push_back(h->body.get());
+    for (const auto& h : bullets) h->body->solveConstraints();
+    bool called = false;
+    constraints.solve(bodies,
+                      [&](std::size_t pieces, std::size_t grain, const auto& body) {
+                        called = true;
+                        parallel_for(pieces, grain, body);
+                      });
+    for (int i = 0; i < count; ++i) REQUIRE(ordered[i]->state() == bullets[i]->state());
+    return called;
   }
 };
 
@@ -170,7 +249,7 @@ TEST_CASE("a link to another body's node is solved where the body lists it") {
     btAlignedObjectArray<btSoftBody*> bodies;
     bodies.push_back(both.ordered.body.get());
     both.bullets.body->solveConstraints();
-    both.constraints.solve(bodies);
+    both.constraints.solve(bodies, on_caller);
     CHECK(both.ordered.state() == both.bullets.state());
     CHECK(others[1].state() == others[0].state());
   }
@@ -196,10 +275,116 @@ TEST_CASE("bodies come, go and sleep, each with the order of its own links") {
       bodies.push_back(pair->ordered.body.get());
     }
     pairs[0]->ordered.body->forceActivationState(sleeps ? ISLAND_SLEEPING : ACTIVE_TAG);
-    constraints.solve(bodies);
+    constraints.solve(bodies, step % 2 ? on_own_threads : on_caller);
     for (const auto& pair : pairs) {
       if (!sleeps || pair != pairs[0]) pair->bullets.body->solveConstraints();
       REQUIRE(pair->ordered.state() == pair->bullets.state());
     }
   }
+}
+
+TEST_CASE("bodies that are solved side by side come to the same as one after the other") {
+  const Tie tie =
+      GENERATE(Tie::none, Tie::anchors, Tie::rigid_contacts, Tie::soft_contacts, Tie::links);
+  const int threads = GENERATE(0, 1, 2, 3, 4);
+  const int passes = GENERATE(3, 60);
+  CAPTURE(static_cast<int>(tie), threads, passes);
+  Options options;
+  options.backend = Backend::cpu;
+  options.threads = threads;
+  Detector detector(options);
+  const bullet::ParallelFor parallel_for =
+      threads == 0 ? bullet::ParallelFor(on_own_threads)
+                   : [&](std::size_t count, std::size_t grain, const auto& body) {
+                       detector.parallel_for(count, grain, body);
+                     };
+  Several several;
+  several.change([&](auto& bodies) {
+    for (const auto& h : bodies) h->body->m_cfg.piterations = passes;
+    // Two bodies push the same rigid one, or one holds another's node: then the order tells.
+    if (tie == Tie::anchors) {
+      bodies[1]->add_anchor();
+      bodies[3]->body->appendAnchor(65, bodies[1]->weight.get());
+    }
+    if (tie == Tie::rigid_contacts) bodies[0]->add_weight();
+    if (tie == Tie::links) {
+      bodies[1]->body->m_links[50].m_n[1] = &bodies[2]->body->m_nodes[20];
+      bodies[1]->body->updateLinkConstants();
+    }
+  });
+  const auto add_contacts = [&](auto& bodies) {
+    if (tie == Tie::rigid_contacts) {
+      for (const int i : {2, 4}) {
+        btSoftBody::RContact contact{};
+        contact.m_cti.m_colObj = bodies[0]->weight.get();
+        contact.m_cti.m_normal = btVector3(0, 1, 0);
+        contact.m_node = &bodies[i]->body->m_nodes[40];
+        contact.m_cti.m_offset = btScalar(0.01) - contact.m_node->m_x.y();
+        contact.m_c0.setIdentity();
+        contact.m_c1 = btVector3(btScalar(0.1), 0, 0);
+        contact.m_c2 = dt;
+        contact.m_c3 = btScalar(0.5);
+        contact.m_c4 = 1;
+        bodies[i]->body->m_rcontacts.push_back(contact);
+      }
+    }
+    if (tie == Tie::soft_contacts) {
+      btSoftBody::SContact contact{};
+      contact.m_node = &bodies[3]->body->m_nodes[40];
+      contact.m_face = &bodies[1]->body->m_faces[30];
+      contact.m_weights = btVector3(1, 1, 1) / 3;
+      contact.m_normal = btVector3(0, 1, 0);
+      contact.m_margin = btScalar(0.01);
+      contact.m_friction = btScalar(0.3);
+      contact.m_cfm[0] = contact.m_cfm[1] = btScalar(0.5);
+      bodies[3]->body->m_scontacts.push_back(contact);
+    }
+  };
+  for (int i = 0; i < 10; ++i) {
+    const bool called = several.step(parallel_for, add_contacts);
+    REQUIRE(called == (tie != Tie::soft_contacts && tie != Tie::links));
+  }
+}
+
+TEST_CASE("one body beside such as push rigid ones is solved without another thread") {
+  Several several;
+  several.change([](auto& bodies) {
+    for (int i = 0; i < Several::count; ++i)
+      if (i != 2) bodies[i]->add_anchor();
+  });
+  for (int i = 0; i < 3; ++i) CHECK(!several.step(on_own_threads, [](auto&) {}));
+}
+
+TEST_CASE("where a piece throws, bodies are solved or as they were") {
+  Several several;
+  const auto none = [](auto&) {};
+  several.step(on_own_threads, none);
+  several.change([](auto& bodies) {
+    for (const auto& h : bodies) h->body->predictMotion(dt);
+  });
+  std::vector<std::vector<btScalar>> before;
+  btAlignedObjectArray<btSoftBody*> bodies;
+  for (const auto& h : several.ordered) {
+    before.push_back(h->state());
+    bodies.push_back(h->body.get());
+  }
+  const auto fails = [](std::size_t count, std::size_t, const auto& body) {
+    on_own_threads(count, 1, [&](std::size_t first, std::size_t last) {
+      if (first == 1) throw std::bad_alloc();
+      body(first, last);
+    });
+  };
+  CHECK_THROWS_AS(several.constraints.solve(bodies, fails), std::bad_alloc);
+  for (const auto& h : several.bullets) h->body->solveConstraints();
+  int solved = 0;
+  for (int i = 0; i < Several::count; ++i) {
+    const bool is_solved = several.ordered[i]->state() == several.bullets[i]->state();
+    solved += is_solved;
+    if (is_solved) continue;
+    CHECK(several.ordered[i]->state() == before[i]);
+    several.ordered[i]->body->solveConstraints();
+  }
+  CHECK(solved > 0);
+  CHECK(solved < Several::count);
+  several.step(on_own_threads, none);
 }

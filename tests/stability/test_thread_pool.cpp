@@ -95,7 +95,9 @@ TEST_CASE("a job that was handed out does alone what it does in pieces, whoever 
     do {
       pool.set_helpers(round % 2 ? ThreadPool::Helpers::awake : ThreadPool::Helpers::everyone);
       std::vector<int> done(100);
-      pool.parallel_for(100, 1, [&](std::size_t first, std::size_t, int) { ++done[first]; });
+      pool.parallel_for(100, 1, [&](std::size_t first, std::size_t last, int) {
+        for (std::size_t i = first; i < last; ++i) ++done[i];
+      });
       REQUIRE(done == std::vector<int>(100, 1));
     } while (!has_ended);
     REQUIRE(pool.take_back());

@@ -25,8 +25,8 @@ inline Options with_separation(double separation, int threads) {
   return options;
 }
 
-// Until the other thread, of two, has foreseen all there is to foresee: then it takes pieces of what
-// is to be done again, of so many even where it sleeps.
+// Until the other thread, of two, has foreseen all there is to foresee: then it takes pieces of
+// what is to be done again, of so many even where it sleeps.
 inline void let_it_finish(Detector& detector) {
   const auto caller = std::this_thread::get_id();
   for (std::atomic<bool> has_come{false}; !has_come;) {

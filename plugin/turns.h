@@ -1,0 +1,34 @@
+// In which turn soft bodies are solved by Bullet, so that it comes to the same, to the bit, as one
+// after the other.
+//
+// Of what others may see, Bullet's solver of one soft body (3.24) reads and writes rigid bodies, at
+// anchors and at contacts with them, and nodes of other soft bodies, at contacts with them and
+// where a link or an anchor has one. All else is the body's own; so are its clusters, and joints
+// are solved elsewhere. It calls what applications may set, the allocator and the profiler, as
+// Bullet's own threads do.
+#pragma once
+
+#include <BulletSoftBody/btSoftBody.h>
+
+#include <cstdint>
+#include <vector>
+
+#include "lazyccd/bullet/precision.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+
+// Of the bodies that are active, by their place in the world.
+struct Turns {
+  std::vector<int> in_order;      // one after the other
+  std::vector<int> side_by_side;  // in any order, the most work first: none, or two and more
+  std::int64_t work = 0;          // of those: links, each as often as it is gone over
+};
+
+Turns turns_of(const btAlignedObjectArray<btSoftBody*>& bodies);
+
+// How often Bullet's solver goes over the links.
+std::int64_t passes_over_links(const btSoftBody& body);
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet
