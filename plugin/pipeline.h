@@ -2,6 +2,8 @@
 // which read and write Bullet's nodes in their own way. Nothing here throws.
 #pragma once
 
+#include <cstddef>
+#include <functional>
 #include <string>
 #include <vector>
 

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <numeric>
 
+#include "float_mode.h"
 #include "soft_scene.h"
 #include "turns.h"
 
@@ -72,10 +73,11 @@ void SoftConstraints::solve(const btAlignedObjectArray<btSoftBody*>& bodies,
   constexpr std::int64_t little = 1 << 15;
   const std::size_t pieces = turns.work < little ? std::min<std::size_t>(rest.size(), 3)
                                                  : std::max<std::size_t>(rest.size(), 4);
+  const FloatMode callers;
   parallel_for(pieces, 1, [&](std::size_t first, std::size_t last) {
+    const WithFloatMode mode(callers);
     for (std::size_t piece = first; piece < last; ++piece)
-      for (std::size_t i = piece; i < rest.size(); i += pieces)
-        solve(*bodies[rest[i]], rest[i]);
+      for (std::size_t i = piece; i < rest.size(); i += pieces) solve(*bodies[rest[i]], rest[i]);
   });
 }
 

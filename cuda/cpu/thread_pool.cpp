@@ -92,8 +92,7 @@ void ThreadPool::start(Attendance attendance, Invoke function, void* job) {
   }
   call(offered_, 0);
   if (attendance == Attendance::everyone) {
-    wait_until(offered_,
-               [&](std::uint64_t s) { return joined(s) == size_ - 1 && inside(s) == 0; });
+    wait_until(offered_, [&](std::uint64_t s) { return joined(s) == size_ - 1 && inside(s) == 0; });
   }
   close(offered_);
 }
@@ -183,8 +182,7 @@ void ThreadPool::worker_main(int worker) {
     const std::uint64_t offered = job_number(offered_.state.load(std::memory_order_acquire));
     if (offered == no_more_jobs) return;
     // Relaxed: join() acquires what the job needs.
-    const std::uint64_t handed_out =
-        job_number(handed_out_.state.load(std::memory_order_relaxed));
+    const std::uint64_t handed_out = job_number(handed_out_.state.load(std::memory_order_relaxed));
     if (handed_out != seen.handed_out) {
       seen.handed_out = handed_out;
       help(handed_out_, handed_out, worker);

@@ -143,7 +143,7 @@ class ThreadPool {
   template <class Done>
   void wait_until(const Place& place, Done done);
 
-  // The one that this thread is of; null for callers.
+  // Of which this thread is a worker, but for worker 0.
   static inline thread_local const ThreadPool* pool_of_thread_ = nullptr;
 
   const int size_;

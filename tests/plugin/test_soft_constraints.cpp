@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cfenv>
 #include <exception>
 #include <functional>
 #include <memory>
@@ -92,13 +93,14 @@ void on_caller(std::size_t count, std::size_t,
   body(0, count);
 }
 
-// Every piece on a thread of its own, all at once.
+// Every piece on a thread of its own, all at once, which rounds as threads usually do.
 void on_own_threads(std::size_t count, std::size_t grain,
                     const std::function<void(std::size_t, std::size_t)>& body) {
   std::vector<std::exception_ptr> errors(count);
   std::vector<std::thread> threads;
   for (std::size_t first = 0; first < count; first += grain) {
     threads.emplace_back([&, first] {
+      std::fesetround(FE_TONEAREST);
       try {
         body(first, std::min(first + grain, count));
       } catch (...) {
@@ -169,11 +171,10 @@ struct Several {
     for (const auto& h : ordered) bodies.push_back(h->body.get());
     for (const auto& h : bullets) h->body->solveConstraints();
     bool called = false;
-    constraints.solve(bodies,
-                      [&](std::size_t pieces, std::size_t grain, const auto& body) {
-                        called = true;
-                        parallel_for(pieces, grain, body);
-                      });
+    constraints.solve(bodies, [&](std::size_t pieces, std::size_t grain, const auto& body) {
+      called = true;
+      parallel_for(pieces, grain, body);
+    });
     for (int i = 0; i < count; ++i) REQUIRE(ordered[i]->state() == bullets[i]->state());
     return called;
   }
@@ -353,6 +354,13 @@ TEST_CASE("one body beside such as push rigid ones is solved without another thr
       if (i != 2) bodies[i]->add_anchor();
   });
   for (int i = 0; i < 3; ++i) CHECK(!several.step(on_own_threads, [](auto&) {}));
+}
+
+TEST_CASE("bodies are solved side by side with the rounding of the caller") {
+  Several several;
+  std::fesetround(FE_UPWARD);
+  for (int i = 0; i < 5; ++i) CHECK(several.step(on_own_threads, [](auto&) {}));
+  std::fesetround(FE_TONEAREST);
 }
 
 TEST_CASE("where a piece throws, bodies are solved or as they were") {

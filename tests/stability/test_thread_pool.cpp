@@ -220,13 +220,11 @@ TEST_CASE("exceptions of what was handed out and of what is done beside it do no
     pool.hand_out(bad);
     wait_for(has_begun);
     CHECK_THROWS_AS(pool.offer([](int) { throw std::logic_error("offered"); }), std::logic_error);
-    CHECK_THROWS_AS(
-        pool.parallel_for(
-            100, 1,
-            [](std::size_t first, std::size_t, int) {
-              if (first == 7) throw std::logic_error("in pieces");
-            }),
-        std::logic_error);
+    CHECK_THROWS_AS(pool.parallel_for(100, 1,
+                                      [](std::size_t first, std::size_t, int) {
+                                        if (first == 7) throw std::logic_error("in pieces");
+                                      }),
+                    std::logic_error);
     pool.offer([](int) {});
     may_end = true;
     CHECK_THROWS_AS(pool.take_back(), std::runtime_error);

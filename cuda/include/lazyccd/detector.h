@@ -157,11 +157,11 @@ class Detector {
   // sorted by the larger and then by the smaller.
   Span<const Edge> edges() const;
 
-  // body(first, last) over disjoint pieces of [0, count) of at most `grain`, on the threads of the CPU
-  // backend: for what an application does around a detection, like reading positions. All in one piece
-  // on the caller's thread where no other one comes: with one thread, or where all sleep, whom fewer
-  // than four pieces do not wake. One that foresees comes when it has done so. Rethrows the first
-  // exception.
+  // body(first, last) over disjoint pieces of [0, count) of at most `grain`, on the threads of the
+  // CPU backend: for what an application does around a detection, like reading positions. All in
+  // one piece on the caller's thread where no other one comes: with one thread, or where all sleep,
+  // whom fewer than four pieces do not wake. One that foresees comes when it has done so. Rethrows
+  // the first exception.
   void parallel_for(std::size_t count, std::size_t grain,
                     const std::function<void(std::size_t first, std::size_t last)>& body);
 

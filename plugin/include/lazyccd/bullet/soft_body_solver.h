@@ -22,6 +22,9 @@ class BodyTrees;
 class Pipeline;
 class SoftConstraints;
 
+// Bullet's own constraints of several bodies are solved at once, where that comes to the same. So
+// what an application gives to btAlignedAllocSetCustom() or btSetCustomEnterProfileZoneFunc() is
+// called by several threads, but not with Options::detector.threads = 1.
 class btLazySoftBodySolver : public btDefaultSoftBodySolver, public PairQueue {
  public:
   explicit btLazySoftBodySolver(const Options& options = {});
