@@ -30,11 +30,17 @@ LAZYCCD_INLINE void store(const Rows& a, float* p) { *reinterpret_cast<Rows*>(p)
 LAZYCCD_INLINE Vector load4(const float* p) { return *reinterpret_cast<const Vector*>(p); }
 LAZYCCD_INLINE Vector& at(Float4& x) { return *reinterpret_cast<Vector*>(x.x); }
 
-LAZYCCD_INLINE Rows larger(const Rows& a, const Rows& b) { return a > b ? a : b; }
-LAZYCCD_INLINE Rows smaller(const Rows& a, const Rows& b) { return a < b ? a : b; }
-
+// larger(): a > b ? a : b; smaller(): a < b ? a : b.
 #if defined(__AVX512F__)
 
+LAZYCCD_INLINE Rows larger(const Rows& a, const Rows& b) {
+  return reinterpret_cast<Rows>(
+      _mm512_max_ps(reinterpret_cast<__m512>(a), reinterpret_cast<__m512>(b)));
+}
+LAZYCCD_INLINE Rows smaller(const Rows& a, const Rows& b) {
+  return reinterpret_cast<Rows>(
+      _mm512_min_ps(reinterpret_cast<__m512>(a), reinterpret_cast<__m512>(b)));
+}
 template <int a, int b, int c, int d>
 LAZYCCD_INLINE Rows permuted(const Rows& x) {
   return reinterpret_cast<Rows>(
@@ -60,6 +66,14 @@ LAZYCCD_INLINE Vector part_of(const Rows& x) {
 
 #elif defined(__AVX2__)
 
+LAZYCCD_INLINE Rows larger(const Rows& a, const Rows& b) {
+  return reinterpret_cast<Rows>(
+      _mm256_max_ps(reinterpret_cast<__m256>(a), reinterpret_cast<__m256>(b)));
+}
+LAZYCCD_INLINE Rows smaller(const Rows& a, const Rows& b) {
+  return reinterpret_cast<Rows>(
+      _mm256_min_ps(reinterpret_cast<__m256>(a), reinterpret_cast<__m256>(b)));
+}
 template <int a, int b, int c, int d>
 LAZYCCD_INLINE Rows permuted(const Rows& x) {
   return reinterpret_cast<Rows>(
@@ -83,6 +97,8 @@ LAZYCCD_INLINE Vector part_of(const Rows& x) {
 
 #else
 
+LAZYCCD_INLINE Rows larger(const Rows& a, const Rows& b) { return a > b ? a : b; }
+LAZYCCD_INLINE Rows smaller(const Rows& a, const Rows& b) { return a < b ? a : b; }
 template <int a, int b, int c, int d>
 LAZYCCD_INLINE Rows permuted(const Rows& x) {
   return Rows{x[a], x[b], x[c], x[d]};
