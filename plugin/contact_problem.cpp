@@ -57,6 +57,13 @@ Vector3d move_without(const ContactRow& row, bool opening, const Motion& motion)
   return sum;
 }
 
+Prospect prospect_of(const ContactRow& row, bool opening, const Motion& motion) {
+  const Vector3d move = move_without(row, opening, motion);
+  Prospect prospect = prospect_of(row, move);
+  if (opening) prospect.need = open * row.opened_gap - row.start_gap - row.normal.dot(move);
+  return prospect;
+}
+
 // In an order in which rows beside each other have no node in common: as they come, most have one,
 // and no more than one of them would fit into a batch.
 template <class Each>
@@ -74,7 +81,7 @@ double inverse_mass_of(std::int32_t vertex, const Motion& motion) {
 
 }  // namespace
 
-void ContactProblem::set_up(Of of, const std::vector<ContactRow>& rows, const Motion& motion) {
+void ContactProblem::set_up(Of of, RowList& rows, const Motion& motion) {
   rows_ = &rows;
   motion_ = &motion;
   opening_ = of == Of::opening;
@@ -87,15 +94,8 @@ void ContactProblem::set_up(Of of, const std::vector<ContactRow>& rows, const Mo
   vertices_.clear();
   if (opening_ && !find_demands(true)) return;
   if (!find_demands(false)) return;
-  double longest_squared = 0, heaviest = 0;
-  for (const Indices* const some : {&begun_, &waiting_rows_}) {
-    for (const std::int32_t i : *some) {
-      longest_squared = std::max(longest_squared, demands_[i].move.squaredNorm());
-      heaviest = std::max(heaviest, rows[i].response);
-    }
-  }
-  if (longest_squared > 0) length_ = std::sqrt(longest_squared);
-  if (heaviest > 0) mass_ = heaviest;
+  if (longest_squared_ > 0) length_ = std::sqrt(longest_squared_);
+  if (heaviest_ > 0) mass_ = heaviest_;
   for (const RigidMotion& rigid : motion.rigid) {
     RowBody body = {};
     set(body.inverse_mass, mass_ * rigid.inverse_mass);
@@ -113,47 +113,59 @@ void ContactProblem::set_up(Of of, const std::vector<ContactRow>& rows, const Mo
 
 // Of all rows, or of those that may be opened. False where none needs anything.
 bool ContactProblem::find_demands(bool only_to_open) {
-  approach_ = 0;
-  waiting_rows_.clear();
+  approach_ = longest_squared_ = heaviest_ = 0;
   begun_.clear();
+  waiting_rows_.resize(demands_.size());
+  std::size_t waiting = 0;
+  const auto add = [&](std::size_t i, const Prospect& prospect, bool acts) {
+    demands_[i].need = prospect.need;
+    approach_ = std::max(approach_, prospect.need);
+    longest_squared_ = std::max(longest_squared_, prospect.move_squared);
+    heaviest_ = std::max(heaviest_, prospect.response);
+    if (acts) {
+      begun_.push_back(static_cast<std::int32_t>(i));
+    } else {
+      waiting_rows_[waiting++] = static_cast<std::int32_t>(i);
+    }
+  };
   for (std::size_t i = 0; i < demands_.size(); ++i) {
-    const ContactRow& row = (*rows_)[i];
-    Demand& demand = demands_[i];
-    // And what acts, or is left lacking.
-    if (!opening_)
-      demand.may_open = row.gives_way && (row.opened_gap > row.kept_gap || row.opening != 0);
-    if (only_to_open ? !demand.may_open : !row.gives_way) continue;
-    demand.move = move_without(row, opening_, *motion_);
-    const double gap = opening_ ? open * row.opened_gap : row.kept_gap;
-    demand.need = gap - row.start_gap - row.normal.dot(demand.move);
-    approach_ = std::max(approach_, demand.need);
-    (impulse_of(row) != 0 ? begun_ : waiting_rows_).push_back(static_cast<std::int32_t>(i));
+    bool& may_open = demands_[i].may_open;
+    if (!rows_->gives_way(i)) {
+      may_open = false;
+    } else if (!opening_ && !rows_->is_made(i)) {
+      may_open = rows_->prospect(i).may_open;
+      add(i, rows_->prospect(i), false);
+    } else if (may_open || !only_to_open) {
+      const ContactRow& row = (*rows_)[i];
+      if (!opening_) may_open = row.opened_gap > row.kept_gap || row.opening != 0;
+      add(i, prospect_of(row, opening_, *motion_), impulse_of(row) != 0);
+    }
   }
+  waiting_rows_.resize(waiting);
   return !begun_.empty() || approach_ >= least_speed * motion_->seconds;
 }
 
 // Rows without an impulse.
 void ContactProblem::wait() {
-  waiting_.clear();
-  int in_batch = 0;
-  for (const std::int32_t i : waiting_rows_) {
-    const ContactRow& row = (*rows_)[i];
-    if (in_batch == 0) {
-      waiting_.emplace_back(WaitingBatch{});
-      waiting_.back().first_part = static_cast<std::int32_t>(parts_.size());
-    }
-    WaitingBatch& batch = waiting_.back();
-    const int at = 4 * in_batch;
-    set(batch.normal + at, row.normal);
+  const std::size_t count = waiting_rows_.size();
+  waiting_.resize((count + WaitingBatch::rows - 1) / WaitingBatch::rows);
+  if (count > 0) waiting_.back() = WaitingBatch{};  // it may lack some
+  const bool has_parts = !motion_->rigid.empty() || !motion_->carried.empty();
+  for (std::size_t n = 0; n < count; ++n) {
+    WaitingBatch& batch = waiting_[n / WaitingBatch::rows];
+    const int row = static_cast<int>(n % WaitingBatch::rows), at = 4 * row;
+    if (row == 0) batch.first_part = static_cast<std::int32_t>(parts_.size());
+    const auto i = static_cast<std::size_t>(waiting_rows_[n]);
+    const Contact& contact = rows_->contact(i);
+    const std::array<double, 4> weights = contact.weights();
+    std::copy(contact.normal.begin(), contact.normal.end(), batch.normal + at);
     batch.normal[at + 3] = static_cast<float>(demands_[i].need / length_);
     for (int k = 0; k < 4; ++k) {
-      const std::int32_t v = row.contact.vertices[k];
-      batch.weight[at + k] = static_cast<float>(row.weights[k]);
-      batch.vertex[at + k] = std::min(v, motion_->soft_count());
+      batch.weight[at + k] = static_cast<float>(weights[k]);
+      batch.vertex[at + k] = std::min(contact.vertices[k], motion_->soft_count());
     }
-    add_parts(row, in_batch);
+    if (has_parts) add_parts(contact, weights, row);
     batch.last_part = static_cast<std::int32_t>(parts_.size());
-    in_batch = (in_batch + 1) % WaitingBatch::rows;
   }
 }
 
@@ -177,23 +189,24 @@ bool ContactProblem::admit_lacking() {
 }
 
 void ContactProblem::admit(const Indices& admitted) {
-  const std::vector<ContactRow>& rows = *rows_;
+  RowList& rows = *rows_;
   const Motion& motion = *motion_;
   std::size_t b = count();
   for_each_interleaved(admitted, [&](std::int32_t i) {
     demands_[i].may_open = true;
+    const ContactRow& row = rows[i];
     std::array<std::int32_t, RowPartition::most_things> things;
     std::int32_t* last = things.data();
     for (int k = 0; k < 4; ++k) {
-      const std::int32_t v = rows[i].contact.vertices[k];
-      if (rows[i].weights[k] * inverse_mass_of(v, motion) == 0) continue;
+      const std::int32_t v = row.contact.vertices[k];
+      if (row.weights[k] * inverse_mass_of(v, motion) == 0) continue;
       if (node_of_[v] == 0) {
         node_of_[v] = first_node() + static_cast<std::int32_t>(vertices_.size());
         vertices_.push_back(v);
       }
       *last++ = node_of_[v];
     }
-    for (const RigidPart& part : RigidParts(rows[i].contact, rows[i].weights, motion))
+    for (const RigidPart& part : RigidParts(row.contact, row.weights, motion))
       *last++ = shift_of(part.body);
     partition_.add(i, things.data(), last);
   });
@@ -222,8 +235,9 @@ void ContactProblem::admit(const Indices& admitted) {
 void ContactProblem::fill(RowBatch& batch, int row, const ContactRow& given, const Demand& demand) {
   const int at = 4 * row;
   const double unit = 1 / (mass_ * length_);
+  const Vector3d move = move_without(given, opening_, *motion_);
   set(batch.normal + at, given.normal);
-  set(batch.sliding + at, (demand.move - given.normal.dot(demand.move) * given.normal) / length_);
+  set(batch.sliding + at, (move - given.normal.dot(move) * given.normal) / length_);
   set(batch.impulse + at, (opening_ ? 0 : unit) * given.tangential);
   batch.impulse[at + 3] = static_cast<float>(unit * impulse_of(given));
   float* const terms = batch.terms + at;
@@ -244,11 +258,12 @@ void ContactProblem::fill(RowBatch& batch, int row, const ContactRow& given, con
     batch.node[at + k] = moves ? node_of_[v] : 0;
     batch.pushed[at + k] = moves ? node_of_[v] : 1 + at + k;
   }
-  add_parts(given, row);
+  add_parts(given.contact, given.weights, row);
 }
 
-void ContactProblem::add_parts(const ContactRow& given, int row) {
-  for (const RigidPart& part : RigidParts(given.contact, given.weights, *motion_)) {
+void ContactProblem::add_parts(const Contact& contact, const std::array<double, 4>& weights,
+                               int row) {
+  for (const RigidPart& part : RigidParts(contact, weights, *motion_)) {
     RowPart p = {};
     set(p.arm, part.arm);
     p.weight = static_cast<float>(part.weight);
@@ -336,7 +351,8 @@ void ContactProblem::solve(int sweeps) {
   for (const std::int32_t i : lacking_) demands_[waiting_rows_[i]].may_open = true;
 }
 
-void ContactProblem::write(std::vector<ContactRow>& rows, Motion& motion) const {
+void ContactProblem::write(Motion& motion) {
+  RowList& rows = *rows_;
   const auto shift_of = [this](RigidMotion& body) -> Vector3d& {
     return opening_ ? body.opening_shift : body.shift;
   };

@@ -23,6 +23,7 @@
 
 #include "contact_row.h"
 #include "motion.h"
+#include "row_list.h"
 #include "row_partition.h"
 #include "sweep.h"
 
@@ -36,7 +37,7 @@ class ContactProblem {
 
   // Starts from the impulses that the rows have. Rows and motion are to stay as they are until
   // write(). The problem of opening comes after that of the motion, of the same rows.
-  void set_up(Of of, const std::vector<ContactRow>& rows, const Motion& motion);
+  void set_up(Of of, RowList& rows, const Motion& motion);
 
   // At most `sweeps`, four times as many of what meets slowly, a fifth of opening; fewer where they
   // change nothing any more that could be seen.
@@ -44,15 +45,14 @@ class ContactProblem {
 
   // The impulses, and what they make of the motion, which is to have what the rows' impulses up to
   // now made of it. Places the ends of what they move, but for rigid bodies.
-  void write(std::vector<ContactRow>& rows, Motion& motion) const;
+  void write(Motion& motion);
 
  private:
   using Indices = std::vector<std::int32_t>;
 
-  // What a row moves without the impulses of the problem, and how much further apart along the
-  // normal they are to bring it, at least. Metres.
   struct Demand {
-    Eigen::Vector3d move;
+    // How much further apart along the normal the impulses of the problem are to bring the row, at
+    // least, metres.
     double need;
     bool may_open = false;  // its gap may need to be opened
   };
@@ -65,7 +65,7 @@ class ContactProblem {
   bool admit_lacking();
   void admit(const Indices& rows);
   void fill(RowBatch& batch, int row, const ContactRow& given, const Demand& demand);
-  void add_parts(const ContactRow& given, int row);
+  void add_parts(const Contact& contact, const std::array<double, 4>& weights, int row);
   std::int32_t first_node() const {
     return 1 + RowBatch::vertices + 2 * static_cast<std::int32_t>(bodies_.size());
   }
@@ -76,13 +76,14 @@ class ContactProblem {
 
   // Chosen here, for worlds may be stepped before a constant of this file would be there.
   const SweepKernels* kernels_ = best_sweep_kernels();
-  const std::vector<ContactRow>* rows_ = nullptr;
+  RowList* rows_ = nullptr;
   const Motion* motion_ = nullptr;
   // Kept from problem to problem is only the memory, and Demand::may_open.
   bool opening_ = false;
   double length_ = 1, mass_ = 1;  // units, m and kg
-  double approach_ = 0;           // metres: the most that a row needs
-  std::vector<Demand> demands_;   // by given row
+  // Of the demands: metres, the most that a row needs; metres, squared; kg.
+  double approach_ = 0, longest_squared_ = 0, heaviest_ = 0;
+  std::vector<Demand> demands_;  // by given row
   RowPartition partition_;
   std::vector<RowBatch> batches_;  // and more, unused
   std::vector<std::int32_t> end_;  // by batch: one past the last displacement

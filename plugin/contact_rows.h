@@ -21,15 +21,10 @@
 #include "contact_problem.h"
 #include "contact_row.h"
 #include "motion.h"
+#include "row_list.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
-
-// What the bodies of a contact say about it.
-struct PairSurface {
-  double thickness;  // metres
-  double friction;   // Coulomb's coefficient
-};
 
 // Vector between the two sides of a contact at the end of the step, in the linear model of it.
 Eigen::Vector3d separation(const ContactRow& row, const Motion& motion);
@@ -42,10 +37,6 @@ class ContactRows {
   ContactRows(Surface surface, double recovery)
       : surface_(std::move(surface)), recovery_(recovery) {}
 
-  // Metres: that of the surfaces, but neighbours in one cloth are closer than that by themselves.
-  // It depends on the points in contact alone, not on which pair of features stands for them.
-  static double thickness(const Contact& contact, const Motion& motion, double of_surfaces);
-
   // Starts a step without rows.
   void begin_step();
   // To be called where the indices of bodies, vertices or faces change.
@@ -55,9 +46,11 @@ class ContactRows {
   void start_warm();
   // Takes all impulses back, and what they made of the motion.
   void start_cold(Motion& motion);
-  // Adds rows for contacts, which come sorted. A pair that is in contact again gets a further row.
-  // `touching`: these do not only come near each other. False where nothing in them gives way.
-  bool add(const std::vector<Contact>& contacts, bool touching, const Motion& motion);
+  // Takes what comes near each other in the step, as RowList has it, where there are no rows yet.
+  void take(const NearPairs& near, const Motion& motion);
+  // Adds rows for contacts that touch, which come sorted. A pair that is in contact again gets a
+  // further row. False where nothing in them gives way.
+  bool add(const std::vector<Contact>& contacts, const Motion& motion);
   // Rows with what has infinite mass that the motion does not fulfil ask for this part of their
   // thickness at most: where such things close in on each other there may be no room for all of
   // them. Not of their gaps, which many steps would then close to nothing.
@@ -65,8 +58,7 @@ class ContactRows {
   // Solves the rows, then places the ends of everything in contact.
   void relax(Motion& motion, int sweeps);
 
-  // Sorted by contact; those of a pair beside each other.
-  const std::vector<ContactRow>& rows() const { return rows_; }
+  RowList& rows() { return rows_; }
   // Those of the pairs of which any row acted, sorted by contact: those of a pair beside each
   // other. Valid until anything is done to the rows.
   const std::vector<const ContactRow*>& acted();
@@ -78,19 +70,15 @@ class ContactRows {
     Eigen::Vector3d impulse;  // kg m
   };
 
-  void make_row(const Contact& contact, const PairSurface& surface, const Motion& motion,
-                ContactRow& row) const;
-  // Of contacts, touched or not.
-  void make_rows(const std::vector<Contact>& contacts, bool touching, const Motion& motion,
-                 std::vector<ContactRow>& rows) const;
+  void make(const Contact& contact, const Motion& motion, ContactRow& row) const;
 
   Surface surface_;
   double recovery_;
-  std::vector<ContactRow> rows_;
-  std::vector<ContactRow> added_, merged_;  // only while rows are added
-  std::vector<const ContactRow*> acted_;    // empty where it is not known
-  std::vector<Remembered> remembered_;      // sorted by contact
-  ContactProblem problem_;                  // the last one
+  RowList rows_;
+  std::vector<ContactRow> merged_;        // only while rows are added
+  std::vector<const ContactRow*> acted_;  // empty where it is not known
+  std::vector<Remembered> remembered_;    // sorted by contact
+  ContactProblem problem_;                // the last one
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

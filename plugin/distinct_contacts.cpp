@@ -79,16 +79,15 @@ void bind(const Contact& contact, Binding& binding) {
   binding.hash = hash_of(binding.points);
 }
 
-void DistinctContacts::keep(Span<const Contact> contacts, std::vector<Bond>& bonds,
-                            std::vector<Contact>& kept) {
+void DistinctContacts::keep(std::vector<Bond>& bonds) {
   std::size_t slots = 2;
-  while (slots < 2 * contacts.size()) slots *= 2;
+  while (slots < 2 * bonds.size()) slots *= 2;
   constexpr std::int32_t free = -1;
   table_.assign(slots, free);
   const auto bond_at = [&](std::int32_t at) -> Bond& {
     return bonds[static_cast<std::size_t>(at)];
   };
-  for (std::size_t i = 0; i < contacts.size(); ++i) {
+  for (std::size_t i = 0; i < bonds.size(); ++i) {
     Bond& bond = bonds[i];
     if (bond.binding.kind != Binding::of_some) continue;
     const Key& key = bond.binding.points;
@@ -101,9 +100,6 @@ void DistinctContacts::keep(Span<const Contact> contacts, std::vector<Bond>& bon
     table_[slot] = nearer ? at : other;
     if (other != free) bond_at(nearer ? other : at).binding.kind = Binding::none;
   }
-  kept.clear();
-  for (std::size_t i = 0; i < contacts.size(); ++i)
-    if (bonds[i].binding.kind != Binding::none) kept.push_back(contacts[i]);
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

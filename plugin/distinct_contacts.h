@@ -8,7 +8,6 @@
 
 #include "lazyccd/bullet/precision.h"
 #include "lazyccd/contact.h"
-#include "lazyccd/span.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -35,9 +34,9 @@ struct Bond {
 // Buffers persist between steps.
 class DistinctContacts {
  public:
-  // Copies the nearest, and of equally near ones the first, of those that bind the same. `bonds`,
-  // by contact, bind nothing any more where the contact is left out. The order stays.
-  void keep(Span<const Contact> contacts, std::vector<Bond>& bonds, std::vector<Contact>& kept);
+  // Of those that bind the same, the nearest is kept, and of equally near ones the first: the bonds
+  // of the others bind nothing any more.
+  void keep(std::vector<Bond>& bonds);
 
  private:
   std::vector<std::int32_t> table_;  // by hash of what is bound: the nearest contact, or -1

@@ -4,8 +4,10 @@
 #include <cmath>
 #include <map>
 #include <numeric>
+#include <utility>
 
 #include "contact_problem.h"
+#include "contact_rows.h"
 #include "rotation.h"
 
 namespace lazyccd::bullet {
@@ -32,13 +34,6 @@ double kinetic_energy(const Motion& motion, const Velocity& velocity, const Spin
   return 0.5 * twice;
 }
 
-// The bodies of one island of contacts, with what its momentum is made of.
-struct Island {
-  std::vector<std::int32_t> bodies;
-  bool free = true;  // nothing of infinite mass
-  double drive = 0;  // m/s: the fastest point of what has infinite mass and was not stopped
-};
-
 // Bullet moves kinematic bodies once a frame, in the first of its substeps, and knows their speed.
 // Where it does not, they were put elsewhere.
 double drive_of(std::int32_t v, const RigidMotion* body, const Motion& motion) {
@@ -47,6 +42,28 @@ double drive_of(std::int32_t v, const RigidMotion* body, const Motion& motion) {
   const Vector3d arm = motion.start_of(v) - body->centre();
   return std::min(moved, (body->velocity + body->spin.cross(arm)).norm());
 }
+
+// Calls each(mass, place, predicted place, velocity, velocity change, rigid body or null) for what
+// has a finite mass.
+template <class Each>
+void for_each_mass(const Island& island, Motion& motion, const Each& each) {
+  for (const std::int32_t b : island.bodies) {
+    if (motion.rigid_of_body[b] >= 0) {
+      RigidMotion& body = motion.rigid[motion.rigid_of_body[b]];
+      if (!body.is_dynamic()) continue;
+      each(body.mass(), to_eigen(body.end.getOrigin()), to_eigen(body.predicted.getOrigin()),
+           body.velocity, body.velocity_change, &body);
+      continue;
+    }
+    for (std::int32_t v = motion.first_vertex[b]; v < motion.first_vertex[b + 1]; ++v) {
+      if (motion.inverse_mass[v] == 0) continue;
+      each(1 / motion.inverse_mass[v], motion.end_of(v), motion.predicted[v], motion.velocity[v],
+           motion.velocity_change[v], static_cast<RigidMotion*>(nullptr));
+    }
+  }
+}
+
+}  // namespace
 
 std::vector<Island> find_islands(const std::vector<const ContactRow*>& rows, const Motion& motion) {
   std::vector<std::int32_t> parent(motion.rigid_of_body.size());
@@ -94,28 +111,6 @@ std::vector<Island> find_islands(const std::vector<const ContactRow*>& rows, con
   return result;
 }
 
-// Calls each(mass, place, predicted place, velocity, velocity change, rigid body or null) for what
-// has a finite mass.
-template <class Each>
-void for_each_mass(const Island& island, Motion& motion, const Each& each) {
-  for (const std::int32_t b : island.bodies) {
-    if (motion.rigid_of_body[b] >= 0) {
-      RigidMotion& body = motion.rigid[motion.rigid_of_body[b]];
-      if (!body.is_dynamic()) continue;
-      each(body.mass(), to_eigen(body.end.getOrigin()), to_eigen(body.predicted.getOrigin()),
-           body.velocity, body.velocity_change, &body);
-      continue;
-    }
-    for (std::int32_t v = motion.first_vertex[b]; v < motion.first_vertex[b + 1]; ++v) {
-      if (motion.inverse_mass[v] == 0) continue;
-      each(1 / motion.inverse_mass[v], motion.end_of(v), motion.predicted[v], motion.velocity[v],
-           motion.velocity_change[v], static_cast<RigidMotion*>(nullptr));
-    }
-  }
-}
-
-}  // namespace
-
 double kinetic_energy_before(const Motion& motion) {
   const auto old = [](const Vector3d& v, const Vector3d&) -> const Vector3d& { return v; };
   return kinetic_energy(motion, old, old);
@@ -139,18 +134,19 @@ void set_velocities(Motion& motion) {
   }
 }
 
-void add_restitution(const std::vector<ContactRow>& rows, double restitution, double threshold,
-                     int sweeps, Motion& motion) {
+void add_restitution(RowList& rows, double restitution, double threshold, int sweeps,
+                     Motion& motion) {
   // The rows' impulses say nothing about it: they also carry what presses on a contact, and zones
   // may have moved it in their place. So the rows are solved once more, for the gaps that what
   // bounces is to have.
   Motion next = motion;
   next.solved.assign(motion.predicted.begin(), motion.predicted.begin() + motion.soft_count());
-  std::vector<ContactRow> bouncing = rows;
-  for (ContactRow& row : bouncing) {
+  std::vector<ContactRow> bouncing;
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    ContactRow& row = bouncing.emplace_back(rows[i]);
     double predicted = 0;
-    for (int i = 0; i < 4; ++i)
-      predicted += row.weights[i] * row.normal.dot(motion.predicted[row.contact.vertices[i]]);
+    for (int k = 0; k < 4; ++k)
+      predicted += row.weights[k] * row.normal.dot(motion.predicted[row.contact.vertices[k]]);
     const double solved = row.normal.dot(separation(row, motion));
     const double approach = row.start_gap - predicted;
     const bool bounces = row.impulse > 0 && approach >= threshold * motion.seconds;
@@ -160,10 +156,11 @@ void add_restitution(const std::vector<ContactRow>& rows, double restitution, do
     row.impulse = row.friction = 0;
     row.tangential.setZero();
   }
+  RowList list(std::move(bouncing));
   ContactProblem problem;
-  problem.set_up(ContactProblem::Of::motion, bouncing, next);
+  problem.set_up(ContactProblem::Of::motion, list, next);
   problem.solve(sweeps);
-  problem.write(bouncing, next);
+  problem.write(next);
   const auto add = [&](double part) {
     for (std::size_t v = 0; v < next.solved.size(); ++v)
       motion.velocity_change[v] += part * motion.rate[v] * (next.solved[v] - motion.predicted[v]);
@@ -188,8 +185,8 @@ void add_restitution(const std::vector<ContactRow>& rows, double restitution, do
   add(part - 1);
 }
 
-void restore_angular_momentum(const std::vector<const ContactRow*>& rows, Motion& motion) {
-  for (const Island& island : find_islands(rows, motion)) {
+void restore_angular_momentum(const std::vector<Island>& islands, Motion& motion) {
+  for (const Island& island : islands) {
     if (!island.free) continue;
     double mass = 0;
     Vector3d centre = Vector3d::Zero();
@@ -224,8 +221,8 @@ void restore_angular_momentum(const std::vector<const ContactRow*>& rows, Motion
   }
 }
 
-void limit_kinetic_energy(const std::vector<const ContactRow*>& rows, Motion& motion) {
-  for (const Island& island : find_islands(rows, motion)) {
+void limit_kinetic_energy(const std::vector<Island>& islands, Motion& motion) {
+  for (const Island& island : islands) {
     // Twice the energy of velocity + s change is before + 2 s across + s^2 along.
     double mass = 0, before = 0, across = 0, along = 0;
     const auto add = [&](double m, const Vector3d& velocity, const Vector3d& change) {

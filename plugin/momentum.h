@@ -2,10 +2,12 @@
 // momentum that there was.
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
-#include "contact_rows.h"
+#include "contact_row.h"
 #include "motion.h"
+#include "row_list.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -22,13 +24,22 @@ void set_velocities(Motion& motion);
 // flies apart with `restitution` times that speed in the next step, and by that nothing comes
 // closer to anything else than it may. Given up to the part that keeps the kinetic energy below
 // what it was.
-void add_restitution(const std::vector<ContactRow>& rows, double restitution, double threshold,
-                     int sweeps, Motion& motion);
+void add_restitution(RowList& rows, double restitution, double threshold, int sweeps,
+                     Motion& motion);
+
+// Bodies that are in contact with each other, directly or through others, with what their momentum is
+// made of.
+struct Island {
+  std::vector<std::int32_t> bodies;
+  bool free = true;  // nothing of infinite mass
+  double drive = 0;  // m/s: the fastest point of what has infinite mass and was not stopped
+};
+std::vector<Island> find_islands(const std::vector<const ContactRow*>& rows, const Motion& motion);
 
 // A step applies its impulses at the places of its start, not at those of the impacts, and gaps are
 // opened without velocity; both change angular momentum a little. What is in contact and free (no
 // pinned node, no static or kinematic body) gets the rigid rotation that restores it.
-void restore_angular_momentum(const std::vector<const ContactRow*>& rows, Motion& motion);
+void restore_angular_momentum(const std::vector<Island>& islands, Motion& motion);
 
 // What moves without velocity (a rigid body that Bullet pushes out of another) would give velocity
 // to what it meets. Changes of velocity are given up to the part that does not raise the kinetic
@@ -36,7 +47,7 @@ void restore_angular_momentum(const std::vector<const ContactRow*>& rows, Motion
 // u, that of Bullet's kinematic body where it has one: contacts bring everything no farther from
 // going along with it, so that the norm of the velocities (the root of the sum of m v^2) rises by
 // no more than twice that of u.
-void limit_kinetic_energy(const std::vector<const ContactRow*>& rows, Motion& motion);
+void limit_kinetic_energy(const std::vector<Island>& islands, Motion& motion);
 
 // Soft bodies in loaded contact lose the velocity of their deformation at `rate` 1/s, the faster
 // the further its root mean square is below `rest_speed` m/s. What moves as a rigid body goes on,

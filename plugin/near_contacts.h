@@ -1,6 +1,8 @@
 // Which of the pairs that come near each other in a step are answered before anything touches.
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <functional>
 #include <vector>
 
@@ -10,6 +12,8 @@
 #include "lazyccd/span.h"
 #include "motion.h"
 #include "parallel_for.h"
+#include "prospects.h"
+#include "row_list.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -27,26 +31,50 @@ class NearContacts {
     return static_cast<float>(rounding * reach * 0.5 * motion.reach[vertex]);
   }
 
-  explicit NearContacts(ContactRows::Surface surface) : surface_(std::move(surface)) {}
+  // `recovery`: as in Options.
+  NearContacts(ContactRows::Surface surface, double recovery)
+      : surface_(std::move(surface)), recovery_(recovery) {}
 
-  // Of `found`, sorted, those that get an answer and come nearer in the step, or lie within reach
-  // of their own thickness; one of each that bind nearly the same points. `is_answered` is asked
-  // once about each, on several threads. The result is valid until the next call.
+  // Of `found`, sorted, those give way that get an answer and come nearer in the step, or lie
+  // within reach of their own thickness; one of each that bind nearly the same points.
+  // `is_answered` is asked once about each, on several threads. The result is valid until the next
+  // call, and as long as `found` is.
   using IsAnswered = std::function<bool(const Contact&)>;
-  const std::vector<Contact>& choose(Span<const Contact> found, const IsAnswered& is_answered,
-                                     const Motion& motion, const ParallelFor& parallel_for);
+  NearPairs choose(Span<const Contact> found, const IsAnswered& is_answered, const Motion& motion,
+                   const ParallelFor& parallel_for);
+  // All of them.
+  NearPairs all(Span<const Contact> found, const Motion& motion);
 
   // To be called where the indices of bodies, vertices or faces change.
   void forget() { chosen_.clear(); }
 
  private:
+  // What tells it from other contacts, in their order.
+  using Key = std::array<std::uint64_t, 3>;
+  static Key key_of(const Contact& contact);
+
+  // What contacts ask about their bodies.
+  struct Bodies {
+    std::int32_t a = -1, b = -1;
+    PairSurface surface;
+    bool may_have_parts;  // as RigidParts
+  };
+  Bodies bodies_of(const Contact& contact, const Motion& motion) const;
+  // Of as many contacts as there are lanes at most. `bodies`: those of the contact before.
+  void foretell(Span<const Contact> contacts, const Motion& motion, Bodies& bodies,
+                ProspectLanes& lanes, Prospect* prospects) const;
   // Of the found ones from `first` to `last` - 1.
   void look_at(Span<const Contact> found, std::size_t first, std::size_t last,
                const IsAnswered& is_answered, const Motion& motion);
 
+  // Chosen here, for worlds may be stepped before a constant of this file would be there.
+  const ProspectKernels* kernels_ = best_prospect_kernels();
   ContactRows::Surface surface_;
-  std::vector<Contact> chosen_, last_;  // in this step, and in the one before
-  std::vector<Bond> bonds_;             // of those that were found
+  double recovery_;
+  std::vector<Key> chosen_, last_;  // in this step, and in the one before
+  // Of those that were found.
+  std::vector<Bond> bonds_;
+  std::vector<Prospect> prospects_;
   DistinctContacts distinct_;
 };
 

@@ -19,7 +19,8 @@ Pipeline::Pipeline(const CheckedOptions& checked, Friction friction)
       journal_(options_.on_message),
       reader_(options_, journal_, [this](const StepReader::Visit& visit) { pass(visit); }),
       detector_(options_.detector, reader_.scene(), reader_.topology(), reader_.motion(),
-                [this](std::int32_t a, std::int32_t b) { return surface(a, b); }),
+                [this](std::int32_t a, std::int32_t b) { return surface(a, b); },
+                options_.recovery),
       response_(options_, [this](std::int32_t a, std::int32_t b) { return surface(a, b); }) {
   for (const std::string& line : checked.lines) journal_.say(line, line);
 }
@@ -79,7 +80,7 @@ bool Pipeline::run(const Bodies& bodies, double seconds, const Fill& fill) noexc
       do {
         step_ = before;
         detector_.begin_motion();
-        const std::vector<Contact>& near = find_near();
+        const NearPairs near = find_near();
         responded_ = detector_.found_any() || untangling_.pushes();
         if (responded_) {
           response_.run(near, touching, reader_.motion(), step_);
@@ -160,15 +161,16 @@ bool Pipeline::read_where_pushed() {
   return true;
 }
 
-const std::vector<Contact>& Pipeline::find_near() {
-  near_.clear();
+NearPairs Pipeline::find_near() {
   if (!untangling_.pushes() && !reader_.may_meet(detector_.separation())) {
     detector_.forget_near();
-    return near_;
+    return {};
   }
-  const std::vector<Contact>& near = detector_.near();
-  if (!untangling_.lets_any_pass()) return near;
-  return near_ = without_untangling(near);
+  const NearPairs near = detector_.near();
+  for (std::size_t i = 0; untangling_.lets_any_pass() && i < near.contacts.size(); ++i) {
+    if (untangling_.lets_pass(near.contacts[i], motion())) near.prospects[i].gives_way = false;
+  }
+  return near;
 }
 
 void Pipeline::set_topology() {

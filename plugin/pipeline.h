@@ -85,7 +85,7 @@ class Pipeline {
   void set_topology();
   Piercings find_piercings() const;
   void report_piercings();
-  const std::vector<Contact>& find_near();
+  NearPairs find_near();
   // Pushes apart what intersects where the step begins.
   void untangle();
   // Without the contacts that keep it so.
@@ -102,7 +102,6 @@ class Pipeline {
   StepDetector detector_;
   Response response_;
   Untangling untangling_;
-  std::vector<Contact> near_;  // in place of the detector's, without those that are let pass
   std::vector<StepContact> contacts_;
   std::int64_t queued_ = 0;
   StepStats step_, total_;

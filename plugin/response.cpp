@@ -40,7 +40,7 @@ bool are_crowded(const std::vector<Contact>& contacts) {
 Response::Response(const Options& options, ContactRows::Surface surface)
     : options_(options), rows_(std::move(surface), options.recovery) {}
 
-void Response::run(const std::vector<Contact>& near, const Detect& detect_all, Motion& motion,
+void Response::run(const NearPairs& near, const Detect& detect_all, Motion& motion,
                    StepStats& stats) {
   rows_.begin_step();
   motion.begin_response();
@@ -75,7 +75,7 @@ void Response::run(const std::vector<Contact>& near, const Detect& detect_all, M
     if (counts.size() > answers_to_halve &&
         2 * counts.back() > counts[counts.size() - 1 - answers_to_halve] && are_crowded(contacts))
       break;
-    if (!rows_.add(contacts, true, motion)) break;
+    if (!rows_.add(contacts, motion)) break;
     if (i >= answers_in_full && motion.is_driven())
       rows_.narrow(std::max(least_part_kept, std::ldexp(1, answers_in_full - 1 - i)), motion);
     rows_.relax(motion, options_.sweeps);
@@ -99,12 +99,12 @@ void Response::end_contacts(std::vector<Contact> contacts, const Detect& detect,
     contacts.erase(last, contacts.end());
   };
   for (int i = 0; i < options_.max_zones && !contacts.empty(); ++i) {
-    rows_.add(contacts, true, motion);
+    rows_.add(contacts, motion);
     if (!zones.absorb(contacts, motion)) break;
     detect_again();
   }
   for (int i = 0; !contacts.empty(); ++i) {
-    rows_.add(contacts, true, motion);
+    rows_.add(contacts, motion);
     if (!zones.hold(contacts, i >= node_wise_holds, motion) &&
         !zones.stop_driven(contacts, motion)) {
       break;
@@ -116,8 +116,8 @@ void Response::end_contacts(std::vector<Contact> contacts, const Detect& detect,
   stats.unresolved += hopeless + static_cast<std::int64_t>(contacts.size());
 }
 
-void Response::relax_near(const std::vector<Contact>& near, Motion& motion) {
-  rows_.add(near, false, motion);
+void Response::relax_near(const NearPairs& near, Motion& motion) {
+  rows_.take(near, motion);
   rows_.start_warm();
   rows_.relax(motion, options_.sweeps);
   set_velocities(motion);
@@ -133,8 +133,9 @@ void Response::finish(Motion& motion, StepStats& stats) {
     add_restitution(rows_.rows(), options_.restitution, options_.restitution_threshold,
                     options_.sweeps, motion);
   }
-  restore_angular_momentum(acted, motion);
-  limit_kinetic_energy(acted, motion);
+  const std::vector<Island> islands = find_islands(acted, motion);
+  restore_angular_momentum(islands, motion);
+  limit_kinetic_energy(islands, motion);
   damp_deformation(acted, options_.rest_damping, options_.rest_speed, motion);
   const double before = kinetic_energy_before(motion);
   const double change = kinetic_energy_after(motion) - before;

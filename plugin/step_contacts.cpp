@@ -40,6 +40,7 @@ std::vector<StepContact> step_contacts(const std::vector<const ContactRow*>& row
                                        const std::vector<Contact>& silent, const SoftScene& scene,
                                        const StepTopology& topology, const Motion& motion) {
   std::vector<StepContact> contacts;
+  contacts.reserve(rows.size() + silent.size());
   const auto tell = [&](const Contact& contact, const Eigen::Vector3d& impulse) {
     contacts.push_back(step_contact(contact, impulse, scene, topology, motion));
   };

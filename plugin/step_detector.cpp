@@ -11,12 +11,12 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 
 StepDetector::StepDetector(const lazyccd::Options& options, const SoftScene& scene,
                            const StepTopology& topology, Motion& motion,
-                           ContactRows::Surface surface)
+                           ContactRows::Surface surface, double recovery)
     : options_(options),
       scene_(scene),
       topology_(topology),
       motion_(motion),
-      near_contacts_(std::move(surface)) {}
+      near_contacts_(std::move(surface), recovery) {}
 
 void StepDetector::set_topology(double largest_thickness) {
   near_contacts_.forget();
@@ -129,11 +129,11 @@ bool StepDetector::only_near_can_touch(const Positions& end) const {
   return true;
 }
 
-const std::vector<Contact>& StepDetector::near() {
+NearPairs StepDetector::near() {
   if (!near_) {
     touched_ = touching(motion_.starts(), motion_.ends());
     found_any_ = !touched_.empty();
-    return touched_;
+    return near_contacts_.all(touched_, motion_);
   }
   const Stopwatch watch;
   const Span<const Contact> near = near_->detect(motion_.starts(), motion_.ends());
@@ -151,7 +151,7 @@ const std::vector<Contact>& StepDetector::near() {
       any_answered.store(true, std::memory_order_relaxed);
     return true;
   };
-  const std::vector<Contact>& chosen = near_contacts_.choose(
+  const NearPairs chosen = near_contacts_.choose(
       near, is_answered, motion_, [this](std::size_t count, std::size_t grain, const auto& body) {
         parallel_for(count, grain, body);
       });

@@ -24,7 +24,8 @@ class StepDetector {
  public:
   // What it reads of a step must outlive it.
   StepDetector(const lazyccd::Options& options, const SoftScene& scene,
-               const StepTopology& topology, Motion& motion, ContactRows::Surface surface);
+               const StepTopology& topology, Motion& motion, ContactRows::Surface surface,
+               double recovery);
 
   // To be called where indices or pair rules change, with the largest thickness of any pair,
   // metres. Sets the motion's reach. Throws lazyccd::Error for a topology that it does not take.
@@ -39,9 +40,9 @@ class StepDetector {
   void foresee();
   // Takes the motion for a new one: nothing is found in it yet.
   void begin_motion();
-  // The first detection of a motion: pairs that come within their thickness of each other, those
-  // that say nothing new left out.
-  const std::vector<Contact>& near();
+  // The first detection of a motion: pairs that come within their thickness of each other, of which
+  // those that say nothing new do not give way. Valid until the next one, or set_topology().
+  NearPairs near();
   // In place of that, where nothing comes within separation() of anything.
   void forget_near() {
     near_contacts_.forget();

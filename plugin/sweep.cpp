@@ -1,7 +1,6 @@
 #include "sweep.h"
 
-#include <cstring>
-#include <initializer_list>
+#include "isa.h"
 
 namespace lazyccd::bullet {
 
@@ -17,21 +16,17 @@ extern const SweepKernels sweeping;
 }
 #endif
 
-const SweepKernels* sweep_kernels(const char* name) {
-#if defined(LAZYCCD_ISA_X86)
-  if (!std::strcmp(name, "avx512"))
-    return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq")
-               ? &avx512::sweeping
-               : nullptr;
-  if (!std::strcmp(name, "avx2")) return __builtin_cpu_supports("avx2") ? &avx2::sweeping : nullptr;
-#endif
-  return std::strcmp(name, "baseline") ? nullptr : &baseline::sweeping;
-}
+namespace {
 
-const SweepKernels* best_sweep_kernels() {
-  for (const char* name : {"avx512", "avx2"})
-    if (const SweepKernels* kernels = sweep_kernels(name)) return kernels;
-  return &baseline::sweeping;
-}
+constexpr const SweepKernels* kernels[] = {
+#if defined(LAZYCCD_ISA_X86)
+    &avx512::sweeping, &avx2::sweeping,
+#endif
+    &baseline::sweeping};
+
+}  // namespace
+
+const SweepKernels* best_sweep_kernels() { return first_that_runs(kernels); }
+const SweepKernels* sweep_kernels(const char* name) { return first_that_runs(kernels, name); }
 
 }  // namespace lazyccd::bullet

@@ -22,7 +22,7 @@ TEST_CASE("a load that rests is solved to rest, however hard it presses") {
     for (std::size_t i = 1; i < points; ++i) motion.end[9 * i + 1] -= static_cast<btScalar>(metres);
     motion.begin_response();
     rows.begin_step();
-    rows.add(column.contacts, false, motion);
+    rows.add(column.contacts, motion);
     rows.start_warm();
     rows.relax(motion, sweeps);
   };

@@ -1,4 +1,4 @@
-#include "contact_rows.h"
+#include "contact_row.h"
 #include "plugin/contacts.h"
 #include "support/catch.h"
 
@@ -10,7 +10,7 @@ TEST_CASE("within a body the thickness is one of points, whichever pair stands f
   bullet::Motion motion;
   motion.reach = {0.04, 0.1, 0.01, 0.2, 0.004, 0.06};
   const auto thickness = [&motion](const Contact& c) {
-    return bullet::ContactRows::thickness(c, motion, 0.025);
+    return bullet::thickness_of(c, motion, 0.025);
   };
   // Vertex 0 above vertex 1, of two faces and of edges.
   const double corner = 0.5 * motion.reach[0];

@@ -16,7 +16,9 @@ std::vector<Contact> kept(const std::vector<Contact>& contacts, const std::vecto
     bonds[i].gap = gaps[i];
   }
   std::vector<Contact> kept;
-  DistinctContacts().keep(contacts, bonds, kept);
+  DistinctContacts().keep(bonds);
+  for (std::size_t i = 0; i < contacts.size(); ++i)
+    if (bonds[i].binding.kind != Binding::none) kept.push_back(contacts[i]);
   return kept;
 }
 

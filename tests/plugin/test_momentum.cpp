@@ -3,6 +3,7 @@
 
 #include "contact_rows.h"
 #include "impact_zones.h"
+#include "near_contacts.h"
 #include "plugin/column.h"
 #include "response.h"
 #include "scenes/mechanics.h"
@@ -125,7 +126,7 @@ TEST_CASE("a contact of very different masses gets impulses that sum to nothing"
         return bullet::PairSurface{0.1, 0};
       },
       0.05);
-  rows.add({contact}, true, motion);
+  rows.add({contact}, motion);
   rows.relax(motion, 10);
 
   Eigen::Vector3d impulse = Eigen::Vector3d::Zero();
@@ -152,13 +153,13 @@ TEST_CASE("what falls on something light that rests is thrown back, and does not
   motion.end[3 * 6 + 1] -= static_cast<btScalar>(falls * motion.seconds);
   bullet::Options options;
   options.restitution = restitution;
-  bullet::Response response(options, [](std::int32_t, std::int32_t) {
-    return bullet::PairSurface{0.1, 0};
-  });
+  const auto surface = [](std::int32_t, std::int32_t) { return bullet::PairSurface{0.1, 0}; };
+  bullet::Response response(options, surface);
+  bullet::NearContacts near(surface, options.recovery);
   bullet::StepStats stats;
   response.run(
-      column.contacts, [](const Positions&, const Positions&) { return std::vector<Contact>(); },
-      motion, stats);
+      near.all(column.contacts, motion),
+      [](const Positions&, const Positions&) { return std::vector<Contact>(); }, motion, stats);
   const auto speed = [&](std::int32_t v) {
     return (motion.velocity[v] + motion.velocity_change[v]).y();
   };
@@ -208,7 +209,7 @@ TEST_CASE("a body on rails is stopped by a pinned node, beside contacts of other
         return bullet::PairSurface{0.1, 0.5};
       },
       0.05);
-  rows.add({on_rails, soft}, true, motion);
+  rows.add({on_rails, soft}, motion);
   rows.relax(motion, 100);
   CHECK_THAT(static_cast<double>(motion.rigid[0].end.getOrigin().y()),
              Matchers::WithinAbs(0.9, 1e-6));
