@@ -1,5 +1,6 @@
 #include "lazyccd/detector.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -149,8 +150,11 @@ void Detector::parallel_for(std::size_t count, std::size_t grain,
   const bool small = count / 3 + (count % 3 != 0) <= grain;
   const WithHelpers helpers(
       threads, small ? ThreadPool::Helpers::awake : ThreadPool::Helpers::everyone);
+  // Who is awake may come late, and what one core has made is slow to come to another: for little,
+  // the pieces are finer, so that each takes as many as it can.
+  const std::size_t piece = small && count > grain ? std::max<std::size_t>(grain / 4, 1) : grain;
   threads.parallel_for(
-      count, grain, [&](std::size_t first, std::size_t last, int) { body(first, last); });
+      count, piece, [&](std::size_t first, std::size_t last, int) { body(first, last); });
 }
 
 Span<const Edge> Detector::edges() const { return impl_->mesh.edges(); }
