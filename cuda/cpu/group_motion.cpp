@@ -14,24 +14,25 @@ void GroupMotion::build(const Mesh& mesh, const Groups& groups, const Tree& tree
   leaves_.clear();
   vertices_.clear();
   first_.assign(1, 0);
-  std::vector<std::int32_t> own;
+  constexpr std::uint32_t none = ~std::uint32_t{0};
+  std::vector<std::uint32_t> last_leaf(mesh.vertex_count(), none);  // that has the vertex
   for (std::uint32_t node = 0; node < nodes.size(); ++node) {
     if (!nodes[node].leaf()) continue;
     const Group& group = groups.groups()[nodes[node].group()];
-    own.clear();
     for (int kind = 0; kind < 3; ++kind) {
       const Block* block = groups.blocks().data() + group.first[kind];
       for (int i = 0; i < group.count[kind]; ++i) {
         const Block& b = block[i / kBlockLanes];
         const int lane = i % kBlockLanes;
         owner_[kind][b.id[lane]] = node;
-        for (int k = 0; k < 3 && b.vertex[k][lane] >= 0; ++k) own.push_back(b.vertex[k][lane]);
+        for (int k = 0; k < 3 && b.vertex[k][lane] >= 0; ++k) {
+          const std::int32_t v = b.vertex[k][lane];
+          if (last_leaf[v] != node) vertices_.push_back(v);
+          last_leaf[v] = node;
+        }
       }
     }
-    std::sort(own.begin(), own.end());
-    own.erase(std::unique(own.begin(), own.end()), own.end());
     leaves_.push_back(node);
-    vertices_.insert(vertices_.end(), own.begin(), own.end());
     first_.push_back(static_cast<std::uint32_t>(vertices_.size()));
   }
 }

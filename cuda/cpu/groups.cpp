@@ -65,7 +65,7 @@ std::vector<Cell> sorted_cells(const Mesh& mesh, const std::vector<VertexRecord>
   return cells;
 }
 
-// Collects the primitives of one kind of the group under construction.
+// Collects the primitives of one kind, group by group.
 class Collector {
  public:
   explicit Collector(std::size_t primitives) : owned_(primitives, 0) {}
@@ -90,6 +90,8 @@ void Groups::build(const Mesh& mesh, const std::vector<VertexRecord>& vertices, 
   Collector own[3] = {Collector(mesh.vertex_count()), Collector(mesh.edges().size()),
                       Collector(mesh.faces().size())};
 
+  std::size_t collected[3] = {};
+  std::int32_t block_count = 0;
   for (std::size_t begin = 0; begin < cells.size();) {
     const Cell& first = cells[begin];
     std::size_t end = begin;
@@ -111,9 +113,20 @@ void Groups::build(const Mesh& mesh, const std::vector<VertexRecord>& vertices, 
     group.body = first.body;
     group.pinned = 1;
     for (int kind = 0; kind < 3; ++kind) {
-      group.first[kind] = static_cast<std::int32_t>(blocks_.size());
-      group.count[kind] = static_cast<std::int32_t>(own[kind].ids.size());
-      blocks_.resize(blocks_.size() + static_cast<std::size_t>(group.blocks(kind)));
+      group.first[kind] = block_count;
+      group.count[kind] = static_cast<std::int32_t>(own[kind].ids.size() - collected[kind]);
+      collected[kind] = own[kind].ids.size();
+      block_count += group.blocks(kind);
+    }
+    groups_.push_back(group);
+  }
+
+  // All at once: they are much of what a detector holds.
+  blocks_.resize(static_cast<std::size_t>(block_count));
+  const std::int32_t* ids[3] = {own[kVertices].ids.data(), own[kEdges].ids.data(),
+                                own[kFaces].ids.data()};
+  for (Group& group : groups_) {
+    for (int kind = 0; kind < 3; ++kind) {
       Block* block = blocks_.data() + group.first[kind];
       const int lanes = group.blocks(kind) * kBlockLanes;
       for (int lane = 0; lane < lanes; ++lane) {
@@ -121,7 +134,7 @@ void Groups::build(const Mesh& mesh, const std::vector<VertexRecord>& vertices, 
         const int l = lane % kBlockLanes;
         b.id[l] = b.vertex[0][l] = b.vertex[1][l] = b.vertex[2][l] = -1;
         if (lane >= group.count[kind]) continue;
-        const std::int32_t id = own[kind].ids[lane];
+        const std::int32_t id = ids[kind][lane];
         b.id[l] = id;
         if (kind == kVertices) b.vertex[0][l] = id;
         if (kind == kEdges)
@@ -131,9 +144,8 @@ void Groups::build(const Mesh& mesh, const std::vector<VertexRecord>& vertices, 
         for (int k = 0; k < 3 && b.vertex[k][l] >= 0; ++k)
           if (!mesh.pinned(b.vertex[k][l])) group.pinned = 0;
       }
-      own[kind].ids.clear();
+      ids[kind] += group.count[kind];
     }
-    groups_.push_back(group);
   }
   boxes_.resize(groups_.size());
   refit(vertices, pool, scale);
