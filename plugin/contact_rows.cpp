@@ -80,7 +80,7 @@ void ContactRows::forget() {
   remembered_.clear();
 }
 
-void ContactRows::take(const NearPairs& near, const Motion& motion) {
+void ContactRows::take(const NearProspects& near, const Motion& motion) {
   acted_.clear();
   rows_.take(near, [this, &motion](const Contact& contact, ContactRow& row) {
     make(contact, motion, row);

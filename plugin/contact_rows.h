@@ -47,7 +47,7 @@ class ContactRows {
   // Takes all impulses back, and what they made of the motion.
   void start_cold(Motion& motion);
   // Takes what comes near each other in the step, as RowList has it, where there are no rows yet.
-  void take(const NearPairs& near, const Motion& motion);
+  void take(const NearProspects& near, const Motion& motion);
   // Adds rows for contacts that touch, which come sorted. A pair that is in contact again gets a
   // further row. False where nothing in them gives way.
   bool add(const std::vector<Contact>& contacts, const Motion& motion);

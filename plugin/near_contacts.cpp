@@ -117,8 +117,8 @@ void NearContacts::look_at(Span<const Contact> found, std::size_t first, std::si
   }
 }
 
-NearPairs NearContacts::choose(Span<const Contact> found, const IsAnswered& is_answered,
-                               const Motion& motion, const ParallelFor& parallel_for) {
+NearProspects NearContacts::choose(Span<const Contact> found, const IsAnswered& is_answered,
+                                   const Motion& motion, const ParallelFor& parallel_for) {
   last_.swap(chosen_);
   bonds_.resize(found.size());
   prospects_.resize(found.size());
@@ -138,7 +138,7 @@ NearPairs NearContacts::choose(Span<const Contact> found, const IsAnswered& is_a
   return {found, prospects_};
 }
 
-NearPairs NearContacts::all(Span<const Contact> found, const Motion& motion) {
+NearProspects NearContacts::all(Span<const Contact> found, const Motion& motion) {
   Bodies bodies;
   ProspectLanes lanes;
   prospects_.resize(found.size());

@@ -40,10 +40,10 @@ class NearContacts {
   // `is_answered` is asked once about each, on several threads. The result is valid until the next
   // call, and as long as `found` is.
   using IsAnswered = std::function<bool(const Contact&)>;
-  NearPairs choose(Span<const Contact> found, const IsAnswered& is_answered, const Motion& motion,
-                   const ParallelFor& parallel_for);
+  NearProspects choose(Span<const Contact> found, const IsAnswered& is_answered,
+                       const Motion& motion, const ParallelFor& parallel_for);
   // All of them.
-  NearPairs all(Span<const Contact> found, const Motion& motion);
+  NearProspects all(Span<const Contact> found, const Motion& motion);
 
   // To be called where the indices of bodies, vertices or faces change.
   void forget() { chosen_.clear(); }

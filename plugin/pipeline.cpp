@@ -80,7 +80,7 @@ bool Pipeline::run(const Bodies& bodies, double seconds, const Fill& fill) noexc
       do {
         step_ = before;
         detector_.begin_motion();
-        const NearPairs near = find_near();
+        const NearProspects near = find_near();
         responded_ = detector_.found_any() || untangling_.pushes();
         if (responded_) {
           response_.run(near, touching, reader_.motion(), step_);
@@ -161,12 +161,12 @@ bool Pipeline::read_where_pushed() {
   return true;
 }
 
-NearPairs Pipeline::find_near() {
+NearProspects Pipeline::find_near() {
   if (!untangling_.pushes() && !reader_.may_meet(detector_.separation())) {
     detector_.forget_near();
     return {};
   }
-  const NearPairs near = detector_.near();
+  const NearProspects near = detector_.near();
   for (std::size_t i = 0; untangling_.lets_any_pass() && i < near.contacts.size(); ++i) {
     if (untangling_.lets_pass(near.contacts[i], motion())) near.prospects[i].gives_way = false;
   }

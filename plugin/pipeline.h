@@ -85,7 +85,7 @@ class Pipeline {
   void set_topology();
   Piercings find_piercings() const;
   void report_piercings();
-  NearPairs find_near();
+  NearProspects find_near();
   // Pushes apart what intersects where the step begins.
   void untangle();
   // Without the contacts that keep it so.

@@ -40,7 +40,7 @@ bool are_crowded(const std::vector<Contact>& contacts) {
 Response::Response(const Options& options, ContactRows::Surface surface)
     : options_(options), rows_(std::move(surface), options.recovery) {}
 
-void Response::run(const NearPairs& near, const Detect& detect_all, Motion& motion,
+void Response::run(const NearProspects& near, const Detect& detect_all, Motion& motion,
                    StepStats& stats) {
   rows_.begin_step();
   motion.begin_response();
@@ -116,7 +116,7 @@ void Response::end_contacts(std::vector<Contact> contacts, const Detect& detect,
   stats.unresolved += hopeless + static_cast<std::int64_t>(contacts.size());
 }
 
-void Response::relax_near(const NearPairs& near, Motion& motion) {
+void Response::relax_near(const NearProspects& near, Motion& motion) {
   rows_.take(near, motion);
   rows_.start_warm();
   rows_.relax(motion, options_.sweeps);

@@ -23,7 +23,7 @@ class Response {
   // finds those that touch. In turn, each until the step is clean: impulses; rigid impact zones;
   // zones held at the start of the step, which is clean in the end because nothing moves any more.
   // Then motion.velocity_change says what velocities are to receive.
-  void run(const NearPairs& near, const Detect& detect_all, Motion& motion, StepStats& stats);
+  void run(const NearProspects& near, const Detect& detect_all, Motion& motion, StepStats& stats);
 
   // The rows of the pairs that acted in the last run(), sorted by contact.
   const std::vector<const ContactRow*>& rows() { return rows_.acted(); }
@@ -32,7 +32,7 @@ class Response {
   void forget() { rows_.forget(); }
 
  private:
-  void relax_near(const NearPairs& near, Motion& motion);
+  void relax_near(const NearProspects& near, Motion& motion);
   // Rigid impact zones, then holds.
   void end_contacts(std::vector<Contact> contacts, const Detect& detect, Motion& motion,
                     StepStats& stats);

@@ -13,7 +13,7 @@ void RowList::take(std::vector<ContactRow>& rows) {
   std::iota(place_.begin(), place_.end(), 0);
 }
 
-void RowList::take(const NearPairs& near, Make make) {
+void RowList::take(const NearProspects& near, Make make) {
   near_ = near;
   make_ = std::move(make);
   place_.assign(near.contacts.size(), -1);

@@ -14,7 +14,7 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
 // Pairs that come near each other, sorted, and what is to be expected of each.
-struct NearPairs {
+struct NearProspects {
   Span<const Contact> contacts;
   Span<Prospect> prospects;  // by contact
 };
@@ -31,7 +31,7 @@ class RowList {
   void take(std::vector<ContactRow>& rows);
   // Takes what is near, none of it made. The pairs are to stay as they are for as long as rows are
   // asked for that are not made.
-  void take(const NearPairs& near, Make make);
+  void take(const NearProspects& near, Make make);
 
   std::size_t size() const { return place_.size(); }
   bool is_made(std::size_t i) const { return place_[i] >= 0; }
@@ -57,7 +57,7 @@ class RowList {
 
   std::vector<std::int32_t> place_;  // in made_; negative: not there
   std::vector<ContactRow> made_;
-  NearPairs near_;
+  NearProspects near_;
   Make make_;
 };
 

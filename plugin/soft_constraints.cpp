@@ -18,7 +18,7 @@ namespace {
 // Links that share a node with one of the few before them, which are not done yet when they begin.
 int count_waiting(const btAlignedObjectArray<btSoftBody::Link>& links,
                   const std::vector<int>& index) {
-  constexpr std::size_t window = 6;
+  constexpr std::size_t window = 3;
   int waiting = 0;
   for (std::size_t i = 0; i < index.size(); ++i) {
     const btSoftBody::Link& link = links[index[i]];

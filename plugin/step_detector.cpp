@@ -129,7 +129,7 @@ bool StepDetector::only_near_can_touch(const Positions& end) const {
   return true;
 }
 
-NearPairs StepDetector::near() {
+NearProspects StepDetector::near() {
   if (!near_) {
     touched_ = touching(motion_.starts(), motion_.ends());
     found_any_ = !touched_.empty();
@@ -151,7 +151,7 @@ NearPairs StepDetector::near() {
       any_answered.store(true, std::memory_order_relaxed);
     return true;
   };
-  const NearPairs chosen = near_contacts_.choose(
+  const NearProspects chosen = near_contacts_.choose(
       near, is_answered, motion_, [this](std::size_t count, std::size_t grain, const auto& body) {
         parallel_for(count, grain, body);
       });

@@ -42,7 +42,7 @@ class StepDetector {
   void begin_motion();
   // The first detection of a motion: pairs that come within their thickness of each other, of which
   // those that say nothing new do not give way. Valid until the next one, or set_topology().
-  NearPairs near();
+  NearProspects near();
   // In place of that, where nothing comes within separation() of anything.
   void forget_near() {
     near_contacts_.forget();

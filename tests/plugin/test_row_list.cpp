@@ -28,7 +28,7 @@ TEST_CASE("a list makes the rows that it is asked for, once, and they stay") {
   for (std::size_t i = 0; i < 4; ++i) prospects[i].gives_way = i != 2;
   int made = 0;
   RowList list;
-  list.take(NearPairs{contacts, prospects}, [&](const Contact& contact, ContactRow& row) {
+  list.take(NearProspects{contacts, prospects}, [&](const Contact& contact, ContactRow& row) {
     ++made;
     row.contact = contact;
     row.gives_way = true;
@@ -64,7 +64,7 @@ TEST_CASE("a contact is found in a list from wherever it is sought") {
   const std::vector<Contact> contacts = contacts_of({2, 3, 5, 5, 8, 9, 12, 20, 21});
   std::vector<Prospect> prospects(contacts.size());
   RowList list;
-  list.take(NearPairs{contacts, prospects}, [](const Contact&, ContactRow&) {});
+  list.take(NearProspects{contacts, prospects}, [](const Contact&, ContactRow&) {});
   for (std::int32_t sought = 0; sought < 23; ++sought) {
     const Contact contact = contacts_of({sought})[0];
     std::size_t expected = 0;
