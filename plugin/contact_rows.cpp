@@ -118,11 +118,17 @@ bool ContactRows::add(const std::vector<Contact>& contacts, const Motion& motion
   merged_.clear();
   merged_.reserve(rows_.size() + contacts.size());
   std::size_t old = 0;
+  // Of what was only near, most may say nothing.
+  const auto keep = [&] {
+    if (rows_.gives_way(old) || rows_.is_made(old)) merged_.push_back(rows_[old]);
+    ++old;
+  };
   bool gives_way = false;
   for (const Contact& contact : contacts) {
-    while (old < rows_.size() && rows_.contact(old) < contact) merged_.push_back(rows_[old++]);
-    while (old < rows_.size() && !(contact < rows_.contact(old))) {
-      const ContactRow& row = rows_[old++];
+    while (old < rows_.size() && rows_.contact(old) < contact) keep();
+    for (; old < rows_.size() && !(contact < rows_.contact(old)); ++old) {
+      if (!rows_.is_made(old)) continue;
+      const ContactRow& row = rows_[old];
       if (row.impulse > 0 || row.opening > 0) merged_.push_back(row);
     }
     ContactRow& row = merged_.emplace_back();
@@ -130,7 +136,7 @@ bool ContactRows::add(const std::vector<Contact>& contacts, const Motion& motion
     row.touched = true;
     gives_way = gives_way || row.gives_way;
   }
-  while (old < rows_.size()) merged_.push_back(rows_[old++]);
+  while (old < rows_.size()) keep();
   rows_.take(merged_);
   return gives_way;
 }
@@ -138,6 +144,7 @@ bool ContactRows::add(const std::vector<Contact>& contacts, const Motion& motion
 void ContactRows::narrow(double part, const Motion& motion) {
   constexpr double fulfilled = 0.9;
   for (std::size_t i = 0; i < rows_.size(); ++i) {
+    if (!rows_.gives_way(i)) continue;
     ContactRow& row = rows_[i];
     if (!has_fixed_side(row.contact, motion) ||
         row.normal.dot(separation(row, motion)) >= fulfilled * row.kept_gap)

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cfenv>
+#include <thread>
 
 #include "lazyccd/bullet/precision.h"
 
@@ -14,21 +15,29 @@ class FloatMode {
  public:
   FloatMode() { std::fegetenv(&mode_); }
   void set() const { std::fesetenv(&mode_); }
+  bool is_of_this_thread() const { return thread_ == std::this_thread::get_id(); }
 
  private:
   std::fenv_t mode_;
+  std::thread::id thread_ = std::this_thread::get_id();
 };
 
-// This thread computes as another one for as long as it lives.
+// This thread computes as another one for as long as it lives. On that one it does nothing, so that
+// the exceptions which are raised meanwhile stay raised.
 class WithFloatMode {
  public:
-  explicit WithFloatMode(const FloatMode& mode) { mode.set(); }
-  ~WithFloatMode() { own_.set(); }
+  explicit WithFloatMode(const FloatMode& mode) : is_other_(!mode.is_of_this_thread()) {
+    if (is_other_) mode.set();
+  }
+  ~WithFloatMode() {
+    if (is_other_) own_.set();
+  }
   WithFloatMode(const WithFloatMode&) = delete;
   WithFloatMode& operator=(const WithFloatMode&) = delete;
 
  private:
   FloatMode own_;
+  bool is_other_;
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -9,7 +9,8 @@ namespace lazyccd::bullet {
 inline bool runs_isa(const char* name) {
 #if defined(LAZYCCD_ISA_X86)
   if (!std::strcmp(name, "avx512"))
-    return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq");
+    return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+           __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512dq");
   if (!std::strcmp(name, "avx2")) return __builtin_cpu_supports("avx2");
 #endif
   return !std::strcmp(name, "baseline");

@@ -143,6 +143,7 @@ void add_restitution(RowList& rows, double restitution, double threshold, int sw
   next.solved.assign(motion.predicted.begin(), motion.predicted.begin() + motion.soft_count());
   std::vector<ContactRow> bouncing;
   for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (!rows.gives_way(i)) continue;
     ContactRow& row = bouncing.emplace_back(rows[i]);
     double predicted = 0;
     for (int k = 0; k < 4; ++k)

@@ -27,8 +27,8 @@ void set_velocities(Motion& motion);
 void add_restitution(RowList& rows, double restitution, double threshold, int sweeps,
                      Motion& motion);
 
-// Bodies that are in contact with each other, directly or through others, with what their momentum is
-// made of.
+// Bodies that are in contact with each other, directly or through others, with what their momentum
+// is made of.
 struct Island {
   std::vector<std::int32_t> bodies;
   bool free = true;  // nothing of infinite mass

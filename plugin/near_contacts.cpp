@@ -36,16 +36,6 @@ bool says_nothing(const Contact& contact, double thickness, double start_gap, do
   return gap_kept > far * start_gap || !comes_within(far, contact, motion);
 }
 
-Eigen::Vector3d move_of(const Contact& contact, const Motion& motion) {
-  const std::array<double, 4> weights = contact.weights();
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  for (int i = 0; i < 4; ++i) {
-    const std::int32_t v = contact.vertices[i];
-    sum += weights[i] * (motion.end_of(v) - motion.start_of(v));
-  }
-  return sum;
-}
-
 }  // namespace
 
 NearContacts::Key NearContacts::key_of(const Contact& contact) {
@@ -80,21 +70,20 @@ void NearContacts::foretell(Span<const Contact> contacts, const Motion& motion, 
                                        motion.soft_count(),        recovery_};
   kernels_->find(of, contacts.data(), static_cast<int>(contacts.size()), lanes);
   for (std::size_t k = 0; k < contacts.size(); ++k) {
-    if (may_have_parts[k]) {
-      ContactRow row;
-      make_row(contacts[k], lanes.thickness[k], 0, recovery_, motion, row);
-      prospects[k] = prospect_of(row, move_of(contacts[k], motion));
-    } else {
-      prospects[k] = {lanes.move_squared[k], lanes.need[k], lanes.response[k],
-                      lanes.gives_way[k] != 0, lanes.may_open[k] != 0};
-    }
+    prospects[k] = {lanes.move_squared[k], lanes.need[k], lanes.response[k],
+                    lanes.gives_way[k] != 0, lanes.may_open[k] != 0};
+    if (!may_have_parts[k]) continue;
+    ContactRow row;
+    make_row(contacts[k], lanes.thickness[k], 0, recovery_, motion, row);
+    prospects[k].response = row.response;
+    prospects[k].gives_way = row.gives_way;
   }
 }
 
 void NearContacts::look_at(Span<const Contact> found, std::size_t first, std::size_t last,
                            const IsAnswered& is_answered, const Motion& motion) {
   Bodies bodies;
-  ProspectLanes lanes;
+  ProspectLanes lanes = {};
   auto before = std::lower_bound(last_.begin(), last_.end(), key_of(found[first]));
   for (std::size_t i = first; i < last; ++i) {
     const std::size_t lane = (i - first) % lane_count;
@@ -140,7 +129,7 @@ NearProspects NearContacts::choose(Span<const Contact> found, const IsAnswered& 
 
 NearProspects NearContacts::all(Span<const Contact> found, const Motion& motion) {
   Bodies bodies;
-  ProspectLanes lanes;
+  ProspectLanes lanes = {};
   prospects_.resize(found.size());
   for (std::size_t i = 0; i < found.size(); i += lane_count) {
     const Span<const Contact> some(&found[i], std::min(lane_count, found.size() - i));

@@ -48,11 +48,11 @@ class NearContacts {
   // To be called where the indices of bodies, vertices or faces change.
   void forget() { chosen_.clear(); }
 
- private:
-  // What tells it from other contacts, in their order.
+  // What tells a contact from others, in their order.
   using Key = std::array<std::uint64_t, 3>;
   static Key key_of(const Contact& contact);
 
+ private:
   // What contacts ask about their bodies.
   struct Bodies {
     std::int32_t a = -1, b = -1;

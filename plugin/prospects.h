@@ -22,7 +22,7 @@ struct alignas(64) ProspectLanes {
   double thickness[count];    // metres: given, that of the surfaces; then the contact's own
   double gap_squared[count];  // m^2: between the points in contact, where the step begins
   double gap_kept[count];     // m^2: of that gap and the one at the end, the dot product
-  // As Prospect has them; true: not zero.
+  // As Prospect has them; true: not zero. The response is without dynamic rigid bodies.
   double move_squared[count], need[count], response[count];
   std::int64_t gives_way[count], may_open[count];
 };
@@ -34,8 +34,7 @@ struct ProspectKernels {
   void (*of_double)(const ProspectMotion<double>& motion, const Contact* contacts, int count,
                     ProspectLanes& lanes);
 
-  // Of as many contacts as there are lanes at most, of which no dynamic rigid body has a part, nor
-  // carries a vertex.
+  // Of as many contacts as there are lanes at most.
   void find(const ProspectMotion<float>& motion, const Contact* contacts, int count,
             ProspectLanes& lanes) const {
     of_float(motion, contacts, count, lanes);

@@ -19,8 +19,8 @@ class Response {
 
   Response(const Options& options, ContactRows::Surface surface);
 
-  // `near` are the pairs that come within their thickness of each other, or touch; `detect_all`
-  // finds those that touch. In turn, each until the step is clean: impulses; rigid impact zones;
+  // `near` are the pairs that come near each other, of which those that give way are answered;
+  // `detect_all` finds those that touch. In turn, each until the step is clean: impulses; rigid impact zones;
   // zones held at the start of the step, which is clean in the end because nothing moves any more.
   // Then motion.velocity_change says what velocities are to receive.
   void run(const NearProspects& near, const Detect& detect_all, Motion& motion, StepStats& stats);

@@ -9,6 +9,8 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 
 void RowList::take(std::vector<ContactRow>& rows) {
   made_.swap(rows);
+  near_ = {};
+  make_ = nullptr;
   place_.resize(made_.size());
   std::iota(place_.begin(), place_.end(), 0);
 }
@@ -18,7 +20,7 @@ void RowList::take(const NearProspects& near, Make make) {
   make_ = std::move(make);
   place_.assign(near.contacts.size(), -1);
   made_.clear();
-  made_.reserve(place_.size());
+  made_.reserve(place_.size());  // rows stay where they are
 }
 
 void RowList::make(std::size_t i) {

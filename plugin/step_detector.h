@@ -41,7 +41,8 @@ class StepDetector {
   // Takes the motion for a new one: nothing is found in it yet.
   void begin_motion();
   // The first detection of a motion: pairs that come within their thickness of each other, of which
-  // those that say nothing new do not give way. Valid until the next one, or set_topology().
+  // those that say nothing new do not give way. Valid until the next one, foresee() or
+  // set_topology().
   NearProspects near();
   // In place of that, where nothing comes within separation() of anything.
   void forget_near() {

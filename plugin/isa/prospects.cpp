@@ -9,10 +9,17 @@ namespace lazyccd::bullet {
 namespace LAZYCCD_ISA {
 namespace {
 
-constexpr int count = ProspectLanes::count;
+// As the registers are: wider vectors are taken apart, and choices in them become branches.
+#if defined(__AVX512F__)
+constexpr int width = 8;
+#elif defined(__AVX2__)
+constexpr int width = 4;
+#else
+constexpr int width = 2;
+#endif
 
-typedef double Lanes __attribute__((vector_size(8 * count)));
-typedef std::int64_t Mask __attribute__((vector_size(8 * count)));
+typedef double Lanes __attribute__((vector_size(8 * width)));
+typedef std::int64_t Mask __attribute__((vector_size(8 * width)));
 
 struct Vector {
   Lanes x, y, z;
@@ -24,7 +31,7 @@ LAZYCCD_INLINE void load(const double* from, Lanes& to) {
 LAZYCCD_INLINE void store(const Lanes& x, double* to) { *reinterpret_cast<Lanes*>(to) = x; }
 LAZYCCD_INLINE void store(const Mask& x, std::int64_t* to) { *reinterpret_cast<Mask*>(to) = x; }
 
-// As Eigen adds them up.
+// As Eigen adds them up, where it has vectors of two doubles.
 LAZYCCD_INLINE Lanes dot(const Vector& a, const Vector& b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;
 }
@@ -40,7 +47,7 @@ LAZYCCD_INLINE void add(const Lanes& weight, const Vector& x, Vector& sum) {
 
 template <class Scalar>
 LAZYCCD_INLINE void read(const Scalar* positions, const std::int32_t* vertices, Vector& to) {
-  for (int i = 0; i < count; ++i) {
+  for (int i = 0; i < width; ++i) {
     const Scalar* const x = positions + 3 * static_cast<std::int64_t>(vertices[i]);
     to.x[i] = static_cast<double>(x[0]);
     to.y[i] = static_cast<double>(x[1]);
@@ -48,17 +55,18 @@ LAZYCCD_INLINE void read(const Scalar* positions, const std::int32_t* vertices, 
   }
 }
 
+// Of as many contacts as fill a register, from `first` on.
 template <class Scalar>
-void prospects(const ProspectMotion<Scalar>& motion, const Contact* contacts, int given,
-               ProspectLanes& lanes) {
+LAZYCCD_INLINE void look_at(const ProspectMotion<Scalar>& motion, const Contact* contacts,
+                            int first, int given, ProspectLanes& lanes) {
   const Lanes zero = {}, one = zero + 1;
-  alignas(64) std::int32_t vertices[4][count];
-  alignas(64) std::int64_t vertex_face[count], in_one_body[count];
+  alignas(64) std::int32_t vertices[4][width];
+  alignas(64) std::int64_t vertex_face[width], in_one_body[width];
   Lanes p, q;
   Vector normal;
   bool all_soft = true, any_in_one_body = false;
-  for (int i = 0; i < count; ++i) {
-    const Contact& contact = contacts[i < given ? i : 0];
+  for (int i = 0; i < width; ++i) {
+    const Contact& contact = contacts[first + i < given ? first + i : first];
     for (int k = 0; k < 4; ++k) {
       vertices[k][i] = contact.vertices[k];
       all_soft &= contact.vertices[k] < motion.soft_count;
@@ -88,20 +96,20 @@ void prospects(const ProspectMotion<Scalar>& motion, const Contact* contacts, in
     add(weight, {end.x - start.x, end.y - start.y, end.z - start.z}, move);
     start_gap += weight * dot(normal, start);
     Lanes inverse_mass = zero;
-    for (int i = 0; i < count; ++i) {
+    for (int i = 0; i < width; ++i) {
       const std::int32_t v = vertices[k][i];
       if (all_soft || v < motion.soft_count) inverse_mass[i] = motion.inverse_mass[v];
     }
     compliance += weight * weight * inverse_mass;
     most_mobile = max(most_mobile, inverse_mass);
     if (!any_in_one_body) continue;
-    for (int i = 0; i < count; ++i) reach[k][i] = in_one_body[i] ? motion.reach[vertices[k][i]] : 0;
+    for (int i = 0; i < width; ++i) reach[k][i] = in_one_body[i] ? motion.reach[vertices[k][i]] : 0;
     const Lanes size = weight < 0 ? -weight : weight;
     reach[k] = weight != 0 ? size * reach[k] : zero;
   }
 
   Lanes thickness;
-  load(lanes.thickness, thickness);
+  load(lanes.thickness + first, thickness);
   if (any_in_one_body) {
     const Lanes reach_of_a = reach[0] + (is_vertex_face ? zero : reach[1]);
     const Lanes reach_of_b = (is_vertex_face ? reach[1] : zero) + reach[2] + reach[3];
@@ -113,14 +121,22 @@ void prospects(const ProspectMotion<Scalar>& motion, const Contact* contacts, in
   const Lanes opened = max(kept, min(0.5 * thickness, kept + motion.recovery * thickness));
   const Mask gives_way = compliance > 1e-6 * (compliance + compliance);
   const Lanes least = most_mobile / 256;
-  store(thickness, lanes.thickness);
-  store(dot(start_sum, start_sum), lanes.gap_squared);
-  store(dot(start_sum, end_sum), lanes.gap_kept);
-  store(dot(move, move), lanes.move_squared);
-  store(kept - start_gap - dot(normal, move), lanes.need);
-  store(gives_way ? one / max(compliance, least) : zero, lanes.response);
-  store(gives_way, lanes.gives_way);
-  store(opened > kept, lanes.may_open);
+  store(thickness, lanes.thickness + first);
+  store(dot(start_sum, start_sum), lanes.gap_squared + first);
+  store(dot(start_sum, end_sum), lanes.gap_kept + first);
+  store(dot(move, move), lanes.move_squared + first);
+  store(kept - start_gap - dot(normal, move), lanes.need + first);
+  // Nothing is divided by zero, not even in vain.
+  const Lanes divisor = gives_way ? max(compliance, least) : one;
+  store(gives_way ? one / divisor : zero, lanes.response + first);
+  store(gives_way, lanes.gives_way + first);
+  store(opened > kept, lanes.may_open + first);
+}
+
+template <class Scalar>
+void prospects(const ProspectMotion<Scalar>& motion, const Contact* contacts, int count,
+               ProspectLanes& lanes) {
+  for (int first = 0; first < count; first += width) look_at(motion, contacts, first, count, lanes);
 }
 
 #define LAZYCCD_NAME_OF(isa) LAZYCCD_TEXT_OF(isa)

@@ -1,8 +1,10 @@
 // Rows of what is near are made when they are asked for, in the order of their contacts.
 #include "row_list.h"
 
+#include <utility>
 #include <vector>
 
+#include "near_contacts.h"
 #include "plugin/contacts.h"
 #include "support/catch.h"
 
@@ -58,6 +60,25 @@ TEST_CASE("a list makes the rows that it is asked for, once, and they stay") {
   CHECK(list[1].contact.primitive_a == 5);
   list.clear();
   CHECK(list.size() == 0);
+}
+
+TEST_CASE("keys of contacts are in the order of contacts") {
+  std::vector<Contact> contacts;
+  for (int i = 0; i < 243; ++i) {
+    Contact contact = {};
+    int rest = i;
+    const auto next = [&rest] { return std::exchange(rest, rest / 3) % 3 * 40000; };
+    contact.body_a = next();
+    contact.body_b = next();
+    contact.primitive_a = next();
+    contact.primitive_b = next();
+    contact.kind = next() == 0 ? ContactKind::vertex_face : ContactKind::edge_edge;
+    contacts.push_back(contact);
+  }
+  for (const Contact& a : contacts) {
+    for (const Contact& b : contacts)
+      REQUIRE((a < b) == (NearContacts::key_of(a) < NearContacts::key_of(b)));
+  }
 }
 
 TEST_CASE("a contact is found in a list from wherever it is sought") {
