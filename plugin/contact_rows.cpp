@@ -120,7 +120,7 @@ bool ContactRows::add(const std::vector<Contact>& contacts, const Motion& motion
   std::size_t old = 0;
   // Of what was only near, most may say nothing.
   const auto keep = [&] {
-    if (rows_.gives_way(old) || rows_.is_made(old)) merged_.push_back(rows_[old]);
+    if (rows_.gives_way(old) || rows_.is_made(old)) rows_.copy(old, merged_);
     ++old;
   };
   bool gives_way = false;

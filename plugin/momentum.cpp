@@ -144,7 +144,8 @@ void add_restitution(RowList& rows, double restitution, double threshold, int sw
   std::vector<ContactRow> bouncing;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (!rows.gives_way(i)) continue;
-    ContactRow& row = bouncing.emplace_back(rows[i]);
+    rows.copy(i, bouncing);
+    ContactRow& row = bouncing.back();
     double predicted = 0;
     for (int k = 0; k < 4; ++k)
       predicted += row.weights[k] * row.normal.dot(motion.predicted[row.contact.vertices[k]]);

@@ -25,9 +25,20 @@ void RowList::take(const NearProspects& near, Make make) {
 
 void RowList::make(std::size_t i) {
   place_[i] = static_cast<std::int32_t>(made_.size());
-  ContactRow& row = made_.emplace_back();
+  make(i, made_.emplace_back());
+}
+
+void RowList::make(std::size_t i, ContactRow& row) const {
   make_(near_.contacts[i], row);
   row.gives_way = near_.prospects[i].gives_way;
+}
+
+void RowList::copy(std::size_t i, std::vector<ContactRow>& to) const {
+  if (is_made(i)) {
+    to.push_back(made_[place_[i]]);
+  } else {
+    make(i, to.emplace_back());
+  }
 }
 
 std::size_t RowList::find(const Contact& contact, std::size_t first) const {

@@ -46,6 +46,8 @@ class RowList {
   // The first from `first` on whose contact does not come before this one; size(), where all do.
   // Soon where it is near.
   std::size_t find(const Contact& contact, std::size_t first) const;
+  // Appends a row to others, made where it is not.
+  void copy(std::size_t i, std::vector<ContactRow>& to) const;
   // Makes it, where it is not. It stays where it is until the list takes others.
   ContactRow& operator[](std::size_t i) {
     if (!is_made(i)) make(i);
@@ -54,6 +56,7 @@ class RowList {
 
  private:
   void make(std::size_t i);
+  void make(std::size_t i, ContactRow& row) const;
 
   std::vector<std::int32_t> place_;  // in made_; negative: not there
   std::vector<ContactRow> made_;
