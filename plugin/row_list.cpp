@@ -7,10 +7,15 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-void RowList::take(std::vector<ContactRow>& rows) {
-  made_.swap(rows);
+void RowList::clear() {
+  place_.clear();
   near_ = {};
   make_ = nullptr;
+}
+
+void RowList::take(std::vector<ContactRow>& rows) {
+  clear();
+  made_.swap(rows);
   place_.resize(made_.size());
   std::iota(place_.begin(), place_.end(), 0);
 }

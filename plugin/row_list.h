@@ -26,7 +26,7 @@ class RowList {
   RowList() = default;
   explicit RowList(std::vector<ContactRow> rows) { take(rows); }
 
-  void clear() { place_.clear(); }
+  void clear();
   // Takes these, all made, in place of what there was, and gives back memory.
   void take(std::vector<ContactRow>& rows);
   // Takes what is near, none of it made. The pairs are to stay as they are for as long as rows are
