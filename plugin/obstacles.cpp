@@ -55,6 +55,13 @@ AxisBox in_frame(const Obstacles::Record& record, const AxisBox& box) {
   return local.grown(btVector3(moved, moved, moved));
 }
 
+AxisBox with_room(const AxisBox& box) {
+  if (box.is_empty()) return box;
+  const btVector3 size = box.upper - box.lower;
+  const btScalar spare = btScalar(0.25) * size[size.maxAxis()];
+  return box.grown(btScalar(0.25) * size + btVector3(spare, spare, spare));
+}
+
 // That of bodies that meet rigid ones or are carried by them; null where there are none.
 // Also where no soft body meets rigid ones: one that comes to is to meet them on their way.
 btBroadphaseInterface* broadphase_of(const Obstacles::SoftBodies& bodies) {
@@ -110,12 +117,12 @@ void Obstacles::clear() { *this = Obstacles(); }
 
 void Obstacles::begin_step(const SoftBodies& bodies) { poses_.begin_step(broadphase_of(bodies)); }
 
-bool Obstacles::update(const SoftBodies& bodies, const AxisBox& swept, double depth,
-                       Journal& journal) {
+bool Obstacles::update(const SoftBodies& bodies, const AxisBox& swept, const Box& starts,
+                       double depth, Journal& journal) {
   poses_.end_step(broadphase_of(bodies), journal);
   carriers_ = find_carriers(bodies);
   depth_ = depth;
-  return read(swept, journal);
+  return read(swept, starts, journal);
 }
 
 bool Obstacles::has_read(const AxisBox& swept) const {
@@ -127,13 +134,9 @@ bool Obstacles::has_read(const AxisBox& swept) const {
          });
 }
 
-bool Obstacles::read(const AxisBox& swept, Journal& journal) {
+bool Obstacles::read(const AxisBox& swept, const Box& starts, Journal& journal) {
   const bool left_region = !swept.is_empty() && !region_.contains(swept);
-  if (left_region) {
-    const btVector3 size = swept.upper - swept.lower;
-    const btScalar spare = btScalar(0.25) * size[size.maxAxis()];
-    region_ = swept.grown(btScalar(0.25) * size + btVector3(spare, spare, spare));
-  }
+  if (left_region) region_ = with_room(swept);
   std::vector<Record> near;
   for (const RigidPose& pose : poses_.all()) {
     const bool carries = is_dynamic(*pose.object) &&
@@ -162,22 +165,24 @@ bool Obstacles::read(const AxisBox& swept, Journal& journal) {
   read_depth_ = depth_;
   local_.clear();
   faces_.clear();
+  const AxisBox around = with_room(starts());
   for (Record& record : records_) {
-    if (!record.triangles || is_cut_to_region(*record.shape)) read_triangles(record, journal);
+    if (!record.triangles || is_cut_to_region(*record.shape))
+      read_triangles(record, around, journal);
     append_triangles(record);
   }
   return true;
 }
 
-void Obstacles::read_triangles(Record& record, Journal& journal) const {
+void Obstacles::read_triangles(Record& record, const AxisBox& near, Journal& journal) const {
   Triangles triangles;
   // Meshes are asked for a little more than the region, so that one that moves keeps its triangles
   // for some steps.
   record.region = in_frame(record, region_);
   const btVector3 spare = btScalar(0.1) * (record.region.upper - record.region.lower);
   record.region = record.region.grown(spare);
-  if (record.responds &&
-      !tessellate(*record.shape, btTransform::getIdentity(), record.region, depth_, triangles)) {
+  if (record.responds && !tessellate(*record.shape, btTransform::getIdentity(), record.region,
+                                     in_frame(record, near), depth_, triangles)) {
     journal.say("shape " + std::to_string(record.unique_id),
                 std::string("a rigid body's shape has a part without triangles (") +
                     record.shape->getName() + "): that part stays with Bullet alone");

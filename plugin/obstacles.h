@@ -8,6 +8,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -22,6 +23,7 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 class Obstacles {
  public:
   using SoftBodies = btAlignedObjectArray<btSoftBody*>;
+  using Box = std::function<AxisBox()>;
 
   struct Record : RigidPose {
     const btCollisionShape* shape;
@@ -46,13 +48,14 @@ class Obstacles {
 
   // To be called before Bullet moves anything.
   void begin_step(const SoftBodies& bodies);
-  // With rigid bodies where the step ends, the soft bodies' motion in `swept`, and how deep inside
-  // round surfaces triangles may lie, as tessellate() has it. True where vertices or faces are
-  // others than before.
-  bool update(const SoftBodies& bodies, const AxisBox& swept, double depth, Journal& journal);
+  // With rigid bodies where the step ends, the soft bodies' motion in `swept`, where that starts,
+  // and how deep inside round surfaces triangles may lie, as tessellate() has it. True where
+  // vertices or faces are others than before.
+  bool update(const SoftBodies& bodies, const AxisBox& swept, const Box& starts, double depth,
+              Journal& journal);
   // Whether all that is in `swept` was read in this step; and reads it. True as above.
   bool has_read(const AxisBox& swept) const;
-  bool read(const AxisBox& swept, Journal& journal);
+  bool read(const AxisBox& swept, const Box& starts, Journal& journal);
   // As RigidPoses has it.
   void leave_behind(const btCollisionObject& object) { poses_.leave_behind(object); }
   // Drops everything.
@@ -65,7 +68,7 @@ class Obstacles {
   const std::vector<Face>& faces() const { return faces_; }
 
  private:
-  void read_triangles(Record& record, Journal& journal) const;
+  void read_triangles(Record& record, const AxisBox& near, Journal& journal) const;
   void append_triangles(Record& record);
 
   RigidPoses poses_;

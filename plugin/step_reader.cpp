@@ -59,7 +59,9 @@ StepReader::Changes StepReader::read(const Bodies& bodies, double seconds, const
   changes.start = changes.topology;
   changes.start = sweep_driven_nodes() || changes.start;
   if (options_.rigid_obstacles)
-    changes.topology = obstacles_.update(bodies, near_obstacles_, depth_in_obstacles(), journal_) ||
+    changes.topology = obstacles_.update(
+                           bodies, near_obstacles_, [this] { return starts_near_obstacles(); },
+                           depth_in_obstacles(), journal_) ||
                        changes.topology;
   changes.topology = topology_.update(scene_, obstacles_, changes.topology);
   gather_obstacles();
@@ -300,6 +302,16 @@ bool StepReader::may_meet(double distance) const {
   return false;
 }
 
+AxisBox StepReader::starts_near_obstacles() const {
+  AxisBox box = AxisBox::empty();
+  for (const SoftScene::BodyRecord& record : scene_.bodies()) {
+    if (!Obstacles::meets_obstacles(*record.body)) continue;
+    for (std::int32_t v = record.first_vertex; v < record.first_vertex + record.vertex_count; ++v)
+      box.add(to_bullet(motion_.start_of(v)));
+  }
+  return box;
+}
+
 void StepReader::find_carried() {
   for (const SoftScene::BodyRecord& record : scene_.bodies()) {
     const auto& anchors = record.body->m_deformableAnchors;
@@ -332,7 +344,8 @@ bool StepReader::read_where_pushed() {
   if (obstacles_.has_read(reached)) return false;
   motion_.restart_response();  // while its rigid bodies have the triangles that they were read with
   near_obstacles_ = reached;
-  obstacles_.read(near_obstacles_, journal_);
+  obstacles_.read(
+      near_obstacles_, [this] { return starts_near_obstacles(); }, journal_);
   topology_.update(scene_, obstacles_, true);
   gather_obstacles();
   return true;

@@ -100,6 +100,8 @@ class StepReader {
   std::size_t index_of(const SoftScene::BodyRecord& record) const {
     return static_cast<std::size_t>(&record - scene_.bodies().data());
   }
+  // Of the bodies that meet obstacles.
+  AxisBox starts_near_obstacles() const;
   // What dynamic bodies carry: of the nodes with anchors, those that something else moves.
   void find_carried();
   void read_resolution();

@@ -7,6 +7,7 @@
 #include <BulletCollision/CollisionShapes/btConvexShape.h>
 #include <BulletCollision/CollisionShapes/btCylinderShape.h>
 #include <BulletCollision/CollisionShapes/btPolyhedralConvexShape.h>
+#include <BulletCollision/CollisionShapes/btStaticPlaneShape.h>
 #include <BulletCollision/CollisionShapes/btTriangleCallback.h>
 #include <BulletCollision/CollisionShapes/btUniformScalingShape.h>
 #include <LinearMath/btAabbUtil2.h>
@@ -51,6 +52,51 @@ class Welder : public btTriangleCallback {
   std::map<std::array<btScalar, 3>, std::int32_t> index_;
   std::set<Face> seen_;
 };
+
+// A square in a plane, in the order of its corners that Bullet's own triangles have.
+struct PlaneSquare {
+  btVector3 centre, along, across;  // the two: of length one
+  btScalar half;                    // of its side
+
+  PlaneSquare(const btStaticPlaneShape& plane, const AxisBox& box) {
+    btPlaneSpace1(plane.getPlaneNormal(), along, across);
+    const btVector3 middle = (box.upper + box.lower) / 2;
+    centre = middle - (plane.getPlaneNormal().dot(middle) - plane.getPlaneConstant()) *
+                          plane.getPlaneNormal();
+    half = ((box.upper - box.lower) / 2).length();
+  }
+  btVector3 corner(int k) const {
+    return centre + (k % 4 < 2 ? half : -half) * along +
+           (k % 4 == 0 || k % 4 == 3 ? half : -half) * across;
+  }
+};
+
+// Squares around squares, the innermost about `near`.
+void process_plane(const btStaticPlaneShape& plane, const AxisBox& near, const AxisBox& region,
+                   btTriangleCallback& triangles) {
+  constexpr btScalar ratio = 8;
+  const PlaneSquare all(plane, region);
+  PlaneSquare square = near.is_empty() ? all : PlaneSquare(plane, near);
+  if (!(square.half > 0) || !(all.half > ratio * square.half)) {
+    plane.processAllTriangles(&triangles, region.lower, region.upper);
+    return;
+  }
+  const auto add = [&triangles](const btVector3& a, const btVector3& b, const btVector3& c) {
+    btVector3 corners[] = {a, b, c};
+    triangles.processTriangle(corners, 0, 0);
+  };
+  add(square.corner(0), square.corner(1), square.corner(2));
+  add(square.corner(2), square.corner(3), square.corner(0));
+  const btScalar enough = all.half + square.centre.distance(all.centre);
+  while (square.half < enough) {
+    const PlaneSquare inner = square;
+    square.half *= ratio;
+    for (int k = 0; k < 4; ++k) {
+      add(square.corner(k), square.corner(k + 1), inner.corner(k + 1));
+      add(square.corner(k), inner.corner(k + 1), inner.corner(k));
+    }
+  }
+}
 
 constexpr double pi = 3.14159265358979323846;
 
@@ -227,13 +273,13 @@ AxisBox AxisBox::placed(const btTransform& pose) const {
 }
 
 bool tessellate(const btCollisionShape& shape, const btTransform& pose, const AxisBox& region,
-                double depth, Triangles& triangles) {
+                const AxisBox& near, double depth, Triangles& triangles) {
   if (shape.isCompound()) {
     const auto& compound = static_cast<const btCompoundShape&>(shape);
     bool whole = true;
     for (int i = 0; i < compound.getNumChildShapes(); ++i) {
       whole &= tessellate(*compound.getChildShape(i), pose * compound.getChildTransform(i), region,
-                          depth, triangles);
+                          near, depth, triangles);
     }
     return whole;
   }
@@ -242,6 +288,11 @@ bool tessellate(const btCollisionShape& shape, const btTransform& pose, const Ax
   if (!has_triangles(shape)) return false;
   Welder welder(pose, triangles);
   const AxisBox local = region.placed(pose.inverse());
+  if (shape.getShapeType() == STATIC_PLANE_PROXYTYPE) {
+    process_plane(static_cast<const btStaticPlaneShape&>(shape),
+                  near.is_empty() ? near : near.placed(pose.inverse()), local, welder);
+    return true;
+  }
   static_cast<const btConcaveShape&>(shape).processAllTriangles(&welder, local.lower, local.upper);
   return true;
 }

@@ -44,13 +44,15 @@ struct Triangles {
 };
 
 // Appends the triangles of `shape`, which `pose` places. Of meshes and terrains, which may be large
-// or without end, those near `region` (a box in the frame of the outermost shape) are enough. What
+// or without end, those near `region` (a box in the frame of the outermost shape) are enough. The
+// corners of planes are as far away as that box reaches, and rounded accordingly; where it reaches
+// far beyond `near`, they are cut up so that they are as exact as their distance from there. What
 // is round lies about `depth` metres inside its surface at most, but 0.5 % of its radius where that
 // is more, and never more than 4.5 %; cylinders and cones, which Bullet rounds by their margin, as
 // much besides, or 0.01 of the margin where that is more. False where a part of the shape is of a
 // kind without triangles.
 bool tessellate(const btCollisionShape& shape, const btTransform& pose, const AxisBox& region,
-                double depth, Triangles& triangles);
+                const AxisBox& near, double depth, Triangles& triangles);
 
 // Every part of the shape is of a kind with triangles.
 bool has_triangles(const btCollisionShape& shape);

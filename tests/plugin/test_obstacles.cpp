@@ -326,7 +326,9 @@ TEST_CASE("while soft bodies go on, only what is cut to where they are is read a
   const auto read_at = [&](double x, double depth) {
     const btVector3 middle(static_cast<btScalar>(x), 0, 0), half(1, 1, 1);
     obstacles.begin_step(bodies);
-    const bool changed = obstacles.update(bodies, {middle - half, middle + half}, depth, journal);
+    const bullet::AxisBox box = {middle - half, middle + half};
+    const bool changed = obstacles.update(
+        bodies, box, [&] { return box; }, depth, journal);
     REQUIRE(obstacles.records().size() == 2);
     return changed;
   };

@@ -4,9 +4,12 @@
 #include <BulletCollision/CollisionShapes/btConeShape.h>
 #include <BulletCollision/CollisionShapes/btCylinderShape.h>
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
+#include <BulletCollision/CollisionShapes/btStaticPlaneShape.h>
 #include <BulletCollision/CollisionShapes/btUniformScalingShape.h>
 
+#include <cmath>
 #include <limits>
+#include <map>
 #include <memory>
 #include <set>
 
@@ -19,7 +22,8 @@ namespace {
 
 Triangles triangles_of(const btConvexShape& shape, double depth) {
   Triangles triangles;
-  REQUIRE(tessellate(shape, btTransform::getIdentity(), AxisBox::empty(), depth, triangles));
+  REQUIRE(tessellate(shape, btTransform::getIdentity(), AxisBox::empty(), AxisBox::empty(), depth,
+                     triangles));
   return triangles;
 }
 
@@ -104,4 +108,49 @@ TEST_CASE("a scaled shape is met as deep as one of that size") {
   const btUniformScalingShape scaled(&small, 3);
   const btSphereShape large(btScalar(0.3));
   CHECK(triangles_of(scaled, 0.003).faces.size() == triangles_of(large, 0.003).faces.size());
+}
+
+TEST_CASE("a plane is as exact as what is met of it is near, however far its triangles go") {
+  const btStaticPlaneShape plane(btVector3(0, 1, 0), btScalar(0.25));
+  const btVector3 one(1, 1, 1);
+  const auto box = [&](btScalar half) { return AxisBox{-half * one, half * one}; };
+  const auto read = [&](const AxisBox& region, const AxisBox& near) {
+    Triangles triangles;
+    REQUIRE(tessellate(plane, btTransform::getIdentity(), region, near, 0.005, triangles));
+    return triangles;
+  };
+  // As Bullet has it, where there is nothing to be gained.
+  const auto turns_up = [](const Triangles& t, const Face& face) {
+    const btVector3& a = t.vertices[face[0]];
+    return (t.vertices[face[1]] - a).cross(t.vertices[face[2]] - a).y() > 0;
+  };
+  const Triangles bullets = read(box(4), box(1));
+  CHECK(bullets.faces.size() == 2);
+  CHECK(read(box(btScalar(1e7)), AxisBox::empty()).faces.size() == 2);
+
+  const Triangles triangles = read(box(btScalar(1e7)), box(1));
+  btVector3 lower = one, upper = one;
+  std::map<Edge, int> sides;
+  const btTransform pose(btQuaternion(btVector3(1, 2, 3).normalized(), 1), btVector3(1, 2, 3));
+  const btVector3 up = pose.getBasis() * btVector3(0, 1, 0);
+  for (const Face& face : triangles.faces) {
+    CHECK(turns_up(triangles, face) == turns_up(bullets, bullets.faces[0]));
+    for (int k = 0; k < 3; ++k) ++sides[{face[k], face[(k + 1) % 3]}];
+  }
+  int open = 0;
+  for (const auto& [side, count] : sides) {
+    CHECK(count == 1);
+    open += sides.count({side[1], side[0]}) == 0;
+  }
+  CHECK(open == 4);
+  for (const btVector3& x : triangles.vertices) {
+    lower.setMin(x);
+    upper.setMax(x);
+    const btScalar height = up.dot(pose * x - pose * btVector3(0, btScalar(0.25), 0));
+    CHECK(std::abs(height) < 1e-6 * (1 + static_cast<double>(x.length())));
+  }
+  for (const int k : {0, 2}) {
+    CHECK(lower[k] <= btScalar(-1e7));
+    CHECK(upper[k] >= btScalar(1e7));
+  }
 }

@@ -173,7 +173,8 @@ TEST_CASE("bodies are sought as near as two that may meet come near, and no near
     bullet::Obstacles obstacles;
     obstacles.begin_step(bodies);
     const btVector3 far(2, 2, 2);
-    obstacles.update(bodies, {-far, far}, 0.005, journal);
+    obstacles.update(
+        bodies, {-far, far}, [] { return bullet::AxisBox::empty(); }, 0.005, journal);
     REQUIRE(obstacles.records().size() == 1);
     bullet::StepTopology topology;
     topology.update(scene, obstacles, true);
