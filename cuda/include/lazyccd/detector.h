@@ -160,8 +160,8 @@ class Detector {
   // body(first, last) over disjoint pieces of [0, count) of at most `grain`, on the threads of the
   // CPU backend: for what an application does around a detection, like reading positions. All in
   // one piece on the caller's thread where no other one comes: with one thread, or where all sleep,
-  // whom fewer than four pieces do not wake. One that foresees comes when it has done so. Rethrows
-  // the first exception.
+  // whom a count of up to three times the grain does not wake. One that foresees comes when it has
+  // done so. Rethrows the first exception.
   void parallel_for(std::size_t count, std::size_t grain,
                     const std::function<void(std::size_t first, std::size_t last)>& body);
 
