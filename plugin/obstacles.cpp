@@ -55,6 +55,16 @@ AxisBox in_frame(const Obstacles::Record& record, const AxisBox& box) {
   return local.grown(btVector3(moved, moved, moved));
 }
 
+// No less than in_frame() may be off by the rounding of places in the world. Metres.
+btScalar rounded_off(const Obstacles::Record& record, const AxisBox& box) {
+  if (box.is_empty()) return 0;
+  constexpr btScalar roundings = 32;
+  btVector3 farthest = record.start.getOrigin().absolute();
+  for (const btVector3& corner : {box.lower, box.upper, record.end.getOrigin()})
+    farthest.setMax(corner.absolute());
+  return roundings * SIMD_EPSILON * farthest[farthest.maxAxis()];
+}
+
 AxisBox with_room(const AxisBox& box) {
   if (box.is_empty()) return box;
   const btVector3 size = box.upper - box.lower;
@@ -177,9 +187,11 @@ bool Obstacles::read(const AxisBox& swept, const Box& starts, Journal& journal) 
 void Obstacles::read_triangles(Record& record, const AxisBox& near, Journal& journal) const {
   Triangles triangles;
   // Meshes are asked for a little more than the region, so that one that moves keeps its triangles
-  // for some steps.
+  // for some steps; and no less than is rounded off of places in the world on the way to its frame.
   record.region = in_frame(record, region_);
-  const btVector3 spare = btScalar(0.1) * (record.region.upper - record.region.lower);
+  btVector3 spare = btScalar(0.1) * (record.region.upper - record.region.lower);
+  const btScalar rounded = rounded_off(record, region_);
+  spare.setMax(btVector3(rounded, rounded, rounded));
   record.region = record.region.grown(spare);
   if (record.responds && !tessellate(*record.shape, btTransform::getIdentity(), record.region,
                                      in_frame(record, near), depth_, triangles)) {

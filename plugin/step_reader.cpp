@@ -341,7 +341,8 @@ bool StepReader::read_where_pushed() {
       reached.add(btVector3(x[0], x[1], x[2]));
     }
   }
-  if (obstacles_.has_read(reached)) return false;
+  // What has been asked for is not asked for again.
+  if (near_obstacles_.contains(reached) || obstacles_.has_read(reached)) return false;
   motion_.restart_response();  // while its rigid bodies have the triangles that they were read with
   near_obstacles_ = reached;
   obstacles_.read(

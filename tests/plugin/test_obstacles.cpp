@@ -10,6 +10,7 @@
 #include <BulletCollision/CollisionShapes/btStaticPlaneShape.h>
 #include <BulletCollision/Gimpact/btGImpactShape.h>
 
+#include "journal.h"
 #include "obstacles.h"
 #include "plugin/obstacle_worlds.h"
 #include "support/catch.h"
@@ -121,6 +122,41 @@ TEST_CASE("cloth that is pushed far in one step meets what is there") {
     CHECK(cloth->m_nodes[i].m_x.y() > btScalar(-2));
     // What is kinematic cannot give way and waits.
     CHECK((kinematic || cloth->m_nodes[i].m_x.y() < btScalar(-0.5)));
+  }
+}
+
+// Else a step would read the same again and again.
+TEST_CASE(
+    "what was asked for is read, also where places are rounded by as much as bodies are wide") {
+  constexpr btScalar width = btScalar(0.003), far = btScalar(1.8) * width / SIMD_EPSILON;
+  std::mt19937 random(11);
+  std::uniform_real_distribution<btScalar> part(-1, 1);
+  const auto vector = [&] { return btVector3(part(random), part(random), part(random)); };
+  const std::unique_ptr<btTriangleMesh> mesh = flat_triangles(6, width);
+  for (int round = 0; round < 200; ++round) {
+    CAPTURE(round);
+    ObstacleWorld w(World::rigid, 0);
+    const btVector3 place = far * btVector3(1, part(random), part(random));
+    auto shape = std::make_unique<btGImpactMeshShape>(mesh.get());
+    shape->updateBound();
+    btRigidBody* body = w.add(std::move(shape), place, 1, 0.002 * width);
+    btQuaternion turn(part(random), part(random), part(random), part(random));
+    body->setCenterOfMassTransform(btTransform(turn.normalize(), place));
+    btSoftBody* cloth = w.add_sheet(3, width, 0, 0);
+    cloth->translate(place);
+    w.world().updateAabbs();
+
+    bullet::AxisBox swept = bullet::AxisBox::empty();
+    for (int i = 0; i < 3; ++i) swept.add(place + width * vector());
+    bullet::Obstacles obstacles;
+    bullet::Journal journal(nullptr);
+    btAlignedObjectArray<btSoftBody*> bodies;
+    bodies.push_back(cloth);
+    obstacles.begin_step(bodies);
+    obstacles.update(
+        bodies, swept, [&] { return swept; }, 1e-5, journal);
+    CHECK(obstacles.records().size() == 1);
+    CHECK(obstacles.has_read(swept));
   }
 }
 
