@@ -1,18 +1,13 @@
-// Bullet's own constraints within soft bodies, solved by Bullet in an order that processors like,
-// and of several bodies at once.
-//
-// Bullet goes over the links one after the other, and grids list those beside each other that share
-// a node, so that each waits for the one before. Bullet's ReoptimizeLinkOrder() puts others between
-// them, and none before one that it depends on: the result is the same to the bit. But applications
-// know links by their index, so they have that order only while they are solved, when no other
-// thread must read them.
+// Bullet's own constraints within soft bodies: links in groups of such as do not wait for each
+// other (body_links.h), the rest by Bullet, and several bodies at once. The result is the same, to
+// the bit, as of Bullet (3.24) alone.
 #pragma once
 
 #include <BulletSoftBody/btSoftBody.h>
 
-#include <array>
 #include <vector>
 
+#include "body_links.h"
 #include "lazyccd/bullet/precision.h"
 #include "parallel_for.h"
 
@@ -26,24 +21,9 @@ class SoftConstraints {
   void solve(const btAlignedObjectArray<btSoftBody*>& bodies, const ParallelFor& parallel_for);
 
  private:
-  // The order of a body's links.
-  struct Order {
-    int count = -1;          // of the links that it was found for
-    int waiting = 0;         // links that wait for one just before them less than in the body's own
-    std::vector<int> index;  // in the body's own order, by place
-    std::vector<std::array<const btSoftBody::Node*, 2>> ends;  // by place
-  };
+  static void solve(btSoftBody& body, BodyLinks& links);
 
-  using Links = std::vector<btSoftBody::Link>;
-
-  void solve(btSoftBody& body, int index);
-  static bool pays(const btSoftBody& body, const Order& order);
-  static Order find_order(const btSoftBody& body);
-  static bool put_in_order(btSoftBody& body, const Order& order, const Links& links);
-  static void put_back(btSoftBody& body, const Order& order, Links& links);
-
-  std::vector<Order> orders_;  // by body
-  std::vector<Links> links_;   // by body: those that are solved, in the body's own order
+  std::vector<BodyLinks> links_;  // by body
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

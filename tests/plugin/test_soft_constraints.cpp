@@ -1,10 +1,11 @@
-// Bullet's own constraints in another order, and of several bodies at once, with the same result.
+// Bullet's own constraints with links in groups, and of several bodies at once: the same result.
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
 #include <BulletDynamics/Dynamics/btRigidBody.h>
 
 #include <algorithm>
 #include <array>
 #include <cfenv>
+#include <cmath>
 #include <exception>
 #include <functional>
 #include <memory>
@@ -56,6 +57,20 @@ struct Hanging {
     body->appendAnchor(70, weight.get());
   }
 
+  void add_contact(int node, const btRigidBody& with) {
+    btSoftBody::RContact contact{};
+    contact.m_cti.m_colObj = &with;
+    contact.m_cti.m_normal = btVector3(0, 1, 0);
+    contact.m_node = &body->m_nodes[node];
+    contact.m_cti.m_offset = btScalar(0.01) - contact.m_node->m_x.y();
+    contact.m_c0.setIdentity();
+    contact.m_c1 = btVector3(btScalar(0.1), 0, 0);
+    contact.m_c2 = dt;
+    contact.m_c3 = btScalar(0.5);
+    contact.m_c4 = 1;
+    body->m_rcontacts.push_back(contact);
+  }
+
   // What applications know links by.
   std::vector<std::array<std::ptrdiff_t, 3>> listed() const {
     std::vector<std::array<std::ptrdiff_t, 3>> links;
@@ -84,6 +99,9 @@ struct Hanging {
       add(weight->getLinearVelocity());
       add(weight->getAngularVelocity());
     }
+    constexpr btScalar none = 1e30f;  // what is no number is not even equal to itself
+    std::replace_if(
+        all.begin(), all.end(), [](btScalar x) { return std::isnan(x); }, none);
     return all;
   }
 };
@@ -113,26 +131,33 @@ void on_own_threads(std::size_t count, std::size_t grain,
     if (error) std::rethrow_exception(error);
 }
 
-// The same one twice: solved by Bullet, and in order.
+// The same one twice: solved by Bullet, and in groups.
 struct Both {
-  Hanging bullets, ordered;
+  Hanging bullets, grouped;
   bullet::SoftConstraints constraints;
 
   template <class Change>
   void change(const Change& change) {
     change(bullets);
-    change(ordered);
+    change(grouped);
   }
 
-  void step() {
+  template <class AddContacts>
+  void step(const AddContacts& add_contacts) {
     btAlignedObjectArray<btSoftBody*> bodies;
-    bodies.push_back(ordered.body.get());
-    change([](Hanging& h) { h.body->predictMotion(dt); });
-    const auto listed = ordered.listed();
+    bodies.push_back(grouped.body.get());
+    change([&](Hanging& h) {
+      h.body->predictMotion(dt);
+      add_contacts(h);
+    });
+    const auto listed = grouped.listed();
     bullets.body->solveConstraints();
     constraints.solve(bodies, on_caller);
-    REQUIRE(ordered.state() == bullets.state());
-    REQUIRE(ordered.listed() == listed);
+    REQUIRE(grouped.state() == bullets.state());
+    REQUIRE(grouped.listed() == listed);
+  }
+  void step() {
+    step([](Hanging&) {});
   }
 };
 
@@ -142,11 +167,11 @@ enum class Tie { none, anchors, rigid_contacts, soft_contacts, links };
 // Several, by Bullet one after the other and by SoftConstraints.
 struct Several {
   static constexpr int count = 5;
-  std::vector<std::unique_ptr<Hanging>> bullets, ordered;
+  std::vector<std::unique_ptr<Hanging>> bullets, grouped;
   bullet::SoftConstraints constraints;
 
   Several() {
-    for (auto* bodies : {&bullets, &ordered}) {
+    for (auto* bodies : {&bullets, &grouped}) {
       for (int i = 0; i < count; ++i) {
         bodies->push_back(std::make_unique<Hanging>(8 + i % 3));
         bodies->back()->body->m_cfg.piterations = 3;
@@ -157,7 +182,7 @@ struct Several {
   template <class Change>
   void change(const Change& change) {
     change(bullets);
-    change(ordered);
+    change(grouped);
   }
 
   // Whether anything was solved side by side.
@@ -168,26 +193,25 @@ struct Several {
       for (const auto& h : all) h->body->predictMotion(dt);
       add_contacts(all);
     });
-    for (const auto& h : ordered) bodies.push_back(h->body.get());
+    for (const auto& h : grouped) bodies.push_back(h->body.get());
     for (const auto& h : bullets) h->body->solveConstraints();
     bool called = false;
     constraints.solve(bodies, [&](std::size_t pieces, std::size_t grain, const auto& body) {
       called = true;
       parallel_for(pieces, grain, body);
     });
-    for (int i = 0; i < count; ++i) REQUIRE(ordered[i]->state() == bullets[i]->state());
+    for (int i = 0; i < count; ++i) REQUIRE(grouped[i]->state() == bullets[i]->state());
     return called;
   }
 };
 
 }  // namespace
 
-TEST_CASE(
-    "links that are solved in another order come to the same, to the bit, and are back after it") {
+TEST_CASE("links that are solved in groups come to the same, to the bit") {
   Both both;
   const int velocities = GENERATE(0, 2), positions = GENERATE(1, 10), drift = GENERATE(0, 3);
-  const bool anchored = GENERATE(false, true);
-  CAPTURE(velocities, positions, drift, anchored);
+  const bool anchored = GENERATE(false, true), twice = GENERATE(false, true);
+  CAPTURE(velocities, positions, drift, anchored, twice);
   both.change([&](Hanging& h) {
     h.body->m_cfg.viterations = velocities;
     h.body->m_cfg.piterations = positions;
@@ -195,6 +219,7 @@ TEST_CASE(
     h.body->m_cfg.m_vsequence.push_back(btSoftBody::eVSolver::Linear);
     h.body->m_cfg.m_dsequence.push_back(btSoftBody::ePSolver::Linear);
     h.body->m_materials[0]->m_kLST = btScalar(0.7);
+    if (twice) h.body->m_cfg.m_psequence.push_back(btSoftBody::ePSolver::Linear);
     if (anchored) h.add_anchor();
   });
   for (int i = 0; i < 30; ++i) both.step();
@@ -205,7 +230,7 @@ TEST_CASE("links may change between steps in any way") {
   both.change([](Hanging& h) { h.body->m_cfg.piterations = 4; });
   both.step();
   both.step();
-  const int kind = GENERATE(range(0, 6));
+  const int kind = GENERATE(range(0, 8));
   CAPTURE(kind);
   both.change([&](Hanging& h) {
     btSoftBody& body = *h.body;
@@ -231,10 +256,148 @@ TEST_CASE("links may change between steps in any way") {
         body.m_links[3].m_rl *= 2;
         body.setTotalMass(3);
         break;
+      case 6:  // beside the links
+        for (int i = 0; i < 100; ++i) body.appendNode(btVector3(0, 1, 0), 1);
+        break;
+      case 7:  // all from one node
+        for (int i = 0; i < body.m_links.size(); ++i) {
+          body.m_links[i].m_n[0] = &body.m_nodes[0];
+          body.m_links[i].m_n[1] = &body.m_nodes[1 + i % (body.m_nodes.size() - 1)];
+        }
+        break;
     }
     body.updateLinkConstants();
   });
   for (int i = 0; i < 5; ++i) both.step();
+}
+
+TEST_CASE("nodes are freed and held between steps, and links left out") {
+  Both both;
+  both.change([](Hanging& h) { h.body->m_cfg.piterations = 4; });
+  for (int i = 0; i < 12; ++i) {
+    both.change([&](Hanging& h) {
+      btSoftBody& body = *h.body;
+      for (const int node : {0, 1, 9, 10}) body.setMass(node, i % 3 == 1 ? 0 : btScalar(0.1));
+      // Bullet goes by the constants, of whatever masses they are.
+      if (i % 2 == 0) body.updateLinkConstants();
+      body.m_materials[0]->m_kLST = i > 8 ? 0 : 1;
+    });
+    both.step();
+  }
+}
+
+TEST_CASE("whatever Bullet solves beside links, in any sequence, it solves between them") {
+  using Solver = btSoftBody::ePSolver;
+  const std::vector<Solver::_> sequence = GENERATE(
+      std::vector<Solver::_>{}, std::vector<Solver::_>{Solver::Anchors},
+      std::vector<Solver::_>{Solver::Linear, Solver::RContacts, Solver::Anchors},
+      std::vector<Solver::_>{Solver::Linear, Solver::Linear, Solver::SContacts},
+      std::vector<Solver::_>{Solver::RContacts, Solver::Linear, Solver::RContacts, Solver::Linear});
+  const bool anchored = GENERATE(false, true), touching = GENERATE(false, true);
+  const int positions = GENERATE(0, 1, 5);
+  CAPTURE(sequence.size(), anchored, touching, positions);
+  Both both;
+  both.change([&](Hanging& h) {
+    btSoftBody::Config& config = h.body->m_cfg;
+    config.piterations = positions;
+    config.m_psequence.resize(0);
+    for (const Solver::_ solver : sequence) config.m_psequence.push_back(solver);
+    h.add_weight();
+    if (anchored) h.body->appendAnchor(70, h.weight.get());
+  });
+  for (int i = 0; i < 10; ++i) {
+    both.step([&](Hanging& h) {
+      if (!touching) return;
+      for (const int node : {40, 41, 70, 40}) h.add_contact(node, *h.weight);
+    });
+  }
+}
+
+// One of what applications may do between steps.
+void change_somehow(Hanging& h, std::mt19937& random) {
+  const auto below = [&](int end) {
+    return static_cast<int>(random() % static_cast<unsigned>(end));
+  };
+  btSoftBody& body = *h.body;
+  const int nodes = body.m_nodes.size(), links = body.m_links.size(), node = below(nodes);
+  btSoftBody::Link* const link = links > 0 ? &body.m_links[below(links)] : nullptr;
+  switch (below(12)) {
+    case 0:
+      body.setMass(node, below(2) ? 0 : btScalar(0.1));
+      break;
+    case 1:
+      body.updateLinkConstants();
+      break;
+    case 2:
+      body.m_materials[0]->m_kLST = btScalar(below(4)) / 3;
+      break;
+    case 3:
+      body.appendNode(body.m_nodes[node].m_x * btScalar(1.01), btScalar(below(3)));
+      break;
+    case 4:
+      for (int i = 0; i < 20; ++i)
+        body.appendLink(below(nodes), below(2) ? node : below(nodes), body.m_materials[0]);
+      break;
+    case 5:
+      body.randomizeConstraints();
+      break;
+    case 6:
+      if (link) link->m_n[below(2)] = &body.m_nodes[node];
+      break;
+    case 7:
+      if (link) body.m_links.resize(links - 1 - below(std::min(links, 30)));
+      break;
+    case 8:
+      h.body->appendAnchor(node, h.weight.get());
+      break;
+    case 9:
+      body.m_cfg.piterations = below(9);
+      body.m_cfg.viterations = below(2);
+      break;
+    case 10:
+      body.m_cfg.kDP = btScalar(below(3)) / 10;
+      body.m_cfg.diterations = below(8) == 0;
+      break;
+    default:
+      body.generateBendingConstraints(2);
+  }
+}
+
+TEST_CASE("whatever happens to a body between steps, it comes to the same") {
+  for (unsigned scene = 0; scene < 60; ++scene) {
+    CAPTURE(scene);
+    Both both;
+    both.change([&](Hanging& h) {
+      h.body->m_cfg.m_vsequence.push_back(btSoftBody::eVSolver::Linear);
+      h.body->m_cfg.m_dsequence.push_back(btSoftBody::ePSolver::Linear);
+      h.add_weight();
+    });
+    std::mt19937 contacts(scene), of[2] = {std::mt19937(scene), std::mt19937(scene)};
+    for (int step = 0; step < 15; ++step) {
+      both.change([&](Hanging& h) { change_somehow(h, of[&h == &both.grouped]); });
+      const unsigned touching = contacts() % 60;
+      both.step([&](Hanging& h) {
+        for (unsigned i = 0; i < touching; ++i)
+          h.add_contact(static_cast<int>(7 * i % 70), *h.weight);
+      });
+    }
+  }
+}
+
+TEST_CASE("links that wait for each other are solved in groups, and others by Bullet") {
+  if (!bullet::best_link_kernels()) return;
+  Hanging sheet(30);
+  sheet.body->predictMotion(dt);
+  bullet::BodyLinks links;
+  CHECK(links.take(*sheet.body, 1));
+  CHECK(links.take(*sheet.body, 10));
+  CHECK(!links.take(*sheet.body, 0));
+  // As a star, each waits for the one before, in whatever order.
+  for (int i = 0; i < sheet.body->m_links.size(); ++i) {
+    sheet.body->m_links[i].m_n[0] = &sheet.body->m_nodes[0];
+    sheet.body->m_links[i].m_n[1] = &sheet.body->m_nodes[1 + i % 200];
+  }
+  CHECK(!links.take(*sheet.body, 1));
 }
 
 TEST_CASE("a link to another body's node is solved where the body lists it") {
@@ -242,21 +405,21 @@ TEST_CASE("a link to another body's node is solved where the body lists it") {
   Hanging others[2];
   both.change([&](Hanging& h) {
     h.body->m_cfg.piterations = 4;
-    Hanging& other = others[&h == &both.ordered];
+    Hanging& other = others[&h == &both.grouped];
     h.body->m_links[50].m_n[1] = &other.body->m_nodes[20];
     h.body->updateLinkConstants();
   });
   for (int i = 0; i < 5; ++i) {
     btAlignedObjectArray<btSoftBody*> bodies;
-    bodies.push_back(both.ordered.body.get());
+    bodies.push_back(both.grouped.body.get());
     both.bullets.body->solveConstraints();
     both.constraints.solve(bodies, on_caller);
-    CHECK(both.ordered.state() == both.bullets.state());
+    CHECK(both.grouped.state() == both.bullets.state());
     CHECK(others[1].state() == others[0].state());
   }
 }
 
-TEST_CASE("bodies come, go and sleep, each with the order of its own links") {
+TEST_CASE("bodies come, go and sleep, each with its own links") {
   std::vector<std::unique_ptr<Both>> pairs;
   bullet::SoftConstraints constraints;
   for (int i = 0; i < 3; ++i) {
@@ -273,13 +436,13 @@ TEST_CASE("bodies come, go and sleep, each with the order of its own links") {
     btAlignedObjectArray<btSoftBody*> bodies;
     for (const auto& pair : pairs) {
       pair->change([](Hanging& h) { h.body->predictMotion(dt); });
-      bodies.push_back(pair->ordered.body.get());
+      bodies.push_back(pair->grouped.body.get());
     }
-    pairs[0]->ordered.body->forceActivationState(sleeps ? ISLAND_SLEEPING : ACTIVE_TAG);
+    pairs[0]->grouped.body->forceActivationState(sleeps ? ISLAND_SLEEPING : ACTIVE_TAG);
     constraints.solve(bodies, step % 2 ? on_own_threads : on_caller);
     for (const auto& pair : pairs) {
       if (!sleeps || pair != pairs[0]) pair->bullets.body->solveConstraints();
-      REQUIRE(pair->ordered.state() == pair->bullets.state());
+      REQUIRE(pair->grouped.state() == pair->bullets.state());
     }
   }
 }
@@ -315,19 +478,7 @@ TEST_CASE("bodies that are solved side by side come to the same as one after the
   });
   const auto add_contacts = [&](auto& bodies) {
     if (tie == Tie::rigid_contacts) {
-      for (const int i : {2, 4}) {
-        btSoftBody::RContact contact{};
-        contact.m_cti.m_colObj = bodies[0]->weight.get();
-        contact.m_cti.m_normal = btVector3(0, 1, 0);
-        contact.m_node = &bodies[i]->body->m_nodes[40];
-        contact.m_cti.m_offset = btScalar(0.01) - contact.m_node->m_x.y();
-        contact.m_c0.setIdentity();
-        contact.m_c1 = btVector3(btScalar(0.1), 0, 0);
-        contact.m_c2 = dt;
-        contact.m_c3 = btScalar(0.5);
-        contact.m_c4 = 1;
-        bodies[i]->body->m_rcontacts.push_back(contact);
-      }
+      for (const int i : {2, 4}) bodies[i]->add_contact(40, *bodies[0]->weight);
     }
     if (tie == Tie::soft_contacts) {
       btSoftBody::SContact contact{};
@@ -372,7 +523,7 @@ TEST_CASE("where a piece throws, bodies are solved or as they were") {
   });
   std::vector<std::vector<btScalar>> before;
   btAlignedObjectArray<btSoftBody*> bodies;
-  for (const auto& h : several.ordered) {
+  for (const auto& h : several.grouped) {
     before.push_back(h->state());
     bodies.push_back(h->body.get());
   }
@@ -386,11 +537,11 @@ TEST_CASE("where a piece throws, bodies are solved or as they were") {
   for (const auto& h : several.bullets) h->body->solveConstraints();
   int solved = 0;
   for (int i = 0; i < Several::count; ++i) {
-    const bool is_solved = several.ordered[i]->state() == several.bullets[i]->state();
+    const bool is_solved = several.grouped[i]->state() == several.bullets[i]->state();
     solved += is_solved;
     if (is_solved) continue;
-    CHECK(several.ordered[i]->state() == before[i]);
-    several.ordered[i]->body->solveConstraints();
+    CHECK(several.grouped[i]->state() == before[i]);
+    several.grouped[i]->body->solveConstraints();
   }
   CHECK(solved > 0);
   CHECK(solved < Several::count);
