@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cmath>
 #include <limits>
 
 #include "stopwatch.h"
@@ -116,15 +117,22 @@ std::vector<Contact> StepDetector::touching(const Positions& start, const Positi
 }
 
 // What the first detection did not report stayed further apart than the separation, all the time.
-// So it cannot touch while nothing leaves that motion by half as much; nor where the step begins.
+// So it cannot touch while no two vertices that may meet leave that motion by as much together; nor
+// where the step begins.
 bool StepDetector::only_near_can_touch(const Positions& end) const {
   if (!near_) return false;
   if (end.data() == motion_.start.data()) return true;
-  const double least = 0.499 * separation_;
-  for (std::size_t v = 0; v < motion_.size(); ++v) {
-    const Eigen::Vector3d moved =
-        motion_.end_of(static_cast<std::int32_t>(v)) - motion_.predicted[v];
-    if (moved.squaredNorm() > least * least) return false;
+  const double room = 0.998 * separation_;
+  const Span<const Body> bodies = topology_.topology().bodies;
+  double furthest = 0;  // metres: of the bodies before
+  for (std::size_t body = 0; body < bodies.size(); ++body) {
+    double squared = 0;
+    for (std::int32_t v = motion_.first_vertex[body]; v < motion_.first_vertex[body + 1]; ++v)
+      squared = std::max(squared, (motion_.end_of(v) - motion_.predicted[v]).squaredNorm());
+    const double off = std::sqrt(squared);
+    if (off + (bodies[body].self_collision ? std::max(off, furthest) : furthest) > room)
+      return false;
+    furthest = std::max(furthest, off);
   }
   return true;
 }

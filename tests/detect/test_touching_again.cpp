@@ -45,3 +45,30 @@ TEST_CASE("all that touches in a motion close to another one was near in that on
   CHECK(same_contacts(among_near(scene.end), touching(scene.end)));
   CHECK(near_detector.stats().hash == touch_detector.stats().hash);
 }
+
+TEST_CASE("of two bodies one may leave that motion by as much as the other one does not") {
+  constexpr double separation = 0.02;
+  MovingTriangles scene = crowd_of_triangles(1000);
+  std::vector<std::int32_t> body_of_vertex;
+  for (std::size_t v = 0; v < scene.start.size() / 3; ++v) body_of_vertex.push_back(v / 3 % 2);
+  std::vector<Body> bodies(2);
+  for (Body& body : bodies) body.self_collision = false;
+  Topology topology = scene.topology();
+  topology.body_of_vertex = body_of_vertex;
+  topology.bodies = bodies;
+  Detector near_detector(with_separation(separation)), touch_detector(with_separation(0));
+  near_detector.set_topology(topology);
+  touch_detector.set_topology(topology);
+  near_detector.detect(scene.at(scene.start), scene.at(scene.end));
+
+  // Each component of the one body's by less than the separation over the root of three.
+  std::mt19937 random(3);
+  for (std::size_t i = 0; i < scene.end.size(); ++i) {
+    if (body_of_vertex[i / 3] == 1)
+      scene.end[i] += 0.57 * separation * (random() / 2147483648.0 - 1);
+  }
+  const auto touching = touch_detector.detect(scene.at(scene.start), scene.at(scene.end));
+  CHECK(touching.size() > 200);
+  CHECK(same_contacts(near_detector.touching_again(scene.at(scene.start), scene.at(scene.end)),
+                      touching));
+}

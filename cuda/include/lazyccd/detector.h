@@ -149,8 +149,9 @@ class Detector {
 
   // Of all pairs that came within the separation h in the last detect(), those that touch during
   // this motion, which begins where that one began; sorted. Nothing else can touch in a motion that
-  // takes no vertex h / 2 or further from where it was at any time of that one. The CPU does it on
-  // every backend. The span is valid until the next call of this function.
+  // takes vertices of no two primitives by h or more together from where they were at any time of
+  // that one, as where none goes h / 2. The CPU does it on every backend. The span is valid until
+  // the next call of this function.
   Span<const Contact> touching_again(const Positions& start, const Positions& end);
 
   // All edges: sides of faces and the topology's own, each once, (smaller, larger) vertex index,
