@@ -2,6 +2,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <cmath>
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -93,6 +94,19 @@ void Motion::set_carried_end(std::int32_t vertex, const btScalar* x) {
 int Motion::carrier_of(std::int32_t soft_vertex) const {
   const auto found = carried.find(soft_vertex);
   return found == carried.end() ? -1 : found->second.rigid;
+}
+
+double Motion::off_together(Span<const Body> bodies) const {
+  double most = 0, furthest = 0;  // furthest: of the bodies before
+  for (std::size_t body = 0; body < bodies.size(); ++body) {
+    double squared = 0;
+    for (std::int32_t v = first_vertex[body]; v < first_vertex[body + 1]; ++v)
+      squared = std::max(squared, (end_of(v) - predicted[v]).squaredNorm());
+    const double off = std::sqrt(squared);
+    most = std::max(most, off + (bodies[body].self_collision ? std::max(off, furthest) : furthest));
+    furthest = std::max(furthest, off);
+  }
+  return most;
 }
 
 bool Motion::is_driven() const {

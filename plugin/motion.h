@@ -98,6 +98,9 @@ struct Motion {
   }
   // Something of infinite mass moves.
   bool is_driven() const;
+  // How far two vertices that may meet end from where Bullet had them, together, metres: no two
+  // by more.
+  double off_together(Span<const Body> bodies) const;
   // Index in `rigid` of the body that carries a soft vertex; -1: none.
   int carrier_of(std::int32_t soft_vertex) const;
 

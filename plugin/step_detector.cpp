@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cmath>
 #include <limits>
 
 #include "stopwatch.h"
@@ -116,25 +115,12 @@ std::vector<Contact> StepDetector::touching(const Positions& start, const Positi
   return contacts;
 }
 
-// What the first detection did not report stayed further apart than the separation, all the time.
-// So it cannot touch while no two vertices that may meet leave that motion by as much together; nor
-// where the step begins.
+// What did not come near in the first detection stayed further apart than the separation, all the
+// time. So it cannot touch while no two vertices that may meet leave that motion by as much
+// together; nor where the step begins.
 bool StepDetector::only_near_can_touch(const Positions& end) const {
-  if (!near_) return false;
-  if (end.data() == motion_.start.data()) return true;
-  const double room = 0.998 * separation_;
-  const Span<const Body> bodies = topology_.topology().bodies;
-  double furthest = 0;  // metres: of the bodies before
-  for (std::size_t body = 0; body < bodies.size(); ++body) {
-    double squared = 0;
-    for (std::int32_t v = motion_.first_vertex[body]; v < motion_.first_vertex[body + 1]; ++v)
-      squared = std::max(squared, (motion_.end_of(v) - motion_.predicted[v]).squaredNorm());
-    const double off = std::sqrt(squared);
-    if (off + (bodies[body].self_collision ? std::max(off, furthest) : furthest) > room)
-      return false;
-    furthest = std::max(furthest, off);
-  }
-  return true;
+  return near_ && (end.data() == motion_.start.data() ||
+                   motion_.off_together(topology_.topology().bodies) <= 0.998 * separation_);
 }
 
 NearProspects StepDetector::near() {

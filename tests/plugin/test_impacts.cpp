@@ -1,4 +1,5 @@
 // Scenes that Bullet alone fails, at the parameters where it was measured to.
+#include "plugin/worlds.h"
 #include "scenes/run.h"
 #include "support/catch.h"
 #include "support/sweep.h"
@@ -70,6 +71,24 @@ TEST_CASE("a strip that closes on itself never passes through itself") {
   const scenes::RunReport report = run({"fold", speed, 1.0 / 240, 0}, world, Collisions::lazyccd);
   CHECK(report.crossings_vf + report.crossings_ee == 0);
   CHECK(report.piercings.empty());
+}
+
+TEST_CASE("cloth that is driven onto what it was far from stops before it") {
+  const World world_kind = GENERATE(World::rigid, World::deformable);
+  scenes::WorldOptions options = test::quiet_options(world_kind, 1.0 / 60);
+  const auto world = scenes::PhysicsWorld::make(options);
+  auto lowest = test::sheet(*world, 9, 2, 0, 0), middle = test::sheet(*world, 6, 1, 0.3),
+       highest = test::sheet(*world, 7, 1.2, 0.4);
+  scenes::pin_border(*lowest, 9, 9);
+  highest->setTotalMass(100);
+  test::throw_down(*highest, 40);
+  const btSoftBody &held = *lowest, &driven = *middle;
+  for (auto* body : {&lowest, &middle, &highest}) world->add(std::move(*body));
+  for (int step = 0; step < 20; ++step) {
+    CAPTURE(world_kind == World::rigid, step);
+    world->step();
+    REQUIRE(scenes::nodes_below(driven, 0, driven.m_nodes.size() - 1, held) == 0);
+  }
 }
 
 TEST_CASE("Bullet alone lets these scenes pass through, by the same counters") {
