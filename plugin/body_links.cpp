@@ -70,7 +70,7 @@ void BodyLinks::plan(const btSoftBody& body) {
 bool BodyLinks::pays(std::int64_t passes) const {
   const auto links = static_cast<double>(link_count_), groups = static_cast<double>(groups_.size());
   const double here = static_cast<double>(passes) * 12 * groups + 5 * links;
-  return groups > 0 &&
+  return passes > 0 && groups > 0 &&
          here < static_cast<double>(passes) * (4.5 * links + 8.5 * static_cast<double>(waiting_));
 }
 
@@ -115,8 +115,8 @@ void BodyLinks::write(btSoftBody& body, int node) const {
 }
 
 void BodyLinks::solve(int passes) {
-  kernels_->solve(
-      {groups_.data(), static_cast<int>(groups_.size()), plan_.skew, passes, nodes_.data()});
+  kernels_->solve({groups_.data(), static_cast<int>(groups_.size()), plan_.skew, passes,
+                   nodes_.data(), bytes_of_nodes<btScalar>(node_count_)});
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -62,10 +62,6 @@ LinkPlan plan_links(const LinkEnds& ends, std::int32_t nodes, std::int32_t lanes
 
 template <class Scalar>
 std::vector<LinkGroup<Scalar>> make_groups(const LinkPlan& plan, const LinkEnds& ends) {
-  const auto place_of = [](std::int32_t node) {
-    return static_cast<std::uint32_t>(node) *
-           static_cast<std::uint32_t>(sizeof(LinkedNode<Scalar>));
-  };
   std::vector<LinkGroup<Scalar>> groups(plan.sizes.size());
   std::int32_t spare = plan.nodes;
   for (std::size_t i = 0; i < groups.size(); ++i) {
@@ -74,13 +70,14 @@ std::vector<LinkGroup<Scalar>> make_groups(const LinkPlan& plan, const LinkEnds&
     for (std::int32_t lane = 0; lane < group.links; ++lane) {
       group.c0[lane] = group.c1[lane] = 1;
       group.inverse_mass[0][lane] = group.inverse_mass[1][lane] = 0;
-      group.node[0][lane] = group.node[1][lane] = place_of(spare);
+      group.node[0][lane] = group.node[1][lane] = bytes_of_nodes<Scalar>(spare);
     }
   }
   for (std::size_t i = 0; i < ends.size(); ++i) {
     const auto [group, lane] = plan.places[i];
     if (group < 0) continue;
-    for (int end = 0; end < 2; ++end) groups[group].node[end][lane] = place_of(ends[i][end]);
+    for (int end = 0; end < 2; ++end)
+      groups[group].node[end][lane] = bytes_of_nodes<Scalar>(ends[i][end]);
   }
   return groups;
 }

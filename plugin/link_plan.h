@@ -31,6 +31,12 @@ struct LinkPlan {
 // less than `lanes`.
 LinkPlan plan_links(const LinkEnds& ends, std::int32_t nodes, std::int32_t lanes);
 
+// From the first node of a body to the one of that index.
+template <class Scalar>
+constexpr std::uint32_t bytes_of_nodes(std::int32_t count) {
+  return static_cast<std::uint32_t>(count) * static_cast<std::uint32_t>(sizeof(LinkedNode<Scalar>));
+}
+
 // The groups of a plan for as many lanes as they have, but for what else than their nodes links
 // say: that is as in place of missing ones.
 template <class Scalar>

@@ -31,6 +31,7 @@ struct LinkPasses {
   const LinkGroup<Scalar>* groups;
   int count, skew, passes;
   LinkedNode<Scalar>* nodes;
+  std::uint32_t own_bytes;  // of the body's nodes; behind them are those of missing links
 };
 
 struct LinkKernels {

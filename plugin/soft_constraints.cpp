@@ -45,17 +45,28 @@ bool ends_with_positions(const btSoftBody& body) {
          body.m_scontacts.size() == 0 && body.m_nodes.size() > 0;
 }
 
-int passes_in_iteration(const btSoftBody& body) {
-  const btSoftBody::tPSolverArray& sequence = body.m_cfg.m_psequence;
-  int passes = 0;
-  for (int i = 0; i < sequence.size(); ++i) passes += sequence[i] == Solver::Linear;
-  return passes;
+// While it lives, Bullet leaves the body's positions as they are.
+class WithoutPositions {
+ public:
+  explicit WithoutPositions(btSoftBody& body)
+      : iterations_(body.m_cfg.piterations), kept_(std::exchange(iterations_, 0)) {}
+  ~WithoutPositions() { iterations_ = kept_; }
+  WithoutPositions(const WithoutPositions&) = delete;
+  WithoutPositions& operator=(const WithoutPositions&) = delete;
+
+ private:
+  int& iterations_;
+  int kept_;
+};
+
+std::int64_t passes_over_positions(const btSoftBody& body) {
+  return passes_over_links(body.m_cfg.m_psequence) * body.m_cfg.piterations;
 }
 
 void solve_positions(btSoftBody& body, const MovedBeside& beside, BodyLinks& links) {
   const btSoftBody::tPSolverArray& sequence = body.m_cfg.m_psequence;
   const int iterations = body.m_cfg.piterations;
-  if (!beside.any()) return links.solve(iterations * passes_in_iteration(body));
+  if (!beside.any()) return links.solve(static_cast<int>(passes_over_positions(body)));
   for (int k = 0; k < iterations; ++k) {
     for (int i = 0; i < sequence.size(); ++i) {
       if (sequence[i] == Solver::Linear) links.solve(1);
@@ -92,13 +103,14 @@ void SoftConstraints::solve(const btAlignedObjectArray<btSoftBody*>& bodies,
 
 // Bullet prepares the links and anchors and solves the velocities.
 void SoftConstraints::solve(btSoftBody& body, BodyLinks& links) {
-  const std::int64_t passes = std::int64_t{body.m_cfg.piterations} * passes_in_iteration(body);
   const MovedBeside beside(body);
-  if (!ends_with_positions(body) || !beside.all_own() || !links.take(body, passes))
+  if (!ends_with_positions(body) || !beside.all_own() ||
+      !links.take(body, passes_over_positions(body)))
     return body.solveConstraints();
-  const int iterations = std::exchange(body.m_cfg.piterations, 0);
-  body.solveConstraints();
-  body.m_cfg.piterations = iterations;
+  {
+    const WithoutPositions without(body);
+    body.solveConstraints();
+  }
   links.read(body);
   solve_positions(body, beside, links);
   links.write(body);

@@ -26,19 +26,16 @@ Reach reach_of(const btSoftBody& body) {
   return alone ? Reach::itself : Reach::rigid_bodies;
 }
 
-}  // namespace
-
-std::int64_t passes_over_links(const btSoftBody& body) {
+// Links, each as often as it is gone over.
+std::int64_t work_of(const btSoftBody& body) {
   const btSoftBody::Config& config = body.m_cfg;
-  const auto count = [](const auto& sequence, int solver) {
-    std::int64_t found = 0;
-    for (int i = 0; i < sequence.size(); ++i) found += sequence[i] == solver;
-    return found;
-  };
-  return count(config.m_vsequence, btSoftBody::eVSolver::Linear) * config.viterations +
-         count(config.m_psequence, btSoftBody::ePSolver::Linear) * config.piterations +
-         count(config.m_dsequence, btSoftBody::ePSolver::Linear) * config.diterations;
+  return (passes_over_links(config.m_vsequence) * config.viterations +
+          passes_over_links(config.m_psequence) * config.piterations +
+          passes_over_links(config.m_dsequence) * config.diterations) *
+         body.m_links.size();
 }
+
+}  // namespace
 
 Turns turns_of(const btAlignedObjectArray<btSoftBody*>& bodies) {
   Turns all;
@@ -52,9 +49,7 @@ Turns turns_of(const btAlignedObjectArray<btSoftBody*>& bodies) {
     (reach == Reach::itself ? turns.side_by_side : turns.in_order).push_back(i);
   }
   if (turns.side_by_side.size() < 2) return all;
-  const auto work = [&](int i) {
-    return passes_over_links(*bodies[i]) * bodies[i]->m_links.size();
-  };
+  const auto work = [&](int i) { return work_of(*bodies[i]); };
   std::sort(turns.side_by_side.begin(), turns.side_by_side.end(),
             [&](int a, int b) { return work(a) > work(b); });
   for (const int i : turns.side_by_side) turns.work += work(i);

@@ -1,5 +1,5 @@
-// In which turn soft bodies are solved by Bullet, so that it comes to the same, to the bit, as one
-// after the other.
+// In which turn constraints within soft bodies are solved, so that it comes to the same, to the
+// bit, as one body after the other.
 //
 // Of what others may see, Bullet's solver of one soft body (3.24) reads and writes rigid bodies, at
 // anchors and at contacts with them, and nodes of other soft bodies, at contacts with them and
@@ -27,8 +27,16 @@ struct Turns {
 
 Turns turns_of(const btAlignedObjectArray<btSoftBody*>& bodies);
 
-// How often Bullet's solver goes over the links.
-std::int64_t passes_over_links(const btSoftBody& body);
+// How often Bullet goes over the links in an iteration over this sequence of solvers: of
+// positions or drift (tPSolverArray), or of velocities (tVSolverArray).
+template <class Sequence>
+std::int64_t passes_over_links(const Sequence& sequence) {
+  constexpr int linear = btSoftBody::ePSolver::Linear;
+  static_assert(linear == static_cast<int>(btSoftBody::eVSolver::Linear));
+  std::int64_t passes = 0;
+  for (int i = 0; i < sequence.size(); ++i) passes += sequence[i] == linear;
+  return passes;
+}
 
 }  // namespace LAZYCCD_BULLET_PRECISION
 }  // namespace lazyccd::bullet

@@ -23,14 +23,13 @@ LAZYCCD_INLINE Scalar* at(LinkedNode<Scalar>* nodes, std::uint32_t offset) {
   return reinterpret_cast<Scalar*>(reinterpret_cast<char*>(nodes) + offset);
 }
 
-// As PSolve_Links(), but for what moves nothing, as in place of a missing link: one would wait for
-// the other.
+// As PSolve_Links(). One missing link would wait for the other: they are left out.
 template <class Scalar>
-void solve_each(const LinkGroup<Scalar>& group, LinkedNode<Scalar>* nodes) {
+void solve_each(const LinkGroup<Scalar>& group, const LinkPasses<Scalar>& all) {
   for (int i = 0; i < group.links; ++i) {
-    if (group.node[0][i] == group.node[1][i]) continue;
-    Scalar* const a = at(nodes, group.node[0][i]);
-    Scalar* const b = at(nodes, group.node[1][i]);
+    if (group.node[0][i] >= all.own_bytes) continue;
+    Scalar* const a = at(all.nodes, group.node[0][i]);
+    Scalar* const b = at(all.nodes, group.node[1][i]);
     const Scalar del[3] = {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
     const Scalar length = del[0] * del[0] + del[1] * del[1] + del[2] * del[2];
     const Scalar sum = group.c1[i] + length;
@@ -119,7 +118,8 @@ LAZYCCD_INLINE bool all_above(const Doubles& x, double least) {
 }
 
 template <class Scalar>
-LAZYCCD_INLINE void solve_group(const LinkGroup<Scalar>& group, LinkedNode<Scalar>* nodes) {
+LAZYCCD_INLINE void solve_group(const LinkGroup<Scalar>& group, const LinkPasses<Scalar>& all) {
+  LinkedNode<Scalar>* const nodes = all.nodes;
   const std::uint32_t* const a = group.node[0];
   const std::uint32_t* const b = group.node[1];
   const auto a0 = gathered(nodes, a), a1 = gathered(nodes, a + 1), a2 = gathered(nodes, a + 2),
@@ -131,7 +131,7 @@ LAZYCCD_INLINE void solve_group(const LinkGroup<Scalar>& group, LinkedNode<Scala
   const auto length = del.x * del.x + del.y * del.y + del.z * del.z;
   const auto &c0 = load(group.c0), &c1 = load(group.c1);
   const auto sum = c1 + length;
-  if (!all_above(sum, std::numeric_limits<Scalar>::epsilon())) return solve_each(group, nodes);
+  if (!all_above(sum, std::numeric_limits<Scalar>::epsilon())) return solve_each(group, all);
   const auto k = (c1 - length) / (c0 * sum);
   const auto of_a = k * load(group.inverse_mass[0]), of_b = k * load(group.inverse_mass[1]);
   scatter(a0 - del0 * each<0>(of_a), a, nodes);
@@ -147,8 +147,8 @@ LAZYCCD_INLINE void solve_group(const LinkGroup<Scalar>& group, LinkedNode<Scala
 #else
 
 template <class Scalar>
-LAZYCCD_INLINE void solve_group(const LinkGroup<Scalar>& group, LinkedNode<Scalar>* nodes) {
-  solve_each(group, nodes);
+LAZYCCD_INLINE void solve_group(const LinkGroup<Scalar>& group, const LinkPasses<Scalar>& all) {
+  solve_each(group, all);
 }
 
 #endif
@@ -159,7 +159,7 @@ void solve(const LinkPasses<Scalar>& all) {
   for (std::int64_t time = 0; time < end; ++time) {
     std::int64_t pass = time < all.count ? 0 : (time - all.count) / all.skew + 1;
     for (std::int64_t group = time - pass * all.skew; pass < all.passes && group >= 0; ++pass) {
-      solve_group(all.groups[group], all.nodes);
+      solve_group(all.groups[group], all);
       group -= all.skew;
     }
   }

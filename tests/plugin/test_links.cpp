@@ -31,12 +31,12 @@ LinkEnds random_ends(int nodes, Random& random) {
   return ends;
 }
 
-// As good as the same: where there is no number in one, there is none in the other.
+// To the bit, and where there is no number in one, there is none in the other.
 template <class Scalar>
 bool same(const std::vector<LinkedNode<Scalar>>& a, const std::vector<LinkedNode<Scalar>>& b) {
   const auto same_place = [](const LinkedNode<Scalar>& p, const LinkedNode<Scalar>& q) {
     return std::equal(p.x, p.x + 3, q.x, [](Scalar x, Scalar y) {
-      return x == y || (std::isnan(x) && std::isnan(y));
+      return (x == y && std::signbit(x) == std::signbit(y)) || (std::isnan(x) && std::isnan(y));
     });
   };
   return std::equal(a.begin(), a.end(), b.begin(), b.end(), same_place);
@@ -66,6 +66,7 @@ struct Net {
                           : LinkedNode<Scalar>{{part(random), part(random), part(random), 0}});
       if (has_extremes && below(8, random) == 0)
         nodes.back().x[below(3, random)] = extremes[below(3, random)];
+      if (below(8, random) == 0) nodes.back().x[below(3, random)] = -Scalar(0);
     }
     const Scalar stiffness = has_extremes ? 0 : Scalar(0.7);
     for (const auto& [a, b] : ends)
@@ -109,8 +110,8 @@ struct Net {
         groups[group].inverse_mass[end][lane] = inverse_mass[ends[i][end]];
     }
     nodes.resize(static_cast<std::size_t>(plan.nodes), {});
-    kernels.solve(
-        {groups.data(), static_cast<int>(groups.size()), plan.skew, passes, nodes.data()});
+    kernels.solve({groups.data(), static_cast<int>(groups.size()), plan.skew, passes, nodes.data(),
+                   bytes_of_nodes<Scalar>(static_cast<std::int32_t>(inverse_mass.size()))});
     const auto spare = nodes.begin() + static_cast<std::ptrdiff_t>(inverse_mass.size());
     for (auto node = spare; node != nodes.end(); ++node)
       for (const Scalar x : node->x) CHECK(x == 0);
