@@ -231,6 +231,27 @@ TEST_CASE(
   CHECK(listed > 10);
 }
 
+TEST_CASE("candidates of earlier steps serve though they come nearer than was expected") {
+  Both both(with_separation(0.022, 2));
+  MovingTriangles scene = layers(2, 7, 0.029);
+  both.set_topology(scene.topology());
+  for (int step = 0; step < 12; ++step) {
+    scene.start = scene.end;
+    for (std::size_t i = 0; i < scene.end.size(); ++i) scene.end[i] += 1e-6 * (i % 7);
+    both.compare(scene);
+  }
+  scene.start = scene.end;
+  const std::vector<double> expected = scene.end;
+  for (std::size_t i = scene.end.size() / 2; i < scene.end.size(); ++i)
+    if (i % 3 == 1) scene.end[i] -= 0.0075;
+  both.with.foresee(scene.at(scene.start), scene.at(expected), 0.009);
+  let_it_finish(both.with);
+  const Stats stats = both.compare(scene);
+  CHECK(stats.foreseen);
+  CHECK(stats.tree_tests == 0);
+  CHECK(both.without.detect(scene.at(scene.start), scene.at(scene.end)).size() > 50);
+}
+
 TEST_CASE("what is foreseen may be given up, exchanged and wrong") {
   const bool is_done = GENERATE(false, true);
   Both both(with_separation(Sheets::separation, 2));

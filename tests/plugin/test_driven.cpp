@@ -137,6 +137,27 @@ TEST_CASE("what is only near is not told where nothing may be done about it") {
   CHECK(w.total().contacts_vf + w.total().contacts_ee > 0);
 }
 
+TEST_CASE("what nothing may be done about is told beside what is answered") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  CAPTURE(world == World::rigid);
+  ObstacleWorld w(world, 0);
+  w.add_sheet(5, 1, 0, 0);
+  btSoftBody* const ghost = w.add_sheet(5, 1, 0.015, 4);
+  ghost->setCollisionFlags(ghost->getCollisionFlags() | btCollisionObject::CF_NO_CONTACT_RESPONSE);
+  for (const double height : {0.0, 0.015})
+    w.add_sheet(5, 1, height, height > 0 ? 4 : 0)->translate(btVector3(5, 0, 0));
+  w.steps(1);
+  const auto has_ghost = [&](const bullet::StepContact& contact) {
+    return contact.body_a == ghost || contact.body_b == ghost;
+  };
+  const Span<const bullet::StepContact> contacts = w.contacts();
+  const auto silent = std::count_if(contacts.begin(), contacts.end(), has_ghost);
+  CHECK(silent > 0);
+  CHECK(silent < static_cast<std::ptrdiff_t>(contacts.size()));
+  for (const bullet::StepContact& contact : contacts)
+    if (has_ghost(contact)) CHECK(contact.impulse == 0);
+}
+
 TEST_CASE("a body that is put elsewhere has a new start, and is said where it intersects there") {
   const World world = GENERATE(World::rigid, World::deformable);
   CAPTURE(world == World::rigid);

@@ -1,3 +1,5 @@
+#include <Eigen/Geometry>
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -218,28 +220,72 @@ TEST_CASE("a body on rails is stopped by a pinned node, beside contacts of other
   CHECK_THAT(gap, Matchers::WithinAbs(0.1, 1e-6));
 }
 
-TEST_CASE("a zone turns as a whole and keeps both momenta") {
-  bullet::Motion motion;
-  motion.start = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0};
-  motion.end = {0, 0, 0, 1, btScalar(0.2), 0, 1, 1, 0, 0, 1, btScalar(0.1)};
-  motion.inverse_mass = {1, 2, 1, 0.5};
-  motion.first_vertex = {0, 4};
-  motion.rigid_of_body = {-1};
-  motion.begin_response();
-  Contact contact = {};
-  contact.vertices = {0, 1, 2, 3};
-  bullet::ImpactZones zones(motion);
-  zones.absorb({contact}, motion);
-  CHECK(zones.node_count() == 4);
+namespace {
 
-  Eigen::Vector3d before = Eigen::Vector3d::Zero(), after = before;
-  for (int i = 0; i < 4; ++i) {
-    before += (motion.predicted[i] - motion.start_of(i)) / motion.inverse_mass[i];
-    after += (motion.solved[i] - motion.start_of(i)) / motion.inverse_mass[i];
+// Four nodes in contact, and one of the same body beside them.
+struct FourInContact {
+  bullet::Motion motion;
+  Contact contact = {};
+
+  FourInContact() {
+    motion.start = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, 2, 2, 0};
+    motion.end = {0, 0, 0, 1, btScalar(0.2), 0, 1, 1, 0, 0, 1, btScalar(0.1), 2, btScalar(2.1), 0};
+    motion.inverse_mass = {1, 2, 1, 0.5, 1};
+    motion.first_vertex = {0, 5};
+    motion.rigid_of_body = {-1};
+    motion.begin_response();
+    contact.vertices = {0, 1, 2, 3};
   }
-  CHECK((before - after).norm() < 1e-12);
+  int count_at_start() const {
+    int count = 0;
+    for (int v = 0; v < 5; ++v) count += motion.end_of(v) == motion.start_of(v);
+    return count;
+  }
+  // Linear and angular, of the motion to such ends.
+  std::array<Eigen::Vector3d, 2> momenta(const std::vector<Eigen::Vector3d>& ends) const {
+    std::array<Eigen::Vector3d, 2> sums = {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
+    for (int v = 0; v < 5; ++v) {
+      const Eigen::Vector3d start = motion.start_of(v);
+      const Eigen::Vector3d momentum = (ends[v] - start) / motion.inverse_mass[v];
+      sums[0] += momentum;
+      sums[1] += start.cross(momentum);
+    }
+    return sums;
+  }
+  void check_momenta() const {
+    const auto before = momenta(motion.predicted), after = momenta(motion.solved);
+    CHECK((after[0] - before[0]).norm() < 1e-12);
+    CHECK((after[1] - before[1]).norm() < 0.03 * before[1].norm());  // it turns by 0.1
+  }
+};
+
+}  // namespace
+
+TEST_CASE("a zone turns as a whole and keeps both momenta") {
+  FourInContact four;
+  bullet::Motion& motion = four.motion;
+  bullet::ImpactZones zones(motion);
+  zones.absorb({four.contact}, motion);
+  CHECK(zones.node_count() == 4);
+  CHECK(zones.held_count() == 0);
+  CHECK(four.count_at_start() == 0);
+  four.check_momenta();
   for (int i = 1; i < 4; ++i) {
     const double was = (motion.start_of(i) - motion.start_of(0)).norm();
     CHECK_THAT((motion.solved[i] - motion.solved[0]).norm(), Matchers::WithinAbs(was, 1e-12));
   }
+}
+
+TEST_CASE("a zone that is held ends where the step began, and keeps its momenta") {
+  const bool whole_bodies = GENERATE(false, true);
+  CAPTURE(whole_bodies);
+  FourInContact four;
+  bullet::Motion& motion = four.motion;
+  bullet::ImpactZones zones(motion);
+  CHECK(zones.hold({four.contact}, whole_bodies, motion));
+  const int held = whole_bodies ? 5 : 4;
+  CHECK(zones.held_count() == held);
+  CHECK(four.count_at_start() == held);
+  four.check_momenta();
+  CHECK(!zones.hold({four.contact}, whole_bodies, motion));
 }
