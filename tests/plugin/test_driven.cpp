@@ -56,6 +56,22 @@ TEST_CASE("pinned nodes that are put elsewhere between steps sweep what is in th
   CHECK(impact.world->total_stats()->unresolved == 0);
 }
 
+TEST_CASE("pinned nodes that are put elsewhere sweep a rigid body that was far from both places") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  CAPTURE(world == World::rigid);
+  ObstacleWorld w(world, 0);
+  btSoftBody* const sheet = w.add_sheet(6, 1, 0, 0);
+  scenes::pin(*sheet, 0, sheet->m_nodes.size() - 1);
+  const btScalar half = btScalar(0.1);
+  btRigidBody* const box =
+      w.add(std::make_unique<btBoxShape>(btVector3(half, half, half)), btVector3(0, 5, 0), 1);
+  w.steps(1);
+  for (int n = 0; n < sheet->m_nodes.size(); ++n) sheet->m_nodes[n].m_x += btVector3(0, 10, 0);
+  w.steps(1);
+  CHECK(sheet->m_nodes[0].m_x.y() > btScalar(9.9));
+  CHECK(box->getWorldTransform().getOrigin().y() > 10);
+}
+
 TEST_CASE("the first cloth that meets rigid bodies is met by one that is on its way") {
   const World world = GENERATE(World::rigid, World::deformable);
   CAPTURE(world == World::rigid);

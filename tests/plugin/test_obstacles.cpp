@@ -210,6 +210,44 @@ TEST_CASE("rigid obstacles can be turned off, and filters hold for them") {
   CHECK(w.total().contacts_vf == 0);
 }
 
+TEST_CASE("what an application says of a rigid body holds from the next step on") {
+  struct Filter : btOverlapFilterCallback {
+    bool meets = true;
+    bool needBroadphaseCollision(btBroadphaseProxy*, btBroadphaseProxy*) const override {
+      return meets;
+    }
+  };
+  const World world = GENERATE(World::rigid, World::deformable);
+  const std::string by = GENERATE("group", "mask", "ignore", "response", "filter");
+  const bool ends_meeting = GENERATE(false, true);
+  CAPTURE(world == World::rigid, by, ends_meeting);
+  Filter filter;
+  Flat flat;
+  ObstacleWorld w(world, 0);
+  btRigidBody* const floor = w.add(flat.make("mesh"), btVector3(0, 0, 0));
+  btSoftBody* const cloth = w.add_sheet(5, 1, 0.2, 5);
+  btBroadphaseProxy& proxy = *floor->getBroadphaseHandle();
+  const int group = proxy.m_collisionFilterGroup, mask = proxy.m_collisionFilterMask;
+  const auto say = [&](bool meets) {
+    if (by == "group") proxy.m_collisionFilterGroup = meets ? group : 0;
+    if (by == "mask") proxy.m_collisionFilterMask = meets ? mask : 0;
+    if (by == "ignore") floor->setIgnoreCollisionCheck(cloth, !meets);
+    const int silent = btCollisionObject::CF_NO_CONTACT_RESPONSE;
+    const int flags = floor->getCollisionFlags();
+    if (by == "response") floor->setCollisionFlags(meets ? flags & ~silent : flags | silent);
+    filter.meets = meets;
+  };
+  if (by == "filter") w.world().getPairCache()->setOverlapFilterCallback(&filter);
+  say(!ends_meeting);
+  w.steps(4);
+  REQUIRE(count_below(*cloth, 0.05) == 0);
+  say(ends_meeting);
+  w.steps(30);
+  // Bullet's own contacts in the deformable world go on with what has no response.
+  const bool is_bullets = by == "response" && world == World::deformable;
+  CHECK(count_below(*cloth, 0) == (ends_meeting || is_bullets ? 0 : 25));
+}
+
 namespace {
 
 // Where a cloth ends whose first column, inside a box, is anchored to it, and the box is moved.
@@ -273,35 +311,58 @@ TEST_CASE("obstacles are forgotten with the last soft body that meets them") {
 
 TEST_CASE("an obstacle whose shape an application changes is read anew") {
   const World world = GENERATE(World::rigid, World::deformable);
-  const bool child_moves = GENERATE(true, false);
-  CAPTURE(world == World::rigid, child_moves);
+  const std::string child = GENERATE("moves", "grows", "comes");
+  CAPTURE(world == World::rigid, child);
   ObstacleWorld w(world, 0);
-  btSphereShape ball(btScalar(0.2)), beside(btScalar(0.1));
+  btSphereShape ball(btScalar(0.2)), beside(btScalar(0.1)), below(btScalar(0.3));
   auto compound = std::make_unique<btCompoundShape>();
-  btTransform place = btTransform::getIdentity();
-  place.setOrigin(btVector3(0, child_moves ? -3 : -1, 0));
-  compound->addChildShape(place, &ball);
+  const auto at = [](double x, double y) {
+    return btTransform(btQuaternion::getIdentity(),
+                       btVector3(static_cast<btScalar>(x), static_cast<btScalar>(y), 0));
+  };
+  if (child != "comes") compound->addChildShape(at(0, child == "moves" ? -3 : -1), &ball);
   // So that all of it is read where the sheet begins.
-  compound->addChildShape(btTransform(btQuaternion::getIdentity(), btVector3(1, btScalar(0.5), 0)),
-                          &beside);
+  compound->addChildShape(at(1, 0.5), &beside);
+  // What comes leaves the bounds as they are.
+  if (child == "comes") compound->addChildShape(at(-1, -3), &below);
   btCompoundShape* shape = compound.get();
   w.add(std::move(compound), btVector3(0, 0, 0));
   btSoftBody* sheet = w.add_sheet(8, 1, 0.5, 5);
   w.steps(6);
-  place.setOrigin(btVector3(0, -1, 0));
-  if (child_moves) {
-    shape->updateChildTransform(0, place);
-  } else {
+  if (child == "moves") {
+    shape->updateChildTransform(0, at(0, -1));
+  } else if (child == "grows") {
     ball.setUnscaledRadius(btScalar(0.4));
     shape->recalculateLocalAabb();
+  } else {
+    shape->addChildShape(at(0, -1), &ball);
   }
   w.steps(120);
-  const double radius = child_moves ? 0.2 : 0.4;
+  const double radius = child == "grows" ? 0.4 : 0.2;
   double nearest = 10;
   for (int i = 0; i < sheet->m_nodes.size(); ++i)
     nearest = std::min<double>(nearest, (sheet->m_nodes[i].m_x - btVector3(0, -1, 0)).length());
   CHECK(w.total().contacts_vf > 0);
   CHECK(nearest > radius);
+}
+
+TEST_CASE("an obstacle that an application mirrors is read anew") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  CAPTURE(world == World::rigid);
+  ObstacleWorld w(world, 0);
+  // A right-angled prism below its longest side, x + z = 0, which has the same bounds as its image.
+  auto prism = std::make_unique<btConvexHullShape>();
+  for (const auto& [x, z] : {std::pair{-1, -1}, {1, -1}, {-1, 1}})
+    for (const double y : {0.2, 0.35})
+      prism->addPoint(btVector3(btScalar(x), static_cast<btScalar>(y), btScalar(z)), true);
+  btConvexHullShape* const shape = prism.get();
+  w.add(std::move(prism), btVector3(0, 0, 0));
+  btSoftBody* const sheet = w.add_sheet(5, 0.5, 0.5, 2);
+  sheet->translate(btVector3(btScalar(0.6), 0, btScalar(0.6)));
+  w.steps(6);
+  shape->setLocalScaling(btVector3(-1, 1, -1));
+  w.steps(60);
+  CHECK(count_below(*sheet, 0.35) == 0);
 }
 
 TEST_CASE("a step in which nothing can meet anything seeks nothing") {

@@ -52,18 +52,25 @@ TEST_CASE("flat cloth is not said to intersect itself, however it lies") {
 }
 
 TEST_CASE("a mesh that turns far in one step takes along what is on the chord") {
+  // A wall so far from its axis, half of its turn, and where it passes the cloth, half way.
+  struct Turn {
+    double from, to, angle, passes, width;
+  };
+  const Turn turn = GENERATE(Turn{9, 11, 1.05, 4.8, 0.4}, Turn{6.5, 7.5, 1.5, 0.47, 0.04});
   const World world = GENERATE(World::rigid, World::deformable);
+  CAPTURE(world == World::rigid, turn.angle);
   ObstacleWorld w(world, 0);
-  btSoftBody* cloth = w.add(scenes::make_cloth(w.info(), 4, 4, 1, [](double u, double v) {
-    return btVector3(static_cast<btScalar>(4.8 + 0.4 * u), static_cast<btScalar>(0.4 * v - 0.2),
+  btSoftBody* cloth = w.add(scenes::make_cloth(w.info(), 4, 4, 1, [&](double u, double v) {
+    return btVector3(static_cast<btScalar>(turn.passes + turn.width * u),
+                     static_cast<btScalar>(turn.width * (v - 0.5)),
                      static_cast<btScalar>(0.01 * u * v));
   }));
-  // A wall at 9 to 11 m from the axis.
   btTriangleMesh triangles;
   for (int i = 0; i < 4; ++i) {
     for (int k = 0; k < 4; ++k) {
-      const auto at = [](int a, int b) {
-        return btVector3(btScalar(9) + a * btScalar(0.5), btScalar(-1) + b * btScalar(0.5), 0);
+      const auto at = [&](int a, int b) {
+        return btVector3(static_cast<btScalar>(turn.from + a * (turn.to - turn.from) / 4),
+                         btScalar(-1) + b * btScalar(0.5), 0);
       };
       triangles.addTriangle(at(i, k), at(i + 1, k), at(i + 1, k + 1));
       triangles.addTriangle(at(i, k), at(i + 1, k + 1), at(i, k + 1));
@@ -75,13 +82,14 @@ TEST_CASE("a mesh that turns far in one step takes along what is on the chord") 
   const auto turned = [](double angle) {
     return btTransform(btQuaternion(btVector3(0, 1, 0), static_cast<btScalar>(angle)));
   };
-  wall->setWorldTransform(turned(-1.05));
+  wall->setWorldTransform(turned(-turn.angle));
   w.steps(1);
-  wall->setWorldTransform(turned(1.05));
+  wall->setWorldTransform(turned(turn.angle));
   w.steps(1);
   REQUIRE(w.last().contacts_vf > 0);
   CHECK(w.total().unresolved == 0);
-  for (int i = 0; i < 16; ++i) CHECK(cloth->m_nodes[i].m_x.z() < btScalar(-8));
+  const double least = 0.9 * turn.from * std::sin(turn.angle);
+  for (int i = 0; i < 16; ++i) CHECK(static_cast<double>(cloth->m_nodes[i].m_x.z()) < -least);
 }
 
 TEST_CASE("cloth without a margin keeps a gap that rounding cannot close") {

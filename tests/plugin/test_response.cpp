@@ -83,6 +83,22 @@ TEST_CASE("thin cloth keeps its own thickness from the first contact, beside a t
   }
 }
 
+TEST_CASE("cloth without a margin keeps apart by more than numbers are rounded where it is") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  CAPTURE(world == World::rigid);
+  constexpr btScalar far = 8192;
+  ObstacleWorld w(world, 0);
+  btSoftBody* const held = add_flat(w, 0, 0);
+  btSoftBody* const falls = add_flat(w, 0.1, 0);
+  scenes::pin(*held, 0, held->m_nodes.size() - 1);
+  for (btSoftBody* const body : {held, falls}) body->translate(btVector3(far, 0, 0));
+  falls->setVelocity(btVector3(0, -1, 0));
+  w.steps(60, 1.0 / 240);
+  REQUIRE(w.total().contacts_vf > 0);
+  for (int n = 0; n < falls->m_nodes.size(); ++n)
+    CHECK(falls->m_nodes[n].m_x.y() > 8 * SIMD_EPSILON * far);
+}
+
 TEST_CASE(
     "friction stops cloth on a slope less steep than its coefficient, and not on a steeper one") {
   const World world = GENERATE(World::rigid, World::deformable);
