@@ -248,6 +248,26 @@ TEST_CASE("what an application says of a rigid body holds from the next step on"
   CHECK(count_below(*cloth, 0) == (ends_meeting || is_bullets ? 0 : 25));
 }
 
+TEST_CASE("a static body that an application gives a mass gives way from the next step on") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  CAPTURE(world == World::rigid);
+  ObstacleWorld w(world, 0);
+  auto shape =
+      std::make_unique<btBoxShape>(btVector3(btScalar(0.2), btScalar(0.05), btScalar(0.2)));
+  btVector3 inertia;
+  shape->calculateLocalInertia(1, inertia);
+  btRigidBody* const box = w.add(std::move(shape), btVector3(0, btScalar(0.2), 0));
+  btSoftBody* const sheet = w.add_sheet(5, 1, 0, 0);
+  scenes::pin(*sheet, 0, sheet->m_nodes.size() - 1);
+  const auto lift = [&](int) {
+    for (int n = 0; n < sheet->m_nodes.size(); ++n) sheet->m_nodes[n].m_v = btVector3(0, 5, 0);
+  };
+  w.steps(4, 1.0 / 240, lift);
+  box->setMassProps(1, inertia);
+  w.steps(20, 1.0 / 240, lift);
+  CHECK(box->getWorldTransform().getOrigin().y() > sheet->m_nodes[0].m_x.y());
+}
+
 namespace {
 
 // Where a cloth ends whose first column, inside a box, is anchored to it, and the box is moved.
