@@ -377,6 +377,7 @@ TEST_CASE("an obstacle that an application mirrors is read anew") {
       prism->addPoint(btVector3(btScalar(x), static_cast<btScalar>(y), btScalar(z)), true);
   btConvexHullShape* const shape = prism.get();
   w.add(std::move(prism), btVector3(0, 0, 0));
+  shape->recalcLocalAabb();  // of the margin that it has been given
   btSoftBody* const sheet = w.add_sheet(5, 0.5, 0.5, 2);
   sheet->translate(btVector3(btScalar(0.6), 0, btScalar(0.6)));
   w.steps(6);
