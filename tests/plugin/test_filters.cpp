@@ -1,5 +1,7 @@
 #include <BulletCollision/BroadphaseCollision/btOverlappingPairCache.h>
 
+#include <string>
+
 #include "plugin/worlds.h"
 #include "support/catch.h"
 
@@ -29,20 +31,42 @@ TEST_CASE("filter masks keep a pair apart") {
 }
 
 TEST_CASE("a pair told to ignore each other does, and only from then on") {
+  using Flag = btSoftBody::fCollision;
   const World world = GENERATE(World::rigid, World::deformable);
-  const bool by_list = GENERATE(false, true);
+  const std::string by = GENERATE("list", "check", "group", "mask", "clusters");
+  CAPTURE(world == World::rigid, by);
   Impact impact(quiet_options(world));
   impact.steps(8);  // in contact
   REQUIRE(impact.world->total_stats()->contacts_vf > 0);
   REQUIRE(impact.passed() == 0);
-  if (by_list) {
-    impact.held->m_collisionDisabledObjects.push_back(impact.thrown);
-  } else {
-    impact.thrown->setIgnoreCollisionCheck(impact.held, true);
-  }
+  btBroadphaseProxy& proxy = *impact.thrown->getBroadphaseHandle();
+  if (by == "list") impact.held->m_collisionDisabledObjects.push_back(impact.thrown);
+  if (by == "check") impact.thrown->setIgnoreCollisionCheck(impact.held, true);
+  if (by == "group") proxy.m_collisionFilterGroup = 0;
+  if (by == "mask") proxy.m_collisionFilterMask = 0;
+  for (btSoftBody* const body : {impact.held, impact.thrown})
+    if (by == "clusters") body->m_cfg.collisions = Flag::SDF_RS | Flag::CL_SS;  // and has none
   throw_down(*impact.thrown, 10);
   impact.steps(until_through);
   CHECK(impact.passed() == 36);
+}
+
+TEST_CASE("faces and links that an application takes out of a body meet nothing from then on") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  const bool has_faces = GENERATE(false, true);  // or is a net
+  CAPTURE(world == World::rigid, has_faces);
+  Impact impact(quiet_options(world));
+  btSoftBody& held = *impact.held;
+  (has_faces ? held.m_links.resize(0) : held.m_faces.resize(0));
+  impact.steps(8);
+  REQUIRE(impact.world->total_stats()->contacts_vf + impact.world->total_stats()->contacts_ee > 0);
+  REQUIRE(impact.passed() == 0);
+  (has_faces ? held.m_faces.resize(0) : held.m_links.resize(0));
+  throw_down(*impact.thrown, 10);
+  impact.steps(until_through);
+  CHECK(impact.world->contacts().size() == 0);
+  for (int i = 0; i < impact.thrown->m_nodes.size(); ++i)
+    CHECK(impact.thrown->m_nodes[i].m_x.y() < btScalar(-0.1));
 }
 
 TEST_CASE("an application's own broad phase filter decides, at any time") {
