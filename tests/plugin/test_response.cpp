@@ -118,6 +118,70 @@ TEST_CASE(
   CHECK_THAT(speed, Matchers::WithinAbs(holds ? 0 : 0.5, holds ? 0.01 : 0.1));
 }
 
+TEST_CASE("between cloths friction is as Bullet's contacts in that world combine coefficients") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  CAPTURE(world == World::rigid);
+  ObstacleWorld w(world, 0);
+  btSoftBody* const below = add_flat(w, 0);
+  btSoftBody* const above = add_flat(w, 0.05);
+  below->m_cfg.kDF = btScalar(0.5);
+  above->m_cfg.kDF = btScalar(0.4);
+  scenes::pin(*below, 0, below->m_nodes.size() - 1);
+  above->setVelocity(btVector3(5, -5, 0));  // so that it slides
+  const double coefficient = world == World::rigid ? 0.5 : 0.2;
+  double most = 0;
+  w.steps(6, 1.0 / 240, [&](int) {
+    for (const bullet::StepContact& contact : w.contacts()) {
+      const double across = static_cast<double>(contact.friction_impulse.length());
+      CHECK(across <= 1.001 * coefficient * contact.impulse);
+      if (contact.impulse > 0) most = std::max(most, across / contact.impulse);
+    }
+  });
+  CHECK(most > 0.99 * coefficient);
+}
+
+TEST_CASE("what a body loses to a contact does not depend on its own time scale") {
+  ObstacleWorld w(World::rigid, 0);
+  Floor floor(w);
+  btSoftBody* const cloth = add_flat(w, 0.03);
+  cloth->m_cfg.timescale = btScalar(0.5);
+  cloth->setVelocity(btVector3(0, -4, 0));
+  for (int i = 0; i < 10 && w.total().contacts_vf == 0; ++i) w.steps(1);
+  REQUIRE(w.total().contacts_vf > 0);
+  // The step in which it comes to rest leaves some of the speed.
+  w.steps(1);
+  CHECK(std::abs(static_cast<double>(mean_velocity(*cloth).y())) < 0.1);
+}
+
+TEST_CASE("a deformable moves no farther in a step than its world allows") {
+  ObstacleWorld w(World::deformable, 0);
+  Floor floor(w);
+  btSoftBody* const cloth = add_flat(w, 0.021);
+  w.info().m_maxDisplacement = btScalar(0.002);
+  cloth->setVelocity(btVector3(3, -3, 0));
+  for (int i = 0; i < 5; ++i) {
+    const btVector3 before = cloth->m_nodes[0].m_x;
+    w.steps(1);
+    CHECK((cloth->m_nodes[0].m_x - before).length() < btScalar(0.003));
+  }
+  CHECK(w.total().contacts_vf > 0);
+}
+
+TEST_CASE("a cloth that sleeps wakes where it is pushed") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  CAPTURE(world == World::rigid);
+  ObstacleWorld w(world, 0);
+  btSoftBody* const sleeper = add_flat(w, 0);
+  add_flat(w, 0.05)->setVelocity(btVector3(0, -5, 0));
+  w.steps(1);
+  sleeper->forceActivationState(ISLAND_SLEEPING);
+  for (int i = 0; i < 10 && w.last().contacts_vf == 0; ++i) {
+    CHECK(!sleeper->isActive());
+    w.steps(1);
+  }
+  CHECK(sleeper->isActive());
+}
+
 TEST_CASE("restitution gives back its part of the speed, and none by default") {
   const World world = GENERATE(World::rigid, World::deformable);
   const double restitution = GENERATE(0.0, 0.5, 1.0);
