@@ -204,6 +204,25 @@ void check_generators(const char* precision) {
   CHECK(worst.inside > 0.05);
 }
 
+// Of queries in which only some points move, in every part of the step that they are asked about.
+template <ContactKind kind, class T>
+void check_where_some_move(Random& r) {
+  for (int moving = 1; moving < 15; ++moving) {
+    for (std::uint64_t i = 0; i < repetitions(60); ++i) {
+      QueryPoints points;
+      for (std::size_t k = 0; k < 8; ++k) {
+        const bool stays = k >= 4 && (moving >> (k - 4) & 1) == 0;
+        for (std::size_t x = 0; x < 3; ++x)
+          points[k][x] = stays ? points[k - 4][x] : r.uniform(-1, 1);
+      }
+      bool claims_hold = true;
+      measure<kind, T>(points, r, claims_hold);
+      CAPTURE(moving, i);
+      if (!claims_hold) CHECK(claims_hold);
+    }
+  }
+}
+
 // Climbs from random queries to ones with larger errors, by new values of a coordinate and by new
 // last bits.
 template <class T>
@@ -256,4 +275,13 @@ TEST_CASE("a search for the worst error of the cubic finds none beyond its bound
 TEST_CASE("a search for the worst error of the inside conditions finds none beyond their bounds") {
   check_search<float>("single, inside", &Worst::inside);
   check_search<double>("double, inside", &Worst::inside);
+}
+
+TEST_CASE("what is said of a part of a step holds, whichever points move") {
+  Random r(11);
+  check_where_some_move<ContactKind::vertex_face, float>(r);
+  check_where_some_move<ContactKind::vertex_face, double>(r);
+  check_where_some_move<ContactKind::edge_edge, float>(r);
+  check_where_some_move<ContactKind::edge_edge, double>(r);
+  SUCCEED();
 }

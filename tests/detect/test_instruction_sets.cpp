@@ -3,6 +3,8 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <random>
+#include <utility>
 
 #include "core/contact_math.h"
 #include "cpu/cpu_detector.h"
@@ -88,6 +90,51 @@ TEST_CASE("every instruction set finds the same contacts") {
         CHECK(same_contacts(find(*kernels), expected));
     }
   }
+}
+
+TEST_CASE("what is as far apart as the separation is near in every arithmetic, or in none") {
+  constexpr double separation = 0.004, size = 4, room = 20;
+  // Pairs of triangles, one above the other by as much, but for some roundings of float.
+  MovingTriangles scene;
+  std::mt19937 random(17);
+  const auto symmetric = [&] { return random() / 2147483648.0 - 1; };
+  const auto any = [&] { return Vec3<double>{symmetric(), symmetric(), symmetric()}; };
+  const auto unit = [](const Vec3<double>& v) { return (1 / std::sqrt(dot(v, v))) * v; };
+  for (int pair = 0; pair < 1000; ++pair) {
+    const Vec3<double> place = room * any(), along = unit(any()), up = unit(cross(along, any())),
+                       across = cross(up, along);
+    const double gap = separation * (1 + 1e-5 * (pair % 41 - 20));
+    for (const double height : {0.0, gap}) {
+      const auto vertex = static_cast<std::int32_t>(scene.start.size() / 3);
+      scene.faces.push_back({vertex, vertex + 1, vertex + 2});
+      for (const auto& [a, b] : {std::pair{0.0, 0.0}, {1.0, 0.1}, {0.2, 1.0}}) {
+        const Vec3<double> x = place + height * up + size * (a * along + b * across);
+        scene.start.insert(scene.start.end(), {x.x, x.y, x.z});
+      }
+    }
+  }
+  scene.end = scene.start;
+  const Mesh mesh(scene.topology());
+  std::vector<Contact> expected;
+  for (const Arithmetic arithmetic : {Arithmetic::double_only, Arithmetic::single_first}) {
+    for (const char* name : {"baseline", "avx2", "avx512"}) {
+      const LeafKernels* const kernels = leaf_kernels(name);
+      if (!kernels) continue;
+      INFO(name << (arithmetic == Arithmetic::double_only ? ", double" : ", single first"));
+      Options options;
+      options.threads = 1;
+      options.separation = separation;
+      options.arithmetic = arithmetic;
+      CpuDetector detector(options, *kernels);
+      detector.set_mesh(mesh);
+      Stats stats;
+      const Span<const Contact> found =
+          detector.detect(scene.at(scene.start), scene.at(scene.end), stats);
+      if (expected.empty()) expected.assign(found.begin(), found.end());
+      CHECK(same_contacts(found, expected));
+    }
+  }
+  CHECK(expected.size() > 2000);
 }
 
 TEST_CASE("every instruction set describes near pairs as they are described one by one") {

@@ -1,0 +1,86 @@
+// Which bodies meet: groups and masks, disabled pairs, each with itself.
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "lazyccd/detector.h"
+#include "support/catch.h"
+
+using namespace lazyccd;
+
+namespace {
+
+// Two bodies of two triangles: all triangles pass through each other.
+struct Crossing {
+  std::vector<double> start, end;
+  std::vector<Face> faces;
+  std::vector<std::int32_t> body_of_vertex;
+  std::vector<Body> bodies = std::vector<Body>(2);
+  std::vector<BodyPair> disabled;
+
+  Crossing() {
+    for (Body& body : bodies) body.self_collision = false;
+    for (std::int32_t i = 0; i < 4; ++i) {
+      const double from = 0.1 * i, to = -0.2 * i, aside = 0.01 * i;
+      for (const auto& [x, z] : {std::pair{0.0, 0.0}, {1.0, 0.0}, {0.0, 1.0}}) {
+        start.insert(start.end(), {x + aside, from, z - aside});
+        end.insert(end.end(), {x + aside, to, z - aside});
+        body_of_vertex.push_back(i / 2);
+      }
+      faces.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+    }
+  }
+
+  // Contacts between the bodies, and of each with itself.
+  struct Found {
+    int between = 0, within[2] = {0, 0};
+  };
+  Found found() const {
+    Options options;
+    options.backend = Backend::cpu;
+    Detector detector(options);
+    Topology topology;
+    topology.vertex_count = body_of_vertex.size();
+    topology.faces = faces;
+    topology.body_of_vertex = body_of_vertex;
+    topology.bodies = bodies;
+    topology.disabled_pairs = disabled;
+    detector.set_topology(topology);
+    Found result;
+    const std::size_t count = body_of_vertex.size();
+    for (const Contact& contact : detector.detect({start.data(), count}, {end.data(), count}))
+      ++(contact.body_a == contact.body_b ? result.within[contact.body_a] : result.between);
+    return result;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("two bodies meet where each one's group is in the other's mask") {
+  Crossing scene;
+  const std::uint32_t group_a = GENERATE(0u, 1u, 6u), mask_a = GENERATE(0u, 2u, 12u),
+                      group_b = GENERATE(0u, 2u, 8u), mask_b = GENERATE(0u, 1u, 4u);
+  CAPTURE(group_a, mask_a, group_b, mask_b);
+  scene.bodies[0].group = group_a;
+  scene.bodies[0].mask = mask_a;
+  scene.bodies[1].group = group_b;
+  scene.bodies[1].mask = mask_b;
+  CHECK((scene.found().between > 0) == ((group_a & mask_b) != 0 && (group_b & mask_a) != 0));
+}
+
+TEST_CASE("a pair that is disabled does not meet, in whatever order it is named") {
+  Crossing scene;
+  CHECK(scene.found().between > 0);
+  scene.disabled = {GENERATE(BodyPair{0, 1}, BodyPair{1, 0})};
+  CHECK(scene.found().between == 0);
+}
+
+TEST_CASE("each body meets itself where it is asked to, and no group keeps it from that") {
+  Crossing scene;
+  const int asked = GENERATE(0, 1);
+  scene.bodies[asked].self_collision = true;
+  scene.bodies[asked].group = scene.bodies[asked].mask = GENERATE(0u, 1u);
+  const Crossing::Found found = scene.found();
+  CHECK(found.within[asked] > 0);
+  CHECK(found.within[1 - asked] == 0);
+}
