@@ -5,16 +5,16 @@
 
 #include "lazyccd/detector.h"
 #include "support/catch.h"
+#include "support/moving_triangles.h"
 
 using namespace lazyccd;
+using namespace lazyccd::test;
 
 namespace {
 
 // Two bodies of two triangles: all triangles pass through each other.
 struct Crossing {
-  std::vector<double> start, end;
-  std::vector<Face> faces;
-  std::vector<std::int32_t> body_of_vertex;
+  MovingTriangles triangles;
   std::vector<Body> bodies = std::vector<Body>(2);
   std::vector<BodyPair> disabled;
 
@@ -23,11 +23,10 @@ struct Crossing {
     for (std::int32_t i = 0; i < 4; ++i) {
       const double from = 0.1 * i, to = -0.2 * i, aside = 0.01 * i;
       for (const auto& [x, z] : {std::pair{0.0, 0.0}, {1.0, 0.0}, {0.0, 1.0}}) {
-        start.insert(start.end(), {x + aside, from, z - aside});
-        end.insert(end.end(), {x + aside, to, z - aside});
-        body_of_vertex.push_back(i / 2);
+        triangles.start.insert(triangles.start.end(), {x + aside, from, z - aside});
+        triangles.end.insert(triangles.end.end(), {x + aside, to, z - aside});
       }
-      faces.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+      triangles.faces.push_back({3 * i, 3 * i + 1, 3 * i + 2});
     }
   }
 
@@ -39,16 +38,15 @@ struct Crossing {
     Options options;
     options.backend = Backend::cpu;
     Detector detector(options);
-    Topology topology;
-    topology.vertex_count = body_of_vertex.size();
-    topology.faces = faces;
+    Topology topology = triangles.topology();
+    const std::vector<std::int32_t> body_of_vertex = body_of_each(triangles, 2);
     topology.body_of_vertex = body_of_vertex;
     topology.bodies = bodies;
     topology.disabled_pairs = disabled;
     detector.set_topology(topology);
     Found result;
-    const std::size_t count = body_of_vertex.size();
-    for (const Contact& contact : detector.detect({start.data(), count}, {end.data(), count}))
+    for (const Contact& contact :
+         detector.detect(triangles.at(triangles.start), triangles.at(triangles.end)))
       ++(contact.body_a == contact.body_b ? result.within[contact.body_a] : result.between);
     return result;
   }

@@ -78,14 +78,6 @@ struct Both {
   }
 };
 
-// Sheets of as many vertices each as bodies.
-inline std::vector<std::int32_t> body_of_each(const MovingTriangles& scene, std::size_t sheets) {
-  std::vector<std::int32_t> bodies(scene.start.size() / 3);
-  for (std::size_t v = 0; v < bodies.size(); ++v)
-    bodies[v] = static_cast<std::int32_t>(sheets * v / bodies.size());
-  return bodies;
-}
-
 // What a caller expects of a step, next to what comes.
 enum class Expectation { exact, within, beyond, other_start, none };
 

@@ -1,6 +1,8 @@
 // Triangles at both ends of a step, as tests make them.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <random>
 #include <vector>
 
@@ -61,6 +63,14 @@ inline MovingTriangles layers(int count, int nodes, double gap) {
   }
   t.end = t.start;
   return t;
+}
+
+// Sheets of as many vertices each as bodies.
+inline std::vector<std::int32_t> body_of_each(const MovingTriangles& scene, std::size_t sheets) {
+  std::vector<std::int32_t> bodies(scene.start.size() / 3);
+  for (std::size_t v = 0; v < bodies.size(); ++v)
+    bodies[v] = static_cast<std::int32_t>(sheets * v / bodies.size());
+  return bodies;
 }
 
 }  // namespace lazyccd::test
