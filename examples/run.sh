@@ -35,11 +35,13 @@ build_preset cpu -DLAZYCCD_TESTS=OFF -- lazyccd
 
 program=$repository/build/cpu/examples/lazyccd
 results=$repository/build/drop
+progress=()
+[ -t 2 ] && progress=(--progress)  # in a log its lines would pile up
 for detector in lazyccd bullet; do
   say "Scene drop, $([ $detector = lazyccd ] && echo 'Bullet with LazyCCD' || echo 'Bullet alone')"
   rm -rf "${results:?}/$detector"
   mkdir -p "$results/$detector"
-  "$program" simulate drop --detector $detector "${options[@]}" --progress \
+  "$program" simulate drop --detector $detector "${options[@]}" "${progress[@]}" \
     --render "$results/$detector" "${pictures[@]}" --stats "$results/$detector/stats.json" >"$results/$detector/log"
 done
 
