@@ -6,7 +6,7 @@
 
 #include "core/contact_math.h"
 #include "cpu/cpu_detector.h"
-#include "cpu/with_helpers.h"
+#include "cpu/threads/with_helpers.h"
 #include "lazyccd/error.h"
 #if defined(LAZYCCD_HAS_CUDA)
 #include "gpu/gpu_detector.h"

@@ -49,7 +49,7 @@ say "Result"
 # Debian's matplotlib belongs to Debian's python3, whatever else is first in the path.
 python=/usr/bin/python3
 [ -x $python ] || python=python3
-$python "$repository/examples/pictures/compare.py" "$results" "$results/drop.png" "${film[@]}"
+$python "$repository/examples/cli/film/compare.py" "$results" "$results/drop.png" "${film[@]}"
 echo
 echo "Picture of both end states: ${results#"$PWD"/}/drop.png"
 [ ${#film[@]} -eq 0 ] || echo "Film: ${film[0]#"$PWD"/}"

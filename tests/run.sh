@@ -25,11 +25,11 @@ run_tests() {
 require_packages core bullet programs tests
 build_preset cpu -DLAZYCCD_TESTS=ON -DLAZYCCD_WERROR=ON
 run_tests cpu
-build_preset asan -DLAZYCCD_TESTS=ON -DLAZYCCD_WERROR=ON -- lazyccd_tests lazyccd_tests_stability \
+build_preset asan -DLAZYCCD_TESTS=ON -DLAZYCCD_WERROR=ON -- lazyccd_tests lazyccd_tests_threads \
   lazyccd_tests_bench lazyccd_tests_bullet lazyccd_tests_program
-run_tests asan -L '^(core|stability|bench|bullet|program)$'
-build_preset tsan -DLAZYCCD_TESTS=ON -DLAZYCCD_WERROR=ON -- lazyccd_tests_stability
-run_tests tsan -L stability
+run_tests asan -L '^(core|threads|bench|bullet|program)$'
+build_preset tsan -DLAZYCCD_TESTS=ON -DLAZYCCD_WERROR=ON -- lazyccd_tests_threads
+run_tests tsan -L threads
 
 if command -v nvcc >/dev/null; then
   build_preset cuda -DLAZYCCD_WERROR=ON -DLAZYCCD_BULLET=OFF -DCMAKE_CUDA_ARCHITECTURES=90 -- \

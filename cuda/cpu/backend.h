@@ -1,7 +1,7 @@
 // What a backend does for a Detector. One source of truth for both: the mesh, the positions, the stats.
 #pragma once
 
-#include "cpu/mesh.h"
+#include "cpu/scene/mesh.h"
 #include "lazyccd/contact.h"
 #include "lazyccd/scene.h"
 #include "lazyccd/span.h"

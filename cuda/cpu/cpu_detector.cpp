@@ -9,11 +9,11 @@
 #include "core/contact_math.h"
 #include "core/separation.h"
 #include "cpu/detector_worker.h"
-#include "cpu/pieces.h"
-#include "cpu/positions.h"
-#include "cpu/scale.h"
+#include "cpu/narrow/candidate_batches.h"
+#include "cpu/scene/positions.h"
+#include "cpu/scene/scale.h"
 #include "cpu/stopwatch.h"
-#include "cpu/with_helpers.h"
+#include "cpu/threads/with_helpers.h"
 #include "lazyccd/error.h"
 
 namespace lazyccd {

@@ -6,7 +6,7 @@
 
 #include "core/node_pair.h"
 #include "cpu/cpu_detector.h"
-#include "cpu/narrow_phase.h"
+#include "cpu/narrow/narrow_phase.h"
 
 namespace lazyccd {
 

@@ -5,17 +5,17 @@
 #include <tuple>
 
 #include "core/front_policy.h"
-#include "cpu/positions.h"
-#include "cpu/thread_pool.h"
-#include "gpu/device_positions.h"
-#include "gpu/device_scene.h"
-#include "gpu/graph_cache.h"
-#include "gpu/residue.h"
-#include "gpu/scene_culling.h"
+#include "cpu/scene/positions.h"
+#include "cpu/threads/thread_pool.h"
+#include "gpu/scene/device_positions.h"
+#include "gpu/scene/device_scene.h"
+#include "gpu/device/graph_cache.h"
+#include "gpu/narrow/undecided.h"
+#include "gpu/culling/scene_culling.h"
 #include "gpu/stages.h"
-#include "gpu/step_buffers.h"
-#include "gpu/stream.h"
-#include "gpu/traversal.h"
+#include "gpu/scene/step_buffers.h"
+#include "gpu/device/stream.h"
+#include "gpu/traversal/traversal.h"
 #include "lazyccd/error.h"
 
 namespace lazyccd {

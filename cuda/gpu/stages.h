@@ -8,8 +8,8 @@
 #include <cstdint>
 
 #include "core/node_pair.h"
-#include "gpu/leaf_culling.cuh"
-#include "gpu/scene.cuh"
+#include "gpu/culling/leaf_culling.cuh"
+#include "gpu/scene/scene.cuh"
 
 namespace lazyccd::gpu {
 

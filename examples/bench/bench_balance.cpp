@@ -13,8 +13,8 @@
 
 #include "balance/deque.h"
 #include "balance/host_atomics.h"
-#include "cpu/balanced_run.h"
-#include "cpu/pause.h"
+#include "cpu/balance/balanced_run.h"
+#include "cpu/threads/pause.h"
 
 namespace {
 

@@ -13,7 +13,7 @@
 
 #include <CLI/CLI.hpp>
 
-#include "bench/bullet_process.h"
+#include "bench/bullet/process.h"
 #include "bench/frames.h"
 #include "bench/machine.h"
 #include "io/ply.h"

@@ -1,5 +1,5 @@
 // The program lazyccd_chart: speed and accuracy of every elementary test, to a table and a CSV
-// file; examples/chart.sh makes the picture of it.
+// file; examples/bench/chart.sh makes the picture of it.
 #include <algorithm>
 #include <cstdio>
 #include <fstream>

@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "bench/machine.h"
-#include "scenes/cloth.h"
-#include "soft_constraints.h"
+#include "scenes/meshes/cloth.h"
+#include "links/soft_constraints.h"
 
 namespace lazyccd::scenes {
 namespace {

@@ -26,10 +26,10 @@
 #include <vector>
 
 #include "bench/machine.h"
-#include "scenes/cloth.h"
-#include "scenes/physics_world.h"
-#include "scenes/shapes.h"
-#include "scenes/solid.h"
+#include "scenes/meshes/cloth.h"
+#include "scenes/worlds/physics_world.h"
+#include "scenes/meshes/shapes.h"
+#include "scenes/meshes/solid.h"
 
 namespace lazyccd::scenes {
 namespace {

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "bench/query_sets.h"
-#include "peers/method.h"
+#include "bench/peers/method.h"
 
 namespace lazyccd::bench {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "scenes/crossings.h"
+#include "scenes/measures/crossings.h"
 
 namespace lazyccd::scenes {
 namespace {

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "scenes/mechanics.h"
-#include "scenes/piercings.h"
+#include "scenes/measures/mechanics.h"
+#include "scenes/measures/intersections.h"
 #include "scenes/scene.h"
 
 namespace lazyccd::scenes {

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "scenes/physics_world.h"
+#include "scenes/worlds/physics_world.h"
 
 namespace lazyccd::scenes {
 

@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "cpu/lazy_stealing.h"
+#include "cpu/balance/lazy_stealing.h"
 #include "support/catch.h"
 
 namespace {

@@ -1,7 +1,7 @@
 // The anchor must be Bullet's own detection, faults included, or ratios to it say nothing.
 #include <algorithm>
 
-#include "bench/bullet_process.h"
+#include "bench/bullet/process.h"
 #include "bench/frames.h"
 #include "lazyccd/detector.h"
 #include "support/catch.h"

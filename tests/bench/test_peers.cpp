@@ -3,9 +3,9 @@
 #include <vector>
 
 #include "bench/query_sets.h"
-#include "peers/lazyccd_settings.h"
-#include "peers/method.h"
-#include "peers/peer.h"
+#include "bench/peers/lazyccd_settings.h"
+#include "bench/peers/method.h"
+#include "bench/peers/peer.h"
 #include "support/catch.h"
 #include "support/data.h"
 #include "support/generators.h"

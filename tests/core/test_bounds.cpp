@@ -9,7 +9,7 @@
 #include "core/decision.h"
 #include "support/catch.h"
 #include "support/generators.h"
-#include "support/sweep.h"
+#include "support/test_budget.h"
 
 using namespace lazyccd;
 using namespace lazyccd::test;

@@ -6,12 +6,12 @@
 #include <string_view>
 
 #include "core/decision.h"
-#include "cpu/exact.h"
+#include "cpu/narrow/exact.h"
 #include "lazyccd/error.h"
 #include "support/catch.h"
 #include "support/generators.h"
 #include "support/oracle.h"
-#include "support/sweep.h"
+#include "support/test_budget.h"
 
 using namespace lazyccd;
 using namespace lazyccd::test;

@@ -2,7 +2,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "cpu/exact.h"
+#include "cpu/narrow/exact.h"
 #include "support/catch.h"
 #include "support/data.h"
 #include "support/oracle.h"

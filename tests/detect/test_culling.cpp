@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/normal_cone.h"
-#include "cpu/orphan_sets.h"
+#include "cpu/culling/orphan_sets.h"
 #include "io/mesh.h"
 #include "lazyccd/detector.h"
 #include "support/catch.h"

@@ -5,13 +5,13 @@
 #include <string_view>
 #include <vector>
 
-#include "cpu/exact.h"
+#include "cpu/narrow/exact.h"
 #include "lazyccd/detector.h"
 #include "lazyccd/query.h"
 #include "support/catch.h"
 #include "support/frames.h"
 #include "support/generators.h"
-#include "support/sweep.h"
+#include "support/test_budget.h"
 
 using namespace lazyccd;
 using namespace lazyccd::test;

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "cpu/node_volume.h"
+#include "cpu/bvh/node_volume.h"
 #include "io/mesh.h"
 #include "lazyccd/detector.h"
 #include "lazyccd/error.h"

@@ -12,7 +12,7 @@
 #include <cstdlib>
 #include <cstring>
 
-#include "cpu/exact.h"
+#include "cpu/narrow/exact.h"
 #include "lazyccd/error.h"
 #include "lazyccd/query.h"
 

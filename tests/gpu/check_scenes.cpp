@@ -14,7 +14,7 @@
 #include "lazyccd/detector.h"
 #include "lazyccd/error.h"
 #include "scenes/scene.h"
-#include "scenes/surface.h"
+#include "scenes/meshes/surface.h"
 
 namespace {
 

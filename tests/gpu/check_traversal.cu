@@ -9,11 +9,11 @@
 #include <string>
 #include <vector>
 
-#include "gpu/check.h"
-#include "gpu/device_buffer.h"
-#include "gpu/stream.h"
-#include "gpu/traversal.h"
-#include "gpu/upload.h"
+#include "gpu/device/check.h"
+#include "gpu/device/device_buffer.h"
+#include "gpu/device/stream.h"
+#include "gpu/traversal/traversal.h"
+#include "gpu/device/upload.h"
 #include "lazyccd/error.h"
 #include "traversal_scenes.h"
 

@@ -15,7 +15,7 @@
 #include <thread>
 #include <vector>
 
-#include "cpu/exact.h"
+#include "cpu/narrow/exact.h"
 #include "support/generators.h"
 #include "support/oracle.h"
 

@@ -1,6 +1,6 @@
 #include "random/random_options.h"
 
-#include "random/dice.h"
+#include "random/random.h"
 
 namespace lazyccd::test {
 

@@ -6,8 +6,8 @@
 #include <chrono>
 #include <cmath>
 
-#include "random/chain.h"
-#include "random/habits.h"
+#include "random/multibody_chain.h"
+#include "random/soft_body_changes.h"
 #include "random/random_world.h"
 #include "random/rigid_bodies.h"
 #include "random/soft_bodies.h"

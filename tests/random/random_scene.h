@@ -9,8 +9,8 @@
 
 #include "lazyccd/bullet/options.h"
 #include "lazyccd/bullet/report.h"
-#include "random/inspector.h"
-#include "scenes/physics_world.h"
+#include "random/penetration_check.h"
+#include "scenes/worlds/physics_world.h"
 
 namespace lazyccd::test {
 

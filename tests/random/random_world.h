@@ -14,8 +14,8 @@
 
 #include "lazyccd/bullet/deformable_body_solver.h"
 #include "lazyccd/bullet/soft_body_solver.h"
-#include "random/dice.h"
-#include "scenes/physics_world.h"
+#include "random/random.h"
+#include "scenes/worlds/physics_world.h"
 
 namespace lazyccd::test {
 

@@ -8,8 +8,8 @@
 #include <string>
 #include <vector>
 
-#include "random/dice.h"
-#include "scenes/tessellation.h"
+#include "random/random.h"
+#include "scenes/meshes/tessellation.h"
 
 namespace lazyccd::test {
 

@@ -5,8 +5,8 @@
 #include <set>
 #include <vector>
 
-#include "scenes/cloth.h"
-#include "scenes/solid.h"
+#include "scenes/meshes/cloth.h"
+#include "scenes/meshes/solid.h"
 
 namespace lazyccd::test {
 namespace {

@@ -6,7 +6,7 @@
 #include <memory>
 #include <string>
 
-#include "random/dice.h"
+#include "random/random.h"
 
 namespace lazyccd::test {
 

@@ -1,6 +1,6 @@
-#include "plugin/worlds.h"
-#include "scenes/mechanics.h"
-#include "scenes/piercings.h"
+#include "plugin/support/worlds.h"
+#include "scenes/measures/mechanics.h"
+#include "scenes/measures/intersections.h"
 #include "scenes/scene.h"
 #include "support/catch.h"
 

@@ -48,7 +48,7 @@ check(cuda/gpu QUOTED "^(gpu|cpu|balance|core|lazyccd)/" FORBID ${bullet})
 check(plugin FORBID "^(core|cpu|gpu|balance|io|scenes)/" ${device})
 check(examples/io QUOTED "^(io|lazyccd)/" FORBID "^lazyccd/bullet/" ${bullet} ${device})
 check(examples/scenes FORBID "^(core|cpu|gpu|balance)/" ${device})
-check(examples/lazyccd FORBID "^(core|cpu|gpu|balance)/" ${device})
+check(examples/cli FORBID "^(core|cpu|gpu|balance)/" ${device})
 
 if(failures GREATER 0)
   message(FATAL_ERROR "${failures} includes go the wrong way")

@@ -1,4 +1,4 @@
-#include "cpu/leaf.h"
+#include "cpu/narrow/leaf_kernels.h"
 
 #include <utility>
 

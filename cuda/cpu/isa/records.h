@@ -1,8 +1,8 @@
 // The vertex records behind a candidate, read a whole record at once.
 #pragma once
 
-#include "cpu/isa/pack.h"
-#include "cpu/leaf.h"
+#include "cpu/isa/float_lanes.h"
+#include "cpu/narrow/leaf_kernels.h"
 
 namespace lazyccd {
 namespace LAZYCCD_ISA {

@@ -1,8 +1,8 @@
 // Boxes of the primitives for new positions.
 #pragma once
 
-#include "cpu/isa/pack.h"
-#include "cpu/leaf.h"
+#include "cpu/isa/float_lanes.h"
+#include "cpu/narrow/leaf_kernels.h"
 
 namespace lazyccd {
 namespace LAZYCCD_ISA {

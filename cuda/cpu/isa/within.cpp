@@ -3,7 +3,7 @@
 #include "core/separation.h"
 #include "cpu/isa/records.h"
 #include "cpu/isa/transpose.h"
-#include "cpu/isa/wide.h"
+#include "cpu/isa/double_lanes.h"
 
 namespace lazyccd {
 namespace LAZYCCD_ISA {

@@ -1,0 +1,120 @@
+// Runs work items that make further work items, such as the pairs of a tree traversal, on all
+// threads of a pool.
+//
+//   BalancedRun<NodePair> traversal(pool);                   // once: buffers persist between runs
+//   RunCounts counts = traversal.run(&root_pair, 1,
+//       [&](int worker, NodePair pair, auto& emit) { ... emit(child_pair); ... });
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "core/node_pair.h"
+#include "cpu/balance/lazy_stealing.h"
+#include "cpu/threads/thread_pool.h"
+#include "cpu/balance/work_stack.h"
+#include "cpu/balance/worker_counts.h"
+
+namespace lazyccd {
+
+struct RunCounts : WorkerCounts {
+  std::uint64_t items = 0;  // processed
+  double ms_present = 0;    // of all workers, from when they came to when they left
+};
+
+// A Strategy moves items between workers; each worker's own items are a WorkStack beside it:
+//
+//   Item, Strategy(workers, ...)
+//   everyone                whether all workers must come; else some may never arrive
+//   start(initial, count)   one thread, before the workers
+//   arrive(w), leave(w)     around a worker's part
+//   take(w, stack)          fills the empty stack, waiting for others' work; false: nothing left
+//   should_share(w, stack)  after every item, so a load or two
+//   share(w, stack)         gives some of the stack away, or all; false: cancelled
+//   cancel(w)               the worker failed; the others leave soon, and the next start() recovers
+//   counts(w), bytes()      of the last run
+template <class Item, class Strategy = LazyStealing<Item>>
+class BalancedRun {
+ public:
+  // `options` go to the strategy, after the number of workers. The pool must outlive this.
+  template <class... Options>
+  explicit BalancedRun(ThreadPool& pool, Options... options)
+      : pool_(&pool),
+        strategy_(pool.size(), options...),
+        members_(static_cast<std::size_t>(pool.size())) {}
+
+  // process(worker, item, emit) exactly once for each of the initial items and of those given to
+  // emit(item), in no particular order, on worker ids below pool.size(). One call at a time a
+  // worker id, so scratch memory indexed by it needs no lock. An exception from process ends the
+  // run and is rethrown here; the next run starts afresh.
+  template <class Process>
+  RunCounts run(const Item* initial, std::size_t count, Process&& process) {
+    if (count == 0) return {};
+    strategy_.start(initial, count);
+    for (Member& member : members_) member.items = 0, member.ms_present = 0;
+    const auto job = [&](int worker) { work(worker, process); };
+    if constexpr (Strategy::everyone) {
+      pool_->run(job);
+    } else {
+      pool_->offer(job);
+    }
+    RunCounts counts;
+    for (int worker = 0; worker < pool_->size(); ++worker) {
+      counts += strategy_.counts(worker);
+      counts.items += members_[static_cast<std::size_t>(worker)].items;
+      counts.ms_present += members_[static_cast<std::size_t>(worker)].ms_present;
+    }
+    return counts;
+  }
+
+  std::size_t bytes() const {
+    std::size_t sum = sizeof(*this) + strategy_.bytes();
+    for (const Member& member : members_) sum += sizeof(member) + member.stack.bytes();
+    return sum;
+  }
+
+ private:
+  struct alignas(128) Member {  // two cache lines: neighbours are other workers'
+    WorkStack<Item> stack;
+    std::uint64_t items = 0;
+    double ms_present = 0;
+  };
+
+  template <class Process>
+  void work(int worker, Process& process) {
+    Member& member = members_[static_cast<std::size_t>(worker)];
+    WorkStack<Item>& stack = member.stack;
+    std::uint64_t items = 0;
+    const auto emit = [&stack](const Item& item) { stack.push(item); };
+    const auto arrival = std::chrono::steady_clock::now();
+    strategy_.arrive(worker);
+    try {
+      while (strategy_.take(worker, stack)) {
+        do {
+          process(worker, stack.pop(), emit);
+          ++items;
+          if (strategy_.should_share(worker, stack) && !strategy_.share(worker, stack))
+            stack.clear();
+        } while (!stack.empty());
+      }
+    } catch (...) {
+      stack.clear();
+      strategy_.cancel(worker);
+      strategy_.leave(worker);
+      throw;
+    }
+    strategy_.leave(worker);
+    member.items = items;
+    member.ms_present =
+        std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - arrival)
+            .count();
+  }
+
+  ThreadPool* pool_;
+  Strategy strategy_;
+  std::vector<Member> members_;
+};
+
+}  // namespace lazyccd

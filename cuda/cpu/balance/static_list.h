@@ -1,0 +1,175 @@
+// Static lists between CPU threads: the memory behind balance/static_list.h, and how the threads
+// meet for the balancing step. One of the strategies of BalancedRun; see there for what a strategy
+// is.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "balance/host_atomics.h"
+#include "balance/static_list.h"
+#include "cpu/threads/spin_wait.h"
+#include "cpu/balance/work_stack.h"
+#include "cpu/balance/worker_counts.h"
+
+namespace lazyccd {
+
+template <class ItemType>
+class StaticList {
+ public:
+  using Item = ItemType;
+  static constexpr bool everyone = true;  // a round ends when all have come
+
+  // idle_threshold: so many workers that have run dry end a round; 0: half of them, as gProximity
+  // does. capacity: items of a list; one that grows beyond ends the round too. 0: any number.
+  explicit StaticList(int workers, std::uint32_t idle_threshold = 0, std::uint32_t capacity = 0)
+      : members_(static_cast<std::size_t>(workers)),
+        lists_(members_.size()),
+        threshold_(idle_threshold != 0 ? idle_threshold
+                                       : std::max(static_cast<std::uint32_t>(workers) / 2, 1u)),
+        capacity_(capacity != 0 ? capacity : std::numeric_limits<std::uint32_t>::max()) {}
+
+  void start(const Item* initial, std::size_t count) {
+    // Relaxed throughout: the start of the job publishes it.
+    for (auto* cell : {&idle_, &stop_, &arrived_, &round_, &ended_})
+      HostAtomics::store(cell->value, 0u, HostAtomics::relaxed);
+    for (Member& member : members_) member.reset();
+    std::fill(lists_.begin(), lists_.end(), ItemList<Item>{nullptr, 0});
+    lists_[0] = {initial, count};
+    rounds_ = 0;
+  }
+
+  void arrive(int) {}
+
+  // Fills the empty stack; false: the run is over or cancelled.
+  bool take(int worker, WorkStack<Item>& stack) {
+    Member& m = member(worker);
+    for (;;) {
+      if (!m.first_round) {
+        round_end().ran_dry();
+        if (!next_round(worker)) return false;
+      }
+      m.first_round = false;
+      m.steps = 0;
+      take_even_part(lists_.data(), static_cast<std::uint32_t>(lists_.size()),
+                     static_cast<std::uint32_t>(worker), workers(),
+                     [&](const Item* items, std::uint64_t count) { stack.push(items, count); });
+      if (!stack.empty()) return true;
+    }
+  }
+
+  // Each worker gets somewhere in a round: a balancing step for every single item is none.
+  bool should_share(int worker, const WorkStack<Item>& stack) {
+    if (stack.size() > capacity_) return true;
+    return ++member(worker).steps >= least_steps && round_end().stopped();
+  }
+
+  // Ends the round for this worker: what is left is for all.
+  bool share(int worker, WorkStack<Item>& stack) {
+    Member& m = member(worker);
+    if (stack.size() > capacity_) ++m.counts.overflows;
+    round_end().stop();
+    std::vector<Item>& list = m.left[m.round % 2];
+    list.resize(stack.size());
+    stack.take_all(list.data());
+    return !cancelled();
+  }
+
+  void cancel(int) {
+    HostAtomics::store(ended_.value, cancelled_run, HostAtomics::relaxed);
+    round_end().stop();
+  }
+  void leave(int) {}
+
+  WorkerCounts counts(int worker) const {
+    WorkerCounts counts = member(worker).counts;
+    if (worker == 0) counts.rounds = rounds_;
+    return counts;
+  }
+  std::size_t bytes() const {
+    std::size_t sum = sizeof(*this) + lists_.capacity() * sizeof(ItemList<Item>);
+    for (const Member& m : members_)
+      sum += sizeof(m) + (m.left[0].capacity() + m.left[1].capacity()) * sizeof(Item);
+    return sum;
+  }
+
+ private:
+  static constexpr std::uint32_t least_steps = 32;
+  static constexpr std::uint32_t finished_run = 1, cancelled_run = 2;
+
+  struct alignas(HostAtomics::spacing) Cell {
+    HostAtomics::Cell<std::uint32_t> value{0};
+  };
+  struct alignas(HostAtomics::spacing) Member {
+    // What the worker left at the end of a round. Two of them: the others still read that of the
+    // last round when it writes that of this one.
+    std::vector<Item> left[2];
+    std::uint32_t round = 0;
+    std::uint32_t steps = 0;  // in this round
+    bool first_round = true;
+    WorkerCounts counts;
+
+    void reset() {
+      left[0].clear();
+      left[1].clear();
+      round = steps = 0;
+      first_round = true;
+      counts = {};
+    }
+  };
+
+  Member& member(int worker) { return members_[static_cast<std::size_t>(worker)]; }
+  const Member& member(int worker) const { return members_[static_cast<std::size_t>(worker)]; }
+  std::uint32_t workers() const { return static_cast<std::uint32_t>(members_.size()); }
+  RoundEnd<HostAtomics> round_end() { return {idle_.value, stop_.value, threshold_}; }
+  bool cancelled() const {
+    return HostAtomics::load(ended_.value, HostAtomics::relaxed) == cancelled_run;
+  }
+
+  // Waits for all; the last one lays out the lists. False: nothing is left, or the run is
+  // cancelled.
+  bool next_round(int worker) {
+    Member& m = member(worker);
+    const std::uint32_t round = m.round++;
+    // Release: what this worker left. Acquire: what all others did.
+    if (HostAtomics::fetch_add(arrived_.value, 1u, HostAtomics::acq_rel) + 1 == workers()) {
+      begin_round(round);
+    } else {
+      Waiting waiting(m.counts.ms_waited);
+      // Acquire, pairs with the release in begin_round().
+      while (HostAtomics::load(round_.value, HostAtomics::acquire) == round) {
+        if (cancelled()) return false;
+        waiting.pause();
+      }
+    }
+    return HostAtomics::load(ended_.value, HostAtomics::relaxed) == 0;
+  }
+
+  void begin_round(std::uint32_t round) {
+    bool empty = true;
+    for (std::size_t i = 0; i < lists_.size(); ++i) {
+      std::vector<Item>& left = members_[i].left[round % 2];
+      lists_[i] = {left.data(), left.size()};
+      empty = empty && left.empty();
+      members_[i].left[1 - round % 2].clear();
+    }
+    ++rounds_;
+    // Relaxed: published by the release of the round below.
+    if (empty && !cancelled()) HostAtomics::store(ended_.value, finished_run, HostAtomics::relaxed);
+    for (auto* cell : {&idle_, &stop_, &arrived_})
+      HostAtomics::store(cell->value, 0u, HostAtomics::relaxed);
+    HostAtomics::store(round_.value, round + 1, HostAtomics::release);
+  }
+
+  std::vector<Member> members_;
+  std::vector<ItemList<Item>> lists_;  // of the round that goes on
+  std::uint32_t threshold_;
+  std::uint32_t capacity_;
+  std::uint64_t rounds_ = 0;
+  Cell idle_, stop_, arrived_, round_, ended_;
+};
+
+}  // namespace lazyccd

@@ -1,0 +1,39 @@
+// The six diagonal slabs that make an axis-aligned box an 18-DOP (Klosowski et al. 1998).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "cpu/bvh/node_volume.h"
+
+namespace lazyccd {
+
+class DiagonalSlabs : public NodeVolume {
+ public:
+  explicit DiagonalSlabs(double margin) : margin_(margin) {}
+
+  void refit(const Groups& groups, const Tree& tree, const std::vector<VertexRecord>& vertices,
+             ThreadPool& pool) override;
+  bool apart(std::uint32_t a, std::uint32_t b) const override;
+  std::size_t bytes() const override;
+
+ private:
+  // Along x + y, x - y, x + z, x - z, y + z, y - z; and two unused lanes, which are apart from
+  // nothing.
+  static constexpr int kSlabs = 6;
+  struct alignas(64) Slabs {
+    float lo[8], hi[8];
+
+    void clear();
+    void add(const Slabs& other);
+  };
+
+  static Slabs slabs_of(const VertexRecord& vertex, double margin);
+
+  double margin_;
+  std::vector<Slabs> vertices_;
+  std::vector<Slabs> nodes_;
+};
+
+}  // namespace lazyccd

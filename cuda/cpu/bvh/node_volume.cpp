@@ -1,0 +1,20 @@
+#include "cpu/bvh/node_volume.h"
+
+#include "cpu/bvh/dop18.h"
+#include "cpu/bvh/oriented_boxes.h"
+
+namespace lazyccd {
+
+std::unique_ptr<NodeVolume> make_node_volume(Volume volume, double margin) {
+  switch (volume) {
+    case Volume::box:
+      return nullptr;
+    case Volume::dop18:
+      return std::make_unique<DiagonalSlabs>(margin);
+    case Volume::oriented_box:
+      return std::make_unique<OrientedBoxes>(margin);
+  }
+  return nullptr;
+}
+
+}  // namespace lazyccd

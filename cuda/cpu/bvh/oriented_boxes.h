@@ -1,0 +1,33 @@
+// Oriented boxes along the principal axes of the vertices below (Gottschalk et al. 1996), over both
+// ends of the step.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "core/oriented_box.h"
+#include "cpu/bvh/node_volume.h"
+
+namespace lazyccd {
+
+class OrientedBoxes : public NodeVolume {
+ public:
+  explicit OrientedBoxes(double margin) : margin_(margin) {}
+
+  void refit(const Groups& groups, const Tree& tree, const std::vector<VertexRecord>& vertices,
+             ThreadPool& pool) override;
+  bool apart(std::uint32_t a, std::uint32_t b) const override;
+  std::size_t bytes() const override;
+
+ private:
+  void fit_leaf(const Groups& groups, const Group& group, const std::vector<VertexRecord>& vertices,
+                std::size_t node);
+  void fit_parent(const TreeNode& node, std::size_t index);
+
+  double margin_;
+  std::vector<Moments> moments_;  // of the positions below a node
+  std::vector<OrientedBox> boxes_;
+};
+
+}  // namespace lazyccd

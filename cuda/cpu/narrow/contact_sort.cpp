@@ -1,0 +1,72 @@
+#include "cpu/narrow/contact_sort.h"
+
+#include <algorithm>
+#include <array>
+#include <atomic>
+
+#include "core/contact_math.h"
+
+namespace lazyccd {
+
+// Least significant digit first; digits of equal width, as few as there can be.
+void ContactSort::radix_sort() {
+  constexpr int widest = 12;
+  const int bits = key_.bits(), passes = (bits + widest - 1) / widest;
+  if (passes == 0) return;
+  const int digit = (bits + passes - 1) / passes;
+  const std::uint64_t mask = (std::uint64_t{1} << digit) - 1;
+  other_.resize(items_.size());
+  for (int shift = 0; shift < bits; shift += digit) {
+    std::array<std::uint32_t, (1 << widest) + 1> begin;
+    std::fill_n(begin.begin(), mask + 2, 0);
+    for (const Item& item : items_) ++begin[(item.key >> shift & mask) + 1];
+    for (std::size_t i = 1; i <= mask; ++i) begin[i] += begin[i - 1];
+    for (const Item& item : items_) other_[begin[item.key >> shift & mask]++] = item;
+    items_.swap(other_);
+  }
+}
+
+std::uint64_t ContactSort::operator()(const std::vector<ContactPart>& parts, ThreadPool& pool,
+                                      std::vector<Contact>& out) {
+  const bool fits = key_.fits();
+  std::size_t count = 0;
+  for (const ContactPart& part : parts) count += part.keys.size();
+  items_.resize(count);
+  Item* item = items_.data();
+  for (const ContactPart& part : parts)
+    for (std::size_t i = 0; i < part.keys.size(); ++i) *item++ = {part.keys[i], &part.contacts[i]};
+  constexpr std::size_t few = 512;  // before the counts of a pass pay
+  if (fits && items_.size() < few) {
+    std::sort(items_.begin(), items_.end(),
+              [](const Item& a, const Item& b) { return a.key < b.key; });
+  } else if (fits) {
+    radix_sort();
+  } else {
+    std::sort(items_.begin(), items_.end(),
+              [](const Item& a, const Item& b) { return *a.contact < *b.contact; });
+  }
+  out.resize(items_.size());
+  std::atomic<std::uint64_t> hash{0};
+  pool.parallel_for(items_.size(), 512, [&](std::size_t first, std::size_t last, int) {
+    std::uint64_t sum = 0;
+    for (std::size_t i = first; i < last; ++i) {
+      out[i] = *items_[i].contact;
+      sum += hash_share(*items_[i].contact);
+    }
+    hash.fetch_add(sum, std::memory_order_relaxed);  // read after the job's end
+  });
+  return hash.load(std::memory_order_relaxed);
+}
+
+// From the back, so that what comes before all others stays where it is.
+void merge(Span<const Contact> more, std::vector<Contact>& sorted) {
+  std::size_t i = sorted.size(), j = more.size();
+  sorted.resize(i + j);
+  while (j > 0) {
+    const bool is_from_more = i == 0 || sorted[i - 1] < more[j - 1];
+    sorted[i + j - 1] = is_from_more ? more[j - 1] : sorted[i - 1];
+    --(is_from_more ? j : i);
+  }
+}
+
+}  // namespace lazyccd

@@ -1,0 +1,242 @@
+#include "cpu/threads/thread_pool.h"
+
+#include <chrono>
+#include <utility>
+
+#if defined(__linux__)
+#include <pthread.h>
+#include <sched.h>
+#endif
+
+#include "cpu/threads/pause.h"
+
+namespace lazyccd {
+namespace {
+
+// Longer than the serial code between two stages of a step, shorter than anyone would call busy.
+constexpr std::chrono::microseconds spin_time{40};
+// A thread that sleeps on a virtual machine comes later than a short step lasts, so one stays awake
+// from stage to stage, and from step to step where these follow each other.
+constexpr std::chrono::microseconds spin_of_first{200};
+
+// A place's state, from the low bits: workers inside the job (16), workers that joined it so far
+// (15), whether it is open to join (1), number of the job (32). One word, so that joining and
+// closing exclude each other by CAS.
+constexpr std::uint64_t one_inside = 1;
+constexpr std::uint64_t one_joined = std::uint64_t{1} << 16;
+constexpr std::uint64_t open_bit = std::uint64_t{1} << 31;
+constexpr int job_shift = 32;
+constexpr int max_threads = 1 << 14;
+
+int inside(std::uint64_t state) { return static_cast<int>(state & 0xffff); }
+int joined(std::uint64_t state) { return static_cast<int>((state >> 16) & 0x7fff); }
+bool is_open(std::uint64_t state) { return (state & open_bit) != 0; }
+std::uint64_t job_number(std::uint64_t state) { return state >> job_shift; }
+
+// The number no job has: the pool is going down.
+constexpr std::uint64_t no_more_jobs = 0xffffffff;
+
+int thread_count(int wanted) {
+  if (wanted <= 0) wanted = static_cast<int>(std::thread::hardware_concurrency());
+  return std::clamp(wanted, 1, max_threads);
+}
+
+template <class Done>
+bool spin_until(Done done, std::chrono::microseconds time = spin_time) {
+  const auto start = std::chrono::steady_clock::now();
+  do {
+    for (int i = 0; i < 32; ++i) {
+      if (done()) return true;
+      pause_core();
+    }
+  } while (std::chrono::steady_clock::now() - start < time);
+  return done();
+}
+
+}  // namespace
+
+ThreadPool::ThreadPool(int threads) : size_(thread_count(threads)) {
+  threads_.reserve(static_cast<std::size_t>(size_ - 1));
+  for (int worker = 1; worker < size_; ++worker)
+    threads_.emplace_back([this, worker] { worker_main(worker); });
+}
+
+ThreadPool::~ThreadPool() {
+  offered_.state.store(no_more_jobs << job_shift, std::memory_order_seq_cst);
+  {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    wake_.notify_all();
+  }
+  for (std::thread& thread : threads_) thread.join();
+}
+
+void ThreadPool::rouse() {
+  // Relaxed: who goes to sleep just now is woken by the job.
+  if (helpers_ != Helpers::everyone || sleepers_.load(std::memory_order_relaxed) == 0) return;
+  leave_core_to_caller();
+  const std::lock_guard<std::mutex> lock(mutex_);
+  ++roused_;
+  wake_.notify_all();
+}
+
+void ThreadPool::start(Attendance attendance, Invoke function, void* job) {
+  if (size_ == 1) {
+    function(job, 0);
+    return;
+  }
+  publish(offered_, function, job);
+  const bool wakes = attendance == Attendance::everyone || helpers_ == Helpers::everyone;
+  if (wakes && sleepers_.load(std::memory_order_seq_cst) > 0) {  // see publish()
+    const std::lock_guard<std::mutex> lock(mutex_);
+    wake_.notify_all();
+  }
+  call(offered_, 0);
+  if (attendance == Attendance::everyone) {
+    wait_until(offered_, [&](std::uint64_t s) { return joined(s) == size_ - 1 && inside(s) == 0; });
+  }
+  close(offered_);
+}
+
+void ThreadPool::hand_out(Invoke function, void* job) {
+  if (size_ == 1) return;
+  publish(handed_out_, function, job);
+  if (sleepers_.load(std::memory_order_seq_cst) > 0) {  // see publish()
+    const std::lock_guard<std::mutex> lock(mutex_);
+    wake_.notify_one();
+  }
+}
+
+bool ThreadPool::take_back() {
+  if (size_ == 1) return false;
+  close(handed_out_);
+  return joined(handed_out_.state.load(std::memory_order_relaxed)) > 0;
+}
+
+void ThreadPool::publish(Place& place, Invoke function, void* job) {
+  leave_core_to_caller();
+  place.invoke = function;
+  place.job = job;
+  // Relaxed: only the thread that starts jobs changes the number.
+  std::uint64_t number = job_number(place.state.load(std::memory_order_relaxed)) + 1;
+  if (number == no_more_jobs) number = 0;
+  // seq_cst, twice: as a release it publishes the job to join(); and either this thread sees the
+  // sleeper's count after it, or the sleeper sees the new job before it sleeps (wait_for_job).
+  place.state.store((number << job_shift) | open_bit, std::memory_order_seq_cst);
+}
+
+void ThreadPool::close(Place& place) {
+  // Relaxed: closing publishes nothing. After it nobody joins.
+  place.state.fetch_and(~open_bit, std::memory_order_relaxed);
+  wait_until(place, [](std::uint64_t s) { return inside(s) == 0; });
+  if (place.error) std::rethrow_exception(std::exchange(place.error, nullptr));
+}
+
+// A scheduler that likes to wake a thread on its waker's core leaves it there, unrun, until the
+// next load balancing: milliseconds, a whole step, in one of three wakes on a virtual machine of
+// two cores. So the threads may run anywhere but there. In a large pool one late worker costs
+// little, and the system calls would cost more.
+void ThreadPool::leave_core_to_caller() noexcept {
+#if defined(__linux__)
+  constexpr int largest_pool = 16;
+  const int core = sched_getcpu();
+  if (core == caller_core_ || core < 0 || size_ > largest_pool) return;
+  caller_core_ = core;
+  cpu_set_t others;
+  if (sched_getaffinity(0, sizeof others, &others) != 0) return;
+  CPU_CLR(static_cast<std::size_t>(core), &others);
+  if (CPU_COUNT(&others) == 0) return;
+  for (std::thread& thread : threads_)
+    pthread_setaffinity_np(thread.native_handle(), sizeof others, &others);
+#endif
+}
+
+void ThreadPool::call(Place& place, int worker) noexcept {
+  try {
+    place.invoke(place.job, worker);
+  } catch (...) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    if (!place.error) place.error = std::current_exception();
+  }
+}
+
+template <class Done>
+void ThreadPool::wait_until(const Place& place, Done done) {
+  // Acquire, pairs with the release in leave(): what the workers wrote is visible after the job.
+  const auto is_done = [&] { return done(place.state.load(std::memory_order_acquire)); };
+  if (spin_until(is_done)) return;
+  std::unique_lock<std::mutex> lock(mutex_);
+  // seq_cst with leave(): either the leaver sees this flag or this thread sees it gone.
+  caller_sleeps_.store(true, std::memory_order_seq_cst);
+  done_.wait(lock, [&] { return done(place.state.load(std::memory_order_seq_cst)); });
+  caller_sleeps_.store(false, std::memory_order_relaxed);
+}
+
+void ThreadPool::worker_main(int worker) {
+  pool_of_thread_ = this;
+  const std::chrono::microseconds spin = worker == 1 ? spin_of_first : spin_time;
+  Seen seen;
+  for (;;) {
+    wait_for_job(seen, spin);
+    // Acquire, pairs with the store in publish(): what was handed out before this was offered is
+    // seen below, and comes first.
+    const std::uint64_t offered = job_number(offered_.state.load(std::memory_order_acquire));
+    if (offered == no_more_jobs) return;
+    // Relaxed: join() acquires what the job needs.
+    const std::uint64_t handed_out = job_number(handed_out_.state.load(std::memory_order_relaxed));
+    if (handed_out != seen.handed_out) {
+      seen.handed_out = handed_out;
+      help(handed_out_, handed_out, worker);
+    } else {
+      seen.offered = offered;
+      help(offered_, offered, worker);
+    }
+  }
+}
+
+// Returns once there is a job other than those that were seen. Jobs in between may have passed
+// unseen.
+void ThreadPool::wait_for_job(const Seen& seen, std::chrono::microseconds spin) {
+  const auto has_come = [&](std::memory_order order) {
+    return job_number(offered_.state.load(order)) != seen.offered ||
+           job_number(handed_out_.state.load(order)) != seen.handed_out;
+  };
+  // Relaxed: who looks for the job acquires.
+  while (!spin_until([&] { return has_come(std::memory_order_relaxed); }, spin)) {
+    std::unique_lock<std::mutex> lock(mutex_);
+    const std::uint64_t roused = roused_;
+    sleepers_.fetch_add(1, std::memory_order_seq_cst);  // before the look at the job: see publish()
+    wake_.wait(lock, [&] { return roused != roused_ || has_come(std::memory_order_seq_cst); });
+    sleepers_.fetch_sub(1, std::memory_order_relaxed);
+  }
+}
+
+void ThreadPool::help(Place& place, std::uint64_t job, int worker) noexcept {
+  if (!join(place, job)) return;
+  call(place, worker);
+  leave(place);
+}
+
+// False where the job is over, or handed out to another.
+bool ThreadPool::join(Place& place, std::uint64_t job) noexcept {
+  std::uint64_t state = place.state.load(std::memory_order_relaxed);
+  while (job_number(state) == job && is_open(state)) {
+    std::uint64_t with_this = state + one_inside + one_joined;
+    if (&place == &handed_out_) with_this &= ~open_bit;
+    // Acquire, pairs with the store in publish(): what it says of the job is this job's.
+    if (place.state.compare_exchange_weak(state, with_this, std::memory_order_acquire,
+                                          std::memory_order_relaxed))
+      return true;
+  }
+  return false;
+}
+
+void ThreadPool::leave(Place& place) noexcept {
+  // Release, pairs with the acquire in wait_until(); seq_cst for the flag below.
+  place.state.fetch_sub(one_inside, std::memory_order_seq_cst);
+  if (caller_sleeps_.load(std::memory_order_seq_cst)) {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    done_.notify_one();
+  }
+}
+
+}  // namespace lazyccd

@@ -1,0 +1,170 @@
+// Oriented boxes of all nodes, fitted anew each step: the moments of leaves, runs of leaves and
+// nodes, then their axes, then the extents along them, of leaves from their vertices, of runs from
+// their leaves and of nodes from both. A few lanes have a volume, and none waits for another.
+#pragma once
+
+#include "core/oriented_box.h"
+#include "core/separation.h"
+#include "gpu/device/kernel_chain.cuh"
+#include "gpu/bvh/node_parts.cuh"
+#include "gpu/scene/scene.cuh"
+
+namespace lazyccd::gpu {
+
+// Volumes side by side: the leaves in their order, the runs, the nodes.
+struct OrientedBoxesView {
+  OrientedBox* boxes;  // of nodes the axes alone
+  Moments* moments;
+  OrientedBoxOf<float>* nodes;
+  std::uint32_t first_run, first_node, count;
+};
+
+constexpr int kFitLanes = 16;                          // of a volume: most nodes have few parts
+constexpr std::uint32_t kFitBlock = kRun * kFitLanes;  // the leaves of a run
+
+__device__ inline std::uint32_t fitted_volume() {
+  return (blockIdx.x * blockDim.x + threadIdx.x) / kFitLanes;
+}
+__device__ inline int fit_lane() { return static_cast<int>(threadIdx.x % kFitLanes); }
+
+// Over the lanes of each volume; all lanes of the warp call.
+__device__ inline Moments united(Moments m) {
+  for (int offset = kFitLanes / 2; offset > 0; offset /= 2) {
+    m.count += __shfl_xor_sync(kAllLanes, m.count, offset);
+    for (double& x : m.sum) x += __shfl_xor_sync(kAllLanes, x, offset);
+    for (double& x : m.product) x += __shfl_xor_sync(kAllLanes, x, offset);
+  }
+  return m;
+}
+
+__device__ inline AxesExtent united(AxesExtent e) {
+  for (int offset = kFitLanes / 2; offset > 0; offset /= 2) {
+    AxesExtent other;
+    for (int i = 0; i < 3; ++i) {
+      other.lo[i] = __shfl_xor_sync(kAllLanes, e.lo[i], offset);
+      other.hi[i] = __shfl_xor_sync(kAllLanes, e.hi[i], offset);
+    }
+    other.size = __shfl_xor_sync(kAllLanes, e.size, offset);
+    e.add(other);
+  }
+  return e;
+}
+
+// f(position) for the lane's share of the positions of a leaf's vertices at both ends of the step;
+// those of several cells more than once.
+template <class Record, class F>
+__device__ inline void for_each_position(const SceneView& scene, std::uint32_t slot, F&& f) {
+  if (slot >= scene.group_count) return;
+  const Record* records = static_cast<const Record*>(scene.records);
+  for_each_cell<kFitLanes>(scene.groups, scene.leaf_order[slot], fit_lane(),
+                           [&](const PrimitiveNames& cell) {
+                             for (int k = 0; k < 3 && cell.vertex[k] >= 0; ++k) {
+                               const Record record = load_wide(records + cell.vertex[k]);
+                               f(record.x);
+                               f(record.x + 3);
+                             }
+                           });
+}
+
+// f(leaf) for the lane's share of a run's leaves, counted from its first.
+template <class F>
+__device__ inline void for_each_leaf_of_run(const SceneView& scene, F&& f) {
+  for (int leaf = fit_lane(); leaf < kRun && blockIdx.x * kRun + leaf < scene.group_count;
+       leaf += kFitLanes)
+    f(leaf);
+}
+
+// A block a run.
+template <class Record>
+__global__ void sum_leaves(SceneView scene, OrientedBoxesView view) {
+  begin_kernel();
+  __shared__ Moments leaves[kRun];
+  const std::uint32_t slot = fitted_volume();
+  Moments m{};
+  for_each_position<Record>(scene, slot, [&](const auto* x) { m.add(x); });
+  m = united(m);
+  if (fit_lane() == 0) {
+    leaves[threadIdx.x / kFitLanes] = m;
+    if (slot < scene.group_count) view.moments[slot] = m;
+  }
+  __syncthreads();
+  if (threadIdx.x >= kWarp) return;
+  m = {};
+  for_each_leaf_of_run(scene, [&](int leaf) { m.add(leaves[leaf]); });
+  m = united(m);
+  if (threadIdx.x == 0) view.moments[view.first_run + blockIdx.x] = m;
+}
+
+__global__ void sum_nodes(SceneView scene, OrientedBoxesView view) {
+  begin_kernel();
+  const std::uint32_t node = fitted_volume();
+  const int2 range = node < scene.node_count ? scene.node_ranges[node] : int2{0, 0};
+  Moments m{};
+  for_each_part<kFitLanes>(
+      range, fit_lane(), [&](int run) { m.add(view.moments[view.first_run + run]); },
+      [&](int slot) { m.add(view.moments[slot]); });
+  m = united(m);
+  if (fit_lane() == 0 && node < scene.node_count) view.moments[view.first_node + node] = m;
+}
+
+// A thread a volume.
+__global__ void find_axes(OrientedBoxesView view) {
+  begin_kernel();
+  const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
+  if (i < view.count) principal_axes(view.moments[i], view.boxes[i].axis);
+}
+
+struct Axes {
+  double axis[3][3] = {};
+
+  __device__ void load(const OrientedBox& box) {
+    for (int i = 0; i < 3; ++i)
+      for (int k = 0; k < 3; ++k) axis[i][k] = box.axis[i][k];
+  }
+};
+
+// A block a run.
+template <class Record>
+__global__ void fit_leaves(SceneView scene, OrientedBoxesView view) {
+  begin_kernel();
+  __shared__ OrientedBox leaves[kRun];
+  const std::uint32_t slot = fitted_volume();
+  const bool used = slot < scene.group_count;
+  {
+    Axes axes;
+    if (used) axes.load(view.boxes[slot]);
+    AxesExtent extent;
+    for_each_position<Record>(scene, slot, [&](const auto* x) { extent.add(axes.axis, x); });
+    extent = united(extent);
+    if (fit_lane() == 0 && used)
+      view.boxes[slot] = leaves[threadIdx.x / kFitLanes] =
+          enclose(axes.axis, extent, separation_margin(scene.separation));
+  }
+  __syncthreads();
+  if (threadIdx.x >= kWarp) return;
+  OrientedBox& run = view.boxes[view.first_run + blockIdx.x];
+  Axes axes;
+  axes.load(run);
+  AxesExtent extent;
+  for_each_leaf_of_run(scene, [&](int leaf) { extent.add(axes.axis, leaves[leaf]); });
+  extent = united(extent);
+  __syncwarp();                                               // all have read the axes
+  if (threadIdx.x == 0) run = enclose(axes.axis, extent, 0);  // the leaves have the margin
+}
+
+__global__ void fit_nodes(SceneView scene, OrientedBoxesView view) {
+  begin_kernel();
+  const std::uint32_t node = fitted_volume();
+  const bool used = node < scene.node_count;
+  Axes axes;
+  if (used) axes.load(view.boxes[view.first_node + node]);
+  AxesExtent extent;
+  for_each_part<kFitLanes>(
+      used ? scene.node_ranges[node] : int2{0, 0}, fit_lane(),
+      [&](int run) { extent.add(axes.axis, load_wide(view.boxes + view.first_run + run)); },
+      [&](int slot) { extent.add(axes.axis, load_wide(view.boxes + slot)); });
+  extent = united(extent);
+  if (fit_lane() == 0 && used) view.nodes[node] = rounded(enclose(axes.axis, extent, 0));
+}
+
+}  // namespace lazyccd::gpu

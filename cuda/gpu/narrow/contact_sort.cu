@@ -1,0 +1,87 @@
+#include "gpu/narrow/contact_sort.cuh"
+
+#include <algorithm>
+#include <cub/device/device_radix_sort.cuh>
+#include <cub/device/device_scan.cuh>
+
+#include "gpu/stages.h"
+
+namespace lazyccd::gpu {
+namespace {
+
+constexpr std::uint32_t kBlock = 128;
+
+// Up to here one kernel that compares all with all takes less than the launches of a sort.
+bool few(std::uint32_t contacts) { return contacts <= 4096; }
+
+// Beyond, clearing and adding up the bins takes longer than a radix sort.
+constexpr int kMostBinBits = 21;
+
+std::size_t bin_space(std::uint32_t bins) {
+  std::size_t bytes = 0;
+  std::uint32_t* counts = nullptr;
+  LAZYCCD_CUDA_CHECK(
+      cub::DeviceScan::ExclusiveSum(nullptr, bytes, counts, counts, static_cast<int>(bins)));
+  return bytes;
+}
+
+std::size_t radix_space(std::uint32_t contacts) {
+  std::size_t bytes = 0;
+  const std::uint64_t* keys = nullptr;
+  const std::uint32_t* order = nullptr;
+  LAZYCCD_CUDA_CHECK(cub::DeviceRadixSort::SortPairs(
+      nullptr, bytes, keys, static_cast<std::uint64_t*>(nullptr), order,
+      static_cast<std::uint32_t*>(nullptr), static_cast<int>(contacts)));
+  return bytes;
+}
+
+}  // namespace
+
+std::uint32_t sort_bins(const ContactKey& key, std::uint32_t contacts) {
+  const int bits = key.bits() - key.b_bits;
+  return few(contacts) || bits > kMostBinBits ? 0 : 1u << bits;
+}
+
+std::size_t sort_space_bytes(std::uint32_t bins, std::uint32_t contacts) {
+  return std::max<std::size_t>(bins != 0 ? bin_space(bins) : radix_space(contacts), 1);
+}
+
+void fill_order(std::uint32_t* order, std::uint32_t count, cudaStream_t stream) {
+  number_places<<<blocks_for(count, 256), 256, 0, stream>>>(order, count);
+  LAZYCCD_CUDA_CHECK(cudaGetLastError());
+}
+
+void prepare_sort(const SceneView& scene, const StepLists& lists, cudaStream_t stream) {
+  if (const std::uint32_t bins = sort_bins(scene.key, lists.contacts.capacity)) {
+    LAZYCCD_CUDA_CHECK(cudaMemsetAsync(lists.bins, 0, bins * sizeof(std::uint32_t), stream));
+  } else if (!few(lists.contacts.capacity)) {
+    // Unused places hold keys of ones and, as they are behind all others, come behind them.
+    LAZYCCD_CUDA_CHECK(
+        cudaMemsetAsync(lists.keys, 0xff, lists.contacts.capacity * sizeof(std::uint64_t), stream));
+  }
+}
+
+// Bins and radix sort leave primitive b to the placing.
+void enqueue_sort(const SceneView& scene, const StepLists& lists, const SortBuffers& buffers,
+                  cudaStream_t stream) {
+  const std::uint32_t grid = 4 * multiprocessors(), capacity = lists.contacts.capacity;
+  if (few(capacity)) {
+    launch_behind(place_by_rank, grid, kBlock, 0, stream, lists, buffers.sorted);
+    return;
+  }
+  std::size_t space = buffers.space_bytes;
+  if (const std::uint32_t bins = sort_bins(scene.key, capacity)) {
+    LAZYCCD_CUDA_CHECK(cub::DeviceScan::ExclusiveSum(
+        buffers.space, space, lists.bins, buffers.bin_starts, static_cast<int>(bins), stream));
+    launch_behind(scatter_to_bins, grid, kBlock, 0, stream, lists, buffers.bin_starts,
+                  scene.key.b_bits, buffers.sorted_keys, buffers.sorted_order);
+  } else {
+    LAZYCCD_CUDA_CHECK(cub::DeviceRadixSort::SortPairs(
+        buffers.space, space, lists.keys, buffers.sorted_keys, buffers.order, buffers.sorted_order,
+        static_cast<int>(capacity), scene.key.b_bits, scene.key.bits(), stream));
+  }
+  launch_behind(place_contacts, grid, kBlock, 0, stream, lists, buffers.sorted_keys,
+                buffers.sorted_order, scene.key.b_bits, buffers.sorted);
+}
+
+}  // namespace lazyccd::gpu

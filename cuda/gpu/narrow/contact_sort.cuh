@@ -1,0 +1,71 @@
+// Contacts to their places.
+#pragma once
+
+#include "gpu/device/kernel_chain.cuh"
+#include "gpu/scene/scene.cuh"
+
+namespace lazyccd::gpu {
+
+__device__ inline void copy_contact(const Contact* from, Contact* to, int quarter) {
+  static_assert(sizeof(Contact) == 4 * sizeof(int4));
+  reinterpret_cast<int4*>(to)[quarter] = reinterpret_cast<const int4*>(from)[quarter];
+}
+
+__device__ inline std::uint32_t held_contacts(const StepLists& lists) {
+  return min(*lists.contacts.count, lists.contacts.capacity);
+}
+
+// `keys` and `order` are sorted by the key from first_bit on; contacts that agree there are few and
+// find their rank by counting.
+__global__ void place_contacts(StepLists lists, const std::uint64_t* keys,
+                               const std::uint32_t* order, int first_bit, Contact* sorted) {
+  begin_kernel();
+  const std::uint32_t count = held_contacts(lists);
+  for (std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x; i < count;
+       i += gridDim.x * blockDim.x) {
+    const std::uint64_t key = keys[i];
+    std::uint32_t place = i;
+    for (std::uint32_t j = i; j-- > 0 && keys[j] >> first_bit == key >> first_bit;)
+      place -= keys[j] > key;
+    for (std::uint32_t j = i + 1; j < count && keys[j] >> first_bit == key >> first_bit; ++j)
+      place += keys[j] < key;
+    for (int k = 0; k < 4; ++k) copy_contact(lists.contacts.items + order[i], sorted + place, k);
+  }
+}
+
+// Into their bins, in any order within each.
+__global__ void scatter_to_bins(StepLists lists, const std::uint32_t* bin_starts, int first_bit,
+                                std::uint64_t* sorted_keys, std::uint32_t* sorted_order) {
+  begin_kernel();
+  const std::uint32_t count = held_contacts(lists);
+  for (std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x; i < count;
+       i += gridDim.x * blockDim.x) {
+    const std::uint64_t key = lists.keys[i];
+    const std::uint32_t place = bin_starts[key >> first_bit] + lists.ranks[i];
+    sorted_keys[place] = key;
+    sorted_order[place] = i;
+  }
+}
+
+// A few contacts, unsorted: a warp finds a contact's rank by counting smaller keys.
+__global__ void place_by_rank(StepLists lists, Contact* sorted) {
+  begin_kernel();
+  const std::uint32_t count = held_contacts(lists);
+  const int lane = threadIdx.x % kWarp;
+  const std::uint32_t warps = gridDim.x * blockDim.x / kWarp;
+  for (std::uint32_t i = (blockIdx.x * blockDim.x + threadIdx.x) / kWarp; i < count; i += warps) {
+    const std::uint64_t key = lists.keys[i];
+    unsigned rank = 0;
+    for (std::uint32_t j = lane; j < count; j += kWarp) rank += lists.keys[j] < key;
+    for (int offset = kWarp / 2; offset > 0; offset /= 2)
+      rank += __shfl_xor_sync(kAllLanes, rank, offset);
+    if (lane < 4) copy_contact(lists.contacts.items + i, sorted + rank, lane);
+  }
+}
+
+__global__ void number_places(std::uint32_t* order, std::uint32_t count) {
+  const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
+  if (i < count) order[i] = i;
+}
+
+}  // namespace lazyccd::gpu

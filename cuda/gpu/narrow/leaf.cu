@@ -1,0 +1,27 @@
+#include "gpu/narrow/leaf.cuh"
+
+#include "gpu/stages.h"
+
+namespace lazyccd::gpu {
+namespace {
+
+template <class Record, bool thick>
+auto kernel(bool culls) {
+  return culls ? leaf_pairs<Record, thick, true> : leaf_pairs<Record, thick, false>;
+}
+
+}  // namespace
+
+void enqueue_leaf(const SceneView& scene, const LeafPairs& pairs, bool vertex_face, bool edge_edge,
+                  bool culls, const LeafCulling& culling, const StepLists& lists,
+                  cudaStream_t stream) {
+  const bool thick = scene.separation > 0;
+  const auto chosen =
+      scene.is_double
+          ? (thick ? kernel<DoubleRecord, true>(culls) : kernel<DoubleRecord, false>(culls))
+          : (thick ? kernel<FloatRecord, true>(culls) : kernel<FloatRecord, false>(culls));
+  launch_behind(chosen, kLeafBlocks * multiprocessors(), kLeafWarps * kWarp, 0, stream, scene,
+                pairs, vertex_face, edge_edge, lists, culling);
+}
+
+}  // namespace lazyccd::gpu

@@ -1,0 +1,274 @@
+// The leaf kernel: a warp a pair of groups. It lists the primitives of each that come near the
+// other, tests the listed ones pairwise, and filters what may touch, 32 candidates at a time,
+// without ever writing a candidate to memory.
+#pragma once
+
+#include "core/node_pair.h"
+#include "core/separation.h"
+#include "gpu/culling/leaf_culling.cuh"
+#include "gpu/narrow/query.cuh"
+#include "gpu/stages.h"
+
+namespace lazyccd::gpu {
+
+constexpr int kMaxPrimitives = 2 * 48 + kGroupCells;  // vertices, edges and faces of a group
+constexpr int kLeafWarps = 4;                         // a block
+constexpr int kLeafBlocks = 6;                        // a multiprocessor: 80 registers a thread
+
+// A warp's shared memory.
+struct LeafScratch {
+  Candidate queue[2][2 * kWarp];  // places, by ContactKind; less than a warp's worth between pushes
+  std::int32_t listed[2][kMaxPrimitives];  // of group a and b: places of primitives near the other
+  int2 edge_vertices[2][48];               // of the edges among them
+};
+
+// Where primitive i of a group lies, counted in 16-byte pieces of all blocks: its extents along the
+// axes 0, 1, 2 and its names, kBlockLanes apart.
+constexpr int kPieces = kSides + 1;
+__device__ inline int place_of(const DeviceGroup& group, int i) {
+  return group.first_block * (kPieces * kBlockLanes) + i + (kPieces - 1) * (i & ~(kBlockLanes - 1));
+}
+__device__ inline AxisExtent extent_at(const GroupView& view, int place, int axis) {
+  return load_wide(reinterpret_cast<const AxisExtent*>(view.blocks) + place + axis * kBlockLanes);
+}
+__device__ inline PrimitiveNames names_at(const GroupView& view, int place) {
+  return load_wide(reinterpret_cast<const PrimitiveNames*>(view.blocks) + place +
+                   kSides * kBlockLanes);
+}
+
+// A primitive's extents, kept in registers against many others.
+struct Extents {
+  AxisExtent axis[kSides];
+
+  __device__ Extents(const GroupView& view, int place) {
+    for (int k = 0; k < kSides; ++k) axis[k] = extent_at(view, place, k);
+  }
+  __device__ explicit Extents(const GroupBounds& bounds) {
+    for (int k = 0; k < kSides; ++k) axis[k] = load_wide(bounds.axis + k);
+  }
+  __device__ bool apart(const Extents& other) const {
+    int sign = 0;
+    for (int k = 0; k < kSides; ++k) sign |= apart_sign(axis[k], other.axis[k]);
+    return sign < 0;
+  }
+};
+
+// Of one group of a pair, what is listed: places by kind in that order.
+struct LeafSide {
+  std::int32_t* listed;
+  int2* edge_vertices;
+  int count[3] = {0, 0, 0};
+
+  __device__ LeafSide(LeafScratch& scratch, int side)
+      : listed(scratch.listed[side]), edge_vertices(scratch.edge_vertices[side]) {}
+  __device__ const std::int32_t* list(int kind) const {
+    return listed + (kind > kVertices ? count[kVertices] : 0) + (kind > kEdges ? count[kEdges] : 0);
+  }
+  __device__ bool empty() const { return (count[kVertices] | count[kEdges] | count[kFaces]) == 0; }
+
+  // Lists what comes near a group with these bounds.
+  __device__ void list_near(const GroupView& view, const DeviceGroup& group,
+                            const GroupBounds& bounds, int lane) {
+    const Extents other(bounds);
+    const int vertices = group.count[kVertices], edges = vertices + group.count[kEdges];
+    const int total = edges + group.count[kFaces];
+    int before = 0;
+    // Two rounds at a time, whose loads are under way together. The last may read beyond the group.
+    static_assert(2 * kWarp <= kReadBeyond * kBlockLanes);
+    for (int base = 0; base < total; base += 2 * kWarp) {
+      const int i[2] = {base + lane, base + kWarp + lane};
+      const int place[2] = {place_of(group, i[0]), place_of(group, i[1])};
+      const Extents extents[2] = {Extents(view, place[0]), Extents(view, place[1])};
+      for (int round = 0; round < 2; ++round) {
+        const bool near = !other.apart(extents[round]) && i[round] < total;
+        const unsigned mask = __ballot_sync(kAllLanes, near);
+        const int slot = before + __popc(mask & lanes_below(lane));
+        before += __popc(mask);
+        count[kVertices] += __popc(__ballot_sync(kAllLanes, near && i[round] < vertices));
+        count[kFaces] += __popc(__ballot_sync(kAllLanes, near && i[round] >= edges));
+        if (near) {
+          listed[slot] = place[round];
+          if (i[round] >= vertices && i[round] < edges) {
+            const PrimitiveNames names = names_at(view, place[round]);
+            edge_vertices[slot - count[kVertices]] = {names.vertex[0], names.vertex[1]};
+          }
+        }
+      }
+    }
+    count[kEdges] = before - count[kVertices] - count[kFaces];
+    __syncwarp();
+  }
+};
+
+__device__ inline void swap(LeafSide& a, LeafSide& b) {
+  const LeafSide other = a;
+  a = b;
+  b = other;
+}
+
+// What a warp carries through its pairs. thick: with a minimum separation; culls: as LeafCulling
+// says.
+template <class Record, bool thick, bool culls>
+struct LeafWarp {
+  const SceneView& scene;
+  const LeafCulling& culling;
+  LeafScratch& scratch;
+  const Output<Candidate> (&filtered)[2];
+  float scale;
+  float separation;  // times scale, rounded up
+  int lane;
+  int queued[2] = {0, 0};
+  std::uint32_t candidates[2] = {0, 0};
+
+  // Filters the last `count` of a queue, at most a warp's worth.
+  template <ContactKind kind>
+  __device__ void filter(int count) {
+    constexpr int k = static_cast<int>(kind);
+    queued[k] -= count;
+    candidates[k] += count;
+    bool active = lane < count;
+    const Candidate places = scratch.queue[k][queued[k] + (active ? lane : 0)];
+    __syncwarp();  // the slots are free for the next push
+    const PrimitiveNames a = names_at(scene.groups, places.a), b = names_at(scene.groups, places.b);
+    const Candidate c{a.id, b.id};
+    if constexpr (culls) {
+      const bool dropped = active && culling.drops(kind, c);
+      candidates[k] -= __popc(__ballot_sync(kAllLanes, dropped));
+      active = active && !dropped;
+    }
+    const Differences<float> d =
+        kind == ContactKind::vertex_face
+            ? gather_points<kind, Record>(scene, b.vertex[0], b.vertex[1], b.vertex[2], a.id, scale)
+            : gather_points<kind, Record>(scene, a.vertex[0], a.vertex[1], b.vertex[1], b.vertex[0],
+                                          scale);
+    const Magnitudes<float> m = magnitudes(d);
+    const bool apart = thick ? planes_apart(d, m, separation) : coplanarity(d, m).no_root();
+    const bool survives = active && !(apart && (!culls || culling.non_penetration));
+    append_lanes(filtered[k], survives, c, lane);
+  }
+
+  template <ContactKind kind>
+  __device__ void push(bool wanted, Candidate c) {
+    constexpr int k = static_cast<int>(kind);
+    const unsigned mask = __ballot_sync(kAllLanes, wanted);
+    if (mask == 0) return;
+    if (wanted) scratch.queue[k][queued[k] + __popc(mask & lanes_below(lane))] = c;
+    queued[k] += __popc(mask);
+    __syncwarp();
+    if (queued[k] >= kWarp) filter<kind>(kWarp);
+  }
+
+  // Division of up to 48 * 48 by n <= 48 as a product: the inverse is between 2^20 / n and 3 more,
+  // so the quotient is too large by less than 48 * 48 * 3 / 2^20 < 1 / 48.
+  __device__ static unsigned inverse(int n) {
+    unsigned inverse =
+        static_cast<unsigned>(__fdividef(1048576.0f, static_cast<float>(max(n, 1)))) + 2;
+    asm volatile("" : "+r"(inverse));  // once and not in every round of a loop
+    return inverse;
+  }
+  __device__ static int divided(int p, unsigned inverse_of_n) {
+    return static_cast<int>(static_cast<unsigned>(p) * inverse_of_n >> 20);
+  }
+
+  // All pairs of listed edges; of a group with itself each once: the n edges on a circle, each with
+  // those up to half way round.
+  __device__ void edges_edges(const LeafSide& a, const LeafSide& b, bool self) {
+    const int na = a.count[kEdges], nb = b.count[kEdges];
+    const int total = self ? na * (na - 1) / 2 : na * nb;
+    const std::int32_t *list_a = a.list(kEdges), *list_b = b.list(kEdges);
+    const unsigned inverse_nb = inverse(nb);
+    for (int base = 0; base < total; base += kWarp) {
+      const int p = min(base + lane, total - 1), row = divided(p, inverse_nb),
+                column = p - row * nb;
+      const int beyond = column + row + 1;
+      const int i = self ? column : row, j = !self ? column : beyond < nb ? beyond : beyond - nb;
+      const int place_a = list_a[i], place_b = list_b[j];
+      const int2 x = a.edge_vertices[i], y = b.edge_vertices[j];
+      const bool strangers = (x.x != y.x) & (x.x != y.y) & (x.y != y.x) & (x.y != y.y);
+      const bool wanted = !Extents(scene.groups, place_a).apart(Extents(scene.groups, place_b)) &&
+                          strangers && base + lane < total;
+      const Candidate c{place_a, place_b};
+      push<ContactKind::edge_edge>(wanted, c);
+    }
+  }
+
+  // The listed vertices of a group against the listed faces of another.
+  __device__ void vertices_faces(const LeafSide& a, const LeafSide& b) {
+    const int faces = b.count[kFaces], total = a.count[kVertices] * faces;
+    const std::int32_t *list_a = a.list(kVertices), *list_b = b.list(kFaces);
+    const unsigned inverse_faces = inverse(faces);
+    for (int base = 0; base < total; base += kWarp) {
+      const int p = min(base + lane, total - 1), row = divided(p, inverse_faces);
+      const int place_a = list_a[row], place_b = list_b[p - row * faces];
+      bool wanted = !Extents(scene.groups, place_a).apart(Extents(scene.groups, place_b)) &&
+                    base + lane < total;
+      if (wanted) {
+        const std::int32_t v = names_at(scene.groups, place_a).id;
+        const PrimitiveNames f = names_at(scene.groups, place_b);
+        wanted = (v != f.vertex[0]) & (v != f.vertex[1]) & (v != f.vertex[2]);
+      }
+      const Candidate c{place_a, place_b};
+      push<ContactKind::vertex_face>(wanted, c);
+    }
+  }
+  __device__ void visit(NodePair pair, bool vertex_face, bool edge_edge) {
+    const bool self = pair.a == pair.b;
+    const GroupView& view = scene.groups;
+    const DeviceGroup group_a = load_wide(view.groups + pair.a),
+                      group_b = load_wide(view.groups + pair.b);
+    LeafSide a(scratch, 0), b(scratch, 1);
+    a.list_near(view, group_a, view.bounds[pair.b], lane);
+    if (!a.empty()) {
+      b.list_near(view, group_b, view.bounds[pair.a], lane);
+      if (edge_edge) edges_edges(a, b, self);
+      for (int way = 0; vertex_face && way < (self ? 1 : 2); ++way) {
+        vertices_faces(a, b);
+        swap(a, b);
+      }
+    }
+    __syncwarp();  // the lists are free for the next pair
+  }
+
+  __device__ void finish() {
+    if (queued[0] > 0) filter<ContactKind::vertex_face>(queued[0]);
+    if (queued[1] > 0) filter<ContactKind::edge_edge>(queued[1]);
+  }
+};
+
+template <class Record, bool thick, bool culls>
+__global__ void __launch_bounds__(kLeafWarps* kWarp, kLeafBlocks)
+    leaf_pairs(SceneView scene, LeafPairs pairs, bool vertex_face, bool edge_edge, StepLists lists,
+               LeafCulling culling) {
+  begin_kernel();
+  __shared__ LeafScratch scratch[kLeafWarps];
+  const int lane = threadIdx.x % kWarp;
+  const double scale = scene_scale(scene);
+  LeafWarp<Record, thick, culls> warp{scene,
+                                      culling,
+                                      scratch[threadIdx.x / kWarp],
+                                      lists.filtered,
+                                      static_cast<float>(scale),
+                                      thick ? __double2float_ru(scene.separation * scale) : 0,
+                                      lane};
+  const std::uint32_t total = min(*pairs.count, pairs.capacity);
+  // Few at a time: heavy pairs lie side by side. The first few are everyone's own; the next are
+  // claimed before they are needed.
+  const std::uint32_t warps = gridDim.x * kLeafWarps;
+  const std::uint32_t batch = min(max(total / (8 * warps), 1u), 4u);
+  for (std::uint32_t first = (blockIdx.x * kLeafWarps + threadIdx.x / kWarp) * batch;
+       first < total;) {
+    std::uint32_t claimed = 0;
+    if (lane == 0) claimed = atomicAdd(&lists.counters->next_leaf_pair, batch);
+    const std::uint32_t last = min(first + batch, total);
+    for (std::uint32_t k = first; k < last; ++k) warp.visit(pairs.pairs[k], vertex_face, edge_edge);
+    first = warps * batch + __shfl_sync(kAllLanes, claimed, 0);
+  }
+  warp.finish();
+  if (lane == 0) {
+    for (int kind = 0; kind < 2; ++kind)
+      if (warp.candidates[kind])
+        atomicAdd(&lists.counters->candidates[kind], warp.candidates[kind]);
+  }
+}
+
+}  // namespace lazyccd::gpu

@@ -1,0 +1,64 @@
+// The mesh, its groups and their hierarchy on the device.
+#pragma once
+
+#include <cuda_runtime_api.h>
+
+#include <cstddef>
+#include <cstdint>
+
+#include "cpu/bvh/groups.h"
+#include "cpu/scene/mesh.h"
+#include "cpu/threads/thread_pool.h"
+#include "cpu/bvh/tree.h"
+#include "gpu/device/device_buffer.h"
+#include "gpu/scene/scene.cuh"
+
+namespace lazyccd::gpu {
+
+class DeviceScene {
+ public:
+  explicit DeviceScene(double separation) : separation_(separation) {}
+
+  // Another mesh; it lives until the next call.
+  void set_mesh(const Mesh& mesh);
+
+  // Groups and tree are made on the host, once for many steps; their boxes are refitted on the
+  // device.
+  void build(const Positions& start, const Positions& end, ThreadPool& pool);
+
+  const Groups& groups() const { return groups_; }
+  const Tree& tree() const { return tree_; }
+  SceneView view(bool is_double);
+  ContactKey key() const;
+  std::uint32_t group_count() const { return static_cast<std::uint32_t>(tree_.order().size()); }
+  std::uint32_t node_count() const { return static_cast<std::uint32_t>(tree_.nodes().size()); }
+  std::size_t bytes() const;
+
+ private:
+  void upload_mesh();
+  void upload_groups();
+
+  double separation_;
+  const Mesh* mesh_ = nullptr;
+  bool mesh_uploaded_ = false;
+  Groups groups_;
+  Tree tree_;
+
+  DeviceBuffer<Face> faces_;
+  DeviceBuffer<Edge> edges_;
+  DeviceBuffer<std::int32_t> body_of_vertex_;
+  DeviceBuffer<unsigned char> pinned_;
+  DeviceBuffer<Body> bodies_;
+  DeviceBuffer<std::uint64_t> disabled_;
+  DeviceBuffer<DeviceGroup> device_groups_;
+  DeviceBuffer<std::int32_t> leaf_order_;
+  DeviceBuffer<int2> node_ranges_;
+  // Made anew each step.
+  DeviceBuffer<DoubleRecord> records_;
+  DeviceBuffer<PrimitiveBlock> blocks_;
+  DeviceBuffer<GroupBounds> bounds_;
+  DeviceBuffer<SweptBox> runs_;
+  DeviceBuffer<TreeNode> nodes_;
+};
+
+}  // namespace lazyccd::gpu

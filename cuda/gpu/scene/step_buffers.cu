@@ -1,0 +1,123 @@
+#include "gpu/scene/step_buffers.h"
+
+#include <algorithm>
+
+#include "gpu/device/check.h"
+
+namespace lazyccd::gpu {
+
+StepBuffers::StepBuffers(std::uint32_t capacity_hint) {
+  counters_.reserve(1);
+  host_counters_.reserve(1);
+  if (capacity_hint == 0) return;
+  for (int kind = 0; kind < 2; ++kind) {
+    filtered_[kind].set_capacity(capacity_hint);
+    hits_[kind].set_capacity(capacity_hint);
+    undecided_[kind].set_capacity(capacity_hint);
+  }
+  hard_.set_capacity(capacity_hint);
+  residue_.set_capacity(capacity_hint);
+  contacts_.set_capacity(capacity_hint);
+}
+
+void StepBuffers::reserve(const ContactKey& key, cudaStream_t stream) {
+  for (int kind = 0; kind < 2; ++kind) {
+    filtered_[kind].reserve();
+    hits_[kind].reserve();
+    undecided_[kind].reserve();
+  }
+  hard_.reserve();
+  residue_.reserve();
+  contacts_.reserve();
+  const std::uint32_t contacts = contacts_.capacity();
+  host_residue_.reserve(residue_.capacity());
+  host_contacts_.reserve(std::size_t{contacts} + residue_.capacity());
+  const std::uint32_t bins = sort_bins(key, contacts);
+  if (contacts <= sorted_.size() && bins == bin_count_) return;
+  bin_count_ = bins;
+  bins_.reserve(bins);
+  bin_starts_.reserve(bins);
+  sort_space_.reserve(sort_space_bytes(bins, contacts));
+  sorted_.reserve(contacts);
+  // The download takes what the last step makes likely, and may take places that nothing wrote.
+  LAZYCCD_CUDA_CHECK(cudaMemsetAsync(sorted_.data(), 0, sorted_.bytes(), stream));
+  keys_.reserve(contacts);
+  sorted_keys_.reserve(contacts);
+  ranks_.reserve(contacts);
+  order_.reserve(contacts);
+  sorted_order_.reserve(contacts);
+  fill_order(order_.data(), contacts, stream);
+}
+
+StepLists StepBuffers::lists() {
+  StepCounters* c = counters_.data();
+  StepLists lists{};
+  for (int kind = 0; kind < 2; ++kind) {
+    lists.filtered[kind] = filtered_[kind].output(&c->filtered[kind]);
+    lists.hits[kind] = hits_[kind].output(&c->hits[kind]);
+    lists.undecided[kind] = undecided_[kind].output(&c->undecided[kind]);
+  }
+  lists.hard = hard_.output(&c->hard);
+  lists.residue = residue_.output(&c->residue);
+  lists.contacts = contacts_.output(&c->contacts);
+  lists.keys = keys_.data();
+  lists.bins = bin_count_ != 0 ? bins_.data() : nullptr;
+  lists.ranks = ranks_.data();
+  lists.counters = c;
+  return lists;
+}
+
+SortBuffers StepBuffers::sort_buffers() {
+  return {sorted_keys_.data(), order_.data(),       sorted_order_.data(), bin_starts_.data(),
+          sort_space_.data(),  sort_space_.bytes(), sorted_.data()};
+}
+
+void StepBuffers::download(cudaStream_t stream) {
+  LAZYCCD_CUDA_CHECK(cudaMemcpyAsync(host_counters_.data(), counters_.data(), sizeof(StepCounters),
+                                     cudaMemcpyDeviceToHost, stream));
+  downloaded_ = std::min(expected_contacts_, contacts_.capacity());
+  LAZYCCD_CUDA_CHECK(cudaMemcpyAsync(host_contacts_.data(), sorted_.data(),
+                                     downloaded_ * sizeof(Contact), cudaMemcpyDeviceToHost,
+                                     stream));
+}
+
+int StepBuffers::grow() {
+  const StepCounters& c = counters();
+  int grown = 0;
+  for (int kind = 0; kind < 2; ++kind) {
+    grown += filtered_[kind].outgrown(c.filtered[kind]);
+    grown += hits_[kind].outgrown(c.hits[kind]);
+    grown += undecided_[kind].outgrown(c.undecided[kind]);
+  }
+  grown += hard_.outgrown(c.hard);
+  grown += residue_.outgrown(c.residue);
+  grown += contacts_.outgrown(c.contacts);
+  return grown;
+}
+
+Contact* StepBuffers::finish_contacts() {
+  const std::uint32_t count = counters().contacts;
+  if (count > downloaded_)
+    LAZYCCD_CUDA_CHECK(cudaMemcpy(host_contacts_.data() + downloaded_, sorted_.data() + downloaded_,
+                                  (count - downloaded_) * sizeof(Contact), cudaMemcpyDeviceToHost));
+  expected_contacts_ = std::max<std::uint32_t>(count + count / 4, 1024);
+  return host_contacts_.data();
+}
+
+const HardQuery* StepBuffers::download_residue() {
+  LAZYCCD_CUDA_CHECK(cudaMemcpy(host_residue_.data(), residue_.data(),
+                                counters().residue * sizeof(HardQuery), cudaMemcpyDeviceToHost));
+  return host_residue_.data();
+}
+
+std::size_t StepBuffers::bytes() const {
+  std::size_t sum = counters_.bytes() + hard_.bytes() + residue_.bytes() + contacts_.bytes() +
+                    sorted_.bytes() + keys_.bytes() + sorted_keys_.bytes() + order_.bytes() +
+                    sorted_order_.bytes() + bins_.bytes() + bin_starts_.bytes() + ranks_.bytes() +
+                    sort_space_.bytes();
+  for (int kind = 0; kind < 2; ++kind)
+    sum += filtered_[kind].bytes() + hits_[kind].bytes() + undecided_[kind].bytes();
+  return sum;
+}
+
+}  // namespace lazyccd::gpu

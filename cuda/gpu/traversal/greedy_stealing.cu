@@ -1,0 +1,73 @@
+#include "gpu/traversal/greedy_stealing.cuh"
+
+#include <algorithm>
+
+#include "gpu/traversal/persistent_traversal.cuh"
+
+namespace lazyccd::gpu {
+namespace {
+
+StackWish stack_wish(const Tuning& tuning) {
+  constexpr int largest = static_cast<int>(GreedyBlocks::batch_size);
+  if (tuning.chunk < 0 || tuning.chunk > largest)
+    throw Error(ErrorCode::invalid_argument,
+                "batches are of up to " + std::to_string(largest) + " pairs");
+  const int batch = tuning.chunk != 0 ? tuning.chunk : largest;
+  return {static_cast<std::uint32_t>(batch), small_stack(tuning), 0, true};
+}
+
+class GreedyStealing : public PersistentTraversal<GreedyBlocks> {
+ public:
+  explicit GreedyStealing(const Tuning& tuning) : PersistentTraversal(tuning, stack_wish(tuning)) {}
+
+  void grow(const TraversalCounters&, cudaStream_t stream) override {
+    batches_ = std::min(2 * batches_, Deque<DeviceAtomics>::max_capacity);
+    make_room(stream);
+  }
+
+  std::size_t bytes() const override {
+    return counters_.bytes() + words_.bytes() + rings_.bytes() + in_use_.bytes() + chunks_.bytes() +
+           won_.bytes();
+  }
+
+ private:
+  // Zeroed memory is empty deques and all batches free.
+  void make_room(cudaStream_t stream) override {
+    const std::uint32_t hint = tuning().capacity_hint;
+    batches_ = std::max(batches_, hint != 0 ? next_power_of_two(std::min(hint, 8u)) : 8u);
+    const std::size_t blocks = this->blocks(), batches = blocks * batches_;
+    reserve_zeroed(counters_, 1, stream);
+    reserve_zeroed(words_, blocks, stream);
+    reserve_zeroed(rings_, batches, stream);
+    reserve_zeroed(in_use_, batches, stream);
+    chunks_.reserve(batches);
+    won_.reserve(blocks * blocks);
+  }
+
+  View view(std::uint32_t blocks, const StackShape&) override {
+    View view{};
+    view.workers = blocks;
+    view.batches = batches_;
+    view.counters = counters_.data();
+    view.deque_words = words_.data();
+    view.rings = rings_.data();
+    view.in_use = in_use_.data();
+    view.chunks = chunks_.data();
+    view.won = won_.data();
+    return view;
+  }
+
+  std::uint32_t batches_ = 0;  // of each block
+  DeviceBuffer<View::Counters> counters_;
+  DeviceBuffer<View::Spaced<std::uint64_t>> words_;
+  DeviceBuffer<std::uint32_t> rings_, in_use_, won_;
+  DeviceBuffer<Chunk<NodePair, GreedyBlocks::batch_size>> chunks_;
+};
+
+}  // namespace
+
+std::unique_ptr<TraversalStrategy> make_greedy_stealing(const Tuning& tuning) {
+  return std::make_unique<GreedyStealing>(tuning);
+}
+
+}  // namespace lazyccd::gpu

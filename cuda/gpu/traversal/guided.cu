@@ -1,0 +1,64 @@
+#include "gpu/traversal/guided.cuh"
+
+#include <algorithm>
+
+#include "gpu/traversal/persistent_traversal.cuh"
+
+namespace lazyccd::gpu {
+namespace {
+
+// Pairs of a list that a block gives.
+std::uint32_t list_size(const Tuning& tuning) {
+  return tuning.capacity_hint != 0 ? std::min(tuning.capacity_hint, 1024u) : 1024u;
+}
+
+class Guided : public PersistentTraversal<GuidedBlocks> {
+ public:
+  explicit Guided(const Tuning& tuning)
+      : PersistentTraversal(tuning, {list_size(tuning), 0, 0, true}),
+        list_size_(list_size(tuning)) {}
+
+  // A block that gets too many pairs has nowhere else to put them.
+  void grow(const TraversalCounters&, cudaStream_t stream) override {
+    reserve_ *= 2;
+    shape_stacks({list_size_, 0, reserve_, true});
+    reset(node_count(), culls(), stream);
+  }
+
+  std::size_t bytes() const override {
+    return counters_.bytes() + unread_.bytes() + lists_.bytes();
+  }
+
+ private:
+  // Zeroed memory is lists that have been read.
+  void make_room(cudaStream_t stream) override {
+    reserve_zeroed(counters_, 1, stream);
+    reserve_zeroed(unread_, blocks(), stream);
+    lists_.reserve(std::size_t{blocks()} * list_size_);
+  }
+
+  View view(std::uint32_t blocks, const StackShape& shape) override {
+    View view{};
+    view.workers = blocks;
+    view.list_size = list_size_;
+    view.least = std::min(shape.keep, shape.batch);  // what a block tests in one round
+    view.most = shape.batch;
+    view.counters = counters_.data();
+    view.unread = unread_.data();
+    view.lists = lists_.data();
+    return view;
+  }
+
+  std::uint32_t list_size_, reserve_ = 256;
+  DeviceBuffer<View::Counters> counters_;
+  DeviceBuffer<View::Spaced<std::uint32_t>> unread_;
+  DeviceBuffer<NodePair> lists_;
+};
+
+}  // namespace
+
+std::unique_ptr<TraversalStrategy> make_guided(const Tuning& tuning) {
+  return std::make_unique<Guided>(tuning);
+}
+
+}  // namespace lazyccd::gpu

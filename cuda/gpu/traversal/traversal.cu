@@ -1,0 +1,154 @@
+#include "gpu/traversal/traversal.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "gpu/device/check.h"
+#include "lazyccd/error.h"
+
+namespace lazyccd {
+namespace {
+
+std::unique_ptr<gpu::TraversalStrategy> make_strategy(const Options& options) {
+  switch (options.strategy) {
+    case Strategy::lazy_stealing:
+      return gpu::make_lazy_stealing(options.tuning);
+    case Strategy::lazy_stealing_greedy:
+      return gpu::make_greedy_stealing(options.tuning);
+    case Strategy::static_list:
+      return gpu::make_static_list(options.tuning);
+    case Strategy::task_stealing:
+      return gpu::make_task_stealing(options.tuning);
+    case Strategy::guided:
+      return gpu::make_guided(options.tuning);
+    case Strategy::thread_per_query:
+      return gpu::make_thread_per_query(options.tuning);
+  }
+  throw Error(ErrorCode::invalid_argument, "there is no such strategy");
+}
+
+// Room for `needed`, half more than before at least, and headroom: an output that creeps up should
+// not cost a second run at every step.
+std::size_t grown_size(const DeviceBuffer<NodePair>& buffer, std::uint32_t needed) {
+  const std::size_t size =
+      std::max(buffer.size() + buffer.size() / 2, needed + std::size_t{needed} / 4);
+  return std::min<std::size_t>(size, 0xffffffffu);
+}
+
+void reserve_and_keep(DeviceBuffer<NodePair>& buffer, std::size_t size, cudaStream_t stream) {
+  DeviceBuffer<NodePair> larger(size);
+  if (buffer.size() != 0)
+    LAZYCCD_CUDA_CHECK(cudaMemcpyAsync(larger.data(), buffer.data(), buffer.bytes(),
+                                       cudaMemcpyDeviceToDevice, stream));
+  LAZYCCD_CUDA_CHECK(cudaStreamSynchronize(stream));
+  buffer = std::move(larger);
+}
+
+}  // namespace
+
+Traversal::Traversal(const Options& options)
+    : tuning_(options.tuning),
+      strategy_(make_strategy(options)),
+      keep_front_(options.front == FrontUse::on && strategy_->has_front()) {
+  root_.reserve(1);
+  counters_.reserve(2);
+  host_counters_.reserve(1);
+  *host_counters_.data() = {};
+}
+
+void Traversal::reset(std::uint32_t node_count, bool culls, cudaStream_t stream) {
+  node_count_ = node_count;
+  has_front_ = false;
+  // Cloth of 5 765 groups has 15 leaf pairs and 24 ended pairs a node.
+  const std::size_t hint = tuning_.capacity_hint;
+  leaf_pairs_.reserve(hint != 0 ? hint : 24 * std::size_t{node_count} + 1024);
+  if (keep_front_)
+    for (auto& front : fronts_)
+      front.reserve(hint != 0 ? hint : 32 * std::size_t{node_count} + 1024);
+  LAZYCCD_CUDA_CHECK(cudaMemsetAsync(root_.data(), 0, root_.bytes(), stream));
+  strategy_->reset(node_count, culls, stream);
+}
+
+gpu::TraversalJob Traversal::job(bool from_front) {
+  const auto size = [](const DeviceBuffer<NodePair>& b) {
+    return static_cast<std::uint32_t>(b.size());
+  };
+  gpu::TraversalJob job{};
+  job.node_count = node_count_;
+  job.initial = root_.data();
+  if (from_front) {
+    job.initial = fronts_[1 - parity_].data();
+    job.initial_count = &counters_.data()[1 - parity_].front_nodes;
+  }
+  job.leaf_pairs = leaf_pairs_.data();
+  job.leaf_pair_capacity = size(leaf_pairs_);
+  if (keep_front_) {
+    job.front = fronts_[parity_].data();
+    job.front_capacity = size(fronts_[parity_]);
+  }
+  job.counters = counters_.data() + parity_;
+  job.delay_ns = static_cast<std::uint32_t>(std::max(tuning_.delay_ns, 0));
+  return job;
+}
+
+void Traversal::start(bool from_front, cudaStream_t stream) {
+  if (from_front && !has_front_)
+    throw Error(ErrorCode::invalid_argument, "the traversal has no front to start from");
+  strategy_->start(job(from_front), stream);
+}
+
+void Traversal::launch(const TreeNode* nodes, const gpu::GroupView& groups,
+                       const gpu::NodeCulling& culling, bool from_front, cudaStream_t stream) {
+  gpu::TraversalJob job = this->job(from_front);
+  job.nodes = nodes;
+  job.groups = groups;
+  strategy_->launch(job, culling, stream);
+}
+
+void Traversal::read_counters(cudaStream_t stream) {
+  LAZYCCD_CUDA_CHECK(cudaMemcpyAsync(host_counters_.data(), counters_.data() + parity_,
+                                     sizeof(TraversalCounters), cudaMemcpyDeviceToHost, stream));
+}
+
+double Traversal::idle_share() const {
+  const TraversalCounters& c = counters();
+  return c.cycles == 0 ? 0 : static_cast<double>(c.idle_cycles) / static_cast<double>(c.cycles);
+}
+
+bool Traversal::grow(cudaStream_t stream) {
+  const TraversalCounters& c = counters();
+  // The two output counters are of 32 bits; neither has wrapped while all tests together are fewer.
+  if (c.tree_tests >> 32 != 0)
+    throw Error(ErrorCode::device, "a traversal of " + std::to_string(c.tree_tests) +
+                                       " pairs is too large for the device");
+  bool grown = false;
+  if (c.leaf_pairs > leaf_pairs_.size()) {
+    leaf_pairs_.reserve(grown_size(leaf_pairs_, c.leaf_pairs));
+    grown = true;
+  }
+  if (keep_front_ && c.front_nodes > fronts_[parity_].size()) {
+    const std::size_t size = grown_size(fronts_[parity_], c.front_nodes);
+    fronts_[parity_].reserve(size);
+    reserve_and_keep(fronts_[1 - parity_], size, stream);
+    grown = true;
+  }
+  if (c.lost != 0) {
+    strategy_->grow(c, stream);
+    grown = true;
+  }
+  return grown;
+}
+
+void Traversal::accept() {
+  if (!keep_front_) return;
+  has_front_ = true;
+  parity_ = 1 - parity_;
+}
+
+std::size_t Traversal::bytes() const {
+  return leaf_pairs_.bytes() + fronts_[0].bytes() + fronts_[1].bytes() + root_.bytes() +
+         counters_.bytes() + strategy_->bytes();
+}
+
+}  // namespace lazyccd

@@ -1,0 +1,308 @@
+// The persistent traversal of a block (dissertation, Algorithms 3.7 and 3.8): every round each
+// thread pops a pair of nodes from the block's shared stack and tests it; what it makes stays in
+// registers until a prefix sum over the block tells its place in the stack, in the front and in the
+// list of leaf pairs.
+//
+// Balancing is the parameter: how a block whose stack is empty finds more, and how it gives some
+// away.
+//
+//   Balancing::View                     passed to the kernel
+//   Balancing::keeps_time               whether it adds to job.counters' cycles itself
+//   start(view, job)                    one thread, in a kernel before
+//   leaving(shape, size, asked)         how many of a stack's pairs leave, the oldest first; in all
+//                                       threads, the same
+//   by thread 0, with the object in shared memory:
+//     arrive(view, job)
+//     own_batch()                       work that needs no waiting, count 0: none
+//     release(batch)                    it has been copied
+//     asked(view)                       a load or two: do others want something of this block?
+//     room(wanted)                      where up to so many pairs can leave to; count 0: they stay
+//     publish(view, count)              so many are there
+//   by the first warp:
+//     wait_for_batch(view, job, batch)  others' work; count 0: all is done
+//   by all threads:
+//     leave(view, job)                  after the last round
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "balance/chunk_pool.h"
+#include "gpu/device/kernel_chain.cuh"
+#include "gpu/culling/node_culling.cuh"
+#include "gpu/traversal/traversal_job.h"
+
+namespace lazyccd::gpu {
+
+constexpr unsigned kMaxTraversalBlock = 512;
+
+// The block's stack: a ring, so that its oldest pairs can leave too.
+struct StackShape {
+  std::uint32_t capacity;  // a power of two, batch + reserve + 2 at least
+  std::uint32_t reserve;   // kept for going on depth-first, one pair a round, when all else is full
+  std::uint32_t crowded;   // beyond this size the oldest pairs leave
+  std::uint32_t keep;      // a block with less has no surplus to give away
+  std::uint32_t batch;     // pairs that leave at once, at most
+};
+
+// Where pairs of a block's stack leave to.
+struct Room {
+  NodePair* pairs;
+  std::uint32_t count;
+};
+
+__device__ inline std::uint32_t initial_count(const TraversalJob& job) {
+  if (job.initial_count != nullptr) return *job.initial_count;
+  return job.node_count == 0 ? 0 : 1;
+}
+
+__device__ inline TreeNode load_node(const TreeNode* nodes, std::uint32_t i) {
+  const auto* halves = reinterpret_cast<const float4*>(nodes + i);
+  const float4 u = __ldg(halves), v = __ldg(halves + 1);
+  return {{u.x, u.y, u.z}, {u.w, v.x, v.y}, __float_as_int(v.z), __float_as_int(v.w)};
+}
+
+__device__ inline void random_delay(const TraversalJob& job) {
+  if (job.delay_ns == 0) return;
+  std::uint32_t x = static_cast<std::uint32_t>(clock64()) ^ (blockIdx.x * 0x9e3779b9u) ^
+                    (threadIdx.x / 32 * 0x85ebca6bu);
+  x = (x ^ x >> 16) * 0x7feb352du;
+  x ^= x >> 15;
+  __nanosleep(x % job.delay_ns);
+}
+
+// Three counts of a round in one word; a block of 512 threads makes at most 1536 | 512 | 512.
+struct Made {
+  __device__ static std::uint32_t pack(std::uint32_t children, std::uint32_t ended,
+                                       std::uint32_t leaves) {
+    return children | ended << 11 | leaves << 21;
+  }
+  __device__ static std::uint32_t children(std::uint32_t made) { return made & 0x7ffu; }
+  __device__ static std::uint32_t ended(std::uint32_t made) { return made >> 11 & 0x3ffu; }
+  __device__ static std::uint32_t leaves(std::uint32_t made) { return made >> 21; }
+};
+
+// Room for `ended` pairs of the front (upper half of the result) and `leaves` leaf pairs (lower
+// half).
+__device__ inline unsigned long long reserve_output(const TraversalJob& job, std::uint32_t ended,
+                                                    std::uint32_t leaves) {
+  static_assert(offsetof(TraversalCounters, leaf_pairs) == 0 &&
+                offsetof(TraversalCounters, front_nodes) == 4);
+  if (ended == 0) return 0;
+  return atomicAdd(reinterpret_cast<unsigned long long*>(job.counters),
+                   static_cast<unsigned long long>(ended) << 32 | leaves);
+}
+
+__device__ inline void add(std::uint64_t& counter, std::uint64_t value) {
+  if (value != 0)
+    atomicAdd(reinterpret_cast<unsigned long long*>(&counter),
+              static_cast<unsigned long long>(value));
+}
+
+__device__ inline void store_leaf_pair(const TraversalJob& job, std::uint32_t at, std::int32_t a,
+                                       std::int32_t b) {
+  if (at < job.leaf_pair_capacity)
+    job.leaf_pairs[at] = {static_cast<std::uint32_t>(min(a, b)),
+                          static_cast<std::uint32_t>(max(a, b))};
+}
+
+// What a thread's pair of the last round came to, until there is a place for it in global memory:
+// the addition that makes the place runs while the next pairs are tested.
+struct Ended {
+  NodePair pair;
+  std::int32_t group_a, group_b;
+  std::uint32_t place, leaf_place;  // in the block's output; none: there is none
+  static constexpr std::uint32_t none = 0xffffffffu;
+
+  __device__ void store(const TraversalJob& job, unsigned long long base) const {
+    if (place != none && job.front != nullptr) {
+      const std::uint32_t at = static_cast<std::uint32_t>(base >> 32) + place;
+      if (at < job.front_capacity) job.front[at] = pair;
+    }
+    if (leaf_place != none)
+      store_leaf_pair(job, static_cast<std::uint32_t>(base) + leaf_place, group_a, group_b);
+  }
+};
+
+template <class Balancing>
+__global__ void start_traversal(typename Balancing::View view, TraversalJob job) {
+  let_next_kernel_in();
+  await_kernels_before();
+  *job.counters = {};
+  Balancing::start(view, job);
+}
+
+template <class Balancing, bool culls>
+__global__ void __launch_bounds__(kMaxTraversalBlock, 2)
+    traverse(typename Balancing::View view, TraversalJob job, StackShape shape,
+             NodeCulling culling) {
+  begin_kernel();
+  extern __shared__ NodePair stack[];
+  // Of thread 0, apart from what it tells the others; each is written and read on different sides
+  // of a barrier.
+  __shared__ Balancing balancing;
+  __shared__ Batch<NodePair> own, others;
+  __shared__ Room room;
+  __shared__ unsigned long long output;  // where the last round's output goes
+  __shared__ bool asked;
+  __shared__ std::uint32_t made_by_parity[2];
+  __shared__ std::uint64_t tests, idle, lost;
+  __shared__ long long arrival;
+
+  const std::uint32_t thread = threadIdx.x, threads = blockDim.x;
+  const unsigned lane = thread % 32, below = (1u << lane) - 1;
+  const std::uint32_t mask = shape.capacity - 1;
+  // The same in all threads: the stack is [bottom, top) modulo its capacity, `made` is what the
+  // last round made and has not been stored.
+  std::uint32_t bottom = 0, top = 0, made = 0, round = 0;
+  Ended ended{{0, 0}, 0, 0, Ended::none, Ended::none};
+  CulledPairs culled;
+
+  if (thread == 0) {
+    tests = idle = lost = 0;
+    arrival = clock64();
+    made_by_parity[0] = made_by_parity[1] = 0;
+    balancing.arrive(view, job);
+  }
+
+  for (;;) {
+    if (top == bottom) {
+      if (thread == 0) {
+        random_delay(job);
+        const unsigned long long base = reserve_output(job, Made::ended(made), Made::leaves(made));
+        own = balancing.own_batch();
+        output = base;
+      }
+      __syncthreads();
+      ended.store(job, output);
+      ended.place = ended.leaf_place = Ended::none;
+      made = 0;
+      Batch<NodePair> batch = own;
+      if (batch.count == 0) {
+        if (thread < 32) {
+          const long long since = clock64();
+          if (thread == 0) {
+            add(job.counters->tree_tests, tests);
+            tests = 0;
+          }
+          balancing.wait_for_batch(view, job, others);
+          if (thread == 0) idle += static_cast<std::uint64_t>(clock64() - since);
+        }
+        __syncthreads();
+        batch = others;
+        if (batch.count == 0) break;
+      }
+      for (std::uint32_t i = thread; i < batch.count; i += threads)
+        stack[(bottom + i) & mask] = batch.items[i];
+      top = bottom + batch.count;
+      __syncthreads();
+      if (thread == 0) balancing.release(batch);
+    }
+
+    const std::uint32_t size = top - bottom;
+    if (size + 2 > shape.capacity) {
+      // The tree is so deep that the reserve does not do, and nobody has room: the host makes more.
+      if (thread == 0) lost += size;
+      top = bottom;
+      continue;
+    }
+    // A pair makes three at most.
+    const std::uint32_t most =
+        size + shape.reserve < shape.capacity ? (shape.capacity - shape.reserve - size) / 2 : 0;
+    const std::uint32_t count = min(min(size, threads), max(most, 1u));
+    const std::uint32_t floor = top - count;
+
+    // Both are needed only after the tests, so their way to L2 and back costs nothing.
+    unsigned long long base = 0;
+    bool asks = false;
+    if (thread == 0) {
+      // Most blocks at the end of a run have so few pairs that none would leave.
+      if (size + 2 * count > shape.keep) asks = balancing.asked(view);
+      base = reserve_output(job, Made::ended(made), Made::leaves(made));
+    }
+    const bool active = thread < count;
+    NodePair pair{0, 0};
+    std::int32_t group_a = 0, group_b = 0;
+    PairVisit visited{false, 0, {}};
+    if (active) {
+      pair = stack[(top - 1 - thread) & mask];
+      const TreeNode a = load_node(job.nodes, pair.a), b = load_node(job.nodes, pair.b);
+      visited = visit(pair, a, b);
+      if constexpr (culls) visited = culled.look(culling, pair, visited);
+      group_a = a.group();
+      group_b = b.group();
+    }
+    random_delay(job);
+    const bool ends = active && visited.children == 0;
+    bool leaf = ends && visited.near && job.groups.opens(group_a, group_b);
+    if constexpr (culls) leaf = leaf && !culled.leaves_apart(culling, pair);
+    const unsigned opened = __ballot_sync(kAllLanes, visited.children != 0);
+    const unsigned selves = __ballot_sync(kAllLanes, visited.children == 3);
+    const unsigned ends_here = __ballot_sync(kAllLanes, ends);
+    const unsigned leaves_here = __ballot_sync(kAllLanes, leaf);
+    std::uint32_t before = 0;  // made by warps that were faster
+    if (lane == 0 && (opened | ends_here) != 0)
+      before = atomicAdd(
+          &made_by_parity[round % 2],
+          Made::pack(2 * __popc(opened) + __popc(selves), __popc(ends_here), __popc(leaves_here)));
+    before = __shfl_sync(kAllLanes, before, 0);
+    if (thread == 0) {
+      output = base;
+      asked = asks;
+    }
+    __syncthreads();  // all have popped; `output` and `asked` are there
+
+    ended.store(job, output);
+    bool wished = asked;
+    std::uint32_t at =
+        floor + Made::children(before) + 2 * __popc(opened & below) + __popc(selves & below);
+    for (int i = 0; i < 3; ++i)
+      if (i < visited.children) stack[at++ & mask] = visited.child[i];
+    ended.pair = pair;
+    ended.group_a = group_a;
+    ended.group_b = group_b;
+    ended.place = ends ? Made::ended(before) + __popc(ends_here & below) : Ended::none;
+    ended.leaf_place = leaf ? Made::leaves(before) + __popc(leaves_here & below) : Ended::none;
+    // The other one was last read before the barrier above and is next added to after the one
+    // below.
+    if (thread == 0) {
+      made_by_parity[(round + 1) % 2] = 0;
+      tests += count;
+    }
+    __syncthreads();  // all have pushed and counted
+
+    made = made_by_parity[round % 2];
+    ++round;
+    top = floor + Made::children(made);
+
+    // The oldest pairs, the largest parts of the tree, leave, as long as there is a reason.
+    for (;;) {
+      const std::uint32_t left = top - bottom;
+      const std::uint32_t wanted = Balancing::leaving(shape, left, wished);
+      if (wanted == 0) break;
+      wished = false;
+      if (thread == 0) {
+        random_delay(job);
+        room = balancing.room(wanted);
+      }
+      __syncthreads();
+      const Room out = room;
+      if (out.count == 0) break;
+      for (std::uint32_t i = thread; i < out.count; i += threads)
+        out.pairs[i] = stack[(bottom + i) & mask];
+      bottom += out.count;
+      __syncthreads();
+      if (thread == 0) balancing.publish(view, out.count);
+    }
+  }
+
+  balancing.leave(view, job);
+  if constexpr (culls) culled.add_to(*culling.counters);
+  if (thread != 0) return;
+  add(job.counters->lost, lost);
+  if (Balancing::keeps_time) return;
+  add(job.counters->idle_cycles, idle);
+  add(job.counters->cycles, static_cast<std::uint64_t>(clock64() - arrival));
+}
+
+}  // namespace lazyccd::gpu

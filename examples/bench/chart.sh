@@ -1,0 +1,18 @@
+#!/usr/bin/env bash
+# Speed against accuracy, of elementary tests and of whole steps: two CSV files, two tables and the
+# pictures (SVG and PNG), into examples/results/{accuracy,bullet}. Options go to lazyccd_chart, e.g. --rounds 9.
+set -euo pipefail
+source "$(dirname "${BASH_SOURCE[0]}")/../setup.sh"
+
+require_packages core bullet programs tests pictures
+build_preset cpu -DLAZYCCD_TESTS=ON -- lazyccd_chart lazyccd_bench
+bench=$repository/build/cpu/examples/bench
+results=$repository/examples/results
+mkdir -p "$results/accuracy" "$results/bullet"
+
+say "Elementary tests"
+"$bench/lazyccd_chart" --csv "$results/accuracy/queries.csv" "$@"
+say "Whole steps"
+"$bench/lazyccd_bench" --csv "$results/bullet/steps.csv"
+say "Pictures"
+/usr/bin/python3 "$repository/examples/bench/chart.py" "$results"

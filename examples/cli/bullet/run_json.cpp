@@ -1,0 +1,59 @@
+#include "cli/bullet/run_json.h"
+
+namespace lazyccd::program {
+namespace {
+
+nlohmann::ordered_json to_json(const scenes::StepTimes& ms) {
+  return {{"total", ms.total},   {"bullet", ms.bullet},     {"gather", ms.gather},
+          {"detect", ms.detect}, {"response", ms.response}, {"write", ms.write}};
+}
+
+}  // namespace
+
+nlohmann::ordered_json to_json(const scenes::RunReport& report) {
+  const bullet::StepStats& stats = report.lazyccd;
+  nlohmann::ordered_json json;
+  json["steps"] = report.steps;
+  json["finite"] = report.finite;
+  json["margin_m"] = report.margin;
+  json["pass_throughs"] = {{"vertex_face", report.crossings_vf},
+                           {"edge_edge", report.crossings_ee}};
+  json["piercings_at_start"] = report.piercings_at_start;
+  json["piercings"] = report.piercings.size();
+  nlohmann::ordered_json points = nlohmann::ordered_json::array();
+  for (const scenes::Piercing& piercing : report.piercings) points.push_back(piercing.point);
+  json["piercing_points"] = points;
+  if (report.wrong_side) {
+    json["nodes_on_wrong_side"] = *report.wrong_side;
+  } else {
+    json["nodes_on_wrong_side"] = nullptr;
+  }
+  json["contacts"] = {{"vertex_face", stats.contacts_vf}, {"edge_edge", stats.contacts_ee}};
+  json["contacts_in_bullets_lists"] = report.listed_contacts;
+  json["detections"] = stats.detections;
+  json["foreseen"] = stats.foreseen;
+  json["zone_nodes"] = stats.zone_nodes;
+  json["last_resorts"] = stats.last_resorts;
+  json["unresolved"] = stats.unresolved;
+  json["touching_at_start"] = stats.touching;
+  json["missed_steps"] = stats.missed_steps;
+  json["momentum_kg_m_s"] = {{"start", report.start.momentum},
+                             {"end", report.end.momentum},
+                             {"scale", report.start.impulse_scale}};
+  json["angular_momentum_kg_m2_s"] = {{"start", report.start.angular_momentum},
+                                      {"end", report.end.angular_momentum}};
+  json["energy_J"] = {{"start_kinetic", report.start.kinetic_energy},
+                      {"start_potential", report.start.potential_energy},
+                      {"highest", report.highest_energy},
+                      {"end_kinetic", report.end.kinetic_energy},
+                      {"end_potential", report.end.potential_energy}};
+  json["response_energy_J"] = {{"gained", stats.energy_gained}, {"lost", stats.energy_lost}};
+  json["end_speed_m_s"] = {{"rms", report.end.rms_speed}, {"largest", report.end.largest_speed}};
+  json["ms_per_step"] = to_json(report.mean);
+  json["median_ms_per_step"] = to_json(report.median);
+  json["kinetic_energy_J"] = report.kinetic_energy;
+  json["status"] = report.status;
+  return json;
+}
+
+}  // namespace lazyccd::program

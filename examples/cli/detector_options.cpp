@@ -1,0 +1,32 @@
+#include "cli/detector_options.h"
+
+#include <map>
+
+namespace lazyccd::program {
+
+void add_detector_options(CLI::App& command, Options& options) {
+  static const std::map<std::string, Backend> backends = {
+      {"auto", Backend::automatic}, {"cpu", Backend::cpu}, {"cuda", Backend::cuda}};
+  command
+      .add_option("--backend", options.backend,
+                  "auto (cuda where a device answers, else cpu), cpu or cuda")
+      ->transform(CLI::CheckedTransformer(backends).description("{auto,cpu,cuda}"));
+  command
+      .add_option("--threads", options.threads,
+                  "threads of the cpu backend; 0: as many as the machine has")
+      ->check(CLI::Range(0, 1024));
+  static const std::map<std::string, Strategy> strategies = [] {
+    std::map<std::string, Strategy> named;
+    for (const Strategy strategy : kStrategies) named[name(strategy)] = strategy;
+    return named;
+  }();
+  std::string names;
+  for (const Strategy strategy : kStrategies)
+    names += (names.empty() ? "{" : ",") + std::string(name(strategy));
+  command
+      .add_option("--strategy", options.strategy,
+                  "how the traversal spreads its work; lazy_stealing where not named")
+      ->transform(CLI::CheckedTransformer(strategies).description(names + "}"));
+}
+
+}  // namespace lazyccd::program

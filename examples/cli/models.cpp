@@ -1,0 +1,67 @@
+// lazyccd models: frames of the generated models as files.
+#include <cstdint>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "cli/commands.h"
+#include "io/ply.h"
+#include "models/model.h"
+
+namespace lazyccd::program {
+
+namespace {
+
+struct Arguments {
+  std::string model, out;
+  std::uint64_t seed = 1;
+  int first = 0, last = models::Model::frames - 1;
+};
+
+void run(const Arguments& arguments) {
+  if (arguments.model.empty()) {
+    for (const models::ModelName& m : models::model_names())
+      std::printf("%-12s %s\n", m.name, m.meaning);
+    return;
+  }
+  const auto model = models::make_model(arguments.model, arguments.seed);
+  std::filesystem::create_directories(arguments.out);
+  io::Mesh mesh;
+  mesh.faces = model->faces();
+  mesh.vertices.resize(model->vertex_count());
+  for (int frame = arguments.first; frame <= arguments.last; ++frame) {
+    const std::vector<float> x = model->frame(frame);
+    for (std::size_t v = 0; v < mesh.vertices.size(); ++v)
+      mesh.vertices[v] = {x[3 * v], x[3 * v + 1], x[3 * v + 2]};
+    const auto path = std::filesystem::path(arguments.out) /
+                      (arguments.model + "-" + std::to_string(frame) + ".ply");
+    io::write_ply(path, mesh, io::PlyFormat::binary_little_endian, io::PlyScalar::float32);
+  }
+  std::printf("%d frames of %zu faces in %s\n", arguments.last - arguments.first + 1,
+              mesh.faces.size(), arguments.out.c_str());
+}
+
+}  // namespace
+
+void add_models(CLI::App& app) {
+  const auto arguments = std::make_shared<Arguments>();
+  CLI::App* command =
+      app.add_subcommand("models", "List the generated models, or write frames of one");
+  command->add_option("MODEL", arguments->model, "one of those that are listed without it");
+  command->add_option("--seed", arguments->seed, "of the generator");
+  command->add_option("--first", arguments->first, "frame")
+      ->check(CLI::Range(0, models::Model::frames - 1));
+  command->add_option("--last", arguments->last, "frame")
+      ->check(CLI::Range(0, models::Model::frames - 1));
+  command->add_option("--out", arguments->out, "write MODEL-FRAME.ply into it; it is created")
+      ->type_name("FOLDER")
+      ->default_str(".");
+  command->footer("Example: lazyccd models funnel --first 50 --last 51 --out frames");
+  command->callback([arguments] {
+    if (arguments->out.empty()) arguments->out = ".";
+    run(*arguments);
+  });
+}
+
+}  // namespace lazyccd::program

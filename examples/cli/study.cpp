@@ -1,0 +1,327 @@
+// lazyccd study: generated models through whole motions, with every combination of settings.
+#include <algorithm>
+#include <cinttypes>
+#include <cstdio>
+#include <fstream>
+#include <functional>
+#include <memory>
+#include <sstream>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "cli/commands.h"
+#include "lazyccd/detector.h"
+#include "lazyccd/error.h"
+#include "models/model.h"
+#include "cli/stats_json.h"
+
+namespace lazyccd::program {
+
+namespace {
+
+struct Arguments {
+  std::vector<std::string> models, backends{"cpu"}, strategies, fronts{"auto"}, volumes{"box"},
+      culling{"default"};
+  std::vector<int> threads{0}, blocks{0}, block_sizes{0}, chunks{0}, stacks{0};
+  std::vector<int> front_periods{Options{}.front_period};
+  std::vector<double> front_ratios{Options{}.front_ratio};
+  int first = 0, last = models::Model::frames - 1, warm_up = 1, repeat = 1;
+  std::uint64_t seed = 1;
+  bool stages = false;
+  std::string csv, steps_csv, label;
+};
+
+struct Setting {
+  std::string backend, front, culling;
+  Options options;
+};
+
+struct Column {
+  const char* name;
+  std::function<double(const Stats&)> value;
+};
+
+double count(std::int64_t n) { return static_cast<double>(n); }
+
+const Column kColumns[] = {
+    {"ms_total", [](const Stats& s) { return s.ms_total; }},
+    {"ms_device", [](const Stats& s) { return s.ms_device; }},
+    {"ms_refit", [](const Stats& s) { return s.ms_refit; }},
+    {"ms_front", [](const Stats& s) { return s.ms_front; }},
+    {"ms_traverse", [](const Stats& s) { return s.ms_traverse; }},
+    {"ms_balance", [](const Stats& s) { return s.ms_balance; }},
+    {"ms_leaf", [](const Stats& s) { return s.ms_leaf; }},
+    {"ms_narrow", [](const Stats& s) { return s.ms_narrow; }},
+    {"ms_sort", [](const Stats& s) { return s.ms_sort; }},
+    {"tree_tests", [](const Stats& s) { return count(s.tree_tests); }},
+    {"front_start", [](const Stats& s) { return count(s.front_start); }},
+    {"front_nodes", [](const Stats& s) { return count(s.front_nodes); }},
+    {"front_reused", [](const Stats& s) { return s.front_reused ? 1.0 : 0.0; }},
+    {"volume_culled", [](const Stats& s) { return count(s.volume_culled); }},
+    {"group_pairs", [](const Stats& s) { return count(s.group_pairs); }},
+    {"flat_nodes", [](const Stats& s) { return count(s.flat_nodes); }},
+    {"candidates", [](const Stats& s) { return count(s.candidates_vf + s.candidates_ee); }},
+    {"orphans", [](const Stats& s) { return count(s.orphans); }},
+    {"never_coplanar", [](const Stats& s) { return count(s.never_coplanar); }},
+    {"survivors", [](const Stats& s) { return count(s.survivors_vf + s.survivors_ee); }},
+    {"contacts", [](const Stats& s) { return count(s.contacts_vf + s.contacts_ee); }},
+    {"steals", [](const Stats& s) { return count(s.steals); }},
+    {"balancings", [](const Stats& s) { return count(s.balancings); }},
+    {"overflows", [](const Stats& s) { return count(s.overflows); }},
+    {"rebuilt", [](const Stats& s) { return s.rebuilt ? 1.0 : 0.0; }},
+    {"idle_share", [](const Stats& s) { return s.idle_share; }},
+    {"peak_bytes", [](const Stats& s) { return count(s.peak_bytes); }},
+};
+
+Culling parse_culling(const std::string& text) {
+  if (text == "default") return {};
+  Culling culling{false, false, false};
+  std::istringstream parts(text);
+  for (std::string part; std::getline(parts, part, '+');) {
+    if (part == "non_penetration") {
+      culling.non_penetration = true;
+    } else if (part == "normal_cones") {
+      culling.normal_cones = true;
+    } else if (part == "orphan_sets") {
+      culling.orphan_sets = true;
+    } else if (part != "none") {
+      throw Error(ErrorCode::invalid_argument,
+                  "no culling is called '" + part +
+                      "'; there are default, none, and sums of non_penetration, normal_cones and "
+                      "orphan_sets");
+    }
+  }
+  return culling;
+}
+
+FrontUse parse_front(const std::string& text) {
+  return text == "on" ? FrontUse::on : text == "off" ? FrontUse::off : FrontUse::automatic;
+}
+
+// Each setting with each value.
+template <class Value, class Apply>
+void multiply(std::vector<Setting>& settings, const std::vector<Value>& values, Apply&& apply) {
+  std::vector<Setting> product;
+  for (const Setting& setting : settings) {
+    for (const Value& value : values) {
+      product.push_back(setting);
+      apply(product.back(), value);
+    }
+  }
+  settings = std::move(product);
+}
+
+// Every combination that differs: what is the other backend's is not varied.
+std::vector<Setting> settings(const Arguments& a) {
+  std::vector<Setting> all;
+  for (const std::string& backend : a.backends) {
+    const bool cpu = backend == "cpu";
+    std::vector<std::string> strategies = a.strategies;
+    if (strategies.empty())
+      for (const Strategy s : kStrategies) strategies.emplace_back(name(s));
+    std::vector<Setting> some{{backend, "auto", "default", {}}};
+    some[0].options.backend = cpu ? Backend::cpu : Backend::cuda;
+    some[0].options.tuning.graph = !a.stages;
+    multiply(some, strategies,
+             [](Setting& s, const std::string& x) { s.options.strategy = parse_strategy(x); });
+    multiply(some, a.fronts, [](Setting& s, const std::string& x) {
+      s.front = x;
+      s.options.front = parse_front(x);
+    });
+    multiply(some, a.front_periods, [](Setting& s, int x) { s.options.front_period = x; });
+    multiply(some, a.front_ratios, [](Setting& s, double x) { s.options.front_ratio = x; });
+    multiply(some, a.volumes,
+             [](Setting& s, const std::string& x) { s.options.volume = parse_volume(x); });
+    multiply(some, a.culling, [](Setting& s, const std::string& x) {
+      s.culling = x;
+      s.options.culling = parse_culling(x);
+    });
+    if (cpu) {
+      multiply(some, a.threads, [](Setting& s, int x) { s.options.threads = x; });
+    } else {
+      multiply(some, a.blocks, [](Setting& s, int x) { s.options.tuning.blocks = x; });
+      multiply(some, a.block_sizes, [](Setting& s, int x) { s.options.tuning.block_size = x; });
+    }
+    multiply(some, a.chunks, [](Setting& s, int x) { s.options.tuning.chunk = x; });
+    multiply(some, a.stacks, [](Setting& s, int x) { s.options.tuning.stack = x; });
+    all.insert(all.end(), some.begin(), some.end());
+  }
+  return all;
+}
+
+std::string describe(const Setting& s, const Stats& stats) {
+  std::ostringstream text;
+  const Tuning& t = s.options.tuning;
+  text << s.backend << ',' << '"' << stats.device << '"' << ',' << name(s.options.strategy) << ','
+       << stats.threads << ',' << t.blocks << ',' << t.block_size << ',' << t.chunk << ','
+       << t.stack << ',' << s.front << ',' << s.options.front_period << ',' << s.options.front_ratio
+       << ',' << name(s.options.volume) << ',' << s.culling;
+  return text.str();
+}
+constexpr char kSettingColumns[] =
+    "backend,device,strategy,threads,blocks,block_size,chunk,stack,front,front_period,front_ratio,"
+    "volume,culling";
+
+double percentile(std::vector<double> values, double share) {
+  std::sort(values.begin(), values.end());
+  return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1) + 0.5)];
+}
+
+std::ofstream open(const std::string& name, const std::string& heading) {
+  std::ofstream file;
+  if (name.empty()) {
+    file.setstate(std::ios::failbit);
+    return file;
+  }
+  file.open(name);
+  if (!file) throw Error(ErrorCode::file, name + " cannot be written");
+  file << heading << '\n';
+  return file;
+}
+
+class Study {
+ public:
+  explicit Study(const Arguments& a) : arguments_(a), settings_(settings(a)) {
+    std::string columns;
+    for (const Column& c : kColumns) columns += std::string(",") + c.name;
+    summary_ = open(a.csv, std::string("model,triangles,") + kSettingColumns +
+                               ",steps,ms_total_p95" + columns + ",hash,label");
+    steps_ = open(a.steps_csv, std::string("model,") + kSettingColumns + ",step" + columns);
+  }
+
+  void run(const std::string& name) {
+    const auto model = models::make_model(name, arguments_.seed);
+    std::vector<std::vector<float>> frames;
+    for (int f = arguments_.first; f <= arguments_.last; ++f) frames.push_back(model->frame(f));
+    std::printf("\n%s: %zu triangles, %zu steps\n", name.c_str(), model->faces().size(),
+                frames.size() - 1);
+    std::printf("%-5s %-21s%8s%7s%9s%10s%9s%9s%9s%9s%11s%9s%8s%7s  hash\n", "", "strategy",
+                "threads", "blocks", "total", "traverse", "balance", "narrow", "device", "refit",
+                "front", "contacts", "steals", "idle");
+    bool first = true;
+    std::uint64_t expected = 0;
+    for (const Setting& setting : settings_) {
+      const std::uint64_t hash = run(name, *model, frames, setting);
+      if (first) expected = hash;
+      first = false;
+      if (hash != expected)
+        throw Error(ErrorCode::device, "the contacts of " + name + " differ: " + setting.backend +
+                                           " " + lazyccd::name(setting.options.strategy));
+    }
+  }
+
+ private:
+  std::uint64_t run(const std::string& model_name, const models::Model& model,
+                    const std::vector<std::vector<float>>& frames, const Setting& setting) {
+    Detector detector(setting.options);
+    detector.set_topology(model.topology());
+    const std::size_t vertices = model.vertex_count();
+    std::vector<double> sums(std::size(kColumns)), totals;
+    std::uint64_t hash = 0;
+    for (int round = 0; round < arguments_.repeat; ++round) {
+      for (std::size_t f = 0; f + 1 < frames.size(); ++f) {
+        detector.detect({frames[f].data(), vertices}, {frames[f + 1].data(), vertices});
+        const Stats& s = detector.stats();
+        if (s.backend != setting.backend) throw Error(ErrorCode::unavailable, detector.status());
+        if (round == 0) hash = 3 * hash + s.hash;  // in the order of the steps
+        if (round == 0 && static_cast<int>(f) < arguments_.warm_up) continue;
+        totals.push_back(s.ms_total);
+        for (std::size_t c = 0; c < sums.size(); ++c) sums[c] += kColumns[c].value(s);
+        if (round == 0 && steps_) {
+          steps_ << model_name << ',' << describe(setting, s) << ','
+                 << arguments_.first + static_cast<int>(f);
+          for (const Column& c : kColumns) steps_ << ',' << c.value(s);
+          steps_ << '\n';
+        }
+      }
+    }
+    const Stats& s = detector.stats();
+    const double steps = static_cast<double>(totals.size());
+    const auto mean = [&](const char* column) {
+      const auto at = std::find_if(std::begin(kColumns), std::end(kColumns),
+                                   [&](const Column& c) { return std::string(c.name) == column; });
+      return sums[static_cast<std::size_t>(at - std::begin(kColumns))] / steps;
+    };
+    std::printf("%-5s %-21s%8d%7d%9.3f%10.3f%9.3f%9.3f%9.3f%9.3f%11.0f%9.0f%8.0f%7.2f  %s\n",
+                setting.backend.c_str(), name(setting.options.strategy), s.threads,
+                setting.options.tuning.blocks, mean("ms_total"), mean("ms_traverse"),
+                mean("ms_balance"), mean("ms_narrow"), mean("ms_device"), mean("ms_refit"),
+                mean("front_nodes"), mean("contacts"), mean("steals"), mean("idle_share"),
+                hash_text(hash).c_str());
+    std::fflush(stdout);
+    if (summary_) {
+      summary_ << model_name << ',' << model.faces().size() << ',' << describe(setting, s) << ','
+               << totals.size() << ',' << percentile(totals, 0.95);
+      for (const double sum : sums) summary_ << ',' << sum / steps;
+      summary_ << ',' << hash_text(hash) << ',' << arguments_.label << std::endl;
+    }
+    return hash;
+  }
+
+  const Arguments& arguments_;
+  std::vector<Setting> settings_;
+  std::ofstream summary_, steps_;
+};
+
+void run(const Arguments& arguments) {
+  if (arguments.last - arguments.first <= arguments.warm_up)
+    throw Error(ErrorCode::invalid_argument, "there is no step after the warm-up");
+  Study study(arguments);
+  std::vector<std::string> names = arguments.models;
+  if (names.empty())
+    for (const models::ModelName& m : models::model_names()) names.emplace_back(m.name);
+  for (const std::string& name : names) study.run(name);
+}
+
+}  // namespace
+
+void add_study(CLI::App& app) {
+  const auto arguments = std::make_shared<Arguments>();
+  Arguments& a = *arguments;
+  CLI::App* command = app.add_subcommand(
+      "study", "Run generated models through their motion, with every combination of settings");
+  command->add_option("--model", a.models, "see `lazyccd models`; all where not named");
+  command->add_option("--seed", a.seed, "of the generators");
+  command->add_option("--first", a.first, "frame")->check(CLI::Range(0, models::Model::frames - 2));
+  command->add_option("--last", a.last, "frame")->check(CLI::Range(1, models::Model::frames - 1));
+  command->add_option("--warm-up", a.warm_up, "steps at the start that do not count")
+      ->check(CLI::Range(0, models::Model::frames - 2));
+  command->add_option("--repeat", a.repeat, "times through the motion")->check(CLI::Range(1, 1000));
+  command->add_option("--backend", a.backends, "cpu, cuda or both")
+      ->check(CLI::IsMember({"cpu", "cuda"}));
+  command->add_option("--strategy", a.strategies, "all that the backend has where not named");
+  command->add_option("--front", a.fronts, "auto, on, off")
+      ->check(CLI::IsMember({"auto", "on", "off"}));
+  command->add_option("--front-period", a.front_periods, "steps by which a front is judged (p)")
+      ->check(CLI::Range(1, 1000));
+  command->add_option("--front-ratio", a.front_ratios, "growth below which it is made anew (rt)")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--volume", a.volumes, "of the tree's nodes: box, dop18, oriented_box");
+  command->add_option("--culling", a.culling,
+                      "default, none, or a sum such as "
+                      "non_penetration+normal_cones+orphan_sets");
+  command->add_option("--threads", a.threads, "of the cpu backend; 0: as many as there are")
+      ->check(CLI::Range(0, 1024));
+  command->add_option("--blocks", a.blocks, "of the cuda traversal; 0: as many as fit")
+      ->check(CLI::Range(0, 100000));
+  command->add_option("--block-size", a.block_sizes, "threads a block of the cuda traversal")
+      ->check(CLI::Range(0, 512));
+  command->add_option("--chunk", a.chunks, "pairs that change hands at once")
+      ->check(CLI::Range(0, 256));
+  command->add_option("--stack", a.stacks, "pairs of a worker's own stack (lazy_stealing_greedy)")
+      ->check(CLI::Range(0, 1 << 20));
+  command->add_flag("--stages", a.stages, "cuda: time the stages one by one, without a graph");
+  command->add_option("--csv", a.csv, "write a row a model and setting: means over the steps")
+      ->type_name("FILE.csv");
+  command->add_option("--steps-csv", a.steps_csv, "write a row a step")->type_name("FILE.csv");
+  command->add_option("--label", a.label, "last column of the CSV, a commit for instance");
+  command->footer(
+      "Several values of an option are tried one after the other. Means in milliseconds. The hash "
+      "of\n"
+      "every row of a model must be the same, or the study fails.\n"
+      "Example: lazyccd study --model funnel --threads 1 2 --csv study.csv");
+  command->callback([arguments] { run(*arguments); });
+}
+
+}  // namespace lazyccd::program

@@ -1,0 +1,143 @@
+#include "scenes/measures/intersections.h"
+
+#include <algorithm>
+#include <array>
+#include <boost/multiprecision/cpp_bin_float.hpp>
+#include <cmath>
+#include <set>
+
+namespace lazyccd::scenes {
+namespace {
+
+using Point = std::array<double, 3>;
+// Exact for coordinates whose largest and smallest nonzero magnitudes are within a factor of 2^600:
+// a difference then has at most 653 bits and the determinant three times that and 3 more.
+using Exact = boost::multiprecision::number<
+    boost::multiprecision::cpp_bin_float<2000, boost::multiprecision::digit_base_2>>;
+
+template <class Number>
+Number determinant(const Point& a, const Point& b, const Point& c, const Point& d) {
+  std::array<std::array<Number, 3>, 3> m;
+  for (int k = 0; k < 3; ++k) {
+    m[0][k] = Number(a[k]) - Number(d[k]);
+    m[1][k] = Number(b[k]) - Number(d[k]);
+    m[2][k] = Number(c[k]) - Number(d[k]);
+  }
+  return m[0][0] * (m[1][1] * m[2][2] - m[1][2] * m[2][1]) -
+         m[0][1] * (m[1][0] * m[2][2] - m[1][2] * m[2][0]) +
+         m[0][2] * (m[1][0] * m[2][1] - m[1][1] * m[2][0]);
+}
+
+// On which side of the plane abc the point d is: exactly.
+int side(const Point& a, const Point& b, const Point& c, const Point& d) {
+  double bound = 1;
+  for (int k = 0; k < 3; ++k) {
+    bound *= std::max({std::abs(a[k] - d[k]), std::abs(b[k] - d[k]), std::abs(c[k] - d[k])});
+  }
+  // Each of the six products has a factor from every column, so `bound` exceeds them all; their
+  // rounding stays far below this.
+  const double value = determinant<double>(a, b, c, d);
+  if (std::abs(value) > 1e-14 * 6 * bound) return value > 0 ? 1 : -1;
+  return determinant<Exact>(a, b, c, d).sign();
+}
+
+bool pierces(const Point& p, const Point& q, const Point& a, const Point& b, const Point& c) {
+  const int sp = side(a, b, c, p), sq = side(a, b, c, q);
+  if (sp * sq >= 0) return false;
+  const int s0 = side(p, q, a, b), s1 = side(p, q, b, c), s2 = side(p, q, c, a);
+  return s0 != 0 && s0 == s1 && s1 == s2;
+}
+
+Point crossing(const Point& p, const Point& q, const Point& a, const Point& b, const Point& c) {
+  const double vp = determinant<double>(a, b, c, p), vq = determinant<double>(a, b, c, q);
+  const double t = vp == vq ? 0.5 : std::clamp(vp / (vp - vq), 0.0, 1.0);
+  return {p[0] + t * (q[0] - p[0]), p[1] + t * (q[1] - p[1]), p[2] + t * (q[2] - p[2])};
+}
+
+struct Box {
+  Point low, high;
+  void add(const Point& p) {
+    for (int k = 0; k < 3; ++k) {
+      low[k] = std::min(low[k], p[k]);
+      high[k] = std::max(high[k], p[k]);
+    }
+  }
+};
+
+bool overlap(const Box& a, const Box& b) {
+  for (int k = 0; k < 3; ++k) {
+    if (a.low[k] > b.high[k] || b.low[k] > a.high[k]) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+std::vector<Piercing> find_piercings(const Surface& surface,
+                                     const std::vector<btScalar>& positions) {
+  std::vector<Point> points(positions.size() / 3);
+  for (std::size_t i = 0; i < positions.size(); ++i) {
+    points[i / 3][i % 3] = static_cast<double>(positions[i]);
+  }
+  std::set<Edge> unique(surface.edges.begin(), surface.edges.end());
+  for (const Face& face : surface.faces) {
+    for (int k = 0; k < 3; ++k) {
+      unique.insert({std::min(face[k], face[(k + 1) % 3]), std::max(face[k], face[(k + 1) % 3])});
+    }
+  }
+  const std::vector<Edge> edges(unique.begin(), unique.end());
+
+  // Sort and sweep along x.
+  struct Item {
+    Box box;
+    std::size_t index;
+  };
+  std::vector<Item> edge_items, face_items;
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    Item item{{points[edges[i][0]], points[edges[i][0]]}, i};
+    item.box.add(points[edges[i][1]]);
+    edge_items.push_back(item);
+  }
+  for (std::size_t i = 0; i < surface.faces.size(); ++i) {
+    const Face& face = surface.faces[i];
+    Item item{{points[face[0]], points[face[0]]}, i};
+    item.box.add(points[face[1]]);
+    item.box.add(points[face[2]]);
+    face_items.push_back(item);
+  }
+  const auto by_low = [](const Item& a, const Item& b) { return a.box.low[0] < b.box.low[0]; };
+  std::sort(edge_items.begin(), edge_items.end(), by_low);
+  std::sort(face_items.begin(), face_items.end(), by_low);
+
+  std::vector<Piercing> found;
+  std::vector<const Item*> open;  // faces that start before the current edge ends
+  std::size_t next = 0;
+  for (const Item& item : edge_items) {
+    while (next < face_items.size() && face_items[next].box.low[0] <= item.box.high[0]) {
+      open.push_back(&face_items[next++]);
+    }
+    // Later edges start later, so what ends before this one's start is done with.
+    open.erase(std::remove_if(open.begin(), open.end(),
+                              [&](const Item* f) { return f->box.high[0] < item.box.low[0]; }),
+               open.end());
+    const Edge& edge = edges[item.index];
+    const std::int32_t body = surface.body_of_vertex[edge[0]];
+    for (const Item* candidate : open) {
+      const Face& face = surface.faces[candidate->index];
+      const std::int32_t other = surface.body_of_vertex[face[0]];
+      const Body &a = surface.bodies[body], &b = surface.bodies[other];
+      const bool collide =
+          body == other ? a.self_collision : (a.group & b.mask) && (b.group & a.mask);
+      if (!collide || !overlap(item.box, candidate->box)) continue;
+      const bool shared = std::any_of(face.begin(), face.end(),
+                                      [&](std::int32_t v) { return v == edge[0] || v == edge[1]; });
+      if (shared) continue;
+      const Point &p = points[edge[0]], &q = points[edge[1]];
+      const Point &a0 = points[face[0]], &a1 = points[face[1]], &a2 = points[face[2]];
+      if (pierces(p, q, a0, a1, a2)) found.push_back({edge, face, crossing(p, q, a0, a1, a2)});
+    }
+  }
+  return found;
+}
+
+}  // namespace lazyccd::scenes

@@ -1,0 +1,112 @@
+#include "scenes/meshes/solid.h"
+
+#include <BulletSoftBody/btSoftBodyHelpers.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <set>
+#include <utility>
+#include <vector>
+
+namespace lazyccd::scenes {
+namespace {
+
+std::unique_ptr<btSoftBody> make_body(btSoftBodyWorldInfo& info,
+                                      const std::vector<btVector3>& positions, double mass) {
+  const auto count = static_cast<int>(positions.size());
+  const std::vector<btScalar> masses(positions.size(), static_cast<btScalar>(mass / count));
+  auto body = std::make_unique<btSoftBody>(&info, count, positions.data(), masses.data());
+  body->appendMaterial();
+  return body;
+}
+
+// Bullet's boundary faces look either way. Right for bodies that are seen whole from their middle.
+void turn_outwards(btSoftBody& body) {
+  btVector3 middle(0, 0, 0);
+  for (int i = 0; i < body.m_nodes.size(); ++i) middle += body.m_nodes[i].m_x;
+  middle /= static_cast<btScalar>(body.m_nodes.size());
+  for (int i = 0; i < body.m_faces.size(); ++i) {
+    auto& corners = body.m_faces[i].m_n;
+    const btVector3 &a = corners[0]->m_x, &b = corners[1]->m_x, &c = corners[2]->m_x;
+    if ((b - a).cross(c - a).dot(a - middle) < 0) std::swap(corners[1], corners[2]);
+  }
+}
+
+}  // namespace
+
+std::unique_ptr<btSoftBody> make_solid(
+    btSoftBodyWorldInfo& info, int cells, double mass,
+    const std::function<btVector3(double u, double v, double w)>& at) {
+  const int n = cells + 1;
+  std::vector<btVector3> positions;
+  for (int k = 0; k < n; ++k) {
+    for (int j = 0; j < n; ++j) {
+      for (int i = 0; i < n; ++i) {
+        positions.push_back(at(i / double(cells), j / double(cells), k / double(cells)));
+      }
+    }
+  }
+  auto body = make_body(info, positions, mass);
+
+  // Kuhn's division: a tetrahedron for each order in which to walk along the three axes from one
+  // corner of the cube to the opposite one. Neighbours fit together.
+  std::set<std::array<int, 2>> sides;
+  const std::array<int, 3> strides = {1, n, n * n};
+  for (int k = 0; k < cells; ++k) {
+    for (int j = 0; j < cells; ++j) {
+      for (int i = 0; i < cells; ++i) {
+        std::array<int, 3> axes = {0, 1, 2};
+        do {
+          std::array<int, 4> corners = {i + n * (j + n * k), 0, 0, 0};
+          for (int step = 0; step < 3; ++step) {
+            corners[step + 1] = corners[step] + strides[axes[step]];
+          }
+          body->appendTetra(corners[0], corners[1], corners[2], corners[3]);
+          for (int a = 0; a < 4; ++a) {
+            for (int b = a + 1; b < 4; ++b) sides.insert({corners[a], corners[b]});
+          }
+        } while (std::next_permutation(axes.begin(), axes.end()));
+      }
+    }
+  }
+  for (const auto& side : sides) body->appendLink(side[0], side[1]);
+  btSoftBodyHelpers::generateBoundaryFaces(body.get());
+  turn_outwards(*body);
+  // What Bullet's deformable world reads of bodies with tetrahedra.
+  body->initializeDmInverse();
+  btSoftBody::TetraScratch scratch;
+  scratch.m_F.setIdentity();
+  scratch.m_cofF.setIdentity();
+  scratch.m_corotation.setIdentity();
+  scratch.m_trace = scratch.m_J = 0;
+  body->m_tetraScratches.resize(body->m_tetras.size(), scratch);
+  body->m_tetraScratchesTn.resize(body->m_tetras.size(), scratch);
+  return body;
+}
+
+std::unique_ptr<btSoftBody> make_ball(btSoftBodyWorldInfo& info, int cells, double mass,
+                                      const btVector3& centre, double radius) {
+  return make_solid(info, cells, mass, [&](double u, double v, double w) {
+    // Shells of the cube become shells of the ball.
+    const double x = 2 * u - 1, y = 2 * v - 1, z = 2 * w - 1;
+    const double shell = std::max({std::abs(x), std::abs(y), std::abs(z)});
+    const double length = std::sqrt(x * x + y * y + z * z);
+    const double scale = length > 0 ? radius * shell / length : 0;
+    return centre + btVector3(static_cast<btScalar>(scale * x), static_cast<btScalar>(scale * y),
+                              static_cast<btScalar>(scale * z));
+  });
+}
+
+std::unique_ptr<btSoftBody> make_rope(btSoftBodyWorldInfo& info, int nodes, double mass,
+                                      const btVector3& from, const btVector3& to) {
+  std::vector<btVector3> positions;
+  for (int i = 0; i < nodes; ++i) {
+    positions.push_back(from.lerp(to, static_cast<btScalar>(i / (nodes - 1.0))));
+  }
+  auto rope = make_body(info, positions, mass);
+  for (int i = 1; i < nodes; ++i) rope->appendLink(i - 1, i);
+  return rope;
+}
+
+}  // namespace lazyccd::scenes

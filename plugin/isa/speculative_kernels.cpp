@@ -1,0 +1,152 @@
+#include "detection/speculative_kernels.h"
+
+#ifndef LAZYCCD_ISA
+#error "compile with -DLAZYCCD_ISA=<name>"
+#endif
+#define LAZYCCD_INLINE inline __attribute__((always_inline))
+
+namespace lazyccd::bullet {
+namespace LAZYCCD_ISA {
+namespace {
+
+// As the registers are: wider vectors are taken apart, and choices in them become branches.
+#if defined(__AVX512F__)
+constexpr int width = 8;
+#elif defined(__AVX2__)
+constexpr int width = 4;
+#else
+constexpr int width = 2;
+#endif
+
+typedef double Lanes __attribute__((vector_size(8 * width)));
+typedef std::int64_t Mask __attribute__((vector_size(8 * width)));
+
+struct Vector {
+  Lanes x, y, z;
+};
+
+LAZYCCD_INLINE void load(const double* from, Lanes& to) {
+  to = *reinterpret_cast<const Lanes*>(from);
+}
+LAZYCCD_INLINE void store(const Lanes& x, double* to) { *reinterpret_cast<Lanes*>(to) = x; }
+LAZYCCD_INLINE void store(const Mask& x, std::int64_t* to) { *reinterpret_cast<Mask*>(to) = x; }
+
+// As Eigen adds them up, where it has vectors of two doubles.
+LAZYCCD_INLINE Lanes dot(const Vector& a, const Vector& b) {
+  return a.x * b.x + a.y * b.y + a.z * b.z;
+}
+// As std::max() and std::min().
+LAZYCCD_INLINE Lanes max(const Lanes& a, const Lanes& b) { return a < b ? b : a; }
+LAZYCCD_INLINE Lanes min(const Lanes& a, const Lanes& b) { return b < a ? b : a; }
+
+LAZYCCD_INLINE void add(const Lanes& weight, const Vector& x, Vector& sum) {
+  sum.x += weight * x.x;
+  sum.y += weight * x.y;
+  sum.z += weight * x.z;
+}
+
+template <class Scalar>
+LAZYCCD_INLINE void read(const Scalar* positions, const std::int32_t* vertices, Vector& to) {
+  for (int i = 0; i < width; ++i) {
+    const Scalar* const x = positions + 3 * static_cast<std::int64_t>(vertices[i]);
+    to.x[i] = static_cast<double>(x[0]);
+    to.y[i] = static_cast<double>(x[1]);
+    to.z[i] = static_cast<double>(x[2]);
+  }
+}
+
+// Of as many contacts as fill a register, from `first` on.
+template <class Scalar>
+LAZYCCD_INLINE void look_at(const ProspectMotion<Scalar>& motion, const Contact* contacts,
+                            int first, int given, ProspectLanes& lanes) {
+  const Lanes zero = {}, one = zero + 1;
+  alignas(64) std::int32_t vertices[4][width];
+  alignas(64) std::int64_t vertex_face[width], in_one_body[width];
+  Lanes p, q;
+  Vector normal;
+  bool all_soft = true, any_in_one_body = false;
+  for (int i = 0; i < width; ++i) {
+    const Contact& contact = contacts[first + i < given ? first + i : first];
+    for (int k = 0; k < 4; ++k) {
+      vertices[k][i] = contact.vertices[k];
+      all_soft &= contact.vertices[k] < motion.soft_count;
+    }
+    vertex_face[i] = contact.kind == ContactKind::vertex_face ? -1 : 0;
+    in_one_body[i] = contact.body_a == contact.body_b ? -1 : 0;
+    any_in_one_body |= contact.body_a == contact.body_b;
+    p[i] = static_cast<double>(contact.u);
+    q[i] = static_cast<double>(contact.v);
+    normal.x[i] = static_cast<double>(contact.normal[0]);
+    normal.y[i] = static_cast<double>(contact.normal[1]);
+    normal.z[i] = static_cast<double>(contact.normal[2]);
+  }
+  const Mask is_vertex_face = *reinterpret_cast<const Mask*>(vertex_face);
+  const Lanes weights[4] = {is_vertex_face ? one : one - p, is_vertex_face ? -(one - p - q) : p,
+                            is_vertex_face ? -p : -(one - q), -q};
+
+  Vector start_sum = {}, end_sum = {}, move = {};
+  Lanes start_gap = zero, compliance = zero, most_mobile = zero, reach[4];
+  for (int k = 0; k < 4; ++k) {
+    const Lanes& weight = weights[k];
+    Vector start, end;
+    read(motion.start, vertices[k], start);
+    read(motion.end, vertices[k], end);
+    add(weight, start, start_sum);
+    add(weight, end, end_sum);
+    add(weight, {end.x - start.x, end.y - start.y, end.z - start.z}, move);
+    start_gap += weight * dot(normal, start);
+    Lanes inverse_mass = zero;
+    for (int i = 0; i < width; ++i) {
+      const std::int32_t v = vertices[k][i];
+      if (all_soft || v < motion.soft_count) inverse_mass[i] = motion.inverse_mass[v];
+    }
+    compliance += weight * weight * inverse_mass;
+    most_mobile = max(most_mobile, inverse_mass);
+    if (!any_in_one_body) continue;
+    for (int i = 0; i < width; ++i) reach[k][i] = in_one_body[i] ? motion.reach[vertices[k][i]] : 0;
+    const Lanes size = weight < 0 ? -weight : weight;
+    reach[k] = weight != 0 ? size * reach[k] : zero;
+  }
+
+  Lanes thickness;
+  load(lanes.thickness + first, thickness);
+  if (any_in_one_body) {
+    const Lanes reach_of_a = reach[0] + (is_vertex_face ? zero : reach[1]);
+    const Lanes reach_of_b = (is_vertex_face ? reach[1] : zero) + reach[2] + reach[3];
+    const Lanes own = min(thickness, 0.5 * min(reach_of_a, reach_of_b));
+    thickness = *reinterpret_cast<const Mask*>(in_one_body) ? own : thickness;
+  }
+
+  const Lanes kept = min(thickness, max(zero, start_gap));
+  const Lanes opened = max(kept, min(0.5 * thickness, kept + motion.recovery * thickness));
+  const Mask gives_way = compliance > 1e-6 * (compliance + compliance);
+  const Lanes least = most_mobile / 256;
+  store(thickness, lanes.thickness + first);
+  store(dot(start_sum, start_sum), lanes.gap_squared + first);
+  store(dot(start_sum, end_sum), lanes.gap_kept + first);
+  store(dot(move, move), lanes.move_squared + first);
+  store(kept - start_gap - dot(normal, move), lanes.need + first);
+  // Nothing is divided by zero, not even in vain.
+  const Lanes divisor = gives_way ? max(compliance, least) : one;
+  store(gives_way ? one / divisor : zero, lanes.response + first);
+  store(gives_way, lanes.gives_way + first);
+  store(opened > kept, lanes.may_open + first);
+}
+
+template <class Scalar>
+void prospects(const ProspectMotion<Scalar>& motion, const Contact* contacts, int count,
+               ProspectLanes& lanes) {
+  for (int first = 0; first < count; first += width) look_at(motion, contacts, first, count, lanes);
+}
+
+#define LAZYCCD_NAME_OF(isa) LAZYCCD_TEXT_OF(isa)
+#define LAZYCCD_TEXT_OF(isa) #isa
+
+}  // namespace
+
+extern const ProspectKernels prospecting;
+const ProspectKernels prospecting = {LAZYCCD_NAME_OF(LAZYCCD_ISA), prospects<float>,
+                                     prospects<double>};
+
+}  // namespace LAZYCCD_ISA
+}  // namespace lazyccd::bullet

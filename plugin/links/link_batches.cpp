@@ -1,0 +1,88 @@
+#include "links/link_batches.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace lazyccd::bullet {
+namespace {
+
+// Groups with room, in their order: as many as are asked for.
+class Room {
+ public:
+  explicit Room(std::int32_t lanes) : lanes_(lanes) {}
+
+  // The first one from `group` on, which is at most one past the last.
+  std::int32_t find(std::int32_t group) {
+    std::int32_t found = group;
+    while (found < count() && sizes[found] == lanes_) found = next_[found];
+    while (group < found) group = std::exchange(next_[group], found);
+    if (found == count()) {
+      sizes.push_back(0);
+      next_.push_back(count());
+    }
+    return found;
+  }
+
+  std::vector<std::int32_t> sizes;
+
+ private:
+  std::int32_t count() const { return static_cast<std::int32_t>(sizes.size()); }
+
+  std::int32_t lanes_;
+  std::vector<std::int32_t> next_;  // by group: all between are full
+};
+
+}  // namespace
+
+LinkPlan plan_links(const LinkEnds& ends, std::int32_t nodes, std::int32_t lanes) {
+  constexpr std::int32_t none = -1;
+  LinkPlan plan;
+  plan.places.reserve(ends.size());
+  std::vector<std::int32_t> first(static_cast<std::size_t>(nodes), none), last = first;
+  Room room(lanes);
+  for (const std::array<std::int32_t, 2>& link : ends) {
+    if (link == no_nodes) {
+      plan.places.push_back({none, none});
+      continue;
+    }
+    const auto [a, b] = link;
+    const std::int32_t group = room.find(std::max(last[a], last[b]) + 1);
+    plan.places.push_back({group, room.sizes[group]++});
+    for (const std::int32_t node : {a, b}) {
+      if (first[node] == none) first[node] = group;
+      last[node] = group;
+      plan.skew = std::max(plan.skew, group - first[node] + 1);
+    }
+  }
+  plan.sizes = std::move(room.sizes);
+  plan.nodes = nodes;
+  for (const std::int32_t size : plan.sizes) plan.nodes += size < lanes;
+  return plan;
+}
+
+template <class Scalar>
+std::vector<LinkGroup<Scalar>> make_groups(const LinkPlan& plan, const LinkEnds& ends) {
+  std::vector<LinkGroup<Scalar>> groups(plan.sizes.size());
+  std::int32_t spare = plan.nodes;
+  for (std::size_t i = 0; i < groups.size(); ++i) {
+    LinkGroup<Scalar>& group = groups[i];
+    spare -= plan.sizes[i] < group.links;
+    for (std::int32_t lane = 0; lane < group.links; ++lane) {
+      group.c0[lane] = group.c1[lane] = 1;
+      group.inverse_mass[0][lane] = group.inverse_mass[1][lane] = 0;
+      group.node[0][lane] = group.node[1][lane] = bytes_of_nodes<Scalar>(spare);
+    }
+  }
+  for (std::size_t i = 0; i < ends.size(); ++i) {
+    const auto [group, lane] = plan.places[i];
+    if (group < 0) continue;
+    for (int end = 0; end < 2; ++end)
+      groups[group].node[end][lane] = bytes_of_nodes<Scalar>(ends[i][end]);
+  }
+  return groups;
+}
+
+template std::vector<LinkGroup<float>> make_groups(const LinkPlan& plan, const LinkEnds& ends);
+template std::vector<LinkGroup<double>> make_groups(const LinkPlan& plan, const LinkEnds& ends);
+
+}  // namespace lazyccd::bullet

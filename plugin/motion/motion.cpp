@@ -1,0 +1,125 @@
+#include "motion/motion.h"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+namespace {
+
+void write_vertices(const RigidMotion& body, const btTransform& pose,
+                    std::vector<btScalar>& positions) {
+  btScalar* p = positions.data() + 3 * static_cast<std::size_t>(body.first_vertex);
+  for (std::int32_t i = 0; i < body.vertex_count; ++i) {
+    const btVector3 x = pose * body.local[i];
+    for (int k = 0; k < 3; ++k) *p++ = x[k];
+  }
+}
+
+}  // namespace
+
+double RigidMotion::mass() const {
+  const double most = inverse_mass.maxCoeff();
+  return most > 0 ? 1 / most : 0;
+}
+
+Eigen::Matrix3d RigidMotion::inertia() const {
+  Eigen::Matrix3d inverse = inverse_inertia;
+  Eigen::Vector3d turns = Eigen::Vector3d::Ones();
+  for (int k = 0; k < 3; ++k) {
+    if (inverse_inertia(k, k) > 0) continue;
+    inverse(k, k) = 1;
+    turns[k] = 0;
+  }
+  const Eigen::Matrix3d inertia = turns.asDiagonal() * inverse.inverse() * turns.asDiagonal();
+  return inertia.allFinite() ? inertia : Eigen::Matrix3d::Zero();
+}
+
+void Motion::begin_response() {
+  predicted.resize(size());
+  for (std::size_t i = 0; i < size(); ++i) predicted[i] = end_of(static_cast<std::int32_t>(i));
+  restart_response();
+}
+
+void Motion::restart_response() {
+  solved.assign(predicted.begin(), predicted.begin() + soft_count());
+  opening.assign(solved.size(), Eigen::Vector3d::Zero());
+  for (std::int32_t v = 0; v < soft_count(); ++v) round_end(v);
+  for (RigidMotion& body : rigid) {
+    body.shift = body.turn = body.opening_shift = body.opening_turn = Eigen::Vector3d::Zero();
+    put(body, body.predicted);
+  }
+}
+
+void Motion::round_end(std::int32_t i) {
+  const Eigen::Vector3d x = solved[i] + opening[i];
+  for (int k = 0; k < 3; ++k)
+    end[3 * static_cast<std::size_t>(i) + k] = static_cast<btScalar>(x[k]);
+}
+
+void Motion::place(RigidMotion& body) {
+  const Eigen::Vector3d turn = body.turn + body.opening_turn;
+  const double angle = turn.norm();
+  btTransform pose = body.predicted;
+  if (angle > 0) {
+    const btQuaternion rotation(to_bullet(turn / angle), static_cast<btScalar>(angle));
+    pose.setBasis(btMatrix3x3(rotation) * body.predicted.getBasis());
+  }
+  pose.getOrigin() += to_bullet(body.shift + body.opening_shift);
+  put(body, pose);
+}
+
+void Motion::put(RigidMotion& body, const btTransform& pose) {
+  body.end = pose;
+  write_vertices(body, pose, end);
+  for (const auto& [vertex, fixed] : carried) {
+    if (&rigid[fixed.rigid] == &body) set_carried_end(vertex, pose * fixed.local);
+  }
+}
+
+void Motion::hold(RigidMotion& body) {
+  put(body, body.start);
+  for (const auto& [vertex, fixed] : carried) {
+    if (&rigid[fixed.rigid] == &body)
+      set_carried_end(vertex, &start[3 * static_cast<std::size_t>(vertex)]);
+  }
+}
+
+void Motion::set_carried_end(std::int32_t vertex, const btScalar* x) {
+  std::copy_n(x, 3, &end[3 * static_cast<std::size_t>(vertex)]);
+  solved[vertex] = end_of(vertex);
+}
+
+int Motion::carrier_of(std::int32_t soft_vertex) const {
+  const auto found = carried.find(soft_vertex);
+  return found == carried.end() ? -1 : found->second.rigid;
+}
+
+double Motion::off_together(Span<const Body> bodies) const {
+  double most = 0, furthest = 0;  // furthest: of the bodies before
+  for (std::size_t body = 0; body < bodies.size(); ++body) {
+    double squared = 0;
+    for (std::int32_t v = first_vertex[body]; v < first_vertex[body + 1]; ++v)
+      squared = std::max(squared, (end_of(v) - predicted[v]).squaredNorm());
+    const double off = std::sqrt(squared);
+    most = std::max(most, off + (bodies[body].self_collision ? std::max(off, furthest) : furthest));
+    furthest = std::max(furthest, off);
+  }
+  return most;
+}
+
+bool Motion::is_driven() const {
+  for (const RigidMotion& body : rigid) {
+    if (!body.is_dynamic() && !(body.start == body.end)) return true;
+  }
+  for (std::int32_t v = 0; v < soft_count(); ++v) {
+    if (!gives_way(v) && start_of(v) != end_of(v)) return true;
+  }
+  return false;
+}
+
+void Motion::place_start(const RigidMotion& body) { write_vertices(body, body.start, start); }
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet

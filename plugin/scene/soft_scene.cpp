@@ -1,0 +1,291 @@
+#include "scene/soft_scene.h"
+
+#include <BulletCollision/BroadphaseCollision/btOverlappingPairCache.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <tuple>
+
+#include "scene/collision_filters.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+namespace {
+
+// The faces of a body that are fit for the detector, in node indices, with their index in the body.
+struct FaceList {
+  std::vector<Face> faces;
+  std::vector<int> index;
+  int foreign = 0, degenerate = 0, duplicate = 0;
+};
+
+FaceList read_faces(const btSoftBody& body) {
+  FaceList list;
+  for (int i = 0; i < body.m_faces.size(); ++i) {
+    Face face;
+    for (int k = 0; k < 3; ++k) face[k] = index_of(body, body.m_faces[i].m_n[k]);
+    if (std::min({face[0], face[1], face[2]}) < 0) {
+      ++list.foreign;
+    } else if (face[0] == face[1] || face[1] == face[2] || face[2] == face[0]) {
+      ++list.degenerate;
+    } else {
+      list.faces.push_back(face);
+      list.index.push_back(i);
+    }
+  }
+  std::vector<std::pair<Face, std::size_t>> sorted;
+  for (std::size_t i = 0; i < list.faces.size(); ++i) {
+    Face face = list.faces[i];
+    std::sort(face.begin(), face.end());
+    sorted.emplace_back(face, i);
+  }
+  std::sort(sorted.begin(), sorted.end());
+  std::vector<char> keep(list.faces.size(), 1);
+  for (std::size_t i = 1; i < sorted.size(); ++i) {
+    if (sorted[i].first == sorted[i - 1].first) keep[sorted[i].second] = 0;
+  }
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < keep.size(); ++i) {
+    if (!keep[i]) continue;
+    list.faces[kept] = list.faces[i];
+    list.index[kept++] = list.index[i];
+  }
+  list.duplicate = static_cast<int>(list.faces.size() - kept);
+  list.faces.resize(kept);
+  list.index.resize(kept);
+  return list;
+}
+
+// The links of a body that count as edges, in node indices.
+std::vector<Edge> read_edges(const btSoftBody& body, const std::vector<Face>& faces) {
+  std::vector<char> covered(body.m_nodes.size(), 0);
+  for (const Face& face : faces) {
+    for (const std::int32_t node : face) covered[node] = 1;
+  }
+  for (int i = 0; i < body.m_tetras.size(); ++i) {
+    for (const btSoftBody::Node* corner : body.m_tetras[i].m_n) {
+      const int node = index_of(body, corner);
+      if (node >= 0) covered[node] = 1;
+    }
+  }
+  std::vector<Edge> edges;
+  for (int i = 0; i < body.m_links.size(); ++i) {
+    const btSoftBody::Link& link = body.m_links[i];
+    if (link.m_bbending) continue;
+    const Edge edge = {index_of(body, link.m_n[0]), index_of(body, link.m_n[1])};
+    if (edge[0] < 0 || edge[1] < 0 || edge[0] == edge[1]) continue;
+    if (!covered[edge[0]] || !covered[edge[1]]) edges.push_back(edge);
+  }
+  return edges;
+}
+
+// Metres.
+btScalar margin_of(const btSoftBody& body) {
+  const btScalar margin = body.getCollisionShape()->getMargin();
+  return std::isfinite(margin) ? margin : 0;
+}
+
+}  // namespace
+
+int index_of(const btSoftBody& body, const btSoftBody::Node* node) {
+  if (body.m_nodes.size() == 0) return -1;
+  const btSoftBody::Node* first = &body.m_nodes[0];
+  const bool inside =
+      !std::less<>()(node, first) && std::less<>()(node, first + body.m_nodes.size());
+  return inside ? static_cast<int>(node - first) : -1;
+}
+
+bool is_finite(const btSoftBody& body) {
+  for (int i = 0; i < body.m_nodes.size(); ++i) {
+    const btSoftBody::Node& node = body.m_nodes[i];
+    for (int k = 0; k < 3; ++k) {
+      if (!std::isfinite(node.m_x[k]) || !std::isfinite(node.m_v[k])) return false;
+    }
+  }
+  return true;
+}
+
+bool SoftScene::Stamp::operator==(const Stamp& s) const {
+  const auto tie = [](const Stamp& x) {
+    return std::tie(x.body, x.nodes, x.ignored, x.node_count, x.face_count, x.link_count,
+                    x.tetra_count, x.group, x.mask, x.collisions, x.self, x.responds, x.refused,
+                    x.marked_changed, x.margin);
+  };
+  return tie(*this) == tie(s);
+}
+
+SoftScene::Stamp SoftScene::stamp(btSoftBody* body) const {
+  Stamp s;
+  s.body = body;
+  s.nodes = body->m_nodes.size() ? &body->m_nodes[0] : nullptr;
+  s.ignored = hash_of_ignored(*body);
+  s.node_count = body->m_nodes.size();
+  s.face_count = body->m_faces.size();
+  s.link_count = body->m_links.size();
+  s.tetra_count = body->m_tetras.size();
+  const btBroadphaseProxy* proxy = body->getBroadphaseHandle();
+  s.group = proxy ? proxy->m_collisionFilterGroup : btBroadphaseProxy::DefaultFilter;
+  s.mask = proxy ? proxy->m_collisionFilterMask : btBroadphaseProxy::AllFilter;
+  s.collisions = body->m_cfg.collisions & ~btSoftBody::fCollision::VF_DD;
+  s.self = body->useSelfCollision();
+  s.responds = body->hasContactResponse();
+  s.refused = is_refused(body);
+  s.marked_changed = body->m_bUpdateRtCst;
+  s.margin = margin_of(*body);
+  return s;
+}
+
+bool SoftScene::update(const btAlignedObjectArray<btSoftBody*>& bodies, Journal& journal) {
+  bool same = valid_ && static_cast<int>(stamps_.size()) == bodies.size();
+  bool watched = false;  // an application's own filter may change its mind at any time
+  for (int i = 0; i < bodies.size(); ++i) {
+    same = same && stamps_[i] == stamp(bodies[i]);
+    watched = watched || overlap_filter(*bodies[i]) != nullptr;
+  }
+  if (same) {
+    if (!watched) return false;
+    const std::vector<Body> filters = topology_.bodies;
+    const std::vector<BodyPair> disabled = topology_.disabled_pairs;
+    find_filters();
+    const auto equal = [](const Body& a, const Body& b) {
+      return a.group == b.group && a.mask == b.mask && a.self_collision == b.self_collision;
+    };
+    return disabled != topology_.disabled_pairs ||
+           !std::equal(filters.begin(), filters.end(), topology_.bodies.begin(),
+                       topology_.bodies.end(), equal);
+  }
+  rebuild(bodies, journal);
+  return true;
+}
+
+void SoftScene::readmit(const btAlignedObjectArray<btSoftBody*>& bodies) {
+  if (refused_.empty()) return;
+  std::vector<const btSoftBody*> still;
+  for (int i = 0; i < bodies.size(); ++i) {
+    if (is_refused(bodies[i]) && !is_finite(*bodies[i])) still.push_back(bodies[i]);
+  }
+  refused_ = still;
+}
+
+bool SoftScene::is_refused(const btSoftBody* body) const {
+  return std::find(refused_.begin(), refused_.end(), body) != refused_.end();
+}
+
+bool SoftScene::takes(const btSoftBody* body) const {
+  const bool has_matter = body->m_faces.size() > 0 || body->m_links.size() > 0;
+  return has_matter && !body->m_reducedModel && !is_refused(body);
+}
+
+std::int32_t SoftScene::vertex_of(const BodyRecord& record, int node) const {
+  const auto first = node_.begin() + record.first_vertex;
+  const auto last = first + record.vertex_count;
+  const auto found = std::lower_bound(first, last, node);
+  if (found == last || *found != node) return -1;
+  return static_cast<std::int32_t>(found - node_.begin());
+}
+
+void SoftScene::rebuild(const btAlignedObjectArray<btSoftBody*>& bodies, Journal& journal) {
+  valid_ = false;
+  stamps_.clear();
+  bodies_.clear();
+  topology_ = SceneTopology();
+  node_.clear();
+  face_.clear();
+  for (int i = 0; i < bodies.size(); ++i) {
+    stamps_.push_back(stamp(bodies[i]));
+    if (bodies[i]->m_reducedModel) {
+      journal.say("reduced " + std::to_string(i),
+                  "soft body " + std::to_string(i) +
+                      " is a reduced deformable, which is not supported: it is left out of "
+                      "collision detection");
+    } else if (!is_refused(bodies[i])) {
+      add_body(bodies[i], i, journal);
+    }
+  }
+  find_filters();
+  valid_ = true;
+}
+
+void SoftScene::add_body(btSoftBody* body, int world_index, Journal& journal) {
+  const FaceList list = read_faces(*body);
+  const std::vector<Edge> edges = read_edges(*body, list.faces);
+  const int bad = list.foreign + list.degenerate + list.duplicate;
+  if (bad) {
+    const std::string name = "soft body " + std::to_string(world_index);
+    journal.say("faces " + std::to_string(world_index) + " " + std::to_string(bad),
+                name + ": left out " + std::to_string(list.degenerate) +
+                    " faces that name a node twice, " + std::to_string(list.duplicate) +
+                    " that repeat another face, " + std::to_string(list.foreign) +
+                    " that name a node of another body");
+  }
+  if (list.faces.empty() && edges.empty()) return;
+
+  std::vector<std::int32_t> vertex_of_node(body->m_nodes.size(), -1);
+  for (const Face& face : list.faces) {
+    for (const std::int32_t node : face) vertex_of_node[node] = 0;
+  }
+  for (const Edge& edge : edges) vertex_of_node[edge[0]] = vertex_of_node[edge[1]] = 0;
+
+  BodyRecord record;
+  record.body = body;
+  record.world_index = world_index;
+  record.first_vertex = vertex_count();
+  record.margin = margin_of(*body);
+  if (record.margin != body->getCollisionShape()->getMargin())
+    journal.say("margin " + std::to_string(world_index),
+                "soft body " + std::to_string(world_index) +
+                    ": the collision margin is not finite, and counts as zero");
+  record.responds = body->hasContactResponse();
+  const std::int32_t index = static_cast<std::int32_t>(bodies_.size());
+  for (std::size_t node = 0; node < vertex_of_node.size(); ++node) {
+    if (vertex_of_node[node] < 0) continue;
+    vertex_of_node[node] = vertex_count();
+    node_.push_back(static_cast<int>(node));
+    topology_.body_of_vertex.push_back(index);
+    topology_.inverse_mass.push_back(
+        static_cast<float>(body->m_nodes[static_cast<int>(node)].m_im));
+  }
+  record.vertex_count = vertex_count() - record.first_vertex;
+  for (Face face : list.faces) {
+    for (std::int32_t& corner : face) corner = vertex_of_node[corner];
+    topology_.faces.push_back(face);
+  }
+  face_.insert(face_.end(), list.index.begin(), list.index.end());
+  for (const Edge& edge : edges) {
+    topology_.edges.push_back({vertex_of_node[edge[0]], vertex_of_node[edge[1]]});
+  }
+  bodies_.push_back(record);
+}
+
+void SoftScene::find_filters() {
+  topology_.bodies.clear();
+  topology_.disabled_pairs.clear();
+  const bool filtered_by_application =
+      std::any_of(bodies_.begin(), bodies_.end(),
+                  [](const BodyRecord& b) { return overlap_filter(*b.body) != nullptr; });
+  bool any_rule = filtered_by_application;
+  for (const BodyRecord& record : bodies_) {
+    Body filter;
+    const btBroadphaseProxy* proxy = record.body->getBroadphaseHandle();
+    if (proxy && !filtered_by_application) {
+      filter.group = static_cast<std::uint32_t>(proxy->m_collisionFilterGroup);
+      filter.mask = static_cast<std::uint32_t>(proxy->m_collisionFilterMask);
+    }
+    filter.self_collision = record.body->useSelfCollision();
+    topology_.bodies.push_back(filter);
+    any_rule = any_rule || has_pair_rules(*record.body);
+  }
+  if (!any_rule) return;
+  for (std::size_t a = 0; a < bodies_.size(); ++a) {
+    for (std::size_t b = a + 1; b < bodies_.size(); ++b) {
+      if (!may_collide(*bodies_[a].body, *bodies_[b].body)) {
+        topology_.disabled_pairs.push_back(
+            {static_cast<std::int32_t>(a), static_cast<std::int32_t>(b)});
+      }
+    }
+  }
+}
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet

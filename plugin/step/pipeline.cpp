@@ -1,0 +1,305 @@
+#include "step/pipeline.h"
+
+#include <BulletDynamics/Dynamics/btRigidBody.h>
+
+#include <algorithm>
+#include <exception>
+
+#include "scene/collision_filters.h"
+#include "untangling/intersections.h"
+#include "report/step_contacts.h"
+#include "util/stopwatch.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+
+Pipeline::Pipeline(const CheckedOptions& checked, Friction friction)
+    : options_(checked.options),
+      friction_(friction),
+      journal_(options_.on_message),
+      reader_(options_, journal_, [this](const StepReader::Visit& visit) { pass(visit); }),
+      detector_(options_.detector, reader_.scene(), reader_.topology(), reader_.motion(),
+                [this](std::int32_t a, std::int32_t b) { return surface(a, b); },
+                options_.recovery),
+      response_(options_, [this](std::int32_t a, std::int32_t b) { return surface(a, b); }) {
+  for (const std::string& line : checked.lines) journal_.say(line, line);
+}
+
+PairSurface Pipeline::surface(std::int32_t body_a, std::int32_t body_b) const {
+  const StepTopology::BodyRecord& a = topology().bodies()[body_a];
+  const StepTopology::BodyRecord& b = topology().bodies()[body_b];
+  PairSurface surface;
+  surface.thickness = std::max(reader_.resolution(),
+                               options_.thickness >= 0 ? options_.thickness : a.margin + b.margin);
+  const auto coefficient = [](const StepTopology::BodyRecord& body) {
+    return static_cast<double>(body.soft ? body.soft->m_cfg.kDF : body.object->getFriction());
+  };
+  // Between soft and rigid bodies Bullet multiplies in both worlds.
+  const double fa = coefficient(a), fb = coefficient(b);
+  surface.friction = !options_.friction ? 0 : a.soft && b.soft ? friction_(fa, fb) : fa * fb;
+  return surface;
+}
+
+bool Pipeline::queue_pair(const btSoftBody* a, const btSoftBody* b) noexcept {
+  if (!works_ || is_cluster_pair(*a, *b) || !scene().takes(a) || !scene().takes(b)) return false;
+  ++queued_;
+  return true;
+}
+
+bool Pipeline::takes(const btSoftBody* body, const btCollisionObject* rigid) const noexcept {
+  return options_.rigid_obstacles && options_.rigid_contacts && works_ && scene().takes(body) &&
+         Obstacles::meets_obstacles(*body) && Obstacles::is_whole(*rigid) &&
+         body->m_tetras.size() == 0;  // the nodes inside of a volume have no surface
+}
+
+void Pipeline::begin_step(const Bodies& bodies) noexcept { reader_.begin_step(bodies); }
+
+void Pipeline::foresee() noexcept try {
+  detector_.foresee();
+} catch (const std::exception&) {  // what is wrong, the next step's own detection says
+}
+
+bool Pipeline::run(const Bodies& bodies, double seconds, const Fill& fill) noexcept {
+  step_ = StepStats();
+  step_.steps = 1;
+  step_.queued_pairs = queued_;
+  queued_ = 0;
+  contacts_.clear();
+  responded_ = false;
+  try {
+    const Stopwatch reading;
+    gather(bodies, seconds, fill);
+    step_.ms_gather = reading.ms();
+    if (scene().vertex_count() > 0) {
+      const Stopwatch answering;
+      const auto touching = [this](const Positions& x0, const Positions& x1) {
+        return without_untangling(detector_.touching(x0, x1));
+      };
+      untangle();
+      const StepStats before = step_;
+      do {
+        step_ = before;
+        detector_.begin_motion();
+        const NearProspects near = find_near();
+        responded_ = detector_.found_any() || untangling_.pushes();
+        if (responded_) {
+          response_.run(near, touching, reader_.motion(), step_);
+        } else {
+          response_.forget();
+        }
+      } while (read_where_pushed());
+      detector_.find_silent();
+      step_.unresolved += detector_.count_passed_over();
+      if (step_.unresolved > 0) {
+        journal_.say(
+            "unresolved",
+            "a kinematic body passed over pinned nodes, or something as fixed as these; the "
+            "contacts are counted as unresolved");
+      }
+      leave_stopped_obstacles();
+      collect_contacts();
+      reader_.remember_ends();
+      detector_.end_step(responded_);
+      detector_.add_to(step_);
+      step_.ms_response = answering.ms() - step_.ms_detect;
+    }
+    works_ = true;
+  } catch (const std::exception& error) {
+    give_up(error.what());
+  } catch (...) {  // an application's filter may throw anything
+    give_up("something that is no std::exception was thrown");
+  }
+  total_ += step_;
+  return works_;
+}
+
+// Bullet's nodes lie far apart in memory, so that one thread waits most of the time.
+void Pipeline::pass(const StepReader::Visit& visit) {
+  constexpr std::size_t grain = 2048;  // vertices: longer than waking a thread
+  detector_.parallel_for(static_cast<std::size_t>(scene().vertex_count()), grain,
+                         [&](std::size_t first, std::size_t last) {
+                           scene().for_each_body(static_cast<std::int32_t>(first),
+                                                 static_cast<std::int32_t>(last), visit);
+                         });
+}
+
+void Pipeline::write(const StepReader::Visit& visit) {
+  const Stopwatch watch;
+  pass(visit);
+  const double ms = watch.ms();
+  step_.ms_write += ms;
+  total_.ms_write += ms;
+}
+
+void Pipeline::give_up(const std::string& why) {
+  works_ = false;
+  reader_.forget_scene();
+  reader_.forget_ends();
+  response_.forget();
+  contacts_.clear();
+  step_.missed_steps = 1;
+  journal_.say(why, "the step goes on without LazyCCD: " + why);
+}
+
+void Pipeline::gather(const Bodies& bodies, double seconds, const Fill& fill) {
+  const StepReader::Changes changes = reader_.read(bodies, seconds, fill);
+  if (scene().vertex_count() == 0) return;
+  try {
+    if (changes.topology || detector_.would_change(largest_thickness())) set_topology();
+    if (changes.start) report_piercings();
+  } catch (...) {
+    reader_.forget_scene();
+    throw;
+  }
+}
+
+bool Pipeline::read_where_pushed() {
+  if (!responded_ || !reader_.read_where_pushed()) return false;
+  set_topology();
+  if (untangling_.pushes())
+    untangling_.read(find_piercings(), topology().topology(), detector_.edges(), motion());
+  return true;
+}
+
+NearProspects Pipeline::find_near() {
+  if (!untangling_.pushes() && !reader_.may_meet(detector_.separation())) {
+    detector_.forget_near();
+    return {};
+  }
+  const NearProspects near = detector_.near();
+  for (std::size_t i = 0; untangling_.lets_any_pass() && i < near.contacts.size(); ++i) {
+    if (untangling_.lets_pass(near.contacts[i], motion())) near.prospects[i].gives_way = false;
+  }
+  return near;
+}
+
+void Pipeline::set_topology() {
+  response_.forget();
+  detector_.set_topology(largest_thickness());
+}
+
+Piercings Pipeline::find_piercings() const {
+  return bullet::find_piercings(
+      topology().topology(), detector_.edges(), motion().starts(),
+      [this](std::int32_t body) { return topology().bodies()[body].responds; },
+      [this](const Edge& edge, const Face& face) { return detector_.are_anchored(edge, face); });
+}
+
+void Pipeline::untangle() {
+  untangling_.skip_step();
+  if (!(options_.untangling_speed > 0) || !untangling_.goes_on()) return;
+  untangling_.begin_step(find_piercings(), topology().topology(), detector_.edges(), motion());
+  untangling_.push(options_.untangling_speed * motion().seconds, reader_.motion());
+}
+
+std::vector<Contact> Pipeline::without_untangling(std::vector<Contact> contacts) const {
+  contacts.erase(std::remove_if(contacts.begin(), contacts.end(),
+                                [this](const Contact& contact) {
+                                  return untangling_.lets_pass(contact, motion());
+                                }),
+                 contacts.end());
+  return contacts;
+}
+
+void Pipeline::report_piercings() {
+  const Piercings found = find_piercings();
+  step_.pierced_at_start = static_cast<std::int64_t>(found.pairs.size());
+  if (found.pairs.empty()) return;
+  untangling_.start();
+  const auto name = [this](std::int32_t body) {
+    return topology().bodies()[body].soft
+               ? "soft body " + std::to_string(scene().bodies()[body].world_index)
+               : std::string("a rigid body");
+  };
+  journal_.say("pierced " + name(found.first[0]) + name(found.first[1]),
+               "bodies intersect where a step begins: " + std::to_string(found.pairs.size()) +
+                   " edges stick in faces, the first of " + name(found.first[0]) + " in " +
+                   name(found.first[1]) +
+                   "; what is on the wrong side stays there, and no more comes to it" +
+                   (options_.untangling_speed > 0 ? ", but for what can be moved apart" : ""));
+}
+
+double Pipeline::largest_thickness() const {
+  return std::max(reader_.resolution(),
+                  options_.thickness >= 0 ? options_.thickness : topology().largest_margins());
+}
+
+void Pipeline::collect_contacts() {
+  static const std::vector<const ContactRow*> none;
+  contacts_ = step_contacts(responded_ ? response_.rows() : none, detector_.silent(), scene(),
+                            topology(), motion());
+  for (const StepContact& contact : contacts_) {
+    ++(contact.kind == ContactKind::vertex_face ? step_.contacts_vf : step_.contacts_ee);
+  }
+}
+
+void Pipeline::announce() noexcept try {
+  if (options_.on_contacts && !contacts_.empty()) options_.on_contacts(contacts_);
+} catch (const std::exception& error) {
+  journal_.say("on_contacts", std::string("on_contacts threw: ") + error.what());
+} catch (...) {
+  journal_.say("on_contacts", "on_contacts threw something that is no std::exception");
+}
+
+bool Pipeline::is_moved(std::int32_t vertex) const {
+  return responded_ &&
+         (untangling_.is_pushed(vertex) || !motion().velocity_change[vertex].isZero(0) ||
+          motion().solved[vertex] != motion().predicted[vertex] ||
+          !motion().opening[vertex].isZero(0));
+}
+
+void Pipeline::wake_moved() const {
+  for (const SoftScene::BodyRecord& record : scene().bodies()) {
+    if (record.body->isActive()) continue;
+    for (std::int32_t v = 0; v < record.vertex_count; ++v) {
+      if (!is_moved(record.first_vertex + v)) continue;
+      record.body->activate(true);
+      break;
+    }
+  }
+}
+
+void Pipeline::leave_stopped_obstacles() {
+  if (!responded_) return;
+  for (const StepTopology::BodyRecord& body : topology().bodies()) {
+    if (body.soft || body.dynamic) continue;
+    const RigidMotion& rigid = motion().rigid_of(body_index(body));
+    if (rigid.end == rigid.predicted) continue;
+    reader_.leave_behind(*body.object);
+    journal_.say("caught",
+                 "something was caught between bodies of infinite mass that close in on each "
+                 "other; it stays where it was, and a body that goes on overlaps it until there is "
+                 "room");
+  }
+}
+
+std::int32_t Pipeline::body_index(const StepTopology::BodyRecord& body) const {
+  return static_cast<std::int32_t>(&body - topology().bodies().data());
+}
+
+void Pipeline::write_rigid_bodies() const {
+  if (!responded_) return;
+  for (const StepTopology::BodyRecord& record : topology().bodies()) {
+    if (record.soft) continue;
+    const RigidMotion& rigid = motion().rigid_of(body_index(record));
+    const bool changed = !rigid.velocity_change.isZero(0) || !rigid.spin_change.isZero(0) ||
+                         !(rigid.end == rigid.predicted);
+    if (!rigid.is_dynamic() || !changed) continue;
+    btRigidBody* body = btRigidBody::upcast(record.object);
+    body->setCenterOfMassTransform(rigid.end);
+    body->setLinearVelocity(body->getLinearVelocity() + to_bullet(rigid.velocity_change));
+    body->setAngularVelocity(body->getAngularVelocity() + to_bullet(rigid.spin_change));
+    body->activate(true);
+  }
+}
+
+std::string Pipeline::status() const {
+  std::string text = "LazyCCD: " + detector_.status() + ", " +
+                     std::to_string(scene().bodies().size()) + " soft bodies, " +
+                     std::to_string(total_.steps) + " steps, " +
+                     std::to_string(total_.last_resorts) + " nodes held as the last resort\n";
+  return text + journal_.text();
+}
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet

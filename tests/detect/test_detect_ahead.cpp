@@ -1,0 +1,385 @@
+// A detection that began before the end of its step was known, against one that did not.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <random>
+#include <vector>
+
+#include "cpu/narrow/contact_sort.h"
+#include "lazyccd/detector.h"
+#include "lazyccd/error.h"
+#include "support/catch.h"
+#include "support/sheets_ahead.h"
+#include "support/moving_triangles.h"
+#include "support/same_contacts.h"
+
+using namespace lazyccd;
+using namespace lazyccd::test;
+
+namespace {
+
+constexpr Expectation expectations[] = {Expectation::exact,       Expectation::within,
+                                        Expectation::within,      Expectation::beyond,
+                                        Expectation::other_start, Expectation::none};
+
+// Steps of all sorts; how many were foreseen.
+int compare_steps(const Options& options, int steps, int nodes, bool as_bodies = false) {
+  Both both(options);
+  Sheets sheets(nodes);
+  Topology topology = sheets.scene.topology();
+  // In part pinned; next to each other in a sheet a little is near enough.
+  const std::vector<std::int32_t> bodies = body_of_each(sheets.scene, 3);
+  std::vector<float> inverse_mass(bodies.size(), 1.0f), self_reach(bodies.size(), 0.01f);
+  std::fill_n(inverse_mass.begin(), bodies.size() / 5, 0.0f);
+  if (as_bodies) {
+    topology.body_of_vertex = bodies;
+    topology.inverse_mass = inverse_mass;
+    topology.self_reach = self_reach;
+  }
+  both.set_topology(topology);
+  int foreseen = 0;
+  for (int step = 0; step < steps; ++step) {
+    // Of each sort, some that go on from each other.
+    const Expectation expectation = expectations[step / 2 % std::size(expectations)];
+    sheets.move(expectation);
+    if (expectation != Expectation::none) {
+      both.with.foresee(sheets.scene.at(sheets.expected_start),
+                        sheets.scene.at(sheets.expected_end), Sheets::tolerance);
+      if (options.threads > 1 && step % 3 != 1) let_it_finish(both.with);
+    }
+    CAPTURE(step, static_cast<int>(expectation));
+    const bool is_foreseen = both.compare(sheets.scene).foreseen;
+    foreseen += is_foreseen;
+    if (expectation != Expectation::exact && expectation != Expectation::within)
+      CHECK(!is_foreseen);
+  }
+  return foreseen;
+}
+
+}  // namespace
+
+TEST_CASE("a detection that was foreseen, or not, or not so, finds what it finds anyway") {
+  const Strategy strategy = GENERATE(from_range(std::begin(kStrategies), std::end(kStrategies)));
+  const int threads = GENERATE(1, 2, 4);
+  const FrontUse front = GENERATE(FrontUse::off, FrontUse::on);
+  CAPTURE(name(strategy), threads, front == FrontUse::on);
+  Options options = with_separation(Sheets::separation, threads);
+  options.strategy = strategy;
+  options.front = front;
+  options.distinct = true;
+  const int foreseen = compare_steps(options, 48, 9, threads == 2);
+  // Rounds of static lists wait for all threads.
+  CHECK((foreseen > 0) == (threads > 1 && strategy != Strategy::static_list));
+}
+
+TEST_CASE("a detection is foreseen with all that can be chosen") {
+  Options options = with_separation(Sheets::separation, 2);
+  SECTION("bounding volumes") {
+    options.volume = GENERATE(Volume::dop18, Volume::oriented_box);
+    CHECK(compare_steps(options, 24, 9, true) == 0);  // they have no room for a tolerance
+  }
+  SECTION("culling") {
+    options.culling = {true, true, true};
+    CHECK(compare_steps(options, 48, 9) > 0);
+  }
+  SECTION("a new tree every step") {
+    options.rebuild_every_step = true;
+    CHECK(compare_steps(options, 24, 9) > 0);
+  }
+  SECTION("a new tree now and then") {
+    options.rebuild_ratio = 1e-9;
+    options.front = FrontUse::on;
+    CHECK(compare_steps(options, 24, 9) > 0);
+  }
+  SECTION("double precision alone") {
+    options.arithmetic = Arithmetic::double_only;
+    options.distinct = GENERATE(false, true);
+    CHECK(compare_steps(options, 24, 7) > 0);
+  }
+  SECTION("one kind of test") {
+    (GENERATE(false, true) ? options.vertex_face : options.edge_edge) = false;
+    options.distinct = GENERATE(false, true);
+    CHECK(compare_steps(options, 48, 9) > 0);
+  }
+  SECTION("more sheets than a thread does alone") { CHECK(compare_steps(options, 12, 40) > 0); }
+}
+
+TEST_CASE("which way a contact faces that begins at no distance depends on where it ends") {
+  MovingTriangles scene;
+  scene.faces = {{0, 1, 2}, {3, 4, 5}};
+  scene.start = {0, 0, 0, 1, 0, 0, 0, 0, 1, 0.25, 0, 0.25, 0.25, 1, 0.25, 0.25, 1, 0.5};
+  scene.end = scene.start;
+  const std::vector<double> expected = scene.end;
+  Both both(with_separation(0.125, 2));
+  both.set_topology(scene.topology());
+  for (const double moves : {0.015625, -0.015625}) {
+    scene.end[3 * 3 + 1] = moves;
+    both.with.foresee(scene.at(scene.start), scene.at(expected), 0.03125);
+    let_it_finish(both.with);
+    CHECK(both.compare(scene).foreseen);
+  }
+}
+
+TEST_CASE("of a normal no part has a sign that depends on where the step ends") {
+  MovingTriangles scene;
+  scene.faces = {{0, 1, 2}, {3, 4, 5}};
+  scene.start = {0, 0, 0, 1, 0, 0, 0, 0, 1, -0.0, 0.0625, 0, -1, 1, 0, -1, 1, -1};
+  scene.end = scene.start;
+  std::vector<double> expected = scene.end;
+  Both both(with_separation(0.125, 2));
+  both.set_topology(scene.topology());
+  for (const double moves : {0.015625, -0.015625}) {
+    expected[3 * 3] = moves;
+    scene.end[3 * 3] = -moves;
+    both.with.foresee(scene.at(scene.start), scene.at(expected), 0.0625);
+    let_it_finish(both.with);
+    CHECK(both.compare(scene).foreseen);
+  }
+}
+
+TEST_CASE("what comes nearer than was expected is found whatever bounds it") {
+  Options options = with_separation(0.022, 2);
+  options.volume = GENERATE(Volume::box, Volume::dop18, Volume::oriented_box);
+  options.edge_edge = GENERATE(false, true);
+  // Sheets that lie askew, so that boxes along the axes overlap.
+  MovingTriangles scene = layers(2, 7, 0.04);
+  for (std::size_t i = 0; i < scene.start.size(); i += 3) {
+    const double x = scene.start[i], y = scene.start[i + 1], root = std::sqrt(0.5);
+    scene.start[i] = root * (x - y);
+    scene.start[i + 1] = root * (x + y);
+  }
+  const auto come = [&](double gap) {
+    std::vector<double> end = scene.start;
+    for (std::size_t i = end.size() / 2; i < end.size(); ++i)
+      if (i % 3 != 2) end[i] += (i % 3 == 0 ? 1 : -1) * std::sqrt(0.5) * (0.04 - gap);
+    return end;
+  };
+  const std::vector<double> expected = come(0.03);
+  scene.end = come(0.0215);
+  Both both(options);
+  Topology topology = scene.topology();
+  const std::vector<std::int32_t> bodies = body_of_each(scene, 2);
+  topology.body_of_vertex = bodies;
+  both.set_topology(topology);
+  both.with.foresee(scene.at(scene.start), scene.at(expected), 0.01);
+  let_it_finish(both.with);
+  both.compare(scene);
+  CHECK(both.without.detect(scene.at(scene.start), scene.at(scene.end)).size() > 50);
+}
+
+TEST_CASE("what was expected is compared in scenes of any size") {
+  const double unit = GENERATE(1e-300, 1e-170, 1e-30, 1, 1e30, 1e150, 1e290);
+  const double off = GENERATE(0.5, 2.0);
+  CAPTURE(unit, off);
+  constexpr double separation = 0.022, tolerance = 0.01;
+  MovingTriangles scene = layers(2, 7, 0.04);
+  for (double& x : scene.start) x *= unit;
+  scene.end = scene.start;
+  Both both(with_separation(separation * unit, 2));
+  both.set_topology(scene.topology());
+  both.compare(scene);
+  // The sheets come near each other, by more than is expected.
+  const std::vector<double> expected = scene.end;
+  for (std::size_t i = scene.end.size() / 2; i < scene.end.size(); ++i)
+    if (i % 3 == 1) scene.end[i] -= off * tolerance * unit;
+  both.with.foresee(scene.at(scene.start), scene.at(expected), tolerance * unit);
+  let_it_finish(both.with);
+  CHECK(both.compare(scene).foreseen == (off < 1));
+  // One flies off.
+  scene.end.back() += 1e6 * unit;
+  both.with.foresee(scene.at(scene.start), scene.at(expected), tolerance * unit);
+  let_it_finish(both.with);
+  CHECK(!both.compare(scene).foreseen);
+}
+
+TEST_CASE("what was expected to be of another size is done anew") {
+  MovingTriangles scene = layers(2, 6, 0.02);
+  // A power of two along x, or a little less.
+  double least = 1;
+  for (std::size_t i = 0; i < scene.start.size(); i += 3) least = std::min(least, scene.start[i]);
+  const std::size_t farthest = scene.start.size() - 3;
+  scene.start[farthest] = least + 1 - 1e-3;
+  scene.end = scene.start;
+  const std::vector<double> expected = scene.end;
+  scene.end[farthest] += 2e-3;
+  Both both(with_separation(0.022, 2));
+  both.set_topology(scene.topology());
+  both.with.foresee(scene.at(scene.start), scene.at(expected), 0.01);
+  let_it_finish(both.with);
+  CHECK(!both.compare(scene).foreseen);
+}
+
+TEST_CASE(
+    "candidates of earlier steps serve what is foreseen, and are found though it never comes") {
+  const bool comes = GENERATE(false, true);
+  Both both(with_separation(0.022, 2));
+  MovingTriangles scene = layers(3, 9, 0.02);
+  both.set_topology(scene.topology());
+  int foreseen = 0, listed = 0;
+  for (int step = 0; step < 24; ++step) {
+    scene.start = scene.end;
+    for (std::size_t i = 0; i < scene.end.size(); ++i) scene.end[i] += 1e-5 * (i % 7);
+    std::vector<double> expected = scene.end;
+    if (!comes) expected[step] += 0.01;
+    both.with.foresee(scene.at(scene.start), scene.at(expected), 1e-3);
+    let_it_finish(both.with);
+    const Stats stats = both.compare(scene);
+    foreseen += stats.foreseen;
+    listed += stats.tree_tests == 0;
+  }
+  CHECK(foreseen == (comes ? 24 : 0));
+  CHECK(listed > 10);
+}
+
+TEST_CASE("candidates of earlier steps serve though they come nearer than was expected") {
+  Both both(with_separation(0.022, 2));
+  MovingTriangles scene = layers(2, 7, 0.029);
+  both.set_topology(scene.topology());
+  for (int step = 0; step < 12; ++step) {
+    scene.start = scene.end;
+    for (std::size_t i = 0; i < scene.end.size(); ++i) scene.end[i] += 1e-6 * (i % 7);
+    both.compare(scene);
+  }
+  scene.start = scene.end;
+  const std::vector<double> expected = scene.end;
+  for (std::size_t i = scene.end.size() / 2; i < scene.end.size(); ++i)
+    if (i % 3 == 1) scene.end[i] -= 0.0075;
+  both.with.foresee(scene.at(scene.start), scene.at(expected), 0.009);
+  let_it_finish(both.with);
+  const Stats stats = both.compare(scene);
+  CHECK(stats.foreseen);
+  CHECK(stats.tree_tests == 0);
+  CHECK(both.without.detect(scene.at(scene.start), scene.at(scene.end)).size() > 50);
+}
+
+TEST_CASE("what is foreseen may be given up, exchanged and wrong") {
+  const bool is_done = GENERATE(false, true);
+  Both both(with_separation(Sheets::separation, 2));
+  Sheets sheets(9);
+  both.set_topology(sheets.scene.topology());
+  Detector& detector = both.with;
+  const auto start = [&] { return sheets.scene.at(sheets.scene.start); };
+  const auto end = [&] { return sheets.scene.at(sheets.scene.end); };
+  const auto foresee = [&] {
+    detector.foresee(sheets.scene.at(sheets.expected_start), sheets.scene.at(sheets.expected_end),
+                     Sheets::tolerance);
+    if (is_done) let_it_finish(detector);
+  };
+  const auto next = [&] { sheets.move(Expectation::within); };
+  const auto throws = [&](ErrorCode code, const auto& call) {
+    try {
+      call();
+      FAIL("nothing was thrown");
+    } catch (const Error& error) {
+      CHECK(error.code() == code);
+    }
+  };
+  next();
+  foresee();
+  SECTION("by what is foreseen next") {
+    for (int i = 0; i < 4; ++i) {
+      next();
+      foresee();
+    }
+  }
+  SECTION("by the same again") {
+    both.compare(sheets.scene);
+    foresee();
+    foresee();
+  }
+  SECTION("by another topology") {
+    sheets.scene.faces.pop_back();
+    both.set_topology(sheets.scene.topology());
+    CHECK(detector.touching_again(start(), end()).size() == 0);
+    foresee();
+  }
+  SECTION("by a topology that is refused") {
+    Topology bad = sheets.scene.topology();
+    bad.vertex_count = 2;
+    CHECK_THROWS_AS(detector.set_topology(bad), Error);
+  }
+  SECTION("by another detector in its place") {
+    Detector other(with_separation(Sheets::separation, 2));
+    other.set_topology(sheets.scene.topology());
+    detector = std::move(other);
+    foresee();
+  }
+  SECTION("with the detector") {
+    Detector other(with_separation(Sheets::separation, 2));
+    other.set_topology(sheets.scene.topology());
+    other.foresee(start(), end(), 0);
+  }
+  SECTION("while others want pieces of their own") {
+    std::vector<int> calls(5000);  // plain: the pieces are disjoint
+    detector.parallel_for(calls.size(), 7, [&](std::size_t first, std::size_t last) {
+      for (std::size_t i = first; i < last; ++i) ++calls[i];
+    });
+    CHECK(calls == std::vector<int>(5000, 1));
+  }
+  SECTION("before what touches is asked for") {
+    throws(ErrorCode::invalid_argument, [&] { detector.touching_again(start(), end()); });
+  }
+  SECTION("by positions that are none") {
+    std::vector<double> bad = sheets.scene.end;
+    bad[bad.size() / 2] =
+        GENERATE(std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity());
+    throws(ErrorCode::non_finite_position, [&] { detector.detect(start(), sheets.scene.at(bad)); });
+    throws(ErrorCode::invalid_argument, [&] { detector.touching_again(start(), end()); });
+    both.compare(sheets.scene);
+    foresee();
+  }
+  SECTION("by too few positions") {
+    const Positions few(sheets.scene.end.data(), 3);
+    throws(ErrorCode::size_mismatch, [&] { detector.detect(start(), few); });
+    throws(ErrorCode::size_mismatch, [&] { detector.detect(few, few); });
+  }
+  SECTION("of positions that are none") {
+    sheets.expected_end[7] = std::numeric_limits<double>::quiet_NaN();
+    foresee();
+    CHECK(!both.compare(sheets.scene).foreseen);
+    next();
+    foresee();
+  }
+  SECTION("of too few positions, or too many") {
+    std::vector<double> many = sheets.scene.end;
+    many.resize(many.size() + 3);
+    detector.foresee(start(), {many.data(), many.size() / 3}, 0.001);
+    if (is_done) let_it_finish(detector);
+    CHECK(!both.compare(sheets.scene).foreseen);
+    detector.foresee({many.data(), 1}, {many.data(), 1}, 0.001);
+  }
+  SECTION("for a tolerance that is none") {
+    for (const double tolerance : {-1.0, std::numeric_limits<double>::quiet_NaN(),
+                                   std::numeric_limits<double>::infinity(), 1e300}) {
+      detector.foresee(start(), end(), tolerance);
+      if (is_done) let_it_finish(detector);
+      CHECK(!both.compare(sheets.scene).foreseen);
+    }
+    detector.foresee(start(), end(), 0);
+    if (is_done) let_it_finish(detector);
+    CHECK((both.compare(sheets.scene).foreseen || !is_done));
+  }
+  both.compare(sheets.scene);
+  next();
+  foresee();
+  both.compare(sheets.scene);
+}
+
+TEST_CASE("sorted contacts come among others in their order") {
+  std::mt19937 random(4);
+  for (int round = 0; round < 200; ++round) {
+    const int count = round < 100 ? static_cast<int>(random() % 4) : 50;
+    const unsigned share = random() % 4;  // one in so many is added
+    std::vector<Contact> all, sorted, more;
+    for (int i = 0; i < count; ++i) {
+      Contact contact{};
+      contact.body_a = i / 10;
+      contact.primitive_b = i % 10;
+      contact.toi = i;
+      all.push_back(contact);
+      (random() % (share + 1) == 0 ? more : sorted).push_back(contact);
+    }
+    merge(more, sorted);
+    CHECK(same_contacts(sorted, all));
+  }
+}

@@ -1,0 +1,57 @@
+// Near pairs that bind the same points are answered once.
+#include "detection/contact_reduction.h"
+#include "plugin/support/contacts.h"
+#include "support/catch.h"
+
+using namespace lazyccd;
+using namespace lazyccd::bullet;
+using lazyccd::test::contact;
+
+namespace {
+
+std::vector<Contact> kept(const std::vector<Contact>& contacts, const std::vector<double>& gaps) {
+  std::vector<Bond> bonds(contacts.size());
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    bind(contacts[i], bonds[i].binding);
+    bonds[i].gap = gaps[i];
+  }
+  std::vector<Contact> kept;
+  DistinctContacts().keep(bonds);
+  for (std::size_t i = 0; i < contacts.size(); ++i)
+    if (bonds[i].binding.kind != Binding::none) kept.push_back(contacts[i]);
+  return kept;
+}
+
+}  // namespace
+
+TEST_CASE("of pairs that bind nearly the same points the nearest is kept") {
+  constexpr ContactKind vf = ContactKind::vertex_face, ee = ContactKind::edge_edge;
+  const Contact corner = contact(vf, {7, 1, 2, 3}, 0, 0);      // 7 above 1
+  const Contact other_face = contact(vf, {7, 4, 1, 3}, 1, 0);  // the same, of another face
+  Contact ends = contact(ee, {1, 2, 8, 7}, 0, 1);              // the same, of two edges, turned
+  ends.normal = {0, -1, 0};
+  const Contact inside = contact(vf, {7, 1, 2, 3}, 0.25f, 0.25f);  // another point of the face
+  const Contact edges = contact(ee, {1, 2, 8, 7}, 0.5f, 1);        // 7 above the middle of an edge
+  const Contact beside = contact(vf, {7, 1, 2, 3}, 0.01f, 0.01f);  // nearly above 1
+  Contact aslant = corner;
+  aslant.normal = {0.8f, 0.6f, 0};
+
+  const std::vector<Contact> all = {corner, other_face, ends, inside, edges, beside, aslant};
+  const std::vector<Contact> first = kept(all, {1, 1, 1, 1, 1, 1, 1});
+  REQUIRE(first.size() == 4);
+  CHECK(first[0].vertices == corner.vertices);
+  CHECK(first[1].u == inside.u);
+  CHECK(first[2].kind == ee);
+  CHECK(first[3].normal == aslant.normal);
+
+  const std::vector<Contact> last = kept(all, {1, 1, 1, 1, 1, 0.9, 1});
+  REQUIRE(last.size() == 4);
+  CHECK(last[0].u == inside.u);
+  CHECK(last[2].u == beside.u);
+
+  const std::vector<Contact> nearer = kept(all, {0.9, 0.8, 0.7, 1, 1, 0.9, 1});
+  REQUIRE(nearer.size() == 4);
+  CHECK(nearer[0].kind == ee);
+
+  CHECK(kept({}, {}).empty());
+}

@@ -1,0 +1,109 @@
+// What the kernels say of contacts is what their rows say.
+#include "detection/speculative_kernels.h"
+
+#include <algorithm>
+#include <cstring>
+#include <random>
+#include <vector>
+
+#include "contact/contact_row.h"
+#include "support/catch.h"
+
+using namespace lazyccd;
+using namespace lazyccd::bullet;
+
+namespace {
+
+// Vertices that are free, that nothing moves, and those of a static rigid body.
+Motion random_motion(std::mt19937& random) {
+  constexpr std::size_t soft = 40, all = 50;
+  std::uniform_real_distribution<double> within(-1, 1);
+  Motion motion;
+  motion.start.resize(3 * all);
+  motion.end.resize(3 * all);
+  for (btScalar& x : motion.start) x = static_cast<btScalar>(within(random));
+  for (btScalar& x : motion.end) x = static_cast<btScalar>(within(random));
+  for (std::size_t v = 0; v < soft; ++v) {
+    motion.inverse_mass.push_back(v % 5 == 0 ? 0 : 1 + within(random));
+    motion.reach.push_back(0.2 * (1 + within(random)));
+  }
+  RigidMotion body;
+  body.inverse_mass.setZero();
+  body.inverse_inertia.setZero();
+  motion.rigid.push_back(body);
+  motion.rigid_of_body = {-1, -1, 0};
+  return motion;
+}
+
+// Of bodies 0 and 1, soft, and 2, rigid; some with points at vertices and on edges.
+Contact random_contact(std::mt19937& random) {
+  const auto below = [&](int count) { return static_cast<int>(random() % unsigned(count)); };
+  Contact contact = {};
+  contact.kind = below(2) ? ContactKind::vertex_face : ContactKind::edge_edge;
+  contact.body_b = below(3);
+  const int first_of_b = contact.kind == ContactKind::vertex_face ? 1 : 2;
+  for (int i = 0; i < 4; ++i)
+    contact.vertices[i] = contact.body_b == 2 && i >= first_of_b ? 40 + below(10) : below(40);
+  constexpr float parts[] = {0, 0.25f, 0.3f, 0.5f};
+  contact.u = below(8) == 0 ? 1 : parts[below(4)];
+  contact.v = contact.u == 1 ? 0 : parts[below(4)];
+  Eigen::Vector3f normal(float(below(7)) - 3, float(below(7)) - 3, float(below(7)) + 1);
+  normal.normalize();
+  contact.normal = {normal[0], normal[1], normal[2]};
+  return contact;
+}
+
+Prospect by_row(const Contact& contact, double thickness, double recovery, const Motion& motion) {
+  ContactRow row;
+  make_row(contact, thickness, 0, recovery, motion, row);
+  Eigen::Vector3d move = Eigen::Vector3d::Zero();
+  for (int i = 0; i < 4; ++i) {
+    const std::int32_t v = contact.vertices[i];
+    move += row.weights[i] * (motion.end_of(v) - motion.start_of(v));
+  }
+  return prospect_of(row, move);
+}
+
+}  // namespace
+
+TEST_CASE("kernels of all instruction sets foretell what rows say, to the bit") {
+  constexpr double thickness = 0.3, recovery = 0.2;
+  std::mt19937 random(1);
+  for (int round = 0; round < 200; ++round) {
+    const Motion motion = random_motion(random);
+    const ProspectMotion<btScalar> of = {motion.start.data(),        motion.end.data(),
+                                         motion.inverse_mass.data(), motion.reach.data(),
+                                         motion.soft_count(),        recovery};
+    const int count = 1 + static_cast<int>(random() % ProspectLanes::count);
+    std::vector<Contact> contacts;
+    for (int i = 0; i < count; ++i) contacts.push_back(random_contact(random));
+    for (const char* isa : {"baseline", "avx2", "avx512"}) {
+      const ProspectKernels* const kernels = prospect_kernels(isa);
+      if (!kernels) continue;
+      CAPTURE(isa, round);
+      ProspectLanes lanes;
+      std::fill(std::begin(lanes.thickness), std::end(lanes.thickness), thickness);
+      kernels->find(of, contacts.data(), count, lanes);
+      for (int i = 0; i < count; ++i) {
+        const double own = thickness_of(contacts[i], motion, thickness);
+        const Prospect row = by_row(contacts[i], own, recovery, motion);
+        CHECK(lanes.thickness[i] == own);
+        CHECK(lanes.move_squared[i] == row.move_squared);
+        CHECK(lanes.need[i] == row.need);
+        CHECK(lanes.response[i] == row.response);
+        CHECK((lanes.gives_way[i] != 0) == row.gives_way);
+        CHECK((lanes.may_open[i] != 0) == row.may_open);
+        const auto gap = [&](const std::vector<btScalar>& places) {
+          const std::array<double, 4> weights = contacts[i].weights();
+          Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+          for (int k = 0; k < 4; ++k)
+            sum += weights[k] * Motion::read(places, contacts[i].vertices[k]);
+          return sum;
+        };
+        CHECK(lanes.gap_squared[i] == gap(motion.start).squaredNorm());
+        CHECK(lanes.gap_kept[i] == gap(motion.start).dot(gap(motion.end)));
+      }
+    }
+  }
+  CHECK(prospect_kernels("no such set") == nullptr);
+}

@@ -1,0 +1,599 @@
+// Bullet's own constraints with links in groups, and of several bodies at once: the same result.
+#include <BulletCollision/CollisionShapes/btBoxShape.h>
+#include <BulletDynamics/Dynamics/btRigidBody.h>
+
+#include <algorithm>
+#include <array>
+#include <cfenv>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <exception>
+#include <functional>
+#include <memory>
+#include <new>
+#include <random>
+#include <thread>
+#include <vector>
+
+#include "lazyccd/detector.h"
+#include "scenes/meshes/cloth.h"
+#include "links/soft_constraints.h"
+#include "support/catch.h"
+
+using namespace lazyccd;
+using scenes::Sheet;
+
+namespace {
+
+constexpr btScalar dt = btScalar(1) / 60;
+
+// A sheet that hangs by a corner and, with an anchor, by a rigid body.
+struct Hanging {
+  btSoftBodyWorldInfo info;
+  btBoxShape box{btVector3(btScalar(0.1), btScalar(0.1), btScalar(0.1))};
+  std::unique_ptr<btRigidBody> weight;
+  std::unique_ptr<btSoftBody> body;
+  std::vector<int> tags;
+
+  explicit Hanging(int nodes_z = 8) {
+    info.m_gravity = btVector3(0, -10, 0);
+    std::mt19937 random(7);
+    Sheet sheet{9, nodes_z, 1, 1};
+    sheet.jitter = 0.02;
+    body = scenes::make_sheet(info, sheet, random);
+    body->setMass(0, 0);
+    tags.resize(static_cast<std::size_t>(body->m_links.size()));
+    for (int i = 0; i < body->m_links.size(); ++i) body->m_links[i].m_tag = &tags[i];
+  }
+
+  void add_weight() {
+    btVector3 inertia;
+    box.calculateLocalInertia(1, inertia);
+    weight = std::make_unique<btRigidBody>(1, nullptr, &box, inertia);
+    weight->setWorldTransform(btTransform(btQuaternion::getIdentity(), body->m_nodes[70].m_x));
+  }
+
+  void add_anchor() {
+    add_weight();
+    body->appendAnchor(70, weight.get());
+  }
+
+  void add_contact(int node, const btRigidBody& with) {
+    btSoftBody::RContact contact{};
+    contact.m_cti.m_colObj = &with;
+    contact.m_cti.m_normal = btVector3(0, 1, 0);
+    contact.m_node = &body->m_nodes[node];
+    contact.m_cti.m_offset = btScalar(0.01) - contact.m_node->m_x.y();
+    contact.m_c0.setIdentity();
+    contact.m_c1 = btVector3(btScalar(0.1), 0, 0);
+    contact.m_c2 = dt;
+    contact.m_c3 = btScalar(0.5);
+    contact.m_c4 = 1;
+    body->m_rcontacts.push_back(contact);
+  }
+
+  // What applications know links by.
+  std::vector<std::array<std::ptrdiff_t, 3>> listed() const {
+    std::vector<std::array<std::ptrdiff_t, 3>> links;
+    for (int i = 0; i < body->m_links.size(); ++i) {
+      const btSoftBody::Link& link = body->m_links[i];
+      links.push_back({link.m_n[0] - &body->m_nodes[0], link.m_n[1] - &body->m_nodes[0],
+                       link.m_tag ? static_cast<const int*>(link.m_tag) - tags.data() : -1});
+    }
+    return links;
+  }
+
+  // To the bit.
+  std::vector<std::array<char, sizeof(btScalar)>> state() const {
+    std::vector<btScalar> all;
+    const auto add = [&](const btVector3& x) { all.insert(all.end(), {x.x(), x.y(), x.z()}); };
+    for (int i = 0; i < body->m_nodes.size(); ++i) {
+      add(body->m_nodes[i].m_x);
+      add(body->m_nodes[i].m_v);
+      add(body->m_nodes[i].m_q);
+    }
+    for (int i = 0; i < body->m_links.size(); ++i) {
+      const btSoftBody::Link& link = body->m_links[i];
+      add(link.m_c3);
+      all.insert(all.end(), {link.m_c0, link.m_c1, link.m_c2, link.m_rl});
+    }
+    if (weight) {
+      add(weight->getLinearVelocity());
+      add(weight->getAngularVelocity());
+    }
+    constexpr btScalar none = 1e30f;  // of what is no number there are many
+    std::replace_if(
+        all.begin(), all.end(), [](btScalar x) { return std::isnan(x); }, none);
+    std::vector<std::array<char, sizeof(btScalar)>> bytes(all.size());
+    std::memcpy(bytes.data(), all.data(), all.size() * sizeof(btScalar));
+    return bytes;
+  }
+};
+
+void on_caller(std::size_t count, std::size_t,
+               const std::function<void(std::size_t, std::size_t)>& body) {
+  body(0, count);
+}
+
+// Every piece on a thread of its own, all at once, which rounds as threads usually do.
+void on_own_threads(std::size_t count, std::size_t grain,
+                    const std::function<void(std::size_t, std::size_t)>& body) {
+  std::vector<std::exception_ptr> errors(count);
+  std::vector<std::thread> threads;
+  for (std::size_t first = 0; first < count; first += grain) {
+    threads.emplace_back([&, first] {
+      std::fesetround(FE_TONEAREST);
+      try {
+        body(first, std::min(first + grain, count));
+      } catch (...) {
+        errors[first] = std::current_exception();
+      }
+    });
+  }
+  for (std::thread& thread : threads) thread.join();
+  for (const std::exception_ptr& error : errors)
+    if (error) std::rethrow_exception(error);
+}
+
+// The same one twice: solved by Bullet, and in groups.
+struct Both {
+  Hanging bullets, grouped;
+  bullet::SoftConstraints constraints;
+
+  template <class Change>
+  void change(const Change& change) {
+    change(bullets);
+    change(grouped);
+  }
+
+  template <class AddContacts>
+  void step(const AddContacts& add_contacts) {
+    btAlignedObjectArray<btSoftBody*> bodies;
+    bodies.push_back(grouped.body.get());
+    change([&](Hanging& h) {
+      h.body->predictMotion(dt);
+      add_contacts(h);
+    });
+    const auto listed = grouped.listed();
+    bullets.body->solveConstraints();
+    constraints.solve(bodies, on_caller);
+    REQUIRE(grouped.state() == bullets.state());
+    REQUIRE(grouped.listed() == listed);
+  }
+  void step() {
+    step([](Hanging&) {});
+  }
+};
+
+// While it lives, Bullet is given memory so often, and no more.
+class Rationed {
+ public:
+  explicit Rationed(int times) {
+    left = times;
+    btAlignedAllocSetCustom(
+        [](std::size_t size) { return left-- > 0 ? std::malloc(size) : throw std::bad_alloc(); },
+        std::free);
+  }
+  ~Rationed() { btAlignedAllocSetCustom(nullptr, nullptr); }
+  Rationed(const Rationed&) = delete;
+  Rationed& operator=(const Rationed&) = delete;
+
+ private:
+  static inline int left = 0;
+};
+
+// Why the order of several may tell.
+enum class Tie { none, anchors, rigid_contacts, soft_contacts, links };
+
+// Several, by Bullet one after the other and by SoftConstraints.
+struct Several {
+  static constexpr int count = 5;
+  std::vector<std::unique_ptr<Hanging>> bullets, grouped;
+  bullet::SoftConstraints constraints;
+
+  Several() {
+    for (auto* bodies : {&bullets, &grouped}) {
+      for (int i = 0; i < count; ++i) {
+        bodies->push_back(std::make_unique<Hanging>(8 + i % 3));
+        bodies->back()->body->m_cfg.piterations = 3;
+      }
+    }
+  }
+
+  template <class Change>
+  void change(const Change& change) {
+    change(bullets);
+    change(grouped);
+  }
+
+  // Whether anything was solved side by side.
+  template <class Change>
+  bool step(const bullet::ParallelFor& parallel_for, const Change& add_contacts) {
+    btAlignedObjectArray<btSoftBody*> bodies;
+    change([&](auto& all) {
+      for (const auto& h : all) h->body->predictMotion(dt);
+      add_contacts(all);
+    });
+    for (const auto& h : grouped) bodies.push_back(h->body.get());
+    for (const auto& h : bullets) h->body->solveConstraints();
+    bool called = false;
+    constraints.solve(bodies, [&](std::size_t pieces, std::size_t grain, const auto& body) {
+      called = true;
+      parallel_for(pieces, grain, body);
+    });
+    for (int i = 0; i < count; ++i) REQUIRE(grouped[i]->state() == bullets[i]->state());
+    return called;
+  }
+};
+
+}  // namespace
+
+TEST_CASE("links that are solved in groups come to the same, to the bit") {
+  Both both;
+  const int velocities = GENERATE(0, 2), positions = GENERATE(1, 10), drift = GENERATE(0, 3);
+  const bool anchored = GENERATE(false, true), twice = GENERATE(false, true);
+  CAPTURE(velocities, positions, drift, anchored, twice);
+  both.change([&](Hanging& h) {
+    h.body->m_cfg.viterations = velocities;
+    h.body->m_cfg.piterations = positions;
+    h.body->m_cfg.diterations = drift;
+    h.body->m_cfg.m_vsequence.push_back(btSoftBody::eVSolver::Linear);
+    h.body->m_cfg.m_dsequence.push_back(btSoftBody::ePSolver::Linear);
+    h.body->m_materials[0]->m_kLST = btScalar(0.7);
+    if (twice) h.body->m_cfg.m_psequence.push_back(btSoftBody::ePSolver::Linear);
+    if (anchored) h.add_anchor();
+  });
+  for (int i = 0; i < 30; ++i) both.step();
+}
+
+TEST_CASE("links may change between steps in any way") {
+  Both both;
+  both.change([](Hanging& h) { h.body->m_cfg.piterations = 4; });
+  both.step();
+  both.step();
+  const int kind = GENERATE(range(0, 8));
+  CAPTURE(kind);
+  both.change([&](Hanging& h) {
+    btSoftBody& body = *h.body;
+    switch (kind) {
+      case 0:
+        body.generateBendingConstraints(2);
+        break;
+      case 1:
+        body.m_links.resize(100);
+        break;
+      case 2:
+        body.m_links.resize(0);
+        break;
+      case 3:  // as many, in another order
+        body.randomizeConstraints();
+        break;
+      case 4:  // from a node to itself, and the same again
+        body.m_links[5].m_n[1] = body.m_links[5].m_n[0];
+        body.m_links[9].m_n[0] = body.m_links[8].m_n[0];
+        body.m_links[9].m_n[1] = body.m_links[8].m_n[1];
+        break;
+      case 5:
+        body.m_links[3].m_rl *= 2;
+        body.setTotalMass(3);
+        break;
+      case 6:  // beside the links
+        for (int i = 0; i < 100; ++i) body.appendNode(btVector3(0, 1, 0), 1);
+        break;
+      case 7:  // all from one node
+        for (int i = 0; i < body.m_links.size(); ++i) {
+          body.m_links[i].m_n[0] = &body.m_nodes[0];
+          body.m_links[i].m_n[1] = &body.m_nodes[1 + i % (body.m_nodes.size() - 1)];
+        }
+        break;
+    }
+    body.updateLinkConstants();
+  });
+  for (int i = 0; i < 5; ++i) both.step();
+}
+
+TEST_CASE("nodes are freed and held between steps, and links left out") {
+  Both both;
+  both.change([](Hanging& h) { h.body->m_cfg.piterations = 4; });
+  for (int i = 0; i < 12; ++i) {
+    both.change([&](Hanging& h) {
+      btSoftBody& body = *h.body;
+      for (const int node : {0, 1, 9, 10}) body.setMass(node, i % 3 == 1 ? 0 : btScalar(0.1));
+      // Bullet goes by the constants, of whatever masses they are.
+      if (i % 2 == 0) body.updateLinkConstants();
+      body.m_materials[0]->m_kLST = i > 8 ? 0 : 1;
+    });
+    both.step();
+  }
+}
+
+TEST_CASE("whatever Bullet solves beside links, in any sequence, it solves between them") {
+  using Solver = btSoftBody::ePSolver;
+  const std::vector<Solver::_> sequence = GENERATE(
+      std::vector<Solver::_>{}, std::vector<Solver::_>{Solver::Anchors},
+      std::vector<Solver::_>{Solver::Linear, Solver::RContacts, Solver::Anchors},
+      std::vector<Solver::_>{Solver::Linear, Solver::Linear, Solver::SContacts},
+      std::vector<Solver::_>{Solver::RContacts, Solver::Linear, Solver::RContacts, Solver::Linear});
+  const bool anchored = GENERATE(false, true), touching = GENERATE(false, true);
+  const int positions = GENERATE(0, 1, 5);
+  CAPTURE(sequence.size(), anchored, touching, positions);
+  Both both;
+  both.change([&](Hanging& h) {
+    btSoftBody::Config& config = h.body->m_cfg;
+    config.piterations = positions;
+    config.m_psequence.resize(0);
+    for (const Solver::_ solver : sequence) config.m_psequence.push_back(solver);
+    h.add_weight();
+    if (anchored) h.body->appendAnchor(70, h.weight.get());
+  });
+  for (int i = 0; i < 10; ++i) {
+    both.step([&](Hanging& h) {
+      if (!touching) return;
+      for (const int node : {40, 41, 70, 40}) h.add_contact(node, *h.weight);
+    });
+  }
+}
+
+// One of what applications may do between steps.
+void change_somehow(Hanging& h, std::mt19937& random) {
+  const auto below = [&](int end) {
+    return static_cast<int>(random() % static_cast<unsigned>(end));
+  };
+  btSoftBody& body = *h.body;
+  const int nodes = body.m_nodes.size(), links = body.m_links.size(), node = below(nodes);
+  btSoftBody::Link* const link = links > 0 ? &body.m_links[below(links)] : nullptr;
+  switch (below(12)) {
+    case 0:
+      body.setMass(node, below(2) ? 0 : btScalar(0.1));
+      break;
+    case 1:
+      body.updateLinkConstants();
+      break;
+    case 2:
+      body.m_materials[0]->m_kLST = btScalar(below(4)) / 3;
+      break;
+    case 3:
+      body.appendNode(body.m_nodes[node].m_x * btScalar(1.01), btScalar(below(3)));
+      break;
+    case 4:
+      for (int i = 0; i < 20; ++i)
+        body.appendLink(below(nodes), below(2) ? node : below(nodes), body.m_materials[0]);
+      break;
+    case 5:
+      body.randomizeConstraints();
+      break;
+    case 6:
+      if (link) link->m_n[below(2)] = &body.m_nodes[node];
+      break;
+    case 7:
+      if (link) body.m_links.resize(links - 1 - below(std::min(links, 30)));
+      break;
+    case 8:
+      h.body->appendAnchor(node, h.weight.get());
+      break;
+    case 9:
+      body.m_cfg.piterations = below(9);
+      body.m_cfg.viterations = below(2);
+      break;
+    case 10:
+      body.m_cfg.kDP = btScalar(below(3)) / 10;
+      body.m_cfg.diterations = below(8) == 0;
+      break;
+    default:
+      body.generateBendingConstraints(2);
+  }
+}
+
+TEST_CASE("whatever happens to a body between steps, it comes to the same") {
+  for (unsigned scene = 0; scene < 60; ++scene) {
+    CAPTURE(scene);
+    Both both;
+    both.change([&](Hanging& h) {
+      h.body->m_cfg.m_vsequence.push_back(btSoftBody::eVSolver::Linear);
+      h.body->m_cfg.m_dsequence.push_back(btSoftBody::ePSolver::Linear);
+      h.add_weight();
+    });
+    std::mt19937 contacts(scene), of[2] = {std::mt19937(scene), std::mt19937(scene)};
+    for (int step = 0; step < 15; ++step) {
+      both.change([&](Hanging& h) { change_somehow(h, of[&h == &both.grouped]); });
+      const unsigned touching = contacts() % 60;
+      both.step([&](Hanging& h) {
+        for (unsigned i = 0; i < touching; ++i)
+          h.add_contact(static_cast<int>(7 * i % 70), *h.weight);
+      });
+    }
+  }
+}
+
+TEST_CASE("links that wait for each other are solved in groups, and others by Bullet") {
+  if (!bullet::best_link_kernels()) return;
+  Hanging sheet(30);
+  sheet.body->predictMotion(dt);
+  bullet::BodyLinks links;
+  CHECK(links.take(*sheet.body, 1));
+  CHECK(links.take(*sheet.body, 10));
+  CHECK(!links.take(*sheet.body, 0));
+  // As a star, each waits for the one before, in whatever order.
+  for (int i = 0; i < sheet.body->m_links.size(); ++i) {
+    sheet.body->m_links[i].m_n[0] = &sheet.body->m_nodes[0];
+    sheet.body->m_links[i].m_n[1] = &sheet.body->m_nodes[1 + i % 200];
+  }
+  CHECK(!links.take(*sheet.body, 1));
+}
+
+TEST_CASE("a link to another body's node is solved where the body lists it") {
+  Both both;
+  Hanging others[2];
+  both.change([&](Hanging& h) {
+    h.body->m_cfg.piterations = 4;
+    Hanging& other = others[&h == &both.grouped];
+    h.body->m_links[50].m_n[1] = &other.body->m_nodes[20];
+    h.body->updateLinkConstants();
+  });
+  for (int i = 0; i < 5; ++i) {
+    btAlignedObjectArray<btSoftBody*> bodies;
+    bodies.push_back(both.grouped.body.get());
+    both.bullets.body->solveConstraints();
+    both.constraints.solve(bodies, on_caller);
+    CHECK(both.grouped.state() == both.bullets.state());
+    CHECK(others[1].state() == others[0].state());
+  }
+}
+
+TEST_CASE("bodies come, go and sleep, each with its own links") {
+  std::vector<std::unique_ptr<Both>> pairs;
+  bullet::SoftConstraints constraints;
+  for (int i = 0; i < 3; ++i) {
+    pairs.push_back(std::make_unique<Both>());
+    pairs.back()->change([i](Hanging& h) {
+      h.body->m_cfg.piterations = 3;
+      if (i == 1) h.body->generateBendingConstraints(2);
+    });
+  }
+  for (int step = 0; step < 12; ++step) {
+    if (step == 4) std::swap(pairs[0], pairs[1]);
+    if (step == 8) pairs.erase(pairs.begin());
+    const bool sleeps = step % 3 == 2;
+    btAlignedObjectArray<btSoftBody*> bodies;
+    for (const auto& pair : pairs) {
+      pair->change([](Hanging& h) { h.body->predictMotion(dt); });
+      bodies.push_back(pair->grouped.body.get());
+    }
+    pairs[0]->grouped.body->forceActivationState(sleeps ? ISLAND_SLEEPING : ACTIVE_TAG);
+    constraints.solve(bodies, step % 2 ? on_own_threads : on_caller);
+    for (const auto& pair : pairs) {
+      if (!sleeps || pair != pairs[0]) pair->bullets.body->solveConstraints();
+      REQUIRE(pair->grouped.state() == pair->bullets.state());
+    }
+  }
+}
+
+TEST_CASE("bodies that are solved side by side come to the same as one after the other") {
+  const Tie tie =
+      GENERATE(Tie::none, Tie::anchors, Tie::rigid_contacts, Tie::soft_contacts, Tie::links);
+  const int threads = GENERATE(0, 1, 2, 3, 4);
+  const int passes = GENERATE(3, 60);
+  CAPTURE(static_cast<int>(tie), threads, passes);
+  Options options;
+  options.backend = Backend::cpu;
+  options.threads = threads;
+  Detector detector(options);
+  const bullet::ParallelFor parallel_for =
+      threads == 0 ? bullet::ParallelFor(on_own_threads)
+                   : [&](std::size_t count, std::size_t grain, const auto& body) {
+                       detector.parallel_for(count, grain, body);
+                     };
+  Several several;
+  several.change([&](auto& bodies) {
+    for (const auto& h : bodies) h->body->m_cfg.piterations = passes;
+    // Two bodies push the same rigid one, or one holds another's node: then the order tells.
+    if (tie == Tie::anchors) {
+      bodies[1]->add_anchor();
+      bodies[3]->body->appendAnchor(65, bodies[1]->weight.get());
+    }
+    if (tie == Tie::rigid_contacts) bodies[0]->add_weight();
+    if (tie == Tie::links) {
+      bodies[1]->body->m_links[50].m_n[1] = &bodies[2]->body->m_nodes[20];
+      bodies[1]->body->updateLinkConstants();
+    }
+  });
+  const auto add_contacts = [&](auto& bodies) {
+    if (tie == Tie::rigid_contacts) {
+      for (const int i : {2, 4}) bodies[i]->add_contact(40, *bodies[0]->weight);
+    }
+    if (tie == Tie::soft_contacts) {
+      btSoftBody::SContact contact{};
+      contact.m_node = &bodies[3]->body->m_nodes[40];
+      contact.m_face = &bodies[1]->body->m_faces[30];
+      contact.m_weights = btVector3(1, 1, 1) / 3;
+      contact.m_normal = btVector3(0, 1, 0);
+      contact.m_margin = btScalar(0.01);
+      contact.m_friction = btScalar(0.3);
+      contact.m_cfm[0] = contact.m_cfm[1] = btScalar(0.5);
+      bodies[3]->body->m_scontacts.push_back(contact);
+    }
+  };
+  for (int i = 0; i < 10; ++i) {
+    const bool called = several.step(parallel_for, add_contacts);
+    REQUIRE(called == (tie != Tie::soft_contacts && tie != Tie::links));
+  }
+}
+
+TEST_CASE("one body beside such as push rigid ones is solved without another thread") {
+  Several several;
+  several.change([](auto& bodies) {
+    for (int i = 0; i < Several::count; ++i)
+      if (i != 2) bodies[i]->add_anchor();
+  });
+  for (int i = 0; i < 3; ++i) CHECK(!several.step(on_own_threads, [](auto&) {}));
+}
+
+TEST_CASE("bodies are solved side by side with the rounding of the caller") {
+  Several several;
+  std::fesetround(FE_UPWARD);
+  for (int i = 0; i < 5; ++i) CHECK(several.step(on_own_threads, [](auto&) {}));
+  std::fesetround(FE_TONEAREST);
+}
+
+TEST_CASE("where a piece throws, bodies are solved or as they were") {
+  Several several;
+  const auto none = [](auto&) {};
+  several.step(on_own_threads, none);
+  several.change([](auto& bodies) {
+    for (const auto& h : bodies) h->body->predictMotion(dt);
+  });
+  std::vector<decltype(Hanging().state())> before;
+  btAlignedObjectArray<btSoftBody*> bodies;
+  for (const auto& h : several.grouped) {
+    before.push_back(h->state());
+    bodies.push_back(h->body.get());
+  }
+  const auto fails = [](std::size_t count, std::size_t, const auto& body) {
+    on_own_threads(count, 1, [&](std::size_t first, std::size_t last) {
+      if (first == 1) throw std::bad_alloc();
+      body(first, last);
+    });
+  };
+  CHECK_THROWS_AS(several.constraints.solve(bodies, fails), std::bad_alloc);
+  for (const auto& h : several.bullets) h->body->solveConstraints();
+  int solved = 0;
+  for (int i = 0; i < Several::count; ++i) {
+    const bool is_solved = several.grouped[i]->state() == several.bullets[i]->state();
+    solved += is_solved;
+    if (is_solved) continue;
+    CHECK(several.grouped[i]->state() == before[i]);
+    several.grouped[i]->body->solveConstraints();
+  }
+  CHECK(solved > 0);
+  CHECK(solved < Several::count);
+  several.step(on_own_threads, none);
+}
+
+TEST_CASE("a body within whose solver Bullet throws is solved when asked again") {
+  Both both;
+  btAlignedObjectArray<btSoftBody*> bodies;
+  bodies.push_back(both.grouped.body.get());
+  both.change([](Hanging& h) {
+    h.body->m_cfg.piterations = 4;
+    h.body->predictMotion(dt);
+  });
+  both.bullets.body->solveConstraints();
+  const auto solve_given = [&](int times) {
+    const Rationed rationed(times);
+    both.constraints.solve(bodies, on_caller);
+  };
+  int times = 0;
+  for (bool solved = false; !solved && times < 100; ++times) {
+    CAPTURE(times);
+    try {
+      solve_given(times);
+      solved = true;
+    } catch (const std::bad_alloc&) {
+      REQUIRE(both.grouped.body->m_cfg.piterations == 4);
+    }
+  }
+  CHECK(times > 1);
+  CHECK(both.grouped.state() == both.bullets.state());
+  both.step();
+}

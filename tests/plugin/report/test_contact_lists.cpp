@@ -1,0 +1,86 @@
+#include "plugin/support/worlds.h"
+#include "support/catch.h"
+
+using namespace lazyccd;
+using namespace lazyccd::test;
+
+namespace {
+
+std::vector<btScalar> run(const scenes::WorldOptions& options, bool clear_lists) {
+  Impact impact(options);
+  for (int i = 0; i < 24; ++i) {
+    impact.world->step();
+    for (const auto& body : impact.world->bodies()) {
+      if (!clear_lists) continue;
+      body->m_scontacts.resize(0);
+      body->m_faceNodeContacts.resize(0);
+    }
+  }
+  return scenes::read_positions(*impact.world);
+}
+
+}  // namespace
+
+TEST_CASE("applications find the vertex-face contacts of a step in Bullet's own lists") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  Impact impact(quiet_options(world));
+  int listed = 0, vertex_face = 0;
+  for (int i = 0; i < 24; ++i) {
+    impact.world->step();
+    for (const auto& contact : impact.world->contacts()) {
+      vertex_face += contact.kind == ContactKind::vertex_face;
+    }
+    for (const auto& body : impact.world->bodies()) {
+      for (int c = 0; c < body->m_scontacts.size(); ++c) {
+        const btSoftBody::SContact& contact = body->m_scontacts[c];
+        CHECK_THAT(double(contact.m_normal.length()), Matchers::WithinAbs(1, 1e-5));
+        const btVector3& w = contact.m_weights;
+        CHECK_THAT(double(w.x() + w.y() + w.z()), Matchers::WithinAbs(1, 1e-5));
+        CHECK_THAT(double(contact.m_margin), Matchers::WithinAbs(0.02, 1e-6));
+        CHECK(contact.m_node >= &body->m_nodes[0]);
+        CHECK(contact.m_node < &body->m_nodes[0] + body->m_nodes.size());
+        ++listed;
+      }
+      for (int c = 0; c < body->m_faceNodeContacts.size(); ++c) {
+        const btSoftBody::DeformableFaceNodeContact& contact = body->m_faceNodeContacts[c];
+        CHECK_THAT(double(contact.m_normal.length()), Matchers::WithinAbs(1, 1e-5));
+        CHECK(contact.m_colObj == (body.get() == impact.held ? impact.thrown : impact.held));
+        ++listed;
+      }
+    }
+  }
+  CHECK(listed > 0);
+  CHECK(listed == vertex_face);
+}
+
+TEST_CASE("Bullet does not act on the contacts in its lists a second time") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  CHECK(run(quiet_options(world), true) == run(quiet_options(world), false));
+}
+
+TEST_CASE("a run is the same again, and with any number of threads") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  scenes::WorldOptions options = quiet_options(world);
+  const auto first = run(options, false);
+  options.lazyccd.detector.threads = 1;
+  CHECK(run(options, false) == first);
+  options.lazyccd.detector.threads = 3;
+  CHECK(run(options, false) == first);
+}
+
+TEST_CASE("a contact's impulse pushes its two sides apart along the normal") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  Impact impact(quiet_options(world));
+  double pushed = 0;
+  for (int i = 0; i < 24; ++i) {
+    impact.world->step();
+    for (const auto& contact : impact.world->contacts()) {
+      CHECK(contact.impulse >= 0);
+      pushed += contact.impulse;
+      CHECK((contact.kind == ContactKind::vertex_face) == (contact.face != nullptr));
+      CHECK(contact.body_a != contact.body_b);
+    }
+  }
+  // 1 kg came at 10 m/s, and the lower sheet gave way.
+  CHECK(pushed > 2);
+}

@@ -1,0 +1,36 @@
+#include <algorithm>
+#include <vector>
+
+#include "response/contact_constraints.h"
+#include "plugin/support/column.h"
+#include "support/catch.h"
+
+using namespace lazyccd;
+using lazyccd::test::Column;
+
+TEST_CASE("a load that rests is solved to rest, however hard it presses") {
+  constexpr int points = 30;
+  Column column(std::vector<double>(points - 1, 1));
+  bullet::Motion& motion = column.motion;
+  bullet::ContactRows rows(
+      [](std::int32_t, std::int32_t) {
+        return bullet::PairSurface{0.1, 0};
+      },
+      0.05);
+  const auto fall = [&](double metres, int sweeps) {
+    motion.end = motion.start;
+    for (std::size_t i = 1; i < points; ++i) motion.end[9 * i + 1] -= static_cast<btScalar>(metres);
+    motion.begin_response();
+    rows.begin_step();
+    rows.add(column.contacts, motion);
+    rows.start_warm();
+    rows.relax(motion, sweeps);
+  };
+  fall(0.0100, 10000);
+  // Faster by 1 cm/s: what is left of it is less than 1 mm/s.
+  fall(0.0101, 30);
+  double fastest = 0;
+  for (std::int32_t i = 1; i < points; ++i)
+    fastest = std::max(fastest, (motion.solved[3 * i] - motion.start_of(3 * i)).norm() / 0.01);
+  CHECK(fastest < 1e-3);
+}

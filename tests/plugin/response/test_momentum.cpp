@@ -1,0 +1,291 @@
+#include <Eigen/Geometry>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "response/contact_constraints.h"
+#include "response/impact_zones.h"
+#include "detection/speculative_contacts.h"
+#include "plugin/support/column.h"
+#include "response/response.h"
+#include "scenes/measures/mechanics.h"
+#include "scenes/scene.h"
+#include "support/catch.h"
+
+using namespace lazyccd;
+using lazyccd::test::Column;
+using scenes::World;
+
+namespace {
+
+// The largest change of total momentum over `steps` of the free cloths' impact, over the sum of the
+// nodes' absolute momenta at the start.
+double momentum_error(World world, const bullet::Options& options, int steps,
+                      bullet::StepStats* stats) {
+  scenes::Parameters parameters;
+  parameters.world = world;
+  parameters.speed = 30;
+  parameters.dt = 1.0 / 60;
+  parameters.lazyccd = options;
+  scenes::Scene scene = scenes::set_up(*scenes::find_scene("free-cloths"), parameters);
+  // Bullet's own damping takes momentum away.
+  for (const auto& body : scene.world->bodies()) body->m_cfg.kDP = 0;
+  const scenes::Mechanics start = scenes::measure(*scene.world);
+  double worst = 0;
+  for (int i = 0; i < steps; ++i) {
+    scene.world->step();
+    const scenes::Mechanics now = scenes::measure(*scene.world);
+    for (int k = 0; k < 3; ++k) {
+      worst = std::max(worst, std::abs(now.momentum[k] - start.momentum[k]) / start.impulse_scale);
+    }
+  }
+  *stats = *scene.world->total_stats();
+  return worst;
+}
+
+}  // namespace
+
+TEST_CASE("impulses keep the momentum of free bodies") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  bullet::StepStats stats;
+  CHECK(momentum_error(world, {}, 20, &stats) < 1e-5);
+  CHECK(stats.contacts_vf > 0);
+  CHECK(stats.contacts_ee > 0);
+  CHECK(stats.last_resorts == 0);
+}
+
+TEST_CASE("the response keeps both momenta, whatever Bullet's own step makes of them") {
+  scenes::Parameters parameters;
+  parameters.world = GENERATE(World::rigid, World::deformable);
+  parameters.speed = 30;
+  parameters.dt = 1.0 / 60;
+  parameters.size = 0.5;
+  const scenes::SceneInfo& info = *scenes::find_scene("free-cloths");
+  scenes::Scene scene = scenes::set_up(info, parameters), alone = scenes::set_up(info, parameters);
+  const auto& bodies = scene.world->bodies();
+  for (std::size_t b = 0; b < bodies.size(); ++b) {
+    btSoftBody& twin = *alone.world->bodies()[b];
+    twin.setCollisionFlags(twin.getCollisionFlags() | btCollisionObject::CF_NO_CONTACT_RESPONSE);
+  }
+  for (int step = 0; step < scene.steps; ++step) {
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
+      for (int i = 0; i < bodies[b]->m_nodes.size(); ++i) {
+        const btSoftBody::Node& node = bodies[b]->m_nodes[i];
+        btSoftBody::Node& twin = alone.world->bodies()[b]->m_nodes[i];
+        twin.m_x = node.m_x;
+        twin.m_q = node.m_q;
+        twin.m_v = node.m_v;
+      }
+    }
+    scene.world->step();
+    alone.world->step();
+    const scenes::Mechanics with = scenes::measure(*scene.world);
+    const scenes::Mechanics without = scenes::measure(*alone.world);
+    for (int k = 0; k < 3; ++k) {
+      // Everything is within a metre or so of the origin.
+      CHECK(std::abs(with.momentum[k] - without.momentum[k]) < 1e-6 * without.impulse_scale);
+      CHECK(std::abs(with.angular_momentum[k] - without.angular_momentum[k]) <
+            1e-6 * without.impulse_scale);
+    }
+  }
+  CHECK(scene.world->total_stats()->contacts_vf > 0);
+}
+
+TEST_CASE("impact zones keep the momentum of free bodies") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  bullet::Options options;
+  options.max_iterations = 0;
+  options.max_zones = 30;
+  bullet::StepStats stats;
+  CHECK(momentum_error(world, options, 8, &stats) < 1e-5);
+  CHECK(stats.zone_nodes > 0);
+  CHECK(stats.last_resorts == 0);
+}
+
+TEST_CASE("a contact of very different masses gets impulses that sum to nothing") {
+  const ContactKind kind = GENERATE(ContactKind::vertex_face, ContactKind::edge_edge);
+  bullet::Motion motion;
+  motion.start = {0, 1, 0, -1, 0, -1, 1, 0, -1, 0, 0, 1};
+  motion.end = motion.start;
+  motion.end[1] = -3;
+  motion.inverse_mass = {1e3, 1e-3, 1, 20};
+  motion.reach = {1, 1, 1, 1};
+  motion.first_vertex = {0, 4};
+  motion.rigid_of_body = {-1};
+  if (kind == ContactKind::edge_edge) {
+    motion.start = {-1, 1, 0, 1, 1, 0, 0, 0, -1, 0, 0, 1};
+    motion.end = motion.start;
+    motion.end[1] = motion.end[4] = -3;
+  }
+  motion.begin_response();
+  Contact contact = {};
+  contact.kind = kind;
+  contact.vertices = {0, 1, 2, 3};
+  contact.u = contact.v = 0.3f;
+  contact.normal = {0, 1, 0};
+  bullet::ContactRows rows(
+      [](std::int32_t, std::int32_t) {
+        return bullet::PairSurface{0.1, 0};
+      },
+      0.05);
+  rows.add({contact}, motion);
+  rows.relax(motion, 10);
+
+  Eigen::Vector3d impulse = Eigen::Vector3d::Zero();
+  double gap = 0, largest = 0;
+  const auto weights = contact.weights();
+  for (int i = 0; i < 4; ++i) {
+    const Eigen::Vector3d one = (motion.solved[i] - motion.predicted[i]) / motion.inverse_mass[i];
+    impulse += one;
+    largest = std::max(largest, one.norm());
+    gap += weights[i] * motion.solved[i].y();
+  }
+  CHECK(largest > 0);
+  CHECK(impulse.norm() < 1e-8 * largest);
+  CHECK_THAT(gap, Matchers::WithinAbs(0.1, 1e-6));
+}
+
+TEST_CASE("what falls on something light that rests is thrown back, and does not throw that") {
+  const double restitution = GENERATE(0.5, 1.0), falls = 2;
+  Column column({10, 1});
+  bullet::Motion& motion = column.motion;
+  motion.rate.assign(9, 1 / motion.seconds);
+  motion.velocity.assign(9, Eigen::Vector3d::Zero());
+  motion.velocity[6].y() = -falls;
+  motion.end[3 * 6 + 1] -= static_cast<btScalar>(falls * motion.seconds);
+  bullet::Options options;
+  options.restitution = restitution;
+  const auto surface = [](std::int32_t, std::int32_t) { return bullet::PairSurface{0.1, 0}; };
+  bullet::Response response(options, surface);
+  bullet::NearContacts near(surface, options.recovery);
+  bullet::StepStats stats;
+  response.run(
+      near.all(column.contacts, motion),
+      [](const Positions&, const Positions&) { return std::vector<Contact>(); }, motion, stats);
+  const auto speed = [&](std::int32_t v) {
+    return (motion.velocity[v] + motion.velocity_change[v]).y();
+  };
+  CHECK_THAT(speed(6), Matchers::WithinAbs(falls * restitution, 0.05 * falls));
+  CHECK_THAT(speed(3), Matchers::WithinAbs(0, 0.05 * falls));
+}
+
+TEST_CASE("a body on rails is stopped by a pinned node, beside contacts of other bodies") {
+  // Vertices 0 and 5 above faces: one of a soft body, one of a rigid body that moves along y alone.
+  const btVector3 local[] = {btVector3(-1, 0, -1), btVector3(1, 0, -1), btVector3(0, 0, 1)};
+  bullet::Motion motion;
+  motion.start = {0, 1, 0, 5, 1, 0, 4, 0, -1, 6, 0, -1, 5, 0, 1, -1, 0, -1, 1, 0, -1, 0, 0, 1};
+  motion.end = motion.start;
+  motion.end[4] = -1;
+  motion.inverse_mass = {0, 1, 1, 1, 1};
+  motion.reach = {1, 1, 1, 1, 1};
+  motion.first_vertex = {0, 1, 2, 5, 8};
+  motion.rigid_of_body = {-1, -1, -1, 0};
+  bullet::RigidMotion body;
+  body.first_vertex = 5;
+  body.vertex_count = 3;
+  body.local = local;
+  body.start.setIdentity();
+  body.predicted.setIdentity();
+  body.predicted.getOrigin().setY(btScalar(1.5));
+  body.velocity = body.spin = body.velocity_change = body.spin_change = Eigen::Vector3d::Zero();
+  body.inverse_mass = Eigen::Vector3d(0, 0.5, 0);
+  body.inverse_inertia.setZero();
+  motion.rigid.push_back(body);
+  motion.put(motion.rigid[0], body.predicted);
+  motion.begin_response();
+
+  Contact on_rails = {}, soft = {};
+  on_rails.vertices = {0, 5, 6, 7};
+  on_rails.body_b = 3;
+  soft.vertices = {1, 2, 3, 4};
+  soft.body_a = 1;
+  soft.body_b = 2;
+  for (Contact* contact : {&on_rails, &soft}) {
+    contact->kind = ContactKind::vertex_face;
+    contact->u = 0.25f;
+    contact->v = 0.5f;
+    contact->normal = {0, 1, 0};
+  }
+  bullet::ContactRows rows(
+      [](std::int32_t, std::int32_t) {
+        return bullet::PairSurface{0.1, 0.5};
+      },
+      0.05);
+  rows.add({on_rails, soft}, motion);
+  rows.relax(motion, 100);
+  CHECK_THAT(static_cast<double>(motion.rigid[0].end.getOrigin().y()),
+             Matchers::WithinAbs(0.9, 1e-6));
+  const double gap = motion.solved[1].y() - 0.25 * motion.solved[2].y() -
+                     0.25 * motion.solved[3].y() - 0.5 * motion.solved[4].y();
+  CHECK_THAT(gap, Matchers::WithinAbs(0.1, 1e-6));
+}
+
+namespace {
+
+// Four nodes in contact, and one of the same body beside them.
+struct FourInContact {
+  bullet::Motion motion;
+  Contact contact = {};
+
+  FourInContact() {
+    motion.start = {0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0, 2, 2, 0};
+    motion.end = {0, 0, 0, 1, btScalar(0.2), 0, 1, 1, 0, 0, 1, btScalar(0.1), 2, btScalar(2.1), 0};
+    motion.inverse_mass = {1, 2, 1, 0.5, 1};
+    motion.first_vertex = {0, 5};
+    motion.rigid_of_body = {-1};
+    motion.begin_response();
+    contact.vertices = {0, 1, 2, 3};
+  }
+  int count_at_start() const {
+    int count = 0;
+    for (int v = 0; v < 5; ++v) count += motion.end_of(v) == motion.start_of(v);
+    return count;
+  }
+  // Linear and angular, of the motion to such ends.
+  std::array<Eigen::Vector3d, 2> momenta(const std::vector<Eigen::Vector3d>& ends) const {
+    std::array<Eigen::Vector3d, 2> sums = {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
+    for (int v = 0; v < 5; ++v) {
+      const Eigen::Vector3d start = motion.start_of(v);
+      const Eigen::Vector3d momentum = (ends[v] - start) / motion.inverse_mass[v];
+      sums[0] += momentum;
+      sums[1] += start.cross(momentum);
+    }
+    return sums;
+  }
+  void check_momenta() const {
+    const auto before = momenta(motion.predicted), after = momenta(motion.solved);
+    CHECK((after[0] - before[0]).norm() < 1e-12);
+    CHECK((after[1] - before[1]).norm() < 0.03 * before[1].norm());  // it turns by 0.1
+  }
+};
+
+}  // namespace
+
+TEST_CASE("a zone turns as a whole and keeps both momenta") {
+  FourInContact four;
+  bullet::Motion& motion = four.motion;
+  bullet::ImpactZones zones(motion);
+  zones.absorb({four.contact}, motion);
+  CHECK(zones.node_count() == 4);
+  CHECK(zones.held_count() == 0);
+  CHECK(four.count_at_start() == 0);
+  four.check_momenta();
+  for (int i = 1; i < 4; ++i) {
+    const double was = (motion.start_of(i) - motion.start_of(0)).norm();
+    CHECK_THAT((motion.solved[i] - motion.solved[0]).norm(), Matchers::WithinAbs(was, 1e-12));
+  }
+}
+
+TEST_CASE("a zone that is held ends where the step began, and keeps its momenta") {
+  const bool whole_bodies = GENERATE(false, true);
+  CAPTURE(whole_bodies);
+  FourInContact four;
+  bullet::Motion& motion = four.motion;
+  bullet::ImpactZones zones(motion);
+  CHECK(zones.hold({four.contact}, whole_bodies, motion));
+  const int held = whole_bodies ? 5 : 4;
+  CHECK(zones.held_count() == held);
+  CHECK(four.count_at_start() == held);
+  four.check_momenta();
+  CHECK(!zones.hold({four.contact}, whole_bodies, motion));
+}

@@ -1,0 +1,252 @@
+#include "response/pgs_kernels.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <numeric>
+#include <random>
+#include <vector>
+
+#include "response/row_batches.h"
+#include "support/catch.h"
+
+using namespace lazyccd::bullet;
+
+namespace {
+
+struct Problem {
+  std::vector<RowBatch> batches;
+  std::vector<RowPart> parts;
+  std::vector<RowBody> bodies;
+  std::vector<Float4> displacement;
+
+  SweptProblem swept() {
+    return {batches.data(), parts.data(), bodies.data(), displacement.data()};
+  }
+};
+
+// Rows on random nodes, some on rigid bodies, in groups that move nothing in common.
+Problem random_problem(unsigned seed) {
+  std::mt19937 random(seed);
+  const auto within = [&](float lo, float hi) {
+    return std::uniform_real_distribution<float>(lo, hi)(random);
+  };
+  const auto below = [&](std::int32_t count) {
+    return std::uniform_int_distribution<std::int32_t>(0, count - 1)(random);
+  };
+  constexpr std::int32_t rows = 103, nodes = 200, bodies = 3;
+  Problem problem;
+  constexpr std::int32_t first_body = 1 + RowBatch::vertices, first_node = first_body + 2 * bodies;
+  problem.displacement.resize(first_node + nodes);
+  for (int b = 0; b < bodies; ++b) {
+    RowBody body = {};
+    for (int k = 0; k < 3; ++k) {
+      body.inverse_mass[k] = 0.3f;
+      for (int i = 0; i < 3; ++i) body.inverse_inertia[k][i] = i == k ? 0.5f : 0.01f;
+    }
+    problem.bodies.push_back(body);
+  }
+  std::vector<std::array<std::int32_t, 4>> nodes_of(rows);
+  std::vector<std::int32_t> body_of(rows);
+  RowPartition partition;
+  partition.begin(problem.displacement.size());
+  for (std::int32_t row = 0; row < rows; ++row) {
+    std::array<std::int32_t, 5> things;
+    std::int32_t* last = things.data();
+    body_of[row] = row % 7 == 0 ? below(bodies) : -1;
+    if (body_of[row] >= 0) *last++ = first_body + 2 * body_of[row];
+    // Four different nodes; of a row with a body three, the last vertex is the body's.
+    for (std::int32_t& node : nodes_of[row]) {
+      const auto first = things.data();
+      do {
+        node = first_node + below(nodes);
+      } while (std::find(first, last, node) != last);
+      if (body_of[row] >= 0 && &node == &nodes_of[row].back()) {
+        node = 0;
+      } else {
+        *last++ = node;
+      }
+    }
+    partition.add(row, things.data(), last);
+    // Where each node is above those before it, all rows are fulfilled.
+    std::sort(nodes_of[row].rbegin(), nodes_of[row].rend());
+  }
+  partition.finish();
+  for (const RowPartition::Group& group : partition.groups()) {
+    RowBatch batch = {};
+    std::iota(std::begin(batch.pushed), std::end(batch.pushed), 1);
+    batch.first_part = static_cast<std::int32_t>(problem.parts.size());
+    for (int i = 0; i < RowBatch::rows && group[i] != RowPartition::none; ++i) {
+      float *const normal = batch.normal + 4 * i, *const terms = batch.terms + 4 * i;
+      const float angle = within(-0.5f, 0.5f), sliding = within(-1, 1);
+      normal[1] = std::cos(angle);
+      normal[2] = std::sin(angle);
+      batch.sliding[4 * i] = within(-1, 1);
+      batch.sliding[4 * i + 1] = -sliding * normal[2];
+      batch.sliding[4 * i + 2] = sliding * normal[1];
+      for (int k = 0; k < 4; ++k) {
+        const std::int32_t node = nodes_of[group[i]][k];
+        batch.node[4 * i + k] = node;
+        batch.pushed[4 * i + k] = node != 0 ? node : 1 + 4 * i + k;
+        batch.weight[4 * i + k] = k < 2 ? 0.5f : -0.5f;
+        if (node != 0) batch.mobility[4 * i + k] = batch.weight[4 * i + k];
+      }
+      terms[0] = within(-0.5f, 1);
+      terms[1] = terms[3] = 0.7f;
+      terms[2] = within(0, 1);
+      std::fill_n(batch.compliance + 4 * i, 4, 1.4f);
+      if (body_of[group[i]] < 0) continue;
+      RowPart part = {};
+      part.arm[0] = within(-1, 1);
+      part.weight = -0.5f;
+      part.row = i;
+      part.body = body_of[group[i]];
+      part.shift = first_body + 2 * part.body;
+      part.turn = part.shift + 1;
+      problem.parts.push_back(part);
+    }
+    batch.last_part = static_cast<std::int32_t>(problem.parts.size());
+    problem.batches.push_back(batch);
+  }
+  return problem;
+}
+
+}  // namespace
+
+TEST_CASE("a sweep is the same with every instruction set, and leads to what the rows ask for") {
+  const auto solve = [](const SweepKernels& kernels, Problem& problem) {
+    std::vector<std::int32_t> all;
+    for (std::size_t i = 0; i < problem.batches.size(); ++i)
+      all.push_back(static_cast<std::int32_t>(i));
+    SweepChange change;
+    for (int i = 0; i < 500; ++i) {
+      change = kernels.sweep(problem.swept(), all.data(), static_cast<int>(all.size()));
+      CHECK(problem.displacement.front().x[0] == 0);
+    }
+    return change;
+  };
+  for (unsigned seed = 1; seed <= 4; ++seed) {
+    CAPTURE(seed);
+    Problem expected = random_problem(seed);
+    const SweepKernels& baseline = *sweep_kernels("baseline");
+    const SweepChange last = solve(baseline, expected);
+    CHECK(last.largest < 1e-6f);
+    CHECK(baseline.most_left(expected.swept(), static_cast<int>(expected.batches.size())) < 1e-3f);
+    // The displacements are what the impulses make.
+    Problem pushed = expected;
+    std::fill(pushed.displacement.begin(), pushed.displacement.end(), Float4{});
+    for (std::size_t i = 0; i < pushed.batches.size(); ++i)
+      baseline.push(pushed.swept(), static_cast<int>(i));
+    for (std::size_t i = 0; i < pushed.displacement.size(); ++i)
+      for (int k = 0; k < 4; ++k)
+        CHECK(pushed.displacement[i].x[k] == Approx(expected.displacement[i].x[k]).margin(1e-3));
+    for (const char* name : {"avx2", "avx512"}) {
+      const SweepKernels* const kernels = sweep_kernels(name);
+      if (!kernels) continue;
+      CAPTURE(name);
+      Problem problem = random_problem(seed);
+      const SweepChange change = solve(*kernels, problem);
+      CHECK(change.largest == last.largest);
+      CHECK(change.energy == last.energy);
+      CHECK(change.onward == last.onward);
+      const std::size_t bytes = problem.displacement.size() * sizeof(Float4);
+      CHECK(!std::memcmp(problem.displacement.data(), expected.displacement.data(), bytes));
+      CHECK(kernels->most_left(problem.swept(), static_cast<int>(problem.batches.size())) ==
+            baseline.most_left(expected.swept(), static_cast<int>(expected.batches.size())));
+    }
+  }
+}
+
+TEST_CASE("of rows that wait those lack something that would in the problem") {
+  Problem problem = random_problem(5);
+  std::vector<std::int32_t> node_of(problem.displacement.size());
+  std::iota(node_of.begin(), node_of.end(), 0);
+  std::vector<std::int32_t> all;
+  std::vector<WaitingBatch> waiting;
+  for (const RowBatch& batch : problem.batches) {
+    all.push_back(static_cast<std::int32_t>(all.size()));
+    WaitingBatch& other = waiting.emplace_back();
+    std::copy(std::begin(batch.normal), std::end(batch.normal), other.normal);
+    std::copy(std::begin(batch.weight), std::end(batch.weight), other.weight);
+    std::copy(std::begin(batch.node), std::end(batch.node), other.vertex);
+    for (int i = 0; i < WaitingBatch::rows; ++i) other.normal[4 * i + 3] = batch.terms[4 * i];
+    other.first_part = batch.first_part;
+    other.last_part = batch.last_part;
+  }
+  const auto lacking = [&](const SweepKernels& kernels) {
+    std::vector<std::int32_t> rows(WaitingBatch::rows * waiting.size());
+    rows.resize(
+        static_cast<std::size_t>(kernels.lacking(problem.swept(), node_of.data(), waiting.data(),
+                                                 static_cast<int>(waiting.size()), rows.data())));
+    return rows;
+  };
+  const auto check_all = [&](const std::vector<std::int32_t>& expected) {
+    for (const char* name : {"baseline", "avx2", "avx512"}) {
+      CAPTURE(name);
+      if (const SweepKernels* kernels = sweep_kernels(name)) CHECK(lacking(*kernels) == expected);
+    }
+  };
+  // Where nothing has moved, those that need anything.
+  std::vector<std::int32_t> in_need;
+  for (std::size_t i = 0; i < WaitingBatch::rows * waiting.size(); ++i)
+    if (waiting[i / WaitingBatch::rows].normal[4 * (i % WaitingBatch::rows) + 3] > 0)
+      in_need.push_back(static_cast<std::int32_t>(i));
+  check_all(in_need);
+  // Once all is done, none that needs a little less; and one that needs far more.
+  const SweepKernels& baseline = *sweep_kernels("baseline");
+  for (int i = 0; i < 500; ++i)
+    baseline.sweep(problem.swept(), all.data(), static_cast<int>(all.size()));
+  for (WaitingBatch& batch : waiting)
+    for (int i = 0; i < WaitingBatch::rows; ++i) batch.normal[4 * i + 3] -= 2e-3f;
+  check_all({});
+  waiting[3].normal[4 * 2 + 3] += 100;
+  check_all({3 * WaitingBatch::rows + 2});
+}
+
+TEST_CASE("displacements go on by a part of what they moved, with every instruction set") {
+  for (const char* name : {"baseline", "avx2", "avx512"}) {
+    const SweepKernels* const kernels = sweep_kernels(name);
+    if (!kernels) continue;
+    CAPTURE(name);
+    std::vector<Float4> now(3, {{1, 2, 3, 0}}), last(3, {{1, 1, 1, 0}});
+    kernels->carry_on(0.5f, now.data(), last.data(), 2);
+    for (int i = 0; i < 2; ++i) {
+      CHECK(std::equal(now[i].x, now[i].x + 4, std::array<float, 4>{1, 2.5f, 4, 0}.begin()));
+      CHECK(std::equal(last[i].x, last[i].x + 4, std::array<float, 4>{1, 2, 3, 0}.begin()));
+    }
+    CHECK(now[2].x[1] == 2);
+    CHECK(last[2].x[1] == 1);
+  }
+}
+
+TEST_CASE("rows of a group move nothing in common, and each row is in one group") {
+  std::mt19937 random(1);
+  std::uniform_int_distribution<std::int32_t> any(0, 59);
+  RowPartition partition;
+  for (int run = 0; run < 3; ++run) {
+    std::vector<std::array<std::int32_t, 3>> things(100);
+    partition.begin(60);
+    for (std::size_t row = 0; row < things.size(); ++row) {
+      for (std::int32_t& thing : things[row]) thing = any(random);
+      partition.add(static_cast<std::int32_t>(row), things[row].data(), things[row].data() + 3);
+    }
+    std::vector<int> met(things.size(), 0);
+    partition.finish();
+    for (const RowPartition::Group& group : partition.groups()) {
+      std::vector<int> moved(60, 0);
+      bool ended = false;
+      for (const std::int32_t row : group) {
+        CHECK(!(ended && row != RowPartition::none));
+        ended = row == RowPartition::none;
+        if (ended) continue;
+        ++met[row];
+        std::array<std::int32_t, 3> of_row = things[row];
+        std::sort(of_row.begin(), of_row.end());
+        const auto last = std::unique(of_row.begin(), of_row.end());
+        for (auto thing = of_row.begin(); thing != last; ++thing) CHECK(++moved[*thing] == 1);
+      }
+    }
+    CHECK(std::count(met.begin(), met.end(), 1) == static_cast<std::ptrdiff_t>(met.size()));
+  }
+}

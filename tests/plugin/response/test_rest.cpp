@@ -1,0 +1,117 @@
+// Cloth on cloth on cloth comes to rest; what moves as a whole does not.
+#include <BulletCollision/CollisionShapes/btBoxShape.h>
+
+#include <cmath>
+
+#include "plugin/support/obstacle_worlds.h"
+#include "plugin/support/worlds.h"
+#include "support/catch.h"
+
+using namespace lazyccd;
+using namespace lazyccd::test;
+
+namespace {
+
+void add_floor(ObstacleWorld& w) {
+  w.add(std::make_unique<btBoxShape>(btVector3(1, btScalar(0.1), 1)),
+        btVector3(0, btScalar(-0.1), 0));
+}
+
+// Cloths above each other, each turned and shifted against the one below.
+std::vector<btSoftBody*> add_stack(ObstacleWorld& w, int layers) {
+  std::vector<btSoftBody*> cloths;
+  for (int i = 0; i < layers; ++i) {
+    cloths.push_back(w.add(scenes::make_cloth(w.info(), 5, 5, 1, [&](double u, double v) {
+      const double angle = 0.02 * i, c = std::cos(angle), s = std::sin(angle);
+      const double x = 0.5 * (u - 0.5) + 0.002 * i, z = 0.5 * (v - 0.5) - 0.001 * i;
+      return btVector3(static_cast<btScalar>(c * x + s * z), static_cast<btScalar>(0.03 * (i + 1)),
+                       static_cast<btScalar>(c * z - s * x));
+    })));
+  }
+  return cloths;
+}
+
+double fastest(const std::vector<btSoftBody*>& bodies) {
+  double result = 0;
+  for (const btSoftBody* body : bodies) {
+    for (int i = 0; i < body->m_nodes.size(); ++i) {
+      result = std::max(result, static_cast<double>(body->m_nodes[i].m_v.length()));
+    }
+  }
+  return result;
+}
+
+btVector3 momentum(const btSoftBody& body) {
+  btVector3 sum(0, 0, 0);
+  for (int i = 0; i < body.m_nodes.size(); ++i) sum += body.m_nodes[i].m_v / body.m_nodes[i].m_im;
+  return sum;
+}
+
+}  // namespace
+
+TEST_CASE("a stack of eight cloths comes to rest") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  CAPTURE(world == World::rigid);
+  ObstacleWorld w(world, 10);
+  add_floor(w);
+  const std::vector<btSoftBody*> cloths = add_stack(w, 8);
+  w.steps(300, 1.0 / 120);
+  CHECK(fastest(cloths) < 1e-3);
+  CHECK(w.total().energy_gained < 1e-6);
+}
+
+TEST_CASE("what carries a load keeps no part of it as velocity") {
+  ObstacleWorld w(World::rigid, 10);
+  add_floor(w);
+  const std::vector<btSoftBody*> cloths = add_stack(w, 3);
+  for (btSoftBody* cloth : cloths) cloth->m_cfg.kDP = btScalar(0.2);
+  w.steps(200, 1.0 / 60);
+  CHECK(fastest(cloths) < 1e-3);
+}
+
+TEST_CASE("damping to rest leaves the motion of the whole alone") {
+  // A cloth glides over a smooth floor, more slowly than what counts as rest.
+  const World world = GENERATE(World::rigid, World::deformable);
+  CAPTURE(world == World::rigid);
+  bullet::Options options;
+  options.friction = false;
+  ObstacleWorld w(world, 10, options);
+  add_floor(w);
+  const std::vector<btSoftBody*> cloths = add_stack(w, 1);
+  w.steps(100, 1.0 / 120);
+  cloths[0]->m_cfg.kDP = 0;
+  for (int i = 0; i < cloths[0]->m_nodes.size(); ++i) {
+    cloths[0]->m_nodes[i].m_v = btVector3(btScalar(0.02), 0, 0);
+  }
+  w.steps(60, 1.0 / 120);
+  CHECK_THAT(static_cast<double>(momentum(*cloths[0]).x()), Matchers::WithinAbs(0.02, 0.001));
+}
+
+TEST_CASE("what deforms slowly in contact loses that as fast as it is asked to") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  CAPTURE(world == World::rigid);
+  // Root mean square along x, m/s, a step after it was 0.01 from node to node, to and fro.
+  const auto left_of = [world](double rest_damping) {
+    bullet::Options options;
+    options.friction = false;
+    options.rest_damping = rest_damping;
+    ObstacleWorld w(world, 10, options);
+    add_floor(w);
+    btSoftBody& cloth = *add_stack(w, 1)[0];
+    w.steps(100, 1.0 / 120);
+    cloth.m_cfg.kDP = 0;
+    cloth.m_cfg.piterations = 0;  // links would take it away
+    const int nodes = cloth.m_nodes.size();
+    for (int i = 0; i < nodes; ++i)
+      cloth.m_nodes[i].m_v += btVector3(i % 2 ? btScalar(0.01) : btScalar(-0.01), 0, 0);
+    w.steps(1, 1.0 / 120);
+    double squares = 0;
+    for (int i = 0; i < nodes; ++i)
+      squares += std::pow(static_cast<double>(cloth.m_nodes[i].m_v.x()), 2);
+    return std::sqrt(squares / nodes);
+  };
+  const double without = left_of(0), usual = left_of(20), strong = left_of(100);
+  INFO(without << ", " << usual << ", " << strong);
+  CHECK_THAT(usual / without, Matchers::WithinAbs(std::exp(-20.0 / 120), 0.05));
+  CHECK_THAT(strong / without, Matchers::WithinAbs(std::exp(-100.0 / 120), 0.05));
+}

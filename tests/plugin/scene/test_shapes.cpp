@@ -1,0 +1,97 @@
+// Shapes that hold no triangles of their own, and triangles that hold no surface.
+#include <BulletCollision/CollisionShapes/btBoxShape.h>
+#include <BulletCollision/CollisionShapes/btConvexHullShape.h>
+#include <BulletCollision/CollisionShapes/btUniformScalingShape.h>
+
+#include <limits>
+
+#include "plugin/support/obstacle_worlds.h"
+#include "support/catch.h"
+
+using namespace lazyccd;
+using namespace lazyccd::test;
+using scenes::World;
+
+TEST_CASE("a scaled polyhedron is met at its own corners") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  // A needle, so thin that no sample of directions finds all its corners.
+  const btScalar corners[4][3] = {{0, btScalar(0.5), 0},
+                                  {btScalar(0.02), 0, 0},
+                                  {btScalar(-0.02), 0, btScalar(0.001)},
+                                  {0, 0, btScalar(-0.001)}};
+  btConvexHullShape needle;
+  for (const auto& x : corners) needle.addPoint(btVector3(x[0], x[1], x[2]));
+  needle.setMargin(btScalar(0.01));
+  ObstacleWorld w(world, 0);
+  w.add(std::make_unique<btUniformScalingShape>(&needle, btScalar(2)), btVector3(0, 0, 0));
+  btSoftBody* sheet = w.add_sheet(2, 0.5, 1.2, 2);
+  w.steps(60);
+  REQUIRE(w.total().contacts_vf > 0);
+  // The tip is 1 m high and in the middle of two triangles; around it is a margin of 3 cm.
+  btScalar lowest = 10;
+  for (int i = 0; i < 4; ++i) lowest = btMin(lowest, sheet->m_nodes[i].m_x.y());
+  const btVector3 middle = (sheet->m_nodes[1].m_x + sheet->m_nodes[2].m_x) / 2;
+  CHECK(static_cast<double>(btMax(lowest, middle.y())) > 1);
+}
+
+TEST_CASE("a mesh of triangles that are lines is no reason to leave a step out") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  ObstacleWorld w(world, 0);
+  btTriangleMesh lines;
+  lines.addTriangle(btVector3(-1, 0, 0), btVector3(1, 0, 0), btVector3(1, 0, 0));
+  w.add(std::make_unique<btBvhTriangleMeshShape>(&lines, true), btVector3(0, 0, 0));
+  w.add_sheet(4, 1, 0.05, 1);
+  w.steps(10);
+  CHECK(w.total().missed_steps == 0);
+}
+
+TEST_CASE("what does not respond does not intersect where a step begins") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  ObstacleWorld w(world, 0);
+  const auto sheet = [&](double tilt) {
+    btSoftBody* body = w.add_sheet(4, 1, 0, 0);
+    body->rotate(btQuaternion(btVector3(1, 0, 0), static_cast<btScalar>(tilt)));
+    return body;
+  };
+  sheet(0);
+  btSoftBody* ghost = sheet(1);
+  ghost->setCollisionFlags(ghost->getCollisionFlags() | btCollisionObject::CF_NO_CONTACT_RESPONSE);
+  w.steps(1);
+  CHECK(w.total().pierced_at_start == 0);
+  ghost->setCollisionFlags(ghost->getCollisionFlags() & ~btCollisionObject::CF_NO_CONTACT_RESPONSE);
+  w.steps(1);
+  CHECK(w.total().pierced_at_start > 0);
+}
+
+TEST_CASE(
+    "a body in parts has a tree of faces, which Bullet would never finish, where Bullet reads it") {
+  // Two triangles with a corner in common, two with a side in common but no link, and a rope in two
+  // pieces.
+  const World world = GENERATE(World::rigid, World::deformable);
+  // Which Bullet would read.
+  bullet::Options options;
+  options.rigid_contacts = false;
+  ObstacleWorld w(world, 0, options);
+  w.add(std::make_unique<btBoxShape>(btVector3(5, 5, 5)), btVector3(0, btScalar(-5.02), 0));
+  const auto add = [&](const std::vector<std::array<int, 3>>& faces) {
+    const btVector3 corners[] = {btVector3(0, 0, 0), btVector3(1, 0, 0), btVector3(0, 0, 1),
+                                 btVector3(-1, 0, 0), btVector3(0, 0, -1)};
+    auto body = std::make_unique<btSoftBody>(&w.info(), 5, corners, nullptr);
+    for (const std::array<int, 3>& face : faces) body->appendFace(face[0], face[1], face[2]);
+    btSoftBody* added = w.add(std::move(body));
+    added->m_cfg.collisions |= btSoftBody::fCollision::SDF_RDF;
+    return added;
+  };
+  btSoftBody* by_a_corner = add({{0, 1, 2}, {0, 3, 4}});
+  for (const auto& side : {std::array<int, 2>{0, 1}, {1, 2}, {2, 0}, {0, 3}, {3, 4}, {4, 0}})
+    by_a_corner->appendLink(side[0], side[1]);
+  add({{0, 1, 2}, {0, 2, 3}})->translate(btVector3(0, 1, 0));
+  btSoftBody* rope = add({});
+  rope->appendLink(1, 2);
+  rope->appendLink(3, 4);
+  rope->translate(btVector3(0, 2, 0));
+  w.steps(3);
+  CHECK(w.total().missed_steps == 0);
+  // It is built here where Bullet reads one.
+  if (world == World::deformable) CHECK(by_a_corner->m_fdbvt.m_leaves == 2);
+}

@@ -1,0 +1,188 @@
+#include <BulletCollision/CollisionShapes/btBoxShape.h>
+
+#include "plugin/support/obstacle_worlds.h"
+#include "plugin/support/worlds.h"
+#include "random/random.h"
+#include "scenes/measures/intersections.h"
+#include "support/catch.h"
+
+using namespace lazyccd;
+using namespace lazyccd::test;
+
+TEST_CASE("nodes held at the start of the step are enough, and they are counted") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  scenes::WorldOptions options = quiet_options(world, 1.0 / 60);
+  options.lazyccd.max_iterations = 0;
+  options.lazyccd.max_zones = 0;
+  Impact impact(options, 30);
+  scenes::CrossingCounter crossings(*impact.world);
+  for (int i = 0; i < 6; ++i) {
+    impact.world->step();
+    crossings.step(*impact.world);
+  }
+  CHECK(crossings.vertex_face() + crossings.edge_edge() == 0);
+  CHECK(impact.passed() == 0);
+  CHECK(impact.world->total_stats()->last_resorts > 0);
+  CHECK(impact.world->status().find("last resort") != std::string::npos);
+}
+
+TEST_CASE("impact zones are enough without impulses") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  scenes::WorldOptions options = quiet_options(world, 1.0 / 60);
+  options.lazyccd.max_iterations = 0;
+  Impact impact(options, 30);
+  scenes::CrossingCounter crossings(*impact.world);
+  for (int i = 0; i < 6; ++i) {
+    impact.world->step();
+    crossings.step(*impact.world);
+  }
+  CHECK(crossings.vertex_face() + crossings.edge_edge() == 0);
+  CHECK(impact.world->total_stats()->zone_nodes > 0);
+}
+
+TEST_CASE("a pinned sheet that is moved takes a free one along") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  Impact impact(quiet_options(world), 0);
+  scenes::pin(*impact.held, 0, impact.held->m_nodes.size() - 1);
+  impact.held->m_cfg.kDP = 0;
+  scenes::CrossingCounter crossings(*impact.world);
+  for (int i = 0; i < 30; ++i) {
+    for (int n = 0; n < impact.held->m_nodes.size(); ++n) {
+      impact.held->m_nodes[n].m_v = btVector3(0, 4, 0);
+    }
+    impact.world->step();
+    crossings.step(*impact.world);
+  }
+  CHECK(impact.held->m_nodes[0].m_x.y() > btScalar(0.3));
+  CHECK(crossings.vertex_face() + crossings.edge_edge() == 0);
+  CHECK(impact.passed() == 0);
+}
+
+TEST_CASE("what is free in a face follows a kinematic body though its other corners are pinned") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  CAPTURE(world == World::rigid);
+  bullet::Options options;
+  options.max_iterations = 0;
+  ObstacleWorld w(world, 0, options);
+  btSoftBody* cloth = w.add(scenes::make_cloth(w.info(), 2, 2, 1, [](double u, double v) {
+    return btVector3(static_cast<btScalar>(u), 0, static_cast<btScalar>(v));
+  }));
+  for (const int corner : {0, 2, 3}) cloth->setMass(corner, 0);
+  btRigidBody* box =
+      w.add(std::make_unique<btBoxShape>(btVector3(btScalar(0.03), btScalar(0.03), btScalar(0.03))),
+            btVector3(btScalar(0.85), btScalar(-0.1), btScalar(0.1)));
+  ObstacleWorld::make_kinematic(*box);
+  w.steps(1, 1.0 / 60);
+  box->setWorldTransform(btTransform(btQuaternion::getIdentity(),
+                                     btVector3(btScalar(0.85), btScalar(0.1), btScalar(0.1))));
+  w.steps(1, 1.0 / 60);
+  CHECK(w.last().zone_nodes > 0);
+  CHECK(w.last().unresolved == 0);
+  CHECK(cloth->m_nodes[1].m_x.y() > btScalar(0.19));
+}
+
+TEST_CASE("no answer turns a rigid body that may not turn, or moves it along a locked axis") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  const int iterations = GENERATE(0, 20);
+  CAPTURE(world == World::rigid, iterations);
+  bullet::Options options;
+  options.max_iterations = iterations;
+  ObstacleWorld w(world, 0, options);
+  w.add_sheet(6, 1, 0, 0);
+  btRigidBody* box =
+      w.add(std::make_unique<btBoxShape>(btVector3(btScalar(0.1), btScalar(0.1), btScalar(0.1))),
+            btVector3(btScalar(0.4), btScalar(0.3), btScalar(0.3)), 1);
+  box->setAngularFactor(0);
+  box->setLinearFactor(btVector3(0, 1, 1));
+  box->setLinearVelocity(btVector3(0, -20, 0));
+  w.steps(4, 1.0 / 60);
+  REQUIRE(w.total().contacts_vf > 0);
+  CHECK(box->getWorldTransform().getBasis() == btMatrix3x3::getIdentity());
+  CHECK(box->getWorldTransform().getOrigin().x() == btScalar(0.4));
+  CHECK(box->getAngularVelocity().length() == 0);
+}
+
+TEST_CASE("a sheet that lies exactly on another neither falls through nor sticks") {
+  // Each node of the upper sheet starts where one of the lower is.
+  const World world = GENERATE(World::rigid, World::deformable);
+  auto w = PhysicsWorld::make(quiet_options(world));
+  const auto flat = [&] {
+    return scenes::make_cloth(w->info(), 5, 5, 1, [](double u, double v) {
+      return btVector3(static_cast<btScalar>(u), 0, static_cast<btScalar>(v));
+    });
+  };
+  auto lower = flat(), upper = flat();
+  scenes::pin(*lower, 0, 24);
+  btSoftBody* moving = upper.get();
+  w->add(std::move(lower));
+  w->add(std::move(upper));
+  for (int i = 0; i < 24; ++i) {
+    throw_down(*moving, 0.1);
+    w->step();
+  }
+  for (int i = 0; i < 25; ++i) CHECK(moving->m_nodes[i].m_x.y() > 0);
+  CHECK(w->total_stats()->touching > 0);
+  throw_down(*moving, -1);
+  for (int i = 0; i < 24; ++i) w->step();
+  CHECK(moving->m_nodes[12].m_x.y() > btScalar(0.05));
+}
+
+TEST_CASE("a start that already intersects is reported and does not get worse") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  CAPTURE(world == World::rigid);
+  auto w = PhysicsWorld::make(quiet_options(world));
+  auto lower = sheet(*w, 9, 1, 0);
+  scenes::pin_border(*lower, 9, 9);
+  // Upright, through the lower one.
+  auto upper = scenes::make_cloth(w->info(), 5, 5, 1, [](double u, double v) {
+    return btVector3(static_cast<btScalar>(0.3 * u - 0.113), static_cast<btScalar>(0.3 * v - 0.17),
+                     static_cast<btScalar>(0.01 * u + 0.013));
+  });
+  w->add(std::move(lower));
+  w->add(std::move(upper));
+  const auto piercings = [&] {
+    return scenes::find_piercings(scenes::read_surface(*w), scenes::read_positions(*w)).size();
+  };
+  const std::size_t before = piercings();
+  REQUIRE(before > 0);
+  for (int i = 0; i < 24; ++i) w->step();
+  CHECK(w->total_stats()->pierced_at_start == static_cast<std::int64_t>(before));
+  CHECK(w->status().find("bodies intersect where a step begins") != std::string::npos);
+  CHECK(piercings() <= before);
+}
+
+TEST_CASE("where everything sweeps through everything, impulses are soon given up") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  CAPTURE(world == World::rigid);
+  constexpr unsigned throws = 3;
+  std::int64_t detections = 0;
+  for (unsigned dice_seed = 1; dice_seed <= throws; ++dice_seed) {
+    ObstacleWorld w(world, 0);
+    // Every node goes its own way, ten times the scene's width in a step, and a plate comes along.
+    Dice dice(dice_seed);
+    for (int layer = 0; layer < 6; ++layer) {
+      const auto place = [&](double u, double v) {
+        return btVector3(static_cast<btScalar>(0.01 * u), static_cast<btScalar>(0.001 * layer),
+                         static_cast<btScalar>(0.01 * v)) +
+               dice.in_cube(2e-4);
+      };
+      btSoftBody* const cloth = w.add(scenes::make_cloth(w.info(), 6, 6, 1, place), 1e-5);
+      for (int i = 0; i < cloth->m_nodes.size(); ++i) {
+        cloth->setMass(i, static_cast<btScalar>(dice.across_scales(1e-3, 1e3)));
+        cloth->m_nodes[i].m_v = btScalar(24) * dice.direction();
+      }
+    }
+    btRigidBody* const plate = w.add(
+        std::make_unique<btBoxShape>(btVector3(btScalar(0.02), btScalar(0.001), btScalar(0.02))),
+        btVector3(0, btScalar(-0.01), 0), 0, 1e-5);
+    ObstacleWorld::make_kinematic(*plate);
+    w.steps(1);
+    plate->setCenterOfMassTransform(
+        btTransform(btQuaternion(btVector3(1, 0, 0), 1), btVector3(0, btScalar(0.1), 0)));
+    w.steps(1);
+    CHECK(w.total().zone_nodes > 100);
+    CHECK(w.total().unresolved == 0);
+    detections += w.total().detections;
+  }
+  CHECK(detections < 45 * throws);  // of two steps each
+}

@@ -1,0 +1,41 @@
+// Points above each other, 10 cm apart, of which the lowest one is pinned.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "lazyccd/contact.h"
+#include "motion/motion.h"
+
+namespace lazyccd::test {
+
+// Point i is vertex 3 * i; the two beside it only carry a face. Each point is near the face below.
+struct Column {
+  bullet::Motion motion;
+  std::vector<Contact> contacts;
+
+  // Inverse masses of the points above the pinned one, 1/kg.
+  explicit Column(std::vector<double> inverse_masses) {
+    inverse_masses.insert(inverse_masses.begin(), 0);
+    const auto points = static_cast<std::int32_t>(inverse_masses.size());
+    motion.seconds = 0.01;
+    for (std::int32_t i = 0; i < points; ++i) {
+      for (int k = 0; k < 3; ++k) {
+        motion.start.insert(motion.start.end(), {btScalar(k), btScalar(0.1) * i, 0});
+        motion.inverse_mass.push_back(inverse_masses[i]);
+        motion.reach.push_back(1);
+      }
+      Contact contact = {};
+      contact.kind = ContactKind::vertex_face;
+      contact.primitive_a = i;
+      contact.vertices = {3 * i + 3, 3 * i, 3 * i + 1, 3 * i + 2};
+      contact.normal = {0, 1, 0};
+      if (i + 1 < points) contacts.push_back(contact);
+    }
+    motion.end = motion.start;
+    motion.first_vertex = {0, 3 * points};
+    motion.rigid_of_body = {-1};
+  }
+};
+
+}  // namespace lazyccd::test

@@ -1,0 +1,392 @@
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cstddef>
+#include <stdexcept>
+#include <thread>
+#include <vector>
+
+#include "cpu/threads/thread_pool.h"
+#include "support/catch.h"
+
+namespace {
+
+using lazyccd::ThreadPool;
+
+// Long enough that the workers stop spinning and sleep.
+void let_them_sleep() { std::this_thread::sleep_for(std::chrono::milliseconds(2)); }
+
+void wait_for(const std::atomic<bool>& flag) {
+  while (!flag) std::this_thread::yield();
+}
+
+}  // namespace
+
+TEST_CASE("a pool has as many workers as asked for, and the machine's number for 0") {
+  CHECK(ThreadPool(1).size() == 1);
+  CHECK(ThreadPool(5).size() == 5);
+  CHECK(ThreadPool(0).size() >= 1);
+}
+
+TEST_CASE("a job that is handed out runs once on another thread, or nobody comes to it") {
+  const int threads = GENERATE(2, 3, 16);
+  ThreadPool pool(threads);
+  const auto caller = std::this_thread::get_id();
+  for (int round = 0; round < 400; ++round) {
+    if (round % 50 == 0) let_them_sleep();
+    int calls = 0;  // plain: the pool orders the accesses
+    std::atomic<bool> has_begun{false};
+    const auto job = [&](int worker) {
+      has_begun = true;
+      calls += worker > 0 && worker < threads && std::this_thread::get_id() != caller ? 1 : 100;
+    };
+    pool.hand_out(job);
+    // Taken back at once, or later, or when it has begun.
+    if (round % 3 == 1) std::this_thread::sleep_for(std::chrono::microseconds(round % 100));
+    if (round % 3 == 2) wait_for(has_begun);
+    const bool ran = pool.take_back();
+    REQUIRE(calls == (ran ? 1 : 0));
+    if (round % 3 == 2) REQUIRE(ran);
+    if (round % 4 == 0) pool.rouse();
+    if (round % 4 > 1) continue;
+    std::vector<int> others(static_cast<std::size_t>(threads));
+    pool.run([&](int worker) { ++others[static_cast<std::size_t>(worker)]; });
+    REQUIRE(others == std::vector<int>(static_cast<std::size_t>(threads), 1));
+    pool.offer([&](int worker) { ++others[static_cast<std::size_t>(worker)]; });
+    REQUIRE(others[0] == 2);
+    REQUIRE(calls == (ran ? 1 : 0));
+  }
+}
+
+TEST_CASE("a job that was handed out is waited for") {
+  ThreadPool pool(4);
+  std::atomic<bool> has_begun{false};
+  bool has_ended = false;
+  const auto job = [&](int) {
+    has_begun = true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    has_ended = true;
+  };
+  pool.hand_out(job);
+  wait_for(has_begun);
+  CHECK(pool.take_back());
+  CHECK(has_ended);
+}
+
+TEST_CASE("a job that was handed out does alone what it does in pieces, whoever uses the pool") {
+  const int threads = GENERATE(2, 4);
+  ThreadPool pool(threads);
+  for (int round = 0; round < 60; ++round) {
+    std::atomic<bool> has_begun{false}, has_ended{false};
+    int offered = 0, pieces = 0;  // plain: nobody else writes them
+    const auto job = [&](int) {
+      has_begun = true;
+      for (int i = 0; i < 20; ++i) {
+        if (pool.available() != 1) offered = 100;
+        pool.offer([&](int worker) { offered += worker == 0 ? 1 : 100; });
+        pool.parallel_for(1000, 1, [&](std::size_t first, std::size_t last, int worker) {
+          pieces += worker == 0 && first == 0 && last == 1000 ? 1 : 100;
+        });
+      }
+      has_ended = true;
+    };
+    pool.hand_out(job);
+    wait_for(has_begun);
+    do {
+      pool.set_helpers(round % 2 ? ThreadPool::Helpers::awake : ThreadPool::Helpers::everyone);
+      std::vector<int> done(100);
+      pool.parallel_for(100, 1, [&](std::size_t first, std::size_t last, int) {
+        for (std::size_t i = first; i < last; ++i) ++done[i];
+      });
+      REQUIRE(done == std::vector<int>(100, 1));
+    } while (!has_ended);
+    REQUIRE(pool.take_back());
+    REQUIRE(offered == 20);
+    REQUIRE(pieces == 20);
+  }
+}
+
+TEST_CASE("the pool goes on beside what was handed out, without who is at it") {
+  const int threads = GENERATE(2, 3, 5);
+  ThreadPool pool(threads);
+  for (int round = 0; round < 40; ++round) {
+    std::atomic<bool> has_begun{false}, may_end{false};
+    std::atomic<int> who{0};
+    const auto job = [&](int worker) {
+      who = worker;
+      has_begun = true;
+      wait_for(may_end);
+    };
+    pool.hand_out(job);
+    wait_for(has_begun);
+    for (int i = 0; i < 5; ++i) {
+      if (round % 10 == 0) let_them_sleep();
+      std::vector<int> calls(static_cast<std::size_t>(threads));  // plain: the pool orders them
+      pool.offer([&](int worker) { ++calls[static_cast<std::size_t>(worker)]; });
+      REQUIRE(calls[0] == 1);
+      REQUIRE(*std::max_element(calls.begin(), calls.end()) == 1);
+      REQUIRE(calls[static_cast<std::size_t>(who.load())] == 0);
+      std::vector<int> done(1000);
+      pool.parallel_for(1000, 10, [&](std::size_t first, std::size_t last, int worker) {
+        for (std::size_t k = first; k < last; ++k) done[k] += worker == who ? 100 : 1;
+      });
+      REQUIRE(done == std::vector<int>(1000, 1));
+    }
+    may_end = true;
+    REQUIRE(pool.take_back());
+  }
+}
+
+TEST_CASE("who comes out of what was handed out comes to what was offered meanwhile") {
+  ThreadPool pool(2);
+  for (int round = 0; round < 40; ++round) {
+    std::atomic<bool> has_begun{false}, may_end{false}, has_come{false};
+    const auto job = [&](int) {
+      has_begun = true;
+      wait_for(may_end);
+    };
+    pool.hand_out(job);
+    if (round % 2 == 0) wait_for(has_begun);
+    // The other thread comes to this only after that, also where it had not begun.
+    bool was_first = true;
+    pool.offer([&](int worker) {
+      if (worker == 0) {
+        may_end = true;
+        wait_for(has_come);
+      } else {
+        was_first = has_begun;
+        has_come = true;
+      }
+    });
+    REQUIRE(was_first);
+    REQUIRE(pool.take_back());
+  }
+}
+
+TEST_CASE("what calls all waits for who is at what was handed out") {
+  ThreadPool pool(3);
+  for (int round = 0; round < 20; ++round) {
+    std::atomic<bool> has_begun{false}, has_ended{false};
+    const auto job = [&](int) {
+      has_begun = true;
+      std::this_thread::sleep_for(std::chrono::microseconds(300));
+      has_ended = true;
+    };
+    pool.hand_out(job);
+    wait_for(has_begun);
+    std::vector<int> calls(3);
+    pool.run([&](int worker) { ++calls[static_cast<std::size_t>(worker)]; });
+    REQUIRE(calls == std::vector<int>(3, 1));
+    REQUIRE(has_ended);
+    REQUIRE(pool.take_back());
+  }
+}
+
+TEST_CASE("a pool of one hands out nothing") {
+  ThreadPool pool(1);
+  const auto job = [](int) { FAIL("nobody is there"); };
+  pool.hand_out(job);
+  CHECK(!pool.take_back());
+}
+
+TEST_CASE("an exception of a job that was handed out reaches who takes it back, once") {
+  ThreadPool pool(3);
+  for (int round = 0; round < 20; ++round) {
+    std::atomic<bool> has_begun{false};
+    const auto bad = [&](int) {
+      has_begun = true;
+      throw std::runtime_error("bad job");
+    };
+    pool.hand_out(bad);
+    wait_for(has_begun);
+    CHECK_THROWS_AS(pool.take_back(), std::runtime_error);
+    int calls = 0;
+    const auto good = [&](int) { ++calls; };
+    pool.hand_out(good);
+    CHECK(calls == (pool.take_back() ? 1 : 0));
+    pool.run([](int) {});
+  }
+}
+
+TEST_CASE("exceptions of what was handed out and of what is done beside it do not mix") {
+  ThreadPool pool(3);
+  for (int round = 0; round < 40; ++round) {
+    std::atomic<bool> has_begun{false}, may_end{false};
+    const auto bad = [&](int) {
+      has_begun = true;
+      while (round % 2 == 0 && !may_end) std::this_thread::yield();
+      throw std::runtime_error("handed out");
+    };
+    pool.hand_out(bad);
+    wait_for(has_begun);
+    CHECK_THROWS_AS(pool.offer([](int) { throw std::logic_error("offered"); }), std::logic_error);
+    CHECK_THROWS_AS(pool.parallel_for(100, 1,
+                                      [](std::size_t first, std::size_t, int) {
+                                        if (first == 7) throw std::logic_error("in pieces");
+                                      }),
+                    std::logic_error);
+    pool.offer([](int) {});
+    may_end = true;
+    CHECK_THROWS_AS(pool.take_back(), std::runtime_error);
+    pool.run([](int) {});
+  }
+}
+
+TEST_CASE("every worker runs a job once, awake or asleep") {
+  const int threads = GENERATE(1, 2, 3, 16);
+  ThreadPool pool(threads);
+  for (int round = 0; round < 60; ++round) {
+    std::vector<int> calls(
+        static_cast<std::size_t>(threads));  // plain: the pool orders the accesses
+    pool.run([&](int worker) { ++calls[static_cast<std::size_t>(worker)]; });
+    REQUIRE(calls == std::vector<int>(static_cast<std::size_t>(threads), 1));
+    if (round % 10 == 0) let_them_sleep();
+  }
+}
+
+TEST_CASE("a pool that was roused runs its jobs, whether they come or not") {
+  ThreadPool pool(4);
+  for (int round = 0; round < 40; ++round) {
+    if (round % 4 < 2) let_them_sleep();
+    pool.rouse();
+    if (round % 4 == 1) pool.rouse();
+    if (round % 8 == 3) continue;
+    std::vector<int> calls(4);
+    pool.run([&](int worker) { ++calls[static_cast<std::size_t>(worker)]; });
+    REQUIRE(calls == std::vector<int>(4, 1));
+  }
+  let_them_sleep();
+  pool.rouse();
+}
+
+TEST_CASE("with those that are awake, who sleeps goes on sleeping, and what calls all calls all") {
+  ThreadPool pool(3);
+  for (int round = 0; round < 200; ++round) {
+    const bool asleep = round % 20 == 0;
+    pool.set_helpers(ThreadPool::Helpers::awake);
+    while (asleep && pool.available() > 1) let_them_sleep();
+    const int available = pool.available();
+    REQUIRE(available >= 1);
+    REQUIRE(available <= 3);
+    std::vector<int> calls(3);  // plain: the pool orders the accesses
+    pool.rouse();
+    pool.offer([&](int worker) { ++calls[static_cast<std::size_t>(worker)]; });
+    REQUIRE(calls[0] == 1);
+    REQUIRE(std::max(calls[1], calls[2]) <= 1);
+    if (asleep) {
+      REQUIRE(available == 1);
+      REQUIRE(calls == std::vector<int>{1, 0, 0});
+    }
+    std::vector<int> done(1000);
+    pool.parallel_for(1000, 10, [&](std::size_t first, std::size_t last, int) {
+      for (std::size_t i = first; i < last; ++i) ++done[i];
+    });
+    REQUIRE(done == std::vector<int>(1000, 1));
+    if (round % 3 == 0) {
+      calls.assign(3, 0);
+      pool.run([&](int worker) { ++calls[static_cast<std::size_t>(worker)]; });
+      REQUIRE(calls == std::vector<int>(3, 1));
+    }
+    pool.set_helpers(ThreadPool::Helpers::everyone);
+    REQUIRE(pool.available() == 3);
+  }
+}
+
+TEST_CASE("worker 0 is the calling thread") {
+  ThreadPool pool(3);
+  std::thread::id worker_0;
+  pool.run([&](int worker) {
+    if (worker == 0) worker_0 = std::this_thread::get_id();
+  });
+  CHECK(worker_0 == std::this_thread::get_id());
+}
+
+TEST_CASE("an offered job runs on worker 0 and at most once on each other") {
+  ThreadPool pool(4);
+  for (int round = 0; round < 500; ++round) {
+    std::vector<int> calls(4);
+    pool.offer([&](int worker) { ++calls[static_cast<std::size_t>(worker)]; });
+    REQUIRE(calls[0] == 1);
+    for (int count : calls) REQUIRE(count <= 1);
+    if (round % 100 == 0) let_them_sleep();
+  }
+}
+
+TEST_CASE("parallel_for hands out each index once, in pieces no larger than the grain") {
+  const int threads = GENERATE(1, 2, 7);
+  const std::size_t count =
+      GENERATE(std::size_t{0}, std::size_t{1}, std::size_t{7}, std::size_t{1000});
+  const std::size_t grain =
+      GENERATE(std::size_t{0}, std::size_t{1}, std::size_t{7}, std::size_t{999});
+  ThreadPool pool(threads);
+  std::vector<int> calls(count);  // plain: the pieces are disjoint
+  std::atomic<bool> small{true};
+  pool.parallel_for(count, grain, [&](std::size_t first, std::size_t last, int worker) {
+    if (worker < 0 || worker >= threads) small = false;
+    if (threads > 1 && last - first > std::max<std::size_t>(grain, 1)) small = false;
+    for (std::size_t i = first; i < last; ++i) ++calls[i];
+  });
+  CHECK(calls == std::vector<int>(count, 1));
+  CHECK(small);
+}
+
+TEST_CASE(
+    "an exception of any worker reaches the caller after all have left, and the pool goes on") {
+  const int threads = GENERATE(1, 4);
+  ThreadPool pool(threads);
+  for (int bad = 0; bad < threads; ++bad) {
+    std::atomic<int> inside{0};
+    CHECK_THROWS_AS(pool.run([&](int worker) {
+      ++inside;
+      if (worker == bad) {
+        --inside;
+        throw std::runtime_error("bad worker");
+      }
+      std::this_thread::yield();
+      --inside;
+    }),
+                    std::runtime_error);
+    CHECK(inside == 0);
+    CHECK_THROWS_AS(pool.parallel_for(1000, 1,
+                                      [&](std::size_t first, std::size_t, int) {
+                                        if (first == 0) throw std::runtime_error("bad index");
+                                      }),
+                    std::runtime_error);
+  }
+  int calls = 0;
+  pool.offer([&](int worker) {
+    if (worker == 0) ++calls;
+  });
+  CHECK(calls == 1);
+}
+
+TEST_CASE("a caller that is done first sleeps until the last worker is") {
+  ThreadPool pool(2);
+  bool finished = false;
+  pool.run([&](int worker) {
+    if (worker == 0) return;
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    finished = true;
+  });
+  CHECK(finished);
+}
+
+TEST_CASE("pools come and go, used or not, with their threads awake or asleep") {
+  for (int round = 0; round < 20; ++round) {
+    ThreadPool unused(3);
+    ThreadPool used(3);
+    std::atomic<int> calls{0};
+    used.run([&](int) { ++calls; });
+    REQUIRE(calls == 3);
+    if (round % 2 == 0) let_them_sleep();
+  }
+}
+
+TEST_CASE("a job may use another pool") {
+  ThreadPool outer(2);
+  ThreadPool inner[2];
+  std::atomic<int> calls{0};
+  outer.run(
+      [&](int worker) { inner[static_cast<std::size_t>(worker)].run([&](int) { ++calls; }); });
+  CHECK(calls == inner[0].size() + inner[1].size());
+}
