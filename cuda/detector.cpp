@@ -6,7 +6,6 @@
 
 #include "core/contact_math.h"
 #include "cpu/cpu_detector.h"
-#include "cpu/threads/with_helpers.h"
 #include "lazyccd/error.h"
 #if defined(LAZYCCD_HAS_CUDA)
 #include "gpu/gpu_detector.h"
@@ -15,7 +14,7 @@
 namespace lazyccd {
 namespace {
 
-std::unique_ptr<BackendDetector> make_gpu(const Options& options, ThreadPool& threads) {
+std::unique_ptr<BackendDetector> make_gpu(const DetectorOptions& options, ThreadPool& threads) {
 #if defined(LAZYCCD_HAS_CUDA)
   return make_gpu_detector(options, threads);
 #else
@@ -28,7 +27,7 @@ std::unique_ptr<BackendDetector> make_gpu(const Options& options, ThreadPool& th
 }  // namespace
 
 struct Detector::Impl {
-  explicit Impl(const Options& o) : options(o), cpu(o) {
+  Impl(const DetectorOptions& o, const Threads& t) : options(o), threads(t), cpu(o, t) {
     if (options.backend == Backend::cpu) return;
     start_gpu();
   }
@@ -39,7 +38,7 @@ struct Detector::Impl {
 
   void start_gpu() {
     try {
-      gpu = make_gpu(options, cpu.threads());
+      gpu = make_gpu(options, *threads.pool());
       gpu->set_mesh(mesh);
     } catch (const Error& error) {
       gpu_failed(error);
@@ -78,7 +77,7 @@ struct Detector::Impl {
     if (gpu) {
       try {
         const Span<const Contact> contacts = gpu->detect(start, end, step);
-        return options.separation > 0 ? cpu.distinct_of(contacts, start, end, step) : contacts;
+        return options.separation > 0 ? cpu.reduce_contacts(contacts, start, end, step) : contacts;
       } catch (const Error& error) {
         if (error.code() != ErrorCode::device) throw;  // bad input is bad input on any backend
         gpu_failed(error);
@@ -88,30 +87,31 @@ struct Detector::Impl {
     return cpu.detect(start, end, step);
   }
 
-  Options options;
+  DetectorOptions options;
+  Threads threads;
   Mesh mesh;
   CpuDetector cpu;
-  std::unique_ptr<BackendDetector> gpu;  // on the threads of cpu
+  std::unique_ptr<BackendDetector> gpu;  // null: the CPU does the work
   int failures = 0;
   std::string reason;  // of the last failure
   Stats stats;
 };
 
-Detector::Detector(const Options& options) {
-  if (options.threads < 0)
-    throw Error(ErrorCode::invalid_argument, "threads is negative; 0 means as many as the machine has");
-  const Tuning& tuning = options.tuning;
+Detector::Detector(const DetectorOptions& options) : Detector(options, Threads(options.threads)) {}
+
+Detector::Detector(const DetectorOptions& options, const Threads& threads) {
+  const Tuning& tuning = options.algorithm.tuning;
   if (tuning.chunk < 0 || tuning.stack < 0 || tuning.idle_threshold < 0)
     throw Error(ErrorCode::invalid_argument, "a size of the tuning is negative; 0 means the default");
   if (!(options.separation >= 0 && std::isfinite(options.separation)))
     throw Error(ErrorCode::invalid_argument, "separation is negative or not finite");
-  if (options.front_period < 1)
+  if (options.algorithm.front_period < 1)
     throw Error(ErrorCode::invalid_argument, "front_period must be at least 1 step");
-  if (!(options.front_ratio > 0))
+  if (!(options.algorithm.front_ratio > 0))
     throw Error(ErrorCode::invalid_argument, "front_ratio must be positive");
-  if (!(options.rebuild_ratio > 0))
+  if (!(options.algorithm.rebuild_ratio > 0))
     throw Error(ErrorCode::invalid_argument, "rebuild_ratio must be positive");
-  impl_ = std::make_unique<Impl>(options);
+  impl_ = std::make_unique<Impl>(options, threads);
   impl_->set_mesh();
 }
 
@@ -121,7 +121,7 @@ Detector& Detector::operator=(Detector&&) noexcept = default;
 
 void Detector::set_topology(const Topology& topology) {
   Mesh mesh(topology);
-  impl_->cpu.forget_foreseen();  // another thread may be reading the old one
+  impl_->cpu.discard_ahead();  // another thread may be reading the old one
   impl_->mesh = std::move(mesh);
   impl_->set_mesh();
 }
@@ -133,28 +133,15 @@ Span<const Contact> Detector::detect(const Positions& start, const Positions& en
   return contacts;
 }
 
-void Detector::foresee(const Positions& start, const Positions& end, double tolerance) {
-  if (!impl_->tries_gpu()) impl_->cpu.foresee(start, end, tolerance, impl_->scene());
+void Detector::detect_ahead(const Positions& start, const Positions& end, double tolerance) {
+  if (!impl_->tries_gpu()) impl_->cpu.detect_ahead(start, end, tolerance, impl_->scene());
 }
 
-Span<const Contact> Detector::touching_again(const Positions& start, const Positions& end) {
+Span<const Contact> Detector::recheck_near_pairs(const Positions& start, const Positions& end) {
   Stats stats = impl_->scene();
-  const Span<const Contact> contacts = impl_->cpu.touching_again(start, end, stats);
+  const Span<const Contact> contacts = impl_->cpu.recheck_near_pairs(start, end, stats);
   impl_->stats = std::move(stats);
   return contacts;
-}
-
-void Detector::parallel_for(std::size_t count, std::size_t grain,
-                            const std::function<void(std::size_t, std::size_t)>& body) {
-  ThreadPool& threads = impl_->cpu.threads();
-  const bool small = count / 3 + (count % 3 != 0) <= grain;
-  const WithHelpers helpers(
-      threads, small ? ThreadPool::Helpers::awake : ThreadPool::Helpers::everyone);
-  // Who is awake may come late, and what one core has made is slow to come to another: for little,
-  // the pieces are finer, so that each takes as many as it can.
-  const std::size_t piece = small && count > grain ? std::max<std::size_t>(grain / 4, 1) : grain;
-  threads.parallel_for(
-      count, piece, [&](std::size_t first, std::size_t last, int) { body(first, last); });
 }
 
 Span<const Edge> Detector::edges() const { return impl_->mesh.edges(); }

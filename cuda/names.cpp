@@ -1,7 +1,7 @@
 #include <cstddef>
 #include <string>
 
-#include "lazyccd/detector.h"
+#include "lazyccd/algorithm.h"
 #include "lazyccd/error.h"
 
 namespace lazyccd {

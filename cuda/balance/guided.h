@@ -33,7 +33,7 @@ struct GuidedView {
     Hot<std::uint64_t> claimed;    // initial items that workers have taken, or more
     Hot<std::uint64_t> given;      // the list in circulation: GivenList
     Hot<std::uint32_t> giving;     // nonzero: somebody is making the next list
-    Hot<std::uint32_t> hungry;     // workers that look for work
+    Hot<std::uint32_t> idle_workers;     // workers that look for work
     Hot<std::uint32_t> cancelled;  // nonzero: stop
   };
 
@@ -96,7 +96,7 @@ class GuidedWorker {
     busy_ = false;
     steals_ = overflows_ = 0;
     // Relaxed, here and wherever hungry changes: it is a hint and publishes nothing.
-    Atomics::fetch_add(view_.counters->hungry.cell, 1u, Atomics::relaxed);
+    Atomics::fetch_add(view_.counters->idle_workers.cell, 1u, Atomics::relaxed);
   }
 
   // A portion of either list. Where both are empty the worker turns idle.
@@ -114,9 +114,9 @@ class GuidedWorker {
     }
     const bool busy = batch.count != 0;
     if (busy && !busy_) {
-      Atomics::fetch_sub(view_.counters->hungry.cell, 1u, Atomics::relaxed);
+      Atomics::fetch_sub(view_.counters->idle_workers.cell, 1u, Atomics::relaxed);
     } else if (!busy && busy_) {
-      Atomics::fetch_add(view_.counters->hungry.cell, 1u, Atomics::relaxed);
+      Atomics::fetch_add(view_.counters->idle_workers.cell, 1u, Atomics::relaxed);
       view_.termination().unit_ended();
     }
     busy_ = busy;
@@ -131,7 +131,7 @@ class GuidedWorker {
   // Somebody waits and no list is in circulation.
   LAZYCCD_HD bool asked() const {
     // Relaxed: hints.
-    return Atomics::load(view_.counters->hungry.cell, Atomics::relaxed) != 0 && given().rest() == 0;
+    return Atomics::load(view_.counters->idle_workers.cell, Atomics::relaxed) != 0 && given().rest() == 0;
   }
 
   // Room for the next list, or null where it is not this worker's turn.

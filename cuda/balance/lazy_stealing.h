@@ -37,7 +37,7 @@ struct LazyStealingView {
     Hot<std::uint64_t> free_head;  // FreeList
     Hot<std::uint32_t> live;       // Termination
     Hot<std::uint64_t> claimed;    // initial items that workers have taken, or more
-    Hot<std::uint32_t> hungry;     // workers that look for work
+    Hot<std::uint32_t> idle_workers;     // workers that look for work
     Hot<std::uint32_t> cancelled;  // nonzero: stop
   };
 
@@ -84,13 +84,13 @@ class LazyStealingWorker {
     worker_ = worker;
     filling_ = no_chunk;
     busy_ = false;
-    offered_ = 0;
+    current_ = 0;
     claims_.start(view.initial_count);
     cache_.clear();
     steals_ = 0;
     overflows_ = 0;
     // Relaxed, here and wherever hungry changes: it is a hint and publishes nothing.
-    Atomics::fetch_add(view_.counters->hungry.cell, 1u, Atomics::relaxed);
+    Atomics::fetch_add(view_.counters->idle_workers.cell, 1u, Atomics::relaxed);
   }
 
   // Gives the private free chunks back. The worker stays counted as hungry: the run is over, or it
@@ -98,9 +98,9 @@ class LazyStealingWorker {
   LAZYCCD_HD void leave() { cache_.flush(view_.free_list()); }
 
   // More workers wait than this one has chunks on offer.
-  LAZYCCD_HD bool hungry() const {
-    const std::uint32_t waiting = Atomics::load(view_.counters->hungry.cell, Atomics::relaxed);
-    return waiting > (offered_ != 0 ? view_.deque(worker_).size() : 0);
+  LAZYCCD_HD bool any_worker_idle() const {
+    const std::uint32_t waiting = Atomics::load(view_.counters->idle_workers.cell, Atomics::relaxed);
+    return waiting > (current_ != 0 ? view_.deque(worker_).size() : 0);
   }
 
   // A free chunk of this worker's, or null where ring or pool is exhausted: the caller keeps its
@@ -118,14 +118,14 @@ class LazyStealingWorker {
   LAZYCCD_HD void publish() {
     view_.termination().chunk_published();
     view_.deque(worker_).push(filling_, seen_);
-    ++offered_;
+    ++current_;
   }
 
   // From the own deque, newest first, then from the initial items. Where both are empty the worker
   // turns idle: it has nothing left and does not ask here again before it has stolen.
   LAZYCCD_HD Batch<Item> own_batch() {
-    const std::uint32_t chunk = offered_ != 0 ? view_.deque(worker_).pop() : no_chunk;
-    offered_ = chunk != no_chunk ? offered_ - 1 : 0;
+    const std::uint32_t chunk = current_ != 0 ? view_.deque(worker_).pop() : no_chunk;
+    current_ = chunk != no_chunk ? current_ - 1 : 0;
     const Batch<Item> batch = chunk != no_chunk ? batch_of(chunk) : claim_initial();
     if (batch.count == 0) {
       become_idle();
@@ -179,12 +179,12 @@ class LazyStealingWorker {
 
   LAZYCCD_HD void become_busy() {
     busy_ = true;
-    Atomics::fetch_sub(view_.counters->hungry.cell, 1u, Atomics::relaxed);
+    Atomics::fetch_sub(view_.counters->idle_workers.cell, 1u, Atomics::relaxed);
   }
   LAZYCCD_HD void become_idle() {
     if (!busy_) return;
     busy_ = false;
-    Atomics::fetch_add(view_.counters->hungry.cell, 1u, Atomics::relaxed);
+    Atomics::fetch_add(view_.counters->idle_workers.cell, 1u, Atomics::relaxed);
     view_.termination().unit_ended();
   }
 
@@ -192,7 +192,7 @@ class LazyStealingWorker {
   std::uint32_t worker_;
   std::uint32_t filling_;
   std::uint64_t seen_;     // of the own deque
-  std::uint32_t offered_;  // chunks that the own deque holds at most: only others take meanwhile
+  std::uint32_t current_;  // chunks that the own deque holds at most: only others take meanwhile
   bool busy_;              // holds a unit of `live`
   Claims claims_;
   ChunkCache<CacheSize> cache_;

@@ -13,7 +13,7 @@
 #include "cpu/scene/positions.h"
 #include "cpu/scene/scale.h"
 #include "cpu/stopwatch.h"
-#include "cpu/threads/with_helpers.h"
+#include "cpu/threads/thread_pool.h"
 #include "lazyccd/error.h"
 
 namespace lazyccd {
@@ -44,45 +44,47 @@ bool is_vertex_face(const Contact& contact) { return contact.kind == ContactKind
 
 }  // namespace
 
-CpuDetector::CpuDetector(const Options& options, const LeafKernels& kernels)
+CpuDetector::CpuDetector(const DetectorOptions& options, const Threads& threads,
+                         const LeafKernels& kernels)
     : options_(options),
       kernels_(&kernels),
-      pool_(options.threads),
-      traversal_(pool_, options.strategy, options.tuning),
+      threads_(threads),
+      pool_(*threads_.pool()),
+      traversal_(pool_, options.algorithm.strategy, options.algorithm.tuning),
       groups_(separation_margin(options.separation), kernels),
-      volume_(make_node_volume(options.volume, separation_margin(options.separation))),
-      front_policy_(options.front_period, options.front_ratio),
-      near_list_(options.separation, pool_.size()) {
+      volume_(make_node_volume(options.algorithm.volume, separation_margin(options.separation))),
+      front_policy_(options.algorithm.front_period, options.algorithm.front_ratio),
+      verlet_list_(options.separation, pool_.size()) {
   // The pairs that are to stand for others would not be tested.
-  options_.distinct = options.distinct && options.vertex_face;
+  options_.reduce_contacts = options.reduce_contacts && options.vertex_face;
   // What cannot touch can still come near.
-  if (options.separation > 0) options_.culling.normal_cones = options_.culling.orphan_sets = false;
+  if (options.separation > 0) options_.algorithm.culling.normal_cones = options_.algorithm.culling.orphan_sets = false;
   for (int i = 0; i < pool_.size(); ++i) workers_.push_back(std::make_unique<Worker>());
 }
 
-CpuDetector::~CpuDetector() { forget_foreseen(); }
+CpuDetector::~CpuDetector() { discard_ahead(); }
 
 void CpuDetector::set_mesh(const Mesh& mesh) {
-  forget_foreseen();
+  discard_ahead();
   near_is_lost_ = false;
   mesh_ = &mesh;
   built_ = false;
   front_policy_.forget();
-  near_list_.forget();
+  verlet_list_.forget();
   sort_ = std::make_unique<ContactSort>(mesh);
   for (const auto& worker : workers_) worker->near_pairs.clear();
-  if (options_.culling.orphan_sets) orphans_ = OrphanSets(mesh);
+  if (options_.algorithm.culling.orphan_sets) orphans_ = OrphanSets(mesh);
 }
 
 void CpuDetector::update_hierarchy(Stats& stats) {
-  bool build = !built_ || options_.rebuild_every_step;
-  listing_ = may_list() && !near_list_.made() && near_list_.is_promising(scale_);
-  groups_.set_margin(separation_margin(options_.separation) + (listing_ ? near_list_.slack() : 0) +
+  bool build = !built_ || options_.algorithm.rebuild_every_step;
+  listing_ = may_list() && !verlet_list_.made() && verlet_list_.is_worthwhile(scale_);
+  groups_.set_margin(separation_margin(options_.separation) + (listing_ ? verlet_list_.skin() : 0) +
                      tolerance_ * (1 + 0x1p-20));
   if (!build) {
     groups_.refit(records_, pool_, scale_);
     tree_.refit(groups_.boxes());
-    build = tree_.cost() > options_.rebuild_ratio * built_cost_;
+    build = tree_.cost() > options_.algorithm.rebuild_ratio * built_cost_;
   }
   if (build) {
     groups_.build(*mesh_, records_, pool_, scale_);
@@ -91,17 +93,17 @@ void CpuDetector::update_hierarchy(Stats& stats) {
     built_ = true;
     find_parts();
     front_policy_.forget();
-    if (may_list()) near_list_.build(*mesh_, groups_, tree_);
-    if (options_.culling.normal_cones) cones_.build(*mesh_, groups_, tree_);
+    if (may_list()) verlet_list_.build(*mesh_, groups_, tree_);
+    if (options_.algorithm.culling.normal_cones) cones_.build(*mesh_, groups_, tree_);
   }
   if (volume_) volume_->refit(groups_, tree_, records_, pool_);
-  if (options_.culling.normal_cones) cones_.refit(*mesh_, tree_, records_, pool_);
+  if (options_.algorithm.culling.normal_cones) cones_.refit(*mesh_, tree_, records_, pool_);
   stats.rebuilt = build;
 }
 
 // The volumes have no more room than a step needs.
 bool CpuDetector::may_list() const {
-  return options_.separation > 0 && !volume_ && !options_.rebuild_every_step;
+  return options_.separation > 0 && !volume_ && !options_.algorithm.rebuild_every_step;
 }
 
 void CpuDetector::find_parts() {
@@ -128,7 +130,7 @@ void CpuDetector::visit_pair(Worker& worker, NodePair pair) {
   const std::int32_t a = tree_.nodes()[pair.a].group(), b = tree_.nodes()[pair.b].group();
   if (!kernels_->visit(worker.scene(), a, b, worker)) return;
   ++worker.group_pairs;
-  if (looking_) worker.lasting += near_list_.would_last(pair);
+  if (looking_) worker.lasting += verlet_list_.would_stay_valid(pair);
 }
 
 LeafScene CpuDetector::leaf_scene(double separation, Worker& worker) const {
@@ -146,38 +148,38 @@ LeafScene CpuDetector::leaf_scene(double separation, Worker& worker) const {
           separation,
           scaled * (1 - 0x1p-18f),
           (scaled + unknown) * (1 + 0x1p-10f),
-          options_.arithmetic == Arithmetic::single_first,
-          options_.culling.non_penetration ? &worker.never_coplanar : nullptr,
-          options_.distinct ? mesh_->first_faces() : FirstFaces{}};
+          options_.algorithm.arithmetic == Arithmetic::single_first,
+          options_.algorithm.culling.non_penetration ? &worker.filtered_noncoplanar : nullptr,
+          options_.reduce_contacts ? mesh_->first_faces() : FirstFaces{}};
 }
 
 void CpuDetector::begin_workers(double separation) {
   for (int i = 0; i < pool_.size(); ++i) {
     Worker& worker = *workers_[static_cast<std::size_t>(i)];
     worker.begin(*kernels_, *mesh_, leaf_scene(separation, worker),
-                 listing_ ? &near_list_ : nullptr, &near_list_.part(i));
+                 listing_ ? &verlet_list_ : nullptr, &verlet_list_.part(i));
     worker.begin_traversal();
   }
 }
 
 void CpuDetector::traverse(Stats& stats) {
-  if (options_.culling.orphan_sets) {
+  if (options_.algorithm.culling.orphan_sets) {
     for (const auto& worker : workers_) worker->drop(&orphans_);
   }
   if (tree_.nodes().empty()) return;
-  if (options_.strategy == Strategy::thread_per_query) {
+  if (options_.algorithm.strategy == Strategy::thread_per_query) {
     query_each_group(stats);
   } else {
     const NodePair root{0, 0};
-    stats.front_reused = options_.front == FrontUse::on && front_policy_.reuse();
+    stats.front_reused = options_.algorithm.front == FrontUse::on && front_policy_.reuse();
     if (stats.front_reused) {
       balanced_traversal(front_, stats);
     } else {
       balanced_traversal({&root, 1}, stats);
     }
   }
-  test_rest(serving_);
-  if (options_.culling.orphan_sets) test_orphans(stats);
+  test_pending(serving_);
+  if (options_.algorithm.culling.orphan_sets) test_orphans(stats);
 }
 
 void CpuDetector::look_ahead() {
@@ -186,46 +188,46 @@ void CpuDetector::look_ahead() {
     pairs += worker->group_pairs;
     lasting += worker->lasting;
   }
-  near_list_.looked_at(pairs, lasting);
+  verlet_list_.record_probe(pairs, lasting);
 }
 
 // What is left in the workers' queues, or over, and, with a list, what that holds.
-void CpuDetector::test_rest(bool listed) {
+void CpuDetector::test_pending(bool listed) {
   constexpr ContactKind kinds[] = {ContactKind::vertex_face, ContactKind::edge_edge};
   std::size_t rest = 0;
   for (const auto& worker : workers_) {
     for (const CandidateQueue& queue : worker->queues)
       rest += static_cast<std::size_t>(queue.count);
-    for (const std::vector<Candidate>& pairs : worker->left_over) rest += pairs.size();
+    for (const std::vector<Candidate>& pairs : worker->pending) rest += pairs.size();
   }
   if (listed) {
-    near_list_.measure_reach();
-    rest += near_list_.size();
+    verlet_list_.measure_distances();
+    rest += verlet_list_.size();
   }
-  Pieces pieces(rest, pool_.available());
+  CandidateBatches batches(rest, pool_.available());
   for (const ContactKind kind : kinds) {
     for (const auto& worker : workers_) {
       CandidateQueue& queue = worker->queues[static_cast<int>(kind)];
-      pieces.add(kind, queue.items, static_cast<std::size_t>(queue.count));
+      batches.add(kind, queue.items, static_cast<std::size_t>(queue.count));
       queue.count = 0;
-      if (!is_foreseeing_) pieces.add(kind, worker->left_over[static_cast<int>(kind)]);
+      if (!is_running_ahead_) batches.add(kind, worker->pending[static_cast<int>(kind)]);
     }
     if (!listed) continue;
-    for (const ListedPart& part : near_list_.parts()) pieces.add(kind, part);
+    for (const ListedPairs& part : verlet_list_.parts()) batches.add(kind, part);
   }
-  test(pieces);
+  test(batches);
 }
 
-void CpuDetector::test(const Pieces& pieces) {
+void CpuDetector::test(const CandidateBatches& batches) {
   pool_.parallel_for(
-      pieces.size(), pieces.grain(), [&](std::size_t first, std::size_t last, int id) {
+      batches.size(), batches.grain(), [&](std::size_t first, std::size_t last, int id) {
         for (std::size_t i = first; i < last; ++i) {
-          const Piece& piece = pieces[i];
-          const int count = static_cast<int>(piece.count);
-          if (piece.listed) {
-            workers_[id]->process_listed(*piece.part, piece.kind, piece.listed, count);
+          const CandidateBatch& batch = batches[i];
+          const int count = static_cast<int>(batch.count);
+          if (batch.listed) {
+            workers_[id]->process_listed(*batch.part, batch.kind, batch.listed, count);
           } else {
-            workers_[id]->process_queued(piece.kind, piece.queued, count);
+            workers_[id]->process_queued(batch.kind, batch.queued, count);
           }
         }
       });
@@ -234,7 +236,7 @@ void CpuDetector::test(const Pieces& pieces) {
 // Algorithm 2.1: a pair of nodes that overlap is opened, down to pairs of leaves.
 void CpuDetector::balanced_traversal(Span<const NodePair> initial, Stats& stats) {
   const TreeNode* nodes = tree_.nodes().data();
-  const bool keep = options_.front == FrontUse::on, cones = options_.culling.normal_cones;
+  const bool keep = options_.algorithm.front == FrontUse::on, cones = options_.algorithm.culling.normal_cones;
   const NodeVolume* volume = volume_.get();
   stats.front_start = static_cast<std::int64_t>(initial.size());
   Stopwatch watch;
@@ -242,7 +244,7 @@ void CpuDetector::balanced_traversal(Span<const NodePair> initial, Stats& stats)
       traversal_.run(initial.data(), initial.size(), [&](int id, NodePair pair, auto& emit) {
         Worker& worker = *workers_[id];
         // Relaxed: who sees it late opens a little more.
-        if (is_interrupted_.load(std::memory_order_relaxed)) return worker.unopened.push_back(pair);
+        if (is_interrupted_.load(std::memory_order_relaxed)) return worker.unexpanded.push_back(pair);
         if (cones && pair.a == pair.b && cones_.apart_from_itself(pair.a, records_)) {
           ++worker.flat;
           ++worker.ended;
@@ -266,10 +268,10 @@ void CpuDetector::balanced_traversal(Span<const NodePair> initial, Stats& stats)
   stats.overflows += static_cast<std::int64_t>(counts.overflows);
   stats.balancings += static_cast<std::int64_t>(counts.rounds);
   count_idle(counts.ms_present - counts.ms_waited, watch.lap(), stats);
-  unopened_.clear();
+  unexpanded_.clear();
   for (const auto& worker : workers_)
-    unopened_.insert(unopened_.end(), worker->unopened.begin(), worker->unopened.end());
-  if (!keep || !unopened_.empty()) return;
+    unexpanded_.insert(unexpanded_.end(), worker->unexpanded.begin(), worker->unexpanded.end());
+  if (!keep || !unexpanded_.empty()) return;
   keep_front(stats.front_reused);
   stats.ms_front = watch.lap();
 }
@@ -299,8 +301,8 @@ void CpuDetector::test_orphans(Stats& stats) {
       near.fetch_add(pushed, std::memory_order_relaxed);  // read after the job's end
     });
   }
-  test_rest(false);
-  stats.orphans = near.load(std::memory_order_relaxed);
+  test_pending(false);
+  stats.orphan_tests = near.load(std::memory_order_relaxed);
 }
 
 // Of the workers' time in a traversal of `wall` milliseconds they were busy for `busy`.
@@ -362,33 +364,33 @@ void CpuDetector::keep_front(bool reused) {
 Span<const Contact> CpuDetector::detect(const Positions& start, const Positions& end,
                                         Stats& stats) {
   Stopwatch total;
-  bool foreseen = await_foreseen();
-  has_foreseen_ = false;
-  foreseen = foreseen && is_as_foreseen(start, end);
-  const bool small = is_small(foreseen && unopened_.empty() ? count_undone() : tested_);
-  const WithHelpers helpers(
-      pool_, small ? ThreadPool::Helpers::awake : ThreadPool::Helpers::everyone);
-  pool_.rouse();
+  bool started_ahead = join_ahead();
+  has_ahead_result_ = false;
+  started_ahead = started_ahead && matches_ahead(start, end);
+  const bool small = is_small(started_ahead && unexpanded_.empty() ? count_undone() : tested_);
+  const ScopedWakePolicy helpers(
+      pool_, small ? ThreadPool::WakePolicy::awake : ThreadPool::WakePolicy::everyone);
+  pool_.prewake();
   const double scale = scale_for(load_records(*mesh_, start, end, pool_, records_));
-  foreseen = foreseen && scale == scale_;
+  started_ahead = started_ahead && scale == scale_;
   scale_ = scale;
   tolerance_ = 0;
   near_is_lost_ = false;
-  if (foreseen) {
-    stats = foreseen_stats_;
-    go_on(stats);
+  if (started_ahead) {
+    stats = ahead_stats_;
+    resume(stats);
   } else {
-    seek(stats);
+    search(stats);
   }
-  stats.foreseen = foreseen;
-  if (listing_) near_list_.complete();
-  if (serving_) near_list_.served(count_sought());
+  stats.started_ahead = started_ahead;
+  if (listing_) verlet_list_.complete();
+  if (serving_) verlet_list_.record_use(count_searched());
   if (looking_) look_ahead();
 
-  if (foreseen && are_sorted_) {
+  if (started_ahead && are_sorted_) {
     gather_contacts(others_, stats);
     merge(others_, contacts_);
-    stats.hash += foreseen_stats_.hash;
+    stats.hash += ahead_stats_.hash;
   } else {
     gather_contacts(contacts_, stats);
   }
@@ -401,43 +403,43 @@ Span<const Contact> CpuDetector::detect(const Positions& start, const Positions&
 }
 
 // From positions to what the workers have found.
-void CpuDetector::seek(Stats& stats) {
+void CpuDetector::search(Stats& stats) {
   Stopwatch watch;
   stats.groups = 0;
-  if (near_list_.made()) near_list_.begin_step(records_, scale_, tolerance_, tree_, pool_);
-  const bool all_listed = near_list_.made() && near_list_.holds({0, 0});
+  if (verlet_list_.made()) verlet_list_.begin_step(records_, scale_, tolerance_, tree_, pool_);
+  const bool all_listed = verlet_list_.made() && verlet_list_.holds({0, 0});
   listing_ = false;
   if (!all_listed) update_hierarchy(stats);
-  serving_ = near_list_.made();
+  serving_ = verlet_list_.made();
   looking_ = may_list() && !serving_ && !listing_;
-  if (listing_) near_list_.begin(records_, scale_);
-  if (looking_) near_list_.begin_step(records_, scale_, tolerance_, tree_, pool_);
+  if (listing_) verlet_list_.begin(records_, scale_);
+  if (looking_) verlet_list_.begin_step(records_, scale_, tolerance_, tree_, pool_);
   stats.groups = static_cast<std::int64_t>(groups_.groups().size());
   stats.ms_refit = watch.lap();
   begin_workers(options_.separation);
   for (const auto& worker : workers_) {
     worker->near_pairs.clear();
-    if (is_foreseeing_) worker->begin_at_start(is_interrupted_);
+    if (is_running_ahead_) worker->begin_at_start(is_interrupted_);
   }
-  unopened_.clear();
+  unexpanded_.clear();
   if (all_listed) {
-    test_rest(true);
+    test_pending(true);
   } else {
     traverse(stats);
   }
   stats.ms_traverse = watch.lap();
 }
 
-std::int64_t CpuDetector::count_sought() const {
+std::int64_t CpuDetector::count_searched() const {
   std::int64_t sought = 0;
   for (const auto& worker : workers_)
     sought += worker->candidates[0] + worker->candidates[1] - worker->from_list;
   return sought;
 }
 
-Span<const Contact> CpuDetector::distinct_of(Span<const Contact> contacts, const Positions& start,
+Span<const Contact> CpuDetector::reduce_contacts(Span<const Contact> contacts, const Positions& start,
                                              const Positions& end, Stats& stats) {
-  forget_foreseen();
+  discard_ahead();
   scale_ = scale_for(load_records(*mesh_, start, end, pool_, records_));
   begin_workers(options_.separation);
   for (const auto& worker : workers_) worker->near_pairs.clear();
@@ -447,7 +449,7 @@ Span<const Contact> CpuDetector::distinct_of(Span<const Contact> contacts, const
     while (last < contacts.size() && contacts[last].kind == contacts[first].kind &&
            last < first + CandidateQueue::capacity)
       ++last;
-    workers_.front()->keep_distinct({&contacts[first], last - first}, contacts_);
+    workers_.front()->reduce({&contacts[first], last - first}, contacts_);
   }
   stats.contacts_vf = std::count_if(contacts_.begin(), contacts_.end(), is_vertex_face);
   stats.contacts_ee = static_cast<std::int64_t>(contacts_.size()) - stats.contacts_vf;
@@ -463,7 +465,7 @@ std::int64_t CpuDetector::count_near() const {
   return static_cast<std::int64_t>(count);
 }
 
-Span<const Contact> CpuDetector::touching_again(const Positions& start, const Positions& end,
+Span<const Contact> CpuDetector::recheck_near_pairs(const Positions& start, const Positions& end,
                                                 Stats& stats) {
   Stopwatch total;
   if (near_is_lost_)
@@ -482,7 +484,7 @@ Span<const Contact> CpuDetector::touching_again(const Positions& start, const Po
         });
       }
     }
-    test_rest(false);
+    test_pending(false);
   }
   gather_contacts(touching_, stats);
   stats.ms_total = stats.ms_refit + total.lap();
@@ -519,13 +521,13 @@ void CpuDetector::gather_contacts(std::vector<Contact>& out, Stats& stats) {
     stats.front_nodes += w->ended;
     stats.group_pairs += w->group_pairs;
     stats.volume_culled += w->culled;
-    stats.flat_nodes += w->flat;
-    stats.never_coplanar += w->never_coplanar;
+    stats.culled_by_normal_cone += w->flat;
+    stats.filtered_noncoplanar += w->filtered_noncoplanar;
     stats.candidates_vf += w->candidates[0];
     stats.candidates_ee += w->candidates[1];
     stats.survivors_vf += w->survived[0];
     stats.survivors_ee += w->survived[1];
-    stats.refined += w->refined;
+    stats.double_precision_tests += w->double_precision_tests;
     stats.exact += w->exact;
     stats.contacts_vf += w->found[0];
     stats.contacts_ee += w->found[1];
@@ -544,7 +546,7 @@ std::int64_t CpuDetector::bytes() const {
       records_.capacity() * sizeof(VertexRecord) + groups_.bytes() +
       tree_.nodes().capacity() * sizeof(TreeNode) + parts_.capacity() * sizeof(Part) +
       cones_.bytes() + orphans_.bytes() + sort_->bytes() + traversal_.bytes() +
-      front_.capacity() * sizeof(NodePair) + near_list_.bytes() +
+      front_.capacity() * sizeof(NodePair) + verlet_list_.bytes() +
       (contacts_.capacity() + others_.capacity() + touching_.capacity()) * sizeof(Contact);
   for (const auto& w : workers_)
     sum += sizeof(Worker) + w->bytes() + w->front.capacity() * sizeof(NodePair);

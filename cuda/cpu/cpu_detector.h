@@ -22,26 +22,29 @@
 
 namespace lazyccd {
 
-class Pieces;
+class CandidateBatches;
 
 class CpuDetector : public BackendDetector {
  public:
-  explicit CpuDetector(const Options& options, const LeafKernels& kernels = *best_leaf_kernels());
+  CpuDetector(const DetectorOptions& options, const Threads& threads,
+              const LeafKernels& kernels = *best_leaf_kernels());
+  explicit CpuDetector(const DetectorOptions& options,
+                       const LeafKernels& kernels = *best_leaf_kernels())
+      : CpuDetector(options, Threads(options.threads), kernels) {}
   ~CpuDetector() override;
 
   void set_mesh(const Mesh& mesh) override;
   Span<const Contact> detect(const Positions& start, const Positions& end, Stats& stats) override;
   // Of the contacts of a detection by another backend, with a separation, those that
-  // Options::distinct leaves; notes all of them for touching_again().
-  Span<const Contact> distinct_of(Span<const Contact> contacts, const Positions& start,
+  // DetectorOptions::distinct leaves; notes all of them for recheck_near_pairs().
+  Span<const Contact> reduce_contacts(Span<const Contact> contacts, const Positions& start,
                                   const Positions& end, Stats& stats);
-  // As Detector::touching_again().
-  Span<const Contact> touching_again(const Positions& start, const Positions& end, Stats& stats);
-  // As Detector::foresee(). The stats are those that the detection begins with.
-  void foresee(const Positions& start, const Positions& end, double tolerance, const Stats& stats);
+  // As Detector::recheck_near_pairs().
+  Span<const Contact> recheck_near_pairs(const Positions& start, const Positions& end, Stats& stats);
+  // As Detector::detect_ahead(). The stats are those that the detection begins with.
+  void detect_ahead(const Positions& start, const Positions& end, double tolerance, const Stats& stats);
   // To be called before the mesh changes.
-  void forget_foreseen();
-  ThreadPool& threads() { return pool_; }
+  void discard_ahead();
 
  private:
   struct Worker;
@@ -53,8 +56,8 @@ class CpuDetector : public BackendDetector {
   static constexpr std::int64_t few_candidates = 750;
   static constexpr std::size_t few_vertices = 4096;
 
-  void seek(Stats& stats);
-  std::int64_t count_sought() const;
+  void search(Stats& stats);
+  std::int64_t count_searched() const;
   void update_hierarchy(Stats& stats);
   LeafScene leaf_scene(double separation, Worker& worker) const;
   void begin_workers(double separation);
@@ -63,7 +66,7 @@ class CpuDetector : public BackendDetector {
   void traverse(Stats& stats);
   void look_ahead();
   bool may_list() const;
-  bool is_listed(NodePair pair) const { return serving_ && near_list_.holds(pair); }
+  bool is_listed(NodePair pair) const { return serving_ && verlet_list_.holds(pair); }
   void balanced_traversal(Span<const NodePair> initial, Stats& stats);
   void query_each_group(Stats& stats);
   void visit_pair(Worker& worker, NodePair pair);
@@ -71,23 +74,24 @@ class CpuDetector : public BackendDetector {
   bool may_meet(NodePair pair) const;
   std::int64_t count_near() const;
   bool stay_apart() const;
-  void test_rest(bool listed);
-  void test(const Pieces& pieces);
+  void test_pending(bool listed);
+  void test(const CandidateBatches& batches);
   void test_orphans(Stats& stats);
   void keep_front(bool reused);
   void count_idle(double busy, double wall, Stats& stats) const;
   std::int64_t bytes() const;
 
   // Of foresight.cpp:
-  void begin_to_foresee(const Positions& start, const Positions& end, double tolerance);
-  bool await_foreseen();
-  bool is_as_foreseen(const Positions& start, const Positions& end) const;
+  void run_ahead(const Positions& start, const Positions& end, double tolerance);
+  bool join_ahead();
+  bool matches_ahead(const Positions& start, const Positions& end) const;
   std::int64_t count_undone() const;
-  void go_on(Stats& stats);
+  void resume(Stats& stats);
 
-  Options options_;
+  DetectorOptions options_;
   const LeafKernels* kernels_;
-  ThreadPool pool_;
+  Threads threads_;
+  ThreadPool& pool_;  // of threads_
   TraversalRun traversal_;
   std::vector<std::unique_ptr<Worker>> workers_;
 
@@ -114,18 +118,18 @@ class CpuDetector : public BackendDetector {
   std::unique_ptr<ContactSort> sort_;
   std::vector<Contact> contacts_, touching_;
 
-  std::function<void(int)> foresight_;  // what another thread does, while it foresees
-  bool is_foreseeing_ = false, has_foreseen_ = false;
-  bool near_is_lost_ = false;  // of the last detection: it made room for what was foreseen
+  std::function<void(int)> ahead_job_;  // what another thread does, while it foresees
+  bool is_running_ahead_ = false, has_ahead_result_ = false;
+  bool near_is_lost_ = false;  // of the last detection: it made room for what was started_ahead
   std::atomic<bool> is_interrupted_{false};
-  bool are_sorted_ = false;  // the contacts that were foreseen
-  Stats foreseen_stats_;
+  bool are_sorted_ = false;  // the contacts that were started_ahead
+  Stats ahead_stats_;
   std::vector<Contact> others_;     // than those, to be sorted among them
-  std::vector<NodePair> unopened_;  // when it was interrupted
+  std::vector<NodePair> unexpanded_;  // when it was interrupted
 
   std::vector<NodePair> front_;
   FrontPolicy front_policy_;
-  NearList near_list_;
+  VerletList verlet_list_;
 };
 
 }  // namespace lazyccd

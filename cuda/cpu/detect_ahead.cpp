@@ -13,54 +13,55 @@
 
 namespace lazyccd {
 
-void CpuDetector::foresee(const Positions& start, const Positions& end, double tolerance,
+void CpuDetector::detect_ahead(const Positions& start, const Positions& end, double tolerance,
                           const Stats& stats) {
-  forget_foreseen();
+  discard_ahead();
   // Rounds of static_list end when all threads have come; volumes have no room for a tolerance.
-  if (pool_.size() == 1 || options_.strategy == Strategy::static_list || volume_ || !mesh_ ||
+  if (pool_.size() == 1 || pool_.has_submitted() ||
+      options_.algorithm.strategy == Strategy::static_list || volume_ || !mesh_ ||
       !(options_.separation > 0 && tolerance >= 0 && tolerance <= options_.separation))
     return;
-  foresight_ = [this, start, end, tolerance](int) { begin_to_foresee(start, end, tolerance); };
-  foreseen_stats_ = stats;
-  is_interrupted_.store(false, std::memory_order_relaxed);  // hand_out() publishes it
-  is_foreseeing_ = near_is_lost_ = true;
-  pool_.hand_out(foresight_);
+  ahead_job_ = [this, start, end, tolerance](int) { run_ahead(start, end, tolerance); };
+  ahead_stats_ = stats;
+  is_interrupted_.store(false, std::memory_order_relaxed);  // submit() publishes it
+  is_running_ahead_ = near_is_lost_ = true;
+  pool_.submit(ahead_job_);
 }
 
 // On one thread beside the caller, until it is interrupted.
-void CpuDetector::begin_to_foresee(const Positions& start, const Positions& end, double tolerance) {
+void CpuDetector::run_ahead(const Positions& start, const Positions& end, double tolerance) {
   scale_ = scale_for(load_records(*mesh_, start, end, pool_, records_));
   tolerance_ = tolerance;
-  seek(foreseen_stats_);
+  search(ahead_stats_);
   // Read in order, they come to the caller's core faster than from where they were found.
   are_sorted_ = !is_interrupted_.load(std::memory_order_relaxed);
   if (!are_sorted_) return;
-  foreseen_stats_.hash = sort_contacts(contacts_);
+  ahead_stats_.hash = sort_contacts(contacts_);
   for (const auto& worker : workers_) worker->forget_contacts();
 }
 
-// Whether anything was foreseen.
-bool CpuDetector::await_foreseen() {
-  if (!is_foreseeing_) return has_foreseen_;
+// Whether anything was started_ahead.
+bool CpuDetector::join_ahead() {
+  if (!is_running_ahead_) return has_ahead_result_;
   is_interrupted_.store(true, std::memory_order_relaxed);
   try {
-    has_foreseen_ = pool_.take_back();
+    has_ahead_result_ = pool_.join_submitted();
   } catch (const std::exception&) {
     // Of the positions that it is given, detect() is to speak. Whatever was half done is done anew.
-    has_foreseen_ = built_ = false;
-    near_list_.forget();
+    has_ahead_result_ = built_ = false;
+    verlet_list_.forget();
   }
   is_interrupted_.store(false, std::memory_order_relaxed);
-  is_foreseeing_ = false;
-  return has_foreseen_;
+  is_running_ahead_ = false;
+  return has_ahead_result_;
 }
 
-void CpuDetector::forget_foreseen() {
-  await_foreseen();
-  has_foreseen_ = false;
+void CpuDetector::discard_ahead() {
+  join_ahead();
+  has_ahead_result_ = false;
 }
 
-bool CpuDetector::is_as_foreseen(const Positions& start, const Positions& end) const {
+bool CpuDetector::matches_ahead(const Positions& start, const Positions& end) const {
   if (start.count() != records_.size() || end.count() != records_.size()) return false;
   // Not squared by itself: it may be as small or as large as numbers are.
   const double unit = 1 / tolerance_;
@@ -79,34 +80,34 @@ bool CpuDetector::is_as_foreseen(const Positions& start, const Positions& end) c
 
 // Pairs of nodes and candidates.
 std::int64_t CpuDetector::count_undone() const {
-  std::size_t count = unopened_.size();
+  std::size_t count = unexpanded_.size();
   for (const auto& worker : workers_) {
     for (const ContactKind kind : {ContactKind::vertex_face, ContactKind::edge_edge}) {
       const int k = static_cast<int>(kind);
-      count += worker->put_off[k].size() + worker->left_over[k].size() +
+      count += worker->deferred[k].size() + worker->pending[k].size() +
                static_cast<std::size_t>(worker->queues[k].count);
     }
   }
   return static_cast<std::int64_t>(count);
 }
 
-void CpuDetector::go_on(Stats& stats) {
+void CpuDetector::resume(Stats& stats) {
   Stopwatch watch;
   stats.ms_refit = stats.ms_balance = stats.ms_front = 0;
   for (const auto& worker : workers_) {
-    worker->go_on(leaf_scene(options_.separation, *worker));
-    worker->unopened.clear();
+    worker->resume(leaf_scene(options_.separation, *worker));
+    worker->unexpanded.clear();
   }
-  if (!unopened_.empty()) {
-    const std::vector<NodePair> initial = std::move(unopened_);
+  if (!unexpanded_.empty()) {
+    const std::vector<NodePair> initial = std::move(unexpanded_);
     balanced_traversal(initial, stats);
   }
-  test_rest(false);
-  for (const auto& worker : workers_) worker->go_on_with_put_off();
-  Pieces pieces(static_cast<std::size_t>(count_undone()), pool_.available());
+  test_pending(false);
+  for (const auto& worker : workers_) worker->resume_deferred();
+  CandidateBatches batches(static_cast<std::size_t>(count_undone()), pool_.available());
   for (const ContactKind kind : {ContactKind::vertex_face, ContactKind::edge_edge})
-    for (const auto& worker : workers_) pieces.add(kind, worker->put_off[static_cast<int>(kind)]);
-  test(pieces);
+    for (const auto& worker : workers_) batches.add(kind, worker->deferred[static_cast<int>(kind)]);
+  test(batches);
   stats.ms_traverse = watch.lap();
 }
 

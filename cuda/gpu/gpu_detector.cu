@@ -38,14 +38,14 @@ std::string describe_device() {
 }
 
 // A front spares the device the way down the tree, level by level.
-Options with_front(Options options) {
+DetectorOptions with_front(DetectorOptions options) {
   if (options.front == FrontUse::automatic) options.front = FrontUse::on;
   return options;
 }
 
 class GpuDetector : public BackendDetector {
  public:
-  GpuDetector(const Options& options, ThreadPool& threads)
+  GpuDetector(const DetectorOptions& options, ThreadPool& threads)
       : options_(with_front(options)),
         device_name_(describe_device()),
         pool_(threads),
@@ -81,7 +81,7 @@ class GpuDetector : public BackendDetector {
   void run_step(bool from_front);
   void fill(Stats& stats);
 
-  Options options_;
+  DetectorOptions options_;
   std::string device_name_;
   gpu::Stream stream_;
   gpu::Event marks_[kMarks];
@@ -214,8 +214,8 @@ Span<const Contact> GpuDetector::detect(const Positions& start, const Positions&
   const gpu::StepCounters& c = buffers_.counters();
   Contact* const contacts = buffers_.finish_contacts();
   std::size_t count = c.contacts;
-  if (c.residue != 0)
-    count = gpu::merge_residue(*mesh_, start, end, buffers_.download_residue(), c.residue, pool_,
+  if (c.undecided != 0)
+    count = gpu::merge_residue(*mesh_, start, end, buffers_.download_residue(), c.undecided, pool_,
                                contacts, count, stats);
   // Beyond the ratio, the next step builds.
   if (built_area_ == 0) built_area_ = c.leaf_area;
@@ -244,14 +244,14 @@ void GpuDetector::fill(Stats& stats) {
   stats.survivors_ee = thick ? c.filtered[1] : c.hits[1] + c.undecided[1];
   // The filter is all that stands between the two.
   if (culling_.non_penetration())
-    stats.never_coplanar =
+    stats.filtered_noncoplanar =
         stats.candidates_vf + stats.candidates_ee - c.filtered[0] - c.filtered[1];
   const gpu::CullingCounters& culled = culling_.counters();
   stats.volume_culled = static_cast<std::int64_t>(culled.volume_culled);
-  stats.flat_nodes = static_cast<std::int64_t>(culled.flat_nodes);
+  stats.culled_by_normal_cone = static_cast<std::int64_t>(culled.culled_by_normal_cone);
   stats.orphans = culled.orphans;
-  stats.refined = c.refined;
-  stats.exact = c.residue;
+  stats.double_precision_tests = c.double_precision_tests;
+  stats.exact = c.undecided;
   stats.hash = c.hash;
   stats.contacts_vf = c.contacts_vf;
   stats.contacts_ee = c.contacts - c.contacts_vf;
@@ -272,7 +272,7 @@ void GpuDetector::fill(Stats& stats) {
 
 }  // namespace
 
-std::unique_ptr<BackendDetector> make_gpu_detector(const Options& options, ThreadPool& threads) {
+std::unique_ptr<BackendDetector> make_gpu_detector(const DetectorOptions& options, ThreadPool& threads) {
   int devices = 0;
   const cudaError_t result = cudaGetDeviceCount(&devices);
   if (result != cudaSuccess || devices == 0) {

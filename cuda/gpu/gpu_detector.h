@@ -13,6 +13,6 @@ class ThreadPool;
 
 // Throws Error(unavailable) where no device answers. The threads, which must outlive it, do what is the
 // host's.
-std::unique_ptr<BackendDetector> make_gpu_detector(const Options& options, ThreadPool& threads);
+std::unique_ptr<BackendDetector> make_gpu_detector(const DetectorOptions& options, ThreadPool& threads);
 
 }  // namespace lazyccd

@@ -14,7 +14,7 @@
 #include "balance/deque.h"
 #include "balance/host_atomics.h"
 #include "cpu/balance/balanced_run.h"
-#include "cpu/threads/pause.h"
+#include "cpu/threads/spin_wait.h"
 
 namespace {
 
@@ -59,7 +59,7 @@ void push_against_a_thief(benchmark::State& state) {
   });
   auto deque = memory.deque();
   for (auto _ : state) {
-    while (!deque.has_room()) lazyccd::pause_core();
+    while (!deque.has_room()) lazyccd::cpu_relax();
     deque.push(1);
   }
   stop = true;
@@ -83,7 +83,7 @@ void traversal(benchmark::State& state) {
         emit(NodePair{node.a + 1, 2 * node.b + 1});
       } else if (leaf.count() > 0) {
         const auto end = std::chrono::steady_clock::now() + leaf;
-        while (std::chrono::steady_clock::now() < end) lazyccd::pause_core();
+        while (std::chrono::steady_clock::now() < end) lazyccd::cpu_relax();
       }
     });
     items += counts.items;

@@ -84,10 +84,10 @@ Row bullet_row(const FramePair& pair, BulletProcess& process, std::string precis
 }
 
 Detector detector_for(const FramePair& pair, int threads, bool rebuild) {
-  Options options;
+  DetectorOptions options;
   options.backend = Backend::cpu;
   options.threads = threads;
-  options.rebuild_every_step = rebuild;
+  options.algorithm.rebuild_every_step = rebuild;
   Detector detector(options);
   detector.set_topology(io::topology(pair.start));
   return detector;

@@ -19,7 +19,7 @@ namespace lazyccd::scenes {
 namespace {
 
 constexpr int steps = 100;
-constexpr btScalar seconds = btScalar(1) / 240;
+constexpr btScalar dt = btScalar(1) / 240;
 
 std::unique_ptr<btSoftBody> make_cloth(btSoftBodyWorldInfo& info, int nodes, int iterations) {
   info.m_gravity = btVector3(0, -10, 0);
@@ -57,9 +57,9 @@ bool compare(int nodes, int iterations) {
   };
   std::vector<double> times[2];
   for (int step = 0; step < steps; ++step) {
-    bullets->predictMotion(seconds);
+    bullets->predictMotion(dt);
     times[0].push_back(time([&] { bullets->solveConstraints(); }));
-    ours->predictMotion(seconds);
+    ours->predictMotion(dt);
     times[1].push_back(time([&] { constraints.solve(bodies, alone); }));
   }
   const double before = bench::median(times[0]), now = bench::median(times[1]);

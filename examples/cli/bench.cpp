@@ -28,7 +28,7 @@ struct Arguments {
 // One row of the table: a scene with a backend, a strategy and a way to start.
 struct Setting {
   std::string backend, strategy, mode;
-  Options options;
+  DetectorOptions options;
   bool resident = false;  // the start is the end of the step before, as in a simulation
 };
 
@@ -58,7 +58,7 @@ double percentile(std::vector<double> values, double share) {
 std::vector<Setting> settings(const Arguments& arguments) {
   std::vector<Setting> all;
   for (const std::string& backend : arguments.backends) {
-    Options options;
+    DetectorOptions options;
     options.threads = arguments.threads;
     if (backend == "cpu") {
       options.backend = Backend::cpu;
@@ -67,17 +67,17 @@ std::vector<Setting> settings(const Arguments& arguments) {
     }
     options.backend = Backend::cuda;
     for (const std::string& strategy : arguments.strategies) {
-      options.strategy = parse_strategy(strategy);
-      options.tuning.graph = true;
+      options.algorithm.strategy = parse_strategy(strategy);
+      options.algorithm.tuning.graph = true;
       all.push_back({backend, strategy, "graph", options});
-      if (options.strategy == Strategy::lazy_stealing)
+      if (options.algorithm.strategy == Strategy::lazy_stealing)
         all.push_back({backend, strategy, "graph, start resident", options, true});
-      options.tuning.graph = false;
+      options.algorithm.tuning.graph = false;
       all.push_back({backend, strategy, "stages", options});
-      if (options.strategy == Strategy::lazy_stealing) {
-        options.front = FrontUse::off;
+      if (options.algorithm.strategy == Strategy::lazy_stealing) {
+        options.algorithm.front = FrontUse::off;
         all.push_back({backend, strategy, "stages, from the root", options});
-        options.front = FrontUse::automatic;
+        options.algorithm.front = FrontUse::automatic;
       }
     }
   }
@@ -126,7 +126,7 @@ void run_scene(const Arguments& arguments, const std::string& start_name, const 
     csv << ',' << s.contacts_vf << ',' << s.contacts_ee << ',' << std::hex << s.hash << std::dec << ','
         << s.tree_tests << ',' << s.front_nodes << ',' << s.group_pairs << ','
         << s.candidates_vf + s.candidates_ee << ',' << s.survivors_vf + s.survivors_ee << ','
-        << s.refined << ',' << s.exact << ',' << s.steals << ',' << s.idle_share << ',' << s.overflows
+        << s.double_precision_tests << ',' << s.exact << ',' << s.steals << ',' << s.idle_share << ',' << s.overflows
         << ',' << s.peak_bytes << ",\"" << s.device << "\"," << arguments.label << '\n';
   }
 }

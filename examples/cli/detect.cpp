@@ -17,7 +17,7 @@ namespace {
 
 struct Arguments {
   std::string start, end;
-  Options options;
+  DetectorOptions options;
   std::string out, stats;
 };
 

@@ -4,7 +4,7 @@
 
 namespace lazyccd::program {
 
-void add_detector_options(CLI::App& command, Options& options) {
+void add_detector_options(CLI::App& command, DetectorOptions& options) {
   static const std::map<std::string, Backend> backends = {
       {"auto", Backend::automatic}, {"cpu", Backend::cpu}, {"cuda", Backend::cuda}};
   command
@@ -24,7 +24,7 @@ void add_detector_options(CLI::App& command, Options& options) {
   for (const Strategy strategy : kStrategies)
     names += (names.empty() ? "{" : ",") + std::string(name(strategy));
   command
-      .add_option("--strategy", options.strategy,
+      .add_option("--strategy", options.algorithm.strategy,
                   "how the traversal spreads its work; lazy_stealing where not named")
       ->transform(CLI::CheckedTransformer(strategies).description(names + "}"));
 }

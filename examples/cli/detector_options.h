@@ -8,6 +8,6 @@
 namespace lazyccd::program {
 
 // Adds --backend, --threads and --strategy; `options` must live as long as the command.
-void add_detector_options(CLI::App& command, Options& options);
+void add_detector_options(CLI::App& command, DetectorOptions& options);
 
 }  // namespace lazyccd::program

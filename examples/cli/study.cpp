@@ -24,8 +24,8 @@ struct Arguments {
   std::vector<std::string> models, backends{"cpu"}, strategies, fronts{"auto"}, volumes{"box"},
       culling{"default"};
   std::vector<int> threads{0}, blocks{0}, block_sizes{0}, chunks{0}, stacks{0};
-  std::vector<int> front_periods{Options{}.front_period};
-  std::vector<double> front_ratios{Options{}.front_ratio};
+  std::vector<int> front_periods{DetectorOptions{}.algorithm.front_period};
+  std::vector<double> front_ratios{DetectorOptions{}.algorithm.front_ratio};
   int first = 0, last = models::Model::frames - 1, warm_up = 1, repeat = 1;
   std::uint64_t seed = 1;
   bool stages = false;
@@ -34,7 +34,7 @@ struct Arguments {
 
 struct Setting {
   std::string backend, front, culling;
-  Options options;
+  DetectorOptions options;
 };
 
 struct Column {
@@ -60,10 +60,10 @@ const Column kColumns[] = {
     {"front_reused", [](const Stats& s) { return s.front_reused ? 1.0 : 0.0; }},
     {"volume_culled", [](const Stats& s) { return count(s.volume_culled); }},
     {"group_pairs", [](const Stats& s) { return count(s.group_pairs); }},
-    {"flat_nodes", [](const Stats& s) { return count(s.flat_nodes); }},
+    {"flat_nodes", [](const Stats& s) { return count(s.culled_by_normal_cone); }},
     {"candidates", [](const Stats& s) { return count(s.candidates_vf + s.candidates_ee); }},
-    {"orphans", [](const Stats& s) { return count(s.orphans); }},
-    {"never_coplanar", [](const Stats& s) { return count(s.never_coplanar); }},
+    {"orphans", [](const Stats& s) { return count(s.orphan_tests); }},
+    {"never_coplanar", [](const Stats& s) { return count(s.filtered_noncoplanar); }},
     {"survivors", [](const Stats& s) { return count(s.survivors_vf + s.survivors_ee); }},
     {"contacts", [](const Stats& s) { return count(s.contacts_vf + s.contacts_ee); }},
     {"steals", [](const Stats& s) { return count(s.steals); }},
@@ -122,29 +122,29 @@ std::vector<Setting> settings(const Arguments& a) {
       for (const Strategy s : kStrategies) strategies.emplace_back(name(s));
     std::vector<Setting> some{{backend, "auto", "default", {}}};
     some[0].options.backend = cpu ? Backend::cpu : Backend::cuda;
-    some[0].options.tuning.graph = !a.stages;
+    some[0].options.algorithm.tuning.graph = !a.stages;
     multiply(some, strategies,
-             [](Setting& s, const std::string& x) { s.options.strategy = parse_strategy(x); });
+             [](Setting& s, const std::string& x) { s.options.algorithm.strategy = parse_strategy(x); });
     multiply(some, a.fronts, [](Setting& s, const std::string& x) {
       s.front = x;
-      s.options.front = parse_front(x);
+      s.options.algorithm.front = parse_front(x);
     });
-    multiply(some, a.front_periods, [](Setting& s, int x) { s.options.front_period = x; });
-    multiply(some, a.front_ratios, [](Setting& s, double x) { s.options.front_ratio = x; });
+    multiply(some, a.front_periods, [](Setting& s, int x) { s.options.algorithm.front_period = x; });
+    multiply(some, a.front_ratios, [](Setting& s, double x) { s.options.algorithm.front_ratio = x; });
     multiply(some, a.volumes,
-             [](Setting& s, const std::string& x) { s.options.volume = parse_volume(x); });
+             [](Setting& s, const std::string& x) { s.options.algorithm.volume = parse_volume(x); });
     multiply(some, a.culling, [](Setting& s, const std::string& x) {
       s.culling = x;
-      s.options.culling = parse_culling(x);
+      s.options.algorithm.culling = parse_culling(x);
     });
     if (cpu) {
       multiply(some, a.threads, [](Setting& s, int x) { s.options.threads = x; });
     } else {
-      multiply(some, a.blocks, [](Setting& s, int x) { s.options.tuning.blocks = x; });
-      multiply(some, a.block_sizes, [](Setting& s, int x) { s.options.tuning.block_size = x; });
+      multiply(some, a.blocks, [](Setting& s, int x) { s.options.algorithm.tuning.blocks = x; });
+      multiply(some, a.block_sizes, [](Setting& s, int x) { s.options.algorithm.tuning.block_size = x; });
     }
-    multiply(some, a.chunks, [](Setting& s, int x) { s.options.tuning.chunk = x; });
-    multiply(some, a.stacks, [](Setting& s, int x) { s.options.tuning.stack = x; });
+    multiply(some, a.chunks, [](Setting& s, int x) { s.options.algorithm.tuning.chunk = x; });
+    multiply(some, a.stacks, [](Setting& s, int x) { s.options.algorithm.tuning.stack = x; });
     all.insert(all.end(), some.begin(), some.end());
   }
   return all;
@@ -152,11 +152,11 @@ std::vector<Setting> settings(const Arguments& a) {
 
 std::string describe(const Setting& s, const Stats& stats) {
   std::ostringstream text;
-  const Tuning& t = s.options.tuning;
-  text << s.backend << ',' << '"' << stats.device << '"' << ',' << name(s.options.strategy) << ','
+  const Tuning& t = s.options.algorithm.tuning;
+  text << s.backend << ',' << '"' << stats.device << '"' << ',' << name(s.options.algorithm.strategy) << ','
        << stats.threads << ',' << t.blocks << ',' << t.block_size << ',' << t.chunk << ','
-       << t.stack << ',' << s.front << ',' << s.options.front_period << ',' << s.options.front_ratio
-       << ',' << name(s.options.volume) << ',' << s.culling;
+       << t.stack << ',' << s.front << ',' << s.options.algorithm.front_period << ',' << s.options.algorithm.front_ratio
+       << ',' << name(s.options.algorithm.volume) << ',' << s.culling;
   return text.str();
 }
 constexpr char kSettingColumns[] =
@@ -207,7 +207,7 @@ class Study {
       first = false;
       if (hash != expected)
         throw Error(ErrorCode::device, "the contacts of " + name + " differ: " + setting.backend +
-                                           " " + lazyccd::name(setting.options.strategy));
+                                           " " + lazyccd::name(setting.options.algorithm.strategy));
     }
   }
 
@@ -244,8 +244,8 @@ class Study {
       return sums[static_cast<std::size_t>(at - std::begin(kColumns))] / steps;
     };
     std::printf("%-5s %-21s%8d%7d%9.3f%10.3f%9.3f%9.3f%9.3f%9.3f%11.0f%9.0f%8.0f%7.2f  %s\n",
-                setting.backend.c_str(), name(setting.options.strategy), s.threads,
-                setting.options.tuning.blocks, mean("ms_total"), mean("ms_traverse"),
+                setting.backend.c_str(), name(setting.options.algorithm.strategy), s.threads,
+                setting.options.algorithm.tuning.blocks, mean("ms_total"), mean("ms_traverse"),
                 mean("ms_balance"), mean("ms_narrow"), mean("ms_device"), mean("ms_refit"),
                 mean("front_nodes"), mean("contacts"), mean("steals"), mean("idle_share"),
                 hash_text(hash).c_str());

@@ -49,7 +49,7 @@ RunReport run(Scene& scene, const std::function<void(int step)>& after_step) {
   report.margin = world.options().margin;
   report.start = report.end = measure(world);
   report.highest_energy = report.start.energy();
-  report.piercings_at_start = find_piercings(read_surface(world), read_positions(world)).size();
+  report.piercings_at_start = find_intersections(read_surface(world), read_positions(world)).size();
   if (after_step) after_step(0);
   std::vector<StepTimes> steps;
   while (report.steps < scene.steps) {
@@ -73,7 +73,7 @@ RunReport run(Scene& scene, const std::function<void(int step)>& after_step) {
   }
   report.crossings_vf = crossings.vertex_face();
   report.crossings_ee = crossings.edge_edge();
-  if (report.finite) report.piercings = find_piercings(read_surface(world), read_positions(world));
+  if (report.finite) report.intersections = find_intersections(read_surface(world), read_positions(world));
   if (scene.nodes_on_wrong_side) report.wrong_side = scene.nodes_on_wrong_side();
   report.mean = each_part(steps, mean);
   report.median = each_part(steps, median);

@@ -23,7 +23,7 @@ struct RunReport {
   double margin = 0;                                // m, of each body
   std::int64_t crossings_vf = 0, crossings_ee = 0;  // over all steps
   std::size_t piercings_at_start = 0;
-  std::vector<Piercing> piercings;     // at the end
+  std::vector<Intersection> intersections;     // at the end
   std::int64_t listed_contacts = 0;    // in Bullet's own lists after each step, over all steps
   std::optional<int> wrong_side;       // nodes, at the end
   std::vector<double> kinetic_energy;  // J, after each step

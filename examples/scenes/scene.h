@@ -21,7 +21,7 @@ struct Parameters {
   unsigned seed = 1;
   std::optional<double> margin;  // m
   double size = 1;               // scales the number of nodes along each side of a cloth
-  bullet::Options lazyccd;
+  bullet::SolverOptions lazyccd;
 };
 
 // Nodes along a side of a cloth, after Parameters::size.

@@ -19,7 +19,7 @@ double thickness_of(const Contact& contact, const Motion& motion, double of_surf
     double sum = 0;
     for (int i = first; i < last; ++i) {
       // What has no part in a point may have no edge either, and no end to its reach.
-      const double part = std::abs(weights[i]) * motion.reach[contact.vertices[i]];
+      const double part = std::abs(weights[i]) * motion.shortest_edge[contact.vertices[i]];
       sum += weights[i] != 0 ? part : 0;
     }
     return sum;
@@ -28,7 +28,7 @@ double thickness_of(const Contact& contact, const Motion& motion, double of_surf
   return std::min(of_surfaces, 0.5 * reach);
 }
 
-void make_row(const Contact& contact, double thickness, double friction, double recovery,
+void make_row(const Contact& contact, double thickness, double friction, double position_correction,
               const Motion& motion, ContactRow& row) {
   row.contact = contact;
   row.weights = contact.weights();
@@ -44,38 +44,44 @@ void make_row(const Contact& contact, double thickness, double friction, double 
     sliding_compliance += share;
     most_mobile = std::max(most_mobile, motion.inverse_mass[v]);
   }
-  for (const RigidPart& part : RigidParts(contact, row.weights, motion)) {
+  for (const RigidTerm& part : RigidTerms(contact, row.weights, motion)) {
     const Matrix3d mobility = part.mobility(motion.rigid[part.body]);
     const double along = row.normal.dot(mobility * row.normal);
     sliding_compliance += std::max(0.0, mobility.trace() - along);
     compliance += along;
   }
   row.friction = friction;
-  row.kept_gap = std::min(thickness, std::max(0.0, row.start_gap));
-  row.opened_gap =
-      std::max(row.kept_gap, std::min(0.5 * thickness, row.kept_gap + recovery * thickness));
+  row.target_gap = std::min(thickness, std::max(0.0, row.start_gap));
+  row.corrected_gap =
+      std::max(row.target_gap, std::min(0.5 * thickness, row.target_gap + position_correction * thickness));
   // A row that only a node of small weight can serve would throw that node far away: at most 16
   // times the gap, and the next detection asks again.
   const double least = most_mobile / 256;
   // A body on rails gives way along them alone: what is left of its mobility in other directions is
   // rounding, and no stiffness is to be made of it.
   const double rounding = 1e-6 * (compliance + sliding_compliance);
-  row.gives_way = compliance > rounding;
-  row.response = row.gives_way ? 1 / std::max(compliance, least) : 0;
-  row.sliding_response = row.gives_way ? 1 / std::max({sliding_compliance, least, rounding}) : 0;
-  row.impulse = row.opening = 0;
-  row.tangential = Vector3d::Zero();
+  row.is_movable = compliance > rounding;
+  row.normal_mass = row.is_movable ? 1 / std::max(compliance, least) : 0;
+  row.tangent_mass = row.is_movable ? 1 / std::max({sliding_compliance, least, rounding}) : 0;
+  row.normal_impulse = row.split_impulse = 0;
+  row.tangent_impulse = Vector3d::Zero();
   row.touched = false;
 }
 
-Prospect prospect_of(const ContactRow& row, const Vector3d& move) {
-  Prospect prospect;
-  prospect.move_squared = move.squaredNorm();
-  prospect.need = row.kept_gap - row.start_gap - row.normal.dot(move);
-  prospect.response = row.response;
-  prospect.gives_way = row.gives_way;
-  prospect.may_open = row.opened_gap > row.kept_gap;
-  return prospect;
+void RowFactory::make(const Contact& contact, ContactRow& row) const {
+  const PairSurface surface = surfaces_->of(contact.body_a, contact.body_b);
+  const double thickness = thickness_of(contact, *motion_, surface.thickness);
+  make_row(contact, thickness, surface.friction, position_correction_, *motion_, row);
+}
+
+SpeculativeContact speculative_contact_of(const ContactRow& row, const Vector3d& move) {
+  SpeculativeContact speculative;
+  speculative.move_squared = move.squaredNorm();
+  speculative.need = row.target_gap - row.start_gap - row.normal.dot(move);
+  speculative.normal_mass = row.normal_mass;
+  speculative.is_movable = row.is_movable;
+  speculative.may_open = row.corrected_gap > row.target_gap;
+  return speculative;
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

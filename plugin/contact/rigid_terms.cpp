@@ -9,28 +9,28 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-Matrix3d RigidPart::mobility(const RigidMotion& rigid) const {
+Matrix3d RigidTerm::mobility(const RigidMotion& rigid) const {
   Matrix3d lever;
   lever << 0, -arm.z(), arm.y(), arm.z(), 0, -arm.x(), -arm.y(), arm.x(), 0;
   return weight * weight * Matrix3d(rigid.inverse_mass.asDiagonal()) +
          lever.transpose() * rigid.inverse_inertia * lever;
 }
 
-void RigidParts::find(int obstacle, const Contact& contact, const std::array<double, 4>& weights,
+void RigidTerms::find(int obstacle, const Contact& contact, const std::array<double, 4>& weights,
                       const Motion& motion) {
   for (int i = 0; i < 4; ++i) {
     const std::int32_t v = contact.vertices[i];
     if (motion.is_free(v)) continue;
-    const int body = motion.is_soft(v) ? motion.carrier_of(v) : obstacle;
+    const int body = motion.is_soft(v) ? motion.anchor_body_of(v) : obstacle;
     if (body >= 0 && motion.rigid[body].is_dynamic())
       add(body, weights[i], motion.start_of(v), motion);
   }
 }
 
-void RigidParts::add(int body, double weight, const Vector3d& start, const Motion& motion) {
+void RigidTerms::add(int body, double weight, const Vector3d& start, const Motion& motion) {
   const auto last = parts_.begin() + count_;
   const auto part = std::find_if(parts_.begin(), last,
-                                 [body](const RigidPart& other) { return other.body == body; });
+                                 [body](const RigidTerm& other) { return other.body == body; });
   if (part == last) parts_[count_++] = {body, 0, Vector3d::Zero()};
   part->weight += weight;
   part->arm += weight * (start - motion.rigid[body].centre());

@@ -10,7 +10,7 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 void RowList::clear() {
   place_.clear();
   near_ = {};
-  make_ = nullptr;
+  factory_.reset();
 }
 
 void RowList::take(std::vector<ContactRow>& rows) {
@@ -20,9 +20,9 @@ void RowList::take(std::vector<ContactRow>& rows) {
   std::iota(place_.begin(), place_.end(), 0);
 }
 
-void RowList::take(const NearProspects& near, Make make) {
+void RowList::take(const SpeculativePairs& near, const RowFactory& factory) {
   near_ = near;
-  make_ = std::move(make);
+  factory_ = factory;
   place_.assign(near.contacts.size(), -1);
   made_.clear();
   made_.reserve(place_.size());  // rows stay where they are
@@ -34,8 +34,8 @@ void RowList::make(std::size_t i) {
 }
 
 void RowList::make(std::size_t i, ContactRow& row) const {
-  make_(near_.contacts[i], row);
-  row.gives_way = near_.prospects[i].gives_way;
+  factory_->make(near_.contacts[i], row);
+  row.is_movable = near_.speculative[i].is_movable;
 }
 
 void RowList::copy(std::size_t i, std::vector<ContactRow>& to) const {

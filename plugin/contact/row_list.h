@@ -4,7 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
+#include <optional>
 #include <vector>
 
 #include "contact/contact_row.h"
@@ -14,15 +14,13 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
 // Pairs that come near each other, sorted, and what is to be expected of each.
-struct NearProspects {
+struct SpeculativePairs {
   Span<const Contact> contacts;
-  Span<Prospect> prospects;  // by contact
+  Span<SpeculativeContact> speculative;  // by contact
 };
 
 class RowList {
  public:
-  using Make = std::function<void(const Contact& contact, ContactRow& row)>;
-
   RowList() = default;
   explicit RowList(std::vector<ContactRow> rows) { take(rows); }
 
@@ -31,18 +29,18 @@ class RowList {
   void take(std::vector<ContactRow>& rows);
   // Takes what is near, none of it made. The pairs are to stay as they are for as long as rows are
   // asked for that are not made.
-  void take(const NearProspects& near, Make make);
+  void take(const SpeculativePairs& near, const RowFactory& factory);
 
   std::size_t size() const { return place_.size(); }
   bool is_made(std::size_t i) const { return place_[i] >= 0; }
   const Contact& contact(std::size_t i) const {
     return is_made(i) ? made_[place_[i]].contact : near_.contacts[i];
   }
-  bool gives_way(std::size_t i) const {
-    return is_made(i) ? made_[place_[i]].gives_way : near_.prospects[i].gives_way;
+  bool is_movable(std::size_t i) const {
+    return is_made(i) ? made_[place_[i]].is_movable : near_.speculative[i].is_movable;
   }
   // Of one that is not made.
-  const Prospect& prospect(std::size_t i) const { return near_.prospects[i]; }
+  const SpeculativeContact& speculative(std::size_t i) const { return near_.speculative[i]; }
   // The first from `first` on whose contact does not come before this one; size(), where all do.
   // Soon where it is near.
   std::size_t find(const Contact& contact, std::size_t first) const;
@@ -60,8 +58,8 @@ class RowList {
 
   std::vector<std::int32_t> place_;  // in made_; negative: not there
   std::vector<ContactRow> made_;
-  NearProspects near_;
-  Make make_;
+  SpeculativePairs near_;
+  std::optional<RowFactory> factory_;  // of the rows that are not made
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -7,7 +7,7 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-using Key = std::array<std::uint64_t, 3>;  // Binding::points
+using Words = std::array<std::uint64_t, 3>;  // ContactKey::points
 
 constexpr double parts_of_weight = 16, parts_of_normal = 4;
 
@@ -45,7 +45,7 @@ Points points_of(const Contact& contact) {
 }
 
 // Of at most three points.
-void set_key(const Points& points, const Contact& contact, Key& key) {
+void set_key(const Points& points, const Contact& contact, Words& words) {
   // Which of two sides is the first is of no matter.
   const int sign = weight_of(points[0]) < 0 ? -1 : 1;
   std::uint64_t vertex[3], weights = 0, normal = 0;
@@ -58,47 +58,47 @@ void set_key(const Points& points, const Contact& contact, Key& key) {
     const int part = sign * rounded(parts_of_normal * static_cast<double>(component));
     normal = normal << 16 | static_cast<std::uint16_t>(part);
   }
-  key[0] = vertex[0] << 32 | vertex[1];
-  key[1] = vertex[2] << 32 | weights;
-  key[2] = normal;
+  words[0] = vertex[0] << 32 | vertex[1];
+  words[1] = vertex[2] << 32 | weights;
+  words[2] = normal;
 }
 
-std::uint32_t hash_of(const Key& key) {
-  const std::uint64_t hash = key[0] * 0x9e3779b97f4a7c15ull ^ key[1] * 0xbf58476d1ce4e5b9ull ^
-                             key[2] * 0x94d049bb133111ebull;
+std::uint32_t hash_of(const Words& words) {
+  const std::uint64_t hash = words[0] * 0x9e3779b97f4a7c15ull ^ words[1] * 0xbf58476d1ce4e5b9ull ^
+                             words[2] * 0x94d049bb133111ebull;
   return static_cast<std::uint32_t>(hash ^ hash >> 32);
 }
 
 }  // namespace
 
-void bind(const Contact& contact, Binding& binding) {
+void make_contact_key(const Contact& contact, ContactKey& key) {
   const Points points = points_of(contact);
-  binding.kind = points[3] != none ? Binding::of_one : Binding::of_some;
-  if (binding.kind != Binding::of_some) return;
-  set_key(points, contact, binding.points);
-  binding.hash = hash_of(binding.points);
+  key.kind = points[3] != none ? ContactKey::of_one : ContactKey::of_some;
+  if (key.kind != ContactKey::of_some) return;
+  set_key(points, contact, key.points);
+  key.hash = hash_of(key.points);
 }
 
-void DistinctContacts::keep(std::vector<Bond>& bonds) {
+void ContactReduction::reduce(std::vector<ReductionEntry>& entries) {
   std::size_t slots = 2;
-  while (slots < 2 * bonds.size()) slots *= 2;
+  while (slots < 2 * entries.size()) slots *= 2;
   constexpr std::int32_t free = -1;
   table_.assign(slots, free);
-  const auto bond_at = [&](std::int32_t at) -> Bond& {
-    return bonds[static_cast<std::size_t>(at)];
+  const auto bond_at = [&](std::int32_t at) -> ReductionEntry& {
+    return entries[static_cast<std::size_t>(at)];
   };
-  for (std::size_t i = 0; i < bonds.size(); ++i) {
-    Bond& bond = bonds[i];
-    if (bond.binding.kind != Binding::of_some) continue;
-    const Key& key = bond.binding.points;
-    std::size_t slot = bond.binding.hash & (slots - 1);
-    while (table_[slot] != free && bond_at(table_[slot]).binding.points != key)
+  for (std::size_t i = 0; i < entries.size(); ++i) {
+    ReductionEntry& entry = entries[i];
+    if (entry.key.kind != ContactKey::of_some) continue;
+    const Words& words = entry.key.points;
+    std::size_t slot = entry.key.hash & (slots - 1);
+    while (table_[slot] != free && bond_at(table_[slot]).key.points != words)
       slot = (slot + 1) & (slots - 1);
     const auto at = static_cast<std::int32_t>(i), other = table_[slot];
     // Without a branch: which is nearer, nobody foresees.
-    const bool nearer = other == free || bond.gap < bond_at(other).gap;
+    const bool nearer = other == free || entry.gap < bond_at(other).gap;
     table_[slot] = nearer ? at : other;
-    if (other != free) bond_at(nearer ? other : at).binding.kind = Binding::none;
+    if (other != free) bond_at(nearer ? other : at).key.kind = ContactKey::none;
   }
 }
 

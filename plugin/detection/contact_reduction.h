@@ -14,7 +14,7 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 
 // What a contact binds: the same where the weights are on the same vertices, alike to 1/16, and the
 // normals are alike to 1/4.
-struct Binding {
+struct ContactKey {
   // Of one pair of primitives alone: all four vertices bear it.
   enum Kind : std::uint8_t { none, of_one, of_some } kind = none;
   std::uint32_t hash;  // of `points`
@@ -23,20 +23,20 @@ struct Binding {
 };
 
 // In its place: to copy one that has just been made takes longer than to make it.
-void bind(const Contact& contact, Binding& binding);
+void make_contact_key(const Contact& contact, ContactKey& key);
 
 // What is looked at of a contact to tell whether it is kept.
-struct Bond {
-  Binding binding;  // where that is nothing it goes
+struct ReductionEntry {
+  ContactKey key;  // where that is nothing it goes
   double gap = 0;   // metres, between its points where the step begins
 };
 
 // Buffers persist between steps.
-class DistinctContacts {
+class ContactReduction {
  public:
   // Of those that bind the same, the nearest is kept, and of equally near ones the first: the bonds
   // of the others bind nothing any more.
-  void keep(std::vector<Bond>& bonds);
+  void reduce(std::vector<ReductionEntry>& entries);
 
  private:
   std::vector<std::int32_t> table_;  // by hash of what is bound: the nearest contact, or -1

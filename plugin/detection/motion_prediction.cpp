@@ -6,12 +6,12 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-void Foresight::forget() {
+void MotionPrediction::forget() {
   is_known_ = false;
   aside_.clear();
 }
 
-void Foresight::remember(const Motion& motion, bool responded) {
+void MotionPrediction::remember(const Motion& motion, bool responded) {
   start_ = motion.end;
   straight_.resize(start_.size());
   const auto soft = static_cast<std::size_t>(motion.soft_count());
@@ -20,7 +20,7 @@ void Foresight::remember(const Motion& motion, bool responded) {
     if (responded) velocity += motion.velocity_change[v];
     for (int k = 0; k < 3; ++k)
       straight_[3 * v + k] =
-          start_[3 * v + k] + static_cast<btScalar>(motion.seconds * velocity[k]);
+          start_[3 * v + k] + static_cast<btScalar>(motion.dt * velocity[k]);
   }
   for (std::size_t i = 3 * soft; i < start_.size(); ++i)
     straight_[i] = motion.end[i] + (motion.end[i] - motion.start[i]);
@@ -32,17 +32,17 @@ void Foresight::remember(const Motion& motion, bool responded) {
   is_announced_ = false;
 }
 
-void Foresight::announce(Detector& detector, double separation) {
+void MotionPrediction::announce(Detector& detector, double separation) {
   if (!is_known_ || is_announced_ || candidates_ < few) return;
   is_announced_ = true;
   constexpr double room = 3;
   const double tolerance = std::max(least * separation, room * off_);
   if (!(tolerance < most * separation)) return;
   const std::size_t count = start_.size() / 3;
-  detector.foresee({start_.data(), count}, {end_.data(), count}, tolerance);
+  detector.detect_ahead({start_.data(), count}, {end_.data(), count}, tolerance);
 }
 
-void Foresight::compare(const Motion& motion, std::int64_t candidates) {
+void MotionPrediction::compare(const Motion& motion, std::int64_t candidates) {
   candidates_ = candidates;
   if (!is_known_ || end_.size() != motion.end.size()) return;
   double off_squared = 0;

@@ -10,7 +10,7 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-class Foresight {
+class MotionPrediction {
  public:
   // To be called where indices change: nothing is known of the next step then.
   void forget();

@@ -2,23 +2,24 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstdint>
-#include <functional>
 #include <vector>
 
-#include "response/contact_constraints.h"
+#include "contact/pair_surfaces.h"
+#include "detection/contact_filter.h"
 #include "detection/contact_reduction.h"
 #include "lazyccd/contact.h"
 #include "lazyccd/span.h"
 #include "motion/motion.h"
-#include "util/parallel_for.h"
+#include "lazyccd/threads.h"
 #include "detection/speculative_kernels.h"
 #include "contact/row_list.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-class NearContacts {
+class SpeculativeContacts {
  public:
   // Pairs are near up to this many thicknesses: what rests lies at one, and would be near in one
   // step and not in the next.
@@ -26,56 +27,58 @@ class NearContacts {
 
   // Of a vertex, for Topology: no less than reach of the thickness there can be within a body. What
   // that is depends on points that are rounded.
-  static float self_reach(std::int32_t vertex, const Motion& motion) {
+  static float self_separation(std::int32_t vertex, const Motion& motion) {
     constexpr double rounding = 1.001;
-    return static_cast<float>(rounding * reach * 0.5 * motion.reach[vertex]);
+    return static_cast<float>(rounding * reach * 0.5 * motion.shortest_edge[vertex]);
   }
 
-  // `recovery`: as in Options.
-  NearContacts(ContactRows::Surface surface, double recovery)
-      : surface_(std::move(surface)), recovery_(recovery) {}
+  // The surfaces must outlive it. `position_correction`: as in SolverOptions.
+  SpeculativeContacts(const PairSurfaces& surfaces, double position_correction)
+      : surfaces_(surfaces), position_correction_(position_correction) {}
 
   // Of `found`, sorted, those give way that get an answer and come nearer in the step, or lie
   // within reach of their own thickness; one of each that bind nearly the same points.
-  // `is_answered` is asked once about each, on several threads. The result is valid until the next
+  // The filter is asked once about each, on several threads. The result is valid until the next
   // call, and as long as `found` is.
-  using IsAnswered = std::function<bool(const Contact&)>;
-  NearProspects choose(Span<const Contact> found, const IsAnswered& is_answered,
-                       const Motion& motion, const ParallelFor& parallel_for);
+  SpeculativePairs choose(Span<const Contact> found, const ContactFilter& filter,
+                          const Motion& motion, const Threads& threads);
+  // Of the last choose(): the filter lets any of the pairs have an answer.
+  bool any_answered() const { return any_answered_.load(std::memory_order_relaxed); }
   // All of them.
-  NearProspects all(Span<const Contact> found, const Motion& motion);
+  SpeculativePairs all(Span<const Contact> found, const Motion& motion);
 
   // To be called where the indices of bodies, vertices or faces change.
-  void forget() { chosen_.clear(); }
+  void forget() { selected_.clear(); }
 
   // What tells a contact from others, in their order.
-  using Key = std::array<std::uint64_t, 3>;
-  static Key key_of(const Contact& contact);
+  using PairKey = std::array<std::uint64_t, 3>;
+  static PairKey pair_key_of(const Contact& contact);
 
  private:
   // What contacts ask about their bodies.
   struct Bodies {
     std::int32_t a = -1, b = -1;
     PairSurface surface;
-    bool may_have_parts;  // as RigidParts
+    bool may_have_parts;  // as RigidTerms
   };
   Bodies bodies_of(const Contact& contact, const Motion& motion) const;
   // Of as many contacts as there are lanes at most. `bodies`: those of the contact before.
-  void foretell(Span<const Contact> contacts, const Motion& motion, Bodies& bodies,
-                ProspectLanes& lanes, Prospect* prospects) const;
+  void evaluate(Span<const Contact> contacts, const Motion& motion, Bodies& bodies,
+                SpeculativeLanes& lanes, SpeculativeContact* speculative) const;
   // Of the found ones from `first` to `last` - 1.
-  void look_at(Span<const Contact> found, std::size_t first, std::size_t last,
-               const IsAnswered& is_answered, const Motion& motion);
+  void evaluate_range(Span<const Contact> found, std::size_t first, std::size_t last,
+               const ContactFilter& filter, const Motion& motion);
 
   // Chosen here, for worlds may be stepped before a constant of this file would be there.
-  const ProspectKernels* kernels_ = best_prospect_kernels();
-  ContactRows::Surface surface_;
-  double recovery_;
-  std::vector<Key> chosen_, last_;  // in this step, and in the one before
+  const SpeculativeKernels* kernels_ = best_speculative_kernels();
+  const PairSurfaces& surfaces_;
+  double position_correction_;
+  std::vector<PairKey> selected_, last_;  // in this step, and in the one before
   // Of those that were found.
-  std::vector<Bond> bonds_;
-  std::vector<Prospect> prospects_;
-  DistinctContacts distinct_;
+  std::vector<ReductionEntry> entries_;
+  std::vector<SpeculativeContact> speculative_contacts_;
+  ContactReduction reduction_;
+  std::atomic<bool> any_answered_{false};  // relaxed: read after the end of the parallel loop
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -5,28 +5,28 @@
 namespace lazyccd::bullet {
 
 namespace baseline {
-extern const ProspectKernels prospecting;
+extern const SpeculativeKernels speculative_table;
 }
 #if defined(LAZYCCD_ISA_X86)
 namespace avx2 {
-extern const ProspectKernels prospecting;
+extern const SpeculativeKernels speculative_table;
 }
 namespace avx512 {
-extern const ProspectKernels prospecting;
+extern const SpeculativeKernels speculative_table;
 }
 #endif
 
 namespace {
 
-constexpr const ProspectKernels* kernels[] = {
+constexpr const SpeculativeKernels* kernels[] = {
 #if defined(LAZYCCD_ISA_X86)
-    &avx512::prospecting, &avx2::prospecting,
+    &avx512::speculative_table, &avx2::speculative_table,
 #endif
-    &baseline::prospecting};
+    &baseline::speculative_table};
 
 }  // namespace
 
-const ProspectKernels* best_prospect_kernels() { return first_that_runs(kernels); }
-const ProspectKernels* prospect_kernels(const char* name) { return first_that_runs(kernels, name); }
+const SpeculativeKernels* best_speculative_kernels() { return first_that_runs(kernels); }
+const SpeculativeKernels* speculative_kernels(const char* name) { return first_that_runs(kernels, name); }
 
 }  // namespace lazyccd::bullet

@@ -170,8 +170,8 @@ void solve(const LinkPasses<Scalar>& all) {
 
 }  // namespace
 
-extern const LinkKernels linking;
-const LinkKernels linking = {LAZYCCD_NAME_OF(LAZYCCD_ISA), solve<float>, solve<double>};
+extern const LinkKernels link_table;
+const LinkKernels link_table = {LAZYCCD_NAME_OF(LAZYCCD_ISA), solve<float>, solve<double>};
 
 }  // namespace LAZYCCD_ISA
 }  // namespace lazyccd::bullet

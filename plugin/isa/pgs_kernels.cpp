@@ -164,17 +164,17 @@ LAZYCCD_INLINE Vector cross(const Vector& a, const Vector& b) {
 
 // The parts of rigid bodies in the rows from `first` on that fill a register.
 template <class Batch, class Each>
-LAZYCCD_INLINE void for_each_part(const SweptProblem& problem, const Batch& batch, int first,
+LAZYCCD_INLINE void for_each_part(const PgsProblem& problem, const Batch& batch, int first,
                                   const Each& each) {
   for (std::int32_t i = batch.first_part; i < batch.last_part; ++i) {
-    const RowPart& part = problem.parts[i];
+    const RowRigidTerm& part = problem.parts[i];
     if (part.row >= first && part.row < first + width) each(part, 4 * (part.row - first));
   }
 }
 
 // By all impulses.
 template <class Batch>
-LAZYCCD_INLINE Rows moved(const SweptProblem& problem, const Batch& batch,
+LAZYCCD_INLINE Rows moved(const PgsProblem& problem, const Batch& batch,
                           const std::int32_t* nodes, int first) {
   const std::int32_t* node = nodes + 4 * first;
   const Rows weight = load(batch.weight + 4 * first);
@@ -183,15 +183,15 @@ LAZYCCD_INLINE Rows moved(const SweptProblem& problem, const Batch& batch,
       (each<0>(weight) * gathered(from, node) + each<1>(weight) * gathered(from, node + 1)) +
       (each<2>(weight) * gathered(from, node + 2) + each<3>(weight) * gathered(from, node + 3));
   if (batch.first_part == batch.last_part) return sum;
-  for_each_part(problem, batch, first, [&](const RowPart& part, int row) {
+  for_each_part(problem, batch, first, [&](const RowRigidTerm& part, int row) {
     const Vector of_body =
-        part.weight * load4(from[part.shift].x) + cross(load4(from[part.turn].x), load4(part.arm));
+        part.weight * load4(from[part.translation].x) + cross(load4(from[part.rotation].x), load4(part.arm));
     for (int k = 0; k < 3; ++k) sum[row + k] += of_body[k];
   });
   return sum;
 }
 
-LAZYCCD_INLINE void push(const SweptProblem& problem, const RowBatch& batch, int first,
+LAZYCCD_INLINE void push(const PgsProblem& problem, const RowBatch& batch, int first,
                          const Rows& impulse) {
   const std::int32_t* node = batch.pushed + 4 * first;
   const Rows mobility = load(batch.mobility + 4 * first);
@@ -201,25 +201,25 @@ LAZYCCD_INLINE void push(const SweptProblem& problem, const RowBatch& batch, int
   add(each<2>(mobility) * impulse, node + 2, to);
   add(each<3>(mobility) * impulse, node + 3, to);
   if (batch.first_part == batch.last_part) return;
-  for_each_part(problem, batch, first, [&](const RowPart& part, int row) {
+  for_each_part(problem, batch, first, [&](const RowRigidTerm& part, int row) {
     const Vector one = {impulse[row], impulse[row + 1], impulse[row + 2], 0};
     const RowBody& body = problem.bodies[part.body];
-    at(to[part.shift]) += part.weight * (load4(body.inverse_mass) * one);
+    at(to[part.translation]) += part.weight * (load4(body.inverse_mass) * one);
     const Vector about = cross(load4(part.arm), one);
-    at(to[part.turn]) +=
+    at(to[part.rotation]) +=
         (about[0] * load4(body.inverse_inertia[0]) + about[1] * load4(body.inverse_inertia[1])) +
         about[2] * load4(body.inverse_inertia[2]);
   });
 }
 
-SweepChange sweep(const SweptProblem& problem, const std::int32_t* batches, int count) {
+SweepChange sweep(const PgsProblem& problem, const std::int32_t* batches, int count) {
   const Rows zero = repeated(0, 0, 0, 0), one = repeated(1, 1, 1, 1);
   const Rows across = repeated(1, 1, 1, 0), along = repeated(0, 0, 0, 1);
   const Rows least_size = repeated(0x1p-126f, 0x1p-126f, 0x1p-126f, 0x1p-126f);
   // By row of a batch.
   Rows largest[RowBatch::rows / width], energy[RowBatch::rows / width],
-      onward[RowBatch::rows / width];
-  for (int i = 0; i < RowBatch::rows / width; ++i) largest[i] = energy[i] = onward[i] = zero;
+      restart_test[RowBatch::rows / width];
+  for (int i = 0; i < RowBatch::rows / width; ++i) largest[i] = energy[i] = restart_test[i] = zero;
   for (int b = 0; b < count; ++b) {
     RowBatch& batch = problem.batches[batches[b]];
     for (int i = 0; i < RowBatch::rows / width; ++i) {
@@ -241,7 +241,7 @@ SweepChange sweep(const SweptProblem& problem, const std::int32_t* batches, int 
       const Rows compliance = load(batch.compliance + at), made = more * compliance;
       largest[i] = larger(made * made, largest[i]);
       energy[i] += more * made;
-      onward[i] += made * (now - load(batch.last + at));
+      restart_test[i] += made * (now - load(batch.last + at));
       store(now, batch.impulse + at);
       push(problem, batch, width * i, across * more + each<3>(more) * normal);
     }
@@ -251,18 +251,18 @@ SweepChange sweep(const SweptProblem& problem, const std::int32_t* batches, int 
   for (int i = 0; i < RowBatch::rows / width; ++i) {
     store(largest[i], of_rows[0] + floats * i);
     store(energy[i], of_rows[1] + floats * i);
-    store(onward[i], of_rows[2] + floats * i);
+    store(restart_test[i], of_rows[2] + floats * i);
   }
   SweepChange change;
   for (int i = 0; i < 4 * RowBatch::rows; ++i) {
     change.largest = of_rows[0][i] > change.largest ? of_rows[0][i] : change.largest;
     change.energy += of_rows[1][i];
-    change.onward += of_rows[2][i];
+    change.restart_test += of_rows[2][i];
   }
   return change;
 }
 
-float most_left(const SweptProblem& problem, int batches) {
+float most_left(const PgsProblem& problem, int batches) {
   float most = 0;
   for (int b = 0; b < batches; ++b) {
     const RowBatch& batch = problem.batches[b];
@@ -276,20 +276,20 @@ float most_left(const SweptProblem& problem, int batches) {
   return most;
 }
 
-int lacking(const SweptProblem& problem, const std::int32_t* node_of, const WaitingBatch* waiting,
+int lacking(const PgsProblem& problem, const std::int32_t* node_of, const InactiveBatch* waiting,
             int batches, std::int32_t* rows) {
   const Rows zero = repeated(0, 0, 0, 0);
   int found = 0;
   for (int b = 0; b < batches; ++b) {
-    const WaitingBatch& batch = waiting[b];
-    std::int32_t node[4 * WaitingBatch::rows];
-    for (int i = 0; i < 4 * WaitingBatch::rows; ++i) node[i] = node_of[batch.vertex[i]];
-    for (int first = 0; first < WaitingBatch::rows; first += width) {
+    const InactiveBatch& batch = waiting[b];
+    std::int32_t node[4 * InactiveBatch::rows];
+    for (int i = 0; i < 4 * InactiveBatch::rows; ++i) node[i] = node_of[batch.vertex[i]];
+    for (int first = 0; first < InactiveBatch::rows; first += width) {
       const Rows normal = load(batch.normal + 4 * first);
       const Rows left = each<3>(normal) - sum(normal * moved(problem, batch, node, first));
       if (is_zero(larger(left, zero))) continue;
       for (int i = 0; i < width; ++i)
-        if (left[4 * i] > 0) rows[found++] = WaitingBatch::rows * b + first + i;
+        if (left[4 * i] > 0) rows[found++] = InactiveBatch::rows * b + first + i;
     }
   }
   return found;
@@ -303,7 +303,7 @@ void carry_on(float part, Float4* now, Float4* last, int count) {
   }
 }
 
-void push_all(const SweptProblem& problem, int index) {
+void push_all(const PgsProblem& problem, int index) {
   const RowBatch& batch = problem.batches[index];
   const Rows across = repeated(1, 1, 1, 0);
   for (int first = 0; first < RowBatch::rows; first += width) {
@@ -318,8 +318,8 @@ void push_all(const SweptProblem& problem, int index) {
 
 }  // namespace
 
-extern const SweepKernels sweeping;
-const SweepKernels sweeping = {
+extern const PgsKernels pgs_table;
+const PgsKernels pgs_table = {
     LAZYCCD_NAME_OF(LAZYCCD_ISA), sweep, most_left, lacking, carry_on, push_all};
 
 }  // namespace LAZYCCD_ISA

@@ -57,8 +57,8 @@ LAZYCCD_INLINE void read(const Scalar* positions, const std::int32_t* vertices, 
 
 // Of as many contacts as fill a register, from `first` on.
 template <class Scalar>
-LAZYCCD_INLINE void look_at(const ProspectMotion<Scalar>& motion, const Contact* contacts,
-                            int first, int given, ProspectLanes& lanes) {
+LAZYCCD_INLINE void evaluate_range(const SpeculativeMotion<Scalar>& motion, const Contact* contacts,
+                            int first, int given, SpeculativeLanes& lanes) {
   const Lanes zero = {}, one = zero + 1;
   alignas(64) std::int32_t vertices[4][width];
   alignas(64) std::int64_t vertex_face[width], in_one_body[width];
@@ -103,7 +103,7 @@ LAZYCCD_INLINE void look_at(const ProspectMotion<Scalar>& motion, const Contact*
     compliance += weight * weight * inverse_mass;
     most_mobile = max(most_mobile, inverse_mass);
     if (!any_in_one_body) continue;
-    for (int i = 0; i < width; ++i) reach[k][i] = in_one_body[i] ? motion.reach[vertices[k][i]] : 0;
+    for (int i = 0; i < width; ++i) reach[k][i] = in_one_body[i] ? motion.shortest_edge[vertices[k][i]] : 0;
     const Lanes size = weight < 0 ? -weight : weight;
     reach[k] = weight != 0 ? size * reach[k] : zero;
   }
@@ -118,25 +118,25 @@ LAZYCCD_INLINE void look_at(const ProspectMotion<Scalar>& motion, const Contact*
   }
 
   const Lanes kept = min(thickness, max(zero, start_gap));
-  const Lanes opened = max(kept, min(0.5 * thickness, kept + motion.recovery * thickness));
-  const Mask gives_way = compliance > 1e-6 * (compliance + compliance);
+  const Lanes opened = max(kept, min(0.5 * thickness, kept + motion.position_correction * thickness));
+  const Mask is_movable = compliance > 1e-6 * (compliance + compliance);
   const Lanes least = most_mobile / 256;
   store(thickness, lanes.thickness + first);
   store(dot(start_sum, start_sum), lanes.gap_squared + first);
-  store(dot(start_sum, end_sum), lanes.gap_kept + first);
+  store(dot(start_sum, end_sum), lanes.gap_dot + first);
   store(dot(move, move), lanes.move_squared + first);
   store(kept - start_gap - dot(normal, move), lanes.need + first);
   // Nothing is divided by zero, not even in vain.
-  const Lanes divisor = gives_way ? max(compliance, least) : one;
-  store(gives_way ? one / divisor : zero, lanes.response + first);
-  store(gives_way, lanes.gives_way + first);
+  const Lanes divisor = is_movable ? max(compliance, least) : one;
+  store(is_movable ? one / divisor : zero, lanes.normal_mass + first);
+  store(is_movable, lanes.is_movable + first);
   store(opened > kept, lanes.may_open + first);
 }
 
 template <class Scalar>
-void prospects(const ProspectMotion<Scalar>& motion, const Contact* contacts, int count,
-               ProspectLanes& lanes) {
-  for (int first = 0; first < count; first += width) look_at(motion, contacts, first, count, lanes);
+void speculative(const SpeculativeMotion<Scalar>& motion, const Contact* contacts, int count,
+               SpeculativeLanes& lanes) {
+  for (int first = 0; first < count; first += width) evaluate_range(motion, contacts, first, count, lanes);
 }
 
 #define LAZYCCD_NAME_OF(isa) LAZYCCD_TEXT_OF(isa)
@@ -144,9 +144,9 @@ void prospects(const ProspectMotion<Scalar>& motion, const Contact* contacts, in
 
 }  // namespace
 
-extern const ProspectKernels prospecting;
-const ProspectKernels prospecting = {LAZYCCD_NAME_OF(LAZYCCD_ISA), prospects<float>,
-                                     prospects<double>};
+extern const SpeculativeKernels speculative_table;
+const SpeculativeKernels speculative_table = {LAZYCCD_NAME_OF(LAZYCCD_ISA), speculative<float>,
+                                     speculative<double>};
 
 }  // namespace LAZYCCD_ISA
 }  // namespace lazyccd::bullet

@@ -41,7 +41,7 @@ class BodyLinks {
   LinkEnds ends_;
   std::int64_t waiting_ = 0;  // links that wait for one just before them
 
-  LinkPlan plan_;
+  LinkBatches plan_;
   std::vector<LinkGroup<btScalar>> groups_;  // none: there is no plan
   std::vector<LinkedNode<btScalar>> nodes_;
 };

@@ -34,9 +34,9 @@ class Room {
 
 }  // namespace
 
-LinkPlan plan_links(const LinkEnds& ends, std::int32_t nodes, std::int32_t lanes) {
+LinkBatches plan_links(const LinkEnds& ends, std::int32_t nodes, std::int32_t lanes) {
   constexpr std::int32_t none = -1;
-  LinkPlan plan;
+  LinkBatches plan;
   plan.places.reserve(ends.size());
   std::vector<std::int32_t> first(static_cast<std::size_t>(nodes), none), last = first;
   Room room(lanes);
@@ -61,7 +61,7 @@ LinkPlan plan_links(const LinkEnds& ends, std::int32_t nodes, std::int32_t lanes
 }
 
 template <class Scalar>
-std::vector<LinkGroup<Scalar>> make_groups(const LinkPlan& plan, const LinkEnds& ends) {
+std::vector<LinkGroup<Scalar>> make_groups(const LinkBatches& plan, const LinkEnds& ends) {
   std::vector<LinkGroup<Scalar>> groups(plan.sizes.size());
   std::int32_t spare = plan.nodes;
   for (std::size_t i = 0; i < groups.size(); ++i) {
@@ -82,7 +82,7 @@ std::vector<LinkGroup<Scalar>> make_groups(const LinkPlan& plan, const LinkEnds&
   return groups;
 }
 
-template std::vector<LinkGroup<float>> make_groups(const LinkPlan& plan, const LinkEnds& ends);
-template std::vector<LinkGroup<double>> make_groups(const LinkPlan& plan, const LinkEnds& ends);
+template std::vector<LinkGroup<float>> make_groups(const LinkBatches& plan, const LinkEnds& ends);
+template std::vector<LinkGroup<double>> make_groups(const LinkBatches& plan, const LinkEnds& ends);
 
 }  // namespace lazyccd::bullet

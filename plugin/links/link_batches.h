@@ -15,7 +15,7 @@ namespace lazyccd::bullet {
 using LinkEnds = std::vector<std::array<std::int32_t, 2>>;
 constexpr std::array<std::int32_t, 2> no_nodes = {-1, -1};
 
-struct LinkPlan {
+struct LinkBatches {
   // By link: its group, and its place there. Negative where it is left out.
   struct Place {
     std::int32_t group, lane;
@@ -29,7 +29,7 @@ struct LinkPlan {
 
 // Of a body of so many nodes: each link goes into the first group after those of its nodes that has
 // less than `lanes`.
-LinkPlan plan_links(const LinkEnds& ends, std::int32_t nodes, std::int32_t lanes);
+LinkBatches plan_links(const LinkEnds& ends, std::int32_t nodes, std::int32_t lanes);
 
 // From the first node of a body to the one of that index.
 template <class Scalar>
@@ -40,6 +40,6 @@ constexpr std::uint32_t bytes_of_nodes(std::int32_t count) {
 // The groups of a plan for as many lanes as they have, but for what else than their nodes links
 // say: that is as in place of missing ones.
 template <class Scalar>
-std::vector<LinkGroup<Scalar>> make_groups(const LinkPlan& plan, const LinkEnds& ends);
+std::vector<LinkGroup<Scalar>> make_groups(const LinkBatches& plan, const LinkEnds& ends);
 
 }  // namespace lazyccd::bullet

@@ -7,15 +7,15 @@ namespace lazyccd::bullet {
 #if defined(LAZYCCD_ISA_X86)
 
 namespace baseline {
-extern const LinkKernels linking;
+extern const LinkKernels link_table;
 }
 namespace avx2 {
-extern const LinkKernels linking;
+extern const LinkKernels link_table;
 }
 
 namespace {
 
-constexpr const LinkKernels* kernels[] = {&avx2::linking, &baseline::linking};
+constexpr const LinkKernels* kernels[] = {&avx2::link_table, &baseline::link_table};
 
 }  // namespace
 

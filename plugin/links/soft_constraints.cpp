@@ -84,9 +84,9 @@ void solve_positions(btSoftBody& body, const MovedBeside& beside, BodyLinks& lin
 void SoftConstraints::solve(const btAlignedObjectArray<btSoftBody*>& bodies,
                             const ParallelFor& parallel_for) {
   links_.resize(static_cast<std::size_t>(bodies.size()));
-  const Turns turns = turns_of(bodies);
-  for (const int i : turns.in_order) solve(*bodies[i], links_[i]);
-  const std::vector<int>& rest = turns.side_by_side;
+  const SolveOrder turns = find_solve_order(bodies);
+  for (const int i : turns.serial) solve(*bodies[i], links_[i]);
+  const std::vector<int>& rest = turns.parallel;
   if (rest.empty()) return;
   // Fewer than four pieces wake nobody; a thread that sleeps comes later than so little is done.
   constexpr std::int64_t little = 1 << 16;

@@ -5,14 +5,20 @@
 
 #include <BulletSoftBody/btSoftBody.h>
 
+#include <cstddef>
+#include <functional>
 #include <vector>
 
 #include "links/body_links.h"
 #include "lazyccd/bullet/precision.h"
-#include "util/parallel_for.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
+
+/// Runs body(first, last) over disjoint ranges of [0, count): Threads::parallel_for.
+using ParallelFor =
+    std::function<void(std::size_t count, std::size_t grain,
+                       const std::function<void(std::size_t first, std::size_t last)>& body)>;
 
 class SoftConstraints {
  public:

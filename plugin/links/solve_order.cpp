@@ -7,10 +7,10 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-enum class Reach { itself, rigid_bodies, soft_bodies };
+enum class Coupling { itself, rigid_bodies, soft_bodies };
 
-Reach reach_of(const btSoftBody& body) {
-  if (body.m_scontacts.size() > 0) return Reach::soft_bodies;
+Coupling reach_of(const btSoftBody& body) {
+  if (body.m_scontacts.size() > 0) return Coupling::soft_bodies;
   const btSoftBody::Node* const first = body.m_nodes.size() > 0 ? &body.m_nodes[0] : nullptr;
   const btSoftBody::Node* const last = first + body.m_nodes.size();
   const auto is_own = [&](const btSoftBody::Node* node) {
@@ -18,12 +18,12 @@ Reach reach_of(const btSoftBody& body) {
   };
   for (int i = 0; i < body.m_links.size(); ++i) {
     const btSoftBody::Link& link = body.m_links[i];
-    if (!is_own(link.m_n[0]) || !is_own(link.m_n[1])) return Reach::soft_bodies;
+    if (!is_own(link.m_n[0]) || !is_own(link.m_n[1])) return Coupling::soft_bodies;
   }
   for (int i = 0; i < body.m_anchors.size(); ++i)
-    if (!is_own(body.m_anchors[i].m_node)) return Reach::soft_bodies;
+    if (!is_own(body.m_anchors[i].m_node)) return Coupling::soft_bodies;
   const bool alone = body.m_anchors.size() == 0 && body.m_rcontacts.size() == 0;
-  return alone ? Reach::itself : Reach::rigid_bodies;
+  return alone ? Coupling::itself : Coupling::rigid_bodies;
 }
 
 // Links, each as often as it is gone over.
@@ -37,22 +37,22 @@ std::int64_t work_of(const btSoftBody& body) {
 
 }  // namespace
 
-Turns turns_of(const btAlignedObjectArray<btSoftBody*>& bodies) {
-  Turns all;
+SolveOrder find_solve_order(const btAlignedObjectArray<btSoftBody*>& bodies) {
+  SolveOrder all;
   for (int i = 0; i < bodies.size(); ++i)
-    if (bodies[i]->isActive()) all.in_order.push_back(i);
-  if (all.in_order.size() < 2) return all;
-  Turns turns;
-  for (const int i : all.in_order) {
-    const Reach reach = reach_of(*bodies[i]);
-    if (reach == Reach::soft_bodies) return all;
-    (reach == Reach::itself ? turns.side_by_side : turns.in_order).push_back(i);
+    if (bodies[i]->isActive()) all.serial.push_back(i);
+  if (all.serial.size() < 2) return all;
+  SolveOrder turns;
+  for (const int i : all.serial) {
+    const Coupling reach = reach_of(*bodies[i]);
+    if (reach == Coupling::soft_bodies) return all;
+    (reach == Coupling::itself ? turns.parallel : turns.serial).push_back(i);
   }
-  if (turns.side_by_side.size() < 2) return all;
+  if (turns.parallel.size() < 2) return all;
   const auto work = [&](int i) { return work_of(*bodies[i]); };
-  std::sort(turns.side_by_side.begin(), turns.side_by_side.end(),
+  std::sort(turns.parallel.begin(), turns.parallel.end(),
             [&](int a, int b) { return work(a) > work(b); });
-  for (const int i : turns.side_by_side) turns.work += work(i);
+  for (const int i : turns.parallel) turns.work += work(i);
   return turns;
 }
 

@@ -19,13 +19,13 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
 // Of the bodies that are active, by their place in the world.
-struct Turns {
-  std::vector<int> in_order;      // one after the other
-  std::vector<int> side_by_side;  // in any order, the most work first: none, or two and more
+struct SolveOrder {
+  std::vector<int> serial;      // one after the other
+  std::vector<int> parallel;  // in any order, the most work first: none, or two and more
   std::int64_t work = 0;          // of those: links, each as often as it is gone over
 };
 
-Turns turns_of(const btAlignedObjectArray<btSoftBody*>& bodies);
+SolveOrder find_solve_order(const btAlignedObjectArray<btSoftBody*>& bodies);
 
 // How often Bullet goes over the links in an iteration over this sequence of solvers: of
 // positions or drift (tPSolverArray), or of velocities (tVSolverArray).

@@ -44,59 +44,59 @@ void Motion::begin_response() {
 
 void Motion::restart_response() {
   solved.assign(predicted.begin(), predicted.begin() + soft_count());
-  opening.assign(solved.size(), Eigen::Vector3d::Zero());
+  split_displacement.assign(solved.size(), Eigen::Vector3d::Zero());
   for (std::int32_t v = 0; v < soft_count(); ++v) round_end(v);
   for (RigidMotion& body : rigid) {
-    body.shift = body.turn = body.opening_shift = body.opening_turn = Eigen::Vector3d::Zero();
+    body.translation = body.rotation = body.split_translation = body.split_rotation = Eigen::Vector3d::Zero();
     put(body, body.predicted);
   }
 }
 
 void Motion::round_end(std::int32_t i) {
-  const Eigen::Vector3d x = solved[i] + opening[i];
+  const Eigen::Vector3d x = solved[i] + split_displacement[i];
   for (int k = 0; k < 3; ++k)
     end[3 * static_cast<std::size_t>(i) + k] = static_cast<btScalar>(x[k]);
 }
 
 void Motion::place(RigidMotion& body) {
-  const Eigen::Vector3d turn = body.turn + body.opening_turn;
-  const double angle = turn.norm();
+  const Eigen::Vector3d rotation = body.rotation + body.split_rotation;
+  const double angle = rotation.norm();
   btTransform pose = body.predicted;
   if (angle > 0) {
-    const btQuaternion rotation(to_bullet(turn / angle), static_cast<btScalar>(angle));
-    pose.setBasis(btMatrix3x3(rotation) * body.predicted.getBasis());
+    const btQuaternion turned(to_bullet(rotation / angle), static_cast<btScalar>(angle));
+    pose.setBasis(btMatrix3x3(turned) * body.predicted.getBasis());
   }
-  pose.getOrigin() += to_bullet(body.shift + body.opening_shift);
+  pose.getOrigin() += to_bullet(body.translation + body.split_translation);
   put(body, pose);
 }
 
 void Motion::put(RigidMotion& body, const btTransform& pose) {
   body.end = pose;
   write_vertices(body, pose, end);
-  for (const auto& [vertex, fixed] : carried) {
-    if (&rigid[fixed.rigid] == &body) set_carried_end(vertex, pose * fixed.local);
+  for (const auto& [vertex, fixed] : anchored) {
+    if (&rigid[fixed.rigid] == &body) set_anchored_end(vertex, pose * fixed.local);
   }
 }
 
 void Motion::hold(RigidMotion& body) {
   put(body, body.start);
-  for (const auto& [vertex, fixed] : carried) {
+  for (const auto& [vertex, fixed] : anchored) {
     if (&rigid[fixed.rigid] == &body)
-      set_carried_end(vertex, &start[3 * static_cast<std::size_t>(vertex)]);
+      set_anchored_end(vertex, &start[3 * static_cast<std::size_t>(vertex)]);
   }
 }
 
-void Motion::set_carried_end(std::int32_t vertex, const btScalar* x) {
+void Motion::set_anchored_end(std::int32_t vertex, const btScalar* x) {
   std::copy_n(x, 3, &end[3 * static_cast<std::size_t>(vertex)]);
   solved[vertex] = end_of(vertex);
 }
 
-int Motion::carrier_of(std::int32_t soft_vertex) const {
-  const auto found = carried.find(soft_vertex);
-  return found == carried.end() ? -1 : found->second.rigid;
+int Motion::anchor_body_of(std::int32_t soft_vertex) const {
+  const auto found = anchored.find(soft_vertex);
+  return found == anchored.end() ? -1 : found->second.rigid;
 }
 
-double Motion::off_together(Span<const Body> bodies) const {
+double Motion::largest_deviation_sum(Span<const Body> bodies) const {
   double most = 0, furthest = 0;  // furthest: of the bodies before
   for (std::size_t body = 0; body < bodies.size(); ++body) {
     double squared = 0;
@@ -109,12 +109,12 @@ double Motion::off_together(Span<const Body> bodies) const {
   return most;
 }
 
-bool Motion::is_driven() const {
+bool Motion::has_prescribed_motion() const {
   for (const RigidMotion& body : rigid) {
     if (!body.is_dynamic() && !(body.start == body.end)) return true;
   }
   for (std::int32_t v = 0; v < soft_count(); ++v) {
-    if (!gives_way(v) && start_of(v) != end_of(v)) return true;
+    if (!is_movable(v) && start_of(v) != end_of(v)) return true;
   }
   return false;
 }

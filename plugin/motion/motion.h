@@ -3,7 +3,8 @@
 
 #include <LinearMath/btTransform.h>
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <array>
 #include <cstdint>
 #include <map>
@@ -25,7 +26,7 @@ inline btVector3 to_bullet(const Eigen::Vector3d& x) {
 
 // What an anchor fixes to a dynamic rigid body, which moves it, and gets what contacts push it
 // with.
-struct CarriedVertex {
+struct AnchoredVertex {
   btVector3 local;  // in the body's frame
   int rigid;        // index in Motion::rigid
 };
@@ -36,12 +37,12 @@ struct RigidMotion {
   const btVector3* local;           // its vertices in its own frame
   btTransform start, predicted;     // predicted: where Bullet has it at the end of the step
   btTransform end;                  // after the response
-  Eigen::Vector3d velocity, spin;   // m/s and rad/s, at the end as Bullet has them
+  Eigen::Vector3d velocity, angular_velocity;   // m/s and rad/s, at the end as Bullet has them
   Eigen::Vector3d inverse_mass;     // 1/kg along each axis; zero where nothing moves it
   Eigen::Matrix3d inverse_inertia;  // 1/(kg m^2), in the world's frame at the start
   // What the response adds to the predicted motion: with velocity, and without.
-  Eigen::Vector3d shift, turn, opening_shift, opening_turn;
-  Eigen::Vector3d velocity_change, spin_change;  // m/s and rad/s
+  Eigen::Vector3d translation, rotation, split_translation, split_rotation;
+  Eigen::Vector3d velocity_change, angular_velocity_change;  // m/s and rad/s
 
   // It gives way along or about some axes only.
   bool is_locked() const {
@@ -61,21 +62,21 @@ struct Motion {
   std::vector<btScalar> start, end;
   // Of the soft bodies' vertices, which are the first ones:
   std::vector<double> inverse_mass;  // 1/kg; 0 where something else than contact decides the motion
-  std::map<std::int32_t, CarriedVertex> carried;  // some of these; by vertex
+  std::map<std::int32_t, AnchoredVertex> anchored;  // some of these; by vertex
   std::vector<Eigen::Vector3d> velocity;          // m/s, at the end as Bullet has it
   std::vector<double> rate;   // 1/s: velocity per displacement, damping included
-  std::vector<double> reach;  // metres: the shortest edge at the vertex
+  std::vector<double> shortest_edge;  // metres: the shortest edge at the vertex
   // Of the rigid bodies'.
   std::vector<RigidMotion> rigid;
   // By body: its vertices, ended by one past the last; its index in `rigid`, or -1.
   std::vector<std::int32_t> first_vertex, rigid_of_body;
-  double seconds = 1;  // of the step
+  double dt = 1;  // of the step
 
   // End of the step as Bullet had it, metres, of all vertices.
   std::vector<Eigen::Vector3d> predicted;
   // Of the response, by soft vertex, metres. `end` is solved + opening, rounded.
   std::vector<Eigen::Vector3d> solved;   // after impulses: velocities follow
-  std::vector<Eigen::Vector3d> opening;  // moved further to restore a gap: velocities do not
+  std::vector<Eigen::Vector3d> split_displacement;  // moved further to restore a gap: velocities do not
   std::vector<Eigen::Vector3d> velocity_change;  // m/s: what the nodes' velocities are to receive
 
   std::size_t size() const { return start.size() / 3; }
@@ -93,16 +94,16 @@ struct Motion {
   // Impulses move it by itself.
   bool is_free(std::int32_t vertex) const { return is_soft(vertex) && inverse_mass[vertex] > 0; }
   // By itself, or with the dynamic body that carries it.
-  bool gives_way(std::int32_t soft_vertex) const {
-    return is_free(soft_vertex) || carrier_of(soft_vertex) >= 0;
+  bool is_movable(std::int32_t soft_vertex) const {
+    return is_free(soft_vertex) || anchor_body_of(soft_vertex) >= 0;
   }
   // Something of infinite mass moves.
-  bool is_driven() const;
+  bool has_prescribed_motion() const;
   // How far two vertices that may meet end from where Bullet had them, together, metres: no two
   // by more.
-  double off_together(Span<const Body> bodies) const;
+  double largest_deviation_sum(Span<const Body> bodies) const;
   // Index in `rigid` of the body that carries a soft vertex; -1: none.
-  int carrier_of(std::int32_t soft_vertex) const;
+  int anchor_body_of(std::int32_t soft_vertex) const;
 
   // Takes the end of the step as it is, Bullet's, for the predicted one.
   void begin_response();
@@ -121,7 +122,7 @@ struct Motion {
   Positions ends() const { return {end.data(), size()}; }
 
  private:
-  void set_carried_end(std::int32_t vertex, const btScalar* x);
+  void set_anchored_end(std::int32_t vertex, const btScalar* x);
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -19,15 +19,15 @@ inline Eigen::Matrix3d to_eigen(const btMatrix3x3& m) {
   return result;
 }
 
-inline Eigen::Matrix3d rotation_by(const Eigen::Vector3d& turn) {
-  const double angle = turn.norm();
+inline Eigen::Matrix3d rotation_by(const Eigen::Vector3d& rotation) {
+  const double angle = rotation.norm();
   if (angle == 0) return Eigen::Matrix3d::Identity();
-  return Eigen::AngleAxisd(angle, turn / angle).toRotationMatrix();
+  return Eigen::AngleAxisd(angle, rotation / angle).toRotationMatrix();
 }
 
 inline Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& rotation) {
-  const Eigen::AngleAxisd turn(rotation);
-  return turn.angle() * turn.axis();
+  const Eigen::AngleAxisd angle_axis(rotation);
+  return angle_axis.angle() * angle_axis.axis();
 }
 
 // Adds the moment of inertia about the origin of a mass at `arm`.

@@ -5,17 +5,17 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 
 StepStats& StepStats::operator+=(const StepStats& s) {
   steps += s.steps;
-  queued_pairs += s.queued_pairs;
+  handled_pairs += s.handled_pairs;
   detections += s.detections;
-  foreseen += s.foreseen;
+  started_ahead += s.started_ahead;
   contacts_vf += s.contacts_vf;
   contacts_ee += s.contacts_ee;
-  zone_nodes += s.zone_nodes;
-  last_resorts += s.last_resorts;
+  impact_zone_nodes += s.impact_zone_nodes;
+  failsafe_holds += s.failsafe_holds;
   unresolved += s.unresolved;
-  touching += s.touching;
-  pierced_at_start += s.pierced_at_start;
-  missed_steps += s.missed_steps;
+  initial_contacts += s.initial_contacts;
+  initial_intersections += s.initial_intersections;
+  fallback_steps += s.fallback_steps;
   energy_gained += s.energy_gained;
   energy_lost += s.energy_lost;
   ms_gather += s.ms_gather;

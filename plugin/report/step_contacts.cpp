@@ -37,10 +37,10 @@ StepContact step_contact(const Contact& contact, const Eigen::Vector3d& impulse,
 }  // namespace
 
 std::vector<StepContact> step_contacts(const std::vector<const ContactRow*>& rows,
-                                       const std::vector<Contact>& silent, const SoftScene& scene,
+                                       const std::vector<Contact>& unanswered, const SoftScene& scene,
                                        const StepTopology& topology, const Motion& motion) {
   std::vector<StepContact> contacts;
-  contacts.reserve(rows.size() + silent.size());
+  contacts.reserve(rows.size() + unanswered.size());
   const auto tell = [&](const Contact& contact, const Eigen::Vector3d& impulse) {
     contacts.push_back(step_contact(contact, impulse, scene, topology, motion));
   };
@@ -51,11 +51,11 @@ std::vector<StepContact> step_contacts(const std::vector<const ContactRow*>& row
     for (const Contact& pair = rows[i]->contact; i < rows.size() && !(pair < rows[i]->contact);
          ++i) {
       if (rows[i]->contact.toi < first->contact.toi) first = rows[i];
-      impulse += rows[i]->impulse * rows[i]->normal + rows[i]->tangential;
+      impulse += rows[i]->normal_impulse * rows[i]->normal + rows[i]->tangent_impulse;
     }
-    tell(first->contact, impulse / motion.seconds);
+    tell(first->contact, impulse / motion.dt);
   }
-  for (const Contact& contact : silent) tell(contact, Eigen::Vector3d::Zero());
+  for (const Contact& contact : unanswered) tell(contact, Eigen::Vector3d::Zero());
   return contacts;
 }
 

@@ -15,7 +15,7 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 // One for each pair of `rows`, with the impulse of all of them, then those of `silent`,
 // which nothing was done about. `rows` are sorted by contact.
 std::vector<StepContact> step_contacts(const std::vector<const ContactRow*>& rows,
-                                       const std::vector<Contact>& silent, const SoftScene& scene,
+                                       const std::vector<Contact>& unanswered, const SoftScene& scene,
                                        const StepTopology& topology, const Motion& motion);
 
 }  // namespace LAZYCCD_BULLET_PRECISION

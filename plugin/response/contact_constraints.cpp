@@ -19,7 +19,7 @@ bool has_fixed_side(const Contact& contact, const Motion& motion) {
     const int rigid = motion.rigid_of_body[body];
     if (rigid >= 0) return !motion.rigid[rigid].is_dynamic();
     return std::none_of(&contact.vertices[first], contact.vertices.data() + last,
-                        [&](std::int32_t v) { return motion.gives_way(v); });
+                        [&](std::int32_t v) { return motion.is_movable(v); });
   };
   return is_fixed(contact.body_a, 0, first_of_b) || is_fixed(contact.body_b, first_of_b, 4);
 }
@@ -32,39 +32,33 @@ Vector3d separation(const ContactRow& row, const Motion& motion) {
     const std::int32_t v = row.contact.vertices[i];
     sum += row.weights[i] * (motion.is_free(v) ? motion.solved : motion.predicted)[v];
   }
-  for (const RigidPart& part : RigidParts(row.contact, row.weights, motion)) {
+  for (const RigidTerm& part : RigidTerms(row.contact, row.weights, motion)) {
     const RigidMotion& body = motion.rigid[part.body];
-    sum += part.moved(body.shift, body.turn);
+    sum += part.moved(body.translation, body.rotation);
   }
   return sum;
 }
 
-void ContactRows::make(const Contact& contact, const Motion& motion, ContactRow& row) const {
-  const PairSurface surface = surface_(contact.body_a, contact.body_b);
-  const double thickness = thickness_of(contact, motion, surface.thickness);
-  make_row(contact, thickness, surface.friction, recovery_, motion, row);
-}
-
-void ContactRows::begin_step() {
+void ContactConstraints::begin_step() {
   remembered_.clear();
-  for (const ContactRow* const row : acted()) {
-    if (row->impulse == 0) continue;
+  for (const ContactRow* const row : is_active()) {
+    if (row->normal_impulse == 0) continue;
     if (remembered_.empty() || remembered_.back().contact < row->contact)
       remembered_.push_back({row->contact, Eigen::Vector3d::Zero()});
-    remembered_.back().impulse += row->impulse * row->normal + row->tangential;
+    remembered_.back().impulse += row->normal_impulse * row->normal + row->tangent_impulse;
   }
   rows_.clear();
   acted_.clear();
 }
 
-const std::vector<const ContactRow*>& ContactRows::acted() {
+const std::vector<const ContactRow*>& ContactConstraints::is_active() {
   if (!acted_.empty()) return acted_;
   std::size_t next = 0;  // row that is not looked at yet
   const auto are_of_a_pair = [this](std::size_t i, std::size_t j) {
     return rows_.is_made(i) && rows_.is_made(j) && !(rows_[i].contact < rows_[j].contact);
   };
   for (std::size_t i = 0; i < rows_.size(); ++i) {
-    if (!rows_.is_made(i) || !rows_[i].acted()) continue;
+    if (!rows_.is_made(i) || !rows_[i].is_active()) continue;
     std::size_t first = i;
     while (first > next && are_of_a_pair(first - 1, i)) --first;
     for (next = first; next <= i || (next < rows_.size() && are_of_a_pair(i, next)); ++next)
@@ -74,90 +68,89 @@ const std::vector<const ContactRow*>& ContactRows::acted() {
   return acted_;
 }
 
-void ContactRows::forget() {
+void ContactConstraints::forget() {
   rows_.clear();
   acted_.clear();
   remembered_.clear();
 }
 
-void ContactRows::take(const NearProspects& near, const Motion& motion) {
+void ContactConstraints::take(const SpeculativePairs& near, const Motion& motion) {
   acted_.clear();
-  rows_.take(near, [this, &motion](const Contact& contact, ContactRow& row) {
-    make(contact, motion, row);
-  });
+  rows_.take(near, RowFactory(surfaces_, position_correction_, motion));
 }
 
-void ContactRows::start_warm() {
+void ContactConstraints::start_warm() {
   acted_.clear();
   std::size_t first = 0;  // row that may be of the next pair
   for (const Remembered& last : remembered_) {
     first = rows_.find(last.contact, first);
     for (; first < rows_.size() && !(last.contact < rows_.contact(first)); ++first) {
-      if (!rows_.gives_way(first)) continue;
+      if (!rows_.is_movable(first)) continue;
       ContactRow& row = rows_[first];
-      row.impulse = std::max(0.0, row.normal.dot(last.impulse));
-      row.tangential = last.impulse - row.normal.dot(last.impulse) * row.normal;
-      const double most = row.friction * row.impulse, size = row.tangential.norm();
-      if (size > most) row.tangential *= most / size;
+      row.normal_impulse = std::max(0.0, row.normal.dot(last.impulse));
+      row.tangent_impulse = last.impulse - row.normal.dot(last.impulse) * row.normal;
+      const double most = row.friction * row.normal_impulse, size = row.tangent_impulse.norm();
+      if (size > most) row.tangent_impulse *= most / size;
     }
   }
 }
 
-void ContactRows::start_cold(Motion& motion) {
+void ContactConstraints::start_cold(Motion& motion) {
   acted_.clear();
   motion.restart_response();
   for (std::size_t i = 0; i < rows_.size(); ++i) {
     if (!rows_.is_made(i)) continue;
-    rows_[i].impulse = rows_[i].opening = 0;
-    rows_[i].tangential.setZero();
+    rows_[i].normal_impulse = rows_[i].split_impulse = 0;
+    rows_[i].tangent_impulse.setZero();
   }
 }
 
-bool ContactRows::add(const std::vector<Contact>& contacts, const Motion& motion) {
+bool ContactConstraints::add(const std::vector<Contact>& contacts, const Motion& motion) {
   acted_.clear();
   merged_.clear();
   merged_.reserve(rows_.size() + contacts.size());
   std::size_t old = 0;
   // Of what was only near, most may say nothing.
   const auto keep = [&] {
-    if (rows_.gives_way(old) || rows_.is_made(old)) rows_.copy(old, merged_);
+    if (rows_.is_movable(old) || rows_.is_made(old)) rows_.copy(old, merged_);
     ++old;
   };
-  bool gives_way = false;
+  const RowFactory factory(surfaces_, position_correction_, motion);
+  bool is_movable = false;
   for (const Contact& contact : contacts) {
     while (old < rows_.size() && rows_.contact(old) < contact) keep();
     for (; old < rows_.size() && !(contact < rows_.contact(old)); ++old) {
       if (!rows_.is_made(old)) continue;
       const ContactRow& row = rows_[old];
-      if (row.impulse > 0 || row.opening > 0) merged_.push_back(row);
+      if (row.normal_impulse > 0 || row.split_impulse > 0) merged_.push_back(row);
     }
     ContactRow& row = merged_.emplace_back();
-    make(contact, motion, row);
+    factory.make(contact, row);
     row.touched = true;
-    gives_way = gives_way || row.gives_way;
+    is_movable = is_movable || row.is_movable;
   }
   while (old < rows_.size()) keep();
   rows_.take(merged_);
-  return gives_way;
+  return is_movable;
 }
 
-void ContactRows::narrow(double part, const Motion& motion) {
+void ContactConstraints::narrow(double part, const Motion& motion) {
   constexpr double fulfilled = 0.9;
   for (std::size_t i = 0; i < rows_.size(); ++i) {
-    if (!rows_.gives_way(i)) continue;
+    if (!rows_.is_movable(i)) continue;
     ContactRow& row = rows_[i];
     if (!has_fixed_side(row.contact, motion) ||
-        row.normal.dot(separation(row, motion)) >= fulfilled * row.kept_gap)
+        row.normal.dot(separation(row, motion)) >= fulfilled * row.target_gap)
       continue;
-    const double of_surfaces = surface_(row.contact.body_a, row.contact.body_b).thickness;
+    const double of_surfaces = surfaces_.of(row.contact.body_a, row.contact.body_b).thickness;
     const double whole = thickness_of(row.contact, motion, of_surfaces);
-    row.kept_gap = row.opened_gap = std::min(row.kept_gap, part * whole);
+    row.target_gap = row.corrected_gap = std::min(row.target_gap, part * whole);
   }
 }
 
-void ContactRows::relax(Motion& motion, int sweeps) {
+void ContactConstraints::relax(Motion& motion, int sweeps) {
   acted_.clear();
-  for (const auto of : {ContactProblem::Of::motion, ContactProblem::Of::opening}) {
+  for (const auto of : {ContactSolver::Of::motion, ContactSolver::Of::opening}) {
     problem_.set_up(of, rows_, motion);
     problem_.solve(sweeps);
     problem_.write(motion);

@@ -15,11 +15,11 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <functional>
 #include <vector>
 
 #include "response/contact_solver.h"
 #include "contact/contact_row.h"
+#include "contact/pair_surfaces.h"
 #include "motion/motion.h"
 #include "contact/row_list.h"
 
@@ -29,13 +29,11 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 // Vector between the two sides of a contact at the end of the step, in the linear model of it.
 Eigen::Vector3d separation(const ContactRow& row, const Motion& motion);
 
-class ContactRows {
+class ContactConstraints {
  public:
-  using Surface = std::function<PairSurface(std::int32_t body_a, std::int32_t body_b)>;
-
-  // `recovery`: as in Options.
-  ContactRows(Surface surface, double recovery)
-      : surface_(std::move(surface)), recovery_(recovery) {}
+  // The surfaces must outlive it. `position_correction`: as in SolverOptions.
+  ContactConstraints(const PairSurfaces& surfaces, double position_correction)
+      : surfaces_(surfaces), position_correction_(position_correction) {}
 
   // Starts a step without rows.
   void begin_step();
@@ -47,7 +45,7 @@ class ContactRows {
   // Takes all impulses back, and what they made of the motion.
   void start_cold(Motion& motion);
   // Takes what comes near each other in the step, as RowList has it, where there are no rows yet.
-  void take(const NearProspects& near, const Motion& motion);
+  void take(const SpeculativePairs& near, const Motion& motion);
   // Adds rows for contacts that touch, which come sorted. A pair that is in contact again gets a
   // further row. False where nothing in them gives way.
   bool add(const std::vector<Contact>& contacts, const Motion& motion);
@@ -61,7 +59,7 @@ class ContactRows {
   RowList& rows() { return rows_; }
   // Those of the pairs of which any row acted, sorted by contact: those of a pair beside each
   // other. Valid until anything is done to the rows.
-  const std::vector<const ContactRow*>& acted();
+  const std::vector<const ContactRow*>& is_active();
 
  private:
   // What a pair needed in the last step.
@@ -70,15 +68,13 @@ class ContactRows {
     Eigen::Vector3d impulse;  // kg m
   };
 
-  void make(const Contact& contact, const Motion& motion, ContactRow& row) const;
-
-  Surface surface_;
-  double recovery_;
+  const PairSurfaces& surfaces_;
+  double position_correction_;
   RowList rows_;
   std::vector<ContactRow> merged_;        // only while rows are added
   std::vector<const ContactRow*> acted_;  // empty where it is not known
   std::vector<Remembered> remembered_;    // sorted by contact
-  ContactProblem problem_;                // the last one
+  ContactSolver problem_;                // the last one
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -50,18 +50,18 @@ Vector3d move_without(const ContactRow& row, bool opening, const Motion& motion)
     sum += row.weights[k] * (end - motion.start_of(v));
   }
   if (!opening) return sum;
-  for (const RigidPart& part : RigidParts(row.contact, row.weights, motion)) {
+  for (const RigidTerm& part : RigidTerms(row.contact, row.weights, motion)) {
     const RigidMotion& body = motion.rigid[part.body];
-    sum += part.moved(body.shift, body.turn);
+    sum += part.moved(body.translation, body.rotation);
   }
   return sum;
 }
 
-Prospect prospect_of(const ContactRow& row, bool opening, const Motion& motion) {
+SpeculativeContact speculative_contact_of(const ContactRow& row, bool opening, const Motion& motion) {
   const Vector3d move = move_without(row, opening, motion);
-  Prospect prospect = prospect_of(row, move);
-  if (opening) prospect.need = open * row.opened_gap - row.start_gap - row.normal.dot(move);
-  return prospect;
+  SpeculativeContact speculative = speculative_contact_of(row, move);
+  if (opening) speculative.need = open * row.corrected_gap - row.start_gap - row.normal.dot(move);
+  return speculative;
 }
 
 // In an order in which rows beside each other have no node in common: as they come, most have one,
@@ -81,13 +81,13 @@ double inverse_mass_of(std::int32_t vertex, const Motion& motion) {
 
 }  // namespace
 
-void ContactProblem::set_up(Of of, RowList& rows, const Motion& motion) {
+void ContactSolver::set_up(Of of, RowList& rows, const Motion& motion) {
   rows_ = &rows;
   motion_ = &motion;
   opening_ = of == Of::opening;
   length_ = mass_ = 1;
   demands_.resize(rows.size());
-  partition_.begin(0);
+  row_batches_.begin(0);
   parts_.clear();
   bodies_.clear();
   end_.clear();
@@ -104,58 +104,58 @@ void ContactProblem::set_up(Of of, RowList& rows, const Motion& motion) {
   }
   now_.assign(static_cast<std::size_t>(first_node()), Float4{});
   node_of_.assign(static_cast<std::size_t>(motion.soft_count()) + 1, 0);
-  partition_.begin(now_.size() + node_of_.size());
-  wait();
-  admit(begun_);
+  row_batches_.begin(now_.size() + node_of_.size());
+  set_up_inactive();
+  activate(begun_);
   for (std::size_t i = 0; i < count(); ++i) kernels_->push(swept(), static_cast<int>(i));
-  admit_lacking();
+  activate_violated();
 }
 
 // Of all rows, or of those that may be opened. False where none needs anything.
-bool ContactProblem::find_demands(bool only_to_open) {
+bool ContactSolver::find_demands(bool only_to_open) {
   approach_ = longest_squared_ = heaviest_ = 0;
   begun_.clear();
-  waiting_rows_.resize(demands_.size());
+  inactive_rows_.resize(demands_.size());
   std::size_t waiting = 0;
-  const auto add = [&](std::size_t i, const Prospect& prospect, bool acts) {
-    demands_[i].need = prospect.need;
-    approach_ = std::max(approach_, prospect.need);
-    longest_squared_ = std::max(longest_squared_, prospect.move_squared);
-    heaviest_ = std::max(heaviest_, prospect.response);
+  const auto add = [&](std::size_t i, const SpeculativeContact& speculative, bool acts) {
+    demands_[i].need = speculative.need;
+    approach_ = std::max(approach_, speculative.need);
+    longest_squared_ = std::max(longest_squared_, speculative.move_squared);
+    heaviest_ = std::max(heaviest_, speculative.normal_mass);
     if (acts) {
       begun_.push_back(static_cast<std::int32_t>(i));
     } else {
-      waiting_rows_[waiting++] = static_cast<std::int32_t>(i);
+      inactive_rows_[waiting++] = static_cast<std::int32_t>(i);
     }
   };
   for (std::size_t i = 0; i < demands_.size(); ++i) {
     bool& may_open = demands_[i].may_open;
-    if (!rows_->gives_way(i)) {
+    if (!rows_->is_movable(i)) {
       may_open = false;
     } else if (!opening_ && !rows_->is_made(i)) {
-      may_open = rows_->prospect(i).may_open;
-      add(i, rows_->prospect(i), false);
+      may_open = rows_->speculative(i).may_open;
+      add(i, rows_->speculative(i), false);
     } else if (may_open || !only_to_open) {
       const ContactRow& row = (*rows_)[i];
-      if (!opening_) may_open = row.opened_gap > row.kept_gap || row.opening != 0;
-      add(i, prospect_of(row, opening_, *motion_), impulse_of(row) != 0);
+      if (!opening_) may_open = row.corrected_gap > row.target_gap || row.split_impulse != 0;
+      add(i, speculative_contact_of(row, opening_, *motion_), impulse_of(row) != 0);
     }
   }
-  waiting_rows_.resize(waiting);
-  return !begun_.empty() || approach_ >= least_speed * motion_->seconds;
+  inactive_rows_.resize(waiting);
+  return !begun_.empty() || approach_ >= least_speed * motion_->dt;
 }
 
 // Rows without an impulse.
-void ContactProblem::wait() {
-  const std::size_t count = waiting_rows_.size();
-  waiting_.resize((count + WaitingBatch::rows - 1) / WaitingBatch::rows);
-  if (count > 0) waiting_.back() = WaitingBatch{};  // it may lack some
-  const bool has_parts = !motion_->rigid.empty() || !motion_->carried.empty();
+void ContactSolver::set_up_inactive() {
+  const std::size_t count = inactive_rows_.size();
+  inactive_.resize((count + InactiveBatch::rows - 1) / InactiveBatch::rows);
+  if (count > 0) inactive_.back() = InactiveBatch{};  // it may lack some
+  const bool has_parts = !motion_->rigid.empty() || !motion_->anchored.empty();
   for (std::size_t n = 0; n < count; ++n) {
-    WaitingBatch& batch = waiting_[n / WaitingBatch::rows];
-    const int row = static_cast<int>(n % WaitingBatch::rows), at = 4 * row;
+    InactiveBatch& batch = inactive_[n / InactiveBatch::rows];
+    const int row = static_cast<int>(n % InactiveBatch::rows), at = 4 * row;
     if (row == 0) batch.first_part = static_cast<std::int32_t>(parts_.size());
-    const auto i = static_cast<std::size_t>(waiting_rows_[n]);
+    const auto i = static_cast<std::size_t>(inactive_rows_[n]);
     const Contact& contact = rows_->contact(i);
     const std::array<double, 4> weights = contact.weights();
     std::copy(contact.normal.begin(), contact.normal.end(), batch.normal + at);
@@ -169,33 +169,33 @@ void ContactProblem::wait() {
   }
 }
 
-void ContactProblem::find_lacking() {
-  lacking_.resize(WaitingBatch::rows * waiting_.size());
-  lacking_.resize(static_cast<std::size_t>(
-      kernels_->lacking(swept(), node_of_.data(), waiting_.data(),
-                        static_cast<int>(waiting_.size()), lacking_.data())));
+void ContactSolver::find_violated() {
+  violated_.resize(InactiveBatch::rows * inactive_.size());
+  violated_.resize(static_cast<std::size_t>(
+      kernels_->lacking(swept(), node_of_.data(), inactive_.data(),
+                        static_cast<int>(inactive_.size()), violated_.data())));
 }
 
-bool ContactProblem::admit_lacking() {
-  find_lacking();
-  for (std::int32_t& i : lacking_) {
+bool ContactSolver::activate_violated() {
+  find_violated();
+  for (std::int32_t& i : violated_) {
     // Whoever is in the problem waits no more.
-    waiting_[i / WaitingBatch::rows].normal[4 * (i % WaitingBatch::rows) + 3] =
+    inactive_[i / InactiveBatch::rows].normal[4 * (i % InactiveBatch::rows) + 3] =
         std::numeric_limits<float>::lowest();
-    i = waiting_rows_[i];
+    i = inactive_rows_[i];
   }
-  admit(lacking_);
-  return !lacking_.empty();
+  activate(violated_);
+  return !violated_.empty();
 }
 
-void ContactProblem::admit(const Indices& admitted) {
+void ContactSolver::activate(const Indices& admitted) {
   RowList& rows = *rows_;
   const Motion& motion = *motion_;
   std::size_t b = count();
   for_each_interleaved(admitted, [&](std::int32_t i) {
     demands_[i].may_open = true;
     const ContactRow& row = rows[i];
-    std::array<std::int32_t, RowPartition::most_things> things;
+    std::array<std::int32_t, RowBatches::most_things> things;
     std::int32_t* last = things.data();
     for (int k = 0; k < 4; ++k) {
       const std::int32_t v = row.contact.vertices[k];
@@ -206,23 +206,23 @@ void ContactProblem::admit(const Indices& admitted) {
       }
       *last++ = node_of_[v];
     }
-    for (const RigidPart& part : RigidParts(row.contact, row.weights, motion))
+    for (const RigidTerm& part : RigidTerms(row.contact, row.weights, motion))
       *last++ = shift_of(part.body);
-    partition_.add(i, things.data(), last);
+    row_batches_.add(i, things.data(), last);
   });
-  partition_.finish();
+  row_batches_.finish();
   now_.resize(static_cast<std::size_t>(first_node()) + vertices_.size());
   if (batches_.size() < count()) batches_.resize(count());
   for (; b < count(); ++b) {
-    const RowPartition::Group& group = partition_.groups()[b];
+    const RowBatches::Group& group = row_batches_.groups()[b];
     RowBatch& batch = batches_[b];
-    if (group.back() == RowPartition::none) {
+    if (group.back() == RowBatches::none) {
       batch = {};
       std::iota(std::begin(batch.pushed), std::end(batch.pushed), 1);
     }
     std::int32_t end = first_node();
     batch.first_part = static_cast<std::int32_t>(parts_.size());
-    for (int row = 0; row < RowBatch::rows && group[row] != RowPartition::none; ++row) {
+    for (int row = 0; row < RowBatch::rows && group[row] != RowBatches::none; ++row) {
       fill(batch, row, rows[group[row]], demands_[group[row]]);
       for (int k = 0; k < 4; ++k) end = std::max(end, batch.node[4 * row + k] + 1);
     }
@@ -232,23 +232,23 @@ void ContactProblem::admit(const Indices& admitted) {
   }
 }
 
-void ContactProblem::fill(RowBatch& batch, int row, const ContactRow& given, const Demand& demand) {
+void ContactSolver::fill(RowBatch& batch, int row, const ContactRow& given, const Demand& demand) {
   const int at = 4 * row;
   const double unit = 1 / (mass_ * length_);
   const Vector3d move = move_without(given, opening_, *motion_);
   set(batch.normal + at, given.normal);
   set(batch.sliding + at, (move - given.normal.dot(move) * given.normal) / length_);
-  set(batch.impulse + at, (opening_ ? 0 : unit) * given.tangential);
+  set(batch.impulse + at, (opening_ ? 0 : unit) * given.tangent_impulse);
   batch.impulse[at + 3] = static_cast<float>(unit * impulse_of(given));
   float* const terms = batch.terms + at;
   terms[0] = static_cast<float>(demand.need / length_);
-  terms[1] = static_cast<float>(given.response / mass_);
+  terms[1] = static_cast<float>(given.normal_mass / mass_);
   terms[2] = opening_ ? 0 : static_cast<float>(given.friction);
-  terms[3] = static_cast<float>(given.sliding_response / mass_);
+  terms[3] = static_cast<float>(given.tangent_mass / mass_);
   float* const compliance = batch.compliance + at;
   compliance[0] = compliance[1] = compliance[2] =
-      static_cast<float>(mass_ / given.sliding_response);
-  compliance[3] = static_cast<float>(mass_ / given.response);
+      static_cast<float>(mass_ / given.tangent_mass);
+  compliance[3] = static_cast<float>(mass_ / given.normal_mass);
   for (int k = 0; k < 4; ++k) {
     const std::int32_t v = given.contact.vertices[k];
     batch.weight[at + k] = static_cast<float>(given.weights[k]);
@@ -261,26 +261,26 @@ void ContactProblem::fill(RowBatch& batch, int row, const ContactRow& given, con
   add_parts(given.contact, given.weights, row);
 }
 
-void ContactProblem::add_parts(const Contact& contact, const std::array<double, 4>& weights,
+void ContactSolver::add_parts(const Contact& contact, const std::array<double, 4>& weights,
                                int row) {
-  for (const RigidPart& part : RigidParts(contact, weights, *motion_)) {
-    RowPart p = {};
+  for (const RigidTerm& part : RigidTerms(contact, weights, *motion_)) {
+    RowRigidTerm p = {};
     set(p.arm, part.arm);
     p.weight = static_cast<float>(part.weight);
     p.row = row;
     p.body = part.body;
-    p.shift = shift_of(part.body);
-    p.turn = turn_of(part.body);
+    p.translation = shift_of(part.body);
+    p.rotation = turn_of(part.body);
     parts_.push_back(p);
   }
 }
 
-bool ContactProblem::acts(std::int32_t batch) const {
+bool ContactSolver::is_batch_active(std::int32_t batch) const {
   const float* impulse = batches_[batch].impulse;
   return std::any_of(impulse, impulse + 4 * RowBatch::rows, [](float x) { return x != 0; });
 }
 
-void ContactProblem::carry_on(float momentum, const Indices& which) {
+void ContactSolver::extrapolate(float momentum, const Indices& which) {
   std::int32_t end = 0;
   for (const std::int32_t b : which) {
     RowBatch& batch = batches_[b];
@@ -292,17 +292,17 @@ void ContactProblem::carry_on(float momentum, const Indices& which) {
     end = std::max(end, end_[b]);
   }
   last_.resize(now_.size());
-  kernels_->carry_on(momentum, now_.data(), last_.data(), end);
+  kernels_->extrapolate(momentum, now_.data(), last_.data(), end);
 }
 
-void ContactProblem::solve(int sweeps) {
+void ContactSolver::solve(int sweeps) {
   if (count() == 0) return;
-  const double seconds = motion_->seconds;
-  double least = least_speed * seconds;  // metres
+  const double dt = motion_->dt;
+  double least = least_speed * dt;  // metres
   if (opening_) {
     sweeps = std::max(1, sweeps / fewer_of_opening);
-  } else if (approach_ < slow * seconds ||
-             kernels_->most_left(swept(), static_cast<int>(count())) * length_ < steady * seconds) {
+  } else if (approach_ < slow * dt ||
+             kernels_->most_left(swept(), static_cast<int>(count())) * length_ < steady * dt) {
     sweeps = std::min(sweeps, std::numeric_limits<int>::max() / more_of_slow) * more_of_slow;
   } else {
     least = std::max(least, least_part * approach_);
@@ -324,20 +324,20 @@ void ContactProblem::solve(int sweeps) {
   int run = 0;  // sweeps in one direction
   for (int i = 1;; ++i) {
     const bool of_all = i >= std::min(next_of_all, sweeps);
-    if (of_all && admit_lacking()) take_new();
+    if (of_all && activate_violated()) take_new();
     const Indices& which = of_all ? all : acting;
     const SweepChange change =
         kernels_->sweep(swept(), which.data(), static_cast<int>(which.size()));
     const bool settled = change.largest < tolerance * tolerance;
     // Ends with a sweep of all, so that all impulses are within their bounds.
     if (of_all && (settled || i >= sweeps)) break;
-    run = change.onward < 0 || change.energy > grown * least_energy ? 1 : run + 1;
+    run = change.restart_test < 0 || change.energy > grown * least_energy ? 1 : run + 1;
     least_energy = std::min(least_energy, change.energy);
-    carry_on(static_cast<float>(run - 1) / static_cast<float>(run + 2), which);
+    extrapolate(static_cast<float>(run - 1) / static_cast<float>(run + 2), which);
     if (of_all || i == 1) {
       Indices act;
       for (const std::int32_t k : which) {
-        if (acts(k)) act.push_back(k);
+        if (is_batch_active(k)) act.push_back(k);
       }
       if (of_all) {
         if (std::includes(acting.begin(), acting.end(), act.begin(), act.end())) apart *= 2;
@@ -347,21 +347,21 @@ void ContactProblem::solve(int sweeps) {
     }
     if (settled) next_of_all = i + 1;
   }
-  find_lacking();
-  for (const std::int32_t i : lacking_) demands_[waiting_rows_[i]].may_open = true;
+  find_violated();
+  for (const std::int32_t i : violated_) demands_[inactive_rows_[i]].may_open = true;
 }
 
-void ContactProblem::write(Motion& motion) {
+void ContactSolver::write(Motion& motion) {
   RowList& rows = *rows_;
   const auto shift_of = [this](RigidMotion& body) -> Vector3d& {
-    return opening_ ? body.opening_shift : body.shift;
+    return opening_ ? body.split_translation : body.translation;
   };
   const auto turn_of = [this](RigidMotion& body) -> Vector3d& {
-    return opening_ ? body.opening_turn : body.turn;
+    return opening_ ? body.split_rotation : body.rotation;
   };
   for (const std::int32_t v : vertices_) {
     if (opening_) {
-      motion.opening[v].setZero();
+      motion.split_displacement[v].setZero();
     } else {
       motion.solved[v] = motion.predicted[v];
     }
@@ -372,22 +372,22 @@ void ContactProblem::write(Motion& motion) {
   }
   const double unit = mass_ * length_;
   for (std::size_t b = 0; b < count(); ++b) {
-    const RowPartition::Group& group = partition_.groups()[b];
-    for (int i = 0; i < RowBatch::rows && group[i] != RowPartition::none; ++i) {
+    const RowBatches::Group& group = row_batches_.groups()[b];
+    for (int i = 0; i < RowBatch::rows && group[i] != RowBatches::none; ++i) {
       ContactRow& row = rows[group[i]];
       const float* found = batches_[b].impulse + 4 * i;
-      (opening_ ? row.opening : row.impulse) = unit * static_cast<double>(found[3]);
+      (opening_ ? row.split_impulse : row.normal_impulse) = unit * static_cast<double>(found[3]);
       if (!opening_)
-        row.tangential = unit * Eigen::Map<const Eigen::Vector3f>(found).cast<double>();
+        row.tangent_impulse = unit * Eigen::Map<const Eigen::Vector3f>(found).cast<double>();
       if (impulse_of(row) == 0) continue;
       Vector3d impulse = impulse_of(row) * row.normal;
-      if (!opening_) impulse += row.tangential;
+      if (!opening_) impulse += row.tangent_impulse;
       for (int k = 0; k < 4; ++k) {
         const std::int32_t v = row.contact.vertices[k];
         const double mobility = row.weights[k] * inverse_mass_of(v, motion);
-        if (mobility != 0) (opening_ ? motion.opening : motion.solved)[v] += mobility * impulse;
+        if (mobility != 0) (opening_ ? motion.split_displacement : motion.solved)[v] += mobility * impulse;
       }
-      for (const RigidPart& part : RigidParts(row.contact, row.weights, motion)) {
+      for (const RigidTerm& part : RigidTerms(row.contact, row.weights, motion)) {
         RigidMotion& body = motion.rigid[part.body];
         part.push(body, impulse, shift_of(body), turn_of(body));
       }

@@ -30,7 +30,7 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-class ContactProblem {
+class ContactSolver {
  public:
   // Which displacement it is about: the one with velocity, or the one that opens gaps without.
   enum class Of { motion, opening };
@@ -57,25 +57,25 @@ class ContactProblem {
     bool may_open = false;  // its gap may need to be opened
   };
 
-  double impulse_of(const ContactRow& row) const { return opening_ ? row.opening : row.impulse; }
+  double impulse_of(const ContactRow& row) const { return opening_ ? row.split_impulse : row.normal_impulse; }
   bool find_demands(bool only_to_open);
-  void wait();
+  void set_up_inactive();
   // What waits and lacks something; and takes it into the problem. True where there is any.
-  void find_lacking();
-  bool admit_lacking();
-  void admit(const Indices& rows);
+  void find_violated();
+  bool activate_violated();
+  void activate(const Indices& rows);
   void fill(RowBatch& batch, int row, const ContactRow& given, const Demand& demand);
   void add_parts(const Contact& contact, const std::array<double, 4>& weights, int row);
   std::int32_t first_node() const {
     return 1 + RowBatch::vertices + 2 * static_cast<std::int32_t>(bodies_.size());
   }
-  std::size_t count() const { return partition_.groups().size(); }  // of batches
-  bool acts(std::int32_t batch) const;
-  void carry_on(float momentum, const Indices& which);
-  SweptProblem swept() { return {batches_.data(), parts_.data(), bodies_.data(), now_.data()}; }
+  std::size_t count() const { return row_batches_.groups().size(); }  // of batches
+  bool is_batch_active(std::int32_t batch) const;
+  void extrapolate(float momentum, const Indices& which);
+  PgsProblem swept() { return {batches_.data(), parts_.data(), bodies_.data(), now_.data()}; }
 
   // Chosen here, for worlds may be stepped before a constant of this file would be there.
-  const SweepKernels* kernels_ = best_sweep_kernels();
+  const PgsKernels* kernels_ = best_pgs_kernels();
   RowList* rows_ = nullptr;
   const Motion* motion_ = nullptr;
   // Kept from problem to problem is only the memory, and Demand::may_open.
@@ -84,13 +84,13 @@ class ContactProblem {
   // Of the demands: metres, the most that a row needs; metres, squared; kg.
   double approach_ = 0, longest_squared_ = 0, heaviest_ = 0;
   std::vector<Demand> demands_;  // by given row
-  RowPartition partition_;
+  RowBatches row_batches_;
   std::vector<RowBatch> batches_;  // and more, unused
   std::vector<std::int32_t> end_;  // by batch: one past the last displacement
-  std::vector<WaitingBatch> waiting_;
+  std::vector<InactiveBatch> inactive_;
   // Of given rows: those with an impulse at first; the others; of these, those that lack something.
-  Indices begun_, waiting_rows_, lacking_;
-  std::vector<RowPart> parts_;
+  Indices begun_, inactive_rows_, violated_;
+  std::vector<RowRigidTerm> parts_;
   std::vector<RowBody> bodies_;
   // Displacements: what no impulse moves, and what nobody reads; then shift and turn of each rigid
   // body; then the nodes, soft vertices in the order in which rows brought them. last_: at the end

@@ -17,6 +17,7 @@
 
 #include "lazyccd/contact.h"
 #include "motion/motion.h"
+#include "util/disjoint_sets.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -37,12 +38,12 @@ class ImpactZones {
 
   // Between a kinematic body that moves and a pinned node that does not go along, while all that
   // could give way follows the body.
-  bool is_hopeless(const Contact& contact, const Motion& motion);
+  bool is_unresolvable(const Contact& contact, const Motion& motion);
   // What guides these zones stays where the step began, whatever moves it: the last thing that can
   // be done. False where it all does.
-  bool stop_driven(const std::vector<Contact>& contacts, Motion& motion);
+  bool stop_prescribed(const std::vector<Contact>& contacts, Motion& motion);
 
-  std::int64_t node_count() const;  // soft nodes in zones of more than one member
+  std::int64_t node_count();  // soft nodes in zones of more than one member
   std::int64_t held_count() const;  // members of held zones, and what was stopped
 
  private:
@@ -51,31 +52,28 @@ class ImpactZones {
     std::vector<int> bodies;  // dynamic ones
     bool held = false;
   };
-  struct Guides {
+  struct FixedMembers {
     std::set<std::int32_t> nodes;  // pinned
     std::set<int> bodies;          // static and kinematic
 
     bool empty() const { return nodes.empty() && bodies.empty(); }
-    bool include(const Guides& other) const;
-    void add(const Guides& other);
+    bool include(const FixedMembers& other) const;
+    void add(const FixedMembers& other);
   };
 
   static std::vector<std::int32_t> members_of(const Contact& contact, const Motion& motion);
-  static Guides guides_of(const Contact& contact, const Motion& motion);
+  static FixedMembers fixed_members_of(const Contact& contact, const Motion& motion);
 
-  std::int32_t find(std::int32_t member);
-  bool join(std::int32_t a, std::int32_t b);
   // The contact's members are of one zone, with the contact's guides.
   bool is_tied(const Contact& contact, const Motion& motion);
   // Makes it so. False where it was.
   bool tie(const Contact& contact, const Motion& motion);
-  void move(const Zone& zone, const Guides& guides, Motion& motion) const;
+  void move(const Zone& zone, const FixedMembers& fixed, Motion& motion) const;
   void move_all(Motion& motion);
 
-  // Soft vertices, then the rigid bodies.
-  std::vector<std::int32_t> parent_;
+  DisjointSets zones_;  // of soft vertices, then of rigid bodies
   std::vector<char> held_;                 // by member
-  std::map<std::int32_t, Guides> guides_;  // by a member of the zone
+  std::map<std::int32_t, FixedMembers> fixed_members_;  // by a member of the zone
   std::vector<Eigen::Vector3d> solved_;    // before any zone
   std::vector<RigidMotion> rigid_;
 };

@@ -5,28 +5,28 @@
 namespace lazyccd::bullet {
 
 namespace baseline {
-extern const SweepKernels sweeping;
+extern const PgsKernels pgs_table;
 }
 #if defined(LAZYCCD_ISA_X86)
 namespace avx2 {
-extern const SweepKernels sweeping;
+extern const PgsKernels pgs_table;
 }
 namespace avx512 {
-extern const SweepKernels sweeping;
+extern const PgsKernels pgs_table;
 }
 #endif
 
 namespace {
 
-constexpr const SweepKernels* kernels[] = {
+constexpr const PgsKernels* kernels[] = {
 #if defined(LAZYCCD_ISA_X86)
-    &avx512::sweeping, &avx2::sweeping,
+    &avx512::pgs_table, &avx2::pgs_table,
 #endif
-    &baseline::sweeping};
+    &baseline::pgs_table};
 
 }  // namespace
 
-const SweepKernels* best_sweep_kernels() { return first_that_runs(kernels); }
-const SweepKernels* sweep_kernels(const char* name) { return first_that_runs(kernels, name); }
+const PgsKernels* best_pgs_kernels() { return first_that_runs(kernels); }
+const PgsKernels* pgs_kernels(const char* name) { return first_that_runs(kernels, name); }
 
 }  // namespace lazyccd::bullet

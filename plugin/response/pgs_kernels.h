@@ -30,7 +30,7 @@ struct alignas(64) RowBatch {
 
 // Rows that have no impulse, and get none unless they come to lack something. They may move things
 // in common. In place of a missing one there are zeros.
-struct alignas(64) WaitingBatch {
+struct alignas(64) InactiveBatch {
   static constexpr int rows = 4;
   // The fourth: how much further apart along the normal than without impulses, at least.
   float normal[4 * rows];
@@ -39,13 +39,13 @@ struct alignas(64) WaitingBatch {
   std::int32_t first_part = 0, last_part = 0;
 };
 
-// As RigidPart.
-struct alignas(16) RowPart {
+// As RigidTerm.
+struct alignas(16) RowRigidTerm {
   float arm[4];
   float weight;
   std::int32_t row;          // of the batch
   std::int32_t body;         // index
-  std::int32_t shift, turn;  // indices of displacements
+  std::int32_t translation, rotation;  // indices of displacements
 };
 
 struct alignas(16) RowBody {
@@ -53,9 +53,9 @@ struct alignas(16) RowBody {
   float inverse_inertia[3][4];  // by column
 };
 
-struct SweptProblem {
+struct PgsProblem {
   RowBatch* batches;
-  const RowPart* parts;
+  const RowRigidTerm* parts;
   const RowBody* bodies;
   // By all impulses. The first one is what nothing moves; RowBatch::vertices others come next,
   // which nobody reads.
@@ -66,29 +66,29 @@ struct SweepChange {
   float largest = 0;  // displacement that an impulse's change alone makes, squared
   float energy = 0;
   // Along what led from the end of the last sweep to this one's; negative where it turned back.
-  float onward = 0;
+  float restart_test = 0;
 };
 
-struct SweepKernels {
+struct PgsKernels {
   const char* name;
   // Projected Gauss-Seidel on the batches that are named.
-  SweepChange (*sweep)(const SweptProblem& problem, const std::int32_t* batches, int count);
+  SweepChange (*sweep)(const PgsProblem& problem, const std::int32_t* batches, int count);
   // By how much the row lacks most that lacks any, in units of length.
-  float (*most_left)(const SweptProblem& problem, int batches);
+  float (*most_left)(const PgsProblem& problem, int batches);
   // Of the waiting rows those that lack something, as 4 * batch + row; returns how many. `node_of`:
   // index of the displacement, by vertex.
-  int (*lacking)(const SweptProblem& problem, const std::int32_t* node_of,
-                 const WaitingBatch* waiting, int batches, std::int32_t* rows);
+  int (*lacking)(const PgsProblem& problem, const std::int32_t* node_of,
+                 const InactiveBatch* waiting, int batches, std::int32_t* rows);
   // Of the first `count` displacements, at the end of a sweep: goes on by a part of what it has
   // moved since the end of the last one, and notes where it ended.
-  void (*carry_on)(float part, Float4* now, Float4* last, int count);
+  void (*extrapolate)(float part, Float4* now, Float4* last, int count);
   // What the impulses that the batch has do to the displacements.
-  void (*push)(const SweptProblem& problem, int batch);
+  void (*push)(const PgsProblem& problem, int batch);
 };
 
 // The best that this processor runs, or those of the named set ("baseline", "avx2", "avx512"); null
 // where the processor lacks it.
-const SweepKernels* best_sweep_kernels();
-const SweepKernels* sweep_kernels(const char* name);
+const PgsKernels* best_pgs_kernels();
+const PgsKernels* pgs_kernels(const char* name);
 
 }  // namespace lazyccd::bullet

@@ -4,6 +4,9 @@
 #include <cmath>
 
 #include "response/impact_zones.h"
+#include "response/islands.h"
+#include "response/rest_damping.h"
+#include "response/restitution.h"
 #include "response/velocities.h"
 
 namespace lazyccd::bullet {
@@ -37,14 +40,11 @@ bool are_crowded(const std::vector<Contact>& contacts) {
 
 }  // namespace
 
-Response::Response(const Options& options, ContactRows::Surface surface)
-    : options_(options), rows_(std::move(surface), options.recovery) {}
-
-void Response::run(const NearProspects& near, const Detect& detect_all, Motion& motion,
+void Response::run(const SpeculativePairs& near, const Detect& detect_all, Motion& motion,
                    StepStats& stats) {
   rows_.begin_step();
   motion.begin_response();
-  if (options_.max_iterations > 0) relax_near(near, motion);
+  if (options_.max_detections > 0) relax_near(near, motion);
   std::vector<Contact> contacts = detect_all(motion.starts(), motion.ends());
 
   // Pairs that touch before anything moves (bodies placed so, the lips of a cut) cannot be cleaned
@@ -63,22 +63,22 @@ void Response::run(const NearProspects& near, const Detect& detect_all, Motion& 
     found.erase(std::remove_if(found.begin(), found.end(), touches), found.end());
     return found;
   };
-  stats.touching += std::count_if(contacts.begin(), contacts.end(), touches);
+  stats.initial_contacts += std::count_if(contacts.begin(), contacts.end(), touches);
   const auto parts_freely = [&](const Contact& contact) {
     return contact.body_a == contact.body_b && touches(contact);
   };
   contacts.erase(std::remove_if(contacts.begin(), contacts.end(), parts_freely), contacts.end());
 
   std::vector<std::size_t> counts;  // of contacts, by answer
-  for (int i = 0; i < options_.max_iterations && !contacts.empty(); ++i) {
+  for (int i = 0; i < options_.max_detections && !contacts.empty(); ++i) {
     counts.push_back(contacts.size());
     if (counts.size() > answers_to_halve &&
         2 * counts.back() > counts[counts.size() - 1 - answers_to_halve] && are_crowded(contacts))
       break;
     if (!rows_.add(contacts, motion)) break;
-    if (i >= answers_in_full && motion.is_driven())
+    if (i >= answers_in_full && motion.has_prescribed_motion())
       rows_.narrow(std::max(least_part_kept, std::ldexp(1, answers_in_full - 1 - i)), motion);
-    rows_.relax(motion, options_.sweeps);
+    rows_.relax(motion, options_.solver_iterations);
     contacts = detect(motion.starts(), motion.ends());
   }
   contacts.erase(std::remove_if(contacts.begin(), contacts.end(), touches), contacts.end());
@@ -93,12 +93,12 @@ void Response::end_contacts(std::vector<Contact> contacts, const Detect& detect,
   const auto detect_again = [&] {
     contacts = detect(motion.starts(), motion.ends());
     const auto last = std::remove_if(contacts.begin(), contacts.end(), [&](const Contact& contact) {
-      return zones.is_hopeless(contact, motion);
+      return zones.is_unresolvable(contact, motion);
     });
     hopeless = contacts.end() - last;
     contacts.erase(last, contacts.end());
   };
-  for (int i = 0; i < options_.max_zones && !contacts.empty(); ++i) {
+  for (int i = 0; i < options_.max_impact_zones && !contacts.empty(); ++i) {
     rows_.add(contacts, motion);
     if (!zones.absorb(contacts, motion)) break;
     detect_again();
@@ -106,37 +106,37 @@ void Response::end_contacts(std::vector<Contact> contacts, const Detect& detect,
   for (int i = 0; !contacts.empty(); ++i) {
     rows_.add(contacts, motion);
     if (!zones.hold(contacts, i >= node_wise_holds, motion) &&
-        !zones.stop_driven(contacts, motion)) {
+        !zones.stop_prescribed(contacts, motion)) {
       break;
     }
     detect_again();
   }
-  stats.zone_nodes += zones.node_count();
-  stats.last_resorts += zones.held_count();
+  stats.impact_zone_nodes += zones.node_count();
+  stats.failsafe_holds += zones.held_count();
   stats.unresolved += hopeless + static_cast<std::int64_t>(contacts.size());
 }
 
-void Response::relax_near(const NearProspects& near, Motion& motion) {
+void Response::relax_near(const SpeculativePairs& near, Motion& motion) {
   rows_.take(near, motion);
   rows_.start_warm();
-  rows_.relax(motion, options_.sweeps);
+  rows_.relax(motion, options_.solver_iterations);
   set_velocities(motion);
   if (kinetic_energy_after(motion) <= kinetic_energy_before(motion)) return;
   rows_.start_cold(motion);
-  rows_.relax(motion, options_.sweeps);
+  rows_.relax(motion, options_.solver_iterations);
 }
 
 void Response::finish(Motion& motion, StepStats& stats) {
-  const std::vector<const ContactRow*>& acted = rows_.acted();
+  const std::vector<const ContactRow*>& is_active = rows_.is_active();
   set_velocities(motion);
   if (options_.restitution > 0) {
     add_restitution(rows_.rows(), options_.restitution, options_.restitution_threshold,
-                    options_.sweeps, motion);
+                    options_.solver_iterations, motion);
   }
-  const std::vector<Island> islands = find_islands(acted, motion);
+  const std::vector<Island> islands = find_islands(is_active, motion);
   restore_angular_momentum(islands, motion);
   limit_kinetic_energy(islands, motion);
-  damp_deformation(acted, options_.rest_damping, options_.rest_speed, motion);
+  damp_deformation(is_active, options_.rest_damping, options_.rest_speed, motion);
   const double before = kinetic_energy_before(motion);
   const double change = kinetic_energy_after(motion) - before;
   (change > 0 ? stats.energy_gained : stats.energy_lost) += std::abs(change);

@@ -4,14 +4,14 @@
 
 namespace lazyccd::bullet {
 
-void RowPartition::begin(std::size_t things) {
+void RowBatches::begin(std::size_t things) {
   open_with_.assign(things, 0);
   for (Open& open : open_) open.count = open.thing_count = 0;
   oldest_ = 0;
   groups_.clear();
 }
 
-void RowPartition::add(std::int32_t row, const std::int32_t* first_thing,
+void RowBatches::add(std::int32_t row, const std::int32_t* first_thing,
                        const std::int32_t* last_thing) {
   unsigned taken = 0;
   for (const std::int32_t* thing = first_thing; thing != last_thing; ++thing)
@@ -32,7 +32,7 @@ void RowPartition::add(std::int32_t row, const std::int32_t* first_thing,
   if (open.count == RowBatch::rows) end(i);
 }
 
-void RowPartition::end(int i) {
+void RowBatches::end(int i) {
   Open& open = open_[i];
   if (open.count == 0) return;
   std::fill(open.rows.begin() + open.count, open.rows.end(), none);
@@ -44,7 +44,7 @@ void RowPartition::end(int i) {
   open.count = open.thing_count = 0;
 }
 
-void RowPartition::finish() {
+void RowBatches::finish() {
   for (int i = 0; i < open_count; ++i) end(i);
 }
 

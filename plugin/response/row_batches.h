@@ -10,7 +10,7 @@
 
 namespace lazyccd::bullet {
 
-class RowPartition {
+class RowBatches {
  public:
   // Rows; `none` in place of those that are missing at the end.
   using Group = std::array<std::int32_t, RowBatch::rows>;

@@ -48,10 +48,10 @@ AxisBox in_frame(const Obstacles::Record& record, const AxisBox& box) {
   const btScalar chord =
       btSqrt((turned[0].length2() + turned[1].length2() + turned[2].length2()) / 2);
   const btScalar shrunk = btMax(btSqrt(btMax(1 - chord * chord / 4, btScalar(0))), btScalar(0.01));
-  const btScalar shift = record.start.getOrigin().distance(record.end.getOrigin());
+  const btScalar translation = record.start.getOrigin().distance(record.end.getOrigin());
   btVector3 farthest = local.lower.absolute();
   farthest.setMax(local.upper.absolute());
-  const btScalar moved = shift + chord * (farthest.length() + shift) / shrunk;
+  const btScalar moved = translation + chord * (farthest.length() + translation) / shrunk;
   return local.grown(btVector3(moved, moved, moved));
 }
 
@@ -106,7 +106,7 @@ bool is_same(const Obstacles::Record& a, const Obstacles::Record& b) {
   return a.object == b.object && a.unique_id == b.unique_id && a.shape == b.shape &&
          a.scaling == b.scaling && a.revision == b.revision && a.box == b.box &&
          a.group == b.group && a.mask == b.mask && a.ignored == b.ignored &&
-         a.dynamic == b.dynamic && a.responds == b.responds && a.carries == b.carries;
+         a.dynamic == b.dynamic && a.responds == b.responds && a.has_anchored_nodes == b.has_anchored_nodes;
 }
 
 }  // namespace
@@ -127,12 +127,12 @@ void Obstacles::clear() { *this = Obstacles(); }
 
 void Obstacles::begin_step(const SoftBodies& bodies) { poses_.begin_step(broadphase_of(bodies)); }
 
-bool Obstacles::update(const SoftBodies& bodies, const AxisBox& swept, const Box& starts,
-                       double depth, Journal& journal) {
-  poses_.end_step(broadphase_of(bodies), journal);
+bool Obstacles::update(const SoftBodies& bodies, const AxisBox& swept, double depth,
+                       WarningLog& warnings) {
+  poses_.end_step(broadphase_of(bodies), warnings);
   carriers_ = find_carriers(bodies);
   depth_ = depth;
-  return read(swept, starts, journal);
+  return update_region(swept);
 }
 
 bool Obstacles::has_read(const AxisBox& swept) const {
@@ -144,18 +144,18 @@ bool Obstacles::has_read(const AxisBox& swept) const {
          });
 }
 
-bool Obstacles::read(const AxisBox& swept, const Box& starts, Journal& journal) {
+bool Obstacles::update_region(const AxisBox& swept) {
   const bool left_region = !swept.is_empty() && !region_.contains(swept);
   if (left_region) region_ = with_room(swept);
   std::vector<Record> near;
   for (const RigidPose& pose : poses_.all()) {
-    const bool carries = is_dynamic(*pose.object) &&
+    const bool has_anchored_nodes = is_dynamic(*pose.object) &&
                          std::binary_search(carriers_.begin(), carriers_.end(), pose.object);
     const bool is_near =
         !swept.is_empty() && pose.object->hasContactResponse() && bounds(pose).overlaps(region_);
-    if (!(carries || is_near) || !pose.finite) continue;
+    if (!(has_anchored_nodes || is_near) || !pose.finite) continue;
     near.push_back(record_of(pose));
-    near.back().carries = carries;
+    near.back().has_anchored_nodes = has_anchored_nodes;
   }
   const bool same_depth = read_depth_ == depth_;
   bool same = same_depth && near.size() == records_.size();
@@ -171,20 +171,22 @@ bool Obstacles::read(const AxisBox& swept, const Box& starts, Journal& journal) 
     record.vertex_count = old->vertex_count;
   }
   records_ = std::move(near);
-  if (same && has_read(swept)) return false;
+  return !(same && has_read(swept));
+}
+
+void Obstacles::read_triangles(const AxisBox& starts, WarningLog& warnings) {
   read_depth_ = depth_;
   local_.clear();
   faces_.clear();
-  const AxisBox around = with_room(starts());
+  const AxisBox around = with_room(starts);
   for (Record& record : records_) {
     if (!record.triangles || is_cut_to_region(*record.shape))
-      read_triangles(record, around, journal);
+      read_triangles(record, around, warnings);
     append_triangles(record);
   }
-  return true;
 }
 
-void Obstacles::read_triangles(Record& record, const AxisBox& near, Journal& journal) const {
+void Obstacles::read_triangles(Record& record, const AxisBox& near, WarningLog& warnings) const {
   Triangles triangles;
   // Meshes are asked for a little more than the region, so that one that moves keeps its triangles
   // for some steps; and no less than is rounded off of places in the world on the way to its frame.
@@ -195,7 +197,7 @@ void Obstacles::read_triangles(Record& record, const AxisBox& near, Journal& jou
   record.region = record.region.grown(spare);
   if (record.responds && !tessellate(*record.shape, btTransform::getIdentity(), record.region,
                                      in_frame(record, near), depth_, triangles)) {
-    journal.say("shape " + std::to_string(record.unique_id),
+    warnings.warn_once("shape " + std::to_string(record.unique_id),
                 std::string("a rigid body's shape has a part without triangles (") +
                     record.shape->getName() + "): that part stays with Bullet alone");
   }

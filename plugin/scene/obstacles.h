@@ -8,7 +8,6 @@
 
 #include <array>
 #include <cstdint>
-#include <functional>
 #include <memory>
 #include <vector>
 
@@ -23,7 +22,6 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 class Obstacles {
  public:
   using SoftBodies = btAlignedObjectArray<btSoftBody*>;
-  using Box = std::function<AxisBox()>;
 
   struct Record : RigidPose {
     const btCollisionShape* shape;
@@ -34,7 +32,7 @@ class Obstacles {
     std::uint64_t ignored;
     bool dynamic;
     bool responds;                      // to contact; false: it only carries
-    bool carries = false;               // dynamic, with nodes of soft bodies by anchors
+    bool has_anchored_nodes = false;               // dynamic, with nodes of soft bodies by anchors
     AxisBox region = AxisBox::empty();  // that its triangles were read from, in its own frame
     std::shared_ptr<const Triangles> triangles;  // null where they are to be read
     std::int32_t first_vertex = 0, vertex_count = 0;
@@ -48,14 +46,16 @@ class Obstacles {
 
   // To be called before Bullet moves anything.
   void begin_step(const SoftBodies& bodies);
-  // With rigid bodies where the step ends, the soft bodies' motion in `swept`, where that starts,
-  // and how deep inside round surfaces triangles may lie, as tessellate() has it. True where
-  // vertices or faces are others than before.
-  bool update(const SoftBodies& bodies, const AxisBox& swept, const Box& starts, double depth,
-              Journal& journal);
-  // Whether all that is in `swept` was read in this step; and reads it. True as above.
+  // With rigid bodies where the step ends, the soft bodies' motion in `swept`, and how deep inside
+  // round surfaces triangles may lie, as tessellate() has it. True if triangles must be read:
+  // read_triangles() is to be called then.
+  bool update(const SoftBodies& bodies, const AxisBox& swept, double depth, WarningLog& warnings);
+  // The same for a larger `swept` in the same step.
+  bool update_region(const AxisBox& swept);
+  // Whether all that is in `swept` was read in this step.
   bool has_read(const AxisBox& swept) const;
-  bool read(const AxisBox& swept, const Box& starts, Journal& journal);
+  // Makes new vertices and faces. `starts`: bounds of where the soft bodies' motion starts.
+  void read_triangles(const AxisBox& starts, WarningLog& warnings);
   // As RigidPoses has it.
   void leave_behind(const btCollisionObject& object) { poses_.leave_behind(object); }
   // Drops everything.
@@ -68,7 +68,7 @@ class Obstacles {
   const std::vector<Face>& faces() const { return faces_; }
 
  private:
-  void read_triangles(Record& record, const AxisBox& near, Journal& journal) const;
+  void read_triangles(Record& record, const AxisBox& near, WarningLog& warnings) const;
   void append_triangles(Record& record);
 
   RigidPoses poses_;

@@ -43,8 +43,8 @@ btScalar way(const RigidPose& pose, const btTransform& from, const btTransform& 
   btScalar radius;
   pose.object->getCollisionShape()->getBoundingSphere(centre, radius);
   const btMatrix3x3 turned = to.getBasis() - from.getBasis();
-  const btScalar turn = turned[0].length() + turned[1].length() + turned[2].length();
-  return from.getOrigin().distance(to.getOrigin()) + turn * (centre.length() + radius);
+  const btScalar rotation = turned[0].length() + turned[1].length() + turned[2].length();
+  return from.getOrigin().distance(to.getOrigin()) + rotation * (centre.length() + radius);
 }
 
 // Where a body is at the end of the step that Bullet has at `now`: there, or on the way to it where
@@ -77,7 +77,7 @@ void RigidPoses::begin_step(btBroadphaseInterface* broadphase) {
     pose.start = is_dynamic(*pose.object) ? pose.object->getWorldTransform() : pose.end;
 }
 
-void RigidPoses::end_step(btBroadphaseInterface* broadphase, Journal& journal) {
+void RigidPoses::end_step(btBroadphaseInterface* broadphase, WarningLog& warnings) {
   find(broadphase);
   for (RigidPose& pose : poses_) {
     const btTransform& now = pose.object->getWorldTransform();
@@ -86,7 +86,7 @@ void RigidPoses::end_step(btBroadphaseInterface* broadphase, Journal& journal) {
     pose.finite = is_finite(pose.end) && has_finite_velocity(*pose.object);
     if (pose.finite && is_finite(pose.start)) continue;
     pose.start = pose.end;
-    journal.say(
+    warnings.warn_once(
         "obstacle " + std::to_string(pose.unique_id),
         "rigid body " + std::to_string(pose.unique_id) +
             " (by broad phase proxy): its transform or velocity is not finite; it is left out");

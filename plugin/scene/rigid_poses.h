@@ -34,7 +34,7 @@ class RigidPoses {
  public:
   // To be called before Bullet moves anything, and where the step ends. Null: there are none.
   void begin_step(btBroadphaseInterface* broadphase);
-  void end_step(btBroadphaseInterface* broadphase, Journal& journal);
+  void end_step(btBroadphaseInterface* broadphase, WarningLog& warnings);
   // The next step sweeps this one, which nothing moves, from where this step began.
   void leave_behind(const btCollisionObject& object);
 

@@ -106,17 +106,17 @@ bool is_finite(const btSoftBody& body) {
   return true;
 }
 
-bool SoftScene::Stamp::operator==(const Stamp& s) const {
-  const auto tie = [](const Stamp& x) {
+bool SoftScene::Fingerprint::operator==(const Fingerprint& s) const {
+  const auto tie = [](const Fingerprint& x) {
     return std::tie(x.body, x.nodes, x.ignored, x.node_count, x.face_count, x.link_count,
-                    x.tetra_count, x.group, x.mask, x.collisions, x.self, x.responds, x.refused,
+                    x.tetra_count, x.group, x.mask, x.collisions, x.self, x.responds, x.excluded,
                     x.marked_changed, x.margin);
   };
   return tie(*this) == tie(s);
 }
 
-SoftScene::Stamp SoftScene::stamp(btSoftBody* body) const {
-  Stamp s;
+SoftScene::Fingerprint SoftScene::fingerprint(btSoftBody* body) const {
+  Fingerprint s;
   s.body = body;
   s.nodes = body->m_nodes.size() ? &body->m_nodes[0] : nullptr;
   s.ignored = hash_of_ignored(*body);
@@ -130,17 +130,17 @@ SoftScene::Stamp SoftScene::stamp(btSoftBody* body) const {
   s.collisions = body->m_cfg.collisions & ~btSoftBody::fCollision::VF_DD;
   s.self = body->useSelfCollision();
   s.responds = body->hasContactResponse();
-  s.refused = is_refused(body);
+  s.excluded = is_excluded(body);
   s.marked_changed = body->m_bUpdateRtCst;
   s.margin = margin_of(*body);
   return s;
 }
 
-bool SoftScene::update(const btAlignedObjectArray<btSoftBody*>& bodies, Journal& journal) {
-  bool same = valid_ && static_cast<int>(stamps_.size()) == bodies.size();
+bool SoftScene::update(const btAlignedObjectArray<btSoftBody*>& bodies, WarningLog& warnings) {
+  bool same = valid_ && static_cast<int>(fingerprints_.size()) == bodies.size();
   bool watched = false;  // an application's own filter may change its mind at any time
   for (int i = 0; i < bodies.size(); ++i) {
-    same = same && stamps_[i] == stamp(bodies[i]);
+    same = same && fingerprints_[i] == fingerprint(bodies[i]);
     watched = watched || overlap_filter(*bodies[i]) != nullptr;
   }
   if (same) {
@@ -155,26 +155,42 @@ bool SoftScene::update(const btAlignedObjectArray<btSoftBody*>& bodies, Journal&
            !std::equal(filters.begin(), filters.end(), topology_.bodies.begin(),
                        topology_.bodies.end(), equal);
   }
-  rebuild(bodies, journal);
+  rebuild(bodies, warnings);
   return true;
 }
 
-void SoftScene::readmit(const btAlignedObjectArray<btSoftBody*>& bodies) {
-  if (refused_.empty()) return;
+// Bullet's nodes lie far apart in memory, so one thread waits for memory most of the time.
+void SoftScene::for_each_range(const Threads& threads, const Visit& visit) const {
+  constexpr std::size_t grain = 2048;  // vertices: takes longer than waking a thread
+  threads.parallel_for(
+      static_cast<std::size_t>(vertex_count()), grain, [&](std::size_t begin, std::size_t end) {
+        auto first = static_cast<std::int32_t>(begin);
+        while (first < static_cast<std::int32_t>(end)) {
+          const BodyRecord& record = bodies_[body_of(first)];
+          const std::int32_t last = std::min(static_cast<std::int32_t>(end),
+                                             record.first_vertex + record.vertex_count);
+          visit(record, first, last);
+          first = last;
+        }
+      });
+}
+
+void SoftScene::reinclude(const btAlignedObjectArray<btSoftBody*>& bodies) {
+  if (excluded_.empty()) return;
   std::vector<const btSoftBody*> still;
   for (int i = 0; i < bodies.size(); ++i) {
-    if (is_refused(bodies[i]) && !is_finite(*bodies[i])) still.push_back(bodies[i]);
+    if (is_excluded(bodies[i]) && !is_finite(*bodies[i])) still.push_back(bodies[i]);
   }
-  refused_ = still;
+  excluded_ = still;
 }
 
-bool SoftScene::is_refused(const btSoftBody* body) const {
-  return std::find(refused_.begin(), refused_.end(), body) != refused_.end();
+bool SoftScene::is_excluded(const btSoftBody* body) const {
+  return std::find(excluded_.begin(), excluded_.end(), body) != excluded_.end();
 }
 
-bool SoftScene::takes(const btSoftBody* body) const {
+bool SoftScene::handles(const btSoftBody* body) const {
   const bool has_matter = body->m_faces.size() > 0 || body->m_links.size() > 0;
-  return has_matter && !body->m_reducedModel && !is_refused(body);
+  return has_matter && !body->m_reducedModel && !is_excluded(body);
 }
 
 std::int32_t SoftScene::vertex_of(const BodyRecord& record, int node) const {
@@ -185,35 +201,35 @@ std::int32_t SoftScene::vertex_of(const BodyRecord& record, int node) const {
   return static_cast<std::int32_t>(found - node_.begin());
 }
 
-void SoftScene::rebuild(const btAlignedObjectArray<btSoftBody*>& bodies, Journal& journal) {
+void SoftScene::rebuild(const btAlignedObjectArray<btSoftBody*>& bodies, WarningLog& warnings) {
   valid_ = false;
-  stamps_.clear();
+  fingerprints_.clear();
   bodies_.clear();
   topology_ = SceneTopology();
   node_.clear();
   face_.clear();
   for (int i = 0; i < bodies.size(); ++i) {
-    stamps_.push_back(stamp(bodies[i]));
+    fingerprints_.push_back(fingerprint(bodies[i]));
     if (bodies[i]->m_reducedModel) {
-      journal.say("reduced " + std::to_string(i),
+      warnings.warn_once("reduced " + std::to_string(i),
                   "soft body " + std::to_string(i) +
                       " is a reduced deformable, which is not supported: it is left out of "
                       "collision detection");
-    } else if (!is_refused(bodies[i])) {
-      add_body(bodies[i], i, journal);
+    } else if (!is_excluded(bodies[i])) {
+      add_body(bodies[i], i, warnings);
     }
   }
   find_filters();
   valid_ = true;
 }
 
-void SoftScene::add_body(btSoftBody* body, int world_index, Journal& journal) {
+void SoftScene::add_body(btSoftBody* body, int world_index, WarningLog& warnings) {
   const FaceList list = read_faces(*body);
   const std::vector<Edge> edges = read_edges(*body, list.faces);
   const int bad = list.foreign + list.degenerate + list.duplicate;
   if (bad) {
     const std::string name = "soft body " + std::to_string(world_index);
-    journal.say("faces " + std::to_string(world_index) + " " + std::to_string(bad),
+    warnings.warn_once("faces " + std::to_string(world_index) + " " + std::to_string(bad),
                 name + ": left out " + std::to_string(list.degenerate) +
                     " faces that name a node twice, " + std::to_string(list.duplicate) +
                     " that repeat another face, " + std::to_string(list.foreign) +
@@ -233,7 +249,7 @@ void SoftScene::add_body(btSoftBody* body, int world_index, Journal& journal) {
   record.first_vertex = vertex_count();
   record.margin = margin_of(*body);
   if (record.margin != body->getCollisionShape()->getMargin())
-    journal.say("margin " + std::to_string(world_index),
+    warnings.warn_once("margin " + std::to_string(world_index),
                 "soft body " + std::to_string(world_index) +
                     ": the collision margin is not finite, and counts as zero");
   record.responds = body->hasContactResponse();

@@ -11,9 +11,11 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
+#include "lazyccd/threads.h"
 #include "util/warning_log.h"
 #include "scene/scene_topology.h"
 
@@ -38,15 +40,15 @@ class SoftScene {
   // Compares with what was read last, cheaply: counts, filters and Bullet's own mark of a change.
   // Reads everything anew where something differs, and then returns true. Whether the same nodes
   // are pinned is left to whoever reads the nodes anyway.
-  bool update(const btAlignedObjectArray<btSoftBody*>& bodies, Journal& journal);
+  bool update(const btAlignedObjectArray<btSoftBody*>& bodies, WarningLog& warnings);
   // Takes the next update() as changed, whatever it sees.
   void invalidate() { valid_ = false; }
   // Leaves a body out until its nodes are finite again.
-  void refuse(const btSoftBody* body) { refused_.push_back(body); }
-  void readmit(const btAlignedObjectArray<btSoftBody*>& bodies);
-  bool is_refused(const btSoftBody* body) const;
+  void exclude(const btSoftBody* body) { excluded_.push_back(body); }
+  void reinclude(const btAlignedObjectArray<btSoftBody*>& bodies);
+  bool is_excluded(const btSoftBody* body) const;
   // Not refused, and of a kind that LazyCCD detects.
-  bool takes(const btSoftBody* body) const;
+  bool handles(const btSoftBody* body) const;
 
   const SceneTopology& topology() const { return topology_; }
   std::int32_t vertex_count() const { return topology_.vertex_count(); }
@@ -57,16 +59,11 @@ class SoftScene {
   }
   bool was_pinned(std::int32_t vertex) const { return !(topology_.inverse_mass[vertex] > 0); }
   int node_index(std::int32_t vertex) const { return node_[vertex]; }
-  // visit(record, first, last) for each body's part of the vertices first to last - 1.
-  template <class Visit>
-  void for_each_body(std::int32_t first, std::int32_t last, Visit&& visit) const {
-    while (first < last) {
-      const BodyRecord& record = bodies_[body_of(first)];
-      const std::int32_t end = std::min(last, record.first_vertex + record.vertex_count);
-      visit(record, first, end);
-      first = end;
-    }
-  }
+  // Calls visit(record, first, last) over disjoint ranges of all vertices, each of one body, perhaps
+  // on several threads.
+  using Visit =
+      std::function<void(const BodyRecord& record, std::int32_t first, std::int32_t last)>;
+  void for_each_range(const Threads& threads, const Visit& visit) const;
   // For loops over a body's vertices: asks for the node of a later one, because Bullet's nodes lie
   // further apart than processors look ahead.
   void fetch_ahead(const BodyRecord& record, std::int32_t vertex) const {
@@ -87,25 +84,25 @@ class SoftScene {
 
  private:
   // What a change of the scene shows in without reading its faces.
-  struct Stamp {
+  struct Fingerprint {
     const btSoftBody* body;
     const btSoftBody::Node* nodes;
     std::uint64_t ignored;  // over the lists of objects not to collide with
     int node_count, face_count, link_count, tetra_count;
     int group, mask, collisions;
-    bool self, responds, refused, marked_changed;
+    bool self, responds, excluded, marked_changed;
     btScalar margin;
-    bool operator==(const Stamp& s) const;
+    bool operator==(const Fingerprint& s) const;
   };
 
-  Stamp stamp(btSoftBody* body) const;
-  void rebuild(const btAlignedObjectArray<btSoftBody*>& bodies, Journal& journal);
-  void add_body(btSoftBody* body, int world_index, Journal& journal);
+  Fingerprint fingerprint(btSoftBody* body) const;
+  void rebuild(const btAlignedObjectArray<btSoftBody*>& bodies, WarningLog& warnings);
+  void add_body(btSoftBody* body, int world_index, WarningLog& warnings);
   void find_filters();
 
   bool valid_ = false;
-  std::vector<Stamp> stamps_;
-  std::vector<const btSoftBody*> refused_;
+  std::vector<Fingerprint> fingerprints_;
+  std::vector<const btSoftBody*> excluded_;
 
   std::vector<BodyRecord> bodies_;
   SceneTopology topology_;

@@ -27,12 +27,12 @@ int proxy_id(const SoftScene::BodyRecord& record) {
 // Without its place in the motion. Bodies that nothing moves have no mobility.
 RigidMotion rigid_motion(const btCollisionObject& object) {
   RigidMotion motion;
-  motion.velocity = motion.spin = motion.inverse_mass = Eigen::Vector3d::Zero();
+  motion.velocity = motion.angular_velocity = motion.inverse_mass = Eigen::Vector3d::Zero();
   motion.inverse_inertia = Eigen::Matrix3d::Zero();
   const btRigidBody* body = btRigidBody::upcast(&object);
   if (!body) return motion;
   motion.velocity = to_eigen(body->getLinearVelocity());
-  motion.spin = to_eigen(body->getAngularVelocity());
+  motion.angular_velocity = to_eigen(body->getAngularVelocity());
   if (body->isStaticOrKinematicObject()) return motion;
   motion.inverse_mass = static_cast<double>(body->getInvMass()) * to_eigen(body->getLinearFactor());
   const Eigen::Matrix3d free(to_eigen(body->getAngularFactor()).asDiagonal());
@@ -47,22 +47,22 @@ void StepReader::begin_step(const Bodies& bodies) {
     // Bullet clears the mark of active bodies only; of the others it is part of the scene's stamp.
     if (bodies[i]->m_bUpdateRtCst && bodies[i]->isActive()) scene_.invalidate();
   }
-  if (options_.rigid_obstacles) obstacles_.begin_step(bodies);
+  if (options_.collide_rigid) obstacles_.begin_step(bodies);
 }
 
-StepReader::Changes StepReader::read(const Bodies& bodies, double seconds, const Fill& fill) {
-  scene_.readmit(bodies);
+StepReader::Changes StepReader::read(const Bodies& bodies, double dt, const Fill& fill) {
+  scene_.reinclude(bodies);
   Changes changes;
   do {
-    changes.topology = scene_.update(bodies, journal_) || changes.topology;
-  } while (!gather_soft(seconds, fill));
+    changes.topology = scene_.update(bodies, warnings_) || changes.topology;
+  } while (!gather_soft(dt, fill));
   changes.start = changes.topology;
   changes.start = sweep_driven_nodes() || changes.start;
-  if (options_.rigid_obstacles)
-    changes.topology = obstacles_.update(
-                           bodies, near_obstacles_, [this] { return starts_near_obstacles(); },
-                           depth_in_obstacles(), journal_) ||
-                       changes.topology;
+  if (options_.collide_rigid &&
+      obstacles_.update(bodies, near_obstacles_, depth_in_obstacles(), warnings_)) {
+    obstacles_.read_triangles(starts_near_obstacles(), warnings_);
+    changes.topology = true;
+  }
   changes.topology = topology_.update(scene_, obstacles_, changes.topology);
   gather_obstacles();
   read_resolution();
@@ -159,15 +159,15 @@ void StepReader::read_resolution() {
     farthest = std::max({farthest, std::abs(swept_.lower[k]), std::abs(swept_.upper[k])});
   const double rounding =
       static_cast<double>(farthest) * static_cast<double>(std::numeric_limits<btScalar>::epsilon());
-  const double resolution = roundings * rounding + least_speed * motion_.seconds;
+  const double resolution = roundings * rounding + least_speed * motion_.dt;
   if (resolution > resolution_ || 4 * resolution < resolution_) resolution_ = 2 * resolution;
 }
 
 // One way through Bullet's nodes. False where the scene is to be read anew: something was refused,
 // or other nodes are pinned.
-bool StepReader::gather_soft(double seconds, const Fill& fill) {
+bool StepReader::gather_soft(double dt, const Fill& fill) {
   const std::size_t count = static_cast<std::size_t>(scene_.vertex_count());
-  motion_.seconds = seconds;
+  motion_.dt = dt;
   motion_.start.resize(3 * count);
   motion_.end.resize(3 * count);
   motion_.velocity.resize(count);
@@ -176,9 +176,9 @@ bool StepReader::gather_soft(double seconds, const Fill& fill) {
   swept_ = near_obstacles_ = AxisBox::empty();
   bounds_.assign(scene_.bodies().size(), AxisBox::empty());
   bool pinned_as_read = true;
-  std::vector<std::int32_t> refused;
+  std::vector<std::int32_t> excluded;
   std::mutex mutex;
-  pass_([&](const SoftScene::BodyRecord& record, std::int32_t first, std::int32_t last) {
+  scene_.for_each_range(threads_, [&](const SoftScene::BodyRecord& record, std::int32_t first, std::int32_t last) {
     // Blocks as small as the processor's nearest cache are read, and looked at while they are
     // there.
     constexpr std::int32_t block = 128;
@@ -190,18 +190,18 @@ bool StepReader::gather_soft(double seconds, const Fill& fill) {
     bounds_[index_of(record)].add(found.swept);
     if (Obstacles::meets_obstacles(*record.body)) near_obstacles_.add(found.swept);
     pinned_as_read = pinned_as_read && found.pinned_as_read;
-    if (found.refused >= 0) refused.push_back(found.refused);
+    if (found.excluded >= 0) excluded.push_back(found.excluded);
   });
   if (!pinned_as_read) scene_.invalidate();
-  std::sort(refused.begin(), refused.end());
-  for (const std::int32_t vertex : refused) refuse(vertex);
+  std::sort(excluded.begin(), excluded.end());
+  for (const std::int32_t vertex : excluded) exclude(vertex);
   // Obstacles have their own margin about them.
   btScalar margin = static_cast<btScalar>(options_.thickness);
   for (const SoftScene::BodyRecord& record : scene_.bodies())
     if (Obstacles::meets_obstacles(*record.body)) margin = btMax(margin, record.margin);
   if (!near_obstacles_.is_empty())
     near_obstacles_ = near_obstacles_.grown(btVector3(margin, margin, margin));
-  return pinned_as_read && refused.empty();
+  return pinned_as_read && excluded.empty();
 }
 
 void StepReader::gather_block(const SoftScene::BodyRecord& record, std::int32_t first,
@@ -210,29 +210,29 @@ void StepReader::gather_block(const SoftScene::BodyRecord& record, std::int32_t 
     scene_.fetch_ahead(record, v);
     const btScalar inverse_mass = record.body->m_nodes[scene_.node_index(v)].m_im;
     motion_.inverse_mass[v] = static_cast<double>(inverse_mass);
-    motion_.rate[v] = 1 / motion_.seconds;
+    motion_.rate[v] = 1 / motion_.dt;
     found.pinned_as_read = found.pinned_as_read && (inverse_mass > 0) != scene_.was_pinned(v);
   }
   fill(scene_, record, first, last, motion_);
-  const btScalar way_of_light = static_cast<btScalar>(speed_of_light * motion_.seconds);
+  const btScalar way_of_light = static_cast<btScalar>(speed_of_light * motion_.dt);
   for (std::int32_t v = first; v < last; ++v) {
     const btScalar *start = &motion_.start[3 * static_cast<std::size_t>(v)],
                    *end = &motion_.end[3 * static_cast<std::size_t>(v)];
     const btVector3 x0(start[0], start[1], start[2]), x1(end[0], end[1], end[2]);
     // So written that it holds of what is not finite too.
-    if (!((x1 - x0).length2() <= way_of_light * way_of_light) && found.refused < 0)
-      found.refused = v;
+    if (!((x1 - x0).length2() <= way_of_light * way_of_light) && found.excluded < 0)
+      found.excluded = v;
     found.swept.add(x0);
     found.swept.add(x1);
   }
 }
 
-void StepReader::refuse(std::int32_t vertex) {
+void StepReader::exclude(std::int32_t vertex) {
   const SoftScene::BodyRecord& record = scene_.bodies()[scene_.body_of(vertex)];
-  if (scene_.is_refused(record.body)) return;
-  scene_.refuse(record.body);
+  if (scene_.is_excluded(record.body)) return;
+  scene_.exclude(record.body);
   const std::string body = std::to_string(record.world_index);
-  journal_.say("finite " + body,
+  warnings_.warn_once("finite " + body,
                "soft body " + body + ", node " + std::to_string(scene_.node_index(vertex)) +
                    ": the position is not finite, or moves faster than light; the body is left out "
                    "of collision detection until that ends");
@@ -242,7 +242,7 @@ void StepReader::gather_obstacles() {
   motion_.first_vertex.clear();
   motion_.rigid_of_body.clear();
   motion_.rigid.clear();
-  motion_.carried.clear();
+  motion_.anchored.clear();
   bounds_.resize(scene_.bodies().size());
   motion_.start.resize(3 * static_cast<std::size_t>(topology_.vertex_count()));
   motion_.end.resize(motion_.start.size());
@@ -264,7 +264,7 @@ void StepReader::gather_obstacles() {
     bounds_.push_back(bounds_of(rigid));
   }
   motion_.first_vertex.push_back(topology_.vertex_count());
-  find_carried();
+  find_anchored();
 }
 
 AxisBox StepReader::bounds_of(const RigidMotion& rigid) const {
@@ -312,7 +312,7 @@ AxisBox StepReader::starts_near_obstacles() const {
   return box;
 }
 
-void StepReader::find_carried() {
+void StepReader::find_anchored() {
   for (const SoftScene::BodyRecord& record : scene_.bodies()) {
     const auto& anchors = record.body->m_deformableAnchors;
     for (int i = 0; i < anchors.size(); ++i) {
@@ -320,19 +320,19 @@ void StepReader::find_carried() {
       const std::int32_t v = scene_.vertex_of(record, node);
       // Pinned nodes push nothing with Bullet's anchors; in the rigid world, these move nothing.
       if (v < 0 || anchors[i].m_node->m_im == 0 || motion_.inverse_mass[v] > 0) continue;
-      motion_.carried.erase(v);  // the last of several has it
+      motion_.anchored.erase(v);  // the last of several has it
       for (std::size_t body = 0; body < topology_.bodies().size(); ++body) {
         const int rigid = motion_.rigid_of_body[body];
         if (topology_.bodies()[body].object == anchors[i].m_cti.m_colObj &&
             motion_.rigid[rigid].is_dynamic())
-          motion_.carried[v] = {anchors[i].m_local, rigid};
+          motion_.anchored[v] = {anchors[i].m_local, rigid};
       }
     }
   }
 }
 
 bool StepReader::read_where_pushed() {
-  if (!options_.rigid_obstacles) return false;
+  if (!options_.collide_rigid) return false;
   AxisBox reached = near_obstacles_;
   for (const SoftScene::BodyRecord& record : scene_.bodies()) {
     if (!Obstacles::meets_obstacles(*record.body)) continue;
@@ -345,8 +345,8 @@ bool StepReader::read_where_pushed() {
   if (near_obstacles_.contains(reached) || obstacles_.has_read(reached)) return false;
   motion_.restart_response();  // while its rigid bodies have the triangles that they were read with
   near_obstacles_ = reached;
-  obstacles_.read(
-      near_obstacles_, [this] { return starts_near_obstacles(); }, journal_);
+  if (obstacles_.update_region(near_obstacles_))
+    obstacles_.read_triangles(starts_near_obstacles(), warnings_);
   topology_.update(scene_, obstacles_, true);
   gather_obstacles();
   return true;

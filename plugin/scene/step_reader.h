@@ -17,10 +17,6 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 class StepReader {
  public:
   using Bodies = btAlignedObjectArray<btSoftBody*>;
-  // visit(record, first, last) over disjoint parts of all vertices, perhaps on several threads.
-  using Visit = std::function<void(const SoftScene::BodyRecord& record, std::int32_t first,
-                                   std::int32_t last)>;
-  using Pass = std::function<void(const Visit& visit)>;
   // Fills start, end and velocity of some of a soft body's vertices, first to last - 1, rate where
   // it is not one over the step, and zeroes the inverse mass of nodes that something else than
   // velocity and contact moves.
@@ -32,13 +28,13 @@ class StepReader {
     bool start = false;  // bodies came or were put elsewhere: what intersects now did not come so
   };
 
-  // The journal must outlive it, and what `pass` uses.
-  StepReader(const Options& options, Journal& journal, Pass pass)
-      : options_(options), journal_(journal), pass_(std::move(pass)) {}
+  // The log of warnings must outlive it.
+  StepReader(const SolverOptions& options, WarningLog& warnings, const Threads& threads)
+      : options_(options), warnings_(warnings), threads_(threads) {}
 
   // To be called before Bullet moves anything, while its marks of changed topology still stand.
   void begin_step(const Bodies& bodies);
-  Changes read(const Bodies& bodies, double seconds, const Fill& fill);
+  Changes read(const Bodies& bodies, double dt, const Fill& fill);
   // Where the response put soft bodies out of what was read of the obstacles, reads that too and
   // takes the response back. True where there was anything to read: the topology is another then.
   bool read_where_pushed();
@@ -81,13 +77,13 @@ class StepReader {
   struct Found {
     AxisBox swept = AxisBox::empty();
     bool pinned_as_read = true;
-    std::int32_t refused = -1;  // the vertex of a position that is none
+    std::int32_t excluded = -1;  // the vertex of a position that is none
   };
 
-  bool gather_soft(double seconds, const Fill& fill);
+  bool gather_soft(double dt, const Fill& fill);
   void gather_block(const SoftScene::BodyRecord& record, std::int32_t first, std::int32_t last,
                     const Fill& fill, Found& found);
-  void refuse(std::int32_t vertex);
+  void exclude(std::int32_t vertex);
   // Pinned nodes that an application puts elsewhere between two steps are swept from where the last
   // step left them. True where other nodes are elsewhere: that is a new start.
   bool sweep_driven_nodes();
@@ -103,12 +99,12 @@ class StepReader {
   // Of the bodies that meet obstacles.
   AxisBox starts_near_obstacles() const;
   // What dynamic bodies carry: of the nodes with anchors, those that something else moves.
-  void find_carried();
+  void find_anchored();
   void read_resolution();
 
-  Options options_;
-  Journal& journal_;
-  Pass pass_;
+  SolverOptions options_;
+  WarningLog& warnings_;
+  Threads threads_;
   double resolution_ = 0;
   SoftScene scene_;
   Obstacles obstacles_;

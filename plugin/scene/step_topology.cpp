@@ -91,7 +91,7 @@ void StepTopology::read_bodies(const SoftScene& soft, const Obstacles& obstacles
   }
   surface_count_ = bodies_.size();
   for (std::size_t i = 0; i < records.size(); ++i) {
-    if (records[i].vertex_count > 0 || !records[i].carries) continue;
+    if (records[i].vertex_count > 0 || !records[i].has_anchored_nodes) continue;
     bodies_.push_back({records[i].object, nullptr, static_cast<int>(i), true,
                        soft.vertex_count() + obstacles.vertex_count(), 0, 0, true});
   }

@@ -104,14 +104,14 @@ constexpr double pi = 3.14159265358979323846;
 struct Ring {
   double latitude;  // rad
   int points;
-  double turn = 0;  // of the first, in points
+  double rotation = 0;  // of the first, in points
 };
 
 std::vector<btVector3> directions_in(const std::vector<Ring>& rings, int axis) {
   std::vector<btVector3> directions;
   for (const Ring& ring : rings) {
     for (int i = 0; i < ring.points; ++i) {
-      const double angle = 2 * pi * (i + ring.turn) / ring.points;
+      const double angle = 2 * pi * (i + ring.rotation) / ring.points;
       btVector3 p(0, 0, 0);
       p[axis] = static_cast<btScalar>(std::sin(ring.latitude));
       p[(axis + 1) % 3] = static_cast<btScalar>(std::cos(ring.latitude) * std::cos(angle));

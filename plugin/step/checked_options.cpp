@@ -10,7 +10,7 @@ namespace {
 template <class T>
 struct Range {
   const char* name;
-  T Options::*value;
+  T SolverOptions::*value;
   T least, most;
 };
 
@@ -18,25 +18,25 @@ constexpr double any = std::numeric_limits<double>::max();  // that is finite
 constexpr int many = std::numeric_limits<int>::max();
 
 constexpr Range<double> numbers[] = {
-    {"thickness", &Options::thickness, -any, any},
-    {"recovery", &Options::recovery, 0, 1},
-    {"restitution", &Options::restitution, 0, 1},
-    {"restitution_threshold", &Options::restitution_threshold, 0, any},
-    {"rest_speed", &Options::rest_speed, 0, any},
-    {"rest_damping", &Options::rest_damping, 0, any},
-    {"untangling_speed", &Options::untangling_speed, 0, any}};
+    {"thickness", &SolverOptions::thickness, -any, any},
+    {"position_correction", &SolverOptions::position_correction, 0, 1},
+    {"restitution", &SolverOptions::restitution, 0, 1},
+    {"restitution_threshold", &SolverOptions::restitution_threshold, 0, any},
+    {"rest_speed", &SolverOptions::rest_speed, 0, any},
+    {"rest_damping", &SolverOptions::rest_damping, 0, any},
+    {"untangling_speed", &SolverOptions::untangling_speed, 0, any}};
 
-constexpr Range<int> counts[] = {{"max_iterations", &Options::max_iterations, 0, many},
-                                 {"sweeps", &Options::sweeps, 0, many},
-                                 {"max_zones", &Options::max_zones, 0, many}};
+constexpr Range<int> counts[] = {{"max_detections", &SolverOptions::max_detections, 0, many},
+                                 {"solver_iterations", &SolverOptions::solver_iterations, 0, many},
+                                 {"max_impact_zones", &SolverOptions::max_impact_zones, 0, many}};
 
 template <class T>
 void check(const Range<T>& range, CheckedOptions& checked) {
   T& value = checked.options.*range.value;
   if (value >= range.least && value <= range.most) return;  // false of what is no number
-  const T usual = Options().*range.value;
+  const T usual = SolverOptions().*range.value;
   std::ostringstream line;
-  line << "Options::" << range.name << " is " << value << ", which is out of its range; " << usual
+  line << "SolverOptions::" << range.name << " is " << value << ", which is out of its range; " << usual
        << " is used";
   checked.lines.push_back(line.str());
   value = usual;
@@ -44,7 +44,7 @@ void check(const Range<T>& range, CheckedOptions& checked) {
 
 }  // namespace
 
-CheckedOptions check(const Options& options) {
+CheckedOptions check(const SolverOptions& options) {
   CheckedOptions checked{options, {}};
   for (const Range<double>& range : numbers) check(range, checked);
   for (const Range<int>& range : counts) check(range, checked);

@@ -10,12 +10,12 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
 struct CheckedOptions {
-  Options options;
+  SolverOptions options;
   std::vector<std::string> lines;  // one for each that was not taken
 };
 
 // The detector's own are the core's to check.
-CheckedOptions check(const Options& options);
+CheckedOptions check(const SolverOptions& options);
 
 }  // namespace LAZYCCD_BULLET_PRECISION
 }  // namespace lazyccd::bullet

@@ -13,62 +13,58 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-Pipeline::Pipeline(const CheckedOptions& checked, Friction friction)
+Pipeline::Pipeline(const CheckedOptions& checked, PairSurfaces::SoftFriction friction)
     : options_(checked.options),
-      friction_(friction),
-      journal_(options_.on_message),
-      reader_(options_, journal_, [this](const StepReader::Visit& visit) { pass(visit); }),
-      detector_(options_.detector, reader_.scene(), reader_.topology(), reader_.motion(),
-                [this](std::int32_t a, std::int32_t b) { return surface(a, b); },
-                options_.recovery),
-      response_(options_, [this](std::int32_t a, std::int32_t b) { return surface(a, b); }) {
-  for (const std::string& line : checked.lines) journal_.say(line, line);
+      warnings_(options_.on_message),
+      threads_(options_.detector.threads),
+      reader_(options_, warnings_, threads_),
+      surfaces_(options_, friction),
+      filter_(reader_.scene(), reader_.topology(), reader_.motion()),
+      detector_(options_.detector, threads_, filter_, reader_.topology(), reader_.motion(),
+                surfaces_, options_.position_correction),
+      response_(options_, surfaces_) {
+  for (const std::string& line : checked.lines) warnings_.warn_once(line, line);
 }
 
-PairSurface Pipeline::surface(std::int32_t body_a, std::int32_t body_b) const {
-  const StepTopology::BodyRecord& a = topology().bodies()[body_a];
-  const StepTopology::BodyRecord& b = topology().bodies()[body_b];
-  PairSurface surface;
-  surface.thickness = std::max(reader_.resolution(),
-                               options_.thickness >= 0 ? options_.thickness : a.margin + b.margin);
-  const auto coefficient = [](const StepTopology::BodyRecord& body) {
-    return static_cast<double>(body.soft ? body.soft->m_cfg.kDF : body.object->getFriction());
-  };
-  // Between soft and rigid bodies Bullet multiplies in both worlds.
-  const double fa = coefficient(a), fb = coefficient(b);
-  surface.friction = !options_.friction ? 0 : a.soft && b.soft ? friction_(fa, fb) : fa * fb;
-  return surface;
+void Pipeline::update_surfaces() {
+  std::vector<BodySurface> bodies;
+  bodies.reserve(topology().bodies().size());
+  for (const StepTopology::BodyRecord& body : topology().bodies()) {
+    const btScalar friction = body.soft ? body.soft->m_cfg.kDF : body.object->getFriction();
+    bodies.push_back({body.margin, static_cast<double>(friction), body.soft != nullptr});
+  }
+  surfaces_.update(std::move(bodies), reader_.resolution());
 }
 
-bool Pipeline::queue_pair(const btSoftBody* a, const btSoftBody* b) noexcept {
-  if (!works_ || is_cluster_pair(*a, *b) || !scene().takes(a) || !scene().takes(b)) return false;
-  ++queued_;
+bool Pipeline::handle_pair(const btSoftBody* a, const btSoftBody* b) noexcept {
+  if (!is_active_ || is_cluster_pair(*a, *b) || !scene().handles(a) || !scene().handles(b)) return false;
+  ++handled_pairs_;
   return true;
 }
 
-bool Pipeline::takes(const btSoftBody* body, const btCollisionObject* rigid) const noexcept {
-  return options_.rigid_obstacles && options_.rigid_contacts && works_ && scene().takes(body) &&
+bool Pipeline::handles(const btSoftBody* body, const btCollisionObject* rigid) const noexcept {
+  return options_.collide_rigid && options_.replace_rigid_contacts && is_active_ && scene().handles(body) &&
          Obstacles::meets_obstacles(*body) && Obstacles::is_whole(*rigid) &&
          body->m_tetras.size() == 0;  // the nodes inside of a volume have no surface
 }
 
 void Pipeline::begin_step(const Bodies& bodies) noexcept { reader_.begin_step(bodies); }
 
-void Pipeline::foresee() noexcept try {
-  detector_.foresee();
+void Pipeline::detect_ahead() noexcept try {
+  detector_.detect_ahead();
 } catch (const std::exception&) {  // what is wrong, the next step's own detection says
 }
 
-bool Pipeline::run(const Bodies& bodies, double seconds, const Fill& fill) noexcept {
+bool Pipeline::run(const Bodies& bodies, double dt, const Fill& fill) noexcept {
   step_ = StepStats();
   step_.steps = 1;
-  step_.queued_pairs = queued_;
-  queued_ = 0;
+  step_.handled_pairs = handled_pairs_;
+  handled_pairs_ = 0;
   contacts_.clear();
   responded_ = false;
   try {
     const Stopwatch reading;
-    gather(bodies, seconds, fill);
+    gather(bodies, dt, fill);
     step_.ms_gather = reading.ms();
     if (scene().vertex_count() > 0) {
       const Stopwatch answering;
@@ -80,7 +76,7 @@ bool Pipeline::run(const Bodies& bodies, double seconds, const Fill& fill) noexc
       do {
         step_ = before;
         detector_.begin_motion();
-        const NearProspects near = find_near();
+        const SpeculativePairs near = find_near();
         responded_ = detector_.found_any() || untangling_.pushes();
         if (responded_) {
           response_.run(near, touching, reader_.motion(), step_);
@@ -88,10 +84,10 @@ bool Pipeline::run(const Bodies& bodies, double seconds, const Fill& fill) noexc
           response_.forget();
         }
       } while (read_where_pushed());
-      detector_.find_silent();
+      detector_.find_unanswered();
       step_.unresolved += detector_.count_passed_over();
       if (step_.unresolved > 0) {
-        journal_.say(
+        warnings_.warn_once(
             "unresolved",
             "a kinematic body passed over pinned nodes, or something as fixed as these; the "
             "contacts are counted as unresolved");
@@ -103,50 +99,41 @@ bool Pipeline::run(const Bodies& bodies, double seconds, const Fill& fill) noexc
       detector_.add_to(step_);
       step_.ms_response = answering.ms() - step_.ms_detect;
     }
-    works_ = true;
+    is_active_ = true;
   } catch (const std::exception& error) {
     give_up(error.what());
   } catch (...) {  // an application's filter may throw anything
     give_up("something that is no std::exception was thrown");
   }
   total_ += step_;
-  return works_;
+  return is_active_;
 }
 
-// Bullet's nodes lie far apart in memory, so that one thread waits most of the time.
-void Pipeline::pass(const StepReader::Visit& visit) {
-  constexpr std::size_t grain = 2048;  // vertices: longer than waking a thread
-  detector_.parallel_for(static_cast<std::size_t>(scene().vertex_count()), grain,
-                         [&](std::size_t first, std::size_t last) {
-                           scene().for_each_body(static_cast<std::int32_t>(first),
-                                                 static_cast<std::int32_t>(last), visit);
-                         });
-}
-
-void Pipeline::write(const StepReader::Visit& visit) {
+void Pipeline::write(const SoftScene::Visit& visit) {
   const Stopwatch watch;
-  pass(visit);
+  scene().for_each_range(threads_, visit);
   const double ms = watch.ms();
   step_.ms_write += ms;
   total_.ms_write += ms;
 }
 
 void Pipeline::give_up(const std::string& why) {
-  works_ = false;
+  is_active_ = false;
   reader_.forget_scene();
   reader_.forget_ends();
   response_.forget();
   contacts_.clear();
-  step_.missed_steps = 1;
-  journal_.say(why, "the step goes on without LazyCCD: " + why);
+  step_.fallback_steps = 1;
+  warnings_.warn_once(why, "the step goes on without LazyCCD: " + why);
 }
 
-void Pipeline::gather(const Bodies& bodies, double seconds, const Fill& fill) {
-  const StepReader::Changes changes = reader_.read(bodies, seconds, fill);
+void Pipeline::gather(const Bodies& bodies, double dt, const Fill& fill) {
+  const StepReader::Changes changes = reader_.read(bodies, dt, fill);
   if (scene().vertex_count() == 0) return;
+  update_surfaces();
   try {
     if (changes.topology || detector_.would_change(largest_thickness())) set_topology();
-    if (changes.start) report_piercings();
+    if (changes.start) report_intersections();
   } catch (...) {
     reader_.forget_scene();
     throw;
@@ -155,20 +142,21 @@ void Pipeline::gather(const Bodies& bodies, double seconds, const Fill& fill) {
 
 bool Pipeline::read_where_pushed() {
   if (!responded_ || !reader_.read_where_pushed()) return false;
+  update_surfaces();
   set_topology();
   if (untangling_.pushes())
-    untangling_.read(find_piercings(), topology().topology(), detector_.edges(), motion());
+    untangling_.read(find_intersections(), topology().topology(), detector_.edges(), motion());
   return true;
 }
 
-NearProspects Pipeline::find_near() {
+SpeculativePairs Pipeline::find_near() {
   if (!untangling_.pushes() && !reader_.may_meet(detector_.separation())) {
     detector_.forget_near();
     return {};
   }
-  const NearProspects near = detector_.near();
+  const SpeculativePairs near = detector_.near();
   for (std::size_t i = 0; untangling_.lets_any_pass() && i < near.contacts.size(); ++i) {
-    if (untangling_.lets_pass(near.contacts[i], motion())) near.prospects[i].gives_way = false;
+    if (untangling_.lets_pass(near.contacts[i], motion())) near.speculative[i].is_movable = false;
   }
   return near;
 }
@@ -178,18 +166,18 @@ void Pipeline::set_topology() {
   detector_.set_topology(largest_thickness());
 }
 
-Piercings Pipeline::find_piercings() const {
-  return bullet::find_piercings(
+Intersections Pipeline::find_intersections() const {
+  return bullet::find_intersections(
       topology().topology(), detector_.edges(), motion().starts(),
       [this](std::int32_t body) { return topology().bodies()[body].responds; },
-      [this](const Edge& edge, const Face& face) { return detector_.are_anchored(edge, face); });
+      [this](const Edge& edge, const Face& face) { return filter_.are_anchored(edge, face); });
 }
 
 void Pipeline::untangle() {
   untangling_.skip_step();
   if (!(options_.untangling_speed > 0) || !untangling_.goes_on()) return;
-  untangling_.begin_step(find_piercings(), topology().topology(), detector_.edges(), motion());
-  untangling_.push(options_.untangling_speed * motion().seconds, reader_.motion());
+  untangling_.begin_step(find_intersections(), topology().topology(), detector_.edges(), motion());
+  untangling_.push(options_.untangling_speed * motion().dt, reader_.motion());
 }
 
 std::vector<Contact> Pipeline::without_untangling(std::vector<Contact> contacts) const {
@@ -201,9 +189,9 @@ std::vector<Contact> Pipeline::without_untangling(std::vector<Contact> contacts)
   return contacts;
 }
 
-void Pipeline::report_piercings() {
-  const Piercings found = find_piercings();
-  step_.pierced_at_start = static_cast<std::int64_t>(found.pairs.size());
+void Pipeline::report_intersections() {
+  const Intersections found = find_intersections();
+  step_.initial_intersections = static_cast<std::int64_t>(found.pairs.size());
   if (found.pairs.empty()) return;
   untangling_.start();
   const auto name = [this](std::int32_t body) {
@@ -211,7 +199,7 @@ void Pipeline::report_piercings() {
                ? "soft body " + std::to_string(scene().bodies()[body].world_index)
                : std::string("a rigid body");
   };
-  journal_.say("pierced " + name(found.first[0]) + name(found.first[1]),
+  warnings_.warn_once("pierced " + name(found.first[0]) + name(found.first[1]),
                "bodies intersect where a step begins: " + std::to_string(found.pairs.size()) +
                    " edges stick in faces, the first of " + name(found.first[0]) + " in " +
                    name(found.first[1]) +
@@ -226,7 +214,7 @@ double Pipeline::largest_thickness() const {
 
 void Pipeline::collect_contacts() {
   static const std::vector<const ContactRow*> none;
-  contacts_ = step_contacts(responded_ ? response_.rows() : none, detector_.silent(), scene(),
+  contacts_ = step_contacts(responded_ ? response_.rows() : none, detector_.unanswered(), scene(),
                             topology(), motion());
   for (const StepContact& contact : contacts_) {
     ++(contact.kind == ContactKind::vertex_face ? step_.contacts_vf : step_.contacts_ee);
@@ -236,16 +224,16 @@ void Pipeline::collect_contacts() {
 void Pipeline::announce() noexcept try {
   if (options_.on_contacts && !contacts_.empty()) options_.on_contacts(contacts_);
 } catch (const std::exception& error) {
-  journal_.say("on_contacts", std::string("on_contacts threw: ") + error.what());
+  warnings_.warn_once("on_contacts", std::string("on_contacts threw: ") + error.what());
 } catch (...) {
-  journal_.say("on_contacts", "on_contacts threw something that is no std::exception");
+  warnings_.warn_once("on_contacts", "on_contacts threw something that is no std::exception");
 }
 
 bool Pipeline::is_moved(std::int32_t vertex) const {
   return responded_ &&
          (untangling_.is_pushed(vertex) || !motion().velocity_change[vertex].isZero(0) ||
           motion().solved[vertex] != motion().predicted[vertex] ||
-          !motion().opening[vertex].isZero(0));
+          !motion().split_displacement[vertex].isZero(0));
 }
 
 void Pipeline::wake_moved() const {
@@ -266,7 +254,7 @@ void Pipeline::leave_stopped_obstacles() {
     const RigidMotion& rigid = motion().rigid_of(body_index(body));
     if (rigid.end == rigid.predicted) continue;
     reader_.leave_behind(*body.object);
-    journal_.say("caught",
+    warnings_.warn_once("caught",
                  "something was caught between bodies of infinite mass that close in on each "
                  "other; it stays where it was, and a body that goes on overlaps it until there is "
                  "room");
@@ -282,13 +270,13 @@ void Pipeline::write_rigid_bodies() const {
   for (const StepTopology::BodyRecord& record : topology().bodies()) {
     if (record.soft) continue;
     const RigidMotion& rigid = motion().rigid_of(body_index(record));
-    const bool changed = !rigid.velocity_change.isZero(0) || !rigid.spin_change.isZero(0) ||
+    const bool changed = !rigid.velocity_change.isZero(0) || !rigid.angular_velocity_change.isZero(0) ||
                          !(rigid.end == rigid.predicted);
     if (!rigid.is_dynamic() || !changed) continue;
     btRigidBody* body = btRigidBody::upcast(record.object);
     body->setCenterOfMassTransform(rigid.end);
     body->setLinearVelocity(body->getLinearVelocity() + to_bullet(rigid.velocity_change));
-    body->setAngularVelocity(body->getAngularVelocity() + to_bullet(rigid.spin_change));
+    body->setAngularVelocity(body->getAngularVelocity() + to_bullet(rigid.angular_velocity_change));
     body->activate(true);
   }
 }
@@ -297,8 +285,8 @@ std::string Pipeline::status() const {
   std::string text = "LazyCCD: " + detector_.status() + ", " +
                      std::to_string(scene().bodies().size()) + " soft bodies, " +
                      std::to_string(total_.steps) + " steps, " +
-                     std::to_string(total_.last_resorts) + " nodes held as the last resort\n";
-  return text + journal_.text();
+                     std::to_string(total_.failsafe_holds) + " nodes held as the last resort\n";
+  return text + warnings_.text();
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -24,40 +24,33 @@ class Pipeline {
   using Bodies = StepReader::Bodies;
   using Fill = StepReader::Fill;
 
-  // Bullet's rule of this world for the friction between two soft bodies.
-  using Friction = double (*)(double kdf_a, double kdf_b);
-
-  Pipeline(const Options& options, Friction friction) : Pipeline(check(options), friction) {}
+  Pipeline(const SolverOptions& options, PairSurfaces::SoftFriction friction) : Pipeline(check(options), friction) {}
 
   // A pair from Bullet's dispatcher. False where it is not LazyCCD's, so that Bullet is to process
   // it.
-  bool queue_pair(const btSoftBody* a, const btSoftBody* b) noexcept;
+  bool handle_pair(const btSoftBody* a, const btSoftBody* b) noexcept;
   // A soft body and a rigid one whose contacts are LazyCCD's alone.
-  bool takes(const btSoftBody* body, const btCollisionObject* rigid) const noexcept;
+  bool handles(const btSoftBody* body, const btCollisionObject* rigid) const noexcept;
   // To be called before Bullet moves anything, while its marks of changed topology still stand.
   void begin_step(const Bodies& bodies) noexcept;
   // To be called where a step is written: another thread begins with the next one's detection.
-  void foresee() noexcept;
+  void detect_ahead() noexcept;
 
   // The whole scene, `seconds` long. True where it went its full way: then motion().end is clean
   // and is what the nodes should be set to. False where the step is Bullet's alone; status() says
   // why.
-  bool run(const Bodies& bodies, double seconds, const Fill& fill) noexcept;
+  bool run(const Bodies& bodies, double dt, const Fill& fill) noexcept;
 
   // Of the last run():
-  bool works() const { return works_; }
+  bool is_active() const { return is_active_; }
   const SoftScene& scene() const { return reader_.scene(); }
   const Motion& motion() const { return reader_.motion(); }
   // The response moved this vertex, or changed its velocity. Only where it responded().
   bool is_moved(std::int32_t vertex) const;
   bool responded() const { return responded_; }
-  // As Detector::parallel_for(); before the first step on the caller's thread.
-  void parallel_for(std::size_t count, std::size_t grain,
-                    const std::function<void(std::size_t first, std::size_t last)>& body) {
-    detector_.parallel_for(count, grain, body);
-  }
-  // Sets nodes by visit(record, first, last), as StepReader::Pass has it.
-  void write(const StepReader::Visit& visit);
+  const Threads& threads() const { return threads_; }
+  // Sets nodes by visit(record, first, last), as SoftScene::for_each_range() has it.
+  void write(const SoftScene::Visit& visit);
   // Wakes the soft bodies that the response moved.
   void wake_moved() const;
   // Gives rigid bodies what the response made of their motion.
@@ -70,22 +63,21 @@ class Pipeline {
   const StepStats& total() const { return total_; }
   std::string status() const;
   void invalidate() { reader_.forget(); }
-  Journal& journal() { return journal_; }
+  WarningLog& warnings() { return warnings_; }
 
  private:
-  Pipeline(const CheckedOptions& checked, Friction friction);
+  Pipeline(const CheckedOptions& checked, PairSurfaces::SoftFriction friction);
 
   const StepTopology& topology() const { return reader_.topology(); }
-  PairSurface surface(std::int32_t body_a, std::int32_t body_b) const;
-  void pass(const StepReader::Visit& visit);
+  void update_surfaces();
   // Leaves the step to Bullet.
   void give_up(const std::string& why);
-  void gather(const Bodies& bodies, double seconds, const Fill& fill);
+  void gather(const Bodies& bodies, double dt, const Fill& fill);
   bool read_where_pushed();
   void set_topology();
-  Piercings find_piercings() const;
-  void report_piercings();
-  NearProspects find_near();
+  Intersections find_intersections() const;
+  void report_intersections();
+  SpeculativePairs find_near();
   // Pushes apart what intersects where the step begins.
   void untangle();
   // Without the contacts that keep it so.
@@ -95,17 +87,19 @@ class Pipeline {
   double largest_thickness() const;
   void collect_contacts();
 
-  Options options_;
-  Friction friction_;
-  Journal journal_;
+  SolverOptions options_;
+  WarningLog warnings_;
+  Threads threads_;
   StepReader reader_;
+  PairSurfaces surfaces_;
+  ContactFilter filter_;
   StepDetector detector_;
   Response response_;
   Untangling untangling_;
   std::vector<StepContact> contacts_;
-  std::int64_t queued_ = 0;
+  std::int64_t handled_pairs_ = 0;
   StepStats step_, total_;
-  bool works_ = true;
+  bool is_active_ = true;
   bool responded_ = false;
 };
 

@@ -155,7 +155,7 @@ std::vector<char> with_others(const Topology& t, const std::vector<Vector3d>& x,
 
 }  // namespace
 
-Piercings find_piercings(const Topology& topology, Span<const Edge> edges,
+Intersections find_intersections(const Topology& topology, Span<const Edge> edges,
                          const Positions& positions,
                          const std::function<bool(std::int32_t)>& responds,
                          const std::function<bool(const Edge&, const Face&)>& held) {
@@ -166,7 +166,7 @@ Piercings find_piercings(const Topology& topology, Span<const Edge> edges,
   }
   const Rules rules(topology, responds);
   const auto movable = [&](std::int32_t v) { return topology.inverse_mass[v] > 0; };
-  Piercings found;
+  Intersections found;
   const auto test = [&](const Strips::Box& edge_box, const Strips::Box& face_box) {
     if ((edge_box.lower.array() > face_box.upper.array()).any() ||
         (face_box.lower.array() > edge_box.upper.array()).any())

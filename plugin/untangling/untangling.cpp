@@ -4,9 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 #include "untangling/closed_surfaces.h"
+#include "util/disjoint_sets.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -16,68 +16,49 @@ using Eigen::Vector3d;
 
 constexpr double patience = 3;  // s
 
-class DisjointSets {
- public:
-  explicit DisjointSets(std::size_t count) : parent_(count) {
-    std::iota(parent_.begin(), parent_.end(), 0);
-  }
-  std::int32_t find(std::int32_t i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  void join(std::int32_t a, std::int32_t b) {
-    a = find(a);
-    b = find(b);
-    parent_[std::max(a, b)] = std::min(a, b);
-  }
-
- private:
-  std::vector<std::int32_t> parent_;
-};
-
 // Into which the edges that stick in faces cut the surfaces.
-class Pieces {
+class SurfaceComponents {
  public:
-  Pieces(const std::vector<Piercing>& pairs, std::size_t vertices, Span<const Edge> edges)
-      : pieces_(vertices), surfaces_(vertices) {
+  SurfaceComponents(const std::vector<Intersection>& pairs, std::size_t vertices, Span<const Edge> edges)
+      : components_(vertices), surfaces_(vertices) {
     std::vector<char> sticks(edges.size(), 0);
-    for (const Piercing& pair : pairs) sticks[pair.edge] = 1;
+    for (const Intersection& pair : pairs) sticks[pair.edge] = 1;
     for (std::size_t e = 0; e < edges.size(); ++e) {
       surfaces_.join(edges[e][0], edges[e][1]);
-      if (!sticks[e]) pieces_.join(edges[e][0], edges[e][1]);
+      if (!sticks[e]) components_.join(edges[e][0], edges[e][1]);
     }
     std::map<std::int32_t, int> size;
-    for (std::size_t v = 0; v < vertices; ++v) ++size[pieces_.find(static_cast<std::int32_t>(v))];
-    for (const auto& [piece, count] : size) {
-      std::int32_t& largest = largest_.try_emplace(surfaces_.find(piece), piece).first->second;
-      if (count > size[largest]) largest = piece;
+    for (std::size_t v = 0; v < vertices; ++v) ++size[components_.find(static_cast<std::int32_t>(v))];
+    for (const auto& [component, count] : size) {
+      std::int32_t& largest = largest_.try_emplace(surfaces_.find(component), component).first->second;
+      if (count > size[largest]) largest = component;
     }
   }
   // A vertex of the same.
-  std::int32_t piece_of(std::int32_t v) { return pieces_.find(v); }
-  bool is_largest(std::int32_t piece) { return largest_[surfaces_.find(piece)] == piece; }
+  std::int32_t component_of(std::int32_t v) { return components_.find(v); }
+  bool is_largest(std::int32_t component) { return largest_[surfaces_.find(component)] == component; }
 
  private:
-  DisjointSets pieces_, surfaces_;
-  std::map<std::int32_t, std::int32_t> largest_;  // piece, by surface
+  DisjointSets components_, surfaces_;
+  std::map<std::int32_t, std::int32_t> largest_;  // component, by surface
 };
 
-// On which side of others' surfaces pieces belong.
+// On which side of others' surfaces components belong.
 class Sides {
  public:
-  Sides(const std::vector<Piercing>& pairs, const Topology& topology, Span<const Edge> edges,
+  Sides(const std::vector<Intersection>& pairs, const Topology& topology, Span<const Edge> edges,
         const ClosedSurfaces& closed, const Motion& motion)
       : topology_(topology),
         motion_(motion),
-        pieces_(pairs, motion.size(), edges),
+        components_(pairs, motion.size(), edges),
         closed_(closed) {}
 
   // The vertex, of an edge that sticks in the face, is on the right side of that.
   bool is_right(std::int32_t v, const Face& face) {
-    const std::int32_t piece = pieces_.piece_of(v), body = topology_.body_of_vertex[face[0]];
+    const std::int32_t component = components_.component_of(v), body = topology_.body_of_vertex[face[0]];
     if (topology_.body_of_vertex[v] == body || !closed_.is_closed(body))
-      return pieces_.is_largest(piece);
-    const auto [at, is_new] = outside_.try_emplace({piece, body}, true);
+      return components_.is_largest(component);
+    const auto [at, is_new] = outside_.try_emplace({component, body}, true);
     if (is_new) at->second = !closed_.contains(body, motion_.start_of(v));
     return at->second;
   }
@@ -85,19 +66,19 @@ class Sides {
  private:
   const Topology& topology_;
   const Motion& motion_;
-  Pieces pieces_;
+  SurfaceComponents components_;
   const ClosedSurfaces& closed_;
-  std::map<std::pair<std::int32_t, std::int32_t>, bool> outside_;  // by piece and body
+  std::map<std::pair<std::int32_t, std::int32_t>, bool> outside_;  // by component and body
 };
 
 using FacesOfEdges = std::map<Edge, std::vector<Face>>;
 
 Edge sorted(std::int32_t a, std::int32_t b) { return {std::min(a, b), std::max(a, b)}; }
 
-FacesOfEdges faces_of_edges(const std::vector<Piercing>& pairs, const Topology& topology,
+FacesOfEdges faces_of_edges(const std::vector<Intersection>& pairs, const Topology& topology,
                             Span<const Edge> edges) {
   FacesOfEdges faces;
-  for (const Piercing& pair : pairs) faces[sorted(edges[pair.edge][0], edges[pair.edge][1])];
+  for (const Intersection& pair : pairs) faces[sorted(edges[pair.edge][0], edges[pair.edge][1])];
   for (const Face& face : topology.faces) {
     for (int k = 0; k < 3; ++k) {
       const auto edge = faces.find(sorted(face[k], face[(k + 1) % 3]));
@@ -147,17 +128,17 @@ void Untangling::skip_step() {
   closed_.reset();
 }
 
-void Untangling::begin_step(const Piercings& found, const Topology& topology,
+void Untangling::begin_step(const Intersections& found, const Topology& topology,
                             Span<const Edge> edges, const Motion& motion) {
-  waited_ += motion.seconds;
+  waited_ += motion.dt;
   read(found, topology, edges, motion);
 }
 
-void Untangling::read(const Piercings& found, const Topology& topology, Span<const Edge> edges,
+void Untangling::read(const Intersections& found, const Topology& topology, Span<const Edge> edges,
                       const Motion& motion) {
   skip_step();
-  std::vector<Piercing> pairs;
-  for (const Piercing& pair : found.pairs) {
+  std::vector<Intersection> pairs;
+  for (const Intersection& pair : found.pairs) {
     if (motion.is_soft(edges[pair.edge][0]) || motion.is_soft(topology.faces[pair.face][0]))
       pairs.push_back(pair);
   }
@@ -168,7 +149,7 @@ void Untangling::read(const Piercings& found, const Topology& topology, Span<con
   closed_ = std::make_unique<ClosedSurfaces>(topology, motion);
   Sides sides(pairs, topology, edges, *closed_, motion);
   const FacesOfEdges faces = faces_of_edges(pairs, topology, edges);
-  for (const Piercing& pair : pairs) {
+  for (const Intersection& pair : pairs) {
     const Edge& edge = edges[pair.edge];
     const Face& face = topology.faces[pair.face];
     const Vector3d normal = normal_of(face, motion);

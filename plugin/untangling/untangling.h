@@ -36,10 +36,10 @@ class Untangling {
   bool goes_on() const { return fewest_ > 0; }
 
   // For the start of a step, of whose topology and edges `found` has indices.
-  void begin_step(const Piercings& found, const Topology& topology, Span<const Edge> edges,
+  void begin_step(const Intersections& found, const Topology& topology, Span<const Edge> edges,
                   const Motion& motion);
   // The same once more, where the indices of the step change.
-  void read(const Piercings& found, const Topology& topology, Span<const Edge> edges,
+  void read(const Intersections& found, const Topology& topology, Span<const Edge> edges,
             const Motion& motion);
   // For a step in which nothing is to be undone.
   void skip_step();

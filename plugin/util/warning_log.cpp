@@ -5,7 +5,7 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-void Journal::say(const std::string& key, const std::string& text) noexcept try {
+void WarningLog::warn_once(const std::string& key, const std::string& text) noexcept try {
   const bool known =
       std::any_of(lines_.begin(), lines_.end(), [&](const Line& line) { return line.key == key; });
   if (known) return;
@@ -15,7 +15,7 @@ void Journal::say(const std::string& key, const std::string& text) noexcept try 
   // Out of memory, or a listener that throws: the step matters more than the message.
 }
 
-std::string Journal::text() const {
+std::string WarningLog::text() const {
   std::string result;
   for (const Line& line : lines_) result += line.text + "\n";
   return result;

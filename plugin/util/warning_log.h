@@ -9,13 +9,13 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-class Journal {
+class WarningLog {
  public:
-  explicit Journal(std::function<void(const std::string&)> listener)
+  explicit WarningLog(std::function<void(const std::string&)> listener)
       : listener_(std::move(listener)) {}
 
   // `key` names the fault; what was said under it before is not said again.
-  void say(const std::string& key, const std::string& text) noexcept;
+  void warn_once(const std::string& key, const std::string& text) noexcept;
   // All lines so far, each ended by a newline.
   std::string text() const;
 

@@ -18,7 +18,7 @@ void btLazySoftSoftCollisionAlgorithm::processCollision(const btCollisionObjectW
                                                         const btCollisionObjectWrapper* body1Wrap,
                                                         const btDispatcherInfo&,
                                                         btManifoldResult*) {
-  queue_.queue_pair(soft_body(body0Wrap), soft_body(body1Wrap));
+  queue_.handle_pair(soft_body(body0Wrap), soft_body(body1Wrap));
 }
 
 btCollisionAlgorithm* btLazySoftSoftCollisionAlgorithm::CreateFunc::CreateCollisionAlgorithm(

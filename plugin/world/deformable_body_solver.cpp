@@ -49,9 +49,9 @@ void fill(const SoftScene& scene, const SoftScene::BodyRecord& record, std::int3
 
 }  // namespace
 
-btLazyDeformableBodySolver::btLazyDeformableBodySolver(const Options& options)
+btLazyDeformableBodySolver::btLazyDeformableBodySolver(const SolverOptions& options)
     : pipeline_(std::make_unique<Pipeline>(options, friction)),
-      trees_(std::make_unique<BodyTrees>()) {}
+      trees_(std::make_unique<SoftBodyDbvt>()) {}
 
 btLazyDeformableBodySolver::~btLazyDeformableBodySolver() = default;
 
@@ -62,31 +62,31 @@ const StepStats& btLazyDeformableBodySolver::step_stats() const { return pipelin
 const StepStats& btLazyDeformableBodySolver::total_stats() const { return pipeline_->total(); }
 std::string btLazyDeformableBodySolver::status() const { return pipeline_->status(); }
 void btLazyDeformableBodySolver::topology_changed() { pipeline_->invalidate(); }
-bool btLazyDeformableBodySolver::works() const { return pipeline_->works(); }
+bool btLazyDeformableBodySolver::is_active() const { return pipeline_->is_active(); }
 
-void btLazyDeformableBodySolver::queue_pair(btSoftBody* a, btSoftBody* b) {
-  if (pipeline_->queue_pair(a, b)) return;
+void btLazyDeformableBodySolver::handle_pair(btSoftBody* a, btSoftBody* b) {
+  if (pipeline_->handle_pair(a, b)) return;
   for (btSoftBody* body : {a, b}) trees_->bring_up_to_date(*body, nullptr);
   btDeformableBodySolver::processCollision(a, b);
 }
 
 void btLazyDeformableBodySolver::processCollision(btSoftBody* body,
                                                   const btCollisionObjectWrapper* other) {
-  if (pipeline_->takes(body, other->getCollisionObject())) return;
+  if (pipeline_->handles(body, other->getCollisionObject())) return;
   trees_->bring_up_to_date(*body, other->getCollisionObject());
   btDeformableBodySolver::processCollision(body, other);
 }
 
 void btLazyDeformableBodySolver::processCollision(btSoftBody* a, btSoftBody* b) {
-  queue_pair(a, b);
+  handle_pair(a, b);
 }
 
 void btLazyDeformableBodySolver::predictMotion(btScalar solverdt) {
   pipeline_->begin_step(m_softBodies);
   // Where Bullet leaves those of bodies that sleep, it might act on an old step's.
   for (int i = 0; i < m_softBodies.size(); ++i) m_softBodies[i]->m_nodeRigidContacts.clear();
-  trees_->begin_prediction(m_softBodies, btSoftBody::fCollision::SDF_RD, !pipeline_->works());
-  if (pipeline_->works()) trees_->hide_nodes(m_softBodies);
+  trees_->begin_prediction(m_softBodies, btSoftBody::fCollision::SDF_RD, !pipeline_->is_active());
+  if (pipeline_->is_active()) trees_->hide_nodes(m_softBodies);
   btDeformableBodySolver::predictMotion(solverdt);
   trees_->end_prediction();
 }
@@ -100,7 +100,7 @@ void btLazyDeformableBodySolver::silence_bullet() {
   // What follows in the stock world is its discrete soft-against-soft handling, which heeds no
   // filter and loses momentum. It looks for VF_DD, so the flag is away until applyTransforms().
   silenced_.clear();
-  if (!pipeline_->works()) return;
+  if (!pipeline_->is_active()) return;
   for (int i = 0; i < m_softBodies.size(); ++i) {
     btSoftBody* body = m_softBodies[i];
     if (!(body->m_cfg.collisions & btSoftBody::fCollision::VF_DD)) continue;
@@ -126,7 +126,7 @@ void btLazyDeformableBodySolver::applyTransforms(btScalar timeStep) {
   if (!ours) return;
   write_positions();
   pipeline_->write_rigid_bodies();
-  pipeline_->foresee();
+  pipeline_->detect_ahead();
   list_contacts();
   pipeline_->announce();
 }

@@ -15,7 +15,7 @@ btLazyDeformableMultiBodyDynamicsWorld::btLazyDeformableMultiBodyDynamicsWorld(
       lazy_solver_(deformableBodySolver) {}
 
 void btLazyDeformableMultiBodyDynamicsWorld::internalSingleStepSimulation(btScalar timeStep) {
-  if (!lazy_solver_->works()) {
+  if (!lazy_solver_->is_active()) {
     btDeformableMultiBodyDynamicsWorld::internalSingleStepSimulation(timeStep);
     return;
   }

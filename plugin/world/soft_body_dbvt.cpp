@@ -7,33 +7,11 @@
 #include <random>
 
 #include "scene/soft_scene.h"
+#include "util/disjoint_sets.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
-
-// Things that are joined one by one.
-class Parts {
- public:
-  explicit Parts(int count) : parent_(static_cast<std::size_t>(count)), left_(count) {
-    std::iota(parent_.begin(), parent_.end(), 0);
-  }
-  void join(int a, int b) {
-    a = find(a);
-    b = find(b);
-    left_ -= a != b;
-    parent_[a] = b;
-  }
-  bool is_one() const { return left_ == 1; }
-
- private:
-  int find(int i) {
-    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
-    return i;
-  }
-  std::vector<int> parent_;
-  int left_;
-};
 
 // As Bullet joins them, bottom-up: faces over common sides, and nodes over links.
 bool hangs_together(const btSoftBody& body) {
@@ -41,11 +19,11 @@ bool hangs_together(const btSoftBody& body) {
   const auto index = [&body](const btSoftBody::Node* node) {
     return static_cast<int>(node - &body.m_nodes[0]);
   };
-  Parts nodes(body.m_nodes.size());
+  DisjointSets nodes(static_cast<std::size_t>(body.m_nodes.size()));
   for (int i = 0; i < body.m_links.size(); ++i)
     nodes.join(index(body.m_links[i].m_n[0]), index(body.m_links[i].m_n[1]));
-  if (!nodes.is_one()) return false;
-  Parts faces(body.m_faces.size());
+  if (nodes.count() != 1) return false;
+  DisjointSets faces(static_cast<std::size_t>(body.m_faces.size()));
   std::map<std::array<int, 2>, int> face_of_side;
   for (int f = 0; f < body.m_faces.size(); ++f) {
     const auto& corners = body.m_faces[f].m_n;
@@ -55,7 +33,7 @@ bool hangs_together(const btSoftBody& body) {
       faces.join(f, face_of_side.insert({side, f}).first->second);
     }
   }
-  return faces.is_one();
+  return faces.count() == 1;
 }
 
 // As btSoftBody::defaultCollisionHandler() does.
@@ -93,7 +71,7 @@ bool take_out(std::vector<btSoftBody*>& list, const btSoftBody* body) {
 
 }  // namespace
 
-void BodyTrees::begin_prediction(Bodies& bodies, int request, bool bullets_pairs) {
+void SoftBodyDbvt::begin_prediction(Bodies& bodies, int request, bool bullets_pairs) {
   request_ = request;
   // Of bodies that are gone.
   if (faceless_.size() > static_cast<std::size_t>(bodies.size())) {
@@ -122,7 +100,7 @@ void BodyTrees::begin_prediction(Bodies& bodies, int request, bool bullets_pairs
   }
 }
 
-void BodyTrees::hide_nodes(Bodies& bodies) {
+void SoftBodyDbvt::hide_nodes(Bodies& bodies) {
   old_nodes_.clear();
   for (int i = 0; i < bodies.size(); ++i) {
     // With that of faces Bullet builds the one of nodes anew.
@@ -133,14 +111,14 @@ void BodyTrees::hide_nodes(Bodies& bodies) {
   }
 }
 
-void BodyTrees::end_prediction() {
+void SoftBodyDbvt::end_prediction() {
   for (btSoftBody* body : asking_) body->m_cfg.collisions |= request_;
   asking_.clear();
   for (const Hidden& hidden : hidden_) hidden.body->m_ndbvt.m_root = hidden.root;
   hidden_.clear();
 }
 
-void BodyTrees::bring_up_to_date(btSoftBody& body, const btCollisionObject* other) {
+void SoftBodyDbvt::bring_up_to_date(btSoftBody& body, const btCollisionObject* other) {
   if (take_out(old_nodes_, &body)) body.updateNodeTree(true, true);
   if (!other || !reads_faces(body, *other) || !is_finite(body) || !take_out(faceless_, &body))
     return;

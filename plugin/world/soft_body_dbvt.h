@@ -13,7 +13,7 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-class BodyTrees {
+class SoftBodyDbvt {
  public:
   using Bodies = btAlignedObjectArray<btSoftBody*>;
 

@@ -18,9 +18,9 @@ double friction(double kdf_a, double kdf_b) { return std::max(kdf_a, kdf_b); }
 
 }  // namespace
 
-btLazySoftBodySolver::btLazySoftBodySolver(const Options& options)
+btLazySoftBodySolver::btLazySoftBodySolver(const SolverOptions& options)
     : pipeline_(std::make_unique<Pipeline>(options, friction)),
-      trees_(std::make_unique<BodyTrees>()),
+      trees_(std::make_unique<SoftBodyDbvt>()),
       constraints_(std::make_unique<SoftConstraints>()) {}
 
 btLazySoftBodySolver::~btLazySoftBodySolver() = default;
@@ -31,13 +31,13 @@ const StepStats& btLazySoftBodySolver::total_stats() const { return pipeline_->t
 std::string btLazySoftBodySolver::status() const { return pipeline_->status(); }
 void btLazySoftBodySolver::topology_changed() { pipeline_->invalidate(); }
 
-void btLazySoftBodySolver::queue_pair(btSoftBody* a, btSoftBody* b) {
-  if (!pipeline_->queue_pair(a, b)) btDefaultSoftBodySolver::processCollision(a, b);
+void btLazySoftBodySolver::handle_pair(btSoftBody* a, btSoftBody* b) {
+  if (!pipeline_->handle_pair(a, b)) btDefaultSoftBodySolver::processCollision(a, b);
 }
 
 void btLazySoftBodySolver::predictMotion(btScalar solverdt) {
   pipeline_->begin_step(m_softBodySet);
-  trees_->begin_prediction(m_softBodySet, btSoftBody::fCollision::VF_SS, !pipeline_->works());
+  trees_->begin_prediction(m_softBodySet, btSoftBody::fCollision::VF_SS, !pipeline_->is_active());
   btDefaultSoftBodySolver::predictMotion(solverdt);
   trees_->end_prediction();
   // Bullet predicts and clears the lists of active bodies only. One that sleeps here and is woken
@@ -53,20 +53,19 @@ void btLazySoftBodySolver::predictMotion(btScalar solverdt) {
 
 void btLazySoftBodySolver::processCollision(btSoftBody* body,
                                             const btCollisionObjectWrapper* other) {
-  if (pipeline_->takes(body, other->getCollisionObject())) return;
+  if (pipeline_->handles(body, other->getCollisionObject())) return;
   trees_->bring_up_to_date(*body, other->getCollisionObject());
   btDefaultSoftBodySolver::processCollision(body, other);
 }
 
-void btLazySoftBodySolver::processCollision(btSoftBody* a, btSoftBody* b) { queue_pair(a, b); }
+void btLazySoftBodySolver::processCollision(btSoftBody* a, btSoftBody* b) { handle_pair(a, b); }
 
 void btLazySoftBodySolver::solveConstraints(btScalar solverdt) {
   // Drift iterations overwrite the start of the step in m_q, so it is copied first.
   read_starts();
-  constraints_->solve(m_softBodySet,
-                      [this](std::size_t count, std::size_t grain, const auto& body) {
-                        pipeline_->parallel_for(count, grain, body);
-                      });
+  constraints_->solve(m_softBodySet, [this](std::size_t count, std::size_t grain, const auto& body) {
+    pipeline_->threads().parallel_for(count, grain, body);
+  });
   const auto fill = [this, solverdt](const SoftScene& scene, const SoftScene::BodyRecord& record,
                                      std::int32_t first, std::int32_t last, Motion& motion) {
     const std::vector<btVector3>& starts = starts_[record.world_index];
@@ -88,7 +87,7 @@ void btLazySoftBodySolver::solveConstraints(btScalar solverdt) {
   };
   if (!pipeline_->run(m_softBodySet, static_cast<double>(solverdt), fill)) return;
   if (pipeline_->responded()) write_back();
-  pipeline_->foresee();
+  pipeline_->detect_ahead();
   list_contacts();
 }
 

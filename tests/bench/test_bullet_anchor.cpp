@@ -21,7 +21,7 @@ bench::Pairs bullet_contacts(const bench::FramePair& pair, BulletPrecision preci
 }
 
 bench::Pairs lazyccd_contacts(const bench::FramePair& pair) {
-  Options options;
+  DetectorOptions options;
   options.backend = Backend::cpu;
   options.edge_edge = false;
   Detector detector(options);

@@ -167,7 +167,7 @@ TEST_CASE("a separation that is negative or not a number is refused") {
   const QueryPoints q = falling_vertex(1, 0);
   for (const double bad : {-1.0, std::nan(""), HUGE_VAL}) {
     CHECK_THROWS_AS(decide_within(ContactKind::vertex_face, q, bad), Error);
-    Options options;
+    DetectorOptions options;
     options.separation = bad;
     CHECK_THROWS_AS(Detector(options), Error);
   }

@@ -40,8 +40,8 @@ struct Scene {
 
 Positions positions(const std::vector<double>& xyz) { return {xyz.data(), xyz.size() / 3}; }
 
-Options cpu_options() {
-  Options options;
+DetectorOptions cpu_options() {
+  DetectorOptions options;
   options.backend = Backend::cpu;
   options.threads = 2;
   return options;
@@ -189,7 +189,7 @@ TEST_CASE("non-manifold edges, ropes and repeated edges are accepted") {
 }
 
 TEST_CASE("options outside their range are refused") {
-  const auto code_of = [](const Options& options) {
+  const auto code_of = [](const DetectorOptions& options) {
     try {
       Detector detector(options);
     } catch (const Error& error) {
@@ -197,16 +197,16 @@ TEST_CASE("options outside their range are refused") {
     }
     return ErrorCode::device;
   };
-  const auto spoilt = [&](const std::function<void(Options&)>& spoil) {
-    Options options = cpu_options();
+  const auto spoilt = [&](const std::function<void(DetectorOptions&)>& spoil) {
+    DetectorOptions options = cpu_options();
     spoil(options);
     return code_of(options);
   };
-  CHECK(spoilt([](Options& o) { o.threads = -1; }) == ErrorCode::invalid_argument);
-  CHECK(spoilt([](Options& o) { o.front_period = 0; }) == ErrorCode::invalid_argument);
-  CHECK(spoilt([](Options& o) { o.front_ratio = not_a_number; }) == ErrorCode::invalid_argument);
-  CHECK(spoilt([](Options& o) { o.rebuild_ratio = not_a_number; }) == ErrorCode::invalid_argument);
-  CHECK(spoilt([](Options& o) { o.rebuild_ratio = -1; }) == ErrorCode::invalid_argument);
+  CHECK(spoilt([](DetectorOptions& o) { o.threads = -1; }) == ErrorCode::invalid_argument);
+  CHECK(spoilt([](DetectorOptions& o) { o.algorithm.front_period = 0; }) == ErrorCode::invalid_argument);
+  CHECK(spoilt([](DetectorOptions& o) { o.algorithm.front_ratio = not_a_number; }) == ErrorCode::invalid_argument);
+  CHECK(spoilt([](DetectorOptions& o) { o.algorithm.rebuild_ratio = not_a_number; }) == ErrorCode::invalid_argument);
+  CHECK(spoilt([](DetectorOptions& o) { o.algorithm.rebuild_ratio = -1; }) == ErrorCode::invalid_argument);
 }
 
 TEST_CASE("an empty scene has no contacts") {

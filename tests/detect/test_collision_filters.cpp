@@ -35,7 +35,7 @@ struct Crossing {
     int between = 0, within[2] = {0, 0};
   };
   Found found() const {
-    Options options;
+    DetectorOptions options;
     options.backend = Backend::cpu;
     Detector detector(options);
     Topology topology = triangles.topology();

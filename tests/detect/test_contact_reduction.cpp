@@ -48,15 +48,15 @@ MovingTriangles cloths() {
   return scene;
 }
 
-Options of_cpu(bool distinct) {
-  Options options;
+DetectorOptions of_cpu(bool distinct) {
+  DetectorOptions options;
   options.backend = Backend::cpu;
   options.separation = separation;
-  options.distinct = distinct;
+  options.reduce_contacts = distinct;
   return options;
 }
 
-std::vector<Contact> near(const MovingTriangles& scene, const Options& options) {
+std::vector<Contact> near(const MovingTriangles& scene, const DetectorOptions& options) {
   Detector detector(options);
   detector.set_topology(scene.topology());
   const Span<const Contact> found = detector.detect(scene.at(scene.start), scene.at(scene.end));
@@ -140,10 +140,10 @@ TEST_CASE("what would stand for others but does not come near itself lets them b
   scene.end = scene.start;
   for (std::size_t v = 3; v < 6; ++v) scene.end[3 * v + 2] -= 5e-4;
   scene.faces = {{0, 1, 2}, {3, 4, 5}};
-  Options options = of_cpu(true);
+  DetectorOptions options = of_cpu(true);
   options.separation = 1e-5;
   for (const Arithmetic arithmetic : {Arithmetic::single_first, Arithmetic::double_only}) {
-    options.arithmetic = arithmetic;
+    options.algorithm.arithmetic = arithmetic;
     const std::vector<Contact> found = near(scene, options);
     REQUIRE(found.size() == 1);
     CHECK(found[0].kind == ContactKind::edge_edge);
@@ -167,7 +167,7 @@ TEST_CASE("what is pinned as a whole stands for nothing") {
 TEST_CASE("what stands for others is the same in every arithmetic, strategy and instruction set") {
   const MovingTriangles scene = cloths();
   const Mesh mesh(scene.topology());
-  Options options = of_cpu(true);
+  DetectorOptions options = of_cpu(true);
   const auto hash = [&](const LeafKernels& kernels) {
     CpuDetector detector(options, kernels);
     detector.set_mesh(mesh);
@@ -178,10 +178,10 @@ TEST_CASE("what stands for others is the same in every arithmetic, strategy and 
   const std::uint64_t expected = hash(*leaf_kernels("baseline"));
   for (const char* name : {"avx2", "avx512"})
     if (const LeafKernels* kernels = leaf_kernels(name)) CHECK(hash(*kernels) == expected);
-  options.arithmetic = Arithmetic::double_only;
+  options.algorithm.arithmetic = Arithmetic::double_only;
   CHECK(hash(*best_leaf_kernels()) == expected);
   options.threads = 1;
-  options.strategy = Strategy::thread_per_query;
+  options.algorithm.strategy = Strategy::thread_per_query;
   CHECK(hash(*best_leaf_kernels()) == expected);
 
   // As it is for what a device has found.
@@ -189,12 +189,12 @@ TEST_CASE("what stands for others is the same in every arithmetic, strategy and 
   CpuDetector detector(options);
   detector.set_mesh(mesh);
   Stats stats;
-  const Span<const Contact> few = detector.distinct_of(
+  const Span<const Contact> few = detector.reduce_contacts(
       {all.data(), all.size()}, scene.at(scene.start), scene.at(scene.end), stats);
   CHECK(stats.hash == expected);
   CHECK(stats.contacts_vf + stats.contacts_ee == static_cast<std::int64_t>(few.size()));
   Stats again;
-  detector.touching_again(scene.at(scene.start), scene.at(scene.end), again);
+  detector.recheck_near_pairs(scene.at(scene.start), scene.at(scene.end), again);
   Detector plain;
   plain.set_topology(scene.topology());
   plain.detect(scene.at(scene.start), scene.at(scene.end));
@@ -208,11 +208,11 @@ TEST_CASE("parts of one body are near only as far as they reach, and touch all t
   std::vector<std::int32_t> body(count, 1);
   std::fill_n(body.begin(), of_first, 0);
   constexpr float reach = 0.12f;
-  const std::vector<float> self_reach(count, reach);
+  const std::vector<float> self_separation(count, reach);
   Topology free = scene.topology();
   free.body_of_vertex = body;
   Topology limited = free;
-  limited.self_reach = self_reach;
+  limited.self_separation = self_separation;
   const Positions start = scene.at(scene.start), end = scene.at(scene.end);
   const auto found = [&](const Topology& topology, Detector& detector) {
     detector.set_topology(topology);
@@ -235,7 +235,7 @@ TEST_CASE("parts of one body are near only as far as they reach, and touch all t
     CHECK(same_contacts(found(limited, detector), expected));
     CHECK(detector.stats().near == near);
     Detector plain;
-    CHECK(same_contacts(detector.touching_again(start, end), found(free, plain)));
+    CHECK(same_contacts(detector.recheck_near_pairs(start, end), found(free, plain)));
     CHECK(plain.stats().contacts_vf > 0);
 
     // Also of what a device has found.
@@ -245,16 +245,16 @@ TEST_CASE("parts of one body are near only as far as they reach, and touch all t
     CpuDetector cpu(of_cpu(distinct));
     cpu.set_mesh(mesh);
     Stats stats;
-    CHECK(same_contacts(cpu.distinct_of(device, start, end, stats), expected));
+    CHECK(same_contacts(cpu.reduce_contacts(device, start, end, stats), expected));
     CHECK(stats.near == near);
   }
 
   Topology wrong = limited;
-  wrong.self_reach = {self_reach.data(), count - 1};
+  wrong.self_separation = {self_separation.data(), count - 1};
   Detector detector;
   CHECK_THROWS_AS(detector.set_topology(wrong), Error);
-  std::vector<float> negative = self_reach;
+  std::vector<float> negative = self_separation;
   negative[7] = -1;
-  wrong.self_reach = negative;
+  wrong.self_separation = negative;
   CHECK_THROWS_AS(detector.set_topology(wrong), Error);
 }

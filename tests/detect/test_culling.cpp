@@ -61,12 +61,12 @@ std::vector<Culling> combinations() {
 Stats detect(const Topology& topology, const Positions& start, const Positions& end,
              Culling culling, Strategy strategy = Strategy::lazy_stealing,
              FrontUse front = FrontUse::off) {
-  Options options;
+  DetectorOptions options;
   options.backend = Backend::cpu;
   options.threads = 2;
-  options.culling = culling;
-  options.strategy = strategy;
-  options.front = front;
+  options.algorithm.culling = culling;
+  options.algorithm.strategy = strategy;
+  options.algorithm.front = front;
   Detector detector(options);
   detector.set_topology(topology);
   detector.detect(start, end);
@@ -104,9 +104,9 @@ TEST_CASE("every combination of culling gives the same contacts on waving sheets
                              MovingTriangles::at(sheet.end), culling);
       CAPTURE(seed, culling.non_penetration, culling.normal_cones, culling.orphan_sets);
       CHECK(s.hash == none.hash);
-      culled += s.flat_nodes > 0;
-      CHECK((s.never_coplanar > 0) == culling.non_penetration);
-      if (!culling.orphan_sets) CHECK(s.orphans == 0);
+      culled += s.culled_by_normal_cone > 0;
+      CHECK((s.filtered_noncoplanar > 0) == culling.non_penetration);
+      if (!culling.orphan_sets) CHECK(s.orphan_tests == 0);
     }
   }
   CHECK(culled > 8);
@@ -171,9 +171,9 @@ TEST_CASE("every combination of culling gives the same contacts on real frames")
       std::printf(
           "%s: %lld group pairs, %lld flat nodes, %lld + %lld candidates, %lld orphans, %lld never "
           "coplanar, refit %.1f, traverse %.1f, narrow %.1f ms\n",
-          scene, static_cast<long long>(s.group_pairs), static_cast<long long>(s.flat_nodes),
+          scene, static_cast<long long>(s.group_pairs), static_cast<long long>(s.culled_by_normal_cone),
           static_cast<long long>(s.candidates_vf), static_cast<long long>(s.candidates_ee),
-          static_cast<long long>(s.orphans), static_cast<long long>(s.never_coplanar), s.ms_refit,
+          static_cast<long long>(s.orphan_tests), static_cast<long long>(s.filtered_noncoplanar), s.ms_refit,
           s.ms_traverse, s.ms_narrow);
     }
     CHECK(hashes.size() == 1);
@@ -196,7 +196,7 @@ TEST_CASE("a flat sheet is one patch that is not opened, and a sheet that closes
   MovingTriangles flat = waving_sheet(8, 1, 0);
   CHECK(detect(flat.topology(), MovingTriangles::at(flat.start), MovingTriangles::at(flat.end),
                {true, true, false})
-            .flat_nodes == 1);
+            .culled_by_normal_cone == 1);
   // A band around a cylinder: its ends are one, so the boundary is two loops.
   MovingTriangles band;
   for (std::int32_t i = 0; i < 12; ++i) {
@@ -209,7 +209,7 @@ TEST_CASE("a flat sheet is one patch that is not opened, and a sheet that closes
   }
   CHECK(detect(band.topology(), MovingTriangles::at(band.start), MovingTriangles::at(band.start),
                {true, true, false})
-            .flat_nodes < 4);
+            .culled_by_normal_cone < 4);
 }
 
 TEST_CASE("a body that does not meet itself has no patches, as nobody asks for them") {
@@ -221,7 +221,7 @@ TEST_CASE("a body that does not meet itself has no patches, as nobody asks for t
     topology.bodies = bodies;
     const Stats s = detect(topology, MovingTriangles::at(flat.start), MovingTriangles::at(flat.end),
                            {true, true, false});
-    CHECK((s.flat_nodes > 0) == meets_itself);
+    CHECK((s.culled_by_normal_cone > 0) == meets_itself);
   }
 }
 

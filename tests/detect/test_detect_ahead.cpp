@@ -22,38 +22,38 @@ constexpr Expectation expectations[] = {Expectation::exact,       Expectation::w
                                         Expectation::within,      Expectation::beyond,
                                         Expectation::other_start, Expectation::none};
 
-// Steps of all sorts; how many were foreseen.
-int compare_steps(const Options& options, int steps, int nodes, bool as_bodies = false) {
+// Steps of all sorts; how many were started_ahead.
+int compare_steps(const DetectorOptions& options, int steps, int nodes, bool as_bodies = false) {
   Both both(options);
   Sheets sheets(nodes);
   Topology topology = sheets.scene.topology();
   // In part pinned; next to each other in a sheet a little is near enough.
   const std::vector<std::int32_t> bodies = body_of_each(sheets.scene, 3);
-  std::vector<float> inverse_mass(bodies.size(), 1.0f), self_reach(bodies.size(), 0.01f);
+  std::vector<float> inverse_mass(bodies.size(), 1.0f), self_separation(bodies.size(), 0.01f);
   std::fill_n(inverse_mass.begin(), bodies.size() / 5, 0.0f);
   if (as_bodies) {
     topology.body_of_vertex = bodies;
     topology.inverse_mass = inverse_mass;
-    topology.self_reach = self_reach;
+    topology.self_separation = self_separation;
   }
   both.set_topology(topology);
-  int foreseen = 0;
+  int started_ahead = 0;
   for (int step = 0; step < steps; ++step) {
     // Of each sort, some that go on from each other.
     const Expectation expectation = expectations[step / 2 % std::size(expectations)];
     sheets.move(expectation);
     if (expectation != Expectation::none) {
-      both.with.foresee(sheets.scene.at(sheets.expected_start),
+      both.with.detect_ahead(sheets.scene.at(sheets.expected_start),
                         sheets.scene.at(sheets.expected_end), Sheets::tolerance);
-      if (options.threads > 1 && step % 3 != 1) let_it_finish(both.with);
+      if (options.threads > 1 && step % 3 != 1) let_it_finish(both.threads);
     }
     CAPTURE(step, static_cast<int>(expectation));
-    const bool is_foreseen = both.compare(sheets.scene).foreseen;
-    foreseen += is_foreseen;
+    const bool is_foreseen = both.compare(sheets.scene).started_ahead;
+    started_ahead += is_foreseen;
     if (expectation != Expectation::exact && expectation != Expectation::within)
       CHECK(!is_foreseen);
   }
-  return foreseen;
+  return started_ahead;
 }
 
 }  // namespace
@@ -63,42 +63,42 @@ TEST_CASE("a detection that was foreseen, or not, or not so, finds what it finds
   const int threads = GENERATE(1, 2, 4);
   const FrontUse front = GENERATE(FrontUse::off, FrontUse::on);
   CAPTURE(name(strategy), threads, front == FrontUse::on);
-  Options options = with_separation(Sheets::separation, threads);
-  options.strategy = strategy;
-  options.front = front;
-  options.distinct = true;
-  const int foreseen = compare_steps(options, 48, 9, threads == 2);
+  DetectorOptions options = with_separation(Sheets::separation, threads);
+  options.algorithm.strategy = strategy;
+  options.algorithm.front = front;
+  options.reduce_contacts = true;
+  const int started_ahead = compare_steps(options, 48, 9, threads == 2);
   // Rounds of static lists wait for all threads.
-  CHECK((foreseen > 0) == (threads > 1 && strategy != Strategy::static_list));
+  CHECK((started_ahead > 0) == (threads > 1 && strategy != Strategy::static_list));
 }
 
 TEST_CASE("a detection is foreseen with all that can be chosen") {
-  Options options = with_separation(Sheets::separation, 2);
+  DetectorOptions options = with_separation(Sheets::separation, 2);
   SECTION("bounding volumes") {
-    options.volume = GENERATE(Volume::dop18, Volume::oriented_box);
+    options.algorithm.volume = GENERATE(Volume::dop18, Volume::oriented_box);
     CHECK(compare_steps(options, 24, 9, true) == 0);  // they have no room for a tolerance
   }
   SECTION("culling") {
-    options.culling = {true, true, true};
+    options.algorithm.culling = {true, true, true};
     CHECK(compare_steps(options, 48, 9) > 0);
   }
   SECTION("a new tree every step") {
-    options.rebuild_every_step = true;
+    options.algorithm.rebuild_every_step = true;
     CHECK(compare_steps(options, 24, 9) > 0);
   }
   SECTION("a new tree now and then") {
-    options.rebuild_ratio = 1e-9;
-    options.front = FrontUse::on;
+    options.algorithm.rebuild_ratio = 1e-9;
+    options.algorithm.front = FrontUse::on;
     CHECK(compare_steps(options, 24, 9) > 0);
   }
   SECTION("double precision alone") {
-    options.arithmetic = Arithmetic::double_only;
-    options.distinct = GENERATE(false, true);
+    options.algorithm.arithmetic = Arithmetic::double_only;
+    options.reduce_contacts = GENERATE(false, true);
     CHECK(compare_steps(options, 24, 7) > 0);
   }
   SECTION("one kind of test") {
     (GENERATE(false, true) ? options.vertex_face : options.edge_edge) = false;
-    options.distinct = GENERATE(false, true);
+    options.reduce_contacts = GENERATE(false, true);
     CHECK(compare_steps(options, 48, 9) > 0);
   }
   SECTION("more sheets than a thread does alone") { CHECK(compare_steps(options, 12, 40) > 0); }
@@ -114,9 +114,9 @@ TEST_CASE("which way a contact faces that begins at no distance depends on where
   both.set_topology(scene.topology());
   for (const double moves : {0.015625, -0.015625}) {
     scene.end[3 * 3 + 1] = moves;
-    both.with.foresee(scene.at(scene.start), scene.at(expected), 0.03125);
-    let_it_finish(both.with);
-    CHECK(both.compare(scene).foreseen);
+    both.with.detect_ahead(scene.at(scene.start), scene.at(expected), 0.03125);
+    let_it_finish(both.threads);
+    CHECK(both.compare(scene).started_ahead);
   }
 }
 
@@ -131,15 +131,15 @@ TEST_CASE("of a normal no part has a sign that depends on where the step ends") 
   for (const double moves : {0.015625, -0.015625}) {
     expected[3 * 3] = moves;
     scene.end[3 * 3] = -moves;
-    both.with.foresee(scene.at(scene.start), scene.at(expected), 0.0625);
-    let_it_finish(both.with);
-    CHECK(both.compare(scene).foreseen);
+    both.with.detect_ahead(scene.at(scene.start), scene.at(expected), 0.0625);
+    let_it_finish(both.threads);
+    CHECK(both.compare(scene).started_ahead);
   }
 }
 
 TEST_CASE("what comes nearer than was expected is found whatever bounds it") {
-  Options options = with_separation(0.022, 2);
-  options.volume = GENERATE(Volume::box, Volume::dop18, Volume::oriented_box);
+  DetectorOptions options = with_separation(0.022, 2);
+  options.algorithm.volume = GENERATE(Volume::box, Volume::dop18, Volume::oriented_box);
   options.edge_edge = GENERATE(false, true);
   // Sheets that lie askew, so that boxes along the axes overlap.
   MovingTriangles scene = layers(2, 7, 0.04);
@@ -161,8 +161,8 @@ TEST_CASE("what comes nearer than was expected is found whatever bounds it") {
   const std::vector<std::int32_t> bodies = body_of_each(scene, 2);
   topology.body_of_vertex = bodies;
   both.set_topology(topology);
-  both.with.foresee(scene.at(scene.start), scene.at(expected), 0.01);
-  let_it_finish(both.with);
+  both.with.detect_ahead(scene.at(scene.start), scene.at(expected), 0.01);
+  let_it_finish(both.threads);
   both.compare(scene);
   CHECK(both.without.detect(scene.at(scene.start), scene.at(scene.end)).size() > 50);
 }
@@ -182,14 +182,14 @@ TEST_CASE("what was expected is compared in scenes of any size") {
   const std::vector<double> expected = scene.end;
   for (std::size_t i = scene.end.size() / 2; i < scene.end.size(); ++i)
     if (i % 3 == 1) scene.end[i] -= off * tolerance * unit;
-  both.with.foresee(scene.at(scene.start), scene.at(expected), tolerance * unit);
-  let_it_finish(both.with);
-  CHECK(both.compare(scene).foreseen == (off < 1));
+  both.with.detect_ahead(scene.at(scene.start), scene.at(expected), tolerance * unit);
+  let_it_finish(both.threads);
+  CHECK(both.compare(scene).started_ahead == (off < 1));
   // One flies off.
   scene.end.back() += 1e6 * unit;
-  both.with.foresee(scene.at(scene.start), scene.at(expected), tolerance * unit);
-  let_it_finish(both.with);
-  CHECK(!both.compare(scene).foreseen);
+  both.with.detect_ahead(scene.at(scene.start), scene.at(expected), tolerance * unit);
+  let_it_finish(both.threads);
+  CHECK(!both.compare(scene).started_ahead);
 }
 
 TEST_CASE("what was expected to be of another size is done anew") {
@@ -204,9 +204,9 @@ TEST_CASE("what was expected to be of another size is done anew") {
   scene.end[farthest] += 2e-3;
   Both both(with_separation(0.022, 2));
   both.set_topology(scene.topology());
-  both.with.foresee(scene.at(scene.start), scene.at(expected), 0.01);
-  let_it_finish(both.with);
-  CHECK(!both.compare(scene).foreseen);
+  both.with.detect_ahead(scene.at(scene.start), scene.at(expected), 0.01);
+  let_it_finish(both.threads);
+  CHECK(!both.compare(scene).started_ahead);
 }
 
 TEST_CASE(
@@ -215,19 +215,19 @@ TEST_CASE(
   Both both(with_separation(0.022, 2));
   MovingTriangles scene = layers(3, 9, 0.02);
   both.set_topology(scene.topology());
-  int foreseen = 0, listed = 0;
+  int started_ahead = 0, listed = 0;
   for (int step = 0; step < 24; ++step) {
     scene.start = scene.end;
     for (std::size_t i = 0; i < scene.end.size(); ++i) scene.end[i] += 1e-5 * (i % 7);
     std::vector<double> expected = scene.end;
     if (!comes) expected[step] += 0.01;
-    both.with.foresee(scene.at(scene.start), scene.at(expected), 1e-3);
-    let_it_finish(both.with);
+    both.with.detect_ahead(scene.at(scene.start), scene.at(expected), 1e-3);
+    let_it_finish(both.threads);
     const Stats stats = both.compare(scene);
-    foreseen += stats.foreseen;
+    started_ahead += stats.started_ahead;
     listed += stats.tree_tests == 0;
   }
-  CHECK(foreseen == (comes ? 24 : 0));
+  CHECK(started_ahead == (comes ? 24 : 0));
   CHECK(listed > 10);
 }
 
@@ -244,10 +244,10 @@ TEST_CASE("candidates of earlier steps serve though they come nearer than was ex
   const std::vector<double> expected = scene.end;
   for (std::size_t i = scene.end.size() / 2; i < scene.end.size(); ++i)
     if (i % 3 == 1) scene.end[i] -= 0.0075;
-  both.with.foresee(scene.at(scene.start), scene.at(expected), 0.009);
-  let_it_finish(both.with);
+  both.with.detect_ahead(scene.at(scene.start), scene.at(expected), 0.009);
+  let_it_finish(both.threads);
   const Stats stats = both.compare(scene);
-  CHECK(stats.foreseen);
+  CHECK(stats.started_ahead);
   CHECK(stats.tree_tests == 0);
   CHECK(both.without.detect(scene.at(scene.start), scene.at(scene.end)).size() > 50);
 }
@@ -260,10 +260,10 @@ TEST_CASE("what is foreseen may be given up, exchanged and wrong") {
   Detector& detector = both.with;
   const auto start = [&] { return sheets.scene.at(sheets.scene.start); };
   const auto end = [&] { return sheets.scene.at(sheets.scene.end); };
-  const auto foresee = [&] {
-    detector.foresee(sheets.scene.at(sheets.expected_start), sheets.scene.at(sheets.expected_end),
+  const auto detect_ahead = [&] {
+    detector.detect_ahead(sheets.scene.at(sheets.expected_start), sheets.scene.at(sheets.expected_end),
                      Sheets::tolerance);
-    if (is_done) let_it_finish(detector);
+    if (is_done) let_it_finish(both.threads);
   };
   const auto next = [&] { sheets.move(Expectation::within); };
   const auto throws = [&](ErrorCode code, const auto& call) {
@@ -275,23 +275,23 @@ TEST_CASE("what is foreseen may be given up, exchanged and wrong") {
     }
   };
   next();
-  foresee();
+  detect_ahead();
   SECTION("by what is foreseen next") {
     for (int i = 0; i < 4; ++i) {
       next();
-      foresee();
+      detect_ahead();
     }
   }
   SECTION("by the same again") {
     both.compare(sheets.scene);
-    foresee();
-    foresee();
+    detect_ahead();
+    detect_ahead();
   }
   SECTION("by another topology") {
     sheets.scene.faces.pop_back();
     both.set_topology(sheets.scene.topology());
-    CHECK(detector.touching_again(start(), end()).size() == 0);
-    foresee();
+    CHECK(detector.recheck_near_pairs(start(), end()).size() == 0);
+    detect_ahead();
   }
   SECTION("by a topology that is refused") {
     Topology bad = sheets.scene.topology();
@@ -299,34 +299,34 @@ TEST_CASE("what is foreseen may be given up, exchanged and wrong") {
     CHECK_THROWS_AS(detector.set_topology(bad), Error);
   }
   SECTION("by another detector in its place") {
-    Detector other(with_separation(Sheets::separation, 2));
+    Detector other(with_separation(Sheets::separation, 2), both.threads);
     other.set_topology(sheets.scene.topology());
     detector = std::move(other);
-    foresee();
+    detect_ahead();
   }
   SECTION("with the detector") {
     Detector other(with_separation(Sheets::separation, 2));
     other.set_topology(sheets.scene.topology());
-    other.foresee(start(), end(), 0);
+    other.detect_ahead(start(), end(), 0);
   }
   SECTION("while others want pieces of their own") {
     std::vector<int> calls(5000);  // plain: the pieces are disjoint
-    detector.parallel_for(calls.size(), 7, [&](std::size_t first, std::size_t last) {
+    both.threads.parallel_for(calls.size(), 7, [&](std::size_t first, std::size_t last) {
       for (std::size_t i = first; i < last; ++i) ++calls[i];
     });
     CHECK(calls == std::vector<int>(5000, 1));
   }
   SECTION("before what touches is asked for") {
-    throws(ErrorCode::invalid_argument, [&] { detector.touching_again(start(), end()); });
+    throws(ErrorCode::invalid_argument, [&] { detector.recheck_near_pairs(start(), end()); });
   }
   SECTION("by positions that are none") {
     std::vector<double> bad = sheets.scene.end;
     bad[bad.size() / 2] =
         GENERATE(std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity());
     throws(ErrorCode::non_finite_position, [&] { detector.detect(start(), sheets.scene.at(bad)); });
-    throws(ErrorCode::invalid_argument, [&] { detector.touching_again(start(), end()); });
+    throws(ErrorCode::invalid_argument, [&] { detector.recheck_near_pairs(start(), end()); });
     both.compare(sheets.scene);
-    foresee();
+    detect_ahead();
   }
   SECTION("by too few positions") {
     const Positions few(sheets.scene.end.data(), 3);
@@ -335,33 +335,33 @@ TEST_CASE("what is foreseen may be given up, exchanged and wrong") {
   }
   SECTION("of positions that are none") {
     sheets.expected_end[7] = std::numeric_limits<double>::quiet_NaN();
-    foresee();
-    CHECK(!both.compare(sheets.scene).foreseen);
+    detect_ahead();
+    CHECK(!both.compare(sheets.scene).started_ahead);
     next();
-    foresee();
+    detect_ahead();
   }
   SECTION("of too few positions, or too many") {
     std::vector<double> many = sheets.scene.end;
     many.resize(many.size() + 3);
-    detector.foresee(start(), {many.data(), many.size() / 3}, 0.001);
-    if (is_done) let_it_finish(detector);
-    CHECK(!both.compare(sheets.scene).foreseen);
-    detector.foresee({many.data(), 1}, {many.data(), 1}, 0.001);
+    detector.detect_ahead(start(), {many.data(), many.size() / 3}, 0.001);
+    if (is_done) let_it_finish(both.threads);
+    CHECK(!both.compare(sheets.scene).started_ahead);
+    detector.detect_ahead({many.data(), 1}, {many.data(), 1}, 0.001);
   }
   SECTION("for a tolerance that is none") {
     for (const double tolerance : {-1.0, std::numeric_limits<double>::quiet_NaN(),
                                    std::numeric_limits<double>::infinity(), 1e300}) {
-      detector.foresee(start(), end(), tolerance);
-      if (is_done) let_it_finish(detector);
-      CHECK(!both.compare(sheets.scene).foreseen);
+      detector.detect_ahead(start(), end(), tolerance);
+      if (is_done) let_it_finish(both.threads);
+      CHECK(!both.compare(sheets.scene).started_ahead);
     }
-    detector.foresee(start(), end(), 0);
-    if (is_done) let_it_finish(detector);
-    CHECK((both.compare(sheets.scene).foreseen || !is_done));
+    detector.detect_ahead(start(), end(), 0);
+    if (is_done) let_it_finish(both.threads);
+    CHECK((both.compare(sheets.scene).started_ahead || !is_done));
   }
   both.compare(sheets.scene);
   next();
-  foresee();
+  detect_ahead();
   both.compare(sheets.scene);
 }
 

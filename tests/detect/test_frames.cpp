@@ -19,7 +19,7 @@ void check_scene(const char* scene, std::size_t true_vf, std::size_t true_ee) {
   const test::FramePair frames = test::read_frame_pair(*data, scene);
   REQUIRE(frames.colliding.size() == true_vf + true_ee);
 
-  Options options;
+  DetectorOptions options;
   options.backend = Backend::cpu;
   Detector detector(options);
   detector.set_topology(io::topology(frames.start));

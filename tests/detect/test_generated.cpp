@@ -110,10 +110,10 @@ double size_of(const GeneratedScene& scene) {
 
 // `separation` in parts of the first triangle's extent.
 void check_detections(Arithmetic arithmetic, double separation) {
-  Options options;
+  DetectorOptions options;
   options.backend = Backend::cpu;
   options.threads = 1;
-  options.arithmetic = arithmetic;
+  options.algorithm.arithmetic = arithmetic;
   for (const Generator& generator : generators()) {
     // The scene's scale is not the query's; only where nothing underflows does that change no bit.
     if (separation > 0 && generator.name == std::string_view("tiny")) continue;

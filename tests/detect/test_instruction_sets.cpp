@@ -69,11 +69,11 @@ TEST_CASE("every instruction set finds the same contacts") {
                {cloths, 0.022, true, Arithmetic::double_only}};
   for (const auto& c : cases) {
     const Mesh mesh(c.scene.topology());
-    Options options;
+    DetectorOptions options;
     options.threads = 1;
     options.separation = c.separation;
-    options.distinct = c.distinct;
-    options.arithmetic = c.arithmetic;
+    options.reduce_contacts = c.distinct;
+    options.algorithm.arithmetic = c.arithmetic;
     const auto find = [&](const LeafKernels& kernels) {
       CpuDetector detector(options, kernels);
       detector.set_mesh(mesh);
@@ -121,10 +121,10 @@ TEST_CASE("what is as far apart as the separation is near in every arithmetic, o
       const LeafKernels* const kernels = leaf_kernels(name);
       if (!kernels) continue;
       INFO(name << (arithmetic == Arithmetic::double_only ? ", double" : ", single first"));
-      Options options;
+      DetectorOptions options;
       options.threads = 1;
       options.separation = separation;
-      options.arithmetic = arithmetic;
+      options.algorithm.arithmetic = arithmetic;
       CpuDetector detector(options, *kernels);
       detector.set_mesh(mesh);
       Stats stats;
@@ -156,7 +156,7 @@ TEST_CASE("every instruction set describes near pairs as they are described one 
     for (double& x : scaled.start) x *= unit;
     for (double& x : scaled.end) x *= unit;
     const Mesh mesh(scaled.topology());
-    Options options;
+    DetectorOptions options;
     options.threads = 1;
     options.separation = 0.05 * unit;
     for (const char* name : {"baseline", "avx2", "avx512"}) {
@@ -197,7 +197,7 @@ TEST_CASE("a scene of the size of 1e-100 costs no more tests than one of size 1"
   const Mesh mesh(scene.topology());
   for (const double separation : {0.0, 0.02}) {
     const auto stats_of = [&](double unit) {
-      Options options;
+      DetectorOptions options;
       options.threads = 1;
       options.separation = separation * unit;
       MovingTriangles scaled = scene;

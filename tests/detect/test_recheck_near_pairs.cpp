@@ -11,8 +11,8 @@ using namespace lazyccd::test;
 
 namespace {
 
-Options with_separation(double separation) {
-  Options options;
+DetectorOptions with_separation(double separation) {
+  DetectorOptions options;
   options.backend = Backend::cpu;
   options.separation = separation;
   return options;
@@ -28,7 +28,7 @@ TEST_CASE("all that touches in a motion close to another one was near in that on
   touch_detector.set_topology(scene.topology());
   const Span<const Contact> near = near_detector.detect(scene.at(scene.start), scene.at(scene.end));
   const auto among_near = [&](const std::vector<double>& end) {
-    return near_detector.touching_again(scene.at(scene.start), scene.at(end));
+    return near_detector.recheck_near_pairs(scene.at(scene.start), scene.at(end));
   };
   const auto touching = [&](const std::vector<double>& end) {
     return touch_detector.detect(scene.at(scene.start), scene.at(end));
@@ -69,6 +69,6 @@ TEST_CASE("of two bodies one may leave that motion by as much as the other one d
   }
   const auto touching = touch_detector.detect(scene.at(scene.start), scene.at(scene.end));
   CHECK(touching.size() > 200);
-  CHECK(same_contacts(near_detector.touching_again(scene.at(scene.start), scene.at(scene.end)),
+  CHECK(same_contacts(near_detector.recheck_near_pairs(scene.at(scene.start), scene.at(scene.end)),
                       touching));
 }

@@ -52,11 +52,11 @@ TEST_CASE("every strategy finds the same contacts on any number of threads, from
   for (const Strategy strategy : kStrategies) {
     for (const int threads : {1, 2, 5}) {
       for (const FrontUse front : {FrontUse::off, FrontUse::on}) {
-        Options options;
+        DetectorOptions options;
         options.backend = Backend::cpu;
         options.threads = threads;
-        options.strategy = strategy;
-        options.front = front;
+        options.algorithm.strategy = strategy;
+        options.algorithm.front = front;
         Detector detector(options);
         detector.set_topology(cloud.topology());
         for (int step = 0; step < 3; ++step) {
@@ -76,10 +76,10 @@ TEST_CASE("every strategy finds the same contacts on any number of threads, from
 TEST_CASE("the stages of a step share its wall time") {
   const MovingTriangles cloud = triangle_cloud(3000);
   for (const Strategy strategy : kStrategies) {
-    Options options;
+    DetectorOptions options;
     options.backend = Backend::cpu;
     options.threads = 2;
-    options.strategy = strategy;
+    options.algorithm.strategy = strategy;
     Detector detector(options);
     detector.set_topology(cloud.topology());
     detector.detect(cloud.at(cloud.start), cloud.at(cloud.end));
@@ -94,9 +94,9 @@ TEST_CASE("the stages of a step share its wall time") {
 }
 
 TEST_CASE("a negative size of the tuning is refused") {
-  Options options;
+  DetectorOptions options;
   options.backend = Backend::cpu;
-  options.tuning.idle_threshold = -1;
+  options.algorithm.tuning.idle_threshold = -1;
   CHECK_THROWS_AS(Detector(options), Error);
 }
 

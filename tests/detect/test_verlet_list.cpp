@@ -12,8 +12,8 @@ using namespace lazyccd::test;
 
 namespace {
 
-Options with_separation(double separation, int threads) {
-  Options options;
+DetectorOptions with_separation(double separation, int threads) {
+  DetectorOptions options;
   options.backend = Backend::cpu;
   options.threads = threads;
   options.separation = separation;
@@ -67,9 +67,9 @@ TEST_CASE("candidates of earlier steps serve in every history of motions") {
   const bool distinct = GENERATE(false, true);
   const MovingTriangles rest = layers(3, 6, 0.02);
   MovingTriangles scene = rest;
-  Options options = with_separation(separation, 2);
-  options.distinct = distinct;
-  options.arithmetic = distinct ? Arithmetic::single_first : Arithmetic::double_only;
+  DetectorOptions options = with_separation(separation, 2);
+  options.reduce_contacts = distinct;
+  options.algorithm.arithmetic = distinct ? Arithmetic::single_first : Arithmetic::double_only;
   Detector lasting(options);
   options.threads = 1;
   Detector fresh(options);
@@ -94,7 +94,7 @@ TEST_CASE("candidates of earlier steps serve in every history of motions") {
     const Span<const Contact> found = lasting.detect(start, end);
     listed += lasting.stats().tree_tests == 0;
     CHECK(same_contacts(found, fresh.detect(start, end)));
-    CHECK(same_contacts(lasting.touching_again(start, end), fresh.touching_again(start, end)));
+    CHECK(same_contacts(lasting.recheck_near_pairs(start, end), fresh.recheck_near_pairs(start, end)));
   }
   CHECK(listed > 10);
 }
@@ -144,14 +144,14 @@ TEST_CASE("candidates of earlier steps serve next to groups that move by themsel
   constexpr std::size_t sheet_size = 3 * nodes * nodes;
   const MovingTriangles rest = layers(sheets, nodes, 0.02);
   MovingTriangles scene = rest;
-  Options options = with_separation(0.022, 2);
-  options.distinct = true;
-  options.strategy = strategy;
-  options.front = front;
-  options.rebuild_ratio = rebuild_ratio;
+  DetectorOptions options = with_separation(0.022, 2);
+  options.reduce_contacts = true;
+  options.algorithm.strategy = strategy;
+  options.algorithm.front = front;
+  options.algorithm.rebuild_ratio = rebuild_ratio;
   Detector lasting(options);
   options.threads = 1;
-  options.front = FrontUse::off;
+  options.algorithm.front = FrontUse::off;
   Detector fresh(options);
   lasting.set_topology(scene.topology());
   std::mt19937 random(8);
@@ -174,7 +174,7 @@ TEST_CASE("candidates of earlier steps serve next to groups that move by themsel
     CHECK(same_contacts(lasting.detect(start, end), fresh.detect(start, end)));
     const Stats &with = lasting.stats(), &without = fresh.stats();
     in_part += with.tree_tests > 0 && with.group_pairs < without.group_pairs;
-    CHECK(same_contacts(lasting.touching_again(start, end), fresh.touching_again(start, end)));
+    CHECK(same_contacts(lasting.recheck_near_pairs(start, end), fresh.recheck_near_pairs(start, end)));
   }
   if (rebuild_ratio > 1) CHECK(in_part > 5);
 }

@@ -48,11 +48,11 @@ MovingTriangles needles(std::uint64_t seed, int count, double offset, double siz
 
 Stats detect(const Topology& topology, const Positions& start, const Positions& end, Volume volume,
              Strategy strategy = Strategy::lazy_stealing) {
-  Options options;
+  DetectorOptions options;
   options.backend = Backend::cpu;
   options.threads = 2;
-  options.volume = volume;
-  options.strategy = strategy;
+  options.algorithm.volume = volume;
+  options.algorithm.strategy = strategy;
   Detector detector(options);
   detector.set_topology(topology);
   detector.detect(start, end);
@@ -164,10 +164,10 @@ TEST_CASE("every volume gives the same contacts where there is a minimum separat
   const MovingTriangles cloud = needles(4, 400, 0, 1);
   std::set<std::uint64_t> hashes;
   for (const Volume volume : kVolumes) {
-    Options options;
+    DetectorOptions options;
     options.backend = Backend::cpu;
     options.threads = 2;
-    options.volume = volume;
+    options.algorithm.volume = volume;
     options.separation = 0.02;
     Detector detector(options);
     detector.set_topology(cloud.topology());

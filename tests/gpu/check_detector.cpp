@@ -176,7 +176,7 @@ struct Truth {
   long total = 0;
 
   Truth(const Scene& scene, double separation) {
-    Options options;
+    DetectorOptions options;
     options.backend = Backend::cpu;
     options.separation = separation;
     Detector cpu(options);
@@ -191,24 +191,24 @@ struct Truth {
 
 // What each way to cull did in all runs together: each must have had its share in some.
 struct Culled {
-  std::int64_t by_volume[3] = {}, flat_nodes = 0, orphans = 0, never_coplanar = 0;
+  std::int64_t by_volume[3] = {}, culled_by_normal_cone = 0, orphans = 0, filtered_noncoplanar = 0;
 } culled;
 
 // Adds up; whether nothing was culled in a way that was not asked for.
-bool count_culled(const Options& options, const Stats& s) {
+bool count_culled(const DetectorOptions& options, const Stats& s) {
   culled.by_volume[static_cast<int>(options.volume)] += s.volume_culled;
-  culled.flat_nodes += s.flat_nodes;
+  culled.culled_by_normal_cone += s.culled_by_normal_cone;
   culled.orphans += s.orphans;
-  culled.never_coplanar += s.never_coplanar;
+  culled.filtered_noncoplanar += s.filtered_noncoplanar;
   const bool thick = options.separation > 0;
   return (options.volume != Volume::box || s.volume_culled == 0) &&
-         ((options.culling.normal_cones && !thick) || s.flat_nodes == 0) &&
+         ((options.culling.normal_cones && !thick) || s.culled_by_normal_cone == 0) &&
          ((options.culling.orphan_sets && !thick) || s.orphans == 0) &&
-         (options.culling.non_penetration || s.never_coplanar == 0);
+         (options.culling.non_penetration || s.filtered_noncoplanar == 0);
 }
 
 // Runs the steps of a scene on the device; false, and why, on a difference.
-bool compare(const Scene& scene, const Truth& truth, Options options, int repeat,
+bool compare(const Scene& scene, const Truth& truth, DetectorOptions options, int repeat,
              std::string& why) {
   options.backend = Backend::cuda;
   Detector gpu(options);
@@ -255,7 +255,7 @@ double thin_separation(const Scene& scene) {
   return 0.1 * sum / static_cast<double>(scene.faces.size());
 }
 
-void check(const Scene& scene, const Truth& truth, const Options& options, int repeat,
+void check(const Scene& scene, const Truth& truth, const DetectorOptions& options, int repeat,
            const std::string& setting) {
   std::string why;
   bool good = false;
@@ -268,7 +268,7 @@ void check(const Scene& scene, const Truth& truth, const Options& options, int r
                    (good ? std::to_string(truth.total) + " contacts" : why));
 }
 
-std::string describe(const Options& options) {
+std::string describe(const DetectorOptions& options) {
   const Culling& c = options.culling;
   return std::string(name(options.strategy)) + ", " + name(options.volume) +
          (c.non_penetration ? ", filter" : "") + (c.normal_cones ? ", cones" : "") +
@@ -281,7 +281,7 @@ void check_culling(const Scene& scene, const Truth& truth, double separation,
   for (const Strategy strategy : kStrategies) {
     for (const Volume volume : kVolumes) {
       for (const Culling& culling : list) {
-        Options options;
+        DetectorOptions options;
         options.strategy = strategy;
         options.volume = volume;
         options.culling = culling;
@@ -307,9 +307,9 @@ void report_culled() {
   share(culled.by_volume[static_cast<int>(Volume::dop18)], "pairs of nodes that dop18 culled");
   share(culled.by_volume[static_cast<int>(Volume::oriented_box)],
         "pairs of nodes that oriented_box culled");
-  share(culled.flat_nodes, "nodes that normal cones kept closed");
+  share(culled.culled_by_normal_cone, "nodes that normal cones kept closed");
   share(culled.orphans, "candidates from the orphan sets");
-  share(culled.never_coplanar, "candidates that the non-penetration filter ruled out");
+  share(culled.filtered_noncoplanar, "candidates that the non-penetration filter ruled out");
 }
 
 }  // namespace
@@ -330,7 +330,7 @@ int main(int argc, char** argv) {
     }
   }
 
-  Options probe;
+  DetectorOptions probe;
   probe.backend = Backend::cuda;
   if (Detector(probe).status() != "cuda") {
     std::printf("skipped: %s\n", Detector(probe).status().c_str());
@@ -342,7 +342,7 @@ int main(int argc, char** argv) {
       const Scene scene = tumbling_sheets(9, 8, 3, 0, graph);
       const Truth truth(scene, 0), thick(scene, 0.01);
       for (const Strategy strategy : kStrategies) {
-        Options options;
+        DetectorOptions options;
         options.strategy = strategy;
         options.tuning.graph = graph;
         check(scene, truth, options, 1, name(strategy));
@@ -380,7 +380,7 @@ int main(int argc, char** argv) {
     const double separation = thin_separation(scene);
     const Truth truth(scene, 0), thick(scene, separation);
     for (const Strategy strategy : kStrategies) {
-      Options options;
+      DetectorOptions options;
       options.strategy = strategy;
       const std::string called = name(strategy);
       check(scene, truth, options, repeat, called);

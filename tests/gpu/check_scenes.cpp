@@ -24,14 +24,14 @@ constexpr double kDrawnOut = 3;  // times the motion
 
 struct Setting {
   std::string name;
-  Options options;
+  DetectorOptions options;
 };
 
 std::vector<Setting> settings() {
   std::vector<Setting> all;
   for (const Strategy strategy : kStrategies) {
     for (const int block : {0, 32, 256}) {
-      Options options;
+      DetectorOptions options;
       options.backend = Backend::cuda;
       options.strategy = strategy;
       options.tuning.block_size = block;
@@ -59,8 +59,8 @@ struct Pair {
     gpu.set_topology(topology);
     cpu.set_topology(topology);
   }
-  static Options with(const Setting& setting, Backend backend, double separation) {
-    Options options = setting.options;
+  static DetectorOptions with(const Setting& setting, Backend backend, double separation) {
+    DetectorOptions options = setting.options;
     options.backend = backend;
     options.separation = separation;
     return options;
@@ -132,7 +132,7 @@ int main(int argc, char** argv) {
       names.emplace_back(argv[i]);
     }
   }
-  Options probe;
+  DetectorOptions probe;
   probe.backend = Backend::cuda;
   if (Detector(probe).status() != "cuda") {
     std::printf("skipped: %s\n", Detector(probe).status().c_str());

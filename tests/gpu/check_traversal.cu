@@ -24,7 +24,7 @@ using gpu::Stream;
 
 int failures = 0;
 
-std::string describe(const Options& o) {
+std::string describe(const DetectorOptions& o) {
   const Tuning& t = o.tuning;
   return std::string(name(o.strategy)) + (o.front == FrontUse::on ? ", front" : "") + ", block " +
          std::to_string(t.block_size) + ", blocks " + std::to_string(t.blocks) + ", chunk " +
@@ -33,7 +33,7 @@ std::string describe(const Options& o) {
 }
 
 void expect(bool condition, const std::string& what, const Scene& scene, std::size_t frame,
-            const Options& options) {
+            const DetectorOptions& options) {
   if (condition) return;
   ++failures;
   std::printf("FAIL %s: scene %s, frame %zu, %s\n", what.c_str(), scene.name.c_str(), frame,
@@ -124,7 +124,7 @@ struct Totals {
 };
 
 // All frames of the scene, each `repetitions` times from the same front.
-void check(const DeviceScene& device, const Options& options, int repetitions, Launch how,
+void check(const DeviceScene& device, const DetectorOptions& options, int repetitions, Launch how,
            Totals& totals, cudaStream_t stream) {
   const Scene& scene = device.scene();
   Traversal traversal(options);
@@ -158,7 +158,7 @@ void check(const DeviceScene& device, const Options& options, int repetitions, L
 }
 
 // The same with culling by oriented boxes and flat nodes; the counters too.
-void check_culling(DeviceScene& device, const Options& options, int repetitions,
+void check_culling(DeviceScene& device, const DetectorOptions& options, int repetitions,
                    const Stream& stream) {
   const Scene& scene = device.scene();
   Traversal traversal(options);
@@ -188,7 +188,7 @@ void check_culling(DeviceScene& device, const Options& options, int repetitions,
       expect(equal(leaf_pairs, walk.leaf_pairs), "leaf pairs with culling", scene, f, options);
       expect(c.tree_tests == walk.tests, "number of tests with culling", scene, f, options);
       expect(culled.volume_culled == walk.volume_culled, "pairs culled", scene, f, options);
-      expect(culled.flat_nodes == walk.flat_nodes, "flat nodes", scene, f, options);
+      expect(culled.culled_by_normal_cone == walk.culled_by_normal_cone, "flat nodes", scene, f, options);
       if (options.front == FrontUse::on)
         expect(equal(download(traversal.front(), c.front_nodes), walk.front), "front with culling",
                scene, f, options);
@@ -202,7 +202,7 @@ void check_culling(std::vector<DeviceScene>& scenes, const Stream& stream) {
   for (const Strategy strategy : kStrategies) {
     for (const FrontUse front : {FrontUse::off, FrontUse::on}) {
       for (const int block_size : {0, 64}) {
-        Options options;
+        DetectorOptions options;
         options.strategy = strategy;
         options.front = front;
         options.tuning.block_size = block_size;
@@ -214,7 +214,7 @@ void check_culling(std::vector<DeviceScene>& scenes, const Stream& stream) {
   std::printf("%s culling of nodes\n", failures == before ? "PASS" : "FAIL");
 }
 
-void check_all(const std::vector<DeviceScene>& scenes, Options options, int repetitions,
+void check_all(const std::vector<DeviceScene>& scenes, DetectorOptions options, int repetitions,
                const Stream& stream, Launch how = Launch::direct) {
   const int before = failures;
   const auto begin = std::chrono::steady_clock::now();
@@ -232,7 +232,7 @@ void check_all(const std::vector<DeviceScene>& scenes, Options options, int repe
 // Two traversals in flight at once, each on its own stream.
 void check_two_at_once(const DeviceScene& one, const DeviceScene& two, int repetitions) {
   const int before = failures;
-  Options options;
+  DetectorOptions options;
   const DeviceScene* scenes[2] = {&one, &two};
   Stream streams[2];
   Traversal traversals[2] = {Traversal(options), Traversal(options)};
@@ -266,7 +266,7 @@ void check_refusals(const DeviceScene& deep) {
     std::printf("FAIL something was not refused\n");
   };
   const auto with = [](Strategy strategy, int block_size, int chunk) {
-    Options options;
+    DetectorOptions options;
     options.strategy = strategy;
     options.tuning.block_size = block_size;
     options.tuning.chunk = chunk;
@@ -295,7 +295,7 @@ void check_refusals(const DeviceScene& deep) {
 }
 
 // Microseconds of a launch between two events, the median of some.
-void time_launches(const DeviceScene& device, const Options& options, bool from_front) {
+void time_launches(const DeviceScene& device, const DetectorOptions& options, bool from_front) {
   constexpr int runs = 21;
   Stream stream;
   Traversal traversal(options);
@@ -352,7 +352,7 @@ void check_everything(int repetitions) {
   const Stream stream;
 
   const auto with = [](Strategy strategy, FrontUse front, Tuning tuning) {
-    Options options;
+    DetectorOptions options;
     options.strategy = strategy;
     options.front = front;
     options.tuning = tuning;

@@ -35,7 +35,7 @@ struct NodeVolumes {
 
 struct Walk {
   std::vector<NodePair> front, leaf_pairs;  // sorted
-  std::uint64_t tests = 0, volume_culled = 0, flat_nodes = 0;
+  std::uint64_t tests = 0, volume_culled = 0, culled_by_normal_cone = 0;
 };
 
 inline Walk walk(const std::vector<TreeNode>& nodes, std::vector<NodePair> stack,
@@ -50,7 +50,7 @@ inline Walk walk(const std::vector<TreeNode>& nodes, std::vector<NodePair> stack
     if (volumes && v.near) {
       const bool flat = pair.a == pair.b && volumes->flat[pair.a] != 0;
       const bool parted = pair.a != pair.b && apart(volumes->boxes[pair.a], volumes->boxes[pair.b]);
-      result.flat_nodes += flat;
+      result.culled_by_normal_cone += flat;
       result.volume_culled += parted;
       if (flat || parted) v = {false, 0, {}};
     }

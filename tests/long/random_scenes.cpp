@@ -41,26 +41,26 @@ bool show(std::uint32_t number, scenes::World w, const test::SceneReport& r, boo
   // Bullet's forces have torn it to pieces: its nodes are not numbers, or faster than light.
   const bool exploded = !r.finite || r.status.find("faster than light") != std::string::npos;
   if (r.crossings && !exploded) wrong += " CROSSED@" + std::to_string(r.first_crossing);
-  if (r.piercings && !exploded) wrong += " PIERCED";
-  if (r.overlaps && !exploded) wrong += s.last_resorts + s.unresolved ? " overlapped" : " PASSED";
+  if (r.intersections && !exploded) wrong += " PIERCED";
+  if (r.overlaps && !exploded) wrong += s.failsafe_holds + s.unresolved ? " overlapped" : " PASSED";
   if (exploded)
     wrong += explodes_with_bullet_alone(number, w) ? " exploded-as-bullet" : " EXPLODED";
   if (s.unresolved) wrong += r.driven ? " crushed" : " UNRESOLVED";
-  if (s.missed_steps) wrong += " MISSED";
-  if (s.pierced_at_start) wrong += s.unresolved || r.driven ? " start" : " START";
+  if (s.fallback_steps) wrong += " MISSED";
+  if (s.initial_intersections) wrong += s.unresolved || r.driven ? " start" : " START";
   if (!r.driven && s.energy_gained > 1e-4 * (s.energy_lost + r.kinetic_at_start) + 1e-9)
     wrong += " ENERGY";
   if (r.slowest_step > 2) wrong += " slow";
-  if (s.last_resorts) wrong += " held";
+  if (s.failsafe_holds) wrong += " held";
   if (r.fastest > 20 * r.fastest_at_start + 100) wrong += " fast";
   if (!wrong.empty() || all) {
     std::printf(
         "%u:%s | cross %lld pierce %lld overlap %lld unresolved %lld held %lld zones %lld gained "
         "%.3g lost %.3g "
         "ke0 %.3g v0 %.3g v %.3g slowest %.2f s, %lld det, %d vertices %d steps |%s\n",
-        number, wrong.c_str(), (long long)r.crossings, (long long)r.piercings,
-        (long long)r.overlaps, (long long)s.unresolved, (long long)s.last_resorts,
-        (long long)s.zone_nodes, s.energy_gained, s.energy_lost, r.kinetic_at_start,
+        number, wrong.c_str(), (long long)r.crossings, (long long)r.intersections,
+        (long long)r.overlaps, (long long)s.unresolved, (long long)s.failsafe_holds,
+        (long long)s.impact_zone_nodes, s.energy_gained, s.energy_lost, r.kinetic_at_start,
         r.fastest_at_start, r.fastest, r.slowest_step, (long long)s.detections, r.vertices, r.steps,
         r.what.c_str());
     if (all) std::printf("   %s", r.status.c_str());
@@ -72,23 +72,23 @@ bool show(std::uint32_t number, scenes::World w, const test::SceneReport& r, boo
 void follow(const test::SceneStep& step) {
   const bullet::StepStats& s = step.stats;
   if (step.number == 0) std::printf("%s\n", step.what.c_str());
-  if (step.crossings + s.unresolved + s.last_resorts + s.pierced_at_start == 0 &&
-      s.energy_gained == 0 && step.seconds < 0.3)
+  if (step.crossings + s.unresolved + s.failsafe_holds + s.initial_intersections == 0 &&
+      s.energy_gained == 0 && step.dt < 0.3)
     return;
   std::printf(
       "step %d: %.2f s, detections %lld, contacts %lld, zones %lld, held %lld, unresolved %lld, "
       "pierced at start %lld, gained %g J\n",
-      step.number, step.seconds, (long long)s.detections,
-      (long long)(s.contacts_vf + s.contacts_ee), (long long)s.zone_nodes,
-      (long long)s.last_resorts, (long long)s.unresolved, (long long)s.pierced_at_start,
+      step.number, step.dt, (long long)s.detections,
+      (long long)(s.contacts_vf + s.contacts_ee), (long long)s.impact_zone_nodes,
+      (long long)s.failsafe_holds, (long long)s.unresolved, (long long)s.initial_intersections,
       s.energy_gained);
   if (step.crossings == 0) return;
-  for (const Contact& c : step.inspector.crossings()) {
+  for (const Contact& c : step.penetration_check.crossings()) {
     std::printf("  %s of bodies %d and %d at %.10f, inverse masses",
                 c.kind == ContactKind::vertex_face ? "vertex-face" : "edge-edge", c.body_a,
                 c.body_b, c.toi);
     for (const std::int32_t v : c.vertices)
-      std::printf(" %g", static_cast<double>(step.inspector.surface().inverse_mass[v]));
+      std::printf(" %g", static_cast<double>(step.penetration_check.surface().inverse_mass[v]));
     std::printf("\n");
   }
 }
@@ -117,7 +117,7 @@ int main(int argc, char** argv) {
       if (world == "deformable" && w != scenes::World::deformable) continue;
       const test::SceneReport report = test::run_random_scene(
           number, w, bullet_alone ? scenes::Collisions::bullet : scenes::Collisions::lazyccd,
-          pushed ? test::random_options(number) : bullet::Options(), watch);
+          pushed ? test::random_options(number) : bullet::SolverOptions(), watch);
       bad = show(number, w, report, all) || bad;
     }
   }

@@ -12,7 +12,7 @@ using namespace lazyccd;
 
 namespace {
 
-Detector detector_of(const models::Model& model, Options options = {}) {
+Detector detector_of(const models::Model& model, DetectorOptions options = {}) {
   options.backend = Backend::cpu;
   options.threads = 2;
   Detector detector(options);
@@ -79,7 +79,7 @@ TEST_CASE("strategies, volumes and culling give the same contacts on models") {
   for (const char* name : {"cloud-256", "funnel"}) {
     const auto model = models::make_model(name);
     std::uint64_t expected = 0;
-    const auto check = [&](const Options& options) {
+    const auto check = [&](const DetectorOptions& options) {
       Detector detector = detector_of(*model, options);
       step(detector, *model, 70);
       CHECK(detector.stats().contacts_ee > 0);
@@ -87,14 +87,14 @@ TEST_CASE("strategies, volumes and culling give the same contacts on models") {
       CHECK(detector.stats().hash == expected);
     };
     for (const Strategy strategy : kStrategies) {
-      Options options;
-      options.strategy = strategy;
+      DetectorOptions options;
+      options.algorithm.strategy = strategy;
       check(options);
     }
     for (const Volume volume : kVolumes) {
-      Options options;
-      options.volume = volume;
-      options.culling = {false, true, true};
+      DetectorOptions options;
+      options.algorithm.volume = volume;
+      options.algorithm.culling = {false, true, true};
       check(options);
     }
   }

@@ -7,22 +7,22 @@ btScalar scalar(double x) { return static_cast<btScalar>(x); }
 
 }  // namespace
 
-Chain::Chain(const btVector3& place, double length, double spin, Dice& dice)
+Chain::Chain(const btVector3& place, double length, double angular_velocity, RandomSource& random)
     : shape_(scalar(length) * btVector3(scalar(0.1), scalar(0.4), scalar(0.2))),
       surface_(scenes::tessellate(shape_)) {
-  const int count = 1 + dice.below(3);
+  const int count = 1 + random.below(3);
   btVector3 inertia;
   shape_.calculateLocalInertia(1, inertia);
   body_ = std::make_unique<btMultiBody>(count, scalar(1), inertia, true, false);
   body_->setBasePos(place);
   const btVector3 half(0, scalar(-0.5 * length), 0);
   for (int i = 0; i < count; ++i) {
-    body_->setupRevolute(i, 1, inertia, i - 1, btQuaternion::getIdentity(), dice.direction(),
+    body_->setupRevolute(i, 1, inertia, i - 1, btQuaternion::getIdentity(), random.direction(),
                          i == 0 ? btVector3(0, 0, 0) : half, half, true);
   }
   body_->finalizeMultiDof();
   for (int i = 0; i < count; ++i) {
-    body_->setJointVel(i, scalar(spin * dice.uniform(-1, 1)));
+    body_->setJointVel(i, scalar(angular_velocity * random.uniform(-1, 1)));
     links_.push_back(std::make_unique<btMultiBodyLinkCollider>(body_.get(), i));
     links_.back()->setCollisionShape(&shape_);
     body_->getLink(i).m_collider = links_.back().get();

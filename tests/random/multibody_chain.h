@@ -9,7 +9,7 @@
 #include <memory>
 #include <vector>
 
-#include "random/random.h"
+#include "random/random_source.h"
 #include "scenes/meshes/tessellation.h"
 
 namespace lazyccd::test {
@@ -17,7 +17,7 @@ namespace lazyccd::test {
 class Chain {
  public:
   // Its first link hangs at `place`; each is `length` metres long and turns at up to `spin` rad/s.
-  Chain(const btVector3& place, double length, double spin, Dice& dice);
+  Chain(const btVector3& place, double length, double angular_velocity, RandomSource& random);
   ~Chain() { remove(); }
 
   void add_to(btMultiBodyDynamicsWorld& world);

@@ -45,7 +45,7 @@ bool may_meet(const btSoftBody& a, const btCollisionObject& b) {
 
 }  // namespace
 
-void Inspector::read() {
+void PenetrationCheck::read() {
   surface_ = scenes::Surface();
   driven_.assign(soft_->size(), 0);
   const auto add_vertex = [this](double inverse_mass) {
@@ -85,7 +85,7 @@ void Inspector::read() {
   read_pairs();
 }
 
-void Inspector::read_pairs() {
+void PenetrationCheck::read_pairs() {
   const std::size_t soft = soft_->size(), all = soft + obstacles_.size();
   meet_.assign(all, std::vector<char>(all, 0));
   for (std::size_t a = 0; a < soft; ++a) {
@@ -96,7 +96,7 @@ void Inspector::read_pairs() {
   }
 }
 
-std::vector<btScalar> Inspector::positions() const {
+std::vector<btScalar> PenetrationCheck::positions() const {
   std::vector<btScalar> result;
   const auto add = [&result](const btVector3& x) {
     for (int k = 0; k < 3; ++k) result.push_back(x[k]);
@@ -111,18 +111,18 @@ std::vector<btScalar> Inspector::positions() const {
   return result;
 }
 
-bool Inspector::is_clean(const SoftBodies& soft, const std::vector<Obstacle>& obstacles) {
+bool PenetrationCheck::is_clean(const SoftBodies& soft, const std::vector<Obstacle>& obstacles) {
   for (const auto& body : soft) {
     for (int i = 0; i < body->m_nodes.size(); ++i) {
       if (!std::isfinite(body->m_nodes[i].m_x.length2())) return false;
     }
   }
-  Inspector inspector;
-  inspector.restart(soft, obstacles);
-  return inspector.step().sum() == 0 && inspector.piercings().sum() == 0;
+  PenetrationCheck penetration_check;
+  penetration_check.restart(soft, obstacles);
+  return penetration_check.step().sum() == 0 && penetration_check.intersections().sum() == 0;
 }
 
-void Inspector::restart(const SoftBodies& soft, std::vector<Obstacle> obstacles) {
+void PenetrationCheck::restart(const SoftBodies& soft, std::vector<Obstacle> obstacles) {
   soft_ = &soft;
   obstacles_ = std::move(obstacles);
   read();
@@ -130,7 +130,7 @@ void Inspector::restart(const SoftBodies& soft, std::vector<Obstacle> obstacles)
   last_ = positions();
 }
 
-Inspector::Count Inspector::step() {
+PenetrationCheck::Count PenetrationCheck::step() {
   std::vector<btScalar> now = positions();
   const std::size_t count = now.size() / 3;
   const Span<const Contact> contacts =
@@ -142,15 +142,15 @@ Inspector::Count Inspector::step() {
   return result;
 }
 
-void Inspector::add(std::int32_t body_a, std::int32_t body_b, Count& count) const {
+void PenetrationCheck::add(std::int32_t body_a, std::int32_t body_b, Count& count) const {
   if (!meet_[static_cast<std::size_t>(body_a)][static_cast<std::size_t>(body_b)]) return;
   ++(driven_[body_a] || driven_[body_b] ? count.with_driven : count.others);
 }
 
-Inspector::Count Inspector::piercings() const {
+PenetrationCheck::Count PenetrationCheck::intersections() const {
   const auto moves = [this](std::int32_t v) { return surface_.inverse_mass[v] > 0; };
   Count result;
-  for (const scenes::Piercing& p : scenes::find_piercings(surface_, last_)) {
+  for (const scenes::Intersection& p : scenes::find_intersections(surface_, last_)) {
     if (std::any_of(p.edge.begin(), p.edge.end(), moves) ||
         std::any_of(p.face.begin(), p.face.end(), moves))
       add(surface_.body_of_vertex[p.edge[0]], surface_.body_of_vertex[p.face[0]], result);

@@ -14,7 +14,7 @@
 
 namespace lazyccd::test {
 
-class Inspector {
+class PenetrationCheck {
  public:
   using SoftBodies = std::vector<std::unique_ptr<btSoftBody>>;
   struct Obstacle {
@@ -36,7 +36,7 @@ class Inspector {
   // Pairs that the straight motion since the last call brought into contact. Not those of which
   // nothing can move.
   Count step();
-  Count piercings() const;
+  Count intersections() const;
   int vertex_count() const { return static_cast<int>(last_.size() / 3); }
   const std::vector<Contact>& crossings() const { return crossings_; }
   const scenes::Surface& surface() const { return surface_; }

@@ -1,22 +1,22 @@
 #include "random/random_options.h"
 
-#include "random/random.h"
+#include "random/random_source.h"
 
 namespace lazyccd::test {
 
-bullet::Options random_options(std::uint32_t number) {
-  Dice dice(number);
-  bullet::Options options;
-  if (dice.chance(0.4)) options.sweeps = 1;
-  if (dice.chance(0.4)) options.max_iterations = dice.below(3);
-  if (dice.chance(0.4)) options.max_zones = dice.below(2);
-  if (dice.chance(0.4)) options.thickness = dice.chance(0.5) ? 0 : dice.across_scales(1e-5, 0.1);
-  if (dice.chance(0.4)) options.recovery = dice.below(2);
-  if (dice.chance(0.4)) options.friction = false;
-  if (dice.chance(0.4)) options.restitution = 1;
-  if (dice.chance(0.4)) options.rigid_contacts = false;
-  if (dice.chance(0.4)) options.rest_speed = 0;
-  if (dice.chance(0.4)) options.untangling_speed = dice.across_scales(0.01, 10);
+bullet::SolverOptions random_options(std::uint32_t number) {
+  RandomSource random(number);
+  bullet::SolverOptions options;
+  if (random.chance(0.4)) options.solver_iterations = 1;
+  if (random.chance(0.4)) options.max_detections = random.below(3);
+  if (random.chance(0.4)) options.max_impact_zones = random.below(2);
+  if (random.chance(0.4)) options.thickness = random.chance(0.5) ? 0 : random.across_scales(1e-5, 0.1);
+  if (random.chance(0.4)) options.position_correction = random.below(2);
+  if (random.chance(0.4)) options.friction = false;
+  if (random.chance(0.4)) options.restitution = 1;
+  if (random.chance(0.4)) options.replace_rigid_contacts = false;
+  if (random.chance(0.4)) options.rest_speed = 0;
+  if (random.chance(0.4)) options.untangling_speed = random.across_scales(0.01, 10);
   return options;
 }
 

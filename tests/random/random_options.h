@@ -1,4 +1,4 @@
-// Options of the adapter that nobody would choose: each of them pushed to an end, or left alone.
+// SolverOptions of the adapter that nobody would choose: each of them pushed to an end, or left alone.
 #pragma once
 
 #include <cstdint>
@@ -7,6 +7,6 @@
 
 namespace lazyccd::test {
 
-bullet::Options random_options(std::uint32_t number);
+bullet::SolverOptions random_options(std::uint32_t number);
 
 }  // namespace lazyccd::test

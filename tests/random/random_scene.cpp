@@ -29,21 +29,21 @@ constexpr double frequency = 240;
 // Moves a kinematic body evenly.
 class Mover : public btMotionState {
  public:
-  Mover(const btTransform& pose, const btVector3& velocity, const btVector3& spin)
-      : pose_(pose), velocity_(velocity), spin_(spin) {}
+  Mover(const btTransform& pose, const btVector3& velocity, const btVector3& angular_velocity)
+      : pose_(pose), velocity_(velocity), spin_(angular_velocity) {}
   void getWorldTransform(btTransform& pose) const override { pose = pose_; }
   void setWorldTransform(const btTransform&) override {}
-  void turn_to(const btVector3& velocity, const btVector3& spin) {
+  void turn_to(const btVector3& velocity, const btVector3& angular_velocity) {
     velocity_ = velocity;
-    spin_ = spin;
+    spin_ = angular_velocity;
   }
   void put(const btTransform& pose) { pose_ = pose; }
-  void advance(double seconds) {
-    pose_.getOrigin() += scalar(seconds) * velocity_;
-    const btVector3 turn = scalar(seconds) * spin_;
-    if (turn.length() > 0) {
-      const btQuaternion rotation(turn.normalized(), turn.length());
-      pose_.setRotation((rotation * pose_.getRotation()).normalized());
+  void advance(double dt) {
+    pose_.getOrigin() += scalar(dt) * velocity_;
+    const btVector3 rotation = scalar(dt) * spin_;
+    if (rotation.length() > 0) {
+      const btQuaternion turned(rotation.normalized(), rotation.length());
+      pose_.setRotation((turned * pose_.getRotation()).normalized());
     }
   }
 
@@ -75,33 +75,33 @@ class Scene {
 
  public:
   Scene(std::uint32_t number, scenes::World kind, scenes::Collisions collisions,
-        const bullet::Options& options)
-      : dice_(number), world_(kind, collisions, heard(options), dice_) {
+        const bullet::SolverOptions& options)
+      : random_(number), world_(kind, collisions, heard(options), random_) {
     note(world_.name());
-    size_ = dice_.chance(0.85) ? dice_.across_scales(0.1, 3) : dice_.across_scales(1e-3, 100);
-    if (dice_.chance(0.1)) {
-      far_ = scalar(dice_.across_scales(1e3, 1e5)) * dice_.direction();
+    size_ = random_.chance(0.85) ? random_.across_scales(0.1, 3) : random_.across_scales(1e-3, 100);
+    if (random_.chance(0.1)) {
+      far_ = scalar(random_.across_scales(1e3, 1e5)) * random_.direction();
       note("far");
     }
-    if (dice_.chance(0.7)) world_.set_gravity(scalar(dice_.uniform(0, 20)) * dice_.direction());
-    if (dice_.chance(0.8)) world_.info().air_density = 0;
-    if (dice_.chance(0.05)) world_.info().m_maxDisplacement = scalar(0.1 * size_);
-    margin_ = dice_.chance(0.2) ? 0 : dice_.across_scales(1e-4, dice_.chance(0.1) ? 0.5 : 0.05);
+    if (random_.chance(0.7)) world_.set_gravity(scalar(random_.uniform(0, 20)) * random_.direction());
+    if (random_.chance(0.8)) world_.info().air_density = 0;
+    if (random_.chance(0.05)) world_.info().m_maxDisplacement = scalar(0.1 * size_);
+    margin_ = random_.chance(0.2) ? 0 : random_.across_scales(1e-4, random_.chance(0.1) ? 0.5 : 0.05);
     margin_ *= size_;
     const double rates[] = {30, 60, 120, 240, 480, 1000};
-    dt_ = 1 / rates[dice_.below(6)];
-    varying_ = dice_.chance(0.15);
-    substeps_ = dice_.chance(0.2) ? 2 + dice_.below(3) : 0;
-    in_real_time_ = dice_.chance(0.1);
+    dt_ = 1 / rates[random_.below(6)];
+    varying_ = random_.chance(0.15);
+    substeps_ = random_.chance(0.2) ? 2 + random_.below(3) : 0;
+    in_real_time_ = random_.chance(0.1);
     if (in_real_time_) note("real-time");
-    deletes_ = dice_.chance(0.1);
-    speed_ = dice_.chance(0.15) ? 0 : dice_.across_scales(0.1, dice_.chance(0.1) ? 200 : 100);
-    spread_ = dice_.uniform(0.6, 1.5) * size_;
-    for (int i = dice_.below(4); i > 0; --i) add_rigid();
+    deletes_ = random_.chance(0.1);
+    speed_ = random_.chance(0.15) ? 0 : random_.across_scales(0.1, random_.chance(0.1) ? 200 : 100);
+    spread_ = random_.uniform(0.6, 1.5) * size_;
+    for (int i = random_.below(4); i > 0; --i) add_rigid();
     add_chain();
-    for (int i = 1 + dice_.below(4); i > 0; --i) add_soft();
+    for (int i = 1 + random_.below(4); i > 0; --i) add_soft();
     for (const Rigid& rigid : rigid_) world_.add(*rigid.body, rigid.layer);
-    if (rigid_.size() > 1 && dice_.chance(0.2)) join();
+    if (rigid_.size() > 1 && random_.chance(0.2)) join();
     world_.bullets().setInternalTickCallback(&Scene::between_substeps, this, true);
     report_.what += std::string(" dt=1/") + std::to_string(std::lround(1 / dt_)) +
                     (varying_ ? " varying" : "") +
@@ -116,17 +116,17 @@ class Scene {
   }
 
   SceneReport run(const std::function<void(const SceneStep&)>& after_step) {
-    report_.steps = 30 + dice_.below(60);
-    inspector_.restart(soft_, inspected());
-    report_.vertices = inspector_.vertex_count();
+    report_.steps = 30 + random_.below(60);
+    penetration_check_.restart(soft_, inspected());
+    report_.vertices = penetration_check_.vertex_count();
     report_.kinetic_at_start = kinetic_energy(&report_.fastest_at_start);
     for (int i = 0; i < report_.steps && !is_over(); ++i) {
       meddle(i);
-      const double now = varying_ ? dt_ * dice_.across_scales(0.1, 1) : dt_;
+      const double now = varying_ ? dt_ * random_.across_scales(0.1, 1) : dt_;
       const double frame =
-          in_real_time_ ? dice_.uniform(1, 9) / frequency : now * std::max(1, substeps_);
+          in_real_time_ ? random_.uniform(1, 9) / frequency : now * std::max(1, substeps_);
       // The first step shows LazyCCD where everything is.
-      if (i > 0) drive(frame);
+      if (i > 0) prescribed_speed(frame);
       substep_ = 0;
       const std::int64_t before = report_.crossings;
       const auto start = std::chrono::steady_clock::now();
@@ -141,12 +141,12 @@ class Scene {
       } catch (const Over&) {
       }
       const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
-      const double seconds = took.count() - seconds_inspecting_;
-      report_.slowest_step = std::max(report_.slowest_step, seconds);
+      const double dt = took.count() - seconds_inspecting_;
+      report_.slowest_step = std::max(report_.slowest_step, dt);
       if (!is_over()) inspect();
       if (after_step)
-        after_step({report_.what, i, seconds, report_.crossings - before, world_.step_stats(),
-                    inspector_});
+        after_step({report_.what, i, dt, report_.crossings - before, world_.step_stats(),
+                    penetration_check_});
     }
     report_.stats = world_.total_stats();
     report_.status = world_.status();
@@ -156,34 +156,34 @@ class Scene {
  private:
   void note(const std::string& word) { report_.what += " " + word; }
 
-  btTransform pose() { return btTransform(dice_.rotation(), far_ + dice_.in_cube(spread_)); }
+  btTransform pose() { return btTransform(random_.rotation(), far_ + random_.in_cube(spread_)); }
 
   void add_rigid() {
     Rigid rigid;
-    rigid.shape = random_shape(size_ * dice_.across_scales(0.3, 2), margin_, dice_);
+    rigid.shape = random_shape(size_ * random_.across_scales(0.3, 2), margin_, random_);
     btTransform at = pose();
-    if (rigid.shape.kind == "plane" && (dice_.chance(0.5) || !far_.isZero()))
+    if (rigid.shape.kind == "plane" && (random_.chance(0.5) || !far_.isZero()))
       at.setRotation(btQuaternion::getIdentity());
-    const bool dynamic = rigid.shape.may_be_dynamic && dice_.chance(0.5);
-    const bool kinematic = rigid.shape.may_move && !dynamic && dice_.chance(0.4);
-    const double mass = dynamic ? dice_.across_scales(0.01, 100) : 0;
+    const bool dynamic = rigid.shape.may_be_dynamic && random_.chance(0.5);
+    const bool kinematic = rigid.shape.may_move && !dynamic && random_.chance(0.4);
+    const double mass = dynamic ? random_.across_scales(0.01, 100) : 0;
     btVector3 inertia(0, 0, 0);
     if (dynamic) rigid.shape.shape->calculateLocalInertia(scalar(mass), inertia);
     if (kinematic)
       rigid.mover = std::make_unique<Mover>(at, random_velocity(0.3),
-                                            scalar(dice_.uniform(0, 5)) * dice_.direction());
+                                            scalar(random_.uniform(0, 5)) * random_.direction());
     btRigidBody::btRigidBodyConstructionInfo info(scalar(mass), rigid.mover.get(),
                                                   rigid.shape.shape.get(), inertia);
     info.m_startWorldTransform = at;
     rigid.body = std::make_unique<btRigidBody>(info);
-    if (kinematic || dice_.chance(0.8)) rigid.body->setActivationState(DISABLE_DEACTIVATION);
-    rigid.body->setFriction(scalar(dice_.chance(0.9) ? dice_.uniform() : 10));
-    if (dice_.chance(0.2)) rigid.body->setRestitution(1);
-    if (dice_.chance(0.1)) {
+    if (kinematic || random_.chance(0.8)) rigid.body->setActivationState(DISABLE_DEACTIVATION);
+    rigid.body->setFriction(scalar(random_.chance(0.9) ? random_.uniform() : 10));
+    if (random_.chance(0.2)) rigid.body->setRestitution(1);
+    if (random_.chance(0.1)) {
       rigid.body->setCcdMotionThreshold(scalar(0.1 * size_));
       rigid.body->setCcdSweptSphereRadius(scalar(0.05 * size_));
     }
-    rigid.layer = dice_.below(3);
+    rigid.layer = random_.below(3);
     if (kinematic) {
       rigid.body->setCollisionFlags(rigid.body->getCollisionFlags() |
                                     btCollisionObject::CF_KINEMATIC_OBJECT);
@@ -191,8 +191,8 @@ class Scene {
     }
     if (dynamic) {
       rigid.body->setLinearVelocity(random_velocity(0.5));
-      if (dice_.chance(0.15)) rigid.body->setAngularFactor(0);
-      if (dice_.chance(0.1)) rigid.body->setLinearFactor(btVector3(1, 0, 1));
+      if (random_.chance(0.15)) rigid.body->setAngularFactor(0);
+      if (random_.chance(0.1)) rigid.body->setLinearFactor(btVector3(1, 0, 1));
     }
     note(rigid.shape.kind + (dynamic ? "(dynamic)" : kinematic ? "(moving)" : ""));
     rigid_.push_back(std::move(rigid));
@@ -201,24 +201,24 @@ class Scene {
   // In worlds that know multi-bodies.
   void add_chain() {
     auto* world = dynamic_cast<btMultiBodyDynamicsWorld*>(&world_.bullets());
-    if (!world || !dice_.chance(0.1)) return;
-    const double length = size_ * dice_.uniform(0.2, 0.6);
-    chain_ = std::make_unique<Chain>(far_ + dice_.in_cube(spread_), length,
-                                     std::min(speed_ / length, 20.0), dice_);
+    if (!world || !random_.chance(0.1)) return;
+    const double length = size_ * random_.uniform(0.2, 0.6);
+    chain_ = std::make_unique<Chain>(far_ + random_.in_cube(spread_), length,
+                                     std::min(speed_ / length, 20.0), random_);
     chain_->add_to(*world);
     report_.driven = true;
     note("chain");
   }
 
   btVector3 random_velocity(double part) {
-    return scalar(part * speed_ * dice_.uniform()) * dice_.direction();
+    return scalar(part * speed_ * random_.uniform()) * random_.direction();
   }
 
   // Towards the middle of everything, more or less.
   btVector3 thrown_from(const btVector3& place) {
-    btVector3 to = far_ + dice_.in_cube(0.5 * spread_) - place;
+    btVector3 to = far_ + random_.in_cube(0.5 * spread_) - place;
     if (to.length2() == 0) to = btVector3(0, 1, 0);
-    return scalar(speed_ * dice_.uniform()) * to.normalized();
+    return scalar(speed_ * random_.uniform()) * to.normalized();
   }
 
   // Two bodies by a joint, one of them as a rule free.
@@ -229,32 +229,32 @@ class Scene {
     joint_ = std::make_unique<btPoint2PointConstraint>(
         a, b, a.getCenterOfMassTransform().invXform(middle),
         b.getCenterOfMassTransform().invXform(middle));
-    world_.bullets().addConstraint(joint_.get(), dice_.chance(0.5));
+    world_.bullets().addConstraint(joint_.get(), random_.chance(0.5));
     note("joint");
   }
 
   void add_soft() {
     for (int attempt = 0; attempt < 30; ++attempt) {
       const double size =
-          size_ * (dice_.chance(0.15) ? dice_.across_scales(0.01, 1) : dice_.uniform(0.4, 1.2));
+          size_ * (random_.chance(0.15) ? random_.across_scales(0.01, 1) : random_.uniform(0.4, 1.2));
       btTransform at = pose();
-      SoftBody made = random_soft_body(world_.info(), size, dice_);
-      if (attempt < 3 && !rigid_.empty() && dice_.chance(0.15)) {
+      SoftBody made = random_soft_body(world_.info(), size, random_);
+      if (attempt < 3 && !rigid_.empty() && random_.chance(0.15)) {
         const Rigid& inside =
-            rigid_[static_cast<std::size_t>(dice_.below(static_cast<int>(rigid_.size())))];
+            rigid_[static_cast<std::size_t>(random_.below(static_cast<int>(rigid_.size())))];
         if (inside.shape.kind == "box") {
           const btVector3& corner = inside.shape.surface.vertices.back();
-          made = sleeve(world_.info(), corner, dice_);
+          made = sleeve(world_.info(), corner, random_);
           at = inside.body->getWorldTransform();
         } else if (inside.shape.shape->isConcave()) {
-          made = random_rope(world_.info(), size, dice_);
+          made = random_rope(world_.info(), size, random_);
         }
       }
       btSoftBody& body = *made.body;
       body.transform(at);
       body.getCollisionShape()->setMargin(scalar(margin_));
       // Drawn before the attempt is judged, so that each costs the same numbers.
-      const bool self = dice_.chance(0.5);
+      const bool self = random_.chance(0.5);
       body.setSelfCollision(self);
       soft_.push_back(std::move(made.body));
       if (!is_clean() || !is_outside(body)) {
@@ -263,10 +263,10 @@ class Scene {
       }
       note(made.kind + (self ? "(self)" : ""));
       const bool closed = made.kind == "ellipsoid" || made.kind == "hull" || made.kind == "torus";
-      const Manner manner{size_, speed_, dt_, closed};
-      report_.what += set_up(body, manner, world_, dice_);
-      world_.add(body, dice_.below(3));
-      report_.what += add_forces(body, manner, world_, dice_);
+      const ChangeLimits manner{size_, speed_, dt_, closed};
+      report_.what += set_up(body, manner, world_, random_);
+      world_.add(body, random_.below(3));
+      report_.what += add_forces(body, manner, world_, random_);
       manner_.push_back(manner);
       put_in_motion(body, at.getOrigin());
       return;
@@ -277,31 +277,31 @@ class Scene {
     const auto is_pinned = [&body](int node) { return body.m_nodes[node].m_im == 0; };
     bool pinned = false;
     for (int i = 0; i < body.m_nodes.size(); ++i) pinned = pinned || is_pinned(i);
-    if (pinned && dice_.chance(0.3)) {
-      driven_.push_back({&body, random_velocity(0.3), dice_.chance(0.5)});
+    if (pinned && random_.chance(0.3)) {
+      driven_.push_back({&body, random_velocity(0.3), random_.chance(0.5)});
       report_.driven = true;
       note("driven");
     }
     body.addVelocity(thrown_from(centre));
-    if (dice_.chance(0.3)) {
-      const btVector3 spin = scalar(dice_.uniform(0, 10)) * dice_.direction();
+    if (random_.chance(0.3)) {
+      const btVector3 angular_velocity = scalar(random_.uniform(0, 10)) * random_.direction();
       for (int i = 0; i < body.m_nodes.size(); ++i) {
         btSoftBody::Node& node = body.m_nodes[i];
-        if (node.m_im > 0) node.m_v += spin.cross(node.m_x - centre);
+        if (node.m_im > 0) node.m_v += angular_velocity.cross(node.m_x - centre);
       }
     }
-    if (!rigid_.empty() && dice_.chance(0.1)) anchor(body);
+    if (!rigid_.empty() && random_.chance(0.1)) anchor(body);
   }
 
   void anchor(btSoftBody& body) {
-    const int which = dice_.below(static_cast<int>(rigid_.size()));
+    const int which = random_.below(static_cast<int>(rigid_.size()));
     btRigidBody& to = *rigid_[static_cast<std::size_t>(which)].body;
     // What a kinematic body carries is driven; Bullet knows no other anchors than of free nodes.
-    for (int i = 1 + dice_.below(3); i > 0; --i) {
-      const int node = dice_.below(body.m_nodes.size());
+    for (int i = 1 + random_.below(3); i > 0; --i) {
+      const int node = random_.below(body.m_nodes.size());
       if (body.m_nodes[node].m_im == 0) continue;
       if (world_.is_rigid()) {
-        body.appendAnchor(node, &to, dice_.chance(0.3), scalar(dice_.uniform(0.3, 1)));
+        body.appendAnchor(node, &to, random_.chance(0.3), scalar(random_.uniform(0.3, 1)));
       } else {
         body.appendDeformableAnchor(node, &to);
       }
@@ -311,7 +311,7 @@ class Scene {
     report_.driven = report_.driven || !world_.is_rigid() || to.isStaticOrKinematicObject();
   }
 
-  void drive(double seconds) {
+  void prescribed_speed(double dt) {
     for (Rigid& rigid : rigid_) {
       const bool first = !rigid.seen;
       rigid.seen = true;
@@ -320,7 +320,7 @@ class Scene {
       } else if (rigid.goal) {
         rigid.body->setCenterOfMassTransform(*rigid.goal);
       } else if (rigid.mover && !first) {
-        rigid.mover->advance(seconds);
+        rigid.mover->advance(dt);
       }
       rigid.goal.reset();
     }
@@ -332,7 +332,7 @@ class Scene {
         btSoftBody::Node& node = driven.body->m_nodes[i];
         if (node.m_im > 0) continue;
         if (driven.puts) {
-          node.m_x += scalar(seconds) * driven.velocity;
+          node.m_x += scalar(dt) * driven.velocity;
         } else {
           node.m_v = driven.velocity;
         }
@@ -347,9 +347,9 @@ class Scene {
     manner_.erase(manner_.begin() + static_cast<std::ptrdiff_t>(which));
   }
 
-  bullet::Options heard(bullet::Options options) {
+  bullet::SolverOptions heard(bullet::SolverOptions options) {
     options.on_contacts = [this](Span<const bullet::StepContact> contacts) {
-      if (!deletes_ || !dice_.chance(0.02)) return;
+      if (!deletes_ || !random_.chance(0.02)) return;
       const auto is_in_contact = [&](const auto& body) {
         return body.get() == contacts[0].body_a || body.get() == contacts[0].body_b;
       };
@@ -357,7 +357,7 @@ class Scene {
       inspect();
       erase(static_cast<std::size_t>(body - soft_.begin()));
       note("deleted" + std::to_string(step_));
-      inspector_.restart(soft_, inspected());
+      penetration_check_.restart(soft_, inspected());
     };
     return options;
   }
@@ -370,11 +370,11 @@ class Scene {
 
   // What an application may do between two steps.
   void meddle(int step) {
-    if (step == 0 || !dice_.chance(0.08) || soft_.empty()) return;
-    const std::size_t which = static_cast<std::size_t>(dice_.below(static_cast<int>(soft_.size())));
+    if (step == 0 || !random_.chance(0.08) || soft_.empty()) return;
+    const std::size_t which = static_cast<std::size_t>(random_.below(static_cast<int>(soft_.size())));
     btSoftBody& body = *soft_[which];
     const std::string at = std::to_string(step);
-    switch (dice_.below(12)) {
+    switch (random_.below(12)) {
       case 0:
         erase(which);
         note("-" + at);
@@ -391,25 +391,25 @@ class Scene {
         note(displace(body) + at);
         break;
       case 4:
-        world_.set_gravity(scalar(dice_.uniform(0, 20)) * dice_.direction());
+        world_.set_gravity(scalar(random_.uniform(0, 20)) * random_.direction());
         break;
       case 5:
-        dt_ = 1 / dice_.across_scales(30, 1000);
+        dt_ = 1 / random_.across_scales(30, 1000);
         note("dt" + at);
         break;
       case 6:
       case 7:
       case 8:
-        note(change(body, manner_[which], world_, dice_) + at);
+        note(change(body, manner_[which], world_, random_) + at);
         break;
       default:
         meddle_with_rigid(step);
     }
-    inspector_.restart(soft_, inspected());
+    penetration_check_.restart(soft_, inspected());
   }
 
   void meddle_with_rigid(int step) {
-    if (rigid_.empty() || dice_.chance(0.2)) {
+    if (rigid_.empty() || random_.chance(0.2)) {
       add_rigid();
       const bool outside = std::all_of(soft_.begin(), soft_.end(), [this](const auto& soft) {
         return is_outside(*soft, rigid_.back());
@@ -422,24 +422,24 @@ class Scene {
       }
       return;
     }
-    const int which = dice_.below(static_cast<int>(rigid_.size()));
+    const int which = random_.below(static_cast<int>(rigid_.size()));
     Rigid& rigid = rigid_[static_cast<std::size_t>(which)];
     btRigidBody& body = *rigid.body;
-    if (dice_.chance(0.2)) {
+    if (random_.chance(0.2)) {
       if (is_needed(body)) return;
       world_.bullets().removeRigidBody(&body);
       rigid_.erase(rigid_.begin() + which);
       note("rigid-" + std::to_string(step));
-    } else if (rigid.shape.may_move && dice_.chance(0.2)) {
+    } else if (rigid.shape.may_move && random_.chance(0.2)) {
       put_elsewhere(rigid);
       note("rigid-put" + std::to_string(step));
     } else if (rigid.mover) {
-      rigid.mover->turn_to(random_velocity(0.3), scalar(dice_.uniform(0, 5)) * dice_.direction());
+      rigid.mover->turn_to(random_velocity(0.3), scalar(random_.uniform(0, 5)) * random_.direction());
     } else if (!body.isStaticObject()) {
       body.setLinearVelocity(random_velocity(1));
-      body.setAngularVelocity(scalar(dice_.uniform(0, 20)) * dice_.direction());
-      if (dice_.chance(0.3)) {
-        const double mass = dice_.across_scales(0.01, 100);
+      body.setAngularVelocity(scalar(random_.uniform(0, 20)) * random_.direction());
+      if (random_.chance(0.3)) {
+        const double mass = random_.across_scales(0.01, 100);
         btVector3 inertia;
         body.getCollisionShape()->calculateLocalInertia(scalar(mass), inertia);
         body.setMassProps(scalar(mass), inertia);
@@ -469,15 +469,15 @@ class Scene {
     btRigidBody& body = *rigid.body;
     const btTransform from = body.getWorldTransform(), to = pose();
     if (is_needed(body)) return;
-    const bool is_driven = body.isStaticOrKinematicObject();
-    if (is_driven && !dice_.chance(0.3)) return;
+    const bool has_prescribed_motion = body.isStaticOrKinematicObject();
+    if (has_prescribed_motion && !random_.chance(0.3)) return;
     body.setWorldTransform(to);
     const bool outside = std::all_of(soft_.begin(), soft_.end(),
                                      [&](const auto& soft) { return is_outside(*soft, rigid); });
     const bool clean = outside && is_clean();
     body.setWorldTransform(from);
     if (!clean) return;
-    if (is_driven) {
+    if (has_prescribed_motion) {
       rigid.goal = std::make_unique<btTransform>(to);
       rigid.was_put = true;
       report_.driven = true;
@@ -486,7 +486,7 @@ class Scene {
     }
   }
 
-  bool is_clean() const { return Inspector::is_clean(soft_, inspected()); }
+  bool is_clean() const { return PenetrationCheck::is_clean(soft_, inspected()); }
 
   // To where it meets nothing. What is pinned as a whole would sweep its way there.
   std::string displace(btSoftBody& body) {
@@ -500,27 +500,27 @@ class Scene {
     for (Driven& driven : driven_) driven.seen = driven.seen && driven.body != &body;
     std::string word;
     const btVector3 centre = body.m_nodes[0].m_x;
-    switch (dice_.below(4)) {
+    switch (random_.below(4)) {
       case 0:
-        body.translate(dice_.in_cube(spread_));
+        body.translate(random_.in_cube(spread_));
         word = "put";
         break;
       case 1:
         body.transform(btTransform(btQuaternion::getIdentity(), centre) *
-                       btTransform(dice_.rotation(), -centre));
+                       btTransform(random_.rotation(), -centre));
         word = "turned";
         break;
       case 2: {
         body.translate(-centre);
-        const btScalar scale = scalar(dice_.uniform(0.5, 1.5));
+        const btScalar scale = scalar(random_.uniform(0.5, 1.5));
         body.scale(btVector3(scale, scale, scale));
         body.translate(centre);
         word = "scaled";
         break;
       }
       default: {
-        btSoftBody::Node& node = body.m_nodes[dice_.below(body.m_nodes.size())];
-        node.m_x += dice_.in_cube(0.05 * size_);
+        btSoftBody::Node& node = body.m_nodes[random_.below(body.m_nodes.size())];
+        node.m_x += random_.in_cube(0.05 * size_);
         node.m_q = node.m_x;
         word = "node";
       }
@@ -566,8 +566,8 @@ class Scene {
                        [&body](const Rigid& rigid) { return is_outside(body, rigid); });
   }
 
-  std::vector<Inspector::Obstacle> inspected() const {
-    std::vector<Inspector::Obstacle> obstacles;
+  std::vector<PenetrationCheck::Obstacle> inspected() const {
+    std::vector<PenetrationCheck::Obstacle> obstacles;
     for (const Rigid& rigid : rigid_)
       obstacles.push_back({rigid.body.get(), &rigid.shape.surface, rigid.mover || rigid.was_put});
     if (chain_) {
@@ -591,11 +591,11 @@ class Scene {
     if (!report_.finite) return;
     report_.fastest = std::max(report_.fastest, fastest);
     const std::int64_t before = report_.crossings;
-    const Inspector::Count crossed = inspector_.step(), pierced = inspector_.piercings();
+    const PenetrationCheck::Count crossed = penetration_check_.step(), intersecting = penetration_check_.intersections();
     report_.crossings += crossed.others;
     if (report_.crossings > before && report_.first_crossing < 0) report_.first_crossing = step_;
-    report_.piercings = std::max(report_.piercings, pierced.others);
-    report_.overlaps += crossed.with_driven + pierced.with_driven;
+    report_.intersections = std::max(report_.intersections, intersecting.others);
+    report_.overlaps += crossed.with_driven + intersecting.with_driven;
     seconds_inspecting_ +=
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   }
@@ -619,7 +619,7 @@ class Scene {
     return twice / 2;
   }
 
-  Dice dice_;
+  RandomSource random_;
   RandomWorld world_;
 
   double size_, margin_, dt_, speed_, spread_;
@@ -632,15 +632,15 @@ class Scene {
   std::unique_ptr<btTypedConstraint> joint_;
   std::vector<Driven> driven_;
   std::vector<std::unique_ptr<btSoftBody>> soft_;
-  std::vector<Manner> manner_;  // of each
-  Inspector inspector_;
+  std::vector<ChangeLimits> manner_;  // of each
+  PenetrationCheck penetration_check_;
   SceneReport report_;
 };
 
 }  // namespace
 
 SceneReport run_random_scene(std::uint32_t number, scenes::World world,
-                             scenes::Collisions collisions, const bullet::Options& options,
+                             scenes::Collisions collisions, const bullet::SolverOptions& options,
                              const std::function<void(const SceneStep&)>& after_step) {
   return Scene(number, world, collisions, options).run(after_step);
 }

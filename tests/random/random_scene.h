@@ -18,7 +18,7 @@ struct SceneReport {
   std::string what;  // the scene in words
   int steps = 0, vertices = 0;
   std::int64_t crossings = 0;  // of the surfaces' straight motion between steps, exactly
-  std::int64_t piercings = 0;  // most at the end of a step, exactly
+  std::int64_t intersections = 0;  // most at the end of a step, exactly
   std::int64_t overlaps = 0;   // both, with driven rigid bodies
   int first_crossing = -1;     // step
   bool driven = false;         // kinematic bodies may crush what is between them
@@ -34,15 +34,15 @@ struct SceneReport {
 struct SceneStep {
   const std::string& what;  // the scene until now
   int number;
-  double seconds;  // that it took
+  double dt;  // that it took
   std::int64_t crossings;
   const bullet::StepStats& stats;
-  const Inspector& inspector;
+  const PenetrationCheck& penetration_check;
 };
 
 SceneReport run_random_scene(std::uint32_t number, scenes::World world,
                              scenes::Collisions collisions = scenes::Collisions::lazyccd,
-                             const bullet::Options& options = {},
+                             const bullet::SolverOptions& options = {},
                              const std::function<void(const SceneStep&)>& after_step = {});
 
 }  // namespace lazyccd::test

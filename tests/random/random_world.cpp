@@ -12,28 +12,28 @@
 namespace lazyccd::test {
 namespace {
 
-std::unique_ptr<btBroadphaseInterface> random_broadphase(Dice& dice) {
+std::unique_ptr<btBroadphaseInterface> random_broadphase(RandomSource& random) {
   const btVector3 far(20000, 20000, 20000);
-  if (dice.chance(0.05)) return std::make_unique<btSimpleBroadphase>();
-  if (dice.chance(0.1)) return std::make_unique<bt32BitAxisSweep3>(-far, far, 1000);
+  if (random.chance(0.05)) return std::make_unique<btSimpleBroadphase>();
+  if (random.chance(0.1)) return std::make_unique<bt32BitAxisSweep3>(-far, far, 1000);
   return std::make_unique<btDbvtBroadphase>();
 }
 
 }  // namespace
 
 RandomWorld::RandomWorld(scenes::World kind, scenes::Collisions collisions,
-                         const bullet::Options& options, Dice& dice)
+                         const bullet::SolverOptions& options, RandomSource& random)
     : kind_(kind),
-      broadphase_(random_broadphase(dice)),
+      broadphase_(random_broadphase(random)),
       soft_solver_(options),
       deformable_solver_(options) {
   btGImpactCollisionAlgorithm::registerAlgorithm(&dispatcher_);
-  const bool layered = dice.chance(0.1);
+  const bool layered = random.chance(0.1);
   for (int a = 0; a < layers; ++a) {
-    for (int b = a; b < layers; ++b) meets_[a][b] = meets_[b][a] = !layered || dice.chance(0.6);
+    for (int b = a; b < layers; ++b) meets_[a][b] = meets_[b][a] = !layered || random.chance(0.6);
   }
   const bool is_lazy = collisions == scenes::Collisions::lazyccd;
-  const bool other = dice.chance(0.15);
+  const bool other = random.chance(0.15);
   if (is_rigid()) {
     btSoftBodySolver* solver = is_lazy ? &soft_solver_ : nullptr;
     if (other) {

@@ -14,15 +14,15 @@
 
 #include "lazyccd/bullet/deformable_body_solver.h"
 #include "lazyccd/bullet/soft_body_solver.h"
-#include "random/random.h"
+#include "random/random_source.h"
 #include "scenes/worlds/physics_world.h"
 
 namespace lazyccd::test {
 
 class RandomWorld {
  public:
-  RandomWorld(scenes::World kind, scenes::Collisions collisions, const bullet::Options& options,
-              Dice& dice);
+  RandomWorld(scenes::World kind, scenes::Collisions collisions, const bullet::SolverOptions& options,
+              RandomSource& random);
 
   const std::string& name() const { return name_; }
   bool is_rigid() const { return kind_ == scenes::World::rigid; }

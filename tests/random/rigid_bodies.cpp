@@ -44,7 +44,7 @@ Triangles hull_of(const std::vector<btVector3>& points) {
 
 Triangles hull_inside_of(const btConvexShape& shape) {
   constexpr int count = 60;
-  Dice even(1);
+  RandomSource even(1);
   std::vector<btVector3> points;
   btVector3 middle(0, 0, 0);
   for (int i = 0; i < count; ++i) {
@@ -74,14 +74,14 @@ void append(const Triangles& part, const btTransform& pose, Triangles& whole) {
 }
 
 // A bumpy sheet of triangles, folded up by `fold`.
-std::unique_ptr<btTriangleMesh> bumpy(double size, Dice& dice) {
-  const int n = 2 + dice.below(7);
-  const double height = dice.uniform(0, 0.3) * size;
+std::unique_ptr<btTriangleMesh> bumpy(double size, RandomSource& random) {
+  const int n = 2 + random.below(7);
+  const double height = random.uniform(0, 0.3) * size;
   std::vector<btVector3> points;
   for (int i = 0; i <= n; ++i) {
     for (int k = 0; k <= n; ++k)
       points.push_back(btVector3(scalar((i / double(n) - 0.5) * size),
-                                 scalar(height * dice.uniform()),
+                                 scalar(height * random.uniform()),
                                  scalar((k / double(n) - 0.5) * size)));
   }
   auto mesh = std::make_unique<btTriangleMesh>();
@@ -103,9 +103,9 @@ btVector3 vector(double x, double y, double z) {
 
 // A capsule or a cone, about any axis.
 template <class AlongX, class AlongZ, class AlongY>
-std::unique_ptr<btConvexInternalShape> round_body(double radius, double height, Dice& dice) {
+std::unique_ptr<btConvexInternalShape> round_body(double radius, double height, RandomSource& random) {
   const btScalar r = scalar(radius), h = scalar(height);
-  switch (dice.below(3)) {
+  switch (random.below(3)) {
     case 0:
       return std::make_unique<AlongX>(r, h);
     case 1:
@@ -115,8 +115,8 @@ std::unique_ptr<btConvexInternalShape> round_body(double radius, double height, 
   }
 }
 
-std::unique_ptr<btConvexInternalShape> cylinder(double radius, double half, Dice& dice) {
-  switch (dice.below(3)) {
+std::unique_ptr<btConvexInternalShape> cylinder(double radius, double half, RandomSource& random) {
+  switch (random.below(3)) {
     case 0:
       return std::make_unique<btCylinderShapeX>(vector(half, radius, radius));
     case 1:
@@ -134,11 +134,11 @@ Shape hull(const std::string& kind, const std::vector<btVector3>& points) {
   return s;
 }
 
-Shape convex_without_margin(double size, Dice& dice) {
+Shape convex_without_margin(double size, RandomSource& random) {
   Shape s;
   s.round = true;
   const double r = size / 2;
-  switch (dice.below(10)) {
+  switch (random.below(10)) {
     case 0:
       s.kind = "sphere";
       s.shape = std::make_unique<btSphereShape>(scalar(r));
@@ -146,30 +146,30 @@ Shape convex_without_margin(double size, Dice& dice) {
     case 1:
       s.kind = "capsule";
       s.shape =
-          round_body<btCapsuleShapeX, btCapsuleShapeZ, btCapsuleShape>(0.3 * r, 1.4 * r, dice);
+          round_body<btCapsuleShapeX, btCapsuleShapeZ, btCapsuleShape>(0.3 * r, 1.4 * r, random);
       return s;
     case 2:
       s.kind = "cylinder";
-      s.shape = cylinder(0.5 * r, r * dice.uniform(0.05, 1), dice);
+      s.shape = cylinder(0.5 * r, r * random.uniform(0.05, 1), random);
       return s;
     case 3:
       s.kind = "cone";
-      s.shape = round_body<btConeShapeX, btConeShapeZ, btConeShape>(0.5 * r, 2 * r, dice);
+      s.shape = round_body<btConeShapeX, btConeShapeZ, btConeShape>(0.5 * r, 2 * r, random);
       return s;
     case 4: {
       s.kind = "spheres";
-      const btVector3 centres[] = {dice.in_cube(r / 2), dice.in_cube(r / 2), dice.in_cube(r / 2)};
+      const btVector3 centres[] = {random.in_cube(r / 2), random.in_cube(r / 2), random.in_cube(r / 2)};
       const btScalar radii[] = {scalar(0.1 * r), scalar(0.2 * r), scalar(0.3 * r)};
       s.shape = std::make_unique<btMultiSphereShape>(centres, radii, 3);
       return s;
     }
     case 5: {
       std::vector<btVector3> points;
-      for (int i = 5 + dice.below(20); i > 0; --i) points.push_back(scalar(r) * dice.direction());
+      for (int i = 5 + random.below(20); i > 0; --i) points.push_back(scalar(r) * random.direction());
       return hull("hull", points);
     }
     case 6: {
-      const double thin = dice.across_scales(1e-4, 0.1) * r;
+      const double thin = random.across_scales(1e-4, 0.1) * r;
       return hull("spike", {vector(0, r, 0), vector(thin, -r, 0), vector(-thin, -r, thin),
                             vector(-thin, -r, -thin)});
     }
@@ -186,7 +186,7 @@ Shape convex_without_margin(double size, Dice& dice) {
       s.kind = "box";
       s.round = false;
       const btVector3 half =
-          vector(r, r * dice.across_scales(0.02, 1), r * dice.across_scales(0.1, 1));
+          vector(r, r * random.across_scales(0.02, 1), r * random.across_scales(0.1, 1));
       s.shape = std::make_unique<btBoxShape>(half);
       s.surface = box_triangles(half);
       return s;
@@ -194,10 +194,10 @@ Shape convex_without_margin(double size, Dice& dice) {
   }
 }
 
-Shape convex(double size, double margin, Dice& dice) {
-  Shape s = convex_without_margin(size, dice);
+Shape convex(double size, double margin, RandomSource& random) {
+  Shape s = convex_without_margin(size, random);
   s.shape->setMargin(scalar(margin));
-  if (dice.chance(0.1)) {
+  if (random.chance(0.1)) {
     // Nothing that Bullet's own polyhedra hold follows this scaling but their vertices.
     s.kind += "*2";
     s.parts.push_back(std::move(s.shape));
@@ -209,20 +209,20 @@ Shape convex(double size, double margin, Dice& dice) {
   return s;
 }
 
-Shape mesh(double size, Dice& dice) {
+Shape mesh(double size, RandomSource& random) {
   Shape s;
   s.kind = "mesh";
-  s.mesh = bumpy(size, dice);
+  s.mesh = bumpy(size, random);
   auto shape = std::make_unique<btBvhTriangleMeshShape>(s.mesh.get(), true);
   const btVector3 scaling =
-      vector(dice.uniform(0.5, 2), dice.uniform(0.5, 2), dice.uniform(0.5, 2));
-  if (dice.chance(0.2)) {
+      vector(random.uniform(0.5, 2), random.uniform(0.5, 2), random.uniform(0.5, 2));
+  if (random.chance(0.2)) {
     s.parts.push_back(std::move(shape));
     s.shape = std::make_unique<btScaledBvhTriangleMeshShape>(
         static_cast<btBvhTriangleMeshShape*>(s.parts.back().get()), scaling);
     s.kind = "scaled mesh";
   } else {
-    if (dice.chance(0.2)) shape->setLocalScaling(scaling);
+    if (random.chance(0.2)) shape->setLocalScaling(scaling);
     s.shape = std::move(shape);
   }
   s.surface = scenes::tessellate(*s.shape);
@@ -231,28 +231,28 @@ Shape mesh(double size, Dice& dice) {
 }
 
 // Up any axis, from numbers of any kind, fine or coarse, flat or steep.
-Shape terrain(double size, Dice& dice) {
+Shape terrain(double size, RandomSource& random) {
   Shape s;
   s.kind = "terrain";
-  const int n = 3 + dice.below(8), up = dice.below(3);
-  const double height = dice.across_scales(0.01, 1) * size;
+  const int n = 3 + random.below(8), up = random.below(3);
+  const double height = random.across_scales(0.01, 1) * size;
   std::unique_ptr<btHeightfieldTerrainShape> shape;
-  const bool flipped = dice.chance(0.5);
-  if (dice.chance(0.5)) {
-    for (int i = 0; i < n * n; ++i) s.heights.push_back(scalar(height * dice.uniform()));
+  const bool flipped = random.chance(0.5);
+  if (random.chance(0.5)) {
+    for (int i = 0; i < n * n; ++i) s.heights.push_back(scalar(height * random.uniform()));
     shape = std::make_unique<btHeightfieldTerrainShape>(n, n, s.heights.data(), scalar(0),
                                                         scalar(height), up, flipped);
   } else {
     for (int i = 0; i < n * n; ++i)
-      s.short_heights.push_back(static_cast<short>(dice.below(30000)));
+      s.short_heights.push_back(static_cast<short>(random.below(30000)));
     shape = std::make_unique<btHeightfieldTerrainShape>(n, n, s.short_heights.data(),
                                                         scalar(height / 30000), scalar(0),
                                                         scalar(height), up, flipped);
   }
-  if (dice.chance(0.2)) shape->setUseDiamondSubdivision();
-  if (dice.chance(0.2)) shape->setUseZigzagSubdivision();
+  if (random.chance(0.2)) shape->setUseDiamondSubdivision();
+  if (random.chance(0.2)) shape->setUseZigzagSubdivision();
   btVector3 scaling = vector(1, 1, 1) * scalar(size / (n - 1));
-  scaling[(up + 1) % 3] *= scalar(dice.across_scales(0.2, 1));
+  scaling[(up + 1) % 3] *= scalar(random.across_scales(0.2, 1));
   scaling[up] = 1;
   shape->setLocalScaling(scaling);
   s.surface = scenes::tessellate(*shape);
@@ -261,31 +261,31 @@ Shape terrain(double size, Dice& dice) {
   return s;
 }
 
-Shape any_shape(double size, double margin, Dice& dice) {
-  switch (dice.below(10)) {
+Shape any_shape(double size, double margin, RandomSource& random) {
+  switch (random.below(10)) {
     case 0:
-      return mesh(size, dice);
+      return mesh(size, random);
     case 1: {
       Shape s;
       s.kind = "gimpact";
-      s.mesh = bumpy(size, dice);
+      s.mesh = bumpy(size, random);
       auto shape = std::make_unique<btGImpactMeshShape>(s.mesh.get());
-      if (dice.chance(0.3))
-        shape->setLocalScaling(vector(dice.uniform(0.5, 2), dice.uniform(0.5, 2), 1));
+      if (random.chance(0.3))
+        shape->setLocalScaling(vector(random.uniform(0.5, 2), random.uniform(0.5, 2), 1));
       shape->updateBound();
       s.surface = scenes::tessellate(*shape);
       s.shape = std::move(shape);
       return s;
     }
     case 2:
-      return terrain(size, dice);
+      return terrain(size, random);
     case 3: {
       Shape s;
       s.kind = "compound";
       auto shape = std::make_unique<btCompoundShape>();
-      for (int i = 2 + dice.below(3); i > 0; --i) {
-        Shape part = convex(size / 2, margin, dice);
-        const btTransform pose(dice.rotation(), dice.in_cube(size / 4));
+      for (int i = 2 + random.below(3); i > 0; --i) {
+        Shape part = convex(size / 2, margin, random);
+        const btTransform pose(random.rotation(), random.in_cube(size / 4));
         shape->addChildShape(pose, part.shape.get());
         append(part.surface, pose, s.surface);
         s.round = s.round || part.round;
@@ -308,14 +308,14 @@ Shape any_shape(double size, double margin, Dice& dice) {
       return s;
     }
     default:
-      return convex(size, margin, dice);
+      return convex(size, margin, random);
   }
 }
 
 }  // namespace
 
-Shape random_shape(double size, double margin, Dice& dice) {
-  Shape shape = any_shape(size, margin, dice);
+Shape random_shape(double size, double margin, RandomSource& random) {
+  Shape shape = any_shape(size, margin, random);
   if (!shape.shape->isConvex()) shape.shape->setMargin(scalar(margin));
   return shape;
 }

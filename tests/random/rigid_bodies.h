@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "random/random.h"
+#include "random/random_source.h"
 #include "scenes/meshes/tessellation.h"
 
 namespace lazyccd::test {
@@ -30,6 +30,6 @@ struct Shape {
 };
 
 // Metres.
-Shape random_shape(double size, double margin, Dice& dice);
+Shape random_shape(double size, double margin, RandomSource& random);
 
 }  // namespace lazyccd::test

@@ -35,43 +35,43 @@ Body body_of(btSoftBodyWorldInfo& info, const std::vector<btVector3>& points,
   return body;
 }
 
-Body cloth(btSoftBodyWorldInfo& info, double size, Dice& dice) {
-  const int columns = 2 + dice.below(10), rows = 2 + dice.below(10);
-  const double stretch = dice.across_scales(0.2, 1), wave = dice.uniform(0, 0.15);
-  const double jitter = dice.uniform(0, 0.1) / std::max(columns, rows);
+Body cloth(btSoftBodyWorldInfo& info, double size, RandomSource& random) {
+  const int columns = 2 + random.below(10), rows = 2 + random.below(10);
+  const double stretch = random.across_scales(0.2, 1), wave = random.uniform(0, 0.15);
+  const double jitter = random.uniform(0, 0.1) / std::max(columns, rows);
   return scenes::make_cloth(info, columns, rows, 1, [&](double u, double v) {
-    const btVector3 off = dice.in_cube(jitter * size);
+    const btVector3 off = random.in_cube(jitter * size);
     return off + vector((u - 0.5) * size, wave * size * std::sin(6 * u) * std::cos(5 * v),
                         (v - 0.5) * size * stretch);
   });
 }
 
-Body patch(btSoftBodyWorldInfo& info, double size, Dice& dice) {
+Body patch(btSoftBodyWorldInfo& info, double size, RandomSource& random) {
   const double h = size / 2;
   return Body(btSoftBodyHelpers::CreatePatch(info, vector(-h, 0, -h), vector(h, 0, -h),
-                                             vector(-h, 0, h), vector(h, 0, h), 2 + dice.below(9),
-                                             2 + dice.below(9), 0, dice.chance(0.5)));
+                                             vector(-h, 0, h), vector(h, 0, h), 2 + random.below(9),
+                                             2 + random.below(9), 0, random.chance(0.5)));
 }
 
-Body ellipsoid(btSoftBodyWorldInfo& info, double size, Dice& dice) {
+Body ellipsoid(btSoftBodyWorldInfo& info, double size, RandomSource& random) {
   const double r = size / 2;
   return Body(btSoftBodyHelpers::CreateEllipsoid(
-      info, vector(0, 0, 0), vector(r, r * dice.uniform(0.3, 1), r * dice.uniform(0.3, 1)),
-      20 + dice.below(120)));
+      info, vector(0, 0, 0), vector(r, r * random.uniform(0.3, 1), r * random.uniform(0.3, 1)),
+      20 + random.below(120)));
 }
 
-Body hull(btSoftBodyWorldInfo& info, double size, Dice& dice) {
+Body hull(btSoftBodyWorldInfo& info, double size, RandomSource& random) {
   std::vector<btVector3> points;
-  for (int i = 8 + dice.below(40); i > 0; --i)
-    points.push_back(static_cast<btScalar>(size / 2) * dice.direction());
+  for (int i = 8 + random.below(40); i > 0; --i)
+    points.push_back(static_cast<btScalar>(size / 2) * random.direction());
   return Body(btSoftBodyHelpers::CreateFromConvexHull(
-      info, points.data(), static_cast<int>(points.size()), dice.chance(0.5)));
+      info, points.data(), static_cast<int>(points.size()), random.chance(0.5)));
 }
 
 // A closed tube: a torus.
-Body torus(btSoftBodyWorldInfo& info, double size, Dice& dice) {
-  const int around = 5 + dice.below(10), across = 3 + dice.below(5);
-  const double ring = 0.36 * size, tube = dice.uniform(0.05, 0.14) * size;
+Body torus(btSoftBodyWorldInfo& info, double size, RandomSource& random) {
+  const int around = 5 + random.below(10), across = 3 + random.below(5);
+  const double ring = 0.36 * size, tube = random.uniform(0.05, 0.14) * size;
   std::vector<btScalar> points;
   std::vector<int> faces;
   for (int i = 0; i < around; ++i) {
@@ -86,18 +86,18 @@ Body torus(btSoftBodyWorldInfo& info, double size, Dice& dice) {
     }
   }
   return Body(btSoftBodyHelpers::CreateFromTriMesh(
-      info, points.data(), faces.data(), static_cast<int>(faces.size() / 3), dice.chance(0.5)));
+      info, points.data(), faces.data(), static_cast<int>(faces.size() / 3), random.chance(0.5)));
 }
 
-Body triangle(btSoftBodyWorldInfo& info, double size, Dice& dice) {
-  const double thin = dice.across_scales(1e-3, 1);
+Body triangle(btSoftBodyWorldInfo& info, double size, RandomSource& random) {
+  const double thin = random.across_scales(1e-3, 1);
   return body_of(info, {vector(-size / 2, 0, 0), vector(size / 2, 0, 0), vector(0, 0, thin * size)},
                  {{0, 1, 2}});
 }
 
 // Sheets that meet in one edge.
-Body fan(btSoftBodyWorldInfo& info, double size, Dice& dice) {
-  const int blades = 3 + dice.below(4), rows = 2 + dice.below(4);
+Body fan(btSoftBodyWorldInfo& info, double size, RandomSource& random) {
+  const int blades = 3 + random.below(4), rows = 2 + random.below(4);
   std::vector<btVector3> points;
   std::vector<std::array<int, 3>> faces;
   for (int row = 0; row <= rows; ++row)
@@ -117,32 +117,32 @@ Body fan(btSoftBodyWorldInfo& info, double size, Dice& dice) {
 }
 
 // Triangles of very different sizes, apart from each other in one body.
-Body shards(btSoftBodyWorldInfo& info, double size, Dice& dice) {
+Body shards(btSoftBodyWorldInfo& info, double size, RandomSource& random) {
   std::vector<btVector3> points;
   std::vector<std::array<int, 3>> faces;
-  const int count = 2 + dice.below(8);
+  const int count = 2 + random.below(8);
   for (int i = 0; i < count; ++i) {
-    const double width = dice.across_scales(0.002, 0.8) * size;
+    const double width = random.across_scales(0.002, 0.8) * size;
     const btVector3 at(0, static_cast<btScalar>((i / double(count) - 0.5) * size), 0);
     const int first = static_cast<int>(points.size());
     points.push_back(at);
     points.push_back(at + vector(width, 0, 0.1 * width));
-    points.push_back(at + vector(0.2 * width, 0, dice.across_scales(0.01, 1) * width));
+    points.push_back(at + vector(0.2 * width, 0, random.across_scales(0.01, 1) * width));
     faces.push_back({first, first + 1, first + 2});
   }
   return body_of(info, points, faces);
 }
 
-Body rope(btSoftBodyWorldInfo& info, double size, Dice& dice) {
+Body rope(btSoftBodyWorldInfo& info, double size, RandomSource& random) {
   const btVector3 end = vector(size / 2, 0, 0);
-  if (dice.chance(0.5)) return scenes::make_rope(info, 2 + dice.below(20), 1, -end, end);
-  const int pinned = dice.chance(0.6) ? 0 : 1 + dice.below(3);
-  return Body(btSoftBodyHelpers::CreateRope(info, -end, end, 1 + dice.below(20), pinned));
+  if (random.chance(0.5)) return scenes::make_rope(info, 2 + random.below(20), 1, -end, end);
+  const int pinned = random.chance(0.6) ? 0 : 1 + random.below(3);
+  return Body(btSoftBodyHelpers::CreateRope(info, -end, end, 1 + random.below(20), pinned));
 }
 
 // Of ropes, without faces.
-Body net(btSoftBodyWorldInfo& info, double size, Dice& dice) {
-  const int n = 3 + dice.below(7);
+Body net(btSoftBodyWorldInfo& info, double size, RandomSource& random) {
+  const int n = 3 + random.below(7);
   std::vector<btVector3> points;
   for (int i = 0; i < n * n; ++i)
     points.push_back(vector((i % n / (n - 1.0) - 0.5) * size, 0, (i / n / (n - 1.0) - 0.5) * size));
@@ -155,22 +155,22 @@ Body net(btSoftBodyWorldInfo& info, double size, Dice& dice) {
   return body;
 }
 
-Body solid(btSoftBodyWorldInfo& info, double size, Dice& dice) {
-  if (dice.chance(0.5))
-    return scenes::make_ball(info, 2 + dice.below(3), 1, btVector3(0, 0, 0), size / 2);
-  const double depth = dice.uniform(0.2, 1);
-  return scenes::make_solid(info, 1 + dice.below(3), 1, [&](double u, double v, double w) {
+Body solid(btSoftBodyWorldInfo& info, double size, RandomSource& random) {
+  if (random.chance(0.5))
+    return scenes::make_ball(info, 2 + random.below(3), 1, btVector3(0, 0, 0), size / 2);
+  const double depth = random.uniform(0.2, 1);
+  return scenes::make_solid(info, 1 + random.below(3), 1, [&](double u, double v, double w) {
     return vector((u - 0.5) * size, (v - 0.5) * depth * size, (w - 0.5) * depth * size);
   });
 }
 
 }  // namespace
 
-SoftBody sleeve(btSoftBodyWorldInfo& info, const btVector3& inner, Dice& dice) {
-  const int around = 6 + dice.below(12), rows = 2 + dice.below(5);
-  const double slack = dice.uniform(1.02, 1.5) / std::cos(3.14159265358979 / around);
+SoftBody sleeve(btSoftBodyWorldInfo& info, const btVector3& inner, RandomSource& random) {
+  const int around = 6 + random.below(12), rows = 2 + random.below(5);
+  const double slack = random.uniform(1.02, 1.5) / std::cos(3.14159265358979 / around);
   const double radius = slack * static_cast<double>(btVector3(0, inner.y(), inner.z()).length());
-  const double half = dice.uniform(0.3, 1.2) * static_cast<double>(inner.x());
+  const double half = random.uniform(0.3, 1.2) * static_cast<double>(inner.x());
   std::vector<btVector3> points;
   std::vector<std::array<int, 3>> faces;
   for (int row = 0; row < rows; ++row) {
@@ -187,35 +187,35 @@ SoftBody sleeve(btSoftBodyWorldInfo& info, const btVector3& inner, Dice& dice) {
   return {body_of(info, points, faces), "sleeve"};
 }
 
-SoftBody random_rope(btSoftBodyWorldInfo& info, double size, Dice& dice) {
-  return {rope(info, size, dice), "rope"};
+SoftBody random_rope(btSoftBodyWorldInfo& info, double size, RandomSource& random) {
+  return {rope(info, size, random), "rope"};
 }
 
-SoftBody random_soft_body(btSoftBodyWorldInfo& info, double size, Dice& dice) {
-  switch (dice.below(13)) {
+SoftBody random_soft_body(btSoftBodyWorldInfo& info, double size, RandomSource& random) {
+  switch (random.below(13)) {
     case 0:
     case 1:
     case 2:
-      return {cloth(info, size, dice), "cloth"};
+      return {cloth(info, size, random), "cloth"};
     case 3:
-      return {patch(info, size, dice), "patch"};
+      return {patch(info, size, random), "patch"};
     case 4:
-      return {ellipsoid(info, size, dice), "ellipsoid"};
+      return {ellipsoid(info, size, random), "ellipsoid"};
     case 5:
-      return {hull(info, size, dice), "hull"};
+      return {hull(info, size, random), "hull"};
     case 6:
-      return {torus(info, size, dice), "torus"};
+      return {torus(info, size, random), "torus"};
     case 7:
-      return {fan(info, size, dice), "fan"};
+      return {fan(info, size, random), "fan"};
     case 8:
-      return {shards(info, size, dice), "shards"};
+      return {shards(info, size, random), "shards"};
     case 9:
-      if (dice.chance(0.4)) return {net(info, size, dice), "net"};
-      return random_rope(info, size, dice);
+      if (random.chance(0.4)) return {net(info, size, random), "net"};
+      return random_rope(info, size, random);
     case 10:
-      return {dice.chance(0.3) ? triangle(info, size, dice) : shards(info, size, dice), "shards"};
+      return {random.chance(0.3) ? triangle(info, size, random) : shards(info, size, random), "shards"};
     default:
-      return {solid(info, size, dice), "solid"};
+      return {solid(info, size, random), "solid"};
   }
 }
 

@@ -6,7 +6,7 @@
 #include <memory>
 #include <string>
 
-#include "random/random.h"
+#include "random/random_source.h"
 
 namespace lazyccd::test {
 
@@ -16,11 +16,11 @@ struct SoftBody {
 };
 
 // About the origin, `size` metres wide, in one or more parts.
-SoftBody random_soft_body(btSoftBodyWorldInfo& info, double size, Dice& dice);
+SoftBody random_soft_body(btSoftBodyWorldInfo& info, double size, RandomSource& random);
 
-SoftBody random_rope(btSoftBodyWorldInfo& info, double size, Dice& dice);
+SoftBody random_rope(btSoftBodyWorldInfo& info, double size, RandomSource& random);
 
 // An open tube along x about a box of these half sides, in its frame.
-SoftBody sleeve(btSoftBodyWorldInfo& info, const btVector3& inner, Dice& dice);
+SoftBody sleeve(btSoftBodyWorldInfo& info, const btVector3& inner, RandomSource& random);
 
 }  // namespace lazyccd::test

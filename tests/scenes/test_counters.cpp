@@ -27,28 +27,28 @@ std::vector<btScalar> pointing_down_to(double y) {
 }  // namespace
 
 TEST_CASE("a triangle that sticks in another pierces it with two edges") {
-  const auto found = scenes::find_piercings(two_triangles(), pointing_down_to(-0.5));
+  const auto found = scenes::find_intersections(two_triangles(), pointing_down_to(-0.5));
   REQUIRE(found.size() == 2);
   CHECK_THAT(found[0].point[1], Matchers::WithinAbs(0, 1e-6));
 }
 
 TEST_CASE("triangles that touch or stay apart do not pierce") {
-  CHECK(scenes::find_piercings(two_triangles(), pointing_down_to(0)).empty());
-  CHECK(scenes::find_piercings(two_triangles(), pointing_down_to(0.01)).empty());
-  CHECK(scenes::find_piercings(two_triangles(), pointing_down_to(-3)).empty());
+  CHECK(scenes::find_intersections(two_triangles(), pointing_down_to(0)).empty());
+  CHECK(scenes::find_intersections(two_triangles(), pointing_down_to(0.01)).empty());
+  CHECK(scenes::find_intersections(two_triangles(), pointing_down_to(-3)).empty());
 }
 
 TEST_CASE("a piercing by the last bit is found, and none by no bit") {
   const btScalar tiny = std::numeric_limits<btScalar>::denorm_min();
   auto positions = pointing_down_to(0);
   positions[10] = -tiny;
-  CHECK(scenes::find_piercings(two_triangles(), positions).size() == 2);
+  CHECK(scenes::find_intersections(two_triangles(), positions).size() == 2);
 }
 
 TEST_CASE("bodies that do not collide pierce nothing") {
   scenes::Surface surface = two_triangles();
   surface.bodies[0].mask = 0;
-  CHECK(scenes::find_piercings(surface, pointing_down_to(-0.5)).empty());
+  CHECK(scenes::find_intersections(surface, pointing_down_to(-0.5)).empty());
 }
 
 TEST_CASE("the crossing counter sees what jumps through") {

@@ -43,10 +43,10 @@ TEST_CASE("nothing passes through anything in the scenes of the library") {
   CHECK(report.piercings_at_start == 0);
   CHECK(report.crossings_vf == 0);
   CHECK(report.crossings_ee == 0);
-  CHECK(report.piercings.empty());
+  CHECK(report.intersections.empty());
   CHECK(report.wrong_side.value_or(0) == 0);
   CHECK(report.lazyccd.contacts_vf + report.lazyccd.contacts_ee > 0);
-  CHECK(report.lazyccd.missed_steps == 0);
+  CHECK(report.lazyccd.fallback_steps == 0);
 }
 
 TEST_CASE("the counters see that Bullet alone lets ropes and meshes through") {

@@ -17,20 +17,20 @@
 
 namespace lazyccd::test {
 
-inline Options with_separation(double separation, int threads) {
-  Options options;
+inline DetectorOptions with_separation(double separation, int threads) {
+  DetectorOptions options;
   options.backend = Backend::cpu;
   options.threads = threads;
   options.separation = separation;
   return options;
 }
 
-// Until the other thread, of two, has foreseen all there is to foresee: then it takes pieces of
+// Until the other thread, of two, has started_ahead all there is to detect_ahead: then it takes pieces of
 // what is to be done again, of so many even where it sleeps.
-inline void let_it_finish(Detector& detector) {
+inline void let_it_finish(const Threads& threads) {
   const auto caller = std::this_thread::get_id();
   for (std::atomic<bool> has_come{false}; !has_come;) {
-    detector.parallel_for(8, 1, [&](std::size_t, std::size_t) {
+    threads.parallel_for(8, 1, [&](std::size_t, std::size_t) {
       if (std::this_thread::get_id() != caller) has_come = true;
       std::this_thread::sleep_for(std::chrono::microseconds(20));
     });
@@ -50,11 +50,13 @@ inline bool same_bits(Span<const Contact> a, Span<const Contact> b) {
 
 // Two detectors of one scene, of which one foresees.
 struct Both {
+  Threads threads;  // of `with`
   Detector with, without;
 
-  explicit Both(const Options& options) : with(options), without(alone(options)) {}
+  explicit Both(const DetectorOptions& options)
+      : threads(options.threads), with(options, threads), without(alone(options)) {}
 
-  static Options alone(Options options) {
+  static DetectorOptions alone(DetectorOptions options) {
     options.threads = 1;
     return options;
   }
@@ -73,7 +75,7 @@ struct Both {
     CHECK(stats.near == others.near);
     CHECK(stats.contacts_vf == others.contacts_vf);
     CHECK(stats.contacts_ee == others.contacts_ee);
-    CHECK(same_bits(with.touching_again(start, end), without.touching_again(start, end)));
+    CHECK(same_bits(with.recheck_near_pairs(start, end), without.recheck_near_pairs(start, end)));
     return stats;
   }
 };
@@ -88,7 +90,7 @@ class Sheets {
 
   explicit Sheets(int nodes) : scene(layers(3, nodes, 0.02)), rest_(scene.start) {}
 
-  // The next step, with a start and an end for foresee().
+  // The next step, with a start and an end for detect_ahead().
   void move(Expectation expectation) {
     const std::size_t sheet_size = scene.end.size() / 3;
     scene.start = step_ % 17 == 16 ? rest_ : scene.end;

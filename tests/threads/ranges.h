@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "cpu/balance/balanced_run.h"
-#include "cpu/threads/pause.h"
+#include "cpu/threads/spin_wait.h"
 
 namespace lazyccd::test {
 
@@ -63,7 +63,7 @@ inline void maybe_stall(std::uint32_t number) {
   const std::uint32_t r = hash(number * 2654435761u) % 256;
   if (r == 0) std::this_thread::yield();
   if (r < 16)
-    for (std::uint32_t i = 0; i < 10 * r; ++i) lazyccd::pause_core();
+    for (std::uint32_t i = 0; i < 10 * r; ++i) lazyccd::cpu_relax();
 }
 
 template <class Run>

@@ -9,7 +9,7 @@
 #include "balance/chunk_pool.h"
 #include "balance/deque.h"
 #include "balance/host_atomics.h"
-#include "cpu/threads/pause.h"
+#include "cpu/threads/spin_wait.h"
 #include "support/catch.h"
 
 namespace {
@@ -22,7 +22,7 @@ void stall() {
   static std::atomic<unsigned> seed{1};
   thread_local std::minstd_rand random(seed.fetch_add(1, std::memory_order_relaxed));
   const auto r = random() % 256;
-  for (auto i = r % 16; i > 0; --i) lazyccd::pause_core();
+  for (auto i = r % 16; i > 0; --i) lazyccd::cpu_relax();
   if (r < 16) std::this_thread::yield();
   if (r < 4) std::this_thread::sleep_for(std::chrono::microseconds(1));
 }

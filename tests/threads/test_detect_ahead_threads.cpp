@@ -38,10 +38,10 @@ TEST_CASE("a detection finds what it finds anyway, whenever it interrupts what i
                Strategy::lazy_stealing_greedy, Strategy::lazy_stealing);
   const int threads = GENERATE(4, 2);
   CAPTURE(name(strategy), threads);
-  Options options = with_separation(Sheets::separation, threads);
-  options.strategy = strategy;
-  options.front = strategy == Strategy::lazy_stealing ? FrontUse::on : FrontUse::off;
-  options.distinct = threads == 2;
+  DetectorOptions options = with_separation(Sheets::separation, threads);
+  options.algorithm.strategy = strategy;
+  options.algorithm.front = strategy == Strategy::lazy_stealing ? FrontUse::on : FrontUse::off;
+  options.reduce_contacts = threads == 2;
   Both both(options);
   Sheets sheets(12);
   both.set_topology(sheets.scene.topology());
@@ -49,7 +49,7 @@ TEST_CASE("a detection finds what it finds anyway, whenever it interrupts what i
   for (std::uint64_t step = 0; step < repetitions(120); ++step) {
     const Expectation expectation = step % 7 == 6 ? Expectation::beyond : Expectation::within;
     sheets.move(expectation);
-    both.with.foresee(sheets.scene.at(sheets.expected_start), sheets.scene.at(sheets.expected_end),
+    both.with.detect_ahead(sheets.scene.at(sheets.expected_start), sheets.scene.at(sheets.expected_end),
                       Sheets::tolerance);
     wait_a_little(random);
     CAPTURE(step);
@@ -58,22 +58,22 @@ TEST_CASE("a detection finds what it finds anyway, whenever it interrupts what i
 }
 
 TEST_CASE("what is foreseen gives way to all else, at any moment") {
-  Options options = with_separation(Sheets::separation, 3);
+  DetectorOptions options = with_separation(Sheets::separation, 3);
   auto both = std::make_unique<Both>(options);
   Sheets sheets(12);
   both->set_topology(sheets.scene.topology());
   std::mt19937 random(6);
   for (std::uint64_t step = 0; step < repetitions(250); ++step) {
     sheets.move(Expectation::within);
-    const auto foresee = [&] {
-      both->with.foresee(sheets.scene.at(sheets.expected_start),
+    const auto detect_ahead = [&] {
+      both->with.detect_ahead(sheets.scene.at(sheets.expected_start),
                          sheets.scene.at(sheets.expected_end), Sheets::tolerance);
       wait_a_little(random);
     };
-    foresee();
+    detect_ahead();
     switch (random() % 6) {
       case 0:
-        foresee();
+        detect_ahead();
         break;
       case 1:
         sheets.scene.faces.pop_back();
@@ -82,11 +82,11 @@ TEST_CASE("what is foreseen gives way to all else, at any moment") {
       case 2:
         both = std::make_unique<Both>(options);
         both->set_topology(sheets.scene.topology());
-        foresee();
+        detect_ahead();
         break;
       case 3: {
         std::vector<int> calls(3000);  // plain: the pieces are disjoint
-        both->with.parallel_for(calls.size(), 10, [&](std::size_t first, std::size_t last) {
+        both->threads.parallel_for(calls.size(), 10, [&](std::size_t first, std::size_t last) {
           for (std::size_t i = first; i < last; ++i) ++calls[i];
         });
         CHECK(calls == std::vector<int>(3000, 1));

@@ -40,19 +40,19 @@ TEST_CASE("a job that is handed out runs once on another thread, or nobody comes
       has_begun = true;
       calls += worker > 0 && worker < threads && std::this_thread::get_id() != caller ? 1 : 100;
     };
-    pool.hand_out(job);
+    pool.submit(job);
     // Taken back at once, or later, or when it has begun.
     if (round % 3 == 1) std::this_thread::sleep_for(std::chrono::microseconds(round % 100));
     if (round % 3 == 2) wait_for(has_begun);
-    const bool ran = pool.take_back();
+    const bool ran = pool.join_submitted();
     REQUIRE(calls == (ran ? 1 : 0));
     if (round % 3 == 2) REQUIRE(ran);
-    if (round % 4 == 0) pool.rouse();
+    if (round % 4 == 0) pool.prewake();
     if (round % 4 > 1) continue;
     std::vector<int> others(static_cast<std::size_t>(threads));
     pool.run([&](int worker) { ++others[static_cast<std::size_t>(worker)]; });
     REQUIRE(others == std::vector<int>(static_cast<std::size_t>(threads), 1));
-    pool.offer([&](int worker) { ++others[static_cast<std::size_t>(worker)]; });
+    pool.run_optional([&](int worker) { ++others[static_cast<std::size_t>(worker)]; });
     REQUIRE(others[0] == 2);
     REQUIRE(calls == (ran ? 1 : 0));
   }
@@ -67,9 +67,9 @@ TEST_CASE("a job that was handed out is waited for") {
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
     has_ended = true;
   };
-  pool.hand_out(job);
+  pool.submit(job);
   wait_for(has_begun);
-  CHECK(pool.take_back());
+  CHECK(pool.join_submitted());
   CHECK(has_ended);
 }
 
@@ -83,24 +83,24 @@ TEST_CASE("a job that was handed out does alone what it does in pieces, whoever 
       has_begun = true;
       for (int i = 0; i < 20; ++i) {
         if (pool.available() != 1) offered = 100;
-        pool.offer([&](int worker) { offered += worker == 0 ? 1 : 100; });
+        pool.run_optional([&](int worker) { offered += worker == 0 ? 1 : 100; });
         pool.parallel_for(1000, 1, [&](std::size_t first, std::size_t last, int worker) {
           pieces += worker == 0 && first == 0 && last == 1000 ? 1 : 100;
         });
       }
       has_ended = true;
     };
-    pool.hand_out(job);
+    pool.submit(job);
     wait_for(has_begun);
     do {
-      pool.set_helpers(round % 2 ? ThreadPool::Helpers::awake : ThreadPool::Helpers::everyone);
+      pool.set_wake_policy(round % 2 ? ThreadPool::WakePolicy::awake : ThreadPool::WakePolicy::everyone);
       std::vector<int> done(100);
       pool.parallel_for(100, 1, [&](std::size_t first, std::size_t last, int) {
         for (std::size_t i = first; i < last; ++i) ++done[i];
       });
       REQUIRE(done == std::vector<int>(100, 1));
     } while (!has_ended);
-    REQUIRE(pool.take_back());
+    REQUIRE(pool.join_submitted());
     REQUIRE(offered == 20);
     REQUIRE(pieces == 20);
   }
@@ -117,12 +117,12 @@ TEST_CASE("the pool goes on beside what was handed out, without who is at it") {
       has_begun = true;
       wait_for(may_end);
     };
-    pool.hand_out(job);
+    pool.submit(job);
     wait_for(has_begun);
     for (int i = 0; i < 5; ++i) {
       if (round % 10 == 0) let_them_sleep();
       std::vector<int> calls(static_cast<std::size_t>(threads));  // plain: the pool orders them
-      pool.offer([&](int worker) { ++calls[static_cast<std::size_t>(worker)]; });
+      pool.run_optional([&](int worker) { ++calls[static_cast<std::size_t>(worker)]; });
       REQUIRE(calls[0] == 1);
       REQUIRE(*std::max_element(calls.begin(), calls.end()) == 1);
       REQUIRE(calls[static_cast<std::size_t>(who.load())] == 0);
@@ -133,7 +133,7 @@ TEST_CASE("the pool goes on beside what was handed out, without who is at it") {
       REQUIRE(done == std::vector<int>(1000, 1));
     }
     may_end = true;
-    REQUIRE(pool.take_back());
+    REQUIRE(pool.join_submitted());
   }
 }
 
@@ -145,11 +145,11 @@ TEST_CASE("who comes out of what was handed out comes to what was offered meanwh
       has_begun = true;
       wait_for(may_end);
     };
-    pool.hand_out(job);
+    pool.submit(job);
     if (round % 2 == 0) wait_for(has_begun);
     // The other thread comes to this only after that, also where it had not begun.
     bool was_first = true;
-    pool.offer([&](int worker) {
+    pool.run_optional([&](int worker) {
       if (worker == 0) {
         may_end = true;
         wait_for(has_come);
@@ -159,7 +159,7 @@ TEST_CASE("who comes out of what was handed out comes to what was offered meanwh
       }
     });
     REQUIRE(was_first);
-    REQUIRE(pool.take_back());
+    REQUIRE(pool.join_submitted());
   }
 }
 
@@ -172,21 +172,21 @@ TEST_CASE("what calls all waits for who is at what was handed out") {
       std::this_thread::sleep_for(std::chrono::microseconds(300));
       has_ended = true;
     };
-    pool.hand_out(job);
+    pool.submit(job);
     wait_for(has_begun);
     std::vector<int> calls(3);
     pool.run([&](int worker) { ++calls[static_cast<std::size_t>(worker)]; });
     REQUIRE(calls == std::vector<int>(3, 1));
     REQUIRE(has_ended);
-    REQUIRE(pool.take_back());
+    REQUIRE(pool.join_submitted());
   }
 }
 
 TEST_CASE("a pool of one hands out nothing") {
   ThreadPool pool(1);
   const auto job = [](int) { FAIL("nobody is there"); };
-  pool.hand_out(job);
-  CHECK(!pool.take_back());
+  pool.submit(job);
+  CHECK(!pool.join_submitted());
 }
 
 TEST_CASE("an exception of a job that was handed out reaches who takes it back, once") {
@@ -197,13 +197,13 @@ TEST_CASE("an exception of a job that was handed out reaches who takes it back, 
       has_begun = true;
       throw std::runtime_error("bad job");
     };
-    pool.hand_out(bad);
+    pool.submit(bad);
     wait_for(has_begun);
-    CHECK_THROWS_AS(pool.take_back(), std::runtime_error);
+    CHECK_THROWS_AS(pool.join_submitted(), std::runtime_error);
     int calls = 0;
     const auto good = [&](int) { ++calls; };
-    pool.hand_out(good);
-    CHECK(calls == (pool.take_back() ? 1 : 0));
+    pool.submit(good);
+    CHECK(calls == (pool.join_submitted() ? 1 : 0));
     pool.run([](int) {});
   }
 }
@@ -217,17 +217,17 @@ TEST_CASE("exceptions of what was handed out and of what is done beside it do no
       while (round % 2 == 0 && !may_end) std::this_thread::yield();
       throw std::runtime_error("handed out");
     };
-    pool.hand_out(bad);
+    pool.submit(bad);
     wait_for(has_begun);
-    CHECK_THROWS_AS(pool.offer([](int) { throw std::logic_error("offered"); }), std::logic_error);
+    CHECK_THROWS_AS(pool.run_optional([](int) { throw std::logic_error("offered"); }), std::logic_error);
     CHECK_THROWS_AS(pool.parallel_for(100, 1,
                                       [](std::size_t first, std::size_t, int) {
                                         if (first == 7) throw std::logic_error("in pieces");
                                       }),
                     std::logic_error);
-    pool.offer([](int) {});
+    pool.run_optional([](int) {});
     may_end = true;
-    CHECK_THROWS_AS(pool.take_back(), std::runtime_error);
+    CHECK_THROWS_AS(pool.join_submitted(), std::runtime_error);
     pool.run([](int) {});
   }
 }
@@ -248,29 +248,29 @@ TEST_CASE("a pool that was roused runs its jobs, whether they come or not") {
   ThreadPool pool(4);
   for (int round = 0; round < 40; ++round) {
     if (round % 4 < 2) let_them_sleep();
-    pool.rouse();
-    if (round % 4 == 1) pool.rouse();
+    pool.prewake();
+    if (round % 4 == 1) pool.prewake();
     if (round % 8 == 3) continue;
     std::vector<int> calls(4);
     pool.run([&](int worker) { ++calls[static_cast<std::size_t>(worker)]; });
     REQUIRE(calls == std::vector<int>(4, 1));
   }
   let_them_sleep();
-  pool.rouse();
+  pool.prewake();
 }
 
 TEST_CASE("with those that are awake, who sleeps goes on sleeping, and what calls all calls all") {
   ThreadPool pool(3);
   for (int round = 0; round < 200; ++round) {
     const bool asleep = round % 20 == 0;
-    pool.set_helpers(ThreadPool::Helpers::awake);
+    pool.set_wake_policy(ThreadPool::WakePolicy::awake);
     while (asleep && pool.available() > 1) let_them_sleep();
     const int available = pool.available();
     REQUIRE(available >= 1);
     REQUIRE(available <= 3);
     std::vector<int> calls(3);  // plain: the pool orders the accesses
-    pool.rouse();
-    pool.offer([&](int worker) { ++calls[static_cast<std::size_t>(worker)]; });
+    pool.prewake();
+    pool.run_optional([&](int worker) { ++calls[static_cast<std::size_t>(worker)]; });
     REQUIRE(calls[0] == 1);
     REQUIRE(std::max(calls[1], calls[2]) <= 1);
     if (asleep) {
@@ -287,7 +287,7 @@ TEST_CASE("with those that are awake, who sleeps goes on sleeping, and what call
       pool.run([&](int worker) { ++calls[static_cast<std::size_t>(worker)]; });
       REQUIRE(calls == std::vector<int>(3, 1));
     }
-    pool.set_helpers(ThreadPool::Helpers::everyone);
+    pool.set_wake_policy(ThreadPool::WakePolicy::everyone);
     REQUIRE(pool.available() == 3);
   }
 }
@@ -305,7 +305,7 @@ TEST_CASE("an offered job runs on worker 0 and at most once on each other") {
   ThreadPool pool(4);
   for (int round = 0; round < 500; ++round) {
     std::vector<int> calls(4);
-    pool.offer([&](int worker) { ++calls[static_cast<std::size_t>(worker)]; });
+    pool.run_optional([&](int worker) { ++calls[static_cast<std::size_t>(worker)]; });
     REQUIRE(calls[0] == 1);
     for (int count : calls) REQUIRE(count <= 1);
     if (round % 100 == 0) let_them_sleep();
@@ -354,7 +354,7 @@ TEST_CASE(
                     std::runtime_error);
   }
   int calls = 0;
-  pool.offer([&](int worker) {
+  pool.run_optional([&](int worker) {
     if (worker == 0) ++calls;
   });
   CHECK(calls == 1);

@@ -39,8 +39,8 @@ template <class Item, class Strategy = LazyStealing<Item>>
 class BalancedRun {
  public:
   // `options` go to the strategy, after the number of workers. The pool must outlive this.
-  template <class... Options>
-  explicit BalancedRun(ThreadPool& pool, Options... options)
+  template <class... DetectorOptions>
+  explicit BalancedRun(ThreadPool& pool, DetectorOptions... options)
       : pool_(&pool),
         strategy_(pool.size(), options...),
         members_(static_cast<std::size_t>(pool.size())) {}
@@ -58,7 +58,7 @@ class BalancedRun {
     if constexpr (Strategy::everyone) {
       pool_->run(job);
     } else {
-      pool_->offer(job);
+      pool_->run_optional(job);
     }
     RunCounts counts;
     for (int worker = 0; worker < pool_->size(); ++worker) {

@@ -67,7 +67,7 @@ class GreedyStealing {
     Member& m = member(worker);
     auto taken = m.protocol.own_batch();
     if (taken.count == 0) {
-      Waiting waiting(m.counts.ms_waited);
+      SpinWait waiting(m.counts.ms_waited);
       while (!m.protocol.steal_from_all()) {
         if (m.protocol.over() || m.protocol.cancelled()) return false;
         waiting.pause();

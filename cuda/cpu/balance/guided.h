@@ -46,7 +46,7 @@ class Guided {
     };
     set(counters_.live, 1u);  // of the initial list
     for (auto* word : {&counters_.claimed, &counters_.given}) set(*word, std::uint64_t{0});
-    for (auto* word : {&counters_.giving, &counters_.hungry, &counters_.cancelled}) set(*word, 0u);
+    for (auto* word : {&counters_.giving, &counters_.idle_workers, &counters_.cancelled}) set(*word, 0u);
     for (std::uint32_t i = 0; i < view_.workers; ++i) set(unread_[i], 0u);
     for (Member& m : members_) m.counts = {};
   }
@@ -58,7 +58,7 @@ class Guided {
   // Fills the empty stack; false: the run is over or cancelled.
   bool take(int worker, WorkStack<Item>& stack) {
     Member& m = member(worker);
-    Waiting waiting(m.counts.ms_waited);
+    SpinWait waiting(m.counts.ms_waited);
     for (;;) {
       const Batch<Item> batch = m.protocol.claim();
       if (batch.count != 0) {

@@ -51,7 +51,7 @@ class LazyStealing {
     const auto chunks = static_cast<std::uint32_t>((count + ChunkSize - 1) / ChunkSize);
     HostAtomics::store(counters_.live.cell, chunks, HostAtomics::relaxed);
     HostAtomics::store(counters_.claimed.cell, std::uint64_t{0}, HostAtomics::relaxed);
-    HostAtomics::store(counters_.hungry.cell, 0u, HostAtomics::relaxed);
+    HostAtomics::store(counters_.idle_workers.cell, 0u, HostAtomics::relaxed);
     for (Member& member : members_) member.counts = {};
   }
 
@@ -65,7 +65,7 @@ class LazyStealing {
   bool take(int worker, WorkStack<Item>& stack) {
     Member& m = member(worker);
     Batch<Item> batch = m.protocol.own_batch();
-    Waiting waiting(m.counts.ms_waited);
+    SpinWait waiting(m.counts.ms_waited);
     while (batch.count == 0) {
       if (m.protocol.over() || m.protocol.cancelled()) return false;
       // Asking the own deque, empty now, is harmless. Whoever had work is asked again first.
@@ -80,7 +80,7 @@ class LazyStealing {
   }
 
   bool should_share(int worker, const WorkStack<Item>&) const {
-    return member(worker).protocol.hungry();
+    return member(worker).protocol.any_worker_idle();
   }
 
   // Offers half of the oldest items. False: the run is cancelled.

@@ -138,7 +138,7 @@ class StaticList {
     if (HostAtomics::fetch_add(arrived_.value, 1u, HostAtomics::acq_rel) + 1 == workers()) {
       begin_round(round);
     } else {
-      Waiting waiting(m.counts.ms_waited);
+      SpinWait waiting(m.counts.ms_waited);
       // Acquire, pairs with the release in begin_round().
       while (HostAtomics::load(round_.value, HostAtomics::acquire) == round) {
         if (cancelled()) return false;

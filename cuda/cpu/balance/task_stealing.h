@@ -75,7 +75,7 @@ class TaskStealing {
     }
     if (m.busy) termination().unit_ended();
     m.busy = false;
-    Waiting waiting(m.counts.ms_waited);
+    SpinWait waiting(m.counts.ms_waited);
     for (;;) {
       if (termination().over() || cancelled()) return false;
       std::uint64_t task;

@@ -11,10 +11,10 @@ namespace LAZYCCD_ISA {
 // The difference of two records is scaled in double, so that only the rounding to float of the
 // result is coarse (core/elementary.h).
 template <ContactKind kind>
-LAZYCCD_INLINE Differences<Pack> gather(const LeafScene& scene, const Candidate* c) {
-  alignas(64) Float8 rows[3][Pack::lanes];
+LAZYCCD_INLINE Differences<FloatLanes> gather(const LeafScene& scene, const Candidate* c) {
+  alignas(64) Float8 rows[3][FloatLanes::lanes];
   const Double8* records = records_of(scene);
-  for (int i = 0; i < Pack::lanes; ++i) {
+  for (int i = 0; i < FloatLanes::lanes; ++i) {
     const Ends e = ends<kind>(scene, c[i]);
     const auto difference = [&](const std::int32_t(&p)[2]) {
       return __builtin_convertvector((records[p[1]] - records[p[0]]) * scene.scale, Float8);
@@ -23,13 +23,13 @@ LAZYCCD_INLINE Differences<Pack> gather(const LeafScene& scene, const Candidate*
     rows[1][i] = difference(e.e2);
     rows[2][i] = difference(e.r);
   }
-  Pack columns[3][kColumns];
+  FloatLanes columns[3][kColumns];
   for (int k = 0; k < 3; ++k) transpose(rows[k], columns[k]);
-  const auto vector = [&](int k, int end) -> Vec3<Pack> {
-    const Pack* column = columns[k] + 3 * end;
+  const auto vector = [&](int k, int end) -> Vec3<FloatLanes> {
+    const FloatLanes* column = columns[k] + 3 * end;
     return {column[0], column[1], column[2]};
   };
-  Differences<Pack> d;
+  Differences<FloatLanes> d;
   for (int end = 0; end < 2; ++end) {
     d.e1[end] = vector(0, end);
     d.e2[end] = vector(1, end);
@@ -45,9 +45,9 @@ struct DifferencesAt {
 };
 
 template <ContactKind kind, int end>
-LAZYCCD_INLINE DifferencesAt<Pack> gather_at(const LeafScene& scene, const Candidate* c) {
-  Ends of[Pack::lanes];
-  for (int i = 0; i < Pack::lanes; ++i) of[i] = ends<kind>(scene, c[i]);
+LAZYCCD_INLINE DifferencesAt<FloatLanes> gather_at(const LeafScene& scene, const Candidate* c) {
+  Ends of[FloatLanes::lanes];
+  for (int i = 0; i < FloatLanes::lanes; ++i) of[i] = ends<kind>(scene, c[i]);
   const auto difference = [&](std::int32_t(Ends::*points)[2]) {
     const auto position = [&](int lane, int which) {
       const auto vertex = static_cast<std::uint32_t>((of[lane].*points)[which]);

@@ -21,32 +21,32 @@ LAZYCCD_INLINE WideMask operator|(WideMask a, WideMask b) {
 }
 LAZYCCD_INLINE WideMask operator!(WideMask a) { return {static_cast<__mmask8>(~a.m)}; }
 
-struct Wide {
+struct DoubleLanes {
   static constexpr int lanes = 8;
   __m512d v;
-  Wide() = default;
-  LAZYCCD_INLINE Wide(__m512d x) : v(x) {}
-  LAZYCCD_INLINE explicit Wide(double x) : v(_mm512_set1_pd(x)) {}
-  static LAZYCCD_INLINE Wide load(const double* p) { return _mm512_load_pd(p); }
+  DoubleLanes() = default;
+  LAZYCCD_INLINE DoubleLanes(__m512d x) : v(x) {}
+  LAZYCCD_INLINE explicit DoubleLanes(double x) : v(_mm512_set1_pd(x)) {}
+  static LAZYCCD_INLINE DoubleLanes load(const double* p) { return _mm512_load_pd(p); }
   LAZYCCD_INLINE void store(double* p) const { _mm512_store_pd(p, v); }
 };
-LAZYCCD_INLINE Wide operator-(Wide a) {
+LAZYCCD_INLINE DoubleLanes operator-(DoubleLanes a) {
   return _mm512_castsi512_pd(
       _mm512_xor_si512(_mm512_castpd_si512(a.v), _mm512_set1_epi64(INT64_MIN)));
 }
-LAZYCCD_INLINE WideMask operator<(Wide a, Wide b) {
+LAZYCCD_INLINE WideMask operator<(DoubleLanes a, DoubleLanes b) {
   return {_mm512_cmp_pd_mask(a.v, b.v, _CMP_LT_OQ)};
 }
-LAZYCCD_INLINE WideMask operator<=(Wide a, Wide b) {
+LAZYCCD_INLINE WideMask operator<=(DoubleLanes a, DoubleLanes b) {
   return {_mm512_cmp_pd_mask(a.v, b.v, _CMP_LE_OQ)};
 }
-LAZYCCD_INLINE Wide select(WideMask m, Wide a, Wide b) {
+LAZYCCD_INLINE DoubleLanes select(WideMask m, DoubleLanes a, DoubleLanes b) {
   return _mm512_mask_blend_pd(m.m, b.v, a.v);
 }
-LAZYCCD_INLINE Wide lane_min(Wide a, Wide b) { return _mm512_min_pd(a.v, b.v); }
-LAZYCCD_INLINE Wide lane_max(Wide a, Wide b) { return _mm512_max_pd(a.v, b.v); }
-LAZYCCD_INLINE Wide lane_abs(Wide a) { return _mm512_abs_pd(a.v); }
-LAZYCCD_INLINE Wide lane_sqrt(Wide a) { return _mm512_sqrt_pd(a.v); }
+LAZYCCD_INLINE DoubleLanes lane_min(DoubleLanes a, DoubleLanes b) { return _mm512_min_pd(a.v, b.v); }
+LAZYCCD_INLINE DoubleLanes lane_max(DoubleLanes a, DoubleLanes b) { return _mm512_max_pd(a.v, b.v); }
+LAZYCCD_INLINE DoubleLanes lane_abs(DoubleLanes a) { return _mm512_abs_pd(a.v); }
+LAZYCCD_INLINE DoubleLanes lane_sqrt(DoubleLanes a) { return _mm512_sqrt_pd(a.v); }
 
 #elif defined(__AVX2__)
 
@@ -60,23 +60,23 @@ LAZYCCD_INLINE WideMask operator!(WideMask a) {
   return {_mm256_xor_pd(a.m, _mm256_castsi256_pd(_mm256_set1_epi32(-1)))};
 }
 
-struct Wide {
+struct DoubleLanes {
   static constexpr int lanes = 4;
   __m256d v;
-  Wide() = default;
-  LAZYCCD_INLINE Wide(__m256d x) : v(x) {}
-  LAZYCCD_INLINE explicit Wide(double x) : v(_mm256_set1_pd(x)) {}
-  static LAZYCCD_INLINE Wide load(const double* p) { return _mm256_load_pd(p); }
+  DoubleLanes() = default;
+  LAZYCCD_INLINE DoubleLanes(__m256d x) : v(x) {}
+  LAZYCCD_INLINE explicit DoubleLanes(double x) : v(_mm256_set1_pd(x)) {}
+  static LAZYCCD_INLINE DoubleLanes load(const double* p) { return _mm256_load_pd(p); }
   LAZYCCD_INLINE void store(double* p) const { _mm256_store_pd(p, v); }
 };
-LAZYCCD_INLINE Wide operator-(Wide a) { return _mm256_xor_pd(a.v, _mm256_set1_pd(-0.0)); }
-LAZYCCD_INLINE WideMask operator<(Wide a, Wide b) { return {_mm256_cmp_pd(a.v, b.v, _CMP_LT_OQ)}; }
-LAZYCCD_INLINE WideMask operator<=(Wide a, Wide b) { return {_mm256_cmp_pd(a.v, b.v, _CMP_LE_OQ)}; }
-LAZYCCD_INLINE Wide select(WideMask m, Wide a, Wide b) { return _mm256_blendv_pd(b.v, a.v, m.m); }
-LAZYCCD_INLINE Wide lane_min(Wide a, Wide b) { return _mm256_min_pd(a.v, b.v); }
-LAZYCCD_INLINE Wide lane_max(Wide a, Wide b) { return _mm256_max_pd(a.v, b.v); }
-LAZYCCD_INLINE Wide lane_abs(Wide a) { return _mm256_andnot_pd(_mm256_set1_pd(-0.0), a.v); }
-LAZYCCD_INLINE Wide lane_sqrt(Wide a) { return _mm256_sqrt_pd(a.v); }
+LAZYCCD_INLINE DoubleLanes operator-(DoubleLanes a) { return _mm256_xor_pd(a.v, _mm256_set1_pd(-0.0)); }
+LAZYCCD_INLINE WideMask operator<(DoubleLanes a, DoubleLanes b) { return {_mm256_cmp_pd(a.v, b.v, _CMP_LT_OQ)}; }
+LAZYCCD_INLINE WideMask operator<=(DoubleLanes a, DoubleLanes b) { return {_mm256_cmp_pd(a.v, b.v, _CMP_LE_OQ)}; }
+LAZYCCD_INLINE DoubleLanes select(WideMask m, DoubleLanes a, DoubleLanes b) { return _mm256_blendv_pd(b.v, a.v, m.m); }
+LAZYCCD_INLINE DoubleLanes lane_min(DoubleLanes a, DoubleLanes b) { return _mm256_min_pd(a.v, b.v); }
+LAZYCCD_INLINE DoubleLanes lane_max(DoubleLanes a, DoubleLanes b) { return _mm256_max_pd(a.v, b.v); }
+LAZYCCD_INLINE DoubleLanes lane_abs(DoubleLanes a) { return _mm256_andnot_pd(_mm256_set1_pd(-0.0), a.v); }
+LAZYCCD_INLINE DoubleLanes lane_sqrt(DoubleLanes a) { return _mm256_sqrt_pd(a.v); }
 
 #else  // two lanes of the compiler's own vectors
 
@@ -91,55 +91,55 @@ LAZYCCD_INLINE WideMask operator&(WideMask a, WideMask b) { return {a.m & b.m}; 
 LAZYCCD_INLINE WideMask operator|(WideMask a, WideMask b) { return {a.m | b.m}; }
 LAZYCCD_INLINE WideMask operator!(WideMask a) { return {~a.m}; }
 
-struct Wide {
+struct DoubleLanes {
   static constexpr int lanes = 2;
   Double2 v;
-  Wide() = default;
-  LAZYCCD_INLINE Wide(Double2 x) : v(x) {}
-  LAZYCCD_INLINE explicit Wide(double x) : v{x, x} {}
-  static LAZYCCD_INLINE Wide load(const double* p) { return *reinterpret_cast<const Double2*>(p); }
+  DoubleLanes() = default;
+  LAZYCCD_INLINE DoubleLanes(Double2 x) : v(x) {}
+  LAZYCCD_INLINE explicit DoubleLanes(double x) : v{x, x} {}
+  static LAZYCCD_INLINE DoubleLanes load(const double* p) { return *reinterpret_cast<const Double2*>(p); }
   LAZYCCD_INLINE void store(double* p) const { *reinterpret_cast<Double2*>(p) = v; }
 };
-LAZYCCD_INLINE Wide operator-(Wide a) { return -a.v; }
-LAZYCCD_INLINE WideMask operator<(Wide a, Wide b) { return {a.v < b.v}; }
-LAZYCCD_INLINE WideMask operator<=(Wide a, Wide b) { return {a.v <= b.v}; }
-LAZYCCD_INLINE Wide select(WideMask m, Wide a, Wide b) {
+LAZYCCD_INLINE DoubleLanes operator-(DoubleLanes a) { return -a.v; }
+LAZYCCD_INLINE WideMask operator<(DoubleLanes a, DoubleLanes b) { return {a.v < b.v}; }
+LAZYCCD_INLINE WideMask operator<=(DoubleLanes a, DoubleLanes b) { return {a.v <= b.v}; }
+LAZYCCD_INLINE DoubleLanes select(WideMask m, DoubleLanes a, DoubleLanes b) {
   return reinterpret_cast<Double2>((m.m & reinterpret_cast<Long2>(a.v)) |
                                    (~m.m & reinterpret_cast<Long2>(b.v)));
 }
-LAZYCCD_INLINE Wide lane_min(Wide a, Wide b) { return select(a < b, a, b); }
-LAZYCCD_INLINE Wide lane_max(Wide a, Wide b) { return select({b.v < a.v}, a, b); }
-LAZYCCD_INLINE Wide lane_abs(Wide a) {
+LAZYCCD_INLINE DoubleLanes lane_min(DoubleLanes a, DoubleLanes b) { return select(a < b, a, b); }
+LAZYCCD_INLINE DoubleLanes lane_max(DoubleLanes a, DoubleLanes b) { return select({b.v < a.v}, a, b); }
+LAZYCCD_INLINE DoubleLanes lane_abs(DoubleLanes a) {
   return reinterpret_cast<Double2>(reinterpret_cast<Long2>(a.v) & INT64_MAX);
 }
-LAZYCCD_INLINE Wide lane_sqrt(Wide a) {
+LAZYCCD_INLINE DoubleLanes lane_sqrt(DoubleLanes a) {
   return Double2{__builtin_sqrt(a.v[0]), __builtin_sqrt(a.v[1])};
 }
 
 #endif
 
-LAZYCCD_INLINE Wide operator+(Wide a, Wide b) { return a.v + b.v; }
-LAZYCCD_INLINE Wide operator-(Wide a, Wide b) { return a.v - b.v; }
-LAZYCCD_INLINE Wide operator*(Wide a, Wide b) { return a.v * b.v; }
-LAZYCCD_INLINE Wide operator/(Wide a, Wide b) { return a.v / b.v; }
-LAZYCCD_INLINE WideMask operator>(Wide a, Wide b) { return b < a; }
-LAZYCCD_INLINE WideMask operator>=(Wide a, Wide b) { return b <= a; }
+LAZYCCD_INLINE DoubleLanes operator+(DoubleLanes a, DoubleLanes b) { return a.v + b.v; }
+LAZYCCD_INLINE DoubleLanes operator-(DoubleLanes a, DoubleLanes b) { return a.v - b.v; }
+LAZYCCD_INLINE DoubleLanes operator*(DoubleLanes a, DoubleLanes b) { return a.v * b.v; }
+LAZYCCD_INLINE DoubleLanes operator/(DoubleLanes a, DoubleLanes b) { return a.v / b.v; }
+LAZYCCD_INLINE WideMask operator>(DoubleLanes a, DoubleLanes b) { return b < a; }
+LAZYCCD_INLINE WideMask operator>=(DoubleLanes a, DoubleLanes b) { return b <= a; }
 LAZYCCD_INLINE bool lane_any(WideMask m) { return m.bits() != 0; }
 // As that of one number.
-LAZYCCD_INLINE Wide unit_scale(Wide size) {
-  typedef std::uint64_t Bits __attribute__((vector_size(sizeof(Wide))));
-  typedef std::int64_t Exponent __attribute__((vector_size(sizeof(Wide))));
+LAZYCCD_INLINE DoubleLanes unit_scale(DoubleLanes size) {
+  typedef std::uint64_t Bits __attribute__((vector_size(sizeof(DoubleLanes))));
+  typedef std::int64_t Exponent __attribute__((vector_size(sizeof(DoubleLanes))));
   const auto exponent = reinterpret_cast<Exponent>(reinterpret_cast<Bits>(size.v) >> 52);
   const Exponent inverse = exponent < 2046 ? 2046 - exponent : Exponent{} + 1;
-  const Wide scale = reinterpret_cast<decltype(size.v)>(inverse << 52);
-  const WideMask normal = (Wide(0x1p-1020) < size) & (size <= Wide(0x1.fffffffffffffp1023));
-  return select(normal, scale, Wide(1.0));
+  const DoubleLanes scale = reinterpret_cast<decltype(size.v)>(inverse << 52);
+  const WideMask normal = (DoubleLanes(0x1p-1020) < size) & (size <= DoubleLanes(0x1.fffffffffffffp1023));
+  return select(normal, scale, DoubleLanes(1.0));
 }
 
 }  // namespace LAZYCCD_ISA
 
 template <>
-struct Lane<LAZYCCD_ISA::Wide> {
+struct Lane<LAZYCCD_ISA::DoubleLanes> {
   using Mask = LAZYCCD_ISA::WideMask;
   using Scalar = double;
 };

@@ -31,26 +31,26 @@ LAZYCCD_INLINE Mask operator&(Mask a, Mask b) { return {static_cast<__mmask16>(a
 LAZYCCD_INLINE Mask operator|(Mask a, Mask b) { return {static_cast<__mmask16>(a.m | b.m)}; }
 LAZYCCD_INLINE Mask operator!(Mask a) { return {static_cast<__mmask16>(~a.m)}; }
 
-struct Pack {
+struct FloatLanes {
   static constexpr int lanes = 16;
   __m512 v;
-  Pack() = default;
-  LAZYCCD_INLINE Pack(__m512 x) : v(x) {}
-  LAZYCCD_INLINE explicit Pack(float x) : v(_mm512_set1_ps(x)) {}
-  static LAZYCCD_INLINE Pack load(const float* p) { return _mm512_load_ps(p); }
+  FloatLanes() = default;
+  LAZYCCD_INLINE FloatLanes(__m512 x) : v(x) {}
+  LAZYCCD_INLINE explicit FloatLanes(float x) : v(_mm512_set1_ps(x)) {}
+  static LAZYCCD_INLINE FloatLanes load(const float* p) { return _mm512_load_ps(p); }
   LAZYCCD_INLINE void store(float* p) const { _mm512_store_ps(p, v); }
 };
-LAZYCCD_INLINE Pack operator-(Pack a) {
+LAZYCCD_INLINE FloatLanes operator-(FloatLanes a) {
   return _mm512_castsi512_ps(_mm512_xor_si512(_mm512_castps_si512(a.v), _mm512_set1_epi32(INT32_MIN)));
 }
-LAZYCCD_INLINE Mask operator<(Pack a, Pack b) { return {_mm512_cmp_ps_mask(a.v, b.v, _CMP_LT_OQ)}; }
-LAZYCCD_INLINE Mask operator<=(Pack a, Pack b) { return {_mm512_cmp_ps_mask(a.v, b.v, _CMP_LE_OQ)}; }
-LAZYCCD_INLINE Pack select(Mask m, Pack a, Pack b) { return _mm512_mask_blend_ps(m.m, b.v, a.v); }
-LAZYCCD_INLINE Pack lane_min(Pack a, Pack b) { return _mm512_min_ps(a.v, b.v); }
-LAZYCCD_INLINE Pack lane_max(Pack a, Pack b) { return _mm512_max_ps(a.v, b.v); }
-LAZYCCD_INLINE Pack lane_abs(Pack a) { return _mm512_abs_ps(a.v); }
-LAZYCCD_INLINE Pack lane_sqrt(Pack a) { return _mm512_sqrt_ps(a.v); }
-LAZYCCD_INLINE Pack lane_floor(Pack a) {
+LAZYCCD_INLINE Mask operator<(FloatLanes a, FloatLanes b) { return {_mm512_cmp_ps_mask(a.v, b.v, _CMP_LT_OQ)}; }
+LAZYCCD_INLINE Mask operator<=(FloatLanes a, FloatLanes b) { return {_mm512_cmp_ps_mask(a.v, b.v, _CMP_LE_OQ)}; }
+LAZYCCD_INLINE FloatLanes select(Mask m, FloatLanes a, FloatLanes b) { return _mm512_mask_blend_ps(m.m, b.v, a.v); }
+LAZYCCD_INLINE FloatLanes lane_min(FloatLanes a, FloatLanes b) { return _mm512_min_ps(a.v, b.v); }
+LAZYCCD_INLINE FloatLanes lane_max(FloatLanes a, FloatLanes b) { return _mm512_max_ps(a.v, b.v); }
+LAZYCCD_INLINE FloatLanes lane_abs(FloatLanes a) { return _mm512_abs_ps(a.v); }
+LAZYCCD_INLINE FloatLanes lane_sqrt(FloatLanes a) { return _mm512_sqrt_ps(a.v); }
+LAZYCCD_INLINE FloatLanes lane_floor(FloatLanes a) {
   return _mm512_roundscale_ps(a.v, _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC);
 }
 LAZYCCD_INLINE Mask equal(const std::int32_t* p, std::int32_t x) {
@@ -69,24 +69,24 @@ LAZYCCD_INLINE Mask operator!(Mask a) {
   return {_mm256_xor_ps(a.m, _mm256_castsi256_ps(_mm256_set1_epi32(-1)))};
 }
 
-struct Pack {
+struct FloatLanes {
   static constexpr int lanes = 8;
   __m256 v;
-  Pack() = default;
-  LAZYCCD_INLINE Pack(__m256 x) : v(x) {}
-  LAZYCCD_INLINE explicit Pack(float x) : v(_mm256_set1_ps(x)) {}
-  static LAZYCCD_INLINE Pack load(const float* p) { return _mm256_load_ps(p); }
+  FloatLanes() = default;
+  LAZYCCD_INLINE FloatLanes(__m256 x) : v(x) {}
+  LAZYCCD_INLINE explicit FloatLanes(float x) : v(_mm256_set1_ps(x)) {}
+  static LAZYCCD_INLINE FloatLanes load(const float* p) { return _mm256_load_ps(p); }
   LAZYCCD_INLINE void store(float* p) const { _mm256_store_ps(p, v); }
 };
-LAZYCCD_INLINE Pack operator-(Pack a) { return _mm256_xor_ps(a.v, _mm256_set1_ps(-0.0f)); }
-LAZYCCD_INLINE Mask operator<(Pack a, Pack b) { return {_mm256_cmp_ps(a.v, b.v, _CMP_LT_OQ)}; }
-LAZYCCD_INLINE Mask operator<=(Pack a, Pack b) { return {_mm256_cmp_ps(a.v, b.v, _CMP_LE_OQ)}; }
-LAZYCCD_INLINE Pack select(Mask m, Pack a, Pack b) { return _mm256_blendv_ps(b.v, a.v, m.m); }
-LAZYCCD_INLINE Pack lane_min(Pack a, Pack b) { return _mm256_min_ps(a.v, b.v); }
-LAZYCCD_INLINE Pack lane_max(Pack a, Pack b) { return _mm256_max_ps(a.v, b.v); }
-LAZYCCD_INLINE Pack lane_abs(Pack a) { return _mm256_andnot_ps(_mm256_set1_ps(-0.0f), a.v); }
-LAZYCCD_INLINE Pack lane_sqrt(Pack a) { return _mm256_sqrt_ps(a.v); }
-LAZYCCD_INLINE Pack lane_floor(Pack a) { return _mm256_floor_ps(a.v); }
+LAZYCCD_INLINE FloatLanes operator-(FloatLanes a) { return _mm256_xor_ps(a.v, _mm256_set1_ps(-0.0f)); }
+LAZYCCD_INLINE Mask operator<(FloatLanes a, FloatLanes b) { return {_mm256_cmp_ps(a.v, b.v, _CMP_LT_OQ)}; }
+LAZYCCD_INLINE Mask operator<=(FloatLanes a, FloatLanes b) { return {_mm256_cmp_ps(a.v, b.v, _CMP_LE_OQ)}; }
+LAZYCCD_INLINE FloatLanes select(Mask m, FloatLanes a, FloatLanes b) { return _mm256_blendv_ps(b.v, a.v, m.m); }
+LAZYCCD_INLINE FloatLanes lane_min(FloatLanes a, FloatLanes b) { return _mm256_min_ps(a.v, b.v); }
+LAZYCCD_INLINE FloatLanes lane_max(FloatLanes a, FloatLanes b) { return _mm256_max_ps(a.v, b.v); }
+LAZYCCD_INLINE FloatLanes lane_abs(FloatLanes a) { return _mm256_andnot_ps(_mm256_set1_ps(-0.0f), a.v); }
+LAZYCCD_INLINE FloatLanes lane_sqrt(FloatLanes a) { return _mm256_sqrt_ps(a.v); }
+LAZYCCD_INLINE FloatLanes lane_floor(FloatLanes a) { return _mm256_floor_ps(a.v); }
 LAZYCCD_INLINE Mask equal(const std::int32_t* p, std::int32_t x) {
   const __m256i row = _mm256_load_si256(reinterpret_cast<const __m256i*>(p));
   return {_mm256_castsi256_ps(_mm256_cmpeq_epi32(row, _mm256_set1_epi32(x)))};
@@ -111,32 +111,32 @@ LAZYCCD_INLINE Mask operator&(Mask a, Mask b) { return {a.m & b.m}; }
 LAZYCCD_INLINE Mask operator|(Mask a, Mask b) { return {a.m | b.m}; }
 LAZYCCD_INLINE Mask operator!(Mask a) { return {~a.m}; }
 
-struct Pack {
+struct FloatLanes {
   static constexpr int lanes = 4;
   Float4 v;
-  Pack() = default;
-  LAZYCCD_INLINE Pack(Float4 x) : v(x) {}
-  LAZYCCD_INLINE explicit Pack(float x) : v{x, x, x, x} {}
-  static LAZYCCD_INLINE Pack load(const float* p) { return *reinterpret_cast<const Float4*>(p); }
+  FloatLanes() = default;
+  LAZYCCD_INLINE FloatLanes(Float4 x) : v(x) {}
+  LAZYCCD_INLINE explicit FloatLanes(float x) : v{x, x, x, x} {}
+  static LAZYCCD_INLINE FloatLanes load(const float* p) { return *reinterpret_cast<const Float4*>(p); }
   LAZYCCD_INLINE void store(float* p) const { *reinterpret_cast<Float4*>(p) = v; }
 };
-LAZYCCD_INLINE Pack operator-(Pack a) { return -a.v; }
-LAZYCCD_INLINE Mask operator<(Pack a, Pack b) { return {a.v < b.v}; }
-LAZYCCD_INLINE Mask operator<=(Pack a, Pack b) { return {a.v <= b.v}; }
-LAZYCCD_INLINE Pack select(Mask m, Pack a, Pack b) {
+LAZYCCD_INLINE FloatLanes operator-(FloatLanes a) { return -a.v; }
+LAZYCCD_INLINE Mask operator<(FloatLanes a, FloatLanes b) { return {a.v < b.v}; }
+LAZYCCD_INLINE Mask operator<=(FloatLanes a, FloatLanes b) { return {a.v <= b.v}; }
+LAZYCCD_INLINE FloatLanes select(Mask m, FloatLanes a, FloatLanes b) {
   return reinterpret_cast<Float4>((m.m & reinterpret_cast<Int4>(a.v)) |
                                   (~m.m & reinterpret_cast<Int4>(b.v)));
 }
-LAZYCCD_INLINE Pack lane_min(Pack a, Pack b) { return select(a < b, a, b); }
-LAZYCCD_INLINE Pack lane_max(Pack a, Pack b) { return select({b.v < a.v}, a, b); }
-LAZYCCD_INLINE Pack lane_abs(Pack a) {
+LAZYCCD_INLINE FloatLanes lane_min(FloatLanes a, FloatLanes b) { return select(a < b, a, b); }
+LAZYCCD_INLINE FloatLanes lane_max(FloatLanes a, FloatLanes b) { return select({b.v < a.v}, a, b); }
+LAZYCCD_INLINE FloatLanes lane_abs(FloatLanes a) {
   return reinterpret_cast<Float4>(reinterpret_cast<Int4>(a.v) & INT32_MAX);
 }
-LAZYCCD_INLINE Pack lane_sqrt(Pack a) {
+LAZYCCD_INLINE FloatLanes lane_sqrt(FloatLanes a) {
   for (int i = 0; i < 4; ++i) a.v[i] = __builtin_sqrtf(a.v[i]);
   return a;
 }
-LAZYCCD_INLINE Pack lane_floor(Pack a) {
+LAZYCCD_INLINE FloatLanes lane_floor(FloatLanes a) {
   for (int i = 0; i < 4; ++i) a.v[i] = __builtin_floorf(a.v[i]);
   return a;
 }
@@ -146,20 +146,20 @@ LAZYCCD_INLINE Mask equal(const std::int32_t* p, std::int32_t x) {
 
 #endif
 
-LAZYCCD_INLINE Pack operator+(Pack a, Pack b) { return a.v + b.v; }
-LAZYCCD_INLINE Pack operator-(Pack a, Pack b) { return a.v - b.v; }
-LAZYCCD_INLINE Pack operator*(Pack a, Pack b) { return a.v * b.v; }
-LAZYCCD_INLINE Pack operator/(Pack a, Pack b) { return a.v / b.v; }
-LAZYCCD_INLINE Mask operator>(Pack a, Pack b) { return b < a; }
-LAZYCCD_INLINE Mask operator>=(Pack a, Pack b) { return b <= a; }
+LAZYCCD_INLINE FloatLanes operator+(FloatLanes a, FloatLanes b) { return a.v + b.v; }
+LAZYCCD_INLINE FloatLanes operator-(FloatLanes a, FloatLanes b) { return a.v - b.v; }
+LAZYCCD_INLINE FloatLanes operator*(FloatLanes a, FloatLanes b) { return a.v * b.v; }
+LAZYCCD_INLINE FloatLanes operator/(FloatLanes a, FloatLanes b) { return a.v / b.v; }
+LAZYCCD_INLINE Mask operator>(FloatLanes a, FloatLanes b) { return b < a; }
+LAZYCCD_INLINE Mask operator>=(FloatLanes a, FloatLanes b) { return b <= a; }
 // The chosen lanes, from p on; writes all of a pack.
-LAZYCCD_INLINE void store_chosen(Pack a, unsigned chosen, float* p) {
+LAZYCCD_INLINE void store_chosen(FloatLanes a, unsigned chosen, float* p) {
 #if defined(__AVX512F__)
   _mm512_storeu_ps(p, _mm512_maskz_compress_ps(static_cast<__mmask16>(chosen), a.v));
 #else
-  alignas(64) float lanes[Pack::lanes];
+  alignas(64) float lanes[FloatLanes::lanes];
   a.store(lanes);
-  for (int i = 0; i < Pack::lanes; ++i) {
+  for (int i = 0; i < FloatLanes::lanes; ++i) {
     *p = lanes[i];
     p += chosen >> i & 1;
   }
@@ -170,7 +170,7 @@ LAZYCCD_INLINE bool lane_any(Mask m) { return m.bits() != 0; }
 }  // namespace LAZYCCD_ISA
 
 template <>
-struct Lane<LAZYCCD_ISA::Pack> {
+struct Lane<LAZYCCD_ISA::FloatLanes> {
   using Mask = LAZYCCD_ISA::Mask;
   using Scalar = float;
 };

@@ -13,39 +13,39 @@ namespace lazyccd {
 namespace LAZYCCD_ISA {
 namespace {
 
-constexpr int kPacks = kBlockLanes / Pack::lanes;  // packs a row of a block
+constexpr int kPacks = kBlockLanes / FloatLanes::lanes;  // packs a row of a block
 constexpr int kMaxBlocks = 3;                      // of one kind in a group: 48 edges or vertices
 
 // One box against a block: the lanes that do not certainly stay apart from it in the linear motion.
 struct Probe {
-  Pack lo0[3], hi0[3], lo1[3], hi1[3];
+  FloatLanes lo0[3], hi0[3], lo1[3], hi1[3];
 
   explicit LAZYCCD_INLINE Probe(const MotionBox& b) {
     for (int k = 0; k < 3; ++k) {
-      lo0[k] = Pack(b.lo0[k]);
-      hi0[k] = Pack(b.hi0[k]);
-      lo1[k] = Pack(b.lo1[k]);
-      hi1[k] = Pack(b.hi1[k]);
+      lo0[k] = FloatLanes(b.lo0[k]);
+      hi0[k] = FloatLanes(b.hi0[k]);
+      lo1[k] = FloatLanes(b.lo1[k]);
+      hi1[k] = FloatLanes(b.hi1[k]);
     }
   }
   LAZYCCD_INLINE Probe(const Block& b, int lane) {
     for (int k = 0; k < 3; ++k) {
-      lo0[k] = Pack(b.lo0[k][lane]);
-      hi0[k] = Pack(b.hi0[k][lane]);
-      lo1[k] = Pack(b.lo1[k][lane]);
-      hi1[k] = Pack(b.hi1[k][lane]);
+      lo0[k] = FloatLanes(b.lo0[k][lane]);
+      hi0[k] = FloatLanes(b.hi0[k][lane]);
+      lo1[k] = FloatLanes(b.lo1[k][lane]);
+      hi1[k] = FloatLanes(b.hi1[k][lane]);
     }
   }
 
   LAZYCCD_INLINE unsigned near(const Block& b) const {
     unsigned bits = 0;
     for (int p = 0; p < kPacks; ++p) {
-      const int at = p * Pack::lanes;
-      Mask apart = (lo0[0] > Pack::load(b.hi0[0] + at)) & (lo1[0] > Pack::load(b.hi1[0] + at));
-      apart = apart | ((hi0[0] < Pack::load(b.lo0[0] + at)) & (hi1[0] < Pack::load(b.lo1[0] + at)));
+      const int at = p * FloatLanes::lanes;
+      Mask apart = (lo0[0] > FloatLanes::load(b.hi0[0] + at)) & (lo1[0] > FloatLanes::load(b.hi1[0] + at));
+      apart = apart | ((hi0[0] < FloatLanes::load(b.lo0[0] + at)) & (hi1[0] < FloatLanes::load(b.lo1[0] + at)));
       for (int k = 1; k < 3; ++k) {
-        apart = apart | ((lo0[k] > Pack::load(b.hi0[k] + at)) & (lo1[k] > Pack::load(b.hi1[k] + at)));
-        apart = apart | ((hi0[k] < Pack::load(b.lo0[k] + at)) & (hi1[k] < Pack::load(b.lo1[k] + at)));
+        apart = apart | ((lo0[k] > FloatLanes::load(b.hi0[k] + at)) & (lo1[k] > FloatLanes::load(b.hi1[k] + at)));
+        apart = apart | ((hi0[k] < FloatLanes::load(b.lo0[k] + at)) & (hi1[k] < FloatLanes::load(b.lo1[k] + at)));
       }
       bits |= (!apart).bits() << at;
     }
@@ -55,7 +55,7 @@ struct Probe {
 
 LAZYCCD_INLINE unsigned equal_lanes(const std::int32_t (&row)[kBlockLanes], std::int32_t x) {
   unsigned bits = 0;
-  for (int p = 0; p < kPacks; ++p) bits |= equal(row + p * Pack::lanes, x).bits() << (p * Pack::lanes);
+  for (int p = 0; p < kPacks; ++p) bits |= equal(row + p * FloatLanes::lanes, x).bits() << (p * FloatLanes::lanes);
   return bits;
 }
 
@@ -171,22 +171,22 @@ bool visit(const LeafScene& scene, std::int32_t a, std::int32_t b, CandidateSink
 template <ContactKind kind>
 int filter_kind(const LeafScene& scene, const Candidate* candidates, int count, Survivor* survivors) {
   int found = 0;
-  for (int begin = 0; begin < count; begin += Pack::lanes) {
-    Candidate padded[Pack::lanes];
-    const int used = count - begin < Pack::lanes ? count - begin : Pack::lanes;
-    for (int i = 0; i < Pack::lanes; ++i) padded[i] = candidates[begin + (i < used ? i : 0)];
+  for (int begin = 0; begin < count; begin += FloatLanes::lanes) {
+    Candidate padded[FloatLanes::lanes];
+    const int used = count - begin < FloatLanes::lanes ? count - begin : FloatLanes::lanes;
+    for (int i = 0; i < FloatLanes::lanes; ++i) padded[i] = candidates[begin + (i < used ? i : 0)];
     const unsigned wanted = (1u << used) - 1;
 
-    const Differences<Pack> d = gather<kind>(scene, padded);
-    const Magnitudes<Pack> m = magnitudes(d);
-    const Cubic<Pack> f = coplanarity(d, m);
-    if (scene.never_coplanar) {
+    const Differences<FloatLanes> d = gather<kind>(scene, padded);
+    const Magnitudes<FloatLanes> m = magnitudes(d);
+    const Cubic<FloatLanes> f = coplanarity(d, m);
+    if (scene.filtered_noncoplanar) {
       const unsigned left = (!f.no_root()).bits() & wanted;
-      *scene.never_coplanar += used - __builtin_popcount(left);
+      *scene.filtered_noncoplanar += used - __builtin_popcount(left);
       if (!left) continue;
     }
-    const Verdict<Pack> verdict = decide_at_roots<kind>(d, m, f);
-    alignas(64) float lo[Pack::lanes], hi[Pack::lanes];
+    const Verdict<FloatLanes> verdict = decide_at_roots<kind>(d, m, f);
+    alignas(64) float lo[FloatLanes::lanes], hi[FloatLanes::lanes];
     verdict.lo.store(lo);
     verdict.hi.store(hi);
     const unsigned hits = verdict.hit.bits();

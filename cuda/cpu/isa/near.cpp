@@ -7,21 +7,21 @@ namespace lazyccd {
 namespace LAZYCCD_ISA {
 namespace {
 
-LAZYCCD_INLINE Pack size_of(const Vec3<Pack>& a) {
+LAZYCCD_INLINE FloatLanes size_of(const Vec3<FloatLanes>& a) {
   return lane_abs(a.x) + lane_abs(a.y) + lane_abs(a.z);
 }
 
 // How far the corners of one primitive are from those of the other along an axis, at least, times
 // the length of the axis.
 template <ContactKind kind>
-LAZYCCD_INLINE Pack least_along(const Vec3<Pack>& axis, const Vec3<Pack>& e1, const Vec3<Pack>& e2,
-                                const Vec3<Pack>& r) {
-  const Pack zero(0.0f), at = dot(axis, r), along1 = dot(axis, e1), along2 = dot(axis, e2);
+LAZYCCD_INLINE FloatLanes least_along(const Vec3<FloatLanes>& axis, const Vec3<FloatLanes>& e1, const Vec3<FloatLanes>& e2,
+                                const Vec3<FloatLanes>& r) {
+  const FloatLanes zero(0.0f), at = dot(axis, r), along1 = dot(axis, e1), along2 = dot(axis, e2);
   return kind == ContactKind::vertex_face ? lane_min(at, lane_min(at - along1, at - along2))
                                           : at - lane_max(zero, along1) + lane_min(zero, along2);
 }
 
-// Appends those that are chosen; writes up to Pack::lanes beyond them.
+// Appends those that are chosen; writes up to FloatLanes::lanes beyond them.
 LAZYCCD_INLINE int append(const Candidate* pairs, unsigned chosen, Candidate* to, int count) {
 #if defined(__AVX512F__)
   for (int half = 0; half < 2; ++half) {
@@ -31,7 +31,7 @@ LAZYCCD_INLINE int append(const Candidate* pairs, unsigned chosen, Candidate* to
     count += __builtin_popcount(bits);
   }
 #else
-  for (int i = 0; i < Pack::lanes; ++i) {
+  for (int i = 0; i < FloatLanes::lanes; ++i) {
     to[count] = pairs[i];
     count += static_cast<int>(chosen >> i & 1);
   }
@@ -39,22 +39,22 @@ LAZYCCD_INLINE int append(const Candidate* pairs, unsigned chosen, Candidate* to
   return count;
 }
 
-LAZYCCD_INLINE Pack rounding(const Pack& reach) { return Pack(32 * Roundoff<float>::u) * reach; }
+LAZYCCD_INLINE FloatLanes rounding(const FloatLanes& reach) { return FloatLanes(32 * Roundoff<float>::u) * reach; }
 
 // The gap between points of two primitives where the step begins.
 struct Gap {
-  Vec3<Pack> vector;
-  Pack squared, length;
+  Vec3<FloatLanes> vector;
+  FloatLanes squared, length;
 
-  explicit LAZYCCD_INLINE Gap(const Vec3<Pack>& v)
+  explicit LAZYCCD_INLINE Gap(const Vec3<FloatLanes>& v)
       : vector(v), squared(dot(v, v)), length(lane_sqrt(squared)) {}
 
   // How far apart the primitives are along it, certainly, where they differ so.
   template <ContactKind kind>
-  LAZYCCD_INLINE Pack apart(const DifferencesAt<Pack>& d) const {
-    const Pack zero(0.0f), reach = size_of(d.e1) + size_of(d.e2) + size_of(d.r);
-    const Pack least = least_along<kind>(vector, d.e1, d.e2, d.r);
-    return select(squared > Pack(Roundoff<float>::tiny),
+  LAZYCCD_INLINE FloatLanes apart(const DifferencesAt<FloatLanes>& d) const {
+    const FloatLanes zero(0.0f), reach = size_of(d.e1) + size_of(d.e2) + size_of(d.r);
+    const FloatLanes least = least_along<kind>(vector, d.e1, d.e2, d.r);
+    return select(squared > FloatLanes(Roundoff<float>::tiny),
                   lane_max(zero, least / length - rounding(reach)), zero);
   }
 };
@@ -65,7 +65,7 @@ class Others {
   int count() const { return count_; }
 
   LAZYCCD_INLINE void add(const Candidate* pairs, unsigned chosen, const Gap& gap,
-                          const Pack& apart) {
+                          const FloatLanes& apart) {
     store_chosen(gap.vector.x, chosen, x_ + count_);
     store_chosen(gap.vector.y, chosen, y_ + count_);
     store_chosen(gap.vector.z, chosen, z_ + count_);
@@ -76,12 +76,12 @@ class Others {
   // Splits the first ones, no more than there are lanes.
   template <ContactKind kind>
   LAZYCCD_INLINE void split(const LeafScene& scene, NearSplit& split) {
-    const int used = count_ < Pack::lanes ? count_ : Pack::lanes;
-    for (int i = used; i < Pack::lanes; ++i) pairs_[i] = pairs_[0];
-    const Pack beyond(scene.certainly_beyond);
-    const Gap gap({Pack::load(x_), Pack::load(y_), Pack::load(z_)});
-    const Pack at_end = gap.apart<kind>(gather_at<kind, 1>(scene, pairs_));
-    const unsigned away = ((Pack::load(apart_) > beyond) & (at_end > beyond)).bits();
+    const int used = count_ < FloatLanes::lanes ? count_ : FloatLanes::lanes;
+    for (int i = used; i < FloatLanes::lanes; ++i) pairs_[i] = pairs_[0];
+    const FloatLanes beyond(scene.certainly_beyond);
+    const Gap gap({FloatLanes::load(x_), FloatLanes::load(y_), FloatLanes::load(z_)});
+    const FloatLanes at_end = gap.apart<kind>(gather_at<kind, 1>(scene, pairs_));
+    const unsigned away = ((FloatLanes::load(apart_) > beyond) & (at_end > beyond)).bits();
     for (int i = 0; i < used; ++i) {
       const bool is_away = away >> i & 1;
       split.away[split.away_count] = pairs_[i];
@@ -98,7 +98,7 @@ class Others {
   }
 
  private:
-  static constexpr int capacity = 2 * Pack::lanes;  // less than a pack, and another one written
+  static constexpr int capacity = 2 * FloatLanes::lanes;  // less than a pack, and another one written
   int count_ = 0;
   alignas(64) float x_[capacity], y_[capacity], z_[capacity], apart_[capacity];
   Candidate pairs_[capacity];
@@ -110,29 +110,29 @@ class Others {
 // most, and any axis how far at least, and all the time if at both ends.
 template <ContactKind kind>
 void near_kind(const LeafScene& scene, const Candidate* candidates, int count, NearSplit& split) {
-  const Pack zero(0.0f), tiny(Roundoff<float>::tiny);
-  Pack nearest(__builtin_inff());
+  const FloatLanes zero(0.0f), tiny(Roundoff<float>::tiny);
+  FloatLanes nearest(__builtin_inff());
   Others others;
   split.near_count = split.own_count = split.away_count = split.open_count = 0;
-  for (int begin = 0; begin < count; begin += Pack::lanes) {
-    Candidate pair[Pack::lanes];
-    const int left = count - begin < Pack::lanes ? count - begin : Pack::lanes;
+  for (int begin = 0; begin < count; begin += FloatLanes::lanes) {
+    Candidate pair[FloatLanes::lanes];
+    const int left = count - begin < FloatLanes::lanes ? count - begin : FloatLanes::lanes;
     const unsigned used = (1u << left) - 1;
-    for (int i = 0; i < Pack::lanes; ++i) pair[i] = candidates[begin + (i < left ? i : 0)];
-    const DifferencesAt<Pack> d = gather_at<kind, 0>(scene, pair);
-    const ClosestPoints<Pack> points = closest_points<kind>(d.e1, d.e2, d.r);
+    for (int i = 0; i < FloatLanes::lanes; ++i) pair[i] = candidates[begin + (i < left ? i : 0)];
+    const DifferencesAt<FloatLanes> d = gather_at<kind, 0>(scene, pair);
+    const ClosestPoints<FloatLanes> points = closest_points<kind>(d.e1, d.e2, d.r);
     const Gap gap(points.gap);
-    const Pack size1 = size_of(d.e1), size2 = size_of(d.e2), reach = size1 + size2 + size_of(d.r);
-    const auto certainly_within = [&](const Pack& distance) {
+    const FloatLanes size1 = size_of(d.e1), size2 = size_of(d.e2), reach = size1 + size2 + size_of(d.r);
+    const auto certainly_within = [&](const FloatLanes& distance) {
       return (distance > zero) & (gap.squared + tiny < distance * distance);
     };
-    const Pack within = Pack(scene.certain_separation) - rounding(reach);
-    const Pack apart = gap.apart<kind>(d);
+    const FloatLanes within = FloatLanes(scene.certain_separation) - rounding(reach);
+    const FloatLanes apart = gap.apart<kind>(d);
 
-    unsigned spoken_for = 0;
+    unsigned is_redundant = 0;
     if (scene.first_faces.of) {
-      const Pack on = on_border<kind>(points.u, points.v);
-      alignas(64) float border[Pack::lanes];
+      const FloatLanes on = on_border<kind>(points.u, points.v);
+      alignas(64) float border[FloatLanes::lanes];
       on.store(border);
       const Mask may_be =
           (on > zero) &
@@ -141,29 +141,29 @@ void near_kind(const LeafScene& scene, const Candidate* candidates, int count, N
         const int i = __builtin_ctz(bits);
         const bool is = is_spoken_for<kind>(scene.mesh, scene.first_faces, pair[i],
                                             static_cast<int>(border[i]));
-        spoken_for |= static_cast<unsigned>(is) << i;
+        is_redundant |= static_cast<unsigned>(is) << i;
       }
     }
-    alignas(64) float gaps[Pack::lanes];
+    alignas(64) float gaps[FloatLanes::lanes];
     apart.store(gaps);
     if (!scene.single_first) {
       for (int i = 0; i < left; ++i)
-        split.open[split.open_count++] = {pair[i], 0, (spoken_for >> i & 1) != 0, gaps[i]};
+        split.open[split.open_count++] = {pair[i], 0, (is_redundant >> i & 1) != 0, gaps[i]};
       continue;
     }
     const Mask near = certainly_within(within);
     const unsigned near_bits = near.bits() & used;
     nearest = lane_min(nearest, select(near, apart, nearest));
     split.near_count = append(pair, near_bits, split.near, split.near_count);
-    for (unsigned own = near_bits & ~spoken_for; own; own &= own - 1) {
+    for (unsigned own = near_bits & ~is_redundant; own; own &= own - 1) {
       const int i = __builtin_ctz(own);
       split.own[split.own_count++] = {pair[i], 0, false, gaps[i]};
     }
     others.add(pair, used & ~near_bits, gap, apart);
-    if (others.count() >= Pack::lanes) others.split<kind>(scene, split);
+    if (others.count() >= FloatLanes::lanes) others.split<kind>(scene, split);
   }
   while (others.count() > 0) others.split<kind>(scene, split);
-  alignas(64) float lanes[Pack::lanes];
+  alignas(64) float lanes[FloatLanes::lanes];
   nearest.store(lanes);
   split.apart = lanes[0];
   for (const float lane : lanes) split.apart = lane < split.apart ? lane : split.apart;

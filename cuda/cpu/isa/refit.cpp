@@ -51,15 +51,15 @@ struct Sides {
 // The boxes in a block of primitives with so many vertices; widens that of all.
 template <int corners>
 LAZYCCD_INLINE void box_block(const VertexBox* vertices, Block& block, Sides& all) {
-  for (int first = 0; first < kBlockLanes; first += Pack::lanes) {
-    Float8 rows[2][Pack::lanes];
-    for (int i = 0; i < Pack::lanes; ++i) {
+  for (int first = 0; first < kBlockLanes; first += FloatLanes::lanes) {
+    Float8 rows[2][FloatLanes::lanes];
+    for (int i = 0; i < FloatLanes::lanes; ++i) {
       Sides sides(vertices[block.vertex[0][first + i]]);
       for (int k = 1; k < corners; ++k) sides.widen(Sides(vertices[block.vertex[k][first + i]]));
       all.widen(sides);
       for (int half = 0; half < 2; ++half) rows[half][i] = sides.of[half];
     }
-    Pack lower[kColumns], upper[kColumns];
+    FloatLanes lower[kColumns], upper[kColumns];
     transpose(rows[0], lower);
     transpose(rows[1], upper);
     for (int k = 0; k < 3; ++k) {

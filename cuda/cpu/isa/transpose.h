@@ -15,7 +15,7 @@ constexpr int kColumns = 6;  // of the eight of a row
 
 #if defined(__AVX512F__)
 
-LAZYCCD_INLINE void transpose(const Float8 (&rows)[Pack::lanes], Pack (&columns)[kColumns]) {
+LAZYCCD_INLINE void transpose(const Float8 (&rows)[FloatLanes::lanes], FloatLanes (&columns)[kColumns]) {
   // Rows i and i + 8 side by side; then 4 x 4 within each quarter of a register.
   __m512 pairs[8], mixed[8], quads[8];
   for (int i = 0; i < 8; ++i) {
@@ -43,7 +43,7 @@ LAZYCCD_INLINE void transpose(const Float8 (&rows)[Pack::lanes], Pack (&columns)
 
 #elif defined(__AVX2__)
 
-LAZYCCD_INLINE void transpose(const Float8 (&rows)[Pack::lanes], Pack (&columns)[kColumns]) {
+LAZYCCD_INLINE void transpose(const Float8 (&rows)[FloatLanes::lanes], FloatLanes (&columns)[kColumns]) {
   __m256 mixed[8], quads[8];
   for (int i = 0; i < 8; i += 2) {
     const __m256 a = reinterpret_cast<const __m256&>(rows[i]);
@@ -65,11 +65,11 @@ LAZYCCD_INLINE void transpose(const Float8 (&rows)[Pack::lanes], Pack (&columns)
 
 #else
 
-LAZYCCD_INLINE void transpose(const Float8 (&rows)[Pack::lanes], Pack (&columns)[kColumns]) {
+LAZYCCD_INLINE void transpose(const Float8 (&rows)[FloatLanes::lanes], FloatLanes (&columns)[kColumns]) {
   for (int k = 0; k < kColumns; ++k) {
-    alignas(16) float lanes[Pack::lanes];
-    for (int i = 0; i < Pack::lanes; ++i) lanes[i] = rows[i][k];
-    columns[k] = Pack::load(lanes);
+    alignas(16) float lanes[FloatLanes::lanes];
+    for (int i = 0; i < FloatLanes::lanes; ++i) lanes[i] = rows[i][k];
+    columns[k] = FloatLanes::load(lanes);
   }
 }
 
@@ -78,7 +78,7 @@ LAZYCCD_INLINE void transpose(const Float8 (&rows)[Pack::lanes], Pack (&columns)
 // Of records of doubles.
 #if defined(__AVX512F__)
 
-LAZYCCD_INLINE void transpose(const Double8 (&rows)[Wide::lanes], Wide (&columns)[kColumns]) {
+LAZYCCD_INLINE void transpose(const Double8 (&rows)[DoubleLanes::lanes], DoubleLanes (&columns)[kColumns]) {
   // 2 x 2 within each pair of rows, then the quarters of the registers.
   __m512d even[4], odd[4];  // columns 0 2 4 6 and 1 3 5 7, two rows at a time
   for (int i = 0; i < 4; ++i) {
@@ -101,7 +101,7 @@ LAZYCCD_INLINE void transpose(const Double8 (&rows)[Wide::lanes], Wide (&columns
 
 #elif defined(__AVX2__)
 
-LAZYCCD_INLINE void transpose(const Double8 (&rows)[Wide::lanes], Wide (&columns)[kColumns]) {
+LAZYCCD_INLINE void transpose(const Double8 (&rows)[DoubleLanes::lanes], DoubleLanes (&columns)[kColumns]) {
   for (int half = 0; half < 2; ++half) {
     __m256d row[4];
     for (int i = 0; i < 4; ++i)
@@ -118,7 +118,7 @@ LAZYCCD_INLINE void transpose(const Double8 (&rows)[Wide::lanes], Wide (&columns
 
 #else
 
-LAZYCCD_INLINE void transpose(const Double8 (&rows)[Wide::lanes], Wide (&columns)[kColumns]) {
+LAZYCCD_INLINE void transpose(const Double8 (&rows)[DoubleLanes::lanes], DoubleLanes (&columns)[kColumns]) {
   for (int k = 0; k < kColumns; ++k) columns[k] = Double2{rows[0][k], rows[1][k]};
 }
 
@@ -151,12 +151,12 @@ LAZYCCD_INLINE Quarters quarters_of(const Position& position, int lane, double s
 }
 
 // The first three columns of what quarters_of() gives for the lanes 0 to 3.
-LAZYCCD_INLINE Vec3<Pack> columns_of(const Quarters (&rows)[4]) {
+LAZYCCD_INLINE Vec3<FloatLanes> columns_of(const Quarters (&rows)[4]) {
   const __m512 ab = _mm512_unpacklo_ps(rows[0], rows[1]), cd = _mm512_unpacklo_ps(rows[2], rows[3]),
                ab_high = _mm512_unpackhi_ps(rows[0], rows[1]),
                cd_high = _mm512_unpackhi_ps(rows[2], rows[3]);
-  return {Pack(_mm512_shuffle_ps(ab, cd, 0x44)), Pack(_mm512_shuffle_ps(ab, cd, 0xee)),
-          Pack(_mm512_shuffle_ps(ab_high, cd_high, 0x44))};
+  return {FloatLanes(_mm512_shuffle_ps(ab, cd, 0x44)), FloatLanes(_mm512_shuffle_ps(ab, cd, 0xee)),
+          FloatLanes(_mm512_shuffle_ps(ab_high, cd_high, 0x44))};
 }
 
 #elif defined(__AVX2__)
@@ -169,12 +169,12 @@ LAZYCCD_INLINE Quarters quarters_of(const Position& position, int lane, double s
   return reinterpret_cast<const __m256&>(halves);
 }
 
-LAZYCCD_INLINE Vec3<Pack> columns_of(const Quarters (&rows)[4]) {
+LAZYCCD_INLINE Vec3<FloatLanes> columns_of(const Quarters (&rows)[4]) {
   const __m256 ab = _mm256_unpacklo_ps(rows[0], rows[1]), cd = _mm256_unpacklo_ps(rows[2], rows[3]),
                ab_high = _mm256_unpackhi_ps(rows[0], rows[1]),
                cd_high = _mm256_unpackhi_ps(rows[2], rows[3]);
-  return {Pack(_mm256_shuffle_ps(ab, cd, 0x44)), Pack(_mm256_shuffle_ps(ab, cd, 0xee)),
-          Pack(_mm256_shuffle_ps(ab_high, cd_high, 0x44))};
+  return {FloatLanes(_mm256_shuffle_ps(ab, cd, 0x44)), FloatLanes(_mm256_shuffle_ps(ab, cd, 0xee)),
+          FloatLanes(_mm256_shuffle_ps(ab_high, cd_high, 0x44))};
 }
 
 #else
@@ -186,9 +186,9 @@ LAZYCCD_INLINE Quarters quarters_of(const Position& position, int lane, double s
   return __builtin_convertvector((position(lane, 1) - position(lane, 0)) * scale, Float4);
 }
 
-LAZYCCD_INLINE Vec3<Pack> columns_of(const Quarters (&rows)[4]) {
+LAZYCCD_INLINE Vec3<FloatLanes> columns_of(const Quarters (&rows)[4]) {
   const auto column = [&](int k) {
-    return Pack(Float4{rows[0][k], rows[1][k], rows[2][k], rows[3][k]});
+    return FloatLanes(Float4{rows[0][k], rows[1][k], rows[2][k], rows[3][k]});
   };
   return {column(0), column(1), column(2)};
 }

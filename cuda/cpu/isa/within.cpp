@@ -10,19 +10,19 @@ namespace LAZYCCD_ISA {
 namespace {
 
 template <ContactKind kind>
-LAZYCCD_INLINE CoordinatesOf<Wide> gather(const LeafScene& scene, const Candidate* c) {
-  alignas(64) Double8 rows[4][Wide::lanes];
+LAZYCCD_INLINE CoordinatesOf<DoubleLanes> gather(const LeafScene& scene, const Candidate* c) {
+  alignas(64) Double8 rows[4][DoubleLanes::lanes];
   const Double8* records = records_of(scene);
-  for (int i = 0; i < Wide::lanes; ++i) {
+  for (int i = 0; i < DoubleLanes::lanes; ++i) {
     const Ends e = ends<kind>(scene, c[i]);
     const bool vf = kind == ContactKind::vertex_face;
     const std::int32_t points[4] = {vf ? e.r[1] : e.e1[0], e.e1[vf ? 0 : 1], vf ? e.e1[1] : e.e2[0],
                                     e.e2[1]};
     for (int p = 0; p < 4; ++p) rows[p][i] = records[points[p]];
   }
-  CoordinatesOf<Wide> q;
+  CoordinatesOf<DoubleLanes> q;
   for (int p = 0; p < 4; ++p) {
-    Wide column[kColumns];
+    DoubleLanes column[kColumns];
     transpose(rows[p], column);
     q.start[p] = {column[0], column[1], column[2]};
     q.end[p] = {column[3], column[4], column[5]};
@@ -32,17 +32,17 @@ LAZYCCD_INLINE CoordinatesOf<Wide> gather(const LeafScene& scene, const Candidat
 
 // Up to as many candidates as there are lanes; what is missing repeats the first.
 struct Batch {
-  Candidate pair[Wide::lanes];
+  Candidate pair[DoubleLanes::lanes];
   int count;
 
   template <class At>
   LAZYCCD_INLINE Batch(int begin, int end, const At& at)
-      : count(end - begin < Wide::lanes ? end - begin : Wide::lanes) {
-    for (int i = 0; i < Wide::lanes; ++i) pair[i] = at(begin + (i < count ? i : 0)).pair;
+      : count(end - begin < DoubleLanes::lanes ? end - begin : DoubleLanes::lanes) {
+    for (int i = 0; i < DoubleLanes::lanes; ++i) pair[i] = at(begin + (i < count ? i : 0)).pair;
   }
   LAZYCCD_INLINE WideMask used() const {
     alignas(64) static constexpr double lanes[] = {0, 1, 2, 3, 4, 5, 6, 7};
-    return Wide::load(lanes) < Wide(static_cast<double>(count));
+    return DoubleLanes::load(lanes) < DoubleLanes(static_cast<double>(count));
   }
 };
 
@@ -63,17 +63,17 @@ struct Searches {
       trust[i] = first.trust;
     }
   }
-  LAZYCCD_INLINE Search<Wide> load(int at) const {
-    return {Wide::load(t + at), Wide::load(ahead + at), Wide::load(trust + at)};
+  LAZYCCD_INLINE Search<DoubleLanes> load(int at) const {
+    return {DoubleLanes::load(t + at), DoubleLanes::load(ahead + at), DoubleLanes::load(trust + at)};
   }
 };
 
 // What a backend may cull with wider margins.
 template <ContactKind kind>
-LAZYCCD_INLINE WideMask culled(const LeafScene& scene, const CoordinatesOf<Wide>& q,
-                               const Differences<Wide>& d, const Magnitudes<Wide>& m,
-                               const Wide& h) {
-  const Wide unscaled(scene.separation);
+LAZYCCD_INLINE WideMask culled(const LeafScene& scene, const CoordinatesOf<DoubleLanes>& q,
+                               const Differences<DoubleLanes>& d, const Magnitudes<DoubleLanes>& m,
+                               const DoubleLanes& h) {
+  const DoubleLanes unscaled(scene.separation);
   return separated_along_axes<kind>(q, unscaled) | separated_along_diagonals<kind>(q, unscaled) |
          planes_apart(d, m, h);
 }
@@ -81,32 +81,32 @@ LAZYCCD_INLINE WideMask culled(const LeafScene& scene, const CoordinatesOf<Wide>
 // In rounds of a few advances, between which lanes that have ended are filled again.
 template <ContactKind kind>
 int within_kind(const LeafScene& scene, Approach* found, int count) {
-  const Wide h(scene.separation * scene.scale);
+  const DoubleLanes h(scene.separation * scene.scale);
   constexpr int round = 4;
   constexpr double missed = 2;
   Searches open(count);
   for (int advances = 0; open.count > 0 && advances < kMaxAdvances; advances += round) {
     int still_open = 0;
-    for (int begin = 0; begin < open.count; begin += Wide::lanes) {
+    for (int begin = 0; begin < open.count; begin += DoubleLanes::lanes) {
       const Batch batch(begin, open.count, [&](int i) { return found[open.of[i]]; });
-      const CoordinatesOf<Wide> q = gather<kind>(scene, batch.pair);
-      const Differences<Wide> d = differences<kind>(q, scene.scale);
-      const Magnitudes<Wide> m = magnitudes(d);
-      Search<Wide> search = open.load(begin);
+      const CoordinatesOf<DoubleLanes> q = gather<kind>(scene, batch.pair);
+      const Differences<DoubleLanes> d = differences<kind>(q, scene.scale);
+      const Magnitudes<DoubleLanes> m = magnitudes(d);
+      Search<DoubleLanes> search = open.load(begin);
       const WideMask used = batch.used();
       WideMask misses = advances == 0 ? culled<kind>(scene, q, d, m, h) : used & !used;
       WideMask going = used & !misses;
       for (int i = 0; i < round && lane_any(going); ++i) {
-        Search<Wide> next = search;
-        const Advanced<Wide> advanced = advance<kind>(d, m, h, next);
+        Search<DoubleLanes> next = search;
+        const Advanced<DoubleLanes> advanced = advance<kind>(d, m, h, next);
         misses = misses | (going & advanced.missed);
         going = going & !advanced.missed & !advanced.arrived;
         search.t = select(going, next.t, search.t);
         search.ahead = select(going, next.ahead, search.ahead);
         search.trust = select(going, next.trust, search.trust);
       }
-      alignas(64) double t[Wide::lanes], ahead[Wide::lanes], trust[Wide::lanes];
-      select(misses, Wide(missed), search.t).store(t);
+      alignas(64) double t[DoubleLanes::lanes], ahead[DoubleLanes::lanes], trust[DoubleLanes::lanes];
+      select(misses, DoubleLanes(missed), search.t).store(t);
       search.ahead.store(ahead);
       search.trust.store(trust);
       const unsigned goes_on = going.bits();
@@ -131,15 +131,15 @@ int within_kind(const LeafScene& scene, Approach* found, int count) {
 
 template <ContactKind kind>
 void describe_kind(const LeafScene& scene, const Approach* approaches, int count, Place* places) {
-  for (int begin = 0; begin < count; begin += Wide::lanes) {
+  for (int begin = 0; begin < count; begin += DoubleLanes::lanes) {
     const Batch batch(begin, count, [&](int i) { return approaches[i]; });
-    alignas(64) double toi[Wide::lanes] = {};
+    alignas(64) double toi[DoubleLanes::lanes] = {};
     for (int i = 0; i < batch.count; ++i)
       toi[i] = static_cast<double>(approach_tick(approaches[begin + i].t)) * kTick;
-    const Differences<Wide> d = differences<kind>(gather<kind>(scene, batch.pair), 1.0);
-    const ContactPoint<Wide> point = contact_point<kind>(in_unit_scale(d), Wide::load(toi), true);
-    const Wide values[] = {point.u, point.v, point.normal.x, point.normal.y, point.normal.z};
-    alignas(64) double lanes[5][Wide::lanes];
+    const Differences<DoubleLanes> d = differences<kind>(gather<kind>(scene, batch.pair), 1.0);
+    const ContactPoint<DoubleLanes> point = contact_point<kind>(in_unit_scale(d), DoubleLanes::load(toi), true);
+    const DoubleLanes values[] = {point.u, point.v, point.normal.x, point.normal.y, point.normal.z};
+    alignas(64) double lanes[5][DoubleLanes::lanes];
     for (int k = 0; k < 5; ++k) values[k].store(lanes[k]);
     for (int i = 0; i < batch.count; ++i) {
       const auto value = [&](int k) { return static_cast<float>(lanes[k][i]); };

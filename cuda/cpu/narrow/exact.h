@@ -1,13 +1,23 @@
-// The last stage of the narrow phase: any query decided exactly, at any cost.
+// The last stage of the narrow phase: exact integer arithmetic, at any cost.
+//
+// The time of impact is floor(2^32 t) / 2^32, if t in [0, 1] is the first time of contact. This is the
+// definition of Contact::toi.
 #pragma once
 
+#include "core/contact_math.h"
 #include "lazyccd/query.h"
+#include "lazyccd/scene.h"
 
 namespace lazyccd {
 
-// Decides the query in exact integer arithmetic. Never gives up. Finite input only.
+/// Decides a query exactly. Always terminates. The points must be finite.
 QueryResult decide_exact(ContactKind kind, const QueryPoints& points);
 
-// floor(2^32 t) / 2^32 where t in [0, 1] is the first time of contact: the definition of Contact::toi.
+/// The same for points in the layout of the narrow phase.
+Decision decide_exactly(ContactKind kind, const QueryCoordinates& q);
+
+/// The same for a candidate of a scene. Fills `contact` and returns true if the two touch.
+bool decide_exactly(ContactKind kind, const MeshView& mesh, Candidate pair, const Positions& start,
+                    const Positions& end, Contact& contact);
 
 }  // namespace lazyccd

@@ -7,7 +7,7 @@
 #include <cstdint>
 
 #include "core/contact_math.h"
-#include "core/distinct.h"
+#include "core/contact_reduction.h"
 #include "core/group.h"
 
 namespace lazyccd {
@@ -27,7 +27,7 @@ struct LeafScene {
   float certainly_beyond;    // and for more
   bool single_first;         // rely on it
   // Where the non-penetration filter counts what it rules out; null: it is off.
-  std::int64_t* never_coplanar;
+  std::int64_t* filtered_noncoplanar;
   FirstFaces first_faces;  // null where every pair is to stand for itself
 };
 
@@ -66,7 +66,7 @@ struct Survivor {
 struct Approach {
   Candidate pair;
   double t = 0;             // of the step
-  bool spoken_for = false;  // where the step begins: see core/distinct.h
+  bool is_redundant = false;  // where the step begins: see core/contact_reduction.h
   float apart = 0;          // there, certainly, times scale
 };
 

@@ -4,7 +4,7 @@
 #include <cstddef>
 
 #include "core/separation.h"
-#include "cpu/narrow/decide_exactly.h"
+#include "cpu/narrow/exact.h"
 
 namespace lazyccd {
 namespace {
@@ -26,7 +26,7 @@ double reach_of(const std::array<std::int32_t, 4>& vertices, int split,
 }  // namespace
 
 void NarrowPhase::begin(const LeafKernels& kernels, const Mesh& mesh, const LeafScene& scene,
-                        const NearList* list, ListedPart* listed) {
+                        const VerletList* list, ListedPairs* listed) {
   kernels_ = &kernels;
   mesh_ = &mesh;
   scene_ = scene;
@@ -37,18 +37,18 @@ void NarrowPhase::begin(const LeafKernels& kernels, const Mesh& mesh, const Leaf
   key_ = mesh.contact_key();
   contacts.clear();
   keys.clear();
-  never_coplanar = refined = exact = 0;
+  filtered_noncoplanar = double_precision_tests = exact = 0;
   from_list = 0;
   ms = 0;
   for (int kind = 0; kind < 2; ++kind) {
     queues[kind].count = candidates[kind] = survived[kind] = found[kind] = 0;
-    put_off[kind].clear();
-    left_over[kind].clear();
+    deferred[kind].clear();
+    pending[kind].clear();
     touching_[kind].clear();
   }
 }
 
-void NarrowPhase::go_on(const LeafScene& scene) {
+void NarrowPhase::resume(const LeafScene& scene) {
   scene_ = scene;
   interrupted_ = nullptr;
   ms = 0;
@@ -84,7 +84,7 @@ void NarrowPhase::process(ContactKind kind, const Candidate* items, int count) {
   if (count == 0) return;
   // Relaxed: who comes too late to see it does a little more.
   if (interrupted_ && interrupted_->load(std::memory_order_relaxed)) {
-    std::vector<Candidate>& rest = left_over[static_cast<int>(kind)];
+    std::vector<Candidate>& rest = pending[static_cast<int>(kind)];
     rest.insert(rest.end(), items, items + count);
     return;
   }
@@ -156,7 +156,7 @@ Decision NarrowPhase::decide(const Survivor& survivor, const QueryCoordinates& q
   if (survivor.hit) {
     decision = timed_hit(coplanarity(d, magnitudes(d)), survivor.lo, survivor.hi);
   } else {
-    ++refined;
+    ++double_precision_tests;
     decision = decide_in_double<kind>(d);
   }
   if (decision.kind == Decision::undecided) {
@@ -180,7 +180,7 @@ void NarrowPhase::report_near(const Candidate* items, int count) {
   const int left = kernels_->within(scene_, kind, open, split_.open_count);
   note_near(kind, left);
   for (int i = 0; i < left; ++i)
-    if (!open[i].spoken_for || !at_start(open[i])) split_.own[split_.own_count++] = open[i];
+    if (!open[i].is_redundant || !at_start(open[i])) split_.own[split_.own_count++] = open[i];
   const auto last =
       std::remove_if(split_.own, split_.own + split_.own_count,
                      [this](const auto& a) { return at_start(a) && is_out_of_reach<kind>(a); });
@@ -192,7 +192,7 @@ void NarrowPhase::report_near(const Candidate* items, int count) {
 // Of its own body, where the step begins.
 template <ContactKind kind>
 bool NarrowPhase::is_out_of_reach(const Approach& approach) const {
-  const std::vector<float>& reach = mesh_->self_reach();
+  const std::vector<float>& reach = mesh_->self_separation();
   if (reach.empty()) return false;
   Contact pair;
   identify_contact<kind>(scene_.mesh, approach.pair, pair);
@@ -213,7 +213,7 @@ int NarrowPhase::copy_free(const Candidate* items, int count) {
 }
 
 void NarrowPhase::list_near(ContactKind kind) {
-  const float reach = list_->reach_of_list();
+  const float reach = list_->listing_distance();
   const auto add = [&](Candidate pair, float apart) {
     if (apart <= reach) listed_->add(kind, pair, apart, list_->groups());
   };
@@ -224,7 +224,7 @@ void NarrowPhase::list_near(ContactKind kind) {
 
 // They are counted where they are tested.
 void NarrowPhase::put_off_open(ContactKind kind) {
-  std::vector<Candidate>& pairs = put_off[static_cast<int>(kind)];
+  std::vector<Candidate>& pairs = deferred[static_cast<int>(kind)];
   for (int i = 0; i < split_.open_count; ++i) pairs.push_back(split_.open[i].pair);
   candidates[static_cast<int>(kind)] -= split_.open_count;
   split_.open_count = 0;
@@ -255,13 +255,13 @@ void NarrowPhase::describe_touching() {
 }
 
 // Those that can be near in this step.
-void NarrowPhase::process_listed(const ListedPart& part, ContactKind kind,
+void NarrowPhase::process_listed(const ListedPairs& part, ContactKind kind,
                                  const ListedCandidate* items, int count) {
   Candidate within_reach[CandidateQueue::capacity];
   int left = 0;
   for (int i = 0; i < count; ++i) {
     within_reach[left] = items[i].pair;
-    left += items[i].apart <= part.reach[items[i].groups];
+    left += items[i].apart <= part.distance_limit[items[i].groups];
   }
   from_list += left;
   process(kind, within_reach, left);
@@ -295,7 +295,7 @@ void NarrowPhase::describe_own() {
 }
 
 // Of contacts of one kind that are near, sorted: appends those that are to be reported.
-void NarrowPhase::keep_distinct(Span<const Contact> near, std::vector<Contact>& kept) {
+void NarrowPhase::reduce(Span<const Contact> near, std::vector<Contact>& kept) {
   const ContactKind kind = near[0].kind;
   for (std::size_t i = 0; i < near.size(); ++i)
     free_[i] = {near[i].primitive_a, near[i].primitive_b};
@@ -303,7 +303,7 @@ void NarrowPhase::keep_distinct(Span<const Contact> near, std::vector<Contact>& 
   kernels_->near_at_start(scene_, kind, free_.data(), count, split_);
   note_near(kind, split_.open_count);
   const auto is_left_out = [&](const Approach& approach) {
-    return approach.spoken_for ||
+    return approach.is_redundant ||
            (kind == ContactKind::vertex_face ? is_out_of_reach<ContactKind::vertex_face>(approach)
                                              : is_out_of_reach<ContactKind::edge_edge>(approach));
   };
@@ -324,8 +324,8 @@ std::size_t NarrowPhase::bytes() const {
   return survivors_.capacity() * sizeof(Survivor) + free_.capacity() * sizeof(Candidate) +
          places_.capacity() * sizeof(Place) + near_pairs.bytes() +
          contacts.capacity() * sizeof(Contact) + keys.capacity() * sizeof(std::uint64_t) +
-         (put_off[0].capacity() + put_off[1].capacity() + left_over[0].capacity() +
-          left_over[1].capacity()) *
+         (deferred[0].capacity() + deferred[1].capacity() + pending[0].capacity() +
+          pending[1].capacity()) *
              sizeof(Candidate) +
          (touching_[0].capacity() + touching_[1].capacity()) * sizeof(Approach);
 }

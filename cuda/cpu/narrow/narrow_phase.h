@@ -39,14 +39,14 @@ class NarrowPhase : public CandidateSink {
   // For a step; all must outlive it. What is near is listed in
   // a part of `list`, unless that is null.
   void begin(const LeafKernels& kernels, const Mesh& mesh, const LeafScene& scene,
-             const NearList* list, ListedPart* listed);
+             const VerletList* list, ListedPairs* listed);
   // Of that step only the start is known: what is not near there is put off, and so is the
   // description of what may touch there; all that comes once it is interrupted is left over.
   void begin_at_start(const std::atomic<bool>& interrupted) { interrupted_ = &interrupted; }
   // The same step goes on with all of it known, from what was left over; then from what was put
   // off, which is listed already.
-  void go_on(const LeafScene& scene);
-  void go_on_with_put_off() { list_ = nullptr; }
+  void resume(const LeafScene& scene);
+  void resume_deferred() { list_ = nullptr; }
   // These candidates are tested elsewhere; null: none.
   void drop(const OrphanSets* dropped) { dropped_ = dropped; }
 
@@ -55,10 +55,10 @@ class NarrowPhase : public CandidateSink {
   void process_queued(ContactKind kind, Candidate* items, int count);
   // Of the listed candidates, at most CandidateQueue::capacity, those that can be near in this
   // step.
-  void process_listed(const ListedPart& part, ContactKind kind, const ListedCandidate* items,
+  void process_listed(const ListedPairs& part, ContactKind kind, const ListedCandidate* items,
                       int count);
   // Of contacts of one kind that are near, sorted: appends those that are to be reported.
-  void keep_distinct(Span<const Contact> near, std::vector<Contact>& kept);
+  void reduce(Span<const Contact> near, std::vector<Contact>& kept);
 
   // They are kept elsewhere; their number still counts.
   void forget_contacts() {
@@ -72,10 +72,10 @@ class NarrowPhase : public CandidateSink {
   std::vector<Contact> contacts;
   std::vector<std::uint64_t> keys;                                   // of these, for their order
   std::int64_t candidates[2] = {}, survived[2] = {}, found[2] = {};  // by ContactKind
-  std::int64_t never_coplanar = 0, refined = 0, exact = 0;
+  std::int64_t filtered_noncoplanar = 0, double_precision_tests = 0, exact = 0;
   std::int64_t from_list = 0;  // of the candidates
   double ms = 0;
-  std::vector<Candidate> put_off[2], left_over[2];  // by ContactKind
+  std::vector<Candidate> deferred[2], pending[2];  // by ContactKind
   // Of the last step with a separation.
   NearPairs near_pairs;
 
@@ -115,8 +115,8 @@ class NarrowPhase : public CandidateSink {
   const Mesh* mesh_ = nullptr;
   ContactKey key_{};
   LeafScene scene_{};
-  const NearList* list_ = nullptr;  // null: nothing is listed
-  ListedPart* listed_ = nullptr;
+  const VerletList* list_ = nullptr;  // null: nothing is listed
+  ListedPairs* listed_ = nullptr;
   const OrphanSets* dropped_ = nullptr;
   const std::atomic<bool>* interrupted_ = nullptr;  // null: all of the step is known
   std::vector<Survivor> survivors_ = std::vector<Survivor>(CandidateQueue::capacity);

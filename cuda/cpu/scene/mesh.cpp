@@ -61,7 +61,7 @@ Mesh::Mesh(const Topology& topology) {
 
 void Mesh::take_bodies(const Topology& t) {
   const auto fits = [&](std::size_t size) { return size == 0 || size == t.vertex_count; };
-  if (!fits(t.body_of_vertex.size()) || !fits(t.inverse_mass.size()) || !fits(t.self_reach.size()))
+  if (!fits(t.body_of_vertex.size()) || !fits(t.inverse_mass.size()) || !fits(t.self_separation.size()))
     throw Error(ErrorCode::size_mismatch,
                 "body_of_vertex, inverse_mass and self_reach need an entry for each of the " +
                     std::to_string(t.vertex_count) + " vertices, or none");
@@ -93,9 +93,9 @@ void Mesh::take_bodies(const Topology& t) {
   };
   for (std::size_t v = 0; v < t.inverse_mass.size(); ++v)
     if (!(t.inverse_mass[v] >= 0)) refuse(v, "its inverse mass is negative or not a number");
-  for (std::size_t v = 0; v < t.self_reach.size(); ++v)
-    if (!(t.self_reach[v] >= 0)) refuse(v, "its reach is negative or not a number");
-  self_reach_.assign(t.self_reach.begin(), t.self_reach.end());
+  for (std::size_t v = 0; v < t.self_separation.size(); ++v)
+    if (!(t.self_separation[v] >= 0)) refuse(v, "its reach is negative or not a number");
+  self_separation_.assign(t.self_separation.begin(), t.self_separation.end());
   if (std::find(t.inverse_mass.begin(), t.inverse_mass.end(), 0.0f) != t.inverse_mass.end()) {
     pinned_.resize(t.vertex_count);
     for (std::size_t v = 0; v < t.vertex_count; ++v) pinned_[v] = t.inverse_mass[v] == 0.0f;

@@ -7,7 +7,7 @@
 
 #include "core/contact_key.h"
 #include "core/contact_math.h"
-#include "core/distinct.h"
+#include "core/contact_reduction.h"
 #include "lazyccd/scene.h"
 
 namespace lazyccd {
@@ -31,7 +31,7 @@ class Mesh {
   bool pinned(std::int32_t vertex) const { return !pinned_.empty() && pinned_[vertex]; }
   bool any_pinned() const { return !pinned_.empty(); }
   // By vertex; empty: no limit.
-  const std::vector<float>& self_reach() const { return self_reach_; }
+  const std::vector<float>& self_separation() const { return self_separation_; }
 
   const std::vector<Body>& bodies() const { return bodies_; }
   // The disabled pairs as smaller body << 32 | larger body, in no order.
@@ -57,7 +57,7 @@ class Mesh {
   std::vector<std::int32_t> body_of_vertex_;
   std::vector<Body> bodies_;
   std::vector<char> pinned_;                    // empty where no vertex is
-  std::vector<float> self_reach_;
+  std::vector<float> self_separation_;
   std::unordered_set<std::uint64_t> disabled_;
 };
 

@@ -4,17 +4,28 @@
 #include <chrono>
 #include <thread>
 
-#include "cpu/threads/pause.h"
+#if defined(__x86_64__) || defined(_M_X64)
+#include <immintrin.h>
+#endif
 
 namespace lazyccd {
 
+/// Tells the core that this is a spin loop: saves power and lets a sibling hyperthread run.
+inline void cpu_relax() {
+#if defined(__x86_64__) || defined(_M_X64)
+  _mm_pause();
+#elif defined(__aarch64__)
+  asm volatile("yield");
+#endif
+}
+
 // Lives as long as the wait; adds the time from the first pause() to its end.
-class Waiting {
+class SpinWait {
  public:
-  explicit Waiting(double& milliseconds) : milliseconds_(milliseconds) {}
-  Waiting(const Waiting&) = delete;
-  Waiting& operator=(const Waiting&) = delete;
-  ~Waiting() {
+  explicit SpinWait(double& milliseconds) : milliseconds_(milliseconds) {}
+  SpinWait(const SpinWait&) = delete;
+  SpinWait& operator=(const SpinWait&) = delete;
+  ~SpinWait() {
     if (pauses_ != 0)
       milliseconds_ += std::chrono::duration<double, std::milli>(Clock::now() - start_).count();
   }
@@ -23,7 +34,7 @@ class Waiting {
   void pause() {
     if (pauses_ == 0) start_ = Clock::now();
     if (++pauses_ < 256) {
-      pause_core();
+      cpu_relax();
     } else {
       std::this_thread::yield();
     }

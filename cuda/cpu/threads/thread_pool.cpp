@@ -8,7 +8,7 @@
 #include <sched.h>
 #endif
 
-#include "cpu/threads/pause.h"
+#include "cpu/threads/spin_wait.h"
 
 namespace lazyccd {
 namespace {
@@ -47,7 +47,7 @@ bool spin_until(Done done, std::chrono::microseconds time = spin_time) {
   do {
     for (int i = 0; i < 32; ++i) {
       if (done()) return true;
-      pause_core();
+      cpu_relax();
     }
   } while (std::chrono::steady_clock::now() - start < time);
   return done();
@@ -62,7 +62,7 @@ ThreadPool::ThreadPool(int threads) : size_(thread_count(threads)) {
 }
 
 ThreadPool::~ThreadPool() {
-  offered_.state.store(no_more_jobs << job_shift, std::memory_order_seq_cst);
+  current_.state.store(no_more_jobs << job_shift, std::memory_order_seq_cst);
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     wake_.notify_all();
@@ -70,12 +70,12 @@ ThreadPool::~ThreadPool() {
   for (std::thread& thread : threads_) thread.join();
 }
 
-void ThreadPool::rouse() {
+void ThreadPool::prewake() {
   // Relaxed: who goes to sleep just now is woken by the job.
-  if (helpers_ != Helpers::everyone || sleepers_.load(std::memory_order_relaxed) == 0) return;
+  if (wake_policy_ != WakePolicy::everyone || sleepers_.load(std::memory_order_relaxed) == 0) return;
   leave_core_to_caller();
   const std::lock_guard<std::mutex> lock(mutex_);
-  ++roused_;
+  ++prewakes_;
   wake_.notify_all();
 }
 
@@ -84,32 +84,34 @@ void ThreadPool::start(Attendance attendance, Invoke function, void* job) {
     function(job, 0);
     return;
   }
-  publish(offered_, function, job);
-  const bool wakes = attendance == Attendance::everyone || helpers_ == Helpers::everyone;
+  publish(current_, function, job);
+  const bool wakes = attendance == Attendance::everyone || wake_policy_ == WakePolicy::everyone;
   if (wakes && sleepers_.load(std::memory_order_seq_cst) > 0) {  // see publish()
     const std::lock_guard<std::mutex> lock(mutex_);
     wake_.notify_all();
   }
-  call(offered_, 0);
+  call(current_, 0);
   if (attendance == Attendance::everyone) {
-    wait_until(offered_, [&](std::uint64_t s) { return joined(s) == size_ - 1 && inside(s) == 0; });
+    wait_until(current_, [&](std::uint64_t s) { return joined(s) == size_ - 1 && inside(s) == 0; });
   }
-  close(offered_);
+  close(current_);
 }
 
-void ThreadPool::hand_out(Invoke function, void* job) {
+void ThreadPool::submit(Invoke function, void* job) {
   if (size_ == 1) return;
-  publish(handed_out_, function, job);
+  has_submitted_ = true;
+  publish(submitted_, function, job);
   if (sleepers_.load(std::memory_order_seq_cst) > 0) {  // see publish()
     const std::lock_guard<std::mutex> lock(mutex_);
     wake_.notify_one();
   }
 }
 
-bool ThreadPool::take_back() {
+bool ThreadPool::join_submitted() {
   if (size_ == 1) return false;
-  close(handed_out_);
-  return joined(handed_out_.state.load(std::memory_order_relaxed)) > 0;
+  has_submitted_ = false;
+  close(submitted_);
+  return joined(submitted_.state.load(std::memory_order_relaxed)) > 0;
 }
 
 void ThreadPool::publish(Place& place, Invoke function, void* job) {
@@ -179,16 +181,16 @@ void ThreadPool::worker_main(int worker) {
     wait_for_job(seen, spin);
     // Acquire, pairs with the store in publish(): what was handed out before this was offered is
     // seen below, and comes first.
-    const std::uint64_t offered = job_number(offered_.state.load(std::memory_order_acquire));
+    const std::uint64_t offered = job_number(current_.state.load(std::memory_order_acquire));
     if (offered == no_more_jobs) return;
     // Relaxed: join() acquires what the job needs.
-    const std::uint64_t handed_out = job_number(handed_out_.state.load(std::memory_order_relaxed));
-    if (handed_out != seen.handed_out) {
-      seen.handed_out = handed_out;
-      help(handed_out_, handed_out, worker);
+    const std::uint64_t submitted = job_number(submitted_.state.load(std::memory_order_relaxed));
+    if (submitted != seen.submitted) {
+      seen.submitted = submitted;
+      help(submitted_, submitted, worker);
     } else {
       seen.offered = offered;
-      help(offered_, offered, worker);
+      help(current_, offered, worker);
     }
   }
 }
@@ -197,31 +199,31 @@ void ThreadPool::worker_main(int worker) {
 // unseen.
 void ThreadPool::wait_for_job(const Seen& seen, std::chrono::microseconds spin) {
   const auto has_come = [&](std::memory_order order) {
-    return job_number(offered_.state.load(order)) != seen.offered ||
-           job_number(handed_out_.state.load(order)) != seen.handed_out;
+    return job_number(current_.state.load(order)) != seen.offered ||
+           job_number(submitted_.state.load(order)) != seen.submitted;
   };
   // Relaxed: who looks for the job acquires.
   while (!spin_until([&] { return has_come(std::memory_order_relaxed); }, spin)) {
     std::unique_lock<std::mutex> lock(mutex_);
-    const std::uint64_t roused = roused_;
+    const std::uint64_t roused = prewakes_;
     sleepers_.fetch_add(1, std::memory_order_seq_cst);  // before the look at the job: see publish()
-    wake_.wait(lock, [&] { return roused != roused_ || has_come(std::memory_order_seq_cst); });
+    wake_.wait(lock, [&] { return roused != prewakes_ || has_come(std::memory_order_seq_cst); });
     sleepers_.fetch_sub(1, std::memory_order_relaxed);
   }
 }
 
 void ThreadPool::help(Place& place, std::uint64_t job, int worker) noexcept {
-  if (!join(place, job)) return;
+  if (!enter(place, job)) return;
   call(place, worker);
   leave(place);
 }
 
 // False where the job is over, or handed out to another.
-bool ThreadPool::join(Place& place, std::uint64_t job) noexcept {
+bool ThreadPool::enter(Place& place, std::uint64_t job) noexcept {
   std::uint64_t state = place.state.load(std::memory_order_relaxed);
   while (job_number(state) == job && is_open(state)) {
     std::uint64_t with_this = state + one_inside + one_joined;
-    if (&place == &handed_out_) with_this &= ~open_bit;
+    if (&place == &submitted_) with_this &= ~open_bit;
     // Acquire, pairs with the store in publish(): what it says of the job is this job's.
     if (place.state.compare_exchange_weak(state, with_this, std::memory_order_acquire,
                                           std::memory_order_relaxed))

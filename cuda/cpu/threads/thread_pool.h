@@ -33,20 +33,20 @@ class ThreadPool {
 
   // Says that a job comes soon: threads that sleep are awake by then, which takes them as long as a
   // short stage lasts.
-  void rouse();
+  void prewake();
 
   // Who comes to what is offered and to what is done in pieces.
-  enum class Helpers {
+  enum class WakePolicy {
     everyone,
     awake  // nobody is woken: for what is done sooner than a sleeper would be there
   };
-  void set_helpers(Helpers helpers) { helpers_ = helpers; }
+  void set_wake_policy(WakePolicy helpers) { wake_policy_ = helpers; }
   // Workers that may come, the caller among them. Those that are awake may go to sleep just now, or
   // be at what was handed out.
   int available() const {
     if (pool_of_thread_ == this) return 1;
     // Relaxed: a guess, for how to share out.
-    return helpers_ == Helpers::awake ? size_ - sleepers_.load(std::memory_order_relaxed) : size_;
+    return wake_policy_ == WakePolicy::awake ? size_ - sleepers_.load(std::memory_order_relaxed) : size_;
   }
 
   // job(worker) once on every worker; returns when all have, so it waits for who is at what was
@@ -60,21 +60,23 @@ class ThreadPool {
   // after worker 0 has returned is left out, so a short job never waits for a sleeper. For jobs
   // that any one worker can finish alone.
   template <class Job>
-  void offer(Job&& job) {
+  void run_optional(Job&& job) {
     if (available() == 1) return static_cast<void>(job(0));
     start(Attendance::volunteers, &invoke<Job>, address(job));
   }
 
   // job(worker) once, on the first other thread that comes, while the caller goes on, with the pool
-  // too: who comes to the pool comes to this first. Until take_back() the job stays where it is,
+  // too: who comes to the pool comes to this first. Until join_submitted() the job stays where it is,
   // and no other is handed out.
   template <class Job>
-  void hand_out(Job& job) {
-    hand_out(&invoke<Job>, address(job));
+  void submit(Job& job) {
+    submit(&invoke<Job>, address(job));
   }
   // Waits for what was handed out; rethrows its exception. False where nobody had come to it: then
   // nobody will.
-  bool take_back();
+  bool join_submitted();
+  // Whether a job is submitted and not joined: then no other can be.
+  bool has_submitted() const { return has_submitted_; }
 
   // body(first, last, worker) over disjoint pieces of [0, count) of at most `grain` (where nobody
   // else is available(), or `count` is no more than that, in one piece). No piece is begun after an
@@ -88,7 +90,7 @@ class ThreadPool {
       return;
     }
     std::atomic<std::size_t> next{0};
-    offer([&](int worker) {
+    run_optional([&](int worker) {
       // Relaxed: the pieces share nothing but the counter; the end of the job orders the results.
       // The look before the step keeps the counter from running on and wrapping.
       while (next.load(std::memory_order_relaxed) < count) {
@@ -117,7 +119,7 @@ class ThreadPool {
   };
   // The numbers of the last jobs that a worker has seen.
   struct Seen {
-    std::uint64_t offered = 0, handed_out = 0;
+    std::uint64_t offered = 0, submitted = 0;
   };
 
   template <class Job>
@@ -130,7 +132,7 @@ class ThreadPool {
   }
 
   void start(Attendance attendance, Invoke function, void* job);
-  void hand_out(Invoke function, void* job);
+  void submit(Invoke function, void* job);
   void publish(Place& place, Invoke function, void* job);
   void close(Place& place);
   void leave_core_to_caller() noexcept;
@@ -138,7 +140,7 @@ class ThreadPool {
   void worker_main(int worker);
   void wait_for_job(const Seen& seen, std::chrono::microseconds spin);
   void help(Place& place, std::uint64_t job, int worker) noexcept;
-  bool join(Place& place, std::uint64_t job) noexcept;
+  bool enter(Place& place, std::uint64_t job) noexcept;
   void leave(Place& place) noexcept;
   template <class Done>
   void wait_until(const Place& place, Done done);
@@ -148,18 +150,33 @@ class ThreadPool {
 
   const int size_;
   std::vector<std::thread> threads_;
-  Helpers helpers_ = Helpers::everyone;
+  WakePolicy wake_policy_ = WakePolicy::everyone;
+  bool has_submitted_ = false;
   int caller_core_ = -1;  // where the threads are kept off
 
-  Place offered_;  // to all; with the number that says that the pool is going down
-  Place handed_out_;
+  Place current_;  // to all; with the number that says that the pool is going down
+  Place submitted_;
 
   std::mutex mutex_;
   std::condition_variable wake_;  // sleeping workers
   std::condition_variable done_;  // the sleeping caller
   std::atomic<int> sleepers_{0};  // workers inside wake_.wait
-  std::uint64_t roused_ = 0;      // how often; under mutex_
+  std::uint64_t prewakes_ = 0;      // how often; under mutex_
   std::atomic<bool> caller_sleeps_{false};
+};
+
+/// Sets the wake policy of a pool while it lives; then every worker is woken again.
+class ScopedWakePolicy {
+ public:
+  ScopedWakePolicy(ThreadPool& pool, ThreadPool::WakePolicy policy) : pool_(pool) {
+    pool_.set_wake_policy(policy);
+  }
+  ~ScopedWakePolicy() { pool_.set_wake_policy(ThreadPool::WakePolicy::everyone); }
+  ScopedWakePolicy(const ScopedWakePolicy&) = delete;
+  ScopedWakePolicy& operator=(const ScopedWakePolicy&) = delete;
+
+ private:
+  ThreadPool& pool_;
 };
 
 }  // namespace lazyccd

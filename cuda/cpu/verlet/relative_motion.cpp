@@ -5,7 +5,7 @@
 
 namespace lazyccd {
 
-void GroupMotion::build(const Mesh& mesh, const Groups& groups, const Tree& tree) {
+void RelativeMotionBounds::build(const Mesh& mesh, const Groups& groups, const Tree& tree) {
   const std::vector<TreeNode>& nodes = tree.nodes();
   boxes_.resize(nodes.size());
   owner_[kVertices].assign(mesh.vertex_count(), 0);
@@ -37,7 +37,7 @@ void GroupMotion::build(const Mesh& mesh, const Groups& groups, const Tree& tree
   }
 }
 
-void GroupMotion::begin(const std::vector<VertexRecord>& records, double scale) {
+void RelativeMotionBounds::begin(const std::vector<VertexRecord>& records, double scale) {
   scale_ = scale;
   from_.resize(records.size());
   for (std::size_t v = 0; v < records.size(); ++v) {
@@ -46,7 +46,7 @@ void GroupMotion::begin(const std::vector<VertexRecord>& records, double scale) 
   }
 }
 
-void GroupMotion::measure(const std::vector<VertexRecord>& records, const Tree& tree,
+void RelativeMotionBounds::measure(const std::vector<VertexRecord>& records, const Tree& tree,
                           ThreadPool& pool) {
   pool.parallel_for(leaves_.size(), 128, [&](std::size_t first, std::size_t last, int) {
     for (std::size_t i = first; i < last; ++i) measure_leaf(static_cast<std::uint32_t>(i), records);
@@ -63,7 +63,7 @@ void GroupMotion::measure(const std::vector<VertexRecord>& records, const Tree& 
   }
 }
 
-void GroupMotion::measure_leaf(std::uint32_t leaf, const std::vector<VertexRecord>& records) {
+void RelativeMotionBounds::measure_leaf(std::uint32_t leaf, const std::vector<VertexRecord>& records) {
   Box box;
   std::fill_n(box.lo, 6, HUGE_VAL);
   std::fill_n(box.hi, 6, -HUGE_VAL);
@@ -84,7 +84,7 @@ void GroupMotion::measure_leaf(std::uint32_t leaf, const std::vector<VertexRecor
   boxes_[leaves_[leaf]] = box;
 }
 
-std::size_t GroupMotion::bytes() const {
+std::size_t RelativeMotionBounds::bytes() const {
   std::size_t owners = 0;
   for (const std::vector<std::uint32_t>& owner : owner_) owners += owner.capacity();
   return from_.capacity() * sizeof(VertexRecord) + boxes_.capacity() * sizeof(Box) +

@@ -13,7 +13,7 @@
 
 namespace lazyccd {
 
-class GroupMotion {
+class RelativeMotionBounds {
  public:
   // For the groups at the leaves of a tree.
   void build(const Mesh& mesh, const Groups& groups, const Tree& tree);

@@ -17,16 +17,16 @@
 namespace lazyccd {
 
 // The candidates that one worker lists, each with its pair of groups.
-class alignas(128) ListedPart {
+class alignas(128) ListedPairs {
  public:
   std::vector<ListedCandidate> of[2];  // by ContactKind
   std::vector<NodePair> pairs;         // of leaves
   // By pair: how far apart what comes near in this step can have been where the list was made;
   // negative where the pair is sought anew.
-  std::vector<float> reach;
+  std::vector<float> distance_limit;
 
   void clear();
-  void add(ContactKind kind, Candidate candidate, float apart, const GroupMotion& groups);
+  void add(ContactKind kind, Candidate candidate, float apart, const RelativeMotionBounds& groups);
   std::size_t size() const { return of[0].size() + of[1].size(); }
   std::size_t bytes() const;
 
@@ -35,31 +35,31 @@ class alignas(128) ListedPart {
   std::array<std::uint32_t, 256> latest_{};
 };
 
-class NearList {
+class VerletList {
  public:
-  NearList(double separation, int workers)
-      : separation_(separation), slack_(separation / 2), parts_(workers) {}
+  VerletList(double separation, int workers)
+      : separation_(separation), skin_(separation / 2), parts_(workers) {}
 
   // By how much further than a step needs boxes have to grow on every side for a list.
-  double slack() const { return slack_; }
+  double skin() const { return skin_; }
   // To be called for another tree. There is no list then.
   void build(const Mesh& mesh, const Groups& groups, const Tree& tree);
-  void forget() { made_ = promising_ = false; }
+  void forget() { made_ = worthwhile_ = false; }
 
   bool made() const { return made_; }
   // Whether a list would serve most pairs of groups for some steps.
-  bool is_promising(double scale) const;
+  bool is_worthwhile(double scale) const;
 
   // At the start of a step, of the tree as it was built. With a list: how far groups have moved
   // since it was made, for holds() and reach(). Without: how far they move in this step, for
-  // would_last(). Where the step ends, vertices may lie up to `tolerance` from where they are said
+  // would_stay_valid(). Where the step ends, vertices may lie up to `tolerance` from where they are said
   // to.
   void begin_step(const std::vector<VertexRecord>& records, double scale, double tolerance,
                   const Tree& tree, ThreadPool& pool);
   // Whether all that can come near in this step below a pair of nodes is listed.
   bool holds(NodePair nodes) const { return moves_within(nodes, limit_squared_); }
   // Whether a list that was made now would hold for some steps.
-  bool would_last(NodePair nodes) const {
+  bool would_stay_valid(NodePair nodes) const {
     return moves_within(nodes, limit_squared_ / (least_steps * least_steps));
   }
 
@@ -67,19 +67,19 @@ class NearList {
   void begin(const std::vector<VertexRecord>& records, double scale);
   void complete();
   // What to list: as far apart as what the list is to hold can be.
-  float reach_of_list() const { return reach(2 * slack_ * groups_.scale()); }
-  const GroupMotion& groups() const { return groups_; }
+  float listing_distance() const { return reach(2 * skin_ * groups_.scale()); }
+  const RelativeMotionBounds& groups() const { return groups_; }
 
-  ListedPart& part(int worker) { return parts_[static_cast<std::size_t>(worker)]; }
-  const std::vector<ListedPart>& parts() const { return parts_; }
+  ListedPairs& part(int worker) { return parts_[static_cast<std::size_t>(worker)]; }
+  const std::vector<ListedPairs>& parts() const { return parts_; }
   std::size_t size() const;  // candidates
-  // To be called before ListedPart::reach is read, in a step with a list.
-  void measure_reach();
+  // To be called before ListedPairs::reach is read, in a step with a list.
+  void measure_distances();
 
   // At the end of a step with a list, which made so many candidates besides; without: in which so
   // many pairs of groups were opened.
-  void served(std::int64_t candidates);
-  void looked_at(std::int64_t pairs, std::int64_t lasting) { promising_ = 2 * lasting > pairs; }
+  void record_use(std::int64_t candidates);
+  void record_probe(std::int64_t pairs, std::int64_t lasting) { worthwhile_ = 2 * lasting > pairs; }
 
   std::size_t bytes() const;
 
@@ -92,14 +92,14 @@ class NearList {
   }
   float reach(double difference) const;
 
-  double separation_, slack_;
-  bool made_ = false, promising_ = false;
+  double separation_, skin_;
+  bool made_ = false, worthwhile_ = false;
   double limit_squared_ = 0;  // negative: nothing moves so little
   double unknown_ = 0;        // scaled: that two points may move differently besides
-  std::int64_t sought_ = 0;   // candidates besides, since the list was made
+  std::int64_t searched_ = 0;   // candidates besides, since the list was made
   int steps_ = 0;             // that it served
-  GroupMotion groups_;
-  std::vector<ListedPart> parts_;  // by worker
+  RelativeMotionBounds groups_;
+  std::vector<ListedPairs> parts_;  // by worker
 };
 
 }  // namespace lazyccd

@@ -17,7 +17,7 @@ struct NodeDiagonals {
 
 // Of one step, on the device until the host reads it.
 struct CullingCounters {
-  std::uint64_t volume_culled, flat_nodes;
+  std::uint64_t volume_culled, culled_by_normal_cone;
   std::uint32_t orphans;
 };
 
@@ -80,7 +80,7 @@ struct CulledPairs {
       if (count != 0) atomicAdd(reinterpret_cast<unsigned long long*>(&counter), count + 0ull);
     };
     add(counters.volume_culled, by_volume);
-    add(counters.flat_nodes, flat);
+    add(counters.culled_by_normal_cone, flat);
   }
 };
 

@@ -13,7 +13,7 @@
 
 namespace lazyccd::gpu {
 
-SceneCulling::SceneCulling(const Options& options)
+SceneCulling::SceneCulling(const DetectorOptions& options)
     : volume_(options.volume), culling_(options.culling) {
   // What cannot touch can still come near.
   if (options.separation > 0) culling_.normal_cones = culling_.orphan_sets = false;

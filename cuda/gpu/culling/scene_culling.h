@@ -23,7 +23,7 @@ namespace lazyccd::gpu {
 
 class SceneCulling {
  public:
-  explicit SceneCulling(const Options& options);
+  explicit SceneCulling(const DetectorOptions& options);
 
   // Whether the traversal is to ask it.
   bool culls_nodes() const { return volume_ != Volume::box || culling_.normal_cones; }

@@ -184,9 +184,9 @@ struct LeafWarp {
       const int i = self ? column : row, j = !self ? column : beyond < nb ? beyond : beyond - nb;
       const int place_a = list_a[i], place_b = list_b[j];
       const int2 x = a.edge_vertices[i], y = b.edge_vertices[j];
-      const bool strangers = (x.x != y.x) & (x.x != y.y) & (x.y != y.x) & (x.y != y.y);
+      const bool disjoint = (x.x != y.x) & (x.x != y.y) & (x.y != y.x) & (x.y != y.y);
       const bool wanted = !Extents(scene.groups, place_a).apart(Extents(scene.groups, place_b)) &&
-                          strangers && base + lane < total;
+                          disjoint && base + lane < total;
       const Candidate c{place_a, place_b};
       push<ContactKind::edge_edge>(wanted, c);
     }

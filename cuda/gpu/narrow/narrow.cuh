@@ -298,12 +298,12 @@ struct Decider {
         if (tick >= 0) {
           hash += emit_contact<kind, false>(scene, q, tick, contact, lists);
         } else {
-          append(lists.residue, {s.pair, k});
+          append(lists.undecided, {s.pair, k});
         }
       }
     }
     __syncwarp();
-    append_lanes(turn == Turn::hard ? lists.residue : lists.hard, difficult, {s.pair, k}, lane);
+    append_lanes(turn == Turn::hard ? lists.undecided : lists.hard, difficult, {s.pair, k}, lane);
   }
 };
 
@@ -339,7 +339,7 @@ __global__ void __launch_bounds__(kDecideThreads, kDecideBlocks)
   add_to_hash(decider.hash, lists.counters);
   if (blockIdx.x != 0 || threadIdx.x != 0) return;
   const std::uint32_t count[2] = {held(undecided[0]), held(undecided[1])};
-  lists.counters->refined = count[0] + count[1];
+  lists.counters->double_precision_tests = count[0] + count[1];
   if (unfiltered)
     for (int kind = 0; kind < 2; ++kind) lists.counters->undecided[kind] = count[kind];
 }

@@ -4,7 +4,7 @@
 #include <cstring>
 #include <vector>
 
-#include "cpu/narrow/decide_exactly.h"
+#include "cpu/narrow/exact.h"
 
 namespace lazyccd::gpu {
 

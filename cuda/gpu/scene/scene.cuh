@@ -34,7 +34,7 @@ struct SceneView {
   const std::int32_t* leaf_order;  // groups in the order of the tree's leaves
   const int2* node_ranges;         // the part of that order below each node
   ContactKey key;
-  double separation;  // Options::separation
+  double separation;  // DetectorOptions::separation
   bool is_double;     // of the records
 
   // Made anew each step.
@@ -76,9 +76,9 @@ struct StepCounters {
   std::uint32_t filtered[2];     // that the non-coplanar filter left
   std::uint32_t hits[2];         // in single precision
   std::uint32_t undecided[2];
-  std::uint32_t refined;
+  std::uint32_t double_precision_tests;
   std::uint32_t hard;     // for subdivision
-  std::uint32_t residue;  // for the host's exact arithmetic
+  std::uint32_t undecided;  // for the host's exact arithmetic
   std::uint32_t contacts;
   std::uint32_t contacts_vf;  // of those
   DecideCounters decide;
@@ -91,7 +91,7 @@ struct StepLists {
   Output<Candidate> filtered[2];
   Output<Survivor> hits[2];        // of single precision
   Output<Candidate> undecided[2];  // by single precision
-  Output<HardQuery> hard, residue;
+  Output<HardQuery> hard, undecided;
   Output<Contact> contacts;  // in no order
   std::uint64_t* keys;       // of the same places: their order (ContactKey)
   // Contacts by the upper part of their key, all but primitive b, while there are few such parts:

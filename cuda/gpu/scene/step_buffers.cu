@@ -58,7 +58,7 @@ StepLists StepBuffers::lists() {
     lists.undecided[kind] = undecided_[kind].output(&c->undecided[kind]);
   }
   lists.hard = hard_.output(&c->hard);
-  lists.residue = residue_.output(&c->residue);
+  lists.undecided = residue_.output(&c->undecided);
   lists.contacts = contacts_.output(&c->contacts);
   lists.keys = keys_.data();
   lists.bins = bin_count_ != 0 ? bins_.data() : nullptr;
@@ -90,7 +90,7 @@ int StepBuffers::grow() {
     grown += undecided_[kind].outgrown(c.undecided[kind]);
   }
   grown += hard_.outgrown(c.hard);
-  grown += residue_.outgrown(c.residue);
+  grown += residue_.outgrown(c.undecided);
   grown += contacts_.outgrown(c.contacts);
   return grown;
 }
@@ -106,7 +106,7 @@ Contact* StepBuffers::finish_contacts() {
 
 const HardQuery* StepBuffers::download_residue() {
   LAZYCCD_CUDA_CHECK(cudaMemcpy(host_residue_.data(), residue_.data(),
-                                counters().residue * sizeof(HardQuery), cudaMemcpyDeviceToHost));
+                                counters().undecided * sizeof(HardQuery), cudaMemcpyDeviceToHost));
   return host_residue_.data();
 }
 

@@ -8,7 +8,7 @@
 
 namespace lazyccd::gpu {
 
-class Waiting {
+class SpinWait {
  public:
   __device__ void pause() {
     __nanosleep(pause_ns_);

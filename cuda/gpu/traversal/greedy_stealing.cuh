@@ -61,7 +61,7 @@ class GreedyBlocks {
     constexpr int looks = 4;
     const std::uint32_t lane = threadIdx.x % kWarp;
     std::uint32_t won = 0;
-    for (Waiting waiting; won == 0; waiting.pause()) {
+    for (SpinWait waiting; won == 0; waiting.pause()) {
       random_delay(job);
       for (std::uint32_t first = 1; first == 1 || first < view.workers; first += looks * kWarp) {
         if (won == 0 && all_done(view.termination())) {

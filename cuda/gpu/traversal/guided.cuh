@@ -50,7 +50,7 @@ class GuidedBlocks {
   __device__ void wait_for_batch(const View& view, const TraversalJob& job,
                                  Batch<NodePair>& found) {
     const std::uint32_t lane = threadIdx.x % kWarp;
-    for (Waiting waiting;; waiting.pause()) {
+    for (SpinWait waiting;; waiting.pause()) {
       random_delay(job);
       std::uint32_t count = 0;
       if (lane == 0) {

@@ -29,7 +29,7 @@ class LazyBlocks {
     auto& counters = *view.shared.counters;
     counters.live.cell = (initial_count(job) + ChunkSize - 1) / ChunkSize;
     counters.claimed.cell = 0;
-    counters.hungry.cell = 0;
+    counters.idle_workers.cell = 0;
     counters.cancelled.cell = 0;
     *view.last_giver = 0;
   }
@@ -73,7 +73,7 @@ class LazyBlocks {
     const std::uint32_t lane = threadIdx.x % kWarp, workers = view.shared.workers;
     std::uint32_t window = (blockIdx.x + 1) % workers;  // where to look next: neighbours differ
     std::uint32_t giver = 0;
-    Waiting waiting;
+    SpinWait waiting;
     for (std::uint32_t look = 0;; ++look) {
       random_delay(job);
       std::uint32_t victim = lane == 0 ? giver : (window + lane) % workers;

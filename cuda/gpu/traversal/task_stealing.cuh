@@ -94,7 +94,7 @@ class TaskBlocks {
                                  Batch<NodePair>& found) {
     const std::uint32_t lane = threadIdx.x % kWarp;
     std::uint32_t window = (blockIdx.x + 1) % view.workers;
-    for (Waiting waiting;; waiting.pause()) {
+    for (SpinWait waiting;; waiting.pause()) {
       random_delay(job);
       if (all_done(view.termination())) {
         if (lane == 0) found = {nullptr, 0, no_chunk};

@@ -10,7 +10,7 @@
 namespace lazyccd {
 namespace {
 
-std::unique_ptr<gpu::TraversalStrategy> make_strategy(const Options& options) {
+std::unique_ptr<gpu::TraversalStrategy> make_strategy(const DetectorOptions& options) {
   switch (options.strategy) {
     case Strategy::lazy_stealing:
       return gpu::make_lazy_stealing(options.tuning);
@@ -47,7 +47,7 @@ void reserve_and_keep(DeviceBuffer<NodePair>& buffer, std::size_t size, cudaStre
 
 }  // namespace
 
-Traversal::Traversal(const Options& options)
+Traversal::Traversal(const DetectorOptions& options)
     : tuning_(options.tuning),
       strategy_(make_strategy(options)),
       keep_front_(options.front == FrontUse::on && strategy_->has_front()) {

@@ -28,7 +28,7 @@ namespace lazyccd {
 // Uses the strategy, the front use and the tuning of the options. One at a time on one stream.
 class Traversal {
  public:
-  explicit Traversal(const Options& options);
+  explicit Traversal(const DetectorOptions& options);
 
   // For another tree, and for launches with culling of nodes or without. Only this and grow()
   // allocate.

@@ -10,7 +10,7 @@ namespace lazyccd {
 enum class ContactKind : std::int32_t { vertex_face = 0, edge_edge = 1 };
 
 // One vertex touching one face, or one edge touching another, during the linear motion of a step; with
-// Options::separation, coming as near as that.
+// DetectorOptions::separation, coming as near as that.
 //
 //   vertices      vertex_face: the vertex, then the face's three; edge_edge: edge a's two, edge b's two
 //   primitive_a   vertex_face: the vertex; edge_edge: index of edge a in Detector::edges()
@@ -21,7 +21,7 @@ enum class ContactKind : std::int32_t { vertex_face = 0, edge_edge = 1 };
 //                 edge_edge: parameters in [0, 1] along edge a and along edge b
 //   normal        unit vector from b towards a (from the face to the vertex). Its sign is such that
 //                 the gap at the start, normal . sum_i weights[i] x_i, is positive; where that gap is
-//                 zero, such that the gap shrinks over the step. With Options::separation: along
+//                 zero, such that the gap shrinks over the step. With DetectorOptions::separation: along
 //                 the gap at the time of impact.
 struct Contact {
   ContactKind kind;

@@ -28,8 +28,8 @@ using BodyPair = std::array<std::int32_t, 2>;  // two body indices, in any order
 //   body_of_vertex  body index of each vertex; empty: every vertex belongs to body 0
 //   inverse_mass    1/kg of each vertex, 0 for a pinned one; empty: no vertex is pinned.
 //                   Pairs whose four vertices are all pinned are not reported.
-//   self_reach      of each vertex, 0 or more; empty: no limit. Where the step begins, two primitives
-//                   of one body are near, as Options::separation has it, only up to the largest of
+//   self_separation      of each vertex, 0 or more; empty: no limit. Where the step begins, two primitives
+//                   of one body are near, as DetectorOptions::separation has it, only up to the largest of
 //                   each, for neighbours in a mesh are near by themselves. How far apart they are
 //                   is told in single precision, from below.
 //   bodies          empty: as many bodies with default filters as body_of_vertex names
@@ -40,7 +40,7 @@ struct Topology {
   Span<const Edge> edges;
   Span<const std::int32_t> body_of_vertex;
   Span<const float> inverse_mass;
-  Span<const float> self_reach;
+  Span<const float> self_separation;
   Span<const Body> bodies;
   Span<const BodyPair> disabled_pairs;
 };

@@ -17,14 +17,14 @@ struct Stats {
   std::int64_t front_nodes = 0;   // pairs where the traversal ended (Algorithm 2.1's front)
   std::int64_t volume_culled = 0; // pairs of nodes whose boxes overlap and whose volumes do not
   std::int64_t group_pairs = 0;   // overlapping pairs of groups
-  std::int64_t flat_nodes = 0;    // nodes not opened, because they cannot touch themselves
+  std::int64_t culled_by_normal_cone = 0;    // nodes not opened, because they cannot touch themselves
   std::int64_t candidates_vf = 0, candidates_ee = 0;
-  std::int64_t orphans = 0;       // of the candidates, those from the orphan sets
+  std::int64_t orphan_tests = 0;       // of the candidates, those from the orphan sets
   // Candidates that the non-penetration filter ruled out; on the CPU 0 with a separation, where the
   // test itself does.
-  std::int64_t never_coplanar = 0;
+  std::int64_t filtered_noncoplanar = 0;
   std::int64_t survivors_vf = 0, survivors_ee = 0;
-  std::int64_t refined = 0;       // survivors that single precision could not decide
+  std::int64_t double_precision_tests = 0;       // survivors that single precision could not decide
   std::int64_t exact = 0;         // survivors that only exact arithmetic could decide
   std::int64_t steals = 0;        // batches of work taken from another worker
   std::int64_t balancings = 0;    // static_list: balancing steps
@@ -33,7 +33,7 @@ struct Stats {
   std::int64_t contacts_vf = 0, contacts_ee = 0;
   bool rebuilt = false;           // the hierarchy was built anew in this step
   bool front_reused = false;      // the traversal started from the front of an earlier step
-  bool foreseen = false;          // the start of the step was looked at before (Detector::foresee())
+  bool started_ahead = false;          // the start of the step was looked at before (Detector::detect_ahead())
 
   // Milliseconds: wall time, on the GPU device time. The CPU traverses, decides and waits at once: the
   // three share the wall time as the workers spent theirs. The GPU reports its stages only where they
@@ -48,7 +48,7 @@ struct Stats {
   double ms_sort = 0;      // contacts: gather, sort, hash
   double ms_download = 0;  // cuda: contacts to the host
   double ms_device = 0;    // cuda: positions resident to sorted contacts resident
-  double ms_total = 0;     // wall time of the whole detection, without what was foreseen
+  double ms_total = 0;     // wall time of the whole detection, without what was started_ahead
 
   std::uint64_t hash = 0;        // of the contacts; equal wherever the contacts are equal
   std::int64_t peak_bytes = 0;   // memory that the detector holds

@@ -63,7 +63,7 @@ struct Scene {
   std::vector<std::array<std::int32_t, 3>> faces;
   std::vector<std::array<std::int32_t, 2>> edges;
   LeafScene leaf{};
-  std::int64_t never_coplanar = 0;
+  std::int64_t filtered_noncoplanar = 0;
 
   explicit Scene(Span<const QueryPoints> queries) {
     for (const QueryPoints& points : queries) {
@@ -80,7 +80,7 @@ struct Scene {
     leaf.mesh.faces = reinterpret_cast<const std::int32_t(*)[3]>(faces.data());
     leaf.mesh.edges = reinterpret_cast<const std::int32_t(*)[2]>(edges.data());
     leaf.scale = scale_of(queries);
-    leaf.never_coplanar = &never_coplanar;
+    leaf.filtered_noncoplanar = &filtered_noncoplanar;
   }
 };
 

@@ -19,9 +19,9 @@ nlohmann::ordered_json to_json(const scenes::RunReport& report) {
   json["pass_throughs"] = {{"vertex_face", report.crossings_vf},
                            {"edge_edge", report.crossings_ee}};
   json["piercings_at_start"] = report.piercings_at_start;
-  json["piercings"] = report.piercings.size();
+  json["piercings"] = report.intersections.size();
   nlohmann::ordered_json points = nlohmann::ordered_json::array();
-  for (const scenes::Piercing& piercing : report.piercings) points.push_back(piercing.point);
+  for (const scenes::Intersection& intersection : report.intersections) points.push_back(intersection.point);
   json["piercing_points"] = points;
   if (report.wrong_side) {
     json["nodes_on_wrong_side"] = *report.wrong_side;
@@ -31,12 +31,12 @@ nlohmann::ordered_json to_json(const scenes::RunReport& report) {
   json["contacts"] = {{"vertex_face", stats.contacts_vf}, {"edge_edge", stats.contacts_ee}};
   json["contacts_in_bullets_lists"] = report.listed_contacts;
   json["detections"] = stats.detections;
-  json["foreseen"] = stats.foreseen;
-  json["zone_nodes"] = stats.zone_nodes;
-  json["last_resorts"] = stats.last_resorts;
+  json["foreseen"] = stats.started_ahead;
+  json["zone_nodes"] = stats.impact_zone_nodes;
+  json["last_resorts"] = stats.failsafe_holds;
   json["unresolved"] = stats.unresolved;
-  json["touching_at_start"] = stats.touching;
-  json["missed_steps"] = stats.missed_steps;
+  json["touching_at_start"] = stats.initial_contacts;
+  json["missed_steps"] = stats.fallback_steps;
   json["momentum_kg_m_s"] = {{"start", report.start.momentum},
                              {"end", report.end.momentum},
                              {"scale", report.start.impulse_scale}};

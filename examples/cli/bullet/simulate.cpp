@@ -56,13 +56,13 @@ void print_summary(const scenes::RunReport& report) {
   if (!report.finite) std::printf("stopped: positions are not finite any more\n");
   std::printf("pass-throughs: %" PRId64 " vertex-face, %" PRId64 " edge-edge\n",
               report.crossings_vf, report.crossings_ee);
-  std::printf("piercings at the end: %zu\n", report.piercings.size());
+  std::printf("piercings at the end: %zu\n", report.intersections.size());
   if (report.wrong_side) std::printf("nodes on the wrong side: %d\n", *report.wrong_side);
   if (stats.steps == 0) return;
   std::printf("contacts: %" PRId64 " vertex-face, %" PRId64 " edge-edge; %" PRId64 " detections\n",
               stats.contacts_vf, stats.contacts_ee, stats.detections);
   std::printf("nodes in impact zones: %" PRId64 ", held as the last resort: %" PRId64 "\n",
-              stats.zone_nodes, stats.last_resorts);
+              stats.impact_zone_nodes, stats.failsafe_holds);
   std::printf("%s", report.status.c_str());
 }
 

@@ -112,11 +112,11 @@ render::Picture Recorder::picture() const {
     add_soft(*body, dyes[i++ % std::size(dyes)], static_cast<float>(0.012 * extent_), picture);
   }
   for (const scenes::RigidBody& rigid : world.rigid_bodies()) add_rigid(rigid, picture);
-  for (const scenes::Piercing& piercing :
-       scenes::find_piercings(scenes::read_surface(world), scenes::read_positions(world))) {
-    picture.marks.push_back({static_cast<float>(piercing.point[0]),
-                             static_cast<float>(piercing.point[1]),
-                             static_cast<float>(piercing.point[2])});
+  for (const scenes::Intersection& intersection :
+       scenes::find_intersections(scenes::read_surface(world), scenes::read_positions(world))) {
+    picture.marks.push_back({static_cast<float>(intersection.point[0]),
+                             static_cast<float>(intersection.point[1]),
+                             static_cast<float>(intersection.point[2])});
   }
   picture.mark_radius = static_cast<float>(0.006 * extent_);
   picture.floor = floor_;

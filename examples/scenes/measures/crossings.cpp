@@ -3,8 +3,8 @@
 namespace lazyccd::scenes {
 namespace {
 
-Options on_one_thread() {
-  Options options;
+DetectorOptions on_one_thread() {
+  DetectorOptions options;
   options.threads = 1;
   return options;
 }

@@ -73,7 +73,7 @@ bool overlap(const Box& a, const Box& b) {
 
 }  // namespace
 
-std::vector<Piercing> find_piercings(const Surface& surface,
+std::vector<Intersection> find_intersections(const Surface& surface,
                                      const std::vector<btScalar>& positions) {
   std::vector<Point> points(positions.size() / 3);
   for (std::size_t i = 0; i < positions.size(); ++i) {
@@ -109,7 +109,7 @@ std::vector<Piercing> find_piercings(const Surface& surface,
   std::sort(edge_items.begin(), edge_items.end(), by_low);
   std::sort(face_items.begin(), face_items.end(), by_low);
 
-  std::vector<Piercing> found;
+  std::vector<Intersection> found;
   std::vector<const Item*> open;  // faces that start before the current edge ends
   std::size_t next = 0;
   for (const Item& item : edge_items) {

@@ -8,7 +8,7 @@
 
 namespace lazyccd::scenes {
 
-struct Piercing {
+struct Intersection {
   Edge edge;
   Face face;
   std::array<double, 3> point;  // where the edge passes through, rounded
@@ -17,7 +17,7 @@ struct Piercing {
 // Pairs of an edge and a face without a common vertex whose bodies collide (by filters, and with
 // themselves where they do) and where the edge passes through the inside of the face. Which pairs
 // is decided exactly.
-std::vector<Piercing> find_piercings(const Surface& surface,
+std::vector<Intersection> find_intersections(const Surface& surface,
                                      const std::vector<btScalar>& positions);
 
 }  // namespace lazyccd::scenes

@@ -1,4 +1,4 @@
-// A world as triangles and edges: what frames, crossings and piercings look at. Read apart from the
+// A world as triangles and edges: what frames, crossings and intersections look at. Read apart from the
 // adapter, so that the counters can tell on it.
 #pragma once
 

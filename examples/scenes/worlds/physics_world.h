@@ -37,7 +37,7 @@ struct WorldOptions {
   // With LazyCCD in the deformable world: Bullet's own world class, its passes over soft pairs
   // included.
   bool stock_world = false;
-  bullet::Options lazyccd;
+  bullet::SolverOptions lazyccd;
 };
 
 // A rigid body with its surface in its own frame.

@@ -22,33 +22,44 @@ std::vector<Contact> contacts_of(const std::vector<std::int32_t>& primitives) {
   return contacts;
 }
 
+// A vertex above a face, all of which impulses move.
+struct Rows {
+  PairSurfaces surfaces = lazyccd::test::uniform_surfaces(0.1, 0);
+  Motion motion;
+  RowFactory factory{surfaces, 0.05, motion};
+
+  Rows() {
+    motion.start = motion.end = {0, 1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1};
+    motion.inverse_mass = motion.shortest_edge = {1, 1, 1, 1};
+    motion.first_vertex = {0, 4};
+    motion.rigid_of_body = {-1};
+  }
+};
+
 }  // namespace
 
 TEST_CASE("a list makes the rows that it is asked for, once, and they stay") {
   const std::vector<Contact> contacts = contacts_of({2, 3, 5, 8});
-  std::vector<Prospect> prospects(4);
-  for (std::size_t i = 0; i < 4; ++i) prospects[i].gives_way = i != 2;
-  int made = 0;
+  std::vector<SpeculativeContact> speculative(4);
+  for (std::size_t i = 0; i < 4; ++i) speculative[i].is_movable = i != 2;
+  const Rows rows;
   RowList list;
-  list.take(NearProspects{contacts, prospects}, [&](const Contact& contact, ContactRow& row) {
-    ++made;
-    row.contact = contact;
-    row.gives_way = true;
-  });
+  list.take(SpeculativePairs{contacts, speculative}, rows.factory);
   REQUIRE(list.size() == 4);
   CHECK_FALSE(list.is_made(3));
   CHECK(list.contact(3).primitive_a == 8);
-  CHECK(list.gives_way(3));
+  CHECK(list.is_movable(3));
   ContactRow& last = list[3];
   CHECK(last.contact.primitive_a == 8);
-  last.impulse = 7;
+  last.normal_impulse = 7;
   CHECK(list[0].contact.primitive_a == 2);
   // What stands for nothing gives no way, whatever its contact says.
-  CHECK_FALSE(list.gives_way(2));
-  CHECK_FALSE(list[2].gives_way);
+  CHECK_FALSE(list.is_movable(2));
+  CHECK_FALSE(list[2].is_movable);
   CHECK(&list[3] == &last);
-  CHECK(list[3].impulse == 7);
-  CHECK(made == 3);
+  CHECK(list[3].normal_impulse == 7);
+  CHECK(list.is_made(0));
+  CHECK(list.is_made(2));
   CHECK_FALSE(list.is_made(1));
 
   std::vector<ContactRow> others(2);
@@ -77,15 +88,16 @@ TEST_CASE("keys of contacts are in the order of contacts") {
   }
   for (const Contact& a : contacts) {
     for (const Contact& b : contacts)
-      REQUIRE((a < b) == (NearContacts::key_of(a) < NearContacts::key_of(b)));
+      REQUIRE((a < b) == (SpeculativeContacts::pair_key_of(a) < SpeculativeContacts::pair_key_of(b)));
   }
 }
 
 TEST_CASE("a contact is found in a list from wherever it is sought") {
   const std::vector<Contact> contacts = contacts_of({2, 3, 5, 5, 8, 9, 12, 20, 21});
-  std::vector<Prospect> prospects(contacts.size());
+  std::vector<SpeculativeContact> speculative(contacts.size());
   RowList list;
-  list.take(NearProspects{contacts, prospects}, [](const Contact&, ContactRow&) {});
+  const Rows rows;
+  list.take(SpeculativePairs{contacts, speculative}, rows.factory);
   for (std::int32_t sought = 0; sought < 23; ++sought) {
     const Contact contact = contacts_of({sought})[0];
     std::size_t expected = 0;

@@ -10,15 +10,15 @@ using lazyccd::test::contact;
 namespace {
 
 std::vector<Contact> kept(const std::vector<Contact>& contacts, const std::vector<double>& gaps) {
-  std::vector<Bond> bonds(contacts.size());
+  std::vector<ReductionEntry> entries(contacts.size());
   for (std::size_t i = 0; i < contacts.size(); ++i) {
-    bind(contacts[i], bonds[i].binding);
-    bonds[i].gap = gaps[i];
+    make_contact_key(contacts[i], entries[i].key);
+    entries[i].gap = gaps[i];
   }
   std::vector<Contact> kept;
-  DistinctContacts().keep(bonds);
+  ContactReduction().reduce(entries);
   for (std::size_t i = 0; i < contacts.size(); ++i)
-    if (bonds[i].binding.kind != Binding::none) kept.push_back(contacts[i]);
+    if (entries[i].key.kind != ContactKey::none) kept.push_back(contacts[i]);
   return kept;
 }
 

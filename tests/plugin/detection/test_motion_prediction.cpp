@@ -13,8 +13,8 @@ using scenes::World;
 
 namespace {
 
-bullet::Options on_threads(int threads) {
-  bullet::Options options;
+bullet::SolverOptions on_threads(int threads) {
+  bullet::SolverOptions options;
   options.detector.backend = Backend::cpu;
   options.detector.threads = threads;
   return options;
@@ -30,7 +30,7 @@ struct Fall {
     for (const double height : {0.22, 0.25}) sheets.push_back(world.add_sheet(20, 1, height, 1));
   }
 
-  // What an application may do between two steps: what was foreseen is none of these.
+  // What an application may do between two steps: what was started_ahead is none of these.
   void disturb(int step) {
     if (step == 15) sheets.push_back(world.add_sheet(6, 0.8, 0.4, 3));
     if (step == 25) {
@@ -68,17 +68,17 @@ TEST_CASE("a scene ends the same, to the last bit, whether steps were foreseen o
     Fall fall(kind, threads);
     fall.world.steps(60, 1.0 / 240, [&](int step) { fall.disturb(step); });
     CHECK(fall.world.total().contacts_vf > 0);
-    CHECK(fall.world.total().missed_steps == 0);
+    CHECK(fall.world.total().fallback_steps == 0);
     if (threads == 1) {
       ends = fall.state();
-      CHECK(fall.world.total().foreseen == 0);
+      CHECK(fall.world.total().started_ahead == 0);
       continue;
     }
     CHECK(fall.state() == ends);
     // A thread may come too late in many steps, but not in all that there are.
-    for (int step = 0; step < 5000 && fall.world.total().foreseen == 0; ++step) fall.world.steps(1);
-    CHECK(fall.world.total().foreseen > 0);
-    CHECK(fall.world.total().foreseen <= fall.world.total().detections);
+    for (int step = 0; step < 5000 && fall.world.total().started_ahead == 0; ++step) fall.world.steps(1);
+    CHECK(fall.world.total().started_ahead > 0);
+    CHECK(fall.world.total().started_ahead <= fall.world.total().detections);
   }
 }
 

@@ -25,7 +25,7 @@ Motion random_motion(std::mt19937& random) {
   for (btScalar& x : motion.end) x = static_cast<btScalar>(within(random));
   for (std::size_t v = 0; v < soft; ++v) {
     motion.inverse_mass.push_back(v % 5 == 0 ? 0 : 1 + within(random));
-    motion.reach.push_back(0.2 * (1 + within(random)));
+    motion.shortest_edge.push_back(0.2 * (1 + within(random)));
   }
   RigidMotion body;
   body.inverse_mass.setZero();
@@ -53,45 +53,45 @@ Contact random_contact(std::mt19937& random) {
   return contact;
 }
 
-Prospect by_row(const Contact& contact, double thickness, double recovery, const Motion& motion) {
+SpeculativeContact by_row(const Contact& contact, double thickness, double position_correction, const Motion& motion) {
   ContactRow row;
-  make_row(contact, thickness, 0, recovery, motion, row);
+  make_row(contact, thickness, 0, position_correction, motion, row);
   Eigen::Vector3d move = Eigen::Vector3d::Zero();
   for (int i = 0; i < 4; ++i) {
     const std::int32_t v = contact.vertices[i];
     move += row.weights[i] * (motion.end_of(v) - motion.start_of(v));
   }
-  return prospect_of(row, move);
+  return speculative_contact_of(row, move);
 }
 
 }  // namespace
 
 TEST_CASE("kernels of all instruction sets foretell what rows say, to the bit") {
-  constexpr double thickness = 0.3, recovery = 0.2;
+  constexpr double thickness = 0.3, position_correction = 0.2;
   std::mt19937 random(1);
   for (int round = 0; round < 200; ++round) {
     const Motion motion = random_motion(random);
-    const ProspectMotion<btScalar> of = {motion.start.data(),        motion.end.data(),
-                                         motion.inverse_mass.data(), motion.reach.data(),
-                                         motion.soft_count(),        recovery};
-    const int count = 1 + static_cast<int>(random() % ProspectLanes::count);
+    const SpeculativeMotion<btScalar> of = {motion.start.data(),        motion.end.data(),
+                                         motion.inverse_mass.data(), motion.shortest_edge.data(),
+                                         motion.soft_count(),        position_correction};
+    const int count = 1 + static_cast<int>(random() % SpeculativeLanes::count);
     std::vector<Contact> contacts;
     for (int i = 0; i < count; ++i) contacts.push_back(random_contact(random));
     for (const char* isa : {"baseline", "avx2", "avx512"}) {
-      const ProspectKernels* const kernels = prospect_kernels(isa);
+      const SpeculativeKernels* const kernels = speculative_kernels(isa);
       if (!kernels) continue;
       CAPTURE(isa, round);
-      ProspectLanes lanes;
+      SpeculativeLanes lanes;
       std::fill(std::begin(lanes.thickness), std::end(lanes.thickness), thickness);
       kernels->find(of, contacts.data(), count, lanes);
       for (int i = 0; i < count; ++i) {
         const double own = thickness_of(contacts[i], motion, thickness);
-        const Prospect row = by_row(contacts[i], own, recovery, motion);
+        const SpeculativeContact row = by_row(contacts[i], own, position_correction, motion);
         CHECK(lanes.thickness[i] == own);
         CHECK(lanes.move_squared[i] == row.move_squared);
         CHECK(lanes.need[i] == row.need);
-        CHECK(lanes.response[i] == row.response);
-        CHECK((lanes.gives_way[i] != 0) == row.gives_way);
+        CHECK(lanes.normal_mass[i] == row.normal_mass);
+        CHECK((lanes.is_movable[i] != 0) == row.is_movable);
         CHECK((lanes.may_open[i] != 0) == row.may_open);
         const auto gap = [&](const std::vector<btScalar>& places) {
           const std::array<double, 4> weights = contacts[i].weights();
@@ -101,9 +101,9 @@ TEST_CASE("kernels of all instruction sets foretell what rows say, to the bit") 
           return sum;
         };
         CHECK(lanes.gap_squared[i] == gap(motion.start).squaredNorm());
-        CHECK(lanes.gap_kept[i] == gap(motion.start).dot(gap(motion.end)));
+        CHECK(lanes.gap_dot[i] == gap(motion.start).dot(gap(motion.end)));
       }
     }
   }
-  CHECK(prospect_kernels("no such set") == nullptr);
+  CHECK(speculative_kernels("no such set") == nullptr);
 }

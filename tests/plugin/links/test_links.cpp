@@ -97,7 +97,7 @@ struct Net {
     LinkEnds planned = ends;
     for (std::size_t i = 0; i < ends.size(); ++i)
       if (is_left_out(i)) planned[i] = no_nodes;
-    const LinkPlan plan =
+    const LinkBatches plan =
         plan_links(planned, static_cast<int>(nodes.size()), LinkGroup<Scalar>::links);
     std::vector<LinkGroup<Scalar>> groups = make_groups<Scalar>(plan, planned);
     for (std::size_t i = 0; i < ends.size(); ++i) {
@@ -152,7 +152,7 @@ TEST_CASE("a plan keeps the order of links that share a node, and fills groups")
     LinkEnds ends = random_ends(nodes, random);
     for (auto& link : ends)
       if (below(8, random) == 0) link = no_nodes;
-    const LinkPlan plan = plan_links(ends, nodes, lanes);
+    const LinkBatches plan = plan_links(ends, nodes, lanes);
     CAPTURE(round, nodes, lanes, ends.size());
     std::vector<int> first(static_cast<std::size_t>(nodes), -1), last = first;
     std::vector<int> sizes(plan.sizes.size());

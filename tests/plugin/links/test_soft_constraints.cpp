@@ -16,7 +16,7 @@
 #include <thread>
 #include <vector>
 
-#include "lazyccd/detector.h"
+#include "lazyccd/threads.h"
 #include "scenes/meshes/cloth.h"
 #include "links/soft_constraints.h"
 #include "support/catch.h"
@@ -184,7 +184,7 @@ class Rationed {
 };
 
 // Why the order of several may tell.
-enum class Tie { none, anchors, rigid_contacts, soft_contacts, links };
+enum class Tie { none, anchors, replace_rigid_contacts, soft_contacts, links };
 
 // Several, by Bullet one after the other and by SoftConstraints.
 struct Several {
@@ -471,18 +471,15 @@ TEST_CASE("bodies come, go and sleep, each with its own links") {
 
 TEST_CASE("bodies that are solved side by side come to the same as one after the other") {
   const Tie tie =
-      GENERATE(Tie::none, Tie::anchors, Tie::rigid_contacts, Tie::soft_contacts, Tie::links);
+      GENERATE(Tie::none, Tie::anchors, Tie::replace_rigid_contacts, Tie::soft_contacts, Tie::links);
   const int threads = GENERATE(0, 1, 2, 3, 4);
   const int passes = GENERATE(3, 60);
   CAPTURE(static_cast<int>(tie), threads, passes);
-  Options options;
-  options.backend = Backend::cpu;
-  options.threads = threads;
-  Detector detector(options);
+  const Threads pool(threads);
   const bullet::ParallelFor parallel_for =
       threads == 0 ? bullet::ParallelFor(on_own_threads)
                    : [&](std::size_t count, std::size_t grain, const auto& body) {
-                       detector.parallel_for(count, grain, body);
+                       pool.parallel_for(count, grain, body);
                      };
   Several several;
   several.change([&](auto& bodies) {
@@ -492,14 +489,14 @@ TEST_CASE("bodies that are solved side by side come to the same as one after the
       bodies[1]->add_anchor();
       bodies[3]->body->appendAnchor(65, bodies[1]->weight.get());
     }
-    if (tie == Tie::rigid_contacts) bodies[0]->add_weight();
+    if (tie == Tie::replace_rigid_contacts) bodies[0]->add_weight();
     if (tie == Tie::links) {
       bodies[1]->body->m_links[50].m_n[1] = &bodies[2]->body->m_nodes[20];
       bodies[1]->body->updateLinkConstants();
     }
   });
   const auto add_contacts = [&](auto& bodies) {
-    if (tie == Tie::rigid_contacts) {
+    if (tie == Tie::replace_rigid_contacts) {
       for (const int i : {2, 4}) bodies[i]->add_contact(40, *bodies[0]->weight);
     }
     if (tie == Tie::soft_contacts) {

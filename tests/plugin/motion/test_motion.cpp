@@ -23,7 +23,7 @@ struct Moved {
     }
     for (Body& body : bodies) body.self_collision = false;
   }
-  double together() const { return motion.off_together({bodies.data(), bodies.size()}); }
+  double together() const { return motion.largest_deviation_sum({bodies.data(), bodies.size()}); }
 };
 
 }  // namespace

@@ -3,6 +3,7 @@
 
 #include "response/contact_constraints.h"
 #include "plugin/support/column.h"
+#include "plugin/support/contacts.h"
 #include "support/catch.h"
 
 using namespace lazyccd;
@@ -12,11 +13,8 @@ TEST_CASE("a load that rests is solved to rest, however hard it presses") {
   constexpr int points = 30;
   Column column(std::vector<double>(points - 1, 1));
   bullet::Motion& motion = column.motion;
-  bullet::ContactRows rows(
-      [](std::int32_t, std::int32_t) {
-        return bullet::PairSurface{0.1, 0};
-      },
-      0.05);
+  const bullet::PairSurfaces surfaces = lazyccd::test::uniform_surfaces(0.1, 0);
+  bullet::ContactConstraints rows(surfaces, 0.05);
   const auto fall = [&](double metres, int sweeps) {
     motion.end = motion.start;
     for (std::size_t i = 1; i < points; ++i) motion.end[9 * i + 1] -= static_cast<btScalar>(metres);

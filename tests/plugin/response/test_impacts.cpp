@@ -33,12 +33,12 @@ void require_clean(const Case& c, World world) {
   CHECK(report.finite);
   CHECK(report.crossings_vf == 0);
   CHECK(report.crossings_ee == 0);
-  CHECK(report.piercings.empty());
+  CHECK(report.intersections.empty());
   CHECK(report.wrong_side == 0);
   CHECK(report.lazyccd.contacts_vf + report.lazyccd.contacts_ee > 0);
-  CHECK(report.lazyccd.missed_steps == 0);
+  CHECK(report.lazyccd.fallback_steps == 0);
   // Impulses alone end these scenes; the last resort would show here.
-  CHECK(report.lazyccd.last_resorts == 0);
+  CHECK(report.lazyccd.failsafe_holds == 0);
 }
 
 }  // namespace
@@ -70,7 +70,7 @@ TEST_CASE("a strip that closes on itself never passes through itself") {
   CAPTURE(world == World::rigid, speed);
   const scenes::RunReport report = run({"fold", speed, 1.0 / 240, 0}, world, Collisions::lazyccd);
   CHECK(report.crossings_vf + report.crossings_ee == 0);
-  CHECK(report.piercings.empty());
+  CHECK(report.intersections.empty());
 }
 
 TEST_CASE("cloth that is driven onto what it was far from stops before it") {
@@ -107,7 +107,7 @@ TEST_CASE("Bullet alone lets these scenes pass through, by the same counters") {
     const auto report =
         run({"cloth-on-cloth", 2, 1.0 / 60, 0}, World::deformable, Collisions::bullet);
     CHECK(report.wrong_side > 100);
-    CHECK(report.piercings.size() > 500);
+    CHECK(report.intersections.size() > 500);
   }
   SECTION("edge on edge, in both worlds") {
     const World world = GENERATE(World::rigid, World::deformable);

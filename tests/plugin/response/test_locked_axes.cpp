@@ -30,10 +30,10 @@ btRigidBody* add_box(ObstacleWorld& w, const btVector3& half, const btVector3& a
 
 TEST_CASE("a body that may turn but not shift is met and stays finite") {
   const World world = GENERATE(World::rigid, World::deformable);
-  const int max_iterations = GENERATE(0, 20);
-  CAPTURE(world == World::rigid, max_iterations);
-  bullet::Options options;
-  options.max_iterations = max_iterations;
+  const int max_detections = GENERATE(0, 20);
+  CAPTURE(world == World::rigid, max_detections);
+  bullet::SolverOptions options;
+  options.max_detections = max_detections;
   ObstacleWorld w(world, 0, options);
   btRigidBody* box =
       add_box(w, btVector3(btScalar(0.5), btScalar(0.2), btScalar(0.5)), btVector3(0, 0, 0));

@@ -7,6 +7,7 @@
 #include "response/impact_zones.h"
 #include "detection/speculative_contacts.h"
 #include "plugin/support/column.h"
+#include "plugin/support/contacts.h"
 #include "response/response.h"
 #include "scenes/measures/mechanics.h"
 #include "scenes/scene.h"
@@ -20,7 +21,7 @@ namespace {
 
 // The largest change of total momentum over `steps` of the free cloths' impact, over the sum of the
 // nodes' absolute momenta at the start.
-double momentum_error(World world, const bullet::Options& options, int steps,
+double momentum_error(World world, const bullet::SolverOptions& options, int steps,
                       bullet::StepStats* stats) {
   scenes::Parameters parameters;
   parameters.world = world;
@@ -51,7 +52,7 @@ TEST_CASE("impulses keep the momentum of free bodies") {
   CHECK(momentum_error(world, {}, 20, &stats) < 1e-5);
   CHECK(stats.contacts_vf > 0);
   CHECK(stats.contacts_ee > 0);
-  CHECK(stats.last_resorts == 0);
+  CHECK(stats.failsafe_holds == 0);
 }
 
 TEST_CASE("the response keeps both momenta, whatever Bullet's own step makes of them") {
@@ -93,13 +94,13 @@ TEST_CASE("the response keeps both momenta, whatever Bullet's own step makes of 
 
 TEST_CASE("impact zones keep the momentum of free bodies") {
   const World world = GENERATE(World::rigid, World::deformable);
-  bullet::Options options;
-  options.max_iterations = 0;
-  options.max_zones = 30;
+  bullet::SolverOptions options;
+  options.max_detections = 0;
+  options.max_impact_zones = 30;
   bullet::StepStats stats;
   CHECK(momentum_error(world, options, 8, &stats) < 1e-5);
-  CHECK(stats.zone_nodes > 0);
-  CHECK(stats.last_resorts == 0);
+  CHECK(stats.impact_zone_nodes > 0);
+  CHECK(stats.failsafe_holds == 0);
 }
 
 TEST_CASE("a contact of very different masses gets impulses that sum to nothing") {
@@ -109,7 +110,7 @@ TEST_CASE("a contact of very different masses gets impulses that sum to nothing"
   motion.end = motion.start;
   motion.end[1] = -3;
   motion.inverse_mass = {1e3, 1e-3, 1, 20};
-  motion.reach = {1, 1, 1, 1};
+  motion.shortest_edge = {1, 1, 1, 1};
   motion.first_vertex = {0, 4};
   motion.rigid_of_body = {-1};
   if (kind == ContactKind::edge_edge) {
@@ -123,11 +124,8 @@ TEST_CASE("a contact of very different masses gets impulses that sum to nothing"
   contact.vertices = {0, 1, 2, 3};
   contact.u = contact.v = 0.3f;
   contact.normal = {0, 1, 0};
-  bullet::ContactRows rows(
-      [](std::int32_t, std::int32_t) {
-        return bullet::PairSurface{0.1, 0};
-      },
-      0.05);
+  const bullet::PairSurfaces surfaces = lazyccd::test::uniform_surfaces(0.1, 0);
+  bullet::ContactConstraints rows(surfaces, 0.05);
   rows.add({contact}, motion);
   rows.relax(motion, 10);
 
@@ -149,15 +147,15 @@ TEST_CASE("what falls on something light that rests is thrown back, and does not
   const double restitution = GENERATE(0.5, 1.0), falls = 2;
   Column column({10, 1});
   bullet::Motion& motion = column.motion;
-  motion.rate.assign(9, 1 / motion.seconds);
+  motion.rate.assign(9, 1 / motion.dt);
   motion.velocity.assign(9, Eigen::Vector3d::Zero());
   motion.velocity[6].y() = -falls;
-  motion.end[3 * 6 + 1] -= static_cast<btScalar>(falls * motion.seconds);
-  bullet::Options options;
+  motion.end[3 * 6 + 1] -= static_cast<btScalar>(falls * motion.dt);
+  bullet::SolverOptions options;
   options.restitution = restitution;
-  const auto surface = [](std::int32_t, std::int32_t) { return bullet::PairSurface{0.1, 0}; };
-  bullet::Response response(options, surface);
-  bullet::NearContacts near(surface, options.recovery);
+  const bullet::PairSurfaces surfaces = lazyccd::test::uniform_surfaces(0.1, 0);
+  bullet::Response response(options, surfaces);
+  bullet::SpeculativeContacts near(surfaces, options.position_correction);
   bullet::StepStats stats;
   response.run(
       near.all(column.contacts, motion),
@@ -177,7 +175,7 @@ TEST_CASE("a body on rails is stopped by a pinned node, beside contacts of other
   motion.end = motion.start;
   motion.end[4] = -1;
   motion.inverse_mass = {0, 1, 1, 1, 1};
-  motion.reach = {1, 1, 1, 1, 1};
+  motion.shortest_edge = {1, 1, 1, 1, 1};
   motion.first_vertex = {0, 1, 2, 5, 8};
   motion.rigid_of_body = {-1, -1, -1, 0};
   bullet::RigidMotion body;
@@ -187,7 +185,7 @@ TEST_CASE("a body on rails is stopped by a pinned node, beside contacts of other
   body.start.setIdentity();
   body.predicted.setIdentity();
   body.predicted.getOrigin().setY(btScalar(1.5));
-  body.velocity = body.spin = body.velocity_change = body.spin_change = Eigen::Vector3d::Zero();
+  body.velocity = body.angular_velocity = body.velocity_change = body.angular_velocity_change = Eigen::Vector3d::Zero();
   body.inverse_mass = Eigen::Vector3d(0, 0.5, 0);
   body.inverse_inertia.setZero();
   motion.rigid.push_back(body);
@@ -206,11 +204,8 @@ TEST_CASE("a body on rails is stopped by a pinned node, beside contacts of other
     contact->v = 0.5f;
     contact->normal = {0, 1, 0};
   }
-  bullet::ContactRows rows(
-      [](std::int32_t, std::int32_t) {
-        return bullet::PairSurface{0.1, 0.5};
-      },
-      0.05);
+  const bullet::PairSurfaces surfaces = lazyccd::test::uniform_surfaces(0.1, 0.5);
+  bullet::ContactConstraints rows(surfaces, 0.05);
   rows.add({on_rails, soft}, motion);
   rows.relax(motion, 100);
   CHECK_THAT(static_cast<double>(motion.rigid[0].end.getOrigin().y()),

@@ -17,11 +17,11 @@ namespace {
 
 struct Problem {
   std::vector<RowBatch> batches;
-  std::vector<RowPart> parts;
+  std::vector<RowRigidTerm> parts;
   std::vector<RowBody> bodies;
   std::vector<Float4> displacement;
 
-  SweptProblem swept() {
+  PgsProblem swept() {
     return {batches.data(), parts.data(), bodies.data(), displacement.data()};
   }
 };
@@ -49,7 +49,7 @@ Problem random_problem(unsigned seed) {
   }
   std::vector<std::array<std::int32_t, 4>> nodes_of(rows);
   std::vector<std::int32_t> body_of(rows);
-  RowPartition partition;
+  RowBatches partition;
   partition.begin(problem.displacement.size());
   for (std::int32_t row = 0; row < rows; ++row) {
     std::array<std::int32_t, 5> things;
@@ -73,11 +73,11 @@ Problem random_problem(unsigned seed) {
     std::sort(nodes_of[row].rbegin(), nodes_of[row].rend());
   }
   partition.finish();
-  for (const RowPartition::Group& group : partition.groups()) {
+  for (const RowBatches::Group& group : partition.groups()) {
     RowBatch batch = {};
     std::iota(std::begin(batch.pushed), std::end(batch.pushed), 1);
     batch.first_part = static_cast<std::int32_t>(problem.parts.size());
-    for (int i = 0; i < RowBatch::rows && group[i] != RowPartition::none; ++i) {
+    for (int i = 0; i < RowBatch::rows && group[i] != RowBatches::none; ++i) {
       float *const normal = batch.normal + 4 * i, *const terms = batch.terms + 4 * i;
       const float angle = within(-0.5f, 0.5f), sliding = within(-1, 1);
       normal[1] = std::cos(angle);
@@ -97,13 +97,13 @@ Problem random_problem(unsigned seed) {
       terms[2] = within(0, 1);
       std::fill_n(batch.compliance + 4 * i, 4, 1.4f);
       if (body_of[group[i]] < 0) continue;
-      RowPart part = {};
+      RowRigidTerm part = {};
       part.arm[0] = within(-1, 1);
       part.weight = -0.5f;
       part.row = i;
       part.body = body_of[group[i]];
-      part.shift = first_body + 2 * part.body;
-      part.turn = part.shift + 1;
+      part.translation = first_body + 2 * part.body;
+      part.rotation = part.translation + 1;
       problem.parts.push_back(part);
     }
     batch.last_part = static_cast<std::int32_t>(problem.parts.size());
@@ -115,7 +115,7 @@ Problem random_problem(unsigned seed) {
 }  // namespace
 
 TEST_CASE("a sweep is the same with every instruction set, and leads to what the rows ask for") {
-  const auto solve = [](const SweepKernels& kernels, Problem& problem) {
+  const auto solve = [](const PgsKernels& kernels, Problem& problem) {
     std::vector<std::int32_t> all;
     for (std::size_t i = 0; i < problem.batches.size(); ++i)
       all.push_back(static_cast<std::int32_t>(i));
@@ -129,7 +129,7 @@ TEST_CASE("a sweep is the same with every instruction set, and leads to what the
   for (unsigned seed = 1; seed <= 4; ++seed) {
     CAPTURE(seed);
     Problem expected = random_problem(seed);
-    const SweepKernels& baseline = *sweep_kernels("baseline");
+    const PgsKernels& baseline = *pgs_kernels("baseline");
     const SweepChange last = solve(baseline, expected);
     CHECK(last.largest < 1e-6f);
     CHECK(baseline.most_left(expected.swept(), static_cast<int>(expected.batches.size())) < 1e-3f);
@@ -142,14 +142,14 @@ TEST_CASE("a sweep is the same with every instruction set, and leads to what the
       for (int k = 0; k < 4; ++k)
         CHECK(pushed.displacement[i].x[k] == Approx(expected.displacement[i].x[k]).margin(1e-3));
     for (const char* name : {"avx2", "avx512"}) {
-      const SweepKernels* const kernels = sweep_kernels(name);
+      const PgsKernels* const kernels = pgs_kernels(name);
       if (!kernels) continue;
       CAPTURE(name);
       Problem problem = random_problem(seed);
       const SweepChange change = solve(*kernels, problem);
       CHECK(change.largest == last.largest);
       CHECK(change.energy == last.energy);
-      CHECK(change.onward == last.onward);
+      CHECK(change.restart_test == last.restart_test);
       const std::size_t bytes = problem.displacement.size() * sizeof(Float4);
       CHECK(!std::memcmp(problem.displacement.data(), expected.displacement.data(), bytes));
       CHECK(kernels->most_left(problem.swept(), static_cast<int>(problem.batches.size())) ==
@@ -163,19 +163,19 @@ TEST_CASE("of rows that wait those lack something that would in the problem") {
   std::vector<std::int32_t> node_of(problem.displacement.size());
   std::iota(node_of.begin(), node_of.end(), 0);
   std::vector<std::int32_t> all;
-  std::vector<WaitingBatch> waiting;
+  std::vector<InactiveBatch> waiting;
   for (const RowBatch& batch : problem.batches) {
     all.push_back(static_cast<std::int32_t>(all.size()));
-    WaitingBatch& other = waiting.emplace_back();
+    InactiveBatch& other = waiting.emplace_back();
     std::copy(std::begin(batch.normal), std::end(batch.normal), other.normal);
     std::copy(std::begin(batch.weight), std::end(batch.weight), other.weight);
     std::copy(std::begin(batch.node), std::end(batch.node), other.vertex);
-    for (int i = 0; i < WaitingBatch::rows; ++i) other.normal[4 * i + 3] = batch.terms[4 * i];
+    for (int i = 0; i < InactiveBatch::rows; ++i) other.normal[4 * i + 3] = batch.terms[4 * i];
     other.first_part = batch.first_part;
     other.last_part = batch.last_part;
   }
-  const auto lacking = [&](const SweepKernels& kernels) {
-    std::vector<std::int32_t> rows(WaitingBatch::rows * waiting.size());
+  const auto lacking = [&](const PgsKernels& kernels) {
+    std::vector<std::int32_t> rows(InactiveBatch::rows * waiting.size());
     rows.resize(
         static_cast<std::size_t>(kernels.lacking(problem.swept(), node_of.data(), waiting.data(),
                                                  static_cast<int>(waiting.size()), rows.data())));
@@ -184,33 +184,33 @@ TEST_CASE("of rows that wait those lack something that would in the problem") {
   const auto check_all = [&](const std::vector<std::int32_t>& expected) {
     for (const char* name : {"baseline", "avx2", "avx512"}) {
       CAPTURE(name);
-      if (const SweepKernels* kernels = sweep_kernels(name)) CHECK(lacking(*kernels) == expected);
+      if (const PgsKernels* kernels = pgs_kernels(name)) CHECK(lacking(*kernels) == expected);
     }
   };
   // Where nothing has moved, those that need anything.
   std::vector<std::int32_t> in_need;
-  for (std::size_t i = 0; i < WaitingBatch::rows * waiting.size(); ++i)
-    if (waiting[i / WaitingBatch::rows].normal[4 * (i % WaitingBatch::rows) + 3] > 0)
+  for (std::size_t i = 0; i < InactiveBatch::rows * waiting.size(); ++i)
+    if (waiting[i / InactiveBatch::rows].normal[4 * (i % InactiveBatch::rows) + 3] > 0)
       in_need.push_back(static_cast<std::int32_t>(i));
   check_all(in_need);
   // Once all is done, none that needs a little less; and one that needs far more.
-  const SweepKernels& baseline = *sweep_kernels("baseline");
+  const PgsKernels& baseline = *pgs_kernels("baseline");
   for (int i = 0; i < 500; ++i)
     baseline.sweep(problem.swept(), all.data(), static_cast<int>(all.size()));
-  for (WaitingBatch& batch : waiting)
-    for (int i = 0; i < WaitingBatch::rows; ++i) batch.normal[4 * i + 3] -= 2e-3f;
+  for (InactiveBatch& batch : waiting)
+    for (int i = 0; i < InactiveBatch::rows; ++i) batch.normal[4 * i + 3] -= 2e-3f;
   check_all({});
   waiting[3].normal[4 * 2 + 3] += 100;
-  check_all({3 * WaitingBatch::rows + 2});
+  check_all({3 * InactiveBatch::rows + 2});
 }
 
 TEST_CASE("displacements go on by a part of what they moved, with every instruction set") {
   for (const char* name : {"baseline", "avx2", "avx512"}) {
-    const SweepKernels* const kernels = sweep_kernels(name);
+    const PgsKernels* const kernels = pgs_kernels(name);
     if (!kernels) continue;
     CAPTURE(name);
     std::vector<Float4> now(3, {{1, 2, 3, 0}}), last(3, {{1, 1, 1, 0}});
-    kernels->carry_on(0.5f, now.data(), last.data(), 2);
+    kernels->extrapolate(0.5f, now.data(), last.data(), 2);
     for (int i = 0; i < 2; ++i) {
       CHECK(std::equal(now[i].x, now[i].x + 4, std::array<float, 4>{1, 2.5f, 4, 0}.begin()));
       CHECK(std::equal(last[i].x, last[i].x + 4, std::array<float, 4>{1, 2, 3, 0}.begin()));
@@ -223,7 +223,7 @@ TEST_CASE("displacements go on by a part of what they moved, with every instruct
 TEST_CASE("rows of a group move nothing in common, and each row is in one group") {
   std::mt19937 random(1);
   std::uniform_int_distribution<std::int32_t> any(0, 59);
-  RowPartition partition;
+  RowBatches partition;
   for (int run = 0; run < 3; ++run) {
     std::vector<std::array<std::int32_t, 3>> things(100);
     partition.begin(60);
@@ -233,12 +233,12 @@ TEST_CASE("rows of a group move nothing in common, and each row is in one group"
     }
     std::vector<int> met(things.size(), 0);
     partition.finish();
-    for (const RowPartition::Group& group : partition.groups()) {
+    for (const RowBatches::Group& group : partition.groups()) {
       std::vector<int> moved(60, 0);
       bool ended = false;
       for (const std::int32_t row : group) {
-        CHECK(!(ended && row != RowPartition::none));
-        ended = row == RowPartition::none;
+        CHECK(!(ended && row != RowBatches::none));
+        ended = row == RowBatches::none;
         if (ended) continue;
         ++met[row];
         std::array<std::int32_t, 3> of_row = things[row];

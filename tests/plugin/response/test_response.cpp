@@ -186,7 +186,7 @@ TEST_CASE("restitution gives back its part of the speed, and none by default") {
   const World world = GENERATE(World::rigid, World::deformable);
   const double restitution = GENERATE(0.0, 0.5, 1.0);
   CAPTURE(world == World::rigid, restitution);
-  bullet::Options options;
+  bullet::SolverOptions options;
   options.restitution = restitution;
   ObstacleWorld w(world, 0, options);
   Floor floor(w);
@@ -216,7 +216,7 @@ TEST_CASE("a dynamic rigid body and cloth exchange momentum and lose none") {
   CHECK_THAT(static_cast<double>(momentum.y()), Matchers::WithinAbs(-40 * mass, 1e-3 * 40 * mass));
   CHECK(static_cast<double>(mean_velocity(*cloth).y()) < -0.5);
   CHECK(w.total().energy_gained < 1e-3);
-  CHECK(w.total().last_resorts == 0);
+  CHECK(w.total().failsafe_holds == 0);
 }
 
 TEST_CASE("free bodies keep their angular momentum") {
@@ -260,7 +260,7 @@ TEST_CASE("what is crushed between two bodies that nothing moves stays between t
         btTransform(btQuaternion::getIdentity(), btVector3(0, static_cast<btScalar>(height), 0)));
   };
   w.steps(30, 1.0 / 60, [&](int i) { press_to(0.5 - 0.02 * (i + 1)); });
-  CHECK(w.total().last_resorts > 0);
+  CHECK(w.total().failsafe_holds > 0);
   CHECK(w.total().unresolved == 0);
   CHECK(w.status().find("between bodies of infinite mass") != std::string::npos);
   // The press comes up again, and what it went over is below it.
@@ -290,7 +290,7 @@ TEST_CASE("what is neither static nor a rigid body is left behind as a kinematic
   w.world().addCollisionObject(&press);
   btSoftBody* cloth = add_flat(w, 0.1);
   w.steps(30, 1.0 / 60, [&](int i) { press_to(0.5 - 0.02 * i); });
-  CHECK(w.total().last_resorts > 0);
+  CHECK(w.total().failsafe_holds > 0);
   w.steps(30, 1.0 / 60, [&](int i) { press_to(-0.1 + 0.02 * (i + 1)); });
   for (int i = 0; i < cloth->m_nodes.size(); ++i) {
     CHECK(cloth->m_nodes[i].m_x.y() > 0);
@@ -346,7 +346,7 @@ TEST_CASE("applications are told all contacts of a step, with their bodies") {
   CAPTURE(world == World::rigid);
   int calls = 0, with_floor = 0, listed = 0;
   double pushed = 0;
-  bullet::Options options;
+  bullet::SolverOptions options;
   const btCollisionObject* object = nullptr;
   options.on_contacts = [&](Span<const bullet::StepContact> contacts) {
     ++calls;
@@ -409,12 +409,12 @@ TEST_CASE("bodies that lose momentum at different rates get no spin by it, far f
 }
 
 TEST_CASE("what is thrown in on_contacts goes no further") {
-  bullet::Options options;
+  bullet::SolverOptions options;
   options.on_contacts = [](Span<const bullet::StepContact>) { throw 1; };
   ObstacleWorld w(World::rigid, 0, options);
   add_flat(w, 0);
   w.add_sheet(6, 1, 0.1, 5);
   w.steps(24);
-  CHECK(w.total().missed_steps == 0);
+  CHECK(w.total().fallback_steps == 0);
   CHECK(w.status().find("on_contacts threw") != std::string::npos);
 }

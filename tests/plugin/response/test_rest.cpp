@@ -73,7 +73,7 @@ TEST_CASE("damping to rest leaves the motion of the whole alone") {
   // A cloth glides over a smooth floor, more slowly than what counts as rest.
   const World world = GENERATE(World::rigid, World::deformable);
   CAPTURE(world == World::rigid);
-  bullet::Options options;
+  bullet::SolverOptions options;
   options.friction = false;
   ObstacleWorld w(world, 10, options);
   add_floor(w);
@@ -92,7 +92,7 @@ TEST_CASE("what deforms slowly in contact loses that as fast as it is asked to")
   CAPTURE(world == World::rigid);
   // Root mean square along x, m/s, a step after it was 0.01 from node to node, to and fro.
   const auto left_of = [world](double rest_damping) {
-    bullet::Options options;
+    bullet::SolverOptions options;
     options.friction = false;
     options.rest_damping = rest_damping;
     ObstacleWorld w(world, 10, options);

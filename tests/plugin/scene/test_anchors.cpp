@@ -86,7 +86,7 @@ struct Meeting {
   ObstacleWorld world;
   Board lower, upper;
 
-  Meeting(World kind, const bullet::Options& options, double mass, double mass_of_other,
+  Meeting(World kind, const bullet::SolverOptions& options, double mass, double mass_of_other,
           int boxes_each = 1)
       : world(kind, 0, options),
         lower(world, 0, 0, mass, -0.3, boxes_each),
@@ -128,12 +128,12 @@ TEST_CASE("a push on an anchored node reaches the rigid body, and no momentum is
   // Impulses; impact zones; zones held where the step began.
   const int means = GENERATE(0, 1, 2);
   CAPTURE(world == World::rigid, mass, mass_of_other, means);
-  bullet::Options options;
-  if (means > 0) options.max_iterations = 0;
-  if (means > 1) options.max_zones = 0;
+  bullet::SolverOptions options;
+  if (means > 0) options.max_detections = 0;
+  if (means > 1) options.max_impact_zones = 0;
   Meeting meeting(world, options, mass, mass_of_other), alone(world, options, mass, mass_of_other);
   check_momentum(meeting, alone);
-  if (means < 2) CHECK(meeting.world.total().last_resorts == 0);
+  if (means < 2) CHECK(meeting.world.total().failsafe_holds == 0);
 }
 
 TEST_CASE("an anchor's rigid body gets the push though nothing meets it") {
@@ -157,7 +157,7 @@ TEST_CASE("an anchor's rigid body gets the push though nothing meets it") {
 TEST_CASE("each of the four nodes in a contact may be anchored to a rigid body of its own") {
   const int boxes_each = GENERATE(2, 3, 4);
   CAPTURE(boxes_each);
-  const bullet::Options options;
+  const bullet::SolverOptions options;
   Meeting meeting(World::deformable, options, 10, 20, boxes_each);
   Meeting alone(World::deformable, options, 10, 20, boxes_each);
   check_momentum(meeting, alone);
@@ -177,5 +177,5 @@ TEST_CASE("an anchored node stops its rigid body at what does not give way") {
   CHECK_THAT(height, Matchers::WithinAbs(0.02, 0.011));
   CHECK_THAT(board.height(), Matchers::WithinAbs(height, 1e-4));
   CHECK((board.boxes[0]->getCenterOfMassPosition() - place).length() < btScalar(1e-4));
-  CHECK(w.total().last_resorts == 0);
+  CHECK(w.total().failsafe_holds == 0);
 }

@@ -110,9 +110,9 @@ TEST_CASE("a body collides with itself only where it was asked to") {
   auto w = PhysicsWorld::make(quiet_options(world));
   std::vector<btVector3> x;
   for (const btScalar y : {btScalar(0), btScalar(0.1)}) {
-    const btScalar shift = y > 0 ? btScalar(0.31) : 0;
+    const btScalar translation = y > 0 ? btScalar(0.31) : 0;
     for (const auto& [u, v] : {std::pair{0, 0}, {1, 0}, {0, 1}, {1, 1}}) {
-      x.push_back(btVector3(btScalar(u) + shift, y, btScalar(v) + shift));
+      x.push_back(btVector3(btScalar(u) + translation, y, btScalar(v) + translation));
     }
   }
   const std::vector<btScalar> masses(8, btScalar(0.1));

@@ -78,8 +78,8 @@ TEST_CASE("cloth stays above a thin mesh at any speed, however the triangles are
   btSoftBody* cloth = w.add_sheet(9, 1, 0.25, speed);
   w.steps(30, 1.0 / 60);
   CHECK(count_below(*cloth, -1e-4) == 0);
-  CHECK(w.total().missed_steps == 0);
-  CHECK(w.total().last_resorts == 0);
+  CHECK(w.total().fallback_steps == 0);
+  CHECK(w.total().failsafe_holds == 0);
 }
 
 TEST_CASE("a kinematic mesh that is moved takes cloth along and never passes through it") {
@@ -99,7 +99,7 @@ TEST_CASE("a kinematic mesh that is moved takes cloth along and never passes thr
   const double height = static_cast<double>(lift->getWorldTransform().getOrigin().y());
   CHECK(height > -0.1);
   CHECK(count_below(*cloth, height) == 0);
-  CHECK(w.total().last_resorts == 0);
+  CHECK(w.total().failsafe_holds == 0);
 }
 
 TEST_CASE("cloth that is pushed far in one step meets what is there") {
@@ -142,8 +142,8 @@ TEST_CASE(
     auto shape = std::make_unique<btGImpactMeshShape>(mesh.get());
     shape->updateBound();
     btRigidBody* body = w.add(std::move(shape), place, 1, 0.002 * width);
-    btQuaternion turn(part(random), part(random), part(random), part(random));
-    body->setCenterOfMassTransform(btTransform(turn.normalize(), place));
+    btQuaternion rotation(part(random), part(random), part(random), part(random));
+    body->setCenterOfMassTransform(btTransform(rotation.normalize(), place));
     btSoftBody* cloth = w.add_sheet(3, width, 0, 0);
     cloth->translate(place);
     w.world().updateAabbs();
@@ -151,12 +151,11 @@ TEST_CASE(
     bullet::AxisBox swept = bullet::AxisBox::empty();
     for (int i = 0; i < 3; ++i) swept.add(place + width * vector());
     bullet::Obstacles obstacles;
-    bullet::Journal journal(nullptr);
+    bullet::WarningLog warnings(nullptr);
     btAlignedObjectArray<btSoftBody*> bodies;
     bodies.push_back(cloth);
     obstacles.begin_step(bodies);
-    obstacles.update(
-        bodies, swept, [&] { return swept; }, 1e-5, journal);
+    if (obstacles.update(bodies, swept, 1e-5, warnings)) obstacles.read_triangles(swept, warnings);
     CHECK(obstacles.records().size() == 1);
     CHECK(obstacles.has_read(swept));
   }
@@ -192,15 +191,15 @@ TEST_CASE("cloth never passes through thin convex bodies") {
     middle = btMax(middle, cloth->m_nodes[i].m_x.y());
   }
   CHECK(middle > btScalar(-0.1));
-  CHECK(w.total().missed_steps == 0);
+  CHECK(w.total().fallback_steps == 0);
 }
 
 TEST_CASE("rigid obstacles can be turned off, and filters hold for them") {
   const World world = GENERATE(World::rigid, World::deformable);
   const std::string by = GENERATE("option", "ignore", "flags");
   CAPTURE(world == World::rigid, by);
-  bullet::Options options;
-  options.rigid_obstacles = by != "option";
+  bullet::SolverOptions options;
+  options.collide_rigid = by != "option";
   Flat flat;
   ObstacleWorld w(world, 0, options);
   btRigidBody* floor = w.add(flat.make("mesh"), btVector3(0, 0, 0));
@@ -237,9 +236,9 @@ TEST_CASE("what an application says of a rigid body holds from the next step on"
     if (by == "group") proxy.m_collisionFilterGroup = meets ? group : 0;
     if (by == "mask") proxy.m_collisionFilterMask = meets ? mask : 0;
     if (by == "ignore") floor->setIgnoreCollisionCheck(cloth, !meets);
-    const int silent = btCollisionObject::CF_NO_CONTACT_RESPONSE;
+    const int unanswered = btCollisionObject::CF_NO_CONTACT_RESPONSE;
     const int flags = floor->getCollisionFlags();
-    if (by == "response") floor->setCollisionFlags(meets ? flags & ~silent : flags | silent);
+    if (by == "response") floor->setCollisionFlags(meets ? flags & ~unanswered : flags | unanswered);
     filter.meets = meets;
   };
   if (by == "filter") w.world().getPairCache()->setOverlapFilterCallback(&filter);
@@ -277,8 +276,8 @@ namespace {
 
 // Where a cloth ends whose first column, inside a box, is anchored to it, and the box is moved.
 std::vector<btVector3> anchored_cloth(World world, bool obstacles) {
-  bullet::Options options;
-  options.rigid_obstacles = obstacles;
+  bullet::SolverOptions options;
+  options.collide_rigid = obstacles;
   ObstacleWorld w(world, 0, options);
   btRigidBody* box = w.add(std::make_unique<btBoxShape>(btVector3(btScalar(0.1), btScalar(0.1), 1)),
                            btVector3(0, 0, 0));
@@ -331,7 +330,7 @@ TEST_CASE("obstacles are forgotten with the last soft body that meets them") {
     falls->m_cfg.collisions = hangs->m_cfg.collisions;
   }
   w.steps(2);
-  CHECK(w.total().missed_steps == 0);
+  CHECK(w.total().fallback_steps == 0);
 }
 
 TEST_CASE("an obstacle whose shape an application changes is read anew") {
@@ -444,14 +443,14 @@ TEST_CASE("while soft bodies go on, only what is cut to where they are is read a
   btSoftBody* const sheet = w.add_sheet(3, 1, 0.5, 0);
   btAlignedObjectArray<btSoftBody*> bodies;
   bodies.push_back(sheet);
-  bullet::Journal journal({});
+  bullet::WarningLog warnings({});
   bullet::Obstacles obstacles;
   const auto read_at = [&](double x, double depth) {
     const btVector3 middle(static_cast<btScalar>(x), 0, 0), half(1, 1, 1);
     obstacles.begin_step(bodies);
     const bullet::AxisBox box = {middle - half, middle + half};
-    const bool changed = obstacles.update(
-        bodies, box, [&] { return box; }, depth, journal);
+    const bool changed = obstacles.update(bodies, box, depth, warnings);
+    if (changed) obstacles.read_triangles(box, warnings);
     REQUIRE(obstacles.records().size() == 2);
     return changed;
   };

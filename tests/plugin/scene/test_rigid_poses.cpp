@@ -14,7 +14,7 @@ namespace {
 struct Watched {
   ObstacleWorld world{scenes::World::rigid, 0};
   bullet::RigidPoses poses;
-  bullet::Journal journal{{}};
+  bullet::WarningLog journal{{}};
 
   btRigidBody* add(double mass = 0) {
     return world.add(std::make_unique<btSphereShape>(btScalar(0.1)), btVector3(0, 0, 0), mass);

@@ -42,7 +42,7 @@ TEST_CASE("a mesh of triangles that are lines is no reason to leave a step out")
   w.add(std::make_unique<btBvhTriangleMeshShape>(&lines, true), btVector3(0, 0, 0));
   w.add_sheet(4, 1, 0.05, 1);
   w.steps(10);
-  CHECK(w.total().missed_steps == 0);
+  CHECK(w.total().fallback_steps == 0);
 }
 
 TEST_CASE("what does not respond does not intersect where a step begins") {
@@ -57,10 +57,10 @@ TEST_CASE("what does not respond does not intersect where a step begins") {
   btSoftBody* ghost = sheet(1);
   ghost->setCollisionFlags(ghost->getCollisionFlags() | btCollisionObject::CF_NO_CONTACT_RESPONSE);
   w.steps(1);
-  CHECK(w.total().pierced_at_start == 0);
+  CHECK(w.total().initial_intersections == 0);
   ghost->setCollisionFlags(ghost->getCollisionFlags() & ~btCollisionObject::CF_NO_CONTACT_RESPONSE);
   w.steps(1);
-  CHECK(w.total().pierced_at_start > 0);
+  CHECK(w.total().initial_intersections > 0);
 }
 
 TEST_CASE(
@@ -69,8 +69,8 @@ TEST_CASE(
   // pieces.
   const World world = GENERATE(World::rigid, World::deformable);
   // Which Bullet would read.
-  bullet::Options options;
-  options.rigid_contacts = false;
+  bullet::SolverOptions options;
+  options.replace_rigid_contacts = false;
   ObstacleWorld w(world, 0, options);
   w.add(std::make_unique<btBoxShape>(btVector3(5, 5, 5)), btVector3(0, btScalar(-5.02), 0));
   const auto add = [&](const std::vector<std::array<int, 3>>& faces) {
@@ -91,7 +91,7 @@ TEST_CASE(
   rope->appendLink(3, 4);
   rope->translate(btVector3(0, 2, 0));
   w.steps(3);
-  CHECK(w.total().missed_steps == 0);
+  CHECK(w.total().fallback_steps == 0);
   // It is built here where Bullet reads one.
   if (world == World::deformable) CHECK(by_a_corner->m_fdbvt.m_leaves == 2);
 }

@@ -29,7 +29,7 @@ TEST_CASE("a body with a position that is not finite is named and left out until
   CHECK(messages == 1);
   CHECK(impact.world->status().find("soft body 2, node 7: the position is not finite") !=
         std::string::npos);
-  CHECK(impact.world->total_stats()->missed_steps == 0);
+  CHECK(impact.world->total_stats()->fallback_steps == 0);
 
   // The springs have spread it by now.
   for (int i = 0; i < broken->m_nodes.size(); ++i) {
@@ -38,7 +38,7 @@ TEST_CASE("a body with a position that is not finite is named and left out until
     broken->m_nodes[i].m_v = btVector3(0, 0, 0);
   }
   impact.steps(2);
-  CHECK(impact.world->total_stats()->missed_steps == 0);
+  CHECK(impact.world->total_stats()->fallback_steps == 0);
 }
 
 TEST_CASE("a deformable world with a position that is not finite goes on") {
@@ -60,7 +60,7 @@ TEST_CASE("a body that has exploded is named and left out, and the others go on 
   impact.steps(24);
   CHECK(impact.passed() == 0);
   CHECK(impact.world->status().find("faster than light") != std::string::npos);
-  CHECK(impact.world->total_stats()->missed_steps == 0);
+  CHECK(impact.world->total_stats()->fallback_steps == 0);
 }
 
 TEST_CASE("a rigid body whose velocity is not finite is named, and spoils nothing that it meets") {
@@ -87,7 +87,7 @@ TEST_CASE("a reduced deformable is refused by name") {
   impact.thrown->m_reducedModel = true;
   impact.steps(2);
   CHECK(impact.world->status().find("soft body 1 is a reduced deformable") != std::string::npos);
-  CHECK(impact.world->total_stats()->missed_steps == 0);
+  CHECK(impact.world->total_stats()->fallback_steps == 0);
 }
 
 TEST_CASE("an option that the detector refuses makes the step Bullet's, and is said once") {
@@ -99,7 +99,7 @@ TEST_CASE("an option that the detector refuses makes the step Bullet's, and is s
   Impact impact(options, 1);
   impact.steps(5);
   CHECK(messages == 1);
-  CHECK(impact.world->total_stats()->missed_steps == 5);
+  CHECK(impact.world->total_stats()->fallback_steps == 5);
   CHECK(impact.world->status().find("the step goes on without LazyCCD") != std::string::npos);
   CHECK(impact.thrown->m_nodes[0].m_x.y() < btScalar(0.1));
 }
@@ -125,7 +125,7 @@ TEST_CASE("nodes are read and written on several threads as on one") {
     bodies[19]->m_nodes[5].m_x[1] = std::numeric_limits<btScalar>::quiet_NaN();
     steps(3);
     CHECK(world->status().find("soft body 19, node ") != std::string::npos);
-    CHECK(world->total_stats()->missed_steps == 0);
+    CHECK(world->total_stats()->fallback_steps == 0);
     CHECK(world->total_stats()->contacts_vf > 0);
     ends.emplace_back();
     for (const btSoftBody* body : bodies) {
@@ -142,16 +142,16 @@ TEST_CASE("options that mean nothing are said, and the usual ones used") {
   scenes::WorldOptions options = quiet_options(World::rigid);
   options.lazyccd.on_message = [&](const std::string& line) { said.push_back(line); };
   options.lazyccd.thickness = nothing;
-  options.lazyccd.recovery = 2;
+  options.lazyccd.position_correction = 2;
   options.lazyccd.restitution = -1;
   options.lazyccd.rest_damping = -100;
   options.lazyccd.untangling_speed = -nothing;
-  options.lazyccd.sweeps = -5;
+  options.lazyccd.solver_iterations = -5;
   Impact strange(options), usual(quiet_options(World::rigid));
   strange.steps(20);
   usual.steps(20);
   CHECK(said.size() == 6);
-  CHECK(strange.world->status().find("Options::recovery is 2") != std::string::npos);
+  CHECK(strange.world->status().find("SolverOptions::recovery is 2") != std::string::npos);
   CHECK(strange.world->total_stats()->contacts_vf > 0);
   CHECK(scenes::read_positions(*strange.world) == scenes::read_positions(*usual.world));
 }
@@ -166,7 +166,7 @@ TEST_CASE("a collision margin that is not finite counts as none, and is said") {
   impact.thrown->getCollisionShape()->setMargin(number ? Limits::infinity() : Limits::quiet_NaN());
   impact.steps(24);
   CHECK(impact.world->status().find("margin is not finite") != std::string::npos);
-  CHECK(impact.world->total_stats()->missed_steps == 0);
+  CHECK(impact.world->total_stats()->fallback_steps == 0);
   CHECK(impact.world->total_stats()->contacts_vf > 0);
   CHECK(impact.passed() == 0);
 }

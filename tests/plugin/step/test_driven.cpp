@@ -31,11 +31,11 @@ TEST_CASE("what is driven faster than it can give way stops before it passes thr
     crossings.step(*scene.world);
   }
   CHECK(crossings.vertex_face() + crossings.edge_edge() == 0);
-  CHECK(scenes::find_piercings(scenes::read_surface(*scene.world),
+  CHECK(scenes::find_intersections(scenes::read_surface(*scene.world),
                                scenes::read_positions(*scene.world))
             .empty());
   CHECK(scene.world->total_stats()->unresolved == 0);
-  CHECK(scene.world->total_stats()->last_resorts > 0);
+  CHECK(scene.world->total_stats()->failsafe_holds > 0);
 }
 
 TEST_CASE("pinned nodes that are put elsewhere between steps sweep what is in their way") {
@@ -127,7 +127,7 @@ TEST_CASE("a rigid body that is put into cloth, or takes another's place there, 
   const btVector3 inside(btScalar(0.1), btScalar(0.03), 0);
   btRigidBody* near = w.add(box(), btVector3(0, btScalar(0.3), 0), swap ? 0 : 1);
   w.steps(2);
-  CHECK(w.total().pierced_at_start == 0);
+  CHECK(w.total().initial_intersections == 0);
   if (swap) {
     w.world().removeRigidBody(near);
     w.add(box(), inside);
@@ -135,7 +135,7 @@ TEST_CASE("a rigid body that is put into cloth, or takes another's place there, 
     near->setCenterOfMassTransform(btTransform(btQuaternion::getIdentity(), inside));
   }
   w.steps(1);
-  CHECK(w.last().pierced_at_start > 0);
+  CHECK(w.last().initial_intersections > 0);
   if (swap) w.world().addRigidBody(near);
 }
 
@@ -167,9 +167,9 @@ TEST_CASE("what nothing may be done about is told beside what is answered") {
     return contact.body_a == ghost || contact.body_b == ghost;
   };
   const Span<const bullet::StepContact> contacts = w.contacts();
-  const auto silent = std::count_if(contacts.begin(), contacts.end(), has_ghost);
-  CHECK(silent > 0);
-  CHECK(silent < static_cast<std::ptrdiff_t>(contacts.size()));
+  const auto unanswered = std::count_if(contacts.begin(), contacts.end(), has_ghost);
+  CHECK(unanswered > 0);
+  CHECK(unanswered < static_cast<std::ptrdiff_t>(contacts.size()));
   for (const bullet::StepContact& contact : contacts)
     if (has_ghost(contact)) CHECK(contact.impulse == 0);
 }
@@ -179,12 +179,12 @@ TEST_CASE("a body that is put elsewhere has a new start, and is said where it in
   CAPTURE(world == World::rigid);
   Impact impact(quiet_options(world), 0);
   impact.steps(2);
-  CHECK(impact.world->total_stats()->pierced_at_start == 0);
+  CHECK(impact.world->total_stats()->initial_intersections == 0);
   const btVector3 before = impact.thrown->m_nodes[0].m_x;
   impact.thrown->transform(
       btTransform(btQuaternion(btVector3(1, 0, 0), btScalar(1)), btVector3(0, btScalar(-0.08), 0)));
   impact.world->step();
-  CHECK(impact.world->total_stats()->pierced_at_start > 0);
+  CHECK(impact.world->total_stats()->initial_intersections > 0);
   CHECK(impact.thrown->m_nodes[0].m_x.distance(before) > btScalar(0.05));
 }
 
@@ -192,7 +192,7 @@ namespace {
 
 // What sticks in what, by exact arithmetic on Bullet's positions.
 std::size_t count_piercings(const PhysicsWorld& world) {
-  return scenes::find_piercings(scenes::read_surface(world), scenes::read_positions(world)).size();
+  return scenes::find_intersections(scenes::read_surface(world), scenes::read_positions(world)).size();
 }
 
 // A curtain in the plane through `direction` and the vertical, its row at `height` pinned.
@@ -223,7 +223,7 @@ TEST_CASE("pinned nodes that are driven into pinned nodes stop there") {
     w->step();
     CHECK(count_piercings(*w) == 0);
   }
-  CHECK(w->total_stats()->last_resorts > 0);
+  CHECK(w->total_stats()->failsafe_holds > 0);
   CHECK(w->total_stats()->unresolved == 0);
   CHECK(row->m_nodes[1].m_x.y() > 0);
   CHECK(row->m_nodes[0].m_x.y() < btScalar(-0.1));
@@ -286,9 +286,9 @@ TEST_CASE("no choice of solver lets anything through") {
   parameters.dt = 1.0 / 60;
   parameters.margin = 0.01;
   parameters.size = 0.25;
-  parameters.lazyccd.max_iterations = iterations;
-  parameters.lazyccd.max_zones = zones;
-  parameters.lazyccd.sweeps = 1;
+  parameters.lazyccd.max_detections = iterations;
+  parameters.lazyccd.max_impact_zones = zones;
+  parameters.lazyccd.solver_iterations = 1;
   scenes::Scene scene = scenes::set_up(*scenes::find_scene("twist"), parameters);
   scenes::CrossingCounter crossings(*scene.world);
   for (int i = 0; i < scene.steps; ++i) {
@@ -356,7 +356,7 @@ TEST_CASE("cloth that is pressed for many steps keeps a gap beyond rounding") {
       press->setWorldTransform(btTransform(
           btQuaternion::getIdentity(), btVector3(0, static_cast<btScalar>(0.1 - 0.001 * i), 0)));
     });
-    CHECK(w.total().last_resorts > 0);
+    CHECK(w.total().failsafe_holds > 0);
     CHECK(w.total().unresolved == 0);
     double gap = 1;
     for (int i = 0; i < cloth->m_nodes.size(); ++i)
@@ -385,8 +385,8 @@ TEST_CASE("cloth passes between rollers that leave it half the room that the mar
     sides.addTriangle(corner(i, -0.3), corner(i + 1, 0.3), corner(i, 0.3));
   }
   const auto pose = [&](int side, int step) {
-    const double turn = side * speed / radius * step * dt;
-    return btTransform(btQuaternion(btVector3(0, 0, 1), static_cast<btScalar>(turn)),
+    const double rotation = side * speed / radius * step * dt;
+    return btTransform(btQuaternion(btVector3(0, 0, 1), static_cast<btScalar>(rotation)),
                        btVector3(static_cast<btScalar>(side * (radius + margin)), 0, 0));
   };
   std::vector<btRigidBody*> rollers;
@@ -404,7 +404,7 @@ TEST_CASE("cloth passes between rollers that leave it half the room that the mar
   w.steps(36, dt, [&](int step) {
     for (const int side : {-1, 1}) rollers[side > 0]->setWorldTransform(pose(side, step));
   });
-  CHECK(w.total().last_resorts < 50);  // 160 where it sticks
+  CHECK(w.total().failsafe_holds < 50);  // 160 where it sticks
   double highest = -1;
   for (int i = 0; i < cloth->m_nodes.size(); ++i)
     highest = std::max(highest, static_cast<double>(cloth->m_nodes[i].m_x.y()));

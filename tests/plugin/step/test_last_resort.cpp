@@ -2,7 +2,7 @@
 
 #include "plugin/support/obstacle_worlds.h"
 #include "plugin/support/worlds.h"
-#include "random/random.h"
+#include "random/random_source.h"
 #include "scenes/measures/intersections.h"
 #include "support/catch.h"
 
@@ -12,8 +12,8 @@ using namespace lazyccd::test;
 TEST_CASE("nodes held at the start of the step are enough, and they are counted") {
   const World world = GENERATE(World::rigid, World::deformable);
   scenes::WorldOptions options = quiet_options(world, 1.0 / 60);
-  options.lazyccd.max_iterations = 0;
-  options.lazyccd.max_zones = 0;
+  options.lazyccd.max_detections = 0;
+  options.lazyccd.max_impact_zones = 0;
   Impact impact(options, 30);
   scenes::CrossingCounter crossings(*impact.world);
   for (int i = 0; i < 6; ++i) {
@@ -22,14 +22,14 @@ TEST_CASE("nodes held at the start of the step are enough, and they are counted"
   }
   CHECK(crossings.vertex_face() + crossings.edge_edge() == 0);
   CHECK(impact.passed() == 0);
-  CHECK(impact.world->total_stats()->last_resorts > 0);
+  CHECK(impact.world->total_stats()->failsafe_holds > 0);
   CHECK(impact.world->status().find("last resort") != std::string::npos);
 }
 
 TEST_CASE("impact zones are enough without impulses") {
   const World world = GENERATE(World::rigid, World::deformable);
   scenes::WorldOptions options = quiet_options(world, 1.0 / 60);
-  options.lazyccd.max_iterations = 0;
+  options.lazyccd.max_detections = 0;
   Impact impact(options, 30);
   scenes::CrossingCounter crossings(*impact.world);
   for (int i = 0; i < 6; ++i) {
@@ -37,7 +37,7 @@ TEST_CASE("impact zones are enough without impulses") {
     crossings.step(*impact.world);
   }
   CHECK(crossings.vertex_face() + crossings.edge_edge() == 0);
-  CHECK(impact.world->total_stats()->zone_nodes > 0);
+  CHECK(impact.world->total_stats()->impact_zone_nodes > 0);
 }
 
 TEST_CASE("a pinned sheet that is moved takes a free one along") {
@@ -61,8 +61,8 @@ TEST_CASE("a pinned sheet that is moved takes a free one along") {
 TEST_CASE("what is free in a face follows a kinematic body though its other corners are pinned") {
   const World world = GENERATE(World::rigid, World::deformable);
   CAPTURE(world == World::rigid);
-  bullet::Options options;
-  options.max_iterations = 0;
+  bullet::SolverOptions options;
+  options.max_detections = 0;
   ObstacleWorld w(world, 0, options);
   btSoftBody* cloth = w.add(scenes::make_cloth(w.info(), 2, 2, 1, [](double u, double v) {
     return btVector3(static_cast<btScalar>(u), 0, static_cast<btScalar>(v));
@@ -76,7 +76,7 @@ TEST_CASE("what is free in a face follows a kinematic body though its other corn
   box->setWorldTransform(btTransform(btQuaternion::getIdentity(),
                                      btVector3(btScalar(0.85), btScalar(0.1), btScalar(0.1))));
   w.steps(1, 1.0 / 60);
-  CHECK(w.last().zone_nodes > 0);
+  CHECK(w.last().impact_zone_nodes > 0);
   CHECK(w.last().unresolved == 0);
   CHECK(cloth->m_nodes[1].m_x.y() > btScalar(0.19));
 }
@@ -85,8 +85,8 @@ TEST_CASE("no answer turns a rigid body that may not turn, or moves it along a l
   const World world = GENERATE(World::rigid, World::deformable);
   const int iterations = GENERATE(0, 20);
   CAPTURE(world == World::rigid, iterations);
-  bullet::Options options;
-  options.max_iterations = iterations;
+  bullet::SolverOptions options;
+  options.max_detections = iterations;
   ObstacleWorld w(world, 0, options);
   w.add_sheet(6, 1, 0, 0);
   btRigidBody* box =
@@ -121,7 +121,7 @@ TEST_CASE("a sheet that lies exactly on another neither falls through nor sticks
     w->step();
   }
   for (int i = 0; i < 25; ++i) CHECK(moving->m_nodes[i].m_x.y() > 0);
-  CHECK(w->total_stats()->touching > 0);
+  CHECK(w->total_stats()->initial_contacts > 0);
   throw_down(*moving, -1);
   for (int i = 0; i < 24; ++i) w->step();
   CHECK(moving->m_nodes[12].m_x.y() > btScalar(0.05));
@@ -140,15 +140,15 @@ TEST_CASE("a start that already intersects is reported and does not get worse") 
   });
   w->add(std::move(lower));
   w->add(std::move(upper));
-  const auto piercings = [&] {
-    return scenes::find_piercings(scenes::read_surface(*w), scenes::read_positions(*w)).size();
+  const auto intersections = [&] {
+    return scenes::find_intersections(scenes::read_surface(*w), scenes::read_positions(*w)).size();
   };
-  const std::size_t before = piercings();
+  const std::size_t before = intersections();
   REQUIRE(before > 0);
   for (int i = 0; i < 24; ++i) w->step();
-  CHECK(w->total_stats()->pierced_at_start == static_cast<std::int64_t>(before));
+  CHECK(w->total_stats()->initial_intersections == static_cast<std::int64_t>(before));
   CHECK(w->status().find("bodies intersect where a step begins") != std::string::npos);
-  CHECK(piercings() <= before);
+  CHECK(intersections() <= before);
 }
 
 TEST_CASE("where everything sweeps through everything, impulses are soon given up") {
@@ -159,17 +159,17 @@ TEST_CASE("where everything sweeps through everything, impulses are soon given u
   for (unsigned dice_seed = 1; dice_seed <= throws; ++dice_seed) {
     ObstacleWorld w(world, 0);
     // Every node goes its own way, ten times the scene's width in a step, and a plate comes along.
-    Dice dice(dice_seed);
+    RandomSource random(dice_seed);
     for (int layer = 0; layer < 6; ++layer) {
       const auto place = [&](double u, double v) {
         return btVector3(static_cast<btScalar>(0.01 * u), static_cast<btScalar>(0.001 * layer),
                          static_cast<btScalar>(0.01 * v)) +
-               dice.in_cube(2e-4);
+               random.in_cube(2e-4);
       };
       btSoftBody* const cloth = w.add(scenes::make_cloth(w.info(), 6, 6, 1, place), 1e-5);
       for (int i = 0; i < cloth->m_nodes.size(); ++i) {
-        cloth->setMass(i, static_cast<btScalar>(dice.across_scales(1e-3, 1e3)));
-        cloth->m_nodes[i].m_v = btScalar(24) * dice.direction();
+        cloth->setMass(i, static_cast<btScalar>(random.across_scales(1e-3, 1e3)));
+        cloth->m_nodes[i].m_v = btScalar(24) * random.direction();
       }
     }
     btRigidBody* const plate = w.add(
@@ -180,7 +180,7 @@ TEST_CASE("where everything sweeps through everything, impulses are soon given u
     plate->setCenterOfMassTransform(
         btTransform(btQuaternion(btVector3(1, 0, 0), 1), btVector3(0, btScalar(0.1), 0)));
     w.steps(1);
-    CHECK(w.total().zone_nodes > 100);
+    CHECK(w.total().impact_zone_nodes > 100);
     CHECK(w.total().unresolved == 0);
     detections += w.total().detections;
   }

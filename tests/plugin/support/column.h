@@ -18,12 +18,12 @@ struct Column {
   explicit Column(std::vector<double> inverse_masses) {
     inverse_masses.insert(inverse_masses.begin(), 0);
     const auto points = static_cast<std::int32_t>(inverse_masses.size());
-    motion.seconds = 0.01;
+    motion.dt = 0.01;
     for (std::int32_t i = 0; i < points; ++i) {
       for (int k = 0; k < 3; ++k) {
         motion.start.insert(motion.start.end(), {btScalar(k), btScalar(0.1) * i, 0});
         motion.inverse_mass.push_back(inverse_masses[i]);
-        motion.reach.push_back(1);
+        motion.shortest_edge.push_back(1);
       }
       Contact contact = {};
       contact.kind = ContactKind::vertex_face;

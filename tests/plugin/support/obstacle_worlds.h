@@ -29,7 +29,7 @@ namespace lazyccd::test {
 // One of Bullet's two worlds with LazyCCD in it, and everything that was put there.
 class ObstacleWorld {
  public:
-  ObstacleWorld(scenes::World kind, double gravity, const bullet::Options& options = {})
+  ObstacleWorld(scenes::World kind, double gravity, const bullet::SolverOptions& options = {})
       : soft_(options), deformable_(options), springs_(2, btScalar(0.2)) {
     const btVector3 weight(0, static_cast<btScalar>(-gravity), 0);
     weight_ = std::make_unique<btDeformableGravityForce>(weight);

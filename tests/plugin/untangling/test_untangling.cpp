@@ -21,8 +21,8 @@ using namespace lazyccd::test;
 
 namespace {
 
-std::size_t piercings(const PhysicsWorld& world) {
-  return scenes::find_piercings(scenes::read_surface(world), scenes::read_positions(world)).size();
+std::size_t intersections(const PhysicsWorld& world) {
+  return scenes::find_intersections(scenes::read_surface(world), scenes::read_positions(world)).size();
 }
 
 btVector3 at(double x, double y, double z) {
@@ -89,11 +89,11 @@ TEST_CASE("soft bodies that begin in each other are moved apart, and stay apart"
   CAPTURE(world == World::rigid, how);
   const auto w = PhysicsWorld::make(untangling(world, 1));
   add_crossed(*w, how);
-  REQUIRE(piercings(*w) > 0);
+  REQUIRE(intersections(*w) > 0);
   for (int i = 0; i < 180; ++i) w->step();
-  CHECK(piercings(*w) == 0);
+  CHECK(intersections(*w) == 0);
   CHECK(w->total_stats()->energy_gained < 1e-9);
-  CHECK(w->total_stats()->last_resorts == 0);
+  CHECK(w->total_stats()->failsafe_holds == 0);
 }
 
 TEST_CASE("soft bodies that begin in what stands fast are moved out of it") {
@@ -111,13 +111,13 @@ TEST_CASE("soft bodies that begin in what stands fast are moved out of it") {
     add_cloth(*w, [](double x, double z) { return at(0.8 * x, 0.04 - 0.22 * z, 0.8 * z); });
   if (what == "upright")
     add_cloth(*w, [](double x, double z) { return at(0.5 * x, 0.5 * z + 0.06, 0.05 * x + 0.017); });
-  REQUIRE(piercings(*w) > 0);
+  REQUIRE(intersections(*w) > 0);
   for (int i = 0; i < 180; ++i) w->step();
-  CHECK(piercings(*w) == 0);
+  CHECK(intersections(*w) == 0);
   for (int i = 0; i < w->bodies()[0]->m_nodes.size(); ++i)
     CHECK(w->bodies()[0]->m_nodes[i].m_x.y() > 0);
   CHECK(w->total_stats()->energy_gained < 1e-9);
-  CHECK(w->total_stats()->last_resorts == 0);
+  CHECK(w->total_stats()->failsafe_holds == 0);
 }
 
 TEST_CASE("cloth that begins in a rigid ball is moved out of it") {
@@ -137,7 +137,7 @@ TEST_CASE("cloth that begins in a rigid ball is moved out of it") {
   }
   add_cloth(*w, [](double x, double z) { return at(x, 0, z); });
   for (int i = 0; i < 300; ++i) w->step();
-  REQUIRE(w->total_stats()->pierced_at_start > 0);
+  REQUIRE(w->total_stats()->initial_intersections > 0);
   const btRigidBody& ball = *w->rigid_bodies()[0].body;
   const btSoftBody& cloth = *w->bodies()[0];
   for (int i = 0; i < cloth.m_nodes.size(); ++i)
@@ -163,7 +163,7 @@ TEST_CASE("what begins in nothing is the same to the last bit with untangling") 
 TEST_CASE("what is anchored in a rigid body stays there") {
   const World world = GENERATE(World::rigid, World::deformable);
   CAPTURE(world == World::rigid);
-  bullet::Options options;
+  bullet::SolverOptions options;
   options.untangling_speed = 1;
   ObstacleWorld w(world, 0, options);
   btRigidBody* box =
@@ -177,7 +177,7 @@ TEST_CASE("what is anchored in a rigid body stays there") {
     cloth->appendDeformableAnchor(0, box);
   }
   w.steps(30);
-  CHECK(w.total().pierced_at_start == 0);
+  CHECK(w.total().initial_intersections == 0);
   CHECK(cloth->m_nodes[0].m_x.distance(at(0, 0.01, 0.02)) < btScalar(1e-3));
 }
 
@@ -188,11 +188,11 @@ class Tangle {
  public:
   Tangle(const std::vector<btVector3>& points, std::vector<double> inverse_masses,
          std::vector<std::int32_t> body_of_vertex, std::vector<Face> faces, std::vector<Edge> edges,
-         std::vector<bullet::Piercing> pairs, double seconds)
+         std::vector<bullet::Intersection> pairs, double dt)
       : body_of_vertex_(std::move(body_of_vertex)),
         faces_(std::move(faces)),
         edges_(std::move(edges)) {
-    motion.seconds = seconds;
+    motion.dt = dt;
     for (const btVector3& p : points) motion.start.insert(motion.start.end(), &p[0], &p[0] + 3);
     motion.end = motion.start;
     motion.inverse_mass = std::move(inverse_masses);
@@ -217,7 +217,7 @@ class Tangle {
   std::vector<Face> faces_;
   std::vector<Edge> edges_;
   std::vector<Body> bodies_ = std::vector<Body>(2);
-  bullet::Piercings found_;
+  bullet::Intersections found_;
 };
 
 }  // namespace

@@ -48,7 +48,7 @@ TEST_CASE("worlds that are stepped at the same time do what each does alone") {
 TEST_CASE("soft and rigid bodies may be deleted in what hears of a step's contacts") {
   const World kind = GENERATE(World::rigid, World::deformable);
   CAPTURE(kind == World::rigid);
-  bullet::Options options;
+  bullet::SolverOptions options;
   ObstacleWorld* world = nullptr;
   std::vector<const btCollisionObject*> removed;
   options.on_contacts = [&](Span<const bullet::StepContact> contacts) {
@@ -68,7 +68,7 @@ TEST_CASE("soft and rigid bodies may be deleted in what hears of a step's contac
   REQUIRE(removed.size() == 2);
   CHECK(std::count(removed.begin(), removed.end(), last) == 0);
   CHECK(last->m_nodes[0].m_x.y() < 0);  // nothing is below it any more
-  CHECK(w.total().missed_steps == 0);
+  CHECK(w.total().fallback_steps == 0);
 }
 
 TEST_CASE("cloth lies on the links of a multi-body") {
@@ -90,7 +90,7 @@ TEST_CASE("cloth lies on the links of a multi-body") {
   for (int i = 0; i < cloth->m_nodes.size(); ++i) CHECK(cloth->m_nodes[i].m_x.y() > btScalar(0.1));
   CHECK(body.getJointPos(0) > btScalar(0.5));
   CHECK(w.total().unresolved == 0);
-  CHECK(w.total().missed_steps == 0);
+  CHECK(w.total().fallback_steps == 0);
   world.removeCollisionObject(&link);
   world.removeMultiBody(&body);
 }

@@ -21,9 +21,9 @@ struct Sinking {
     w.add(std::make_unique<btBoxShape>(btVector3(1, btScalar(0.4), 1)), btVector3(0, 0, 0));
   }
 
-  static bullet::Options options(bool bullets_contacts) {
-    bullet::Options options;
-    options.rigid_contacts = !bullets_contacts;
+  static bullet::SolverOptions options(bool bullets_contacts) {
+    bullet::SolverOptions options;
+    options.replace_rigid_contacts = !bullets_contacts;
     return options;
   }
 };

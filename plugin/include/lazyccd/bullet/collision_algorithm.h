@@ -14,7 +14,7 @@
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
 #include <BulletSoftBody/btSoftBodyRigidBodyCollisionConfiguration.h>
 
-#include "lazyccd/bullet/pair_queue.h"
+#include "lazyccd/bullet/pair_handler.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -22,7 +22,7 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 // Queues its pair and does no work.
 class btLazySoftSoftCollisionAlgorithm : public btCollisionAlgorithm {
  public:
-  btLazySoftSoftCollisionAlgorithm(PairQueue& queue, const btCollisionAlgorithmConstructionInfo& ci)
+  btLazySoftSoftCollisionAlgorithm(PairHandler& queue, const btCollisionAlgorithmConstructionInfo& ci)
       : btCollisionAlgorithm(ci), queue_(queue) {}
 
   void processCollision(const btCollisionObjectWrapper* body0Wrap,
@@ -36,22 +36,22 @@ class btLazySoftSoftCollisionAlgorithm : public btCollisionAlgorithm {
 
   // The queue must outlive the dispatcher's use of it.
   struct CreateFunc : btCollisionAlgorithmCreateFunc {
-    explicit CreateFunc(PairQueue& pairs) : queue(pairs) {}
+    explicit CreateFunc(PairHandler& pairs) : queue(pairs) {}
     btCollisionAlgorithm* CreateCollisionAlgorithm(
         btCollisionAlgorithmConstructionInfo& ci, const btCollisionObjectWrapper* body0Wrap,
         const btCollisionObjectWrapper* body1Wrap) override;
-    PairQueue& queue;
+    PairHandler& queue;
   };
 
  private:
-  PairQueue& queue_;
+  PairHandler& queue_;
 };
 
 // Bullet's configuration for soft and rigid bodies, with LazyCCD's algorithm for soft pairs.
 class btLazySoftBodyCollisionConfiguration : public btSoftBodyRigidBodyCollisionConfiguration {
  public:
   explicit btLazySoftBodyCollisionConfiguration(
-      PairQueue& queue,
+      PairHandler& queue,
       const btDefaultCollisionConstructionInfo& info = btDefaultCollisionConstructionInfo())
       : btSoftBodyRigidBodyCollisionConfiguration(info), create_(queue) {}
 

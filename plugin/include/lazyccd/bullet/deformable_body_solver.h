@@ -14,19 +14,19 @@
 #include <vector>
 
 #include "lazyccd/bullet/options.h"
-#include "lazyccd/bullet/pair_queue.h"
+#include "lazyccd/bullet/pair_handler.h"
 #include "lazyccd/bullet/report.h"
 #include "lazyccd/span.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-class BodyTrees;
+class SoftBodyDbvt;
 class Pipeline;
 
-class btLazyDeformableBodySolver : public btDeformableBodySolver, public PairQueue {
+class btLazyDeformableBodySolver : public btDeformableBodySolver, public PairHandler {
  public:
-  explicit btLazyDeformableBodySolver(const Options& options = {});
+  explicit btLazyDeformableBodySolver(const SolverOptions& options = {});
   ~btLazyDeformableBodySolver() override;
   btLazyDeformableBodySolver(const btLazyDeformableBodySolver&) = delete;
   btLazyDeformableBodySolver& operator=(const btLazyDeformableBodySolver&) = delete;
@@ -40,9 +40,9 @@ class btLazyDeformableBodySolver : public btDeformableBodySolver, public PairQue
 
   // False after a step that had to go on without LazyCCD: Bullet's own handling of soft pairs is
   // the better one then.
-  bool works() const;
+  bool is_active() const;
 
-  void queue_pair(btSoftBody* a, btSoftBody* b) override;
+  void handle_pair(btSoftBody* a, btSoftBody* b) override;
 
   void predictMotion(btScalar solverdt) override;
   void solveDeformableConstraints(btScalar solverdt) override;
@@ -58,7 +58,7 @@ class btLazyDeformableBodySolver : public btDeformableBodySolver, public PairQue
   void list_contacts();
 
   std::unique_ptr<Pipeline> pipeline_;
-  std::unique_ptr<BodyTrees> trees_;
+  std::unique_ptr<SoftBodyDbvt> trees_;
   std::vector<btSoftBody*> silenced_;
 };
 

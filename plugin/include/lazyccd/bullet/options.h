@@ -23,15 +23,15 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-struct Options {
-  lazyccd::Options detector;
+struct SolverOptions {
+  DetectorOptions detector;
 
   // The gap in metres that a contact leaves between two surfaces where there was as much before it.
   // Negative: the sum of the two bodies' collision margins, as Bullet does.
   double thickness = -1;
   // A contact whose gap is narrower than the thickness opens it by this part of the thickness each
   // step, by moving nodes without giving them velocity.
-  double recovery = 0.05;
+  double position_correction = 0.05;
   // Of contacts that meet at `restitution_threshold` m/s or faster, from 0 (they stay together)
   // to 1.
   double restitution = 0;
@@ -41,13 +41,13 @@ struct Options {
 
   // Rigid bodies take part: meshes, terrains and planes, and convex shapes as the polyhedra of
   // their surfaces; dynamic ones give way. False: they are Bullet's alone.
-  bool rigid_obstacles = true;
+  bool collide_rigid = true;
   // Contacts of soft bodies with them are LazyCCD's alone: bodies rest on the triangles at the sum
   // of the margins. Bullet's own hold slow nodes only, and never let them rest on a mesh, of whose
   // triangles it makes prisms of 6 cm to both sides. They go on where LazyCCD does not know enough:
   // for solids of tetrahedra, whose inner nodes have no surface, and for links of multi-bodies.
   // False: both act everywhere.
-  bool rigid_contacts = true;
+  bool replace_rigid_contacts = true;
 
   // Soft bodies in contact that deform more slowly than `rest_speed` m/s (root mean square;
   // Bullet's sleeping threshold) lose that motion at up to `rest_damping` 1/s, so that they come to
@@ -60,11 +60,11 @@ struct Options {
   // more. 1 m/s suits cloth in metres. 0: what is on the wrong side stays there.
   double untangling_speed = 0;
 
-  int max_iterations = 20;  // detections a step that are answered with impulses
+  int max_detections = 20;  // detections a step that are answered with impulses
   // Gauss-Seidel sweeps over the contacts after each of them, at most; four times as many where all
   // contacts meet more slowly than 0.25 m/s, as at rest, and a fifth to open gaps.
-  int sweeps = 100;
-  int max_zones = 8;  // then: detections answered with rigid impact zones
+  int solver_iterations = 100;
+  int max_impact_zones = 8;  // then: detections answered with rigid impact zones
 
   // Called at the end of each step that had contacts, with positions and velocities as Bullet goes
   // on with them. Bodies may come and go in the call; the span is valid until they do.

@@ -15,22 +15,22 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 // Counts and times of one step, or summed over steps.
 struct StepStats {
   std::int64_t steps = 0;
-  std::int64_t queued_pairs = 0;  // soft pairs that Bullet's dispatcher handed over
+  std::int64_t handled_pairs = 0;  // soft pairs that Bullet's dispatcher handed over
   std::int64_t detections = 0;
-  std::int64_t foreseen = 0;     // of these, those that began before Bullet had solved
+  std::int64_t started_ahead = 0;     // of these, those that began before Bullet had solved
   std::int64_t contacts_vf = 0;  // different pairs of primitives in contact
   std::int64_t contacts_ee = 0;
-  std::int64_t zone_nodes = 0;  // nodes that had to move rigidly with an impact zone
+  std::int64_t impact_zone_nodes = 0;  // nodes that had to move rigidly with an impact zone
   // Nodes and rigid bodies held where the step began. A kinematic body among them closes in on what
   // cannot give way: Bullet's goes on, and LazyCCD's is left behind until there is room.
-  std::int64_t last_resorts = 0;
+  std::int64_t failsafe_holds = 0;
   // Contacts that even those could not end: of a moving kinematic body with a pinned node in its
   // way, alone or in an edge or a face.
   std::int64_t unresolved = 0;
-  std::int64_t touching = 0;  // pairs in contact that touched before the step began
+  std::int64_t initial_contacts = 0;  // pairs in contact that touched before the step began
   // Edges that stuck in faces when the scene was read: in its first step, and where it changed.
-  std::int64_t pierced_at_start = 0;
-  std::int64_t missed_steps = 0;  // steps that went on without LazyCCD (see status())
+  std::int64_t initial_intersections = 0;
+  std::int64_t fallback_steps = 0;  // steps that went on without LazyCCD (see status())
   // Joules by which the response raised and lowered the kinetic energy of soft and dynamic rigid
   // bodies, each step's change counted on its side.
   double energy_gained = 0, energy_lost = 0;

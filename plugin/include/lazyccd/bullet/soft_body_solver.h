@@ -11,23 +11,23 @@
 #include <vector>
 
 #include "lazyccd/bullet/options.h"
-#include "lazyccd/bullet/pair_queue.h"
+#include "lazyccd/bullet/pair_handler.h"
 #include "lazyccd/bullet/report.h"
 #include "lazyccd/span.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-class BodyTrees;
+class SoftBodyDbvt;
 class Pipeline;
 class SoftConstraints;
 
 // Bullet's own constraints of several bodies are solved at once, where that comes to the same. So
 // what an application gives to btAlignedAllocSetCustom() or btSetCustomEnterProfileZoneFunc() is
-// called by several threads, but not with Options::detector.threads = 1.
-class btLazySoftBodySolver : public btDefaultSoftBodySolver, public PairQueue {
+// called by several threads, but not with SolverOptions::detector.threads = 1.
+class btLazySoftBodySolver : public btDefaultSoftBodySolver, public PairHandler {
  public:
-  explicit btLazySoftBodySolver(const Options& options = {});
+  explicit btLazySoftBodySolver(const SolverOptions& options = {});
   ~btLazySoftBodySolver() override;
   btLazySoftBodySolver(const btLazySoftBodySolver&) = delete;
   btLazySoftBodySolver& operator=(const btLazySoftBodySolver&) = delete;
@@ -43,7 +43,7 @@ class btLazySoftBodySolver : public btDefaultSoftBodySolver, public PairQueue {
   // Bullet's own ways of changing a body are noticed.
   void topology_changed();
 
-  void queue_pair(btSoftBody* a, btSoftBody* b) override;
+  void handle_pair(btSoftBody* a, btSoftBody* b) override;
 
   void predictMotion(btScalar solverdt) override;
   void solveConstraints(btScalar solverdt) override;
@@ -57,7 +57,7 @@ class btLazySoftBodySolver : public btDefaultSoftBodySolver, public PairQueue {
   void list_contacts();
 
   std::unique_ptr<Pipeline> pipeline_;
-  std::unique_ptr<BodyTrees> trees_;
+  std::unique_ptr<SoftBodyDbvt> trees_;
   std::unique_ptr<SoftConstraints> constraints_;
   std::vector<std::vector<btVector3>> starts_;  // by body and node
 };

@@ -8,12 +8,12 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-class PairQueue {
+class PairHandler {
  public:
-  virtual ~PairQueue() = default;
+  virtual ~PairHandler() = default;
   // Does no work on the pair yet: all pairs of a step are detected together. Pairs that are not
   // LazyCCD's (clusters, bodies that it had to leave out) go to Bullet's own handler at once.
-  virtual void queue_pair(btSoftBody* a, btSoftBody* b) = 0;
+  virtual void handle_pair(btSoftBody* a, btSoftBody* b) = 0;
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

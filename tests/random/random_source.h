@@ -10,14 +10,14 @@
 
 namespace lazyccd::test {
 
-class Dice {
+class RandomSource {
  public:
-  explicit Dice(std::uint32_t number) : random_(number) {}
+  explicit RandomSource(std::uint32_t number) : engine_(number) {}
 
-  double uniform() { return random_() / 4294967296.0; }  // in [0, 1)
+  double uniform() { return engine_() / 4294967296.0; }  // in [0, 1)
   double uniform(double low, double high) { return low + (high - low) * uniform(); }
   double across_scales(double low, double high) { return low * std::pow(high / low, uniform()); }
-  int below(int count) { return static_cast<int>(random_() % static_cast<std::uint32_t>(count)); }
+  int below(int count) { return static_cast<int>(engine_() % static_cast<std::uint32_t>(count)); }
   bool chance(double probability) { return uniform() < probability; }
 
   btVector3 in_cube(double half) {
@@ -35,7 +35,7 @@ class Dice {
   }
 
  private:
-  std::mt19937 random_;
+  std::mt19937 engine_;
 };
 
 }  // namespace lazyccd::test

@@ -1,0 +1,32 @@
+// Threads that detectors and their caller share.
+#pragma once
+
+#include <cstddef>
+#include <functional>
+#include <memory>
+
+namespace lazyccd {
+
+class ThreadPool;
+
+/// A pool of threads. Copies share it; the last copy ends the threads. One caller at a time. Of the
+/// detectors that share it, one at a time detects ahead; the others do all their work in detect().
+class Threads {
+ public:
+  explicit Threads(int count = 0);  ///< 0: as many as the machine has; throws Error if negative
+
+  int count() const;
+
+  /// Calls body(first, last) over disjoint ranges of [0, count), each of at most `grain` elements.
+  /// Runs on the calling thread alone, in one range, if there is one thread, or if count <= 3 * grain
+  /// and the workers are asleep. Rethrows the first exception.
+  void parallel_for(std::size_t count, std::size_t grain,
+                    const std::function<void(std::size_t first, std::size_t last)>& body) const;
+
+  const std::shared_ptr<ThreadPool>& pool() const { return pool_; }  ///< for the backends
+
+ private:
+  std::shared_ptr<ThreadPool> pool_;
+};
+
+}  // namespace lazyccd

@@ -1,0 +1,67 @@
+#include "detection/contact_filter.h"
+
+#include <algorithm>
+#include <array>
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+
+ContactFilter::Answer ContactFilter::answer_to(const Contact& contact) const {
+  if (is_anchored(contact)) return Answer::not_asked;
+  return responds(contact) && may_be_ended(contact) ? Answer::given : Answer::none;
+}
+
+bool ContactFilter::may_be_ended(const Contact& contact) const {
+  const auto stopped = [this](std::int32_t v) {
+    return has_answered_ && motion_.end_of(v) != motion_.predicted[v];
+  };
+  return could_be_ended(contact) ||
+         std::any_of(contact.vertices.begin(), contact.vertices.end(), stopped);
+}
+
+bool ContactFilter::could_be_ended(const Contact& contact) const {
+  if (std::any_of(contact.vertices.begin(), contact.vertices.end(),
+                  [this](std::int32_t v) { return is_movable(v); }))
+    return true;
+  bool nodes_move = false, body_moves = false;
+  for (const std::int32_t v : contact.vertices) {
+    const Eigen::Vector3d end = has_answered_ ? motion_.predicted[v] : motion_.end_of(v);
+    if (end != motion_.start_of(v)) (topology_.is_soft(v) ? nodes_move : body_moves) = true;
+  }
+  return nodes_move && !body_moves;
+}
+
+bool ContactFilter::is_movable(std::int32_t v) const {
+  return topology_.is_soft(v) ? motion_.is_free(v) || motion_.anchor_body_of(v) >= 0
+                              : motion_.rigid_of(topology_.body_of(v)).is_dynamic();
+}
+
+bool ContactFilter::responds(const Contact& contact) const {
+  return topology_.bodies()[contact.body_a].responds && topology_.bodies()[contact.body_b].responds;
+}
+
+bool ContactFilter::are_anchored(std::int32_t body_a, std::int32_t body_b,
+                                Span<const std::int32_t> vertices) const {
+  const StepTopology::BodyRecord& a = topology_.bodies()[body_a];
+  const StepTopology::BodyRecord& b = topology_.bodies()[body_b];
+  if (a.soft && b.soft) return false;
+  const btSoftBody& soft = a.soft ? *a.soft : *b.soft;
+  const btCollisionObject* obstacle = a.soft ? b.object : a.object;
+  const auto in_contact = [&](const btSoftBody::Node* node) {
+    return std::any_of(vertices.begin(), vertices.end(), [&](std::int32_t v) {
+      return topology_.is_soft(v) && &scene_.node(v) == node;
+    });
+  };
+  for (int i = 0; i < soft.m_anchors.size(); ++i) {
+    const btSoftBody::Anchor& anchor = soft.m_anchors[i];
+    if (anchor.m_body == obstacle && in_contact(anchor.m_node)) return true;
+  }
+  for (int i = 0; i < soft.m_deformableAnchors.size(); ++i) {
+    const btSoftBody::DeformableNodeRigidAnchor& anchor = soft.m_deformableAnchors[i];
+    if (anchor.m_cti.m_colObj == obstacle && in_contact(anchor.m_node)) return true;
+  }
+  return false;
+}
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet

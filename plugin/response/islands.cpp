@@ -1,0 +1,67 @@
+#include "response/islands.h"
+
+#include <algorithm>
+#include <map>
+
+#include "util/disjoint_sets.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+namespace {
+
+using Eigen::Vector3d;
+
+// Bullet moves kinematic bodies once a frame, in the first of its substeps, and knows their speed.
+// Where it does not, they were put elsewhere.
+double prescribed_speed_of(std::int32_t v, const RigidMotion* body, const Motion& motion) {
+  const double moved = (motion.end_of(v) - motion.start_of(v)).norm() / motion.dt;
+  if (!body || (body->velocity.isZero(0) && body->angular_velocity.isZero(0))) return moved;
+  const Vector3d arm = motion.start_of(v) - body->centre();
+  return std::min(moved, (body->velocity + body->angular_velocity.cross(arm)).norm());
+}
+
+}  // namespace
+
+std::vector<Island> find_islands(const std::vector<const ContactRow*>& rows, const Motion& motion) {
+  DisjointSets sets(motion.rigid_of_body.size());
+  std::vector<char> in_contact(sets.size(), 0);
+  for (const ContactRow* const row : rows) {
+    in_contact[row->contact.body_a] = in_contact[row->contact.body_b] = 1;
+    sets.join(row->contact.body_a, row->contact.body_b);
+  }
+  // What an anchor fixes to a rigid body pushes that.
+  for (const auto& [vertex, anchored] : motion.anchored) {
+    const auto next =
+        std::upper_bound(motion.first_vertex.begin(), motion.first_vertex.end(), vertex);
+    const auto body = static_cast<std::int32_t>(next - motion.first_vertex.begin()) - 1;
+    if (!in_contact[body]) continue;
+    const auto anchor_body =
+        std::find(motion.rigid_of_body.begin(), motion.rigid_of_body.end(), anchored.rigid);
+    const auto rigid_body = static_cast<std::int32_t>(anchor_body - motion.rigid_of_body.begin());
+    in_contact[rigid_body] = 1;
+    sets.join(body, rigid_body);
+  }
+  std::map<std::int32_t, Island> islands;
+  for (std::int32_t body = 0; body < static_cast<std::int32_t>(sets.size()); ++body) {
+    if (!in_contact[body]) continue;
+    Island& island = islands[sets.find(body)];
+    island.bodies.push_back(body);
+    const int rigid = motion.rigid_of_body[body];
+    if (rigid >= 0 && motion.rigid[rigid].is_dynamic()) {
+      island.free = island.free && !motion.rigid[rigid].is_locked();
+      continue;
+    }
+    for (std::int32_t v = motion.first_vertex[body]; v < motion.first_vertex[body + 1]; ++v) {
+      if (motion.is_free(v) || (motion.is_soft(v) && motion.anchor_body_of(v) >= 0)) continue;
+      island.free = false;
+      const RigidMotion* const driven = rigid >= 0 ? &motion.rigid[rigid] : nullptr;
+      island.prescribed_speed = std::max(island.prescribed_speed, prescribed_speed_of(v, driven, motion));
+    }
+  }
+  std::vector<Island> result;
+  for (const auto& island : islands) result.push_back(island.second);
+  return result;
+}
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet

@@ -1,0 +1,45 @@
+// Union-find over the integers 0 to count - 1.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <numeric>
+#include <vector>
+
+#include "lazyccd/bullet/precision.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+
+class DisjointSets {
+ public:
+  explicit DisjointSets(std::size_t size) : parent_(size), count_(size) {
+    std::iota(parent_.begin(), parent_.end(), 0);
+  }
+
+  std::size_t size() const { return parent_.size(); }
+  std::size_t count() const { return count_; }  ///< number of sets
+
+  /// The smallest element of the set that holds `i`.
+  std::int32_t find(std::int32_t i) {
+    while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
+    return i;
+  }
+
+  /// Merges the sets of `a` and `b`. Returns false if they were one set before.
+  bool join(std::int32_t a, std::int32_t b) {
+    a = find(a);
+    b = find(b);
+    parent_[std::max(a, b)] = std::min(a, b);
+    count_ -= a != b;
+    return a != b;
+  }
+
+ private:
+  std::vector<std::int32_t> parent_;
+  std::size_t count_;
+};
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet
