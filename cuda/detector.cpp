@@ -1,3 +1,4 @@
+// The public Detector: chooses the backend in each step and falls back from the GPU to the CPU.
 #include "lazyccd/detector.h"
 
 #include <algorithm>
@@ -32,13 +33,13 @@ struct Detector::Impl {
     start_gpu();
   }
 
-  // A device that fails is started afresh for the next step, a few times: the failure may have been
-  // another program's (out of memory), or may have taken the context with it.
+  // After a failure the device is restarted for the next step, up to this number of times. Another
+  // program may have caused the failure (out of memory), or it may have destroyed the context.
   static constexpr int max_failures = 3;
 
   void start_gpu() {
     try {
-      gpu = make_gpu(options, *threads.pool());
+      gpu = make_gpu(options, threads.pool());
       gpu->set_mesh(mesh);
     } catch (const Error& error) {
       gpu_failed(error);
@@ -48,7 +49,8 @@ struct Detector::Impl {
   void gpu_failed(const Error& error) {
     gpu.reset();
     failures = error.code() == ErrorCode::unavailable ? max_failures : failures + 1;
-    // On a machine without a device, automatic means cpu and is nothing to speak of.
+    // On a machine without a device, Backend::automatic means the CPU, and there is nothing to
+    // report.
     if (options.backend == Backend::cuda || error.code() != ErrorCode::unavailable)
       reason = error.what();
   }
@@ -58,10 +60,10 @@ struct Detector::Impl {
     if (gpu) gpu->set_mesh(mesh);
   }
 
-  // Whether the next detection is the device's, if it can do it.
+  // Whether the next detection tries the GPU first.
   bool tries_gpu() const { return options.backend != Backend::cpu && failures < max_failures; }
 
-  // Stats of no detection yet.
+  // Returns stats with the size of the scene only.
   Stats scene() const {
     Stats empty;
     empty.vertices = static_cast<std::int64_t>(mesh.vertex_count());
@@ -79,7 +81,7 @@ struct Detector::Impl {
         const Span<const Contact> contacts = gpu->detect(start, end, step);
         return options.separation > 0 ? cpu.reduce_contacts(contacts, start, end, step) : contacts;
       } catch (const Error& error) {
-        if (error.code() != ErrorCode::device) throw;  // bad input is bad input on any backend
+        if (error.code() != ErrorCode::device) throw;  // invalid input is invalid on any backend
         gpu_failed(error);
       }
     }
@@ -93,16 +95,20 @@ struct Detector::Impl {
   CpuDetector cpu;
   std::unique_ptr<BackendDetector> gpu;  // null: the CPU does the work
   int failures = 0;
-  std::string reason;  // of the last failure
+  std::string reason;  // message of the last failure
   Stats stats;
 };
 
 Detector::Detector(const DetectorOptions& options) : Detector(options, Threads(options.threads)) {}
 
 Detector::Detector(const DetectorOptions& options, const Threads& threads) {
+  if (options.threads < 0)
+    throw Error(ErrorCode::invalid_argument,
+                "threads is negative; 0 means as many as the machine has");
   const Tuning& tuning = options.algorithm.tuning;
   if (tuning.chunk < 0 || tuning.stack < 0 || tuning.idle_threshold < 0)
-    throw Error(ErrorCode::invalid_argument, "a size of the tuning is negative; 0 means the default");
+    throw Error(ErrorCode::invalid_argument,
+                "chunk, stack or idle_threshold is negative; 0 means the default");
   if (!(options.separation >= 0 && std::isfinite(options.separation)))
     throw Error(ErrorCode::invalid_argument, "separation is negative or not finite");
   if (options.algorithm.front_period < 1)
@@ -121,7 +127,7 @@ Detector& Detector::operator=(Detector&&) noexcept = default;
 
 void Detector::set_topology(const Topology& topology) {
   Mesh mesh(topology);
-  impl_->cpu.discard_ahead();  // another thread may be reading the old one
+  impl_->cpu.discard_ahead();  // a worker may be reading the old mesh
   impl_->mesh = std::move(mesh);
   impl_->set_mesh();
 }
@@ -148,7 +154,8 @@ Span<const Edge> Detector::edges() const { return impl_->mesh.edges(); }
 const Stats& Detector::stats() const { return impl_->stats; }
 std::string Detector::status() const {
   const std::string backend = impl_->gpu ? "cuda" : "cpu";
-  return impl_->reason.empty() ? backend : backend + ", because the device failed: " + impl_->reason;
+  return impl_->reason.empty() ? backend
+                               : backend + ", because the device failed: " + impl_->reason;
 }
 
 std::uint64_t contact_hash(Span<const Contact> contacts) {

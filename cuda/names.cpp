@@ -1,3 +1,4 @@
+// Names of the enumerations in lazyccd/algorithm.h, and their parsing.
 #include <cstddef>
 #include <string>
 

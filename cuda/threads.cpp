@@ -7,24 +7,27 @@
 
 namespace lazyccd {
 
-Threads::Threads(int count) {
+Threads::Threads(int count) : pool_(std::make_shared<std::unique_ptr<ThreadPool>>()) {
   if (count < 0)
     throw Error(ErrorCode::invalid_argument,
                 "threads is negative; 0 means as many as the machine has");
-  pool_ = std::make_shared<ThreadPool>(count);
+  count_ = ThreadPool::resolve(count);
 }
 
-int Threads::count() const { return pool_->size(); }
+ThreadPool& Threads::pool() const {
+  if (!*pool_) *pool_ = std::make_unique<ThreadPool>(count_);
+  return **pool_;
+}
 
 void Threads::parallel_for(std::size_t count, std::size_t grain,
                            const std::function<void(std::size_t, std::size_t)>& body) const {
   const bool is_small = count / 3 + (count % 3 != 0) <= grain;
   const ScopedWakePolicy policy(
-      *pool_, is_small ? ThreadPool::WakePolicy::awake : ThreadPool::WakePolicy::everyone);
+      pool(), is_small ? ThreadPool::WakePolicy::awake : ThreadPool::WakePolicy::everyone);
   // A small range is split finer: awake workers may come late, and data that one core wrote is slow
   // to read from another, so each worker takes as much as it gets to.
   const std::size_t range = is_small && count > grain ? std::max<std::size_t>(grain / 4, 1) : grain;
-  pool_->parallel_for(
+  pool().parallel_for(
       count, range, [&](std::size_t first, std::size_t last, int) { body(first, last); });
 }
 

@@ -1,10 +1,10 @@
 #!/usr/bin/env bash
-# The main job: cloth dropped on a ball and a table, in Bullet with LazyCCD and in Bullet alone. Sets up
-# what is missing, builds, steps the scene with both, prints a table and draws both end states.
+# The main example: two cloths fall on a ball and a table, with LazyCCD and with Bullet alone. Installs
+# missing packages, builds, runs the scene with both, prints a table and draws both end states.
 #
 #   bash examples/run.sh [--world deformable|rigid] [--steps N] [--film]
 #
-# --film draws every sixth step too, for a film of both side by side; that takes minutes.
+# --film also draws every sixth step and makes a film of both side by side. That takes minutes.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/setup.sh"
 
@@ -36,7 +36,7 @@ build_preset cpu -DLAZYCCD_TESTS=OFF -- lazyccd
 program=$repository/build/cpu/examples/lazyccd
 results=$repository/build/drop
 progress=()
-[ -t 2 ] && progress=(--progress)  # in a log its lines would pile up
+[ -t 2 ] && progress=(--progress)  # on a terminal only; a log would get a line a step
 for detector in lazyccd bullet; do
   say "Scene drop, $([ $detector = lazyccd ] && echo 'Bullet with LazyCCD' || echo 'Bullet alone')"
   rm -rf "${results:?}/$detector"
@@ -46,7 +46,7 @@ for detector in lazyccd bullet; do
 done
 
 say "Result"
-# Debian's matplotlib belongs to Debian's python3, whatever else is first in the path.
+# The packaged matplotlib works only with Debian's own python3, which may not be first in the path.
 python=/usr/bin/python3
 [ -x $python ] || python=python3
 $python "$repository/examples/cli/film/compare.py" "$results" "$results/drop.png" "${film[@]}"

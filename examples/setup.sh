@@ -1,16 +1,17 @@
-# Sourced by examples/run.sh and tests/run.sh: what a fresh Debian 12 or Ubuntu 24.04 needs.
+# Shell functions that install packages and build on a fresh Debian 12 or Ubuntu 24.04. The scripts of
+# examples/ and tests/ source this file.
 #
-#   require_packages GROUP...   installs what is missing of the groups core, bullet, programs, tests,
-#                               pictures; needs no rights where nothing is missing
+#   require_packages GROUP...   installs the missing packages of the groups core, bullet, programs,
+#                               tests, sanitizers, pictures; needs root only if a package is missing
 #   build_preset PRESET [CMAKE OPTION...] [-- TARGET...]
-#                               configures and builds into build/PRESET
+#                               configures a preset and builds it in build/PRESET
 
 repository=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
 jobs=$(nproc)
 
 say() { printf '\n== %s\n' "$*"; }
 
-# package: what it is for
+# Lists the packages of a group, one a line: the package, a colon, its purpose.
 packages_of() {
   case $1 in
     core)
@@ -34,12 +35,16 @@ packages_of() {
     tests)
       echo 'catch2: the test framework'
       echo 'libflint-dev: algebraic numbers, for the exact oracle'
-      echo 'libgmp-dev: big integers, below it'
+      echo 'libgmp-dev: big integers, for FLINT'
       echo 'spin: the model checker, for the balancing protocol'
-      # FLINT 2 has Arb in a package beside it, FLINT 3 holds it.
+      # Arb is a package of its own beside FLINT 2 and a part of FLINT 3.
       if grep -qs bookworm /etc/os-release; then
         echo 'libflint-arb-dev: ball arithmetic, for the exact oracle'
       fi
+      ;;
+    sanitizers)
+      echo 'clang: the second compiler'
+      echo 'libclang-rt-dev: its sanitizers'
       ;;
     pictures)
       echo 'python3-matplotlib: charts, and pictures side by side'
@@ -54,7 +59,7 @@ is_installed() {
 
 require_packages() {
   if ! command -v dpkg-query >/dev/null; then
-    echo "This is not Debian or Ubuntu: install what third_party_notes.md lists by hand." >&2
+    echo "This is not Debian or Ubuntu. Install the packages that third_party_notes.md lists by hand." >&2
     return 0
   fi
   local group package purpose missing=()
@@ -74,7 +79,7 @@ require_packages() {
   local as_root=()
   if [ "$(id -u)" -ne 0 ]; then
     if ! command -v sudo >/dev/null; then
-      say "These packages are missing, and installing them needs root:"
+      say "These packages are missing. Installing them needs root:"
       list_missing "$@"
       echo "  apt-get install ${missing[*]}" >&2
       return 1
@@ -83,7 +88,7 @@ require_packages() {
   fi
   say "Updating the package lists"
   "${as_root[@]}" apt-get update -qq
-  say "Installing these packages of the distribution, which are missing:"
+  say "Installing the missing packages from the distribution:"
   list_missing "$@"
   "${as_root[@]}" env DEBIAN_FRONTEND=noninteractive \
     apt-get install -y -qq --no-install-recommends "${missing[@]}"
@@ -97,6 +102,10 @@ build_preset() {
     shift
   done
   [ $# -gt 0 ] && shift && targets=(--target "$@")
+  if command -v ccache >/dev/null; then
+    export CCACHE_SLOPPINESS=pch_defines,time_macros
+    options+=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache)
+  fi
   say "Building $preset in build/$preset"
   (cd "$repository" && cmake --preset "$preset" --log-level=WARNING "${options[@]}" &&
     cmake --build "build/$preset" -j "$jobs" "${targets[@]}")

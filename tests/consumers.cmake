@@ -1,4 +1,5 @@
-# Builds and runs the two consumers, one against a fresh install of this build.
+# Tests that build and run the two consumer projects; one of them uses a fresh install of this
+# build.
 set(consumer_dir ${CMAKE_CURRENT_BINARY_DIR}/consumers)
 
 add_test(NAME "consumer: the package installs"

@@ -1,46 +1,68 @@
 #!/usr/bin/env bash
-# Sets up what is missing, builds, and runs all tests: the whole suite as released; under the address and
-# undefined behaviour sanitizers the test programs but for the adapter in double precision, which has the same
-# source as in single; the threaded parts below Bullet under the thread sanitizer. The CUDA backend is built where there is nvcc, and
-# run where there is a device. Sanitized runs take one of many values that are alike, and a tenth of what is
-# random. Warnings are errors.
+# Sets up what is missing, builds, and runs the tests.
+#
+#   bash tests/run.sh          one configuration: release build, Bullet in single precision
+#   bash tests/run.sh --all    everything that CI checks
+#
+# --all: both precisions; every header compiled alone; the layers of the includes; the model checker;
+# the installed package; Clang with the address and undefined behaviour sanitizers; the thread sanitizer;
+# the CUDA backend, built if there is nvcc and run if there is a device. Warnings are errors. Sanitized
+# runs take one of many values that are alike, and a tenth of the random ones.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../examples/setup.sh"
+
+all=no
+case ${1:-} in
+  '') ;;
+  --all) all=yes ;;
+  *) sed -n '4,5s/^# \{0,1\}//p' "${BASH_SOURCE[0]}" >&2; exit 2 ;;
+esac
 
 summary=()
 passed=0 skipped=0
 # run_tests PRESET [CTEST OPTION...]
 run_tests() {
-  local preset=$1 log=$repository/build/$1/ctest.log
+  local preset=$1 log=$repository/build/$1/ctest.log start=$SECONDS
   shift
   say "Testing $preset"
   local status=0
   (cd "$repository/build/$preset" && ctest -j "$jobs" --output-on-failure "$@") | tee "$log" || status=$?
-  summary+=("$(printf '%-5s %s' "$preset" "$(grep -E '^[0-9]+% tests passed' "$log")")")
+  summary+=("$(printf '%-6s %s, %s s' "$preset" "$(grep -E '^[0-9]+% tests passed' "$log")" $((SECONDS - start)))")
   passed=$((passed + $(grep -c ' Passed ' "$log" || true)))
   skipped=$((skipped + $(grep -c '\*\*\*Skipped ' "$log" || true)))
   return $status
 }
 
-require_packages core bullet programs tests
-build_preset cpu -DLAZYCCD_TESTS=ON -DLAZYCCD_WERROR=ON
-run_tests cpu
-build_preset asan -DLAZYCCD_TESTS=ON -DLAZYCCD_WERROR=ON -- lazyccd_tests lazyccd_tests_threads \
-  lazyccd_tests_bench lazyccd_tests_bullet lazyccd_tests_program
-run_tests asan -L '^(core|threads|bench|bullet|program)$'
-build_preset tsan -DLAZYCCD_TESTS=ON -DLAZYCCD_WERROR=ON -- lazyccd_tests_threads
-run_tests tsan -L threads
+build() {
+  local start=$SECONDS
+  build_preset "$@"
+  summary+=("$(printf '%-6s built in %s s' "$1" $((SECONDS - start)))")
+}
 
-if command -v nvcc >/dev/null; then
-  build_preset cuda -DLAZYCCD_WERROR=ON -DLAZYCCD_BULLET=OFF -DCMAKE_CUDA_ARCHITECTURES=90 -- \
-    lazyccd_core check_traversal check_detector
-  if nvidia-smi -L >/dev/null 2>&1; then
-    run_tests cuda -L gpu
-  else
-    say "The CUDA backend is built and not run: there is no device"
-  fi
+require_packages core bullet programs tests
+if [ $all = no ]; then
+  build quick
+  run_tests quick -LE '^(model|consumer)$'
 else
-  say "The CUDA backend is not built: there is no nvcc"
+  require_packages sanitizers
+  build cpu -DLAZYCCD_TESTS=ON -DLAZYCCD_WERROR=ON -DLAZYCCD_CHECK_HEADERS=ON
+  run_tests cpu
+  build asan -- lazyccd_tests lazyccd_tests_threads lazyccd_tests_bench lazyccd_tests_bullet \
+    lazyccd_tests_program
+  run_tests asan -L '^(core|threads|bench|bullet|program)$'
+  build tsan -- lazyccd_tests_threads
+  run_tests tsan -L threads
+  if command -v nvcc >/dev/null; then
+    build cuda -DLAZYCCD_WERROR=ON -DLAZYCCD_BULLET=OFF -DCMAKE_CUDA_ARCHITECTURES=90 -- \
+      lazyccd_core check_traversal check_detector
+    if nvidia-smi -L >/dev/null 2>&1; then
+      run_tests cuda -L gpu
+    else
+      say "The CUDA backend is built and not run: there is no device"
+    fi
+  else
+    say "The CUDA backend is not built: there is no nvcc"
+  fi
 fi
 
 say "All passed"

@@ -1,5 +1,6 @@
-// Chunks of items, and where free ones wait: a shared list of ids, and in front of it a small
-// private cache a worker, so that hundreds of blocks do not meet at one word for every chunk.
+// Chunks of items and the pool of free chunks. The pool is a shared list of ids. Each worker has a
+// small private cache in front of it, so hundreds of blocks do not contend for one word for every
+// chunk.
 #pragma once
 
 #include <cstdint>
@@ -9,7 +10,8 @@
 
 namespace lazyccd {
 
-// Work items side by side. Only the worker that owns the id touches it, so nothing here is atomic.
+/// An array of work items. Only the worker that owns the id of a chunk accesses it, so nothing here
+/// is atomic.
 template <class Item, std::uint32_t Size>
 struct alignas(16) Chunk {
   static constexpr std::uint32_t capacity = Size;
@@ -17,18 +19,20 @@ struct alignas(16) Chunk {
   std::uint32_t count;
 };
 
-// Where a worker finds a batch of items, valid until it says that it has copied them.
+/// The place of a batch of items. Valid until the worker releases the batch after copying it.
 template <class Item>
 struct Batch {
   const Item* items;
-  std::uint32_t count;  // 0: none
-  std::uint32_t chunk;  // that holds them; no_chunk: none, such as with items of the start
+  std::uint32_t count;  // 0: no items
+  std::uint32_t chunk;  // chunk that holds them; no_chunk if none does, as for initial items
 };
 
-// A stack of the ids [0, capacity), linked through `next`. The head is one word {first id, tag};
-// every change bumps the tag, so a head that is equal again was never different (Treiber's stack
-// without its ABA). A view: zeroed memory is a full list, because a link is stored as its distance
-// from id + 1.
+/// The free ids out of [0, capacity): a lock-free stack, linked through `links`. The head is one
+/// word {first id, tag}, and every change increments the tag. So a head that compares equal has not
+/// changed: Treiber's stack without its ABA problem.
+///
+/// A view. Zeroed memory is a full list, because a link is stored as its difference from id + 1.
+/// Model: tests/model/free_list.pml.
 template <class Atomics>
 class FreeList {
  public:
@@ -38,41 +42,43 @@ class FreeList {
   LAZYCCD_HD FreeList(Head& head, Link* links, std::uint32_t capacity)
       : head_(&head), links_(links), capacity_(capacity) {}
 
-  // Up to `wanted` ids; returns how many.
+  /// Takes up to `wanted` ids; returns how many.
   LAZYCCD_HD std::uint32_t take(std::uint32_t* ids, std::uint32_t wanted) {
-    // Acquire, pairs with the release of give(): the links, and the last loads of the chunks'
-    // former owners come before what the new owner writes.
+    // Acquire: pairs with the release of give(). It makes the links visible, and orders the last
+    // loads of the chunks' former owners before the stores of the new owner.
     std::uint64_t seen = Atomics::load(*head_, Atomics::acquire);
     for (;;) {
       std::uint32_t first = static_cast<std::uint32_t>(seen);
       std::uint32_t count = 0;
-      // Others may change the links meanwhile; they stay in range, and then the CAS fails.
+      // Other workers may change the links meanwhile. The values stay in range, and the CAS fails.
       while (count < wanted && first < capacity_) {
         ids[count++] = first;
         first += 1 + Atomics::load(links_[first], Atomics::relaxed);
       }
       if (count == 0) return 0;
-      // Acquire on success and failure: as the load above.
-      if (Atomics::compare_exchange(*head_, seen, successor(seen, first), Atomics::acquire,
+      // Acquire on success and on failure, like the load above.
+      if (Atomics::compare_exchange(*head_, seen, next_head(seen, first), Atomics::acquire,
                                     Atomics::acquire))
         return count;
     }
   }
 
+  /// Returns `count` ids. Their chunks must not be read any more.
   LAZYCCD_HD void give(const std::uint32_t* ids, std::uint32_t count) {
     if (count == 0) return;
     for (std::uint32_t i = 0; i + 1 < count; ++i) link(ids[i], ids[i + 1]);
-    // Relaxed: the head's id is only copied, never followed here.
+    // Relaxed: the id in the head is only copied here, not followed.
     std::uint64_t seen = Atomics::load(*head_, Atomics::relaxed);
     do {
       link(ids[count - 1], static_cast<std::uint32_t>(seen));
-      // Release, pairs with the acquire in take(): the links, and the chunks are no longer read.
-    } while (!Atomics::compare_exchange(*head_, seen, successor(seen, ids[0]), Atomics::release,
+      // Release: pairs with the acquire in take(). The links are published, and all reads of the
+      // chunks come before.
+    } while (!Atomics::compare_exchange(*head_, seen, next_head(seen, ids[0]), Atomics::release,
                                         Atomics::relaxed));
   }
 
  private:
-  LAZYCCD_HD static std::uint64_t successor(std::uint64_t head, std::uint32_t first) {
+  LAZYCCD_HD static std::uint64_t next_head(std::uint64_t head, std::uint32_t first) {
     return ((head >> 32) + 1) << 32 | first;
   }
   LAZYCCD_HD void link(std::uint32_t id, std::uint32_t next) {
@@ -82,16 +88,18 @@ class FreeList {
 
   Head* head_;
   Link* links_;
-  std::uint32_t capacity_;  // also the id that ends the list
+  std::uint32_t capacity_;  // also the id that marks the end of the list
 };
 
-// One worker's own free chunks. Refills and spills half at a time. Trivial, so that it can lie in a
-// block's shared memory: call clear() first.
+/// The private free chunks of one worker. When empty or full, it exchanges half of its size with
+/// the shared list. A trivial type, so it can be placed in a block's shared memory; call clear()
+/// first.
 template <std::uint32_t Size>
 class ChunkCache {
  public:
   LAZYCCD_HD void clear() { count_ = 0; }
 
+  /// Takes one id; no_chunk if none is free.
   template <class Atomics>
   LAZYCCD_HD std::uint32_t take(FreeList<Atomics> list) {
     if (count_ == 0) count_ = list.take(ids_, half);
@@ -105,6 +113,7 @@ class ChunkCache {
     }
     ids_[count_++] = id;
   }
+  /// Returns all ids to the shared list.
   template <class Atomics>
   LAZYCCD_HD void flush(FreeList<Atomics> list) {
     list.give(ids_, count_);

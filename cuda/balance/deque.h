@@ -1,12 +1,27 @@
-// A bounded deque of chunk ids: its owner pushes and pops at the bottom, thieves steal at the top.
+// A bounded deque of chunk ids for work stealing. Its owner pushes and pops ids at the bottom;
+// thieves steal them at the top.
 //
-// Published lazy stealing (da Silva, Algorithms 3.9 to 3.13) compares only `top` when it steals, so
-// a thief that stalls may take what the owner has popped meanwhile. Here top, bottom and a tag
-// share one 64-bit word that changes only by CAS, and every push bumps the tag. While the tag
-// stands still, no id comes in and the deque only shrinks; so a word that is equal again was never
-// different, and the slot a thief read before its CAS is the one that it wins. (The tag wraps after
-// 2^32 pushes: a thief would have to stall that long between its load and its CAS.) Model:
-// tests/model/lazy_stealing.pml.
+// Protocol. The indices `top` and `bottom` and a tag share one 64-bit word. The word changes only
+// by compare-and-swap (CAS):
+//   push    writes the id to the free slot at `bottom`, then CAS to {top, bottom + 1, tag + 1}
+//   pop     reads the slot below `bottom`,              then CAS to {top, bottom - 1, tag}
+//   steal   reads the slot at `top`,                    then CAS to {top + 1, bottom, tag}
+// A pop or a steal reads its slot before the CAS. The id counts as taken only if the CAS succeeds.
+//
+// Why no id is taken twice or lost. Only push() adds ids, and every push increments the tag. While
+// the tag stays the same, the deque only shrinks. So if the CAS finds the word that was loaded, the
+// word did not change in between (no ABA problem). The slot that was read then holds the id that
+// the CAS takes. The tag wraps after 2^32 pushes: a thief would have to stall for exactly that long
+// between its load and its CAS.
+//
+// Memory orders. push() releases; pop() and steal() acquire, so the new holder of an id sees the
+// contents of the chunk. steal() also releases, and load_word() acquires, so the owner overwrites a
+// slot only after the thief has read it.
+//
+// The published algorithm (da Silva, Algorithms 3.9 to 3.13) compares only `top` when it steals. A
+// thief that stalls there may take items that the owner has popped in the meantime.
+//
+// Model: tests/model/lazy_stealing.pml.
 #pragma once
 
 #include <cstdint>
@@ -15,9 +30,10 @@
 
 namespace lazyccd {
 
-constexpr std::uint32_t no_chunk = 0xffffffffu;
+constexpr std::uint32_t no_chunk = 0xffffffffu;  ///< the id that means "none"
 
-// `top` and `bottom` count modulo 2^16; the ring's slots are their low bits.
+/// The state of a deque. `top` and `bottom` count modulo 2^16; their low bits are the slot in the
+/// ring.
 struct DequeWord {
   std::uint16_t top, bottom;
   std::uint32_t tag;
@@ -32,9 +48,11 @@ struct DequeWord {
   LAZYCCD_HD std::uint32_t size() const { return static_cast<std::uint16_t>(bottom - top); }
 };
 
-// A view: it owns neither word nor ring. Zeroed memory is an empty deque. Each operation is for one
-// thread; who fills and who copies the chunk is the caller's business (a block puts a barrier
-// between filling and push, and between steal or pop and reading).
+/// A view of one deque: it owns neither the word nor the ring. Zeroed memory is an empty deque.
+///
+/// Each operation is called by one thread. The deque moves ids only; the caller fills and copies
+/// the chunks. A block of threads needs a barrier between filling a chunk and push(), and between
+/// pop() or steal() and reading the chunk.
 template <class Atomics>
 class Deque {
  public:
@@ -42,48 +60,51 @@ class Deque {
   using Slot = typename Atomics::template Cell<std::uint32_t>;
   static constexpr std::uint32_t max_capacity = 1u << 15;
 
-  // capacity: slots in the ring, a power of two up to max_capacity.
+  /// capacity: slots in the ring, a power of two, at most max_capacity.
   LAZYCCD_HD Deque(Word& word, Slot* ring, std::uint32_t capacity)
       : word_(&word), ring_(ring), mask_(capacity - 1) {}
 
-  // A guess for anyone; for the owner never less than the truth, since others only take.
+  /// The number of ids. For the owner this is an upper bound, because other threads only remove
+  /// ids. For other threads it is an estimate.
   LAZYCCD_HD std::uint32_t size() const {
     return DequeWord::unpack(Atomics::load(*word_, Atomics::relaxed)).size();
   }
-  // Owner only: what push() starts from.
-  LAZYCCD_HD std::uint64_t look() const {
-    // Acquire, pairs with the release of the steal that freed the slot: the thief has read it.
+  /// Owner only. Returns the current word, for has_room() and push().
+  LAZYCCD_HD std::uint64_t load_word() const {
+    // Acquire: pairs with the release of the steal() that freed the slot, so the thief has read it.
     return Atomics::load(*word_, Atomics::acquire);
   }
-  // For the owner: true stays true until it pushes.
+  /// Owner only. Whether push() has a free slot, by a word from load_word(). If true, it stays true
+  /// until the owner pushes.
   LAZYCCD_HD bool has_room(std::uint64_t seen) const {
     return DequeWord::unpack(seen).size() <= mask_;
   }
-  LAZYCCD_HD bool has_room() const { return has_room(look()); }
+  LAZYCCD_HD bool has_room() const { return has_room(load_word()); }
 
-  // Owner only, where has_room() by a look since its last push or pop. Publishes what the owner
-  // wrote before.
-  LAZYCCD_HD void push(std::uint32_t chunk) { push(chunk, look()); }
+  /// Owner only. Publishes the id and everything that the owner wrote before. Requires has_room()
+  /// for a word loaded since the owner's last push() or pop(); `seen` is that word.
+  LAZYCCD_HD void push(std::uint32_t chunk) { push(chunk, load_word()); }
   LAZYCCD_HD void push(std::uint32_t chunk, std::uint64_t seen) {
     DequeWord word = DequeWord::unpack(seen);
-    // Relaxed: published by the CAS below. A slot outside [top, bottom) is the owner's alone.
+    // Relaxed: published by the CAS below. A slot outside [top, bottom) belongs to the owner alone.
     Atomics::store(ring_[word.bottom & mask_], chunk, Atomics::relaxed);
     for (;;) {
       word = DequeWord::unpack(seen);
       ++word.bottom;
       ++word.tag;
-      // Release, pairs with the acquire load in pop() and steal(): chunk and slot are visible to
-      // who takes them, also through later pops and steals, which continue the release sequence.
-      // Failure relaxed: only thieves interfere, the slot is already the owner's.
+      // Release: pairs with the acquire load in pop() and steal(). The thread that takes the id
+      // sees the chunk and the slot. This also holds after other pops and steals, because they
+      // continue the release sequence. Failure is relaxed: only thieves interfere, and the slot is
+      // already the owner's.
       if (Atomics::compare_exchange(*word_, seen, word.pack(), Atomics::release, Atomics::relaxed))
         return;
     }
   }
 
-  // Owner only. The newest chunk, or no_chunk where the deque is empty.
+  /// Owner only. Takes the newest id; no_chunk if the deque is empty.
   LAZYCCD_HD std::uint32_t pop() {
-    // Acquire, pairs with the release of push(): the chunks that are here at the start of a run
-    // were pushed by another thread.
+    // Acquire: pairs with the release of push(). The owner needs it too, because another thread
+    // pushed the ids that are here at the start of a run.
     std::uint64_t seen = Atomics::load(*word_, Atomics::acquire);
     for (;;) {
       DequeWord word = DequeWord::unpack(seen);
@@ -91,26 +112,26 @@ class Deque {
       --word.bottom;
       // Relaxed: ordered by the acquire above.
       const std::uint32_t chunk = Atomics::load(ring_[word.bottom & mask_], Atomics::relaxed);
-      // Acquire on success and failure: as the load above. No release: the slot that a pop frees is
-      // written next by this same owner.
+      // Acquire on success and on failure, like the load above. No release: only this owner writes
+      // to the slot that a pop frees.
       if (Atomics::compare_exchange(*word_, seen, word.pack(), Atomics::acquire, Atomics::acquire))
         return chunk;
     }
   }
 
-  // Anyone. The oldest chunk, or no_chunk where the deque is empty or another was faster: the thief
-  // goes on to the next victim instead of insisting.
+  /// Any thread. Takes the oldest id; no_chunk if the deque is empty or another thread changed it
+  /// meanwhile. The thief then tries the next victim instead of repeating.
   LAZYCCD_HD std::uint32_t steal() {
-    // Acquire, pairs with the release of push().
+    // Acquire: pairs with the release of push().
     std::uint64_t seen = Atomics::load(*word_, Atomics::acquire);
     DequeWord word = DequeWord::unpack(seen);
     if (word.size() == 0) return no_chunk;
-    // Relaxed: ordered by the acquire above. It may read a slot that is no longer this deque's, and
-    // then the CAS fails.
+    // Relaxed: ordered by the acquire above. The slot may have been taken and reused since; then
+    // the CAS fails.
     const std::uint32_t chunk = Atomics::load(ring_[word.top & mask_], Atomics::relaxed);
     ++word.top;
-    // Release, pairs with the acquire in push(): the slot is reused only after the load above.
-    // Acquire pairs with the release of push(): the chunk's contents.
+    // Release: pairs with the acquire in load_word(), so the slot is reused only after the load
+    // above. Acquire: pairs with the release of push(), for the contents of the chunk.
     if (Atomics::compare_exchange(*word_, seen, word.pack(), Atomics::acq_rel, Atomics::relaxed))
       return chunk;
     return no_chunk;

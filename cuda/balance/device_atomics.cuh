@@ -1,5 +1,5 @@
-// The atomics policy of the balancing protocol for CUDA blocks. Its peer is host_atomics.h, which
-// says what a policy is. Cells are plain memory (cudaMalloc, zeroed by cudaMemset).
+// The atomics policy of the balancing protocols for CUDA blocks. host_atomics.h has the policy for
+// CPU threads and says what a policy is. Cells are plain memory (cudaMalloc, zeroed by cudaMemset).
 #pragma once
 
 #include <cstddef>
@@ -20,10 +20,12 @@ struct DeviceAtomics {
   static constexpr Order acq_rel = cuda::std::memory_order_acq_rel;
   static constexpr Order seq_cst = cuda::std::memory_order_seq_cst;
 
-  // Dense: atomics are done in L2, where false sharing costs nothing, and a block that looks for a
-  // victim reads 16 deques in one line.
+  /// Alignment of cells that different workers write, in bytes. Dense: atomics are done in the L2
+  /// cache, where false sharing costs nothing, and a block that looks for a victim reads 16 deques
+  /// in one line.
   static constexpr std::size_t spacing = 8;
-  // Between cells that all poll: the looks at one queue up behind those at its neighbours.
+  /// The same for cells that all workers poll. They are far apart, because polls of one cell queue
+  /// up behind polls of its neighbours.
   static constexpr std::size_t line = 128;
 
   template <class T>

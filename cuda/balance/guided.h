@@ -1,6 +1,6 @@
-// One list for all, taken in shrinking portions (portions.h), without deque or theft. Once it is
-// empty and somebody waits, a worker that has items gives some of them as the next list. The same
-// for CPU threads and CUDA blocks.
+// Guided self-scheduling: one list for all workers, taken in shrinking portions (portions.h),
+// without deques or stealing. When the list is empty and a worker is idle, a worker that has items
+// publishes some of them as the next list. The same code runs on CPU threads and on CUDA blocks.
 #pragma once
 
 #include <cstddef>
@@ -13,39 +13,41 @@
 
 namespace lazyccd {
 
-// What the workers of a run share: a view. Zeroed memory is a run without work, apart from `live`,
-// which starts as 1: that of the initial list.
+/// The state that the workers of a run share: a view. Zeroed memory is a run without work, except
+/// for `live`, which starts as 1, the unit of the initial list.
 template <class Atomics, class Item>
 struct GuidedView {
   template <class T>
   using Cell = typename Atomics::template Cell<T>;
+  /// A cell aligned to Atomics::spacing, which keeps it apart from cells that other workers write.
   template <class T>
-  struct alignas(Atomics::spacing) Spaced {  // no other writer's cell near it
+  struct alignas(Atomics::spacing) Spaced {
     Cell<T> cell;
   };
+  /// A cell that all workers poll, aligned to Atomics::line.
   template <class T>
-  struct alignas(Atomics::line) Hot {  // a cell that all workers poll
+  struct alignas(Atomics::line) Hot {
     Cell<T> cell;
   };
 
   struct Counters {
-    Hot<std::uint32_t> live;       // Termination
-    Hot<std::uint64_t> claimed;    // initial items that workers have taken, or more
-    Hot<std::uint64_t> given;      // the list in circulation: GivenList
-    Hot<std::uint32_t> giving;     // nonzero: somebody is making the next list
-    Hot<std::uint32_t> idle_workers;     // workers that look for work
-    Hot<std::uint32_t> cancelled;  // nonzero: stop
+    Hot<std::uint32_t> live;          // Termination
+    Hot<std::uint64_t> claimed;       // initial items claimed so far; may exceed their number
+    Hot<std::uint64_t> shared_list;   // the list in circulation: a SharedList
+    Hot<std::uint32_t> list_lock;     // nonzero: a worker is making the next list
+    Hot<std::uint32_t> idle_workers;  // number of workers that look for work
+    Hot<std::uint32_t> cancelled;     // nonzero: stop
   };
 
-  // Items of a list that is given.
-  static constexpr std::uint32_t longest_list = 0xffff;
+  /// The largest number of items in a published list.
+  static constexpr std::uint32_t max_list_size = 0xffff;
 
   std::uint32_t workers;
-  std::uint32_t list_size;    // room for a list of each worker, up to longest_list
-  std::uint32_t least, most;  // items that a worker takes at once, 1 at least
+  std::uint32_t list_size;    // capacity of each worker's list, at most max_list_size
+  std::uint32_t least, most;  // smallest (>= 1) and largest portion, in items
   Counters* counters;
-  Spaced<std::uint32_t>* unread;  // one a worker: items of its list that nobody has copied yet
-  Item* lists;                    // list_size a worker
+  Spaced<std::uint32_t>* unread;  // one per worker: items of its list that are not copied yet
+  Item* lists;                    // list_size per worker
   const Item* initial;
   std::uint64_t initial_count;
 
@@ -55,6 +57,7 @@ struct GuidedView {
   LAZYCCD_HD Item* list(std::uint32_t worker) const {
     return lists + std::size_t{worker} * list_size;
   }
+  /// The size of the next portion if `rest` items are left.
   LAZYCCD_HD std::uint32_t portion(std::uint64_t rest) const {
     const std::uint32_t size = guided_size(rest, workers);
     const std::uint32_t large = size > least ? size : least;
@@ -63,12 +66,13 @@ struct GuidedView {
   }
 };
 
-// Whose list it is and which part of it is still there. Whoever exchanges the word owns the
-// portion, however often the same word has come and gone.
-struct GivenList {
+/// The list in circulation: the worker that made it, and the range [next, end) that is not claimed
+/// yet. The worker whose CAS changes the word owns the portion. ABA is harmless here: the word has
+/// the same meaning each time it has the same value.
+struct SharedList {
   std::uint32_t worker, next, end;
 
-  LAZYCCD_HD static GivenList unpack(std::uint64_t bits) {
+  LAZYCCD_HD static SharedList unpack(std::uint64_t bits) {
     return {static_cast<std::uint32_t>(bits >> 32), static_cast<std::uint32_t>(bits >> 16 & 0xffff),
             static_cast<std::uint32_t>(bits & 0xffff)};
   }
@@ -78,38 +82,40 @@ struct GivenList {
   LAZYCCD_HD std::uint32_t rest() const { return end - next; }
 };
 
-// One worker's side, for one thread of it. The order of calls:
-//
-//   arrive
-//   claim; where it is empty: over() or cancelled(): leave, or claim again
-//   copy the batch; release
-//   work; where asked(): new_list, fill it, publish
-//   with all own items done, claim again
+/// The protocol of one worker, called by one thread of it. The order of calls:
+///
+///   arrive
+///   claim; if it is empty: leave if over() or cancelled(), otherwise claim again
+///   copy the batch; release
+///   process the items; if asked(): new_list, fill it, publish
+///   when all own items are done: claim again
 template <class Atomics, class Item>
 class GuidedWorker {
  public:
   using View = GuidedView<Atomics, Item>;
 
+  /// Joins the run as worker number `worker`. The worker starts idle.
   LAZYCCD_HD void arrive(const View& view, std::uint32_t worker) {
     view_ = view;
     worker_ = worker;
     busy_ = false;
     steals_ = overflows_ = 0;
-    // Relaxed, here and wherever hungry changes: it is a hint and publishes nothing.
+    // Relaxed, here and wherever idle_workers changes: it is a hint and publishes nothing.
     Atomics::fetch_add(view_.counters->idle_workers.cell, 1u, Atomics::relaxed);
   }
 
-  // A portion of either list. Where both are empty the worker turns idle.
-  //
-  // Each list that is not used up holds one unit of `live`, which ends with its last portion. A
-  // worker counts itself before it claims: the last portion may be another's, and be done with
-  // first.
+  /// Claims a portion of the initial list or of the list in circulation. If both are empty, the
+  /// worker becomes idle. The batch's `chunk` is the worker that made the list.
+  ///
+  /// Each list that is not used up holds one unit of `live`, which ends with its last portion. A
+  /// worker counts itself before it claims, because another worker may claim the last portion and
+  /// finish it first.
   LAZYCCD_HD Batch<Item> claim() {
     Batch<Item> batch = {nullptr, 0, no_chunk};
-    if (promising()) {
+    if (may_have_items()) {
       if (!busy_) view_.termination().chunk_published();
       batch = claim_initial();
-      if (batch.count == 0) batch = claim_given();
+      if (batch.count == 0) batch = claim_shared();
       if (batch.count == 0 && !busy_) view_.termination().unit_ended();
     }
     const bool busy = batch.count != 0;
@@ -122,44 +128,49 @@ class GuidedWorker {
     busy_ = busy;
     return batch;
   }
+  /// Reports that a batch has been copied.
   LAZYCCD_HD void release(const Batch<Item>& batch) {
-    // Release, pairs with the acquire in new_list(): the portion has been copied.
+    // Release: pairs with the acquire in new_list(). The portion has been copied.
     if (batch.chunk != no_chunk)
       Atomics::fetch_sub(view_.unread[batch.chunk].cell, batch.count, Atomics::release);
   }
 
-  // Somebody waits and no list is in circulation.
+  /// Whether a worker is idle and no list is in circulation.
   LAZYCCD_HD bool asked() const {
     // Relaxed: hints.
-    return Atomics::load(view_.counters->idle_workers.cell, Atomics::relaxed) != 0 && given().rest() == 0;
+    return Atomics::load(view_.counters->idle_workers.cell, Atomics::relaxed) != 0 &&
+           shared_list().rest() == 0;
   }
 
-  // Room for the next list, or null where it is not this worker's turn.
+  /// Returns memory for the next list. Null if the worker's last list is not copied yet, another
+  /// worker makes a list, or a list is in circulation. If not null, publish() must follow.
   LAZYCCD_HD Item* new_list() {
-    // Acquire, pairs with the releases in release() and publish().
-    std::uint32_t nobody = 0;
+    // Acquire: pairs with the releases in release() and publish().
+    std::uint32_t unlocked = 0;
     if (Atomics::load(view_.unread[worker_].cell, Atomics::acquire) != 0 ||
-        !Atomics::compare_exchange(view_.counters->giving.cell, nobody, 1u, Atomics::acquire,
+        !Atomics::compare_exchange(view_.counters->list_lock.cell, unlocked, 1u, Atomics::acquire,
                                    Atomics::relaxed)) {
       ++overflows_;
       return nullptr;
     }
-    // Only who gives makes the list longer, so what is empty now stays so.
-    if (given().rest() == 0) return view_.list(worker_);
-    Atomics::store(view_.counters->giving.cell, 0u, Atomics::release);
+    // Only the holder of the lock adds a list, so a list that is empty now stays empty.
+    if (shared_list().rest() == 0) return view_.list(worker_);
+    Atomics::store(view_.counters->list_lock.cell, 0u, Atomics::release);
     return nullptr;
   }
+  /// Publishes the list of the last new_list(), which has `count` items.
   LAZYCCD_HD void publish(std::uint32_t count) {
     Atomics::store(view_.unread[worker_].cell, count, Atomics::relaxed);  // published below
     view_.termination().chunk_published();
-    // Release, pairs with the acquire in claim_given(): the items.
-    Atomics::store(view_.counters->given.cell, GivenList{worker_, 0, count}.pack(),
+    // Release: pairs with the acquire in claim_shared(), for the items.
+    Atomics::store(view_.counters->shared_list.cell, SharedList{worker_, 0, count}.pack(),
                    Atomics::release);
-    Atomics::store(view_.counters->giving.cell, 0u, Atomics::release);
+    Atomics::store(view_.counters->list_lock.cell, 0u, Atomics::release);
   }
 
   LAZYCCD_HD bool over() const { return view_.termination().over(); }
-  // Relaxed, here and in cancel(): a wish to stop; what happened travels with the end of the job.
+  // Relaxed, here and in cancel(): only a request to stop. The cause is passed on at the end of the
+  // job.
   LAZYCCD_HD bool cancelled() const {
     return Atomics::load(view_.counters->cancelled.cell, Atomics::relaxed) != 0;
   }
@@ -169,14 +180,14 @@ class GuidedWorker {
   LAZYCCD_HD std::uint64_t overflows() const { return overflows_; }
 
  private:
-  LAZYCCD_HD GivenList given() const {
-    return GivenList::unpack(Atomics::load(view_.counters->given.cell, Atomics::relaxed));
+  LAZYCCD_HD SharedList shared_list() const {
+    return SharedList::unpack(Atomics::load(view_.counters->shared_list.cell, Atomics::relaxed));
   }
 
-  LAZYCCD_HD bool promising() const {
+  LAZYCCD_HD bool may_have_items() const {
     // Relaxed: hints.
     return Atomics::load(view_.counters->claimed.cell, Atomics::relaxed) < view_.initial_count ||
-           given().rest() != 0;
+           shared_list().rest() != 0;
   }
 
   LAZYCCD_HD Batch<Item> claim_initial() {
@@ -184,7 +195,7 @@ class GuidedWorker {
     std::uint64_t seen = Atomics::load(view_.counters->claimed.cell, Atomics::relaxed);
     while (seen < view_.initial_count) {
       std::uint32_t size = view_.portion(view_.initial_count - seen);
-      if (size <= view_.least) {  // as all that follow, so none is refused
+      if (size <= view_.least) {  // so are all that follow: an addition, which cannot fail
         seen = Atomics::fetch_add(view_.counters->claimed.cell, std::uint64_t{view_.least},
                                   Atomics::relaxed);
         if (seen >= view_.initial_count) break;
@@ -199,21 +210,21 @@ class GuidedWorker {
     return {nullptr, 0, no_chunk};
   }
 
-  LAZYCCD_HD Batch<Item> claim_given() {
-    // Acquire, pairs with the release in publish(): the items, also through other claims, which
-    // continue the release sequence.
-    std::uint64_t seen = Atomics::load(view_.counters->given.cell, Atomics::acquire);
+  LAZYCCD_HD Batch<Item> claim_shared() {
+    // Acquire: pairs with the release in publish(), for the items. This also holds after other
+    // claims, because they continue the release sequence.
+    std::uint64_t seen = Atomics::load(view_.counters->shared_list.cell, Atomics::acquire);
     for (;;) {
-      GivenList given = GivenList::unpack(seen);
-      if (given.rest() == 0) return {nullptr, 0, no_chunk};
-      const std::uint32_t size = view_.portion(given.rest()), first = given.next;
-      given.next += size;
-      if (!Atomics::compare_exchange(view_.counters->given.cell, seen, given.pack(),
+      SharedList list = SharedList::unpack(seen);
+      if (list.rest() == 0) return {nullptr, 0, no_chunk};
+      const std::uint32_t size = view_.portion(list.rest()), first = list.next;
+      list.next += size;
+      if (!Atomics::compare_exchange(view_.counters->shared_list.cell, seen, list.pack(),
                                      Atomics::acquire, Atomics::acquire))
         continue;
-      if (given.worker != worker_) ++steals_;
-      if (given.rest() == 0) view_.termination().unit_ended();
-      return {view_.list(given.worker) + first, size, given.worker};
+      if (list.worker != worker_) ++steals_;
+      if (list.rest() == 0) view_.termination().unit_ended();
+      return {view_.list(list.worker) + first, size, list.worker};
     }
   }
 

@@ -1,7 +1,8 @@
-// The atomics policy of the balancing protocol for CPU threads. Its peer is device_atomics.cuh.
+// The atomics policy of the balancing protocols for CPU threads. The policy for CUDA blocks is in
+// device_atomics.cuh.
 //
-// A policy names the cell type, the orders the protocols use and the operations on a cell. A
-// cell whose bytes are all zero holds zero.
+// A policy defines the type of a cell, the memory orders that the protocols use, and the operations
+// on a cell. A cell whose bytes are all zero holds zero.
 #pragma once
 
 #include <atomic>
@@ -19,9 +20,10 @@ struct HostAtomics {
   static constexpr std::memory_order acq_rel = std::memory_order_acq_rel;
   static constexpr std::memory_order seq_cst = std::memory_order_seq_cst;
 
-  // Bytes between cells that different workers write: two cache lines, as x86 prefetches in pairs.
+  /// Alignment of cells that different workers write, in bytes: two cache lines, because x86
+  /// prefetches lines in pairs.
   static constexpr std::size_t spacing = 128;
-  static constexpr std::size_t line = spacing;  // the same between cells that all poll
+  static constexpr std::size_t line = spacing;  ///< the same for cells that all workers poll
 
   template <class T>
   static T load(const std::atomic<T>& cell, std::memory_order order) {
@@ -39,7 +41,7 @@ struct HostAtomics {
   static T fetch_sub(std::atomic<T>& cell, T value, std::memory_order order) {
     return cell.fetch_sub(value, order);
   }
-  // Strong: fails only where the cell differed; then `expected` receives what it held.
+  /// Strong: fails only if the cell differs from `expected`; `expected` then receives its value.
   template <class T>
   static bool compare_exchange(std::atomic<T>& cell, T& expected, T desired,
                                std::memory_order success, std::memory_order failure) {

@@ -1,9 +1,18 @@
-// Lazy work stealing for continuous traversal (da Silva, section 3.4, with the protocol repaired;
-// see deque.h and termination.h), the same for CPU threads and CUDA blocks.
+// Lazy work stealing for continuous traversal (da Silva, section 3.4), with the protocol repaired.
+// The same code runs on CPU threads and on CUDA blocks.
 //
-// Work travels in chunks and only by id: a steal is one CAS, the items stay where they were written
-// until their new owner needs them. A worker can be lazy on the giving side too: it looks at one
-// counter (`hungry`) and publishes nothing while nobody waits.
+// A worker is a CPU thread or a CUDA block. It holds items of its own, which only it can see, and a
+// deque of chunks (deque.h), from which every worker may steal. To offer items, it copies them to a
+// free chunk and pushes the id of the chunk onto its deque. When it has no items left, it takes a
+// chunk from its own deque, then a portion of the initial items, then a chunk from the deque of
+// another worker. Termination (termination.h) detects when all work is done. If a deque or the pool
+// of chunks is full, the worker keeps its items, so no work is lost.
+//
+// It is lazy in two ways. Work moves in chunks and only by id: a steal is one CAS, and the items
+// stay in place until the new owner needs them. And a worker need not offer anything while no
+// worker is idle: any_worker_idle() reads one counter to find out.
+//
+// Model: tests/model/lazy_stealing.pml.
 #pragma once
 
 #include <cstddef>
@@ -17,39 +26,40 @@
 
 namespace lazyccd {
 
-// What the workers of a run share: a view, passed by value to a kernel. Zeroed memory is a run
-// without work, apart from `live`, which starts as the number of chunks in `initial`.
+/// The state that the workers of a run share: a view, passed by value to a kernel. Zeroed memory is
+/// a run without work, except for `live`, which starts as the number of chunks in `initial`.
 template <class Atomics, class Item, std::uint32_t ChunkSize>
 struct LazyStealingView {
   template <class T>
   using Cell = typename Atomics::template Cell<T>;
-  // A cell with no other cell of another writer near it.
+  /// A cell aligned to Atomics::spacing, which keeps it apart from cells that other workers write.
   template <class T>
   struct alignas(Atomics::spacing) Spaced {
     Cell<T> cell;
   };
+  /// A cell that all workers poll, aligned to Atomics::line.
   template <class T>
-  struct alignas(Atomics::line) Hot {  // a cell that all workers poll
+  struct alignas(Atomics::line) Hot {
     Cell<T> cell;
   };
 
   struct Counters {
-    Hot<std::uint64_t> free_head;  // FreeList
-    Hot<std::uint32_t> live;       // Termination
-    Hot<std::uint64_t> claimed;    // initial items that workers have taken, or more
-    Hot<std::uint32_t> idle_workers;     // workers that look for work
-    Hot<std::uint32_t> cancelled;  // nonzero: stop
+    Hot<std::uint64_t> free_head;     // FreeList
+    Hot<std::uint32_t> live;          // Termination
+    Hot<std::uint64_t> claimed;       // initial items claimed so far; may exceed their number
+    Hot<std::uint32_t> idle_workers;  // number of workers that look for work
+    Hot<std::uint32_t> cancelled;     // nonzero: stop
   };
 
   std::uint32_t workers;
-  std::uint32_t ring_capacity;  // chunks a deque, a power of two
+  std::uint32_t ring_capacity;  // chunks per deque, a power of two
   std::uint32_t chunk_count;
   Counters* counters;
-  Spaced<std::uint64_t>* deque_words;  // one a worker
-  Cell<std::uint32_t>* rings;          // ring_capacity a worker
-  Cell<std::uint32_t>* links;          // one a chunk
+  Spaced<std::uint64_t>* deque_words;  // one per worker
+  Cell<std::uint32_t>* rings;          // ring_capacity per worker
+  Cell<std::uint32_t>* links;          // one per chunk
   Chunk<Item, ChunkSize>* chunks;
-  const Item* initial;  // work at the start, cut into chunks of ChunkSize where it lies
+  const Item* initial;  // work at the start; claimed in portions of ChunkSize, read in place
   std::uint64_t initial_count;
 
   LAZYCCD_HD Deque<Atomics> deque(std::uint32_t worker) const {
@@ -63,69 +73,74 @@ struct LazyStealingView {
   }
 };
 
-// One worker's side, for one thread of it. Copying items in and out is left to the caller: a CPU
-// thread does it alone, a block with all its threads between two barriers. The order of calls:
-//
-//   arrive
-//   own_batch; where it is empty, steal from one victim after another
-//     until one gives a batch, or over() or cancelled(): leave
-//   copy the batch; release_chunk
-//   work; where hungry(), or where there is more than one wants to hold: new_chunk, fill it,
-//   publish with all own items done, own_batch again
-//
-// Trivial, so that it can lie in a block's shared memory.
+/// The protocol of one worker, called by one thread of it. The caller copies the items in and out:
+/// a CPU thread does so alone, a block with all its threads between two barriers. The order of
+/// calls:
+///
+///   arrive
+///   own_batch; if it is empty, steal from one victim after another
+///     until one returns a batch; leave if over() or cancelled()
+///   copy the batch; release_chunk
+///   process the items; if any_worker_idle(), or if there are more items than the worker wants to
+///     hold: new_chunk, fill it, publish
+///   when all own items are done: own_batch again
+///
+/// A trivial type, so it can be placed in a block's shared memory.
 template <class Atomics, class Item, std::uint32_t ChunkSize, std::uint32_t CacheSize = 8>
 class LazyStealingWorker {
  public:
   using View = LazyStealingView<Atomics, Item, ChunkSize>;
 
+  /// Joins the run as worker number `worker`. The worker starts idle.
   LAZYCCD_HD void arrive(const View& view, std::uint32_t worker) {
     view_ = view;
     worker_ = worker;
     filling_ = no_chunk;
     busy_ = false;
-    current_ = 0;
+    max_own_chunks_ = 0;
     claims_.start(view.initial_count);
     cache_.clear();
     steals_ = 0;
     overflows_ = 0;
-    // Relaxed, here and wherever hungry changes: it is a hint and publishes nothing.
+    // Relaxed, here and wherever idle_workers changes: it is a hint and publishes nothing.
     Atomics::fetch_add(view_.counters->idle_workers.cell, 1u, Atomics::relaxed);
   }
 
-  // Gives the private free chunks back. The worker stays counted as hungry: the run is over, or it
-  // is cancelled and the others should look up.
+  /// Returns the private free chunks to the pool. The worker stays counted as idle. Either the run
+  /// is over, or it is cancelled, and then the count makes busy workers offer work and so check
+  /// cancelled().
   LAZYCCD_HD void leave() { cache_.flush(view_.free_list()); }
 
-  // More workers wait than this one has chunks on offer.
+  /// Whether more workers are idle than this worker has chunks on offer.
   LAZYCCD_HD bool any_worker_idle() const {
-    const std::uint32_t waiting = Atomics::load(view_.counters->idle_workers.cell, Atomics::relaxed);
-    return waiting > (current_ != 0 ? view_.deque(worker_).size() : 0);
+    const std::uint32_t idle = Atomics::load(view_.counters->idle_workers.cell, Atomics::relaxed);
+    return idle > (max_own_chunks_ != 0 ? view_.deque(worker_).size() : 0);
   }
 
-  // A free chunk of this worker's, or null where ring or pool is exhausted: the caller keeps its
-  // items and goes on with them.
+  /// Returns a free chunk to fill, or null if the own deque or the pool of chunks is exhausted.
+  /// Then the caller keeps its items and goes on with them.
   LAZYCCD_HD Chunk<Item, ChunkSize>* new_chunk() {
-    seen_ = view_.deque(worker_).look();  // both are under way at once
+    deque_word_ = view_.deque(worker_).load_word();  // overlaps with take()
     filling_ = cache_.take(view_.free_list());
-    if (filling_ != no_chunk && view_.deque(worker_).has_room(seen_))
+    if (filling_ != no_chunk && view_.deque(worker_).has_room(deque_word_))
       return view_.chunks + filling_;
     if (filling_ != no_chunk) cache_.give(view_.free_list(), filling_);
     ++overflows_;
     return nullptr;
   }
-  // Offers the chunk of the last new_chunk() to everyone.
+  /// Offers the chunk of the last new_chunk() to all workers.
   LAZYCCD_HD void publish() {
     view_.termination().chunk_published();
-    view_.deque(worker_).push(filling_, seen_);
-    ++current_;
+    view_.deque(worker_).push(filling_, deque_word_);
+    ++max_own_chunks_;
   }
 
-  // From the own deque, newest first, then from the initial items. Where both are empty the worker
-  // turns idle: it has nothing left and does not ask here again before it has stolen.
+  /// Takes the newest chunk of the own deque, otherwise a portion of the initial items. If both are
+  /// empty, the worker becomes idle. It has nothing left then and must not call this again before
+  /// it has stolen something.
   LAZYCCD_HD Batch<Item> own_batch() {
-    const std::uint32_t chunk = current_ != 0 ? view_.deque(worker_).pop() : no_chunk;
-    current_ = chunk != no_chunk ? current_ - 1 : 0;
+    const std::uint32_t chunk = max_own_chunks_ != 0 ? view_.deque(worker_).pop() : no_chunk;
+    max_own_chunks_ = chunk != no_chunk ? max_own_chunks_ - 1 : 0;
     const Batch<Item> batch = chunk != no_chunk ? batch_of(chunk) : claim_initial();
     if (batch.count == 0) {
       become_idle();
@@ -137,24 +152,27 @@ class LazyStealingWorker {
     return batch;
   }
 
-  // One look at the oldest chunk of another's deque. The worker is idle.
+  /// Tries once to steal the oldest chunk of another worker's deque. Requires that this worker is
+  /// idle.
   LAZYCCD_HD Batch<Item> steal(std::uint32_t victim) {
     const std::uint32_t chunk = view_.deque(victim).steal();
-    if (chunk == no_chunk) return nothing();
+    if (chunk == no_chunk) return empty_batch();
     ++steals_;
     become_busy();
     return batch_of(chunk);
   }
 
+  /// Frees the chunk of a batch that has been copied.
   LAZYCCD_HD void release_chunk(const Batch<Item>& batch) {
     if (batch.chunk != no_chunk) cache_.give(view_.free_list(), batch.chunk);
   }
 
   LAZYCCD_HD bool over() const { return view_.termination().over(); }
 
-  // Somebody gave up (an exception, an output that is full): leave, work is left behind.
+  /// Whether a worker gave up (an exception, or an output that is full). Then all leave, and work
+  /// is left undone.
   LAZYCCD_HD bool cancelled() const {
-    // Relaxed: a wish to stop; what happened travels with the end of the job.
+    // Relaxed: only a request to stop. The cause is passed on at the end of the job.
     return Atomics::load(view_.counters->cancelled.cell, Atomics::relaxed) != 0;
   }
   LAZYCCD_HD void cancel() {
@@ -166,7 +184,7 @@ class LazyStealingWorker {
   LAZYCCD_HD std::uint64_t overflows() const { return overflows_; }
 
  private:
-  LAZYCCD_HD static Batch<Item> nothing() { return {nullptr, 0, no_chunk}; }
+  LAZYCCD_HD static Batch<Item> empty_batch() { return {nullptr, 0, no_chunk}; }
 
   LAZYCCD_HD Batch<Item> batch_of(std::uint32_t chunk) const {
     return {view_.chunks[chunk].items, view_.chunks[chunk].count, chunk};
@@ -191,9 +209,9 @@ class LazyStealingWorker {
   View view_;
   std::uint32_t worker_;
   std::uint32_t filling_;
-  std::uint64_t seen_;     // of the own deque
-  std::uint32_t current_;  // chunks that the own deque holds at most: only others take meanwhile
-  bool busy_;              // holds a unit of `live`
+  std::uint64_t deque_word_;      // word of the own deque, loaded by new_chunk()
+  std::uint32_t max_own_chunks_;  // upper bound: others can only take chunks from the own deque
+  bool busy_;                     // holds a unit of `live`
   Claims claims_;
   ChunkCache<CacheSize> cache_;
   std::uint64_t steals_;

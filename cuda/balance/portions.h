@@ -1,4 +1,4 @@
-// Items that lie in one place for all workers, who take portions of them from one counter.
+// Items in one array for all workers, which claim portions of them through one counter.
 #pragma once
 
 #include <cstdint>
@@ -7,23 +7,24 @@
 
 namespace lazyccd {
 
+/// A range of items.
 struct Portion {
   std::uint64_t first;
   std::uint32_t count;  // 0: nothing is left
 };
 
-// One worker's claims on `count` items, which start() names. Once it found nothing it does not ask
-// again: nothing is added in a run.
+/// One worker's claims on an array of items, whose number start() sets. Once a claim found nothing,
+/// the worker does not touch the counter again: no items are added during a run.
 class Claims {
  public:
   LAZYCCD_HD void start(std::uint64_t count) { count_ = count; }
 
-  // The next `size` items, or what is left of them.
+  /// Claims the next `size` items, or what is left of them.
   template <class Atomics>
   LAZYCCD_HD Portion next(typename Atomics::template Cell<std::uint64_t>& claimed,
                           std::uint32_t size) {
     if (count_ == 0) return {0, 0};
-    // Relaxed: the items were there before the run, and each index is handed out once.
+    // Relaxed: the items were there before the run, and each index is given to one worker only.
     const std::uint64_t first = Atomics::fetch_add(claimed, std::uint64_t{size}, Atomics::relaxed);
     const std::uint64_t rest = first < count_ ? count_ - first : 0;
     if (rest == 0) count_ = 0;
@@ -31,16 +32,17 @@ class Claims {
   }
 
  private:
-  std::uint64_t count_;  // 0: all are claimed
+  std::uint64_t count_;  // number of items; 0 once all are claimed
 };
 
-// Guided self-scheduling (Polychronopoulos and Kuck 1987): large portions first, so that few are
-// taken, and single items at the end, so that all end together. Half of an even share leaves the
-// other half for those whose items turn out to be light.
+/// Returns the size of the next portion by guided self-scheduling (Polychronopoulos and Kuck 1987),
+/// from 1 to 2^16. Portions are large at first, so there are few of them, and single items at the
+/// end, so all workers finish together. Half of an even share is given: the other half is for
+/// workers whose items turn out to be light.
 LAZYCCD_HD inline std::uint32_t guided_size(std::uint64_t rest, std::uint32_t workers) {
-  constexpr std::uint64_t most = 1u << 16;
+  constexpr std::uint64_t max_size = 1u << 16;
   const std::uint64_t size = rest / (2 * std::uint64_t{workers});
-  return static_cast<std::uint32_t>(size < 1 ? 1 : size < most ? size : most);
+  return static_cast<std::uint32_t>(size < 1 ? 1 : size < max_size ? size : max_size);
 }
 
 }  // namespace lazyccd

@@ -1,7 +1,7 @@
-// Static lists with a balancing step, after gProximity (Lauterbach, Mo and Manocha 2010; the
-// dissertation's Algorithms 3.1 to 3.4): each worker goes through a list of its own, and nothing
-// changes hands before so many have run dry that all stop. Then all that is left is cut into even
-// parts, and the next round begins.
+// Static lists with a balancing step, after gProximity (Lauterbach, Mo and Manocha 2010; da Silva,
+// Algorithms 3.1 to 3.4). Each worker processes a list of its own. No items move between workers
+// until a certain number of lists is empty. Then all workers stop, what is left is divided into
+// even parts, and the next round begins.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace lazyccd {
 
-// When the workers of a round stop. A view; zeroed memory is the start of a round.
+/// Decides when the workers of a round stop. A view; zeroed memory is the start of a round.
 template <class Atomics>
 class RoundEnd {
  public:
@@ -19,7 +19,9 @@ class RoundEnd {
   LAZYCCD_HD RoundEnd(Cell& idle, Cell& stop, std::uint32_t threshold)
       : idle_(&idle), stop_(&stop), threshold_(threshold) {}
 
-  // Relaxed throughout: a wish to stop. The lists travel with the end of the round.
+  /// Counts a worker whose list is empty. Stops the round at the threshold.
+  ///
+  /// Relaxed throughout: only a request to stop. The end of the round publishes the lists.
   LAZYCCD_HD void ran_dry() {
     if (Atomics::fetch_add(*idle_, 1u, Atomics::relaxed) + 1 >= threshold_) stop();
   }
@@ -29,10 +31,11 @@ class RoundEnd {
  private:
   Cell* idle_;
   Cell* stop_;
-  std::uint32_t threshold_;  // workers
+  std::uint32_t threshold_;  // number of workers
 };
 
-// A worker's even part of so many items: total / workers, and one more for the first few.
+/// A worker's even part of `total` items: total / workers, plus one for the first total % workers
+/// workers.
 struct EvenPart {
   std::uint64_t first, count;
 };
@@ -42,15 +45,15 @@ LAZYCCD_HD inline EvenPart even_part(std::uint64_t total, std::uint32_t worker,
   return {worker * share + (worker < extra ? worker : extra), share + (worker < extra ? 1 : 0)};
 }
 
-// One worker's list as the balancing step sees it.
+/// One worker's list, as the balancing step reads it.
 template <class Item>
 struct ItemList {
   const Item* items;
   std::uint64_t count;
 };
 
-// The balancing step for one worker: its even part of all lists laid end to end, given to
-// append(items, count) piece by piece.
+/// The balancing step of one worker. Takes its even part of all lists laid end to end and passes it
+/// to append(items, count), in one or more pieces.
 template <class Item, class Append>
 void take_even_part(const ItemList<Item>* lists, std::uint32_t list_count, std::uint32_t worker,
                     std::uint32_t workers, Append&& append) {

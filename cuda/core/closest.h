@@ -1,5 +1,6 @@
-// Closest points of the two primitives at one time, in plain arithmetic: the best of all pairs of
-// features, so that degenerate primitives need no care. Nothing certified relies on their accuracy.
+// Closest points of the two primitives at one time, in plain arithmetic. Takes the best of all
+// pairs of features, so degenerate primitives need no special care. Nothing certified relies on the
+// accuracy.
 #pragma once
 
 #include "core/lane.h"
@@ -23,22 +24,23 @@ LAZYCCD_HD inline Vec3<T> select(const MaskOf<T>& m, const Vec3<T>& a, const Vec
   return {select(m, a.x, b.x), select(m, a.y, b.y), select(m, a.z, b.z)};
 }
 
-// How closest points are divided out: to the same bits everywhere, or as an estimate.
-struct Exactly {
+/// How closest_points() divides: with the same bits on every backend, or as an estimate.
+struct IeeeDivision {
   template <class T>
   LAZYCCD_HD static T quotient(const T& a, const T& b) {
     return a / b;
   }
 };
-struct Roughly {
+struct EstimatedDivision {
   template <class T>
   LAZYCCD_HD static T quotient(const T& a, const T& b) {
     return estimated_quotient(a, b);
   }
 };
 
-// The vertex at r, the face (0, e1, e2); or edge a from 0 to e1, edge b from r to r + e2.
-template <ContactKind kind, class Division = Exactly, class T>
+/// Returns the closest points. vertex-face: the vertex at r, the face (0, e1, e2). edge-edge: edge
+/// a from 0 to e1, edge b from r to r + e2.
+template <ContactKind kind, class Division = IeeeDivision, class T>
 LAZYCCD_HD inline ClosestPoints<T> closest_points(const Vec3<T>& e1, const Vec3<T>& e2,
                                                   const Vec3<T>& r) {
   using Mask = MaskOf<T>;
@@ -46,13 +48,13 @@ LAZYCCD_HD inline ClosestPoints<T> closest_points(const Vec3<T>& e1, const Vec3<
   const T zero = T(0.0), one = T(1.0);
   const T a = dot(e1, e1), b = dot(e1, e2), c = dot(e2, e2), p = dot(e1, r), q = dot(e2, r);
   ClosestPoints<T> best{zero, zero, {zero, zero, zero}};
-  T least = T(-1.0);
-  const auto consider = [&](const T& u, const T& v, const Mask& where) {
-    if (!lane_any(where)) return;
+  T best_squared = T(-1.0);
+  const auto consider = [&](const T& u, const T& v, const Mask& valid) {
+    if (!lane_any(valid)) return;
     const Vec3<T> gap = vf ? r - (u * e1 + v * e2) : (r + v * e2) - u * e1;
     const T size = dot(gap, gap);
-    const Mask better = Mask(where & !Mask((least >= zero) & !Mask(size < least)));
-    least = select(better, size, least);
+    const Mask better = Mask(valid & !Mask((best_squared >= zero) & !Mask(size < best_squared)));
+    best_squared = select(better, size, best_squared);
     best.u = select(better, u, best.u);
     best.v = select(better, v, best.v);
     best.gap = select<T>(better, gap, best.gap);
@@ -60,7 +62,7 @@ LAZYCCD_HD inline ClosestPoints<T> closest_points(const Vec3<T>& e1, const Vec3<
   const auto ratio = [&](const T& num, const T& den) {
     return select(den > zero, Division::quotient(num, den), zero);
   };
-  // Where the gap is normal to both e1 and e2.
+  // The point pair whose gap is normal to both e1 and e2.
   const T det = a * c - b * b;
   const T u = ratio(T(c * p - b * q), det), v = ratio(T(vf ? a * q - b * p : b * p - a * q), det);
   const Mask always = Mask(zero < one);

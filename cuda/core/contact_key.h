@@ -1,4 +1,4 @@
-// The order of contacts (operator< in contact.h) as the order of 64-bit numbers.
+// The order of contacts (operator< in contact.h) as the order of integer keys.
 #pragma once
 
 #include <cstddef>
@@ -9,12 +9,14 @@
 
 namespace lazyccd {
 
+/// Returns the number of bits that hold the indices 0 .. count - 1, at most 63.
 constexpr int bits_for(std::size_t count) {
   int bits = 0;
   while (bits < 63 && (std::size_t{1} << bits) < count) ++bits;
   return bits;
 }
 
+/// Builds 64-bit keys of contacts for one scene. Call only if fits().
 struct ContactKey {
   int body_bits, a_bits, b_bits;
 

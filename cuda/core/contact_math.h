@@ -1,4 +1,4 @@
-// From a decided query to the contact that is reported, and its share of the hash.
+// From a decided query to the contact that is reported, and the contact's share of the hash.
 #pragma once
 
 #include <cstdint>
@@ -10,22 +10,22 @@
 
 namespace lazyccd {
 
-constexpr double kTick = 1.0 / 4294967296.0;  // unit of Contact::toi
+constexpr double kTick = 1.0 / 4294967296.0;  ///< unit of Contact::toi, 2^-32
 
-// What names the primitives of a contact. Plain pointers: host or device memory.
+/// The arrays that identify the primitives of a contact. Plain pointers, to host or device memory.
 struct MeshView {
   const std::int32_t (*faces)[3];
   const std::int32_t (*edges)[2];
   const std::int32_t* body_of_vertex;
 };
 
-// An elementary pair: vertex and face, or two edges in any order, as indices of the mesh.
+/// An elementary pair, as indices of the mesh: a vertex and a face, or two edges in any order.
 struct Candidate {
   std::int32_t a, b;
 };
 LAZYCCD_HD inline bool operator==(Candidate x, Candidate y) { return x.a == y.a && x.b == y.b; }
 
-// In the order that Contact promises.
+/// Puts the pair in the order that Contact prescribes.
 template <ContactKind kind>
 LAZYCCD_HD inline Candidate in_order(const MeshView& mesh, Candidate pair) {
   if (kind == ContactKind::vertex_face) return pair;
@@ -35,7 +35,7 @@ LAZYCCD_HD inline Candidate in_order(const MeshView& mesh, Candidate pair) {
   return {swapped ? pair.b : pair.a, swapped ? pair.a : pair.b};
 }
 
-// Bodies, primitives and vertices of a candidate.
+/// Fills in the bodies, primitives and vertices of a candidate.
 template <ContactKind kind>
 LAZYCCD_HD inline void identify_contact(const MeshView& mesh, Candidate pair, Contact& c) {
   pair = in_order<kind>(mesh, pair);
@@ -55,7 +55,8 @@ LAZYCCD_HD inline void identify_contact(const MeshView& mesh, Candidate pair, Co
   c.primitive_b = pair.b;
 }
 
-// The power of two that brings a normal number to 1 or more and below 4, or 1 for others.
+/// Returns the power of two that scales `size`, a normal number, to at least 1 and below 4. Returns
+/// 1 for other numbers.
 LAZYCCD_HD inline double unit_scale(double size) {
   if (!(size > 0x1p-1020 && size <= 0x1.fffffffffffffp1023)) return 1;
   std::uint64_t bits;
@@ -66,7 +67,7 @@ LAZYCCD_HD inline double unit_scale(double size) {
   return size;
 }
 
-// Near one, so that products of four of them neither overflow nor vanish.
+/// Scales the differences to near 1, so that products of four of them neither overflow nor vanish.
 template <class T>
 LAZYCCD_HD inline Differences<T> in_unit_scale(Differences<T> d) {
   const Vec3<T> e1 = max_abs(d.e1), e2 = max_abs(d.e2), r = max_abs(d.r);
@@ -81,16 +82,18 @@ LAZYCCD_HD inline Differences<T> in_unit_scale(Differences<T> d) {
   return d;
 }
 
-// Where a contact is, as Contact has it.
+/// The place of a contact; u, v and normal as in Contact.
 template <class T>
 struct ContactPoint {
   T u, v;
   Vec3<T> normal;
 };
 
-// Closest points, and a normal, at the time of impact, in plain double arithmetic without
-// contraction, so that every backend gets the same bits. With `separated` the primitives are apart at
-// that time, by the minimum separation, if they did not touch from the start. `d` in unit scale.
+/// Computes the closest points and a normal at the time of impact. `d` must be in unit scale. Plain
+/// double arithmetic without contraction, so every backend gets the same bits.
+///
+/// separated: the query has a minimum separation. Unless the primitives touched from the start,
+/// they are apart by the separation at that time, and the normal follows the gap between them.
 template <ContactKind kind, class T>
 LAZYCCD_HD inline ContactPoint<T> contact_point(const Differences<T>& d, const T& toi,
                                                 bool separated) {
@@ -99,8 +102,8 @@ LAZYCCD_HD inline ContactPoint<T> contact_point(const Differences<T>& d, const T
   const Vec3<T> e1 = lerp(d.e1, toi), e2 = lerp(d.e2, toi), r = lerp(d.r, toi);
   const ClosestPoints<T> closest = closest_points<kind>(e1, e2, r);
 
-  // Where the contact points are from each other, from b to a, at both ends of the step. (r points
-  // from a to the vertex or to edge b: the edges need the other sign.)
+  // The vector from the contact point of b to that of a, at both ends of the step. r points from a
+  // to the vertex or to edge b, so edges need the other sign.
   Vec3<T> gap[2];
   for (int end = 0; end < 2; ++end) {
     gap[end] = kind == ContactKind::vertex_face
@@ -109,8 +112,8 @@ LAZYCCD_HD inline ContactPoint<T> contact_point(const Differences<T>& d, const T
   }
   const Vec3<T> closing = gap[0] - gap[1];
 
-  // The cross product, unless the primitives are parallel or degenerate; then the gap at the start,
-  // then the direction of approach, and an axis where nothing moves at all.
+  // The normal is the cross product. If the primitives are parallel or degenerate, it is the gap at
+  // the start; if that is zero, the direction of approach; if nothing moves at all, a fixed axis.
   Vec3<T> n = cross(e1, e2);
   const Mask flat = !Mask(dot(n, n) > T(1e-20) * (dot(e1, e1) * dot(e2, e2)));
   n = select<T>(flat, gap[0], n);
@@ -128,6 +131,7 @@ LAZYCCD_HD inline ContactPoint<T> contact_point(const Differences<T>& d, const T
   return {closest.u, closest.v, {scale * n.x, scale * n.y, select(some, T(scale * n.z), one)}};
 }
 
+/// Fills in u, v and the normal of a contact.
 template <ContactKind kind>
 LAZYCCD_HD inline void describe_contact(const QueryCoordinates& q, double toi, bool separated,
                                         Contact& contact) {
@@ -139,14 +143,15 @@ LAZYCCD_HD inline void describe_contact(const QueryCoordinates& q, double toi, b
                     static_cast<float>(point.normal.z)};
 }
 
-// A contact's share of the hash of a step: the sum of the shares does not depend on any order
-// (splitmix64's finaliser, Steele et al. 2014).
+/// Mixes the bits of x (the finaliser of splitmix64, Steele et al. 2014).
 LAZYCCD_HD inline std::uint64_t hash_mix(std::uint64_t x) {
   x = (x ^ x >> 30) * 0xbf58476d1ce4e5b9ull;
   x = (x ^ x >> 27) * 0x94d049bb133111ebull;
   return x ^ x >> 31;
 }
 
+/// A contact's share of the hash of a step. The hash is the sum of the shares, so it does not
+/// depend on the order of the contacts.
 LAZYCCD_HD inline std::uint64_t hash_share(const Contact& c) {
   std::uint64_t h = hash_mix(static_cast<std::uint64_t>(c.toi * 4294967296.0) * 2 +
                              static_cast<std::uint64_t>(c.kind) + 0x9e3779b97f4a7c15ull);

@@ -1,28 +1,30 @@
-// Pairs that say the same. Where the points of two primitives that are next to each other lie on an
-// edge or a vertex, every face and edge that meets there makes such a pair: eight of a vertex and
-// an edge, some fifty of two vertices. One of them stands for all: that of a vertex and the first
-// face at the edge or the vertex opposite, where that is certainly within the separation too.
+// Contact reduction: finds pairs that have the same closest points. If the closest points of two
+// nearby primitives lie on an edge or a vertex, every face and edge that meets there makes such a
+// pair: eight for a vertex and an edge, some fifty for two vertices. One pair represents them all:
+// that of a vertex and the first face at the opposite edge or vertex, if that pair is certainly
+// within the separation too.
 #pragma once
 
 #include "core/contact_math.h"
 
 namespace lazyccd {
 
-// A parameter along an edge, or a barycentric coordinate, that counts as zero. So near a corner,
-// faces that round differently would each take another for the one that stands for all.
+/// A parameter along an edge, or a barycentric coordinate, below this value counts as zero. Without
+/// such a margin, rounding could choose a different representative for each face near a corner.
 constexpr float kBorder = 0x1p-10f;
 
-// The smallest index of a face that is not pinned as a whole, or -1, at each edge and then at each
-// vertex; and the edges of each face, (0 1), (1 2), (2 0). Null where every pair stands for itself.
+/// For each edge and then for each vertex: the smallest index of a face there that is not pinned as
+/// a whole, or -1. Also the edges of each face, (0 1), (1 2), (2 0). Null: no pairs are reduced.
 struct FirstFaces {
   const std::int32_t* of;
-  std::int32_t edges;  // of edges
+  std::int32_t edges;  // number of edges; the vertices follow in `of`
   const std::int32_t (*sides)[3];
 };
 
-// How far the points at u and v are, at most, from the edge or the vertex that they count as lying
-// on; `a` and `b` bound the lengths of e1 and e2. By so much, at most, the pair that would stand
-// for them is farther apart than they are: the border is a part of an edge, not of the separation.
+/// Returns an upper bound of the distance from the points at u and v to the edge or vertex that
+/// they count as lying on. `a` and `b` bound the lengths of e1 and e2. The representative pair is
+/// farther apart than this pair by at most that distance. It is needed because the border is a
+/// fraction of an edge, not of the separation.
 template <ContactKind kind, class T>
 LAZYCCD_HD inline T border_width(const T& u, const T& v, const T& a, const T& b) {
   const T zero(0.0f), one(1.0f), border(kBorder);
@@ -34,9 +36,10 @@ LAZYCCD_HD inline T border_width(const T& u, const T& v, const T& a, const T& b)
   }
 }
 
-// What the closest points of a pair, at u and v as in Contact, count as lying on, in sum: of a face
-// 1, 2, 4 where the corner 0, 1, 2 has no part in it; of edges a and b 1 and 4 at their second end,
-// 2 and 8 at their first one. 0: on no border.
+/// Returns what the closest points of a pair count as lying on, as a sum of flags; u and v as in
+/// Contact. 0: no border.
+///   vertex-face  1, 2, 4: corner 0, 1, 2 has no weight
+///   edge-edge    1, 2: second, first end of edge a; 4, 8: second, first end of edge b
 template <ContactKind kind, class T>
 LAZYCCD_HD inline T on_border(const T& u, const T& v) {
   const T zero(0.0f), one(1.0f), border(kBorder);
@@ -48,32 +51,33 @@ LAZYCCD_HD inline T on_border(const T& u, const T& v) {
   }
 }
 
-// Which of its features a pair is at, nobody foresees: no branches.
-LAZYCCD_HD inline std::int32_t pick(bool yes, std::int32_t a, std::int32_t b) {
+/// Returns yes ? a : b without a branch, because the answer is unpredictable.
+LAZYCCD_HD inline std::int32_t select_branchless(bool yes, std::int32_t a, std::int32_t b) {
   return b ^ ((a ^ b) & -static_cast<std::int32_t>(yes));
 }
 
-// Whether another pair stands for this one, which is on_border() and nearer than the separation by
-// more than border_width(). Where `first` is not null.
+/// Whether another pair represents this one. `on` is on_border() of the pair. The pair must be
+/// nearer than the separation by more than border_width(), and first.of must not be null.
 template <ContactKind kind>
 LAZYCCD_HD inline bool is_spoken_for(const MeshView& mesh, const FirstFaces& first, Candidate pair,
                                      int on) {
-  std::int32_t vertex, at;  // of the pair that would stand for all; index in first.of
+  std::int32_t vertex, at;  // vertex of the representative pair; index of its face in first.of
   if constexpr (kind == ContactKind::vertex_face) {
-    // The corner that is left, or the side of the two that are.
-    constexpr std::int8_t left[8] = {0, 1, 2, 2, 0, 1, 0, 0};
+    // The corner that has weight, or the side between the two corners that have weight.
+    constexpr std::int8_t remaining[8] = {0, 1, 2, 2, 0, 1, 0, 0};
     const bool corner = 0b1101000 >> on & 1;  // 3, 5 and 6
     vertex = pair.a;
-    at = pick(corner, first.edges + mesh.faces[pair.b][left[on]], first.sides[pair.b][left[on]]);
+    at = select_branchless(corner, first.edges + mesh.faces[pair.b][remaining[on]],
+                           first.sides[pair.b][remaining[on]]);
   } else {
     const bool on_a = (on & 3) != 0, on_b = on >= 4;
     const std::int32_t a = mesh.edges[pair.a][on & 1], b = mesh.edges[pair.b][on >> 2 & 1];
-    vertex = pick(on_a, a, b);
-    at = pick(on_a, pick(on_b, first.edges + b, pair.b), pair.a);
+    vertex = select_branchless(on_a, a, b);
+    at = select_branchless(on_a, select_branchless(on_b, first.edges + b, pair.b), pair.a);
   }
   const std::int32_t face = first.of[at];
   const std::int32_t* f = mesh.faces[face < 0 ? 0 : face];
-  // Its own neighbours no face stands for.
+  // A face never represents pairs of its own vertices.
   return (face >= 0) & (kind == ContactKind::edge_edge || face != pair.b) & (f[0] != vertex) &
          (f[1] != vertex) & (f[2] != vertex);
 }

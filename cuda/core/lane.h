@@ -1,5 +1,6 @@
-// The few functions that the elementary tests need beyond + - * /, for scalars. A pack of lanes brings
-// the same names with a mask in place of bool (cpu/isa/pack.h), so that one source serves all.
+// The few functions that the elementary tests need beyond + - * /, for scalars. FloatLanes and
+// DoubleLanes (cpu/isa/) provide the same names for several lanes, with a mask in place of bool, so
+// one source serves all.
 #pragma once
 
 #include <cmath>
@@ -9,8 +10,9 @@
 
 namespace lazyccd {
 
+/// Properties of a number type: Mask, the result of a comparison, and Scalar, the type of one lane.
 template <class T>
-struct Lane;  // Lane<T>::Mask, and the unit roundoff and smallest safe magnitude of its precision
+struct Lane;
 
 template <>
 struct Lane<float> {
@@ -26,10 +28,14 @@ struct Lane<double> {
 template <class T>
 using MaskOf = typename Lane<T>::Mask;
 
-// u: half the distance from 1 to the next number of the precision.
-// tiny: covers underflow in every bound of core/elementary.h. All inputs there are at most 2^6 in
-// magnitude; a product or a rounded input that underflows is off by at most half the smallest subnormal
-// (2^-150, 2^-1075), times at most three further factors of 2^7, in fewer than 2^6 places.
+/// Constants of a precision.
+///
+/// u: the unit roundoff, half the distance from 1 to the next number.
+///
+/// tiny: covers underflow in every bound of core/elementary.h. All inputs there are at most 2^6 in
+/// magnitude. A product or a rounded input that underflows is off by at most half the smallest
+/// subnormal (2^-150, 2^-1075). That error is multiplied by at most three further factors of 2^7,
+/// and occurs in fewer than 2^6 places.
 template <class S>
 struct Roundoff;
 template <>
@@ -57,7 +63,8 @@ LAZYCCD_HD inline float lane_floor(float a) { return ::floorf(a); }
 LAZYCCD_HD inline double lane_floor(double a) { return ::floor(a); }
 LAZYCCD_HD inline bool lane_any(bool m) { return m; }
 
-// A quotient for estimates that nothing certified relies on: coarser where that is faster.
+/// Returns a quotient for estimates that nothing certified relies on. Less accurate on the device,
+/// because it is faster there.
 template <class T>
 LAZYCCD_HD inline T estimated_quotient(const T& a, const T& b) {
   return a / b;
@@ -69,12 +76,13 @@ LAZYCCD_HD inline float estimated_quotient(const float& a, const float& b) {
 }
 template <>
 LAZYCCD_HD inline double estimated_quotient(const double& a, const double& b) {
-  double inverse;  // to about 2^-20, then by Newton's method to twice as many bits
+  double inverse;  // to about 2^-20; the next line doubles its bits by Newton's method
   asm("rcp.approx.ftz.f64 %0, %1;" : "=d"(inverse) : "d"(b));
   return a * __fma_rn(inverse, __fma_rn(-b, inverse, 1.0), inverse);
 }
 #endif
 
+/// The larger of the two magnitudes.
 template <class T>
 LAZYCCD_HD inline T max_abs(const T& a, const T& b) {
   return lane_max(lane_abs(a), lane_abs(b));

@@ -1,4 +1,5 @@
-// Morton codes: 21 bits an axis interleaved, so that near in code is near in space (Morton 1966).
+// Morton codes: 21 bits per axis, interleaved, so that close codes mean close positions (Morton
+// 1966).
 #pragma once
 
 #include <cstdint>
@@ -7,7 +8,7 @@
 
 namespace lazyccd {
 
-// Spreads the low 21 bits of x to every third bit.
+/// Spreads the low 21 bits of x to every third bit.
 LAZYCCD_HD inline std::uint64_t spread_by_three(std::uint64_t x) {
   x &= 0x1fffff;
   x = (x | x << 32) & 0x001f00000000ffffull;
@@ -17,7 +18,7 @@ LAZYCCD_HD inline std::uint64_t spread_by_three(std::uint64_t x) {
   return (x | x << 2) & 0x1249249249249249ull;
 }
 
-// x, y, z in [0, 1]; values outside, and NaN, are clamped.
+/// Returns the Morton code of a point; x, y, z in [0, 1]. Values outside, and NaN, are clamped.
 LAZYCCD_HD inline std::uint64_t morton_code(double x, double y, double z) {
   const auto cell = [](double v) {
     const double scaled = v * 2097151.0;

@@ -1,18 +1,19 @@
-// Certified signs behind continuous normal cones with the contour condition (Volino and
-// Magnenat-Thalmann 1994; Tang et al. 2008): parts of a surface that cannot touch themselves during
-// the step.
+// Certified tests for continuous normal cones with the contour condition (Volino and
+// Magnenat-Thalmann 1994; Tang et al. 2008). They prove that a part of a surface cannot touch
+// itself during the step.
 //
-// A patch is some faces of one surface. Seen along a direction v, let all its faces have positive
-// area at every time of the step, and let its boundary be one closed curve that never meets itself.
-// Then the number of times that the patch covers a generic point of the plane is the winding number
-// of the boundary there, 0 or 1: the view is one to one, and two points of the patch that coincide
-// are the same point. The tests between primitives that share a vertex are none of the detector's.
+// A patch is a set of faces of one surface. Assume that all its faces have positive area at every
+// time of the step, when seen along a direction v. Assume also that its boundary, seen so, is one
+// closed curve that never meets itself. Then the patch covers a generic point of the view plane as
+// often as the boundary winds around it: 0 or 1 times. So the view is one-to-one, and two points of
+// the patch that coincide are the same point. The detector does not test primitives that share a
+// vertex.
 //
-// The cone of normals is kept as the set of those of 26 directions that lie in it: a few additions
-// a face, one AND a node, and no angle is ever rounded.
+// The cone of normals is stored as the set of those of 26 directions that lie in it. This costs a
+// few additions per face and one AND per node, and no angle is ever rounded.
 //
-// Below, a vertex is three coordinates at the start and three at the end of the step. A comparison
-// with what is not a number is false, and then nothing is proved.
+// In this file a vertex is three coordinates at the start and three at the end of the step. A
+// comparison with NaN is false, and then nothing is proved.
 #pragma once
 
 #include <cmath>
@@ -24,8 +25,8 @@
 
 namespace lazyccd {
 
-// Directions of view: the axes and diagonals of a cube, up to sign, with two more whose coordinates
-// span the plane seen.
+/// A direction of view, and two more directions whose coordinates span the view plane. The
+/// directions of view are the axes and diagonals of a cube, up to sign.
 struct View {
   int along[3], u[3], w[3];
 };
@@ -44,10 +45,10 @@ LAZYCCD_HD inline const View& view(int i) {
   return views[i];
 }
 
-// Sets of directions: bit i for view i, bit 16 + i for its opposite.
+/// A set of directions: bit i for view i, bit 16 + i for its opposite.
 using Directions = std::uint32_t;
 
-// One of the views that a set has, either way round; -1 where it is empty.
+/// Returns one of the views in the set, in either direction; -1 if the set is empty.
 LAZYCCD_HD inline int view_of(Directions cone) {
   for (int i = 0; i < kViews; ++i)
     if ((cone >> i | cone >> (16 + i)) & 1) return i;
@@ -67,13 +68,16 @@ LAZYCCD_HD inline double largest_component(const Vec3<double>& p) {
   return lane_max(fabs(p.x), lane_max(fabs(p.y), fabs(p.z)));
 }
 
-// The views along which a face has positive area, or negative, all the time: its normal
-// e1(t) x e2(t) is a quadratic, whose Bernstein coefficients times the direction must have one
-// sign.
-//
-// Rounding, in units of u = 2^-53 times E1 E2, the largest components over the step: a product of
-// two rounded differences 3, a component of a cross product 8, of the mean of two of them 10, the
-// product with a direction 3 * 10 + 12 = 42. So 64 bounds it; 2^-1000 covers underflow.
+/// Returns the views along which a face has positive area, or negative area, during the whole step.
+/// Its normal e1(t) x e2(t) is a quadratic; the products of its Bernstein coefficients with the
+/// direction must all have one sign.
+///
+/// Rounding, in units of u = 2^-53 times E1 E2, the largest components over the step:
+///   product of two rounded differences           3
+///   component of a cross product                 8
+///   component of the mean of two of them        10
+///   product with a direction       3 * 10 + 12 = 42
+/// So 64 is a bound; 2^-1000 covers underflow.
 template <class Coordinate>
 LAZYCCD_HD inline Directions views_of_face(const Coordinate* a, const Coordinate* b,
                                            const Coordinate* c) {
@@ -103,17 +107,17 @@ LAZYCCD_HD inline Directions views_of_face(const Coordinate* a, const Coordinate
   return views;
 }
 
-// The boundary of a patch as it is seen along a view: a closed curve of vertices.
+/// The boundary of a patch as seen along a view: a closed curve of vertices.
 class Contour {
  public:
-  // `size`: the largest magnitude of a coordinate of its vertices.
+  /// size: the largest magnitude of a coordinate of the boundary's vertices.
   LAZYCCD_HD Contour(const View& view, double size)
       : view_(view),
-        // What is seen is a sum of at most four coordinates, in three roundings of at most 4 u
-        // size.
+        // A seen coordinate is the sum of at most four coordinates. Each of its three roundings is
+        // at most 4 u times size.
         error_(0x1p-47 * size + 0x1p-1000) {}
 
-  // A vertex at both ends of the step, in four directions of the plane: u, w, u + w and u - w.
+  /// A vertex at both ends of the step, in four directions of the plane: u, w, u + w and u - w.
   static constexpr int kDirections = 4;
   struct Seen {
     double s[2][kDirections];
@@ -133,7 +137,7 @@ class Contour {
     return result;
   }
 
-  // A side of the curve.
+  /// One side of the curve: its range in each direction.
   struct Side {
     double lo[2][kDirections], hi[2][kDirections];
 
@@ -147,8 +151,9 @@ class Contour {
     }
   };
 
-  // Whether two sides that are not neighbours never meet: they are on the same side of each other
-  // in one direction at both ends and so, the motion being linear, all the time.
+  /// Whether two sides that are not neighbours certainly never meet. In one of the directions they
+  /// do not overlap, in the same order at both ends. The motion is linear, so this holds at all
+  /// times.
   LAZYCCD_HD bool apart(const Side& a, const Side& b) const {
     for (int k = 0; k < kDirections; ++k) {
       if (a.lo[0][k] - b.hi[0][k] > error_ && a.lo[1][k] - b.hi[1][k] > error_) return true;
@@ -157,8 +162,8 @@ class Contour {
     return false;
   }
 
-  // Whether the neighbours a-b and b-c never fold onto each other: both go forward in one direction
-  // all the time, or they always turn to the same side.
+  /// Whether the neighbouring sides a-b and b-c certainly never fold onto each other. Either both
+  /// go forward in one direction at all times, or they always turn to the same side.
   LAZYCCD_HD bool turns(const Seen& a, const Seen& b, const Seen& c) const {
     for (int k = 0; k < kDirections; ++k) {
       bool forward = true, backward = true;
@@ -171,9 +176,9 @@ class Contour {
       }
       if (forward || backward) return true;
     }
-    // cross(t) is a quadratic: one sign of its Bernstein coefficients. Its factors are at most
-    // `size` and off by error_ and a rounding, which is less; of four products that makes less
-    // than 16.
+    // cross(t) is a quadratic; its Bernstein coefficients must have one sign. Its factors are at
+    // most `size`. Their error is error_ plus one rounding, which is smaller than error_. Over four
+    // products the error is below 16 error_ (size + error_).
     double p[2][2], q[2][2], size = 0;  // [end][coordinate] of b - a and c - b
     for (int end = 0; end < 2; ++end) {
       for (int k = 0; k < 2; ++k) {

@@ -1,9 +1,8 @@
-// Oriented boxes along the principal axes of points (Gottschalk et al. 1996): moments, axes,
-// extents and the separating axis test.
+// Oriented boxes along the principal axes of a set of points (Gottschalk et al. 1996): moments,
+// axes, extents and the separating axis test.
 //
-// Any axes make a sound box, as long as they are orthonormal up to rounding; the principal ones
-// make it tight. A number that is not one spreads to the box's size, and such a box is apart from
-// nothing.
+// A box is valid with any axes that are orthonormal up to rounding; the principal axes make it
+// tight. A NaN spreads to the size of the box, and such a box is never apart from another.
 #pragma once
 
 #include <cmath>
@@ -12,14 +11,14 @@
 
 namespace lazyccd {
 
-// The points centre + sum of s_i axis_i with |s_i| <= half_i.
+/// The set of points centre + sum of s_i axis_i with |s_i| <= half_i.
 template <class T>
 struct alignas(16) OrientedBoxOf {
   T centre[3], axis[3][3], half[3];
 };
 using OrientedBox = OrientedBoxOf<double>;
 
-// Of points, for their covariance.
+/// Moments of a set of points, for their covariance.
 struct Moments {
   double count, sum[3], product[6];  // xx xy xz yy yz zz
 
@@ -40,28 +39,28 @@ struct Moments {
 
 namespace oriented_box {
 
-// Slack of a fitted box, relative to the largest magnitude that takes part: its extents are sums of
-// fewer than 100 products of numbers that are each off by a few roundings (2^-53), as the axes are
-// from being orthonormal.
+/// Slack of a fitted box, relative to the largest magnitude involved. The extents of the box are
+/// sums of fewer than 100 products. Each factor is off by a few roundings (2^-53), and so are the
+/// axes from being orthonormal.
 constexpr double kSlack = 0x1p-38;
-constexpr double kTiny = 0x1p-1000;  // where they underflow
+constexpr double kTiny = 0x1p-1000;  ///< covers underflow of these products
 
-// Slack of the separating axis test, relative to the boxes' distance D and sum of sides H. With a
-// unit roundoff u and axes orthonormal up to w, a product with an axis is off by 7 u D at most and
-// a cosine by 3 u; the worst is a cross product, which makes (32 u + 8 w) (D + H). w is 2^-48 in
-// double, and 4 u where the axes were rounded to float.
+/// Slack of the separating axis test, relative to D + H, the distance of the boxes and the sum of
+/// their sides. Let u be the unit roundoff, and let the axes be orthonormal up to w. A product with
+/// an axis is off by at most 7 u D, and a cosine by 3 u. The worst case is a cross product, which
+/// is off by (32 u + 8 w) (D + H). w is 2^-48 in double, and 4 u if the axes were rounded to float.
 template <class T>
-struct Parting;
+struct AxisTestSlack;
 template <>
-struct Parting<double> {
+struct AxisTestSlack<double> {
   static constexpr double slack = 0x1p-42, tiny = kTiny;
 };
 template <>
-struct Parting<float> {
+struct AxisTestSlack<float> {
   static constexpr float slack = 0x1p-16f, tiny = 0x1p-120f;
 };
 
-// What is not a number stays.
+/// The larger and the smaller of two numbers; NaN if one of them is NaN.
 LAZYCCD_HD inline double larger(double a, double b) { return a >= b || a != a ? a : b; }
 LAZYCCD_HD inline double smaller(double a, double b) { return -larger(-a, -b); }
 
@@ -70,8 +69,8 @@ LAZYCCD_HD inline T along(const T* axis, const X* x) {
   return axis[0] * x[0] + axis[1] * x[1] + axis[2] * x[2];
 }
 
-// One rotation of the cyclic Jacobi method: makes m[p][q] of a symmetric matrix zero. The rows of
-// `axis` turn along.
+/// One rotation of the cyclic Jacobi method: makes m[p][q] of a symmetric matrix zero and rotates
+/// the rows of `axis` accordingly.
 template <int p, int q>
 LAZYCCD_HD inline void rotate(float (&m)[3][3], float (&axis)[3][3]) {
   constexpr int r = 3 - p - q;
@@ -92,7 +91,7 @@ LAZYCCD_HD inline void rotate(float (&m)[3][3], float (&axis)[3][3]) {
   }
 }
 
-// The direction of v; false where it has none in numbers.
+/// Normalizes v, whose length is near 1. False if the length was not between 0.5 and 2, or NaN.
 LAZYCCD_HD inline bool normalize(double (&v)[3]) {
   const double length = sqrt(along(v, v));
   for (double& x : v) x /= length;
@@ -101,8 +100,9 @@ LAZYCCD_HD inline bool normalize(double (&v)[3]) {
 
 }  // namespace oriented_box
 
-// The rows of `axis` become orthonormal in double precision and, in single precision, the
-// eigenvectors of the covariance, or the axes of the world where it has none in numbers.
+/// Computes the principal axes, the rows of `axis`. They are orthonormal in double precision. They
+/// are the eigenvectors of the covariance in single precision, or the axes of the world if the
+/// covariance is not a number.
 LAZYCCD_HD inline void principal_axes(const Moments& of, double (&axis)[3][3]) {
   using namespace oriented_box;
   const double x = of.sum[0] / of.count, y = of.sum[1] / of.count, z = of.sum[2] / of.count;
@@ -136,10 +136,10 @@ LAZYCCD_HD inline void principal_axes(const Moments& of, double (&axis)[3][3]) {
     for (int k = 0; k < 3; ++k) axis[i][k] = i == k;
 }
 
-// How far points and boxes reach along three axes.
+/// The extent of points and boxes along three axes.
 struct AxesExtent {
   double lo[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, hi[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
-  double size = 0;  // largest magnitude of a coordinate, or more
+  double size = 0;  // upper bound of the magnitude of a coordinate
 
   template <class T>
   LAZYCCD_HD void add(const double (&axis)[3][3], const T* x) {
@@ -167,13 +167,13 @@ struct AxesExtent {
   }
 
  private:
-  LAZYCCD_HD void widen(int i, double least, double most) {
-    lo[i] = oriented_box::smaller(lo[i], least);
-    hi[i] = oriented_box::larger(hi[i], most);
+  LAZYCCD_HD void widen(int i, double from, double to) {
+    lo[i] = oriented_box::smaller(lo[i], from);
+    hi[i] = oriented_box::larger(hi[i], to);
   }
 };
 
-// The box of what has this extent along the axes, wider by `margin` on every side.
+/// Returns the box with this extent along the axes, wider by `margin` on every side.
 LAZYCCD_HD inline OrientedBox enclose(const double (&axis)[3][3], const AxesExtent& extent,
                                       double margin) {
   using namespace oriented_box;
@@ -190,8 +190,8 @@ LAZYCCD_HD inline OrientedBox enclose(const double (&axis)[3][3], const AxesExte
   return box;
 }
 
-// A box in single precision around one in double. The centre moves by 2^-24 of its coordinates, the
-// axes by 2^-24: a fourth of what the sides grow by.
+/// Returns a box in single precision that contains a box in double precision. Rounding moves the
+/// centre by 2^-24 of its coordinates, and the axes by 2^-24: a fourth of what the sides grow by.
 LAZYCCD_HD inline OrientedBoxOf<float> rounded(const OrientedBox& box) {
   using oriented_box::larger;
   const double size =
@@ -206,40 +206,42 @@ LAZYCCD_HD inline OrientedBoxOf<float> rounded(const OrientedBox& box) {
   return result;
 }
 
-// The separating axis test: any direction that parts the boxes proves it, so none need be exact. A
-// comparison with what is not a number is false.
+/// The separating axis test: whether the boxes are apart along one of 15 axes. Any separating
+/// direction is a proof, so the axes need not be exact. A comparison with NaN is false.
 template <class T>
 LAZYCCD_HD inline bool apart(const OrientedBoxOf<T>& s, const OrientedBoxOf<T>& t) {
   using oriented_box::along;
-  const auto size_of = [](T x) { return x < 0 ? -x : x; };
+  const auto magnitude = [](T x) { return x < 0 ? -x : x; };
   T between[3], size = 0;
   for (int k = 0; k < 3; ++k) {
     between[k] = t.centre[k] - s.centre[k];
-    size += size_of(between[k]) + s.half[k] + t.half[k];
+    size += magnitude(between[k]) + s.half[k] + t.half[k];
   }
-  const T slack = oriented_box::Parting<T>::slack * size + oriented_box::Parting<T>::tiny;
-  T cosine[3][3], share[3][3];  // of axis i of s and axis j of t; without its sign
+  const T slack =
+      oriented_box::AxisTestSlack<T>::slack * size + oriented_box::AxisTestSlack<T>::tiny;
+  T cosine[3][3], share[3][3];  // between axis i of s and axis j of t; its magnitude
   for (int i = 0; i < 3; ++i) {
     for (int j = 0; j < 3; ++j) {
       cosine[i][j] = along(s.axis[i], t.axis[j]);
-      share[i][j] = size_of(cosine[i][j]);
+      share[i][j] = magnitude(cosine[i][j]);
     }
   }
   T in_s[3];
   for (int i = 0; i < 3; ++i) {
     in_s[i] = along(s.axis[i], between);
-    if (size_of(in_s[i]) > s.half[i] + along(share[i], t.half) + slack) return true;
+    if (magnitude(in_s[i]) > s.half[i] + along(share[i], t.half) + slack) return true;
   }
   for (int j = 0; j < 3; ++j) {
     const T column[3] = {share[0][j], share[1][j], share[2][j]};
-    if (size_of(along(t.axis[j], between)) > t.half[j] + along(column, s.half) + slack) return true;
+    if (magnitude(along(t.axis[j], between)) > t.half[j] + along(column, s.half) + slack)
+      return true;
   }
-  // Along s_i x t_j, by the frame of s: its products with s_k and t_k are the cosines left over.
+  // Along s_i x t_j, in the frame of s: its products with s_k and t_k are the other cosines.
   for (int i = 0; i < 3; ++i) {
     const int i1 = (i + 1) % 3, i2 = (i + 2) % 3;
     for (int j = 0; j < 3; ++j) {
       const int j1 = (j + 1) % 3, j2 = (j + 2) % 3;
-      const T distance = size_of(in_s[i2] * cosine[i1][j] - in_s[i1] * cosine[i2][j]);
+      const T distance = magnitude(in_s[i2] * cosine[i1][j] - in_s[i1] * cosine[i2][j]);
       const T reach = s.half[i1] * share[i2][j] + s.half[i2] * share[i1][j] +
                       t.half[j1] * share[i][j2] + t.half[j2] * share[i][j1];
       if (distance > reach + slack) return true;

@@ -1,4 +1,5 @@
-// Orphans of one kind, sorted: what both backends ask whether an elementary pair is among them.
+// Orphan pairs of one kind, sorted. Both backends look up here whether an elementary pair is an
+// orphan.
 #pragma once
 
 #include <cstdint>
@@ -7,10 +8,11 @@
 
 namespace lazyccd {
 
-// Plain pointers: host or device memory. Of two edges the smaller index comes first.
+/// The orphan pairs. Plain pointers, to host or device memory. In a pair of edges the smaller index
+/// comes first.
 struct OrphanList {
   const Candidate* pairs;
-  const std::uint32_t* first;  // of the pairs of each primitive a, and the end
+  const std::uint32_t* first;  // index of the first pair of each primitive a, then the total count
   std::uint32_t count;
 
   LAZYCCD_HD bool contains(ContactKind kind, Candidate pair) const {

@@ -1,5 +1,6 @@
-// What both compilers need to agree on. All arithmetic below relies on IEEE 754 without contraction:
-// the build passes -ffp-contract=off and -fmad=false, and never fast math.
+// Definitions on which the host and the device compiler must agree. All arithmetic of the project
+// relies on IEEE 754 without contraction: the build passes -ffp-contract=off and -fmad=false, and
+// never fast math.
 #pragma once
 
 #if defined(__CUDACC__)
@@ -8,8 +9,8 @@
 #define LAZYCCD_HD
 #endif
 
-// Before a loop that one copy does for: on the device, short runs wait for instructions more than for
-// anything else.
+/// On the device, keeps the compiler from unrolling the loop that follows: short kernels wait for
+/// instructions more than for anything else.
 #if defined(__CUDA_ARCH__)
 #define LAZYCCD_ONE_COPY _Pragma("unroll 1")
 #else

@@ -1,21 +1,23 @@
-// The usual query, decided at the roots of its cubic: bracket each root between times where the sign of
-// f is certain, then look at the inside conditions there. What stays uncertain is left undecided.
+// Decides the usual query at the roots of its cubic f. Brackets each root between two times at
+// which the sign of f is certain, then checks the inside conditions there. What remains uncertain
+// is left undecided.
 #pragma once
 
 #include "core/elementary.h"
 
 namespace lazyccd {
 
-// At most one of hit and miss is set; neither: undecided. On a hit, f has exactly one root in
-// [lo, hi], the first contact of the query.
+/// The result for a query. At most one of hit and miss is set; neither means undecided. On a hit, f
+/// has exactly one root in [lo, hi], and it is the first contact of the query.
 template <class T>
 struct Verdict {
   MaskOf<T> hit, miss;
   T lo, hi;
 };
 
-// Newton's method on [a, b], with bisection where it would leave the bracket (Press et al., rtsafe).
-// sign * f is positive at a and negative at b. The result is an estimate: nothing relies on it.
+/// Estimates the root in [a, b] by Newton's method, with bisection where a step would leave the
+/// bracket (Press et al., rtsafe). sign * f is positive at a and negative at b. Nothing certified
+/// relies on the result.
 template <class T>
 LAZYCCD_HD inline T estimate_root(const Cubic<T>& f, const T& sign, T a, T b, int iterations) {
   using S = typename Lane<T>::Scalar;
@@ -37,7 +39,7 @@ LAZYCCD_HD inline T estimate_root(const Cubic<T>& f, const T& sign, T a, T b, in
   return x;
 }
 
-// Where the cubic, positive and falling at 0 and positive at 1, turns: the local minimum of f.
+/// Estimates the time of the local minimum of sign * f, if that is positive and falling at 0.
 template <class T>
 LAZYCCD_HD inline T estimate_minimum(const Cubic<T>& f, const T& sign) {
   using S = typename Lane<T>::Scalar;
@@ -47,8 +49,8 @@ LAZYCCD_HD inline T estimate_minimum(const Cubic<T>& f, const T& sign) {
   return estimated_quotient(T(-c), T(b + lane_sqrt(lane_max(b * b - a * c, T(S(0))))));
 }
 
-// The grid on which roots are bracketed: wide enough for certain signs in the precision of T, narrow
-// enough for the inside conditions to hardly change over two cells.
+/// The grid on which roots are bracketed. Its cells are wide enough for certain signs in the
+/// precision of T, and narrow enough that the inside conditions hardly change over two cells.
 template <class S>
 struct RootGrid;
 template <>
@@ -62,10 +64,12 @@ struct RootGrid<double> {
   static constexpr int iterations = 8;
 };
 
-// One root of f in [a, b] (ends on the grid), where sign * f goes from positive to negative.
+/// Decides the query at the one root of f in [a, b], whose ends are on the grid. sign * f goes from
+/// positive to negative there.
 template <ContactKind kind, class T>
 LAZYCCD_HD inline Verdict<T> decide_at_root(const Differences<T>& d, const Magnitudes<T>& m,
-                                            const Cubic<T>& f, const T& sign, const T& a, const T& b) {
+                                            const Cubic<T>& f, const T& sign, const T& a,
+                                            const T& b) {
   using S = typename Lane<T>::Scalar;
   const T cells = T(RootGrid<S>::cells), cell = T(S(1) / RootGrid<S>::cells);
   const T x = estimate_root(f, sign, a, b, RootGrid<S>::iterations);
@@ -74,9 +78,11 @@ LAZYCCD_HD inline Verdict<T> decide_at_root(const Differences<T>& d, const Magni
   const MaskOf<T> bracketed = MaskOf<T>((sign * f.at(lo) > f.bound) & (sign * f.at(hi) < -f.bound));
   const T half = T(S(0.5)) * (hi - lo);
   const Inside<T> inside = inside_conditions<kind>(d, m, lo + half, half);
-  return {MaskOf<T>(bracketed & inside.all_positive), MaskOf<T>(bracketed & inside.any_negative), lo, hi};
+  return {MaskOf<T>(bracketed & inside.all_positive), MaskOf<T>(bracketed & inside.any_negative),
+          lo, hi};
 }
 
+/// Decides the query at all roots of f, as far as certain signs allow.
 template <ContactKind kind, class T>
 LAZYCCD_HD inline Verdict<T> decide_at_roots(const Differences<T>& d, const Magnitudes<T>& m,
                                              const Cubic<T>& f) {
@@ -85,44 +91,48 @@ LAZYCCD_HD inline Verdict<T> decide_at_roots(const Differences<T>& d, const Magn
   const T zero = T(S(0)), half = T(S(0.5)), one = T(S(1)), cells = T(RootGrid<S>::cells);
   const T sign = select(f.k[0] < zero, T(S(-1)), one);
   const T k0 = sign * f.k[0], k1 = sign * f.k[1], k2 = sign * f.k[2], k3 = sign * f.k[3];
-  const Mask starts = k0 > f.bound;
-  // By Descartes' rule one change of sign among the coefficients is one root.
-  const Mask falls = Mask(starts & (k3 < -f.bound));
-  const Mask one_root = Mask(falls & ((k1 > f.bound) | (k2 < -f.bound)));
+  const Mask certain_start = k0 > f.bound;
+  // Descartes' rule: one change of sign among the coefficients means one root.
+  const Mask sign_change = Mask(certain_start & (k3 < -f.bound));
+  const Mask one_root = Mask(sign_change & ((k1 > f.bound) | (k2 < -f.bound)));
 
-  // Otherwise the first turn of the cubic, a minimum, parts its roots. Both ends on one side: two roots
-  // where the minimum is certainly on the other side, none where no part has one. Ends on two sides: a
-  // minimum below has one root before it and perhaps two behind, one above has one root behind it.
+  // Otherwise the local minimum of sign * f, at t_min, separates the roots.
+  //   Both ends positive: two roots if the minimum is certainly negative; none if no part has one.
+  //   Ends of different sign: one root before a negative minimum and perhaps two after it; one root
+  //   after a positive minimum.
   Mask miss = f.no_root();
-  const Mask same_side = Mask(starts & (k3 > f.bound) & !miss), winding = Mask(falls & !one_root);
+  const Mask same_side = Mask(certain_start & (k3 > f.bound) & !miss),
+             opposite_sides = Mask(sign_change & !one_root);
   const Mask none = Mask(same_side & !same_side);
   Mask two_roots = none, root_before = none, none_after = none, root_after = none;
-  T turn = one;
-  if (lane_any(Mask(same_side | winding))) {
+  T t_min = one;
+  if (lane_any(Mask(same_side | opposite_sides))) {
     const T at = lane_floor(estimate_minimum(f, sign) * cells + T(S(0.5))) / cells;
-    const Mask turns = Mask((same_side | winding) & (at > zero) & (at < one));
-    turn = select(turns, at, one);
-    const T minimum = sign * f.at(turn);
-    const Mask below = Mask(turns & (minimum < -f.bound)), above = Mask(turns & (minimum > f.bound));
-    // Each side of the turn in halves: where f is steep at an end, the whole side's coefficients
-    // overshoot.
-    const T before = half * turn, after = before + half;
-    const Mask none_before = Mask(f.on(zero, before).no_root() & f.on(before, turn).no_root());
-    none_after = Mask(f.on(turn, after).no_root() & f.on(after, one).no_root());
+    const Mask has_minimum = Mask((same_side | opposite_sides) & (at > zero) & (at < one));
+    t_min = select(has_minimum, at, one);
+    const T minimum = sign * f.at(t_min);
+    const Mask below = Mask(has_minimum & (minimum < -f.bound)),
+               above = Mask(has_minimum & (minimum > f.bound));
+    // Each side of the minimum is checked in halves: if f is steep at an end, the coefficients of
+    // the whole side overshoot.
+    const T before = half * t_min, after = before + half;
+    const Mask none_before = Mask(f.on(zero, before).no_root() & f.on(before, t_min).no_root());
+    none_after = Mask(f.on(t_min, after).no_root() & f.on(after, one).no_root());
     two_roots = Mask(same_side & below);
-    root_before = Mask(winding & below & (sign * f.on(zero, turn).k[2] < -f.bound));
-    root_after = Mask(winding & above & none_before & (sign * f.on(turn, one).k[1] > f.bound));
-    miss = Mask(miss | (same_side & turns & none_before & none_after));
+    root_before = Mask(opposite_sides & below & (sign * f.on(zero, t_min).k[2] < -f.bound));
+    root_after = Mask(opposite_sides & above & none_before &
+                      (sign * f.on(t_min, one).k[1] > f.bound));
+    miss = Mask(miss | (same_side & has_minimum & none_before & none_after));
   }
 
   const Mask rooted = Mask(one_root | two_roots | root_before | root_after);
-  Verdict<T> first = decide_at_root<kind>(d, m, f, sign, select(root_after, turn, zero),
-                                          select(root_after, one, turn));
+  Verdict<T> first = decide_at_root<kind>(d, m, f, sign, select(root_after, t_min, zero),
+                                          select(root_after, one, t_min));
   first.hit = Mask(first.hit & rooted);
   miss = Mask(miss | (first.miss & (one_root | root_after | (root_before & none_after))));
   const Mask later = Mask(first.miss & two_roots);
   if (lane_any(later)) {
-    const Verdict<T> second = decide_at_root<kind>(d, m, f, -sign, turn, one);
+    const Verdict<T> second = decide_at_root<kind>(d, m, f, -sign, t_min, one);
     miss = Mask(miss | (later & second.miss));
     first.lo = select(later, second.lo, first.lo);
     first.hi = select(later, second.hi, first.hi);

@@ -1,5 +1,6 @@
-// The unusual query: binary subdivision of the step, depth first from its start, until every part is
-// certainly free of contact up to one that certainly holds the first.
+// Decides the queries that roots.h leaves undecided, by binary subdivision of the step, depth first
+// from its start. It stops at the first part that certainly holds the first contact; all parts
+// before it are certainly free of contact.
 #pragma once
 
 #include <cstdint>
@@ -9,14 +10,15 @@
 
 namespace lazyccd {
 
-// Certainly apart during [lo, hi]: all corners of one primitive lie on one side of the other along the
-// axis through the closest points in the middle. The corners move linearly, so both ends suffice.
+/// Whether the primitives are certainly apart during [lo, hi]: all corners of one lie on one side
+/// of the other, along the axis through the closest points at the middle time. The corners move
+/// linearly, so both ends suffice.
 template <ContactKind kind>
-LAZYCCD_HD inline bool separated(const Differences<double>& d, const Magnitudes<double>& m, double lo,
-                                 double hi) {
+LAZYCCD_HD inline bool separated(const Differences<double>& d, const Magnitudes<double>& m,
+                                 double lo, double hi) {
   const double mid = 0.5 * (lo + hi);
   const Vec3<double> axis =
-      closest_points<kind, Roughly>(lerp(d.e1, mid), lerp(d.e2, mid), lerp(d.r, mid)).gap;
+      closest_points<kind, EstimatedDivision>(lerp(d.e1, mid), lerp(d.e2, mid), lerp(d.r, mid)).gap;
   const Vec3<double> axis_abs{lane_abs(axis.x), lane_abs(axis.y), lane_abs(axis.z)};
   const double bound = 16 * Roundoff<double>::u * dot(axis_abs, m.r + m.e1 + m.e2) +
                        Roundoff<double>::tiny;
@@ -34,15 +36,16 @@ LAZYCCD_HD inline bool separated(const Differences<double>& d, const Magnitudes<
   return true;
 }
 
-// By Descartes' rule: certain signs at both ends and one change among the coefficients.
+/// Whether f has exactly one root, by Descartes' rule: certain signs at both ends, and one change
+/// of sign among the coefficients.
 LAZYCCD_HD inline bool has_one_root(const Cubic<double>& f) {
   const double sign = f.k[0] < 0 ? -1 : 1;
   return sign * f.k[0] > f.bound && sign * f.k[3] < -f.bound &&
          (sign * f.k[1] > f.bound || sign * f.k[2] < -f.bound);
 }
 
-// Gives up, undecided, after 400 parts or below parts of 2^-20 of the step: what is unclear there is
-// a tie, as a rule.
+/// Decides by subdivision. Gives up, undecided, after 400 parts, or when a part of 2^-20 of the
+/// step is still unclear. At that size the case is usually a tie (a degenerate touch).
 template <ContactKind kind>
 LAZYCCD_HD inline Verdict<double> decide_by_subdivision(const Differences<double>& d,
                                                         const Magnitudes<double>& m,
@@ -71,12 +74,12 @@ LAZYCCD_HD inline Verdict<double> decide_by_subdivision(const Differences<double
   return {false, false, 0, 0};
 }
 
-// The time of impact in units of 2^-32, rounded down; -1 where double cannot tell.
-// f has one root in [lo, hi] and certain signs at both.
+/// Returns the time of impact in units of 2^-32, rounded down; -1 if double precision cannot tell.
+/// f must have one root in [lo, hi] and certain signs at both.
 LAZYCCD_HD inline std::int64_t impact_tick(const Cubic<double>& f, double lo, double hi) {
   const double sign = f.at(lo) < 0 ? -1 : 1;
   const double ticks = 4294967296.0;
-  // A root that takes more than a few steps is rare.
+  // Most roots need only a few steps.
   LAZYCCD_ONE_COPY
   for (const int iterations : {4, 40}) {
     const double below = lane_floor(estimate_root(f, sign, lo, hi, iterations) * ticks);

@@ -1,4 +1,4 @@
-// The binary hierarchy over the groups.
+// The nodes of the binary hierarchy over the groups.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,8 @@
 
 namespace lazyccd {
 
-// 32 bytes. Node 0 is the root; a parent comes before its children. A leaf has left = -1 - group.
+/// A node, 32 bytes. Node 0 is the root; a parent comes before its children. A leaf has left = -1 -
+/// group.
 struct TreeNode {
   float lo[3], hi[3];  // swept box: over both ends of the step
   std::int32_t left, right;
@@ -21,7 +22,7 @@ LAZYCCD_HD inline bool overlap(const TreeNode& a, const TreeNode& b) {
          a.lo[2] <= b.hi[2] && b.lo[2] <= a.hi[2];
 }
 
-// What decides which node of a pair to open: the sum of the sides.
+/// The sum of the sides. It decides which node of a pair to expand: the larger one.
 LAZYCCD_HD inline float extent(const TreeNode& n) {
   return (n.hi[0] - n.lo[0]) + (n.hi[1] - n.lo[1]) + (n.hi[2] - n.lo[2]);
 }

@@ -1,4 +1,4 @@
-// Three components of any number type: float, double, or a pack of lanes.
+// Vectors with three components of any number type: float, double, or several lanes.
 #pragma once
 
 #include "core/platform.h"
@@ -35,8 +35,8 @@ LAZYCCD_HD inline Vec3<T> cross(const Vec3<T>& a, const Vec3<T>& b) {
   return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
 }
 
-// The cross product with every term taken positive: a bound on each component of cross(a, b) for all
-// vectors whose components do not exceed those of a and b.
+/// The cross product with every term taken positive. It bounds each component of cross(a, b) for
+/// all vectors whose components do not exceed those of a and b.
 template <class T>
 LAZYCCD_HD inline Vec3<T> cross_bound(const Vec3<T>& a, const Vec3<T>& b) {
   return {a.y * b.z + a.z * b.y, a.z * b.x + a.x * b.z, a.x * b.y + a.y * b.x};

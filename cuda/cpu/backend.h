@@ -1,4 +1,5 @@
-// What a backend does for a Detector. One source of truth for both: the mesh, the positions, the stats.
+// Interface between Detector and its backends. Both backends use the same types for the mesh, the
+// positions and the stats.
 #pragma once
 
 #include "cpu/scene/mesh.h"
@@ -9,13 +10,15 @@
 
 namespace lazyccd {
 
+/// A backend: the CPU or the GPU.
 class BackendDetector {
  public:
   virtual ~BackendDetector() = default;
-  // The mesh outlives its use: until the next call.
+  /// Sets the mesh. It must stay valid until the next call of set_mesh().
   virtual void set_mesh(const Mesh& mesh) = 0;
-  // Sorted contacts, valid until the next call; fills the stats. Throws Error.
-  virtual Span<const Contact> detect(const Positions& start, const Positions& end, Stats& stats) = 0;
+  /// Returns the sorted contacts, valid until the next call. Fills the stats. Throws Error.
+  virtual Span<const Contact> detect(const Positions& start, const Positions& end,
+                                     Stats& stats) = 0;
 };
 
 }  // namespace lazyccd

@@ -19,8 +19,8 @@
 namespace lazyccd {
 namespace {
 
-// Whether the first `split` of four vertices stay on one side of the others along an axis, at both
-// ends of the step and so all the time.
+// Returns whether the first `split` of four vertices are on one side of the others along an axis,
+// at both ends of the step and so during the whole step.
 bool apart(const std::vector<VertexRecord>& records, const std::array<std::int32_t, 4>& vertices,
            int split) {
   for (int k = 0; k < 3; ++k) {
@@ -49,16 +49,18 @@ CpuDetector::CpuDetector(const DetectorOptions& options, const Threads& threads,
     : options_(options),
       kernels_(&kernels),
       threads_(threads),
-      pool_(*threads_.pool()),
+      pool_(threads_.pool()),
       traversal_(pool_, options.algorithm.strategy, options.algorithm.tuning),
       groups_(separation_margin(options.separation), kernels),
       volume_(make_node_volume(options.algorithm.volume, separation_margin(options.separation))),
       front_policy_(options.algorithm.front_period, options.algorithm.front_ratio),
       verlet_list_(options.separation, pool_.size()) {
-  // The pairs that are to stand for others would not be tested.
+  // Reduction keeps a vertex-face pair in place of others. Without vertex-face tests it would be
+  // missing.
   options_.reduce_contacts = options.reduce_contacts && options.vertex_face;
-  // What cannot touch can still come near.
-  if (options.separation > 0) options_.algorithm.culling.normal_cones = options_.algorithm.culling.orphan_sets = false;
+  // These two rule out pairs that cannot touch. Such pairs can still come within the separation.
+  if (options.separation > 0)
+    options_.algorithm.culling.normal_cones = options_.algorithm.culling.orphan_sets = false;
   for (int i = 0; i < pool_.size(); ++i) workers_.push_back(std::make_unique<Worker>());
 }
 
@@ -66,7 +68,7 @@ CpuDetector::~CpuDetector() { discard_ahead(); }
 
 void CpuDetector::set_mesh(const Mesh& mesh) {
   discard_ahead();
-  near_is_lost_ = false;
+  near_pairs_lost_ = false;
   mesh_ = &mesh;
   built_ = false;
   front_policy_.forget();
@@ -78,8 +80,11 @@ void CpuDetector::set_mesh(const Mesh& mesh) {
 
 void CpuDetector::update_hierarchy(Stats& stats) {
   bool build = !built_ || options_.algorithm.rebuild_every_step;
-  listing_ = may_list() && !verlet_list_.made() && verlet_list_.is_worthwhile(scale_);
-  groups_.set_margin(separation_margin(options_.separation) + (listing_ ? verlet_list_.skin() : 0) +
+  const bool builds_list =
+      may_list() && !verlet_list_.is_built() && verlet_list_.is_worthwhile(scale_);
+  list_state_ = builds_list ? ListState::building : ListState::off;
+  groups_.set_margin(separation_margin(options_.separation) +
+                     (builds_list ? verlet_list_.skin() : 0) +
                      tolerance_ * (1 + 0x1p-20));
   if (!build) {
     groups_.refit(records_, pool_, scale_);
@@ -91,7 +96,7 @@ void CpuDetector::update_hierarchy(Stats& stats) {
     tree_.build(groups_.boxes());
     built_cost_ = tree_.cost();
     built_ = true;
-    find_parts();
+    find_node_info();
     front_policy_.forget();
     if (may_list()) verlet_list_.build(*mesh_, groups_, tree_);
     if (options_.algorithm.culling.normal_cones) cones_.build(*mesh_, groups_, tree_);
@@ -101,28 +106,28 @@ void CpuDetector::update_hierarchy(Stats& stats) {
   stats.rebuilt = build;
 }
 
-// The volumes have no more room than a step needs.
+// Whether Verlet lists are possible. Other volumes than boxes have no margin for the skin.
 bool CpuDetector::may_list() const {
   return options_.separation > 0 && !volume_ && !options_.algorithm.rebuild_every_step;
 }
 
-void CpuDetector::find_parts() {
+void CpuDetector::find_node_info() {
   const std::vector<TreeNode>& nodes = tree_.nodes();
-  parts_.resize(nodes.size());
+  node_info_.resize(nodes.size());
   for (std::size_t i = nodes.size(); i-- > 0;) {
     if (nodes[i].leaf()) {
       const Group& group = groups_.groups()[nodes[i].group()];
-      parts_[i] = {group.body, group.pinned != 0};
+      node_info_[i] = {group.body, group.pinned != 0};
     } else {
-      const Part &left = parts_[nodes[i].left], &right = parts_[nodes[i].right];
-      parts_[i] = {left.body == right.body ? left.body : -1, left.pinned && right.pinned};
+      const NodeInfo &left = node_info_[nodes[i].left], &right = node_info_[nodes[i].right];
+      node_info_[i] = {left.body == right.body ? left.body : -1, left.pinned && right.pinned};
     }
   }
 }
 
-// By the rules of bodies and pins, wherever the nodes are.
-bool CpuDetector::may_meet(NodePair pair) const {
-  const Part &a = parts_[pair.a], &b = parts_[pair.b];
+// Whether the collision filters and pins allow contacts between two nodes, at any positions.
+bool CpuDetector::may_collide(NodePair pair) const {
+  const NodeInfo &a = node_info_[pair.a], &b = node_info_[pair.b];
   return !(a.pinned && b.pinned) && (a.body < 0 || b.body < 0 || mesh_->collide(a.body, b.body));
 }
 
@@ -130,12 +135,12 @@ void CpuDetector::visit_pair(Worker& worker, NodePair pair) {
   const std::int32_t a = tree_.nodes()[pair.a].group(), b = tree_.nodes()[pair.b].group();
   if (!kernels_->visit(worker.scene(), a, b, worker)) return;
   ++worker.group_pairs;
-  if (looking_) worker.lasting += verlet_list_.would_stay_valid(pair);
+  if (list_state_ == ListState::probing) worker.lasting += verlet_list_.would_stay_valid(pair);
 }
 
 LeafScene CpuDetector::leaf_scene(double separation, Worker& worker) const {
   const float scaled = static_cast<float>(separation * scale_);
-  // Two points may come nearer each other by twice as much.
+  // Two points may come nearer to each other by twice the tolerance.
   const float unknown = static_cast<float>(2 * tolerance_ * scale_);
   return {groups_.groups().data(),
           groups_.boxes().data(),
@@ -157,14 +162,15 @@ void CpuDetector::begin_workers(double separation) {
   for (int i = 0; i < pool_.size(); ++i) {
     Worker& worker = *workers_[static_cast<std::size_t>(i)];
     worker.begin(*kernels_, *mesh_, leaf_scene(separation, worker),
-                 listing_ ? &verlet_list_ : nullptr, &verlet_list_.part(i));
+                 list_state_ == ListState::building ? &verlet_list_ : nullptr,
+                 &verlet_list_.part(i));
     worker.begin_traversal();
   }
 }
 
 void CpuDetector::traverse(Stats& stats) {
   if (options_.algorithm.culling.orphan_sets) {
-    for (const auto& worker : workers_) worker->drop(&orphans_);
+    for (const auto& worker : workers_) worker->exclude(&orphans_);
   }
   if (tree_.nodes().empty()) return;
   if (options_.algorithm.strategy == Strategy::thread_per_query) {
@@ -178,11 +184,11 @@ void CpuDetector::traverse(Stats& stats) {
       balanced_traversal({&root, 1}, stats);
     }
   }
-  test_pending(serving_);
+  test_pending(list_state_ == ListState::in_use);
   if (options_.algorithm.culling.orphan_sets) test_orphans(stats);
 }
 
-void CpuDetector::look_ahead() {
+void CpuDetector::record_list_probe() {
   std::int64_t pairs = 0, lasting = 0;
   for (const auto& worker : workers_) {
     pairs += worker->group_pairs;
@@ -191,7 +197,8 @@ void CpuDetector::look_ahead() {
   verlet_list_.record_probe(pairs, lasting);
 }
 
-// What is left in the workers' queues, or over, and, with a list, what that holds.
+// Tests the candidates that are left in the workers' queues and the pending ones. With `listed`,
+// tests the candidates of the Verlet list too.
 void CpuDetector::test_pending(bool listed) {
   constexpr ContactKind kinds[] = {ContactKind::vertex_face, ContactKind::edge_edge};
   std::size_t rest = 0;
@@ -233,18 +240,21 @@ void CpuDetector::test(const CandidateBatches& batches) {
       });
 }
 
-// Algorithm 2.1: a pair of nodes that overlap is opened, down to pairs of leaves.
+// Traverses the tree from the initial pairs (da Silva, Algorithm 2.1): a pair of overlapping nodes
+// is replaced by pairs of children, down to pairs of leaves.
 void CpuDetector::balanced_traversal(Span<const NodePair> initial, Stats& stats) {
   const TreeNode* nodes = tree_.nodes().data();
-  const bool keep = options_.algorithm.front == FrontUse::on, cones = options_.algorithm.culling.normal_cones;
+  const bool keep = options_.algorithm.front == FrontUse::on,
+             cones = options_.algorithm.culling.normal_cones;
   const NodeVolume* volume = volume_.get();
   stats.front_start = static_cast<std::int64_t>(initial.size());
   Stopwatch watch;
   const RunCounts counts =
       traversal_.run(initial.data(), initial.size(), [&](int id, NodePair pair, auto& emit) {
         Worker& worker = *workers_[id];
-        // Relaxed: who sees it late opens a little more.
-        if (is_interrupted_.load(std::memory_order_relaxed)) return worker.unexpanded.push_back(pair);
+        // Relaxed: a worker that sees the flag late only visits a few more pairs.
+        if (is_interrupted_.load(std::memory_order_relaxed))
+          return worker.unexpanded.push_back(pair);
         if (cones && pair.a == pair.b && cones_.apart_from_itself(pair.a, records_)) {
           ++worker.flat;
           ++worker.ended;
@@ -252,7 +262,7 @@ void CpuDetector::balanced_traversal(Span<const NodePair> initial, Stats& stats)
           return;
         }
         PairVisit v = visit(pair, nodes[pair.a], nodes[pair.b]);
-        if (v.near && (!may_meet(pair) || is_listed(pair))) v = {false, 0, {}};
+        if (v.near && (!may_collide(pair) || is_listed(pair))) v = {false, 0, {}};
         if (volume && v.near && pair.a != pair.b && volume->apart(pair.a, pair.b)) {
           ++worker.culled;
           v = {false, 0, {}};
@@ -277,7 +287,7 @@ void CpuDetector::balanced_traversal(Span<const NodePair> initial, Stats& stats)
 }
 
 void CpuDetector::test_orphans(Stats& stats) {
-  for (const auto& worker : workers_) worker->drop(nullptr);
+  for (const auto& worker : workers_) worker->exclude(nullptr);
   std::atomic<std::int64_t> near{0};
   const auto test = [&](ContactKind kind, Candidate pair, Worker& worker) {
     Contact c;
@@ -298,14 +308,15 @@ void CpuDetector::test_orphans(Stats& stats) {
       std::int64_t pushed = 0;
       for (std::size_t i = first; i < last; ++i)
         pushed += test(kind, orphans.pairs[i], *workers_[id]);
-      near.fetch_add(pushed, std::memory_order_relaxed);  // read after the job's end
+      near.fetch_add(pushed, std::memory_order_relaxed);  // read after the end of the job
     });
   }
   test_pending(false);
   stats.orphan_tests = near.load(std::memory_order_relaxed);
 }
 
-// Of the workers' time in a traversal of `wall` milliseconds they were busy for `busy`.
+// Computes the idle share from the wall time of a traversal and the sum of the times that the
+// workers were busy. Both are in milliseconds.
 void CpuDetector::count_idle(double busy, double wall, Stats& stats) const {
   if (wall <= 0) return;
   stats.idle_share = std::max(0.0, 1 - busy / (wall * pool_.available()));
@@ -325,7 +336,7 @@ void CpuDetector::query_each_group(Stats& stats) {
       const TreeNode& q = nodes[query];
       if (!q.leaf()) continue;
       const auto self = static_cast<std::uint32_t>(query);
-      if (may_meet({self, self}) && !is_listed({self, self})) visit_pair(worker, {self, self});
+      if (may_collide({self, self}) && !is_listed({self, self})) visit_pair(worker, {self, self});
       stack.push_back(0);
       while (!stack.empty()) {
         const std::uint32_t other = stack.back();
@@ -340,12 +351,13 @@ void CpuDetector::query_each_group(Stats& stats) {
         if (!n.leaf()) {
           stack.push_back(static_cast<std::uint32_t>(n.right));
           stack.push_back(static_cast<std::uint32_t>(n.left));
-        } else if (q.group() < n.group() && may_meet({self, other}) && !is_listed({self, other})) {
+        } else if (q.group() < n.group() && may_collide({self, other}) &&
+                   !is_listed({self, other})) {
           visit_pair(worker, {self, other});
         }
       }
     }
-    tests.fetch_add(tested, std::memory_order_relaxed);  // read after the job's end
+    tests.fetch_add(tested, std::memory_order_relaxed);  // read after the end of the job
     worker.ms_busy += busy.lap();
   });
   stats.tree_tests = tests.load(std::memory_order_relaxed);
@@ -367,7 +379,8 @@ Span<const Contact> CpuDetector::detect(const Positions& start, const Positions&
   bool started_ahead = join_ahead();
   has_ahead_result_ = false;
   started_ahead = started_ahead && matches_ahead(start, end);
-  const bool small = is_small(started_ahead && unexpanded_.empty() ? count_undone() : tested_);
+  const bool small =
+      is_small(started_ahead && unexpanded_.empty() ? count_undone() : last_candidates_);
   const ScopedWakePolicy helpers(
       pool_, small ? ThreadPool::WakePolicy::awake : ThreadPool::WakePolicy::everyone);
   pool_.prewake();
@@ -375,7 +388,7 @@ Span<const Contact> CpuDetector::detect(const Positions& start, const Positions&
   started_ahead = started_ahead && scale == scale_;
   scale_ = scale;
   tolerance_ = 0;
-  near_is_lost_ = false;
+  near_pairs_lost_ = false;
   if (started_ahead) {
     stats = ahead_stats_;
     resume(stats);
@@ -383,18 +396,18 @@ Span<const Contact> CpuDetector::detect(const Positions& start, const Positions&
     search(stats);
   }
   stats.started_ahead = started_ahead;
-  if (listing_) verlet_list_.complete();
-  if (serving_) verlet_list_.record_use(count_searched());
-  if (looking_) look_ahead();
+  if (list_state_ == ListState::building) verlet_list_.complete();
+  if (list_state_ == ListState::in_use) verlet_list_.record_use(count_searched());
+  if (list_state_ == ListState::probing) record_list_probe();
 
   if (started_ahead && are_sorted_) {
-    gather_contacts(others_, stats);
-    merge(others_, contacts_);
+    gather_contacts(late_contacts_, stats);
+    merge(late_contacts_, contacts_);
     stats.hash += ahead_stats_.hash;
   } else {
     gather_contacts(contacts_, stats);
   }
-  tested_ = stats.candidates_vf + stats.candidates_ee;
+  last_candidates_ = stats.candidates_vf + stats.candidates_ee;
   stats.near = count_near();
   stats.ms_traverse =
       std::max(0.0, stats.ms_traverse - stats.ms_narrow - stats.ms_balance - stats.ms_front);
@@ -402,18 +415,23 @@ Span<const Contact> CpuDetector::detect(const Positions& start, const Positions&
   return contacts_;
 }
 
-// From positions to what the workers have found.
+// Runs a detection from the loaded positions to the contacts of the workers, which are not gathered
+// yet.
 void CpuDetector::search(Stats& stats) {
   Stopwatch watch;
   stats.groups = 0;
-  if (verlet_list_.made()) verlet_list_.begin_step(records_, scale_, tolerance_, tree_, pool_);
-  const bool all_listed = verlet_list_.made() && verlet_list_.holds({0, 0});
-  listing_ = false;
+  if (verlet_list_.is_built()) verlet_list_.begin_step(records_, scale_, tolerance_, tree_, pool_);
+  const bool all_listed = verlet_list_.is_built() && verlet_list_.holds({0, 0});
+  list_state_ = ListState::off;
   if (!all_listed) update_hierarchy(stats);
-  serving_ = verlet_list_.made();
-  looking_ = may_list() && !serving_ && !listing_;
-  if (listing_) verlet_list_.begin(records_, scale_);
-  if (looking_) verlet_list_.begin_step(records_, scale_, tolerance_, tree_, pool_);
+  if (verlet_list_.is_built()) {
+    list_state_ = ListState::in_use;
+  } else if (list_state_ == ListState::building) {
+    verlet_list_.begin(records_, scale_);
+  } else if (may_list()) {
+    list_state_ = ListState::probing;
+    verlet_list_.begin_step(records_, scale_, tolerance_, tree_, pool_);
+  }
   stats.groups = static_cast<std::int64_t>(groups_.groups().size());
   stats.ms_refit = watch.lap();
   begin_workers(options_.separation);
@@ -431,14 +449,15 @@ void CpuDetector::search(Stats& stats) {
 }
 
 std::int64_t CpuDetector::count_searched() const {
-  std::int64_t sought = 0;
+  std::int64_t searched = 0;
   for (const auto& worker : workers_)
-    sought += worker->candidates[0] + worker->candidates[1] - worker->from_list;
-  return sought;
+    searched += worker->candidates[0] + worker->candidates[1] - worker->from_list;
+  return searched;
 }
 
-Span<const Contact> CpuDetector::reduce_contacts(Span<const Contact> contacts, const Positions& start,
-                                             const Positions& end, Stats& stats) {
+Span<const Contact> CpuDetector::reduce_contacts(Span<const Contact> contacts,
+                                                 const Positions& start, const Positions& end,
+                                                 Stats& stats) {
   discard_ahead();
   scale_ = scale_for(load_records(*mesh_, start, end, pool_, records_));
   begin_workers(options_.separation);
@@ -468,14 +487,15 @@ std::int64_t CpuDetector::count_near() const {
 Span<const Contact> CpuDetector::recheck_near_pairs(const Positions& start, const Positions& end,
                                                 Stats& stats) {
   Stopwatch total;
-  if (near_is_lost_)
+  if (near_pairs_lost_)
     throw Error(ErrorCode::invalid_argument,
-                "touching_again() after foresee(): the last detection is forgotten");
+                "recheck_near_pairs() after detect_ahead(): the near pairs of the last detection "
+                "are lost");
   scale_ = scale_for(load_records(*mesh_, start, end, pool_, records_));
   stats.ms_refit = total.lap();
   begin_workers(0);
   if (!stay_apart()) {
-    // Every worker takes a share of what each has found.
+    // The workers share the near pairs of each worker.
     for (const auto& from : workers_) {
       for (const ContactKind kind : {ContactKind::vertex_face, ContactKind::edge_edge}) {
         const std::vector<Candidate>& pairs = from->near_pairs.of[static_cast<int>(kind)];
@@ -486,26 +506,28 @@ Span<const Contact> CpuDetector::recheck_near_pairs(const Positions& start, cons
     }
     test_pending(false);
   }
-  gather_contacts(touching_, stats);
+  gather_contacts(rechecked_, stats);
   stats.ms_total = stats.ms_refit + total.lap();
-  return touching_;
+  return rechecked_;
 }
 
-// Whether no near pair can touch, for all that moves moves so much alike.
+// Returns whether no near pair can touch, because the displacements of all vertices differ by less
+// than the smallest distance of a near pair.
 bool CpuDetector::stay_apart() const {
-  double apart = std::numeric_limits<double>::infinity();
-  for (const auto& worker : workers_) apart = std::min(apart, worker->near_pairs.apart);
-  double least[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, most[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
+  double min_distance = std::numeric_limits<double>::infinity();
+  for (const auto& worker : workers_)
+    min_distance = std::min(min_distance, worker->near_pairs.min_distance);
+  double lo[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, hi[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
   for (const VertexRecord& record : records_) {
     for (int k = 0; k < 3; ++k) {
       const double moved = record.x[3 + k] - record.x[k];
-      least[k] = std::min(least[k], moved);
-      most[k] = std::max(most[k], moved);
+      lo[k] = std::min(lo[k], moved);
+      hi[k] = std::max(hi[k], moved);
     }
   }
   double squared = 0;
-  for (int k = 0; k < 3; ++k) squared += (most[k] - least[k]) * (most[k] - least[k]);
-  return std::sqrt(squared) * (1 + 0x1p-20) < apart;
+  for (int k = 0; k < 3; ++k) squared += (hi[k] - lo[k]) * (hi[k] - lo[k]);
+  return std::sqrt(squared) * (1 + 0x1p-20) < min_distance;
 }
 
 std::uint64_t CpuDetector::sort_contacts(std::vector<Contact>& out) {
@@ -514,7 +536,7 @@ std::uint64_t CpuDetector::sort_contacts(std::vector<Contact>& out) {
   return (*sort_)(parts, pool_, out);
 }
 
-// The workers' contacts, sorted, and what they counted.
+// Gathers the contacts of the workers, sorted, and adds their counters to the stats.
 void CpuDetector::gather_contacts(std::vector<Contact>& out, Stats& stats) {
   Stopwatch watch;
   for (const auto& w : workers_) {
@@ -544,10 +566,10 @@ void CpuDetector::gather_contacts(std::vector<Contact>& out, Stats& stats) {
 std::int64_t CpuDetector::bytes() const {
   std::size_t sum =
       records_.capacity() * sizeof(VertexRecord) + groups_.bytes() +
-      tree_.nodes().capacity() * sizeof(TreeNode) + parts_.capacity() * sizeof(Part) +
+      tree_.nodes().capacity() * sizeof(TreeNode) + node_info_.capacity() * sizeof(NodeInfo) +
       cones_.bytes() + orphans_.bytes() + sort_->bytes() + traversal_.bytes() +
       front_.capacity() * sizeof(NodePair) + verlet_list_.bytes() +
-      (contacts_.capacity() + others_.capacity() + touching_.capacity()) * sizeof(Contact);
+      (contacts_.capacity() + late_contacts_.capacity() + rechecked_.capacity()) * sizeof(Contact);
   for (const auto& w : workers_)
     sum += sizeof(Worker) + w->bytes() + w->front.capacity() * sizeof(NodePair);
   return static_cast<std::int64_t>(sum);

@@ -1,4 +1,5 @@
-// The CPU backend: refit, traverse by one of the strategies, filter in lanes, decide, sort.
+// The CPU backend: refits the hierarchy, traverses it by one of the strategies, filters candidates
+// in lanes, decides them, and sorts the contacts.
 #pragma once
 
 #include <atomic>
@@ -24,6 +25,7 @@ namespace lazyccd {
 
 class CandidateBatches;
 
+/// Detector on the CPU. See Detector (lazyccd/detector.h) for the meaning of the public functions.
 class CpuDetector : public BackendDetector {
  public:
   CpuDetector(const DetectorOptions& options, const Threads& threads,
@@ -35,26 +37,37 @@ class CpuDetector : public BackendDetector {
 
   void set_mesh(const Mesh& mesh) override;
   Span<const Contact> detect(const Positions& start, const Positions& end, Stats& stats) override;
-  // Of the contacts of a detection by another backend, with a separation, those that
-  // DetectorOptions::distinct leaves; notes all of them for recheck_near_pairs().
+  /// Applies DetectorOptions::reduce_contacts and Topology::self_separation to the contacts that
+  /// another backend found with a separation, and returns the rest. Records all of them for
+  /// recheck_near_pairs(). `contacts` must be sorted. The result is valid until the next call.
   Span<const Contact> reduce_contacts(Span<const Contact> contacts, const Positions& start,
                                   const Positions& end, Stats& stats);
-  // As Detector::recheck_near_pairs().
-  Span<const Contact> recheck_near_pairs(const Positions& start, const Positions& end, Stats& stats);
-  // As Detector::detect_ahead(). The stats are those that the detection begins with.
-  void detect_ahead(const Positions& start, const Positions& end, double tolerance, const Stats& stats);
-  // To be called before the mesh changes.
+  /// As Detector::recheck_near_pairs().
+  Span<const Contact> recheck_near_pairs(const Positions& start, const Positions& end,
+                                         Stats& stats);
+  /// As Detector::detect_ahead(). The detection starts with the values in `stats`.
+  void detect_ahead(const Positions& start, const Positions& end, double tolerance,
+                    const Stats& stats);
+  /// Waits for what detect_ahead() started and discards it. Call it before the mesh changes.
   void discard_ahead();
 
  private:
   struct Worker;
 
-  // A step with so few candidates to test is done sooner than another thread would have come to it.
+  // What the Verlet list does in this step.
+  enum class ListState {
+    off,       // not used
+    probing,   // there is no list; the step measures whether one would stay valid
+    building,  // this step builds the list
+    in_use     // this step uses the list
+  };
+
+  // Whether a step with this number of candidates is done before a sleeping thread would wake.
   bool is_small(std::int64_t candidates) const {
-    return candidates < few_candidates && records_.size() < few_vertices;
+    return candidates < min_candidates_for_threads && records_.size() < min_vertices_for_threads;
   }
-  static constexpr std::int64_t few_candidates = 750;
-  static constexpr std::size_t few_vertices = 4096;
+  static constexpr std::int64_t min_candidates_for_threads = 750;
+  static constexpr std::size_t min_vertices_for_threads = 4096;
 
   void search(Stats& stats);
   std::int64_t count_searched() const;
@@ -64,14 +77,16 @@ class CpuDetector : public BackendDetector {
   std::uint64_t sort_contacts(std::vector<Contact>& out);
   void gather_contacts(std::vector<Contact>& out, Stats& stats);
   void traverse(Stats& stats);
-  void look_ahead();
+  void record_list_probe();
   bool may_list() const;
-  bool is_listed(NodePair pair) const { return serving_ && verlet_list_.holds(pair); }
+  bool is_listed(NodePair pair) const {
+    return list_state_ == ListState::in_use && verlet_list_.holds(pair);
+  }
   void balanced_traversal(Span<const NodePair> initial, Stats& stats);
   void query_each_group(Stats& stats);
   void visit_pair(Worker& worker, NodePair pair);
-  void find_parts();
-  bool may_meet(NodePair pair) const;
+  void find_node_info();
+  bool may_collide(NodePair pair) const;
   std::int64_t count_near() const;
   bool stay_apart() const;
   void test_pending(bool listed);
@@ -81,7 +96,7 @@ class CpuDetector : public BackendDetector {
   void count_idle(double busy, double wall, Stats& stats) const;
   std::int64_t bytes() const;
 
-  // Of foresight.cpp:
+  // In detect_ahead.cpp.
   void run_ahead(const Positions& start, const Positions& end, double tolerance);
   bool join_ahead();
   bool matches_ahead(const Positions& start, const Positions& end) const;
@@ -97,35 +112,35 @@ class CpuDetector : public BackendDetector {
 
   const Mesh* mesh_ = nullptr;
   bool built_ = false;
-  // In this step: a list of what is near is made; or serves; or, without one, would it last?
-  bool listing_ = false, serving_ = false, looking_ = false;
-  double built_cost_ = 0;                 // the tree's cost when it was built
-  std::int64_t tested_ = few_candidates;  // candidates of the last step
-  double scale_ = 1;
-  double tolerance_ = 0;  // of the positions at the end, metres
+  ListState list_state_ = ListState::off;
+  double built_cost_ = 0;  // cost of the tree when it was built
+  std::int64_t last_candidates_ = min_candidates_for_threads;  // number in the last step
+  double scale_ = 1;       // power of two of this step: see scale_for()
+  double tolerance_ = 0;   // of the positions at the end of the step, in their unit
   std::vector<VertexRecord> records_;
   Groups groups_;
   Tree tree_;
-  // What is below a node of the tree.
-  struct Part {
-    std::int32_t body;  // -1: several
-    bool pinned;        // all of it
+  // Summary of everything below a node of the tree.
+  struct NodeInfo {
+    std::int32_t body;  // the body of all primitives; -1: several bodies
+    bool pinned;        // whether all vertices are pinned
   };
-  std::vector<Part> parts_;  // by node
+  std::vector<NodeInfo> node_info_;  // by node
   std::unique_ptr<NodeVolume> volume_;
   NormalCones cones_;
   OrphanSets orphans_;
   std::unique_ptr<ContactSort> sort_;
-  std::vector<Contact> contacts_, touching_;
+  std::vector<Contact> contacts_, rechecked_;
 
-  std::function<void(int)> ahead_job_;  // what another thread does, while it foresees
-  bool is_running_ahead_ = false, has_ahead_result_ = false;
-  bool near_is_lost_ = false;  // of the last detection: it made room for what was started_ahead
+  std::function<void(int)> ahead_job_;  // job of the worker that detects ahead
+  bool is_running_ahead_ = false;       // the job is submitted and not joined
+  bool has_ahead_result_ = false;       // a worker ran the job, and its result was not used yet
+  bool near_pairs_lost_ = false;  // detect_ahead() overwrote the near pairs of the last detection
   std::atomic<bool> is_interrupted_{false};
-  bool are_sorted_ = false;  // the contacts that were started_ahead
+  bool are_sorted_ = false;           // contacts_ holds the contacts found ahead, sorted
   Stats ahead_stats_;
-  std::vector<Contact> others_;     // than those, to be sorted among them
-  std::vector<NodePair> unexpanded_;  // when it was interrupted
+  std::vector<Contact> late_contacts_;  // contacts found later, to be merged into contacts_
+  std::vector<NodePair> unexpanded_;    // pairs of nodes not visited because of the interruption
 
   std::vector<NodePair> front_;
   FrontPolicy front_policy_;

@@ -1,6 +1,6 @@
-// A detection that begins before the end of its step is known. What is near where the step begins
-// needs no more than the start; what else may come near is sought with as much more room as the
-// end is unknown, and tested once it is known.
+// Detection ahead: it begins before the end of its step is known. Pairs within the separation at
+// the start of the step depend on the start only. All other candidates are searched with boxes that
+// are wider by the tolerance of the end, and tested when the end is known.
 #include <array>
 #include <exception>
 
@@ -16,7 +16,7 @@ namespace lazyccd {
 void CpuDetector::detect_ahead(const Positions& start, const Positions& end, double tolerance,
                           const Stats& stats) {
   discard_ahead();
-  // Rounds of static_list end when all threads have come; volumes have no room for a tolerance.
+  // static_list needs all threads to end a round. Volumes have no margin for the tolerance.
   if (pool_.size() == 1 || pool_.has_submitted() ||
       options_.algorithm.strategy == Strategy::static_list || volume_ || !mesh_ ||
       !(options_.separation > 0 && tolerance >= 0 && tolerance <= options_.separation))
@@ -24,30 +24,31 @@ void CpuDetector::detect_ahead(const Positions& start, const Positions& end, dou
   ahead_job_ = [this, start, end, tolerance](int) { run_ahead(start, end, tolerance); };
   ahead_stats_ = stats;
   is_interrupted_.store(false, std::memory_order_relaxed);  // submit() publishes it
-  is_running_ahead_ = near_is_lost_ = true;
+  is_running_ahead_ = near_pairs_lost_ = true;
   pool_.submit(ahead_job_);
 }
 
-// On one thread beside the caller, until it is interrupted.
+// Runs the detection on one worker while the caller goes on, until it is interrupted.
 void CpuDetector::run_ahead(const Positions& start, const Positions& end, double tolerance) {
   scale_ = scale_for(load_records(*mesh_, start, end, pool_, records_));
   tolerance_ = tolerance;
   search(ahead_stats_);
-  // Read in order, they come to the caller's core faster than from where they were found.
+  // Sorted here, the contacts are contiguous, so the caller's core reads them faster than from the
+  // buffers of the workers.
   are_sorted_ = !is_interrupted_.load(std::memory_order_relaxed);
   if (!are_sorted_) return;
   ahead_stats_.hash = sort_contacts(contacts_);
   for (const auto& worker : workers_) worker->forget_contacts();
 }
 
-// Whether anything was started_ahead.
+// Interrupts the job and waits for it. Returns whether a worker ran it, so that there is a result.
 bool CpuDetector::join_ahead() {
   if (!is_running_ahead_) return has_ahead_result_;
   is_interrupted_.store(true, std::memory_order_relaxed);
   try {
     has_ahead_result_ = pool_.join_submitted();
   } catch (const std::exception&) {
-    // Of the positions that it is given, detect() is to speak. Whatever was half done is done anew.
+    // detect() reports errors of the positions that it is given. Unfinished work is done again.
     has_ahead_result_ = built_ = false;
     verlet_list_.forget();
   }
@@ -61,9 +62,11 @@ void CpuDetector::discard_ahead() {
   has_ahead_result_ = false;
 }
 
+// Returns whether the start is the same as that of the detection ahead, and every vertex ends
+// within the tolerance.
 bool CpuDetector::matches_ahead(const Positions& start, const Positions& end) const {
   if (start.count() != records_.size() || end.count() != records_.size()) return false;
-  // Not squared by itself: it may be as small or as large as numbers are.
+  // Relative to the tolerance: its square could underflow or overflow.
   const double unit = 1 / tolerance_;
   for (std::size_t v = 0; v < records_.size(); ++v) {
     const double* const x = records_[v].x;
@@ -78,7 +81,7 @@ bool CpuDetector::matches_ahead(const Positions& start, const Positions& end) co
   return true;
 }
 
-// Pairs of nodes and candidates.
+// Returns the number of pairs of nodes and candidates that are still to be visited or tested.
 std::int64_t CpuDetector::count_undone() const {
   std::size_t count = unexpanded_.size();
   for (const auto& worker : workers_) {
@@ -91,6 +94,7 @@ std::int64_t CpuDetector::count_undone() const {
   return static_cast<std::int64_t>(count);
 }
 
+// Completes the detection that was started ahead. The end of the step is known now.
 void CpuDetector::resume(Stats& stats) {
   Stopwatch watch;
   stats.ms_refit = stats.ms_balance = stats.ms_front = 0;

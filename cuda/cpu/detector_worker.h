@@ -1,4 +1,4 @@
-// One thread's part of a detection on the CPU.
+// The state of one worker thread of the CPU backend.
 #pragma once
 
 #include <cstdint>
@@ -10,12 +10,15 @@
 
 namespace lazyccd {
 
-// Of the traversal, with the narrow phase behind it.
+/// One worker: its part of the traversal, and the narrow phase behind it.
 struct alignas(128) CpuDetector::Worker : NarrowPhase {
-  std::vector<NodePair> front, unexpanded;
+  std::vector<NodePair> front;       // pairs where the traversal ended
+  std::vector<NodePair> unexpanded;  // pairs not visited because of an interruption
+  // Pairs of groups visited, pairs where the traversal ended, pairs culled by the volume, and nodes
+  // culled by the normal cone.
   std::int64_t group_pairs = 0, ended = 0, culled = 0, flat = 0;
-  std::int64_t lasting = 0;  // of group_pairs, those that a list would hold for
-  double ms_busy = 0;
+  std::int64_t lasting = 0;  // number of group_pairs for which a Verlet list would stay valid
+  double ms_busy = 0;        // Strategy::thread_per_query: time in the traversal, milliseconds
 
   void begin_traversal() {
     front.clear();

@@ -1,13 +1,14 @@
-// Wall time, for what Stats says.
+// A stopwatch for the times in Stats.
 #pragma once
 
 #include <chrono>
 
 namespace lazyccd {
 
+/// Measures wall time from its construction.
 class Stopwatch {
  public:
-  // Milliseconds since the last lap.
+  /// Milliseconds since the last call of lap(), or since the construction.
   double lap() {
     const auto now = std::chrono::steady_clock::now();
     const double ms = std::chrono::duration<double, std::milli>(now - last_).count();

@@ -1,3 +1,5 @@
+// The CUDA backend: runs the stages of a step on one stream, and merges the contacts that the host
+// decides exactly.
 #include "gpu/gpu_detector.h"
 
 #include <chrono>
@@ -26,7 +28,7 @@ double milliseconds_since(std::chrono::steady_clock::time_point start) {
       .count();
 }
 
-// The device's name and what the driver can do.
+// Returns the device's name and the CUDA version that the driver supports.
 std::string describe_device() {
   int device = 0, driver = 0;
   cudaDeviceProp properties;
@@ -37,9 +39,10 @@ std::string describe_device() {
          std::to_string(driver % 1000 / 10);
 }
 
-// A front spares the device the way down the tree, level by level.
+// Turns FrontUse::automatic into on. A traversal from a front avoids the descent of the tree level
+// by level.
 DetectorOptions with_front(DetectorOptions options) {
-  if (options.front == FrontUse::automatic) options.front = FrontUse::on;
+  if (options.algorithm.front == FrontUse::automatic) options.algorithm.front = FrontUse::on;
   return options;
 }
 
@@ -51,9 +54,9 @@ class GpuDetector : public BackendDetector {
         pool_(threads),
         scene_(options.separation),
         culling_(options),
-        front_policy_(options.front_period, options.front_ratio),
+        front_policy_(options.algorithm.front_period, options.algorithm.front_ratio),
         traversal_(options_),
-        buffers_(options.tuning.capacity_hint) {}
+        buffers_(options.algorithm.tuning.capacity_hint) {}
 
   void set_mesh(const Mesh& mesh) override {
     mesh_ = &mesh;
@@ -66,10 +69,11 @@ class GpuDetector : public BackendDetector {
   Span<const Contact> detect(const Positions& start, const Positions& end, Stats& stats) override;
 
  private:
-  // The points of time between the stages of a step.
+  // Times of a step, taken between its stages.
   enum Mark { kStart, kRefitted, kTraversed, kFiltered, kDecided, kSorted, kMarks };
 
-  // What one graph holds: a whole step, or what comes before and after the traversal.
+  // The part of a step that one CUDA graph holds: the whole step, or the kernels before or after
+  // the traversal.
   enum Part { kAll, kBefore, kAfter };
 
   void build(const Positions& start, const Positions& end);
@@ -90,14 +94,15 @@ class GpuDetector : public BackendDetector {
 
   const Mesh* mesh_ = nullptr;
   bool built_ = false;
-  float built_area_ = 0;  // total box surface of the first step after the build; 0: none yet
+  float built_area_ = 0;  // StepCounters::leaf_area of the first step after the build; 0: none yet
   gpu::DevicePositions positions_;
   gpu::DeviceScene scene_;
   gpu::SceneCulling culling_;
   FrontPolicy front_policy_;
   Traversal traversal_;
   gpu::StepBuffers buffers_;
-  // By part of the step, from the front, which of the front's buffers, precision.
+  // The key: part of the step, whether it starts from a front, Traversal::parity(), and whether the
+  // positions are double.
   gpu::GraphCache<std::tuple<Part, bool, int, bool>> graphs_;
 };
 
@@ -151,7 +156,7 @@ void GpuDetector::enqueue_after(bool marks) {
 }
 
 void GpuDetector::run_step(bool from_front) {
-  const bool marks = !options_.tuning.graph;
+  const bool marks = !options_.algorithm.tuning.graph;
   const auto before = [&] { enqueue_before(from_front, marks); };
   const auto traversal = [&] { enqueue_traversal(from_front, marks); };
   const auto after = [&] { enqueue_after(marks); };
@@ -163,7 +168,7 @@ void GpuDetector::run_step(bool from_front) {
   const int parity = traversal_.parity();
   const bool is_double = positions_.is_double();
   marks_[kStart].record(stream_);
-  if (traversal_.asks_device()) {  // which a graph cannot
+  if (traversal_.asks_device()) {  // launch() waits for the device: it cannot be captured
     graphs_.launch({kBefore, from_front, parity, is_double}, stream_, before);
     traversal();
     graphs_.launch({kAfter, from_front, parity, is_double}, stream_, after);
@@ -183,10 +188,10 @@ void GpuDetector::run_until_it_fits(const Positions& start, const Positions& end
     LAZYCCD_CUDA_CHECK(cudaStreamSynchronize(stream_));
     const unsigned bad = buffers_.counters().bad_positions;
     if (bad & 1) check_finite(*mesh_, start, end);
-    if (bad & 2) throw Error(ErrorCode::device, "positions beyond 2^100 are for the CPU backend");
-    const int grown = traversal_.grow(stream_) + buffers_.grow();
-    stats.overflows += grown;
-    fits = grown == 0;
+    if (bad & 2) throw Error(ErrorCode::device, "positions beyond 2^100 need the CPU backend");
+    const int grown_lists = traversal_.grow(stream_) + buffers_.grow();
+    stats.overflows += grown_lists;
+    fits = grown_lists == 0;
     if (!fits) graphs_.clear();
   }
 }
@@ -202,10 +207,10 @@ Span<const Contact> GpuDetector::detect(const Positions& start, const Positions&
   uploaded_[0].record(stream_);
   positions_.upload(start, end, pool_, stream_);
   uploaded_[1].record(stream_);
-  stats.rebuilt = !built_ || options_.rebuild_every_step;
+  stats.rebuilt = !built_ || options_.algorithm.rebuild_every_step;
   if (stats.rebuilt) build(start, end);
   if (!scene_.key().fits())
-    throw Error(ErrorCode::device, "so many bodies and primitives are for the CPU backend");
+    throw Error(ErrorCode::device, "so many bodies and primitives need the CPU backend");
   stats.front_reused = traversal_.has_front() && front_policy_.reuse();
   run_until_it_fits(start, end, stats);
   traversal_.accept();
@@ -214,12 +219,12 @@ Span<const Contact> GpuDetector::detect(const Positions& start, const Positions&
   const gpu::StepCounters& c = buffers_.counters();
   Contact* const contacts = buffers_.finish_contacts();
   std::size_t count = c.contacts;
-  if (c.undecided != 0)
-    count = gpu::merge_residue(*mesh_, start, end, buffers_.download_residue(), c.undecided, pool_,
-                               contacts, count, stats);
-  // Beyond the ratio, the next step builds.
+  if (c.undecided_in_double != 0)
+    count = gpu::merge_undecided(*mesh_, start, end, buffers_.download_undecided(),
+                                 c.undecided_in_double, pool_, contacts, count, stats);
+  // If the area has grown beyond this ratio, the next step rebuilds the hierarchy.
   if (built_area_ == 0) built_area_ = c.leaf_area;
-  if (c.leaf_area > options_.rebuild_ratio * built_area_) built_ = false;
+  if (c.leaf_area > options_.algorithm.rebuild_ratio * built_area_) built_ = false;
   stats.ms_total = milliseconds_since(begin);
   return {contacts, count};
 }
@@ -237,28 +242,29 @@ void GpuDetector::fill(Stats& stats) {
   stats.group_pairs = t.leaf_pairs;
 
   const gpu::StepCounters& c = buffers_.counters();
-  const bool thick = options_.separation > 0;  // then the filter is the last before the decision
+  // With a separation the filter is the last stage before the decision.
+  const bool has_separation = options_.separation > 0;
   stats.candidates_vf = c.candidates[0];
   stats.candidates_ee = c.candidates[1];
-  stats.survivors_vf = thick ? c.filtered[0] : c.hits[0] + c.undecided[0];
-  stats.survivors_ee = thick ? c.filtered[1] : c.hits[1] + c.undecided[1];
-  // The filter is all that stands between the two.
+  stats.survivors_vf = has_separation ? c.filtered[0] : c.hits[0] + c.undecided_in_single[0];
+  stats.survivors_ee = has_separation ? c.filtered[1] : c.hits[1] + c.undecided_in_single[1];
+  // Only this filter lies between the two counts.
   if (culling_.non_penetration())
     stats.filtered_noncoplanar =
         stats.candidates_vf + stats.candidates_ee - c.filtered[0] - c.filtered[1];
   const gpu::CullingCounters& culled = culling_.counters();
   stats.volume_culled = static_cast<std::int64_t>(culled.volume_culled);
   stats.culled_by_normal_cone = static_cast<std::int64_t>(culled.culled_by_normal_cone);
-  stats.orphans = culled.orphans;
+  stats.orphan_tests = culled.orphans;
   stats.double_precision_tests = c.double_precision_tests;
-  stats.exact = c.undecided;
+  stats.exact = c.undecided_in_double;
   stats.hash = c.hash;
   stats.contacts_vf = c.contacts_vf;
   stats.contacts_ee = c.contacts - c.contacts_vf;
 
   stats.ms_upload = uploaded_[1].since(uploaded_[0]);
   stats.ms_device = marks_[kSorted].since(marks_[kStart]);
-  if (!options_.tuning.graph) {
+  if (!options_.algorithm.tuning.graph) {
     stats.ms_refit = marks_[kRefitted].since(marks_[kStart]);
     stats.ms_traverse = marks_[kTraversed].since(marks_[kRefitted]);
     stats.ms_leaf = marks_[kFiltered].since(marks_[kTraversed]);
@@ -272,13 +278,14 @@ void GpuDetector::fill(Stats& stats) {
 
 }  // namespace
 
-std::unique_ptr<BackendDetector> make_gpu_detector(const DetectorOptions& options, ThreadPool& threads) {
+std::unique_ptr<BackendDetector> make_gpu_detector(const DetectorOptions& options,
+                                                   ThreadPool& threads) {
   int devices = 0;
   const cudaError_t result = cudaGetDeviceCount(&devices);
   if (result != cudaSuccess || devices == 0) {
     static_cast<void>(cudaGetLastError());
     throw Error(ErrorCode::unavailable,
-                std::string("no CUDA device answers (") + cudaGetErrorString(result) + ")");
+                std::string("no CUDA device is available (") + cudaGetErrorString(result) + ")");
   }
   return std::make_unique<GpuDetector>(options, threads);
 }

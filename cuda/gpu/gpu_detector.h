@@ -1,4 +1,5 @@
-// The CUDA backend: what the CPU backend does, on the device. Plain C++ for its users.
+// The CUDA backend of the detector. It reports the same contacts as the CPU backend. This header is
+// plain C++.
 #pragma once
 
 #include <memory>
@@ -11,8 +12,9 @@ namespace lazyccd {
 
 class ThreadPool;
 
-// Throws Error(unavailable) where no device answers. The threads, which must outlive it, do what is the
-// host's.
-std::unique_ptr<BackendDetector> make_gpu_detector(const DetectorOptions& options, ThreadPool& threads);
+/// Makes the CUDA backend. Throws Error(unavailable) if there is no CUDA device. `threads` does the
+/// host's part of the work and must outlive the detector.
+std::unique_ptr<BackendDetector> make_gpu_detector(const DetectorOptions& options,
+                                                   ThreadPool& threads);
 
 }  // namespace lazyccd

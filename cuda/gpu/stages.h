@@ -1,5 +1,6 @@
-// The stages of a step. Each enqueues its kernels: no allocation, no synchronization, and the same
-// launches for the same arguments, so that a step can be captured.
+// The stages of a step on the device. Each function enqueues its kernels. It allocates nothing,
+// does not synchronize, and enqueues the same launches for the same arguments. So a step can be
+// captured as a CUDA graph.
 #pragma once
 
 #include <cuda_runtime_api.h>
@@ -13,29 +14,33 @@
 
 namespace lazyccd::gpu {
 
-// Clears the counters. A launch that waits for all before it on the stream: the boxes of groups,
-// which begin ahead of the kernels before them, rely on it that the step before is over.
+/// Clears the counters. This is a plain launch, which waits for all earlier work of the stream. The
+/// refit of groups begins before the kernels ahead of it have ended, and relies on this wait: the
+/// previous step is over.
 void enqueue_start(StepCounters* counters, cudaStream_t stream);
 
-// Positions to the boxes of primitives, groups and nodes. Follows a kernel.
+/// Computes the boxes of primitives, groups and nodes from the positions. Must be enqueued behind a
+/// kernel.
 void enqueue_refit(const SceneView& scene, const void* start, const void* end,
                    StepCounters* counters, cudaStream_t stream);
 
-// Pairs of groups from a traversal to candidates that the filter left. The count may exceed the
-// capacity: then the step is run again.
+/// Pairs of groups from a traversal. If the count exceeds the capacity, the step is run again.
 struct LeafPairs {
   const NodePair* pairs;
   const std::uint32_t* count;
   std::uint32_t capacity;
 };
+/// Turns pairs of groups into the candidates that pass the filter.
 void enqueue_leaf(const SceneView& scene, const LeafPairs& pairs, bool vertex_face, bool edge_edge,
                   bool culls, const LeafCulling& culling, const StepLists& lists,
                   cudaStream_t stream);
 
-// Candidates to contacts, in no order, and to the residue.
+/// Decides the candidates. Writes the contacts in no particular order, and lists the queries that
+/// only exact arithmetic can decide.
 void enqueue_narrow(const SceneView& scene, const StepLists& lists, cudaStream_t stream);
 
-// Contacts to their order, with its own buffers: of as many items as contacts fit in the lists.
+/// Buffers of the sort. The arrays of keys, orders and contacts hold as many items as
+/// StepLists::contacts; bin_starts holds one item per bin.
 struct SortBuffers {
   std::uint64_t* sorted_keys;
   const std::uint32_t* order;  // 0, 1, 2, ...
@@ -45,13 +50,16 @@ struct SortBuffers {
   std::size_t space_bytes;
   Contact* sorted;
 };
-void prepare_sort(const SceneView& scene, const StepLists& lists,
-                  cudaStream_t stream);  // before all
+/// Clears the bins or keys that the sort needs. Must come before all kernels of the step.
+void prepare_sort(const SceneView& scene, const StepLists& lists, cudaStream_t stream);
+/// Sorts the contacts of the lists by ContactKey into buffers.sorted.
 void enqueue_sort(const SceneView& scene, const StepLists& lists, const SortBuffers& buffers,
                   cudaStream_t stream);
-// How many bins such contacts are counted into; 0: none.
+/// Returns the number of bins for up to `contacts` contacts; 0: the sort uses no bins.
 std::uint32_t sort_bins(const ContactKey& key, std::uint32_t contacts);
+/// Returns the size of SortBuffers::space in bytes, at least 1.
 std::size_t sort_space_bytes(std::uint32_t bins, std::uint32_t contacts);
+/// Fills `order` with 0, 1, ..., count - 1.
 void fill_order(std::uint32_t* order, std::uint32_t count, cudaStream_t stream);
 
 }  // namespace lazyccd::gpu

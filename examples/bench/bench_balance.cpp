@@ -1,5 +1,5 @@
-// What balancing costs: the deque's operations, an item that is never shared, the start of a job,
-// and a traversal on one and more threads.
+// The program lazyccd_bench_balance: measures the cost of balancing. That is the operations of the
+// deque, an item that is never shared, the start of a job, and a traversal on one and more threads.
 //
 //   lazyccd_bench_balance [--benchmark_filter=...]
 
@@ -49,7 +49,7 @@ void push_and_steal(benchmark::State& state) {
 }
 BENCHMARK(push_and_steal);
 
-// Owner and thief on two cores; the time is that of a push with the word in the other's cache.
+// Owner and thief on two cores. Measures a push while the word is in the cache of the other core.
 void push_against_a_thief(benchmark::State& state) {
   DequeMemory memory;
   std::atomic<bool> stop{false};
@@ -67,8 +67,8 @@ void push_against_a_thief(benchmark::State& state) {
 }
 BENCHMARK(push_against_a_thief)->UseRealTime();
 
-// A binary tree whose leaves cost `leaf_ns` each: 0 shows what an item costs by itself, 1000
-// is a pair of groups of faces.
+// A binary tree whose leaves take `leaf_ns` each. 0 shows the cost of an item by itself; 1000 is
+// about the time of a pair of groups of faces.
 void traversal(benchmark::State& state) {
   ThreadPool pool(static_cast<int>(state.range(0)));
   BalancedRun<NodePair> run(pool);
@@ -99,14 +99,15 @@ BENCHMARK(traversal)
     ->Unit(benchmark::kMillisecond)
     ->UseRealTime();
 
-// Jobs that do nothing, one after another: the workers are awake.
+// Empty jobs, one after another, while the workers are awake.
 void run_awake(benchmark::State& state) {
   ThreadPool pool(static_cast<int>(state.range(0)));
   for (auto _ : state) pool.run([](int) {});
 }
 BENCHMARK(run_awake)->ArgName("threads")->Arg(1)->Arg(2)->UseRealTime();
 
-// The same after a pause in which the workers fell asleep: from the call to the last worker's part.
+// An empty job after a pause in which the workers fell asleep, from the call to the end of the last
+// worker's part.
 void run_asleep(benchmark::State& state) {
   ThreadPool pool(static_cast<int>(state.range(0)));
   for (auto _ : state) {

@@ -1,8 +1,10 @@
-// The program lazyccd_bench: a whole step of LazyCCD against one pass of Bullet's own detection.
+// The program lazyccd_bench: measures a whole detection of LazyCCD against one pass of Bullet's own
+// detection.
 //
-// Every contender works on the same two frames in the same run, in turn, round after round, so that
-// whatever else the machine does hits all alike; reported are medians. LazyCCD: positions in,
-// sorted contacts (vertex-face and edge-edge) out. Bullet: one pass, vertex-face only, one thread.
+// All methods work on the same two frames and take turns in each round, so that other load of the
+// machine affects all of them equally. Times are medians over the rounds. LazyCCD is measured from
+// positions to sorted contacts (vertex-face and edge-edge). Bullet is measured for one pass
+// (vertex-face only) on one thread.
 #include <algorithm>
 #include <chrono>
 #include <fstream>
@@ -24,6 +26,7 @@ namespace {
 using namespace lazyccd;
 using namespace lazyccd::bench;
 
+// One method.
 struct Row {
   std::string method, precision;
   int threads;
@@ -33,7 +36,8 @@ struct Row {
   std::string found_vf = "", missed_vf = "", false_vf = "", missed_ee = "", false_ee = "";
 };
 
-// How a contender's contacts compare to the truth, as text; empty where either is unknown.
+// Compares the contacts of a method with the truth, as text. Writes nothing if the truth is
+// unknown.
 void compare(const std::optional<Pairs>& truth, const Pairs& found, std::string& missed,
              std::string& extra) {
   if (!truth) return;
@@ -109,7 +113,7 @@ void run(const FramePair& pair, int threads, int rounds, std::ostream& csv) {
   rows.push_back(bullet_row(pair, bullet_float, "float"));
   rows.push_back(bullet_row(pair, bullet_double, "double"));
   for (Row& row : rows) {
-    row.step();  // warm: buffers have their size, pages are mapped
+    row.step();  // warm-up: buffers get their size and pages are mapped
     row.count(row);
   }
   for (int round = 0; round < rounds; ++round)
@@ -117,7 +121,7 @@ void run(const FramePair& pair, int threads, int rounds, std::ostream& csv) {
 
   std::cout << "\n" << pair.name << ": " << pair.start.faces.size() << " faces";
   if (pair.truth_vf && pair.truth_ee)
-    std::cout << ", truly touching " << pair.truth_vf->size() << " VF, " << pair.truth_ee->size()
+    std::cout << ", truly touching: " << pair.truth_vf->size() << " VF, " << pair.truth_ee->size()
               << " EE";
   std::cout << "\n";
   std::printf("  %-30s %-7s %7s %10s %8s %9s %7s %9s %7s\n", "method", "prec.", "threads", "ms",
@@ -147,14 +151,14 @@ int main(int argc, char** argv) {
   std::string data = default_data_dir().string(), csv_path;
   std::vector<std::string> frames;
   int threads = 2, rounds = 7;
-  app.add_option("frames", frames, "START.ply END.ply; none: all frames of the data folder")
+  app.add_option("frames", frames, "START.ply END.ply; default: all frames of the data folder")
       ->expected(2)
       ->check(CLI::ExistingFile);
-  app.add_option("--data", data, "folder of the data with frames/")->capture_default_str();
-  app.add_option("--threads", threads, "of LazyCCD")
+  app.add_option("--data", data, "data folder, which contains frames/")->capture_default_str();
+  app.add_option("--threads", threads, "number of threads of LazyCCD")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  app.add_option("--rounds", rounds, "medians over that many")
+  app.add_option("--rounds", rounds, "number of rounds for the medians")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   app.add_option("--csv", csv_path, "also write the table to this file");
@@ -167,7 +171,7 @@ int main(int argc, char** argv) {
     else
       pairs.push_back({frames[0], io::read_ply(frames[0]), io::read_ply(frames[1]), {}, {}});
     if (pairs.empty()) {
-      std::cout << "no frames in " << data << ": a scene of waving sheets instead\n";
+      std::cout << "no frames in " << data << "; using a generated scene of wavy sheets\n";
       pairs.push_back(waving_sheets(64, 4));
     }
     std::ofstream csv;
@@ -176,7 +180,7 @@ int main(int argc, char** argv) {
            "missed_vf,false_vf,"
            "missed_ee,false_ee,machine\n";
     std::cout << machine() << ", medians of " << rounds
-              << " rounds; times: against the first row\n";
+              << " rounds; column times: relative to the first row\n";
     for (const FramePair& pair : pairs) run(pair, threads, rounds, csv);
   } catch (const std::exception& error) {
     std::cerr << "lazyccd_bench: " << error.what() << "\n";

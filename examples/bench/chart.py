@@ -1,10 +1,11 @@
-"""Pictures of speed against accuracy from the CSV files that examples/bench/chart.sh measured.
+"""Draws pictures of speed against accuracy from the CSV files that examples/bench/chart.sh wrote.
 
-chart.py FOLDER reads queries.csv and steps.csv there and writes, as SVG and PNG:
-  accuracy      elementary tests, all queries of the broad-phase sets pooled
+chart.py FOLDER reads FOLDER/accuracy/queries.csv and FOLDER/bullet/steps.csv. It writes beside them, as
+SVG and PNG:
+  accuracy      elementary tests, over all queries of the broad-phase sets
   missed_by_set, false_hits_by_set, times_by_set
-                the same, a panel for each set of queries
-  steps         whole steps, a panel for each scene
+                the same, with one panel for each set of queries
+  steps         whole steps, with one panel for each scene
 """
 import csv
 import math
@@ -17,7 +18,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  (after the choice of backend)
 from matplotlib.ticker import FuncFormatter  # noqa: E402
 
-# Okabe and Ito: told apart with any colour vision. Shapes repeat the difference in precision.
+# Okabe and Ito's colours, which can be distinguished with any colour vision. Marker shapes show precision.
 COLOURS = {
     "LazyCCD": "#D55E00",
     "cubic, Newton-bisection": "#0072B2",
@@ -55,8 +56,9 @@ def draw(axes, x, y, method, precision, small=False):
 
 
 def merged(axes, points):
-    """One label for neighbours of one method and remark: [(x, y, text, colour)] of
-    (x, y, method, precision, remark)."""
+    """Merges the labels of near points with the same method and remark.
+
+    Takes (x, y, method, precision, remark) and returns a list of (x, y, text, colour)."""
     groups = []
     for x, y, method, precision, remark in sorted(points, key=lambda p: p[0]):
         px, py = axes.transData.transform((x, y))
@@ -73,7 +75,7 @@ def merged(axes, points):
 
 
 def label_points(figure, axes, points):
-    """Names each (x, y, method, precision, remark) where it hides neither point nor label."""
+    """Labels each (x, y, method, precision, remark) at a place that hides no point and no other label."""
     figure.canvas.draw()
     renderer = figure.canvas.get_renderer()
     taken = []
@@ -113,7 +115,7 @@ def time_of(nanoseconds, _):
 
 
 def percent_axis(axes, smallest):
-    """Zero, the best there is, on a line of its own below a logarithmic scale."""
+    """Makes a logarithmic axis with zero, the best value, on a line of its own below."""
     axes.set_yscale("symlog", linthresh=smallest, linscale=0.7)
     axes.set_ylim(-1.3 * smallest, 150)
     axes.set_yticks([0] + [t for t in (0.001, 0.01, 0.1, 1, 10, 100) if t >= smallest])
@@ -122,7 +124,7 @@ def percent_axis(axes, smallest):
 
 
 def time_axis(axes):
-    """Errors of the time of impact, fractions of the step; 1e-16 is as fine as double holds it."""
+    """Makes an axis for errors of the time of impact, in steps. 1e-16 is the resolution of double."""
     axes.set_yscale("log")
     axes.set_ylim(2e-17, 1e-1)
     axes.set_yticks([1e-16, 1e-12, 1e-8, 1e-4])
@@ -143,22 +145,22 @@ def time_error(row):
     return max(abs(float(row["toi_early_median"])), 1e-16) if row["toi_early_median"] else None
 
 
-MISSED = ("missed contacts, of those that truly touch", missed_percent,
+MISSED = ("missed contacts, as a share of pairs that truly touch", missed_percent,
           lambda axes: percent_axis(axes, 0.01))
-FALSE = ("false hits, of those that do not touch", false_percent,
+FALSE = ("false hits, as a share of pairs that do not touch", false_percent,
          lambda axes: percent_axis(axes, 0.001))
-TIME = ("error of the time of impact, median, of the step", time_error, time_axis)
+TIME = ("median error of the time of impact, as a share of the step", time_error, time_axis)
 
 
 def save(figure, folder, name):
-    # No date inside, so that the same numbers give the same bytes.
+    # Without a date, so that the same numbers give the same bytes.
     figure.savefig(folder / f"{name}.svg", metadata={"Date": None}, bbox_inches="tight")
     figure.savefig(folder / f"{name}.png", dpi=150, bbox_inches="tight")
     plt.close(figure)
 
 
 def best_rows(rows, name):
-    """One row a method: over both kinds of query, or over vertex-face where it knows no other."""
+    """Returns one row a method: over both kinds of query, or over vertex-face if it has no other."""
     chosen = {}
     for row in rows:
         key = (row["method"], row["precision"])
@@ -191,7 +193,7 @@ def picture_pool(rows, folder, machine):
         axes.xaxis.set_major_formatter(FuncFormatter(time_of))
         scale(axes)
         label_points(figure, axes, points)
-    panels[-1].set_xlabel("mean time a query, one thread")
+    panels[-1].set_xlabel("mean time per query, one thread")
     total = max(chosen, key=lambda r: int(r["queries"]))
     what = {POOL_BROAD: "pairs that a broad phase yields",
             POOL_ALL: "queries, degenerate ones included"}[pool]
@@ -230,8 +232,8 @@ def picture_sets(rows, folder, machine, name_of_file, quantity):
                           markersize=11 if marker == "*" else 7, label=f"{m}, {p}")
                for m in COLOURS for p, marker in MARKERS.items() if (m, p) in seen]
     rest[0].legend(handles=handles, loc="upper left", fontsize=8, frameon=False)
-    figure.suptitle(f"{title[0].upper()}{title[1:]}, against mean time a query, by set; "
-                    f"vertex-face and edge-edge a point each\n{machine}, one thread",
+    figure.suptitle(f"{title[0].upper()}{title[1:]}, against mean time per query, by set; "
+                    f"one point each for vertex-face and edge-edge\n{machine}, one thread",
                     x=0.02, ha="left", fontsize=10)
     figure.tight_layout()
     save(figure, folder, name_of_file)
@@ -269,7 +271,7 @@ def picture_steps(rows, folder, machine):
         axes.set_xlabel("time of a whole step")
         for method in ("LazyCCD", "Bullet"):
             mine = sorted((p for p in points if p[3] == method), key=lambda p: -p[1])
-            # LazyCCD's labels stack above its points, Bullet's to the left of each.
+            # LazyCCD's labels are stacked above its points; each label of Bullet is left of its point.
             for index, (x, y, text, _) in enumerate(mine):
                 if method == "LazyCCD":
                     place, across, up = (0, 12 + 13 * index), "left", "bottom"
@@ -280,7 +282,7 @@ def picture_steps(rows, folder, machine):
                               ha=across, va=up, color=colour(method), fontsize=8.5)
     panels[0][0].set_ylabel("missed contacts,\nvertex-face and edge-edge")
     figure.suptitle("Whole steps: LazyCCD finds every contact; one pass of Bullet's own detection, "
-                    "one thread, looks for vertex-face only\n" + machine,
+                    "one thread, tests vertex-face only\n" + machine,
                     x=0.02, ha="left", fontsize=11)
     figure.tight_layout()
     save(figure, folder, "steps")

@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Speed against accuracy, of elementary tests and of whole steps: two CSV files, two tables and the
-# pictures (SVG and PNG), into examples/results/{accuracy,bullet}. Options go to lazyccd_chart, e.g. --rounds 9.
+# Measures speed and accuracy of elementary tests and of whole steps. Prints two tables and writes two CSV
+# files and pictures (SVG and PNG) to examples/results/{accuracy,bullet}. Options go to lazyccd_chart, e.g.
+# --rounds 9.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../setup.sh"
 

@@ -1,5 +1,5 @@
-// The program lazyccd_chart: speed and accuracy of every elementary test, to a table and a CSV
-// file; examples/bench/chart.sh makes the picture of it.
+// The program lazyccd_chart: measures speed and accuracy of every elementary test. Prints a table
+// and writes a CSV file, from which examples/bench/chart.sh draws pictures.
 #include <algorithm>
 #include <cstdio>
 #include <fstream>
@@ -19,11 +19,11 @@ namespace {
 using namespace lazyccd;
 using namespace lazyccd::bench;
 
-// The pool that says what a detector really meets.
+// The pool of queries as a detector meets them in practice.
 constexpr const char* broad_phase = "broad phase";
 
-// Every set by itself, then pools by kind and over both: the sets sampled from a broad phase
-// (bp-*), and all sets.
+// Appends pools to the scores of single sets: one of the sets that were sampled from a broad phase
+// (bp-*) and one of all sets, for each kind and for both kinds together.
 std::vector<Score> with_pools(std::vector<Score> scores) {
   struct Pool {
     const char* name;
@@ -95,21 +95,23 @@ int main(int argc, char** argv) {
   std::string data = default_data_dir().string(), csv;
   int generated = 500;
   Budget budget;
-  app.add_option("--data", data, "folder of the data with queries/; may be absent")
+  app.add_option("--data", data, "data folder, which contains queries/; may be missing")
       ->capture_default_str();
-  app.add_option("--generated", generated, "queries to generate of each kind, degenerate and not")
+  app.add_option("--generated", generated,
+                 "number of generated queries of each kind, for degenerate and other ones")
       ->capture_default_str();
-  app.add_option("--rounds", budget.rounds, "medians over that many")
+  app.add_option("--rounds", budget.rounds, "number of rounds for the medians")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
-  app.add_option("--seconds", budget.seconds, "for a method on a set; what is over goes undecided")
+  app.add_option("--seconds", budget.seconds,
+                 "time limit for one method on one set; the remaining queries stay undecided")
       ->capture_default_str();
   app.add_option("--csv", csv, "also write every set and pool to this file");
   CLI11_PARSE(app, argc, argv);
 
   try {
     std::vector<QuerySet> sets = read_query_sets(data);
-    if (sets.empty()) std::cout << "no queries in " << data << ": generated ones only\n";
+    if (sets.empty()) std::cout << "no queries in " << data << "; using generated queries only\n";
     for (QuerySet& set : generated_query_sets(generated, 1)) sets.push_back(std::move(set));
     const std::vector<peers::Method> methods = peers::all_methods();
     std::vector<Score> scores;

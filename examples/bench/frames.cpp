@@ -27,7 +27,8 @@ std::vector<fs::path> sorted_files(const fs::path& folder, const std::string& en
   return found;
 }
 
-// In Detector::edges()'s order, which the files share.
+// Returns the number of edges of a mesh. The truth files number them in the order of
+// Detector::edges().
 std::size_t count_edges(const io::Mesh& mesh) {
   std::vector<Edge> edges;
   for (const Face& f : mesh.faces)
@@ -39,8 +40,9 @@ std::size_t count_edges(const io::Mesh& mesh) {
   return std::size_t(std::unique(edges.begin(), edges.end()) - edges.begin());
 }
 
-// Column `hit` of a truth file beside the pairs that it speaks of. An index there counts through
-// all vertices, then all edges, then all faces.
+// Reads the pairs that touch. `boxes` lists the pairs; column `hit` of `truth` tells for each
+// whether it touches. Indices in the file run through all vertices, then all edges, then all faces;
+// `first` is the index of the first primitive of each side.
 Pairs read_truth(const fs::path& boxes, const fs::path& truth, std::array<std::size_t, 2> first) {
   const auto pairs = nlohmann::json::parse(io::read_file(boxes));
   std::ifstream lines(truth);
@@ -98,8 +100,8 @@ FramePair waving_sheets(int quads, int layers) {
     const auto first = std::int32_t(pair.start.vertices.size());
     for (int j = 0; j <= quads; ++j)
       for (int i = 0; i <= quads; ++i) {
-        // Metres. The waves of two sheets differ, so that they meet here and there; they are steep,
-        // because Bullet looks for no contact within a part whose normals differ little.
+        // Metres. The waves of two sheets differ, so that the sheets meet only in places. The waves
+        // are steep, because Bullet skips parts of a mesh whose normals differ little.
         const double x = 2.0 * i / quads - 1, y = 2.0 * j / quads - 1;
         const double wave = 0.03 * std::sin(31 * x + layer) * std::cos(23 * y - 2 * layer);
         pair.start.vertices.push_back({x, y, 0.08 * layer + wave});

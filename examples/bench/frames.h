@@ -1,4 +1,4 @@
-// Pairs of frames to detect on, with the exact truth where it is known.
+// Pairs of frames for benches of detection, with the exact truth if it is known.
 #pragma once
 
 #include <array>
@@ -12,27 +12,30 @@
 
 namespace lazyccd::bench {
 
-// Primitives as LazyCCD numbers them: vertex and face, or two edges, smaller index first. Sorted.
+/// Sorted pairs of primitives, numbered as LazyCCD does: vertex and face, or two edges with the
+/// smaller index first.
 using Pairs = std::vector<std::array<std::int32_t, 2>>;
 
+/// The start and the end of a step.
 struct FramePair {
   std::string name;
   io::Mesh start, end;
-  std::optional<Pairs> truth_vf, truth_ee;  // all that touch during the step
+  std::optional<Pairs> truth_vf, truth_ee;  // all pairs that touch during the step
 };
 
-// $LAZYCCD_DATA_DIR, else ../shared/data beside the repository.
+/// Returns $LAZYCCD_DATA_DIR if it is set, else shared/data beside the repository.
 std::filesystem::path default_data_dir();
 
-// Every folder of DIR/frames that holds frames/*.ply (two files, start and end in the order of
-// their names), boxes/*{vf,ee}.json and {vf,ee}_truth.csv. None where DIR is absent.
+/// Reads every folder of DIR/frames that has frames/*.ply (two files: start and end in the order of
+/// their names), and the truth from boxes/*{vf,ee}.json and {vf,ee}_truth.csv. Returns nothing if
+/// DIR does not exist.
 std::vector<FramePair> read_frames(const std::filesystem::path& data_dir);
 
-// A scene that needs no file: `layers` square sheets of `quads` x `quads` waved quads each, that
-// sink into each other over the step.
+/// Makes a scene that needs no file: `layers` wavy square sheets of `quads` x `quads` quads, which
+/// move into each other during the step.
 FramePair waving_sheets(int quads, int layers);
 
-// How many of `truth` are not in `found` (sorted), and the other way round.
+/// How many pairs of `truth` are missing in `found`, and how many of `found` are not in `truth`.
 struct Difference {
   std::size_t missed, extra;
 };

@@ -10,8 +10,8 @@ namespace lazyccd::bench {
 std::vector<QuerySet> generated_query_sets(int count, std::uint64_t seed) {
   std::vector<QuerySet> sets;
   for (const bool degenerate : {false, true}) {
-    // Arbitrary bits are no scene: exponents so far apart that the oracle takes minutes for a
-    // query.
+    // Without "any_bits": arbitrary bits are not like a scene, and their exponents are so far apart
+    // that the oracle takes minutes for a query.
     std::vector<const test::Generator*> generators;
     for (const test::Generator& g : test::generators())
       if (g.is_degenerate == degenerate && g.name != std::string_view("any_bits"))

@@ -1,4 +1,5 @@
-// Query sets that need no file: the tests' generators, the truth by the tests' exact oracle.
+// Query sets that need no file. They come from the generators of the tests, with the truth from the
+// exact oracle of the tests.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +9,8 @@
 
 namespace lazyccd::bench {
 
-// Two sets of each kind, `count` queries each: "generated" and "generated, degenerate".
+/// Returns two sets of each kind with `count` queries each: "generated" and "generated,
+/// degenerate".
 std::vector<QuerySet> generated_query_sets(int count, std::uint64_t seed);
 
 }  // namespace lazyccd::bench

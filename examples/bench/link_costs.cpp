@@ -1,9 +1,10 @@
-// What the links of a cloth cost: btSoftBody::solveConstraints() against what LazyCCD has in its
-// place (plugin/soft_constraints.h), a table.
+// The programs lazyccd_link_costs and lazyccd_link_costs_double: measure the time of solving the
+// links of a cloth, with btSoftBody::solveConstraints() and with LazyCCD's replacement
+// (plugin/links/soft_constraints.h).
 //
-// lazyccd_link_costs
-// Microseconds, the median of the steps; in each the same cloth, falling from two held nodes, is
-// solved in both ways, one after the other, with the same result to the bit. On one thread.
+// The cloth falls from two pinned nodes. In each step both solvers solve the same state, one after
+// the other, on one thread; the results must be equal to the bit. The table has microseconds, as
+// medians over the steps. Exit code 1: the results differ.
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
@@ -27,7 +28,7 @@ std::unique_ptr<btSoftBody> make_cloth(btSoftBodyWorldInfo& info, int nodes, int
   Sheet sheet{nodes, nodes, 1, 1};
   sheet.jitter = 0.02;
   std::unique_ptr<btSoftBody> cloth = make_sheet(info, sheet, random);
-  for (const int held : {0, nodes - 1}) cloth->setMass(held, 0);
+  for (const int pinned : {0, nodes - 1}) cloth->setMass(pinned, 0);
   cloth->m_cfg.piterations = iterations;
   return cloth;
 }
@@ -40,15 +41,17 @@ bool are_same(const btSoftBody& a, const btSoftBody& b) {
   return true;
 }
 
-// False where the results differ.
+// Measures one size of cloth and prints a row. Returns false if the results differ.
 bool compare(int nodes, int iterations) {
   btSoftBodyWorldInfo info;
-  const std::unique_ptr<btSoftBody> bullets = make_cloth(info, nodes, iterations),
-                                    ours = make_cloth(info, nodes, iterations);
+  const std::unique_ptr<btSoftBody> with_bullet = make_cloth(info, nodes, iterations),
+                                    with_lazyccd = make_cloth(info, nodes, iterations);
   btAlignedObjectArray<btSoftBody*> bodies;
-  bodies.push_back(ours.get());
+  bodies.push_back(with_lazyccd.get());
   bullet::SoftConstraints constraints;
-  const auto alone = [](std::size_t count, std::size_t, const auto& body) { body(0, count); };
+  const auto run_serially = [](std::size_t count, std::size_t, const auto& body) {
+    body(0, count);
+  };
   const auto time = [](const auto& solve) {
     const auto begin = std::chrono::steady_clock::now();
     solve();
@@ -57,15 +60,15 @@ bool compare(int nodes, int iterations) {
   };
   std::vector<double> times[2];
   for (int step = 0; step < steps; ++step) {
-    bullets->predictMotion(dt);
-    times[0].push_back(time([&] { bullets->solveConstraints(); }));
-    ours->predictMotion(dt);
-    times[1].push_back(time([&] { constraints.solve(bodies, alone); }));
+    with_bullet->predictMotion(dt);
+    times[0].push_back(time([&] { with_bullet->solveConstraints(); }));
+    with_lazyccd->predictMotion(dt);
+    times[1].push_back(time([&] { constraints.solve(bodies, run_serially); }));
   }
   const double before = bench::median(times[0]), now = bench::median(times[1]);
-  const bool same = are_same(*bullets, *ours);
+  const bool same = are_same(*with_bullet, *with_lazyccd);
   std::printf("| %d x %d | %d | %d | %.1f | %.1f | %.2f |%s\n", nodes, nodes,
-              bullets->m_links.size(), iterations, before, now, now / before,
+              with_bullet->m_links.size(), iterations, before, now, now / before,
               same ? "" : " NOT THE SAME");
   return same;
 }

@@ -1,4 +1,4 @@
-// What a measurement ran on, and the median that is reported of it.
+// The name of the machine and the median, for reports of measurements.
 #pragma once
 
 #include <string>
@@ -6,9 +6,10 @@
 
 namespace lazyccd::bench {
 
-// Model of the processor and how many of its threads there are.
+/// Returns the model of the processor and its number of hardware threads.
 std::string machine();
 
+/// Returns the median; 0 without values.
 double median(std::vector<double> values);
 
 }  // namespace lazyccd::bench

@@ -1,11 +1,12 @@
-"""Where collision methods fail: scenes over speed, time step, thickness and triangle size.
+"""Makes a map of where collisions fail: scenes over speed, time step, thickness and triangle size.
 
 map.py PROGRAMS OUT [--quick] [--jobs N] [--scenes A,B] [--detectors A,B] [--draw]
   PROGRAMS  folder with the programs lazyccd and lazyccd_double
-  OUT       folder of map.csv, which is read first, so that a stopped run goes on where it was, and
-            of the pictures map.svg and map.png
-The detector lazyccd-cuda is LazyCCD on the GPU; the table has it and the picture has not. Where both were
-measured, their rows are compared: a scene is to go the same way to the last bit.
+  OUT       folder of map.csv and of the pictures map.svg and map.png. Points that are already in map.csv
+            are not measured again, so a stopped run can be continued.
+
+The detector lazyccd-cuda is LazyCCD on the GPU. It is in the table but not in the picture. At points that
+were measured on both CPU and GPU, the two runs are compared: they must be equal to the last bit.
 """
 import argparse
 import csv
@@ -26,7 +27,7 @@ from matplotlib.patches import Patch  # noqa: E402
 
 PROGRAMS = {"float": "lazyccd", "double": "lazyccd_double"}
 WORLDS = ["rigid", "deformable"]
-DETECTORS = {  # options of `lazyccd simulate`, and what it is called
+DETECTORS = {  # options of `lazyccd simulate`, and the name in table and picture
     "bullet": (["--detector", "bullet"], "Bullet alone"),
     "lazyccd": (["--detector", "lazyccd"], "with LazyCCD"),
     "lazyccd-cuda": (["--detector", "lazyccd", "--backend", "cuda"], "LazyCCD on GPU"),
@@ -34,7 +35,7 @@ DETECTORS = {  # options of `lazyccd simulate`, and what it is called
 DRAWN = ["bullet", "lazyccd"]
 STEPS = ["0.016666666666666666", "0.008333333333333333", "0.004166666666666667"]  # s
 
-# Scene: speeds in m/s, time steps in s, margins in m, sizes (nodes along a side, times the scene's).
+# Scene: speeds in m/s, time steps in s, margins in m, sizes (factors of the number of nodes along a side).
 FULL = {
     "cloth-on-cloth": (["2", "10", "30", "100"], STEPS, ["0.001", "0.01", "0.04"], ["0.5", "1"]),
     "small-triangles": (["0.4", "2", "10"], STEPS, ["0.0005", "0.002", "0.008"], ["0.5", "1"]),
@@ -57,7 +58,7 @@ FULL = {
     "cloth-off-table": (["0.5", "2", "8"], STEPS[::2], ["0.002", "0.01"], ["0.5"]),
     "ball-on-net": (["2", "5", "20"], STEPS[::2], ["0.002", "0.01"], ["0.5"]),
 }
-# Pinned nodes or rigid bodies that the scene moves bring in energy from outside: it is not judged.
+# These scenes move pinned nodes or rigid bodies, which adds energy. So their energy is not judged.
 DRIVEN = {"twist", "pressed-blocks", "cloth-on-moving-mesh", "cloth-off-table"}
 QUICK = {
     "cloth-on-cloth": (["2", "30"], STEPS[::2], ["0.01"], ["0.5"]),
@@ -68,7 +69,7 @@ QUICK = {
 POINT = ["scene", "world", "precision", "detector", "speed", "dt", "margin", "size"]
 FOUND = ["outcome", "steps", "piercings_at_start", "crossings", "piercings", "wrong_side",
          "energy_gain", "response_gain", "end_speed", "zone_nodes", "last_resorts", "ms_step"]
-LIMIT = 300  # s a run
+LIMIT = 300  # of one run, s
 
 
 def points(axes, detectors):
@@ -77,7 +78,7 @@ def points(axes, detectors):
 
 
 def measure(programs, point):
-    """The row of one point. A run that dies or hangs is an outcome too."""
+    """Runs one point and returns its row. A run that crashes or hangs also gives a row."""
     scene, world, precision, detector, speed, dt, margin, size = point
     row = dict(zip(POINT, point), outcome="ran")
     with tempfile.TemporaryDirectory() as folder:
@@ -139,16 +140,16 @@ def measure_all(programs, path, todo, jobs):
         print(file=sys.stderr)
 
 
-# What a point is, worst first: name, colour (told apart in grey too), and what it means.
+# Verdicts on a point, worst first: name, colour (distinguishable in grey too), meaning.
 VERDICTS = [
-    ("dies", "#000000", "not finite, or the run died or hung"),
-    ("through", "#c1272d", "passes through or pierces"),
-    ("energy", "#f28e2b", "energy rises by more than 5 %, or by more than 1 % in the response"),
+    ("dies", "#000000", "not finite, or the run crashed or hung"),
+    ("through", "#c1272d", "passes through, or intersects at the end"),
+    ("energy", "#f28e2b", "energy rises by more than 5 %, or by more than 1 % by the response"),
     ("held", "#a6c8e0", "clean; the fail-safe held nodes"),
     ("clean", "#dcefe0", "clean"),
-    ("unclean", "#ffffff", "starts with piercings: not counted"),
+    ("unclean", "#ffffff", "intersects at the start: not counted"),
 ]
-# Of the energy at the start. Bullet's integrators have their share in the whole.
+# Relative to the energy at the start. Bullet's integrators also change the whole energy.
 ENERGY_LIMIT, RESPONSE_LIMIT = 0.05, 0.01
 
 
@@ -183,7 +184,7 @@ def print_table(rows):
 
 
 def print_differences(rows):
-    """Points at which the GPU's run is not the CPU's."""
+    """Prints the points at which the runs on GPU and CPU differ."""
     def ran(row):
         return {name: row[name] for name in FOUND if name != "ms_step"}
 
@@ -195,13 +196,13 @@ def print_differences(rows):
             if row["detector"] == "lazyccd-cuda" and point(row) in on_cpu]
     if both:
         differ = [row for cpu, row in both if ran(cpu) != ran(row)]
-        print(f"On CPU and GPU: {len(both)} points, of which {len(differ)} differ")
+        print(f"Measured on CPU and GPU: {len(both)} points; {len(differ)} of them differ")
         for row in differ[:10]:
             print("  " + " ".join(point(row)))
 
 
 def draw_panel(axes, rows, speeds, steps, margins, sizes):
-    """A cell a point, float above the diagonal and double below it."""
+    """Draws one cell a point, with float above the diagonal and double below it."""
     colours = {name: colour for name, colour, _ in VERDICTS}
     corners, shades = [], []
     for row in rows:
@@ -264,10 +265,10 @@ def draw(rows, out):
     figure.suptitle(
         "Where collisions fail: " + ", ".join(
             f"{DETECTORS[d][1]} at {fails[d]} of {clean_starts[d]} points" for d in DRAWN) +
-        "\nRows: time step in s, within each coarse to fine triangles. "
+        "\nRows: time step in s; within each, coarse to fine triangles. "
         "Cells: float above the diagonal, double below", x=0.02, ha="left", fontsize=11)
     figure.tight_layout(rect=(0, 0.6 / figure.get_figheight(), 1, 0.99), h_pad=0.4, w_pad=0.8)
-    # No date inside, so that the same numbers give the same bytes.
+    # Without a date, so that the same numbers give the same bytes.
     figure.savefig(out / "map.svg", metadata={"Date": None})
     figure.savefig(out / "map.png", dpi=110)
 
@@ -277,11 +278,12 @@ def main():
                                      formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("programs", type=Path)
     parser.add_argument("out", type=Path)
-    parser.add_argument("--quick", action="store_true", help="a small map, in a minute")
-    parser.add_argument("--jobs", type=int, default=2, help="points at a time")
-    parser.add_argument("--scenes", help="only these, with commas between them")
-    parser.add_argument("--detectors", default=",".join(DRAWN), help="of " + ", ".join(DETECTORS))
-    parser.add_argument("--draw", action="store_true", help="measure nothing, draw what is there")
+    parser.add_argument("--quick", action="store_true", help="make a small map, in a minute")
+    parser.add_argument("--jobs", type=int, default=2, help="number of points that run at the same time")
+    parser.add_argument("--scenes", help="only these scenes, separated by commas")
+    parser.add_argument("--detectors", default=",".join(DRAWN),
+                        help="detectors, separated by commas: " + ", ".join(DETECTORS))
+    parser.add_argument("--draw", action="store_true", help="measure nothing; draw the points in map.csv")
     arguments = parser.parse_args()
     axes = QUICK if arguments.quick else FULL
     if arguments.scenes:

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
-# Where collisions fail: scenes over speed, time step, thickness and triangle size, with Bullet alone and
-# with LazyCCD, in both worlds and precisions. A table, a CSV file and a picture (SVG and PNG) in
-# examples/results/map; with --quick a small one in build/map_quick, in a minute. Goes on where it was stopped;
-# --fresh begins anew. Further options go to map.py.
+# Makes a map of where collisions fail: scenes over speed, time step, thickness and triangle size, with
+# Bullet alone and with LazyCCD, in both worlds and precisions. Prints a table and writes a CSV file and a
+# picture (SVG and PNG) to examples/results/map. With --quick it writes a small map to build/map_quick, in
+# a minute. It continues a run that was stopped; --fresh starts again. Other options go to map.py.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../setup.sh"
 

@@ -1,13 +1,18 @@
-"""Where Bullet alone lets nothing through: does LazyCCD go where Bullet goes, at no more than its cost?
+"""Compares LazyCCD with Bullet alone in scenes in which Bullet alone misses nothing. There LazyCCD should
+give the same motion and cost no more.
 
 no_regression.py PROGRAMS [--rounds N] [--csv FILE]
   PROGRAMS  folder with the programs lazyccd and lazyccd_double
-Two tables. Paths: how far the same nodes are apart, mean / largest, in margins. What that says depends on
-how far Bullet alone is from itself where nobody would see a difference: thrown 0.1 % faster, in the other
-precision, at half the time step. Bullet mended keeps the momentum that its own contacts lose
-(scenes/mended_bullet.h). --csv writes this table, at more times.
-Times: of a whole step, the median of the rounds (0: no times); where Bullet alone is wrong at 1/60 s, also
-the time a simulated second with LazyCCD at 1/60 s against Bullet alone at 1/240 s. Wants an idle machine.
+
+The first table compares motions: the distance between the same nodes of two runs, mean / largest, in
+margins. To judge these numbers, compare them with the distance between runs of Bullet alone that differ
+only a little: thrown 0.1 % faster, in the other precision, at half the time step. "Bullet mended" is
+Bullet alone, but it keeps the momentum that its own contacts lose (scenes/worlds/mended_bullet.h).
+--csv writes this table with more times.
+
+The second table compares times of a whole step, as medians over the rounds (--rounds 0: no times). If
+Bullet alone fails at 1/60 s, it also gives the ratio of times per simulated second: LazyCCD at 1/60 s to
+Bullet alone at 1/240 s. Run it on an idle machine.
 """
 import argparse
 import csv
@@ -21,7 +26,7 @@ from statistics import median
 import numpy
 
 PROGRAMS = {"float": "lazyccd", "double": "lazyccd_double"}
-# Scene, world, speed, size: Bullet alone lets nothing through at 1/240 s.
+# Scene, world, speed, size. At 1/240 s Bullet alone misses nothing in them.
 SCENES = [
     ("cloth-on-cloth", "rigid", "2", "0.5"),
     ("cloth-on-cloth", "deformable", "2", "0.5"),
@@ -32,9 +37,9 @@ SCENES = [
 ]
 COARSE, FINE = 1 / 60, 1 / 240  # s
 EVERY = 6  # steps of FINE between two frames
-MOMENTS = [24, 30, 48, 96]  # steps; first contact is at 13 to 23. The end is added
-SHOWN = 30
-# What is compared: of one run against another.
+MOMENTS = [24, 30, 48, 96]  # steps in the CSV, besides the last; the first contact is at 13 to 23
+SHOWN = 30  # step in the printed table, besides the last
+# The compared pairs of runs.
 COMPARED = {
     "Bullet faster": ("faster", "bullet"),
     "Bullet other precision": ("other", "bullet"),
@@ -47,7 +52,7 @@ COMPARED = {
 
 
 def read_vertices(path):
-    """Of a binary little-endian PLY as `lazyccd simulate` writes it."""
+    """Reads the vertices of a binary little-endian PLY, as `lazyccd simulate` writes it."""
     header, body = path.read_bytes().split(b"end_header\n", 1)
     lines = header.decode().splitlines()
     count = next(int(line.split()[2]) for line in lines if line.startswith("element vertex"))
@@ -56,7 +61,7 @@ def read_vertices(path):
 
 
 def run(program, scene, detector, dt, faster=1):
-    """Its counters and its frames: one every EVERY steps of FINE."""
+    """Runs a scene. Returns its counters and its frames, one every EVERY steps of FINE."""
     name, world, speed, size = scene
     with tempfile.TemporaryDirectory() as folder:
         stats = Path(folder) / "stats.json"
@@ -69,7 +74,7 @@ def run(program, scene, detector, dt, faster=1):
 
 
 def paths(programs, precision, scene):
-    """Bullet's and LazyCCD's counters; of each comparison, mean and largest distance by frame."""
+    """Returns Bullet's and LazyCCD's counters, and mean and largest distance by frame for each comparison."""
     program = programs / PROGRAMS[precision]
     other = programs / next(name for key, name in PROGRAMS.items() if key != precision)
     runs = {
@@ -107,7 +112,7 @@ def compare_paths(programs, file):
         sides = [f"{name}: {which}" for name in COMPARED for which in ("mean", "largest")]
         writer.writerow(["scene", "world", "precision", "m/s", "step", *sides, "machine"])
     row = "{:<15} {:<11} {:<7} {:>5} {:>5} " + " {:>12}" * len(COMPARED)
-    print("How far apart, mean / largest, in margins")
+    print("Distance between the same nodes, mean / largest, in margins")
     print(row.format("", "", "", "", "", "Bullet", "Bullet,", "Bullet,", "LazyCCD", "Bullet", "", "LazyCCD,"))
     print(row.format("", "", "", "", "", "0.1 % faster", "other", "half the", "0.1 % faster", "mended,",
                      "LazyCCD,", "Bullet"))

@@ -21,7 +21,7 @@ std::vector<fs::path> sorted_entries(const fs::path& folder) {
   return entries;
 }
 
-// Columns query_index,hit,toi,flag; toi is inf for a miss.
+// Reads the times of impact. The columns are query_index,hit,toi,flag; toi is inf for a miss.
 void read_times(const fs::path& path, QuerySet& set) {
   std::ifstream lines(path);
   std::string line;
@@ -30,12 +30,14 @@ void read_times(const fs::path& path, QuerySet& set) {
     const std::size_t toi = line.find(',', line.find(',') + 1) + 1;
     set.toi.push_back(std::strtod(line.c_str() + toi, nullptr));
   }
-  if (set.toi.size() != set.queries.size()) io::fail(path.string(), "not one line a query");
+  if (set.toi.size() != set.queries.size())
+    io::fail(path.string(), "expected one line for each query");
 }
 
+// Appends the queries of a file to a set.
 void append(QuerySet& set, const fs::path& path) {
   const io::QueryFile file = io::read_queries(path);
-  if (file.truth.size() != file.points.size()) io::fail(path.string(), "carries no truth");
+  if (file.truth.size() != file.points.size()) io::fail(path.string(), "has no truth");
   set.queries.insert(set.queries.end(), file.points.begin(), file.points.end());
   for (const std::uint8_t hit : file.truth) set.hit.push_back(hit != 0);
 }
@@ -47,9 +49,12 @@ std::vector<QuerySet> read_query_sets(const fs::path& data_dir) {
   for (const fs::path& path : sorted_entries(data_dir / "queries")) {
     const std::string stem = path.stem().string();
     if (path.extension() == ".bin" && stem.size() > 3) {
-      QuerySet set{stem.substr(0, stem.size() - 3),
-                   stem.substr(stem.size() - 3) == "_vf" ? ContactKind::vertex_face
-                                                         : ContactKind::edge_edge, {}, {}, {}};
+      QuerySet set{
+          stem.substr(0, stem.size() - 3),
+          stem.substr(stem.size() - 3) == "_vf" ? ContactKind::vertex_face : ContactKind::edge_edge,
+          {},
+          {},
+          {}};
       append(set, path);
       const fs::path times = path.parent_path() / (stem + "_truth.csv");
       if (fs::exists(times)) read_times(times, set);

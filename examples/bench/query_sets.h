@@ -10,16 +10,18 @@
 
 namespace lazyccd::bench {
 
+/// Queries of one kind.
 struct QuerySet {
   std::string name;
   ContactKind kind;
   std::vector<QueryPoints> queries;
   std::vector<bool> hit;
-  std::vector<double> toi;  // first time of contact, a number a query, or empty where unknown
+  std::vector<double> toi;  // time of impact of each query; empty: unknown
 };
 
-// DIR/queries: every NAME_{vf,ee}.bin with NAME_{vf,ee}_truth.csv beside it where there is one, and
-// every NAME/{vertex-face,edge-edge}/*.csv, pooled by folder. None where DIR is absent.
+/// Reads the sets in DIR/queries: every NAME_{vf,ee}.bin, with times of impact from
+/// NAME_{vf,ee}_truth.csv if that exists, and every NAME/{vertex-face,edge-edge}/*.csv, with all
+/// files of a folder as one set. Returns nothing if DIR does not exist.
 std::vector<QuerySet> read_query_sets(const std::filesystem::path& data_dir);
 
 }  // namespace lazyccd::bench

@@ -1,9 +1,11 @@
-// What a step costs in scenes that games are made of: Bullet alone against LazyCCD, a table.
+// The programs lazyccd_scene_costs and lazyccd_scene_costs_double: measure the time of a step in
+// scenes that are common in games, with Bullet alone and with LazyCCD.
 //
-// lazyccd_scene_costs [--rounds N] [--only TEXT] [--csv FILE] [--cpu-time]
-// Milliseconds of a whole step, over a second from the drop, and how far nodes were inside of rigid
-// bodies at most, seen twenty times a second. The runs of a scene take turns, one with Bullet alone
-// and one with LazyCCD; the table has the medians of the rounds. Wants an idle machine.
+//   lazyccd_scene_costs [--rounds N] [--only TEXT] [--csv FILE] [--cpu-time]
+//
+// The table has milliseconds of a whole step, over one second from the start, and the largest depth
+// of a node in a rigid body, sampled twenty times a second. Runs with Bullet alone and with LazyCCD
+// take turns; times are medians over the rounds. Run it on an idle machine.
 #include <BulletCollision/CollisionShapes/btCapsuleShape.h>
 #include <BulletCollision/CollisionShapes/btCompoundShape.h>
 #include <BulletCollision/CollisionShapes/btConeShape.h>
@@ -44,7 +46,7 @@ struct CostScene {
 
 using MakeShape = std::function<std::unique_ptr<btCollisionShape>()>;
 
-// Owns its children, and knows their surfaces.
+// A compound shape that owns its children and knows their surfaces.
 class Character : public btCompoundShape {
  public:
   struct Part {
@@ -69,7 +71,7 @@ MakeShape shape(Sizes... sizes) {
   return [=] { return std::make_unique<Shape>(static_cast<btScalar>(sizes)...); };
 }
 
-// Each about 0.6 m wide and high, its middle in the origin.
+// Returns the shapes. Each is about 0.6 m wide and high and centred in the origin.
 std::vector<std::pair<std::string, MakeShape>> shapes() {
   const MakeShape hull = [] {
     auto points = std::make_unique<btConvexHullShape>();
@@ -139,7 +141,7 @@ void add_rope(PhysicsWorld& world, const btVector3& from, const btVector3& to) {
 
 btSoftBody* add_ball(PhysicsWorld& world, const btVector3& centre, double radius) {
   if (world.options().world == World::deformable) {
-    // Light, or the springs of the scenes let it collapse to a plane.
+    // Light, because with a larger mass the springs would let it collapse to a plane.
     auto ball = make_ball(world.info(), 4, 0.1, centre, radius);
     btSoftBody* const added = ball.get();
     world.add(std::move(ball));
@@ -249,25 +251,25 @@ std::vector<CostScene> cost_scenes() {
 }
 
 struct Cost {
-  double ms = 0;       // a step
-  double deepest = 0;  // metres: of nodes in rigid bodies, whenever
+  double ms = 0;       // mean time of a step
+  double deepest = 0;  // m: largest depth of a node in a rigid body, over all samples
 };
 
-// Metres that a point is inside of the hull about the origin.
+// Returns how deep a point is inside a convex hull that contains the origin, metres; 0: outside.
 double depth_in(const Triangles& hull, const btVector3& p) {
   const std::vector<btVector3>& x = hull.vertices;
-  btScalar least = hull.faces.empty() ? 0 : BT_LARGE_FLOAT;
+  btScalar min_depth = hull.faces.empty() ? 0 : BT_LARGE_FLOAT;
   for (const Face& face : hull.faces) {
     const btVector3 across = (x[face[1]] - x[face[0]]).cross(x[face[2]] - x[face[0]]);
     if (across.fuzzyZero()) continue;
     const btScalar outwards = across.dot(x[face[0]]) > 0 ? 1 : -1;
-    least = btMin(least, outwards * across.dot(x[face[0]] - p) / across.length());
-    if (least < 0) return 0;
+    min_depth = btMin(min_depth, outwards * across.dot(x[face[0]] - p) / across.length());
+    if (min_depth < 0) return 0;
   }
-  return static_cast<double>(least);
+  return static_cast<double>(min_depth);
 }
 
-// Of a convex body, a character or a plane.
+// Returns how deep a point is inside a convex body, a character or a plane, metres.
 double depth_in(const RigidBody& rigid, const btVector3& point) {
   const btVector3 p = rigid.body->getWorldTransform().invXform(point);
   if (const auto* plane = dynamic_cast<const btStaticPlaneShape*>(rigid.shape.get()))
@@ -291,27 +293,27 @@ double deepest_node(const PhysicsWorld& world) {
   return deepest;
 }
 
-// Milliseconds.
-double now(bool of_processor) {
-  if (of_processor) return 1e3 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
+// Returns the time in milliseconds: the processor time of this process, or wall time.
+double now(bool processor_time) {
+  if (processor_time) return 1e3 * static_cast<double>(std::clock()) / CLOCKS_PER_SEC;
   const auto time = std::chrono::steady_clock::now().time_since_epoch();
   return std::chrono::duration<double, std::milli>(time).count();
 }
 
-Cost run(const CostScene& scene, WorldOptions options, bool of_processor) {
-  constexpr int looks = 20;  // a second
+Cost run(const CostScene& scene, WorldOptions options, bool processor_time) {
+  constexpr int samples_per_second = 20;
   options.gravity = 10;
-  if (of_processor) options.lazyccd.detector.threads = 1;
+  if (processor_time) options.lazyccd.detector.threads = 1;
   const auto world = PhysicsWorld::make(options);
   scene.build(*world);
   const int steps = static_cast<int>(std::lround(scene.seconds / options.dt));
-  const int between = static_cast<int>(std::lround(1 / (looks * options.dt)));
-  world->step();  // builds what is built once
+  const int steps_per_sample = static_cast<int>(std::lround(1 / (samples_per_second * options.dt)));
+  world->step();  // not timed: it also builds persistent data
   Cost cost;
-  for (int i = 0; i < steps; i += between) {
-    const double begin = now(of_processor);
-    for (int k = i; k < std::min(steps, i + between); ++k) world->step();
-    cost.ms += (now(of_processor) - begin) / steps;
+  for (int i = 0; i < steps; i += steps_per_sample) {
+    const double begin = now(processor_time);
+    for (int k = i; k < std::min(steps, i + steps_per_sample); ++k) world->step();
+    cost.ms += (now(processor_time) - begin) / steps;
     cost.deepest = std::max(cost.deepest, deepest_node(*world));
   }
   return cost;
@@ -320,7 +322,7 @@ Cost run(const CostScene& scene, WorldOptions options, bool of_processor) {
 struct Request {
   int rounds = 5;
   std::string only, csv;
-  bool of_processor = false;
+  bool processor_time = false;
 };
 
 struct Comparison {
@@ -332,10 +334,10 @@ Comparison compare(const CostScene& scene, WorldOptions options, const Request& 
   std::vector<double> alone, ours;
   for (int i = 0; i < request.rounds; ++i) {
     options.collisions = Collisions::bullet;
-    result.alone = run(scene, options, request.of_processor);
+    result.alone = run(scene, options, request.processor_time);
     alone.push_back(result.alone.ms);
     options.collisions = Collisions::lazyccd;
-    result.ours = run(scene, options, request.of_processor);
+    result.ours = run(scene, options, request.processor_time);
     ours.push_back(result.ours.ms);
   }
   result.alone.ms = bench::median(alone);
@@ -358,8 +360,8 @@ void print_table(const Request& request) {
            "mm,LazyCCD sunk in mm,machine\n";
   }
   std::printf(
-      "| scene, %s | world | 1/60 s: Bullet | LazyCCD | ratio | sunk in, mm | 1/240 s: "
-      "Bullet | LazyCCD | ratio | sunk in, mm |\n|---|---|---|---|---|---|---|---|---|---|\n",
+      "| scene, %s | world | 1/60 s: Bullet | LazyCCD | ratio | depth, mm | 1/240 s: "
+      "Bullet | LazyCCD | ratio | depth, mm |\n|---|---|---|---|---|---|---|---|---|---|\n",
       precision);
   for (const CostScene& scene : cost_scenes()) {
     if (scene.name.find(request.only) == std::string::npos) continue;
@@ -385,13 +387,14 @@ void print_table(const Request& request) {
 }  // namespace lazyccd::scenes
 
 int main(int argc, char** argv) {
-  CLI::App app("What a step costs in common scenes: Bullet alone against LazyCCD");
+  CLI::App app("The time of a step in common scenes: Bullet alone against LazyCCD");
   lazyccd::scenes::Request request;
-  app.add_option("--rounds", request.rounds, "runs of each, of which the median is reported");
-  app.add_option("--only", request.only, "scenes with this in their name");
-  app.add_option("--csv", request.csv, "file for all that was measured");
-  app.add_flag("--cpu-time", request.of_processor,
-               "time of the processor, with one thread: for a machine that is not idle");
+  app.add_option("--rounds", request.rounds,
+                 "number of runs of each scene; the median is reported");
+  app.add_option("--only", request.only, "only scenes whose names contain this text");
+  app.add_option("--csv", request.csv, "write all measurements to this file");
+  app.add_flag("--cpu-time", request.processor_time,
+               "measure processor time with one thread, for a machine that is not idle");
   CLI11_PARSE(app, argc, argv);
   lazyccd::scenes::print_table(request);
   return 0;

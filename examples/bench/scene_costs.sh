@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
-# What a step costs in common scenes, with Bullet alone and with LazyCCD, in both worlds and precisions: two
-# tables, and CSV files in build/scene_costs; and what the links of a cloth cost. Options go to
-# lazyccd_scene_costs, e.g. --only capsule, --cpu-time.
+# Measures the time of a step in common scenes, with Bullet alone and with LazyCCD, in both worlds and
+# precisions, and the time of solving the links of a cloth. Prints tables and writes CSV files to
+# build/scene_costs. Options go to lazyccd_scene_costs, e.g. --only capsule, --cpu-time.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../setup.sh"
 

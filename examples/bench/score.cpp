@@ -8,11 +8,11 @@
 namespace lazyccd::bench {
 namespace {
 
-// Truths are rounded to the nearest double.
+// The true times are rounded to the nearest double.
 constexpr double truth_rounding = std::numeric_limits<double>::epsilon();
 
-// Block b of n holds the queries b, b + n, b + 2n ...: one that stops early has still seen all
-// parts of a set.
+// Block b of n has the queries b, b + n, b + 2n, ... So a measurement that stops early has covered
+// all parts of a set.
 struct Block {
   std::vector<std::size_t> index;
   std::vector<QueryPoints> queries;
@@ -29,6 +29,7 @@ std::vector<Block> blocks(const QuerySet& set) {
   return all;
 }
 
+// Adds the comparison of a block's answers with the truth to a score.
 void compare(const QuerySet& set, const Block& block, const std::vector<QueryResult>& answers,
              Score& score) {
   for (std::size_t i = 0; i < answers.size(); ++i) {

@@ -1,11 +1,14 @@
-"""Tables and charts of the study from the CSV files that examples/bench/study.sh measured.
+"""Makes tables and charts of the study from the CSV files that examples/bench/study.sh wrote.
 
-study.py FOLDER reads *.csv there and writes tables.md and, as SVG and PNG:
-  strategies   time of a step by strategy, a panel for each model
-  stages       time of the traversal by strategy, a panel for each model; root-stages: from the root
-  steps        time over the motion of the funnel, a line a strategy (the dissertation's figure 4.2)
-  scaling      time by the number of workers, a panel for each model
-What is not there is left out.
+study.py FOLDER reads the CSV files in FOLDER and writes there tables.md and, as SVG and PNG:
+  strategies   time of a step by strategy, one panel for each model
+  stages       time of the traversal by strategy, one panel for each model; root-stages: from the root
+  steps        time over the motion of the funnel, one line for each strategy (da Silva, figure 4.2)
+  scaling      time by number of workers, one panel for each model
+Tables and charts whose CSV files are missing are left out.
+
+"da Silva" is V. da Silva, "Lazy Work Stealing for Continuous Hierarchy Traversal on Deformable
+Bodies", M.Sc. dissertation, COPPE/UFRJ.
 """
 import csv
 import sys
@@ -16,7 +19,7 @@ import matplotlib
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  (after the choice of backend)
 
-# Okabe and Ito: told apart with any colour vision.
+# Okabe and Ito's colours, which can be distinguished with any colour vision.
 COLOURS = {
     "lazy_stealing": "#D55E00",
     "lazy_stealing_greedy": "#E69F00",
@@ -25,8 +28,8 @@ COLOURS = {
     "guided": "#CC79A7",
     "thread_per_query": "#777777",
 }
-# The dissertation's milliseconds a frame with lazy work stealing on a GTS 450 (its models are others
-# of the same kind and size).
+# Milliseconds a frame with lazy work stealing on a GTS 450, from da Silva. The models there are others of
+# the same kind and size.
 PUBLISHED_MS = {"funnel": "17.4", "cloth-ball": "77.3"}
 
 
@@ -60,7 +63,7 @@ def markdown(title, heading, body):
 
 def strategies_table(rows, column, title):
     strategies = distinct(rows, "strategy")
-    whole = column == "ms_total"  # as what was published
+    whole = column == "ms_total"  # the published times are of whole steps
     body = []
     for model in distinct(rows, "model"):
         times = {r["strategy"]: float(r[column]) for r in rows if r["model"] == model}
@@ -72,7 +75,7 @@ def strategies_table(rows, column, title):
             cells.append(f"**{text}**" if times.get(strategy) == best else text)
         body.append(cells)
     return markdown(title + " (mean; best in bold)",
-                    ["model", "triangles"] + ["dissertation, GTS 450"] * whole + strategies, body)
+                    ["model", "triangles"] + ["da Silva, GTS 450"] * whole + strategies, body)
 
 
 def fronts_table(rows):
@@ -101,7 +104,7 @@ def grid_table(rows, title, columns):
     times = [c for c in ("ms_total", "ms_device", "ms_refit", "ms_traverse", "ms_leaf", "ms_narrow")
              if any(float(r[c]) for r in rows)]
     heading = ["model"] + [c for c in columns] + [c[3:] for c in times] + [
-        "group pairs", "candidates", "culled by volume", "flat nodes", "orphans", "never coplanar",
+        "group pairs", "candidates", "culled by volume", "culled by normal cone", "orphan tests", "never coplanar",
         "front before", "front after", "front reused", "steals", "idle %"]
     body = []
     for r in rows:
@@ -217,7 +220,7 @@ def main():
             draw_strategies(stages, folder, "ms_traverse", "ms of traversal", name)
     for names, title, columns in (
             (("root", "fronts"),
-             "From the root or from the last front, made anew by period and ratio",
+             "From the root or from the last front, remade by period and ratio",
              ["strategy", "front", "front_period", "front_ratio"]),
             (("scaling",), "Workers", ["strategy", "threads", "blocks"]),
             (("sizes",), "Sizes of stack, batch and block", ["strategy", "stack", "chunk", "block_size"]),

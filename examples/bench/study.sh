@@ -1,12 +1,12 @@
 #!/usr/bin/env bash
-# The study of balancing strategies: the generated models through their motion, with every strategy,
-# number of workers, buffer size, bounding volume and culling. CSV files, tables and charts.
+# Runs the study of balancing strategies: the generated models through their motion, with every strategy,
+# number of workers, buffer size, bounding volume and culling. Writes CSV files, tables and charts.
 #
 #   bash examples/bench/study.sh [--backend cpu|cuda] [--out FOLDER] [--quick] [--program FILE | --draw]
 #
-# --program: measure with a built program, which needs nothing else; --draw: tables and charts alone,
-# from the CSV files that are in FOLDER (default: out/study-BACKEND). --quick: a few steps, to see that
-# all of it runs.
+# --out: the folder of results, by default out/study-BACKEND. --quick: few steps, as a test of the script.
+# --program: measures with a program that is already built and installs nothing. --draw: measures
+# nothing; makes tables and charts from the CSV files in the folder.
 set -euo pipefail
 
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
@@ -35,8 +35,8 @@ fi
 
 small=(cloud-64 cloud-256 cloud-1024 funnel)
 large=(cloud-4096 cloth-ball n-body)
-some=(--first 44 --last 60)  # of the motion, where sizes are compared
-window=()                    # for large models
+some=(--first 44 --last 60)  # part of the motion, for comparisons of sizes
+window=()                    # part of the motion for large models; empty: all of it
 [ "$backend" = cpu ] && window=("${some[@]}")
 whole=()
 if [ -n "$quick" ]; then some=(--first 50 --last 53) window=("${some[@]}") whole=(--first 50 --last 54); fi
@@ -44,7 +44,7 @@ workers=(--threads) && for ((n = 1; n < $(nproc); n *= 2)); do workers+=("$n"); 
 workers+=("$(nproc)")
 [ "$backend" = cuda ] && workers=(--blocks 1 4 16 66 132 0)
 
-# study NAME OPTION...: one part of the study, into NAME.csv
+# study NAME OPTION...: runs one part of the study and writes NAME.csv
 study() {
   local name=$1
   shift

@@ -1,4 +1,4 @@
-// lazyccd bench: whole detections, timed stage by stage, for each backend and strategy.
+// lazyccd bench: times whole detections stage by stage, for each backend and strategy.
 #include <algorithm>
 #include <cinttypes>
 #include <cstdio>
@@ -25,11 +25,12 @@ struct Arguments {
   std::string csv, label;
 };
 
-// One row of the table: a scene with a backend, a strategy and a way to start.
+// One row of a scene's table: a backend, a strategy and a way to start.
 struct Setting {
   std::string backend, strategy, mode;
   DetectorOptions options;
-  bool resident = false;  // the start is the end of the step before, as in a simulation
+  // The start is already on the GPU, as the end of the previous step. So it is in a simulation.
+  bool resident = false;
 };
 
 struct Column {
@@ -53,8 +54,9 @@ double percentile(std::vector<double> values, double share) {
   return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1) + 0.5)];
 }
 
-// The settings that say something: on the GPU each strategy as it is used, from the root, and with its
-// stages apart (whose sum is a little more than the graph's time).
+// Returns the settings that are worth measuring. On the GPU these are, for each strategy, the CUDA
+// graph as it is normally used and the single stages (their sum is a little more than the graph's
+// time). lazy_stealing is also measured from the root and with a resident start.
 std::vector<Setting> settings(const Arguments& arguments) {
   std::vector<Setting> all;
   for (const std::string& backend : arguments.backends) {
@@ -84,8 +86,8 @@ std::vector<Setting> settings(const Arguments& arguments) {
   return all;
 }
 
-void run_scene(const Arguments& arguments, const std::string& start_name, const std::string& end_name,
-               std::ofstream& csv) {
+void run_scene(const Arguments& arguments, const std::string& start_name,
+               const std::string& end_name, std::ofstream& csv) {
   const io::Mesh start = io::read_ply(start_name), end = io::read_ply(end_name);
   io::require_same_topology(start, start_name, end, end_name);
   std::printf("\n%s: %zu faces\n", start_name.c_str(), start.faces.size());
@@ -107,7 +109,8 @@ void run_scene(const Arguments& arguments, const std::string& start_name, const 
       if (first) hash = detector.stats().hash;
       first = false;
       if (detector.stats().hash != hash)
-        throw Error(ErrorCode::device, "the hash differs: " + setting.backend + " " + setting.strategy);
+        throw Error(ErrorCode::device,
+                    "the contacts differ (hash): " + setting.backend + " " + setting.strategy);
       if (i < arguments.warm_up) continue;
       for (std::size_t t = 0; t < times.size(); ++t)
         times[t].push_back(kTimes[t].value(detector.stats()));
@@ -116,30 +119,32 @@ void run_scene(const Arguments& arguments, const std::string& start_name, const 
     std::printf("%-5s %-17s %-22s", setting.backend.c_str(), setting.strategy.c_str(),
                 setting.mode.c_str());
     for (const auto& t : times) std::printf("%9.3f", percentile(t, 0.5));
-    std::printf("%10" PRId64 " %9" PRId64 "  %016" PRIx64 "\n", s.contacts_vf + s.contacts_ee, s.exact,
-                s.hash);
+    std::printf("%10" PRId64 " %9" PRId64 "  %016" PRIx64 "\n", s.contacts_vf + s.contacts_ee,
+                s.exact, s.hash);
     std::fflush(stdout);
     if (!csv) continue;
     csv << start_name << ',' << setting.backend << ',' << setting.strategy << ",\"" << setting.mode
         << "\"," << arguments.repeat;
     for (const auto& t : times) csv << ',' << percentile(t, 0.5) << ',' << percentile(t, 0.95);
-    csv << ',' << s.contacts_vf << ',' << s.contacts_ee << ',' << std::hex << s.hash << std::dec << ','
-        << s.tree_tests << ',' << s.front_nodes << ',' << s.group_pairs << ','
+    csv << ',' << s.contacts_vf << ',' << s.contacts_ee << ',' << std::hex << s.hash << std::dec
+        << ',' << s.tree_tests << ',' << s.front_nodes << ',' << s.group_pairs << ','
         << s.candidates_vf + s.candidates_ee << ',' << s.survivors_vf + s.survivors_ee << ','
-        << s.double_precision_tests << ',' << s.exact << ',' << s.steals << ',' << s.idle_share << ',' << s.overflows
-        << ',' << s.peak_bytes << ",\"" << s.device << "\"," << arguments.label << '\n';
+        << s.double_precision_tests << ',' << s.exact << ',' << s.steals << ',' << s.idle_share
+        << ',' << s.overflows << ',' << s.peak_bytes << ",\"" << s.device << "\","
+        << arguments.label << '\n';
   }
 }
 
 void run(const Arguments& arguments) {
   if (arguments.frames.size() % 2 != 0)
-    throw Error(ErrorCode::invalid_argument, "frames come in pairs: START END START END ...");
+    throw Error(ErrorCode::invalid_argument, "the frames must be pairs: START END START END ...");
   std::ofstream csv;
   if (!arguments.csv.empty()) {
     csv.open(arguments.csv);
     if (!csv) throw Error(ErrorCode::file, arguments.csv + ": cannot be written");
     csv << "scene,backend,strategy,mode,repetitions";
-    for (const Column& column : kTimes) csv << ",ms_" << column.name << ",ms_" << column.name << "_p95";
+    for (const Column& column : kTimes)
+      csv << ",ms_" << column.name << ",ms_" << column.name << "_p95";
     csv << ",contacts_vf,contacts_ee,hash,tree_tests,front_nodes,group_pairs,candidates,survivors,"
            "refined,exact,steals,idle_share,overflows,peak_bytes,device,label\n";
   } else {
@@ -155,22 +160,27 @@ void add_bench(CLI::App& app) {
   const auto arguments = std::make_shared<Arguments>();
   for (const Strategy strategy : kStrategies) arguments->strategies.emplace_back(name(strategy));
   CLI::App* command = app.add_subcommand(
-      "bench", "Time whole detections stage by stage: each backend with each strategy");
+      "bench", "Time whole detections stage by stage, with each backend and strategy");
   command->add_option("FRAMES", arguments->frames, "pairs of PLY files: START END START END ...")
       ->required();
   command->add_option("--backend", arguments->backends, "cpu, cuda or both")
       ->check(CLI::IsMember({"cpu", "cuda"}));
-  command->add_option("--strategy", arguments->strategies, "of the cuda backend; all where not named");
-  command->add_option("--threads", arguments->threads, "of the cpu backend; 0: as many as there are")
+  command->add_option("--strategy", arguments->strategies,
+                      "strategies of the cuda backend; default: all");
+  command
+      ->add_option("--threads", arguments->threads,
+                   "number of threads of the cpu backend; 0: as many as the machine has")
       ->check(CLI::Range(0, 1024));
-  command->add_option("--repeat", arguments->repeat, "timed detections a row")
+  command->add_option("--repeat", arguments->repeat, "number of timed detections for each row")
       ->check(CLI::Range(1, 100000));
   command->add_option("--csv", arguments->csv, "write medians, 95th percentiles and counts")
       ->type_name("FILE.csv");
-  command->add_option("--label", arguments->label, "last column of the CSV, a commit for instance");
+  command->add_option("--label", arguments->label,
+                      "text for the last column of the CSV, for example a commit");
   command->footer(
-      "Medians in milliseconds. device: positions resident to sorted contacts resident. The hash of\n"
-      "every row of a scene must be the same, or the bench fails.\n"
+      "Times are medians in milliseconds. Column device: from positions in GPU memory to sorted\n"
+      "contacts in GPU memory. All rows of a scene must have the same hash; otherwise the bench\n"
+      "fails.\n"
       "Example: lazyccd bench 92.ply 93.ply --backend cpu cuda --csv bench.csv");
   command->callback([arguments] { run(*arguments); });
 }

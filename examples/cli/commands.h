@@ -1,5 +1,6 @@
-// One function a subcommand: it adds its options to the program and runs when chosen. Failures are
-// thrown; main turns them into a message and exit code 1.
+// The subcommands of lazyccd. Each function adds one subcommand with its options to the program. A
+// subcommand runs if the user chose it. It throws on failure; main() prints the message and exits
+// with code 1.
 #pragma once
 
 #include <CLI/CLI.hpp>

@@ -1,4 +1,4 @@
-// lazyccd detect: all contacts between two frames of one mesh.
+// lazyccd detect: finds all contacts between two frames of one mesh.
 #include <cinttypes>
 #include <cstdio>
 #include <memory>
@@ -51,7 +51,7 @@ void run(const Arguments& arguments) {
 void add_detect(CLI::App& app) {
   const auto arguments = std::make_shared<Arguments>();
   CLI::App* command = app.add_subcommand(
-      "detect", "Find every contact while a mesh moves from one frame to the next");
+      "detect", "Find every contact of a mesh that moves from one frame to the next");
   command->add_option("START", arguments->start, "PLY file of the mesh at the start of the step")
       ->required();
   command->add_option("END", arguments->end, "PLY file of the same mesh at the end of the step")
@@ -59,15 +59,18 @@ void add_detect(CLI::App& app) {
   add_detector_options(*command, arguments->options);
   command
       ->add_option("--separation", arguments->options.separation,
-                   "minimum separation: as near as this is contact, in the unit of the positions")
+                   "minimum separation, in the unit of the positions: primitives that come as near "
+                   "are in contact")
       ->check(CLI::NonNegativeNumber);
-  command->add_option("--out", arguments->out, "write the contacts: kind,p0,p1,p2,p3,toi")
+  command
+      ->add_option("--out", arguments->out, "write the contacts, with columns kind,p0,p1,p2,p3,toi")
       ->type_name("FILE.csv");
-  command->add_option("--stats", arguments->stats, "write counts and times of each stage")
+  command->add_option("--stats", arguments->stats, "write counts, and the time of each stage")
       ->type_name("FILE.json");
   command->footer(
-      "In the CSV, kind vf: vertex p0 and face p1 p2 p3; ee: edge p0 p1 and edge p2 p3; indices as\n"
-      "in the file; toi, the time of impact, from 0 (start) to 1 (end).\n"
+      "Kind vf in the CSV: vertex p0 and face p1 p2 p3. Kind ee: edge p0 p1 and edge p2 p3.\n"
+      "Vertices are numbered as in the PLY files. toi is the time of impact, from 0 (start) to\n"
+      "1 (end).\n"
       "Example: lazyccd detect 92.ply 93.ply --threads 2 --out contacts.csv --stats stats.json");
   command->callback([arguments] { run(*arguments); });
 }

@@ -9,11 +9,11 @@ void add_detector_options(CLI::App& command, DetectorOptions& options) {
       {"auto", Backend::automatic}, {"cpu", Backend::cpu}, {"cuda", Backend::cuda}};
   command
       .add_option("--backend", options.backend,
-                  "auto (cuda where a device answers, else cpu), cpu or cuda")
+                  "auto (cuda if a device answers, else cpu), cpu or cuda")
       ->transform(CLI::CheckedTransformer(backends).description("{auto,cpu,cuda}"));
   command
       .add_option("--threads", options.threads,
-                  "threads of the cpu backend; 0: as many as the machine has")
+                  "number of threads of the cpu backend; 0: as many as the machine has")
       ->check(CLI::Range(0, 1024));
   static const std::map<std::string, Strategy> strategies = [] {
     std::map<std::string, Strategy> named;
@@ -24,8 +24,9 @@ void add_detector_options(CLI::App& command, DetectorOptions& options) {
   for (const Strategy strategy : kStrategies)
     names += (names.empty() ? "{" : ",") + std::string(name(strategy));
   command
-      .add_option("--strategy", options.algorithm.strategy,
-                  "how the traversal spreads its work; lazy_stealing where not named")
+      .add_option(
+          "--strategy", options.algorithm.strategy,
+          "how the traversal shares its work among threads or blocks; default lazy_stealing")
       ->transform(CLI::CheckedTransformer(strategies).description(names + "}"));
 }
 

@@ -1,4 +1,4 @@
-// The options of the detector that every command with one has.
+// Command-line options that all commands with a detector share.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -7,7 +7,7 @@
 
 namespace lazyccd::program {
 
-// Adds --backend, --threads and --strategy; `options` must live as long as the command.
+/// Adds --backend, --threads and --strategy. `options` must outlive the command.
 void add_detector_options(CLI::App& command, DetectorOptions& options);
 
 }  // namespace lazyccd::program

@@ -1,4 +1,4 @@
-// lazyccd: collision detection from the command line.
+// The program lazyccd: collision detection from the command line.
 #include <cstdio>
 #include <exception>
 
@@ -14,8 +14,8 @@ int main(int argc, char** argv) {
   CLI::App app("Exact continuous collision detection of triangle meshes", "lazyccd");
   app.require_subcommand(1);
   app.footer(
-      "`lazyccd COMMAND --help` explains a command and gives an example.\n"
-      "Exit codes: 0 done, 1 failed, 2 bad usage.");
+      "`lazyccd COMMAND --help` explains a command and shows an example.\n"
+      "Exit codes: 0 success, 1 failure, 2 wrong usage.");
   lazyccd::program::add_detect(app);
   lazyccd::program::add_queries(app);
   lazyccd::program::add_bench(app);

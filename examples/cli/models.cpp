@@ -1,4 +1,4 @@
-// lazyccd models: frames of the generated models as files.
+// lazyccd models: lists the generated models and writes their frames to files.
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
@@ -47,14 +47,15 @@ void run(const Arguments& arguments) {
 void add_models(CLI::App& app) {
   const auto arguments = std::make_shared<Arguments>();
   CLI::App* command =
-      app.add_subcommand("models", "List the generated models, or write frames of one");
-  command->add_option("MODEL", arguments->model, "one of those that are listed without it");
-  command->add_option("--seed", arguments->seed, "of the generator");
-  command->add_option("--first", arguments->first, "frame")
+      app.add_subcommand("models", "List the generated models, or write frames of one model");
+  command->add_option("MODEL", arguments->model,
+                      "name of a model; without it, all models are listed");
+  command->add_option("--seed", arguments->seed, "seed of the generator");
+  command->add_option("--first", arguments->first, "first frame")
       ->check(CLI::Range(0, models::Model::frames - 1));
-  command->add_option("--last", arguments->last, "frame")
+  command->add_option("--last", arguments->last, "last frame")
       ->check(CLI::Range(0, models::Model::frames - 1));
-  command->add_option("--out", arguments->out, "write MODEL-FRAME.ply into it; it is created")
+  command->add_option("--out", arguments->out, "folder for MODEL-FRAME.ply; created if missing")
       ->type_name("FOLDER")
       ->default_str(".");
   command->footer("Example: lazyccd models funnel --first 50 --last 51 --out frames");

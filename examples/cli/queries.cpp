@@ -1,4 +1,4 @@
-// lazyccd queries: the narrow phase by itself.
+// lazyccd queries: runs the narrow phase by itself.
 #include <array>
 #include <chrono>
 #include <cstdio>
@@ -22,6 +22,7 @@ struct Arguments {
   std::string out, stats;
 };
 
+// Counts over all queries of a file.
 struct Summary {
   std::size_t queries = 0, rounded = 0, hits = 0;
   bool has_truth = false;
@@ -52,7 +53,7 @@ Summary summarize(const io::QueryFile& file, const std::vector<QueryResult>& res
 void print(const Summary& summary) {
   std::printf("%zu queries, %zu hits\n", summary.queries, summary.hits);
   if (summary.rounded > 0) {
-    std::printf("note: %zu coordinates were rounded, no double holds them exactly\n",
+    std::printf("note: %zu coordinates were rounded, because no double represents them exactly\n",
                 summary.rounded);
   }
   if (summary.has_truth) {
@@ -106,22 +107,24 @@ void add_queries(CLI::App& app) {
   static const std::map<std::string, ContactKind> kinds = {{"vf", ContactKind::vertex_face},
                                                            {"ee", ContactKind::edge_edge}};
   const auto arguments = std::make_shared<Arguments>();
-  CLI::App* command = app.add_subcommand("queries", "Decide elementary tests one by one");
+  CLI::App* command = app.add_subcommand("queries", "Decide elementary queries one by one");
   command
-      ->add_option("FILE", arguments->file,
-                   "queries, .csv or .bin: eight points each, four at the start, four at the end")
+      ->add_option(
+          "FILE", arguments->file,
+          "queries, as .csv or .bin: eight points each, four at the start and four at the end")
       ->required();
-  command->add_option("--kind", arguments->kind, "vf (vertex, face) or ee (edge, edge)")
+  command->add_option("--kind", arguments->kind, "vf (vertex and face) or ee (two edges)")
       ->required()
       ->transform(CLI::CheckedTransformer(kinds).description("{vf,ee}"));
-  command->add_option("--out", arguments->out, "write the answers: query_index,hit,toi")
+  command
+      ->add_option("--out", arguments->out, "write the answers, with columns query_index,hit,toi")
       ->type_name("FILE.csv");
   command->add_option("--stats", arguments->stats, "write counts and times")
       ->type_name("FILE.json");
   command->footer(
-      "A .csv holds eight rows a query with numerator,denominator of x, y and z, and, where known,\n"
-      "the truth (0 or 1) in a seventh column; a .bin int32 n, 24 n float64, n bytes of truth. Where\n"
-      "there is a truth, missed and false hits are counted.\n"
+      "A .csv has eight rows a query: numerator and denominator of x, y and z, and optionally the\n"
+      "truth (0 or 1) as a seventh column. A .bin has int32 n, 24 n float64 and n bytes of truth.\n"
+      "If the truth is given, missed hits and false hits are counted.\n"
       "Example: lazyccd queries unit-tests/vertex-face/data_0_0.csv --kind vf --out answers.csv");
   command->callback([arguments] { run(*arguments); });
 }

@@ -1,4 +1,4 @@
-// What a detection did and cost, for files.
+// Writes what a detection did and cost as JSON.
 #pragma once
 
 #include <cstdint>
@@ -12,9 +12,11 @@ namespace lazyccd::program {
 
 nlohmann::ordered_json to_json(const Stats& stats);
 
-// 16 hexadecimal digits: JSON numbers do not hold 64 bits everywhere.
+/// Returns a hash as 16 hexadecimal digits, because not every reader keeps 64 bits of a JSON
+/// number.
 std::string hash_text(std::uint64_t hash);
 
+/// Writes a JSON file. Throws Error(file) if that fails.
 void write_json(const std::filesystem::path& path, const nlohmann::ordered_json& json);
 
 }  // namespace lazyccd::program

@@ -1,4 +1,4 @@
-// lazyccd study: generated models through whole motions, with every combination of settings.
+// lazyccd study: runs generated models through their motion with every combination of settings.
 #include <algorithm>
 #include <cinttypes>
 #include <cstdio>
@@ -86,10 +86,11 @@ Culling parse_culling(const std::string& text) {
     } else if (part == "orphan_sets") {
       culling.orphan_sets = true;
     } else if (part != "none") {
-      throw Error(ErrorCode::invalid_argument,
-                  "no culling is called '" + part +
-                      "'; there are default, none, and sums of non_penetration, normal_cones and "
-                      "orphan_sets");
+      throw Error(
+          ErrorCode::invalid_argument,
+          "there is no culling '" + part +
+              "'; possible are default, none, and sums of non_penetration, normal_cones and "
+              "orphan_sets");
     }
   }
   return culling;
@@ -99,7 +100,7 @@ FrontUse parse_front(const std::string& text) {
   return text == "on" ? FrontUse::on : text == "off" ? FrontUse::off : FrontUse::automatic;
 }
 
-// Each setting with each value.
+// Replaces `settings` by all combinations of a setting and a value.
 template <class Value, class Apply>
 void multiply(std::vector<Setting>& settings, const std::vector<Value>& values, Apply&& apply) {
   std::vector<Setting> product;
@@ -112,7 +113,7 @@ void multiply(std::vector<Setting>& settings, const std::vector<Value>& values, 
   settings = std::move(product);
 }
 
-// Every combination that differs: what is the other backend's is not varied.
+// Returns all combinations of settings. Options that a backend does not use are not varied for it.
 std::vector<Setting> settings(const Arguments& a) {
   std::vector<Setting> all;
   for (const std::string& backend : a.backends) {
@@ -120,32 +121,40 @@ std::vector<Setting> settings(const Arguments& a) {
     std::vector<std::string> strategies = a.strategies;
     if (strategies.empty())
       for (const Strategy s : kStrategies) strategies.emplace_back(name(s));
-    std::vector<Setting> some{{backend, "auto", "default", {}}};
-    some[0].options.backend = cpu ? Backend::cpu : Backend::cuda;
-    some[0].options.algorithm.tuning.graph = !a.stages;
-    multiply(some, strategies,
-             [](Setting& s, const std::string& x) { s.options.algorithm.strategy = parse_strategy(x); });
-    multiply(some, a.fronts, [](Setting& s, const std::string& x) {
+    std::vector<Setting> combinations{{backend, "auto", "default", {}}};
+    combinations[0].options.backend = cpu ? Backend::cpu : Backend::cuda;
+    combinations[0].options.algorithm.tuning.graph = !a.stages;
+    multiply(combinations, strategies, [](Setting& s, const std::string& x) {
+      s.options.algorithm.strategy = parse_strategy(x);
+    });
+    multiply(combinations, a.fronts, [](Setting& s, const std::string& x) {
       s.front = x;
       s.options.algorithm.front = parse_front(x);
     });
-    multiply(some, a.front_periods, [](Setting& s, int x) { s.options.algorithm.front_period = x; });
-    multiply(some, a.front_ratios, [](Setting& s, double x) { s.options.algorithm.front_ratio = x; });
-    multiply(some, a.volumes,
-             [](Setting& s, const std::string& x) { s.options.algorithm.volume = parse_volume(x); });
-    multiply(some, a.culling, [](Setting& s, const std::string& x) {
+    multiply(combinations, a.front_periods,
+             [](Setting& s, int x) { s.options.algorithm.front_period = x; });
+    multiply(combinations, a.front_ratios,
+             [](Setting& s, double x) { s.options.algorithm.front_ratio = x; });
+    multiply(combinations, a.volumes, [](Setting& s, const std::string& x) {
+      s.options.algorithm.volume = parse_volume(x);
+    });
+    multiply(combinations, a.culling, [](Setting& s, const std::string& x) {
       s.culling = x;
       s.options.algorithm.culling = parse_culling(x);
     });
     if (cpu) {
-      multiply(some, a.threads, [](Setting& s, int x) { s.options.threads = x; });
+      multiply(combinations, a.threads, [](Setting& s, int x) { s.options.threads = x; });
     } else {
-      multiply(some, a.blocks, [](Setting& s, int x) { s.options.algorithm.tuning.blocks = x; });
-      multiply(some, a.block_sizes, [](Setting& s, int x) { s.options.algorithm.tuning.block_size = x; });
+      multiply(combinations, a.blocks,
+               [](Setting& s, int x) { s.options.algorithm.tuning.blocks = x; });
+      multiply(combinations, a.block_sizes,
+               [](Setting& s, int x) { s.options.algorithm.tuning.block_size = x; });
     }
-    multiply(some, a.chunks, [](Setting& s, int x) { s.options.algorithm.tuning.chunk = x; });
-    multiply(some, a.stacks, [](Setting& s, int x) { s.options.algorithm.tuning.stack = x; });
-    all.insert(all.end(), some.begin(), some.end());
+    multiply(combinations, a.chunks,
+             [](Setting& s, int x) { s.options.algorithm.tuning.chunk = x; });
+    multiply(combinations, a.stacks,
+             [](Setting& s, int x) { s.options.algorithm.tuning.stack = x; });
+    all.insert(all.end(), combinations.begin(), combinations.end());
   }
   return all;
 }
@@ -153,10 +162,11 @@ std::vector<Setting> settings(const Arguments& a) {
 std::string describe(const Setting& s, const Stats& stats) {
   std::ostringstream text;
   const Tuning& t = s.options.algorithm.tuning;
-  text << s.backend << ',' << '"' << stats.device << '"' << ',' << name(s.options.algorithm.strategy) << ','
-       << stats.threads << ',' << t.blocks << ',' << t.block_size << ',' << t.chunk << ','
-       << t.stack << ',' << s.front << ',' << s.options.algorithm.front_period << ',' << s.options.algorithm.front_ratio
-       << ',' << name(s.options.algorithm.volume) << ',' << s.culling;
+  text << s.backend << ',' << '"' << stats.device << '"' << ','
+       << name(s.options.algorithm.strategy) << ',' << stats.threads << ',' << t.blocks << ','
+       << t.block_size << ',' << t.chunk << ',' << t.stack << ',' << s.front << ','
+       << s.options.algorithm.front_period << ',' << s.options.algorithm.front_ratio << ','
+       << name(s.options.algorithm.volume) << ',' << s.culling;
   return text.str();
 }
 constexpr char kSettingColumns[] =
@@ -175,7 +185,7 @@ std::ofstream open(const std::string& name, const std::string& heading) {
     return file;
   }
   file.open(name);
-  if (!file) throw Error(ErrorCode::file, name + " cannot be written");
+  if (!file) throw Error(ErrorCode::file, name + ": cannot be written");
   file << heading << '\n';
   return file;
 }
@@ -224,7 +234,7 @@ class Study {
         detector.detect({frames[f].data(), vertices}, {frames[f + 1].data(), vertices});
         const Stats& s = detector.stats();
         if (s.backend != setting.backend) throw Error(ErrorCode::unavailable, detector.status());
-        if (round == 0) hash = 3 * hash + s.hash;  // in the order of the steps
+        if (round == 0) hash = 3 * hash + s.hash;  // depends on the order of the steps
         if (round == 0 && static_cast<int>(f) < arguments_.warm_up) continue;
         totals.push_back(s.ms_total);
         for (std::size_t c = 0; c < sums.size(); ++c) sums[c] += kColumns[c].value(s);
@@ -266,7 +276,7 @@ class Study {
 
 void run(const Arguments& arguments) {
   if (arguments.last - arguments.first <= arguments.warm_up)
-    throw Error(ErrorCode::invalid_argument, "there is no step after the warm-up");
+    throw Error(ErrorCode::invalid_argument, "no step is left after the warm-up");
   Study study(arguments);
   std::vector<std::string> names = arguments.models;
   if (names.empty())
@@ -280,46 +290,64 @@ void add_study(CLI::App& app) {
   const auto arguments = std::make_shared<Arguments>();
   Arguments& a = *arguments;
   CLI::App* command = app.add_subcommand(
-      "study", "Run generated models through their motion, with every combination of settings");
-  command->add_option("--model", a.models, "see `lazyccd models`; all where not named");
-  command->add_option("--seed", a.seed, "of the generators");
-  command->add_option("--first", a.first, "frame")->check(CLI::Range(0, models::Model::frames - 2));
-  command->add_option("--last", a.last, "frame")->check(CLI::Range(1, models::Model::frames - 1));
-  command->add_option("--warm-up", a.warm_up, "steps at the start that do not count")
+      "study", "Run generated models through their motion with every combination of settings");
+  command->add_option("--model", a.models, "names from `lazyccd models`; default: all");
+  command->add_option("--seed", a.seed, "seed of the generators");
+  command->add_option("--first", a.first, "first frame")
       ->check(CLI::Range(0, models::Model::frames - 2));
-  command->add_option("--repeat", a.repeat, "times through the motion")->check(CLI::Range(1, 1000));
+  command->add_option("--last", a.last, "last frame")
+      ->check(CLI::Range(1, models::Model::frames - 1));
+  command->add_option("--warm-up", a.warm_up, "number of first steps that are not counted")
+      ->check(CLI::Range(0, models::Model::frames - 2));
+  command->add_option("--repeat", a.repeat, "number of passes through the motion")
+      ->check(CLI::Range(1, 1000));
   command->add_option("--backend", a.backends, "cpu, cuda or both")
       ->check(CLI::IsMember({"cpu", "cuda"}));
-  command->add_option("--strategy", a.strategies, "all that the backend has where not named");
-  command->add_option("--front", a.fronts, "auto, on, off")
+  command->add_option("--strategy", a.strategies, "strategies; default: all of the backend");
+  command->add_option("--front", a.fronts, "start from the front of the last step: auto, on or off")
       ->check(CLI::IsMember({"auto", "on", "off"}));
-  command->add_option("--front-period", a.front_periods, "steps by which a front is judged (p)")
+  command
+      ->add_option("--front-period", a.front_periods,
+                   "number of steps over which the growth of a front is measured (p)")
       ->check(CLI::Range(1, 1000));
-  command->add_option("--front-ratio", a.front_ratios, "growth below which it is made anew (rt)")
+  command
+      ->add_option("--front-ratio", a.front_ratios,
+                   "a front that grows by less than this factor is remade from the root (rt)")
       ->check(CLI::PositiveNumber);
-  command->add_option("--volume", a.volumes, "of the tree's nodes: box, dop18, oriented_box");
+  command->add_option("--volume", a.volumes,
+                      "bounding volume of the tree's nodes: box, dop18 or oriented_box");
   command->add_option("--culling", a.culling,
                       "default, none, or a sum such as "
                       "non_penetration+normal_cones+orphan_sets");
-  command->add_option("--threads", a.threads, "of the cpu backend; 0: as many as there are")
+  command
+      ->add_option("--threads", a.threads,
+                   "number of threads of the cpu backend; 0: as many as the machine has")
       ->check(CLI::Range(0, 1024));
-  command->add_option("--blocks", a.blocks, "of the cuda traversal; 0: as many as fit")
+  command
+      ->add_option("--blocks", a.blocks,
+                   "number of blocks of the cuda traversal; 0: as many as fit")
       ->check(CLI::Range(0, 100000));
-  command->add_option("--block-size", a.block_sizes, "threads a block of the cuda traversal")
+  command
+      ->add_option("--block-size", a.block_sizes,
+                   "threads in each block of the cuda traversal; 0: the default")
       ->check(CLI::Range(0, 512));
-  command->add_option("--chunk", a.chunks, "pairs that change hands at once")
+  command
+      ->add_option("--chunk", a.chunks, "number of pairs that change hands at once; 0: the default")
       ->check(CLI::Range(0, 256));
-  command->add_option("--stack", a.stacks, "pairs of a worker's own stack (lazy_stealing_greedy)")
+  command->add_option("--stack", a.stacks, "size of a worker's own stack, in pairs; 0: the default")
       ->check(CLI::Range(0, 1 << 20));
-  command->add_flag("--stages", a.stages, "cuda: time the stages one by one, without a graph");
-  command->add_option("--csv", a.csv, "write a row a model and setting: means over the steps")
+  command->add_flag("--stages", a.stages, "cuda: time each stage by itself, without a CUDA graph");
+  command
+      ->add_option("--csv", a.csv,
+                   "write one row for each model and setting, with means over the steps")
       ->type_name("FILE.csv");
-  command->add_option("--steps-csv", a.steps_csv, "write a row a step")->type_name("FILE.csv");
-  command->add_option("--label", a.label, "last column of the CSV, a commit for instance");
+  command->add_option("--steps-csv", a.steps_csv, "write one row for each step")
+      ->type_name("FILE.csv");
+  command->add_option("--label", a.label,
+                      "text for the last column of the CSV, for example a commit");
   command->footer(
-      "Several values of an option are tried one after the other. Means in milliseconds. The hash "
-      "of\n"
-      "every row of a model must be the same, or the study fails.\n"
+      "If an option has several values, each is tried in turn. Times are means in milliseconds.\n"
+      "All rows of a model must have the same hash; otherwise the study fails.\n"
       "Example: lazyccd study --model funnel --threads 1 2 --csv study.csv");
   command->callback([arguments] { run(*arguments); });
 }

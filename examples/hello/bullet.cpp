@@ -1,5 +1,14 @@
-// A plain Bullet program: one cloth flies into another. The two lines marked LazyCCD are the
-// change.
+// A plain Bullet program in which one cloth flies into another. LazyCCD needs only the two lines
+// that are marked with its name.
+//
+// The net is a cloth of 2 m by 2 m, pinned along its border. A cloth of 1 m by 1 m flies at it with
+// 30 m/s, which is half a metre in each step. With Bullet alone it passes through the net. With
+// LazyCCD it does not.
+//
+// With CMake: find_package(LazyCCD REQUIRED), then link LazyCCD::bullet. By hand, after
+// `cmake --install build/cpu`:
+//
+// g++ -std=c++17 bullet.cpp -llazyccd_bullet -llazyccd_core $(pkg-config --cflags --libs bullet)
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
 #include <BulletDynamics/ConstraintSolver/btSequentialImpulseConstraintSolver.h>
@@ -13,15 +22,19 @@
 
 namespace {
 
-std::unique_ptr<btSoftBody> make_cloth(btSoftBodyWorldInfo& info, btScalar half, btScalar height,
-                                       int nodes, bool held) {
+/// Makes a square cloth of `nodes` x `nodes` nodes, 2 * half_width metres wide, level at `height`.
+std::unique_ptr<btSoftBody> make_cloth(btSoftBodyWorldInfo& info, btScalar half_width,
+                                       btScalar height, int nodes, bool pinned) {
   std::unique_ptr<btSoftBody> cloth(btSoftBodyHelpers::CreatePatch(
-      info, btVector3(-half, height, -half), btVector3(half, height, -half),
-      btVector3(-half, height, half), btVector3(half, height, half), nodes, nodes, 0, true));
+      info, btVector3(-half_width, height, -half_width), btVector3(half_width, height, -half_width),
+      btVector3(-half_width, height, half_width), btVector3(half_width, height, half_width), nodes,
+      nodes, 0, true));
+  // Turns on Bullet's own contacts between soft bodies. LazyCCD does not need this flag.
   cloth->m_cfg.collisions |= btSoftBody::fCollision::VF_SS;
   cloth->m_cfg.piterations = 10;
   cloth->setTotalMass(1);
-  for (int i = 0; held && i < nodes * nodes; ++i) {
+  // A node of mass 0 is pinned.
+  for (int i = 0; pinned && i < nodes * nodes; ++i) {
     const int row = i / nodes, column = i % nodes;
     if (row == 0 || column == 0 || row == nodes - 1 || column == nodes - 1) cloth->setMass(i, 0);
   }
@@ -29,7 +42,8 @@ std::unique_ptr<btSoftBody> make_cloth(btSoftBodyWorldInfo& info, btScalar half,
   return cloth;
 }
 
-btScalar lowest(const btSoftBody& body) {
+/// Returns the height of the lowest node, metres.
+btScalar lowest_node(const btSoftBody& body) {
   btScalar y = body.m_nodes[0].m_x.y();
   for (int i = 1; i < body.m_nodes.size(); ++i) y = btMin(y, body.m_nodes[i].m_x.y());
   return y;
@@ -54,9 +68,9 @@ int main() {
   world.addSoftBody(thrown.get());
   for (int step = 0; step < 30; ++step) world.stepSimulation(btScalar(1) / 60, 0);
 
-  std::printf("the net reaches down to %.2f m, the thrown cloth to %.2f m: it was %s\n",
-              double(lowest(*net)), double(lowest(*thrown)),
-              lowest(*net) < lowest(*thrown) ? "caught" : "not caught");
+  std::printf("lowest node of the net: %.2f m, of the thrown cloth: %.2f m; the thrown cloth %s\n",
+              double(lowest_node(*net)), double(lowest_node(*thrown)),
+              lowest_node(*net) < lowest_node(*thrown) ? "was stopped" : "passed through");
   std::printf("%s", solver.status().c_str());
   world.removeSoftBody(thrown.get());
   world.removeSoftBody(net.get());

@@ -53,13 +53,13 @@ void fail_at_byte(const std::string& name, std::size_t byte, const std::string& 
 }
 
 std::string quoted(std::string_view text) {
-  constexpr std::size_t longest = 40;
+  constexpr std::size_t max_length = 40;
   std::string result = "'";
-  for (const char c : text.substr(0, longest)) {
+  for (const char c : text.substr(0, max_length)) {
     const auto code = static_cast<unsigned char>(c);
     result += code < 0x20 || code > 0x7e ? '?' : c;
   }
-  if (text.size() > longest) result += "...";
+  if (text.size() > max_length) result += "...";
   return result + "'";
 }
 

@@ -1,4 +1,4 @@
-// A triangle mesh as files hold it.
+// A triangle mesh as it is read from a file.
 #pragma once
 
 #include <string>
@@ -13,12 +13,13 @@ struct Mesh {
   std::vector<Face> faces;
 };
 
-// All of it as one body. The mesh must outlive the result.
+/// Returns the mesh as one body. The mesh must outlive the result.
 Topology topology(const Mesh& mesh);
+/// Returns the positions of the vertices. The mesh must outlive the result.
 Positions positions(const Mesh& mesh);
 
-// Two meshes are two ends of one step only where their faces are the same. Throws Error naming the
-// first difference.
+/// Checks that two meshes can be the two ends of one step: they need the same number of vertices
+/// and the same faces. Otherwise throws Error(size_mismatch) that names the first difference.
 void require_same_topology(const Mesh& start, const std::string& start_name, const Mesh& end,
                            const std::string& end_name);
 

@@ -24,7 +24,7 @@ bool is_byte_swapped(PlyFormat format) {
   return (format == PlyFormat::binary_little_endian) != host_is_little_endian();
 }
 
-// The values of the elements one after the other. Every type of PLY fits a double exactly.
+// Reads the values of the elements one after the other. A double holds every type of PLY exactly.
 class Values {
  public:
   virtual ~Values() = default;
@@ -42,6 +42,7 @@ double number_at(const char* bytes) {
   return static_cast<double>(value);
 }
 
+// Reads binary files.
 class BinaryValues : public Values {
  public:
   BinaryValues(std::string_view bytes, std::size_t start, bool swapped, const std::string& name)
@@ -102,7 +103,7 @@ bool in_range(std::int64_t value, PlyType type) {
   return is_signed ? -count / 2 <= value && value < count / 2 : 0 <= value && value < count;
 }
 
-// One element a line; blank lines are passed over.
+// Reads ASCII files: one element a line. Skips blank lines.
 class AsciiValues : public Values {
  public:
   AsciiValues(std::string_view bytes, const PlyHeader& header, const std::string& name)
@@ -163,13 +164,14 @@ class AsciiValues : public Values {
   std::size_t used_ = 0;
 };
 
+// Builds a mesh from the elements of a file.
 class MeshReader {
  public:
   MeshReader(Values& values, const std::string& name) : values_(values), name_(name) {}
 
   Mesh read(const PlyHeader& header) {
     for (const PlyElement& element : header.elements) {
-      if (element.properties.empty()) continue;  // takes no room in the file
+      if (element.properties.empty()) continue;  // takes no space in the file
       if (element.name == "vertex") {
         read_vertices(element);
       } else if (element.name == "face") {
@@ -204,7 +206,7 @@ class MeshReader {
       if (!found) fail(name_, "element vertex has no property " + std::string(axis_names[axis]));
     }
     if (element.count > std::numeric_limits<std::int32_t>::max()) {
-      fail(name_, "more vertices than a 32-bit index can name");
+      fail(name_, "has more vertices than a 32-bit index can number");
     }
     for (std::size_t i = 0; i < element.count; ++i) {
       std::array<double, 3> vertex{};
@@ -263,7 +265,7 @@ class MeshReader {
       if (!(value >= 0 && value <= std::numeric_limits<std::int32_t>::max())) {
         values_.fail_here("face " + std::to_string(index) + " names vertex " +
                               std::to_string(static_cast<std::int64_t>(value)) +
-                              ", which no mesh has",
+                              ", which cannot exist",
                           static_cast<std::ptrdiff_t>(index));
       }
       corner = static_cast<std::int32_t>(value);
@@ -281,7 +283,7 @@ class MeshReader {
     for (double i = 0; i < count; ++i) values_.next(property.type);
   }
 
-  // At the end: the faces may stand before the vertices.
+  // Runs at the end, because the faces may come before the vertices.
   void check_indices() {
     for (std::size_t i = 0; i < mesh_.faces.size(); ++i) {
       for (const std::int32_t corner : mesh_.faces[i]) {

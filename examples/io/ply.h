@@ -9,16 +9,18 @@
 
 namespace lazyccd::io {
 
-// Reads x, y, z of the element `vertex` and the list `vertex_indices` (or `vertex_index`) of the
-// element `face`, of any numeric type; other properties and elements are passed over. Throws Error
-// (file), naming line or byte, on a face without exactly three corners, an index out of range, a
-// position that is not finite, and anything that is not such a file or only the beginning of one.
+/// Reads x, y, z of the element `vertex` and the list `vertex_indices` (or `vertex_index`) of the
+/// element `face`, of any numeric type. Skips other properties and elements. Throws Error(file)
+/// that names the line or byte, if a face does not have exactly three corners, an index is out of
+/// range, a position is not finite, or the file is not a PLY file or is cut short.
 Mesh read_ply(const std::filesystem::path& path);
+/// Does the same for the bytes of a file; `name` is for messages.
 Mesh parse_ply(std::string_view bytes, const std::string& name);
 
 enum class PlyFormat { ascii, binary_little_endian, binary_big_endian };
 enum class PlyScalar { float32, float64 };
 
+/// Writes a mesh. Throws Error(file) if that fails.
 void write_ply(const std::filesystem::path& path, const Mesh& mesh,
                PlyFormat format = PlyFormat::binary_little_endian,
                PlyScalar scalar = PlyScalar::float64);

@@ -14,6 +14,7 @@ namespace {
 
 constexpr std::size_t rows_per_query = 8;
 
+// Splits a line at its commas and removes spaces around the fields.
 std::vector<std::string_view> fields(std::string_view line) {
   std::vector<std::string_view> result;
   for (std::size_t at = 0;;) {
@@ -50,7 +51,7 @@ class CsvParser {
     if (rows_ == 0) columns_ = columns.size();
     if (columns_ != 6 && columns_ != 7) {
       fail_here(
-          "expected 6 columns (numerators and denominators of x, y, z) or 7 (and the truth), "
+          "expected 6 columns (numerators and denominators of x, y, z) or 7 (with the truth), "
           "found " +
           std::to_string(columns_));
     }
@@ -169,7 +170,7 @@ QueryFile read_queries(const std::filesystem::path& path) {
   const std::string ending = path.extension().string();
   if (ending == ".csv") return parse_queries_csv(read_file(path), name);
   if (ending == ".bin") return parse_queries_bin(read_file(path), name);
-  fail(name, "expected a name that ends in .csv or .bin");
+  fail(name, "expected a file name that ends in .csv or .bin");
 }
 
 }  // namespace lazyccd::io

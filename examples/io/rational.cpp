@@ -18,7 +18,7 @@ bool is_integer(std::string_view text) {
          std::all_of(text.begin(), text.end(), [](char c) { return '0' <= c && c <= '9'; });
 }
 
-// Boost reads a leading zero as an octal prefix.
+// Removes leading zeros, because Boost reads a leading zero as an octal prefix.
 cpp_int to_integer(std::string_view text) {
   const bool negative = text[0] == '-';
   text.remove_prefix(std::min(text.find_first_of("0123456789"), text.size()));
@@ -46,7 +46,7 @@ RationalError to_double(std::string_view numerator, std::string_view denominator
     return RationalError::none;
   }
 
-  // The quotient's unit is 2^exponent, that of the last bit of the double; rounded half to even.
+  // The unit of the quotient is 2^exponent, the last bit of the double. It is rounded half to even.
   using Limits = std::numeric_limits<double>;
   int exponent = std::max(bit_length(n) - bit_length(d) - Limits::digits,
                           Limits::min_exponent - Limits::digits);

@@ -1,4 +1,4 @@
-// Rational numbers in text, as doubles.
+// Converts rational numbers in text to doubles.
 #pragma once
 
 #include <string_view>
@@ -7,13 +7,13 @@ namespace lazyccd::io {
 
 struct RoundedRational {
   double value;
-  bool exact;
+  bool exact;  // `value` equals the rational number
 };
 
 enum class RationalError { none, not_a_number, zero_denominator, out_of_range };
 
-// The double nearest to numerator / denominator, two decimal integers of any length up to 2000
-// digits, and whether it is equal to it.
+/// Finds the double nearest to numerator / denominator (ties to even) and whether the two are
+/// equal. Both are decimal integers of at most 2000 digits.
 RationalError to_double(std::string_view numerator, std::string_view denominator,
                         RoundedRational& result);
 

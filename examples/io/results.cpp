@@ -9,7 +9,7 @@ namespace lazyccd::io {
 
 namespace {
 
-// 17 significant digits give the same double back.
+// Appends a double with 17 significant digits, which read back as the same double.
 void append(std::string& text, double value) {
   char digits[32];
   std::snprintf(digits, sizeof(digits), "%.17g", value);

@@ -1,4 +1,4 @@
-// Result tables as CSV.
+// Writers of results as CSV files. They throw Error(file) if writing fails.
 #pragma once
 
 #include <filesystem>
@@ -9,11 +9,11 @@
 
 namespace lazyccd::io {
 
-// kind,p0,p1,p2,p3,toi; kind vf: p0 the vertex, p1 p2 p3 the face's; ee: p0 p1 one edge, p2 p3 the
-// other
+/// Writes the columns kind,p0,p1,p2,p3,toi. Kind vf: vertex p0, face p1 p2 p3. Kind ee: edge p0 p1,
+/// edge p2 p3.
 void write_contacts_csv(const std::filesystem::path& path, Span<const Contact> contacts);
 
-// query_index,hit,toi; toi is inf where there is no hit
+/// Writes the columns query_index,hit,toi. toi is inf if there is no hit.
 void write_results_csv(const std::filesystem::path& path, Span<const QueryResult> results);
 
 }  // namespace lazyccd::io

@@ -1,4 +1,4 @@
-// Lines, fields and numbers of text files.
+// Splits text files into lines, words and numbers.
 #pragma once
 
 #include <charconv>
@@ -9,12 +9,12 @@
 
 namespace lazyccd::io {
 
-// Cuts lines off the front of a text; "\n" and "\r\n" both end one.
+/// Reads a text line by line. Both "\n" and "\r\n" end a line.
 class LineReader {
  public:
   explicit LineReader(std::string_view text) : text_(text) {}
 
-  // Nothing at the end of the text.
+  /// Returns the next line, or nothing at the end of the text.
   std::optional<std::string_view> next() {
     if (at_ == text_.size()) return std::nullopt;
     const std::size_t end = text_.find('\n', at_);
@@ -25,7 +25,7 @@ class LineReader {
     return line;
   }
 
-  std::size_t line() const { return line_; }  // number of the last line given, from 1
+  std::size_t line() const { return line_; }  // number of the last line returned, from 1
   std::size_t byte() const { return at_; }    // where the next line starts
 
  private:
@@ -34,7 +34,7 @@ class LineReader {
   std::size_t line_ = 0;
 };
 
-// The words of a line, between blanks.
+/// Returns the words of a line, which blanks separate.
 inline std::vector<std::string_view> words(std::string_view line) {
   constexpr std::string_view blanks = " \t\v\f\r";
   std::vector<std::string_view> result;
@@ -46,7 +46,7 @@ inline std::vector<std::string_view> words(std::string_view line) {
   return result;
 }
 
-// The whole word as a number, or nothing.
+/// Converts a whole word to a number. Returns nothing if that is not possible.
 template <class Number>
 std::optional<Number> to_number(std::string_view word) {
   if (!word.empty() && word[0] == '+') word.remove_prefix(1);

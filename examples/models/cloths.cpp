@@ -1,6 +1,6 @@
-// Two cloths in motion given by formulas, not by forces: each is laid out in rings around its
-// centre, and where there is less room than a ring is long, it makes pleats. The pleats keep the
-// ring's length, lean over with time and touch their neighbours.
+// Two models of cloth whose motion is given by formulas, not by forces. Each cloth consists of
+// rings around its centre. A ring that is longer than its circle forms pleats. The pleats keep the
+// length of the ring, lean over with time and touch their neighbours.
 #include <algorithm>
 #include <cmath>
 
@@ -10,14 +10,15 @@
 namespace lazyccd::models {
 namespace {
 
-constexpr double kTurn = 6.283185307179586;
+constexpr double kTurn = 6.283185307179586;  // a full turn, radians
 
-// A ring of the cloth, `length` radians long a radian, on a circle of `radius`: the point at
-// `angle`.
+// The pleats of a cloth.
 struct Pleats {
   int count;        // around the circle
   double phase[4];  // of the irregularities
 
+  // Returns the point at `angle` of a ring that was a circle of radius `length` in the flat cloth
+  // and is now pleated around a circle of `radius`. `lean`: how far the pleats lean over.
   void place(double length, double radius, double lean, double angle, double& x, double& y) const {
     // A wave of amplitude a with n periods around a circle is about as long as the hypotenuse of
     // the circle's length and 4 n a.
@@ -26,7 +27,7 @@ struct Pleats {
     const double uneven =
         1 + 0.3 * std::sin(3 * angle + phase[0]) + 0.2 * std::sin(7 * angle + phase[1]);
     const double wave = count * angle + 0.8 * std::sin(2 * angle + phase[2]);
-    // What leans goes sideways most where it is farthest out.
+    // The pleats lean sideways, the larger ones more.
     const double sideways = lean * amplitude * uneven * std::sin(2 * wave + phase[3]);
     const double r = std::max(radius + amplitude * uneven * std::cos(wave), 0.02 * radius);
     const double turned = angle + sideways / std::max(radius, 1e-6);
@@ -56,7 +57,8 @@ class Cloth : public Model {
   }
 
  protected:
-  // place(length, angle, out): where the point at that distance from the centre goes.
+  // Moves every vertex of the grid. place(length, angle, out) gives the position of the point at
+  // this distance and angle from the centre of the flat cloth.
   template <class Place>
   void place_grid(std::vector<float>& out, Place&& place) const {
     out.clear();
@@ -76,7 +78,7 @@ class Cloth : public Model {
   Pleats pleats_;
 };
 
-// Drawn by its centre down a funnel: a wide cone, then a neck.
+// A cloth that is pulled by its centre through a funnel, which is a wide cone with a neck below.
 class Funnel : public Cloth {
  public:
   explicit Funnel(std::uint64_t seed) : Cloth(96, 22, seed) {}
@@ -85,7 +87,7 @@ class Funnel : public Cloth {
     const double centre = 0.6 - 1.9 * time;
     const double lean = 0.9 * smooth(time) + 0.05 * std::sin(25 * time);
     place_grid(out, [&](double length, double angle, double* x) {
-      // The rings follow the centre, each by the slope of the wall, in a soft bend.
+      // The rings follow the centre along the slope of the wall, with a soft bend at the centre.
       const double behind = std::sqrt(length * length + 0.04) - 0.2;
       const double z = centre + 0.9 * behind;
       const double wall = neck + slope * std::max(z, 0.0) + 0.02 * z * z * (z > 0);
@@ -100,7 +102,7 @@ class Funnel : public Cloth {
   static constexpr double neck = 0.22, slope = 0.9;
 };
 
-// Falls over a ball that turns, and is wound around it.
+// A cloth that falls on a rotating ball and is wound around it.
 class ClothBall : public Cloth {
  public:
   explicit ClothBall(std::uint64_t seed) : Cloth(213, 26, seed) {
@@ -111,9 +113,9 @@ class ClothBall : public Cloth {
 
   void positions(double time, std::vector<float>& out) const override {
     const double drape = 0.05 + 0.95 * smooth(1.4 * time), lean = 0.8 * smooth(time);
-    const double bend = ball_radius / drape;  // the radius that the cloth is bent over
+    const double bend = ball_radius / drape;  // bending radius of the cloth, m
     const double twist = 2.5 * smooth(1.2 * time - 0.2);
-    // Its top sinks onto the ball and then breathes a little.
+    // The top of the cloth sinks onto the ball, then moves up and down a little.
     const double top = 0.25 * (1 - smooth(2 * time)) + 0.001 * std::sin(40 * time);
     place_grid(out, [&](double length, double angle, double* x) {
       const double quarter = 0.25 * kTurn * bend;

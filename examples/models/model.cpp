@@ -78,13 +78,13 @@ std::vector<std::array<double, 3>> Model::add_sphere(int subdivisions, std::int3
 
 const std::vector<ModelName>& model_names() {
   static const std::vector<ModelName> names = {
-      {"cloud-64", "64 single triangles that swarm, after the BART museum"},
-      {"cloud-256", "256 of them"},
-      {"cloud-1024", "1024 of them"},
-      {"cloud-4096", "4096 of them"},
-      {"funnel", "a cloth of 18 432 triangles drawn through a funnel"},
-      {"cloth-ball", "a cloth of 90 738 triangles that wraps a ball of 1280"},
-      {"n-body", "458 balls of 320 triangles each that attract and strike each other"},
+      {"cloud-64", "a swarm of 64 single triangles, after the museum of the BART benchmark"},
+      {"cloud-256", "the same with 256 triangles"},
+      {"cloud-1024", "the same with 1024 triangles"},
+      {"cloud-4096", "the same with 4096 triangles"},
+      {"funnel", "a cloth of 18 432 triangles is pulled through a funnel"},
+      {"cloth-ball", "a cloth of 90 738 triangles wraps around a ball of 1280 triangles"},
+      {"n-body", "458 balls of 320 triangles each attract each other and collide"},
   };
   return names;
 }
@@ -98,7 +98,8 @@ std::unique_ptr<Model> make_model(const std::string& name, std::uint64_t seed) {
   std::string names;
   for (const ModelName& m : model_names())
     names += (names.empty() ? "" : ", ") + std::string(m.name);
-  throw Error(ErrorCode::invalid_argument, "no model is called '" + name + "'; there are " + names);
+  throw Error(ErrorCode::invalid_argument,
+              "there is no model '" + name + "'; the models are " + names);
 }
 
 }  // namespace lazyccd::models

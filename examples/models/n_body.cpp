@@ -1,4 +1,4 @@
-// Balls that attract each other, strike and turn: rigid motion, contact between bodies only.
+// Rotating balls that attract each other and collide. Motion is rigid; contacts are between bodies.
 #include <array>
 #include <cmath>
 
@@ -45,7 +45,7 @@ class NBody : public Model {
       const double c = std::cos(turns_[i] * time), s = std::sin(turns_[i] * time);
       const Point& n = axes_[i];
       for (const Point& p : shape_) {
-        // Rodrigues' rotation.
+        // Rodrigues' rotation formula.
         const double along = (1 - c) * (n[0] * p[0] + n[1] * p[1] + n[2] * p[2]);
         const Point across = {n[1] * p[2] - n[2] * p[1], n[2] * p[0] - n[0] * p[2],
                               n[0] * p[1] - n[1] * p[0]};
@@ -62,7 +62,8 @@ class NBody : public Model {
   static constexpr std::size_t count = 458;
   static constexpr double radius = 0.075;
 
-  // Attraction with softened centres, and springs where balls overlap; symplectic Euler.
+  // Computes the paths of the centres by symplectic Euler: softened attraction, and springs between
+  // balls that overlap.
   void simulate(std::vector<Point>& x, std::vector<Point>& v) {
     constexpr int substeps = 4;
     constexpr double dt = 1.5 / (frames - 1) / substeps, pull = 1.2 / count, spring = 400;
@@ -96,7 +97,7 @@ class NBody : public Model {
 
   std::vector<Point> shape_, axes_;
   std::vector<double> turns_;
-  std::vector<std::vector<Point>> paths_;  // of the centres, by frame
+  std::vector<std::vector<Point>> paths_;  // positions of the centres, by frame
 };
 
 }  // namespace

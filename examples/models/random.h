@@ -1,14 +1,16 @@
-// SplitMix64 (Steele et al. 2014): the same numbers on every machine, unlike std distributions.
+// A random number generator that gives the same numbers on every machine, unlike std distributions.
 #pragma once
 
 #include <cstdint>
 
 namespace lazyccd::models {
 
+/// SplitMix64 (Steele et al. 2014).
 class Random {
  public:
   explicit Random(std::uint64_t seed) : state_(seed) {}
 
+  /// Returns a number in [lo, hi).
   double uniform(double lo, double hi) {
     state_ += 0x9e3779b97f4a7c15ull;
     std::uint64_t x = state_;

@@ -1,5 +1,5 @@
-// Clouds of single triangles, each a body of its own, as in the museum of the Benchmark for
-// Animated Ray Tracing (Lext et al. 2001). Each swings around a place of its own and turns.
+// Clouds of single triangles, as in the museum scene of the Benchmark for Animated Ray Tracing
+// (BART, Lext et al. 2001). Each triangle is a body, swings around its own place and rotates.
 #include <cmath>
 
 #include "models/model.h"
@@ -8,12 +8,12 @@
 namespace lazyccd::models {
 namespace {
 
-constexpr double kTurn = 6.283185307179586;
+constexpr double kTurn = 6.283185307179586;  // a full turn, radians
 
-// Of the triangles, in a swarm one metre wide. Larger ones overlap more, so that more pairs of
-// nodes are opened down to the leaves. With this one size the mean front over the motion is that of
-// the dissertation's table 4.3 within a tenth for all four numbers of triangles: 731 nodes (808
-// there), 9.6 K (9.16 K), 135 K (127 K) and 2.05 M (2.16 M).
+// Size of the triangles, metres; the swarm is one metre wide. Larger triangles overlap more, so the
+// traversal expands more pairs of nodes down to the leaves. With this size the mean front over the
+// motion is within a tenth of that of da Silva, table 4.3, for all four numbers of triangles: 731
+// nodes (808 there), 9.6 K (9.16 K), 135 K (127 K) and 2.05 M (2.16 M).
 constexpr double size = 0.2;
 
 class TriangleCloud : public Model {
@@ -41,7 +41,7 @@ class TriangleCloud : public Model {
     for (const Swing& s : swings_) {
       const double angle = kTurn * s.turns * time, c = std::cos(angle), d = std::sin(angle);
       for (int corner = 0; corner < 3; ++corner) {
-        // Two corners, and a third opposite to both; the plane of the two turns.
+        // The third corner is minus the sum of the other two. They rotate in their common plane.
         const double a = corner == 0 ? c : corner == 1 ? -d : d - c;
         const double b = corner == 0 ? d : corner == 1 ? c : -c - d;
         for (int k = 0; k < 3; ++k)

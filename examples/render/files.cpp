@@ -44,13 +44,13 @@ void Film::add(const Image& image) {
   const bool added = WebPPictureImportRGB(&picture, image.rgb.data(), 3 * image.width) &&
                      WebPAnimEncoderAdd(encoder_->animation, &picture, ms_, &encoder_->config);
   WebPPictureFree(&picture);
-  if (!added) throw std::runtime_error("libwebp could not take a frame of the film");
+  if (!added) throw std::runtime_error("libwebp could not add a frame to the film");
   ms_ += ms_frame_;
 }
 
 void Film::write(const std::filesystem::path& path) {
-  constexpr int stays = 1000;
-  WebPAnimEncoderAdd(encoder_->animation, nullptr, ms_ + stays, nullptr);
+  constexpr int last_image_ms = 1000;
+  WebPAnimEncoderAdd(encoder_->animation, nullptr, ms_ + last_image_ms, nullptr);
   WebPData data;
   WebPDataInit(&data);
   const bool done = WebPAnimEncoderAssemble(encoder_->animation, &data);

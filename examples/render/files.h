@@ -1,4 +1,4 @@
-// Images and films on disk.
+// Writers of images and films.
 #pragma once
 
 #include <filesystem>
@@ -8,16 +8,17 @@
 
 namespace lazyccd::render {
 
+/// Writes a PNG file. Throws std::runtime_error on failure.
 void write_png(const std::filesystem::path& path, const Image& image);
 
-// An animated WebP that repeats for ever.
+/// An animated WebP that repeats endlessly. add() and write() throw std::runtime_error on failure.
 class Film {
  public:
   Film(int width, int height, int frames_per_second);
   ~Film();
 
   void add(const Image& image);
-  // The last image stays for a second.
+  /// Writes the film. The last image is shown for one second.
   void write(const std::filesystem::path& path);
 
  private:

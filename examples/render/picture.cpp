@@ -14,10 +14,11 @@ namespace {
 constexpr float pi = 3.14159265f;
 const Colour glow = {1.0f, 0.02f, 0.05f};
 const Colour ground = {0.86f, 0.86f, 0.88f};
-constexpr float sun_size = 0.06f;  // radians: how soft shadows are
+constexpr float sun_size = 0.06f;  // radians; a larger sun makes softer shadows
 
-// Two numbers in [0, 1) that fill the square evenly as `i` counts up: the additive sequence of the
-// plastic number (M. Roberts), started anew for each pixel and purpose.
+// Returns two numbers in [0, 1). Over increasing `i` they fill the square evenly: the additive
+// recurrence of the plastic number (M. Roberts). `seed` selects the start of the sequence; each
+// pixel and purpose has its own.
 std::array<float, 2> even(std::uint32_t i, std::uint32_t seed) {
   seed = (seed ^ 61u ^ (seed >> 16)) * 9u;
   seed = (seed ^ (seed >> 4)) * 0x27d4eb2du;
@@ -28,6 +29,7 @@ std::array<float, 2> even(std::uint32_t i, std::uint32_t seed) {
   return {a - std::floor(a), b - std::floor(b)};
 }
 
+// Three orthogonal unit vectors.
 struct Frame {
   Vector3f right, up, back;
 };
@@ -40,7 +42,7 @@ Frame frame_along(const Vector3f& back, const Vector3f& up) {
   return f;
 }
 
-// A direction about `normal`, the more probable the nearer to it (by the cosine).
+// Returns a direction in the hemisphere about `normal`, with a density proportional to the cosine.
 Vector3f scattered(const Vector3f& normal, const std::array<float, 2>& random) {
   const Vector3f aside = std::abs(normal[0]) < 0.7f ? Vector3f::UnitX() : Vector3f::UnitY();
   const Frame f = frame_along(normal, aside);
@@ -49,6 +51,7 @@ Vector3f scattered(const Vector3f& normal, const std::array<float, 2>& random) {
          std::sqrt(1 - random[0]) * f.back;
 }
 
+// Draws one picture.
 class Painter {
  public:
   Painter(const Picture& picture, const Camera& camera, int width, int height, int samples)
@@ -104,7 +107,7 @@ class Painter {
   Vector3f light(const Vector3f& origin, const Vector3f& direction, std::uint32_t sample,
                  std::uint32_t pixel) const {
     Hit hit;
-    float fade = 0;  // the ground goes over into the background
+    float fade = 0;  // of the ground into the background, 0 to 1
     if (!tracer_.hit(origin, direction, hit)) {
       const float distance = (floor_ - origin[1]) / direction[1];
       if (!(distance > 0)) return sky(direction);
@@ -139,7 +142,7 @@ class Painter {
   float floor_;
   Vector3f eye_, target_;
   Frame view_;
-  float pixel_;  // width of a pixel one metre from the eye
+  float pixel_;  // width of a pixel at a distance of one metre, m
   Vector3f sun_;
   int samples_;
   Image image_;

@@ -11,7 +11,8 @@ namespace {
 
 Vector3f vector(const Point& p) { return {p[0], p[1], p[2]}; }
 
-// Each corner's normal is the mean, by area, of the faces at its vertex that are no crease away.
+// Returns the normal of each corner of each face: the mean, weighted by area, over the faces at
+// that vertex whose angle to this face is at most mesh.crease.
 std::vector<Vector3f> corner_normals(const Mesh& mesh) {
   std::vector<Vector3f> flat;
   std::vector<std::vector<std::size_t>> faces_of(mesh.vertices.size());
@@ -46,7 +47,7 @@ RTCRay ray(const Vector3f& origin, const Vector3f& direction) {
   return r;
 }
 
-// Points with a radius, as Embree's curves and spheres have them.
+// Allocates points with a radius (x, y, z, r), as Embree's curves and spheres need them.
 float* set_points(RTCGeometry geometry, std::size_t count) {
   return static_cast<float*>(rtcSetNewGeometryBuffer(geometry, RTC_BUFFER_TYPE_VERTEX, 0,
                                                      RTC_FORMAT_FLOAT4, 4 * sizeof(float), count));
@@ -55,7 +56,7 @@ float* set_points(RTCGeometry geometry, std::size_t count) {
 }  // namespace
 
 Tracer::Tracer(const Picture& picture) : picture_(picture), device_(rtcNewDevice(nullptr)) {
-  if (!device_) throw std::runtime_error("Embree does not start on this machine");
+  if (!device_) throw std::runtime_error("Embree could not start on this machine");
   scene_.reset(rtcNewScene(device_.get()));
   for (const Mesh& mesh : picture.meshes) add_mesh(mesh);
   for (const Rope& rope : picture.ropes) add_rope(rope);

@@ -1,4 +1,4 @@
-// Embree behind the few calls that pictures need.
+// Ray casts against a picture's surfaces, by Embree.
 #pragma once
 
 #if __has_include(<embree4/rtcore.h>)
@@ -16,18 +16,22 @@ namespace lazyccd::render {
 
 using Eigen::Vector3f;
 
+/// Where a ray meets a surface.
 struct Hit {
-  Vector3f point, normal;  // of unit length, towards where the ray came from
+  Vector3f point, normal;  // the normal has unit length and points against the ray
   Colour colour;
-  bool glows = false;
+  bool glows = false;  // a mark
 };
 
+/// The surfaces of one picture, which must outlive it.
 class Tracer {
  public:
+  /// Throws std::runtime_error if Embree does not start.
   explicit Tracer(const Picture& picture);
 
-  // The first surface on the way; false where there is none.
+  /// Finds the first surface along a ray. Returns false if there is none.
   bool hit(const Vector3f& origin, const Vector3f& direction, Hit& found) const;
+  /// Returns true if any surface is on the ray.
   bool blocked(const Vector3f& origin, const Vector3f& direction) const;
 
  private:
@@ -43,7 +47,7 @@ class Tracer {
   const Picture& picture_;
   std::unique_ptr<RTCDeviceTy, Release> device_;
   std::unique_ptr<RTCSceneTy, Release> scene_;
-  std::vector<std::vector<Vector3f>> normals_;  // by mesh: of the three corners of each face
+  std::vector<std::vector<Vector3f>> normals_;  // by mesh: three for each face, one a corner
 };
 
 }  // namespace lazyccd::render

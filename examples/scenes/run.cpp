@@ -73,7 +73,8 @@ RunReport run(Scene& scene, const std::function<void(int step)>& after_step) {
   }
   report.crossings_vf = crossings.vertex_face();
   report.crossings_ee = crossings.edge_edge();
-  if (report.finite) report.intersections = find_intersections(read_surface(world), read_positions(world));
+  if (report.finite)
+    report.intersections = find_intersections(read_surface(world), read_positions(world));
   if (scene.nodes_on_wrong_side) report.wrong_side = scene.nodes_on_wrong_side();
   report.mean = each_part(steps, mean);
   report.median = each_part(steps, median);

@@ -11,21 +11,21 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-double thickness_of(const Contact& contact, const Motion& motion, double of_surfaces) {
-  if (contact.body_a != contact.body_b) return of_surfaces;
+double thickness_of(const Contact& contact, const Motion& motion, double surface_thickness) {
+  if (contact.body_a != contact.body_b) return surface_thickness;
   const std::array<double, 4> weights = contact.weights();
   const int first_of_b = contact.kind == ContactKind::vertex_face ? 1 : 2;
-  const auto reach_at = [&](int first, int last) {
+  const auto edge_length_at = [&](int first, int last) {
     double sum = 0;
     for (int i = first; i < last; ++i) {
-      // What has no part in a point may have no edge either, and no end to its reach.
-      const double part = std::abs(weights[i]) * motion.shortest_edge[contact.vertices[i]];
-      sum += weights[i] != 0 ? part : 0;
+      // A vertex of weight zero may have no edge and hence an infinite length: 0 * infinity is NaN.
+      const double length = std::abs(weights[i]) * motion.shortest_edge[contact.vertices[i]];
+      sum += weights[i] != 0 ? length : 0;
     }
     return sum;
   };
-  const double reach = std::min(reach_at(0, first_of_b), reach_at(first_of_b, 4));
-  return std::min(of_surfaces, 0.5 * reach);
+  const double edge_length = std::min(edge_length_at(0, first_of_b), edge_length_at(first_of_b, 4));
+  return std::min(surface_thickness, 0.5 * edge_length);
 }
 
 void make_row(const Contact& contact, double thickness, double friction, double position_correction,
@@ -34,35 +34,37 @@ void make_row(const Contact& contact, double thickness, double friction, double 
   row.weights = contact.weights();
   row.normal = Vector3d(contact.normal[0], contact.normal[1], contact.normal[2]);
   row.start_gap = 0;
-  double compliance = 0, sliding_compliance = 0, most_mobile = 0;
+  double compliance = 0, tangent_compliance = 0, max_inverse_mass = 0;
   for (int i = 0; i < 4; ++i) {
     const std::int32_t v = contact.vertices[i];
     row.start_gap += row.weights[i] * row.normal.dot(motion.start_of(v));
     if (!motion.is_free(v)) continue;
     const double share = row.weights[i] * row.weights[i] * motion.inverse_mass[v];
     compliance += share;
-    sliding_compliance += share;
-    most_mobile = std::max(most_mobile, motion.inverse_mass[v]);
+    tangent_compliance += share;
+    max_inverse_mass = std::max(max_inverse_mass, motion.inverse_mass[v]);
   }
-  for (const RigidTerm& part : RigidTerms(contact, row.weights, motion)) {
-    const Matrix3d mobility = part.mobility(motion.rigid[part.body]);
-    const double along = row.normal.dot(mobility * row.normal);
-    sliding_compliance += std::max(0.0, mobility.trace() - along);
-    compliance += along;
+  for (const RigidTerm& term : RigidTerms(contact, row.weights, motion)) {
+    const Matrix3d mobility = term.mobility(motion.rigid[term.body]);
+    const double normal_part = row.normal.dot(mobility * row.normal);
+    tangent_compliance += std::max(0.0, mobility.trace() - normal_part);
+    compliance += normal_part;
   }
   row.friction = friction;
   row.target_gap = std::min(thickness, std::max(0.0, row.start_gap));
-  row.corrected_gap =
-      std::max(row.target_gap, std::min(0.5 * thickness, row.target_gap + position_correction * thickness));
-  // A row that only a node of small weight can serve would throw that node far away: at most 16
-  // times the gap, and the next detection asks again.
-  const double least = most_mobile / 256;
-  // A body on rails gives way along them alone: what is left of its mobility in other directions is
-  // rounding, and no stiffness is to be made of it.
-  const double rounding = 1e-6 * (compliance + sliding_compliance);
+  row.corrected_gap = std::max(
+      row.target_gap, std::min(0.5 * thickness, row.target_gap + position_correction * thickness));
+  // Lower bound of the compliance. A row that can only move a node of small weight would throw that
+  // node far away. With the bound the node moves at most 16 times the gap, and the next detection
+  // finds what is left.
+  const double min_compliance = max_inverse_mass / 256;
+  // A body with locked axes moves along its free axes alone. Its mobility in the other directions
+  // is rounding error, which must not be inverted to a huge mass.
+  const double rounding = 1e-6 * (compliance + tangent_compliance);
   row.is_movable = compliance > rounding;
-  row.normal_mass = row.is_movable ? 1 / std::max(compliance, least) : 0;
-  row.tangent_mass = row.is_movable ? 1 / std::max({sliding_compliance, least, rounding}) : 0;
+  row.normal_mass = row.is_movable ? 1 / std::max(compliance, min_compliance) : 0;
+  row.tangent_mass =
+      row.is_movable ? 1 / std::max({tangent_compliance, min_compliance, rounding}) : 0;
   row.normal_impulse = row.split_impulse = 0;
   row.tangent_impulse = Vector3d::Zero();
   row.touched = false;

@@ -1,4 +1,4 @@
-// A contact as an inequality on the end of the step.
+// One contact row: the contact as an inequality on the positions at the end of the step.
 #pragma once
 
 #include <Eigen/Core>
@@ -12,51 +12,57 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
+/// Row of the contact solver: the gap sum_i w_i n.x_i at the end of the step must not be narrower
+/// than target_gap. n is the normal, w_i are the weights of the four vertices (their sum is zero).
 struct ContactRow {
   Contact contact;
   Eigen::Vector3d normal;
   std::array<double, 4> weights;
-  // Gaps in metres: at the start of the step; the one that impulses keep, which is never wider; and
-  // the one that is opened without velocity.
-  double start_gap, target_gap, corrected_gap;
-  double normal_impulse;      // kg m: the sum of what changed the solved motion, along the normal
-  double split_impulse;      // the same of the opening
-  bool is_movable;        // false: no impulse acts, as where what is driven meets what is driven
-  bool touched = false;  // not only near
-  Eigen::Vector3d tangent_impulse;  // as `impulse`, across the normal
-  // 1 / sum_i w_i^2 / mass_i, kg, rigid bodies' shares included: along the normal, and at most
-  // across it.
-  double normal_mass, tangent_mass;
-  double friction;
+  double start_gap,   ///< gap at the start of the step, metres
+      target_gap,     ///< gap that impulses keep, metres, >= 0; not wider than max(0, start_gap)
+      corrected_gap;  ///< gap that split impulses restore without velocity, metres
+  double normal_impulse;  ///< total impulse on the solved motion along the normal, kg m, >= 0
+  double split_impulse;   ///< total split impulse along the normal, kg m, >= 0
+  bool is_movable;        ///< false: no impulse acts, for example as both sides are prescribed
+  bool touched = false;   ///< true: the detector found a contact, not only a speculative one
+  Eigen::Vector3d tangent_impulse;  ///< friction impulse on the solved motion, kg m
+  /// Effective masses, kg: 1 / sum_i (w_i^2 / mass_i) with the terms of rigid bodies, 0 if not
+  /// movable. Limited to 256 times the mass of the lightest node.
+  double normal_mass,  ///< along the normal
+      tangent_mass;    ///< lower bound over all tangent directions
+  double friction;     ///< Coulomb's coefficient
 
+  /// Whether an impulse acted or the detector found the contact.
   bool is_active() const { return normal_impulse != 0 || split_impulse != 0 || touched; }
 };
 
-// What there is to know of a row that nothing has acted on yet, to tell whether anything will.
+/// Quantities that decide whether a row without an impulse will ever act.
 struct SpeculativeContact {
-  // Metres, of how far one side moves against the other in the step as Bullet has it: its square,
-  // and how much further along the normal it is to be, at least.
-  double move_squared, need;
-  double normal_mass;  // as the row has it
-  bool is_movable;   // as the row has it
-  bool may_open;    // its gap may need to be opened
+  double move_squared,  ///< squared relative displacement of the sides in Bullet's motion, m^2
+      need;  ///< target_gap minus the gap at the end of Bullet's motion, metres; <= 0: no violation
+  double normal_mass;  ///< as in ContactRow
+  bool is_movable;     ///< as in ContactRow
+  bool may_open;       ///< the row may need a split impulse: corrected_gap > target_gap
 };
 
-// Metres: that of the surfaces, but neighbours in one cloth are closer than that by themselves. It
-// depends on the points in contact alone, not on which pair of features stands for them.
-double thickness_of(const Contact& contact, const Motion& motion, double of_surfaces);
+/// Returns the thickness of a contact, metres. Between two bodies it is `surface_thickness`. Within
+/// one body it is at most half the weighted length of the shortest edges at the contact points, the
+/// smaller one of both sides: neighbours in a cloth are closer than the thickness by themselves.
+/// Depends on the contact points alone, not on which pair of features represents them.
+double thickness_of(const Contact& contact, const Motion& motion, double surface_thickness);
 
-// Makes the row of a contact, without impulses. `thickness`, metres, is the contact's own;
-// `recovery` as in SolverOptions. The end of the motion is of no matter.
+/// Makes the row of a contact, without impulses. `thickness`: of this contact, metres;
+/// `position_correction`: as in SolverOptions. Does not use the end of the motion.
 void make_row(const Contact& contact, double thickness, double friction, double position_correction,
               const Motion& motion, ContactRow& row);
 
-/// Makes the rows of one step. What it is made with must outlive it.
+/// Makes the rows of one step. The constructor arguments must outlive it.
 class RowFactory {
  public:
   RowFactory(const PairSurfaces& surfaces, double position_correction, const Motion& motion)
       : surfaces_(&surfaces), position_correction_(position_correction), motion_(&motion) {}
 
+  /// Makes the row of a contact, without impulses, with the thickness and friction of its bodies.
   void make(const Contact& contact, ContactRow& row) const;
 
  private:
@@ -65,8 +71,8 @@ class RowFactory {
   const Motion* motion_;
 };
 
-// Of a row that was just made; `move`, metres, is how far one side moves against the other in the
-// step as Bullet has it.
+/// Evaluates a row that was just made. `move`: displacement of one side relative to the other in
+/// Bullet's motion, metres.
 SpeculativeContact speculative_contact_of(const ContactRow& row, const Eigen::Vector3d& move);
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -1,4 +1,4 @@
-// Thickness and friction of a pair of bodies: the one place where both are decided.
+// Thickness and friction of a pair of bodies. Both are decided only here.
 #pragma once
 
 #include <algorithm>
@@ -11,19 +11,20 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-/// What one body brings to its contacts.
+/// Contact properties of one body.
 struct BodySurface {
   double margin;    ///< collision margin, metres
   double friction;  ///< soft body: m_cfg.kDF; rigid body: getFriction()
   bool is_soft;
 };
 
-/// What two bodies make of it.
+/// Contact properties of a pair of bodies.
 struct PairSurface {
   double thickness;  ///< gap that a contact keeps, metres
   double friction;   ///< Coulomb's coefficient
 };
 
+/// Combines the surfaces of two bodies as SolverOptions and Bullet's world prescribe.
 class PairSurfaces {
  public:
   /// Bullet's rule for the friction between two soft bodies: the larger of the two coefficients in
@@ -31,21 +32,24 @@ class PairSurfaces {
   using SoftFriction = double (*)(double kdf_a, double kdf_b);
 
   PairSurfaces(const SolverOptions& options, SoftFriction soft_friction)
-      : thickness_(options.thickness), has_friction_(options.friction),
+      : thickness_(options.thickness),
+        has_friction_(options.friction),
         soft_friction_(soft_friction) {}
 
-  /// Sets the bodies of this step, by body index. `resolution`: least thickness, metres.
+  /// Sets the bodies of this step, by body index. `resolution`: lower bound of every thickness,
+  /// metres.
   void update(std::vector<BodySurface> bodies, double resolution) {
     bodies_ = std::move(bodies);
     resolution_ = resolution;
   }
 
+  /// Surface of the pair; needs update() first. Friction is 0 if SolverOptions::friction is off.
   PairSurface of(std::int32_t body_a, std::int32_t body_b) const {
     const BodySurface &a = bodies_[body_a], &b = bodies_[body_b];
     const double wanted = thickness_ >= 0 ? thickness_ : a.margin + b.margin;
-    // Between a soft and a rigid body Bullet multiplies the coefficients in both worlds.
-    const double friction = a.is_soft && b.is_soft ? soft_friction_(a.friction, b.friction)
-                                                   : a.friction * b.friction;
+    // Bullet multiplies the coefficients of a soft and a rigid body in both worlds.
+    const double friction =
+        a.is_soft && b.is_soft ? soft_friction_(a.friction, b.friction) : a.friction * b.friction;
     return {std::max(resolution_, wanted), has_friction_ ? friction : 0};
   }
 

@@ -28,12 +28,12 @@ void RigidTerms::find(int obstacle, const Contact& contact, const std::array<dou
 }
 
 void RigidTerms::add(int body, double weight, const Vector3d& start, const Motion& motion) {
-  const auto last = parts_.begin() + count_;
-  const auto part = std::find_if(parts_.begin(), last,
+  const auto last = terms_.begin() + count_;
+  const auto term = std::find_if(terms_.begin(), last,
                                  [body](const RigidTerm& other) { return other.body == body; });
-  if (part == last) parts_[count_++] = {body, 0, Vector3d::Zero()};
-  part->weight += weight;
-  part->arm += weight * (start - motion.rigid[body].centre());
+  if (term == last) terms_[count_++] = {body, 0, Vector3d::Zero()};
+  term->weight += weight;
+  term->arm += weight * (start - motion.rigid[body].centre());
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -1,4 +1,5 @@
-// What of a contact moves with dynamic rigid bodies: their own vertices, and those that they carry.
+// Terms of dynamic rigid bodies in a contact: of their own vertices, and of soft vertices that are
+// anchored to them.
 #pragma once
 
 #include <Eigen/Core>
@@ -11,28 +12,30 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-// With one body.
+/// Part of a contact that moves with one dynamic rigid body.
 struct RigidTerm {
-  int body;             // index in Motion::rigid
-  double weight;        // the sum of the vertices' weights
-  Eigen::Vector3d arm;  // sum_i w_i (x_i - centre), metres
+  int body;             ///< index in Motion::rigid
+  double weight;        ///< sum of the weights of its vertices
+  Eigen::Vector3d arm;  ///< sum_i w_i (x_i - centre) at the start of the step, metres
 
-  // Of the vertices' weighted sum, where the body shifts and turns.
-  Eigen::Vector3d moved(const Eigen::Vector3d& translation, const Eigen::Vector3d& rotation) const {
+  /// Displacement of the weighted sum of the vertices, metres, if the body moves by `translation`
+  /// (metres) and `rotation` (rotation vector, radians).
+  Eigen::Vector3d displacement(const Eigen::Vector3d& translation,
+                               const Eigen::Vector3d& rotation) const {
     return weight * translation + rotation.cross(arm);
   }
-  // Adds what an impulse on that sum does to the body.
-  void push(const RigidMotion& rigid, const Eigen::Vector3d& impulse, Eigen::Vector3d& translation,
-            Eigen::Vector3d& rotation) const {
+  /// Adds the effect of an impulse (kg m) on the weighted sum to the motion of the body.
+  void apply_impulse(const RigidMotion& rigid, const Eigen::Vector3d& impulse,
+                     Eigen::Vector3d& translation, Eigen::Vector3d& rotation) const {
     translation += weight * rigid.inverse_mass.cwiseProduct(impulse);
     rotation += rigid.inverse_inertia * arm.cross(impulse);
   }
-  // Displacement of the sum per impulse on it.
+  /// Displacement of the weighted sum per impulse on it, 1/kg.
   Eigen::Matrix3d mobility(const RigidMotion& rigid) const;
 };
 
-// Of the four vertices of a contact, in their order. Nothing of it is kept with the contacts: most
-// have none.
+/// The rigid terms of one contact, at most four, in the order of its vertices. Computed when needed
+/// instead of being stored with every contact, as most contacts have none.
 class RigidTerms {
  public:
   RigidTerms(const Contact& contact, const std::array<double, 4>& weights, const Motion& motion) {
@@ -41,8 +44,8 @@ class RigidTerms {
     if (obstacle >= 0 || !motion.anchored.empty()) find(obstacle, contact, weights, motion);
   }
 
-  const RigidTerm* begin() const { return parts_.data(); }
-  const RigidTerm* end() const { return parts_.data() + count_; }
+  const RigidTerm* begin() const { return terms_.data(); }
+  const RigidTerm* end() const { return terms_.data() + count_; }
 
  private:
   void find(int obstacle, const Contact& contact, const std::array<double, 4>& weights,
@@ -50,7 +53,7 @@ class RigidTerms {
   void add(int body, double weight, const Eigen::Vector3d& start, const Motion& motion);
 
   int count_ = 0;
-  std::array<RigidTerm, 4> parts_;
+  std::array<RigidTerm, 4> terms_;
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

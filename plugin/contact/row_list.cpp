@@ -8,39 +8,39 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
 void RowList::clear() {
-  place_.clear();
-  near_ = {};
+  made_index_.clear();
+  pairs_ = {};
   factory_.reset();
 }
 
 void RowList::take(std::vector<ContactRow>& rows) {
   clear();
   made_.swap(rows);
-  place_.resize(made_.size());
-  std::iota(place_.begin(), place_.end(), 0);
+  made_index_.resize(made_.size());
+  std::iota(made_index_.begin(), made_index_.end(), 0);
 }
 
-void RowList::take(const SpeculativePairs& near, const RowFactory& factory) {
-  near_ = near;
+void RowList::take(const SpeculativePairs& pairs, const RowFactory& factory) {
+  pairs_ = pairs;
   factory_ = factory;
-  place_.assign(near.contacts.size(), -1);
+  made_index_.assign(pairs.contacts.size(), -1);
   made_.clear();
-  made_.reserve(place_.size());  // rows stay where they are
+  made_.reserve(made_index_.size());  // references to rows stay valid
 }
 
 void RowList::make(std::size_t i) {
-  place_[i] = static_cast<std::int32_t>(made_.size());
+  made_index_[i] = static_cast<std::int32_t>(made_.size());
   make(i, made_.emplace_back());
 }
 
 void RowList::make(std::size_t i, ContactRow& row) const {
-  factory_->make(near_.contacts[i], row);
-  row.is_movable = near_.speculative[i].is_movable;
+  factory_->make(pairs_.contacts[i], row);
+  row.is_movable = pairs_.speculative[i].is_movable;
 }
 
 void RowList::copy(std::size_t i, std::vector<ContactRow>& to) const {
   if (is_made(i)) {
-    to.push_back(made_[place_[i]]);
+    to.push_back(made_[made_index_[i]]);
   } else {
     make(i, to.emplace_back());
   }

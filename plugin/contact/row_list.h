@@ -1,5 +1,5 @@
-// The rows of a step in the order of their contacts, those of a pair beside each other. Of what is
-// only near most never acts, so such a row is made when it is first asked for.
+// The rows of a step, sorted by contact, so that the rows of a pair are adjacent. Most speculative
+// contacts never act, so their rows are made only on first use.
 #pragma once
 
 #include <cstddef>
@@ -13,53 +13,55 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-// Pairs that come near each other, sorted, and what is to be expected of each.
+/// Speculative contacts of the step, sorted, with the quantities that decide whether each will act.
 struct SpeculativePairs {
   Span<const Contact> contacts;
-  Span<SpeculativeContact> speculative;  // by contact
+  Span<SpeculativeContact> speculative;  ///< same indices as `contacts`
 };
 
+/// Sorted list of rows that are made on demand. A row that is not made yet carries no impulse.
 class RowList {
  public:
   RowList() = default;
   explicit RowList(std::vector<ContactRow> rows) { take(rows); }
 
   void clear();
-  // Takes these, all made, in place of what there was, and gives back memory.
+  /// Replaces the list by these rows, which are all made. Leaves the old storage in `rows`, for
+  /// reuse.
   void take(std::vector<ContactRow>& rows);
-  // Takes what is near, none of it made. The pairs are to stay as they are for as long as rows are
-  // asked for that are not made.
-  void take(const SpeculativePairs& near, const RowFactory& factory);
+  /// Replaces the list by speculative contacts; no row is made yet. The arrays behind `pairs` must
+  /// stay unchanged as long as the list may make rows of them.
+  void take(const SpeculativePairs& pairs, const RowFactory& factory);
 
-  std::size_t size() const { return place_.size(); }
-  bool is_made(std::size_t i) const { return place_[i] >= 0; }
+  std::size_t size() const { return made_index_.size(); }
+  bool is_made(std::size_t i) const { return made_index_[i] >= 0; }
   const Contact& contact(std::size_t i) const {
-    return is_made(i) ? made_[place_[i]].contact : near_.contacts[i];
+    return is_made(i) ? made_[made_index_[i]].contact : pairs_.contacts[i];
   }
   bool is_movable(std::size_t i) const {
-    return is_made(i) ? made_[place_[i]].is_movable : near_.speculative[i].is_movable;
+    return is_made(i) ? made_[made_index_[i]].is_movable : pairs_.speculative[i].is_movable;
   }
-  // Of one that is not made.
-  const SpeculativeContact& speculative(std::size_t i) const { return near_.speculative[i]; }
-  // The first from `first` on whose contact does not come before this one; size(), where all do.
-  // Soon where it is near.
+  /// Returns the speculative contact of a row that is not made.
+  const SpeculativeContact& speculative(std::size_t i) const { return pairs_.speculative[i]; }
+  /// Index of the first row at or after `first` whose contact is not before `contact`; size() if
+  /// there is none. Takes time logarithmic in the distance from `first`.
   std::size_t find(const Contact& contact, std::size_t first) const;
-  // Appends a row to others, made where it is not.
+  /// Appends a copy of row `i` to `to`; makes the copy if the row is not made.
   void copy(std::size_t i, std::vector<ContactRow>& to) const;
-  // Makes it, where it is not. It stays where it is until the list takes others.
+  /// Returns row `i`; makes it if needed. The reference stays valid until the list is replaced.
   ContactRow& operator[](std::size_t i) {
     if (!is_made(i)) make(i);
-    return made_[place_[i]];
+    return made_[made_index_[i]];
   }
 
  private:
   void make(std::size_t i);
   void make(std::size_t i, ContactRow& row) const;
 
-  std::vector<std::int32_t> place_;  // in made_; negative: not there
+  std::vector<std::int32_t> made_index_;  // index in made_; negative: not made
   std::vector<ContactRow> made_;
-  SpeculativePairs near_;
-  std::optional<RowFactory> factory_;  // of the rows that are not made
+  SpeculativePairs pairs_;
+  std::optional<RowFactory> factory_;  // makes the missing rows
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

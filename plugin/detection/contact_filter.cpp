@@ -6,20 +6,20 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-ContactFilter::Answer ContactFilter::answer_to(const Contact& contact) const {
-  if (is_anchored(contact)) return Answer::not_asked;
-  return responds(contact) && may_be_ended(contact) ? Answer::given : Answer::none;
+ContactFilter::Decision ContactFilter::decide(const Contact& contact) const {
+  if (is_anchored(contact)) return Decision::ignore;
+  return responds(contact) && can_be_resolved(contact) ? Decision::respond : Decision::report_only;
 }
 
-bool ContactFilter::may_be_ended(const Contact& contact) const {
-  const auto stopped = [this](std::int32_t v) {
+bool ContactFilter::can_be_resolved(const Contact& contact) const {
+  const auto was_stopped = [this](std::int32_t v) {
     return has_answered_ && motion_.end_of(v) != motion_.predicted[v];
   };
-  return could_be_ended(contact) ||
-         std::any_of(contact.vertices.begin(), contact.vertices.end(), stopped);
+  return could_be_resolved(contact) ||
+         std::any_of(contact.vertices.begin(), contact.vertices.end(), was_stopped);
 }
 
-bool ContactFilter::could_be_ended(const Contact& contact) const {
+bool ContactFilter::could_be_resolved(const Contact& contact) const {
   if (std::any_of(contact.vertices.begin(), contact.vertices.end(),
                   [this](std::int32_t v) { return is_movable(v); }))
     return true;
@@ -41,7 +41,7 @@ bool ContactFilter::responds(const Contact& contact) const {
 }
 
 bool ContactFilter::are_anchored(std::int32_t body_a, std::int32_t body_b,
-                                Span<const std::int32_t> vertices) const {
+                                 Span<const std::int32_t> vertices) const {
   const StepTopology::BodyRecord& a = topology_.bodies()[body_a];
   const StepTopology::BodyRecord& b = topology_.bodies()[body_b];
   if (a.soft && b.soft) return false;

@@ -15,27 +15,28 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 
 class ContactFilter {
  public:
-  // What it reads of a step must outlive it.
+  /// Keeps references: the scene, the topology and the motion must outlive the filter.
   ContactFilter(const SoftScene& scene, const StepTopology& topology, const Motion& motion)
       : scene_(scene), topology_(topology), motion_(motion) {}
 
-  // To be called for a new motion; and once a contact of it is answered: from then on the motion's
-  // end may differ from Bullet's, which is in Motion::predicted.
+  /// Marks the motion as new. Call set_answered() once a contact of it gets a response: from then
+  /// on the end of the motion may differ from Bullet's end, which is kept in Motion::predicted.
   void begin_motion() { has_answered_ = false; }
   void set_answered(bool has_answered) { has_answered_ = has_answered; }
 
-  enum class Answer : std::uint8_t {
-    given,     // the response acts on it
-    none,      // nothing can be done about it: it is only reported
-    not_asked  // no contact: an anchor holds the two together
+  enum class Decision : std::uint8_t {
+    respond,      ///< the response acts on the contact
+    report_only,  ///< the contact cannot be resolved: it is only reported
+    ignore        ///< no contact: an anchor holds the two bodies together
   };
-  Answer answer_to(const Contact& contact) const;
+  /// Decides what happens to a contact in the current motion.
+  Decision decide(const Contact& contact) const;
 
-  // False: the bodies have no contact response (CF_NO_CONTACT_RESPONSE).
+  /// False if one of the bodies has no contact response (CF_NO_CONTACT_RESPONSE).
   bool responds(const Contact& contact) const;
-  // The same as may_be_ended(), of the motion as Bullet had it.
-  bool could_be_ended(const Contact& contact) const;
-  // An anchor holds a node of the one to the other's rigid body.
+  /// Same as can_be_resolved(), but for the motion as Bullet predicted it.
+  bool could_be_resolved(const Contact& contact) const;
+  /// True if an anchor holds a node of the soft body to the rigid body of the contact.
   bool is_anchored(const Contact& contact) const {
     return are_anchored(contact.body_a, contact.body_b,
                         {contact.vertices.data(), contact.vertices.size()});
@@ -47,9 +48,10 @@ class ContactFilter {
   }
 
  private:
-  // Pinned nodes that are driven stop before what they would pass through. A kinematic body passes
-  // over pinned nodes, unless something of the pair has been stopped.
-  bool may_be_ended(const Contact& contact) const;
+  /// True if a response can resolve the contact. Pinned nodes with a prescribed motion stop before
+  /// they pass through an obstacle. A kinematic body passes over pinned nodes, unless the response
+  /// has already stopped a vertex of the pair.
+  bool can_be_resolved(const Contact& contact) const;
   bool is_movable(std::int32_t vertex) const;
   bool are_anchored(std::int32_t body_a, std::int32_t body_b,
                     Span<const std::int32_t> vertices) const;

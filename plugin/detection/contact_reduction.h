@@ -1,5 +1,6 @@
-// Contacts that bind the same points. Where a vertex lies above a vertex, every face and edge of
-// the one is near every face and edge of the other, and all these pairs say what one of them says.
+// Contact reduction: finds contacts that constrain the same points. If a vertex lies above a
+// vertex, every face and edge of the first is near every face and edge of the second. All these
+// pairs state the same constraint.
 #pragma once
 
 #include <array>
@@ -12,34 +13,37 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-// What a contact binds: the same where the weights are on the same vertices, alike to 1/16, and the
-// normals are alike to 1/4.
+/// Identifies what a contact constrains. Two keys are equal if the same vertices have the same
+/// weights, rounded to 1/16, and the normals, rounded to 1/4, are equal. Which side comes first
+/// makes no difference.
 struct ContactKey {
-  // Of one pair of primitives alone: all four vertices bear it.
-  enum Kind : std::uint8_t { none, of_one, of_some } kind = none;
-  std::uint32_t hash;  // of `points`
-  // Three vertices, their rounded weights and the rounded normal.
+  /// unique: all four vertices have weight, so no other pair of primitives constrains the same
+  /// points. shared: other pairs may have the same key. none: the contact was dropped.
+  enum Kind : std::uint8_t { none, unique, shared } kind = none;
+  std::uint32_t hash;  ///< hash of `points`
+  /// Three vertices, their rounded weights and the rounded normal.
   std::array<std::uint64_t, 3> points;
 };
 
-// In its place: to copy one that has just been made takes longer than to make it.
+/// Writes the key of a contact into `key`. It is not returned by value, because copying a key that
+/// was just made takes longer than making it.
 void make_contact_key(const Contact& contact, ContactKey& key);
 
-// What is looked at of a contact to tell whether it is kept.
+/// Input of reduce() for one contact.
 struct ReductionEntry {
-  ContactKey key;  // where that is nothing it goes
-  double gap = 0;   // metres, between its points where the step begins
+  ContactKey key;  ///< kind none: the contact is dropped
+  double gap = 0;  ///< metres, between its points at the start of the step
 };
 
-// Buffers persist between steps.
+/// Keeps its buffers between steps.
 class ContactReduction {
  public:
-  // Of those that bind the same, the nearest is kept, and of equally near ones the first: the bonds
-  // of the others bind nothing any more.
+  /// Keeps one of the contacts with equal keys: the nearest one, or the first of equally near ones.
+  /// Sets the kind of the others to ContactKey::none.
   void reduce(std::vector<ReductionEntry>& entries);
 
  private:
-  std::vector<std::int32_t> table_;  // by hash of what is bound: the nearest contact, or -1
+  std::vector<std::int32_t> table_;  ///< hash table by key: index of the nearest contact, or -1
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

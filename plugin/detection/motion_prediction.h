@@ -1,4 +1,5 @@
-// Where the next step is likely to lead, for a detector that begins with it before it is known.
+// Predicts the end of the next step, so that the detector can start on it before Bullet has solved
+// that step.
 #pragma once
 
 #include <cstdint>
@@ -12,31 +13,36 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 
 class MotionPrediction {
  public:
-  // To be called where indices change: nothing is known of the next step then.
+  /// Call when indices change: the next step cannot be predicted then.
   void forget();
-  // To be called when a step is done: the next one begins where it ends, goes on with its
-  // velocities, and is led aside by Bullet as it was. `responded`: the motion's changes of velocity
-  // are of this step.
+  /// Predicts the next step from a finished one. The prediction starts at the end of this step and
+  /// continues with its velocities. It then adds the deviation from this extrapolation that
+  /// Bullet's solver caused in the last step. `responded`: motion.velocity_change belongs to this
+  /// step.
   void remember(const Motion& motion, bool responded);
-  // To be called after that; does nothing without it. Its positions are not written to before the
-  // next detect().
-  void announce(Detector& detector, double separation);
-  // To be called with that step's motion as Bullet has it, after a detection that tested so many
-  // candidates.
+  /// Starts the detector on the predicted step. Call after remember(); without it the function does
+  /// nothing. The positions that the detector reads stay unchanged until its next detect().
+  void start_ahead(Detector& detector, double separation);
+  /// Compares the prediction with the motion that Bullet actually produced. Call after the
+  /// detection of that step; `candidates` is the number of candidates that it tested.
   void compare(const Motion& motion, std::int64_t candidates);
 
  private:
-  // As little as a detection can tell from nothing, and as much as is still worth it: parts of the
-  // separation.
-  static constexpr double least = 1e-2, most = 0.5;
-  // Fewer candidates are tested sooner than another thread would come.
-  static constexpr std::int64_t few = 750;
+  /// Limits of the tolerance, as fractions of the separation. A tolerance below the minimum makes
+  /// no difference to the detection; above the maximum the start ahead is not worth its cost.
+  static constexpr double min_tolerance = 1e-2, max_tolerance = 0.5;
+  /// Fewer candidates than this are tested sooner than another thread would start.
+  static constexpr std::int64_t min_candidates = 750;
 
-  bool is_known_ = false, is_announced_ = false;
-  std::int64_t candidates_ = 0;                   // of the last detection
-  std::vector<btScalar> start_, straight_, end_;  // straight_: the end by velocities alone
-  std::vector<btScalar> aside_;                   // of the last step: from there to where it led
-  double off_ = 0;  // metres: how far off the last end was, or half as much as the one before
+  bool is_known_ = false, was_tried_ = false;
+  std::int64_t candidates_ = 0;  ///< number in the last detection
+  /// extrapolated_: end of the step by velocities alone.
+  std::vector<btScalar> start_, extrapolated_, end_;
+  /// From the extrapolated end of the last step to its actual end.
+  std::vector<btScalar> correction_;
+  /// Metres: largest error of the last prediction, or half of the error before it if that is
+  /// larger.
+  double error_ = 0;
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

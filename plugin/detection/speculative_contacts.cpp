@@ -11,9 +11,11 @@ namespace {
 
 constexpr std::size_t lane_count = SpeculativeLanes::count;
 
-// Of pairs that bind the same points, another is nearer where its gap is less than this part.
-constexpr double as_near = 0.999;
+// Factor on the gap of pairs that were selected in the last step. Another pair with the same key
+// must have a gap below this fraction to replace one of them.
+constexpr double hysteresis = 0.999;
 
+// True if the pair comes within `distance` metres at any time of the step.
 bool comes_within(double distance, const Contact& contact, const Motion& motion) {
   QueryPoints points;
   for (std::size_t i = 0; i < 4; ++i) {
@@ -24,30 +26,32 @@ bool comes_within(double distance, const Contact& contact, const Motion& motion)
   return decide_within(contact.kind, points, distance).hit;
 }
 
-// Pairs that touch, which have no normal yet; and those that stay further apart than their own
-// thickness. Of one body, neighbours lie so, and what presses them together is their own matter.
-// `gap_kept`: as SpeculativeLanes has it.
+// True for pairs that need no constraint: pairs that touch at the start, because they have no
+// normal yet; and pairs that stay further apart than distance_factor times their own thickness.
+// Within one body, a pair that starts further apart is irrelevant in any case: neighbours lie like
+// that, and the body itself handles what presses them together. `gap_dot`: as in SpeculativeLanes.
 bool is_irrelevant(const Contact& contact, double thickness, double start_gap, double gap_dot,
-                  const Motion& motion) {
+                   const Motion& motion) {
   if (contact.toi > 0) return false;
-  const double far = SpeculativeContacts::reach * thickness;
-  if (start_gap <= far) return start_gap < 1e-6 * thickness;
+  const double near_distance = SpeculativeContacts::distance_factor * thickness;
+  if (start_gap <= near_distance) return start_gap < 1e-6 * thickness;
   if (contact.body_a == contact.body_b) return true;
-  return gap_dot > far * start_gap || !comes_within(far, contact, motion);
+  return gap_dot > near_distance * start_gap || !comes_within(near_distance, contact, motion);
 }
 
 }  // namespace
 
 SpeculativeContacts::PairKey SpeculativeContacts::pair_key_of(const Contact& contact) {
-  const auto both = [](std::int32_t a, std::int32_t b) {
+  const auto pack = [](std::int32_t a, std::int32_t b) {
     return static_cast<std::uint64_t>(a) << 32 | static_cast<std::uint32_t>(b);
   };
-  return {both(contact.body_a, contact.body_b),
-          both(static_cast<std::int32_t>(contact.kind), contact.primitive_a),
+  return {pack(contact.body_a, contact.body_b),
+          pack(static_cast<std::int32_t>(contact.kind), contact.primitive_a),
           static_cast<std::uint64_t>(contact.primitive_b)};
 }
 
-SpeculativeContacts::Bodies SpeculativeContacts::bodies_of(const Contact& contact, const Motion& motion) const {
+SpeculativeContacts::BodyPairData SpeculativeContacts::data_of(const Contact& contact,
+                                                               const Motion& motion) const {
   const auto is_dynamic = [&](std::int32_t body) {
     const int rigid = motion.rigid_of_body[body];
     return rigid >= 0 && motion.rigid[rigid].is_dynamic();
@@ -56,23 +60,24 @@ SpeculativeContacts::Bodies SpeculativeContacts::bodies_of(const Contact& contac
           !motion.anchored.empty() || is_dynamic(contact.body_a) || is_dynamic(contact.body_b)};
 }
 
-void SpeculativeContacts::evaluate(Span<const Contact> contacts, const Motion& motion, Bodies& bodies,
-                            SpeculativeLanes& lanes, SpeculativeContact* speculative) const {
-  std::array<bool, lane_count> may_have_parts;
+void SpeculativeContacts::evaluate(Span<const Contact> contacts, const Motion& motion,
+                                   BodyPairData& bodies, SpeculativeLanes& lanes,
+                                   SpeculativeContact* speculative) const {
+  std::array<bool, lane_count> may_have_rigid_terms;
   for (std::size_t k = 0; k < contacts.size(); ++k) {
     if (contacts[k].body_a != bodies.a || contacts[k].body_b != bodies.b)
-      bodies = bodies_of(contacts[k], motion);
+      bodies = data_of(contacts[k], motion);
     lanes.thickness[k] = bodies.surface.thickness;
-    may_have_parts[k] = bodies.may_have_parts;
+    may_have_rigid_terms[k] = bodies.may_have_rigid_terms;
   }
-  const SpeculativeMotion<btScalar> of = {motion.start.data(),        motion.end.data(),
-                                       motion.inverse_mass.data(), motion.shortest_edge.data(),
-                                       motion.soft_count(),        position_correction_};
-  kernels_->find(of, contacts.data(), static_cast<int>(contacts.size()), lanes);
+  const SpeculativeMotion<btScalar> arrays = {
+      motion.start.data(),         motion.end.data(),   motion.inverse_mass.data(),
+      motion.shortest_edge.data(), motion.soft_count(), position_correction_};
+  kernels_->find(arrays, contacts.data(), static_cast<int>(contacts.size()), lanes);
   for (std::size_t k = 0; k < contacts.size(); ++k) {
     speculative[k] = {lanes.move_squared[k], lanes.need[k], lanes.normal_mass[k],
-                    lanes.is_movable[k] != 0, lanes.may_open[k] != 0};
-    if (!may_have_parts[k]) continue;
+                      lanes.is_movable[k] != 0, lanes.may_open[k] != 0};
+    if (!may_have_rigid_terms[k]) continue;
     ContactRow row;
     make_row(contacts[k], lanes.thickness[k], 0, position_correction_, motion, row);
     speculative[k].normal_mass = row.normal_mass;
@@ -80,42 +85,44 @@ void SpeculativeContacts::evaluate(Span<const Contact> contacts, const Motion& m
   }
 }
 
-void SpeculativeContacts::evaluate_range(Span<const Contact> found, std::size_t first, std::size_t last,
-                           const ContactFilter& filter, const Motion& motion) {
-  Bodies bodies;
+void SpeculativeContacts::evaluate_range(Span<const Contact> found, std::size_t first,
+                                         std::size_t last, const ContactFilter& filter,
+                                         const Motion& motion) {
+  BodyPairData bodies;
   SpeculativeLanes lanes = {};
   bool answered = false;
-  auto before = std::lower_bound(last_.begin(), last_.end(), pair_key_of(found[first]));
+  auto previous = std::lower_bound(previously_selected_.begin(), previously_selected_.end(),
+                                   pair_key_of(found[first]));
   for (std::size_t i = first; i < last; ++i) {
     const std::size_t lane = (i - first) % lane_count;
     if (lane == 0) {
-      const Span<const Contact> some(&found[i], std::min(lane_count, last - i));
-      evaluate(some, motion, bodies, lanes, &speculative_contacts_[i]);
+      const Span<const Contact> batch(&found[i], std::min(lane_count, last - i));
+      evaluate(batch, motion, bodies, lanes, &speculative_contacts_[i]);
     }
     const Contact& contact = found[i];
     ReductionEntry& entry = entries_[i];
     entry.key.kind = ContactKey::none;
-    if (filter.answer_to(contact) != ContactFilter::Answer::given) continue;
+    if (filter.decide(contact) != ContactFilter::Decision::respond) continue;
     answered = true;
     entry.gap = std::sqrt(lanes.gap_squared[lane]);
     if (is_irrelevant(contact, lanes.thickness[lane], entry.gap, lanes.gap_dot[lane], motion))
       continue;
     make_contact_key(contact, entry.key);
-    // What was chosen in the last step goes on to be, where no other is nearer.
+    // Prefer the pair that was selected in the last step, unless another one is clearly nearer.
     const PairKey key = pair_key_of(contact);
-    while (before != last_.end() && *before < key) ++before;
-    if (before != last_.end() && !(key < *before)) entry.gap *= as_near;
+    while (previous != previously_selected_.end() && *previous < key) ++previous;
+    if (previous != previously_selected_.end() && !(key < *previous)) entry.gap *= hysteresis;
   }
   if (answered) any_answered_.store(true, std::memory_order_relaxed);
 }
 
-SpeculativePairs SpeculativeContacts::choose(Span<const Contact> found, const ContactFilter& filter,
+SpeculativePairs SpeculativeContacts::select(Span<const Contact> found, const ContactFilter& filter,
                                              const Motion& motion, const Threads& threads) {
-  last_.swap(selected_);
+  previously_selected_.swap(selected_);
   entries_.resize(found.size());
   speculative_contacts_.resize(found.size());
   any_answered_.store(false, std::memory_order_relaxed);
-  constexpr std::size_t grain = 512;  // pairs: takes longer than sharing them out
+  constexpr std::size_t grain = 512;  // pairs; more work than it costs to distribute them
   threads.parallel_for(found.size(), grain, [&](std::size_t first, std::size_t last) {
     evaluate_range(found, first, last, filter, motion);
   });
@@ -123,22 +130,23 @@ SpeculativePairs SpeculativeContacts::choose(Span<const Contact> found, const Co
   selected_.resize(found.size());
   std::size_t count = 0;
   for (std::size_t i = 0; i < found.size(); ++i) {
-    const bool is_chosen = entries_[i].key.kind != ContactKey::none;
-    speculative_contacts_[i].is_movable = speculative_contacts_[i].is_movable && is_chosen;
+    const bool is_selected = entries_[i].key.kind != ContactKey::none;
+    speculative_contacts_[i].is_movable = speculative_contacts_[i].is_movable && is_selected;
     selected_[count] = pair_key_of(found[i]);
-    count += is_chosen;
+    count += is_selected;
   }
   selected_.resize(count);
   return {found, speculative_contacts_};
 }
 
-SpeculativePairs SpeculativeContacts::all(Span<const Contact> found, const Motion& motion) {
-  Bodies bodies;
+SpeculativePairs SpeculativeContacts::evaluate_all(Span<const Contact> found,
+                                                   const Motion& motion) {
+  BodyPairData bodies;
   SpeculativeLanes lanes = {};
   speculative_contacts_.resize(found.size());
   for (std::size_t i = 0; i < found.size(); i += lane_count) {
-    const Span<const Contact> some(&found[i], std::min(lane_count, found.size() - i));
-    evaluate(some, motion, bodies, lanes, &speculative_contacts_[i]);
+    const Span<const Contact> batch(&found[i], std::min(lane_count, found.size() - i));
+    evaluate(batch, motion, bodies, lanes, &speculative_contacts_[i]);
   }
   return {found, speculative_contacts_};
 }

@@ -1,4 +1,4 @@
-// Which of the pairs that come near each other in a step are answered before anything touches.
+// Selects the pairs of near primitives that get a constraint before anything touches.
 #pragma once
 
 #include <array>
@@ -21,60 +21,64 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 
 class SpeculativeContacts {
  public:
-  // Pairs are near up to this many thicknesses: what rests lies at one, and would be near in one
-  // step and not in the next.
-  static constexpr double reach = 1.1;
+  /// Pairs are near if their distance is at most this multiple of their thickness. Resting contacts
+  /// lie at one thickness; with a factor of 1 they would be near in one step and not in the next.
+  static constexpr double distance_factor = 1.1;
 
-  // Of a vertex, for Topology: no less than reach of the thickness there can be within a body. What
-  // that is depends on points that are rounded.
+  /// Topology::self_separation of a vertex: at least distance_factor times the largest thickness
+  /// that is possible within one body. The factor 1.001 covers rounding, because that thickness
+  /// depends on rounded contact points.
   static float self_separation(std::int32_t vertex, const Motion& motion) {
     constexpr double rounding = 1.001;
-    return static_cast<float>(rounding * reach * 0.5 * motion.shortest_edge[vertex]);
+    return static_cast<float>(rounding * distance_factor * 0.5 * motion.shortest_edge[vertex]);
   }
 
-  // The surfaces must outlive it. `position_correction`: as in SolverOptions.
+  /// `surfaces` must outlive this object. `position_correction`: as in SolverOptions.
   SpeculativeContacts(const PairSurfaces& surfaces, double position_correction)
       : surfaces_(surfaces), position_correction_(position_correction) {}
 
-  // Of `found`, sorted, those give way that get an answer and come nearer in the step, or lie
-  // within reach of their own thickness; one of each that bind nearly the same points.
-  // The filter is asked once about each, on several threads. The result is valid until the next
-  // call, and as long as `found` is.
-  SpeculativePairs choose(Span<const Contact> found, const ContactFilter& filter,
+  /// Selects pairs from `found`, which is sorted. A pair is selected if the filter lets it respond,
+  /// and if it approaches in the step or lies within distance_factor of its own thickness. If
+  /// several pairs constrain nearly the same points, it selects one. All other pairs get is_movable
+  /// = false. Calls the filter once for each pair, on several threads. The result is valid until
+  /// the next call, and as long as `found` is.
+  SpeculativePairs select(Span<const Contact> found, const ContactFilter& filter,
                           const Motion& motion, const Threads& threads);
-  // Of the last choose(): the filter lets any of the pairs have an answer.
+  /// True if the filter lets any pair of the last select() respond.
   bool any_answered() const { return any_answered_.load(std::memory_order_relaxed); }
-  // All of them.
-  SpeculativePairs all(Span<const Contact> found, const Motion& motion);
+  /// Evaluates all pairs and deselects none.
+  SpeculativePairs evaluate_all(Span<const Contact> found, const Motion& motion);
 
-  // To be called where the indices of bodies, vertices or faces change.
+  /// Call when the indices of bodies, vertices or faces change.
   void forget() { selected_.clear(); }
 
-  // What tells a contact from others, in their order.
+  /// Identifies a contact. Keys have the same order as contacts.
   using PairKey = std::array<std::uint64_t, 3>;
   static PairKey pair_key_of(const Contact& contact);
 
  private:
-  // What contacts ask about their bodies.
-  struct Bodies {
+  /// Data of the two bodies of a contact, for evaluate().
+  struct BodyPairData {
     std::int32_t a = -1, b = -1;
     PairSurface surface;
-    bool may_have_parts;  // as RigidTerms
+    bool may_have_rigid_terms;  ///< a contact may have RigidTerms
   };
-  Bodies bodies_of(const Contact& contact, const Motion& motion) const;
-  // Of as many contacts as there are lanes at most. `bodies`: those of the contact before.
-  void evaluate(Span<const Contact> contacts, const Motion& motion, Bodies& bodies,
+  BodyPairData data_of(const Contact& contact, const Motion& motion) const;
+  /// Evaluates at most SpeculativeLanes::count contacts. `bodies`: data of the previous contact's
+  /// bodies; read again only when the bodies change.
+  void evaluate(Span<const Contact> contacts, const Motion& motion, BodyPairData& bodies,
                 SpeculativeLanes& lanes, SpeculativeContact* speculative) const;
-  // Of the found ones from `first` to `last` - 1.
+  /// Evaluates found[first] to found[last - 1], filters them and makes their keys.
   void evaluate_range(Span<const Contact> found, std::size_t first, std::size_t last,
-               const ContactFilter& filter, const Motion& motion);
+                      const ContactFilter& filter, const Motion& motion);
 
-  // Chosen here, for worlds may be stepped before a constant of this file would be there.
+  /// A member and not a namespace-scope constant, because worlds may be stepped before the
+  /// constants of this file are initialised.
   const SpeculativeKernels* kernels_ = best_speculative_kernels();
   const PairSurfaces& surfaces_;
   double position_correction_;
-  std::vector<PairKey> selected_, last_;  // in this step, and in the one before
-  // Of those that were found.
+  std::vector<PairKey> selected_, previously_selected_;  ///< in this step, and in the one before
+  /// One element for each pair in `found`.
   std::vector<ReductionEntry> entries_;
   std::vector<SpeculativeContact> speculative_contacts_;
   ContactReduction reduction_;

@@ -1,5 +1,6 @@
-// Prospects of contacts, eight at a time. Compiled once for each instruction set (plugin/isa); the
-// results are those of make_row() and speculative_contact_of(), to the bit.
+// Evaluates speculative contacts, eight at a time. Compiled once for each instruction set
+// (plugin/isa). The results are the same as from make_row() and speculative_contact_of(), to the
+// bit.
 #pragma once
 
 #include <cstdint>
@@ -8,7 +9,7 @@
 
 namespace lazyccd::bullet {
 
-// Of Motion, whose members these are, and SolverOptions.
+/// Arrays and sizes of Motion, and SolverOptions::position_correction.
 template <class Scalar>
 struct SpeculativeMotion {
   const Scalar *start, *end;
@@ -17,12 +18,17 @@ struct SpeculativeMotion {
   double position_correction;
 };
 
+/// Input and output of the kernels, by contact.
 struct alignas(64) SpeculativeLanes {
   static constexpr int count = 8;
-  double thickness[count];    // metres: given, that of the surfaces; then the contact's own
-  double gap_squared[count];  // m^2: between the points in contact, where the step begins
-  double gap_dot[count];     // m^2: of that gap and the one at the end, the dot product
-  // As SpeculativeContact has them; true: not zero. The response is without dynamic rigid bodies.
+  /// Metres; in: thickness of the surfaces; out: the contact's own thickness.
+  double thickness[count];
+  /// m^2: squared distance between the contact points at the start of the step
+  double gap_squared[count];
+  /// m^2: dot product of the gap vectors at the start and at the end of the step
+  double gap_dot[count];
+  /// As in SpeculativeContact; nonzero means true. The values leave out the share of dynamic rigid
+  /// bodies.
   double move_squared[count], need[count], normal_mass[count];
   std::int64_t is_movable[count], may_open[count];
 };
@@ -34,7 +40,7 @@ struct SpeculativeKernels {
   void (*of_double)(const SpeculativeMotion<double>& motion, const Contact* contacts, int count,
                     SpeculativeLanes& lanes);
 
-  // Of as many contacts as there are lanes at most.
+  /// Evaluates `count` contacts, at most SpeculativeLanes::count.
   void find(const SpeculativeMotion<float>& motion, const Contact* contacts, int count,
             SpeculativeLanes& lanes) const {
     of_float(motion, contacts, count, lanes);
@@ -45,7 +51,8 @@ struct SpeculativeKernels {
   }
 };
 
-// As of the sweeps.
+/// Return the best kernels that this processor runs, or the kernels of the named instruction set
+/// ("baseline", "avx2", "avx512"); null if the processor lacks it.
 const SpeculativeKernels* best_speculative_kernels();
 const SpeculativeKernels* speculative_kernels(const char* name);
 

@@ -22,63 +22,66 @@ void StepDetector::set_topology(double largest_thickness) {
   speculative_.forget();
   prediction_.forget();
   Topology topology = topology_.for_detection();
-  touching_is_current_ = false;
-  read_reach(topology);
+  touching_topology_is_current_ = false;
+  measure_edges(topology);
   topology.self_separation = self_separation_;
   const double separation = separation_for(largest_thickness);
   if (!(separation > 0)) {
-    near_.reset();
+    near_detector_.reset();
     touching_detector();
   } else {
-    if (!near_ || separation_ != separation) {
+    if (!near_detector_ || separation_ != separation) {
       DetectorOptions options = options_;
       options.separation = separation;
       options.reduce_contacts = true;
-      near_ = std::make_unique<Detector>(options, threads_);
+      near_detector_ = std::make_unique<Detector>(options, threads_);
     }
-    near_->set_topology(topology);
+    near_detector_->set_topology(topology);
   }
   separation_ = separation;
 }
 
-// Neighbours in a mesh are not to be near each other by themselves.
+// The separation is at most half the median edge, so that neighbours in a mesh are not near each
+// other.
 double StepDetector::separation_for(double largest_thickness) const {
-  return std::min(SpeculativeContacts::reach * largest_thickness, 0.5 * usual_reach_);
+  return std::min(SpeculativeContacts::distance_factor * largest_thickness, 0.5 * median_edge_);
 }
 
-void StepDetector::read_reach(const Topology& topology) {
-  motion_.shortest_edge.assign(motion_.inverse_mass.size(), std::numeric_limits<double>::infinity());
+void StepDetector::measure_edges(const Topology& topology) {
+  motion_.shortest_edge.assign(motion_.inverse_mass.size(),
+                               std::numeric_limits<double>::infinity());
   const auto read_edge = [this](std::int32_t a, std::int32_t b) {
     if (!topology_.is_soft(a)) return;
     const double length = (motion_.start_of(a) - motion_.start_of(b)).norm();
-    for (const std::int32_t v : {a, b}) motion_.shortest_edge[v] = std::min(motion_.shortest_edge[v], length);
+    for (const std::int32_t v : {a, b})
+      motion_.shortest_edge[v] = std::min(motion_.shortest_edge[v], length);
   };
   for (const Edge& edge : topology.edges) read_edge(edge[0], edge[1]);
   for (const Face& face : topology.faces) {
     for (int k = 0; k < 3; ++k) read_edge(face[k], face[(k + 1) % 3]);
   }
-  std::vector<double> reach = motion_.shortest_edge;
-  const auto middle = reach.begin() + static_cast<std::ptrdiff_t>(reach.size() / 2);
-  std::nth_element(reach.begin(), middle, reach.end());
-  usual_reach_ = *middle;
+  std::vector<double> lengths = motion_.shortest_edge;
+  const auto middle = lengths.begin() + static_cast<std::ptrdiff_t>(lengths.size() / 2);
+  std::nth_element(lengths.begin(), middle, lengths.end());
+  median_edge_ = *middle;
   self_separation_.assign(topology.vertex_count, std::numeric_limits<float>::infinity());
   for (std::int32_t v = 0; v < motion_.soft_count(); ++v)
     self_separation_[v] = SpeculativeContacts::self_separation(v, motion_);
 }
 
 Detector& StepDetector::touching_detector() {
-  if (!touching_) touching_ = std::make_unique<Detector>(options_, threads_);
-  if (!touching_is_current_) touching_->set_topology(topology_.for_detection());
-  touching_is_current_ = true;
-  return *touching_;
+  if (!touching_detector_) touching_detector_ = std::make_unique<Detector>(options_, threads_);
+  if (!touching_topology_is_current_) touching_detector_->set_topology(topology_.for_detection());
+  touching_topology_is_current_ = true;
+  return *touching_detector_;
 }
 
 void StepDetector::detect_ahead() {
-  if (near_) prediction_.announce(*near_, separation_);
+  if (near_detector_) prediction_.start_ahead(*near_detector_, separation_);
 }
 
 void StepDetector::end_step(bool responded) {
-  if (near_ && looked_near_) prediction_.remember(motion_, responded);
+  if (near_detector_ && detected_near_) prediction_.remember(motion_, responded);
 }
 
 void StepDetector::begin_motion() {
@@ -87,7 +90,7 @@ void StepDetector::begin_motion() {
   found_any_ = false;
   filter_.begin_motion();
   detections_ = started_ahead_ = 0;
-  looked_near_ = false;
+  detected_near_ = false;
   ms_ = 0;
 }
 
@@ -100,70 +103,74 @@ void StepDetector::add_to(StepStats& stats) const {
 std::vector<Contact> StepDetector::touching(const Positions& start, const Positions& end) {
   const Stopwatch watch;
   std::vector<Contact> contacts =
-      answerable(only_near_can_touch(end) ? near_->recheck_near_pairs(start, end)
+      resolvable(only_near_can_touch(end) ? near_detector_->recheck_near_pairs(start, end)
                                           : touching_detector().detect(start, end));
   unanswered_is_known_ = contacts.empty() && end.data() == motion_.end.data();
   ms_ += watch.ms();
   return contacts;
 }
 
-// What did not come near in the first detection stayed further apart than the separation, all the
-// time. So it cannot touch while no two vertices that may meet leave that motion by as much
-// together; nor where the step begins.
+// A pair that the first detection did not report stayed further apart than the separation at all
+// times. So it cannot touch as long as the deviations of any two vertices that may collide add up
+// to less than the separation. Nor can it touch at the start of the step.
 bool StepDetector::only_near_can_touch(const Positions& end) const {
-  return near_ && (end.data() == motion_.start.data() ||
-                   motion_.largest_deviation_sum(topology_.topology().bodies) <= 0.998 * separation_);
+  return near_detector_ &&
+         (end.data() == motion_.start.data() ||
+          motion_.largest_deviation_sum(topology_.topology().bodies) <= 0.998 * separation_);
 }
 
-SpeculativePairs StepDetector::near() {
-  if (!near_) {
-    touched_ = touching(motion_.starts(), motion_.ends());
-    found_any_ = !touched_.empty();
+SpeculativePairs StepDetector::detect_near() {
+  if (!near_detector_) {
+    touching_pairs_ = touching(motion_.starts(), motion_.ends());
+    found_any_ = !touching_pairs_.empty();
     filter_.set_answered(found_any_);
-    return speculative_.all(touched_, motion_);
+    return speculative_.evaluate_all(touching_pairs_, motion_);
   }
   const Stopwatch watch;
-  const Span<const Contact> near = near_->detect(motion_.starts(), motion_.ends());
-  looked_near_ = true;
+  const Span<const Contact> near = near_detector_->detect(motion_.starts(), motion_.ends());
+  detected_near_ = true;
   ++detections_;
-  const Stats& stats = near_->stats();
+  const Stats& stats = near_detector_->stats();
   started_ahead_ += stats.started_ahead;
   prediction_.compare(motion_, stats.candidates_vf + stats.candidates_ee);
   const bool any_near = stats.near > 0;
-  const SpeculativePairs chosen = speculative_.choose(near, filter_, motion_, threads_);
-  // Where nothing may be done about what is reported, something may about what is near and not: the
-  // pair that stands for others lacks a vertex that they have, or has one that is anchored.
+  const SpeculativePairs selected = speculative_.select(near, filter_, motion_, threads_);
+  // Contact reduction reports one pair for several. Even if the reported pair cannot be resolved,
+  // an omitted pair may be: the reported pair may lack a vertex that the other has, or contain an
+  // anchored one. So all near pairs are tested again.
   found_any_ =
       speculative_.any_answered() ||
-      (any_near && !answerable(near_->recheck_near_pairs(motion_.starts(), motion_.ends())).empty());
+      (any_near &&
+       !resolvable(near_detector_->recheck_near_pairs(motion_.starts(), motion_.ends())).empty());
   filter_.set_answered(found_any_);
   unanswered_is_known_ = !found_any_;
   ms_ += watch.ms();
-  return chosen;
+  return selected;
 }
 
-std::vector<Contact> StepDetector::answerable(Span<const Contact> contacts) {
-  const bool may_be_told = near_ || detections_ == 0;
-  if (may_be_told) unanswered_.clear();
-  std::vector<Contact> answered;
+std::vector<Contact> StepDetector::resolvable(Span<const Contact> contacts) {
+  const bool records_unanswered = near_detector_ || detections_ == 0;
+  if (records_unanswered) unanswered_.clear();
+  std::vector<Contact> result;
   for (const Contact& contact : contacts) {
-    const ContactFilter::Answer answer = filter_.answer_to(contact);
-    if (answer == ContactFilter::Answer::given) {
-      answered.push_back(contact);
-    } else if (answer == ContactFilter::Answer::none && may_be_told) {
+    const ContactFilter::Decision decision = filter_.decide(contact);
+    if (decision == ContactFilter::Decision::respond) {
+      result.push_back(contact);
+    } else if (decision == ContactFilter::Decision::report_only && records_unanswered) {
       unanswered_.push_back(contact);
     }
   }
   ++detections_;
-  return answered;
+  return result;
 }
 
 void StepDetector::find_unanswered() {
-  if (!near_ || unanswered_is_known_) return;
+  if (!near_detector_ || unanswered_is_known_) return;
   unanswered_.clear();
-  for (const Contact& contact : near_->recheck_near_pairs(motion_.starts(), motion_.ends())) {
+  for (const Contact& contact :
+       near_detector_->recheck_near_pairs(motion_.starts(), motion_.ends())) {
     if (!filter_.is_anchored(contact) &&
-        !(filter_.responds(contact) && filter_.could_be_ended(contact)))
+        !(filter_.responds(contact) && filter_.could_be_resolved(contact)))
       unanswered_.push_back(contact);
   }
 }

@@ -1,4 +1,4 @@
-// Finds the contacts of a step that the response is to answer.
+// Finds the contacts of a step that the response has to resolve.
 #pragma once
 
 #include <algorithm>
@@ -20,61 +20,68 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 
 class StepDetector {
  public:
-  // What it reads of a step must outlive it.
+  /// Copies the options. Keeps references to the other arguments, which must outlive it.
   StepDetector(const DetectorOptions& options, const Threads& threads, ContactFilter& filter,
                const StepTopology& topology, Motion& motion, const PairSurfaces& surfaces,
                double position_correction);
 
-  // To be called where indices or pair rules change, with the largest thickness of any pair,
-  // metres. Sets the motion's reach. Throws lazyccd::Error for a topology that it does not take.
+  /// Call when indices or pair rules change. `largest_thickness`: the largest thickness of any
+  /// pair, metres. Sets Motion::shortest_edge. Throws lazyccd::Error if the detector refuses the
+  /// topology.
   void set_topology(double largest_thickness);
-  // Whether another largest thickness asks for that too.
+  /// True if a new largest thickness needs another set_topology().
   bool would_change(double largest_thickness) const {
     return separation_for(largest_thickness) != separation_;
   }
-  Span<const Edge> edges() const { return first()->edges(); }
+  Span<const Edge> edges() const { return first_detector()->edges(); }
 
-  // To be called after end_step(): the next step's first detection may begin.
+  /// Starts the first detection of the next step on another thread. Call after end_step().
   void detect_ahead();
-  // Takes the motion for a new one: nothing is found in it yet.
+  /// Marks the motion as new: no contacts are known in it yet.
   void begin_motion();
-  // The first detection of a motion: pairs that come within their thickness of each other, of which
-  // those that say nothing new do not give way. Valid until the next one, detect_ahead() or
-  // set_topology().
-  SpeculativePairs near();
-  // In place of that, where nothing comes within separation() of anything.
+  /// Runs the first detection of a motion. Returns the pairs that come within their thickness of
+  /// each other; redundant pairs have is_movable = false. Valid until the next detect_near(),
+  /// detect_ahead() or set_topology().
+  SpeculativePairs detect_near();
+  /// Call in place of detect_near() if no two bodies come within separation() of each other.
   void forget_near() {
     speculative_.forget();
     prediction_.forget();
   }
   double separation() const { return std::max(0.0, separation_); }  // metres
-  // Whether that one found anything that may be answered.
+  /// True if the last detect_near() found a pair that can be resolved.
   bool found_any() const { return found_any_; }
-  // Pairs that touch in the motion from `start` to `end`.
+  /// Returns the pairs that touch in the motion from `start` to `end` and that can be resolved.
   std::vector<Contact> touching(const Positions& start, const Positions& end);
-  // To be called once the motion is what it will be: finds what is silent().
+  /// Finds the contacts that unanswered() returns. Call when the motion is final.
   void find_unanswered();
-  // Pairs that touch in the motion and about which nothing may be done.
+  /// Pairs that touch in the motion and cannot be resolved.
   const std::vector<Contact>& unanswered() const { return unanswered_; }
-  // Of these, pairs of a kinematic body and pinned nodes that it came upon in this motion.
+  /// Number of unanswered() pairs of a kinematic body and pinned nodes that began to touch in this
+  /// motion.
   std::int64_t count_passed_over() const;
 
-  // To be called with the step's motion as it will be written.
+  /// Ends the step. Call with the motion as it will be written to Bullet.
   void end_step(bool responded);
-  // Of the last motion: adds what it cost.
+  /// Adds the counts and times of the last motion to `stats`.
   void add_to(StepStats& stats) const;
-  std::string status() const { return first() ? first()->status() : "no step yet"; }
+  std::string status() const {
+    return first_detector() ? first_detector()->status() : "no step yet";
+  }
 
  private:
   bool only_near_can_touch(const Positions& end) const;
-  void read_reach(const Topology& topology);
+  void measure_edges(const Topology& topology);
   double separation_for(double largest_thickness) const;
-  // Made and told of the topology where it is first needed: most steps need near_ alone.
+  /// Created and given the topology when it is first needed: most steps need near_detector_ alone.
   Detector& touching_detector();
-  // The one of a step's first detection; null before the first topology.
-  Detector* first() const { return near_ ? near_.get() : touching_.get(); }
-  // Those that get an answer; those that cannot are silent.
-  std::vector<Contact> answerable(Span<const Contact> contacts);
+  /// The detector of the first detection in a step; null before the first topology.
+  Detector* first_detector() const {
+    return near_detector_ ? near_detector_.get() : touching_detector_.get();
+  }
+  /// Returns the contacts that can be resolved. Records contacts that can only be reported as
+  /// unanswered.
+  std::vector<Contact> resolvable(Span<const Contact> contacts);
 
   DetectorOptions options_;
   Threads threads_;
@@ -82,18 +89,22 @@ class StepDetector {
   const StepTopology& topology_;
   Motion& motion_;
   SpeculativeContacts speculative_;
-  std::unique_ptr<Detector> touching_;  // null until it is needed
-  bool touching_is_current_ = false;
-  MotionPrediction prediction_;             // before near_, of which a thread reads its positions
-  std::unique_ptr<Detector> near_;  // of what comes within a thickness; null without any
-  double separation_ = 0;           // of near_, metres; not positive without it
-  double usual_reach_ = 0;          // metres: the median of Motion::reach
-  std::vector<float> self_separation_;   // of Topology
-  std::vector<Contact> touched_;    // by the first detection, without near_
+  /// Finds contacts without separation; null until it is needed.
+  std::unique_ptr<Detector> touching_detector_;
+  bool touching_topology_is_current_ = false;
+  /// Declared before near_detector_, because a thread of that detector reads its positions.
+  MotionPrediction prediction_;
+  /// Finds pairs within a thickness; null if no thickness is positive.
+  std::unique_ptr<Detector> near_detector_;
+  double separation_ = 0;   ///< separation of near_detector_, metres; not positive without it
+  double median_edge_ = 0;  ///< metres: median of Motion::shortest_edge
+  std::vector<float> self_separation_;  ///< for Topology
+  /// Found by the first detection if there is no near_detector_.
+  std::vector<Contact> touching_pairs_;
   std::vector<Contact> unanswered_;
-  bool unanswered_is_known_ = true;  // for the motion as it is
+  bool unanswered_is_known_ = true;  ///< unanswered_ is valid for the current motion
   bool found_any_ = false;
-  bool looked_near_ = false;  // in this step
+  bool detected_near_ = false;  ///< detect_near() used near_detector_ in this step
   std::int64_t detections_ = 0;
   std::int64_t started_ahead_ = 0;
   double ms_ = 0;

@@ -1,6 +1,7 @@
+// Kernels of the link solver (links/link_kernels.h), compiled once for each instruction set.
 #include "links/link_kernels.h"
 
-// For AVX-512 the compiler's code is slower than that for AVX2.
+// There is no AVX-512 version: the code that compilers make for it is slower than that for AVX2.
 #if !defined(__AVX512F__)
 
 #include <limits>
@@ -23,7 +24,8 @@ LAZYCCD_INLINE Scalar* at(LinkedNode<Scalar>* nodes, std::uint32_t offset) {
   return reinterpret_cast<Scalar*>(reinterpret_cast<char*>(nodes) + offset);
 }
 
-// As PSolve_Links(). One missing link would wait for the other: they are left out.
+// Solves the links of a group one by one, as Bullet's PSolve_Links(). Skips missing links: they
+// share a node, so each would have to wait for the one before.
 template <class Scalar>
 void solve_each(const LinkGroup<Scalar>& group, const LinkPasses<Scalar>& all) {
   for (int i = 0; i < group.links; ++i) {
@@ -35,9 +37,9 @@ void solve_each(const LinkGroup<Scalar>& group, const LinkPasses<Scalar>& all) {
     const Scalar sum = group.c1[i] + length;
     if (!(sum > std::numeric_limits<Scalar>::epsilon())) continue;
     const Scalar k = (group.c1[i] - length) / (group.c0[i] * sum);
-    const Scalar of_a = k * group.inverse_mass[0][i], of_b = k * group.inverse_mass[1][i];
-    for (int j = 0; j < 3; ++j) a[j] -= del[j] * of_a;
-    for (int j = 0; j < 3; ++j) b[j] += del[j] * of_b;
+    const Scalar factor_a = k * group.inverse_mass[0][i], factor_b = k * group.inverse_mass[1][i];
+    for (int j = 0; j < 3; ++j) a[j] -= del[j] * factor_a;
+    for (int j = 0; j < 3; ++j) b[j] += del[j] * factor_b;
   }
 }
 
@@ -45,7 +47,8 @@ void solve_each(const LinkGroup<Scalar>& group, const LinkPasses<Scalar>& all) {
 
 #define LAZYCCD_SHUFFLED __builtin_shufflevector
 
-// Registers of nodes: of floats, that of one link and that of the fourth one after it.
+// A register of nodes. Of floats it holds the node of one link and that of the fourth link after
+// it; of doubles one node.
 typedef float FloatNode __attribute__((vector_size(16)));
 typedef float Floats __attribute__((vector_size(32)));
 typedef double Doubles __attribute__((vector_size(32)));
@@ -53,11 +56,11 @@ typedef double Doubles __attribute__((vector_size(32)));
 LAZYCCD_INLINE const Floats& load(const float* p) { return *reinterpret_cast<const Floats*>(p); }
 LAZYCCD_INLINE const Doubles& load(const double* p) { return *reinterpret_cast<const Doubles*>(p); }
 
-LAZYCCD_INLINE Floats gathered(LinkedNode<float>* nodes, const std::uint32_t* node) {
+LAZYCCD_INLINE Floats gather(LinkedNode<float>* nodes, const std::uint32_t* node) {
   const auto one = [&](int i) { return *reinterpret_cast<const __m128*>(at(nodes, node[i])); };
   return reinterpret_cast<Floats>(_mm256_insertf128_ps(_mm256_castps128_ps256(one(0)), one(4), 1));
 }
-LAZYCCD_INLINE Doubles gathered(LinkedNode<double>* nodes, const std::uint32_t* node) {
+LAZYCCD_INLINE Doubles gather(LinkedNode<double>* nodes, const std::uint32_t* node) {
   return load(at(nodes, node[0]));
 }
 
@@ -73,17 +76,18 @@ LAZYCCD_INLINE void scatter(const Doubles& x, const std::uint32_t* node,
   *reinterpret_cast<Doubles*>(at(nodes, node[0])) = x;
 }
 
-// Of a number for each link, that of the k-th one in the places of its node.
+// From one number per link: repeats that of link k (of floats, also that of link k + 4) over the
+// lanes of its node.
 template <int k>
-LAZYCCD_INLINE Floats each(const Floats& x) {
+LAZYCCD_INLINE Floats broadcast(const Floats& x) {
   return LAZYCCD_SHUFFLED(x, x, k, k, k, k, k + 4, k + 4, k + 4, k + 4);
 }
 template <int k>
-LAZYCCD_INLINE Doubles each(const Doubles& x) {
+LAZYCCD_INLINE Doubles broadcast(const Doubles& x) {
   return LAZYCCD_SHUFFLED(x, x, k, k, k, k);
 }
 
-// From each node's x, y and z: in `x`, that of each link, and so on.
+// Transposes nodes into coordinates: `x` holds the x of each link, and so on.
 template <class Lanes>
 struct Coordinates {
   Lanes x, y, z;
@@ -108,13 +112,14 @@ LAZYCCD_INLINE Coordinates<Doubles> coordinates(const Doubles& a, const Doubles&
           LAZYCCD_SHUFFLED(ab_xz, cd_xz, 2, 3, 6, 7)};
 }
 
-LAZYCCD_INLINE bool all_above(const Floats& x, float least) {
+// Whether every lane is above the limit. False if a lane is NaN.
+LAZYCCD_INLINE bool all_above(const Floats& x, float limit) {
   return _mm256_movemask_ps(
-             _mm256_cmp_ps(reinterpret_cast<__m256>(x), _mm256_set1_ps(least), _CMP_GT_OQ)) == 0xff;
+             _mm256_cmp_ps(reinterpret_cast<__m256>(x), _mm256_set1_ps(limit), _CMP_GT_OQ)) == 0xff;
 }
-LAZYCCD_INLINE bool all_above(const Doubles& x, double least) {
+LAZYCCD_INLINE bool all_above(const Doubles& x, double limit) {
   return _mm256_movemask_pd(
-             _mm256_cmp_pd(reinterpret_cast<__m256d>(x), _mm256_set1_pd(least), _CMP_GT_OQ)) == 0xf;
+             _mm256_cmp_pd(reinterpret_cast<__m256d>(x), _mm256_set1_pd(limit), _CMP_GT_OQ)) == 0xf;
 }
 
 template <class Scalar>
@@ -122,10 +127,10 @@ LAZYCCD_INLINE void solve_group(const LinkGroup<Scalar>& group, const LinkPasses
   LinkedNode<Scalar>* const nodes = all.nodes;
   const std::uint32_t* const a = group.node[0];
   const std::uint32_t* const b = group.node[1];
-  const auto a0 = gathered(nodes, a), a1 = gathered(nodes, a + 1), a2 = gathered(nodes, a + 2),
-             a3 = gathered(nodes, a + 3);
-  const auto b0 = gathered(nodes, b), b1 = gathered(nodes, b + 1), b2 = gathered(nodes, b + 2),
-             b3 = gathered(nodes, b + 3);
+  const auto a0 = gather(nodes, a), a1 = gather(nodes, a + 1), a2 = gather(nodes, a + 2),
+             a3 = gather(nodes, a + 3);
+  const auto b0 = gather(nodes, b), b1 = gather(nodes, b + 1), b2 = gather(nodes, b + 2),
+             b3 = gather(nodes, b + 3);
   const auto del0 = b0 - a0, del1 = b1 - a1, del2 = b2 - a2, del3 = b3 - a3;
   const auto del = coordinates(del0, del1, del2, del3);
   const auto length = del.x * del.x + del.y * del.y + del.z * del.z;
@@ -133,15 +138,15 @@ LAZYCCD_INLINE void solve_group(const LinkGroup<Scalar>& group, const LinkPasses
   const auto sum = c1 + length;
   if (!all_above(sum, std::numeric_limits<Scalar>::epsilon())) return solve_each(group, all);
   const auto k = (c1 - length) / (c0 * sum);
-  const auto of_a = k * load(group.inverse_mass[0]), of_b = k * load(group.inverse_mass[1]);
-  scatter(a0 - del0 * each<0>(of_a), a, nodes);
-  scatter(a1 - del1 * each<1>(of_a), a + 1, nodes);
-  scatter(a2 - del2 * each<2>(of_a), a + 2, nodes);
-  scatter(a3 - del3 * each<3>(of_a), a + 3, nodes);
-  scatter(b0 + del0 * each<0>(of_b), b, nodes);
-  scatter(b1 + del1 * each<1>(of_b), b + 1, nodes);
-  scatter(b2 + del2 * each<2>(of_b), b + 2, nodes);
-  scatter(b3 + del3 * each<3>(of_b), b + 3, nodes);
+  const auto factor_a = k * load(group.inverse_mass[0]), factor_b = k * load(group.inverse_mass[1]);
+  scatter(a0 - del0 * broadcast<0>(factor_a), a, nodes);
+  scatter(a1 - del1 * broadcast<1>(factor_a), a + 1, nodes);
+  scatter(a2 - del2 * broadcast<2>(factor_a), a + 2, nodes);
+  scatter(a3 - del3 * broadcast<3>(factor_a), a + 3, nodes);
+  scatter(b0 + del0 * broadcast<0>(factor_b), b, nodes);
+  scatter(b1 + del1 * broadcast<1>(factor_b), b + 1, nodes);
+  scatter(b2 + del2 * broadcast<2>(factor_b), b + 2, nodes);
+  scatter(b3 + del3 * broadcast<3>(factor_b), b + 3, nodes);
 }
 
 #else
@@ -153,12 +158,14 @@ LAZYCCD_INLINE void solve_group(const LinkGroup<Scalar>& group, const LinkPasses
 
 #endif
 
+// Runs all passes at once; each one follows `skew` groups behind the one before it. The innermost
+// loop solves one group of every pass that is under way, earlier passes first.
 template <class Scalar>
 void solve(const LinkPasses<Scalar>& all) {
   const std::int64_t end = all.count + (all.passes - std::int64_t{1}) * all.skew;
-  for (std::int64_t time = 0; time < end; ++time) {
-    std::int64_t pass = time < all.count ? 0 : (time - all.count) / all.skew + 1;
-    for (std::int64_t group = time - pass * all.skew; pass < all.passes && group >= 0; ++pass) {
+  for (std::int64_t tick = 0; tick < end; ++tick) {
+    std::int64_t pass = tick < all.count ? 0 : (tick - all.count) / all.skew + 1;
+    for (std::int64_t group = tick - pass * all.skew; pass < all.passes && group >= 0; ++pass) {
       solve_group(all.groups[group], all);
       group -= all.skew;
     }

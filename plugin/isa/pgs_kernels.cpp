@@ -1,3 +1,5 @@
+// Kernels of the contact solver (response/pgs_kernels.h), compiled once for each instruction set. A
+// register holds `width` rows of four floats. All widths give the same results, to the bit.
 #include "response/pgs_kernels.h"
 
 #if defined(__SSE2__)
@@ -30,7 +32,7 @@ LAZYCCD_INLINE void store(const Rows& a, float* p) { *reinterpret_cast<Rows*>(p)
 LAZYCCD_INLINE Vector load4(const float* p) { return *reinterpret_cast<const Vector*>(p); }
 LAZYCCD_INLINE Vector& at(Float4& x) { return *reinterpret_cast<Vector*>(x.x); }
 
-// larger(): a > b ? a : b; smaller(): a < b ? a : b.
+// larger(a, b) is a > b ? a : b, and smaller(a, b) is a < b ? a : b, also for NaN and zeros.
 #if defined(__AVX512F__)
 
 LAZYCCD_INLINE Rows larger(const Rows& a, const Rows& b) {
@@ -42,25 +44,25 @@ LAZYCCD_INLINE Rows smaller(const Rows& a, const Rows& b) {
       _mm512_min_ps(reinterpret_cast<__m512>(a), reinterpret_cast<__m512>(b)));
 }
 template <int a, int b, int c, int d>
-LAZYCCD_INLINE Rows permuted(const Rows& x) {
+LAZYCCD_INLINE Rows permute(const Rows& x) {
   return reinterpret_cast<Rows>(
       _mm512_permute_ps(reinterpret_cast<__m512>(x), a | b << 2 | c << 4 | d << 6));
 }
-LAZYCCD_INLINE Rows root(const Rows& x) {
+LAZYCCD_INLINE Rows square_root(const Rows& x) {
   return reinterpret_cast<Rows>(_mm512_sqrt_ps(reinterpret_cast<__m512>(x)));
 }
 LAZYCCD_INLINE bool is_zero(const Rows& x) {
   const __m512 v = reinterpret_cast<__m512>(x);
   return _mm512_cmp_ps_mask(v, _mm512_setzero_ps(), _CMP_NEQ_UQ) == 0;
 }
-LAZYCCD_INLINE Rows gathered(const Float4* from, const std::int32_t* index) {
+LAZYCCD_INLINE Rows gather(const Float4* from, const std::int32_t* index) {
   const auto one = [&](int row) { return reinterpret_cast<__m128>(load4(from[index[4 * row]].x)); };
   const __m256 low = _mm256_insertf128_ps(_mm256_castps128_ps256(one(0)), one(1), 1);
   const __m256 high = _mm256_insertf128_ps(_mm256_castps128_ps256(one(2)), one(3), 1);
   return reinterpret_cast<Rows>(_mm512_insertf32x8(_mm512_castps256_ps512(low), high, 1));
 }
 template <int row>
-LAZYCCD_INLINE Vector part_of(const Rows& x) {
+LAZYCCD_INLINE Vector row_of(const Rows& x) {
   return reinterpret_cast<Vector>(_mm512_extractf32x4_ps(reinterpret_cast<__m512>(x), row));
 }
 
@@ -75,23 +77,23 @@ LAZYCCD_INLINE Rows smaller(const Rows& a, const Rows& b) {
       _mm256_min_ps(reinterpret_cast<__m256>(a), reinterpret_cast<__m256>(b)));
 }
 template <int a, int b, int c, int d>
-LAZYCCD_INLINE Rows permuted(const Rows& x) {
+LAZYCCD_INLINE Rows permute(const Rows& x) {
   return reinterpret_cast<Rows>(
       _mm256_permute_ps(reinterpret_cast<__m256>(x), a | b << 2 | c << 4 | d << 6));
 }
-LAZYCCD_INLINE Rows root(const Rows& x) {
+LAZYCCD_INLINE Rows square_root(const Rows& x) {
   return reinterpret_cast<Rows>(_mm256_sqrt_ps(reinterpret_cast<__m256>(x)));
 }
 LAZYCCD_INLINE bool is_zero(const Rows& x) {
   const __m256 v = reinterpret_cast<__m256>(x);
   return _mm256_movemask_ps(_mm256_cmp_ps(v, _mm256_setzero_ps(), _CMP_NEQ_UQ)) == 0;
 }
-LAZYCCD_INLINE Rows gathered(const Float4* from, const std::int32_t* index) {
+LAZYCCD_INLINE Rows gather(const Float4* from, const std::int32_t* index) {
   const auto one = [&](int row) { return reinterpret_cast<__m128>(load4(from[index[4 * row]].x)); };
   return reinterpret_cast<Rows>(_mm256_insertf128_ps(_mm256_castps128_ps256(one(0)), one(1), 1));
 }
 template <int row>
-LAZYCCD_INLINE Vector part_of(const Rows& x) {
+LAZYCCD_INLINE Vector row_of(const Rows& x) {
   return reinterpret_cast<Vector>(_mm256_extractf128_ps(reinterpret_cast<__m256>(x), row));
 }
 
@@ -100,37 +102,39 @@ LAZYCCD_INLINE Vector part_of(const Rows& x) {
 LAZYCCD_INLINE Rows larger(const Rows& a, const Rows& b) { return a > b ? a : b; }
 LAZYCCD_INLINE Rows smaller(const Rows& a, const Rows& b) { return a < b ? a : b; }
 template <int a, int b, int c, int d>
-LAZYCCD_INLINE Rows permuted(const Rows& x) {
+LAZYCCD_INLINE Rows permute(const Rows& x) {
   return Rows{x[a], x[b], x[c], x[d]};
 }
-LAZYCCD_INLINE Rows root(const Rows& x) {
+LAZYCCD_INLINE Rows square_root(const Rows& x) {
   return Rows{__builtin_sqrtf(x[0]), __builtin_sqrtf(x[1]), __builtin_sqrtf(x[2]),
               __builtin_sqrtf(x[3])};
 }
 LAZYCCD_INLINE bool is_zero(const Rows& x) {
   return x[0] == 0 && x[1] == 0 && x[2] == 0 && x[3] == 0;
 }
-LAZYCCD_INLINE Rows gathered(const Float4* from, const std::int32_t* index) {
+LAZYCCD_INLINE Rows gather(const Float4* from, const std::int32_t* index) {
   return load4(from[*index].x);
 }
 template <int row>
-LAZYCCD_INLINE Vector part_of(const Rows& x) {
+LAZYCCD_INLINE Vector row_of(const Rows& x) {
   return x;
 }
 
 #endif
 
-// In each row, one of its floats for all, and the sum of all.
+// broadcast() repeats float k of each row in the whole row. sum() repeats the sum of each row in
+// the whole row.
 template <int k>
-LAZYCCD_INLINE Rows each(const Rows& x) {
-  return permuted<k, k, k, k>(x);
+LAZYCCD_INLINE Rows broadcast(const Rows& x) {
+  return permute<k, k, k, k>(x);
 }
 LAZYCCD_INLINE Rows sum(const Rows& x) {
-  const Rows pairs = x + permuted<1, 0, 3, 2>(x);
-  return pairs + permuted<2, 3, 0, 1>(pairs);
+  const Rows pairs = x + permute<1, 0, 3, 2>(x);
+  return pairs + permute<2, 3, 0, 1>(pairs);
 }
 
-LAZYCCD_INLINE Rows repeated(float a, float b, float c, float d) {
+// The same four floats in each row.
+LAZYCCD_INLINE Rows repeat(float a, float b, float c, float d) {
   Rows rows;
   for (int i = 0; i < floats; i += 4) {
     rows[i] = a;
@@ -142,19 +146,20 @@ LAZYCCD_INLINE Rows repeated(float a, float b, float c, float d) {
 }
 
 template <int row>
-LAZYCCD_INLINE void add_part(const Rows& x, const std::int32_t* index, Float4* to) {
-  at(to[index[4 * row]]) += part_of<row>(x);
+LAZYCCD_INLINE void add_row(const Rows& x, const std::int32_t* index, Float4* to) {
+  at(to[index[4 * row]]) += row_of<row>(x);
 }
 
-// To one displacement of each row.
+// Adds each row of `x` to one displacement. `index` is the index of the first row; those of the
+// next rows are 4 apart.
 LAZYCCD_INLINE void add(const Rows& x, const std::int32_t* index, Float4* to) {
-  add_part<0>(x, index, to);
+  add_row<0>(x, index, to);
 #if defined(__AVX2__)
-  add_part<1>(x, index, to);
+  add_row<1>(x, index, to);
 #endif
 #if defined(__AVX512F__)
-  add_part<2>(x, index, to);
-  add_part<3>(x, index, to);
+  add_row<2>(x, index, to);
+  add_row<3>(x, index, to);
 #endif
 }
 
@@ -162,61 +167,64 @@ LAZYCCD_INLINE Vector cross(const Vector& a, const Vector& b) {
   return Vector{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0], 0};
 }
 
-// The parts of rigid bodies in the rows from `first` on that fill a register.
+// Calls each(term, offset) for the rigid terms of the rows first .. first + width - 1. `offset` is
+// that of the row in a register.
 template <class Batch, class Each>
-LAZYCCD_INLINE void for_each_part(const PgsProblem& problem, const Batch& batch, int first,
+LAZYCCD_INLINE void for_each_term(const PgsProblem& problem, const Batch& batch, int first,
                                   const Each& each) {
-  for (std::int32_t i = batch.first_part; i < batch.last_part; ++i) {
-    const RowRigidTerm& part = problem.parts[i];
-    if (part.row >= first && part.row < first + width) each(part, 4 * (part.row - first));
+  for (std::int32_t i = batch.first_term; i < batch.last_term; ++i) {
+    const RowRigidTerm& term = problem.rigid_terms[i];
+    if (term.row >= first && term.row < first + width) each(term, 4 * (term.row - first));
   }
 }
 
-// By all impulses.
+// Displacement of one side of each row relative to the other that all impulses together make.
 template <class Batch>
-LAZYCCD_INLINE Rows moved(const PgsProblem& problem, const Batch& batch,
-                          const std::int32_t* nodes, int first) {
+LAZYCCD_INLINE Rows relative_displacement(const PgsProblem& problem, const Batch& batch,
+                                          const std::int32_t* nodes, int first) {
   const std::int32_t* node = nodes + 4 * first;
   const Rows weight = load(batch.weight + 4 * first);
   const Float4* const from = problem.displacement;
   Rows sum =
-      (each<0>(weight) * gathered(from, node) + each<1>(weight) * gathered(from, node + 1)) +
-      (each<2>(weight) * gathered(from, node + 2) + each<3>(weight) * gathered(from, node + 3));
-  if (batch.first_part == batch.last_part) return sum;
-  for_each_part(problem, batch, first, [&](const RowRigidTerm& part, int row) {
-    const Vector of_body =
-        part.weight * load4(from[part.translation].x) + cross(load4(from[part.rotation].x), load4(part.arm));
+      (broadcast<0>(weight) * gather(from, node) + broadcast<1>(weight) * gather(from, node + 1)) +
+      (broadcast<2>(weight) * gather(from, node + 2) +
+       broadcast<3>(weight) * gather(from, node + 3));
+  if (batch.first_term == batch.last_term) return sum;
+  for_each_term(problem, batch, first, [&](const RowRigidTerm& term, int row) {
+    const Vector of_body = term.weight * load4(from[term.translation].x) +
+                           cross(load4(from[term.rotation].x), load4(term.arm));
     for (int k = 0; k < 3; ++k) sum[row + k] += of_body[k];
   });
   return sum;
 }
 
-LAZYCCD_INLINE void push(const PgsProblem& problem, const RowBatch& batch, int first,
-                         const Rows& impulse) {
-  const std::int32_t* node = batch.pushed + 4 * first;
+// Adds the effect of an impulse on each row to the displacements.
+LAZYCCD_INLINE void apply(const PgsProblem& problem, const RowBatch& batch, int first,
+                          const Rows& impulse) {
+  const std::int32_t* node = batch.scatter_node + 4 * first;
   const Rows mobility = load(batch.mobility + 4 * first);
   Float4* const to = problem.displacement;
-  add(each<0>(mobility) * impulse, node, to);
-  add(each<1>(mobility) * impulse, node + 1, to);
-  add(each<2>(mobility) * impulse, node + 2, to);
-  add(each<3>(mobility) * impulse, node + 3, to);
-  if (batch.first_part == batch.last_part) return;
-  for_each_part(problem, batch, first, [&](const RowRigidTerm& part, int row) {
-    const Vector one = {impulse[row], impulse[row + 1], impulse[row + 2], 0};
-    const RowBody& body = problem.bodies[part.body];
-    at(to[part.translation]) += part.weight * (load4(body.inverse_mass) * one);
-    const Vector about = cross(load4(part.arm), one);
-    at(to[part.rotation]) +=
-        (about[0] * load4(body.inverse_inertia[0]) + about[1] * load4(body.inverse_inertia[1])) +
-        about[2] * load4(body.inverse_inertia[2]);
+  add(broadcast<0>(mobility) * impulse, node, to);
+  add(broadcast<1>(mobility) * impulse, node + 1, to);
+  add(broadcast<2>(mobility) * impulse, node + 2, to);
+  add(broadcast<3>(mobility) * impulse, node + 3, to);
+  if (batch.first_term == batch.last_term) return;
+  for_each_term(problem, batch, first, [&](const RowRigidTerm& term, int row) {
+    const Vector row_impulse = {impulse[row], impulse[row + 1], impulse[row + 2], 0};
+    const RowBody& body = problem.bodies[term.body];
+    at(to[term.translation]) += term.weight * (load4(body.inverse_mass) * row_impulse);
+    const Vector torque = cross(load4(term.arm), row_impulse);
+    at(to[term.rotation]) +=
+        (torque[0] * load4(body.inverse_inertia[0]) + torque[1] * load4(body.inverse_inertia[1])) +
+        torque[2] * load4(body.inverse_inertia[2]);
   });
 }
 
 SweepChange sweep(const PgsProblem& problem, const std::int32_t* batches, int count) {
-  const Rows zero = repeated(0, 0, 0, 0), one = repeated(1, 1, 1, 1);
-  const Rows across = repeated(1, 1, 1, 0), along = repeated(0, 0, 0, 1);
-  const Rows least_size = repeated(0x1p-126f, 0x1p-126f, 0x1p-126f, 0x1p-126f);
-  // By row of a batch.
+  const Rows zero = repeat(0, 0, 0, 0), one = repeat(1, 1, 1, 1);
+  const Rows tangent_mask = repeat(1, 1, 1, 0), normal_mask = repeat(0, 0, 0, 1);
+  const Rows min_size = repeat(0x1p-126f, 0x1p-126f, 0x1p-126f, 0x1p-126f);
+  // By register of a batch.
   Rows largest[RowBatch::rows / width], energy[RowBatch::rows / width],
       restart_test[RowBatch::rows / width];
   for (int i = 0; i < RowBatch::rows / width; ++i) largest[i] = energy[i] = restart_test[i] = zero;
@@ -226,90 +234,92 @@ SweepChange sweep(const PgsProblem& problem, const std::int32_t* batches, int co
       const int at = floats * i;
       const Rows normal = load(batch.normal + at), before = load(batch.impulse + at),
                  terms = load(batch.terms + at);
-      const Rows moved_by = moved(problem, batch, batch.node, width * i);
-      const Rows gap = sum(normal * moved_by);
-      const Rows now_along =
-          larger(each<3>(before) + (each<0>(terms) - gap) * each<1>(terms), zero);
-      // Of a rigid body, the impulse along the normal also turns, which the next sweep sees.
-      const Rows sliding = load(batch.sliding + at) + moved_by - gap * normal;
-      const Rows stopping = across * (before - each<3>(terms) * sliding);
-      const Rows size = larger(root(sum(stopping * stopping)), least_size);
-      const Rows part = smaller(each<2>(terms) * now_along / size, one);
-      const Rows now = stopping * part + along * now_along;
-      const Rows more = now - before;
-      if (is_zero(more)) continue;
-      const Rows compliance = load(batch.compliance + at), made = more * compliance;
+      const Rows displacement = relative_displacement(problem, batch, batch.node, width * i);
+      const Rows gap = sum(normal * displacement);
+      const Rows normal_impulse =
+          larger(broadcast<3>(before) + (broadcast<0>(terms) - gap) * broadcast<1>(terms), zero);
+      // The change of the normal impulse also turns rigid bodies, which adds to the sliding. The
+      // next sweep takes that into account.
+      const Rows sliding = load(batch.tangent_move + at) + displacement - gap * normal;
+      const Rows tangent_impulse = tangent_mask * (before - broadcast<3>(terms) * sliding);
+      const Rows size = larger(square_root(sum(tangent_impulse * tangent_impulse)), min_size);
+      const Rows scale = smaller(broadcast<2>(terms) * normal_impulse / size, one);
+      const Rows now = tangent_impulse * scale + normal_mask * normal_impulse;
+      const Rows change = now - before;
+      if (is_zero(change)) continue;
+      const Rows compliance = load(batch.compliance + at), made = change * compliance;
       largest[i] = larger(made * made, largest[i]);
-      energy[i] += more * made;
-      restart_test[i] += made * (now - load(batch.last + at));
+      energy[i] += change * made;
+      restart_test[i] += made * (now - load(batch.last_impulse + at));
       store(now, batch.impulse + at);
-      push(problem, batch, width * i, across * more + each<3>(more) * normal);
+      apply(problem, batch, width * i, tangent_mask * change + broadcast<3>(change) * normal);
     }
   }
-  // The same for all widths of a register.
-  alignas(64) float of_rows[3][4 * RowBatch::rows];
+  // Reduces in an order that is the same for all register widths.
+  alignas(64) float per_row[3][4 * RowBatch::rows];
   for (int i = 0; i < RowBatch::rows / width; ++i) {
-    store(largest[i], of_rows[0] + floats * i);
-    store(energy[i], of_rows[1] + floats * i);
-    store(restart_test[i], of_rows[2] + floats * i);
+    store(largest[i], per_row[0] + floats * i);
+    store(energy[i], per_row[1] + floats * i);
+    store(restart_test[i], per_row[2] + floats * i);
   }
-  SweepChange change;
+  SweepChange total;
   for (int i = 0; i < 4 * RowBatch::rows; ++i) {
-    change.largest = of_rows[0][i] > change.largest ? of_rows[0][i] : change.largest;
-    change.energy += of_rows[1][i];
-    change.restart_test += of_rows[2][i];
+    total.largest = per_row[0][i] > total.largest ? per_row[0][i] : total.largest;
+    total.energy += per_row[1][i];
+    total.restart_test += per_row[2][i];
   }
-  return change;
+  return total;
 }
 
-float most_left(const PgsProblem& problem, int batches) {
-  float most = 0;
+float max_violation(const PgsProblem& problem, int batches) {
+  float largest = 0;
   for (int b = 0; b < batches; ++b) {
     const RowBatch& batch = problem.batches[b];
     for (int first = 0; first < RowBatch::rows; first += width) {
-      const Rows gap =
-          sum(load(batch.normal + 4 * first) * moved(problem, batch, batch.node, first));
-      const Rows left = load(batch.terms + 4 * first) - gap;
-      for (int i = 0; i < floats; i += 4) most = left[i] > most ? left[i] : most;
+      const Rows gap = sum(load(batch.normal + 4 * first) *
+                           relative_displacement(problem, batch, batch.node, first));
+      const Rows violation = load(batch.terms + 4 * first) - gap;
+      for (int i = 0; i < floats; i += 4) largest = violation[i] > largest ? violation[i] : largest;
     }
   }
-  return most;
+  return largest;
 }
 
-int lacking(const PgsProblem& problem, const std::int32_t* node_of, const InactiveBatch* waiting,
-            int batches, std::int32_t* rows) {
-  const Rows zero = repeated(0, 0, 0, 0);
+int find_violated(const PgsProblem& problem, const std::int32_t* node_of,
+                  const InactiveBatch* inactive, int batches, std::int32_t* rows) {
+  const Rows zero = repeat(0, 0, 0, 0);
   int found = 0;
   for (int b = 0; b < batches; ++b) {
-    const InactiveBatch& batch = waiting[b];
+    const InactiveBatch& batch = inactive[b];
     std::int32_t node[4 * InactiveBatch::rows];
     for (int i = 0; i < 4 * InactiveBatch::rows; ++i) node[i] = node_of[batch.vertex[i]];
     for (int first = 0; first < InactiveBatch::rows; first += width) {
       const Rows normal = load(batch.normal + 4 * first);
-      const Rows left = each<3>(normal) - sum(normal * moved(problem, batch, node, first));
-      if (is_zero(larger(left, zero))) continue;
+      const Rows violation =
+          broadcast<3>(normal) - sum(normal * relative_displacement(problem, batch, node, first));
+      if (is_zero(larger(violation, zero))) continue;
       for (int i = 0; i < width; ++i)
-        if (left[4 * i] > 0) rows[found++] = InactiveBatch::rows * b + first + i;
+        if (violation[4 * i] > 0) rows[found++] = InactiveBatch::rows * b + first + i;
     }
   }
   return found;
 }
 
-void carry_on(float part, Float4* now, Float4* last, int count) {
+void extrapolate(float factor, Float4* now, Float4* last, int count) {
   for (int i = 0; i < count; ++i) {
     const Vector x = at(now[i]);
-    at(now[i]) = x + part * (x - at(last[i]));
+    at(now[i]) = x + factor * (x - at(last[i]));
     at(last[i]) = x;
   }
 }
 
-void push_all(const PgsProblem& problem, int index) {
+void apply_impulses(const PgsProblem& problem, int index) {
   const RowBatch& batch = problem.batches[index];
-  const Rows across = repeated(1, 1, 1, 0);
+  const Rows tangent_mask = repeat(1, 1, 1, 0);
   for (int first = 0; first < RowBatch::rows; first += width) {
     const Rows impulse = load(batch.impulse + 4 * first);
-    push(problem, batch, first,
-         across * impulse + each<3>(impulse) * load(batch.normal + 4 * first));
+    apply(problem, batch, first,
+          tangent_mask * impulse + broadcast<3>(impulse) * load(batch.normal + 4 * first));
   }
 }
 
@@ -320,7 +330,7 @@ void push_all(const PgsProblem& problem, int index) {
 
 extern const PgsKernels pgs_table;
 const PgsKernels pgs_table = {
-    LAZYCCD_NAME_OF(LAZYCCD_ISA), sweep, most_left, lacking, carry_on, push_all};
+    LAZYCCD_NAME_OF(LAZYCCD_ISA), sweep, max_violation, find_violated, extrapolate, apply_impulses};
 
 }  // namespace LAZYCCD_ISA
 }  // namespace lazyccd::bullet

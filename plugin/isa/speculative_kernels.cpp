@@ -1,3 +1,5 @@
+// Kernels that evaluate speculative contacts (detection/speculative_kernels.h), compiled once for
+// each instruction set.
 #include "detection/speculative_kernels.h"
 
 #ifndef LAZYCCD_ISA
@@ -9,7 +11,7 @@ namespace lazyccd::bullet {
 namespace LAZYCCD_ISA {
 namespace {
 
-// As the registers are: wider vectors are taken apart, and choices in them become branches.
+// Doubles in a register. Compilers split wider vectors, and then turn their selects into branches.
 #if defined(__AVX512F__)
 constexpr int width = 8;
 #elif defined(__AVX2__)
@@ -31,11 +33,12 @@ LAZYCCD_INLINE void load(const double* from, Lanes& to) {
 LAZYCCD_INLINE void store(const Lanes& x, double* to) { *reinterpret_cast<Lanes*>(to) = x; }
 LAZYCCD_INLINE void store(const Mask& x, std::int64_t* to) { *reinterpret_cast<Mask*>(to) = x; }
 
-// As Eigen adds them up, where it has vectors of two doubles.
+// Adds in the same order as Eigen with vectors of two doubles, so that results are equal to the
+// bit.
 LAZYCCD_INLINE Lanes dot(const Vector& a, const Vector& b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;
 }
-// As std::max() and std::min().
+// The same as std::max() and std::min(), also for NaN and zeros.
 LAZYCCD_INLINE Lanes max(const Lanes& a, const Lanes& b) { return a < b ? b : a; }
 LAZYCCD_INLINE Lanes min(const Lanes& a, const Lanes& b) { return b < a ? b : a; }
 
@@ -55,10 +58,10 @@ LAZYCCD_INLINE void read(const Scalar* positions, const std::int32_t* vertices, 
   }
 }
 
-// Of as many contacts as fill a register, from `first` on.
+// Evaluates the contacts first .. first + width - 1. Lanes past `count` repeat contact `first`.
 template <class Scalar>
 LAZYCCD_INLINE void evaluate_range(const SpeculativeMotion<Scalar>& motion, const Contact* contacts,
-                            int first, int given, SpeculativeLanes& lanes) {
+                                   int first, int count, SpeculativeLanes& lanes) {
   const Lanes zero = {}, one = zero + 1;
   alignas(64) std::int32_t vertices[4][width];
   alignas(64) std::int64_t vertex_face[width], in_one_body[width];
@@ -66,7 +69,7 @@ LAZYCCD_INLINE void evaluate_range(const SpeculativeMotion<Scalar>& motion, cons
   Vector normal;
   bool all_soft = true, any_in_one_body = false;
   for (int i = 0; i < width; ++i) {
-    const Contact& contact = contacts[first + i < given ? first + i : first];
+    const Contact& contact = contacts[first + i < count ? first + i : first];
     for (int k = 0; k < 4; ++k) {
       vertices[k][i] = contact.vertices[k];
       all_soft &= contact.vertices[k] < motion.soft_count;
@@ -85,7 +88,7 @@ LAZYCCD_INLINE void evaluate_range(const SpeculativeMotion<Scalar>& motion, cons
                             is_vertex_face ? -p : -(one - q), -q};
 
   Vector start_sum = {}, end_sum = {}, move = {};
-  Lanes start_gap = zero, compliance = zero, most_mobile = zero, reach[4];
+  Lanes start_gap = zero, compliance = zero, max_inverse_mass = zero, edge_length[4];
   for (int k = 0; k < 4; ++k) {
     const Lanes& weight = weights[k];
     Vector start, end;
@@ -101,42 +104,46 @@ LAZYCCD_INLINE void evaluate_range(const SpeculativeMotion<Scalar>& motion, cons
       if (all_soft || v < motion.soft_count) inverse_mass[i] = motion.inverse_mass[v];
     }
     compliance += weight * weight * inverse_mass;
-    most_mobile = max(most_mobile, inverse_mass);
+    max_inverse_mass = max(max_inverse_mass, inverse_mass);
     if (!any_in_one_body) continue;
-    for (int i = 0; i < width; ++i) reach[k][i] = in_one_body[i] ? motion.shortest_edge[vertices[k][i]] : 0;
-    const Lanes size = weight < 0 ? -weight : weight;
-    reach[k] = weight != 0 ? size * reach[k] : zero;
+    for (int i = 0; i < width; ++i)
+      edge_length[k][i] = in_one_body[i] ? motion.shortest_edge[vertices[k][i]] : 0;
+    const Lanes abs_weight = weight < 0 ? -weight : weight;
+    edge_length[k] = weight != 0 ? abs_weight * edge_length[k] : zero;
   }
 
   Lanes thickness;
   load(lanes.thickness + first, thickness);
   if (any_in_one_body) {
-    const Lanes reach_of_a = reach[0] + (is_vertex_face ? zero : reach[1]);
-    const Lanes reach_of_b = (is_vertex_face ? reach[1] : zero) + reach[2] + reach[3];
-    const Lanes own = min(thickness, 0.5 * min(reach_of_a, reach_of_b));
-    thickness = *reinterpret_cast<const Mask*>(in_one_body) ? own : thickness;
+    const Lanes edge_length_of_a = edge_length[0] + (is_vertex_face ? zero : edge_length[1]);
+    const Lanes edge_length_of_b =
+        (is_vertex_face ? edge_length[1] : zero) + edge_length[2] + edge_length[3];
+    const Lanes contact_thickness = min(thickness, 0.5 * min(edge_length_of_a, edge_length_of_b));
+    thickness = *reinterpret_cast<const Mask*>(in_one_body) ? contact_thickness : thickness;
   }
 
-  const Lanes kept = min(thickness, max(zero, start_gap));
-  const Lanes opened = max(kept, min(0.5 * thickness, kept + motion.position_correction * thickness));
+  const Lanes target_gap = min(thickness, max(zero, start_gap));
+  const Lanes corrected_gap =
+      max(target_gap, min(0.5 * thickness, target_gap + motion.position_correction * thickness));
   const Mask is_movable = compliance > 1e-6 * (compliance + compliance);
-  const Lanes least = most_mobile / 256;
+  const Lanes min_compliance = max_inverse_mass / 256;
   store(thickness, lanes.thickness + first);
   store(dot(start_sum, start_sum), lanes.gap_squared + first);
   store(dot(start_sum, end_sum), lanes.gap_dot + first);
   store(dot(move, move), lanes.move_squared + first);
-  store(kept - start_gap - dot(normal, move), lanes.need + first);
-  // Nothing is divided by zero, not even in vain.
-  const Lanes divisor = is_movable ? max(compliance, least) : one;
+  store(target_gap - start_gap - dot(normal, move), lanes.need + first);
+  // Immovable lanes divide by one: no division by zero, even if its result is not used.
+  const Lanes divisor = is_movable ? max(compliance, min_compliance) : one;
   store(is_movable ? one / divisor : zero, lanes.normal_mass + first);
   store(is_movable, lanes.is_movable + first);
-  store(opened > kept, lanes.may_open + first);
+  store(corrected_gap > target_gap, lanes.may_open + first);
 }
 
 template <class Scalar>
-void speculative(const SpeculativeMotion<Scalar>& motion, const Contact* contacts, int count,
-               SpeculativeLanes& lanes) {
-  for (int first = 0; first < count; first += width) evaluate_range(motion, contacts, first, count, lanes);
+void evaluate(const SpeculativeMotion<Scalar>& motion, const Contact* contacts, int count,
+              SpeculativeLanes& lanes) {
+  for (int first = 0; first < count; first += width)
+    evaluate_range(motion, contacts, first, count, lanes);
 }
 
 #define LAZYCCD_NAME_OF(isa) LAZYCCD_TEXT_OF(isa)
@@ -145,8 +152,8 @@ void speculative(const SpeculativeMotion<Scalar>& motion, const Contact* contact
 }  // namespace
 
 extern const SpeculativeKernels speculative_table;
-const SpeculativeKernels speculative_table = {LAZYCCD_NAME_OF(LAZYCCD_ISA), speculative<float>,
-                                     speculative<double>};
+const SpeculativeKernels speculative_table = {LAZYCCD_NAME_OF(LAZYCCD_ISA), evaluate<float>,
+                                              evaluate<double>};
 
 }  // namespace LAZYCCD_ISA
 }  // namespace lazyccd::bullet

@@ -9,33 +9,34 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-// Whether PSolve_Links() leaves it out, as between nodes that nothing moves.
-bool is_left_out(const btSoftBody::Link& link) { return !(link.m_c0 > 0); }
+// True if PSolve_Links() skips the link, as it does between two immovable nodes.
+bool is_skipped(const btSoftBody::Link& link) { return !(link.m_c0 > 0); }
 
-// Links that share a node with one of the few before them, which are not done yet when they begin.
-std::int64_t count_waiting(const LinkEnds& ends) {
+// Counts the links that share a node with one of the three links before them. The processor has not
+// finished those links yet when it begins this one, so it has to wait.
+std::int64_t count_dependent(const LinkEnds& ends) {
   constexpr std::ptrdiff_t window = 3;
-  std::int64_t waiting = 0;
+  std::int64_t dependent = 0;
   for (auto link = ends.begin(); link != ends.end(); ++link) {
     if (*link == no_nodes) continue;
     const auto first = link - std::min(window, link - ends.begin());
-    waiting += std::any_of(first, link, [&](const auto& before) {
-      return (*link)[0] == before[0] || (*link)[0] == before[1] || (*link)[1] == before[0] ||
-             (*link)[1] == before[1];
+    dependent += std::any_of(first, link, [&](const auto& earlier) {
+      return (*link)[0] == earlier[0] || (*link)[0] == earlier[1] || (*link)[1] == earlier[0] ||
+             (*link)[1] == earlier[1];
     });
   }
-  return waiting;
+  return dependent;
 }
 
 }  // namespace
 
-bool BodyLinks::take(const btSoftBody& body, std::int64_t passes) {
+bool BodyLinks::prepare(const btSoftBody& body, std::int64_t passes) {
   if (!kernels_) return false;
   if (!is_planned(body)) plan(body);
-  if (!pays(passes)) return false;
-  if (take_links(body)) return true;
+  if (!is_faster(passes)) return false;
+  if (load_links(body)) return true;
   plan(body);
-  return pays(passes) && take_links(body);
+  return is_faster(passes) && load_links(body);
 }
 
 bool BodyLinks::is_planned(const btSoftBody& body) const {
@@ -43,21 +44,21 @@ bool BodyLinks::is_planned(const btSoftBody& body) const {
 }
 
 void BodyLinks::plan(const btSoftBody& body) {
-  constexpr int most_nodes = 1 << 26;  // a link knows them by 32 bits of bytes
+  constexpr int max_nodes = 1 << 26;  // a link stores node offsets as 32-bit byte counts
   body_ = nullptr;
   groups_.clear();
   ends_.clear();
-  bool all_own = body.m_nodes.size() <= most_nodes;
-  for (int i = 0; i < body.m_links.size() && all_own; ++i) {
+  bool all_nodes_own = body.m_nodes.size() <= max_nodes;
+  for (int i = 0; i < body.m_links.size() && all_nodes_own; ++i) {
     const btSoftBody::Link& link = body.m_links[i];
     const int a = index_of(body, link.m_n[0]), b = index_of(body, link.m_n[1]);
-    all_own = a >= 0 && b >= 0;
-    ends_.push_back(is_left_out(link) ? no_nodes : LinkEnds::value_type{a, b});
+    all_nodes_own = a >= 0 && b >= 0;
+    ends_.push_back(is_skipped(link) ? no_nodes : LinkEnds::value_type{a, b});
   }
-  if (all_own) {
+  if (all_nodes_own) {
     plan_ = plan_links(ends_, body.m_nodes.size(), LinkGroup<btScalar>::links);
     nodes_.assign(static_cast<std::size_t>(plan_.nodes), {});
-    waiting_ = count_waiting(ends_);
+    dependent_links_ = count_dependent(ends_);
     groups_ = make_groups<btScalar>(plan_, ends_);
   }
   body_ = &body;
@@ -65,21 +66,22 @@ void BodyLinks::plan(const btSoftBody& body) {
   link_count_ = body.m_links.size();
 }
 
-// In nanoseconds (AMD EPYC): to solve a link takes Bullet 4.5, and one that waits 8.5 more; a group
-// takes 12, and what is read and written besides 5 a link.
-bool BodyLinks::pays(std::int64_t passes) const {
+// Compares the costs in nanoseconds (AMD EPYC). Bullet takes 4.5 to solve a link, and 8.5 more for
+// a dependent one. A group takes 12; reading and writing the data takes 5 per link and call.
+bool BodyLinks::is_faster(std::int64_t passes) const {
   const auto links = static_cast<double>(link_count_), groups = static_cast<double>(groups_.size());
-  const double here = static_cast<double>(passes) * 12 * groups + 5 * links;
+  const double grouped_ns = static_cast<double>(passes) * 12 * groups + 5 * links;
   return passes > 0 && groups > 0 &&
-         here < static_cast<double>(passes) * (4.5 * links + 8.5 * static_cast<double>(waiting_));
+         grouped_ns < static_cast<double>(passes) *
+                          (4.5 * links + 8.5 * static_cast<double>(dependent_links_));
 }
 
-// False where they are not those of the plan.
-bool BodyLinks::take_links(const btSoftBody& body) {
+// Returns false if the links no longer match the plan.
+bool BodyLinks::load_links(const btSoftBody& body) {
   for (int i = 0; i < link_count_; ++i) {
     const btSoftBody::Link& link = body.m_links[i];
     const auto [index, lane] = plan_.places[i];
-    if (is_left_out(link) != (index < 0)) return false;
+    if (is_skipped(link) != (index < 0)) return false;
     if (index < 0) continue;
     const btSoftBody::Node& a = body.m_nodes[ends_[i][0]];
     const btSoftBody::Node& b = body.m_nodes[ends_[i][1]];

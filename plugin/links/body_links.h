@@ -1,4 +1,4 @@
-// The links of one soft body of Bullet, solved in groups (links.h) in place of
+// Solves the links of one soft body in groups (link_kernels.h), in place of
 // btSoftBody::PSolve_Links().
 #pragma once
 
@@ -16,33 +16,34 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 
 class BodyLinks {
  public:
-  // For so many calls of PSolve_Links(): the body's links, constants and masses as they are now.
-  // False where a link has another body's node, or where Bullet itself takes no longer: then
-  // nothing else may be called.
-  bool take(const btSoftBody& body, std::int64_t passes);
-  // From the body, positions of nodes, and back: of all, or of one by its index.
+  /// Reads the links, constants and masses of the body, for `passes` calls of PSolve_Links().
+  /// Returns false if a link has another body's node, or if Bullet itself is at least as fast; then
+  /// call nothing else.
+  bool prepare(const btSoftBody& body, std::int64_t passes);
+  /// Copy node positions from the body (read) and back (write): of all nodes, or of one node by
+  /// index.
   void read(const btSoftBody& body);
   void read(const btSoftBody& body, int node);
   void write(btSoftBody& body) const;
   void write(btSoftBody& body, int node) const;
-  // As that many calls.
+  /// Same result as `passes` calls of PSolve_Links().
   void solve(int passes);
 
  private:
   void plan(const btSoftBody& body);
   bool is_planned(const btSoftBody& body) const;
-  bool pays(std::int64_t passes) const;
-  bool take_links(const btSoftBody& body);
+  bool is_faster(std::int64_t passes) const;
+  bool load_links(const btSoftBody& body);
 
   const LinkKernels* kernels_ = best_link_kernels();
-  // What was planned for.
+  /// The body and its counts when plan_ was made.
   const btSoftBody* body_ = nullptr;
   int node_count_ = 0, link_count_ = 0;
   LinkEnds ends_;
-  std::int64_t waiting_ = 0;  // links that wait for one just before them
+  std::int64_t dependent_links_ = 0;  ///< links that depend on one of the few links before them
 
   LinkBatches plan_;
-  std::vector<LinkGroup<btScalar>> groups_;  // none: there is no plan
+  std::vector<LinkGroup<btScalar>> groups_;  ///< empty: there is no plan
   std::vector<LinkedNode<btScalar>> nodes_;
 };
 

@@ -6,12 +6,13 @@
 namespace lazyccd::bullet {
 namespace {
 
-// Groups with room, in their order: as many as are asked for.
-class Room {
+// Finds groups that are not full, and adds groups as needed.
+class OpenGroups {
  public:
-  explicit Room(std::int32_t lanes) : lanes_(lanes) {}
+  explicit OpenGroups(std::int32_t lanes) : lanes_(lanes) {}
 
-  // The first one from `group` on, which is at most one past the last.
+  // Returns the first group from `group` on that is not full. `group` is at most one past the last
+  // one.
   std::int32_t find(std::int32_t group) {
     std::int32_t found = group;
     while (found < count() && sizes[found] == lanes_) found = next_[found];
@@ -29,7 +30,7 @@ class Room {
   std::int32_t count() const { return static_cast<std::int32_t>(sizes.size()); }
 
   std::int32_t lanes_;
-  std::vector<std::int32_t> next_;  // by group: all between are full
+  std::vector<std::int32_t> next_;  // by group: a later group; all groups between the two are full
 };
 
 }  // namespace
@@ -39,22 +40,22 @@ LinkBatches plan_links(const LinkEnds& ends, std::int32_t nodes, std::int32_t la
   LinkBatches plan;
   plan.places.reserve(ends.size());
   std::vector<std::int32_t> first(static_cast<std::size_t>(nodes), none), last = first;
-  Room room(lanes);
+  OpenGroups open_groups(lanes);
   for (const std::array<std::int32_t, 2>& link : ends) {
     if (link == no_nodes) {
       plan.places.push_back({none, none});
       continue;
     }
     const auto [a, b] = link;
-    const std::int32_t group = room.find(std::max(last[a], last[b]) + 1);
-    plan.places.push_back({group, room.sizes[group]++});
+    const std::int32_t group = open_groups.find(std::max(last[a], last[b]) + 1);
+    plan.places.push_back({group, open_groups.sizes[group]++});
     for (const std::int32_t node : {a, b}) {
       if (first[node] == none) first[node] = group;
       last[node] = group;
       plan.skew = std::max(plan.skew, group - first[node] + 1);
     }
   }
-  plan.sizes = std::move(room.sizes);
+  plan.sizes = std::move(open_groups.sizes);
   plan.nodes = nodes;
   for (const std::int32_t size : plan.sizes) plan.nodes += size < lanes;
   return plan;
@@ -63,14 +64,14 @@ LinkBatches plan_links(const LinkEnds& ends, std::int32_t nodes, std::int32_t la
 template <class Scalar>
 std::vector<LinkGroup<Scalar>> make_groups(const LinkBatches& plan, const LinkEnds& ends) {
   std::vector<LinkGroup<Scalar>> groups(plan.sizes.size());
-  std::int32_t spare = plan.nodes;
+  std::int32_t dummy_node = plan.nodes;
   for (std::size_t i = 0; i < groups.size(); ++i) {
     LinkGroup<Scalar>& group = groups[i];
-    spare -= plan.sizes[i] < group.links;
+    dummy_node -= plan.sizes[i] < group.links;
     for (std::int32_t lane = 0; lane < group.links; ++lane) {
       group.c0[lane] = group.c1[lane] = 1;
       group.inverse_mass[0][lane] = group.inverse_mass[1][lane] = 0;
-      group.node[0][lane] = group.node[1][lane] = bytes_of_nodes<Scalar>(spare);
+      group.node[0][lane] = group.node[1][lane] = bytes_of_nodes<Scalar>(dummy_node);
     }
   }
   for (std::size_t i = 0; i < ends.size(); ++i) {

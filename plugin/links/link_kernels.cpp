@@ -1,3 +1,4 @@
+// Choice of the link kernels that this processor can run. None without AVX2.
 #include "links/link_kernels.h"
 
 #include "util/isa.h"
@@ -6,21 +7,12 @@ namespace lazyccd::bullet {
 
 #if defined(LAZYCCD_ISA_X86)
 
-namespace baseline {
-extern const LinkKernels link_table;
+LAZYCCD_ISA_TABLE_AVX2(LinkKernels, link_table)
+
+const LinkKernels* best_link_kernels() { return first_that_runs(link_table_by_isa); }
+const LinkKernels* link_kernels(const char* name) {
+  return first_that_runs(link_table_by_isa, name);
 }
-namespace avx2 {
-extern const LinkKernels link_table;
-}
-
-namespace {
-
-constexpr const LinkKernels* kernels[] = {&avx2::link_table, &baseline::link_table};
-
-}  // namespace
-
-const LinkKernels* best_link_kernels() { return first_that_runs(kernels); }
-const LinkKernels* link_kernels(const char* name) { return first_that_runs(kernels, name); }
 
 #else
 

@@ -1,6 +1,6 @@
-// Bullet's own constraints within soft bodies: links in groups of such as do not wait for each
-// other (body_links.h), the rest by Bullet, and several bodies at once. The result is the same, to
-// the bit, as of Bullet (3.24) alone, where that is built without fused multiply-adds.
+// Solves Bullet's own constraints within soft bodies, several bodies at once. Links are solved in
+// groups of independent links (body_links.h); Bullet solves the rest. The result is the same, to
+// the bit, as with Bullet (3.24) alone, if Bullet is built without fused multiply-adds.
 #pragma once
 
 #include <BulletSoftBody/btSoftBody.h>
@@ -22,14 +22,14 @@ using ParallelFor =
 
 class SoftConstraints {
  public:
-  // As btDefaultSoftBodySolver::solveConstraints(). Where it throws (std::bad_alloc), bodies are as
-  // they were, or solved; the one within whose own solver it throws may have been begun with.
+  /// Same as btDefaultSoftBodySolver::solveConstraints(). If it throws (std::bad_alloc), each body
+  /// is either unchanged or solved; only a body whose own solver throws may be half solved.
   void solve(const btAlignedObjectArray<btSoftBody*>& bodies, const ParallelFor& parallel_for);
 
  private:
   static void solve(btSoftBody& body, BodyLinks& links);
 
-  std::vector<BodyLinks> links_;  // by body
+  std::vector<BodyLinks> links_;  ///< by body
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -7,9 +7,10 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
+// Which other bodies the solver of a body reads or writes.
 enum class Coupling { itself, rigid_bodies, soft_bodies };
 
-Coupling reach_of(const btSoftBody& body) {
+Coupling coupling_of(const btSoftBody& body) {
   if (body.m_scontacts.size() > 0) return Coupling::soft_bodies;
   const btSoftBody::Node* const first = body.m_nodes.size() > 0 ? &body.m_nodes[0] : nullptr;
   const btSoftBody::Node* const last = first + body.m_nodes.size();
@@ -26,7 +27,7 @@ Coupling reach_of(const btSoftBody& body) {
   return alone ? Coupling::itself : Coupling::rigid_bodies;
 }
 
-// Links, each as often as it is gone over.
+// Number of links times passes over them.
 std::int64_t work_of(const btSoftBody& body) {
   const btSoftBody::Config& config = body.m_cfg;
   return (passes_over_links(config.m_vsequence) * config.viterations +
@@ -38,22 +39,22 @@ std::int64_t work_of(const btSoftBody& body) {
 }  // namespace
 
 SolveOrder find_solve_order(const btAlignedObjectArray<btSoftBody*>& bodies) {
-  SolveOrder all;
+  SolveOrder all_serial;
   for (int i = 0; i < bodies.size(); ++i)
-    if (bodies[i]->isActive()) all.serial.push_back(i);
-  if (all.serial.size() < 2) return all;
-  SolveOrder turns;
-  for (const int i : all.serial) {
-    const Coupling reach = reach_of(*bodies[i]);
-    if (reach == Coupling::soft_bodies) return all;
-    (reach == Coupling::itself ? turns.parallel : turns.serial).push_back(i);
+    if (bodies[i]->isActive()) all_serial.serial.push_back(i);
+  if (all_serial.serial.size() < 2) return all_serial;
+  SolveOrder order;
+  for (const int i : all_serial.serial) {
+    const Coupling coupling = coupling_of(*bodies[i]);
+    if (coupling == Coupling::soft_bodies) return all_serial;
+    (coupling == Coupling::itself ? order.parallel : order.serial).push_back(i);
   }
-  if (turns.parallel.size() < 2) return all;
+  if (order.parallel.size() < 2) return all_serial;
   const auto work = [&](int i) { return work_of(*bodies[i]); };
-  std::sort(turns.parallel.begin(), turns.parallel.end(),
+  std::sort(order.parallel.begin(), order.parallel.end(),
             [&](int a, int b) { return work(a) > work(b); });
-  for (const int i : turns.parallel) turns.work += work(i);
-  return turns;
+  for (const int i : order.parallel) order.work += work(i);
+  return order;
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

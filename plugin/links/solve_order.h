@@ -1,11 +1,11 @@
-// In which turn constraints within soft bodies are solved, so that it comes to the same, to the
-// bit, as one body after the other.
+// Finds an order of soft bodies in which their constraints can be solved, several bodies at once,
+// with the same result, to the bit, as one body after the other.
 //
-// Of what others may see, Bullet's solver of one soft body (3.24) reads and writes rigid bodies, at
-// anchors and at contacts with them, and nodes of other soft bodies, at contacts with them and
-// where a link or an anchor has one. All else is the body's own; so are its clusters, and joints
-// are solved elsewhere. It calls what applications may set, the allocator and the profiler, as
-// Bullet's own threads do.
+// Bullet's solver of one soft body (3.24) reads and writes two kinds of shared data. The first is
+// rigid bodies, at anchors and at contacts with them. The second is nodes of other soft bodies, at
+// contacts with them and if a link or an anchor has such a node. All other data is the body's own,
+// and so are its clusters; joints are solved elsewhere. The solver calls functions that
+// applications may set, the allocator and the profiler, in the same way as Bullet's own threads do.
 #pragma once
 
 #include <BulletSoftBody/btSoftBody.h>
@@ -18,17 +18,17 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-// Of the bodies that are active, by their place in the world.
+/// Active bodies, by index in the world.
 struct SolveOrder {
-  std::vector<int> serial;      // one after the other
-  std::vector<int> parallel;  // in any order, the most work first: none, or two and more
-  std::int64_t work = 0;          // of those: links, each as often as it is gone over
+  std::vector<int> serial;    ///< one after the other
+  std::vector<int> parallel;  ///< in any order, most work first; empty, or at least two
+  std::int64_t work = 0;      ///< links in `parallel`, times passes over them
 };
 
 SolveOrder find_solve_order(const btAlignedObjectArray<btSoftBody*>& bodies);
 
-// How often Bullet goes over the links in an iteration over this sequence of solvers: of
-// positions or drift (tPSolverArray), or of velocities (tVSolverArray).
+/// Number of passes over the links in one iteration of a solver sequence: of positions or drift
+/// (tPSolverArray), or of velocities (tVSolverArray).
 template <class Sequence>
 std::int64_t passes_over_links(const Sequence& sequence) {
   constexpr int linear = btSoftBody::ePSolver::Linear;

@@ -20,19 +20,19 @@ void write_vertices(const RigidMotion& body, const btTransform& pose,
 }  // namespace
 
 double RigidMotion::mass() const {
-  const double most = inverse_mass.maxCoeff();
-  return most > 0 ? 1 / most : 0;
+  const double largest = inverse_mass.maxCoeff();
+  return largest > 0 ? 1 / largest : 0;
 }
 
 Eigen::Matrix3d RigidMotion::inertia() const {
   Eigen::Matrix3d inverse = inverse_inertia;
-  Eigen::Vector3d turns = Eigen::Vector3d::Ones();
+  Eigen::Vector3d rotates = Eigen::Vector3d::Ones();
   for (int k = 0; k < 3; ++k) {
     if (inverse_inertia(k, k) > 0) continue;
     inverse(k, k) = 1;
-    turns[k] = 0;
+    rotates[k] = 0;
   }
-  const Eigen::Matrix3d inertia = turns.asDiagonal() * inverse.inverse() * turns.asDiagonal();
+  const Eigen::Matrix3d inertia = rotates.asDiagonal() * inverse.inverse() * rotates.asDiagonal();
   return inertia.allFinite() ? inertia : Eigen::Matrix3d::Zero();
 }
 
@@ -47,7 +47,8 @@ void Motion::restart_response() {
   split_displacement.assign(solved.size(), Eigen::Vector3d::Zero());
   for (std::int32_t v = 0; v < soft_count(); ++v) round_end(v);
   for (RigidMotion& body : rigid) {
-    body.translation = body.rotation = body.split_translation = body.split_rotation = Eigen::Vector3d::Zero();
+    body.translation = body.rotation = body.split_translation = body.split_rotation =
+        Eigen::Vector3d::Zero();
     put(body, body.predicted);
   }
 }
@@ -63,8 +64,8 @@ void Motion::place(RigidMotion& body) {
   const double angle = rotation.norm();
   btTransform pose = body.predicted;
   if (angle > 0) {
-    const btQuaternion turned(to_bullet(rotation / angle), static_cast<btScalar>(angle));
-    pose.setBasis(btMatrix3x3(turned) * body.predicted.getBasis());
+    const btQuaternion turn(to_bullet(rotation / angle), static_cast<btScalar>(angle));
+    pose.setBasis(btMatrix3x3(turn) * body.predicted.getBasis());
   }
   pose.getOrigin() += to_bullet(body.translation + body.split_translation);
   put(body, pose);
@@ -97,16 +98,18 @@ int Motion::anchor_body_of(std::int32_t soft_vertex) const {
 }
 
 double Motion::largest_deviation_sum(Span<const Body> bodies) const {
-  double most = 0, furthest = 0;  // furthest: of the bodies before
+  double largest = 0, largest_before = 0;  // largest_before: over the bodies before this one
   for (std::size_t body = 0; body < bodies.size(); ++body) {
     double squared = 0;
     for (std::int32_t v = first_vertex[body]; v < first_vertex[body + 1]; ++v)
       squared = std::max(squared, (end_of(v) - predicted[v]).squaredNorm());
-    const double off = std::sqrt(squared);
-    most = std::max(most, off + (bodies[body].self_collision ? std::max(off, furthest) : furthest));
-    furthest = std::max(furthest, off);
+    const double deviation = std::sqrt(squared);
+    largest = std::max(
+        largest, deviation + (bodies[body].self_collision ? std::max(deviation, largest_before)
+                                                          : largest_before));
+    largest_before = std::max(largest_before, deviation);
   }
-  return most;
+  return largest;
 }
 
 bool Motion::has_prescribed_motion() const {

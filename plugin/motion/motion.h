@@ -1,4 +1,5 @@
-// The motion of all vertices over one step, and what the response makes of it.
+// The motion of all vertices over one step, as Bullet predicts it and as the contact response
+// changes it.
 #pragma once
 
 #include <LinearMath/btTransform.h>
@@ -24,60 +25,64 @@ inline btVector3 to_bullet(const Eigen::Vector3d& x) {
                    static_cast<btScalar>(x[2]));
 }
 
-// What an anchor fixes to a dynamic rigid body, which moves it, and gets what contacts push it
-// with.
+/// Soft vertex that an anchor fixes to a dynamic rigid body. The body moves the vertex; contact
+/// impulses on the vertex act on the body.
 struct AnchoredVertex {
-  btVector3 local;  // in the body's frame
-  int rigid;        // index in Motion::rigid
+  btVector3 local;  ///< position in the frame of the body
+  int rigid;        ///< index in Motion::rigid
 };
 
-// A rigid body over the step, metres and radians. Its frame is that of its centre of mass.
+/// Motion of a rigid body over the step, in metres and radians. The origin of its frame is the
+/// centre of mass. Rotations are rotation vectors.
 struct RigidMotion {
   std::int32_t first_vertex, vertex_count;
-  const btVector3* local;           // its vertices in its own frame
-  btTransform start, predicted;     // predicted: where Bullet has it at the end of the step
-  btTransform end;                  // after the response
-  Eigen::Vector3d velocity, angular_velocity;   // m/s and rad/s, at the end as Bullet has them
-  Eigen::Vector3d inverse_mass;     // 1/kg along each axis; zero where nothing moves it
-  Eigen::Matrix3d inverse_inertia;  // 1/(kg m^2), in the world's frame at the start
-  // What the response adds to the predicted motion: with velocity, and without.
+  const btVector3* local;                      ///< its vertices in its own frame
+  btTransform start, predicted;                ///< predicted: Bullet's pose for the end of the step
+  btTransform end;                             ///< pose at the end of the step after the response
+  Eigen::Vector3d velocity, angular_velocity;  ///< Bullet's, at the end of the step; m/s, rad/s
+  Eigen::Vector3d inverse_mass;     ///< 1/kg along each world axis; 0: no motion along that axis
+  Eigen::Matrix3d inverse_inertia;  ///< 1/(kg m^2), in the world frame, at the start of the step
+  /// Motion that the response adds to the predicted pose. The first two come from impulses, and
+  /// velocities follow them; the split ones come from split impulses and do not change velocities.
   Eigen::Vector3d translation, rotation, split_translation, split_rotation;
-  Eigen::Vector3d velocity_change, angular_velocity_change;  // m/s and rad/s
+  Eigen::Vector3d velocity_change, angular_velocity_change;  ///< of the response; m/s, rad/s
 
-  // It gives way along or about some axes only.
+  /// Whether some axis of translation or rotation is locked.
   bool is_locked() const {
     return (inverse_mass.array() == 0).any() || inverse_inertia.determinant() == 0;
   }
   bool is_dynamic() const { return !inverse_mass.isZero() || !inverse_inertia.isZero(); }
   Eigen::Vector3d centre() const { return to_eigen(start.getOrigin()); }
-  // kg; zero where it does not shift, which has no energy and no momentum then.
+  /// Mass, kg; 0 if the body cannot translate, as it then has no linear momentum or energy.
   double mass() const;
-  // kg m^2, in the world's frame; zero about axes that it does not turn about.
+  /// Inertia tensor, kg m^2, in the world frame; zero about locked axes.
   Eigen::Matrix3d inertia() const;
 };
 
+/// Positions, masses and velocities of all vertices over one step. The soft vertices come first;
+/// arrays "by soft vertex" have an element for these only.
 struct Motion {
-  // Three scalars a vertex, in Bullet's precision, bit for bit what Bullet holds: `end` is what the
-  // detector certifies and what Bullet's nodes are then set to.
+  /// Positions at the start and the end of the step, three scalars per vertex, bit for bit as
+  /// Bullet holds them. The detector certifies `end`, and Bullet's nodes are set to it.
   std::vector<btScalar> start, end;
-  // Of the soft bodies' vertices, which are the first ones:
-  std::vector<double> inverse_mass;  // 1/kg; 0 where something else than contact decides the motion
-  std::map<std::int32_t, AnchoredVertex> anchored;  // some of these; by vertex
-  std::vector<Eigen::Vector3d> velocity;          // m/s, at the end as Bullet has it
-  std::vector<double> rate;   // 1/s: velocity per displacement, damping included
-  std::vector<double> shortest_edge;  // metres: the shortest edge at the vertex
-  // Of the rigid bodies'.
+  /// By soft vertex, 1/kg; 0: contacts do not decide the motion (pinned or anchored).
+  std::vector<double> inverse_mass;
+  std::map<std::int32_t, AnchoredVertex> anchored;  ///< anchored soft vertices, by vertex
+  std::vector<Eigen::Vector3d> velocity;  ///< by soft vertex: Bullet's, at the end of the step, m/s
+  std::vector<double> rate;  ///< by soft vertex: velocity per displacement, with damping, 1/s
+  std::vector<double> shortest_edge;  ///< by soft vertex: its shortest edge, metres
   std::vector<RigidMotion> rigid;
-  // By body: its vertices, ended by one past the last; its index in `rigid`, or -1.
-  std::vector<std::int32_t> first_vertex, rigid_of_body;
-  double dt = 1;  // of the step
+  std::vector<std::int32_t> first_vertex,  ///< by body; one more element ends the last body
+      rigid_of_body;                       ///< by body: index in `rigid`, or -1
+  double dt = 1;                           ///< length of the step, seconds
 
-  // End of the step as Bullet had it, metres, of all vertices.
+  /// All vertices at the end of the step as Bullet predicted it, metres.
   std::vector<Eigen::Vector3d> predicted;
-  // Of the response, by soft vertex, metres. `end` is solved + opening, rounded.
-  std::vector<Eigen::Vector3d> solved;   // after impulses: velocities follow
-  std::vector<Eigen::Vector3d> split_displacement;  // moved further to restore a gap: velocities do not
-  std::vector<Eigen::Vector3d> velocity_change;  // m/s: what the nodes' velocities are to receive
+  // Results of the response, by soft vertex. `end` is solved + split_displacement, rounded.
+  std::vector<Eigen::Vector3d> solved;  ///< positions after impulses, metres; velocities follow
+  /// Displacement that restores gaps, metres; velocities do not follow it.
+  std::vector<Eigen::Vector3d> split_displacement;
+  std::vector<Eigen::Vector3d> velocity_change;  ///< to be added to the nodes' velocities, m/s
 
   std::size_t size() const { return start.size() / 3; }
   std::int32_t soft_count() const { return static_cast<std::int32_t>(inverse_mass.size()); }
@@ -91,31 +96,37 @@ struct Motion {
   Eigen::Vector3d end_of(std::int32_t i) const { return read(end, i); }
 
   const RigidMotion& rigid_of(std::int32_t body) const { return rigid[rigid_of_body[body]]; }
-  // Impulses move it by itself.
+  /// Whether impulses move the vertex itself: a soft vertex of finite mass.
   bool is_free(std::int32_t vertex) const { return is_soft(vertex) && inverse_mass[vertex] > 0; }
-  // By itself, or with the dynamic body that carries it.
+  /// Whether impulses move the vertex itself or the dynamic body that it is anchored to.
   bool is_movable(std::int32_t soft_vertex) const {
     return is_free(soft_vertex) || anchor_body_of(soft_vertex) >= 0;
   }
-  // Something of infinite mass moves.
+  /// Whether anything of infinite mass moves in this step: a pinned node, or a static or kinematic
+  /// body.
   bool has_prescribed_motion() const;
-  // How far two vertices that may meet end from where Bullet had them, together, metres: no two
-  // by more.
+  /// Largest sum of two vertices' deviations from Bullet's predicted end, over pairs of vertices
+  /// whose bodies may collide, metres. `bodies`: all bodies of the scene.
   double largest_deviation_sum(Span<const Body> bodies) const;
-  // Index in `rigid` of the body that carries a soft vertex; -1: none.
+  /// Index in `rigid` of the body that a soft vertex is anchored to; -1 if there is none.
   int anchor_body_of(std::int32_t soft_vertex) const;
 
-  // Takes the end of the step as it is, Bullet's, for the predicted one.
+  /// Makes the present end of the step, which is Bullet's, the predicted one, and resets the
+  /// response.
   void begin_response();
-  // Back to the predicted end.
+  /// Resets the response: everything ends at the predicted positions.
   void restart_response();
+  /// Sets the end of a soft vertex to solved + split_displacement, rounded to btScalar.
   void round_end(std::int32_t soft_vertex);
-  // Puts a rigid body and its vertices at the end of the step: where the response has it, and
-  // anywhere. What it carries goes with it.
+  /// Sets the end of a rigid body, its vertices and its anchored vertices from the motion that the
+  /// response added.
   void place(RigidMotion& body);
+  /// Does the same for an end at `pose`.
   void put(RigidMotion& body, const btTransform& pose);
-  // Where the step began, with what it carries, to the last bit.
+  /// Sets the end of a rigid body, its vertices and its anchored vertices to their start, exactly
+  /// to the bit.
   void hold(RigidMotion& body);
+  /// Sets the start positions of its vertices from its start pose.
   void place_start(const RigidMotion& body);
 
   Positions starts() const { return {start.data(), size()}; }

@@ -1,4 +1,4 @@
-// Rotations as matrices and as vectors (axis times angle, radians).
+// Rotations as matrices and as rotation vectors (axis times angle, radians).
 #pragma once
 
 #include <LinearMath/btMatrix3x3.h>
@@ -19,24 +19,28 @@ inline Eigen::Matrix3d to_eigen(const btMatrix3x3& m) {
   return result;
 }
 
+/// Rotation matrix of a rotation vector.
 inline Eigen::Matrix3d rotation_by(const Eigen::Vector3d& rotation) {
   const double angle = rotation.norm();
   if (angle == 0) return Eigen::Matrix3d::Identity();
   return Eigen::AngleAxisd(angle, rotation / angle).toRotationMatrix();
 }
 
+/// Rotation vector of a rotation matrix.
 inline Eigen::Vector3d rotation_vector(const Eigen::Matrix3d& rotation) {
   const Eigen::AngleAxisd angle_axis(rotation);
   return angle_axis.angle() * angle_axis.axis();
 }
 
-// Adds the moment of inertia about the origin of a mass at `arm`.
+/// Adds to `inertia` the inertia tensor about the origin of a point mass at `arm`.
 inline void add_inertia(double mass, const Eigen::Vector3d& arm, Eigen::Matrix3d& inertia) {
   inertia += mass * (arm.squaredNorm() * Eigen::Matrix3d::Identity() - arm * arm.transpose());
 }
 
-// The turn (or spin) of that angular momentum; none about an axis without inertia.
-inline Eigen::Vector3d turn_of(const Eigen::Matrix3d& inertia, const Eigen::Vector3d& momentum) {
+/// Solves inertia * x = momentum: angular velocity from angular momentum, or rotation from angular
+/// momentum times time. Components about axes without inertia are zero.
+inline Eigen::Vector3d rotation_from_momentum(const Eigen::Matrix3d& inertia,
+                                              const Eigen::Vector3d& momentum) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(inertia);
   const double smallest = 1e-9 * axes.eigenvalues()[2];
   Eigen::Vector3d result = Eigen::Vector3d::Zero();

@@ -37,15 +37,16 @@ StepContact step_contact(const Contact& contact, const Eigen::Vector3d& impulse,
 }  // namespace
 
 std::vector<StepContact> step_contacts(const std::vector<const ContactRow*>& rows,
-                                       const std::vector<Contact>& unanswered, const SoftScene& scene,
-                                       const StepTopology& topology, const Motion& motion) {
+                                       const std::vector<Contact>& unanswered,
+                                       const SoftScene& scene, const StepTopology& topology,
+                                       const Motion& motion) {
   std::vector<StepContact> contacts;
   contacts.reserve(rows.size() + unanswered.size());
-  const auto tell = [&](const Contact& contact, const Eigen::Vector3d& impulse) {
+  const auto append = [&](const Contact& contact, const Eigen::Vector3d& impulse) {
     contacts.push_back(step_contact(contact, impulse, scene, topology, motion));
   };
   for (std::size_t i = 0; i < rows.size();) {
-    // The rows of a pair: the earliest is told.
+    // A pair may have several rows: report the one with the earliest time of impact.
     const ContactRow* first = rows[i];
     Eigen::Vector3d impulse = Eigen::Vector3d::Zero();
     for (const Contact& pair = rows[i]->contact; i < rows.size() && !(pair < rows[i]->contact);
@@ -53,9 +54,9 @@ std::vector<StepContact> step_contacts(const std::vector<const ContactRow*>& row
       if (rows[i]->contact.toi < first->contact.toi) first = rows[i];
       impulse += rows[i]->normal_impulse * rows[i]->normal + rows[i]->tangent_impulse;
     }
-    tell(first->contact, impulse / motion.dt);
+    append(first->contact, impulse / motion.dt);
   }
-  for (const Contact& contact : unanswered) tell(contact, Eigen::Vector3d::Zero());
+  for (const Contact& contact : unanswered) append(contact, Eigen::Vector3d::Zero());
   return contacts;
 }
 

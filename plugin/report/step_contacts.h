@@ -1,4 +1,4 @@
-// What a step's contacts say to the application.
+// Makes the list of contacts of a step that applications receive.
 #pragma once
 
 #include <vector>
@@ -12,11 +12,12 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-// One for each pair of `rows`, with the impulse of all of them, then those of `silent`,
-// which nothing was done about. `rows` are sorted by contact.
+/// Returns one contact for each pair in `rows`, with the impulse of all its rows, then the contacts
+/// in `unanswered`, which got no response. `rows` must be sorted by contact.
 std::vector<StepContact> step_contacts(const std::vector<const ContactRow*>& rows,
-                                       const std::vector<Contact>& unanswered, const SoftScene& scene,
-                                       const StepTopology& topology, const Motion& motion);
+                                       const std::vector<Contact>& unanswered,
+                                       const SoftScene& scene, const StepTopology& topology,
+                                       const Motion& motion);
 
 }  // namespace LAZYCCD_BULLET_PRECISION
 }  // namespace lazyccd::bullet

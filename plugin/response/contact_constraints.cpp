@@ -12,7 +12,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Of infinite mass.
+// Whether one side of the contact has infinite mass.
 bool has_fixed_side(const Contact& contact, const Motion& motion) {
   const int first_of_b = contact.kind == ContactKind::vertex_face ? 1 : 2;
   const auto is_fixed = [&](std::int32_t body, int first, int last) {
@@ -32,71 +32,72 @@ Vector3d separation(const ContactRow& row, const Motion& motion) {
     const std::int32_t v = row.contact.vertices[i];
     sum += row.weights[i] * (motion.is_free(v) ? motion.solved : motion.predicted)[v];
   }
-  for (const RigidTerm& part : RigidTerms(row.contact, row.weights, motion)) {
-    const RigidMotion& body = motion.rigid[part.body];
-    sum += part.moved(body.translation, body.rotation);
+  for (const RigidTerm& term : RigidTerms(row.contact, row.weights, motion)) {
+    const RigidMotion& body = motion.rigid[term.body];
+    sum += term.displacement(body.translation, body.rotation);
   }
   return sum;
 }
 
 void ContactConstraints::begin_step() {
-  remembered_.clear();
-  for (const ContactRow* const row : is_active()) {
+  last_impulses_.clear();
+  for (const ContactRow* const row : active_rows()) {
     if (row->normal_impulse == 0) continue;
-    if (remembered_.empty() || remembered_.back().contact < row->contact)
-      remembered_.push_back({row->contact, Eigen::Vector3d::Zero()});
-    remembered_.back().impulse += row->normal_impulse * row->normal + row->tangent_impulse;
+    if (last_impulses_.empty() || last_impulses_.back().contact < row->contact)
+      last_impulses_.push_back({row->contact, Eigen::Vector3d::Zero()});
+    last_impulses_.back().impulse += row->normal_impulse * row->normal + row->tangent_impulse;
   }
   rows_.clear();
-  acted_.clear();
+  active_rows_.clear();
 }
 
-const std::vector<const ContactRow*>& ContactConstraints::is_active() {
-  if (!acted_.empty()) return acted_;
-  std::size_t next = 0;  // row that is not looked at yet
-  const auto are_of_a_pair = [this](std::size_t i, std::size_t j) {
+const std::vector<const ContactRow*>& ContactConstraints::active_rows() {
+  if (!active_rows_.empty()) return active_rows_;
+  std::size_t next = 0;  // first row after those of the last pair
+  const auto is_same_pair = [this](std::size_t i, std::size_t j) {
     return rows_.is_made(i) && rows_.is_made(j) && !(rows_[i].contact < rows_[j].contact);
   };
   for (std::size_t i = 0; i < rows_.size(); ++i) {
     if (!rows_.is_made(i) || !rows_[i].is_active()) continue;
     std::size_t first = i;
-    while (first > next && are_of_a_pair(first - 1, i)) --first;
-    for (next = first; next <= i || (next < rows_.size() && are_of_a_pair(i, next)); ++next)
-      acted_.push_back(&rows_[next]);
+    while (first > next && is_same_pair(first - 1, i)) --first;
+    for (next = first; next <= i || (next < rows_.size() && is_same_pair(i, next)); ++next)
+      active_rows_.push_back(&rows_[next]);
     i = next - 1;
   }
-  return acted_;
+  return active_rows_;
 }
 
 void ContactConstraints::forget() {
   rows_.clear();
-  acted_.clear();
-  remembered_.clear();
+  active_rows_.clear();
+  last_impulses_.clear();
 }
 
-void ContactConstraints::take(const SpeculativePairs& near, const Motion& motion) {
-  acted_.clear();
-  rows_.take(near, RowFactory(surfaces_, position_correction_, motion));
+void ContactConstraints::take_speculative(const SpeculativePairs& pairs, const Motion& motion) {
+  active_rows_.clear();
+  rows_.take(pairs, RowFactory(surfaces_, position_correction_, motion));
 }
 
-void ContactConstraints::start_warm() {
-  acted_.clear();
-  std::size_t first = 0;  // row that may be of the next pair
-  for (const Remembered& last : remembered_) {
+void ContactConstraints::warm_start() {
+  active_rows_.clear();
+  std::size_t first = 0;  // where the search for the next pair begins
+  for (const PairImpulse& last : last_impulses_) {
     first = rows_.find(last.contact, first);
     for (; first < rows_.size() && !(last.contact < rows_.contact(first)); ++first) {
       if (!rows_.is_movable(first)) continue;
       ContactRow& row = rows_[first];
       row.normal_impulse = std::max(0.0, row.normal.dot(last.impulse));
       row.tangent_impulse = last.impulse - row.normal.dot(last.impulse) * row.normal;
-      const double most = row.friction * row.normal_impulse, size = row.tangent_impulse.norm();
-      if (size > most) row.tangent_impulse *= most / size;
+      const double max_tangent = row.friction * row.normal_impulse,
+                   size = row.tangent_impulse.norm();
+      if (size > max_tangent) row.tangent_impulse *= max_tangent / size;
     }
   }
 }
 
-void ContactConstraints::start_cold(Motion& motion) {
-  acted_.clear();
+void ContactConstraints::cold_start(Motion& motion) {
+  active_rows_.clear();
   motion.restart_response();
   for (std::size_t i = 0; i < rows_.size(); ++i) {
     if (!rows_.is_made(i)) continue;
@@ -106,11 +107,11 @@ void ContactConstraints::start_cold(Motion& motion) {
 }
 
 bool ContactConstraints::add(const std::vector<Contact>& contacts, const Motion& motion) {
-  acted_.clear();
+  active_rows_.clear();
   merged_.clear();
   merged_.reserve(rows_.size() + contacts.size());
   std::size_t old = 0;
-  // Of what was only near, most may say nothing.
+  // Copies an old row, unless it was never made and no impulse can act on it.
   const auto keep = [&] {
     if (rows_.is_movable(old) || rows_.is_made(old)) rows_.copy(old, merged_);
     ++old;
@@ -134,26 +135,26 @@ bool ContactConstraints::add(const std::vector<Contact>& contacts, const Motion&
   return is_movable;
 }
 
-void ContactConstraints::narrow(double part, const Motion& motion) {
-  constexpr double fulfilled = 0.9;
+void ContactConstraints::narrow_gaps(double fraction, const Motion& motion) {
+  constexpr double fulfilled_fraction = 0.9;
   for (std::size_t i = 0; i < rows_.size(); ++i) {
     if (!rows_.is_movable(i)) continue;
     ContactRow& row = rows_[i];
     if (!has_fixed_side(row.contact, motion) ||
-        row.normal.dot(separation(row, motion)) >= fulfilled * row.target_gap)
+        row.normal.dot(separation(row, motion)) >= fulfilled_fraction * row.target_gap)
       continue;
-    const double of_surfaces = surfaces_.of(row.contact.body_a, row.contact.body_b).thickness;
-    const double whole = thickness_of(row.contact, motion, of_surfaces);
-    row.target_gap = row.corrected_gap = std::min(row.target_gap, part * whole);
+    const double surface_thickness = surfaces_.of(row.contact.body_a, row.contact.body_b).thickness;
+    const double thickness = thickness_of(row.contact, motion, surface_thickness);
+    row.target_gap = row.corrected_gap = std::min(row.target_gap, fraction * thickness);
   }
 }
 
-void ContactConstraints::relax(Motion& motion, int sweeps) {
-  acted_.clear();
-  for (const auto of : {ContactSolver::Of::motion, ContactSolver::Of::opening}) {
-    problem_.set_up(of, rows_, motion);
-    problem_.solve(sweeps);
-    problem_.write(motion);
+void ContactConstraints::solve(Motion& motion, int sweeps) {
+  active_rows_.clear();
+  for (const auto target : {ContactSolver::Target::motion, ContactSolver::Target::split_impulse}) {
+    solver_.set_up(target, rows_, motion);
+    solver_.solve(sweeps);
+    solver_.write(motion);
   }
   for (RigidMotion& body : motion.rigid) {
     if (body.is_dynamic()) motion.place(body);

@@ -1,17 +1,17 @@
-// Contacts of a step as inequalities on the end positions, solved together.
+// The contacts of a step as inequalities on the end positions, solved together.
 //
-// Each row is a cut: with the normal n and the weights w (sum zero) of a contact, the gap at the
-// end of the step, sum_i w_i n.x_i, is to stay at a target that is never wider than the gap at the
-// start. So the start fulfils every row, and the motion with the least change of momentum that
-// fulfils them is a projection (in the metric of the masses) onto a convex set that holds the
-// start: it cannot have more kinetic energy than the motion it came from, and since each
-// Gauss-Seidel update raises the dual function of that projection, neither can what an unfinished
-// iteration leaves. Rows are therefore only added in a step, and never taken back while they carry
-// an impulse.
+// Each row is a half-space. With the normal n and the weights w (sum zero) of a contact, the gap at
+// the end of the step, sum_i w_i n.x_i, must not be narrower than a target, and the target is never
+// wider than the gap at the start. So the start fulfils every row. The motion that fulfils all rows
+// with the least change of momentum is a projection, in the metric of the masses, onto a convex set
+// that contains the start. So it cannot have more kinetic energy than the motion that is projected.
+// Each Gauss-Seidel update raises the dual function of that projection, so the result of an
+// unfinished iteration cannot have more energy either. For this reason rows are only added during a
+// step, and are never removed while they carry an impulse.
 //
-// Impulses act on nodes in the ratio w_i / mass_i and on a rigid body at the contact point: they
-// add no momentum, whatever the masses. Friction is Coulomb's: a tangential impulse of at most the
-// coefficient times the normal one, which stops the sliding where it can.
+// Impulses act on nodes in the ratio w_i / mass_i and on a rigid body at the contact point. They
+// add no momentum, whatever the masses are. Friction is Coulomb's: a tangential impulse of at most
+// the coefficient times the normal one, which stops the sliding if that is enough.
 #pragma once
 
 #include <Eigen/Core>
@@ -26,44 +26,52 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-// Vector between the two sides of a contact at the end of the step, in the linear model of it.
+/// Vector from one side of the contact to the other at the end of the step, metres, as the row
+/// models it: linear in the solved motion, without split impulses.
 Eigen::Vector3d separation(const ContactRow& row, const Motion& motion);
 
+/// The rows of a step and their impulses.
 class ContactConstraints {
  public:
-  // The surfaces must outlive it. `position_correction`: as in SolverOptions.
+  /// `surfaces` must outlive this object. `position_correction`: as in SolverOptions.
   ContactConstraints(const PairSurfaces& surfaces, double position_correction)
       : surfaces_(surfaces), position_correction_(position_correction) {}
 
-  // Starts a step without rows.
+  /// Starts a step without rows. Remembers the impulses of the last step.
   void begin_step();
-  // To be called where the indices of bodies, vertices or faces change.
+  /// Drops all rows and remembered impulses. To be called if the indices of bodies, vertices or
+  /// faces change.
   void forget();
-  // Starts from the impulses of the last step, where a pair was in contact in it too: what rests
-  // needs the same ones again. It may raise the kinetic energy, which is for the caller to see.
-  void start_warm();
-  // Takes all impulses back, and what they made of the motion.
-  void start_cold(Motion& motion);
-  // Takes what comes near each other in the step, as RowList has it, where there are no rows yet.
-  void take(const SpeculativePairs& near, const Motion& motion);
-  // Adds rows for contacts that touch, which come sorted. A pair that is in contact again gets a
-  // further row. False where nothing in them gives way.
+  /// Warm start: gives rows the impulses of the last step if their pair was in contact in it as
+  /// well. A resting contact needs the same impulses again. This may raise the kinetic energy; the
+  /// caller must check that.
+  void warm_start();
+  /// Sets all impulses to zero and resets `motion` to the predicted one.
+  void cold_start(Motion& motion);
+  /// Replaces the rows by speculative contacts, as RowList::take(). To be called before rows are
+  /// added.
+  void take_speculative(const SpeculativePairs& pairs, const Motion& motion);
+  /// Adds rows for contacts that the detector found; `contacts` must be sorted. A pair that has a
+  /// row with an impulse keeps it and gets another row. Returns false if no impulse can act on any
+  /// of the new rows.
   bool add(const std::vector<Contact>& contacts, const Motion& motion);
-  // Rows with what has infinite mass that the motion does not fulfil ask for this part of their
-  // thickness at most: where such things close in on each other there may be no room for all of
-  // them. Not of their gaps, which many steps would then close to nothing.
-  void narrow(double part, const Motion& motion);
-  // Solves the rows, then places the ends of everything in contact.
-  void relax(Motion& motion, int sweeps);
+  /// Limits the target gap to `fraction` of the thickness, for rows that have a side of infinite
+  /// mass and that `motion` violates. If things of infinite mass close in on each other, there may
+  /// be no room for all gaps. The limit is a fraction of the thickness, not of the present gap,
+  /// which would shrink to nothing over many steps.
+  void narrow_gaps(double fraction, const Motion& motion);
+  /// Solves for impulses and then for split impulses, and sets the ends of everything in contact.
+  /// `sweeps`: as in ContactSolver::solve().
+  void solve(Motion& motion, int sweeps);
 
   RowList& rows() { return rows_; }
-  // Those of the pairs of which any row acted, sorted by contact: those of a pair beside each
-  // other. Valid until anything is done to the rows.
-  const std::vector<const ContactRow*>& is_active();
+  /// Rows of all pairs of which at least one row acted, sorted by contact, so that the rows of a
+  /// pair are adjacent. Valid until the next call that changes rows.
+  const std::vector<const ContactRow*>& active_rows();
 
  private:
-  // What a pair needed in the last step.
-  struct Remembered {
+  /// Sum of the impulses of a pair in the last step.
+  struct PairImpulse {
     Contact contact;
     Eigen::Vector3d impulse;  // kg m
   };
@@ -71,10 +79,10 @@ class ContactConstraints {
   const PairSurfaces& surfaces_;
   double position_correction_;
   RowList rows_;
-  std::vector<ContactRow> merged_;        // only while rows are added
-  std::vector<const ContactRow*> acted_;  // empty where it is not known
-  std::vector<Remembered> remembered_;    // sorted by contact
-  ContactSolver problem_;                // the last one
+  std::vector<ContactRow> merged_;              // scratch memory of add()
+  std::vector<const ContactRow*> active_rows_;  // empty: not known
+  std::vector<PairImpulse> last_impulses_;      // sorted by contact
+  ContactSolver solver_;                        // kept for its memory
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

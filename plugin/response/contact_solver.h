@@ -1,19 +1,21 @@
-// The rows of a step as one problem: impulses along the normals that are never negative, and
-// friction within Coulomb's cone, so that no gap is narrower at the end than its row allows.
+// Solver for the rows of a step: finds impulses along the normals that are never negative, and
+// friction impulses within Coulomb's cone, so that no gap at the end is narrower than its row
+// allows.
 //
-// Projected Gauss-Seidel with Nesterov's momentum, as Mazhar et al. 2015, "Using Nesterov's method
-// to accelerate multibody dynamics with friction and contact", have it for Jacobi's. Plain sweeps
-// carry the weight of a stack by one layer a sweep, and what they leave undone shows as creep. The
-// momentum is given up where it leads away (O'Donoghue and Candes 2015, "Adaptive restart for
-// accelerated gradient schemes", section 3.2) and, since friction is the gradient of nothing, where
-// the sweeps' changes grow.
+// The method is projected Gauss-Seidel with Nesterov's momentum; Mazhar et al. 2015, "Using
+// Nesterov's method to accelerate multibody dynamics with friction and contact", use it with
+// Jacobi's method. Plain sweeps carry the weight of a stack by one layer per sweep, and the rest
+// error shows as creep. The momentum is restarted if it points away from the solution (O'Donoghue
+// and Candes 2015, "Adaptive restart for accelerated gradient schemes", section 3.2). Friction is
+// not the gradient of any function, so the momentum is also restarted if the changes of the sweeps
+// grow.
 //
-// The iteration is in single precision, in units of the problem's own, so that it depends on no
-// one's units; its result only says how large the impulses are. What they do to the motion is
-// computed in double, and keeps momentum to that.
+// The iteration runs in single precision, in units taken from the problem itself, so that it does
+// not depend on the units of the scene. Its result only decides how large the impulses are. Their
+// effect on the motion is computed in double precision, and conserves momentum to that precision.
 //
-// Most rows never act. Those that had no impulse wait, and are only looked at now and then: what
-// lacks something comes into the problem.
+// Most rows never act (active set method). Rows that start without an impulse stay out of the
+// problem and are only checked from time to time. A row that is violated is added to the problem.
 #pragma once
 
 #include <Eigen/Core>
@@ -30,74 +32,90 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
+/// Solves one problem at a time: set_up(), solve(), write(). Memory is kept for the next problem.
 class ContactSolver {
  public:
-  // Which displacement it is about: the one with velocity, or the one that opens gaps without.
-  enum class Of { motion, opening };
+  /// Quantity that the impulses change. motion: the solved motion, and velocities follow it.
+  /// split_impulse: only positions, to restore gaps.
+  enum class Target { motion, split_impulse };
 
-  // Starts from the impulses that the rows have. Rows and motion are to stay as they are until
-  // write(). The problem of opening comes after that of the motion, of the same rows.
-  void set_up(Of of, RowList& rows, const Motion& motion);
+  /// Sets up the problem of a target, starting from the impulses that the rows have. `rows` and
+  /// `motion` must not change until write(). The problem of split impulses must follow that of the
+  /// motion, with the same rows.
+  void set_up(Target target, RowList& rows, const Motion& motion);
 
-  // At most `sweeps`, four times as many of what meets slowly, a fifth of opening; fewer where they
-  // change nothing any more that could be seen.
+  /// Runs at most `sweeps` sweeps: four times as many if the contacts approach slowly or rest, a
+  /// fifth for split impulses. Stops earlier once sweeps change nothing visible.
   void solve(int sweeps);
 
-  // The impulses, and what they make of the motion, which is to have what the rows' impulses up to
-  // now made of it. Places the ends of what they move, but for rigid bodies.
+  /// Writes the impulses to the rows and their effect to `motion`. On entry `motion` must contain
+  /// the effect of the impulses that the rows had at set_up(). Sets the ends of the soft vertices
+  /// that it moves; the caller places the rigid bodies.
   void write(Motion& motion);
 
  private:
   using Indices = std::vector<std::int32_t>;
 
   struct Demand {
-    // How much further apart along the normal the impulses of the problem are to bring the row, at
-    // least, metres.
-    double need;
-    bool may_open = false;  // its gap may need to be opened
+    double need;            // displacement along the normal that the impulses must add, metres
+    bool may_open = false;  // the row may need a split impulse
   };
 
-  double impulse_of(const ContactRow& row) const { return opening_ ? row.split_impulse : row.normal_impulse; }
-  bool find_demands(bool only_to_open);
+  double impulse_of(const ContactRow& row) const {
+    return for_split_impulse_ ? row.split_impulse : row.normal_impulse;
+  }
+  /// Computes the demands of all rows, or of those that may need a split impulse, and splits the
+  /// rows by whether they have an impulse. Returns false if no row needs anything.
+  bool find_demands(bool only_may_open);
+  /// Fills inactive_ with the rows that have no impulse.
   void set_up_inactive();
-  // What waits and lacks something; and takes it into the problem. True where there is any.
+  /// Sets violated_ to the violated rows of inactive_, as 4 * batch + row.
   void find_violated();
+  /// Calls find_violated() and adds these rows to the problem. Returns false if there are none.
   bool activate_violated();
-  void activate(const Indices& rows);
-  void fill(RowBatch& batch, int row, const ContactRow& given, const Demand& demand);
-  void add_parts(const Contact& contact, const std::array<double, 4>& weights, int row);
+  /// Adds rows to the problem, in new batches.
+  void activate(const Indices& indices);
+  void fill(RowBatch& batch, int row, const ContactRow& contact_row, const Demand& demand);
+  void add_rigid_terms(const Contact& contact, const std::array<double, 4>& weights, int row);
   std::int32_t first_node() const {
     return 1 + RowBatch::vertices + 2 * static_cast<std::int32_t>(bodies_.size());
   }
-  std::size_t count() const { return row_batches_.groups().size(); }  // of batches
+  std::size_t batch_count() const { return row_batches_.groups().size(); }
   bool is_batch_active(std::int32_t batch) const;
-  void extrapolate(float momentum, const Indices& which);
-  PgsProblem swept() { return {batches_.data(), parts_.data(), bodies_.data(), now_.data()}; }
+  /// Moves the impulses and displacements of these batches on by `momentum` times their last
+  /// change.
+  void extrapolate(float momentum, const Indices& swept);
+  PgsProblem problem() {
+    return {batches_.data(), rigid_terms_.data(), bodies_.data(), displacement_.data()};
+  }
 
-  // Chosen here, for worlds may be stepped before a constant of this file would be there.
+  // Chosen per object: a constant of the .cpp file may not be initialized yet when a world is
+  // stepped during static initialization.
   const PgsKernels* kernels_ = best_pgs_kernels();
   RowList* rows_ = nullptr;
   const Motion* motion_ = nullptr;
-  // Kept from problem to problem is only the memory, and Demand::may_open.
-  bool opening_ = false;
-  double length_ = 1, mass_ = 1;  // units, m and kg
-  // Of the demands: metres, the most that a row needs; metres, squared; kg.
-  double approach_ = 0, longest_squared_ = 0, heaviest_ = 0;
-  std::vector<Demand> demands_;  // by given row
+  // From one problem to the next only memory and Demand::may_open are kept.
+  bool for_split_impulse_ = false;
+  double length_unit_ = 1, mass_unit_ = 1;  // metres, kg
+  // Largest values over the demands: need in metres, squared displacement in m^2, normal mass in
+  // kg.
+  double max_need_ = 0, max_move_squared_ = 0, max_normal_mass_ = 0;
+  std::vector<Demand> demands_;  // by row of the list
   RowBatches row_batches_;
-  std::vector<RowBatch> batches_;  // and more, unused
-  std::vector<std::int32_t> end_;  // by batch: one past the last displacement
+  std::vector<RowBatch> batches_;        // batch_count() of them are in use
+  std::vector<std::int32_t> batch_end_;  // by batch: one past its last displacement
   std::vector<InactiveBatch> inactive_;
-  // Of given rows: those with an impulse at first; the others; of these, those that lack something.
-  Indices begun_, inactive_rows_, violated_;
-  std::vector<RowRigidTerm> parts_;
+  // Rows of the list: those that start with an impulse; the others; the violated ones of the
+  // others.
+  Indices initially_active_, inactive_rows_, violated_;
+  std::vector<RowRigidTerm> rigid_terms_;
   std::vector<RowBody> bodies_;
-  // Displacements: what no impulse moves, and what nobody reads; then shift and turn of each rigid
-  // body; then the nodes, soft vertices in the order in which rows brought them. last_: at the end
-  // of the sweep before.
-  std::vector<Float4> now_, last_;
-  Indices vertices_;  // by node
-  Indices node_of_;   // by soft vertex, and none: index of the displacement, or 0
+  // Displacements, in this order: index 0 for everything immovable; dummies that are never read;
+  // translation and rotation of each rigid body; nodes, in the order in which rows brought the soft
+  // vertices. last_displacement_: at the end of the sweep before.
+  std::vector<Float4> displacement_, last_displacement_;
+  Indices vertex_of_node_;  // soft vertex, by node
+  Indices node_of_;  // by soft vertex: index of its displacement, or 0; a last 0 for all others
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

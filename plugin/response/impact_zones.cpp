@@ -12,24 +12,27 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-// Turning further than this in one step is cut short, radians: the linear path of a node would
-// leave the circle too far.
-constexpr double largest_turn = 1;
+// Largest rotation of a zone in one step, radians. With more, the linear path of a node would leave
+// the circle too far.
+constexpr double max_rotation = 1;
 
-// x -> rotation (x - centre) + centre + shift
+// Rigid displacement over the step: x -> rotation (x - centre) + centre + translation.
 struct RigidStep {
   Vector3d centre = Vector3d::Zero(), translation = Vector3d::Zero();
   Matrix3d rotation = Matrix3d::Identity();
 
-  Vector3d operator()(const Vector3d& x) const { return rotation * (x - centre) + centre + translation; }
+  Vector3d operator()(const Vector3d& x) const {
+    return rotation * (x - centre) + centre + translation;
+  }
   bool stays() const { return translation.isZero(0) && rotation.isIdentity(0); }
-  // Within what rounding makes of it.
-  bool has_anchored_nodes(std::int32_t soft_vertex, const Motion& motion) const {
+  // Whether a soft vertex moves the same way, up to rounding.
+  bool moves_along(std::int32_t soft_vertex, const Motion& motion) const {
     const Vector3d start = motion.start_of(soft_vertex), end = motion.end_of(soft_vertex);
     return ((*this)(start)-end).norm() <= 1e-3 * (end - start).norm();
   }
 };
 
+// Displacement of a rigid body over the step.
 RigidStep step_of(const RigidMotion& body) {
   if (body.start == body.end) return {};
   RigidStep step;
@@ -39,27 +42,31 @@ RigidStep step_of(const RigidMotion& body) {
   return step;
 }
 
-Vector3d turn_over_step(const RigidMotion& body, const Vector3d& response_turn) {
-  const Matrix3d whole = rotation_by(response_turn) * to_eigen(body.predicted.getBasis()) *
+// Rotation vector of a body from its start to its predicted pose, turned further by
+// `response_rotation`.
+Vector3d rotation_over_step(const RigidMotion& body, const Vector3d& response_rotation) {
+  const Matrix3d whole = rotation_by(response_rotation) * to_eigen(body.predicted.getBasis()) *
                          to_eigen(body.start.getBasis()).transpose();
   return rotation_vector(whole);
 }
 
-// To the last bit, and with the velocity of the solved motion.
+// Holds a soft vertex at its start, exactly to the bit. Its velocity stays that of the solved
+// motion.
 void stay(std::int32_t soft_vertex, Motion& motion) {
-  motion.split_displacement[soft_vertex] = motion.start_of(soft_vertex) - motion.solved[soft_vertex];
+  motion.split_displacement[soft_vertex] =
+      motion.start_of(soft_vertex) - motion.solved[soft_vertex];
   const auto first = 3 * static_cast<std::ptrdiff_t>(soft_vertex);
   std::copy_n(motion.start.begin() + first, 3, motion.end.begin() + first);
 }
 
-// What carries it is a member of zones in its place.
+// Whether a vertex is pinned. For an anchored vertex the zones contain the rigid body instead.
 bool is_pinned(std::int32_t v, const Motion& motion) {
   return motion.is_soft(v) && motion.inverse_mass[v] == 0 && motion.anchor_body_of(v) < 0;
 }
 
-// Between a kinematic body that moves and a pinned node that goes another way, as applications
-// have both.
-bool is_prescribed(const Contact& contact, const Motion& motion) {
+// Whether the contact is between a moving kinematic body and a pinned node that moves in another
+// way. Applications have such pairs.
+bool has_conflicting_motion(const Contact& contact, const Motion& motion) {
   const int a = motion.rigid_of_body[contact.body_a], b = motion.rigid_of_body[contact.body_b];
   if (a < 0 && b < 0) return false;
   const RigidMotion& body = motion.rigid[a >= 0 ? a : b];
@@ -67,12 +74,12 @@ bool is_prescribed(const Contact& contact, const Motion& motion) {
   const RigidStep step = step_of(body);
   return std::any_of(contact.vertices.begin(), contact.vertices.end(), [&](std::int32_t v) {
     return is_pinned(v, motion) && motion.end_of(v) == motion.predicted[v] &&
-           !step.has_anchored_nodes(v, motion);
+           !step.moves_along(v, motion);
   });
 }
 
-// Mass and moments of what moves together.
-struct Matter {
+// Sums of mass and of mass times position and displacement.
+struct MassSum {
   double mass = 0;
   Vector3d centre = Vector3d::Zero(), translation = Vector3d::Zero();
 
@@ -106,7 +113,7 @@ std::int64_t ImpactZones::node_count() {
   for (std::int32_t i = 0; i < static_cast<std::int32_t>(zones_.size()); ++i) {
     if (zones_.find(i) != i) in_zone[i] = in_zone[zones_.find(i)] = 1;
   }
-  for (const auto& guided : fixed_members_) in_zone[guided.first] = 1;
+  for (const auto& entry : fixed_members_) in_zone[entry.first] = 1;
   return std::count(in_zone.begin(), in_zone.begin() + solved_.size(), 1);
 }
 
@@ -128,21 +135,22 @@ std::vector<std::int32_t> ImpactZones::members_of(const Contact& contact, const 
   return members;
 }
 
-ImpactZones::FixedMembers ImpactZones::fixed_members_of(const Contact& contact, const Motion& motion) {
+ImpactZones::FixedMembers ImpactZones::fixed_members_of(const Contact& contact,
+                                                        const Motion& motion) {
   FixedMembers fixed;
   for (const std::int32_t b : {contact.body_a, contact.body_b}) {
     const int body = motion.rigid_of_body[b];
     if (body >= 0 && !motion.rigid[body].is_dynamic()) fixed.bodies.insert(body);
   }
-  // What is free follows the body and leaves the pinned node behind.
-  if (is_prescribed(contact, motion)) return fixed;
+  // The free members follow the body and leave the pinned node behind.
+  if (has_conflicting_motion(contact, motion)) return fixed;
   for (const std::int32_t v : contact.vertices) {
     if (is_pinned(v, motion)) fixed.nodes.insert(v);
   }
   return fixed;
 }
 
-bool ImpactZones::is_tied(const Contact& contact, const Motion& motion) {
+bool ImpactZones::is_merged(const Contact& contact, const Motion& motion) {
   const std::vector<std::int32_t> members = members_of(contact, motion);
   if (members.empty()) return true;
   for (const std::int32_t member : members) {
@@ -154,8 +162,8 @@ bool ImpactZones::is_tied(const Contact& contact, const Motion& motion) {
   return all != fixed_members_.end() && all->second.include(fixed);
 }
 
-bool ImpactZones::tie(const Contact& contact, const Motion& motion) {
-  if (is_tied(contact, motion)) return false;
+bool ImpactZones::merge(const Contact& contact, const Motion& motion) {
+  if (is_merged(contact, motion)) return false;
   const std::vector<std::int32_t> members = members_of(contact, motion);
   for (const std::int32_t member : members) zones_.join(members[0], member);
   const FixedMembers fixed = fixed_members_of(contact, motion);
@@ -164,16 +172,16 @@ bool ImpactZones::tie(const Contact& contact, const Motion& motion) {
 }
 
 bool ImpactZones::absorb(const std::vector<Contact>& contacts, Motion& motion) {
-  bool more = false;
-  for (const Contact& contact : contacts) more = tie(contact, motion) || more;
+  bool changed = false;
+  for (const Contact& contact : contacts) changed = merge(contact, motion) || changed;
   move_all(motion);
-  return more;
+  return changed;
 }
 
 bool ImpactZones::hold(const std::vector<Contact>& contacts, bool whole_bodies, Motion& motion) {
-  bool more = false;
+  bool changed = false;
   for (const Contact& contact : contacts) {
-    more = tie(contact, motion) || more;
+    changed = merge(contact, motion) || changed;
     std::vector<std::int32_t> held = members_of(contact, motion);
     if (whole_bodies) {
       for (const std::int32_t body : {contact.body_a, contact.body_b}) {
@@ -183,23 +191,23 @@ bool ImpactZones::hold(const std::vector<Contact>& contacts, bool whole_bodies, 
       }
     }
     for (const std::int32_t member : held) {
-      more = zones_.join(held[0], member) || more;
-      more = more || !held_[member];
+      changed = zones_.join(held[0], member) || changed;
+      changed = changed || !held_[member];
       held_[member] = 1;
     }
   }
   move_all(motion);
-  return more;
+  return changed;
 }
 
 bool ImpactZones::is_unresolvable(const Contact& contact, const Motion& motion) {
-  return is_prescribed(contact, motion) && is_tied(contact, motion);
+  return has_conflicting_motion(contact, motion) && is_merged(contact, motion);
 }
 
 bool ImpactZones::stop_prescribed(const std::vector<Contact>& contacts, Motion& motion) {
-  bool more = false;
+  bool changed = false;
   const auto hold_member = [&](std::int32_t member) {
-    more = more || !held_[member];
+    changed = changed || !held_[member];
     held_[member] = 1;
   };
   const auto stop = [&](const FixedMembers& fixed) {
@@ -216,20 +224,20 @@ bool ImpactZones::stop_prescribed(const std::vector<Contact>& contacts, Motion& 
   for (const Contact& contact : contacts) {
     stop(fixed_members_of(contact, motion));
     for (const std::int32_t member : members_of(contact, motion)) {
-      const auto guided = fixed_members_.find(zones_.find(member));
-      if (guided != fixed_members_.end()) stop(guided->second);
+      const auto entry = fixed_members_.find(zones_.find(member));
+      if (entry != fixed_members_.end()) stop(entry->second);
     }
   }
   move_all(motion);
-  return more;
+  return changed;
 }
 
 void ImpactZones::move_all(Motion& motion) {
   std::map<std::int32_t, FixedMembers> fixed;
-  for (const auto& guided : fixed_members_) fixed[zones_.find(guided.first)].add(guided.second);
+  for (const auto& entry : fixed_members_) fixed[zones_.find(entry.first)].add(entry.second);
   fixed_members_ = std::move(fixed);
   std::map<std::int32_t, Zone> zones;
-  for (const auto& guided : fixed_members_) zones[guided.first];
+  for (const auto& entry : fixed_members_) zones[entry.first];
   for (std::int32_t i = 0; i < static_cast<std::int32_t>(zones_.size()); ++i) {
     if (zones_.find(i) != i) zones[zones_.find(i)];
   }
@@ -244,45 +252,49 @@ void ImpactZones::move_all(Motion& motion) {
     at->second.held = at->second.held || held_[i];
   }
   for (const auto& zone : zones) {
-    const auto guide = fixed_members_.find(zone.first);
-    move(zone.second, guide == fixed_members_.end() ? FixedMembers() : guide->second, motion);
+    const auto entry = fixed_members_.find(zone.first);
+    move(zone.second, entry == fixed_members_.end() ? FixedMembers() : entry->second, motion);
   }
 }
 
 void ImpactZones::move(const Zone& zone, const FixedMembers& fixed, Motion& motion) const {
-  // A guide that stays or several that differ hold the zone; one motion that all share moves it.
-  RigidStep guided;
-  bool is_guided = false, alike = true;
+  // Fixed members that all move in the same way move the zone. If one of them stays or they differ,
+  // the zone is held.
+  RigidStep prescribed;
+  bool is_prescribed = false, is_consistent = true;
   const auto follow = [&](const RigidStep& step) {
-    alike = alike && (!is_guided || (step.translation == guided.translation && step.centre == guided.centre &&
-                                     step.rotation == guided.rotation));
-    guided = step;
-    is_guided = true;
+    is_consistent = is_consistent &&
+                    (!is_prescribed ||
+                     (step.translation == prescribed.translation &&
+                      step.centre == prescribed.centre && step.rotation == prescribed.rotation));
+    prescribed = step;
+    is_prescribed = true;
   };
   for (const int body : fixed.bodies) follow(step_of(motion.rigid[body]));
   for (const std::int32_t v : fixed.nodes) {
-    if (is_guided && guided.has_anchored_nodes(v, motion)) continue;
+    if (is_prescribed && prescribed.moves_along(v, motion)) continue;
     RigidStep step;
     step.translation = motion.end_of(v) - motion.start_of(v);
     follow(step);
   }
-  if (!alike) guided = RigidStep();
+  if (!is_consistent) prescribed = RigidStep();
 
   RigidStep free;
-  if (!is_guided) {
-    Matter matter;
+  if (!is_prescribed) {
+    MassSum sum;
     for (const std::int32_t v : zone.nodes) {
       const Vector3d start = motion.start_of(v);
-      matter.add(1 / motion.inverse_mass[v], start, solved_[v] - start);
+      sum.add(1 / motion.inverse_mass[v], start, solved_[v] - start);
     }
     for (const int b : zone.bodies) {
       const RigidMotion& body = rigid_[b];
-      const Vector3d moved = to_eigen(body.predicted.getOrigin()) + body.translation - body.centre();
-      matter.add(body.mass(), body.centre(), moved);
+      const Vector3d moved =
+          to_eigen(body.predicted.getOrigin()) + body.translation - body.centre();
+      sum.add(body.mass(), body.centre(), moved);
     }
-    if (matter.mass > 0) {
-      free.centre = matter.centre / matter.mass;
-      free.translation = matter.translation / matter.mass;
+    if (sum.mass > 0) {
+      free.centre = sum.centre / sum.mass;
+      free.translation = sum.translation / sum.mass;
     } else if (!zone.bodies.empty()) {
       free.centre = rigid_[zone.bodies.front()].centre();
     }
@@ -301,12 +313,12 @@ void ImpactZones::move(const Zone& zone, const FixedMembers& fixed, Motion& moti
       const RigidMotion& body = rigid_[b];
       add(body.mass(), body.centre(),
           to_eigen(body.predicted.getOrigin()) + body.translation - body.centre());
-      const Matrix3d own = body.inertia();
-      inertia += own;
-      momentum += own * turn_over_step(body, body.rotation);
+      const Matrix3d body_inertia = body.inertia();
+      inertia += body_inertia;
+      momentum += body_inertia * rotation_over_step(body, body.rotation);
     }
-    Vector3d rotation = turn_of(inertia, momentum);
-    if (rotation.norm() > largest_turn) rotation *= largest_turn / rotation.norm();
+    Vector3d rotation = rotation_from_momentum(inertia, momentum);
+    if (rotation.norm() > max_rotation) rotation *= max_rotation / rotation.norm();
     for (const int b : zone.bodies) {
       if (!rigid_[b].is_locked()) continue;
       free.translation = (rigid_[b].inverse_mass.array() > 0).select(free.translation, 0);
@@ -314,13 +326,13 @@ void ImpactZones::move(const Zone& zone, const FixedMembers& fixed, Motion& moti
     }
     free.rotation = rotation_by(rotation);
   }
-  const RigidStep& moves = is_guided ? guided : free;
-  const RigidStep goes = zone.held && !is_guided ? RigidStep() : moves;
+  const RigidStep& velocity_step = is_prescribed ? prescribed : free;
+  const RigidStep position_step = zone.held && !is_prescribed ? RigidStep() : velocity_step;
 
   for (const std::int32_t v : zone.nodes) {
     const Vector3d start = motion.start_of(v);
-    motion.solved[v] = moves(start);
-    if (goes.stays()) {
+    motion.solved[v] = velocity_step(start);
+    if (position_step.stays()) {
       stay(v, motion);
     } else {
       motion.split_displacement[v].setZero();
@@ -329,15 +341,15 @@ void ImpactZones::move(const Zone& zone, const FixedMembers& fixed, Motion& moti
   }
   for (const int b : zone.bodies) {
     RigidMotion& body = motion.rigid[b];
-    const Matrix3d back =
+    const Matrix3d inverse_predicted =
         (to_eigen(body.predicted.getBasis()) * to_eigen(body.start.getBasis()).transpose())
             .transpose();
     const Vector3d predicted = to_eigen(body.predicted.getOrigin());
-    body.translation = moves(body.centre()) - predicted;
-    body.rotation = rotation_vector(moves.rotation * back);
-    body.split_translation = goes(body.centre()) - moves(body.centre());
+    body.translation = velocity_step(body.centre()) - predicted;
+    body.rotation = rotation_vector(velocity_step.rotation * inverse_predicted);
+    body.split_translation = position_step(body.centre()) - velocity_step(body.centre());
     body.split_rotation.setZero();
-    if (goes.stays()) {
+    if (position_step.stays()) {
       motion.hold(body);
     } else {
       motion.place(body);

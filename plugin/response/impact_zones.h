@@ -1,13 +1,14 @@
-// What is left where impulses do not end: nodes and rigid bodies that move as one rigid body, and
-// such zones that stay where they were.
+// Impact zones, for contacts that impulses do not resolve: nodes and rigid bodies that move as one
+// rigid body, and zones of them that are held at the start of the step.
 //
 // Rigid impact zones: Provot 1997, "Collision and self-collision handling in cloth model dedicated
 // to design garments"; Harmon et al. 2008, "Robust Treatment of Simultaneous Collisions". A zone
-// keeps the linear and angular momentum of what is in it. Inside one, the motion from start to end
-// is affine and invertible at all times, so nothing inside it can touch.
+// conserves the linear and angular momentum of its members. Inside a zone the motion from start to
+// end is affine and invertible at all times, so nothing inside it can touch.
 //
-// What has infinite mass is not a member of a zone but its guide: pinned nodes, static and
-// kinematic bodies. A zone follows its guides where they move alike, and stays where they do not.
+// Pinned nodes, static and kinematic bodies have infinite mass. They are not ordinary members: they
+// are the fixed members of a zone, and prescribe its motion. A zone follows its fixed members if
+// these move in the same way, and is held if they do not.
 #pragma once
 
 #include <cstdint>
@@ -22,60 +23,68 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
+/// The zones of one step.
 class ImpactZones {
  public:
+  /// Starts without zones. The momenta that zones conserve are those of the present solved motion.
   explicit ImpactZones(const Motion& motion);
 
-  // Joins the zones of each contact's members, then moves every zone rigidly from the start of the
-  // step with the momenta that its members had when this object was made. False where nothing was
-  // left to join.
+  /// Joins the zones of each contact's members. Then moves every zone rigidly from the start of the
+  /// step with the momenta that its members had when this object was constructed. Returns false if
+  /// there was nothing to join.
   bool absorb(const std::vector<Contact>& contacts, Motion& motion);
-  // The same, but what these contacts join stays where the step began (or follows a kinematic guide
-  // from there). Only its velocity is the rigid one, so that its momentum is not lost. Where every
-  // zone is held, the step is as clean as its start. `whole_bodies`: joins all nodes of the bodies
-  // in contact. False where nothing was left to join or hold.
+  /// Does the same as absorb(), but holds the zones of these contacts at the start of the step, or
+  /// lets them follow a kinematic fixed member from there. Their velocities alone are the rigid
+  /// ones, so that their momentum is not lost. Once every zone is held, the step is as clean as its
+  /// start. `whole_bodies`: also joins all nodes of the bodies in contact. Returns false if there
+  /// was nothing to join or hold.
   bool hold(const std::vector<Contact>& contacts, bool whole_bodies, Motion& motion);
 
-  // Between a kinematic body that moves and a pinned node that does not go along, while all that
-  // could give way follows the body.
+  /// Whether nothing can resolve the contact: it is between a kinematic body that moves and a
+  /// pinned node that does not move along, and everything movable already follows the body.
   bool is_unresolvable(const Contact& contact, const Motion& motion);
-  // What guides these zones stays where the step began, whatever moves it: the last thing that can
-  // be done. False where it all does.
+  /// Holds the fixed members of the zones of these contacts at the start of the step, whatever
+  /// moves them. This is the last resort. Returns false if all of them were held already.
   bool stop_prescribed(const std::vector<Contact>& contacts, Motion& motion);
 
-  std::int64_t node_count();  // soft nodes in zones of more than one member
-  std::int64_t held_count() const;  // members of held zones, and what was stopped
+  std::int64_t node_count();        ///< soft nodes in zones of several members
+  std::int64_t held_count() const;  ///< members of held zones and stopped fixed members
 
  private:
   struct Zone {
     std::vector<std::int32_t> nodes;
-    std::vector<int> bodies;  // dynamic ones
+    std::vector<int> bodies;  // dynamic bodies
     bool held = false;
   };
   struct FixedMembers {
     std::set<std::int32_t> nodes;  // pinned
-    std::set<int> bodies;          // static and kinematic
+    std::set<int> bodies;          // static and kinematic bodies
 
     bool empty() const { return nodes.empty() && bodies.empty(); }
     bool include(const FixedMembers& other) const;
     void add(const FixedMembers& other);
   };
 
+  /// Members of a contact: free nodes by vertex, dynamic bodies as soft_count() + index in
+  /// Motion::rigid.
   static std::vector<std::int32_t> members_of(const Contact& contact, const Motion& motion);
   static FixedMembers fixed_members_of(const Contact& contact, const Motion& motion);
 
-  // The contact's members are of one zone, with the contact's guides.
-  bool is_tied(const Contact& contact, const Motion& motion);
-  // Makes it so. False where it was.
-  bool tie(const Contact& contact, const Motion& motion);
+  /// Whether the members of the contact are in one zone, and the zone has the fixed members of the
+  /// contact.
+  bool is_merged(const Contact& contact, const Motion& motion);
+  /// Joins them so that this holds. Returns false if it held already.
+  bool merge(const Contact& contact, const Motion& motion);
+  /// Moves one zone.
   void move(const Zone& zone, const FixedMembers& fixed, Motion& motion) const;
+  /// Moves all zones, with the fixed members under the present representatives.
   void move_all(Motion& motion);
 
-  DisjointSets zones_;  // of soft vertices, then of rigid bodies
-  std::vector<char> held_;                 // by member
-  std::map<std::int32_t, FixedMembers> fixed_members_;  // by a member of the zone
-  std::vector<Eigen::Vector3d> solved_;    // before any zone
-  std::vector<RigidMotion> rigid_;
+  DisjointSets zones_;      // elements: soft vertices, then rigid bodies
+  std::vector<char> held_;  // by element
+  std::map<std::int32_t, FixedMembers> fixed_members_;  // by some member of the zone
+  std::vector<Eigen::Vector3d> solved_;                 // Motion::solved before any zone
+  std::vector<RigidMotion> rigid_;                      // Motion::rigid before any zone
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -11,13 +11,14 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Bullet moves kinematic bodies once a frame, in the first of its substeps, and knows their speed.
-// Where it does not, they were put elsewhere.
+// Speed of a vertex of infinite mass, m/s; `body` is its rigid body or null. Bullet moves kinematic
+// bodies once per frame, in the first of its substeps, and stores their velocity. The speed is at
+// most the stored one. If that is zero, the body was put elsewhere, and the displacement counts.
 double prescribed_speed_of(std::int32_t v, const RigidMotion* body, const Motion& motion) {
-  const double moved = (motion.end_of(v) - motion.start_of(v)).norm() / motion.dt;
-  if (!body || (body->velocity.isZero(0) && body->angular_velocity.isZero(0))) return moved;
+  const double speed = (motion.end_of(v) - motion.start_of(v)).norm() / motion.dt;
+  if (!body || (body->velocity.isZero(0) && body->angular_velocity.isZero(0))) return speed;
   const Vector3d arm = motion.start_of(v) - body->centre();
-  return std::min(moved, (body->velocity + body->angular_velocity.cross(arm)).norm());
+  return std::min(speed, (body->velocity + body->angular_velocity.cross(arm)).norm());
 }
 
 }  // namespace
@@ -29,7 +30,7 @@ std::vector<Island> find_islands(const std::vector<const ContactRow*>& rows, con
     in_contact[row->contact.body_a] = in_contact[row->contact.body_b] = 1;
     sets.join(row->contact.body_a, row->contact.body_b);
   }
-  // What an anchor fixes to a rigid body pushes that.
+  // Contacts of an anchored vertex also push the rigid body that it is anchored to.
   for (const auto& [vertex, anchored] : motion.anchored) {
     const auto next =
         std::upper_bound(motion.first_vertex.begin(), motion.first_vertex.end(), vertex);
@@ -54,8 +55,9 @@ std::vector<Island> find_islands(const std::vector<const ContactRow*>& rows, con
     for (std::int32_t v = motion.first_vertex[body]; v < motion.first_vertex[body + 1]; ++v) {
       if (motion.is_free(v) || (motion.is_soft(v) && motion.anchor_body_of(v) >= 0)) continue;
       island.free = false;
-      const RigidMotion* const driven = rigid >= 0 ? &motion.rigid[rigid] : nullptr;
-      island.prescribed_speed = std::max(island.prescribed_speed, prescribed_speed_of(v, driven, motion));
+      const RigidMotion* const obstacle = rigid >= 0 ? &motion.rigid[rigid] : nullptr;
+      island.prescribed_speed =
+          std::max(island.prescribed_speed, prescribed_speed_of(v, obstacle, motion));
     }
   }
   std::vector<Island> result;

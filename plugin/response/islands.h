@@ -10,13 +10,14 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-// Bodies that are in contact with each other, directly or through others, with what their momentum
-// is made of.
+/// A group of bodies that are in contact with each other, directly or through others.
 struct Island {
   std::vector<std::int32_t> bodies;
-  bool free = true;  // nothing of infinite mass
-  double prescribed_speed = 0;  // m/s: the fastest point of what has infinite mass and was not stopped
+  bool free = true;  ///< nothing in it has infinite mass or locked axes
+  /// Speed of the fastest vertex of infinite mass that was not stopped, m/s.
+  double prescribed_speed = 0;
 };
+/// Finds the islands that these rows and the anchors make. Bodies without a contact are in none.
 std::vector<Island> find_islands(const std::vector<const ContactRow*>& rows, const Motion& motion);
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -1,94 +1,109 @@
-// One sweep over the rows of a contact problem, four rows at a time. Compiled once for each
-// instruction set (plugin/isa); the results are the same.
+// Kernels of the contact solver (projected Gauss-Seidel), four rows at a time. They are compiled
+// once for each instruction set (plugin/isa); the results are the same.
+//
+// Unless said otherwise, four floats hold x, y, z and a zero.
 #pragma once
 
 #include <cstdint>
 
 namespace lazyccd::bullet {
 
-// Of each four floats three are x, y and z, unless said otherwise; the last one is zero.
+/// Vector of three floats, and a zero.
 struct alignas(16) Float4 {
   float x[4];
 };
 
-// Rows that move nothing in common. In place of a missing one there are zeros, but for `pushed`.
+/// Four rows that move nothing in common, so that they can be solved at the same time. A missing
+/// row is zero, but for scatter_node.
 struct alignas(64) RowBatch {
   static constexpr int rows = 4, vertices = 4 * rows;
-  float normal[4 * rows], sliding[4 * rows];   // sliding: without impulses
-  float weight[4 * rows], mobility[4 * rows];  // by vertex; mobility: weight over mass
-  // How much further apart along the normal than without impulses, at least; response; friction;
-  // response across the normal.
+  float normal[4 * rows],
+      tangent_move[4 * rows];  ///< tangential relative displacement without impulses
+  float weight[4 * rows],      ///< by vertex
+      mobility[4 * rows];      ///< by vertex: weight / mass
+  /// By row: displacement along the normal that impulses must add (need), normal mass, friction
+  /// coefficient, tangent mass.
   float terms[4 * rows];
-  // Impulses: three across the normal, and along it. `last`: at the end of the sweep before.
-  float impulse[4 * rows], last[4 * rows];
-  float compliance[4 * rows];  // displacement per impulse
-  // Index of the displacement; 0: nothing moves it. `pushed`: the same, but for what nothing moves
-  // the vertex's own of those that nobody reads, where nothing waits for it.
-  std::int32_t node[vertices], pushed[vertices];
-  std::int32_t first_part = 0, last_part = 0;  // one past the last
+  float impulse[4 * rows],     ///< by row: tangent impulse x, y, z, then the normal impulse
+      last_impulse[4 * rows];  ///< impulses at the end of the sweep before
+  float compliance[4 * rows];  ///< displacement per impulse, in the order of `impulse`
+  /// Index of the displacement, by vertex. node: to load from; 0 if immovable. scatter_node: to
+  /// add to. It is like `node`, but immovable vertices get their own dummy slot (1..16), so that
+  /// stores never alias and none waits for another.
+  std::int32_t node[vertices], scatter_node[vertices];
+  std::int32_t first_term = 0, last_term = 0;  ///< its rigid terms; last_term: one past the last
 };
 
-// Rows that have no impulse, and get none unless they come to lack something. They may move things
-// in common. In place of a missing one there are zeros.
+/// Rows without an impulse, which get none until they are violated. Unlike the rows of a RowBatch
+/// they may move things in common. A missing row is zero.
 struct alignas(64) InactiveBatch {
   static constexpr int rows = 4;
-  // The fourth: how much further apart along the normal than without impulses, at least.
+  /// x, y, z, and the displacement along the normal that impulses must add (need).
   float normal[4 * rows];
-  float weight[4 * rows];  // by vertex
-  std::int32_t vertex[4 * rows];
-  std::int32_t first_part = 0, last_part = 0;
+  float weight[4 * rows];         ///< by vertex
+  std::int32_t vertex[4 * rows];  ///< index in node_of (see find_violated)
+  std::int32_t first_term = 0, last_term = 0;
 };
 
-// As RigidTerm.
+/// RigidTerm in the units of the problem.
 struct alignas(16) RowRigidTerm {
   float arm[4];
   float weight;
-  std::int32_t row;          // of the batch
-  std::int32_t body;         // index
-  std::int32_t translation, rotation;  // indices of displacements
+  std::int32_t row;                    ///< in its batch, 0..3
+  std::int32_t body;                   ///< index in PgsProblem::bodies
+  std::int32_t translation, rotation;  ///< indices of displacements
 };
 
+/// Inverse mass and inertia of a rigid body, in the units of the problem.
 struct alignas(16) RowBody {
   float inverse_mass[4];
-  float inverse_inertia[3][4];  // by column
+  float inverse_inertia[3][4];  ///< by column
 };
 
+/// The arrays that the kernels work on.
 struct PgsProblem {
   RowBatch* batches;
-  const RowRigidTerm* parts;
+  const RowRigidTerm* rigid_terms;
   const RowBody* bodies;
-  // By all impulses. The first one is what nothing moves; RowBatch::vertices others come next,
-  // which nobody reads.
+  /// Displacements that all impulses together make. The first one is zero and stands for everything
+  /// immovable. The next RowBatch::vertices ones are dummies, which are written but never read.
   Float4* displacement;
 };
 
+/// Measures of what one sweep changed.
 struct SweepChange {
-  float largest = 0;  // displacement that an impulse's change alone makes, squared
-  float energy = 0;
-  // Along what led from the end of the last sweep to this one's; negative where it turned back.
+  /// Largest squared displacement that the change of one impulse makes by itself.
+  float largest = 0;
+  float energy = 0;  ///< sum of compliance * (change of impulse)^2
+  /// Dot product of the changes of this sweep with the way from the end of the last sweep to the
+  /// end of this one. Negative: the iteration turned back, restart the momentum.
   float restart_test = 0;
 };
 
+/// The kernels for one instruction set.
 struct PgsKernels {
   const char* name;
-  // Projected Gauss-Seidel on the batches that are named.
+  /// One projected Gauss-Seidel sweep over the `count` batches with these indices.
   SweepChange (*sweep)(const PgsProblem& problem, const std::int32_t* batches, int count);
-  // By how much the row lacks most that lacks any, in units of length.
-  float (*most_left)(const PgsProblem& problem, int batches);
-  // Of the waiting rows those that lack something, as 4 * batch + row; returns how many. `node_of`:
-  // index of the displacement, by vertex.
-  int (*lacking)(const PgsProblem& problem, const std::int32_t* node_of,
-                 const InactiveBatch* waiting, int batches, std::int32_t* rows);
-  // Of the first `count` displacements, at the end of a sweep: goes on by a part of what it has
-  // moved since the end of the last one, and notes where it ended.
-  void (*extrapolate)(float part, Float4* now, Float4* last, int count);
-  // What the impulses that the batch has do to the displacements.
-  void (*push)(const PgsProblem& problem, int batch);
+  /// Largest violation over all rows of the first `batches` batches, in the length unit; 0 if there
+  /// is none.
+  float (*max_violation)(const PgsProblem& problem, int batches);
+  /// Finds the violated rows among inactive ones. Writes them to `rows` as 4 * batch + row and
+  /// returns their number. `node_of`: by vertex, the index of its displacement.
+  int (*find_violated)(const PgsProblem& problem, const std::int32_t* node_of,
+                       const InactiveBatch* inactive, int batches, std::int32_t* rows);
+  /// Nesterov extrapolation of the first `count` displacements at the end of a sweep. Moves each
+  /// one further by `factor` times its change since the last sweep, and stores the old value in
+  /// `last`.
+  void (*extrapolate)(float factor, Float4* now, Float4* last, int count);
+  /// Adds the effect of the present impulses of one batch to the displacements.
+  void (*apply_impulses)(const PgsProblem& problem, int batch);
 };
 
-// The best that this processor runs, or those of the named set ("baseline", "avx2", "avx512"); null
-// where the processor lacks it.
+/// Best kernels that this processor can run.
 const PgsKernels* best_pgs_kernels();
+/// Kernels of the named instruction set ("baseline", "avx2", "avx512"); null if this processor
+/// cannot run it.
 const PgsKernels* pgs_kernels(const char* name);
 
 }  // namespace lazyccd::bullet

@@ -13,22 +13,23 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-// After this many detections that held only what was in contact, whole bodies are held.
-constexpr int node_wise_holds = 16;
+// Number of detections after which whole bodies are held, instead of only the nodes in contact.
+constexpr int max_node_holds = 16;
 
-// Answers after which gaps that cannot all be kept are narrowed, by half each time.
-constexpr int answers_in_full = 1;
-constexpr double least_part_kept = 1.0 / 16;
+// Number of solves with full target gaps. After them, gaps that cannot all be kept are halved
+// before each solve, down to the fraction below.
+constexpr int solves_with_full_gaps = 1;
+constexpr double min_gap_fraction = 1.0 / 16;
 
-// Crowded contacts that so many answers by impulses do not halve are left to impact zones.
-constexpr std::size_t answers_to_halve = 4;
+// If this many solves do not halve the number of crowded contacts, impact zones take over.
+constexpr std::size_t solves_to_halve = 4;
 
-bool starts_touching(const Contact& contact) { return contact.toi == 0; }
+bool touches_at_start(const Contact& contact) { return contact.toi == 0; }
 
-// More of them than vertices that they have: everything sweeps through everything.
+// Whether there are more contacts than vertices in contact: everything passes through everything.
 bool are_crowded(const std::vector<Contact>& contacts) {
-  constexpr std::size_t few = 100;
-  if (contacts.size() < few) return false;
+  constexpr std::size_t min_count = 100;
+  if (contacts.size() < min_count) return false;
   std::vector<std::int32_t> vertices;
   vertices.reserve(4 * contacts.size());
   for (const Contact& contact : contacts)
@@ -40,72 +41,76 @@ bool are_crowded(const std::vector<Contact>& contacts) {
 
 }  // namespace
 
-void Response::run(const SpeculativePairs& near, const Detect& detect_all, Motion& motion,
+void Response::run(const SpeculativePairs& speculative, const Detect& detect_all, Motion& motion,
                    StepStats& stats) {
-  rows_.begin_step();
+  constraints_.begin_step();
   motion.begin_response();
-  if (options_.max_detections > 0) relax_near(near, motion);
+  if (options_.max_detections > 0) solve_speculative(speculative, motion);
   std::vector<Contact> contacts = detect_all(motion.starts(), motion.ends());
 
-  // Pairs that touch before anything moves (bodies placed so, the lips of a cut) cannot be cleaned
-  // by moving less, and have no side yet. Between bodies the motion tells it: they came from where
-  // they do not go, and get one answer. Within a body they part freely.
-  std::vector<Contact> touching;
-  if (std::any_of(contacts.begin(), contacts.end(), starts_touching)) {
-    touching = detect_all(motion.starts(), motion.starts());
+  // Initial contacts: pairs that touch before anything moves, such as bodies placed that way or the
+  // lips of a cut. Moving less cannot resolve them, and they do not tell which side is which.
+  // Between two bodies the motion tells the side: they came from where they are not going. These
+  // contacts get one solve. Within a body they may separate freely.
+  std::vector<Contact> initial_contacts;
+  if (std::any_of(contacts.begin(), contacts.end(), touches_at_start)) {
+    initial_contacts = detect_all(motion.starts(), motion.starts());
   }
-  const auto touches = [&touching](const Contact& contact) {
-    return starts_touching(contact) &&
-           std::binary_search(touching.begin(), touching.end(), contact);
+  const auto is_initial_contact = [&initial_contacts](const Contact& contact) {
+    return touches_at_start(contact) &&
+           std::binary_search(initial_contacts.begin(), initial_contacts.end(), contact);
   };
   const Detect detect = [&](const Positions& start, const Positions& end) {
     std::vector<Contact> found = detect_all(start, end);
-    found.erase(std::remove_if(found.begin(), found.end(), touches), found.end());
+    found.erase(std::remove_if(found.begin(), found.end(), is_initial_contact), found.end());
     return found;
   };
-  stats.initial_contacts += std::count_if(contacts.begin(), contacts.end(), touches);
-  const auto parts_freely = [&](const Contact& contact) {
-    return contact.body_a == contact.body_b && touches(contact);
+  stats.initial_contacts += std::count_if(contacts.begin(), contacts.end(), is_initial_contact);
+  const auto may_separate_freely = [&](const Contact& contact) {
+    return contact.body_a == contact.body_b && is_initial_contact(contact);
   };
-  contacts.erase(std::remove_if(contacts.begin(), contacts.end(), parts_freely), contacts.end());
+  contacts.erase(std::remove_if(contacts.begin(), contacts.end(), may_separate_freely),
+                 contacts.end());
 
-  std::vector<std::size_t> counts;  // of contacts, by answer
+  std::vector<std::size_t> counts;  // number of contacts before each solve
   for (int i = 0; i < options_.max_detections && !contacts.empty(); ++i) {
     counts.push_back(contacts.size());
-    if (counts.size() > answers_to_halve &&
-        2 * counts.back() > counts[counts.size() - 1 - answers_to_halve] && are_crowded(contacts))
+    if (counts.size() > solves_to_halve &&
+        2 * counts.back() > counts[counts.size() - 1 - solves_to_halve] && are_crowded(contacts))
       break;
-    if (!rows_.add(contacts, motion)) break;
-    if (i >= answers_in_full && motion.has_prescribed_motion())
-      rows_.narrow(std::max(least_part_kept, std::ldexp(1, answers_in_full - 1 - i)), motion);
-    rows_.relax(motion, options_.solver_iterations);
+    if (!constraints_.add(contacts, motion)) break;
+    if (i >= solves_with_full_gaps && motion.has_prescribed_motion())
+      constraints_.narrow_gaps(
+          std::max(min_gap_fraction, std::ldexp(1, solves_with_full_gaps - 1 - i)), motion);
+    constraints_.solve(motion, options_.solver_iterations);
     contacts = detect(motion.starts(), motion.ends());
   }
-  contacts.erase(std::remove_if(contacts.begin(), contacts.end(), touches), contacts.end());
-  if (!contacts.empty()) end_contacts(std::move(contacts), detect, motion, stats);
+  contacts.erase(std::remove_if(contacts.begin(), contacts.end(), is_initial_contact),
+                 contacts.end());
+  if (!contacts.empty()) resolve_with_impact_zones(std::move(contacts), detect, motion, stats);
   finish(motion, stats);
 }
 
-void Response::end_contacts(std::vector<Contact> contacts, const Detect& detect, Motion& motion,
-                            StepStats& stats) {
+void Response::resolve_with_impact_zones(std::vector<Contact> contacts, const Detect& detect,
+                                         Motion& motion, StepStats& stats) {
   ImpactZones zones(motion);
-  std::ptrdiff_t hopeless = 0;
+  std::ptrdiff_t unresolvable = 0;
   const auto detect_again = [&] {
     contacts = detect(motion.starts(), motion.ends());
     const auto last = std::remove_if(contacts.begin(), contacts.end(), [&](const Contact& contact) {
       return zones.is_unresolvable(contact, motion);
     });
-    hopeless = contacts.end() - last;
+    unresolvable = contacts.end() - last;
     contacts.erase(last, contacts.end());
   };
   for (int i = 0; i < options_.max_impact_zones && !contacts.empty(); ++i) {
-    rows_.add(contacts, motion);
+    constraints_.add(contacts, motion);
     if (!zones.absorb(contacts, motion)) break;
     detect_again();
   }
   for (int i = 0; !contacts.empty(); ++i) {
-    rows_.add(contacts, motion);
-    if (!zones.hold(contacts, i >= node_wise_holds, motion) &&
+    constraints_.add(contacts, motion);
+    if (!zones.hold(contacts, i >= max_node_holds, motion) &&
         !zones.stop_prescribed(contacts, motion)) {
       break;
     }
@@ -113,30 +118,30 @@ void Response::end_contacts(std::vector<Contact> contacts, const Detect& detect,
   }
   stats.impact_zone_nodes += zones.node_count();
   stats.failsafe_holds += zones.held_count();
-  stats.unresolved += hopeless + static_cast<std::int64_t>(contacts.size());
+  stats.unresolved += unresolvable + static_cast<std::int64_t>(contacts.size());
 }
 
-void Response::relax_near(const SpeculativePairs& near, Motion& motion) {
-  rows_.take(near, motion);
-  rows_.start_warm();
-  rows_.relax(motion, options_.solver_iterations);
+void Response::solve_speculative(const SpeculativePairs& speculative, Motion& motion) {
+  constraints_.take_speculative(speculative, motion);
+  constraints_.warm_start();
+  constraints_.solve(motion, options_.solver_iterations);
   set_velocities(motion);
   if (kinetic_energy_after(motion) <= kinetic_energy_before(motion)) return;
-  rows_.start_cold(motion);
-  rows_.relax(motion, options_.solver_iterations);
+  constraints_.cold_start(motion);
+  constraints_.solve(motion, options_.solver_iterations);
 }
 
 void Response::finish(Motion& motion, StepStats& stats) {
-  const std::vector<const ContactRow*>& is_active = rows_.is_active();
+  const std::vector<const ContactRow*>& active_rows = constraints_.active_rows();
   set_velocities(motion);
   if (options_.restitution > 0) {
-    add_restitution(rows_.rows(), options_.restitution, options_.restitution_threshold,
+    add_restitution(constraints_.rows(), options_.restitution, options_.restitution_threshold,
                     options_.solver_iterations, motion);
   }
-  const std::vector<Island> islands = find_islands(is_active, motion);
+  const std::vector<Island> islands = find_islands(active_rows, motion);
   restore_angular_momentum(islands, motion);
   limit_kinetic_energy(islands, motion);
-  damp_deformation(is_active, options_.rest_damping, options_.rest_speed, motion);
+  damp_deformation(active_rows, options_.rest_damping, options_.rest_speed, motion);
   const double before = kinetic_energy_before(motion);
   const double change = kinetic_energy_after(motion) - before;
   (change > 0 ? stats.energy_gained : stats.energy_lost) += std::abs(change);

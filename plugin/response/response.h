@@ -1,4 +1,4 @@
-// Changes the end of a step until nothing passes through anything.
+// Contact response: changes the end of a step until nothing passes through anything.
 #pragma once
 
 #include <functional>
@@ -12,35 +12,45 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
+/// Runs the response of each step and keeps impulses for the warm start of the next step.
 class Response {
  public:
-  // The contacts of the motion from `start` to `end`, without those that nothing may be done about.
+  /// Returns the contacts of the motion from `start` to `end`, sorted, without those that must not
+  /// be resolved.
   using Detect = std::function<std::vector<Contact>(const Positions& start, const Positions& end)>;
 
   Response(const SolverOptions& options, const PairSurfaces& surfaces)
-      : options_(options), rows_(surfaces, options.position_correction) {}
+      : options_(options), constraints_(surfaces, options.position_correction) {}
 
-  // `near` are the pairs that come near each other, of which those that give way are answered;
-  // `detect_all` finds those that touch. In turn, each until the step is clean: impulses; rigid impact zones;
-  // zones held at the start of the step, which is clean in the end because nothing moves any more.
-  // Then motion.velocity_change says what velocities are to receive.
-  void run(const SpeculativePairs& near, const Detect& detect_all, Motion& motion, StepStats& stats);
+  /// Changes the end of `motion` until `detect_all` finds no contact that can be resolved.
+  /// `speculative`: pairs that come near each other; the movable ones are solved before the first
+  /// detection. Three methods follow, each until the step is clean: impulses; rigid impact zones;
+  /// zones held at the start of the step. The last one ends with a clean step, because in the end
+  /// nothing moves any more. Afterwards motion.velocity_change holds what must be added to the
+  /// velocities.
+  void run(const SpeculativePairs& speculative, const Detect& detect_all, Motion& motion,
+           StepStats& stats);
 
-  // The rows of the pairs that acted in the last run(), sorted by contact.
-  const std::vector<const ContactRow*>& rows() { return rows_.is_active(); }
+  /// Rows of the pairs that acted in the last run(), sorted by contact. Valid until the next run()
+  /// or forget().
+  const std::vector<const ContactRow*>& rows() { return constraints_.active_rows(); }
 
-  // To be called where the indices of bodies, vertices or faces change.
-  void forget() { rows_.forget(); }
+  /// Drops the impulses of the last step. To be called if the indices of bodies, vertices or faces
+  /// change.
+  void forget() { constraints_.forget(); }
 
  private:
-  void relax_near(const SpeculativePairs& near, Motion& motion);
-  // Rigid impact zones, then holds.
-  void end_contacts(std::vector<Contact> contacts, const Detect& detect, Motion& motion,
-                    StepStats& stats);
+  /// Solves the speculative contacts: with a warm start, or without if that raises the kinetic
+  /// energy.
+  void solve_speculative(const SpeculativePairs& speculative, Motion& motion);
+  /// Resolves contacts that impulses leave: rigid impact zones first, then holds.
+  void resolve_with_impact_zones(std::vector<Contact> contacts, const Detect& detect,
+                                 Motion& motion, StepStats& stats);
+  /// Computes the velocity changes.
   void finish(Motion& motion, StepStats& stats);
 
   SolverOptions options_;
-  ContactConstraints rows_;
+  ContactConstraints constraints_;
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

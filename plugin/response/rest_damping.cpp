@@ -18,42 +18,43 @@ void damp_deformation(const std::vector<const ContactRow*>& rows, double rate, d
   }
   for (std::size_t body = 0; body < loaded.size(); ++body) {
     if (!loaded[body] || motion.rigid_of_body[body] >= 0) continue;
-    const auto for_each_node = [&](const auto& each) {
+    const auto for_each_node = [&](const auto& visit) {
       for (std::int32_t v = motion.first_vertex[body]; v < motion.first_vertex[body + 1]; ++v) {
-        if (motion.inverse_mass[v] > 0) each(v, 1 / motion.inverse_mass[v], motion.end_of(v));
+        if (motion.inverse_mass[v] > 0) visit(v, 1 / motion.inverse_mass[v], motion.end_of(v));
       }
     };
     const auto velocity = [&](std::int32_t v) -> Vector3d {
       return motion.velocity[v] + motion.velocity_change[v];
     };
     double mass = 0;
-    Vector3d centre = Vector3d::Zero(), drift = Vector3d::Zero(), turning = Vector3d::Zero();
-    for_each_node([&](std::int32_t v, double m, const Vector3d& place) {
+    Vector3d centre = Vector3d::Zero(), mean_velocity = Vector3d::Zero(),
+             angular_momentum = Vector3d::Zero();
+    for_each_node([&](std::int32_t v, double m, const Vector3d& position) {
       mass += m;
-      centre += m * place;
-      drift += m * velocity(v);
+      centre += m * position;
+      mean_velocity += m * velocity(v);
     });
     if (mass == 0) continue;
     centre /= mass;
-    drift /= mass;
+    mean_velocity /= mass;
     Matrix3d inertia = Matrix3d::Zero();
-    for_each_node([&](std::int32_t v, double m, const Vector3d& place) {
-      add_inertia(m, place - centre, inertia);
-      turning += m * (place - centre).cross(velocity(v));
+    for_each_node([&](std::int32_t v, double m, const Vector3d& position) {
+      add_inertia(m, position - centre, inertia);
+      angular_momentum += m * (position - centre).cross(velocity(v));
     });
-    const Vector3d angular_velocity = turn_of(inertia, turning);
-    const auto deforming = [&](std::int32_t v, const Vector3d& place) -> Vector3d {
-      return velocity(v) - drift - angular_velocity.cross(place - centre);
+    const Vector3d angular_velocity = rotation_from_momentum(inertia, angular_momentum);
+    const auto deformation_velocity = [&](std::int32_t v, const Vector3d& position) -> Vector3d {
+      return velocity(v) - mean_velocity - angular_velocity.cross(position - centre);
     };
-    double squares = 0;
-    for_each_node([&](std::int32_t v, double m, const Vector3d& place) {
-      squares += m * deforming(v, place).squaredNorm();
+    double weighted_square_sum = 0;
+    for_each_node([&](std::int32_t v, double m, const Vector3d& position) {
+      weighted_square_sum += m * deformation_velocity(v, position).squaredNorm();
     });
     const double limit = rest_speed * rest_speed * mass;
-    if (squares >= limit) continue;
-    const double part = (1 - std::exp(-rate * motion.dt)) * (1 - squares / limit);
-    for_each_node([&](std::int32_t v, double, const Vector3d& place) {
-      motion.velocity_change[v] -= part * deforming(v, place);
+    if (weighted_square_sum >= limit) continue;
+    const double fraction = (1 - std::exp(-rate * motion.dt)) * (1 - weighted_square_sum / limit);
+    for_each_node([&](std::int32_t v, double, const Vector3d& position) {
+      motion.velocity_change[v] -= fraction * deformation_velocity(v, position);
     });
   }
 }

@@ -9,11 +9,12 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-// Soft bodies in loaded contact lose the velocity of their deformation at `rate` 1/s, the faster
-// the further its root mean square is below `rest_speed` m/s. What moves as a rigid body goes on,
-// so both momenta are kept, and what slides, falls or swings as a whole is not slowed. Mueller et
-// al. 2007, "Position based dynamics", section 3.5. Without it cloth in contact trembles for long:
-// the load wanders between neighbouring contacts, and Bullet's links answer it.
+/// Damps the deformation velocity of soft bodies whose contacts carry a load. `rate`: 1/s. The
+/// damping gets stronger the further the root mean square of that velocity is below `rest_speed`
+/// (m/s), and is off above it. The rigid part of the motion is kept, so linear and angular momentum
+/// are conserved, and a body that slides, falls or swings as a whole is not slowed; Mueller et al.
+/// 2007, "Position based dynamics", section 3.5. Without the damping, cloth in contact trembles for
+/// a long time: the load wanders between neighbouring contacts, and Bullet's links react to it.
 void damp_deformation(const std::vector<const ContactRow*>& rows, double rate, double rest_speed,
                       Motion& motion);
 

@@ -12,11 +12,11 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 
 void add_restitution(RowList& rows, double restitution, double threshold, int sweeps,
                      Motion& motion) {
-  // The rows' impulses say nothing about it: they also carry what presses on a contact, and zones
-  // may have moved it in their place. So the rows are solved once more, for the gaps that what
-  // bounces is to have.
-  Motion next = motion;
-  next.solved.assign(motion.predicted.begin(), motion.predicted.begin() + motion.soft_count());
+  // The impulses of the rows cannot be reused. They also carry loads that press on a contact, and
+  // impact zones may have moved things in their place. So the rows are solved once more, for the
+  // gaps that bouncing contacts should have.
+  Motion bounce = motion;
+  bounce.solved.assign(motion.predicted.begin(), motion.predicted.begin() + motion.soft_count());
   std::vector<ContactRow> bouncing;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (!rows.is_movable(i)) continue;
@@ -28,26 +28,28 @@ void add_restitution(RowList& rows, double restitution, double threshold, int sw
     const double solved = row.normal.dot(separation(row, motion));
     const double approach = row.start_gap - predicted;
     const bool bounces = row.normal_impulse > 0 && approach >= threshold * motion.dt;
-    const double wanted =
+    const double wanted_gap =
         bounces ? row.start_gap + restitution * approach : std::min(row.target_gap, solved);
-    row.target_gap = predicted + wanted - solved;
+    row.target_gap = predicted + wanted_gap - solved;
     row.normal_impulse = row.friction = 0;
     row.tangent_impulse.setZero();
   }
   RowList list(std::move(bouncing));
-  ContactSolver problem;
-  problem.set_up(ContactSolver::Of::motion, list, next);
-  problem.solve(sweeps);
-  problem.write(next);
-  const auto add = [&](double part) {
-    for (std::size_t v = 0; v < next.solved.size(); ++v)
-      motion.velocity_change[v] += part * motion.rate[v] * (next.solved[v] - motion.predicted[v]);
-    for (std::size_t b = 0; b < next.rigid.size(); ++b) {
-      motion.rigid[b].velocity_change += part / motion.dt * next.rigid[b].translation;
-      motion.rigid[b].angular_velocity_change += part / motion.dt * next.rigid[b].rotation;
+  ContactSolver solver;
+  solver.set_up(ContactSolver::Target::motion, list, bounce);
+  solver.solve(sweeps);
+  solver.write(bounce);
+  const auto add = [&](double fraction) {
+    for (std::size_t v = 0; v < bounce.solved.size(); ++v)
+      motion.velocity_change[v] +=
+          fraction * motion.rate[v] * (bounce.solved[v] - motion.predicted[v]);
+    for (std::size_t b = 0; b < bounce.rigid.size(); ++b) {
+      motion.rigid[b].velocity_change += fraction / motion.dt * bounce.rigid[b].translation;
+      motion.rigid[b].angular_velocity_change += fraction / motion.dt * bounce.rigid[b].rotation;
     }
   };
-  // The energy is quadratic in the part: up to where it is what it was before the contact.
+  // The energy is quadratic in the fraction of the change. Finds the fraction at which it equals
+  // that before the contact.
   const double without = kinetic_energy_after(motion);
   add(0.5);
   const double with_half = kinetic_energy_after(motion);
@@ -59,8 +61,8 @@ void add_restitution(RowList& rows, double restitution, double threshold, int sw
   const double linear = with_all - without - square;
   const double root = std::sqrt(std::max(0.0, linear * linear + 4 * square * spare));
   // The stable form of (root - linear) / (2 square).
-  const double part = linear > 0 ? 2 * spare / (linear + root) : 0.5 * (root - linear) / square;
-  add(part - 1);
+  const double fraction = linear > 0 ? 2 * spare / (linear + root) : 0.5 * (root - linear) / square;
+  add(fraction - 1);
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -7,10 +7,10 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-// Newton's restitution, in velocities alone: what met at `threshold` m/s or faster and was stopped
-// flies apart with `restitution` times that speed in the next step, and by that nothing comes
-// closer to anything else than it may. Given up to the part that keeps the kinetic energy below
-// what it was.
+/// Adds Newton's restitution, in velocities alone. Contacts that approached at `threshold` m/s or
+/// faster and were stopped separate with `restitution` times that speed in the next step. The solve
+/// keeps all other gaps. The change is scaled down if the kinetic energy would exceed that before
+/// the contact. `sweeps`: as in ContactSolver::solve().
 void add_restitution(RowList& rows, double restitution, double threshold, int sweeps,
                      Motion& motion);
 

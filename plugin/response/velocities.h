@@ -1,4 +1,5 @@
-// Velocities after the response: from displacements, with the angular momentum that there was.
+// Velocities after the response. They follow from displacements; angular momentum is restored and
+// kinetic energy limited.
 #pragma once
 
 #include <vector>
@@ -9,25 +10,28 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-// Joules: of all soft vertices and dynamic rigid bodies, with Bullet's velocities or with what the
-// response makes of them.
+/// Kinetic energy of all soft vertices and dynamic rigid bodies, joules: with Bullet's velocities
+/// (before), and with the changes of the response (after).
 double kinetic_energy_before(const Motion& motion);
 double kinetic_energy_after(const Motion& motion);
 
-// Velocities as the solved displacements have them.
+/// Sets the velocity changes that follow from the solved displacements.
 void set_velocities(Motion& motion);
 
-// A step applies its impulses at the places of its start, not at those of the impacts, and gaps are
-// opened without velocity; both change angular momentum a little. What is in contact and free (no
-// pinned node, no static or kinematic body) gets the rigid rotation that restores it.
+/// Restores the angular momentum of every free island (no pinned node, no static or kinematic body)
+/// by adding a rigid rotation to its velocity changes. Two things change angular momentum a little:
+/// a step applies its impulses at the positions of its start instead of those of the impacts, and
+/// split impulses move things without velocity.
 void restore_angular_momentum(const std::vector<Island>& islands, Motion& motion);
 
-// What moves without velocity (a rigid body that Bullet pushes out of another) would give velocity
-// to what it meets. Changes of velocity are given up to the part that does not raise the kinetic
-// energy of what is in contact. Momenta stay. Where something of infinite mass drives it at speed
-// u, that of Bullet's kinematic body where it has one: contacts bring everything no farther from
-// going along with it, so that the norm of the velocities (the root of the sum of m v^2) rises by
-// no more than twice that of u.
+/// Scales the velocity changes of every island so that they do not raise its kinetic energy. An
+/// example of what would raise it is a rigid body that Bullet pushes out of another one without
+/// velocity: it would give velocity to what it meets. Scaling keeps linear and angular momentum.
+///
+/// An island with something of infinite mass that moves at speed u gets an allowance. u is the
+/// speed of Bullet's kinematic body if it has one. Contacts bring nothing farther from moving along
+/// with it than it was. So the norm of the velocities (the root of the sum of m v^2) rises by at
+/// most twice the norm that the speed u would have.
 void limit_kinetic_energy(const std::vector<Island>& islands, Motion& motion);
 
 }  // namespace LAZYCCD_BULLET_PRECISION

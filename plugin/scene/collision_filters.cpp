@@ -13,7 +13,7 @@ bool ignores(const btCollisionObject& a, const btCollisionObject& b) {
                      soft->m_collisionDisabledObjects.size();
 }
 
-// The application's filter where there is one.
+// True if the application's filter accepts the pair, or if there is none.
 bool passes_filter(btSoftBody& a, btCollisionObject& b) {
   btOverlapFilterCallback* filter = overlap_filter(a);
   btBroadphaseProxy* proxy_a = a.getBroadphaseHandle();

@@ -1,4 +1,4 @@
-// Bullet's rules about which pairs with a soft body collide, beyond filter groups and masks.
+// Bullet's rules for which pairs with a soft body collide, besides filter groups and masks.
 #pragma once
 
 #include <BulletCollision/BroadphaseCollision/btOverlappingPairCache.h>
@@ -11,21 +11,22 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-// The application's own filter of the broad phase, or null. Where there is one, it alone decides
-// and groups and masks do not count (btOverlappingPairCache.h, needsBroadphaseCollision).
+/// The application's own broad phase filter, or null. If there is one, it alone decides: groups and
+/// masks do not count (btOverlappingPairCache.h, needsBroadphaseCollision).
 btOverlapFilterCallback* overlap_filter(const btSoftBody& body);
 
-// Both bodies ask Bullet for cluster against cluster: such a pair stays with Bullet.
+/// True if CL_SS (cluster against cluster) is the only soft-soft flag that both bodies have. Such a
+/// pair stays with Bullet.
 bool is_cluster_pair(const btSoftBody& a, const btSoftBody& b);
 
-// False where a body can only meet groups and masks.
+/// False if only groups and masks can exclude a pair with this body.
 bool has_pair_rules(btSoftBody& body);
 
-// Everything but groups and masks, which the detector itself looks at.
+/// Applies all rules except groups and masks, which the detector checks itself.
 bool may_collide(btSoftBody& a, btSoftBody& b);
 bool may_collide(btSoftBody& a, btCollisionObject& b);
 
-// Over the objects that a body ignores; changes when they do.
+/// Hash of the list of objects that a body ignores. Used to notice changes of the list.
 std::uint64_t hash_of_ignored(btCollisionObject& body);
 
 }  // namespace LAZYCCD_BULLET_PRECISION

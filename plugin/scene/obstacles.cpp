@@ -15,8 +15,8 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-// What btDeformableBodySolver moves nodes with.
-std::vector<const btCollisionObject*> find_carriers(const Obstacles::SoftBodies& bodies) {
+// Returns the objects to which nodes are anchored in the deformable world, sorted.
+std::vector<const btCollisionObject*> find_anchor_objects(const Obstacles::SoftBodies& bodies) {
   std::vector<const btCollisionObject*> found;
   for (int i = 0; i < bodies.size(); ++i) {
     const auto& anchors = bodies[i]->m_deformableAnchors;
@@ -26,6 +26,7 @@ std::vector<const btCollisionObject*> find_carriers(const Obstacles::SoftBodies&
   return found;
 }
 
+// Bounds of the body at both ends of the step.
 AxisBox bounds(const RigidPose& pose) {
   const btCollisionShape& shape = *pose.object->getCollisionShape();
   AxisBox box;
@@ -37,26 +38,29 @@ AxisBox bounds(const RigidPose& pose) {
   return box;
 }
 
-// What of `box` a body may meet during the step, in the body's frame. Its points move straight from
-// start to end. One that meets the box began no farther from it than it moves, and between the two
-// the body is smaller than itself, by the cosine of half its turn.
+// Returns bounds, in the body's frame, of all parts of the body that may meet `box` during the
+// step. Points of the body move straight from start to end. A point that meets the box started no
+// farther from the box than it moves. In between, the body is smaller than at the ends, by the
+// cosine of half its rotation angle (`shrink_factor`).
 AxisBox in_frame(const Obstacles::Record& record, const AxisBox& box) {
   if (box.is_empty()) return box;
-  const AxisBox local = box.placed(record.start.inverse());
-  const btMatrix3x3 turned = record.end.getBasis() - record.start.getBasis();
-  // Twice the sine of half the turn.
-  const btScalar chord =
-      btSqrt((turned[0].length2() + turned[1].length2() + turned[2].length2()) / 2);
-  const btScalar shrunk = btMax(btSqrt(btMax(1 - chord * chord / 4, btScalar(0))), btScalar(0.01));
+  const AxisBox local = box.transformed(record.start.inverse());
+  const btMatrix3x3 basis_change = record.end.getBasis() - record.start.getBasis();
+  // Twice the sine of half the rotation angle.
+  const btScalar chord = btSqrt(
+      (basis_change[0].length2() + basis_change[1].length2() + basis_change[2].length2()) / 2);
+  const btScalar shrink_factor =
+      btMax(btSqrt(btMax(1 - chord * chord / 4, btScalar(0))), btScalar(0.01));
   const btScalar translation = record.start.getOrigin().distance(record.end.getOrigin());
   btVector3 farthest = local.lower.absolute();
   farthest.setMax(local.upper.absolute());
-  const btScalar moved = translation + chord * (farthest.length() + translation) / shrunk;
-  return local.grown(btVector3(moved, moved, moved));
+  const btScalar displacement =
+      translation + chord * (farthest.length() + translation) / shrink_factor;
+  return local.expanded(btVector3(displacement, displacement, displacement));
 }
 
-// No less than in_frame() may be off by the rounding of places in the world. Metres.
-btScalar rounded_off(const Obstacles::Record& record, const AxisBox& box) {
+// Upper bound on the error of in_frame() by rounding of world positions, metres.
+btScalar rounding_bound(const Obstacles::Record& record, const AxisBox& box) {
   if (box.is_empty()) return 0;
   constexpr btScalar roundings = 32;
   btVector3 farthest = record.start.getOrigin().absolute();
@@ -65,15 +69,17 @@ btScalar rounded_off(const Obstacles::Record& record, const AxisBox& box) {
   return roundings * SIMD_EPSILON * farthest[farthest.maxAxis()];
 }
 
-AxisBox with_room(const AxisBox& box) {
+// Expands each side by a quarter of the box's size along that axis plus a quarter of its longest
+// side.
+AxisBox enlarged(const AxisBox& box) {
   if (box.is_empty()) return box;
   const btVector3 size = box.upper - box.lower;
   const btScalar spare = btScalar(0.25) * size[size.maxAxis()];
-  return box.grown(btScalar(0.25) * size + btVector3(spare, spare, spare));
+  return box.expanded(btScalar(0.25) * size + btVector3(spare, spare, spare));
 }
 
-// That of bodies that meet rigid ones or are carried by them; null where there are none.
-// Also where no soft body meets rigid ones: one that comes to is to meet them on their way.
+// Returns the broad phase of the soft bodies' world, or null if no body has one. Does not depend on
+// whether a soft body collides with rigid ones: if one does later, their motion must be known then.
 btBroadphaseInterface* broadphase_of(const Obstacles::SoftBodies& bodies) {
   for (int i = 0; i < bodies.size(); ++i) {
     const btSoftBodyWorldInfo* const info = bodies[i]->m_worldInfo;
@@ -106,18 +112,19 @@ bool is_same(const Obstacles::Record& a, const Obstacles::Record& b) {
   return a.object == b.object && a.unique_id == b.unique_id && a.shape == b.shape &&
          a.scaling == b.scaling && a.revision == b.revision && a.box == b.box &&
          a.group == b.group && a.mask == b.mask && a.ignored == b.ignored &&
-         a.dynamic == b.dynamic && a.responds == b.responds && a.has_anchored_nodes == b.has_anchored_nodes;
+         a.dynamic == b.dynamic && a.responds == b.responds &&
+         a.has_anchored_nodes == b.has_anchored_nodes;
 }
 
 }  // namespace
 
-bool Obstacles::meets_obstacles(const btSoftBody& body) {
+bool Obstacles::collides_with_rigid(const btSoftBody& body) {
   using Flag = btSoftBody::fCollision;
   return (body.m_cfg.collisions & (Flag::SDF_RS | Flag::SDF_RD | Flag::SDF_RDF | Flag::SDF_RDN)) &&
          !(body.m_cfg.collisions & Flag::CL_RS);
 }
 
-bool Obstacles::is_whole(const btCollisionObject& object) {
+bool Obstacles::is_fully_known(const btCollisionObject& object) {
   return is_rigid(object) && object.hasContactResponse() &&
          has_triangles(*object.getCollisionShape()) &&
          object.getInternalType() != btCollisionObject::CO_FEATHERSTONE_LINK;
@@ -130,7 +137,7 @@ void Obstacles::begin_step(const SoftBodies& bodies) { poses_.begin_step(broadph
 bool Obstacles::update(const SoftBodies& bodies, const AxisBox& swept, double depth,
                        WarningLog& warnings) {
   poses_.end_step(broadphase_of(bodies), warnings);
-  carriers_ = find_carriers(bodies);
+  anchor_objects_ = find_anchor_objects(bodies);
   depth_ = depth;
   return update_region(swept);
 }
@@ -146,11 +153,12 @@ bool Obstacles::has_read(const AxisBox& swept) const {
 
 bool Obstacles::update_region(const AxisBox& swept) {
   const bool left_region = !swept.is_empty() && !region_.contains(swept);
-  if (left_region) region_ = with_room(swept);
+  if (left_region) region_ = enlarged(swept);
   std::vector<Record> near;
   for (const RigidPose& pose : poses_.all()) {
-    const bool has_anchored_nodes = is_dynamic(*pose.object) &&
-                         std::binary_search(carriers_.begin(), carriers_.end(), pose.object);
+    const bool has_anchored_nodes =
+        is_dynamic(*pose.object) &&
+        std::binary_search(anchor_objects_.begin(), anchor_objects_.end(), pose.object);
     const bool is_near =
         !swept.is_empty() && pose.object->hasContactResponse() && bounds(pose).overlaps(region_);
     if (!(has_anchored_nodes || is_near) || !pose.finite) continue;
@@ -158,12 +166,12 @@ bool Obstacles::update_region(const AxisBox& swept) {
     near.back().has_anchored_nodes = has_anchored_nodes;
   }
   const bool same_depth = read_depth_ == depth_;
-  bool same = same_depth && near.size() == records_.size();
+  bool is_unchanged = same_depth && near.size() == records_.size();
   auto old = records_.begin();
   for (Record& record : near) {
     while (old != records_.end() && old->unique_id < record.unique_id) ++old;
     const bool is_known = same_depth && old != records_.end() && is_same(record, *old);
-    same = same && is_known;
+    is_unchanged = is_unchanged && is_known;
     if (!is_known) continue;
     record.region = old->region;
     record.triangles = old->triangles;
@@ -171,37 +179,38 @@ bool Obstacles::update_region(const AxisBox& swept) {
     record.vertex_count = old->vertex_count;
   }
   records_ = std::move(near);
-  return !(same && has_read(swept));
+  return !(is_unchanged && has_read(swept));
 }
 
 void Obstacles::read_triangles(const AxisBox& starts, WarningLog& warnings) {
   read_depth_ = depth_;
   local_.clear();
   faces_.clear();
-  const AxisBox around = with_room(starts);
+  const AxisBox near_starts = enlarged(starts);
   for (Record& record : records_) {
     if (!record.triangles || is_cut_to_region(*record.shape))
-      read_triangles(record, around, warnings);
+      read_triangles(record, near_starts, warnings);
     append_triangles(record);
   }
 }
 
 void Obstacles::read_triangles(Record& record, const AxisBox& near, WarningLog& warnings) const {
   Triangles triangles;
-  // Meshes are asked for a little more than the region, so that one that moves keeps its triangles
-  // for some steps; and no less than is rounded off of places in the world on the way to its frame.
+  // Reads a little more of a mesh than the region, so that a moving mesh keeps its triangles for
+  // some steps. The addition is at least the rounding error of world positions moved to the mesh's
+  // frame.
   record.region = in_frame(record, region_);
   btVector3 spare = btScalar(0.1) * (record.region.upper - record.region.lower);
-  const btScalar rounded = rounded_off(record, region_);
-  spare.setMax(btVector3(rounded, rounded, rounded));
-  record.region = record.region.grown(spare);
+  const btScalar bound = rounding_bound(record, region_);
+  spare.setMax(btVector3(bound, bound, bound));
+  record.region = record.region.expanded(spare);
   if (record.responds && !tessellate(*record.shape, btTransform::getIdentity(), record.region,
                                      in_frame(record, near), depth_, triangles)) {
     warnings.warn_once("shape " + std::to_string(record.unique_id),
-                std::string("a rigid body's shape has a part without triangles (") +
-                    record.shape->getName() + "): that part stays with Bullet alone");
+                       std::string("a rigid body's shape (") + record.shape->getName() +
+                           ") has a part without triangles; only Bullet handles that part");
   }
-  // Of triangles that are points or lines nothing is left but corners.
+  // If all triangles were points or lines, only their corners are left.
   if (triangles.faces.empty()) triangles.vertices.clear();
   record.triangles = std::make_shared<const Triangles>(std::move(triangles));
 }

@@ -1,6 +1,7 @@
-// The rigid bodies near the soft ones as triangles that move rigidly.
-// Of meshes, terrains and planes the part near the soft bodies is read, and read again where these
-// leave it.
+// Obstacles: the rigid bodies near the soft ones, as triangles that move rigidly.
+//
+// Only the part of a mesh, terrain or plane near the soft bodies is read. It is read again when the
+// soft bodies leave that part.
 #pragma once
 
 #include <BulletCollision/CollisionDispatch/btCollisionObject.h>
@@ -23,47 +24,52 @@ class Obstacles {
  public:
   using SoftBodies = btAlignedObjectArray<btSoftBody*>;
 
+  /// One obstacle: a rigid body near the soft bodies, or one that nodes are anchored to.
   struct Record : RigidPose {
     const btCollisionShape* shape;
     btVector3 scaling;
-    int revision;                 // of a compound's children
-    std::array<btScalar, 6> box;  // of the shape in its own frame: an application may change it
+    int revision;  ///< of a compound's children
+    /// Bounding box of the shape in its own frame. Shows that an application changed the shape.
+    std::array<btScalar, 6> box;
     int group, mask;
-    std::uint64_t ignored;
+    std::uint64_t ignored;  ///< hash_of_ignored()
     bool dynamic;
-    bool responds;                      // to contact; false: it only carries
-    bool has_anchored_nodes = false;               // dynamic, with nodes of soft bodies by anchors
-    AxisBox region = AxisBox::empty();  // that its triangles were read from, in its own frame
-    std::shared_ptr<const Triangles> triangles;  // null where they are to be read
+    bool responds;  ///< false: no contact response; it only moves the nodes anchored to it
+    bool has_anchored_nodes = false;    ///< dynamic, and nodes of soft bodies are anchored to it
+    AxisBox region = AxisBox::empty();  ///< its triangles were read from here; in its own frame
+    std::shared_ptr<const Triangles> triangles;  ///< null until they are read
     std::int32_t first_vertex = 0, vertex_count = 0;
   };
 
-  // Soft bodies with one of Bullet's flags for rigid bodies, clusters aside.
-  static bool meets_obstacles(const btSoftBody& body);
+  /// True if a soft body has one of Bullet's flags for rigid bodies (SDF_RS, SDF_RD, SDF_RDF,
+  /// SDF_RDN) and not CL_RS (clusters).
+  static bool collides_with_rigid(const btSoftBody& body);
 
-  // An obstacle all of whose surface is known as triangles, and whose mass is known.
-  static bool is_whole(const btCollisionObject& object);
+  /// True if the whole surface of an obstacle is known as triangles and its mass is known. False
+  /// for links of multibodies, for bodies without contact response and for shapes without
+  /// triangles.
+  static bool is_fully_known(const btCollisionObject& object);
 
-  // To be called before Bullet moves anything.
+  /// Starts a step. Call it before Bullet moves anything.
   void begin_step(const SoftBodies& bodies);
-  // With rigid bodies where the step ends, the soft bodies' motion in `swept`, and how deep inside
-  // round surfaces triangles may lie, as tessellate() has it. True if triangles must be read:
-  // read_triangles() is to be called then.
+  /// Reads the rigid bodies at the end of the step. `swept`: bounds of the soft bodies' motion.
+  /// `depth`: how deep inside round surfaces triangles may lie, metres; see tessellate(). Returns
+  /// true if triangles must be read; call read_triangles() then.
   bool update(const SoftBodies& bodies, const AxisBox& swept, double depth, WarningLog& warnings);
-  // The same for a larger `swept` in the same step.
+  /// The same for a larger `swept` in the same step.
   bool update_region(const AxisBox& swept);
-  // Whether all that is in `swept` was read in this step.
+  /// True if all triangles in `swept` have been read.
   bool has_read(const AxisBox& swept) const;
-  // Makes new vertices and faces. `starts`: bounds of where the soft bodies' motion starts.
+  /// Makes new vertices and faces. `starts`: bounds of the soft bodies at the start of the step.
   void read_triangles(const AxisBox& starts, WarningLog& warnings);
-  // As RigidPoses has it.
-  void leave_behind(const btCollisionObject& object) { poses_.leave_behind(object); }
-  // Drops everything.
+  /// See RigidPoses::hold_at_start().
+  void hold_at_start(const btCollisionObject& object) { poses_.hold_at_start(object); }
+  /// Forgets everything, also the poses of the last step.
   void clear();
 
   const std::vector<Record>& records() const { return records_; }
   std::int32_t vertex_count() const { return static_cast<std::int32_t>(local_.size()); }
-  // In a body's own frame, by vertex.
+  /// Positions in the bodies' own frames, by vertex.
   const std::vector<btVector3>& local() const { return local_; }
   const std::vector<Face>& faces() const { return faces_; }
 
@@ -72,11 +78,11 @@ class Obstacles {
   void append_triangles(Record& record);
 
   RigidPoses poses_;
-  std::vector<const btCollisionObject*> carriers_;  // sorted
-  std::vector<Record> records_;  // those near the soft bodies, and what carries nodes of them
-  AxisBox region_ = AxisBox::empty();
-  double depth_ = 0;       // metres, that triangles are to be read for
-  double read_depth_ = 0;  // and were
+  std::vector<const btCollisionObject*> anchor_objects_;  // with anchored nodes; sorted
+  std::vector<Record> records_;                           // sorted by unique_id
+  AxisBox region_ = AxisBox::empty();                     // world frame: triangles are read near it
+  double depth_ = 0;       // of update(): for the next reading of triangles, metres
+  double read_depth_ = 0;  // of the last reading, metres
   std::vector<btVector3> local_;
   std::vector<Face> faces_;
 };

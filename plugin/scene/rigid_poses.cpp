@@ -11,6 +11,7 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
+// Collects the rigid bodies of a broad phase.
 class Collector : public btBroadphaseAabbCallback {
  public:
   bool process(const btBroadphaseProxy* proxy) override {
@@ -37,26 +38,30 @@ bool has_finite_velocity(const btCollisionObject& object) {
                    std::isfinite(body->getAngularVelocity().length2()));
 }
 
-// Metres that a point of the body moves at most, about.
-btScalar way(const RigidPose& pose, const btTransform& from, const btTransform& to) {
+// Upper estimate of the displacement of the body's points, metres.
+btScalar max_point_displacement(const RigidPose& pose, const btTransform& from,
+                                const btTransform& to) {
   btVector3 centre;
   btScalar radius;
   pose.object->getCollisionShape()->getBoundingSphere(centre, radius);
-  const btMatrix3x3 turned = to.getBasis() - from.getBasis();
-  const btScalar rotation = turned[0].length() + turned[1].length() + turned[2].length();
+  const btMatrix3x3 basis_change = to.getBasis() - from.getBasis();
+  const btScalar rotation =
+      basis_change[0].length() + basis_change[1].length() + basis_change[2].length();
   return from.getOrigin().distance(to.getOrigin()) + rotation * (centre.length() + radius);
 }
 
-// Where a body is at the end of the step that Bullet has at `now`: there, or on the way to it where
-// it was left behind.
-btTransform follow(const RigidPose& pose, const btTransform& now) {
-  constexpr btScalar least_part = btScalar(0.1);
-  if (pose.start == pose.seen) return now;
-  const btScalar left = way(pose, pose.start, now), moved = way(pose, pose.seen, now);
-  if (!(left > 2 * moved)) return now;
-  const btScalar part = btMax(2 * moved / left, least_part);
-  return btTransform(pose.start.getRotation().slerp(now.getRotation(), part),
-                     pose.start.getOrigin().lerp(now.getOrigin(), part));
+// Returns the pose at the end of the step of a static or kinematic body that Bullet has at `now`:
+// that pose, or one on the way to it if the body was held at the start of a step. Then it moves
+// twice as far as Bullet's body, or by `min_fraction` of the remaining way if that is more.
+btTransform catch_up(const RigidPose& pose, const btTransform& now) {
+  constexpr btScalar min_fraction = btScalar(0.1);
+  if (pose.start == pose.bullet_pose) return now;
+  const btScalar remaining = max_point_displacement(pose, pose.start, now),
+                 bullet_displacement = max_point_displacement(pose, pose.bullet_pose, now);
+  if (!(remaining > 2 * bullet_displacement)) return now;
+  const btScalar fraction = btMax(2 * bullet_displacement / remaining, min_fraction);
+  return btTransform(pose.start.getRotation().slerp(now.getRotation(), fraction),
+                     pose.start.getOrigin().lerp(now.getOrigin(), fraction));
 }
 
 }  // namespace
@@ -81,19 +86,20 @@ void RigidPoses::end_step(btBroadphaseInterface* broadphase, WarningLog& warning
   find(broadphase);
   for (RigidPose& pose : poses_) {
     const btTransform& now = pose.object->getWorldTransform();
-    pose.end = is_dynamic(*pose.object) ? now : follow(pose, now);
-    pose.seen = now;
+    pose.end = is_dynamic(*pose.object) ? now : catch_up(pose, now);
+    pose.bullet_pose = now;
     pose.finite = is_finite(pose.end) && has_finite_velocity(*pose.object);
     if (pose.finite && is_finite(pose.start)) continue;
     pose.start = pose.end;
     warnings.warn_once(
         "obstacle " + std::to_string(pose.unique_id),
         "rigid body " + std::to_string(pose.unique_id) +
-            " (by broad phase proxy): its transform or velocity is not finite; it is left out");
+            " (id of its broad phase proxy): its transform or velocity is not finite; collision "
+            "detection leaves it out");
   }
 }
 
-void RigidPoses::leave_behind(const btCollisionObject& object) {
+void RigidPoses::hold_at_start(const btCollisionObject& object) {
   for (RigidPose& pose : poses_) {
     if (pose.object == &object) pose.end = pose.start;
   }
@@ -105,7 +111,7 @@ void RigidPoses::find(btBroadphaseInterface* broadphase) {
   const btScalar far = BT_LARGE_FLOAT;
   if (broadphase)
     broadphase->aabbTest(btVector3(-far, -far, -far), btVector3(far, far, far), collector);
-  if (!are_known(collector.objects)) take(collector.objects);
+  if (!are_known(collector.objects)) update_objects(collector.objects);
 }
 
 bool RigidPoses::are_known(const Objects& objects) const {
@@ -116,7 +122,7 @@ bool RigidPoses::are_known(const Objects& objects) const {
          });
 }
 
-void RigidPoses::take(const Objects& objects) {
+void RigidPoses::update_objects(const Objects& objects) {
   std::vector<RigidPose> poses;
   poses.reserve(objects.size());
   for (btCollisionObject* object : objects) {
@@ -133,7 +139,7 @@ void RigidPoses::take(const Objects& objects) {
     known_.insert({pose.unique_id, pose.object});
     while (old != poses_.end() && before(*old, pose)) ++old;
     if (old == poses_.end() || before(pose, *old) || old->object != pose.object) continue;
-    // What is driven is swept from where the last step left it.
+    // A static or kinematic body is swept from its pose at the end of the last step.
     pose = *old;
   }
   poses_ = std::move(poses);

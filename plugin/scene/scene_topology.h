@@ -1,4 +1,4 @@
-// What a Topology of the detector refers to.
+// Owner of the arrays that a Topology of the detector refers to.
 #pragma once
 
 #include <cstdint>
@@ -10,15 +10,17 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
+/// The primitives of a scene. For the meaning of each array see Topology (scene.h).
 struct SceneTopology {
   std::vector<Face> faces;
   std::vector<Edge> edges;
   std::vector<std::int32_t> body_of_vertex;
-  std::vector<float> inverse_mass;  // 1/kg
+  std::vector<float> inverse_mass;  ///< 1/kg; 0: pinned
   std::vector<Body> bodies;
   std::vector<BodyPair> disabled_pairs;
 
   std::int32_t vertex_count() const { return static_cast<std::int32_t>(body_of_vertex.size()); }
+  /// Valid until an array changes.
   Topology view() const {
     Topology t;
     t.vertex_count = body_of_vertex.size();

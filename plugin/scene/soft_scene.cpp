@@ -13,7 +13,7 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-// The faces of a body that are fit for the detector, in node indices, with their index in the body.
+// The faces of a body that the detector accepts, in node indices, and their indices in the body.
 struct FaceList {
   std::vector<Face> faces;
   std::vector<int> index;
@@ -57,7 +57,7 @@ FaceList read_faces(const btSoftBody& body) {
   return list;
 }
 
-// The links of a body that count as edges, in node indices.
+// Returns the links of a body that count as edges, in node indices.
 std::vector<Edge> read_edges(const btSoftBody& body, const std::vector<Face>& faces) {
   std::vector<char> covered(body.m_nodes.size(), 0);
   for (const Face& face : faces) {
@@ -80,31 +80,13 @@ std::vector<Edge> read_edges(const btSoftBody& body, const std::vector<Face>& fa
   return edges;
 }
 
-// Metres.
+// Collision margin, metres; 0 if it is not finite.
 btScalar margin_of(const btSoftBody& body) {
   const btScalar margin = body.getCollisionShape()->getMargin();
   return std::isfinite(margin) ? margin : 0;
 }
 
 }  // namespace
-
-int index_of(const btSoftBody& body, const btSoftBody::Node* node) {
-  if (body.m_nodes.size() == 0) return -1;
-  const btSoftBody::Node* first = &body.m_nodes[0];
-  const bool inside =
-      !std::less<>()(node, first) && std::less<>()(node, first + body.m_nodes.size());
-  return inside ? static_cast<int>(node - first) : -1;
-}
-
-bool is_finite(const btSoftBody& body) {
-  for (int i = 0; i < body.m_nodes.size(); ++i) {
-    const btSoftBody::Node& node = body.m_nodes[i];
-    for (int k = 0; k < 3; ++k) {
-      if (!std::isfinite(node.m_x[k]) || !std::isfinite(node.m_v[k])) return false;
-    }
-  }
-  return true;
-}
 
 bool SoftScene::Fingerprint::operator==(const Fingerprint& s) const {
   const auto tie = [](const Fingerprint& x) {
@@ -137,14 +119,14 @@ SoftScene::Fingerprint SoftScene::fingerprint(btSoftBody* body) const {
 }
 
 bool SoftScene::update(const btAlignedObjectArray<btSoftBody*>& bodies, WarningLog& warnings) {
-  bool same = valid_ && static_cast<int>(fingerprints_.size()) == bodies.size();
-  bool watched = false;  // an application's own filter may change its mind at any time
+  bool is_unchanged = valid_ && static_cast<int>(fingerprints_.size()) == bodies.size();
+  bool has_application_filter = false;  // its answers may change at any time
   for (int i = 0; i < bodies.size(); ++i) {
-    same = same && fingerprints_[i] == fingerprint(bodies[i]);
-    watched = watched || overlap_filter(*bodies[i]) != nullptr;
+    is_unchanged = is_unchanged && fingerprints_[i] == fingerprint(bodies[i]);
+    has_application_filter = has_application_filter || overlap_filter(*bodies[i]) != nullptr;
   }
-  if (same) {
-    if (!watched) return false;
+  if (is_unchanged) {
+    if (!has_application_filter) return false;
     const std::vector<Body> filters = topology_.bodies;
     const std::vector<BodyPair> disabled = topology_.disabled_pairs;
     find_filters();
@@ -159,16 +141,17 @@ bool SoftScene::update(const btAlignedObjectArray<btSoftBody*>& bodies, WarningL
   return true;
 }
 
-// Bullet's nodes lie far apart in memory, so one thread waits for memory most of the time.
+// Uses several threads, because Bullet's nodes lie far apart in memory: one thread would wait for
+// memory most of the time.
 void SoftScene::for_each_range(const Threads& threads, const Visit& visit) const {
-  constexpr std::size_t grain = 2048;  // vertices: takes longer than waking a thread
+  constexpr std::size_t grain = 2048;  // vertices: work that takes longer than waking a thread
   threads.parallel_for(
       static_cast<std::size_t>(vertex_count()), grain, [&](std::size_t begin, std::size_t end) {
         auto first = static_cast<std::int32_t>(begin);
         while (first < static_cast<std::int32_t>(end)) {
           const BodyRecord& record = bodies_[body_of(first)];
-          const std::int32_t last = std::min(static_cast<std::int32_t>(end),
-                                             record.first_vertex + record.vertex_count);
+          const std::int32_t last =
+              std::min(static_cast<std::int32_t>(end), record.first_vertex + record.vertex_count);
           visit(record, first, last);
           first = last;
         }
@@ -177,20 +160,20 @@ void SoftScene::for_each_range(const Threads& threads, const Visit& visit) const
 
 void SoftScene::reinclude(const btAlignedObjectArray<btSoftBody*>& bodies) {
   if (excluded_.empty()) return;
-  std::vector<const btSoftBody*> still;
+  std::vector<const btSoftBody*> still_excluded;
   for (int i = 0; i < bodies.size(); ++i) {
-    if (is_excluded(bodies[i]) && !is_finite(*bodies[i])) still.push_back(bodies[i]);
+    if (is_excluded(bodies[i]) && !is_finite(*bodies[i])) still_excluded.push_back(bodies[i]);
   }
-  excluded_ = still;
+  excluded_ = still_excluded;
 }
 
 bool SoftScene::is_excluded(const btSoftBody* body) const {
   return std::find(excluded_.begin(), excluded_.end(), body) != excluded_.end();
 }
 
-bool SoftScene::handles(const btSoftBody* body) const {
-  const bool has_matter = body->m_faces.size() > 0 || body->m_links.size() > 0;
-  return has_matter && !body->m_reducedModel && !is_excluded(body);
+bool SoftScene::accepts(const btSoftBody* body) const {
+  const bool has_primitives = body->m_faces.size() > 0 || body->m_links.size() > 0;
+  return has_primitives && !body->m_reducedModel && !is_excluded(body);
 }
 
 std::int32_t SoftScene::vertex_of(const BodyRecord& record, int node) const {
@@ -211,10 +194,11 @@ void SoftScene::rebuild(const btAlignedObjectArray<btSoftBody*>& bodies, Warning
   for (int i = 0; i < bodies.size(); ++i) {
     fingerprints_.push_back(fingerprint(bodies[i]));
     if (bodies[i]->m_reducedModel) {
-      warnings.warn_once("reduced " + std::to_string(i),
-                  "soft body " + std::to_string(i) +
-                      " is a reduced deformable, which is not supported: it is left out of "
-                      "collision detection");
+      warnings.warn_once(
+          "reduced " + std::to_string(i),
+          "soft body " + std::to_string(i) +
+              " is a reduced deformable, which is not supported: collision detection "
+              "leaves it out");
     } else if (!is_excluded(bodies[i])) {
       add_body(bodies[i], i, warnings);
     }
@@ -230,10 +214,10 @@ void SoftScene::add_body(btSoftBody* body, int world_index, WarningLog& warnings
   if (bad) {
     const std::string name = "soft body " + std::to_string(world_index);
     warnings.warn_once("faces " + std::to_string(world_index) + " " + std::to_string(bad),
-                name + ": left out " + std::to_string(list.degenerate) +
-                    " faces that name a node twice, " + std::to_string(list.duplicate) +
-                    " that repeat another face, " + std::to_string(list.foreign) +
-                    " that name a node of another body");
+                       name + ": left out " + std::to_string(list.degenerate) +
+                           " faces with a repeated node, " + std::to_string(list.duplicate) +
+                           " duplicate faces, " + std::to_string(list.foreign) +
+                           " faces with a node of another body");
   }
   if (list.faces.empty() && edges.empty()) return;
 
@@ -250,8 +234,8 @@ void SoftScene::add_body(btSoftBody* body, int world_index, WarningLog& warnings
   record.margin = margin_of(*body);
   if (record.margin != body->getCollisionShape()->getMargin())
     warnings.warn_once("margin " + std::to_string(world_index),
-                "soft body " + std::to_string(world_index) +
-                    ": the collision margin is not finite, and counts as zero");
+                       "soft body " + std::to_string(world_index) +
+                           ": the collision margin is not finite; 0 is used");
   record.responds = body->hasContactResponse();
   const std::int32_t index = static_cast<std::int32_t>(bodies_.size());
   for (std::size_t node = 0; node < vertex_of_node.size(); ++node) {
@@ -280,7 +264,7 @@ void SoftScene::find_filters() {
   const bool filtered_by_application =
       std::any_of(bodies_.begin(), bodies_.end(),
                   [](const BodyRecord& b) { return overlap_filter(*b.body) != nullptr; });
-  bool any_rule = filtered_by_application;
+  bool has_rules = filtered_by_application;
   for (const BodyRecord& record : bodies_) {
     Body filter;
     const btBroadphaseProxy* proxy = record.body->getBroadphaseHandle();
@@ -290,9 +274,9 @@ void SoftScene::find_filters() {
     }
     filter.self_collision = record.body->useSelfCollision();
     topology_.bodies.push_back(filter);
-    any_rule = any_rule || has_pair_rules(*record.body);
+    has_rules = has_rules || has_pair_rules(*record.body);
   }
-  if (!any_rule) return;
+  if (!has_rules) return;
   for (std::size_t a = 0; a < bodies_.size(); ++a) {
     for (std::size_t b = a + 1; b < bodies_.size(); ++b) {
       if (!may_collide(*bodies_[a].body, *bodies_[b].body)) {

@@ -1,10 +1,10 @@
 // Bullet's soft bodies as one index space of vertices, faces and edges.
 //
-// Taken: bodies with at least one face or one link that counts. A link counts as an edge where one
-// of its ends belongs to no face and no tetrahedron (ropes); other links lie on the surface or
-// inside the volume, and bending links are not matter. Nodes that no face or edge uses are no
-// vertices. Left out, and said once: faces that name a node twice, repeat another face or reach
-// into another body; bodies that are reduced deformables or hold a position that is not finite.
+// Included are bodies with at least one face or one edge. A link is an edge if one of its ends
+// belongs to no face and no tetrahedron (ropes). Other links lie on the surface or inside the
+// volume, and bending links are not material. A node is a vertex if a face or edge uses it. Left
+// out, with one warning: faces with a repeated node, duplicate faces, faces with a node of another
+// body; bodies that are reduced deformables or have a position that is not finite.
 #pragma once
 
 #include <BulletSoftBody/btSoftBody.h>
@@ -18,37 +18,34 @@
 #include "lazyccd/threads.h"
 #include "util/warning_log.h"
 #include "scene/scene_topology.h"
+#include "scene/soft_body_nodes.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
-
-// Index of a node in its body, or -1 where the pointer leads elsewhere.
-int index_of(const btSoftBody& body, const btSoftBody::Node* node);
-// All its nodes' positions and velocities.
-bool is_finite(const btSoftBody& body);
 
 class SoftScene {
  public:
   struct BodyRecord {
     btSoftBody* body;
-    int world_index;  // position in the world's array of soft bodies
+    int world_index;  ///< position in the world's array of soft bodies
     std::int32_t first_vertex, vertex_count;
-    btScalar margin;  // metres
-    bool responds;    // false: contacts are reported and nothing is moved
+    btScalar margin;  ///< collision margin, metres; 0 if not finite
+    bool responds;    ///< false: contacts are reported, but nothing is moved
   };
 
-  // Compares with what was read last, cheaply: counts, filters and Bullet's own mark of a change.
-  // Reads everything anew where something differs, and then returns true. Whether the same nodes
-  // are pinned is left to whoever reads the nodes anyway.
+  /// Compares the bodies with the last update by cheap signs: counts, filters and Bullet's own mark
+  /// of a change (m_bUpdateRtCst). If something differs, reads everything again and returns true.
+  /// Does not check which nodes are pinned; the caller does when it reads the nodes.
   bool update(const btAlignedObjectArray<btSoftBody*>& bodies, WarningLog& warnings);
-  // Takes the next update() as changed, whatever it sees.
+  /// Makes the next update() read everything again.
   void invalidate() { valid_ = false; }
-  // Leaves a body out until its nodes are finite again.
+  /// Leaves a body out until reinclude() finds its nodes finite.
   void exclude(const btSoftBody* body) { excluded_.push_back(body); }
+  /// Takes back those excluded bodies whose nodes are finite again.
   void reinclude(const btAlignedObjectArray<btSoftBody*>& bodies);
   bool is_excluded(const btSoftBody* body) const;
-  // Not refused, and of a kind that LazyCCD detects.
-  bool handles(const btSoftBody* body) const;
+  /// True if the body has faces or links, is no reduced deformable and is not excluded.
+  bool accepts(const btSoftBody* body) const;
 
   const SceneTopology& topology() const { return topology_; }
   std::int32_t vertex_count() const { return topology_.vertex_count(); }
@@ -59,35 +56,36 @@ class SoftScene {
   }
   bool was_pinned(std::int32_t vertex) const { return !(topology_.inverse_mass[vertex] > 0); }
   int node_index(std::int32_t vertex) const { return node_[vertex]; }
-  // Calls visit(record, first, last) over disjoint ranges of all vertices, each of one body, perhaps
-  // on several threads.
+  /// Called with a range [first, last) of vertices of one body.
   using Visit =
       std::function<void(const BodyRecord& record, std::int32_t first, std::int32_t last)>;
+  /// Calls visit(record, first, last) for disjoint ranges that cover all vertices. Several threads
+  /// may call it at the same time.
   void for_each_range(const Threads& threads, const Visit& visit) const;
-  // For loops over a body's vertices: asks for the node of a later one, because Bullet's nodes lie
-  // further apart than processors look ahead.
+  /// Prefetches the node of a later vertex, for loops over a body's vertices. Bullet's nodes lie
+  /// too far apart for the processor's own prefetcher.
   void fetch_ahead(const BodyRecord& record, std::int32_t vertex) const {
 #if defined(__GNUC__)
-    constexpr std::int32_t ahead = 24;
-    constexpr int line = 64, read = 3 * line;  // bytes; what is read lies in the first of a node
+    constexpr std::int32_t ahead = 24;         // vertices
+    constexpr int line = 64, read = 3 * line;  // bytes: what is read lies in a node's first lines
     if (vertex + ahead >= record.first_vertex + record.vertex_count) return;
     const char* node = reinterpret_cast<const char*>(&record.body->m_nodes[node_[vertex + ahead]]);
     for (int at = 0; at < read; at += line) __builtin_prefetch(node + at);
 #endif
   }
-  // The vertex of a node, or -1 where no face or edge uses the node.
+  /// The vertex of a node, or -1 if no face or edge uses the node.
   std::int32_t vertex_of(const BodyRecord& record, int node) const;
-  // Bullet's face behind a face of topology().
+  /// Bullet's face that a face of topology() was read from.
   btSoftBody::Face& face(std::int32_t face) const {
     return bodies_[body_of(topology_.faces[face][0])].body->m_faces[face_[face]];
   }
 
  private:
-  // What a change of the scene shows in without reading its faces.
+  // What reveals a change of a body without reading its faces.
   struct Fingerprint {
     const btSoftBody* body;
     const btSoftBody::Node* nodes;
-    std::uint64_t ignored;  // over the lists of objects not to collide with
+    std::uint64_t ignored;  // hash_of_ignored()
     int node_count, face_count, link_count, tetra_count;
     int group, mask, collisions;
     bool self, responds, excluded, marked_changed;
@@ -106,8 +104,8 @@ class SoftScene {
 
   std::vector<BodyRecord> bodies_;
   SceneTopology topology_;
-  std::vector<int> node_;  // index in its body, by vertex
-  std::vector<int> face_;  // index in its body, by face
+  std::vector<int> node_;  // index of the node in its body, by vertex; ascending in each body
+  std::vector<int> face_;  // index of the face in its body, by face
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -7,26 +7,26 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-bool StepTopology::update(const SoftScene& soft, const Obstacles& obstacles, bool parts_changed) {
+bool StepTopology::update(const SoftScene& soft, const Obstacles& obstacles, bool scene_changed) {
   const auto has_filter = [](const SoftScene::BodyRecord& record) {
     return overlap_filter(*record.body) != nullptr;
   };
-  // It may change its mind at any time.
+  // The answers of an application's filter may change at any time.
   const bool filtered_by_application =
       std::any_of(soft.bodies().begin(), soft.bodies().end(), has_filter);
-  if (!parts_changed && !filtered_by_application) return false;
+  if (!scene_changed && !filtered_by_application) return false;
   std::vector<BodyPair> before = std::move(topology_.disabled_pairs);
-  if (parts_changed) {
+  if (scene_changed) {
     read_bodies(soft, obstacles);
     topology_ = soft.topology();
     soft_count_ = soft.vertex_count();
-    append(obstacles);
+    append_obstacles(obstacles);
     free_pinned_nodes();
   }
   topology_.bodies = filters(soft, filtered_by_application);
   topology_.disabled_pairs = disabled_pairs(soft);
   find_largest_margins(soft);
-  return parts_changed || topology_.disabled_pairs != before;
+  return scene_changed || topology_.disabled_pairs != before;
 }
 
 Topology StepTopology::for_detection() const {
@@ -45,7 +45,7 @@ void StepTopology::free_pinned_nodes() {
   }
 }
 
-void StepTopology::append(const Obstacles& obstacles) {
+void StepTopology::append_obstacles(const Obstacles& obstacles) {
   for (Face face : obstacles.faces()) {
     for (std::int32_t& corner : face) corner += soft_count_;
     topology_.faces.push_back(face);
@@ -102,13 +102,13 @@ std::vector<BodyPair> StepTopology::disabled_pairs(const SoftScene& soft) const 
   const std::size_t soft_bodies = soft.bodies().size();
   for (std::size_t a = 0; a < soft_bodies; ++a) {
     for (std::size_t b = soft_bodies; b < surface_count_; ++b) {
-      if (!Obstacles::meets_obstacles(*bodies_[a].soft) ||
+      if (!Obstacles::collides_with_rigid(*bodies_[a].soft) ||
           !may_collide(*bodies_[a].soft, *bodies_[b].object)) {
         pairs.push_back({static_cast<std::int32_t>(a), static_cast<std::int32_t>(b)});
       }
     }
   }
-  // Rigid bodies among themselves are Bullet's.
+  // Bullet handles pairs of rigid bodies.
   for (std::size_t a = soft_bodies; a < surface_count_; ++a) {
     for (std::size_t b = a + 1; b < surface_count_; ++b) {
       if (!bodies_[a].dynamic && !bodies_[b].dynamic) continue;
@@ -125,8 +125,9 @@ void StepTopology::find_largest_margins(const SoftScene& soft) {
   const auto count = static_cast<std::int32_t>(surface_count_);
   for (std::int32_t a = 0; a < static_cast<std::int32_t>(soft.bodies().size()); ++a) {
     const Body& filter = topology_.bodies[a];
-    // Also while none of these is near: most have no margin about their triangles.
-    if (Obstacles::meets_obstacles(*bodies_[a].soft))
+    // Counts the sum with an obstacle even if none is near: most have no margin around their
+    // triangles.
+    if (Obstacles::collides_with_rigid(*bodies_[a].soft))
       largest_margins_ = std::max(largest_margins_, bodies_[a].margin);
     for (std::int32_t b = a; b < count; ++b) {
       const double margins = bodies_[a].margin + bodies_[b].margin;

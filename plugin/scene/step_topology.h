@@ -1,6 +1,7 @@
-// Soft bodies and obstacles in the detector's one index space: the soft bodies first, then the
-// obstacles that have triangles near them. Obstacles without, to which nodes of soft bodies are
-// anchored, follow: the detector does not know of them.
+// Soft bodies and obstacles in one index space, as the detector needs it.
+//
+// The order of bodies is: soft bodies; obstacles that have triangles near them; obstacles without
+// triangles to which nodes are anchored. The detector does not know the last group.
 #pragma once
 
 #include <cstdint>
@@ -17,33 +18,38 @@ class StepTopology {
  public:
   struct BodyRecord {
     btCollisionObject* object;
-    btSoftBody* soft;  // null for an obstacle
-    int obstacle;      // index in Obstacles::records(), or -1
-    bool dynamic;      // an obstacle that gives way
+    btSoftBody* soft;  ///< null for an obstacle
+    int obstacle;      ///< index in Obstacles::records(), or -1
+    bool dynamic;      ///< an obstacle that contacts can move
     std::int32_t first_vertex, vertex_count;
-    double margin;  // metres
-    bool responds;  // false: contacts are reported and nothing is moved
+    double margin;  ///< metres; of an obstacle: margin_of_triangles()
+    bool responds;  ///< false: contacts are reported, but nothing is moved
   };
 
-  // True where the detector has to be told.
-  bool update(const SoftScene& soft, const Obstacles& obstacles, bool parts_changed);
+  /// Reads the bodies if `scene_changed`, and the application's filter if there is one. Returns
+  /// true if topology() changed, so that the detector needs it again.
+  bool update(const SoftScene& soft, const Obstacles& obstacles, bool scene_changed);
   Topology topology() const { return topology_.view(); }
-  // The same, but the pinned nodes of a body that has others count as free: whoever moves them may
-  // move them into each other, and a pair of which nothing is free is not reported.
+  /// Like topology(), but pinned nodes count as free in a soft body that also has free nodes.
+  /// Reason: the application may move pinned nodes into each other, and the detector does not
+  /// report pairs without a free vertex.
   Topology for_detection() const;
 
   const std::vector<BodyRecord>& bodies() const { return bodies_; }
+  std::int32_t index_of(const BodyRecord& body) const {
+    return static_cast<std::int32_t>(&body - bodies_.data());
+  }
   std::int32_t vertex_count() const { return topology_.vertex_count(); }
-  std::int32_t soft_count() const { return soft_count_; }  // of vertices
+  std::int32_t soft_count() const { return soft_count_; }  ///< of vertices
   std::int32_t body_of(std::int32_t vertex) const { return topology_.body_of_vertex[vertex]; }
   bool is_soft(std::int32_t vertex) const { return vertex < soft_count_; }
-  // Metres: the largest sum of the margins of two bodies that may meet, or twice that of one that
-  // meets itself.
+  /// Largest sum of the margins of two bodies that may collide, metres. For a body that collides
+  /// with itself: twice its margin.
   double largest_margins() const { return largest_margins_; }
 
  private:
   void read_bodies(const SoftScene& soft, const Obstacles& obstacles);
-  void append(const Obstacles& obstacles);
+  void append_obstacles(const Obstacles& obstacles);
   void free_pinned_nodes();
   std::vector<Body> filters(const SoftScene& soft, bool filtered_by_application) const;
   std::vector<BodyPair> disabled_pairs(const SoftScene& soft) const;
@@ -51,7 +57,7 @@ class StepTopology {
 
   std::int32_t soft_count_ = 0;
   std::vector<BodyRecord> bodies_;
-  std::size_t surface_count_ = 0;  // of those that the detector knows, the first ones
+  std::size_t surface_count_ = 0;  // bodies that the detector knows; they come first
   SceneTopology topology_;
   double largest_margins_ = 0;
   std::vector<float> inverse_mass_for_detection_;

@@ -24,7 +24,7 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-// Triangles that come one by one, with shared corners found by their exact position.
+// Collects triangles that come one by one. Corners at exactly the same position become one vertex.
 class Welder : public btTriangleCallback {
  public:
   Welder(const btTransform& pose, Triangles& triangles) : pose_(pose), triangles_(triangles) {}
@@ -32,7 +32,7 @@ class Welder : public btTriangleCallback {
   void processTriangle(btVector3* corners, int, int) override {
     Face face;
     for (int k = 0; k < 3; ++k) face[k] = index_of(corners[k]);
-    // A triangle that is a point or a line has its sides in its neighbours.
+    // Skips triangles that are points or lines: their sides belong to neighbours as well.
     if (face[0] == face[1] || face[1] == face[2] || face[2] == face[0]) return;
     Face sorted = face;
     std::sort(sorted.begin(), sorted.end());
@@ -53,10 +53,10 @@ class Welder : public btTriangleCallback {
   std::set<Face> seen_;
 };
 
-// A square in a plane, in the order of its corners that Bullet's own triangles have.
+// A square in a plane. Its corners are in the same order as in Bullet's own triangles of a plane.
 struct PlaneSquare {
-  btVector3 centre, along, across;  // the two: of length one
-  btScalar half;                    // of its side
+  btVector3 centre, along, across;  // metres; along, across: unit vectors of the sides
+  btScalar half;                    // half the side, metres
 
   PlaneSquare(const btStaticPlaneShape& plane, const AxisBox& box) {
     btPlaneSpace1(plane.getPlaneNormal(), along, across);
@@ -71,10 +71,10 @@ struct PlaneSquare {
   }
 };
 
-// Squares around squares, the innermost about `near`.
+// Divides the plane into nested squares; the innermost one covers `near`, the outermost `region`.
 void process_plane(const btStaticPlaneShape& plane, const AxisBox& near, const AxisBox& region,
                    btTriangleCallback& triangles) {
-  constexpr btScalar ratio = 8;
+  constexpr btScalar ratio = 8;  // of the sides of two successive squares
   const PlaneSquare all(plane, region);
   PlaneSquare square = near.is_empty() ? all : PlaneSquare(plane, near);
   if (!(square.half > 0) || !(all.half > ratio * square.half)) {
@@ -87,8 +87,8 @@ void process_plane(const btStaticPlaneShape& plane, const AxisBox& near, const A
   };
   add(square.corner(0), square.corner(1), square.corner(2));
   add(square.corner(2), square.corner(3), square.corner(0));
-  const btScalar enough = all.half + square.centre.distance(all.centre);
-  while (square.half < enough) {
+  const btScalar target_half = all.half + square.centre.distance(all.centre);
+  while (square.half < target_half) {
     const PlaneSquare inner = square;
     square.half *= ratio;
     for (int k = 0; k < 4; ++k) {
@@ -100,11 +100,11 @@ void process_plane(const btStaticPlaneShape& plane, const AxisBox& near, const A
 
 constexpr double pi = 3.14159265358979323846;
 
-// Directions evenly about an axis, at a latitude.
+// Directions at one latitude, evenly spaced about an axis.
 struct Ring {
   double latitude;  // rad
   int points;
-  double rotation = 0;  // of the first, in points
+  double rotation = 0;  // of the first point, as a fraction of the distance between two points
 };
 
 std::vector<btVector3> directions_in(const std::vector<Ring>& rings, int axis) {
@@ -122,59 +122,64 @@ std::vector<btVector3> directions_in(const std::vector<Ring>& rings, int axis) {
   return directions;
 }
 
-// Of rings between the equator and a pole. The hull of their points lies 0.7 / count^2 of the
-// radius inside of a ball at most.
+// Returns rings for a ball; `count`: number of rings between the equator and a pole. The hull of
+// their points lies at most 0.7 / count^2 of the radius inside the ball.
 std::vector<Ring> rings_of_ball(int count) {
-  const double step = pi / 2 / count, apart = 1.1 * step;
+  const double step = pi / 2 / count, spacing = 1.1 * step;
   std::vector<Ring> rings;
   for (int i = -count; i <= count; ++i) {
-    const double around = 2 * pi * std::cos(i * step);
-    rings.push_back({i * step, std::max(1, static_cast<int>(std::lround(around / apart))),
+    const double circumference = 2 * pi * std::cos(i * step);
+    rings.push_back({i * step, std::max(1, static_cast<int>(std::lround(circumference / spacing))),
                      i % 2 == 0 ? 0.0 : 0.5});
   }
   return rings;
 }
 
+// Number of rings for rings_of_ball() so that the hull lies at most about `depth` inside the ball.
 int ring_count(double radius, double depth) {
-  constexpr int fewest = 4, most = 12;
+  constexpr int min_rings = 4, max_rings = 12;
   const double count = std::sqrt(0.7 * radius / depth);
-  return count < most ? std::max(fewest, static_cast<int>(std::lround(count))) : most;
+  return count < max_rings ? std::max(min_rings, static_cast<int>(std::lround(count))) : max_rings;
 }
 
-// The equator is at both ends of the capsule.
+// Like rings_of_ball(), but with two equators, one for each end of the capsule's cylinder.
 std::vector<Ring> rings_of_capsule(int count) {
-  constexpr double aside = 1e-4;
+  constexpr double equator_offset = 1e-4;  // rad
   std::vector<Ring> rings = rings_of_ball(count);
   Ring& equator = rings[static_cast<std::size_t>(count)];
-  equator.latitude = -aside;
+  equator.latitude = -equator_offset;
   Ring other = equator;
-  other.latitude = aside;
+  other.latitude = equator_offset;
   rings.push_back(other);
   return rings;
 }
 
-// Two for the side of a cylinder or cone, two for its ends; more where `depth` is less than these
-// would lose of the rims, which Bullet rounds by the margin: with rings t apart, margin t^2 / 8.
+// Returns rings for a cylinder or cone: two for its side and two for its ends. Bullet rounds the
+// rims by the margin; rings at a spacing of t rad lose margin t^2 / 8 there. If that is more than
+// `depth` for four rings, returns more rings.
 std::vector<Ring> rings_of_cylinder(int points, double margin, double depth) {
-  constexpr double side = 0.46, end = 1.57;
-  constexpr int most = 6;  // towards each end
-  const auto lost = [margin](double apart) { return margin * apart * apart / 8; };
-  if (!(lost(end - side) > depth))
+  constexpr double side = 0.46, end = 1.57;  // rad
+  constexpr int max_rings = 6;               // towards each end
+  const auto loss = [margin](double spacing) { return margin * spacing * spacing / 8; };
+  if (!(loss(end - side) > depth))
     return {{-end, points}, {-side, points}, {side, points}, {end, points}};
-  const auto apart = [](int count) { return end / (count - 0.5); };
+  const auto spacing = [](int count) { return end / (count - 0.5); };
   int count = 3;
-  while (count < most && lost(apart(count)) > depth) ++count;
+  while (count < max_rings && loss(spacing(count)) > depth) ++count;
   std::vector<Ring> rings;
-  for (int i = -count; i < count; ++i) rings.push_back({(i + 0.5) * apart(count), points});
+  for (int i = -count; i < count; ++i) rings.push_back({(i + 0.5) * spacing(count), points});
   return rings;
 }
 
-// A polygon lies (pi / points)^2 / 2 of the radius inside of its circle at most. In fours: these
-// reach as far along each axis as the circle.
+// Number of points of a circle. A polygon lies at most (pi / points)^2 / 2 of the radius inside its
+// circle. The number is a multiple of four, so that the polygon reaches as far along each axis as
+// the circle.
 int points_of_circle(double radius, double depth) {
-  constexpr int fewest = 3, most = 12;
-  const double fours = pi / 4 * std::sqrt(0.5 * radius / depth);
-  return 4 * (fours < most ? std::max(fewest, static_cast<int>(std::lround(fours))) : most);
+  constexpr int min_quarter = 3, max_quarter = 12;
+  const double quarter_count = pi / 4 * std::sqrt(0.5 * radius / depth);
+  return 4 * (quarter_count < max_quarter
+                  ? std::max(min_quarter, static_cast<int>(std::lround(quarter_count)))
+                  : max_quarter);
 }
 
 btVector3 half_sides(const btConvexShape& shape) {
@@ -183,15 +188,15 @@ btVector3 half_sides(const btConvexShape& shape) {
   return (upper - lower) / 2;
 }
 
-// In which the support points of what is round are sampled.
+// Returns the directions in which the support points of a round shape are sampled.
 std::vector<btVector3> directions(const btConvexShape& shape, double depth) {
   const btVector3 half = half_sides(shape);
   const auto radius_about = [&](int axis) { return static_cast<double>(half[(axis + 1) % 3]); };
   const auto of_cylinder = [&](int axis) {
-    const double radius = radius_about(axis), least = 0.005 * radius;
+    const double radius = radius_about(axis), min_depth = 0.005 * radius;
     return directions_in(
         rings_of_cylinder(points_of_circle(radius, depth), static_cast<double>(shape.getMargin()),
-                          std::max(depth, least)),
+                          std::max(depth, min_depth)),
         axis);
   };
   switch (shape.getShapeType()) {
@@ -203,13 +208,14 @@ std::vector<btVector3> directions(const btConvexShape& shape, double depth) {
       return of_cylinder(static_cast<const btCylinderShape&>(shape).getUpAxis());
     case CONE_SHAPE_PROXYTYPE:
       return of_cylinder(static_cast<const btConeShape&>(shape).getConeUpIndex());
-    default: {  // spheres; others as if they were one
+    default: {  // spheres, and other shapes as if they were spheres
       const auto radius = static_cast<double>(half[half.maxAxis()]);
       return directions_in(rings_of_ball(ring_count(radius, depth)), 1);
     }
   }
 }
 
+// Returns the points whose convex hull stands for the shape.
 std::vector<btVector3> surface_points(const btConvexShape& shape, double depth) {
   std::vector<btVector3> points;
   if (shape.isPolyhedral()) {
@@ -238,7 +244,7 @@ bool add_convex(const btConvexShape& shape, const btTransform& pose, double dept
   hull.compute(&points[0].getX(), sizeof(btVector3), static_cast<int>(points.size()), 0, 0);
   const auto first = static_cast<std::int32_t>(triangles.vertices.size());
   for (int i = 0; i < hull.vertices.size(); ++i) {
-    // The hull's own coordinates are rounded; these are not.
+    // The given points are exact; the coordinates that the hull computes are rounded.
     triangles.vertices.push_back(pose * points[hull.original_vertex_index[i]]);
   }
   for (int i = 0; i < hull.faces.size(); ++i) {
@@ -266,7 +272,7 @@ bool AxisBox::overlaps(const AxisBox& b) const {
   return TestAabbAgainstAabb2(lower, upper, b.lower, b.upper);
 }
 
-AxisBox AxisBox::placed(const btTransform& pose) const {
+AxisBox AxisBox::transformed(const btTransform& pose) const {
   AxisBox result;
   btTransformAabb(lower, upper, 0, pose, result.lower, result.upper);
   return result;
@@ -276,21 +282,21 @@ bool tessellate(const btCollisionShape& shape, const btTransform& pose, const Ax
                 const AxisBox& near, double depth, Triangles& triangles) {
   if (shape.isCompound()) {
     const auto& compound = static_cast<const btCompoundShape&>(shape);
-    bool whole = true;
+    bool is_complete = true;
     for (int i = 0; i < compound.getNumChildShapes(); ++i) {
-      whole &= tessellate(*compound.getChildShape(i), pose * compound.getChildTransform(i), region,
-                          near, depth, triangles);
+      is_complete &= tessellate(*compound.getChildShape(i), pose * compound.getChildTransform(i),
+                                region, near, depth, triangles);
     }
-    return whole;
+    return is_complete;
   }
   if (shape.isConvex())
     return add_convex(static_cast<const btConvexShape&>(shape), pose, depth, triangles);
   if (!has_triangles(shape)) return false;
   Welder welder(pose, triangles);
-  const AxisBox local = region.placed(pose.inverse());
+  const AxisBox local = region.transformed(pose.inverse());
   if (shape.getShapeType() == STATIC_PLANE_PROXYTYPE) {
     process_plane(static_cast<const btStaticPlaneShape&>(shape),
-                  near.is_empty() ? near : near.placed(pose.inverse()), local, welder);
+                  near.is_empty() ? near : near.transformed(pose.inverse()), local, welder);
     return true;
   }
   static_cast<const btConcaveShape&>(shape).processAllTriangles(&welder, local.lower, local.upper);

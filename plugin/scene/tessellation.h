@@ -1,8 +1,8 @@
-// Rigid collision shapes as triangles.
+// Triangles of rigid collision shapes.
 //
-// Polyhedra and meshes exactly, without their collision margin; boxes, cylinders and cones at their
-// full size; what is round by a polyhedron inscribed in it, so that it stays inside the surface at
-// which Bullet's own contacts act.
+// Polyhedra and meshes are exact and without their collision margin. Boxes, cylinders and cones
+// have their full size. A round shape becomes an inscribed polyhedron, which therefore stays inside
+// the surface at which Bullet's own contacts act.
 #pragma once
 
 #include <BulletCollision/CollisionShapes/btCollisionShape.h>
@@ -15,8 +15,9 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
+/// An axis-aligned box.
 struct AxisBox {
-  btVector3 lower, upper;  // metres
+  btVector3 lower, upper;  ///< metres
 
   static AxisBox empty() {
     const btScalar far = BT_LARGE_FLOAT;
@@ -33,34 +34,36 @@ struct AxisBox {
   }
   bool contains(const AxisBox& b) const;
   bool overlaps(const AxisBox& b) const;
-  AxisBox grown(const btVector3& by) const { return {lower - by, upper + by}; }
-  // The box around this one after `pose`.
-  AxisBox placed(const btTransform& pose) const;
+  AxisBox expanded(const btVector3& by) const { return {lower - by, upper + by}; }
+  /// The bounding box of this box moved by `pose`.
+  AxisBox transformed(const btTransform& pose) const;
 };
 
 struct Triangles {
-  std::vector<btVector3> vertices;  // metres, in the frame of the outermost shape
+  std::vector<btVector3> vertices;  ///< metres, in the frame of the outermost shape
   std::vector<Face> faces;
 };
 
-// Appends the triangles of `shape`, which `pose` places. Of meshes and terrains, which may be large
-// or without end, those near `region` (a box in the frame of the outermost shape) are enough. The
-// corners of planes are as far away as that box reaches, and rounded accordingly; where it reaches
-// far beyond `near`, they are cut up so that they are as exact as their distance from there. What
-// is round lies about `depth` metres inside its surface at most, but 0.5 % of its radius where that
-// is more, and never more than 4.5 %; cylinders and cones, which Bullet rounds by their margin, as
-// much besides, or 0.01 of the margin where that is more. False where a part of the shape is of a
-// kind without triangles.
+/// Appends the triangles of `shape` at `pose`. Returns false if a part of the shape is of a kind
+/// without triangles. `region` and `near` are boxes in the frame of the outermost shape.
+///  - Meshes and terrains, which may be large or infinite: at least the triangles near `region`.
+///  - Planes: a square as large as `region`. Its corners are rounded in proportion to their
+///    distance. If `region` reaches far beyond `near`, the square is divided into nested squares
+///    around `near`, so that each corner is as exact as its distance from there.
+///  - Round shapes: at most about `depth` metres inside the surface, or 0.5 % of the radius if that
+///    is more, but never more than 4.5 %.
+///  - Cylinders and cones, whose rims Bullet rounds by the margin: there the same distance in
+///    addition, or 0.01 of the margin if that is more.
 bool tessellate(const btCollisionShape& shape, const btTransform& pose, const AxisBox& region,
                 const AxisBox& near, double depth, Triangles& triangles);
 
-// Every part of the shape is of a kind with triangles.
+/// True if every part of the shape is of a kind with triangles.
 bool has_triangles(const btCollisionShape& shape);
 
-// Metres between those triangles and the surface at which Bullet's own contacts act.
+/// Distance between those triangles and the surface at which Bullet's own contacts act, metres.
 double margin_of_triangles(const btCollisionShape& shape);
 
-// The triangles depend on the region.
+/// True if the triangles depend on the region.
 bool is_cut_to_region(const btCollisionShape& shape);
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -11,35 +11,36 @@ template <class T>
 struct Range {
   const char* name;
   T SolverOptions::*value;
-  T least, most;
+  T lowest, highest;
 };
 
-constexpr double any = std::numeric_limits<double>::max();  // that is finite
-constexpr int many = std::numeric_limits<int>::max();
+constexpr double max_double = std::numeric_limits<double>::max();
+constexpr int max_int = std::numeric_limits<int>::max();
 
 constexpr Range<double> numbers[] = {
-    {"thickness", &SolverOptions::thickness, -any, any},
+    {"thickness", &SolverOptions::thickness, -max_double, max_double},
     {"position_correction", &SolverOptions::position_correction, 0, 1},
     {"restitution", &SolverOptions::restitution, 0, 1},
-    {"restitution_threshold", &SolverOptions::restitution_threshold, 0, any},
-    {"rest_speed", &SolverOptions::rest_speed, 0, any},
-    {"rest_damping", &SolverOptions::rest_damping, 0, any},
-    {"untangling_speed", &SolverOptions::untangling_speed, 0, any}};
+    {"restitution_threshold", &SolverOptions::restitution_threshold, 0, max_double},
+    {"rest_speed", &SolverOptions::rest_speed, 0, max_double},
+    {"rest_damping", &SolverOptions::rest_damping, 0, max_double},
+    {"untangling_speed", &SolverOptions::untangling_speed, 0, max_double}};
 
-constexpr Range<int> counts[] = {{"max_detections", &SolverOptions::max_detections, 0, many},
-                                 {"solver_iterations", &SolverOptions::solver_iterations, 0, many},
-                                 {"max_impact_zones", &SolverOptions::max_impact_zones, 0, many}};
+constexpr Range<int> counts[] = {
+    {"max_detections", &SolverOptions::max_detections, 0, max_int},
+    {"solver_iterations", &SolverOptions::solver_iterations, 0, max_int},
+    {"max_impact_zones", &SolverOptions::max_impact_zones, 0, max_int}};
 
 template <class T>
 void check(const Range<T>& range, CheckedOptions& checked) {
   T& value = checked.options.*range.value;
-  if (value >= range.least && value <= range.most) return;  // false of what is no number
-  const T usual = SolverOptions().*range.value;
+  if (value >= range.lowest && value <= range.highest) return;  // false for NaN
+  const T default_value = SolverOptions().*range.value;
   std::ostringstream line;
-  line << "SolverOptions::" << range.name << " is " << value << ", which is out of its range; " << usual
-       << " is used";
+  line << "SolverOptions::" << range.name << " is " << value
+       << ", which is out of range; the default, " << default_value << ", is used";
   checked.lines.push_back(line.str());
-  value = usual;
+  value = default_value;
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// What an application chose, with numbers that mean nothing put right.
+// Checks the options of an application and replaces values that are out of range.
 #pragma once
 
 #include <string>
@@ -9,12 +9,14 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
+/// Options within their ranges, and what was replaced.
 struct CheckedOptions {
   SolverOptions options;
-  std::vector<std::string> lines;  // one for each that was not taken
+  std::vector<std::string> lines;  ///< one warning for each value that was replaced
 };
 
-// The detector's own are the core's to check.
+/// Replaces each number that is not finite or out of range by its default. Does not check
+/// SolverOptions::detector; the core does.
 CheckedOptions check(const SolverOptions& options);
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -1,7 +1,5 @@
 #include "step/pipeline.h"
 
-#include <BulletDynamics/Dynamics/btRigidBody.h>
-
 #include <algorithm>
 #include <exception>
 
@@ -16,7 +14,7 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 Pipeline::Pipeline(const CheckedOptions& checked, PairSurfaces::SoftFriction friction)
     : options_(checked.options),
       warnings_(options_.on_message),
-      threads_(options_.detector.threads),
+      threads_(std::max(0, options_.detector.threads)),
       reader_(options_, warnings_, threads_),
       surfaces_(options_, friction),
       filter_(reader_.scene(), reader_.topology(), reader_.motion()),
@@ -37,22 +35,25 @@ void Pipeline::update_surfaces() {
 }
 
 bool Pipeline::handle_pair(const btSoftBody* a, const btSoftBody* b) noexcept {
-  if (!is_active_ || is_cluster_pair(*a, *b) || !scene().handles(a) || !scene().handles(b)) return false;
+  if (!is_active_ || is_cluster_pair(*a, *b) || !scene().accepts(a) || !scene().accepts(b))
+    return false;
   ++handled_pairs_;
   return true;
 }
 
-bool Pipeline::handles(const btSoftBody* body, const btCollisionObject* rigid) const noexcept {
-  return options_.collide_rigid && options_.replace_rigid_contacts && is_active_ && scene().handles(body) &&
-         Obstacles::meets_obstacles(*body) && Obstacles::is_whole(*rigid) &&
-         body->m_tetras.size() == 0;  // the nodes inside of a volume have no surface
+bool Pipeline::replaces_contacts(const btSoftBody* body,
+                                 const btCollisionObject* rigid) const noexcept {
+  return options_.collide_rigid && options_.replace_rigid_contacts && is_active_ &&
+         scene().accepts(body) && Obstacles::collides_with_rigid(*body) &&
+         Obstacles::is_fully_known(*rigid) &&
+         body->m_tetras.size() == 0;  // inner nodes of a volume have no surface
 }
 
 void Pipeline::begin_step(const Bodies& bodies) noexcept { reader_.begin_step(bodies); }
 
 void Pipeline::detect_ahead() noexcept try {
   detector_.detect_ahead();
-} catch (const std::exception&) {  // what is wrong, the next step's own detection says
+} catch (const std::exception&) {  // the detection of the next step will report the error
 }
 
 bool Pipeline::run(const Bodies& bodies, double dt, const Fill& fill) noexcept {
@@ -68,45 +69,52 @@ bool Pipeline::run(const Bodies& bodies, double dt, const Fill& fill) noexcept {
     step_.ms_gather = reading.ms();
     if (scene().vertex_count() > 0) {
       const Stopwatch answering;
-      const auto touching = [this](const Positions& x0, const Positions& x1) {
-        return without_untangling(detector_.touching(x0, x1));
-      };
-      untangle();
-      const StepStats before = step_;
-      do {
-        step_ = before;
-        detector_.begin_motion();
-        const SpeculativePairs near = find_near();
-        responded_ = detector_.found_any() || untangling_.pushes();
-        if (responded_) {
-          response_.run(near, touching, reader_.motion(), step_);
-        } else {
-          response_.forget();
-        }
-      } while (read_where_pushed());
-      detector_.find_unanswered();
-      step_.unresolved += detector_.count_passed_over();
-      if (step_.unresolved > 0) {
-        warnings_.warn_once(
-            "unresolved",
-            "a kinematic body passed over pinned nodes, or something as fixed as these; the "
-            "contacts are counted as unresolved");
-      }
-      leave_stopped_obstacles();
-      collect_contacts();
-      reader_.remember_ends();
-      detector_.end_step(responded_);
-      detector_.add_to(step_);
+      resolve_contacts();
+      finish_step();
       step_.ms_response = answering.ms() - step_.ms_detect;
     }
     is_active_ = true;
   } catch (const std::exception& error) {
     give_up(error.what());
   } catch (...) {  // an application's filter may throw anything
-    give_up("something that is no std::exception was thrown");
+    give_up("an exception that is not a std::exception was thrown");
   }
   total_ += step_;
   return is_active_;
+}
+
+void Pipeline::resolve_contacts() {
+  const auto touching = [this](const Positions& x0, const Positions& x1) {
+    return remove_passable(detector_.touching(x0, x1));
+  };
+  untangle();
+  const StepStats before = step_;
+  do {
+    step_ = before;
+    detector_.begin_motion();
+    const SpeculativePairs near = find_speculative_contacts();
+    responded_ = detector_.found_any() || untangling_.pushes();
+    if (responded_) {
+      response_.run(near, touching, reader_.motion(), step_);
+    } else {
+      response_.forget();
+    }
+  } while (read_pushed_region());
+}
+
+void Pipeline::finish_step() {
+  detector_.find_unanswered();
+  step_.unresolved += detector_.count_passed_over();
+  if (step_.unresolved > 0) {
+    warnings_.warn_once("unresolved",
+                        "a kinematic body passed over pinned nodes, or other nodes that cannot "
+                        "move; StepStats::unresolved counts these contacts");
+  }
+  hold_stopped_obstacles();
+  collect_contacts();
+  reader_.remember_ends();
+  detector_.end_step(responded_);
+  detector_.add_to(step_);
 }
 
 void Pipeline::write(const SoftScene::Visit& visit) {
@@ -124,7 +132,7 @@ void Pipeline::give_up(const std::string& why) {
   response_.forget();
   contacts_.clear();
   step_.fallback_steps = 1;
-  warnings_.warn_once(why, "the step goes on without LazyCCD: " + why);
+  warnings_.warn_once(why, "this step runs without LazyCCD: " + why);
 }
 
 void Pipeline::gather(const Bodies& bodies, double dt, const Fill& fill) {
@@ -140,8 +148,8 @@ void Pipeline::gather(const Bodies& bodies, double dt, const Fill& fill) {
   }
 }
 
-bool Pipeline::read_where_pushed() {
-  if (!responded_ || !reader_.read_where_pushed()) return false;
+bool Pipeline::read_pushed_region() {
+  if (!responded_ || !reader_.read_pushed_region()) return false;
   update_surfaces();
   set_topology();
   if (untangling_.pushes())
@@ -149,14 +157,14 @@ bool Pipeline::read_where_pushed() {
   return true;
 }
 
-SpeculativePairs Pipeline::find_near() {
+SpeculativePairs Pipeline::find_speculative_contacts() {
   if (!untangling_.pushes() && !reader_.may_meet(detector_.separation())) {
     detector_.forget_near();
     return {};
   }
-  const SpeculativePairs near = detector_.near();
-  for (std::size_t i = 0; untangling_.lets_any_pass() && i < near.contacts.size(); ++i) {
-    if (untangling_.lets_pass(near.contacts[i], motion())) near.speculative[i].is_movable = false;
+  const SpeculativePairs near = detector_.detect_near();
+  for (std::size_t i = 0; untangling_.allows_any_pass() && i < near.contacts.size(); ++i) {
+    if (untangling_.allows_pass(near.contacts[i], motion())) near.speculative[i].is_movable = false;
   }
   return near;
 }
@@ -175,15 +183,15 @@ Intersections Pipeline::find_intersections() const {
 
 void Pipeline::untangle() {
   untangling_.skip_step();
-  if (!(options_.untangling_speed > 0) || !untangling_.goes_on()) return;
+  if (!(options_.untangling_speed > 0) || !untangling_.is_in_progress()) return;
   untangling_.begin_step(find_intersections(), topology().topology(), detector_.edges(), motion());
   untangling_.push(options_.untangling_speed * motion().dt, reader_.motion());
 }
 
-std::vector<Contact> Pipeline::without_untangling(std::vector<Contact> contacts) const {
+std::vector<Contact> Pipeline::remove_passable(std::vector<Contact> contacts) const {
   contacts.erase(std::remove_if(contacts.begin(), contacts.end(),
                                 [this](const Contact& contact) {
-                                  return untangling_.lets_pass(contact, motion());
+                                  return untangling_.allows_pass(contact, motion());
                                 }),
                  contacts.end());
   return contacts;
@@ -199,12 +207,13 @@ void Pipeline::report_intersections() {
                ? "soft body " + std::to_string(scene().bodies()[body].world_index)
                : std::string("a rigid body");
   };
-  warnings_.warn_once("pierced " + name(found.first[0]) + name(found.first[1]),
-               "bodies intersect where a step begins: " + std::to_string(found.pairs.size()) +
-                   " edges stick in faces, the first of " + name(found.first[0]) + " in " +
-                   name(found.first[1]) +
-                   "; what is on the wrong side stays there, and no more comes to it" +
-                   (options_.untangling_speed > 0 ? ", but for what can be moved apart" : ""));
+  warnings_.warn_once(
+      "intersection " + name(found.first[0]) + name(found.first[1]),
+      "bodies intersect at the start of a step: " + std::to_string(found.pairs.size()) +
+          " edges pass through faces, the first of " + name(found.first[0]) + " through " +
+          name(found.first[1]) +
+          "; parts on the wrong side stay there, and no further parts get there" +
+          (options_.untangling_speed > 0 ? ", unless untangling moves them apart" : ""));
 }
 
 double Pipeline::largest_thickness() const {
@@ -226,7 +235,7 @@ void Pipeline::announce() noexcept try {
 } catch (const std::exception& error) {
   warnings_.warn_once("on_contacts", std::string("on_contacts threw: ") + error.what());
 } catch (...) {
-  warnings_.warn_once("on_contacts", "on_contacts threw something that is no std::exception");
+  warnings_.warn_once("on_contacts", "on_contacts threw an exception that is not a std::exception");
 }
 
 bool Pipeline::is_moved(std::int32_t vertex) const {
@@ -247,37 +256,18 @@ void Pipeline::wake_moved() const {
   }
 }
 
-void Pipeline::leave_stopped_obstacles() {
+void Pipeline::hold_stopped_obstacles() {
   if (!responded_) return;
   for (const StepTopology::BodyRecord& body : topology().bodies()) {
     if (body.soft || body.dynamic) continue;
-    const RigidMotion& rigid = motion().rigid_of(body_index(body));
+    const RigidMotion& rigid = motion().rigid_of(topology().index_of(body));
     if (rigid.end == rigid.predicted) continue;
-    reader_.leave_behind(*body.object);
-    warnings_.warn_once("caught",
-                 "something was caught between bodies of infinite mass that close in on each "
-                 "other; it stays where it was, and a body that goes on overlaps it until there is "
-                 "room");
-  }
-}
-
-std::int32_t Pipeline::body_index(const StepTopology::BodyRecord& body) const {
-  return static_cast<std::int32_t>(&body - topology().bodies().data());
-}
-
-void Pipeline::write_rigid_bodies() const {
-  if (!responded_) return;
-  for (const StepTopology::BodyRecord& record : topology().bodies()) {
-    if (record.soft) continue;
-    const RigidMotion& rigid = motion().rigid_of(body_index(record));
-    const bool changed = !rigid.velocity_change.isZero(0) || !rigid.angular_velocity_change.isZero(0) ||
-                         !(rigid.end == rigid.predicted);
-    if (!rigid.is_dynamic() || !changed) continue;
-    btRigidBody* body = btRigidBody::upcast(record.object);
-    body->setCenterOfMassTransform(rigid.end);
-    body->setLinearVelocity(body->getLinearVelocity() + to_bullet(rigid.velocity_change));
-    body->setAngularVelocity(body->getAngularVelocity() + to_bullet(rigid.angular_velocity_change));
-    body->activate(true);
+    reader_.hold_at_start(*body.object);
+    warnings_.warn_once(
+        "squeezed",
+        "nodes or bodies are squeezed between bodies of infinite mass that close in on "
+        "each other; they stay where they were, and a body that moves on overlaps them "
+        "until there is room");
   }
 }
 
@@ -285,7 +275,7 @@ std::string Pipeline::status() const {
   std::string text = "LazyCCD: " + detector_.status() + ", " +
                      std::to_string(scene().bodies().size()) + " soft bodies, " +
                      std::to_string(total_.steps) + " steps, " +
-                     std::to_string(total_.failsafe_holds) + " nodes held as the last resort\n";
+                     std::to_string(total_.failsafe_holds) + " fail-safe holds\n";
   return text + warnings_.text();
 }
 

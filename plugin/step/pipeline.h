@@ -1,5 +1,5 @@
-// One step of a scene of soft bodies: gather, detect, respond. Shared by the solvers of all worlds,
-// which read and write Bullet's nodes in their own way. Nothing here throws.
+// Runs one step of a scene of soft bodies: gather, detect, respond. Both solvers use it; each reads
+// and writes Bullet's nodes in its own way. No failure within a step leaves it as an exception.
 #pragma once
 
 #include <cstddef>
@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "step/checked_options.h"
+#include "step/write_back.h"
 #include "util/warning_log.h"
 #include "lazyccd/bullet/options.h"
 #include "lazyccd/bullet/report.h"
@@ -19,49 +20,58 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
+/// Everything of a solver that does not depend on the kind of world. One caller at a time.
 class Pipeline {
  public:
   using Bodies = StepReader::Bodies;
   using Fill = StepReader::Fill;
 
-  Pipeline(const SolverOptions& options, PairSurfaces::SoftFriction friction) : Pipeline(check(options), friction) {}
+  Pipeline(const SolverOptions& options, PairSurfaces::SoftFriction friction)
+      : Pipeline(check(options), friction) {}
 
-  // A pair from Bullet's dispatcher. False where it is not LazyCCD's, so that Bullet is to process
-  // it.
+  /// Takes a pair from Bullet's dispatcher. Returns false if Bullet must process the pair itself.
   bool handle_pair(const btSoftBody* a, const btSoftBody* b) noexcept;
-  // A soft body and a rigid one whose contacts are LazyCCD's alone.
-  bool handles(const btSoftBody* body, const btCollisionObject* rigid) const noexcept;
-  // To be called before Bullet moves anything, while its marks of changed topology still stand.
+  /// True if LazyCCD alone handles the contacts of a soft body and a rigid one, so that Bullet must
+  /// not process the pair.
+  bool replaces_contacts(const btSoftBody* body, const btCollisionObject* rigid) const noexcept;
+  /// Starts a step. Call it before Bullet moves anything, because Bullet then clears its marks of
+  /// changed topology.
   void begin_step(const Bodies& bodies) noexcept;
-  // To be called where a step is written: another thread begins with the next one's detection.
+  /// Starts the next step's detection on another thread. Call it when this step has been written.
   void detect_ahead() noexcept;
 
-  // The whole scene, `seconds` long. True where it went its full way: then motion().end is clean
-  // and is what the nodes should be set to. False where the step is Bullet's alone; status() says
-  // why.
+  /// Runs a step of `dt` seconds for the whole scene. Returns true on success. Then motion().end
+  /// has no contacts left, except for StepStats::unresolved, and the caller must set the nodes to
+  /// it. Returns false if the step must run without LazyCCD; status() says why.
   bool run(const Bodies& bodies, double dt, const Fill& fill) noexcept;
 
-  // Of the last run():
+  // The following describe the last run().
   bool is_active() const { return is_active_; }
   const SoftScene& scene() const { return reader_.scene(); }
   const Motion& motion() const { return reader_.motion(); }
-  // The response moved this vertex, or changed its velocity. Only where it responded().
+  /// True if the response moved this soft vertex or changed its velocity. False if it did not run.
   bool is_moved(std::int32_t vertex) const;
+  /// True if the response ran.
   bool responded() const { return responded_; }
   const Threads& threads() const { return threads_; }
-  // Sets nodes by visit(record, first, last), as SoftScene::for_each_range() has it.
+  /// Calls visit(record, first, last), which writes nodes, as in SoftScene::for_each_range(). Adds
+  /// the time to StepStats::ms_write.
   void write(const SoftScene::Visit& visit);
-  // Wakes the soft bodies that the response moved.
+  /// Wakes the soft bodies that the response moved.
   void wake_moved() const;
-  // Gives rigid bodies what the response made of their motion.
-  void write_rigid_bodies() const;
+  /// Writes poses and velocities of the dynamic bodies that the response changed, and wakes them.
+  void write_rigid_bodies() const {
+    if (responded_) bullet::write_rigid_bodies(topology(), motion());
+  }
   const std::vector<StepContact>& contacts() const { return contacts_; }
-  // Tells the application's listener, when nodes and velocities are those of the end of the step.
+  /// Calls SolverOptions::on_contacts if there are contacts. Call it when nodes and velocities are
+  /// those of the end of the step.
   void announce() noexcept;
   const StepStats& step() const { return step_; }
 
   const StepStats& total() const { return total_; }
   std::string status() const;
+  /// Makes the next step read the whole scene again.
   void invalidate() { reader_.forget(); }
   WarningLog& warnings() { return warnings_; }
 
@@ -70,20 +80,26 @@ class Pipeline {
 
   const StepTopology& topology() const { return reader_.topology(); }
   void update_surfaces();
-  // Leaves the step to Bullet.
+  // Ends the step without LazyCCD and forgets the scene.
   void give_up(const std::string& why);
+  // Reads the scene and its motion, and tells the detector about changes.
   void gather(const Bodies& bodies, double dt, const Fill& fill);
-  bool read_where_pushed();
+  // Detects and responds until the motion has no contacts left.
+  void resolve_contacts();
+  // Reports the step, and remembers it for the next one.
+  void finish_step();
+  // See StepReader::read_pushed_region(). True if the step must be detected again.
+  bool read_pushed_region();
   void set_topology();
   Intersections find_intersections() const;
   void report_intersections();
-  SpeculativePairs find_near();
-  // Pushes apart what intersects where the step begins.
+  SpeculativePairs find_speculative_contacts();
+  // Pushes apart bodies that intersect at the start of the step.
   void untangle();
-  // Without the contacts that keep it so.
-  std::vector<Contact> without_untangling(std::vector<Contact> contacts) const;
-  void leave_stopped_obstacles();
-  std::int32_t body_index(const StepTopology::BodyRecord& body) const;
+  // Removes the contacts that would keep untangling bodies intersected.
+  std::vector<Contact> remove_passable(std::vector<Contact> contacts) const;
+  // Holds static and kinematic bodies that the response stopped at the start of the step.
+  void hold_stopped_obstacles();
   double largest_thickness() const;
   void collect_contacts();
 

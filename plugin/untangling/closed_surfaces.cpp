@@ -10,7 +10,7 @@ namespace {
 
 using Eigen::Vector3d;
 
-bool has_two_faces_a_side(const Topology& topology, const std::vector<std::int32_t>& faces) {
+bool is_closed_mesh(const Topology& topology, const std::vector<std::int32_t>& faces) {
   std::vector<Edge> sides;
   for (const std::int32_t f : faces) {
     const Face& face = topology.faces[f];
@@ -21,14 +21,14 @@ bool has_two_faces_a_side(const Topology& topology, const std::vector<std::int32
   }
   std::sort(sides.begin(), sides.end());
   for (std::size_t i = 0; i < sides.size(); i += 2) {
-    const bool two = i + 1 < sides.size() && sides[i] == sides[i + 1];
-    if (!two || (i + 2 < sides.size() && sides[i] == sides[i + 2])) return false;
+    const bool has_two_faces = i + 1 < sides.size() && sides[i] == sides[i + 1];
+    if (!has_two_faces || (i + 2 < sides.size() && sides[i] == sides[i + 2])) return false;
   }
   return !sides.empty();
 }
 
-// Half the solid angle under which the triangle is seen from the origin, signed by its turn. Van
-// Oosterom and Strackee 1983, "The solid angle of a plane triangle".
+// Half the solid angle that the triangle covers as seen from the origin, signed by its orientation.
+// Van Oosterom and Strackee 1983, "The solid angle of a plane triangle".
 double half_solid_angle(const Vector3d& a, const Vector3d& b, const Vector3d& c) {
   const double la = a.norm(), lb = b.norm(), lc = c.norm();
   return std::atan2(a.dot(b.cross(c)),
@@ -42,12 +42,12 @@ ClosedSurfaces::ClosedSurfaces(const Topology& topology, const Motion& motion)
   for (std::size_t f = 0; f < topology.faces.size(); ++f)
     faces_[topology.body_of_vertex[topology.faces[f][0]]].push_back(static_cast<std::int32_t>(f));
   for (const std::vector<std::int32_t>& faces : faces_)
-    closed_.push_back(has_two_faces_a_side(topology, faces));
+    closed_.push_back(is_closed_mesh(topology, faces));
 }
 
 bool ClosedSurfaces::contains(std::int32_t body, const Vector3d& point) const {
   constexpr double pi = 3.14159265358979;
-  double sum = 0;  // 0 outside, 2 pi inside, less where the faces turn inwards
+  double sum = 0;  // 0 outside; 2 pi inside, or -2 pi if the faces are oriented inwards
   for (const std::int32_t f : faces_[body]) {
     const Face& face = topology_.faces[f];
     sum += half_solid_angle(motion_.start_of(face[0]) - point, motion_.start_of(face[1]) - point,

@@ -17,8 +17,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Boxes are swept along the scene's longest axis, in strips across its second longest: swept as a
-// whole, a cloth is a line of boxes as long as it is wide at each place.
+// Sweep and prune along the axis with the largest spread, in strips across the axis with the second
+// largest. Without strips, at each place along the axis all boxes across the width of a cloth would
+// overlap.
 class Strips {
  public:
   Strips(const std::vector<Vector3d>& x, std::size_t boxes) {
@@ -29,12 +30,13 @@ class Strips {
     for (const Vector3d& p : x) square += (p - mean).cwiseAbs2() / count;
     square.maxCoeff(&along_);
     square[along_] = -1;
-    // As wide as what is spread evenly would be: the few vertices of a ground are far out.
+    // The width of a uniform distribution with the same variance. The extent of the vertices would
+    // be too wide, because the few vertices of a ground lie far out.
     const double width = std::sqrt(12 * square.maxCoeff(&across_));
     if (!(width > 0 && std::isfinite(width))) return;
     strips_ = std::ceil(std::sqrt(static_cast<double>(boxes)));
     lower_ = mean[across_] - 0.5 * width;
-    per_metre_ = strips_ / width;
+    strips_per_metre_ = strips_ / width;
   }
 
   struct Box {
@@ -43,14 +45,14 @@ class Strips {
     int strip;
   };
 
-  // Of the primitives that count, a box for each strip that they are in, by strip and where they
-  // begin along the axis.
-  template <class Primitive, class Counts>
+  // Makes the boxes of the primitives that may collide, one for each strip that a primitive
+  // overlaps. Sorted by strip, then by lower end along the axis.
+  template <class Primitive, class Filter>
   std::vector<Box> boxes_of(Span<const Primitive> primitives, const std::vector<Vector3d>& x,
-                            const Counts& counts) const {
+                            const Filter& may_collide) const {
     std::vector<Box> boxes;
     for (std::size_t i = 0; i < primitives.size(); ++i) {
-      if (!counts(primitives[i][0])) continue;
+      if (!may_collide(primitives[i][0])) continue;
       Box box{x[primitives[i][0]], x[primitives[i][0]], static_cast<std::int32_t>(i), 0};
       for (const std::int32_t v : primitives[i]) {
         box.lower = box.lower.cwiseMin(x[v]);
@@ -64,53 +66,54 @@ class Strips {
     return boxes;
   }
 
-  // test(a, b) once for each two boxes that overlap along the axis and share a strip.
+  // Calls test(a, b) once for each two boxes that overlap along the axis and share a strip.
   template <class Test>
   void sweep(const std::vector<Box>& a, const std::vector<Box>& b, Test&& test) const {
-    // Such two are seen where the later one of them begins.
-    begin_in(a, b, std::less<>(), test);
-    begin_in(b, a, std::less_equal<>(), [&](const Box& y, const Box& x) { test(x, y); });
+    // A pair is found at the lower end of the box that begins later.
+    visit_starts(a, b, std::less<>(), test);
+    visit_starts(b, a, std::less_equal<>(), [&](const Box& y, const Box& x) { test(x, y); });
   }
 
  private:
-  // What is further out is in the first or the last.
+  // Index of the strip of a point. Points outside of the width are in the first or the last strip.
   int strip(const Vector3d& p) const {
-    return static_cast<int>(std::clamp((p[across_] - lower_) * per_metre_, 0.0, strips_));
+    return static_cast<int>(std::clamp((p[across_] - lower_) * strips_per_metre_, 0.0, strips_));
   }
   std::pair<int, double> place(const Box& box) const { return {box.strip, box.lower[along_]}; }
 
-  // Those of b that begin inside of one of a.
+  // Calls test() for each box of `b` that begins inside of a box of `a`.
   template <class Before, class Test>
-  void begin_in(const std::vector<Box>& a, const std::vector<Box>& b, Before before,
-                Test&& test) const {
+  void visit_starts(const std::vector<Box>& a, const std::vector<Box>& b, Before before,
+                    Test&& test) const {
     std::size_t j = 0;
     for (const Box& box : a) {
       while (j < b.size() && before(place(b[j]), place(box))) ++j;
       const std::pair<int, double> end(box.strip, box.upper[along_]);
       for (std::size_t k = j; k < b.size() && place(b[k]) <= end; ++k) {
-        // In the first strip that both are in.
+        // Test a pair only in the first strip that both overlap.
         if (box.strip == std::max(strip(box.lower), strip(b[k].lower))) test(box, b[k]);
       }
     }
   }
 
   int along_ = 0, across_ = 1;
-  double lower_ = 0, per_metre_ = 0, strips_ = 0;
+  double lower_ = 0, strips_per_metre_ = 0, strips_ = 0;
 };
 
-// On which side of the plane abc the point p is; 0 where rounding could have decided.
+// Side of the plane abc on which the point p lies; 0 if rounding could decide the sign.
 int side(const Vector3d& p, const Vector3d& a, const Vector3d& b, const Vector3d& c) {
   const Vector3d u = a - p, v = b - p, w = c - p;
   const Vector3d au = u.cwiseAbs(), av = v.cwiseAbs(), aw = w.cwiseAbs();
-  const double most = au.maxCoeff() * av.maxCoeff() * aw.maxCoeff();
+  const double scale = au.maxCoeff() * av.maxCoeff() * aw.maxCoeff();
   const double volume = u.cross(v).dot(w);
-  return std::abs(volume) > 1e-13 * most ? (volume > 0 ? 1 : -1) : 0;
+  return std::abs(volume) > 1e-13 * scale ? (volume > 0 ? 1 : -1) : 0;
 }
 
-// The ends are certainly on different sides, so what is left is exact: whether a point that goes
-// along the edge meets the face.
-bool pierces(const Vector3d& p, const Vector3d& q, const Vector3d& a, const Vector3d& b,
-             const Vector3d& c) {
+// True if the edge pq intersects the face abc. First, side() must be certain that the ends are on
+// different sides of the plane. The rest is exact: does a point that moves from p to q meet the
+// face?
+bool edge_intersects_face(const Vector3d& p, const Vector3d& q, const Vector3d& a,
+                          const Vector3d& b, const Vector3d& c) {
   if (side(p, a, b, c) * side(q, a, b, c) >= 0) return false;
   const auto point = [](const Vector3d& x) { return std::array<double, 3>{x[0], x[1], x[2]}; };
   return decide(ContactKind::vertex_face,
@@ -118,53 +121,57 @@ bool pierces(const Vector3d& p, const Vector3d& q, const Vector3d& a, const Vect
       .hit;
 }
 
-class Rules {
+// Tells which bodies collide, by group, mask, disabled pairs and contact response.
+class PairRules {
  public:
-  Rules(const Topology& t, const std::function<bool(std::int32_t)>& responds)
-      : t_(t), responds_(responds) {
-    for (const BodyPair& pair : t.disabled_pairs)
+  PairRules(const Topology& topology, const std::function<bool(std::int32_t)>& responds)
+      : topology_(topology), responds_(responds) {
+    for (const BodyPair& pair : topology.disabled_pairs)
       disabled_.insert({std::min(pair[0], pair[1]), std::max(pair[0], pair[1])});
   }
   bool collide(std::int32_t a, std::int32_t b) const {
     if (!responds_(a) || !responds_(b)) return false;
-    if (a == b) return t_.bodies[a].self_collision;
-    return (t_.bodies[a].group & t_.bodies[b].mask) && (t_.bodies[b].group & t_.bodies[a].mask) &&
+    if (a == b) return topology_.bodies[a].self_collision;
+    return (topology_.bodies[a].group & topology_.bodies[b].mask) &&
+           (topology_.bodies[b].group & topology_.bodies[a].mask) &&
            !disabled_.count({std::min(a, b), std::max(a, b)});
   }
 
  private:
-  const Topology& t_;
+  const Topology& topology_;
   const std::function<bool(std::int32_t)>& responds_;
   std::set<BodyPair> disabled_;
 };
 
-// By body: whether it may collide with one whose box overlaps its own, or with itself.
-std::vector<char> with_others(const Topology& t, const std::vector<Vector3d>& x,
-                              const Rules& rules) {
-  std::vector<Eigen::AlignedBox3d> boxes(t.bodies.size());
-  for (std::size_t v = 0; v < x.size(); ++v) boxes[t.body_of_vertex[v]].extend(x[v]);
-  std::vector<char> with(boxes.size(), 0);
+// By body: nonzero if it may collide with itself, or with a body whose box overlaps its own.
+std::vector<char> find_bodies_that_may_collide(const Topology& topology,
+                                               const std::vector<Vector3d>& x,
+                                               const PairRules& pair_rules) {
+  std::vector<Eigen::AlignedBox3d> boxes(topology.bodies.size());
+  for (std::size_t v = 0; v < x.size(); ++v) boxes[topology.body_of_vertex[v]].extend(x[v]);
+  std::vector<char> body_may_collide(boxes.size(), 0);
   const auto count = static_cast<std::int32_t>(boxes.size());
   for (std::int32_t a = 0; a < count; ++a) {
     for (std::int32_t b = a; b < count; ++b) {
-      if (boxes[a].intersects(boxes[b]) && rules.collide(a, b)) with[a] = with[b] = 1;
+      if (boxes[a].intersects(boxes[b]) && pair_rules.collide(a, b))
+        body_may_collide[a] = body_may_collide[b] = 1;
     }
   }
-  return with;
+  return body_may_collide;
 }
 
 }  // namespace
 
-Intersections find_intersections(const Topology& topology, Span<const Edge> edges,
-                         const Positions& positions,
-                         const std::function<bool(std::int32_t)>& responds,
-                         const std::function<bool(const Edge&, const Face&)>& held) {
+Intersections find_intersections(
+    const Topology& topology, Span<const Edge> edges, const Positions& positions,
+    const std::function<bool(std::int32_t)>& responds,
+    const std::function<bool(const Edge&, const Face&)>& are_anchored) {
   std::vector<Vector3d> x;
   for (std::size_t i = 0; i < positions.count(); ++i) {
     const std::array<double, 3> p = positions[i];
     x.emplace_back(p[0], p[1], p[2]);
   }
-  const Rules rules(topology, responds);
+  const PairRules pair_rules(topology, responds);
   const auto movable = [&](std::int32_t v) { return topology.inverse_mass[v] > 0; };
   Intersections found;
   const auto test = [&](const Strips::Box& edge_box, const Strips::Box& face_box) {
@@ -179,16 +186,19 @@ Intersections find_intersections(const Topology& topology, Span<const Edge> edge
     const std::int32_t a = topology.body_of_vertex[e[0]], b = topology.body_of_vertex[f[0]];
     const bool moves =
         std::any_of(e.begin(), e.end(), movable) || std::any_of(f.begin(), f.end(), movable);
-    if (!moves || !rules.collide(a, b) || !pierces(x[e[0]], x[e[1]], x[f[0]], x[f[1]], x[f[2]]) ||
-        held(e, f))
+    if (!moves || !pair_rules.collide(a, b) ||
+        !edge_intersects_face(x[e[0]], x[e[1]], x[f[0]], x[f[1]], x[f[2]]) || are_anchored(e, f))
       return;
     if (found.pairs.empty()) found.first = {a, b};
     found.pairs.push_back({edge_box.primitive, face_box.primitive});
   };
-  const std::vector<char> with = with_others(topology, x, rules);
-  const auto counts = [&](std::int32_t v) { return with[topology.body_of_vertex[v]] != 0; };
+  const std::vector<char> body_may_collide = find_bodies_that_may_collide(topology, x, pair_rules);
+  const auto may_collide = [&](std::int32_t v) {
+    return body_may_collide[topology.body_of_vertex[v]] != 0;
+  };
   const Strips strips(x, edges.size());
-  strips.sweep(strips.boxes_of(edges, x, counts), strips.boxes_of(topology.faces, x, counts), test);
+  strips.sweep(strips.boxes_of(edges, x, may_collide),
+               strips.boxes_of(topology.faces, x, may_collide), test);
   return found;
 }
 

@@ -1,5 +1,5 @@
-// Edges that stick in faces where a step begins: what contact in continuous time cannot see, since
-// nothing has to touch for it to last.
+// Finds edges that intersect faces at the start of a step. Continuous collision detection cannot
+// see these, because an intersection can last without anything touching.
 #pragma once
 
 #include <cstdint>
@@ -13,23 +13,23 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-// Indices of an edge and of the face that it sticks in.
+/// Indices of an edge and of the face that it intersects.
 struct Intersection {
   std::int32_t edge, face;
 };
 
 struct Intersections {
   std::vector<Intersection> pairs;
-  BodyPair first = {-1, -1};  // bodies of an edge and of the face that it is in
+  BodyPair first = {-1, -1};  ///< bodies of the edge and of the face of the first intersection
 };
 
-// Of pairs that may collide, respond and are not `held` together, and that not only pinned vertices
-// make up. What touches, and what is as near to it as rounding, does not count. For scenes that
-// changed, not for every step.
-Intersections find_intersections(const Topology& topology, Span<const Edge> edges,
-                         const Positions& positions,
-                         const std::function<bool(std::int32_t body)>& responds,
-                         const std::function<bool(const Edge& edge, const Face& face)>& held);
+/// Finds the intersections of pairs that may collide, respond, are not held together by an anchor
+/// and have at least one movable vertex. Pairs that touch, or that rounding cannot tell from
+/// touching, do not count. Meant for scenes that changed, not for every step.
+Intersections find_intersections(
+    const Topology& topology, Span<const Edge> edges, const Positions& positions,
+    const std::function<bool(std::int32_t body)>& responds,
+    const std::function<bool(const Edge& edge, const Face& face)>& are_anchored);
 
 }  // namespace LAZYCCD_BULLET_PRECISION
 }  // namespace lazyccd::bullet

@@ -14,36 +14,41 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr double patience = 3;  // s
+constexpr double max_seconds_without_progress = 3;
 
-// Into which the edges that stick in faces cut the surfaces.
+// Components into which the edges that intersect faces cut the surfaces.
 class SurfaceComponents {
  public:
-  SurfaceComponents(const std::vector<Intersection>& pairs, std::size_t vertices, Span<const Edge> edges)
+  SurfaceComponents(const std::vector<Intersection>& pairs, std::size_t vertices,
+                    Span<const Edge> edges)
       : components_(vertices), surfaces_(vertices) {
-    std::vector<char> sticks(edges.size(), 0);
-    for (const Intersection& pair : pairs) sticks[pair.edge] = 1;
+    std::vector<char> intersects(edges.size(), 0);
+    for (const Intersection& pair : pairs) intersects[pair.edge] = 1;
     for (std::size_t e = 0; e < edges.size(); ++e) {
       surfaces_.join(edges[e][0], edges[e][1]);
-      if (!sticks[e]) components_.join(edges[e][0], edges[e][1]);
+      if (!intersects[e]) components_.join(edges[e][0], edges[e][1]);
     }
     std::map<std::int32_t, int> size;
-    for (std::size_t v = 0; v < vertices; ++v) ++size[components_.find(static_cast<std::int32_t>(v))];
+    for (std::size_t v = 0; v < vertices; ++v)
+      ++size[components_.find(static_cast<std::int32_t>(v))];
     for (const auto& [component, count] : size) {
-      std::int32_t& largest = largest_.try_emplace(surfaces_.find(component), component).first->second;
+      std::int32_t& largest =
+          largest_.try_emplace(surfaces_.find(component), component).first->second;
       if (count > size[largest]) largest = component;
     }
   }
-  // A vertex of the same.
+  // The component of a vertex, as the index of one of its vertices.
   std::int32_t component_of(std::int32_t v) { return components_.find(v); }
-  bool is_largest(std::int32_t component) { return largest_[surfaces_.find(component)] == component; }
+  bool is_largest(std::int32_t component) {
+    return largest_[surfaces_.find(component)] == component;
+  }
 
  private:
   DisjointSets components_, surfaces_;
-  std::map<std::int32_t, std::int32_t> largest_;  // component, by surface
+  std::map<std::int32_t, std::int32_t> largest_;  // largest component, by surface
 };
 
-// On which side of others' surfaces components belong.
+// Decides which components are on the right side of other surfaces.
 class Sides {
  public:
   Sides(const std::vector<Intersection>& pairs, const Topology& topology, Span<const Edge> edges,
@@ -51,24 +56,27 @@ class Sides {
       : topology_(topology),
         motion_(motion),
         components_(pairs, motion.size(), edges),
-        closed_(closed) {}
+        closed_surfaces_(closed) {}
 
-  // The vertex, of an edge that sticks in the face, is on the right side of that.
-  bool is_right(std::int32_t v, const Face& face) {
-    const std::int32_t component = components_.component_of(v), body = topology_.body_of_vertex[face[0]];
-    if (topology_.body_of_vertex[v] == body || !closed_.is_closed(body))
+  // True if the vertex is on the right side of the face. The vertex belongs to an edge that
+  // intersects the face.
+  bool is_on_right_side(std::int32_t v, const Face& face) {
+    const std::int32_t component = components_.component_of(v),
+                       body = topology_.body_of_vertex[face[0]];
+    if (topology_.body_of_vertex[v] == body || !closed_surfaces_.is_closed(body))
       return components_.is_largest(component);
-    const auto [at, is_new] = outside_.try_emplace({component, body}, true);
-    if (is_new) at->second = !closed_.contains(body, motion_.start_of(v));
-    return at->second;
+    const auto [entry, is_new] = outside_.try_emplace({component, body}, true);
+    if (is_new) entry->second = !closed_surfaces_.contains(body, motion_.start_of(v));
+    return entry->second;
   }
 
  private:
   const Topology& topology_;
   const Motion& motion_;
   SurfaceComponents components_;
-  const ClosedSurfaces& closed_;
-  std::map<std::pair<std::int32_t, std::int32_t>, bool> outside_;  // by component and body
+  const ClosedSurfaces& closed_surfaces_;
+  // By component and body: the component is outside of the body.
+  std::map<std::pair<std::int32_t, std::int32_t>, bool> outside_;
 };
 
 using FacesOfEdges = std::map<Edge, std::vector<Face>>;
@@ -93,10 +101,10 @@ Vector3d normal_of(const Face& face, const Motion& motion) {
   return (motion.start_of(face[1]) - a).cross(motion.start_of(face[2]) - a).normalized();
 }
 
-// The sum of the directions in which the line in the plane of that normal goes on from the edge, in
-// the faces that meet there.
-Vector3d line_from(const Edge& edge, const std::vector<Face>& faces, const Vector3d& normal,
-                   const Motion& motion) {
+// Sum of the directions in which the line of intersection continues from the edge, in each of the
+// faces that meet at the edge. The line lies in the plane with normal `normal`.
+Vector3d contour_direction(const Edge& edge, const std::vector<Face>& faces, const Vector3d& normal,
+                           const Motion& motion) {
   Vector3d sum = Vector3d::Zero();
   const Vector3d p = motion.start_of(edge[0]);
   const Vector3d along = (motion.start_of(edge[1]) - p).normalized();
@@ -118,19 +126,19 @@ Untangling::Untangling() = default;
 Untangling::~Untangling() = default;
 
 void Untangling::start() {
-  fewest_ = std::numeric_limits<std::size_t>::max();
-  waited_ = 0;
+  fewest_pairs_ = std::numeric_limits<std::size_t>::max();
+  seconds_without_progress_ = 0;
 }
 
 void Untangling::skip_step() {
   pushes_.clear();
-  ways_.clear();
-  closed_.reset();
+  directions_.clear();
+  closed_surfaces_.reset();
 }
 
 void Untangling::begin_step(const Intersections& found, const Topology& topology,
                             Span<const Edge> edges, const Motion& motion) {
-  waited_ += motion.dt;
+  seconds_without_progress_ += motion.dt;
   read(found, topology, edges, motion);
 }
 
@@ -142,12 +150,14 @@ void Untangling::read(const Intersections& found, const Topology& topology, Span
     if (motion.is_soft(edges[pair.edge][0]) || motion.is_soft(topology.faces[pair.face][0]))
       pairs.push_back(pair);
   }
-  if (pairs.size() < fewest_) waited_ = 0;
-  fewest_ = waited_ < patience ? std::min(fewest_, pairs.size()) : 0;
-  if (!goes_on()) return;
+  if (pairs.size() < fewest_pairs_) seconds_without_progress_ = 0;
+  fewest_pairs_ = seconds_without_progress_ < max_seconds_without_progress
+                      ? std::min(fewest_pairs_, pairs.size())
+                      : 0;
+  if (!is_in_progress()) return;
 
-  closed_ = std::make_unique<ClosedSurfaces>(topology, motion);
-  Sides sides(pairs, topology, edges, *closed_, motion);
+  closed_surfaces_ = std::make_unique<ClosedSurfaces>(topology, motion);
+  Sides sides(pairs, topology, edges, *closed_surfaces_, motion);
   const FacesOfEdges faces = faces_of_edges(pairs, topology, edges);
   for (const Intersection& pair : pairs) {
     const Edge& edge = edges[pair.edge];
@@ -155,29 +165,31 @@ void Untangling::read(const Intersections& found, const Topology& topology, Span
     const Vector3d normal = normal_of(face, motion);
     const Vector3d along = (motion.start_of(edge[1]) - motion.start_of(edge[0])).normalized();
     const double across = along.dot(normal);
-    const bool first_is_right = sides.is_right(edge[0], face);
-    Vector3d way;
-    if (first_is_right != sides.is_right(edge[1], face)) {
-      way = (across > 0) == first_is_right ? -normal : normal;
+    const bool first_is_on_right_side = sides.is_on_right_side(edge[0], face);
+    Vector3d direction;
+    if (first_is_on_right_side != sides.is_on_right_side(edge[1], face)) {
+      direction = (across > 0) == first_is_on_right_side ? -normal : normal;
     } else {
-      const Vector3d line = line_from(edge, faces.at(sorted(edge[0], edge[1])), normal, motion);
-      way = line - 2 * along.dot(line) / across * normal;
-      way /= std::sqrt(1 + way.squaredNorm());
+      const Vector3d line =
+          contour_direction(edge, faces.at(sorted(edge[0], edge[1])), normal, motion);
+      direction = line - 2 * along.dot(line) / across * normal;
+      direction /= std::sqrt(1 + direction.squaredNorm());
     }
-    if (way.allFinite()) add(edge, face, way, motion);
+    if (direction.allFinite()) add(edge, face, direction, motion);
   }
 }
 
-void Untangling::add(const Edge& edge, const Face& face, const Vector& way, const Motion& motion) {
-  // Where the edge passes through the face.
+void Untangling::add(const Edge& edge, const Face& face, const Vector& direction,
+                     const Motion& motion) {
+  // The point at which the edge passes through the face, relative to a.
   const Vector p = motion.start_of(edge[0]), along = motion.start_of(edge[1]) - p;
   const Vector a = motion.start_of(face[0]);
   const Vector ab = motion.start_of(face[1]) - a, ac = motion.start_of(face[2]) - a;
   const Vector area = ab.cross(ac);
   const double s = (a - p).dot(area) / along.dot(area);
-  const Vector at = p + s * along - a;
-  const double u = at.cross(ac).dot(area) / area.squaredNorm();
-  const double v = ab.cross(at).dot(area) / area.squaredNorm();
+  const Vector point = p + s * along - a;
+  const double u = point.cross(ac).dot(area) / area.squaredNorm();
+  const double v = ab.cross(point).dot(area) / area.squaredNorm();
   const std::array<std::int32_t, 5> vertices = {edge[0], edge[1], face[0], face[1], face[2]};
   const std::array<double, 5> weights = {1 - s, s, -(1 - u - v), -u, -v};
   std::array<double, 5> shares;
@@ -187,31 +199,33 @@ void Untangling::add(const Edge& edge, const Face& face, const Vector& way, cons
     compliance += weights[i] * shares[i];
   }
   if (!(compliance > 0)) return;
-  const auto add_to = [](auto& sums, const auto& key, const Vector& more) {
-    sums.try_emplace(key, Vector::Zero()).first->second += more;
+  const auto add_to = [](auto& sums, const auto& key, const Vector& summand) {
+    sums.try_emplace(key, Vector::Zero()).first->second += summand;
   };
   for (std::size_t i = 0; i < 5; ++i) {
-    if (shares[i] != 0) add_to(pushes_, vertices[i], shares[i] / compliance * way);
+    if (shares[i] != 0) add_to(pushes_, vertices[i], shares[i] / compliance * direction);
   }
   for (const std::int32_t e : edge) {
     for (const std::int32_t f : face) {
-      add_to(ways_, std::make_pair(e, f), way);
-      add_to(ways_, std::make_pair(f, e), -way);
+      add_to(directions_, std::make_pair(e, f), direction);
+      add_to(directions_, std::make_pair(f, e), -direction);
     }
   }
 }
 
 void Untangling::push(double distance, Motion& motion) const {
   double longest = 1;
-  for (const auto& [vertex, way] : pushes_) longest = std::max(longest, way.norm());
-  for (const auto& [vertex, way] : pushes_) {
-    const Vector end = motion.end_of(vertex) + distance / longest * way;
+  for (const auto& [vertex, displacement] : pushes_)
+    longest = std::max(longest, displacement.norm());
+  for (const auto& [vertex, displacement] : pushes_) {
+    const Vector end = motion.end_of(vertex) + distance / longest * displacement;
     for (int k = 0; k < 3; ++k)
       motion.end[3 * static_cast<std::size_t>(vertex) + k] = static_cast<btScalar>(end[k]);
   }
 }
 
-// What comes out of a closed surface does not always do so where its edges stick in that.
+// True if the contact would stop a vertex or edge that is pushed out of a closed surface. It does
+// not always leave the surface through a face that one of its edges intersects.
 bool Untangling::comes_out(const Contact& contact, const Vector& normal,
                            const Motion& motion) const {
   if (contact.body_a == contact.body_b) return false;
@@ -224,21 +238,21 @@ bool Untangling::comes_out(const Contact& contact, const Vector& normal,
     if (push != pushes_.end()) pushed += weights[i] * push->second;
   }
   const auto contains = [this](std::int32_t body, const Vector& point) {
-    return closed_->is_closed(body) && closed_->contains(body, point);
+    return closed_surfaces_->is_closed(body) && closed_surfaces_->contains(body, point);
   };
   return pushed.dot(normal) < 0 &&
          (contains(contact.body_b, on_a) || contains(contact.body_a, on_b));
 }
 
-bool Untangling::lets_pass(const Contact& contact, const Motion& motion) const {
-  if (ways_.empty()) return false;
+bool Untangling::allows_pass(const Contact& contact, const Motion& motion) const {
+  if (directions_.empty()) return false;
   const Vector normal(contact.normal[0], contact.normal[1], contact.normal[2]);
   if (comes_out(contact, normal, motion)) return true;
   const int first_of_b = contact.kind == ContactKind::vertex_face ? 1 : 2;
   for (int i = 0; i < first_of_b; ++i) {
     for (int k = first_of_b; k < 4; ++k) {
-      const auto way = ways_.find({contact.vertices[i], contact.vertices[k]});
-      if (way != ways_.end() && way->second.dot(normal) < 0) return true;
+      const auto direction = directions_.find({contact.vertices[i], contact.vertices[k]});
+      if (direction != directions_.end() && direction->second.dot(normal) < 0) return true;
     }
   }
   return false;

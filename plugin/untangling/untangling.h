@@ -1,13 +1,15 @@
-// Undoes intersections that a scene begins with, of soft bodies with each other, with themselves
-// and with rigid ones, by moving the soft ones. Detection in continuous time keeps them as they
-// are: what is on the wrong side may not come back either.
+// Removes intersections that a scene begins with, by moving soft bodies: intersections of soft
+// bodies with each other, with themselves and with rigid bodies. Continuous collision detection
+// preserves these intersections, because a vertex on the wrong side may not pass back either.
 //
-// Where edges that stick in faces cut off a piece of a surface, the edges move back through the
-// faces: what is inside of another body's closed surface is on the wrong side, and of all others
-// the smaller piece. Where they cut nothing off, each moves so that the line in which the surfaces
-// meet becomes shorter (Volino and Magnenat-Thalmann 2006, "Resolving surface collisions through
-// intersection contour minimization"). Of the contacts of such pairs those are let pass that lead
-// there; all others stop motion as ever.
+// If the intersecting edges cut a component off a surface, the edges move back through the faces.
+// The component on the wrong side is the one inside of another body's closed surface; in all other
+// cases it is the smaller component. If the edges cut nothing off, each edge moves so that the line
+// in which the surfaces intersect becomes shorter. The method is from Volino and Magnenat-Thalmann
+// 2006, "Resolving surface collisions through intersection contour minimization".
+//
+// Contacts of these pairs that would stop this motion are allowed to pass. All other contacts stop
+// motion as usual.
 #pragma once
 
 #include <cstdint>
@@ -29,41 +31,43 @@ class Untangling {
   Untangling();
   ~Untangling();
 
-  // A scene begins that intersects.
+  /// Starts to untangle a scene that intersects.
   void start();
-  // False where nothing is left to undo, or three seconds have undone nothing: what then moves on
-  // would never rest.
-  bool goes_on() const { return fewest_ > 0; }
+  /// False if no intersections are left, or if there was no progress for three seconds: bodies that
+  /// were pushed after that would never come to rest.
+  bool is_in_progress() const { return fewest_pairs_ > 0; }
 
-  // For the start of a step, of whose topology and edges `found` has indices.
+  /// Begins a step. `found` has indices into `topology` and `edges` of this step.
   void begin_step(const Intersections& found, const Topology& topology, Span<const Edge> edges,
                   const Motion& motion);
-  // The same once more, where the indices of the step change.
+  /// Reads the intersections again, when the indices change within the step.
   void read(const Intersections& found, const Topology& topology, Span<const Edge> edges,
             const Motion& motion);
-  // For a step in which nothing is to be undone.
+  /// Begins a step in which nothing is pushed, and forgets the pushes of the last step.
   void skip_step();
-  // Moves the ends of the step by at most `distance`, metres, without velocity.
+  /// Moves the ends of soft vertices by at most `distance`, metres, without changing velocities.
   void push(double distance, Motion& motion) const;
   bool pushes() const { return !pushes_.empty(); }
   bool is_pushed(std::int32_t vertex) const { return pushes_.count(vertex) > 0; }
-  bool lets_any_pass() const { return !ways_.empty(); }
-  // It would stop what is to be undone.
-  bool lets_pass(const Contact& contact, const Motion& motion) const;
+  bool allows_any_pass() const { return !directions_.empty(); }
+  /// True if the contact would stop a motion that untangling needs.
+  bool allows_pass(const Contact& contact, const Motion& motion) const;
 
  private:
   using Vector = Eigen::Vector3d;
 
-  // `way`: how the edge is to go against the face.
-  void add(const Edge& edge, const Face& face, const Vector& way, const Motion& motion);
+  /// Adds the push of one intersection. `direction`: of the edge relative to the face.
+  void add(const Edge& edge, const Face& face, const Vector& direction, const Motion& motion);
   bool comes_out(const Contact& contact, const Vector& normal, const Motion& motion) const;
 
-  std::map<std::int32_t, Vector> pushes_;  // by soft vertex
-  // How the first vertex is to go against the second, by pairs of one of an edge and one of a face.
-  std::map<std::pair<std::int32_t, std::int32_t>, Vector> ways_;
-  std::unique_ptr<const ClosedSurfaces> closed_;
-  std::size_t fewest_ = 0;  // pairs in any step since the start
-  double waited_ = 0;       // seconds since there were as few
+  std::map<std::int32_t, Vector> pushes_;  ///< by soft vertex
+  /// Direction of the first vertex relative to the second, for pairs of a vertex of an edge and a
+  /// vertex of a face, in both orders.
+  std::map<std::pair<std::int32_t, std::int32_t>, Vector> directions_;
+  std::unique_ptr<const ClosedSurfaces> closed_surfaces_;
+  /// Least number of intersections in any step since start(); 0: finished.
+  std::size_t fewest_pairs_ = 0;
+  double seconds_without_progress_ = 0;  ///< time since that number last fell
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -1,4 +1,4 @@
-// Union-find over the integers 0 to count - 1.
+// Disjoint sets (union-find) over the integers 0 to count - 1.
 #pragma once
 
 #include <algorithm>

@@ -1,5 +1,5 @@
-// How a thread computes: rounding, denormals and traps, which applications set on the thread that
-// steps their world.
+// The floating-point mode of a thread: rounding, denormals and traps. Applications set it on the
+// thread that steps their world.
 #pragma once
 
 #include <cfenv>
@@ -10,7 +10,7 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-// Of the thread that makes it.
+/// Mode of the thread that creates the object.
 class FloatMode {
  public:
   FloatMode() { std::fegetenv(&mode_); }
@@ -22,8 +22,8 @@ class FloatMode {
   std::thread::id thread_ = std::this_thread::get_id();
 };
 
-// This thread computes as another one for as long as it lives. On that one it does nothing, so that
-// the exceptions which are raised meanwhile stay raised.
+/// Sets another thread's mode on this thread, until the end of the scope. Does nothing on that
+/// other thread itself, so that exceptions raised in the scope stay raised.
 class WithFloatMode {
  public:
   explicit WithFloatMode(const FloatMode& mode) : is_other_(!mode.is_of_this_thread()) {

@@ -1,3 +1,4 @@
+// Measures elapsed time.
 #pragma once
 
 #include <chrono>
@@ -7,7 +8,7 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-// Runs from when it is made.
+/// Starts when it is created.
 class Stopwatch {
  public:
   double ms() const {

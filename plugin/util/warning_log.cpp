@@ -12,7 +12,7 @@ void WarningLog::warn_once(const std::string& key, const std::string& text) noex
   lines_.push_back({key, text});
   if (listener_) listener_(text);
 } catch (...) {
-  // Out of memory, or a listener that throws: the step matters more than the message.
+  // Out of memory, or the listener threw: the step matters more than the message.
 }
 
 std::string WarningLog::text() const {

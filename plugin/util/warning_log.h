@@ -1,4 +1,4 @@
-// Remembers what was said, so that a fault that lasts a thousand steps is reported once.
+// Log of warnings that reports each fault once, even if it lasts a thousand steps.
 #pragma once
 
 #include <string>
@@ -14,9 +14,10 @@ class WarningLog {
   explicit WarningLog(std::function<void(const std::string&)> listener)
       : listener_(std::move(listener)) {}
 
-  // `key` names the fault; what was said under it before is not said again.
+  /// Logs `text` and passes it to the listener, unless a warning with the same `key` is logged
+  /// already.
   void warn_once(const std::string& key, const std::string& text) noexcept;
-  // All lines so far, each ended by a newline.
+  /// All lines so far, each with a newline at its end.
   std::string text() const;
 
  private:

@@ -18,7 +18,7 @@ void btLazySoftSoftCollisionAlgorithm::processCollision(const btCollisionObjectW
                                                         const btCollisionObjectWrapper* body1Wrap,
                                                         const btDispatcherInfo&,
                                                         btManifoldResult*) {
-  queue_.handle_pair(soft_body(body0Wrap), soft_body(body1Wrap));
+  handler_.handle_pair(soft_body(body0Wrap), soft_body(body1Wrap));
 }
 
 btCollisionAlgorithm* btLazySoftSoftCollisionAlgorithm::CreateFunc::CreateCollisionAlgorithm(
@@ -26,7 +26,7 @@ btCollisionAlgorithm* btLazySoftSoftCollisionAlgorithm::CreateFunc::CreateCollis
     const btCollisionObjectWrapper*) {
   void* memory =
       ci.m_dispatcher1->allocateCollisionAlgorithm(sizeof(btLazySoftSoftCollisionAlgorithm));
-  return new (memory) btLazySoftSoftCollisionAlgorithm(queue, ci);
+  return new (memory) btLazySoftSoftCollisionAlgorithm(handler, ci);
 }
 
 btCollisionAlgorithmCreateFunc*

@@ -29,8 +29,9 @@ void btLazyDeformableMultiBodyDynamicsWorld::internalSingleStepSimulation(btScal
   beforeSolverCallbacks(timeStep);
   solveConstraints(timeStep);
   afterSolverCallbacks(timeStep);
-  // Here the base class runs performDeformableCollisionDetection(), applyRepulsionForce() and
-  // performGeometricCollisions(); LazyCCD does its work in applyTransforms(), inside the next call.
+  // The base class calls performDeformableCollisionDetection(), applyRepulsionForce() and
+  // performGeometricCollisions() at this point. LazyCCD does this work in applyTransforms(), which
+  // the next call runs.
   integrateTransforms(timeStep);
   btMultiBodyDynamicsWorld::updateActions(timeStep);
   updateActivationState(timeStep);

@@ -6,15 +6,16 @@
 #include <numeric>
 #include <random>
 
-#include "scene/soft_scene.h"
+#include "scene/soft_body_nodes.h"
 #include "util/disjoint_sets.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-// As Bullet joins them, bottom-up: faces over common sides, and nodes over links.
-bool hangs_together(const btSoftBody& body) {
+// True if the body is one component in the way that Bullet builds its trees bottom-up: faces joined
+// by common sides, and nodes joined by links.
+bool is_connected(const btSoftBody& body) {
   if (body.m_faces.size() == 0) return false;
   const auto index = [&body](const btSoftBody::Node* node) {
     return static_cast<int>(node - &body.m_nodes[0]);
@@ -36,7 +37,8 @@ bool hangs_together(const btSoftBody& body) {
   return faces.count() == 1;
 }
 
-// As btSoftBody::defaultCollisionHandler() does.
+// True if a collision of `body` with `other` reads the face tree, as in
+// btSoftBody::defaultCollisionHandler().
 bool reads_faces(const btSoftBody& body, const btCollisionObject& other) {
   using Flag = btSoftBody::fCollision;
   if (!(body.m_cfg.collisions & Flag::SDF_RD)) return false;
@@ -46,81 +48,85 @@ bool reads_faces(const btSoftBody& body, const btCollisionObject& other) {
           (body.m_cfg.collisions & Flag::SDF_MDF));
 }
 
-// With Bullet's own structure, and as Bullet leaves it where a step begins.
+// Builds the face tree with Bullet's own btDbvt, in the state in which Bullet leaves it at the
+// start of a step.
 void build_faces(btSoftBody& body) {
   std::vector<int> order(static_cast<std::size_t>(body.m_faces.size()));
   std::iota(order.begin(), order.end(), 0);
-  // Row by row it would grow as deep as there are rows.
+  // Faces inserted row by row would make the tree as deep as there are rows.
   std::shuffle(order.begin(), order.end(), std::minstd_rand());
   for (const int i : order) {
     btSoftBody::Face& face = body.m_faces[i];
     const btVector3* corners[] = {&face.m_n[0]->m_x, &face.m_n[1]->m_x, &face.m_n[2]->m_x};
     face.m_leaf = body.m_fdbvt.insert(btDbvtVolume::FromPoints(corners, 3), &face);
   }
-  body.m_fdbvt.optimizeTopDown(8);  // leaves that are merged pair by pair, in cubic time
+  body.m_fdbvt.optimizeTopDown(8);  // subtrees of this size are merged pair by pair, in cubic time
   body.updateFaceTree(true, true);
 }
 
-// Whether it was there.
-bool take_out(std::vector<btSoftBody*>& list, const btSoftBody* body) {
-  const auto at = std::find(list.begin(), list.end(), body);
-  if (at == list.end()) return false;
-  list.erase(at);
+// Removes `body` from `list`. Returns false if it was not there.
+bool remove_from(std::vector<btSoftBody*>& list, const btSoftBody* body) {
+  const auto found = std::find(list.begin(), list.end(), body);
+  if (found == list.end()) return false;
+  list.erase(found);
   return true;
 }
 
 }  // namespace
 
-void SoftBodyDbvt::begin_prediction(Bodies& bodies, int request, bool bullets_pairs) {
-  request_ = request;
-  // Of bodies that are gone.
-  if (faceless_.size() > static_cast<std::size_t>(bodies.size())) {
+void SoftBodyDbvt::begin_prediction(Bodies& bodies, int request_flag, bool bullet_handles_pairs) {
+  request_flag_ = request_flag;
+  // Forget bodies that have been removed from the world.
+  if (without_face_tree_.size() > static_cast<std::size_t>(bodies.size())) {
     const auto is_gone = [&](btSoftBody* body) {
       return bodies.findLinearSearch(body) == bodies.size();
     };
-    faceless_.erase(std::remove_if(faceless_.begin(), faceless_.end(), is_gone), faceless_.end());
+    without_face_tree_.erase(
+        std::remove_if(without_face_tree_.begin(), without_face_tree_.end(), is_gone),
+        without_face_tree_.end());
   }
   for (int i = 0; i < bodies.size(); ++i) {
     btSoftBody* const body = bodies[i];
-    if (bullets_pairs) bring_up_to_date(*body, nullptr);
-    if (!(body->m_cfg.collisions & request)) continue;
-    // One that was left out before is made up for.
-    if (bullets_pairs && body->m_fdbvt.empty() && hangs_together(*body))
+    if (bullet_handles_pairs) update_trees(*body, nullptr);
+    if (!(body->m_cfg.collisions & request_flag)) continue;
+    // Request the tree if it was left out in an earlier step.
+    if (bullet_handles_pairs && body->m_fdbvt.empty() && is_connected(*body))
       body->m_bUpdateRtCst = true;
     if (!body->m_bUpdateRtCst) continue;
-    take_out(faceless_, body);
-    const bool is_read = bullets_pairs || body->m_fdbvnt;
-    if (is_read && hangs_together(*body)) continue;
-    // Of faces that may be elsewhere now.
+    remove_from(without_face_tree_, body);
+    const bool is_read = bullet_handles_pairs || body->m_fdbvnt;
+    if (is_read && is_connected(*body)) continue;
+    // Bullet's tree refers to faces that may have moved in memory.
     delete body->m_fdbvnt;
     body->m_fdbvnt = nullptr;
-    body->m_cfg.collisions &= ~request;
-    asking_.push_back(body);
-    faceless_.push_back(body);
+    body->m_cfg.collisions &= ~request_flag;
+    suspended_requests_.push_back(body);
+    without_face_tree_.push_back(body);
   }
 }
 
 void SoftBodyDbvt::hide_nodes(Bodies& bodies) {
-  old_nodes_.clear();
+  outdated_node_trees_.clear();
   for (int i = 0; i < bodies.size(); ++i) {
-    // With that of faces Bullet builds the one of nodes anew.
-    if (bodies[i]->m_bUpdateRtCst && (bodies[i]->m_cfg.collisions & request_)) continue;
+    // When Bullet builds the face tree, it also builds the node tree again.
+    if (bodies[i]->m_bUpdateRtCst && (bodies[i]->m_cfg.collisions & request_flag_)) continue;
     hidden_.push_back({bodies[i], bodies[i]->m_ndbvt.m_root});
     bodies[i]->m_ndbvt.m_root = nullptr;
-    old_nodes_.push_back(bodies[i]);
+    outdated_node_trees_.push_back(bodies[i]);
   }
 }
 
 void SoftBodyDbvt::end_prediction() {
-  for (btSoftBody* body : asking_) body->m_cfg.collisions |= request_;
-  asking_.clear();
+  for (btSoftBody* body : suspended_requests_) body->m_cfg.collisions |= request_flag_;
+  suspended_requests_.clear();
   for (const Hidden& hidden : hidden_) hidden.body->m_ndbvt.m_root = hidden.root;
   hidden_.clear();
 }
 
-void SoftBodyDbvt::bring_up_to_date(btSoftBody& body, const btCollisionObject* other) {
-  if (take_out(old_nodes_, &body)) body.updateNodeTree(true, true);
-  if (!other || !reads_faces(body, *other) || !is_finite(body) || !take_out(faceless_, &body))
+void SoftBodyDbvt::update_trees(btSoftBody& body, const btCollisionObject* other) {
+  if (remove_from(outdated_node_trees_, &body)) body.updateNodeTree(true, true);
+  if (!other || !reads_faces(body, *other) || !is_finite(body) ||
+      !remove_from(without_face_tree_, &body))
     return;
   if (body.m_fdbvt.empty()) build_faces(body);
 }

@@ -1,7 +1,8 @@
-// Bullet's trees over the nodes and faces of a body are for its own passes over pairs, of which
-// LazyCCD takes most. So they are made when Bullet comes to read them. Bullet makes one of nodes
-// anew in each step; one of faces it builds in time quadratic in the faces, and never finishes that
-// of a body in several components, so those that its passes over rigid bodies read are built here.
+// Updates Bullet's bounding volume trees (btDbvt) over the nodes and faces of soft bodies only when
+// Bullet reads them. Bullet needs them for its own passes over pairs, most of which LazyCCD takes
+// over. By itself, Bullet builds the tree of nodes again in each step. It builds the tree of faces
+// in time quadratic in the faces, and never finishes for a body in several components. So the face
+// trees that its passes over rigid bodies read are built here.
 #pragma once
 
 #include <BulletSoftBody/btSoftBody.h>
@@ -17,17 +18,19 @@ class SoftBodyDbvt {
  public:
   using Bodies = btAlignedObjectArray<btSoftBody*>;
 
-  // To be called where a step begins, before Bullet's marks of changed topology are gone. Until
-  // end_prediction(), bodies do not ask for trees of faces that nothing reads yet, or that Bullet
-  // would never finish. `request`: the flag that asks for one. `bullets_pairs`: Bullet is to handle
-  // soft pairs.
-  void begin_prediction(Bodies& bodies, int request, bool bullets_pairs);
-  // Also hides the trees of nodes, which Bullet would make anew.
+  /// Call at the start of a step, while Bullet's marks of changed topology are still set. Until
+  /// end_prediction(), bodies do not request face trees that nothing reads yet, or that Bullet
+  /// would never finish. `request_flag`: the collision flag that requests a face tree.
+  /// `bullet_handles_pairs`: Bullet handles the pairs of soft bodies in this step.
+  void begin_prediction(Bodies& bodies, int request_flag, bool bullet_handles_pairs);
+  /// Also hides the node trees until end_prediction(), so that Bullet does not update them.
   void hide_nodes(Bodies& bodies);
+  /// Restores the flags and trees. Call after Bullet's prediction.
   void end_prediction();
 
-  // To be called before Bullet collides the body with something: `other` null for a soft one.
-  void bring_up_to_date(btSoftBody& body, const btCollisionObject* other);
+  /// Updates the trees that Bullet reads when it collides `body` with `other` (null: a soft body).
+  /// Call before that.
+  void update_trees(btSoftBody& body, const btCollisionObject* other);
 
  private:
   struct Hidden {
@@ -35,11 +38,14 @@ class SoftBodyDbvt {
     btDbvtNode* root;
   };
 
-  int request_ = 0;
-  std::vector<btSoftBody*> asking_;     // of which the request was taken, until end_prediction()
-  std::vector<btSoftBody*> faceless_;   // whose trees of faces were left out, and may be built
-  std::vector<Hidden> hidden_;          // until end_prediction()
-  std::vector<btSoftBody*> old_nodes_;  // whose trees of nodes are of an earlier step
+  int request_flag_ = 0;
+  /// Bodies whose request_flag_ is off until end_prediction().
+  std::vector<btSoftBody*> suspended_requests_;
+  /// Bodies whose face tree was left out, and may be built later.
+  std::vector<btSoftBody*> without_face_tree_;
+  std::vector<Hidden> hidden_;  ///< until end_prediction()
+  /// Bodies whose node tree is from an earlier step.
+  std::vector<btSoftBody*> outdated_node_trees_;
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

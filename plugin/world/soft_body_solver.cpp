@@ -8,19 +8,20 @@
 #include "world/soft_body_dbvt.h"
 #include "step/pipeline.h"
 #include "links/soft_constraints.h"
+#include "report/bullet_contact_lists.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-// As btSoftBody's ColliderStatic and CollideVF_SS combine them.
+// Friction between two soft bodies, combined as btSoftBody's ColliderStatic and CollideVF_SS do.
 double friction(double kdf_a, double kdf_b) { return std::max(kdf_a, kdf_b); }
 
 }  // namespace
 
 btLazySoftBodySolver::btLazySoftBodySolver(const SolverOptions& options)
     : pipeline_(std::make_unique<Pipeline>(options, friction)),
-      trees_(std::make_unique<SoftBodyDbvt>()),
+      dbvt_(std::make_unique<SoftBodyDbvt>()),
       constraints_(std::make_unique<SoftConstraints>()) {}
 
 btLazySoftBodySolver::~btLazySoftBodySolver() = default;
@@ -37,11 +38,12 @@ void btLazySoftBodySolver::handle_pair(btSoftBody* a, btSoftBody* b) {
 
 void btLazySoftBodySolver::predictMotion(btScalar solverdt) {
   pipeline_->begin_step(m_softBodySet);
-  trees_->begin_prediction(m_softBodySet, btSoftBody::fCollision::VF_SS, !pipeline_->is_active());
+  dbvt_->begin_prediction(m_softBodySet, btSoftBody::fCollision::VF_SS, !pipeline_->is_active());
   btDefaultSoftBodySolver::predictMotion(solverdt);
-  trees_->end_prediction();
-  // Bullet predicts and clears the lists of active bodies only. One that sleeps here and is woken
-  // by this step's collisions would act on the contacts and begin at the places of an old step.
+  dbvt_->end_prediction();
+  // Bullet predicts active bodies and clears the lists of these only. A body that sleeps here may
+  // be woken by this step's collisions. It would then act on the contacts, and start from the
+  // positions, of an old step.
   for (int i = 0; i < m_softBodySet.size(); ++i) {
     btSoftBody& body = *m_softBodySet[i];
     body.m_scontacts.resize(0);
@@ -53,24 +55,26 @@ void btLazySoftBodySolver::predictMotion(btScalar solverdt) {
 
 void btLazySoftBodySolver::processCollision(btSoftBody* body,
                                             const btCollisionObjectWrapper* other) {
-  if (pipeline_->handles(body, other->getCollisionObject())) return;
-  trees_->bring_up_to_date(*body, other->getCollisionObject());
+  if (pipeline_->replaces_contacts(body, other->getCollisionObject())) return;
+  dbvt_->update_trees(*body, other->getCollisionObject());
   btDefaultSoftBodySolver::processCollision(body, other);
 }
 
 void btLazySoftBodySolver::processCollision(btSoftBody* a, btSoftBody* b) { handle_pair(a, b); }
 
 void btLazySoftBodySolver::solveConstraints(btScalar solverdt) {
-  // Drift iterations overwrite the start of the step in m_q, so it is copied first.
+  // Drift iterations overwrite the start of the step in m_q, so copy it first.
   read_starts();
-  constraints_->solve(m_softBodySet, [this](std::size_t count, std::size_t grain, const auto& body) {
-    pipeline_->threads().parallel_for(count, grain, body);
-  });
+  constraints_->solve(m_softBodySet,
+                      [this](std::size_t count, std::size_t grain, const auto& body) {
+                        pipeline_->threads().parallel_for(count, grain, body);
+                      });
   const auto fill = [this, solverdt](const SoftScene& scene, const SoftScene::BodyRecord& record,
                                      std::int32_t first, std::int32_t last, Motion& motion) {
     const std::vector<btVector3>& starts = starts_[record.world_index];
-    // As btSoftBody::solveConstraints() has it, with the body's own time step and damping. Without
-    // the damping, what carries a load would leave with its part of it.
+    // As in btSoftBody::solveConstraints(), with the body's own time step and damping. Without the
+    // damping in this rate, a node that carries a load would leave the contact with the damped
+    // fraction of the load's velocity.
     const btSoftBody::Config& config = record.body->m_cfg;
     const btScalar isdt = 1 / (solverdt * config.timescale);
     const double rate = static_cast<double>(isdt * (1 - config.kDP));
@@ -88,10 +92,10 @@ void btLazySoftBodySolver::solveConstraints(btScalar solverdt) {
   if (!pipeline_->run(m_softBodySet, static_cast<double>(solverdt), fill)) return;
   if (pipeline_->responded()) write_back();
   pipeline_->detect_ahead();
-  list_contacts();
+  fill_soft_contact_lists(pipeline_->contacts());
 }
 
-// The last call of a step: bodies may be removed in what hears of its contacts.
+// The last call of a step, so on_contacts may remove bodies.
 void btLazySoftBodySolver::updateSoftBodies() {
   btDefaultSoftBodySolver::updateSoftBodies();
   pipeline_->announce();
@@ -120,47 +124,6 @@ void btLazySoftBodySolver::write_back() {
     }
   });
   pipeline_->wake_moved();
-}
-
-void btLazySoftBodySolver::list_contacts() {
-  // As Bullet's CollideVF_SS fills them (btSoftBodyInternals.h). Bullet's solver has done its work
-  // for this step and clears the list before the next one, so they are for applications to read.
-  for (const StepContact& contact : pipeline_->contacts()) {
-    btSoftBody* const node_body = btSoftBody::upcast(contact.body_a);
-    if (!node_body || contact.kind != ContactKind::vertex_face) continue;
-    if (!contact.face) {
-      btSoftBody::RContact rigid;
-      rigid.m_cti.m_colObj = contact.body_b;
-      rigid.m_cti.m_normal = contact.normal;
-      rigid.m_cti.m_offset = -contact.normal.dot(contact.point);
-      rigid.m_node = contact.nodes[0];
-      rigid.m_c1 = contact.point - contact.body_b->getWorldTransform().getOrigin();
-      rigid.m_c3 = node_body->m_cfg.kDF * contact.body_b->getFriction();
-      rigid.m_c0.setIdentity();
-      rigid.m_c2 = rigid.m_c4 = 0;
-      btPlaneSpace1(contact.normal, rigid.t1, rigid.t2);
-      node_body->m_rcontacts.push_back(rigid);
-      continue;
-    }
-    const btSoftBody& a = *node_body;
-    const btSoftBody& b = *btSoftBody::upcast(contact.body_b);
-    btSoftBody::SContact c;
-    c.m_node = contact.nodes[0];
-    c.m_face = contact.face;
-    c.m_weights = btVector3(static_cast<btScalar>(-contact.weights[1]),
-                            static_cast<btScalar>(-contact.weights[2]),
-                            static_cast<btScalar>(-contact.weights[3]));
-    c.m_normal = contact.normal;
-    c.m_margin = a.getCollisionShape()->getMargin() + b.getCollisionShape()->getMargin();
-    c.m_friction = btMax(a.m_cfg.kDF, b.m_cfg.kDF);
-    const btScalar node_share = contact.nodes[0]->m_im;
-    btScalar face_share = 0;
-    for (int k = 0; k < 3; ++k) face_share += c.m_weights[k] * contact.nodes[k + 1]->m_im;
-    const btScalar shares = node_share + face_share;
-    c.m_cfm[0] = shares > 0 ? node_share / shares * a.m_cfg.kSHR : 0;
-    c.m_cfm[1] = shares > 0 ? face_share / shares * b.m_cfg.kSHR : 0;
-    node_body->m_scontacts.push_back(c);
-  }
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -14,7 +14,7 @@ using lazyccd::ChunkCache;
 using lazyccd::HostAtomics;
 using lazyccd::no_chunk;
 
-// Zeroed memory and a view of it.
+// A deque in zeroed memory.
 struct Deque {
   explicit Deque(std::uint32_t capacity)
       : ring(new std::atomic<std::uint32_t>[capacity]()), view(word, ring.get(), capacity) {}
@@ -51,8 +51,9 @@ TEST_CASE("an owner pops the newest chunk and a thief steals the oldest") {
   CHECK(deque.view.pop() == no_chunk);
 }
 
-TEST_CASE("a ring is full at its capacity and has room again after each way out") {
-  // 1: every push meets a slot that was just freed; the largest: 2^15, half of what 16 bits count.
+TEST_CASE("a ring is full at its capacity and has room after a steal and after a pop") {
+  // With 1 every push uses a slot that was just freed. The largest is 2^15, half the range of a
+  // 16-bit counter.
   const std::uint32_t capacity =
       GENERATE(1u, 2u, 8u, std::uint32_t{lazyccd::Deque<HostAtomics>::max_capacity});
   Deque deque(capacity);
@@ -73,7 +74,7 @@ TEST_CASE("a ring is full at its capacity and has room again after each way out"
 TEST_CASE("the counters of a deque wrap without losing a chunk") {
   Deque deque(4);
   deque.view.push(0);
-  for (std::uint32_t i = 1; i < 200'000; ++i) {  // three times around 16 bits
+  for (std::uint32_t i = 1; i < 200'000; ++i) {  // the 16-bit counters wrap three times
     deque.view.push(i);
     REQUIRE(deque.view.steal() == i - 1);
   }
@@ -81,7 +82,7 @@ TEST_CASE("the counters of a deque wrap without losing a chunk") {
   CHECK(deque.view.size() == 0);
 }
 
-TEST_CASE("a deque that shrank and grew back is not the same word") {
+TEST_CASE("a deque that shrank and grew back has another word") {
   Deque deque(2);
   deque.view.push(7);
   const std::uint64_t before = deque.word;
@@ -90,7 +91,7 @@ TEST_CASE("a deque that shrank and grew back is not the same word") {
   CHECK(deque.word != before);
 }
 
-TEST_CASE("zeroed memory is a list of all chunks, each handed out once") {
+TEST_CASE("zeroed memory is a list of all chunks and each is taken once") {
   const std::uint32_t capacity = GENERATE(1u, 2u, 7u);
   FreeList list(capacity);
   std::vector<std::uint32_t> ids(capacity + 1, no_chunk);
@@ -106,7 +107,7 @@ TEST_CASE("zeroed memory is a list of all chunks, each handed out once") {
   CHECK(again == ids);
 }
 
-TEST_CASE("a private cache passes on what it cannot hold and gives all back in the end") {
+TEST_CASE("a private cache returns chunks beyond its size at once and all others on flush") {
   FreeList list(10);
   ChunkCache<4> cache;
   cache.clear();

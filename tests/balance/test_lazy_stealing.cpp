@@ -1,4 +1,4 @@
-// The protocol step by step, several workers played by one thread.
+// The lazy stealing protocol step by step. One thread plays several workers.
 
 #include <cstdint>
 #include <utility>
@@ -22,7 +22,7 @@ std::vector<Item> drain(Stack& stack) {
 
 }  // namespace
 
-TEST_CASE("nothing is offered before somebody is hungry, and then no more than is asked for") {
+TEST_CASE("no work is shared before a worker is idle and then only one chunk for each") {
   Stealing<4> stealing(3);
   const std::vector<Item> initial{0, 1, 2, 3};
   stealing.start(initial.data(), initial.size());
@@ -38,7 +38,7 @@ TEST_CASE("nothing is offered before somebody is hungry, and then no more than i
   CHECK(stealing.should_share(0, stack));
 }
 
-TEST_CASE("half of the oldest items are shared, every second one") {
+TEST_CASE("every second item of the oldest is shared up to the size of a chunk") {
   Stealing<4> stealing(2);
   std::vector<Item> initial{0, 1, 2, 3};
   stealing.start(initial.data(), initial.size());
@@ -47,13 +47,13 @@ TEST_CASE("half of the oldest items are shared, every second one") {
   stealing.arrive(1);
   REQUIRE(stealing.take(0, mine));
   for (Item item = 4; item < 11; ++item) mine.push(item);
-  REQUIRE(stealing.share(0, mine));  // four at most: the size of a chunk
+  REQUIRE(stealing.share(0, mine));  // at most four, the size of a chunk
   REQUIRE(stealing.take(1, theirs));
   CHECK(drain(theirs) == std::vector<Item>{6, 4, 2, 0});
   CHECK(drain(mine) == std::vector<Item>{10, 9, 8, 7, 5, 3, 1});
 }
 
-TEST_CASE("what finds no room stays with its worker and is counted") {
+TEST_CASE("items without room in the deque stay with their worker and are counted") {
   // Room for one chunk in the ring, or one chunk in all.
   const auto [ring, chunks] = GENERATE(std::pair{1u, 0u}, std::pair{0u, 1u});
   Stealing<1> stealing(3, ring, chunks);
@@ -84,7 +84,7 @@ TEST_CASE("a worker's last item is not shared") {
   CHECK(stack.size() == 1);
 }
 
-TEST_CASE("the run is over for a latecomer when the others have done all") {
+TEST_CASE("the run is over for a late worker if the others have done everything") {
   Stealing<4> stealing(2);
   const Item initial = 0;
   stealing.start(&initial, 1);
@@ -106,7 +106,7 @@ TEST_CASE("a cancelled run drops its work and the next one starts afresh") {
   stealing.arrive(1);
   REQUIRE(stealing.take(0, mine));
   mine.push(2);
-  REQUIRE(stealing.share(0, mine));  // the only chunk, left in the deque
+  REQUIRE(stealing.share(0, mine));  // the only chunk; it stays in the deque
   stealing.cancel(0);
   CHECK_FALSE(stealing.share(1, theirs));
 

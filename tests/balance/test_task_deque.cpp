@@ -13,7 +13,7 @@ namespace {
 
 using namespace lazyccd;
 
-// Zeroed memory and a view of it, of eight tasks.
+// A deque for eight tasks in zeroed memory.
 struct Tasks {
   std::atomic<std::uint64_t> age{0};
   std::atomic<std::uint32_t> bottom{0};
@@ -50,7 +50,7 @@ TEST_CASE("an owner pops several of the newest tasks at once and a thief takes t
   CHECK(tasks.pop(8).empty());
 }
 
-TEST_CASE("an emptied task deque is used anew from its start") {
+TEST_CASE("an emptied task deque starts again at its first slot") {
   Tasks tasks;
   std::uint64_t task = 0;
   for (std::uint64_t round = 0; round < 100; ++round) {
@@ -65,7 +65,7 @@ TEST_CASE("an emptied task deque is used anew from its start") {
   }
 }
 
-TEST_CASE("claims cover the items once and then ask no more") {
+TEST_CASE("claims cover the items once and then leave the counter alone") {
   std::atomic<std::uint64_t> claimed{0};
   Claims one, other;
   one.start(10);
@@ -79,7 +79,7 @@ TEST_CASE("claims cover the items once and then ask no more") {
   CHECK(claimed == end);
 }
 
-TEST_CASE("even parts lie side by side and differ by one at most") {
+TEST_CASE("even parts are adjacent and their sizes differ by at most one") {
   for (const std::uint64_t total : {0u, 1u, 5u, 12u, 13u}) {
     std::uint64_t next = 0;
     for (std::uint32_t worker = 0; worker < 4; ++worker) {

@@ -1,4 +1,5 @@
-// The anchor must be Bullet's own detection, faults included, or ratios to it say nothing.
+// The reference of the benchmarks must be Bullet's own detection with its faults. Otherwise ratios
+// to it mean nothing.
 #include <algorithm>
 
 #include "bench/bullet/process.h"
@@ -56,7 +57,7 @@ TEST_CASE("a second pass over the same mesh finds the same contacts") {
   CHECK(process.contacts() == first);
 }
 
-TEST_CASE("Bullet misses on real frames what is known of it") {
+TEST_CASE("Bullet misses as many contacts on real frames as is known") {
   const auto data = test::data_dir();
   if (!data) return;
   for (const bench::FramePair& pair : bench::read_frames(*data)) {

@@ -1,4 +1,5 @@
-// The other methods of the chart must be right where they claim to be, or the comparison is unfair.
+// The other methods of the chart must be right where they claim to be. Otherwise the comparison is
+// unfair.
 #include <string>
 #include <vector>
 
@@ -14,8 +15,8 @@ using namespace lazyccd;
 
 namespace {
 
-// A vertex falls through the middle of a unit face, which it meets at a quarter of the step;
-// `aside` moves it along x, off the face from 0.5 on.
+// A vertex falls through the middle of a unit face and meets it at a quarter of the step. `aside`
+// shifts the vertex along x; from 0.5 on it misses the face.
 QueryPoints falling_vertex(double aside) {
   const double x = 0.25 + aside;
   return {{{x, 0.25, 1},
@@ -28,7 +29,7 @@ QueryPoints falling_vertex(double aside) {
            {0, 1, 0}}};
 }
 
-// An edge along y falls through one along x at half the step.
+// An edge along y falls through an edge along x and meets it at half of the step.
 QueryPoints falling_edge(double aside) {
   const double x = 0.5 + aside;
   return {
@@ -61,9 +62,9 @@ bool is_filter(const peers::Method& method) { return method.name == "non-coplana
 
 }  // namespace
 
-TEST_CASE("every method answers easy queries rightly") {
+TEST_CASE("every method answers easy queries correctly") {
   for (const peers::Method& method : peers::all_methods()) {
-    // The filter sees planes, not faces. Bullet takes motion along an axis for separated.
+    // The filter tests planes, not faces. Bullet takes motion along an axis as separated.
     if (is_filter(method) || method.name == "Bullet") continue;
     for (const Example& example : examples()) {
       INFO(method.name << " in " << method.precision);
@@ -115,7 +116,7 @@ TEST_CASE("Bullet finds an oblique vertex and misses one that moves along an axi
   }
 }
 
-TEST_CASE("the non-coplanar filter keeps all that touches and culls what stays on one side") {
+TEST_CASE("the non-coplanar filter keeps touching pairs and culls pairs that stay on one side") {
   QueryPoints stays_above = falling_vertex(0);
   stays_above[4][2] = 0.5;
   for (const peers::Method& method : peers::all_methods()) {
@@ -126,8 +127,8 @@ TEST_CASE("the non-coplanar filter keeps all that touches and culls what stays o
   }
 }
 
-TEST_CASE("interval subdivision is never late and gives up only towards a hit") {
-  // Both edges lie in one line all the time and slide together: contacts in every box.
+TEST_CASE("interval subdivision is never late and reports a hit when it gives up") {
+  // Both edges lie on one line at all times and slide into each other: every box has contacts.
   const QueryPoints sliding = {{{-2, 0, 0},
                                 {-1, 0, 0},
                                 {1, 0, 0},
@@ -146,7 +147,7 @@ TEST_CASE("interval subdivision is never late and gives up only towards a hit") 
   }
 }
 
-TEST_CASE("interval subdivision misses nothing that a detector meets") {
+TEST_CASE("interval subdivision misses no contact in the queries of a broad phase") {
   const auto data = test::data_dir();
   if (!data) return;
   for (const bench::QuerySet& set : bench::read_query_sets(*data)) {
@@ -165,9 +166,9 @@ TEST_CASE("interval subdivision misses nothing that a detector meets") {
   }
 }
 
-TEST_CASE("the cubic's roots are found to the precision") {
+TEST_CASE("the roots of the cubic are found to working precision") {
   for (const double z : {0.01, 0.3, 0.5, 0.77, 0.99}) {
-    // Falls from height z by 1 while the face turns a little.
+    // The vertex falls from height z by 1 while the face rotates slightly.
     const QueryPoints q = {{{0.25, 0.25, z},
                             {0, 0, 0},
                             {1, 0, 0},

@@ -1,5 +1,6 @@
-// Errors of the elementary tests' arithmetic over the bounds that core/elementary.h claims for
-// them, against exact rationals: every generator of queries, and a search for the worst.
+// Compares rounding errors of the elementary tests with the bounds of core/elementary.h. The exact
+// values are rationals. The queries come from every generator and from a search for the worst
+// error.
 #include <algorithm>
 #include <boost/multiprecision/cpp_int.hpp>
 #include <cmath>
@@ -19,8 +20,8 @@ namespace {
 using Rational = boost::multiprecision::cpp_rational;
 using Exact = Vec3<Rational>;
 
-// The query as the narrow phase sees it: differences of doubles, scaled by a power of two to less
-// than 2^6, in T; and the same without rounding.
+// The query as the narrow phase receives it: differences of doubles, scaled by a power of two to
+// less than 2^6, in type T. Also the same values without rounding.
 template <class T>
 struct Case {
   Differences<T> rounded;
@@ -37,7 +38,7 @@ Exact exact(const std::array<double, 3>& p) {
   return {Rational(p[0]), Rational(p[1]), Rational(p[2])};
 }
 
-// False where the query is outside the range that the narrow phase gives to this arithmetic.
+// Returns false if the narrow phase would not use this arithmetic for the query's range.
 template <ContactKind kind, class T>
 bool make_case(const QueryPoints& points, Case<T>& c) {
   QueryCoordinates q;
@@ -79,7 +80,8 @@ double ratio(const T& computed, const Rational& exact, const T& bound) {
   return static_cast<double>(Rational(abs(Rational(computed) - exact) / Rational(bound)));
 }
 
-// The cubic's Bernstein coefficients over [lo, hi], by Hermite's data at both ends.
+// Largest error over its bound of the cubic's Bernstein coefficients over [lo, hi]. The exact
+// coefficients follow from values and derivatives at both ends (Hermite interpolation).
 template <class T>
 double cubic_ratio(const Case<T>& c, T lo, T hi) {
   const Cubic<T> whole = coplanarity(c.rounded, c.magnitudes);
@@ -99,7 +101,7 @@ double cubic_ratio(const Case<T>& c, T lo, T hi) {
   return worst;
 }
 
-// The inside conditions at a time, in the order and by the operations of inside_conditions().
+// The inside conditions at one time, with the operations of inside_conditions() in the same order.
 template <ContactKind kind, class T>
 std::array<T, 3> inside_values(const Vec3<T>& e1, const Vec3<T>& e2, const Vec3<T>& r) {
   const Vec3<T> n = cross(e1, e2);
@@ -124,7 +126,8 @@ double inside_ratio(const Case<T>& c, T t) {
   return worst;
 }
 
-// What inside_conditions() says of an interval holds at its ends, in its middle and in between.
+// True if the claims of inside_conditions() about an interval hold at its ends, its midpoint and
+// between them.
 template <ContactKind kind, class T>
 bool inside_is_true(const Case<T>& c, T mid, T half) {
   const Inside<T> claimed = inside_conditions<kind>(c.rounded, c.magnitudes, mid, half);
@@ -146,7 +149,7 @@ bool inside_is_true(const Case<T>& c, T mid, T half) {
   return (!claimed.all_positive || always_inside) && (!claimed.any_negative || one_negative);
 }
 
-// A part of the step with ends that a float holds exactly, as the subdivision visits them.
+// An interval that the subdivision may visit: its ends are exact in single precision.
 template <class T>
 std::array<T, 2> any_part(Random& r) {
   const int level = r.integer(0, 12), k = r.integer(0, (1 << level) - 1);
@@ -199,12 +202,12 @@ void check_generators(const char* precision) {
   }
   std::printf("%s, generators: error over bound at most %.3f (cubic), %.3f (inside)\n", precision,
               worst.cubic, worst.inside);
-  // A bound that is never nearly reached anywhere was not measured.
+  // If no error comes near its bound, the test has measured nothing.
   CHECK(worst.cubic > 0.05);
   CHECK(worst.inside > 0.05);
 }
 
-// Of queries in which only some points move, in every part of the step that they are asked about.
+// Checks queries in which only some points move, for intervals anywhere in the step.
 template <ContactKind kind, class T>
 void check_where_some_move(Random& r) {
   for (int moving = 1; moving < 15; ++moving) {
@@ -223,8 +226,8 @@ void check_where_some_move(Random& r) {
   }
 }
 
-// Climbs from random queries to ones with larger errors, by new values of a coordinate and by new
-// last bits.
+// Hill climbing from random queries to queries with larger errors. Each step
+// changes up to three coordinates, often only their last bits.
 template <class T>
 void check_search(const char* precision, double Worst::*what) {
   double worst = 0;
@@ -277,7 +280,7 @@ TEST_CASE("a search for the worst error of the inside conditions finds none beyo
   check_search<double>("double, inside", &Worst::inside);
 }
 
-TEST_CASE("what is said of a part of a step holds, whichever points move") {
+TEST_CASE("claims about a part of a step hold whichever points move") {
   Random r(11);
   check_where_some_move<ContactKind::vertex_face, float>(r);
   check_where_some_move<ContactKind::vertex_face, double>(r);

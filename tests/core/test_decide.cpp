@@ -1,5 +1,5 @@
-// Generated queries, regular and degenerate: the narrow phase and the exact stage against the
-// oracle, and what must not change an answer.
+// Compares the narrow phase and the exact stage with the oracle on generated queries, regular and
+// degenerate. Also tests transformations that must not change an answer.
 #include <array>
 #include <cmath>
 #include <limits>
@@ -21,7 +21,7 @@ namespace {
 constexpr double tick = 0x1p-32;
 constexpr std::uint64_t seed = 1;
 
-// How many queries of a generator and kind, with a few only where one takes milliseconds.
+// Number of queries of a generator and kind; a tenth if one query takes milliseconds.
 std::uint64_t count_of(const Generator& generator, std::uint64_t count) {
   return generator.share == 1 ? count / 10 : count;
 }
@@ -68,7 +68,7 @@ TEST_CASE("the exact stage gives the true answer and the true time in whole tick
   });
 }
 
-TEST_CASE("what double precision decides does not depend on single precision having been tried") {
+TEST_CASE("double precision decides the same whether single precision was tried or not") {
   int decided = 0;
   for_each_query(500, [&](ContactKind kind, const QueryPoints& points) {
     QueryCoordinates q;
@@ -76,7 +76,7 @@ TEST_CASE("what double precision decides does not depend on single precision hav
       q.start[i] = {points[i][0], points[i][1], points[i][2]};
       q.end[i] = {points[i + 4][0], points[i + 4][1], points[i + 4][2]};
     }
-    // The generators in [-1, 1] and near it need no other scale.
+    // Coordinates up to 8 need no scaling; this test leaves it out.
     for (const auto& point : points)
       for (const double x : point)
         if (!(std::fabs(x) <= 8)) return;

@@ -1,5 +1,5 @@
-// Oriented boxes: their axes are orthonormal whatever the points are, principal where the points
-// have principal directions, and a box is apart only from what no point of it reaches.
+// Tests of oriented boxes. The axes are orthonormal for all points, and principal if the points
+// have principal directions. Two boxes are apart only if no points in them are in contact.
 #include <array>
 #include <cmath>
 #include <vector>
@@ -97,7 +97,7 @@ TEST_CASE("axes are orthonormal for points of any kind and size") {
   CHECK(orthonormal(fit({}).axis));
 }
 
-TEST_CASE("a box is never apart from a box of some of its points, nor of boxes of its boxes") {
+TEST_CASE("a box is never apart from a box of some of its points or of boxes inside it") {
   Random random(3);
   int apart_count = 0;
   for (int n = 0; n < 300; ++n) {
@@ -150,10 +150,10 @@ TEST_CASE("a box in single precision is never apart from one of some of its poin
       }
     }
   }
-  CHECK(apart_count > 0.6 * apart_in_double);  // far from the origin single precision sees little
+  CHECK(apart_count > 0.6 * apart_in_double);  // low resolution far from the origin
 }
 
-TEST_CASE("a box with a number that is not one is apart from nothing") {
+TEST_CASE("a box with a NaN is apart from no box") {
   const Fitted good = fit({{0, 0, 0}, {1, 0, 0}, {0, 1, 0}});
   for (const double bad : {HUGE_VAL, -HUGE_VAL, std::nan("")}) {
     const Fitted f = fit({{5, 5, bad}, {6, 6, 6}});

@@ -1,5 +1,5 @@
-// Minimum separation: the elementary tests against distances in extended precision, and whole
-// detections against the elementary tests.
+// Tests of the minimum separation. Compares the elementary tests with distances in extended
+// precision, and whole detections with the elementary tests.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -36,8 +36,8 @@ long double squared_point_segment(const Point& p, const Point& a, const Point& b
   return dot(p - q, p - q);
 }
 
-// By brute force over all features: the interiors where their projections fall inside, and every
-// end.
+// Distance of the primitives by brute force over all features: interiors, if the projections fall
+// inside, and all vertices and edges.
 long double distance(ContactKind kind, const std::array<Point, 4>& x) {
   long double least = std::numeric_limits<long double>::infinity();
   const auto consider = [&](long double squared) { least = std::fmin(least, squared); };
@@ -109,8 +109,8 @@ TEST_CASE("a falling vertex is in contact when it is as near as the separation")
   CHECK(decide_within(vf, falling_vertex(1, 0.25), 0.25).hit);
 }
 
-// The axis of a moment does not hold for long where primitives turn.
-TEST_CASE("a face that turns towards a vertex is met within a few advances") {
+// If primitives rotate, a separating axis of one time separates them for a short time only.
+TEST_CASE("a rotating face reaches a vertex within a few advances") {
   constexpr double h = 0.25;
   int most = 0;
   for (int tilt = -7; tilt <= 7; ++tilt) {
@@ -145,7 +145,7 @@ TEST_CASE("a face that turns towards a vertex is met within a few advances") {
   CHECK(most <= 8);
 }
 
-TEST_CASE("what is nearer than the separation at the start is in contact at time zero") {
+TEST_CASE("primitives nearer than the separation at the start are in contact at time zero") {
   const QueryResult result = decide_within(ContactKind::vertex_face, falling_vertex(0.1, 3), 0.25);
   CHECK(result.hit);
   CHECK(result.toi == 0);

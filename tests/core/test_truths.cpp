@@ -1,4 +1,4 @@
-// Oracle, exact stage and narrow phase against the truths of the test data.
+// Compares the oracle, the exact stage and the narrow phase with the truths of the test data.
 #include <cmath>
 #include <cstdio>
 
@@ -14,7 +14,7 @@ using namespace lazyccd::test;
 namespace {
 
 constexpr double tick = 0x1p-32;
-constexpr double digits = 1e-16;  // of the truths' times
+constexpr double digits = 1e-16;  // precision of the times in the truth files
 
 void check_oracle(const TruthSet& set) {
   int wrong = 0, other_time = 0, other_regularity = 0;

@@ -1,4 +1,5 @@
-// Bad input is refused with the body and the primitive named, and nothing is lost by it.
+// Bad input is refused with an error that names the body and the primitive. The detector then still
+// works.
 #include <functional>
 #include <limits>
 #include <vector>
@@ -11,8 +12,8 @@ using namespace lazyccd;
 
 namespace {
 
-// Two bodies, a triangle each; vertex 3 of the upper one falls through the lower at half of the
-// step.
+// Two bodies of one triangle each. Vertex 3 of the upper one falls through the lower one and meets
+// it at half of the step.
 struct Scene {
   std::vector<double> start = {0, 0, 0, 1, 0, 0, 0, 1, 0, 0.25, 0.25, 0.125, 2, 2, 3, 2, 3, 3};
   std::vector<double> end = start;
@@ -56,8 +57,8 @@ struct Fault {
   std::int32_t body, primitive;
 };
 
-// Sets a good topology, expects that `action` throws this, and that the detector then works as
-// before.
+// Sets a good topology and checks that `action` throws the expected error. Then checks that the
+// detector still works.
 void check_fault(const Fault& expected, const std::function<void(Detector&)>& action) {
   const Scene good;
   Detector detector(cpu_options());
@@ -110,7 +111,7 @@ TEST_CASE("a position in single precision that is not finite is refused") {
   });
 }
 
-TEST_CASE("another number of positions than of vertices is refused") {
+TEST_CASE("a number of positions that differs from the number of vertices is refused") {
   check_fault({ErrorCode::size_mismatch, -1, -1}, [](Detector& detector) {
     const Scene scene;
     detector.detect({scene.start.data(), 5}, positions(scene.end));
@@ -148,7 +149,7 @@ TEST_CASE("a face or edge that names a vertex twice is refused") {
   check_topology_fault({ErrorCode::degenerate_face, 1, 0}, [](Scene& s) { s.edges = {{4, 4}}; });
 }
 
-TEST_CASE("a face that stands twice, in any order of its corners, is refused") {
+TEST_CASE("a duplicate face is refused in any order of its corners") {
   for (const Face& again : {Face{0, 1, 2}, Face{1, 2, 0}, Face{2, 1, 0}}) {
     check_topology_fault({ErrorCode::duplicate_face, 0, 2},
                          [&](Scene& s) { s.faces.push_back(again); });
@@ -174,7 +175,7 @@ TEST_CASE("tables whose lengths do not fit together are refused") {
 
 TEST_CASE("non-manifold edges, ropes and repeated edges are accepted") {
   Scene scene;
-  // A third and a fourth face on the edge (0, 1), and a rope of body 1.
+  // Adds a third and a fourth face at the edge (0, 1), and an edge of body 1 without a face.
   scene.start.insert(scene.start.end(), {0.5, -1, 0, 0.5, 0, -1, 3, 3, 3});
   scene.end.insert(scene.end.end(), {0.5, -1, 0, 0.5, 0, -1, 3, 3, 3});
   scene.faces.push_back({1, 0, 6});

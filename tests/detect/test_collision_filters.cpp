@@ -1,4 +1,4 @@
-// Which bodies meet: groups and masks, disabled pairs, each with itself.
+// Collision filters: groups and masks, disabled pairs, self-collision.
 #include <cstdint>
 #include <utility>
 #include <vector>
@@ -12,7 +12,7 @@ using namespace lazyccd::test;
 
 namespace {
 
-// Two bodies of two triangles: all triangles pass through each other.
+// Two bodies of two triangles each. Every triangle passes through all others.
 struct Crossing {
   MovingTriangles triangles;
   std::vector<Body> bodies = std::vector<Body>(2);
@@ -30,7 +30,7 @@ struct Crossing {
     }
   }
 
-  // Contacts between the bodies, and of each with itself.
+  // Numbers of contacts between the bodies and within each body.
   struct Found {
     int between = 0, within[2] = {0, 0};
   };
@@ -54,7 +54,7 @@ struct Crossing {
 
 }  // namespace
 
-TEST_CASE("two bodies meet where each one's group is in the other's mask") {
+TEST_CASE("two bodies collide if the group of each is in the mask of the other") {
   Crossing scene;
   const std::uint32_t group_a = GENERATE(0u, 1u, 6u), mask_a = GENERATE(0u, 2u, 12u),
                       group_b = GENERATE(0u, 2u, 8u), mask_b = GENERATE(0u, 1u, 4u);
@@ -66,14 +66,14 @@ TEST_CASE("two bodies meet where each one's group is in the other's mask") {
   CHECK((scene.found().between > 0) == ((group_a & mask_b) != 0 && (group_b & mask_a) != 0));
 }
 
-TEST_CASE("a pair that is disabled does not meet, in whatever order it is named") {
+TEST_CASE("a disabled pair does not collide whichever body is named first") {
   Crossing scene;
   CHECK(scene.found().between > 0);
   scene.disabled = {GENERATE(BodyPair{0, 1}, BodyPair{1, 0})};
   CHECK(scene.found().between == 0);
 }
 
-TEST_CASE("each body meets itself where it is asked to, and no group keeps it from that") {
+TEST_CASE("self-collision depends on its flag and not on groups") {
   Crossing scene;
   const int asked = GENERATE(0, 1);
   scene.bodies[asked].self_collision = true;

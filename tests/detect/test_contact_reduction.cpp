@@ -1,4 +1,5 @@
-// Of near pairs that say the same, one is reported; of one body's, those within its reach.
+// Contact reduction reports one of several near pairs with the same closest points. Pairs within a
+// body are reported up to its self-separation.
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -15,7 +16,7 @@ using namespace lazyccd::test;
 
 namespace {
 
-constexpr double separation = 0.3;  // of edges of length 1
+constexpr double separation = 0.3;  // edges have length 1
 
 // A wavy square cloth of `side` x `side` nodes at height `z`, that moves down by `down`.
 void add_cloth(int side, double z, double shift, double down, MovingTriangles& scene) {
@@ -38,7 +39,7 @@ void add_cloth(int side, double z, double shift, double down, MovingTriangles& s
   }
 }
 
-// Vertex above vertex, above edge, and above nothing of the kind.
+// Four cloths, with vertices above vertices, above edges and above faces.
 MovingTriangles cloths() {
   MovingTriangles scene;
   add_cloth(9, 0, 0, 0, scene);
@@ -48,11 +49,11 @@ MovingTriangles cloths() {
   return scene;
 }
 
-DetectorOptions of_cpu(bool distinct) {
+DetectorOptions cpu_options(bool reduced) {
   DetectorOptions options;
   options.backend = Backend::cpu;
   options.separation = separation;
-  options.reduce_contacts = distinct;
+  options.reduce_contacts = reduced;
   return options;
 }
 
@@ -74,7 +75,7 @@ double gap_at_start(const Contact& contact, const MovingTriangles& scene) {
   return std::sqrt(squared);
 }
 
-// Of the points of a contact those that bear it.
+// The vertices whose weight in the contact is not about zero.
 std::vector<std::int32_t> bearing(const Contact& contact) {
   std::vector<std::int32_t> vertices;
   for (int i = 0; i < 4; ++i)
@@ -84,15 +85,16 @@ std::vector<std::int32_t> bearing(const Contact& contact) {
 
 }  // namespace
 
-TEST_CASE("what is not reported has one that stands for it, and is as near") {
+TEST_CASE("for each contact left out a reported one shares its points and is as near") {
   const MovingTriangles scene = cloths();
-  const std::vector<Contact> all = near(scene, of_cpu(false)), few = near(scene, of_cpu(true));
-  CHECK(few.size() > 200);
-  CHECK(all.size() > few.size() + 1000);
-  CHECK(std::includes(all.begin(), all.end(), few.begin(), few.end()));
-  int unspoken = 0, late = 0;
+  const std::vector<Contact> all = near(scene, cpu_options(false)),
+                             reported = near(scene, cpu_options(true));
+  CHECK(reported.size() > 200);
+  CHECK(all.size() > reported.size() + 1000);
+  CHECK(std::includes(all.begin(), all.end(), reported.begin(), reported.end()));
+  int unrepresented = 0, late = 0;
   for (const Contact& contact : all) {
-    if (std::binary_search(few.begin(), few.end(), contact)) continue;
+    if (std::binary_search(reported.begin(), reported.end(), contact)) continue;
     late += contact.toi > 0;
     const std::vector<std::int32_t> vertices = bearing(contact);
     const auto stands_for = [&](const Contact& other) {
@@ -103,20 +105,20 @@ TEST_CASE("what is not reported has one that stands for it, and is as near") {
              std::any_of(vertices.begin(), vertices.end(), has) &&
              gap_at_start(other, scene) <= gap_at_start(contact, scene) + 0.002;
     };
-    unspoken += std::none_of(few.begin(), few.end(), stands_for);
+    unrepresented += std::none_of(reported.begin(), reported.end(), stands_for);
   }
-  CHECK(unspoken == 0);
+  CHECK(unrepresented == 0);
   CHECK(late == 0);
 }
 
-TEST_CASE("a vertex above a vertex is one contact from either side, above an edge one") {
+TEST_CASE("a vertex above a vertex is one contact from either side and above an edge one contact") {
   struct {
-    double beside;  // of the middle vertex
-    std::size_t all, few;
+    double beside;  // offset of the vertex along x from the middle vertex
+    std::size_t all, reported;
   } const cases[] = {
-      // A corner and six faces, the middle and one face, two edges and six.
+      // Corner with six faces, middle vertex with one face, two edges with six edges.
       {0, 6 + 1 + 2 * 6, 2},
-      // A corner and two faces, two edges and one.
+      // Corner with two faces, two edges with one edge.
       {0.5, 2 + 2, 1},
   };
   for (const auto& expected : cases) {
@@ -128,19 +130,19 @@ TEST_CASE("a vertex above a vertex is one contact from either side, above an edg
       scene.start.insert(scene.start.end(), {x[0] + expected.beside, x[1], x[2]});
     scene.faces.push_back({9, 10, 11});
     scene.end = scene.start;
-    CHECK(near(scene, of_cpu(false)).size() == expected.all);
-    CHECK(near(scene, of_cpu(true)).size() == expected.few);
+    CHECK(near(scene, cpu_options(false)).size() == expected.all);
+    CHECK(near(scene, cpu_options(true)).size() == expected.reported);
   }
 }
 
-TEST_CASE("what would stand for others but does not come near itself lets them be reported") {
-  // Edges that cross near an end of one of them, whose vertex is outside of the separation.
+TEST_CASE("pairs are reported if the pair that would replace them is not near") {
+  // Two edges cross near an end of one of them. The vertex of this end is beyond the separation.
   MovingTriangles scene;
   scene.start = {0, 0, 0, 1, 0, 0, 0.5, 0, -1, 0.0005, -0.5, 1e-6, 0.0005, 0.5, 1e-6, 0.0005, 0, 1};
   scene.end = scene.start;
   for (std::size_t v = 3; v < 6; ++v) scene.end[3 * v + 2] -= 5e-4;
   scene.faces = {{0, 1, 2}, {3, 4, 5}};
-  DetectorOptions options = of_cpu(true);
+  DetectorOptions options = cpu_options(true);
   options.separation = 1e-5;
   for (const Arithmetic arithmetic : {Arithmetic::single_first, Arithmetic::double_only}) {
     options.algorithm.arithmetic = arithmetic;
@@ -150,8 +152,8 @@ TEST_CASE("what would stand for others but does not come near itself lets them b
   }
 }
 
-TEST_CASE("what is pinned as a whole stands for nothing") {
-  // Two edges from a pinned vertex next to an edge of a pinned face.
+TEST_CASE("a pair of pinned vertices alone replaces no other pair") {
+  // Two edges that share a pinned vertex, which is next to an edge of a pinned face.
   MovingTriangles scene;
   scene.start = {0, 0, 0, 1, 0, -0.5, 0.5, 0.1, -1, 0, -0.5, 0.1, 0, 0.5, 0.1, 0, 0, 1};
   scene.end = scene.start;
@@ -159,15 +161,15 @@ TEST_CASE("what is pinned as a whole stands for nothing") {
   const std::vector<float> inverse_mass = {0, 1, 1, 0, 0, 0};
   Topology topology = scene.topology();
   topology.inverse_mass = {inverse_mass.data(), inverse_mass.size()};
-  Detector detector(of_cpu(true));
+  Detector detector(cpu_options(true));
   detector.set_topology(topology);
   CHECK(detector.detect(scene.at(scene.start), scene.at(scene.end)).size() == 2);
 }
 
-TEST_CASE("what stands for others is the same in every arithmetic, strategy and instruction set") {
+TEST_CASE("contact reduction is the same in every arithmetic, strategy and instruction set") {
   const MovingTriangles scene = cloths();
   const Mesh mesh(scene.topology());
-  DetectorOptions options = of_cpu(true);
+  DetectorOptions options = cpu_options(true);
   const auto hash = [&](const LeafKernels& kernels) {
     CpuDetector detector(options, kernels);
     detector.set_mesh(mesh);
@@ -184,15 +186,15 @@ TEST_CASE("what stands for others is the same in every arithmetic, strategy and 
   options.algorithm.strategy = Strategy::thread_per_query;
   CHECK(hash(*best_leaf_kernels()) == expected);
 
-  // As it is for what a device has found.
-  const std::vector<Contact> all = near(scene, of_cpu(false));
+  // Also the same if the contacts of a device are reduced.
+  const std::vector<Contact> all = near(scene, cpu_options(false));
   CpuDetector detector(options);
   detector.set_mesh(mesh);
   Stats stats;
-  const Span<const Contact> few = detector.reduce_contacts(
+  const Span<const Contact> reported = detector.reduce_contacts(
       {all.data(), all.size()}, scene.at(scene.start), scene.at(scene.end), stats);
   CHECK(stats.hash == expected);
-  CHECK(stats.contacts_vf + stats.contacts_ee == static_cast<std::int64_t>(few.size()));
+  CHECK(stats.contacts_vf + stats.contacts_ee == static_cast<std::int64_t>(reported.size()));
   Stats again;
   detector.recheck_near_pairs(scene.at(scene.start), scene.at(scene.end), again);
   Detector plain;
@@ -202,13 +204,13 @@ TEST_CASE("what stands for others is the same in every arithmetic, strategy and 
   CHECK(plain.stats().contacts_vf > 0);
 }
 
-TEST_CASE("parts of one body are near only as far as they reach, and touch all the same") {
+TEST_CASE("near pairs of one body end at its self-separation and touching pairs do not") {
   const MovingTriangles scene = cloths();
   const std::size_t count = scene.start.size() / 3, of_first = 81;
   std::vector<std::int32_t> body(count, 1);
   std::fill_n(body.begin(), of_first, 0);
-  constexpr float reach = 0.12f;
-  const std::vector<float> self_separation(count, reach);
+  constexpr float limit = 0.12f;
+  const std::vector<float> self_separation(count, limit);
   Topology free = scene.topology();
   free.body_of_vertex = body;
   Topology limited = free;
@@ -220,15 +222,15 @@ TEST_CASE("parts of one body are near only as far as they reach, and touch all t
     return std::vector<Contact>(contacts.begin(), contacts.end());
   };
 
-  for (const bool distinct : {false, true}) {
-    Detector detector(of_cpu(distinct));
+  for (const bool reduced : {false, true}) {
+    Detector detector(cpu_options(reduced));
     std::vector<Contact> expected = found(free, detector);
     const std::int64_t near = detector.stats().near;
     CHECK(near >= static_cast<std::int64_t>(expected.size()));
     const std::size_t all = expected.size();
     const auto is_beyond = [&](const Contact& contact) {
       return contact.body_a == contact.body_b && contact.toi == 0 &&
-             gap_at_start(contact, scene) > reach;
+             gap_at_start(contact, scene) > limit;
     };
     expected.erase(std::remove_if(expected.begin(), expected.end(), is_beyond), expected.end());
     CHECK(expected.size() + 100 < all);
@@ -238,11 +240,11 @@ TEST_CASE("parts of one body are near only as far as they reach, and touch all t
     CHECK(same_contacts(detector.recheck_near_pairs(start, end), found(free, plain)));
     CHECK(plain.stats().contacts_vf > 0);
 
-    // Also of what a device has found.
-    Detector everything(of_cpu(false));
+    // Also if the contacts of a device are reduced.
+    Detector everything(cpu_options(false));
     const std::vector<Contact> device = found(free, everything);
     const Mesh mesh(limited);
-    CpuDetector cpu(of_cpu(distinct));
+    CpuDetector cpu(cpu_options(reduced));
     cpu.set_mesh(mesh);
     Stats stats;
     CHECK(same_contacts(cpu.reduce_contacts(device, start, end, stats), expected));

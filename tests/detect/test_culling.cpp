@@ -1,4 +1,4 @@
-// What is culled has no contact: every combination gives the contacts of none.
+// Culling removes no contact: every combination gives the same contacts as no culling.
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
@@ -20,7 +20,7 @@ using namespace lazyccd::test;
 
 namespace {
 
-// A sheet of n x n cells that waves with random shapes, from almost flat to folded over itself.
+// A sheet of n x n cells with random waves, from almost flat to folded over itself.
 MovingTriangles waving_sheet(int n, std::uint64_t seed, double height) {
   Random random(seed);
   double wave[2][4];
@@ -74,7 +74,7 @@ Stats detect(const Topology& topology, const Positions& start, const Positions& 
   return detector.stats();
 }
 
-// Contacts of a sheet, which are the same with and without culling.
+// Number of contacts of a sheet. Checks that it is the same with and without culling.
 std::int64_t contacts_that_culling_keeps(const MovingTriangles& sheet) {
   const auto run = [&](Culling culling) {
     return detect(sheet.topology(), MovingTriangles::at(sheet.start),
@@ -128,7 +128,8 @@ TEST_CASE("faces that turn over inside a flat boundary are found") {
 
 TEST_CASE("a ramp that winds over itself is found, though all its faces look up") {
   for (const double turns : {0.8, 1.02, 1.2, 1.9}) {
-    // Its upper end falls through the lower one, turned a little so that no two corners meet.
+    // The upper end falls through the lower one. It is rotated slightly, so that no corners
+    // coincide.
     MovingTriangles ramp;
     constexpr std::int32_t steps = 40;
     for (std::int32_t i = 0; i <= steps; ++i) {
@@ -180,7 +181,7 @@ TEST_CASE("every combination of culling gives the same contacts on real frames")
   }
 }
 
-TEST_CASE("a view's coordinates span the plane that it looks at") {
+TEST_CASE("the coordinates of a view span the plane perpendicular to it") {
   for (int i = 0; i < kViews; ++i) {
     const View seen = view(i);
     const auto &v = seen.along, &u = seen.u, &w = seen.w;
@@ -192,12 +193,12 @@ TEST_CASE("a view's coordinates span the plane that it looks at") {
   }
 }
 
-TEST_CASE("a flat sheet is one patch that is not opened, and a sheet that closes on itself is") {
+TEST_CASE("a flat sheet is culled as one patch and a closed band is not") {
   MovingTriangles flat = waving_sheet(8, 1, 0);
   CHECK(detect(flat.topology(), MovingTriangles::at(flat.start), MovingTriangles::at(flat.end),
                {true, true, false})
             .culled_by_normal_cone == 1);
-  // A band around a cylinder: its ends are one, so the boundary is two loops.
+  // A band around a cylinder: its ends are joined, so the boundary is two loops.
   MovingTriangles band;
   for (std::int32_t i = 0; i < 12; ++i) {
     for (const double z : {0.0, 0.2}) {
@@ -212,7 +213,7 @@ TEST_CASE("a flat sheet is one patch that is not opened, and a sheet that closes
             .culled_by_normal_cone < 4);
 }
 
-TEST_CASE("a body that does not meet itself has no patches, as nobody asks for them") {
+TEST_CASE("a body without self-collision has no patches") {
   const MovingTriangles flat = waving_sheet(8, 1, 0);
   std::vector<Body> bodies(1);
   for (const bool meets_itself : {true, false}) {
@@ -241,9 +242,10 @@ TEST_CASE("the orphans of two adjacent triangles are their pairs without a share
   CHECK(orphans.adjacent_faces() == 1);
 }
 
-TEST_CASE("a pair that faces without a shared vertex have is no orphan") {
-  // A strip of triangles: 0-1-2, 1-3-2, 2-3-4, 3-5-4. Vertex 0 and face 2-3-4 are of adjacent faces
-  // and of no others; vertex 3 is also in the last, which shares no vertex with the first.
+TEST_CASE("a pair that two faces without a shared vertex contain is no orphan") {
+  // A strip of triangles: 0-1-2, 1-3-2, 2-3-4, 3-5-4. The pair of vertex 0 and face 2-3-4 belongs
+  // to adjacent faces only. Vertex 3 also belongs to the last face, which shares no vertex with the
+  // first.
   Topology topology;
   topology.vertex_count = 6;
   const std::vector<Face> faces = {{0, 1, 2}, {1, 3, 2}, {2, 3, 4}, {3, 5, 4}};

@@ -1,4 +1,4 @@
-// The whole detection on real frames, against contacts that were decided exactly with Mathematica.
+// Whole detections on real frames. The true contacts were decided exactly with Mathematica.
 #include <algorithm>
 #include <cstdio>
 
@@ -12,7 +12,7 @@ using namespace lazyccd;
 
 namespace {
 
-// The numbers of true contacts are published with the frames.
+// `true_vf`, `true_ee`: numbers of true contacts, published with the frames.
 void check_scene(const char* scene, std::size_t true_vf, std::size_t true_ee) {
   const auto data = test::data_dir();
   if (!data) return;
@@ -47,14 +47,14 @@ void check_scene(const char* scene, std::size_t true_vf, std::size_t true_ee) {
 
 }  // namespace
 
-TEST_CASE("on cloth-ball every true contact is found once and no other") {
+TEST_CASE("on cloth-ball every true contact is found once and no other contact") {
   check_scene("cloth-ball", 19032, 94822);
 }
 
-TEST_CASE("on cloth-funnel every true contact is found once and no other") {
+TEST_CASE("on cloth-funnel every true contact is found once and no other contact") {
   check_scene("cloth-funnel", 27, 107);
 }
 
-TEST_CASE("on armadillo-rollers every true contact is found once and no other") {
+TEST_CASE("on armadillo-rollers every true contact is found once and no other contact") {
   check_scene("armadillo-rollers", 4650, 19308);
 }

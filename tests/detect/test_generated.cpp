@@ -1,5 +1,5 @@
-// Whole detections on generated queries, regular and degenerate: exactly the contacts that exact
-// arithmetic finds, at the same times.
+// Whole detections on generated queries, regular and degenerate. They must find exactly the
+// contacts of exact arithmetic, at the same times.
 #include <cmath>
 #include <map>
 #include <string_view>
@@ -18,10 +18,10 @@ using namespace lazyccd::test;
 
 namespace {
 
-// Pairs of a triangle and a rope of one edge. Each pair has a group of its own, so that as many as
-// there are bits in a mask share one scene without meeting.
+// Pairs of a triangle and a rope of one edge. Each pair has its own collision group, so that 32
+// pairs, the number of bits of a mask, can be in one scene without collisions between them.
 constexpr int pairs = 32;
-constexpr int vertices_a_pair = 5;  // the triangle's three, then the rope's two
+constexpr int vertices_a_pair = 5;  // three of the triangle, then two of the rope
 
 struct GeneratedScene {
   std::vector<std::array<double, 3>> start, end;
@@ -41,7 +41,7 @@ struct GeneratedScene {
   }
 };
 
-// The reflection of a in the middle of bc, which has the query's scale; b where it overflows.
+// Reflects a at the midpoint of bc. The result has the scale of the query. Returns b on overflow.
 std::array<double, 3> fifth_point(const std::array<double, 3>& a, const std::array<double, 3>& b,
                                   const std::array<double, 3>& c) {
   std::array<double, 3> p;
@@ -49,7 +49,8 @@ std::array<double, 3> fifth_point(const std::array<double, 3>& a, const std::arr
   return std::isfinite(p[0] + p[1] + p[2]) ? p : b;
 }
 
-// A query of either kind and a fifth point: the other end of the rope, or the triangle's third.
+// A query has four points. The fifth is the other end of the rope (vertex-face) or the third vertex
+// of the triangle (edge-edge).
 GeneratedScene make_scene(const Generator& generator, ContactKind kind, std::uint64_t first) {
   GeneratedScene scene;
   const bool vf = kind == ContactKind::vertex_face;
@@ -75,7 +76,7 @@ GeneratedScene make_scene(const Generator& generator, ContactKind kind, std::uin
   return scene;
 }
 
-// Time of every contact, each pair by itself: by exact arithmetic where the separation is 0.
+// Time of every contact. Each pair is decided alone; in exact arithmetic if the separation is 0.
 std::map<PairKey, double> contacts_one_by_one(const GeneratedScene& scene, double separation) {
   std::map<PairKey, double> contacts;
   const auto decide_pair = [&](ContactKind kind, std::array<std::int32_t, 4> vertices) {
@@ -91,7 +92,8 @@ std::map<PairKey, double> contacts_one_by_one(const GeneratedScene& scene, doubl
   for (std::int32_t v = 0; v < vertices_a_pair * pairs; v += vertices_a_pair) {
     decide_pair(ContactKind::vertex_face, {v + 3, v, v + 1, v + 2});
     decide_pair(ContactKind::vertex_face, {v + 4, v, v + 1, v + 2});
-    // In the order of Contact: with a separation the last bit of the time may depend on it.
+    // Vertices in the order of Contact: with a separation, the last bit of the time may depend on
+    // it.
     decide_pair(ContactKind::edge_edge, {v, v + 1, v + 3, v + 4});
     decide_pair(ContactKind::edge_edge, {v + 1, v + 2, v + 3, v + 4});
     decide_pair(ContactKind::edge_edge, {v, v + 2, v + 3, v + 4});
@@ -99,7 +101,7 @@ std::map<PairKey, double> contacts_one_by_one(const GeneratedScene& scene, doubl
   return contacts;
 }
 
-// The extent of the first triangle.
+// The largest extent of the first triangle along an axis.
 double size_of(const GeneratedScene& scene) {
   double size = 0;
   for (std::size_t i = 1; i < 3; ++i)
@@ -108,14 +110,15 @@ double size_of(const GeneratedScene& scene) {
   return size;
 }
 
-// `separation` in parts of the first triangle's extent.
+// `separation`: as a fraction of size_of() the scene.
 void check_detections(Arithmetic arithmetic, double separation) {
   DetectorOptions options;
   options.backend = Backend::cpu;
   options.threads = 1;
   options.algorithm.arithmetic = arithmetic;
   for (const Generator& generator : generators()) {
-    // The scene's scale is not the query's; only where nothing underflows does that change no bit.
+    // The scene is scaled otherwise than a single query. Without underflow this changes no bit;
+    // tiny queries underflow.
     if (separation > 0 && generator.name == std::string_view("tiny")) continue;
     for (const ContactKind kind : {ContactKind::vertex_face, ContactKind::edge_edge}) {
       const std::uint64_t scenes = generator.share == 1 ? 1 : repetitions(8);
@@ -138,7 +141,7 @@ void check_detections(Arithmetic arithmetic, double separation) {
                                  contact.normal[2] * contact.normal[2];
           const bool placed = contact.u >= 0 && contact.u <= 1 && contact.v >= 0 &&
                               contact.v <= 1 && std::fabs(length2 - 1) < 1e-5;
-          // Of any numbers, differences may overflow.
+          // Differences of "any_bits" may overflow.
           if (!placed && generator.name != std::string_view("any_bits")) CHECK(placed);
         }
         const bool same = found == contacts_one_by_one(scene, options.separation);
@@ -151,15 +154,15 @@ void check_detections(Arithmetic arithmetic, double separation) {
 }  // namespace
 
 TEST_CASE(
-    "a detection finds the contacts of generated scenes and no other, single precision first") {
+    "a detection finds exactly the contacts of generated scenes with single precision first") {
   check_detections(Arithmetic::single_first, 0);
 }
 
-TEST_CASE("a detection finds the contacts of generated scenes and no other, in double precision") {
+TEST_CASE("a detection finds exactly the contacts of generated scenes in double precision") {
   check_detections(Arithmetic::double_only, 0);
 }
 
-TEST_CASE("a detection finds what comes within the minimum separation, and no other") {
+TEST_CASE("a detection finds exactly the pairs that come within the minimum separation") {
   check_detections(Arithmetic::single_first, 1e-3);
   check_detections(Arithmetic::double_only, 0.3);
 }

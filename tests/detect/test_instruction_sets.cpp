@@ -1,4 +1,4 @@
-// The leaf's kernels of each instruction set that this machine has.
+// The leaf kernels of every instruction set of this machine.
 #include <algorithm>
 #include <cmath>
 #include <iterator>
@@ -15,7 +15,7 @@
 using namespace lazyccd;
 using namespace lazyccd::test;
 
-TEST_CASE("the box of a vertex holds it on every instruction set, whatever the numbers") {
+TEST_CASE("the box of a vertex contains it with every instruction set and any numbers") {
   const double largest = std::numeric_limits<float>::max();
   const double values[] = {0.0,    -0.0,  1.0,    -1.0,     0.1,       -0.1,       1e-30,
                            -1e-30, 1e-46, -1e-46, 1e-300,   -1e-300,   largest,    -largest,
@@ -92,9 +92,10 @@ TEST_CASE("every instruction set finds the same contacts") {
   }
 }
 
-TEST_CASE("what is as far apart as the separation is near in every arithmetic, or in none") {
+TEST_CASE("pairs at about the separation are near in every arithmetic or in none") {
   constexpr double separation = 0.004, size = 4, room = 20;
-  // Pairs of triangles, one above the other by as much, but for some roundings of float.
+  // Pairs of triangles, one above the other. Their distance is the separation, but for some
+  // rounding errors of single precision.
   MovingTriangles scene;
   std::mt19937 random(17);
   const auto symmetric = [&] { return random() / 2147483648.0 - 1; };
@@ -137,9 +138,9 @@ TEST_CASE("what is as far apart as the separation is near in every arithmetic, o
   CHECK(expected.size() > 2000);
 }
 
-TEST_CASE("every instruction set describes near pairs as they are described one by one") {
+TEST_CASE("every instruction set describes near pairs as one-by-one tests do") {
   MovingTriangles scene = crowd_of_triangles(600);
-  // Some triangles are needles, lie on a grid of parallel edges, or stand still.
+  // Some triangles are needles, lie on a grid with parallel edges, or do not move.
   for (std::size_t i = 0; i < scene.start.size(); ++i) {
     const std::size_t face = i / 9;
     if (face % 5 == 1 && i % 9 >= 6) {

@@ -1,4 +1,5 @@
-// What touches, sought among the pairs that came near.
+// Detector::recheck_near_pairs(): touching pairs are found among the near pairs of the last
+// detection.
 #include <random>
 
 #include "lazyccd/detector.h"
@@ -20,7 +21,7 @@ DetectorOptions with_separation(double separation) {
 
 }  // namespace
 
-TEST_CASE("all that touches in a motion close to another one was near in that one") {
+TEST_CASE("pairs that touch in a similar motion were near in the first motion") {
   constexpr double separation = 0.02;
   MovingTriangles scene = crowd_of_triangles(1000);
   Detector near_detector(with_separation(separation)), touch_detector(with_separation(0));
@@ -39,14 +40,14 @@ TEST_CASE("all that touches in a motion close to another one was near in that on
   CHECK(same_contacts(among_near(scene.end), touching(scene.end)));
   CHECK(same_contacts(among_near(scene.start), touching(scene.start)));
 
-  // Each component by less than half the separation over the root of three.
+  // Each component changes by less than half the separation over the square root of three.
   std::mt19937 random(3);
   for (double& x : scene.end) x += 0.28 * separation * (random() / 2147483648.0 - 1);
   CHECK(same_contacts(among_near(scene.end), touching(scene.end)));
   CHECK(near_detector.stats().hash == touch_detector.stats().hash);
 }
 
-TEST_CASE("of two bodies one may leave that motion by as much as the other one does not") {
+TEST_CASE("one of two bodies may deviate by the whole separation if the other does not") {
   constexpr double separation = 0.02;
   MovingTriangles scene = crowd_of_triangles(1000);
   std::vector<std::int32_t> body_of_vertex;
@@ -61,7 +62,7 @@ TEST_CASE("of two bodies one may leave that motion by as much as the other one d
   touch_detector.set_topology(topology);
   near_detector.detect(scene.at(scene.start), scene.at(scene.end));
 
-  // Each component of the one body's by less than the separation over the root of three.
+  // Each component of one body changes by less than the separation over the square root of three.
   std::mt19937 random(3);
   for (std::size_t i = 0; i < scene.end.size(); ++i) {
     if (body_of_vertex[i / 3] == 1)

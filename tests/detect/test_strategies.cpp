@@ -1,4 +1,4 @@
-// Strategies by name; all find the same; when a front is outdated.
+// Strategies are found by name and find the same contacts. Also tests when a front is outdated.
 #include <cstdint>
 #include <random>
 #include <set>
@@ -45,7 +45,7 @@ TEST_CASE("a strategy is found by its name, and an unknown name is refused with 
   }
 }
 
-TEST_CASE("every strategy finds the same contacts on any number of threads, from root and front") {
+TEST_CASE("every strategy finds the same contacts on any number of threads from root and front") {
   const MovingTriangles cloud = triangle_cloud(1500);
   std::set<std::uint64_t> hashes;
   std::set<std::int64_t> pairs;
@@ -93,14 +93,14 @@ TEST_CASE("the stages of a step share its wall time") {
   }
 }
 
-TEST_CASE("a negative size of the tuning is refused") {
+TEST_CASE("a negative tuning size is refused") {
   DetectorOptions options;
   options.backend = Backend::cpu;
   options.algorithm.tuning.idle_threshold = -1;
   CHECK_THROWS_AS(Detector(options), Error);
 }
 
-TEST_CASE("a front that no longer grows is made anew once, and then reused again") {
+TEST_CASE("a front that no longer grows is rebuilt once and then reused again") {
   FrontPolicy policy(2, 1.02);
   CHECK(!policy.reuse());
   policy.saved(100, false);

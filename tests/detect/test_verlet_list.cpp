@@ -1,4 +1,4 @@
-// With a separation, candidates that outlast a step.
+// The Verlet list: with a separation, candidates are reused in later steps.
 #include <random>
 
 #include "lazyccd/detector.h"
@@ -22,7 +22,7 @@ DetectorOptions with_separation(double separation, int threads) {
 
 }  // namespace
 
-TEST_CASE("what comes near is the same with candidates of earlier steps as with new ones") {
+TEST_CASE("near pairs are the same with candidates of earlier steps and with new ones") {
   constexpr double separation = 0.04;
   MovingTriangles scene = crowd_of_triangles(400);
   std::mt19937 random(11);
@@ -31,10 +31,10 @@ TEST_CASE("what comes near is the same with candidates of earlier steps as with 
     for (double& x : scene.end) x += by * (random() / 2147483648.0 - 1);
   };
   scene.end = scene.start;
-  Detector lasting(with_separation(separation, 2));
-  lasting.set_topology(scene.topology());
-  int listed = 0, sought = 0;
-  // Slow, with a jump, a fast step and a slow one after each.
+  Detector reusing(with_separation(separation, 2));
+  reusing.set_topology(scene.topology());
+  int listed = 0, searched = 0;
+  // Slow steps, then a jump and two fast steps, each followed by slow ones.
   for (const double by : {0.0,   0.001, 0.002, 0.003, 0.004, 0.004, 0.004, 0.004, 0.004, 0.004,
                           0.004, 0.004, 0.3,   0.001, 0.001, 0.009, 0.001, 0.011, 0.001, 0.001}) {
     move(by);
@@ -45,24 +45,24 @@ TEST_CASE("what comes near is the same with candidates of earlier steps as with 
     };
     const std::size_t near = detect(fresh);
     CHECK(near > 100);
-    CHECK(detect(lasting) == near);
-    CHECK(lasting.stats().hash == fresh.stats().hash);
-    (lasting.stats().tree_tests == 0 ? listed : sought) += 1;
+    CHECK(detect(reusing) == near);
+    CHECK(reusing.stats().hash == fresh.stats().hash);
+    (reusing.stats().tree_tests == 0 ? listed : searched) += 1;
   }
   CHECK(listed > 0);
-  CHECK(sought > 0);
+  CHECK(searched > 0);
 
-  // The same places with another topology.
+  // The same positions with another topology.
   scene.faces.pop_back();
-  lasting.set_topology(scene.topology());
+  reusing.set_topology(scene.topology());
   Detector fresh(with_separation(separation, 1));
   fresh.set_topology(scene.topology());
-  lasting.detect(scene.at(scene.start), scene.at(scene.end));
+  reusing.detect(scene.at(scene.start), scene.at(scene.end));
   fresh.detect(scene.at(scene.start), scene.at(scene.end));
-  CHECK(lasting.stats().hash == fresh.stats().hash);
+  CHECK(reusing.stats().hash == fresh.stats().hash);
 }
 
-TEST_CASE("candidates of earlier steps serve in every history of motions") {
+TEST_CASE("reused candidates give the same contacts in every history of motions") {
   const double separation = GENERATE(sweep({0.005, 0.06, 0.022}));
   const bool distinct = GENERATE(false, true);
   const MovingTriangles rest = layers(3, 6, 0.02);
@@ -70,14 +70,14 @@ TEST_CASE("candidates of earlier steps serve in every history of motions") {
   DetectorOptions options = with_separation(separation, 2);
   options.reduce_contacts = distinct;
   options.algorithm.arithmetic = distinct ? Arithmetic::single_first : Arithmetic::double_only;
-  Detector lasting(options);
+  Detector reusing(options);
   options.threads = 1;
   Detector fresh(options);
-  lasting.set_topology(scene.topology());
+  reusing.set_topology(scene.topology());
 
   std::mt19937 random(3);
   const auto symmetric = [&] { return random() / 2147483648.0 - 1; };
-  // Of the separation, and what it is for: at once, a node by itself, or all together.
+  // Size of a step in units of the separation. All nodes move randomly, or one, or all in common.
   constexpr double sizes[] = {0, 1e-12, 1e-6, 1e-3, 0.02, 0.05, 0.1, 0.24, 0.26, 1, 30};
   int listed = 0;
   for (int step = 0; step < 60; ++step) {
@@ -91,22 +91,23 @@ TEST_CASE("candidates of earlier steps serve in every history of motions") {
       if (!one || i / 3 == chosen) scene.end[i] += by * (together ? drift[i % 3] : symmetric());
     fresh.set_topology(scene.topology());
     const Positions start = scene.at(scene.start), end = scene.at(scene.end);
-    const Span<const Contact> found = lasting.detect(start, end);
-    listed += lasting.stats().tree_tests == 0;
+    const Span<const Contact> found = reusing.detect(start, end);
+    listed += reusing.stats().tree_tests == 0;
     CHECK(same_contacts(found, fresh.detect(start, end)));
-    CHECK(same_contacts(lasting.recheck_near_pairs(start, end), fresh.recheck_near_pairs(start, end)));
+    CHECK(same_contacts(reusing.recheck_near_pairs(start, end),
+                        fresh.recheck_near_pairs(start, end)));
   }
   CHECK(listed > 10);
 }
 
-TEST_CASE("candidates of earlier steps serve in scenes of any size") {
+TEST_CASE("reused candidates give the same contacts in scenes of any size") {
   const double unit = GENERATE(1e-300, 1e-160, 1e-30, 1e30, 1e150);
   MovingTriangles scene = layers(2, 5, 0.02);
-  Detector lasting(with_separation(0.022 * unit, 1)), fresh(with_separation(0.022 * unit, 1));
-  lasting.set_topology(scene.topology());
+  Detector reusing(with_separation(0.022 * unit, 1)), fresh(with_separation(0.022 * unit, 1));
+  reusing.set_topology(scene.topology());
   for (double& x : scene.end) x *= unit;
   std::mt19937 random(9);
-  std::vector<double> motion;  // a step
+  std::vector<double> motion;  // of each step
   for (std::size_t i = 0; i < scene.end.size(); ++i)
     motion.push_back(0.002 * unit * (random() / 2147483648.0 - 1));
   for (int step = 0; step < 12; ++step) {
@@ -114,16 +115,16 @@ TEST_CASE("candidates of earlier steps serve in scenes of any size") {
     for (std::size_t i = 0; i < scene.end.size(); ++i) scene.end[i] += motion[i];
     fresh.set_topology(scene.topology());
     const Positions start = scene.at(scene.start), end = scene.at(scene.end);
-    const Span<const Contact> found = lasting.detect(start, end);
+    const Span<const Contact> found = reusing.detect(start, end);
     CHECK(found.size() > 100);
     CHECK(same_contacts(found, fresh.detect(start, end)));
   }
 }
 
-TEST_CASE("candidates of earlier steps hold where all moves alike, however fast") {
+TEST_CASE("candidates stay valid if all vertices move alike at any speed") {
   MovingTriangles scene = layers(2, 12, 0.02);
-  Detector lasting(with_separation(0.022, 1)), fresh(with_separation(0.022, 1));
-  lasting.set_topology(scene.topology());
+  Detector reusing(with_separation(0.022, 1)), fresh(with_separation(0.022, 1));
+  reusing.set_topology(scene.topology());
   std::mt19937 random(2);
   for (int step = 0; step < 12; ++step) {
     scene.start = scene.end;
@@ -131,12 +132,12 @@ TEST_CASE("candidates of earlier steps hold where all moves alike, however fast"
       scene.end[i] += (i % 3 == 0 ? 0.3 : -0.1) + 1e-5 * (random() / 2147483648.0 - 1);
     const Positions start = scene.at(scene.start), end = scene.at(scene.end);
     fresh.set_topology(scene.topology());
-    CHECK(same_contacts(lasting.detect(start, end), fresh.detect(start, end)));
-    if (step > 1) CHECK(lasting.stats().tree_tests == 0);
+    CHECK(same_contacts(reusing.detect(start, end), fresh.detect(start, end)));
+    if (step > 1) CHECK(reusing.stats().tree_tests == 0);
   }
 }
 
-TEST_CASE("candidates of earlier steps serve next to groups that move by themselves") {
+TEST_CASE("reused candidates give the same contacts next to groups that move by themselves") {
   const Strategy strategy = GENERATE(Strategy::lazy_stealing, Strategy::thread_per_query);
   const FrontUse front = GENERATE(FrontUse::off, FrontUse::on);
   const double rebuild_ratio = GENERATE(1.5, 1e-9);
@@ -149,18 +150,18 @@ TEST_CASE("candidates of earlier steps serve next to groups that move by themsel
   options.algorithm.strategy = strategy;
   options.algorithm.front = front;
   options.algorithm.rebuild_ratio = rebuild_ratio;
-  Detector lasting(options);
+  Detector reusing(options);
   options.threads = 1;
   options.algorithm.front = FrontUse::off;
   Detector fresh(options);
-  lasting.set_topology(scene.topology());
+  reusing.set_topology(scene.topology());
   std::mt19937 random(8);
   const auto symmetric = [&] { return random() / 2147483648.0 - 1; };
   int in_part = 0;
   for (int step = 0; step < 40; ++step) {
     scene.start = step % 17 == 16 ? rest.start : scene.end;
     scene.end = scene.start;
-    // A sheet flies, which may be far off or through the others; a few nodes shake, all creep.
+    // One sheet flies, far away or through the others. A few nodes shake and all creep.
     const std::size_t flying = step / 5 % sheets, shaking = random() % (sheets * sheet_size - 30);
     const double fly = step % 3 == 0 ? 0.02 * symmetric() : 0.3 * (step / 5 % 2);
     const double shake = step % 2 == 0 ? 0.02 : 0;
@@ -171,10 +172,11 @@ TEST_CASE("candidates of earlier steps serve next to groups that move by themsel
     }
     fresh.set_topology(scene.topology());
     const Positions start = scene.at(scene.start), end = scene.at(scene.end);
-    CHECK(same_contacts(lasting.detect(start, end), fresh.detect(start, end)));
-    const Stats &with = lasting.stats(), &without = fresh.stats();
+    CHECK(same_contacts(reusing.detect(start, end), fresh.detect(start, end)));
+    const Stats &with = reusing.stats(), &without = fresh.stats();
     in_part += with.tree_tests > 0 && with.group_pairs < without.group_pairs;
-    CHECK(same_contacts(lasting.recheck_near_pairs(start, end), fresh.recheck_near_pairs(start, end)));
+    CHECK(same_contacts(reusing.recheck_near_pairs(start, end),
+                        fresh.recheck_near_pairs(start, end)));
   }
   if (rebuild_ratio > 1) CHECK(in_part > 5);
 }

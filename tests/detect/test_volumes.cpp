@@ -1,5 +1,5 @@
-// Bounding volumes hold what is below them and part only what is apart, so the contacts are the
-// same with each.
+// Bounding volumes enclose everything below them and separate only pairs that are not in contact,
+// so all volumes give the same contacts.
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
@@ -23,7 +23,7 @@ using namespace lazyccd::test;
 
 namespace {
 
-// Long triangles in all directions, so that volumes differ from boxes.
+// Long triangles in random directions, for which the other volumes differ from boxes.
 MovingTriangles needles(std::uint64_t seed, int count, double offset, double size) {
   Random random(seed);
   MovingTriangles cloud;
@@ -93,9 +93,9 @@ TEST_CASE("every volume gives the same contacts on needles, near and far, large 
   }
 }
 
-TEST_CASE("a volume of a node touches those of all nodes that its vertices are in") {
-  // Every leaf holds its own vertices, and a parent what its children hold: a volume that parted
-  // from one of its descendants would have lost something.
+TEST_CASE("the volume of a node overlaps those of all nodes that contain its vertices") {
+  // A leaf encloses its vertices, and a parent its children. A volume that is apart from one of its
+  // descendants would have lost something.
   const MovingTriangles cloud = needles(5, 600, 2, 1);
   const Mesh mesh(cloud.topology());
   std::vector<VertexRecord> records(mesh.vertex_count());
@@ -127,7 +127,7 @@ TEST_CASE("a volume of a node touches those of all nodes that its vertices are i
   }
 }
 
-TEST_CASE("a margin keeps volumes together that would be apart") {
+TEST_CASE("volumes that would be apart overlap with a margin") {
   // Two triangles at a distance of 1 along a diagonal.
   MovingTriangles cloud;
   const double d = std::sqrt(0.5);
@@ -160,7 +160,7 @@ TEST_CASE("a margin keeps volumes together that would be apart") {
   }
 }
 
-TEST_CASE("every volume gives the same contacts where there is a minimum separation") {
+TEST_CASE("every volume gives the same contacts with a minimum separation") {
   const MovingTriangles cloud = needles(4, 400, 0, 1);
   std::set<std::uint64_t> hashes;
   for (const Volume volume : kVolumes) {

@@ -1,5 +1,5 @@
-// The narrow phase on arbitrary bits: refused where a number is not finite, else decided as exact
-// arithmetic decides, and the same backwards in time.
+// Fuzzes the narrow phase with arbitrary bits. Numbers that are not finite must be refused. Other
+// queries must be decided as exact arithmetic decides them, and the same backwards in time.
 //
 //   cmake -B build/fuzz -G Ninja -DCMAKE_CXX_COMPILER=clang++ -DLAZYCCD_FUZZ=ON \
 //         -DLAZYCCD_SANITIZE=address,undefined
@@ -22,8 +22,9 @@ using namespace lazyccd;
 
 constexpr std::size_t coordinates = 24;
 
-// The first byte picks kind and number format; numbers that are not there are zero. Small integers
-// meet degenerate cases that random doubles never do.
+// Reads the coordinates; missing ones are zero. The first byte of the input, already removed,
+// selects the kind and the number format. Small integers hit degenerate cases that random doubles
+// never hit.
 template <class Number>
 QueryPoints read_points(const std::uint8_t* data, std::size_t size) {
   Number numbers[coordinates] = {};

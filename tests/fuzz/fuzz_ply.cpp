@@ -1,4 +1,5 @@
-// The PLY reader on arbitrary bytes: a mesh that can be used, or an Error that says what is wrong.
+// Fuzzes the PLY reader with arbitrary bytes. It must return a usable mesh or throw an Error with a
+// message.
 //
 //   cmake -B build/fuzz -G Ninja -DCMAKE_CXX_COMPILER=clang++ -DLAZYCCD_FUZZ=ON \
 //         -DLAZYCCD_SANITIZE=address,undefined

@@ -1,5 +1,5 @@
-// The readers of query files on arbitrary bytes: finite queries, or an Error that says what is wrong.
-// The first byte picks the format.
+// Fuzzes the readers of query files with arbitrary bytes. They must return finite queries or throw
+// an Error with a message. The first byte selects the format.
 //
 //   cmake -B build/fuzz -G Ninja -DCMAKE_CXX_COMPILER=clang++ -DLAZYCCD_FUZZ=ON \
 //         -DLAZYCCD_SANITIZE=address,undefined

@@ -1,5 +1,6 @@
 #!/usr/bin/env bash
-# What bounds each kernel of a step, by the hardware's counters: OUT/bounds.csv, a row a scene and kernel.
+# Measures with hardware counters what limits each kernel of a step. Writes OUT/bounds.csv, one row
+# per scene and kernel.
 #
 #   bash tests/gpu/bounds.sh FOLDER OUT     # FOLDER as for run.sh
 set -eu
@@ -16,7 +17,8 @@ for stall in $stalls; do
   metrics+=,smsp__average_warps_issue_stalled_${stall}_per_issue_active.ratio
 done
 for start in "$folder"/*0.ply; do
-  # The last replays of the graph, and single launches after them, of one set of buffers.
+  # Measures the last replays of the graph and the single launches after them, with the same
+  # buffers.
   ncu --clock-control none --graph-profiling node --csv --metrics "$metrics" --launch-skip 60 \
     --launch-count 60 "$folder/lazyccd" bench "$start" "${start%0.ply}1.ply" --backend cuda \
     --strategy lazy_stealing --repeat 1 >"$out/bounds.$(basename "$start" .ply).csv" 2>"$out/ncu.log"
@@ -53,7 +55,8 @@ with open(os.path.join(out, "bounds.csv"), "w") as table:
             values = launches.setdefault((int(row[0]), kernel), {})
             values[row[head["Metric Name"]]] = float(row[head["Metric Value"]].replace(",", ""))
         for kernel in dict.fromkeys(k for _, k in sorted(launches)):
-            # The faster half: without those from the root and those that ran out of room.
+            # Only the faster half: leaves out traversals from the root and ones that ran out of
+            # room.
             runs = sorted((v for (_, k), v in launches.items() if k == kernel),
                           key=lambda v: v["gpu__time_duration.sum"])
             runs = runs[:(len(runs) + 1) // 2]

@@ -1,10 +1,10 @@
-// Checks the whole CUDA backend against the CPU backend: the same contacts, field by field, and the
-// same hash. A plain program, so that it runs on a machine that has nothing but the driver.
+// Compares the CUDA backend with the CPU backend: the same contacts in every field, and the same
+// hash. It uses no test framework, so that it runs on a machine that has only the driver installed.
 //
 //   check_detector [--repeat N] [--small] [--culling] [START.ply END.ply]...
 //
-// --small: for the sanitizers. --culling: volumes and culling alone, of the files alone where there
-// are some.
+// --small: small scenes, for the sanitizers. --culling: checks volumes and culling only; if files
+// are given, on these files only.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -39,7 +39,7 @@ struct Scene {
   std::vector<float> inverse_mass;
   std::vector<Body> bodies;
   std::vector<BodyPair> disabled;
-  std::vector<std::vector<std::array<double, 3>>> frames;  // two at least
+  std::vector<std::vector<std::array<double, 3>>> frames;  // at least two
 
   Topology topology() const {
     Topology t;
@@ -57,7 +57,8 @@ struct Scene {
   }
 };
 
-// Sheets of n x n quads that tumble through each other, ropes between them, some vertices pinned.
+// Sheets of n x n quads that tumble through each other, with ropes between them and some pinned
+// vertices.
 Scene tumbling_sheets(int sheets, int n, int frames, double offset, bool in_float) {
   Scene scene;
   scene.name = std::to_string(sheets) + " sheets of " + std::to_string(n) + "x" +
@@ -122,8 +123,8 @@ Scene tumbling_sheets(int sheets, int n, int frames, double offset, bool in_floa
   return scene;
 }
 
-// Two sheets of n x n quads that wave gently and pass through each other: parts that are flat for a
-// step, and many contacts.
+// Two sheets of n x n quads that wave gently and pass through each other. Parts of them are flat
+// during a step, and there are many contacts.
 Scene calm_sheets(int n, int frames, bool in_float) {
   Scene scene;
   scene.name = "2 calm sheets of " + std::to_string(n) + "x" + std::to_string(n) + " quads" +
@@ -164,9 +165,9 @@ Scene calm_sheets(int n, int frames, bool in_float) {
 }
 
 constexpr std::int64_t kMostBytes =
-    300'000'000;  // for each of the scenes here, Cloth/Ball among them
+    300'000'000;  // device memory; enough for each scene here, also Cloth/Ball
 
-// What the CPU finds, step by step.
+// The contacts that the CPU finds in each step.
 struct Truth {
   struct Step {
     std::vector<Contact> contacts;
@@ -189,25 +190,25 @@ struct Truth {
   }
 };
 
-// What each way to cull did in all runs together: each must have had its share in some.
+// Pairs culled by each method, summed over all runs. Each method must have culled some.
 struct Culled {
   std::int64_t by_volume[3] = {}, culled_by_normal_cone = 0, orphans = 0, filtered_noncoplanar = 0;
 } culled;
 
-// Adds up; whether nothing was culled in a way that was not asked for.
+// Adds the counts of a step. Returns false if a method that is off has culled something.
 bool count_culled(const DetectorOptions& options, const Stats& s) {
-  culled.by_volume[static_cast<int>(options.volume)] += s.volume_culled;
+  culled.by_volume[static_cast<int>(options.algorithm.volume)] += s.volume_culled;
   culled.culled_by_normal_cone += s.culled_by_normal_cone;
-  culled.orphans += s.orphans;
+  culled.orphans += s.orphan_tests;
   culled.filtered_noncoplanar += s.filtered_noncoplanar;
   const bool thick = options.separation > 0;
-  return (options.volume != Volume::box || s.volume_culled == 0) &&
-         ((options.culling.normal_cones && !thick) || s.culled_by_normal_cone == 0) &&
-         ((options.culling.orphan_sets && !thick) || s.orphans == 0) &&
-         (options.culling.non_penetration || s.filtered_noncoplanar == 0);
+  return (options.algorithm.volume != Volume::box || s.volume_culled == 0) &&
+         ((options.algorithm.culling.normal_cones && !thick) || s.culled_by_normal_cone == 0) &&
+         ((options.algorithm.culling.orphan_sets && !thick) || s.orphan_tests == 0) &&
+         (options.algorithm.culling.non_penetration || s.filtered_noncoplanar == 0);
 }
 
-// Runs the steps of a scene on the device; false, and why, on a difference.
+// Runs the steps of a scene on the device. On a difference returns false and sets `why`.
 bool compare(const Scene& scene, const Truth& truth, DetectorOptions options, int repeat,
              std::string& why) {
   options.backend = Backend::cuda;
@@ -245,7 +246,7 @@ bool compare(const Scene& scene, const Truth& truth, DetectorOptions options, in
   return true;
 }
 
-// A tenth of the mean length of an edge.
+// A separation of a tenth of the mean edge length.
 double thin_separation(const Scene& scene) {
   double sum = 0;
   for (const Face& f : scene.faces) {
@@ -269,24 +270,24 @@ void check(const Scene& scene, const Truth& truth, const DetectorOptions& option
 }
 
 std::string describe(const DetectorOptions& options) {
-  const Culling& c = options.culling;
-  return std::string(name(options.strategy)) + ", " + name(options.volume) +
+  const Culling& c = options.algorithm.culling;
+  return std::string(name(options.algorithm.strategy)) + ", " + name(options.algorithm.volume) +
          (c.non_penetration ? ", filter" : "") + (c.normal_cones ? ", cones" : "") +
          (c.orphan_sets ? ", orphans" : "");
 }
 
-// Every volume with every strategy and each culling of the list.
+// Checks every volume with every strategy and every culling of the list.
 void check_culling(const Scene& scene, const Truth& truth, double separation,
                    const std::vector<Culling>& list) {
   for (const Strategy strategy : kStrategies) {
     for (const Volume volume : kVolumes) {
       for (const Culling& culling : list) {
         DetectorOptions options;
-        options.strategy = strategy;
-        options.volume = volume;
-        options.culling = culling;
+        options.algorithm.strategy = strategy;
+        options.algorithm.volume = volume;
+        options.algorithm.culling = culling;
         options.separation = separation;
-        check(scene, truth, options, 2,  // the second time from a front
+        check(scene, truth, options, 2,  // the second run starts from a front
               describe(options) + (separation > 0 ? ", with a separation" : ""));
       }
     }
@@ -343,8 +344,8 @@ int main(int argc, char** argv) {
       const Truth truth(scene, 0), thick(scene, 0.01);
       for (const Strategy strategy : kStrategies) {
         DetectorOptions options;
-        options.strategy = strategy;
-        options.tuning.graph = graph;
+        options.algorithm.strategy = strategy;
+        options.algorithm.tuning.graph = graph;
         check(scene, truth, options, 1, name(strategy));
         if (!graph) continue;
         options.separation = 0.01;
@@ -381,28 +382,28 @@ int main(int argc, char** argv) {
     const Truth truth(scene, 0), thick(scene, separation);
     for (const Strategy strategy : kStrategies) {
       DetectorOptions options;
-      options.strategy = strategy;
+      options.algorithm.strategy = strategy;
       const std::string called = name(strategy);
       check(scene, truth, options, repeat, called);
-      options.front = FrontUse::off;
+      options.algorithm.front = FrontUse::off;
       check(scene, truth, options, repeat, called + ", no front");
-      options.front = FrontUse::automatic;
-      options.tuning.graph = false;
+      options.algorithm.front = FrontUse::automatic;
+      options.algorithm.tuning.graph = false;
       check(scene, truth, options, 1, called + ", no graph");
-      options.tuning.graph = true;
-      options.tuning.capacity_hint = 1;
+      options.algorithm.tuning.graph = true;
+      options.algorithm.tuning.capacity_hint = 1;
       check(scene, truth, options, 1, called + ", capacity 1");
-      options.tuning.capacity_hint = 0;
-      options.rebuild_every_step = true;
+      options.algorithm.tuning.capacity_hint = 0;
+      options.algorithm.rebuild_every_step = true;
       check(scene, truth, options, 1, called + ", rebuilt each step");
-      options.rebuild_every_step = false;
+      options.algorithm.rebuild_every_step = false;
       options.separation = separation;
       check(scene, thick, options, 1, called + ", with a separation");
       options.separation = 0;
       for (const int block : {32, 64, 128, 256}) {
-        options.tuning.block_size = block;
-        options.tuning.blocks = block == 32 ? 3 : 0;
-        options.tuning.chunk = block == 64 ? 32 : 0;
+        options.algorithm.tuning.block_size = block;
+        options.algorithm.tuning.blocks = block == 32 ? 3 : 0;
+        options.algorithm.tuning.chunk = block == 64 ? 32 : 0;
         check(scene, truth, options, 1, called + ", blocks of " + std::to_string(block));
       }
     }

@@ -1,8 +1,8 @@
-// Steps a scene of the library with Bullet and detects on both backends in every step: the same
-// contacts, field by field, and the same hash. The nodes' motion of a step is drawn out, so that
-// what the response has kept apart is in contact too.
+// Steps scenes of the library with Bullet and detects contacts with both backends in every step.
+// The contacts must be the same in every field, and the hash too. The motion of a step is
+// lengthened, so that pairs that the response has kept apart are in contact too.
 //
-//   check_scenes [--steps N] [SCENE]...     (all scenes where none is named)
+//   check_scenes [--steps N] [SCENE]...     (default: all scenes)
 //   check_scenes --list
 #include <cstdio>
 #include <cstdlib>
@@ -20,7 +20,7 @@ namespace {
 
 using namespace lazyccd;
 
-constexpr double kDrawnOut = 3;  // times the motion
+constexpr double kLengthening = 3;  // factor of the motion of a step
 
 struct Setting {
   std::string name;
@@ -50,7 +50,7 @@ bool equal(Span<const Contact> a, Span<const Contact> b) {
          (a.size() == 0 || std::memcmp(a.data(), b.data(), a.size() * sizeof(Contact)) == 0);
 }
 
-// A detector on the device beside one on the CPU with the same options.
+// A detector on the device and one on the CPU with the same options.
 struct Pair {
   Pair(const Setting& setting, const Topology& topology, double separation)
       : name(setting.name),
@@ -69,7 +69,7 @@ struct Pair {
   Detector gpu, cpu;
 };
 
-// Number of contacts over all steps, -1 on a difference.
+// Returns the number of contacts over all steps, or -1 on a difference.
 long check(const scenes::SceneInfo& info, unsigned seed, int steps) {
   scenes::Parameters parameters;
   parameters.seed = seed;
@@ -90,12 +90,12 @@ long check(const scenes::SceneInfo& info, unsigned seed, int steps) {
     const std::vector<btScalar> now = scenes::read_positions(*scene.world);
     std::vector<btScalar> end(now);
     for (std::size_t i = 0; i < end.size(); ++i)
-      end[i] = static_cast<btScalar>(last[i] + kDrawnOut * (now[i] - last[i]));
+      end[i] = static_cast<btScalar>(last[i] + kLengthening * (now[i] - last[i]));
     const Positions from(last.data(), last.size() / 3), to(end.data(), end.size() / 3);
     Span<const Contact> touching;
     for (std::size_t i = 0; i < pairs.size(); ++i) {
       Pair& pair = *pairs[i];
-      // All but the last ask for the same contacts.
+      // All settings but the last have the same contacts, so the CPU finds them once.
       Detector& cpu = i + 1 == pairs.size() ? pair.cpu : pairs[0]->cpu;
       const Span<const Contact> wanted =
           i == 0 || i + 1 == pairs.size() ? cpu.detect(from, to) : touching;

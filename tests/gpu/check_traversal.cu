@@ -1,6 +1,7 @@
-// Checks the traversal on the device against a walk on one thread and against brute force: every
-// pair of leaves and every pair of the front exactly once. A program of its own, so that it runs
-// where nothing but the driver is installed. Exit code: 0 passed, 1 failed, 77 no device.
+// Compares the traversal on the device with a traversal on one thread and with brute force. Every
+// pair of leaves and every pair of the front must be found exactly once. It uses no test framework,
+// so that it runs on a machine that has only the driver installed. Exit code: 0 passed, 1 failed,
+// 77 no device.
 //
 //   lazyccd_gpu_check [repetitions]
 #include <chrono>
@@ -25,8 +26,8 @@ using gpu::Stream;
 int failures = 0;
 
 std::string describe(const DetectorOptions& o) {
-  const Tuning& t = o.tuning;
-  return std::string(name(o.strategy)) + (o.front == FrontUse::on ? ", front" : "") + ", block " +
+  const Tuning& t = o.algorithm.tuning;
+  return std::string(name(o.algorithm.strategy)) + (o.algorithm.front == FrontUse::on ? ", front" : "") + ", block " +
          std::to_string(t.block_size) + ", blocks " + std::to_string(t.blocks) + ", chunk " +
          std::to_string(t.chunk) + ", capacity " + std::to_string(t.capacity_hint) + ", delay " +
          std::to_string(t.delay_ns);
@@ -90,7 +91,7 @@ class DeviceScene {
 
 enum class Launch { direct, graph };
 
-// What a traversal follows.
+// An empty kernel: in a detection other kernels precede the traversal.
 __global__ void nothing() {}
 
 void run(Traversal& traversal, const TreeNode* nodes, bool from_front, cudaStream_t stream,
@@ -100,7 +101,8 @@ void run(Traversal& traversal, const TreeNode* nodes, bool from_front, cudaStrea
   traversal.launch(nodes, {}, culling, from_front, stream);
 }
 
-// Launches once, through a graph captured for this one launch where asked to and where it can be.
+// Launches one traversal. With Launch::graph it captures a graph and launches it, if the traversal
+// can be captured.
 void launch(Traversal& traversal, const TreeNode* nodes, bool from_front, Launch how,
             cudaStream_t stream) {
   if (how == Launch::direct || traversal.asks_device()) {
@@ -123,7 +125,7 @@ struct Totals {
   std::uint64_t steals = 0, overflows = 0, growths = 0;
 };
 
-// All frames of the scene, each `repetitions` times from the same front.
+// Checks all frames of the scene, each `repetitions` times from the same front.
 void check(const DeviceScene& device, const DetectorOptions& options, int repetitions, Launch how,
            Totals& totals, cudaStream_t stream) {
   const Scene& scene = device.scene();
@@ -145,11 +147,11 @@ void check(const DeviceScene& device, const DetectorOptions& options, int repeti
       totals.overflows += c.overflows;
       expect(equal(download(traversal.leaf_pairs(), c.leaf_pairs), frame.leaf_pairs), "leaf pairs",
              scene, f, options);
-      if (options.strategy == Strategy::thread_per_query) continue;
+      if (options.algorithm.strategy == Strategy::thread_per_query) continue;
       const Walk& walk = from_front ? frame.from_front : frame.from_root;
       expect(c.tree_tests == walk.tests, "number of tests", scene, f, options);
       expect(c.front_nodes == walk.front.size(), "size of the front", scene, f, options);
-      if (options.front == FrontUse::on)
+      if (options.algorithm.front == FrontUse::on)
         expect(equal(download(traversal.front(), c.front_nodes), walk.front), "front", scene, f,
                options);
     }
@@ -157,7 +159,7 @@ void check(const DeviceScene& device, const DetectorOptions& options, int repeti
   }
 }
 
-// The same with culling by oriented boxes and flat nodes; the counters too.
+// As check(), with culling by oriented boxes and flat nodes. Checks the counters too.
 void check_culling(DeviceScene& device, const DetectorOptions& options, int repetitions,
                    const Stream& stream) {
   const Scene& scene = device.scene();
@@ -180,7 +182,7 @@ void check_culling(DeviceScene& device, const DetectorOptions& options, int repe
       } while (traversal.grow(stream));
       const TraversalCounters& c = traversal.counters();
       const auto leaf_pairs = download(traversal.leaf_pairs(), c.leaf_pairs);
-      if (options.strategy == Strategy::thread_per_query) {
+      if (options.algorithm.strategy == Strategy::thread_per_query) {
         expect(equal(leaf_pairs, frame.queried_leaf_pairs), "leaf pairs", scene, f, options);
         continue;
       }
@@ -189,7 +191,7 @@ void check_culling(DeviceScene& device, const DetectorOptions& options, int repe
       expect(c.tree_tests == walk.tests, "number of tests with culling", scene, f, options);
       expect(culled.volume_culled == walk.volume_culled, "pairs culled", scene, f, options);
       expect(culled.culled_by_normal_cone == walk.culled_by_normal_cone, "flat nodes", scene, f, options);
-      if (options.front == FrontUse::on)
+      if (options.algorithm.front == FrontUse::on)
         expect(equal(download(traversal.front(), c.front_nodes), walk.front), "front with culling",
                scene, f, options);
     }
@@ -203,10 +205,10 @@ void check_culling(std::vector<DeviceScene>& scenes, const Stream& stream) {
     for (const FrontUse front : {FrontUse::off, FrontUse::on}) {
       for (const int block_size : {0, 64}) {
         DetectorOptions options;
-        options.strategy = strategy;
-        options.front = front;
-        options.tuning.block_size = block_size;
-        options.tuning.capacity_hint = block_size == 64 ? 1 : 0;
+        options.algorithm.strategy = strategy;
+        options.algorithm.front = front;
+        options.algorithm.tuning.block_size = block_size;
+        options.algorithm.tuning.capacity_hint = block_size == 64 ? 1 : 0;
         for (DeviceScene& scene : scenes) check_culling(scene, options, 2, stream);
       }
     }
@@ -229,7 +231,7 @@ void check_all(const std::vector<DeviceScene>& scenes, DetectorOptions options, 
   std::fflush(stdout);
 }
 
-// Two traversals in flight at once, each on its own stream.
+// Runs two traversals at the same time, each on its own stream.
 void check_two_at_once(const DeviceScene& one, const DeviceScene& two, int repetitions) {
   const int before = failures;
   DetectorOptions options;
@@ -267,9 +269,9 @@ void check_refusals(const DeviceScene& deep) {
   };
   const auto with = [](Strategy strategy, int block_size, int chunk) {
     DetectorOptions options;
-    options.strategy = strategy;
-    options.tuning.block_size = block_size;
-    options.tuning.chunk = chunk;
+    options.algorithm.strategy = strategy;
+    options.algorithm.tuning.block_size = block_size;
+    options.algorithm.tuning.chunk = chunk;
     return options;
   };
   for (const Strategy s : kStrategies)
@@ -281,7 +283,7 @@ void check_refusals(const DeviceScene& deep) {
     traversal.reset(deep.node_count(), false, stream);
     run(traversal, deep.nodes(0), true, stream);
   });
-  // A tree too deep for a thread's own stack.
+  // The tree is too deep for the stack of a thread.
   refused(ErrorCode::device, [&] {
     Stream stream;
     Traversal traversal(with(Strategy::thread_per_query, 0, 0));
@@ -294,7 +296,7 @@ void check_refusals(const DeviceScene& deep) {
   std::printf("%s refusals\n", failures == before ? "PASS" : "FAIL");
 }
 
-// Microseconds of a launch between two events, the median of some.
+// Prints the median duration of a launch between two events, microseconds.
 void time_launches(const DeviceScene& device, const DetectorOptions& options, bool from_front) {
   constexpr int runs = 21;
   Stream stream;
@@ -340,7 +342,7 @@ void check_everything(int repetitions) {
   scenes.push_back(make_scene("3000 groups", 3000, 0.06f, 3));
   scenes.push_back(make_scene("all overlap", 300, 3.f, 2));
   scenes.push_back(make_scene("a chain to the right", 400, 0.5f, 2, Shape::right_chain));
-  // Deeper than the reserve of a crowded block's stack.
+  // Deeper than the reserve of a block's stack when it is nearly full.
   const Scene deep = make_scene("a deep chain", 400, 1.f, 2, Shape::left_chain);
   const Scene large = make_scene("like a cloth", 6000, 0.05f, 1);
 
@@ -353,9 +355,9 @@ void check_everything(int repetitions) {
 
   const auto with = [](Strategy strategy, FrontUse front, Tuning tuning) {
     DetectorOptions options;
-    options.strategy = strategy;
-    options.front = front;
-    options.tuning = tuning;
+    options.algorithm.strategy = strategy;
+    options.algorithm.front = front;
+    options.algorithm.tuning = tuning;
     return options;
   };
   const auto tuned = [](int block_size, int blocks, int chunk, std::uint32_t capacity, int delay) {
@@ -384,7 +386,7 @@ void check_everything(int repetitions) {
             check_with(devices, tuned(block_size, 0, chunk, 0, 0), 1);
         check_with(devices, tuned(block_size, 0, 0, 0, 0), 1);
       }
-      // The last are more than any device holds at a time.
+      // The last number is more blocks than any device runs at a time.
       for (const int blocks : {1, 2, 7, 6000}) {
         check_with(devices, tuned(0, blocks, 0, 0, 0), 1);
         check_with(devices, tuned(64, blocks, 32, 1, 0), 1);

@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
-# Checks everything about the CUDA backend on a machine with a GPU, then times everything. It builds
-# nothing: FOLDER holds the programs check_traversal, check_detector, check_scenes and lazyccd (and
-# lazyccd_double), linked with the static CUDA runtime, and may hold frame pairs *0.ply and *1.ply and, in
-# lib/, Bullet's shared libraries.
+# Runs all checks and timings of the CUDA backend on a machine with a GPU. It builds nothing. FOLDER
+# holds the programs check_traversal, check_detector, check_scenes and lazyccd (and lazyccd_double),
+# linked with the static CUDA runtime, and may hold frame pairs *0.ply and *1.ply and, in lib/,
+# Bullet's shared libraries.
 #
 #   bash tests/gpu/run.sh FOLDER [OUT]     # tables and logs go to OUT (default: FOLDER/out)
 #
-# REPEAT=100    repetitions of each frame          SANITIZE=1  with compute-sanitizer, over small scenes
-# STEPS=200     of each scene of the library       PARTS="traversal detector ..."  only these
+# REPEAT=100   repetitions of each frame       SANITIZE=1  with compute-sanitizer, small scenes
+# STEPS=200    of each scene of the library    PARTS="traversal detector ..."  only these
 set -u
 folder=$(cd "${1:?usage: run.sh FOLDER [OUT]}" && pwd)
 out=${2:-$folder/out}
@@ -35,7 +35,8 @@ done
 part traversal 120 "$folder/check_traversal"
 part detector 300 "$folder/check_detector" --repeat "${REPEAT:-3}" "${frames[@]}"
 
-# Every scene of the library: the same contacts from both backends in each step. Several at once.
+# Checks every scene of the library: both backends find the same contacts in each step. Runs several
+# scenes at the same time.
 library() {
   "$folder/check_scenes" --list |
     xargs -P "$(nproc)" -I{} bash -c '"$0" --steps "$1" "$2" >"$3/library.$2.log" 2>&1 || touch "$3/library.failed"' \
@@ -47,7 +48,7 @@ export -f library
 rm -f "$out"/library.*
 [ -x "$folder/check_scenes" ] && part library 300 bash -c library
 
-# What the response must not let through, stepped with the device.
+# Steps scenes in which nothing may pass through, with the CUDA backend.
 scenes() {
   local bad=0 program world scene options
   for program in "$folder"/lazyccd "$folder"/lazyccd_double; do
@@ -83,8 +84,9 @@ fi
 
 part bench 120 "$folder/lazyccd" bench "${frames[@]}" --repeat 30 --csv "$out/bench.csv" \
   --label "$(git -C "$here" rev-parse --short HEAD 2>/dev/null)"
-# A Bullet step of the size of Cloth/Ball, medians: around the kernels are `gather`, `write`, and what a
-# detection takes beyond the device's time. The first step builds what lasts.
+# Times a Bullet step of the size of Cloth/Ball; medians. Besides the kernels there are `gather`,
+# `write` and the part of a detection beyond the device's time. The first step also builds lasting
+# data.
 step() {
   "$folder/lazyccd" simulate cloth-on-cloth --world deformable --size 5.77 --speed 0.1 --steps 40 \
     --backend cuda --stats "$out/step.json" || return
@@ -97,7 +99,8 @@ PYTHON
 }
 export -f step
 part step 120 bash -c step
-# Whole steps of the scene of the README, mean: with the device, with the CPU backend, Bullet alone.
+# Times whole steps of the README's scene; means: with the CUDA backend, the CPU backend, Bullet
+# alone.
 drop() {
   local size with
   for size in 1 2; do

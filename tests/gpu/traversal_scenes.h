@@ -1,6 +1,6 @@
-// Moving boxes under a tree, and what a traversal must find there: by brute force for the pairs of
-// leaves, by a walk on one thread for the front and the number of tests, and for what culling
-// leaves.
+// Scenes of moving boxes with a tree, and the expected results of a traversal. Pairs of leaves are
+// found by brute force. The front, the number of tests and the results of culling are found by a
+// traversal on one thread.
 #pragma once
 
 #include <algorithm>
@@ -27,12 +27,13 @@ inline void sort(std::vector<NodePair>& pairs) {
   std::sort(pairs.begin(), pairs.end(), [](NodePair x, NodePair y) { return x < y; });
 }
 
-// What nodes are culled by, one of each a node; each volume encloses those of the children.
+/// Data for culling, per node. The box of a node encloses the boxes of its children.
 struct NodeVolumes {
   std::vector<OrientedBoxOf<float>> boxes;
   std::vector<unsigned char> flat;
 };
 
+/// Result of a traversal on one thread.
 struct Walk {
   std::vector<NodePair> front, leaf_pairs;  // sorted
   std::uint64_t tests = 0, volume_culled = 0, culled_by_normal_cone = 0;
@@ -66,12 +67,12 @@ inline Walk walk(const std::vector<TreeNode>& nodes, std::vector<NodePair> stack
 
 struct Frame {
   std::vector<TreeNode> nodes;
-  std::vector<NodePair> leaf_pairs;  // groups, the smaller first, sorted
-  Walk from_root, from_front;        // the latter from the front that the frames before left
+  std::vector<NodePair> leaf_pairs;  // pairs of groups, the smaller first, sorted
+  Walk from_root, from_front;        // from_front: from the front that the frames before left
   NodeVolumes volumes;
   Walk culled_from_root, culled_from_front;
   std::vector<NodePair>
-      queried_leaf_pairs;  // with culling, but none of pairs of nodes with themselves
+      queried_leaf_pairs;  // with culling, except of inner nodes paired with themselves
 };
 
 enum class Shape { balanced, left_chain, right_chain };
@@ -79,7 +80,7 @@ enum class Shape { balanced, left_chain, right_chain };
 struct Scene {
   std::string name;
   std::uint32_t groups;
-  float size;  // of a box; the boxes' centres lie in a unit cube
+  float size;  // side of a box; the centres lie in a unit cube
   Shape shape = Shape::balanced;
   std::vector<Frame> frames;
 };
@@ -89,7 +90,7 @@ class SceneMaker {
   explicit SceneMaker(Scene& scene) : scene_(scene), random_(scene.groups * 7919u + 1) {
     for (std::uint32_t g = 0; g < scene.groups; ++g) {
       std::vector<float> x(6);
-      // A tenth of the boxes crowds in a corner: some queries are much longer than others.
+      // A tenth of the boxes is crowded in a corner, so some queries take much longer.
       for (int k = 0; k < 3; ++k) x[k] = uniform(random_) * (g % 10 == 0 ? 0.1f : 1.f);
       for (int k = 3; k < 6; ++k) x[k] = 0.02f * (uniform(random_) - 0.5f);
       boxes_.push_back(x);
@@ -137,7 +138,8 @@ class SceneMaker {
     return n;
   }
 
-  // Boxes of 0.7 times the leaves' sizes, and what encloses them; a third of the nodes are flat.
+  // Boxes of 0.7 times the size of the leaves, and boxes that enclose them. A third of the nodes
+  // are marked flat.
   NodeVolumes volumes() const {
     constexpr double axis[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     NodeVolumes v;
@@ -163,7 +165,7 @@ class SceneMaker {
     return v;
   }
 
-  // Of a query for each leaf.
+  // Pairs of leaves that remain with culling if each leaf is a separate query.
   std::vector<NodePair> queried_leaf_pairs(const Frame& frame) const {
     std::vector<std::uint32_t> node_of(scene_.groups);
     for (std::uint32_t i = 0; i < tree_.size(); ++i)
@@ -217,7 +219,7 @@ class SceneMaker {
   Scene& scene_;
   std::mt19937 random_;
   std::uniform_real_distribution<float> uniform;
-  std::vector<std::vector<float>> boxes_;  // centre, velocity a frame
+  std::vector<std::vector<float>> boxes_;  // centre, displacement per frame
   std::vector<std::int32_t> order_;
   std::vector<TreeNode> tree_;
   std::int32_t used_ = 0;

@@ -75,7 +75,7 @@ TEST_CASE("a mesh written in single precision reads back as its rounded values")
   }
 }
 
-TEST_CASE("properties, lists and elements that a mesh does not need are passed over") {
+TEST_CASE("properties, lists and elements that a mesh does not need are skipped") {
   const Mesh mesh = parse_ply(
       "ply\r\nformat ascii 1.0\r\ncomment made by hand\r\nobj_info none\r\n"
       "element material 1\r\nproperty list uchar float weights\r\nproperty double shine\r\n"
@@ -124,7 +124,8 @@ TEST_CASE("a mesh file that is cut short anywhere is an error") {
        {PlyFormat::ascii, PlyFormat::binary_little_endian, PlyFormat::binary_big_endian}) {
     write_ply(folder / "mesh.ply", sample_mesh(), format);
     const std::string whole = read_file(folder / "mesh.ply");
-    // An ASCII file may lack its last line end; without its last digit it is another file.
+    // An ASCII file is valid without its last newline. Without its last digit it is another valid
+    // file.
     const std::size_t last = format == PlyFormat::ascii ? whole.size() - 2 : whole.size();
     for (std::size_t length = 0; length < last; ++length) {
       CHECK_THROWS_AS(parse_ply(whole.substr(0, length), "mesh.ply"), Error);

@@ -64,7 +64,7 @@ RationalError rational_error(const std::string& numerator, const std::string& de
   return to_double(numerator, denominator, result);
 }
 
-// m x 2^e written as numerator and denominator in decimal.
+// 2^exponent in decimal digits.
 std::string power_of_two(int exponent) {
   std::string digits = "1";
   for (int i = 0; i < exponent; ++i) {
@@ -81,7 +81,7 @@ std::string power_of_two(int exponent) {
 
 }  // namespace
 
-TEST_CASE("a rational that a double holds is converted without rounding") {
+TEST_CASE("a rational that is exact in double precision is converted without rounding") {
   CHECK(rational("3", "4").value == 0.75);
   CHECK(rational("-3", "4").value == -0.75);
   CHECK(rational("3", "-4").value == -0.75);
@@ -96,7 +96,7 @@ TEST_CASE("a rational that a double holds is converted without rounding") {
   CHECK(rational(power_of_two(1023), "1").value == std::ldexp(1.0, 1023));
 }
 
-TEST_CASE("a rational that no double holds is rounded half to even, and says so") {
+TEST_CASE("a rational that is not exact in double precision is rounded half to even and flagged") {
   CHECK(rational("1", "3").value == 1.0 / 3);
   CHECK_FALSE(rational("1", "3").exact);
   CHECK(rational("-2", "3").value == -2.0 / 3);
@@ -109,7 +109,7 @@ TEST_CASE("a rational that no double holds is rounded half to even, and says so"
   CHECK_FALSE(rational("1", power_of_two(1075)).exact);
 }
 
-TEST_CASE("what is not a rational of a double's range is refused") {
+TEST_CASE("text that is no rational in the range of double precision is refused") {
   CHECK(rational_error("", "1") == RationalError::not_a_number);
   CHECK(rational_error("1.5", "1") == RationalError::not_a_number);
   CHECK(rational_error("nan", "1") == RationalError::not_a_number);
@@ -183,7 +183,7 @@ TEST_CASE("errors in a binary query file name the byte and what was expected") {
   CHECK_THAT(bin_error(bad), ContainsSubstring("byte 196: expected the truth, 0 or 1, found 7"));
 }
 
-TEST_CASE("a query file is known by its name's ending") {
+TEST_CASE("the file name extension selects the format of a query file") {
   const test::TemporaryFolder folder;
   write_file(folder / "q.csv", rows("1,2,3,4,5,8,1", 8));
   write_file(folder / "q.bin", sample_bin());
@@ -193,7 +193,7 @@ TEST_CASE("a query file is known by its name's ending") {
   CHECK_THROWS_WITH(read_queries(folder / "q.txt"), ContainsSubstring("ends in .csv or .bin"));
 }
 
-TEST_CASE("every coordinate of the public query sets is a double exactly") {
+TEST_CASE("every coordinate of the public query sets is exact in double precision") {
   const auto data = test::data_dir();
   if (!data) return;
   for (const auto& entry : std::filesystem::recursive_directory_iterator(*data / "queries")) {

@@ -1,10 +1,10 @@
-// Decides generated queries by the million and compares each with the exact truth.
+// Decides millions of generated queries and compares each answer with the exact one.
 //
 //   lazyccd_certify --queries 10000000 --seed 1 --threads 2
 //
-// A third of the queries come from the degenerate generators. The table is Markdown. Exit code 1
-// where an answer was wrong. A wrong query is named by generator, kind and number; --generator and
-// --number run it alone.
+// A third of the queries come from the degenerate generators. The output is a Markdown table. Exit
+// code 1 if an answer was wrong. A wrong query is printed with its generator, kind and number;
+// --generator and --number run it alone.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <atomic>
@@ -27,9 +27,9 @@ constexpr double tick = 0x1p-32;
 struct Tally {
   std::int64_t queries = 0, hits = 0;
   std::int64_t missed = 0, false_hits = 0;
-  std::int64_t late = 0;   // time of impact after the true one
-  std::int64_t early = 0;  // a tick or more before it
-  double worst = 0;        // earliness, of the step
+  std::int64_t late = 0;   // time of impact later than the exact one
+  std::int64_t early = 0;  // a tick or more earlier than it
+  double worst = 0;        // largest difference of early times, as a fraction of the step
   std::array<std::int64_t, 3> stages{};
 
   void operator+=(const Tally& other) {

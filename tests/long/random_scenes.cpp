@@ -1,10 +1,11 @@
-// Runs random scenes by the hundred and says what went wrong in them.
+// Runs hundreds of random scenes and prints what went wrong in each.
 //
 //   lazyccd_random_scenes_long --from 1 --count 1000 --world both
 //
-// Exit code 1 where a line has a word in capitals: something passed or sticks through that no
-// kinematic body pressed, is not finite though Bullet alone does not explode, was not resolved
-// though nothing is driven, or gained energy then.
+// Exit code 1 if a line has a word in capitals. It means one of these:
+// - something passed through or intersects, and no kinematic body pressed it;
+// - a position is not finite, and Bullet alone does not explode;
+// - contacts are unresolved, or energy was gained, although nothing is driven.
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -20,13 +21,13 @@ using namespace lazyccd;
 
 namespace {
 
-// Or never ends, or dies: in a process of its own.
+// Runs the scene with Bullet alone in a child process. True also if it crashes or takes over 30 s.
 bool explodes_with_bullet_alone(std::uint32_t number, scenes::World w) {
   std::fflush(stdout);
   const pid_t child = fork();
   if (child == 0) {
-    constexpr unsigned patience = 30;  // seconds
-    alarm(patience);
+    constexpr unsigned timeout = 30;  // seconds
+    alarm(timeout);
     const test::SceneReport alone = test::run_random_scene(number, w, scenes::Collisions::bullet);
     _exit(alone.finite && alone.fastest < 1000 ? EXIT_SUCCESS : EXIT_FAILURE);
   }
@@ -38,15 +39,15 @@ bool explodes_with_bullet_alone(std::uint32_t number, scenes::World w) {
 bool show(std::uint32_t number, scenes::World w, const test::SceneReport& r, bool all) {
   const bullet::StepStats& s = r.stats;
   std::string wrong;
-  // Bullet's forces have torn it to pieces: its nodes are not numbers, or faster than light.
+  // Bullet's forces are unstable here: positions are not finite, or a body is faster than light.
   const bool exploded = !r.finite || r.status.find("faster than light") != std::string::npos;
   if (r.crossings && !exploded) wrong += " CROSSED@" + std::to_string(r.first_crossing);
-  if (r.intersections && !exploded) wrong += " PIERCED";
+  if (r.intersections && !exploded) wrong += " INTERSECTS";
   if (r.overlaps && !exploded) wrong += s.failsafe_holds + s.unresolved ? " overlapped" : " PASSED";
   if (exploded)
     wrong += explodes_with_bullet_alone(number, w) ? " exploded-as-bullet" : " EXPLODED";
   if (s.unresolved) wrong += r.driven ? " crushed" : " UNRESOLVED";
-  if (s.fallback_steps) wrong += " MISSED";
+  if (s.fallback_steps) wrong += " FALLBACK";
   if (s.initial_intersections) wrong += s.unresolved || r.driven ? " start" : " START";
   if (!r.driven && s.energy_gained > 1e-4 * (s.energy_lost + r.kinetic_at_start) + 1e-9)
     wrong += " ENERGY";
@@ -55,8 +56,8 @@ bool show(std::uint32_t number, scenes::World w, const test::SceneReport& r, boo
   if (r.fastest > 20 * r.fastest_at_start + 100) wrong += " fast";
   if (!wrong.empty() || all) {
     std::printf(
-        "%u:%s | cross %lld pierce %lld overlap %lld unresolved %lld held %lld zones %lld gained "
-        "%.3g lost %.3g "
+        "%u:%s | cross %lld intersect %lld overlap %lld unresolved %lld held %lld zones %lld "
+        "gained %.3g lost %.3g "
         "ke0 %.3g v0 %.3g v %.3g slowest %.2f s, %lld det, %d vertices %d steps |%s\n",
         number, wrong.c_str(), (long long)r.crossings, (long long)r.intersections,
         (long long)r.overlaps, (long long)s.unresolved, (long long)s.failsafe_holds,
@@ -77,7 +78,7 @@ void follow(const test::SceneStep& step) {
     return;
   std::printf(
       "step %d: %.2f s, detections %lld, contacts %lld, zones %lld, held %lld, unresolved %lld, "
-      "pierced at start %lld, gained %g J\n",
+      "intersections at start %lld, gained %g J\n",
       step.number, step.dt, (long long)s.detections,
       (long long)(s.contacts_vf + s.contacts_ee), (long long)s.impact_zone_nodes,
       (long long)s.failsafe_holds, (long long)s.unresolved, (long long)s.initial_intersections,
@@ -106,7 +107,7 @@ int main(int argc, char** argv) {
   app.add_flag("--all", all);
   app.add_flag("--bullet", bullet_alone);
   app.add_flag("--follow", each_step);
-  app.add_flag("--pushed", pushed, "options at their ends");
+  app.add_flag("--pushed", pushed, "options at extreme values");
   CLI11_PARSE(app, argc, argv);
   std::function<void(const test::SceneStep&)> watch;
   if (each_step) watch = follow;

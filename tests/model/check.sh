@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
-# Searches every interleaving of the balancing protocol with Spin, and then of each mutant, a protocol
-# with one mistake in it, which must be caught. About a minute. Exit code 77: no Spin here.
+# Searches every interleaving of the balancing protocols with Spin. Then searches each mutant, a
+# protocol with one mistake, which must be caught. Takes about a minute. Exit code 77: Spin or a C
+# compiler is not installed.
 #
 #   bash tests/model/check.sh
 set -euo pipefail
@@ -16,8 +17,8 @@ work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 cd "$work"
 
-# search MODEL OPTION...: leaves the checker's report in pan.out. COLLAPSE stores states exactly, in
-# less memory.
+# search MODEL OPTION...: runs the checker and leaves its report in pan.out. COLLAPSE stores states
+# exactly, but in less memory.
 search() {
   local model=$1
   shift
@@ -26,6 +27,7 @@ search() {
   ./pan -m100000 >pan.out 2>&1 || true
 }
 
+# report RESULT MODEL OPTIONS: prints one line about the last search.
 report() {
   local states seconds
   states=$(sed -n 's/^ *\([0-9.e+]*\) states, stored.*/\1/p' pan.out)
@@ -33,6 +35,7 @@ report() {
   printf '%-8s %-14s %10s states %7s s  %s\n' "$1" "$2" "$states" "$seconds" "$3"
 }
 
+# holds MODEL OPTION...: the search must be complete and find no error.
 holds() {
   search "$@"
   if grep -q 'errors: 0$' pan.out && ! grep -q -e 'not completed' -e 'too small' pan.out; then
@@ -44,6 +47,7 @@ holds() {
   fi
 }
 
+# caught MODEL OPTION...: the search must find the mistake of a mutant.
 caught() {
   search "$@"
   if grep -q -e 'assertion violated' -e 'invalid end state (' pan.out; then

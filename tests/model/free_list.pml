@@ -1,8 +1,8 @@
-// The list of free chunks, FreeList in cuda/balance/chunk_pool.h: a linked stack whose head carries a
-// tag, with several ids taken or given by one CAS. Every access to shared memory is one step.
+// Model of the list of free chunks, FreeList in cuda/balance/chunk_pool.h: a linked stack whose
+// head carries a tag. One CAS takes or gives several ids. Each access to shared memory is one step.
 //
-// NO_TAG is the mutant: a taker that stalls between the links and its CAS meets a head that left and
-// came back, and hands out what others hold.
+// NO_TAG is the mutant: a taker stalls between reading the links and its CAS, and the head leaves
+// and comes back meanwhile. The taker then hands out ids that others hold.
 
 #ifndef WORKERS
 #define WORKERS 2
@@ -11,15 +11,15 @@
 #define IDS 3  // see link
 #endif
 #ifndef ROUNDS
-#define ROUNDS 2  // takes a worker
+#define ROUNDS 2  // takes per worker
 #endif
-#define MOST 2    // ids at once
+#define MOST 2    // largest number of ids taken at once
 #define NONE 255
 
 byte head = 0, tag = 0;  // one word
 byte link[IDS] = { 1, 2, 3 };
 
-// Known to the checker alone.
+// Only the checker knows this.
 bool held[IDS];
 
 #define unchanged (head == first && tag == g)
@@ -57,7 +57,7 @@ inline take() {
   od
 }
 
-// Gives ids[from .. from+n-1].
+// Gives back ids[from .. from+n-1].
 inline give(from, n) {
   atomic {
     held[ids[from]] = false;
@@ -83,7 +83,7 @@ active [WORKERS] proctype worker() {
   do
   :: round < ROUNDS ->
     take();
-    // Back in one piece or in two, as the private caches do.
+    // Given back at once or in two parts, as the private caches do.
     if
     :: count == 0
     :: count == 1 -> give(0, 1)
@@ -97,7 +97,7 @@ active [WORKERS] proctype worker() {
   atomic {
     at_home++;
     if
-    :: at_home == WORKERS ->  // all ids are back, each once
+    :: at_home == WORKERS ->  // all ids must be back, each once
       first = head; count = 0;
       do
       :: first < IDS && count <= IDS -> count++; first = link[first]

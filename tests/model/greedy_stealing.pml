@@ -1,20 +1,20 @@
-// The batches of cuda/balance/greedy_stealing.h: who may write and who may read one, and when the run is
-// over. The deque is that of lazy_stealing.pml, where it is checked by itself; here its operations are
-// one step each.
+// Model of the batches of cuda/balance/greedy_stealing.h: which worker may write or read a batch,
+// and when the run is over. The deque is checked separately in lazy_stealing.pml; here each of its
+// operations is one step.
 //
-// A worker's batches are its own memory; a taker reads one only when it has nothing else, and gives it
-// back by `in_use`. A batch holds one item.
+// A worker's batches are its own memory. A taker reads a batch only when it has nothing else, and
+// gives it back through `in_use`. A batch holds one item.
 //
-// Each `#ifdef` is a mutant, which check.sh wants to see caught.
+// Each `#ifdef` is a mutant: a protocol with one mistake, which check.sh expects to be caught.
 
 #ifndef WORKERS
 #define WORKERS 3
 #endif
 #ifndef BATCHES
-#define BATCHES 2  // of each worker
+#define BATCHES 2  // per worker
 #endif
 #ifndef ITEMS
-#define ITEMS 5    // in all; busy workers make the others
+#define ITEMS 5    // total number; busy workers make the others
 #endif
 
 #define NONE 255
@@ -27,10 +27,10 @@ byte content[ALL];
 byte live = 1;  // the first item is unclaimed
 bool unclaimed = true;
 
-// Known to the checker alone.
+// Only the checker knows these.
 byte made = 1, done_count, busy_count;
 bool done[ITEMS];
-bool written[ALL];  // and not yet read
+bool written[ALL];  // written and not yet read
 
 inline process() {
   atomic {
@@ -46,7 +46,7 @@ inline take_oldest(v) {
   deque[v].id[0] = deque[v].id[1]
 }
 
-// A free batch of the own ones is filled and pushed; without one, the item is done on the spot.
+// new_batch() and publish(). Without a free batch, the item is processed at once.
 inline offer() {
   atomic { made < ITEMS -> item = made; made++ }
   i = 0;
@@ -60,7 +60,7 @@ inline offer() {
   :: else ->
     in_use[me * BATCHES + i] = true;
     atomic {
-      assert(!written[me * BATCHES + i]);  // nobody is still to read it
+      assert(!written[me * BATCHES + i]);  // no worker has yet to read it
       content[me * BATCHES + i] = item;
       written[me * BATCHES + i] = true
     };
@@ -137,7 +137,7 @@ idle:
   atomic { id = NONE; item = NONE; i = 0 };
   do
   :: live == 0 -> break
-  :: live != 0 ->  // one of each
+  :: live != 0 ->  // steals one batch from each other deque
     v = 0;
     do
     :: v < WORKERS ->
@@ -167,6 +167,6 @@ idle:
     fi
   od;
 
-  // Nobody leaves early, and nothing is left behind.
+  // No worker leaves early, and no work is left undone.
   assert(busy_count == 0 && !unclaimed && done_count == made)
 }

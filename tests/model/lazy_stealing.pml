@@ -1,12 +1,13 @@
-// The protocol of cuda/balance: deque.h, termination.h and the order of calls in lazy_stealing.h.
+// Model of the protocol of cuda/balance: deque.h, termination.h and the order of calls in
+// lazy_stealing.h.
 //
-// Every access to shared memory in the code is one step here, so all interleavings are covered. Memory
-// is sequentially consistent, so the orders are not: ThreadSanitizer is for those. A chunk holds one
-// item. Free chunks come from an abstract pool in any order (free_list.pml has the real one), so ids
-// come back as soon as they can. An idle worker blocks instead of spinning, so that a run that would
-// never end shows as an invalid end state.
+// Each access to shared memory in the code is one step here, so all interleavings are covered.
+// Memory is sequentially consistent, so the memory orders are not covered: ThreadSanitizer checks
+// those. A chunk holds one item. Free chunks come from an abstract pool in any order, so ids come
+// back as soon as they can; free_list.pml models the real pool. An idle worker blocks instead of
+// spinning, so that a run that would never end shows as an invalid end state.
 //
-// Each `#ifdef` is a mutant: a protocol with one mistake, which check.sh wants to see caught.
+// Each `#ifdef` is a mutant: a protocol with one mistake, which check.sh expects to be caught.
 
 #ifndef WORKERS
 #define WORKERS 2
@@ -15,16 +16,16 @@
 #define CHUNKS 3   // ids in the pool
 #endif
 #ifndef RING
-#define RING 2     // slots a deque, a power of two
+#define RING 2     // slots per deque, a power of two
 #endif
 #ifndef INITIAL
 #define INITIAL 1  // items at the start
 #endif
 #ifndef ITEMS
-#define ITEMS 5    // in all; busy workers make the others, whenever they like
+#define ITEMS 5    // total number; busy workers make the others, at any time
 #endif
 
-#define MODULUS (2 * RING)  // of top and bottom; in the code 2^16, at least twice any ring
+#define MODULUS (2 * RING)  // for top and bottom; 2^16 in the code, at least twice any ring
 #define NONE 255
 #define size(t, b) ((b + MODULUS - t) % MODULUS)
 
@@ -34,7 +35,7 @@ byte content[CHUNKS];
 byte unclaimed = INITIAL;
 byte live = INITIAL;
 
-// Known to the checker alone.
+// Only the checker knows these.
 mtype = { is_free, is_owned, is_published };
 mtype state[CHUNKS] = is_free;
 byte made = INITIAL;  // items 0 .. made-1
@@ -51,7 +52,7 @@ inline process() {
 }
 
 inline won() {
-  assert(state[id] == is_published);  // and so nobody else has it
+  assert(state[id] == is_published);  // so no other worker has it
   state[id] = is_owned
 }
 
@@ -68,7 +69,7 @@ inline read_and_free() {
   id = NONE
 }
 
-// new_chunk, publish: an item that finds no room is done on the spot.
+// new_chunk() and publish(). An item that finds no room is processed at once.
 inline offer() {
   atomic { made < ITEMS -> item = made; made++ }
 #ifdef ROOM_UNCHECKED
@@ -220,7 +221,7 @@ become_idle:
 
 search:
   atomic { t = 0; b = 0; g = 0; item = NONE; room = false };
-  do  // the own deque is empty and stays so
+  do  // the own deque is empty and stays empty
   :: live == 0 -> break
   :: steal(0); if :: id != NONE -> busy = true; goto work :: else fi
   :: steal(1); if :: id != NONE -> busy = true; goto work :: else fi
@@ -229,6 +230,6 @@ search:
 #endif
   od;
 
-  // Nobody leaves early, and nothing is left behind.
+  // No worker leaves early, and no work is left undone.
   assert(busy_count == 0 && unclaimed == 0 && done_count == made)
 }

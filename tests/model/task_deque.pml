@@ -1,10 +1,11 @@
-// The task deque of cuda/balance/task_deque.h (Arora, Blumofe and Plaxton 2001): one owner, some thieves.
+// Model of the task deque, cuda/balance/task_deque.h (Arora, Blumofe and Plaxton 2001): one owner
+// and several thieves.
 //
-// Every access to shared memory in the code is one step here, so all interleavings are covered. The
-// owner pushes tasks and pops up to MOST at once, whenever it likes, until all are made and the deque
-// is empty.
+// Each access to shared memory in the code is one step here, so all interleavings are covered. The
+// owner pushes tasks and pops up to MOST at once, in any order, until all are made and the deque is
+// empty.
 //
-// Each `#ifdef` is a mutant, which check.sh wants to see caught.
+// Each `#ifdef` is a mutant: a protocol with one mistake, which check.sh expects to be caught.
 
 #ifndef THIEVES
 #define THIEVES 2
@@ -24,7 +25,7 @@
 byte top, tag, bottom;
 byte slot[CAPACITY];
 
-// Known to the checker alone.
+// Only the checker knows these.
 bool taken[TASKS];
 byte taken_count;
 bool closed;
@@ -44,7 +45,7 @@ inline use_anew() {
 #endif
 }
 
-inline take_slots(first, end) {  // nobody writes there before the owner does
+inline take_slots(first, end) {  // only the owner writes there
   atomic {
     i = first;
     do
@@ -126,6 +127,6 @@ active [THIEVES] proctype thief() {
 
 active proctype end_of_run() {
   closed;
-  // Nothing is left behind: what a thief has won it counts in the same step.
+  // Nothing is left undone. A thief counts what it has won in the same step.
   assert(taken_count == TASKS)
 }

@@ -1,4 +1,4 @@
-// Runs the program lazyccd as a user does.
+// Runs the program lazyccd in a process of its own, as a user does.
 #pragma once
 
 #include <sys/wait.h>
@@ -20,7 +20,7 @@ inline std::string contents(const std::filesystem::path& path) {
   return std::filesystem::file_size(path) == 0 ? std::string() : io::read_file(path);
 }
 
-// Arguments are plain words and paths without quotes.
+/// Runs lazyccd and waits for it. `arguments`: words and paths without quotes.
 inline Outcome run(const TemporaryFolder& folder, const std::string& arguments) {
   const std::string out = (folder / "stdout").string(), err = (folder / "stderr").string();
   const int status = std::system(

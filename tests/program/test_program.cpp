@@ -1,4 +1,4 @@
-// Runs the program lazyccd as a user does.
+// Tests the commands of the program lazyccd, run as a user runs them.
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -16,13 +16,14 @@ using test::run;
 
 namespace {
 
-// One triangle over another; vertex 3 falls through the lower one at half of the step.
+// One triangle above another. Vertex 3 falls through the lower one and meets it at half of the
+// step.
 io::Mesh two_triangles() {
   return {{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.25, 0.25, 0.125}, {2, 2, 3}, {2, 3, 3}},
           {{0, 1, 2}, {3, 4, 5}}};
 }
 
-// Writes start.ply and end.ply; gives them as arguments.
+// Writes start.ply and end.ply. Returns their paths as arguments.
 std::string write_frames(const test::TemporaryFolder& folder) {
   io::Mesh mesh = two_triangles();
   io::write_ply(folder / "start.ply", mesh);
@@ -42,7 +43,7 @@ std::string query_rows(const std::string& end_of_row) {
 
 }  // namespace
 
-TEST_CASE("detect writes one line a contact, with vertex indices and the time of impact") {
+TEST_CASE("detect writes one line per contact with vertex indices and time of impact") {
   const test::TemporaryFolder folder;
   const std::string frames = write_frames(folder);
   for (const char* backend : {"auto", "cpu"}) {
@@ -90,7 +91,7 @@ TEST_CASE("detect gives the same contacts and hash with one thread and with seve
 }
 
 TEST_CASE(
-    "queries writes one line a query and counts missed and false hits where the truth is known") {
+    "queries writes one line per query and counts missed and false hits if the truth is known") {
   const test::TemporaryFolder folder;
   const std::string out = (folder / "answers.csv").string();
   io::write_file(folder / "plain.csv", query_rows(""));
@@ -111,7 +112,7 @@ TEST_CASE(
   CHECK(stats["queries"] == 2);
   CHECK(stats["truth"]["false_hits"] == 1);
 
-  // The same eight points as two edges: they never meet.
+  // The same eight points as two edges, which never touch.
   outcome = run(folder, "queries " + (folder / "plain.csv").string() + " --kind ee --out " + out);
   CHECK(outcome.exit_code == 0);
   CHECK(io::read_file(out) == "query_index,hit,toi\n0,0,inf\n");

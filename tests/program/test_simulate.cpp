@@ -1,4 +1,4 @@
-// The commands that need Bullet.
+// Tests the commands of the program lazyccd that need Bullet.
 #include <nlohmann/json.hpp>
 
 #include "io/file.h"
@@ -24,7 +24,7 @@ nlohmann::json simulate(const std::string& arguments) {
 
 }  // namespace
 
-TEST_CASE("scenes lists what simulate runs") {
+TEST_CASE("scenes lists the scenes that simulate runs") {
   const test::TemporaryFolder folder;
   const Outcome outcome = run(folder, "scenes");
   CHECK(outcome.exit_code == 0);
@@ -66,7 +66,7 @@ TEST_CASE("simulate writes the frames it was asked for") {
   CHECK(!std::filesystem::exists(folder / "frames" / "00001.ply"));
 }
 
-TEST_CASE("simulate refuses what is not there with exit code 2") {
+TEST_CASE("simulate refuses unknown names with exit code 2") {
   const test::TemporaryFolder folder;
   for (const char* arguments : {"simulate", "simulate nonsense", "simulate drop --world flat",
                                 "simulate drop --dt 0", "simulate drop --detector none"}) {
@@ -74,7 +74,7 @@ TEST_CASE("simulate refuses what is not there with exit code 2") {
   }
 }
 
-TEST_CASE("simulate draws pictures and a film where it can") {
+TEST_CASE("simulate draws pictures and a film if it can") {
   const test::TemporaryFolder folder;
   if (run(folder, "simulate --help").out.find("--render") == std::string::npos) {
     WARN("skipped: built without Embree, libpng or libwebp");

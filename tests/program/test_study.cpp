@@ -1,4 +1,4 @@
-// The generated models and the study through the program.
+// Tests the commands of the program lazyccd for generated models and the study.
 #include <algorithm>
 #include <filesystem>
 #include <string>
@@ -14,7 +14,7 @@ using Matchers::ContainsSubstring;
 using test::Outcome;
 using test::run;
 
-TEST_CASE("models lists what there is and writes frames of one mesh") {
+TEST_CASE("models lists the models and writes frames of one mesh") {
   const test::TemporaryFolder folder;
   CHECK_THAT(run(folder, "models").out, ContainsSubstring("n-body"));
   const std::string out = (folder / "frames").string();
@@ -30,7 +30,7 @@ TEST_CASE("models lists what there is and writes frames of one mesh") {
   CHECK_THAT(unknown.err, ContainsSubstring("cloud-64"));
 }
 
-TEST_CASE("the study writes a row a setting and a row a step, and settings multiply") {
+TEST_CASE("the study writes rows per setting and per step and combines settings") {
   const test::TemporaryFolder folder;
   const std::string csv = (folder / "study.csv").string(), steps = (folder / "steps.csv").string();
   const Outcome outcome =
@@ -50,7 +50,7 @@ TEST_CASE("the study writes a row a setting and a row a step, and settings multi
   CHECK_THAT(io::read_file(csv), ContainsSubstring("hash"));
 }
 
-TEST_CASE("a study of what there is not is refused") {
+TEST_CASE("a study of an unknown model or setting is refused") {
   const test::TemporaryFolder folder;
   CHECK(run(folder, "study --model cloud-64 --culling everything").exit_code == 1);
   CHECK(run(folder, "study --model cloud-64 --strategy eager").exit_code == 1);

@@ -1,4 +1,4 @@
-// A multi-body at random: boxes that hang from each other by joints.
+// A random multibody: a chain of one to three boxes, connected by revolute joints.
 #pragma once
 
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
@@ -14,17 +14,22 @@
 
 namespace lazyccd::test {
 
+/// A chain of boxes. The base is fixed; every link has a collider.
 class Chain {
  public:
-  // Its first link hangs at `place`; each is `length` metres long and turns at up to `spin` rad/s.
+  /// Creates the chain. `place` is the position of the base, where the first joint is.
+  /// `length`: distance from one joint to the next, metres. `angular_velocity`: largest initial
+  /// velocity of a joint, rad/s.
   Chain(const btVector3& place, double length, double angular_velocity, RandomSource& random);
   ~Chain() { remove(); }
 
+  /// Adds the multibody and its colliders to `world`, which must outlive this object or remove().
   void add_to(btMultiBodyDynamicsWorld& world);
+  /// Removes everything from the world again. No effect without add_to().
   void remove();
 
   const std::vector<std::unique_ptr<btMultiBodyLinkCollider>>& links() const { return links_; }
-  // Of a link, in its frame.
+  /// Triangles of one link, in the link's frame; the same for all links.
   const scenes::Triangles& surface() const { return surface_; }
 
  private:

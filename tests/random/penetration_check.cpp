@@ -30,7 +30,7 @@ bool may_meet(const btSoftBody& a, const btSoftBody& b) {
          (&a == &b || (!clusters && passes_masks(a, b)));
 }
 
-// Nodes that an anchor holds in the rigid body would count.
+// False for a body that is anchored to b: its anchored nodes may lie inside b and would count.
 bool may_meet(const btSoftBody& a, const btCollisionObject& b) {
   for (int i = 0; i < a.m_anchors.size(); ++i) {
     if (a.m_anchors[i].m_body == &b) return false;

@@ -1,4 +1,4 @@
-// SolverOptions of the adapter that nobody would choose: each of them pushed to an end, or left alone.
+// Random SolverOptions of the adapter. Each option is an extreme value or the default.
 #pragma once
 
 #include <cstdint>
@@ -7,6 +7,7 @@
 
 namespace lazyccd::test {
 
+/// The same number gives the same options.
 bullet::SolverOptions random_options(std::uint32_t number);
 
 }  // namespace lazyccd::test

@@ -15,25 +15,27 @@
 namespace lazyccd::test {
 namespace {
 
-// Bullet's own forces did not stand the step: nothing more is to be learnt, m/s.
-constexpr double exploded = 2000;
+// A scene with a faster node has exploded and ends, m/s: Bullet's own forces are unstable at this
+// step.
+constexpr double explosion_speed = 2000;
 
-// As good as not finite, metres: Bullet's hashes of places farther away overflow.
-constexpr double farthest = 1e7;
+// Positions farther from the origin count as not finite, metres: Bullet's hash of positions
+// overflows there.
+constexpr double max_distance = 1e7;
 
 btScalar scalar(double x) { return static_cast<btScalar>(x); }
 
-// Hz, of scenes whose frames are of any length.
+// Frequency of the fixed step in scenes with frames of random length, Hz.
 constexpr double frequency = 240;
 
-// Moves a kinematic body evenly.
+// Moves a kinematic body at constant velocity.
 class Mover : public btMotionState {
  public:
   Mover(const btTransform& pose, const btVector3& velocity, const btVector3& angular_velocity)
       : pose_(pose), velocity_(velocity), spin_(angular_velocity) {}
   void getWorldTransform(btTransform& pose) const override { pose = pose_; }
   void setWorldTransform(const btTransform&) override {}
-  void turn_to(const btVector3& velocity, const btVector3& angular_velocity) {
+  void set_velocity(const btVector3& velocity, const btVector3& angular_velocity) {
     velocity_ = velocity;
     spin_ = angular_velocity;
   }
@@ -57,26 +59,26 @@ struct Rigid {
   std::unique_ptr<Mover> mover;
   std::unique_ptr<btRigidBody> body;
   int layer = 0;
-  bool seen = false;                            // by LazyCCD, where it was made
-  std::unique_ptr<btTransform> goal = nullptr;  // where the application puts it before the step
-  bool was_put = false;                         // there, though static
+  bool seen = false;                            // LazyCCD has read it at its first place
+  std::unique_ptr<btTransform> goal = nullptr;  // the application moves it here before the step
+  bool was_put = false;                         // was moved to a goal although it is static
 };
 
-// Pinned nodes that the application moves: puts elsewhere, or gives a velocity.
+// Pinned nodes with prescribed motion: the application sets their positions or their velocity.
 struct Driven {
   btSoftBody* body;
   btVector3 velocity;
-  bool puts;
-  bool seen = false;  // by LazyCCD, where it was made or put
+  bool puts;          // true: sets positions
+  bool seen = false;  // LazyCCD has read it at its first place, or where displace() put it
 };
 
 class Scene {
-  struct Over {};
+  struct SceneIsOver {};
 
  public:
   Scene(std::uint32_t number, scenes::World kind, scenes::Collisions collisions,
         const bullet::SolverOptions& options)
-      : random_(number), world_(kind, collisions, heard(options), random_) {
+      : random_(number), world_(kind, collisions, with_listener(options), random_) {
     note(world_.name());
     size_ = random_.chance(0.85) ? random_.across_scales(0.1, 3) : random_.across_scales(1e-3, 100);
     if (random_.chance(0.1)) {
@@ -117,15 +119,15 @@ class Scene {
 
   SceneReport run(const std::function<void(const SceneStep&)>& after_step) {
     report_.steps = 30 + random_.below(60);
-    penetration_check_.restart(soft_, inspected());
+    penetration_check_.restart(soft_, obstacles_to_check());
     report_.vertices = penetration_check_.vertex_count();
     report_.kinetic_at_start = kinetic_energy(&report_.fastest_at_start);
     for (int i = 0; i < report_.steps && !is_over(); ++i) {
-      meddle(i);
+      change_scene(i);
       const double now = varying_ ? dt_ * random_.across_scales(0.1, 1) : dt_;
       const double frame =
           in_real_time_ ? random_.uniform(1, 9) / frequency : now * std::max(1, substeps_);
-      // The first step shows LazyCCD where everything is.
+      // LazyCCD reads the initial positions in the first step.
       if (i > 0) prescribed_speed(frame);
       substep_ = 0;
       const std::int64_t before = report_.crossings;
@@ -138,7 +140,7 @@ class Scene {
         } else {
           world_.bullets().stepSimulation(scalar(frame), substeps_, scalar(now));
         }
-      } catch (const Over&) {
+      } catch (const SceneIsOver&) {
       }
       const std::chrono::duration<double> took = std::chrono::steady_clock::now() - start;
       const double dt = took.count() - seconds_inspecting_;
@@ -198,7 +200,7 @@ class Scene {
     rigid_.push_back(std::move(rigid));
   }
 
-  // In worlds that know multi-bodies.
+  // Sometimes adds a multibody, if the world's class supports them.
   void add_chain() {
     auto* world = dynamic_cast<btMultiBodyDynamicsWorld*>(&world_.bullets());
     if (!world || !random_.chance(0.1)) return;
@@ -214,14 +216,14 @@ class Scene {
     return scalar(part * speed_ * random_.uniform()) * random_.direction();
   }
 
-  // Towards the middle of everything, more or less.
+  // A random velocity, roughly towards the centre of the scene.
   btVector3 thrown_from(const btVector3& place) {
     btVector3 to = far_ + random_.in_cube(0.5 * spread_) - place;
     if (to.length2() == 0) to = btVector3(0, 1, 0);
     return scalar(speed_ * random_.uniform()) * to.normalized();
   }
 
-  // Two bodies by a joint, one of them as a rule free.
+  // Connects the first two rigid bodies by a joint, if one of them is dynamic.
   void join() {
     btRigidBody &a = *rigid_[0].body, &b = *rigid_[1].body;
     if (a.isStaticOrKinematicObject() && b.isStaticOrKinematicObject()) return;
@@ -253,7 +255,7 @@ class Scene {
       btSoftBody& body = *made.body;
       body.transform(at);
       body.getCollisionShape()->setMargin(scalar(margin_));
-      // Drawn before the attempt is judged, so that each costs the same numbers.
+      // Drawn before the attempt is tested, so that every attempt uses as many random numbers.
       const bool self = random_.chance(0.5);
       body.setSelfCollision(self);
       soft_.push_back(std::move(made.body));
@@ -263,11 +265,11 @@ class Scene {
       }
       note(made.kind + (self ? "(self)" : ""));
       const bool closed = made.kind == "ellipsoid" || made.kind == "hull" || made.kind == "torus";
-      const ChangeLimits manner{size_, speed_, dt_, closed};
-      report_.what += set_up(body, manner, world_, random_);
+      const ChangeLimits limits{size_, speed_, dt_, closed};
+      report_.what += set_up(body, limits, world_, random_);
       world_.add(body, random_.below(3));
-      report_.what += add_forces(body, manner, world_, random_);
-      manner_.push_back(manner);
+      report_.what += add_forces(body, limits, world_, random_);
+      limits_.push_back(limits);
       put_in_motion(body, at.getOrigin());
       return;
     }
@@ -296,7 +298,7 @@ class Scene {
   void anchor(btSoftBody& body) {
     const int which = random_.below(static_cast<int>(rigid_.size()));
     btRigidBody& to = *rigid_[static_cast<std::size_t>(which)].body;
-    // What a kinematic body carries is driven; Bullet knows no other anchors than of free nodes.
+    // Bullet anchors free nodes only. Nodes anchored to a kinematic body count as driven.
     for (int i = 1 + random_.below(3); i > 0; --i) {
       const int node = random_.below(body.m_nodes.size());
       if (body.m_nodes[node].m_im == 0) continue;
@@ -307,7 +309,7 @@ class Scene {
       }
       note("anchor");
     }
-    // In the deformable world the nodes go where the body has them, whatever they carry.
+    // In the deformable world anchored nodes follow the rigid body, whatever pulls at them.
     report_.driven = report_.driven || !world_.is_rigid() || to.isStaticOrKinematicObject();
   }
 
@@ -340,14 +342,14 @@ class Scene {
     }
   }
 
-  // Between frames of the simulation, or in the hearing of what a step found.
+  // Deletes a soft body. Called between frames, or inside the on_contacts callback.
   void erase(std::size_t which) {
     remove(*soft_[which]);
     soft_.erase(soft_.begin() + static_cast<std::ptrdiff_t>(which));
-    manner_.erase(manner_.begin() + static_cast<std::ptrdiff_t>(which));
+    limits_.erase(limits_.begin() + static_cast<std::ptrdiff_t>(which));
   }
 
-  bullet::SolverOptions heard(bullet::SolverOptions options) {
+  bullet::SolverOptions with_listener(bullet::SolverOptions options) {
     options.on_contacts = [this](Span<const bullet::StepContact> contacts) {
       if (!deletes_ || !random_.chance(0.02)) return;
       const auto is_in_contact = [&](const auto& body) {
@@ -357,7 +359,7 @@ class Scene {
       inspect();
       erase(static_cast<std::size_t>(body - soft_.begin()));
       note("deleted" + std::to_string(step_));
-      penetration_check_.restart(soft_, inspected());
+      penetration_check_.restart(soft_, obstacles_to_check());
     };
     return options;
   }
@@ -368,8 +370,8 @@ class Scene {
     world_.remove(body);
   }
 
-  // What an application may do between two steps.
-  void meddle(int step) {
+  // Sometimes makes one random change, as an application may between two steps.
+  void change_scene(int step) {
     if (step == 0 || !random_.chance(0.08) || soft_.empty()) return;
     const std::size_t which = static_cast<std::size_t>(random_.below(static_cast<int>(soft_.size())));
     btSoftBody& body = *soft_[which];
@@ -400,15 +402,15 @@ class Scene {
       case 6:
       case 7:
       case 8:
-        note(change(body, manner_[which], world_, random_) + at);
+        note(change(body, limits_[which], world_, random_) + at);
         break;
       default:
-        meddle_with_rigid(step);
+        change_rigid(step);
     }
-    penetration_check_.restart(soft_, inspected());
+    penetration_check_.restart(soft_, obstacles_to_check());
   }
 
-  void meddle_with_rigid(int step) {
+  void change_rigid(int step) {
     if (rigid_.empty() || random_.chance(0.2)) {
       add_rigid();
       const bool outside = std::all_of(soft_.begin(), soft_.end(), [this](const auto& soft) {
@@ -434,7 +436,8 @@ class Scene {
       put_elsewhere(rigid);
       note("rigid-put" + std::to_string(step));
     } else if (rigid.mover) {
-      rigid.mover->turn_to(random_velocity(0.3), scalar(random_.uniform(0, 5)) * random_.direction());
+      rigid.mover->set_velocity(random_velocity(0.3),
+                                scalar(random_.uniform(0, 5)) * random_.direction());
     } else if (!body.isStaticObject()) {
       body.setLinearVelocity(random_velocity(1));
       body.setAngularVelocity(scalar(random_.uniform(0, 20)) * random_.direction());
@@ -448,7 +451,7 @@ class Scene {
     }
   }
 
-  // By a joint or an anchor.
+  // True if a joint or an anchor refers to the body.
   bool is_needed(const btRigidBody& body) const {
     if (joint_ && (&joint_->getRigidBodyA() == &body || &joint_->getRigidBodyB() == &body))
       return true;
@@ -463,8 +466,8 @@ class Scene {
     });
   }
 
-  // Where it meets nothing; what nothing moves comes there in one step and takes along what is in
-  // its way.
+  // Moves the body to a random pose where it intersects nothing. A static or kinematic body sweeps
+  // there in the next step and pushes everything that is in its way.
   void put_elsewhere(Rigid& rigid) {
     btRigidBody& body = *rigid.body;
     const btTransform from = body.getWorldTransform(), to = pose();
@@ -486,9 +489,10 @@ class Scene {
     }
   }
 
-  bool is_clean() const { return PenetrationCheck::is_clean(soft_, inspected()); }
+  bool is_clean() const { return PenetrationCheck::is_clean(soft_, obstacles_to_check()); }
 
-  // To where it meets nothing. What is pinned as a whole would sweep its way there.
+  // Moves, rotates or scales the body, or moves one node, if the result intersects nothing. Bodies
+  // whose nodes are all pinned are left out, because LazyCCD would sweep them to the new place.
   std::string displace(btSoftBody& body) {
     std::vector<btVector3> places;
     bool is_free = false;
@@ -534,7 +538,7 @@ class Scene {
     return "";
   }
 
-  // Of the plane across the second axis of this frame.
+  // True if the body lies strictly on one side of the plane y = 0 of this frame.
   static bool is_on_one_side(const btSoftBody& body, const btTransform& frame) {
     bool above = false, below = false;
     for (int i = 0; i < body.m_nodes.size(); ++i) {
@@ -545,8 +549,9 @@ class Scene {
     return above != below;
   }
 
-  // Not within reach of what is round, whose polyhedra differ, and on one side of a plane, which
-  // goes on where its triangles end.
+  // A further condition for a clean start. Round shapes: the bodies' bounds must not overlap, since
+  // LazyCCD uses another polyhedron than this test. Planes: the body must lie on one side, since a
+  // plane continues beyond its triangles.
   static bool is_outside(const btSoftBody& body, const Rigid& rigid) {
     if (rigid.shape.kind == "plane") return is_on_one_side(body, rigid.body->getWorldTransform());
     if (!rigid.shape.round) return true;
@@ -566,7 +571,7 @@ class Scene {
                        [&body](const Rigid& rigid) { return is_outside(body, rigid); });
   }
 
-  std::vector<PenetrationCheck::Obstacle> inspected() const {
+  std::vector<PenetrationCheck::Obstacle> obstacles_to_check() const {
     std::vector<PenetrationCheck::Obstacle> obstacles;
     for (const Rigid& rigid : rigid_)
       obstacles.push_back({rigid.body.get(), &rigid.shape.surface, rigid.mover || rigid.was_put});
@@ -580,9 +585,9 @@ class Scene {
   static void between_substeps(btDynamicsWorld* world, btScalar) {
     Scene& scene = *static_cast<Scene*>(world->getWorldUserInfo());
     if (scene.substep_++ > 0) scene.inspect();
-    if (scene.is_over()) throw Over();
+    if (scene.is_over()) throw SceneIsOver();
   }
-  bool is_over() const { return !report_.finite || report_.fastest >= exploded; }
+  bool is_over() const { return !report_.finite || report_.fastest >= explosion_speed; }
 
   void inspect() {
     const auto start = std::chrono::steady_clock::now();
@@ -608,7 +613,7 @@ class Scene {
         if (node.m_im > 0)
           twice += static_cast<double>(node.m_v.length2()) / static_cast<double>(node.m_im);
         *fastest = std::max(*fastest, static_cast<double>(node.m_v.length()));
-        if (!(static_cast<double>(node.m_x.length()) < farthest)) twice = std::nan("");
+        if (!(static_cast<double>(node.m_x.length()) < max_distance)) twice = std::nan("");
       }
     }
     for (const Rigid& rigid : rigid_) {
@@ -632,7 +637,7 @@ class Scene {
   std::unique_ptr<btTypedConstraint> joint_;
   std::vector<Driven> driven_;
   std::vector<std::unique_ptr<btSoftBody>> soft_;
-  std::vector<ChangeLimits> manner_;  // of each
+  std::vector<ChangeLimits> limits_;  // of each soft body
   PenetrationCheck penetration_check_;
   SceneReport report_;
 };

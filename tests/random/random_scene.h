@@ -1,5 +1,6 @@
-// A world of Bullet with LazyCCD that nobody thought of: random soft and rigid bodies, thrown at
-// each other, with everything that an application may do to them. Its start intersects nothing.
+// Random scenes: one of Bullet's worlds, with LazyCCD or without. Random soft and rigid bodies are
+// thrown at each other, and between steps the scene changes as an application may change it. No
+// bodies intersect at the start.
 #pragma once
 
 #include <cstdint>
@@ -14,14 +15,19 @@
 
 namespace lazyccd::test {
 
+/// Result of a whole scene.
 struct SceneReport {
-  std::string what;  // the scene in words
+  std::string what;  ///< the scene in words
   int steps = 0, vertices = 0;
-  std::int64_t crossings = 0;  // of the surfaces' straight motion between steps, exactly
-  std::int64_t intersections = 0;  // most at the end of a step, exactly
-  std::int64_t overlaps = 0;   // both, with driven rigid bodies
-  int first_crossing = -1;     // step
-  bool driven = false;         // kinematic bodies may crush what is between them
+  /// Contacts on the straight motion between steps, summed over all steps. Decided exactly.
+  std::int64_t crossings = 0;
+  /// Edge-face intersections at the end of a step; the largest number. Decided exactly.
+  std::int64_t intersections = 0;
+  /// Crossings and intersections with driven rigid bodies; not in the two numbers above.
+  std::int64_t overlaps = 0;
+  int first_crossing = -1;  ///< step of the first of `crossings`; -1: none
+  /// Something has prescribed motion, so bodies may be crushed between it and others.
+  bool driven = false;
   bool finite = true;
   double kinetic_at_start = 0;               // J
   double fastest_at_start = 0, fastest = 0;  // m/s
@@ -30,16 +36,18 @@ struct SceneReport {
   std::string status;
 };
 
-// What is to be seen after each step, for those who want to look closer.
+/// State after one step, for a callback that looks closer.
 struct SceneStep {
-  const std::string& what;  // the scene until now
+  const std::string& what;  ///< the scene in words, up to this step
   int number;
-  double dt;  // that it took
-  std::int64_t crossings;
+  double dt;  ///< wall time of the step, s
+  std::int64_t crossings;  ///< of this step
   const bullet::StepStats& stats;
   const PenetrationCheck& penetration_check;
 };
 
+/// Builds the scene of this number and runs 30 to 89 steps. Ends early if a position is not finite
+/// or a node exceeds 2000 m/s. The scene depends on the arguments alone.
 SceneReport run_random_scene(std::uint32_t number, scenes::World world,
                              scenes::Collisions collisions = scenes::Collisions::lazyccd,
                              const bullet::SolverOptions& options = {},

@@ -62,8 +62,8 @@ RandomWorld::RandomWorld(scenes::World kind, scenes::Collisions collisions,
       world = std::make_unique<bullet::btLazyDeformableMultiBodyDynamicsWorld>(
           &dispatcher_, broadphase_.get(), &constraints_, &configuration_, &deformable_solver_);
     }
-    // Not setImplicit(true): where a node is pinned Bullet then writes behind its arrays, since
-    // btDeformableBodySolver makes no room in them for the multipliers.
+    // setImplicit(true) is not tested: if a node is pinned, Bullet then writes past the end of its
+    // arrays, because btDeformableBodySolver allocates no space for the multipliers.
     info_ = &world->getWorldInfo();
     world_ = std::move(world);
   }

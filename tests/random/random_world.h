@@ -1,4 +1,4 @@
-// One of Bullet's worlds with soft bodies, with its parts drawn at random.
+// RandomWorld: one of Bullet's worlds with soft bodies. Its class and its parts are random.
 #pragma once
 
 #include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
@@ -19,6 +19,7 @@
 
 namespace lazyccd::test {
 
+/// Owns the world and everything it needs, but not the bodies. Bodies must be removed first.
 class RandomWorld {
  public:
   RandomWorld(scenes::World kind, scenes::Collisions collisions, const bullet::SolverOptions& options,
@@ -31,11 +32,12 @@ class RandomWorld {
   const btVector3& gravity() const { return gravity_; }
   void set_gravity(const btVector3& gravity);
 
-  // Bodies of one layer, from 0, meet what their layer meets: everything, as a rule.
+  /// Adds the body to a collision layer, 0 to 2. By default all layers collide with each other;
+  /// in some worlds random pairs of layers do not.
   void add(btSoftBody& body, int layer);
   void remove(btSoftBody& body);
   void add(btRigidBody& body, int layer);
-  // Of the deformable world.
+  /// Adds a force and keeps it. Only for the deformable world.
   void add_force(btSoftBody& body, std::unique_ptr<btDeformableLagrangianForce> force);
 
   const bullet::StepStats& step_stats() const;

@@ -73,7 +73,7 @@ void append(const Triangles& part, const btTransform& pose, Triangles& whole) {
   }
 }
 
-// A bumpy sheet of triangles, folded up by `fold`.
+// A square sheet of triangles with random heights.
 std::unique_ptr<btTriangleMesh> bumpy(double size, RandomSource& random) {
   const int n = 2 + random.below(7);
   const double height = random.uniform(0, 0.3) * size;
@@ -198,7 +198,7 @@ Shape convex(double size, double margin, RandomSource& random) {
   Shape s = convex_without_margin(size, random);
   s.shape->setMargin(scalar(margin));
   if (random.chance(0.1)) {
-    // Nothing that Bullet's own polyhedra hold follows this scaling but their vertices.
+    // In Bullet's own polyhedra only the vertices follow this scaling.
     s.kind += "*2";
     s.parts.push_back(std::move(s.shape));
     s.shape = std::make_unique<btUniformScalingShape>(
@@ -230,7 +230,7 @@ Shape mesh(double size, RandomSource& random) {
   return s;
 }
 
-// Up any axis, from numbers of any kind, fine or coarse, flat or steep.
+// A height field: random up axis, heights as floats or shorts, flat or steep, fine or coarse.
 Shape terrain(double size, RandomSource& random) {
   Shape s;
   s.kind = "terrain";
@@ -299,7 +299,8 @@ Shape any_shape(double size, double margin, RandomSource& random) {
       Shape s;
       s.kind = "plane";
       s.shape = std::make_unique<btStaticPlaneShape>(btVector3(0, 1, 0), scalar(0));
-      // Turned, corners farther away would be rounded by more than the gaps that are kept.
+      // If the plane is rotated, corners farther away would have rounding errors larger than the
+      // gaps that contacts keep.
       const btScalar far = scalar(10 * size);
       s.surface.vertices = {btVector3(-far, 0, -far), btVector3(-far, 0, far),
                             btVector3(far, 0, far), btVector3(far, 0, -far)};

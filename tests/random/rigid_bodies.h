@@ -1,4 +1,4 @@
-// Rigid bodies of every shape that Bullet knows, at random, with triangles that say where they are.
+// Random collision shapes of every kind that Bullet has, with triangles of their surfaces.
 #pragma once
 
 #include <BulletCollision/CollisionShapes/btCollisionShape.h>
@@ -13,23 +13,24 @@
 
 namespace lazyccd::test {
 
+/// A collision shape, its triangles, and the memory that it refers to.
 struct Shape {
   std::unique_ptr<btCollisionShape> shape;
   std::string kind;
-  // In the shape's frame: the surface itself where it is flat, a little inside it where it is
-  // round.
+  /// Triangles in the shape's frame. Flat parts of the surface are exact; round parts lie slightly
+  /// inside the shape.
   scenes::Triangles surface;
-  bool round = false;  // somewhere
+  bool round = false;  ///< some part of the surface is round
   bool may_move = true, may_be_dynamic = true;
 
-  // What the shape is made of.
+  /// Memory that `shape` refers to.
   std::vector<std::unique_ptr<btCollisionShape>> parts;
   std::unique_ptr<btTriangleMesh> mesh;
   std::vector<btScalar> heights;
   std::vector<short> short_heights;
 };
 
-// Metres.
+/// `size`: approximate width, metres. `margin`: collision margin, metres.
 Shape random_shape(double size, double margin, RandomSource& random);
 
 }  // namespace lazyccd::test

@@ -17,7 +17,7 @@ btVector3 vector(double x, double y, double z) {
   return btVector3(static_cast<btScalar>(x), static_cast<btScalar>(y), static_cast<btScalar>(z));
 }
 
-// Triangles with a link for each side.
+// Makes a body of triangles, with a link for each edge.
 Body body_of(btSoftBodyWorldInfo& info, const std::vector<btVector3>& points,
              const std::vector<std::array<int, 3>>& faces) {
   auto body =
@@ -95,7 +95,7 @@ Body triangle(btSoftBodyWorldInfo& info, double size, RandomSource& random) {
                  {{0, 1, 2}});
 }
 
-// Sheets that meet in one edge.
+// Three to six sheets that share one side, as the pages of a book do: non-manifold edges.
 Body fan(btSoftBodyWorldInfo& info, double size, RandomSource& random) {
   const int blades = 3 + random.below(4), rows = 2 + random.below(4);
   std::vector<btVector3> points;
@@ -116,7 +116,7 @@ Body fan(btSoftBodyWorldInfo& info, double size, RandomSource& random) {
   return body_of(info, points, faces);
 }
 
-// Triangles of very different sizes, apart from each other in one body.
+// Separate triangles of very different sizes in one body.
 Body shards(btSoftBodyWorldInfo& info, double size, RandomSource& random) {
   std::vector<btVector3> points;
   std::vector<std::array<int, 3>> faces;
@@ -140,7 +140,7 @@ Body rope(btSoftBodyWorldInfo& info, double size, RandomSource& random) {
   return Body(btSoftBodyHelpers::CreateRope(info, -end, end, 1 + random.below(20), pinned));
 }
 
-// Of ropes, without faces.
+// A square grid of links without faces.
 Body net(btSoftBodyWorldInfo& info, double size, RandomSource& random) {
   const int n = 3 + random.below(7);
   std::vector<btVector3> points;

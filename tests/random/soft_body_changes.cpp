@@ -24,7 +24,7 @@ double lightest_node(const btSoftBody& body) {
   return lightest;
 }
 
-// Of all that Bullet's demos draw from, however little sense it makes.
+// A random set of the collision flags that Bullet's demos use; it need not make sense.
 int any_flags(RandomSource& random) {
   int flags = 0;
   for (const int flag : {Flag::SDF_RS, Flag::CL_RS, Flag::SDF_RD, Flag::SDF_RDF, Flag::SDF_RDN,
@@ -45,7 +45,7 @@ double friction(RandomSource& random) {
   return random.chance(0.9) ? usual : random.chance(0.5) ? 0 : 10;
 }
 
-void into_the_wind(btSoftBody& body, double speed, RandomSource& random) {
+void add_wind(btSoftBody& body, double speed, RandomSource& random) {
   using Model = btSoftBody::eAeroModel;
   const Model::_ models[] = {Model::V_Point,    Model::V_TwoSided, Model::V_TwoSidedLiftDrag,
                              Model::V_OneSided, Model::F_TwoSided, Model::F_TwoSidedLiftDrag,
@@ -57,7 +57,8 @@ void into_the_wind(btSoftBody& body, double speed, RandomSource& random) {
     body.setWindVelocity(scalar(random.uniform(0, 0.3) * speed) * random.direction());
 }
 
-std::string set_up_for_rigid_world(btSoftBody& body, const ChangeLimits& manner, RandomSource& random) {
+std::string set_up_for_rigid_world(btSoftBody& body, const ChangeLimits& limits,
+                                   RandomSource& random) {
   std::string words;
   if (random.chance(0.6)) body.m_cfg.collisions = Flag::SDF_RS | Flag::VF_SS;
   body.m_materials[0]->m_kLST = scalar(random.chance(0.05) ? 0 : random.uniform(0.05, 1));
@@ -66,14 +67,14 @@ std::string set_up_for_rigid_world(btSoftBody& body, const ChangeLimits& manner,
   if (random.chance(0.2) && body.m_faces.size() > 0 && body.m_nodes.size() > 4)
     body.generateBendingConstraints(2);
   if (random.chance(0.2)) body.randomizeConstraints();
-  const double weight = static_cast<double>(body.getTotalMass()) * manner.size;
-  if (manner.closed && random.chance(0.3)) body.m_cfg.kPR = scalar(random.uniform(-2, 10) * weight);
-  if (manner.closed && random.chance(0.2)) body.m_cfg.kVC = scalar(random.uniform(0, 5) * weight);
+  const double weight = static_cast<double>(body.getTotalMass()) * limits.size;
+  if (limits.closed && random.chance(0.3)) body.m_cfg.kPR = scalar(random.uniform(-2, 10) * weight);
+  if (limits.closed && random.chance(0.2)) body.m_cfg.kVC = scalar(random.uniform(0, 5) * weight);
   if (body.m_faces.size() > 3 && random.chance(0.15)) {
     body.setPose(random.chance(0.3), true);
     body.m_cfg.kMT = scalar(random.uniform(0, 0.5));
   }
-  if (random.chance(0.15)) into_the_wind(body, manner.speed, random);
+  if (random.chance(0.15)) add_wind(body, limits.speed, random);
   if (random.chance(0.1)) body.m_cfg.diterations = 1 + random.below(3);
   if (random.chance(0.1)) body.m_cfg.viterations = 1 + random.below(3);
   if (random.chance(0.05)) {
@@ -106,8 +107,8 @@ std::string set_up_for_deformable_world(btSoftBody& body, RandomSource& random) 
   return " flags=" + std::to_string(body.m_cfg.collisions);
 }
 
-// Bullet cuts links and faces, not tetrahedra, makes no room for new nodes in a pose, and lets
-// clusters keep pointers to where the nodes were.
+// True if Bullet can cut the body. It cuts links and faces, but not tetrahedra. It does not extend
+// a pose for new nodes, and clusters keep dangling pointers to the old nodes.
 bool may_be_cut(btSoftBody& body, const RandomWorld& world) {
   const bool posed = body.m_pose.m_bvolume || body.m_pose.m_bframe;
   const bool clustered = body.m_clusters.size() > 0;
@@ -115,7 +116,7 @@ bool may_be_cut(btSoftBody& body, const RandomWorld& world) {
          !clustered && !body.useSelfCollision();
 }
 
-// Along a plane through a node.
+// Cuts the body along a random plane through a node.
 void cut_across(btSoftBody& body, int node, RandomSource& random) {
   struct Plane : btSoftBody::ImplicitFn {
     btVector3 normal, point;
@@ -130,7 +131,8 @@ void cut_across(btSoftBody& body, int node, RandomSource& random) {
 
 }  // namespace
 
-std::string set_up(btSoftBody& body, const ChangeLimits& manner, RandomWorld& world, RandomSource& random) {
+std::string set_up(btSoftBody& body, const ChangeLimits& limits, RandomWorld& world,
+                   RandomSource& random) {
   std::string words;
   body.setTotalMass(scalar(random.across_scales(1e-2, 1e2)), false);
   if (random.chance(0.15)) {
@@ -147,14 +149,15 @@ std::string set_up(btSoftBody& body, const ChangeLimits& manner, RandomWorld& wo
   }
   if (random.chance(0.8)) body.setActivationState(DISABLE_DEACTIVATION);
   body.m_cfg.kDF = scalar(friction(random));
-  return words + (world.is_rigid() ? set_up_for_rigid_world(body, manner, random)
+  return words + (world.is_rigid() ? set_up_for_rigid_world(body, limits, random)
                                    : set_up_for_deformable_world(body, random));
 }
 
-std::string add_forces(btSoftBody& body, const ChangeLimits& manner, RandomWorld& world, RandomSource& random) {
+std::string add_forces(btSoftBody& body, const ChangeLimits& limits, RandomWorld& world,
+                       RandomSource& random) {
   if (world.is_rigid()) return "";
-  // As stiff as an explicit step stands.
-  const double lightest = lightest_node(body), dt = manner.step;
+  // As stiff as explicit integration allows.
+  const double lightest = lightest_node(body), dt = limits.step;
   const double k = std::min(0.03 * lightest / (dt * dt), 1000.0);
   const double damping = random.uniform(0, 0.02) * lightest / dt;
   const bool conserving = random.chance(0.3);
@@ -163,7 +166,7 @@ std::string add_forces(btSoftBody& body, const ChangeLimits& manner, RandomWorld
                                                                       conserving, scalar(bending)));
   world.add_force(body, std::make_unique<btDeformableGravityForce>(world.gravity()));
   if (body.m_tetras.size() == 0 || random.chance(0.5)) return "";
-  const btScalar stiffness = scalar(0.002 * lightest / (dt * dt * manner.size));
+  const btScalar stiffness = scalar(0.002 * lightest / (dt * dt * limits.size));
   switch (random.below(3)) {
     case 0:
       world.add_force(body, std::make_unique<btDeformableCorotatedForce>(stiffness, stiffness));
@@ -179,8 +182,9 @@ std::string add_forces(btSoftBody& body, const ChangeLimits& manner, RandomWorld
   }
 }
 
-std::string change(btSoftBody& body, const ChangeLimits& manner, const RandomWorld& world, RandomSource& random) {
-  const btVector3 velocity = scalar(manner.speed * random.uniform()) * random.direction();
+std::string change(btSoftBody& body, const ChangeLimits& limits, const RandomWorld& world,
+                   RandomSource& random) {
+  const btVector3 velocity = scalar(limits.speed * random.uniform()) * random.direction();
   const int node = random.below(body.m_nodes.size());
   switch (random.below(22)) {
     case 0:
@@ -216,7 +220,7 @@ std::string change(btSoftBody& body, const ChangeLimits& manner, const RandomWor
       return "masses";
     case 9: {
       const btVector3 force =
-          scalar(0.1 * static_cast<double>(body.getMass(node)) / manner.step) * velocity;
+          scalar(0.1 * static_cast<double>(body.getMass(node)) / limits.step) * velocity;
       body.addForce(force, node);
       return "";
     }
@@ -270,7 +274,7 @@ std::string change(btSoftBody& body, const ChangeLimits& manner, const RandomWor
       body.setVolumeMass(scalar(random.across_scales(0.01, 100)));
       return "volume";
     default:
-      if (!manner.closed || !(body.getVolume() > 0)) return "";
+      if (!limits.closed || !(body.getVolume() > 0)) return "";
       body.setTotalDensity(scalar(random.across_scales(0.1, 10)));
       return "density";
   }

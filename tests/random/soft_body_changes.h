@@ -1,4 +1,4 @@
-// What applications do to a soft body: how they set it up, and what they change while it runs.
+// Random changes to soft bodies, as applications make them: at set-up and during the simulation.
 #pragma once
 
 #include <BulletSoftBody/btSoftBody.h>
@@ -10,19 +10,25 @@
 
 namespace lazyccd::test {
 
+/// Magnitudes of the changes.
 struct ChangeLimits {
-  double size;   // of the scene, metres
-  double speed;  // m/s
-  double step;   // s
-  bool closed;   // the body's surface
+  double size;   ///< of the scene, metres
+  double speed;  ///< largest speed, m/s
+  double step;   ///< time step, s
+  bool closed;   ///< the body has a closed surface
 };
 
-// Masses, pinned nodes, stiffness, damping, friction, air, clusters, forces. Says in a word what is
-// unusual. The body is to be added to the world after it, its forces after that.
-std::string set_up(btSoftBody& body, const ChangeLimits& manner, RandomWorld& world, RandomSource& random);
-std::string add_forces(btSoftBody& body, const ChangeLimits& manner, RandomWorld& world, RandomSource& random);
+/// Sets masses, pinned nodes, stiffness, damping, friction, air drag and clusters. Call it before
+/// the body is added to the world. Returns words for what is unusual, or an empty string.
+std::string set_up(btSoftBody& body, const ChangeLimits& limits, RandomWorld& world,
+                   RandomSource& random);
+/// Adds the deformable world's forces. Call it after the body was added to the world. Returns the
+/// kind of elasticity in a word, or an empty string.
+std::string add_forces(btSoftBody& body, const ChangeLimits& limits, RandomWorld& world,
+                       RandomSource& random);
 
-// One of the changes that put no node elsewhere. Says which.
-std::string change(btSoftBody& body, const ChangeLimits& manner, const RandomWorld& world, RandomSource& random);
+/// Makes one random change that moves no node. Returns its name, or an empty string.
+std::string change(btSoftBody& body, const ChangeLimits& limits, const RandomWorld& world,
+                   RandomSource& random);
 
 }  // namespace lazyccd::test

@@ -18,7 +18,7 @@ scenes::Surface two_triangles() {
   return surface;
 }
 
-// A triangle in the plane y = 0 and one that points down, its lowest corner at height y.
+// A triangle in the plane y = 0 and one that points down. Its lowest corner is at height y.
 std::vector<btScalar> pointing_down_to(double y) {
   const btScalar h = static_cast<btScalar>(y);
   return {-1, 0, -1, 2, 0, -1, -1, 0, 2, 0, h, 0, btScalar(0.1), h + 1, 0, 0, h + 1, btScalar(0.1)};
@@ -26,32 +26,32 @@ std::vector<btScalar> pointing_down_to(double y) {
 
 }  // namespace
 
-TEST_CASE("a triangle that sticks in another pierces it with two edges") {
+TEST_CASE("a triangle that intersects another has two edge-face intersections") {
   const auto found = scenes::find_intersections(two_triangles(), pointing_down_to(-0.5));
   REQUIRE(found.size() == 2);
   CHECK_THAT(found[0].point[1], Matchers::WithinAbs(0, 1e-6));
 }
 
-TEST_CASE("triangles that touch or stay apart do not pierce") {
+TEST_CASE("triangles that touch or stay apart do not intersect") {
   CHECK(scenes::find_intersections(two_triangles(), pointing_down_to(0)).empty());
   CHECK(scenes::find_intersections(two_triangles(), pointing_down_to(0.01)).empty());
   CHECK(scenes::find_intersections(two_triangles(), pointing_down_to(-3)).empty());
 }
 
-TEST_CASE("a piercing by the last bit is found, and none by no bit") {
+TEST_CASE("an intersection by the last bit is found") {
   const btScalar tiny = std::numeric_limits<btScalar>::denorm_min();
   auto positions = pointing_down_to(0);
   positions[10] = -tiny;
   CHECK(scenes::find_intersections(two_triangles(), positions).size() == 2);
 }
 
-TEST_CASE("bodies that do not collide pierce nothing") {
+TEST_CASE("no intersection is counted for bodies that do not collide") {
   scenes::Surface surface = two_triangles();
   surface.bodies[0].mask = 0;
   CHECK(scenes::find_intersections(surface, pointing_down_to(-0.5)).empty());
 }
 
-TEST_CASE("the crossing counter sees what jumps through") {
+TEST_CASE("the crossing counter finds a body that jumps through another") {
   Impact impact(quiet_options(World::rigid));
   scenes::CrossingCounter crossings(*impact.world);
   impact.thrown->translate(btVector3(0, btScalar(-0.05), 0));
@@ -71,7 +71,7 @@ TEST_CASE("energy and momentum are those of the moving mass") {
   CHECK_THAT(m.momentum[1], Matchers::WithinAbs(-3, 1e-4));
 }
 
-TEST_CASE("every scene can be set up and stepped in both worlds, the same from the same seed") {
+TEST_CASE("every scene runs in both worlds and is the same from the same seed") {
   const World world = GENERATE(World::rigid, World::deformable);
   for (const scenes::SceneInfo& info : scenes::all_scenes()) {
     CAPTURE(info.name);

@@ -1,4 +1,4 @@
-// The scenes themselves, at a small size and in time to the moments that matter.
+// The scenes of the library at a small size, up to their first difficult contacts.
 #include "scenes/run.h"
 #include "support/catch.h"
 
@@ -49,7 +49,7 @@ TEST_CASE("nothing passes through anything in the scenes of the library") {
   CHECK(report.lazyccd.fallback_steps == 0);
 }
 
-TEST_CASE("the counters see that Bullet alone lets ropes and meshes through") {
+TEST_CASE("the counters find that ropes and meshes pass through with Bullet alone") {
   const scenes::RunReport ropes =
       run({"crossing-ropes", rigid, 20}, scenes::Collisions::bullet, 1.0 / 60);
   CHECK(ropes.crossings_ee > 0);

@@ -1,4 +1,4 @@
-// Where LazyCCD's paths and those of Bullet alone part, and why.
+// Compares the motion with LazyCCD and with Bullet alone: how they differ, and why.
 #include <cmath>
 
 #include "scenes/run.h"
@@ -27,7 +27,7 @@ struct Run {
   }
 };
 
-// Mean distance of the same nodes, in margins.
+// Mean distance between the same nodes of both runs, in collision margins.
 double apart(const Run& a, const Run& b) {
   double sum = 0;
   int count = 0;
@@ -43,11 +43,11 @@ double apart(const Run& a, const Run& b) {
 
 }  // namespace
 
-TEST_CASE("Bullet alone loses momentum of free cloths that meet; mended, it keeps it, as LazyCCD") {
+TEST_CASE("Bullet alone loses momentum of free cloths and mended Bullet and LazyCCD keep it") {
   const World world = GENERATE(World::rigid, World::deformable);
   CAPTURE(world == World::rigid);
   constexpr int steps = 40;
-  // The scene's bodies of the rigid world lose kDP of their velocity in each step.
+  // In the rigid world the scene's bodies lose the fraction kDP of their velocity in each step.
   const double kept = world == World::rigid ? std::pow(1 - 0.005, steps) : 1;
   const auto kept_with = [&](Collisions collisions) {
     const Run run("free-cloths", world, collisions, steps);
@@ -58,7 +58,7 @@ TEST_CASE("Bullet alone loses momentum of free cloths that meet; mended, it keep
   CHECK_THAT(kept_with(Collisions::lazyccd), Matchers::WithinAbs(1, 1e-4));
 }
 
-TEST_CASE("LazyCCD takes the way of Bullet alone where that keeps momentum") {
+TEST_CASE("LazyCCD moves bodies as mended Bullet does") {
   const World world = GENERATE(World::rigid, World::deformable);
   CAPTURE(world == World::rigid);
   const Run lazy("cloth-on-cloth", world, Collisions::lazyccd, 48);

@@ -1,19 +1,36 @@
-# Dependencies go plugin -> cuda/include -> cuda/detector.cpp, the body of the public interface, ->
-# cuda/gpu -> cuda/cpu -> {cuda/balance, cuda/core}; Bullet's headers only in plugin/ and examples/,
-# CUDA's only in cuda/gpu and cuda/balance. The device leaves to the host what only exact arithmetic
-# decides, so gpu/ knows cpu/, and never the other way round.
+# Fails if an include points the wrong way, or if a folder holds too many modules.
+#
+#   cmake -D source_dir=. -P tests/structure/check_includes.cmake
+#
+# Projects, from the top: plugin -> cuda/include -> cuda/detector.cpp -> cuda/gpu -> cuda/cpu ->
+# {cuda/balance, cuda/core}. The GPU leaves rare queries to the CPU's exact arithmetic, so gpu/ knows
+# cpu/, never the other way round. Bullet's headers are only in plugin/ and examples/, CUDA's only in
+# cuda/gpu and cuda/balance. Within plugin/ and cuda/cpu the folders below form layers.
 cmake_minimum_required(VERSION 3.24)
 
 set(bullet "^(btBulletC|btBulletD|BulletS|BulletC|BulletD|LinearMath/)")
 set(device "^(cuda|cub/|thrust/|nv/)")
 set(failures 0)
 
-# Every #include of the sources under `folder` must match none of the patterns after FORBID; an include
-# in quotes must match the pattern after QUOTED.
+function(fail text)
+  message("${text}")
+  math(EXPR count "${failures} + 1")
+  set(failures ${count} PARENT_SCOPE)
+endfunction()
+
+# Every include of the sources in and below `folder` must match none of the patterns after FORBID.
+# An include in quotes must match the pattern after QUOTED. FLAT: without the folders below.
 function(check folder)
-  cmake_parse_arguments(PARSE_ARGV 1 arg "" "QUOTED" "FORBID")
-  file(GLOB_RECURSE sources ${source_dir}/${folder}/*.h ${source_dir}/${folder}/*.cpp
+  cmake_parse_arguments(PARSE_ARGV 1 arg "FLAT" "QUOTED" "FORBID")
+  set(glob GLOB_RECURSE)
+  if(arg_FLAT)
+    set(glob GLOB)
+  endif()
+  file(${glob} sources ${source_dir}/${folder}/*.h ${source_dir}/${folder}/*.cpp
     ${source_dir}/${folder}/*.cu ${source_dir}/${folder}/*.cuh)
+  if(NOT sources)
+    fail("${folder}: there are no sources to check")
+  endif()
   foreach(source IN LISTS sources)
     file(STRINGS ${source} lines REGEX "^[ \t]*#[ \t]*include")
     foreach(line IN LISTS lines)
@@ -32,8 +49,41 @@ function(check folder)
         endif()
       endforeach()
       if(wrong)
-        message("${source}: must not include ${name}")
-        math(EXPR failures "${failures} + 1")
+        fail("${source}: must not include ${name}")
+      endif()
+    endforeach()
+  endforeach()
+  set(failures ${failures} PARENT_SCOPE)
+endfunction()
+
+# Layers of `root`, lowest first. Each may include itself, the layers given for it, and `always`.
+function(check_layers root always)
+  foreach(layer IN LISTS ARGN)
+    string(REPLACE ":" ";" parts "${layer}")
+    list(GET parts 0 name)
+    list(GET parts 1 below)
+    string(REPLACE "," "|" below "${name},${below}")
+    string(REGEX REPLACE "\\|$" "" below "${below}")
+    check(${root}/${name} QUOTED "^(${always}|${prefix}(${below})/)")
+  endforeach()
+  set(failures ${failures} PARENT_SCOPE)
+endfunction()
+
+# A header and its sources count as one module.
+function(check_size most)
+  foreach(folder IN LISTS ARGN)
+    file(GLOB_RECURSE entries LIST_DIRECTORIES true ${source_dir}/${folder}/*)
+    foreach(directory IN LISTS entries ITEMS ${source_dir}/${folder})
+      if(NOT IS_DIRECTORY ${directory})
+        continue()
+      endif()
+      file(GLOB files LIST_DIRECTORIES false ${directory}/*.h ${directory}/*.cpp ${directory}/*.cu
+        ${directory}/*.cuh)
+      list(TRANSFORM files REPLACE "\\.[a-z]+$" "")
+      list(REMOVE_DUPLICATES files)
+      list(LENGTH files count)
+      if(count GREATER most)
+        fail("${directory}: ${count} modules in one folder; ${most} are the most")
       endif()
     endforeach()
   endforeach()
@@ -50,6 +100,35 @@ check(examples/io QUOTED "^(io|lazyccd)/" FORBID "^lazyccd/bullet/" ${bullet} ${
 check(examples/scenes FORBID "^(core|cpu|gpu|balance)/" ${device})
 check(examples/cli FORBID "^(core|cpu|gpu|balance)/" ${device})
 
+set(prefix "")
+check_layers(plugin lazyccd/
+  util:
+  motion:
+  contact:motion,util
+  scene:motion,util
+  untangling:motion,util
+  links:scene,util
+  report:scene,contact,motion,util
+  detection:contact,scene,motion,util
+  response:contact,motion,util
+  isa:detection,response,links,contact,motion,util
+  step:detection,response,report,untangling,scene,contact,motion,util
+  world:step,links,report,scene,contact,motion,util)
+
+set(prefix "cpu/")
+check_layers(cuda/cpu "(core|balance|lazyccd)/"
+  threads:
+  scene:threads
+  kernels:scene
+  balance:threads
+  bvh:kernels,scene,threads
+  culling:bvh,kernels,scene,threads
+  verlet:bvh,kernels,scene,threads
+  narrow:verlet,culling,bvh,kernels,scene,threads
+  isa:narrow,kernels,scene)
+
+check_size(13 cuda plugin examples tests)
+
 if(failures GREATER 0)
-  message(FATAL_ERROR "${failures} includes go the wrong way")
+  message(FATAL_ERROR "${failures} failures")
 endif()

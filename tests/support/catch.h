@@ -1,5 +1,5 @@
-// Catch2 2.13 and 3 from one source. Matchers go by their names in version 3; floating point is compared
-// with WithinAbs or WithinRel, which both versions have.
+// Includes Catch2, version 2.13 or 3. Matchers have their version 3 names. Compare floating-point
+// numbers with WithinAbs or WithinRel, which both versions have.
 #pragma once
 
 #if __has_include(<catch2/catch_all.hpp>)

@@ -1,4 +1,4 @@
-// Where the large test data are: not part of the repository.
+// Finds the large test data, which are not part of the repository.
 #pragma once
 
 #include <filesystem>
@@ -7,8 +7,8 @@
 
 namespace lazyccd::test {
 
-// $LAZYCCD_DATA_DIR, else ../shared/data beside the repository; nothing where it is absent,
-// which it prints, so that a test that then returns shows as skipped.
+/// Returns $LAZYCCD_DATA_DIR if it is set, else ../shared/data beside the repository. If the folder
+/// does not exist, prints a message and returns nothing; a test that then returns shows as skipped.
 std::optional<std::filesystem::path> data_dir();
 
 }  // namespace lazyccd::test

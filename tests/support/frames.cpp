@@ -20,7 +20,7 @@ std::vector<std::filesystem::path> files_in(const std::filesystem::path& folder)
   return files;
 }
 
-// The one file whose name holds `part`.
+// The first file of the folder, in alphabetical order, whose name contains `part`.
 std::filesystem::path file_with(const std::filesystem::path& folder, const std::string& part) {
   for (const auto& file : files_in(folder)) {
     if (file.filename().string().find(part) != std::string::npos) return file;

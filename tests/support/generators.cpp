@@ -26,9 +26,10 @@ double Random::uniform(double lo, double hi) {
 namespace {
 
 using Point = std::array<double, 3>;
-using Points = std::array<Point, 4>;  // at one time
+using Points = std::array<Point, 4>;  // at one instant
 
-// Draws from one Random must not be arguments of one call: compilers differ in which comes first.
+// Never draw two numbers in the arguments of one call: the order of evaluation depends on the
+// compiler.
 
 std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
@@ -44,10 +45,10 @@ Point coarse_point(Random& r) { return {r.coarse(), r.coarse(), r.coarse()}; }
 Point uniform_point(Random& r) { return {r.uniform(-1, 1), r.uniform(-1, 1), r.uniform(-1, 1)}; }
 using AnyPoint = Point (*)(Random&);
 
-// A time, or a place along an edge, that keeps sums with coarse numbers exact.
+// A time, or a position along an edge, for which sums with coarse numbers stay exact.
 double sixteenth(Random& r, int lo = 0, int hi = 16) { return r.integer(lo, hi) / 16.0; }
 
-// Four points, the two primitives in contact at the parameters u, v (see Contact).
+// Four points of two primitives that touch at the parameters u, v (see Contact).
 Points touching(ContactKind kind, double u, double v, AnyPoint point, Random& r) {
   const Point a = point(r), b = point(r), c = point(r);
   if (kind == ContactKind::vertex_face) return {a + u * (b - a) + v * (c - a), a, b, c};
@@ -55,7 +56,7 @@ Points touching(ContactKind kind, double u, double v, AnyPoint point, Random& r)
   return {a, b, x - v * c, x + (1 - v) * c};
 }
 
-// Each point on its own way, at the place given when the time is t.
+// Each point moves along its own random direction and is at its given place at time t.
 QueryPoints through(const Points& places, double t, AnyPoint way, Random& r) {
   QueryPoints q;
   for (std::size_t i = 0; i < 4; ++i) {
@@ -72,7 +73,8 @@ QueryPoints mapped(QueryPoints q, const Map& map) {
   return q;
 }
 
-// The same four ways under other names: another vertex of the face first, ends or edges swapped.
+// The same four motions with the points renamed: the face's vertices rotated, or ends of an edge or
+// the edges swapped.
 QueryPoints relabelled(ContactKind kind, const QueryPoints& q, Random& r) {
   std::array<std::size_t, 4> order{0, 1, 2, 3};
   if (kind == ContactKind::vertex_face) {
@@ -87,7 +89,8 @@ QueryPoints relabelled(ContactKind kind, const QueryPoints& q, Random& r) {
   return s;
 }
 
-// A small integer matrix, which may well be singular: exact, and takes planes to planes.
+// Multiplies all points by a random matrix of small integers, which may be singular. The result is
+// exact, and coplanar points stay coplanar.
 QueryPoints tilted(const QueryPoints& q, Random& r) {
   std::array<Point, 3> rows;
   for (Point& row : rows)
@@ -208,7 +211,7 @@ QueryPoints tiny(ContactKind kind, Random& r) {
   return mapped(aimed(kind, r), [&](const Point& p) { return scale * p; });
 }
 
-// In contact, with a motion such that f and its derivative vanish together, up to rounding.
+// Points in contact, and a motion for which f and its derivative vanish together, up to rounding.
 QueryPoints close_roots(ContactKind kind, Random& r) {
   const double u = r.uniform(0.1, 0.45), v = r.uniform(0.1, 0.45);
   const Points at = touching(kind, u, v, uniform_point, r);
@@ -235,8 +238,8 @@ QueryPoints close_roots(ContactKind kind, Random& r) {
   return q;
 }
 
-// The same, exactly: f = c (t - t0)^2. e1 = (1, 0, k s), e2 = (0, 1, 0), s = t - t0, so that
-// f = s (r_z' - k r_x(t0)) - k r_x' s^2 for r_z = s r_z', and the first part is made to vanish.
+// As close_roots(), but exact: f = c (t - t0)^2. With s = t - t0, e1 = (1, 0, k s), e2 = (0, 1, 0)
+// and r_z = s r_z', f = s (r_z' - k r_x(t0)) - k r_x' s^2. The first term is made zero.
 QueryPoints tangent(ContactKind kind, Random& r) {
   const bool vf = kind == ContactKind::vertex_face;
   const double t0 = sixteenth(r), k = r.integer(-3, 3);
@@ -277,7 +280,7 @@ Points touching_anyhow(ContactKind kind, Random& r) {
   }
 }
 
-// Through the places at a sixteenth of the step.
+// As through(), at a multiple of a sixteenth of the step.
 QueryPoints through_coarsely(const Points& at, AnyPoint way, Random& r) {
   const double t = sixteenth(r);
   return through(at, t, way, r);
@@ -322,7 +325,7 @@ QueryPoints coplanar(ContactKind kind, Random& r) {
   return tilted(q, r);
 }
 
-// On one line at all times.
+// All points on one line at all times.
 QueryPoints collinear(ContactKind, Random& r) {
   const auto point = [](Random& s) { return Point{s.coarse(), 0, 0}; };
   QueryPoints q;
@@ -330,7 +333,7 @@ QueryPoints collinear(ContactKind, Random& r) {
   return tilted(q, r);
 }
 
-// Edges that stay parallel; a vertex that stays at its distance from the plane of the face.
+// Edges that stay parallel, or a vertex whose distance from the plane of the face stays constant.
 QueryPoints parallel(ContactKind kind, Random& r) {
   const Point shape = coarse_point(r), other = coarse_point(r);
   const double distance = r.chance(0.7) ? 0 : r.coarse();
@@ -353,7 +356,7 @@ QueryPoints parallel(ContactKind kind, Random& r) {
   return q;
 }
 
-// Faces without area, edges without length, at all times.
+// Faces of zero area and edges of zero length, at all times.
 QueryPoints zero_area(ContactKind kind, Random& r) {
   const double u = r.chance(0.3) ? 0 : sixteenth(r), v = sixteenth(r);
   QueryPoints q = through_coarsely(touching(kind, u, 0, coarse_point, r), coarse_point, r);
@@ -362,13 +365,13 @@ QueryPoints zero_area(ContactKind kind, Random& r) {
   for (std::size_t end = 0; end < 8; end += 4) {
     Point* p = &q[end];
     p[3] = p[2];                                            // two vertices in one; edge b a point
-    if (vf && shape == 0) p[3] = p[1] + v * (p[2] - p[1]);  // three on a line that turns
+    if (vf && shape == 0) p[3] = p[1] + v * (p[2] - p[1]);  // three on a line that rotates
     if (shape == 1) p[1] = vf ? p[2] : p[0];                // all in one; both edges points
   }
   return q;
 }
 
-// The normal vanishes at the time of the touch, and only then.
+// The normal vanishes at the time of contact only.
 QueryPoints collapsing(ContactKind kind, Random& r) {
   const Point a = coarse_point(r), d = coarse_point(r);
   Points at;
@@ -395,7 +398,7 @@ QueryPoints translation(ContactKind kind, Random& r) {
   return q;
 }
 
-// Everything meets in one point half way.
+// All points meet in one point at half of the step.
 QueryPoints half_turn(ContactKind, Random& r) {
   QueryPoints q;
   for (std::size_t i = 0; i < 4; ++i) {
@@ -432,10 +435,10 @@ QueryPoints subnormal(ContactKind kind, Random& r) {
   return mapped(q, [&](const Point& p) { return scale * p; });
 }
 
-// Neighbours of numbers of any size, signs and zeros included.
+// Numbers of all magnitudes and their neighbours, with both signs and zeros.
 QueryPoints any_bits(ContactKind, Random& r) {
   QueryPoints q;
-  const bool few = r.chance(0.5);
+  const bool from_pool = r.chance(0.5);
   double pool[4];
   const auto any = [&] {
     for (;;) {
@@ -448,7 +451,7 @@ QueryPoints any_bits(ContactKind, Random& r) {
   for (double& x : pool) x = any();
   for (Point& p : q)
     for (double& x : p) {
-      x = few ? pool[r.integer(0, 3)] : any();
+      x = from_pool ? pool[r.integer(0, 3)] : any();
       if (r.chance(0.2)) x = one_ulp_off(x, r);
       if (r.chance(0.2)) x = -x;
       if (!std::isfinite(x)) x = std::numeric_limits<double>::max();
@@ -466,7 +469,7 @@ const std::vector<Generator>& generators() {
       {"boundary", "aimed at a side or a corner, but for rounding", false, 10, boundary},
       {"float", "coordinates that are floats", false, 10, as_float},
       {"sliver", "thin and long, nearly parallel", false, 10, sliver},
-      {"rotation", "both primitives turn rigidly", false, 10, rotation},
+      {"rotation", "both primitives rotate rigidly", false, 10, rotation},
       {"far_away", "1e2 to 1e9 from the origin", false, 10, far_away},
       {"scaled", "1e-6 to 1e6", false, 10, scaled},
       {"stretched", "axes of different scales, 1e-8 to 1e8", false, 10, stretched},

@@ -1,4 +1,4 @@
-// Triangles at both ends of a step, as tests make them.
+// Triangle meshes with their positions at the start and the end of a step, and scenes made of them.
 #pragma once
 
 #include <cstddef>
@@ -10,8 +10,9 @@
 
 namespace lazyccd::test {
 
+/// Triangles in linear motion.
 struct MovingTriangles {
-  std::vector<double> start, end;  // three coordinates a vertex
+  std::vector<double> start, end;  ///< three coordinates per vertex
   std::vector<Face> faces;
 
   Topology topology() const {
@@ -23,7 +24,7 @@ struct MovingTriangles {
   static Positions at(const std::vector<double>& x) { return {x.data(), x.size() / 3}; }
 };
 
-// Of size 0.1 in a cube of size 2; each flies its own way and turns a little.
+/// Triangles of size 0.1 in a cube of size 2. Each moves in its own direction and rotates slightly.
 inline MovingTriangles crowd_of_triangles(int count) {
   std::mt19937 random(7);
   const auto symmetric = [&random] { return random() / 2147483648.0 - 1; };
@@ -43,8 +44,8 @@ inline MovingTriangles crowd_of_triangles(int count) {
   return t;
 }
 
-// Sheets of `nodes` x `nodes` nodes, 0.1 apart, that lie `gap` above each other, nearly node on
-// node, at rest.
+/// Sheets of `nodes` x `nodes` nodes at rest. Neighbouring nodes are 0.1 apart. The sheets lie
+/// `gap` above each other, nearly node above node.
 inline MovingTriangles layers(int count, int nodes, double gap) {
   std::mt19937 random(5);
   MovingTriangles t;
@@ -65,7 +66,7 @@ inline MovingTriangles layers(int count, int nodes, double gap) {
   return t;
 }
 
-// Sheets of as many vertices each as bodies.
+/// The body of each vertex if every one of `sheets` sheets of equal size is a body.
 inline std::vector<std::int32_t> body_of_each(const MovingTriangles& scene, std::size_t sheets) {
   std::vector<std::int32_t> bodies(scene.start.size() / 3);
   for (std::size_t v = 0; v < bodies.size(); ++v)

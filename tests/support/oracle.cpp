@@ -1,6 +1,6 @@
 #include "support/oracle.h"
 
-// FLINT 2 (Debian 12) has Arb beside it, FLINT 3 (Ubuntu 24.04) inside.
+// Arb is a library of its own beside FLINT 2 (Debian 12) and part of FLINT 3 (Ubuntu 24.04).
 #include <flint/fmpz_poly.h>
 #include <flint/fmpz_poly_factor.h>
 #if __has_include(<flint/arb_fmpz_poly.h>)
@@ -114,7 +114,7 @@ Ball half(const Ball& ball, int which) {
   return result;
 }
 
-// The middle of a ball (0) or an end of it (-1, 1), exact.
+// The midpoint of a ball (0) or one of its ends (-1, 1), exact.
 Ball point_of(const Ball& ball, int which) {
   Ball result;
   arf_struct* x = arb_midref(result.get());
@@ -124,14 +124,14 @@ Ball point_of(const Ball& ball, int which) {
   return result;
 }
 
-// Sign of p(x) at a ball without radius, exact.
+// Sign of p(x), exact. x is a ball of radius 0.
 int sign_at(const Poly& p, const Ball& x) {
   Ball value;
   arb_fmpz_poly_evaluate_arb(value.get(), p.get(), x.get(), ARF_PREC_EXACT);
   return arf_sgn(arb_midref(value.get()));
 }
 
-// Sturm's sequence of p, each member up to a positive factor. The last is gcd(p, p').
+// Sturm's sequence of p, each member up to a positive factor. The last member is gcd(p, p').
 std::vector<Poly> sturm_sequence(const Poly& p) {
   std::vector<Poly> sequence{p, Poly()};
   fmpz_poly_derivative(sequence[1].get(), p.get());
@@ -163,8 +163,8 @@ int sign_changes(const std::vector<Poly>& sequence, const Ball& x) {
 
 }  // namespace
 
-// The one root of a square-free polynomial inside a ball. Questions may narrow the ball and
-// simplify the polynomial; the number stays what it is.
+// The only root of a square-free polynomial inside a ball. Const functions may shrink the ball and
+// simplify the polynomial; the number they represent does not change.
 class AlgebraicNumber {
  public:
   AlgebraicNumber(Poly p, Ball ball) : p_(std::move(p)), ball_(std::move(ball)) {}
@@ -216,8 +216,9 @@ class AlgebraicNumber {
   }
 
  private:
-  // Bits of relative accuracy, by Newton's method on intervals: m - p(m) / p'(ball), m the middle,
-  // holds the root. Where that does not narrow the ball, halve it.
+  // Shrinks the ball to `precision` bits of relative accuracy by the interval Newton method. The
+  // interval m - p(m) / p'(ball) contains the root, where m is the midpoint. If this does not
+  // shrink the ball, halves it.
   void refine(slong precision) const {
     precision_ = std::max(precision_, precision);
     Poly derivative;
@@ -259,7 +260,7 @@ class AlgebraicNumber {
     return sign_changes(sequence, first) - sign_changes(sequence, last) + (sign_at(p, first) == 0);
   }
 
-  // From here on p_ is irreducible and primitive, with a positive leading coefficient.
+  // Makes p_ irreducible and primitive, with a positive leading coefficient.
   void make_minimal() const {
     if (is_minimal_) return;
     is_minimal_ = true;
@@ -283,7 +284,7 @@ class AlgebraicNumber {
 
 namespace {
 
-// True where the Bernstein coefficients over [0, 1] are all of one sign.
+// True if all Bernstein coefficients over [0, 1] have the same sign.
 bool has_no_root_by_hull(const Poly& p) {
   const slong n = p.degree();
   Int a, c, binomial;
@@ -302,7 +303,7 @@ bool has_no_root_by_hull(const Poly& p) {
   return true;
 }
 
-// Appends the roots in [0, 1], ascending.
+// Appends the roots in [0, 1] in ascending order.
 void append_roots(const Poly& p, std::vector<AlgebraicNumber>& out) {
   if (p.degree() < 1 || has_no_root_by_hull(p)) return;
   Poly q = p;
@@ -315,8 +316,8 @@ void append_roots(const Poly& p, std::vector<AlgebraicNumber>& out) {
   }
   if (fmpz_is_zero(fmpz_poly_get_coeff_ptr(q.get(), 0))) out.push_back(AlgebraicNumber::integer(0));
 
-  // Balls to search, the earliest last, with the sign changes at their ends: their difference is
-  // the number of roots after the first end and up to the last.
+  // Stack of balls to search; the ball with the earliest times is on top. The difference of the
+  // sign changes at the two ends is the number of roots in (first end, last end].
   struct Part {
     Ball ball;
     int changes_first, changes_last;
@@ -351,7 +352,8 @@ Vector cross(const Vector& a, const Vector& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
-// The four moving points, all coordinates times one power of two.
+// The motions of the four points. All coordinates are multiplied by one power of two, which makes
+// them integers.
 std::array<Vector, 4> integer_motion(const QueryPoints& points) {
   constexpr int mantissa_bits = std::numeric_limits<double>::digits;
   int lowest = std::numeric_limits<int>::max();
@@ -377,7 +379,8 @@ std::array<Vector, 4> integer_motion(const QueryPoints& points) {
   return motion;
 }
 
-// Point p and segment ab: on one line, and the projection d of p on ab within 0 and |ab|^2.
+// Polynomials for the test whether point p is on segment ab: p is on the line if the normal
+// vanishes, and on the segment if also 0 <= (p - a) . (b - a) <= |ab|^2. If a = b: if p = a.
 struct PointSegment {
   PointSegment(const Vector& p, const Vector& a, const Vector& b)
       : normal(cross(b - a, p - a)),
@@ -431,8 +434,8 @@ Truth find_truth(ContactKind kind, const QueryPoints& points) {
       degenerate = {{a, c, d}, {b, c, d}, {c, a, b}, {d, a, b}};
   };
 
-  // In one plane at all times: whether there is contact can change only at the ends of the step and
-  // where a sign changes that it depends on.
+  // Coplanar at all times: contact can begin or end only at the ends of the step or at a time when
+  // one of the signs that decide it changes.
   if (f.is_zero()) {
     make_degenerate();
     times = {AlgebraicNumber::integer(0), AlgebraicNumber::integer(1)};

@@ -1,6 +1,6 @@
-// The exact truth about a query, found independently of the library: every polynomial with FLINT's
-// integers, every root as an algebraic number (its polynomial and a ball of real arithmetic that
-// holds it alone), every sign exact.
+// The exact answer to a query, computed independently of the library. Polynomials have FLINT's
+// integers as coefficients. A root is an algebraic number: its polynomial and a ball (Arb) that
+// contains no other root. All signs are exact.
 #pragma once
 
 #include <memory>
@@ -11,13 +11,14 @@ namespace lazyccd::test {
 
 class AlgebraicNumber;
 
+/// The answer to one query.
 class Truth {
  public:
-  // As in the truth files of the test data.
+  /// Values as in the truth files of the test data.
   enum class Regularity {
     regular = 0,
-    coplanar = 1,  // the four points lie in one plane at all times
-    singular = 2,  // the normal vanished at a time that was looked at
+    coplanar = 1,  ///< the four points lie in one plane at all times
+    singular = 2,  ///< the normal vanishes at one of the times that were examined
   };
 
   Truth(Regularity regularity, std::shared_ptr<const AlgebraicNumber> time)
@@ -26,16 +27,17 @@ class Truth {
   bool hit() const { return time_ != nullptr; }
   Regularity regularity() const { return regularity_; }
 
-  // Of the first time of contact t, where there is one:
-  double toi() const;              // t, rounded
-  int compare(double toi) const;   // sign of t - toi, exact
-  double minus(double toi) const;  // t - toi, rounded
+  // The first time of contact, t. Only if hit().
+  double toi() const;              ///< t, rounded
+  int compare(double toi) const;   ///< sign of t - toi, exact
+  double minus(double toi) const;  ///< t - toi, rounded
 
  private:
   Regularity regularity_;
   std::shared_ptr<const AlgebraicNumber> time_;
 };
 
+/// Decides the query exactly. Takes milliseconds for some degenerate queries.
 Truth find_truth(ContactKind kind, const QueryPoints& points);
 
 }  // namespace lazyccd::test

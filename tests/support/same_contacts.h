@@ -1,4 +1,4 @@
-// Two detections that are to agree bit for bit.
+// Compares the contacts of two detections bit by bit.
 #pragma once
 
 #include <algorithm>
@@ -8,6 +8,7 @@
 
 namespace lazyccd::test {
 
+/// True if both have the same contacts in the same order, with equal numbers (-0 equals 0).
 inline bool same_contacts(Span<const Contact> a, Span<const Contact> b) {
   const auto equal = [](const Contact& x, const Contact& y) {
     return !(x < y) && !(y < x) && x.toi == y.toi && x.u == y.u && x.v == y.v &&

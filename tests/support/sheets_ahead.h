@@ -1,4 +1,4 @@
-// Steps of which some is known before they come, for a detector that begins with them then.
+// Scenes for tests of Detector::detect_ahead(), and a comparison of detectors with and without it.
 #pragma once
 
 #include <algorithm>
@@ -17,6 +17,7 @@
 
 namespace lazyccd::test {
 
+/// Options of a CPU detector.
 inline DetectorOptions with_separation(double separation, int threads) {
   DetectorOptions options;
   options.backend = Backend::cpu;
@@ -25,9 +26,9 @@ inline DetectorOptions with_separation(double separation, int threads) {
   return options;
 }
 
-// Until the other thread, of two, has started_ahead all there is to detect_ahead: then it takes pieces of
-// what is to be done again, of so many even where it sleeps.
-inline void let_it_finish(const Threads& threads) {
+/// Waits until the second thread of two has finished the detection ahead. Only then does it process
+/// parts of a parallel loop; with 8 parts, the loop wakes it even if it sleeps.
+inline void wait_until_ahead_is_done(const Threads& threads) {
   const auto caller = std::this_thread::get_id();
   for (std::atomic<bool> has_come{false}; !has_come;) {
     threads.parallel_for(8, 1, [&](std::size_t, std::size_t) {
@@ -37,7 +38,7 @@ inline void let_it_finish(const Threads& threads) {
   }
 }
 
-// Signs of zeros included.
+/// As same_contacts(), and signs of zeros are equal too.
 inline bool same_bits(Span<const Contact> a, Span<const Contact> b) {
   const auto same_signs = [](const Contact& x, const Contact& y) {
     bool same = std::signbit(x.u) == std::signbit(y.u) && std::signbit(x.v) == std::signbit(y.v);
@@ -48,12 +49,12 @@ inline bool same_bits(Span<const Contact> a, Span<const Contact> b) {
   return same_contacts(a, b) && std::equal(a.begin(), a.end(), b.begin(), same_signs);
 }
 
-// Two detectors of one scene, of which one foresees.
-struct Both {
+/// Two detectors of the same scene. `with` uses detect_ahead(), `without` runs on one thread.
+struct DetectorPair {
   Threads threads;  // of `with`
   Detector with, without;
 
-  explicit Both(const DetectorOptions& options)
+  explicit DetectorPair(const DetectorOptions& options)
       : threads(options.threads), with(options, threads), without(alone(options)) {}
 
   static DetectorOptions alone(DetectorOptions options) {
@@ -64,7 +65,8 @@ struct Both {
     with.set_topology(topology);
     without.set_topology(topology);
   }
-  // In the step that the scene is in.
+  /// Runs both detectors on the present step and checks that the results are equal. Returns the
+  /// statistics of `with`.
   Stats compare(const MovingTriangles& scene) {
     const Positions start = scene.at(scene.start), end = scene.at(scene.end);
     const Span<const Contact> found = with.detect(start, end);
@@ -80,17 +82,18 @@ struct Both {
   }
 };
 
-// What a caller expects of a step, next to what comes.
+/// How well the expectation agrees with the step: equal, within or beyond the tolerance, another
+/// start, or no expectation at all.
 enum class Expectation { exact, within, beyond, other_start, none };
 
-// Sheets that creep, shake and fly through each other, and what is expected of their next step.
+/// Sheets that creep, shake and fly through each other, and the expectation of each step.
 class Sheets {
  public:
   static constexpr double separation = 0.022, tolerance = 0.1 * separation;
 
   explicit Sheets(int nodes) : scene(layers(3, nodes, 0.02)), rest_(scene.start) {}
 
-  // The next step, with a start and an end for detect_ahead().
+  /// Moves to the next step and sets the expected positions for detect_ahead().
   void move(Expectation expectation) {
     const std::size_t sheet_size = scene.end.size() / 3;
     scene.start = step_ % 17 == 16 ? rest_ : scene.end;
@@ -116,7 +119,7 @@ class Sheets {
     }
   }
 
-  // Its start and end are of the step.
+  /// The present step.
   MovingTriangles scene;
   std::vector<double> expected_start, expected_end;
 

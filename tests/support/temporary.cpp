@@ -7,7 +7,7 @@
 namespace lazyccd::test {
 
 TemporaryFolder::TemporaryFolder() {
-  // mkdtemp() puts a name in the place of the last six.
+  // mkdtemp() replaces the last six characters.
   std::string pattern =
       (std::filesystem::temp_directory_path() / "lazyccd-").string() + std::string(6, 'X');
   if (!mkdtemp(pattern.data())) {

@@ -1,4 +1,5 @@
-// A folder of its own for a test's files, removed with all it holds.
+// TemporaryFolder: a new folder for the files of a test. The destructor removes it and its
+// contents.
 #pragma once
 
 #include <filesystem>

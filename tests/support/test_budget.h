@@ -1,5 +1,6 @@
-// How much of a test is run. Sanitizers make a run ten times as slow, and what they look for shows
-// in one of many runs alike: there one value stands for all, and a tenth for what is random.
+// Reduces the amount of testing in sanitizer builds. Sanitizers make a run ten times as slow, and
+// similar runs show the same errors to them. So one value replaces a list of values, and random
+// tests run a tenth of their repetitions.
 #pragma once
 
 #include <cstdint>
@@ -15,13 +16,14 @@ inline constexpr bool is_sanitized = true;
 inline constexpr bool is_sanitized = false;
 #endif
 
-// For GENERATE: all of these values, or the last.
+/// For GENERATE: all values, or only the last one in sanitizer builds.
 template <class T>
 auto sweep(std::initializer_list<T> values) {
   const auto first = is_sanitized ? values.end() - 1 : values.begin();
   return Catch::Generators::from_range(first, values.end());
 }
 
+/// `count`, or a tenth of it, rounded up, in sanitizer builds.
 constexpr std::uint64_t repetitions(std::uint64_t count) {
   return is_sanitized ? (count + 9) / 10 : count;
 }

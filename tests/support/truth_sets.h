@@ -1,4 +1,4 @@
-// The queries of the test data with their truth.
+// Reads the queries of the test data and their exact answers.
 #pragma once
 
 #include <filesystem>
@@ -9,19 +9,20 @@
 
 namespace lazyccd::test {
 
+/// Queries of one kind, with their answers.
 struct TruthSet {
   std::string name;
   ContactKind kind;
   std::vector<QueryPoints> points;
   std::vector<bool> hit;
-  // Empty where the set has no times: first time of contact (17 digits), and Truth::Regularity.
+  /// First time of contact (17 digits) and Truth::Regularity. Empty if the set has no times.
   std::vector<double> toi;
   std::vector<int> regularity;
 };
 
-// DIR/queries: .bin files and folders of .csv files.
+/// Reads data/queries: .bin files and folders of .csv files.
 std::vector<TruthSet> read_query_truths(const std::filesystem::path& data);
-// DIR/frames: the listed pairs.
+/// Reads data/frames: the pairs that the ground truth lists.
 std::vector<TruthSet> read_frame_truths(const std::filesystem::path& data);
 
 }  // namespace lazyccd::test

@@ -1,5 +1,5 @@
-// Work for a balanced run that shows whether each item was processed exactly once: ranges of
-// numbers that come apart in lopsided ways, with random stalls.
+// Work for tests of load balancing: ranges of numbers that split in unbalanced ways, with random
+// stalls. It shows whether each number was visited exactly once.
 #pragma once
 
 #include <algorithm>
@@ -20,8 +20,7 @@ inline std::uint32_t hash(std::uint32_t x) {
   return x ^ (x >> 16);
 }
 
-// A range [a, b) of numbers visits a and hands on the rest in pieces; how lopsided is up to the
-// shape.
+/// How a range [a, b) is split. Its worker visits a and emits the rest in pieces.
 enum class Shape { random, chain, flat };
 
 template <class Emit>
@@ -34,10 +33,10 @@ void split(Shape shape, NodePair range, Emit& emit) {
     case Shape::random:
       cut += hash(begin ^ size) % size;
       break;
-    case Shape::chain:  // one long path with a leaf at every step: the worst there is to share
+    case Shape::chain:  // one long path with a leaf at each step: the worst case for sharing
       cut += size > 1 ? 1 : 0;
       break;
-    case Shape::flat:  // halves
+    case Shape::flat:  // two halves
       cut += size / 2;
       break;
   }
@@ -75,7 +74,7 @@ RunCounts visit_all(Run& run, Shape shape, const std::vector<NodePair>& initial,
   });
 }
 
-// `pieces` ranges that together are [0, count).
+/// Splits [0, count) into `pieces` ranges.
 inline std::vector<NodePair> pieces_of(std::uint32_t count, std::uint32_t pieces) {
   std::vector<NodePair> ranges;
   for (std::uint32_t i = 0; i < pieces; ++i)

@@ -39,14 +39,14 @@ void check_every_small_size() {
 }  // namespace
 
 TEST_CASE(
-    "an item is processed exactly once, however small rings, chunks and the pool of chunks are") {
+    "an item is processed exactly once for all sizes of rings and chunks and their pool") {
   SECTION("one item a chunk") { check_every_small_size<1>(); }
   SECTION("two items a chunk") { check_every_small_size<2>(); }
   SECTION("chunks of the usual size") { check_every_small_size<256>(); }
 }
 
-TEST_CASE("each initial item is processed exactly once, whatever their number") {
-  // Around the size of a chunk, in which initial items are handed out.
+TEST_CASE("each initial item is processed exactly once for any number of them") {
+  // Around the size of a chunk: initial items are distributed in chunks.
   const std::uint32_t pieces = GENERATE(1u, 2u, 255u, 256u, 257u, 5000u);
   constexpr std::uint32_t count = 50'000;
   ThreadPool pool(4);
@@ -64,7 +64,7 @@ TEST_CASE("a run without items does nothing") {
   CHECK(counts.items == 0);
 }
 
-TEST_CASE("run after run, no worker leaves early and the memory stays the same") {
+TEST_CASE("in many runs no worker leaves early and the memory stays the same") {
   ThreadPool pool(5);
   BalancedRun<NodePair, LazyStealing<NodePair, 2>> run(pool, 2u);
   std::size_t bytes = 0;
@@ -78,7 +78,7 @@ TEST_CASE("run after run, no worker leaves early and the memory stays the same")
   }
 }
 
-TEST_CASE("a worker alone offers nothing") {
+TEST_CASE("a single worker shares nothing") {
   ThreadPool pool(1);
   BalancedRun<NodePair> run(pool);
   Visits visits(10'000);
@@ -87,11 +87,11 @@ TEST_CASE("a worker alone offers nothing") {
   CHECK(counts.overflows == 0);
 }
 
-TEST_CASE("a hungry worker gets its share of another's items") {
+TEST_CASE("an idle worker gets some of the items of another") {
   ThreadPool pool(2);
   BalancedRun<NodePair> run(pool);
   std::atomic<bool> shared{false};
-  // Both items start with one worker and come back until the other has seen one.
+  // One worker takes both items. They are emitted again until the other worker gets one.
   const NodePair initial[2] = {{0, 0}, {1, 0}};
   std::atomic<int> first_worker{-1};
   const RunCounts counts = run.run(initial, 2, [&](int worker, NodePair item, auto& emit) {
@@ -105,7 +105,7 @@ TEST_CASE("a hungry worker gets its share of another's items") {
   CHECK(counts.steals >= 1);
 }
 
-TEST_CASE("an exception ends the run, reaches the caller, and the next run is right") {
+TEST_CASE("an exception ends the run and reaches the caller and the next run is right") {
   const int threads = GENERATE(1, 2, 8);
   ThreadPool pool(threads);
   BalancedRun<NodePair, LazyStealing<NodePair, 2>> run(pool, 2u);

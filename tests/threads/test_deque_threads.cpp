@@ -17,7 +17,7 @@ namespace {
 using lazyccd::no_chunk;
 using Counts = std::vector<std::atomic<std::uint8_t>>;
 
-// A stall that lets others do anything from nothing to several rounds.
+// Stalls for a random time, in which other threads may do nothing or several rounds.
 void stall() {
   static std::atomic<unsigned> seed{1};
   thread_local std::minstd_rand random(seed.fetch_add(1, std::memory_order_relaxed));
@@ -27,7 +27,7 @@ void stall() {
   if (r < 4) std::this_thread::sleep_for(std::chrono::microseconds(1));
 }
 
-// Stalls where it hurts: between what an operation has read and its CAS.
+// Stalls at the critical point: between the reads of an operation and its compare-and-swap.
 struct StallingAtomics : lazyccd::HostAtomics {
   template <class T>
   static bool compare_exchange(std::atomic<T>& cell, T& expected, T desired,
@@ -49,17 +49,17 @@ bool each_is(const Counts& counts, std::uint8_t value) {
 }  // namespace
 
 TEST_CASE(
-    "a chunk is taken exactly once, by its owner or by one thief, with what was written in it") {
+    "a chunk is taken exactly once by its owner or one thief and with its content") {
   const std::uint32_t capacity = GENERATE(1u, 2u, 8u);
   const int thieves = GENERATE(1, 3);
-  // Few ids, so that each comes back while a slow thief still remembers it.
+  // Few ids, so that each is reused while a slow thief still has its old value.
   const std::uint32_t chunks = capacity + 1;
   constexpr std::uint32_t numbers = 20'000;
 
   std::atomic<std::uint64_t> word{0}, head{0};
   std::unique_ptr<std::atomic<std::uint32_t>[]> ring(new std::atomic<std::uint32_t>[capacity]());
   std::unique_ptr<std::atomic<std::uint32_t>[]> links(new std::atomic<std::uint32_t>[chunks]());
-  std::vector<std::uint32_t> content(chunks);  // plain: the protocol orders every access to it
+  std::vector<std::uint32_t> content(chunks);  // not atomic: the protocol orders every access
   FreeList free_list(head, links.get(), chunks);
   Counts taken(numbers);
   std::atomic<std::uint32_t> taken_by_all{0};
@@ -111,7 +111,7 @@ TEST_CASE("a free chunk is held by one worker at a time") {
   std::atomic<std::uint64_t> head{0};
   std::unique_ptr<std::atomic<std::uint32_t>[]> links(new std::atomic<std::uint32_t>[chunks]());
   FreeList free_list(head, links.get(), chunks);
-  std::vector<int> holder(chunks, -1);  // plain: a second holder is a race and a wrong number
+  std::vector<int> holder(chunks, -1);  // not atomic: a second holder would be a data race
   std::atomic<bool> right{true};
 
   std::vector<std::thread> threads;
@@ -125,7 +125,8 @@ TEST_CASE("a free chunk is held by one worker at a time") {
         stall();
         for (std::uint32_t i = 0; i < count; ++i)
           if (holder[ids[i]] != w) right = false;
-        // The newest first and one by one: the order in which an untagged head comes back.
+        // One by one, the newest first: this order restores the old head, an ABA problem without
+        // tags.
         if (random() % 2 == 0) {
           free_list.give(ids, count);
         } else {

@@ -1,4 +1,5 @@
-// What another thread foresees, interrupted at any moment by all that a caller may do.
+// Detector::detect_ahead() on several threads. The caller interrupts it at random moments by calls
+// of all kinds.
 #include <chrono>
 #include <memory>
 #include <random>
@@ -15,7 +16,7 @@ using namespace lazyccd::test;
 
 namespace {
 
-// For up to about as long as foreseeing takes: awake, asleep or not at all.
+// Spins, sleeps or does not wait, for up to about the duration of a detection ahead.
 void wait_a_little(std::mt19937& random) {
   const auto time = std::chrono::microseconds(random() % 1500);
   switch (random() % 4) {
@@ -32,7 +33,7 @@ void wait_a_little(std::mt19937& random) {
 
 }  // namespace
 
-TEST_CASE("a detection finds what it finds anyway, whenever it interrupts what is foreseen") {
+TEST_CASE("a detection finds the same contacts whenever it interrupts the detection ahead") {
   const Strategy strategy =
       GENERATE(Strategy::thread_per_query, Strategy::task_stealing, Strategy::guided,
                Strategy::lazy_stealing_greedy, Strategy::lazy_stealing);
@@ -42,7 +43,7 @@ TEST_CASE("a detection finds what it finds anyway, whenever it interrupts what i
   options.algorithm.strategy = strategy;
   options.algorithm.front = strategy == Strategy::lazy_stealing ? FrontUse::on : FrontUse::off;
   options.reduce_contacts = threads == 2;
-  Both both(options);
+  DetectorPair both(options);
   Sheets sheets(12);
   both.set_topology(sheets.scene.topology());
   std::mt19937 random(static_cast<unsigned>(threads));
@@ -57,9 +58,9 @@ TEST_CASE("a detection finds what it finds anyway, whenever it interrupts what i
   }
 }
 
-TEST_CASE("what is foreseen gives way to all else, at any moment") {
+TEST_CASE("a detection ahead can be interrupted by any call at any moment") {
   DetectorOptions options = with_separation(Sheets::separation, 3);
-  auto both = std::make_unique<Both>(options);
+  auto both = std::make_unique<DetectorPair>(options);
   Sheets sheets(12);
   both->set_topology(sheets.scene.topology());
   std::mt19937 random(6);
@@ -80,12 +81,12 @@ TEST_CASE("what is foreseen gives way to all else, at any moment") {
         both->set_topology(sheets.scene.topology());
         break;
       case 2:
-        both = std::make_unique<Both>(options);
+        both = std::make_unique<DetectorPair>(options);
         both->set_topology(sheets.scene.topology());
         detect_ahead();
         break;
       case 3: {
-        std::vector<int> calls(3000);  // plain: the pieces are disjoint
+        std::vector<int> calls(3000);  // not atomic: the parts are disjoint
         both->threads.parallel_for(calls.size(), 10, [&](std::size_t first, std::size_t last) {
           for (std::size_t i = first; i < last; ++i) ++calls[i];
         });

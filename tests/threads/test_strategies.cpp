@@ -1,5 +1,5 @@
-// Every balancing strategy, by the same tests: each item exactly once, however small its buffers
-// are, run after run, and after failures.
+// The same tests for every balancing strategy: each item is processed exactly once, with buffers of
+// any size, in many runs, and after exceptions.
 #include <cstdint>
 #include <stdexcept>
 
@@ -19,7 +19,7 @@ using namespace lazyccd::test;
 
 constexpr Shape shapes[] = {Shape::random, Shape::chain, Shape::flat};
 
-// `sizes` go to the strategy.
+// `sizes`: arguments of the strategy's constructor.
 template <class Strategy, class... Sizes>
 void check(Sizes... sizes) {
   for (const int threads : {1, 2, 3, 16}) {
@@ -61,30 +61,30 @@ void check(Sizes... sizes) {
 }  // namespace
 
 TEST_CASE("lazy stealing processes each item exactly once") {
-  SECTION("as it is used") { check<LazyStealing<NodePair>>(); }
+  SECTION("default sizes") { check<LazyStealing<NodePair>>(); }
   SECTION("one chunk in all, of two items at most") { check<LazyStealing<NodePair>>(1u, 1u, 2u); }
 }
 
 TEST_CASE("greedy lazy stealing processes each item exactly once") {
-  SECTION("as it is used") { check<GreedyStealing<NodePair>>(); }
+  SECTION("default sizes") { check<GreedyStealing<NodePair>>(); }
   SECTION("batches of one item from a stack of one") { check<GreedyStealing<NodePair>>(1u, 1u); }
   SECTION("one batch a worker") { check<GreedyStealing<NodePair>>(2u, 2u, 1u); }
 }
 
 TEST_CASE("static lists with a balancing step process each item exactly once") {
-  SECTION("as they are used") { check<StaticList<NodePair>>(); }
+  SECTION("default sizes") { check<StaticList<NodePair>>(); }
   SECTION("a round ends with the first idle worker") { check<StaticList<NodePair>>(1u); }
   SECTION("lists of 24 items") { check<StaticList<NodePair>>(0u, 24u); }
 }
 
 TEST_CASE("task stealing processes each item exactly once") {
-  SECTION("as it is used") { check<TaskStealing<NodePair>>(); }
+  SECTION("default sizes") { check<TaskStealing<NodePair>>(); }
   SECTION("deques of one task") { check<TaskStealing<NodePair>>(1u); }
   SECTION("deques of two tasks") { check<TaskStealing<NodePair>>(2u); }
 }
 
 TEST_CASE("guided portions of one list process each item exactly once") {
-  SECTION("as they are used") { check<Guided<NodePair>>(); }
+  SECTION("default sizes") { check<Guided<NodePair>>(); }
   SECTION("lists of one item") { check<Guided<NodePair>>(1u); }
   SECTION("lists of three items") { check<Guided<NodePair>>(3u); }
 }

@@ -13,8 +13,8 @@ namespace {
 
 using lazyccd::ThreadPool;
 
-// Long enough that the workers stop spinning and sleep.
-void let_them_sleep() { std::this_thread::sleep_for(std::chrono::milliseconds(2)); }
+// Waits until the workers have stopped spinning and sleep.
+void wait_until_workers_sleep() { std::this_thread::sleep_for(std::chrono::milliseconds(2)); }
 
 void wait_for(const std::atomic<bool>& flag) {
   while (!flag) std::this_thread::yield();
@@ -28,20 +28,20 @@ TEST_CASE("a pool has as many workers as asked for, and the machine's number for
   CHECK(ThreadPool(0).size() >= 1);
 }
 
-TEST_CASE("a job that is handed out runs once on another thread, or nobody comes to it") {
+TEST_CASE("a submitted job runs once on another thread or not at all") {
   const int threads = GENERATE(2, 3, 16);
   ThreadPool pool(threads);
   const auto caller = std::this_thread::get_id();
   for (int round = 0; round < 400; ++round) {
-    if (round % 50 == 0) let_them_sleep();
-    int calls = 0;  // plain: the pool orders the accesses
+    if (round % 50 == 0) wait_until_workers_sleep();
+    int calls = 0;  // not atomic: the pool orders the accesses
     std::atomic<bool> has_begun{false};
     const auto job = [&](int worker) {
       has_begun = true;
       calls += worker > 0 && worker < threads && std::this_thread::get_id() != caller ? 1 : 100;
     };
     pool.submit(job);
-    // Taken back at once, or later, or when it has begun.
+    // Joined at once, or later, or after it has begun.
     if (round % 3 == 1) std::this_thread::sleep_for(std::chrono::microseconds(round % 100));
     if (round % 3 == 2) wait_for(has_begun);
     const bool ran = pool.join_submitted();
@@ -58,7 +58,7 @@ TEST_CASE("a job that is handed out runs once on another thread, or nobody comes
   }
 }
 
-TEST_CASE("a job that was handed out is waited for") {
+TEST_CASE("join_submitted waits for a job that has begun") {
   ThreadPool pool(4);
   std::atomic<bool> has_begun{false};
   bool has_ended = false;
@@ -73,12 +73,12 @@ TEST_CASE("a job that was handed out is waited for") {
   CHECK(has_ended);
 }
 
-TEST_CASE("a job that was handed out does alone what it does in pieces, whoever uses the pool") {
+TEST_CASE("a submitted job runs its parallel loops alone while others use the pool") {
   const int threads = GENERATE(2, 4);
   ThreadPool pool(threads);
   for (int round = 0; round < 60; ++round) {
     std::atomic<bool> has_begun{false}, has_ended{false};
-    int offered = 0, pieces = 0;  // plain: nobody else writes them
+    int offered = 0, pieces = 0;  // not atomic: only the job writes them
     const auto job = [&](int) {
       has_begun = true;
       for (int i = 0; i < 20; ++i) {
@@ -106,7 +106,7 @@ TEST_CASE("a job that was handed out does alone what it does in pieces, whoever 
   }
 }
 
-TEST_CASE("the pool goes on beside what was handed out, without who is at it") {
+TEST_CASE("the pool works beside a submitted job without the worker that runs it") {
   const int threads = GENERATE(2, 3, 5);
   ThreadPool pool(threads);
   for (int round = 0; round < 40; ++round) {
@@ -120,8 +120,8 @@ TEST_CASE("the pool goes on beside what was handed out, without who is at it") {
     pool.submit(job);
     wait_for(has_begun);
     for (int i = 0; i < 5; ++i) {
-      if (round % 10 == 0) let_them_sleep();
-      std::vector<int> calls(static_cast<std::size_t>(threads));  // plain: the pool orders them
+      if (round % 10 == 0) wait_until_workers_sleep();
+      std::vector<int> calls(static_cast<std::size_t>(threads));  // not atomic
       pool.run_optional([&](int worker) { ++calls[static_cast<std::size_t>(worker)]; });
       REQUIRE(calls[0] == 1);
       REQUIRE(*std::max_element(calls.begin(), calls.end()) == 1);
@@ -137,7 +137,7 @@ TEST_CASE("the pool goes on beside what was handed out, without who is at it") {
   }
 }
 
-TEST_CASE("who comes out of what was handed out comes to what was offered meanwhile") {
+TEST_CASE("a worker that finishes a submitted job joins an optional job in progress") {
   ThreadPool pool(2);
   for (int round = 0; round < 40; ++round) {
     std::atomic<bool> has_begun{false}, may_end{false}, has_come{false};
@@ -147,7 +147,7 @@ TEST_CASE("who comes out of what was handed out comes to what was offered meanwh
     };
     pool.submit(job);
     if (round % 2 == 0) wait_for(has_begun);
-    // The other thread comes to this only after that, also where it had not begun.
+    // The other thread joins this job only after the submitted one, even if that had not begun.
     bool was_first = true;
     pool.run_optional([&](int worker) {
       if (worker == 0) {
@@ -163,7 +163,7 @@ TEST_CASE("who comes out of what was handed out comes to what was offered meanwh
   }
 }
 
-TEST_CASE("what calls all waits for who is at what was handed out") {
+TEST_CASE("a job for all workers waits for the worker of a submitted job") {
   ThreadPool pool(3);
   for (int round = 0; round < 20; ++round) {
     std::atomic<bool> has_begun{false}, has_ended{false};
@@ -182,14 +182,14 @@ TEST_CASE("what calls all waits for who is at what was handed out") {
   }
 }
 
-TEST_CASE("a pool of one hands out nothing") {
+TEST_CASE("a pool of one thread runs no submitted job") {
   ThreadPool pool(1);
-  const auto job = [](int) { FAIL("nobody is there"); };
+  const auto job = [](int) { FAIL("there is no other thread"); };
   pool.submit(job);
   CHECK(!pool.join_submitted());
 }
 
-TEST_CASE("an exception of a job that was handed out reaches who takes it back, once") {
+TEST_CASE("an exception of a submitted job reaches the caller of join_submitted once") {
   ThreadPool pool(3);
   for (int round = 0; round < 20; ++round) {
     std::atomic<bool> has_begun{false};
@@ -208,7 +208,7 @@ TEST_CASE("an exception of a job that was handed out reaches who takes it back, 
   }
 }
 
-TEST_CASE("exceptions of what was handed out and of what is done beside it do not mix") {
+TEST_CASE("exceptions of a submitted job and of jobs beside it do not mix") {
   ThreadPool pool(3);
   for (int round = 0; round < 40; ++round) {
     std::atomic<bool> has_begun{false}, may_end{false};
@@ -237,17 +237,17 @@ TEST_CASE("every worker runs a job once, awake or asleep") {
   ThreadPool pool(threads);
   for (int round = 0; round < 60; ++round) {
     std::vector<int> calls(
-        static_cast<std::size_t>(threads));  // plain: the pool orders the accesses
+        static_cast<std::size_t>(threads));  // not atomic: the pool orders the accesses
     pool.run([&](int worker) { ++calls[static_cast<std::size_t>(worker)]; });
     REQUIRE(calls == std::vector<int>(static_cast<std::size_t>(threads), 1));
-    if (round % 10 == 0) let_them_sleep();
+    if (round % 10 == 0) wait_until_workers_sleep();
   }
 }
 
-TEST_CASE("a pool that was roused runs its jobs, whether they come or not") {
+TEST_CASE("a prewoken pool runs its jobs whether they come or not") {
   ThreadPool pool(4);
   for (int round = 0; round < 40; ++round) {
-    if (round % 4 < 2) let_them_sleep();
+    if (round % 4 < 2) wait_until_workers_sleep();
     pool.prewake();
     if (round % 4 == 1) pool.prewake();
     if (round % 8 == 3) continue;
@@ -255,20 +255,20 @@ TEST_CASE("a pool that was roused runs its jobs, whether they come or not") {
     pool.run([&](int worker) { ++calls[static_cast<std::size_t>(worker)]; });
     REQUIRE(calls == std::vector<int>(4, 1));
   }
-  let_them_sleep();
+  wait_until_workers_sleep();
   pool.prewake();
 }
 
-TEST_CASE("with those that are awake, who sleeps goes on sleeping, and what calls all calls all") {
+TEST_CASE("with the policy awake sleeping workers sleep on and a job for all wakes them") {
   ThreadPool pool(3);
   for (int round = 0; round < 200; ++round) {
     const bool asleep = round % 20 == 0;
     pool.set_wake_policy(ThreadPool::WakePolicy::awake);
-    while (asleep && pool.available() > 1) let_them_sleep();
+    while (asleep && pool.available() > 1) wait_until_workers_sleep();
     const int available = pool.available();
     REQUIRE(available >= 1);
     REQUIRE(available <= 3);
-    std::vector<int> calls(3);  // plain: the pool orders the accesses
+    std::vector<int> calls(3);  // not atomic: the pool orders the accesses
     pool.prewake();
     pool.run_optional([&](int worker) { ++calls[static_cast<std::size_t>(worker)]; });
     REQUIRE(calls[0] == 1);
@@ -301,25 +301,25 @@ TEST_CASE("worker 0 is the calling thread") {
   CHECK(worker_0 == std::this_thread::get_id());
 }
 
-TEST_CASE("an offered job runs on worker 0 and at most once on each other") {
+TEST_CASE("an optional job runs on worker 0 and at most once on each other worker") {
   ThreadPool pool(4);
   for (int round = 0; round < 500; ++round) {
     std::vector<int> calls(4);
     pool.run_optional([&](int worker) { ++calls[static_cast<std::size_t>(worker)]; });
     REQUIRE(calls[0] == 1);
     for (int count : calls) REQUIRE(count <= 1);
-    if (round % 100 == 0) let_them_sleep();
+    if (round % 100 == 0) wait_until_workers_sleep();
   }
 }
 
-TEST_CASE("parallel_for hands out each index once, in pieces no larger than the grain") {
+TEST_CASE("parallel_for passes each index once in parts no larger than the grain") {
   const int threads = GENERATE(1, 2, 7);
   const std::size_t count =
       GENERATE(std::size_t{0}, std::size_t{1}, std::size_t{7}, std::size_t{1000});
   const std::size_t grain =
       GENERATE(std::size_t{0}, std::size_t{1}, std::size_t{7}, std::size_t{999});
   ThreadPool pool(threads);
-  std::vector<int> calls(count);  // plain: the pieces are disjoint
+  std::vector<int> calls(count);  // not atomic: the pieces are disjoint
   std::atomic<bool> small{true};
   pool.parallel_for(count, grain, [&](std::size_t first, std::size_t last, int worker) {
     if (worker < 0 || worker >= threads) small = false;
@@ -331,7 +331,7 @@ TEST_CASE("parallel_for hands out each index once, in pieces no larger than the 
 }
 
 TEST_CASE(
-    "an exception of any worker reaches the caller after all have left, and the pool goes on") {
+    "an exception of any worker reaches the caller after all have left and the pool goes on") {
   const int threads = GENERATE(1, 4);
   ThreadPool pool(threads);
   for (int bad = 0; bad < threads; ++bad) {
@@ -371,14 +371,14 @@ TEST_CASE("a caller that is done first sleeps until the last worker is") {
   CHECK(finished);
 }
 
-TEST_CASE("pools come and go, used or not, with their threads awake or asleep") {
+TEST_CASE("pools are destroyed safely with or without jobs and with threads awake or asleep") {
   for (int round = 0; round < 20; ++round) {
     ThreadPool unused(3);
     ThreadPool used(3);
     std::atomic<int> calls{0};
     used.run([&](int) { ++calls; });
     REQUIRE(calls == 3);
-    if (round % 2 == 0) let_them_sleep();
+    if (round % 2 == 0) wait_until_workers_sleep();
   }
 }
 

@@ -1,4 +1,4 @@
-// Runs work items that make further work items, such as the pairs of a tree traversal, on all
+// Runs work items that make further work items, such as the node pairs of a tree traversal, on all
 // threads of a pool.
 //
 //   BalancedRun<NodePair> traversal(pool);                   // once: buffers persist between runs
@@ -19,36 +19,41 @@
 
 namespace lazyccd {
 
+/// Statistics of a run, summed over the workers.
 struct RunCounts : WorkerCounts {
-  std::uint64_t items = 0;  // processed
-  double ms_present = 0;    // of all workers, from when they came to when they left
+  std::uint64_t items = 0;  // items processed
+  double ms_present = 0;    // time between arrival and departure of the workers, milliseconds
 };
 
-// A Strategy moves items between workers; each worker's own items are a WorkStack beside it:
-//
-//   Item, Strategy(workers, ...)
-//   everyone                whether all workers must come; else some may never arrive
-//   start(initial, count)   one thread, before the workers
-//   arrive(w), leave(w)     around a worker's part
-//   take(w, stack)          fills the empty stack, waiting for others' work; false: nothing left
-//   should_share(w, stack)  after every item, so a load or two
-//   share(w, stack)         gives some of the stack away, or all; false: cancelled
-//   cancel(w)               the worker failed; the others leave soon, and the next start() recovers
-//   counts(w), bytes()      of the last run
+/// Runs items on the workers of a pool.
+///
+/// A Strategy moves items between the workers. Beside it, each worker has a WorkStack with its own
+/// items. A Strategy provides:
+///
+///   Item, Strategy(workers, ...)
+///   everyone                whether every worker must take part; if not, some may never arrive
+///   start(initial, count)   called by one thread, before the workers
+///   arrive(w), leave(w)     called at the start and at the end of a worker's part
+///   take(w, stack)          fills the empty stack, waiting if needed; false: nothing is left
+///   should_share(w, stack)  called after every item, so it may cost only a load or two
+///   share(w, stack)         gives away some or all items of the stack; false: cancelled
+///   cancel(w)               worker w failed; the others leave soon, and the next start() recovers
+///   counts(w), bytes()      statistics of the last run; memory in use
 template <class Item, class Strategy = LazyStealing<Item>>
 class BalancedRun {
  public:
-  // `options` go to the strategy, after the number of workers. The pool must outlive this.
+  /// The `options` are passed to the strategy after the number of workers. The pool must outlive
+  /// this object.
   template <class... DetectorOptions>
   explicit BalancedRun(ThreadPool& pool, DetectorOptions... options)
       : pool_(&pool),
         strategy_(pool.size(), options...),
         members_(static_cast<std::size_t>(pool.size())) {}
 
-  // process(worker, item, emit) exactly once for each of the initial items and of those given to
-  // emit(item), in no particular order, on worker ids below pool.size(). One call at a time a
-  // worker id, so scratch memory indexed by it needs no lock. An exception from process ends the
-  // run and is rethrown here; the next run starts afresh.
+  /// Calls process(worker, item, emit) exactly once for each initial item and for each item passed
+  /// to emit(item), in no particular order. The worker ids are below pool.size(). There is only one
+  /// call at a time per worker id, so scratch memory indexed by it needs no lock. An exception from
+  /// process ends the run and is rethrown here; the next run starts afresh.
   template <class Process>
   RunCounts run(const Item* initial, std::size_t count, Process&& process) {
     if (count == 0) return {};
@@ -76,7 +81,7 @@ class BalancedRun {
   }
 
  private:
-  struct alignas(128) Member {  // two cache lines: neighbours are other workers'
+  struct alignas(128) Member {  // two cache lines: the neighbours belong to other workers
     WorkStack<Item> stack;
     std::uint64_t items = 0;
     double ms_present = 0;

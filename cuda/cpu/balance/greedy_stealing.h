@@ -1,6 +1,6 @@
-// The dissertation's lazy work stealing between CPU threads: the memory behind
-// balance/greedy_stealing.h. One of the strategies of BalancedRun; see there for what a strategy
-// is.
+// Lazy work stealing as published (da Silva, section 3.4) between CPU threads: owns the memory that
+// balance/greedy_stealing.h works on. One of the strategies of BalancedRun, which says what a
+// strategy is.
 #pragma once
 
 #include <algorithm>
@@ -23,10 +23,10 @@ class GreedyStealing {
   using Item = ItemType;
   static constexpr bool everyone = false;
 
-  // stack_size: items of a worker's own stack; where it has more, `batch_size` of them (BatchSize
-  // at most) go to its deque. batches: of a worker, a power of two. 0: the defaults, which are
-  // small: a depth-first traversal by one thread never has many items, and what it does not offer
-  // nobody gets.
+  /// stack_size: items of a worker's own stack beyond which `batch_size` of them (at most
+  /// BatchSize) go to its deque. batches: batches per worker, a power of two. 0: the defaults.
+  /// These are small, because a depth-first traversal by one thread never has many items, and other
+  /// workers get only what it offers.
   explicit GreedyStealing(int workers, std::uint32_t stack_size = 0, std::uint32_t batch_size = 0,
                           std::uint32_t batches = 0)
       : stack_size_(stack_size != 0 ? stack_size : 8),
@@ -62,7 +62,7 @@ class GreedyStealing {
     member(worker).protocol.arrive(view_, static_cast<std::uint32_t>(worker));
   }
 
-  // Fills the empty stack; false: the run is over or cancelled.
+  /// Fills the empty stack, waiting if needed. False: the run is over or cancelled.
   bool take(int worker, WorkStack<Item>& stack) {
     Member& m = member(worker);
     auto taken = m.protocol.own_batch();
@@ -81,7 +81,7 @@ class GreedyStealing {
 
   bool should_share(int, const WorkStack<Item>& stack) const { return stack.size() > stack_size_; }
 
-  // Offers a batch of the oldest items. False: the run is cancelled.
+  /// Offers a batch of the oldest items. False: the run is cancelled.
   bool share(int worker, WorkStack<Item>& stack) {
     Member& m = member(worker);
     if (m.protocol.cancelled()) return false;

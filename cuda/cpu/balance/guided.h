@@ -1,5 +1,5 @@
-// Guided self-scheduling between CPU threads: the memory behind balance/guided.h. One of the
-// strategies of BalancedRun; see there for what a strategy is.
+// Guided self-scheduling between CPU threads: owns the memory that balance/guided.h works on. One
+// of the strategies of BalancedRun, which says what a strategy is.
 #pragma once
 
 #include <algorithm>
@@ -23,11 +23,11 @@ class Guided {
   using Item = ItemType;
   static constexpr bool everyone = false;
 
-  // list_size: items of a list that a worker gives.
+  /// list_size: largest number of items that a worker publishes as one list.
   explicit Guided(int workers, std::uint32_t list_size = 1024)
       : members_(static_cast<std::size_t>(workers)) {
     view_.workers = static_cast<std::uint32_t>(workers);
-    view_.list_size = std::min(std::max(list_size, 1u), View::longest_list);
+    view_.list_size = std::min(std::max(list_size, 1u), View::max_list_size);
     view_.least = 1;
     view_.most = std::numeric_limits<std::uint32_t>::max();
     unread_.reset(new typename View::template Spaced<std::uint32_t>[members_.size()]);
@@ -44,9 +44,10 @@ class Guided {
     const auto set = [](auto& spaced, auto value) {
       HostAtomics::store(spaced.cell, value, HostAtomics::relaxed);
     };
-    set(counters_.live, 1u);  // of the initial list
-    for (auto* word : {&counters_.claimed, &counters_.given}) set(*word, std::uint64_t{0});
-    for (auto* word : {&counters_.giving, &counters_.idle_workers, &counters_.cancelled}) set(*word, 0u);
+    set(counters_.live, 1u);  // unit of the initial list
+    for (auto* word : {&counters_.claimed, &counters_.shared_list}) set(*word, std::uint64_t{0});
+    for (auto* word : {&counters_.list_lock, &counters_.idle_workers, &counters_.cancelled})
+      set(*word, 0u);
     for (std::uint32_t i = 0; i < view_.workers; ++i) set(unread_[i], 0u);
     for (Member& m : members_) m.counts = {};
   }
@@ -55,7 +56,7 @@ class Guided {
     member(worker).protocol.arrive(view_, static_cast<std::uint32_t>(worker));
   }
 
-  // Fills the empty stack; false: the run is over or cancelled.
+  /// Fills the empty stack, waiting if needed. False: the run is over or cancelled.
   bool take(int worker, WorkStack<Item>& stack) {
     Member& m = member(worker);
     SpinWait waiting(m.counts.ms_waited);
@@ -75,7 +76,7 @@ class Guided {
     return stack.size() > 1 && member(worker).protocol.asked();
   }
 
-  // Every second of the oldest items becomes the next list. False: the run is cancelled.
+  /// Publishes every second one of the oldest items as the next list. False: the run is cancelled.
   bool share(int worker, WorkStack<Item>& stack) {
     Member& m = member(worker);
     if (m.protocol.cancelled()) return false;

@@ -1,5 +1,6 @@
-// Lazy work stealing between CPU threads: the memory behind balance/lazy_stealing.h, and how a
-// thread waits. One of the strategies of BalancedRun; see there for what a strategy is.
+// Lazy work stealing between CPU threads: owns the memory that balance/lazy_stealing.h works on,
+// and decides how a thread waits. One of the strategies of BalancedRun, which says what a strategy
+// is.
 #pragma once
 
 #include <algorithm>
@@ -22,15 +23,15 @@ class LazyStealing {
   using Item = ItemType;
   static constexpr bool everyone = false;
 
-  // ring_capacity, a power of two: chunks a deque; chunks: in all. 0: enough for every use that
-  // BalancedRun makes of them. Less is right as well: what finds no room stays with its worker.
-  // chunk_size: items that a worker gives at once at most. 0: ChunkSize.
+  /// ring_capacity: chunks per deque, a power of two. chunks: their total number. 0 for either:
+  /// enough for all that BalancedRun does. Less is correct too: items that find no room stay with
+  /// their worker. chunk_size: items that a worker offers at once, at most ChunkSize; 0: ChunkSize.
   explicit LazyStealing(int workers, std::uint32_t ring_capacity = 0, std::uint32_t chunks = 0,
                         std::uint32_t chunk_size = 0)
       : chunk_size_(chunk_size != 0 ? std::min(chunk_size, ChunkSize) : ChunkSize),
         members_(static_cast<std::size_t>(workers)) {
     const auto count = static_cast<std::uint32_t>(workers);
-    // A worker offers no more chunks than others are hungry.
+    // A worker offers at most as many chunks as there are idle workers.
     if (ring_capacity == 0) ring_capacity = next_power_of_two(count);
     if (chunks == 0) chunks = count * (ring_capacity + cache_size);
     deque_words_.reset(new typename View::template Spaced<std::uint64_t>[count]);
@@ -42,7 +43,8 @@ class LazyStealing {
     reset();
   }
 
-  // One thread, before the workers: `initial` stays valid and unchanged during the run.
+  /// Called by one thread, before the workers. `initial` must stay valid and unchanged during the
+  /// run.
   void start(const Item* initial, std::size_t count) {
     // Relaxed throughout: the start of the job publishes it.
     if (HostAtomics::load(counters_.cancelled.cell, HostAtomics::relaxed) != 0) reset();
@@ -61,14 +63,15 @@ class LazyStealing {
     m.victim = static_cast<std::uint32_t>(worker);
   }
 
-  // Fills the empty stack; false: the run is over or cancelled.
+  /// Fills the empty stack, waiting if needed. False: the run is over or cancelled.
   bool take(int worker, WorkStack<Item>& stack) {
     Member& m = member(worker);
     Batch<Item> batch = m.protocol.own_batch();
     SpinWait waiting(m.counts.ms_waited);
     while (batch.count == 0) {
       if (m.protocol.over() || m.protocol.cancelled()) return false;
-      // Asking the own deque, empty now, is harmless. Whoever had work is asked again first.
+      // The own deque is among the victims. It is empty now, so that is harmless. The last victim
+      // that had work comes first.
       batch = m.protocol.steal(m.victim);
       if (batch.count != 0) break;
       m.victim = m.victim + 1 < view_.workers ? m.victim + 1 : 0;
@@ -83,7 +86,8 @@ class LazyStealing {
     return member(worker).protocol.any_worker_idle();
   }
 
-  // Offers half of the oldest items. False: the run is cancelled.
+  /// Offers half of the items, every second one from the oldest on, up to chunk_size. False: the
+  /// run is cancelled.
   bool share(int worker, WorkStack<Item>& stack) {
     Member& m = member(worker);
     if (m.protocol.cancelled()) return false;
@@ -120,7 +124,7 @@ class LazyStealing {
   struct alignas(HostAtomics::spacing) Member {
     LazyStealingWorker<HostAtomics, Item, ChunkSize, cache_size> protocol;
     std::uint32_t victim = 0;
-    WorkerCounts counts;  // zero for a worker that did not come
+    WorkerCounts counts;  // zero for a worker that did not take part
   };
 
   static std::uint32_t next_power_of_two(std::uint32_t n) {
@@ -132,7 +136,7 @@ class LazyStealing {
   Member& member(int worker) { return members_[static_cast<std::size_t>(worker)]; }
   const Member& member(int worker) const { return members_[static_cast<std::size_t>(worker)]; }
 
-  // Empty deques and all chunks free: what a cancelled run left behind is dropped.
+  /// Empties the deques and frees all chunks. Drops what a cancelled run left behind.
   void reset() {
     const auto zero = [](auto& cell) { HostAtomics::store(cell, {}, HostAtomics::relaxed); };
     zero(counters_.free_head.cell);

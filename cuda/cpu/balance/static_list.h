@@ -1,6 +1,6 @@
-// Static lists between CPU threads: the memory behind balance/static_list.h, and how the threads
-// meet for the balancing step. One of the strategies of BalancedRun; see there for what a strategy
-// is.
+// Static lists between CPU threads: owns the memory that balance/static_list.h works on, and makes
+// the threads meet for the balancing step. One of the strategies of BalancedRun, which says what a
+// strategy is.
 #pragma once
 
 #include <algorithm>
@@ -21,10 +21,11 @@ template <class ItemType>
 class StaticList {
  public:
   using Item = ItemType;
-  static constexpr bool everyone = true;  // a round ends when all have come
+  static constexpr bool everyone = true;  // a round ends only when every worker has arrived
 
-  // idle_threshold: so many workers that have run dry end a round; 0: half of them, as gProximity
-  // does. capacity: items of a list; one that grows beyond ends the round too. 0: any number.
+  /// idle_threshold: number of workers with an empty list that ends a round; 0: half of all
+  /// workers, as in gProximity. capacity: items of a list; a longer list ends the round too; 0: no
+  /// limit.
   explicit StaticList(int workers, std::uint32_t idle_threshold = 0, std::uint32_t capacity = 0)
       : members_(static_cast<std::size_t>(workers)),
         lists_(members_.size()),
@@ -44,7 +45,7 @@ class StaticList {
 
   void arrive(int) {}
 
-  // Fills the empty stack; false: the run is over or cancelled.
+  /// Fills the empty stack, waiting if needed. False: the run is over or cancelled.
   bool take(int worker, WorkStack<Item>& stack) {
     Member& m = member(worker);
     for (;;) {
@@ -61,13 +62,15 @@ class StaticList {
     }
   }
 
-  // Each worker gets somewhere in a round: a balancing step for every single item is none.
+  /// Whether the list is too long or the round has been stopped. Each worker processes at least
+  /// min_steps items in a round; otherwise there would be a balancing step for every few items.
   bool should_share(int worker, const WorkStack<Item>& stack) {
     if (stack.size() > capacity_) return true;
-    return ++member(worker).steps >= least_steps && round_end().stopped();
+    return ++member(worker).steps >= min_steps && round_end().stopped();
   }
 
-  // Ends the round for this worker: what is left is for all.
+  /// Ends the round for this worker: leaves its items to the balancing step. False: the run is
+  /// cancelled.
   bool share(int worker, WorkStack<Item>& stack) {
     Member& m = member(worker);
     if (stack.size() > capacity_) ++m.counts.overflows;
@@ -97,15 +100,15 @@ class StaticList {
   }
 
  private:
-  static constexpr std::uint32_t least_steps = 32;
+  static constexpr std::uint32_t min_steps = 32;
   static constexpr std::uint32_t finished_run = 1, cancelled_run = 2;
 
   struct alignas(HostAtomics::spacing) Cell {
     HostAtomics::Cell<std::uint32_t> value{0};
   };
   struct alignas(HostAtomics::spacing) Member {
-    // What the worker left at the end of a round. Two of them: the others still read that of the
-    // last round when it writes that of this one.
+    // What the worker left at the end of a round. There are two, used in turn: the worker writes
+    // one while others still read that of the last round.
     std::vector<Item> left[2];
     std::uint32_t round = 0;
     std::uint32_t steps = 0;  // in this round
@@ -129,17 +132,17 @@ class StaticList {
     return HostAtomics::load(ended_.value, HostAtomics::relaxed) == cancelled_run;
   }
 
-  // Waits for all; the last one lays out the lists. False: nothing is left, or the run is
-  // cancelled.
+  /// Waits for all workers; the last one to arrive lays out the lists. False: nothing is left, or
+  /// the run is cancelled.
   bool next_round(int worker) {
     Member& m = member(worker);
     const std::uint32_t round = m.round++;
-    // Release: what this worker left. Acquire: what all others did.
+    // Release: publishes what this worker left. Acquire: makes visible what the others left.
     if (HostAtomics::fetch_add(arrived_.value, 1u, HostAtomics::acq_rel) + 1 == workers()) {
       begin_round(round);
     } else {
       SpinWait waiting(m.counts.ms_waited);
-      // Acquire, pairs with the release in begin_round().
+      // Acquire: pairs with the release in begin_round().
       while (HostAtomics::load(round_.value, HostAtomics::acquire) == round) {
         if (cancelled()) return false;
         waiting.pause();
@@ -157,7 +160,7 @@ class StaticList {
       members_[i].left[1 - round % 2].clear();
     }
     ++rounds_;
-    // Relaxed: published by the release of the round below.
+    // Relaxed: published by the release of round_ below.
     if (empty && !cancelled()) HostAtomics::store(ended_.value, finished_run, HostAtomics::relaxed);
     for (auto* cell : {&idle_, &stop_, &arrived_})
       HostAtomics::store(cell->value, 0u, HostAtomics::relaxed);
@@ -165,7 +168,7 @@ class StaticList {
   }
 
   std::vector<Member> members_;
-  std::vector<ItemList<Item>> lists_;  // of the round that goes on
+  std::vector<ItemList<Item>> lists_;  // lists of the current round
   std::uint32_t threshold_;
   std::uint32_t capacity_;
   std::uint64_t rounds_ = 0;

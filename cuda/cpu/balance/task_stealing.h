@@ -1,6 +1,6 @@
-// Task stealing between CPU threads: the memory behind balance/task_deque.h. Every item goes
-// through its worker's deque, and thieves take them one by one. One of the strategies of
-// BalancedRun; see there for what a strategy is.
+// Task stealing between CPU threads: owns the memory that balance/task_deque.h works on. Every item
+// goes through its worker's deque, and thieves take items one by one. One of the strategies of
+// BalancedRun, which says what a strategy is.
 #pragma once
 
 #include <algorithm>
@@ -29,8 +29,8 @@ class TaskStealing {
   using Item = ItemType;
   static constexpr bool everyone = false;
 
-  // capacity: tasks a deque; what finds no room stays with its worker. 0: as many as a depth-first
-  // traversal ever has.
+  /// capacity: tasks per deque; items that find no room stay with their worker. 0: as many as a
+  /// depth-first traversal ever has.
   explicit TaskStealing(int workers, std::uint32_t capacity = 0)
       : capacity_(capacity != 0 ? capacity : 8192), members_(static_cast<std::size_t>(workers)) {
     for (Member& m : members_) m.tasks.reset(new Word[capacity_]);
@@ -56,7 +56,7 @@ class TaskStealing {
   }
   void leave(int) {}
 
-  // Fills the empty stack; false: the run is over or cancelled.
+  /// Fills the empty stack, waiting if needed. False: the run is over or cancelled.
   bool take(int worker, WorkStack<Item>& stack) {
     Member& m = member(worker);
     Word* newest = nullptr;
@@ -67,7 +67,7 @@ class TaskStealing {
     }
     const Portion portion = m.claims.template next<HostAtomics>(claimed_.value, portion_size);
     if (portion.count != 0) {
-      // The portion's unit of `live` becomes the worker's own, or is one too many.
+      // An idle worker takes over the portion's unit of `live`. For a busy worker that unit ends.
       if (m.busy) termination().unit_ended();
       m.busy = true;
       stack.push(initial_ + portion.first, portion.count);
@@ -89,7 +89,7 @@ class TaskStealing {
 
   bool should_share(int, const WorkStack<Item>& stack) const { return !stack.empty(); }
 
-  // All new tasks go to the own deque. False: the run is cancelled.
+  /// Moves all new tasks to the own deque. False: the run is cancelled.
   bool share(int worker, WorkStack<Item>& stack) {
     Member& m = member(worker);
     auto own = deque(m);
@@ -143,9 +143,9 @@ class TaskStealing {
   Termination<HostAtomics> termination() { return Termination<HostAtomics>(live_.value); }
   bool cancelled() const { return HostAtomics::load(cancelled_.value, HostAtomics::relaxed) != 0; }
 
-  // One look at one victim. The thief counts as busy before it takes anything: the victim may turn
-  // idle at once, and with nobody counted the others would leave it alone with what comes of the
-  // task.
+  /// Tries once to steal from one victim. The thief counts itself as busy before it takes anything.
+  /// Otherwise the victim could become idle at once, `live` would be zero, and the other workers
+  /// would leave the thief alone with the work that comes from the task.
   bool steal(Member& m, std::uint64_t& task) {
     Member& victim = members_[m.victim];
     if (deque(victim).promising()) {

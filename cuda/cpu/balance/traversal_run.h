@@ -1,4 +1,4 @@
-// The balanced run of a traversal, by the strategy that the options name.
+// The balanced run of a traversal, with the strategy that the options choose.
 #pragma once
 
 #include <cstddef>
@@ -20,7 +20,7 @@ namespace lazyccd {
 
 class TraversalRun {
  public:
-  // thread_per_query has no run: it makes no further items.
+  /// Strategy::thread_per_query has no run, because it makes no further items.
   TraversalRun(ThreadPool& pool, Strategy strategy, const Tuning& tuning) {
     const auto size = [](int n) { return static_cast<std::uint32_t>(n); };
     switch (strategy) {
@@ -44,7 +44,7 @@ class TraversalRun {
     }
   }
 
-  // As BalancedRun::run().
+  /// See BalancedRun::run().
   template <class Process>
   RunCounts run(const NodePair* initial, std::size_t count, Process&& process) {
     return std::visit(

@@ -1,4 +1,4 @@
-// A worker's own items: last in, first out, as large as it needs to be.
+// A worker's own items: a stack, last in, first out, that grows as needed.
 #pragma once
 
 #include <algorithm>
@@ -31,6 +31,7 @@ class WorkStack {
   const Item& top() const { return items_[size_ - 1]; }
   void clear() { size_ = 0; }
 
+  /// Removes items and writes them to `out`, oldest first.
   void take_all(Item* out) { take_oldest(out, size_); }
   void take_oldest(Item* out, std::size_t count) {
     std::copy_n(items_.data(), count, out);
@@ -38,9 +39,10 @@ class WorkStack {
     size_ -= count;
   }
 
-  // Every second of the oldest 2 * count items, oldest first. In a depth-first traversal the oldest
-  // items head the largest subtrees, and those of one level lie side by side: taking every second
-  // one leaves half of each level, while taking a run of them would leave next to nothing.
+  /// Removes every second one of the oldest 2 * count items and writes these to `out`, oldest
+  /// first. In a depth-first traversal the oldest items head the largest subtrees, and items of one
+  /// level are next to each other. Taking every second one leaves half of each level; taking a
+  /// contiguous range would leave next to nothing.
   void take_every_second(Item* out, std::size_t count) {
     for (std::size_t i = 0; i < count; ++i) {
       out[i] = items_[2 * i];

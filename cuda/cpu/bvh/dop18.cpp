@@ -10,8 +10,9 @@ namespace {
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr double kLargest = std::numeric_limits<float>::max();
 
-// The next float beyond: room for the rounding of the sum in double, too. What is beyond the range
-// of float meets all that is.
+// Rounds to the next float outward. That also covers the rounding of the sum in double. Values
+// beyond the range of float are clamped to it, so two intervals beyond it on the same side always
+// overlap.
 float below(double x) {
   return std::nextafter(static_cast<float>(std::clamp(x, -kLargest, kLargest)), -kInfinity);
 }
@@ -40,13 +41,13 @@ DiagonalSlabs::Slabs DiagonalSlabs::slabs_of(const VertexRecord& vertex, double 
     const double s[kSlabs] = {x + y, x - y, x + z, x - z, y + z, y - z};
     std::copy_n(s, kSlabs, sums[end]);
   }
-  const double reach = 1.5 * margin;  // more than the square root of 2, the length of a diagonal
+  const double widening = 1.5 * margin;  // 1.5 > sqrt(2), the length of a diagonal such as x + y
   Slabs slabs;
   std::fill(slabs.lo, slabs.lo + 8, -kInfinity);
   std::fill(slabs.hi, slabs.hi + 8, kInfinity);
   for (int i = 0; i < kSlabs; ++i) {
-    slabs.lo[i] = below(std::min(sums[0][i], sums[1][i]) - reach);
-    slabs.hi[i] = above(std::max(sums[0][i], sums[1][i]) + reach);
+    slabs.lo[i] = below(std::min(sums[0][i], sums[1][i]) - widening);
+    slabs.hi[i] = above(std::max(sums[0][i], sums[1][i]) + widening);
   }
   return slabs;
 }

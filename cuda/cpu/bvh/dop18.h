@@ -1,4 +1,4 @@
-// The six diagonal slabs that make an axis-aligned box an 18-DOP (Klosowski et al. 1998).
+// The six diagonal slabs that turn an axis-aligned box into an 18-DOP (Klosowski et al. 1998).
 #pragma once
 
 #include <cstddef>
@@ -9,6 +9,7 @@
 
 namespace lazyccd {
 
+/// Diagonal slabs of every node, over the whole step.
 class DiagonalSlabs : public NodeVolume {
  public:
   explicit DiagonalSlabs(double margin) : margin_(margin) {}
@@ -19,8 +20,8 @@ class DiagonalSlabs : public NodeVolume {
   std::size_t bytes() const override;
 
  private:
-  // Along x + y, x - y, x + z, x - z, y + z, y - z; and two unused lanes, which are apart from
-  // nothing.
+  // Intervals along x + y, x - y, x + z, x - z, y + z, y - z. Two more lanes are unused; they never
+  // separate two nodes.
   static constexpr int kSlabs = 6;
   struct alignas(64) Slabs {
     float lo[8], hi[8];

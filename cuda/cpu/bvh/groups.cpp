@@ -8,7 +8,7 @@
 namespace lazyccd {
 namespace {
 
-// A face or a free edge on its way into a group.
+// A face or a free edge, with the keys by which cells are sorted.
 struct Cell {
   std::uint64_t code;
   std::int32_t body;
@@ -42,7 +42,7 @@ std::vector<Cell> sorted_cells(const Mesh& mesh, const std::vector<VertexRecord>
       hi[k] = std::max(hi[k], v.x[k]);
     }
   }
-  // One scale for all axes: cells of the code are cubes.
+  // The same scale for all axes, so that the cells of the Morton code are cubes.
   double extent = 0;
   for (int k = 0; k < 3; ++k) extent = std::max(extent, hi[k] - lo[k]);
   const double scale = extent > 0 ? 1 / extent : 0;
@@ -65,7 +65,7 @@ std::vector<Cell> sorted_cells(const Mesh& mesh, const std::vector<VertexRecord>
   return cells;
 }
 
-// Collects the primitives of one kind, group by group.
+// Collects the primitives of one kind, group by group. Each primitive is collected once.
 class Collector {
  public:
   explicit Collector(std::size_t primitives) : owned_(primitives, 0) {}
@@ -121,7 +121,7 @@ void Groups::build(const Mesh& mesh, const std::vector<VertexRecord>& vertices, 
     groups_.push_back(group);
   }
 
-  // All at once: they are much of what a detector holds.
+  // Allocated at once, because the blocks are a large part of a detector's memory.
   blocks_.resize(static_cast<std::size_t>(block_count));
   const std::int32_t* ids[3] = {own[kVertices].ids.data(), own[kEdges].ids.data(),
                                 own[kFaces].ids.data()};
@@ -152,7 +152,7 @@ void Groups::build(const Mesh& mesh, const std::vector<VertexRecord>& vertices, 
 }
 
 void Groups::refit(const std::vector<VertexRecord>& vertices, ThreadPool& pool, double scale) {
-  // One for the vertices of unused lanes goes first.
+  // The first box is empty; it stands for the vertices of unused lanes (index -1).
   vertex_boxes_.resize(1 + vertices.size());
   for (float& side : vertex_boxes_.front().side) side = -std::numeric_limits<float>::infinity();
   VertexBox* const boxes = vertex_boxes_.data() + 1;

@@ -1,4 +1,4 @@
-// Building the groups and refitting their boxes.
+// The groups, which are the leaves of the hierarchy, and their boxes.
 #pragma once
 
 #include <array>
@@ -13,24 +13,27 @@
 
 namespace lazyccd {
 
-// A vertex over the step: start x y z, end x y z, two unused; one cache line.
+/// Positions of a vertex in one step: start x y z, end x y z, two unused. One cache line.
 struct alignas(64) VertexRecord {
   double x[8];
 };
 
+/// Builds the groups of a mesh and refits their boxes.
 class Groups {
  public:
-  // Boxes reach by `margin` beyond the primitives.
+  /// The boxes are wider than the primitives by `margin` (unscaled) on every side.
   explicit Groups(double margin = 0, const LeafKernels& kernels = *best_leaf_kernels())
       : margin_(margin), kernels_(&kernels) {}
 
-  // Cells (faces, then free edges) of each body in Morton order of their centroids at the start, cut
-  // into runs of kGroupCells. A vertex or edge belongs to the first group that has it.
+  /// Builds the groups and refits their boxes. The cells (faces, then free edges) of each body are
+  /// sorted in Morton order of their centroids at the start and cut into runs of kGroupCells. A
+  /// vertex or edge belongs to the first group that contains it.
   void build(const Mesh& mesh, const std::vector<VertexRecord>& vertices, ThreadPool& pool,
              double scale = 1);
 
-  // Boxes of all primitives and groups for new positions. They are those of the scene times `scale`, a
-  // power of two: in its own unit a very small one is a point to float, and all of it overlaps.
+  /// Computes the boxes of all primitives and groups for new positions. The boxes hold positions
+  /// times `scale`, a power of two. Without a scale, a very small scene would underflow in float,
+  /// and all its boxes would overlap.
   void refit(const std::vector<VertexRecord>& vertices, ThreadPool& pool, double scale = 1);
 
   const std::vector<Group>& groups() const { return groups_; }

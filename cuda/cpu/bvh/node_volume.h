@@ -1,5 +1,5 @@
-// A bounding volume of every tree node, beside the box that it has anyway: a second look at the
-// pairs whose boxes overlap. One class a kind of volume.
+// Interface to bounding volumes of the tree nodes, in addition to their boxes. They are tested for
+// pairs of nodes whose boxes overlap. There is one class for each kind of volume.
 #pragma once
 
 #include <cstddef>
@@ -14,21 +14,25 @@
 
 namespace lazyccd {
 
+/// The volumes of all nodes of a tree.
 class NodeVolume {
  public:
   virtual ~NodeVolume() = default;
-  // For a new tree or new positions. Each volume holds what is below its node over the whole step.
+  /// Computes the volumes for a new tree or new positions. Each volume bounds everything below its
+  /// node during the whole step.
   virtual void refit(const Groups& groups, const Tree& tree,
                      const std::vector<VertexRecord>& vertices, ThreadPool& pool) = 0;
-  // Whether the volumes of two nodes certainly do not touch.
+  /// Whether the volumes of two nodes certainly do not touch.
   virtual bool apart(std::uint32_t a, std::uint32_t b) const = 0;
   virtual std::size_t bytes() const = 0;
 };
 
-// Volumes reach by `margin` beyond the primitives. Null where the box is all there is.
+/// Makes the volumes of one kind. They are wider than the primitives by `margin` on every side.
+/// Returns null for Volume::box, because the tree has the boxes.
 std::unique_ptr<NodeVolume> make_node_volume(Volume volume, double margin);
 
-// f(vertex) for the vertices of all primitives of a group, those of several more than once.
+/// Calls f(vertex) for the vertices of all primitives of a group. A vertex of several primitives
+/// comes more than once.
 template <class F>
 void for_each_vertex(const Groups& groups, const Group& group, F&& f) {
   const int kind = group.count[kFaces] != 0 ? kFaces : kEdges;

@@ -29,7 +29,7 @@ void OrientedBoxes::fit_parent(const TreeNode& node, std::size_t index) {
   AxesExtent extent;
   extent.add(axis, boxes_[node.left]);
   extent.add(axis, boxes_[node.right]);
-  boxes_[index] = enclose(axis, extent, 0);  // the children have the margin
+  boxes_[index] = enclose(axis, extent, 0);  // the boxes of the children have the margin
 }
 
 void OrientedBoxes::refit(const Groups& groups, const Tree& tree,

@@ -1,5 +1,5 @@
-// Oriented boxes along the principal axes of the vertices below (Gottschalk et al. 1996), over both
-// ends of the step.
+// Oriented boxes of the nodes, along the principal axes of the vertices below (Gottschalk et al.
+// 1996). The axes and the boxes cover the positions at both ends of the step.
 #pragma once
 
 #include <cstddef>
@@ -11,6 +11,7 @@
 
 namespace lazyccd {
 
+/// Oriented boxes of every node, over the whole step.
 class OrientedBoxes : public NodeVolume {
  public:
   explicit OrientedBoxes(double margin) : margin_(margin) {}
@@ -26,7 +27,7 @@ class OrientedBoxes : public NodeVolume {
   void fit_parent(const TreeNode& node, std::size_t index);
 
   double margin_;
-  std::vector<Moments> moments_;  // of the positions below a node
+  std::vector<Moments> moments_;  // of the positions below each node
   std::vector<OrientedBox> boxes_;
 };
 

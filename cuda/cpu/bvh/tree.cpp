@@ -15,26 +15,29 @@ using CodedLeaf = std::pair<std::uint64_t, std::int32_t>;  // Morton code, group
 std::vector<CodedLeaf> sorted_leaves(const std::vector<MotionBox>& leaves) {
   double lo[3], extent = 0;
   for (int k = 0; k < 3; ++k) {
-    double least = std::numeric_limits<double>::max(), most = std::numeric_limits<double>::lowest();
+    double lower = std::numeric_limits<double>::max(),
+           upper = std::numeric_limits<double>::lowest();
     for (const MotionBox& b : leaves) {
-      least = std::min<double>(least, b.lo0[k]);
-      most = std::max<double>(most, b.hi0[k]);
+      lower = std::min<double>(lower, b.lo0[k]);
+      upper = std::max<double>(upper, b.hi0[k]);
     }
-    lo[k] = least;
-    extent = std::max(extent, most - least);
+    lo[k] = lower;
+    extent = std::max(extent, upper - lower);
   }
   const double scale = extent > 0 ? 1 / extent : 0;
   std::vector<CodedLeaf> coded(leaves.size());
   for (std::size_t i = 0; i < leaves.size(); ++i) {
     double c[3];
-    for (int k = 0; k < 3; ++k) c[k] = (0.5 * leaves[i].lo0[k] + 0.5 * leaves[i].hi0[k] - lo[k]) * scale;
+    for (int k = 0; k < 3; ++k)
+      c[k] = (0.5 * leaves[i].lo0[k] + 0.5 * leaves[i].hi0[k] - lo[k]) * scale;
     coded[i] = {morton_code(c[0], c[1], c[2]), static_cast<std::int32_t>(i)};
   }
   std::sort(coded.begin(), coded.end());
   return coded;
 }
 
-// Where [first, last) splits: at the highest bit in which the codes differ, or in the middle.
+// Returns where to split [first, last): at the highest bit in which the codes differ, or in the
+// middle if all codes are equal.
 std::int32_t split(const std::vector<CodedLeaf>& leaves, std::int32_t first, std::int32_t last) {
   const std::uint64_t differing = leaves[first].first ^ leaves[last - 1].first;
   if (differing == 0) return first + (last - first) / 2;

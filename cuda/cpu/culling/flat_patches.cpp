@@ -6,11 +6,11 @@
 namespace lazyccd {
 namespace {
 
-// The boundary of some faces as one loop of vertices; empty where it is not one loop, or where the
-// faces are no oriented surface.
+// Returns the boundary of some faces as one loop of vertices. Empty if the boundary is not one
+// loop, or if the faces are not one oriented surface.
 std::vector<std::int32_t> boundary_loop(const Mesh& mesh, const std::int32_t* faces,
                                         std::size_t count) {
-  // Directed sides that have no opposite: by edge, the one face's direction.
+  // By edge: number of faces, and the direction in which the first face runs along the edge.
   struct Side {
     std::int32_t from, to;
     int faces;
@@ -21,7 +21,7 @@ std::vector<std::int32_t> boundary_loop(const Mesh& mesh, const std::int32_t* fa
       const std::int32_t from = mesh.faces()[faces[i]][k], to = mesh.faces()[faces[i]][(k + 1) % 3];
       Side& side =
           sides.try_emplace(mesh.face_edges()[faces[i]][k], Side{from, to, 0}).first->second;
-      // A third face, or two that run along the edge in one direction.
+      // Not oriented: a third face, or two faces that run along the edge in the same direction.
       if (side.faces == 2 || (side.faces == 1 && side.from == from)) return {};
       ++side.faces;
     }
@@ -46,7 +46,7 @@ std::vector<std::int32_t> boundary_loop(const Mesh& mesh, const std::int32_t* fa
 void Patches::build(const Mesh& mesh, const Groups& groups, const Tree& tree) {
   faces_.clear();
   first_face_.assign(1, 0);
-  std::vector<char> useless;  // leaves without faces, or of a body that does not meet itself
+  std::vector<char> useless;  // leaves without faces, or of a body without self-collision
   for (const std::int32_t g : tree.order()) {
     const Group& group = groups.groups()[g];
     const Block* block = groups.blocks().data() + group.first[kFaces];

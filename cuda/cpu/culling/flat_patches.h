@@ -1,5 +1,5 @@
-// The nodes of a tree whose faces could be one patch of a surface that does not touch itself, with
-// their boundaries: what continuous normal cones need to know of the topology.
+// The patches of a tree: nodes whose faces are one oriented piece of surface with one boundary
+// loop. Continuous normal cones need this information about the topology.
 #pragma once
 
 #include <cstddef>
@@ -13,23 +13,25 @@
 
 namespace lazyccd {
 
+/// Faces and boundaries of the patches of a tree.
 class Patches {
  public:
-  // Larger ones are seldom flat, and the contour test is quadratic in the boundary.
-  static constexpr std::int32_t kLargest = 32;  // groups
+  // Largest patch, in groups. Larger ones are seldom flat, and the contour test is quadratic in the
+  // length of the boundary.
+  static constexpr std::int32_t kLargest = 32;
 
   void build(const Mesh& mesh, const Groups& groups, const Tree& tree);
 
-  // All faces in the order of the leaves, and where those of a leaf start.
+  /// All faces, in the order of the leaves, and the index of the first face of a leaf.
   const std::vector<std::int32_t>& faces() const { return faces_; }
   std::uint32_t first_face(std::int32_t leaf) const { return first_face_[leaf]; }
 
-  // Of each node the vertices of its boundary in order, within vertices(); none where the node is
-  // no patch.
+  /// The boundary of a node: its vertices in order, as a part of vertices(). Empty if the node is
+  /// no patch.
   struct Boundary {
     std::uint32_t first = 0, count = 0;
   };
-  const std::vector<Boundary>& boundaries() const { return boundaries_; }
+  const std::vector<Boundary>& boundaries() const { return boundaries_; }  ///< by node
   const std::vector<std::int32_t>& vertices() const { return vertices_; }
   Span<const std::int32_t> boundary(std::uint32_t node) const {
     return {vertices_.data() + boundaries_[node].first, boundaries_[node].count};
@@ -43,7 +45,7 @@ class Patches {
 
  private:
   std::vector<std::int32_t> faces_, vertices_;
-  std::vector<std::uint32_t> first_face_;  // of each leaf, and the end
+  std::vector<std::uint32_t> first_face_;  // by leaf, then the number of faces
   std::vector<Boundary> boundaries_;
 };
 

@@ -6,7 +6,8 @@
 namespace lazyccd {
 namespace {
 
-// Whether two sides of the curve meet nowhere but in the vertex of neighbours.
+// Returns whether the closed curve is simple: two sides meet only in the common vertex of
+// neighbours.
 bool simple(const Contour& contour, const std::vector<Contour::Seen>& points) {
   const std::size_t n = points.size();
   std::vector<Contour::Side> sides;

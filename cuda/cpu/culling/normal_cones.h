@@ -1,6 +1,6 @@
-// Continuous normal cones with the contour condition (core/normal_cone.h) of a tree's nodes: parts
-// of a surface that cannot touch themselves during the step, so that the traversal need not open
-// them.
+// Continuous normal cones of the nodes of a tree, with the contour condition (core/normal_cone.h).
+// They find parts of a surface that cannot touch themselves during the step. The traversal skips
+// these.
 #pragma once
 
 #include <cstdint>
@@ -15,17 +15,18 @@
 
 namespace lazyccd {
 
+/// The normal cones of all nodes.
 class NormalCones {
  public:
-  // For a new tree.
+  /// Prepares for a new tree.
   void build(const Mesh& mesh, const Groups& groups, const Tree& tree) {
     patches_.build(mesh, groups, tree);
   }
-  // For new positions: the cones of all nodes.
+  /// Computes the cones of all nodes for new positions.
   void refit(const Mesh& mesh, const Tree& tree, const std::vector<VertexRecord>& vertices,
              ThreadPool& pool);
 
-  // Whether the faces below the node certainly do not touch each other in the step.
+  /// Whether the faces below the node certainly do not touch each other during the step.
   bool apart_from_itself(std::uint32_t node, const std::vector<VertexRecord>& vertices) const;
 
   std::size_t bytes() const;

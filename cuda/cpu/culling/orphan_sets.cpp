@@ -5,7 +5,7 @@
 namespace lazyccd {
 namespace {
 
-// The faces at each vertex or edge, side by side.
+// The faces at each vertex or edge, in one array.
 class Incidence {
  public:
   Incidence(std::size_t primitives, const std::vector<std::array<std::int32_t, 3>>& faces)
@@ -44,7 +44,8 @@ OrphanSets::OrphanSets(const Mesh& mesh) {
   const Incidence at_vertex(mesh.vertex_count(), faces);
   const Incidence at_edge(mesh.edges().size(), mesh.face_edges());
   const auto adjacent = [&](std::int32_t f, std::int32_t g) { return share(faces[f], faces[g]); };
-  // Algorithm 2.3: no pair of faces that are not adjacent has it.
+  // da Silva, Algorithm 2.3: a pair is an orphan if all faces of one primitive are adjacent to all
+  // faces of the other.
   const auto orphan = [&](Span<const std::int32_t> fs, Span<const std::int32_t> gs) {
     return std::all_of(fs.begin(), fs.end(), [&](std::int32_t f) {
       return std::all_of(gs.begin(), gs.end(), [&](std::int32_t g) { return adjacent(f, g); });
@@ -57,7 +58,8 @@ OrphanSets::OrphanSets(const Mesh& mesh) {
     if (orphan(fs, gs)) orphans_[static_cast<int>(kind)].pairs.push_back(pair);
   };
 
-  // Algorithm 2.2: the elementary pairs of all adjacent faces, but those that share a vertex.
+  // da Silva, Algorithm 2.2: the elementary pairs of all adjacent faces, except pairs that share a
+  // vertex.
   for (std::int32_t f = 0; f < static_cast<std::int32_t>(faces.size()); ++f) {
     std::vector<std::int32_t> neighbours;
     for (const std::int32_t v : faces[f])

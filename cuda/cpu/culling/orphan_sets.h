@@ -1,9 +1,9 @@
-// Orphan sets (Tang et al. 2009; the dissertation's Algorithms 2.2 and 2.3): elementary pairs that
-// only adjacent faces have. A traversal that looks at no pair of adjacent faces misses exactly
-// these, and tests them from this list instead, which depends on the topology alone.
+// Orphan sets (Tang et al. 2009; da Silva, Algorithms 2.2 and 2.3): elementary pairs that only
+// adjacent faces have. A traversal that skips all pairs of adjacent faces misses exactly these.
+// They are tested from this list instead, which depends only on the topology.
 //
-// The refinement is to list a pair only where all pairs of faces that have it are adjacent: any
-// other finds it by itself.
+// Refinement: a pair is listed only if all pairs of faces that have it are adjacent. Otherwise the
+// traversal finds it at a pair of faces that are not adjacent.
 #pragma once
 
 #include <cstddef>
@@ -16,6 +16,7 @@
 
 namespace lazyccd {
 
+/// The orphan sets of a mesh.
 class OrphanSets {
  public:
   OrphanSets() = default;
@@ -26,18 +27,17 @@ class OrphanSets {
     return {orphans.pairs.data(), orphans.first.data(),
             static_cast<std::uint32_t>(orphans.pairs.size())};
   }
-  // Pairs of adjacent faces, and the elementary pairs that those have: what the refinement chose
-  // from.
+  /// Number of pairs of adjacent faces, and number of their elementary pairs before the refinement.
   std::int64_t adjacent_faces() const { return adjacent_faces_; }
   std::int64_t before_refinement() const { return before_refinement_; }
   std::size_t bytes() const;
 
  private:
   struct Orphans {
-    std::vector<Candidate> pairs;
-    std::vector<std::uint32_t> first;
+    std::vector<Candidate> pairs;      // sorted
+    std::vector<std::uint32_t> first;  // index of the first pair of each primitive a, and the end
 
-    // Sorts the pairs of `primitives` primitives a, each once.
+    // Sorts the pairs, removes duplicates, and fills `first` for `primitives` primitives a.
     void finish(std::size_t primitives);
   };
 

@@ -1,4 +1,4 @@
-// Differences of positions in single precision, a lane a candidate.
+// Differences of positions in single precision, one candidate per lane.
 #pragma once
 
 #include "core/elementary.h"
@@ -8,8 +8,8 @@
 namespace lazyccd {
 namespace LAZYCCD_ISA {
 
-// The difference of two records is scaled in double, so that only the rounding to float of the
-// result is coarse (core/elementary.h).
+// Gathers the differences of a pack of candidates at both ends of the step. They are computed and
+// scaled in double, so that only the rounding of the result to float is coarse (core/elementary.h).
 template <ContactKind kind>
 LAZYCCD_INLINE Differences<FloatLanes> gather(const LeafScene& scene, const Candidate* c) {
   alignas(64) Float8 rows[3][FloatLanes::lanes];
@@ -38,7 +38,7 @@ LAZYCCD_INLINE Differences<FloatLanes> gather(const LeafScene& scene, const Cand
   return d;
 }
 
-// The same at one end of the step alone.
+// Differences at one end of the step.
 template <class T>
 struct DifferencesAt {
   Vec3<T> e1, e2, r;

@@ -1,4 +1,4 @@
-// A pack of double lanes, as pack.h's of float: for what is decided in double precision at once.
+// Packs of double lanes, like those of float in float_lanes.h, for tests in double precision.
 #pragma once
 
 #include "core/contact_math.h"
@@ -43,8 +43,12 @@ LAZYCCD_INLINE WideMask operator<=(DoubleLanes a, DoubleLanes b) {
 LAZYCCD_INLINE DoubleLanes select(WideMask m, DoubleLanes a, DoubleLanes b) {
   return _mm512_mask_blend_pd(m.m, b.v, a.v);
 }
-LAZYCCD_INLINE DoubleLanes lane_min(DoubleLanes a, DoubleLanes b) { return _mm512_min_pd(a.v, b.v); }
-LAZYCCD_INLINE DoubleLanes lane_max(DoubleLanes a, DoubleLanes b) { return _mm512_max_pd(a.v, b.v); }
+LAZYCCD_INLINE DoubleLanes lane_min(DoubleLanes a, DoubleLanes b) {
+  return _mm512_min_pd(a.v, b.v);
+}
+LAZYCCD_INLINE DoubleLanes lane_max(DoubleLanes a, DoubleLanes b) {
+  return _mm512_max_pd(a.v, b.v);
+}
 LAZYCCD_INLINE DoubleLanes lane_abs(DoubleLanes a) { return _mm512_abs_pd(a.v); }
 LAZYCCD_INLINE DoubleLanes lane_sqrt(DoubleLanes a) { return _mm512_sqrt_pd(a.v); }
 
@@ -69,16 +73,30 @@ struct DoubleLanes {
   static LAZYCCD_INLINE DoubleLanes load(const double* p) { return _mm256_load_pd(p); }
   LAZYCCD_INLINE void store(double* p) const { _mm256_store_pd(p, v); }
 };
-LAZYCCD_INLINE DoubleLanes operator-(DoubleLanes a) { return _mm256_xor_pd(a.v, _mm256_set1_pd(-0.0)); }
-LAZYCCD_INLINE WideMask operator<(DoubleLanes a, DoubleLanes b) { return {_mm256_cmp_pd(a.v, b.v, _CMP_LT_OQ)}; }
-LAZYCCD_INLINE WideMask operator<=(DoubleLanes a, DoubleLanes b) { return {_mm256_cmp_pd(a.v, b.v, _CMP_LE_OQ)}; }
-LAZYCCD_INLINE DoubleLanes select(WideMask m, DoubleLanes a, DoubleLanes b) { return _mm256_blendv_pd(b.v, a.v, m.m); }
-LAZYCCD_INLINE DoubleLanes lane_min(DoubleLanes a, DoubleLanes b) { return _mm256_min_pd(a.v, b.v); }
-LAZYCCD_INLINE DoubleLanes lane_max(DoubleLanes a, DoubleLanes b) { return _mm256_max_pd(a.v, b.v); }
-LAZYCCD_INLINE DoubleLanes lane_abs(DoubleLanes a) { return _mm256_andnot_pd(_mm256_set1_pd(-0.0), a.v); }
+LAZYCCD_INLINE DoubleLanes operator-(DoubleLanes a) {
+  return _mm256_xor_pd(a.v, _mm256_set1_pd(-0.0));
+}
+LAZYCCD_INLINE WideMask operator<(DoubleLanes a, DoubleLanes b) {
+  return {_mm256_cmp_pd(a.v, b.v, _CMP_LT_OQ)};
+}
+LAZYCCD_INLINE WideMask operator<=(DoubleLanes a, DoubleLanes b) {
+  return {_mm256_cmp_pd(a.v, b.v, _CMP_LE_OQ)};
+}
+LAZYCCD_INLINE DoubleLanes select(WideMask m, DoubleLanes a, DoubleLanes b) {
+  return _mm256_blendv_pd(b.v, a.v, m.m);
+}
+LAZYCCD_INLINE DoubleLanes lane_min(DoubleLanes a, DoubleLanes b) {
+  return _mm256_min_pd(a.v, b.v);
+}
+LAZYCCD_INLINE DoubleLanes lane_max(DoubleLanes a, DoubleLanes b) {
+  return _mm256_max_pd(a.v, b.v);
+}
+LAZYCCD_INLINE DoubleLanes lane_abs(DoubleLanes a) {
+  return _mm256_andnot_pd(_mm256_set1_pd(-0.0), a.v);
+}
 LAZYCCD_INLINE DoubleLanes lane_sqrt(DoubleLanes a) { return _mm256_sqrt_pd(a.v); }
 
-#else  // two lanes of the compiler's own vectors
+#else  // two lanes of the compiler's vector extensions
 
 typedef double Double2 __attribute__((vector_size(16)));
 typedef std::int64_t Long2 __attribute__((vector_size(16)));
@@ -97,7 +115,9 @@ struct DoubleLanes {
   DoubleLanes() = default;
   LAZYCCD_INLINE DoubleLanes(Double2 x) : v(x) {}
   LAZYCCD_INLINE explicit DoubleLanes(double x) : v{x, x} {}
-  static LAZYCCD_INLINE DoubleLanes load(const double* p) { return *reinterpret_cast<const Double2*>(p); }
+  static LAZYCCD_INLINE DoubleLanes load(const double* p) {
+    return *reinterpret_cast<const Double2*>(p);
+  }
   LAZYCCD_INLINE void store(double* p) const { *reinterpret_cast<Double2*>(p) = v; }
 };
 LAZYCCD_INLINE DoubleLanes operator-(DoubleLanes a) { return -a.v; }
@@ -108,7 +128,9 @@ LAZYCCD_INLINE DoubleLanes select(WideMask m, DoubleLanes a, DoubleLanes b) {
                                    (~m.m & reinterpret_cast<Long2>(b.v)));
 }
 LAZYCCD_INLINE DoubleLanes lane_min(DoubleLanes a, DoubleLanes b) { return select(a < b, a, b); }
-LAZYCCD_INLINE DoubleLanes lane_max(DoubleLanes a, DoubleLanes b) { return select({b.v < a.v}, a, b); }
+LAZYCCD_INLINE DoubleLanes lane_max(DoubleLanes a, DoubleLanes b) {
+  return select({b.v < a.v}, a, b);
+}
 LAZYCCD_INLINE DoubleLanes lane_abs(DoubleLanes a) {
   return reinterpret_cast<Double2>(reinterpret_cast<Long2>(a.v) & INT64_MAX);
 }
@@ -125,14 +147,15 @@ LAZYCCD_INLINE DoubleLanes operator/(DoubleLanes a, DoubleLanes b) { return a.v 
 LAZYCCD_INLINE WideMask operator>(DoubleLanes a, DoubleLanes b) { return b < a; }
 LAZYCCD_INLINE WideMask operator>=(DoubleLanes a, DoubleLanes b) { return b <= a; }
 LAZYCCD_INLINE bool lane_any(WideMask m) { return m.bits() != 0; }
-// As that of one number.
+// As unit_scale(double) in core/contact_math.h.
 LAZYCCD_INLINE DoubleLanes unit_scale(DoubleLanes size) {
   typedef std::uint64_t Bits __attribute__((vector_size(sizeof(DoubleLanes))));
   typedef std::int64_t Exponent __attribute__((vector_size(sizeof(DoubleLanes))));
   const auto exponent = reinterpret_cast<Exponent>(reinterpret_cast<Bits>(size.v) >> 52);
   const Exponent inverse = exponent < 2046 ? 2046 - exponent : Exponent{} + 1;
   const DoubleLanes scale = reinterpret_cast<decltype(size.v)>(inverse << 52);
-  const WideMask normal = (DoubleLanes(0x1p-1020) < size) & (size <= DoubleLanes(0x1.fffffffffffffp1023));
+  const WideMask normal =
+      (DoubleLanes(0x1p-1020) < size) & (size <= DoubleLanes(0x1.fffffffffffffp1023));
   return select(normal, scale, DoubleLanes(1.0));
 }
 

@@ -1,8 +1,9 @@
-// A pack of float lanes as wide as the instruction set that this file is compiled for. It brings the
-// functions of core/lane.h, so that the elementary tests run on it as they do on one number.
+// Packs of float lanes, as wide as the instruction set that this file is compiled for. They have
+// the functions of core/lane.h, so that the elementary tests run on packs as they do on single
+// numbers.
 //
-// Everything lives in a namespace named after the instruction set and is always inlined: code for one
-// set must never be merged by the linker with code for another.
+// Everything is in a namespace named after the instruction set and always inlined: the linker must
+// never merge code for one set with code for another.
 #pragma once
 
 #include <cstdint>
@@ -41,11 +42,18 @@ struct FloatLanes {
   LAZYCCD_INLINE void store(float* p) const { _mm512_store_ps(p, v); }
 };
 LAZYCCD_INLINE FloatLanes operator-(FloatLanes a) {
-  return _mm512_castsi512_ps(_mm512_xor_si512(_mm512_castps_si512(a.v), _mm512_set1_epi32(INT32_MIN)));
+  return _mm512_castsi512_ps(
+      _mm512_xor_si512(_mm512_castps_si512(a.v), _mm512_set1_epi32(INT32_MIN)));
 }
-LAZYCCD_INLINE Mask operator<(FloatLanes a, FloatLanes b) { return {_mm512_cmp_ps_mask(a.v, b.v, _CMP_LT_OQ)}; }
-LAZYCCD_INLINE Mask operator<=(FloatLanes a, FloatLanes b) { return {_mm512_cmp_ps_mask(a.v, b.v, _CMP_LE_OQ)}; }
-LAZYCCD_INLINE FloatLanes select(Mask m, FloatLanes a, FloatLanes b) { return _mm512_mask_blend_ps(m.m, b.v, a.v); }
+LAZYCCD_INLINE Mask operator<(FloatLanes a, FloatLanes b) {
+  return {_mm512_cmp_ps_mask(a.v, b.v, _CMP_LT_OQ)};
+}
+LAZYCCD_INLINE Mask operator<=(FloatLanes a, FloatLanes b) {
+  return {_mm512_cmp_ps_mask(a.v, b.v, _CMP_LE_OQ)};
+}
+LAZYCCD_INLINE FloatLanes select(Mask m, FloatLanes a, FloatLanes b) {
+  return _mm512_mask_blend_ps(m.m, b.v, a.v);
+}
 LAZYCCD_INLINE FloatLanes lane_min(FloatLanes a, FloatLanes b) { return _mm512_min_ps(a.v, b.v); }
 LAZYCCD_INLINE FloatLanes lane_max(FloatLanes a, FloatLanes b) { return _mm512_max_ps(a.v, b.v); }
 LAZYCCD_INLINE FloatLanes lane_abs(FloatLanes a) { return _mm512_abs_ps(a.v); }
@@ -78,13 +86,23 @@ struct FloatLanes {
   static LAZYCCD_INLINE FloatLanes load(const float* p) { return _mm256_load_ps(p); }
   LAZYCCD_INLINE void store(float* p) const { _mm256_store_ps(p, v); }
 };
-LAZYCCD_INLINE FloatLanes operator-(FloatLanes a) { return _mm256_xor_ps(a.v, _mm256_set1_ps(-0.0f)); }
-LAZYCCD_INLINE Mask operator<(FloatLanes a, FloatLanes b) { return {_mm256_cmp_ps(a.v, b.v, _CMP_LT_OQ)}; }
-LAZYCCD_INLINE Mask operator<=(FloatLanes a, FloatLanes b) { return {_mm256_cmp_ps(a.v, b.v, _CMP_LE_OQ)}; }
-LAZYCCD_INLINE FloatLanes select(Mask m, FloatLanes a, FloatLanes b) { return _mm256_blendv_ps(b.v, a.v, m.m); }
+LAZYCCD_INLINE FloatLanes operator-(FloatLanes a) {
+  return _mm256_xor_ps(a.v, _mm256_set1_ps(-0.0f));
+}
+LAZYCCD_INLINE Mask operator<(FloatLanes a, FloatLanes b) {
+  return {_mm256_cmp_ps(a.v, b.v, _CMP_LT_OQ)};
+}
+LAZYCCD_INLINE Mask operator<=(FloatLanes a, FloatLanes b) {
+  return {_mm256_cmp_ps(a.v, b.v, _CMP_LE_OQ)};
+}
+LAZYCCD_INLINE FloatLanes select(Mask m, FloatLanes a, FloatLanes b) {
+  return _mm256_blendv_ps(b.v, a.v, m.m);
+}
 LAZYCCD_INLINE FloatLanes lane_min(FloatLanes a, FloatLanes b) { return _mm256_min_ps(a.v, b.v); }
 LAZYCCD_INLINE FloatLanes lane_max(FloatLanes a, FloatLanes b) { return _mm256_max_ps(a.v, b.v); }
-LAZYCCD_INLINE FloatLanes lane_abs(FloatLanes a) { return _mm256_andnot_ps(_mm256_set1_ps(-0.0f), a.v); }
+LAZYCCD_INLINE FloatLanes lane_abs(FloatLanes a) {
+  return _mm256_andnot_ps(_mm256_set1_ps(-0.0f), a.v);
+}
 LAZYCCD_INLINE FloatLanes lane_sqrt(FloatLanes a) { return _mm256_sqrt_ps(a.v); }
 LAZYCCD_INLINE FloatLanes lane_floor(FloatLanes a) { return _mm256_floor_ps(a.v); }
 LAZYCCD_INLINE Mask equal(const std::int32_t* p, std::int32_t x) {
@@ -92,7 +110,7 @@ LAZYCCD_INLINE Mask equal(const std::int32_t* p, std::int32_t x) {
   return {_mm256_castsi256_ps(_mm256_cmpeq_epi32(row, _mm256_set1_epi32(x)))};
 }
 
-#else  // four lanes of the compiler's own vectors: SSE2, NEON and others
+#else  // four lanes of the compiler's vector extensions: SSE2, NEON and others
 
 typedef float Float4 __attribute__((vector_size(16)));
 typedef std::int32_t Int4 __attribute__((vector_size(16)));
@@ -117,7 +135,9 @@ struct FloatLanes {
   FloatLanes() = default;
   LAZYCCD_INLINE FloatLanes(Float4 x) : v(x) {}
   LAZYCCD_INLINE explicit FloatLanes(float x) : v{x, x, x, x} {}
-  static LAZYCCD_INLINE FloatLanes load(const float* p) { return *reinterpret_cast<const Float4*>(p); }
+  static LAZYCCD_INLINE FloatLanes load(const float* p) {
+    return *reinterpret_cast<const Float4*>(p);
+  }
   LAZYCCD_INLINE void store(float* p) const { *reinterpret_cast<Float4*>(p) = v; }
 };
 LAZYCCD_INLINE FloatLanes operator-(FloatLanes a) { return -a.v; }
@@ -152,7 +172,7 @@ LAZYCCD_INLINE FloatLanes operator*(FloatLanes a, FloatLanes b) { return a.v * b
 LAZYCCD_INLINE FloatLanes operator/(FloatLanes a, FloatLanes b) { return a.v / b.v; }
 LAZYCCD_INLINE Mask operator>(FloatLanes a, FloatLanes b) { return b < a; }
 LAZYCCD_INLINE Mask operator>=(FloatLanes a, FloatLanes b) { return b <= a; }
-// The chosen lanes, from p on; writes all of a pack.
+// Stores the chosen lanes one after the other, from p on. Writes up to a whole pack.
 LAZYCCD_INLINE void store_chosen(FloatLanes a, unsigned chosen, float* p) {
 #if defined(__AVX512F__)
   _mm512_storeu_ps(p, _mm512_maskz_compress_ps(static_cast<__mmask16>(chosen), a.v));

@@ -1,3 +1,4 @@
+// The kernels for a pair of groups, and the filter, for one instruction set.
 #include "cpu/narrow/leaf_kernels.h"
 
 #include <utility>
@@ -13,10 +14,10 @@ namespace lazyccd {
 namespace LAZYCCD_ISA {
 namespace {
 
-constexpr int kPacks = kBlockLanes / FloatLanes::lanes;  // packs a row of a block
-constexpr int kMaxBlocks = 3;                      // of one kind in a group: 48 edges or vertices
+constexpr int kPacks = kBlockLanes / FloatLanes::lanes;  // packs in a row of a block
+constexpr int kMaxBlocks = 3;  // of one kind in a group: up to 48 edges or vertices
 
-// One box against a block: the lanes that do not certainly stay apart from it in the linear motion.
+// One box, in all lanes, to be tested against blocks.
 struct Probe {
   FloatLanes lo0[3], hi0[3], lo1[3], hi1[3];
 
@@ -37,15 +38,21 @@ struct Probe {
     }
   }
 
+  // Returns the mask of the lanes of a block that do not certainly stay apart from the box in the
+  // linear motion.
   LAZYCCD_INLINE unsigned near(const Block& b) const {
     unsigned bits = 0;
     for (int p = 0; p < kPacks; ++p) {
       const int at = p * FloatLanes::lanes;
-      Mask apart = (lo0[0] > FloatLanes::load(b.hi0[0] + at)) & (lo1[0] > FloatLanes::load(b.hi1[0] + at));
-      apart = apart | ((hi0[0] < FloatLanes::load(b.lo0[0] + at)) & (hi1[0] < FloatLanes::load(b.lo1[0] + at)));
+      Mask apart =
+          (lo0[0] > FloatLanes::load(b.hi0[0] + at)) & (lo1[0] > FloatLanes::load(b.hi1[0] + at));
+      apart = apart | ((hi0[0] < FloatLanes::load(b.lo0[0] + at)) &
+                       (hi1[0] < FloatLanes::load(b.lo1[0] + at)));
       for (int k = 1; k < 3; ++k) {
-        apart = apart | ((lo0[k] > FloatLanes::load(b.hi0[k] + at)) & (lo1[k] > FloatLanes::load(b.hi1[k] + at)));
-        apart = apart | ((hi0[k] < FloatLanes::load(b.lo0[k] + at)) & (hi1[k] < FloatLanes::load(b.lo1[k] + at)));
+        apart = apart | ((lo0[k] > FloatLanes::load(b.hi0[k] + at)) &
+                         (lo1[k] > FloatLanes::load(b.hi1[k] + at)));
+        apart = apart | ((hi0[k] < FloatLanes::load(b.lo0[k] + at)) &
+                         (hi1[k] < FloatLanes::load(b.lo1[k] + at)));
       }
       bits |= (!apart).bits() << at;
     }
@@ -55,14 +62,16 @@ struct Probe {
 
 LAZYCCD_INLINE unsigned equal_lanes(const std::int32_t (&row)[kBlockLanes], std::int32_t x) {
   unsigned bits = 0;
-  for (int p = 0; p < kPacks; ++p) bits |= equal(row + p * FloatLanes::lanes, x).bits() << (p * FloatLanes::lanes);
+  for (int p = 0; p < kPacks; ++p)
+    bits |= equal(row + p * FloatLanes::lanes, x).bits() << (p * FloatLanes::lanes);
   return bits;
 }
 
-// The live lanes of a group's blocks of one kind: those that come near the other group at all.
+// Masks of the live lanes of a group's blocks of one kind: lanes that do not stay apart from the
+// box of the other group.
 struct Live {
-  unsigned bits[kMaxBlocks];
-  unsigned any = 0;
+  unsigned bits[kMaxBlocks];  // by block
+  unsigned any = 0;           // union of all blocks
 
   LAZYCCD_INLINE Live(const LeafScene& scene, const Group& group, int kind, const Probe& other) {
     const Block* block = scene.blocks + group.first[kind];
@@ -71,12 +80,14 @@ struct Live {
   }
 };
 
+// Makes sure that one more row fits into the queue.
 LAZYCCD_INLINE void reserve(CandidateSink& sink, ContactKind kind) {
   const CandidateQueue& queue = sink.queues[static_cast<int>(kind)];
-  if (queue.count > CandidateQueue::capacity - CandidateQueue::room) sink.drain(sink, kind);
+  if (queue.count > CandidateQueue::capacity - CandidateQueue::max_per_row) sink.drain(sink, kind);
 }
 
-LAZYCCD_INLINE void push(CandidateQueue& queue, std::int32_t a, const std::int32_t* ids, unsigned bits) {
+LAZYCCD_INLINE void push(CandidateQueue& queue, std::int32_t a, const std::int32_t* ids,
+                         unsigned bits) {
   for (; bits; bits &= bits - 1) queue.items[queue.count++] = {a, ids[__builtin_ctz(bits)]};
 }
 
@@ -88,7 +99,7 @@ LAZYCCD_INLINE void push_in_order(CandidateQueue& queue, std::int32_t a, const s
   }
 }
 
-// The live vertices of one group against the live faces of another.
+// Adds the pairs of live vertices of one group and live faces of another.
 LAZYCCD_INLINE void vertices_faces(const LeafScene& scene, const Group& gv, const Live& vertices,
                                    const Group& gf, unsigned faces, CandidateSink& sink) {
   if (!vertices.any || !faces) return;
@@ -109,9 +120,10 @@ LAZYCCD_INLINE void vertices_faces(const LeafScene& scene, const Group& gv, cons
   }
 }
 
-// The live edges of two groups, or of one with itself. The first group's body is not the larger one.
-LAZYCCD_INLINE void edges_edges(const LeafScene& scene, const Group& ga, const Live& a, const Group& gb,
-                                const Live& b, bool self, CandidateSink& sink) {
+// Adds the pairs of live edges of two groups, or of one group with itself. The body of the first
+// group must not have the larger index.
+LAZYCCD_INLINE void edges_edges(const LeafScene& scene, const Group& ga, const Live& a,
+                                const Group& gb, const Live& b, bool self, CandidateSink& sink) {
   if (!a.any || !b.any) return;
   CandidateQueue& queue = sink.queues[static_cast<int>(ContactKind::edge_edge)];
   const int a_blocks = ga.blocks(kEdges), b_blocks = gb.blocks(kEdges);
@@ -169,7 +181,8 @@ bool visit(const LeafScene& scene, std::int32_t a, std::int32_t b, CandidateSink
 }
 
 template <ContactKind kind>
-int filter_kind(const LeafScene& scene, const Candidate* candidates, int count, Survivor* survivors) {
+int filter_kind(const LeafScene& scene, const Candidate* candidates, int count,
+                Survivor* survivors) {
   int found = 0;
   for (int begin = 0; begin < count; begin += FloatLanes::lanes) {
     Candidate padded[FloatLanes::lanes];
@@ -211,7 +224,14 @@ int filter(const LeafScene& scene, ContactKind kind, const Candidate* candidates
 }  // namespace
 
 extern const LeafKernels kernels;
-const LeafKernels kernels{LAZYCCD_NAME(LAZYCCD_ISA), box_vertices, box_groups, visit, filter, near_at_start, within, describe};
+const LeafKernels kernels{LAZYCCD_NAME(LAZYCCD_ISA),
+                          box_vertices,
+                          box_groups,
+                          visit,
+                          filter,
+                          near_at_start,
+                          within,
+                          describe};
 
 }  // namespace LAZYCCD_ISA
 }  // namespace lazyccd

@@ -11,17 +11,18 @@ LAZYCCD_INLINE FloatLanes size_of(const Vec3<FloatLanes>& a) {
   return lane_abs(a.x) + lane_abs(a.y) + lane_abs(a.z);
 }
 
-// How far the corners of one primitive are from those of the other along an axis, at least, times
-// the length of the axis.
+// Returns the smallest distance of the corners of one primitive from those of the other along an
+// axis, times the length of the axis.
 template <ContactKind kind>
-LAZYCCD_INLINE FloatLanes least_along(const Vec3<FloatLanes>& axis, const Vec3<FloatLanes>& e1, const Vec3<FloatLanes>& e2,
-                                const Vec3<FloatLanes>& r) {
+LAZYCCD_INLINE FloatLanes least_along(const Vec3<FloatLanes>& axis, const Vec3<FloatLanes>& e1,
+                                      const Vec3<FloatLanes>& e2, const Vec3<FloatLanes>& r) {
   const FloatLanes zero(0.0f), at = dot(axis, r), along1 = dot(axis, e1), along2 = dot(axis, e2);
   return kind == ContactKind::vertex_face ? lane_min(at, lane_min(at - along1, at - along2))
                                           : at - lane_max(zero, along1) + lane_min(zero, along2);
 }
 
-// Appends those that are chosen; writes up to FloatLanes::lanes beyond them.
+// Appends the chosen pairs and returns the new count. Writes up to FloatLanes::lanes elements
+// beyond the count.
 LAZYCCD_INLINE int append(const Candidate* pairs, unsigned chosen, Candidate* to, int count) {
 #if defined(__AVX512F__)
   for (int half = 0; half < 2; ++half) {
@@ -39,9 +40,13 @@ LAZYCCD_INLINE int append(const Candidate* pairs, unsigned chosen, Candidate* to
   return count;
 }
 
-LAZYCCD_INLINE FloatLanes rounding(const FloatLanes& reach) { return FloatLanes(32 * Roundoff<float>::u) * reach; }
+// Bound of the rounding error of a distance that is computed from components with the sum
+// `magnitude`.
+LAZYCCD_INLINE FloatLanes rounding(const FloatLanes& magnitude) {
+  return FloatLanes(32 * Roundoff<float>::u) * magnitude;
+}
 
-// The gap between points of two primitives where the step begins.
+// The gap between two points of two primitives at the start of the step.
 struct Gap {
   Vec3<FloatLanes> vector;
   FloatLanes squared, length;
@@ -49,71 +54,74 @@ struct Gap {
   explicit LAZYCCD_INLINE Gap(const Vec3<FloatLanes>& v)
       : vector(v), squared(dot(v, v)), length(lane_sqrt(squared)) {}
 
-  // How far apart the primitives are along it, certainly, where they differ so.
+  // Returns a lower bound of the distance of the primitives with the differences d, measured along
+  // the gap; at least zero.
   template <ContactKind kind>
-  LAZYCCD_INLINE FloatLanes apart(const DifferencesAt<FloatLanes>& d) const {
-    const FloatLanes zero(0.0f), reach = size_of(d.e1) + size_of(d.e2) + size_of(d.r);
+  LAZYCCD_INLINE FloatLanes min_distance(const DifferencesAt<FloatLanes>& d) const {
+    const FloatLanes zero(0.0f), magnitude = size_of(d.e1) + size_of(d.e2) + size_of(d.r);
     const FloatLanes least = least_along<kind>(vector, d.e1, d.e2, d.r);
     return select(squared > FloatLanes(Roundoff<float>::tiny),
-                  lane_max(zero, least / length - rounding(reach)), zero);
+                  lane_max(zero, least / length - rounding(magnitude)), zero);
   }
 };
 
-// What is not near where the step begins, on its way to a look at the end.
-class Others {
+// Candidates that are not certainly near at the start of the step and wait for the test at its end.
+class EndTests {
  public:
   int count() const { return count_; }
 
   LAZYCCD_INLINE void add(const Candidate* pairs, unsigned chosen, const Gap& gap,
-                          const FloatLanes& apart) {
+                          const FloatLanes& min_distance) {
     store_chosen(gap.vector.x, chosen, x_ + count_);
     store_chosen(gap.vector.y, chosen, y_ + count_);
     store_chosen(gap.vector.z, chosen, z_ + count_);
-    store_chosen(apart, chosen, apart_ + count_);
+    store_chosen(min_distance, chosen, min_distance_ + count_);
     count_ = append(pairs, chosen, pairs_, count_);
   }
 
-  // Splits the first ones, no more than there are lanes.
+  // Splits the first candidates, at most as many as there are lanes, into far and undecided ones.
   template <ContactKind kind>
   LAZYCCD_INLINE void split(const LeafScene& scene, NearSplit& split) {
     const int used = count_ < FloatLanes::lanes ? count_ : FloatLanes::lanes;
     for (int i = used; i < FloatLanes::lanes; ++i) pairs_[i] = pairs_[0];
     const FloatLanes beyond(scene.certainly_beyond);
     const Gap gap({FloatLanes::load(x_), FloatLanes::load(y_), FloatLanes::load(z_)});
-    const FloatLanes at_end = gap.apart<kind>(gather_at<kind, 1>(scene, pairs_));
-    const unsigned away = ((FloatLanes::load(apart_) > beyond) & (at_end > beyond)).bits();
+    const FloatLanes at_end = gap.min_distance<kind>(gather_at<kind, 1>(scene, pairs_));
+    const unsigned far = ((FloatLanes::load(min_distance_) > beyond) & (at_end > beyond)).bits();
     for (int i = 0; i < used; ++i) {
-      const bool is_away = away >> i & 1;
-      split.away[split.away_count] = pairs_[i];
-      split.away_apart[split.away_count] = apart_[i];
-      split.open[split.open_count] = {pairs_[i], 0, false, apart_[i]};
-      split.away_count += is_away;
-      split.open_count += !is_away;
+      const bool is_far = far >> i & 1;
+      split.far[split.far_count] = pairs_[i];
+      split.far_min_distance[split.far_count] = min_distance_[i];
+      split.undecided[split.undecided_count] = {pairs_[i], 0, false, min_distance_[i]};
+      split.far_count += is_far;
+      split.undecided_count += !is_far;
     }
     count_ -= used;
     for (int i = 0; i < count_; ++i) {
       pairs_[i] = pairs_[used + i];
-      for (float* const lanes : {x_, y_, z_, apart_}) lanes[i] = lanes[used + i];
+      for (float* const lanes : {x_, y_, z_, min_distance_}) lanes[i] = lanes[used + i];
     }
   }
 
  private:
-  static constexpr int capacity = 2 * FloatLanes::lanes;  // less than a pack, and another one written
+  // Less than a pack is waiting when another whole pack is written.
+  static constexpr int capacity = 2 * FloatLanes::lanes;
   int count_ = 0;
-  alignas(64) float x_[capacity], y_[capacity], z_[capacity], apart_[capacity];
+  alignas(64) float x_[capacity], y_[capacity], z_[capacity], min_distance_[capacity];
   Candidate pairs_[capacity];
 };
 
-// Of the differences, times scale, each component is off by one rounding; of the gap between the
-// points that were found, by less than 8 roundings of `reach`, the sum of their components. That
-// the points are the closest ones is not relied on: any two tell how far the primitives are at
-// most, and any axis how far at least, and all the time if at both ends.
+// Splits candidates. Error bounds: each component of the scaled differences is off by one rounding.
+// Each component of the gap between the points found is off by less than 8 roundings of
+// `magnitude`, the sum of the components. The result does not rely on the points being the closest
+// ones. Any two points give an upper bound of the distance, and any axis gives a lower bound. A
+// lower bound along one axis at both ends of the step holds during the whole step.
 template <ContactKind kind>
 void near_kind(const LeafScene& scene, const Candidate* candidates, int count, NearSplit& split) {
   const FloatLanes zero(0.0f), tiny(Roundoff<float>::tiny);
   FloatLanes nearest(__builtin_inff());
-  Others others;
-  split.near_count = split.own_count = split.away_count = split.open_count = 0;
+  EndTests end_tests;
+  split.near_count = split.kept_count = split.far_count = split.undecided_count = 0;
   for (int begin = 0; begin < count; begin += FloatLanes::lanes) {
     Candidate pair[FloatLanes::lanes];
     const int left = count - begin < FloatLanes::lanes ? count - begin : FloatLanes::lanes;
@@ -122,12 +130,13 @@ void near_kind(const LeafScene& scene, const Candidate* candidates, int count, N
     const DifferencesAt<FloatLanes> d = gather_at<kind, 0>(scene, pair);
     const ClosestPoints<FloatLanes> points = closest_points<kind>(d.e1, d.e2, d.r);
     const Gap gap(points.gap);
-    const FloatLanes size1 = size_of(d.e1), size2 = size_of(d.e2), reach = size1 + size2 + size_of(d.r);
+    const FloatLanes size1 = size_of(d.e1), size2 = size_of(d.e2),
+                     magnitude = size1 + size2 + size_of(d.r);
     const auto certainly_within = [&](const FloatLanes& distance) {
       return (distance > zero) & (gap.squared + tiny < distance * distance);
     };
-    const FloatLanes within = FloatLanes(scene.certain_separation) - rounding(reach);
-    const FloatLanes apart = gap.apart<kind>(d);
+    const FloatLanes within = FloatLanes(scene.certain_separation) - rounding(magnitude);
+    const FloatLanes min_distance = gap.min_distance<kind>(d);
 
     unsigned is_redundant = 0;
     if (scene.first_faces.of) {
@@ -145,28 +154,30 @@ void near_kind(const LeafScene& scene, const Candidate* candidates, int count, N
       }
     }
     alignas(64) float gaps[FloatLanes::lanes];
-    apart.store(gaps);
+    min_distance.store(gaps);
     if (!scene.single_first) {
       for (int i = 0; i < left; ++i)
-        split.open[split.open_count++] = {pair[i], 0, (is_redundant >> i & 1) != 0, gaps[i]};
+        split.undecided[split.undecided_count++] = {pair[i], 0, (is_redundant >> i & 1) != 0,
+                                                    gaps[i]};
       continue;
     }
     const Mask near = certainly_within(within);
     const unsigned near_bits = near.bits() & used;
-    nearest = lane_min(nearest, select(near, apart, nearest));
+    nearest = lane_min(nearest, select(near, min_distance, nearest));
     split.near_count = append(pair, near_bits, split.near, split.near_count);
-    for (unsigned own = near_bits & ~is_redundant; own; own &= own - 1) {
-      const int i = __builtin_ctz(own);
-      split.own[split.own_count++] = {pair[i], 0, false, gaps[i]};
+    for (unsigned kept = near_bits & ~is_redundant; kept; kept &= kept - 1) {
+      const int i = __builtin_ctz(kept);
+      split.kept[split.kept_count++] = {pair[i], 0, false, gaps[i]};
     }
-    others.add(pair, used & ~near_bits, gap, apart);
-    if (others.count() >= FloatLanes::lanes) others.split<kind>(scene, split);
+    end_tests.add(pair, used & ~near_bits, gap, min_distance);
+    if (end_tests.count() >= FloatLanes::lanes) end_tests.split<kind>(scene, split);
   }
-  while (others.count() > 0) others.split<kind>(scene, split);
+  while (end_tests.count() > 0) end_tests.split<kind>(scene, split);
   alignas(64) float lanes[FloatLanes::lanes];
   nearest.store(lanes);
-  split.apart = lanes[0];
-  for (const float lane : lanes) split.apart = lane < split.apart ? lane : split.apart;
+  split.min_distance = lanes[0];
+  for (const float lane : lanes)
+    split.min_distance = lane < split.min_distance ? lane : split.min_distance;
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// What single precision tells of a minimum separation.
+// Split of candidates by their distance, in single precision.
 #pragma once
 
 #include "cpu/isa/float_lanes.h"
@@ -7,7 +7,7 @@
 namespace lazyccd {
 namespace LAZYCCD_ISA {
 
-// As LeafKernels::near_at_start.
+/// As LeafKernels::near_at_start.
 void near_at_start(const LeafScene& scene, ContactKind kind, const Candidate* candidates, int count,
                    NearSplit& split);
 

@@ -1,4 +1,4 @@
-// The vertex records behind a candidate, read a whole record at once.
+// Access to the vertex records of a candidate. A record is read as one vector.
 #pragma once
 
 #include "cpu/isa/float_lanes.h"
@@ -7,17 +7,17 @@
 namespace lazyccd {
 namespace LAZYCCD_ISA {
 
-// A record's eight doubles.
+// The eight doubles of a record.
 typedef double Double8 __attribute__((vector_size(64), aligned(64)));
 
-// Half of one: a position and what comes after it.
+// Half of a record: a position and the number after it.
 typedef double Double4 __attribute__((vector_size(32), aligned(8)));
 
 LAZYCCD_INLINE const Double8* records_of(const LeafScene& scene) {
   return reinterpret_cast<const Double8*>(scene.records);
 }
 
-// Points of a candidate that its differences are taken between: see core/elementary.h.
+// The vertices between which the differences of a candidate are taken: see core/elementary.h.
 struct Ends {
   std::int32_t e1[2], e2[2], r[2];  // from, to
 };

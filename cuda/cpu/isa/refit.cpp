@@ -10,33 +10,35 @@ namespace {
 typedef std::int32_t Int8 __attribute__((vector_size(32), aligned(32)));
 typedef std::uint32_t UInt8 __attribute__((vector_size(32), aligned(32)));
 
-// Beyond the range of float its largest number stands in: no two sides change their order, and only
-// those of unused lanes are infinite.
+// Numbers beyond the range of float are replaced by its largest number. So no two sides change
+// their order, and only the sides of unused lanes are infinite.
 constexpr float kLargest = 0x1.fffffep127f;
 
-// Between the bits of floats and their order, which differs by the sign.
+// Converts between the bits of floats and integers in the same order. They differ for negative
+// floats.
 LAZYCCD_INLINE Int8 ordered(Int8 bits) {
   return bits < 0 ? reinterpret_cast<Int8>(0x80000000u - reinterpret_cast<UInt8>(bits)) : bits;
 }
 
-// The float below where `below` is -1, the one two below where it is -2, and so on.
-LAZYCCD_INLINE Float8 stepped_down(Float8 x, Int8 below) {
+// Returns the float -steps places below x: the next lower float for -1, the second lower for -2.
+LAZYCCD_INLINE Float8 stepped_down(Float8 x, Int8 steps) {
   const Float8 lower =
-      reinterpret_cast<Float8>(ordered(ordered(reinterpret_cast<Int8>(x)) + below));
+      reinterpret_cast<Float8>(ordered(ordered(reinterpret_cast<Int8>(x)) + steps));
   return lower < -kLargest ? Float8{} - kLargest : lower;
 }
 
-// At most x; where `outwards` is -1, the number below that.
+// Returns the largest float that is at most x. If `outwards` is -1, returns the float below that
+// one.
 LAZYCCD_INLINE Float8 rounded_down(Double8 x, int outwards) {
-  const Double8 most = Double8{} + static_cast<double>(kLargest);
-  x = x > most ? most : x;
-  x = x < -most ? -most : x;
+  const Double8 largest = Double8{} + static_cast<double>(kLargest);
+  x = x > largest ? largest : x;
+  x = x < -largest ? -largest : x;
   const Float8 nearest = __builtin_convertvector(x, Float8);
   const Int8 above = __builtin_convertvector(__builtin_convertvector(nearest, Double8) > x, Int8);
   return stepped_down(nearest, above + outwards);
 }
 
-// The two halves of a VertexBox: lower sides, negated, and upper ones.
+// The two halves of a VertexBox: the negated lower sides, and the upper sides.
 struct Sides {
   Float8 of[2];
 
@@ -48,7 +50,7 @@ struct Sides {
   }
 };
 
-// The boxes in a block of primitives with so many vertices; widens that of all.
+// Computes the boxes in a block of primitives with `corners` vertices each. Widens `all` by them.
 template <int corners>
 LAZYCCD_INLINE void box_block(const VertexBox* vertices, Block& block, Sides& all) {
   for (int first = 0; first < kBlockLanes; first += FloatLanes::lanes) {
@@ -76,7 +78,7 @@ LAZYCCD_INLINE void box_block(const VertexBox* vertices, Block& block, Sides& al
 void box_vertices(const double* records, double scale, double margin, std::size_t first,
                   std::size_t last, VertexBox* boxes) {
   const Double8* x = reinterpret_cast<const Double8*>(records);
-  // One number of float further out makes up for the rounding of x - margin in double.
+  // One float further outward covers the rounding of x - margin in double.
   const int outwards = margin > 0 ? -1 : 0;
   for (std::size_t v = first; v < last; ++v) {
     Float8* sides = reinterpret_cast<Float8*>(boxes[v].side);

@@ -1,4 +1,4 @@
-// Boxes of the primitives for new positions.
+// Computation of the boxes of vertices, primitives and groups.
 #pragma once
 
 #include "cpu/isa/float_lanes.h"
@@ -7,7 +7,7 @@
 namespace lazyccd {
 namespace LAZYCCD_ISA {
 
-// As in LeafKernels.
+/// As in LeafKernels.
 void box_vertices(const double* records, double scale, double margin, std::size_t first,
                   std::size_t last, VertexBox* boxes);
 void box_groups(const VertexBox* vertices, const Group* groups, std::size_t first, std::size_t last,

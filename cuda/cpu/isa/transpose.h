@@ -1,4 +1,4 @@
-// Rows, one a lane, turned into packs, one a column.
+// Transposes rows, one per lane, into packs, one per column.
 #pragma once
 
 #include "core/vec.h"
@@ -11,11 +11,12 @@ namespace LAZYCCD_ISA {
 
 typedef float Float8 __attribute__((vector_size(32), aligned(32)));
 
-constexpr int kColumns = 6;  // of the eight of a row
+constexpr int kColumns = 6;  // columns used, of the eight of a row
 
 #if defined(__AVX512F__)
 
-LAZYCCD_INLINE void transpose(const Float8 (&rows)[FloatLanes::lanes], FloatLanes (&columns)[kColumns]) {
+LAZYCCD_INLINE void transpose(const Float8 (&rows)[FloatLanes::lanes],
+                              FloatLanes (&columns)[kColumns]) {
   // Rows i and i + 8 side by side; then 4 x 4 within each quarter of a register.
   __m512 pairs[8], mixed[8], quads[8];
   for (int i = 0; i < 8; ++i) {
@@ -43,7 +44,8 @@ LAZYCCD_INLINE void transpose(const Float8 (&rows)[FloatLanes::lanes], FloatLane
 
 #elif defined(__AVX2__)
 
-LAZYCCD_INLINE void transpose(const Float8 (&rows)[FloatLanes::lanes], FloatLanes (&columns)[kColumns]) {
+LAZYCCD_INLINE void transpose(const Float8 (&rows)[FloatLanes::lanes],
+                              FloatLanes (&columns)[kColumns]) {
   __m256 mixed[8], quads[8];
   for (int i = 0; i < 8; i += 2) {
     const __m256 a = reinterpret_cast<const __m256&>(rows[i]);
@@ -65,7 +67,8 @@ LAZYCCD_INLINE void transpose(const Float8 (&rows)[FloatLanes::lanes], FloatLane
 
 #else
 
-LAZYCCD_INLINE void transpose(const Float8 (&rows)[FloatLanes::lanes], FloatLanes (&columns)[kColumns]) {
+LAZYCCD_INLINE void transpose(const Float8 (&rows)[FloatLanes::lanes],
+                              FloatLanes (&columns)[kColumns]) {
   for (int k = 0; k < kColumns; ++k) {
     alignas(16) float lanes[FloatLanes::lanes];
     for (int i = 0; i < FloatLanes::lanes; ++i) lanes[i] = rows[i][k];
@@ -75,10 +78,11 @@ LAZYCCD_INLINE void transpose(const Float8 (&rows)[FloatLanes::lanes], FloatLane
 
 #endif
 
-// Of records of doubles.
+// Transposes records of doubles.
 #if defined(__AVX512F__)
 
-LAZYCCD_INLINE void transpose(const Double8 (&rows)[DoubleLanes::lanes], DoubleLanes (&columns)[kColumns]) {
+LAZYCCD_INLINE void transpose(const Double8 (&rows)[DoubleLanes::lanes],
+                              DoubleLanes (&columns)[kColumns]) {
   // 2 x 2 within each pair of rows, then the quarters of the registers.
   __m512d even[4], odd[4];  // columns 0 2 4 6 and 1 3 5 7, two rows at a time
   for (int i = 0; i < 4; ++i) {
@@ -101,7 +105,8 @@ LAZYCCD_INLINE void transpose(const Double8 (&rows)[DoubleLanes::lanes], DoubleL
 
 #elif defined(__AVX2__)
 
-LAZYCCD_INLINE void transpose(const Double8 (&rows)[DoubleLanes::lanes], DoubleLanes (&columns)[kColumns]) {
+LAZYCCD_INLINE void transpose(const Double8 (&rows)[DoubleLanes::lanes],
+                              DoubleLanes (&columns)[kColumns]) {
   for (int half = 0; half < 2; ++half) {
     __m256d row[4];
     for (int i = 0; i < 4; ++i)
@@ -118,14 +123,15 @@ LAZYCCD_INLINE void transpose(const Double8 (&rows)[DoubleLanes::lanes], DoubleL
 
 #else
 
-LAZYCCD_INLINE void transpose(const Double8 (&rows)[DoubleLanes::lanes], DoubleLanes (&columns)[kColumns]) {
+LAZYCCD_INLINE void transpose(const Double8 (&rows)[DoubleLanes::lanes],
+                              DoubleLanes (&columns)[kColumns]) {
   for (int k = 0; k < kColumns; ++k) columns[k] = Double2{rows[0][k], rows[1][k]};
 }
 
 #endif
 
-// Differences of positions, four floats a lane, in the quarters of a register: `lane`, the fourth
-// after it, and so on. position(lane, which) are four doubles.
+// Differences of positions in the quarters of a register, four floats per lane: first `lane`, then
+// lane + 4, and so on. position(lane, which) returns four doubles.
 #if defined(__AVX2__)
 
 template <class Position>
@@ -150,7 +156,7 @@ LAZYCCD_INLINE Quarters quarters_of(const Position& position, int lane, double s
                             reinterpret_cast<const __m256&>(high), 1);
 }
 
-// The first three columns of what quarters_of() gives for the lanes 0 to 3.
+// Returns the first three columns of the results of quarters_of() for the lanes 0 to 3.
 LAZYCCD_INLINE Vec3<FloatLanes> columns_of(const Quarters (&rows)[4]) {
   const __m512 ab = _mm512_unpacklo_ps(rows[0], rows[1]), cd = _mm512_unpacklo_ps(rows[2], rows[3]),
                ab_high = _mm512_unpackhi_ps(rows[0], rows[1]),

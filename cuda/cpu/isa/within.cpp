@@ -9,6 +9,7 @@ namespace lazyccd {
 namespace LAZYCCD_ISA {
 namespace {
 
+// Gathers the positions of a pack of candidates, four vertices each.
 template <ContactKind kind>
 LAZYCCD_INLINE CoordinatesOf<DoubleLanes> gather(const LeafScene& scene, const Candidate* c) {
   alignas(64) Double8 rows[4][DoubleLanes::lanes];
@@ -30,7 +31,7 @@ LAZYCCD_INLINE CoordinatesOf<DoubleLanes> gather(const LeafScene& scene, const C
   return q;
 }
 
-// Up to as many candidates as there are lanes; what is missing repeats the first.
+// At most as many candidates as there are lanes. Unused lanes repeat the first candidate.
 struct Batch {
   Candidate pair[DoubleLanes::lanes];
   int count;
@@ -46,7 +47,7 @@ struct Batch {
   }
 };
 
-// What is on its way, by index of the approach.
+// The searches that have not ended: the index of each approach, and the state of its search.
 struct Searches {
   int count;
   std::int16_t of[CandidateQueue::capacity];
@@ -64,11 +65,13 @@ struct Searches {
     }
   }
   LAZYCCD_INLINE Search<DoubleLanes> load(int at) const {
-    return {DoubleLanes::load(t + at), DoubleLanes::load(ahead + at), DoubleLanes::load(trust + at)};
+    return {DoubleLanes::load(t + at), DoubleLanes::load(ahead + at),
+            DoubleLanes::load(trust + at)};
   }
 };
 
-// What a backend may cull with wider margins.
+// The culling tests of core/separation.h. A backend may have culled the same pairs with wider
+// margins.
 template <ContactKind kind>
 LAZYCCD_INLINE WideMask culled(const LeafScene& scene, const CoordinatesOf<DoubleLanes>& q,
                                const Differences<DoubleLanes>& d, const Magnitudes<DoubleLanes>& m,
@@ -78,21 +81,22 @@ LAZYCCD_INLINE WideMask culled(const LeafScene& scene, const CoordinatesOf<Doubl
          planes_apart(d, m, h);
 }
 
-// In rounds of a few advances, between which lanes that have ended are filled again.
+// Searches in rounds of a few advances. Between rounds, the lanes of searches that have ended are
+// filled with others.
 template <ContactKind kind>
 int within_kind(const LeafScene& scene, Approach* found, int count) {
   const DoubleLanes h(scene.separation * scene.scale);
-  constexpr int round = 4;
-  constexpr double missed = 2;
-  Searches open(count);
-  for (int advances = 0; open.count > 0 && advances < kMaxAdvances; advances += round) {
-    int still_open = 0;
-    for (int begin = 0; begin < open.count; begin += DoubleLanes::lanes) {
-      const Batch batch(begin, open.count, [&](int i) { return found[open.of[i]]; });
+  constexpr int round = 4;      // advances
+  constexpr double missed = 2;  // marks an approach that is no hit
+  Searches searches(count);
+  for (int advances = 0; searches.count > 0 && advances < kMaxAdvances; advances += round) {
+    int remaining = 0;
+    for (int begin = 0; begin < searches.count; begin += DoubleLanes::lanes) {
+      const Batch batch(begin, searches.count, [&](int i) { return found[searches.of[i]]; });
       const CoordinatesOf<DoubleLanes> q = gather<kind>(scene, batch.pair);
       const Differences<DoubleLanes> d = differences<kind>(q, scene.scale);
       const Magnitudes<DoubleLanes> m = magnitudes(d);
-      Search<DoubleLanes> search = open.load(begin);
+      Search<DoubleLanes> search = searches.load(begin);
       const WideMask used = batch.used();
       WideMask misses = advances == 0 ? culled<kind>(scene, q, d, m, h) : used & !used;
       WideMask going = used & !misses;
@@ -105,22 +109,23 @@ int within_kind(const LeafScene& scene, Approach* found, int count) {
         search.ahead = select(going, next.ahead, search.ahead);
         search.trust = select(going, next.trust, search.trust);
       }
-      alignas(64) double t[DoubleLanes::lanes], ahead[DoubleLanes::lanes], trust[DoubleLanes::lanes];
+      alignas(64) double t[DoubleLanes::lanes], ahead[DoubleLanes::lanes],
+          trust[DoubleLanes::lanes];
       select(misses, DoubleLanes(missed), search.t).store(t);
       search.ahead.store(ahead);
       search.trust.store(trust);
-      const unsigned goes_on = going.bits();
+      const unsigned continues = going.bits();
       for (int i = 0; i < batch.count; ++i) {
-        const std::int16_t at = open.of[begin + i];
+        const std::int16_t at = searches.of[begin + i];
         found[at].t = t[i];
-        open.of[still_open] = at;
-        open.t[still_open] = t[i];
-        open.ahead[still_open] = ahead[i];
-        open.trust[still_open] = trust[i];
-        still_open += static_cast<int>(goes_on >> i & 1);
+        searches.of[remaining] = at;
+        searches.t[remaining] = t[i];
+        searches.ahead[remaining] = ahead[i];
+        searches.trust[remaining] = trust[i];
+        remaining += static_cast<int>(continues >> i & 1);
       }
     }
-    open.count = still_open;
+    searches.count = remaining;
   }
 
   int hits = 0;
@@ -130,14 +135,16 @@ int within_kind(const LeafScene& scene, Approach* found, int count) {
 }
 
 template <ContactKind kind>
-void describe_kind(const LeafScene& scene, const Approach* approaches, int count, Place* places) {
+void describe_kind(const LeafScene& scene, const Approach* approaches, int count,
+                   ContactPlace* places) {
   for (int begin = 0; begin < count; begin += DoubleLanes::lanes) {
     const Batch batch(begin, count, [&](int i) { return approaches[i]; });
     alignas(64) double toi[DoubleLanes::lanes] = {};
     for (int i = 0; i < batch.count; ++i)
       toi[i] = static_cast<double>(approach_tick(approaches[begin + i].t)) * kTick;
     const Differences<DoubleLanes> d = differences<kind>(gather<kind>(scene, batch.pair), 1.0);
-    const ContactPoint<DoubleLanes> point = contact_point<kind>(in_unit_scale(d), DoubleLanes::load(toi), true);
+    const ContactPoint<DoubleLanes> point =
+        contact_point<kind>(in_unit_scale(d), DoubleLanes::load(toi), true);
     const DoubleLanes values[] = {point.u, point.v, point.normal.x, point.normal.y, point.normal.z};
     alignas(64) double lanes[5][DoubleLanes::lanes];
     for (int k = 0; k < 5; ++k) values[k].store(lanes[k]);
@@ -151,7 +158,7 @@ void describe_kind(const LeafScene& scene, const Approach* approaches, int count
 }  // namespace
 
 void describe(const LeafScene& scene, ContactKind kind, const Approach* approaches, int count,
-              Place* places) {
+              ContactPlace* places) {
   return kind == ContactKind::vertex_face
              ? describe_kind<ContactKind::vertex_face>(scene, approaches, count, places)
              : describe_kind<ContactKind::edge_edge>(scene, approaches, count, places);

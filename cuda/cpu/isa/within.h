@@ -1,4 +1,4 @@
-// Minimum separation in lanes of double.
+// Tests for a minimum separation, and the description of contacts, in lanes of double.
 #pragma once
 
 #include "cpu/isa/float_lanes.h"
@@ -7,12 +7,12 @@
 namespace lazyccd {
 namespace LAZYCCD_ISA {
 
-// As LeafKernels::within.
+/// As LeafKernels::within.
 int within(const LeafScene& scene, ContactKind kind, Approach* approaches, int count);
 
-// As LeafKernels::describe.
+/// As LeafKernels::describe.
 void describe(const LeafScene& scene, ContactKind kind, const Approach* approaches, int count,
-              Place* places);
+              ContactPlace* places);
 
 }  // namespace LAZYCCD_ISA
 }  // namespace lazyccd

@@ -8,16 +8,17 @@
 
 namespace lazyccd {
 
-// Least significant digit first; digits of equal width, as few as there can be.
+// Sorts by the least significant digit first. All digits have the same width, and there are as few
+// of them as possible.
 void ContactSort::radix_sort() {
-  constexpr int widest = 12;
-  const int bits = key_.bits(), passes = (bits + widest - 1) / widest;
+  constexpr int max_digit = 12;  // bits
+  const int bits = key_.bits(), passes = (bits + max_digit - 1) / max_digit;
   if (passes == 0) return;
   const int digit = (bits + passes - 1) / passes;
   const std::uint64_t mask = (std::uint64_t{1} << digit) - 1;
   other_.resize(items_.size());
   for (int shift = 0; shift < bits; shift += digit) {
-    std::array<std::uint32_t, (1 << widest) + 1> begin;
+    std::array<std::uint32_t, (1 << max_digit) + 1> begin;
     std::fill_n(begin.begin(), mask + 2, 0);
     for (const Item& item : items_) ++begin[(item.key >> shift & mask) + 1];
     for (std::size_t i = 1; i <= mask; ++i) begin[i] += begin[i - 1];
@@ -35,8 +36,8 @@ std::uint64_t ContactSort::operator()(const std::vector<ContactPart>& parts, Thr
   Item* item = items_.data();
   for (const ContactPart& part : parts)
     for (std::size_t i = 0; i < part.keys.size(); ++i) *item++ = {part.keys[i], &part.contacts[i]};
-  constexpr std::size_t few = 512;  // before the counts of a pass pay
-  if (fits && items_.size() < few) {
+  constexpr std::size_t min_for_radix = 512;  // for fewer, the histograms cost more than they save
+  if (fits && items_.size() < min_for_radix) {
     std::sort(items_.begin(), items_.end(),
               [](const Item& a, const Item& b) { return a.key < b.key; });
   } else if (fits) {
@@ -53,12 +54,12 @@ std::uint64_t ContactSort::operator()(const std::vector<ContactPart>& parts, Thr
       out[i] = *items_[i].contact;
       sum += hash_share(*items_[i].contact);
     }
-    hash.fetch_add(sum, std::memory_order_relaxed);  // read after the job's end
+    hash.fetch_add(sum, std::memory_order_relaxed);  // Relaxed: read after the end of the job.
   });
   return hash.load(std::memory_order_relaxed);
 }
 
-// From the back, so that what comes before all others stays where it is.
+// Merges from the back, so that contacts before the first inserted one stay in place.
 void merge(Span<const Contact> more, std::vector<Contact>& sorted) {
   std::size_t i = sorted.size(), j = more.size();
   sorted.resize(i + j);

@@ -12,18 +12,17 @@
 
 namespace lazyccd {
 
-// What one worker found.
+/// The contacts that one worker found, with their sort keys.
 struct ContactPart {
   Span<const Contact> contacts;
-  Span<const std::uint64_t> keys;  // of these
+  Span<const std::uint64_t> keys;  // of the contacts
 };
 
-// Buffers persist between steps.
+/// Sorts contacts by operator< of Contact. Keeps its buffers between steps.
 class ContactSort {
  public:
   explicit ContactSort(const Mesh& mesh) : key_(mesh.contact_key()) {}
-  // Copies the contacts of all parts into `out`, sorted by operator< of Contact; returns their
-  // hash.
+  /// Copies the contacts of all parts into `out`, sorted, and returns their hash.
   std::uint64_t operator()(const std::vector<ContactPart>& parts, ThreadPool& pool,
                            std::vector<Contact>& out);
   std::size_t bytes() const { return (items_.capacity() + other_.capacity()) * sizeof(Item); }
@@ -39,7 +38,7 @@ class ContactSort {
   std::vector<Item> items_, other_;
 };
 
-// Adds contacts to others; both are sorted.
+/// Inserts the contacts `more` into `sorted`. Both must be sorted; the result is.
 void merge(Span<const Contact> more, std::vector<Contact>& sorted);
 
 }  // namespace lazyccd

@@ -1,3 +1,4 @@
+// The public single tests of lazyccd/query.h.
 #include <cmath>
 
 #include "core/separation.h"

@@ -23,7 +23,7 @@ Vector cross(const Vector& a, const Vector& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
-// Odd mantissa times 2^exponent; zero has mantissa 0.
+// A double as mantissa times 2^exponent. The mantissa is odd, or 0 for zero.
 struct Dyadic {
   explicit Dyadic(double x)
       : mantissa(static_cast<std::int64_t>(std::ldexp(std::frexp(x, &exponent), 53))) {
@@ -37,8 +37,9 @@ struct Dyadic {
   std::int64_t mantissa;
 };
 
-// The points on an integer grid. Contact survives any invertible linear map, so each axis has the
-// coarsest grid that holds it.
+// The points of a query on an integer grid. An invertible linear map does not change whether and
+// when primitives touch. So each axis has its own grid: the coarsest one that represents all
+// coordinates.
 class Motion {
  public:
   explicit Motion(const QueryPoints& points) {
@@ -56,7 +57,7 @@ class Motion {
     }
   }
 
-  // The way from point i to point j over the step.
+  // Returns the vector from point i to point j, linear in time.
   Vector operator()(std::size_t i, std::size_t j) const {
     Vector v;
     for (std::size_t axis = 0; axis < 3; ++axis)
@@ -68,12 +69,13 @@ class Motion {
   std::array<std::array<Integer, 3>, 8> x_;
 };
 
-// Point p lies on the closed segment ab, of any length, where (p-a) x (p-b) = 0 and
-// (p-a) . (p-b) <= 0: {three components of the first, then the second}.
+// Condition that point p lies on the closed segment ab, of any length: (p-a) x (p-b) = 0 and
+// (p-a) . (p-b) <= 0. Holds the three components of the cross product, then the dot product.
 using PointOnSegment = std::array<Polynomial, 4>;
 
-// Those that may be.
-std::vector<PointOnSegment> point_segment_contacts(ContactKind kind, const Motion& way) {
+// Returns the conditions that may hold at some time: face vertex against sides, or end of one edge
+// against the other edge. Leaves out those with (p-a) . (p-b) > 0 during the whole step.
+std::vector<PointOnSegment> point_segment_contacts(ContactKind kind, const Motion& difference) {
   using Triple = std::array<std::size_t, 3>;
   const std::vector<Triple> triples =
       kind == ContactKind::vertex_face
@@ -81,7 +83,7 @@ std::vector<PointOnSegment> point_segment_contacts(ContactKind kind, const Motio
           : std::vector<Triple>{{0, 2, 3}, {1, 2, 3}, {2, 0, 1}, {3, 0, 1}};
   std::vector<PointOnSegment> contacts;
   for (const auto& [p, a, b] : triples) {
-    const Vector ap = way(a, p), bp = way(b, p);
+    const Vector ap = difference(a, p), bp = difference(b, p);
     const Polynomial between = dot(ap, bp);
     if (between.sign_changes() == 0 && between[0].sign() > 0 && between[2].sign() > 0) continue;
     const Vector c = cross(ap, bp);
@@ -96,20 +98,21 @@ bool holds(const PointOnSegment& contact, Instant& t) {
          t.sign(contact[3]) <= 0;
 }
 
-// Where f = 0, r x e2 = u n and so on, so any component of n that is not zero there gives the
-// signs of the barycentric coordinates. Component k of these, times n's sign, must not be negative.
-std::vector<Polynomial> inside_conditions(ContactKind kind, const Motion& way, const Vector& n,
-                                          std::size_t k) {
+// Returns component k of the polynomials that must not be negative, after multiplication by the
+// sign of n[k], if the contact point is inside. At a root of f, r x e2 = u n and so on. So any
+// component of n that is not zero there gives the signs of the barycentric coordinates.
+std::vector<Polynomial> inside_conditions(ContactKind kind, const Motion& difference,
+                                          const Vector& n, std::size_t k) {
   const auto component = [k](const Vector& a, const Vector& b) {
     const std::size_t i = (k + 1) % 3, j = (k + 2) % 3;
     return a[i] * b[j] - a[j] * b[i];
   };
   if (kind == ContactKind::vertex_face) {
-    const Vector e1 = way(1, 2), e2 = way(1, 3), r = way(1, 0);
+    const Vector e1 = difference(1, 2), e2 = difference(1, 3), r = difference(1, 0);
     const Polynomial u = component(r, e2), v = component(e1, r);
     return {u, v, n[k] - u - v};
   }
-  const Vector e1 = way(0, 1), e2 = way(2, 3), r = way(0, 2);
+  const Vector e1 = difference(0, 1), e2 = difference(2, 3), r = difference(0, 2);
   const Polynomial u = component(r, e2), v = component(r, e1);
   return {u, n[k] - u, v, n[k] - v};
 }
@@ -135,28 +138,29 @@ bool decide_kind(const MeshView& mesh, Candidate pair, const Positions& start, c
 
 }  // namespace
 
-// Contact needs the four points in one plane: a root of the cubic f = n.r. At such a time it is
-// there where the inside conditions hold, or, where the normal vanishes (face or edges on one
-// line), where a point lies on a segment: face vertex against sides, or end of one edge against the
-// other.
+// A contact needs the four points in one plane: a root of the cubic f = n.r. At such a time the
+// primitives touch if the inside conditions hold. If the normal vanishes (face or edges on one
+// line), they touch if a point lies on a segment: the vertex on a side, or the end of one edge on
+// the other.
 QueryResult decide_exact(ContactKind kind, const QueryPoints& points) {
-  const Motion way(points);
+  const Motion difference(points);
   const bool is_vf = kind == ContactKind::vertex_face;
-  const Vector n = is_vf ? cross(way(1, 2), way(1, 3)) : cross(way(0, 1), way(2, 3));
-  const Polynomial f = dot(n, is_vf ? way(1, 0) : way(0, 2));
+  const Vector n =
+      is_vf ? cross(difference(1, 2), difference(1, 3)) : cross(difference(0, 1), difference(2, 3));
+  const Polynomial f = dot(n, is_vf ? difference(1, 0) : difference(0, 2));
   if (f.sign_changes() == 0 && !f[0].is_zero() && !f[3].is_zero()) return {};
 
   std::array<std::vector<Polynomial>, 3> inside;
   std::optional<std::vector<PointOnSegment>> on_segment;
   const auto segment_contacts = [&]() -> const std::vector<PointOnSegment>& {
-    if (!on_segment) on_segment = point_segment_contacts(kind, way);
+    if (!on_segment) on_segment = point_segment_contacts(kind, difference);
     return *on_segment;
   };
   const auto touches = [&](Instant& t) {
     for (std::size_t k = 0; k < 3; ++k) {
       const int normal = t.sign(n[k]);
       if (normal == 0) continue;
-      if (inside[k].empty()) inside[k] = inside_conditions(kind, way, n, k);
+      if (inside[k].empty()) inside[k] = inside_conditions(kind, difference, n, k);
       return std::all_of(inside[k].begin(), inside[k].end(),
                          [&](const Polynomial& g) { return t.sign(g) * normal >= 0; });
     }
@@ -169,8 +173,9 @@ QueryResult decide_exact(ContactKind kind, const QueryPoints& points) {
     return t ? hit(t->ticks()) : QueryResult{};
   }
 
-  // In one plane at all times. Later than the start, the first contact is that of a point and a
-  // segment: a point inside a face, or two crossing edges, would have been so a little earlier too.
+  // The points are in one plane at all times. After the start, the first contact is between a point
+  // and a segment: a point inside a face, or two edges that cross, would have touched a little
+  // earlier too.
   Instant start(0, 0);
   if (touches(start)) return hit(0);
   QueryResult first;
@@ -193,7 +198,8 @@ Decision decide_exactly(ContactKind kind, const QueryCoordinates& q) {
     points[4 + i] = {q.end[i].x, q.end[i].y, q.end[i].z};
   }
   const QueryResult result = decide_exact(kind, points);
-  return {result.hit ? Decision::hit : Decision::miss, static_cast<std::int64_t>(result.toi / kTick)};
+  return {result.hit ? Decision::hit : Decision::miss,
+          static_cast<std::int64_t>(result.toi / kTick)};
 }
 
 bool decide_exactly(ContactKind kind, const MeshView& mesh, Candidate pair, const Positions& start,

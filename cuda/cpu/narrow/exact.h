@@ -1,7 +1,7 @@
-// The last stage of the narrow phase: exact integer arithmetic, at any cost.
+// The last stage of the narrow phase: exact decisions with integer arithmetic of any size.
 //
-// The time of impact is floor(2^32 t) / 2^32, if t in [0, 1] is the first time of contact. This is the
-// definition of Contact::toi.
+// The time of impact is floor(2^32 t) / 2^32, where t in [0, 1] is the first time of contact. This
+// is the definition of Contact::toi.
 #pragma once
 
 #include "core/contact_math.h"

@@ -1,5 +1,6 @@
-// The work at a leaf of the traversal, a pair of groups: which primitives can touch, and the filter in
-// lanes. Compiled once for each instruction set (cpu/isa); the results are the same.
+// Interface to the vectorized kernels: boxes, candidates of a pair of groups, filter, and the tests
+// for a minimum separation. Compiled once for each instruction set (cpu/isa); the results are the
+// same.
 #pragma once
 
 #include <array>
@@ -12,8 +13,9 @@
 
 namespace lazyccd {
 
-// What the leaf reads. `records` are the vertices' eight doubles; `scale` brings all differences
-// of positions in the scene to at most 2^6 (core/elementary.h).
+/// Input of the kernels in one step. `records` holds eight doubles per vertex (VertexRecord).
+/// `scale` is a power of two that brings all differences of positions to at most 2^6
+/// (core/elementary.h).
 struct LeafScene {
   const Group* groups;
   const MotionBox* boxes;
@@ -22,17 +24,18 @@ struct LeafScene {
   MeshView mesh;
   double scale;
   bool vertex_face, edge_edge;
-  double separation;        // minimum separation; 0 where contact is touching
-  float certain_separation;  // what single precision takes for less is
-  float certainly_beyond;    // and for more
-  bool single_first;         // rely on it
-  // Where the non-penetration filter counts what it rules out; null: it is off.
+  double separation;         // minimum separation, unscaled; 0: primitives must touch
+  float certain_separation;  // scaled: a distance below it in single precision is within, certainly
+  float certainly_beyond;    // scaled: a distance above it in single precision is beyond, certainly
+  bool single_first;         // use single precision first
+  // Counter of the pairs that the non-penetration filter rules out; null: the filter is off.
   std::int64_t* filtered_noncoplanar;
-  FirstFaces first_faces;  // null where every pair is to stand for itself
+  FirstFaces first_faces;  // first_faces.of is null: report every pair, without reduction
 };
 
-// The box of a vertex at both ends of the step. The lower sides are negated, so that a union is one
-// maximum. Of each eight the last two are of no meaning.
+/// Box of a vertex at both ends of the step. The lower sides are negated, so that a union is one
+/// maximum. The first eight numbers are the lower sides, the last eight the upper sides. The last
+/// two of each eight are unused.
 struct alignas(64) VertexBox {
   float side[16];
 
@@ -40,91 +43,99 @@ struct alignas(64) VertexBox {
   const float* upper(int end) const { return side + 8 + 3 * end; }
 };
 
-// One worker's candidates on their way to the filter.
+/// Candidates of one worker that wait for the filter.
 struct CandidateQueue {
   static constexpr int capacity = 1024;
-  static constexpr int room = 64;  // what one row of a leaf may add without asking
+  // One row of a leaf adds at most this many candidates without checking for space.
+  static constexpr int max_per_row = 64;
   int count = 0;
   Candidate items[capacity];
 };
 
-// Where full queues go.
+/// Two queues of candidates, and a function that empties them.
 struct CandidateSink {
   CandidateQueue queues[2];  // by ContactKind
-  // Makes room in the queue of one kind; called when less than `room` is left.
+  // Frees space in the queue of one kind. Called if fewer than max_per_row places are free.
   void (*drain)(CandidateSink& self, ContactKind kind);
 };
 
-// A candidate that the filter could not rule out: a certain hit in [lo, hi], or undecided.
+/// A candidate that the filter could not rule out: a certain hit at a time in [lo, hi], or
+/// undecided.
 struct Survivor {
   Candidate pair;
   float lo, hi;
   bool hit;
 };
 
-// A candidate that comes as near as the minimum separation, and when.
+/// A candidate whose distance falls to the minimum separation, or may do so.
 struct Approach {
   Candidate pair;
-  double t = 0;             // of the step
-  bool is_redundant = false;  // where the step begins: see core/contact_reduction.h
-  float apart = 0;          // there, certainly, times scale
+  double t = 0;               // time at which the distance does, in [0, 1] of the step
+  bool is_redundant = false;  // another pair is reported instead at the start of the step
+                              // (core/contact_reduction.h)
+  float min_distance = 0;     // lower bound of the distance at the start of the step, scaled
 };
 
-// A candidate for lists that outlast a step.
+/// A candidate of a Verlet list, which outlives the step (cpu/verlet/verlet_list.h).
 struct ListedCandidate {
   Candidate pair;
-  float apart;           // where that step begins, certainly, times its scale
-  std::uint32_t groups;  // which pair of groups: see cpu/near_list.h
+  float min_distance;    // lower bound of the distance at the start of the step of the list, scaled
+  std::uint32_t groups;  // index into ListedPairs::pairs
 };
 
-// Candidates by what single precision tells of their separation, each list in their order.
+/// Candidates, split by their distance in single precision. Each list keeps the order of the input.
 struct NearSplit {
-  static constexpr int capacity = CandidateQueue::capacity + 16;  // some are written and not counted
-  Candidate near[capacity];        // certainly nearer, where the step begins
-  Approach own[capacity];          // of these, those that no other speaks for
-  Candidate away[capacity];        // certainly farther, all the time
-  float away_apart[capacity];      // as Approach::apart
-  Approach open[capacity];         // the rest
-  int near_count, own_count, away_count, open_count;
-  float apart;  // what is near, certainly, times scale
+  // Some elements are written beyond the count.
+  static constexpr int capacity = CandidateQueue::capacity + 16;
+  Candidate near[capacity];          // certainly within the separation at the start of the step
+  Approach kept[capacity];           // the candidates of `near` that are not redundant
+  Candidate far[capacity];           // certainly beyond the separation during the whole step
+  float far_min_distance[capacity];  // of `far`, as Approach::min_distance
+  Approach undecided[capacity];      // all other candidates
+  int near_count, kept_count, far_count, undecided_count;
+  float min_distance;  // lower bound of the distance of all of `near` at the start, scaled
 };
 
-// Where a contact is, as Contact has it.
-struct Place {
+/// Point and normal of a contact, as in Contact.
+struct ContactPlace {
   float u, v;
   std::array<float, 3> normal;
 };
 
+/// The kernels for one instruction set.
 struct LeafKernels {
-  const char* name;
-  // Boxes of vertices first to last - 1 times `scale`, a power of two, rounded outward and wider by
-  // `margin` on every side.
+  const char* name;  // "baseline", "avx2" or "avx512"
+  // Computes the boxes of vertices first to last - 1: positions times `scale`, a power of two,
+  // rounded outward. Each box is wider by `margin` (scaled) on every side.
   void (*box_vertices)(const double* records, double scale, double margin, std::size_t first,
                        std::size_t last, VertexBox* boxes);
-  // Boxes of the groups first to last - 1 and of all that is in their blocks. The vertex of unused
-  // lanes, -1, is to have an empty box.
+  // Computes the boxes of the groups first to last - 1 and of all primitives in their blocks.
+  // vertices[-1] is read for unused lanes and must be an empty box.
   void (*box_groups)(const VertexBox* vertices, const Group* groups, std::size_t first,
                      std::size_t last, Block* blocks, MotionBox* boxes);
-  // Whether the groups a and b certainly stay apart, then all their pairs of primitives; a may be b.
-  // Returns whether the pair was opened. Candidates are in order.
+  // Adds to the sink all pairs of primitives of the groups a and b whose boxes may meet. a may
+  // equal b. Returns false and adds nothing if the groups certainly stay apart. Candidates are
+  // ordered as in Contact.
   bool (*visit)(const LeafScene& scene, std::int32_t a, std::int32_t b, CandidateSink& sink);
-  // Filters `count` candidates for touching; writes the survivors and returns how many.
+  // Filters `count` candidates for touching. Writes the survivors and returns their number.
   int (*filter)(const LeafScene& scene, ContactKind kind, const Candidate* candidates, int count,
                 Survivor* survivors);
-  // Splits at most CandidateQueue::capacity candidates, which are in order.
+  // Splits at most CandidateQueue::capacity candidates by their distance. The two primitives of
+  // each candidate must be ordered as in Contact.
   void (*near_at_start)(const LeafScene& scene, ContactKind kind, const Candidate* candidates,
                         int count, NearSplit& split);
-  // Of at most CandidateQueue::capacity approaches those that come within the minimum
-  // separation, as decide_within() of core/separation.h has it; keeps them and returns how many.
+  // Tests at most CandidateQueue::capacity approaches as decide_within() of core/separation.h does.
+  // Keeps those that come within the minimum separation, sets their t, and returns their number.
   int (*within)(const LeafScene& scene, ContactKind kind, Approach* approaches, int count);
-  // Of each approach the place at its tick, as describe_contact() has it.
+  // Computes point and normal of each approach at its tick, as describe_contact() does.
   void (*describe)(const LeafScene& scene, ContactKind kind, const Approach* approaches, int count,
-                   Place* places);
+                   ContactPlace* places);
 };
 
-// The best kernels that this processor runs, or those of the named set ("baseline", "avx2",
-// "avx512"); null where the processor lacks it.
+/// Returns the best kernels that this processor runs.
 const LeafKernels* best_leaf_kernels();
+/// Returns the kernels of the named set ("baseline", "avx2", "avx512"), or null if the processor or
+/// this build lacks it.
 const LeafKernels* leaf_kernels(const char* name);
 
 }  // namespace lazyccd

@@ -11,14 +11,14 @@ namespace {
 
 bool at_start(const Approach& approach) { return approach_tick(approach.t) == 0; }
 
-// Of vertices: the largest of each of two primitives, of which the first has `split`, and of these
-// the smaller one.
-double reach_of(const std::array<std::int32_t, 4>& vertices, int split,
-                const std::vector<float>& reach) {
+// Returns the self separation of two primitives: min(max over a's vertices, max over b's vertices).
+// The first `split` vertices belong to a, the others to b.
+double self_separation_of(const std::array<std::int32_t, 4>& vertices, int split,
+                          const std::vector<float>& of_vertex) {
   const auto largest = [&](int first, int last) {
-    float most = 0;
-    for (int i = first; i < last; ++i) most = std::max(most, reach[vertices[i]]);
-    return static_cast<double>(most);
+    float maximum = 0;
+    for (int i = first; i < last; ++i) maximum = std::max(maximum, of_vertex[vertices[i]]);
+    return static_cast<double>(maximum);
   };
   return std::min(largest(0, split), largest(split, 4));
 }
@@ -32,7 +32,7 @@ void NarrowPhase::begin(const LeafKernels& kernels, const Mesh& mesh, const Leaf
   scene_ = scene;
   list_ = list;
   listed_ = listed;
-  dropped_ = nullptr;
+  excluded_ = nullptr;
   interrupted_ = nullptr;
   key_ = mesh.contact_key();
   contacts.clear();
@@ -56,7 +56,7 @@ void NarrowPhase::resume(const LeafScene& scene) {
   describe_touching<ContactKind::edge_edge>();
 }
 
-// Keeps what would leave lanes of the last pack empty.
+// Processes whole packs of lanes only. The rest stays in the queue.
 void NarrowPhase::drain_full(CandidateSink& self, ContactKind kind) {
   CandidateQueue& queue = self.queues[static_cast<int>(kind)];
   const int whole = queue.count / kBlockLanes * kBlockLanes;
@@ -72,17 +72,17 @@ void NarrowPhase::push(ContactKind kind, Candidate pair) {
 }
 
 void NarrowPhase::process_queued(ContactKind kind, Candidate* items, int count) {
-  if (dropped_) {
-    const auto orphan = [&](Candidate c) { return dropped_->of(kind).contains(kind, c); };
+  if (excluded_) {
+    const auto orphan = [&](Candidate c) { return excluded_->of(kind).contains(kind, c); };
     count = static_cast<int>(std::remove_if(items, items + count, orphan) - items);
   }
   process(kind, items, count);
 }
 
-// At most CandidateQueue::capacity.
+// Processes at most CandidateQueue::capacity candidates, or postpones them after an interruption.
 void NarrowPhase::process(ContactKind kind, const Candidate* items, int count) {
   if (count == 0) return;
-  // Relaxed: who comes too late to see it does a little more.
+  // Relaxed: a thread that sees the flag late only does a little more work.
   if (interrupted_ && interrupted_->load(std::memory_order_relaxed)) {
     std::vector<Candidate>& rest = pending[static_cast<int>(kind)];
     rest.insert(rest.end(), items, items + count);
@@ -104,14 +104,14 @@ void NarrowPhase::process_kind(const Candidate* items, int count) {
     report_near<kind>(items, count);
     return;
   }
-  int left = count;
+  int survivors = count;
   if (scene_.single_first) {
-    left = kernels_->filter(scene_, kind, items, count, survivors_.data());
+    survivors = kernels_->filter(scene_, kind, items, count, survivors_.data());
   } else {
     for (int i = 0; i < count; ++i) survivors_[i] = {items[i], 0, 0, false};
   }
-  survived[static_cast<int>(kind)] += left;
-  for (int i = 0; i < left; ++i) report_touching<kind>(survivors_[i]);
+  survived[static_cast<int>(kind)] += survivors;
+  for (int i = 0; i < survivors; ++i) report_touching<kind>(survivors_[i]);
 }
 
 bool NarrowPhase::all_pinned(const Contact& contact) const {
@@ -129,7 +129,7 @@ QueryCoordinates NarrowPhase::coordinates(const Contact& contact) const {
   return q;
 }
 
-// A contact that is complete.
+// Counts a complete contact and stores its sort key.
 void NarrowPhase::count(const Contact& contact) {
   keys.push_back(key_(contact));
   ++found[static_cast<int>(contact.kind)];
@@ -169,124 +169,129 @@ Decision NarrowPhase::decide(const Survivor& survivor, const QueryCoordinates& q
 template <ContactKind kind>
 void NarrowPhase::report_near(const Candidate* items, int count) {
   if (mesh_->any_pinned()) {
-    count = copy_free<kind>(items, count);
-    items = free_.data();
+    count = copy_movable<kind>(items, count);
+    items = movable_.data();
   }
   kernels_->near_at_start(scene_, kind, items, count, split_);
   if (list_) list_near(kind);
-  if (interrupted_) put_off_open(kind);
-  Approach* const open = split_.open;
-  survived[static_cast<int>(kind)] += split_.near_count + split_.open_count;
-  const int left = kernels_->within(scene_, kind, open, split_.open_count);
-  note_near(kind, left);
-  for (int i = 0; i < left; ++i)
-    if (!open[i].is_redundant || !at_start(open[i])) split_.own[split_.own_count++] = open[i];
-  const auto last =
-      std::remove_if(split_.own, split_.own + split_.own_count,
-                     [this](const auto& a) { return at_start(a) && is_out_of_reach<kind>(a); });
-  split_.own_count = static_cast<int>(last - split_.own);
-  if (interrupted_) put_off_touching(kind);
-  describe_own<kind>();
+  if (interrupted_) defer_undecided(kind);
+  Approach* const undecided = split_.undecided;
+  survived[static_cast<int>(kind)] += split_.near_count + split_.undecided_count;
+  const int hits = kernels_->within(scene_, kind, undecided, split_.undecided_count);
+  record_near(kind, hits);
+  for (int i = 0; i < hits; ++i)
+    if (!undecided[i].is_redundant || !at_start(undecided[i]))
+      split_.kept[split_.kept_count++] = undecided[i];
+  const auto last = std::remove_if(
+      split_.kept, split_.kept + split_.kept_count,
+      [this](const auto& a) { return at_start(a) && exceeds_self_separation<kind>(a); });
+  split_.kept_count = static_cast<int>(last - split_.kept);
+  if (interrupted_) defer_touching(kind);
+  describe_kept<kind>();
 }
 
-// Of its own body, where the step begins.
+// Returns whether the pair belongs to one body and is farther apart at the start of the step than
+// the self separation of that body allows.
 template <ContactKind kind>
-bool NarrowPhase::is_out_of_reach(const Approach& approach) const {
-  const std::vector<float>& reach = mesh_->self_separation();
-  if (reach.empty()) return false;
+bool NarrowPhase::exceeds_self_separation(const Approach& approach) const {
+  const std::vector<float>& of_vertex = mesh_->self_separation();
+  if (of_vertex.empty()) return false;
   Contact pair;
   identify_contact<kind>(scene_.mesh, approach.pair, pair);
   if (pair.body_a != pair.body_b) return false;
   const int split = kind == ContactKind::vertex_face ? 1 : 2;
-  return approach.apart > scene_.scale * reach_of(pair.vertices, split, reach);
+  return approach.min_distance > scene_.scale * self_separation_of(pair.vertices, split, of_vertex);
 }
 
 template <ContactKind kind>
-int NarrowPhase::copy_free(const Candidate* items, int count) {
+int NarrowPhase::copy_movable(const Candidate* items, int count) {
   Contact contact;
   int copied = 0;
   for (int i = 0; i < count; ++i) {
     identify_contact<kind>(scene_.mesh, items[i], contact);
-    if (!all_pinned(contact)) free_[copied++] = items[i];
+    if (!all_pinned(contact)) movable_[copied++] = items[i];
   }
   return copied;
 }
 
 void NarrowPhase::list_near(ContactKind kind) {
-  const float reach = list_->listing_distance();
-  const auto add = [&](Candidate pair, float apart) {
-    if (apart <= reach) listed_->add(kind, pair, apart, list_->groups());
+  const float limit = list_->listing_distance();
+  const auto add = [&](Candidate pair, float min_distance) {
+    if (min_distance <= limit) listed_->add(kind, pair, min_distance, list_->motion());
   };
   for (int i = 0; i < split_.near_count; ++i) add(split_.near[i], 0);
-  for (int i = 0; i < split_.open_count; ++i) add(split_.open[i].pair, split_.open[i].apart);
-  for (int i = 0; i < split_.away_count; ++i) add(split_.away[i], split_.away_apart[i]);
+  for (int i = 0; i < split_.undecided_count; ++i)
+    add(split_.undecided[i].pair, split_.undecided[i].min_distance);
+  for (int i = 0; i < split_.far_count; ++i) add(split_.far[i], split_.far_min_distance[i]);
 }
 
-// They are counted where they are tested.
-void NarrowPhase::put_off_open(ContactKind kind) {
+// Defers the undecided candidates until the end of the step is known. They count as candidates when
+// they are tested.
+void NarrowPhase::defer_undecided(ContactKind kind) {
   std::vector<Candidate>& pairs = deferred[static_cast<int>(kind)];
-  for (int i = 0; i < split_.open_count; ++i) pairs.push_back(split_.open[i].pair);
-  candidates[static_cast<int>(kind)] -= split_.open_count;
-  split_.open_count = 0;
+  for (int i = 0; i < split_.undecided_count; ++i) pairs.push_back(split_.undecided[i].pair);
+  candidates[static_cast<int>(kind)] -= split_.undecided_count;
+  split_.undecided_count = 0;
 }
 
-// Where there is no gap, a normal faces the way that the step goes.
-void NarrowPhase::put_off_touching(ContactKind kind) {
-  int apart = 0;
-  for (int i = 0; i < split_.own_count; ++i) {
-    if (split_.own[i].apart > 0) {
-      split_.own[apart++] = split_.own[i];
+// Defers the description of pairs that may touch at the start. Without a gap the sign of the normal
+// depends on the motion, so on the end of the step.
+void NarrowPhase::defer_touching(ContactKind kind) {
+  int separated = 0;
+  for (int i = 0; i < split_.kept_count; ++i) {
+    if (split_.kept[i].min_distance > 0) {
+      split_.kept[separated++] = split_.kept[i];
     } else {
-      touching_[static_cast<int>(kind)].push_back(split_.own[i]);
+      touching_[static_cast<int>(kind)].push_back(split_.kept[i]);
     }
   }
-  split_.own_count = apart;
+  split_.kept_count = separated;
 }
 
 template <ContactKind kind>
 void NarrowPhase::describe_touching() {
   const std::vector<Approach>& all = touching_[static_cast<int>(kind)];
-  constexpr std::size_t most = CandidateQueue::capacity;
-  for (std::size_t first = 0; first < all.size(); first += most) {
-    split_.own_count = static_cast<int>(std::min(most, all.size() - first));
-    std::copy_n(all.begin() + static_cast<std::ptrdiff_t>(first), split_.own_count, split_.own);
-    describe_own<kind>();
+  constexpr std::size_t batch = CandidateQueue::capacity;
+  for (std::size_t first = 0; first < all.size(); first += batch) {
+    split_.kept_count = static_cast<int>(std::min(batch, all.size() - first));
+    std::copy_n(all.begin() + static_cast<std::ptrdiff_t>(first), split_.kept_count, split_.kept);
+    describe_kept<kind>();
   }
 }
 
-// Those that can be near in this step.
+// Keeps the candidates whose distance, when the list was built, was small enough for this step.
 void NarrowPhase::process_listed(const ListedPairs& part, ContactKind kind,
                                  const ListedCandidate* items, int count) {
-  Candidate within_reach[CandidateQueue::capacity];
-  int left = 0;
+  Candidate selected[CandidateQueue::capacity];
+  int selected_count = 0;
   for (int i = 0; i < count; ++i) {
-    within_reach[left] = items[i].pair;
-    left += items[i].apart <= part.distance_limit[items[i].groups];
+    selected[selected_count] = items[i].pair;
+    selected_count += items[i].min_distance <= part.distance_limit[items[i].groups];
   }
-  from_list += left;
-  process(kind, within_reach, left);
+  from_list += selected_count;
+  process(kind, selected, selected_count);
 }
 
-// What the split says is near, and the first `left` of what was open.
-void NarrowPhase::note_near(ContactKind kind, int left) {
+// Records split_.near and the first `undecided_hits` of split_.undecided as within the separation.
+void NarrowPhase::record_near(ContactKind kind, int undecided_hits) {
   std::vector<Candidate>& pairs = near_pairs.of[static_cast<int>(kind)];
   pairs.insert(pairs.end(), split_.near, split_.near + split_.near_count);
-  float apart = split_.apart;
-  for (int i = 0; i < left; ++i) {
-    pairs.push_back(split_.open[i].pair);
-    apart = std::min(apart, split_.open[i].apart);
+  float min_distance = split_.min_distance;
+  for (int i = 0; i < undecided_hits; ++i) {
+    pairs.push_back(split_.undecided[i].pair);
+    min_distance = std::min(min_distance, split_.undecided[i].min_distance);
   }
-  near_pairs.apart = std::min(near_pairs.apart, apart / scene_.scale);
+  near_pairs.min_distance = std::min(near_pairs.min_distance, min_distance / scene_.scale);
 }
 
 template <ContactKind kind>
-void NarrowPhase::describe_own() {
-  kernels_->describe(scene_, kind, split_.own, split_.own_count, places_.data());
-  for (int i = 0; i < split_.own_count; ++i) {
-    // In its place: a copy would wait for what has just been written.
+void NarrowPhase::describe_kept() {
+  kernels_->describe(scene_, kind, split_.kept, split_.kept_count, places_.data());
+  for (int i = 0; i < split_.kept_count; ++i) {
+    // Constructed in place: a copy would have to wait for the stores of the fields just written.
     Contact& contact = contacts.emplace_back();
-    identify_contact<kind>(scene_.mesh, split_.own[i].pair, contact);
-    contact.toi = static_cast<double>(approach_tick(split_.own[i].t)) * kTick;
+    identify_contact<kind>(scene_.mesh, split_.kept[i].pair, contact);
+    contact.toi = static_cast<double>(approach_tick(split_.kept[i].t)) * kTick;
     contact.u = places_[i].u;
     contact.v = places_[i].v;
     contact.normal = places_[i].normal;
@@ -294,35 +299,36 @@ void NarrowPhase::describe_own() {
   }
 }
 
-// Of contacts of one kind that are near, sorted: appends those that are to be reported.
 void NarrowPhase::reduce(Span<const Contact> near, std::vector<Contact>& kept) {
   const ContactKind kind = near[0].kind;
   for (std::size_t i = 0; i < near.size(); ++i)
-    free_[i] = {near[i].primitive_a, near[i].primitive_b};
+    movable_[i] = {near[i].primitive_a, near[i].primitive_b};
   const int count = static_cast<int>(near.size());
-  kernels_->near_at_start(scene_, kind, free_.data(), count, split_);
-  note_near(kind, split_.open_count);
-  const auto is_left_out = [&](const Approach& approach) {
+  kernels_->near_at_start(scene_, kind, movable_.data(), count, split_);
+  record_near(kind, split_.undecided_count);
+  const auto is_dropped = [&](const Approach& approach) {
     return approach.is_redundant ||
-           (kind == ContactKind::vertex_face ? is_out_of_reach<ContactKind::vertex_face>(approach)
-                                             : is_out_of_reach<ContactKind::edge_edge>(approach));
+           (kind == ContactKind::vertex_face
+                ? exceeds_self_separation<ContactKind::vertex_face>(approach)
+                : exceeds_self_separation<ContactKind::edge_edge>(approach));
   };
-  int own = 0, open = 0;
+  int kept_index = 0, undecided_index = 0;
   for (const Contact& contact : near) {
     const Candidate pair = {contact.primitive_a, contact.primitive_b};
     const Approach* approach = nullptr;
-    if (own < split_.own_count && split_.own[own].pair == pair) {
-      approach = &split_.own[own++];
-    } else if (open < split_.open_count && split_.open[open].pair == pair) {
-      approach = &split_.open[open++];
+    if (kept_index < split_.kept_count && split_.kept[kept_index].pair == pair) {
+      approach = &split_.kept[kept_index++];
+    } else if (undecided_index < split_.undecided_count &&
+               split_.undecided[undecided_index].pair == pair) {
+      approach = &split_.undecided[undecided_index++];
     }
-    if (approach && !(contact.toi == 0 && is_left_out(*approach))) kept.push_back(contact);
+    if (approach && !(contact.toi == 0 && is_dropped(*approach))) kept.push_back(contact);
   }
 }
 
 std::size_t NarrowPhase::bytes() const {
-  return survivors_.capacity() * sizeof(Survivor) + free_.capacity() * sizeof(Candidate) +
-         places_.capacity() * sizeof(Place) + near_pairs.bytes() +
+  return survivors_.capacity() * sizeof(Survivor) + movable_.capacity() * sizeof(Candidate) +
+         places_.capacity() * sizeof(ContactPlace) + near_pairs.bytes() +
          contacts.capacity() * sizeof(Contact) + keys.capacity() * sizeof(std::uint64_t) +
          (deferred[0].capacity() + deferred[1].capacity() + pending[0].capacity() +
           pending[1].capacity()) *

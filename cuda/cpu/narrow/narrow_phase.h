@@ -1,4 +1,4 @@
-// From candidates to contacts, as one worker does it: filter, decision, description.
+// The narrow phase of one worker: from candidates to contacts.
 #pragma once
 
 #include <atomic>
@@ -18,49 +18,54 @@
 
 namespace lazyccd {
 
-// What comes within the separation, as one worker found it.
+/// Pairs that one worker found within the separation during the step.
 struct NearPairs {
   std::vector<Candidate> of[2];  // by ContactKind
-  // Where the step begins, all are certainly this far apart.
-  double apart = std::numeric_limits<double>::infinity();
+  // Lower bound of the distance of all pairs at the start of the step, unscaled.
+  double min_distance = std::numeric_limits<double>::infinity();
 
   void clear() {
     for (std::vector<Candidate>& pairs : of) pairs.clear();
-    apart = std::numeric_limits<double>::infinity();
+    min_distance = std::numeric_limits<double>::infinity();
   }
   std::size_t bytes() const { return (of[0].capacity() + of[1].capacity()) * sizeof(Candidate); }
 };
 
-// Its sink's queues lead into it.
+/// Filters candidates, decides the survivors, and describes the contacts. Full queues of the sink
+/// are processed at once. One thread at a time.
 class NarrowPhase : public CandidateSink {
  public:
   NarrowPhase() { drain = &drain_full; }
 
-  // For a step; all must outlive it. What is near is listed in
-  // a part of `list`, unless that is null.
+  /// Starts a step. All arguments must stay valid until its end. Adds candidates to `listed`, a
+  /// part of the Verlet list `list`, unless `list` is null.
   void begin(const LeafKernels& kernels, const Mesh& mesh, const LeafScene& scene,
              const VerletList* list, ListedPairs* listed);
-  // Of that step only the start is known: what is not near there is put off, and so is the
-  // description of what may touch there; all that comes once it is interrupted is left over.
+  /// Limits the step to work that depends on its start only, because the end is not known yet
+  /// (Detector::detect_ahead()). Candidates that are not certainly within the separation at the
+  /// start go to `deferred`. The description of pairs that may touch at the start is deferred too.
+  /// After `interrupted` becomes true, all further candidates go to `pending`.
   void begin_at_start(const std::atomic<bool>& interrupted) { interrupted_ = &interrupted; }
-  // The same step goes on with all of it known, from what was left over; then from what was put
-  // off, which is listed already.
+  /// Continues the same step with the end known: the caller processes `pending` after resume(), and
+  /// `deferred` after resume_deferred(), which is in the Verlet list already.
   void resume(const LeafScene& scene);
   void resume_deferred() { list_ = nullptr; }
-  // These candidates are tested elsewhere; null: none.
-  void drop(const OrphanSets* dropped) { dropped_ = dropped; }
+  /// Skips these candidates from now on, because the caller tests them separately. Null: none.
+  void exclude(const OrphanSets* excluded) { excluded_ = excluded; }
 
   void push(ContactKind kind, Candidate pair);
-  // Of this or another worker's queue, at most CandidateQueue::capacity; changes them.
+  /// Processes at most CandidateQueue::capacity candidates of the queue of any worker. May change
+  /// `items`.
   void process_queued(ContactKind kind, Candidate* items, int count);
-  // Of the listed candidates, at most CandidateQueue::capacity, those that can be near in this
-  // step.
+  /// Processes those of at most CandidateQueue::capacity listed candidates that can come within the
+  /// separation in this step.
   void process_listed(const ListedPairs& part, ContactKind kind, const ListedCandidate* items,
                       int count);
-  // Of contacts of one kind that are near, sorted: appends those that are to be reported.
+  /// Appends to `kept` the contacts that contact reduction and the self separation leave. `near`
+  /// are sorted contacts of one kind, at least one.
   void reduce(Span<const Contact> near, std::vector<Contact>& kept);
 
-  // They are kept elsewhere; their number still counts.
+  /// Forgets the contacts, because the caller keeps them. Their number still counts in `found`.
   void forget_contacts() {
     contacts.clear();
     keys.clear();
@@ -68,15 +73,15 @@ class NarrowPhase : public CandidateSink {
 
   const LeafScene& scene() const { return scene_; }
 
-  // Of this step:
+  // Results and counters of this step.
   std::vector<Contact> contacts;
-  std::vector<std::uint64_t> keys;                                   // of these, for their order
+  std::vector<std::uint64_t> keys;                                   // sort keys of the contacts
   std::int64_t candidates[2] = {}, survived[2] = {}, found[2] = {};  // by ContactKind
   std::int64_t filtered_noncoplanar = 0, double_precision_tests = 0, exact = 0;
-  std::int64_t from_list = 0;  // of the candidates
-  double ms = 0;
-  std::vector<Candidate> deferred[2], pending[2];  // by ContactKind
-  // Of the last step with a separation.
+  std::int64_t from_list = 0;  // number of candidates that came from the Verlet list
+  double ms = 0;               // time spent in the narrow phase, milliseconds
+  std::vector<Candidate> deferred[2], pending[2];  // by ContactKind; see begin_at_start()
+  // Result of the last step with a separation.
   NearPairs near_pairs;
 
   std::size_t bytes() const;
@@ -99,32 +104,32 @@ class NarrowPhase : public CandidateSink {
   template <ContactKind kind>
   void report_near(const Candidate* items, int count);
   template <ContactKind kind>
-  int copy_free(const Candidate* items, int count);
+  int copy_movable(const Candidate* items, int count);
   void list_near(ContactKind kind);
-  void put_off_open(ContactKind kind);
-  void put_off_touching(ContactKind kind);
+  void defer_undecided(ContactKind kind);
+  void defer_touching(ContactKind kind);
   template <ContactKind kind>
   void describe_touching();
-  void note_near(ContactKind kind, int left);
+  void record_near(ContactKind kind, int undecided_hits);
   template <ContactKind kind>
-  bool is_out_of_reach(const Approach& approach) const;
+  bool exceeds_self_separation(const Approach& approach) const;
   template <ContactKind kind>
-  void describe_own();
+  void describe_kept();
 
   const LeafKernels* kernels_ = nullptr;
   const Mesh* mesh_ = nullptr;
   ContactKey key_{};
   LeafScene scene_{};
-  const VerletList* list_ = nullptr;  // null: nothing is listed
+  const VerletList* list_ = nullptr;  // null: no list is built in this step
   ListedPairs* listed_ = nullptr;
-  const OrphanSets* dropped_ = nullptr;
-  const std::atomic<bool>* interrupted_ = nullptr;  // null: all of the step is known
+  const OrphanSets* excluded_ = nullptr;
+  const std::atomic<bool>* interrupted_ = nullptr;  // null: the end of the step is known
   std::vector<Survivor> survivors_ = std::vector<Survivor>(CandidateQueue::capacity);
-  // With a separation:
-  std::vector<Approach> touching_[2];  // by ContactKind: to be described
-  std::vector<Candidate> free_ = std::vector<Candidate>(CandidateQueue::capacity);
+  // Only with a separation.
+  std::vector<Approach> touching_[2];  // by ContactKind: pairs whose description is deferred
+  std::vector<Candidate> movable_ = std::vector<Candidate>(CandidateQueue::capacity);
   NearSplit split_;
-  std::vector<Place> places_ = std::vector<Place>(CandidateQueue::capacity);
+  std::vector<ContactPlace> places_ = std::vector<ContactPlace>(CandidateQueue::capacity);
   Stopwatch watch_;
 };
 

@@ -53,8 +53,8 @@ Polynomial Polynomial::reversed() const {
   return r;
 }
 
-// t = (1 + s) / 2, so t : 1-t = 2s + (1-s) : 1-s, and with x = s / (1-s): a shift of the variable
-// by one after x is doubled.
+// With t = (1 + s) / 2, t : 1-t = 2s + (1-s) : 1-s. With x = s / (1-s) this doubles x and then
+// shifts the variable by one.
 Polynomial Polynomial::later_half() const {
   Polynomial r = *this;
   for (int i = 0; i < degree_; ++i)
@@ -90,7 +90,7 @@ Integer Polynomial::value(const Integer& k, unsigned level) const {
   return result;
 }
 
-// Drops the factors t and 1-t, which have no root inside.
+// Removes the factors t and 1-t, which have no root inside (0, 1).
 void Polynomial::trim() {
   int first = 0, last = degree_;
   while (last > 0 && (*this)[last].is_zero()) --last;
@@ -100,8 +100,8 @@ void Polynomial::trim() {
 }
 
 // Euclid's algorithm on the coefficients as polynomials in t / (1-t), with subresultants (Knuth,
-// The Art of Computer Programming 2, section 4.6.1, algorithm C): their growth is linear, and no
-// common divisor of large integers is needed.
+// The Art of Computer Programming 2, section 4.6.1, algorithm C). The size of the coefficients
+// grows only linearly, and no common divisors of large integers are needed.
 Polynomial gcd(Polynomial p, Polynomial q) {
   using boost::multiprecision::pow;
   p.trim();
@@ -138,7 +138,8 @@ Polynomial square_free(Polynomial p) {
   for (int i = 1; i <= p.degree(); ++i) derivative.at(i - 1) = p[i] * i;
   const Polynomial d = gcd(p, derivative);
   if (d.degree() == 0) return p;
-  // p / d up to a factor, by long division from the top; d divides p, so nothing is left over.
+  // Computes p / d up to a factor, by long division from the highest coefficient. d divides p, so
+  // there is no remainder.
   Polynomial quotient;
   quotient.degree_ = p.degree() - d.degree();
   const Integer& leading = d[d.degree()];
@@ -154,7 +155,8 @@ Polynomial square_free(Polynomial p) {
   return quotient;
 }
 
-// About where the one root of p inside (0, 1) is, from its sign at the start. Nothing relies on it.
+// Estimates the one root of p inside (0, 1). `sign` is the sign of p at the start. Correctness does
+// not depend on the estimate.
 static double estimate_root(const Polynomial& p, int sign) {
   unsigned top = 0;
   for (int i = 0; i <= p.degree(); ++i)
@@ -178,8 +180,8 @@ static double estimate_root(const Polynomial& p, int sign) {
   return 0.5 * (root.first + root.second);
 }
 
-// Narrows the interval to one of its 2^bits cells, if the root is in the estimated one or beside
-// it.
+// Narrows the interval to one of its 2^bits cells. Returns false if the root is neither in the
+// estimated cell nor in a cell next to it.
 bool Instant::narrow(unsigned bits) {
   const std::uint64_t cells = std::uint64_t{1} << bits;
   const int first = local_.first_sign();
@@ -205,7 +207,8 @@ bool Instant::narrow(unsigned bits) {
   return true;
 }
 
-// Quadratic interval refinement (Abbott 2006): as many bits at once as an estimate is good for.
+// Narrows the interval to `level` by quadratic interval refinement (Abbott 2006): tries as many
+// bits at once as the estimate allows.
 void Instant::refine(unsigned level) {
   for (unsigned bits = 32; !is_dyadic_ && level_ < level;) {
     bits = std::min(bits, level - level_);
@@ -214,15 +217,16 @@ void Instant::refine(unsigned level) {
 }
 
 int Instant::sign(const Polynomial& p) {
-  // A sign that is not zero shows itself on a narrow interval nearly always, and sooner than a
-  // common divisor is found.
+  // On a narrow interval a sign that is not zero is almost always found, and at less cost than a
+  // common divisor.
   constexpr unsigned step = 32;
   for (bool may_be_zero = true;;) {
     if (is_dyadic_) return p.value(k_, level_).sign();
     const Polynomial q = p.over(k_, level_);
     if (q.sign_changes() == 0) return q.first_sign();
     if (may_be_zero && level_ >= step) {
-      // The divisor has no root here but that of root_of_, and that one simple: odd means there.
+      // Inside the interval the divisor has at most the root of root_of_, which is simple. So an
+      // odd number of sign changes means that p vanishes at it.
       if (gcd(root_of_, p).over(k_, level_).sign_changes() % 2 == 1) return 0;
       may_be_zero = false;
     }
@@ -247,28 +251,29 @@ std::optional<Instant> first_root(const Polynomial& p,
   if (p[0].is_zero())
     if (auto t = try_dyadic(0, 0)) return t;
 
-  struct Part {
+  struct Interval {
     Integer k;
     unsigned level;
     Polynomial local;
     bool root_at_start;
   };
   const Polynomial roots = p.sign_changes() < 2 ? p : square_free(p);
-  std::vector<Part> parts;
-  parts.push_back({0, 0, roots, false});
-  while (!parts.empty()) {
-    const Part part = std::move(parts.back());
-    parts.pop_back();
-    if (part.root_at_start)
-      if (auto t = try_dyadic(part.k, part.level)) return t;
-    const int changes = part.local.sign_changes();
+  std::vector<Interval> intervals;
+  intervals.push_back({0, 0, roots, false});
+  while (!intervals.empty()) {
+    const Interval interval = std::move(intervals.back());
+    intervals.pop_back();
+    if (interval.root_at_start)
+      if (auto t = try_dyadic(interval.k, interval.level)) return t;
+    const int changes = interval.local.sign_changes();
     if (changes == 1) {
-      Instant t(part.k, part.level, roots, part.local);
+      Instant t(interval.k, interval.level, roots, interval.local);
       if (accepted(t)) return t;
     } else if (changes > 1) {
-      const Polynomial later = part.local.later_half();
-      parts.push_back({2 * part.k + 1, part.level + 1, later, later[0].is_zero()});
-      parts.push_back({2 * part.k, part.level + 1, part.local.earlier_half(), false});
+      const Polynomial later = interval.local.later_half();
+      intervals.push_back({2 * interval.k + 1, interval.level + 1, later, later[0].is_zero()});
+      intervals.push_back(
+          {2 * interval.k, interval.level + 1, interval.local.earlier_half(), false});
     }
   }
 

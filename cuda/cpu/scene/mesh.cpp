@@ -8,7 +8,7 @@
 namespace lazyccd {
 namespace {
 
-// Sorts by the larger vertex, then by the smaller.
+// Sort key of an edge: the larger vertex index first, then the smaller.
 std::uint64_t edge_key(std::int32_t a, std::int32_t b) {
   const std::uint64_t lo = static_cast<std::uint32_t>(std::min(a, b));
   return static_cast<std::uint64_t>(static_cast<std::uint32_t>(std::max(a, b))) << 32 | lo;
@@ -61,9 +61,10 @@ Mesh::Mesh(const Topology& topology) {
 
 void Mesh::take_bodies(const Topology& t) {
   const auto fits = [&](std::size_t size) { return size == 0 || size == t.vertex_count; };
-  if (!fits(t.body_of_vertex.size()) || !fits(t.inverse_mass.size()) || !fits(t.self_separation.size()))
+  if (!fits(t.body_of_vertex.size()) || !fits(t.inverse_mass.size()) ||
+      !fits(t.self_separation.size()))
     throw Error(ErrorCode::size_mismatch,
-                "body_of_vertex, inverse_mass and self_reach need an entry for each of the " +
+                "body_of_vertex, inverse_mass and self_separation need an entry for each of the " +
                     std::to_string(t.vertex_count) + " vertices, or none");
   body_of_vertex_.assign(t.vertex_count, 0);
   std::copy(t.body_of_vertex.begin(), t.body_of_vertex.end(), body_of_vertex_.begin());
@@ -75,11 +76,13 @@ void Mesh::take_bodies(const Topology& t) {
   const auto check_body = [&](std::int32_t body, const char* what, std::size_t index) {
     if (body < 0 || static_cast<std::size_t>(body) >= bodies_.size())
       throw Error(ErrorCode::index_out_of_range,
-                  std::string(what) + " " + std::to_string(index) + ": body " + std::to_string(body) +
-                      " is outside [0, " + std::to_string(bodies_.size()) + ")",
+                  std::string(what) + " " + std::to_string(index) + ": body " +
+                      std::to_string(body) + " is outside [0, " + std::to_string(bodies_.size()) +
+                      ")",
                   body, static_cast<std::int32_t>(index));
   };
-  for (std::size_t v = 0; v < body_of_vertex_.size(); ++v) check_body(body_of_vertex_[v], "vertex", v);
+  for (std::size_t v = 0; v < body_of_vertex_.size(); ++v)
+    check_body(body_of_vertex_[v], "vertex", v);
   for (std::size_t i = 0; i < t.disabled_pairs.size(); ++i) {
     for (const std::int32_t body : t.disabled_pairs[i]) check_body(body, "disabled pair", i);
     disabled_.insert(pair_key(t.disabled_pairs[i][0], t.disabled_pairs[i][1]));
@@ -94,7 +97,7 @@ void Mesh::take_bodies(const Topology& t) {
   for (std::size_t v = 0; v < t.inverse_mass.size(); ++v)
     if (!(t.inverse_mass[v] >= 0)) refuse(v, "its inverse mass is negative or not a number");
   for (std::size_t v = 0; v < t.self_separation.size(); ++v)
-    if (!(t.self_separation[v] >= 0)) refuse(v, "its reach is negative or not a number");
+    if (!(t.self_separation[v] >= 0)) refuse(v, "its self_separation is negative or not a number");
   self_separation_.assign(t.self_separation.begin(), t.self_separation.end());
   if (std::find(t.inverse_mass.begin(), t.inverse_mass.end(), 0.0f) != t.inverse_mass.end()) {
     pinned_.resize(t.vertex_count);
@@ -135,7 +138,8 @@ void Mesh::take_edges(const Topology& t) {
   keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
   edges_.reserve(keys.size());
   for (const std::uint64_t k : keys)
-    edges_.push_back({static_cast<std::int32_t>(k & 0xffffffffu), static_cast<std::int32_t>(k >> 32)});
+    edges_.push_back(
+        {static_cast<std::int32_t>(k & 0xffffffffu), static_cast<std::int32_t>(k >> 32)});
 
   std::vector<char> of_face(keys.size(), 0);
   face_edges_.resize(faces_.size());
@@ -173,7 +177,8 @@ void Mesh::check_primitives_of_bodies() const {
 }
 
 MeshView Mesh::view() const {
-  static_assert(sizeof(Face) == 3 * sizeof(std::int32_t) && sizeof(Edge) == 2 * sizeof(std::int32_t));
+  static_assert(sizeof(Face) == 3 * sizeof(std::int32_t) &&
+                sizeof(Edge) == 2 * sizeof(std::int32_t));
   return {reinterpret_cast<const std::int32_t(*)[3]>(faces_.data()),
           reinterpret_cast<const std::int32_t(*)[2]>(edges_.data()), body_of_vertex_.data()};
 }

@@ -1,4 +1,4 @@
-// A checked copy of the caller's topology, with the edges it implies.
+// A checked copy of the caller's topology, with all edges.
 #pragma once
 
 #include <cstdint>
@@ -12,34 +12,38 @@
 
 namespace lazyccd {
 
+/// The primitives of all bodies and the collision filters.
 class Mesh {
  public:
   Mesh() = default;
-  // Throws Error, naming the body and the vertex, edge or face, where the topology is not sound.
+  /// Checks and copies the topology. If it is invalid, throws Error with the body and the vertex,
+  /// edge or face at fault.
   explicit Mesh(const Topology& topology);
 
   std::size_t vertex_count() const { return body_of_vertex_.size(); }
   const std::vector<Face>& faces() const { return faces_; }
-  // Sorted by the larger vertex index and then by the smaller; each is (smaller, larger).
+  /// All edges, each as (smaller, larger) vertex index; sorted by the larger index, then the
+  /// smaller.
   const std::vector<Edge>& edges() const { return edges_; }
-  // Indices into edges() of those that are a side of no face.
+  /// Indices into edges() of the edges that are no side of a face.
   const std::vector<std::int32_t>& free_edges() const { return free_edges_; }
-  // Indices into edges() of a face's sides (0 1), (1 2), (2 0).
+  /// By face: indices into edges() of its sides (0 1), (1 2), (2 0).
   const std::vector<std::array<std::int32_t, 3>>& face_edges() const { return face_edges_; }
   const std::vector<std::int32_t>& body_of_vertex() const { return body_of_vertex_; }
   std::size_t body_count() const { return bodies_.size(); }
   bool pinned(std::int32_t vertex) const { return !pinned_.empty() && pinned_[vertex]; }
   bool any_pinned() const { return !pinned_.empty(); }
-  // By vertex; empty: no limit.
+  /// By vertex, as Topology::self_separation; empty: no limit.
   const std::vector<float>& self_separation() const { return self_separation_; }
 
   const std::vector<Body>& bodies() const { return bodies_; }
-  // The disabled pairs as smaller body << 32 | larger body, in no order.
+  /// The disabled pairs of bodies, as smaller index << 32 | larger index, unordered.
   const std::unordered_set<std::uint64_t>& disabled_pairs() const { return disabled_; }
   MeshView view() const;
   FirstFaces first_faces() const;
   ContactKey contact_key() const;
 
+  /// Whether the filters let the two bodies collide. With body_a == body_b: with itself.
   bool collide(std::int32_t body_a, std::int32_t body_b) const;
 
  private:
@@ -53,10 +57,10 @@ class Mesh {
   std::vector<Edge> edges_;
   std::vector<std::int32_t> free_edges_;
   std::vector<std::array<std::int32_t, 3>> face_edges_;
-  std::vector<std::int32_t> first_faces_;  // of edges, then of vertices
+  std::vector<std::int32_t> first_faces_;  // by edge, then by vertex: see FirstFaces
   std::vector<std::int32_t> body_of_vertex_;
   std::vector<Body> bodies_;
-  std::vector<char> pinned_;                    // empty where no vertex is
+  std::vector<char> pinned_;  // by vertex; empty if no vertex is pinned
   std::vector<float> self_separation_;
   std::unordered_set<std::uint64_t> disabled_;
 };

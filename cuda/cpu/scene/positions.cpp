@@ -12,17 +12,18 @@ namespace lazyccd {
 void check_counts(const Mesh& mesh, const Positions& start, const Positions& end) {
   const std::size_t count = mesh.vertex_count();
   if (start.count() != count || end.count() != count)
-    throw Error(ErrorCode::size_mismatch,
-                "the topology has " + std::to_string(count) + " vertices, the positions " +
-                    std::to_string(start.count()) + " at the start and " + std::to_string(end.count()) +
-                    " at the end");
+    throw Error(ErrorCode::size_mismatch, "the topology has " + std::to_string(count) +
+                                              " vertices, the positions " +
+                                              std::to_string(start.count()) + " at the start and " +
+                                              std::to_string(end.count()) + " at the end");
 }
 
 void check_finite(const Mesh& mesh, const Positions& start, const Positions& end) {
   for (std::size_t v = 0; v < mesh.vertex_count(); ++v) {
     const std::array<double, 3> a = start[v], b = end[v];
     const auto finite = [](double x) { return std::isfinite(x); };
-    if (std::all_of(a.begin(), a.end(), finite) && std::all_of(b.begin(), b.end(), finite)) continue;
+    if (std::all_of(a.begin(), a.end(), finite) && std::all_of(b.begin(), b.end(), finite))
+      continue;
     const std::int32_t body = mesh.body_of_vertex()[v];
     throw Error(ErrorCode::non_finite_position,
                 "vertex " + std::to_string(v) + " of body " + std::to_string(body) +
@@ -31,25 +32,26 @@ void check_finite(const Mesh& mesh, const Positions& start, const Positions& end
   }
 }
 
-double load_records(const Mesh& mesh, const Positions& start, const Positions& end, ThreadPool& pool,
-                    std::vector<VertexRecord>& records) {
+double load_records(const Mesh& mesh, const Positions& start, const Positions& end,
+                    ThreadPool& pool, std::vector<VertexRecord>& records) {
   check_counts(mesh, start, end);
   const std::size_t count = mesh.vertex_count();
   records.resize(count);
-  struct alignas(128) Bounds {  // a worker's own
+  struct alignas(128) Bounds {  // of one worker, aligned against false sharing
     double lo[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, hi[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
   };
   std::vector<Bounds> bounds(static_cast<std::size_t>(pool.size()));
-  // Relaxed: the end of the job orders it.
+  // Relaxed: the end of the job orders the stores.
   std::atomic<bool> all_finite{true};
   pool.parallel_for(count, 4096, [&](std::size_t first, std::size_t last, int worker) {
     Bounds box = bounds[worker];
-    double zero = 0;  // times a number that is not finite is not zero
+    double zero = 0;  // stays zero if all positions are finite: NaN and infinity times 0 are NaN
     for (std::size_t v = first; v < last; ++v) {
       double* x = records[v].x;
       const std::array<double, 3> a = start[v], b = end[v];
       for (int k = 0; k < 3; ++k) {
-        // No negative zeros: after one at the start, signs of zeros in a normal there depend on the end.
+        // Adding 0.0 removes negative zeros. With one at the start, signs of zeros in a normal at
+        // the start would depend on the end.
         x[k] = a[k] + 0.0;
         x[3 + k] = b[k] + 0.0;
         zero += a[k] * 0 + b[k] * 0;

@@ -1,4 +1,4 @@
-// The caller's positions, checked and laid out for the backends.
+// Checks the caller's positions and copies them into records for the backends.
 #pragma once
 
 #include <vector>
@@ -10,15 +10,16 @@
 
 namespace lazyccd {
 
-// Throws Error (size_mismatch) unless both ends have a position for every vertex.
+/// Throws Error(size_mismatch) unless both ends have a position for every vertex.
 void check_counts(const Mesh& mesh, const Positions& start, const Positions& end);
 
-// Throws Error (non_finite_position) naming the first vertex that has one, and its body.
+/// Throws Error(non_finite_position) with the first vertex whose position is not finite, and its
+/// body.
 void check_finite(const Mesh& mesh, const Positions& start, const Positions& end);
 
-// Fills the records; throws as both of the above. Returns the largest side of the box that bounds all
-// positions at both ends.
-double load_records(const Mesh& mesh, const Positions& start, const Positions& end, ThreadPool& pool,
-                    std::vector<VertexRecord>& records);
+/// Fills the records. Throws like the two functions above. Returns the largest side of the box
+/// around all positions at both ends, in the unit of the positions.
+double load_records(const Mesh& mesh, const Positions& start, const Positions& end,
+                    ThreadPool& pool, std::vector<VertexRecord>& records);
 
 }  // namespace lazyccd

@@ -1,4 +1,4 @@
-// The unit in which the elementary tests compute (core/elementary.h).
+// The scale of the elementary tests (core/elementary.h).
 #pragma once
 
 #include <algorithm>
@@ -6,7 +6,8 @@
 
 namespace lazyccd {
 
-// A power of two that brings numbers up to `size` to at most 2^6, where there is one.
+/// Returns a power of two that brings numbers up to `size` to at most 2^6, if a double can hold it.
+/// Returns 1 if `size` is not a positive finite number.
 inline double scale_for(double size) {
   if (!(size > 0) || !std::isfinite(size)) return 1;
   return std::ldexp(1.0, std::clamp(5 - std::ilogb(size), -1020, 1000));

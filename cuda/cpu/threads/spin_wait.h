@@ -1,4 +1,4 @@
-// How a thread waits for others' work, and for how long it did.
+// Spin waiting of a thread, with a measurement of the time spent.
 #pragma once
 
 #include <chrono>
@@ -19,7 +19,7 @@ inline void cpu_relax() {
 #endif
 }
 
-// Lives as long as the wait; adds the time from the first pause() to its end.
+/// One wait. The destructor adds the time since the first pause() to `milliseconds`.
 class SpinWait {
  public:
   explicit SpinWait(double& milliseconds) : milliseconds_(milliseconds) {}
@@ -30,7 +30,8 @@ class SpinWait {
       milliseconds_ += std::chrono::duration<double, std::milli>(Clock::now() - start_).count();
   }
 
-  // Work comes within microseconds or the others have the cores.
+  /// Waits a little: first by spinning, because work usually comes within microseconds. After 256
+  /// calls it yields, because the other threads may need the core.
   void pause() {
     if (pauses_ == 0) start_ = Clock::now();
     if (++pauses_ < 256) {

@@ -1,6 +1,7 @@
 #include "cpu/threads/thread_pool.h"
 
 #include <chrono>
+#include <system_error>
 #include <utility>
 
 #if defined(__linux__)
@@ -13,15 +14,15 @@
 namespace lazyccd {
 namespace {
 
-// Longer than the serial code between two stages of a step, shorter than anyone would call busy.
+// Longer than the serial code between two stages of a step, and too short to load the machine.
 constexpr std::chrono::microseconds spin_time{40};
-// A thread that sleeps on a virtual machine comes later than a short step lasts, so one stays awake
-// from stage to stage, and from step to step where these follow each other.
-constexpr std::chrono::microseconds spin_of_first{200};
+// Worker 1 spins longer. On a virtual machine waking a thread takes longer than a short step. So
+// one worker stays awake from stage to stage, and from step to step if these follow each other.
+constexpr std::chrono::microseconds first_worker_spin_time{200};
 
-// A place's state, from the low bits: workers inside the job (16), workers that joined it so far
-// (15), whether it is open to join (1), number of the job (32). One word, so that joining and
-// closing exclude each other by CAS.
+// State of a job slot, from the low bits: workers inside the job (16 bits), workers that joined it
+// so far (15), whether it is open to join (1), number of the job (32). All in one word, so that
+// joining and closing exclude each other by compare-and-swap.
 constexpr std::uint64_t one_inside = 1;
 constexpr std::uint64_t one_joined = std::uint64_t{1} << 16;
 constexpr std::uint64_t open_bit = std::uint64_t{1} << 31;
@@ -33,7 +34,7 @@ int joined(std::uint64_t state) { return static_cast<int>((state >> 16) & 0x7fff
 bool is_open(std::uint64_t state) { return (state & open_bit) != 0; }
 std::uint64_t job_number(std::uint64_t state) { return state >> job_shift; }
 
-// The number no job has: the pool is going down.
+// A number that no job has. It tells the workers that the pool ends.
 constexpr std::uint64_t no_more_jobs = 0xffffffff;
 
 int thread_count(int wanted) {
@@ -55,10 +56,17 @@ bool spin_until(Done done, std::chrono::microseconds time = spin_time) {
 
 }  // namespace
 
-ThreadPool::ThreadPool(int threads) : size_(thread_count(threads)) {
-  threads_.reserve(static_cast<std::size_t>(size_ - 1));
-  for (int worker = 1; worker < size_; ++worker)
-    threads_.emplace_back([this, worker] { worker_main(worker); });
+int ThreadPool::resolve(int threads) { return thread_count(threads); }
+
+ThreadPool::ThreadPool(int threads) {
+  const int wanted = thread_count(threads);
+  threads_.reserve(static_cast<std::size_t>(wanted - 1));
+  try {
+    for (int worker = 1; worker < wanted; ++worker)
+      threads_.emplace_back([this, worker] { worker_main(worker); });
+  } catch (const std::system_error&) {  // the system has no more threads: fewer do
+  }
+  size_ = static_cast<int>(threads_.size()) + 1;
 }
 
 ThreadPool::~ThreadPool() {
@@ -71,8 +79,9 @@ ThreadPool::~ThreadPool() {
 }
 
 void ThreadPool::prewake() {
-  // Relaxed: who goes to sleep just now is woken by the job.
-  if (wake_policy_ != WakePolicy::everyone || sleepers_.load(std::memory_order_relaxed) == 0) return;
+  // Relaxed: a worker that goes to sleep at this moment is woken by the job.
+  if (wake_policy_ != WakePolicy::everyone || sleepers_.load(std::memory_order_relaxed) == 0)
+    return;
   leave_core_to_caller();
   const std::lock_guard<std::mutex> lock(mutex_);
   ++prewakes_;
@@ -114,29 +123,30 @@ bool ThreadPool::join_submitted() {
   return joined(submitted_.state.load(std::memory_order_relaxed)) > 0;
 }
 
-void ThreadPool::publish(Place& place, Invoke function, void* job) {
+void ThreadPool::publish(JobSlot& slot, Invoke function, void* job) {
   leave_core_to_caller();
-  place.invoke = function;
-  place.job = job;
+  slot.invoke = function;
+  slot.job = job;
   // Relaxed: only the thread that starts jobs changes the number.
-  std::uint64_t number = job_number(place.state.load(std::memory_order_relaxed)) + 1;
+  std::uint64_t number = job_number(slot.state.load(std::memory_order_relaxed)) + 1;
   if (number == no_more_jobs) number = 0;
-  // seq_cst, twice: as a release it publishes the job to join(); and either this thread sees the
-  // sleeper's count after it, or the sleeper sees the new job before it sleeps (wait_for_job).
-  place.state.store((number << job_shift) | open_bit, std::memory_order_seq_cst);
+  // seq_cst for two reasons. As a release it publishes the job, pairing with the acquire in
+  // enter(). And either this thread sees the sleeper's count after it, or the sleeper sees the new
+  // job before it sleeps (wait_for_job).
+  slot.state.store((number << job_shift) | open_bit, std::memory_order_seq_cst);
 }
 
-void ThreadPool::close(Place& place) {
-  // Relaxed: closing publishes nothing. After it nobody joins.
-  place.state.fetch_and(~open_bit, std::memory_order_relaxed);
-  wait_until(place, [](std::uint64_t s) { return inside(s) == 0; });
-  if (place.error) std::rethrow_exception(std::exchange(place.error, nullptr));
+void ThreadPool::close(JobSlot& slot) {
+  // Relaxed: closing publishes nothing. After it no worker joins.
+  slot.state.fetch_and(~open_bit, std::memory_order_relaxed);
+  wait_until(slot, [](std::uint64_t s) { return inside(s) == 0; });
+  if (slot.error) std::rethrow_exception(std::exchange(slot.error, nullptr));
 }
 
-// A scheduler that likes to wake a thread on its waker's core leaves it there, unrun, until the
-// next load balancing: milliseconds, a whole step, in one of three wakes on a virtual machine of
-// two cores. So the threads may run anywhere but there. In a large pool one late worker costs
-// little, and the system calls would cost more.
+// Keeps the threads off the caller's core. Some schedulers wake a thread on the core of its waker.
+// It waits there until the next load balancing: milliseconds, a whole step. That happened in one of
+// three wakes on a virtual machine of two cores. In a large pool one late worker costs little, and
+// the system calls would cost more, so large pools are left alone.
 void ThreadPool::leave_core_to_caller() noexcept {
 #if defined(__linux__)
   constexpr int largest_pool = 16;
@@ -152,89 +162,93 @@ void ThreadPool::leave_core_to_caller() noexcept {
 #endif
 }
 
-void ThreadPool::call(Place& place, int worker) noexcept {
+void ThreadPool::call(JobSlot& slot, int worker) noexcept {
   try {
-    place.invoke(place.job, worker);
+    slot.invoke(slot.job, worker);
   } catch (...) {
     const std::lock_guard<std::mutex> lock(mutex_);
-    if (!place.error) place.error = std::current_exception();
+    if (!slot.error) slot.error = std::current_exception();
   }
 }
 
 template <class Done>
-void ThreadPool::wait_until(const Place& place, Done done) {
-  // Acquire, pairs with the release in leave(): what the workers wrote is visible after the job.
-  const auto is_done = [&] { return done(place.state.load(std::memory_order_acquire)); };
+void ThreadPool::wait_until(const JobSlot& slot, Done done) {
+  // Acquire, pairs with the release in leave(): the writes of the workers are visible after the
+  // job.
+  const auto is_done = [&] { return done(slot.state.load(std::memory_order_acquire)); };
   if (spin_until(is_done)) return;
   std::unique_lock<std::mutex> lock(mutex_);
-  // seq_cst with leave(): either the leaver sees this flag or this thread sees it gone.
+  // seq_cst with leave(): either the leaving worker sees this flag, or this thread sees that it
+  // left.
   caller_sleeps_.store(true, std::memory_order_seq_cst);
-  done_.wait(lock, [&] { return done(place.state.load(std::memory_order_seq_cst)); });
+  done_.wait(lock, [&] { return done(slot.state.load(std::memory_order_seq_cst)); });
   caller_sleeps_.store(false, std::memory_order_relaxed);
 }
 
 void ThreadPool::worker_main(int worker) {
   pool_of_thread_ = this;
-  const std::chrono::microseconds spin = worker == 1 ? spin_of_first : spin_time;
+  const std::chrono::microseconds spin = worker == 1 ? first_worker_spin_time : spin_time;
   Seen seen;
   for (;;) {
     wait_for_job(seen, spin);
-    // Acquire, pairs with the store in publish(): what was handed out before this was offered is
-    // seen below, and comes first.
-    const std::uint64_t offered = job_number(current_.state.load(std::memory_order_acquire));
-    if (offered == no_more_jobs) return;
-    // Relaxed: join() acquires what the job needs.
+    // Acquire, pairs with the store in publish(): a job that was submitted before this one was
+    // published is seen below, and is taken first.
+    const std::uint64_t current = job_number(current_.state.load(std::memory_order_acquire));
+    if (current == no_more_jobs) return;
+    // Relaxed: enter() acquires what the job needs.
     const std::uint64_t submitted = job_number(submitted_.state.load(std::memory_order_relaxed));
     if (submitted != seen.submitted) {
       seen.submitted = submitted;
       help(submitted_, submitted, worker);
     } else {
-      seen.offered = offered;
-      help(current_, offered, worker);
+      seen.current = current;
+      help(current_, current, worker);
     }
   }
 }
 
-// Returns once there is a job other than those that were seen. Jobs in between may have passed
-// unseen.
+// Returns when there is a job other than the last ones seen. Jobs in between may have come and
+// gone.
 void ThreadPool::wait_for_job(const Seen& seen, std::chrono::microseconds spin) {
   const auto has_come = [&](std::memory_order order) {
-    return job_number(current_.state.load(order)) != seen.offered ||
+    return job_number(current_.state.load(order)) != seen.current ||
            job_number(submitted_.state.load(order)) != seen.submitted;
   };
-  // Relaxed: who looks for the job acquires.
+  // Relaxed: the caller acquires when it looks for the job.
   while (!spin_until([&] { return has_come(std::memory_order_relaxed); }, spin)) {
     std::unique_lock<std::mutex> lock(mutex_);
-    const std::uint64_t roused = prewakes_;
-    sleepers_.fetch_add(1, std::memory_order_seq_cst);  // before the look at the job: see publish()
-    wake_.wait(lock, [&] { return roused != prewakes_ || has_come(std::memory_order_seq_cst); });
+    const std::uint64_t old_prewakes = prewakes_;
+    // seq_cst, before the check for a job: see publish().
+    sleepers_.fetch_add(1, std::memory_order_seq_cst);
+    wake_.wait(lock,
+               [&] { return old_prewakes != prewakes_ || has_come(std::memory_order_seq_cst); });
     sleepers_.fetch_sub(1, std::memory_order_relaxed);
   }
 }
 
-void ThreadPool::help(Place& place, std::uint64_t job, int worker) noexcept {
-  if (!enter(place, job)) return;
-  call(place, worker);
-  leave(place);
+void ThreadPool::help(JobSlot& slot, std::uint64_t job, int worker) noexcept {
+  if (!enter(slot, job)) return;
+  call(slot, worker);
+  leave(slot);
 }
 
-// False where the job is over, or handed out to another.
-bool ThreadPool::enter(Place& place, std::uint64_t job) noexcept {
-  std::uint64_t state = place.state.load(std::memory_order_relaxed);
+// Joins the job. Returns false if it is over, or if another worker has the submitted job.
+bool ThreadPool::enter(JobSlot& slot, std::uint64_t job) noexcept {
+  std::uint64_t state = slot.state.load(std::memory_order_relaxed);
   while (job_number(state) == job && is_open(state)) {
-    std::uint64_t with_this = state + one_inside + one_joined;
-    if (&place == &submitted_) with_this &= ~open_bit;
-    // Acquire, pairs with the store in publish(): what it says of the job is this job's.
-    if (place.state.compare_exchange_weak(state, with_this, std::memory_order_acquire,
+    std::uint64_t joined_state = state + one_inside + one_joined;
+    if (&slot == &submitted_) joined_state &= ~open_bit;
+    // Acquire, pairs with the store in publish(): the fields of the slot belong to this job.
+    if (slot.state.compare_exchange_weak(state, joined_state, std::memory_order_acquire,
                                           std::memory_order_relaxed))
       return true;
   }
   return false;
 }
 
-void ThreadPool::leave(Place& place) noexcept {
+void ThreadPool::leave(JobSlot& slot) noexcept {
   // Release, pairs with the acquire in wait_until(); seq_cst for the flag below.
-  place.state.fetch_sub(one_inside, std::memory_order_seq_cst);
+  slot.state.fetch_sub(one_inside, std::memory_order_seq_cst);
   if (caller_sleeps_.load(std::memory_order_seq_cst)) {
     const std::lock_guard<std::mutex> lock(mutex_);
     done_.notify_one();

@@ -1,6 +1,6 @@
-// Persistent threads for the stages of a step. A step is a few milliseconds of short parallel
-// stages, so waiting is a short spin (between stages) and then sleep (between steps that do not
-// follow each other at once).
+// A pool of persistent threads for the stages of a step. A step is a few milliseconds of short
+// parallel stages. So a worker that waits spins for a short time (between stages) and then sleeps
+// (between steps that do not follow each other at once).
 #pragma once
 
 #include <algorithm>
@@ -18,69 +18,73 @@
 
 namespace lazyccd {
 
-// The calling thread is worker 0, so a pool of one has no thread of its own. Several pools may work
-// at once; one pool takes one job at a time, and beside it one that is handed out, from one thread
-// at a time. A job must not start another on its own pool, but for the one that is handed out: what
-// it offers, or does in pieces, its thread does alone.
+/// Runs jobs on several threads. The calling thread is worker 0, so a pool of one has no thread of
+/// its own. Several pools may work at the same time. One pool runs one job at a time and, beside
+/// it, one submitted job. One thread at a time may call it. Jobs must not start jobs on the same
+/// pool. Exception: a submitted job may call run_optional() and parallel_for(); they then run
+/// serially on its own thread.
 class ThreadPool {
  public:
-  explicit ThreadPool(int threads = 0);  // 0: as many as the machine has
+  explicit ThreadPool(int threads = 0);  ///< 0: as many as the machine has
   ~ThreadPool();
   ThreadPool(const ThreadPool&) = delete;
   ThreadPool& operator=(const ThreadPool&) = delete;
 
   int size() const { return size_; }
+  /// The number of threads that a pool of `threads` has; 0: as many as the machine has.
+  static int resolve(int threads);
 
-  // Says that a job comes soon: threads that sleep are awake by then, which takes them as long as a
-  // short stage lasts.
+  /// Wakes sleeping threads because a job comes soon. Waking takes about as long as a short stage.
   void prewake();
 
-  // Who comes to what is offered and to what is done in pieces.
+  /// Which workers run_optional() and parallel_for() use.
   enum class WakePolicy {
-    everyone,
-    awake  // nobody is woken: for what is done sooner than a sleeper would be there
+    everyone,  ///< sleeping workers are woken
+    awake      ///< only workers that are awake: for work that is done before a sleeper would wake
   };
-  void set_wake_policy(WakePolicy helpers) { wake_policy_ = helpers; }
-  // Workers that may come, the caller among them. Those that are awake may go to sleep just now, or
-  // be at what was handed out.
+  void set_wake_policy(WakePolicy policy) { wake_policy_ = policy; }
+  /// Number of workers that may take part, including the caller. An estimate: a worker that is
+  /// awake may just go to sleep, or be busy with a submitted job.
   int available() const {
     if (pool_of_thread_ == this) return 1;
-    // Relaxed: a guess, for how to share out.
-    return wake_policy_ == WakePolicy::awake ? size_ - sleepers_.load(std::memory_order_relaxed) : size_;
+    // Relaxed: an estimate, used only to split the work.
+    return wake_policy_ == WakePolicy::awake ? size_ - sleepers_.load(std::memory_order_relaxed)
+                                             : size_;
   }
 
-  // job(worker) once on every worker; returns when all have, so it waits for who is at what was
-  // handed out. Rethrows the first exception.
+  /// Calls job(worker) once on every worker and waits for all of them, so also for a worker that is
+  /// busy with a submitted job. Rethrows the first exception.
   template <class Job>
   void run(Job&& job) {
     start(Attendance::everyone, &invoke<Job>, address(job));
   }
 
-  // job(worker) on worker 0, and on others as they come, be it from what was handed out: who comes
-  // after worker 0 has returned is left out, so a short job never waits for a sleeper. For jobs
-  // that any one worker can finish alone.
+  /// Calls job(worker) on worker 0, and on other workers that come before worker 0 has returned.
+  /// Later ones are left out, so a short job never waits for a sleeping worker. For jobs that any
+  /// single worker can finish alone. Rethrows the first exception.
   template <class Job>
   void run_optional(Job&& job) {
     if (available() == 1) return static_cast<void>(job(0));
-    start(Attendance::volunteers, &invoke<Job>, address(job));
+    start(Attendance::optional, &invoke<Job>, address(job));
   }
 
-  // job(worker) once, on the first other thread that comes, while the caller goes on, with the pool
-  // too: who comes to the pool comes to this first. Until join_submitted() the job stays where it is,
-  // and no other is handed out.
+  /// Calls job(worker) once, on the first other worker that comes, while the caller goes on. The
+  /// caller may go on using the pool; workers take the submitted job first. `job` must stay at its
+  /// address until join_submitted(), and no other job may be submitted before that. With one thread
+  /// the job does not run.
   template <class Job>
   void submit(Job& job) {
     submit(&invoke<Job>, address(job));
   }
-  // Waits for what was handed out; rethrows its exception. False where nobody had come to it: then
-  // nobody will.
+  /// Waits for the submitted job and rethrows its exception. Returns false if no worker had started
+  /// it; then it will not run.
   bool join_submitted();
-  // Whether a job is submitted and not joined: then no other can be.
+  /// Whether a job is submitted and not joined. Then no other job can be submitted.
   bool has_submitted() const { return has_submitted_; }
 
-  // body(first, last, worker) over disjoint pieces of [0, count) of at most `grain` (where nobody
-  // else is available(), or `count` is no more than that, in one piece). No piece is begun after an
-  // exception.
+  /// Calls body(first, last, worker) over disjoint ranges of [0, count), each of at most `grain`
+  /// elements. Uses one range of any size if no other worker is available(). After an exception no
+  /// range is started; the first exception is rethrown.
   template <class Body>
   void parallel_for(std::size_t count, std::size_t grain, Body&& body) {
     if (count == 0) return;
@@ -91,8 +95,9 @@ class ThreadPool {
     }
     std::atomic<std::size_t> next{0};
     run_optional([&](int worker) {
-      // Relaxed: the pieces share nothing but the counter; the end of the job orders the results.
-      // The look before the step keeps the counter from running on and wrapping.
+      // Relaxed: the ranges share nothing but the counter; the end of the job orders the results.
+      // The check before the increment keeps the counter from growing without limit and wrapping
+      // around.
       while (next.load(std::memory_order_relaxed) < count) {
         const std::size_t first = next.fetch_add(grain, std::memory_order_relaxed);
         if (first >= count) break;
@@ -107,19 +112,19 @@ class ThreadPool {
   }
 
  private:
-  enum class Attendance { everyone, volunteers };
+  enum class Attendance { everyone, optional };
   using Invoke = void (*)(void* job, int worker);
 
-  // Where a job is for workers to find. On its own line: they spin on it.
-  struct alignas(64) Place {
+  // Holds a published job. On its own cache line, because the workers spin on it.
+  struct alignas(64) JobSlot {
     std::atomic<std::uint64_t> state{0};  // see the packing in thread_pool.cpp
     Invoke invoke = nullptr;
     void* job = nullptr;
-    std::exception_ptr error;  // the first of this job; under mutex_
+    std::exception_ptr error;  // the first exception of this job; guarded by mutex_
   };
-  // The numbers of the last jobs that a worker has seen.
+  // Numbers of the last jobs that a worker has seen.
   struct Seen {
-    std::uint64_t offered = 0, submitted = 0;
+    std::uint64_t current = 0, submitted = 0;
   };
 
   template <class Job>
@@ -133,39 +138,39 @@ class ThreadPool {
 
   void start(Attendance attendance, Invoke function, void* job);
   void submit(Invoke function, void* job);
-  void publish(Place& place, Invoke function, void* job);
-  void close(Place& place);
+  void publish(JobSlot& slot, Invoke function, void* job);
+  void close(JobSlot& slot);
   void leave_core_to_caller() noexcept;
-  void call(Place& place, int worker) noexcept;
+  void call(JobSlot& slot, int worker) noexcept;
   void worker_main(int worker);
   void wait_for_job(const Seen& seen, std::chrono::microseconds spin);
-  void help(Place& place, std::uint64_t job, int worker) noexcept;
-  bool enter(Place& place, std::uint64_t job) noexcept;
-  void leave(Place& place) noexcept;
+  void help(JobSlot& slot, std::uint64_t job, int worker) noexcept;
+  bool enter(JobSlot& slot, std::uint64_t job) noexcept;
+  void leave(JobSlot& slot) noexcept;
   template <class Done>
-  void wait_until(const Place& place, Done done);
+  void wait_until(const JobSlot& slot, Done done);
 
-  // Of which this thread is a worker, but for worker 0.
+  // The pool of which this thread is a worker other than worker 0, or null.
   static inline thread_local const ThreadPool* pool_of_thread_ = nullptr;
 
-  const int size_;
+  int size_ = 1;
   std::vector<std::thread> threads_;
   WakePolicy wake_policy_ = WakePolicy::everyone;
   bool has_submitted_ = false;
-  int caller_core_ = -1;  // where the threads are kept off
+  int caller_core_ = -1;  // core that the threads stay away from; -1: none
 
-  Place current_;  // to all; with the number that says that the pool is going down
-  Place submitted_;
+  JobSlot current_;  // the job for all workers; its number also tells them that the pool ends
+  JobSlot submitted_;
 
   std::mutex mutex_;
   std::condition_variable wake_;  // sleeping workers
   std::condition_variable done_;  // the sleeping caller
   std::atomic<int> sleepers_{0};  // workers inside wake_.wait
-  std::uint64_t prewakes_ = 0;      // how often; under mutex_
+  std::uint64_t prewakes_ = 0;    // number of calls of prewake(); guarded by mutex_
   std::atomic<bool> caller_sleeps_{false};
 };
 
-/// Sets the wake policy of a pool while it lives; then every worker is woken again.
+/// Sets the wake policy of a pool. The destructor sets it back to WakePolicy::everyone.
 class ScopedWakePolicy {
  public:
   ScopedWakePolicy(ThreadPool& pool, ThreadPool::WakePolicy policy) : pool_(pool) {

@@ -15,7 +15,7 @@ void RelativeMotionBounds::build(const Mesh& mesh, const Groups& groups, const T
   vertices_.clear();
   first_.assign(1, 0);
   constexpr std::uint32_t none = ~std::uint32_t{0};
-  std::vector<std::uint32_t> last_leaf(mesh.vertex_count(), none);  // that has the vertex
+  std::vector<std::uint32_t> last_leaf(mesh.vertex_count(), none);  // last leaf with this vertex
   for (std::uint32_t node = 0; node < nodes.size(); ++node) {
     if (!nodes[node].leaf()) continue;
     const Group& group = groups.groups()[nodes[node].group()];
@@ -51,7 +51,7 @@ void RelativeMotionBounds::measure(const std::vector<VertexRecord>& records, con
   pool.parallel_for(leaves_.size(), 128, [&](std::size_t first, std::size_t last, int) {
     for (std::size_t i = first; i < last; ++i) measure_leaf(static_cast<std::uint32_t>(i), records);
   });
-  // Children come after their parents.
+  // Bottom-up: children come after their parents in the array.
   const std::vector<TreeNode>& nodes = tree.nodes();
   for (std::size_t i = nodes.size(); i-- > 0;) {
     if (nodes[i].leaf()) continue;
@@ -63,7 +63,8 @@ void RelativeMotionBounds::measure(const std::vector<VertexRecord>& records, con
   }
 }
 
-void RelativeMotionBounds::measure_leaf(std::uint32_t leaf, const std::vector<VertexRecord>& records) {
+void RelativeMotionBounds::measure_leaf(std::uint32_t leaf,
+                                        const std::vector<VertexRecord>& records) {
   Box box;
   std::fill_n(box.lo, 6, HUGE_VAL);
   std::fill_n(box.hi, 6, -HUGE_VAL);
@@ -75,7 +76,7 @@ void RelativeMotionBounds::measure_leaf(std::uint32_t leaf, const std::vector<Ve
       box.hi[k] = std::max(box.hi[k], moved);
     }
   }
-  // Nothing that infinities would be compared with.
+  // After an overflow the box is unbounded, so that no comparison sees a NaN.
   for (int k = 0; k < 6; ++k) {
     if (box.hi[k] - box.lo[k] < HUGE_VAL) continue;
     box.lo[k] = -HUGE_VAL;

@@ -1,5 +1,5 @@
-// How differently groups of primitives have moved: two that fly together never come nearer each
-// other, however far.
+// Bounds of the relative motion of groups of primitives. Two groups that move together never come
+// nearer to each other, no matter how far they move.
 #pragma once
 
 #include <algorithm>
@@ -13,18 +13,21 @@
 
 namespace lazyccd {
 
+/// For each node of a tree, bounds of the displacement of all vertices below it since an origin
+/// step.
 class RelativeMotionBounds {
  public:
-  // For the groups at the leaves of a tree.
+  /// Prepares for a new tree and the groups at its leaves.
   void build(const Mesh& mesh, const Groups& groups, const Tree& tree);
 
-  // Motion is from where this step begins, times `scale`.
+  /// Takes the start of this step as the origin of the motion. Displacements are scaled by `scale`.
   void begin(const std::vector<VertexRecord>& records, double scale);
-  // Motion up to either end of this step.
+  /// Computes the bounds of the motion from the origin to the start and to the end of this step.
   void measure(const std::vector<VertexRecord>& records, const Tree& tree, ThreadPool& pool);
 
-  // What any two points of what is below two nodes have moved differently, at most, squared: not
-  // less than that of nodes below them, and infinite where numbers do not reach.
+  /// Upper bound of |displacement of p - displacement of q|^2, scaled, at both ends of the step. p
+  /// is any point below node a, and q any point below node b. Not less than the bound for nodes
+  /// below these two. Infinite if the numbers overflow.
   double difference_squared(std::uint32_t a, std::uint32_t b) const {
     const Box &x = boxes_[a], &y = boxes_[b];
     double squared[2] = {0, 0};  // by end of the step
@@ -35,25 +38,25 @@ class RelativeMotionBounds {
     return std::max(squared[0], squared[1]);
   }
 
-  // The leaf of the group that owns a primitive.
+  /// Node index of the leaf whose group owns the primitive.
   std::uint32_t leaf_of(PrimitiveKind kind, std::int32_t id) const { return owner_[kind][id]; }
   double scale() const { return scale_; }
   std::size_t bytes() const;
 
  private:
   struct Box {
-    double lo[6], hi[6];  // of each end of the step
+    double lo[6], hi[6];  // displacements: x y z at the start of the step, x y z at its end
   };
 
   void measure_leaf(std::uint32_t leaf, const std::vector<VertexRecord>& records);
 
   double scale_ = 1;
-  std::vector<VertexRecord> from_;  // where motion is from, twice
-  std::vector<Box> boxes_;          // of the motion, by node
-  // The vertices of all primitives of each leaf, from first_[leaf] on.
+  std::vector<VertexRecord> from_;  // origin of the motion: each position twice
+  std::vector<Box> boxes_;          // bounds of the displacements, by node
+  // Leaf i is node leaves_[i]. Its vertices are in vertices_, from first_[i] up to first_[i + 1].
   std::vector<std::uint32_t> leaves_, first_;
   std::vector<std::int32_t> vertices_;
-  std::vector<std::uint32_t> owner_[3];  // by PrimitiveKind
+  std::vector<std::uint32_t> owner_[3];  // by PrimitiveKind: node of the owner's leaf
 };
 
 }  // namespace lazyccd

@@ -10,18 +10,18 @@ void ListedPairs::clear() {
   pairs.clear();
 }
 
-void ListedPairs::add(ContactKind kind, Candidate candidate, float apart,
-                     const RelativeMotionBounds& groups) {
+void ListedPairs::add(ContactKind kind, Candidate candidate, float min_distance,
+                      const RelativeMotionBounds& motion) {
   const bool vf = kind == ContactKind::vertex_face;
-  std::uint32_t a = groups.leaf_of(vf ? kVertices : kEdges, candidate.a),
-                b = groups.leaf_of(vf ? kFaces : kEdges, candidate.b);
+  std::uint32_t a = motion.leaf_of(vf ? kVertices : kEdges, candidate.a),
+                b = motion.leaf_of(vf ? kFaces : kEdges, candidate.b);
   if (b < a) std::swap(a, b);
   std::uint32_t& latest = latest_[(31 * a + b) % latest_.size()];
   if (latest >= pairs.size() || pairs[latest].a != a || pairs[latest].b != b) {
     latest = static_cast<std::uint32_t>(pairs.size());
     pairs.push_back({a, b});
   }
-  of[static_cast<int>(kind)].push_back({candidate, apart, latest});
+  of[static_cast<int>(kind)].push_back({candidate, min_distance, latest});
 }
 
 std::size_t ListedPairs::bytes() const {
@@ -30,7 +30,7 @@ std::size_t ListedPairs::bytes() const {
 }
 
 void VerletList::build(const Mesh& mesh, const Groups& groups, const Tree& tree) {
-  groups_.build(mesh, groups, tree);
+  motion_.build(mesh, groups, tree);
   forget();
 }
 
@@ -39,22 +39,22 @@ bool VerletList::is_worthwhile(double scale) const {
   return worthwhile_ && skin > 0x1p-400 && skin < 0x1p400;  // its square is a normal number
 }
 
-void VerletList::begin_step(const std::vector<VertexRecord>& records, double scale, double tolerance,
-                          const Tree& tree, ThreadPool& pool) {
-  if (!made_) groups_.begin(records, scale);
-  groups_.measure(records, tree, pool);
-  unknown_ = 2 * tolerance * (1 + 0x1p-20) * groups_.scale();
-  const double limit = 2 * skin_ * groups_.scale() - unknown_;
+void VerletList::begin_step(const std::vector<VertexRecord>& records, double scale,
+                            double tolerance, const Tree& tree, ThreadPool& pool) {
+  if (!is_built_) motion_.begin(records, scale);
+  motion_.measure(records, tree, pool);
+  tolerance_ = 2 * tolerance * (1 + 0x1p-20) * motion_.scale();
+  const double limit = 2 * skin_ * motion_.scale() - tolerance_;
   limit_squared_ = limit >= 0 ? limit * limit : -1;
 }
 
 void VerletList::begin(const std::vector<VertexRecord>& records, double scale) {
-  groups_.begin(records, scale);
+  motion_.begin(records, scale);
   for (ListedPairs& part : parts_) part.clear();
 }
 
 void VerletList::complete() {
-  made_ = true;
+  is_built_ = true;
   worthwhile_ = false;
   searched_ = 0;
   steps_ = 0;
@@ -70,34 +70,39 @@ void VerletList::measure_distances() {
   for (ListedPairs& part : parts_) {
     part.distance_limit.resize(part.pairs.size());
     for (std::size_t i = 0; i < part.pairs.size(); ++i) {
-      const double squared = groups_.difference_squared(part.pairs[i].a, part.pairs[i].b);
-      part.distance_limit[i] = squared <= limit_squared_ ? reach(std::sqrt(squared) + unknown_) : -1;
+      const double squared = motion_.difference_squared(part.pairs[i].a, part.pairs[i].b);
+      part.distance_limit[i] =
+          squared <= limit_squared_ ? distance_limit(std::sqrt(squared) + tolerance_) : -1;
     }
   }
 }
 
-// Points of two primitives move no more differently than their vertices. What stays so little above
-// the separation that the test, which is conservative, may count it as near is tested.
-float VerletList::reach(double difference) const {
-  constexpr double of_separation = 0x1p-12,
-                   of_scene = 0x1p-15;  // the latter scaled: core/elementary.h
-  const double apart = separation_ * (1 + of_separation) * groups_.scale() + difference;
-  return static_cast<float>(apart + of_scene) * (1 + 0x1p-20f);
+// Returns the largest distance, when the list was built, of a candidate that can come within the
+// separation after a relative motion of `relative_motion`. All values are scaled. Two points of two
+// primitives move relative to each other by no more than their vertices do. The elementary test is
+// conservative and may count distances slightly above the separation, so a margin is added.
+float VerletList::distance_limit(double relative_motion) const {
+  // Margins relative to the separation, and to the size of the scene (scaled: core/elementary.h).
+  constexpr double relative_margin = 0x1p-12, scene_margin = 0x1p-15;
+  const double distance =
+      separation_ * (1 + relative_margin) * motion_.scale() + relative_motion;
+  return static_cast<float>(distance + scene_margin) * (1 + 0x1p-20f);
 }
 
-// Each step seeks more than the one before. Another list is made once a step sought more than half
-// of the mean since this one was made, that included.
+// Each step searches more than the one before, because more pairs of groups have moved too far. The
+// list is discarded when a step searched more than half of the mean number per step since the list
+// was built; the step that built it counts with the size of the list.
 void VerletList::record_use(std::int64_t candidates) {
   ++steps_;
   searched_ += candidates;
   const std::int64_t since = static_cast<std::int64_t>(size()) + searched_;
   if (2 * candidates * (steps_ + 1) <= since) return;
-  made_ = false;
-  worthwhile_ = steps_ >= least_steps;
+  is_built_ = false;
+  worthwhile_ = steps_ >= min_steps;
 }
 
 std::size_t VerletList::bytes() const {
-  std::size_t sum = groups_.bytes() + parts_.capacity() * sizeof(ListedPairs);
+  std::size_t sum = motion_.bytes() + parts_.capacity() * sizeof(ListedPairs);
   for (const ListedPairs& part : parts_) sum += part.bytes();
   return sum;
 }

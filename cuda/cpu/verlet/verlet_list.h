@@ -1,8 +1,11 @@
-// Candidates for a minimum separation that outlast a step (Verlet 1967, "Computer experiments on
-// classical fluids"): sought with a little more room than need be, they are all that can come that
-// near in a pair of groups until its points have moved differently by all of it. Of these, a step
-// tests those that can come that near for as little as the two groups have moved up to now; in
-// pairs of groups that have moved more it seeks anew.
+// Verlet list: candidates for a minimum separation that stay valid for several steps (Verlet 1967,
+// "Computer experiments on classical fluids").
+//
+// The list is built with a skin: boxes are wider than a step needs. For a pair of groups it holds
+// all candidates that can come within the separation, as long as no two points of the groups have
+// moved by more than twice the skin relative to each other. A step tests only the listed candidates
+// whose distance was small enough, given the relative motion of the two groups up to now. Pairs of
+// groups that have moved more are traversed again.
 #pragma once
 
 #include <array>
@@ -16,89 +19,97 @@
 
 namespace lazyccd {
 
-// The candidates that one worker lists, each with its pair of groups.
+/// The part of the list that one worker fills: candidates, each with its pair of groups.
 class alignas(128) ListedPairs {
  public:
   std::vector<ListedCandidate> of[2];  // by ContactKind
-  std::vector<NodePair> pairs;         // of leaves
-  // By pair: how far apart what comes near in this step can have been where the list was made;
-  // negative where the pair is sought anew.
+  std::vector<NodePair> pairs;         // pairs of leaves
+  // By pair of leaves: largest distance, when the list was built, of candidates that can come
+  // within the separation in this step; scaled. Negative: the traversal visits the pair again.
   std::vector<float> distance_limit;
 
   void clear();
-  void add(ContactKind kind, Candidate candidate, float apart, const RelativeMotionBounds& groups);
+  void add(ContactKind kind, Candidate candidate, float min_distance,
+           const RelativeMotionBounds& motion);
   std::size_t size() const { return of[0].size() + of[1].size(); }
   std::size_t bytes() const;
 
  private:
-  // Where pairs stand that were added lately: candidates of one come one after the other.
+  // Small hash table with the index of pairs added lately. Candidates of one pair of leaves usually
+  // follow each other.
   std::array<std::uint32_t, 256> latest_{};
 };
 
+/// The list of all workers, and the decision when to build it, use it, and discard it.
 class VerletList {
  public:
   VerletList(double separation, int workers)
       : separation_(separation), skin_(separation / 2), parts_(workers) {}
 
-  // By how much further than a step needs boxes have to grow on every side for a list.
+  /// Additional margin of the boxes, on every side, in the step that builds a list. Unscaled.
   double skin() const { return skin_; }
-  // To be called for another tree. There is no list then.
+  /// Prepares for a new tree and discards the list. Call it whenever the tree has been rebuilt.
   void build(const Mesh& mesh, const Groups& groups, const Tree& tree);
-  void forget() { made_ = worthwhile_ = false; }
+  void forget() { is_built_ = worthwhile_ = false; }
 
-  bool made() const { return made_; }
-  // Whether a list would serve most pairs of groups for some steps.
+  bool is_built() const { return is_built_; }
+  /// Whether a new list would probably stay valid for several steps, for most pairs of groups.
   bool is_worthwhile(double scale) const;
 
-  // At the start of a step, of the tree as it was built. With a list: how far groups have moved
-  // since it was made, for holds() and reach(). Without: how far they move in this step, for
-  // would_stay_valid(). Where the step ends, vertices may lie up to `tolerance` from where they are said
-  // to.
+  /// Measures the motion at the start of a step, for the tree passed to build(). With a list: the
+  /// motion since the list was built, for holds() and measure_distances(). Without: the motion in
+  /// this step, for would_stay_valid(). At the end of the step every vertex may be up to
+  /// `tolerance` (unscaled) from its position in `records`.
   void begin_step(const std::vector<VertexRecord>& records, double scale, double tolerance,
                   const Tree& tree, ThreadPool& pool);
-  // Whether all that can come near in this step below a pair of nodes is listed.
+  /// Whether the list has all candidates below a pair of nodes that can come within the separation
+  /// in this step.
   bool holds(NodePair nodes) const { return moves_within(nodes, limit_squared_); }
-  // Whether a list that was made now would hold for some steps.
+  /// Whether a list built now would stay valid for several steps below a pair of nodes.
   bool would_stay_valid(NodePair nodes) const {
-    return moves_within(nodes, limit_squared_ / (least_steps * least_steps));
+    return moves_within(nodes, limit_squared_ / (min_steps * min_steps));
   }
 
-  // Takes this step for the one that a list is made in: workers add to their parts.
+  /// Starts to build a list in this step: workers add candidates to their parts. complete() ends
+  /// it.
   void begin(const std::vector<VertexRecord>& records, double scale);
   void complete();
-  // What to list: as far apart as what the list is to hold can be.
-  float listing_distance() const { return reach(2 * skin_ * groups_.scale()); }
-  const RelativeMotionBounds& groups() const { return groups_; }
+  /// Largest distance at the start of the step of candidates that belong in the list, scaled.
+  float listing_distance() const { return distance_limit(2 * skin_ * motion_.scale()); }
+  const RelativeMotionBounds& motion() const { return motion_; }
 
   ListedPairs& part(int worker) { return parts_[static_cast<std::size_t>(worker)]; }
   const std::vector<ListedPairs>& parts() const { return parts_; }
-  std::size_t size() const;  // candidates
-  // To be called before ListedPairs::reach is read, in a step with a list.
+  std::size_t size() const;  ///< number of candidates
+  /// Computes ListedPairs::distance_limit. Call it in a step with a list, after begin_step().
   void measure_distances();
 
-  // At the end of a step with a list, which made so many candidates besides; without: in which so
-  // many pairs of groups were opened.
+  /// Call it at the end of a step with a list. `candidates` is the number of candidates that did
+  /// not come from the list. Discards the list if that number has become too large.
   void record_use(std::int64_t candidates);
+  /// Call it at the end of a step without a list. `pairs` is the number of pairs of groups visited,
+  /// and `lasting` the number of those for which would_stay_valid() holds.
   void record_probe(std::int64_t pairs, std::int64_t lasting) { worthwhile_ = 2 * lasting > pairs; }
 
   std::size_t bytes() const;
 
  private:
-  // Steps that a list should last for, for it costs more to make than without.
-  static constexpr double least_steps = 4;
+  // Number of steps that a list must last. A step that builds a list costs more than a step
+  // without.
+  static constexpr double min_steps = 4;
 
   bool moves_within(NodePair nodes, double squared) const {
-    return groups_.difference_squared(nodes.a, nodes.b) <= squared;
+    return motion_.difference_squared(nodes.a, nodes.b) <= squared;
   }
-  float reach(double difference) const;
+  float distance_limit(double relative_motion) const;
 
   double separation_, skin_;
-  bool made_ = false, worthwhile_ = false;
-  double limit_squared_ = 0;  // negative: nothing moves so little
-  double unknown_ = 0;        // scaled: that two points may move differently besides
-  std::int64_t searched_ = 0;   // candidates besides, since the list was made
-  int steps_ = 0;             // that it served
-  RelativeMotionBounds groups_;
+  bool is_built_ = false, worthwhile_ = false;
+  double limit_squared_ = 0;   // of the largest valid relative motion, scaled; negative: none
+  double tolerance_ = 0;       // additional relative motion of two points, scaled: see begin_step()
+  std::int64_t searched_ = 0;  // candidates that did not come from the list, since it was built
+  int steps_ = 0;              // number of steps that used the list
+  RelativeMotionBounds motion_;
   std::vector<ListedPairs> parts_;  // by worker
 };
 

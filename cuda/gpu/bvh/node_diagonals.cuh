@@ -1,5 +1,4 @@
-// The diagonals of all nodes' 18-DOPs, united anew each step from those that the groups have
-// anyway.
+// The diagonals of all nodes' 18-DOPs, recomputed in each step from the groups' diagonals.
 #pragma once
 
 #include "gpu/bvh/extents.cuh"
@@ -20,7 +19,7 @@ __device__ inline void unite(NodeDiagonals& a, const AxisExtent* b) {
   for (int k = 0; k < kDiagonals; ++k) unite(a.axis[k], load_wide(b + k));
 }
 
-// By a warp; lane k stores the k-th.
+/// Unites the diagonals over a warp and stores them; lane k stores the k-th.
 __device__ inline void store_united(const NodeDiagonals& d, NodeDiagonals& place, int lane) {
   for (int k = 0; k < kDiagonals; ++k) {
     const AxisExtent e = united_over_warp(d.axis[k]);
@@ -28,11 +27,12 @@ __device__ inline void store_united(const NodeDiagonals& d, NodeDiagonals& place
   }
 }
 
+/// Adds the diagonals of the leaf at `slot` of the leaf order.
 __device__ inline void unite_leaf(NodeDiagonals& d, const SceneView& scene, int slot) {
   unite(d, scene.groups.bounds[scene.leaf_order[slot]].axis + kSides);
 }
 
-// One warp a run.
+/// Computes the diagonals of the runs; one warp per run.
 __global__ void unite_runs(SceneView scene, NodeDiagonals* runs) {
   begin_kernel();
   const std::uint32_t run = (blockIdx.x * blockDim.x + threadIdx.x) / kWarp;
@@ -44,7 +44,7 @@ __global__ void unite_runs(SceneView scene, NodeDiagonals* runs) {
   store_united(d, runs[run], lane);
 }
 
-// One warp a node.
+/// Computes the diagonals of the nodes; one warp per node.
 __global__ void unite_nodes(SceneView scene, const NodeDiagonals* runs,
                                    NodeDiagonals* nodes) {
   begin_kernel();

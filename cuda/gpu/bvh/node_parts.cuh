@@ -1,5 +1,5 @@
-// What a node is made of, for the few lanes that fit a volume to it: whole runs of the leaves below
-// it and the leaves at both ends, so that no node waits for another.
+// The parts of a node, for the lanes that fit a volume to it: whole runs of the leaves below it,
+// and the leaves at both ends. So no node waits for another.
 #pragma once
 
 #include "gpu/device/kernel_chain.cuh"
@@ -7,7 +7,7 @@
 
 namespace lazyccd::gpu {
 
-// run(i) and leaf(slot) for the lane's share of the leaves from range.x to range.y - 1.
+/// Calls run(i) and leaf(slot) for the lane's share of the leaves from range.x to range.y - 1.
 template <int lanes, class Run, class Leaf>
 __device__ inline void for_each_part(int2 range, int lane, Run&& run, Leaf&& leaf) {
   const int first_run = (range.x + kRun - 1) / kRun, last_run = range.y / kRun;
@@ -18,7 +18,7 @@ __device__ inline void for_each_part(int2 range, int lane, Run&& run, Leaf&& lea
   for (int slot = after + lane; slot < range.y; slot += lanes) leaf(slot);
 }
 
-// f(names) for the lane's share of a group's faces, or of its edges where it has no face.
+/// Calls f(names) for the lane's share of a group's faces, or of its edges if it has no face.
 template <int lanes, class F>
 __device__ inline void for_each_cell(const GroupView& view, std::int32_t g, int lane, F&& f) {
   const DeviceGroup group = load_wide(view.groups + g);

@@ -1,6 +1,7 @@
-// Oriented boxes of all nodes, fitted anew each step: the moments of leaves, runs of leaves and
-// nodes, then their axes, then the extents along them, of leaves from their vertices, of runs from
-// their leaves and of nodes from both. A few lanes have a volume, and none waits for another.
+// Oriented boxes of all nodes, fitted in each step. First come the moments of leaves, runs of
+// leaves and nodes; then their axes; then the extents along the axes. A leaf is fitted to its
+// vertices, a run to its leaves, a node to its runs and leaves. A few lanes work on each volume,
+// and none waits for another.
 #pragma once
 
 #include "core/oriented_box.h"
@@ -11,23 +12,25 @@
 
 namespace lazyccd::gpu {
 
-// Volumes side by side: the leaves in their order, the runs, the nodes.
+/// All volumes in one array: the leaves in their order, then the runs, then the nodes.
 struct OrientedBoxesView {
-  OrientedBox* boxes;  // of nodes the axes alone
+  OrientedBox* boxes;  // of nodes only the axes
   Moments* moments;
   OrientedBoxOf<float>* nodes;
   std::uint32_t first_run, first_node, count;
 };
 
-constexpr int kFitLanes = 16;                          // of a volume: most nodes have few parts
-constexpr std::uint32_t kFitBlock = kRun * kFitLanes;  // the leaves of a run
+constexpr int kFitLanes = 16;                          // per volume: most nodes have few parts
+constexpr std::uint32_t kFitBlock = kRun * kFitLanes;  // threads of a block: the leaves of a run
 
+/// Returns the index of the volume that this thread works on.
 __device__ inline std::uint32_t fitted_volume() {
   return (blockIdx.x * blockDim.x + threadIdx.x) / kFitLanes;
 }
+/// Returns the index of this thread among the lanes of its volume.
 __device__ inline int fit_lane() { return static_cast<int>(threadIdx.x % kFitLanes); }
 
-// Over the lanes of each volume; all lanes of the warp call.
+/// Unites moments over the lanes of each volume. All lanes of the warp must call it.
 __device__ inline Moments united(Moments m) {
   for (int offset = kFitLanes / 2; offset > 0; offset /= 2) {
     m.count += __shfl_xor_sync(kAllLanes, m.count, offset);
@@ -37,6 +40,7 @@ __device__ inline Moments united(Moments m) {
   return m;
 }
 
+/// Unites extents over the lanes of each volume. All lanes of the warp must call it.
 __device__ inline AxesExtent united(AxesExtent e) {
   for (int offset = kFitLanes / 2; offset > 0; offset /= 2) {
     AxesExtent other;
@@ -50,8 +54,8 @@ __device__ inline AxesExtent united(AxesExtent e) {
   return e;
 }
 
-// f(position) for the lane's share of the positions of a leaf's vertices at both ends of the step;
-// those of several cells more than once.
+/// Calls f(position) for the lane's share of the positions of a leaf's vertices, at both ends of
+/// the step. A vertex of several cells comes more than once.
 template <class Record, class F>
 __device__ inline void for_each_position(const SceneView& scene, std::uint32_t slot, F&& f) {
   if (slot >= scene.group_count) return;
@@ -66,7 +70,7 @@ __device__ inline void for_each_position(const SceneView& scene, std::uint32_t s
                            });
 }
 
-// f(leaf) for the lane's share of a run's leaves, counted from its first.
+/// Calls f(leaf) for the lane's share of a run's leaves, counted from the run's first leaf.
 template <class F>
 __device__ inline void for_each_leaf_of_run(const SceneView& scene, F&& f) {
   for (int leaf = fit_lane(); leaf < kRun && blockIdx.x * kRun + leaf < scene.group_count;
@@ -74,7 +78,7 @@ __device__ inline void for_each_leaf_of_run(const SceneView& scene, F&& f) {
     f(leaf);
 }
 
-// A block a run.
+/// Computes the moments of leaves and runs; one block per run.
 template <class Record>
 __global__ void sum_leaves(SceneView scene, OrientedBoxesView view) {
   begin_kernel();
@@ -95,6 +99,7 @@ __global__ void sum_leaves(SceneView scene, OrientedBoxesView view) {
   if (threadIdx.x == 0) view.moments[view.first_run + blockIdx.x] = m;
 }
 
+/// Computes the moments of the nodes.
 __global__ void sum_nodes(SceneView scene, OrientedBoxesView view) {
   begin_kernel();
   const std::uint32_t node = fitted_volume();
@@ -107,13 +112,14 @@ __global__ void sum_nodes(SceneView scene, OrientedBoxesView view) {
   if (fit_lane() == 0 && node < scene.node_count) view.moments[view.first_node + node] = m;
 }
 
-// A thread a volume.
+/// Computes the principal axes of all volumes; one thread per volume.
 __global__ void find_axes(OrientedBoxesView view) {
   begin_kernel();
   const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
   if (i < view.count) principal_axes(view.moments[i], view.boxes[i].axis);
 }
 
+/// The axes of a volume.
 struct Axes {
   double axis[3][3] = {};
 
@@ -123,7 +129,7 @@ struct Axes {
   }
 };
 
-// A block a run.
+/// Fits the boxes of leaves and runs; one block per run.
 template <class Record>
 __global__ void fit_leaves(SceneView scene, OrientedBoxesView view) {
   begin_kernel();
@@ -149,9 +155,10 @@ __global__ void fit_leaves(SceneView scene, OrientedBoxesView view) {
   for_each_leaf_of_run(scene, [&](int leaf) { extent.add(axes.axis, leaves[leaf]); });
   extent = united(extent);
   __syncwarp();                                               // all have read the axes
-  if (threadIdx.x == 0) run = enclose(axes.axis, extent, 0);  // the leaves have the margin
+  if (threadIdx.x == 0) run = enclose(axes.axis, extent, 0);  // the leaves include the margin
 }
 
+/// Fits the boxes of the nodes.
 __global__ void fit_nodes(SceneView scene, OrientedBoxesView view) {
   begin_kernel();
   const std::uint32_t node = fitted_volume();

@@ -1,3 +1,4 @@
+// Launch of the refit.
 #include "gpu/bvh/refit.cuh"
 
 #include "gpu/stages.h"

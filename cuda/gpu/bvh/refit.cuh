@@ -1,4 +1,5 @@
-// Positions to boxes: vertex records, boxes of primitives and groups, then the hierarchy.
+// Refit: computes vertex records, boxes of primitives and groups, and boxes of nodes from the
+// positions.
 #pragma once
 
 #include "core/separation.h"
@@ -13,10 +14,11 @@ __device__ inline float round_up(double x) { return __double2float_ru(x); }
 __device__ inline float round_down(float x) { return x; }
 __device__ inline float round_up(float x) { return x; }
 
-// Positions beyond this would overflow the filter's single precision: the host takes that step.
+/// Largest coordinate that the filter's single precision can take without overflow. If one is
+/// larger, the host does the step.
 constexpr double kLargestPosition = 0x1p100;
 
-// The caller's positions, three scalars a vertex.
+/// The caller's positions on the device, three scalars per vertex.
 template <class Scalar>
 struct PositionView {
   const Scalar *start, *end;
@@ -32,7 +34,7 @@ __device__ inline Record load_record(const PositionView<Scalar>& positions, std:
   return record;
 }
 
-// Bits: 1 one is not finite, 2 one is too large.
+/// Returns bits: 1 if a coordinate is not finite, 2 if one is too large.
 template <class Record>
 __device__ inline unsigned bad_bits(const Record& record) {
   unsigned bad = 0;
@@ -48,20 +50,22 @@ __device__ inline float sum_up(float a, float b) { return __fadd_ru(a, b); }
 __device__ inline float sum_down(double a, double b) { return __double2float_rd(__dadd_rd(a, b)); }
 __device__ inline float sum_up(double a, double b) { return __double2float_ru(__dadd_ru(a, b)); }
 
-// A vertex along x, y and z.
+/// Computes the extents of a vertex along x, y and z.
 template <class Record>
 __device__ inline void side_extents(const Record& v, AxisExtent (&e)[kSides]) {
   for (int k = 0; k < kSides; ++k)
     e[k] = {round_down(v.x[k]), round_up(v.x[k]), round_down(v.x[3 + k]), round_up(v.x[3 + k])};
 }
 
-// With a minimum separation everything reaches further by this, and along a diagonal (of length
-// sqrt 2) by as much more.
+/// Widens an extent by `margin` on both sides. With a minimum separation every extent is widened.
+/// The margin along a diagonal is sqrt 2 times as large, because the diagonal's vector has length
+/// sqrt 2.
 __device__ inline void grow(AxisExtent& e, double margin) {
   e = {round_down(__dsub_rd(e.lo0, margin)), round_up(__dadd_ru(e.hi0, margin)),
        round_down(__dsub_rd(e.lo1, margin)), round_up(__dadd_ru(e.hi1, margin))};
 }
 
+/// Adds a vertex to the extents along the diagonals.
 template <class Record>
 __device__ inline void unite_diagonals(AxisExtent (&e)[kDiagonals], const Record& v) {
   constexpr int from[kDiagonals] = {0, 0, 0, 0, 1, 1}, to[kDiagonals] = {1, 1, 2, 2, 2, 2};
@@ -85,12 +89,13 @@ __device__ inline void unite(SweptBox& a, const SweptBox& b) {
 
 __device__ inline SweptBox united_over_warp(SweptBox box) {
   for (int k = 0; k < 3; ++k) {
-    box.lo[k] = least_of_warp(box.lo[k]);
-    box.hi[k] = largest_of_warp(box.hi[k]);
+    box.lo[k] = warp_min(box.lo[k]);
+    box.hi[k] = warp_max(box.hi[k]);
   }
   return box;
 }
 
+/// Returns the swept box of the leaf at `slot` of the leaf order.
 __device__ inline SweptBox leaf_box(const SceneView& scene, std::int32_t slot) {
   const AxisExtent* axis = scene.groups.bounds[scene.leaf_order[slot]].axis;
   SweptBox box;
@@ -102,7 +107,8 @@ __device__ inline SweptBox leaf_box(const SceneView& scene, std::int32_t slot) {
   return box;
 }
 
-// By a warp; returns the swept box in all lanes.
+/// Refits the boxes of a group and of its primitives, by one warp. Returns the group's swept box in
+/// all lanes.
 template <class Record, class Scalar>
 __device__ inline SweptBox refit_group(const SceneView& scene,
                                        const PositionView<Scalar>& positions, std::int32_t g,
@@ -146,14 +152,16 @@ __device__ inline SweptBox refit_group(const SceneView& scene,
   return box;
 }
 
-// A run's leaves are the warps of a block.
+/// Threads of a block of the refit: one warp per leaf of a run.
 constexpr std::uint32_t kRefitBlock = kRun * kWarp;
+/// Returns the number of runs of leaves.
 LAZYCCD_HD inline std::uint32_t run_count(const SceneView& scene) {
   return (scene.group_count + kRun - 1) / kRun;
 }
 
-// The first blocks: one warp a group, in the order of the leaves; then the run's box from theirs.
-// The others: one thread a vertex. It needs nothing that the step has done before but its counters.
+/// Refits groups and vertices. The first blocks take the groups, one warp per group in the order of
+/// the leaves, and then unite the run's box from theirs. The other blocks write the vertex records,
+/// one thread per vertex. Needs nothing from earlier kernels of the step but cleared counters.
 template <class Scalar, class Record>
 __global__ void __launch_bounds__(kRefitBlock, 1024 / kRefitBlock)
     refit_groups(SceneView scene, PositionView<Scalar> positions, StepCounters* counters) {
@@ -197,8 +205,9 @@ __global__ void __launch_bounds__(kRefitBlock, 1024 / kRefitBlock)
   }
 }
 
-// One warp a node: whole runs of its part of the leaf order, and the leaves at both ends. No node
-// waits for another, as it would from the leaves upward.
+/// Refits the boxes of the nodes, one warp per node: from the whole runs of its part of the leaf
+/// order, and the leaves at both ends. No node waits for another, as it would in a refit from the
+/// leaves upward.
 __global__ void refit_nodes(SceneView scene) {
   begin_kernel();
   const std::uint32_t n = (blockIdx.x * blockDim.x + threadIdx.x) / kWarp;

@@ -1,5 +1,5 @@
-// What a traversal asks of pairs of nodes whose boxes overlap: whether tighter volumes are apart,
-// and whether a node is certainly apart from itself. Only where the options ask for it.
+// Culling of pairs of nodes whose boxes overlap: whether tighter volumes are apart, and whether a
+// node certainly cannot touch itself. Used only if the options request it.
 #pragma once
 
 #include <cstdint>
@@ -10,35 +10,37 @@
 
 namespace lazyccd::gpu {
 
-// The diagonals of a node's 18-DOP, at both ends of the step.
+/// The extents of a node along the diagonals of its 18-DOP, at both ends of the step.
 struct NodeDiagonals {
   AxisExtent axis[kDiagonals];
 };
 
-// Of one step, on the device until the host reads it.
+/// Counters of one step, on the device until the host reads them.
 struct CullingCounters {
   std::uint64_t volume_culled, culled_by_normal_cone;
   std::uint32_t orphans;
 };
 
-// A node that could be apart from itself: its boundary is `count` of all boundaries' vertices.
+/// A node that may turn out unable to touch itself. Its boundary is a part of the array of all
+/// boundaries' vertices: `count` vertices from `first` on.
 struct NodePatch {
   std::uint32_t node, first, count;
 };
 
-// By node; null where not asked for.
+/// Culling data per node. Pointers are null if the options do not request the data.
 struct NodeCulling {
   const OrientedBoxOf<float>* boxes;
   const NodeDiagonals* diagonals;
-  const unsigned char* flat;  // nonzero: apart from itself
+  const unsigned char* flat;  // nonzero: the node cannot touch itself
   CullingCounters* counters;
 
   __device__ bool flat_node(std::uint32_t node) const { return flat != nullptr && flat[node] != 0; }
 
-  // Whether the volumes of two nodes certainly do not touch.
+  /// Returns whether the oriented boxes of two nodes are certainly apart.
   __device__ bool boxes_apart(NodePair pair) const {
     return boxes != nullptr && apart(load_wide(boxes + pair.a), load_wide(boxes + pair.b));
   }
+  /// Returns whether two nodes are certainly apart along a diagonal.
   __device__ bool diagonals_apart(NodePair pair) const {
     if (diagonals == nullptr) return false;
     int sign = 0;
@@ -49,13 +51,13 @@ struct NodeCulling {
   }
 };
 
-// What one thread culls; added up once.
+/// Counts of what one thread culls; added to the counters once.
 struct CulledPairs {
   std::uint32_t by_volume = 0, flat = 0;
 
-  // What becomes of a pair after a second look. Of a pair of leaves it is too early: their groups
-  // have diagonals too, and those of both ends of the step, so they are asked first.
-  __device__ PairVisit look(const NodeCulling& culling, NodePair pair, const PairVisit& visited) {
+  /// Returns the visit of a pair after culling. Pairs of leaves are not tested here: their groups
+  /// have diagonals too, at both ends of the step, and these are tested first.
+  __device__ PairVisit cull(const NodeCulling& culling, NodePair pair, const PairVisit& visited) {
     constexpr PairVisit ended{false, 0, {}};
     if (pair.a == pair.b) {
       if (!culling.flat_node(pair.a)) return visited;
@@ -68,11 +70,11 @@ struct CulledPairs {
     return ended;
   }
 
-  // Of a pair of leaves that is worth a visit otherwise.
+  /// Returns whether two leaves that pass all other tests have oriented boxes apart.
   __device__ bool leaves_apart(const NodeCulling& culling, NodePair pair) {
-    const bool parted = pair.a != pair.b && culling.boxes_apart(pair);
-    by_volume += parted;
-    return parted;
+    const bool are_apart = pair.a != pair.b && culling.boxes_apart(pair);
+    by_volume += are_apart;
+    return are_apart;
   }
 
   __device__ void add_to(CullingCounters& counters) const {

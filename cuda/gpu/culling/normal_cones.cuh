@@ -1,5 +1,5 @@
-// Continuous normal cones with the contour condition (core/normal_cone.h) on the device: which
-// nodes are apart from themselves, decided for all of them before the traversal.
+// Continuous normal cones with the contour condition (core/normal_cone.h) on the device. They
+// decide, for all nodes and before the traversal, which nodes cannot touch themselves.
 #pragma once
 
 #include "core/normal_cone.h"
@@ -12,17 +12,18 @@ namespace lazyccd::gpu {
 
 struct NormalConesView {
   const NodePatch* patches;
-  const std::int32_t* vertices;  // of all boundaries
-  Directions* leaves;            // cones of the leaves in their order
-  unsigned char* flat;           // out, by node: of those that are patches
+  const std::int32_t* vertices;  // vertices of all boundaries
+  Directions* leaves;            // cones of the leaves, in leaf order
+  unsigned char* flat;           // out, per node; set for the nodes that are patches
 };
 
+/// Returns the intersection of the sets over a warp.
 __device__ inline Directions common_to_warp(Directions d) {
   for (int offset = kWarp / 2; offset > 0; offset /= 2) d &= __shfl_xor_sync(kAllLanes, d, offset);
   return d;
 }
 
-// One warp a leaf.
+/// Computes the cones of the leaves; one warp per leaf.
 template <class Record>
 __global__ void find_cones(SceneView scene, NormalConesView cones) {
   begin_kernel();
@@ -41,10 +42,10 @@ __global__ void find_cones(SceneView scene, NormalConesView cones) {
   if (lane == 0) cones.leaves[slot] = directions;
 }
 
-constexpr int kLoopWarps = 8;  // that share a boundary
+constexpr int kLoopWarps = 8;  // per boundary
 constexpr std::uint32_t kLoopBlock = kLoopWarps * kWarp;
 
-// The boundary of a patch: one loop of vertices. Indices go round it once more.
+/// The boundary of a patch: one closed loop of vertices. Indices may run up to twice its length.
 template <class Record>
 struct BoundaryLoop {
   const Record* records;
@@ -55,8 +56,9 @@ struct BoundaryLoop {
     return load_wide(records + vertices[i < count ? i : i - count]);
   }
 
-  // Whether two sides of the loop meet nowhere but in the vertex of neighbours, by a block: each
-  // side with those from the next but one up to half way round, of which each warp has a part.
+  /// Returns whether the loop never meets itself, apart from the vertex that two neighbouring sides
+  /// share. By a block. Each side is tested against the sides from the next but one up to half way
+  /// round, of which each warp takes a part.
   __device__ bool simple(const View& view) const {
     const int lane = threadIdx.x % kWarp, warp = threadIdx.x / kWarp;
     double size = 0;
@@ -85,7 +87,7 @@ struct BoundaryLoop {
   __device__ bool turns(const Contour& contour, int i) const {
     return contour.turns(seen(contour, i), seen(contour, i + 1), seen(contour, i + 2));
   }
-  // Side i of those `first` to `last` - 1 further on.
+  /// Returns whether side i is apart from the sides i + first to i + last - 1.
   __device__ bool free(const Contour& contour, int i, int first, int last) const {
     if (first >= last) return true;
     const Contour::Side side(seen(contour, i), seen(contour, i + 1));
@@ -99,7 +101,7 @@ struct BoundaryLoop {
   }
 };
 
-// A block a patch.
+/// Decides which patches cannot touch themselves; one block per patch.
 template <class Record>
 __global__ void __launch_bounds__(kLoopBlock)
     find_flat_nodes(SceneView scene, NormalConesView cones) {

@@ -1,4 +1,4 @@
-// Orphan sets on the device: the leaf kernel drops the pairs that are in them, and a kernel of
+// Orphan sets on the device. The leaf kernel drops the pairs that are in the sets. A kernel of
 // their own filters them into the same lists.
 #pragma once
 
@@ -8,8 +8,8 @@
 
 namespace lazyccd::gpu {
 
-// Whether the first `split` of four vertices stay on one side of the others along an axis, at both
-// ends of the step and so all the time.
+/// Returns whether the first `split` of four vertices stay on one side of the others along an axis:
+/// at both ends of the step, and so at all times.
 template <int split, class Record>
 __device__ inline bool apart_along_axis(const Record (&p)[4]) {
   for (int k = 0; k < 3; ++k) {
@@ -27,7 +27,8 @@ __device__ inline bool apart_along_axis(const Record (&p)[4]) {
   return false;
 }
 
-// Both primitives are of one body: their faces share a vertex.
+/// Returns whether an orphan pair may touch. Both primitives belong to one body, because their
+/// faces share a vertex.
 template <ContactKind kind, class Record>
 __device__ inline bool may_touch(const SceneView& scene, Candidate pair) {
   Contact contact;
@@ -40,6 +41,7 @@ __device__ inline bool may_touch(const SceneView& scene, Candidate pair) {
   return !apart_along_axis<split>(p);
 }
 
+/// Filters the orphans of one kind.
 template <ContactKind kind, class Record>
 __device__ inline void filter_orphans_of(const SceneView& scene, const LeafCulling& culling,
                                          const StepLists& lists, CullingCounters& counters) {
@@ -48,7 +50,7 @@ __device__ inline void filter_orphans_of(const SceneView& scene, const LeafCulli
   const float scale = static_cast<float>(scene_scale(scene));
   const int lane = threadIdx.x % kWarp;
   std::uint32_t near = 0;
-  // Whole warps stay together to the end of the list.
+  // Whole warps stay in the loop to the end of the list.
   for (std::uint32_t base = blockIdx.x * blockDim.x; base < orphans.count;
        base += gridDim.x * blockDim.x) {
     const std::uint32_t i = base + threadIdx.x;
@@ -66,6 +68,7 @@ __device__ inline void filter_orphans_of(const SceneView& scene, const LeafCulli
   atomicAdd(&counters.orphans, near);
 }
 
+/// Filters the orphans into the lists of filtered candidates.
 template <class Record>
 __global__ void filter_orphans(SceneView scene, LeafCulling culling, bool vertex_face,
                                bool edge_edge, StepLists lists, CullingCounters* counters) {

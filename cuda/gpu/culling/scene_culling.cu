@@ -1,3 +1,4 @@
+// The culling data of a scene: allocation, upload and launches.
 #include "gpu/culling/scene_culling.h"
 
 #include <algorithm>
@@ -14,12 +15,12 @@
 namespace lazyccd::gpu {
 
 SceneCulling::SceneCulling(const DetectorOptions& options)
-    : volume_(options.volume), culling_(options.culling) {
-  // What cannot touch can still come near.
+    : volume_(options.algorithm.volume), culling_(options.algorithm.culling) {
+  // Primitives that cannot touch can still come within the separation.
   if (options.separation > 0) culling_.normal_cones = culling_.orphan_sets = false;
   host_counters_.reserve(1);
   *host_counters_.data() = {};
-  if (any()) counters_.reserve(1);
+  if (is_enabled()) counters_.reserve(1);
 }
 
 void SceneCulling::set_mesh(const Mesh& mesh) {
@@ -61,7 +62,7 @@ void SceneCulling::build_patches(const Mesh& mesh, const Groups& groups, const T
     const Patches::Boundary boundary = of_tree.boundaries()[node];
     if (boundary.count != 0) patches.push_back({node, boundary.first, boundary.count});
   }
-  // The longest first, so that none is the last to begin.
+  // The longest boundaries come first, so that none of them begins last.
   std::stable_sort(patches.begin(), patches.end(),
                    [](const NodePatch& x, const NodePatch& y) { return x.count > y.count; });
   patch_count_ = static_cast<std::uint32_t>(patches.size());
@@ -73,11 +74,11 @@ void SceneCulling::build_patches(const Mesh& mesh, const Groups& groups, const T
 }
 
 void SceneCulling::clear_counters(cudaStream_t stream) {
-  if (any())
+  if (is_enabled())
     LAZYCCD_CUDA_CHECK(cudaMemsetAsync(counters_.data(), 0, sizeof(CullingCounters), stream));
 }
 
-constexpr std::uint32_t kBlock = 128;  // threads, where a warp has a leaf or a node
+constexpr std::uint32_t kBlock = 128;  // threads of a block, if a warp has a leaf or a node
 
 template <class Record>
 void SceneCulling::enqueue_cones(const SceneView& scene, cudaStream_t stream) {
@@ -127,10 +128,10 @@ void SceneCulling::enqueue_refit(const SceneView& scene, cudaStream_t stream) {
 void SceneCulling::enqueue_orphans(const SceneView& scene, bool vertex_face, bool edge_edge,
                                    const StepLists& lists, cudaStream_t stream) {
   if (!culling_.orphan_sets) return;
-  const std::uint32_t most = std::max(orphans_[0].count, orphans_[1].count);
+  const std::uint32_t max_orphans = std::max(orphans_[0].count, orphans_[1].count);
   launch_behind(scene.is_double ? filter_orphans<DoubleRecord> : filter_orphans<FloatRecord>,
-                blocks_for(most, kBlock), kBlock, 0, stream, scene, of_candidates(), vertex_face,
-                edge_edge, lists, counters_.data());
+                blocks_for(max_orphans, kBlock), kBlock, 0, stream, scene, of_candidates(),
+                vertex_face, edge_edge, lists, counters_.data());
 }
 
 NodeCulling SceneCulling::of_nodes() {
@@ -149,7 +150,7 @@ LeafCulling SceneCulling::of_candidates() const {
 }
 
 void SceneCulling::download(cudaStream_t stream) {
-  if (any())
+  if (is_enabled())
     LAZYCCD_CUDA_CHECK(cudaMemcpyAsync(host_counters_.data(), counters_.data(),
                                        sizeof(CullingCounters), cudaMemcpyDeviceToHost, stream));
 }

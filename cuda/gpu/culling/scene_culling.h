@@ -1,5 +1,5 @@
-// What the options ask for beyond boxes: volumes of nodes, normal cones, orphan sets, or no filter.
-// Holds memory for what is asked for alone.
+// Culling that the options request beyond boxes: volumes of nodes, normal cones, orphan sets, or no
+// filter. Allocates memory only for what is requested.
 #pragma once
 
 #include <cuda_runtime_api.h>
@@ -21,22 +21,24 @@
 
 namespace lazyccd::gpu {
 
+/// The culling data of a scene, and the stages of a step that update it.
 class SceneCulling {
  public:
   explicit SceneCulling(const DetectorOptions& options);
 
-  // Whether the traversal is to ask it.
+  /// Whether the traversal must cull nodes.
   bool culls_nodes() const { return volume_ != Volume::box || culling_.normal_cones; }
-  // Whether candidates are to be filtered in another way than usual.
+  /// Whether candidates are filtered in another way than by default.
   bool culls_candidates() const { return !culling_.non_penetration || culling_.orphan_sets; }
   bool non_penetration() const { return culling_.non_penetration; }
 
-  // For another mesh.
+  /// Prepares for another mesh.
   void set_mesh(const Mesh& mesh);
-  // For another tree.
+  /// Prepares for another tree.
   void build(const Mesh& mesh, const Groups& groups, const Tree& tree);
 
-  // Of each step: first of all, behind the boxes of groups, and behind the leaf kernel.
+  /// The stages of each step: clear_counters() comes first, enqueue_refit() after the boxes of
+  /// groups, and enqueue_orphans() after the leaf kernel.
   void clear_counters(cudaStream_t stream);
   void enqueue_refit(const SceneView& scene, cudaStream_t stream);
   void enqueue_orphans(const SceneView& scene, bool vertex_face, bool edge_edge,
@@ -45,7 +47,7 @@ class SceneCulling {
   NodeCulling of_nodes();
   LeafCulling of_candidates() const;
 
-  // Enqueues the download; counters() is valid once the stream is synchronized.
+  /// Enqueues the download; counters() is valid once the stream is synchronized.
   void download(cudaStream_t stream);
   const CullingCounters& counters() const { return *host_counters_.data(); }
 
@@ -59,7 +61,7 @@ class SceneCulling {
   };
 
   void build_patches(const Mesh& mesh, const Groups& groups, const Tree& tree);
-  bool any() const { return culls_nodes() || culls_candidates(); }
+  bool is_enabled() const { return culls_nodes() || culls_candidates(); }
   template <class Record>
   void enqueue_refit_as(const SceneView& scene, cudaStream_t stream);
   template <class Record>

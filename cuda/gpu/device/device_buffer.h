@@ -1,4 +1,4 @@
-// Device memory that only grows.
+// An array in device memory that only grows.
 #pragma once
 
 #include <cuda_runtime_api.h>
@@ -11,7 +11,8 @@
 
 namespace lazyccd {
 
-// Belongs to the device that is current when it grows, and starts uninitialized.
+/// Owns its memory, which belongs to the device that is current when it grows. New memory is
+/// uninitialized.
 template <class T>
 class DeviceBuffer {
   static_assert(std::is_trivially_copyable<T>::value, "copied by memcpy");
@@ -30,21 +31,21 @@ class DeviceBuffer {
 
   T* data() { return data_; }
   const T* data() const { return data_; }
-  std::size_t size() const { return size_; }  // its capacity: elements that there is room for
+  std::size_t size() const { return size_; }  // its capacity, in elements
   std::size_t bytes() const { return size_ * sizeof(T); }
 
-  // Room for `count` elements at least. Contents are lost where it grows, also where that fails.
-  // Freeing waits for the device, so nothing that still runs loses its memory.
+  /// Ensures room for at least `count` elements. The contents are lost if the buffer grows, also if
+  /// that fails. Freeing waits for the device, so running kernels never lose their memory.
   void reserve(std::size_t count) {
     if (count <= size_) return;
-    release();  // first: old and new need not lie in memory side by side
+    release();  // first, so that old and new need not fit in memory together
     LAZYCCD_CUDA_CHECK(cudaMalloc(reinterpret_cast<void**>(&data_), count * sizeof(T)));
     size_ = count;
   }
 
  private:
   void release() {
-    if (data_ != nullptr) static_cast<void>(cudaFree(data_));  // nobody to tell, and nothing to do
+    if (data_ != nullptr) static_cast<void>(cudaFree(data_));  // an error cannot be handled
     data_ = nullptr;
     size_ = 0;
   }

@@ -1,5 +1,5 @@
-// A step as a graph: launched at once, and captured again only where something it holds has
-// changed.
+// Cache of CUDA graphs: a step is launched as one graph, and captured again only if something it
+// holds has changed.
 #pragma once
 
 #include <cuda_runtime_api.h>
@@ -11,7 +11,7 @@
 
 namespace lazyccd::gpu {
 
-// Graphs by what tells the steps of one set of addresses and capacities apart.
+/// Graphs by key. A key distinguishes the steps that use one set of addresses and capacities.
 template <class Key>
 class GraphCache {
  public:
@@ -20,13 +20,14 @@ class GraphCache {
   GraphCache(const GraphCache&) = delete;
   GraphCache& operator=(const GraphCache&) = delete;
 
-  // An address or a capacity has changed.
+  /// Destroys all graphs; must be called once an address or a capacity has changed.
   void clear() {
     for (const auto& entry : graphs_) static_cast<void>(cudaGraphExecDestroy(entry.second));
     graphs_.clear();
   }
 
-  // Launches what enqueue() puts on the stream, which is called only where the key is new.
+  /// Launches the work that enqueue() puts on the stream. enqueue() is called only if the key is
+  /// new.
   template <class Enqueue>
   void launch(const Key& key, cudaStream_t stream, Enqueue&& enqueue) {
     auto found = graphs_.find(key);

@@ -1,4 +1,5 @@
-// Page-locked host memory that only grows: what the device copies from and to without staging.
+// An array in page-locked host memory that only grows. The device copies from and to it without
+// staging.
 #pragma once
 
 #include <cuda_runtime_api.h>
@@ -23,7 +24,7 @@ class PinnedBuffer {
   std::size_t size() const { return size_; }
   std::size_t bytes() const { return size_ * sizeof(T); }
 
-  // Contents are lost where it grows.
+  /// Ensures room for at least `count` elements. The contents are lost if the buffer grows.
   void reserve(std::size_t count) {
     if (count <= size_) return;
     release();

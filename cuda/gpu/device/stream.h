@@ -1,4 +1,4 @@
-// Streams and events as objects.
+// CUDA streams and events as objects.
 #pragma once
 
 #include <cuda_runtime_api.h>
@@ -27,7 +27,7 @@ class Event {
   Event& operator=(const Event&) = delete;
 
   void record(cudaStream_t stream) { LAZYCCD_CUDA_CHECK(cudaEventRecord(event_, stream)); }
-  // Milliseconds between two events that have passed.
+  /// Returns the milliseconds from `start` to this event. Both events must have passed.
   double since(const Event& start) const {
     float ms = 0;
     LAZYCCD_CUDA_CHECK(cudaEventElapsedTime(&ms, start.event_, event_));

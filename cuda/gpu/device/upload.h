@@ -1,4 +1,4 @@
-// From the host's memory to the device's, at once.
+// Synchronous copy from host memory to device memory.
 #pragma once
 
 #include <cuda_runtime_api.h>
@@ -11,6 +11,8 @@
 
 namespace lazyccd::gpu {
 
+/// Copies `count` items to the buffer. The buffer grows if needed and has room for at least one
+/// item.
 template <class T>
 void upload(DeviceBuffer<T>& buffer, const void* items, std::size_t count) {
   buffer.reserve(std::max<std::size_t>(count, 1));

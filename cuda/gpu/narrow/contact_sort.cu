@@ -1,3 +1,5 @@
+// Sort of the contacts: all pairs compared, a counting sort, or a radix sort, depending on their
+// number.
 #include "gpu/narrow/contact_sort.cuh"
 
 #include <algorithm>
@@ -11,11 +13,12 @@ namespace {
 
 constexpr std::uint32_t kBlock = 128;
 
-// Up to here one kernel that compares all with all takes less than the launches of a sort.
-bool few(std::uint32_t contacts) { return contacts <= 4096; }
+// Up to this many contacts, one kernel that compares all pairs takes less time than the launches of
+// a sort.
+bool fits_one_kernel(std::uint32_t contacts) { return contacts <= 4096; }
 
-// Beyond, clearing and adding up the bins takes longer than a radix sort.
-constexpr int kMostBinBits = 21;
+// With more bits, clearing and summing the bins takes longer than a radix sort.
+constexpr int kMaxBinBits = 21;
 
 std::size_t bin_space(std::uint32_t bins) {
   std::size_t bytes = 0;
@@ -39,7 +42,7 @@ std::size_t radix_space(std::uint32_t contacts) {
 
 std::uint32_t sort_bins(const ContactKey& key, std::uint32_t contacts) {
   const int bits = key.bits() - key.b_bits;
-  return few(contacts) || bits > kMostBinBits ? 0 : 1u << bits;
+  return fits_one_kernel(contacts) || bits > kMaxBinBits ? 0 : 1u << bits;
 }
 
 std::size_t sort_space_bytes(std::uint32_t bins, std::uint32_t contacts) {
@@ -54,18 +57,19 @@ void fill_order(std::uint32_t* order, std::uint32_t count, cudaStream_t stream) 
 void prepare_sort(const SceneView& scene, const StepLists& lists, cudaStream_t stream) {
   if (const std::uint32_t bins = sort_bins(scene.key, lists.contacts.capacity)) {
     LAZYCCD_CUDA_CHECK(cudaMemsetAsync(lists.bins, 0, bins * sizeof(std::uint32_t), stream));
-  } else if (!few(lists.contacts.capacity)) {
-    // Unused places hold keys of ones and, as they are behind all others, come behind them.
+  } else if (!fits_one_kernel(lists.contacts.capacity)) {
+    // Unused places hold keys of all ones. They lie behind all used places, so they also come
+    // behind them in the sorted order.
     LAZYCCD_CUDA_CHECK(
         cudaMemsetAsync(lists.keys, 0xff, lists.contacts.capacity * sizeof(std::uint64_t), stream));
   }
 }
 
-// Bins and radix sort leave primitive b to the placing.
+// The counting sort and the radix sort ignore primitive b; place_contacts() orders by it.
 void enqueue_sort(const SceneView& scene, const StepLists& lists, const SortBuffers& buffers,
                   cudaStream_t stream) {
   const std::uint32_t grid = 4 * multiprocessors(), capacity = lists.contacts.capacity;
-  if (few(capacity)) {
+  if (fits_one_kernel(capacity)) {
     launch_behind(place_by_rank, grid, kBlock, 0, stream, lists, buffers.sorted);
     return;
   }

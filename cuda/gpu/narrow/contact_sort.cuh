@@ -1,4 +1,4 @@
-// Contacts to their places.
+// Kernels that bring the contacts into order.
 #pragma once
 
 #include "gpu/device/kernel_chain.cuh"
@@ -6,21 +6,23 @@
 
 namespace lazyccd::gpu {
 
+/// Copies one quarter of a contact, 16 bytes.
 __device__ inline void copy_contact(const Contact* from, Contact* to, int quarter) {
   static_assert(sizeof(Contact) == 4 * sizeof(int4));
   reinterpret_cast<int4*>(to)[quarter] = reinterpret_cast<const int4*>(from)[quarter];
 }
 
-__device__ inline std::uint32_t held_contacts(const StepLists& lists) {
+/// Returns how many contacts the list holds.
+__device__ inline std::uint32_t stored_contacts(const StepLists& lists) {
   return min(*lists.contacts.count, lists.contacts.capacity);
 }
 
-// `keys` and `order` are sorted by the key from first_bit on; contacts that agree there are few and
-// find their rank by counting.
+/// Writes each contact to its final place. `keys` and `order` are sorted by the key's bits from
+/// first_bit on. Few contacts agree in these bits; they find their rank by counting.
 __global__ void place_contacts(StepLists lists, const std::uint64_t* keys,
                                const std::uint32_t* order, int first_bit, Contact* sorted) {
   begin_kernel();
-  const std::uint32_t count = held_contacts(lists);
+  const std::uint32_t count = stored_contacts(lists);
   for (std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x; i < count;
        i += gridDim.x * blockDim.x) {
     const std::uint64_t key = keys[i];
@@ -33,11 +35,11 @@ __global__ void place_contacts(StepLists lists, const std::uint64_t* keys,
   }
 }
 
-// Into their bins, in any order within each.
+/// Moves keys and indices into their bins, in any order within a bin.
 __global__ void scatter_to_bins(StepLists lists, const std::uint32_t* bin_starts, int first_bit,
                                 std::uint64_t* sorted_keys, std::uint32_t* sorted_order) {
   begin_kernel();
-  const std::uint32_t count = held_contacts(lists);
+  const std::uint32_t count = stored_contacts(lists);
   for (std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x; i < count;
        i += gridDim.x * blockDim.x) {
     const std::uint64_t key = lists.keys[i];
@@ -47,10 +49,10 @@ __global__ void scatter_to_bins(StepLists lists, const std::uint32_t* bin_starts
   }
 }
 
-// A few contacts, unsorted: a warp finds a contact's rank by counting smaller keys.
+/// Sorts few contacts: one warp per contact finds its rank by counting smaller keys.
 __global__ void place_by_rank(StepLists lists, Contact* sorted) {
   begin_kernel();
-  const std::uint32_t count = held_contacts(lists);
+  const std::uint32_t count = stored_contacts(lists);
   const int lane = threadIdx.x % kWarp;
   const std::uint32_t warps = gridDim.x * blockDim.x / kWarp;
   for (std::uint32_t i = (blockIdx.x * blockDim.x + threadIdx.x) / kWarp; i < count; i += warps) {
@@ -63,6 +65,7 @@ __global__ void place_by_rank(StepLists lists, Contact* sorted) {
   }
 }
 
+/// Fills `order` with 0, 1, ..., count - 1.
 __global__ void number_places(std::uint32_t* order, std::uint32_t count) {
   const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
   if (i < count) order[i] = i;

@@ -1,3 +1,4 @@
+// Launch of the leaf kernel.
 #include "gpu/narrow/leaf.cuh"
 
 #include "gpu/stages.h"
@@ -5,9 +6,10 @@
 namespace lazyccd::gpu {
 namespace {
 
-template <class Record, bool thick>
+template <class Record, bool has_separation>
 auto kernel(bool culls) {
-  return culls ? leaf_pairs<Record, thick, true> : leaf_pairs<Record, thick, false>;
+  return culls ? leaf_pairs<Record, has_separation, true>
+               : leaf_pairs<Record, has_separation, false>;
 }
 
 }  // namespace
@@ -15,11 +17,11 @@ auto kernel(bool culls) {
 void enqueue_leaf(const SceneView& scene, const LeafPairs& pairs, bool vertex_face, bool edge_edge,
                   bool culls, const LeafCulling& culling, const StepLists& lists,
                   cudaStream_t stream) {
-  const bool thick = scene.separation > 0;
-  const auto chosen =
-      scene.is_double
-          ? (thick ? kernel<DoubleRecord, true>(culls) : kernel<DoubleRecord, false>(culls))
-          : (thick ? kernel<FloatRecord, true>(culls) : kernel<FloatRecord, false>(culls));
+  const bool has_separation = scene.separation > 0;
+  const auto chosen = scene.is_double ? (has_separation ? kernel<DoubleRecord, true>(culls)
+                                                        : kernel<DoubleRecord, false>(culls))
+                                      : (has_separation ? kernel<FloatRecord, true>(culls)
+                                                        : kernel<FloatRecord, false>(culls));
   launch_behind(chosen, kLeafBlocks * multiprocessors(), kLeafWarps * kWarp, 0, stream, scene,
                 pairs, vertex_face, edge_edge, lists, culling);
 }

@@ -1,6 +1,6 @@
-// The leaf kernel: a warp a pair of groups. It lists the primitives of each that come near the
-// other, tests the listed ones pairwise, and filters what may touch, 32 candidates at a time,
-// without ever writing a candidate to memory.
+// The leaf kernel: one warp per pair of groups. It lists the primitives of each group that come
+// near the other group, and tests the listed primitives pairwise. It filters the pairs that may
+// touch, 32 candidates at a time, and never writes an unfiltered candidate to memory.
 #pragma once
 
 #include "core/node_pair.h"
@@ -12,18 +12,19 @@
 namespace lazyccd::gpu {
 
 constexpr int kMaxPrimitives = 2 * 48 + kGroupCells;  // vertices, edges and faces of a group
-constexpr int kLeafWarps = 4;                         // a block
-constexpr int kLeafBlocks = 6;                        // a multiprocessor: 80 registers a thread
+constexpr int kLeafWarps = 4;                         // per block
+constexpr int kLeafBlocks = 6;                        // per multiprocessor: 80 registers per thread
 
-// A warp's shared memory.
+/// Shared memory of one warp.
 struct LeafScratch {
-  Candidate queue[2][2 * kWarp];  // places, by ContactKind; less than a warp's worth between pushes
-  std::int32_t listed[2][kMaxPrimitives];  // of group a and b: places of primitives near the other
-  int2 edge_vertices[2][48];               // of the edges among them
+  // Places of candidates, by ContactKind. Between pushes a queue holds less than a warp's worth.
+  Candidate queue[2][2 * kWarp];
+  std::int32_t listed[2][kMaxPrimitives];  // groups a, b: places of primitives near the other group
+  int2 edge_vertices[2][48];               // of the listed edges
 };
 
-// Where primitive i of a group lies, counted in 16-byte pieces of all blocks: its extents along the
-// axes 0, 1, 2 and its names, kBlockLanes apart.
+/// The place of primitive i of a group, counted in pieces of 16 bytes over all blocks. It has one
+/// piece for each of the axes 0, 1, 2 and one for its names, kBlockLanes pieces apart.
 constexpr int kPieces = kSides + 1;
 __device__ inline int place_of(const DeviceGroup& group, int i) {
   return group.first_block * (kPieces * kBlockLanes) + i + (kPieces - 1) * (i & ~(kBlockLanes - 1));
@@ -36,7 +37,7 @@ __device__ inline PrimitiveNames names_at(const GroupView& view, int place) {
                    kSides * kBlockLanes);
 }
 
-// A primitive's extents, kept in registers against many others.
+/// The extents of a primitive or a group, kept in registers for comparison with many others.
 struct Extents {
   AxisExtent axis[kSides];
 
@@ -53,7 +54,7 @@ struct Extents {
   }
 };
 
-// Of one group of a pair, what is listed: places by kind in that order.
+/// The listed primitives of one group of a pair: their places, sorted by kind.
 struct LeafSide {
   std::int32_t* listed;
   int2* edge_vertices;
@@ -61,19 +62,20 @@ struct LeafSide {
 
   __device__ LeafSide(LeafScratch& scratch, int side)
       : listed(scratch.listed[side]), edge_vertices(scratch.edge_vertices[side]) {}
+  /// Returns the listed primitives of one kind, count[kind] of them.
   __device__ const std::int32_t* list(int kind) const {
     return listed + (kind > kVertices ? count[kVertices] : 0) + (kind > kEdges ? count[kEdges] : 0);
   }
   __device__ bool empty() const { return (count[kVertices] | count[kEdges] | count[kFaces]) == 0; }
 
-  // Lists what comes near a group with these bounds.
+  /// Lists the primitives that come near a group with these bounds.
   __device__ void list_near(const GroupView& view, const DeviceGroup& group,
                             const GroupBounds& bounds, int lane) {
     const Extents other(bounds);
     const int vertices = group.count[kVertices], edges = vertices + group.count[kEdges];
     const int total = edges + group.count[kFaces];
     int before = 0;
-    // Two rounds at a time, whose loads are under way together. The last may read beyond the group.
+    // Two rounds at a time, so that their loads overlap. The last round may read beyond the group.
     static_assert(2 * kWarp <= kReadBeyond * kBlockLanes);
     for (int base = 0; base < total; base += 2 * kWarp) {
       const int i[2] = {base + lane, base + kWarp + lane};
@@ -106,9 +108,9 @@ __device__ inline void swap(LeafSide& a, LeafSide& b) {
   b = other;
 }
 
-// What a warp carries through its pairs. thick: with a minimum separation; culls: as LeafCulling
-// says.
-template <class Record, bool thick, bool culls>
+/// State of a warp, kept over all its pairs. has_separation: there is a minimum separation. culls:
+/// LeafCulling is in use.
+template <class Record, bool has_separation, bool culls>
 struct LeafWarp {
   const SceneView& scene;
   const LeafCulling& culling;
@@ -120,7 +122,7 @@ struct LeafWarp {
   int queued[2] = {0, 0};
   std::uint32_t candidates[2] = {0, 0};
 
-  // Filters the last `count` of a queue, at most a warp's worth.
+  /// Filters the last `count` candidates of a queue, at most a warp's worth.
   template <ContactKind kind>
   __device__ void filter(int count) {
     constexpr int k = static_cast<int>(kind);
@@ -142,11 +144,13 @@ struct LeafWarp {
             : gather_points<kind, Record>(scene, a.vertex[0], a.vertex[1], b.vertex[1], b.vertex[0],
                                           scale);
     const Magnitudes<float> m = magnitudes(d);
-    const bool apart = thick ? planes_apart(d, m, separation) : coplanarity(d, m).no_root();
+    const bool apart =
+        has_separation ? planes_apart(d, m, separation) : coplanarity(d, m).no_root();
     const bool survives = active && !(apart && (!culls || culling.non_penetration));
     append_lanes(filtered[k], survives, c, lane);
   }
 
+  /// Queues the candidates of the lanes that want it. Filters them once there is a warp's worth.
   template <ContactKind kind>
   __device__ void push(bool wanted, Candidate c) {
     constexpr int k = static_cast<int>(kind);
@@ -158,20 +162,21 @@ struct LeafWarp {
     if (queued[k] >= kWarp) filter<kind>(kWarp);
   }
 
-  // Division of up to 48 * 48 by n <= 48 as a product: the inverse is between 2^20 / n and 3 more,
-  // so the quotient is too large by less than 48 * 48 * 3 / 2^20 < 1 / 48.
+  /// Returns a factor that replaces a division by n <= 48, for numerators up to 48 * 48. It is
+  /// between 2^20 / n and 3 more. So the quotient is too large by less than 48 * 48 * 3 / 2^20 < 1
+  /// / 48.
   __device__ static unsigned inverse(int n) {
     unsigned inverse =
         static_cast<unsigned>(__fdividef(1048576.0f, static_cast<float>(max(n, 1)))) + 2;
-    asm volatile("" : "+r"(inverse));  // once and not in every round of a loop
+    asm volatile("" : "+r"(inverse));  // computed once, not in every round of a loop
     return inverse;
   }
   __device__ static int divided(int p, unsigned inverse_of_n) {
     return static_cast<int>(static_cast<unsigned>(p) * inverse_of_n >> 20);
   }
 
-  // All pairs of listed edges; of a group with itself each once: the n edges on a circle, each with
-  // those up to half way round.
+  /// Tests all pairs of listed edges. A group with itself: each pair once. The n edges lie on a
+  /// circle, and each is tested against the next ones, up to half way round.
   __device__ void edges_edges(const LeafSide& a, const LeafSide& b, bool self) {
     const int na = a.count[kEdges], nb = b.count[kEdges];
     const int total = self ? na * (na - 1) / 2 : na * nb;
@@ -192,7 +197,7 @@ struct LeafWarp {
     }
   }
 
-  // The listed vertices of a group against the listed faces of another.
+  /// Tests the listed vertices of one group against the listed faces of another.
   __device__ void vertices_faces(const LeafSide& a, const LeafSide& b) {
     const int faces = b.count[kFaces], total = a.count[kVertices] * faces;
     const std::int32_t *list_a = a.list(kVertices), *list_b = b.list(kFaces);
@@ -211,6 +216,7 @@ struct LeafWarp {
       push<ContactKind::vertex_face>(wanted, c);
     }
   }
+  /// Lists and tests the primitives of one pair of groups.
   __device__ void visit(NodePair pair, bool vertex_face, bool edge_edge) {
     const bool self = pair.a == pair.b;
     const GroupView& view = scene.groups;
@@ -229,13 +235,15 @@ struct LeafWarp {
     __syncwarp();  // the lists are free for the next pair
   }
 
+  /// Filters the candidates that are still queued.
   __device__ void finish() {
     if (queued[0] > 0) filter<ContactKind::vertex_face>(queued[0]);
     if (queued[1] > 0) filter<ContactKind::edge_edge>(queued[1]);
   }
 };
 
-template <class Record, bool thick, bool culls>
+/// The leaf kernel. has_separation, culls: see LeafWarp.
+template <class Record, bool has_separation, bool culls>
 __global__ void __launch_bounds__(kLeafWarps* kWarp, kLeafBlocks)
     leaf_pairs(SceneView scene, LeafPairs pairs, bool vertex_face, bool edge_edge, StepLists lists,
                LeafCulling culling) {
@@ -243,16 +251,17 @@ __global__ void __launch_bounds__(kLeafWarps* kWarp, kLeafBlocks)
   __shared__ LeafScratch scratch[kLeafWarps];
   const int lane = threadIdx.x % kWarp;
   const double scale = scene_scale(scene);
-  LeafWarp<Record, thick, culls> warp{scene,
-                                      culling,
-                                      scratch[threadIdx.x / kWarp],
-                                      lists.filtered,
-                                      static_cast<float>(scale),
-                                      thick ? __double2float_ru(scene.separation * scale) : 0,
-                                      lane};
+  LeafWarp<Record, has_separation, culls> warp{
+      scene,
+      culling,
+      scratch[threadIdx.x / kWarp],
+      lists.filtered,
+      static_cast<float>(scale),
+      has_separation ? __double2float_ru(scene.separation * scale) : 0,
+      lane};
   const std::uint32_t total = min(*pairs.count, pairs.capacity);
-  // Few at a time: heavy pairs lie side by side. The first few are everyone's own; the next are
-  // claimed before they are needed.
+  // A warp takes few pairs at a time, because expensive pairs lie side by side. Its first batch is
+  // fixed; it claims each further batch before it needs it.
   const std::uint32_t warps = gridDim.x * kLeafWarps;
   const std::uint32_t batch = min(max(total / (8 * warps), 1u), 4u);
   for (std::uint32_t first = (blockIdx.x * kLeafWarps + threadIdx.x / kWarp) * batch;

@@ -1,3 +1,4 @@
+// Launch of the narrow phase.
 #include "gpu/narrow/narrow.cuh"
 
 #include "gpu/stages.h"
@@ -12,9 +13,10 @@ void enqueue_as(const SceneView& scene, const StepLists& lists, cudaStream_t str
     launch_behind(decide_within<Record>, 4 * grid, 128, 0, stream, scene, lists);
     return;
   }
-  const FewQueries few{2 * kDecideBlocks * grid * kDecideThreads / kWarp};
-  launch_behind(filter_at_roots<Record>, 6 * grid / 4 * 4, 128, 0, stream, scene, lists, few);
-  launch_behind(decide<Record>, kDecideBlocks * grid, kDecideThreads, 0, stream, scene, lists, few);
+  const DirectSubdivision direct{2 * kDecideBlocks * grid * kDecideThreads / kWarp};
+  launch_behind(filter_at_roots<Record>, 6 * grid / 4 * 4, 128, 0, stream, scene, lists, direct);
+  launch_behind(decide<Record>, kDecideBlocks * grid, kDecideThreads, 0, stream, scene, lists,
+                direct);
 }
 
 }  // namespace

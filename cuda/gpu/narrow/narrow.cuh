@@ -1,6 +1,7 @@
-// What the filter left to contacts: at the roots in single precision, then in double, a lane a
-// query; by subdivision, a warp a query; and the few that only exact arithmetic can decide to a
-// list for the host.
+// The narrow phase on the device: turns filtered candidates into contacts. Candidates are tested at
+// the roots in single precision, then in double with one lane per query, then by subdivision with
+// one warp per query. The few queries that only exact arithmetic can decide are listed for the
+// host.
 #pragma once
 
 #include <type_traits>
@@ -12,14 +13,16 @@
 namespace lazyccd::gpu {
 
 constexpr int kDecideThreads = 128;
-constexpr int kDecideBlocks = 2;  // a multiprocessor: the decisions take all registers
+constexpr int kDecideBlocks = 2;  // per multiprocessor: the decisions use all registers
 
+/// Appends one query to a list.
 __device__ inline void append(const Output<HardQuery>& output, const HardQuery& query) {
   const std::uint32_t slot = atomicAdd(output.count, 1u);
   if (slot < output.capacity) output.items[slot] = query;
 }
 
-// Names the primitives; false where all four vertices are pinned: such a pair is not reported.
+/// Fills in the primitives of a contact. Returns false if all four vertices are pinned; a pair of
+/// this kind is not reported.
 template <ContactKind kind>
 __device__ inline bool identify(const SceneView& scene, Candidate pair, Contact& contact) {
   identify_contact<kind>(scene.mesh, pair, contact);
@@ -40,13 +43,13 @@ __device__ inline QueryCoordinates coordinates(const SceneView& scene, const Con
   return q;
 }
 
-// Returns the contact's share of the hash.
-template <ContactKind kind, bool thick>
+/// Completes a contact and appends it to the list. Returns its share of the hash.
+template <ContactKind kind, bool has_separation>
 __device__ inline std::uint64_t emit_contact(const SceneView& scene, const QueryCoordinates& q,
                                              std::int64_t tick, Contact& contact,
                                              const StepLists& lists) {
   contact.toi = static_cast<double>(tick) * kTick;
-  describe_contact<kind>(q, contact.toi, thick, contact);
+  describe_contact<kind>(q, contact.toi, has_separation, contact);
   const std::uint32_t slot = atomicAdd(lists.contacts.count, 1u);
   if (kind == ContactKind::vertex_face) atomicAdd(&lists.counters->contacts_vf, 1u);
   if (slot < lists.contacts.capacity) {
@@ -59,7 +62,7 @@ __device__ inline std::uint64_t emit_contact(const SceneView& scene, const Query
   return hash_share(contact);
 }
 
-// One atomic a warp. All lanes call.
+/// Adds the shares of a warp to the hash with one atomic operation. All lanes must call it.
 __device__ inline void add_to_hash(std::uint64_t share, StepCounters* counters) {
   for (int offset = kWarp / 2; offset > 0; offset /= 2)
     share += __shfl_xor_sync(kAllLanes, share, offset);
@@ -71,16 +74,16 @@ __device__ inline void add_to_hash(std::uint64_t share, StepCounters* counters) 
 template <ContactKind kind>
 using KindConstant = std::integral_constant<ContactKind, kind>;
 
-// The roots in single precision.
+/// Decides the filtered candidates of one kind at the roots, in single precision.
 template <ContactKind kind, class Record>
-__device__ inline void look_at_roots(const SceneView& scene, const StepLists& lists,
-                                     std::uint32_t block, std::uint32_t blocks) {
+__device__ inline void filter_list_at_roots(const SceneView& scene, const StepLists& lists,
+                                            std::uint32_t block, std::uint32_t blocks) {
   constexpr int k = static_cast<int>(kind);
   const Output<Candidate>& filtered = lists.filtered[k];
   const std::uint32_t count = min(*filtered.count, filtered.capacity);
   const float scale = static_cast<float>(scene_scale(scene));
   const int lane = threadIdx.x % kWarp;
-  // Whole warps stay together to the end of the list.
+  // Whole warps stay in the loop to the end of the list.
   for (std::uint32_t base = block * blockDim.x; base < count; base += blocks * blockDim.x) {
     const std::uint32_t i = base + threadIdx.x;
     Survivor survivor{};
@@ -96,47 +99,51 @@ __device__ inline void look_at_roots(const SceneView& scene, const StepLists& li
       survivor.hi = verdict.hi;
     }
     append_lanes(lists.hits[k], hit, survivor, lane);
-    append_lanes(lists.undecided[k], undecided, survivor.pair, lane);
+    append_lanes(lists.undecided_in_single[k], undecided, survivor.pair, lane);
   }
 }
 
-// Of each four blocks one is for the vertex-face candidates and three for the edges, of which there
-// are about as many more: calls body(kind, block, blocks) with the place among those of its kind.
+/// Distributes the blocks over the kinds. One block of four takes the vertex-face candidates and
+/// three take the edge-edge candidates, which are about three times as many. Calls body(kind,
+/// block, blocks) with the block's index among the blocks of its kind.
 template <class Body>
 __device__ inline void deal_blocks(Body&& body) {
-  const std::uint32_t block = blockIdx.x / 4, blocks = gridDim.x / 4, turn = blockIdx.x % 4;
-  if (turn == 0) {
+  const std::uint32_t block = blockIdx.x / 4, blocks = gridDim.x / 4, place = blockIdx.x % 4;
+  if (place == 0) {
     body(KindConstant<ContactKind::vertex_face>(), block, blocks);
   } else {
-    body(KindConstant<ContactKind::edge_edge>(), block * 3 + turn - 1, blocks * 3);
+    body(KindConstant<ContactKind::edge_edge>(), block * 3 + place - 1, blocks * 3);
   }
 }
 
-// Items of a list. Blocks of the same grid may write them too, so not from L1.
+/// Returns how many items a list holds. Blocks of the same grid may change the count, so it is not
+/// read from L1.
 template <class T>
-__device__ inline std::uint32_t held(const Output<T>& list) {
+__device__ inline std::uint32_t stored_count(const Output<T>& list) {
   return min(__ldcg(list.count), list.capacity);
 }
 
-// Up to here a warp for each, by subdivision at once, is faster than all ways to spare it.
-struct FewQueries {
-  std::uint32_t most;
+/// Up to max_queries queries, subdividing each one at once, by one warp, is faster than all ways to
+/// avoid it.
+struct DirectSubdivision {
+  std::uint32_t max_queries;
 
-  __device__ bool are(const Output<Candidate> (&lists)[2]) const {
-    return held(lists[0]) + held(lists[1]) <= most;
+  __device__ bool applies_to(const Output<Candidate> (&lists)[2]) const {
+    return stored_count(lists[0]) + stored_count(lists[1]) <= max_queries;
   }
 };
 
+/// Decides both lists at the roots in single precision, unless they are short.
 template <class Record>
-__global__ void filter_at_roots(SceneView scene, StepLists lists, FewQueries few) {
+__global__ void filter_at_roots(SceneView scene, StepLists lists, DirectSubdivision direct) {
   begin_kernel();
-  if (few.are(lists.filtered)) return;
+  if (direct.applies_to(lists.filtered)) return;
   deal_blocks([&](auto kind, std::uint32_t block, std::uint32_t blocks) {
-    look_at_roots<kind.value, Record>(scene, lists, block, blocks);
+    filter_list_at_roots<kind.value, Record>(scene, lists, block, blocks);
   });
 }
 
-// With a minimum separation: all in double, a lane a query.
+/// Decides the candidates of one kind with a minimum separation: all in double, one lane per query.
 template <ContactKind kind, class Record>
 __device__ inline std::uint64_t decide_within_list(const SceneView& scene, const StepLists& lists,
                                                    std::uint32_t block, std::uint32_t blocks) {
@@ -155,6 +162,7 @@ __device__ inline std::uint64_t decide_within_list(const SceneView& scene, const
   return hash;
 }
 
+/// Decides all candidates with a minimum separation.
 template <class Record>
 __global__ void decide_within(SceneView scene, StepLists lists) {
   begin_kernel();
@@ -165,18 +173,19 @@ __global__ void decide_within(SceneView scene, StepLists lists) {
   add_to_hash(hash, lists.counters);
 }
 
-// As decide_by_subdivision (core/subdivision.h), 32 parts at a time: the lanes look at the parts of
-// one interval side by side, and the warp goes on into the first part that is not certainly free.
-// The same query and the same answer in all lanes.
+/// Decides a query as decide_by_subdivision() does (core/subdivision.h), 32 parts at a time. The
+/// lanes test the parts of one interval in parallel. The warp then continues in the first part that
+/// is not certainly free. Query and answer are the same in all lanes.
 template <ContactKind kind>
 __device__ inline Verdict<double> subdivide(const Differences<double>& d,
                                             const Magnitudes<double>& m, const Cubic<double>& f,
                                             int lane) {
-  // The way down: lane l holds what is known of level l, where each part is 32 of the next.
+  // The path down: lane l holds the state of level l. Each part of a level has 32 parts on the
+  // next.
   constexpr int levels = 4;  // down to parts of 2^-20 of the step
   double held_begin = 0;
   unsigned held_open = 0,
-           held_hits = 0;  // parts still to be looked into; those that hold the contact
+           held_hits = 0;  // parts left to test; parts that hold the contact
   double begin = 0, width = 1.0 / kWarp;
   int level = 0;
   for (int visited = 0; visited < 64; ++visited) {
@@ -210,24 +219,27 @@ __device__ inline Verdict<double> subdivide(const Differences<double>& d,
   return {false, false, 0, 0};
 }
 
-// What is left to decide, in double and by turns: undecided queries at the roots and then the time
-// of all hits, a lane a query; what is hard by subdivision, a warp a query.
-enum class Turn { undecided, hits, hard };
+/// Phases of the decide kernel, all in double precision. undecided: the queries that single
+/// precision left, at the roots, one lane per query. hits: the time of impact of all hits, one lane
+/// per query. hard: the remaining queries by subdivision, one warp per query.
+enum class Phase { undecided, hits, hard };
 
-// Of a turn: an item is a tile, a warp's worth of queries of one kind, or one hard query.
-struct TurnItems {
-  std::uint32_t queries_vf, queries_ee;  // in lists by kind
-  std::uint32_t count, count_vf;         // the first are vertex-face, where the list is by kind
+/// The items of a phase. An item is a tile, which is a warp's worth of queries of one kind, or one
+/// hard query.
+struct PhaseItems {
+  std::uint32_t queries_vf, queries_ee;  // in the lists by kind
+  std::uint32_t count, count_vf;         // items; vertex-face ones first, if the lists are by kind
   std::uint32_t* claimed;
 };
 
-// One code for all turns, without copies: a short run spends most of its time on loading it.
+/// Decides items of all phases with one copy of the code. A short run spends most of its time on
+/// loading code.
 template <class Record>
 struct Decider {
   const SceneView& scene;
   const StepLists& lists;
   const Output<Candidate> (&undecided)[2];
-  bool few;  // undecided queries, so that they are the hard ones
+  bool subdivide_directly;  // few undecided queries: all count as hard
   double scale;
   int lane;
   std::uint64_t hash = 0;
@@ -236,50 +248,50 @@ struct Decider {
     return (queries + kWarp - 1) / kWarp;
   }
 
-  __device__ TurnItems items(Turn turn) const {
+  __device__ PhaseItems items(Phase phase) const {
     DecideCounters& work = lists.counters->decide;
-    if (turn == Turn::hits) {
-      const std::uint32_t vf = held(lists.hits[0]), ee = held(lists.hits[1]);
+    if (phase == Phase::hits) {
+      const std::uint32_t vf = stored_count(lists.hits[0]), ee = stored_count(lists.hits[1]);
       return {vf, ee, tiles(vf) + tiles(ee), tiles(vf), &work.hits};
     }
-    const std::uint32_t vf = held(undecided[0]), ee = held(undecided[1]);
-    const std::uint32_t undecided_tiles = few ? 0 : tiles(vf) + tiles(ee);
-    if (turn == Turn::undecided) return {vf, ee, undecided_tiles, tiles(vf), &work.undecided};
-    // Whoever has claimed an undecided tile runs already, so it will be done.
+    const std::uint32_t vf = stored_count(undecided[0]), ee = stored_count(undecided[1]);
+    const std::uint32_t undecided_tiles = subdivide_directly ? 0 : tiles(vf) + tiles(ee);
+    if (phase == Phase::undecided) return {vf, ee, undecided_tiles, tiles(vf), &work.undecided};
+    // A warp that has claimed an undecided tile is running already, so the tile will be done.
     while (__ldcg(&work.undecided_done) < undecided_tiles) __nanosleep(100);
     __threadfence();
-    return {vf, ee, few ? vf + ee : held(lists.hard), vf, &work.hard};
+    return {vf, ee, subdivide_directly ? vf + ee : stored_count(lists.hard), vf, &work.hard};
   }
 
-  __device__ void take(Turn turn, const TurnItems& items, std::uint32_t i) {
+  __device__ void take(Phase phase, const PhaseItems& items, std::uint32_t i) {
     int kind = i < items.count_vf ? 0 : 1;
     bool active = true;
     Survivor s{};
-    if (turn == Turn::hard && !few) {
+    if (phase == Phase::hard && !subdivide_directly) {
       const HardQuery& from = lists.hard.items[i];
       s.pair = {__ldcg(&from.pair.a), __ldcg(&from.pair.b)};
       kind = __ldcg(&from.kind);
     } else {
       if (kind == 1) i -= items.count_vf;
-      if (turn != Turn::hard) i = i * kWarp + lane;
+      if (phase != Phase::hard) i = i * kWarp + lane;
       active = i < (kind == 0 ? items.queries_vf : items.queries_ee);
-      if (active && turn == Turn::hits) s = lists.hits[kind].items[i];
-      if (active && turn != Turn::hits) s.pair = undecided[kind].items[i];
+      if (active && phase == Phase::hits) s = lists.hits[kind].items[i];
+      if (active && phase != Phase::hits) s.pair = undecided[kind].items[i];
     }
     if (kind == static_cast<int>(ContactKind::vertex_face)) {
-      decide<ContactKind::vertex_face>(turn, active, s);
+      decide<ContactKind::vertex_face>(phase, active, s);
     } else {
-      decide<ContactKind::edge_edge>(turn, active, s);
+      decide<ContactKind::edge_edge>(phase, active, s);
     }
-    if (turn != Turn::undecided) return;
-    __threadfence();  // the hard queries, before the count that says that they are there
+    if (phase != Phase::undecided) return;
+    __threadfence();  // the hard queries become visible before the count of done tiles
     __syncwarp();
     if (lane == 0) atomicAdd(&lists.counters->decide.undecided_done, 1u);
   }
 
-  // A query of each lane that is active; where hard, the same in all.
+  /// Decides one query per active lane. In phase `hard` all lanes have the same query.
   template <ContactKind kind>
-  __device__ void decide(Turn turn, bool active, const Survivor& s) {
+  __device__ void decide(Phase phase, bool active, const Survivor& s) {
     constexpr int k = static_cast<int>(kind);
     Contact contact;
     bool difficult = false;
@@ -289,40 +301,43 @@ struct Decider {
       const Magnitudes<double> m = magnitudes(d);
       const Cubic<double> f = coplanarity(d, m);
       Verdict<double> v{true, false, s.lo, s.hi};
-      if (turn == Turn::undecided) v = decide_at_roots<kind>(d, m, f);
-      if (turn == Turn::hard) v = subdivide<kind>(d, m, f, lane);
-      const bool speaks = turn != Turn::hard || lane == 0;
-      difficult = !v.hit && !v.miss && speaks;
-      if (v.hit && speaks) {
+      if (phase == Phase::undecided) v = decide_at_roots<kind>(d, m, f);
+      if (phase == Phase::hard) v = subdivide<kind>(d, m, f, lane);
+      const bool writes = phase != Phase::hard || lane == 0;
+      difficult = !v.hit && !v.miss && writes;
+      if (v.hit && writes) {
         const std::int64_t tick = impact_tick(f, v.lo, v.hi);
         if (tick >= 0) {
           hash += emit_contact<kind, false>(scene, q, tick, contact, lists);
         } else {
-          append(lists.undecided, {s.pair, k});
+          append(lists.undecided_in_double, {s.pair, k});
         }
       }
     }
     __syncwarp();
-    append_lanes(turn == Turn::hard ? lists.undecided : lists.hard, difficult, {s.pair, k}, lane);
+    append_lanes(phase == Phase::hard ? lists.undecided_in_double : lists.hard, difficult,
+                 {s.pair, k}, lane);
   }
 };
 
-// All turns by one grid. The hits keep the device busy until the last undecided query is done.
+/// Runs all phases in one grid. The hits keep the device busy until the last undecided query is
+/// done.
 template <class Record>
 __global__ void __launch_bounds__(kDecideThreads, kDecideBlocks)
-    decide(SceneView scene, StepLists lists, FewQueries few) {
+    decide(SceneView scene, StepLists lists, DirectSubdivision direct) {
   begin_kernel();
   const int lane = threadIdx.x % kWarp;
   const std::uint32_t warps = gridDim.x * blockDim.x / kWarp;
-  const bool unfiltered = few.are(lists.filtered);  // at the roots
-  const Output<Candidate>(&undecided)[2] = unfiltered ? lists.filtered : lists.undecided;
-  Decider<Record> decider{scene, lists, undecided, few.are(undecided), scene_scale(scene), lane};
+  const bool unfiltered = direct.applies_to(lists.filtered);  // filter_at_roots() did nothing
+  const Output<Candidate>(&undecided)[2] = unfiltered ? lists.filtered : lists.undecided_in_single;
+  Decider<Record> decider{scene, lists, undecided, direct.applies_to(undecided), scene_scale(scene),
+                          lane};
 #pragma unroll 1
-  for (const Turn turn : {Turn::undecided, Turn::hits, Turn::hard}) {
-    const TurnItems items = decider.items(turn);
-    // One for each warp, the rest as they are free. None of the undecided is a warp's own: its
-    // block may have to wait for those that wait for it.
-    const std::uint32_t own = turn == Turn::undecided ? 0 : warps;
+  for (const Phase phase : {Phase::undecided, Phase::hits, Phase::hard}) {
+    const PhaseItems items = decider.items(phase);
+    // Each warp has one item of its own and claims the others when it is free. Undecided tiles are
+    // all claimed: a block may have to wait for the blocks that would wait for its own tile.
+    const std::uint32_t own = phase == Phase::undecided ? 0 : warps;
     const auto claim = [&] {
       std::uint32_t claimed = 0;
       if (lane == 0) claimed = own + atomicAdd(items.claimed, 1u);
@@ -331,17 +346,17 @@ __global__ void __launch_bounds__(kDecideThreads, kDecideBlocks)
     std::uint32_t i = (blockIdx.x * blockDim.x + threadIdx.x) / kWarp;
     if (own == 0 && items.count != 0) i = claim();
     while (i < items.count) {
-      decider.take(turn, items, i);
+      decider.take(phase, items, i);
       if (items.count <= own) break;
       i = claim();
     }
   }
   add_to_hash(decider.hash, lists.counters);
   if (blockIdx.x != 0 || threadIdx.x != 0) return;
-  const std::uint32_t count[2] = {held(undecided[0]), held(undecided[1])};
+  const std::uint32_t count[2] = {stored_count(undecided[0]), stored_count(undecided[1])};
   lists.counters->double_precision_tests = count[0] + count[1];
   if (unfiltered)
-    for (int kind = 0; kind < 2; ++kind) lists.counters->undecided[kind] = count[kind];
+    for (int kind = 0; kind < 2; ++kind) lists.counters->undecided_in_single[kind] = count[kind];
 }
 
 }  // namespace lazyccd::gpu

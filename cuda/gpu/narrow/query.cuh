@@ -1,4 +1,4 @@
-// Elementary queries on the device: their points, and room for their answers.
+// Elementary queries on the device: loading their points, and appending their results to lists.
 #pragma once
 
 #include "core/elementary.h"
@@ -7,8 +7,8 @@
 
 namespace lazyccd::gpu {
 
-// A power of two that brings all differences of positions to at most 2^6 (core/elementary.h), from
-// the box of the root.
+/// Returns a power of two that scales all differences of positions to at most 2^6
+/// (core/elementary.h). Computed from the box of the root.
 __device__ inline double scene_scale(const SceneView& scene) {
   const TreeNode& root = scene.nodes[0];
   float size = 0;
@@ -20,7 +20,7 @@ __device__ inline double scene_scale(const SceneView& scene) {
 
 __device__ inline Vec3<float> scaled_difference(const FloatRecord& a, const FloatRecord& b, int end,
                                                 float scale) {
-  // Rounded once: as good as the difference in double rounded to float.
+  // Rounded once: as accurate as the difference in double, rounded to float.
   return {scale * (b.x[3 * end] - a.x[3 * end]), scale * (b.x[3 * end + 1] - a.x[3 * end + 1]),
           scale * (b.x[3 * end + 2] - a.x[3 * end + 2])};
 }
@@ -33,8 +33,9 @@ __device__ inline Vec3<float> scaled_difference(const DoubleRecord& a, const Dou
           static_cast<float>(s * (b.x[3 * end + 2] - a.x[3 * end + 2]))};
 }
 
-// The differences of a query with the points a, b, c, d: the face and the vertex, or the ends of
-// one edge and those of the other in reverse.
+/// Loads the differences of a query with the points a, b, c, d. Vertex-face: the corners of the
+/// face, then the vertex. Edge-edge: the ends of one edge, then the ends of the other in reverse
+/// order.
 template <ContactKind kind, class Record>
 __device__ inline Differences<float> gather_points(const SceneView& scene, std::int32_t a,
                                                    std::int32_t b, std::int32_t c, std::int32_t d,
@@ -52,6 +53,7 @@ __device__ inline Differences<float> gather_points(const SceneView& scene, std::
   return result;
 }
 
+/// Loads the differences of a candidate.
 template <ContactKind kind, class Record>
 __device__ inline Differences<float> gather(const SceneView& scene, Candidate c, float scale) {
   if constexpr (kind == ContactKind::vertex_face) {
@@ -64,7 +66,8 @@ __device__ inline Differences<float> gather(const SceneView& scene, Candidate c,
   }
 }
 
-// Reserves room in an output for the lanes that want it: one atomic a warp. All lanes call.
+/// Appends the items of the lanes that want it, with one atomic operation per warp. All lanes must
+/// call it. Items beyond the capacity are counted and dropped.
 template <class T>
 __device__ inline void append_lanes(const Output<T>& output, bool wanted, const T& item, int lane) {
   const unsigned mask = __ballot_sync(kAllLanes, wanted);

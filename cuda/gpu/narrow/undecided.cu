@@ -1,3 +1,4 @@
+// Exact decision of the undecided queries by the host's threads.
 #include "gpu/narrow/undecided.h"
 
 #include <algorithm>
@@ -8,9 +9,9 @@
 
 namespace lazyccd::gpu {
 
-std::size_t merge_residue(const Mesh& mesh, const Positions& start, const Positions& end,
-                          const HardQuery* queries, std::size_t query_count, ThreadPool& pool,
-                          Contact* contacts, std::size_t count, Stats& stats) {
+std::size_t merge_undecided(const Mesh& mesh, const Positions& start, const Positions& end,
+                            const HardQuery* queries, std::size_t query_count, ThreadPool& pool,
+                            Contact* contacts, std::size_t count, Stats& stats) {
   if (query_count == 0) return count;
   std::vector<std::vector<Contact>> parts(static_cast<std::size_t>(pool.size()));
   pool.parallel_for(query_count, 4, [&](std::size_t first, std::size_t last, int worker) {
@@ -29,7 +30,7 @@ std::size_t merge_residue(const Mesh& mesh, const Positions& start, const Positi
     ++(contact.kind == ContactKind::vertex_face ? stats.contacts_vf : stats.contacts_ee);
   }
   std::sort(found.begin(), found.end());
-  // From the back, so that each contact moves once, straight to its place.
+  // From the back, so that each contact moves only once, directly to its place.
   std::size_t from = count, to = count + found.size();
   for (std::size_t i = found.size(); i-- > 0;) {
     const Contact* place = std::lower_bound(contacts, contacts + from, found[i]);

@@ -1,4 +1,4 @@
-// What double could not decide, on the host.
+// Exact decision, on the host, of the queries that double precision could not decide.
 #pragma once
 
 #include <cstddef>
@@ -10,11 +10,11 @@
 
 namespace lazyccd::gpu {
 
-// Decides the queries exactly and merges the contacts among them into the `count` sorted ones,
-// where there is room for all; counts them in the stats, the hash too. Returns how many there are
-// now.
-std::size_t merge_residue(const Mesh& mesh, const Positions& start, const Positions& end,
-                          const HardQuery* queries, std::size_t query_count, ThreadPool& pool,
-                          Contact* contacts, std::size_t count, Stats& stats);
+/// Decides the queries exactly and merges their contacts into the `count` sorted contacts. The
+/// array must have room for all of them. Adds the new contacts and their hash to the stats. Returns
+/// the new number of contacts.
+std::size_t merge_undecided(const Mesh& mesh, const Positions& start, const Positions& end,
+                            const HardQuery* queries, std::size_t query_count, ThreadPool& pool,
+                            Contact* contacts, std::size_t count, Stats& stats);
 
 }  // namespace lazyccd::gpu

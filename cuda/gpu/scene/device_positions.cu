@@ -1,3 +1,4 @@
+// Conversion of the caller's positions to packed arrays, and their upload.
 #include "gpu/scene/device_positions.h"
 
 #include <algorithm>
@@ -8,14 +9,14 @@
 namespace lazyccd::gpu {
 namespace {
 
-constexpr std::size_t kGrain = 8192;  // vertices a worker takes at once
+constexpr std::size_t kGrain = 8192;  // vertices that a worker takes at a time
 
-// body(x, i) with the vertex's three scalars as they are stored and its place among all scalars;
-// false where one of them returned false. Without a way out of the middle, so that it runs in
-// vector lanes.
+// Calls body(x, i) for every vertex. x points to its three scalars as they are stored; i is the
+// index of the first one among all scalars. Returns false if any call returned false. The loop has
+// no early exit, so that it can be vectorized.
 template <class Body>
 bool for_each_vertex(const Positions& positions, ThreadPool& pool, Body&& body) {
-  std::atomic<bool> all{true};  // relaxed: the end of the job orders it
+  std::atomic<bool> all_true{true};  // relaxed: the end of the job orders the stores
   pool.parallel_for(positions.count(), kGrain, [&](std::size_t first, std::size_t last, int) {
     const auto walk = [&](auto scalar) {
       const char* data = static_cast<const char*>(positions.data());
@@ -26,12 +27,13 @@ bool for_each_vertex(const Positions& positions, ThreadPool& pool, Body&& body) 
       return good;
     };
     if (!(positions.is_double() ? walk(double{}) : walk(float{})))
-      all.store(false, std::memory_order_relaxed);
+      all_true.store(false, std::memory_order_relaxed);
   });
-  return all.load(std::memory_order_relaxed);
+  return all_true.load(std::memory_order_relaxed);
 }
 
-// NaN is not equal to itself: it counts as inexact and is found on the device.
+// Converts the positions to Scalar. Returns whether Scalar holds all of them exactly. NaN is not
+// equal to itself, so it counts as inexact; the device finds it later.
 template <class Scalar>
 bool copy(const Positions& positions, Scalar* out, ThreadPool& pool) {
   return for_each_vertex(positions, pool, [out](const auto* x, std::size_t i) {
@@ -44,9 +46,10 @@ bool copy(const Positions& positions, Scalar* out, ThreadPool& pool) {
   });
 }
 
+// Returns whether the positions equal the packed array `other`.
 template <class Scalar>
 bool same(const Positions& positions, const Scalar* other, ThreadPool& pool) {
-  // A look at one vertex spares most of the others where the scene has been moved.
+  // If the scene was moved, the first vertex usually shows it, and the others need no test.
   if (positions.count() == 0) return true;
   const std::array<double, 3> first = positions[0];
   for (int k = 0; k < 3; ++k)

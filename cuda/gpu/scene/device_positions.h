@@ -1,4 +1,4 @@
-// The caller's positions on their way to the device.
+// Upload of the caller's positions to the device.
 #pragma once
 
 #include <cuda_runtime_api.h>
@@ -12,24 +12,27 @@
 
 namespace lazyccd::gpu {
 
-// Packed, and in float where float holds every one of them exactly. In a simulation the end of one
-// step is the start of the next: then it is on the device already.
+/// The positions of a step on the device, packed. They are in float if float holds every one of
+/// them exactly, otherwise in double. In a simulation the end of one step is the start of the next;
+/// then it is on the device already.
 class DevicePositions {
  public:
-  // For another mesh.
+  /// Forgets the uploaded positions; for another mesh.
   void forget() { is_double_ = resident_ = false; }
 
-  // Enqueues the copies. Positions that are not finite count as double.
+  /// Enqueues the copies of both arrays. A NaN counts as not exact in float. Once the positions are
+  /// double, they stay double until forget().
   void upload(const Positions& start, const Positions& end, ThreadPool& pool, cudaStream_t stream);
 
   bool is_double() const { return is_double_; }
-  // Three scalars a vertex, of the precision that is_double() tells.
+  /// Three scalars per vertex, in the precision that is_double() returns.
   const void* start() const { return start_.data(); }
   const void* end() const { return end_.data(); }
   std::size_t bytes() const { return start_.bytes() + end_.bytes(); }
 
  private:
-  // False where Scalar does not hold one exactly.
+  /// Copies both arrays to pinned memory. Returns false if Scalar does not hold every position
+  /// exactly.
   template <class Scalar>
   bool stage(const Positions& start, const Positions& end, PinnedBuffer<Scalar>& from,
              PinnedBuffer<Scalar>& to, ThreadPool& pool);
@@ -37,7 +40,7 @@ class DevicePositions {
   bool is_double_ = false, resident_ = false;
   PinnedBuffer<float> from_float_, to_float_;
   PinnedBuffer<double> from_double_, to_double_;
-  DeviceBuffer<double> start_, end_;  // room for either precision
+  DeviceBuffer<double> start_, end_;  // large enough for either precision
 };
 
 }  // namespace lazyccd::gpu

@@ -1,3 +1,4 @@
+// Upload of the mesh, its groups and their hierarchy.
 #include "gpu/scene/device_scene.h"
 
 #include <algorithm>

@@ -1,4 +1,4 @@
-// The mesh, its groups and their hierarchy on the device.
+// The mesh, its groups and their hierarchy in device memory.
 #pragma once
 
 #include <cuda_runtime_api.h>
@@ -19,11 +19,11 @@ class DeviceScene {
  public:
   explicit DeviceScene(double separation) : separation_(separation) {}
 
-  // Another mesh; it lives until the next call.
+  /// Sets another mesh. It must stay valid until the next call.
   void set_mesh(const Mesh& mesh);
 
-  // Groups and tree are made on the host, once for many steps; their boxes are refitted on the
-  // device.
+  /// Builds groups and tree on the host, once for many steps. Each step refits their boxes on the
+  /// device.
   void build(const Positions& start, const Positions& end, ThreadPool& pool);
 
   const Groups& groups() const { return groups_; }
@@ -53,7 +53,7 @@ class DeviceScene {
   DeviceBuffer<DeviceGroup> device_groups_;
   DeviceBuffer<std::int32_t> leaf_order_;
   DeviceBuffer<int2> node_ranges_;
-  // Made anew each step.
+  // Recomputed in each step.
   DeviceBuffer<DoubleRecord> records_;
   DeviceBuffer<PrimitiveBlock> blocks_;
   DeviceBuffer<GroupBounds> bounds_;

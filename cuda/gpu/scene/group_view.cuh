@@ -1,5 +1,5 @@
-// The groups as the kernels see them: their bounds, their primitives, and whether two are worth a
-// visit.
+// The groups as the kernels see them: their bounds, their primitives, and the test of whether two
+// groups may touch.
 #pragma once
 
 #include <cstdint>
@@ -9,45 +9,48 @@
 
 namespace lazyccd::gpu {
 
-// An extent along one axis at both ends of the step, rounded outward.
+/// An extent along one axis at the start (0) and at the end (1) of the step, rounded outward.
 struct alignas(16) AxisExtent {
   float lo0, hi0, lo1, hi1;
 };
 
-// Along x, y, z and the face diagonals x+y, x-y, x+z, x-z, y+z, y-z: an 18-DOP (Klosowski et al.
-// 1998). Layers that lie askew are apart along a diagonal where their boxes are not.
+/// Axes of a group's bounds: x, y, z and the face diagonals x+y, x-y, x+z, x-z, y+z, y-z.
 constexpr int kSides = 3, kDiagonals = 6, kAxes = kSides + kDiagonals;
+/// The bounds of a group: an 18-DOP (Klosowski et al. 1998). Layers that lie askew to the axes are
+/// apart along a diagonal even if their boxes overlap.
 struct GroupBounds {
   AxisExtent axis[kAxes];
 };
 
+/// The ids of a primitive and of its vertices.
 struct alignas(16) PrimitiveNames {
   std::int32_t id;
   std::int32_t vertex[3];  // unused ones -1
 };
 
-// Primitives side by side, so that the lanes of a warp read whole lines.
+/// kBlockLanes primitives as a structure of arrays, so that the lanes of a warp read whole cache
+/// lines.
 struct PrimitiveBlock {
   AxisExtent axis[kSides][kBlockLanes];
   PrimitiveNames names[kBlockLanes];
 };
 
-// The leaf kernel's last rounds read up to so many blocks beyond a group: there are more than
-// groups have.
+/// Padding blocks behind the last group. The last rounds of the leaf kernel read up to this many
+/// blocks beyond a group.
 constexpr int kReadBeyond = 4;
 
-// A group's primitives lie in its blocks without gaps: vertices, edges, then faces.
+/// A group. Its primitives fill its blocks without gaps: vertices, then edges, then faces.
 struct alignas(16) DeviceGroup {
   std::int32_t body;
   std::int32_t first_block;
   std::uint8_t count[3];
   bool pinned;
-  bool meets_own_body;  // its body collides with itself
+  bool meets_own_body;  // its body has self-collision
 
   LAZYCCD_HD int total() const { return count[0] + count[1] + count[2]; }
 };
 
-// Whole 16-byte loads, all under way before the first use.
+/// Loads a T in pieces of 16 bytes. All loads are issued before the first use.
 template <class T>
 __device__ inline T load_wide(const T* from) {
   static_assert(sizeof(T) % sizeof(int4) == 0 && alignof(T) == sizeof(int4));
@@ -60,24 +63,26 @@ __device__ inline T load_wide(const T* from) {
   return loaded.value;
 }
 
-// Negative where certainly apart in the linear motion: on the same side at both ends. The sign of a
-// difference of floats is exact; additions and the logic of signs use other units of the
-// multiprocessor than comparisons, of which there are half as many.
+/// Returns a negative number if two extents are certainly apart during the linear motion: on the
+/// same side at both ends. The sign of a difference of floats is exact. Additions and bit
+/// operations on signs use other units of the multiprocessor than comparisons; it has half as many
+/// units for comparisons.
 __device__ inline int apart_sign(const AxisExtent& a, const AxisExtent& b) {
   return (__float_as_int(b.hi0 - a.lo0) & __float_as_int(b.hi1 - a.lo1)) |
          (__float_as_int(a.hi0 - b.lo0) & __float_as_int(a.hi1 - b.lo1));
 }
 
-// Bodies, bounds and primitives of the groups. Without bounds every pair is worth a visit.
+/// Device pointers to the groups, their bounds, primitives and bodies. If `bounds` is null, opens()
+/// returns true for every pair.
 struct GroupView {
   const DeviceGroup* groups;
-  PrimitiveBlock* blocks;  // boxes made anew each step
-  GroupBounds* bounds;     // made anew each step
+  PrimitiveBlock* blocks;  // their boxes are recomputed in each step
+  GroupBounds* bounds;     // recomputed in each step; may be null
   const Body* bodies;
   const std::uint64_t* disabled_pairs;  // sorted: smaller body << 32 | larger body
   std::uint32_t disabled_count;
 
-  // Different bodies.
+  /// Returns whether two different bodies collide: by group, mask and list of disabled pairs.
   __device__ bool collide(std::int32_t a, std::int32_t b) const {
     if (!(bodies[a].group & bodies[b].mask) || !(bodies[b].group & bodies[a].mask)) return false;
     const std::uint64_t lo = static_cast<std::uint32_t>(a < b ? a : b);
@@ -94,11 +99,12 @@ struct GroupView {
     return first == disabled_count || disabled_pairs[first] != key;
   }
 
+  /// Returns whether two groups may touch, so that their primitives must be tested.
   __device__ bool opens(std::int32_t a, std::int32_t b) const {
     if (bounds == nullptr) return true;
     const DeviceGroup group_a = load_wide(groups + a), group_b = load_wide(groups + b);
-    // Without a branch before the end, and some axes at a time: what is loaded is under way at
-    // once.
+    // There is no branch before the end, and several axes are loaded at a time, so that the loads
+    // overlap.
     constexpr int at_once = 3;
     static_assert(kAxes % at_once == 0);
     int sign = 0;

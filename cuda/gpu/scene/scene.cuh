@@ -1,5 +1,5 @@
-// The scene and the lists of a step as the kernels see them: plain pointers to device memory,
-// passed by value.
+// The scene and the lists of a step as the kernels see them: structures of device pointers, passed
+// by value.
 #pragma once
 
 #include <cstdint>
@@ -12,7 +12,8 @@
 
 namespace lazyccd::gpu {
 
-// A vertex over the step in the precision in which the positions came. Three (two) 16-byte loads.
+/// A vertex over the step, in the precision of the positions. Loaded in three pieces of 16 bytes
+/// (FloatRecord: two).
 struct alignas(16) DoubleRecord {
   double x[6];  // start x y z, end x y z
 };
@@ -20,42 +21,47 @@ struct alignas(16) FloatRecord {
   float x[8];  // start x y z, end x y z, two unused
 };
 
+/// An axis-aligned box over the whole step.
 struct SweptBox {
   float lo[3], hi[3];
 };
-constexpr int kRun = 16;  // leaves whose boxes are united once for all nodes above them
+/// Leaves of a run. The boxes of these consecutive leaves are united once, for all nodes above
+/// them.
+constexpr int kRun = 16;
 
+/// The scene on the device.
 struct SceneView {
-  // Fixed with the topology.
+  // Set with the mesh and the hierarchy; is_double in each step.
   std::uint32_t vertex_count, group_count, node_count;
   GroupView groups;
   MeshView mesh;
-  const unsigned char* pinned;     // null where no vertex is
+  const unsigned char* pinned;     // per vertex; null if no vertex is pinned
   const std::int32_t* leaf_order;  // groups in the order of the tree's leaves
-  const int2* node_ranges;         // the part of that order below each node
+  const int2* node_ranges;         // per node: its part [x, y) of leaf_order
   ContactKey key;
   double separation;  // DetectorOptions::separation
-  bool is_double;     // of the records
+  bool is_double;     // whether the records are DoubleRecord
 
-  // Made anew each step.
-  void* records;  // DoubleRecord or FloatRecord
+  // Recomputed in each step.
+  void* records;  // per vertex, DoubleRecord or FloatRecord
   SweptBox* runs;
   TreeNode* nodes;
 };
 
-// A candidate that single precision found to be a hit, at its one root in [lo, hi].
+/// A candidate that single precision decided to be a hit. It has one root, which lies in [lo, hi].
 struct Survivor {
   Candidate pair;
   float lo, hi;
 };
 
-// A candidate for the stages behind the lists by kind.
+/// A candidate with its ContactKind, for lists that hold both kinds.
 struct HardQuery {
   Candidate pair;
   std::int32_t kind;
 };
 
-// An output that counts on where it is full: the host sees by how much and grows it.
+/// An output list. The count goes on beyond the capacity, so that the host sees how much is missing
+/// and enlarges the list.
 template <class T>
 struct Output {
   T* items;
@@ -63,39 +69,41 @@ struct Output {
   std::uint32_t* count;
 };
 
-// What the warps of the decide kernel have claimed and done.
+/// Work items that the warps of the decide kernel have claimed or, in undecided_done, finished.
 struct DecideCounters {
   std::uint32_t undecided, undecided_done, hits, hard;
 };
 
-// All counters of a step in one piece: reset by one memset, read by one copy.
+/// All counters of a step in one structure: cleared by one kernel, read by one copy.
 struct StepCounters {
-  std::uint32_t bad_positions;   // bits: 1 one is not finite, 2 one is beyond what float can scale
+  std::uint32_t bad_positions;   // bits: 1 a position is not finite, 2 one is too large for float
   std::uint32_t next_leaf_pair;  // claimed by the warps of the leaf kernel
   std::uint32_t candidates[2];   // by ContactKind
-  std::uint32_t filtered[2];     // that the non-coplanar filter left
-  std::uint32_t hits[2];         // in single precision
-  std::uint32_t undecided[2];
+  std::uint32_t filtered[2];     // passed the non-coplanar filter
+  std::uint32_t hits[2];         // decided in single precision
+  std::uint32_t undecided_in_single[2];
   std::uint32_t double_precision_tests;
-  std::uint32_t hard;     // for subdivision
-  std::uint32_t undecided;  // for the host's exact arithmetic
+  std::uint32_t hard;                 // queries that need subdivision
+  std::uint32_t undecided_in_double;  // queries for the host's exact arithmetic
   std::uint32_t contacts;
-  std::uint32_t contacts_vf;  // of those
+  std::uint32_t contacts_vf;  // the vertex-face contacts among them
   DecideCounters decide;
-  float leaf_area;  // sum of half the surfaces of the groups' swept boxes
+  float leaf_area;  // sum of half the surface areas of the groups' swept boxes
   std::uint64_t hash;
 };
 
-// The lists of a step; pairs of them by ContactKind.
+/// The lists of a step. Arrays of two are indexed by ContactKind.
 struct StepLists {
   Output<Candidate> filtered[2];
-  Output<Survivor> hits[2];        // of single precision
-  Output<Candidate> undecided[2];  // by single precision
-  Output<HardQuery> hard, undecided;
-  Output<Contact> contacts;  // in no order
-  std::uint64_t* keys;       // of the same places: their order (ContactKey)
-  // Contacts by the upper part of their key, all but primitive b, while there are few such parts:
-  // how many each has, and which of them a place is. Null: to be sorted in another way.
+  Output<Survivor> hits[2];                  // decided in single precision
+  Output<Candidate> undecided_in_single[2];  // left over by single precision
+  // Queries for subdivision; queries for the host's exact arithmetic.
+  Output<HardQuery> hard, undecided_in_double;
+  Output<Contact> contacts;  // in no particular order
+  std::uint64_t* keys;       // keys[i] is the ContactKey of contacts.items[i]
+  // For a counting sort by the upper part of the key, which is all but primitive b. bins: number of
+  // contacts per bin. ranks: index of each contact within its bin. bins is null if there are too
+  // many bins for it, or few contacts; then another sort is used.
   std::uint32_t *bins, *ranks;
   StepCounters* counters;
 };

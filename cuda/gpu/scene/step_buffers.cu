@@ -1,3 +1,4 @@
+// Allocation and download of the lists of a step.
 #include "gpu/scene/step_buffers.h"
 
 #include <algorithm>
@@ -13,10 +14,10 @@ StepBuffers::StepBuffers(std::uint32_t capacity_hint) {
   for (int kind = 0; kind < 2; ++kind) {
     filtered_[kind].set_capacity(capacity_hint);
     hits_[kind].set_capacity(capacity_hint);
-    undecided_[kind].set_capacity(capacity_hint);
+    undecided_in_single_[kind].set_capacity(capacity_hint);
   }
   hard_.set_capacity(capacity_hint);
-  residue_.set_capacity(capacity_hint);
+  undecided_in_double_.set_capacity(capacity_hint);
   contacts_.set_capacity(capacity_hint);
 }
 
@@ -24,14 +25,14 @@ void StepBuffers::reserve(const ContactKey& key, cudaStream_t stream) {
   for (int kind = 0; kind < 2; ++kind) {
     filtered_[kind].reserve();
     hits_[kind].reserve();
-    undecided_[kind].reserve();
+    undecided_in_single_[kind].reserve();
   }
   hard_.reserve();
-  residue_.reserve();
+  undecided_in_double_.reserve();
   contacts_.reserve();
   const std::uint32_t contacts = contacts_.capacity();
-  host_residue_.reserve(residue_.capacity());
-  host_contacts_.reserve(std::size_t{contacts} + residue_.capacity());
+  host_undecided_.reserve(undecided_in_double_.capacity());
+  host_contacts_.reserve(std::size_t{contacts} + undecided_in_double_.capacity());
   const std::uint32_t bins = sort_bins(key, contacts);
   if (contacts <= sorted_.size() && bins == bin_count_) return;
   bin_count_ = bins;
@@ -39,7 +40,8 @@ void StepBuffers::reserve(const ContactKey& key, cudaStream_t stream) {
   bin_starts_.reserve(bins);
   sort_space_.reserve(sort_space_bytes(bins, contacts));
   sorted_.reserve(contacts);
-  // The download takes what the last step makes likely, and may take places that nothing wrote.
+  // The download copies as many contacts as the last step makes likely, so it may copy places that
+  // were never written.
   LAZYCCD_CUDA_CHECK(cudaMemsetAsync(sorted_.data(), 0, sorted_.bytes(), stream));
   keys_.reserve(contacts);
   sorted_keys_.reserve(contacts);
@@ -55,10 +57,11 @@ StepLists StepBuffers::lists() {
   for (int kind = 0; kind < 2; ++kind) {
     lists.filtered[kind] = filtered_[kind].output(&c->filtered[kind]);
     lists.hits[kind] = hits_[kind].output(&c->hits[kind]);
-    lists.undecided[kind] = undecided_[kind].output(&c->undecided[kind]);
+    lists.undecided_in_single[kind] =
+        undecided_in_single_[kind].output(&c->undecided_in_single[kind]);
   }
   lists.hard = hard_.output(&c->hard);
-  lists.undecided = residue_.output(&c->undecided);
+  lists.undecided_in_double = undecided_in_double_.output(&c->undecided_in_double);
   lists.contacts = contacts_.output(&c->contacts);
   lists.keys = keys_.data();
   lists.bins = bin_count_ != 0 ? bins_.data() : nullptr;
@@ -83,16 +86,16 @@ void StepBuffers::download(cudaStream_t stream) {
 
 int StepBuffers::grow() {
   const StepCounters& c = counters();
-  int grown = 0;
+  int too_short = 0;
   for (int kind = 0; kind < 2; ++kind) {
-    grown += filtered_[kind].outgrown(c.filtered[kind]);
-    grown += hits_[kind].outgrown(c.hits[kind]);
-    grown += undecided_[kind].outgrown(c.undecided[kind]);
+    too_short += filtered_[kind].outgrown(c.filtered[kind]);
+    too_short += hits_[kind].outgrown(c.hits[kind]);
+    too_short += undecided_in_single_[kind].outgrown(c.undecided_in_single[kind]);
   }
-  grown += hard_.outgrown(c.hard);
-  grown += residue_.outgrown(c.undecided);
-  grown += contacts_.outgrown(c.contacts);
-  return grown;
+  too_short += hard_.outgrown(c.hard);
+  too_short += undecided_in_double_.outgrown(c.undecided_in_double);
+  too_short += contacts_.outgrown(c.contacts);
+  return too_short;
 }
 
 Contact* StepBuffers::finish_contacts() {
@@ -104,19 +107,20 @@ Contact* StepBuffers::finish_contacts() {
   return host_contacts_.data();
 }
 
-const HardQuery* StepBuffers::download_residue() {
-  LAZYCCD_CUDA_CHECK(cudaMemcpy(host_residue_.data(), residue_.data(),
-                                counters().undecided * sizeof(HardQuery), cudaMemcpyDeviceToHost));
-  return host_residue_.data();
+const HardQuery* StepBuffers::download_undecided() {
+  LAZYCCD_CUDA_CHECK(cudaMemcpy(host_undecided_.data(), undecided_in_double_.data(),
+                                counters().undecided_in_double * sizeof(HardQuery),
+                                cudaMemcpyDeviceToHost));
+  return host_undecided_.data();
 }
 
 std::size_t StepBuffers::bytes() const {
-  std::size_t sum = counters_.bytes() + hard_.bytes() + residue_.bytes() + contacts_.bytes() +
-                    sorted_.bytes() + keys_.bytes() + sorted_keys_.bytes() + order_.bytes() +
-                    sorted_order_.bytes() + bins_.bytes() + bin_starts_.bytes() + ranks_.bytes() +
-                    sort_space_.bytes();
+  std::size_t sum = counters_.bytes() + hard_.bytes() + undecided_in_double_.bytes() +
+                    contacts_.bytes() + sorted_.bytes() + keys_.bytes() + sorted_keys_.bytes() +
+                    order_.bytes() + sorted_order_.bytes() + bins_.bytes() + bin_starts_.bytes() +
+                    ranks_.bytes() + sort_space_.bytes();
   for (int kind = 0; kind < 2; ++kind)
-    sum += filtered_[kind].bytes() + hits_[kind].bytes() + undecided_[kind].bytes();
+    sum += filtered_[kind].bytes() + hits_[kind].bytes() + undecided_in_single_[kind].bytes();
   return sum;
 }
 

@@ -1,4 +1,4 @@
-// The lists that a step fills, on the device, and what comes back to the host.
+// The lists that a step fills on the device, and their copies on the host.
 #pragma once
 
 #include <cuda_runtime_api.h>
@@ -12,7 +12,8 @@
 
 namespace lazyccd::gpu {
 
-// A list on the device that grows to what a step would have needed.
+/// A list in device memory. If a step overflows it, its capacity grows to what that step would have
+/// needed and a quarter more.
 template <class T>
 class StepList {
  public:
@@ -20,7 +21,7 @@ class StepList {
 
   std::uint32_t capacity() const { return capacity_; }
   void set_capacity(std::uint32_t capacity) { capacity_ = capacity; }
-  // Whether so many did not fit; then more do from the next reserve() on.
+  /// Returns whether `count` items did not fit. If so, they fit after the next reserve().
   bool outgrown(std::uint32_t count) {
     if (count <= capacity_) return false;
     capacity_ = count + count / 4;
@@ -37,24 +38,29 @@ class StepList {
   DeviceBuffer<T> items_;
 };
 
+/// The counters and lists of a step, on the device and on the host.
 class StepBuffers {
  public:
-  explicit StepBuffers(std::uint32_t capacity_hint);  // of every list at first; 0: the default
+  /// capacity_hint: first capacity of every list; 0: the default of each list.
+  explicit StepBuffers(std::uint32_t capacity_hint);
 
-  // Allocates what has grown. The key is that of the mesh.
+  /// Allocates the lists that have grown. `key` is that of the mesh.
   void reserve(const ContactKey& key, cudaStream_t stream);
   StepLists lists();
   SortBuffers sort_buffers();
 
-  // Enqueues the download of the counters and of as many contacts as the last step makes likely.
+  /// Enqueues the download of the counters and of as many contacts as the last step makes likely.
   void download(cudaStream_t stream);
   const StepCounters& counters() const { return *host_counters_.data(); }
-  // By the counters: how many lists were too short; they are longer for the next try.
+  /// Returns how many lists were too short, judged by the counters. They are longer in the next
+  /// run.
   int grow();
-  // The rest of the contacts, in order, with room for as many more as there are in the residue.
+  /// Downloads the rest of the contacts and returns all of them, in order. The array has room for
+  /// one more contact per query of download_undecided().
   Contact* finish_contacts();
-  // The queries that double could not decide; counters().residue of them.
-  const HardQuery* download_residue();
+  /// Downloads the queries that double precision could not decide: counters().undecided_in_double
+  /// of them.
+  const HardQuery* download_undecided();
 
   std::size_t bytes() const;
 
@@ -62,8 +68,9 @@ class StepBuffers {
   DeviceBuffer<StepCounters> counters_;
   StepList<Candidate> filtered_[2]{StepList<Candidate>(1 << 16), StepList<Candidate>(1 << 18)};
   StepList<Survivor> hits_[2]{StepList<Survivor>(1 << 14), StepList<Survivor>(1 << 16)};
-  StepList<Candidate> undecided_[2]{StepList<Candidate>(1 << 13), StepList<Candidate>(1 << 15)};
-  StepList<HardQuery> hard_{1 << 12}, residue_{1 << 10};
+  StepList<Candidate> undecided_in_single_[2]{StepList<Candidate>(1 << 13),
+                                              StepList<Candidate>(1 << 15)};
+  StepList<HardQuery> hard_{1 << 12}, undecided_in_double_{1 << 10};
   StepList<Contact> contacts_{1 << 11};
   DeviceBuffer<Contact> sorted_;
   DeviceBuffer<std::uint64_t> keys_, sorted_keys_;
@@ -71,7 +78,7 @@ class StepBuffers {
   DeviceBuffer<char> sort_space_;
   PinnedBuffer<StepCounters> host_counters_;
   PinnedBuffer<Contact> host_contacts_;
-  PinnedBuffer<HardQuery> host_residue_;
+  PinnedBuffer<HardQuery> host_undecided_;
   std::uint32_t expected_contacts_ = 1024, downloaded_ = 0;
   std::uint32_t bin_count_ = 0;
 };

@@ -1,5 +1,5 @@
-// How the first warp of a block waits for others' work: longer and longer, so that many who wait
-// leave the memory to those who work.
+// Waiting of a block's first warp for the work of other blocks. The pauses grow longer, so that
+// many waiting warps leave the memory to the working ones.
 #pragma once
 
 #include "balance/device_atomics.cuh"
@@ -8,6 +8,7 @@
 
 namespace lazyccd::gpu {
 
+/// Pauses that double from 32 ns to 512 ns.
 class SpinWait {
  public:
   __device__ void pause() {
@@ -20,8 +21,9 @@ class SpinWait {
   unsigned pause_ns_ = shortest_ns;
 };
 
-// For a whole warp. The looks are relaxed: an acquire would empty the L1 cache of a multiprocessor
-// where other blocks still work. It comes with a count that looks like zero.
+/// Returns whether the traversal is over; for a whole warp. It polls with relaxed loads: an acquire
+/// would empty the L1 cache of a multiprocessor on which other blocks still work. The acquire comes
+/// once the count looks like zero.
 __device__ inline bool all_done(Termination<DeviceAtomics> termination) {
   bool over = false;
   if (threadIdx.x % kWarp == 0) over = termination.seems_over() && termination.over();

@@ -1,3 +1,4 @@
+// Lazy work stealing with greedy thieves: the host's side.
 #include "gpu/traversal/greedy_stealing.cuh"
 
 #include <algorithm>
@@ -7,18 +8,19 @@
 namespace lazyccd::gpu {
 namespace {
 
-StackWish stack_wish(const Tuning& tuning) {
+StackRequest stack_request(const Tuning& tuning) {
   constexpr int largest = static_cast<int>(GreedyBlocks::batch_size);
   if (tuning.chunk < 0 || tuning.chunk > largest)
     throw Error(ErrorCode::invalid_argument,
-                "batches are of up to " + std::to_string(largest) + " pairs");
+                "tuning.chunk must be between 0 and " + std::to_string(largest) + " pairs");
   const int batch = tuning.chunk != 0 ? tuning.chunk : largest;
   return {static_cast<std::uint32_t>(batch), small_stack(tuning), 0, true};
 }
 
 class GreedyStealing : public PersistentTraversal<GreedyBlocks> {
  public:
-  explicit GreedyStealing(const Tuning& tuning) : PersistentTraversal(tuning, stack_wish(tuning)) {}
+  explicit GreedyStealing(const Tuning& tuning)
+      : PersistentTraversal(tuning, stack_request(tuning)) {}
 
   void grow(const TraversalCounters&, cudaStream_t stream) override {
     batches_ = std::min(2 * batches_, Deque<DeviceAtomics>::max_capacity);
@@ -31,7 +33,7 @@ class GreedyStealing : public PersistentTraversal<GreedyBlocks> {
   }
 
  private:
-  // Zeroed memory is empty deques and all batches free.
+  // Allocates and clears. Zeroed memory means empty deques and free batches.
   void make_room(cudaStream_t stream) override {
     const std::uint32_t hint = tuning().capacity_hint;
     batches_ = std::max(batches_, hint != 0 ? next_power_of_two(std::min(hint, 8u)) : 8u);
@@ -57,7 +59,7 @@ class GreedyStealing : public PersistentTraversal<GreedyBlocks> {
     return view;
   }
 
-  std::uint32_t batches_ = 0;  // of each block
+  std::uint32_t batches_ = 0;  // per block
   DeviceBuffer<View::Counters> counters_;
   DeviceBuffer<View::Spaced<std::uint64_t>> words_;
   DeviceBuffer<std::uint32_t> rings_, in_use_, won_;

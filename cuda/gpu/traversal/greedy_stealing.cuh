@@ -1,4 +1,4 @@
-// The dissertation's lazy work stealing between blocks (Algorithms 3.7 to 3.13): what
+// Lazy work stealing between blocks as published (da Silva, Algorithms 3.7 to 3.13): the parts that
 // balance/greedy_stealing.h leaves to the caller.
 #pragma once
 
@@ -18,7 +18,8 @@ class GreedyBlocks {
   static constexpr std::uint32_t batch_size = 256;
   using View = GreedyStealingView<DeviceAtomics, NodePair, batch_size>;
 
-  // The deques are empty and all batches free, from the last run or from zeroed memory.
+  /// Resets the counters. The deques are empty and all batches free, from the last run or from
+  /// zeroed memory.
   __device__ static void start(const View& view, const TraversalJob& job) {
     view.counters->live.cell = (initial_count(job) + batch_size - 1) / batch_size;
     view.counters->claimed.cell = 0;
@@ -40,7 +41,7 @@ class GreedyBlocks {
   __device__ Batch<NodePair> own_batch() { return protocol_.own_batch(); }
   __device__ void release(const Batch<NodePair>& batch) { protocol_.release(batch); }
 
-  // A stack that is full is emptied to its deque, whether somebody waits or not.
+  /// A full stack is emptied to its deque, whether another block waits or not.
   __device__ static std::uint32_t leaving(const StackShape& shape, std::uint32_t size, bool) {
     return size > shape.crowded ? min(shape.batch, size / 2) : 0;
   }
@@ -54,23 +55,25 @@ class GreedyBlocks {
     protocol_.publish();
   }
 
-  // Greedy: a batch of every deque, each lane from deques of its own. Only those that do not look
-  // empty are stolen from, and several looks are under way at once.
+  /// Steals a batch from every deque (greedy); each lane has deques of its own. Deques that look
+  /// empty are skipped, and several deques are read at once.
   __device__ void wait_for_batch(const View& view, const TraversalJob& job,
                                  Batch<NodePair>& found) {
-    constexpr int looks = 4;
+    constexpr int deques_per_lane = 4;
     const std::uint32_t lane = threadIdx.x % kWarp;
     std::uint32_t won = 0;
     for (SpinWait waiting; won == 0; waiting.pause()) {
       random_delay(job);
-      for (std::uint32_t first = 1; first == 1 || first < view.workers; first += looks * kWarp) {
+      for (std::uint32_t first = 1; first == 1 || first < view.workers;
+           first += deques_per_lane * kWarp) {
         if (won == 0 && all_done(view.termination())) {
           if (lane == 0) found = {nullptr, 0, no_chunk};
           return;
         }
-        std::uint32_t sizes[looks];
-        for (int i = 0; i < looks; ++i) sizes[i] = deque_at(view, first + i * kWarp + lane).size();
-        for (int i = 0; i < looks; ++i) {
+        std::uint32_t sizes[deques_per_lane];
+        for (int i = 0; i < deques_per_lane; ++i)
+          sizes[i] = deque_at(view, first + i * kWarp + lane).size();
+        for (int i = 0; i < deques_per_lane; ++i) {
           const std::uint32_t at = first + i * kWarp + lane;
           std::uint32_t batch = no_chunk;
           if (at < view.workers && sizes[i] != 0) batch = deque_at(view, at).steal();
@@ -88,7 +91,7 @@ class GreedyBlocks {
   }
 
  private:
-  // The others' deques, at 1 and above.
+  /// Returns the deque of another block; `at` is 1 or more.
   __device__ static Deque<DeviceAtomics> deque_at(const View& view, std::uint32_t at) {
     return view.deque((blockIdx.x + at) % view.workers);
   }

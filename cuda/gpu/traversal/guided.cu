@@ -1,3 +1,4 @@
+// Guided self-scheduling: the host's side.
 #include "gpu/traversal/guided.cuh"
 
 #include <algorithm>
@@ -7,7 +8,7 @@
 namespace lazyccd::gpu {
 namespace {
 
-// Pairs of a list that a block gives.
+// Returns the size of the list that a block gives to the others, in pairs.
 std::uint32_t list_size(const Tuning& tuning) {
   return tuning.capacity_hint != 0 ? std::min(tuning.capacity_hint, 1024u) : 1024u;
 }
@@ -18,7 +19,8 @@ class Guided : public PersistentTraversal<GuidedBlocks> {
       : PersistentTraversal(tuning, {list_size(tuning), 0, 0, true}),
         list_size_(list_size(tuning)) {}
 
-  // A block that gets too many pairs has nowhere else to put them.
+  // Doubles the reserve of the stacks. A block that gets too many pairs cannot put them anywhere
+  // else.
   void grow(const TraversalCounters&, cudaStream_t stream) override {
     reserve_ *= 2;
     shape_stacks({list_size_, 0, reserve_, true});
@@ -30,7 +32,7 @@ class Guided : public PersistentTraversal<GuidedBlocks> {
   }
 
  private:
-  // Zeroed memory is lists that have been read.
+  // Allocates and clears. Zeroed memory means that all lists have been read.
   void make_room(cudaStream_t stream) override {
     reserve_zeroed(counters_, 1, stream);
     reserve_zeroed(unread_, blocks(), stream);

@@ -1,4 +1,4 @@
-// Guided self-scheduling between blocks: what balance/guided.h leaves to the caller.
+// Guided self-scheduling between blocks: the parts that balance/guided.h leaves to the caller.
 #pragma once
 
 #include <cstdint>
@@ -16,7 +16,7 @@ class GuidedBlocks {
   static constexpr bool keeps_time = false;
   using View = GuidedView<DeviceAtomics, NodePair>;
 
-  // All lists have been read, in the last run or in zeroed memory.
+  /// Resets the counters. All lists have been read, in the last run or because memory is zeroed.
   __device__ static void start(const View& view, const TraversalJob& job) {
     *view.counters = {};
     view.counters->live.cell = initial_count(job) != 0;

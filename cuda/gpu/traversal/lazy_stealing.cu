@@ -1,3 +1,4 @@
+// Lazy work stealing: the host's side.
 #include "gpu/traversal/lazy_stealing.cuh"
 
 #include <algorithm>
@@ -31,7 +32,7 @@ class LazyStealing : public PersistentTraversal<LazyBlocks<ChunkSize>> {
   using Protocol = decltype(View::shared);
   using Word = typename Protocol::template Spaced<std::uint64_t>;
 
-  // Zeroed memory is empty deques and all chunks free.
+  // Allocates and clears. Zeroed memory means empty deques and free chunks.
   void make_room(cudaStream_t stream) override {
     const std::uint32_t hint = this->tuning().capacity_hint, blocks = this->blocks();
     ring_capacity_ =
@@ -79,7 +80,7 @@ std::unique_ptr<TraversalStrategy> make_lazy_stealing(const Tuning& tuning) {
     case 256:
       return std::make_unique<LazyStealing<256>>(tuning);
     default:
-      throw Error(ErrorCode::invalid_argument, "chunks are of 32, 128 or 256 pairs");
+      throw Error(ErrorCode::invalid_argument, "tuning.chunk must be 32, 128 or 256 pairs");
   }
 }
 

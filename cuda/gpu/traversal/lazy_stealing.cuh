@@ -1,4 +1,4 @@
-// Lazy work stealing between blocks: what balance/lazy_stealing.h leaves to the caller.
+// Lazy work stealing between blocks: the parts that balance/lazy_stealing.h leaves to the caller.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,8 @@ namespace lazyccd::gpu {
 
 template <std::uint32_t ChunkSize>
 class LazyBlocks {
-  // A block that only takes should not hoard free chunks.
+  // Free chunks that a block keeps for itself. Few, because a block that only steals should not
+  // hoard them.
   static constexpr std::uint32_t cache_size = 4;
   using Protocol = LazyStealingWorker<DeviceAtomics, NodePair, ChunkSize, cache_size>;
 
@@ -24,7 +25,8 @@ class LazyBlocks {
     std::uint32_t* last_giver;  // a hint: the block that published last
   };
 
-  // The deques are empty and all chunks free, from the last run or from zeroed memory.
+  /// Resets the counters. The deques are empty and all chunks free, from the last run or from
+  /// zeroed memory.
   __device__ static void start(const View& view, const TraversalJob& job) {
     auto& counters = *view.shared.counters;
     counters.live.cell = (initial_count(job) + ChunkSize - 1) / ChunkSize;
@@ -50,8 +52,8 @@ class LazyBlocks {
   __device__ Batch<NodePair> own_batch() { return protocol_.own_batch(); }
   __device__ void release(const Batch<NodePair>& batch) { protocol_.release_chunk(batch); }
 
-  // What a stack has too much of, whether somebody waits or not: an offer that nobody takes costs
-  // less than a look at who waits in every round.
+  /// The surplus of a stack leaves, whether another block waits or not. An unused offer costs less
+  /// than checking in every round whether a block waits.
   __device__ static std::uint32_t leaving(const StackShape& shape, std::uint32_t size, bool) {
     return size > shape.crowded ? min(shape.batch, size / 2) : 0;
   }
@@ -66,15 +68,16 @@ class LazyBlocks {
     DeviceAtomics::store(*view.last_giver, blockIdx.x, DeviceAtomics::relaxed);  // a hint
   }
 
-  // A look is one way to L2: at some deques, at that of the last giver by the look before, and at
-  // what is left to do. All are relaxed; the acquire comes with the steal.
+  /// Polls until it finds a batch or all is done. A poll is one round trip to L2. It reads some
+  /// deques, the deque of the last giver that the poll before found, and the count of remaining
+  /// work. All loads are relaxed; the acquire comes with the steal.
   __device__ void wait_for_batch(const View& view, const TraversalJob& job,
                                  Batch<NodePair>& found) {
     const std::uint32_t lane = threadIdx.x % kWarp, workers = view.shared.workers;
-    std::uint32_t window = (blockIdx.x + 1) % workers;  // where to look next: neighbours differ
+    std::uint32_t window = (blockIdx.x + 1) % workers;  // next deques to poll; neighbours differ
     std::uint32_t giver = 0;
     SpinWait waiting;
-    for (std::uint32_t look = 0;; ++look) {
+    for (std::uint32_t poll = 0;; ++poll) {
       random_delay(job);
       std::uint32_t victim = lane == 0 ? giver : (window + lane) % workers;
       const std::uint32_t offers = view.shared.deque(victim).size();
@@ -86,8 +89,8 @@ class LazyBlocks {
       }
       const unsigned givers = __ballot_sync(kAllLanes, offers != 0);
       if (givers != 0) {
-        // Not all who look at the same deques should pick the same one.
-        const unsigned turn = (blockIdx.x + look) % kWarp;
+        // Blocks that poll the same deques should not all pick the same one.
+        const unsigned turn = (blockIdx.x + poll) % kWarp;
         const int pick = (__ffs(__funnelshift_r(givers, givers, turn)) - 1 + turn) % kWarp;
         victim = __shfl_sync(kAllLanes, victim, pick);
         bool stolen = false;
@@ -105,7 +108,7 @@ class LazyBlocks {
 
  private:
   Protocol protocol_;
-  Chunk<NodePair, ChunkSize>* chunk_;  // that is being filled
+  Chunk<NodePair, ChunkSize>* chunk_;  // the one being filled
 };
 
 }  // namespace lazyccd::gpu

@@ -1,5 +1,5 @@
-// The host's side of a traversal by persistent blocks (traverse.cuh): how large grids and stacks
-// are, and the launches. A strategy adds the memory behind its blocks' view.
+// The host's side of a traversal by persistent blocks (traverse.cuh): the sizes of grids and
+// stacks, and the launches. A strategy adds the memory behind its blocks' view.
 #pragma once
 
 #include <algorithm>
@@ -21,43 +21,48 @@ inline std::uint32_t next_power_of_two(std::uint32_t n) {
   return power;
 }
 
-// Where surplus leaves whether somebody waits or not: what a block does not offer nobody gets.
+/// Returns the stack size beyond which surplus leaves, for strategies that offer it whether another
+/// block waits or not. Blocks only get what others offer.
 inline std::uint32_t small_stack(const Tuning& tuning) {
   return static_cast<std::uint32_t>(tuning.stack != 0 ? tuning.stack : 512);
 }
 
-// What a block's stack is asked to be. 0: the default.
-struct StackWish {
-  std::uint32_t batch;    // pairs that leave at once, and that come at once
+/// The requested shape of a block's stack. 0: the default.
+struct StackRequest {
+  std::uint32_t batch;    // pairs that leave or arrive at once
   std::uint32_t crowded;  // pairs beyond which the oldest leave
   std::uint32_t reserve;
-  bool keeps;  // what a block tests in one round anyway
+  bool keeps;  // the block keeps as many pairs as it tests in one round
 };
 
-inline StackShape stack_shape(const Tuning& tuning, const StackWish& wish, std::uint32_t threads) {
+/// Returns the shape of the stack for blocks of `threads` threads.
+inline StackShape stack_shape(const Tuning& tuning, const StackRequest& request,
+                              std::uint32_t threads) {
   StackShape shape{};
-  shape.batch = wish.batch;
-  // A depth-first walk from one pair holds three pairs for each level of the tree at most.
-  shape.reserve = wish.reserve != 0 ? wish.reserve : 256;
-  const std::uint32_t least = std::max(wish.batch, wish.crowded) + shape.reserve + 2;
-  const std::uint32_t usual = std::max(8 * threads, 4 * wish.batch);
-  shape.capacity = next_power_of_two(tuning.capacity_hint != 0 ? least : std::max(least, usual));
+  shape.batch = request.batch;
+  // A depth-first walk from one pair holds at most three pairs for each level of the tree.
+  shape.reserve = request.reserve != 0 ? request.reserve : 256;
+  const std::uint32_t min_capacity = std::max(request.batch, request.crowded) + shape.reserve + 2;
+  const std::uint32_t usual_capacity = std::max(8 * threads, 4 * request.batch);
+  shape.capacity = next_power_of_two(
+      tuning.capacity_hint != 0 ? min_capacity : std::max(min_capacity, usual_capacity));
   const std::uint32_t usable = shape.capacity - shape.reserve;
-  shape.crowded = tuning.delay_ns != 0   ? 32  // balancing itself is tested
-                  : wish.crowded != 0    ? wish.crowded
+  shape.crowded = tuning.delay_ns != 0   ? 32  // to test balancing
+                  : request.crowded != 0 ? request.crowded
                   : usable > 2 * threads ? std::max(usable - 2 * threads, usable / 2)
                                          : usable / 2;
-  shape.keep = !wish.keeps ? 0 : tuning.delay_ns != 0 ? 1 : threads;
+  shape.keep = !request.keeps ? 0 : tuning.delay_ns != 0 ? 1 : threads;
   return shape;
 }
 
-// Sets aside memory for `count` and clears all that there is.
+/// Ensures room for `count` items and clears the whole buffer.
 template <class T>
 void reserve_zeroed(DeviceBuffer<T>& buffer, std::size_t count, cudaStream_t stream) {
   buffer.reserve(count);
   LAZYCCD_CUDA_CHECK(cudaMemsetAsync(buffer.data(), 0, buffer.bytes(), stream));
 }
 
+/// A strategy that runs the kernel traverse() with the balancing class Blocks.
 template <class Blocks>
 class PersistentTraversal : public TraversalStrategy {
  public:
@@ -67,7 +72,7 @@ class PersistentTraversal : public TraversalStrategy {
     culls_ = culls;
     for (Grid* grid : {&from_root_, &from_front_}) {
       const int resident = resident_blocks(kernel(), grid->threads, grid->stack_bytes());
-      // A block beyond the batches of a usual front would only wait.
+      // Blocks beyond the number of batches of a usual front would only wait.
       const std::uint64_t batches =
           24 * std::uint64_t{node_count} / static_cast<std::uint64_t>(grid->threads) + 1;
       grid->blocks = static_cast<std::uint32_t>(
@@ -92,42 +97,41 @@ class PersistentTraversal : public TraversalStrategy {
  protected:
   using View = typename Blocks::View;
 
-  // A grid and its blocks' stacks.
+  /// A grid and the stacks of its blocks.
   struct Grid {
-    int threads = 0;  // of a block
+    int threads = 0;  // per block
     std::uint32_t blocks = 0;
     StackShape shape{};
 
     std::size_t stack_bytes() const { return shape.capacity * sizeof(NodePair); }
   };
 
-  PersistentTraversal(const Tuning& tuning, const StackWish& wish) : tuning_(tuning) {
+  PersistentTraversal(const Tuning& tuning, const StackRequest& request) : tuning_(tuning) {
     const int threads = tuning.block_size;
     if (threads != 0 &&
         (threads < 32 || threads > static_cast<int>(kMaxTraversalBlock) || threads % 32 != 0))
-      throw Error(ErrorCode::invalid_argument,
-                  "a block of the traversal has a multiple of 32 threads up to " +
-                      std::to_string(kMaxTraversalBlock));
+      throw Error(ErrorCode::invalid_argument, "tuning.block_size must be a multiple of 32 up to " +
+                                                   std::to_string(kMaxTraversalBlock));
     if (tuning.blocks < 0) throw Error(ErrorCode::invalid_argument, "tuning.blocks is negative");
-    // From the root each round is a level deeper, and a larger block has more of a level at once;
-    // from a front there is work for all from the first round on.
+    // From the root, each round goes one level deeper, and a larger block has more of a level at
+    // once. From a front, all blocks have work from the first round on.
     from_root_.threads = threads != 0 ? threads : 512;
     from_front_.threads = threads != 0 ? threads : 256;
-    shape_stacks(wish);
+    shape_stacks(request);
   }
 
-  void shape_stacks(const StackWish& wish) {
+  void shape_stacks(const StackRequest& request) {
     for (Grid* grid : {&from_root_, &from_front_}) {
-      grid->shape = stack_shape(tuning_, wish, static_cast<std::uint32_t>(grid->threads));
-      if (grid->stack_bytes() > most_stack_bytes)
+      grid->shape = stack_shape(tuning_, request, static_cast<std::uint32_t>(grid->threads));
+      if (grid->stack_bytes() > max_stack_bytes)
         throw Error(ErrorCode::device, "a block's stack of " +
                                            std::to_string(grid->shape.capacity) +
                                            " pairs is too large for the device");
     }
   }
 
-  // Of the view: for blocks() blocks and trees of node_count() nodes; cleared, as after a run that
-  // lost work.
+  /// Allocates the memory of the view for blocks() blocks and trees of node_count() nodes, and
+  /// clears it. A run that lost work needs this too.
   virtual void make_room(cudaStream_t stream) = 0;
   virtual View view(std::uint32_t blocks, const StackShape& shape) = 0;
 
@@ -145,8 +149,8 @@ class PersistentTraversal : public TraversalStrategy {
   }
 
  private:
-  // Of shared memory that a kernel has without asking, less what a block's own variables take.
-  static constexpr std::size_t most_stack_bytes = 40 << 10;
+  // The shared memory that a kernel has by default, less what a block's own variables take.
+  static constexpr std::size_t max_stack_bytes = 40 << 10;
 
   auto kernel() const { return culls_ ? traverse<Blocks, true> : traverse<Blocks, false>; }
 

@@ -1,3 +1,4 @@
+// Static lists with balancing steps: the host's side.
 #include "gpu/traversal/static_list.cuh"
 
 #include <algorithm>
@@ -17,7 +18,7 @@ class StaticList : public PersistentTraversal<StaticBlocks> {
     remaining_.reserve(1);
   }
 
-  // The host asks after every round whether there is another.
+  // The host reads after every round whether there is another one.
   bool asks_device() const override { return true; }
 
   void launch(const TraversalJob& job, const NodeCulling& culling, cudaStream_t stream) override {
@@ -30,7 +31,7 @@ class StaticList : public PersistentTraversal<StaticBlocks> {
     } while (*remaining_.data() != 0);
   }
 
-  // A stack that is full leaves to the list.
+  // Enlarges the lists, because full stacks leave their pairs there.
   void grow(const TraversalCounters&, cudaStream_t stream) override {
     capacity_ *= 2;
     make_room(stream);
@@ -53,8 +54,8 @@ class StaticList : public PersistentTraversal<StaticBlocks> {
     view.state = state_.data();
     for (int i = 0; i < 2; ++i) view.lists[i] = lists_[i].data();
     view.capacity = capacity_;
-    view.threshold = threshold != 0 ? threshold : std::max(blocks / 2, 1u);  // as gProximity
-    view.least_steps = tuning().delay_ns != 0 ? 1 : 8;
+    view.threshold = threshold != 0 ? threshold : std::max(blocks / 2, 1u);  // as in gProximity
+    view.min_steps = tuning().delay_ns != 0 ? 1 : 8;
     view.remaining = remaining_.data();
     return view;
   }

@@ -1,7 +1,7 @@
-// Static lists between blocks: what balance/static_list.h leaves to the caller. A round is a
-// launch: each block goes through its even part of one list, and when so many have run dry that all
-// stop, each lays what it has left behind what the others left. So the balancing step moves
-// nothing: the next round cuts that list into even parts.
+// Static lists between blocks: the parts that balance/static_list.h leaves to the caller. A round
+// is one launch, in which each block works through its even part of one list. Once enough blocks
+// have run out of work, all stop. Each block then appends its remaining pairs to the next list. So
+// the balancing step moves nothing: the next round cuts that list into even parts.
 #pragma once
 
 #include <cstdint>
@@ -13,6 +13,7 @@
 
 namespace lazyccd::gpu {
 
+/// Returns the device's global time in nanoseconds.
 __device__ inline std::uint64_t nanoseconds() {
   std::uint64_t now;
   asm volatile("mov.u64 %0, %%globaltimer;" : "=l"(now));
@@ -26,18 +27,18 @@ class StaticBlocks {
   struct State {
     const NodePair* list;  // of this round
     std::uint32_t count;
-    std::uint32_t left;        // pairs of the next round's list
-    std::uint32_t next;        // which of the two lists that is
+    std::uint32_t left;        // pairs in the next round's list
+    std::uint32_t next;        // index of the next round's list
     std::uint32_t idle, stop;  // RoundEnd
-    std::uint64_t began;       // this round, in nanoseconds
-    std::uint64_t worked;      // from then on, summed over the blocks
+    std::uint64_t began;       // start of this round, in nanoseconds
+    std::uint64_t worked;      // time from then on, summed over the blocks
   };
   struct View {
     State* state;
     NodePair* lists[2];
     std::uint32_t capacity;     // pairs of a list
-    std::uint32_t threshold;    // blocks that have run dry when a round ends
-    std::uint32_t least_steps;  // each block gets somewhere before it stops
+    std::uint32_t threshold;    // number of idle blocks that ends a round
+    std::uint32_t min_steps;    // steps of a block before it may stop, so that it makes progress
     std::uint32_t* remaining;   // out, for the host: pairs of the next round
 
     __device__ RoundEnd<DeviceAtomics> round_end() const {
@@ -52,7 +53,7 @@ class StaticBlocks {
     view.state->began = nanoseconds();
   }
 
-  // The balancing step, by one thread: what the blocks left is the next list.
+  /// The balancing step, by one thread: the pairs that the blocks left are the next list.
   __device__ static void balance(const View& view, const TraversalJob& job, std::uint32_t blocks) {
     State& state = *view.state;
     const std::uint64_t now = nanoseconds(), present = blocks * (now - state.began);
@@ -87,15 +88,15 @@ class StaticBlocks {
   }
   __device__ void release(const Batch<NodePair>&) {}
 
-  // All, where the round ends, and where the stack is crowded: that ends the round too.
+  /// All pairs leave if the round ends or if the stack is crowded; the latter ends the round too.
   __device__ static std::uint32_t leaving(const StackShape& shape, std::uint32_t size, bool asked) {
     return asked || size > shape.crowded ? size : 0;
   }
   __device__ bool asked(const View& view) {
-    return ++steps_ >= view.least_steps && view.round_end().stopped();
+    return ++steps_ >= view.min_steps && view.round_end().stopped();
   }
-  // For what the stack holds, and behind it for what the block has not begun. Where there is no
-  // room for all, the block goes on alone.
+  /// Reserves space for the pairs of the stack and, behind them, for the pairs that the block has
+  /// not begun. If there is not enough space for all, the block continues alone.
   __device__ Room room(std::uint32_t wanted) {
     view_.round_end().stop();
     NodePair* const place = reserve(wanted + rest_);
@@ -106,7 +107,7 @@ class StaticBlocks {
   }
   __device__ void publish(const View&, std::uint32_t) {}
 
-  // Nobody gives anything before the round's end.
+  /// Finds nothing: no block gives work before the end of the round.
   __device__ void wait_for_batch(const View& view, const TraversalJob&, Batch<NodePair>& found) {
     if (threadIdx.x != 0) return;
     if (!stopped_) view_.round_end().ran_dry();
@@ -122,9 +123,9 @@ class StaticBlocks {
   }
 
  private:
-  // Room in the next list, or null.
+  /// Reserves space in the next list; returns null if there is not enough.
   __device__ NodePair* reserve(std::uint32_t count) {
-    // Relaxed: the lists travel with the end of the round.
+    // Relaxed: the end of the round publishes the lists.
     std::uint32_t& left = view_.state->left;
     std::uint32_t first = DeviceAtomics::load(left, DeviceAtomics::relaxed);
     while (view_.capacity - first >= count)
@@ -136,9 +137,9 @@ class StaticBlocks {
   }
 
   View view_;
-  const NodePair* next_;  // of the own part
+  const NodePair* next_;  // next pair of the block's own part
   std::uint32_t rest_;
-  NodePair* rest_place_;  // in the next list
+  NodePair* rest_place_;  // for the rest, in the next list
   std::uint32_t steps_;
   std::uint64_t overflows_;
   bool stopped_;

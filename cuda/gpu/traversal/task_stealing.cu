@@ -1,3 +1,4 @@
+// Task stealing: the host's side.
 #include "gpu/traversal/task_stealing.cuh"
 
 #include <algorithm>
@@ -22,7 +23,7 @@ class TaskStealing : public PersistentTraversal<TaskBlocks> {
   }
 
  private:
-  // Zeroed memory is empty deques.
+  // Allocates and clears. Zeroed memory means empty deques.
   void make_room(cudaStream_t stream) override {
     const std::uint32_t hint = tuning().capacity_hint;
     capacity_ = std::max(capacity_, hint != 0 ? hint : 4096u);
@@ -44,7 +45,7 @@ class TaskStealing : public PersistentTraversal<TaskBlocks> {
     return view;
   }
 
-  std::uint32_t capacity_ = 0;  // of each deque
+  std::uint32_t capacity_ = 0;  // tasks per deque
   DeviceBuffer<TaskBlocks::Counters> counters_;
   DeviceBuffer<TaskBlocks::Age> ages_;
   DeviceBuffer<std::uint32_t> bottoms_;

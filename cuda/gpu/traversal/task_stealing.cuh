@@ -1,6 +1,6 @@
-// Task stealing between blocks: what balance/task_deque.h leaves to the caller. A block's pairs go
-// through its deque, apart from those that it tests next; the lanes of an idle block's first warp
-// steal side by side, a task each.
+// Task stealing between blocks: the parts that balance/task_deque.h leaves to the caller. A block's
+// pairs go through its deque, apart from the pairs that it tests next. The lanes of an idle block's
+// first warp steal in parallel, one task each.
 #pragma once
 
 #include <cstdint>
@@ -21,20 +21,20 @@ class TaskBlocks {
   struct Counters {
     // Initial pairs that blocks have taken, or more.
     alignas(DeviceAtomics::line) std::uint64_t claimed;
-    // Termination: blocks that are busy, and portions of the initial pairs.
+    // For Termination: the number of busy blocks and of portions of the initial pairs.
     alignas(DeviceAtomics::line) std::uint32_t live;
   };
   struct View {
     std::uint32_t workers;
-    std::uint32_t capacity;  // tasks of a deque
+    std::uint32_t capacity;  // tasks per deque
     std::uint32_t portion;   // pairs that a block takes at once, from its deque or the initial ones
     Counters* counters;
-    Age* ages;               // one a block
-    std::uint32_t* bottoms;  // one a block
-    NodePair* tasks;         // `capacity` a block
+    Age* ages;               // one per block
+    std::uint32_t* bottoms;  // one per block
+    NodePair* tasks;         // `capacity` per block
 
-    // A pair is one word. Other blocks read it whole, and where it changes meanwhile they fail to
-    // take it; so its owner's threads write it as any memory.
+    /// Returns the deque of a block. A pair is one word. Other blocks read it whole, and fail to
+    /// take it if it changes meanwhile. So the owner's threads write it like any memory.
     __device__ TaskDeque<DeviceAtomics> deque(std::uint32_t worker) const {
       static_assert(sizeof(NodePair) == sizeof(std::uint64_t) &&
                     alignof(NodePair) == alignof(std::uint64_t));
@@ -46,7 +46,7 @@ class TaskBlocks {
     }
   };
 
-  // The deques are empty, from the last run or from zeroed memory.
+  /// Resets the counters. The deques are empty, from the last run or from zeroed memory.
   __device__ static void start(const View& view, const TraversalJob& job) {
     view.counters->live = (initial_count(job) + view.portion - 1) / view.portion;
     view.counters->claimed = 0;
@@ -70,15 +70,16 @@ class TaskBlocks {
     if (const std::uint32_t count = deque().pop(view_.portion, newest))
       return {reinterpret_cast<const NodePair*>(newest), count, no_chunk};
     const Portion portion = claims_.next<DeviceAtomics>(view_.counters->claimed, view_.portion);
-    // The portion's unit of `live` becomes the block's own, or is one too many.
+    // The portion's unit of `live` becomes the block's own. If the block has one already, it is one
+    // too many.
     if (busy_) view_.termination().unit_ended();
     busy_ = portion.count != 0;
     return {initial_ + portion.first, portion.count, no_chunk};
   }
   __device__ void release(const Batch<NodePair>&) {}
 
-  // All that the block does not test in the next round, so thieves find what they would find if
-  // that went to the deque and back.
+  /// All pairs leave that the block does not test in the next round. Thieves find what they would
+  /// find if the others also went to the deque and back.
   __device__ static std::uint32_t leaving(const StackShape& shape, std::uint32_t size, bool) {
     return size > shape.keep ? size - shape.keep : 0;
   }
@@ -104,8 +105,8 @@ class TaskBlocks {
       const bool promising = lane < view.workers && victim.promising();
       window = (window + kWarp) % view.workers;
       if (__ballot_sync(kAllLanes, promising) == 0) continue;
-      // The block counts as busy before it takes anything: the victim may turn idle at once, and
-      // with nobody counted the others would leave.
+      // The block counts as busy before it takes anything. The victim may become idle at once, and
+      // if no block were counted then, the others would leave.
       if (lane == 0) view.termination().chunk_published();
       __syncwarp();
       std::uint64_t task = 0;

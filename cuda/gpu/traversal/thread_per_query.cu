@@ -1,6 +1,6 @@
-// The baseline: a thread takes one group and finds all that overlap it, from the root and on its
-// own. Which of those are worth a visit another kernel decides: there all threads of a warp have a
-// pair.
+// The baseline: one thread takes one group and finds all groups that overlap it, from the root and
+// on its own. Another kernel decides which of the pairs may touch; there every thread of a warp has
+// a pair.
 #include <cooperative_groups.h>
 
 #include <algorithm>
@@ -17,16 +17,18 @@
 namespace lazyccd::gpu {
 namespace {
 
-// A tree split by Morton codes of 63 bits, and where they are equal in halves, is not deeper.
+// Bound of the depth of a tree that is split by Morton codes of 63 bits, and in halves if they are
+// equal.
 constexpr int kMaxDepth = 96;
 
-// Pairs of groups whose boxes overlap, counted as where the traversal ended.
+// Pairs of groups whose boxes overlap. TraversalCounters::front_nodes counts them, as pairs at
+// which the traversal ended.
 struct Overlapping {
   NodePair* pairs;
   std::uint32_t capacity;
 };
 
-// For some threads of a warp at once.
+// Appends a pair. Some threads of a warp may call it at once.
 __device__ void emit(const TraversalJob& job, const Overlapping& out, std::int32_t a,
                      std::int32_t b) {
   const auto together = cooperative_groups::coalesced_threads();
@@ -37,6 +39,7 @@ __device__ void emit(const TraversalJob& job, const Overlapping& out, std::int32
     out.pairs[at] = {static_cast<std::uint32_t>(a), static_cast<std::uint32_t>(b)};
 }
 
+// Finds all groups that overlap the leaf `self`.
 template <bool culls>
 __device__ void query(const TraversalJob& job, const Overlapping& out, std::uint32_t self,
                       const NodeCulling& culling, std::uint64_t& tests, std::uint64_t& lost,
@@ -56,7 +59,7 @@ __device__ void query(const TraversalJob& job, const Overlapping& out, std::uint
     ++tests;
     if (!overlap(box, node)) continue;
     if (culls && other != self) {
-      // The diagonals of leaves are looked at with the pair.
+      // The diagonals of leaves are tested later, with the pair of groups.
       const NodePair pair{self, other};
       if (culling.boxes_apart(pair) || (!node.leaf() && culling.diagonals_apart(pair))) {
         ++culled.by_volume;
@@ -74,7 +77,7 @@ __device__ void query(const TraversalJob& job, const Overlapping& out, std::uint
   }
 }
 
-// A block takes twice as many nodes as it has threads: half of them, more or less, are leaves.
+// Each block takes twice as many nodes as it has threads, because about half of them are leaves.
 template <bool culls>
 __global__ void __launch_bounds__(kMaxTraversalBlock)
     query_each_group(TraversalJob job, Overlapping out, NodeCulling culling) {
@@ -102,6 +105,7 @@ __global__ void __launch_bounds__(kMaxTraversalBlock)
   if constexpr (culls) culled.add_to(*culling.counters);
 }
 
+// Keeps the overlapping pairs that may touch.
 __global__ void open_pairs(TraversalJob job, Overlapping found) {
   begin_kernel();
   const Output<NodePair> out{job.leaf_pairs, job.leaf_pair_capacity, &job.counters->leaf_pairs};
@@ -127,9 +131,8 @@ class ThreadPerQuery : public TraversalStrategy {
       : tuning_(tuning), block_size_(tuning.block_size != 0 ? tuning.block_size : 64) {
     if (block_size_ < 32 || block_size_ > static_cast<int>(kMaxTraversalBlock) ||
         block_size_ % 32 != 0)
-      throw Error(ErrorCode::invalid_argument,
-                  "a block of the traversal has a multiple of 32 threads up to " +
-                      std::to_string(kMaxTraversalBlock));
+      throw Error(ErrorCode::invalid_argument, "tuning.block_size must be a multiple of 32 up to " +
+                                                   std::to_string(kMaxTraversalBlock));
     if (tuning.blocks < 0) throw Error(ErrorCode::invalid_argument, "tuning.blocks is negative");
   }
 

@@ -1,3 +1,4 @@
+// The traversal on the device: the choice of the strategy, the buffers, and their growth.
 #include "gpu/traversal/traversal.h"
 
 #include <algorithm>
@@ -11,31 +12,32 @@ namespace lazyccd {
 namespace {
 
 std::unique_ptr<gpu::TraversalStrategy> make_strategy(const DetectorOptions& options) {
-  switch (options.strategy) {
+  switch (options.algorithm.strategy) {
     case Strategy::lazy_stealing:
-      return gpu::make_lazy_stealing(options.tuning);
+      return gpu::make_lazy_stealing(options.algorithm.tuning);
     case Strategy::lazy_stealing_greedy:
-      return gpu::make_greedy_stealing(options.tuning);
+      return gpu::make_greedy_stealing(options.algorithm.tuning);
     case Strategy::static_list:
-      return gpu::make_static_list(options.tuning);
+      return gpu::make_static_list(options.algorithm.tuning);
     case Strategy::task_stealing:
-      return gpu::make_task_stealing(options.tuning);
+      return gpu::make_task_stealing(options.algorithm.tuning);
     case Strategy::guided:
-      return gpu::make_guided(options.tuning);
+      return gpu::make_guided(options.algorithm.tuning);
     case Strategy::thread_per_query:
-      return gpu::make_thread_per_query(options.tuning);
+      return gpu::make_thread_per_query(options.algorithm.tuning);
   }
-  throw Error(ErrorCode::invalid_argument, "there is no such strategy");
+  throw Error(ErrorCode::invalid_argument, "unknown strategy");
 }
 
-// Room for `needed`, half more than before at least, and headroom: an output that creeps up should
-// not cost a second run at every step.
+// Returns the new size of an output that needs room for `needed` pairs: with headroom, and at least
+// half more than before. An output that grows slowly should not cost a second run in every step.
 std::size_t grown_size(const DeviceBuffer<NodePair>& buffer, std::uint32_t needed) {
   const std::size_t size =
       std::max(buffer.size() + buffer.size() / 2, needed + std::size_t{needed} / 4);
   return std::min<std::size_t>(size, 0xffffffffu);
 }
 
+// Enlarges a buffer and keeps its contents.
 void reserve_and_keep(DeviceBuffer<NodePair>& buffer, std::size_t size, cudaStream_t stream) {
   DeviceBuffer<NodePair> larger(size);
   if (buffer.size() != 0)
@@ -48,9 +50,9 @@ void reserve_and_keep(DeviceBuffer<NodePair>& buffer, std::size_t size, cudaStre
 }  // namespace
 
 Traversal::Traversal(const DetectorOptions& options)
-    : tuning_(options.tuning),
+    : tuning_(options.algorithm.tuning),
       strategy_(make_strategy(options)),
-      keep_front_(options.front == FrontUse::on && strategy_->has_front()) {
+      keep_front_(options.algorithm.front == FrontUse::on && strategy_->has_front()) {
   root_.reserve(1);
   counters_.reserve(2);
   host_counters_.reserve(1);
@@ -60,7 +62,7 @@ Traversal::Traversal(const DetectorOptions& options)
 void Traversal::reset(std::uint32_t node_count, bool culls, cudaStream_t stream) {
   node_count_ = node_count;
   has_front_ = false;
-  // Cloth of 5 765 groups has 15 leaf pairs and 24 ended pairs a node.
+  // Cloth of 5 765 groups has 15 leaf pairs and 24 ended pairs per node.
   const std::size_t hint = tuning_.capacity_hint;
   leaf_pairs_.reserve(hint != 0 ? hint : 24 * std::size_t{node_count} + 1024);
   if (keep_front_)
@@ -118,7 +120,8 @@ double Traversal::idle_share() const {
 
 bool Traversal::grow(cudaStream_t stream) {
   const TraversalCounters& c = counters();
-  // The two output counters are of 32 bits; neither has wrapped while all tests together are fewer.
+  // The two output counters have 32 bits. Neither has wrapped as long as there are fewer tests in
+  // total.
   if (c.tree_tests >> 32 != 0)
     throw Error(ErrorCode::device, "a traversal of " + std::to_string(c.tree_tests) +
                                        " pairs is too large for the device");

@@ -1,14 +1,14 @@
-// The traversal on the device: from a tree with fitted boxes to the pairs of groups whose swept
-// boxes overlap, each once, and to the front from which the next step can start.
+// The traversal on the device. From a tree with fitted boxes it finds the pairs of groups whose
+// swept boxes overlap, each once, and the front from which the next step can start.
 //
-//   traversal.reset(node_count, test, stream);  // once a tree; the front is forgotten
+//   traversal.reset(node_count, culls, stream);  // once per tree; forgets the front
 //   do {
-//     traversal.start(from_front, stream);      // behind a kernel
+//     traversal.start(from_front, stream);       // behind a kernel
 //     traversal.launch(nodes, groups, culling, from_front, stream);  // capturable, see below
 //     traversal.read_counters(stream);
 //     cudaStreamSynchronize(stream);
 //   } while (traversal.grow(stream));  // something did not fit: run it again
-//   traversal.accept();                // the new front is the one to start from
+//   traversal.accept();                // the next step can start from the new front
 #pragma once
 
 #include <cuda_runtime_api.h>
@@ -25,51 +25,52 @@
 
 namespace lazyccd {
 
-// Uses the strategy, the front use and the tuning of the options. One at a time on one stream.
+/// Runs the strategy that the options choose, with their front use and tuning. One run at a time,
+/// on one stream.
 class Traversal {
  public:
   explicit Traversal(const DetectorOptions& options);
 
-  // For another tree, and for launches with culling of nodes or without. Only this and grow()
-  // allocate.
+  /// Prepares for another tree, and for launches with or without culling of nodes. Only this
+  /// function and grow() allocate.
   void reset(std::uint32_t node_count, bool culls, cudaStream_t stream);
 
-  // Whether launch() waits for the device; else it can be captured.
+  /// Whether launch() waits for the device. If it does not, it can be captured.
   bool asks_device() const { return strategy_->asks_device(); }
-  // What comes before launch() with the same from_front, with whatever else between. Follows a kernel.
+  /// Enqueues what must come before launch() with the same from_front. Other work may come between
+  /// the two. Must be enqueued behind a kernel.
   void start(bool from_front, cudaStream_t stream);
-  // nodes: of the tree of reset(), 16-byte aligned. groups: {} to keep every pair that overlaps.
-  // culling: {} where reset() was told of none.
-  // from_front only where has_front(). What is enqueued depends on the arguments and on parity()
-  // alone, between two calls of reset() or of grow() that returned true.
+  /// Enqueues the traversal. nodes: of the tree of reset(), 16-byte aligned. groups: {} to keep
+  /// every pair that overlaps. culling: {} if reset() got culls = false. from_front: only if
+  /// has_front(). Between two calls of reset(), or of grow() that returned true, the enqueued work
+  /// depends only on the arguments and on parity().
   void launch(const TreeNode* nodes, const gpu::GroupView& groups,
               const gpu::NodeCulling& culling, bool from_front, cudaStream_t stream);
   bool has_front() const { return has_front_; }
   int parity() const { return parity_; }
 
-  // Output of the launch, until accept(): pairs of group ids, the smaller first, in no particular
-  // order.
+  /// The output of the launch, until accept(): pairs of group ids, the smaller first, in no
+  /// particular order.
   const NodePair* leaf_pairs() const { return leaf_pairs_.data(); }
-  // On the device. More than the capacity where pairs did not fit.
+  /// The number of pairs, on the device. It exceeds the capacity if pairs did not fit.
   const std::uint32_t* leaf_pair_count() const { return &counters_.data()[parity_].leaf_pairs; }
   std::uint32_t leaf_pair_capacity() const {
     return static_cast<std::uint32_t>(leaf_pairs_.size());
   }
-  const NodePair* front() const {
-    return fronts_[parity_].data();
-  }  // counters().front_nodes of them
+  /// The front that the launch wrote: counters().front_nodes pairs.
+  const NodePair* front() const { return fronts_[parity_].data(); }
 
-  // Enqueues the download; counters() is valid once the stream is synchronized.
+  /// Enqueues the download; counters() is valid once the stream is synchronized.
   void read_counters(cudaStream_t stream);
   const TraversalCounters& counters() const { return *host_counters_.data(); }
-  // Of all blocks' time, the part without work.
+  /// Returns the share of all blocks' time that they spent without work, 0 to 1.
   double idle_share() const;
 
-  // By counters(): whether something did not fit. Then it has more room now, the outputs are lost,
-  // and the front that the launch may have started from is untouched. Throws Error(device) where
-  // more room does not help.
+  /// Returns whether something did not fit, judged by counters(). If so, there is more room now and
+  /// the outputs are lost. The front that the launch may have started from is untouched. Throws
+  /// Error(device) if more room does not help.
   bool grow(cudaStream_t stream);
-  // The launch is good: its front, where one is kept, is where the next can start.
+  /// Accepts the launch. If fronts are kept, the next launch can start from its front.
   void accept();
 
   std::size_t bytes() const;

@@ -1,4 +1,5 @@
-// How a traversal's work is spread over the device: one class a strategy, picked at run time.
+// Interface of the strategies that distribute a traversal's work over the device: one class per
+// strategy, chosen at run time.
 #pragma once
 
 #include <cuda_runtime_api.h>
@@ -13,24 +14,26 @@
 
 namespace lazyccd::gpu {
 
+/// A strategy with its buffers. Used by Traversal.
 class TraversalStrategy {
  public:
   virtual ~TraversalStrategy() = default;
 
-  // Whether it can start from a front and leaves one.
+  /// Whether it can start from a front and leaves one.
   virtual bool has_front() const = 0;
-  // Whether launch() waits for the device, so that it cannot be captured.
+  /// Whether launch() waits for the device, so that it cannot be captured.
   virtual bool asks_device() const { return false; }
-  // Sizes grid and buffers for trees of so many nodes and for jobs with culling or without. What it
-  // clears on the stream comes before the next launch there.
+  /// Sizes grid and buffers for trees of node_count nodes and for jobs with or without culling.
+  /// Memory is cleared on the stream, before the next launch there.
   virtual void reset(std::uint32_t node_count, bool culls, cudaStream_t stream) = 0;
-  // Enqueues what comes before the job, apart from its input: its counters are cleared. Follows a
-  // kernel.
+  /// Enqueues what must come before the job, and clears its counters. Needs neither nodes nor
+  /// groups of the job. Must be enqueued behind a kernel.
   virtual void start(const TraversalJob& job, cudaStream_t stream) = 0;
-  // Enqueues the job: no allocation, and unless asks_device() no synchronization and the same
-  // launches for the same job.
+  /// Enqueues the job. Allocates nothing. Unless asks_device(), it does not synchronize and
+  /// enqueues the same launches for the same job.
   virtual void launch(const TraversalJob& job, const NodeCulling& culling, cudaStream_t stream) = 0;
-  // The last run, which these are of, lost work. Throws where more room would not help.
+  /// Makes room after a run that lost work; `counters` are the counters of that run. Throws Error
+  /// if more room would not help.
   virtual void grow(const TraversalCounters& counters, cudaStream_t stream) = 0;
   virtual std::size_t bytes() const = 0;
 };

@@ -1,25 +1,25 @@
-// The persistent traversal of a block (dissertation, Algorithms 3.7 and 3.8): every round each
-// thread pops a pair of nodes from the block's shared stack and tests it; what it makes stays in
-// registers until a prefix sum over the block tells its place in the stack, in the front and in the
-// list of leaf pairs.
+// The persistent traversal of a block (da Silva, Algorithms 3.7 and 3.8). In every round each
+// thread pops a pair of nodes from the block's shared stack and tests it. The results stay in
+// registers until a prefix sum over the block gives their places in the stack, in the front and in
+// the list of leaf pairs.
 //
-// Balancing is the parameter: how a block whose stack is empty finds more, and how it gives some
-// away.
+// The template parameter Balancing determines how a block with an empty stack finds more work, and
+// how a block gives work away:
 //
 //   Balancing::View                     passed to the kernel
 //   Balancing::keeps_time               whether it adds to job.counters' cycles itself
-//   start(view, job)                    one thread, in a kernel before
-//   leaving(shape, size, asked)         how many of a stack's pairs leave, the oldest first; in all
-//                                       threads, the same
+//   start(view, job)                    one thread, in an earlier kernel
+//   leaving(shape, size, asked)         number of pairs that leave a stack, the oldest first;
+//                                       called by all threads with the same result
 //   by thread 0, with the object in shared memory:
 //     arrive(view, job)
-//     own_batch()                       work that needs no waiting, count 0: none
-//     release(batch)                    it has been copied
-//     asked(view)                       a load or two: do others want something of this block?
-//     room(wanted)                      where up to so many pairs can leave to; count 0: they stay
-//     publish(view, count)              so many are there
+//     own_batch()                       work that needs no waiting; count 0: none
+//     release(batch)                    the batch has been copied
+//     asked(view)                       whether others want work of this block; a load or two
+//     room(wanted)                      space for up to `wanted` leaving pairs; count 0: they stay
+//     publish(view, count)              `count` pairs have been written to that space
 //   by the first warp:
-//     wait_for_batch(view, job, batch)  others' work; count 0: all is done
+//     wait_for_batch(view, job, batch)  work of other blocks; count 0: all is done
 //   by all threads:
 //     leave(view, job)                  after the last round
 #pragma once
@@ -36,21 +36,22 @@ namespace lazyccd::gpu {
 
 constexpr unsigned kMaxTraversalBlock = 512;
 
-// The block's stack: a ring, so that its oldest pairs can leave too.
+/// The shape of a block's stack. The stack is a ring, so that its oldest pairs can leave too.
 struct StackShape {
-  std::uint32_t capacity;  // a power of two, batch + reserve + 2 at least
-  std::uint32_t reserve;   // kept for going on depth-first, one pair a round, when all else is full
+  std::uint32_t capacity;  // a power of two, at least batch + reserve + 2
+  std::uint32_t reserve;   // for a depth-first walk, one pair per round, if all else is full
   std::uint32_t crowded;   // beyond this size the oldest pairs leave
-  std::uint32_t keep;      // a block with less has no surplus to give away
-  std::uint32_t batch;     // pairs that leave at once, at most
+  std::uint32_t keep;      // a block with fewer pairs has no surplus to give away
+  std::uint32_t batch;     // most pairs that leave at once
 };
 
-// Where pairs of a block's stack leave to.
+/// Space for pairs that leave a block's stack.
 struct Room {
   NodePair* pairs;
   std::uint32_t count;
 };
 
+/// Returns the number of pairs that the traversal starts from.
 __device__ inline std::uint32_t initial_count(const TraversalJob& job) {
   if (job.initial_count != nullptr) return *job.initial_count;
   return job.node_count == 0 ? 0 : 1;
@@ -62,6 +63,7 @@ __device__ inline TreeNode load_node(const TreeNode* nodes, std::uint32_t i) {
   return {{u.x, u.y, u.z}, {u.w, v.x, v.y}, __float_as_int(v.z), __float_as_int(v.w)};
 }
 
+/// Waits a random time of less than job.delay_ns, for tests.
 __device__ inline void random_delay(const TraversalJob& job) {
   if (job.delay_ns == 0) return;
   std::uint32_t x = static_cast<std::uint32_t>(clock64()) ^ (blockIdx.x * 0x9e3779b9u) ^
@@ -71,7 +73,8 @@ __device__ inline void random_delay(const TraversalJob& job) {
   __nanosleep(x % job.delay_ns);
 }
 
-// Three counts of a round in one word; a block of 512 threads makes at most 1536 | 512 | 512.
+/// The three counts of a round in one word. A block of 512 threads makes at most 1536 children, 512
+/// ended pairs and 512 leaf pairs.
 struct Made {
   __device__ static std::uint32_t pack(std::uint32_t children, std::uint32_t ended,
                                        std::uint32_t leaves) {
@@ -82,8 +85,8 @@ struct Made {
   __device__ static std::uint32_t leaves(std::uint32_t made) { return made >> 21; }
 };
 
-// Room for `ended` pairs of the front (upper half of the result) and `leaves` leaf pairs (lower
-// half).
+/// Reserves output for `ended` pairs of the front (upper half of the result) and for `leaves` leaf
+/// pairs (lower half).
 __device__ inline unsigned long long reserve_output(const TraversalJob& job, std::uint32_t ended,
                                                     std::uint32_t leaves) {
   static_assert(offsetof(TraversalCounters, leaf_pairs) == 0 &&
@@ -106,12 +109,12 @@ __device__ inline void store_leaf_pair(const TraversalJob& job, std::uint32_t at
                           static_cast<std::uint32_t>(max(a, b))};
 }
 
-// What a thread's pair of the last round came to, until there is a place for it in global memory:
-// the addition that makes the place runs while the next pairs are tested.
+/// The result of a thread's pair of the last round, until it has a place in global memory. The
+/// addition that reserves the place runs while the next pairs are tested.
 struct Ended {
   NodePair pair;
   std::int32_t group_a, group_b;
-  std::uint32_t place, leaf_place;  // in the block's output; none: there is none
+  std::uint32_t place, leaf_place;  // index in the block's output, or none
   static constexpr std::uint32_t none = 0xffffffffu;
 
   __device__ void store(const TraversalJob& job, unsigned long long base) const {
@@ -124,6 +127,7 @@ struct Ended {
   }
 };
 
+/// Prepares a run, by one thread: clears the job's counters and starts the balancing.
 template <class Balancing>
 __global__ void start_traversal(typename Balancing::View view, TraversalJob job) {
   let_next_kernel_in();
@@ -132,18 +136,19 @@ __global__ void start_traversal(typename Balancing::View view, TraversalJob job)
   Balancing::start(view, job);
 }
 
+/// The traversal. culls: NodeCulling is in use.
 template <class Balancing, bool culls>
 __global__ void __launch_bounds__(kMaxTraversalBlock, 2)
     traverse(typename Balancing::View view, TraversalJob job, StackShape shape,
              NodeCulling culling) {
   begin_kernel();
   extern __shared__ NodePair stack[];
-  // Of thread 0, apart from what it tells the others; each is written and read on different sides
-  // of a barrier.
+  // Used by thread 0, apart from what it tells the others. Each variable is written and read on
+  // different sides of a barrier.
   __shared__ Balancing balancing;
   __shared__ Batch<NodePair> own, others;
   __shared__ Room room;
-  __shared__ unsigned long long output;  // where the last round's output goes
+  __shared__ unsigned long long output;  // place of the last round's output
   __shared__ bool asked;
   __shared__ std::uint32_t made_by_parity[2];
   __shared__ std::uint64_t tests, idle, lost;
@@ -152,8 +157,8 @@ __global__ void __launch_bounds__(kMaxTraversalBlock, 2)
   const std::uint32_t thread = threadIdx.x, threads = blockDim.x;
   const unsigned lane = thread % 32, below = (1u << lane) - 1;
   const std::uint32_t mask = shape.capacity - 1;
-  // The same in all threads: the stack is [bottom, top) modulo its capacity, `made` is what the
-  // last round made and has not been stored.
+  // The same in all threads. The stack is [bottom, top) modulo its capacity. `made` counts what the
+  // last round made and has not stored.
   std::uint32_t bottom = 0, top = 0, made = 0, round = 0;
   Ended ended{{0, 0}, 0, 0, Ended::none, Ended::none};
   CulledPairs culled;
@@ -201,23 +206,24 @@ __global__ void __launch_bounds__(kMaxTraversalBlock, 2)
 
     const std::uint32_t size = top - bottom;
     if (size + 2 > shape.capacity) {
-      // The tree is so deep that the reserve does not do, and nobody has room: the host makes more.
+      // The tree is too deep for the reserve, and no other block has room. The host makes more
+      // room.
       if (thread == 0) lost += size;
       top = bottom;
       continue;
     }
-    // A pair makes three at most.
-    const std::uint32_t most =
+    // A pair makes at most three pairs.
+    const std::uint32_t max_tests =
         size + shape.reserve < shape.capacity ? (shape.capacity - shape.reserve - size) / 2 : 0;
-    const std::uint32_t count = min(min(size, threads), max(most, 1u));
+    const std::uint32_t count = min(min(size, threads), max(max_tests, 1u));
     const std::uint32_t floor = top - count;
 
-    // Both are needed only after the tests, so their way to L2 and back costs nothing.
+    // Both results are needed only after the tests, so the round trip to L2 costs nothing.
     unsigned long long base = 0;
-    bool asks = false;
+    bool is_asked = false;
     if (thread == 0) {
-      // Most blocks at the end of a run have so few pairs that none would leave.
-      if (size + 2 * count > shape.keep) asks = balancing.asked(view);
+      // At the end of a run most blocks have so few pairs that none would leave.
+      if (size + 2 * count > shape.keep) is_asked = balancing.asked(view);
       base = reserve_output(job, Made::ended(made), Made::leaves(made));
     }
     const bool active = thread < count;
@@ -228,7 +234,7 @@ __global__ void __launch_bounds__(kMaxTraversalBlock, 2)
       pair = stack[(top - 1 - thread) & mask];
       const TreeNode a = load_node(job.nodes, pair.a), b = load_node(job.nodes, pair.b);
       visited = visit(pair, a, b);
-      if constexpr (culls) visited = culled.look(culling, pair, visited);
+      if constexpr (culls) visited = culled.cull(culling, pair, visited);
       group_a = a.group();
       group_b = b.group();
     }
@@ -237,25 +243,25 @@ __global__ void __launch_bounds__(kMaxTraversalBlock, 2)
     bool leaf = ends && visited.near && job.groups.opens(group_a, group_b);
     if constexpr (culls) leaf = leaf && !culled.leaves_apart(culling, pair);
     const unsigned opened = __ballot_sync(kAllLanes, visited.children != 0);
-    const unsigned selves = __ballot_sync(kAllLanes, visited.children == 3);
+    const unsigned self_pairs = __ballot_sync(kAllLanes, visited.children == 3);
     const unsigned ends_here = __ballot_sync(kAllLanes, ends);
     const unsigned leaves_here = __ballot_sync(kAllLanes, leaf);
-    std::uint32_t before = 0;  // made by warps that were faster
+    std::uint32_t before = 0;  // made by faster warps
     if (lane == 0 && (opened | ends_here) != 0)
-      before = atomicAdd(
-          &made_by_parity[round % 2],
-          Made::pack(2 * __popc(opened) + __popc(selves), __popc(ends_here), __popc(leaves_here)));
+      before =
+          atomicAdd(&made_by_parity[round % 2], Made::pack(2 * __popc(opened) + __popc(self_pairs),
+                                                           __popc(ends_here), __popc(leaves_here)));
     before = __shfl_sync(kAllLanes, before, 0);
     if (thread == 0) {
       output = base;
-      asked = asks;
+      asked = is_asked;
     }
-    __syncthreads();  // all have popped; `output` and `asked` are there
+    __syncthreads();  // all have popped; `output` and `asked` are set
 
     ended.store(job, output);
-    bool wished = asked;
+    bool surplus_wanted = asked;
     std::uint32_t at =
-        floor + Made::children(before) + 2 * __popc(opened & below) + __popc(selves & below);
+        floor + Made::children(before) + 2 * __popc(opened & below) + __popc(self_pairs & below);
     for (int i = 0; i < 3; ++i)
       if (i < visited.children) stack[at++ & mask] = visited.child[i];
     ended.pair = pair;
@@ -263,8 +269,8 @@ __global__ void __launch_bounds__(kMaxTraversalBlock, 2)
     ended.group_b = group_b;
     ended.place = ends ? Made::ended(before) + __popc(ends_here & below) : Ended::none;
     ended.leaf_place = leaf ? Made::leaves(before) + __popc(leaves_here & below) : Ended::none;
-    // The other one was last read before the barrier above and is next added to after the one
-    // below.
+    // The other counter was last read before the barrier above. It is next added to after the
+    // barrier below.
     if (thread == 0) {
       made_by_parity[(round + 1) % 2] = 0;
       tests += count;
@@ -275,12 +281,12 @@ __global__ void __launch_bounds__(kMaxTraversalBlock, 2)
     ++round;
     top = floor + Made::children(made);
 
-    // The oldest pairs, the largest parts of the tree, leave, as long as there is a reason.
+    // The oldest pairs, which head the largest subtrees, leave as long as there is a reason.
     for (;;) {
       const std::uint32_t left = top - bottom;
-      const std::uint32_t wanted = Balancing::leaving(shape, left, wished);
+      const std::uint32_t wanted = Balancing::leaving(shape, left, surplus_wanted);
       if (wanted == 0) break;
-      wished = false;
+      surplus_wanted = false;
       if (thread == 0) {
         random_delay(job);
         room = balancing.room(wanted);

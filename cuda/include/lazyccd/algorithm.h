@@ -24,8 +24,8 @@ namespace lazyccd {
 enum class Strategy {
   lazy_stealing,         ///< Chunks of node pairs. An idle worker steals. A busy worker offers: on the
                          ///< CPU if somebody waits, on the GPU what exceeds its stack.
-  lazy_stealing_greedy,  ///< As published (da Silva, Algorithms 3.7 to 3.13): an idle worker locks a
-                         ///< victim's whole list and moves it little by little.
+  lazy_stealing_greedy,  ///< As published (da Silva, Algorithms 3.7 to 3.13): an idle worker takes one
+                         ///< batch from every other deque and moves what it won little by little.
   static_list,           ///< gProximity's (da Silva, Algorithms 3.1 to 3.4): one list a worker; all
                          ///< lists are evened out once some workers are idle.
   task_stealing,         ///< Arora et al.'s (da Silva, Algorithms 3.5, 3.6): one deque a worker; pairs

@@ -1,4 +1,4 @@
-// What the core is told about a scene: topology once, positions every step.
+// Input of the detector: the topology, once, and the positions, in every step.
 #pragma once
 
 #include <array>
@@ -9,56 +9,64 @@
 
 namespace lazyccd {
 
-using Face = std::array<std::int32_t, 3>;  // three vertex indices
-using Edge = std::array<std::int32_t, 2>;  // two vertex indices
+using Face = std::array<std::int32_t, 3>;  ///< three vertex indices
+using Edge = std::array<std::int32_t, 2>;  ///< two vertex indices
 
-// Two different bodies A and B collide where (A.group & B.mask) and (B.group & A.mask) are both
-// nonzero and the pair is not disabled; a body collides with itself where self_collision says so.
+/// Collision filter of one body. Two different bodies A and B collide if (A.group & B.mask) and
+/// (B.group & A.mask) are both nonzero and the pair is not disabled (Topology::disabled_pairs).
 struct Body {
-  std::uint32_t group = 1;
-  std::uint32_t mask = ~std::uint32_t{0};
-  bool self_collision = true;
+  std::uint32_t group = 1;                 ///< bits of the groups that the body belongs to
+  std::uint32_t mask = ~std::uint32_t{0};  ///< bits of the groups that the body collides with
+  bool self_collision = true;              ///< whether the body collides with itself
 };
 
-using BodyPair = std::array<std::int32_t, 2>;  // two body indices, in any order
+using BodyPair = std::array<std::int32_t, 2>;  ///< two body indices, in any order
 
-// The primitives of all bodies in one index space. The detector copies what it needs.
-//   faces           triangles over vertex indices; their sides become edges by themselves
-//   edges           further edges that are a side of no face (ropes); a repeated one counts once
-//   body_of_vertex  body index of each vertex; empty: every vertex belongs to body 0
-//   inverse_mass    1/kg of each vertex, 0 for a pinned one; empty: no vertex is pinned.
-//                   Pairs whose four vertices are all pinned are not reported.
-//   self_separation      of each vertex, 0 or more; empty: no limit. Where the step begins, two primitives
-//                   of one body are near, as DetectorOptions::separation has it, only up to the largest of
-//                   each, for neighbours in a mesh are near by themselves. How far apart they are
-//                   is told in single precision, from below.
-//   bodies          empty: as many bodies with default filters as body_of_vertex names
-// Two primitives that share a vertex never form a pair. Non-manifold edges are legal.
+/// The primitives of all bodies, in one index space. Detector::set_topology() copies what it needs,
+/// so the arrays may go away after it. Two primitives that share a vertex never form a pair.
+/// Non-manifold edges are allowed.
 struct Topology {
   std::size_t vertex_count = 0;
-  Span<const Face> faces;
-  Span<const Edge> edges;
+  Span<const Face> faces;  ///< triangles; their sides become edges without being listed
+  Span<const Edge> edges;  ///< edges that are no side of a face (ropes); duplicates count once
+
+  /// Index of the body of each vertex. Empty: every vertex belongs to body 0.
   Span<const std::int32_t> body_of_vertex;
+
+  /// Inverse mass of each vertex, 1/kg, >= 0; 0: the vertex is pinned. Only zero or not matters.
+  /// Empty: no vertex is pinned. Pairs whose four vertices are all pinned are not reported.
   Span<const float> inverse_mass;
+
+  /// Limit of the separation within one body, per vertex, >= 0, in the unit of the positions.
+  /// Empty: no limit. At the start of the step two primitives a and b of one body are in contact
+  /// only if their distance is at most min(max over a's vertices, max over b's vertices). Keeps
+  /// neighbours in a mesh from being in contact all the time. The distance is computed in single
+  /// precision, as a lower bound. Has an effect only with DetectorOptions::separation.
   Span<const float> self_separation;
+
+  /// Collision filter of each body. Empty: default filters for all bodies in body_of_vertex.
   Span<const Body> bodies;
-  Span<const BodyPair> disabled_pairs;
+
+  Span<const BodyPair> disabled_pairs;  ///< pairs of bodies that do not collide with each other
 };
 
-// Positions of all vertices at one end of the step, metres (any unit works: nothing in the core is
-// absolute), in float or double, three consecutive scalars a vertex, `stride` bytes apart.
+/// View of the positions of all vertices at one end of the step. It does not own the memory.
+/// Three consecutive floats or doubles per vertex, usually in metres. Any unit works: the detector
+/// has no absolute lengths of its own.
 class Positions {
  public:
+  /// `count` vertices; `stride` is the distance in bytes from one vertex to the next.
   Positions(const float* xyz, std::size_t count, std::size_t stride = 3 * sizeof(float))
       : data_(xyz), count_(count), stride_(stride), is_double_(false) {}
   Positions(const double* xyz, std::size_t count, std::size_t stride = 3 * sizeof(double))
       : data_(xyz), count_(count), stride_(stride), is_double_(true) {}
 
-  std::size_t count() const { return count_; }
-  std::size_t stride() const { return stride_; }
+  std::size_t count() const { return count_; }    ///< number of vertices
+  std::size_t stride() const { return stride_; }  ///< bytes
   bool is_double() const { return is_double_; }
   const void* data() const { return data_; }
 
+  /// Position of vertex i, converted to double. Does not check the index.
   std::array<double, 3> operator[](std::size_t i) const {
     const char* p = static_cast<const char*>(data_) + i * stride_;
     if (is_double_) {

@@ -1,4 +1,4 @@
-// A view of contiguous memory that it does not own (std::span is C++20).
+// A view of contiguous memory, for C++17 (std::span is C++20).
 #pragma once
 
 #include <cstddef>
@@ -7,12 +7,13 @@
 
 namespace lazyccd {
 
+/// Pointer and length of an array that somebody else owns. Valid as long as the array is.
 template <class T>
 class Span {
  public:
   constexpr Span() = default;
   constexpr Span(T* data, std::size_t size) : data_(data), size_(size) {}
-  // A vector of the same element type, const or not.
+  /// View of a vector of the same element type, const or not.
   template <class U, class = std::enable_if_t<std::is_convertible_v<const U (*)[], T (*)[]>>>
   Span(const std::vector<U>& v) : data_(v.data()), size_(v.size()) {}
   template <class U, class = std::enable_if_t<std::is_convertible_v<U (*)[], T (*)[]>>>

@@ -13,9 +13,11 @@ class ThreadPool;
 /// detectors that share it, one at a time detects ahead; the others do all their work in detect().
 class Threads {
  public:
-  explicit Threads(int count = 0);  ///< 0: as many as the machine has; throws Error if negative
+  /// `count` threads, the caller's included; 0: as many as the machine has. Throws Error if negative.
+  /// They start when they are first needed, and are fewer if the system has no more.
+  explicit Threads(int count = 0);
 
-  int count() const;
+  int count() const { return count_; }
 
   /// Calls body(first, last) over disjoint ranges of [0, count), each of at most `grain` elements.
   /// Runs on the calling thread alone, in one range, if there is one thread, or if count <= 3 * grain
@@ -23,10 +25,11 @@ class Threads {
   void parallel_for(std::size_t count, std::size_t grain,
                     const std::function<void(std::size_t first, std::size_t last)>& body) const;
 
-  const std::shared_ptr<ThreadPool>& pool() const { return pool_; }  ///< for the backends
+  ThreadPool& pool() const;  ///< for the backends
 
  private:
-  std::shared_ptr<ThreadPool> pool_;
+  int count_;
+  std::shared_ptr<std::unique_ptr<ThreadPool>> pool_;  // null inside until it is needed
 };
 
 }  // namespace lazyccd

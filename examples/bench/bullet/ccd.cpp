@@ -11,8 +11,9 @@
 namespace lazyccd::bench {
 namespace {
 
-// Seconds. Bullet keeps velocities, not end positions, and compares roots in seconds to absolute
-// epsilons, so the length of the step matters: its documentation's own.
+// Length of the step, seconds. It matters, because Bullet stores velocities instead of end
+// positions and compares roots in seconds with absolute epsilons. This value is from Bullet's
+// documentation.
 constexpr double time_step = 1.0 / 240;
 
 btVector3 position(const Positions& positions, std::size_t i) {
@@ -41,11 +42,11 @@ btDbvtNode* new_parent(btDbvtNode* a, btDbvtNode* b) {
 
 using Adjacency = std::vector<std::vector<int>>;
 
-// The tree that btSoftBody::initializeFaceTree makes: neighbours merged in pairs, level by level,
-// in index order. Bullet finds neighbours by comparing all pairs (a minute for 80 000 faces) and
-// never ends where several roots remain that are no neighbours (parts that hang together at a
-// vertex); here neighbours come from a table, and such roots are then neighbours of each other in a
-// row.
+// Builds the tree that btSoftBody::initializeFaceTree builds: it merges neighbours in pairs, level
+// by level, in index order. Bullet finds neighbours by comparing all pairs, which takes a minute
+// for 80 000 faces. It also never ends if several roots remain that are not neighbours (parts that
+// share only a vertex). This function takes the neighbours from a table, and makes consecutive
+// remaining roots neighbours of each other.
 btDbvtNode* merge_neighbours(std::vector<btDbvtNode*> nodes, Adjacency adjacency) {
   while (nodes.size() > 1) {
     const int count = int(nodes.size());
@@ -125,7 +126,7 @@ void build_trees(btSoftBody& body, Span<const Face> faces) {
   body.m_ndbvt.m_root = merge_neighbours(leaves, std::move(node_neighbours));
 }
 
-// What performGeometricCollisions does to a body before it looks for contacts.
+// Prepares a body as performGeometricCollisions does before it searches for contacts.
 void prepare(btSoftBody& body) {
   const btScalar dt = btScalar(time_step);
   body.updateFaceTree(true, false);
@@ -144,8 +145,8 @@ void prepare(btSoftBody& body) {
   }
 }
 
-// A part of the mesh that no face connects to the rest: a soft body of its own, as it must be in
-// Bullet. Indices of the whole mesh, and the faces' corners as indices into `vertices`.
+// A connected component of the mesh. Bullet needs each one as a soft body of its own. `vertices`
+// and `faces` are indices of the whole mesh; `corners` of the faces are indices into `vertices`.
 struct Component {
   std::vector<int> vertices, faces;
   std::vector<Face> corners;

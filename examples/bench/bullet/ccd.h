@@ -1,12 +1,12 @@
-// One pass of Bullet's own continuous vertex-face detection on the two ends of a step: the anchor
-// that LazyCCD's whole detection is measured against.
+// One pass of Bullet's own continuous vertex-face detection between the two ends of a step.
+// LazyCCD's whole detection is measured against it.
 //
-// The pass is one of the up to five iterations of
-// btDeformableMultiBodyDynamicsWorld::performGeometricCollisions without its response: refit of
-// both trees to the swept boxes, the face normals that the filter needs, then
-// btSoftBody::geometricCollisionHandler (vertex against face; Bullet has no edge against edge).
-// Compiled once in each of Bullet's precisions, into separate programs, because their symbols
-// clash.
+// The pass is one of the at most five iterations of
+// btDeformableMultiBodyDynamicsWorld::performGeometricCollisions, without its response. It refits
+// both trees to the swept boxes, computes the face normals that the filter needs, and calls
+// btSoftBody::geometricCollisionHandler (vertex-face only; Bullet has no edge-edge test).
+// Compiled once in each of Bullet's precisions, into separate programs, because the symbols of the
+// two clash.
 #pragma once
 
 #include <array>
@@ -19,18 +19,19 @@
 
 namespace lazyccd::bench {
 
+/// A mesh in Bullet.
 class BulletCcd {
  public:
-  // Each connected component of the mesh becomes a soft body that collides with itself and the
-  // others.
+  /// Makes each connected component of the mesh a soft body, which collides with itself and the
+  /// others.
   BulletCcd(const Positions& start, const Positions& end, Span<const Face> faces);
   ~BulletCcd();
 
-  // Wall time of one pass, milliseconds.
+  /// Runs one pass. Returns its wall time, milliseconds.
   double pass();
 
-  // Vertex and face of the last pass's contacts, each pair once, sorted. Bullet's own list holds a
-  // pair once for each face that the vertex belongs to.
+  /// Returns vertex and face of each contact of the last pass, sorted, each pair once. Bullet's own
+  /// list has a pair once for each face of the vertex.
   std::vector<std::array<std::int32_t, 2>> contacts() const;
 
  private:

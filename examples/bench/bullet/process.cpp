@@ -13,20 +13,21 @@
 
 namespace lazyccd::bench {
 
+// The child process and the pipes to it.
 struct BulletProcess::Pipes {
   pid_t child = -1;
   std::FILE* to = nullptr;
   std::FILE* from = nullptr;
 
   ~Pipes() {
-    if (to) std::fclose(to);  // the end of its input ends the child
+    if (to) std::fclose(to);  // the child exits at the end of its input
     if (from) std::fclose(from);
     if (child > 0) waitpid(child, nullptr, 0);
   }
 
   void start(const char* program) {
     int down[2], up[2];
-    // Close-on-exec, or a second child would hold the first one's input open.
+    // Close-on-exec: otherwise a second child would keep the input of the first one open.
     if (pipe2(down, O_CLOEXEC) || pipe2(up, O_CLOEXEC)) throw std::runtime_error("pipe failed");
     child = fork();
     if (child == 0) {
@@ -40,7 +41,7 @@ struct BulletProcess::Pipes {
     if (child < 0) throw std::runtime_error("fork failed");
     to = fdopen(down[1], "wb");
     from = fdopen(up[0], "rb");
-    std::signal(SIGPIPE, SIG_IGN);  // a child that died shows as a failed read or write instead
+    std::signal(SIGPIPE, SIG_IGN);  // a dead child then makes reads and writes fail
   }
 
   template <class T>
@@ -54,7 +55,7 @@ struct BulletProcess::Pipes {
   }
 
   [[noreturn]] static void fail() {
-    throw std::runtime_error("the program that runs Bullet's own detection ended early");
+    throw std::runtime_error("the program that runs Bullet's own detection ended too early");
   }
 };
 

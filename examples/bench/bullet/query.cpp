@@ -10,10 +10,10 @@
 namespace lazyccd::bench {
 namespace {
 
-constexpr double time_step = 1.0 / 240;  // seconds, as in bullet_ccd.cpp
+constexpr double time_step = 1.0 / 240;  // s, as in ccd.cpp
 
 struct Pair {
-  btSoftBody::Node nodes[4];  // the vertex, then the face's
+  btSoftBody::Node nodes[4];  // the vertex, then the vertices of the face
   btSoftBody::Face face;
 };
 
@@ -37,7 +37,8 @@ void fill(Pair& pair, const QueryPoints& points) {
 }  // namespace
 
 BulletAnswers bullet_queries(Span<const QueryPoints> queries) {
-  // So few that their structures stay in a near cache, so many that reading the clock costs little.
+  // Few enough that the structures stay in a near cache; enough that reading the clock costs
+  // little.
   constexpr std::size_t block = 128;
   static std::array<Pair, block> pairs;
   BulletAnswers answers;

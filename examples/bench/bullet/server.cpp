@@ -1,4 +1,5 @@
-// The programs bullet_ccd_float and bullet_ccd_double: answer requests until the input ends.
+// The programs bullet_ccd_float and bullet_ccd_double: answer requests (protocol.h) until the input
+// ends.
 #include <cstdio>
 #include <memory>
 #include <vector>

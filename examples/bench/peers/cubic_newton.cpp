@@ -1,3 +1,4 @@
+// The usual test by a cubic polynomial and Newton's method with bisection; see peer.h.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -8,7 +9,7 @@
 namespace lazyccd::peers {
 namespace {
 
-// Power basis: p(t) = k[0] + k[1] t + k[2] t^2 + k[3] t^3.
+// A cubic in power basis: p(t) = k[0] + k[1] t + k[2] t^2 + k[3] t^3.
 template <class Real>
 struct Cubic {
   Real k[4];
@@ -16,6 +17,7 @@ struct Cubic {
   Real slope(Real t) const { return (3 * k[3] * t + 2 * k[2]) * t + k[1]; }
 };
 
+// Returns the triple product as a cubic in time. It is zero if the four points are coplanar.
 template <class Real>
 Cubic<Real> coplanarity(const Frame<Real>& f) {
   const Vec3<Real> da = f.a[1] - f.a[0], db = f.b[1] - f.b[0], dc = f.c[1] - f.c[0];
@@ -26,8 +28,9 @@ Cubic<Real> coplanarity(const Frame<Real>& f) {
       {dot(n0, f.c[0]), dot(n1, f.c[0]) + dot(n0, dc), dot(n2, f.c[0]) + dot(n1, dc), dot(n2, dc)}};
 }
 
-// Press et al., section 9.4: Newton-Raphson that falls back to bisection where a step would leave
-// the bracket or shrinks it too slowly. The signs of p at `low` and `high` differ.
+// Returns a root between `low` and `high`, at which the signs of p differ. Newton-Raphson that
+// takes a bisection step if a Newton step would leave the bracket or shrinks it too slowly (Press
+// et al., Numerical Recipes, section 9.4).
 template <class Real>
 Real root_in(const Cubic<Real>& p, Real low, Real high) {
   constexpr Real accuracy = 4 * std::numeric_limits<Real>::epsilon();
@@ -37,9 +40,9 @@ Real root_in(const Cubic<Real>& p, Real low, Real high) {
   Real value = p.value(t), slope = p.slope(t);
   for (int i = 0; i < 100; ++i) {
     const bool leaves = ((t - high) * slope - value) * ((t - low) * slope - value) > 0;
-    const bool slow = std::abs(2 * value) > std::abs(step_before * slope);
+    const bool too_slow = std::abs(2 * value) > std::abs(step_before * slope);
     step_before = step;
-    if (leaves || slow) {
+    if (leaves || too_slow) {
       step = (high - low) / 2;
       t = low + step;
     } else {
@@ -54,7 +57,8 @@ Real root_in(const Cubic<Real>& p, Real low, Real high) {
   return t;
 }
 
-// Roots in [0, 1], ascending: one in each monotone piece whose ends differ in sign.
+// Finds the roots in [0, 1] in ascending order: one in each monotone interval whose ends differ in
+// sign.
 template <class Real>
 int roots(const Cubic<Real>& p, Real (&found)[3]) {
   Real cut[4] = {0};
@@ -80,8 +84,9 @@ int roots(const Cubic<Real>& p, Real (&found)[3]) {
   return count;
 }
 
-// Are the coplanar points in touch? Parameters of the primitives may overshoot by a relative
-// epsilon, as is usual, to catch what rounding moves across a border.
+// Returns true if the primitives touch at the time t, at which they are coplanar. Their parameters
+// may be outside by a relative epsilon, as is usual, because rounding may move a point across a
+// border.
 template <class Real>
 bool inside(ContactKind kind, const Frame<Real>& f, Real t) {
   const Real slack = std::is_same_v<Real, float> ? Real(1e-5) : Real(1e-8);
@@ -95,7 +100,7 @@ bool inside(ContactKind kind, const Frame<Real>& f, Real t) {
     const Real u = (bb * ac - ab * bc) / determinant, v = (aa * bc - ab * ac) / determinant;
     return u >= -slack && v >= -slack && u + v <= 1 + slack;
   }
-  // The lines cross where u a = c + v b.
+  // The lines cross at u a = c + v b.
   const Real u = (bb * ac - ab * bc) / determinant, v = (ab * ac - aa * bc) / determinant;
   return u >= -slack && u <= 1 + slack && v >= -slack && v <= 1 + slack;
 }

@@ -1,3 +1,4 @@
+// Interval subdivision in the manner of Tight-Inclusion (Wang et al. 2021); see peer.h.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -10,18 +11,18 @@
 namespace lazyccd::peers {
 namespace {
 
-constexpr double tolerance = 1e-6;        // of the distance, in the unit of the coordinates
-constexpr int iteration_limit = 1000000;  // boxes looked at; beyond it the answer is "hit"
+constexpr double tolerance = 1e-6;        // of the distance on each axis, unit of the coordinates
+constexpr int iteration_limit = 1000000;  // number of boxes; beyond it the answer is "hit"
 
-// [lo, lo + width] in time (0) and in the parameters of the primitives (1, 2). Ends are dyadic, so
-// halving is exact until the width reaches the precision.
+// A box [lo, lo + width] in time (0) and in the two parameters of the primitives (1, 2). Its ends
+// are dyadic, so halving is exact until the width reaches the precision.
 template <class Real>
 struct Box {
   Real lo[3], width[3];
   int level;
 };
 
-// Breadth first; within a level the earliest comes first.
+// Order of the queue: breadth first, and within a level by time.
 template <class Real>
 struct Later {
   bool operator()(const Box<Real>& x, const Box<Real>& y) const {
@@ -29,17 +30,17 @@ struct Later {
   }
 };
 
-// The vector between the primitives is linear in each of t, u, v by itself, so over a box its range
-// is that of its eight corners.
+// A query. The vector between the primitives is linear in each of t, u and v alone, so its range
+// over a box is the range over the eight corners.
 //   vertex_face: p0 - (1-u-v) p1 - u p2 - v p3;  edge_edge: (1-u) p0 + u p1 - (1-v) p2 - v p3
 template <class Real>
 struct Query {
   ContactKind kind;
   std::array<Vec3<Real>, 8> x;
-  Vec3<Real> error;  // bound of the rounding of one corner, by axis
+  Vec3<Real> error;  // bound of the rounding error at one corner, by axis
   Real narrow[3];    // widths at which a box spans at most the tolerance
 
-  // Range over a box on one axis.
+  // Returns the range over a box on one axis.
   std::array<Real, 2> range(const Box<Real>& box, int axis) const {
     const Real u[2] = {box.lo[1], box.lo[1] + box.width[1]};
     const Real v[2] = {box.lo[2], box.lo[2] + box.width[2]};
@@ -69,12 +70,14 @@ Real spread(const Vec3<Real>& a) {
 template <class Real>
 Query<Real> prepare(ContactKind kind, const QueryPoints& points) {
   Query<Real> q{kind, rounded<Real>(points), {}, {}};
-  // With M the largest |coordinate| on the axis and r = epsilon / 2 the unit roundoff. A point: its
-  // input (r M), two products, a sum and 1-t (3 r M). A combination of points, whose weights sum to
-  // at most 3 in size over a box that reaches beyond the face: the points (12 r M), the weights
-  // (2 r M), products and sums (9 r M). The difference to the other side (4 r M each). In all 31 r
-  // M; 40 covers the products of errors. The bound is linear in M, since only the points have a
-  // scale.
+  // Bound of the rounding error. M is the largest |coordinate| on the axis; r = epsilon / 2 is the
+  // unit roundoff.
+  //   A point: rounding of the input r M; two products, a sum and 1-t: 3 r M.
+  //   A combination of points (the weights sum to at most 3 in magnitude, since a box may reach
+  //   beyond the face): the points 12 r M, the weights 2 r M, products and sums 9 r M.
+  //   The difference to the other side: 4 r M each.
+  // The sum is 31 r M; 40 r M also covers the products of errors. The bound is linear in M, because
+  // only the points have a scale.
   for (int axis = 0; axis < 3; ++axis) {
     Real largest = 0;
     for (const Vec3<Real>& p : q.x) largest = std::max(largest, std::abs(p[axis]));
@@ -95,10 +98,11 @@ Query<Real> prepare(ContactKind kind, const QueryPoints& points) {
   return q;
 }
 
-enum class Verdict { empty, narrow, open };
+// empty: holds no contact; narrow: may hold one and need not be split; undecided: must be split.
+enum class Verdict { empty, narrow, undecided };
 
 template <class Real>
-Verdict look(const Query<Real>& q, const Box<Real>& box) {
+Verdict classify(const Query<Real>& q, const Box<Real>& box) {
   bool within_tolerance = true;
   for (int axis = 0; axis < 3; ++axis) {
     const auto [low, high] = q.range(box, axis);
@@ -107,7 +111,7 @@ Verdict look(const Query<Real>& q, const Box<Real>& box) {
   }
   const bool narrow =
       box.width[0] <= q.narrow[0] && box.width[1] <= q.narrow[1] && box.width[2] <= q.narrow[2];
-  return within_tolerance || narrow ? Verdict::narrow : Verdict::open;
+  return within_tolerance || narrow ? Verdict::narrow : Verdict::undecided;
 }
 
 }  // namespace
@@ -115,26 +119,27 @@ Verdict look(const Query<Real>& q, const Box<Real>& box) {
 template <class Real>
 QueryResult interval_subdivision(ContactKind kind, const QueryPoints& points) {
   const Query<Real> q = prepare<Real>(kind, points);
-  std::priority_queue<Box<Real>, std::vector<Box<Real>>, Later<Real>> open;
-  open.push({{0, 0, 0}, {1, 1, 1}, 0});
+  std::priority_queue<Box<Real>, std::vector<Box<Real>>, Later<Real>> queue;
+  queue.push({{0, 0, 0}, {1, 1, 1}, 0});
   constexpr Real never = 2;
-  Real narrow_at = never;  // earliest box found that is narrow and may hold a contact
-  Real earliest = 0;       // no contact before it: the first box of the level that may hold one
+  Real narrow_at = never;  // start of the earliest narrow box that may hold a contact
+  // No contact is before this time: the start of the level's first box that may hold one.
+  Real earliest = 0;
   int level = -1, iterations = 0;
-  while (!open.empty()) {
-    const Box<Real> box = open.top();
-    open.pop();
+  while (!queue.empty()) {
+    const Box<Real> box = queue.top();
+    queue.pop();
     if (box.lo[0] >= narrow_at) continue;
     if (++iterations > iteration_limit) return {true, double(std::min(earliest, narrow_at))};
-    const Verdict verdict = look(q, box);
+    const Verdict verdict = classify(q, box);
     if (verdict == Verdict::empty) continue;
     const bool first = box.level != level;
     if (first) {
       level = box.level;
       earliest = box.lo[0];
     }
-    // Split the dimension that is widest beside what it needs, unless no number lies between its
-    // ends.
+    // Split the dimension whose width is largest relative to its `narrow` width, unless no number
+    // lies between its ends.
     int split = 0;
     for (int i = 1; i < 3; ++i)
       if (box.width[i] / q.narrow[i] > box.width[split] / q.narrow[split]) split = i;
@@ -147,10 +152,10 @@ QueryResult interval_subdivision(ContactKind kind, const QueryPoints& points) {
     Box<Real> child = box;
     child.level = box.level + 1;
     child.width[split] = half;
-    open.push(child);
+    queue.push(child);
     child.lo[split] = middle;
     const bool outside = kind == ContactKind::vertex_face && child.lo[1] + child.lo[2] > 1;
-    if (!outside) open.push(child);
+    if (!outside) queue.push(child);
   }
   return {narrow_at < never, double(narrow_at < never ? narrow_at : 0)};
 }

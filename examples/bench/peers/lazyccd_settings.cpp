@@ -22,8 +22,8 @@ QueryCoordinates coordinates(const QueryPoints& points) {
   return q;
 }
 
-// The power of two that the detector takes for a scene: brings the sides of the box around all
-// points to at most 2^6.
+// Returns the power of two by which the detector scales a scene. It brings the sides of the box
+// around all points to at most 2^6.
 double scale_of(Span<const QueryPoints> queries) {
   double size = 0;
   for (int axis = 0; axis < 3; ++axis) {
@@ -52,8 +52,8 @@ QueryResult decide_double(const QueryPoints& points) {
   return finish(kind, points, decide_in_double<kind>(d));
 }
 
-// Queries as a detector holds a scene: query i owns the vertices 4i to 4i+3, face i, edges 2i and
-// 2i+1.
+// Queries in the layout of a detector's scene. Query i owns the vertices 4i to 4i+3, the face i,
+// and the edges 2i and 2i+1.
 struct alignas(64) Record {
   double x[8];  // start, end, unused
 };

@@ -1,5 +1,5 @@
-// LazyCCD's decision in the settings that the library chooses among, for the chart; decide() of
-// lazyccd/query.h is the third. The answers are the same, bit by bit.
+// LazyCCD's elementary test in two of its settings, for the chart. decide() of lazyccd/query.h is
+// the third setting. All three give the same answers, bit by bit.
 #pragma once
 
 #include "lazyccd/contact.h"
@@ -8,12 +8,13 @@
 
 namespace lazyccd::peers {
 
-// Arithmetic::double_only: double precision from the start, exact arithmetic for the rest.
+/// Decides a query as with Arithmetic::double_only: in double precision first, the rest exactly.
 QueryResult decide_double_only(ContactKind kind, const QueryPoints& points);
 
-// Arithmetic::single_first as the detector runs it: the filter over many queries side by side, the
-// rest one by one. Returns the processor time without that of laying the points out, which a
-// detector does once a step for all pairs; nanoseconds.
+/// Decides queries as the detector does with Arithmetic::single_first: the filter takes many
+/// queries at once in lanes; the rest are decided one by one. Returns the processor time in
+/// nanoseconds, without the time to lay out the points, which a detector spends once a step for all
+/// pairs.
 double decide_in_lanes(ContactKind kind, Span<const QueryPoints> queries,
                        Span<QueryResult> answers);
 

@@ -13,6 +13,7 @@ namespace {
 using Queries = Span<const QueryPoints>;
 using Answers = Span<QueryResult>;
 
+// Makes a method of a function that decides one query.
 template <class Decide>
 Method one_by_one(std::string name, std::string precision, bool gives_time, Decide decide_one) {
   return {std::move(name), std::move(precision), false, gives_time,
@@ -24,6 +25,7 @@ Method one_by_one(std::string name, std::string precision, bool gives_time, Deci
           }};
 }
 
+// Makes the method that runs Bullet's own test in a child process.
 Method bullet(bench::BulletPrecision precision, std::string name_of_precision) {
   auto process = std::make_shared<bench::BulletProcess>(precision);
   return {"Bullet", std::move(name_of_precision), true, false,

@@ -1,4 +1,4 @@
-// Every way to decide queries that the chart compares, LazyCCD's among them.
+// The methods to decide queries that the chart compares, including LazyCCD's.
 #pragma once
 
 #include <functional>
@@ -11,11 +11,12 @@
 
 namespace lazyccd::peers {
 
+/// One method in one precision.
 struct Method {
   std::string name, precision;
   bool vertex_face_only;
-  bool gives_time;  // its answers have a time of impact
-  // Fills one answer a query and returns the processor time that the decisions took, nanoseconds.
+  bool gives_time;  // the answers have a time of impact
+  /// Writes one answer a query. Returns the processor time of the decisions, nanoseconds.
   std::function<double(ContactKind, Span<const QueryPoints>, Span<QueryResult>)> solve;
 };
 

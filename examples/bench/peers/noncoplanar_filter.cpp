@@ -1,3 +1,4 @@
+// The non-coplanar filter by itself (Tang, Manocha, Tong 2010); see peer.h.
 #include "bench/peers/peer.h"
 #include "bench/peers/vec3.h"
 

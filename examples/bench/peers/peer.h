@@ -1,7 +1,7 @@
-// Other ways to decide an elementary query, behind one interface, for comparison only.
+// Other methods to decide an elementary query, behind one interface, for comparison only.
 //
-// None of them is used by LazyCCD. They show what the field's usual tests cost and get wrong, so
-// each keeps the habits of its source, epsilons included.
+// LazyCCD uses none of them. They show the cost and the errors of the usual tests, so each one
+// follows its source closely, with the same epsilons.
 #pragma once
 
 #include "lazyccd/contact.h"
@@ -9,20 +9,20 @@
 
 namespace lazyccd::peers {
 
-// Cubic of coplanarity, its roots by Newton-Raphson kept in a bracket by bisection (Press et al.,
-// Numerical Recipes, rtsafe), then an inside test with epsilons at each root (Provot 1997; the test
-// of da Silva's dissertation on lazy work stealing).
+/// Finds the roots of the cubic of coplanarity by Newton-Raphson within a bracket, with bisection
+/// (Press et al., Numerical Recipes, rtsafe). Then tests with epsilons whether the primitives touch
+/// at each root (Provot 1997). V. da Silva's dissertation on lazy work stealing uses this test.
 template <class Real>
 QueryResult cubic_newton(ContactKind kind, const QueryPoints& points);
 
-// The non-coplanar filter alone (Tang, Manocha, Tong 2010): a query is no contact where the four
-// Bernstein coefficients of the cubic have one strict sign, and counts as one, with no time, where
-// they do not.
+/// The non-coplanar filter alone (Tang, Manocha, Tong 2010). A query is no contact if the four
+/// Bernstein coefficients of the cubic have the same strict sign. Otherwise it counts as a contact,
+/// without a time.
 template <class Real>
 QueryResult noncoplanar_filter(ContactKind kind, const QueryPoints& points);
 
-// Interval subdivision over time and the two parameters of the primitives in the way of
-// Tight-Inclusion (Wang et al. 2021): conservative, to a tolerance.
+/// Interval subdivision over time and the two parameters of the primitives, in the manner of
+/// Tight-Inclusion (Wang et al. 2021). It misses nothing and reports false hits within a tolerance.
 template <class Real>
 QueryResult interval_subdivision(ContactKind kind, const QueryPoints& points);
 

@@ -1,4 +1,4 @@
-// The few vector operations that the peers need, in either precision.
+// Vector operations of the peers, in either precision.
 #pragma once
 
 #include <array>
@@ -35,7 +35,7 @@ Vec3<Real> cross(const Vec3<Real>& a, const Vec3<Real>& b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
-// World coordinates rounded to the working precision, as an engine in that precision holds them.
+/// Rounds world coordinates to the working precision, as an engine in that precision holds them.
 template <class Real>
 std::array<Vec3<Real>, 8> rounded(const QueryPoints& points) {
   std::array<Vec3<Real>, 8> x;
@@ -44,10 +44,12 @@ std::array<Vec3<Real>, 8> rounded(const QueryPoints& points) {
   return x;
 }
 
-// The three vectors whose triple product (a x b) . c vanishes where the four points are coplanar,
-// at the start (0) and at the end (1) of the step.
-//   vertex_face: both edges of the face from its first vertex, and that vertex to the vertex
-//   edge_edge:   both edges, and the start of the first to the start of the second
+/// Three vectors whose triple product (a x b) . c is zero if the four points are coplanar, at the
+/// start (0) and at the end (1) of the step.
+///   vertex_face: a and b are the edges of the face from its first vertex; c goes from there to the
+///                vertex
+///   edge_edge:   a and b are the two edges; c goes from the start of the first to that of the
+///   second
 template <class Real>
 struct Frame {
   Vec3<Real> a[2], b[2], c[2];

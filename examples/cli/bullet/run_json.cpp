@@ -21,7 +21,8 @@ nlohmann::ordered_json to_json(const scenes::RunReport& report) {
   json["piercings_at_start"] = report.piercings_at_start;
   json["piercings"] = report.intersections.size();
   nlohmann::ordered_json points = nlohmann::ordered_json::array();
-  for (const scenes::Intersection& intersection : report.intersections) points.push_back(intersection.point);
+  for (const scenes::Intersection& intersection : report.intersections)
+    points.push_back(intersection.point);
   json["piercing_points"] = points;
   if (report.wrong_side) {
     json["nodes_on_wrong_side"] = *report.wrong_side;

@@ -1,4 +1,4 @@
-// What a run of a scene did and cost, for files.
+// Writes what a run of a scene did and cost as JSON.
 #pragma once
 
 #include <nlohmann/json.hpp>

@@ -1,4 +1,4 @@
-// lazyccd scenes: what `lazyccd simulate` can run.
+// lazyccd scenes: lists the scenes of `lazyccd simulate`.
 #include <cstdio>
 
 #include "cli/commands.h"
@@ -11,7 +11,7 @@ void add_scenes(CLI::App& app) {
   command->footer("Example: lazyccd scenes");
   command->callback([] {
     for (const scenes::SceneInfo& scene : scenes::all_scenes()) {
-      std::printf("%-16s %s", scene.name.c_str(), scene.description.c_str());
+      std::printf("%-20s %s", scene.name.c_str(), scene.description.c_str());
       if (scene.speed > 0) std::printf(" (%g m/s)", scene.speed);
       std::printf("\n");
     }

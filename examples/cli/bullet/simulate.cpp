@@ -1,4 +1,4 @@
-// lazyccd simulate: a scene in Bullet, with LazyCCD or with Bullet alone.
+// lazyccd simulate: runs a scene in Bullet, with LazyCCD or with Bullet alone.
 #include <algorithm>
 #include <cinttypes>
 #include <cstdio>
@@ -53,15 +53,15 @@ void print_progress(int step, int steps) {
 void print_summary(const scenes::RunReport& report) {
   const bullet::StepStats& stats = report.lazyccd;
   std::printf("%d steps, %.2f ms a step\n", report.steps, report.mean.total);
-  if (!report.finite) std::printf("stopped: positions are not finite any more\n");
+  if (!report.finite) std::printf("stopped: a position is no longer finite\n");
   std::printf("pass-throughs: %" PRId64 " vertex-face, %" PRId64 " edge-edge\n",
               report.crossings_vf, report.crossings_ee);
-  std::printf("piercings at the end: %zu\n", report.intersections.size());
+  std::printf("edge-face intersections at the end: %zu\n", report.intersections.size());
   if (report.wrong_side) std::printf("nodes on the wrong side: %d\n", *report.wrong_side);
   if (stats.steps == 0) return;
   std::printf("contacts: %" PRId64 " vertex-face, %" PRId64 " edge-edge; %" PRId64 " detections\n",
               stats.contacts_vf, stats.contacts_ee, stats.detections);
-  std::printf("nodes in impact zones: %" PRId64 ", held as the last resort: %" PRId64 "\n",
+  std::printf("nodes in impact zones: %" PRId64 ", held by the fail-safe: %" PRId64 "\n",
               stats.impact_zone_nodes, stats.failsafe_holds);
   std::printf("%s", report.status.c_str());
 }
@@ -109,52 +109,58 @@ void add_simulate(CLI::App& app) {
   const auto arguments = std::make_shared<Arguments>();
   scenes::Parameters& parameters = arguments->parameters;
   CLI::App* command =
-      app.add_subcommand("simulate", "Step a scene in Bullet and count what goes wrong");
-  command->add_option("SCENE", arguments->scene, "one of `lazyccd scenes`")
+      app.add_subcommand("simulate", "Run a scene in Bullet and count what goes wrong");
+  command->add_option("SCENE", arguments->scene, "name of a scene from `lazyccd scenes`")
       ->required()
       ->check(CLI::IsMember(names));
-  command->add_option("--world", parameters.world, "rigid (btSoftRigidDynamicsWorld) or deformable")
+  command
+      ->add_option(
+          "--world", parameters.world,
+          "rigid (btSoftRigidDynamicsWorld) or deformable (btDeformableMultiBodyDynamicsWorld)")
       ->transform(CLI::CheckedTransformer(worlds).description("{rigid,deformable}"));
   command
       ->add_option(
           "--detector", parameters.collisions,
-          "lazyccd; bullet: Bullet alone; mended-bullet: that, with its momentum put right")
-      ->transform(CLI::CheckedTransformer(detectors).description("{lazyccd,bullet}"));
+          "lazyccd; bullet: Bullet alone; mended-bullet: Bullet alone, with corrected momentum")
+      ->transform(CLI::CheckedTransformer(detectors).description("{lazyccd,bullet,mended-bullet}"));
   add_detector_options(*command, parameters.lazyccd.detector);
   const auto optional = [command](const char* name, auto& value, auto& target, const char* help) {
     return command->add_option_function<std::decay_t<decltype(value)>>(
         name, [&target](const auto& given) { target = given; }, help);
   };
-  optional("--dt", arguments->dt, parameters.dt, "seconds a step; otherwise 1/240")
+  optional("--dt", arguments->dt, parameters.dt, "time step in seconds; default 1/240")
       ->check(CLI::Range(1e-6, 1.0));
   optional("--speed", arguments->speed, parameters.speed,
-           "m/s of what is thrown; otherwise the scene's")
+           "speed of the thrown or driven bodies, m/s; default: the scene's")
       ->check(CLI::Range(0.0, 1e6));
   optional("--margin", arguments->margin, parameters.margin,
-           "collision margin of each body, metres")
+           "collision margin of each body, metres; default: the scene's")
       ->check(CLI::Range(0.0, 1e3));
-  optional("--steps", arguments->steps, parameters.steps, "number of steps; otherwise the scene's")
+  optional("--steps", arguments->steps, parameters.steps, "number of steps; default: the scene's")
       ->check(CLI::Range(0, 100000000));
-  command->add_option("--seed", parameters.seed, "of the nodes' random offsets");
+  command->add_option("--seed", parameters.seed, "seed of the random offsets of the nodes");
   command
       ->add_option("--size", parameters.size,
-                   "scales the number of nodes along each side of a cloth")
+                   "factor of the number of nodes along each side of a cloth")
       ->check(CLI::Range(0.05, 100.0));
   command->add_option("--out", arguments->out, "write frames as PLY: DIR/00000.ply and so on")
       ->type_name("DIR");
   command
-      ->add_option("--every", arguments->every,
-                   "write every N-th frame, and the last; otherwise all, with --render about 100")
+      ->add_option(
+          "--every", arguments->every,
+          "write every N-th frame and the last; default: all, or about 100 frames with --render")
       ->check(CLI::Range(1, 1000000));
 #if defined(LAZYCCD_WITH_RENDER)
   command
       ->add_option("--render", arguments->render,
                    "draw frames: DIR/00000.png and so on, and the film DIR/film.webp")
       ->type_name("DIR");
-  command->add_option("--width", arguments->width, "of the pictures, pixels")
+  command->add_option("--width", arguments->width, "width of the pictures, pixels")
       ->check(CLI::Range(16, 8192))
       ->capture_default_str();
-  command->add_option("--samples", arguments->samples, "rays a pixel: more make less noise")
+  command
+      ->add_option("--samples", arguments->samples,
+                   "rays for each pixel; more rays give less noise")
       ->check(CLI::Range(1, 4096))
       ->capture_default_str();
 #endif
@@ -162,8 +168,9 @@ void add_simulate(CLI::App& app) {
       ->type_name("FILE.json");
   command->add_flag("--progress", arguments->progress, "show a progress bar");
   command->footer(
-      "Pass-throughs are pairs that the motion between two consecutive steps brings into\n"
-      "contact; piercings are edges that stick in a face at the end.\n"
+      "A pass-through is a pair of primitives that comes into contact between the end positions\n"
+      "of two consecutive steps. An edge-face intersection is an edge that passes through a face\n"
+      "at the end of the run (`piercings` in the JSON file).\n"
       "Example: lazyccd simulate cloth-on-cloth --speed 30 --dt 0.0166667 --detector bullet");
   command->callback([arguments] { run(*arguments); });
 }

@@ -1,7 +1,10 @@
-"""Table and picture of the main job: a scene with Bullet alone and with LazyCCD, side by side.
+"""Compares a scene with Bullet alone and with LazyCCD: prints a table and draws both side by side.
 
-compare.py FOLDER OUT.png [FILM.webp]: FOLDER holds bullet/ and lazyccd/, each with stats.json and the
-pictures that `lazyccd simulate --render` drew. The last ones make the picture, all of them the film.
+compare.py FOLDER OUT.png [FILM.webp]
+  FOLDER     has the folders bullet/ and lazyccd/, each with stats.json and the pictures that
+             `lazyccd simulate --render` drew
+  OUT.png    shows the last pictures side by side
+  FILM.webp  shows all pictures side by side
 """
 
 import json
@@ -22,8 +25,8 @@ MS_A_FRAME, MS_AT_THE_END = 50, 1500
 def main(folder, out):
     stats = {name: json.loads((folder / name / "stats.json").read_text()) for name, _, _ in DETECTORS}
     pictures = {name: plt.imread(max((folder / name).glob("*.png"))) for name, _, _ in DETECTORS}
-    row = "{:<20} {:>6} {:>10} {:>14} {:>18} {:>10}"
-    print(row.format("backend", "steps", "contacts", "pass-throughs", "piercings at rest", "ms a step"))
+    row = "{:<20} {:>6} {:>10} {:>14} {:>24} {:>10}"
+    print(row.format("backend", "steps", "contacts", "pass-throughs", "intersections at the end", "ms a step"))
     height, width, _ = pictures["bullet"].shape
     caption = 0.16 * height
     figure, panels = plt.subplots(1, 2, figsize=(2 * width / PIXELS_AN_INCH,
@@ -31,7 +34,7 @@ def main(folder, out):
     for axes, (name, title, colour) in zip(panels, DETECTORS):
         s = stats[name]
         crossed = sum(s["pass_throughs"].values())
-        # Bullet alone knows only the contacts in its lists.
+        # With Bullet alone, the only known contacts are those in its lists.
         contacts = sum(s["contacts"].values()) if name == "lazyccd" else s["contacts_in_bullets_lists"]
         print(row.format(title, s["steps"], contacts, crossed, s["piercings"],
                          f"{s['ms_per_step']['total']:.2f}"))
@@ -40,7 +43,7 @@ def main(folder, out):
         red = " (red)" if s["piercings"] else ""
         axes.text(0.5, 1.115, title, transform=axes.transAxes, ha="center", va="center",
                   fontsize=13, fontweight="bold", color=colour)
-        axes.text(0.5, 1.04, f"{crossed} pass-throughs, {s['piercings']} piercings at rest{red}",
+        axes.text(0.5, 1.04, f"{crossed} pass-throughs, {s['piercings']} intersections at the end{red}",
                   transform=axes.transAxes, ha="center", va="center", fontsize=11, color="#333333")
     figure.subplots_adjust(0, 0, 1, height / (height + caption), 0.004)
     figure.savefig(out, dpi=PIXELS_AN_INCH)

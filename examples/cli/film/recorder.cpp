@@ -14,15 +14,15 @@ using render::Colour;
 using render::Point;
 
 constexpr int frames_per_second = 25;
-constexpr double shape = 0.625;  // height of a picture, of its width
+constexpr double aspect = 0.625;  // height of a picture divided by its width
 
 const Colour stone = {0.42f, 0.43f, 0.46f};
 
-// Of the two sides of a body.
-struct Dye {
+// Colours of the two sides of a body.
+struct SideColours {
   Colour front, back;
 };
-const Dye dyes[] = {
+const SideColours palette[] = {
     {{0.86f, 0.33f, 0.06f}, {0.62f, 0.20f, 0.03f}}, {{0.06f, 0.30f, 0.72f}, {0.03f, 0.18f, 0.48f}},
     {{0.05f, 0.52f, 0.30f}, {0.03f, 0.34f, 0.19f}}, {{0.88f, 0.62f, 0.08f}, {0.66f, 0.43f, 0.04f}},
     {{0.55f, 0.12f, 0.42f}, {0.36f, 0.07f, 0.28f}}, {{0.10f, 0.55f, 0.66f}, {0.06f, 0.36f, 0.44f}},
@@ -42,21 +42,23 @@ void each_point(const scenes::PhysicsWorld& world, Visit visit) {
   }
 }
 
-void add_soft(const btSoftBody& body, const Dye& dye, float rope_radius, render::Picture& picture) {
+void add_soft(const btSoftBody& body, const SideColours& colours, float rope_radius,
+              render::Picture& picture) {
   std::vector<Point> points;
   for (int i = 0; i < body.m_nodes.size(); ++i) points.push_back(point(body.m_nodes[i].m_x));
   const auto index = [&body](const btSoftBody::Node* node) {
     return static_cast<std::int32_t>(node - &body.m_nodes[0]);
   };
   if (body.m_faces.size() == 0) {
-    render::Rope rope{points, {}, rope_radius, dye.front};
+    render::Rope rope{points, {}, rope_radius, colours.front};
     for (int i = 0; i < body.m_links.size(); ++i) {
       rope.links.push_back({index(body.m_links[i].m_n[0]), index(body.m_links[i].m_n[1])});
     }
     picture.ropes.push_back(std::move(rope));
     return;
   }
-  render::Mesh mesh{points, {}, dye.front, body.m_tetras.size() > 0 ? dye.front : dye.back};
+  render::Mesh mesh{
+      points, {}, colours.front, body.m_tetras.size() > 0 ? colours.front : colours.back};
   for (int i = 0; i < body.m_faces.size(); ++i) {
     const auto& corners = body.m_faces[i].m_n;
     mesh.faces.push_back({index(corners[0]), index(corners[1]), index(corners[2])});
@@ -82,17 +84,17 @@ Recorder::Recorder(const scenes::Scene& scene, const std::filesystem::path& fold
     : scene_(scene),
       folder_(folder),
       width_(width),
-      height_(static_cast<int>(std::lround(width * shape))),
+      height_(static_cast<int>(std::lround(width * aspect))),
       samples_(samples),
       film_(width_, height_, frames_per_second) {
   std::filesystem::create_directories(folder);
-  // The whole start in view, from the front, a little from the right and from above.
+  // The view shows all bodies at the start, from the front, a little from the right and above.
   btVector3 low(BT_LARGE_FLOAT, BT_LARGE_FLOAT, BT_LARGE_FLOAT), high = -low;
   each_point(*scene.world, [&](const btVector3& p) {
     low.setMin(p);
     high.setMax(p);
   });
-  // What is thrown comes down.
+  // The target is below the centre, because the thrown bodies move down.
   const btVector3 centre =
       low.lerp(high, btScalar(0.5)) - (high - low) * btVector3(0, btScalar(0.34), 0);
   extent_ = static_cast<double>((high - low).length()) / 2;
@@ -100,8 +102,8 @@ Recorder::Recorder(const scenes::Scene& scene, const std::filesystem::path& fold
   const btVector3 towards = btVector3(btScalar(0.4), btScalar(0.55), btScalar(0.8)).normalized();
   camera_.target = point(centre);
   camera_.eye = point(centre + towards * static_cast<btScalar>(distance));
-  const double room = scene.world->rigid_bodies().empty() ? 0.35 * extent_ : 0.0;
-  floor_ = static_cast<float>(static_cast<double>(low.y()) - room);
+  const double floor_gap = scene.world->rigid_bodies().empty() ? 0.35 * extent_ : 0.0;
+  floor_ = static_cast<float>(static_cast<double>(low.y()) - floor_gap);
 }
 
 render::Picture Recorder::picture() const {
@@ -109,7 +111,8 @@ render::Picture Recorder::picture() const {
   render::Picture picture;
   std::size_t i = 0;
   for (const auto& body : world.bodies()) {
-    add_soft(*body, dyes[i++ % std::size(dyes)], static_cast<float>(0.012 * extent_), picture);
+    add_soft(*body, palette[i++ % std::size(palette)], static_cast<float>(0.012 * extent_),
+             picture);
   }
   for (const scenes::RigidBody& rigid : world.rigid_bodies()) add_rigid(rigid, picture);
   for (const scenes::Intersection& intersection :

@@ -1,4 +1,4 @@
-// Frames of a running scene as pictures and a film.
+// Draws frames of a running scene as pictures and a film.
 #pragma once
 
 #include <filesystem>
@@ -8,13 +8,15 @@
 
 namespace lazyccd::program {
 
+/// Draws one scene. The scene must outlive it.
 class Recorder {
  public:
-  // Pictures go to folder/00000.png and so on, the film to folder/film.webp.
+  /// Creates the folder. Pictures are folder/STEP.png with five digits; the film is
+  /// folder/film.webp. `width` in pixels, `samples` rays a pixel.
   Recorder(const scenes::Scene& scene, const std::filesystem::path& folder, int width, int samples);
 
-  void add(int step);
-  void finish();
+  void add(int step);  // draws the scene as it is now
+  void finish();       // writes the film
 
  private:
   render::Picture picture() const;
@@ -23,7 +25,7 @@ class Recorder {
   std::filesystem::path folder_;
   int width_, height_, samples_;
   render::Camera camera_;
-  double extent_;  // m, of what is to be seen
+  double extent_;  // half the diagonal of the scene's box at the start, m
   float floor_;
   render::Film film_;
 };

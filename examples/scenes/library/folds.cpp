@@ -1,4 +1,4 @@
-// Cloth against itself.
+// A scene in which a cloth collides with itself.
 #include <cmath>
 
 #include "scenes/meshes/cloth.h"
@@ -10,10 +10,10 @@ namespace {
 
 constexpr int columns = 15;
 constexpr int layer_rows = 20, turn_rows = 7;  // 47 rows: lower layer, turn, upper layer
-constexpr double gap = 0.1;                    // m between the layers
+constexpr double gap = 0.1;                    // m, between the layers
 constexpr double spacing = 1.0 / (columns - 1);
 
-// Position of a row along the folded strip: straight, half a circle, straight back.
+// Returns the position at (u, v) on the folded strip: straight out, half a circle, straight back.
 btVector3 folded(double u, double v) {
   constexpr double pi = 3.14159265358979323846;
   const double row = v * (2 * layer_rows + turn_rows - 1);
@@ -38,7 +38,7 @@ void build_fold(Scene& scene, const Parameters& parameters, double speed) {
   std::mt19937 random(parameters.seed);
   constexpr int rows = 2 * layer_rows + turn_rows;
   auto strip = make_cloth(world.info(), columns, rows, 1, [&](double u, double v) {
-    // A little off the regular grid, or the layers would meet node on node.
+    // Random offsets, because on a regular grid the nodes of the layers would meet exactly.
     const btScalar aside = static_cast<btScalar>(0.002 * (random() / 4294967296.0));
     return folded(u, v) + btVector3(aside, 0, -aside);
   });
@@ -51,8 +51,8 @@ void build_fold(Scene& scene, const Parameters& parameters, double speed) {
   const btSoftBody* body = strip.get();
   world.add(std::move(strip));
   scene.nodes_on_wrong_side = [body] {
-    // Below the pinned layer, not beside it, nor where its random offsets leave open what is
-    // beside.
+    // Counts nodes below the pinned layer, not beside it. The rim is left out, because random
+    // offsets make the border of the layer uneven.
     constexpr double rim = 0.01, length = (layer_rows - 1) * spacing;
     int below = 0;
     for (int i = first_upper; i <= last; ++i) {
@@ -69,7 +69,7 @@ void build_fold(Scene& scene, const Parameters& parameters, double speed) {
 std::vector<SceneInfo> fold_scenes() {
   SceneInfo fold;
   fold.name = "fold";
-  fold.description = "a strip folded on itself closes on its pinned lower layer";
+  fold.description = "the upper layer of a folded strip of cloth flies at its pinned lower layer";
   fold.speed = 5;
   fold.distance = 0.3;
   fold.seconds = 0.2;

@@ -1,4 +1,4 @@
-// Something flies at something that is held.
+// Scenes in which a cloth flies at another body.
 #include "scenes/meshes/cloth.h"
 #include "scenes/scene.h"
 #include "scenes/meshes/shapes.h"
@@ -9,7 +9,8 @@ namespace {
 
 btVector3 downwards(double speed) { return btVector3(0, static_cast<btScalar>(-speed), 0); }
 
-// A cloth of 21 x 21 nodes, 1 m wide, against one of 31 x 31 nodes, 2 m wide, both times `scale`.
+// A cloth of 21 x 21 nodes, 1 m wide, flies at one of 31 x 31 nodes, 2 m wide. `scale` multiplies
+// both widths.
 void build_cloths(Scene& scene, const Parameters& parameters, double speed, double scale,
                   bool pinned) {
   std::mt19937 random(parameters.seed);
@@ -54,7 +55,7 @@ void build_cloth_on_mesh(Scene& scene, const Parameters& parameters, double spee
   };
 }
 
-// Two upright squares that meet with one edge each, far from all nodes.
+// Two upright squares meet edge to edge, far from all nodes.
 void build_edge_on_edge(Scene& scene, const Parameters&, double speed) {
   PhysicsWorld& world = *scene.world;
   auto lower = make_cloth(world.info(), 2, 2, 1, [](double u, double v) {
@@ -70,7 +71,7 @@ void build_edge_on_edge(Scene& scene, const Parameters&, double speed) {
   world.add(std::move(lower));
   world.add(std::move(upper));
   scene.nodes_on_wrong_side = [=] {
-    // The thrown square's lower edge where it passes over x = 0, against the top edge at y = 0.
+    // Compares the point of the thrown square's lower edge at x = 0 with the top edge at y = 0.
     const btVector3 &a = thrown->m_nodes[0].m_x, &b = thrown->m_nodes[1].m_x;
     if ((a.x() < 0) == (b.x() < 0)) return 0;
     const btScalar t = a.x() / (a.x() - b.x());
@@ -93,31 +94,34 @@ SceneInfo thrown(const char* name, const char* description, double speed, double
 }  // namespace
 
 std::vector<SceneInfo> impact_scenes() {
-  SceneInfo cloths = thrown(
-      "cloth-on-cloth", "a cloth flies into a larger one that is pinned at its border", 10, 0.5);
+  SceneInfo cloths =
+      thrown("cloth-on-cloth", "a cloth flies into a larger cloth that is pinned along its border",
+             10, 0.5);
   cloths.build = [](Scene& scene, const Parameters& p, double speed) {
     build_cloths(scene, p, speed, 1, true);
   };
 
-  SceneInfo small = thrown("small-triangles", "cloth-on-cloth at a fifth of its size", 0.4, 0.1);
+  SceneInfo small =
+      thrown("small-triangles", "cloth-on-cloth with all lengths divided by five", 0.4, 0.1);
   small.margin = 0.002;
   small.build = [](Scene& scene, const Parameters& p, double speed) {
     build_cloths(scene, p, speed, 0.2, true);
   };
 
-  SceneInfo free =
-      thrown("free-cloths", "cloth-on-cloth with nothing pinned: momentum is kept", 10, 0.5);
+  SceneInfo free = thrown(
+      "free-cloths", "cloth-on-cloth with nothing pinned, so that momentum is conserved", 10, 0.5);
   free.build = [](Scene& scene, const Parameters& p, double speed) {
     build_cloths(scene, p, speed, 1, false);
   };
 
-  SceneInfo mesh = thrown("cloth-on-mesh", "a cloth falls on a thin static triangle mesh", 10, 0);
+  SceneInfo mesh =
+      thrown("cloth-on-mesh", "a cloth is thrown down on a flat static triangle mesh", 10, 0);
   mesh.gravity = 10;
   mesh.seconds = 1;
   mesh.build = build_cloth_on_mesh;
 
-  SceneInfo edges =
-      thrown("edge-on-edge", "two squares meet with one edge each, the lower one pinned", 1, 0.5);
+  SceneInfo edges = thrown(
+      "edge-on-edge", "two upright squares meet edge to edge; the lower one is pinned", 1, 0.5);
   edges.build = build_edge_on_edge;
   return {cloths, small, free, mesh, edges};
 }

@@ -1,4 +1,4 @@
-// Cloth against rigid bodies: meshes, thin plates, moving and free ones.
+// Scenes with cloth and rigid bodies: meshes, thin plates, moving and dynamic bodies.
 #include <algorithm>
 #include <cmath>
 
@@ -12,8 +12,8 @@ namespace {
 
 constexpr double pi = 3.14159265358979323846;
 
-// A sheet above the middle, turned so that its rows do not lie on those of a mesh, that collides
-// with itself.
+// Adds a cloth that collides with itself, above the origin. It is rotated, so that its rows do not
+// line up with those of a mesh.
 btSoftBody* add_sheet(Scene& scene, const Parameters& parameters, int nodes, double width,
                       double height, double speed) {
   std::mt19937 random(parameters.seed);
@@ -30,7 +30,7 @@ btSoftBody* add_sheet(Scene& scene, const Parameters& parameters, int nodes, dou
   return body;
 }
 
-// How many nodes are where `wrong` says so.
+// Returns a function that counts the nodes of a body for whose position `wrong` is true.
 std::function<int()> counter(const btSoftBody* body,
                              std::function<bool(double x, double y, double z)> wrong) {
   return [=] {
@@ -57,7 +57,7 @@ void build_funnel(Scene& scene, const Parameters& parameters, double speed) {
                                     [](double u, double v) {
                                       const double y =
                                           v * (cone_height + tube_length) - tube_length;
-                                      // The last corner is the first one, bit for bit.
+                                      // Closes the ring: u = 1 gives the same point as u = 0.
                                       const double angle = u < 1 ? 2 * pi * u : 0;
                                       const double r = funnel_radius(y);
                                       return vector(r * std::cos(angle), y, r * std::sin(angle));
@@ -65,7 +65,7 @@ void build_funnel(Scene& scene, const Parameters& parameters, double speed) {
                           at(0, 0, 0));
   const btSoftBody* cloth = add_sheet(scene, parameters, 21, 0.7, 0.55, speed);
   scene.nodes_on_wrong_side = counter(cloth, [](double x, double y, double z) {
-    // The funnel has 32 sides.
+    // The mesh has 32 sides and lies within the round funnel. So every counted node is outside it.
     return y < cone_height && y > -tube_length && std::hypot(x, z) > funnel_radius(y) + 1e-5;
   });
 }
@@ -91,7 +91,7 @@ void build_moving_mesh(Scene& scene, const Parameters& parameters, double speed)
     return counter(cloth, [back](double x, double y, double z) {
       const btVector3 p = back * vector(x, y, z);
       const double px = static_cast<double>(p.x()), pz = static_cast<double>(p.z());
-      // A quad of the mesh stays within this of the wave.
+      // Upper bound of the distance between the quads of the mesh and the wave, metres.
       constexpr double flatness = 0.01;
       return std::abs(px) < 1 && std::abs(pz) < 1 &&
              static_cast<double>(p.y()) < wave(px, pz) - flatness;
@@ -108,10 +108,10 @@ void build_plate(Scene& scene, const Parameters& parameters, double speed) {
   });
 }
 
-// One corner of a cloth that lies on a table is drawn aside and down.
+// A cloth lies on a table. One of its corners is pulled sideways and down.
 void build_table(Scene& scene, const Parameters& parameters, double speed) {
   PhysicsWorld& world = *scene.world;
-  constexpr double side = 1, way = 1.3;
+  constexpr double side = 1, travel = 1.3;  // m
   world.add_static(make_box(side, 0.1, side), at(0, -0.05, 0));
   const double height = 2 * world.options().margin + 0.01;
   btSoftBody* cloth = add_sheet(scene, parameters, 21, 1.1, height, 0);
@@ -119,12 +119,12 @@ void build_table(Scene& scene, const Parameters& parameters, double speed) {
   const btVector3 start = cloth->m_nodes[0].m_x;
   const btVector3 aside = vector(start.x(), -0.3, start.z()).normalized();
   world.drive([=, dt = world.options().dt](double time) {
-    const double distance = std::min(speed * time, way);
+    const double distance = std::min(speed * time, travel);
     steer(cloth->m_nodes[0], start + aside * static_cast<btScalar>(distance), dt);
   });
 }
 
-// A rigid ball that flies into a cloth.
+// A rigid ball flies into a pinned cloth.
 void build_net(Scene& scene, const Parameters& parameters, double speed) {
   PhysicsWorld& world = *scene.world;
   btSoftBody* cloth = add_sheet(scene, parameters, 21, 1.5, 0, 0);
@@ -155,16 +155,17 @@ SceneInfo scene_of(const char* name, const char* description, double speed, doub
 
 std::vector<SceneInfo> obstacle_scenes() {
   return {
-      scene_of("cloth-funnel", "a cloth falls through a funnel, a static triangle mesh", 1, 10, 1,
-               0, build_funnel),
-      scene_of("cloth-on-moving-mesh", "a cloth falls on a wavy mesh that moves and turns", 1, 10,
-               1, 0, build_moving_mesh),
-      scene_of("cloth-on-plate", "a cloth flies at a box one centimetre thin", 30, 0, 0.2, 0.5,
+      scene_of("cloth-funnel", "a cloth falls through a funnel made of a static triangle mesh", 1,
+               10, 1, 0, build_funnel),
+      scene_of("cloth-on-moving-mesh",
+               "a cloth falls on a wavy triangle mesh that moves and rotates", 1, 10, 1, 0,
+               build_moving_mesh),
+      scene_of("cloth-on-plate", "a cloth flies at a plate one centimetre thick", 30, 0, 0.2, 0.5,
                build_plate),
       scene_of("cloth-off-table", "a cloth is pulled off a table by one corner", 2, 10, 0.5, 1.3,
                build_table),
-      scene_of("ball-on-net", "a rigid ball flies into a cloth that is pinned at its border", 5, 0,
-               0.2, 0.6, build_net),
+      scene_of("ball-on-net", "a rigid ball flies into a cloth that is pinned along its border", 5,
+               0, 0.2, 0.6, build_net),
   };
 }
 

@@ -1,4 +1,4 @@
-// Cloth that comes to rest on rigid bodies and on other cloth.
+// Scenes in which cloths come to rest on rigid bodies and on each other.
 #include "scenes/meshes/cloth.h"
 #include "scenes/scene.h"
 #include "scenes/meshes/shapes.h"
@@ -45,7 +45,7 @@ void build_drop(Scene& scene, const Parameters& parameters, double) {
 std::vector<SceneInfo> pile_scenes() {
   SceneInfo eight;
   eight.name = "eight-cloths";
-  eight.description = "eight cloths, 6 cm apart, drop on a box";
+  eight.description = "eight cloths, 6 cm apart, fall on a box";
   eight.gravity = 10;
   eight.seconds = 2;
   eight.build = [](Scene& scene, const Parameters& p, double speed) {
@@ -54,7 +54,7 @@ std::vector<SceneInfo> pile_scenes() {
 
   SceneInfo twenty = eight;
   twenty.name = "twenty-cloths";
-  twenty.description = "twenty cloths, 6 cm apart, drop on a box";
+  twenty.description = "twenty cloths, 6 cm apart, fall on a box";
   twenty.seconds = 3;
   twenty.build = [](Scene& scene, const Parameters& p, double speed) {
     build_stack(scene, p, speed, 20);
@@ -62,7 +62,7 @@ std::vector<SceneInfo> pile_scenes() {
 
   SceneInfo drop;
   drop.name = "drop";
-  drop.description = "two layers of cloth drop on a ball and a table; self-contact";
+  drop.description = "two cloths with self-collision fall on a ball and a table";
   drop.gravity = 10;
   drop.seconds = 1.5;
   drop.build = build_drop;

@@ -1,4 +1,4 @@
-// Ropes, and strips that become one.
+// Scenes with ropes, and with a strip of cloth that is twisted into one.
 #include <cmath>
 
 #include "scenes/meshes/cloth.h"
@@ -10,7 +10,7 @@
 namespace lazyccd::scenes {
 namespace {
 
-// A rope that is held at both ends along x, and one along z that flies at it.
+// A rope along x, pinned at both ends, and a rope along z that flies at it.
 void build_crossing_ropes(Scene& scene, const Parameters& parameters, double speed) {
   PhysicsWorld& world = *scene.world;
   const int nodes = scaled(41, parameters);
@@ -44,10 +44,10 @@ void build_rope_on_cloth(Scene& scene, const Parameters& parameters, double spee
 }
 
 constexpr double twist_width = 0.16, twist_length = 1.2;  // m
-constexpr double turns = 5;                               // of each end, against each other
+constexpr double turns = 5;                               // of each end, in opposite directions
 constexpr double pi = 3.14159265358979323846;
 
-// A strip whose ends turn against each other; `speed` is that of its corners.
+// A strip whose ends turn in opposite directions. `speed` is the speed of its corners.
 void build_twist(Scene& scene, const Parameters& parameters, double speed) {
   PhysicsWorld& world = *scene.world;
   const int columns = scaled(9, parameters), rows = scaled(61, parameters);
@@ -80,7 +80,7 @@ void build_twist(Scene& scene, const Parameters& parameters, double speed) {
 std::vector<SceneInfo> rope_scenes() {
   SceneInfo ropes;
   ropes.name = "crossing-ropes";
-  ropes.description = "a rope flies across another one that is held at its ends";
+  ropes.description = "a rope flies across another rope that is pinned at its ends";
   ropes.speed = 5;
   ropes.distance = 0.3;
   ropes.seconds = 0.2;
@@ -88,12 +88,13 @@ std::vector<SceneInfo> rope_scenes() {
 
   SceneInfo rope_on_cloth = ropes;
   rope_on_cloth.name = "rope-on-cloth";
-  rope_on_cloth.description = "a rope flies into a cloth that is pinned at its border";
+  rope_on_cloth.description = "a rope flies into a cloth that is pinned along its border";
   rope_on_cloth.build = build_rope_on_cloth;
 
   SceneInfo twist;
   twist.name = "twist";
-  twist.description = "a strip of cloth is twisted by ten full turns";
+  twist.description =
+      "the two ends of a strip of cloth turn in opposite directions, five times each";
   twist.speed = 1;
   twist.distance = turns * pi * twist_width;
   twist.seconds = 0.2;

@@ -1,4 +1,4 @@
-// Soft bodies with a volume.
+// Scenes with soft bodies of tetrahedra.
 #include <algorithm>
 #include <cmath>
 #include <set>
@@ -19,7 +19,8 @@ int scaled_cells(int cells, const Parameters& parameters) {
 constexpr int spikes = 6;                             // along a side
 constexpr double spacing = 0.2, spike_height = 0.25;  // m
 
-// Every quad is halved along the same diagonal, so a spike has six sides.
+// Returns the height of the bed at a point. A spike has six sides, because make_mesh() divides
+// every quad along the same diagonal.
 double bed_height(double x, double z) {
   const auto off = [](double a) { return a - spacing * (std::floor(a / spacing) + 0.5); };
   const double dx = off(x), dz = off(z), ax = std::abs(dx), az = std::abs(dz);
@@ -32,14 +33,14 @@ void build_spikes(Scene& scene, const Parameters& parameters, double speed) {
   constexpr double half = spikes * spacing / 2;
   const auto bed = [](double u, double v) {
     const double x = 2 * half * u - half, z = 2 * half * v - half;
-    // Rounding must not tell a valley from the next one.
+    // The offset keeps rounding from making the heights of equal valleys different.
     return vector(x, bed_height(x + 1e-9, z + 1e-9), z);
   };
   world.add_static(make_mesh(2 * spikes, 2 * spikes, bed), at(0, 0, 0));
   auto ball =
       make_ball(world.info(), scaled_cells(6, parameters), 1, vector(0.03, 0.62, 0.02), 0.3);
   ball->setVelocity(vector(0, -speed, 0));
-  // What is inside the ball touches nothing.
+  // Only nodes on the surface count; the inner ones cannot touch the bed.
   std::set<const btSoftBody::Node*> surface;
   for (int i = 0; i < ball->m_faces.size(); ++i) {
     for (const btSoftBody::Node* corner : ball->m_faces[i].m_n) surface.insert(corner);
@@ -56,14 +57,14 @@ void build_spikes(Scene& scene, const Parameters& parameters, double speed) {
   };
 }
 
-// Two blocks, the lower one standing fast; the upper one's top is driven down.
+// Two blocks. The bottom of the lower one is pinned; the top of the upper one is driven down.
 void build_pressed(Scene& scene, const Parameters& parameters, double speed) {
   PhysicsWorld& world = *scene.world;
-  constexpr double side = 0.4, gap = 0.05, way = 0.25;  // m
+  constexpr double side = 0.4, gap = 0.05, travel = 0.25;  // m
   const int cells = scaled_cells(5, parameters), layer = (cells + 1) * (cells + 1);
   const auto block = [&](double height, double angle) {
     const double c = std::cos(angle), s = std::sin(angle);
-    // The third axis of the lattice points up, so that layers of nodes are level.
+    // The third axis of the lattice points up, so each layer of nodes is horizontal.
     return make_solid(world.info(), cells, 1, [=](double u, double v, double w) {
       const double x = side * (u - 0.5), z = side * (0.5 - v);
       return vector(c * x + s * z, height + side * w, c * z - s * x);
@@ -78,7 +79,7 @@ void build_pressed(Scene& scene, const Parameters& parameters, double speed) {
   world.add(std::move(upper));
   const double top = 2 * side + gap;
   world.drive([=, dt = world.options().dt](double time) {
-    const double height = top - std::min(speed * time, way);
+    const double height = top - std::min(speed * time, travel);
     for (int i = first; i < first + layer; ++i) {
       btVector3 goal = pressed->m_nodes[i].m_x;
       goal.setY(static_cast<btScalar>(height));
@@ -87,7 +88,7 @@ void build_pressed(Scene& scene, const Parameters& parameters, double speed) {
   });
 }
 
-// Balls at the corners of cubes that fly at their common centre.
+// Balls at the corners of two cubes fly towards the common centre of the cubes.
 void build_balls(Scene& scene, const Parameters& parameters, double speed) {
   PhysicsWorld& world = *scene.world;
   std::mt19937 random(parameters.seed);
@@ -111,7 +112,7 @@ void build_balls(Scene& scene, const Parameters& parameters, double speed) {
 std::vector<SceneInfo> solid_scenes() {
   SceneInfo bed;
   bed.name = "ball-on-spikes";
-  bed.description = "a soft ball is dropped on a bed of spikes";
+  bed.description = "a soft ball is thrown down on a bed of spikes";
   bed.speed = 3;
   bed.gravity = 10;
   bed.seconds = 0.6;
@@ -119,7 +120,7 @@ std::vector<SceneInfo> solid_scenes() {
 
   SceneInfo pressed;
   pressed.name = "pressed-blocks";
-  pressed.description = "two blocks of tetrahedra are pressed together";
+  pressed.description = "two soft blocks are pressed against each other";
   pressed.speed = 1;
   pressed.distance = 0.25;
   pressed.seconds = 0.25;
@@ -127,7 +128,7 @@ std::vector<SceneInfo> solid_scenes() {
 
   SceneInfo balls;
   balls.name = "n-body";
-  balls.description = "sixteen soft balls fly at their common centre";
+  balls.description = "sixteen soft balls fly towards their common centre";
   balls.speed = 3;
   balls.distance = 1;
   balls.seconds = 0.3;

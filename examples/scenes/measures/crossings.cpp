@@ -11,7 +11,8 @@ DetectorOptions on_one_thread() {
 
 }  // namespace
 
-// Other threads would still be awake beside the next step, whose time is taken.
+// One thread: the worker threads of this detector would stay awake during the next step, which is
+// timed.
 CrossingCounter::CrossingCounter(const PhysicsWorld& world)
     : detector_(on_one_thread()), last_(read_positions(world)) {
   detector_.set_topology(read_surface(world).topology());

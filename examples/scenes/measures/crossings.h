@@ -1,5 +1,5 @@
-// Pass-throughs: pairs that the straight motion of their nodes between two consecutive steps brings
-// into contact, in the positions that Bullet ended up with.
+// Counts pass-throughs: pairs of primitives that come into contact between the end positions of two
+// consecutive steps, if all nodes move along straight lines.
 #pragma once
 
 #include <cstdint>
@@ -10,11 +10,12 @@
 
 namespace lazyccd::scenes {
 
+/// Counts the pass-throughs of a world. The bodies must stay the same.
 class CrossingCounter {
  public:
   explicit CrossingCounter(const PhysicsWorld& world);
 
-  // To be called after each step.
+  /// Counts the pass-throughs of one step. Call it after each step.
   void step(const PhysicsWorld& world);
 
   std::int64_t vertex_face() const { return vertex_face_; }
@@ -22,7 +23,7 @@ class CrossingCounter {
 
  private:
   Detector detector_;
-  std::vector<btScalar> last_;
+  std::vector<btScalar> last_;  // positions after the previous step
   std::int64_t vertex_face_ = 0, edge_edge_ = 0;
 };
 

@@ -1,4 +1,4 @@
-// Edges that stick in triangles at one moment.
+// Intersections of edges with triangles at one moment.
 #pragma once
 
 #include <array>
@@ -8,16 +8,17 @@
 
 namespace lazyccd::scenes {
 
+/// An edge that passes through the inside of a face.
 struct Intersection {
   Edge edge;
   Face face;
-  std::array<double, 3> point;  // where the edge passes through, rounded
+  std::array<double, 3> point;  // the point of intersection, rounded
 };
 
-// Pairs of an edge and a face without a common vertex whose bodies collide (by filters, and with
-// themselves where they do) and where the edge passes through the inside of the face. Which pairs
-// is decided exactly.
+/// Finds all pairs of an edge and a face in which the edge passes through the inside of the face.
+/// The two share no vertex, and their bodies may collide by Bullet's filters (or one body collides
+/// with itself). The test is exact; only the point is rounded.
 std::vector<Intersection> find_intersections(const Surface& surface,
-                                     const std::vector<btScalar>& positions);
+                                             const std::vector<btScalar>& positions);
 
 }  // namespace lazyccd::scenes

@@ -1,4 +1,4 @@
-// Energy and momentum of the nodes that are not pinned and of the dynamic rigid bodies.
+// Energy and momentum of a world.
 #pragma once
 
 #include <array>
@@ -7,13 +7,14 @@
 
 namespace lazyccd::scenes {
 
+/// Sums over the nodes that are not pinned and the dynamic rigid bodies.
 struct Mechanics {
   double kinetic_energy = 0;                           // J
-  double potential_energy = 0;                         // J, of weight, from y = 0
+  double potential_energy = 0;                         // J, of gravity; 0 at y = 0
   std::array<double, 3> momentum = {0, 0, 0};          // kg m/s
   std::array<double, 3> angular_momentum = {0, 0, 0};  // kg m^2/s, about the origin
-  double impulse_scale = 0;                            // kg m/s: sum of all absolute momenta
-  double rms_speed = 0, largest_speed = 0;             // m/s, of the nodes
+  double impulse_scale = 0;                            // kg m/s: sum of mass times speed
+  double rms_speed = 0, largest_speed = 0;             // m/s, of the nodes only
 
   double energy() const { return kinetic_energy + potential_energy; }
 };

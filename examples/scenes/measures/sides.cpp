@@ -5,7 +5,7 @@
 namespace lazyccd::scenes {
 namespace {
 
-// Height of a face straight above or below a point, if there is such a place on it.
+// Returns the height of a face at the x and z of a point; nothing if the face does not reach there.
 std::optional<double> height_at(const btSoftBody::Face& face, const btVector3& p) {
   const btVector3 &a = face.m_n[0]->m_x, &b = face.m_n[1]->m_x, &c = face.m_n[2]->m_x;
   const auto area = [](const btVector3& u, const btVector3& v, const btVector3& w) {

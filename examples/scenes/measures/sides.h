@@ -1,13 +1,13 @@
-// On which side of a surface nodes are.
+// Tells on which side of a cloth nodes are.
 #pragma once
 
 #include <BulletSoftBody/btSoftBody.h>
 
 namespace lazyccd::scenes {
 
-// Straight below a face of the cloth and not above any.
+/// Returns true if the point is straight below a face of the cloth and not straight above another.
 bool is_below(const btVector3& point, const btSoftBody& cloth);
-// Nodes first..last of a body that are.
+/// Returns how many of the nodes first..last of a body are below the cloth.
 int nodes_below(const btSoftBody& body, int first, int last, const btSoftBody& cloth);
 
 }  // namespace lazyccd::scenes

@@ -6,7 +6,7 @@
 namespace lazyccd::scenes {
 namespace {
 
-// In [-1, 1), the same on every platform (the standard's distributions are not).
+// Returns a number in [-1, 1) that is the same on every platform, unlike std distributions.
 double symmetric(std::mt19937& random) { return random() / 2147483648.0 - 1; }
 
 }  // namespace

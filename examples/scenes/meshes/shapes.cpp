@@ -8,7 +8,8 @@
 namespace lazyccd::scenes {
 namespace {
 
-// A triangle mesh shape that owns its triangles (a base, so that they are there before the shape).
+// A triangle mesh shape that owns its triangles. They are in a base class, because they must exist
+// before the shape is constructed.
 struct OwnedMesh {
   std::unique_ptr<btTriangleMesh> mesh;
 };

@@ -21,7 +21,8 @@ std::unique_ptr<btSoftBody> make_body(btSoftBodyWorldInfo& info,
   return body;
 }
 
-// Bullet's boundary faces look either way. Right for bodies that are seen whole from their middle.
+// Turns all faces outwards; Bullet leaves the orientation of boundary faces open. Correct for
+// bodies that are star-shaped about the mean of their nodes.
 void turn_outwards(btSoftBody& body) {
   btVector3 middle(0, 0, 0);
   for (int i = 0; i < body.m_nodes.size(); ++i) middle += body.m_nodes[i].m_x;
@@ -49,8 +50,8 @@ std::unique_ptr<btSoftBody> make_solid(
   }
   auto body = make_body(info, positions, mass);
 
-  // Kuhn's division: a tetrahedron for each order in which to walk along the three axes from one
-  // corner of the cube to the opposite one. Neighbours fit together.
+  // Kuhn's division of a cube: one tetrahedron for each order of the three axes on a walk from one
+  // corner to the opposite corner. The faces of neighbouring cubes match.
   std::set<std::array<int, 2>> sides;
   const std::array<int, 3> strides = {1, n, n * n};
   for (int k = 0; k < cells; ++k) {
@@ -73,7 +74,7 @@ std::unique_ptr<btSoftBody> make_solid(
   for (const auto& side : sides) body->appendLink(side[0], side[1]);
   btSoftBodyHelpers::generateBoundaryFaces(body.get());
   turn_outwards(*body);
-  // What Bullet's deformable world reads of bodies with tetrahedra.
+  // Bullet's deformable world reads these data of bodies with tetrahedra.
   body->initializeDmInverse();
   btSoftBody::TetraScratch scratch;
   scratch.m_F.setIdentity();
@@ -88,7 +89,7 @@ std::unique_ptr<btSoftBody> make_solid(
 std::unique_ptr<btSoftBody> make_ball(btSoftBodyWorldInfo& info, int cells, double mass,
                                       const btVector3& centre, double radius) {
   return make_solid(info, cells, mass, [&](double u, double v, double w) {
-    // Shells of the cube become shells of the ball.
+    // Maps each cubical shell to a spherical one.
     const double x = 2 * u - 1, y = 2 * v - 1, z = 2 * w - 1;
     const double shell = std::max({std::abs(x), std::abs(y), std::abs(z)});
     const double length = std::sqrt(x * x + y * y + z * z);

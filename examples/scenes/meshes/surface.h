@@ -1,5 +1,6 @@
-// A world as triangles and edges: what frames, crossings and intersections look at. Read apart from the
-// adapter, so that the counters can tell on it.
+// A world as triangles and edges, for written frames and for the counters of pass-throughs and
+// intersections. It is read without the adapter's code, so that the counters check the adapter
+// independently.
 #pragma once
 
 #include <vector>
@@ -9,20 +10,22 @@
 
 namespace lazyccd::scenes {
 
+/// Primitives of a world in one index space, as in lazyccd::Topology.
 struct Surface {
   std::vector<Face> faces;
-  std::vector<Edge> edges;  // that are a side of no face: ropes
+  std::vector<Edge> edges;  // edges that are not a side of a face: ropes
   std::vector<std::int32_t> body_of_vertex;
   std::vector<float> inverse_mass;
   std::vector<Body> bodies;
 
-  Topology topology() const;
+  Topology topology() const;  // refers to this surface
 };
 
-// Vertices are all nodes of all soft bodies, in order; then those of the rigid bodies that are
-// meshes, with infinite mass. Bodies are as in Bullet's filters.
+/// Reads the primitives of a world. The vertices are the nodes of all soft bodies in order, then
+/// the vertices of the rigid bodies that are meshes, with infinite mass. Bodies have Bullet's
+/// filters.
 Surface read_surface(const PhysicsWorld& world);
-// Three numbers a vertex, exactly Bullet's.
+/// Returns three coordinates a vertex, exactly as Bullet holds them.
 std::vector<btScalar> read_positions(const PhysicsWorld& world);
 
 io::Mesh to_mesh(const Surface& surface, const std::vector<btScalar>& positions);

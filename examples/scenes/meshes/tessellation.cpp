@@ -12,6 +12,7 @@
 namespace lazyccd::scenes {
 namespace {
 
+// Collects triangles and merges equal corners.
 struct Collector : btTriangleCallback {
   Triangles triangles;
   std::map<std::array<btScalar, 3>, std::int32_t> index_of;
@@ -28,12 +29,13 @@ struct Collector : btTriangleCallback {
   }
 };
 
+// Returns the convex hull of support points in many directions.
 Triangles hull(const btConvexShape& shape) {
   constexpr int directions = 1500;
   constexpr double golden_angle = 2.39996322972865332;
   std::vector<btVector3> points;
   for (int i = 0; i < directions; ++i) {
-    // A spiral of even density on the sphere.
+    // Directions along a spiral that covers the sphere evenly.
     const double y = 1 - 2 * (i + 0.5) / directions, r = std::sqrt(1 - y * y);
     const btVector3 direction(static_cast<btScalar>(r * std::cos(golden_angle * i)),
                               static_cast<btScalar>(y),

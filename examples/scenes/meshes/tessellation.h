@@ -9,13 +9,15 @@
 
 namespace lazyccd::scenes {
 
+/// A triangle mesh.
 struct Triangles {
   std::vector<btVector3> vertices;
   std::vector<Face> faces;
 };
 
-// In the shape's own frame. Of a mesh its triangles, equal corners as one vertex; of a convex shape
-// the hull of many points on it; of others nothing.
+/// Returns the surface of a shape, in the shape's own frame. A mesh gives its triangles, with equal
+/// corners merged into one vertex. A convex shape gives the convex hull of 1500 points on it. Other
+/// shapes give nothing.
 Triangles tessellate(const btCollisionShape& shape);
 
 }  // namespace lazyccd::scenes

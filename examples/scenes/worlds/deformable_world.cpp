@@ -1,3 +1,4 @@
+// The deformable world: btDeformableMultiBodyDynamicsWorld.
 #include <BulletSoftBody/btDeformableBodySolver.h>
 #include <BulletSoftBody/btDeformableGravityForce.h>
 #include <BulletSoftBody/btDeformableMassSpringForce.h>
@@ -15,11 +16,11 @@ namespace {
 class DeformableWorld : public WorldWith<bullet::btLazyDeformableBodySolver> {
  public:
   explicit DeformableWorld(const WorldOptions& options)
-      // Explicit springs: stiff ones need short steps.
+      // The springs are integrated explicitly, so stiff springs need short steps.
       : WorldWith(options),
         springs_(stiffness(options), stiffness(options) / 10),
         weight_(gravity_of(options)) {
-    btDeformableBodySolver* const solver = lazy_ ? lazy_.get() : &bullets_;
+    btDeformableBodySolver* const solver = lazy_ ? lazy_.get() : &stock_solver_;
     constraints_.setDeformableSolver(solver);
     if (lazy_ && !options.stock_world) {
       make<bullet::btLazyDeformableMultiBodyDynamicsWorld>(lazy_.get());
@@ -45,8 +46,8 @@ class DeformableWorld : public WorldWith<bullet::btLazyDeformableBodySolver> {
   }
   template <class World, class Solver>
   void make(Solver* solver) {
-    world_ = std::make_unique<World>(&ground_.dispatcher, &ground_.broadphase, &constraints_,
-                                     &ground_.configuration, solver);
+    world_ = std::make_unique<World>(&base_.dispatcher, &base_.broadphase, &constraints_,
+                                     &base_.configuration, solver);
   }
   btDiscreteDynamicsWorld& dynamics() override { return *world_; }
   void enter(btSoftBody* body, int group, int mask) override {
@@ -64,7 +65,7 @@ class DeformableWorld : public WorldWith<bullet::btLazyDeformableBodySolver> {
   btDeformableMultiBodyConstraintSolver constraints_;
   btDeformableMassSpringForce springs_;
   btDeformableGravityForce weight_;
-  btDeformableBodySolver bullets_;
+  btDeformableBodySolver stock_solver_;
   std::unique_ptr<btDeformableMultiBodyDynamicsWorld> world_;
 };
 

@@ -5,20 +5,21 @@
 namespace lazyccd::scenes {
 namespace {
 
-btVector3 at(const btSoftBody::DeformableFaceNodeContact& contact,
-             btVector3 btSoftBody::Node::*of) {
+// Returns position or velocity (`of`) of the contact's node relative to its point on the face.
+btVector3 relative(const btSoftBody::DeformableFaceNodeContact& contact,
+                   btVector3 btSoftBody::Node::*of) {
   btVector3 on_face(0, 0, 0);
   for (int i = 0; i < 3; ++i) on_face += contact.m_bary[i] * (contact.m_face->m_n[i]->*of);
   return contact.m_node->*of - on_face;
 }
 
-// Inelastic along the normal, with Coulomb's friction.
-void stop(const btSoftBody::DeformableFaceNodeContact& contact) {
+// Stops the approach of a contact by an inelastic impulse with Coulomb friction.
+void stop_approach(const btSoftBody::DeformableFaceNodeContact& contact) {
   if (contact.m_bary[contact.m_bary.minAxis()] < 0) return;
   btScalar mobility = contact.m_node->m_im;
   for (int i = 0; i < 3; ++i)
     mobility += contact.m_bary[i] * contact.m_bary[i] * contact.m_face->m_n[i]->m_im;
-  const btVector3 velocity = at(contact, &btSoftBody::Node::m_v);
+  const btVector3 velocity = relative(contact, &btSoftBody::Node::m_v);
   const btScalar approach = -velocity.dot(contact.m_normal);
   if (approach <= 0 || mobility <= 0) return;
   btVector3 change = approach * contact.m_normal;
@@ -57,10 +58,10 @@ void MendedDeformableWorld::internalSingleStepSimulation(btScalar seconds) {
   solveConstraints(seconds);
   afterSolverCallbacks(seconds);
   performDeformableCollisionDetection();
-  // In place of applyRepulsionForce() and performGeometricCollisions(), which repeats it.
+  // Replaces applyRepulsionForce() and performGeometricCollisions(), which calls it again.
   for (int b = 0; b < getSoftBodyArray().size(); ++b) {
     const auto& contacts = getSoftBodyArray()[b]->m_faceNodeContacts;
-    for (int i = 0; i < contacts.size(); ++i) stop(contacts[i]);
+    for (int i = 0; i < contacts.size(); ++i) stop_approach(contacts[i]);
   }
   integrateTransforms(seconds);
   btMultiBodyDynamicsWorld::updateActions(seconds);

@@ -1,6 +1,6 @@
-// Bullet alone, with what loses momentum or adds energy in its own contacts of soft bodies put
-// right: a control that tells where LazyCCD's paths part from Bullet's, and why. It misses what
-// Bullet misses.
+// Bullet alone, without the errors of its soft-body contacts that lose momentum or add energy
+// ("mended Bullet"). It serves as a control: it shows where motion with LazyCCD differs from motion
+// with Bullet, and why. It misses the same contacts as Bullet.
 #pragma once
 
 #include <BulletSoftBody/btDefaultSoftBodySolver.h>
@@ -8,17 +8,18 @@
 
 namespace lazyccd::scenes {
 
-// For btSoftRigidDynamicsWorld. Bullet solves one body after the other and reads each one's
-// velocities at once. What the contacts of a later body do to an earlier one then moves it, but
-// gives it no velocity. Here velocities are read when all bodies are solved.
+/// For btSoftRigidDynamicsWorld. Bullet solves one body after the other and computes the velocities
+/// of each body at once. The contacts of a later body then move an earlier one without changing its
+/// velocity. This solver computes the velocities after all bodies are solved.
 class MendedSoftBodySolver : public btDefaultSoftBodySolver {
  public:
   void solveConstraints(btScalar seconds) override;
 };
 
-// btSoftBody::applyRepulsionForce() takes the mass of a contact's node for those of the face, takes
-// nodes beside a face for ones above it, and leaves the velocity with which it pushes them away.
-// Here an impulse acts on the four nodes in their own masses, stops what comes nearer and no more.
+/// For btDeformableMultiBodyDynamicsWorld. btSoftBody::applyRepulsionForce() has three errors: it
+/// uses the mass of the contact's node for the nodes of the face, treats nodes beside a face as if
+/// they were above it, and keeps the velocity with which it pushes nodes away. In this world an
+/// impulse acts on the four nodes with their own masses. It only stops the approach.
 class MendedDeformableWorld : public btDeformableMultiBodyDynamicsWorld {
  public:
   using btDeformableMultiBodyDynamicsWorld::btDeformableMultiBodyDynamicsWorld;

@@ -1,4 +1,4 @@
-// A Bullet world of either kind, with LazyCCD or with Bullet's own soft body collisions.
+// A Bullet world of either kind, with LazyCCD or with Bullet's own soft-body collisions.
 #pragma once
 
 #include <BulletDynamics/Dynamics/btDiscreteDynamicsWorld.h>
@@ -19,14 +19,15 @@
 namespace lazyccd::scenes {
 
 enum class World {
-  rigid,
-  deformable
-};  // btSoftRigidDynamicsWorld, btDeformableMultiBodyDynamicsWorld
+  rigid,      // btSoftRigidDynamicsWorld
+  deformable  // btDeformableMultiBodyDynamicsWorld
+};
+/// What handles the collisions of soft bodies.
 enum class Collisions {
   lazyccd,
   bullet,
-  mended_bullet  // as in mended_bullet.h
-};               // whose
+  mended_bullet  // see mended_bullet.h
+};
 
 struct WorldOptions {
   World world = World::deformable;
@@ -34,22 +35,23 @@ struct WorldOptions {
   double dt = 1.0 / 240;  // s
   double gravity = 0;     // m/s^2, downwards (-y)
   double margin = 0.01;   // m, of every body
-  // With LazyCCD in the deformable world: Bullet's own world class, its passes over soft pairs
-  // included.
+  /// With LazyCCD in the deformable world: uses Bullet's own world class, which also runs Bullet's
+  /// passes over pairs of soft bodies.
   bool stock_world = false;
   bullet::SolverOptions lazyccd;
 };
 
-// A rigid body with its surface in its own frame.
+/// A rigid body and its surface, in the frame of the body.
 struct RigidBody {
   std::unique_ptr<btCollisionShape> shape;
   std::unique_ptr<btRigidBody> body;
   Triangles surface;
 
-  // A sheet of triangles, not a solid.
+  /// Returns true for a triangle mesh without a volume.
   bool is_mesh() const { return shape->isConcave(); }
 };
 
+/// A world with its bodies, which it owns, and the motions of driven ones.
 class PhysicsWorld {
  public:
   static std::unique_ptr<PhysicsWorld> make(const WorldOptions& options);
@@ -58,27 +60,29 @@ class PhysicsWorld {
   const WorldOptions& options() const { return options_; }
 
   virtual btSoftBodyWorldInfo& info() = 0;
-  // Sets materials, margin and collision flags as the scenes of the two worlds have them.
+  /// Adds a soft body. Sets its materials, margin and collision flags as all scenes of that world
+  /// have them.
   void add(std::unique_ptr<btSoftBody> body, int group = btBroadphaseProxy::DefaultFilter,
            int mask = btBroadphaseProxy::AllFilter);
   std::unique_ptr<btSoftBody> remove(btSoftBody* body);
-  // A body that never moves.
+  /// Adds a body that never moves.
   void add_static(std::unique_ptr<btCollisionShape> shape, const btTransform& pose);
-  // A body that is where `path` says at each time, in seconds.
+  /// Adds a kinematic body. `path` gives its pose at a time in seconds.
   void add_moving(std::unique_ptr<btCollisionShape> shape,
                   std::function<btTransform(double time)> path);
   btRigidBody& add_dynamic(std::unique_ptr<btCollisionShape> shape, const btTransform& pose,
                            double mass);
-  // Called before each step with the time at its end, to set velocities of pinned nodes.
+  /// Registers a function that each step calls first, with the time at the end of the step. It sets
+  /// the velocities of pinned nodes.
   void drive(std::function<void(double time)> driver) { drivers_.push_back(std::move(driver)); }
 
-  void step();  // options().dt
+  void step();  // by options().dt
   double time() const { return steps_ * options_.dt; }
 
   const std::vector<std::unique_ptr<btSoftBody>>& bodies() const { return bodies_; }
   const std::vector<RigidBody>& rigid_bodies() const { return rigid_bodies_; }
 
-  // All null or empty without LazyCCD.
+  // These four return null or nothing without LazyCCD.
   virtual const bullet::StepStats* step_stats() const = 0;
   virtual const bullet::StepStats* total_stats() const = 0;
   virtual Span<const bullet::StepContact> contacts() const = 0;

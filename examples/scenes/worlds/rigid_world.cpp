@@ -1,3 +1,4 @@
+// The rigid world: btSoftRigidDynamicsWorld.
 #include <BulletDynamics/ConstraintSolver/btSequentialImpulseConstraintSolver.h>
 #include <BulletSoftBody/btSoftRigidDynamicsWorld.h>
 
@@ -12,7 +13,7 @@ class RigidWorld : public WorldWith<bullet::btLazySoftBodySolver> {
  public:
   explicit RigidWorld(const WorldOptions& options) : WorldWith(options) {
     world_ = std::make_unique<btSoftRigidDynamicsWorld>(
-        &ground_.dispatcher, &ground_.broadphase, &constraints_, &ground_.configuration, solver());
+        &base_.dispatcher, &base_.broadphase, &constraints_, &base_.configuration, solver());
     world_->setGravity(gravity_of(options));
     info().m_gravity = gravity_of(options);
     info().air_density = 0;
@@ -25,7 +26,7 @@ class RigidWorld : public WorldWith<bullet::btLazySoftBodySolver> {
   btSoftBodyWorldInfo& info() override { return world_->getWorldInfo(); }
 
  private:
-  // Null: Bullet makes its own.
+  // Null: Bullet makes a solver of its own.
   btSoftBodySolver* solver() {
     if (lazy_) return lazy_.get();
     return options().collisions == Collisions::mended_bullet ? &mended_ : nullptr;

@@ -1,4 +1,4 @@
-// What the two kinds of world share.
+// The parts that the two kinds of world share.
 #pragma once
 
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
@@ -13,14 +13,14 @@ inline btVector3 gravity_of(const WorldOptions& options) {
   return btVector3(0, static_cast<btScalar>(-options.gravity), 0);
 }
 
-// What both worlds stand on.
-struct Ground {
+/// The objects that every Bullet world needs.
+struct WorldBase {
   btSoftBodyRigidBodyCollisionConfiguration configuration;
   btCollisionDispatcher dispatcher{&configuration};
   btDbvtBroadphase broadphase;
 };
 
-// Solver is LazyCCD's for that world.
+/// A world with LazyCCD's solver for it, if the options select LazyCCD.
 template <class Solver>
 class WorldWith : public PhysicsWorld {
  public:
@@ -41,7 +41,7 @@ class WorldWith : public PhysicsWorld {
       lazy_ = std::make_unique<Solver>(options.lazyccd);
   }
 
-  Ground ground_;
+  WorldBase base_;
   std::unique_ptr<Solver> lazy_;  // null without LazyCCD
 };
 

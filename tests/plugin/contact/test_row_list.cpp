@@ -1,4 +1,4 @@
-// Rows of what is near are made when they are asked for, in the order of their contacts.
+// RowList: makes the rows of near pairs on demand, in the order of their contacts.
 #include "contact/row_list.h"
 
 #include <utility>
@@ -22,7 +22,7 @@ std::vector<Contact> contacts_of(const std::vector<std::int32_t>& primitives) {
   return contacts;
 }
 
-// A vertex above a face, all of which impulses move.
+// A vertex above a face; impulses can move all four vertices.
 struct Rows {
   PairSurfaces surfaces = lazyccd::test::uniform_surfaces(0.1, 0);
   Motion motion;
@@ -38,7 +38,7 @@ struct Rows {
 
 }  // namespace
 
-TEST_CASE("a list makes the rows that it is asked for, once, and they stay") {
+TEST_CASE("a list makes each row on first access and keeps it") {
   const std::vector<Contact> contacts = contacts_of({2, 3, 5, 8});
   std::vector<SpeculativeContact> speculative(4);
   for (std::size_t i = 0; i < 4; ++i) speculative[i].is_movable = i != 2;
@@ -53,7 +53,7 @@ TEST_CASE("a list makes the rows that it is asked for, once, and they stay") {
   CHECK(last.contact.primitive_a == 8);
   last.normal_impulse = 7;
   CHECK(list[0].contact.primitive_a == 2);
-  // What stands for nothing gives no way, whatever its contact says.
+  // An entry that is not movable gives an immovable row, although its contact is movable.
   CHECK_FALSE(list.is_movable(2));
   CHECK_FALSE(list[2].is_movable);
   CHECK(&list[3] == &last);
@@ -73,7 +73,7 @@ TEST_CASE("a list makes the rows that it is asked for, once, and they stay") {
   CHECK(list.size() == 0);
 }
 
-TEST_CASE("keys of contacts are in the order of contacts") {
+TEST_CASE("contacts and their keys have the same order") {
   std::vector<Contact> contacts;
   for (int i = 0; i < 243; ++i) {
     Contact contact = {};
@@ -92,14 +92,14 @@ TEST_CASE("keys of contacts are in the order of contacts") {
   }
 }
 
-TEST_CASE("a contact is found in a list from wherever it is sought") {
+TEST_CASE("a contact is found in a list from any start of the search") {
   const std::vector<Contact> contacts = contacts_of({2, 3, 5, 5, 8, 9, 12, 20, 21});
   std::vector<SpeculativeContact> speculative(contacts.size());
   RowList list;
   const Rows rows;
   list.take(SpeculativePairs{contacts, speculative}, rows.factory);
-  for (std::int32_t sought = 0; sought < 23; ++sought) {
-    const Contact contact = contacts_of({sought})[0];
+  for (std::int32_t wanted = 0; wanted < 23; ++wanted) {
+    const Contact contact = contacts_of({wanted})[0];
     std::size_t expected = 0;
     while (expected < contacts.size() && contacts[expected] < contact) ++expected;
     for (std::size_t first = 0; first <= expected; ++first)

@@ -1,4 +1,4 @@
-// Near pairs that bind the same points are answered once.
+// ContactReduction keeps one of several near pairs with the same closest points.
 #include "detection/contact_reduction.h"
 #include "plugin/support/contacts.h"
 #include "support/catch.h"
@@ -24,11 +24,11 @@ std::vector<Contact> kept(const std::vector<Contact>& contacts, const std::vecto
 
 }  // namespace
 
-TEST_CASE("of pairs that bind nearly the same points the nearest is kept") {
+TEST_CASE("the nearest of several pairs with nearly the same points is kept") {
   constexpr ContactKind vf = ContactKind::vertex_face, ee = ContactKind::edge_edge;
   const Contact corner = contact(vf, {7, 1, 2, 3}, 0, 0);      // 7 above 1
-  const Contact other_face = contact(vf, {7, 4, 1, 3}, 1, 0);  // the same, of another face
-  Contact ends = contact(ee, {1, 2, 8, 7}, 0, 1);              // the same, of two edges, turned
+  const Contact other_face = contact(vf, {7, 4, 1, 3}, 1, 0);  // the same points, with another face
+  Contact ends = contact(ee, {1, 2, 8, 7}, 0, 1);              // the same, as two edges, reversed
   ends.normal = {0, -1, 0};
   const Contact inside = contact(vf, {7, 1, 2, 3}, 0.25f, 0.25f);  // another point of the face
   const Contact edges = contact(ee, {1, 2, 8, 7}, 0.5f, 1);        // 7 above the middle of an edge

@@ -1,4 +1,4 @@
-// Detection that begins where the step before ends.
+// MotionPrediction: a detection starts ahead at the end of the previous step.
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
 
 #include <array>
@@ -20,7 +20,8 @@ bullet::SolverOptions on_threads(int threads) {
   return options;
 }
 
-// Sheets fall on a box and on each other, with more near each other than a thread tests at once.
+// Sheets fall on a box and on each other. They have more near pairs than one thread tests in a
+// batch.
 struct Fall {
   ObstacleWorld world;
   std::vector<btSoftBody*> sheets;
@@ -30,7 +31,7 @@ struct Fall {
     for (const double height : {0.22, 0.25}) sheets.push_back(world.add_sheet(20, 1, height, 1));
   }
 
-  // What an application may do between two steps: what was started_ahead is none of these.
+  // Changes that an application may make between two steps. The prediction knows none of them.
   void disturb(int step) {
     if (step == 15) sheets.push_back(world.add_sheet(6, 0.8, 0.4, 3));
     if (step == 25) {
@@ -59,7 +60,7 @@ struct Fall {
 
 }  // namespace
 
-TEST_CASE("a scene ends the same, to the last bit, whether steps were foreseen or not") {
+TEST_CASE("a scene ends bit-identical whether detections start ahead or not") {
   const World kind = GENERATE(World::rigid, World::deformable);
   CAPTURE(kind == World::rigid);
   std::vector<btScalar> ends;
@@ -75,14 +76,14 @@ TEST_CASE("a scene ends the same, to the last bit, whether steps were foreseen o
       continue;
     }
     CHECK(fall.state() == ends);
-    // A thread may come too late in many steps, but not in all that there are.
+    // In many steps the other thread may start too late, but not in all of them.
     for (int step = 0; step < 5000 && fall.world.total().started_ahead == 0; ++step) fall.world.steps(1);
     CHECK(fall.world.total().started_ahead > 0);
     CHECK(fall.world.total().started_ahead <= fall.world.total().detections);
   }
 }
 
-TEST_CASE("what comes apart and together again is foreseen anew") {
+TEST_CASE("detections start ahead again after bodies separate and meet again") {
   const World kind = GENERATE(World::rigid, World::deformable);
   CAPTURE(kind == World::rigid);
   std::vector<btScalar> ends;

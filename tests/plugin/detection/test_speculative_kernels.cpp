@@ -1,4 +1,4 @@
-// What the kernels say of contacts is what their rows say.
+// The kernels of speculative contacts give the same results as rows of the same contacts.
 #include "detection/speculative_kernels.h"
 
 #include <algorithm>
@@ -14,7 +14,7 @@ using namespace lazyccd::bullet;
 
 namespace {
 
-// Vertices that are free, that nothing moves, and those of a static rigid body.
+// A random motion of free vertices, pinned vertices and vertices of a static rigid body.
 Motion random_motion(std::mt19937& random) {
   constexpr std::size_t soft = 40, all = 50;
   std::uniform_real_distribution<double> within(-1, 1);
@@ -35,7 +35,8 @@ Motion random_motion(std::mt19937& random) {
   return motion;
 }
 
-// Of bodies 0 and 1, soft, and 2, rigid; some with points at vertices and on edges.
+// A random contact of soft body 0 with soft body 0 or 1 or rigid body 2. Some points are at
+// vertices or on edges.
 Contact random_contact(std::mt19937& random) {
   const auto below = [&](int count) { return static_cast<int>(random() % unsigned(count)); };
   Contact contact = {};
@@ -66,7 +67,7 @@ SpeculativeContact by_row(const Contact& contact, double thickness, double posit
 
 }  // namespace
 
-TEST_CASE("kernels of all instruction sets foretell what rows say, to the bit") {
+TEST_CASE("kernels of all instruction sets and rows agree to the bit") {
   constexpr double thickness = 0.3, position_correction = 0.2;
   std::mt19937 random(1);
   for (int round = 0; round < 200; ++round) {

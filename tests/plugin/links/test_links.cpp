@@ -1,4 +1,4 @@
-// Links in groups come to the same as one after the other, whatever processor solves them.
+// Links solved in groups give the same result as one after the other, with every instruction set.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -19,7 +19,7 @@ int below(int end, Random& random) {
   return static_cast<int>(random() % static_cast<unsigned>(end));
 }
 
-// Any, of nearby nodes, or all of one node.
+// Random links: between any nodes, between nearby nodes, or all from one node.
 LinkEnds random_ends(int nodes, Random& random) {
   const int count = below(5 * nodes, random), kind = below(3, random);
   LinkEnds ends;
@@ -31,7 +31,7 @@ LinkEnds random_ends(int nodes, Random& random) {
   return ends;
 }
 
-// To the bit, and where there is no number in one, there is none in the other.
+// True if all numbers have the same bits; a NaN equals any NaN.
 template <class Scalar>
 bool same(const std::vector<LinkedNode<Scalar>>& a, const std::vector<LinkedNode<Scalar>>& b) {
   const auto same_place = [](const LinkedNode<Scalar>& p, const LinkedNode<Scalar>& q) {
@@ -76,8 +76,8 @@ struct Net {
 
   bool is_left_out(std::size_t link) const { return !(links[link].c0 > 0); }
 
-  // As btSoftBody::PSolve_Links() (Bullet 3.24).
-  void solve_in_turn() {
+  // Solves links as btSoftBody::PSolve_Links() does (Bullet 3.24).
+  void solve_one_by_one() {
     for (std::size_t i = 0; i < ends.size(); ++i) {
       if (is_left_out(i)) continue;
       const auto& [c0, c1] = links[i];
@@ -126,16 +126,16 @@ void compare(const LinkKernels& kernels) {
     const Net<Scalar> net(2 + below(60, random), random);
     const int passes = below(8, random);
     CAPTURE(kernels.name, round, passes, net.ends.size());
-    Net<Scalar> in_turn = net, in_groups = net;
-    for (int i = 0; i < passes; ++i) in_turn.solve_in_turn();
+    Net<Scalar> one_by_one = net, in_groups = net;
+    for (int i = 0; i < passes; ++i) one_by_one.solve_one_by_one();
     in_groups.solve_in_groups(kernels, passes);
-    REQUIRE(same(in_groups.nodes, in_turn.nodes));
+    REQUIRE(same(in_groups.nodes, one_by_one.nodes));
   }
 }
 
 }  // namespace
 
-TEST_CASE("links in groups come to the same as one after the other, to the bit") {
+TEST_CASE("links in groups and one after the other have bit-identical results") {
   for (const char* isa : {"baseline", "avx2"}) {
     if (const LinkKernels* const kernels = link_kernels(isa)) {
       compare<float>(*kernels);
@@ -145,7 +145,7 @@ TEST_CASE("links in groups come to the same as one after the other, to the bit")
   CHECK(link_kernels("no such set") == nullptr);
 }
 
-TEST_CASE("a plan keeps the order of links that share a node, and fills groups") {
+TEST_CASE("a plan keeps the order of links that share a node and fills groups") {
   Random random(5);
   for (int round = 0; round < 300; ++round) {
     const int nodes = 2 + below(60, random), lanes = 1 + below(8, random);
@@ -166,7 +166,7 @@ TEST_CASE("a plan keeps the order of links that share a node, and fills groups")
       int earliest = 0;
       for (const int node : ends[i]) earliest = std::max(earliest, last[node] + 1);
       REQUIRE(group >= earliest);
-      // No group before it had room.
+      // All earlier groups that the link could join are full.
       for (int g = earliest; g < group; ++g) REQUIRE(sizes[g] == lanes);
       for (const int node : ends[i]) {
         if (first[node] < 0) first[node] = group;

@@ -1,4 +1,5 @@
-// Bullet's own constraints with links in groups, and of several bodies at once: the same result.
+// SoftConstraints solves Bullet's own constraints with links in groups and several bodies in
+// parallel. The result must be the same as Bullet's.
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
 #include <BulletDynamics/Dynamics/btRigidBody.h>
 
@@ -28,7 +29,7 @@ namespace {
 
 constexpr btScalar dt = btScalar(1) / 60;
 
-// A sheet that hangs by a corner and, with an anchor, by a rigid body.
+// A sheet that hangs from a corner. An anchor may attach a rigid body to it.
 struct Hanging {
   btSoftBodyWorldInfo info;
   btBoxShape box{btVector3(btScalar(0.1), btScalar(0.1), btScalar(0.1))};
@@ -73,7 +74,7 @@ struct Hanging {
     body->m_rcontacts.push_back(contact);
   }
 
-  // What applications know links by.
+  // Nodes and tag of each link, by which applications identify it.
   std::vector<std::array<std::ptrdiff_t, 3>> listed() const {
     std::vector<std::array<std::ptrdiff_t, 3>> links;
     for (int i = 0; i < body->m_links.size(); ++i) {
@@ -84,7 +85,7 @@ struct Hanging {
     return links;
   }
 
-  // To the bit.
+  // All positions, velocities and link constants as bytes. A NaN is replaced by one value.
   std::vector<std::array<char, sizeof(btScalar)>> state() const {
     std::vector<btScalar> all;
     const auto add = [&](const btVector3& x) { all.insert(all.end(), {x.x(), x.y(), x.z()}); };
@@ -102,7 +103,7 @@ struct Hanging {
       add(weight->getLinearVelocity());
       add(weight->getAngularVelocity());
     }
-    constexpr btScalar none = 1e30f;  // of what is no number there are many
+    constexpr btScalar none = 1e30f;  // for NaN, which has many bit patterns
     std::replace_if(
         all.begin(), all.end(), [](btScalar x) { return std::isnan(x); }, none);
     std::vector<std::array<char, sizeof(btScalar)>> bytes(all.size());
@@ -116,7 +117,7 @@ void on_caller(std::size_t count, std::size_t,
   body(0, count);
 }
 
-// Every piece on a thread of its own, all at once, which rounds as threads usually do.
+// Runs every part on a new thread, all at the same time, with the usual rounding mode of threads.
 void on_own_threads(std::size_t count, std::size_t grain,
                     const std::function<void(std::size_t, std::size_t)>& body) {
   std::vector<std::exception_ptr> errors(count);
@@ -136,8 +137,8 @@ void on_own_threads(std::size_t count, std::size_t grain,
     if (error) std::rethrow_exception(error);
 }
 
-// The same one twice: solved by Bullet, and in groups.
-struct Both {
+// The same body twice: one is solved by Bullet, one in groups.
+struct BodyPair {
   Hanging bullets, grouped;
   bullet::SoftConstraints constraints;
 
@@ -166,33 +167,33 @@ struct Both {
   }
 };
 
-// While it lives, Bullet is given memory so often, and no more.
-class Rationed {
+// While an object exists, only the first `times` allocations of Bullet succeed.
+class LimitedAllocations {
  public:
-  explicit Rationed(int times) {
+  explicit LimitedAllocations(int times) {
     left = times;
     btAlignedAllocSetCustom(
         [](std::size_t size) { return left-- > 0 ? std::malloc(size) : throw std::bad_alloc(); },
         std::free);
   }
-  ~Rationed() { btAlignedAllocSetCustom(nullptr, nullptr); }
-  Rationed(const Rationed&) = delete;
-  Rationed& operator=(const Rationed&) = delete;
+  ~LimitedAllocations() { btAlignedAllocSetCustom(nullptr, nullptr); }
+  LimitedAllocations(const LimitedAllocations&) = delete;
+  LimitedAllocations& operator=(const LimitedAllocations&) = delete;
 
  private:
   static inline int left = 0;
 };
 
-// Why the order of several may tell.
-enum class Tie { none, anchors, replace_rigid_contacts, soft_contacts, links };
+// Why the order of several bodies may matter.
+enum class Dependence { none, anchors, replace_rigid_contacts, soft_contacts, links };
 
-// Several, by Bullet one after the other and by SoftConstraints.
-struct Several {
+// SeveralBodies bodies twice: solved by Bullet one after the other, and by SoftConstraints.
+struct SeveralBodies {
   static constexpr int count = 5;
   std::vector<std::unique_ptr<Hanging>> bullets, grouped;
   bullet::SoftConstraints constraints;
 
-  Several() {
+  SeveralBodies() {
     for (auto* bodies : {&bullets, &grouped}) {
       for (int i = 0; i < count; ++i) {
         bodies->push_back(std::make_unique<Hanging>(8 + i % 3));
@@ -207,7 +208,7 @@ struct Several {
     change(grouped);
   }
 
-  // Whether anything was solved side by side.
+  // Steps both and compares them. Returns true if anything was solved in parallel.
   template <class Change>
   bool step(const bullet::ParallelFor& parallel_for, const Change& add_contacts) {
     btAlignedObjectArray<btSoftBody*> bodies;
@@ -229,8 +230,8 @@ struct Several {
 
 }  // namespace
 
-TEST_CASE("links that are solved in groups come to the same, to the bit") {
-  Both both;
+TEST_CASE("solving links in groups gives bit-identical results") {
+  BodyPair both;
   const int velocities = GENERATE(0, 2), positions = GENERATE(1, 10), drift = GENERATE(0, 3);
   const bool anchored = GENERATE(false, true), twice = GENERATE(false, true);
   CAPTURE(velocities, positions, drift, anchored, twice);
@@ -248,7 +249,7 @@ TEST_CASE("links that are solved in groups come to the same, to the bit") {
 }
 
 TEST_CASE("links may change between steps in any way") {
-  Both both;
+  BodyPair both;
   both.change([](Hanging& h) { h.body->m_cfg.piterations = 4; });
   both.step();
   both.step();
@@ -266,10 +267,10 @@ TEST_CASE("links may change between steps in any way") {
       case 2:
         body.m_links.resize(0);
         break;
-      case 3:  // as many, in another order
+      case 3:  // the same number, in another order
         body.randomizeConstraints();
         break;
-      case 4:  // from a node to itself, and the same again
+      case 4:  // a link from a node to itself, and a duplicate
         body.m_links[5].m_n[1] = body.m_links[5].m_n[0];
         body.m_links[9].m_n[0] = body.m_links[8].m_n[0];
         body.m_links[9].m_n[1] = body.m_links[8].m_n[1];
@@ -278,10 +279,10 @@ TEST_CASE("links may change between steps in any way") {
         body.m_links[3].m_rl *= 2;
         body.setTotalMass(3);
         break;
-      case 6:  // beside the links
+      case 6:  // data beside the links
         for (int i = 0; i < 100; ++i) body.appendNode(btVector3(0, 1, 0), 1);
         break;
-      case 7:  // all from one node
+      case 7:  // all links from one node
         for (int i = 0; i < body.m_links.size(); ++i) {
           body.m_links[i].m_n[0] = &body.m_nodes[0];
           body.m_links[i].m_n[1] = &body.m_nodes[1 + i % (body.m_nodes.size() - 1)];
@@ -293,14 +294,14 @@ TEST_CASE("links may change between steps in any way") {
   for (int i = 0; i < 5; ++i) both.step();
 }
 
-TEST_CASE("nodes are freed and held between steps, and links left out") {
-  Both both;
+TEST_CASE("nodes may be freed and pinned and links left out between steps") {
+  BodyPair both;
   both.change([](Hanging& h) { h.body->m_cfg.piterations = 4; });
   for (int i = 0; i < 12; ++i) {
     both.change([&](Hanging& h) {
       btSoftBody& body = *h.body;
       for (const int node : {0, 1, 9, 10}) body.setMass(node, i % 3 == 1 ? 0 : btScalar(0.1));
-      // Bullet goes by the constants, of whatever masses they are.
+      // Bullet uses the links' constants, even if the masses have changed since.
       if (i % 2 == 0) body.updateLinkConstants();
       body.m_materials[0]->m_kLST = i > 8 ? 0 : 1;
     });
@@ -308,7 +309,7 @@ TEST_CASE("nodes are freed and held between steps, and links left out") {
   }
 }
 
-TEST_CASE("whatever Bullet solves beside links, in any sequence, it solves between them") {
+TEST_CASE("other constraints are solved between the links in Bullet's sequence") {
   using Solver = btSoftBody::ePSolver;
   const std::vector<Solver::_> sequence = GENERATE(
       std::vector<Solver::_>{}, std::vector<Solver::_>{Solver::Anchors},
@@ -318,7 +319,7 @@ TEST_CASE("whatever Bullet solves beside links, in any sequence, it solves betwe
   const bool anchored = GENERATE(false, true), touching = GENERATE(false, true);
   const int positions = GENERATE(0, 1, 5);
   CAPTURE(sequence.size(), anchored, touching, positions);
-  Both both;
+  BodyPair both;
   both.change([&](Hanging& h) {
     btSoftBody::Config& config = h.body->m_cfg;
     config.piterations = positions;
@@ -335,7 +336,7 @@ TEST_CASE("whatever Bullet solves beside links, in any sequence, it solves betwe
   }
 }
 
-// One of what applications may do between steps.
+// Makes one random change, as an application may between steps.
 void change_somehow(Hanging& h, std::mt19937& random) {
   const auto below = [&](int end) {
     return static_cast<int>(random() % static_cast<unsigned>(end));
@@ -385,10 +386,10 @@ void change_somehow(Hanging& h, std::mt19937& random) {
   }
 }
 
-TEST_CASE("whatever happens to a body between steps, it comes to the same") {
+TEST_CASE("results are the same whatever happens to a body between steps") {
   for (unsigned scene = 0; scene < 60; ++scene) {
     CAPTURE(scene);
-    Both both;
+    BodyPair both;
     both.change([&](Hanging& h) {
       h.body->m_cfg.m_vsequence.push_back(btSoftBody::eVSolver::Linear);
       h.body->m_cfg.m_dsequence.push_back(btSoftBody::ePSolver::Linear);
@@ -406,24 +407,24 @@ TEST_CASE("whatever happens to a body between steps, it comes to the same") {
   }
 }
 
-TEST_CASE("links that wait for each other are solved in groups, and others by Bullet") {
+TEST_CASE("links are solved in groups or by Bullet if each depends on the one before") {
   if (!bullet::best_link_kernels()) return;
   Hanging sheet(30);
   sheet.body->predictMotion(dt);
   bullet::BodyLinks links;
-  CHECK(links.take(*sheet.body, 1));
-  CHECK(links.take(*sheet.body, 10));
-  CHECK(!links.take(*sheet.body, 0));
-  // As a star, each waits for the one before, in whatever order.
+  CHECK(links.prepare(*sheet.body, 1));
+  CHECK(links.prepare(*sheet.body, 10));
+  CHECK(!links.prepare(*sheet.body, 0));
+  // In a star each link depends on the one before, in any order.
   for (int i = 0; i < sheet.body->m_links.size(); ++i) {
     sheet.body->m_links[i].m_n[0] = &sheet.body->m_nodes[0];
     sheet.body->m_links[i].m_n[1] = &sheet.body->m_nodes[1 + i % 200];
   }
-  CHECK(!links.take(*sheet.body, 1));
+  CHECK(!links.prepare(*sheet.body, 1));
 }
 
 TEST_CASE("a link to another body's node is solved where the body lists it") {
-  Both both;
+  BodyPair both;
   Hanging others[2];
   both.change([&](Hanging& h) {
     h.body->m_cfg.piterations = 4;
@@ -441,11 +442,11 @@ TEST_CASE("a link to another body's node is solved where the body lists it") {
   }
 }
 
-TEST_CASE("bodies come, go and sleep, each with its own links") {
-  std::vector<std::unique_ptr<Both>> pairs;
+TEST_CASE("bodies may come and go and sleep with links of their own") {
+  std::vector<std::unique_ptr<BodyPair>> pairs;
   bullet::SoftConstraints constraints;
   for (int i = 0; i < 3; ++i) {
-    pairs.push_back(std::make_unique<Both>());
+    pairs.push_back(std::make_unique<BodyPair>());
     pairs.back()->change([i](Hanging& h) {
       h.body->m_cfg.piterations = 3;
       if (i == 1) h.body->generateBendingConstraints(2);
@@ -469,37 +470,38 @@ TEST_CASE("bodies come, go and sleep, each with its own links") {
   }
 }
 
-TEST_CASE("bodies that are solved side by side come to the same as one after the other") {
-  const Tie tie =
-      GENERATE(Tie::none, Tie::anchors, Tie::replace_rigid_contacts, Tie::soft_contacts, Tie::links);
+TEST_CASE("bodies in parallel and one after the other have the same results") {
+  const Dependence dependence =
+      GENERATE(Dependence::none, Dependence::anchors, Dependence::replace_rigid_contacts,
+               Dependence::soft_contacts, Dependence::links);
   const int threads = GENERATE(0, 1, 2, 3, 4);
   const int passes = GENERATE(3, 60);
-  CAPTURE(static_cast<int>(tie), threads, passes);
+  CAPTURE(static_cast<int>(dependence), threads, passes);
   const Threads pool(threads);
   const bullet::ParallelFor parallel_for =
       threads == 0 ? bullet::ParallelFor(on_own_threads)
                    : [&](std::size_t count, std::size_t grain, const auto& body) {
                        pool.parallel_for(count, grain, body);
                      };
-  Several several;
+  SeveralBodies several;
   several.change([&](auto& bodies) {
     for (const auto& h : bodies) h->body->m_cfg.piterations = passes;
-    // Two bodies push the same rigid one, or one holds another's node: then the order tells.
-    if (tie == Tie::anchors) {
+    // If two bodies push the same rigid one, or one refers to a node of another, the order matters.
+    if (dependence == Dependence::anchors) {
       bodies[1]->add_anchor();
       bodies[3]->body->appendAnchor(65, bodies[1]->weight.get());
     }
-    if (tie == Tie::replace_rigid_contacts) bodies[0]->add_weight();
-    if (tie == Tie::links) {
+    if (dependence == Dependence::replace_rigid_contacts) bodies[0]->add_weight();
+    if (dependence == Dependence::links) {
       bodies[1]->body->m_links[50].m_n[1] = &bodies[2]->body->m_nodes[20];
       bodies[1]->body->updateLinkConstants();
     }
   });
   const auto add_contacts = [&](auto& bodies) {
-    if (tie == Tie::replace_rigid_contacts) {
+    if (dependence == Dependence::replace_rigid_contacts) {
       for (const int i : {2, 4}) bodies[i]->add_contact(40, *bodies[0]->weight);
     }
-    if (tie == Tie::soft_contacts) {
+    if (dependence == Dependence::soft_contacts) {
       btSoftBody::SContact contact{};
       contact.m_node = &bodies[3]->body->m_nodes[40];
       contact.m_face = &bodies[1]->body->m_faces[30];
@@ -513,28 +515,28 @@ TEST_CASE("bodies that are solved side by side come to the same as one after the
   };
   for (int i = 0; i < 10; ++i) {
     const bool called = several.step(parallel_for, add_contacts);
-    REQUIRE(called == (tie != Tie::soft_contacts && tie != Tie::links));
+    REQUIRE(called == (dependence != Dependence::soft_contacts && dependence != Dependence::links));
   }
 }
 
-TEST_CASE("one body beside such as push rigid ones is solved without another thread") {
-  Several several;
+TEST_CASE("a body beside bodies that push rigid ones is solved without another thread") {
+  SeveralBodies several;
   several.change([](auto& bodies) {
-    for (int i = 0; i < Several::count; ++i)
+    for (int i = 0; i < SeveralBodies::count; ++i)
       if (i != 2) bodies[i]->add_anchor();
   });
   for (int i = 0; i < 3; ++i) CHECK(!several.step(on_own_threads, [](auto&) {}));
 }
 
-TEST_CASE("bodies are solved side by side with the rounding of the caller") {
-  Several several;
+TEST_CASE("bodies are solved in parallel with the rounding mode of the caller") {
+  SeveralBodies several;
   std::fesetround(FE_UPWARD);
   for (int i = 0; i < 5; ++i) CHECK(several.step(on_own_threads, [](auto&) {}));
   std::fesetround(FE_TONEAREST);
 }
 
-TEST_CASE("where a piece throws, bodies are solved or as they were") {
-  Several several;
+TEST_CASE("if a part throws each body is either solved or unchanged") {
+  SeveralBodies several;
   const auto none = [](auto&) {};
   several.step(on_own_threads, none);
   several.change([](auto& bodies) {
@@ -555,7 +557,7 @@ TEST_CASE("where a piece throws, bodies are solved or as they were") {
   CHECK_THROWS_AS(several.constraints.solve(bodies, fails), std::bad_alloc);
   for (const auto& h : several.bullets) h->body->solveConstraints();
   int solved = 0;
-  for (int i = 0; i < Several::count; ++i) {
+  for (int i = 0; i < SeveralBodies::count; ++i) {
     const bool is_solved = several.grouped[i]->state() == several.bullets[i]->state();
     solved += is_solved;
     if (is_solved) continue;
@@ -563,12 +565,12 @@ TEST_CASE("where a piece throws, bodies are solved or as they were") {
     several.grouped[i]->body->solveConstraints();
   }
   CHECK(solved > 0);
-  CHECK(solved < Several::count);
+  CHECK(solved < SeveralBodies::count);
   several.step(on_own_threads, none);
 }
 
-TEST_CASE("a body within whose solver Bullet throws is solved when asked again") {
-  Both both;
+TEST_CASE("a body whose solver threw is solved by the next call") {
+  BodyPair both;
   btAlignedObjectArray<btSoftBody*> bodies;
   bodies.push_back(both.grouped.body.get());
   both.change([](Hanging& h) {
@@ -577,7 +579,7 @@ TEST_CASE("a body within whose solver Bullet throws is solved when asked again")
   });
   both.bullets.body->solveConstraints();
   const auto solve_given = [&](int times) {
-    const Rationed rationed(times);
+    const LimitedAllocations rationed(times);
     both.constraints.solve(bodies, on_caller);
   };
   int times = 0;

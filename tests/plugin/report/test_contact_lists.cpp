@@ -58,7 +58,7 @@ TEST_CASE("Bullet does not act on the contacts in its lists a second time") {
   CHECK(run(quiet_options(world), true) == run(quiet_options(world), false));
 }
 
-TEST_CASE("a run is the same again, and with any number of threads") {
+TEST_CASE("a run is reproducible with any number of threads") {
   const World world = GENERATE(World::rigid, World::deformable);
   scenes::WorldOptions options = quiet_options(world);
   const auto first = run(options, false);
@@ -81,6 +81,6 @@ TEST_CASE("a contact's impulse pushes its two sides apart along the normal") {
       CHECK(contact.body_a != contact.body_b);
     }
   }
-  // 1 kg came at 10 m/s, and the lower sheet gave way.
+  // 1 kg arrived at 10 m/s, and the lower sheet yielded.
   CHECK(pushed > 2);
 }

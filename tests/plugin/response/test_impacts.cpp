@@ -1,4 +1,5 @@
-// Scenes that Bullet alone fails, at the parameters where it was measured to.
+// Scenes in which bodies pass through with Bullet alone, at the parameters for which this was
+// measured.
 #include "plugin/support/worlds.h"
 #include "scenes/run.h"
 #include "support/catch.h"
@@ -37,7 +38,7 @@ void require_clean(const Case& c, World world) {
   CHECK(report.wrong_side == 0);
   CHECK(report.lazyccd.contacts_vf + report.lazyccd.contacts_ee > 0);
   CHECK(report.lazyccd.fallback_steps == 0);
-  // Impulses alone end these scenes; the last resort would show here.
+  // Impulses are enough in these scenes; the failsafe must not act.
   CHECK(report.lazyccd.failsafe_holds == 0);
 }
 
@@ -73,7 +74,7 @@ TEST_CASE("a strip that closes on itself never passes through itself") {
   CHECK(report.intersections.empty());
 }
 
-TEST_CASE("cloth that is driven onto what it was far from stops before it") {
+TEST_CASE("driven cloth stops before a body that was far away") {
   const World world_kind = GENERATE(World::rigid, World::deformable);
   scenes::WorldOptions options = test::quiet_options(world_kind, 1.0 / 60);
   const auto world = scenes::PhysicsWorld::make(options);
@@ -103,7 +104,7 @@ TEST_CASE("Bullet alone lets these scenes pass through, by the same counters") {
     CHECK(report.wrong_side == 441);
     CHECK(report.crossings_ee > 0);
   }
-  SECTION("deformable world, 2 m/s at 1/60 s: half of it hangs in the net") {
+  SECTION("deformable world, 2 m/s at 1/60 s: half of the cloth hangs in the net") {
     const auto report =
         run({"cloth-on-cloth", 2, 1.0 / 60, 0}, World::deformable, Collisions::bullet);
     CHECK(report.wrong_side > 100);

@@ -1,4 +1,4 @@
-// Rigid bodies that may not shift or turn along all axes.
+// Rigid bodies with locked axes of translation or rotation.
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
 
 #include <cmath>
@@ -28,7 +28,7 @@ btRigidBody* add_box(ObstacleWorld& w, const btVector3& half, const btVector3& a
 
 }  // namespace
 
-TEST_CASE("a body that may turn but not shift is met and stays finite") {
+TEST_CASE("a body that may rotate but not move collides and stays finite") {
   const World world = GENERATE(World::rigid, World::deformable);
   const int max_detections = GENERATE(0, 20);
   CAPTURE(world == World::rigid, max_detections);
@@ -47,8 +47,8 @@ TEST_CASE("a body that may turn but not shift is met and stays finite") {
   CHECK(w.status().find("not finite") == std::string::npos);
 }
 
-TEST_CASE("a body on a vertical axle gives what it meets of its turning") {
-  // An upright beam turns into a cloth that hangs beside it.
+TEST_CASE("a body on a vertical axle transfers angular momentum to cloth") {
+  // An upright beam rotates into a cloth that hangs beside it.
   const bool axle = GENERATE(false, true);
   CAPTURE(axle);
   ObstacleWorld w(World::rigid, 0);

@@ -19,8 +19,8 @@ using scenes::World;
 
 namespace {
 
-// The largest change of total momentum over `steps` of the free cloths' impact, over the sum of the
-// nodes' absolute momenta at the start.
+// Largest change of the total momentum during `steps` steps of the scene free-cloths, relative to
+// the sum of the nodes' absolute momenta at the start.
 double momentum_error(World world, const bullet::SolverOptions& options, int steps,
                       bullet::StepStats* stats) {
   scenes::Parameters parameters;
@@ -29,7 +29,7 @@ double momentum_error(World world, const bullet::SolverOptions& options, int ste
   parameters.dt = 1.0 / 60;
   parameters.lazyccd = options;
   scenes::Scene scene = scenes::set_up(*scenes::find_scene("free-cloths"), parameters);
-  // Bullet's own damping takes momentum away.
+  // Bullet's own damping would reduce the momentum.
   for (const auto& body : scene.world->bodies()) body->m_cfg.kDP = 0;
   const scenes::Mechanics start = scenes::measure(*scene.world);
   double worst = 0;
@@ -55,7 +55,7 @@ TEST_CASE("impulses keep the momentum of free bodies") {
   CHECK(stats.failsafe_holds == 0);
 }
 
-TEST_CASE("the response keeps both momenta, whatever Bullet's own step makes of them") {
+TEST_CASE("the response keeps linear and angular momentum whatever Bullet's own step does") {
   scenes::Parameters parameters;
   parameters.world = GENERATE(World::rigid, World::deformable);
   parameters.speed = 30;
@@ -83,7 +83,7 @@ TEST_CASE("the response keeps both momenta, whatever Bullet's own step makes of 
     const scenes::Mechanics with = scenes::measure(*scene.world);
     const scenes::Mechanics without = scenes::measure(*alone.world);
     for (int k = 0; k < 3; ++k) {
-      // Everything is within a metre or so of the origin.
+      // All bodies are within about a metre of the origin.
       CHECK(std::abs(with.momentum[k] - without.momentum[k]) < 1e-6 * without.impulse_scale);
       CHECK(std::abs(with.angular_momentum[k] - without.angular_momentum[k]) <
             1e-6 * without.impulse_scale);
@@ -103,7 +103,7 @@ TEST_CASE("impact zones keep the momentum of free bodies") {
   CHECK(stats.failsafe_holds == 0);
 }
 
-TEST_CASE("a contact of very different masses gets impulses that sum to nothing") {
+TEST_CASE("impulses of a contact between very different masses sum to zero") {
   const ContactKind kind = GENERATE(ContactKind::vertex_face, ContactKind::edge_edge);
   bullet::Motion motion;
   motion.start = {0, 1, 0, -1, 0, -1, 1, 0, -1, 0, 0, 1};
@@ -127,7 +127,7 @@ TEST_CASE("a contact of very different masses gets impulses that sum to nothing"
   const bullet::PairSurfaces surfaces = lazyccd::test::uniform_surfaces(0.1, 0);
   bullet::ContactConstraints rows(surfaces, 0.05);
   rows.add({contact}, motion);
-  rows.relax(motion, 10);
+  rows.solve(motion, 10);
 
   Eigen::Vector3d impulse = Eigen::Vector3d::Zero();
   double gap = 0, largest = 0;
@@ -143,7 +143,7 @@ TEST_CASE("a contact of very different masses gets impulses that sum to nothing"
   CHECK_THAT(gap, Matchers::WithinAbs(0.1, 1e-6));
 }
 
-TEST_CASE("what falls on something light that rests is thrown back, and does not throw that") {
+TEST_CASE("a point that falls on a light resting point bounces and leaves it at rest") {
   const double restitution = GENERATE(0.5, 1.0), falls = 2;
   Column column({10, 1});
   bullet::Motion& motion = column.motion;
@@ -158,7 +158,7 @@ TEST_CASE("what falls on something light that rests is thrown back, and does not
   bullet::SpeculativeContacts near(surfaces, options.position_correction);
   bullet::StepStats stats;
   response.run(
-      near.all(column.contacts, motion),
+      near.evaluate_all(column.contacts, motion),
       [](const Positions&, const Positions&) { return std::vector<Contact>(); }, motion, stats);
   const auto speed = [&](std::int32_t v) {
     return (motion.velocity[v] + motion.velocity_change[v]).y();
@@ -167,8 +167,9 @@ TEST_CASE("what falls on something light that rests is thrown back, and does not
   CHECK_THAT(speed(3), Matchers::WithinAbs(0, 0.05 * falls));
 }
 
-TEST_CASE("a body on rails is stopped by a pinned node, beside contacts of other bodies") {
-  // Vertices 0 and 5 above faces: one of a soft body, one of a rigid body that moves along y alone.
+TEST_CASE("a body on rails is stopped by a pinned node beside contacts of other bodies") {
+  // A pinned vertex above a face of a rigid body that can move along y only, and a vertex above a
+  // face of a soft body.
   const btVector3 local[] = {btVector3(-1, 0, -1), btVector3(1, 0, -1), btVector3(0, 0, 1)};
   bullet::Motion motion;
   motion.start = {0, 1, 0, 5, 1, 0, 4, 0, -1, 6, 0, -1, 5, 0, 1, -1, 0, -1, 1, 0, -1, 0, 0, 1};
@@ -207,7 +208,7 @@ TEST_CASE("a body on rails is stopped by a pinned node, beside contacts of other
   const bullet::PairSurfaces surfaces = lazyccd::test::uniform_surfaces(0.1, 0.5);
   bullet::ContactConstraints rows(surfaces, 0.05);
   rows.add({on_rails, soft}, motion);
-  rows.relax(motion, 100);
+  rows.solve(motion, 100);
   CHECK_THAT(static_cast<double>(motion.rigid[0].end.getOrigin().y()),
              Matchers::WithinAbs(0.9, 1e-6));
   const double gap = motion.solved[1].y() - 0.25 * motion.solved[2].y() -
@@ -217,7 +218,7 @@ TEST_CASE("a body on rails is stopped by a pinned node, beside contacts of other
 
 namespace {
 
-// Four nodes in contact, and one of the same body beside them.
+// Four nodes in contact, and a fifth node of the same body.
 struct FourInContact {
   bullet::Motion motion;
   Contact contact = {};
@@ -236,7 +237,7 @@ struct FourInContact {
     for (int v = 0; v < 5; ++v) count += motion.end_of(v) == motion.start_of(v);
     return count;
   }
-  // Linear and angular, of the motion to such ends.
+  // Linear and angular momentum of the motion to these ends.
   std::array<Eigen::Vector3d, 2> momenta(const std::vector<Eigen::Vector3d>& ends) const {
     std::array<Eigen::Vector3d, 2> sums = {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
     for (int v = 0; v < 5; ++v) {
@@ -250,13 +251,13 @@ struct FourInContact {
   void check_momenta() const {
     const auto before = momenta(motion.predicted), after = momenta(motion.solved);
     CHECK((after[0] - before[0]).norm() < 1e-12);
-    CHECK((after[1] - before[1]).norm() < 0.03 * before[1].norm());  // it turns by 0.1
+    CHECK((after[1] - before[1]).norm() < 0.03 * before[1].norm());  // it rotates by 0.1 rad
   }
 };
 
 }  // namespace
 
-TEST_CASE("a zone turns as a whole and keeps both momenta") {
+TEST_CASE("a zone rotates as a rigid body and keeps linear and angular momentum") {
   FourInContact four;
   bullet::Motion& motion = four.motion;
   bullet::ImpactZones zones(motion);
@@ -271,7 +272,7 @@ TEST_CASE("a zone turns as a whole and keeps both momenta") {
   }
 }
 
-TEST_CASE("a zone that is held ends where the step began, and keeps its momenta") {
+TEST_CASE("a held zone ends where the step began and keeps its momenta") {
   const bool whole_bodies = GENERATE(false, true);
   CAPTURE(whole_bodies);
   FourInContact four;

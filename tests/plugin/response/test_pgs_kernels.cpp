@@ -26,7 +26,7 @@ struct Problem {
   }
 };
 
-// Rows on random nodes, some on rigid bodies, in groups that move nothing in common.
+// A problem of random rows, some with rigid bodies, in groups whose rows share no node.
 Problem random_problem(unsigned seed) {
   std::mt19937 random(seed);
   const auto within = [&](float lo, float hi) {
@@ -49,14 +49,14 @@ Problem random_problem(unsigned seed) {
   }
   std::vector<std::array<std::int32_t, 4>> nodes_of(rows);
   std::vector<std::int32_t> body_of(rows);
-  RowBatches partition;
-  partition.begin(problem.displacement.size());
+  RowBatches row_batches;
+  row_batches.begin(problem.displacement.size());
   for (std::int32_t row = 0; row < rows; ++row) {
     std::array<std::int32_t, 5> things;
     std::int32_t* last = things.data();
     body_of[row] = row % 7 == 0 ? below(bodies) : -1;
     if (body_of[row] >= 0) *last++ = first_body + 2 * body_of[row];
-    // Four different nodes; of a row with a body three, the last vertex is the body's.
+    // Four different nodes. A row with a rigid body has three; its last vertex belongs to the body.
     for (std::int32_t& node : nodes_of[row]) {
       const auto first = things.data();
       do {
@@ -68,27 +68,28 @@ Problem random_problem(unsigned seed) {
         *last++ = node;
       }
     }
-    partition.add(row, things.data(), last);
-    // Where each node is above those before it, all rows are fulfilled.
+    row_batches.add(row, things.data(), last);
+    // All rows are satisfied if the nodes' positions grow with their numbers, so the problem has a
+    // solution.
     std::sort(nodes_of[row].rbegin(), nodes_of[row].rend());
   }
-  partition.finish();
-  for (const RowBatches::Group& group : partition.groups()) {
+  row_batches.finish();
+  for (const RowBatches::Group& group : row_batches.groups()) {
     RowBatch batch = {};
-    std::iota(std::begin(batch.pushed), std::end(batch.pushed), 1);
-    batch.first_part = static_cast<std::int32_t>(problem.parts.size());
+    std::iota(std::begin(batch.scatter_node), std::end(batch.scatter_node), 1);
+    batch.first_term = static_cast<std::int32_t>(problem.parts.size());
     for (int i = 0; i < RowBatch::rows && group[i] != RowBatches::none; ++i) {
       float *const normal = batch.normal + 4 * i, *const terms = batch.terms + 4 * i;
       const float angle = within(-0.5f, 0.5f), sliding = within(-1, 1);
       normal[1] = std::cos(angle);
       normal[2] = std::sin(angle);
-      batch.sliding[4 * i] = within(-1, 1);
-      batch.sliding[4 * i + 1] = -sliding * normal[2];
-      batch.sliding[4 * i + 2] = sliding * normal[1];
+      batch.tangent_move[4 * i] = within(-1, 1);
+      batch.tangent_move[4 * i + 1] = -sliding * normal[2];
+      batch.tangent_move[4 * i + 2] = sliding * normal[1];
       for (int k = 0; k < 4; ++k) {
         const std::int32_t node = nodes_of[group[i]][k];
         batch.node[4 * i + k] = node;
-        batch.pushed[4 * i + k] = node != 0 ? node : 1 + 4 * i + k;
+        batch.scatter_node[4 * i + k] = node != 0 ? node : 1 + 4 * i + k;
         batch.weight[4 * i + k] = k < 2 ? 0.5f : -0.5f;
         if (node != 0) batch.mobility[4 * i + k] = batch.weight[4 * i + k];
       }
@@ -106,7 +107,7 @@ Problem random_problem(unsigned seed) {
       part.rotation = part.translation + 1;
       problem.parts.push_back(part);
     }
-    batch.last_part = static_cast<std::int32_t>(problem.parts.size());
+    batch.last_term = static_cast<std::int32_t>(problem.parts.size());
     problem.batches.push_back(batch);
   }
   return problem;
@@ -114,7 +115,7 @@ Problem random_problem(unsigned seed) {
 
 }  // namespace
 
-TEST_CASE("a sweep is the same with every instruction set, and leads to what the rows ask for") {
+TEST_CASE("a sweep is the same with every instruction set and converges to the constraints") {
   const auto solve = [](const PgsKernels& kernels, Problem& problem) {
     std::vector<std::int32_t> all;
     for (std::size_t i = 0; i < problem.batches.size(); ++i)
@@ -132,12 +133,12 @@ TEST_CASE("a sweep is the same with every instruction set, and leads to what the
     const PgsKernels& baseline = *pgs_kernels("baseline");
     const SweepChange last = solve(baseline, expected);
     CHECK(last.largest < 1e-6f);
-    CHECK(baseline.most_left(expected.swept(), static_cast<int>(expected.batches.size())) < 1e-3f);
-    // The displacements are what the impulses make.
+    CHECK(baseline.max_violation(expected.swept(), static_cast<int>(expected.batches.size())) < 1e-3f);
+    // The impulses produce the displacements.
     Problem pushed = expected;
     std::fill(pushed.displacement.begin(), pushed.displacement.end(), Float4{});
     for (std::size_t i = 0; i < pushed.batches.size(); ++i)
-      baseline.push(pushed.swept(), static_cast<int>(i));
+      baseline.apply_impulses(pushed.swept(), static_cast<int>(i));
     for (std::size_t i = 0; i < pushed.displacement.size(); ++i)
       for (int k = 0; k < 4; ++k)
         CHECK(pushed.displacement[i].x[k] == Approx(expected.displacement[i].x[k]).margin(1e-3));
@@ -152,59 +153,60 @@ TEST_CASE("a sweep is the same with every instruction set, and leads to what the
       CHECK(change.restart_test == last.restart_test);
       const std::size_t bytes = problem.displacement.size() * sizeof(Float4);
       CHECK(!std::memcmp(problem.displacement.data(), expected.displacement.data(), bytes));
-      CHECK(kernels->most_left(problem.swept(), static_cast<int>(problem.batches.size())) ==
-            baseline.most_left(expected.swept(), static_cast<int>(expected.batches.size())));
+      CHECK(kernels->max_violation(problem.swept(), static_cast<int>(problem.batches.size())) ==
+            baseline.max_violation(expected.swept(), static_cast<int>(expected.batches.size())));
     }
   }
 }
 
-TEST_CASE("of rows that wait those lack something that would in the problem") {
+TEST_CASE("violated rows are found among inactive ones as in the full problem") {
   Problem problem = random_problem(5);
   std::vector<std::int32_t> node_of(problem.displacement.size());
   std::iota(node_of.begin(), node_of.end(), 0);
   std::vector<std::int32_t> all;
-  std::vector<InactiveBatch> waiting;
+  std::vector<InactiveBatch> inactive;
   for (const RowBatch& batch : problem.batches) {
     all.push_back(static_cast<std::int32_t>(all.size()));
-    InactiveBatch& other = waiting.emplace_back();
+    InactiveBatch& other = inactive.emplace_back();
     std::copy(std::begin(batch.normal), std::end(batch.normal), other.normal);
     std::copy(std::begin(batch.weight), std::end(batch.weight), other.weight);
     std::copy(std::begin(batch.node), std::end(batch.node), other.vertex);
     for (int i = 0; i < InactiveBatch::rows; ++i) other.normal[4 * i + 3] = batch.terms[4 * i];
-    other.first_part = batch.first_part;
-    other.last_part = batch.last_part;
+    other.first_term = batch.first_term;
+    other.last_term = batch.last_term;
   }
-  const auto lacking = [&](const PgsKernels& kernels) {
-    std::vector<std::int32_t> rows(InactiveBatch::rows * waiting.size());
+  const auto find_violated = [&](const PgsKernels& kernels) {
+    std::vector<std::int32_t> rows(InactiveBatch::rows * inactive.size());
     rows.resize(
-        static_cast<std::size_t>(kernels.lacking(problem.swept(), node_of.data(), waiting.data(),
-                                                 static_cast<int>(waiting.size()), rows.data())));
+        static_cast<std::size_t>(kernels.find_violated(problem.swept(), node_of.data(), inactive.data(),
+                                                 static_cast<int>(inactive.size()), rows.data())));
     return rows;
   };
   const auto check_all = [&](const std::vector<std::int32_t>& expected) {
     for (const char* name : {"baseline", "avx2", "avx512"}) {
       CAPTURE(name);
-      if (const PgsKernels* kernels = pgs_kernels(name)) CHECK(lacking(*kernels) == expected);
+      if (const PgsKernels* kernels = pgs_kernels(name)) CHECK(find_violated(*kernels) == expected);
     }
   };
-  // Where nothing has moved, those that need anything.
+  // Before any motion: the rows with a positive need are violated.
   std::vector<std::int32_t> in_need;
-  for (std::size_t i = 0; i < InactiveBatch::rows * waiting.size(); ++i)
-    if (waiting[i / InactiveBatch::rows].normal[4 * (i % InactiveBatch::rows) + 3] > 0)
+  for (std::size_t i = 0; i < InactiveBatch::rows * inactive.size(); ++i)
+    if (inactive[i / InactiveBatch::rows].normal[4 * (i % InactiveBatch::rows) + 3] > 0)
       in_need.push_back(static_cast<std::int32_t>(i));
   check_all(in_need);
-  // Once all is done, none that needs a little less; and one that needs far more.
+  // After convergence: no row with a slightly smaller need is violated, and one with a much larger
+  // need is.
   const PgsKernels& baseline = *pgs_kernels("baseline");
   for (int i = 0; i < 500; ++i)
     baseline.sweep(problem.swept(), all.data(), static_cast<int>(all.size()));
-  for (InactiveBatch& batch : waiting)
+  for (InactiveBatch& batch : inactive)
     for (int i = 0; i < InactiveBatch::rows; ++i) batch.normal[4 * i + 3] -= 2e-3f;
   check_all({});
-  waiting[3].normal[4 * 2 + 3] += 100;
+  inactive[3].normal[4 * 2 + 3] += 100;
   check_all({3 * InactiveBatch::rows + 2});
 }
 
-TEST_CASE("displacements go on by a part of what they moved, with every instruction set") {
+TEST_CASE("extrapolation adds a fraction of the last change with every instruction set") {
   for (const char* name : {"baseline", "avx2", "avx512"}) {
     const PgsKernels* const kernels = pgs_kernels(name);
     if (!kernels) continue;
@@ -220,20 +222,20 @@ TEST_CASE("displacements go on by a part of what they moved, with every instruct
   }
 }
 
-TEST_CASE("rows of a group move nothing in common, and each row is in one group") {
+TEST_CASE("rows of a group share no node and each row is in one group") {
   std::mt19937 random(1);
   std::uniform_int_distribution<std::int32_t> any(0, 59);
-  RowBatches partition;
+  RowBatches row_batches;
   for (int run = 0; run < 3; ++run) {
     std::vector<std::array<std::int32_t, 3>> things(100);
-    partition.begin(60);
+    row_batches.begin(60);
     for (std::size_t row = 0; row < things.size(); ++row) {
       for (std::int32_t& thing : things[row]) thing = any(random);
-      partition.add(static_cast<std::int32_t>(row), things[row].data(), things[row].data() + 3);
+      row_batches.add(static_cast<std::int32_t>(row), things[row].data(), things[row].data() + 3);
     }
     std::vector<int> met(things.size(), 0);
-    partition.finish();
-    for (const RowBatches::Group& group : partition.groups()) {
+    row_batches.finish();
+    for (const RowBatches::Group& group : row_batches.groups()) {
       std::vector<int> moved(60, 0);
       bool ended = false;
       for (const std::int32_t row : group) {

@@ -1,4 +1,4 @@
-// What the response does with velocities: friction, restitution, rest, energy, two-way contact.
+// Effects of the response on velocities: friction, restitution, rest, energy, two-way contact.
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
 
@@ -27,7 +27,7 @@ btVector3 mean_velocity(const btSoftBody& body) {
   return sum / static_cast<btScalar>(body.m_nodes.size());
 }
 
-// A flat cloth of 1 kg, without jitter.
+// Adds a flat cloth of 1 kg without jitter.
 btSoftBody* add_flat(ObstacleWorld& w, double height, double margin = 0.01) {
   auto cloth = scenes::make_cloth(w.info(), 5, 5, 1, [&](double u, double v) {
     return btVector3(static_cast<btScalar>(0.5 * u + 0.013), static_cast<btScalar>(height),
@@ -49,7 +49,7 @@ struct Floor {
 
 }  // namespace
 
-TEST_CASE("cloth comes to rest on a mesh and on other cloth, at its thickness") {
+TEST_CASE("cloth comes to rest at its thickness above a mesh and above other cloth") {
   const World world = GENERATE(World::rigid, World::deformable);
   const int layers = GENERATE(1, 2);
   CAPTURE(world == World::rigid, layers);
@@ -68,12 +68,12 @@ TEST_CASE("cloth comes to rest on a mesh and on other cloth, at its thickness") 
   CHECK(w.total().energy_gained < 1e-6);
 }
 
-TEST_CASE("thin cloth keeps its own thickness from the first contact, beside a thick one") {
+TEST_CASE("thin cloth keeps its own thickness from the first contact beside a thick one") {
   const World world = GENERATE(World::rigid, World::deformable);
   CAPTURE(world == World::rigid);
   ObstacleWorld w(world, 0);
   Floor floor(w);
-  // A step of 4.2 mm takes it from beyond its thickness of 12 mm to below that.
+  // One step of 4.2 mm takes it from above its thickness of 12 mm to below it.
   btSoftBody* thin = add_flat(w, 0.027, 0.002);
   add_flat(w, 1, 0.05);
   thin->setVelocity(btVector3(0, -1, 0));
@@ -83,7 +83,7 @@ TEST_CASE("thin cloth keeps its own thickness from the first contact, beside a t
   }
 }
 
-TEST_CASE("cloth without a margin keeps apart by more than numbers are rounded where it is") {
+TEST_CASE("cloth without a margin keeps a gap larger than rounding errors at its position") {
   const World world = GENERATE(World::rigid, World::deformable);
   CAPTURE(world == World::rigid);
   constexpr btScalar far = 8192;
@@ -100,7 +100,7 @@ TEST_CASE("cloth without a margin keeps apart by more than numbers are rounded w
 }
 
 TEST_CASE(
-    "friction stops cloth on a slope less steep than its coefficient, and not on a steeper one") {
+    "friction holds cloth on a slope up to its coefficient and not on a steeper slope") {
   const World world = GENERATE(World::rigid, World::deformable);
   const bool holds = GENERATE(true, false);
   CAPTURE(world == World::rigid, holds);
@@ -108,7 +108,7 @@ TEST_CASE(
   Floor floor(w, 1);
   btSoftBody* cloth = add_flat(w, 0.021);
   cloth->m_cfg.kDF = holds ? btScalar(0.6) : btScalar(0.4);
-  // Gravity leans by atan(0.5).
+  // Gravity is inclined by atan(0.5).
   const btVector3 weight(5, -10, 0);
   w.steps(60, 1.0 / 120, [&](int) {
     for (int i = 0; i < cloth->m_nodes.size(); ++i) cloth->m_nodes[i].m_v += weight / 120;
@@ -118,7 +118,7 @@ TEST_CASE(
   CHECK_THAT(speed, Matchers::WithinAbs(holds ? 0 : 0.5, holds ? 0.01 : 0.1));
 }
 
-TEST_CASE("between cloths friction is as Bullet's contacts in that world combine coefficients") {
+TEST_CASE("friction between cloths combines coefficients as Bullet does in that world") {
   const World world = GENERATE(World::rigid, World::deformable);
   CAPTURE(world == World::rigid);
   ObstacleWorld w(world, 0);
@@ -140,7 +140,7 @@ TEST_CASE("between cloths friction is as Bullet's contacts in that world combine
   CHECK(most > 0.99 * coefficient);
 }
 
-TEST_CASE("what a body loses to a contact does not depend on its own time scale") {
+TEST_CASE("the speed lost in a contact does not depend on the time scale of the body") {
   ObstacleWorld w(World::rigid, 0);
   Floor floor(w);
   btSoftBody* const cloth = add_flat(w, 0.03);
@@ -148,12 +148,12 @@ TEST_CASE("what a body loses to a contact does not depend on its own time scale"
   cloth->setVelocity(btVector3(0, -4, 0));
   for (int i = 0; i < 10 && w.total().contacts_vf == 0; ++i) w.steps(1);
   REQUIRE(w.total().contacts_vf > 0);
-  // The step in which it comes to rest leaves some of the speed.
+  // A part of the speed is left after the step in which it comes to rest.
   w.steps(1);
   CHECK(std::abs(static_cast<double>(mean_velocity(*cloth).y())) < 0.1);
 }
 
-TEST_CASE("a deformable moves no farther in a step than its world allows") {
+TEST_CASE("a deformable moves in a step at most as far as its world allows") {
   ObstacleWorld w(World::deformable, 0);
   Floor floor(w);
   btSoftBody* const cloth = add_flat(w, 0.021);
@@ -167,7 +167,7 @@ TEST_CASE("a deformable moves no farther in a step than its world allows") {
   CHECK(w.total().contacts_vf > 0);
 }
 
-TEST_CASE("a cloth that sleeps wakes where it is pushed") {
+TEST_CASE("a sleeping cloth wakes when it is pushed") {
   const World world = GENERATE(World::rigid, World::deformable);
   CAPTURE(world == World::rigid);
   ObstacleWorld w(world, 0);
@@ -182,7 +182,7 @@ TEST_CASE("a cloth that sleeps wakes where it is pushed") {
   CHECK(sleeper->isActive());
 }
 
-TEST_CASE("restitution gives back its part of the speed, and none by default") {
+TEST_CASE("restitution returns its fraction of the speed and none by default") {
   const World world = GENERATE(World::rigid, World::deformable);
   const double restitution = GENERATE(0.0, 0.5, 1.0);
   CAPTURE(world == World::rigid, restitution);
@@ -205,7 +205,7 @@ TEST_CASE("a dynamic rigid body and cloth exchange momentum and lose none") {
   ObstacleWorld w(world, 0);
   btSoftBody* cloth = w.add_sheet(9, 1, 0, 0);
   cloth->m_cfg.kDP = 0;
-  // Fast enough for Bullet's own contacts to miss it.
+  // So fast that Bullet's own contacts miss it.
   btRigidBody* ball = w.add(std::make_unique<btSphereShape>(btScalar(0.1)),
                             btVector3(btScalar(0.03), 1, btScalar(0.02)), mass);
   ball->setLinearVelocity(btVector3(0, -40, 0));
@@ -220,7 +220,7 @@ TEST_CASE("a dynamic rigid body and cloth exchange momentum and lose none") {
 }
 
 TEST_CASE("free bodies keep their angular momentum") {
-  // Bullet's own steps keep it in the deformable world only.
+  // Bullet's own steps keep angular momentum in the deformable world only.
   ObstacleWorld w(World::deformable, 0);
   btSoftBody* lower = w.add_sheet(9, 1, 0, 0);
   btSoftBody* upper = w.add_sheet(7, 0.7, 0.2, 0);
@@ -245,7 +245,7 @@ TEST_CASE("free bodies keep their angular momentum") {
   CHECK(static_cast<double>((after - before).length()) < 1e-4 * scale);
 }
 
-TEST_CASE("what is crushed between two bodies that nothing moves stays between them") {
+TEST_CASE("cloth that is crushed between two immovable bodies stays between them") {
   const World world = GENERATE(World::rigid, World::deformable);
   CAPTURE(world == World::rigid);
   ObstacleWorld w(world, 0);
@@ -263,7 +263,7 @@ TEST_CASE("what is crushed between two bodies that nothing moves stays between t
   CHECK(w.total().failsafe_holds > 0);
   CHECK(w.total().unresolved == 0);
   CHECK(w.status().find("between bodies of infinite mass") != std::string::npos);
-  // The press comes up again, and what it went over is below it.
+  // The press rises again. The cloth that it passed over is below it.
   w.steps(30, 1.0 / 60, [&](int i) { press_to(-0.1 + 0.02 * (i + 1)); });
   for (int i = 0; i < cloth->m_nodes.size(); ++i) {
     CHECK(cloth->m_nodes[i].m_x.y() > 0);
@@ -271,8 +271,8 @@ TEST_CASE("what is crushed between two bodies that nothing moves stays between t
   }
 }
 
-TEST_CASE("what is neither static nor a rigid body is left behind as a kinematic one is") {
-  // As a link of a multi-body: it moves by itself, and no contact of LazyCCD moves it.
+TEST_CASE("an object that is neither static nor a rigid body is treated as kinematic") {
+  // Like the link of a multibody: it moves by itself, and contacts of LazyCCD do not move it.
   const World world = GENERATE(World::rigid, World::deformable);
   CAPTURE(world == World::rigid);
   auto triangles = flat_triangles(3, 4);
@@ -314,11 +314,11 @@ TEST_CASE("a kinematic body that passes over a pinned node is not stopped by it"
         btQuaternion::getIdentity(), btVector3(0, static_cast<btScalar>(0.5 - 0.02 * (i + 1)), 0)));
   });
   CHECK(w.total().unresolved > 0);
-  // It takes the far corner along.
+  // It pushes the far corner along.
   CHECK(cloth->m_nodes[cloth->m_nodes.size() - 1].m_x.y() < btScalar(-0.05));
 }
 
-TEST_CASE("a body that is woken in a step begins it where it slept") {
+TEST_CASE("a body woken in a step starts it where it slept") {
   const World world = GENERATE(World::rigid, World::deformable);
   CAPTURE(world == World::rigid);
   ObstacleWorld w(world, 0);
@@ -328,7 +328,8 @@ TEST_CASE("a body that is woken in a step begins it where it slept") {
   for (int i = 0; i < sleeper->m_nodes.size(); ++i) sleeper->m_nodes[i].m_v.setZero();
   sleeper->forceActivationState(ISLAND_SLEEPING);
   const btScalar height = sleeper->m_nodes[0].m_x.y();
-  // It lies where the other flew in its last step, and beside it reaches as high.
+  // The other cloth lies where the sleeper moved in its last step; beside the sleeper it is as
+  // high.
   btSoftBody* other = w.add(scenes::make_cloth(w.info(), 6, 3, 1, [height](double u, double v) {
     return btVector3(static_cast<btScalar>(u),
                      height + static_cast<btScalar>(u > 0.9 ? 0.05 : -0.08),
@@ -341,7 +342,7 @@ TEST_CASE("a body that is woken in a step begins it where it slept") {
   }
 }
 
-TEST_CASE("applications are told all contacts of a step, with their bodies") {
+TEST_CASE("applications get all contacts of a step with their bodies") {
   const World world = GENERATE(World::rigid, World::deformable);
   CAPTURE(world == World::rigid);
   int calls = 0, with_floor = 0, listed = 0;
@@ -352,7 +353,7 @@ TEST_CASE("applications are told all contacts of a step, with their bodies") {
     ++calls;
     for (const bullet::StepContact& c : contacts) {
       with_floor += c.body_a == object || c.body_b == object;
-      // From the floor to the cloth, which is above it.
+      // The normal points from the floor to the cloth above it.
       const bool upwards = (c.normal.y() > 0) == (c.body_b == object);
       CHECK(upwards);
       CHECK(std::abs(static_cast<double>(c.point.y())) < 0.05);
@@ -374,7 +375,7 @@ TEST_CASE("applications are told all contacts of a step, with their bodies") {
   CHECK_THAT(pushed, Matchers::WithinAbs(4, 0.05));
 }
 
-TEST_CASE("a cloth that sleeps before its first step is pushed as one that is awake") {
+TEST_CASE("a cloth that sleeps before its first step is pushed like an awake one") {
   ObstacleWorld w(World::rigid, 0);
   btSoftBody* sleeper = add_flat(w, 0);
   sleeper->forceActivationState(ISLAND_SLEEPING);
@@ -392,8 +393,8 @@ TEST_CASE("a cloth that sleeps before its first step is pushed as one that is aw
   CHECK(momentum(*sleeper) + momentum(*thrown) == Approx(before).epsilon(1e-3));
 }
 
-TEST_CASE("bodies that lose momentum at different rates get no spin by it, far from the origin") {
-  // What Bullet damps of cloth it does not of rigid bodies.
+TEST_CASE("different damping of bodies far from the origin causes no rotation") {
+  // Bullet applies this damping to cloth but not to rigid bodies.
   const double far = GENERATE(0.0, 1000.0);
   CAPTURE(far);
   ObstacleWorld w(World::rigid, 0);
@@ -408,7 +409,7 @@ TEST_CASE("bodies that lose momentum at different rates get no spin by it, far f
   CHECK(box->getAngularVelocity().length() < 0.05);
 }
 
-TEST_CASE("what is thrown in on_contacts goes no further") {
+TEST_CASE("an exception in on_contacts is caught and logged") {
   bullet::SolverOptions options;
   options.on_contacts = [](Span<const bullet::StepContact>) { throw 1; };
   ObstacleWorld w(World::rigid, 0, options);

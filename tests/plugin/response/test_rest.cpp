@@ -1,4 +1,4 @@
-// Cloth on cloth on cloth comes to rest; what moves as a whole does not.
+// Stacked cloths come to rest. A body that moves as a whole does not.
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
 
 #include <cmath>
@@ -17,7 +17,7 @@ void add_floor(ObstacleWorld& w) {
         btVector3(0, btScalar(-0.1), 0));
 }
 
-// Cloths above each other, each turned and shifted against the one below.
+// Cloths above each other; each is rotated and shifted against the one below.
 std::vector<btSoftBody*> add_stack(ObstacleWorld& w, int layers) {
   std::vector<btSoftBody*> cloths;
   for (int i = 0; i < layers; ++i) {
@@ -60,7 +60,7 @@ TEST_CASE("a stack of eight cloths comes to rest") {
   CHECK(w.total().energy_gained < 1e-6);
 }
 
-TEST_CASE("what carries a load keeps no part of it as velocity") {
+TEST_CASE("a body that carries a load keeps no velocity from it") {
   ObstacleWorld w(World::rigid, 10);
   add_floor(w);
   const std::vector<btSoftBody*> cloths = add_stack(w, 3);
@@ -69,8 +69,8 @@ TEST_CASE("what carries a load keeps no part of it as velocity") {
   CHECK(fastest(cloths) < 1e-3);
 }
 
-TEST_CASE("damping to rest leaves the motion of the whole alone") {
-  // A cloth glides over a smooth floor, more slowly than what counts as rest.
+TEST_CASE("damping to rest does not change the motion of the whole body") {
+  // A cloth slides over a smooth floor, more slowly than the resting speed.
   const World world = GENERATE(World::rigid, World::deformable);
   CAPTURE(world == World::rigid);
   bullet::SolverOptions options;
@@ -87,10 +87,10 @@ TEST_CASE("damping to rest leaves the motion of the whole alone") {
   CHECK_THAT(static_cast<double>(momentum(*cloths[0]).x()), Matchers::WithinAbs(0.02, 0.001));
 }
 
-TEST_CASE("what deforms slowly in contact loses that as fast as it is asked to") {
+TEST_CASE("slow deformation in contact decays at the chosen rate") {
   const World world = GENERATE(World::rigid, World::deformable);
   CAPTURE(world == World::rigid);
-  // Root mean square along x, m/s, a step after it was 0.01 from node to node, to and fro.
+  // Root mean square speed along x, m/s, one step after neighbouring nodes got +0.01 and -0.01 m/s.
   const auto left_of = [world](double rest_damping) {
     bullet::SolverOptions options;
     options.friction = false;
@@ -100,7 +100,7 @@ TEST_CASE("what deforms slowly in contact loses that as fast as it is asked to")
     btSoftBody& cloth = *add_stack(w, 1)[0];
     w.steps(100, 1.0 / 120);
     cloth.m_cfg.kDP = 0;
-    cloth.m_cfg.piterations = 0;  // links would take it away
+    cloth.m_cfg.piterations = 0;  // links would damp it
     const int nodes = cloth.m_nodes.size();
     for (int i = 0; i < nodes; ++i)
       cloth.m_nodes[i].m_v += btVector3(i % 2 ? btScalar(0.01) : btScalar(-0.01), 0, 0);

@@ -1,4 +1,4 @@
-// What meets a node that is anchored to a rigid body meets that body.
+// Contacts of a node that is anchored to a rigid body act on that body.
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
 #include <BulletCollision/CollisionShapes/btEmptyShape.h>
 
@@ -13,13 +13,14 @@ using namespace lazyccd::test;
 
 namespace {
 
-// A flat cloth of 1 kg with all its nodes anchored to boxes at some distance, in turn, or free.
+// A flat cloth of 1 kg. Its nodes are free, or all are anchored to boxes at some distance, to one
+// box after the other.
 struct Board {
   btSoftBody* cloth;
   std::vector<btRigidBody*> boxes;
   double mass;  // of each box
 
-  // `box_mass` in kg; 0: free. The boxes are `box_height` metres above the cloth.
+  // `box_mass`: kg; 0: no boxes. `box_height`: height of the boxes above the cloth, metres.
   Board(ObstacleWorld& w, double height, double speed_down, double box_mass, double box_height,
         int box_count = 1)
       : mass(box_mass) {
@@ -81,7 +82,7 @@ struct Board {
   }
 };
 
-// Two boards, or a cloth and a board, that meet.
+// Two boards, or a cloth and a board, that collide.
 struct Meeting {
   ObstacleWorld world;
   Board lower, upper;
@@ -99,7 +100,8 @@ struct Meeting {
 
 namespace {
 
-// `alone` is the same without contacts, since Bullet's own step loses some of what turns.
+// Checks that contacts keep linear and angular momentum. `alone` is the same scene without
+// contacts: Bullet's own step loses some angular momentum.
 void check_momentum(Meeting& meeting, Meeting& alone) {
   for (const Board* board : {&alone.lower, &alone.upper}) {
     board->cloth->setCollisionFlags(board->cloth->getCollisionFlags() |
@@ -121,11 +123,11 @@ void check_momentum(Meeting& meeting, Meeting& alone) {
 
 }  // namespace
 
-TEST_CASE("a push on an anchored node reaches the rigid body, and no momentum is lost") {
+TEST_CASE("an impulse on an anchored node acts on the rigid body without loss of momentum") {
   const World world = GENERATE(World::rigid, World::deformable);
   const double mass = GENERATE(0.1, 10.0);
   const double mass_of_other = GENERATE(0.0, 1.0);
-  // Impulses; impact zones; zones held where the step began.
+  // Impulses, impact zones, and zones held at their start.
   const int means = GENERATE(0, 1, 2);
   CAPTURE(world == World::rigid, mass, mass_of_other, means);
   bullet::SolverOptions options;
@@ -136,8 +138,8 @@ TEST_CASE("a push on an anchored node reaches the rigid body, and no momentum is
   if (means < 2) CHECK(meeting.world.total().failsafe_holds == 0);
 }
 
-TEST_CASE("an anchor's rigid body gets the push though nothing meets it") {
-  // The cloths meet no rigid body; these have no triangles; or no contacts.
+TEST_CASE("the rigid body of an anchor gets the impulse though it collides with nothing") {
+  // Cloths do not collide with rigid bodies; the boxes have no triangles; or they have no contacts.
   const int why = GENERATE(0, 1, 2);
   CAPTURE(why);
   Meeting meeting(World::deformable, {}, 1, 1), alone(World::deformable, {}, 1, 1);
@@ -154,7 +156,7 @@ TEST_CASE("an anchor's rigid body gets the push though nothing meets it") {
   check_momentum(meeting, alone);
 }
 
-TEST_CASE("each of the four nodes in a contact may be anchored to a rigid body of its own") {
+TEST_CASE("the four nodes of a contact may be anchored to four rigid bodies") {
   const int boxes_each = GENERATE(2, 3, 4);
   CAPTURE(boxes_each);
   const bullet::SolverOptions options;
@@ -163,7 +165,7 @@ TEST_CASE("each of the four nodes in a contact may be anchored to a rigid body o
   check_momentum(meeting, alone);
 }
 
-TEST_CASE("an anchored node stops its rigid body at what does not give way") {
+TEST_CASE("an anchored node stops its rigid body at an immovable body") {
   const World world = GENERATE(World::rigid, World::deformable);
   CAPTURE(world == World::rigid);
   ObstacleWorld w(world, 10);

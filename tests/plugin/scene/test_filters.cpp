@@ -14,7 +14,7 @@ constexpr int until_through = 24;  // steps at 10 m/s: 1 m
 
 }  // namespace
 
-TEST_CASE("a pair that nothing forbids collides") {
+TEST_CASE("a pair that no filter excludes collides") {
   const World world = GENERATE(World::rigid, World::deformable);
   Impact impact(quiet_options(world));
   impact.steps(until_through);
@@ -24,13 +24,13 @@ TEST_CASE("a pair that nothing forbids collides") {
 
 TEST_CASE("filter masks keep a pair apart") {
   const World world = GENERATE(World::rigid, World::deformable);
-  Impact impact(quiet_options(world), 10, 2, 2);  // the other: group 1
+  Impact impact(quiet_options(world), 10, 2, 2);  // the other sheet is in group 1
   impact.steps(until_through);
   CHECK(impact.passed() == 36);
   CHECK(impact.world->total_stats()->contacts_vf == 0);
 }
 
-TEST_CASE("a pair told to ignore each other does, and only from then on") {
+TEST_CASE("a pair set to ignore each other does so from then on") {
   using Flag = btSoftBody::fCollision;
   const World world = GENERATE(World::rigid, World::deformable);
   const std::string by = GENERATE("list", "check", "group", "mask", "clusters");
@@ -45,15 +45,15 @@ TEST_CASE("a pair told to ignore each other does, and only from then on") {
   if (by == "group") proxy.m_collisionFilterGroup = 0;
   if (by == "mask") proxy.m_collisionFilterMask = 0;
   for (btSoftBody* const body : {impact.held, impact.thrown})
-    if (by == "clusters") body->m_cfg.collisions = Flag::SDF_RS | Flag::CL_SS;  // and has none
+    if (by == "clusters") body->m_cfg.collisions = Flag::SDF_RS | Flag::CL_SS;  // has none
   throw_down(*impact.thrown, 10);
   impact.steps(until_through);
   CHECK(impact.passed() == 36);
 }
 
-TEST_CASE("faces and links that an application takes out of a body meet nothing from then on") {
+TEST_CASE("faces and links that an application removes do not collide from then on") {
   const World world = GENERATE(World::rigid, World::deformable);
-  const bool has_faces = GENERATE(false, true);  // or is a net
+  const bool has_faces = GENERATE(false, true);  // false: a net
   CAPTURE(world == World::rigid, has_faces);
   Impact impact(quiet_options(world));
   btSoftBody& held = *impact.held;
@@ -69,7 +69,7 @@ TEST_CASE("faces and links that an application takes out of a body meet nothing 
     CHECK(impact.thrown->m_nodes[i].m_x.y() < btScalar(-0.1));
 }
 
-TEST_CASE("an application's own broad phase filter decides, at any time") {
+TEST_CASE("an application's own broad phase filter decides at any time") {
   struct Filter : btOverlapFilterCallback {
     bool allow = true;
     bool needBroadphaseCollision(btBroadphaseProxy*, btBroadphaseProxy*) const override {
@@ -78,7 +78,7 @@ TEST_CASE("an application's own broad phase filter decides, at any time") {
   };
   const World world = GENERATE(World::rigid, World::deformable);
   Filter filter;
-  Impact impact(quiet_options(world), 10, 2, 2);  // the filter overrides the masks
+  Impact impact(quiet_options(world), 10, 2, 2);  // the filter replaces the masks
   impact.world->info().m_broadphase->getOverlappingPairCache()->setOverlapFilterCallback(&filter);
   impact.steps(8);
   CHECK(impact.world->total_stats()->contacts_vf > 0);
@@ -89,7 +89,7 @@ TEST_CASE("an application's own broad phase filter decides, at any time") {
   CHECK(impact.passed() == 36);
 }
 
-TEST_CASE("a body without contact response is reported and passes") {
+TEST_CASE("a body without contact response is reported and passes through") {
   const World world = GENERATE(World::rigid, World::deformable);
   Impact impact(quiet_options(world));
   impact.thrown->setCollisionFlags(impact.thrown->getCollisionFlags() |
@@ -103,8 +103,8 @@ TEST_CASE("a body without contact response is reported and passes") {
   CHECK(reported > 0);
 }
 
-TEST_CASE("a body collides with itself only where it was asked to") {
-  // Two squares in one body, which so is of several components too.
+TEST_CASE("a body collides with itself only if self-collision is on") {
+  // Two squares in one body, which thus has two components.
   const World world = GENERATE(World::rigid, World::deformable);
   const bool asked = GENERATE(false, true);
   auto w = PhysicsWorld::make(quiet_options(world));
@@ -130,7 +130,7 @@ TEST_CASE("a body collides with itself only where it was asked to") {
   body->setSelfCollision(asked);
   btSoftBody* both = body.get();
   w->add(std::move(body));
-  // Bullet's own face tree never ends on a body of several components.
+  // Bullet's own face tree never terminates for a body of several components.
   both->m_cfg.collisions = 0;
   for (int i = 0; i < 24; ++i) w->step();
   CHECK((both->m_nodes[4].m_x.y() > 0) == asked);

@@ -1,4 +1,4 @@
-// Soft bodies against rigid ones of every kind.
+// Collisions of soft bodies with rigid bodies of every kind.
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
 #include <BulletCollision/CollisionShapes/btCapsuleShape.h>
 #include <BulletCollision/CollisionShapes/btCompoundShape.h>
@@ -31,7 +31,7 @@ int count_below(const btSoftBody& body, double height) {
   return count;
 }
 
-// Flat obstacles at height zero, 3 m wide, from every source of triangles.
+// Flat obstacles at height zero, 3 m wide, of every shape that has triangles.
 struct Flat {
   std::unique_ptr<btTriangleMesh> mesh = flat_triangles(6, 3);
   std::vector<btScalar> heights = std::vector<btScalar>(49, btScalar(0));
@@ -66,7 +66,7 @@ struct Flat {
 
 }  // namespace
 
-TEST_CASE("cloth stays above a thin mesh at any speed, however the triangles are given") {
+TEST_CASE("cloth stays above a thin mesh at any speed with every triangle shape") {
   const World world = GENERATE(World::rigid, World::deformable);
   const std::string kind =
       GENERATE("mesh", "scaled mesh", "gimpact", "heightfield", "plane", "compound");
@@ -82,7 +82,7 @@ TEST_CASE("cloth stays above a thin mesh at any speed, however the triangles are
   CHECK(w.total().failsafe_holds == 0);
 }
 
-TEST_CASE("a kinematic mesh that is moved takes cloth along and never passes through it") {
+TEST_CASE("a kinematic mesh pushes cloth along and never passes through it") {
   const World world = GENERATE(World::rigid, World::deformable);
   const double speed = GENERATE(1.0, 20.0);
   CAPTURE(world == World::rigid, speed);
@@ -102,8 +102,8 @@ TEST_CASE("a kinematic mesh that is moved takes cloth along and never passes thr
   CHECK(w.total().failsafe_holds == 0);
 }
 
-TEST_CASE("cloth that is pushed far in one step meets what is there") {
-  // The wall is ten times as far as the cloth is wide, and nothing but the ram comes near it.
+TEST_CASE("cloth that is pushed far in one step collides with bodies there") {
+  // The wall is ten cloth widths away. Only the ram comes near it.
   const World world = GENERATE(World::rigid, World::deformable);
   const bool kinematic = GENERATE(true, false);
   CAPTURE(world == World::rigid, kinematic);
@@ -122,14 +122,14 @@ TEST_CASE("cloth that is pushed far in one step meets what is there") {
   w.steps(1, 1.0 / 60);
   for (int i = 0; i < cloth->m_nodes.size(); ++i) {
     CHECK(cloth->m_nodes[i].m_x.y() > btScalar(-2));
-    // What is kinematic cannot give way and waits.
+    // If the ram is kinematic, the cloth cannot move on; LazyCCD's surface of the ram waits.
     CHECK((kinematic || cloth->m_nodes[i].m_x.y() < btScalar(-0.5)));
   }
 }
 
-// Else a step would read the same again and again.
+// Otherwise a step would read the same triangles again and again.
 TEST_CASE(
-    "what was asked for is read, also where places are rounded by as much as bodies are wide") {
+    "a wanted region is read although positions are rounded by the width of bodies") {
   constexpr btScalar width = btScalar(0.003), far = btScalar(1.8) * width / SIMD_EPSILON;
   std::mt19937 random(11);
   std::uniform_real_distribution<btScalar> part(-1, 1);
@@ -185,7 +185,7 @@ TEST_CASE("cloth never passes through thin convex bodies") {
   w.add(std::move(shape), btVector3(0, 0, 0));
   btSoftBody* cloth = w.add_sheet(9, 1, 0.25, 30);
   w.steps(12, 1.0 / 60);
-  // The middle hangs on the obstacle whatever the rest does.
+  // The middle hangs on the obstacle, whatever the rest does.
   btScalar middle = -100;
   for (int i = 0; i < cloth->m_nodes.size(); ++i) {
     middle = btMax(middle, cloth->m_nodes[i].m_x.y());
@@ -194,7 +194,7 @@ TEST_CASE("cloth never passes through thin convex bodies") {
   CHECK(w.total().fallback_steps == 0);
 }
 
-TEST_CASE("rigid obstacles can be turned off, and filters hold for them") {
+TEST_CASE("rigid obstacles can be turned off and filters apply to them") {
   const World world = GENERATE(World::rigid, World::deformable);
   const std::string by = GENERATE("option", "ignore", "flags");
   CAPTURE(world == World::rigid, by);
@@ -211,7 +211,7 @@ TEST_CASE("rigid obstacles can be turned off, and filters hold for them") {
   CHECK(w.total().contacts_vf == 0);
 }
 
-TEST_CASE("what an application says of a rigid body holds from the next step on") {
+TEST_CASE("filters and flags of a rigid body apply from the next step on") {
   struct Filter : btOverlapFilterCallback {
     bool meets = true;
     std::set<const btBroadphaseProxy*> pair;
@@ -228,7 +228,7 @@ TEST_CASE("what an application says of a rigid body holds from the next step on"
   ObstacleWorld w(world, 0);
   btRigidBody* const floor = w.add(flat.make("mesh"), btVector3(0, 0, 0));
   btSoftBody* const cloth = w.add_sheet(5, 1, 0.2, 5);
-  w.add_sheet(5, 1, 0.5, 0);  // of the same margin, and meets the floor all the time
+  w.add_sheet(5, 1, 0.5, 0);  // has the same margin and may always collide with the floor
   filter.pair = {cloth->getBroadphaseHandle(), floor->getBroadphaseHandle()};
   btBroadphaseProxy& proxy = *floor->getBroadphaseHandle();
   const int group = proxy.m_collisionFilterGroup, mask = proxy.m_collisionFilterMask;
@@ -247,12 +247,12 @@ TEST_CASE("what an application says of a rigid body holds from the next step on"
   REQUIRE(count_below(*cloth, 0.05) == 0);
   say(ends_meeting);
   w.steps(30);
-  // Bullet's own contacts in the deformable world go on with what has no response.
+  // Bullet's own contacts in the deformable world ignore the flag for no response.
   const bool is_bullets = by == "response" && world == World::deformable;
   CHECK(count_below(*cloth, 0) == (ends_meeting || is_bullets ? 0 : 25));
 }
 
-TEST_CASE("a static body that an application gives a mass gives way from the next step on") {
+TEST_CASE("a static body that gets a mass is movable from the next step on") {
   const World world = GENERATE(World::rigid, World::deformable);
   CAPTURE(world == World::rigid);
   ObstacleWorld w(world, 0);
@@ -274,7 +274,8 @@ TEST_CASE("a static body that an application gives a mass gives way from the nex
 
 namespace {
 
-// Where a cloth ends whose first column, inside a box, is anchored to it, and the box is moved.
+// Final positions of a cloth. Its first column is inside a box and anchored to it, and the box
+// moves.
 std::vector<btVector3> anchored_cloth(World world, bool obstacles) {
   bullet::SolverOptions options;
   options.collide_rigid = obstacles;
@@ -304,7 +305,7 @@ std::vector<btVector3> anchored_cloth(World world, bool obstacles) {
 
 }  // namespace
 
-TEST_CASE("an anchored node does not collide with what it is anchored to") {
+TEST_CASE("an anchored node does not collide with the body of its anchor") {
   const World world = GENERATE(World::rigid, World::deformable);
   const std::vector<btVector3> with = anchored_cloth(world, true);
   const std::vector<btVector3> without = anchored_cloth(world, false);
@@ -314,9 +315,9 @@ TEST_CASE("an anchored node does not collide with what it is anchored to") {
   }
 }
 
-TEST_CASE("obstacles are forgotten with the last soft body that meets them") {
+TEST_CASE("obstacles are dropped with the last soft body that collides with them") {
   const World world = GENERATE(World::rigid, World::deformable);
-  const bool goes = GENERATE(true, false);  // or stops meeting any
+  const bool goes = GENERATE(true, false);  // false: stops colliding with rigid bodies
   CAPTURE(world == World::rigid, goes);
   ObstacleWorld w(world, 10);
   w.add(std::make_unique<btSphereShape>(btScalar(0.2)), btVector3(0, 0, 0));
@@ -333,7 +334,7 @@ TEST_CASE("obstacles are forgotten with the last soft body that meets them") {
   CHECK(w.total().fallback_steps == 0);
 }
 
-TEST_CASE("an obstacle whose shape an application changes is read anew") {
+TEST_CASE("an obstacle is read again if an application changes its shape") {
   const World world = GENERATE(World::rigid, World::deformable);
   const std::string child = GENERATE("moves", "grows", "comes");
   CAPTURE(world == World::rigid, child);
@@ -345,9 +346,9 @@ TEST_CASE("an obstacle whose shape an application changes is read anew") {
                        btVector3(static_cast<btScalar>(x), static_cast<btScalar>(y), 0));
   };
   if (child != "comes") compound->addChildShape(at(0, child == "moves" ? -3 : -1), &ball);
-  // So that all of it is read where the sheet begins.
+  // Makes LazyCCD read the whole compound where the sheet starts.
   compound->addChildShape(at(1, 0.5), &beside);
-  // What comes leaves the bounds as they are.
+  // The new child will leave the bounds unchanged.
   if (child == "comes") compound->addChildShape(at(-1, -3), &below);
   btCompoundShape* shape = compound.get();
   w.add(std::move(compound), btVector3(0, 0, 0));
@@ -370,18 +371,19 @@ TEST_CASE("an obstacle whose shape an application changes is read anew") {
   CHECK(nearest > radius);
 }
 
-TEST_CASE("an obstacle that an application mirrors is read anew") {
+TEST_CASE("an obstacle is read again if an application mirrors it") {
   const World world = GENERATE(World::rigid, World::deformable);
   CAPTURE(world == World::rigid);
   ObstacleWorld w(world, 0);
-  // A right-angled prism below its longest side, x + z = 0, which has the same bounds as its image.
+  // A right-angled prism on one side of its longest face, x + z = 0. Its mirror image has the same
+  // bounds.
   auto prism = std::make_unique<btConvexHullShape>();
   for (const auto& [x, z] : {std::pair{-1, -1}, {1, -1}, {-1, 1}})
     for (const double y : {0.2, 0.35})
       prism->addPoint(btVector3(btScalar(x), static_cast<btScalar>(y), btScalar(z)), true);
   btConvexHullShape* const shape = prism.get();
   w.add(std::move(prism), btVector3(0, 0, 0));
-  shape->recalcLocalAabb();  // of the margin that it has been given
+  shape->recalcLocalAabb();  // with the margin that it now has
   btSoftBody* const sheet = w.add_sheet(5, 0.5, 0.5, 2);
   sheet->translate(btVector3(btScalar(0.6), 0, btScalar(0.6)));
   w.steps(6);
@@ -390,23 +392,23 @@ TEST_CASE("an obstacle that an application mirrors is read anew") {
   CHECK(count_below(*sheet, 0.35) == 0);
 }
 
-TEST_CASE("a step in which nothing can meet anything seeks nothing") {
+TEST_CASE("a step without bodies near each other runs no detection") {
   const World world = GENERATE(World::rigid, World::deformable);
   ObstacleWorld w(world, 0);
   w.add(std::make_unique<btBoxShape>(btVector3(1, btScalar(0.1), 1)), btVector3(0, 0, 0));
   btSoftBody* const cloth = w.add_sheet(4, 1, 0.5, 10);
   btSoftBody* const other = w.add_sheet(4, 1, 2, 0);
-  bool sought = false;
+  bool searched = false;
   w.steps(24, 1.0 / 240, [&](int) {
     const bool is_near = w.contacts().size() > 0;
     CHECK((w.last().detections > 0 || !is_near));
-    sought = sought || w.last().detections > 0;
-    // It takes nine steps down to the box.
-    if (cloth->m_nodes[0].m_x.y() > btScalar(0.2)) CHECK_FALSE(sought);
+    searched = searched || w.last().detections > 0;
+    // The cloth needs nine steps down to the box.
+    if (cloth->m_nodes[0].m_x.y() > btScalar(0.2)) CHECK_FALSE(searched);
   });
-  CHECK(sought);
+  CHECK(searched);
   CHECK(count_below(*cloth, 0.1) == 0);
-  // What collides with itself may meet itself anywhere.
+  // A body with self-collision can always collide.
   w.remove(cloth);
   w.steps(2);
   CHECK(w.last().detections == 0);
@@ -416,13 +418,13 @@ TEST_CASE("a step in which nothing can meet anything seeks nothing") {
 }
 
 TEST_CASE(
-    "bodies far apart along one axis alone are never taken for near, near ones never for far") {
+    "bodies apart along a single axis are near exactly up to their margins") {
   const World world = GENERATE(World::rigid, World::deformable);
   const int axis = GENERATE(0, 1, 2);
   const double apart = GENERATE(0.019, 0.03);
   CAPTURE(world == World::rigid, axis, apart);
   ObstacleWorld w(world, 0);
-  // Two triangles that face each other, a gap apart.
+  // Two parallel triangles with a gap between them.
   for (const double at : {0.0, apart}) {
     btVector3 corners[3] = {btVector3(0, 0, 0), btVector3(0, 0, 0), btVector3(0, 0, 0)};
     corners[1][(axis + 1) % 3] = corners[2][(axis + 2) % 3] = 1;
@@ -435,7 +437,7 @@ TEST_CASE(
   CHECK((w.last().detections > 0) == (apart < 0.02));
 }
 
-TEST_CASE("while soft bodies go on, only what is cut to where they are is read anew") {
+TEST_CASE("if soft bodies move only obstacles read in part are read again") {
   ObstacleWorld w(World::rigid, 0);
   const auto mesh = flat_triangles(20, 20);
   w.add(std::make_unique<btBvhTriangleMeshShape>(mesh.get(), true), btVector3(0, 0, 0));
@@ -463,7 +465,7 @@ TEST_CASE("while soft bodies go on, only what is cut to where they are is read a
   CHECK(triangles(1) == capsule);
   CHECK(obstacles.vertex_count() ==
         static_cast<std::int32_t>(triangles(0)->vertices.size() + capsule->vertices.size()));
-  // Finer where the margin is narrower.
+  // Finer for a smaller depth.
   CHECK(read_at(4, 0.002));
   CHECK(triangles(1)->faces.size() > capsule->faces.size());
 }

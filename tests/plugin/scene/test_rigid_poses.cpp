@@ -14,13 +14,13 @@ namespace {
 struct Watched {
   ObstacleWorld world{scenes::World::rigid, 0};
   bullet::RigidPoses poses;
-  bullet::WarningLog journal{{}};
+  bullet::WarningLog warnings{{}};
 
   btRigidBody* add(double mass = 0) {
     return world.add(std::make_unique<btSphereShape>(btScalar(0.1)), btVector3(0, 0, 0), mass);
   }
   void begin() { poses.begin_step(world.world().getBroadphase()); }
-  void end() { poses.end_step(world.world().getBroadphase(), journal); }
+  void end() { poses.end_step(world.world().getBroadphase(), warnings); }
   const RigidPose* of(const btCollisionObject* body) const {
     for (const RigidPose& pose : poses.all())
       if (pose.object == body) return &pose;
@@ -38,7 +38,7 @@ double end_of(const RigidPose* pose) { return static_cast<double>(pose->end.getO
 }  // namespace
 
 TEST_CASE(
-    "what nothing moves is swept from the last step's end, what is free from this one's start") {
+    "immovable bodies are swept from the last end and free ones from this start") {
   Watched w;
   btRigidBody *wall = w.add(), *free = w.add(1);
   w.begin();
@@ -55,7 +55,7 @@ TEST_CASE(
   CHECK(end_of(w.of(free)) == 2);
 }
 
-TEST_CASE("rigid bodies keep their places while others come and go") {
+TEST_CASE("rigid bodies keep their poses while others are added and removed") {
   Watched w;
   std::vector<btRigidBody*> walls;
   for (int i = 0; i < 20; ++i) walls.push_back(w.add());
@@ -63,7 +63,7 @@ TEST_CASE("rigid bodies keep their places while others come and go") {
   w.end();
   for (int round = 0; round < 5; ++round) {
     w.begin();
-    // One goes, one comes, perhaps where that was in memory.
+    // One is removed and one added, perhaps at the same address.
     w.world.remove(walls.front());
     walls.erase(walls.begin());
     walls.push_back(w.add());
@@ -79,7 +79,7 @@ TEST_CASE("rigid bodies keep their places while others come and go") {
   }
 }
 
-TEST_CASE("what was left behind comes after at twice the speed at most") {
+TEST_CASE("a held body catches up at twice the speed at most") {
   Watched w;
   btRigidBody* const wall = w.add();
   w.begin();
@@ -87,7 +87,7 @@ TEST_CASE("what was left behind comes after at twice the speed at most") {
   move(*wall, 10);
   w.begin();
   w.end();
-  w.poses.leave_behind(*wall);
+  w.poses.hold_at_start(*wall);
   for (const double end : {2.0, 4.0, 6.0}) {
     move(*wall, 10 + end / 2);
     w.begin();

@@ -1,4 +1,4 @@
-// Shapes that hold no triangles of their own, and triangles that hold no surface.
+// Shapes without triangles of their own, and triangles without area.
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
 #include <BulletCollision/CollisionShapes/btConvexHullShape.h>
 #include <BulletCollision/CollisionShapes/btUniformScalingShape.h>
@@ -12,9 +12,9 @@ using namespace lazyccd;
 using namespace lazyccd::test;
 using scenes::World;
 
-TEST_CASE("a scaled polyhedron is met at its own corners") {
+TEST_CASE("a scaled polyhedron collides at its own corners") {
   const World world = GENERATE(World::rigid, World::deformable);
-  // A needle, so thin that no sample of directions finds all its corners.
+  // A needle so thin that sampling directions does not find all its corners.
   const btScalar corners[4][3] = {{0, btScalar(0.5), 0},
                                   {btScalar(0.02), 0, 0},
                                   {btScalar(-0.02), 0, btScalar(0.001)},
@@ -27,14 +27,14 @@ TEST_CASE("a scaled polyhedron is met at its own corners") {
   btSoftBody* sheet = w.add_sheet(2, 0.5, 1.2, 2);
   w.steps(60);
   REQUIRE(w.total().contacts_vf > 0);
-  // The tip is 1 m high and in the middle of two triangles; around it is a margin of 3 cm.
+  // The tip is at a height of 1 m, below the midpoint of two triangles. The margins add up to 3 cm.
   btScalar lowest = 10;
   for (int i = 0; i < 4; ++i) lowest = btMin(lowest, sheet->m_nodes[i].m_x.y());
   const btVector3 middle = (sheet->m_nodes[1].m_x + sheet->m_nodes[2].m_x) / 2;
   CHECK(static_cast<double>(btMax(lowest, middle.y())) > 1);
 }
 
-TEST_CASE("a mesh of triangles that are lines is no reason to leave a step out") {
+TEST_CASE("a mesh of degenerate triangles does not make a step fall back to Bullet") {
   const World world = GENERATE(World::rigid, World::deformable);
   ObstacleWorld w(world, 0);
   btTriangleMesh lines;
@@ -45,7 +45,7 @@ TEST_CASE("a mesh of triangles that are lines is no reason to leave a step out")
   CHECK(w.total().fallback_steps == 0);
 }
 
-TEST_CASE("what does not respond does not intersect where a step begins") {
+TEST_CASE("bodies without contact response are not counted as initial intersections") {
   const World world = GENERATE(World::rigid, World::deformable);
   ObstacleWorld w(world, 0);
   const auto sheet = [&](double tilt) {
@@ -64,11 +64,11 @@ TEST_CASE("what does not respond does not intersect where a step begins") {
 }
 
 TEST_CASE(
-    "a body in parts has a tree of faces, which Bullet would never finish, where Bullet reads it") {
-  // Two triangles with a corner in common, two with a side in common but no link, and a rope in two
-  // pieces.
+    "a body of several components has a face tree if Bullet reads one") {
+  // Two triangles that share a corner, two that share a side but have no link, and a rope in two
+  // parts. Bullet's own face tree would never terminate for them.
   const World world = GENERATE(World::rigid, World::deformable);
-  // Which Bullet would read.
+  // With this option Bullet reads face trees in the deformable world.
   bullet::SolverOptions options;
   options.replace_rigid_contacts = false;
   ObstacleWorld w(world, 0, options);
@@ -92,6 +92,6 @@ TEST_CASE(
   rope->translate(btVector3(0, 2, 0));
   w.steps(3);
   CHECK(w.total().fallback_steps == 0);
-  // It is built here where Bullet reads one.
+  // The tree is built only if Bullet reads it.
   if (world == World::deformable) CHECK(by_a_corner->m_fdbvt.m_leaves == 2);
 }

@@ -27,14 +27,14 @@ Triangles triangles_of(const btConvexShape& shape, double depth) {
   return triangles;
 }
 
-// How far inside of the shape its faces lie: the least and the most.
+// Smallest and largest depth of the faces inside the shape.
 std::array<double, 2> depths(const btConvexShape& shape, const Triangles& triangles) {
   std::array<double, 2> found = {std::numeric_limits<double>::infinity(), 0};
   for (const Face& face : triangles.faces) {
     const btVector3 &a = triangles.vertices[face[0]], &b = triangles.vertices[face[1]],
                     &c = triangles.vertices[face[2]];
     const btVector3 across = (b - a).cross(c - a);
-    if (across.length() < btScalar(1e-6)) continue;  // of the fan of a cap
+    if (across.length() < btScalar(1e-6)) continue;  // degenerate triangle in the fan of a cap
     btVector3 normal = across.normalized();
     if (normal.dot(a) < 0) normal = -normal;
     const auto depth = static_cast<double>(normal.dot(shape.localGetSupportingVertex(normal) - a));
@@ -48,7 +48,7 @@ std::unique_ptr<btConvexShape> make_any(const std::string& kind, btScalar radius
   if (kind == "capsule") return std::make_unique<btCapsuleShapeX>(radius, 3 * radius);
   if (kind == "cylinder")
     return std::make_unique<btCylinderShapeZ>(btVector3(radius, radius, radius / 4));
-  return std::make_unique<btConeShape>(radius, 2 * radius);  // as high as wide
+  return std::make_unique<btConeShape>(radius, 2 * radius);  // as high as it is wide
 }
 
 std::unique_ptr<btConvexShape> make(const std::string& kind, btScalar radius) {
@@ -59,7 +59,7 @@ std::unique_ptr<btConvexShape> make(const std::string& kind, btScalar radius) {
 
 }  // namespace
 
-TEST_CASE("the polyhedron of what is round lies inside of it, about as deep as asked") {
+TEST_CASE("the polyhedron of a round shape lies inside it at about the wanted depth") {
   const std::string kind = GENERATE("sphere", "capsule", "cylinder", "cone");
   const auto shape = make(kind, btScalar(0.3));
   std::size_t faces = 0;
@@ -70,7 +70,7 @@ TEST_CASE("the polyhedron of what is round lies inside of it, about as deep as a
     CHECK(most < 1.27 * depth);  // the number of rings is rounded
     CHECK(triangles.faces.size() > faces);
     faces = triangles.faces.size();
-    // Closed, and in one piece.
+    // The polyhedron is closed and connected.
     std::set<Edge> edges;
     for (const Face& face : triangles.faces) {
       for (int k = 0; k < 3; ++k) CHECK(edges.insert({face[k], face[(k + 1) % 3]}).second);
@@ -80,7 +80,7 @@ TEST_CASE("the polyhedron of what is round lies inside of it, about as deep as a
   }
 }
 
-TEST_CASE("the polyhedron of what is round is never finer or coarser than is of use") {
+TEST_CASE("the polyhedron of a round shape has limits of fineness and coarseness") {
   const std::string kind = GENERATE("sphere", "capsule", "cylinder", "cone");
   const auto shape = make(kind, 1);
   const double nothing = 0, anything = std::numeric_limits<double>::infinity();
@@ -89,7 +89,7 @@ TEST_CASE("the polyhedron of what is round is never finer or coarser than is of 
   CHECK(triangles_of(*shape, nothing).faces.size() < 1600);
 }
 
-TEST_CASE("rims that Bullet rounds by the margin are round where that is asked for") {
+TEST_CASE("rims that Bullet rounds by the margin are round at small depths") {
   const std::string kind = GENERATE("cylinder", "cone");
   CAPTURE(kind);
   const auto rounded = make_any(kind, btScalar(0.3)), sharp = make(kind, btScalar(0.3));
@@ -99,18 +99,18 @@ TEST_CASE("rims that Bullet rounds by the margin are round where that is asked f
     CHECK(least > -1e-6);
     CHECK(most < 2.3 * depth);
   }
-  // Cloth that keeps as much away from it as that margin does without.
+  // At a depth near the margin the rims are not rounded.
   CHECK(triangles_of(*rounded, 0.03).faces.size() == triangles_of(*sharp, 0.03).faces.size());
 }
 
-TEST_CASE("a scaled shape is met as deep as one of that size") {
+TEST_CASE("a scaled shape has as many triangles as a shape of that size") {
   btSphereShape small(btScalar(0.1));
   const btUniformScalingShape scaled(&small, 3);
   const btSphereShape large(btScalar(0.3));
   CHECK(triangles_of(scaled, 0.003).faces.size() == triangles_of(large, 0.003).faces.size());
 }
 
-TEST_CASE("a plane is as exact as what is met of it is near, however far its triangles go") {
+TEST_CASE("triangles of a plane are exact near bodies however far they extend") {
   const btStaticPlaneShape plane(btVector3(0, 1, 0), btScalar(0.25));
   const btVector3 one(1, 1, 1);
   const auto box = [&](btScalar half) { return AxisBox{-half * one, half * one}; };
@@ -119,7 +119,7 @@ TEST_CASE("a plane is as exact as what is met of it is near, however far its tri
     REQUIRE(tessellate(plane, btTransform::getIdentity(), region, near, 0.005, triangles));
     return triangles;
   };
-  // As Bullet has it, where there is nothing to be gained.
+  // Bullet's own two triangles, if more would gain nothing.
   const auto turns_up = [](const Triangles& t, const Face& face) {
     const btVector3& a = t.vertices[face[0]];
     return (t.vertices[face[1]] - a).cross(t.vertices[face[2]] - a).y() > 0;

@@ -32,11 +32,11 @@ TEST_CASE("a body added between steps collides, and one removed does not") {
   CHECK(impact.world->total_stats()->fallback_steps == 0);
 }
 
-TEST_CASE("a body cut between steps still collides, the new nodes too") {
+TEST_CASE("a body cut between steps still collides with its new nodes") {
   const World world = GENERATE(World::rigid, World::deformable);
   Impact impact(quiet_options(world), 5);
   impact.steps(2);
-  impact.thrown->m_cfg.collisions = 0;  // Bullet's face tree may never end on what is cut in two
+  impact.thrown->m_cfg.collisions = 0;  // Bullet's face tree may not terminate on a cut body
   const int before = impact.thrown->m_nodes.size();
   for (int i = 0; i < 5; ++i) impact.thrown->cutLink(12 + i, 13 + i, btScalar(0.5));
   const int after = impact.thrown->m_nodes.size();
@@ -53,7 +53,7 @@ TEST_CASE("a body cut between steps still collides, the new nodes too") {
   CHECK(impact.world->total_stats()->fallback_steps == 0);
 }
 
-TEST_CASE("faces moved by hand count after topology_changed, masses at once") {
+TEST_CASE("changed faces count after topology_changed and masses at once") {
   // A node unpinned by hand, without Bullet's setMass: a pinned pair becomes a movable one.
   const World world = GENERATE(World::rigid, World::deformable);
   Impact impact(quiet_options(world), 0);
@@ -91,7 +91,7 @@ TEST_CASE("a rope catches on cloth and on another rope") {
   for (int i = 0; i < 20; ++i) w->step();
   CHECK(scenes::nodes_below(*single, 0, single->m_nodes.size() - 1, *net) == 0);
   CHECK(single->m_nodes[4].m_x.y() < btScalar(-0.4));
-  // The thrown rope hangs over the fixed one: its middle stayed up, its ends did not.
+  // The thrown rope hangs over the fixed one: its middle is still above, its ends are not.
   btScalar highest = -10;
   for (int i = 0; i < across->m_nodes.size(); ++i) {
     highest = btMax(highest, across->m_nodes[i].m_x.y());
@@ -100,9 +100,9 @@ TEST_CASE("a rope catches on cloth and on another rope") {
   CHECK(across->m_nodes[0].m_x.y() < btScalar(-0.3));
 }
 
-TEST_CASE("a rope collides with its links, and not with what keeps it from bending") {
+TEST_CASE("a rope collides with its links and not with its bending links") {
   const World world = GENERATE(World::rigid, World::deformable);
-  const bool bends = GENERATE(false, true);  // or is a third side
+  const bool bends = GENERATE(false, true);  // false: an ordinary link
   CAPTURE(world == World::rigid, bends);
   auto w = PhysicsWorld::make(quiet_options(world));
   const btVector3 corners[] = {btVector3(0, 0, 0), btVector3(1, 0, 0), btVector3(1, 0, 1)};
@@ -111,7 +111,7 @@ TEST_CASE("a rope collides with its links, and not with what keeps it from bendi
   for (const auto& [a, b] : {std::pair{0, 1}, {1, 2}, {0, 2}}) angle->appendLink(a, b);
   angle->m_links[2].m_bbending = bends;
   scenes::pin(*angle, 0, 2);
-  // Its middle comes down on the middle of the third side.
+  // The middle of the rope falls on the middle of the third side.
   const btVector3 from(btScalar(0.4), btScalar(0.1), btScalar(0.6)),
       to(btScalar(0.6), btScalar(0.1), btScalar(0.4));
   std::unique_ptr<btSoftBody> rope(btSoftBodyHelpers::CreateRope(w->info(), from, to, 0, 0));
@@ -126,7 +126,7 @@ TEST_CASE("a rope collides with its links, and not with what keeps it from bendi
   CHECK((falls->m_nodes[0].m_x.y() + falls->m_nodes[1].m_x.y() < 0) == bends);
 }
 
-TEST_CASE("the nodes of a body that is nothing to collide with are left alone") {
+TEST_CASE("nodes of a body without faces or links are left alone") {
   const World world = GENERATE(World::rigid, World::deformable);
   auto w = PhysicsWorld::make(quiet_options(world));
   const std::vector<btVector3> x = {btVector3(0, 1, 0), btVector3(1, 1, 0)};
@@ -143,7 +143,7 @@ TEST_CASE("the nodes of a body that is nothing to collide with are left alone") 
   CHECK(w->total_stats()->steps == 3);
 }
 
-TEST_CASE("duplicate and degenerate faces are left out and said once") {
+TEST_CASE("duplicate and degenerate faces are left out and logged once") {
   const World world = GENERATE(World::rigid, World::deformable);
   int messages = 0;
   scenes::WorldOptions options = quiet_options(world);
@@ -160,12 +160,12 @@ TEST_CASE("duplicate and degenerate faces are left out and said once") {
   CHECK(impact.passed() == 0);
   CHECK(impact.world->total_stats()->fallback_steps == 0);
   CHECK(messages == 1);
-  CHECK(impact.world->status().find("soft body 1: left out 1 faces that name a node twice, 1 that "
-                                    "repeat another face") != std::string::npos);
+  CHECK(impact.world->status().find("soft body 1: left out 1 faces with a repeated node, 1 duplicate "
+                                    "faces") != std::string::npos);
 }
 
-TEST_CASE("a body in several components does not keep Bullet busy for ever") {
-  // Bullet's own tree of faces would never be finished.
+TEST_CASE("Bullet terminates for a body of several components") {
+  // Bullet's own face tree would never terminate.
   const World world = GENERATE(World::rigid, World::deformable);
   scenes::WorldOptions options = quiet_options(world);
   auto w = PhysicsWorld::make(options);
@@ -186,7 +186,7 @@ TEST_CASE("a body in several components does not keep Bullet busy for ever") {
   CHECK(parts->m_nodes[0].m_x == points[0]);
 }
 
-TEST_CASE("bodies are sought as near as two that may meet come near, and no nearer") {
+TEST_CASE("the search distance is the largest sum of margins of two bodies that may collide") {
   ObstacleWorld w(World::deformable, 0);
   btSoftBody* const thin = w.add_sheet(3, 1, 0, 0);
   w.add(std::make_unique<btSphereShape>(btScalar(0.3)), btVector3(0, -1, 0));
@@ -207,7 +207,7 @@ TEST_CASE("bodies are sought as near as two that may meet come near, and no near
     return topology.largest_margins();
   };
   const double margin = static_cast<double>(btScalar(0.01));
-  // The sphere's margin is its radius, which its triangles have.
+  // The sphere's margin is its radius, and its triangles lie at this radius, so it adds nothing.
   CHECK(largest_margins() == margin);
   thin->setSelfCollision(true);
   CHECK(largest_margins() == 2 * margin);

@@ -31,7 +31,7 @@ TEST_CASE("a body with a position that is not finite is named and left out until
         std::string::npos);
   CHECK(impact.world->total_stats()->fallback_steps == 0);
 
-  // The springs have spread it by now.
+  // By now the springs have spread the bad position over the body.
   for (int i = 0; i < broken->m_nodes.size(); ++i) {
     broken->m_nodes[i].m_x = broken->m_nodes[i].m_q =
         good + btVector3(btScalar(0.1 * (i % 4)), 0, btScalar(0.1 * (i / 4)));
@@ -48,8 +48,8 @@ TEST_CASE("a deformable world with a position that is not finite goes on") {
   CHECK(impact.world->status().find("is not finite") != std::string::npos);
 }
 
-TEST_CASE("a body that has exploded is named and left out, and the others go on colliding") {
-  // Left to exact arithmetic, each step would take minutes. Bullet's own limit is raised.
+TEST_CASE("an exploded body is named and left out and the others go on colliding") {
+  // With exact arithmetic each step would take minutes. The test raises Bullet's own limit.
   Impact impact(quiet_options(World::rigid));
   impact.world->info().m_maxDisplacement = btScalar(1e16);
   auto third = sheet(*impact.world, 4, 1, 3);
@@ -63,8 +63,8 @@ TEST_CASE("a body that has exploded is named and left out, and the others go on 
   CHECK(impact.world->total_stats()->fallback_steps == 0);
 }
 
-TEST_CASE("a rigid body whose velocity is not finite is named, and spoils nothing that it meets") {
-  // Bullet's clusters do this, once the body has moved.
+TEST_CASE("a rigid body with a velocity that is not finite is named and spoils no other body") {
+  // Bullet's clusters cause this after the body has moved.
   ObstacleWorld w(World::rigid, 0);
   btSoftBody* sheet = w.add_sheet(6, 1, 0.2, 2);
   btRigidBody* ball =
@@ -90,7 +90,7 @@ TEST_CASE("a reduced deformable is refused by name") {
   CHECK(impact.world->total_stats()->fallback_steps == 0);
 }
 
-TEST_CASE("an option that the detector refuses makes the step Bullet's, and is said once") {
+TEST_CASE("an option that the detector refuses is logged once and Bullet does the step") {
   const World world = GENERATE(World::rigid, World::deformable);
   int messages = 0;
   scenes::WorldOptions options = quiet_options(world);
@@ -100,7 +100,7 @@ TEST_CASE("an option that the detector refuses makes the step Bullet's, and is s
   impact.steps(5);
   CHECK(messages == 1);
   CHECK(impact.world->total_stats()->fallback_steps == 5);
-  CHECK(impact.world->status().find("the step goes on without LazyCCD") != std::string::npos);
+  CHECK(impact.world->status().find("this step runs without LazyCCD") != std::string::npos);
   CHECK(impact.thrown->m_nodes[0].m_x.y() < btScalar(0.1));
 }
 
@@ -136,27 +136,28 @@ TEST_CASE("nodes are read and written on several threads as on one") {
   CHECK(ends[0] == ends[1]);
 }
 
-TEST_CASE("options that mean nothing are said, and the usual ones used") {
+TEST_CASE("invalid options are logged and replaced by the defaults") {
   const double nothing = std::numeric_limits<double>::quiet_NaN();
-  std::vector<std::string> said;
+  std::vector<std::string> logged;
   scenes::WorldOptions options = quiet_options(World::rigid);
-  options.lazyccd.on_message = [&](const std::string& line) { said.push_back(line); };
+  options.lazyccd.on_message = [&](const std::string& line) { logged.push_back(line); };
   options.lazyccd.thickness = nothing;
   options.lazyccd.position_correction = 2;
   options.lazyccd.restitution = -1;
   options.lazyccd.rest_damping = -100;
   options.lazyccd.untangling_speed = -nothing;
   options.lazyccd.solver_iterations = -5;
-  Impact strange(options), usual(quiet_options(World::rigid));
-  strange.steps(20);
+  Impact invalid(options), usual(quiet_options(World::rigid));
+  invalid.steps(20);
   usual.steps(20);
-  CHECK(said.size() == 6);
-  CHECK(strange.world->status().find("SolverOptions::recovery is 2") != std::string::npos);
-  CHECK(strange.world->total_stats()->contacts_vf > 0);
-  CHECK(scenes::read_positions(*strange.world) == scenes::read_positions(*usual.world));
+  CHECK(logged.size() == 6);
+  CHECK(invalid.world->status().find("SolverOptions::position_correction is 2") !=
+        std::string::npos);
+  CHECK(invalid.world->total_stats()->contacts_vf > 0);
+  CHECK(scenes::read_positions(*invalid.world) == scenes::read_positions(*usual.world));
 }
 
-TEST_CASE("a collision margin that is not finite counts as none, and is said") {
+TEST_CASE("a collision margin that is not finite is logged and counts as zero") {
   const World world = GENERATE(World::rigid, World::deformable);
   const bool number = GENERATE(true, false);
   CAPTURE(world == World::rigid, number);

@@ -17,7 +17,7 @@
 using namespace lazyccd;
 using namespace lazyccd::test;
 
-TEST_CASE("what is driven faster than it can give way stops before it passes through itself") {
+TEST_CASE("cloth driven faster than it can yield stops before it passes through itself") {
   scenes::Parameters parameters;
   parameters.world = GENERATE(World::rigid, World::deformable);
   parameters.speed = 12;
@@ -38,12 +38,12 @@ TEST_CASE("what is driven faster than it can give way stops before it passes thr
   CHECK(scene.world->total_stats()->failsafe_holds > 0);
 }
 
-TEST_CASE("pinned nodes that are put elsewhere between steps sweep what is in their way") {
+TEST_CASE("pinned nodes that are moved between steps push everything in their way") {
   const World world = GENERATE(World::rigid, World::deformable);
   CAPTURE(world == World::rigid);
   Impact impact(quiet_options(world), 0);
   scenes::pin(*impact.held, 0, impact.held->m_nodes.size() - 1);
-  // Through the free sheet in one jump.
+  // The pinned sheet jumps through the free sheet.
   for (int n = 0; n < impact.held->m_nodes.size(); ++n) impact.held->m_nodes[n].m_v.setZero();
   impact.world->step();
   for (int n = 0; n < impact.held->m_nodes.size(); ++n) {
@@ -56,7 +56,7 @@ TEST_CASE("pinned nodes that are put elsewhere between steps sweep what is in th
   CHECK(impact.world->total_stats()->unresolved == 0);
 }
 
-TEST_CASE("pinned nodes that are put elsewhere sweep a rigid body that was far from both places") {
+TEST_CASE("moved pinned nodes push a rigid body far from both their positions") {
   const World world = GENERATE(World::rigid, World::deformable);
   CAPTURE(world == World::rigid);
   ObstacleWorld w(world, 0);
@@ -72,13 +72,13 @@ TEST_CASE("pinned nodes that are put elsewhere sweep a rigid body that was far f
   CHECK(box->getWorldTransform().getOrigin().y() > 10);
 }
 
-TEST_CASE("the first cloth that meets rigid bodies is met by one that is on its way") {
+TEST_CASE("the first cloth that collides with rigid bodies is hit by a moving one") {
   const World world = GENERATE(World::rigid, World::deformable);
   CAPTURE(world == World::rigid);
   ObstacleWorld w(world, 0);
   using Flag = btSoftBody::fCollision;
   w.add_sheet(4, 0.2, 5, 0)->m_cfg.collisions =
-      world == World::rigid ? Flag::VF_SS : Flag::VF_DD;  // no rigid ones
+      world == World::rigid ? Flag::VF_SS : Flag::VF_DD;  // collides with no rigid bodies
   btRigidBody* const plate =
       w.add(std::make_unique<btBoxShape>(btVector3(1, btScalar(0.01), 1)), btVector3(0, -1, 0));
   ObstacleWorld::make_kinematic(*plate);
@@ -92,7 +92,7 @@ TEST_CASE("the first cloth that meets rigid bodies is met by one that is on its 
   CHECK(w.total().unresolved == 0);
 }
 
-TEST_CASE("what a kinematic body pushes gets its speed, though Bullet moves it once a frame") {
+TEST_CASE("pushed cloth gets the speed of a kinematic body that moves once per frame") {
   const World world = GENERATE(World::rigid, World::deformable);
   const int substeps = GENERATE(1, 8);
   CAPTURE(world == World::rigid, substeps);
@@ -115,7 +115,7 @@ TEST_CASE("what a kinematic body pushes gets its speed, though Bullet moves it o
   CHECK(fastest < 2.5);
 }
 
-TEST_CASE("a rigid body that is put into cloth, or takes another's place there, is said") {
+TEST_CASE("a rigid body that is moved or added into cloth is reported") {
   const World world = GENERATE(World::rigid, World::deformable);
   const bool swap = GENERATE(false, true);
   CAPTURE(world == World::rigid, swap);
@@ -139,7 +139,7 @@ TEST_CASE("a rigid body that is put into cloth, or takes another's place there, 
   if (swap) w.world().addRigidBody(near);
 }
 
-TEST_CASE("what is only near is not told where nothing may be done about it") {
+TEST_CASE("near pairs without contact response are not reported until they touch") {
   const World world = GENERATE(World::rigid, World::deformable);
   CAPTURE(world == World::rigid);
   ObstacleWorld w(world, 0);
@@ -153,7 +153,7 @@ TEST_CASE("what is only near is not told where nothing may be done about it") {
   CHECK(w.total().contacts_vf + w.total().contacts_ee > 0);
 }
 
-TEST_CASE("what nothing may be done about is told beside what is answered") {
+TEST_CASE("touching pairs without contact response are reported beside other contacts") {
   const World world = GENERATE(World::rigid, World::deformable);
   CAPTURE(world == World::rigid);
   ObstacleWorld w(world, 0);
@@ -174,7 +174,7 @@ TEST_CASE("what nothing may be done about is told beside what is answered") {
     if (has_ghost(contact)) CHECK(contact.impulse == 0);
 }
 
-TEST_CASE("a body that is put elsewhere has a new start, and is said where it intersects there") {
+TEST_CASE("a moved body has a new start and is reported if it intersects there") {
   const World world = GENERATE(World::rigid, World::deformable);
   CAPTURE(world == World::rigid);
   Impact impact(quiet_options(world), 0);
@@ -190,12 +190,12 @@ TEST_CASE("a body that is put elsewhere has a new start, and is said where it in
 
 namespace {
 
-// What sticks in what, by exact arithmetic on Bullet's positions.
-std::size_t count_piercings(const PhysicsWorld& world) {
+// Number of edge-face intersections, in exact arithmetic on Bullet's positions.
+std::size_t count_intersections(const PhysicsWorld& world) {
   return scenes::find_intersections(scenes::read_surface(world), scenes::read_positions(world)).size();
 }
 
-// A curtain in the plane through `direction` and the vertical, its row at `height` pinned.
+// A curtain in the plane of `direction` and the vertical. Its row at `height` is pinned.
 std::unique_ptr<btSoftBody> curtain(PhysicsWorld& world, const btVector3& direction, double height,
                                     double down) {
   auto body = scenes::make_cloth(world.info(), 4, 4, 1, [&](double u, double v) {
@@ -209,7 +209,8 @@ std::unique_ptr<btSoftBody> curtain(PhysicsWorld& world, const btVector3& direct
 }  // namespace
 
 TEST_CASE("pinned nodes that are driven into pinned nodes stop there") {
-  // The row that comes down would cross the other row, and then stick in what hangs from it.
+  // The row that moves down would cross the other row and then intersect the cloth that hangs from
+  // it.
   const World world = GENERATE(World::rigid, World::deformable);
   CAPTURE(world == World::rigid);
   auto w = PhysicsWorld::make(quiet_options(world, 1.0 / 60));
@@ -221,25 +222,25 @@ TEST_CASE("pinned nodes that are driven into pinned nodes stop there") {
   for (int i = 0; i < 8; ++i) {
     for (int n = 0; n < 4; ++n) row->m_nodes[n].m_v = btVector3(0, -2, 0);
     w->step();
-    CHECK(count_piercings(*w) == 0);
+    CHECK(count_intersections(*w) == 0);
   }
   CHECK(w->total_stats()->failsafe_holds > 0);
   CHECK(w->total_stats()->unresolved == 0);
   CHECK(row->m_nodes[1].m_x.y() > 0);
   CHECK(row->m_nodes[0].m_x.y() < btScalar(-0.1));
-  // There is room above.
+  // It can move up again.
   for (int i = 0; i < 6; ++i) {
     for (int n = 0; n < 4; ++n) row->m_nodes[n].m_v = btVector3(0, 2, 0);
     w->step();
   }
-  CHECK(count_piercings(*w) == 0);
+  CHECK(count_intersections(*w) == 0);
   CHECK(row->m_nodes[1].m_x.y() > btScalar(0.1));
 }
 
 TEST_CASE("pinned nodes that are driven into a floor stop there") {
   const World world = GENERATE(World::rigid, World::deformable);
-  const bool puts = GENERATE(true, false);
-  CAPTURE(world == World::rigid, puts);
+  const bool sets_positions = GENERATE(true, false);
+  CAPTURE(world == World::rigid, sets_positions);
   auto w = PhysicsWorld::make(quiet_options(world, 1.0 / 60));
   btTriangleMesh triangles;
   triangles.addTriangle(btVector3(-9, 0, -9), btVector3(9, 0, -9), btVector3(0, 0, 9));
@@ -251,17 +252,17 @@ TEST_CASE("pinned nodes that are driven into a floor stop there") {
   for (int i = 0; i < 8; ++i) {
     for (int n = 0; n < 4; ++n) {
       btSoftBody::Node& node = row->m_nodes[n];
-      node.m_v = puts ? btVector3(0, 0, 0) : btVector3(0, -2, 0);
-      if (puts && i > 0) node.m_x -= btVector3(0, btScalar(1) / 30, 0);
+      node.m_v = sets_positions ? btVector3(0, 0, 0) : btVector3(0, -2, 0);
+      if (sets_positions && i > 0) node.m_x -= btVector3(0, btScalar(1) / 30, 0);
     }
     w->step();
-    CHECK(count_piercings(*w) == 0);
+    CHECK(count_intersections(*w) == 0);
   }
   CHECK(row->m_nodes[0].m_x.y() > 0);
   CHECK(w->total_stats()->unresolved == 0);
 }
 
-TEST_CASE("pinned nodes are swept in a step in which the scene changes too") {
+TEST_CASE("pinned nodes are swept also in a step in which the scene changes") {
   const World world = GENERATE(World::rigid, World::deformable);
   CAPTURE(world == World::rigid);
   Impact impact(quiet_options(world), 0);
@@ -276,7 +277,7 @@ TEST_CASE("pinned nodes are swept in a step in which the scene changes too") {
   CHECK(impact.thrown->m_nodes[14].m_x.y() > btScalar(0.3));
 }
 
-TEST_CASE("no choice of solver lets anything through") {
+TEST_CASE("nothing passes through with any solver options") {
   const World world = GENERATE(World::rigid, World::deformable);
   const int iterations = GENERATE(0, 1), zones = GENERATE(0, 1);
   CAPTURE(world == World::rigid, iterations, zones);
@@ -294,15 +295,15 @@ TEST_CASE("no choice of solver lets anything through") {
   for (int i = 0; i < scene.steps; ++i) {
     scene.world->step();
     crossings.step(*scene.world);
-    REQUIRE(count_piercings(*scene.world) == 0);
+    REQUIRE(count_intersections(*scene.world) == 0);
   }
   CHECK(crossings.vertex_face() + crossings.edge_edge() == 0);
   CHECK(scene.world->total_stats()->unresolved == 0);
 }
 
-TEST_CASE("an edge does not swing about its pinned end through an edge next to that") {
-  // The pair of that end and the pinned face, about which nothing can be done, is all that comes
-  // near, but for what it stands for.
+TEST_CASE("an edge does not swing about its pinned end through an edge beside it") {
+  // Contact reduction would keep only the pair of the pinned end and the pinned face, which no
+  // impulse can change. The other near pairs have the same closest points.
   const World world = GENERATE(World::rigid, World::deformable);
   CAPTURE(world == World::rigid);
   const scenes::WorldOptions options = quiet_options(world);
@@ -331,7 +332,7 @@ TEST_CASE("an edge does not swing about its pinned end through an edge next to t
   CHECK(w->total_stats()->unresolved == 0);
 }
 
-// How narrow the narrowest gap gets is chance, so several starts are looked at.
+// The narrowest gap depends on chance, so several starts are tested.
 TEST_CASE("cloth that is pressed for many steps keeps a gap beyond rounding") {
   const World world = GENERATE(World::rigid, World::deformable);
   CAPTURE(world == World::rigid);
@@ -364,16 +365,16 @@ TEST_CASE("cloth that is pressed for many steps keeps a gap beyond rounding") {
     narrowest.push_back(gap);
   }
   std::sort(narrowest.begin(), narrowest.end());
-  CHECK(narrowest.front() > 1e-6);  // eight roundings of float at the rim
+  CHECK(narrowest.front() > 1e-6);  // eight rounding errors of single precision at the rim
   if (!is_sanitized) CHECK(narrowest[narrowest.size() / 2] > 3e-5);
 }
 
-TEST_CASE("cloth passes between rollers that leave it half the room that the margins ask for") {
+TEST_CASE("cloth passes between rollers with half the gap that the margins need") {
   const World world = GENERATE(World::rigid, World::deformable);
   CAPTURE(world == World::rigid);
   constexpr double margin = 0.01, radius = 0.15, speed = 2, dt = 1.0 / 30;
   ObstacleWorld w(world, 10);
-  // Of 24 sides, so that they come nearer to each other and go away again as they turn.
+  // The rollers have 24 sides, so the gap between them narrows and widens as they rotate.
   btTriangleMesh sides;
   for (int i = 0; i < 24; ++i) {
     const auto corner = [&](int k, double z) {
@@ -404,7 +405,7 @@ TEST_CASE("cloth passes between rollers that leave it half the room that the mar
   w.steps(36, dt, [&](int step) {
     for (const int side : {-1, 1}) rollers[side > 0]->setWorldTransform(pose(side, step));
   });
-  CHECK(w.total().failsafe_holds < 50);  // 160 where it sticks
+  CHECK(w.total().failsafe_holds < 50);  // 160 if the cloth gets stuck
   double highest = -1;
   for (int i = 0; i < cloth->m_nodes.size(); ++i)
     highest = std::max(highest, static_cast<double>(cloth->m_nodes[i].m_x.y()));

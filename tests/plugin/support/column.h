@@ -1,4 +1,4 @@
-// Points above each other, 10 cm apart, of which the lowest one is pinned.
+// Column: a stack of points in contact, for tests of the solver.
 #pragma once
 
 #include <cstdint>
@@ -9,12 +9,13 @@
 
 namespace lazyccd::test {
 
-// Point i is vertex 3 * i; the two beside it only carry a face. Each point is near the face below.
+/// Points above each other, 10 cm apart. The lowest one is pinned. Point i is vertex 3 * i; the
+/// next two vertices only complete a face. Each point is near the face below it.
 struct Column {
   bullet::Motion motion;
   std::vector<Contact> contacts;
 
-  // Inverse masses of the points above the pinned one, 1/kg.
+  /// `inverse_masses`: of the points above the pinned one, 1/kg.
   explicit Column(std::vector<double> inverse_masses) {
     inverse_masses.insert(inverse_masses.begin(), 0);
     const auto points = static_cast<std::int32_t>(inverse_masses.size());

@@ -1,4 +1,4 @@
-// Contacts for tests of what is made of them.
+// Contacts and surfaces for tests of rows and solvers.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 
 namespace lazyccd::test {
 
-// The same thickness (metres) and friction between all of `bodies` bodies.
+/// The same thickness (metres) and friction coefficient for all pairs of `bodies` bodies.
 inline bullet::PairSurfaces uniform_surfaces(double thickness, double friction,
                                              std::size_t bodies = 8) {
   bullet::SolverOptions options;
@@ -21,7 +21,7 @@ inline bullet::PairSurfaces uniform_surfaces(double thickness, double friction,
   return surfaces;
 }
 
-// With the normal upwards.
+/// A contact of body 0 with itself and with an upward normal.
 inline Contact contact(ContactKind kind, const std::array<std::int32_t, 4>& vertices, float u,
                        float v) {
   Contact result{};

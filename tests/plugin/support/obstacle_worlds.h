@@ -1,4 +1,4 @@
-// Worlds with rigid bodies of all kinds, for the tests of obstacles.
+// ObstacleWorld: small worlds with rigid bodies of all kinds, for tests of obstacles.
 #pragma once
 
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
@@ -26,7 +26,7 @@
 
 namespace lazyccd::test {
 
-// One of Bullet's two worlds with LazyCCD in it, and everything that was put there.
+/// One of Bullet's two worlds with LazyCCD. Owns all bodies that are added.
 class ObstacleWorld {
  public:
   ObstacleWorld(scenes::World kind, double gravity, const bullet::SolverOptions& options = {})
@@ -60,6 +60,7 @@ class ObstacleWorld {
   btDiscreteDynamicsWorld& world() { return *world_; }
   bool is_rigid() const { return soft_world_ != nullptr; }
 
+  /// Adds a soft body that collides with soft and rigid bodies and never sleeps.
   btSoftBody* add(std::unique_ptr<btSoftBody> body, double margin = 0.01) {
     using Flag = btSoftBody::fCollision;
     btSoftBody* added = body.get();
@@ -82,7 +83,7 @@ class ObstacleWorld {
     return added;
   }
 
-  // A jittered square sheet of `nodes` x `nodes`.
+  /// Adds a square sheet of `nodes` x `nodes` nodes with jitter, which moves down.
   btSoftBody* add_sheet(int nodes, double width, double height, double speed_down) {
     std::mt19937 random(7);
     scenes::Sheet sheet{nodes, nodes, width, width};
@@ -108,7 +109,7 @@ class ObstacleWorld {
     return rigid_bodies_.back().get();
   }
 
-  // And deletes it.
+  /// Removes the body from the world and deletes it.
   void remove(btCollisionObject* body) {
     world_->removeCollisionObject(body);
     const auto is_it = [body](const auto& other) { return other.get() == body; };
@@ -123,6 +124,7 @@ class ObstacleWorld {
     body.setActivationState(DISABLE_DEACTIVATION);
   }
 
+  /// Runs `count` steps of `dt` seconds. Calls `before` with the step's number before each.
   void steps(int count, double dt = 1.0 / 240, const std::function<void(int)>& before = {}) {
     for (int i = 0; i < count; ++i) {
       if (before) before(i);
@@ -160,7 +162,8 @@ class ObstacleWorld {
   std::vector<std::unique_ptr<btRigidBody>> rigid_bodies_;
 };
 
-// A flat square of `quads` x `quads` quads in the plane y = 0, and its triangles.
+/// The triangles of a flat square of `quads` x `quads` quads in the plane y = 0, centred at the
+/// origin.
 inline std::unique_ptr<btTriangleMesh> flat_triangles(int quads, double width) {
   auto mesh = std::make_unique<btTriangleMesh>();
   const auto point = [&](int i, int j) {

@@ -1,4 +1,4 @@
-// Small worlds for the tests of the adapter.
+// Impact: a small world with two sheets, for tests of the adapter.
 #pragma once
 
 #include <memory>
@@ -26,7 +26,7 @@ inline void throw_down(btSoftBody& body, double speed) {
   body.setVelocity(btVector3(0, static_cast<btScalar>(-speed), 0));
 }
 
-// A square sheet of `nodes` x `nodes`, at `height`.
+/// A square sheet of `nodes` x `nodes` nodes at `height`.
 inline std::unique_ptr<btSoftBody> sheet(PhysicsWorld& world, int nodes, double width,
                                          double height, double angle = 0.3) {
   std::mt19937 random(static_cast<unsigned>(nodes));
@@ -37,7 +37,7 @@ inline std::unique_ptr<btSoftBody> sheet(PhysicsWorld& world, int nodes, double 
   return scenes::make_sheet(world.info(), s, random);
 }
 
-// A sheet flies at one that is pinned at its border.
+/// A sheet flies down to a larger one that is pinned at its border.
 struct Impact {
   std::unique_ptr<PhysicsWorld> world;
   btSoftBody* held;
@@ -56,6 +56,7 @@ struct Impact {
     world->add(std::move(upper), group, mask);
   }
 
+  /// Number of nodes of the thrown sheet that are below the held one.
   int passed() const { return scenes::nodes_below(*thrown, 0, thrown->m_nodes.size() - 1, *held); }
   void steps(int count) {
     for (int i = 0; i < count; ++i) world->step();

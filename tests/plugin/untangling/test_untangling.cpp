@@ -1,4 +1,4 @@
-// Soft bodies that intersect where a scene begins.
+// Untangling: soft bodies that intersect at the start of a scene are moved apart.
 #include "untangling/untangling.h"
 
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
@@ -58,7 +58,7 @@ void add_crossed(PhysicsWorld& world, const std::string& how) {
   });
 }
 
-// Its upper side lies in the plane y = 0.
+// Triangles of a box whose upper side is in the plane y = 0.
 std::unique_ptr<btTriangleMesh> box_triangles(bool inverted) {
   auto mesh = std::make_unique<btTriangleMesh>();
   const auto corner = [](int i) {
@@ -83,7 +83,7 @@ scenes::WorldOptions untangling(World world, double speed) {
 
 }  // namespace
 
-TEST_CASE("soft bodies that begin in each other are moved apart, and stay apart") {
+TEST_CASE("soft bodies that start intersecting are moved apart and stay apart") {
   const World world = GENERATE(World::rigid, World::deformable);
   const std::string how = GENERATE("bulge", "border", "upright", "balls");
   CAPTURE(world == World::rigid, how);
@@ -96,10 +96,10 @@ TEST_CASE("soft bodies that begin in each other are moved apart, and stay apart"
   CHECK(w->total_stats()->failsafe_holds == 0);
 }
 
-TEST_CASE("soft bodies that begin in what stands fast are moved out of it") {
+TEST_CASE("soft bodies that start inside a static body are moved out of it") {
   const World world = GENERATE(World::rigid, World::deformable);
   const std::string what = GENERATE("border", "upright", "ball");
-  // A mesh is open; the box is a mesh that is closed, wound either way.
+  // "mesh" is open. A box is a closed mesh with either orientation.
   const std::string in = GENERATE("mesh", "box", "inverted box");
   CAPTURE(world == World::rigid, what, in);
   const auto w = PhysicsWorld::make(untangling(world, 1));
@@ -120,7 +120,7 @@ TEST_CASE("soft bodies that begin in what stands fast are moved out of it") {
   CHECK(w->total_stats()->failsafe_holds == 0);
 }
 
-TEST_CASE("cloth that begins in a rigid ball is moved out of it") {
+TEST_CASE("cloth that starts inside a rigid ball is moved out of it") {
   const World world = GENERATE(World::rigid, World::deformable);
   const double mass = GENERATE(0.0, 1.0);
   const double height = GENERATE(-0.15, 0.1);
@@ -145,7 +145,7 @@ TEST_CASE("cloth that begins in a rigid ball is moved out of it") {
   CHECK(w->total_stats()->energy_gained < 1e-9);
 }
 
-TEST_CASE("what begins in nothing is the same to the last bit with untangling") {
+TEST_CASE("a clean start gives bit-identical results with untangling") {
   const World world = GENERATE(World::rigid, World::deformable);
   const auto positions = [&](double speed) {
     scenes::Parameters parameters;
@@ -160,7 +160,7 @@ TEST_CASE("what begins in nothing is the same to the last bit with untangling") 
   CHECK(positions(0) == positions(1));
 }
 
-TEST_CASE("what is anchored in a rigid body stays there") {
+TEST_CASE("cloth anchored inside a rigid body stays there") {
   const World world = GENERATE(World::rigid, World::deformable);
   CAPTURE(world == World::rigid);
   bullet::SolverOptions options;
@@ -183,7 +183,7 @@ TEST_CASE("what is anchored in a rigid body stays there") {
 
 namespace {
 
-// Triangles at rest, of two bodies, and what of them sticks in what.
+// Two bodies of triangles at rest, and their intersections.
 class Tangle {
  public:
   Tangle(const std::vector<btVector3>& points, std::vector<double> inverse_masses,
@@ -222,8 +222,9 @@ class Tangle {
 
 }  // namespace
 
-TEST_CASE("what is to come out of a closed surface passes it on its way, and not elsewhere") {
-  // A triangle sticks with one corner in a flat pyramid, through the side about the x axis.
+TEST_CASE("a vertex inside a closed surface may pass it outwards and only there") {
+  // One corner of a triangle is inside a flat pyramid. The triangle intersects the side at the x
+  // axis.
   const double s = 0.866;
   Tangle tangle({at(0, 0.25, 0), at(1, 0.25, -0.1), at(1, 0.25, 0.1), at(0.5, 0, -s), at(-1, 0, 0),
                  at(0.5, 0, s), at(0, 0.3, 0)},
@@ -233,14 +234,14 @@ TEST_CASE("what is to come out of a closed surface passes it on its way, and not
                 {{0, 4}, {2, 4}}, 0.01);
   tangle.untangling.start();
   tangle.begin_step();
-  // Of the corner inside with a face, from there or from outside.
-  const auto lets_pass = [&](const Face& face, double sign) {
+  // True for a contact of the corner with a face, from inside (sign 1) or from outside (-1).
+  const auto allows_pass = [&](const Face& face, double sign) {
     const bullet::Motion& motion = tangle.motion;
     const Eigen::Vector3d a = motion.start_of(face[0]), b = motion.start_of(face[1]),
                           c = motion.start_of(face[2]);
     const Eigen::Vector3f inwards = (b - a).cross(c - a).normalized().cast<float>();
     const float side = static_cast<float>(sign);
-    return tangle.untangling.lets_pass(
+    return tangle.untangling.allows_pass(
         {ContactKind::vertex_face,
          0,
          1,
@@ -254,23 +255,23 @@ TEST_CASE("what is to come out of a closed surface passes it on its way, and not
         motion);
   };
   for (const int side : {2, 3, 4}) {
-    CHECK(lets_pass(tangle.face(side), 1));
-    CHECK(!lets_pass(tangle.face(side), -1));
+    CHECK(allows_pass(tangle.face(side), 1));
+    CHECK(!allows_pass(tangle.face(side), -1));
   }
-  CHECK(!lets_pass(tangle.face(1), 1));
+  CHECK(!allows_pass(tangle.face(1), 1));
 }
 
-TEST_CASE("what cannot be moved apart is given up") {
-  // A pinned edge in a pinned face.
+TEST_CASE("untangling gives up bodies that cannot be moved apart") {
+  // A pinned edge intersects a pinned face.
   Tangle tangle({at(0, -1, 0), at(0, 1, 0), at(-1, 0, -1), at(1, 0, -1), at(0, 0, 1)},
                 {0, 0, 0, 0, 0}, {0, 0, 1, 1, 1}, {{2, 3, 4}}, {{0, 1}}, {{0, 0}}, 0.1);
-  CHECK(!tangle.untangling.goes_on());
+  CHECK(!tangle.untangling.is_in_progress());
   tangle.untangling.start();
   for (int i = 0; i < 29; ++i) {
     tangle.begin_step();
-    CHECK(tangle.untangling.goes_on());
+    CHECK(tangle.untangling.is_in_progress());
     CHECK(!tangle.untangling.pushes());
   }
   for (int i = 0; i < 5; ++i) tangle.begin_step();
-  CHECK(!tangle.untangling.goes_on());
+  CHECK(!tangle.untangling.is_in_progress());
 }

@@ -1,4 +1,4 @@
-// Worlds beside each other, and what applications take away while these run.
+// Worlds that run at the same time, and bodies that applications delete in the meantime.
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
 #include <BulletDynamics/Featherstone/btMultiBody.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
@@ -17,7 +17,7 @@ using scenes::World;
 
 namespace {
 
-// Two sheets dropped on a box; where they end.
+// Drops two sheets on a box. Returns their final positions.
 std::vector<btScalar> drop(World kind) {
   ObstacleWorld w(kind, 10);
   w.add(std::make_unique<btBoxShape>(btVector3(1, btScalar(0.2), 1)), btVector3(0, 0, 0));
@@ -34,7 +34,7 @@ std::vector<btScalar> drop(World kind) {
 
 }  // namespace
 
-TEST_CASE("worlds that are stepped at the same time do what each does alone") {
+TEST_CASE("worlds that step at the same time behave as each does alone") {
   const std::array<World, 4> kinds = {World::rigid, World::deformable, World::rigid,
                                       World::deformable};
   std::array<std::vector<btScalar>, 4> ends;
@@ -45,7 +45,7 @@ TEST_CASE("worlds that are stepped at the same time do what each does alone") {
   for (std::size_t i = 0; i < kinds.size(); ++i) CHECK(ends[i] == drop(kinds[i]));
 }
 
-TEST_CASE("soft and rigid bodies may be deleted in what hears of a step's contacts") {
+TEST_CASE("soft and rigid bodies may be deleted in on_contacts") {
   const World kind = GENERATE(World::rigid, World::deformable);
   CAPTURE(kind == World::rigid);
   bullet::SolverOptions options;
@@ -71,7 +71,7 @@ TEST_CASE("soft and rigid bodies may be deleted in what hears of a step's contac
   CHECK(w.total().fallback_steps == 0);
 }
 
-TEST_CASE("cloth lies on the links of a multi-body") {
+TEST_CASE("cloth lies on the links of a multibody") {
   ObstacleWorld w(World::deformable, 10);
   auto& world = static_cast<btMultiBodyDynamicsWorld&>(w.world());
   btMultiBody body(1, 0, btVector3(0, 0, 0), true, false);

@@ -1,4 +1,4 @@
-// Scenes that nobody thought of, and what they taught.
+// Random scenes, and tests of faults that such scenes have found.
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
 #include <BulletCollision/CollisionShapes/btStaticPlaneShape.h>
@@ -34,11 +34,11 @@ TEST_CASE("nothing passes through anything in random scenes") {
   }
 }
 
-TEST_CASE("a random scene begins clean beyond the triangles that stand for a plane too") {
+TEST_CASE("a random scene starts clean also beyond the triangles of a plane") {
   CHECK(run_random_scene(120108, World::rigid).stats.initial_intersections == 0);
 }
 
-TEST_CASE("flat cloth is not said to intersect itself, however it lies") {
+TEST_CASE("flat cloth in any pose is not reported to intersect itself") {
   const World world = GENERATE(World::rigid, World::deformable);
   ObstacleWorld w(world, 0);
   btSoftBody* cloth = w.add(scenes::make_cloth(w.info(), 9, 9, 1, [](double u, double v) {
@@ -51,8 +51,9 @@ TEST_CASE("flat cloth is not said to intersect itself, however it lies") {
   CHECK(w.total().initial_intersections == 0);
 }
 
-TEST_CASE("a mesh that turns far in one step takes along what is on the chord") {
-  // A wall so far from its axis, half of its turn, and where it passes the cloth, half way.
+TEST_CASE("a mesh that rotates far in one step pushes cloth on the chord") {
+  // A wall from `from` to `to` metres from its axis rotates from -`angle` to `angle`. On the
+  // straight chord it would pass the cloth, at x = `passes`, at half of the way.
   struct Turn {
     double from, to, angle, passes, width;
   };
@@ -114,8 +115,8 @@ TEST_CASE("cloth without a margin keeps a gap that rounding cannot close") {
   CHECK(w.total().failsafe_holds == 0);
 }
 
-TEST_CASE("a rigid body that Bullet pushes out of another gives no energy to cloth") {
-  // It moves without velocity, and cloth is in its way.
+TEST_CASE("a rigid body that Bullet pushes out of another adds no energy to cloth") {
+  // The body moves without having a velocity, and cloth is in its way.
   const World world = GENERATE(World::rigid, World::deformable);
   ObstacleWorld w(world, 0);
   w.add(std::make_unique<btStaticPlaneShape>(btVector3(0, 1, 0), btScalar(0)), btVector3(0, 0, 0));

@@ -1,4 +1,4 @@
-// Bullet's trees over nodes and faces, which are made when Bullet reads them.
+// Bullet's trees of nodes and faces are built only when Bullet reads them.
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
 
 #include "plugin/support/obstacle_worlds.h"
@@ -10,7 +10,7 @@ using scenes::World;
 
 namespace {
 
-// A sheet that sinks towards a box, whose contacts Bullet handles or LazyCCD.
+// A sheet sinks towards a box. Bullet or LazyCCD handles their contacts.
 struct Sinking {
   ObstacleWorld w;
   btSoftBody* sheet;
@@ -34,7 +34,7 @@ bool holds(const btDbvtVolume& volume, const btVector3& point) {
 
 }  // namespace
 
-TEST_CASE("trees are of the step in which Bullet reads them") {
+TEST_CASE("trees that Bullet reads have the positions of that step") {
   Sinking s(true);
   s.w.steps(12);
   std::vector<btVector3> start;
@@ -46,19 +46,19 @@ TEST_CASE("trees are of the step in which Bullet reads them") {
     CHECK(holds(s.sheet->m_ndbvt.m_root->volume, start[i]));
     CHECK(holds(s.sheet->m_fdbvt.m_root->volume, start[i]));
   }
-  // So Bullet's own contacts hold it.
+  // Bullet's own contacts hold the sheet.
   s.w.steps(60);
   for (int i = 0; i < s.sheet->m_nodes.size(); ++i)
     CHECK(s.sheet->m_nodes[i].m_x.y() > btScalar(0.39));
 }
 
-TEST_CASE("no tree of faces is built where Bullet reads none") {
+TEST_CASE("no face tree is built if Bullet reads none") {
   Sinking s(false);
   s.w.steps(60);
   CHECK(s.w.total().contacts_vf > 0);
   CHECK(s.sheet->m_fdbvt.empty());
   CHECK((s.sheet->m_cfg.collisions & btSoftBody::fCollision::SDF_RD) != 0);
-  // Where an application asks for one, it gets it, and it is kept.
+  // If an application uses a face tree, Bullet builds it and LazyCCD keeps it up to date.
   btSoftBody::sRayCast hit;
   CHECK(s.sheet->rayTest(btVector3(0, 1, 0), btVector3(0, -1, 0), hit));
   s.sheet->translate(btVector3(0, 1, 3));
@@ -67,13 +67,13 @@ TEST_CASE("no tree of faces is built where Bullet reads none") {
   CHECK(s.sheet->rayTest(btVector3(0, 2, 3), btVector3(0, -1, 3), hit));
 }
 
-TEST_CASE("the tree of nodes holds them all where Bullet builds both trees anew") {
+TEST_CASE("the tree of nodes is complete after Bullet rebuilds both trees") {
   ObstacleWorld w(World::deformable, 0);
   btSoftBody* sheet = w.add_sheet(6, 1, 0.5, 0);
   w.steps(1);
-  btSoftBody::sRayCast hit;  // which has Bullet build one of faces, with normals
+  btSoftBody::sRayCast hit;  // makes Bullet build a face tree, with normals
   CHECK(sheet->rayTest(btVector3(0, 1, 0), btVector3(0, -1, 0), hit));
-  sheet->setMass(0, 2);  // and marks the body as changed
+  sheet->setMass(0, 2);  // also marks the body as changed
   w.steps(2);
   REQUIRE(sheet->m_fdbvnt != nullptr);
   CHECK(sheet->m_ndbvt.m_leaves == sheet->m_nodes.size());

@@ -1,4 +1,4 @@
-// The ways in which the adapter can be put into Bullet.
+// The ways to add LazyCCD to Bullet's worlds.
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
 #include <BulletDynamics/ConstraintSolver/btSequentialImpulseConstraintSolver.h>
 #include <BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h>
@@ -20,11 +20,11 @@ TEST_CASE("the deformable solver works in Bullet's own world class too") {
   impact.steps(12);
   CHECK(impact.passed() == 0);
   CHECK(impact.world->total_stats()->contacts_vf > 0);
-  // Its discrete handling was away only while it would have acted.
+  // Bullet's discrete contact handling was off only while it would have acted.
   CHECK((impact.thrown->m_cfg.collisions & btSoftBody::fCollision::VF_DD) != 0);
 }
 
-TEST_CASE("in Bullet's own world class all goes the same way, to the bit") {
+TEST_CASE("Bullet's own world class gives bit-identical results") {
   scenes::WorldOptions options = quiet_options(World::deformable);
   const double speed = GENERATE(1, 10);
   Impact in_ours(options, speed);
@@ -33,7 +33,7 @@ TEST_CASE("in Bullet's own world class all goes the same way, to the bit") {
   for (Impact* const impact : {&in_ours, &in_bullets}) {
     for (btSoftBody* const body : {impact->held, impact->thrown}) {
       body->setSelfCollision(true);
-      body->initializeFaceTree();  // what Bullet finds pairs with, and has no need of here
+      body->initializeFaceTree();  // Bullet's discrete detection uses it; not needed here
     }
   }
   for (int step = 0; step < 40; ++step) {
@@ -47,7 +47,7 @@ TEST_CASE("in Bullet's own world class all goes the same way, to the bit") {
 }
 
 TEST_CASE("Bullet's own world class does not act on pairs that filters forbid") {
-  // Bullet's discrete handling of deformables heeds no filter by itself.
+  // Bullet's discrete contact handling of deformables ignores filters.
   scenes::WorldOptions options = quiet_options(World::deformable);
   options.stock_world = true;
   Impact impact(options, 1, 2, 2);
@@ -57,7 +57,8 @@ TEST_CASE("Bullet's own world class does not act on pairs that filters forbid") 
 
 namespace {
 
-// Throws one sheet at another in a world of the soft and rigid kind; nodes that passed.
+// Throws one sheet at another in a world of soft and rigid bodies. Returns how many nodes passed
+// through.
 template <class DynamicsWorld>
 int passed_in(DynamicsWorld& world, double speed) {
   world.setGravity(btVector3(0, 0, 0));
@@ -84,7 +85,7 @@ int passed_in(DynamicsWorld& world, double speed) {
 
 }  // namespace
 
-TEST_CASE("the soft body solver works in the multi-body world") {
+TEST_CASE("the soft body solver works in the multibody world") {
   btSoftBodyRigidBodyCollisionConfiguration configuration;
   btCollisionDispatcher dispatcher(&configuration);
   btDbvtBroadphase broadphase;
@@ -96,7 +97,7 @@ TEST_CASE("the soft body solver works in the multi-body world") {
   CHECK(solver.total_stats().contacts_vf > 0);
 }
 
-TEST_CASE("LazyCCD's collision configuration brings the pairs to the queue") {
+TEST_CASE("LazyCCD's collision configuration passes pairs to the solver") {
   bullet::btLazySoftBodySolver solver;
   bullet::btLazySoftBodyCollisionConfiguration configuration(solver);
   btCollisionDispatcher dispatcher(&configuration);
@@ -107,7 +108,7 @@ TEST_CASE("LazyCCD's collision configuration brings the pairs to the queue") {
   CHECK(solver.total_stats().handled_pairs > 0);
 }
 
-TEST_CASE("LazyCCD's algorithm registered at a dispatcher brings the pairs to the queue") {
+TEST_CASE("LazyCCD's algorithm registered at a dispatcher passes pairs to the solver") {
   bullet::btLazySoftBodySolver solver;
   bullet::btLazySoftSoftCollisionAlgorithm::CreateFunc create(solver);
   btSoftBodyRigidBodyCollisionConfiguration configuration;

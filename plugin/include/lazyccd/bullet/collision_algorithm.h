@@ -1,9 +1,10 @@
-// Pairs of soft bodies in Bullet's dispatcher. The solvers need none of this: Bullet's own algorithm
-// brings them the pairs. It is for applications that choose collision algorithms themselves:
+// A collision algorithm for pairs of soft bodies in Bullet's dispatcher. The solvers do not need
+// it, because Bullet's own algorithm hands them the pairs. It is for applications that choose
+// collision algorithms themselves:
 //
 //   btLazySoftBodyCollisionConfiguration configuration(solver);
 //
-// or, for a dispatcher that is there already,
+// or, for an existing dispatcher:
 //
 //   btLazySoftSoftCollisionAlgorithm::CreateFunc create(solver);
 //   register_soft_soft(dispatcher, create);
@@ -19,11 +20,12 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-// Queues its pair and does no work.
+/// Hands its pair to the handler and does no detection.
 class btLazySoftSoftCollisionAlgorithm : public btCollisionAlgorithm {
  public:
-  btLazySoftSoftCollisionAlgorithm(PairHandler& queue, const btCollisionAlgorithmConstructionInfo& ci)
-      : btCollisionAlgorithm(ci), queue_(queue) {}
+  btLazySoftSoftCollisionAlgorithm(PairHandler& handler,
+                                   const btCollisionAlgorithmConstructionInfo& ci)
+      : btCollisionAlgorithm(ci), handler_(handler) {}
 
   void processCollision(const btCollisionObjectWrapper* body0Wrap,
                         const btCollisionObjectWrapper* body1Wrap,
@@ -34,26 +36,27 @@ class btLazySoftSoftCollisionAlgorithm : public btCollisionAlgorithm {
   }
   void getAllContactManifolds(btManifoldArray&) override {}
 
-  // The queue must outlive the dispatcher's use of it.
+  /// Creates the algorithm for a dispatcher. The handler must outlive the dispatcher.
   struct CreateFunc : btCollisionAlgorithmCreateFunc {
-    explicit CreateFunc(PairHandler& pairs) : queue(pairs) {}
+    explicit CreateFunc(PairHandler& pair_handler) : handler(pair_handler) {}
     btCollisionAlgorithm* CreateCollisionAlgorithm(
         btCollisionAlgorithmConstructionInfo& ci, const btCollisionObjectWrapper* body0Wrap,
         const btCollisionObjectWrapper* body1Wrap) override;
-    PairHandler& queue;
+    PairHandler& handler;
   };
 
  private:
-  PairHandler& queue_;
+  PairHandler& handler_;
 };
 
-// Bullet's configuration for soft and rigid bodies, with LazyCCD's algorithm for soft pairs.
+/// Bullet's configuration for soft and rigid bodies, with LazyCCD's algorithm for soft-soft pairs.
+/// The handler must outlive the configuration.
 class btLazySoftBodyCollisionConfiguration : public btSoftBodyRigidBodyCollisionConfiguration {
  public:
   explicit btLazySoftBodyCollisionConfiguration(
-      PairHandler& queue,
+      PairHandler& handler,
       const btDefaultCollisionConstructionInfo& info = btDefaultCollisionConstructionInfo())
-      : btSoftBodyRigidBodyCollisionConfiguration(info), create_(queue) {}
+      : btSoftBodyRigidBodyCollisionConfiguration(info), create_(handler) {}
 
   btCollisionAlgorithmCreateFunc* getCollisionAlgorithmCreateFunc(int proxyType0,
                                                                   int proxyType1) override;
@@ -62,7 +65,7 @@ class btLazySoftBodyCollisionConfiguration : public btSoftBodyRigidBodyCollision
   btLazySoftSoftCollisionAlgorithm::CreateFunc create_;
 };
 
-// `create` must outlive the dispatcher.
+/// Registers the algorithm for soft-soft pairs. `create` must outlive the dispatcher.
 void register_soft_soft(btCollisionDispatcher& dispatcher,
                         btLazySoftSoftCollisionAlgorithm::CreateFunc& create);
 

@@ -1,10 +1,11 @@
-// Deformable bodies in btDeformableMultiBodyDynamicsWorld. The one changed line:
+// The solver for deformable bodies in btDeformableMultiBodyDynamicsWorld. An application changes
+// one line:
 //
 //   lazyccd::bullet::btLazyDeformableBodySolver solver;
 //   btDeformableMultiBodyDynamicsWorld world(dispatcher, broadphase, constraints, config, &solver);
 //
-// That world also runs Bullet's own continuous detection, whose result nothing uses;
-// btLazyDeformableMultiBodyDynamicsWorld of deformable_world.h does not.
+// Bullet's world also runs its own continuous detection and uses none of the result.
+// btLazyDeformableMultiBodyDynamicsWorld (deformable_world.h) skips it.
 #pragma once
 
 #include <BulletSoftBody/btDeformableBodySolver.h>
@@ -24,6 +25,8 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 class SoftBodyDbvt;
 class Pipeline;
 
+/// Bullet's deformable body solver with LazyCCD's contacts. See btLazySoftBodySolver for the
+/// functions that both have.
 class btLazyDeformableBodySolver : public btDeformableBodySolver, public PairHandler {
  public:
   explicit btLazyDeformableBodySolver(const SolverOptions& options = {});
@@ -31,15 +34,15 @@ class btLazyDeformableBodySolver : public btDeformableBodySolver, public PairHan
   btLazyDeformableBodySolver(const btLazyDeformableBodySolver&) = delete;
   btLazyDeformableBodySolver& operator=(const btLazyDeformableBodySolver&) = delete;
 
-  // As in btLazySoftBodySolver.
+  // The following five are as in btLazySoftBodySolver.
   Span<const StepContact> contacts() const;
   const StepStats& step_stats() const;
   const StepStats& total_stats() const;
   std::string status() const;
   void topology_changed();
 
-  // False after a step that had to go on without LazyCCD: Bullet's own handling of soft pairs is
-  // the better one then.
+  /// False after a step that ran without LazyCCD. The next step then keeps Bullet's own handling of
+  /// soft pairs.
   bool is_active() const;
 
   void handle_pair(btSoftBody* a, btSoftBody* b) override;
@@ -55,10 +58,9 @@ class btLazyDeformableBodySolver : public btDeformableBodySolver, public PairHan
   void restore_bullet();
   void write_velocities();
   void write_positions();
-  void list_contacts();
 
   std::unique_ptr<Pipeline> pipeline_;
-  std::unique_ptr<SoftBodyDbvt> trees_;
+  std::unique_ptr<SoftBodyDbvt> dbvt_;
   std::vector<btSoftBody*> silenced_;
 };
 

@@ -1,6 +1,4 @@
-// btDeformableMultiBodyDynamicsWorld without its own passes over pairs of soft bodies: the discrete
-// one, the repulsion that acts on it, and the continuous one, whose contacts nothing reads (up to
-// five times a step). The rest of the step is Bullet's, call by call.
+// A deformable world that skips Bullet's own passes over pairs of soft bodies.
 #pragma once
 
 #include <BulletSoftBody/btDeformableMultiBodyDynamicsWorld.h>
@@ -10,6 +8,10 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
+/// btDeformableMultiBodyDynamicsWorld without three passes: the discrete detection of soft-soft
+/// contacts, the repulsion that acts on them, and the continuous detection, whose contacts nothing
+/// reads (up to five passes per step). The rest of the step is Bullet's, call by call. After a step
+/// that ran without LazyCCD, the next step is Bullet's own with all passes.
 class btLazyDeformableMultiBodyDynamicsWorld : public btDeformableMultiBodyDynamicsWorld {
  public:
   btLazyDeformableMultiBodyDynamicsWorld(btDispatcher* dispatcher, btBroadphaseInterface* pairCache,

@@ -1,15 +1,21 @@
-// What an application may choose about the adapter. The defaults suit cloth in metres and seconds.
+// SolverOptions: what an application can choose about the Bullet adapter. The defaults suit cloth
+// in metres and seconds. One solver serves one world.
 //
-// Which bodies collide is Bullet's to say: filter groups and masks, an overlap filter callback,
-// setIgnoreCollisionCheck() and m_collisionDisabledObjects hold for soft bodies as for rigid ones.
-// A body collides with itself after setSelfCollision(true). Pairs with the cluster flag CL_SS in
-// common stay with Bullet. A body with CF_NO_CONTACT_RESPONSE has its contacts reported and nothing
-// moved. The flags VF_SS and VF_DD are not needed. Bullet's trees of faces, which it builds in
-// quadratic time, and for ever for a body of several components, are built where Bullet's contacts
-// first read them; rayTest() still has Bullet build one. Those of nodes in the deformable world are
-// as Bullet last read them. One solver serves one world.
+// Which bodies collide follows Bullet's own settings:
+//  - Filter groups and masks, an overlap filter callback, setIgnoreCollisionCheck() and
+//    m_collisionDisabledObjects apply to soft bodies as they do to rigid bodies.
+//  - A body collides with itself after setSelfCollision(true).
+//  - Soft bodies collide with each other without the flags VF_SS and VF_DD. If CL_SS (clusters) is
+//    the only soft-soft flag that both bodies have, the pair stays with Bullet.
+//  - Soft bodies with SDF_RS, SDF_RD, SDF_RDF or SDF_RDN, and without CL_RS, collide with rigid
+//    ones.
+//  - Contacts of a soft body with CF_NO_CONTACT_RESPONSE are reported, but nothing is moved. A
+//    rigid body with this flag is no obstacle.
 //
-// A number that is not finite or negative where that means nothing is said, and the default used.
+// Bullet's trees of bounding boxes: Bullet builds a tree of faces in quadratic time, and never
+// finishes if the mesh has several components. The adapter builds it instead, and only when
+// Bullet's own contacts first read it. Exception: rayTest() still makes Bullet build one. In the
+// deformable world, the trees of nodes are as Bullet last read them.
 #pragma once
 
 #include <functional>
@@ -23,55 +29,73 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
+/// Options of both solvers. If a number below is not finite or outside its range, on_message and
+/// status() name it, and the default is used.
 struct SolverOptions {
+  /// Backend, threads and traversal of the detector. The adapter chooses `separation` and
+  /// `reduce_contacts` itself for the first detection of a step.
   DetectorOptions detector;
 
-  // The gap in metres that a contact leaves between two surfaces where there was as much before it.
-  // Negative: the sum of the two bodies' collision margins, as Bullet does.
+  /// Gap that a contact keeps between two surfaces, metres; never wider than the gap at the start
+  /// of the step. Negative: the sum of the two bodies' collision margins, as in Bullet.
   double thickness = -1;
-  // A contact whose gap is narrower than the thickness opens it by this part of the thickness each
-  // step, by moving nodes without giving them velocity.
+
+  /// Position correction (Baumgarte factor), from 0 to 1. A contact whose gap is below half the
+  /// thickness widens it by this fraction of the thickness per step, up to half the thickness. This
+  /// moves nodes without changing their velocities (split impulses). 0: no correction.
   double position_correction = 0.05;
-  // Of contacts that meet at `restitution_threshold` m/s or faster, from 0 (they stay together)
-  // to 1.
+
+  /// Coefficient of restitution, from 0 (bodies stay together) to 1. Applies to contacts that meet
+  /// at `restitution_threshold` or faster.
   double restitution = 0;
-  double restitution_threshold = 0.2;
-  // Coulomb's friction with the bodies' own coefficients; false: none.
+  double restitution_threshold = 0.2;  ///< m/s, >= 0
+
+  /// true: Coulomb friction with the bodies' own coefficients; false: no friction.
   bool friction = true;
 
-  // Rigid bodies take part: meshes, terrains and planes, and convex shapes as the polyhedra of
-  // their surfaces; dynamic ones give way. False: they are Bullet's alone.
+  /// true: rigid bodies are obstacles. Meshes, terrains and planes take part with their triangles,
+  /// convex shapes as polyhedra. Contacts push dynamic bodies. false: only Bullet handles them.
   bool collide_rigid = true;
-  // Contacts of soft bodies with them are LazyCCD's alone: bodies rest on the triangles at the sum
-  // of the margins. Bullet's own hold slow nodes only, and never let them rest on a mesh, of whose
-  // triangles it makes prisms of 6 cm to both sides. They go on where LazyCCD does not know enough:
-  // for solids of tetrahedra, whose inner nodes have no surface, and for links of multi-bodies.
-  // False: both act everywhere.
+
+  /// true: LazyCCD replaces Bullet's soft-rigid contacts. Bodies then rest on the triangles at the
+  /// sum of the margins. Bullet's contacts stop slow nodes only. Soft bodies never come to rest on
+  /// a mesh with them, because Bullet turns each triangle into a prism of 6 cm to both sides.
+  /// Bullet's contacts act as well on tetrahedral bodies, because inner nodes have no surface, on
+  /// links of multibodies, because their mass is not known, and on shapes with a part without
+  /// triangles. false: both act everywhere.
   bool replace_rigid_contacts = true;
 
-  // Soft bodies in contact that deform more slowly than `rest_speed` m/s (root mean square;
-  // Bullet's sleeping threshold) lose that motion at up to `rest_damping` 1/s, so that they come to
-  // rest. What moves as a whole goes on. 0: they tremble for longer.
+  /// Soft bodies that carry load in contact lose velocity of deformation if its root mean square is
+  /// below `rest_speed`, m/s, >= 0. The slower they deform, the stronger the damping. This
+  /// brings them to rest. Rigid motion of the body is not damped. The default is Bullet's sleeping
+  /// threshold. 0: no damping; bodies tremble for longer.
   double rest_speed = 0.04;
-  double rest_damping = 20;
+  double rest_damping = 20;  ///< highest rate of that damping, 1/s, >= 0; 0: no damping
 
-  // Soft bodies that intersect where a scene begins, or are put into each other or into rigid ones,
-  // move out at up to this speed, m/s, without gaining velocity, until three seconds bring nothing
-  // more. 1 m/s suits cloth in metres. 0: what is on the wrong side stays there.
+  /// Speed at which intersecting soft bodies are moved apart and out of rigid ones, m/s, >= 0. Acts
+  /// on scenes that begin with intersections, and on bodies that the application puts into others.
+  /// Velocities do not change. Ends after three seconds without progress. 1 m/s suits cloth in
+  /// metres. 0: intersections stay as they are.
   double untangling_speed = 0;
 
-  int max_detections = 20;  // detections a step that are answered with impulses
-  // Gauss-Seidel sweeps over the contacts after each of them, at most; four times as many where all
-  // contacts meet more slowly than 0.25 m/s, as at rest, and a fifth to open gaps.
+  /// Largest number of detections per step, after the first, that are answered with impulses, >= 0.
+  /// 0: no impulses at all.
+  int max_detections = 20;
+  /// Gauss-Seidel iterations over the contacts after each of these detections, >= 0. An upper
+  /// limit: the solver stops when the changes are negligible. Four times as many if all contacts
+  /// meet more slowly than 0.25 m/s, as at rest, or if the impulses of the last step nearly suffice
+  /// (to 0.02 m/s). A fifth as many for position correction.
   int solver_iterations = 100;
-  int max_impact_zones = 8;  // then: detections answered with rigid impact zones
+  /// After those: largest number of detections that are answered with rigid impact zones, >= 0. If
+  /// contacts remain after that, the fail-safe holds the bodies' nodes at the start of the step.
+  int max_impact_zones = 8;
 
-  // Called at the end of each step that had contacts, with positions and velocities as Bullet goes
-  // on with them. Bodies may come and go in the call; the span is valid until they do.
+  /// Called at the end of each step that had contacts, when positions and velocities are the ones
+  /// that Bullet continues with. The callback may add and remove bodies; the span is valid until it
+  /// does. An exception from the callback is caught and reported in status().
   std::function<void(Span<const StepContact>)> on_contacts;
 
-  // Called once for each new line of the solver's status(): input that had to be left out,
-  // failures.
+  /// Called once for each new line of the solver's status(): input that is left out, and failures.
   std::function<void(const std::string&)> on_message;
 };
 

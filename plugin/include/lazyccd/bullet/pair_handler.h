@@ -1,4 +1,4 @@
-// Where Bullet's dispatcher leaves the pairs of soft bodies that it meets.
+// The interface through which Bullet's dispatcher hands over pairs of soft bodies.
 #pragma once
 
 #include <BulletSoftBody/btSoftBody.h>
@@ -8,11 +8,13 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
+/// Receives the pairs of soft bodies that Bullet's dispatcher finds. Both solvers implement it.
 class PairHandler {
  public:
   virtual ~PairHandler() = default;
-  // Does no work on the pair yet: all pairs of a step are detected together. Pairs that are not
-  // LazyCCD's (clusters, bodies that it had to leave out) go to Bullet's own handler at once.
+  /// Receives one pair. Does no detection: one detection serves all pairs of a step. Pairs that
+  /// LazyCCD does not handle (clusters, bodies that it left out) go to Bullet's own handler at
+  /// once.
   virtual void handle_pair(btSoftBody* a, btSoftBody* b) = 0;
 };
 

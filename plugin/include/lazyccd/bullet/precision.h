@@ -1,8 +1,8 @@
-// Bullet comes in two precisions whose objects have different layouts under the same names. Mixing
-// them compiles, links and crashes; here it is an error instead:
-//   at compile time, where LAZYCCD_BULLET_DOUBLE (0 or 1) says which adapter is linked (the CMake
-//   targets LazyCCD::bullet and LazyCCD::bullet_double define it);
-//   at link time everywhere, because the precision is part of every symbol's name.
+// Turns a mix of Bullet's two precisions into an error. Objects of the two have different layouts
+// under the same names, so a mix of them compiles, links and crashes. The error comes
+//   at compile time, if LAZYCCD_BULLET_DOUBLE is defined (0 or 1: the adapter that is linked; the
+//   CMake targets LazyCCD::bullet and LazyCCD::bullet_double define it);
+//   at link time always, because the precision is part of every symbol's name.
 #pragma once
 
 #include <LinearMath/btScalar.h>

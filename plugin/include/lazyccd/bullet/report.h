@@ -1,4 +1,4 @@
-// What a step did, for applications that want to know.
+// Reports of a step: its statistics and its contacts.
 #pragma once
 
 #include <BulletSoftBody/btSoftBody.h>
@@ -12,50 +12,52 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-// Counts and times of one step, or summed over steps.
+/// Counts and times of one step, or their sums over several steps.
 struct StepStats {
   std::int64_t steps = 0;
-  std::int64_t handled_pairs = 0;  // soft pairs that Bullet's dispatcher handed over
+  std::int64_t handled_pairs = 0;  ///< pairs of soft bodies that came from Bullet's dispatcher
   std::int64_t detections = 0;
-  std::int64_t started_ahead = 0;     // of these, those that began before Bullet had solved
-  std::int64_t contacts_vf = 0;  // different pairs of primitives in contact
-  std::int64_t contacts_ee = 0;
-  std::int64_t impact_zone_nodes = 0;  // nodes that had to move rigidly with an impact zone
-  // Nodes and rigid bodies held where the step began. A kinematic body among them closes in on what
-  // cannot give way: Bullet's goes on, and LazyCCD's is left behind until there is room.
+  std::int64_t started_ahead = 0;      ///< detections that began before Bullet had solved the step
+  std::int64_t contacts_vf = 0;        ///< distinct vertex-face pairs in contact
+  std::int64_t contacts_ee = 0;        ///< distinct edge-edge pairs in contact
+  std::int64_t impact_zone_nodes = 0;  ///< nodes that moved rigidly with an impact zone
+  /// Nodes and rigid bodies that the fail-safe held where the step began. A kinematic body is held
+  /// if it closes in on something that cannot move. Bullet's body then goes on, and LazyCCD's
+  /// obstacle stays behind until there is room.
   std::int64_t failsafe_holds = 0;
-  // Contacts that even those could not end: of a moving kinematic body with a pinned node in its
-  // way, alone or in an edge or a face.
+  /// Contacts left at the end of the step, which even the fail-safe could not end: a moving
+  /// kinematic body passed over a pinned node, alone or as part of an edge or a face.
   std::int64_t unresolved = 0;
-  std::int64_t initial_contacts = 0;  // pairs in contact that touched before the step began
-  // Edges that stuck in faces when the scene was read: in its first step, and where it changed.
+  std::int64_t initial_contacts = 0;  ///< pairs in contact that touched before the step began
+  /// Edge-face intersections at the start of the step. Counted in the first step, and in steps
+  /// before which the scene changed or bodies were placed elsewhere.
   std::int64_t initial_intersections = 0;
-  std::int64_t fallback_steps = 0;  // steps that went on without LazyCCD (see status())
-  // Joules by which the response raised and lowered the kinetic energy of soft and dynamic rigid
-  // bodies, each step's change counted on its side.
+  std::int64_t fallback_steps = 0;  ///< steps that ran without LazyCCD; status() says why
+  /// Joules by which the response raised and lowered the kinetic energy of soft and dynamic rigid
+  /// bodies. The net change of each step counts in one of the two; neither is negative.
   double energy_gained = 0, energy_lost = 0;
-  // Of reading Bullet's nodes, detections, the response and writing nodes.
+  /// Milliseconds for reading Bullet's nodes, for detections, for the response, for writing nodes.
   double ms_gather = 0, ms_detect = 0, ms_response = 0, ms_write = 0;
 
   StepStats& operator+=(const StepStats& s);
 };
 
-// One contact of a step: a vertex and a face, or two edges, that touched or that an impulse kept
-// apart. The pointers are valid until bodies or their topology change.
+/// One contact of a step: a vertex and a face, or two edges, that touched or that an impulse kept
+/// apart. The pointers are valid until bodies or their topology change.
 struct StepContact {
   ContactKind kind;
-  btCollisionObject* body_a;  // soft (btSoftBody::upcast) or rigid; at least one is soft
+  btCollisionObject* body_a;  ///< soft (btSoftBody::upcast) or rigid; at least one is soft
   btCollisionObject* body_b;
-  // vertex_face: the vertex, of a, then the face's three, of b; edge_edge: the ends of a's edge,
-  // then of b's. Null for those of a rigid body.
+  /// vertex_face: the vertex, of body_a, then the three of the face, of body_b. edge_edge: the two
+  /// ends of the edge of body_a, then those of body_b. Null for vertices of a rigid body.
   std::array<btSoftBody::Node*, 4> nodes;
-  btSoftBody::Face* face;         // of body_b; null for edge_edge and of a rigid body
-  std::array<double, 4> weights;  // of the four vertices, sum zero: as Contact::weights()
-  btVector3 normal;               // unit, in the world, from b to a
-  btVector3 point;                // metres, in the world, at the end of the step, on b
-  double toi;                  // of the step, from 0 to 1: when the pair first touched or came near
-  double impulse;              // N s, along the normal: what a received from b, never negative
-  btVector3 friction_impulse;  // N s, across the normal: what a received from b
+  btSoftBody::Face* face;         ///< of body_b; null for edge_edge, and if body_b is rigid
+  std::array<double, 4> weights;  ///< of the four vertices, sum zero; see Contact::weights()
+  btVector3 normal;               ///< unit vector from b to a, world frame
+  btVector3 point;                ///< on b, at the end of the step; metres, world frame
+  double toi;      ///< from 0 to 1 of the step: when the pair first touched or came near
+  double impulse;  ///< N s, along the normal, from b on a; never negative
+  btVector3 friction_impulse;  ///< N s, perpendicular to the normal, from b on a
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

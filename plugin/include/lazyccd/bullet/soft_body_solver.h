@@ -1,4 +1,5 @@
-// Soft bodies in btSoftRigidDynamicsWorld and btSoftMultiBodyDynamicsWorld. The one changed line:
+// The solver for soft bodies in btSoftRigidDynamicsWorld and btSoftMultiBodyDynamicsWorld. An
+// application changes one line:
 //
 //   lazyccd::bullet::btLazySoftBodySolver solver;
 //   btSoftRigidDynamicsWorld world(dispatcher, broadphase, constraints, configuration, &solver);
@@ -22,9 +23,11 @@ class SoftBodyDbvt;
 class Pipeline;
 class SoftConstraints;
 
-// Bullet's own constraints of several bodies are solved at once, where that comes to the same. So
-// what an application gives to btAlignedAllocSetCustom() or btSetCustomEnterProfileZoneFunc() is
-// called by several threads, but not with SolverOptions::detector.threads = 1.
+/// Bullet's default soft body solver with LazyCCD's contacts.
+///
+/// Solves Bullet's own constraints of several bodies on several threads if the result is the same.
+/// So functions given to btAlignedAllocSetCustom() and btSetCustomEnterProfileZoneFunc() are called
+/// on several threads, except with SolverOptions::detector.threads = 1.
 class btLazySoftBodySolver : public btDefaultSoftBodySolver, public PairHandler {
  public:
   explicit btLazySoftBodySolver(const SolverOptions& options = {});
@@ -32,15 +35,15 @@ class btLazySoftBodySolver : public btDefaultSoftBodySolver, public PairHandler 
   btLazySoftBodySolver(const btLazySoftBodySolver&) = delete;
   btLazySoftBodySolver& operator=(const btLazySoftBodySolver&) = delete;
 
-  // Of the last step.
+  /// Contacts of the last step; valid until the next step.
   Span<const StepContact> contacts() const;
-  const StepStats& step_stats() const;
-  // Over all steps.
-  const StepStats& total_stats() const;
-  // The backend in use, then a line for everything that was left out or failed, each once.
+  const StepStats& step_stats() const;   ///< of the last step
+  const StepStats& total_stats() const;  ///< summed over all steps
+  /// The backend in use, then one line for each thing that was left out or failed.
   std::string status() const;
-  // To be called where an application changed node pointers of faces or links by its own hand;
-  // Bullet's own ways of changing a body are noticed.
+  /// Makes the next step read the whole scene again. Call it after changing node pointers of faces
+  /// or links, or the triangles of a mesh or terrain. Changes through Bullet's own functions are
+  /// noticed without it.
   void topology_changed();
 
   void handle_pair(btSoftBody* a, btSoftBody* b) override;
@@ -54,12 +57,11 @@ class btLazySoftBodySolver : public btDefaultSoftBodySolver, public PairHandler 
  private:
   void read_starts();
   void write_back();
-  void list_contacts();
 
   std::unique_ptr<Pipeline> pipeline_;
-  std::unique_ptr<SoftBodyDbvt> trees_;
+  std::unique_ptr<SoftBodyDbvt> dbvt_;
   std::unique_ptr<SoftConstraints> constraints_;
-  std::vector<std::vector<btVector3>> starts_;  // by body and node
+  std::vector<std::vector<btVector3>> starts_;  // at the start of the step, by body and node
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

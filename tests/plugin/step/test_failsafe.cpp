@@ -9,7 +9,7 @@
 using namespace lazyccd;
 using namespace lazyccd::test;
 
-TEST_CASE("nodes held at the start of the step are enough, and they are counted") {
+TEST_CASE("nodes held at the start of the step are enough and are counted") {
   const World world = GENERATE(World::rigid, World::deformable);
   scenes::WorldOptions options = quiet_options(world, 1.0 / 60);
   options.lazyccd.max_detections = 0;
@@ -23,7 +23,7 @@ TEST_CASE("nodes held at the start of the step are enough, and they are counted"
   CHECK(crossings.vertex_face() + crossings.edge_edge() == 0);
   CHECK(impact.passed() == 0);
   CHECK(impact.world->total_stats()->failsafe_holds > 0);
-  CHECK(impact.world->status().find("last resort") != std::string::npos);
+  CHECK(impact.world->status().find("fail-safe holds") != std::string::npos);
 }
 
 TEST_CASE("impact zones are enough without impulses") {
@@ -40,7 +40,7 @@ TEST_CASE("impact zones are enough without impulses") {
   CHECK(impact.world->total_stats()->impact_zone_nodes > 0);
 }
 
-TEST_CASE("a pinned sheet that is moved takes a free one along") {
+TEST_CASE("a moving pinned sheet pushes a free sheet along") {
   const World world = GENERATE(World::rigid, World::deformable);
   Impact impact(quiet_options(world), 0);
   scenes::pin(*impact.held, 0, impact.held->m_nodes.size() - 1);
@@ -58,7 +58,7 @@ TEST_CASE("a pinned sheet that is moved takes a free one along") {
   CHECK(impact.passed() == 0);
 }
 
-TEST_CASE("what is free in a face follows a kinematic body though its other corners are pinned") {
+TEST_CASE("the free corner of a face follows a kinematic body though the others are pinned") {
   const World world = GENERATE(World::rigid, World::deformable);
   CAPTURE(world == World::rigid);
   bullet::SolverOptions options;
@@ -81,7 +81,7 @@ TEST_CASE("what is free in a face follows a kinematic body though its other corn
   CHECK(cloth->m_nodes[1].m_x.y() > btScalar(0.19));
 }
 
-TEST_CASE("no answer turns a rigid body that may not turn, or moves it along a locked axis") {
+TEST_CASE("no response moves or rotates a rigid body about or along a locked axis") {
   const World world = GENERATE(World::rigid, World::deformable);
   const int iterations = GENERATE(0, 20);
   CAPTURE(world == World::rigid, iterations);
@@ -103,7 +103,7 @@ TEST_CASE("no answer turns a rigid body that may not turn, or moves it along a l
 }
 
 TEST_CASE("a sheet that lies exactly on another neither falls through nor sticks") {
-  // Each node of the upper sheet starts where one of the lower is.
+  // Each node of the upper sheet starts at the position of a node of the lower one.
   const World world = GENERATE(World::rigid, World::deformable);
   auto w = PhysicsWorld::make(quiet_options(world));
   const auto flat = [&] {
@@ -127,13 +127,13 @@ TEST_CASE("a sheet that lies exactly on another neither falls through nor sticks
   CHECK(moving->m_nodes[12].m_x.y() > btScalar(0.05));
 }
 
-TEST_CASE("a start that already intersects is reported and does not get worse") {
+TEST_CASE("initial intersections are reported and do not get worse") {
   const World world = GENERATE(World::rigid, World::deformable);
   CAPTURE(world == World::rigid);
   auto w = PhysicsWorld::make(quiet_options(world));
   auto lower = sheet(*w, 9, 1, 0);
   scenes::pin_border(*lower, 9, 9);
-  // Upright, through the lower one.
+  // The upper cloth is upright and intersects the lower one.
   auto upper = scenes::make_cloth(w->info(), 5, 5, 1, [](double u, double v) {
     return btVector3(static_cast<btScalar>(0.3 * u - 0.113), static_cast<btScalar>(0.3 * v - 0.17),
                      static_cast<btScalar>(0.01 * u + 0.013));
@@ -147,19 +147,20 @@ TEST_CASE("a start that already intersects is reported and does not get worse") 
   REQUIRE(before > 0);
   for (int i = 0; i < 24; ++i) w->step();
   CHECK(w->total_stats()->initial_intersections == static_cast<std::int64_t>(before));
-  CHECK(w->status().find("bodies intersect where a step begins") != std::string::npos);
+  CHECK(w->status().find("bodies intersect at the start of a step") != std::string::npos);
   CHECK(intersections() <= before);
 }
 
-TEST_CASE("where everything sweeps through everything, impulses are soon given up") {
+TEST_CASE("impulses are soon given up if everything sweeps through everything") {
   const World world = GENERATE(World::rigid, World::deformable);
   CAPTURE(world == World::rigid);
-  constexpr unsigned throws = 3;
+  constexpr unsigned scenes_tested = 3;
   std::int64_t detections = 0;
-  for (unsigned dice_seed = 1; dice_seed <= throws; ++dice_seed) {
+  for (unsigned scene_seed = 1; scene_seed <= scenes_tested; ++scene_seed) {
     ObstacleWorld w(world, 0);
-    // Every node goes its own way, ten times the scene's width in a step, and a plate comes along.
-    RandomSource random(dice_seed);
+    // Every node moves in its own direction by ten times the width of the scene in a step. A plate
+    // moves through them.
+    RandomSource random(scene_seed);
     for (int layer = 0; layer < 6; ++layer) {
       const auto place = [&](double u, double v) {
         return btVector3(static_cast<btScalar>(0.01 * u), static_cast<btScalar>(0.001 * layer),
@@ -184,5 +185,5 @@ TEST_CASE("where everything sweeps through everything, impulses are soon given u
     CHECK(w.total().unresolved == 0);
     detections += w.total().detections;
   }
-  CHECK(detections < 45 * throws);  // of two steps each
+  CHECK(detections < 45 * scenes_tested);  // two steps per scene
 }

@@ -1,0 +1,64 @@
+#include "scene/previous_step.h"
+
+#include <algorithm>
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+namespace {
+
+// Id in the broad phase, or -1.
+int proxy_id(const SoftScene::BodyRecord& record) {
+  const btBroadphaseProxy* proxy = record.body->getBroadphaseHandle();
+  return proxy ? proxy->m_uniqueId : -1;
+}
+
+}  // namespace
+
+void PreviousStep::remember(const SoftScene& scene, const Obstacles& obstacles,
+                            const StepTopology& topology, const Motion& motion) {
+  soft_bodies_.resize(scene.bodies().size());
+  next_ = 0;
+  for (std::size_t i = 0; i < soft_bodies_.size(); ++i) {
+    const SoftScene::BodyRecord& record = scene.bodies()[i];
+    const auto first = motion.end.begin() + 3 * static_cast<std::ptrdiff_t>(record.first_vertex);
+    soft_bodies_[i].body = record.body;
+    soft_bodies_[i].proxy_id = proxy_id(record);
+    soft_bodies_[i].positions.assign(
+        first, first + 3 * static_cast<std::ptrdiff_t>(record.vertex_count));
+  }
+  obstacles_.clear();
+  for (const StepTopology::BodyRecord& body : topology.bodies()) {
+    if (body.soft) continue;
+    obstacles_.push_back({obstacles.records()[body.obstacle].unique_id,
+                          motion.rigid_of(topology.index_of(body)).end});
+  }
+  std::sort(obstacles_.begin(), obstacles_.end(),
+            [](const Obstacle& a, const Obstacle& b) { return a.unique_id < b.unique_id; });
+}
+
+const std::vector<btScalar>* PreviousStep::end_of(const SoftScene::BodyRecord& record) {
+  const auto is_same = [&record, id = proxy_id(record)](const SoftBody& last) {
+    return last.body == record.body && last.proxy_id == id;
+  };
+  auto last = soft_bodies_.begin() + static_cast<std::ptrdiff_t>(std::min(next_, soft_bodies_.size()));
+  if (last == soft_bodies_.end() || !is_same(*last))
+    last = std::find_if(soft_bodies_.begin(), soft_bodies_.end(), is_same);
+  if (last == soft_bodies_.end()) return nullptr;
+  next_ = static_cast<std::size_t>(last - soft_bodies_.begin()) + 1;
+  const bool same_count = last->positions.size() == 3 * static_cast<std::size_t>(record.vertex_count);
+  return same_count ? &last->positions : nullptr;
+}
+
+bool PreviousStep::has_new(const std::vector<Obstacles::Record>& obstacles) const {
+  const auto is_before = [](const Obstacle& last, int id) { return last.unique_id < id; };
+  return std::any_of(obstacles.begin(), obstacles.end(), [&](const Obstacles::Record& record) {
+    if (record.vertex_count == 0) return false;
+    const auto last =
+        std::lower_bound(obstacles_.begin(), obstacles_.end(), record.unique_id, is_before);
+    if (last == obstacles_.end() || last->unique_id != record.unique_id) return true;
+    return record.dynamic && !(record.start == last->end);
+  });
+}
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet

@@ -1,0 +1,48 @@
+// How the last step ended. The next step sees from it which bodies were placed elsewhere in between.
+#pragma once
+
+#include <LinearMath/btTransform.h>
+
+#include <cstddef>
+#include <vector>
+
+#include "motion/motion.h"
+#include "scene/obstacles.h"
+#include "scene/soft_scene.h"
+#include "scene/step_topology.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+
+class PreviousStep {
+ public:
+  /// Remembers where the step's bodies end.
+  void remember(const SoftScene& scene, const Obstacles& obstacles, const StepTopology& topology,
+                const Motion& motion);
+  /// Forgets the soft bodies: nothing is known of where the next step finds them.
+  void forget_soft_bodies() { soft_bodies_.clear(); }
+
+  /// Positions of a body's vertices at the end of the last step, three scalars each. Null if the body
+  /// is new or has another number of vertices. Fast if bodies are asked for in their last order.
+  const std::vector<btScalar>* end_of(const SoftScene::BodyRecord& record);
+  /// True if an obstacle with triangles is new, or a dynamic one is not where the last step left it.
+  bool has_new(const std::vector<Obstacles::Record>& obstacles) const;
+
+ private:
+  struct SoftBody {
+    const btSoftBody* body;
+    int proxy_id;  // of the broad phase; tells new bodies from old ones at the same address
+    std::vector<btScalar> positions;
+  };
+  struct Obstacle {
+    int unique_id;  // as in RigidPose
+    btTransform end;
+  };
+
+  std::vector<SoftBody> soft_bodies_;  // empty if the last step is not known
+  std::size_t next_ = 0;               // where the next body is expected
+  std::vector<Obstacle> obstacles_;    // sorted by unique_id
+};
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet

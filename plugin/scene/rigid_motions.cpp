@@ -1,0 +1,77 @@
+#include "scene/rigid_motions.h"
+
+#include <BulletDynamics/Dynamics/btRigidBody.h>
+
+#include "motion/rotation.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+namespace {
+
+// Returns velocities, inverse mass and inverse inertia of a body; the caller fills the rest.
+// Static, kinematic and other bodies that contacts cannot move have inverse mass and inertia zero.
+RigidMotion rigid_motion(const btCollisionObject& object) {
+  RigidMotion motion;
+  motion.velocity = motion.angular_velocity = motion.inverse_mass = Eigen::Vector3d::Zero();
+  motion.inverse_inertia = Eigen::Matrix3d::Zero();
+  const btRigidBody* body = btRigidBody::upcast(&object);
+  if (!body) return motion;
+  motion.velocity = to_eigen(body->getLinearVelocity());
+  motion.angular_velocity = to_eigen(body->getAngularVelocity());
+  if (body->isStaticOrKinematicObject()) return motion;
+  motion.inverse_mass = static_cast<double>(body->getInvMass()) * to_eigen(body->getLinearFactor());
+  const Eigen::Matrix3d free(to_eigen(body->getAngularFactor()).asDiagonal());
+  motion.inverse_inertia = free * to_eigen(body->getInvInertiaTensorWorld()) * free;
+  return motion;
+}
+
+}  // namespace
+
+void read_rigid_motions(const StepTopology& topology, const Obstacles& obstacles, Motion& motion) {
+  motion.first_vertex.clear();
+  motion.rigid_of_body.clear();
+  motion.rigid.clear();
+  motion.anchored.clear();
+  motion.start.resize(3 * static_cast<std::size_t>(topology.vertex_count()));
+  motion.end.resize(motion.start.size());
+  for (const StepTopology::BodyRecord& body : topology.bodies()) {
+    motion.first_vertex.push_back(body.first_vertex);
+    motion.rigid_of_body.push_back(body.soft ? -1
+                                              : static_cast<std::int32_t>(motion.rigid.size()));
+    if (body.soft) continue;
+    const Obstacles::Record& record = obstacles.records()[body.obstacle];
+    RigidMotion rigid = rigid_motion(*body.object);
+    rigid.first_vertex = body.first_vertex;
+    rigid.vertex_count = body.vertex_count;
+    rigid.local = obstacles.local().data() + record.first_vertex;
+    rigid.start = record.start;
+    rigid.predicted = record.end;
+    motion.place_start(rigid);
+    motion.put(rigid, record.end);
+    motion.rigid.push_back(rigid);
+  }
+  motion.first_vertex.push_back(topology.vertex_count());
+}
+
+void find_anchored_vertices(const SoftScene& scene, const StepTopology& topology, Motion& motion) {
+  for (const SoftScene::BodyRecord& record : scene.bodies()) {
+    const auto& anchors = record.body->m_deformableAnchors;
+    for (int i = 0; i < anchors.size(); ++i) {
+      const int node = static_cast<int>(anchors[i].m_node - &record.body->m_nodes[0]);
+      const std::int32_t v = scene.vertex_of(record, node);
+      // Skips pinned nodes, through which Bullet's anchors push nothing, and nodes that the anchor
+      // does not move, as in the rigid world.
+      if (v < 0 || anchors[i].m_node->m_im == 0 || motion.inverse_mass[v] > 0) continue;
+      motion.anchored.erase(v);  // the last of several anchors counts
+      for (std::size_t body = 0; body < topology.bodies().size(); ++body) {
+        const int rigid = motion.rigid_of_body[body];
+        if (topology.bodies()[body].object == anchors[i].m_cti.m_colObj &&
+            motion.rigid[rigid].is_dynamic())
+          motion.anchored[v] = {anchors[i].m_local, rigid};
+      }
+    }
+  }
+}
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet

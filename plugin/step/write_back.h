@@ -1,0 +1,14 @@
+// Gives rigid bodies what the response made of their motion.
+#pragma once
+
+#include "motion/motion.h"
+#include "scene/step_topology.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+
+/// Writes poses and velocities of the dynamic bodies that the response changed, and wakes them.
+void write_rigid_bodies(const StepTopology& topology, const Motion& motion);
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet
