@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "core/contact_math.h"
+#include "core/narrow/contact_math.h"
 #include "cpu/cpu_detector.h"
 #include "lazyccd/error.h"
 #if defined(LAZYCCD_HAS_CUDA)

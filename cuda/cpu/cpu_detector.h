@@ -7,18 +7,15 @@
 #include <memory>
 #include <vector>
 
-#include "core/front_policy.h"
+#include "core/bvh/front_policy.h"
 #include "cpu/backend.h"
 #include "cpu/narrow/contact_sort.h"
-#include "cpu/bvh/groups.h"
-#include "cpu/narrow/leaf_kernels.h"
+#include "cpu/hierarchy.h"
+#include "cpu/kernels/leaf_kernels.h"
 #include "cpu/verlet/verlet_list.h"
-#include "cpu/bvh/node_volume.h"
-#include "cpu/culling/normal_cones.h"
 #include "cpu/culling/orphan_sets.h"
 #include "cpu/threads/thread_pool.h"
 #include "cpu/balance/traversal_run.h"
-#include "cpu/bvh/tree.h"
 #include "lazyccd/detector.h"
 
 namespace lazyccd {
@@ -41,7 +38,7 @@ class CpuDetector : public BackendDetector {
   /// another backend found with a separation, and returns the rest. Records all of them for
   /// recheck_near_pairs(). `contacts` must be sorted. The result is valid until the next call.
   Span<const Contact> reduce_contacts(Span<const Contact> contacts, const Positions& start,
-                                  const Positions& end, Stats& stats);
+                                      const Positions& end, Stats& stats);
   /// As Detector::recheck_near_pairs().
   Span<const Contact> recheck_near_pairs(const Positions& start, const Positions& end,
                                          Stats& stats);
@@ -85,8 +82,6 @@ class CpuDetector : public BackendDetector {
   void balanced_traversal(Span<const NodePair> initial, Stats& stats);
   void query_each_group(Stats& stats);
   void visit_pair(Worker& worker, NodePair pair);
-  void find_node_info();
-  bool may_collide(NodePair pair) const;
   std::int64_t count_near() const;
   bool stay_apart() const;
   void test_pending(bool listed);
@@ -111,23 +106,12 @@ class CpuDetector : public BackendDetector {
   std::vector<std::unique_ptr<Worker>> workers_;
 
   const Mesh* mesh_ = nullptr;
-  bool built_ = false;
   ListState list_state_ = ListState::off;
-  double built_cost_ = 0;  // cost of the tree when it was built
   std::int64_t last_candidates_ = min_candidates_for_threads;  // number in the last step
-  double scale_ = 1;       // power of two of this step: see scale_for()
-  double tolerance_ = 0;   // of the positions at the end of the step, in their unit
+  double scale_ = 1;      // power of two of this step: see scale_for()
+  double tolerance_ = 0;  // of the positions at the end of the step, in their unit
   std::vector<VertexRecord> records_;
-  Groups groups_;
-  Tree tree_;
-  // Summary of everything below a node of the tree.
-  struct NodeInfo {
-    std::int32_t body;  // the body of all primitives; -1: several bodies
-    bool pinned;        // whether all vertices are pinned
-  };
-  std::vector<NodeInfo> node_info_;  // by node
-  std::unique_ptr<NodeVolume> volume_;
-  NormalCones cones_;
+  Hierarchy hierarchy_;
   OrphanSets orphans_;
   std::unique_ptr<ContactSort> sort_;
   std::vector<Contact> contacts_, rechecked_;
@@ -137,7 +121,7 @@ class CpuDetector : public BackendDetector {
   bool has_ahead_result_ = false;       // a worker ran the job, and its result was not used yet
   bool near_pairs_lost_ = false;  // detect_ahead() overwrote the near pairs of the last detection
   std::atomic<bool> is_interrupted_{false};
-  bool are_sorted_ = false;           // contacts_ holds the contacts found ahead, sorted
+  bool are_sorted_ = false;  // contacts_ holds the contacts found ahead, sorted
   Stats ahead_stats_;
   std::vector<Contact> late_contacts_;  // contacts found later, to be merged into contacts_
   std::vector<NodePair> unexpanded_;    // pairs of nodes not visited because of the interruption

@@ -9,16 +9,16 @@
 #include "cpu/narrow/candidate_batches.h"
 #include "cpu/scene/positions.h"
 #include "cpu/scene/scale.h"
-#include "cpu/stopwatch.h"
+#include "core/stopwatch.h"
 
 namespace lazyccd {
 
 void CpuDetector::detect_ahead(const Positions& start, const Positions& end, double tolerance,
-                          const Stats& stats) {
+                               const Stats& stats) {
   discard_ahead();
   // static_list needs all threads to end a round. Volumes have no margin for the tolerance.
   if (pool_.size() == 1 || pool_.has_submitted() ||
-      options_.algorithm.strategy == Strategy::static_list || volume_ || !mesh_ ||
+      options_.algorithm.strategy == Strategy::static_list || hierarchy_.volume() || !mesh_ ||
       !(options_.separation > 0 && tolerance >= 0 && tolerance <= options_.separation))
     return;
   ahead_job_ = [this, start, end, tolerance](int) { run_ahead(start, end, tolerance); };
@@ -49,7 +49,8 @@ bool CpuDetector::join_ahead() {
     has_ahead_result_ = pool_.join_submitted();
   } catch (const std::exception&) {
     // detect() reports errors of the positions that it is given. Unfinished work is done again.
-    has_ahead_result_ = built_ = false;
+    has_ahead_result_ = false;
+    hierarchy_.forget();
     verlet_list_.forget();
   }
   is_interrupted_.store(false, std::memory_order_relaxed);

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/node_pair.h"
+#include "core/bvh/node_pair.h"
 #include "cpu/cpu_detector.h"
 #include "cpu/narrow/narrow_phase.h"
 

@@ -6,7 +6,7 @@
 #include <string>
 #include <tuple>
 
-#include "core/front_policy.h"
+#include "core/bvh/front_policy.h"
 #include "cpu/scene/positions.h"
 #include "cpu/threads/thread_pool.h"
 #include "gpu/scene/device_positions.h"
@@ -14,7 +14,7 @@
 #include "gpu/device/graph_cache.h"
 #include "gpu/narrow/undecided.h"
 #include "gpu/culling/scene_culling.h"
-#include "gpu/stages.h"
+#include "gpu/scene/stages.h"
 #include "gpu/scene/step_buffers.h"
 #include "gpu/device/stream.h"
 #include "gpu/traversal/traversal.h"

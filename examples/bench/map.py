@@ -67,8 +67,8 @@ QUICK = {
     "cloth-on-plate": (["10"], STEPS[::2], ["0.01"], ["0.5"]),
 }
 POINT = ["scene", "world", "precision", "detector", "speed", "dt", "margin", "size"]
-FOUND = ["outcome", "steps", "piercings_at_start", "crossings", "piercings", "wrong_side",
-         "energy_gain", "response_gain", "end_speed", "zone_nodes", "last_resorts", "ms_step"]
+FOUND = ["outcome", "steps", "initial_intersections", "crossings", "intersections", "wrong_side",
+         "energy_gain", "response_gain", "end_speed", "impact_zone_nodes", "failsafe_holds", "ms_step"]
 LIMIT = 300  # of one run, s
 
 
@@ -104,13 +104,13 @@ def measure(programs, point):
 
     row.update(
         outcome="ran" if run["finite"] else "not finite",
-        steps=run["steps"], piercings_at_start=run["piercings_at_start"],
-        crossings=sum(run["pass_throughs"].values()), piercings=run["piercings"],
+        steps=run["steps"], initial_intersections=run["initial_intersections"],
+        crossings=sum(run["pass_throughs"].values()), intersections=run["intersections"],
         wrong_side=run["nodes_on_wrong_side"] or 0,
         energy_gain=of_start(energy["highest"] - start),
         response_gain=of_start(run["response_energy_J"]["gained"]),
-        end_speed=f"{run['end_speed_m_s']['largest']:.4g}", zone_nodes=run["zone_nodes"],
-        last_resorts=run["last_resorts"], ms_step=f"{run['ms_per_step']['total']:.4g}")
+        end_speed=f"{run['end_speed_m_s']['largest']:.4g}", impact_zone_nodes=run["impact_zone_nodes"],
+        failsafe_holds=run["failsafe_holds"], ms_step=f"{run['ms_per_step']['total']:.4g}")
     return row
 
 
@@ -156,14 +156,14 @@ ENERGY_LIMIT, RESPONSE_LIMIT = 0.05, 0.01
 def verdict(row):
     if row["outcome"] != "ran":
         return "dies"
-    if int(row["piercings_at_start"]):
+    if int(row["initial_intersections"]):
         return "unclean"
-    if int(row["crossings"]) or int(row["piercings"]) or int(row["wrong_side"]):
+    if int(row["crossings"]) or int(row["intersections"]) or int(row["wrong_side"]):
         return "through"
     if (float(row["energy_gain"]) > ENERGY_LIMIT or
             float(row["response_gain"]) > RESPONSE_LIMIT):
         return "energy"
-    return "held" if int(row["last_resorts"]) else "clean"
+    return "held" if int(row["failsafe_holds"]) else "clean"
 
 
 def counts(rows):

@@ -103,7 +103,7 @@ def machine():
 
 
 def wrong(stats):
-    return sum(stats["pass_throughs"].values()) + stats["piercings"] + (stats["nodes_on_wrong_side"] or 0)
+    return sum(stats["pass_throughs"].values()) + stats["intersections"] + (stats["nodes_on_wrong_side"] or 0)
 
 
 def compare_paths(programs, file):

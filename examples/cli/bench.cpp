@@ -146,7 +146,7 @@ void run(const Arguments& arguments) {
     for (const Column& column : kTimes)
       csv << ",ms_" << column.name << ",ms_" << column.name << "_p95";
     csv << ",contacts_vf,contacts_ee,hash,tree_tests,front_nodes,group_pairs,candidates,survivors,"
-           "refined,exact,steals,idle_share,overflows,peak_bytes,device,label\n";
+           "double_precision_tests,exact,steals,idle_share,overflows,peak_bytes,device,label\n";
   } else {
     csv.setstate(std::ios::failbit);
   }

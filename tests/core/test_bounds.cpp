@@ -7,7 +7,7 @@
 #include <cstdio>
 #include <vector>
 
-#include "core/decision.h"
+#include "core/narrow/decision.h"
 #include "support/catch.h"
 #include "support/generators.h"
 #include "support/test_budget.h"

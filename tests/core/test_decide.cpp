@@ -5,7 +5,7 @@
 #include <limits>
 #include <string_view>
 
-#include "core/decision.h"
+#include "core/narrow/decision.h"
 #include "cpu/narrow/exact.h"
 #include "lazyccd/error.h"
 #include "support/catch.h"

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "core/oriented_box.h"
+#include "core/bvh/oriented_box.h"
 #include "support/catch.h"
 #include "support/generators.h"
 

@@ -6,8 +6,8 @@
 #include <limits>
 #include <vector>
 
-#include "core/closest.h"
-#include "core/separation.h"
+#include "core/narrow/closest.h"
+#include "core/narrow/separation.h"
 #include "lazyccd/detector.h"
 #include "lazyccd/error.h"
 #include "lazyccd/query.h"

@@ -5,7 +5,7 @@
 #include <set>
 #include <vector>
 
-#include "core/normal_cone.h"
+#include "core/bvh/normal_cone.h"
 #include "cpu/culling/orphan_sets.h"
 #include "io/mesh.h"
 #include "lazyccd/detector.h"

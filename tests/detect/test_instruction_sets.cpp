@@ -6,7 +6,7 @@
 #include <random>
 #include <utility>
 
-#include "core/contact_math.h"
+#include "core/narrow/contact_math.h"
 #include "cpu/cpu_detector.h"
 #include "support/catch.h"
 #include "support/moving_triangles.h"

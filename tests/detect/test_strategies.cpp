@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "core/front_policy.h"
+#include "core/bvh/front_policy.h"
 #include "lazyccd/detector.h"
 #include "lazyccd/error.h"
 #include "support/catch.h"

@@ -33,9 +33,9 @@ std::vector<Setting> settings() {
     for (const int block : {0, 32, 256}) {
       DetectorOptions options;
       options.backend = Backend::cuda;
-      options.strategy = strategy;
-      options.tuning.block_size = block;
-      options.tuning.delay_ns = block == 32 ? 500 : 0;
+      options.algorithm.strategy = strategy;
+      options.algorithm.tuning.block_size = block;
+      options.algorithm.tuning.delay_ns = block == 32 ? 500 : 0;
       all.push_back(
           {std::string(name(strategy)) + ", blocks of " + std::to_string(block), options});
     }

@@ -10,9 +10,9 @@
 #include <utility>
 #include <vector>
 
-#include "core/node_pair.h"
-#include "core/oriented_box.h"
-#include "core/tree.h"
+#include "core/bvh/node_pair.h"
+#include "core/bvh/oriented_box.h"
+#include "core/bvh/tree.h"
 
 namespace lazyccd::test {
 

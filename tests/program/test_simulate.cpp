@@ -44,7 +44,7 @@ TEST_CASE("simulate counts pass-throughs of Bullet alone and none with LazyCCD")
   CHECK(with["pass_throughs"]["vertex_face"] == 0);
   CHECK(with["nodes_on_wrong_side"] == 0);
   CHECK(with["contacts"]["edge_edge"].get<int>() > 0);
-  CHECK(with["last_resorts"] == 0);
+  CHECK(with["failsafe_holds"] == 0);
   CHECK(with["kinetic_energy_J"].size() == with["steps"]);
   for (const char* part : {"total", "bullet", "gather", "detect", "response", "write"}) {
     CHECK(with["ms_per_step"][part].is_number());

@@ -40,7 +40,7 @@ TEST_CASE("nothing passes through anything in the scenes of the library") {
   CAPTURE(chosen.scene, chosen.world == rigid);
   const scenes::RunReport report = run(chosen, scenes::Collisions::lazyccd, 1.0 / 60);
   CHECK(report.finite);
-  CHECK(report.piercings_at_start == 0);
+  CHECK(report.initial_intersections == 0);
   CHECK(report.crossings_vf == 0);
   CHECK(report.crossings_ee == 0);
   CHECK(report.intersections.empty());

@@ -5,7 +5,8 @@
 # Projects, from the top: plugin -> cuda/include -> cuda/detector.cpp -> cuda/gpu -> cuda/cpu ->
 # {cuda/balance, cuda/core}. The GPU leaves rare queries to the CPU's exact arithmetic, so gpu/ knows
 # cpu/, never the other way round. Bullet's headers are only in plugin/ and examples/, CUDA's only in
-# cuda/gpu and cuda/balance. Within plugin/ and cuda/cpu the folders below form layers.
+# cuda/gpu and cuda/balance. The folders of plugin/, cuda/cpu and cuda/gpu form the
+# layers below.
 cmake_minimum_required(VERSION 3.24)
 
 set(bullet "^(btBulletC|btBulletD|BulletS|BulletC|BulletD|LinearMath/)")
@@ -126,6 +127,15 @@ check_layers(cuda/cpu "(core|balance|lazyccd)/"
   verlet:bvh,kernels,scene,threads
   narrow:verlet,culling,bvh,kernels,scene,threads
   isa:narrow,kernels,scene)
+
+set(prefix "gpu/")
+check_layers(cuda/gpu "(core|cpu|balance|lazyccd)/"
+  device:
+  scene:device
+  bvh:scene,device
+  narrow:scene,device
+  culling:narrow,bvh,scene,device
+  traversal:culling,narrow,bvh,scene,device)
 
 check_size(13 cuda plugin examples tests)
 

@@ -11,7 +11,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/node_pair.h"
+#include "core/bvh/node_pair.h"
 #include "cpu/balance/lazy_stealing.h"
 #include "cpu/threads/thread_pool.h"
 #include "cpu/balance/work_stack.h"

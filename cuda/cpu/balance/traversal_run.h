@@ -6,7 +6,7 @@
 #include <type_traits>
 #include <variant>
 
-#include "core/node_pair.h"
+#include "core/bvh/node_pair.h"
 #include "cpu/balance/balanced_run.h"
 #include "cpu/balance/greedy_stealing.h"
 #include "cpu/balance/guided.h"

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "core/morton.h"
+#include "core/bvh/morton.h"
 
 namespace lazyccd {
 namespace {
@@ -157,12 +157,10 @@ void Groups::refit(const std::vector<VertexRecord>& vertices, ThreadPool& pool, 
   for (float& side : vertex_boxes_.front().side) side = -std::numeric_limits<float>::infinity();
   VertexBox* const boxes = vertex_boxes_.data() + 1;
   pool.parallel_for(vertices.size(), 1024, [&](std::size_t first, std::size_t last, int) {
-    kernels_->box_vertices(vertices.data()->x, scale, margin_ * scale, first, last,
-                           boxes);
+    kernels_->box_vertices(vertices.data()->x, scale, margin_ * scale, first, last, boxes);
   });
   pool.parallel_for(groups_.size(), 64, [&](std::size_t first, std::size_t last, int) {
-    kernels_->box_groups(boxes, groups_.data(), first, last, blocks_.data(),
-                         boxes_.data());
+    kernels_->box_groups(boxes, groups_.data(), first, last, blocks_.data(), boxes_.data());
   });
 }
 

@@ -6,17 +6,13 @@
 #include <memory>
 #include <vector>
 
-#include "core/group.h"
-#include "cpu/narrow/leaf_kernels.h"
+#include "core/bvh/group.h"
+#include "cpu/kernels/leaf_kernels.h"
 #include "cpu/scene/mesh.h"
+#include "cpu/scene/vertex_record.h"
 #include "cpu/threads/thread_pool.h"
 
 namespace lazyccd {
-
-/// Positions of a vertex in one step: start x y z, end x y z, two unused. One cache line.
-struct alignas(64) VertexRecord {
-  double x[8];
-};
 
 /// Builds the groups of a mesh and refits their boxes.
 class Groups {

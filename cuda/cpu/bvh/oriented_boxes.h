@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/oriented_box.h"
+#include "core/bvh/oriented_box.h"
 #include "cpu/bvh/node_volume.h"
 
 namespace lazyccd {

@@ -5,7 +5,7 @@
 #include <limits>
 #include <utility>
 
-#include "core/morton.h"
+#include "core/bvh/morton.h"
 
 namespace lazyccd {
 namespace {

@@ -4,8 +4,8 @@
 
 #include <vector>
 
-#include "core/group.h"
-#include "core/tree.h"
+#include "core/bvh/group.h"
+#include "core/bvh/tree.h"
 
 namespace lazyccd {
 

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/normal_cone.h"
+#include "core/bvh/normal_cone.h"
 #include "cpu/bvh/groups.h"
 #include "cpu/scene/mesh.h"
 #include "cpu/culling/flat_patches.h"

@@ -1,7 +1,7 @@
 // Differences of positions in single precision, one candidate per lane.
 #pragma once
 
-#include "core/elementary.h"
+#include "core/narrow/elementary.h"
 #include "cpu/isa/records.h"
 #include "cpu/isa/transpose.h"
 

@@ -1,7 +1,7 @@
 // Packs of double lanes, like those of float in float_lanes.h, for tests in double precision.
 #pragma once
 
-#include "core/contact_math.h"
+#include "core/narrow/contact_math.h"
 #include "cpu/isa/float_lanes.h"
 
 namespace lazyccd {

@@ -1,10 +1,10 @@
 // The kernels for a pair of groups, and the filter, for one instruction set.
-#include "cpu/narrow/leaf_kernels.h"
+#include "cpu/kernels/leaf_kernels.h"
 
 #include <utility>
 
-#include "core/roots.h"
-#include "core/separation.h"
+#include "core/narrow/roots.h"
+#include "core/narrow/separation.h"
 #include "cpu/isa/differences.h"
 #include "cpu/isa/near.h"
 #include "cpu/isa/refit.h"

@@ -1,6 +1,6 @@
 #include "cpu/isa/near.h"
 
-#include "core/closest.h"
+#include "core/narrow/closest.h"
 #include "cpu/isa/differences.h"
 
 namespace lazyccd {

@@ -1,6 +1,6 @@
 #include "cpu/isa/within.h"
 
-#include "core/separation.h"
+#include "core/narrow/separation.h"
 #include "cpu/isa/records.h"
 #include "cpu/isa/transpose.h"
 #include "cpu/isa/double_lanes.h"

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <vector>
 
-#include "cpu/narrow/leaf_kernels.h"
+#include "cpu/kernels/leaf_kernels.h"
 #include "cpu/verlet/verlet_list.h"
 
 namespace lazyccd {

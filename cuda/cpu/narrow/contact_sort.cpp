@@ -4,7 +4,7 @@
 #include <array>
 #include <atomic>
 
-#include "core/contact_math.h"
+#include "core/narrow/contact_math.h"
 
 namespace lazyccd {
 

@@ -4,7 +4,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/contact_key.h"
+#include "core/narrow/contact_key.h"
 #include "cpu/scene/mesh.h"
 #include "cpu/threads/thread_pool.h"
 #include "lazyccd/contact.h"

@@ -1,7 +1,7 @@
 // The public single tests of lazyccd/query.h.
 #include <cmath>
 
-#include "core/separation.h"
+#include "core/narrow/separation.h"
 #include "cpu/narrow/exact.h"
 #include "cpu/scene/scale.h"
 #include "lazyccd/error.h"

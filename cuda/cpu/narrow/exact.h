@@ -4,7 +4,7 @@
 // is the definition of Contact::toi.
 #pragma once
 
-#include "core/contact_math.h"
+#include "core/narrow/contact_math.h"
 #include "lazyccd/query.h"
 #include "lazyccd/scene.h"
 

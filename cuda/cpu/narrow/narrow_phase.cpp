@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstddef>
 
-#include "core/separation.h"
+#include "core/narrow/separation.h"
 #include "cpu/narrow/exact.h"
 
 namespace lazyccd {

@@ -6,13 +6,13 @@
 #include <limits>
 #include <vector>
 
-#include "core/contact_key.h"
-#include "core/contact_math.h"
-#include "cpu/narrow/leaf_kernels.h"
+#include "core/narrow/contact_key.h"
+#include "core/narrow/contact_math.h"
+#include "cpu/kernels/leaf_kernels.h"
 #include "cpu/scene/mesh.h"
 #include "cpu/verlet/verlet_list.h"
 #include "cpu/culling/orphan_sets.h"
-#include "cpu/stopwatch.h"
+#include "core/stopwatch.h"
 #include "lazyccd/contact.h"
 #include "lazyccd/span.h"
 

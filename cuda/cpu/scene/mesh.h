@@ -5,9 +5,9 @@
 #include <unordered_set>
 #include <vector>
 
-#include "core/contact_key.h"
-#include "core/contact_math.h"
-#include "core/contact_reduction.h"
+#include "core/narrow/contact_key.h"
+#include "core/narrow/contact_math.h"
+#include "core/narrow/contact_reduction.h"
 #include "lazyccd/scene.h"
 
 namespace lazyccd {

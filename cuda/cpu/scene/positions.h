@@ -3,8 +3,8 @@
 
 #include <vector>
 
-#include "cpu/bvh/groups.h"
 #include "cpu/scene/mesh.h"
+#include "cpu/scene/vertex_record.h"
 #include "cpu/threads/thread_pool.h"
 #include "lazyccd/scene.h"
 

@@ -12,10 +12,10 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/contact_math.h"
-#include "core/node_pair.h"
+#include "core/narrow/contact_math.h"
+#include "core/bvh/node_pair.h"
 #include "cpu/verlet/relative_motion.h"
-#include "cpu/narrow/leaf_kernels.h"
+#include "cpu/kernels/leaf_kernels.h"
 
 namespace lazyccd {
 

@@ -3,7 +3,7 @@
 
 #include "gpu/bvh/extents.cuh"
 #include "gpu/device/kernel_chain.cuh"
-#include "gpu/culling/node_culling.cuh"
+#include "gpu/bvh/node_culling.cuh"
 #include "gpu/bvh/node_parts.cuh"
 #include "gpu/scene/scene.cuh"
 

@@ -4,8 +4,8 @@
 // and none waits for another.
 #pragma once
 
-#include "core/oriented_box.h"
-#include "core/separation.h"
+#include "core/bvh/oriented_box.h"
+#include "core/narrow/separation.h"
 #include "gpu/device/kernel_chain.cuh"
 #include "gpu/bvh/node_parts.cuh"
 #include "gpu/scene/scene.cuh"

@@ -1,7 +1,7 @@
 // Launch of the refit.
 #include "gpu/bvh/refit.cuh"
 
-#include "gpu/stages.h"
+#include "gpu/scene/stages.h"
 
 namespace lazyccd::gpu {
 namespace {

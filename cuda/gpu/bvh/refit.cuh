@@ -2,7 +2,7 @@
 // positions.
 #pragma once
 
-#include "core/separation.h"
+#include "core/narrow/separation.h"
 #include "gpu/bvh/extents.cuh"
 #include "gpu/device/kernel_chain.cuh"
 #include "gpu/scene/scene.cuh"

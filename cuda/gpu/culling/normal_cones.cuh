@@ -2,9 +2,9 @@
 // decide, for all nodes and before the traversal, which nodes cannot touch themselves.
 #pragma once
 
-#include "core/normal_cone.h"
+#include "core/bvh/normal_cone.h"
 #include "gpu/device/kernel_chain.cuh"
-#include "gpu/culling/node_culling.cuh"
+#include "gpu/bvh/node_culling.cuh"
 #include "gpu/bvh/node_parts.cuh"
 #include "gpu/scene/scene.cuh"
 

@@ -2,8 +2,8 @@
 // their own filters them into the same lists.
 #pragma once
 
-#include "gpu/culling/leaf_culling.cuh"
-#include "gpu/culling/node_culling.cuh"
+#include "gpu/scene/leaf_culling.cuh"
+#include "gpu/bvh/node_culling.cuh"
 #include "gpu/narrow/query.cuh"
 
 namespace lazyccd::gpu {

@@ -7,14 +7,14 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "core/normal_cone.h"
-#include "core/oriented_box.h"
+#include "core/bvh/normal_cone.h"
+#include "core/bvh/oriented_box.h"
 #include "cpu/bvh/groups.h"
 #include "cpu/scene/mesh.h"
 #include "cpu/bvh/tree.h"
 #include "gpu/device/device_buffer.h"
-#include "gpu/culling/leaf_culling.cuh"
-#include "gpu/culling/node_culling.cuh"
+#include "gpu/scene/leaf_culling.cuh"
+#include "gpu/bvh/node_culling.cuh"
 #include "gpu/device/pinned_buffer.h"
 #include "gpu/scene/scene.cuh"
 #include "lazyccd/detector.h"

@@ -6,7 +6,7 @@
 #include <cub/device/device_radix_sort.cuh>
 #include <cub/device/device_scan.cuh>
 
-#include "gpu/stages.h"
+#include "gpu/scene/stages.h"
 
 namespace lazyccd::gpu {
 namespace {

@@ -1,7 +1,7 @@
 // Launch of the leaf kernel.
 #include "gpu/narrow/leaf.cuh"
 
-#include "gpu/stages.h"
+#include "gpu/scene/stages.h"
 
 namespace lazyccd::gpu {
 namespace {

@@ -3,11 +3,11 @@
 // touch, 32 candidates at a time, and never writes an unfiltered candidate to memory.
 #pragma once
 
-#include "core/node_pair.h"
-#include "core/separation.h"
-#include "gpu/culling/leaf_culling.cuh"
+#include "core/bvh/node_pair.h"
+#include "core/narrow/separation.h"
+#include "gpu/scene/leaf_culling.cuh"
 #include "gpu/narrow/query.cuh"
-#include "gpu/stages.h"
+#include "gpu/scene/stages.h"
 
 namespace lazyccd::gpu {
 

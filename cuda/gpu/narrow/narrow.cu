@@ -1,7 +1,7 @@
 // Launch of the narrow phase.
 #include "gpu/narrow/narrow.cuh"
 
-#include "gpu/stages.h"
+#include "gpu/scene/stages.h"
 
 namespace lazyccd::gpu {
 namespace {

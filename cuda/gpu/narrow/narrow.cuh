@@ -6,8 +6,8 @@
 
 #include <type_traits>
 
-#include "core/decision.h"
-#include "core/separation.h"
+#include "core/narrow/decision.h"
+#include "core/narrow/separation.h"
 #include "gpu/narrow/query.cuh"
 
 namespace lazyccd::gpu {

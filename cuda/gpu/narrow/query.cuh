@@ -1,7 +1,7 @@
 // Elementary queries on the device: loading their points, and appending their results to lists.
 #pragma once
 
-#include "core/elementary.h"
+#include "core/narrow/elementary.h"
 #include "gpu/device/kernel_chain.cuh"
 #include "gpu/scene/scene.cuh"
 

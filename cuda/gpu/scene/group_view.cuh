@@ -4,7 +4,7 @@
 
 #include <cstdint>
 
-#include "core/group.h"
+#include "core/bvh/group.h"
 #include "lazyccd/scene.h"
 
 namespace lazyccd::gpu {

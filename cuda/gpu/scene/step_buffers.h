@@ -8,7 +8,7 @@
 
 #include "gpu/device/device_buffer.h"
 #include "gpu/device/pinned_buffer.h"
-#include "gpu/stages.h"
+#include "gpu/scene/stages.h"
 
 namespace lazyccd::gpu {
 

@@ -3,8 +3,8 @@
 
 #include <cstdint>
 
-#include "core/node_pair.h"
-#include "core/tree.h"
+#include "core/bvh/node_pair.h"
+#include "core/bvh/tree.h"
 #include "gpu/scene/group_view.cuh"
 
 namespace lazyccd {

@@ -8,7 +8,7 @@
 #include <cstdint>
 #include <memory>
 
-#include "gpu/culling/node_culling.cuh"
+#include "gpu/bvh/node_culling.cuh"
 #include "gpu/traversal/traversal_job.h"
 #include "lazyccd/detector.h"
 

@@ -29,7 +29,7 @@
 
 #include "balance/chunk_pool.h"
 #include "gpu/device/kernel_chain.cuh"
-#include "gpu/culling/node_culling.cuh"
+#include "gpu/bvh/node_culling.cuh"
 #include "gpu/traversal/traversal_job.h"
 
 namespace lazyccd::gpu {

@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "bench/cpu_clock.h"
-#include "core/contact_math.h"
-#include "core/decision.h"
+#include "core/narrow/contact_math.h"
+#include "core/narrow/decision.h"
 #include "cpu/narrow/exact.h"
-#include "cpu/narrow/leaf_kernels.h"
+#include "cpu/kernels/leaf_kernels.h"
 
 namespace lazyccd::peers {
 namespace {

@@ -18,8 +18,8 @@ nlohmann::ordered_json to_json(const scenes::RunReport& report) {
   json["margin_m"] = report.margin;
   json["pass_throughs"] = {{"vertex_face", report.crossings_vf},
                            {"edge_edge", report.crossings_ee}};
-  json["piercings_at_start"] = report.piercings_at_start;
-  json["piercings"] = report.intersections.size();
+  json["initial_intersections"] = report.initial_intersections;
+  json["intersections"] = report.intersections.size();
   nlohmann::ordered_json points = nlohmann::ordered_json::array();
   for (const scenes::Intersection& intersection : report.intersections)
     points.push_back(intersection.point);
@@ -32,12 +32,12 @@ nlohmann::ordered_json to_json(const scenes::RunReport& report) {
   json["contacts"] = {{"vertex_face", stats.contacts_vf}, {"edge_edge", stats.contacts_ee}};
   json["contacts_in_bullets_lists"] = report.listed_contacts;
   json["detections"] = stats.detections;
-  json["foreseen"] = stats.started_ahead;
-  json["zone_nodes"] = stats.impact_zone_nodes;
-  json["last_resorts"] = stats.failsafe_holds;
+  json["started_ahead"] = stats.started_ahead;
+  json["impact_zone_nodes"] = stats.impact_zone_nodes;
+  json["failsafe_holds"] = stats.failsafe_holds;
   json["unresolved"] = stats.unresolved;
   json["touching_at_start"] = stats.initial_contacts;
-  json["missed_steps"] = stats.fallback_steps;
+  json["fallback_steps"] = stats.fallback_steps;
   json["momentum_kg_m_s"] = {{"start", report.start.momentum},
                              {"end", report.end.momentum},
                              {"scale", report.start.impulse_scale}};

@@ -170,7 +170,7 @@ void add_simulate(CLI::App& app) {
   command->footer(
       "A pass-through is a pair of primitives that comes into contact between the end positions\n"
       "of two consecutive steps. An edge-face intersection is an edge that passes through a face\n"
-      "at the end of the run (`piercings` in the JSON file).\n"
+      "at the end of the run (`intersections` in the JSON file).\n"
       "Example: lazyccd simulate cloth-on-cloth --speed 30 --dt 0.0166667 --detector bullet");
   command->callback([arguments] { run(*arguments); });
 }

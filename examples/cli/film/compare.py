@@ -36,14 +36,14 @@ def main(folder, out):
         crossed = sum(s["pass_throughs"].values())
         # With Bullet alone, the only known contacts are those in its lists.
         contacts = sum(s["contacts"].values()) if name == "lazyccd" else s["contacts_in_bullets_lists"]
-        print(row.format(title, s["steps"], contacts, crossed, s["piercings"],
+        print(row.format(title, s["steps"], contacts, crossed, s["intersections"],
                          f"{s['ms_per_step']['total']:.2f}"))
         axes.imshow(pictures[name])
         axes.axis("off")
-        red = " (red)" if s["piercings"] else ""
+        red = " (red)" if s["intersections"] else ""
         axes.text(0.5, 1.115, title, transform=axes.transAxes, ha="center", va="center",
                   fontsize=13, fontweight="bold", color=colour)
-        axes.text(0.5, 1.04, f"{crossed} pass-throughs, {s['piercings']} intersections at the end{red}",
+        axes.text(0.5, 1.04, f"{crossed} pass-throughs, {s['intersections']} intersections at the end{red}",
                   transform=axes.transAxes, ha="center", va="center", fontsize=11, color="#333333")
     figure.subplots_adjust(0, 0, 1, height / (height + caption), 0.004)
     figure.savefig(out, dpi=PIXELS_AN_INCH)

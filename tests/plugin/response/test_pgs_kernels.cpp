@@ -127,9 +127,9 @@ TEST_CASE("a sweep is the same with every instruction set and converges to the c
     }
     return change;
   };
-  for (unsigned seed = 1; seed <= 4; ++seed) {
-    CAPTURE(seed);
-    Problem expected = random_problem(seed);
+  for (unsigned number = 1; number <= 4; ++number) {
+    CAPTURE(number);
+    Problem expected = random_problem(number);
     const PgsKernels& baseline = *pgs_kernels("baseline");
     const SweepChange last = solve(baseline, expected);
     CHECK(last.largest < 1e-6f);
@@ -146,7 +146,7 @@ TEST_CASE("a sweep is the same with every instruction set and converges to the c
       const PgsKernels* const kernels = pgs_kernels(name);
       if (!kernels) continue;
       CAPTURE(name);
-      Problem problem = random_problem(seed);
+      Problem problem = random_problem(number);
       const SweepChange change = solve(*kernels, problem);
       CHECK(change.largest == last.largest);
       CHECK(change.energy == last.energy);

@@ -3,7 +3,7 @@
 // is left undecided.
 #pragma once
 
-#include "core/elementary.h"
+#include "core/narrow/elementary.h"
 
 namespace lazyccd {
 
@@ -120,8 +120,8 @@ LAZYCCD_HD inline Verdict<T> decide_at_roots(const Differences<T>& d, const Magn
     none_after = Mask(f.on(t_min, after).no_root() & f.on(after, one).no_root());
     two_roots = Mask(same_side & below);
     root_before = Mask(opposite_sides & below & (sign * f.on(zero, t_min).k[2] < -f.bound));
-    root_after = Mask(opposite_sides & above & none_before &
-                      (sign * f.on(t_min, one).k[1] > f.bound));
+    root_after =
+        Mask(opposite_sides & above & none_before & (sign * f.on(t_min, one).k[1] > f.bound));
     miss = Mask(miss | (same_side & has_minimum & none_before & none_after));
   }
 

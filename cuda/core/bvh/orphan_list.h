@@ -4,7 +4,7 @@
 
 #include <cstdint>
 
-#include "core/contact_math.h"
+#include "core/narrow/contact_math.h"
 
 namespace lazyccd {
 

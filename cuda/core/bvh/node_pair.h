@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "core/platform.h"
-#include "core/tree.h"
+#include "core/bvh/tree.h"
 
 namespace lazyccd {
 
@@ -29,9 +29,8 @@ LAZYCCD_HD inline PairVisit visit(NodePair pair, const TreeNode& a, const TreeNo
   if (!same && !overlap(a, b)) return {false, 0, {}};
   if (a.leaf() && b.leaf()) return {true, 0, {}};
   if (same)
-    return {true,
-            3,
-            {{id(a.left), id(a.right)}, {id(a.left), id(a.left)}, {id(a.right), id(a.right)}}};
+    return {
+        true, 3, {{id(a.left), id(a.right)}, {id(a.left), id(a.left)}, {id(a.right), id(a.right)}}};
   if (b.leaf() || (!a.leaf() && extent(a) >= extent(b)))
     return {true, 2, {{id(a.left), pair.b}, {id(a.right), pair.b}}};
   return {true, 2, {{pair.a, id(b.left)}, {pair.a, id(b.right)}}};

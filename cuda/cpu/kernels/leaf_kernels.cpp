@@ -1,4 +1,4 @@
-#include "cpu/narrow/leaf_kernels.h"
+#include "cpu/kernels/leaf_kernels.h"
 
 #include <cstring>
 

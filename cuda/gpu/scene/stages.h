@@ -8,8 +8,8 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "core/node_pair.h"
-#include "gpu/culling/leaf_culling.cuh"
+#include "core/bvh/node_pair.h"
+#include "gpu/scene/leaf_culling.cuh"
 #include "gpu/scene/scene.cuh"
 
 namespace lazyccd::gpu {

@@ -5,8 +5,8 @@
 
 #include <cstdint>
 
-#include "core/closest.h"
-#include "core/roots.h"
+#include "core/narrow/closest.h"
+#include "core/narrow/roots.h"
 
 namespace lazyccd {
 
@@ -20,8 +20,8 @@ LAZYCCD_HD inline bool separated(const Differences<double>& d, const Magnitudes<
   const Vec3<double> axis =
       closest_points<kind, EstimatedDivision>(lerp(d.e1, mid), lerp(d.e2, mid), lerp(d.r, mid)).gap;
   const Vec3<double> axis_abs{lane_abs(axis.x), lane_abs(axis.y), lane_abs(axis.z)};
-  const double bound = 16 * Roundoff<double>::u * dot(axis_abs, m.r + m.e1 + m.e2) +
-                       Roundoff<double>::tiny;
+  const double bound =
+      16 * Roundoff<double>::u * dot(axis_abs, m.r + m.e1 + m.e2) + Roundoff<double>::tiny;
   const double r0 = dot(axis, d.r[0]), r1 = dot(axis, d.r[1]);
   const double a0 = dot(axis, d.e1[0]), a1 = dot(axis, d.e1[1]);
   const double b0 = dot(axis, d.e2[0]), b1 = dot(axis, d.e2[1]);

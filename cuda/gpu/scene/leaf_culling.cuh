@@ -1,7 +1,7 @@
 // How the leaf kernel filters candidates if the options differ from the default.
 #pragma once
 
-#include "core/orphan_list.h"
+#include "core/bvh/orphan_list.h"
 
 namespace lazyccd::gpu {
 

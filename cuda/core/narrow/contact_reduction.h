@@ -5,7 +5,7 @@
 // within the separation too.
 #pragma once
 
-#include "core/contact_math.h"
+#include "core/narrow/contact_math.h"
 
 namespace lazyccd {
 

@@ -4,8 +4,8 @@
 
 #include <cstdint>
 
-#include "core/node_pair.h"
-#include "core/oriented_box.h"
+#include "core/bvh/node_pair.h"
+#include "core/bvh/oriented_box.h"
 #include "gpu/scene/group_view.cuh"
 
 namespace lazyccd::gpu {

@@ -12,8 +12,8 @@
 // positions along axes; twice the bound and 2^-10 of h for the filter in single precision.
 #pragma once
 
-#include "core/closest.h"
-#include "core/decision.h"
+#include "core/narrow/closest.h"
+#include "core/narrow/decision.h"
 
 namespace lazyccd {
 
@@ -95,8 +95,8 @@ LAZYCCD_HD inline T apart_until(const Differences<T>& d, const Magnitudes<T>& m,
   }
   const Vec3<T> axis_abs{lane_abs(axis.x), lane_abs(axis.y), lane_abs(axis.z)};
   const T threshold = T(1 + 8 * Roundoff<double>::u) * h * lane_sqrt(dot(axis, axis)) +
-                  T(16 * Roundoff<double>::u) * dot(axis_abs, m.r + m.e1 + m.e2) +
-                  T(Roundoff<double>::tiny);
+                      T(16 * Roundoff<double>::u) * dot(axis_abs, m.r + m.e1 + m.e2) +
+                      T(Roundoff<double>::tiny);
   const auto apart = [&](const T& time) {
     Mask all = Mask(lerp(at[0][0], at[1][0], time) > threshold);
     for (int i = 1; i < count; ++i) all = Mask(all & (lerp(at[0][i], at[1][i], time) > threshold));

@@ -2,7 +2,7 @@
 // to exact arithmetic.
 #pragma once
 
-#include "core/subdivision.h"
+#include "core/narrow/subdivision.h"
 
 namespace lazyccd {
 

@@ -4,8 +4,8 @@
 #include <cstdint>
 #include <cstring>
 
-#include "core/closest.h"
-#include "core/decision.h"
+#include "core/narrow/closest.h"
+#include "core/narrow/decision.h"
 #include "lazyccd/contact.h"
 
 namespace lazyccd {

@@ -1,0 +1,52 @@
+#include "cpu/hierarchy.h"
+
+namespace lazyccd {
+
+Hierarchy::Hierarchy(const AlgorithmOptions& options, double margin, const LeafKernels& kernels)
+    : options_(options),
+      groups_(margin, kernels),
+      volume_(make_node_volume(options.volume, margin)) {}
+
+bool Hierarchy::update(const Mesh& mesh, const std::vector<VertexRecord>& records, double scale,
+                       double margin, ThreadPool& pool) {
+  mesh_ = &mesh;
+  groups_.set_margin(margin);
+  bool build = !is_built_ || options_.rebuild_every_step;
+  if (!build) {
+    groups_.refit(records, pool, scale);
+    tree_.refit(groups_.boxes());
+    build = tree_.cost() > options_.rebuild_ratio * built_cost_;
+  }
+  if (build) {
+    groups_.build(mesh, records, pool, scale);
+    tree_.build(groups_.boxes());
+    built_cost_ = tree_.cost();
+    is_built_ = true;
+    find_node_info();
+    if (options_.culling.normal_cones) cones_.build(mesh, groups_, tree_);
+  }
+  if (volume_) volume_->refit(groups_, tree_, records, pool);
+  if (options_.culling.normal_cones) cones_.refit(mesh, tree_, records, pool);
+  return build;
+}
+
+void Hierarchy::find_node_info() {
+  const std::vector<TreeNode>& nodes = tree_.nodes();
+  node_info_.resize(nodes.size());
+  for (std::size_t i = nodes.size(); i-- > 0;) {
+    if (nodes[i].leaf()) {
+      const Group& group = groups_.groups()[nodes[i].group()];
+      node_info_[i] = {group.body, group.pinned != 0};
+    } else {
+      const NodeInfo &left = node_info_[nodes[i].left], &right = node_info_[nodes[i].right];
+      node_info_[i] = {left.body == right.body ? left.body : -1, left.pinned && right.pinned};
+    }
+  }
+}
+
+std::size_t Hierarchy::bytes() const {
+  return groups_.bytes() + tree_.nodes().capacity() * sizeof(TreeNode) +
+         node_info_.capacity() * sizeof(NodeInfo) + cones_.bytes();
+}
+
+}  // namespace lazyccd

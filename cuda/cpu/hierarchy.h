@@ -1,0 +1,66 @@
+// The bounding volume hierarchy of a mesh in motion.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "core/bvh/node_pair.h"
+#include "cpu/bvh/groups.h"
+#include "cpu/bvh/node_volume.h"
+#include "cpu/bvh/tree.h"
+#include "cpu/culling/normal_cones.h"
+#include "cpu/scene/mesh.h"
+#include "cpu/scene/vertex_record.h"
+#include "cpu/threads/thread_pool.h"
+#include "lazyccd/algorithm.h"
+
+namespace lazyccd {
+
+/// Groups of primitives, the tree above them, and the optional volumes and normal cones of its
+/// nodes.
+class Hierarchy {
+ public:
+  /// The boxes are wider than the primitives by `margin` until update() sets another one.
+  Hierarchy(const AlgorithmOptions& options, double margin, const LeafKernels& kernels);
+
+  /// Makes the next update() build everything anew.
+  void forget() { is_built_ = false; }
+  /// Fits everything to the positions of this step. Builds the tree anew if it was forgotten, if
+  /// its boxes have grown too much (AlgorithmOptions::rebuild_ratio), or if the options ask for it
+  /// in every step. Returns whether it did. `margin` is in the unit of the positions.
+  bool update(const Mesh& mesh, const std::vector<VertexRecord>& records, double scale,
+              double margin, ThreadPool& pool);
+
+  const Groups& groups() const { return groups_; }
+  const Tree& tree() const { return tree_; }
+  const NodeVolume* volume() const { return volume_.get(); }  ///< null: boxes only
+  const NormalCones& cones() const { return cones_; }
+  /// Whether the collision filters and pins allow contacts between two nodes, at any positions.
+  bool may_collide(NodePair pair) const {
+    const NodeInfo &a = node_info_[pair.a], &b = node_info_[pair.b];
+    return !(a.pinned && b.pinned) && (a.body < 0 || b.body < 0 || mesh_->collide(a.body, b.body));
+  }
+  std::size_t bytes() const;
+
+ private:
+  // Summary of everything below a node of the tree.
+  struct NodeInfo {
+    std::int32_t body;  // the body of all primitives; -1: several bodies
+    bool pinned;        // whether all vertices are pinned
+  };
+
+  void find_node_info();
+
+  AlgorithmOptions options_;
+  const Mesh* mesh_ = nullptr;
+  bool is_built_ = false;
+  double built_cost_ = 0;  // cost of the tree when it was built
+  Groups groups_;
+  Tree tree_;
+  std::vector<NodeInfo> node_info_;  // by node
+  std::unique_ptr<NodeVolume> volume_;
+  NormalCones cones_;
+};
+
+}  // namespace lazyccd
