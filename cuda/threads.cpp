@@ -27,8 +27,8 @@ void Threads::parallel_for(std::size_t count, std::size_t grain,
   // A small range is split finer: awake workers may come late, and data that one core wrote is slow
   // to read from another, so each worker takes as much as it gets to.
   const std::size_t range = is_small && count > grain ? std::max<std::size_t>(grain / 4, 1) : grain;
-  pool().parallel_for(
-      count, range, [&](std::size_t first, std::size_t last, int) { body(first, last); });
+  pool().parallel_for(count, range,
+                      [&](std::size_t first, std::size_t last, int) { body(first, last); });
 }
 
 }  // namespace lazyccd

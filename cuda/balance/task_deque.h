@@ -1,4 +1,4 @@
-// The bounded deque of task stealing (Arora, Blumofe and Plaxton 2001; da Silva, Algorithms 3.5 and
+// The bounded deque of task stealing (Arora, Blumofe and Plaxton 1998; da Silva, Algorithms 3.5 and
 // 3.6). Its owner pushes and pops at the bottom without a lock; thieves take single tasks at the
 // top.
 //

@@ -8,11 +8,11 @@
 
 #include "core/narrow/contact_math.h"
 #include "core/narrow/separation.h"
+#include "core/stopwatch.h"
 #include "cpu/detector_worker.h"
 #include "cpu/narrow/candidate_batches.h"
 #include "cpu/scene/positions.h"
 #include "cpu/scene/scale.h"
-#include "core/stopwatch.h"
 #include "cpu/threads/thread_pool.h"
 #include "lazyccd/error.h"
 

@@ -13,8 +13,8 @@
 #include <vector>
 
 #include "bench/machine.h"
-#include "scenes/meshes/cloth.h"
 #include "links/soft_constraints.h"
+#include "scenes/meshes/cloth.h"
 
 namespace lazyccd::scenes {
 namespace {

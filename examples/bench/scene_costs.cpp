@@ -29,9 +29,9 @@
 
 #include "bench/machine.h"
 #include "scenes/meshes/cloth.h"
-#include "scenes/worlds/physics_world.h"
 #include "scenes/meshes/shapes.h"
 #include "scenes/meshes/solid.h"
+#include "scenes/worlds/physics_world.h"
 
 namespace lazyccd::scenes {
 namespace {

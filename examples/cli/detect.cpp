@@ -5,11 +5,11 @@
 
 #include "cli/commands.h"
 #include "cli/detector_options.h"
+#include "cli/stats_json.h"
 #include "io/mesh.h"
 #include "io/ply.h"
 #include "io/results.h"
 #include "lazyccd/detector.h"
-#include "cli/stats_json.h"
 
 namespace lazyccd::program {
 

@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "cli/commands.h"
+#include "cli/stats_json.h"
 #include "io/queries.h"
 #include "io/results.h"
 #include "lazyccd/query.h"
-#include "cli/stats_json.h"
 
 namespace lazyccd::program {
 

@@ -11,10 +11,10 @@
 #include <vector>
 
 #include "cli/commands.h"
+#include "cli/stats_json.h"
 #include "lazyccd/detector.h"
 #include "lazyccd/error.h"
 #include "models/model.h"
-#include "cli/stats_json.h"
 
 namespace lazyccd::program {
 

@@ -6,7 +6,7 @@
 // LazyCCD it does not.
 //
 // With CMake: find_package(LazyCCD REQUIRED), then link LazyCCD::bullet. By hand, after
-// `cmake --install build/cpu`:
+// `cmake --install build`:
 //
 // g++ -std=c++17 bullet.cpp -llazyccd_bullet -llazyccd_core $(pkg-config --cflags --libs bullet)
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>

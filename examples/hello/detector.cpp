@@ -2,7 +2,7 @@
 // within one step.
 //
 // With CMake: find_package(LazyCCD REQUIRED), then link LazyCCD::core. By hand, after
-// `cmake --install build/cpu`:
+// `cmake --install build`:
 //
 //   g++ -std=c++17 detector.cpp -llazyccd_core -lpthread
 #include <lazyccd/detector.h>

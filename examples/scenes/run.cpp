@@ -49,7 +49,8 @@ RunReport run(Scene& scene, const std::function<void(int step)>& after_step) {
   report.margin = world.options().margin;
   report.start = report.end = measure(world);
   report.highest_energy = report.start.energy();
-  report.initial_intersections = find_intersections(read_surface(world), read_positions(world)).size();
+  report.initial_intersections =
+      find_intersections(read_surface(world), read_positions(world)).size();
   if (after_step) after_step(0);
   std::vector<StepTimes> steps;
   while (report.steps < scene.steps) {

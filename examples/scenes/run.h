@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "scenes/measures/mechanics.h"
 #include "scenes/measures/intersections.h"
+#include "scenes/measures/mechanics.h"
 #include "scenes/scene.h"
 
 namespace lazyccd::scenes {
@@ -23,7 +23,7 @@ struct RunReport {
   int steps = 0;
   double margin = 0;                                // m, of each body
   std::int64_t crossings_vf = 0, crossings_ee = 0;  // pass-throughs, over all steps
-  std::size_t initial_intersections = 0;               // edge-face intersections at the start
+  std::size_t initial_intersections = 0;            // edge-face intersections at the start
   std::vector<Intersection> intersections;          // at the end
   std::int64_t listed_contacts = 0;  // in Bullet's own lists after each step, over all steps
   std::optional<int> wrong_side;  // nodes on the wrong side, at the end; empty: the scene has none

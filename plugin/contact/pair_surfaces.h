@@ -25,13 +25,15 @@ struct PairSurface {
 };
 
 /// Combines the surfaces of two bodies as SolverOptions and Bullet's world prescribe.
+/// How Bullet combines the coefficients of two soft bodies.
+enum class FrictionRule {
+  larger,  ///< the larger of the two: rigid world (btSoftBody::CollideVF_SS)
+  product  ///< the product: deformable world (btSoftBody::CollideVF_DD)
+};
+
 class PairSurfaces {
  public:
-  /// Bullet's rule for the friction between two soft bodies: the larger of the two coefficients in
-  /// the rigid world, their product in the deformable world.
-  using SoftFriction = double (*)(double kdf_a, double kdf_b);
-
-  PairSurfaces(const SolverOptions& options, SoftFriction soft_friction)
+  PairSurfaces(const SolverOptions& options, FrictionRule soft_friction)
       : thickness_(options.thickness),
         has_friction_(options.friction),
         soft_friction_(soft_friction) {}
@@ -47,16 +49,16 @@ class PairSurfaces {
   PairSurface of(std::int32_t body_a, std::int32_t body_b) const {
     const BodySurface &a = bodies_[body_a], &b = bodies_[body_b];
     const double wanted = thickness_ >= 0 ? thickness_ : a.margin + b.margin;
-    // Bullet multiplies the coefficients of a soft and a rigid body in both worlds.
-    const double friction =
-        a.is_soft && b.is_soft ? soft_friction_(a.friction, b.friction) : a.friction * b.friction;
+    // Between a soft and a rigid body Bullet multiplies in both worlds.
+    const bool multiplies = !a.is_soft || !b.is_soft || soft_friction_ == FrictionRule::product;
+    const double friction = multiplies ? a.friction * b.friction : std::max(a.friction, b.friction);
     return {std::max(resolution_, wanted), has_friction_ ? friction : 0};
   }
 
  private:
   double thickness_;  // metres; negative: the sum of the margins
   bool has_friction_;
-  SoftFriction soft_friction_;
+  FrictionRule soft_friction_;
   std::vector<BodySurface> bodies_;
   double resolution_ = 0;
 };

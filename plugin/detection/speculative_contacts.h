@@ -7,14 +7,14 @@
 #include <vector>
 
 #include "contact/pair_surfaces.h"
+#include "contact/row_list.h"
 #include "detection/contact_filter.h"
 #include "detection/contact_reduction.h"
+#include "detection/speculative_kernels.h"
 #include "lazyccd/contact.h"
 #include "lazyccd/span.h"
-#include "motion/motion.h"
 #include "lazyccd/threads.h"
-#include "detection/speculative_kernels.h"
-#include "contact/row_list.h"
+#include "motion/motion.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {

@@ -9,10 +9,10 @@
 #include "contact/pair_surfaces.h"
 #include "detection/contact_filter.h"
 #include "detection/motion_prediction.h"
+#include "detection/speculative_contacts.h"
 #include "lazyccd/bullet/report.h"
 #include "lazyccd/detector.h"
 #include "motion/motion.h"
-#include "detection/speculative_contacts.h"
 #include "scene/step_topology.h"
 
 namespace lazyccd::bullet {

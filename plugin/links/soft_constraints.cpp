@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <utility>
 
-#include "util/float_environment.h"
-#include "scene/soft_scene.h"
 #include "links/solve_order.h"
+#include "scene/soft_scene.h"
+#include "util/float_environment.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {

@@ -9,8 +9,8 @@
 #include <functional>
 #include <vector>
 
-#include "links/body_links.h"
 #include "lazyccd/bullet/precision.h"
+#include "links/body_links.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {

@@ -96,6 +96,10 @@ struct Motion {
   Eigen::Vector3d end_of(std::int32_t i) const { return read(end, i); }
 
   const RigidMotion& rigid_of(std::int32_t body) const { return rigid[rigid_of_body[body]]; }
+  /// 1/kg; 0 for vertices of rigid bodies too.
+  double inverse_mass_of(std::int32_t vertex) const {
+    return is_soft(vertex) ? inverse_mass[vertex] : 0;
+  }
   /// Whether impulses move the vertex itself: a soft vertex of finite mass.
   bool is_free(std::int32_t vertex) const { return is_soft(vertex) && inverse_mass[vertex] > 0; }
   /// Whether impulses move the vertex itself or the dynamic body that it is anchored to.

@@ -5,6 +5,33 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
+namespace {
+
+// A contact of a node with a rigid body. Both worlds name these members alike.
+template <class RigidContact>
+RigidContact rigid_contact(const StepContact& contact, const btSoftBody& body) {
+  RigidContact rigid;
+  rigid.m_cti.m_colObj = contact.body_b;
+  rigid.m_cti.m_normal = contact.normal;
+  rigid.m_cti.m_offset = -contact.normal.dot(contact.point);
+  rigid.m_node = contact.nodes[0];
+  rigid.m_c0.setIdentity();
+  rigid.m_c1 = contact.point - contact.body_b->getWorldTransform().getOrigin();
+  rigid.m_c2 = rigid.m_c4 = 0;
+  rigid.m_c3 = body.m_cfg.kDF * contact.body_b->getFriction();
+  btPlaneSpace1(contact.normal, rigid.t1, rigid.t2);
+  return rigid;
+}
+
+// Weights of the face's corners.
+btVector3 face_weights(const StepContact& contact) {
+  return btVector3(static_cast<btScalar>(-contact.weights[1]),
+                   static_cast<btScalar>(-contact.weights[2]),
+                   static_cast<btScalar>(-contact.weights[3]));
+}
+
+}  // namespace
+
 void fill_soft_contact_lists(Span<const StepContact> contacts) {
   // Fills the list as Bullet's CollideVF_SS does (btSoftBodyInternals.h). Bullet's solver has
   // finished this step and clears the list before the next one. So only applications read it.
@@ -12,17 +39,7 @@ void fill_soft_contact_lists(Span<const StepContact> contacts) {
     btSoftBody* const node_body = btSoftBody::upcast(contact.body_a);
     if (!node_body || contact.kind != ContactKind::vertex_face) continue;
     if (!contact.face) {
-      btSoftBody::RContact rigid;
-      rigid.m_cti.m_colObj = contact.body_b;
-      rigid.m_cti.m_normal = contact.normal;
-      rigid.m_cti.m_offset = -contact.normal.dot(contact.point);
-      rigid.m_node = contact.nodes[0];
-      rigid.m_c1 = contact.point - contact.body_b->getWorldTransform().getOrigin();
-      rigid.m_c3 = node_body->m_cfg.kDF * contact.body_b->getFriction();
-      rigid.m_c0.setIdentity();
-      rigid.m_c2 = rigid.m_c4 = 0;
-      btPlaneSpace1(contact.normal, rigid.t1, rigid.t2);
-      node_body->m_rcontacts.push_back(rigid);
+      node_body->m_rcontacts.push_back(rigid_contact<btSoftBody::RContact>(contact, *node_body));
       continue;
     }
     const btSoftBody& a = *node_body;
@@ -30,9 +47,7 @@ void fill_soft_contact_lists(Span<const StepContact> contacts) {
     btSoftBody::SContact c;
     c.m_node = contact.nodes[0];
     c.m_face = contact.face;
-    c.m_weights = btVector3(static_cast<btScalar>(-contact.weights[1]),
-                            static_cast<btScalar>(-contact.weights[2]),
-                            static_cast<btScalar>(-contact.weights[3]));
+    c.m_weights = face_weights(contact);
     c.m_normal = contact.normal;
     c.m_margin = a.getCollisionShape()->getMargin() + b.getCollisionShape()->getMargin();
     c.m_friction = btMax(a.m_cfg.kDF, b.m_cfg.kDF);
@@ -59,17 +74,8 @@ void fill_deformable_contact_lists(btAlignedObjectArray<btSoftBody*>& bodies,
     btSoftBody* const node_body = btSoftBody::upcast(contact.body_a);
     if (!node_body || contact.kind != ContactKind::vertex_face) continue;
     if (!contact.face) {
-      btSoftBody::DeformableNodeRigidContact rigid;
-      rigid.m_cti.m_colObj = contact.body_b;
-      rigid.m_cti.m_normal = contact.normal;
-      rigid.m_cti.m_offset = -contact.normal.dot(contact.point);
-      rigid.m_node = contact.nodes[0];
-      rigid.m_c1 = contact.point - contact.body_b->getWorldTransform().getOrigin();
-      rigid.m_c0.setIdentity();
+      auto rigid = rigid_contact<btSoftBody::DeformableNodeRigidContact>(contact, *node_body);
       rigid.m_c5.setIdentity();
-      rigid.m_c2 = rigid.m_c4 = 0;
-      btPlaneSpace1(contact.normal, rigid.t1, rigid.t2);
-      rigid.m_c3 = node_body->m_cfg.kDF * contact.body_b->getFriction();
       node_body->m_nodeRigidContacts.push_back(rigid);
       continue;
     }
@@ -78,9 +84,7 @@ void fill_deformable_contact_lists(btAlignedObjectArray<btSoftBody*>& bodies,
     btSoftBody::DeformableFaceNodeContact c;
     c.m_node = contact.nodes[0];
     c.m_face = contact.face;
-    c.m_bary = btVector3(static_cast<btScalar>(-contact.weights[1]),
-                         static_cast<btScalar>(-contact.weights[2]),
-                         static_cast<btScalar>(-contact.weights[3]));
+    c.m_bary = face_weights(contact);
     c.m_weights = btVector3(0, 0, 0);
     c.m_normal = contact.normal;
     c.m_margin = a.getCollisionShape()->getMargin() + b.getCollisionShape()->getMargin();

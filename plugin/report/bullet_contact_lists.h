@@ -1,5 +1,5 @@
-// Contacts of a step in Bullet's own lists, as Bullet fills them. Bullet's solver has run already, so
-// only applications read them.
+// Contacts of a step in Bullet's own lists, as Bullet fills them. Bullet's solver has run already,
+// so only applications read them.
 #pragma once
 
 #include <BulletSoftBody/btSoftBody.h>

@@ -17,11 +17,11 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "response/contact_solver.h"
 #include "contact/contact_row.h"
 #include "contact/pair_surfaces.h"
-#include "motion/motion.h"
 #include "contact/row_list.h"
+#include "motion/motion.h"
+#include "response/contact_solver.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {

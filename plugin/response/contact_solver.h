@@ -24,10 +24,10 @@
 #include <vector>
 
 #include "contact/contact_row.h"
-#include "motion/motion.h"
 #include "contact/row_list.h"
-#include "response/row_batches.h"
+#include "motion/motion.h"
 #include "response/pgs_kernels.h"
+#include "response/row_batches.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -54,6 +54,9 @@ class ContactSolver {
   void write(Motion& motion);
 
  private:
+  // A change of displacement per step below this speed is invisible, m/s.
+  static constexpr double min_speed = 3e-5;
+
   using Indices = std::vector<std::int32_t>;
 
   struct Demand {

@@ -1,7 +1,6 @@
 #include "response/impact_zones.h"
 
 #include <algorithm>
-#include <numeric>
 
 #include "motion/rotation.h"
 
@@ -15,32 +14,6 @@ using Eigen::Vector3d;
 // Largest rotation of a zone in one step, radians. With more, the linear path of a node would leave
 // the circle too far.
 constexpr double max_rotation = 1;
-
-// Rigid displacement over the step: x -> rotation (x - centre) + centre + translation.
-struct RigidStep {
-  Vector3d centre = Vector3d::Zero(), translation = Vector3d::Zero();
-  Matrix3d rotation = Matrix3d::Identity();
-
-  Vector3d operator()(const Vector3d& x) const {
-    return rotation * (x - centre) + centre + translation;
-  }
-  bool stays() const { return translation.isZero(0) && rotation.isIdentity(0); }
-  // Whether a soft vertex moves the same way, up to rounding.
-  bool moves_along(std::int32_t soft_vertex, const Motion& motion) const {
-    const Vector3d start = motion.start_of(soft_vertex), end = motion.end_of(soft_vertex);
-    return ((*this)(start)-end).norm() <= 1e-3 * (end - start).norm();
-  }
-};
-
-// Displacement of a rigid body over the step.
-RigidStep step_of(const RigidMotion& body) {
-  if (body.start == body.end) return {};
-  RigidStep step;
-  step.centre = body.centre();
-  step.translation = to_eigen(body.end.getOrigin()) - step.centre;
-  step.rotation = to_eigen(body.end.getBasis()) * to_eigen(body.start.getBasis()).transpose();
-  return step;
-}
 
 // Rotation vector of a body from its start to its predicted pose, turned further by
 // `response_rotation`.
@@ -257,77 +230,76 @@ void ImpactZones::move_all(Motion& motion) {
   }
 }
 
-void ImpactZones::move(const Zone& zone, const FixedMembers& fixed, Motion& motion) const {
-  // Fixed members that all move in the same way move the zone. If one of them stays or they differ,
-  // the zone is held.
-  RigidStep prescribed;
-  bool is_prescribed = false, is_consistent = true;
+std::optional<RigidStep> ImpactZones::prescribed_step_of(const FixedMembers& fixed,
+                                                         const Motion& motion) {
+  std::optional<RigidStep> prescribed;
+  bool is_consistent = true;
   const auto follow = [&](const RigidStep& step) {
-    is_consistent = is_consistent &&
-                    (!is_prescribed ||
-                     (step.translation == prescribed.translation &&
-                      step.centre == prescribed.centre && step.rotation == prescribed.rotation));
+    is_consistent = is_consistent && (!prescribed || step == *prescribed);
     prescribed = step;
-    is_prescribed = true;
   };
   for (const int body : fixed.bodies) follow(step_of(motion.rigid[body]));
   for (const std::int32_t v : fixed.nodes) {
-    if (is_prescribed && prescribed.moves_along(v, motion)) continue;
+    if (prescribed && prescribed->moves_along(v, motion)) continue;
     RigidStep step;
     step.translation = motion.end_of(v) - motion.start_of(v);
     follow(step);
   }
-  if (!is_consistent) prescribed = RigidStep();
+  return is_consistent ? prescribed : RigidStep();
+}
 
+RigidStep ImpactZones::free_step_of(const Zone& zone, const Motion& motion) const {
   RigidStep free;
-  if (!is_prescribed) {
-    MassSum sum;
-    for (const std::int32_t v : zone.nodes) {
-      const Vector3d start = motion.start_of(v);
-      sum.add(1 / motion.inverse_mass[v], start, solved_[v] - start);
-    }
-    for (const int b : zone.bodies) {
-      const RigidMotion& body = rigid_[b];
-      const Vector3d moved =
-          to_eigen(body.predicted.getOrigin()) + body.translation - body.centre();
-      sum.add(body.mass(), body.centre(), moved);
-    }
-    if (sum.mass > 0) {
-      free.centre = sum.centre / sum.mass;
-      free.translation = sum.translation / sum.mass;
-    } else if (!zone.bodies.empty()) {
-      free.centre = rigid_[zone.bodies.front()].centre();
-    }
-    Matrix3d inertia = Matrix3d::Zero();
-    Vector3d momentum = Vector3d::Zero();
-    const auto add = [&](double m, const Vector3d& at, const Vector3d& moved) {
-      const Vector3d arm = at - free.centre;
-      add_inertia(m, arm, inertia);
-      momentum += m * arm.cross(moved);
-    };
-    for (const std::int32_t v : zone.nodes) {
-      const Vector3d start = motion.start_of(v);
-      add(1 / motion.inverse_mass[v], start, solved_[v] - start);
-    }
-    for (const int b : zone.bodies) {
-      const RigidMotion& body = rigid_[b];
-      add(body.mass(), body.centre(),
-          to_eigen(body.predicted.getOrigin()) + body.translation - body.centre());
-      const Matrix3d body_inertia = body.inertia();
-      inertia += body_inertia;
-      momentum += body_inertia * rotation_over_step(body, body.rotation);
-    }
-    Vector3d rotation = rotation_from_momentum(inertia, momentum);
-    if (rotation.norm() > max_rotation) rotation *= max_rotation / rotation.norm();
-    for (const int b : zone.bodies) {
-      if (!rigid_[b].is_locked()) continue;
-      free.translation = (rigid_[b].inverse_mass.array() > 0).select(free.translation, 0);
-      rotation.setZero();
-    }
-    free.rotation = rotation_by(rotation);
+  MassSum sum;
+  for (const std::int32_t v : zone.nodes) {
+    const Vector3d start = motion.start_of(v);
+    sum.add(1 / motion.inverse_mass[v], start, solved_[v] - start);
   }
-  const RigidStep& velocity_step = is_prescribed ? prescribed : free;
-  const RigidStep position_step = zone.held && !is_prescribed ? RigidStep() : velocity_step;
+  for (const int b : zone.bodies) {
+    const RigidMotion& body = rigid_[b];
+    const Vector3d moved = to_eigen(body.predicted.getOrigin()) + body.translation - body.centre();
+    sum.add(body.mass(), body.centre(), moved);
+  }
+  if (sum.mass > 0) {
+    free.centre = sum.centre / sum.mass;
+    free.translation = sum.translation / sum.mass;
+  } else if (!zone.bodies.empty()) {
+    free.centre = rigid_[zone.bodies.front()].centre();
+  }
+  Matrix3d inertia = Matrix3d::Zero();
+  Vector3d momentum = Vector3d::Zero();
+  const auto add = [&](double m, const Vector3d& at, const Vector3d& moved) {
+    const Vector3d arm = at - free.centre;
+    add_inertia(m, arm, inertia);
+    momentum += m * arm.cross(moved);
+  };
+  for (const std::int32_t v : zone.nodes) {
+    const Vector3d start = motion.start_of(v);
+    add(1 / motion.inverse_mass[v], start, solved_[v] - start);
+  }
+  for (const int b : zone.bodies) {
+    const RigidMotion& body = rigid_[b];
+    add(body.mass(), body.centre(),
+        to_eigen(body.predicted.getOrigin()) + body.translation - body.centre());
+    const Matrix3d body_inertia = body.inertia();
+    inertia += body_inertia;
+    momentum += body_inertia * rotation_over_step(body, body.rotation);
+  }
+  Vector3d rotation = rotation_from_momentum(inertia, momentum);
+  if (rotation.norm() > max_rotation) rotation *= max_rotation / rotation.norm();
+  for (const int b : zone.bodies) {
+    if (!rigid_[b].is_locked()) continue;
+    free.translation = (rigid_[b].inverse_mass.array() > 0).select(free.translation, 0);
+    rotation.setZero();
+  }
+  free.rotation = rotation_by(rotation);
+  return free;
+}
+
+void ImpactZones::move(const Zone& zone, const FixedMembers& fixed, Motion& motion) const {
+  const std::optional<RigidStep> prescribed = prescribed_step_of(fixed, motion);
+  const RigidStep velocity_step = prescribed ? *prescribed : free_step_of(zone, motion);
+  const RigidStep position_step = zone.held && !prescribed ? RigidStep() : velocity_step;
 
   for (const std::int32_t v : zone.nodes) {
     const Vector3d start = motion.start_of(v);

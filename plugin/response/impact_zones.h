@@ -13,11 +13,13 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <set>
 #include <vector>
 
 #include "lazyccd/contact.h"
 #include "motion/motion.h"
+#include "motion/rigid_step.h"
 #include "util/disjoint_sets.h"
 
 namespace lazyccd::bullet {
@@ -75,6 +77,12 @@ class ImpactZones {
   bool is_merged(const Contact& contact, const Motion& motion);
   /// Joins them so that this holds. Returns false if it held already.
   bool merge(const Contact& contact, const Motion& motion);
+  /// The step that the fixed members of a zone prescribe; none without any. If one of them stays or
+  /// they differ, the zone stays.
+  static std::optional<RigidStep> prescribed_step_of(const FixedMembers& fixed,
+                                                     const Motion& motion);
+  /// The rigid step with the linear and angular momentum that the members had before any zone.
+  RigidStep free_step_of(const Zone& zone, const Motion& motion) const;
   /// Moves one zone.
   void move(const Zone& zone, const FixedMembers& fixed, Motion& motion) const;
   /// Moves all zones, with the fixed members under the present representatives.

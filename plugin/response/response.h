@@ -4,10 +4,10 @@
 #include <functional>
 #include <vector>
 
-#include "response/contact_constraints.h"
 #include "lazyccd/bullet/options.h"
 #include "lazyccd/bullet/report.h"
 #include "motion/motion.h"
+#include "response/contact_constraints.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {

@@ -12,10 +12,10 @@
 #include <memory>
 #include <vector>
 
-#include "util/warning_log.h"
 #include "lazyccd/scene.h"
 #include "scene/rigid_poses.h"
 #include "scene/tessellation.h"
+#include "util/warning_log.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {

@@ -23,8 +23,8 @@ void PreviousStep::remember(const SoftScene& scene, const Obstacles& obstacles,
     const auto first = motion.end.begin() + 3 * static_cast<std::ptrdiff_t>(record.first_vertex);
     soft_bodies_[i].body = record.body;
     soft_bodies_[i].proxy_id = proxy_id(record);
-    soft_bodies_[i].positions.assign(
-        first, first + 3 * static_cast<std::ptrdiff_t>(record.vertex_count));
+    soft_bodies_[i].positions.assign(first,
+                                     first + 3 * static_cast<std::ptrdiff_t>(record.vertex_count));
   }
   obstacles_.clear();
   for (const StepTopology::BodyRecord& body : topology.bodies()) {
@@ -40,12 +40,14 @@ const std::vector<btScalar>* PreviousStep::end_of(const SoftScene::BodyRecord& r
   const auto is_same = [&record, id = proxy_id(record)](const SoftBody& last) {
     return last.body == record.body && last.proxy_id == id;
   };
-  auto last = soft_bodies_.begin() + static_cast<std::ptrdiff_t>(std::min(next_, soft_bodies_.size()));
+  auto last =
+      soft_bodies_.begin() + static_cast<std::ptrdiff_t>(std::min(next_, soft_bodies_.size()));
   if (last == soft_bodies_.end() || !is_same(*last))
     last = std::find_if(soft_bodies_.begin(), soft_bodies_.end(), is_same);
   if (last == soft_bodies_.end()) return nullptr;
   next_ = static_cast<std::size_t>(last - soft_bodies_.begin()) + 1;
-  const bool same_count = last->positions.size() == 3 * static_cast<std::size_t>(record.vertex_count);
+  const bool same_count =
+      last->positions.size() == 3 * static_cast<std::size_t>(record.vertex_count);
   return same_count ? &last->positions : nullptr;
 }
 

@@ -1,4 +1,5 @@
-// How the last step ended. The next step sees from it which bodies were placed elsewhere in between.
+// How the last step ended. The next step sees from it which bodies were placed elsewhere in
+// between.
 #pragma once
 
 #include <LinearMath/btTransform.h>
@@ -22,10 +23,12 @@ class PreviousStep {
   /// Forgets the soft bodies: nothing is known of where the next step finds them.
   void forget_soft_bodies() { soft_bodies_.clear(); }
 
-  /// Positions of a body's vertices at the end of the last step, three scalars each. Null if the body
-  /// is new or has another number of vertices. Fast if bodies are asked for in their last order.
+  /// Positions of a body's vertices at the end of the last step, three scalars each. Null if the
+  /// body is new or has another number of vertices. Fast if bodies are asked for in their last
+  /// order.
   const std::vector<btScalar>* end_of(const SoftScene::BodyRecord& record);
-  /// True if an obstacle with triangles is new, or a dynamic one is not where the last step left it.
+  /// True if an obstacle with triangles is new, or a dynamic one is not where the last step left
+  /// it.
   bool has_new(const std::vector<Obstacles::Record>& obstacles) const;
 
  private:

@@ -36,8 +36,7 @@ void read_rigid_motions(const StepTopology& topology, const Obstacles& obstacles
   motion.end.resize(motion.start.size());
   for (const StepTopology::BodyRecord& body : topology.bodies()) {
     motion.first_vertex.push_back(body.first_vertex);
-    motion.rigid_of_body.push_back(body.soft ? -1
-                                              : static_cast<std::int32_t>(motion.rigid.size()));
+    motion.rigid_of_body.push_back(body.soft ? -1 : static_cast<std::int32_t>(motion.rigid.size()));
     if (body.soft) continue;
     const Obstacles::Record& record = obstacles.records()[body.obstacle];
     RigidMotion rigid = rigid_motion(*body.object);

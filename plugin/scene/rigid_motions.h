@@ -12,8 +12,8 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 /// Fills the rigid bodies of a motion, and where their vertices start and end as Bullet has them.
 void read_rigid_motions(const StepTopology& topology, const Obstacles& obstacles, Motion& motion);
 
-/// Fills Motion::anchored: the nodes that anchors of the deformable world fix to dynamic bodies. The
-/// rigid motions must have been read.
+/// Fills Motion::anchored: the nodes that anchors of the deformable world fix to dynamic bodies.
+/// The rigid motions must have been read.
 void find_anchored_vertices(const SoftScene& scene, const StepTopology& topology, Motion& motion);
 
 }  // namespace LAZYCCD_BULLET_PRECISION

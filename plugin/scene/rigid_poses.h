@@ -13,8 +13,8 @@
 #include <unordered_map>
 #include <vector>
 
-#include "util/warning_log.h"
 #include "lazyccd/bullet/precision.h"
+#include "util/warning_log.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {

@@ -16,9 +16,9 @@
 #include <vector>
 
 #include "lazyccd/threads.h"
-#include "util/warning_log.h"
 #include "scene/scene_topology.h"
 #include "scene/soft_body_nodes.h"
+#include "util/warning_log.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {

@@ -4,13 +4,13 @@
 #include <functional>
 #include <vector>
 
-#include "util/warning_log.h"
 #include "lazyccd/bullet/options.h"
 #include "motion/motion.h"
 #include "scene/obstacles.h"
 #include "scene/previous_step.h"
 #include "scene/soft_scene.h"
 #include "scene/step_topology.h"
+#include "util/warning_log.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {

@@ -3,15 +3,15 @@
 #include <algorithm>
 #include <exception>
 
+#include "report/step_contacts.h"
 #include "scene/collision_filters.h"
 #include "untangling/intersections.h"
-#include "report/step_contacts.h"
 #include "util/stopwatch.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-Pipeline::Pipeline(const CheckedOptions& checked, PairSurfaces::SoftFriction friction)
+Pipeline::Pipeline(const CheckedOptions& checked, FrictionRule friction)
     : options_(checked.options),
       warnings_(options_.on_message),
       threads_(std::max(0, options_.detector.threads)),

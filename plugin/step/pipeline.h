@@ -7,15 +7,15 @@
 #include <string>
 #include <vector>
 
-#include "step/checked_options.h"
-#include "step/write_back.h"
-#include "util/warning_log.h"
+#include "detection/step_detector.h"
 #include "lazyccd/bullet/options.h"
 #include "lazyccd/bullet/report.h"
 #include "response/response.h"
-#include "detection/step_detector.h"
 #include "scene/step_reader.h"
+#include "step/checked_options.h"
+#include "step/write_back.h"
 #include "untangling/untangling.h"
+#include "util/warning_log.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -26,7 +26,7 @@ class Pipeline {
   using Bodies = StepReader::Bodies;
   using Fill = StepReader::Fill;
 
-  Pipeline(const SolverOptions& options, PairSurfaces::SoftFriction friction)
+  Pipeline(const SolverOptions& options, FrictionRule friction)
       : Pipeline(check(options), friction) {}
 
   /// Takes a pair from Bullet's dispatcher. Returns false if Bullet must process the pair itself.
@@ -76,7 +76,7 @@ class Pipeline {
   WarningLog& warnings() { return warnings_; }
 
  private:
-  Pipeline(const CheckedOptions& checked, PairSurfaces::SoftFriction friction);
+  Pipeline(const CheckedOptions& checked, FrictionRule friction);
 
   const StepTopology& topology() const { return reader_.topology(); }
   void update_surfaces();

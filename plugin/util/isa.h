@@ -38,11 +38,12 @@ const Kernels* first_that_runs(const Kernels* const (&kernels)[count], const cha
   }
 
 #if defined(LAZYCCD_ISA_X86)
-#define LAZYCCD_ISA_TABLE(Kernels, table)          \
-  LAZYCCD_ISA_DECLARE(avx512, Kernels, table)      \
-  LAZYCCD_ISA_DECLARE(avx2, Kernels, table)        \
-  LAZYCCD_ISA_DECLARE(baseline, Kernels, table)    \
-  static constexpr const Kernels* table##_by_isa[] = {&avx512::table, &avx2::table, &baseline::table};
+#define LAZYCCD_ISA_TABLE(Kernels, table)                                           \
+  LAZYCCD_ISA_DECLARE(avx512, Kernels, table)                                       \
+  LAZYCCD_ISA_DECLARE(avx2, Kernels, table)                                         \
+  LAZYCCD_ISA_DECLARE(baseline, Kernels, table)                                     \
+  static constexpr const Kernels* table##_by_isa[] = {&avx512::table, &avx2::table, \
+                                                      &baseline::table};
 #define LAZYCCD_ISA_TABLE_AVX2(Kernels, table)  \
   LAZYCCD_ISA_DECLARE(avx2, Kernels, table)     \
   LAZYCCD_ISA_DECLARE(baseline, Kernels, table) \

@@ -4,16 +4,12 @@
 #include <BulletSoftBody/btSoftBody.h>
 
 #include "report/bullet_contact_lists.h"
-#include "world/soft_body_dbvt.h"
 #include "step/pipeline.h"
+#include "world/soft_body_dbvt.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
-
-// Friction between two soft bodies. CollideVF_DD (btSoftBodyInternals.h) sets it in
-// btDeformableFaceNodeContact in the same way.
-double friction(double kdf_a, double kdf_b) { return kdf_a * kdf_b; }
 
 // Position at which btDeformableBodySolver::applyTransforms would put a node, including its limit
 // on the velocity.
@@ -53,7 +49,7 @@ void fill(const SoftScene& scene, const SoftScene::BodyRecord& record, std::int3
 }  // namespace
 
 btLazyDeformableBodySolver::btLazyDeformableBodySolver(const SolverOptions& options)
-    : pipeline_(std::make_unique<Pipeline>(options, friction)),
+    : pipeline_(std::make_unique<Pipeline>(options, FrictionRule::product)),
       dbvt_(std::make_unique<SoftBodyDbvt>()) {}
 
 btLazyDeformableBodySolver::~btLazyDeformableBodySolver() = default;

@@ -5,22 +5,15 @@
 
 #include <algorithm>
 
-#include "world/soft_body_dbvt.h"
-#include "step/pipeline.h"
 #include "links/soft_constraints.h"
 #include "report/bullet_contact_lists.h"
+#include "step/pipeline.h"
+#include "world/soft_body_dbvt.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
-namespace {
-
-// Friction between two soft bodies, combined as btSoftBody's ColliderStatic and CollideVF_SS do.
-double friction(double kdf_a, double kdf_b) { return std::max(kdf_a, kdf_b); }
-
-}  // namespace
-
 btLazySoftBodySolver::btLazySoftBodySolver(const SolverOptions& options)
-    : pipeline_(std::make_unique<Pipeline>(options, friction)),
+    : pipeline_(std::make_unique<Pipeline>(options, FrictionRule::larger)),
       dbvt_(std::make_unique<SoftBodyDbvt>()),
       constraints_(std::make_unique<SoftConstraints>()) {}
 

@@ -204,10 +204,14 @@ TEST_CASE("options outside their range are refused") {
     return code_of(options);
   };
   CHECK(spoilt([](DetectorOptions& o) { o.threads = -1; }) == ErrorCode::invalid_argument);
-  CHECK(spoilt([](DetectorOptions& o) { o.algorithm.front_period = 0; }) == ErrorCode::invalid_argument);
-  CHECK(spoilt([](DetectorOptions& o) { o.algorithm.front_ratio = not_a_number; }) == ErrorCode::invalid_argument);
-  CHECK(spoilt([](DetectorOptions& o) { o.algorithm.rebuild_ratio = not_a_number; }) == ErrorCode::invalid_argument);
-  CHECK(spoilt([](DetectorOptions& o) { o.algorithm.rebuild_ratio = -1; }) == ErrorCode::invalid_argument);
+  CHECK(spoilt([](DetectorOptions& o) { o.algorithm.front_period = 0; }) ==
+        ErrorCode::invalid_argument);
+  CHECK(spoilt([](DetectorOptions& o) { o.algorithm.front_ratio = not_a_number; }) ==
+        ErrorCode::invalid_argument);
+  CHECK(spoilt([](DetectorOptions& o) { o.algorithm.rebuild_ratio = not_a_number; }) ==
+        ErrorCode::invalid_argument);
+  CHECK(spoilt([](DetectorOptions& o) { o.algorithm.rebuild_ratio = -1; }) ==
+        ErrorCode::invalid_argument);
 }
 
 TEST_CASE("an empty scene has no contacts") {

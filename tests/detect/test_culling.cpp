@@ -172,10 +172,10 @@ TEST_CASE("every combination of culling gives the same contacts on real frames")
       std::printf(
           "%s: %lld group pairs, %lld flat nodes, %lld + %lld candidates, %lld orphans, %lld never "
           "coplanar, refit %.1f, traverse %.1f, narrow %.1f ms\n",
-          scene, static_cast<long long>(s.group_pairs), static_cast<long long>(s.culled_by_normal_cone),
-          static_cast<long long>(s.candidates_vf), static_cast<long long>(s.candidates_ee),
-          static_cast<long long>(s.orphan_tests), static_cast<long long>(s.filtered_noncoplanar), s.ms_refit,
-          s.ms_traverse, s.ms_narrow);
+          scene, static_cast<long long>(s.group_pairs),
+          static_cast<long long>(s.culled_by_normal_cone), static_cast<long long>(s.candidates_vf),
+          static_cast<long long>(s.candidates_ee), static_cast<long long>(s.orphan_tests),
+          static_cast<long long>(s.filtered_noncoplanar), s.ms_refit, s.ms_traverse, s.ms_narrow);
     }
     CHECK(hashes.size() == 1);
   }

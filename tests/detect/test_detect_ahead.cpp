@@ -10,9 +10,9 @@
 #include "lazyccd/detector.h"
 #include "lazyccd/error.h"
 #include "support/catch.h"
-#include "support/sheets_ahead.h"
 #include "support/moving_triangles.h"
 #include "support/same_contacts.h"
+#include "support/sheets_ahead.h"
 
 using namespace lazyccd;
 using namespace lazyccd::test;
@@ -45,7 +45,7 @@ int compare_steps(const DetectorOptions& options, int steps, int nodes, bool as_
     sheets.move(expectation);
     if (expectation != Expectation::none) {
       both.with.detect_ahead(sheets.scene.at(sheets.expected_start),
-                        sheets.scene.at(sheets.expected_end), Sheets::tolerance);
+                             sheets.scene.at(sheets.expected_end), Sheets::tolerance);
       if (options.threads > 1 && step % 3 != 1) wait_until_ahead_is_done(both.threads);
     }
     CAPTURE(step, static_cast<int>(expectation));
@@ -262,8 +262,8 @@ TEST_CASE("a detection started ahead may be cancelled or replaced and its input 
   const auto start = [&] { return sheets.scene.at(sheets.scene.start); };
   const auto end = [&] { return sheets.scene.at(sheets.scene.end); };
   const auto detect_ahead = [&] {
-    detector.detect_ahead(sheets.scene.at(sheets.expected_start), sheets.scene.at(sheets.expected_end),
-                     Sheets::tolerance);
+    detector.detect_ahead(sheets.scene.at(sheets.expected_start),
+                          sheets.scene.at(sheets.expected_end), Sheets::tolerance);
     if (is_done) wait_until_ahead_is_done(both.threads);
   };
   const auto next = [&] { sheets.move(Expectation::within); };

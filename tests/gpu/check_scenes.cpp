@@ -13,8 +13,8 @@
 
 #include "lazyccd/detector.h"
 #include "lazyccd/error.h"
-#include "scenes/scene.h"
 #include "scenes/meshes/surface.h"
+#include "scenes/scene.h"
 
 namespace {
 

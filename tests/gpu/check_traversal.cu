@@ -13,8 +13,8 @@
 #include "gpu/device/check.h"
 #include "gpu/device/device_buffer.h"
 #include "gpu/device/stream.h"
-#include "gpu/traversal/traversal.h"
 #include "gpu/device/upload.h"
+#include "gpu/traversal/traversal.h"
 #include "lazyccd/error.h"
 #include "traversal_scenes.h"
 
@@ -27,7 +27,8 @@ int failures = 0;
 
 std::string describe(const DetectorOptions& o) {
   const Tuning& t = o.algorithm.tuning;
-  return std::string(name(o.algorithm.strategy)) + (o.algorithm.front == FrontUse::on ? ", front" : "") + ", block " +
+  return std::string(name(o.algorithm.strategy)) +
+         (o.algorithm.front == FrontUse::on ? ", front" : "") + ", block " +
          std::to_string(t.block_size) + ", blocks " + std::to_string(t.blocks) + ", chunk " +
          std::to_string(t.chunk) + ", capacity " + std::to_string(t.capacity_hint) + ", delay " +
          std::to_string(t.delay_ns);
@@ -190,7 +191,8 @@ void check_culling(DeviceScene& device, const DetectorOptions& options, int repe
       expect(equal(leaf_pairs, walk.leaf_pairs), "leaf pairs with culling", scene, f, options);
       expect(c.tree_tests == walk.tests, "number of tests with culling", scene, f, options);
       expect(culled.volume_culled == walk.volume_culled, "pairs culled", scene, f, options);
-      expect(culled.culled_by_normal_cone == walk.culled_by_normal_cone, "flat nodes", scene, f, options);
+      expect(culled.culled_by_normal_cone == walk.culled_by_normal_cone, "flat nodes", scene, f,
+             options);
       if (options.algorithm.front == FrontUse::on)
         expect(equal(download(traversal.front(), c.front_nodes), walk.front), "front with culling",
                scene, f, options);

@@ -79,10 +79,9 @@ void follow(const test::SceneStep& step) {
   std::printf(
       "step %d: %.2f s, detections %lld, contacts %lld, zones %lld, held %lld, unresolved %lld, "
       "intersections at start %lld, gained %g J\n",
-      step.number, step.dt, (long long)s.detections,
-      (long long)(s.contacts_vf + s.contacts_ee), (long long)s.impact_zone_nodes,
-      (long long)s.failsafe_holds, (long long)s.unresolved, (long long)s.initial_intersections,
-      s.energy_gained);
+      step.number, step.dt, (long long)s.detections, (long long)(s.contacts_vf + s.contacts_ee),
+      (long long)s.impact_zone_nodes, (long long)s.failsafe_holds, (long long)s.unresolved,
+      (long long)s.initial_intersections, s.energy_gained);
   if (step.crossings == 0) return;
   for (const Contact& c : step.penetration_check.crossings()) {
     std::printf("  %s of bodies %d and %d at %.10f, inverse masses",

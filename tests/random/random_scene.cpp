@@ -7,10 +7,10 @@
 #include <cmath>
 
 #include "random/multibody_chain.h"
-#include "random/soft_body_changes.h"
 #include "random/random_world.h"
 #include "random/rigid_bodies.h"
 #include "random/soft_bodies.h"
+#include "random/soft_body_changes.h"
 
 namespace lazyccd::test {
 namespace {
@@ -85,10 +85,12 @@ class Scene {
       far_ = scalar(random_.across_scales(1e3, 1e5)) * random_.direction();
       note("far");
     }
-    if (random_.chance(0.7)) world_.set_gravity(scalar(random_.uniform(0, 20)) * random_.direction());
+    if (random_.chance(0.7))
+      world_.set_gravity(scalar(random_.uniform(0, 20)) * random_.direction());
     if (random_.chance(0.8)) world_.info().air_density = 0;
     if (random_.chance(0.05)) world_.info().m_maxDisplacement = scalar(0.1 * size_);
-    margin_ = random_.chance(0.2) ? 0 : random_.across_scales(1e-4, random_.chance(0.1) ? 0.5 : 0.05);
+    margin_ =
+        random_.chance(0.2) ? 0 : random_.across_scales(1e-4, random_.chance(0.1) ? 0.5 : 0.05);
     margin_ *= size_;
     const double rates[] = {30, 60, 120, 240, 480, 1000};
     dt_ = 1 / rates[random_.below(6)];
@@ -237,8 +239,8 @@ class Scene {
 
   void add_soft() {
     for (int attempt = 0; attempt < 30; ++attempt) {
-      const double size =
-          size_ * (random_.chance(0.15) ? random_.across_scales(0.01, 1) : random_.uniform(0.4, 1.2));
+      const double size = size_ * (random_.chance(0.15) ? random_.across_scales(0.01, 1)
+                                                        : random_.uniform(0.4, 1.2));
       btTransform at = pose();
       SoftBody made = random_soft_body(world_.info(), size, random_);
       if (attempt < 3 && !rigid_.empty() && random_.chance(0.15)) {
@@ -373,7 +375,8 @@ class Scene {
   // Sometimes makes one random change, as an application may between two steps.
   void change_scene(int step) {
     if (step == 0 || !random_.chance(0.08) || soft_.empty()) return;
-    const std::size_t which = static_cast<std::size_t>(random_.below(static_cast<int>(soft_.size())));
+    const std::size_t which =
+        static_cast<std::size_t>(random_.below(static_cast<int>(soft_.size())));
     btSoftBody& body = *soft_[which];
     const std::string at = std::to_string(step);
     switch (random_.below(12)) {
@@ -596,7 +599,8 @@ class Scene {
     if (!report_.finite) return;
     report_.fastest = std::max(report_.fastest, fastest);
     const std::int64_t before = report_.crossings;
-    const PenetrationCheck::Count crossed = penetration_check_.step(), intersecting = penetration_check_.intersections();
+    const PenetrationCheck::Count crossed = penetration_check_.step(),
+                                  intersecting = penetration_check_.intersections();
     report_.crossings += crossed.others;
     if (report_.crossings > before && report_.first_crossing < 0) report_.first_crossing = step_;
     report_.intersections = std::max(report_.intersections, intersecting.others);

@@ -40,7 +40,7 @@ struct SceneReport {
 struct SceneStep {
   const std::string& what;  ///< the scene in words, up to this step
   int number;
-  double dt;  ///< wall time of the step, s
+  double dt;               ///< wall time of the step, s
   std::int64_t crossings;  ///< of this step
   const bullet::StepStats& stats;
   const PenetrationCheck& penetration_check;

@@ -22,8 +22,8 @@ namespace lazyccd::test {
 /// Owns the world and everything it needs, but not the bodies. Bodies must be removed first.
 class RandomWorld {
  public:
-  RandomWorld(scenes::World kind, scenes::Collisions collisions, const bullet::SolverOptions& options,
-              RandomSource& random);
+  RandomWorld(scenes::World kind, scenes::Collisions collisions,
+              const bullet::SolverOptions& options, RandomSource& random);
 
   const std::string& name() const { return name_; }
   bool is_rigid() const { return kind_ == scenes::World::rigid; }

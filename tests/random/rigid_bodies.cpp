@@ -103,7 +103,8 @@ btVector3 vector(double x, double y, double z) {
 
 // A capsule or a cone, about any axis.
 template <class AlongX, class AlongZ, class AlongY>
-std::unique_ptr<btConvexInternalShape> round_body(double radius, double height, RandomSource& random) {
+std::unique_ptr<btConvexInternalShape> round_body(double radius, double height,
+                                                  RandomSource& random) {
   const btScalar r = scalar(radius), h = scalar(height);
   switch (random.below(3)) {
     case 0:
@@ -158,14 +159,16 @@ Shape convex_without_margin(double size, RandomSource& random) {
       return s;
     case 4: {
       s.kind = "spheres";
-      const btVector3 centres[] = {random.in_cube(r / 2), random.in_cube(r / 2), random.in_cube(r / 2)};
+      const btVector3 centres[] = {random.in_cube(r / 2), random.in_cube(r / 2),
+                                   random.in_cube(r / 2)};
       const btScalar radii[] = {scalar(0.1 * r), scalar(0.2 * r), scalar(0.3 * r)};
       s.shape = std::make_unique<btMultiSphereShape>(centres, radii, 3);
       return s;
     }
     case 5: {
       std::vector<btVector3> points;
-      for (int i = 5 + random.below(20); i > 0; --i) points.push_back(scalar(r) * random.direction());
+      for (int i = 5 + random.below(20); i > 0; --i)
+        points.push_back(scalar(r) * random.direction());
       return hull("hull", points);
     }
     case 6: {

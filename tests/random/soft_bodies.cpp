@@ -213,7 +213,8 @@ SoftBody random_soft_body(btSoftBodyWorldInfo& info, double size, RandomSource& 
       if (random.chance(0.4)) return {net(info, size, random), "net"};
       return random_rope(info, size, random);
     case 10:
-      return {random.chance(0.3) ? triangle(info, size, random) : shards(info, size, random), "shards"};
+      return {random.chance(0.3) ? triangle(info, size, random) : shards(info, size, random),
+              "shards"};
     default:
       return {solid(info, size, random), "solid"};
   }

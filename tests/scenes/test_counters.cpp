@@ -1,6 +1,6 @@
 #include "plugin/support/worlds.h"
-#include "scenes/measures/mechanics.h"
 #include "scenes/measures/intersections.h"
+#include "scenes/measures/mechanics.h"
 #include "scenes/scene.h"
 #include "support/catch.h"
 

@@ -4,8 +4,8 @@
 #include <thread>
 
 #include "cpu/balance/balanced_run.h"
-#include "threads/ranges.h"
 #include "support/catch.h"
+#include "threads/ranges.h"
 
 namespace {
 
@@ -38,8 +38,7 @@ void check_every_small_size() {
 
 }  // namespace
 
-TEST_CASE(
-    "an item is processed exactly once for all sizes of rings and chunks and their pool") {
+TEST_CASE("an item is processed exactly once for all sizes of rings and chunks and their pool") {
   SECTION("one item a chunk") { check_every_small_size<1>(); }
   SECTION("two items a chunk") { check_every_small_size<2>(); }
   SECTION("chunks of the usual size") { check_every_small_size<256>(); }

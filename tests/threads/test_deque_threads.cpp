@@ -48,8 +48,7 @@ bool each_is(const Counts& counts, std::uint8_t value) {
 
 }  // namespace
 
-TEST_CASE(
-    "a chunk is taken exactly once by its owner or one thief and with its content") {
+TEST_CASE("a chunk is taken exactly once by its owner or one thief and with its content") {
   const std::uint32_t capacity = GENERATE(1u, 2u, 8u);
   const int thieves = GENERATE(1, 3);
   // Few ids, so that each is reused while a slow thief still has its old value.

@@ -50,8 +50,8 @@ TEST_CASE("a detection finds the same contacts whenever it interrupts the detect
   for (std::uint64_t step = 0; step < repetitions(120); ++step) {
     const Expectation expectation = step % 7 == 6 ? Expectation::beyond : Expectation::within;
     sheets.move(expectation);
-    both.with.detect_ahead(sheets.scene.at(sheets.expected_start), sheets.scene.at(sheets.expected_end),
-                      Sheets::tolerance);
+    both.with.detect_ahead(sheets.scene.at(sheets.expected_start),
+                           sheets.scene.at(sheets.expected_end), Sheets::tolerance);
     wait_a_little(random);
     CAPTURE(step);
     both.compare(sheets.scene);
@@ -68,7 +68,7 @@ TEST_CASE("a detection ahead can be interrupted by any call at any moment") {
     sheets.move(Expectation::within);
     const auto detect_ahead = [&] {
       both->with.detect_ahead(sheets.scene.at(sheets.expected_start),
-                         sheets.scene.at(sheets.expected_end), Sheets::tolerance);
+                              sheets.scene.at(sheets.expected_end), Sheets::tolerance);
       wait_a_little(random);
     };
     detect_ahead();

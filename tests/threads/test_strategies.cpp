@@ -9,8 +9,8 @@
 #include "cpu/balance/lazy_stealing.h"
 #include "cpu/balance/static_list.h"
 #include "cpu/balance/task_stealing.h"
-#include "threads/ranges.h"
 #include "support/catch.h"
+#include "threads/ranges.h"
 
 namespace {
 

@@ -93,7 +93,8 @@ TEST_CASE("a submitted job runs its parallel loops alone while others use the po
     pool.submit(job);
     wait_for(has_begun);
     do {
-      pool.set_wake_policy(round % 2 ? ThreadPool::WakePolicy::awake : ThreadPool::WakePolicy::everyone);
+      pool.set_wake_policy(round % 2 ? ThreadPool::WakePolicy::awake
+                                     : ThreadPool::WakePolicy::everyone);
       std::vector<int> done(100);
       pool.parallel_for(100, 1, [&](std::size_t first, std::size_t last, int) {
         for (std::size_t i = first; i < last; ++i) ++done[i];
@@ -219,7 +220,8 @@ TEST_CASE("exceptions of a submitted job and of jobs beside it do not mix") {
     };
     pool.submit(bad);
     wait_for(has_begun);
-    CHECK_THROWS_AS(pool.run_optional([](int) { throw std::logic_error("offered"); }), std::logic_error);
+    CHECK_THROWS_AS(pool.run_optional([](int) { throw std::logic_error("offered"); }),
+                    std::logic_error);
     CHECK_THROWS_AS(pool.parallel_for(100, 1,
                                       [](std::size_t first, std::size_t, int) {
                                         if (first == 7) throw std::logic_error("in pieces");

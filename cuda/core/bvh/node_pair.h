@@ -3,8 +3,8 @@
 
 #include <cstdint>
 
-#include "core/platform.h"
 #include "core/bvh/tree.h"
+#include "core/platform.h"
 
 namespace lazyccd {
 

@@ -13,9 +13,9 @@
 
 #include "core/bvh/node_pair.h"
 #include "cpu/balance/lazy_stealing.h"
-#include "cpu/threads/thread_pool.h"
 #include "cpu/balance/work_stack.h"
 #include "cpu/balance/worker_counts.h"
+#include "cpu/threads/thread_pool.h"
 
 namespace lazyccd {
 

@@ -11,9 +11,9 @@
 
 #include "balance/guided.h"
 #include "balance/host_atomics.h"
-#include "cpu/threads/spin_wait.h"
 #include "cpu/balance/work_stack.h"
 #include "cpu/balance/worker_counts.h"
+#include "cpu/threads/spin_wait.h"
 
 namespace lazyccd {
 

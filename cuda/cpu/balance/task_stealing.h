@@ -15,9 +15,9 @@
 #include "balance/portions.h"
 #include "balance/task_deque.h"
 #include "balance/termination.h"
-#include "cpu/threads/spin_wait.h"
 #include "cpu/balance/work_stack.h"
 #include "cpu/balance/worker_counts.h"
+#include "cpu/threads/spin_wait.h"
 
 namespace lazyccd {
 

@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "cpu/bvh/groups.h"
-#include "cpu/threads/thread_pool.h"
 #include "cpu/bvh/tree.h"
+#include "cpu/threads/thread_pool.h"
 #include "lazyccd/detector.h"
 
 namespace lazyccd {

@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "cpu/bvh/groups.h"
-#include "cpu/scene/mesh.h"
 #include "cpu/bvh/tree.h"
+#include "cpu/scene/mesh.h"
 #include "lazyccd/span.h"
 
 namespace lazyccd {

@@ -8,10 +8,10 @@
 
 #include "core/bvh/normal_cone.h"
 #include "cpu/bvh/groups.h"
-#include "cpu/scene/mesh.h"
-#include "cpu/culling/flat_patches.h"
-#include "cpu/threads/thread_pool.h"
 #include "cpu/bvh/tree.h"
+#include "cpu/culling/flat_patches.h"
+#include "cpu/scene/mesh.h"
+#include "cpu/threads/thread_pool.h"
 
 namespace lazyccd {
 

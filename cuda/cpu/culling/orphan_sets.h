@@ -10,8 +10,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/narrow/contact_math.h"
 #include "core/bvh/orphan_list.h"
+#include "core/narrow/contact_math.h"
 #include "cpu/scene/mesh.h"
 
 namespace lazyccd {

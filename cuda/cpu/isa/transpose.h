@@ -2,9 +2,9 @@
 #pragma once
 
 #include "core/vec.h"
+#include "cpu/isa/double_lanes.h"
 #include "cpu/isa/float_lanes.h"
 #include "cpu/isa/records.h"
-#include "cpu/isa/double_lanes.h"
 
 namespace lazyccd {
 namespace LAZYCCD_ISA {

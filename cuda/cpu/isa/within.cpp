@@ -1,9 +1,9 @@
 #include "cpu/isa/within.h"
 
 #include "core/narrow/separation.h"
+#include "cpu/isa/double_lanes.h"
 #include "cpu/isa/records.h"
 #include "cpu/isa/transpose.h"
-#include "cpu/isa/double_lanes.h"
 
 namespace lazyccd {
 namespace LAZYCCD_ISA {

@@ -7,9 +7,9 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "core/bvh/group.h"
 #include "core/narrow/contact_math.h"
 #include "core/narrow/contact_reduction.h"
-#include "core/bvh/group.h"
 
 namespace lazyccd {
 

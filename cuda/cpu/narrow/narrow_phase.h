@@ -8,11 +8,11 @@
 
 #include "core/narrow/contact_key.h"
 #include "core/narrow/contact_math.h"
+#include "core/stopwatch.h"
+#include "cpu/culling/orphan_sets.h"
 #include "cpu/kernels/leaf_kernels.h"
 #include "cpu/scene/mesh.h"
 #include "cpu/verlet/verlet_list.h"
-#include "cpu/culling/orphan_sets.h"
-#include "core/stopwatch.h"
 #include "lazyccd/contact.h"
 #include "lazyccd/span.h"
 

@@ -240,7 +240,7 @@ bool ThreadPool::enter(JobSlot& slot, std::uint64_t job) noexcept {
     if (&slot == &submitted_) joined_state &= ~open_bit;
     // Acquire, pairs with the store in publish(): the fields of the slot belong to this job.
     if (slot.state.compare_exchange_weak(state, joined_state, std::memory_order_acquire,
-                                          std::memory_order_relaxed))
+                                         std::memory_order_relaxed))
       return true;
   }
   return false;

@@ -47,7 +47,7 @@ void RelativeMotionBounds::begin(const std::vector<VertexRecord>& records, doubl
 }
 
 void RelativeMotionBounds::measure(const std::vector<VertexRecord>& records, const Tree& tree,
-                          ThreadPool& pool) {
+                                   ThreadPool& pool) {
   pool.parallel_for(leaves_.size(), 128, [&](std::size_t first, std::size_t last, int) {
     for (std::size_t i = first; i < last; ++i) measure_leaf(static_cast<std::uint32_t>(i), records);
   });

@@ -7,9 +7,9 @@
 #include <vector>
 
 #include "cpu/bvh/groups.h"
+#include "cpu/bvh/tree.h"
 #include "cpu/scene/mesh.h"
 #include "cpu/threads/thread_pool.h"
-#include "cpu/bvh/tree.h"
 
 namespace lazyccd {
 

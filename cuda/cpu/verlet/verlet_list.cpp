@@ -84,8 +84,7 @@ void VerletList::measure_distances() {
 float VerletList::distance_limit(double relative_motion) const {
   // Margins relative to the separation, and to the size of the scene (scaled: core/elementary.h).
   constexpr double relative_margin = 0x1p-12, scene_margin = 0x1p-15;
-  const double distance =
-      separation_ * (1 + relative_margin) * motion_.scale() + relative_motion;
+  const double distance = separation_ * (1 + relative_margin) * motion_.scale() + relative_motion;
   return static_cast<float>(distance + scene_margin) * (1 + 0x1p-20f);
 }
 

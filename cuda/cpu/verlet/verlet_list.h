@@ -12,10 +12,10 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/narrow/contact_math.h"
 #include "core/bvh/node_pair.h"
-#include "cpu/verlet/relative_motion.h"
+#include "core/narrow/contact_math.h"
 #include "cpu/kernels/leaf_kernels.h"
+#include "cpu/verlet/relative_motion.h"
 
 namespace lazyccd {
 

@@ -1,8 +1,8 @@
 // Union of extents, by one thread and over a warp.
 #pragma once
 
-#include "gpu/scene/group_view.cuh"
 #include "gpu/device/kernel_chain.cuh"
+#include "gpu/scene/group_view.cuh"
 
 namespace lazyccd::gpu {
 

@@ -2,9 +2,9 @@
 #pragma once
 
 #include "gpu/bvh/extents.cuh"
-#include "gpu/device/kernel_chain.cuh"
 #include "gpu/bvh/node_culling.cuh"
 #include "gpu/bvh/node_parts.cuh"
+#include "gpu/device/kernel_chain.cuh"
 #include "gpu/scene/scene.cuh"
 
 namespace lazyccd::gpu {
@@ -45,8 +45,7 @@ __global__ void unite_runs(SceneView scene, NodeDiagonals* runs) {
 }
 
 /// Computes the diagonals of the nodes; one warp per node.
-__global__ void unite_nodes(SceneView scene, const NodeDiagonals* runs,
-                                   NodeDiagonals* nodes) {
+__global__ void unite_nodes(SceneView scene, const NodeDiagonals* runs, NodeDiagonals* nodes) {
   begin_kernel();
   const std::uint32_t node = (blockIdx.x * blockDim.x + threadIdx.x) / kWarp;
   const int lane = threadIdx.x % kWarp;

@@ -6,8 +6,8 @@
 
 #include "core/bvh/oriented_box.h"
 #include "core/narrow/separation.h"
-#include "gpu/device/kernel_chain.cuh"
 #include "gpu/bvh/node_parts.cuh"
+#include "gpu/device/kernel_chain.cuh"
 #include "gpu/scene/scene.cuh"
 
 namespace lazyccd::gpu {

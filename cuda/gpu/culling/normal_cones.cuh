@@ -3,9 +3,9 @@
 #pragma once
 
 #include "core/bvh/normal_cone.h"
-#include "gpu/device/kernel_chain.cuh"
 #include "gpu/bvh/node_culling.cuh"
 #include "gpu/bvh/node_parts.cuh"
+#include "gpu/device/kernel_chain.cuh"
 #include "gpu/scene/scene.cuh"
 
 namespace lazyccd::gpu {

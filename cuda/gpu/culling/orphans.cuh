@@ -2,9 +2,9 @@
 // their own filters them into the same lists.
 #pragma once
 
-#include "gpu/scene/leaf_culling.cuh"
 #include "gpu/bvh/node_culling.cuh"
 #include "gpu/narrow/query.cuh"
+#include "gpu/scene/leaf_culling.cuh"
 
 namespace lazyccd::gpu {
 

@@ -4,11 +4,11 @@
 #include <algorithm>
 #include <vector>
 
-#include "cpu/culling/orphan_sets.h"
 #include "cpu/culling/flat_patches.h"
+#include "cpu/culling/orphan_sets.h"
 #include "gpu/bvh/node_diagonals.cuh"
-#include "gpu/culling/normal_cones.cuh"
 #include "gpu/bvh/oriented_boxes.cuh"
+#include "gpu/culling/normal_cones.cuh"
 #include "gpu/culling/orphans.cuh"
 #include "gpu/device/upload.h"
 

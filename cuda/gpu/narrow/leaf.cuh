@@ -5,8 +5,8 @@
 
 #include "core/bvh/node_pair.h"
 #include "core/narrow/separation.h"
-#include "gpu/scene/leaf_culling.cuh"
 #include "gpu/narrow/query.cuh"
+#include "gpu/scene/leaf_culling.cuh"
 #include "gpu/scene/stages.h"
 
 namespace lazyccd::gpu {

@@ -94,9 +94,7 @@ SceneView DeviceScene::view(bool is_double) {
   return s;
 }
 
-ContactKey DeviceScene::key() const {
-  return mesh_->contact_key();
-}
+ContactKey DeviceScene::key() const { return mesh_->contact_key(); }
 
 std::size_t DeviceScene::bytes() const {
   return faces_.bytes() + edges_.bytes() + body_of_vertex_.bytes() + pinned_.bytes() +

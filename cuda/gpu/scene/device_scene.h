@@ -7,9 +7,9 @@
 #include <cstdint>
 
 #include "cpu/bvh/groups.h"
+#include "cpu/bvh/tree.h"
 #include "cpu/scene/mesh.h"
 #include "cpu/threads/thread_pool.h"
-#include "cpu/bvh/tree.h"
 #include "gpu/device/device_buffer.h"
 #include "gpu/scene/scene.cuh"
 

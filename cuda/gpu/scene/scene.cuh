@@ -4,9 +4,9 @@
 
 #include <cstdint>
 
+#include "core/bvh/tree.h"
 #include "core/narrow/contact_key.h"
 #include "core/narrow/contact_math.h"
-#include "core/bvh/tree.h"
 #include "gpu/scene/group_view.cuh"
 #include "lazyccd/scene.h"
 

@@ -6,9 +6,9 @@
 
 #include "balance/device_atomics.cuh"
 #include "balance/greedy_stealing.h"
+#include "gpu/traversal/backoff.cuh"
 #include "gpu/traversal/traversal_job.h"
 #include "gpu/traversal/traverse.cuh"
-#include "gpu/traversal/backoff.cuh"
 
 namespace lazyccd::gpu {
 

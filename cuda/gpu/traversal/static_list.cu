@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
-#include "gpu/traversal/persistent_traversal.cuh"
 #include "gpu/device/pinned_buffer.h"
+#include "gpu/traversal/persistent_traversal.cuh"
 
 namespace lazyccd::gpu {
 namespace {

@@ -36,10 +36,10 @@ class StaticBlocks {
   struct View {
     State* state;
     NodePair* lists[2];
-    std::uint32_t capacity;     // pairs of a list
-    std::uint32_t threshold;    // number of idle blocks that ends a round
-    std::uint32_t min_steps;    // steps of a block before it may stop, so that it makes progress
-    std::uint32_t* remaining;   // out, for the host: pairs of the next round
+    std::uint32_t capacity;    // pairs of a list
+    std::uint32_t threshold;   // number of idle blocks that ends a round
+    std::uint32_t min_steps;   // steps of a block before it may stop, so that it makes progress
+    std::uint32_t* remaining;  // out, for the host: pairs of the next round
 
     __device__ RoundEnd<DeviceAtomics> round_end() const {
       return {state->idle, state->stop, threshold};

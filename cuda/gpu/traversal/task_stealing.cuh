@@ -8,9 +8,9 @@
 #include "balance/device_atomics.cuh"
 #include "balance/portions.h"
 #include "balance/task_deque.h"
+#include "gpu/traversal/backoff.cuh"
 #include "gpu/traversal/traversal_job.h"
 #include "gpu/traversal/traverse.cuh"
-#include "gpu/traversal/backoff.cuh"
 
 namespace lazyccd::gpu {
 

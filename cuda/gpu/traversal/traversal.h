@@ -44,8 +44,8 @@ class Traversal {
   /// every pair that overlaps. culling: {} if reset() got culls = false. from_front: only if
   /// has_front(). Between two calls of reset(), or of grow() that returned true, the enqueued work
   /// depends only on the arguments and on parity().
-  void launch(const TreeNode* nodes, const gpu::GroupView& groups,
-              const gpu::NodeCulling& culling, bool from_front, cudaStream_t stream);
+  void launch(const TreeNode* nodes, const gpu::GroupView& groups, const gpu::NodeCulling& culling,
+              bool from_front, cudaStream_t stream);
   bool has_front() const { return has_front_; }
   int parity() const { return parity_; }
 

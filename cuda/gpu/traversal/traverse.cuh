@@ -28,8 +28,8 @@
 #include <cstdint>
 
 #include "balance/chunk_pool.h"
-#include "gpu/device/kernel_chain.cuh"
 #include "gpu/bvh/node_culling.cuh"
+#include "gpu/device/kernel_chain.cuh"
 #include "gpu/traversal/traversal_job.h"
 
 namespace lazyccd::gpu {

@@ -1,16 +1,19 @@
-// Switches of the algorithm, for research and tuning. They change the cost of a detection, never its
-// contacts: those are the same, bit by bit, with every setting.
+// Switches of the algorithm, for research and tuning. They change the cost of a detection, never
+// its contacts: those are the same, bit by bit, with every setting.
 //
 // Papers cited here:
-//   da Silva, V., "Lazy Work Stealing for Continuous Hierarchy Traversal on Deformable Bodies", M.Sc.
+//   da Silva, V., "Lazy Work Stealing for Continuous Hierarchy Traversal on Deformable Bodies",
+//   M.Sc.
 //     dissertation, COPPE/UFRJ. Cited below as "da Silva".
-//   Curtis et al. 2008, "Fast collision detection for deformable models using representative-triangles".
-//   Tang et al. 2008, "Fast continuous collision detection between deformable models using
+//   Curtis et al. 2008, "Fast collision detection for deformable models using
+//   representative-triangles". Tang et al. 2008, "Fast continuous collision detection between
+//   deformable models using
 //     subdivision-based hierarchical culling" (continuous normal cones).
 //   Tang et al. 2009, "ICCD: Interactive continuous collision detection between deformable models"
 //     (orphan sets).
-//   Tang et al. 2010, "Fast continuous collision detection using deforming non-penetration filters".
-//   Lauterbach et al. 2010, "gProximity: Hierarchical GPU-based operations for collision and distance
+//   Tang et al. 2010, "Fast continuous collision detection using deforming non-penetration
+//   filters". Lauterbach et al. 2010, "gProximity: Hierarchical GPU-based operations for collision
+//   and distance
 //     queries".
 //   Arora et al. 1998, "Thread scheduling for multiprogrammed multiprocessors".
 #pragma once
@@ -22,16 +25,16 @@ namespace lazyccd {
 
 /// How the traversal shares its work among threads or blocks.
 enum class Strategy {
-  lazy_stealing,         ///< Chunks of node pairs. An idle worker steals. A busy worker offers: on the
-                         ///< CPU if somebody waits, on the GPU what exceeds its stack.
-  lazy_stealing_greedy,  ///< As published (da Silva, Algorithms 3.7 to 3.13): an idle worker takes one
+  lazy_stealing,  ///< Chunks of node pairs. An idle worker steals. A busy worker offers: on the
+                  ///< CPU if somebody waits, on the GPU what exceeds its stack.
+  lazy_stealing_greedy,  ///< da Silva, Algorithms 3.7 to 3.13, corrected: an idle worker takes one
                          ///< batch from every other deque and moves what it won little by little.
   static_list,           ///< gProximity's (da Silva, Algorithms 3.1 to 3.4): one list a worker; all
                          ///< lists are evened out once some workers are idle.
-  task_stealing,         ///< Arora et al.'s (da Silva, Algorithms 3.5, 3.6): one deque a worker; pairs
-                         ///< are stolen one by one.
-  guided,                ///< Guided self-scheduling: one list for all, taken in shrinking portions.
-  thread_per_query,      ///< One thread a group, from the root, without balancing: the baseline.
+  task_stealing,     ///< Arora et al.'s (da Silva, Algorithms 3.5, 3.6): one deque a worker; pairs
+                     ///< are stolen one by one.
+  guided,            ///< Guided self-scheduling: one list for all, taken in shrinking portions.
+  thread_per_query,  ///< One thread a group, from the root, without balancing: the baseline.
 };
 constexpr Strategy kStrategies[] = {Strategy::lazy_stealing, Strategy::lazy_stealing_greedy,
                                     Strategy::static_list,   Strategy::task_stealing,
@@ -44,9 +47,9 @@ Strategy parse_strategy(const std::string& name);
 /// Whether the filter runs in single precision first. `double_only` skips it.
 enum class Arithmetic { single_first, double_only };
 
-/// Whether a traversal starts from the front of the last step instead of the root (da Silva, section
-/// 3.3). A front saves at most half of the tests, and the way down the levels. `automatic`: on for the
-/// GPU, where each level waits for the one above; off for the CPU.
+/// Whether a traversal starts from the front of the last step instead of the root (da Silva,
+/// section 3.3). A front saves at most half of the tests, and the way down the levels. `automatic`:
+/// on for the GPU, where each level waits for the one above; off for the CPU.
 enum class FrontUse { automatic, off, on };
 
 /// Bounding volume of the tree's nodes, updated in each step. Every node also has the axis-aligned
@@ -64,16 +67,17 @@ const char* name(Volume volume);  ///< "box", ...
 Volume parse_volume(const std::string& name);
 
 /// Tests that rule out pairs before the elementary test. Stats counts what each one did.
-/// Representative triangles (Curtis et al. 2008) are not needed: each vertex and edge has one owner.
+/// Representative triangles (Curtis et al. 2008) are not needed: each vertex and edge has one
+/// owner.
 struct Culling {
-  /// Drops pairs whose points are never coplanar, by the signs of Bernstein coefficients (Tang et al.
-  /// 2010). With a separation the CPU has no such filter apart from the elementary test.
+  /// Drops pairs whose points are never coplanar, by the signs of Bernstein coefficients (Tang et
+  /// al. 2010). With a separation the CPU has no such filter apart from the elementary test.
   bool non_penetration = true;
-  /// Drops parts of a surface that cannot touch themselves, by continuous normal cones and the contour
-  /// condition (Tang et al. 2008). Not with a separation.
+  /// Drops parts of a surface that cannot touch themselves, by continuous normal cones and the
+  /// contour condition (Tang et al. 2008). Not with a separation.
   bool normal_cones = false;
-  /// Takes the pairs that only adjacent faces have from a list made once (Tang et al. 2009). Not with
-  /// a separation.
+  /// Takes the pairs that only adjacent faces have from a list made once (Tang et al. 2009). Not
+  /// with a separation.
   bool orphan_sets = false;
 };
 

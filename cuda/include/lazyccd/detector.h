@@ -1,8 +1,8 @@
 // The detector: finds every contact of a step in continuous time.
 //
 //   lazyccd::Detector detector;
-//   detector.set_topology(topology);                      // once, and after every change of the mesh
-//   for (each step)
+//   detector.set_topology(topology);                      // once, and after every change of the
+//   mesh for (each step)
 //     for (const lazyccd::Contact& c : detector.detect(start, end)) ...
 #pragma once
 
@@ -63,28 +63,28 @@ class Detector {
   /// invalid, throws Error with the body and primitive at fault and keeps the old topology.
   void set_topology(const Topology& topology);
 
-  /// Returns the contacts of the linear motion from `start` to `end`, sorted by operator< of Contact.
-  /// The span is valid until the next call. Throws Error if a position is not finite or the number
-  /// of positions is wrong.
+  /// Returns the contacts of the linear motion from `start` to `end`, sorted by operator< of
+  /// Contact. The span is valid until the next call. Throws Error if a position is not finite or
+  /// the number of positions is wrong.
   Span<const Contact> detect(const Positions& start, const Positions& end);
 
   /// Starts the next detect() on a worker thread while the caller goes on. `start` must equal the
   /// start of that detect() exactly, and every vertex must end within `tolerance` of `end` (in the
   /// unit of the positions, at most the separation). Otherwise the work is discarded. The result is
   /// the same either way. Both arrays must stay unchanged until detect(), detect_ahead() or
-  /// set_topology() returns or the detector is destroyed. Has no effect on the GPU, with one thread,
-  /// without a separation, with Strategy::static_list, or with a Volume other than box.
+  /// set_topology() returns or the detector is destroyed. Has no effect on the GPU, with one
+  /// thread, without a separation, with Strategy::static_list, or with a Volume other than box.
   void detect_ahead(const Positions& start, const Positions& end, double tolerance);
 
   /// Re-tests only the pairs that the last detect() found within the separation h, for another
   /// motion with the same start. Returns the pairs that touch, sorted; valid until the next call.
-  /// Complete if at all times the deviations of any two vertices from the motion of that detect() add
-  /// up to less than h. Runs on the CPU with every backend. Throws Error after detect_ahead() has
-  /// started, because that reuses the list of pairs.
+  /// Complete if at all times the deviations of any two vertices from the motion of that detect()
+  /// add up to less than h. Runs on the CPU with every backend. Throws Error after detect_ahead()
+  /// has started, because that reuses the list of pairs.
   Span<const Contact> recheck_near_pairs(const Positions& start, const Positions& end);
 
-  /// All edges: the sides of the faces and the topology's own edges, each once. An edge is (smaller,
-  /// larger) vertex index; the list is sorted by the larger index, then by the smaller.
+  /// All edges: the sides of the faces and the topology's own edges, each once. An edge is
+  /// (smaller, larger) vertex index; the list is sorted by the larger index, then by the smaller.
   Span<const Edge> edges() const;
 
   const Stats& stats() const;  ///< of the last detection
@@ -96,7 +96,8 @@ class Detector {
   std::unique_ptr<Impl> impl_;
 };
 
-/// 64-bit hash over kind, vertices and time of impact of each contact. Does not depend on the order.
+/// 64-bit hash over kind, vertices and time of impact of each contact. Does not depend on the
+/// order.
 std::uint64_t contact_hash(Span<const Contact> contacts);
 
 }  // namespace lazyccd

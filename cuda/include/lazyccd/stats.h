@@ -28,10 +28,10 @@ struct Stats {
   std::int64_t filtered_noncoplanar = 0;
   std::int64_t survivors_vf = 0, survivors_ee = 0;
   std::int64_t double_precision_tests = 0;  ///< survivors that single precision could not decide
-  std::int64_t exact = 0;       ///< survivors that only exact arithmetic could decide
-  std::int64_t steals = 0;      ///< batches of work taken from another worker
-  std::int64_t balancings = 0;  ///< static_list: balancing steps
-  std::int64_t overflows = 0;   ///< number of times that a full buffer was grown or worked around
+  std::int64_t exact = 0;                   ///< survivors that only exact arithmetic could decide
+  std::int64_t steals = 0;                  ///< batches of work taken from another worker
+  std::int64_t balancings = 0;              ///< static_list: balancing steps
+  std::int64_t overflows = 0;  ///< number of times that a full buffer was grown or worked around
   std::int64_t near = 0;  ///< with a separation: pairs within it during the step, reported or not
   std::int64_t contacts_vf = 0, contacts_ee = 0;
   bool rebuilt = false;        ///< the hierarchy was rebuilt in this step

@@ -13,15 +13,15 @@ class ThreadPool;
 /// detectors that share it, one at a time detects ahead; the others do all their work in detect().
 class Threads {
  public:
-  /// `count` threads, the caller's included; 0: as many as the machine has. Throws Error if negative.
-  /// They start when they are first needed, and are fewer if the system has no more.
+  /// `count` threads, the caller's included; 0: as many as the machine has. Throws Error if
+  /// negative. They start when they are first needed, and are fewer if the system has no more.
   explicit Threads(int count = 0);
 
   int count() const { return count_; }
 
   /// Calls body(first, last) over disjoint ranges of [0, count), each of at most `grain` elements.
-  /// Runs on the calling thread alone, in one range, if there is one thread, or if count <= 3 * grain
-  /// and the workers are asleep. Rethrows the first exception.
+  /// Runs on the calling thread alone, in one range, if there is one thread, or if count <= 3 *
+  /// grain and the workers are asleep. Rethrows the first exception.
   void parallel_for(std::size_t count, std::size_t grain,
                     const std::function<void(std::size_t first, std::size_t last)>& body) const;
 

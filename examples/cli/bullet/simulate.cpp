@@ -8,13 +8,13 @@
 #include <optional>
 #include <stdexcept>
 
+#include "cli/bullet/run_json.h"
 #include "cli/commands.h"
 #include "cli/detector_options.h"
 #include "cli/stats_json.h"
 #include "io/ply.h"
-#include "cli/bullet/run_json.h"
-#include "scenes/run.h"
 #include "scenes/meshes/surface.h"
+#include "scenes/run.h"
 
 #if defined(LAZYCCD_WITH_RENDER)
 #include "cli/film/recorder.h"

@@ -1,9 +1,9 @@
 // A scene in which a cloth collides with itself.
 #include <cmath>
 
+#include "scenes/measures/sides.h"
 #include "scenes/meshes/cloth.h"
 #include "scenes/scene.h"
-#include "scenes/measures/sides.h"
 
 namespace lazyccd::scenes {
 namespace {

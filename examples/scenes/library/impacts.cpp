@@ -1,8 +1,8 @@
 // Scenes in which a cloth flies at another body.
-#include "scenes/meshes/cloth.h"
-#include "scenes/scene.h"
-#include "scenes/meshes/shapes.h"
 #include "scenes/measures/sides.h"
+#include "scenes/meshes/cloth.h"
+#include "scenes/meshes/shapes.h"
+#include "scenes/scene.h"
 
 namespace lazyccd::scenes {
 namespace {

@@ -2,10 +2,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "scenes/meshes/cloth.h"
-#include "scenes/scene.h"
-#include "scenes/meshes/shapes.h"
 #include "scenes/measures/sides.h"
+#include "scenes/meshes/cloth.h"
+#include "scenes/meshes/shapes.h"
+#include "scenes/scene.h"
 
 namespace lazyccd::scenes {
 namespace {

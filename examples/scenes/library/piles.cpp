@@ -1,7 +1,7 @@
 // Scenes in which cloths come to rest on rigid bodies and on each other.
 #include "scenes/meshes/cloth.h"
-#include "scenes/scene.h"
 #include "scenes/meshes/shapes.h"
+#include "scenes/scene.h"
 
 namespace lazyccd::scenes {
 namespace {

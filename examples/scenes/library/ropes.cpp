@@ -1,11 +1,11 @@
 // Scenes with ropes, and with a strip of cloth that is twisted into one.
 #include <cmath>
 
-#include "scenes/meshes/cloth.h"
-#include "scenes/scene.h"
-#include "scenes/meshes/shapes.h"
 #include "scenes/measures/sides.h"
+#include "scenes/meshes/cloth.h"
+#include "scenes/meshes/shapes.h"
 #include "scenes/meshes/solid.h"
+#include "scenes/scene.h"
 
 namespace lazyccd::scenes {
 namespace {

@@ -4,9 +4,9 @@
 #include <set>
 
 #include "scenes/meshes/cloth.h"
-#include "scenes/scene.h"
 #include "scenes/meshes/shapes.h"
 #include "scenes/meshes/solid.h"
+#include "scenes/scene.h"
 
 namespace lazyccd::scenes {
 namespace {

@@ -88,7 +88,8 @@ TEST_CASE("contacts and their keys have the same order") {
   }
   for (const Contact& a : contacts) {
     for (const Contact& b : contacts)
-      REQUIRE((a < b) == (SpeculativeContacts::pair_key_of(a) < SpeculativeContacts::pair_key_of(b)));
+      REQUIRE((a < b) ==
+              (SpeculativeContacts::pair_key_of(a) < SpeculativeContacts::pair_key_of(b)));
   }
 }
 

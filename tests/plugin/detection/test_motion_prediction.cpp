@@ -77,7 +77,8 @@ TEST_CASE("a scene ends bit-identical whether detections start ahead or not") {
     }
     CHECK(fall.state() == ends);
     // In many steps the other thread may start too late, but not in all of them.
-    for (int step = 0; step < 5000 && fall.world.total().started_ahead == 0; ++step) fall.world.steps(1);
+    for (int step = 0; step < 5000 && fall.world.total().started_ahead == 0; ++step)
+      fall.world.steps(1);
     CHECK(fall.world.total().started_ahead > 0);
     CHECK(fall.world.total().started_ahead <= fall.world.total().detections);
   }

@@ -54,7 +54,8 @@ Contact random_contact(std::mt19937& random) {
   return contact;
 }
 
-SpeculativeContact by_row(const Contact& contact, double thickness, double position_correction, const Motion& motion) {
+SpeculativeContact by_row(const Contact& contact, double thickness, double position_correction,
+                          const Motion& motion) {
   ContactRow row;
   make_row(contact, thickness, 0, position_correction, motion, row);
   Eigen::Vector3d move = Eigen::Vector3d::Zero();
@@ -73,8 +74,8 @@ TEST_CASE("kernels of all instruction sets and rows agree to the bit") {
   for (int round = 0; round < 200; ++round) {
     const Motion motion = random_motion(random);
     const SpeculativeMotion<btScalar> of = {motion.start.data(),        motion.end.data(),
-                                         motion.inverse_mass.data(), motion.shortest_edge.data(),
-                                         motion.soft_count(),        position_correction};
+                                            motion.inverse_mass.data(), motion.shortest_edge.data(),
+                                            motion.soft_count(),        position_correction};
     const int count = 1 + static_cast<int>(random() % SpeculativeLanes::count);
     std::vector<Contact> contacts;
     for (int i = 0; i < count; ++i) contacts.push_back(random_contact(random));

@@ -18,8 +18,8 @@
 #include <vector>
 
 #include "lazyccd/threads.h"
-#include "scenes/meshes/cloth.h"
 #include "links/soft_constraints.h"
+#include "scenes/meshes/cloth.h"
 #include "support/catch.h"
 
 using namespace lazyccd;

@@ -31,8 +31,7 @@ struct Moved {
 
 }  // namespace
 
-TEST_CASE(
-    "the deviation sum covers two bodies or one body with self-collision") {
+TEST_CASE("the deviation sum covers two bodies or one body with self-collision") {
   Moved moved({0.25, 2, 0, 1, 0.5});
   CHECK(moved.deviation_sum() == 3);
   moved.bodies[3].self_collision = true;  // less than the sum with another body

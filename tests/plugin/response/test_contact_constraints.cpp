@@ -19,7 +19,8 @@ TEST_CASE("within a body the thickness depends on the points and not on the pair
   CHECK(thickness(contact(ee, {0, 2, 4, 1}, 0, 1)) == corner);
   // Above the midpoint of the edge that the faces share.
   const double middle = thickness(contact(vf, {3, 5, 2, 4}, 0.5f, 0));
-  CHECK_THAT(middle, Matchers::WithinAbs(0.5 * 0.5 * (motion.shortest_edge[5] + motion.shortest_edge[2]), 1e-12));
+  CHECK_THAT(middle, Matchers::WithinAbs(
+                         0.5 * 0.5 * (motion.shortest_edge[5] + motion.shortest_edge[2]), 1e-12));
   CHECK(thickness(contact(vf, {3, 1, 5, 2}, 0.5f, 0.5f)) == middle);
   CHECK(thickness(contact(ee, {5, 2, 4, 3}, 0.5f, 1)) == middle);
   // A point close to the midpoint has a similar thickness.

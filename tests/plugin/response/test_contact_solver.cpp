@@ -1,9 +1,9 @@
 #include <algorithm>
 #include <vector>
 
-#include "response/contact_constraints.h"
 #include "plugin/support/column.h"
 #include "plugin/support/contacts.h"
+#include "response/contact_constraints.h"
 #include "support/catch.h"
 
 using namespace lazyccd;

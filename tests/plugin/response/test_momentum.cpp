@@ -3,11 +3,11 @@
 #include <cmath>
 #include <vector>
 
-#include "response/contact_constraints.h"
-#include "response/impact_zones.h"
 #include "detection/speculative_contacts.h"
 #include "plugin/support/column.h"
 #include "plugin/support/contacts.h"
+#include "response/contact_constraints.h"
+#include "response/impact_zones.h"
 #include "response/response.h"
 #include "scenes/measures/mechanics.h"
 #include "scenes/scene.h"
@@ -186,7 +186,8 @@ TEST_CASE("a body on rails is stopped by a pinned node beside contacts of other 
   body.start.setIdentity();
   body.predicted.setIdentity();
   body.predicted.getOrigin().setY(btScalar(1.5));
-  body.velocity = body.angular_velocity = body.velocity_change = body.angular_velocity_change = Eigen::Vector3d::Zero();
+  body.velocity = body.angular_velocity = body.velocity_change = body.angular_velocity_change =
+      Eigen::Vector3d::Zero();
   body.inverse_mass = Eigen::Vector3d(0, 0.5, 0);
   body.inverse_inertia.setZero();
   motion.rigid.push_back(body);

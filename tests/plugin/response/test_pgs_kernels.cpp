@@ -21,9 +21,7 @@ struct Problem {
   std::vector<RowBody> bodies;
   std::vector<Float4> displacement;
 
-  PgsProblem swept() {
-    return {batches.data(), parts.data(), bodies.data(), displacement.data()};
-  }
+  PgsProblem swept() { return {batches.data(), parts.data(), bodies.data(), displacement.data()}; }
 };
 
 // A problem of random rows, some with rigid bodies, in groups whose rows share no node.
@@ -133,7 +131,8 @@ TEST_CASE("a sweep is the same with every instruction set and converges to the c
     const PgsKernels& baseline = *pgs_kernels("baseline");
     const SweepChange last = solve(baseline, expected);
     CHECK(last.largest < 1e-6f);
-    CHECK(baseline.max_violation(expected.swept(), static_cast<int>(expected.batches.size())) < 1e-3f);
+    CHECK(baseline.max_violation(expected.swept(), static_cast<int>(expected.batches.size())) <
+          1e-3f);
     // The impulses produce the displacements.
     Problem pushed = expected;
     std::fill(pushed.displacement.begin(), pushed.displacement.end(), Float4{});
@@ -177,9 +176,9 @@ TEST_CASE("violated rows are found among inactive ones as in the full problem") 
   }
   const auto find_violated = [&](const PgsKernels& kernels) {
     std::vector<std::int32_t> rows(InactiveBatch::rows * inactive.size());
-    rows.resize(
-        static_cast<std::size_t>(kernels.find_violated(problem.swept(), node_of.data(), inactive.data(),
-                                                 static_cast<int>(inactive.size()), rows.data())));
+    rows.resize(static_cast<std::size_t>(
+        kernels.find_violated(problem.swept(), node_of.data(), inactive.data(),
+                              static_cast<int>(inactive.size()), rows.data())));
     return rows;
   };
   const auto check_all = [&](const std::vector<std::int32_t>& expected) {

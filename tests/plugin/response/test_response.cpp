@@ -99,8 +99,7 @@ TEST_CASE("cloth without a margin keeps a gap larger than rounding errors at its
     CHECK(falls->m_nodes[n].m_x.y() > 8 * SIMD_EPSILON * far);
 }
 
-TEST_CASE(
-    "friction holds cloth on a slope up to its coefficient and not on a steeper slope") {
+TEST_CASE("friction holds cloth on a slope up to its coefficient and not on a steeper slope") {
   const World world = GENERATE(World::rigid, World::deformable);
   const bool holds = GENERATE(true, false);
   CAPTURE(world == World::rigid, holds);

@@ -12,10 +12,10 @@
 
 #include <set>
 
-#include "util/warning_log.h"
-#include "scene/obstacles.h"
 #include "plugin/support/obstacle_worlds.h"
+#include "scene/obstacles.h"
 #include "support/catch.h"
+#include "util/warning_log.h"
 
 using namespace lazyccd;
 using namespace lazyccd::test;
@@ -128,8 +128,7 @@ TEST_CASE("cloth that is pushed far in one step collides with bodies there") {
 }
 
 // Otherwise a step would read the same triangles again and again.
-TEST_CASE(
-    "a wanted region is read although positions are rounded by the width of bodies") {
+TEST_CASE("a wanted region is read although positions are rounded by the width of bodies") {
   constexpr btScalar width = btScalar(0.003), far = btScalar(1.8) * width / SIMD_EPSILON;
   std::mt19937 random(11);
   std::uniform_real_distribution<btScalar> part(-1, 1);
@@ -238,7 +237,8 @@ TEST_CASE("filters and flags of a rigid body apply from the next step on") {
     if (by == "ignore") floor->setIgnoreCollisionCheck(cloth, !meets);
     const int unanswered = btCollisionObject::CF_NO_CONTACT_RESPONSE;
     const int flags = floor->getCollisionFlags();
-    if (by == "response") floor->setCollisionFlags(meets ? flags & ~unanswered : flags | unanswered);
+    if (by == "response")
+      floor->setCollisionFlags(meets ? flags & ~unanswered : flags | unanswered);
     filter.meets = meets;
   };
   if (by == "filter") w.world().getPairCache()->setOverlapFilterCallback(&filter);
@@ -417,8 +417,7 @@ TEST_CASE("a step without bodies near each other runs no detection") {
   CHECK(w.last().detections > 0);
 }
 
-TEST_CASE(
-    "bodies apart along a single axis are near exactly up to their margins") {
+TEST_CASE("bodies apart along a single axis are near exactly up to their margins") {
   const World world = GENERATE(World::rigid, World::deformable);
   const int axis = GENERATE(0, 1, 2);
   const double apart = GENERATE(0.019, 0.03);

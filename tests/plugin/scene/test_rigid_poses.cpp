@@ -37,8 +37,7 @@ double end_of(const RigidPose* pose) { return static_cast<double>(pose->end.getO
 
 }  // namespace
 
-TEST_CASE(
-    "immovable bodies are swept from the last end and free ones from this start") {
+TEST_CASE("immovable bodies are swept from the last end and free ones from this start") {
   Watched w;
   btRigidBody *wall = w.add(), *free = w.add(1);
   w.begin();

@@ -63,8 +63,7 @@ TEST_CASE("bodies without contact response are not counted as initial intersecti
   CHECK(w.total().initial_intersections > 0);
 }
 
-TEST_CASE(
-    "a body of several components has a face tree if Bullet reads one") {
+TEST_CASE("a body of several components has a face tree if Bullet reads one") {
   // Two triangles that share a corner, two that share a side but have no link, and a rope in two
   // parts. Bullet's own face tree would never terminate for them.
   const World world = GENERATE(World::rigid, World::deformable);

@@ -1,12 +1,12 @@
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
 #include <BulletSoftBody/btSoftBodyHelpers.h>
 
-#include "scene/obstacles.h"
 #include "plugin/support/obstacle_worlds.h"
 #include "plugin/support/worlds.h"
-#include "scenes/meshes/solid.h"
+#include "scene/obstacles.h"
 #include "scene/soft_scene.h"
 #include "scene/step_topology.h"
+#include "scenes/meshes/solid.h"
 #include "support/catch.h"
 
 using namespace lazyccd;
@@ -160,8 +160,9 @@ TEST_CASE("duplicate and degenerate faces are left out and logged once") {
   CHECK(impact.passed() == 0);
   CHECK(impact.world->total_stats()->fallback_steps == 0);
   CHECK(messages == 1);
-  CHECK(impact.world->status().find("soft body 1: left out 1 faces with a repeated node, 1 duplicate "
-                                    "faces") != std::string::npos);
+  CHECK(
+      impact.world->status().find("soft body 1: left out 1 faces with a repeated node, 1 duplicate "
+                                  "faces") != std::string::npos);
 }
 
 TEST_CASE("Bullet terminates for a body of several components") {

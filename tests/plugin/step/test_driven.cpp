@@ -32,7 +32,7 @@ TEST_CASE("cloth driven faster than it can yield stops before it passes through 
   }
   CHECK(crossings.vertex_face() + crossings.edge_edge() == 0);
   CHECK(scenes::find_intersections(scenes::read_surface(*scene.world),
-                               scenes::read_positions(*scene.world))
+                                   scenes::read_positions(*scene.world))
             .empty());
   CHECK(scene.world->total_stats()->unresolved == 0);
   CHECK(scene.world->total_stats()->failsafe_holds > 0);
@@ -192,7 +192,8 @@ namespace {
 
 // Number of edge-face intersections, in exact arithmetic on Bullet's positions.
 std::size_t count_intersections(const PhysicsWorld& world) {
-  return scenes::find_intersections(scenes::read_surface(world), scenes::read_positions(world)).size();
+  return scenes::find_intersections(scenes::read_surface(world), scenes::read_positions(world))
+      .size();
 }
 
 // A curtain in the plane of `direction` and the vertical. Its row at `height` is pinned.

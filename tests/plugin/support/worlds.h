@@ -4,10 +4,10 @@
 #include <memory>
 #include <random>
 
-#include "scenes/meshes/cloth.h"
 #include "scenes/measures/crossings.h"
-#include "scenes/worlds/physics_world.h"
 #include "scenes/measures/sides.h"
+#include "scenes/meshes/cloth.h"
+#include "scenes/worlds/physics_world.h"
 
 namespace lazyccd::test {
 

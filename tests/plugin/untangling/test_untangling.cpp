@@ -12,8 +12,8 @@
 #include "plugin/support/obstacle_worlds.h"
 #include "plugin/support/worlds.h"
 #include "scenes/measures/intersections.h"
-#include "scenes/scene.h"
 #include "scenes/meshes/surface.h"
+#include "scenes/scene.h"
 #include "support/catch.h"
 
 using namespace lazyccd;
@@ -22,7 +22,8 @@ using namespace lazyccd::test;
 namespace {
 
 std::size_t intersections(const PhysicsWorld& world) {
-  return scenes::find_intersections(scenes::read_surface(world), scenes::read_positions(world)).size();
+  return scenes::find_intersections(scenes::read_surface(world), scenes::read_positions(world))
+      .size();
 }
 
 btVector3 at(double x, double y, double z) {

@@ -70,8 +70,9 @@ TEST_CASE("a mesh that rotates far in one step pushes cloth on the chord") {
   for (int i = 0; i < 4; ++i) {
     for (int k = 0; k < 4; ++k) {
       const auto at = [&](int a, int b) {
-        return btVector3(static_cast<btScalar>(rotation.from + a * (rotation.to - rotation.from) / 4),
-                         btScalar(-1) + b * btScalar(0.5), 0);
+        return btVector3(
+            static_cast<btScalar>(rotation.from + a * (rotation.to - rotation.from) / 4),
+            btScalar(-1) + b * btScalar(0.5), 0);
       };
       triangles.addTriangle(at(i, k), at(i + 1, k), at(i + 1, k + 1));
       triangles.addTriangle(at(i, k), at(i + 1, k + 1), at(i, k + 1));

@@ -1,0 +1,26 @@
+#include "scene/axis_box.h"
+
+#include <LinearMath/btAabbUtil2.h>
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+
+bool AxisBox::contains(const AxisBox& b) const {
+  for (int k = 0; k < 3; ++k) {
+    if (b.lower[k] < lower[k] || b.upper[k] > upper[k]) return false;
+  }
+  return true;
+}
+
+bool AxisBox::overlaps(const AxisBox& b) const {
+  return TestAabbAgainstAabb2(lower, upper, b.lower, b.upper);
+}
+
+AxisBox AxisBox::transformed(const btTransform& pose) const {
+  AxisBox result;
+  btTransformAabb(lower, upper, 0, pose, result.lower, result.upper);
+  return result;
+}
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet
