@@ -2,7 +2,7 @@
 # examples/ and tests/ source this file.
 #
 #   require_packages GROUP...   installs the missing packages of the groups core, bullet, programs,
-#                               tests, sanitizers, pictures; needs root only if a package is missing
+#                               tests, checks, pictures; needs root only if a package is missing
 #   build_preset PRESET [CMAKE OPTION...] [-- TARGET...]
 #                               configures a preset and builds it in build/PRESET
 
@@ -42,9 +42,10 @@ packages_of() {
         echo 'libflint-arb-dev: ball arithmetic, for the exact oracle'
       fi
       ;;
-    sanitizers)
+    checks)
       echo 'clang: the second compiler'
       echo 'libclang-rt-dev: its sanitizers'
+      echo 'clang-format: the layout of the sources'
       ;;
     pictures)
       echo 'python3-matplotlib: charts, and pictures side by side'

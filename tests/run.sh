@@ -44,7 +44,7 @@ if [ $all = no ]; then
   build quick
   run_tests quick -LE '^(model|consumer)$'
 else
-  require_packages sanitizers
+  require_packages checks
   build cpu -DLAZYCCD_TESTS=ON -DLAZYCCD_WERROR=ON -DLAZYCCD_CHECK_HEADERS=ON
   run_tests cpu
   build asan -- lazyccd_tests lazyccd_tests_threads lazyccd_tests_bench lazyccd_tests_bullet \
