@@ -81,9 +81,10 @@ class Deque {
   }
   LAZYCCD_HD bool has_room() const { return has_room(load_word()); }
 
-  /// Owner only. Publishes the id and everything that the owner wrote before. Requires has_room()
-  /// for a word loaded since the owner's last push() or pop(); `seen` is that word.
+  /// Owner only. Publishes the id and everything that the owner wrote before. Requires has_room().
   LAZYCCD_HD void push(std::uint32_t chunk) { push(chunk, load_word()); }
+  /// The same with `seen`, a word that load_word() returned since the owner's last push() or pop().
+  /// Requires has_room(seen).
   LAZYCCD_HD void push(std::uint32_t chunk, std::uint64_t seen) {
     DequeWord word = DequeWord::unpack(seen);
     // Relaxed: published by the CAS below. A slot outside [top, bottom) belongs to the owner alone.

@@ -184,7 +184,7 @@ class GreedyStealingWorker {
   std::uint64_t deque_word_;  // word of the own deque, loaded by new_batch()
   std::uint32_t next_;        // own batch at which the search for a free one starts
   std::uint32_t won_count_;
-  bool busy_;  // holds a unit of `live`
+  bool busy_;  // counted in `live` (Termination)
   Claims claims_;
   std::uint64_t steals_;
   std::uint64_t overflows_;

@@ -230,7 +230,7 @@ class GuidedWorker {
 
   View view_;
   std::uint32_t worker_;
-  bool busy_;  // holds a unit of `live`
+  bool busy_;  // counted in `live` (Termination)
   std::uint64_t steals_;
   std::uint64_t overflows_;
 };

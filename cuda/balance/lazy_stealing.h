@@ -9,8 +9,9 @@
 // of chunks is full, the worker keeps its items, so no work is lost.
 //
 // It is lazy in two ways. Work moves in chunks and only by id: a steal is one CAS, and the items
-// stay in place until the new owner needs them. And a worker need not offer anything while no
-// worker is idle: any_worker_idle() reads one counter to find out.
+// stay in place until the new owner needs them. A CPU worker offers nothing as long as its deque
+// already holds a chunk for every idle worker: should_offer() compares the two numbers. A CUDA
+// block offers what does not fit its stack.
 //
 // Model: tests/model/lazy_stealing.pml.
 #pragma once
@@ -81,7 +82,7 @@ struct LazyStealingView {
 ///   own_batch; if it is empty, steal from one victim after another
 ///     until one returns a batch; leave if over() or cancelled()
 ///   copy the batch; release_chunk
-///   process the items; if any_worker_idle(), or if there are more items than the worker wants to
+///   process the items; if should_offer(), or if there are more items than the worker wants to
 ///     hold: new_chunk, fill it, publish
 ///   when all own items are done: own_batch again
 ///
@@ -97,7 +98,7 @@ class LazyStealingWorker {
     worker_ = worker;
     filling_ = no_chunk;
     busy_ = false;
-    max_own_chunks_ = 0;
+    own_chunks_bound_ = 0;
     claims_.start(view.initial_count);
     cache_.clear();
     steals_ = 0;
@@ -106,21 +107,21 @@ class LazyStealingWorker {
     Atomics::fetch_add(view_.counters->idle_workers.cell, 1u, Atomics::relaxed);
   }
 
-  /// Returns the private free chunks to the pool. The worker stays counted as idle. Either the run
-  /// is over, or it is cancelled, and then the count makes busy workers offer work and so check
-  /// cancelled().
+  /// Returns the free chunks. If the run was cancelled, the worker still counts as idle. Then busy
+  /// workers try to offer work, and so they notice the cancellation.
   LAZYCCD_HD void leave() { cache_.flush(view_.free_list()); }
 
-  /// Whether more workers are idle than this worker has chunks on offer.
-  LAZYCCD_HD bool any_worker_idle() const {
+  /// Whether more workers are idle than this worker has chunks in its deque.
+  LAZYCCD_HD bool should_offer() const {
     const std::uint32_t idle = Atomics::load(view_.counters->idle_workers.cell, Atomics::relaxed);
-    return idle > (max_own_chunks_ != 0 ? view_.deque(worker_).size() : 0);
+    return idle > (own_chunks_bound_ != 0 ? view_.deque(worker_).size() : 0);
   }
 
   /// Returns a free chunk to fill, or null if the own deque or the pool of chunks is exhausted.
   /// Then the caller keeps its items and goes on with them.
   LAZYCCD_HD Chunk<Item, ChunkSize>* new_chunk() {
-    deque_word_ = view_.deque(worker_).load_word();  // overlaps with take()
+    // Issued first: its latency overlaps with take().
+    deque_word_ = view_.deque(worker_).load_word();
     filling_ = cache_.take(view_.free_list());
     if (filling_ != no_chunk && view_.deque(worker_).has_room(deque_word_))
       return view_.chunks + filling_;
@@ -132,15 +133,15 @@ class LazyStealingWorker {
   LAZYCCD_HD void publish() {
     view_.termination().chunk_published();
     view_.deque(worker_).push(filling_, deque_word_);
-    ++max_own_chunks_;
+    ++own_chunks_bound_;
   }
 
   /// Takes the newest chunk of the own deque, otherwise a portion of the initial items. If both are
   /// empty, the worker becomes idle. It has nothing left then and must not call this again before
   /// it has stolen something.
   LAZYCCD_HD Batch<Item> own_batch() {
-    const std::uint32_t chunk = max_own_chunks_ != 0 ? view_.deque(worker_).pop() : no_chunk;
-    max_own_chunks_ = chunk != no_chunk ? max_own_chunks_ - 1 : 0;
+    const std::uint32_t chunk = own_chunks_bound_ != 0 ? view_.deque(worker_).pop() : no_chunk;
+    own_chunks_bound_ = chunk != no_chunk ? own_chunks_bound_ - 1 : 0;
     const Batch<Item> batch = chunk != no_chunk ? batch_of(chunk) : claim_initial();
     if (batch.count == 0) {
       become_idle();
@@ -209,9 +210,9 @@ class LazyStealingWorker {
   View view_;
   std::uint32_t worker_;
   std::uint32_t filling_;
-  std::uint64_t deque_word_;      // word of the own deque, loaded by new_chunk()
-  std::uint32_t max_own_chunks_;  // upper bound: others can only take chunks from the own deque
-  bool busy_;                     // holds a unit of `live`
+  std::uint64_t deque_word_;        // word of the own deque, loaded by new_chunk()
+  std::uint32_t own_chunks_bound_;  // upper bound: others can only take chunks from the own deque
+  bool busy_;                       // counted in `live` (Termination)
   Claims claims_;
   ChunkCache<CacheSize> cache_;
   std::uint64_t steals_;

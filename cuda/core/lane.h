@@ -32,10 +32,10 @@ using MaskOf = typename Lane<T>::Mask;
 ///
 /// u: the unit roundoff, half the distance from 1 to the next number.
 ///
-/// tiny: covers underflow in every bound of core/elementary.h. All inputs there are at most 2^6 in
-/// magnitude. A product or a rounded input that underflows is off by at most half the smallest
-/// subnormal (2^-150, 2^-1075). That error is multiplied by at most three further factors of 2^7,
-/// and occurs in fewer than 2^6 places.
+/// tiny: covers underflow in every bound of core/narrow/elementary.h. All inputs there are at most
+/// 2^6 in magnitude. A product or a rounded input that underflows is off by at most half the
+/// smallest subnormal (2^-150, 2^-1075). That error is multiplied by at most three further factors
+/// of 2^7, and occurs in fewer than 2^6 places.
 template <class S>
 struct Roundoff;
 template <>

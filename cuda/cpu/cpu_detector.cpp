@@ -65,14 +65,14 @@ void CpuDetector::set_mesh(const Mesh& mesh) {
 
 void CpuDetector::update_hierarchy(Stats& stats) {
   const bool builds_list =
-      may_list() && !verlet_list_.is_built() && verlet_list_.is_worthwhile(scale_);
+      may_list() && !verlet_list_.has_list() && verlet_list_.is_worthwhile(scale_);
   list_state_ = builds_list ? ListState::building : ListState::off;
   const double margin = separation_margin(options_.separation) +
                         (builds_list ? verlet_list_.skin() : 0) + tolerance_ * (1 + 0x1p-20);
   stats.rebuilt = hierarchy_.update(*mesh_, records_, scale_, margin, pool_);
   if (!stats.rebuilt) return;
   front_policy_.forget();
-  if (may_list()) verlet_list_.build(*mesh_, hierarchy_.groups(), hierarchy_.tree());
+  if (may_list()) verlet_list_.set_tree(*mesh_, hierarchy_.groups(), hierarchy_.tree());
 }
 
 // Whether Verlet lists are possible. Other volumes than boxes have no margin for the skin.
@@ -142,7 +142,7 @@ Span<const Contact> CpuDetector::detect(const Positions& start, const Positions&
     search(stats);
   }
   stats.started_ahead = started_ahead;
-  if (list_state_ == ListState::building) verlet_list_.complete();
+  if (list_state_ == ListState::building) verlet_list_.finish_building();
   if (list_state_ == ListState::in_use) verlet_list_.record_use(count_searched());
   if (list_state_ == ListState::probing) record_list_probe();
 
@@ -154,7 +154,7 @@ Span<const Contact> CpuDetector::detect(const Positions& start, const Positions&
     gather_contacts(contacts_, stats);
   }
   last_candidates_ = stats.candidates_vf + stats.candidates_ee;
-  stats.near = count_near();
+  stats.near_pairs = count_near();
   stats.ms_traverse =
       std::max(0.0, stats.ms_traverse - stats.ms_narrow - stats.ms_balance - stats.ms_front);
   stats.ms_total = total.lap();
@@ -166,15 +166,15 @@ Span<const Contact> CpuDetector::detect(const Positions& start, const Positions&
 void CpuDetector::search(Stats& stats) {
   Stopwatch watch;
   stats.groups = 0;
-  if (verlet_list_.is_built())
+  if (verlet_list_.has_list())
     verlet_list_.begin_step(records_, scale_, tolerance_, hierarchy_.tree(), pool_);
-  const bool all_listed = verlet_list_.is_built() && verlet_list_.holds({0, 0});
+  const bool all_listed = verlet_list_.has_list() && verlet_list_.covers({0, 0});
   list_state_ = ListState::off;
   if (!all_listed) update_hierarchy(stats);
-  if (verlet_list_.is_built()) {
+  if (verlet_list_.has_list()) {
     list_state_ = ListState::in_use;
   } else if (list_state_ == ListState::building) {
-    verlet_list_.begin(records_, scale_);
+    verlet_list_.begin_building(records_, scale_);
   } else if (may_list()) {
     list_state_ = ListState::probing;
     verlet_list_.begin_step(records_, scale_, tolerance_, hierarchy_.tree(), pool_);
@@ -184,7 +184,7 @@ void CpuDetector::search(Stats& stats) {
   begin_workers(options_.separation);
   for (const auto& worker : workers_) {
     worker->near_pairs.clear();
-    if (is_running_ahead_) worker->begin_at_start(is_interrupted_);
+    if (is_running_ahead_) worker->limit_to_start(is_interrupted_);
   }
   unexpanded_.clear();
   if (all_listed) {
@@ -219,7 +219,7 @@ Span<const Contact> CpuDetector::reduce_contacts(Span<const Contact> contacts,
   }
   stats.contacts_vf = std::count_if(contacts_.begin(), contacts_.end(), is_vertex_face);
   stats.contacts_ee = static_cast<std::int64_t>(contacts_.size()) - stats.contacts_vf;
-  stats.near = count_near();
+  stats.near_pairs = count_near();
   stats.hash = contact_hash(contacts_);
   return contacts_;
 }
@@ -289,7 +289,7 @@ void CpuDetector::gather_contacts(std::vector<Contact>& out, Stats& stats) {
   for (const auto& w : workers_) {
     stats.front_nodes += w->ended;
     stats.group_pairs += w->group_pairs;
-    stats.volume_culled += w->culled;
+    stats.culled_by_volume += w->culled;
     stats.culled_by_normal_cone += w->flat;
     stats.filtered_noncoplanar += w->filtered_noncoplanar;
     stats.candidates_vf += w->candidates[0];
@@ -297,7 +297,7 @@ void CpuDetector::gather_contacts(std::vector<Contact>& out, Stats& stats) {
     stats.survivors_vf += w->survived[0];
     stats.survivors_ee += w->survived[1];
     stats.double_precision_tests += w->double_precision_tests;
-    stats.exact += w->exact;
+    stats.exact_tests += w->exact_tests;
     stats.contacts_vf += w->found[0];
     stats.contacts_ee += w->found[1];
     stats.ms_narrow += w->ms / pool_.available();

@@ -66,36 +66,67 @@ class CpuDetector : public BackendDetector {
   static constexpr std::int64_t min_candidates_for_threads = 750;
   static constexpr std::size_t min_vertices_for_threads = 4096;
 
+  // Detects from the loaded positions to the contacts of the workers, which are not gathered yet.
   void search(Stats& stats);
+  // Returns the number of candidates of this step that did not come from the Verlet list.
   std::int64_t count_searched() const;
+  // Refits or rebuilds the hierarchy, with the Verlet list's skin if this step builds a list.
   void update_hierarchy(Stats& stats);
+  // Returns the input of the kernels in this step. The worker counts what the filter rules out.
   LeafScene leaf_scene(double separation, Worker& worker) const;
+  // Prepares all workers for a step with this minimum separation.
   void begin_workers(double separation);
+  // Sorts the contacts of all workers into `out` and returns their hash.
   std::uint64_t sort_contacts(std::vector<Contact>& out);
+  // Sorts the contacts of all workers into `out` and adds the workers' counters to the stats.
   void gather_contacts(std::vector<Contact>& out, Stats& stats);
+  // Traverses the hierarchy and tests all candidates that this finds.
   void traverse(Stats& stats);
+  // Tells the Verlet list for how many pairs of groups a list would have stayed valid.
   void record_list_probe();
+  // Returns whether the options allow Verlet lists.
   bool may_list() const;
+  // Returns whether the Verlet list has all candidates below the pair, so the traversal skips it.
   bool is_listed(NodePair pair) const {
-    return list_state_ == ListState::in_use && verlet_list_.holds(pair);
+    return list_state_ == ListState::in_use && verlet_list_.covers(pair);
   }
+  // Traverses from the initial pairs of nodes, by the strategy of the options.
   void balanced_traversal(Span<const NodePair> initial, Stats& stats);
+  // Traverses by Strategy::thread_per_query.
   void query_each_group(Stats& stats);
+  // Finds the candidates of a pair of leaves.
   void visit_pair(Worker& worker, NodePair pair);
+  // Returns the number of near pairs of all workers.
   std::int64_t count_near() const;
+  // Returns whether the motion is so small that no near pair can touch.
   bool stay_apart() const;
-  void test_pending(bool listed);
-  void test(const CandidateBatches& batches);
-  void test_orphans(Stats& stats);
+  // Keeps the pairs where the traversal ended as the front of the next step.
   void keep_front(bool reused);
+  // Sets the time that the workers were idle, from their busy time and the wall time, milliseconds.
   void count_idle(double busy, double wall, Stats& stats) const;
+  // Returns the memory that the detector holds.
   std::int64_t bytes() const;
 
+  // In pending_candidates.cpp.
+
+  // Tests the queued and the pending candidates; with `listed`, those of the Verlet list too.
+  void test_pending(bool listed);
+  // Tests batches of candidates on all threads.
+  void test(const CandidateBatches& batches);
+  // Tests the pairs of the orphan sets.
+  void test_orphans(Stats& stats);
+
   // In detect_ahead.cpp.
+
+  // Runs the detection on one worker, until it is interrupted.
   void run_ahead(const Positions& start, const Positions& end, double tolerance);
+  // Interrupts the job and waits for it. Returns whether there is a result.
   bool join_ahead();
+  // Returns whether these positions are within what the detection ahead allows.
   bool matches_ahead(const Positions& start, const Positions& end) const;
+  // Returns the number of pairs of nodes and candidates that are still to be processed.
   std::int64_t count_undone() const;
+  // Completes the detection that was started ahead.
   void resume(Stats& stats);
 
   DetectorOptions options_;

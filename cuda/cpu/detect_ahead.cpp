@@ -108,7 +108,7 @@ void CpuDetector::resume(Stats& stats) {
     balanced_traversal(initial, stats);
   }
   test_pending(false);
-  for (const auto& worker : workers_) worker->resume_deferred();
+  for (const auto& worker : workers_) worker->stop_listing();
   CandidateBatches batches(static_cast<std::size_t>(count_undone()), pool_.available());
   for (const ContactKind kind : {ContactKind::vertex_face, ContactKind::edge_edge})
     for (const auto& worker : workers_) batches.add(kind, worker->deferred[static_cast<int>(kind)]);

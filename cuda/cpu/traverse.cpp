@@ -50,8 +50,8 @@ void CpuDetector::balanced_traversal(Span<const NodePair> initial, Stats& stats)
           return;
         }
         PairVisit v = visit(pair, nodes[pair.a], nodes[pair.b]);
-        if (v.near && (!hierarchy_.may_collide(pair) || is_listed(pair))) v = {false, 0, {}};
-        if (volume && v.near && pair.a != pair.b && volume->apart(pair.a, pair.b)) {
+        if (v.overlaps && (!hierarchy_.may_collide(pair) || is_listed(pair))) v = {false, 0, {}};
+        if (volume && v.overlaps && pair.a != pair.b && volume->apart(pair.a, pair.b)) {
           ++worker.culled;
           v = {false, 0, {}};
         }
@@ -59,7 +59,7 @@ void CpuDetector::balanced_traversal(Span<const NodePair> initial, Stats& stats)
         if (v.children != 0) return;
         ++worker.ended;
         if (keep) worker.front.push_back(pair);
-        if (v.near) visit_pair(worker, pair);
+        if (v.overlaps) visit_pair(worker, pair);
       });
   stats.tree_tests += static_cast<std::int64_t>(counts.items);
   stats.steals += static_cast<std::int64_t>(counts.steals);

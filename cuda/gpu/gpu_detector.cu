@@ -253,11 +253,11 @@ void GpuDetector::fill(Stats& stats) {
     stats.filtered_noncoplanar =
         stats.candidates_vf + stats.candidates_ee - c.filtered[0] - c.filtered[1];
   const gpu::CullingCounters& culled = culling_.counters();
-  stats.volume_culled = static_cast<std::int64_t>(culled.volume_culled);
+  stats.culled_by_volume = static_cast<std::int64_t>(culled.culled_by_volume);
   stats.culled_by_normal_cone = static_cast<std::int64_t>(culled.culled_by_normal_cone);
   stats.orphan_tests = culled.orphans;
   stats.double_precision_tests = c.double_precision_tests;
-  stats.exact = c.undecided_in_double;
+  stats.exact_tests = c.undecided_in_double;
   stats.hash = c.hash;
   stats.contacts_vf = c.contacts_vf;
   stats.contacts_ee = c.contacts - c.contacts_vf;

@@ -110,7 +110,7 @@ def grid_table(rows, title, columns):
     for r in rows:
         body.append([r["model"]] + [r[c] for c in columns] +
                     [f"{float(r[c]):.3g}" for c in times] +
-                    [number(r[c]) for c in ("group_pairs", "candidates", "volume_culled", "culled_by_normal_cone",
+                    [number(r[c]) for c in ("group_pairs", "candidates", "culled_by_volume", "culled_by_normal_cone",
                                             "orphan_tests", "filtered_noncoplanar", "front_start",
                                             "front_nodes", "front_reused", "steals")] +
                     [f"{100 * float(r['idle_share']):.0f}"])

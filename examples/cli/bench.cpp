@@ -120,7 +120,7 @@ void run_scene(const Arguments& arguments, const std::string& start_name,
                 setting.mode.c_str());
     for (const auto& t : times) std::printf("%9.3f", percentile(t, 0.5));
     std::printf("%10" PRId64 " %9" PRId64 "  %016" PRIx64 "\n", s.contacts_vf + s.contacts_ee,
-                s.exact, s.hash);
+                s.exact_tests, s.hash);
     std::fflush(stdout);
     if (!csv) continue;
     csv << start_name << ',' << setting.backend << ',' << setting.strategy << ",\"" << setting.mode
@@ -129,8 +129,8 @@ void run_scene(const Arguments& arguments, const std::string& start_name,
     csv << ',' << s.contacts_vf << ',' << s.contacts_ee << ',' << std::hex << s.hash << std::dec
         << ',' << s.tree_tests << ',' << s.front_nodes << ',' << s.group_pairs << ','
         << s.candidates_vf + s.candidates_ee << ',' << s.survivors_vf + s.survivors_ee << ','
-        << s.double_precision_tests << ',' << s.exact << ',' << s.steals << ',' << s.idle_share
-        << ',' << s.overflows << ',' << s.peak_bytes << ",\"" << s.device << "\","
+        << s.double_precision_tests << ',' << s.exact_tests << ',' << s.steals << ','
+        << s.idle_share << ',' << s.overflows << ',' << s.peak_bytes << ",\"" << s.device << "\","
         << arguments.label << '\n';
   }
 }
@@ -146,7 +146,8 @@ void run(const Arguments& arguments) {
     for (const Column& column : kTimes)
       csv << ",ms_" << column.name << ",ms_" << column.name << "_p95";
     csv << ",contacts_vf,contacts_ee,hash,tree_tests,front_nodes,group_pairs,candidates,survivors,"
-           "double_precision_tests,exact,steals,idle_share,overflows,peak_bytes,device,label\n";
+           "double_precision_tests,exact_tests,steals,idle_share,overflows,peak_bytes,device,"
+           "label\n";
   } else {
     csv.setstate(std::ios::failbit);
   }

@@ -58,7 +58,7 @@ const Column kColumns[] = {
     {"front_start", [](const Stats& s) { return count(s.front_start); }},
     {"front_nodes", [](const Stats& s) { return count(s.front_nodes); }},
     {"front_reused", [](const Stats& s) { return s.front_reused ? 1.0 : 0.0; }},
-    {"volume_culled", [](const Stats& s) { return count(s.volume_culled); }},
+    {"culled_by_volume", [](const Stats& s) { return count(s.culled_by_volume); }},
     {"group_pairs", [](const Stats& s) { return count(s.group_pairs); }},
     {"culled_by_normal_cone", [](const Stats& s) { return count(s.culled_by_normal_cone); }},
     {"candidates", [](const Stats& s) { return count(s.candidates_vf + s.candidates_ee); }},

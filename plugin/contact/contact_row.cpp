@@ -14,7 +14,7 @@ using Eigen::Vector3d;
 double thickness_of(const Contact& contact, const Motion& motion, double surface_thickness) {
   if (contact.body_a != contact.body_b) return surface_thickness;
   const std::array<double, 4> weights = contact.weights();
-  const int first_of_b = contact.kind == ContactKind::vertex_face ? 1 : 2;
+  const int first_of_b = first_vertex_of_b(contact.kind);
   const auto edge_length_at = [&](int first, int last) {
     double sum = 0;
     for (int i = first; i < last; ++i) {
@@ -61,10 +61,9 @@ void make_row(const Contact& contact, double thickness, double friction, double 
   // A body with locked axes moves along its free axes alone. Its mobility in the other directions
   // is rounding error, which must not be inverted to a huge mass.
   const double rounding = 1e-6 * (compliance + tangent_compliance);
-  row.is_movable = compliance > rounding;
-  row.normal_mass = row.is_movable ? 1 / std::max(compliance, min_compliance) : 0;
-  row.tangent_mass =
-      row.is_movable ? 1 / std::max({tangent_compliance, min_compliance, rounding}) : 0;
+  row.can_act = compliance > rounding;
+  row.normal_mass = row.can_act ? 1 / std::max(compliance, min_compliance) : 0;
+  row.tangent_mass = row.can_act ? 1 / std::max({tangent_compliance, min_compliance, rounding}) : 0;
   row.normal_impulse = row.split_impulse = 0;
   row.tangent_impulse = Vector3d::Zero();
   row.touched = false;
@@ -76,14 +75,14 @@ void RowFactory::make(const Contact& contact, ContactRow& row) const {
   make_row(contact, thickness, surface.friction, position_correction_, *motion_, row);
 }
 
-SpeculativeContact speculative_contact_of(const ContactRow& row, const Vector3d& move) {
-  SpeculativeContact speculative;
-  speculative.move_squared = move.squaredNorm();
-  speculative.need = row.target_gap - row.start_gap - row.normal.dot(move);
-  speculative.normal_mass = row.normal_mass;
-  speculative.is_movable = row.is_movable;
-  speculative.may_open = row.corrected_gap > row.target_gap;
-  return speculative;
+RowEstimate estimate_row(const ContactRow& row, const Vector3d& move) {
+  RowEstimate estimate;
+  estimate.move_squared = move.squaredNorm();
+  estimate.need = row.target_gap - row.start_gap - row.normal.dot(move);
+  estimate.normal_mass = row.normal_mass;
+  estimate.can_act = row.can_act;
+  estimate.may_need_split = row.corrected_gap > row.target_gap;
+  return estimate;
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -14,6 +14,8 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 
 /// Row of the contact solver: the gap sum_i w_i n.x_i at the end of the step must not be narrower
 /// than target_gap. n is the normal, w_i are the weights of the four vertices (their sum is zero).
+///
+/// Impulses act on positions. Their unit is kg m = N s x dt, whereas StepContact has N s.
 struct ContactRow {
   Contact contact;
   Eigen::Vector3d normal;
@@ -21,28 +23,33 @@ struct ContactRow {
   double start_gap,   ///< gap at the start of the step, metres
       target_gap,     ///< gap that impulses keep, metres, >= 0; not wider than max(0, start_gap)
       corrected_gap;  ///< gap that split impulses restore without velocity, metres
-  double normal_impulse;  ///< total impulse on the solved motion along the normal, kg m, >= 0
-  double split_impulse;   ///< total split impulse along the normal, kg m, >= 0
-  bool is_movable;        ///< false: no impulse acts, for example as both sides are prescribed
-  bool touched = false;   ///< true: the detector found a contact, not only a speculative one
-  Eigen::Vector3d tangent_impulse;  ///< friction impulse on the solved motion, kg m
-  /// Effective masses, kg: 1 / sum_i (w_i^2 / mass_i) with the terms of rigid bodies, 0 if not
-  /// movable. Limited to 256 times the mass of the lightest node.
+  double normal_impulse;  ///< total impulse on the solved motion along the normal, >= 0
+  double split_impulse;   ///< total split impulse along the normal, >= 0
+  /// False: no impulse acts. Either none can move the contact points along the normal (both sides
+  /// are prescribed, or the axes are locked), or the near contact was deselected
+  /// (NearContactSelector, Untangling).
+  bool can_act;
+  bool touched = false;  ///< true: the detector found a contact, not only a speculative one
+  Eigen::Vector3d tangent_impulse;  ///< friction impulse on the solved motion
+  /// Effective masses, kg: 1 / sum_i (w_i^2 / mass_i) with the terms of rigid bodies, 0 if no
+  /// impulse can move the contact points. Limited to 256 times the mass of the lightest node.
   double normal_mass,  ///< along the normal
       tangent_mass;    ///< lower bound over all tangent directions
   double friction;     ///< Coulomb's coefficient
 
   /// Whether an impulse acted or the detector found the contact.
-  bool is_active() const { return normal_impulse != 0 || split_impulse != 0 || touched; }
+  bool acted() const { return normal_impulse != 0 || split_impulse != 0 || touched; }
 };
 
-/// Quantities that decide whether a row without an impulse will ever act.
-struct SpeculativeContact {
-  double move_squared,  ///< squared relative displacement of the sides in Bullet's motion, m^2
-      need;  ///< target_gap minus the gap at the end of Bullet's motion, metres; <= 0: no violation
-  double normal_mass;  ///< as in ContactRow
-  bool is_movable;     ///< as in ContactRow
-  bool may_open;       ///< the row may need a split impulse: corrected_gap > target_gap
+/// Summary of a row and of its violation by a given motion. The first detection computes it for
+/// every near contact without making the row; the contact solver computes it for rows that are
+/// made.
+struct RowEstimate {
+  double move_squared,  ///< squared relative displacement of the sides in the motion, m^2
+      need;  ///< target_gap minus the gap at the end of the motion, metres; <= 0: no violation
+  double normal_mass;   ///< as in ContactRow
+  bool can_act;         ///< as in ContactRow
+  bool may_need_split;  ///< the row may need a split impulse: corrected_gap > target_gap
 };
 
 /// Returns the thickness of a contact, metres. Between two bodies it is `surface_thickness`. Within
@@ -71,9 +78,8 @@ class RowFactory {
   const Motion* motion_;
 };
 
-/// Evaluates a row that was just made. `move`: displacement of one side relative to the other in
-/// Bullet's motion, metres.
-SpeculativeContact speculative_contact_of(const ContactRow& row, const Eigen::Vector3d& move);
+/// Summarises a row. `move`: displacement of one side relative to the other in the motion, metres.
+RowEstimate estimate_row(const ContactRow& row, const Eigen::Vector3d& move);
 
 }  // namespace LAZYCCD_BULLET_PRECISION
 }  // namespace lazyccd::bullet

@@ -24,13 +24,13 @@ struct PairSurface {
   double friction;   ///< Coulomb's coefficient
 };
 
-/// Combines the surfaces of two bodies as SolverOptions and Bullet's world prescribe.
 /// How Bullet combines the coefficients of two soft bodies.
 enum class FrictionRule {
   larger,  ///< the larger of the two: rigid world (btSoftBody::CollideVF_SS)
   product  ///< the product: deformable world (btSoftBody::CollideVF_DD)
 };
 
+/// Combines the surfaces of two bodies as SolverOptions and Bullet's world prescribe.
 class PairSurfaces {
  public:
   PairSurfaces(const SolverOptions& options, FrictionRule soft_friction)

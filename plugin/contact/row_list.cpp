@@ -9,7 +9,7 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 
 void RowList::clear() {
   made_index_.clear();
-  pairs_ = {};
+  near_ = {};
   factory_.reset();
 }
 
@@ -20,10 +20,10 @@ void RowList::take(std::vector<ContactRow>& rows) {
   std::iota(made_index_.begin(), made_index_.end(), 0);
 }
 
-void RowList::take(const SpeculativePairs& pairs, const RowFactory& factory) {
-  pairs_ = pairs;
+void RowList::take(const NearContacts& near, const RowFactory& factory) {
+  near_ = near;
   factory_ = factory;
-  made_index_.assign(pairs.contacts.size(), -1);
+  made_index_.assign(near.contacts.size(), -1);
   made_.clear();
   made_.reserve(made_index_.size());  // references to rows stay valid
 }
@@ -34,8 +34,8 @@ void RowList::make(std::size_t i) {
 }
 
 void RowList::make(std::size_t i, ContactRow& row) const {
-  factory_->make(pairs_.contacts[i], row);
-  row.is_movable = pairs_.speculative[i].is_movable;
+  factory_->make(near_.contacts[i], row);
+  row.can_act = near_.estimates[i].can_act;
 }
 
 void RowList::copy(std::size_t i, std::vector<ContactRow>& to) const {

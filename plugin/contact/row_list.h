@@ -1,4 +1,4 @@
-// The rows of a step, sorted by contact, so that the rows of a pair are adjacent. Most speculative
+// The rows of a step, sorted by contact, so that the rows of a pair are adjacent. Most near
 // contacts never act, so their rows are made only on first use.
 #pragma once
 
@@ -8,16 +8,10 @@
 #include <vector>
 
 #include "contact/contact_row.h"
-#include "lazyccd/span.h"
+#include "contact/near_contacts.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
-
-/// Speculative contacts of the step, sorted, with the quantities that decide whether each will act.
-struct SpeculativePairs {
-  Span<const Contact> contacts;
-  Span<SpeculativeContact> speculative;  ///< same indices as `contacts`
-};
 
 /// Sorted list of rows that are made on demand. A row that is not made yet carries no impulse.
 class RowList {
@@ -29,20 +23,20 @@ class RowList {
   /// Replaces the list by these rows, which are all made. Leaves the old storage in `rows`, for
   /// reuse.
   void take(std::vector<ContactRow>& rows);
-  /// Replaces the list by speculative contacts; no row is made yet. The arrays behind `pairs` must
-  /// stay unchanged as long as the list may make rows of them.
-  void take(const SpeculativePairs& pairs, const RowFactory& factory);
+  /// Replaces the list by near contacts; no row is made yet. The arrays behind `near` must stay
+  /// unchanged as long as the list may make rows of them.
+  void take(const NearContacts& near, const RowFactory& factory);
 
   std::size_t size() const { return made_index_.size(); }
   bool is_made(std::size_t i) const { return made_index_[i] >= 0; }
   const Contact& contact(std::size_t i) const {
-    return is_made(i) ? made_[made_index_[i]].contact : pairs_.contacts[i];
+    return is_made(i) ? made_[made_index_[i]].contact : near_.contacts[i];
   }
-  bool is_movable(std::size_t i) const {
-    return is_made(i) ? made_[made_index_[i]].is_movable : pairs_.speculative[i].is_movable;
+  bool can_act(std::size_t i) const {
+    return is_made(i) ? made_[made_index_[i]].can_act : near_.estimates[i].can_act;
   }
-  /// Returns the speculative contact of a row that is not made.
-  const SpeculativeContact& speculative(std::size_t i) const { return pairs_.speculative[i]; }
+  /// Returns the estimate of a row that is not made.
+  const RowEstimate& estimate(std::size_t i) const { return near_.estimates[i]; }
   /// Index of the first row at or after `first` whose contact is not before `contact`; size() if
   /// there is none. Takes time logarithmic in the distance from `first`.
   std::size_t find(const Contact& contact, std::size_t first) const;
@@ -60,7 +54,7 @@ class RowList {
 
   std::vector<std::int32_t> made_index_;  // index in made_; negative: not made
   std::vector<ContactRow> made_;
-  SpeculativePairs pairs_;
+  NearContacts near_;
   std::optional<RowFactory> factory_;  // makes the missing rows
 };
 

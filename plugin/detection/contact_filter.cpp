@@ -8,24 +8,25 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 
 ContactFilter::Decision ContactFilter::decide(const Contact& contact) const {
   if (is_anchored(contact)) return Decision::ignore;
-  return responds(contact) && can_be_resolved(contact) ? Decision::respond : Decision::report_only;
+  return bodies_respond(contact) && has_response(contact) ? Decision::respond
+                                                          : Decision::report_only;
 }
 
-bool ContactFilter::can_be_resolved(const Contact& contact) const {
+bool ContactFilter::has_response(const Contact& contact) const {
   const auto was_stopped = [this](std::int32_t v) {
-    return has_answered_ && motion_.end_of(v) != motion_.predicted[v];
+    return end_changed_ && motion_.end_of(v) != motion_.predicted[v];
   };
-  return could_be_resolved(contact) ||
+  return has_response_as_predicted(contact) ||
          std::any_of(contact.vertices.begin(), contact.vertices.end(), was_stopped);
 }
 
-bool ContactFilter::could_be_resolved(const Contact& contact) const {
+bool ContactFilter::has_response_as_predicted(const Contact& contact) const {
   if (std::any_of(contact.vertices.begin(), contact.vertices.end(),
                   [this](std::int32_t v) { return is_movable(v); }))
     return true;
   bool nodes_move = false, body_moves = false;
   for (const std::int32_t v : contact.vertices) {
-    const Eigen::Vector3d end = has_answered_ ? motion_.predicted[v] : motion_.end_of(v);
+    const Eigen::Vector3d end = end_changed_ ? motion_.predicted[v] : motion_.end_of(v);
     if (end != motion_.start_of(v)) (topology_.is_soft(v) ? nodes_move : body_moves) = true;
   }
   return nodes_move && !body_moves;
@@ -36,7 +37,7 @@ bool ContactFilter::is_movable(std::int32_t v) const {
                               : motion_.rigid_of(topology_.body_of(v)).is_dynamic();
 }
 
-bool ContactFilter::responds(const Contact& contact) const {
+bool ContactFilter::bodies_respond(const Contact& contact) const {
   return topology_.bodies()[contact.body_a].responds && topology_.bodies()[contact.body_b].responds;
 }
 

@@ -19,23 +19,25 @@ class ContactFilter {
   ContactFilter(const SoftScene& scene, const StepTopology& topology, const Motion& motion)
       : scene_(scene), topology_(topology), motion_(motion) {}
 
-  /// Marks the motion as new. Call set_answered() once a contact of it gets a response: from then
-  /// on the end of the motion may differ from Bullet's end, which is kept in Motion::predicted.
-  void begin_motion() { has_answered_ = false; }
-  void set_answered(bool has_answered) { has_answered_ = has_answered; }
+  /// Marks the motion as new: its end is the one that Bullet predicted.
+  void begin_motion() { end_changed_ = false; }
+  /// Call with true before the response changes the end of the motion. From then on the end that
+  /// Bullet predicted is in Motion::predicted only.
+  void set_end_changed(bool end_changed) { end_changed_ = end_changed; }
 
   enum class Decision : std::uint8_t {
     respond,      ///< the response acts on the contact
-    report_only,  ///< the contact cannot be resolved: it is only reported
+    report_only,  ///< the response does not act on the contact: it is only reported
     ignore        ///< no contact: an anchor holds the two bodies together
   };
   /// Decides what happens to a contact in the current motion.
   Decision decide(const Contact& contact) const;
 
   /// False if one of the bodies has no contact response (CF_NO_CONTACT_RESPONSE).
-  bool responds(const Contact& contact) const;
-  /// Same as can_be_resolved(), but for the motion as Bullet predicted it.
-  bool could_be_resolved(const Contact& contact) const;
+  bool bodies_respond(const Contact& contact) const;
+  /// Same as has_response(), but for the motion as Bullet predicted it. Ignores what the response
+  /// has changed so far.
+  bool has_response_as_predicted(const Contact& contact) const;
   /// True if an anchor holds a node of the soft body to the rigid body of the contact.
   bool is_anchored(const Contact& contact) const {
     return are_anchored(contact.body_a, contact.body_b,
@@ -48,10 +50,10 @@ class ContactFilter {
   }
 
  private:
-  /// True if a response can resolve the contact. Pinned nodes with a prescribed motion stop before
+  /// True if the response can act on the contact. Pinned nodes with a prescribed motion stop before
   /// they pass through an obstacle. A kinematic body passes over pinned nodes, unless the response
   /// has already stopped a vertex of the pair.
-  bool can_be_resolved(const Contact& contact) const;
+  bool has_response(const Contact& contact) const;
   bool is_movable(std::int32_t vertex) const;
   bool are_anchored(std::int32_t body_a, std::int32_t body_b,
                     Span<const std::int32_t> vertices) const;
@@ -59,7 +61,7 @@ class ContactFilter {
   const SoftScene& scene_;
   const StepTopology& topology_;
   const Motion& motion_;
-  bool has_answered_ = false;
+  bool end_changed_ = false;
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -7,10 +7,10 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-using Words = std::array<std::uint64_t, 3>;  // ContactKey::points
+using Words = std::array<std::uint64_t, 3>;  // ConstraintKey::points
 
 // Steps per unit to which weights and components of the normal are rounded.
-constexpr double weight_steps = 16, normal_steps = 4;
+constexpr double weight_resolution = 16, normal_resolution = 4;
 
 // Rounds like std::lround(), but without a function call.
 int rounded(double x) { return static_cast<int>(x + std::copysign(0.5, x)); }
@@ -29,7 +29,7 @@ Points weighted_vertices_of(const Contact& contact) {
   const std::array<double, 4> weights = contact.weights();
   Points points;
   for (int i = 0; i < 4; ++i) {
-    const int weight = rounded(weight_steps * weights[i]);
+    const int weight = rounded(weight_resolution * weights[i]);
     const auto vertex = static_cast<std::uint64_t>(contact.vertices[i]);
     points[i] = weight == 0 ? no_vertex : vertex << 8 | static_cast<std::uint8_t>(weight);
   }
@@ -57,8 +57,9 @@ void set_key(const Points& points, const Contact& contact, Words& words) {
     weights = weights << 8 | static_cast<std::uint8_t>(sign * weight_of(point));
   }
   for (const float component : contact.normal) {
-    const int component_steps = sign * rounded(normal_steps * static_cast<double>(component));
-    normal = normal << 16 | static_cast<std::uint16_t>(component_steps);
+    const int rounded_component =
+        sign * rounded(normal_resolution * static_cast<double>(component));
+    normal = normal << 16 | static_cast<std::uint16_t>(rounded_component);
   }
   words[0] = vertex[0] << 32 | vertex[1];
   words[1] = vertex[2] << 32 | weights;
@@ -73,10 +74,10 @@ std::uint32_t hash_of(const Words& words) {
 
 }  // namespace
 
-void make_contact_key(const Contact& contact, ContactKey& key) {
+void make_constraint_key(const Contact& contact, ConstraintKey& key) {
   const Points points = weighted_vertices_of(contact);
-  key.kind = points[3] != no_vertex ? ContactKey::unique : ContactKey::shared;
-  if (key.kind != ContactKey::shared) return;
+  key.kind = points[3] != no_vertex ? ConstraintKey::unique : ConstraintKey::shared;
+  if (key.kind != ConstraintKey::shared) return;
   set_key(points, contact, key.points);
   key.hash = hash_of(key.points);
 }
@@ -91,7 +92,7 @@ void ContactReduction::reduce(std::vector<ReductionEntry>& entries) {
   };
   for (std::size_t i = 0; i < entries.size(); ++i) {
     ReductionEntry& entry = entries[i];
-    if (entry.key.kind != ContactKey::shared) continue;
+    if (entry.key.kind != ConstraintKey::shared) continue;
     const Words& words = entry.key.points;
     std::size_t slot = entry.key.hash & (slots - 1);
     while (table_[slot] != empty_slot && entry_at(table_[slot]).key.points != words)
@@ -100,7 +101,7 @@ void ContactReduction::reduce(std::vector<ReductionEntry>& entries) {
     // Selects without a branch: which contact is nearer is unpredictable.
     const bool is_nearer = other == empty_slot || entry.gap < entry_at(other).gap;
     table_[slot] = is_nearer ? index : other;
-    if (other != empty_slot) entry_at(is_nearer ? other : index).key.kind = ContactKey::none;
+    if (other != empty_slot) entry_at(is_nearer ? other : index).key.kind = ConstraintKey::none;
   }
 }
 

@@ -7,6 +7,12 @@
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
+namespace {
+
+// Deviations may add up to this fraction of the separation. The rest covers rounding.
+constexpr double rounding_slack = 0.998;
+
+}  // namespace
 
 StepDetector::StepDetector(const DetectorOptions& options, const Threads& threads,
                            ContactFilter& filter, const StepTopology& topology, Motion& motion,
@@ -16,10 +22,13 @@ StepDetector::StepDetector(const DetectorOptions& options, const Threads& thread
       filter_(filter),
       topology_(topology),
       motion_(motion),
-      speculative_(surfaces, position_correction) {}
+      selector_(surfaces, position_correction) {
+  options_.separation = 0;
+  options_.reduce_contacts = false;
+}
 
 void StepDetector::set_topology(double largest_thickness) {
-  speculative_.forget();
+  selector_.forget();
   prediction_.forget();
   Topology topology = topology_.for_detection();
   touching_topology_is_current_ = false;
@@ -44,7 +53,7 @@ void StepDetector::set_topology(double largest_thickness) {
 // The separation is at most half the median edge, so that neighbours in a mesh are not near each
 // other.
 double StepDetector::separation_for(double largest_thickness) const {
-  return std::min(SpeculativeContacts::distance_factor * largest_thickness, 0.5 * median_edge_);
+  return std::min(NearContactSelector::distance_factor * largest_thickness, 0.5 * median_edge_);
 }
 
 void StepDetector::measure_edges(const Topology& topology) {
@@ -66,7 +75,7 @@ void StepDetector::measure_edges(const Topology& topology) {
   median_edge_ = *middle;
   self_separation_.assign(topology.vertex_count, std::numeric_limits<float>::infinity());
   for (std::int32_t v = 0; v < motion_.soft_count(); ++v)
-    self_separation_[v] = SpeculativeContacts::self_separation(v, motion_);
+    self_separation_[v] = NearContactSelector::self_separation(v, motion_);
 }
 
 Detector& StepDetector::touching_detector() {
@@ -85,8 +94,8 @@ void StepDetector::end_step(bool responded) {
 }
 
 void StepDetector::begin_motion() {
-  unanswered_.clear();
-  unanswered_is_known_ = true;
+  report_only_contacts_.clear();
+  report_only_is_known_ = true;
   found_any_ = false;
   filter_.begin_motion();
   detections_ = started_ahead_ = 0;
@@ -102,29 +111,33 @@ void StepDetector::add_to(StepStats& stats) const {
 
 std::vector<Contact> StepDetector::touching(const Positions& start, const Positions& end) {
   const Stopwatch watch;
-  std::vector<Contact> contacts =
-      resolvable(only_near_can_touch(end) ? near_detector_->recheck_near_pairs(start, end)
-                                          : touching_detector().detect(start, end));
-  unanswered_is_known_ = contacts.empty() && end.data() == motion_.end.data();
+  const Span<const Contact> found = only_near_can_touch(end)
+                                        ? near_detector_->recheck_near_pairs(start, end)
+                                        : touching_detector().detect(start, end);
+  if (near_detector_ || detections_ == 0) record_report_only(found);
+  ++detections_;
+  std::vector<Contact> contacts = keep_responding(found);
+  report_only_is_known_ = contacts.empty() && is_end_of_motion(end);
   ms_ += watch.ms();
   return contacts;
 }
 
 // A pair that the first detection did not report stayed further apart than the separation at all
 // times. So it cannot touch as long as the deviations of any two vertices that may collide add up
-// to less than the separation. Nor can it touch at the start of the step.
+// to less than the separation. A pair farther apart than the separation at the start cannot touch
+// there.
 bool StepDetector::only_near_can_touch(const Positions& end) const {
   return near_detector_ &&
-         (end.data() == motion_.start.data() ||
-          motion_.largest_deviation_sum(topology_.topology().bodies) <= 0.998 * separation_);
+         (is_start_of_motion(end) || motion_.largest_deviation_sum(topology_.topology().bodies) <=
+                                         rounding_slack * separation_);
 }
 
-SpeculativePairs StepDetector::detect_near() {
+NearContacts StepDetector::detect_near() {
   if (!near_detector_) {
     touching_pairs_ = touching(motion_.starts(), motion_.ends());
     found_any_ = !touching_pairs_.empty();
-    filter_.set_answered(found_any_);
-    return speculative_.evaluate_all(touching_pairs_, motion_);
+    filter_.set_end_changed(found_any_);
+    return selector_.evaluate_all(touching_pairs_, motion_);
   }
   const Stopwatch watch;
   const Span<const Contact> near = near_detector_->detect(motion_.starts(), motion_.ends());
@@ -133,55 +146,60 @@ SpeculativePairs StepDetector::detect_near() {
   const Stats& stats = near_detector_->stats();
   started_ahead_ += stats.started_ahead;
   prediction_.compare(motion_, stats.candidates_vf + stats.candidates_ee);
-  const bool any_near = stats.near > 0;
-  const SpeculativePairs selected = speculative_.select(near, filter_, motion_, threads_);
-  // Contact reduction reports one pair for several. Even if the reported pair cannot be resolved,
-  // an omitted pair may be: the reported pair may lack a vertex that the other has, or contain an
-  // anchored one. So all near pairs are tested again.
-  found_any_ =
-      speculative_.any_answered() ||
-      (any_near &&
-       !resolvable(near_detector_->recheck_near_pairs(motion_.starts(), motion_.ends())).empty());
-  filter_.set_answered(found_any_);
-  unanswered_is_known_ = !found_any_;
+  const bool any_near = stats.near_pairs > 0;
+  const NearContacts selected = selector_.select(near, filter_, motion_, threads_);
+  found_any_ = selector_.any_responds();
+  if (!found_any_ && any_near) {
+    // Contact reduction reports one pair for several. Even if the response does not act on the
+    // reported pair, it may act on an omitted one: the reported pair may lack a vertex that the
+    // other has, or contain an anchored one. So all near pairs are tested again.
+    const Span<const Contact> found =
+        near_detector_->recheck_near_pairs(motion_.starts(), motion_.ends());
+    record_report_only(found);
+    ++detections_;
+    found_any_ = !keep_responding(found).empty();
+  }
+  filter_.set_end_changed(found_any_);
+  report_only_is_known_ = !found_any_;
   ms_ += watch.ms();
   return selected;
 }
 
-std::vector<Contact> StepDetector::resolvable(Span<const Contact> contacts) {
-  const bool records_unanswered = near_detector_ || detections_ == 0;
-  if (records_unanswered) unanswered_.clear();
+std::vector<Contact> StepDetector::keep_responding(Span<const Contact> contacts) const {
   std::vector<Contact> result;
   for (const Contact& contact : contacts) {
-    const ContactFilter::Decision decision = filter_.decide(contact);
-    if (decision == ContactFilter::Decision::respond) {
-      result.push_back(contact);
-    } else if (decision == ContactFilter::Decision::report_only && records_unanswered) {
-      unanswered_.push_back(contact);
-    }
+    if (filter_.decide(contact) == ContactFilter::Decision::respond) result.push_back(contact);
   }
-  ++detections_;
   return result;
 }
 
-void StepDetector::find_unanswered() {
-  if (!near_detector_ || unanswered_is_known_) return;
-  unanswered_.clear();
+void StepDetector::record_report_only(Span<const Contact> contacts) {
+  report_only_contacts_.clear();
+  for (const Contact& contact : contacts) {
+    if (filter_.decide(contact) == ContactFilter::Decision::report_only)
+      report_only_contacts_.push_back(contact);
+  }
+}
+
+void StepDetector::find_report_only_contacts() {
+  if (!near_detector_ || report_only_is_known_) return;
+  report_only_contacts_.clear();
   for (const Contact& contact :
        near_detector_->recheck_near_pairs(motion_.starts(), motion_.ends())) {
     if (!filter_.is_anchored(contact) &&
-        !(filter_.responds(contact) && filter_.could_be_resolved(contact)))
-      unanswered_.push_back(contact);
+        !(filter_.bodies_respond(contact) && filter_.has_response_as_predicted(contact)))
+      report_only_contacts_.push_back(contact);
   }
 }
 
 std::int64_t StepDetector::count_passed_over() const {
-  return std::count_if(unanswered_.begin(), unanswered_.end(), [this](const Contact& contact) {
-    const bool moves =
-        std::any_of(contact.vertices.begin(), contact.vertices.end(),
-                    [this](std::int32_t v) { return motion_.end_of(v) != motion_.start_of(v); });
-    return moves && contact.toi > 0 && filter_.responds(contact);
-  });
+  return std::count_if(
+      report_only_contacts_.begin(), report_only_contacts_.end(), [this](const Contact& contact) {
+        const bool moves = std::any_of(
+            contact.vertices.begin(), contact.vertices.end(),
+            [this](std::int32_t v) { return motion_.end_of(v) != motion_.start_of(v); });
+        return moves && contact.toi > 0 && filter_.bodies_respond(contact);
+      });
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -1,4 +1,4 @@
-// Finds the contacts of a step that the response has to resolve.
+// Finds the contacts of a step, and keeps those on which the response acts.
 #pragma once
 
 #include <algorithm>
@@ -9,7 +9,7 @@
 #include "contact/pair_surfaces.h"
 #include "detection/contact_filter.h"
 #include "detection/motion_prediction.h"
-#include "detection/speculative_contacts.h"
+#include "detection/near_contact_selector.h"
 #include "lazyccd/bullet/report.h"
 #include "lazyccd/detector.h"
 #include "motion/motion.h"
@@ -20,7 +20,8 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 
 class StepDetector {
  public:
-  /// Copies the options. Keeps references to the other arguments, which must outlive it.
+  /// Copies the options, without `separation` and `reduce_contacts`: this class sets both. Keeps
+  /// references to the other arguments, which must outlive it.
   StepDetector(const DetectorOptions& options, const Threads& threads, ContactFilter& filter,
                const StepTopology& topology, Motion& motion, const PairSurfaces& surfaces,
                double position_correction);
@@ -33,32 +34,36 @@ class StepDetector {
   bool would_change(double largest_thickness) const {
     return separation_for(largest_thickness) != separation_;
   }
+  /// All edges of the topology, as Detector::edges(). Needs a set_topology() before.
   Span<const Edge> edges() const { return first_detector()->edges(); }
 
   /// Starts the first detection of the next step on another thread. Call after end_step().
   void detect_ahead();
   /// Marks the motion as new: no contacts are known in it yet.
   void begin_motion();
-  /// Runs the first detection of a motion. Returns the pairs that come within their thickness of
-  /// each other; redundant pairs have is_movable = false. Valid until the next detect_near(),
-  /// detect_ahead() or set_topology().
-  SpeculativePairs detect_near();
+  /// Runs the first detection of a motion. Returns the pairs that come near each other: within
+  /// NearContactSelector::distance_factor (1.1) times the thickness. Pairs that are redundant, that
+  /// need no constraint, or on which the response does not act are not selected: they have can_act
+  /// = false. Valid until the next detect_near(), detect_ahead() or set_topology().
+  NearContacts detect_near();
   /// Call in place of detect_near() if no two bodies come within separation() of each other.
+  /// Forgets what was kept of the last step.
   void forget_near() {
-    speculative_.forget();
+    selector_.forget();
     prediction_.forget();
   }
   double separation() const { return std::max(0.0, separation_); }  // metres
-  /// True if the last detect_near() found a pair that can be resolved.
+  /// True if the response acts on any pair that the last detect_near() found.
   bool found_any() const { return found_any_; }
-  /// Returns the pairs that touch in the motion from `start` to `end` and that can be resolved.
+  /// Returns the pairs that touch in the motion from `start` to `end` and on which the response
+  /// acts.
   std::vector<Contact> touching(const Positions& start, const Positions& end);
-  /// Finds the contacts that unanswered() returns. Call when the motion is final.
-  void find_unanswered();
-  /// Pairs that touch in the motion and cannot be resolved.
-  const std::vector<Contact>& unanswered() const { return unanswered_; }
-  /// Number of unanswered() pairs of a kinematic body and pinned nodes that began to touch in this
-  /// motion.
+  /// Finds the contacts that report_only_contacts() returns. Call when the motion is final.
+  void find_report_only_contacts();
+  /// Pairs that touch in the motion and on which the response does not act.
+  const std::vector<Contact>& report_only_contacts() const { return report_only_contacts_; }
+  /// Number of report_only_contacts() pairs of a kinematic body and pinned nodes that began to
+  /// touch in this motion.
   std::int64_t count_passed_over() const;
 
   /// Ends the step. Call with the motion as it will be written to Bullet.
@@ -70,6 +75,11 @@ class StepDetector {
   }
 
  private:
+  /// True if `end` is the start of the motion: the motion then is from start to start, and only
+  /// pairs that touch at the start are contacts.
+  bool is_start_of_motion(const Positions& end) const { return end.data() == motion_.start.data(); }
+  /// True if `end` is the end of the motion, as it is now.
+  bool is_end_of_motion(const Positions& end) const { return end.data() == motion_.end.data(); }
   bool only_near_can_touch(const Positions& end) const;
   void measure_edges(const Topology& topology);
   double separation_for(double largest_thickness) const;
@@ -79,16 +89,17 @@ class StepDetector {
   Detector* first_detector() const {
     return near_detector_ ? near_detector_.get() : touching_detector_.get();
   }
-  /// Returns the contacts that can be resolved. Records contacts that can only be reported as
-  /// unanswered.
-  std::vector<Contact> resolvable(Span<const Contact> contacts);
+  /// Returns the contacts on which the response acts.
+  std::vector<Contact> keep_responding(Span<const Contact> contacts) const;
+  /// Sets report_only_contacts_ to those of `contacts` that are only reported.
+  void record_report_only(Span<const Contact> contacts);
 
   DetectorOptions options_;
   Threads threads_;
   ContactFilter& filter_;
   const StepTopology& topology_;
   Motion& motion_;
-  SpeculativeContacts speculative_;
+  NearContactSelector selector_;
   /// Finds contacts without separation; null until it is needed.
   std::unique_ptr<Detector> touching_detector_;
   bool touching_topology_is_current_ = false;
@@ -101,11 +112,11 @@ class StepDetector {
   std::vector<float> self_separation_;  ///< for Topology
   /// Found by the first detection if there is no near_detector_.
   std::vector<Contact> touching_pairs_;
-  std::vector<Contact> unanswered_;
-  bool unanswered_is_known_ = true;  ///< unanswered_ is valid for the current motion
+  std::vector<Contact> report_only_contacts_;
+  bool report_only_is_known_ = true;  ///< report_only_contacts_ is valid for the current motion
   bool found_any_ = false;
-  bool detected_near_ = false;  ///< detect_near() used near_detector_ in this step
-  std::int64_t detections_ = 0;
+  bool detected_near_ = false;   ///< detect_near() used near_detector_ in this step
+  std::int64_t detections_ = 0;  ///< detections and re-checks of near pairs
   std::int64_t started_ahead_ = 0;
   double ms_ = 0;
 };

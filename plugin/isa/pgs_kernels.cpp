@@ -174,7 +174,7 @@ LAZYCCD_INLINE void for_each_term(const PgsProblem& problem, const Batch& batch,
                                   const Each& each) {
   for (std::int32_t i = batch.first_term; i < batch.last_term; ++i) {
     const RowRigidTerm& term = problem.rigid_terms[i];
-    if (term.row >= first && term.row < first + width) each(term, 4 * (term.row - first));
+    if (term.lane >= first && term.lane < first + width) each(term, 4 * (term.lane - first));
   }
 }
 
@@ -190,10 +190,10 @@ LAZYCCD_INLINE Rows relative_displacement(const PgsProblem& problem, const Batch
       (broadcast<2>(weight) * gather(from, node + 2) +
        broadcast<3>(weight) * gather(from, node + 3));
   if (batch.first_term == batch.last_term) return sum;
-  for_each_term(problem, batch, first, [&](const RowRigidTerm& term, int row) {
+  for_each_term(problem, batch, first, [&](const RowRigidTerm& term, int offset) {
     const Vector of_body = term.weight * load4(from[term.translation].x) +
                            cross(load4(from[term.rotation].x), load4(term.arm));
-    for (int k = 0; k < 3; ++k) sum[row + k] += of_body[k];
+    for (int k = 0; k < 3; ++k) sum[offset + k] += of_body[k];
   });
   return sum;
 }
@@ -209,8 +209,8 @@ LAZYCCD_INLINE void apply(const PgsProblem& problem, const RowBatch& batch, int 
   add(broadcast<2>(mobility) * impulse, node + 2, to);
   add(broadcast<3>(mobility) * impulse, node + 3, to);
   if (batch.first_term == batch.last_term) return;
-  for_each_term(problem, batch, first, [&](const RowRigidTerm& term, int row) {
-    const Vector row_impulse = {impulse[row], impulse[row + 1], impulse[row + 2], 0};
+  for_each_term(problem, batch, first, [&](const RowRigidTerm& term, int offset) {
+    const Vector row_impulse = {impulse[offset], impulse[offset + 1], impulse[offset + 2], 0};
     const RowBody& body = problem.bodies[term.body];
     at(to[term.translation]) += term.weight * (load4(body.inverse_mass) * row_impulse);
     const Vector torque = cross(load4(term.arm), row_impulse);
@@ -225,12 +225,13 @@ SweepChange sweep(const PgsProblem& problem, const std::int32_t* batches, int co
   const Rows tangent_mask = repeat(1, 1, 1, 0), normal_mask = repeat(0, 0, 0, 1);
   const Rows min_size = repeat(0x1p-126f, 0x1p-126f, 0x1p-126f, 0x1p-126f);
   // By register of a batch.
-  Rows largest[RowBatch::rows / width], energy[RowBatch::rows / width],
-      restart_test[RowBatch::rows / width];
-  for (int i = 0; i < RowBatch::rows / width; ++i) largest[i] = energy[i] = restart_test[i] = zero;
+  Rows largest[RowBatch::lanes / width], change_size[RowBatch::lanes / width],
+      restart_test[RowBatch::lanes / width];
+  for (int i = 0; i < RowBatch::lanes / width; ++i)
+    largest[i] = change_size[i] = restart_test[i] = zero;
   for (int b = 0; b < count; ++b) {
     RowBatch& batch = problem.batches[batches[b]];
-    for (int i = 0; i < RowBatch::rows / width; ++i) {
+    for (int i = 0; i < RowBatch::lanes / width; ++i) {
       const int at = floats * i;
       const Rows normal = load(batch.normal + at), before = load(batch.impulse + at),
                  terms = load(batch.terms + at);
@@ -249,23 +250,23 @@ SweepChange sweep(const PgsProblem& problem, const std::int32_t* batches, int co
       if (is_zero(change)) continue;
       const Rows compliance = load(batch.compliance + at), made = change * compliance;
       largest[i] = larger(made * made, largest[i]);
-      energy[i] += change * made;
+      change_size[i] += change * made;
       restart_test[i] += made * (now - load(batch.last_impulse + at));
       store(now, batch.impulse + at);
       apply(problem, batch, width * i, tangent_mask * change + broadcast<3>(change) * normal);
     }
   }
   // Reduces in an order that is the same for all register widths.
-  alignas(64) float per_row[3][4 * RowBatch::rows];
-  for (int i = 0; i < RowBatch::rows / width; ++i) {
+  alignas(64) float per_row[3][4 * RowBatch::lanes];
+  for (int i = 0; i < RowBatch::lanes / width; ++i) {
     store(largest[i], per_row[0] + floats * i);
-    store(energy[i], per_row[1] + floats * i);
+    store(change_size[i], per_row[1] + floats * i);
     store(restart_test[i], per_row[2] + floats * i);
   }
   SweepChange total;
-  for (int i = 0; i < 4 * RowBatch::rows; ++i) {
+  for (int i = 0; i < 4 * RowBatch::lanes; ++i) {
     total.largest = per_row[0][i] > total.largest ? per_row[0][i] : total.largest;
-    total.energy += per_row[1][i];
+    total.size += per_row[1][i];
     total.restart_test += per_row[2][i];
   }
   return total;
@@ -275,7 +276,7 @@ float max_violation(const PgsProblem& problem, int batches) {
   float largest = 0;
   for (int b = 0; b < batches; ++b) {
     const RowBatch& batch = problem.batches[b];
-    for (int first = 0; first < RowBatch::rows; first += width) {
+    for (int first = 0; first < RowBatch::lanes; first += width) {
       const Rows gap = sum(load(batch.normal + 4 * first) *
                            relative_displacement(problem, batch, batch.node, first));
       const Rows violation = load(batch.terms + 4 * first) - gap;
@@ -291,15 +292,15 @@ int find_violated(const PgsProblem& problem, const std::int32_t* node_of,
   int found = 0;
   for (int b = 0; b < batches; ++b) {
     const InactiveBatch& batch = inactive[b];
-    std::int32_t node[4 * InactiveBatch::rows];
-    for (int i = 0; i < 4 * InactiveBatch::rows; ++i) node[i] = node_of[batch.vertex[i]];
-    for (int first = 0; first < InactiveBatch::rows; first += width) {
+    std::int32_t node[4 * InactiveBatch::lanes];
+    for (int i = 0; i < 4 * InactiveBatch::lanes; ++i) node[i] = node_of[batch.vertex[i]];
+    for (int first = 0; first < InactiveBatch::lanes; first += width) {
       const Rows normal = load(batch.normal + 4 * first);
       const Rows violation =
           broadcast<3>(normal) - sum(normal * relative_displacement(problem, batch, node, first));
       if (is_zero(larger(violation, zero))) continue;
       for (int i = 0; i < width; ++i)
-        if (violation[4 * i] > 0) rows[found++] = InactiveBatch::rows * b + first + i;
+        if (violation[4 * i] > 0) rows[found++] = InactiveBatch::lanes * b + first + i;
     }
   }
   return found;
@@ -316,7 +317,7 @@ void extrapolate(float factor, Float4* now, Float4* last, int count) {
 void apply_impulses(const PgsProblem& problem, int index) {
   const RowBatch& batch = problem.batches[index];
   const Rows tangent_mask = repeat(1, 1, 1, 0);
-  for (int first = 0; first < RowBatch::rows; first += width) {
+  for (int first = 0; first < RowBatch::lanes; first += width) {
     const Rows impulse = load(batch.impulse + 4 * first);
     apply(problem, batch, first,
           tangent_mask * impulse + broadcast<3>(impulse) * load(batch.normal + 4 * first));

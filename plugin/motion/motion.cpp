@@ -49,7 +49,7 @@ void Motion::restart_response() {
   for (RigidMotion& body : rigid) {
     body.translation = body.rotation = body.split_translation = body.split_rotation =
         Eigen::Vector3d::Zero();
-    put(body, body.predicted);
+    set_end_pose(body, body.predicted);
   }
 }
 
@@ -59,7 +59,7 @@ void Motion::round_end(std::int32_t i) {
     end[3 * static_cast<std::size_t>(i) + k] = static_cast<btScalar>(x[k]);
 }
 
-void Motion::place(RigidMotion& body) {
+void Motion::apply_response(RigidMotion& body) {
   const Eigen::Vector3d rotation = body.rotation + body.split_rotation;
   const double angle = rotation.norm();
   btTransform pose = body.predicted;
@@ -68,10 +68,10 @@ void Motion::place(RigidMotion& body) {
     pose.setBasis(btMatrix3x3(turn) * body.predicted.getBasis());
   }
   pose.getOrigin() += to_bullet(body.translation + body.split_translation);
-  put(body, pose);
+  set_end_pose(body, pose);
 }
 
-void Motion::put(RigidMotion& body, const btTransform& pose) {
+void Motion::set_end_pose(RigidMotion& body, const btTransform& pose) {
   body.end = pose;
   write_vertices(body, pose, end);
   for (const auto& [vertex, fixed] : anchored) {
@@ -79,12 +79,18 @@ void Motion::put(RigidMotion& body, const btTransform& pose) {
   }
 }
 
-void Motion::hold(RigidMotion& body) {
-  put(body, body.start);
+void Motion::set_end_to_start(RigidMotion& body) {
+  set_end_pose(body, body.start);
   for (const auto& [vertex, fixed] : anchored) {
     if (&rigid[fixed.rigid] == &body)
       set_anchored_end(vertex, &start[3 * static_cast<std::size_t>(vertex)]);
   }
+}
+
+void Motion::set_end_to_start(std::int32_t soft_vertex) {
+  split_displacement[soft_vertex] = start_of(soft_vertex) - solved[soft_vertex];
+  const auto first = 3 * static_cast<std::ptrdiff_t>(soft_vertex);
+  std::copy_n(start.begin() + first, 3, end.begin() + first);
 }
 
 void Motion::set_anchored_end(std::int32_t vertex, const btScalar* x) {
@@ -122,7 +128,9 @@ bool Motion::has_prescribed_motion() const {
   return false;
 }
 
-void Motion::place_start(const RigidMotion& body) { write_vertices(body, body.start, start); }
+void Motion::write_start_vertices(const RigidMotion& body) {
+  write_vertices(body, body.start, start);
+}
 
 }  // namespace LAZYCCD_BULLET_PRECISION
 }  // namespace lazyccd::bullet

@@ -76,7 +76,8 @@ struct Motion {
       rigid_of_body;                       ///< by body: index in `rigid`, or -1
   double dt = 1;                           ///< length of the step, seconds
 
-  /// All vertices at the end of the step as Bullet predicted it, metres.
+  /// All vertices at the end of the step before the response, metres: Bullet's prediction plus
+  /// untangling. Valid after begin_response().
   std::vector<Eigen::Vector3d> predicted;
   // Results of the response, by soft vertex. `end` is solved + split_displacement, rounded.
   std::vector<Eigen::Vector3d> solved;  ///< positions after impulses, metres; velocities follow
@@ -115,23 +116,25 @@ struct Motion {
   /// Index in `rigid` of the body that a soft vertex is anchored to; -1 if there is none.
   int anchor_body_of(std::int32_t soft_vertex) const;
 
-  /// Makes the present end of the step, which is Bullet's, the predicted one, and resets the
-  /// response.
+  /// Makes the present end of the step the predicted one, and resets the response.
   void begin_response();
   /// Resets the response: everything ends at the predicted positions.
   void restart_response();
   /// Sets the end of a soft vertex to solved + split_displacement, rounded to btScalar.
   void round_end(std::int32_t soft_vertex);
-  /// Sets the end of a rigid body, its vertices and its anchored vertices from the motion that the
-  /// response added.
-  void place(RigidMotion& body);
-  /// Does the same for an end at `pose`.
-  void put(RigidMotion& body, const btTransform& pose);
+  /// Adds the motion of the response to the predicted pose of a rigid body. Sets the end of the
+  /// body, its vertices and its anchored vertices.
+  void apply_response(RigidMotion& body);
+  /// Sets the end of a rigid body to `pose`, with its vertices and its anchored vertices.
+  void set_end_pose(RigidMotion& body, const btTransform& pose);
   /// Sets the end of a rigid body, its vertices and its anchored vertices to their start, exactly
   /// to the bit.
-  void hold(RigidMotion& body);
-  /// Sets the start positions of its vertices from its start pose.
-  void place_start(const RigidMotion& body);
+  void set_end_to_start(RigidMotion& body);
+  /// Sets the end of a soft vertex to its start, exactly to the bit. Its velocity stays that of the
+  /// solved motion.
+  void set_end_to_start(std::int32_t soft_vertex);
+  /// Sets the start positions of the vertices of a rigid body from its start pose.
+  void write_start_vertices(const RigidMotion& body);
 
   Positions starts() const { return {start.data(), size()}; }
   Positions ends() const { return {end.data(), size()}; }

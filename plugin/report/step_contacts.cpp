@@ -37,11 +37,11 @@ StepContact step_contact(const Contact& contact, const Eigen::Vector3d& impulse,
 }  // namespace
 
 std::vector<StepContact> step_contacts(const std::vector<const ContactRow*>& rows,
-                                       const std::vector<Contact>& unanswered,
+                                       const std::vector<Contact>& report_only_contacts,
                                        const SoftScene& scene, const StepTopology& topology,
                                        const Motion& motion) {
   std::vector<StepContact> contacts;
-  contacts.reserve(rows.size() + unanswered.size());
+  contacts.reserve(rows.size() + report_only_contacts.size());
   const auto append = [&](const Contact& contact, const Eigen::Vector3d& impulse) {
     contacts.push_back(step_contact(contact, impulse, scene, topology, motion));
   };
@@ -56,7 +56,7 @@ std::vector<StepContact> step_contacts(const std::vector<const ContactRow*>& row
     }
     append(first->contact, impulse / motion.dt);
   }
-  for (const Contact& contact : unanswered) append(contact, Eigen::Vector3d::Zero());
+  for (const Contact& contact : report_only_contacts) append(contact, Eigen::Vector3d::Zero());
   return contacts;
 }
 

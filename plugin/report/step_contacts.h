@@ -13,9 +13,9 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
 /// Returns one contact for each pair in `rows`, with the impulse of all its rows, then the contacts
-/// in `unanswered`, which got no response. `rows` must be sorted by contact.
+/// in `report_only_contacts`, on which the response did not act. `rows` must be sorted by contact.
 std::vector<StepContact> step_contacts(const std::vector<const ContactRow*>& rows,
-                                       const std::vector<Contact>& unanswered,
+                                       const std::vector<Contact>& report_only_contacts,
                                        const SoftScene& scene, const StepTopology& topology,
                                        const Motion& motion);
 

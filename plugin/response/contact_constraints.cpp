@@ -14,7 +14,7 @@ using Eigen::Vector3d;
 
 // Whether one side of the contact has infinite mass.
 bool has_fixed_side(const Contact& contact, const Motion& motion) {
-  const int first_of_b = contact.kind == ContactKind::vertex_face ? 1 : 2;
+  const int first_of_b = first_vertex_of_b(contact.kind);
   const auto is_fixed = [&](std::int32_t body, int first, int last) {
     const int rigid = motion.rigid_of_body[body];
     if (rigid >= 0) return !motion.rigid[rigid].is_dynamic();
@@ -26,7 +26,7 @@ bool has_fixed_side(const Contact& contact, const Motion& motion) {
 
 }  // namespace
 
-Vector3d separation(const ContactRow& row, const Motion& motion) {
+Vector3d gap_vector_at_end(const ContactRow& row, const Motion& motion) {
   Vector3d sum = Vector3d::Zero();
   for (int i = 0; i < 4; ++i) {
     const std::int32_t v = row.contact.vertices[i];
@@ -48,44 +48,45 @@ void ContactConstraints::begin_step() {
     last_impulses_.back().impulse += row->normal_impulse * row->normal + row->tangent_impulse;
   }
   rows_.clear();
-  active_rows_.clear();
+  active_rows_.reset();
 }
 
 const std::vector<const ContactRow*>& ContactConstraints::active_rows() {
-  if (!active_rows_.empty()) return active_rows_;
+  if (active_rows_) return *active_rows_;
+  std::vector<const ContactRow*>& found = active_rows_.emplace();
   std::size_t next = 0;  // first row after those of the last pair
   const auto is_same_pair = [this](std::size_t i, std::size_t j) {
     return rows_.is_made(i) && rows_.is_made(j) && !(rows_[i].contact < rows_[j].contact);
   };
   for (std::size_t i = 0; i < rows_.size(); ++i) {
-    if (!rows_.is_made(i) || !rows_[i].is_active()) continue;
+    if (!rows_.is_made(i) || !rows_[i].acted()) continue;
     std::size_t first = i;
     while (first > next && is_same_pair(first - 1, i)) --first;
     for (next = first; next <= i || (next < rows_.size() && is_same_pair(i, next)); ++next)
-      active_rows_.push_back(&rows_[next]);
+      found.push_back(&rows_[next]);
     i = next - 1;
   }
-  return active_rows_;
+  return found;
 }
 
 void ContactConstraints::forget() {
   rows_.clear();
-  active_rows_.clear();
+  active_rows_.reset();
   last_impulses_.clear();
 }
 
-void ContactConstraints::take_speculative(const SpeculativePairs& pairs, const Motion& motion) {
-  active_rows_.clear();
-  rows_.take(pairs, RowFactory(surfaces_, position_correction_, motion));
+void ContactConstraints::take_near_contacts(const NearContacts& near, const Motion& motion) {
+  active_rows_.reset();
+  rows_.take(near, RowFactory(surfaces_, position_correction_, motion));
 }
 
 void ContactConstraints::warm_start() {
-  active_rows_.clear();
+  active_rows_.reset();
   std::size_t first = 0;  // where the search for the next pair begins
   for (const PairImpulse& last : last_impulses_) {
     first = rows_.find(last.contact, first);
     for (; first < rows_.size() && !(last.contact < rows_.contact(first)); ++first) {
-      if (!rows_.is_movable(first)) continue;
+      if (!rows_.can_act(first)) continue;
       ContactRow& row = rows_[first];
       row.normal_impulse = std::max(0.0, row.normal.dot(last.impulse));
       row.tangent_impulse = last.impulse - row.normal.dot(last.impulse) * row.normal;
@@ -97,7 +98,7 @@ void ContactConstraints::warm_start() {
 }
 
 void ContactConstraints::cold_start(Motion& motion) {
-  active_rows_.clear();
+  active_rows_.reset();
   motion.restart_response();
   for (std::size_t i = 0; i < rows_.size(); ++i) {
     if (!rows_.is_made(i)) continue;
@@ -107,17 +108,17 @@ void ContactConstraints::cold_start(Motion& motion) {
 }
 
 bool ContactConstraints::add(const std::vector<Contact>& contacts, const Motion& motion) {
-  active_rows_.clear();
+  active_rows_.reset();
   merged_.clear();
   merged_.reserve(rows_.size() + contacts.size());
   std::size_t old = 0;
   // Copies an old row, unless it was never made and no impulse can act on it.
   const auto keep = [&] {
-    if (rows_.is_movable(old) || rows_.is_made(old)) rows_.copy(old, merged_);
+    if (rows_.can_act(old) || rows_.is_made(old)) rows_.copy(old, merged_);
     ++old;
   };
   const RowFactory factory(surfaces_, position_correction_, motion);
-  bool is_movable = false;
+  bool any_can_act = false;
   for (const Contact& contact : contacts) {
     while (old < rows_.size() && rows_.contact(old) < contact) keep();
     for (; old < rows_.size() && !(contact < rows_.contact(old)); ++old) {
@@ -128,20 +129,20 @@ bool ContactConstraints::add(const std::vector<Contact>& contacts, const Motion&
     ContactRow& row = merged_.emplace_back();
     factory.make(contact, row);
     row.touched = true;
-    is_movable = is_movable || row.is_movable;
+    any_can_act = any_can_act || row.can_act;
   }
   while (old < rows_.size()) keep();
   rows_.take(merged_);
-  return is_movable;
+  return any_can_act;
 }
 
 void ContactConstraints::narrow_gaps(double fraction, const Motion& motion) {
   constexpr double fulfilled_fraction = 0.9;
   for (std::size_t i = 0; i < rows_.size(); ++i) {
-    if (!rows_.is_movable(i)) continue;
+    if (!rows_.can_act(i)) continue;
     ContactRow& row = rows_[i];
     if (!has_fixed_side(row.contact, motion) ||
-        row.normal.dot(separation(row, motion)) >= fulfilled_fraction * row.target_gap)
+        row.normal.dot(gap_vector_at_end(row, motion)) >= fulfilled_fraction * row.target_gap)
       continue;
     const double surface_thickness = surfaces_.of(row.contact.body_a, row.contact.body_b).thickness;
     const double thickness = thickness_of(row.contact, motion, surface_thickness);
@@ -150,14 +151,14 @@ void ContactConstraints::narrow_gaps(double fraction, const Motion& motion) {
 }
 
 void ContactConstraints::solve(Motion& motion, int sweeps) {
-  active_rows_.clear();
+  active_rows_.reset();
   for (const auto target : {ContactSolver::Target::motion, ContactSolver::Target::split_impulse}) {
     solver_.set_up(target, rows_, motion);
     solver_.solve(sweeps);
     solver_.write(motion);
   }
   for (RigidMotion& body : motion.rigid) {
-    if (body.is_dynamic()) motion.place(body);
+    if (body.is_dynamic()) motion.apply_response(body);
   }
 }
 

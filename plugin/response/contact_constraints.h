@@ -1,13 +1,11 @@
 // The contacts of a step as inequalities on the end positions, solved together.
 //
-// Each row is a half-space. With the normal n and the weights w (sum zero) of a contact, the gap at
-// the end of the step, sum_i w_i n.x_i, must not be narrower than a target, and the target is never
-// wider than the gap at the start. So the start fulfils every row. The motion that fulfils all rows
-// with the least change of momentum is a projection, in the metric of the masses, onto a convex set
-// that contains the start. So it cannot have more kinetic energy than the motion that is projected.
-// Each Gauss-Seidel update raises the dual function of that projection, so the result of an
-// unfinished iteration cannot have more energy either. For this reason rows are only added during a
-// step, and are never removed while they carry an impulse.
+// Each row is a half-space: gap_end = sum_i w_i n.x_i >= target, with target <= gap_start. n is the
+// normal of the contact, and w_i are its weights (sum zero). So the start satisfies every row. The
+// solver projects Bullet's motion onto these half-spaces in the mass metric, that is, with the
+// least change of momentum. Since the start is inside, the projection cannot gain kinetic energy,
+// even if the iteration stops early: each Gauss-Seidel update raises the dual function of the
+// projection. This requires that a row with an impulse is never removed during a step.
 //
 // Impulses act on nodes in the ratio w_i / mass_i and on a rigid body at the contact point. They
 // add no momentum, whatever the masses are. Friction is Coulomb's: a tangential impulse of at most
@@ -15,6 +13,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "contact/contact_row.h"
@@ -28,7 +27,7 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 
 /// Vector from one side of the contact to the other at the end of the step, metres, as the row
 /// models it: linear in the solved motion, without split impulses.
-Eigen::Vector3d separation(const ContactRow& row, const Motion& motion);
+Eigen::Vector3d gap_vector_at_end(const ContactRow& row, const Motion& motion);
 
 /// The rows of a step and their impulses.
 class ContactConstraints {
@@ -48,9 +47,8 @@ class ContactConstraints {
   void warm_start();
   /// Sets all impulses to zero and resets `motion` to the predicted one.
   void cold_start(Motion& motion);
-  /// Replaces the rows by speculative contacts, as RowList::take(). To be called before rows are
-  /// added.
-  void take_speculative(const SpeculativePairs& pairs, const Motion& motion);
+  /// Replaces the rows by near contacts, as RowList::take(). To be called before rows are added.
+  void take_near_contacts(const NearContacts& near, const Motion& motion);
   /// Adds rows for contacts that the detector found; `contacts` must be sorted. A pair that has a
   /// row with an impulse keeps it and gets another row. Returns false if no impulse can act on any
   /// of the new rows.
@@ -73,16 +71,16 @@ class ContactConstraints {
   /// Sum of the impulses of a pair in the last step.
   struct PairImpulse {
     Contact contact;
-    Eigen::Vector3d impulse;  // kg m
+    Eigen::Vector3d impulse;  // unit as in ContactRow
   };
 
   const PairSurfaces& surfaces_;
   double position_correction_;
   RowList rows_;
-  std::vector<ContactRow> merged_;              // scratch memory of add()
-  std::vector<const ContactRow*> active_rows_;  // empty: not known
-  std::vector<PairImpulse> last_impulses_;      // sorted by contact
-  ContactSolver solver_;                        // kept for its memory
+  std::vector<ContactRow> merged_;                             // scratch memory of add()
+  std::optional<std::vector<const ContactRow*>> active_rows_;  // none: rows changed since
+  std::vector<PairImpulse> last_impulses_;                     // sorted by contact
+  ContactSolver solver_;                                       // kept for its memory
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

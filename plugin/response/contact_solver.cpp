@@ -19,41 +19,41 @@ constexpr double min_fraction = 3e-3;
 // Contacts that approach more slowly, m/s, are at rest or soon will be. An error left there shows
 // as creep, so they get more sweeps.
 constexpr double slow_approach = 0.25;
-// A load, however hard it presses, counts as resting too, if last step's impulses carry it up to a
-// violation of this, m/s.
+// Contacts also count as resting if, with last step's impulses, no row is violated by more than
+// this speed, m/s, whatever the load.
 constexpr double resting_speed = 0.02;
 // Factor of the number of sweeps for both.
-constexpr int sweep_factor_of_slow = 4;
+constexpr int slow_sweep_factor = 4;
 // Divisor of the number of sweeps for split impulses. Gaps that are still too narrow are restored
 // in the next steps.
-constexpr int sweep_divisor_of_split = 5;
+constexpr int split_sweep_divisor = 5;
 // Sweeps from one full sweep to the next. Most rows never act, so the sweeps in between visit only
-// batches that carry an impulse. The interval doubles when a full sweep finds no other batch that
-// does.
+// batches that carry an impulse. The interval doubles if a full sweep activated no new batch.
 constexpr int first_full_sweep_interval = 8;
-// Restart the momentum when a sweep changes more than the smallest change so far times this.
-constexpr float max_energy_growth = 4;
+// Restart the extrapolation if a sweep's change exceeds this multiple of the smallest change so
+// far.
+constexpr float max_change_growth = 4;
 
 }  // namespace
 
 bool ContactSolver::is_batch_active(std::int32_t batch) const {
   const float* impulse = batches_[batch].impulse;
-  return std::any_of(impulse, impulse + 4 * RowBatch::rows, [](float x) { return x != 0; });
+  return std::any_of(impulse, impulse + 4 * RowBatch::lanes, [](float x) { return x != 0; });
 }
 
-void ContactSolver::extrapolate(float momentum, const Indices& swept) {
+void ContactSolver::extrapolate(float factor, const Indices& swept) {
   std::int32_t end = 0;
   for (const std::int32_t b : swept) {
     RowBatch& batch = batches_[b];
-    for (int i = 0; i < 4 * RowBatch::rows; ++i) {
+    for (int i = 0; i < 4 * RowBatch::lanes; ++i) {
       const float x = batch.impulse[i];
-      batch.impulse[i] += momentum * (x - batch.last_impulse[i]);
+      batch.impulse[i] += factor * (x - batch.last_impulse[i]);
       batch.last_impulse[i] = x;
     }
     end = std::max(end, batch_end_[b]);
   }
   last_displacement_.resize(displacement_.size());
-  kernels_->extrapolate(momentum, displacement_.data(), last_displacement_.data(), end);
+  kernels_->extrapolate(factor, displacement_.data(), last_displacement_.data(), end);
 }
 
 void ContactSolver::solve(int sweeps) {
@@ -61,12 +61,12 @@ void ContactSolver::solve(int sweeps) {
   const double dt = motion_->dt;
   double min_change = min_speed * dt;  // metres
   if (for_split_impulse_) {
-    sweeps = std::max(1, sweeps / sweep_divisor_of_split);
+    sweeps = std::max(1, sweeps / split_sweep_divisor);
   } else if (max_need_ < slow_approach * dt ||
              kernels_->max_violation(problem(), static_cast<int>(batch_count())) * length_unit_ <
                  resting_speed * dt) {
-    sweeps = std::min(sweeps, std::numeric_limits<int>::max() / sweep_factor_of_slow) *
-             sweep_factor_of_slow;
+    sweeps =
+        std::min(sweeps, std::numeric_limits<int>::max() / slow_sweep_factor) * slow_sweep_factor;
   } else {
     min_change = std::max(min_change, min_fraction * max_need_);
   }
@@ -83,8 +83,8 @@ void ContactSolver::solve(int sweeps) {
   };
   add_new_batches();
   int full_interval = first_full_sweep_interval, next_full = full_interval;
-  float min_energy = std::numeric_limits<float>::max();
-  int run_length = 0;  // sweeps since the momentum was restarted
+  float min_change_size = std::numeric_limits<float>::max();
+  int run_length = 0;  // sweeps since the extrapolation was restarted
   for (int i = 1;; ++i) {
     const bool is_full = i >= std::min(next_full, sweeps);
     if (is_full && activate_violated()) add_new_batches();
@@ -94,10 +94,10 @@ void ContactSolver::solve(int sweeps) {
     const bool settled = change.largest < tolerance * tolerance;
     // The last sweep is a full one, so that all impulses are within their bounds.
     if (is_full && (settled || i >= sweeps)) break;
-    run_length = change.restart_test < 0 || change.energy > max_energy_growth * min_energy
+    run_length = change.restart_test < 0 || change.size > max_change_growth * min_change_size
                      ? 1
                      : run_length + 1;
-    min_energy = std::min(min_energy, change.energy);
+    min_change_size = std::min(min_change_size, change.size);
     extrapolate(static_cast<float>(run_length - 1) / static_cast<float>(run_length + 2), swept);
     if (is_full || i == 1) {
       Indices now_active;
@@ -114,7 +114,7 @@ void ContactSolver::solve(int sweeps) {
     if (settled) next_full = i + 1;
   }
   find_violated();
-  for (const std::int32_t i : violated_) demands_[inactive_rows_[i]].may_open = true;
+  for (const std::int32_t i : violated_) needs_[inactive_rows_[i]].may_need_split = true;
 }
 
 void ContactSolver::write(Motion& motion) {
@@ -138,9 +138,9 @@ void ContactSolver::write(Motion& motion) {
   }
   const double unit = mass_unit_ * length_unit_;
   for (std::size_t b = 0; b < batch_count(); ++b) {
-    const RowBatches::Group& group = row_batches_.groups()[b];
-    for (int i = 0; i < RowBatch::rows && group[i] != RowBatches::none; ++i) {
-      ContactRow& row = rows[group[i]];
+    const RowBatches::Batch& batch_rows = row_batches_.batches()[b];
+    for (int i = 0; i < RowBatch::lanes && batch_rows[i] != RowBatches::none; ++i) {
+      ContactRow& row = rows[batch_rows[i]];
       const float* solved = batches_[b].impulse + 4 * i;
       (for_split_impulse_ ? row.split_impulse : row.normal_impulse) =
           unit * static_cast<double>(solved[3]);

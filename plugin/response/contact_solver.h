@@ -2,13 +2,13 @@
 // friction impulses within Coulomb's cone, so that no gap at the end is narrower than its row
 // allows.
 //
-// The method is projected Gauss-Seidel with Nesterov's momentum; Mazhar et al. 2015, "Using
-// Nesterov's method to accelerate multibody dynamics with friction and contact", use it with
-// Jacobi's method. Plain sweeps carry the weight of a stack by one layer per sweep, and the rest
-// error shows as creep. The momentum is restarted if it points away from the solution (O'Donoghue
-// and Candes 2015, "Adaptive restart for accelerated gradient schemes", section 3.2). Friction is
-// not the gradient of any function, so the momentum is also restarted if the changes of the sweeps
-// grow.
+// The method is projected Gauss-Seidel with Nesterov's acceleration: after each sweep, the last
+// change is extrapolated. Mazhar et al. 2015, "Using Nesterov's method to accelerate multibody
+// dynamics with friction and contact", use it with Jacobi's method. Plain sweeps carry the weight
+// of a stack by one layer per sweep, and the rest error shows as creep. The extrapolation is
+// restarted if it points away from the solution (O'Donoghue and Candes 2015, "Adaptive restart for
+// accelerated gradient schemes", section 3.2). Friction is not the gradient of any function, so the
+// extrapolation is also restarted if the changes of the sweeps grow.
 //
 // The iteration runs in single precision, in units taken from the problem itself, so that it does
 // not depend on the units of the scene. Its result only decides how large the impulses are. Their
@@ -44,13 +44,14 @@ class ContactSolver {
   /// motion, with the same rows.
   void set_up(Target target, RowList& rows, const Motion& motion);
 
-  /// Runs at most `sweeps` sweeps: four times as many if the contacts approach slowly or rest, a
-  /// fifth for split impulses. Stops earlier once sweeps change nothing visible.
+  /// Runs the sweeps. `sweeps`: normal limit. The limit is 4 x `sweeps` if contacts approach slowly
+  /// or rest, and `sweeps` / 5 for split impulses. Stops earlier once sweeps change nothing
+  /// visible.
   void solve(int sweeps);
 
   /// Writes the impulses to the rows and their effect to `motion`. On entry `motion` must contain
   /// the effect of the impulses that the rows had at set_up(). Sets the ends of the soft vertices
-  /// that it moves; the caller places the rigid bodies.
+  /// that it moves; the caller calls Motion::apply_response() for the rigid bodies.
   void write(Motion& motion);
 
  private:
@@ -59,35 +60,35 @@ class ContactSolver {
 
   using Indices = std::vector<std::int32_t>;
 
-  struct Demand {
-    double need;            // displacement along the normal that the impulses must add, metres
-    bool may_open = false;  // the row may need a split impulse
+  struct RowNeed {
+    double displacement;          // along the normal, that the impulses must add, metres
+    bool may_need_split = false;  // the row may need a split impulse
   };
 
   double impulse_of(const ContactRow& row) const {
     return for_split_impulse_ ? row.split_impulse : row.normal_impulse;
   }
-  /// Computes the demands of all rows, or of those that may need a split impulse, and splits the
+  /// Computes the needs of all rows, or of those that may need a split impulse, and divides the
   /// rows by whether they have an impulse. Returns false if no row needs anything.
-  bool find_demands(bool only_may_open);
+  bool classify_rows(bool only_may_need_split);
   /// Fills inactive_ with the rows that have no impulse.
   void set_up_inactive();
-  /// Sets violated_ to the violated rows of inactive_, as 4 * batch + row.
+  /// Sets violated_ to the violated rows of inactive_, as 4 * batch + lane.
   void find_violated();
   /// Calls find_violated() and adds these rows to the problem. Returns false if there are none.
   bool activate_violated();
   /// Adds rows to the problem, in new batches.
   void activate(const Indices& indices);
-  void fill(RowBatch& batch, int row, const ContactRow& contact_row, const Demand& demand);
-  void add_rigid_terms(const Contact& contact, const std::array<double, 4>& weights, int row);
+  void fill(RowBatch& batch, int lane, const ContactRow& row, const RowNeed& need);
+  void add_rigid_terms(const Contact& contact, const std::array<double, 4>& weights, int lane);
   std::int32_t first_node() const {
     return 1 + RowBatch::vertices + 2 * static_cast<std::int32_t>(bodies_.size());
   }
-  std::size_t batch_count() const { return row_batches_.groups().size(); }
+  std::size_t batch_count() const { return row_batches_.batches().size(); }
   bool is_batch_active(std::int32_t batch) const;
-  /// Moves the impulses and displacements of these batches on by `momentum` times their last
+  /// Moves the impulses and displacements of these batches on by `factor` times their last
   /// change.
-  void extrapolate(float momentum, const Indices& swept);
+  void extrapolate(float factor, const Indices& swept);
   PgsProblem problem() {
     return {batches_.data(), rigid_terms_.data(), bodies_.data(), displacement_.data()};
   }
@@ -97,13 +98,13 @@ class ContactSolver {
   const PgsKernels* kernels_ = best_pgs_kernels();
   RowList* rows_ = nullptr;
   const Motion* motion_ = nullptr;
-  // From one problem to the next only memory and Demand::may_open are kept.
+  // From one problem to the next only memory and RowNeed::may_need_split are kept.
   bool for_split_impulse_ = false;
   double length_unit_ = 1, mass_unit_ = 1;  // metres, kg
-  // Largest values over the demands: need in metres, squared displacement in m^2, normal mass in
+  // Largest values over the rows: need in metres, squared displacement in m^2, normal mass in
   // kg.
   double max_need_ = 0, max_move_squared_ = 0, max_normal_mass_ = 0;
-  std::vector<Demand> demands_;  // by row of the list
+  std::vector<RowNeed> needs_;  // by row of the list
   RowBatches row_batches_;
   std::vector<RowBatch> batches_;        // batch_count() of them are in use
   std::vector<std::int32_t> batch_end_;  // by batch: one past its last displacement

@@ -13,9 +13,9 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Fraction of corrected_gap that split impulses restore. What the motion problem leaves undone is
-// not worth a split impulse.
-constexpr double open_fraction = 0.999;
+// Split impulses stop at this fraction of corrected_gap, so that the tolerance of the velocity
+// solve does not trigger them.
+constexpr double split_fraction = 0.999;
 // Indices of the displacements that a rigid body has.
 constexpr std::int32_t translation_slot(std::int32_t body) {
   return 1 + RowBatch::vertices + 2 * body;
@@ -45,13 +45,13 @@ Vector3d move_without_impulses(const ContactRow& row, bool for_split_impulse,
   return sum;
 }
 
-SpeculativeContact speculative_contact_of(const ContactRow& row, bool for_split_impulse,
-                                          const Motion& motion) {
+RowEstimate estimate_for_target(const ContactRow& row, bool for_split_impulse,
+                                const Motion& motion) {
   const Vector3d move = move_without_impulses(row, for_split_impulse, motion);
-  SpeculativeContact speculative = speculative_contact_of(row, move);
+  RowEstimate estimate = estimate_row(row, move);
   if (for_split_impulse)
-    speculative.need = open_fraction * row.corrected_gap - row.start_gap - row.normal.dot(move);
-  return speculative;
+    estimate.need = split_fraction * row.corrected_gap - row.start_gap - row.normal.dot(move);
+  return estimate;
 }
 
 // Visits rows in an order in which neighbours have no node in common. In the given order most
@@ -72,14 +72,14 @@ void ContactSolver::set_up(Target target, RowList& rows, const Motion& motion) {
   motion_ = &motion;
   for_split_impulse_ = target == Target::split_impulse;
   length_unit_ = mass_unit_ = 1;
-  demands_.resize(rows.size());
+  needs_.resize(rows.size());
   row_batches_.begin(0);
   rigid_terms_.clear();
   bodies_.clear();
   batch_end_.clear();
   vertex_of_node_.clear();
-  if (for_split_impulse_ && !find_demands(true)) return;
-  if (!find_demands(false)) return;
+  if (for_split_impulse_ && !classify_rows(true)) return;
+  if (!classify_rows(false)) return;
   if (max_move_squared_ > 0) length_unit_ = std::sqrt(max_move_squared_);
   if (max_normal_mass_ > 0) mass_unit_ = max_normal_mass_;
   for (const RigidMotion& rigid : motion.rigid) {
@@ -99,34 +99,34 @@ void ContactSolver::set_up(Target target, RowList& rows, const Motion& motion) {
   activate_violated();
 }
 
-bool ContactSolver::find_demands(bool only_may_open) {
+bool ContactSolver::classify_rows(bool only_may_need_split) {
   max_need_ = max_move_squared_ = max_normal_mass_ = 0;
   initially_active_.clear();
-  inactive_rows_.resize(demands_.size());
+  inactive_rows_.resize(needs_.size());
   std::size_t inactive_count = 0;
-  const auto add = [&](std::size_t i, const SpeculativeContact& speculative, bool is_active) {
-    demands_[i].need = speculative.need;
-    max_need_ = std::max(max_need_, speculative.need);
-    max_move_squared_ = std::max(max_move_squared_, speculative.move_squared);
-    max_normal_mass_ = std::max(max_normal_mass_, speculative.normal_mass);
+  const auto add = [&](std::size_t i, const RowEstimate& estimate, bool is_active) {
+    needs_[i].displacement = estimate.need;
+    max_need_ = std::max(max_need_, estimate.need);
+    max_move_squared_ = std::max(max_move_squared_, estimate.move_squared);
+    max_normal_mass_ = std::max(max_normal_mass_, estimate.normal_mass);
     if (is_active) {
       initially_active_.push_back(static_cast<std::int32_t>(i));
     } else {
       inactive_rows_[inactive_count++] = static_cast<std::int32_t>(i);
     }
   };
-  for (std::size_t i = 0; i < demands_.size(); ++i) {
-    bool& may_open = demands_[i].may_open;
-    if (!rows_->is_movable(i)) {
-      may_open = false;
+  for (std::size_t i = 0; i < needs_.size(); ++i) {
+    bool& may_need_split = needs_[i].may_need_split;
+    if (!rows_->can_act(i)) {
+      may_need_split = false;
     } else if (!for_split_impulse_ && !rows_->is_made(i)) {
-      may_open = rows_->speculative(i).may_open;
-      add(i, rows_->speculative(i), false);
-    } else if (may_open || !only_may_open) {
+      may_need_split = rows_->estimate(i).may_need_split;
+      add(i, rows_->estimate(i), false);
+    } else if (may_need_split || !only_may_need_split) {
       const ContactRow& row = (*rows_)[i];
       if (!for_split_impulse_)
-        may_open = row.corrected_gap > row.target_gap || row.split_impulse != 0;
-      add(i, speculative_contact_of(row, for_split_impulse_, *motion_), impulse_of(row) != 0);
+        may_need_split = row.corrected_gap > row.target_gap || row.split_impulse != 0;
+      add(i, estimate_for_target(row, for_split_impulse_, *motion_), impulse_of(row) != 0);
     }
   }
   inactive_rows_.resize(inactive_count);
@@ -135,29 +135,29 @@ bool ContactSolver::find_demands(bool only_may_open) {
 
 void ContactSolver::set_up_inactive() {
   const std::size_t count = inactive_rows_.size();
-  inactive_.resize((count + InactiveBatch::rows - 1) / InactiveBatch::rows);
-  if (count > 0) inactive_.back() = InactiveBatch{};  // not all of its rows may be filled
+  inactive_.resize((count + InactiveBatch::lanes - 1) / InactiveBatch::lanes);
+  if (count > 0) inactive_.back() = InactiveBatch{};  // not all of its lanes may be filled
   const bool has_rigid_terms = !motion_->rigid.empty() || !motion_->anchored.empty();
   for (std::size_t n = 0; n < count; ++n) {
-    InactiveBatch& batch = inactive_[n / InactiveBatch::rows];
-    const int row = static_cast<int>(n % InactiveBatch::rows), at = 4 * row;
-    if (row == 0) batch.first_term = static_cast<std::int32_t>(rigid_terms_.size());
+    InactiveBatch& batch = inactive_[n / InactiveBatch::lanes];
+    const int lane = static_cast<int>(n % InactiveBatch::lanes), at = 4 * lane;
+    if (lane == 0) batch.first_term = static_cast<std::int32_t>(rigid_terms_.size());
     const auto i = static_cast<std::size_t>(inactive_rows_[n]);
     const Contact& contact = rows_->contact(i);
     const std::array<double, 4> weights = contact.weights();
     std::copy(contact.normal.begin(), contact.normal.end(), batch.normal + at);
-    batch.normal[at + 3] = static_cast<float>(demands_[i].need / length_unit_);
+    batch.normal[at + 3] = static_cast<float>(needs_[i].displacement / length_unit_);
     for (int k = 0; k < 4; ++k) {
       batch.weight[at + k] = static_cast<float>(weights[k]);
       batch.vertex[at + k] = std::min(contact.vertices[k], motion_->soft_count());
     }
-    if (has_rigid_terms) add_rigid_terms(contact, weights, row);
+    if (has_rigid_terms) add_rigid_terms(contact, weights, lane);
     batch.last_term = static_cast<std::int32_t>(rigid_terms_.size());
   }
 }
 
 void ContactSolver::find_violated() {
-  violated_.resize(InactiveBatch::rows * inactive_.size());
+  violated_.resize(InactiveBatch::lanes * inactive_.size());
   violated_.resize(static_cast<std::size_t>(
       kernels_->find_violated(problem(), node_of_.data(), inactive_.data(),
                               static_cast<int>(inactive_.size()), violated_.data())));
@@ -167,7 +167,7 @@ bool ContactSolver::activate_violated() {
   find_violated();
   for (std::int32_t& i : violated_) {
     // A row that is in the problem is never found again.
-    inactive_[i / InactiveBatch::rows].normal[4 * (i % InactiveBatch::rows) + 3] =
+    inactive_[i / InactiveBatch::lanes].normal[4 * (i % InactiveBatch::lanes) + 3] =
         std::numeric_limits<float>::lowest();
     i = inactive_rows_[i];
   }
@@ -180,7 +180,7 @@ void ContactSolver::activate(const Indices& indices) {
   const Motion& motion = *motion_;
   std::size_t b = batch_count();
   for_each_interleaved(indices, [&](std::int32_t i) {
-    demands_[i].may_open = true;
+    needs_[i].may_need_split = true;
     const ContactRow& row = rows[i];
     std::array<std::int32_t, RowBatches::max_slots> slots;
     std::int32_t* last = slots.data();
@@ -201,17 +201,17 @@ void ContactSolver::activate(const Indices& indices) {
   displacement_.resize(static_cast<std::size_t>(first_node()) + vertex_of_node_.size());
   if (batches_.size() < batch_count()) batches_.resize(batch_count());
   for (; b < batch_count(); ++b) {
-    const RowBatches::Group& group = row_batches_.groups()[b];
+    const RowBatches::Batch& batch_rows = row_batches_.batches()[b];
     RowBatch& batch = batches_[b];
-    if (group.back() == RowBatches::none) {
+    if (batch_rows.back() == RowBatches::none) {
       batch = {};
       std::iota(std::begin(batch.scatter_node), std::end(batch.scatter_node), 1);
     }
     std::int32_t end = first_node();
     batch.first_term = static_cast<std::int32_t>(rigid_terms_.size());
-    for (int row = 0; row < RowBatch::rows && group[row] != RowBatches::none; ++row) {
-      fill(batch, row, rows[group[row]], demands_[group[row]]);
-      for (int k = 0; k < 4; ++k) end = std::max(end, batch.node[4 * row + k] + 1);
+    for (int lane = 0; lane < RowBatch::lanes && batch_rows[lane] != RowBatches::none; ++lane) {
+      fill(batch, lane, rows[batch_rows[lane]], needs_[batch_rows[lane]]);
+      for (int k = 0; k < 4; ++k) end = std::max(end, batch.node[4 * lane + k] + 1);
     }
     batch.last_term = static_cast<std::int32_t>(rigid_terms_.size());
     std::copy(std::begin(batch.impulse), std::end(batch.impulse), batch.last_impulse);
@@ -219,44 +219,41 @@ void ContactSolver::activate(const Indices& indices) {
   }
 }
 
-void ContactSolver::fill(RowBatch& batch, int row, const ContactRow& contact_row,
-                         const Demand& demand) {
-  const int at = 4 * row;
+void ContactSolver::fill(RowBatch& batch, int lane, const ContactRow& row, const RowNeed& need) {
+  const int at = 4 * lane;
   const double unit = 1 / (mass_unit_ * length_unit_);
-  const Vector3d move = move_without_impulses(contact_row, for_split_impulse_, *motion_);
-  set(batch.normal + at, contact_row.normal);
-  set(batch.tangent_move + at,
-      (move - contact_row.normal.dot(move) * contact_row.normal) / length_unit_);
-  set(batch.impulse + at, (for_split_impulse_ ? 0 : unit) * contact_row.tangent_impulse);
-  batch.impulse[at + 3] = static_cast<float>(unit * impulse_of(contact_row));
+  const Vector3d move = move_without_impulses(row, for_split_impulse_, *motion_);
+  set(batch.normal + at, row.normal);
+  set(batch.tangent_move + at, (move - row.normal.dot(move) * row.normal) / length_unit_);
+  set(batch.impulse + at, (for_split_impulse_ ? 0 : unit) * row.tangent_impulse);
+  batch.impulse[at + 3] = static_cast<float>(unit * impulse_of(row));
   float* const terms = batch.terms + at;
-  terms[0] = static_cast<float>(demand.need / length_unit_);
-  terms[1] = static_cast<float>(contact_row.normal_mass / mass_unit_);
-  terms[2] = for_split_impulse_ ? 0 : static_cast<float>(contact_row.friction);
-  terms[3] = static_cast<float>(contact_row.tangent_mass / mass_unit_);
+  terms[0] = static_cast<float>(need.displacement / length_unit_);
+  terms[1] = static_cast<float>(row.normal_mass / mass_unit_);
+  terms[2] = for_split_impulse_ ? 0 : static_cast<float>(row.friction);
+  terms[3] = static_cast<float>(row.tangent_mass / mass_unit_);
   float* const compliance = batch.compliance + at;
-  compliance[0] = compliance[1] = compliance[2] =
-      static_cast<float>(mass_unit_ / contact_row.tangent_mass);
-  compliance[3] = static_cast<float>(mass_unit_ / contact_row.normal_mass);
+  compliance[0] = compliance[1] = compliance[2] = static_cast<float>(mass_unit_ / row.tangent_mass);
+  compliance[3] = static_cast<float>(mass_unit_ / row.normal_mass);
   for (int k = 0; k < 4; ++k) {
-    const std::int32_t v = contact_row.contact.vertices[k];
-    batch.weight[at + k] = static_cast<float>(contact_row.weights[k]);
+    const std::int32_t v = row.contact.vertices[k];
+    batch.weight[at + k] = static_cast<float>(row.weights[k]);
     batch.mobility[at + k] =
-        static_cast<float>(contact_row.weights[k] * motion_->inverse_mass_of(v) * mass_unit_);
+        static_cast<float>(row.weights[k] * motion_->inverse_mass_of(v) * mass_unit_);
     const bool moves = batch.mobility[at + k] != 0;
     batch.node[at + k] = moves ? node_of_[v] : 0;
     batch.scatter_node[at + k] = moves ? node_of_[v] : 1 + at + k;
   }
-  add_rigid_terms(contact_row.contact, contact_row.weights, row);
+  add_rigid_terms(row.contact, row.weights, lane);
 }
 
 void ContactSolver::add_rigid_terms(const Contact& contact, const std::array<double, 4>& weights,
-                                    int row) {
+                                    int lane) {
   for (const RigidTerm& term : RigidTerms(contact, weights, *motion_)) {
     RowRigidTerm p = {};
     set(p.arm, term.arm);
     p.weight = static_cast<float>(term.weight);
-    p.row = row;
+    p.lane = lane;
     p.body = term.body;
     p.translation = translation_slot(term.body);
     p.rotation = rotation_slot(term.body);

@@ -23,15 +23,6 @@ Vector3d rotation_over_step(const RigidMotion& body, const Vector3d& response_ro
   return rotation_vector(whole);
 }
 
-// Holds a soft vertex at its start, exactly to the bit. Its velocity stays that of the solved
-// motion.
-void stay(std::int32_t soft_vertex, Motion& motion) {
-  motion.split_displacement[soft_vertex] =
-      motion.start_of(soft_vertex) - motion.solved[soft_vertex];
-  const auto first = 3 * static_cast<std::ptrdiff_t>(soft_vertex);
-  std::copy_n(motion.start.begin() + first, 3, motion.end.begin() + first);
-}
-
 // Whether a vertex is pinned. For an anchored vertex the zones contain the rigid body instead.
 bool is_pinned(std::int32_t v, const Motion& motion) {
   return motion.is_soft(v) && motion.inverse_mass[v] == 0 && motion.anchor_body_of(v) < 0;
@@ -65,12 +56,12 @@ struct MassSum {
 
 }  // namespace
 
-bool ImpactZones::FixedMembers::include(const FixedMembers& other) const {
+bool ImpactZones::PrescribedMembers::include(const PrescribedMembers& other) const {
   return std::includes(nodes.begin(), nodes.end(), other.nodes.begin(), other.nodes.end()) &&
          std::includes(bodies.begin(), bodies.end(), other.bodies.begin(), other.bodies.end());
 }
 
-void ImpactZones::FixedMembers::add(const FixedMembers& other) {
+void ImpactZones::PrescribedMembers::add(const PrescribedMembers& other) {
   nodes.insert(other.nodes.begin(), other.nodes.end());
   bodies.insert(other.bodies.begin(), other.bodies.end());
 }
@@ -86,7 +77,7 @@ std::int64_t ImpactZones::node_count() {
   for (std::int32_t i = 0; i < static_cast<std::int32_t>(zones_.size()); ++i) {
     if (zones_.find(i) != i) in_zone[i] = in_zone[zones_.find(i)] = 1;
   }
-  for (const auto& entry : fixed_members_) in_zone[entry.first] = 1;
+  for (const auto& entry : prescribed_members_) in_zone[entry.first] = 1;
   return std::count(in_zone.begin(), in_zone.begin() + solved_.size(), 1);
 }
 
@@ -108,19 +99,19 @@ std::vector<std::int32_t> ImpactZones::members_of(const Contact& contact, const 
   return members;
 }
 
-ImpactZones::FixedMembers ImpactZones::fixed_members_of(const Contact& contact,
-                                                        const Motion& motion) {
-  FixedMembers fixed;
+ImpactZones::PrescribedMembers ImpactZones::prescribed_members_of(const Contact& contact,
+                                                                  const Motion& motion) {
+  PrescribedMembers prescribed;
   for (const std::int32_t b : {contact.body_a, contact.body_b}) {
     const int body = motion.rigid_of_body[b];
-    if (body >= 0 && !motion.rigid[body].is_dynamic()) fixed.bodies.insert(body);
+    if (body >= 0 && !motion.rigid[body].is_dynamic()) prescribed.bodies.insert(body);
   }
   // The free members follow the body and leave the pinned node behind.
-  if (has_conflicting_motion(contact, motion)) return fixed;
+  if (has_conflicting_motion(contact, motion)) return prescribed;
   for (const std::int32_t v : contact.vertices) {
-    if (is_pinned(v, motion)) fixed.nodes.insert(v);
+    if (is_pinned(v, motion)) prescribed.nodes.insert(v);
   }
-  return fixed;
+  return prescribed;
 }
 
 bool ImpactZones::is_merged(const Contact& contact, const Motion& motion) {
@@ -129,18 +120,18 @@ bool ImpactZones::is_merged(const Contact& contact, const Motion& motion) {
   for (const std::int32_t member : members) {
     if (zones_.find(member) != zones_.find(members[0])) return false;
   }
-  const FixedMembers fixed = fixed_members_of(contact, motion);
-  if (fixed.empty()) return true;
-  const auto all = fixed_members_.find(zones_.find(members[0]));
-  return all != fixed_members_.end() && all->second.include(fixed);
+  const PrescribedMembers prescribed = prescribed_members_of(contact, motion);
+  if (prescribed.empty()) return true;
+  const auto all = prescribed_members_.find(zones_.find(members[0]));
+  return all != prescribed_members_.end() && all->second.include(prescribed);
 }
 
 bool ImpactZones::merge(const Contact& contact, const Motion& motion) {
   if (is_merged(contact, motion)) return false;
   const std::vector<std::int32_t> members = members_of(contact, motion);
   for (const std::int32_t member : members) zones_.join(members[0], member);
-  const FixedMembers fixed = fixed_members_of(contact, motion);
-  if (!fixed.empty()) fixed_members_[zones_.find(members[0])].add(fixed);
+  const PrescribedMembers prescribed = prescribed_members_of(contact, motion);
+  if (!prescribed.empty()) prescribed_members_[zones_.find(members[0])].add(prescribed);
   return true;
 }
 
@@ -183,22 +174,22 @@ bool ImpactZones::stop_prescribed(const std::vector<Contact>& contacts, Motion& 
     changed = changed || !held_[member];
     held_[member] = 1;
   };
-  const auto stop = [&](const FixedMembers& fixed) {
-    for (const std::int32_t v : fixed.nodes) {
+  const auto stop = [&](const PrescribedMembers& prescribed) {
+    for (const std::int32_t v : prescribed.nodes) {
       hold_member(v);
-      stay(v, motion);
+      motion.set_end_to_start(v);
     }
-    for (const int body : fixed.bodies) {
+    for (const int body : prescribed.bodies) {
       if (motion.rigid[body].start == motion.rigid[body].end) continue;
       hold_member(motion.soft_count() + body);
-      motion.put(motion.rigid[body], motion.rigid[body].start);
+      motion.set_end_pose(motion.rigid[body], motion.rigid[body].start);
     }
   };
   for (const Contact& contact : contacts) {
-    stop(fixed_members_of(contact, motion));
+    stop(prescribed_members_of(contact, motion));
     for (const std::int32_t member : members_of(contact, motion)) {
-      const auto entry = fixed_members_.find(zones_.find(member));
-      if (entry != fixed_members_.end()) stop(entry->second);
+      const auto entry = prescribed_members_.find(zones_.find(member));
+      if (entry != prescribed_members_.end()) stop(entry->second);
     }
   }
   move_all(motion);
@@ -206,11 +197,12 @@ bool ImpactZones::stop_prescribed(const std::vector<Contact>& contacts, Motion& 
 }
 
 void ImpactZones::move_all(Motion& motion) {
-  std::map<std::int32_t, FixedMembers> fixed;
-  for (const auto& entry : fixed_members_) fixed[zones_.find(entry.first)].add(entry.second);
-  fixed_members_ = std::move(fixed);
+  std::map<std::int32_t, PrescribedMembers> prescribed;
+  for (const auto& entry : prescribed_members_)
+    prescribed[zones_.find(entry.first)].add(entry.second);
+  prescribed_members_ = std::move(prescribed);
   std::map<std::int32_t, Zone> zones;
-  for (const auto& entry : fixed_members_) zones[entry.first];
+  for (const auto& entry : prescribed_members_) zones[entry.first];
   for (std::int32_t i = 0; i < static_cast<std::int32_t>(zones_.size()); ++i) {
     if (zones_.find(i) != i) zones[zones_.find(i)];
   }
@@ -225,12 +217,13 @@ void ImpactZones::move_all(Motion& motion) {
     at->second.held = at->second.held || held_[i];
   }
   for (const auto& zone : zones) {
-    const auto entry = fixed_members_.find(zone.first);
-    move(zone.second, entry == fixed_members_.end() ? FixedMembers() : entry->second, motion);
+    const auto entry = prescribed_members_.find(zone.first);
+    move(zone.second, entry == prescribed_members_.end() ? PrescribedMembers() : entry->second,
+         motion);
   }
 }
 
-std::optional<RigidStep> ImpactZones::prescribed_step_of(const FixedMembers& fixed,
+std::optional<RigidStep> ImpactZones::prescribed_step_of(const PrescribedMembers& members,
                                                          const Motion& motion) {
   std::optional<RigidStep> prescribed;
   bool is_consistent = true;
@@ -238,8 +231,8 @@ std::optional<RigidStep> ImpactZones::prescribed_step_of(const FixedMembers& fix
     is_consistent = is_consistent && (!prescribed || step == *prescribed);
     prescribed = step;
   };
-  for (const int body : fixed.bodies) follow(step_of(motion.rigid[body]));
-  for (const std::int32_t v : fixed.nodes) {
+  for (const int body : members.bodies) follow(step_of(motion.rigid[body]));
+  for (const std::int32_t v : members.nodes) {
     if (prescribed && prescribed->moves_along(v, motion)) continue;
     RigidStep step;
     step.translation = motion.end_of(v) - motion.start_of(v);
@@ -296,8 +289,8 @@ RigidStep ImpactZones::free_step_of(const Zone& zone, const Motion& motion) cons
   return free;
 }
 
-void ImpactZones::move(const Zone& zone, const FixedMembers& fixed, Motion& motion) const {
-  const std::optional<RigidStep> prescribed = prescribed_step_of(fixed, motion);
+void ImpactZones::move(const Zone& zone, const PrescribedMembers& members, Motion& motion) const {
+  const std::optional<RigidStep> prescribed = prescribed_step_of(members, motion);
   const RigidStep velocity_step = prescribed ? *prescribed : free_step_of(zone, motion);
   const RigidStep position_step = zone.held && !prescribed ? RigidStep() : velocity_step;
 
@@ -305,7 +298,7 @@ void ImpactZones::move(const Zone& zone, const FixedMembers& fixed, Motion& moti
     const Vector3d start = motion.start_of(v);
     motion.solved[v] = velocity_step(start);
     if (position_step.stays()) {
-      stay(v, motion);
+      motion.set_end_to_start(v);
     } else {
       motion.split_displacement[v].setZero();
       motion.round_end(v);
@@ -322,9 +315,9 @@ void ImpactZones::move(const Zone& zone, const FixedMembers& fixed, Motion& moti
     body.split_translation = position_step(body.centre()) - velocity_step(body.centre());
     body.split_rotation.setZero();
     if (position_step.stays()) {
-      motion.hold(body);
+      motion.set_end_to_start(body);
     } else {
-      motion.place(body);
+      motion.apply_response(body);
     }
   }
 }

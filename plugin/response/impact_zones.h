@@ -6,9 +6,9 @@
 // conserves the linear and angular momentum of its members. Inside a zone the motion from start to
 // end is affine and invertible at all times, so nothing inside it can touch.
 //
-// Pinned nodes, static and kinematic bodies have infinite mass. They are not ordinary members: they
-// are the fixed members of a zone, and prescribe its motion. A zone follows its fixed members if
-// these move in the same way, and is held if they do not.
+// Pinned nodes and static or kinematic bodies have infinite mass. A zone that contains some of them
+// takes over their motion if they all move alike; otherwise it is held. They are the prescribed
+// members of the zone.
 #pragma once
 
 #include <cstdint>
@@ -35,22 +35,24 @@ class ImpactZones {
   /// step with the momenta that its members had when this object was constructed. Returns false if
   /// there was nothing to join.
   bool absorb(const std::vector<Contact>& contacts, Motion& motion);
-  /// Does the same as absorb(), but holds the zones of these contacts at the start of the step, or
-  /// lets them follow a kinematic fixed member from there. Their velocities alone are the rigid
-  /// ones, so that their momentum is not lost. Once every zone is held, the step is as clean as its
-  /// start. `whole_bodies`: also joins all nodes of the bodies in contact. Returns false if there
-  /// was nothing to join or hold.
+  /// Does the same as absorb(), but holds the zones of these contacts: positions stay at the start
+  /// of the step, or follow a kinematic prescribed member from there. Velocities still become those
+  /// of the rigid zone, so momentum is kept. Once every zone is held, no contact is left that was
+  /// not there at the start. `whole_bodies`: also joins and holds all nodes of the bodies in
+  /// contact. Returns false if there was nothing to join or hold.
   bool hold(const std::vector<Contact>& contacts, bool whole_bodies, Motion& motion);
 
   /// Whether nothing can resolve the contact: it is between a kinematic body that moves and a
   /// pinned node that does not move along, and everything movable already follows the body.
   bool is_unresolvable(const Contact& contact, const Motion& motion);
-  /// Holds the fixed members of the zones of these contacts at the start of the step, whatever
+  /// Holds the prescribed members of the zones of these contacts at the start of the step, whatever
   /// moves them. This is the last resort. Returns false if all of them were held already.
   bool stop_prescribed(const std::vector<Contact>& contacts, Motion& motion);
 
-  std::int64_t node_count();        ///< soft nodes in zones of several members
-  std::int64_t held_count() const;  ///< members of held zones and stopped fixed members
+  std::int64_t node_count();  ///< soft nodes in zones of several members
+  /// Members that hold() and stop_prescribed() flagged: those of the contacts, or of whole bodies.
+  /// The other members of a held zone do not count.
+  std::int64_t held_count() const;
 
  private:
   struct Zone {
@@ -58,41 +60,43 @@ class ImpactZones {
     std::vector<int> bodies;  // dynamic bodies
     bool held = false;
   };
-  struct FixedMembers {
+  struct PrescribedMembers {
     std::set<std::int32_t> nodes;  // pinned
     std::set<int> bodies;          // static and kinematic bodies
 
     bool empty() const { return nodes.empty() && bodies.empty(); }
-    bool include(const FixedMembers& other) const;
-    void add(const FixedMembers& other);
+    bool include(const PrescribedMembers& other) const;
+    void add(const PrescribedMembers& other);
   };
 
   /// Members of a contact: free nodes by vertex, dynamic bodies as soft_count() + index in
   /// Motion::rigid.
   static std::vector<std::int32_t> members_of(const Contact& contact, const Motion& motion);
-  static FixedMembers fixed_members_of(const Contact& contact, const Motion& motion);
+  static PrescribedMembers prescribed_members_of(const Contact& contact, const Motion& motion);
 
-  /// Whether the members of the contact are in one zone, and the zone has the fixed members of the
-  /// contact.
+  /// Whether the members of the contact are in one zone, and the zone has the prescribed members of
+  /// the contact.
   bool is_merged(const Contact& contact, const Motion& motion);
   /// Joins them so that this holds. Returns false if it held already.
   bool merge(const Contact& contact, const Motion& motion);
-  /// The step that the fixed members of a zone prescribe; none without any. If one of them stays or
+  /// The step that the prescribed members of a zone make; none without any. If one of them stays or
   /// they differ, the zone stays.
-  static std::optional<RigidStep> prescribed_step_of(const FixedMembers& fixed,
+  static std::optional<RigidStep> prescribed_step_of(const PrescribedMembers& members,
                                                      const Motion& motion);
   /// The rigid step with the linear and angular momentum that the members had before any zone.
   RigidStep free_step_of(const Zone& zone, const Motion& motion) const;
   /// Moves one zone.
-  void move(const Zone& zone, const FixedMembers& fixed, Motion& motion) const;
-  /// Moves all zones, with the fixed members under the present representatives.
+  void move(const Zone& zone, const PrescribedMembers& members, Motion& motion) const;
+  /// Moves all zones, with the prescribed members under the present representatives.
   void move_all(Motion& motion);
 
   DisjointSets zones_;      // elements: soft vertices, then rigid bodies
   std::vector<char> held_;  // by element
-  std::map<std::int32_t, FixedMembers> fixed_members_;  // by some member of the zone
-  std::vector<Eigen::Vector3d> solved_;                 // Motion::solved before any zone
-  std::vector<RigidMotion> rigid_;                      // Motion::rigid before any zone
+  /// Key: the representative of the zone when they were added; move_all() re-keys to the present
+  /// one.
+  std::map<std::int32_t, PrescribedMembers> prescribed_members_;
+  std::vector<Eigen::Vector3d> solved_;  // Motion::solved before any zone
+  std::vector<RigidMotion> rigid_;       // Motion::rigid before any zone
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

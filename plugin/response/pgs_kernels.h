@@ -1,5 +1,6 @@
 // Kernels of the contact solver (projected Gauss-Seidel), four rows at a time. They are compiled
-// once for each instruction set (plugin/isa); the results are the same.
+// once for each instruction set (plugin/isa); the results are the same. The place of a row in its
+// batch is its lane.
 //
 // Unless said otherwise, four floats hold x, y, z and a zero.
 #pragma once
@@ -16,17 +17,17 @@ struct alignas(16) Float4 {
 /// Four rows that move nothing in common, so that they can be solved at the same time. A missing
 /// row is zero, but for scatter_node.
 struct alignas(64) RowBatch {
-  static constexpr int rows = 4, vertices = 4 * rows;
-  float normal[4 * rows],
-      tangent_move[4 * rows];  ///< tangential relative displacement without impulses
-  float weight[4 * rows],      ///< by vertex
-      mobility[4 * rows];      ///< by vertex: weight / mass
+  static constexpr int lanes = 4, vertices = 4 * lanes;
+  float normal[4 * lanes],
+      tangent_move[4 * lanes];  ///< tangential relative displacement without impulses
+  float weight[4 * lanes],      ///< by vertex
+      mobility[4 * lanes];      ///< by vertex: weight / mass
   /// By row: displacement along the normal that impulses must add (need), normal mass, friction
   /// coefficient, tangent mass.
-  float terms[4 * rows];
-  float impulse[4 * rows],     ///< by row: tangent impulse x, y, z, then the normal impulse
-      last_impulse[4 * rows];  ///< impulses at the end of the sweep before
-  float compliance[4 * rows];  ///< displacement per impulse, in the order of `impulse`
+  float terms[4 * lanes];
+  float impulse[4 * lanes],     ///< by row: tangent impulse x, y, z, then the normal impulse
+      last_impulse[4 * lanes];  ///< impulses at the end of the sweep before
+  float compliance[4 * lanes];  ///< displacement per impulse, in the order of `impulse`
   /// Index of the displacement, by vertex. node: to load from; 0 if immovable. scatter_node: to
   /// add to. It is like `node`, but immovable vertices get their own dummy slot (1..16), so that
   /// stores never alias and none waits for another.
@@ -37,11 +38,11 @@ struct alignas(64) RowBatch {
 /// Rows without an impulse, which get none until they are violated. Unlike the rows of a RowBatch
 /// they may move things in common. A missing row is zero.
 struct alignas(64) InactiveBatch {
-  static constexpr int rows = 4;
+  static constexpr int lanes = 4;
   /// x, y, z, and the displacement along the normal that impulses must add (need).
-  float normal[4 * rows];
-  float weight[4 * rows];         ///< by vertex
-  std::int32_t vertex[4 * rows];  ///< index in node_of (see find_violated)
+  float normal[4 * lanes];
+  float weight[4 * lanes];         ///< by vertex
+  std::int32_t vertex[4 * lanes];  ///< index in node_of (see find_violated)
   std::int32_t first_term = 0, last_term = 0;
 };
 
@@ -49,7 +50,7 @@ struct alignas(64) InactiveBatch {
 struct alignas(16) RowRigidTerm {
   float arm[4];
   float weight;
-  std::int32_t row;                    ///< in its batch, 0..3
+  std::int32_t lane;                   ///< of its row in the batch, 0..3
   std::int32_t body;                   ///< index in PgsProblem::bodies
   std::int32_t translation, rotation;  ///< indices of displacements
 };
@@ -74,9 +75,9 @@ struct PgsProblem {
 struct SweepChange {
   /// Largest squared displacement that the change of one impulse makes by itself.
   float largest = 0;
-  float energy = 0;  ///< sum of compliance * (change of impulse)^2
+  float size = 0;  ///< sum of compliance * (change of impulse)^2
   /// Dot product of the changes of this sweep with the way from the end of the last sweep to the
-  /// end of this one. Negative: the iteration turned back, restart the momentum.
+  /// end of this one. Negative: the iteration turned back, restart the extrapolation.
   float restart_test = 0;
 };
 
@@ -88,7 +89,7 @@ struct PgsKernels {
   /// Largest violation over all rows of the first `batches` batches, in the length unit; 0 if there
   /// is none.
   float (*max_violation)(const PgsProblem& problem, int batches);
-  /// Finds the violated rows among inactive ones. Writes them to `rows` as 4 * batch + row and
+  /// Finds the violated rows among inactive ones. Writes them to `rows` as 4 * batch + lane and
   /// returns their number. `node_of`: by vertex, the index of its displacement.
   int (*find_violated)(const PgsProblem& problem, const std::int32_t* node_of,
                        const InactiveBatch* inactive, int batches, std::int32_t* rows);

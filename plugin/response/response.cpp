@@ -26,7 +26,7 @@ constexpr std::size_t solves_to_halve = 4;
 
 bool touches_at_start(const Contact& contact) { return contact.toi == 0; }
 
-// Whether there are more contacts than vertices in contact: everything passes through everything.
+// Whether there are more contacts than vertices in contact, so that one vertex has many contacts.
 bool are_crowded(const std::vector<Contact>& contacts) {
   constexpr std::size_t min_count = 100;
   if (contacts.size() < min_count) return false;
@@ -41,17 +41,18 @@ bool are_crowded(const std::vector<Contact>& contacts) {
 
 }  // namespace
 
-void Response::run(const SpeculativePairs& speculative, const Detect& detect_all, Motion& motion,
+void Response::run(const NearContacts& near, const Detect& detect_all, Motion& motion,
                    StepStats& stats) {
   constraints_.begin_step();
   motion.begin_response();
-  if (options_.max_detections > 0) solve_speculative(speculative, motion);
+  if (options_.max_impulse_rounds > 0) solve_speculative(near, motion);
   std::vector<Contact> contacts = detect_all(motion.starts(), motion.ends());
 
   // Initial contacts: pairs that touch before anything moves, such as bodies placed that way or the
-  // lips of a cut. Moving less cannot resolve them, and they do not tell which side is which.
-  // Between two bodies the motion tells the side: they came from where they are not going. These
-  // contacts get one solve. Within a body they may separate freely.
+  // two edges of a cut. These pairs touch at the start, so shortening the motion does not help, and
+  // the geometry does not show which side is outside. Between two bodies the relative motion shows
+  // it: the body came from the side opposite to its motion. Such contacts get one solve. Within one
+  // body they are ignored.
   std::vector<Contact> initial_contacts;
   if (std::any_of(contacts.begin(), contacts.end(), touches_at_start)) {
     initial_contacts = detect_all(motion.starts(), motion.starts());
@@ -73,7 +74,7 @@ void Response::run(const SpeculativePairs& speculative, const Detect& detect_all
                  contacts.end());
 
   std::vector<std::size_t> counts;  // number of contacts before each solve
-  for (int i = 0; i < options_.max_detections && !contacts.empty(); ++i) {
+  for (int i = 0; i < options_.max_impulse_rounds && !contacts.empty(); ++i) {
     counts.push_back(contacts.size());
     if (counts.size() > solves_to_halve &&
         2 * counts.back() > counts[counts.size() - 1 - solves_to_halve] && are_crowded(contacts))
@@ -103,7 +104,7 @@ void Response::resolve_with_impact_zones(std::vector<Contact> contacts, const De
     unresolvable = contacts.end() - last;
     contacts.erase(last, contacts.end());
   };
-  for (int i = 0; i < options_.max_impact_zones && !contacts.empty(); ++i) {
+  for (int i = 0; i < options_.max_zone_rounds && !contacts.empty(); ++i) {
     constraints_.add(contacts, motion);
     if (!zones.absorb(contacts, motion)) break;
     detect_again();
@@ -121,8 +122,8 @@ void Response::resolve_with_impact_zones(std::vector<Contact> contacts, const De
   stats.unresolved += unresolvable + static_cast<std::int64_t>(contacts.size());
 }
 
-void Response::solve_speculative(const SpeculativePairs& speculative, Motion& motion) {
-  constraints_.take_speculative(speculative, motion);
+void Response::solve_speculative(const NearContacts& near, Motion& motion) {
+  constraints_.take_near_contacts(near, motion);
   constraints_.warm_start();
   constraints_.solve(motion, options_.solver_iterations);
   set_velocities(motion);

@@ -23,26 +23,25 @@ class Response {
       : options_(options), constraints_(surfaces, options.position_correction) {}
 
   /// Changes the end of `motion` until `detect_all` finds no contact that can be resolved.
-  /// `speculative`: pairs that come near each other; the movable ones are solved before the first
+  /// `near`: pairs that come near each other; the selected ones are solved before the first
   /// detection. Three methods follow, each until the step is clean: impulses; rigid impact zones;
   /// zones held at the start of the step. The last one ends with a clean step, because in the end
   /// nothing moves any more. Afterwards motion.velocity_change holds what must be added to the
   /// velocities.
-  void run(const SpeculativePairs& speculative, const Detect& detect_all, Motion& motion,
-           StepStats& stats);
+  void run(const NearContacts& near, const Detect& detect_all, Motion& motion, StepStats& stats);
 
   /// Rows of the pairs that acted in the last run(), sorted by contact. Valid until the next run()
   /// or forget().
-  const std::vector<const ContactRow*>& rows() { return constraints_.active_rows(); }
+  const std::vector<const ContactRow*>& active_rows() { return constraints_.active_rows(); }
 
   /// Drops the impulses of the last step. To be called if the indices of bodies, vertices or faces
   /// change.
   void forget() { constraints_.forget(); }
 
  private:
-  /// Solves the speculative contacts: with a warm start, or without if that raises the kinetic
-  /// energy.
-  void solve_speculative(const SpeculativePairs& speculative, Motion& motion);
+  /// Solves the near contacts that were selected: with a warm start, or without if that raises the
+  /// kinetic energy.
+  void solve_speculative(const NearContacts& near, Motion& motion);
   /// Resolves contacts that impulses leave: rigid impact zones first, then holds.
   void resolve_with_impact_zones(std::vector<Contact> contacts, const Detect& detect,
                                  Motion& motion, StepStats& stats);

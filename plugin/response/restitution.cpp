@@ -19,13 +19,13 @@ void add_restitution(RowList& rows, double restitution, double threshold, int sw
   bounce.solved.assign(motion.predicted.begin(), motion.predicted.begin() + motion.soft_count());
   std::vector<ContactRow> bouncing;
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    if (!rows.is_movable(i)) continue;
+    if (!rows.can_act(i)) continue;
     rows.copy(i, bouncing);
     ContactRow& row = bouncing.back();
     double predicted = 0;
     for (int k = 0; k < 4; ++k)
       predicted += row.weights[k] * row.normal.dot(motion.predicted[row.contact.vertices[k]]);
-    const double solved = row.normal.dot(separation(row, motion));
+    const double solved = row.normal.dot(gap_vector_at_end(row, motion));
     const double approach = row.start_gap - predicted;
     const bool bounces = row.normal_impulse > 0 && approach >= threshold * motion.dt;
     const double wanted_gap =

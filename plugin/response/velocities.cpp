@@ -31,22 +31,30 @@ double kinetic_energy(const Motion& motion, const Velocity& velocity,
   return 0.5 * twice;
 }
 
-// Calls each(mass, position, predicted position, velocity, velocity change, rigid body or null) for
-// everything of finite mass in the island.
+// A soft vertex or rigid body of finite mass.
+struct Mass {
+  double mass;                   // kg
+  Vector3d position, predicted;  // of the vertex or the centre of mass, at the end of the step
+  const Vector3d& velocity;      // Bullet's
+  Vector3d& change;              // velocity change of the response
+  RigidMotion* body;             // null for a vertex
+};
+
+// Calls each(Mass) for everything of finite mass in the island.
 template <class Each>
 void for_each_mass(const Island& island, Motion& motion, const Each& each) {
   for (const std::int32_t b : island.bodies) {
     if (motion.rigid_of_body[b] >= 0) {
       RigidMotion& body = motion.rigid[motion.rigid_of_body[b]];
       if (!body.is_dynamic()) continue;
-      each(body.mass(), to_eigen(body.end.getOrigin()), to_eigen(body.predicted.getOrigin()),
-           body.velocity, body.velocity_change, &body);
+      each(Mass{body.mass(), to_eigen(body.end.getOrigin()), to_eigen(body.predicted.getOrigin()),
+                body.velocity, body.velocity_change, &body});
       continue;
     }
     for (std::int32_t v = motion.first_vertex[b]; v < motion.first_vertex[b + 1]; ++v) {
       if (motion.inverse_mass[v] == 0) continue;
-      each(1 / motion.inverse_mass[v], motion.end_of(v), motion.predicted[v], motion.velocity[v],
-           motion.velocity_change[v], static_cast<RigidMotion*>(nullptr));
+      each(Mass{1 / motion.inverse_mass[v], motion.end_of(v), motion.predicted[v],
+                motion.velocity[v], motion.velocity_change[v], nullptr});
     }
   }
 }
@@ -81,34 +89,28 @@ void restore_angular_momentum(const std::vector<Island>& islands, Motion& motion
     if (!island.free) continue;
     double mass = 0;
     Vector3d centre = Vector3d::Zero();
-    for_each_mass(island, motion,
-                  [&](double m, const Vector3d& position, const Vector3d&, const Vector3d&,
-                      const Vector3d&, const RigidMotion*) {
-                    mass += m;
-                    centre += m * position;
-                  });
+    for_each_mass(island, motion, [&](const Mass& m) {
+      mass += m.mass;
+      centre += m.mass * m.position;
+    });
     centre /= mass;
     // Moments are about the centre of mass. Bodies with different rates do not exchange momentum
     // exactly, so about any other point the loss would contain a part that is no rotation.
     Vector3d lost = Vector3d::Zero();
     Matrix3d inertia = Matrix3d::Zero();
-    for_each_mass(island, motion,
-                  [&](double m, const Vector3d& position, const Vector3d& predicted,
-                      const Vector3d& velocity, const Vector3d& change, const RigidMotion* body) {
-                    lost += m * (predicted - position).cross(velocity) -
-                            m * (position - centre).cross(change);
-                    add_inertia(m, position - centre, inertia);
-                    if (!body) return;
-                    lost -= body->inertia() * body->angular_velocity_change;
-                    inertia += body->inertia();
-                  });
+    for_each_mass(island, motion, [&](const Mass& m) {
+      lost += m.mass * (m.predicted - m.position).cross(m.velocity) -
+              m.mass * (m.position - centre).cross(m.change);
+      add_inertia(m.mass, m.position - centre, inertia);
+      if (!m.body) return;
+      lost -= m.body->inertia() * m.body->angular_velocity_change;
+      inertia += m.body->inertia();
+    });
     const Vector3d angular_velocity = rotation_from_momentum(inertia, lost);
-    for_each_mass(island, motion,
-                  [&](double, const Vector3d& position, const Vector3d&, const Vector3d&,
-                      Vector3d& change, RigidMotion* body) {
-                    change += angular_velocity.cross(position - centre);
-                    if (body) body->angular_velocity_change += angular_velocity;
-                  });
+    for_each_mass(island, motion, [&](const Mass& m) {
+      m.change += angular_velocity.cross(m.position - centre);
+      if (m.body) m.body->angular_velocity_change += angular_velocity;
+    });
   }
 }
 
@@ -116,37 +118,30 @@ void limit_kinetic_energy(const std::vector<Island>& islands, Motion& motion) {
   for (const Island& island : islands) {
     // Twice the energy of velocity + s change is before + 2 s mixed + s^2 quadratic.
     double mass = 0, before = 0, mixed = 0, quadratic = 0;
-    const auto add = [&](double m, const Vector3d& velocity, const Vector3d& change) {
-      before += m * velocity.squaredNorm();
-      mixed += m * velocity.dot(change);
-      quadratic += m * change.squaredNorm();
-    };
-    for_each_mass(
-        island, motion,
-        [&](double m, const Vector3d&, const Vector3d&, const Vector3d& velocity,
-            const Vector3d& change, const RigidMotion* body) {
-          if (!change.isZero(0)) mass += m;
-          add(m, velocity, change);
-          if (!body) return;
-          // Both orders, as in kinetic_energy(): because of rounding the inertia is not
-          // exactly symmetric.
-          const Matrix3d inertia = body->inertia();
-          before += body->angular_velocity.dot(inertia * body->angular_velocity);
-          mixed += 0.5 * body->angular_velocity.dot(inertia * body->angular_velocity_change);
-          mixed += 0.5 * body->angular_velocity_change.dot(inertia * body->angular_velocity);
-          quadratic += body->angular_velocity_change.dot(inertia * body->angular_velocity_change);
-        });
+    for_each_mass(island, motion, [&](const Mass& m) {
+      if (!m.change.isZero(0)) mass += m.mass;
+      before += m.mass * m.velocity.squaredNorm();
+      mixed += m.mass * m.velocity.dot(m.change);
+      quadratic += m.mass * m.change.squaredNorm();
+      if (!m.body) return;
+      const Vector3d &omega = m.body->angular_velocity, &change = m.body->angular_velocity_change;
+      // Both orders, as in kinetic_energy(): because of rounding the inertia is not exactly
+      // symmetric.
+      const Matrix3d inertia = m.body->inertia();
+      before += omega.dot(inertia * omega);
+      mixed += 0.5 * omega.dot(inertia * change);
+      mixed += 0.5 * change.dot(inertia * omega);
+      quadratic += change.dot(inertia * change);
+    });
     // By how much the norm of the velocities may rise; then, the same for twice the energy.
     const double max_gain = 2 * island.prescribed_speed * std::sqrt(mass);
     const double spare = max_gain * (2 * std::sqrt(before) + max_gain);
     if (2 * mixed + quadratic <= spare) continue;
     const double scale = (std::sqrt(mixed * mixed + quadratic * spare) - mixed) / quadratic;
-    for_each_mass(island, motion,
-                  [&](double, const Vector3d&, const Vector3d&, const Vector3d&, Vector3d& change,
-                      RigidMotion* body) {
-                    change *= scale;
-                    if (body) body->angular_velocity_change *= scale;
-                  });
+    for_each_mass(island, motion, [&](const Mass& m) {
+      m.change *= scale;
+      if (m.body) m.body->angular_velocity_change *= scale;
+    });
   }
 }
 

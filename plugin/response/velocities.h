@@ -18,20 +18,20 @@ double kinetic_energy_after(const Motion& motion);
 /// Sets the velocity changes that follow from the solved displacements.
 void set_velocities(Motion& motion);
 
-/// Restores the angular momentum of every free island (no pinned node, no static or kinematic body)
-/// by adding a rigid rotation to its velocity changes. Two things change angular momentum a little:
-/// a step applies its impulses at the positions of its start instead of those of the impacts, and
-/// split impulses move things without velocity.
+/// Restores the angular momentum of every free island (no pinned node, no static or kinematic body,
+/// no locked axes) by adding a rigid rotation to its velocity changes. Two things change angular
+/// momentum a little: a step applies its impulses at the positions of its start instead of
+/// those of the impacts, and split impulses move things without velocity.
 void restore_angular_momentum(const std::vector<Island>& islands, Motion& motion);
 
-/// Scales the velocity changes of every island so that they do not raise its kinetic energy. An
-/// example of what would raise it is a rigid body that Bullet pushes out of another one without
-/// velocity: it would give velocity to what it meets. Scaling keeps linear and angular momentum.
+/// Scales the velocity changes of every island so that they do not raise its kinetic energy.
+/// Without this limit, a rigid body that Bullet pushes out of another one by position would give
+/// velocity to the cloth it meets. Scaling keeps linear and angular momentum.
 ///
-/// An island with something of infinite mass that moves at speed u gets an allowance. u is the
-/// speed of Bullet's kinematic body if it has one. Contacts bring nothing farther from moving along
-/// with it than it was. So the norm of the velocities (the root of the sum of m v^2) rises by at
-/// most twice the norm that the speed u would have.
+/// An island with something of infinite mass that moves at velocity u may gain energy. |u| is
+/// Island::prescribed_speed. A contact never increases the difference between the velocity of a
+/// mass and u. Therefore the norm of the velocities, sqrt(sum m v^2), rises by at most twice the
+/// norm for speed u, and this much is allowed.
 void limit_kinetic_energy(const std::vector<Island>& islands, Motion& motion);
 
 }  // namespace LAZYCCD_BULLET_PRECISION

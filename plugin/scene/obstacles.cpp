@@ -130,7 +130,7 @@ bool Obstacles::is_fully_known(const btCollisionObject& object) {
          object.getInternalType() != btCollisionObject::CO_FEATHERSTONE_LINK;
 }
 
-void Obstacles::clear() { *this = Obstacles(); }
+void Obstacles::invalidate() { *this = Obstacles(); }
 
 void Obstacles::begin_step(const SoftBodies& bodies) { poses_.begin_step(broadphase_of(bodies)); }
 
@@ -184,7 +184,7 @@ bool Obstacles::update_region(const AxisBox& swept) {
 
 void Obstacles::read_triangles(const AxisBox& starts, WarningLog& warnings) {
   read_depth_ = depth_;
-  local_.clear();
+  local_positions_.clear();
   faces_.clear();
   const AxisBox near_starts = enlarged(starts);
   for (Record& record : records_) {
@@ -222,7 +222,8 @@ void Obstacles::append_triangles(Record& record) {
     for (std::int32_t& corner : face) corner += record.first_vertex;
     faces_.push_back(face);
   }
-  local_.insert(local_.end(), record.triangles->vertices.begin(), record.triangles->vertices.end());
+  local_positions_.insert(local_positions_.end(), record.triangles->vertices.begin(),
+                          record.triangles->vertices.end());
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -64,13 +64,13 @@ class Obstacles {
   void read_triangles(const AxisBox& starts, WarningLog& warnings);
   /// See RigidPoses::hold_at_start().
   void hold_at_start(const btCollisionObject& object) { poses_.hold_at_start(object); }
-  /// Forgets everything, also the poses of the last step.
-  void clear();
+  /// Makes the next update() read everything again, and forgets the poses of the last step.
+  void invalidate();
 
   const std::vector<Record>& records() const { return records_; }
-  std::int32_t vertex_count() const { return static_cast<std::int32_t>(local_.size()); }
+  std::int32_t vertex_count() const { return static_cast<std::int32_t>(local_positions_.size()); }
   /// Positions in the bodies' own frames, by vertex.
-  const std::vector<btVector3>& local() const { return local_; }
+  const std::vector<btVector3>& local_positions() const { return local_positions_; }
   const std::vector<Face>& faces() const { return faces_; }
 
  private:
@@ -83,7 +83,7 @@ class Obstacles {
   AxisBox region_ = AxisBox::empty();                     // world frame: triangles are read near it
   double depth_ = 0;       // of update(): for the next reading of triangles, metres
   double read_depth_ = 0;  // of the last reading, metres
-  std::vector<btVector3> local_;
+  std::vector<btVector3> local_positions_;
   std::vector<Face> faces_;
 };
 

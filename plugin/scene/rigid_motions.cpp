@@ -42,11 +42,11 @@ void read_rigid_motions(const StepTopology& topology, const Obstacles& obstacles
     RigidMotion rigid = rigid_motion(*body.object);
     rigid.first_vertex = body.first_vertex;
     rigid.vertex_count = body.vertex_count;
-    rigid.local = obstacles.local().data() + record.first_vertex;
+    rigid.local = obstacles.local_positions().data() + record.first_vertex;
     rigid.start = record.start;
     rigid.predicted = record.end;
-    motion.place_start(rigid);
-    motion.put(rigid, record.end);
+    motion.write_start_vertices(rigid);
+    motion.set_end_pose(rigid, record.end);
     motion.rigid.push_back(rigid);
   }
   motion.first_vertex.push_back(topology.vertex_count());

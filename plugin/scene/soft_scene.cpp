@@ -177,11 +177,11 @@ bool SoftScene::accepts(const btSoftBody* body) const {
 }
 
 std::int32_t SoftScene::vertex_of(const BodyRecord& record, int node) const {
-  const auto first = node_.begin() + record.first_vertex;
+  const auto first = node_of_vertex_.begin() + record.first_vertex;
   const auto last = first + record.vertex_count;
   const auto found = std::lower_bound(first, last, node);
   if (found == last || *found != node) return -1;
-  return static_cast<std::int32_t>(found - node_.begin());
+  return static_cast<std::int32_t>(found - node_of_vertex_.begin());
 }
 
 void SoftScene::rebuild(const btAlignedObjectArray<btSoftBody*>& bodies, WarningLog& warnings) {
@@ -189,8 +189,8 @@ void SoftScene::rebuild(const btAlignedObjectArray<btSoftBody*>& bodies, Warning
   fingerprints_.clear();
   bodies_.clear();
   topology_ = SceneTopology();
-  node_.clear();
-  face_.clear();
+  node_of_vertex_.clear();
+  face_of_face_.clear();
   for (int i = 0; i < bodies.size(); ++i) {
     fingerprints_.push_back(fingerprint(bodies[i]));
     if (bodies[i]->m_reducedModel) {
@@ -241,7 +241,7 @@ void SoftScene::add_body(btSoftBody* body, int world_index, WarningLog& warnings
   for (std::size_t node = 0; node < vertex_of_node.size(); ++node) {
     if (vertex_of_node[node] < 0) continue;
     vertex_of_node[node] = vertex_count();
-    node_.push_back(static_cast<int>(node));
+    node_of_vertex_.push_back(static_cast<int>(node));
     topology_.body_of_vertex.push_back(index);
     topology_.inverse_mass.push_back(
         static_cast<float>(body->m_nodes[static_cast<int>(node)].m_im));
@@ -251,7 +251,7 @@ void SoftScene::add_body(btSoftBody* body, int world_index, WarningLog& warnings
     for (std::int32_t& corner : face) corner = vertex_of_node[corner];
     topology_.faces.push_back(face);
   }
-  face_.insert(face_.end(), list.index.begin(), list.index.end());
+  face_of_face_.insert(face_of_face_.end(), list.index.begin(), list.index.end());
   for (const Edge& edge : edges) {
     topology_.edges.push_back({vertex_of_node[edge[0]], vertex_of_node[edge[1]]});
   }

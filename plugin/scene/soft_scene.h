@@ -52,10 +52,10 @@ class SoftScene {
   const std::vector<BodyRecord>& bodies() const { return bodies_; }
   std::int32_t body_of(std::int32_t vertex) const { return topology_.body_of_vertex[vertex]; }
   btSoftBody::Node& node(std::int32_t vertex) const {
-    return bodies_[body_of(vertex)].body->m_nodes[node_[vertex]];
+    return bodies_[body_of(vertex)].body->m_nodes[node_of_vertex_[vertex]];
   }
   bool was_pinned(std::int32_t vertex) const { return !(topology_.inverse_mass[vertex] > 0); }
-  int node_index(std::int32_t vertex) const { return node_[vertex]; }
+  int node_index(std::int32_t vertex) const { return node_of_vertex_[vertex]; }
   /// Called with a range [first, last) of vertices of one body.
   using Visit =
       std::function<void(const BodyRecord& record, std::int32_t first, std::int32_t last)>;
@@ -64,12 +64,13 @@ class SoftScene {
   void for_each_range(const Threads& threads, const Visit& visit) const;
   /// Prefetches the node of a later vertex, for loops over a body's vertices. Bullet's nodes lie
   /// too far apart for the processor's own prefetcher.
-  void fetch_ahead(const BodyRecord& record, std::int32_t vertex) const {
+  void prefetch_node(const BodyRecord& record, std::int32_t vertex) const {
 #if defined(__GNUC__)
     constexpr std::int32_t ahead = 24;         // vertices
     constexpr int line = 64, read = 3 * line;  // bytes: what is read lies in a node's first lines
     if (vertex + ahead >= record.first_vertex + record.vertex_count) return;
-    const char* node = reinterpret_cast<const char*>(&record.body->m_nodes[node_[vertex + ahead]]);
+    const char* node =
+        reinterpret_cast<const char*>(&record.body->m_nodes[node_of_vertex_[vertex + ahead]]);
     for (int at = 0; at < read; at += line) __builtin_prefetch(node + at);
 #endif
   }
@@ -77,7 +78,7 @@ class SoftScene {
   std::int32_t vertex_of(const BodyRecord& record, int node) const;
   /// Bullet's face that a face of topology() was read from.
   btSoftBody::Face& face(std::int32_t face) const {
-    return bodies_[body_of(topology_.faces[face][0])].body->m_faces[face_[face]];
+    return bodies_[body_of(topology_.faces[face][0])].body->m_faces[face_of_face_[face]];
   }
 
  private:
@@ -104,8 +105,10 @@ class SoftScene {
 
   std::vector<BodyRecord> bodies_;
   SceneTopology topology_;
-  std::vector<int> node_;  // index of the node in its body, by vertex; ascending in each body
-  std::vector<int> face_;  // index of the face in its body, by face
+  // By vertex: index of the node in its body; ascending in each body.
+  std::vector<int> node_of_vertex_;
+  // By face: index of the face in its body.
+  std::vector<int> face_of_face_;
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -32,8 +32,8 @@ StepReader::Changes StepReader::read(const Bodies& bodies, double dt, const Fill
   do {
     changes.topology = scene_.update(bodies, warnings_) || changes.topology;
   } while (!gather_soft(dt, fill));
-  changes.start = changes.topology;
-  changes.start = sweep_prescribed_nodes() || changes.start;
+  changes.bodies_placed = changes.topology;
+  changes.bodies_placed = sweep_prescribed_nodes() || changes.bodies_placed;
   if (options_.collide_rigid &&
       obstacles_.update(bodies, obstacle_query_box_, depth_in_obstacles(), warnings_)) {
     obstacles_.read_triangles(starts_near_obstacles(), warnings_);
@@ -41,8 +41,8 @@ StepReader::Changes StepReader::read(const Bodies& bodies, double dt, const Fill
   }
   changes.topology = topology_.update(scene_, obstacles_, changes.topology);
   gather_obstacles();
-  read_resolution();
-  changes.start = changes.start || previous_.has_new(obstacles_.records());
+  update_resolution();
+  changes.bodies_placed = changes.bodies_placed || previous_.has_new(obstacles_.records());
   return changes;
 }
 
@@ -83,7 +83,7 @@ bool StepReader::sweep_prescribed_nodes() {
   return free_nodes_displaced;
 }
 
-void StepReader::read_resolution() {
+void StepReader::update_resolution() {
   constexpr double rounding_count = 16;
   constexpr double min_speed = 4e-4;  // m/s; the residual of the response is a fraction of it
   if (swept_.is_empty()) return;
@@ -109,7 +109,7 @@ bool StepReader::gather_soft(double dt, const Fill& fill) {
   swept_ = obstacle_query_box_ = AxisBox::empty();
   bounds_.assign(scene_.bodies().size(), AxisBox::empty());
   bool pins_unchanged = true;
-  std::vector<std::int32_t> excluded;
+  std::vector<std::int32_t> bad_vertices;
   std::mutex mutex;
   scene_.for_each_range(
       threads_, [&](const SoftScene::BodyRecord& record, std::int32_t first, std::int32_t last) {
@@ -123,24 +123,24 @@ bool StepReader::gather_soft(double dt, const Fill& fill) {
         bounds_[index_of(record)].add(found.swept);
         if (Obstacles::collides_with_rigid(*record.body)) obstacle_query_box_.add(found.swept);
         pins_unchanged = pins_unchanged && found.pins_unchanged;
-        if (found.excluded >= 0) excluded.push_back(found.excluded);
+        if (found.bad_vertex >= 0) bad_vertices.push_back(found.bad_vertex);
       });
   if (!pins_unchanged) scene_.invalidate();
-  std::sort(excluded.begin(), excluded.end());
-  for (const std::int32_t vertex : excluded) exclude(vertex);
+  std::sort(bad_vertices.begin(), bad_vertices.end());
+  for (const std::int32_t vertex : bad_vertices) exclude(vertex);
   // Margins of soft bodies only: the bounds of obstacles (getAabb) include their own.
   btScalar margin = static_cast<btScalar>(options_.thickness);
   for (const SoftScene::BodyRecord& record : scene_.bodies())
     if (Obstacles::collides_with_rigid(*record.body)) margin = btMax(margin, record.margin);
   if (!obstacle_query_box_.is_empty())
     obstacle_query_box_ = obstacle_query_box_.expanded(btVector3(margin, margin, margin));
-  return pins_unchanged && excluded.empty();
+  return pins_unchanged && bad_vertices.empty();
 }
 
 void StepReader::gather_block(const SoftScene::BodyRecord& record, std::int32_t first,
                               std::int32_t last, const Fill& fill, Found& found) {
   for (std::int32_t v = first; v < last; ++v) {
-    scene_.fetch_ahead(record, v);
+    scene_.prefetch_node(record, v);
     const btScalar inverse_mass = record.body->m_nodes[scene_.node_index(v)].m_im;
     motion_.inverse_mass[v] = static_cast<double>(inverse_mass);
     motion_.rate[v] = 1 / motion_.dt;
@@ -153,8 +153,8 @@ void StepReader::gather_block(const SoftScene::BodyRecord& record, std::int32_t 
                    *end = &motion_.end[3 * static_cast<std::size_t>(v)];
     const btVector3 x0(start[0], start[1], start[2]), x1(end[0], end[1], end[2]);
     // Negated, so that the condition is also true for positions that are not finite.
-    if (!((x1 - x0).length2() <= max_displacement * max_displacement) && found.excluded < 0)
-      found.excluded = v;
+    if (!((x1 - x0).length2() <= max_displacement * max_displacement) && found.bad_vertex < 0)
+      found.bad_vertex = v;
     found.swept.add(x0);
     found.swept.add(x1);
   }
@@ -225,7 +225,7 @@ AxisBox StepReader::starts_near_obstacles() const {
   return box;
 }
 
-bool StepReader::read_pushed_region() {
+bool StepReader::reread_obstacles_if_left() {
   if (!options_.collide_rigid) return false;
   AxisBox reached = obstacle_query_box_;
   for (const SoftScene::BodyRecord& record : scene_.bodies()) {

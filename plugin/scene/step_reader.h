@@ -26,9 +26,9 @@ class StepReader {
 
   struct Changes {
     bool topology = false;  ///< indices, pair rules or margins changed
-    /// Bodies appeared or were placed elsewhere, so new intersections may not come from their
-    /// motion.
-    bool start = false;
+    /// Bodies appeared or were placed elsewhere. The start may contain intersections that no motion
+    /// caused.
+    bool bodies_placed = false;
   };
 
   /// `warnings` must outlive the reader.
@@ -43,21 +43,22 @@ class StepReader {
   /// Call after the response. If the response moved soft bodies out of the region in which
   /// obstacles were read, reads the obstacles of a larger region and undoes the response. Returns
   /// true if it did; the topology has changed then.
-  bool read_pushed_region();
+  bool reread_obstacles_if_left();
   /// False if no two bodies that collide can come within `distance` metres of each other. Decided
   /// by the bounds of each body's motion as it was read.
   bool may_meet(double distance) const;
   /// Remembers the end of the step. The next step sees from it which bodies were placed elsewhere.
   void remember_ends() { previous_.remember(scene_, obstacles_, topology_, motion_); }
+  /// Forgets where the soft bodies ended the last step.
   void forget_ends() { previous_.forget_soft_bodies(); }
   /// See RigidPoses::hold_at_start().
   void hold_at_start(const btCollisionObject& object) { obstacles_.hold_at_start(object); }
   /// Makes the next step read the soft bodies again.
-  void forget_scene() { scene_.invalidate(); }
+  void invalidate_soft_bodies() { scene_.invalidate(); }
   /// Makes the next step read everything again.
-  void forget() {
+  void invalidate() {
     scene_.invalidate();
-    obstacles_.clear();
+    obstacles_.invalidate();
   }
 
   const SoftScene& scene() const { return scene_; }
@@ -73,15 +74,16 @@ class StepReader {
   struct Found {
     AxisBox swept = AxisBox::empty();
     bool pins_unchanged = true;
-    std::int32_t excluded = -1;  // first vertex that is not finite or moves too fast; -1: none
+    std::int32_t bad_vertex = -1;  // first vertex that is not finite or moves too fast; -1: none
   };
 
   bool gather_soft(double dt, const Fill& fill);
   void gather_block(const SoftScene::BodyRecord& record, std::int32_t first, std::int32_t last,
                     const Fill& fill, Found& found);
   void exclude(std::int32_t vertex);
-  // Sweeps pinned nodes that the application moved between two steps from the end of the last step.
-  // Returns true if free nodes were moved between the steps too; their body is not swept.
+  // Pinned nodes that the application moved between steps start at their last end, so their path is
+  // tested. Returns true if free nodes were moved between the steps too; the nodes of their body
+  // start where they are.
   bool sweep_prescribed_nodes();
   // Depth for tessellate(), metres: half the smallest thickness of contacts with obstacles. So at
   // least half of the gap to a round surface remains.
@@ -93,7 +95,9 @@ class StepReader {
   }
   // Bounds of the start positions of soft bodies that collide with obstacles.
   AxisBox starts_near_obstacles() const;
-  void read_resolution();
+  // Sets resolution(). Keeps the old value while it is no more than 4 times too large, because a
+  // new one changes the thickness of contacts.
+  void update_resolution();
 
   SolverOptions options_;
   WarningLog& warnings_;

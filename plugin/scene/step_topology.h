@@ -23,7 +23,9 @@ class StepTopology {
     bool dynamic;      ///< an obstacle that contacts can move
     std::int32_t first_vertex, vertex_count;
     double margin;  ///< metres; of an obstacle: margin_of_triangles()
-    bool responds;  ///< false: contacts are reported, but nothing is moved
+    /// False for a soft body with CF_NO_CONTACT_RESPONSE: its contacts are reported, but nothing is
+    /// moved. Always true for an obstacle: a rigid body with this flag is none.
+    bool responds;
   };
 
   /// Reads the bodies if `scene_changed`, and the application's filter if there is one. Returns

@@ -27,9 +27,9 @@ constexpr Range<double> numbers[] = {
     {"untangling_speed", &SolverOptions::untangling_speed, 0, max_double}};
 
 constexpr Range<int> counts[] = {
-    {"max_detections", &SolverOptions::max_detections, 0, max_int},
+    {"max_impulse_rounds", &SolverOptions::max_impulse_rounds, 0, max_int},
     {"solver_iterations", &SolverOptions::solver_iterations, 0, max_int},
-    {"max_impact_zones", &SolverOptions::max_impact_zones, 0, max_int}};
+    {"max_zone_rounds", &SolverOptions::max_zone_rounds, 0, max_int}};
 
 template <class T>
 void check(const Range<T>& range, CheckedOptions& checked) {

@@ -35,7 +35,7 @@ void Pipeline::update_surfaces() {
 }
 
 bool Pipeline::handle_pair(const btSoftBody* a, const btSoftBody* b) noexcept {
-  if (!is_active_ || is_cluster_pair(*a, *b) || !scene().accepts(a) || !scene().accepts(b))
+  if (!ran_last_step_ || is_cluster_pair(*a, *b) || !scene().accepts(a) || !scene().accepts(b))
     return false;
   ++handled_pairs_;
   return true;
@@ -43,7 +43,7 @@ bool Pipeline::handle_pair(const btSoftBody* a, const btSoftBody* b) noexcept {
 
 bool Pipeline::replaces_contacts(const btSoftBody* body,
                                  const btCollisionObject* rigid) const noexcept {
-  return options_.collide_rigid && options_.replace_rigid_contacts && is_active_ &&
+  return options_.collide_rigid && options_.replace_rigid_contacts && ran_last_step_ &&
          scene().accepts(body) && Obstacles::collides_with_rigid(*body) &&
          Obstacles::is_fully_known(*rigid) &&
          body->m_tetras.size() == 0;  // inner nodes of a volume have no surface
@@ -73,14 +73,14 @@ bool Pipeline::run(const Bodies& bodies, double dt, const Fill& fill) noexcept {
       finish_step();
       step_.ms_response = answering.ms() - step_.ms_detect;
     }
-    is_active_ = true;
+    ran_last_step_ = true;
   } catch (const std::exception& error) {
     give_up(error.what());
   } catch (...) {  // an application's filter may throw anything
     give_up("an exception that is not a std::exception was thrown");
   }
   total_ += step_;
-  return is_active_;
+  return ran_last_step_;
 }
 
 void Pipeline::resolve_contacts() {
@@ -92,18 +92,18 @@ void Pipeline::resolve_contacts() {
   do {
     step_ = before;
     detector_.begin_motion();
-    const SpeculativePairs near = find_speculative_contacts();
+    const NearContacts near = find_near_contacts();
     responded_ = detector_.found_any() || untangling_.pushes();
     if (responded_) {
       response_.run(near, touching, reader_.motion(), step_);
     } else {
       response_.forget();
     }
-  } while (read_pushed_region());
+  } while (reread_obstacles_if_left());
 }
 
 void Pipeline::finish_step() {
-  detector_.find_unanswered();
+  detector_.find_report_only_contacts();
   step_.unresolved += detector_.count_passed_over();
   if (step_.unresolved > 0) {
     warnings_.warn_once("unresolved",
@@ -126,8 +126,8 @@ void Pipeline::write(const SoftScene::Visit& visit) {
 }
 
 void Pipeline::give_up(const std::string& why) {
-  is_active_ = false;
-  reader_.forget_scene();
+  ran_last_step_ = false;
+  reader_.invalidate_soft_bodies();
   reader_.forget_ends();
   response_.forget();
   contacts_.clear();
@@ -141,15 +141,15 @@ void Pipeline::gather(const Bodies& bodies, double dt, const Fill& fill) {
   update_surfaces();
   try {
     if (changes.topology || detector_.would_change(largest_thickness())) set_topology();
-    if (changes.start) report_intersections();
+    if (changes.bodies_placed) report_intersections();
   } catch (...) {
-    reader_.forget_scene();
+    reader_.invalidate_soft_bodies();
     throw;
   }
 }
 
-bool Pipeline::read_pushed_region() {
-  if (!responded_ || !reader_.read_pushed_region()) return false;
+bool Pipeline::reread_obstacles_if_left() {
+  if (!responded_ || !reader_.reread_obstacles_if_left()) return false;
   update_surfaces();
   set_topology();
   if (untangling_.pushes())
@@ -157,14 +157,14 @@ bool Pipeline::read_pushed_region() {
   return true;
 }
 
-SpeculativePairs Pipeline::find_speculative_contacts() {
+NearContacts Pipeline::find_near_contacts() {
   if (!untangling_.pushes() && !reader_.may_meet(detector_.separation())) {
     detector_.forget_near();
     return {};
   }
-  const SpeculativePairs near = detector_.detect_near();
+  const NearContacts near = detector_.detect_near();
   for (std::size_t i = 0; untangling_.allows_any_pass() && i < near.contacts.size(); ++i) {
-    if (untangling_.allows_pass(near.contacts[i], motion())) near.speculative[i].is_movable = false;
+    if (untangling_.allows_pass(near.contacts[i], motion())) near.estimates[i].can_act = false;
   }
   return near;
 }
@@ -223,14 +223,14 @@ double Pipeline::largest_thickness() const {
 
 void Pipeline::collect_contacts() {
   static const std::vector<const ContactRow*> none;
-  contacts_ = step_contacts(responded_ ? response_.rows() : none, detector_.unanswered(), scene(),
-                            topology(), motion());
+  contacts_ = step_contacts(responded_ ? response_.active_rows() : none,
+                            detector_.report_only_contacts(), scene(), topology(), motion());
   for (const StepContact& contact : contacts_) {
     ++(contact.kind == ContactKind::vertex_face ? step_.contacts_vf : step_.contacts_ee);
   }
 }
 
-void Pipeline::announce() noexcept try {
+void Pipeline::call_on_contacts() noexcept try {
   if (options_.on_contacts && !contacts_.empty()) options_.on_contacts(contacts_);
 } catch (const std::exception& error) {
   warnings_.warn_once("on_contacts", std::string("on_contacts threw: ") + error.what());

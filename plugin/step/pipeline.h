@@ -13,7 +13,7 @@
 #include "response/response.h"
 #include "scene/step_reader.h"
 #include "step/checked_options.h"
-#include "step/write_back.h"
+#include "step/write_rigid_bodies.h"
 #include "untangling/untangling.h"
 #include "util/warning_log.h"
 
@@ -46,7 +46,8 @@ class Pipeline {
   bool run(const Bodies& bodies, double dt, const Fill& fill) noexcept;
 
   // The following describe the last run().
-  bool is_active() const { return is_active_; }
+  /// True if the last step ran with LazyCCD, and before the first step.
+  bool ran_last_step() const { return ran_last_step_; }
   const SoftScene& scene() const { return reader_.scene(); }
   const Motion& motion() const { return reader_.motion(); }
   /// True if the response moved this soft vertex or changed its velocity. False if it did not run.
@@ -66,21 +67,20 @@ class Pipeline {
   const std::vector<StepContact>& contacts() const { return contacts_; }
   /// Calls SolverOptions::on_contacts if there are contacts. Call it when nodes and velocities are
   /// those of the end of the step.
-  void announce() noexcept;
-  const StepStats& step() const { return step_; }
+  void call_on_contacts() noexcept;
+  const StepStats& step_stats() const { return step_; }
 
-  const StepStats& total() const { return total_; }
+  const StepStats& total_stats() const { return total_; }
   std::string status() const;
   /// Makes the next step read the whole scene again.
-  void invalidate() { reader_.forget(); }
-  WarningLog& warnings() { return warnings_; }
+  void invalidate() { reader_.invalidate(); }
 
  private:
   Pipeline(const CheckedOptions& checked, FrictionRule friction);
 
   const StepTopology& topology() const { return reader_.topology(); }
   void update_surfaces();
-  // Ends the step without LazyCCD and forgets the scene.
+  // Ends the step without LazyCCD. The next step reads the soft bodies anew and has no warm start.
   void give_up(const std::string& why);
   // Reads the scene and its motion, and tells the detector about changes.
   void gather(const Bodies& bodies, double dt, const Fill& fill);
@@ -88,17 +88,20 @@ class Pipeline {
   void resolve_contacts();
   // Reports the step, and remembers it for the next one.
   void finish_step();
-  // See StepReader::read_pushed_region(). True if the step must be detected again.
-  bool read_pushed_region();
+  // If the response moved soft bodies out of the region in which obstacles were read: reads the
+  // obstacles of a larger region, and with them surfaces, topology and intersections. Returns true
+  // if it did; the step must be detected again then.
+  bool reread_obstacles_if_left();
   void set_topology();
   Intersections find_intersections() const;
   void report_intersections();
-  SpeculativePairs find_speculative_contacts();
+  NearContacts find_near_contacts();
   // Pushes apart bodies that intersect at the start of the step.
   void untangle();
-  // Removes the contacts that would keep untangling bodies intersected.
+  // Removes contacts that untangling lets pass.
   std::vector<Contact> remove_passable(std::vector<Contact> contacts) const;
-  // Holds static and kinematic bodies that the response stopped at the start of the step.
+  // If the response stopped a static or kinematic body, keeps LazyCCD's copy of it at the start
+  // pose.
   void hold_stopped_obstacles();
   double largest_thickness() const;
   void collect_contacts();
@@ -115,7 +118,7 @@ class Pipeline {
   std::vector<StepContact> contacts_;
   std::int64_t handled_pairs_ = 0;
   StepStats step_, total_;
-  bool is_active_ = true;
+  bool ran_last_step_ = true;
   bool responded_ = false;
 };
 

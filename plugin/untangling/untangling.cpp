@@ -248,7 +248,7 @@ bool Untangling::allows_pass(const Contact& contact, const Motion& motion) const
   if (directions_.empty()) return false;
   const Vector normal(contact.normal[0], contact.normal[1], contact.normal[2]);
   if (comes_out(contact, normal, motion)) return true;
-  const int first_of_b = contact.kind == ContactKind::vertex_face ? 1 : 2;
+  const int first_of_b = first_vertex_of_b(contact.kind);
   for (int i = 0; i < first_of_b; ++i) {
     for (int k = first_of_b; k < 4; ++k) {
       const auto direction = directions_.find({contact.vertices[i], contact.vertices[k]});

@@ -57,11 +57,13 @@ btLazyDeformableBodySolver::~btLazyDeformableBodySolver() = default;
 Span<const StepContact> btLazyDeformableBodySolver::contacts() const {
   return pipeline_->contacts();
 }
-const StepStats& btLazyDeformableBodySolver::step_stats() const { return pipeline_->step(); }
-const StepStats& btLazyDeformableBodySolver::total_stats() const { return pipeline_->total(); }
+const StepStats& btLazyDeformableBodySolver::step_stats() const { return pipeline_->step_stats(); }
+const StepStats& btLazyDeformableBodySolver::total_stats() const {
+  return pipeline_->total_stats();
+}
 std::string btLazyDeformableBodySolver::status() const { return pipeline_->status(); }
 void btLazyDeformableBodySolver::topology_changed() { pipeline_->invalidate(); }
-bool btLazyDeformableBodySolver::is_active() const { return pipeline_->is_active(); }
+bool btLazyDeformableBodySolver::is_active() const { return pipeline_->ran_last_step(); }
 
 void btLazyDeformableBodySolver::handle_pair(btSoftBody* a, btSoftBody* b) {
   if (pipeline_->handle_pair(a, b)) return;
@@ -85,8 +87,9 @@ void btLazyDeformableBodySolver::predictMotion(btScalar solverdt) {
   // Bullet does not clear these lists of sleeping bodies, so it might act on the contacts of an old
   // step.
   for (int i = 0; i < m_softBodies.size(); ++i) m_softBodies[i]->m_nodeRigidContacts.clear();
-  dbvt_->begin_prediction(m_softBodies, btSoftBody::fCollision::SDF_RD, !pipeline_->is_active());
-  if (pipeline_->is_active()) dbvt_->hide_nodes(m_softBodies);
+  dbvt_->begin_prediction(m_softBodies, btSoftBody::fCollision::SDF_RD,
+                          !pipeline_->ran_last_step());
+  if (pipeline_->ran_last_step()) dbvt_->hide_nodes(m_softBodies);
   btDeformableBodySolver::predictMotion(solverdt);
   dbvt_->end_prediction();
 }
@@ -100,7 +103,7 @@ void btLazyDeformableBodySolver::silence_bullet() {
   // Next, the stock world runs its discrete soft-against-soft handling, which ignores collision
   // filters and loses momentum. It tests for VF_DD, so the flag stays off until applyTransforms().
   silenced_.clear();
-  if (!pipeline_->is_active()) return;
+  if (!pipeline_->ran_last_step()) return;
   for (int i = 0; i < m_softBodies.size(); ++i) {
     btSoftBody* body = m_softBodies[i];
     if (!(body->m_cfg.collisions & btSoftBody::fCollision::VF_DD)) continue;
@@ -128,7 +131,7 @@ void btLazyDeformableBodySolver::applyTransforms(btScalar timeStep) {
   pipeline_->write_rigid_bodies();
   pipeline_->detect_ahead();
   fill_deformable_contact_lists(m_softBodies, pipeline_->contacts());
-  pipeline_->announce();
+  pipeline_->call_on_contacts();
 }
 
 void btLazyDeformableBodySolver::write_velocities() {
@@ -152,7 +155,7 @@ void btLazyDeformableBodySolver::write_positions() {
   const Motion& motion = pipeline_->motion();
   pipeline_->write([&](const SoftScene::BodyRecord& record, std::int32_t first, std::int32_t last) {
     for (std::int32_t v = first; v < last; ++v) {
-      scene.fetch_ahead(record, v);
+      scene.prefetch_node(record, v);
       const btScalar* end = &motion.end[3 * static_cast<std::size_t>(v)];
       btSoftBody::Node& node = record.body->m_nodes[scene.node_index(v)];
       node.m_x = node.m_q = btVector3(end[0], end[1], end[2]);

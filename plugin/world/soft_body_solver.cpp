@@ -20,8 +20,8 @@ btLazySoftBodySolver::btLazySoftBodySolver(const SolverOptions& options)
 btLazySoftBodySolver::~btLazySoftBodySolver() = default;
 
 Span<const StepContact> btLazySoftBodySolver::contacts() const { return pipeline_->contacts(); }
-const StepStats& btLazySoftBodySolver::step_stats() const { return pipeline_->step(); }
-const StepStats& btLazySoftBodySolver::total_stats() const { return pipeline_->total(); }
+const StepStats& btLazySoftBodySolver::step_stats() const { return pipeline_->step_stats(); }
+const StepStats& btLazySoftBodySolver::total_stats() const { return pipeline_->total_stats(); }
 std::string btLazySoftBodySolver::status() const { return pipeline_->status(); }
 void btLazySoftBodySolver::topology_changed() { pipeline_->invalidate(); }
 
@@ -31,7 +31,8 @@ void btLazySoftBodySolver::handle_pair(btSoftBody* a, btSoftBody* b) {
 
 void btLazySoftBodySolver::predictMotion(btScalar solverdt) {
   pipeline_->begin_step(m_softBodySet);
-  dbvt_->begin_prediction(m_softBodySet, btSoftBody::fCollision::VF_SS, !pipeline_->is_active());
+  dbvt_->begin_prediction(m_softBodySet, btSoftBody::fCollision::VF_SS,
+                          !pipeline_->ran_last_step());
   btDefaultSoftBodySolver::predictMotion(solverdt);
   dbvt_->end_prediction();
   // Bullet predicts active bodies and clears the lists of these only. A body that sleeps here may
@@ -91,7 +92,7 @@ void btLazySoftBodySolver::solveConstraints(btScalar solverdt) {
 // The last call of a step, so on_contacts may remove bodies.
 void btLazySoftBodySolver::updateSoftBodies() {
   btDefaultSoftBodySolver::updateSoftBodies();
-  pipeline_->announce();
+  pipeline_->call_on_contacts();
 }
 
 void btLazySoftBodySolver::read_starts() {

@@ -1,5 +1,5 @@
-// Compares rounding errors of the elementary tests with the bounds of core/elementary.h. The exact
-// values are rationals. The queries come from every generator and from a search for the worst
+// Compares rounding errors of the elementary tests with the bounds of core/narrow/elementary.h. The
+// exact values are rationals. The queries come from every generator and from a search for the worst
 // error.
 #include <algorithm>
 #include <boost/multiprecision/cpp_int.hpp>

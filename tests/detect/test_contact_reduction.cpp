@@ -225,7 +225,7 @@ TEST_CASE("near pairs of one body end at its self-separation and touching pairs 
   for (const bool reduced : {false, true}) {
     Detector detector(cpu_options(reduced));
     std::vector<Contact> expected = found(free, detector);
-    const std::int64_t near = detector.stats().near;
+    const std::int64_t near = detector.stats().near_pairs;
     CHECK(near >= static_cast<std::int64_t>(expected.size()));
     const std::size_t all = expected.size();
     const auto is_beyond = [&](const Contact& contact) {
@@ -235,7 +235,7 @@ TEST_CASE("near pairs of one body end at its self-separation and touching pairs 
     expected.erase(std::remove_if(expected.begin(), expected.end(), is_beyond), expected.end());
     CHECK(expected.size() + 100 < all);
     CHECK(same_contacts(found(limited, detector), expected));
-    CHECK(detector.stats().near == near);
+    CHECK(detector.stats().near_pairs == near);
     Detector plain;
     CHECK(same_contacts(detector.recheck_near_pairs(start, end), found(free, plain)));
     CHECK(plain.stats().contacts_vf > 0);
@@ -248,7 +248,7 @@ TEST_CASE("near pairs of one body end at its self-separation and touching pairs 
     cpu.set_mesh(mesh);
     Stats stats;
     CHECK(same_contacts(cpu.reduce_contacts(device, start, end, stats), expected));
-    CHECK(stats.near == near);
+    CHECK(stats.near_pairs == near);
   }
 
   Topology wrong = limited;

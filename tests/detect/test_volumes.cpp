@@ -86,7 +86,7 @@ TEST_CASE("every volume gives the same contacts on needles, near and far, large 
         hashes.insert(s.hash);
         CAPTURE(place.offset, place.size, name(volume), name(strategy));
         if (place.size == 1 || volume == Volume::box)
-          CHECK((s.volume_culled > 0) == (volume != Volume::box));
+          CHECK((s.culled_by_volume > 0) == (volume != Volume::box));
       }
     }
     CHECK(hashes.size() == 1);
@@ -191,7 +191,7 @@ TEST_CASE("every volume gives the same contacts on real frames") {
       std::printf(
           "%s, %s: %lld tests, %lld culled, %lld group pairs, refit %.1f, traverse %.1f ms\n",
           scene, name(volume), static_cast<long long>(s.tree_tests),
-          static_cast<long long>(s.volume_culled), static_cast<long long>(s.group_pairs),
+          static_cast<long long>(s.culled_by_volume), static_cast<long long>(s.group_pairs),
           s.ms_refit, s.ms_traverse);
     }
     CHECK(hashes.size() == 1);

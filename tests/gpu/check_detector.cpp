@@ -197,12 +197,12 @@ struct Culled {
 
 // Adds the counts of a step. Returns false if a method that is off has culled something.
 bool count_culled(const DetectorOptions& options, const Stats& s) {
-  culled.by_volume[static_cast<int>(options.algorithm.volume)] += s.volume_culled;
+  culled.by_volume[static_cast<int>(options.algorithm.volume)] += s.culled_by_volume;
   culled.culled_by_normal_cone += s.culled_by_normal_cone;
   culled.orphans += s.orphan_tests;
   culled.filtered_noncoplanar += s.filtered_noncoplanar;
   const bool thick = options.separation > 0;
-  return (options.algorithm.volume != Volume::box || s.volume_culled == 0) &&
+  return (options.algorithm.volume != Volume::box || s.culled_by_volume == 0) &&
          ((options.algorithm.culling.normal_cones && !thick) || s.culled_by_normal_cone == 0) &&
          ((options.algorithm.culling.orphan_sets && !thick) || s.orphan_tests == 0) &&
          (options.algorithm.culling.non_penetration || s.filtered_noncoplanar == 0);

@@ -190,7 +190,7 @@ void check_culling(DeviceScene& device, const DetectorOptions& options, int repe
       const Walk& walk = from_front ? frame.culled_from_front : frame.culled_from_root;
       expect(equal(leaf_pairs, walk.leaf_pairs), "leaf pairs with culling", scene, f, options);
       expect(c.tree_tests == walk.tests, "number of tests with culling", scene, f, options);
-      expect(culled.volume_culled == walk.volume_culled, "pairs culled", scene, f, options);
+      expect(culled.culled_by_volume == walk.culled_by_volume, "pairs culled", scene, f, options);
       expect(culled.culled_by_normal_cone == walk.culled_by_normal_cone, "flat nodes", scene, f,
              options);
       if (options.algorithm.front == FrontUse::on)

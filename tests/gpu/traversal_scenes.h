@@ -36,7 +36,7 @@ struct NodeVolumes {
 /// Result of a traversal on one thread.
 struct Walk {
   std::vector<NodePair> front, leaf_pairs;  // sorted
-  std::uint64_t tests = 0, volume_culled = 0, culled_by_normal_cone = 0;
+  std::uint64_t tests = 0, culled_by_volume = 0, culled_by_normal_cone = 0;
 };
 
 inline Walk walk(const std::vector<TreeNode>& nodes, std::vector<NodePair> stack,
@@ -48,17 +48,17 @@ inline Walk walk(const std::vector<TreeNode>& nodes, std::vector<NodePair> stack
     ++result.tests;
     const TreeNode &a = nodes[pair.a], &b = nodes[pair.b];
     PairVisit v = visit(pair, a, b);
-    if (volumes && v.near) {
+    if (volumes && v.overlaps) {
       const bool flat = pair.a == pair.b && volumes->flat[pair.a] != 0;
       const bool parted = pair.a != pair.b && apart(volumes->boxes[pair.a], volumes->boxes[pair.b]);
       result.culled_by_normal_cone += flat;
-      result.volume_culled += parted;
+      result.culled_by_volume += parted;
       if (flat || parted) v = {false, 0, {}};
     }
     for (int i = 0; i < v.children; ++i) stack.push_back(v.child[i]);
     if (v.children != 0) continue;
     result.front.push_back(pair);
-    if (v.near) result.leaf_pairs.push_back(in_order(a.group(), b.group()));
+    if (v.overlaps) result.leaf_pairs.push_back(in_order(a.group(), b.group()));
   }
   sort(result.front);
   sort(result.leaf_pairs);

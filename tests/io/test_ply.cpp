@@ -102,10 +102,10 @@ TEST_CASE("every integer type can hold the corners of a face") {
     add(bytes);
     return parse_ply(bytes, "mesh.ply").faces;
   };
-  const auto corners_as = [](auto zero) {
-    return [zero](std::string& bytes) {
+  const auto corners_as = [](auto type) {
+    return [](std::string& bytes) {
       for (int corner : {2, 0, 1}) {
-        append_big_endian(bytes, static_cast<std::decay_t<decltype(zero)>>(corner));
+        append_big_endian(bytes, static_cast<decltype(type)>(corner));
       }
     };
   };

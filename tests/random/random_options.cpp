@@ -8,8 +8,8 @@ bullet::SolverOptions random_options(std::uint32_t number) {
   RandomSource random(number);
   bullet::SolverOptions options;
   if (random.chance(0.4)) options.solver_iterations = 1;
-  if (random.chance(0.4)) options.max_detections = random.below(3);
-  if (random.chance(0.4)) options.max_impact_zones = random.below(2);
+  if (random.chance(0.4)) options.max_impulse_rounds = random.below(3);
+  if (random.chance(0.4)) options.max_zone_rounds = random.below(2);
   if (random.chance(0.4))
     options.thickness = random.chance(0.5) ? 0 : random.across_scales(1e-5, 0.1);
   if (random.chance(0.4)) options.position_correction = random.below(2);

@@ -1,4 +1,5 @@
-# Fails if a page links to a file of the project that does not exist, or if the README is too long.
+# Fails if a page links to a file of the project that does not exist, if a comment names a source file
+# that does not exist, or if the README is too long.
 #
 #   cmake -D source_dir=. -P tests/structure/check_pages.cmake
 cmake_minimum_required(VERSION 3.24)
@@ -21,6 +22,43 @@ foreach(page IN LISTS pages)
     endif()
     message("${page}: there is no ${link}")
     math(EXPR failures "${failures} + 1")
+  endforeach()
+endforeach()
+
+# Comments may name a file by any end of its path that includes a folder: narrow/query.cuh.
+set(suffixes h cpp cuh cu pml)
+set(patterns)
+foreach(top cuda plugin examples tests)
+  foreach(suffix IN LISTS suffixes)
+    list(APPEND patterns ${source_dir}/${top}/*.${suffix})
+  endforeach()
+endforeach()
+file(GLOB_RECURSE sources ${patterns})
+list(FILTER sources EXCLUDE REGEX "/(build|out)[^/]*/")
+list(JOIN sources "\n" all_sources)
+string(APPEND all_sources "\n")
+foreach(source IN LISTS sources)
+  if(source MATCHES "\\.pml$")
+    continue()
+  endif()
+  file(READ ${source} text)
+  string(REPLACE ";" "," text "${text}")
+  string(REPLACE "[" "<" text "${text}")
+  string(REPLACE "]" ">" text "${text}")
+  string(REPLACE "\\" "/" text "${text}")
+  string(REGEX MATCHALL "//[^\n]*" comments "${text}")
+  string(REGEX MATCHALL "[A-Za-z_0-9/]+/[A-Za-z_0-9]+\\.(h|cpp|cuh|cu|pml)" names "${comments}")
+  foreach(name IN LISTS names)
+    string(REGEX REPLACE "^/+" "" name "${name}")
+    # A name without a folder after its slashes, as in "//query.h", and headers of Bullet.
+    if(NOT name MATCHES "/" OR name MATCHES "^(Bullet|LinearMath)")
+      continue()
+    endif()
+    string(FIND "${all_sources}" "/${name}\n" place)
+    if(place LESS 0)
+      message("${source}: there is no ${name}")
+      math(EXPR failures "${failures} + 1")
+    endif()
   endforeach()
 endforeach()
 

@@ -161,7 +161,7 @@ QueryPoints sliver(ContactKind kind, Random& r) {
 QueryPoints rotation(ContactKind kind, Random& r) {
   const double u = r.uniform(0, 0.5), v = r.uniform(0, 0.5);
   const Points at = touching(kind, u, v, uniform_point, r);
-  const std::size_t split = kind == ContactKind::vertex_face ? 1 : 2;
+  const auto split = static_cast<std::size_t>(first_vertex_of_b(kind));
   QueryPoints q;
   Point axis, shift;
   double from = 0, to = 0;

@@ -74,7 +74,7 @@ struct DetectorPair {
     const Stats stats = with.stats(), others = without.stats();
     CHECK(stats.hash == others.hash);
     CHECK(stats.hash == contact_hash(found));
-    CHECK(stats.near == others.near);
+    CHECK(stats.near_pairs == others.near_pairs);
     CHECK(stats.contacts_vf == others.contacts_vf);
     CHECK(stats.contacts_ee == others.contacts_ee);
     CHECK(same_bits(with.recheck_near_pairs(start, end), without.recheck_near_pairs(start, end)));

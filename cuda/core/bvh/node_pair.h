@@ -16,7 +16,7 @@ struct alignas(8) NodePair {
 /// The result of a visit. A pair that overlaps is expanded into pairs of children, down to pairs of
 /// leaves. A pair of a node with itself overlaps.
 struct PairVisit {
-  bool near;     // the pair overlaps; without children it is a pair of leaves to test
+  bool overlaps;  // if true and without children, it is a pair of leaves to test
   int children;  // number of child pairs; 0: the traversal ends here, the pair belongs to the front
   NodePair child[3];
 };

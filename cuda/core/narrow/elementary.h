@@ -25,6 +25,9 @@
 // The table counts the roundings to first order. Terms of second order, and the rounding of the
 // bound itself, are below 2^-20 of the bound; the slack of the last column covers them.
 //
+// The last column is the bound that the code uses and, if another file uses it, the name of the
+// file; empty: an intermediate quantity.
+//
 //   quantity                                        counted                      used
 //   component of e x e                              4 u N
 //   f's coefficients k0, k3 = n.r at the ends       4 + 2 + 2            =  8 u
@@ -36,6 +39,7 @@
 //   n.n minus one or two of those                   19 + 2               = 21 u
 //   ... with the rounded ends in its derivative     21 + 4               = 25 u    30 u (NN + NW)
 //   corner difference . axis at a time              4 + 3 + 2            =  9 u    16 u D.(R+E1+E2)
+//                                                               subdivision.h, separation.h
 //
 // A comparison with NaN is false, so an overflow can only leave a query undecided.
 #pragma once
@@ -66,9 +70,10 @@ LAZYCCD_HD inline Vec3<T> max_abs(const Vec3<T> (&v)[2]) {
   return {max_abs(v[0].x, v[1].x), max_abs(v[0].y, v[1].y), max_abs(v[0].z, v[1].z)};
 }
 
-/// The magnitude by which each component changes over the step.
+/// The magnitude by which each component changes over the step, rounded. inside_conditions() allows
+/// for the rounding.
 template <class T>
-LAZYCCD_HD inline Vec3<T> delta_bound(const Vec3<T> (&v)[2]) {
+LAZYCCD_HD inline Vec3<T> rounded_change(const Vec3<T> (&v)[2]) {
   return {lane_abs(v[1].x - v[0].x), lane_abs(v[1].y - v[0].y), lane_abs(v[1].z - v[0].z)};
 }
 
@@ -115,7 +120,8 @@ struct Cubic {
   LAZYCCD_HD MaskOf<T> all_negative() const {
     return (k[0] < -bound) & (k[1] < -bound) & (k[2] < -bound) & (k[3] < -bound);
   }
-  /// The non-coplanar filter (Tang et al. 2010): whether the cubic certainly has no root.
+  /// The non-coplanar filter (Tang et al. 2010, who call it the non-penetration filter): whether
+  /// the cubic certainly has no root.
   LAZYCCD_HD MaskOf<T> no_root() const { return all_positive() | all_negative(); }
 };
 
@@ -159,7 +165,7 @@ LAZYCCD_HD inline Inside<T> inside_conditions(const Differences<T>& d, const Mag
   const T gu = dot(n, wu), gv = dot(n, wv), nn = dot(n, n);
 
   const Vec3<T> wu_bound = cross_bound(m.r, m.e2), wv_bound = cross_bound(m.r, m.e1);
-  const Vec3<T> de1 = delta_bound(d.e1), de2 = delta_bound(d.e2), dr = delta_bound(d.r);
+  const Vec3<T> de1 = rounded_change(d.e1), de2 = rounded_change(d.e2), dr = rounded_change(d.r);
   const Vec3<T> dn = cross_bound(de1, m.e2) + cross_bound(m.e1, de2);
   const Vec3<T> dwu = cross_bound(dr, m.e2) + cross_bound(m.r, de2);
   const Vec3<T> dwv = cross_bound(dr, m.e1) + cross_bound(m.r, de1);

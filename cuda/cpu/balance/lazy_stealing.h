@@ -83,7 +83,7 @@ class LazyStealing {
   }
 
   bool should_share(int worker, const WorkStack<Item>&) const {
-    return member(worker).protocol.any_worker_idle();
+    return member(worker).protocol.should_offer();
   }
 
   /// Offers half of the items, every second one from the oldest on, up to chunk_size. False: the

@@ -120,7 +120,7 @@ class TaskStealing {
     Word age{0};
     HostAtomics::Cell<std::uint32_t> bottom{0};
     std::unique_ptr<Word[]> tasks;
-    bool busy = false;  // holds a unit of `live`
+    bool busy = false;  // counted in `live` (Termination)
     Claims claims;
     std::uint32_t victim = 0;
     WorkerCounts counts;

@@ -1,6 +1,6 @@
-// Continuous normal cones of the nodes of a tree, with the contour condition (core/normal_cone.h).
-// They find parts of a surface that cannot touch themselves during the step. The traversal skips
-// these.
+// Continuous normal cones of the nodes of a tree, with the contour condition
+// (core/bvh/normal_cone.h). They find parts of a surface that cannot touch themselves during the
+// step. The traversal skips these.
 #pragma once
 
 #include <cstdint>

@@ -9,7 +9,8 @@ namespace lazyccd {
 namespace LAZYCCD_ISA {
 
 // Gathers the differences of a pack of candidates at both ends of the step. They are computed and
-// scaled in double, so that only the rounding of the result to float is coarse (core/elementary.h).
+// scaled in double, so that only the rounding of the result to float is coarse
+// (core/narrow/elementary.h).
 template <ContactKind kind>
 LAZYCCD_INLINE Differences<FloatLanes> gather(const LeafScene& scene, const Candidate* c) {
   alignas(64) Float8 rows[3][FloatLanes::lanes];

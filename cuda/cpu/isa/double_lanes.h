@@ -147,7 +147,7 @@ LAZYCCD_INLINE DoubleLanes operator/(DoubleLanes a, DoubleLanes b) { return a.v 
 LAZYCCD_INLINE WideMask operator>(DoubleLanes a, DoubleLanes b) { return b < a; }
 LAZYCCD_INLINE WideMask operator>=(DoubleLanes a, DoubleLanes b) { return b <= a; }
 LAZYCCD_INLINE bool lane_any(WideMask m) { return m.bits() != 0; }
-// As unit_scale(double) in core/contact_math.h.
+// As unit_scale(double) in core/narrow/contact_math.h.
 LAZYCCD_INLINE DoubleLanes unit_scale(DoubleLanes size) {
   typedef std::uint64_t Bits __attribute__((vector_size(sizeof(DoubleLanes))));
   typedef std::int64_t Exponent __attribute__((vector_size(sizeof(DoubleLanes))));

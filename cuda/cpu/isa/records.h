@@ -17,7 +17,8 @@ LAZYCCD_INLINE const Double8* records_of(const LeafScene& scene) {
   return reinterpret_cast<const Double8*>(scene.records);
 }
 
-// The vertices between which the differences of a candidate are taken: see core/elementary.h.
+// The vertices between which the differences of a candidate are taken: see
+// core/narrow/elementary.h.
 struct Ends {
   std::int32_t e1[2], e2[2], r[2];  // from, to
 };

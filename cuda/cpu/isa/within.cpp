@@ -70,8 +70,8 @@ struct Searches {
   }
 };
 
-// The culling tests of core/separation.h. A backend may have culled the same pairs with wider
-// margins.
+// The culling tests of core/narrow/separation.h. A backend may have culled the same pairs with
+// wider margins.
 template <ContactKind kind>
 LAZYCCD_INLINE WideMask culled(const LeafScene& scene, const CoordinatesOf<DoubleLanes>& q,
                                const Differences<DoubleLanes>& d, const Magnitudes<DoubleLanes>& m,

@@ -15,7 +15,7 @@ namespace lazyccd {
 
 /// Input of the kernels in one step. `records` holds eight doubles per vertex (VertexRecord).
 /// `scale` is a power of two that brings all differences of positions to at most 2^6
-/// (core/elementary.h).
+/// (core/narrow/elementary.h).
 struct LeafScene {
   const Group* groups;
   const MotionBox* boxes;
@@ -55,7 +55,9 @@ struct CandidateQueue {
 /// Two queues of candidates, and a function that empties them.
 struct CandidateSink {
   CandidateQueue queues[2];  // by ContactKind
-  // Frees space in the queue of one kind. Called if fewer than max_per_row places are free.
+  // Frees space in the queue of one kind. Called if fewer than max_per_row places are free. A
+  // function pointer instead of a virtual function: objects compiled for one instruction set must
+  // not define a vtable, because the linker might use it for all (check_isa_objects.cmake).
   void (*drain)(CandidateSink& self, ContactKind kind);
 };
 
@@ -72,7 +74,7 @@ struct Approach {
   Candidate pair;
   double t = 0;               // time at which the distance does, in [0, 1] of the step
   bool is_redundant = false;  // another pair is reported instead at the start of the step
-                              // (core/contact_reduction.h)
+                              // (core/narrow/contact_reduction.h)
   float min_distance = 0;     // lower bound of the distance at the start of the step, scaled
 };
 
@@ -124,8 +126,9 @@ struct LeafKernels {
   // each candidate must be ordered as in Contact.
   void (*near_at_start)(const LeafScene& scene, ContactKind kind, const Candidate* candidates,
                         int count, NearSplit& split);
-  // Tests at most CandidateQueue::capacity approaches as decide_within() of core/separation.h does.
-  // Keeps those that come within the minimum separation, sets their t, and returns their number.
+  // Tests at most CandidateQueue::capacity approaches as decide_within() of
+  // core/narrow/separation.h does. Keeps those that come within the minimum separation, sets their
+  // t, and returns their number.
   int (*within)(const LeafScene& scene, ContactKind kind, Approach* approaches, int count);
   // Computes point and normal of each approach at its tick, as describe_contact() does.
   void (*describe)(const LeafScene& scene, ContactKind kind, const Approach* approaches, int count,

@@ -37,7 +37,7 @@ void NarrowPhase::begin(const LeafKernels& kernels, const Mesh& mesh, const Leaf
   key_ = mesh.contact_key();
   contacts.clear();
   keys.clear();
-  filtered_noncoplanar = double_precision_tests = exact = 0;
+  filtered_noncoplanar = double_precision_tests = exact_tests = 0;
   from_list = 0;
   ms = 0;
   for (int kind = 0; kind < 2; ++kind) {
@@ -160,7 +160,7 @@ Decision NarrowPhase::decide(const Survivor& survivor, const QueryCoordinates& q
     decision = decide_in_double<kind>(d);
   }
   if (decision.kind == Decision::undecided) {
-    ++exact;
+    ++exact_tests;
     decision = decide_exactly(kind, q);
   }
   return decision;
@@ -184,7 +184,7 @@ void NarrowPhase::report_near(const Candidate* items, int count) {
       split_.kept[split_.kept_count++] = undecided[i];
   const auto last = std::remove_if(
       split_.kept, split_.kept + split_.kept_count,
-      [this](const auto& a) { return at_start(a) && exceeds_self_separation<kind>(a); });
+      [this](const Approach& a) { return at_start(a) && exceeds_self_separation<kind>(a); });
   split_.kept_count = static_cast<int>(last - split_.kept);
   if (interrupted_) defer_touching(kind);
   describe_kept<kind>();
@@ -199,7 +199,7 @@ bool NarrowPhase::exceeds_self_separation(const Approach& approach) const {
   Contact pair;
   identify_contact<kind>(scene_.mesh, approach.pair, pair);
   if (pair.body_a != pair.body_b) return false;
-  const int split = kind == ContactKind::vertex_face ? 1 : 2;
+  constexpr int split = first_vertex_of_b(kind);
   return approach.min_distance > scene_.scale * self_separation_of(pair.vertices, split, of_vertex);
 }
 

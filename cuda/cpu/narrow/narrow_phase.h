@@ -45,11 +45,13 @@ class NarrowPhase : public CandidateSink {
   /// (Detector::detect_ahead()). Candidates that are not certainly within the separation at the
   /// start go to `deferred`. The description of pairs that may touch at the start is deferred too.
   /// After `interrupted` becomes true, all further candidates go to `pending`.
-  void begin_at_start(const std::atomic<bool>& interrupted) { interrupted_ = &interrupted; }
-  /// Continues the same step with the end known: the caller processes `pending` after resume(), and
-  /// `deferred` after resume_deferred(), which is in the Verlet list already.
+  void limit_to_start(const std::atomic<bool>& interrupted) { interrupted_ = &interrupted; }
+  /// Continues the same step with the end known. Afterwards the caller processes `pending`, then
+  /// `deferred`.
   void resume(const LeafScene& scene);
-  void resume_deferred() { list_ = nullptr; }
+  /// Adds no more candidates to the Verlet list. Call stop_listing() before the deferred candidates
+  /// are processed, because the Verlet list has them already.
+  void stop_listing() { list_ = nullptr; }
   /// Skips these candidates from now on, because the caller tests them separately. Null: none.
   void exclude(const OrphanSets* excluded) { excluded_ = excluded; }
 
@@ -77,10 +79,10 @@ class NarrowPhase : public CandidateSink {
   std::vector<Contact> contacts;
   std::vector<std::uint64_t> keys;                                   // sort keys of the contacts
   std::int64_t candidates[2] = {}, survived[2] = {}, found[2] = {};  // by ContactKind
-  std::int64_t filtered_noncoplanar = 0, double_precision_tests = 0, exact = 0;
+  std::int64_t filtered_noncoplanar = 0, double_precision_tests = 0, exact_tests = 0;
   std::int64_t from_list = 0;  // number of candidates that came from the Verlet list
   double ms = 0;               // time spent in the narrow phase, milliseconds
-  std::vector<Candidate> deferred[2], pending[2];  // by ContactKind; see begin_at_start()
+  std::vector<Candidate> deferred[2], pending[2];  // by ContactKind; see limit_to_start()
   // Result of the last step with a separation.
   NearPairs near_pairs;
 

@@ -1,4 +1,4 @@
-// The scale of the elementary tests (core/elementary.h).
+// The scale of the elementary tests (core/narrow/elementary.h).
 #pragma once
 
 #include <algorithm>

@@ -29,7 +29,7 @@ std::size_t ListedPairs::bytes() const {
          pairs.capacity() * sizeof(NodePair) + distance_limit.capacity() * sizeof(float);
 }
 
-void VerletList::build(const Mesh& mesh, const Groups& groups, const Tree& tree) {
+void VerletList::set_tree(const Mesh& mesh, const Groups& groups, const Tree& tree) {
   motion_.build(mesh, groups, tree);
   forget();
 }
@@ -41,20 +41,20 @@ bool VerletList::is_worthwhile(double scale) const {
 
 void VerletList::begin_step(const std::vector<VertexRecord>& records, double scale,
                             double tolerance, const Tree& tree, ThreadPool& pool) {
-  if (!is_built_) motion_.begin(records, scale);
+  if (!has_list_) motion_.begin(records, scale);
   motion_.measure(records, tree, pool);
   tolerance_ = 2 * tolerance * (1 + 0x1p-20) * motion_.scale();
   const double limit = 2 * skin_ * motion_.scale() - tolerance_;
   limit_squared_ = limit >= 0 ? limit * limit : -1;
 }
 
-void VerletList::begin(const std::vector<VertexRecord>& records, double scale) {
+void VerletList::begin_building(const std::vector<VertexRecord>& records, double scale) {
   motion_.begin(records, scale);
   for (ListedPairs& part : parts_) part.clear();
 }
 
-void VerletList::complete() {
-  is_built_ = true;
+void VerletList::finish_building() {
+  has_list_ = true;
   worthwhile_ = false;
   searched_ = 0;
   steps_ = 0;
@@ -82,7 +82,8 @@ void VerletList::measure_distances() {
 // primitives move relative to each other by no more than their vertices do. The elementary test is
 // conservative and may count distances slightly above the separation, so a margin is added.
 float VerletList::distance_limit(double relative_motion) const {
-  // Margins relative to the separation, and to the size of the scene (scaled: core/elementary.h).
+  // Margins relative to the separation, and to the size of the scene (scaled:
+  // core/narrow/elementary.h).
   constexpr double relative_margin = 0x1p-12, scene_margin = 0x1p-15;
   const double distance = separation_ * (1 + relative_margin) * motion_.scale() + relative_motion;
   return static_cast<float>(distance + scene_margin) * (1 + 0x1p-20f);
@@ -96,7 +97,7 @@ void VerletList::record_use(std::int64_t candidates) {
   searched_ += candidates;
   const std::int64_t since = static_cast<std::int64_t>(size()) + searched_;
   if (2 * candidates * (steps_ + 1) <= since) return;
-  is_built_ = false;
+  has_list_ = false;
   worthwhile_ = steps_ >= min_steps;
 }
 

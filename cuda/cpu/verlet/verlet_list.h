@@ -2,10 +2,10 @@
 // "Computer experiments on classical fluids").
 //
 // The list is built with a skin: boxes are wider than a step needs. For a pair of groups it holds
-// all candidates that can come within the separation, as long as no two points of the groups have
-// moved by more than twice the skin relative to each other. A step tests only the listed candidates
-// whose distance was small enough, given the relative motion of the two groups up to now. Pairs of
-// groups that have moved more are traversed again.
+// every candidate that can come within the separation, while no two of their points move apart or
+// together by more than twice the skin. A step tests only the listed candidates whose distance was
+// small enough, given the relative motion of the two groups up to now. Pairs of groups that have
+// moved more are traversed again.
 #pragma once
 
 #include <array>
@@ -24,8 +24,8 @@ class alignas(128) ListedPairs {
  public:
   std::vector<ListedCandidate> of[2];  // by ContactKind
   std::vector<NodePair> pairs;         // pairs of leaves
-  // By pair of leaves: largest distance, when the list was built, of candidates that can come
-  // within the separation in this step; scaled. Negative: the traversal visits the pair again.
+  // By pair of leaves: upper bound on ListedCandidate::min_distance for candidates to test in this
+  // step; scaled. Negative: the traversal visits the pair again.
   std::vector<float> distance_limit;
 
   void clear();
@@ -49,31 +49,32 @@ class VerletList {
   /// Additional margin of the boxes, on every side, in the step that builds a list. Unscaled.
   double skin() const { return skin_; }
   /// Prepares for a new tree and discards the list. Call it whenever the tree has been rebuilt.
-  void build(const Mesh& mesh, const Groups& groups, const Tree& tree);
-  void forget() { is_built_ = worthwhile_ = false; }
+  void set_tree(const Mesh& mesh, const Groups& groups, const Tree& tree);
+  void forget() { has_list_ = worthwhile_ = false; }
 
-  bool is_built() const { return is_built_; }
+  /// Whether a list was built and not discarded since.
+  bool has_list() const { return has_list_; }
   /// Whether a new list would probably stay valid for several steps, for most pairs of groups.
   bool is_worthwhile(double scale) const;
 
-  /// Measures the motion at the start of a step, for the tree passed to build(). With a list: the
-  /// motion since the list was built, for holds() and measure_distances(). Without: the motion in
+  /// Measures the motion at the start of a step, for the tree of set_tree(). With a list: the
+  /// motion since the list was built, for covers() and measure_distances(). Without: the motion in
   /// this step, for would_stay_valid(). At the end of the step every vertex may be up to
   /// `tolerance` (unscaled) from its position in `records`.
   void begin_step(const std::vector<VertexRecord>& records, double scale, double tolerance,
                   const Tree& tree, ThreadPool& pool);
   /// Whether the list has all candidates below a pair of nodes that can come within the separation
   /// in this step.
-  bool holds(NodePair nodes) const { return moves_within(nodes, limit_squared_); }
+  bool covers(NodePair nodes) const { return moves_within(nodes, limit_squared_); }
   /// Whether a list built now would stay valid for several steps below a pair of nodes.
   bool would_stay_valid(NodePair nodes) const {
     return moves_within(nodes, limit_squared_ / (min_steps * min_steps));
   }
 
-  /// Starts to build a list in this step: workers add candidates to their parts. complete() ends
-  /// it.
-  void begin(const std::vector<VertexRecord>& records, double scale);
-  void complete();
+  /// Starts to build a list in this step: workers add candidates to their parts.
+  /// finish_building() ends it.
+  void begin_building(const std::vector<VertexRecord>& records, double scale);
+  void finish_building();
   /// Largest distance at the start of the step of candidates that belong in the list, scaled.
   float listing_distance() const { return distance_limit(2 * skin_ * motion_.scale()); }
   const RelativeMotionBounds& motion() const { return motion_; }
@@ -104,7 +105,7 @@ class VerletList {
   float distance_limit(double relative_motion) const;
 
   double separation_, skin_;
-  bool is_built_ = false, worthwhile_ = false;
+  bool has_list_ = false, worthwhile_ = false;
   double limit_squared_ = 0;   // of the largest valid relative motion, scaled; negative: none
   double tolerance_ = 0;       // additional relative motion of two points, scaled: see begin_step()
   std::int64_t searched_ = 0;  // candidates that did not come from the list, since it was built

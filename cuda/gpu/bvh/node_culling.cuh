@@ -17,7 +17,7 @@ struct NodeDiagonals {
 
 /// Counters of one step, on the device until the host reads them.
 struct CullingCounters {
-  std::uint64_t volume_culled, culled_by_normal_cone;
+  std::uint64_t culled_by_volume, culled_by_normal_cone;
   std::uint32_t orphans;
 };
 
@@ -81,7 +81,7 @@ struct CulledPairs {
     const auto add = [](std::uint64_t& counter, std::uint32_t count) {
       if (count != 0) atomicAdd(reinterpret_cast<unsigned long long*>(&counter), count + 0ull);
     };
-    add(counters.volume_culled, by_volume);
+    add(counters.culled_by_volume, by_volume);
     add(counters.culled_by_normal_cone, flat);
   }
 };

@@ -1,4 +1,4 @@
-// Continuous normal cones with the contour condition (core/normal_cone.h) on the device. They
+// Continuous normal cones with the contour condition (core/bvh/normal_cone.h) on the device. They
 // decide, for all nodes and before the traversal, which nodes cannot touch themselves.
 #pragma once
 

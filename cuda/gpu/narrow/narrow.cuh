@@ -173,9 +173,9 @@ __global__ void decide_within(SceneView scene, StepLists lists) {
   add_to_hash(hash, lists.counters);
 }
 
-/// Decides a query as decide_by_subdivision() does (core/subdivision.h), 32 parts at a time. The
-/// lanes test the parts of one interval in parallel. The warp then continues in the first part that
-/// is not certainly free. Query and answer are the same in all lanes.
+/// Decides a query as decide_by_subdivision() does (core/narrow/subdivision.h), 32 parts at a time.
+/// The lanes test the parts of one interval in parallel. The warp then continues in the first part
+/// that is not certainly free. Query and answer are the same in all lanes.
 template <ContactKind kind>
 __device__ inline Verdict<double> subdivide(const Differences<double>& d,
                                             const Magnitudes<double>& m, const Cubic<double>& f,

@@ -8,7 +8,7 @@
 namespace lazyccd::gpu {
 
 /// Returns a power of two that scales all differences of positions to at most 2^6
-/// (core/elementary.h). Computed from the box of the root.
+/// (core/narrow/elementary.h). Computed from the box of the root.
 __device__ inline double scene_scale(const SceneView& scene) {
   const TreeNode& root = scene.nodes[0];
   float size = 0;

@@ -240,7 +240,7 @@ __global__ void __launch_bounds__(kMaxTraversalBlock, 2)
     }
     random_delay(job);
     const bool ends = active && visited.children == 0;
-    bool leaf = ends && visited.near && job.groups.opens(group_a, group_b);
+    bool leaf = ends && visited.overlaps && job.groups.opens(group_a, group_b);
     if constexpr (culls) leaf = leaf && !culled.leaves_apart(culling, pair);
     const unsigned opened = __ballot_sync(kAllLanes, visited.children != 0);
     const unsigned self_pairs = __ballot_sync(kAllLanes, visited.children == 3);

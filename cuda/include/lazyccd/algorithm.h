@@ -2,20 +2,19 @@
 // its contacts: those are the same, bit by bit, with every setting.
 //
 // Papers cited here:
-//   da Silva, V., "Lazy Work Stealing for Continuous Hierarchy Traversal on Deformable Bodies",
-//   M.Sc.
-//     dissertation, COPPE/UFRJ. Cited below as "da Silva".
-//   Curtis et al. 2008, "Fast collision detection for deformable models using
-//   representative-triangles". Tang et al. 2008, "Fast continuous collision detection between
-//   deformable models using
-//     subdivision-based hierarchical culling" (continuous normal cones).
-//   Tang et al. 2009, "ICCD: Interactive continuous collision detection between deformable models"
-//     (orphan sets).
-//   Tang et al. 2010, "Fast continuous collision detection using deforming non-penetration
-//   filters". Lauterbach et al. 2010, "gProximity: Hierarchical GPU-based operations for collision
-//   and distance
-//     queries".
 //   Arora et al. 1998, "Thread scheduling for multiprogrammed multiprocessors".
+//   Curtis et al. 2008, "Fast collision detection for deformable models using
+//     representative-triangles".
+//   Lauterbach et al. 2010, "gProximity: Hierarchical GPU-based operations for collision and
+//     distance queries".
+//   da Silva, V., "Lazy Work Stealing for Continuous Hierarchy Traversal on Deformable Bodies",
+//     M.Sc. dissertation, COPPE/UFRJ. Cited below as "da Silva".
+//   Tang et al. 2008, "Fast continuous collision detection between deformable models using
+//     subdivision-based hierarchical culling" (continuous normal cones).
+//   Tang et al. 2009, "ICCD: Interactive continuous collision detection between deformable
+//     models" (orphan sets).
+//   Tang et al. 2010, "Fast continuous collision detection using deforming non-penetration
+//     filters".
 #pragma once
 
 #include <cstdint>
@@ -25,8 +24,8 @@ namespace lazyccd {
 
 /// How the traversal shares its work among threads or blocks.
 enum class Strategy {
-  lazy_stealing,  ///< Chunks of node pairs. An idle worker steals. A busy worker offers: on the
-                  ///< CPU if somebody waits, on the GPU what exceeds its stack.
+  lazy_stealing,  ///< Chunks of node pairs, stolen by idle workers. A busy CPU worker offers chunks
+                  ///< while others are idle; a busy GPU block offers what does not fit its stack.
   lazy_stealing_greedy,  ///< da Silva, Algorithms 3.7 to 3.13, corrected: an idle worker takes one
                          ///< batch from every other deque and moves what it won little by little.
   static_list,           ///< gProximity's (da Silva, Algorithms 3.1 to 3.4): one list a worker; all
@@ -48,8 +47,8 @@ Strategy parse_strategy(const std::string& name);
 enum class Arithmetic { single_first, double_only };
 
 /// Whether a traversal starts from the front of the last step instead of the root (da Silva,
-/// section 3.3). A front saves at most half of the tests, and the way down the levels. `automatic`:
-/// on for the GPU, where each level waits for the one above; off for the CPU.
+/// section 3.3). A front saves at most half of the node tests and skips the upper levels of the
+/// tree. `automatic`: on for the GPU, where each level waits for the one above; off for the CPU.
 enum class FrontUse { automatic, off, on };
 
 /// Bounding volume of the tree's nodes, updated in each step. Every node also has the axis-aligned
@@ -71,7 +70,8 @@ Volume parse_volume(const std::string& name);
 /// owner.
 struct Culling {
   /// Drops pairs whose points are never coplanar, by the signs of Bernstein coefficients (Tang et
-  /// al. 2010). With a separation the CPU has no such filter apart from the elementary test.
+  /// al. 2010). The paper's non-penetration filter is what the code calls the non-coplanar filter.
+  /// With a separation the CPU has no such filter apart from the elementary test.
   bool non_penetration = true;
   /// Drops parts of a surface that cannot touch themselves, by continuous normal cones and the
   /// contour condition (Tang et al. 2008). Not with a separation.
@@ -81,7 +81,7 @@ struct Culling {
   bool orphan_sets = false;
 };
 
-/// Sizes of the traversal, for tests and benches. 0: the default.
+/// Sizes of the traversal, and switches for tests and benches. A size of 0 means the default.
 struct Tuning {
   int block_size = 0;      ///< GPU: threads of a block, a multiple of 32 up to 512
   int blocks = 0;          ///< GPU: number of blocks
@@ -98,7 +98,7 @@ struct Tuning {
 struct AlgorithmOptions {
   Strategy strategy = Strategy::lazy_stealing;
   Tuning tuning;
-  FrontUse front = FrontUse::automatic;  ///< lazy_stealing only
+  FrontUse front = FrontUse::automatic;  ///< not with thread_per_query
   /// A reused front of n(f) pairs is remade from the root once n(f) / n(f - front_period) is less
   /// than front_ratio: it no longer grows, so it is probably deeper than needed (da Silva, section
   /// 3.3). front_period >= 1 steps; front_ratio > 0.

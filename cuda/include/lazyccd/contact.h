@@ -10,6 +10,11 @@ namespace lazyccd {
 /// Kind of an elementary test, and of the contact that it finds.
 enum class ContactKind : std::int32_t { vertex_face = 0, edge_edge = 1 };
 
+/// Index in Contact::vertices of the first vertex of b.
+constexpr int first_vertex_of_b(ContactKind kind) {
+  return kind == ContactKind::vertex_face ? 1 : 2;
+}
+
 /// One vertex that touches one face, or one edge that touches another, during the linear motion of
 /// a step. With DetectorOptions::separation: two primitives whose distance falls to the separation,
 /// or is below it at the start.

@@ -1,8 +1,8 @@
 // The detector: finds every contact of a step in continuous time.
 //
 //   lazyccd::Detector detector;
-//   detector.set_topology(topology);                      // once, and after every change of the
-//   mesh for (each step)
+//   detector.set_topology(topology);  // once, and after every change of the mesh
+//   for (each step)
 //     for (const lazyccd::Contact& c : detector.detect(start, end)) ...
 #pragma once
 

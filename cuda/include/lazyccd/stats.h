@@ -15,11 +15,14 @@ struct Stats {
 
   // Work. A candidate is an elementary pair that reached the filter; a survivor passed it.
   // _vf: vertex-face pairs; _ee: edge-edge pairs.
-  std::int64_t tree_tests = 0;     ///< pairs of tree nodes tested
-  std::int64_t front_start = 0;    ///< CPU: pairs the traversal started from: the root, or a front
-  std::int64_t front_nodes = 0;    ///< pairs where the traversal ended (da Silva, Algorithm 2.1)
-  std::int64_t volume_culled = 0;  ///< pairs of nodes whose boxes overlap but whose volumes do not
-  std::int64_t group_pairs = 0;    ///< overlapping pairs of groups
+  std::int64_t tree_tests = 0;  ///< pairs of tree nodes tested
+  /// CPU: pairs the traversal started from: the root, or a front. If the step was started ahead
+  /// and its traversal interrupted: the number of pairs that were left over.
+  std::int64_t front_start = 0;
+  std::int64_t front_nodes = 0;  ///< pairs where the traversal ended (da Silva, Algorithm 2.1)
+  /// Pairs of nodes whose boxes overlap but whose volumes do not.
+  std::int64_t culled_by_volume = 0;
+  std::int64_t group_pairs = 0;            ///< overlapping pairs of groups
   std::int64_t culled_by_normal_cone = 0;  ///< nodes not opened: they cannot touch themselves
   std::int64_t candidates_vf = 0, candidates_ee = 0;
   std::int64_t orphan_tests = 0;  ///< candidates that came from the orphan sets
@@ -28,11 +31,12 @@ struct Stats {
   std::int64_t filtered_noncoplanar = 0;
   std::int64_t survivors_vf = 0, survivors_ee = 0;
   std::int64_t double_precision_tests = 0;  ///< survivors that single precision could not decide
-  std::int64_t exact = 0;                   ///< survivors that only exact arithmetic could decide
+  std::int64_t exact_tests = 0;             ///< survivors that only exact arithmetic could decide
   std::int64_t steals = 0;                  ///< batches of work taken from another worker
   std::int64_t balancings = 0;              ///< static_list: balancing steps
   std::int64_t overflows = 0;  ///< number of times that a full buffer was grown or worked around
-  std::int64_t near = 0;  ///< with a separation: pairs within it during the step, reported or not
+  /// With a separation: pairs within it during the step, reported or not.
+  std::int64_t near_pairs = 0;
   std::int64_t contacts_vf = 0, contacts_ee = 0;
   bool rebuilt = false;        ///< the hierarchy was rebuilt in this step
   bool front_reused = false;   ///< the traversal started from the front of an earlier step

@@ -7,6 +7,8 @@
 
 namespace lazyccd {
 
+class CpuDetector;
+class Detector;
 class ThreadPool;
 
 /// A pool of threads. Copies share it; the last copy ends the threads. One caller at a time. Of the
@@ -25,9 +27,12 @@ class Threads {
   void parallel_for(std::size_t count, std::size_t grain,
                     const std::function<void(std::size_t first, std::size_t last)>& body) const;
 
-  ThreadPool& pool() const;  ///< for the backends
-
  private:
+  friend class CpuDetector;
+  friend class Detector;
+
+  ThreadPool& pool() const;  // starts the threads if needed
+
   int count_;
   std::shared_ptr<std::unique_ptr<ThreadPool>> pool_;  // null inside until it is needed
 };

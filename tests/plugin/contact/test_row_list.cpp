@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "detection/speculative_contacts.h"
+#include "detection/near_contact_selector.h"
 #include "plugin/support/contacts.h"
 #include "support/catch.h"
 
@@ -40,22 +40,22 @@ struct Rows {
 
 TEST_CASE("a list makes each row on first access and keeps it") {
   const std::vector<Contact> contacts = contacts_of({2, 3, 5, 8});
-  std::vector<SpeculativeContact> speculative(4);
-  for (std::size_t i = 0; i < 4; ++i) speculative[i].is_movable = i != 2;
+  std::vector<RowEstimate> estimates(4);
+  for (std::size_t i = 0; i < 4; ++i) estimates[i].can_act = i != 2;
   const Rows rows;
   RowList list;
-  list.take(SpeculativePairs{contacts, speculative}, rows.factory);
+  list.take(NearContacts{contacts, estimates}, rows.factory);
   REQUIRE(list.size() == 4);
   CHECK_FALSE(list.is_made(3));
   CHECK(list.contact(3).primitive_a == 8);
-  CHECK(list.is_movable(3));
+  CHECK(list.can_act(3));
   ContactRow& last = list[3];
   CHECK(last.contact.primitive_a == 8);
   last.normal_impulse = 7;
   CHECK(list[0].contact.primitive_a == 2);
-  // An entry that is not movable gives an immovable row, although its contact is movable.
-  CHECK_FALSE(list.is_movable(2));
-  CHECK_FALSE(list[2].is_movable);
+  // A deselected contact gives a row that cannot act, although impulses could move its vertices.
+  CHECK_FALSE(list.can_act(2));
+  CHECK_FALSE(list[2].can_act);
   CHECK(&list[3] == &last);
   CHECK(list[3].normal_impulse == 7);
   CHECK(list.is_made(0));
@@ -89,16 +89,16 @@ TEST_CASE("contacts and their keys have the same order") {
   for (const Contact& a : contacts) {
     for (const Contact& b : contacts)
       REQUIRE((a < b) ==
-              (SpeculativeContacts::pair_key_of(a) < SpeculativeContacts::pair_key_of(b)));
+              (NearContactSelector::pair_key_of(a) < NearContactSelector::pair_key_of(b)));
   }
 }
 
 TEST_CASE("a contact is found in a list from any start of the search") {
   const std::vector<Contact> contacts = contacts_of({2, 3, 5, 5, 8, 9, 12, 20, 21});
-  std::vector<SpeculativeContact> speculative(contacts.size());
+  std::vector<RowEstimate> estimates(contacts.size());
   RowList list;
   const Rows rows;
-  list.take(SpeculativePairs{contacts, speculative}, rows.factory);
+  list.take(NearContacts{contacts, estimates}, rows.factory);
   for (std::int32_t wanted = 0; wanted < 23; ++wanted) {
     const Contact contact = contacts_of({wanted})[0];
     std::size_t expected = 0;

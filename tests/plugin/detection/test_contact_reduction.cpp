@@ -12,13 +12,13 @@ namespace {
 std::vector<Contact> kept(const std::vector<Contact>& contacts, const std::vector<double>& gaps) {
   std::vector<ReductionEntry> entries(contacts.size());
   for (std::size_t i = 0; i < contacts.size(); ++i) {
-    make_contact_key(contacts[i], entries[i].key);
+    make_constraint_key(contacts[i], entries[i].key);
     entries[i].gap = gaps[i];
   }
   std::vector<Contact> kept;
   ContactReduction().reduce(entries);
   for (std::size_t i = 0; i < contacts.size(); ++i)
-    if (entries[i].key.kind != ContactKey::none) kept.push_back(contacts[i]);
+    if (entries[i].key.kind != ConstraintKey::none) kept.push_back(contacts[i]);
   return kept;
 }
 

@@ -30,10 +30,10 @@ btRigidBody* add_box(ObstacleWorld& w, const btVector3& half, const btVector3& a
 
 TEST_CASE("a body that may rotate but not move collides and stays finite") {
   const World world = GENERATE(World::rigid, World::deformable);
-  const int max_detections = GENERATE(0, 20);
-  CAPTURE(world == World::rigid, max_detections);
+  const int max_impulse_rounds = GENERATE(0, 20);
+  CAPTURE(world == World::rigid, max_impulse_rounds);
   bullet::SolverOptions options;
-  options.max_detections = max_detections;
+  options.max_impulse_rounds = max_impulse_rounds;
   ObstacleWorld w(world, 0, options);
   btRigidBody* box =
       add_box(w, btVector3(btScalar(0.5), btScalar(0.2), btScalar(0.5)), btVector3(0, 0, 0));

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <vector>
 
-#include "detection/speculative_contacts.h"
+#include "detection/near_contact_selector.h"
 #include "plugin/support/column.h"
 #include "plugin/support/contacts.h"
 #include "response/contact_constraints.h"
@@ -95,8 +95,8 @@ TEST_CASE("the response keeps linear and angular momentum whatever Bullet's own 
 TEST_CASE("impact zones keep the momentum of free bodies") {
   const World world = GENERATE(World::rigid, World::deformable);
   bullet::SolverOptions options;
-  options.max_detections = 0;
-  options.max_impact_zones = 30;
+  options.max_impulse_rounds = 0;
+  options.max_zone_rounds = 30;
   bullet::StepStats stats;
   CHECK(momentum_error(world, options, 8, &stats) < 1e-5);
   CHECK(stats.impact_zone_nodes > 0);
@@ -155,7 +155,7 @@ TEST_CASE("a point that falls on a light resting point bounces and leaves it at 
   options.restitution = restitution;
   const bullet::PairSurfaces surfaces = lazyccd::test::uniform_surfaces(0.1, 0);
   bullet::Response response(options, surfaces);
-  bullet::SpeculativeContacts near(surfaces, options.position_correction);
+  bullet::NearContactSelector near(surfaces, options.position_correction);
   bullet::StepStats stats;
   response.run(
       near.evaluate_all(column.contacts, motion),
@@ -191,7 +191,7 @@ TEST_CASE("a body on rails is stopped by a pinned node beside contacts of other 
   body.inverse_mass = Eigen::Vector3d(0, 0.5, 0);
   body.inverse_inertia.setZero();
   motion.rigid.push_back(body);
-  motion.put(motion.rigid[0], body.predicted);
+  motion.set_end_pose(motion.rigid[0], body.predicted);
   motion.begin_response();
 
   Contact on_rails = {}, soft = {};

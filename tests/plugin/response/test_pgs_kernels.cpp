@@ -24,7 +24,7 @@ struct Problem {
   PgsProblem swept() { return {batches.data(), parts.data(), bodies.data(), displacement.data()}; }
 };
 
-// A problem of random rows, some with rigid bodies, in groups whose rows share no node.
+// A problem of random rows, some with rigid bodies, in batches whose rows share no node.
 Problem random_problem(unsigned seed) {
   std::mt19937 random(seed);
   const auto within = [&](float lo, float hi) {
@@ -72,11 +72,11 @@ Problem random_problem(unsigned seed) {
     std::sort(nodes_of[row].rbegin(), nodes_of[row].rend());
   }
   row_batches.finish();
-  for (const RowBatches::Group& group : row_batches.groups()) {
+  for (const RowBatches::Batch& rows_of_batch : row_batches.batches()) {
     RowBatch batch = {};
     std::iota(std::begin(batch.scatter_node), std::end(batch.scatter_node), 1);
     batch.first_term = static_cast<std::int32_t>(problem.parts.size());
-    for (int i = 0; i < RowBatch::rows && group[i] != RowBatches::none; ++i) {
+    for (int i = 0; i < RowBatch::lanes && rows_of_batch[i] != RowBatches::none; ++i) {
       float *const normal = batch.normal + 4 * i, *const terms = batch.terms + 4 * i;
       const float angle = within(-0.5f, 0.5f), sliding = within(-1, 1);
       normal[1] = std::cos(angle);
@@ -85,7 +85,7 @@ Problem random_problem(unsigned seed) {
       batch.tangent_move[4 * i + 1] = -sliding * normal[2];
       batch.tangent_move[4 * i + 2] = sliding * normal[1];
       for (int k = 0; k < 4; ++k) {
-        const std::int32_t node = nodes_of[group[i]][k];
+        const std::int32_t node = nodes_of[rows_of_batch[i]][k];
         batch.node[4 * i + k] = node;
         batch.scatter_node[4 * i + k] = node != 0 ? node : 1 + 4 * i + k;
         batch.weight[4 * i + k] = k < 2 ? 0.5f : -0.5f;
@@ -95,12 +95,12 @@ Problem random_problem(unsigned seed) {
       terms[1] = terms[3] = 0.7f;
       terms[2] = within(0, 1);
       std::fill_n(batch.compliance + 4 * i, 4, 1.4f);
-      if (body_of[group[i]] < 0) continue;
+      if (body_of[rows_of_batch[i]] < 0) continue;
       RowRigidTerm part = {};
       part.arm[0] = within(-1, 1);
       part.weight = -0.5f;
-      part.row = i;
-      part.body = body_of[group[i]];
+      part.lane = i;
+      part.body = body_of[rows_of_batch[i]];
       part.translation = first_body + 2 * part.body;
       part.rotation = part.translation + 1;
       problem.parts.push_back(part);
@@ -148,7 +148,7 @@ TEST_CASE("a sweep is the same with every instruction set and converges to the c
       Problem problem = random_problem(number);
       const SweepChange change = solve(*kernels, problem);
       CHECK(change.largest == last.largest);
-      CHECK(change.energy == last.energy);
+      CHECK(change.size == last.size);
       CHECK(change.restart_test == last.restart_test);
       const std::size_t bytes = problem.displacement.size() * sizeof(Float4);
       CHECK(!std::memcmp(problem.displacement.data(), expected.displacement.data(), bytes));
@@ -170,12 +170,12 @@ TEST_CASE("violated rows are found among inactive ones as in the full problem") 
     std::copy(std::begin(batch.normal), std::end(batch.normal), other.normal);
     std::copy(std::begin(batch.weight), std::end(batch.weight), other.weight);
     std::copy(std::begin(batch.node), std::end(batch.node), other.vertex);
-    for (int i = 0; i < InactiveBatch::rows; ++i) other.normal[4 * i + 3] = batch.terms[4 * i];
+    for (int i = 0; i < InactiveBatch::lanes; ++i) other.normal[4 * i + 3] = batch.terms[4 * i];
     other.first_term = batch.first_term;
     other.last_term = batch.last_term;
   }
   const auto find_violated = [&](const PgsKernels& kernels) {
-    std::vector<std::int32_t> rows(InactiveBatch::rows * inactive.size());
+    std::vector<std::int32_t> rows(InactiveBatch::lanes * inactive.size());
     rows.resize(static_cast<std::size_t>(
         kernels.find_violated(problem.swept(), node_of.data(), inactive.data(),
                               static_cast<int>(inactive.size()), rows.data())));
@@ -189,8 +189,8 @@ TEST_CASE("violated rows are found among inactive ones as in the full problem") 
   };
   // Before any motion: the rows with a positive need are violated.
   std::vector<std::int32_t> in_need;
-  for (std::size_t i = 0; i < InactiveBatch::rows * inactive.size(); ++i)
-    if (inactive[i / InactiveBatch::rows].normal[4 * (i % InactiveBatch::rows) + 3] > 0)
+  for (std::size_t i = 0; i < InactiveBatch::lanes * inactive.size(); ++i)
+    if (inactive[i / InactiveBatch::lanes].normal[4 * (i % InactiveBatch::lanes) + 3] > 0)
       in_need.push_back(static_cast<std::int32_t>(i));
   check_all(in_need);
   // After convergence: no row with a slightly smaller need is violated, and one with a much larger
@@ -199,10 +199,10 @@ TEST_CASE("violated rows are found among inactive ones as in the full problem") 
   for (int i = 0; i < 500; ++i)
     baseline.sweep(problem.swept(), all.data(), static_cast<int>(all.size()));
   for (InactiveBatch& batch : inactive)
-    for (int i = 0; i < InactiveBatch::rows; ++i) batch.normal[4 * i + 3] -= 2e-3f;
+    for (int i = 0; i < InactiveBatch::lanes; ++i) batch.normal[4 * i + 3] -= 2e-3f;
   check_all({});
   inactive[3].normal[4 * 2 + 3] += 100;
-  check_all({3 * InactiveBatch::rows + 2});
+  check_all({3 * InactiveBatch::lanes + 2});
 }
 
 TEST_CASE("extrapolation adds a fraction of the last change with every instruction set") {
@@ -221,7 +221,7 @@ TEST_CASE("extrapolation adds a fraction of the last change with every instructi
   }
 }
 
-TEST_CASE("rows of a group share no node and each row is in one group") {
+TEST_CASE("rows of a batch share no node and each row is in one batch") {
   std::mt19937 random(1);
   std::uniform_int_distribution<std::int32_t> any(0, 59);
   RowBatches row_batches;
@@ -234,10 +234,10 @@ TEST_CASE("rows of a group share no node and each row is in one group") {
     }
     std::vector<int> met(things.size(), 0);
     row_batches.finish();
-    for (const RowBatches::Group& group : row_batches.groups()) {
+    for (const RowBatches::Batch& rows_of_batch : row_batches.batches()) {
       std::vector<int> moved(60, 0);
       bool ended = false;
-      for (const std::int32_t row : group) {
+      for (const std::int32_t row : rows_of_batch) {
         CHECK(!(ended && row != RowBatches::none));
         ended = row == RowBatches::none;
         if (ended) continue;

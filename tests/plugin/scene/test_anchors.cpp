@@ -131,8 +131,8 @@ TEST_CASE("an impulse on an anchored node acts on the rigid body without loss of
   const int means = GENERATE(0, 1, 2);
   CAPTURE(world == World::rigid, mass, mass_of_other, means);
   bullet::SolverOptions options;
-  if (means > 0) options.max_detections = 0;
-  if (means > 1) options.max_impact_zones = 0;
+  if (means > 0) options.max_impulse_rounds = 0;
+  if (means > 1) options.max_zone_rounds = 0;
   Meeting meeting(world, options, mass, mass_of_other), alone(world, options, mass, mass_of_other);
   check_momentum(meeting, alone);
   if (means < 2) CHECK(meeting.world.total().failsafe_holds == 0);

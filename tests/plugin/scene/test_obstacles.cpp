@@ -235,10 +235,10 @@ TEST_CASE("filters and flags of a rigid body apply from the next step on") {
     if (by == "group") proxy.m_collisionFilterGroup = meets ? group : 0;
     if (by == "mask") proxy.m_collisionFilterMask = meets ? mask : 0;
     if (by == "ignore") floor->setIgnoreCollisionCheck(cloth, !meets);
-    const int unanswered = btCollisionObject::CF_NO_CONTACT_RESPONSE;
+    const int no_response = btCollisionObject::CF_NO_CONTACT_RESPONSE;
     const int flags = floor->getCollisionFlags();
     if (by == "response")
-      floor->setCollisionFlags(meets ? flags & ~unanswered : flags | unanswered);
+      floor->setCollisionFlags(meets ? flags & ~no_response : flags | no_response);
     filter.meets = meets;
   };
   if (by == "filter") w.world().getPairCache()->setOverlapFilterCallback(&filter);

@@ -167,9 +167,9 @@ TEST_CASE("touching pairs without contact response are reported beside other con
     return contact.body_a == ghost || contact.body_b == ghost;
   };
   const Span<const bullet::StepContact> contacts = w.contacts();
-  const auto unanswered = std::count_if(contacts.begin(), contacts.end(), has_ghost);
-  CHECK(unanswered > 0);
-  CHECK(unanswered < static_cast<std::ptrdiff_t>(contacts.size()));
+  const auto report_only = std::count_if(contacts.begin(), contacts.end(), has_ghost);
+  CHECK(report_only > 0);
+  CHECK(report_only < static_cast<std::ptrdiff_t>(contacts.size()));
   for (const bullet::StepContact& contact : contacts)
     if (has_ghost(contact)) CHECK(contact.impulse == 0);
 }
@@ -288,8 +288,8 @@ TEST_CASE("nothing passes through with any solver options") {
   parameters.dt = 1.0 / 60;
   parameters.margin = 0.01;
   parameters.size = 0.25;
-  parameters.lazyccd.max_detections = iterations;
-  parameters.lazyccd.max_impact_zones = zones;
+  parameters.lazyccd.max_impulse_rounds = iterations;
+  parameters.lazyccd.max_zone_rounds = zones;
   parameters.lazyccd.solver_iterations = 1;
   scenes::Scene scene = scenes::set_up(*scenes::find_scene("twist"), parameters);
   scenes::CrossingCounter crossings(*scene.world);

@@ -12,8 +12,8 @@ using namespace lazyccd::test;
 TEST_CASE("nodes held at the start of the step are enough and are counted") {
   const World world = GENERATE(World::rigid, World::deformable);
   scenes::WorldOptions options = quiet_options(world, 1.0 / 60);
-  options.lazyccd.max_detections = 0;
-  options.lazyccd.max_impact_zones = 0;
+  options.lazyccd.max_impulse_rounds = 0;
+  options.lazyccd.max_zone_rounds = 0;
   Impact impact(options, 30);
   scenes::CrossingCounter crossings(*impact.world);
   for (int i = 0; i < 6; ++i) {
@@ -29,7 +29,7 @@ TEST_CASE("nodes held at the start of the step are enough and are counted") {
 TEST_CASE("impact zones are enough without impulses") {
   const World world = GENERATE(World::rigid, World::deformable);
   scenes::WorldOptions options = quiet_options(world, 1.0 / 60);
-  options.lazyccd.max_detections = 0;
+  options.lazyccd.max_impulse_rounds = 0;
   Impact impact(options, 30);
   scenes::CrossingCounter crossings(*impact.world);
   for (int i = 0; i < 6; ++i) {
@@ -62,7 +62,7 @@ TEST_CASE("the free corner of a face follows a kinematic body though the others 
   const World world = GENERATE(World::rigid, World::deformable);
   CAPTURE(world == World::rigid);
   bullet::SolverOptions options;
-  options.max_detections = 0;
+  options.max_impulse_rounds = 0;
   ObstacleWorld w(world, 0, options);
   btSoftBody* cloth = w.add(scenes::make_cloth(w.info(), 2, 2, 1, [](double u, double v) {
     return btVector3(static_cast<btScalar>(u), 0, static_cast<btScalar>(v));
@@ -86,7 +86,7 @@ TEST_CASE("no response moves a rigid body along or rotates it about a locked axi
   const int iterations = GENERATE(0, 20);
   CAPTURE(world == World::rigid, iterations);
   bullet::SolverOptions options;
-  options.max_detections = iterations;
+  options.max_impulse_rounds = iterations;
   ObstacleWorld w(world, 0, options);
   w.add_sheet(6, 1, 0, 0);
   btRigidBody* box =

@@ -15,7 +15,7 @@
 // Bullet's trees of bounding boxes: Bullet builds a tree of faces in quadratic time, and never
 // finishes if the mesh has several components. The adapter builds it instead, and only when
 // Bullet's own contacts first read it. Exception: rayTest() still makes Bullet build one. In the
-// deformable world, the trees of nodes are as Bullet last read them.
+// deformable world, node trees may be one step old for the application.
 #pragma once
 
 #include <functional>
@@ -32,8 +32,8 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 /// Options of both solvers. If a number below is not finite or outside its range, on_message and
 /// status() name it, and the default is used.
 struct SolverOptions {
-  /// Backend, threads and traversal of the detector. The adapter chooses `separation` and
-  /// `reduce_contacts` itself for the first detection of a step.
+  /// Backend, threads and traversal of the detector. `separation` and `reduce_contacts` are
+  /// ignored: the adapter sets them.
   DetectorOptions detector;
 
   /// Gap that a contact keeps between two surfaces, metres; never wider than the gap at the start
@@ -57,12 +57,10 @@ struct SolverOptions {
   /// convex shapes as polyhedra. Contacts push dynamic bodies. false: only Bullet handles them.
   bool collide_rigid = true;
 
-  /// true: LazyCCD replaces Bullet's soft-rigid contacts. Bodies then rest on the triangles at the
-  /// sum of the margins. Bullet's contacts stop slow nodes only. Soft bodies never come to rest on
-  /// a mesh with them, because Bullet turns each triangle into a prism of 6 cm to both sides.
-  /// Bullet's contacts act as well on tetrahedral bodies, because inner nodes have no surface, on
-  /// links of multibodies, because their mass is not known, and on shapes with a part without
-  /// triangles. false: both act everywhere.
+  /// true: LazyCCD's soft-rigid contacts replace Bullet's. false: both act.
+  /// Bullet's still act for tetrahedral bodies, multi-body links, and shapes with parts that have
+  /// no triangles. Reason: with Bullet's contacts cloth never rests on a mesh, because each
+  /// triangle becomes a prism of 6 cm on both sides.
   bool replace_rigid_contacts = true;
 
   /// Soft bodies that carry load in contact lose velocity of deformation if its root mean square is
@@ -78,17 +76,16 @@ struct SolverOptions {
   /// metres. 0: intersections stay as they are.
   double untangling_speed = 0;
 
-  /// Largest number of detections per step, after the first, that are answered with impulses, >= 0.
-  /// 0: no impulses at all.
-  int max_detections = 20;
-  /// Gauss-Seidel iterations over the contacts after each of these detections, >= 0. An upper
-  /// limit: the solver stops when the changes are negligible. Four times as many if all contacts
-  /// meet more slowly than 0.25 m/s, as at rest, or if the impulses of the last step nearly suffice
-  /// (to 0.02 m/s). A fifth as many for position correction.
+  /// Largest number of rounds "solve impulses, detect again" per step, >= 0. 0: no impulses at all.
+  int max_impulse_rounds = 20;
+  /// Normal limit of Gauss-Seidel iterations per solve, >= 0; a solve ends sooner when the changes
+  /// are negligible. The limit is 4 times this number if all contacts meet more slowly than 0.25
+  /// m/s, or if the last impulses suffice to 0.02 m/s (at rest). It is 1/5 for split impulses.
   int solver_iterations = 100;
-  /// After those: largest number of detections that are answered with rigid impact zones, >= 0. If
-  /// contacts remain after that, the fail-safe holds the bodies' nodes at the start of the step.
-  int max_impact_zones = 8;
+  /// Then, largest number of rounds "join the contacts in rigid impact zones, detect again", >= 0.
+  /// If contacts remain after these, the fail-safe holds the bodies' nodes at the start of the
+  /// step.
+  int max_zone_rounds = 8;
 
   /// Called at the end of each step that had contacts, when positions and velocities are the ones
   /// that Bullet continues with. The callback may add and remove bodies; the span is valid until it

@@ -15,18 +15,19 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 /// Counts and times of one step, or their sums over several steps.
 struct StepStats {
   std::int64_t steps = 0;
-  std::int64_t handled_pairs = 0;  ///< pairs of soft bodies that came from Bullet's dispatcher
-  std::int64_t detections = 0;
+  std::int64_t handled_pairs = 0;      ///< pairs of soft bodies that came from Bullet's dispatcher
+  std::int64_t detections = 0;         ///< detections and re-checks of near pairs
   std::int64_t started_ahead = 0;      ///< detections that began before Bullet had solved the step
   std::int64_t contacts_vf = 0;        ///< distinct vertex-face pairs in contact
   std::int64_t contacts_ee = 0;        ///< distinct edge-edge pairs in contact
   std::int64_t impact_zone_nodes = 0;  ///< nodes that moved rigidly with an impact zone
-  /// Nodes and rigid bodies that the fail-safe held where the step began. A kinematic body is held
-  /// if it closes in on something that cannot move. Bullet's body then goes on, and LazyCCD's
-  /// obstacle stays behind until there is room.
+  /// Nodes and rigid bodies that the fail-safe held where the step began: members of contacts that
+  /// nothing else resolved, or of whole bodies. Other members of their impact zones are held too,
+  /// but not counted. A kinematic body is held if it closes in on something that cannot move.
+  /// Bullet's body then goes on, and LazyCCD's obstacle stays behind until there is room.
   std::int64_t failsafe_holds = 0;
-  /// Contacts left at the end of the step, which even the fail-safe could not end: a moving
-  /// kinematic body passed over a pinned node, alone or as part of an edge or a face.
+  /// Number of contacts, not of nodes, left at the end of the step, which even the fail-safe could
+  /// not end: a moving kinematic body passed over pinned nodes, or other nodes that cannot move.
   std::int64_t unresolved = 0;
   std::int64_t initial_contacts = 0;  ///< pairs in contact that touched before the step began
   /// Edge-face intersections at the start of the step. Counted in the first step, and in steps

@@ -1,6 +1,6 @@
-// Kernels that evaluate speculative contacts (detection/speculative_kernels.h), compiled once for
-// each instruction set.
-#include "detection/speculative_kernels.h"
+// Kernels that estimate the rows of near contacts (detection/row_estimate_kernels.h),
+// compiled once for each instruction set.
+#include "detection/row_estimate_kernels.h"
 
 #ifndef LAZYCCD_ISA
 #error "compile with -DLAZYCCD_ISA=<name>"
@@ -60,8 +60,8 @@ LAZYCCD_INLINE void read(const Scalar* positions, const std::int32_t* vertices, 
 
 // Evaluates the contacts first .. first + width - 1. Lanes past `count` repeat contact `first`.
 template <class Scalar>
-LAZYCCD_INLINE void evaluate_range(const SpeculativeMotion<Scalar>& motion, const Contact* contacts,
-                                   int first, int count, SpeculativeLanes& lanes) {
+LAZYCCD_INLINE void evaluate_range(const RowEstimateInput<Scalar>& motion, const Contact* contacts,
+                                   int first, int count, RowEstimateLanes& lanes) {
   const Lanes zero = {}, one = zero + 1;
   alignas(64) std::int32_t vertices[4][width];
   alignas(64) std::int64_t vertex_face[width], in_one_body[width];
@@ -125,7 +125,7 @@ LAZYCCD_INLINE void evaluate_range(const SpeculativeMotion<Scalar>& motion, cons
   const Lanes target_gap = min(thickness, max(zero, start_gap));
   const Lanes corrected_gap =
       max(target_gap, min(0.5 * thickness, target_gap + motion.position_correction * thickness));
-  const Mask is_movable = compliance > 1e-6 * (compliance + compliance);
+  const Mask can_act = compliance > 1e-6 * (compliance + compliance);
   const Lanes min_compliance = max_inverse_mass / 256;
   store(thickness, lanes.thickness + first);
   store(dot(start_sum, start_sum), lanes.gap_squared + first);
@@ -133,15 +133,15 @@ LAZYCCD_INLINE void evaluate_range(const SpeculativeMotion<Scalar>& motion, cons
   store(dot(move, move), lanes.move_squared + first);
   store(target_gap - start_gap - dot(normal, move), lanes.need + first);
   // Immovable lanes divide by one: no division by zero, even if its result is not used.
-  const Lanes divisor = is_movable ? max(compliance, min_compliance) : one;
-  store(is_movable ? one / divisor : zero, lanes.normal_mass + first);
-  store(is_movable, lanes.is_movable + first);
-  store(corrected_gap > target_gap, lanes.may_open + first);
+  const Lanes divisor = can_act ? max(compliance, min_compliance) : one;
+  store(can_act ? one / divisor : zero, lanes.normal_mass + first);
+  store(can_act, lanes.can_act + first);
+  store(corrected_gap > target_gap, lanes.may_need_split + first);
 }
 
 template <class Scalar>
-void evaluate(const SpeculativeMotion<Scalar>& motion, const Contact* contacts, int count,
-              SpeculativeLanes& lanes) {
+void evaluate(const RowEstimateInput<Scalar>& motion, const Contact* contacts, int count,
+              RowEstimateLanes& lanes) {
   for (int first = 0; first < count; first += width)
     evaluate_range(motion, contacts, first, count, lanes);
 }
@@ -151,9 +151,9 @@ void evaluate(const SpeculativeMotion<Scalar>& motion, const Contact* contacts, 
 
 }  // namespace
 
-extern const SpeculativeKernels speculative_table;
-const SpeculativeKernels speculative_table = {LAZYCCD_NAME_OF(LAZYCCD_ISA), evaluate<float>,
-                                              evaluate<double>};
+extern const RowEstimateKernels row_estimate_table;
+const RowEstimateKernels row_estimate_table = {LAZYCCD_NAME_OF(LAZYCCD_ISA), evaluate<float>,
+                                               evaluate<double>};
 
 }  // namespace LAZYCCD_ISA
 }  // namespace lazyccd::bullet

@@ -1,4 +1,4 @@
-// Gives rigid bodies what the response made of their motion.
+// Writes the motion of rigid bodies after the response to Bullet.
 #pragma once
 
 #include "motion/motion.h"

@@ -6,11 +6,11 @@
 #include <cstdint>
 #include <vector>
 
+#include "contact/near_contacts.h"
 #include "contact/pair_surfaces.h"
-#include "contact/row_list.h"
 #include "detection/contact_filter.h"
 #include "detection/contact_reduction.h"
-#include "detection/speculative_kernels.h"
+#include "detection/row_estimate_kernels.h"
 #include "lazyccd/contact.h"
 #include "lazyccd/span.h"
 #include "lazyccd/threads.h"
@@ -19,7 +19,7 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-class SpeculativeContacts {
+class NearContactSelector {
  public:
   /// Pairs are near if their distance is at most this multiple of their thickness. Resting contacts
   /// lie at one thickness; with a factor of 1 they would be near in one step and not in the next.
@@ -34,20 +34,20 @@ class SpeculativeContacts {
   }
 
   /// `surfaces` must outlive this object. `position_correction`: as in SolverOptions.
-  SpeculativeContacts(const PairSurfaces& surfaces, double position_correction)
+  NearContactSelector(const PairSurfaces& surfaces, double position_correction)
       : surfaces_(surfaces), position_correction_(position_correction) {}
 
   /// Selects pairs from `found`, which is sorted. A pair is selected if the filter lets it respond,
   /// and if it approaches in the step or lies within distance_factor of its own thickness. If
-  /// several pairs constrain nearly the same points, it selects one. All other pairs get is_movable
+  /// several pairs constrain nearly the same points, it selects one. All other pairs get can_act
   /// = false. Calls the filter once for each pair, on several threads. The result is valid until
   /// the next call, and as long as `found` is.
-  SpeculativePairs select(Span<const Contact> found, const ContactFilter& filter,
-                          const Motion& motion, const Threads& threads);
+  NearContacts select(Span<const Contact> found, const ContactFilter& filter, const Motion& motion,
+                      const Threads& threads);
   /// True if the filter lets any pair of the last select() respond.
-  bool any_answered() const { return any_answered_.load(std::memory_order_relaxed); }
+  bool any_responds() const { return any_responds_.load(std::memory_order_relaxed); }
   /// Evaluates all pairs and deselects none.
-  SpeculativePairs evaluate_all(Span<const Contact> found, const Motion& motion);
+  NearContacts evaluate_all(Span<const Contact> found, const Motion& motion);
 
   /// Call when the indices of bodies, vertices or faces change.
   void forget() { selected_.clear(); }
@@ -64,25 +64,25 @@ class SpeculativeContacts {
     bool may_have_rigid_terms;  ///< a contact may have RigidTerms
   };
   BodyPairData data_of(const Contact& contact, const Motion& motion) const;
-  /// Evaluates at most SpeculativeLanes::count contacts. `bodies`: data of the previous contact's
+  /// Evaluates at most RowEstimateLanes::count contacts. `bodies`: data of the previous contact's
   /// bodies; read again only when the bodies change.
   void evaluate(Span<const Contact> contacts, const Motion& motion, BodyPairData& bodies,
-                SpeculativeLanes& lanes, SpeculativeContact* speculative) const;
+                RowEstimateLanes& lanes, RowEstimate* estimates) const;
   /// Evaluates found[first] to found[last - 1], filters them and makes their keys.
   void evaluate_range(Span<const Contact> found, std::size_t first, std::size_t last,
                       const ContactFilter& filter, const Motion& motion);
 
   /// A member and not a namespace-scope constant, because worlds may be stepped before the
   /// constants of this file are initialised.
-  const SpeculativeKernels* kernels_ = best_speculative_kernels();
+  const RowEstimateKernels* kernels_ = best_row_estimate_kernels();
   const PairSurfaces& surfaces_;
   double position_correction_;
   std::vector<PairKey> selected_, previously_selected_;  ///< in this step, and in the one before
   /// One element for each pair in `found`.
   std::vector<ReductionEntry> entries_;
-  std::vector<SpeculativeContact> speculative_contacts_;
+  std::vector<RowEstimate> estimates_;
   ContactReduction reduction_;
-  std::atomic<bool> any_answered_{false};  // relaxed: read after the end of the parallel loop
+  std::atomic<bool> any_responds_{false};  // relaxed: read after the end of the parallel loop
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -1,9 +1,9 @@
 // The last stage of the CPU backend: tests the candidates that the traversal left, on all threads.
-#include <array>
 #include <atomic>
 #include <vector>
 
 #include "core/narrow/contact_math.h"
+#include "core/narrow/decision.h"
 #include "cpu/cpu_detector.h"
 #include "cpu/detector_worker.h"
 #include "cpu/narrow/candidate_batches.h"
@@ -11,25 +11,20 @@
 namespace lazyccd {
 namespace {
 
-// Returns whether the first `split` of four vertices are on one side of the others along an axis,
-// at both ends of the step and so during the whole step.
-bool apart(const std::vector<VertexRecord>& records, const std::array<std::int32_t, 4>& vertices,
-           int split) {
-  for (int k = 0; k < 3; ++k) {
-    bool below = true, above = true;
-    for (int end = 0; end < 2; ++end) {
-      for (int i = 0; i < split; ++i) {
-        for (int j = split; j < 4; ++j) {
-          const double a = records[vertices[i]].x[3 * end + k],
-                       b = records[vertices[j]].x[3 * end + k];
-          below = below && a < b;
-          above = above && a > b;
-        }
-      }
-    }
-    if (below || above) return true;
+// Returns whether the filters let the bodies of the pair collide, and no axis separates its
+// primitives during the whole step.
+template <ContactKind kind>
+bool may_touch(const Mesh& mesh, const std::vector<VertexRecord>& records, Candidate pair) {
+  Contact contact;
+  identify_contact<kind>(mesh.view(), pair, contact);
+  if (!mesh.collide(contact.body_a, contact.body_b)) return false;
+  QueryCoordinates q;
+  for (int i = 0; i < 4; ++i) {
+    const double* x = records[contact.vertices[i]].x;
+    q.start[i] = {x[0], x[1], x[2]};
+    q.end[i] = {x[3], x[4], x[5]};
   }
-  return false;
+  return !separated_along_axes<kind>(q);
 }
 
 }  // namespace
@@ -81,14 +76,10 @@ void CpuDetector::test_orphans(Stats& stats) {
   for (const auto& worker : workers_) worker->exclude(nullptr);
   std::atomic<std::int64_t> near{0};
   const auto test = [&](ContactKind kind, Candidate pair, Worker& worker) {
-    Contact c;
-    if (kind == ContactKind::vertex_face) {
-      identify_contact<ContactKind::vertex_face>(worker.scene().mesh, pair, c);
-    } else {
-      identify_contact<ContactKind::edge_edge>(worker.scene().mesh, pair, c);
-    }
-    const int split = kind == ContactKind::vertex_face ? 1 : 2;  // vertices of the first primitive
-    if (!mesh_->collide(c.body_a, c.body_b) || apart(records_, c.vertices, split)) return false;
+    const bool vf = kind == ContactKind::vertex_face;
+    if (!(vf ? may_touch<ContactKind::vertex_face>(*mesh_, records_, pair)
+             : may_touch<ContactKind::edge_edge>(*mesh_, records_, pair)))
+      return false;
     worker.push(kind, pair);
     return true;
   };

@@ -1,4 +1,4 @@
-#include "step/write_back.h"
+#include "step/write_rigid_bodies.h"
 
 #include <BulletDynamics/Dynamics/btRigidBody.h>
 

@@ -1,4 +1,4 @@
-#include "detection/speculative_contacts.h"
+#include "detection/near_contact_selector.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,7 +9,7 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-constexpr std::size_t lane_count = SpeculativeLanes::count;
+constexpr std::size_t lane_count = RowEstimateLanes::count;
 
 // Factor on the gap of pairs that were selected in the last step. Another pair with the same key
 // must have a gap below this fraction to replace one of them.
@@ -29,11 +29,11 @@ bool comes_within(double distance, const Contact& contact, const Motion& motion)
 // True for pairs that need no constraint: pairs that touch at the start, because they have no
 // normal yet; and pairs that stay further apart than distance_factor times their own thickness.
 // Within one body, a pair that starts further apart is irrelevant in any case: neighbours lie like
-// that, and the body itself handles what presses them together. `gap_dot`: as in SpeculativeLanes.
+// that, and the body itself handles what presses them together. `gap_dot`: as in RowEstimateLanes.
 bool is_irrelevant(const Contact& contact, double thickness, double start_gap, double gap_dot,
                    const Motion& motion) {
   if (contact.toi > 0) return false;
-  const double near_distance = SpeculativeContacts::distance_factor * thickness;
+  const double near_distance = NearContactSelector::distance_factor * thickness;
   if (start_gap <= near_distance) return start_gap < 1e-6 * thickness;
   if (contact.body_a == contact.body_b) return true;
   return gap_dot > near_distance * start_gap || !comes_within(near_distance, contact, motion);
@@ -41,7 +41,7 @@ bool is_irrelevant(const Contact& contact, double thickness, double start_gap, d
 
 }  // namespace
 
-SpeculativeContacts::PairKey SpeculativeContacts::pair_key_of(const Contact& contact) {
+NearContactSelector::PairKey NearContactSelector::pair_key_of(const Contact& contact) {
   const auto pack = [](std::int32_t a, std::int32_t b) {
     return static_cast<std::uint64_t>(a) << 32 | static_cast<std::uint32_t>(b);
   };
@@ -50,7 +50,7 @@ SpeculativeContacts::PairKey SpeculativeContacts::pair_key_of(const Contact& con
           static_cast<std::uint64_t>(contact.primitive_b)};
 }
 
-SpeculativeContacts::BodyPairData SpeculativeContacts::data_of(const Contact& contact,
+NearContactSelector::BodyPairData NearContactSelector::data_of(const Contact& contact,
                                                                const Motion& motion) const {
   const auto is_dynamic = [&](std::int32_t body) {
     const int rigid = motion.rigid_of_body[body];
@@ -60,9 +60,9 @@ SpeculativeContacts::BodyPairData SpeculativeContacts::data_of(const Contact& co
           !motion.anchored.empty() || is_dynamic(contact.body_a) || is_dynamic(contact.body_b)};
 }
 
-void SpeculativeContacts::evaluate(Span<const Contact> contacts, const Motion& motion,
-                                   BodyPairData& bodies, SpeculativeLanes& lanes,
-                                   SpeculativeContact* speculative) const {
+void NearContactSelector::evaluate(Span<const Contact> contacts, const Motion& motion,
+                                   BodyPairData& bodies, RowEstimateLanes& lanes,
+                                   RowEstimate* estimates) const {
   std::array<bool, lane_count> may_have_rigid_terms;
   for (std::size_t k = 0; k < contacts.size(); ++k) {
     if (contacts[k].body_a != bodies.a || contacts[k].body_b != bodies.b)
@@ -70,58 +70,58 @@ void SpeculativeContacts::evaluate(Span<const Contact> contacts, const Motion& m
     lanes.thickness[k] = bodies.surface.thickness;
     may_have_rigid_terms[k] = bodies.may_have_rigid_terms;
   }
-  const SpeculativeMotion<btScalar> arrays = {
+  const RowEstimateInput<btScalar> arrays = {
       motion.start.data(),         motion.end.data(),   motion.inverse_mass.data(),
       motion.shortest_edge.data(), motion.soft_count(), position_correction_};
   kernels_->find(arrays, contacts.data(), static_cast<int>(contacts.size()), lanes);
   for (std::size_t k = 0; k < contacts.size(); ++k) {
-    speculative[k] = {lanes.move_squared[k], lanes.need[k], lanes.normal_mass[k],
-                      lanes.is_movable[k] != 0, lanes.may_open[k] != 0};
+    estimates[k] = {lanes.move_squared[k], lanes.need[k], lanes.normal_mass[k],
+                    lanes.can_act[k] != 0, lanes.may_need_split[k] != 0};
     if (!may_have_rigid_terms[k]) continue;
     ContactRow row;
     make_row(contacts[k], lanes.thickness[k], 0, position_correction_, motion, row);
-    speculative[k].normal_mass = row.normal_mass;
-    speculative[k].is_movable = row.is_movable;
+    estimates[k].normal_mass = row.normal_mass;
+    estimates[k].can_act = row.can_act;
   }
 }
 
-void SpeculativeContacts::evaluate_range(Span<const Contact> found, std::size_t first,
+void NearContactSelector::evaluate_range(Span<const Contact> found, std::size_t first,
                                          std::size_t last, const ContactFilter& filter,
                                          const Motion& motion) {
   BodyPairData bodies;
-  SpeculativeLanes lanes = {};
-  bool answered = false;
+  RowEstimateLanes lanes = {};
+  bool any_responds = false;
   auto previous = std::lower_bound(previously_selected_.begin(), previously_selected_.end(),
                                    pair_key_of(found[first]));
   for (std::size_t i = first; i < last; ++i) {
     const std::size_t lane = (i - first) % lane_count;
     if (lane == 0) {
       const Span<const Contact> batch(&found[i], std::min(lane_count, last - i));
-      evaluate(batch, motion, bodies, lanes, &speculative_contacts_[i]);
+      evaluate(batch, motion, bodies, lanes, &estimates_[i]);
     }
     const Contact& contact = found[i];
     ReductionEntry& entry = entries_[i];
-    entry.key.kind = ContactKey::none;
+    entry.key.kind = ConstraintKey::none;
     if (filter.decide(contact) != ContactFilter::Decision::respond) continue;
-    answered = true;
+    any_responds = true;
     entry.gap = std::sqrt(lanes.gap_squared[lane]);
     if (is_irrelevant(contact, lanes.thickness[lane], entry.gap, lanes.gap_dot[lane], motion))
       continue;
-    make_contact_key(contact, entry.key);
+    make_constraint_key(contact, entry.key);
     // Prefer the pair that was selected in the last step, unless another one is clearly nearer.
     const PairKey key = pair_key_of(contact);
     while (previous != previously_selected_.end() && *previous < key) ++previous;
     if (previous != previously_selected_.end() && !(key < *previous)) entry.gap *= hysteresis;
   }
-  if (answered) any_answered_.store(true, std::memory_order_relaxed);
+  if (any_responds) any_responds_.store(true, std::memory_order_relaxed);
 }
 
-SpeculativePairs SpeculativeContacts::select(Span<const Contact> found, const ContactFilter& filter,
-                                             const Motion& motion, const Threads& threads) {
+NearContacts NearContactSelector::select(Span<const Contact> found, const ContactFilter& filter,
+                                         const Motion& motion, const Threads& threads) {
   previously_selected_.swap(selected_);
   entries_.resize(found.size());
-  speculative_contacts_.resize(found.size());
-  any_answered_.store(false, std::memory_order_relaxed);
+  estimates_.resize(found.size());
+  any_responds_.store(false, std::memory_order_relaxed);
   constexpr std::size_t grain = 512;  // pairs; more work than it costs to distribute them
   threads.parallel_for(found.size(), grain, [&](std::size_t first, std::size_t last) {
     evaluate_range(found, first, last, filter, motion);
@@ -130,25 +130,24 @@ SpeculativePairs SpeculativeContacts::select(Span<const Contact> found, const Co
   selected_.resize(found.size());
   std::size_t count = 0;
   for (std::size_t i = 0; i < found.size(); ++i) {
-    const bool is_selected = entries_[i].key.kind != ContactKey::none;
-    speculative_contacts_[i].is_movable = speculative_contacts_[i].is_movable && is_selected;
+    const bool is_selected = entries_[i].key.kind != ConstraintKey::none;
+    estimates_[i].can_act = estimates_[i].can_act && is_selected;
     selected_[count] = pair_key_of(found[i]);
     count += is_selected;
   }
   selected_.resize(count);
-  return {found, speculative_contacts_};
+  return {found, estimates_};
 }
 
-SpeculativePairs SpeculativeContacts::evaluate_all(Span<const Contact> found,
-                                                   const Motion& motion) {
+NearContacts NearContactSelector::evaluate_all(Span<const Contact> found, const Motion& motion) {
   BodyPairData bodies;
-  SpeculativeLanes lanes = {};
-  speculative_contacts_.resize(found.size());
+  RowEstimateLanes lanes = {};
+  estimates_.resize(found.size());
   for (std::size_t i = 0; i < found.size(); i += lane_count) {
     const Span<const Contact> batch(&found[i], std::min(lane_count, found.size() - i));
-    evaluate(batch, motion, bodies, lanes, &speculative_contacts_[i]);
+    evaluate(batch, motion, bodies, lanes, &estimates_[i]);
   }
-  return {found, speculative_contacts_};
+  return {found, estimates_};
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -1,5 +1,5 @@
-// The kernels of speculative contacts give the same results as rows of the same contacts.
-#include "detection/speculative_kernels.h"
+// The kernels of row estimates give the same results as rows of the same contacts.
+#include "detection/row_estimate_kernels.h"
 
 #include <algorithm>
 #include <cstring>
@@ -42,7 +42,7 @@ Contact random_contact(std::mt19937& random) {
   Contact contact = {};
   contact.kind = below(2) ? ContactKind::vertex_face : ContactKind::edge_edge;
   contact.body_b = below(3);
-  const int first_of_b = contact.kind == ContactKind::vertex_face ? 1 : 2;
+  const int first_of_b = first_vertex_of_b(contact.kind);
   for (int i = 0; i < 4; ++i)
     contact.vertices[i] = contact.body_b == 2 && i >= first_of_b ? 40 + below(10) : below(40);
   constexpr float parts[] = {0, 0.25f, 0.3f, 0.5f};
@@ -54,8 +54,8 @@ Contact random_contact(std::mt19937& random) {
   return contact;
 }
 
-SpeculativeContact by_row(const Contact& contact, double thickness, double position_correction,
-                          const Motion& motion) {
+RowEstimate by_row(const Contact& contact, double thickness, double position_correction,
+                   const Motion& motion) {
   ContactRow row;
   make_row(contact, thickness, 0, position_correction, motion, row);
   Eigen::Vector3d move = Eigen::Vector3d::Zero();
@@ -63,7 +63,7 @@ SpeculativeContact by_row(const Contact& contact, double thickness, double posit
     const std::int32_t v = contact.vertices[i];
     move += row.weights[i] * (motion.end_of(v) - motion.start_of(v));
   }
-  return speculative_contact_of(row, move);
+  return estimate_row(row, move);
 }
 
 }  // namespace
@@ -73,28 +73,28 @@ TEST_CASE("kernels of all instruction sets and rows agree to the bit") {
   std::mt19937 random(1);
   for (int round = 0; round < 200; ++round) {
     const Motion motion = random_motion(random);
-    const SpeculativeMotion<btScalar> of = {motion.start.data(),        motion.end.data(),
-                                            motion.inverse_mass.data(), motion.shortest_edge.data(),
-                                            motion.soft_count(),        position_correction};
-    const int count = 1 + static_cast<int>(random() % SpeculativeLanes::count);
+    const RowEstimateInput<btScalar> of = {motion.start.data(),        motion.end.data(),
+                                           motion.inverse_mass.data(), motion.shortest_edge.data(),
+                                           motion.soft_count(),        position_correction};
+    const int count = 1 + static_cast<int>(random() % RowEstimateLanes::count);
     std::vector<Contact> contacts;
     for (int i = 0; i < count; ++i) contacts.push_back(random_contact(random));
     for (const char* isa : {"baseline", "avx2", "avx512"}) {
-      const SpeculativeKernels* const kernels = speculative_kernels(isa);
+      const RowEstimateKernels* const kernels = row_estimate_kernels(isa);
       if (!kernels) continue;
       CAPTURE(isa, round);
-      SpeculativeLanes lanes;
+      RowEstimateLanes lanes;
       std::fill(std::begin(lanes.thickness), std::end(lanes.thickness), thickness);
       kernels->find(of, contacts.data(), count, lanes);
       for (int i = 0; i < count; ++i) {
         const double own = thickness_of(contacts[i], motion, thickness);
-        const SpeculativeContact row = by_row(contacts[i], own, position_correction, motion);
+        const RowEstimate row = by_row(contacts[i], own, position_correction, motion);
         CHECK(lanes.thickness[i] == own);
         CHECK(lanes.move_squared[i] == row.move_squared);
         CHECK(lanes.need[i] == row.need);
         CHECK(lanes.normal_mass[i] == row.normal_mass);
-        CHECK((lanes.is_movable[i] != 0) == row.is_movable);
-        CHECK((lanes.may_open[i] != 0) == row.may_open);
+        CHECK((lanes.can_act[i] != 0) == row.can_act);
+        CHECK((lanes.may_need_split[i] != 0) == row.may_need_split);
         const auto gap = [&](const std::vector<btScalar>& places) {
           const std::array<double, 4> weights = contacts[i].weights();
           Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -107,5 +107,5 @@ TEST_CASE("kernels of all instruction sets and rows agree to the bit") {
       }
     }
   }
-  CHECK(speculative_kernels("no such set") == nullptr);
+  CHECK(row_estimate_kernels("no such set") == nullptr);
 }
