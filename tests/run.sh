@@ -42,10 +42,9 @@ build() {
 
 require_packages core bullet programs tests
 if [ $all = no ]; then
-  build quick -- lazyccd lazyccd_tests lazyccd_tests_threads lazyccd_tests_bullet \
-    lazyccd_tests_program example_detector example_bullet
+  build quick
   export LAZYCCD_QUICK_TESTS=1
-  run_tests quick -LE '^(model|consumer|bench)$'
+  run_tests quick -LE '^(model|consumer)$'
 else
   require_packages checks
   build cpu -DLAZYCCD_TESTS=ON -DLAZYCCD_WERROR=ON -DLAZYCCD_CHECK_HEADERS=ON
