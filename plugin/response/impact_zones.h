@@ -46,7 +46,7 @@ class ImpactZones {
   /// pinned node that does not move along, and everything movable already follows the body.
   bool is_unresolvable(const Contact& contact, const Motion& motion);
   /// Holds the prescribed members of the zones of these contacts at the start of the step, whatever
-  /// moves them. This is the last resort. Returns false if all of them were held already.
+  /// moves them. Nothing else is left to try then. Returns false if all of them were held already.
   bool stop_prescribed(const std::vector<Contact>& contacts, Motion& motion);
 
   std::int64_t node_count();  ///< soft nodes in zones of several members

@@ -14,7 +14,7 @@
 
 #include "lazyccd/scene.h"
 #include "scene/rigid_poses.h"
-#include "scene/tessellation.h"
+#include "shapes/tessellation.h"
 #include "util/warning_log.h"
 
 namespace lazyccd::bullet {

@@ -3,10 +3,10 @@
 #include <string>
 #include <vector>
 
+#include "bench/accuracy/query_sets.h"
 #include "bench/peers/lazyccd_settings.h"
 #include "bench/peers/method.h"
 #include "bench/peers/peer.h"
-#include "bench/query_sets.h"
 #include "support/catch.h"
 #include "support/data.h"
 #include "support/generators.h"

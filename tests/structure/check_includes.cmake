@@ -106,15 +106,16 @@ check_layers(plugin lazyccd/
   util:
   motion:
   contact:motion,util
-  scene:motion,util
+  shapes:util
+  scene:shapes,motion,util
   untangling:motion,util
-  links:scene,util
-  report:scene,contact,motion,util
-  detection:contact,scene,motion,util
+  links:scene,shapes,util
+  report:scene,shapes,contact,motion,util
+  detection:contact,scene,shapes,motion,util
   response:contact,motion,util
   isa:detection,response,links,contact,motion,util
-  step:detection,response,report,untangling,scene,contact,motion,util
-  world:step,links,report,scene,contact,motion,util)
+  step:detection,response,report,untangling,scene,shapes,contact,motion,util
+  world:step,links,report,scene,shapes,contact,motion,util)
 
 set(prefix "cpu/")
 check_layers(cuda/cpu "(core|balance|lazyccd)/"

@@ -70,6 +70,10 @@ def reduce_arrows(below):
             for name, targets in below.items()}
 
 
+def plural(count, noun):
+    return f"{count} {noun}" + ("" if count == 1 else "s")
+
+
 def draw(root, counts, below):
     height = floors(below)
     rows = [sorted(n for n in height if height[n] == h) for h in range(max(height.values()), -1, -1)]
@@ -103,7 +107,7 @@ def draw(root, counts, below):
         lines.append(f'<text x="{x + WIDTH / 2:.0f}" y="{y + 19:.0f}" font-size="14" text-anchor="middle" '
                      f'fill="#22262c">{name}</text>')
         lines.append(f'<text x="{x + WIDTH / 2:.0f}" y="{y + 35:.0f}" font-size="11" text-anchor="middle" '
-                     f'fill="#5c636e">{counts[name]} module{'' if counts[name] == 1 else 's'}</text>')
+                     f'fill="#5c636e">{plural(counts[name], 'module')}</text>')
     return "\n".join(lines + ["</svg>"])
 
 

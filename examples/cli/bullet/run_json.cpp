@@ -23,7 +23,7 @@ nlohmann::ordered_json to_json(const scenes::RunReport& report) {
   nlohmann::ordered_json points = nlohmann::ordered_json::array();
   for (const scenes::Intersection& intersection : report.intersections)
     points.push_back(intersection.point);
-  json["piercing_points"] = points;
+  json["intersection_points"] = points;
   if (report.wrong_side) {
     json["nodes_on_wrong_side"] = *report.wrong_side;
   } else {

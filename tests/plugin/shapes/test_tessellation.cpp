@@ -1,4 +1,4 @@
-#include "scene/tessellation.h"
+#include "shapes/tessellation.h"
 
 #include <BulletCollision/CollisionShapes/btCapsuleShape.h>
 #include <BulletCollision/CollisionShapes/btConeShape.h>

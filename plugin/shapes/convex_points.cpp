@@ -1,4 +1,4 @@
-#include "scene/convex_points.h"
+#include "shapes/convex_points.h"
 
 #include <BulletCollision/CollisionShapes/btCapsuleShape.h>
 #include <BulletCollision/CollisionShapes/btConeShape.h>

@@ -1,4 +1,4 @@
-#include "bench/score.h"
+#include "bench/accuracy/score.h"
 
 #include <algorithm>
 #include <limits>

@@ -1,5 +1,5 @@
 // The program lazyccd_chart: measures speed and accuracy of every elementary test. Prints a table
-// and writes a CSV file, from which examples/bench/chart.sh draws pictures.
+// and writes a CSV file, from which examples/bench/accuracy/chart.sh draws pictures.
 #include <algorithm>
 #include <cstdio>
 #include <fstream>
@@ -9,10 +9,10 @@
 
 #include <CLI/CLI.hpp>
 
+#include "bench/accuracy/generated_sets.h"
+#include "bench/accuracy/score.h"
 #include "bench/frames.h"
-#include "bench/generated_sets.h"
 #include "bench/machine.h"
-#include "bench/score.h"
 
 namespace {
 

@@ -11,7 +11,7 @@
 
 #include "lazyccd/bullet/precision.h"
 #include "lazyccd/scene.h"
-#include "scene/axis_box.h"
+#include "shapes/axis_box.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {

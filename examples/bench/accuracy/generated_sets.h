@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "bench/query_sets.h"
+#include "bench/accuracy/query_sets.h"
 
 namespace lazyccd::bench {
 

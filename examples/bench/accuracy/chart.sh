@@ -3,7 +3,7 @@
 # files and pictures (SVG and PNG) to examples/results/{accuracy,bullet}. Options go to lazyccd_chart, e.g.
 # --rounds 9.
 set -euo pipefail
-source "$(dirname "${BASH_SOURCE[0]}")/../setup.sh"
+source "$(dirname "${BASH_SOURCE[0]}")/../../setup.sh"
 
 require_packages core bullet programs tests pictures
 build_preset cpu -DLAZYCCD_TESTS=ON -- lazyccd_chart lazyccd_bench
@@ -16,4 +16,4 @@ say "Elementary tests"
 say "Whole steps"
 "$bench/lazyccd_bench" --csv "$results/bullet/steps.csv"
 say "Pictures"
-/usr/bin/python3 "$repository/examples/bench/chart.py" "$results"
+/usr/bin/python3 "$repository/examples/bench/accuracy/chart.py" "$results"

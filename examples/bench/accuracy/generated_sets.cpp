@@ -1,4 +1,4 @@
-#include "bench/generated_sets.h"
+#include "bench/accuracy/generated_sets.h"
 
 #include <string_view>
 

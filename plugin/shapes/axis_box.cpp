@@ -1,4 +1,4 @@
-#include "scene/axis_box.h"
+#include "shapes/axis_box.h"
 
 #include <LinearMath/btAabbUtil2.h>
 

@@ -1,4 +1,4 @@
-#include "scene/tessellation.h"
+#include "shapes/tessellation.h"
 
 #include <BulletCollision/CollisionShapes/btCompoundShape.h>
 #include <BulletCollision/CollisionShapes/btConcaveShape.h>
@@ -16,7 +16,7 @@
 #include <set>
 #include <utility>
 
-#include "scene/convex_points.h"
+#include "shapes/convex_points.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {

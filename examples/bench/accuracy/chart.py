@@ -1,4 +1,4 @@
-"""Draws pictures of speed against accuracy from the CSV files that examples/bench/chart.sh wrote.
+"""Draws pictures of speed against accuracy from the CSV files that examples/bench/accuracy/chart.sh wrote.
 
 chart.py FOLDER reads FOLDER/accuracy/queries.csv and FOLDER/bullet/steps.csv. It writes beside them, as
 SVG and PNG:

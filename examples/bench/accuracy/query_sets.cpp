@@ -1,4 +1,4 @@
-#include "bench/query_sets.h"
+#include "bench/accuracy/query_sets.h"
 
 #include <algorithm>
 #include <fstream>

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "bench/accuracy/query_sets.h"
 #include "bench/peers/method.h"
-#include "bench/query_sets.h"
 
 namespace lazyccd::bench {
 
