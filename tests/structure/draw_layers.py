@@ -76,6 +76,7 @@ def plural(count, noun):
 
 def draw(root, counts, below):
     height = floors(below)
+    sizes = {name: plural(count, "module") for name, count in counts.items()}
     rows = [sorted(n for n in height if height[n] == h) for h in range(max(height.values()), -1, -1)]
     widest = max(len(row) for row in rows)
     total = widest * (WIDTH + GAP_X) + GAP_X
@@ -107,7 +108,7 @@ def draw(root, counts, below):
         lines.append(f'<text x="{x + WIDTH / 2:.0f}" y="{y + 19:.0f}" font-size="14" text-anchor="middle" '
                      f'fill="#22262c">{name}</text>')
         lines.append(f'<text x="{x + WIDTH / 2:.0f}" y="{y + 35:.0f}" font-size="11" text-anchor="middle" '
-                     f'fill="#5c636e">{plural(counts[name], 'module')}</text>')
+                     f'fill="#5c636e">{sizes[name]}</text>')
     return "\n".join(lines + ["</svg>"])
 
 

@@ -59,7 +59,7 @@ LAZYCCD_HD inline std::int32_t select_branchless(bool yes, std::int32_t a, std::
 /// Whether another pair represents this one. `on` is on_border() of the pair. The pair must be
 /// nearer than the separation by more than border_width(), and first.of must not be null.
 template <ContactKind kind>
-LAZYCCD_HD inline bool is_redundant(const MeshView& mesh, const FirstFaces& first, Candidate pair,
+LAZYCCD_HD inline bool is_redundant_pair(const MeshView& mesh, const FirstFaces& first, Candidate pair,
                                     int on) {
   std::int32_t vertex, at;  // vertex of the representative pair; index of its face in first.of
   if constexpr (kind == ContactKind::vertex_face) {

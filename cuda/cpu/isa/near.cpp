@@ -149,7 +149,7 @@ void near_kind(const LeafScene& scene, const Candidate* candidates, int count, N
       for (unsigned bits = may_be.bits() & used; bits; bits &= bits - 1) {
         const int i = __builtin_ctz(bits);
         const bool is =
-            is_redundant<kind>(scene.mesh, scene.first_faces, pair[i], static_cast<int>(border[i]));
+            is_redundant_pair<kind>(scene.mesh, scene.first_faces, pair[i], static_cast<int>(border[i]));
         is_redundant |= static_cast<unsigned>(is) << i;
       }
     }
