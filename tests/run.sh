@@ -49,9 +49,8 @@ else
   require_packages checks
   build cpu -DLAZYCCD_TESTS=ON -DLAZYCCD_WERROR=ON -DLAZYCCD_CHECK_HEADERS=ON
   run_tests cpu
-  build asan -- lazyccd_tests lazyccd_tests_threads lazyccd_tests_bench lazyccd_tests_bullet \
-    lazyccd_tests_program
-  run_tests asan -L '^(core|threads|bench|bullet|program)$'
+  build asan -- lazyccd_tests lazyccd_tests_threads lazyccd_tests_bullet lazyccd_tests_program
+  run_tests asan -L '^(core|threads|bullet|program)$'
   build tsan -- lazyccd_tests_threads
   run_tests tsan -L threads
   if command -v nvcc >/dev/null; then
