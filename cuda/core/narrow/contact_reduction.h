@@ -59,8 +59,8 @@ LAZYCCD_HD inline std::int32_t select_branchless(bool yes, std::int32_t a, std::
 /// Whether another pair represents this one. `on` is on_border() of the pair. The pair must be
 /// nearer than the separation by more than border_width(), and first.of must not be null.
 template <ContactKind kind>
-LAZYCCD_HD inline bool is_redundant_pair(const MeshView& mesh, const FirstFaces& first, Candidate pair,
-                                    int on) {
+LAZYCCD_HD inline bool is_redundant_pair(const MeshView& mesh, const FirstFaces& first,
+                                         Candidate pair, int on) {
   std::int32_t vertex, at;  // vertex of the representative pair; index of its face in first.of
   if constexpr (kind == ContactKind::vertex_face) {
     // The corner that has weight, or the side between the two corners that have weight.

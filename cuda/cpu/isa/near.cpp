@@ -148,8 +148,8 @@ void near_kind(const LeafScene& scene, const Candidate* candidates, int count, N
           certainly_within(within - border_width<kind>(points.u, points.v, size1, size2));
       for (unsigned bits = may_be.bits() & used; bits; bits &= bits - 1) {
         const int i = __builtin_ctz(bits);
-        const bool is =
-            is_redundant_pair<kind>(scene.mesh, scene.first_faces, pair[i], static_cast<int>(border[i]));
+        const bool is = is_redundant_pair<kind>(scene.mesh, scene.first_faces, pair[i],
+                                                static_cast<int>(border[i]));
         is_redundant |= static_cast<unsigned>(is) << i;
       }
     }
