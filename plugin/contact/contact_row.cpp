@@ -28,7 +28,28 @@ double thickness_of(const Contact& contact, const Motion& motion, double surface
   return std::min(surface_thickness, 0.5 * edge_length);
 }
 
-void make_row(const Contact& contact, double thickness, double friction, double position_correction,
+namespace {
+
+// As SlidingFriction::per_step(), at the points of the contact.
+double sliding_fraction(const SlidingFriction& sliding, const ContactRow& row,
+                        const Motion& motion) {
+  if (sliding.iterations == 0) return 0;
+  const int first_of_b = first_vertex_of_b(row.contact.kind);
+  std::array<double, 2> inverse_mass = {0, 0}, squares = {0, 0};
+  for (int i = 0; i < 4; ++i) {
+    const int side = i < first_of_b ? 0 : 1;
+    inverse_mass[side] +=
+        std::abs(row.weights[i]) * motion.inverse_mass_of(row.contact.vertices[i]);
+    squares[side] += row.weights[i] * row.weights[i];
+  }
+  const double sum = inverse_mass[0] + inverse_mass[1];
+  if (!(sum > 0)) return sliding.per_step({1, 0}, {1, 0});
+  return sliding.per_step({inverse_mass[0] / sum, inverse_mass[1] / sum}, squares);
+}
+
+}  // namespace
+
+void make_row(const Contact& contact, double thickness, double position_correction,
               const Motion& motion, ContactRow& row) {
   row.contact = contact;
   row.weights = contact.weights();
@@ -45,12 +66,12 @@ void make_row(const Contact& contact, double thickness, double friction, double 
     max_inverse_mass = std::max(max_inverse_mass, motion.inverse_mass[v]);
   }
   for (const RigidTerm& term : RigidTerms(contact, row.weights, motion)) {
-    const Matrix3d mobility = term.mobility(motion.rigid[term.body]);
+    const Matrix3d mobility = term.mobility(motion);
     const double normal_part = row.normal.dot(mobility * row.normal);
     tangent_compliance += std::max(0.0, mobility.trace() - normal_part);
     compliance += normal_part;
   }
-  row.friction = friction;
+  row.friction = row.sliding_fraction = 0;
   row.target_gap = std::min(thickness, std::max(0.0, row.start_gap));
   row.corrected_gap = std::max(
       row.target_gap, std::min(0.5 * thickness, row.target_gap + position_correction * thickness));
@@ -72,7 +93,9 @@ void make_row(const Contact& contact, double thickness, double friction, double 
 void RowFactory::make(const Contact& contact, ContactRow& row) const {
   const PairSurface surface = surfaces_->of(contact.body_a, contact.body_b);
   const double thickness = thickness_of(contact, *motion_, surface.thickness);
-  make_row(contact, thickness, surface.friction, position_correction_, *motion_, row);
+  make_row(contact, thickness, position_correction_, *motion_, row);
+  row.friction = surface.friction;
+  row.sliding_fraction = sliding_fraction(surface.sliding, row, *motion_);
 }
 
 RowEstimate estimate_row(const ContactRow& row, const Vector3d& move) {

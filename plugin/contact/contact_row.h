@@ -36,6 +36,8 @@ struct ContactRow {
   double normal_mass,  ///< along the normal
       tangent_mass;    ///< lower bound over all tangent directions
   double friction;     ///< Coulomb's coefficient
+  /// Fraction of the sliding that friction takes at least, 0 to 1 (SlidingFriction::per_step()).
+  double sliding_fraction;
 
   /// Whether an impulse acted or the detector found the contact.
   bool acted() const { return normal_impulse != 0 || split_impulse != 0 || touched; }
@@ -58,9 +60,9 @@ struct RowEstimate {
 /// Depends on the contact points alone, not on which pair of features represents them.
 double thickness_of(const Contact& contact, const Motion& motion, double surface_thickness);
 
-/// Makes the row of a contact, without impulses. `thickness`: of this contact, metres;
-/// `position_correction`: as in SolverOptions. Does not use the end of the motion.
-void make_row(const Contact& contact, double thickness, double friction, double position_correction,
+/// Makes the row of a contact, without impulses and without friction. `thickness`: of this contact,
+/// metres; `position_correction`: as in SolverOptions. Does not use the end of the motion.
+void make_row(const Contact& contact, double thickness, double position_correction,
               const Motion& motion, ContactRow& row);
 
 /// Makes the rows of one step. The constructor arguments must outlive it.

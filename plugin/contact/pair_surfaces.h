@@ -2,6 +2,8 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdint>
 #include <utility>
 #include <vector>
@@ -11,32 +13,56 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
+/// The two kinds of Bullet's worlds with soft bodies.
+enum class WorldKind {
+  rigid,      ///< btSoftRigidDynamicsWorld, btSoftMultiBodyDynamicsWorld
+  deformable  ///< btDeformableMultiBodyDynamicsWorld
+};
+
 /// Contact properties of one body.
 struct BodySurface {
   double margin;    ///< collision margin, metres
   double friction;  ///< soft body: m_cfg.kDF; rigid body: getFriction()
   bool is_soft;
+  double hardness = 0;  ///< soft body: m_cfg.kSHR, Bullet's hardness of soft contacts, 0 to 1
+  int iterations = 0;   ///< soft body: m_cfg.piterations
+};
+
+/// Friction of Bullet's rigid world: each of its position iterations takes a fraction of the sliding
+/// speed of a contact, whatever the load is (btSoftBody::PSolve_RContacts, PSolve_SContacts).
+struct SlidingFriction {
+  /// By side: fraction that one iteration takes if the contact points of this side alone move.
+  std::array<double, 2> per_iteration = {0, 0};
+  int iterations = 0;
+  bool between_soft_bodies = false;
+
+  /// Fraction of the sliding speed that all iterations of a step take, from 0 to 1. Between soft
+  /// bodies Bullet moves vertex i of side s by share_s w_i per_iteration_s times the sliding:
+  /// `shares`: by side, its share of the sum of inverse masses at the contact points; `squares`: by
+  /// side, the sum of its squared weights.
+  double per_step(const std::array<double, 2>& shares, const std::array<double, 2>& squares) const {
+    const double one = between_soft_bodies ? per_iteration[0] * shares[0] * squares[0] +
+                                                 per_iteration[1] * shares[1] * squares[1]
+                                           : per_iteration[0];
+    return 1 - std::pow(1 - std::clamp(one, 0.0, 1.0), iterations);
+  }
 };
 
 /// Contact properties of a pair of bodies.
 struct PairSurface {
-  double thickness;  ///< gap that a contact keeps, metres
-  double friction;   ///< Coulomb's coefficient
-};
-
-/// How Bullet combines the coefficients of two soft bodies.
-enum class FrictionRule {
-  larger,  ///< the larger of the two: rigid world (btSoftBody::CollideVF_SS)
-  product  ///< the product: deformable world (btSoftBody::CollideVF_DD)
+  double thickness;         ///< gap that a contact keeps, metres
+  double friction;          ///< Coulomb's coefficient
+  SlidingFriction sliding;  ///< does nothing with Coulomb's friction
 };
 
 /// Combines the surfaces of two bodies as SolverOptions and Bullet's world prescribe.
 class PairSurfaces {
  public:
-  PairSurfaces(const SolverOptions& options, FrictionRule soft_friction)
+  PairSurfaces(const SolverOptions& options, WorldKind world)
       : thickness_(options.thickness),
         has_friction_(options.friction),
-        soft_friction_(soft_friction) {}
+        is_coulomb_(options.coulomb_friction || world == WorldKind::deformable),
+        world_(world) {}
 
   /// Sets the bodies of this step, by body index. `resolution`: lower bound of every thickness,
   /// metres.
@@ -48,17 +74,28 @@ class PairSurfaces {
   /// Surface of the pair; needs update() first. Friction is 0 if SolverOptions::friction is off.
   PairSurface of(std::int32_t body_a, std::int32_t body_b) const {
     const BodySurface &a = bodies_[body_a], &b = bodies_[body_b];
-    const double wanted = thickness_ >= 0 ? thickness_ : a.margin + b.margin;
-    // Between a soft and a rigid body Bullet multiplies in both worlds.
-    const bool multiplies = !a.is_soft || !b.is_soft || soft_friction_ == FrictionRule::product;
-    const double friction = multiplies ? a.friction * b.friction : std::max(a.friction, b.friction);
-    return {std::max(resolution_, wanted), has_friction_ ? friction : 0};
+    PairSurface surface;
+    surface.thickness =
+        std::max(resolution_, thickness_ >= 0 ? thickness_ : a.margin + b.margin);
+    // Between a soft and a rigid body Bullet multiplies in both worlds. Between two soft bodies it
+    // takes the larger one (CollideVF_SS) or the product (CollideVF_DD).
+    const bool soft_soft = a.is_soft && b.is_soft;
+    const double friction = soft_soft && world_ == WorldKind::rigid
+                                ? std::max(a.friction, b.friction)
+                                : a.friction * b.friction;
+    surface.friction = has_friction_ ? friction : 0;
+    if (!has_friction_ || is_coulomb_) return surface;
+    surface.sliding.iterations = std::max(a.iterations, b.iterations);
+    surface.sliding.between_soft_bodies = soft_soft;
+    surface.sliding.per_iteration = {friction * (soft_soft ? a.hardness : 1),
+                                     friction * (soft_soft ? b.hardness : 1)};
+    return surface;
   }
 
  private:
   double thickness_;  // metres; negative: the sum of the margins
-  bool has_friction_;
-  FrictionRule soft_friction_;
+  bool has_friction_, is_coulomb_;
+  WorldKind world_;
   std::vector<BodySurface> bodies_;
   double resolution_ = 0;
 };

@@ -9,9 +9,17 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-Matrix3d RigidTerm::mobility(const RigidMotion& rigid) const {
+Matrix3d RigidTerm::mobility(const Motion& motion) const {
+  const RigidMotion& rigid = motion.rigid[body];
   Matrix3d lever;
   lever << 0, -arm.z(), arm.y(), arm.z(), 0, -arm.x(), -arm.y(), arm.x(), 0;
+  if (rigid.articulated >= 0) {
+    const ArticulatedMotion& multibody = motion.articulated[rigid.articulated];
+    const ArticulatedMotion::Jacobian& jacobian = multibody.link_of(body).jacobian;
+    const Eigen::Matrix<double, 3, Eigen::Dynamic> of_term =
+        weight * jacobian.topRows<3>() - lever * jacobian.bottomRows<3>();
+    return of_term * multibody.inverse_mass * of_term.transpose();
+  }
   return weight * weight * Matrix3d(rigid.inverse_mass.asDiagonal()) +
          lever.transpose() * rigid.inverse_inertia * lever;
 }
@@ -22,7 +30,7 @@ void RigidTerms::find(int obstacle, const Contact& contact, const std::array<dou
     const std::int32_t v = contact.vertices[i];
     if (motion.is_free(v)) continue;
     const int body = motion.is_soft(v) ? motion.anchor_body_of(v) : obstacle;
-    if (body >= 0 && motion.rigid[body].is_dynamic())
+    if (body >= 0 && motion.rigid[body].is_movable())
       add(body, weights[i], motion.start_of(v), motion);
   }
 }

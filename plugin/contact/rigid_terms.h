@@ -31,7 +31,7 @@ struct RigidTerm {
     rotation += rigid.inverse_inertia * arm.cross(impulse);
   }
   /// Displacement of the weighted sum per impulse on it, 1/kg.
-  Eigen::Matrix3d mobility(const RigidMotion& rigid) const;
+  Eigen::Matrix3d mobility(const Motion& motion) const;
 };
 
 /// The rigid terms of one contact, at most four, in the order of its vertices. Computed when needed

@@ -34,7 +34,7 @@ bool ContactFilter::has_response_as_predicted(const Contact& contact) const {
 
 bool ContactFilter::is_movable(std::int32_t v) const {
   return topology_.is_soft(v) ? motion_.is_free(v) || motion_.anchor_body_of(v) >= 0
-                              : motion_.rigid_of(topology_.body_of(v)).is_dynamic();
+                              : motion_.rigid_of(topology_.body_of(v)).is_movable();
 }
 
 bool ContactFilter::bodies_respond(const Contact& contact) const {

@@ -52,12 +52,12 @@ NearContactSelector::PairKey NearContactSelector::pair_key_of(const Contact& con
 
 NearContactSelector::BodyPairData NearContactSelector::data_of(const Contact& contact,
                                                                const Motion& motion) const {
-  const auto is_dynamic = [&](std::int32_t body) {
+  const auto is_movable = [&](std::int32_t body) {
     const int rigid = motion.rigid_of_body[body];
-    return rigid >= 0 && motion.rigid[rigid].is_dynamic();
+    return rigid >= 0 && motion.rigid[rigid].is_movable();
   };
   return {contact.body_a, contact.body_b, surfaces_.of(contact.body_a, contact.body_b),
-          !motion.anchored.empty() || is_dynamic(contact.body_a) || is_dynamic(contact.body_b)};
+          !motion.anchored.empty() || is_movable(contact.body_a) || is_movable(contact.body_b)};
 }
 
 void NearContactSelector::evaluate(Span<const Contact> contacts, const Motion& motion,
@@ -79,7 +79,7 @@ void NearContactSelector::evaluate(Span<const Contact> contacts, const Motion& m
                     lanes.can_act[k] != 0, lanes.may_need_split[k] != 0};
     if (!may_have_rigid_terms[k]) continue;
     ContactRow row;
-    make_row(contacts[k], lanes.thickness[k], 0, position_correction_, motion, row);
+    make_row(contacts[k], lanes.thickness[k], position_correction_, motion, row);
     estimates[k].normal_mass = row.normal_mass;
     estimates[k].can_act = row.can_act;
   }

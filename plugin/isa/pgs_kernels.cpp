@@ -198,6 +198,22 @@ LAZYCCD_INLINE Rows relative_displacement(const PgsProblem& problem, const Batch
   return sum;
 }
 
+// Adds the effect of an impulse and an angular impulse on a link to all links of its multibody.
+inline void apply_to_links(const PgsProblem& problem, const RowBody& body, const Vector& impulse,
+                           const Vector& angular) {
+  for (std::int32_t i = body.first_coupling; i < body.last_coupling; ++i) {
+    const RowCoupling& coupling = problem.couplings[i];
+    for (int k = 0; k < 3; ++k) {
+      at(problem.displacement[coupling.translation]) +=
+          impulse[k] * load4(coupling.translation_by[k]) +
+          angular[k] * load4(coupling.translation_by[3 + k]);
+      at(problem.displacement[coupling.rotation]) +=
+          impulse[k] * load4(coupling.rotation_by[k]) +
+          angular[k] * load4(coupling.rotation_by[3 + k]);
+    }
+  }
+}
+
 // Adds the effect of an impulse on each row to the displacements.
 LAZYCCD_INLINE void apply(const PgsProblem& problem, const RowBatch& batch, int first,
                           const Rows& impulse) {
@@ -212,6 +228,11 @@ LAZYCCD_INLINE void apply(const PgsProblem& problem, const RowBatch& batch, int 
   for_each_term(problem, batch, first, [&](const RowRigidTerm& term, int offset) {
     const Vector row_impulse = {impulse[offset], impulse[offset + 1], impulse[offset + 2], 0};
     const RowBody& body = problem.bodies[term.body];
+    if (body.first_coupling != body.last_coupling) {
+      apply_to_links(problem, body, term.weight * row_impulse,
+                     cross(load4(term.arm), row_impulse));
+      return;
+    }
     at(to[term.translation]) += term.weight * (load4(body.inverse_mass) * row_impulse);
     const Vector torque = cross(load4(term.arm), row_impulse);
     at(to[term.rotation]) +=
@@ -224,6 +245,7 @@ SweepChange sweep(const PgsProblem& problem, const std::int32_t* batches, int co
   const Rows zero = repeat(0, 0, 0, 0), one = repeat(1, 1, 1, 1);
   const Rows tangent_mask = repeat(1, 1, 1, 0), normal_mask = repeat(0, 0, 0, 1);
   const Rows min_size = repeat(0x1p-126f, 0x1p-126f, 0x1p-126f, 0x1p-126f);
+  const Rows very_large = repeat(0x1p100f, 0x1p100f, 0x1p100f, 0x1p100f);
   // By register of a batch.
   Rows largest[RowBatch::lanes / width], change_size[RowBatch::lanes / width],
       restart_test[RowBatch::lanes / width];
@@ -241,10 +263,16 @@ SweepChange sweep(const PgsProblem& problem, const std::int32_t* batches, int co
           larger(broadcast<3>(before) + (broadcast<0>(terms) - gap) * broadcast<1>(terms), zero);
       // The change of the normal impulse also turns rigid bodies, which adds to the sliding. The
       // next sweep takes that into account.
-      const Rows sliding = load(batch.tangent_move + at) + displacement - gap * normal;
+      const Rows tangent_move = load(batch.tangent_move + at);
+      const Rows sliding = tangent_move + displacement - gap * normal;
       const Rows tangent_impulse = tangent_mask * (before - broadcast<3>(terms) * sliding);
       const Rows size = larger(square_root(sum(tangent_impulse * tangent_impulse)), min_size);
-      const Rows scale = smaller(broadcast<2>(terms) * normal_impulse / size, one);
+      // Friction holds inside Coulomb's cone. Outside of it takes the larger of Coulomb's impulse
+      // and a fraction of what would hold, if the contact carries a load at all.
+      const Rows fraction =
+          broadcast<3>(tangent_move) * smaller(normal_impulse * very_large, one);
+      const Rows scale =
+          smaller(larger(broadcast<2>(terms) * normal_impulse / size, fraction), one);
       const Rows now = tangent_impulse * scale + normal_mask * normal_impulse;
       const Rows change = now - before;
       if (is_zero(change)) continue;

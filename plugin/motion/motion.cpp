@@ -51,6 +51,7 @@ void Motion::restart_response() {
         Eigen::Vector3d::Zero();
     set_end_pose(body, body.predicted);
   }
+  for (ArticulatedMotion& body : articulated) body.restart_response();
 }
 
 void Motion::round_end(std::int32_t i) {
@@ -69,6 +70,22 @@ void Motion::apply_response(RigidMotion& body) {
   }
   pose.getOrigin() += to_bullet(body.translation + body.split_translation);
   set_end_pose(body, pose);
+}
+
+void Motion::apply_response(ArticulatedMotion& body) {
+  body.set_end_pose();
+  read_link_poses(body);
+}
+
+void Motion::hold_at_start(ArticulatedMotion& body) {
+  body.held = true;
+  body.set_end_pose();
+  for (const ArticulatedMotion::Link& link : body.links) set_end_to_start(rigid[link.rigid]);
+}
+
+void Motion::read_link_poses(const ArticulatedMotion& body) {
+  for (const ArticulatedMotion::Link& link : body.links)
+    set_end_pose(rigid[link.rigid], rigid[link.rigid].object->getWorldTransform());
 }
 
 void Motion::set_end_pose(RigidMotion& body, const btTransform& pose) {
@@ -120,7 +137,7 @@ double Motion::largest_deviation_sum(Span<const Body> bodies) const {
 
 bool Motion::has_prescribed_motion() const {
   for (const RigidMotion& body : rigid) {
-    if (!body.is_dynamic() && !(body.start == body.end)) return true;
+    if (!body.is_movable() && !(body.start == body.end)) return true;
   }
   for (std::int32_t v = 0; v < soft_count(); ++v) {
     if (!is_movable(v) && start_of(v) != end_of(v)) return true;

@@ -13,6 +13,7 @@
 
 #include "lazyccd/bullet/precision.h"
 #include "lazyccd/scene.h"
+#include "motion/articulated_motion.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -25,7 +26,7 @@ inline btVector3 to_bullet(const Eigen::Vector3d& x) {
                    static_cast<btScalar>(x[2]));
 }
 
-/// Soft vertex that an anchor fixes to a dynamic rigid body. The body moves the vertex; contact
+/// Soft vertex that an anchor fixes to a body that impulses move. The body moves the vertex; contact
 /// impulses on the vertex act on the body.
 struct AnchoredVertex {
   btVector3 local;  ///< position in the frame of the body
@@ -35,6 +36,7 @@ struct AnchoredVertex {
 /// Motion of a rigid body over the step, in metres and radians. The origin of its frame is the
 /// centre of mass. Rotations are rotation vectors.
 struct RigidMotion {
+  const btCollisionObject* object = nullptr;
   std::int32_t first_vertex, vertex_count;
   const btVector3* local;                      ///< its vertices in its own frame
   btTransform start, predicted;                ///< predicted: Bullet's pose for the end of the step
@@ -46,12 +48,18 @@ struct RigidMotion {
   /// velocities follow them; the split ones come from split impulses and do not change velocities.
   Eigen::Vector3d translation, rotation, split_translation, split_rotation;
   Eigen::Vector3d velocity_change, angular_velocity_change;  ///< of the response; m/s, rad/s
+  /// Link of a multibody: index in Motion::articulated. Otherwise -1. A link has no inverse mass of
+  /// its own: its multibody has, and gives it `translation` and the like.
+  int articulated = -1;
 
   /// Whether some axis of translation or rotation is locked.
   bool is_locked() const {
     return (inverse_mass.array() == 0).any() || inverse_inertia.determinant() == 0;
   }
+  /// Whether it is a rigid body of finite mass; false for links.
   bool is_dynamic() const { return !inverse_mass.isZero() || !inverse_inertia.isZero(); }
+  /// Whether impulses move it.
+  bool is_movable() const { return is_dynamic() || articulated >= 0; }
   Eigen::Vector3d centre() const { return to_eigen(start.getOrigin()); }
   /// Mass, kg; 0 if the body cannot translate, as it then has no linear momentum or energy.
   double mass() const;
@@ -72,6 +80,7 @@ struct Motion {
   std::vector<double> rate;  ///< by soft vertex: velocity per displacement, with damping, 1/s
   std::vector<double> shortest_edge;  ///< by soft vertex: its shortest edge, metres
   std::vector<RigidMotion> rigid;
+  std::vector<ArticulatedMotion> articulated;  ///< multibodies whose links are in `rigid`
   std::vector<std::int32_t> first_vertex,  ///< by body; one more element ends the last body
       rigid_of_body;                       ///< by body: index in `rigid`, or -1
   double dt = 1;                           ///< length of the step, seconds
@@ -125,6 +134,10 @@ struct Motion {
   /// Adds the motion of the response to the predicted pose of a rigid body. Sets the end of the
   /// body, its vertices and its anchored vertices.
   void apply_response(RigidMotion& body);
+  /// Sets the ends of all links of a multibody that the response moves, and Bullet's body with them.
+  void apply_response(ArticulatedMotion& body);
+  /// Sets the end of a link, and of its whole multibody, to the start.
+  void hold_at_start(ArticulatedMotion& body);
   /// Sets the end of a rigid body to `pose`, with its vertices and its anchored vertices.
   void set_end_pose(RigidMotion& body, const btTransform& pose);
   /// Sets the end of a rigid body, its vertices and its anchored vertices to their start, exactly
@@ -140,6 +153,7 @@ struct Motion {
   Positions ends() const { return {end.data(), size()}; }
 
  private:
+  void read_link_poses(const ArticulatedMotion& body);
   void set_anchored_end(std::int32_t vertex, const btScalar* x);
 };
 

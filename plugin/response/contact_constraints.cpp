@@ -17,7 +17,7 @@ bool has_fixed_side(const Contact& contact, const Motion& motion) {
   const int first_of_b = first_vertex_of_b(contact.kind);
   const auto is_fixed = [&](std::int32_t body, int first, int last) {
     const int rigid = motion.rigid_of_body[body];
-    if (rigid >= 0) return !motion.rigid[rigid].is_dynamic();
+    if (rigid >= 0) return !motion.rigid[rigid].is_movable();
     return std::none_of(&contact.vertices[first], contact.vertices.data() + last,
                         [&](std::int32_t v) { return motion.is_movable(v); });
   };
@@ -92,7 +92,7 @@ void ContactConstraints::warm_start() {
       row.tangent_impulse = last.impulse - row.normal.dot(last.impulse) * row.normal;
       const double max_tangent = row.friction * row.normal_impulse,
                    size = row.tangent_impulse.norm();
-      if (size > max_tangent) row.tangent_impulse *= max_tangent / size;
+      if (size > max_tangent && row.sliding_fraction == 0) row.tangent_impulse *= max_tangent / size;
     }
   }
 }
@@ -160,6 +160,7 @@ void ContactConstraints::solve(Motion& motion, int sweeps) {
   for (RigidMotion& body : motion.rigid) {
     if (body.is_dynamic()) motion.apply_response(body);
   }
+  for (ArticulatedMotion& body : motion.articulated) motion.apply_response(body);
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

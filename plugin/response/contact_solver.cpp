@@ -136,6 +136,8 @@ void ContactSolver::write(Motion& motion) {
     translation_of(body).setZero();
     rotation_of(body).setZero();
   }
+  for (ArticulatedMotion& body : motion.articulated)
+    (for_split_impulse_ ? body.split_impulse : body.impulse).setZero();
   const double unit = mass_unit_ * length_unit_;
   for (std::size_t b = 0; b < batch_count(); ++b) {
     const RowBatches::Batch& batch_rows = row_batches_.batches()[b];
@@ -157,11 +159,30 @@ void ContactSolver::write(Motion& motion) {
       }
       for (const RigidTerm& term : RigidTerms(row.contact, row.weights, motion)) {
         RigidMotion& body = motion.rigid[term.body];
-        term.apply_impulse(body, impulse, translation_of(body), rotation_of(body));
+        if (body.articulated < 0) {
+          term.apply_impulse(body, impulse, translation_of(body), rotation_of(body));
+          continue;
+        }
+        ArticulatedMotion& multibody = motion.articulated[body.articulated];
+        Eigen::Matrix<double, 6, 1> on_link;
+        on_link << term.weight * impulse, term.arm.cross(impulse);
+        (for_split_impulse_ ? multibody.split_impulse : multibody.impulse) +=
+            multibody.link_of(term.body).jacobian.transpose() * on_link;
       }
     }
   }
   for (const std::int32_t v : vertex_of_node_) motion.round_end(v);
+  for (ArticulatedMotion& body : motion.articulated) {
+    const Eigen::VectorXd& by = for_split_impulse_ ? body.split_impulse : body.impulse;
+    Eigen::VectorXd& displacement =
+        for_split_impulse_ ? body.split_displacement : body.displacement;
+    displacement = body.inverse_mass * by;
+    for (const ArticulatedMotion::Link& link : body.links) {
+      const Eigen::Matrix<double, 6, 1> moved = link.jacobian * displacement;
+      translation_of(motion.rigid[link.rigid]) = moved.head<3>();
+      rotation_of(motion.rigid[link.rigid]) = moved.tail<3>();
+    }
+  }
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -51,7 +51,7 @@ class ContactSolver {
 
   /// Writes the impulses to the rows and their effect to `motion`. On entry `motion` must contain
   /// the effect of the impulses that the rows had at set_up(). Sets the ends of the soft vertices
-  /// that it moves; the caller calls Motion::apply_response() for the rigid bodies.
+  /// that it moves; the caller calls Motion::apply_response() for rigid bodies and multibodies.
   void write(Motion& motion);
 
  private:
@@ -79,6 +79,10 @@ class ContactSolver {
   bool activate_violated();
   /// Adds rows to the problem, in new batches.
   void activate(const Indices& indices);
+  /// Sets up bodies_ and couplings_.
+  void set_up_bodies();
+  /// Index of the displacement that stands for everything that an impulse on the body moves.
+  std::int32_t slot_of(int body) const;
   void fill(RowBatch& batch, int lane, const ContactRow& row, const RowNeed& need);
   void add_rigid_terms(const Contact& contact, const std::array<double, 4>& weights, int lane);
   std::int32_t first_node() const {
@@ -90,7 +94,8 @@ class ContactSolver {
   /// change.
   void extrapolate(float factor, const Indices& swept);
   PgsProblem problem() {
-    return {batches_.data(), rigid_terms_.data(), bodies_.data(), displacement_.data()};
+    return {batches_.data(), rigid_terms_.data(), bodies_.data(), couplings_.data(),
+            displacement_.data()};
   }
 
   // Chosen per object: a constant of the .cpp file may not be initialized yet when a world is
@@ -114,6 +119,7 @@ class ContactSolver {
   Indices initially_active_, inactive_rows_, violated_;
   std::vector<RowRigidTerm> rigid_terms_;
   std::vector<RowBody> bodies_;
+  std::vector<RowCoupling> couplings_;
   // Displacements, in this order: index 0 for everything immovable; dummies that are never read;
   // translation and rotation of each rigid body; nodes, in the order in which rows brought the soft
   // vertices. last_displacement_: at the end of the sweep before.

@@ -76,19 +76,14 @@ void ContactSolver::set_up(Target target, RowList& rows, const Motion& motion) {
   row_batches_.begin(0);
   rigid_terms_.clear();
   bodies_.clear();
+  couplings_.clear();
   batch_end_.clear();
   vertex_of_node_.clear();
   if (for_split_impulse_ && !classify_rows(true)) return;
   if (!classify_rows(false)) return;
   if (max_move_squared_ > 0) length_unit_ = std::sqrt(max_move_squared_);
   if (max_normal_mass_ > 0) mass_unit_ = max_normal_mass_;
-  for (const RigidMotion& rigid : motion.rigid) {
-    RowBody body = {};
-    set(body.inverse_mass, mass_unit_ * rigid.inverse_mass);
-    for (int k = 0; k < 3; ++k)
-      set(body.inverse_inertia[k], mass_unit_ * rigid.inverse_inertia.col(k));
-    bodies_.push_back(body);
-  }
+  set_up_bodies();
   displacement_.assign(static_cast<std::size_t>(first_node()), Float4{});
   node_of_.assign(static_cast<std::size_t>(motion.soft_count()) + 1, 0);
   row_batches_.begin(displacement_.size() + node_of_.size());
@@ -97,6 +92,41 @@ void ContactSolver::set_up(Target target, RowList& rows, const Motion& motion) {
   for (std::size_t i = 0; i < batch_count(); ++i)
     kernels_->apply_impulses(problem(), static_cast<int>(i));
   activate_violated();
+}
+
+void ContactSolver::set_up_bodies() {
+  for (const RigidMotion& rigid : motion_->rigid) {
+    RowBody body = {};
+    set(body.inverse_mass, mass_unit_ * rigid.inverse_mass);
+    for (int k = 0; k < 3; ++k)
+      set(body.inverse_inertia[k], mass_unit_ * rigid.inverse_inertia.col(k));
+    bodies_.push_back(body);
+  }
+  for (const ArticulatedMotion& multibody : motion_->articulated) {
+    for (const ArticulatedMotion::Link& pushed : multibody.links) {
+      RowBody& body = bodies_[static_cast<std::size_t>(pushed.rigid)];
+      body.first_coupling = static_cast<std::int32_t>(couplings_.size());
+      for (const ArticulatedMotion::Link& moved : multibody.links) {
+        const Eigen::Matrix<double, 6, 6> mobility =
+            mass_unit_ * multibody.mobility(pushed, moved);
+        RowCoupling coupling = {};
+        for (int k = 0; k < 6; ++k) {
+          set(coupling.translation_by[k], mobility.col(k).head<3>());
+          set(coupling.rotation_by[k], mobility.col(k).tail<3>());
+        }
+        coupling.translation = translation_slot(moved.rigid);
+        coupling.rotation = rotation_slot(moved.rigid);
+        couplings_.push_back(coupling);
+      }
+      body.last_coupling = static_cast<std::int32_t>(couplings_.size());
+    }
+  }
+}
+
+std::int32_t ContactSolver::slot_of(int body) const {
+  const int articulated = motion_->rigid[body].articulated;
+  return translation_slot(articulated < 0 ? body
+                                          : motion_->articulated[articulated].links.front().rigid);
 }
 
 bool ContactSolver::classify_rows(bool only_may_need_split) {
@@ -194,7 +224,7 @@ void ContactSolver::activate(const Indices& indices) {
       *last++ = node_of_[v];
     }
     for (const RigidTerm& term : RigidTerms(row.contact, row.weights, motion))
-      *last++ = translation_slot(term.body);
+      *last++ = slot_of(term.body);
     row_batches_.add(i, slots.data(), last);
   });
   row_batches_.finish();
@@ -225,6 +255,7 @@ void ContactSolver::fill(RowBatch& batch, int lane, const ContactRow& row, const
   const Vector3d move = move_without_impulses(row, for_split_impulse_, *motion_);
   set(batch.normal + at, row.normal);
   set(batch.tangent_move + at, (move - row.normal.dot(move) * row.normal) / length_unit_);
+  batch.tangent_move[at + 3] = for_split_impulse_ ? 0 : static_cast<float>(row.sliding_fraction);
   set(batch.impulse + at, (for_split_impulse_ ? 0 : unit) * row.tangent_impulse);
   batch.impulse[at + 3] = static_cast<float>(unit * impulse_of(row));
   float* const terms = batch.terms + at;

@@ -34,7 +34,7 @@ bool has_conflicting_motion(const Contact& contact, const Motion& motion) {
   const int a = motion.rigid_of_body[contact.body_a], b = motion.rigid_of_body[contact.body_b];
   if (a < 0 && b < 0) return false;
   const RigidMotion& body = motion.rigid[a >= 0 ? a : b];
-  if (body.is_dynamic() || body.start == body.end) return false;
+  if (body.is_movable() || body.start == body.end) return false;
   const RigidStep step = step_of(body);
   return std::any_of(contact.vertices.begin(), contact.vertices.end(), [&](std::int32_t v) {
     return is_pinned(v, motion) && motion.end_of(v) == motion.predicted[v] &&
@@ -92,8 +92,10 @@ std::vector<std::int32_t> ImpactZones::members_of(const Contact& contact, const 
   for (const std::int32_t v : contact.vertices) {
     if (motion.is_free(v)) {
       members.push_back(v);
-    } else if (motion.is_soft(v) && motion.anchor_body_of(v) >= 0) {
-      members.push_back(motion.soft_count() + motion.anchor_body_of(v));
+    } else if (motion.is_soft(v)) {
+      const int anchor = motion.anchor_body_of(v);
+      if (anchor >= 0 && motion.rigid[anchor].is_dynamic())
+        members.push_back(motion.soft_count() + anchor);
     }
   }
   return members;
@@ -110,6 +112,8 @@ ImpactZones::PrescribedMembers ImpactZones::prescribed_members_of(const Contact&
   if (has_conflicting_motion(contact, motion)) return prescribed;
   for (const std::int32_t v : contact.vertices) {
     if (is_pinned(v, motion)) prescribed.nodes.insert(v);
+    const int anchor = motion.is_soft(v) ? motion.anchor_body_of(v) : -1;
+    if (anchor >= 0 && !motion.rigid[anchor].is_dynamic()) prescribed.bodies.insert(anchor);
   }
   return prescribed;
 }
@@ -182,7 +186,12 @@ bool ImpactZones::stop_prescribed(const std::vector<Contact>& contacts, Motion& 
     for (const int body : prescribed.bodies) {
       if (motion.rigid[body].start == motion.rigid[body].end) continue;
       hold_member(motion.soft_count() + body);
-      motion.set_end_pose(motion.rigid[body], motion.rigid[body].start);
+      const int articulated = motion.rigid[body].articulated;
+      if (articulated >= 0) {
+        motion.hold_at_start(motion.articulated[articulated]);
+      } else {
+        motion.set_end_pose(motion.rigid[body], motion.rigid[body].start);
+      }
     }
   };
   for (const Contact& contact : contacts) {

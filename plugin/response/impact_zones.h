@@ -8,7 +8,7 @@
 //
 // Pinned nodes and static or kinematic bodies have infinite mass. A zone that contains some of them
 // takes over their motion if they all move alike; otherwise it is held. They are the prescribed
-// members of the zone.
+// members of the zone. Links of multibodies count as such too: joints do not let them join a zone.
 #pragma once
 
 #include <cstdint>

@@ -52,6 +52,11 @@ std::vector<Island> find_islands(const std::vector<const ContactRow*>& rows, con
       island.free = island.free && !motion.rigid[rigid].is_locked();
       continue;
     }
+    if (rigid >= 0 && motion.rigid[rigid].articulated >= 0) {
+      island.free = false;
+      island.articulated.insert(motion.rigid[rigid].articulated);
+      continue;
+    }
     for (std::int32_t v = motion.first_vertex[body]; v < motion.first_vertex[body + 1]; ++v) {
       if (motion.is_free(v) || (motion.is_soft(v) && motion.anchor_body_of(v) >= 0)) continue;
       island.free = false;

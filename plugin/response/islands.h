@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <set>
 #include <vector>
 
 #include "contact/contact_row.h"
@@ -13,7 +14,8 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 /// A group of bodies that are in contact with each other, directly or through others.
 struct Island {
   std::vector<std::int32_t> bodies;
-  bool free = true;  ///< nothing in it has infinite mass or locked axes
+  std::set<int> articulated;  ///< multibodies with a link in it, as indices in Motion::articulated
+  bool free = true;  ///< nothing in it has infinite mass, locked axes or joints
   /// Speed of the fastest vertex of infinite mass that was not stopped, m/s.
   double prescribed_speed = 0;
 };

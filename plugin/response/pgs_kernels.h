@@ -19,7 +19,9 @@ struct alignas(16) Float4 {
 struct alignas(64) RowBatch {
   static constexpr int lanes = 4, vertices = 4 * lanes;
   float normal[4 * lanes],
-      tangent_move[4 * lanes];  ///< tangential relative displacement without impulses
+      /// tangential relative displacement without impulses; instead of the zero: the fraction of it
+      /// that friction takes at least
+      tangent_move[4 * lanes];
   float weight[4 * lanes],      ///< by vertex
       mobility[4 * lanes];      ///< by vertex: weight / mass
   /// By row: displacement along the normal that impulses must add (need), normal mass, friction
@@ -55,10 +57,19 @@ struct alignas(16) RowRigidTerm {
   std::int32_t translation, rotation;  ///< indices of displacements
 };
 
-/// Inverse mass and inertia of a rigid body, in the units of the problem.
+/// Inverse mass and inertia of a rigid body, in the units of the problem. For a link of a multibody
+/// both are zero, and its couplings hold instead.
 struct alignas(16) RowBody {
   float inverse_mass[4];
-  float inverse_inertia[3][4];  ///< by column
+  float inverse_inertia[3][4];                         ///< by column
+  std::int32_t first_coupling = 0, last_coupling = 0;  ///< last_coupling: one past the last
+};
+
+/// How an impulse on one link of a multibody moves a link of the same multibody: translation and
+/// rotation by x, y, z of the impulse and x, y, z of the angular impulse on the centre.
+struct alignas(16) RowCoupling {
+  float translation_by[6][4], rotation_by[6][4];
+  std::int32_t translation, rotation;  ///< indices of displacements
 };
 
 /// The arrays that the kernels work on.
@@ -66,6 +77,7 @@ struct PgsProblem {
   RowBatch* batches;
   const RowRigidTerm* rigid_terms;
   const RowBody* bodies;
+  const RowCoupling* couplings;
   /// Displacements that all impulses together make. The first one is zero and stands for everything
   /// immovable. The next RowBatch::vertices ones are dummies, which are written but never read.
   Float4* displacement;

@@ -31,7 +31,7 @@ void add_restitution(RowList& rows, double restitution, double threshold, int sw
     const double wanted_gap =
         bounces ? row.start_gap + restitution * approach : std::min(row.target_gap, solved);
     row.target_gap = predicted + wanted_gap - solved;
-    row.normal_impulse = row.friction = 0;
+    row.normal_impulse = row.friction = row.sliding_fraction = 0;
     row.tangent_impulse.setZero();
   }
   RowList list(std::move(bouncing));
@@ -46,6 +46,11 @@ void add_restitution(RowList& rows, double restitution, double threshold, int sw
     for (std::size_t b = 0; b < bounce.rigid.size(); ++b) {
       motion.rigid[b].velocity_change += fraction / motion.dt * bounce.rigid[b].translation;
       motion.rigid[b].angular_velocity_change += fraction / motion.dt * bounce.rigid[b].rotation;
+    }
+    for (std::size_t b = 0; b < bounce.articulated.size(); ++b) {
+      const ArticulatedMotion& body = bounce.articulated[b];
+      motion.articulated[b].velocity_change += fraction / motion.dt * body.displacement;
+      motion.articulated[b].momentum_change += fraction / motion.dt * body.impulse;
     }
   };
   // The energy is quadratic in the fraction of the change. Finds the fraction at which it equals

@@ -68,7 +68,9 @@ double kinetic_energy_before(const Motion& motion) {
 
 double kinetic_energy_after(const Motion& motion) {
   const auto sum = [](const Vector3d& v, const Vector3d& change) -> Vector3d { return v + change; };
-  return kinetic_energy(motion, sum, sum);
+  double energy = kinetic_energy(motion, sum, sum);
+  for (const ArticulatedMotion& body : motion.articulated) energy += body.energy_change();
+  return energy;
 }
 
 void set_velocities(Motion& motion) {
@@ -81,6 +83,10 @@ void set_velocities(Motion& motion) {
   for (RigidMotion& body : motion.rigid) {
     body.velocity_change = body.translation / motion.dt;
     body.angular_velocity_change = body.rotation / motion.dt;
+  }
+  for (ArticulatedMotion& body : motion.articulated) {
+    body.velocity_change = body.displacement / motion.dt;
+    body.momentum_change = body.impulse / motion.dt;
   }
 }
 
@@ -133,6 +139,11 @@ void limit_kinetic_energy(const std::vector<Island>& islands, Motion& motion) {
       mixed += 0.5 * change.dot(inertia * omega);
       quadratic += change.dot(inertia * change);
     });
+    for (const int i : island.articulated) {
+      const ArticulatedMotion& body = motion.articulated[i];
+      mixed += body.momentum_change.dot(body.velocity);
+      quadratic += body.momentum_change.dot(body.velocity_change);
+    }
     // By how much the norm of the velocities may rise; then, the same for twice the energy.
     const double max_gain = 2 * island.prescribed_speed * std::sqrt(mass);
     const double spare = max_gain * (2 * std::sqrt(before) + max_gain);
@@ -142,6 +153,10 @@ void limit_kinetic_energy(const std::vector<Island>& islands, Motion& motion) {
       m.change *= scale;
       if (m.body) m.body->angular_velocity_change *= scale;
     });
+    for (const int i : island.articulated) {
+      motion.articulated[i].velocity_change *= scale;
+      motion.articulated[i].momentum_change *= scale;
+    }
   }
 }
 

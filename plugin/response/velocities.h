@@ -11,7 +11,7 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
 /// Kinetic energy of all soft vertices and dynamic rigid bodies, joules: with Bullet's velocities
-/// (before), and with the changes of the response (after).
+/// (before), and with the changes of the response (after). Of multibodies only the change counts.
 double kinetic_energy_before(const Motion& motion);
 double kinetic_energy_after(const Motion& motion);
 

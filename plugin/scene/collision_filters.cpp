@@ -21,7 +21,43 @@ bool passes_filter(btSoftBody& a, btCollisionObject& b) {
   return !filter || !proxy_a || !proxy_b || filter->needBroadphaseCollision(proxy_a, proxy_b);
 }
 
+// Layers. Every soft body is in `soft`; the others stand for what its flags ask for.
+constexpr std::uint32_t soft = 1, vertex_face_soft = 2, vertex_face_deformable = 4, rigid_body = 8,
+                        multibody_link = 16;
+
 }  // namespace
+
+CollisionLayers CollisionFlags::layers_of(const btSoftBody& body) const {
+  using Flag = btSoftBody::fCollision;
+  const int flags = body.m_cfg.collisions;
+  const auto has = [flags](int flag) { return (flags & flag) != 0; };
+  CollisionLayers layers;
+  if (!obey_ || has(Flag::VF_SS)) layers.mask |= vertex_face_soft;
+  if (!obey_ || has(Flag::VF_DD)) layers.mask |= vertex_face_deformable;
+  layers.layer = soft | layers.mask;
+  if (has(Flag::CL_RS)) return layers;
+  const bool all = !obey_ || has(Flag::SDF_RS) || (has(Flag::SDF_RD) && has(Flag::SDF_RDN));
+  if (all || (has(Flag::SDF_RD) && has(Flag::SDF_RDF))) layers.mask |= rigid_body;
+  if (all || (has(Flag::SDF_RD) && has(Flag::SDF_MDF))) layers.mask |= multibody_link;
+  return layers;
+}
+
+CollisionLayers CollisionFlags::layers_of(const btCollisionObject& rigid) {
+  const bool is_link = rigid.getInternalType() == btCollisionObject::CO_FEATHERSTONE_LINK;
+  return {is_link ? multibody_link : rigid_body, soft};
+}
+
+bool CollisionFlags::ask_for_rigid(const btSoftBody& body) const {
+  return (layers_of(body).mask & (rigid_body | multibody_link)) != 0;
+}
+
+bool CollisionFlags::ask_for(const btSoftBody& body, const btCollisionObject& rigid) const {
+  return (layers_of(body).mask & layers_of(rigid).layer) != 0;
+}
+
+bool CollisionFlags::ask_for(const btSoftBody& a, const btSoftBody& b) const {
+  return (layers_of(a).mask & layers_of(b).mask & (vertex_face_soft | vertex_face_deformable)) != 0;
+}
 
 btOverlapFilterCallback* overlap_filter(const btSoftBody& body) {
   btBroadphaseInterface* broadphase = body.m_worldInfo ? body.m_worldInfo->m_broadphase : nullptr;

@@ -7,9 +7,41 @@
 #include <cstdint>
 
 #include "lazyccd/bullet/precision.h"
+#include "lazyccd/scene.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
+
+/// Bullet's collision flags (btSoftBody::fCollision) as layers of the detector (Body::layer).
+struct CollisionLayers {
+  std::uint32_t layer = 0, mask = 0;
+
+  /// Copies them into a filter of the detector.
+  void set(Body& filter) const {
+    filter.layer = layer;
+    filter.layer_mask = mask;
+  }
+};
+
+/// Which pairs the collision flags of soft bodies ask for. Two soft bodies collide if both have
+/// VF_SS or both have VF_DD. A soft body collides with everything rigid if it has SDF_RS; with SDF_RD
+/// and SDF_RDN too; with SDF_RD and SDF_RDF with rigid bodies, with SDF_RD and SDF_MDF with links of
+/// multibodies. CL_RS and CL_SS (clusters) are Bullet's own.
+class CollisionFlags {
+ public:
+  /// `obey`: as SolverOptions::obey_collision_flags. False: all flags above count as set.
+  explicit CollisionFlags(bool obey) : obey_(obey) {}
+
+  CollisionLayers layers_of(const btSoftBody& body) const;
+  static CollisionLayers layers_of(const btCollisionObject& rigid);
+  /// True if the flags let the soft body collide with something rigid.
+  bool ask_for_rigid(const btSoftBody& body) const;
+  bool ask_for(const btSoftBody& body, const btCollisionObject& rigid) const;
+  bool ask_for(const btSoftBody& a, const btSoftBody& b) const;
+
+ private:
+  bool obey_;
+};
 
 /// The application's own broad phase filter, or null. If there is one, it alone decides: groups and
 /// masks do not count (btOverlappingPairCache.h, needsBroadphaseCollision).

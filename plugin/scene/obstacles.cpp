@@ -103,7 +103,7 @@ Obstacles::Record record_of(const RigidPose& pose) {
   record.group = object.getBroadphaseHandle()->m_collisionFilterGroup;
   record.mask = object.getBroadphaseHandle()->m_collisionFilterMask;
   record.ignored = hash_of_ignored(object);
-  record.dynamic = is_dynamic(object);
+  record.dynamic = is_movable(object);
   record.responds = object.hasContactResponse();
   return record;
 }
@@ -118,25 +118,18 @@ bool is_same(const Obstacles::Record& a, const Obstacles::Record& b) {
 
 }  // namespace
 
-bool Obstacles::collides_with_rigid(const btSoftBody& body) {
-  using Flag = btSoftBody::fCollision;
-  return (body.m_cfg.collisions & (Flag::SDF_RS | Flag::SDF_RD | Flag::SDF_RDF | Flag::SDF_RDN)) &&
-         !(body.m_cfg.collisions & Flag::CL_RS);
-}
-
 bool Obstacles::is_fully_known(const btCollisionObject& object) {
   return is_rigid(object) && object.hasContactResponse() &&
-         has_triangles(*object.getCollisionShape()) &&
-         object.getInternalType() != btCollisionObject::CO_FEATHERSTONE_LINK;
+         has_triangles(*object.getCollisionShape());
 }
 
-void Obstacles::invalidate() { *this = Obstacles(); }
+void Obstacles::invalidate() { *this = Obstacles(jump_speed_); }
 
 void Obstacles::begin_step(const SoftBodies& bodies) { poses_.begin_step(broadphase_of(bodies)); }
 
-bool Obstacles::update(const SoftBodies& bodies, const AxisBox& swept, double depth,
+bool Obstacles::update(const SoftBodies& bodies, const AxisBox& swept, double dt, double depth,
                        WarningLog& warnings) {
-  poses_.end_step(broadphase_of(bodies), warnings);
+  poses_.end_step(broadphase_of(bodies), static_cast<btScalar>(dt), warnings);
   anchor_objects_ = find_anchor_objects(bodies);
   depth_ = depth;
   return update_region(swept);
@@ -157,7 +150,7 @@ bool Obstacles::update_region(const AxisBox& swept) {
   std::vector<Record> near;
   for (const RigidPose& pose : poses_.all()) {
     const bool has_anchored_nodes =
-        is_dynamic(*pose.object) &&
+        is_movable(*pose.object) &&
         std::binary_search(anchor_objects_.begin(), anchor_objects_.end(), pose.object);
     const bool is_near =
         !swept.is_empty() && pose.object->hasContactResponse() && bounds(pose).overlaps(region_);

@@ -41,33 +41,36 @@ class Obstacles {
     std::int32_t first_vertex = 0, vertex_count = 0;
   };
 
-  /// True if a soft body has one of Bullet's flags for rigid bodies (SDF_RS, SDF_RD, SDF_RDF,
-  /// SDF_RDN) and not CL_RS (clusters).
-  static bool collides_with_rigid(const btSoftBody& body);
-
-  /// True if the whole surface of an obstacle is known as triangles and its mass is known. False
-  /// for links of multibodies, for bodies without contact response and for shapes without
-  /// triangles.
+  /// True if the whole surface of an obstacle is known as triangles. False for bodies without
+  /// contact response and for shapes without triangles.
   static bool is_fully_known(const btCollisionObject& object);
+
+  /// `jump_speed`: as in SolverOptions.
+  explicit Obstacles(btScalar jump_speed) : poses_(jump_speed), jump_speed_(jump_speed) {}
 
   /// Starts a step. Call it before Bullet moves anything.
   void begin_step(const SoftBodies& bodies);
   /// Reads the rigid bodies at the end of the step. `swept`: bounds of the soft bodies' motion.
-  /// `depth`: how deep inside round surfaces triangles may lie, metres; see tessellate(). Returns
+  /// `dt`: length of the step, seconds. `depth`: how deep inside round surfaces triangles may lie, metres; see tessellate(). Returns
   /// true if triangles must be read; call read_triangles() then.
-  bool update(const SoftBodies& bodies, const AxisBox& swept, double depth, WarningLog& warnings);
+  bool update(const SoftBodies& bodies, const AxisBox& swept, double dt, double depth,
+              WarningLog& warnings);
   /// The same for a larger `swept` in the same step.
   bool update_region(const AxisBox& swept);
   /// True if all triangles in `swept` have been read.
   bool has_read(const AxisBox& swept) const;
   /// Makes new vertices and faces. `starts`: bounds of the soft bodies at the start of the step.
   void read_triangles(const AxisBox& starts, WarningLog& warnings);
+  /// See RigidPoses::teleported().
+  void teleported(const btCollisionObject& object) { poses_.teleported(object); }
   /// See RigidPoses::hold_at_start().
   void hold_at_start(const btCollisionObject& object) { poses_.hold_at_start(object); }
   /// Makes the next update() read everything again, and forgets the poses of the last step.
   void invalidate();
 
   const std::vector<Record>& records() const { return records_; }
+  /// See RigidPoses::start_of().
+  const MultibodyPose* start_of(const btMultiBody& body) const { return poses_.start_of(body); }
   std::int32_t vertex_count() const { return static_cast<std::int32_t>(local_positions_.size()); }
   /// Positions in the bodies' own frames, by vertex.
   const std::vector<btVector3>& local_positions() const { return local_positions_; }
@@ -78,6 +81,7 @@ class Obstacles {
   void append_triangles(Record& record);
 
   RigidPoses poses_;
+  btScalar jump_speed_;
   std::vector<const btCollisionObject*> anchor_objects_;  // with anchored nodes; sorted
   std::vector<Record> records_;                           // sorted by unique_id
   AxisBox region_ = AxisBox::empty();                     // world frame: triangles are read near it

@@ -12,6 +12,20 @@ int proxy_id(const SoftScene::BodyRecord& record) {
   return proxy ? proxy->m_uniqueId : -1;
 }
 
+// Metres.
+btScalar largest_pinned_displacement(const SoftScene::BodyRecord& record, const Motion& motion) {
+  btScalar squared = 0;
+  for (std::int32_t v = record.first_vertex; v < record.first_vertex + record.vertex_count; ++v) {
+    if (motion.inverse_mass[v] > 0) continue;
+    const auto at = 3 * static_cast<std::size_t>(v);
+    btScalar sum = 0;
+    for (std::size_t k = at; k < at + 3; ++k)
+      sum += (motion.end[k] - motion.start[k]) * (motion.end[k] - motion.start[k]);
+    squared = btMax(squared, sum);
+  }
+  return btSqrt(squared);
+}
+
 }  // namespace
 
 void PreviousStep::remember(const SoftScene& scene, const Obstacles& obstacles,
@@ -25,6 +39,7 @@ void PreviousStep::remember(const SoftScene& scene, const Obstacles& obstacles,
     soft_bodies_[i].proxy_id = proxy_id(record);
     soft_bodies_[i].positions.assign(first,
                                      first + 3 * static_cast<std::ptrdiff_t>(record.vertex_count));
+    soft_bodies_[i].pinned_displacement = largest_pinned_displacement(record, motion);
   }
   obstacles_.clear();
   for (const StepTopology::BodyRecord& body : topology.bodies()) {
@@ -51,6 +66,12 @@ const std::vector<btScalar>* PreviousStep::end_of(const SoftScene::BodyRecord& r
   return same_count ? &last->positions : nullptr;
 }
 
+void PreviousStep::forget(const btCollisionObject& body) {
+  soft_bodies_.erase(std::remove_if(soft_bodies_.begin(), soft_bodies_.end(),
+                                    [&](const SoftBody& last) { return last.body == &body; }),
+                     soft_bodies_.end());
+}
+
 bool PreviousStep::has_new(const std::vector<Obstacles::Record>& obstacles) const {
   const auto is_before = [](const Obstacle& last, int id) { return last.unique_id < id; };
   return std::any_of(obstacles.begin(), obstacles.end(), [&](const Obstacles::Record& record) {
@@ -58,7 +79,7 @@ bool PreviousStep::has_new(const std::vector<Obstacles::Record>& obstacles) cons
     const auto last =
         std::lower_bound(obstacles_.begin(), obstacles_.end(), record.unique_id, is_before);
     if (last == obstacles_.end() || last->unique_id != record.unique_id) return true;
-    return record.dynamic && !(record.start == last->end);
+    return record.jumped || (record.dynamic && !(record.start == last->end));
   });
 }
 

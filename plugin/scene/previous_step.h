@@ -22,19 +22,25 @@ class PreviousStep {
                 const Motion& motion);
   /// Forgets the soft bodies: nothing is known of where the next step finds them.
   void forget_soft_bodies() { soft_bodies_.clear(); }
+  /// Forgets one soft body.
+  void forget(const btCollisionObject& body);
 
   /// Positions of a body's vertices at the end of the last step, three scalars each. Null if the
   /// body is new or has another number of vertices. Fast if bodies are asked for in their last
   /// order.
   const std::vector<btScalar>* end_of(const SoftScene::BodyRecord& record);
-  /// True if an obstacle with triangles is new, or a dynamic one is not where the last step left
-  /// it.
+  /// Largest distance that a pinned node of the body of the last end_of() moved in the last step,
+  /// metres.
+  btScalar pinned_displacement() const { return soft_bodies_[next_ - 1].pinned_displacement; }
+  /// True if an obstacle with triangles is new, jumped, or is dynamic and not where the last step
+  /// left it.
   bool has_new(const std::vector<Obstacles::Record>& obstacles) const;
 
  private:
   struct SoftBody {
     const btSoftBody* body;
     int proxy_id;  // of the broad phase; tells new bodies from old ones at the same address
+    btScalar pinned_displacement;  // the largest, metres
     std::vector<btScalar> positions;
   };
   struct Obstacle {

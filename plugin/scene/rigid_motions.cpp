@@ -1,6 +1,9 @@
 #include "scene/rigid_motions.h"
 
 #include <BulletDynamics/Dynamics/btRigidBody.h>
+#include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
+
+#include <algorithm>
 
 #include "motion/rotation.h"
 
@@ -25,6 +28,26 @@ RigidMotion rigid_motion(const btCollisionObject& object) {
   return motion;
 }
 
+// Fills Motion::articulated with the multibodies that joints or a free base move.
+void find_multibodies(const Obstacles& obstacles, Motion& motion) {
+  motion.articulated.clear();
+  for (std::size_t i = 0; i < motion.rigid.size(); ++i) {
+    RigidMotion& rigid = motion.rigid[i];
+    const btMultiBodyLinkCollider* const link = btMultiBodyLinkCollider::upcast(rigid.object);
+    if (!link || !is_movable(*link)) continue;
+    btMultiBody* const body = link->m_multiBody;
+    auto found = std::find_if(motion.articulated.begin(), motion.articulated.end(),
+                              [body](const ArticulatedMotion& a) { return a.body == body; });
+    if (found == motion.articulated.end()) {
+      const MultibodyPose* const start = obstacles.start_of(*body);
+      motion.articulated.emplace_back(*body, start ? *start : pose_of(*body));
+      found = motion.articulated.end() - 1;
+    }
+    rigid.articulated = static_cast<int>(found - motion.articulated.begin());
+    found->add_link(link->m_link, static_cast<int>(i), rigid.start.getOrigin());
+  }
+}
+
 }  // namespace
 
 void read_rigid_motions(const StepTopology& topology, const Obstacles& obstacles, Motion& motion) {
@@ -40,6 +63,7 @@ void read_rigid_motions(const StepTopology& topology, const Obstacles& obstacles
     if (body.soft) continue;
     const Obstacles::Record& record = obstacles.records()[body.obstacle];
     RigidMotion rigid = rigid_motion(*body.object);
+    rigid.object = body.object;
     rigid.first_vertex = body.first_vertex;
     rigid.vertex_count = body.vertex_count;
     rigid.local = obstacles.local_positions().data() + record.first_vertex;
@@ -50,6 +74,7 @@ void read_rigid_motions(const StepTopology& topology, const Obstacles& obstacles
     motion.rigid.push_back(rigid);
   }
   motion.first_vertex.push_back(topology.vertex_count());
+  find_multibodies(obstacles, motion);
 }
 
 void find_anchored_vertices(const SoftScene& scene, const StepTopology& topology, Motion& motion) {
@@ -65,7 +90,7 @@ void find_anchored_vertices(const SoftScene& scene, const StepTopology& topology
       for (std::size_t body = 0; body < topology.bodies().size(); ++body) {
         const int rigid = motion.rigid_of_body[body];
         if (topology.bodies()[body].object == anchors[i].m_cti.m_colObj &&
-            motion.rigid[rigid].is_dynamic())
+            motion.rigid[rigid].is_movable())
           motion.anchored[v] = {anchors[i].m_local, rigid};
       }
     }

@@ -1,11 +1,13 @@
 #include "scene/rigid_poses.h"
 
-#include <BulletCollision/CollisionShapes/btCollisionShape.h>
 #include <BulletDynamics/Dynamics/btRigidBody.h>
+#include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 
 #include <algorithm>
 #include <cmath>
 #include <string>
+
+#include "scene/rigid_displacement.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -38,26 +40,14 @@ bool has_finite_velocity(const btCollisionObject& object) {
                    std::isfinite(body->getAngularVelocity().length2()));
 }
 
-// Upper estimate of the displacement of the body's points, metres.
-btScalar max_point_displacement(const RigidPose& pose, const btTransform& from,
-                                const btTransform& to) {
-  btVector3 centre;
-  btScalar radius;
-  pose.object->getCollisionShape()->getBoundingSphere(centre, radius);
-  const btMatrix3x3 basis_change = to.getBasis() - from.getBasis();
-  const btScalar rotation =
-      basis_change[0].length() + basis_change[1].length() + basis_change[2].length();
-  return from.getOrigin().distance(to.getOrigin()) + rotation * (centre.length() + radius);
-}
-
 // Returns the pose at the end of the step of a static or kinematic body that Bullet has at `now`:
 // that pose, or one on the way to it if the body was held at the start of a step. Then it moves
 // twice as far as Bullet's body, or by `min_fraction` of the remaining way if that is more.
 btTransform catch_up(const RigidPose& pose, const btTransform& now) {
   constexpr btScalar min_fraction = btScalar(0.1);
   if (pose.start == pose.bullet_pose) return now;
-  const btScalar remaining = max_point_displacement(pose, pose.start, now),
-                 bullet_displacement = max_point_displacement(pose, pose.bullet_pose, now);
+  const btScalar remaining = max_point_displacement(*pose.object, pose.start, now),
+                 bullet_displacement = max_point_displacement(*pose.object, pose.bullet_pose, now);
   if (!(remaining > 2 * bullet_displacement)) return now;
   const btScalar fraction = btMax(2 * bullet_displacement / remaining, min_fraction);
   return btTransform(pose.start.getRotation().slerp(now.getRotation(), fraction),
@@ -72,21 +62,36 @@ bool is_rigid(const btCollisionObject& object) {
   return (object.getInternalType() & rigid) != 0;
 }
 
-bool is_dynamic(const btCollisionObject& object) {
+bool is_movable(const btCollisionObject& object) {
+  if (const btMultiBodyLinkCollider* const link = btMultiBodyLinkCollider::upcast(&object))
+    return is_moved(*link->m_multiBody, link->m_link);
   return btRigidBody::upcast(&object) && !object.isStaticOrKinematicObject();
 }
 
 void RigidPoses::begin_step(btBroadphaseInterface* broadphase) {
   find(broadphase);
-  for (RigidPose& pose : poses_)
-    pose.start = is_dynamic(*pose.object) ? pose.object->getWorldTransform() : pose.end;
+  multibody_poses_.clear();
+  for (RigidPose& pose : poses_) {
+    const btMultiBodyLinkCollider* const link = btMultiBodyLinkCollider::upcast(pose.object);
+    if (link && is_movable(*link) && multibody_poses_.count(link->m_multiBody) == 0)
+      multibody_poses_.emplace(link->m_multiBody, pose_of(*link->m_multiBody));
+    if (is_movable(*pose.object)) pose.bullet_pose = pose.object->getWorldTransform();
+    pose.start = is_movable(*pose.object) ? pose.bullet_pose : pose.end;
+  }
 }
 
-void RigidPoses::end_step(btBroadphaseInterface* broadphase, WarningLog& warnings) {
+void RigidPoses::end_step(btBroadphaseInterface* broadphase, btScalar dt, WarningLog& warnings) {
   find(broadphase);
   for (RigidPose& pose : poses_) {
     const btTransform& now = pose.object->getWorldTransform();
-    pose.end = is_dynamic(*pose.object) ? now : catch_up(pose, now);
+    pose.jumped = teleported_.count(pose.object) > 0 ||
+                  is_jump(*pose.object, {pose.last_bullet_pose, pose.bullet_pose, now}, dt,
+                          jump_speed_);
+    if (pose.jumped) {
+      pose.start = pose.bullet_pose = integrate(now, velocity_of(*pose.object), -dt);
+    }
+    pose.end = is_movable(*pose.object) ? now : catch_up(pose, now);
+    pose.last_bullet_pose = pose.bullet_pose;
     pose.bullet_pose = now;
     pose.finite = is_finite(pose.end) && has_finite_velocity(*pose.object);
     if (pose.finite && is_finite(pose.start)) continue;
@@ -97,6 +102,7 @@ void RigidPoses::end_step(btBroadphaseInterface* broadphase, WarningLog& warning
             " (id of its broad phase proxy): its transform or velocity is not finite; collision "
             "detection leaves it out");
   }
+  teleported_.clear();
 }
 
 void RigidPoses::hold_at_start(const btCollisionObject& object) {
@@ -127,7 +133,7 @@ void RigidPoses::update_objects(const Objects& objects) {
   poses.reserve(objects.size());
   for (btCollisionObject* object : objects) {
     const btTransform& now = object->getWorldTransform();
-    poses.push_back({object, object->getBroadphaseHandle()->m_uniqueId, now, now, now, true});
+    poses.push_back({object, object->getBroadphaseHandle()->m_uniqueId, now, now, now, now});
   }
   const auto before = [](const RigidPose& a, const RigidPose& b) {
     return a.unique_id < b.unique_id;

@@ -1,7 +1,8 @@
 // The poses of a world's rigid bodies at the start and at the end of a step.
 //
 // A static or kinematic body moves from its pose at the end of the last step to its pose now. A
-// dynamic body moves from its pose before Bullet integrated it. If a body closes in on something
+// dynamic body moves from its pose before Bullet integrated it. A body that the application put
+// elsewhere (rigid_displacement.h) moves as its velocity says, to its pose now. If a body closes in on something
 // that cannot move, its pose here is held at the start of the step. In later steps it catches up
 // with Bullet's pose: per step it moves twice as far as Bullet's body, or a tenth of its lag if
 // that is more.
@@ -10,10 +11,12 @@
 #include <BulletCollision/BroadphaseCollision/btBroadphaseInterface.h>
 #include <BulletCollision/CollisionDispatch/btCollisionObject.h>
 
+#include <set>
 #include <unordered_map>
 #include <vector>
 
 #include "lazyccd/bullet/precision.h"
+#include "motion/articulated_motion.h"
 #include "util/warning_log.h"
 
 namespace lazyccd::bullet {
@@ -22,7 +25,9 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 /// True for the kinds of object that soft bodies collide with: collision objects, rigid bodies and
 /// links of multibodies.
 bool is_rigid(const btCollisionObject& object);
-bool is_dynamic(const btCollisionObject& object);
+/// True if contacts can move the object: a dynamic rigid body, or a link that a joint or a free base
+/// of its multibody moves.
+bool is_movable(const btCollisionObject& object);
 
 /// One rigid body and its motion over the step.
 struct RigidPose {
@@ -30,18 +35,31 @@ struct RigidPose {
   int unique_id;  ///< of its broad phase proxy; tells new objects from old ones at the same address
   btTransform start, end;   ///< poses at both ends of the step
   btTransform bullet_pose;  ///< Bullet's pose at the end of the step; `end` may lag behind it
+  btTransform last_bullet_pose;  ///< Bullet's pose at the start of the step
+  bool jumped = false;      ///< the application put it elsewhere (rigid_displacement.h)
   bool finite = true;       ///< false: pose or velocity is not finite, and the body is left out
 };
 
 class RigidPoses {
  public:
+  /// `jump_speed`: as in SolverOptions.
+  explicit RigidPoses(btScalar jump_speed) : jump_speed_(jump_speed) {}
+
   /// Call begin_step() before Bullet moves anything and end_step() when it has. `broadphase` may be
   /// null: there are no rigid bodies then.
   void begin_step(btBroadphaseInterface* broadphase);
-  void end_step(btBroadphaseInterface* broadphase, WarningLog& warnings);
+  void end_step(btBroadphaseInterface* broadphase, btScalar dt, WarningLog& warnings);
+  /// Makes the next end_step() take the body's displacement for a jump.
+  void teleported(const btCollisionObject& object) { teleported_.insert(&object); }
   /// Holds a static or kinematic body at the start of this step. The next step sweeps it from
   /// there.
   void hold_at_start(const btCollisionObject& object);
+
+  /// Pose of a multibody at begin_step(); null if it has no link that moves.
+  const MultibodyPose* start_of(const btMultiBody& body) const {
+    const auto found = multibody_poses_.find(&body);
+    return found == multibody_poses_.end() ? nullptr : &found->second;
+  }
 
   /// Sorted by unique_id, because the broad phase has no defined order.
   const std::vector<RigidPose>& all() const { return poses_; }
@@ -53,8 +71,11 @@ class RigidPoses {
   bool are_known(const Objects& objects) const;
   void update_objects(const Objects& objects);
 
+  btScalar jump_speed_;
   std::vector<RigidPose> poses_;
+  std::set<const btCollisionObject*> teleported_;  // since the last step
   std::unordered_map<int, const btCollisionObject*> known_;  // by id
+  std::unordered_map<const btMultiBody*, MultibodyPose> multibody_poses_;
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

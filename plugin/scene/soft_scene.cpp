@@ -109,7 +109,7 @@ SoftScene::Fingerprint SoftScene::fingerprint(btSoftBody* body) const {
   const btBroadphaseProxy* proxy = body->getBroadphaseHandle();
   s.group = proxy ? proxy->m_collisionFilterGroup : btBroadphaseProxy::DefaultFilter;
   s.mask = proxy ? proxy->m_collisionFilterMask : btBroadphaseProxy::AllFilter;
-  s.collisions = body->m_cfg.collisions & ~btSoftBody::fCollision::VF_DD;
+  s.collisions = body->m_cfg.collisions;
   s.self = body->useSelfCollision();
   s.responds = body->hasContactResponse();
   s.excluded = is_excluded(body);
@@ -131,7 +131,8 @@ bool SoftScene::update(const btAlignedObjectArray<btSoftBody*>& bodies, WarningL
     const std::vector<BodyPair> disabled = topology_.disabled_pairs;
     find_filters();
     const auto equal = [](const Body& a, const Body& b) {
-      return a.group == b.group && a.mask == b.mask && a.self_collision == b.self_collision;
+      return a.group == b.group && a.mask == b.mask && a.self_collision == b.self_collision &&
+             a.layer == b.layer && a.layer_mask == b.layer_mask;
     };
     return disabled != topology_.disabled_pairs ||
            !std::equal(filters.begin(), filters.end(), topology_.bodies.begin(),
@@ -237,6 +238,7 @@ void SoftScene::add_body(btSoftBody* body, int world_index, WarningLog& warnings
                        "soft body " + std::to_string(world_index) +
                            ": the collision margin is not finite; 0 is used");
   record.responds = body->hasContactResponse();
+  record.meets_rigid = flags_.ask_for_rigid(*body);
   const std::int32_t index = static_cast<std::int32_t>(bodies_.size());
   for (std::size_t node = 0; node < vertex_of_node.size(); ++node) {
     if (vertex_of_node[node] < 0) continue;
@@ -273,6 +275,7 @@ void SoftScene::find_filters() {
       filter.mask = static_cast<std::uint32_t>(proxy->m_collisionFilterMask);
     }
     filter.self_collision = record.body->useSelfCollision();
+    flags_.layers_of(*record.body).set(filter);
     topology_.bodies.push_back(filter);
     has_rules = has_rules || has_pair_rules(*record.body);
   }

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "lazyccd/threads.h"
+#include "scene/collision_filters.h"
 #include "scene/scene_topology.h"
 #include "scene/soft_body_nodes.h"
 #include "util/warning_log.h"
@@ -31,7 +32,10 @@ class SoftScene {
     std::int32_t first_vertex, vertex_count;
     btScalar margin;  ///< collision margin, metres; 0 if not finite
     bool responds;    ///< false: contacts are reported, but nothing is moved
+    bool meets_rigid;  ///< its collision flags ask for something rigid
   };
+
+  explicit SoftScene(CollisionFlags flags) : flags_(flags) {}
 
   /// Compares the bodies with the last update by cheap signs: counts, filters and Bullet's own mark
   /// of a change (m_bUpdateRtCst). If something differs, reads everything again and returns true.
@@ -47,6 +51,7 @@ class SoftScene {
   /// True if the body has faces or links, is no reduced deformable and is not excluded.
   bool accepts(const btSoftBody* body) const;
 
+  const CollisionFlags& flags() const { return flags_; }
   const SceneTopology& topology() const { return topology_; }
   std::int32_t vertex_count() const { return topology_.vertex_count(); }
   const std::vector<BodyRecord>& bodies() const { return bodies_; }
@@ -99,6 +104,7 @@ class SoftScene {
   void add_body(btSoftBody* body, int world_index, WarningLog& warnings);
   void find_filters();
 
+  CollisionFlags flags_;
   bool valid_ = false;
   std::vector<Fingerprint> fingerprints_;
   std::vector<const btSoftBody*> excluded_;

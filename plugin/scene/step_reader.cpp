@@ -35,7 +35,7 @@ StepReader::Changes StepReader::read(const Bodies& bodies, double dt, const Fill
   changes.bodies_placed = changes.topology;
   changes.bodies_placed = sweep_prescribed_nodes() || changes.bodies_placed;
   if (options_.collide_rigid &&
-      obstacles_.update(bodies, obstacle_query_box_, depth_in_obstacles(), warnings_)) {
+      obstacles_.update(bodies, obstacle_query_box_, dt, depth_in_obstacles(), warnings_)) {
     obstacles_.read_triangles(starts_near_obstacles(), warnings_);
     changes.topology = true;
   }
@@ -49,14 +49,14 @@ StepReader::Changes StepReader::read(const Bodies& bodies, double dt, const Fill
 double StepReader::depth_in_obstacles() const {
   double smallest_margin = std::numeric_limits<double>::infinity();
   for (const SoftScene::BodyRecord& record : scene_.bodies()) {
-    if (Obstacles::collides_with_rigid(*record.body))
+    if (record.meets_rigid)
       smallest_margin = std::min(smallest_margin, static_cast<double>(record.margin));
   }
   return 0.5 * (options_.thickness >= 0 ? options_.thickness : smallest_margin);
 }
 
 bool StepReader::sweep_prescribed_nodes() {
-  bool free_nodes_displaced = false;
+  bool any_jumped = false;
   for (const SoftScene::BodyRecord& record : scene_.bodies()) {
     const std::vector<btScalar>* const last = previous_.end_of(record);
     if (!last) continue;
@@ -68,19 +68,38 @@ bool StepReader::sweep_prescribed_nodes() {
       const std::size_t v = static_cast<std::size_t>(record.first_vertex) + i / 3;
       free_moved = free_moved || (motion_.inverse_mass[v] > 0 && start[i] != (*last)[i]);
     }
-    free_nodes_displaced = free_nodes_displaced || free_moved;
-    if (free_moved) continue;
+    const bool jumped = free_moved || pinned_nodes_jumped(record, *last);
+    any_jumped = any_jumped || jumped;
+    if (jumped) continue;
     AxisBox came_from = AxisBox::empty();
     std::copy(last->begin(), last->end(), start);
     for (std::size_t i = 0; i < count; i += 3)
       came_from.add(btVector3(start[i], start[i + 1], start[i + 2]));
     swept_.add(came_from);
     bounds_[index_of(record)].add(came_from);
-    if (Obstacles::collides_with_rigid(*record.body))
+    if (record.meets_rigid)
       obstacle_query_box_.add(
           came_from.expanded(btVector3(record.margin, record.margin, record.margin)));
   }
-  return free_nodes_displaced;
+  return any_jumped;
+}
+
+// True if a pinned node moved farther than its velocity, or twice the last step, and jump_speed
+// explain.
+bool StepReader::pinned_nodes_jumped(const SoftScene::BodyRecord& record,
+                                     const std::vector<btScalar>& last) const {
+  const btScalar dt = static_cast<btScalar>(motion_.dt);
+  const btScalar explained =
+      2 * previous_.pinned_displacement() + static_cast<btScalar>(options_.jump_speed) * dt;
+  for (std::int32_t i = 0; i < record.vertex_count; ++i) {
+    const btScalar* const from = &last[3 * static_cast<std::size_t>(i)];
+    const std::int32_t v = record.first_vertex + i;
+    const btScalar moved = btVector3(from[0], from[1], from[2]).distance(to_bullet(motion_.start_of(v)));
+    if (moved > explained &&
+        moved > explained + 2 * dt * static_cast<btScalar>(motion_.velocity[v].norm()))
+      return true;
+  }
+  return false;
 }
 
 void StepReader::update_resolution() {
@@ -121,7 +140,7 @@ bool StepReader::gather_soft(double dt, const Fill& fill) {
         const std::lock_guard<std::mutex> lock(mutex);
         swept_.add(found.swept);
         bounds_[index_of(record)].add(found.swept);
-        if (Obstacles::collides_with_rigid(*record.body)) obstacle_query_box_.add(found.swept);
+        if (record.meets_rigid) obstacle_query_box_.add(found.swept);
         pins_unchanged = pins_unchanged && found.pins_unchanged;
         if (found.bad_vertex >= 0) bad_vertices.push_back(found.bad_vertex);
       });
@@ -131,7 +150,7 @@ bool StepReader::gather_soft(double dt, const Fill& fill) {
   // Margins of soft bodies only: the bounds of obstacles (getAabb) include their own.
   btScalar margin = static_cast<btScalar>(options_.thickness);
   for (const SoftScene::BodyRecord& record : scene_.bodies())
-    if (Obstacles::collides_with_rigid(*record.body)) margin = btMax(margin, record.margin);
+    if (record.meets_rigid) margin = btMax(margin, record.margin);
   if (!obstacle_query_box_.is_empty())
     obstacle_query_box_ = obstacle_query_box_.expanded(btVector3(margin, margin, margin));
   return pins_unchanged && bad_vertices.empty();
@@ -218,7 +237,7 @@ bool StepReader::may_meet(double distance) const {
 AxisBox StepReader::starts_near_obstacles() const {
   AxisBox box = AxisBox::empty();
   for (const SoftScene::BodyRecord& record : scene_.bodies()) {
-    if (!Obstacles::collides_with_rigid(*record.body)) continue;
+    if (!record.meets_rigid) continue;
     for (std::int32_t v = record.first_vertex; v < record.first_vertex + record.vertex_count; ++v)
       box.add(to_bullet(motion_.start_of(v)));
   }
@@ -229,7 +248,7 @@ bool StepReader::reread_obstacles_if_left() {
   if (!options_.collide_rigid) return false;
   AxisBox reached = obstacle_query_box_;
   for (const SoftScene::BodyRecord& record : scene_.bodies()) {
-    if (!Obstacles::collides_with_rigid(*record.body)) continue;
+    if (!record.meets_rigid) continue;
     for (std::int32_t v = record.first_vertex; v < record.first_vertex + record.vertex_count; ++v) {
       const btScalar* const x = &motion_.end[3 * static_cast<std::size_t>(v)];
       reached.add(btVector3(x[0], x[1], x[2]));

@@ -33,7 +33,11 @@ class StepReader {
 
   /// `warnings` must outlive the reader.
   StepReader(const SolverOptions& options, WarningLog& warnings, const Threads& threads)
-      : options_(options), warnings_(warnings), threads_(threads) {}
+      : options_(options),
+        warnings_(warnings),
+        threads_(threads),
+        scene_(CollisionFlags(options.obey_collision_flags)),
+        obstacles_(static_cast<btScalar>(options.jump_speed)) {}
 
   /// Starts a step. Call it before Bullet moves anything, because Bullet then clears its marks of
   /// changed topology.
@@ -51,6 +55,12 @@ class StepReader {
   void remember_ends() { previous_.remember(scene_, obstacles_, topology_, motion_); }
   /// Forgets where the soft bodies ended the last step.
   void forget_ends() { previous_.forget_soft_bodies(); }
+  /// Says that the application put a body elsewhere: the next step does not sweep it from where it
+  /// was.
+  void teleported(const btCollisionObject& object) {
+    previous_.forget(object);
+    obstacles_.teleported(object);
+  }
   /// See RigidPoses::hold_at_start().
   void hold_at_start(const btCollisionObject& object) { obstacles_.hold_at_start(object); }
   /// Makes the next step read the soft bodies again.
@@ -82,9 +92,11 @@ class StepReader {
                     const Fill& fill, Found& found);
   void exclude(std::int32_t vertex);
   // Pinned nodes that the application moved between steps start at their last end, so their path is
-  // tested. Returns true if free nodes were moved between the steps too; the nodes of their body
-  // start where they are.
+  // tested. Returns true if a body was put elsewhere: its free nodes were moved too, or its pinned
+  // nodes jumped. The nodes of such a body start where they are.
   bool sweep_prescribed_nodes();
+  bool pinned_nodes_jumped(const SoftScene::BodyRecord& record,
+                           const std::vector<btScalar>& last) const;
   // Depth for tessellate(), metres: half the smallest thickness of contacts with obstacles. So at
   // least half of the gap to a round surface remains.
   double depth_in_obstacles() const;

@@ -66,6 +66,7 @@ std::vector<Body> StepTopology::filters(const SoftScene& soft, bool filtered_by_
     const BodyRecord& record = bodies_[all.size()];
     Body filter;
     filter.self_collision = false;
+    CollisionFlags::layers_of(*record.object).set(filter);
     if (!filtered_by_application) {
       const btBroadphaseProxy* proxy = record.object->getBroadphaseHandle();
       filter.group = static_cast<std::uint32_t>(proxy->m_collisionFilterGroup);
@@ -102,17 +103,8 @@ std::vector<BodyPair> StepTopology::disabled_pairs(const SoftScene& soft) const 
   const std::size_t soft_bodies = soft.bodies().size();
   for (std::size_t a = 0; a < soft_bodies; ++a) {
     for (std::size_t b = soft_bodies; b < surface_count_; ++b) {
-      if (!Obstacles::collides_with_rigid(*bodies_[a].soft) ||
-          !may_collide(*bodies_[a].soft, *bodies_[b].object)) {
+      if (!may_collide(*bodies_[a].soft, *bodies_[b].object))
         pairs.push_back({static_cast<std::int32_t>(a), static_cast<std::int32_t>(b)});
-      }
-    }
-  }
-  // Bullet handles pairs of rigid bodies.
-  for (std::size_t a = soft_bodies; a < surface_count_; ++a) {
-    for (std::size_t b = a + 1; b < surface_count_; ++b) {
-      if (!bodies_[a].dynamic && !bodies_[b].dynamic) continue;
-      pairs.push_back({static_cast<std::int32_t>(a), static_cast<std::int32_t>(b)});
     }
   }
   return pairs;
@@ -127,7 +119,7 @@ void StepTopology::find_largest_margins(const SoftScene& soft) {
     const Body& filter = topology_.bodies[a];
     // Counts the sum with an obstacle even if none is near: most have no margin around their
     // triangles.
-    if (Obstacles::collides_with_rigid(*bodies_[a].soft))
+    if (soft.bodies()[a].meets_rigid)
       largest_margins_ = std::max(largest_margins_, bodies_[a].margin);
     for (std::int32_t b = a; b < count; ++b) {
       const double margins = bodies_[a].margin + bodies_[b].margin;
@@ -135,7 +127,7 @@ void StepTopology::find_largest_margins(const SoftScene& soft) {
       const Body& other = topology_.bodies[b];
       const bool meet =
           a == b ? filter.self_collision
-                 : (filter.group & other.mask) != 0 && (other.group & filter.mask) != 0 &&
+                 : filters_accept(filter, other) &&
                        !std::binary_search(disabled.begin(), disabled.end(), BodyPair{a, b});
       if (meet) largest_margins_ = margins;
     }

@@ -22,6 +22,7 @@ constexpr Range<double> numbers[] = {
     {"position_correction", &SolverOptions::position_correction, 0, 1},
     {"restitution", &SolverOptions::restitution, 0, 1},
     {"restitution_threshold", &SolverOptions::restitution_threshold, 0, max_double},
+    {"jump_speed", &SolverOptions::jump_speed, 0, max_double},
     {"rest_speed", &SolverOptions::rest_speed, 0, max_double},
     {"rest_damping", &SolverOptions::rest_damping, 0, max_double},
     {"untangling_speed", &SolverOptions::untangling_speed, 0, max_double}};

@@ -11,12 +11,12 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-Pipeline::Pipeline(const CheckedOptions& checked, FrictionRule friction)
+Pipeline::Pipeline(const CheckedOptions& checked, WorldKind world)
     : options_(checked.options),
       warnings_(options_.on_message),
       threads_(std::max(0, options_.detector.threads)),
       reader_(options_, warnings_, threads_),
-      surfaces_(options_, friction),
+      surfaces_(options_, world),
       filter_(reader_.scene(), reader_.topology(), reader_.motion()),
       detector_(options_.detector, threads_, filter_, reader_.topology(), reader_.motion(),
                 surfaces_, options_.position_correction),
@@ -28,23 +28,46 @@ void Pipeline::update_surfaces() {
   std::vector<BodySurface> bodies;
   bodies.reserve(topology().bodies().size());
   for (const StepTopology::BodyRecord& body : topology().bodies()) {
-    const btScalar friction = body.soft ? body.soft->m_cfg.kDF : body.object->getFriction();
-    bodies.push_back({body.margin, static_cast<double>(friction), body.soft != nullptr});
+    if (body.soft) {
+      const btSoftBody::Config& config = body.soft->m_cfg;
+      bodies.push_back({body.margin, static_cast<double>(config.kDF), true,
+                        static_cast<double>(config.kSHR), config.piterations});
+    } else {
+      bodies.push_back({body.margin, static_cast<double>(body.object->getFriction()), false});
+    }
   }
   surfaces_.update(std::move(bodies), reader_.resolution());
 }
 
-bool Pipeline::handle_pair(const btSoftBody* a, const btSoftBody* b) noexcept {
+bool Pipeline::handle_pair(btSoftBody* a, btSoftBody* b) noexcept {
   if (!ran_last_step_ || is_cluster_pair(*a, *b) || !scene().accepts(a) || !scene().accepts(b))
     return false;
+  if (!scene().flags().ask_for(*a, *b)) {
+    report_pair_without_flags(*a, *b);
+    return false;
+  }
   ++handled_pairs_;
   return true;
+}
+
+void Pipeline::report_pair_without_flags(btSoftBody& a, btSoftBody& b) noexcept {
+  if (reported_pair_without_flags_ || !may_collide(a, b)) return;
+  reported_pair_without_flags_ = true;
+  const auto name_of = [this](const btSoftBody& body) {
+    for (const SoftScene::BodyRecord& record : scene().bodies())
+      if (record.body == &body) return std::to_string(record.world_index);
+    return std::string("?");
+  };
+  warnings_.warn_once("flags",
+                      "soft bodies " + name_of(a) + " and " + name_of(b) +
+                          " overlap, but their collision flags do not let them collide; set VF_SS "
+                          "(or VF_DD) in m_cfg.collisions of both, or obey_collision_flags = false");
 }
 
 bool Pipeline::replaces_contacts(const btSoftBody* body,
                                  const btCollisionObject* rigid) const noexcept {
   return options_.collide_rigid && options_.replace_rigid_contacts && ran_last_step_ &&
-         scene().accepts(body) && Obstacles::collides_with_rigid(*body) &&
+         scene().accepts(body) && scene().flags().ask_for(*body, *rigid) &&
          Obstacles::is_fully_known(*rigid) &&
          body->m_tetras.size() == 0;  // inner nodes of a volume have no surface
 }
@@ -63,6 +86,7 @@ bool Pipeline::run(const Bodies& bodies, double dt, const Fill& fill) noexcept {
   handled_pairs_ = 0;
   contacts_.clear();
   responded_ = false;
+  reader_.motion().articulated.clear();  // of the last step; its multibodies may be gone
   try {
     const Stopwatch reading;
     gather(bodies, dt, fill);
@@ -126,6 +150,7 @@ void Pipeline::write(const SoftScene::Visit& visit) {
 }
 
 void Pipeline::give_up(const std::string& why) {
+  for (ArticulatedMotion& body : reader_.motion().articulated) body.restart_response();
   ran_last_step_ = false;
   reader_.invalidate_soft_bodies();
   reader_.forget_ends();

@@ -26,11 +26,11 @@ class Pipeline {
   using Bodies = StepReader::Bodies;
   using Fill = StepReader::Fill;
 
-  Pipeline(const SolverOptions& options, FrictionRule friction)
-      : Pipeline(check(options), friction) {}
+  Pipeline(const SolverOptions& options, WorldKind world)
+      : Pipeline(check(options), world) {}
 
   /// Takes a pair from Bullet's dispatcher. Returns false if Bullet must process the pair itself.
-  bool handle_pair(const btSoftBody* a, const btSoftBody* b) noexcept;
+  bool handle_pair(btSoftBody* a, btSoftBody* b) noexcept;
   /// True if LazyCCD alone handles the contacts of a soft body and a rigid one, so that Bullet must
   /// not process the pair.
   bool replaces_contacts(const btSoftBody* body, const btCollisionObject* rigid) const noexcept;
@@ -72,13 +72,17 @@ class Pipeline {
 
   const StepStats& total_stats() const { return total_; }
   std::string status() const;
+  /// See StepReader::teleported().
+  void teleported(const btCollisionObject& object) { reader_.teleported(object); }
   /// Makes the next step read the whole scene again.
   void invalidate() { reader_.invalidate(); }
 
  private:
-  Pipeline(const CheckedOptions& checked, FrictionRule friction);
+  Pipeline(const CheckedOptions& checked, WorldKind world);
 
   const StepTopology& topology() const { return reader_.topology(); }
+  // Says once that two soft bodies overlap whose flags keep them apart.
+  void report_pair_without_flags(btSoftBody& a, btSoftBody& b) noexcept;
   void update_surfaces();
   // Ends the step without LazyCCD. The next step reads the soft bodies anew and has no warm start.
   void give_up(const std::string& why);
@@ -120,6 +124,7 @@ class Pipeline {
   StepStats step_, total_;
   bool ran_last_step_ = true;
   bool responded_ = false;
+  bool reported_pair_without_flags_ = false;
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -2,6 +2,9 @@
 
 #include <BulletDynamics/Dynamics/btRigidBody.h>
 
+#include <algorithm>
+#include <vector>
+
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
@@ -18,6 +21,14 @@ void write_rigid_bodies(const StepTopology& topology, const Motion& motion) {
     body->setLinearVelocity(body->getLinearVelocity() + to_bullet(rigid.velocity_change));
     body->setAngularVelocity(body->getAngularVelocity() + to_bullet(rigid.angular_velocity_change));
     body->activate(true);
+  }
+  for (const ArticulatedMotion& articulated : motion.articulated) {
+    if (!articulated.is_changed()) continue;
+    std::vector<btScalar> change(static_cast<std::size_t>(articulated.velocity_change.size()));
+    std::transform(articulated.velocity_change.begin(), articulated.velocity_change.end(),
+                   change.begin(), [](double x) { return static_cast<btScalar>(x); });
+    articulated.body->applyDeltaVeeMultiDof(change.data(), 1);
+    articulated.body->wakeUp();
   }
 }
 

@@ -121,7 +121,7 @@ bool edge_intersects_face(const Vector3d& p, const Vector3d& q, const Vector3d& 
       .hit;
 }
 
-// Tells which bodies collide, by group, mask, disabled pairs and contact response.
+// Tells which bodies collide, by groups, layers, disabled pairs and contact response.
 class PairRules {
  public:
   PairRules(const Topology& topology, const std::function<bool(std::int32_t)>& responds)
@@ -132,8 +132,7 @@ class PairRules {
   bool collide(std::int32_t a, std::int32_t b) const {
     if (!responds_(a) || !responds_(b)) return false;
     if (a == b) return topology_.bodies[a].self_collision;
-    return (topology_.bodies[a].group & topology_.bodies[b].mask) &&
-           (topology_.bodies[b].group & topology_.bodies[a].mask) &&
+    return filters_accept(topology_.bodies[a], topology_.bodies[b]) &&
            !disabled_.count({std::min(a, b), std::max(a, b)});
   }
 

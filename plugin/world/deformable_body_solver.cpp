@@ -49,7 +49,7 @@ void fill(const SoftScene& scene, const SoftScene::BodyRecord& record, std::int3
 }  // namespace
 
 btLazyDeformableBodySolver::btLazyDeformableBodySolver(const SolverOptions& options)
-    : pipeline_(std::make_unique<Pipeline>(options, FrictionRule::product)),
+    : pipeline_(std::make_unique<Pipeline>(options, WorldKind::deformable)),
       dbvt_(std::make_unique<SoftBodyDbvt>()) {}
 
 btLazyDeformableBodySolver::~btLazyDeformableBodySolver() = default;
@@ -63,6 +63,9 @@ const StepStats& btLazyDeformableBodySolver::total_stats() const {
 }
 std::string btLazyDeformableBodySolver::status() const { return pipeline_->status(); }
 void btLazyDeformableBodySolver::topology_changed() { pipeline_->invalidate(); }
+void btLazyDeformableBodySolver::teleported(const btCollisionObject& body) {
+  pipeline_->teleported(body);
+}
 bool btLazyDeformableBodySolver::is_active() const { return pipeline_->ran_last_step(); }
 
 void btLazyDeformableBodySolver::handle_pair(btSoftBody* a, btSoftBody* b) {

@@ -13,7 +13,7 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 btLazySoftBodySolver::btLazySoftBodySolver(const SolverOptions& options)
-    : pipeline_(std::make_unique<Pipeline>(options, FrictionRule::larger)),
+    : pipeline_(std::make_unique<Pipeline>(options, WorldKind::rigid)),
       dbvt_(std::make_unique<SoftBodyDbvt>()),
       constraints_(std::make_unique<SoftConstraints>()) {}
 
@@ -24,6 +24,9 @@ const StepStats& btLazySoftBodySolver::step_stats() const { return pipeline_->st
 const StepStats& btLazySoftBodySolver::total_stats() const { return pipeline_->total_stats(); }
 std::string btLazySoftBodySolver::status() const { return pipeline_->status(); }
 void btLazySoftBodySolver::topology_changed() { pipeline_->invalidate(); }
+void btLazySoftBodySolver::teleported(const btCollisionObject& body) {
+  pipeline_->teleported(body);
+}
 
 void btLazySoftBodySolver::handle_pair(btSoftBody* a, btSoftBody* b) {
   if (!pipeline_->handle_pair(a, b)) btDefaultSoftBodySolver::processCollision(a, b);

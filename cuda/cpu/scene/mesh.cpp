@@ -196,8 +196,7 @@ ContactKey Mesh::contact_key() const {
 bool Mesh::collide(std::int32_t a, std::int32_t b) const {
   const Body &x = bodies_[a], &y = bodies_[b];
   if (a == b) return x.self_collision;
-  return (x.group & y.mask) != 0 && (y.group & x.mask) != 0 &&
-         (disabled_.empty() || disabled_.count(pair_key(a, b)) == 0);
+  return filters_accept(x, y) && (disabled_.empty() || disabled_.count(pair_key(a, b)) == 0);
 }
 
 }  // namespace lazyccd

@@ -82,9 +82,9 @@ struct GroupView {
   const std::uint64_t* disabled_pairs;  // sorted: smaller body << 32 | larger body
   std::uint32_t disabled_count;
 
-  /// Returns whether two different bodies collide: by group, mask and list of disabled pairs.
+  /// Returns whether two different bodies collide: by groups, layers and list of disabled pairs.
   __device__ bool collide(std::int32_t a, std::int32_t b) const {
-    if (!(bodies[a].group & bodies[b].mask) || !(bodies[b].group & bodies[a].mask)) return false;
+    if (!filters_accept(bodies[a], bodies[b])) return false;
     const std::uint64_t lo = static_cast<std::uint32_t>(a < b ? a : b);
     const std::uint64_t key = lo << 32 | static_cast<std::uint32_t>(a < b ? b : a);
     std::uint32_t first = 0, last = disabled_count;

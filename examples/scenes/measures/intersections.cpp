@@ -132,7 +132,7 @@ std::vector<Intersection> find_intersections(const Surface& surface,
       const std::int32_t other = surface.body_of_vertex[face[0]];
       const Body &a = surface.bodies[body], &b = surface.bodies[other];
       const bool collide =
-          body == other ? a.self_collision : (a.group & b.mask) && (b.group & a.mask);
+          body == other ? a.self_collision : filters_accept(a, b);
       if (!collide || !overlap(item.box, candidate->box)) continue;
       const bool shared = std::any_of(face.begin(), face.end(),
                                       [&](std::int32_t v) { return v == edge[0] || v == edge[1]; });

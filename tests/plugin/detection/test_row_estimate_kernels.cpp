@@ -57,7 +57,7 @@ Contact random_contact(std::mt19937& random) {
 RowEstimate by_row(const Contact& contact, double thickness, double position_correction,
                    const Motion& motion) {
   ContactRow row;
-  make_row(contact, thickness, 0, position_correction, motion, row);
+  make_row(contact, thickness, position_correction, motion, row);
   Eigen::Vector3d move = Eigen::Vector3d::Zero();
   for (int i = 0; i < 4; ++i) {
     const std::int32_t v = contact.vertices[i];

@@ -103,7 +103,9 @@ TEST_CASE("friction holds cloth on a slope up to its coefficient and not on a st
   const World world = GENERATE(World::rigid, World::deformable);
   const bool holds = GENERATE(true, false);
   CAPTURE(world == World::rigid, holds);
-  ObstacleWorld w(world, 0);
+  bullet::SolverOptions options;
+  options.coulomb_friction = true;
+  ObstacleWorld w(world, 0, options);
   Floor floor(w, 1);
   btSoftBody* cloth = add_flat(w, 0.021);
   cloth->m_cfg.kDF = holds ? btScalar(0.6) : btScalar(0.4);
@@ -120,7 +122,9 @@ TEST_CASE("friction holds cloth on a slope up to its coefficient and not on a st
 TEST_CASE("friction between cloths combines coefficients as Bullet does in that world") {
   const World world = GENERATE(World::rigid, World::deformable);
   CAPTURE(world == World::rigid);
-  ObstacleWorld w(world, 0);
+  bullet::SolverOptions options;
+  options.coulomb_friction = true;
+  ObstacleWorld w(world, 0, options);
   btSoftBody* const below = add_flat(w, 0);
   btSoftBody* const above = add_flat(w, 0.05);
   below->m_cfg.kDF = btScalar(0.5);

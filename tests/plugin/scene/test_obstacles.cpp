@@ -149,12 +149,12 @@ TEST_CASE("a wanted region is read although positions are rounded by the width o
 
     bullet::AxisBox swept = bullet::AxisBox::empty();
     for (int i = 0; i < 3; ++i) swept.add(place + width * vector());
-    bullet::Obstacles obstacles;
+    bullet::Obstacles obstacles(5);
     bullet::WarningLog warnings(nullptr);
     btAlignedObjectArray<btSoftBody*> bodies;
     bodies.push_back(cloth);
     obstacles.begin_step(bodies);
-    if (obstacles.update(bodies, swept, 1e-5, warnings)) obstacles.read_triangles(swept, warnings);
+    if (obstacles.update(bodies, swept, 1, 1e-5, warnings)) obstacles.read_triangles(swept, warnings);
     CHECK(obstacles.records().size() == 1);
     CHECK(obstacles.has_read(swept));
   }
@@ -445,12 +445,12 @@ TEST_CASE("if soft bodies move only obstacles read in part are read again") {
   btAlignedObjectArray<btSoftBody*> bodies;
   bodies.push_back(sheet);
   bullet::WarningLog warnings({});
-  bullet::Obstacles obstacles;
+  bullet::Obstacles obstacles(5);
   const auto read_at = [&](double x, double depth) {
     const btVector3 middle(static_cast<btScalar>(x), 0, 0), half(1, 1, 1);
     obstacles.begin_step(bodies);
     const bullet::AxisBox box = {middle - half, middle + half};
-    const bool changed = obstacles.update(bodies, box, depth, warnings);
+    const bool changed = obstacles.update(bodies, box, 1, depth, warnings);
     if (changed) obstacles.read_triangles(box, warnings);
     REQUIRE(obstacles.records().size() == 2);
     return changed;

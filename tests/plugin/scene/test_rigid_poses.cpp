@@ -13,14 +13,14 @@ namespace {
 
 struct Watched {
   ObstacleWorld world{scenes::World::rigid, 0};
-  bullet::RigidPoses poses;
+  bullet::RigidPoses poses{1e4};  // no displacement here is a jump
   bullet::WarningLog warnings{{}};
 
   btRigidBody* add(double mass = 0) {
     return world.add(std::make_unique<btSphereShape>(btScalar(0.1)), btVector3(0, 0, 0), mass);
   }
   void begin() { poses.begin_step(world.world().getBroadphase()); }
-  void end() { poses.end_step(world.world().getBroadphase(), warnings); }
+  void end() { poses.end_step(world.world().getBroadphase(), btScalar(1) / 60, warnings); }
   const RigidPose* of(const btCollisionObject* body) const {
     for (const RigidPose& pose : poses.all())
       if (pose.object == body) return &pose;

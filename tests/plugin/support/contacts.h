@@ -16,7 +16,7 @@ inline bullet::PairSurfaces uniform_surfaces(double thickness, double friction,
                                              std::size_t bodies = 8) {
   bullet::SolverOptions options;
   options.thickness = thickness;
-  bullet::PairSurfaces surfaces(options, bullet::FrictionRule::larger);
+  bullet::PairSurfaces surfaces(options, bullet::WorldKind::rigid);
   surfaces.update(std::vector<bullet::BodySurface>(bodies, {0, friction, true}), 0);
   return surfaces;
 }

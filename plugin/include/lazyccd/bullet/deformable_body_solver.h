@@ -34,12 +34,13 @@ class btLazyDeformableBodySolver : public btDeformableBodySolver, public PairHan
   btLazyDeformableBodySolver(const btLazyDeformableBodySolver&) = delete;
   btLazyDeformableBodySolver& operator=(const btLazyDeformableBodySolver&) = delete;
 
-  // The following five are as in btLazySoftBodySolver.
+  // The following six are as in btLazySoftBodySolver.
   Span<const StepContact> contacts() const;
   const StepStats& step_stats() const;
   const StepStats& total_stats() const;
   std::string status() const;
   void topology_changed();
+  void teleported(const btCollisionObject& body);
 
   /// False after a step that ran without LazyCCD. The next step then keeps Bullet's own handling of
   /// soft pairs.

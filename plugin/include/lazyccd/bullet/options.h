@@ -5,10 +5,11 @@
 //  - Filter groups and masks, an overlap filter callback, setIgnoreCollisionCheck() and
 //    m_collisionDisabledObjects apply to soft bodies as they do to rigid bodies.
 //  - A body collides with itself after setSelfCollision(true).
-//  - Soft bodies collide with each other without the flags VF_SS and VF_DD. If CL_SS (clusters) is
-//    the only soft-soft flag that both bodies have, the pair stays with Bullet.
-//  - Soft bodies with SDF_RS, SDF_RD, SDF_RDF or SDF_RDN, and without CL_RS, collide with rigid
-//    ones.
+//  - Two soft bodies collide if both have the flag VF_SS, or both VF_DD. If CL_SS (clusters) is the
+//    only soft-soft flag that both bodies have, the pair stays with Bullet.
+//  - A soft body collides with everything rigid if it has SDF_RS, or SDF_RD with SDF_RDN. SDF_RD with
+//    SDF_RDF asks for rigid bodies, SDF_RD with SDF_MDF for links of multibodies. Bodies with CL_RS
+//    stay with Bullet.
 //  - Contacts of a soft body with CF_NO_CONTACT_RESPONSE are reported, but nothing is moved. A
 //    rigid body with this flag is no obstacle.
 //
@@ -50,12 +51,21 @@ struct SolverOptions {
   double restitution = 0;
   double restitution_threshold = 0.2;  ///< m/s, >= 0
 
-  /// true: Coulomb friction with the bodies' own coefficients; false: no friction.
+  /// true: friction with the bodies' own coefficients; false: no friction. In the deformable world
+  /// it is Coulomb's, as Bullet's. In the rigid world a contact holds inside Coulomb's cone; faster
+  /// ones lose a fraction of their sliding speed, as in Bullet (SlidingFriction in pair_surfaces.h).
   bool friction = true;
+  /// true: Coulomb's friction in the rigid world too. What slides on a surface of coefficient mu
+  /// then loses at most mu g of speed per second, and goes farther than with Bullet.
+  bool coulomb_friction = false;
 
   /// true: rigid bodies are obstacles. Meshes, terrains and planes take part with their triangles,
   /// convex shapes as polyhedra. Contacts push dynamic bodies. false: only Bullet handles them.
   bool collide_rigid = true;
+
+  /// true: bodies collide only as the collision flags of the soft bodies ask (see above). false: all
+  /// soft bodies collide with each other and with rigid bodies, except by clusters.
+  bool obey_collision_flags = true;
 
   /// true: LazyCCD's soft-rigid contacts replace Bullet's. false: both act.
   /// Bullet's still act for tetrahedral bodies, multi-body links, and shapes with parts that have
@@ -86,6 +96,16 @@ struct SolverOptions {
   /// If contacts remain after these, the fail-safe holds the bodies' nodes at the start of the
   /// step.
   int max_zone_rounds = 8;
+
+  /// Speed, m/s, >= 0, up to which a displacement counts as motion although nothing explains it. An
+  /// application may put bodies elsewhere between steps or in Bullet's callbacks. A displacement is
+  /// a motion if the velocity of the body explains it (for kinematic bodies: the velocity that
+  /// Bullet computes from their motion states), or the displacement of the step before, or if no
+  /// point moves faster than this. It is swept then: nothing passes through the body. Any other
+  /// displacement is a jump, and so are nodes that the application writes, unless only pinned nodes
+  /// move: nothing is swept, and what intersects at the new place is moved apart. The solvers'
+  /// teleported() makes the next displacement of a body a jump whatever its size.
+  double jump_speed = 5;
 
   /// Called at the end of each step that had contacts, when positions and velocities are the ones
   /// that Bullet continues with. The callback may add and remove bodies; the span is valid until it

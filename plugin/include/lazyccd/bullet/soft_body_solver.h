@@ -45,6 +45,10 @@ class btLazySoftBodySolver : public btDefaultSoftBodySolver, public PairHandler 
   /// or links, or the triangles of a mesh or terrain. Changes through Bullet's own functions are
   /// noticed without it.
   void topology_changed();
+  /// Says that the application puts this body, rigid or soft, elsewhere before the end of the next
+  /// step. Nothing is swept from its old place to the new one. Without this call a displacement is
+  /// judged by SolverOptions::jump_speed.
+  void teleported(const btCollisionObject& body);
 
   void handle_pair(btSoftBody* a, btSoftBody* b) override;
 

@@ -1,0 +1,92 @@
+#include "scene/rigid_displacement.h"
+
+#include <BulletCollision/CollisionShapes/btCollisionShape.h>
+#include <BulletDynamics/Dynamics/btRigidBody.h>
+#include <BulletDynamics/Featherstone/btMultiBody.h>
+#include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
+#include <LinearMath/btTransformUtil.h>
+
+#include <vector>
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+namespace {
+
+// Metres. Planes and terrains have no end; farther points of them do not count.
+constexpr btScalar largest_radius = 100;
+
+btScalar radius_of(const btCollisionObject& object) {
+  btVector3 centre;
+  btScalar radius;
+  object.getCollisionShape()->getBoundingSphere(centre, radius);
+  return btMin(centre.length() + radius, largest_radius);
+}
+
+// Number of time steps in which the velocity makes as much of the displacement as it can.
+btScalar steps_explained(const btCollisionObject& object, const btTransform& from,
+                         const btTransform& to, const RigidVelocity& velocity, btScalar dt) {
+  constexpr btScalar most_substeps = 100;  // of a kinematic body; see above
+  const btVector3 step = dt * velocity.linear;
+  const btScalar turn = dt * velocity.angular.length();
+  btScalar steps = 1;
+  if (step.length() >= turn * radius_of(object)) {
+    if (step.length2() > 0) steps = step.dot(to.getOrigin() - from.getOrigin()) / step.length2();
+  } else {
+    btVector3 axis;
+    btScalar angle;
+    btTransformUtil::calculateDiffAxisAngle(from, to, axis, angle);
+    steps = angle / turn;
+  }
+  return btMax(btScalar(0),
+               btMin(steps, object.isStaticOrKinematicObject() ? most_substeps : btScalar(1)));
+}
+
+}  // namespace
+
+RigidVelocity velocity_of(const btCollisionObject& object) {
+  if (const btRigidBody* const body = btRigidBody::upcast(&object))
+    return {body->getLinearVelocity(), body->getAngularVelocity()};
+  if (const btMultiBodyLinkCollider* const link = btMultiBodyLinkCollider::upcast(&object)) {
+    const btMultiBody& body = *link->m_multiBody;
+    const auto count = static_cast<std::size_t>(body.getNumLinks()) + 1;
+    std::vector<btVector3> angular(count), linear(count);  // base first, in the links' own frames
+    body.compTreeLinkVelocities(angular.data(), linear.data());
+    const auto index = static_cast<std::size_t>(link->m_link + 1);
+    return {body.localDirToWorld(link->m_link, linear[index]),
+            body.localDirToWorld(link->m_link, angular[index])};
+  }
+  return {btVector3(0, 0, 0), btVector3(0, 0, 0)};
+}
+
+btTransform integrate(const btTransform& pose, const RigidVelocity& velocity, btScalar time) {
+  btTransform moved;
+  btTransformUtil::integrateTransform(pose, velocity.linear, velocity.angular, time, moved);
+  return moved;
+}
+
+btScalar max_point_displacement(const btCollisionObject& object, const btTransform& from,
+                                const btTransform& to) {
+  const btMatrix3x3 basis_change = to.getBasis() - from.getBasis();
+  const btScalar rotation =
+      basis_change[0].length() + basis_change[1].length() + basis_change[2].length();
+  return from.getOrigin().distance(to.getOrigin()) + rotation * radius_of(object);
+}
+
+bool is_jump(const btCollisionObject& object, const RigidDisplacement& displacement, btScalar dt,
+             btScalar jump_speed) {
+  constexpr btScalar velocity_tolerance = btScalar(0.1), drive_tolerance = btScalar(0.5);
+  const auto& [before_last, last, now] = displacement;
+  if (last == now) return false;
+  const btScalar moved = max_point_displacement(object, last, now), small = jump_speed * dt;
+  if (moved <= small) return false;
+  const RigidVelocity velocity = velocity_of(object);
+  const btScalar steps = steps_explained(object, last, now, velocity, dt);
+  const btScalar beyond_velocity =
+      max_point_displacement(object, integrate(last, velocity, steps * dt), now);
+  if (beyond_velocity <= velocity_tolerance * moved + small) return false;
+  const btTransform driven_on = last * before_last.inverse() * last;
+  return max_point_displacement(object, driven_on, now) > drive_tolerance * moved + small;
+}
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet

@@ -1,0 +1,44 @@
+// Tells whether a rigid body moved during a step or was put elsewhere by the application.
+//
+// A displacement is a motion if one of these explains it:
+//  - The velocity of the body. Bullet computes that of a kinematic body from its motion state. As
+//    Bullet moves kinematic bodies in the first of several substeps, it may be a multiple of it.
+//  - The displacement of the step before, to a half: the application drives the body.
+//  - Its size: every point moves more slowly than SolverOptions::jump_speed, beyond the above.
+// Any other displacement is a jump: the body is new at its place, and nothing is swept.
+#pragma once
+
+#include <BulletCollision/CollisionDispatch/btCollisionObject.h>
+
+#include "lazyccd/bullet/precision.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+
+/// Linear velocity, m/s, and angular velocity, rad/s, in the world frame.
+struct RigidVelocity {
+  btVector3 linear, angular;
+};
+
+/// Velocity of a rigid body or of a link of a multibody; zero for other objects.
+RigidVelocity velocity_of(const btCollisionObject& object);
+
+/// Pose after moving from `pose` with `velocity` for `time` seconds, which may be negative.
+btTransform integrate(const btTransform& pose, const RigidVelocity& velocity, btScalar time);
+
+/// Upper estimate of the displacement of the object's points between two poses, metres.
+btScalar max_point_displacement(const btCollisionObject& object, const btTransform& from,
+                                const btTransform& to);
+
+/// The poses of a body at the ends of two consecutive steps.
+struct RigidDisplacement {
+  btTransform before_last, last, now;
+};
+
+/// True if the application put the body elsewhere between `last` and `now`, a step of `dt` seconds.
+/// `jump_speed`: as in SolverOptions.
+bool is_jump(const btCollisionObject& object, const RigidDisplacement& displacement, btScalar dt,
+             btScalar jump_speed);
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet
