@@ -74,10 +74,15 @@ btScalar max_point_displacement(const btCollisionObject& object, const btTransfo
 
 bool is_jump(const btCollisionObject& object, const RigidDisplacement& displacement, btScalar dt,
              btScalar jump_speed) {
-  constexpr btScalar velocity_tolerance = btScalar(0.1), drive_tolerance = btScalar(0.5);
+  constexpr btScalar velocity_tolerance = btScalar(0.1), drive_tolerance = btScalar(0.5),
+                     split_impulse_fraction = btScalar(0.25);
   const auto& [before_last, last, now] = displacement;
   if (last == now) return false;
-  const btScalar moved = max_point_displacement(object, last, now), small = jump_speed * dt;
+  const btScalar moved = max_point_displacement(object, last, now);
+  btScalar small = jump_speed * dt;
+  // Bullet moves dynamic bodies out of each other without velocity (split impulse).
+  if (!object.isStaticOrKinematicObject())
+    small = btMax(small, split_impulse_fraction * radius_of(object));
   if (moved <= small) return false;
   const RigidVelocity velocity = velocity_of(object);
   const btScalar steps = steps_explained(object, last, now, velocity, dt);

@@ -69,7 +69,7 @@ bool Pipeline::replaces_contacts(const btSoftBody* body,
   return options_.collide_rigid && options_.replace_rigid_contacts && ran_last_step_ &&
          scene().accepts(body) && scene().flags().ask_for(*body, *rigid) &&
          Obstacles::is_fully_known(*rigid) &&
-         body->m_tetras.size() == 0;  // inner nodes of a volume have no surface
+         (body->m_tetras.size() == 0 || body->m_faces.size() > 0);  // else it has no surface
 }
 
 void Pipeline::begin_step(const Bodies& bodies) noexcept { reader_.begin_step(bodies); }
