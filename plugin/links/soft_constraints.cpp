@@ -86,8 +86,9 @@ void solve_positions(btSoftBody& body, const MovedByOthers& others, BodyLinks& l
 void SoftConstraints::solve(const btAlignedObjectArray<btSoftBody*>& bodies,
                             const ParallelFor& parallel_for) {
   links_.resize(static_cast<std::size_t>(bodies.size()));
+  is_prepared_.assign(links_.size(), 0);
   const SolveOrder order = find_solve_order(bodies);
-  for (const int i : order.serial) solve(*bodies[i], links_[i]);
+  for (const int i : order.serial) is_prepared_[i] = solve(*bodies[i], links_[i]);
   const std::vector<int>& parallel = order.parallel;
   if (parallel.empty()) return;
   // With at most three tasks, parallel_for() wakes no sleeping threads. For less work than this
@@ -101,16 +102,18 @@ void SoftConstraints::solve(const btAlignedObjectArray<btSoftBody*>& bodies,
     const WithFloatMode mode(caller_mode);
     for (std::size_t task = first; task < last; ++task)
       for (std::size_t i = task; i < parallel.size(); i += tasks)
-        solve(*bodies[parallel[i]], links_[parallel[i]]);
+        is_prepared_[parallel[i]] = solve(*bodies[parallel[i]], links_[parallel[i]]);
   });
 }
 
 // Bullet prepares the links and anchors and solves the velocities; the positions are solved here.
-void SoftConstraints::solve(btSoftBody& body, BodyLinks& links) {
+bool SoftConstraints::solve(btSoftBody& body, BodyLinks& links) {
   const MovedByOthers others(body);
   if (!ends_with_positions(body) || !others.all_own() ||
-      !links.prepare(body, passes_over_positions(body)))
-    return body.solveConstraints();
+      !links.prepare(body, passes_over_positions(body))) {
+    body.solveConstraints();
+    return false;
+  }
   {
     const WithoutPositionIterations scope(body);
     body.solveConstraints();
@@ -124,6 +127,20 @@ void SoftConstraints::solve(btSoftBody& body, BodyLinks& links) {
     node.m_v = (node.m_x - node.m_q) * rate;
     node.m_f.setZero();
   }
+  return true;
+}
+
+void SoftConstraints::solve_links_again(btSoftBody& body, int index) {
+  constexpr std::int64_t max_passes = 4;
+  const int passes = static_cast<int>(std::min(max_passes, passes_over_positions(body)));
+  if (!is_prepared_[static_cast<std::size_t>(index)]) {
+    for (int i = 0; i < passes; ++i) btSoftBody::getSolver(Solver::Linear)(&body, 1, 0);
+    return;
+  }
+  BodyLinks& links = links_[static_cast<std::size_t>(index)];
+  links.read(body);
+  links.solve(passes);
+  links.write(body);
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

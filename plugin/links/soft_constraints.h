@@ -27,10 +27,16 @@ class SoftConstraints {
   /// is either unchanged or solved; only a body whose own solver throws may be half solved.
   void solve(const btAlignedObjectArray<btSoftBody*>& bodies, const ParallelFor& parallel_for);
 
- private:
-  static void solve(btSoftBody& body, BodyLinks& links);
+  /// Runs as many passes over the links of body `index` of the last solve() as that did, but at most
+  /// four.
+  void solve_links_again(btSoftBody& body, int index);
 
-  std::vector<BodyLinks> links_;  ///< by body
+ private:
+  /// Returns whether `links` solved them, and not Bullet.
+  static bool solve(btSoftBody& body, BodyLinks& links);
+
+  std::vector<BodyLinks> links_;    ///< by body
+  std::vector<char> is_prepared_;   ///< by body: its BodyLinks hold the links of this step
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

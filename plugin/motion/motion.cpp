@@ -45,6 +45,7 @@ void Motion::begin_response() {
 void Motion::restart_response() {
   solved.assign(predicted.begin(), predicted.begin() + soft_count());
   split_displacement.assign(solved.size(), Eigen::Vector3d::Zero());
+  link_displacement.assign(solved.size(), Eigen::Vector3d::Zero());
   for (std::int32_t v = 0; v < soft_count(); ++v) round_end(v);
   for (RigidMotion& body : rigid) {
     body.translation = body.rotation = body.split_translation = body.split_rotation =

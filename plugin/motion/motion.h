@@ -88,6 +88,9 @@ struct Motion {
   /// All vertices at the end of the step before the response, metres: Bullet's prediction plus
   /// untangling. Valid after begin_response().
   std::vector<Eigen::Vector3d> predicted;
+  /// By soft vertex: displacement that the body's own links add to the prediction, once contacts
+  /// have moved it, metres.
+  std::vector<Eigen::Vector3d> link_displacement;
   // Results of the response, by soft vertex. `end` is solved + split_displacement, rounded.
   std::vector<Eigen::Vector3d> solved;  ///< positions after impulses, metres; velocities follow
   /// Displacement that restores gaps, metres; velocities do not follow it.

@@ -62,6 +62,9 @@ class ContactConstraints {
   /// `sweeps`: as in ContactSolver::solve().
   void solve(Motion& motion, int sweeps);
 
+  /// Largest violation of a row in the last solve() by the motion without impulses, metres.
+  double approach() const { return approach_; }
+
   RowList& rows() { return rows_; }
   /// Rows of all pairs of which at least one row acted, sorted by contact, so that the rows of a
   /// pair are adjacent. Valid until the next call that changes rows.
@@ -80,6 +83,7 @@ class ContactConstraints {
   std::vector<ContactRow> merged_;                             // scratch memory of add()
   std::optional<std::vector<const ContactRow*>> active_rows_;  // none: rows changed since
   std::vector<PairImpulse> last_impulses_;                     // sorted by contact
+  double approach_ = 0;   // metres
   ContactSolver solver_;                                       // kept for its memory
 };
 

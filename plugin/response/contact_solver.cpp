@@ -129,7 +129,7 @@ void ContactSolver::write(Motion& motion) {
     if (for_split_impulse_) {
       motion.split_displacement[v].setZero();
     } else {
-      motion.solved[v] = motion.predicted[v];
+      motion.solved[v] = motion.predicted[v] + motion.link_displacement[v];
     }
   }
   for (RigidMotion& body : motion.rigid) {

@@ -44,6 +44,9 @@ class ContactSolver {
   /// motion, with the same rows.
   void set_up(Target target, RowList& rows, const Motion& motion);
 
+  /// Largest displacement along a normal that impulses must add, metres.
+  double largest_need() const { return max_need_; }
+
   /// Runs the sweeps. `sweeps`: normal limit. The limit is 4 x `sweeps` if contacts approach slowly
   /// or rest, and `sweeps` / 5 for split impulses. Stops earlier once sweeps change nothing
   /// visible.

@@ -21,6 +21,9 @@ constexpr int max_node_holds = 16;
 constexpr int solves_with_full_gaps = 1;
 constexpr double min_gap_fraction = 1.0 / 16;
 
+// Contacts that meet more slowly do not compress a body enough to throw it back, m/s.
+constexpr double min_impact_speed = 0.25;
+
 // If this many solves do not halve the number of crowded contacts, impact zones take over.
 constexpr std::size_t solves_to_halve = 4;
 
@@ -41,11 +44,14 @@ bool are_crowded(const std::vector<Contact>& contacts) {
 
 }  // namespace
 
-void Response::run(const NearContacts& near, const Detect& detect_all, Motion& motion,
-                   StepStats& stats) {
+void Response::run(const NearContacts& near, const Detect& detect_all,
+                   const SolveLinks& solve_links, Motion& motion, StepStats& stats) {
   constraints_.begin_step();
   motion.begin_response();
-  if (options_.max_impulse_rounds > 0) solve_speculative(near, motion);
+  if (options_.max_impulse_rounds > 0) {
+    solve_speculative(near, motion);
+    if (solve_links) absorb_impact(solve_links, motion);
+  }
   std::vector<Contact> contacts = detect_all(motion.starts(), motion.ends());
 
   // Initial contacts: pairs that touch before anything moves, such as bodies placed that way or the
@@ -129,6 +135,21 @@ void Response::solve_speculative(const NearContacts& near, Motion& motion) {
   set_velocities(motion);
   if (kinetic_energy_after(motion) <= kinetic_energy_before(motion)) return;
   constraints_.cold_start(motion);
+  constraints_.solve(motion, options_.solver_iterations);
+}
+
+void Response::absorb_impact(const SolveLinks& solve_links, Motion& motion) {
+  if (constraints_.approach() < min_impact_speed * motion.dt) return;
+  std::vector<std::int32_t> bodies;
+  for (const ContactRow* const row : constraints_.active_rows()) {
+    for (const std::int32_t body : {row->contact.body_a, row->contact.body_b}) {
+      if (row->normal_impulse > 0 && motion.rigid_of_body[body] < 0) bodies.push_back(body);
+    }
+  }
+  std::sort(bodies.begin(), bodies.end());
+  bodies.erase(std::unique(bodies.begin(), bodies.end()), bodies.end());
+  if (bodies.empty()) return;
+  solve_links(bodies, motion);
   constraints_.solve(motion, options_.solver_iterations);
 }
 

@@ -19,6 +19,11 @@ class Response {
   /// be resolved.
   using Detect = std::function<std::vector<Contact>(const Positions& start, const Positions& end)>;
 
+  /// Moves Motion::solved of these soft bodies (indices of bodies) as more passes over their own
+  /// links do, and adds that to Motion::link_displacement.
+  using SolveLinks =
+      std::function<void(const std::vector<std::int32_t>& bodies, Motion& motion)>;
+
   Response(const SolverOptions& options, const PairSurfaces& surfaces)
       : options_(options), constraints_(surfaces, options.position_correction) {}
 
@@ -28,7 +33,9 @@ class Response {
   /// zones held at the start of the step. The last one ends with a clean step, because in the end
   /// nothing moves any more. Afterwards motion.velocity_change holds what must be added to the
   /// velocities.
-  void run(const NearContacts& near, const Detect& detect_all, Motion& motion, StepStats& stats);
+  /// `solve_links` may be empty.
+  void run(const NearContacts& near, const Detect& detect_all, const SolveLinks& solve_links,
+           Motion& motion, StepStats& stats);
 
   /// Rows of the pairs that acted in the last run(), sorted by contact. Valid until the next run()
   /// or forget().
@@ -42,6 +49,9 @@ class Response {
   /// Solves the near contacts that were selected: with a warm start, or without if that raises the
   /// kinetic energy.
   void solve_speculative(const NearContacts& near, Motion& motion);
+  /// Solves links and contacts in turn after an impact. Contacts alone would stop the nodes that
+  /// touch and leave the links compressed, and their restoring would throw the body back.
+  void absorb_impact(const SolveLinks& solve_links, Motion& motion);
   /// Resolves contacts that impulses leave: rigid impact zones first, then holds.
   void resolve_with_impact_zones(std::vector<Contact> contacts, const Detect& detect,
                                  Motion& motion, StepStats& stats);

@@ -79,7 +79,8 @@ void Pipeline::detect_ahead() noexcept try {
 } catch (const std::exception&) {  // the detection of the next step will report the error
 }
 
-bool Pipeline::run(const Bodies& bodies, double dt, const Fill& fill) noexcept {
+bool Pipeline::run(const Bodies& bodies, double dt, const Fill& fill,
+                   const Response::SolveLinks& solve_links) noexcept {
   step_ = StepStats();
   step_.steps = 1;
   step_.handled_pairs = handled_pairs_;
@@ -93,7 +94,7 @@ bool Pipeline::run(const Bodies& bodies, double dt, const Fill& fill) noexcept {
     step_.ms_gather = reading.ms();
     if (scene().vertex_count() > 0) {
       const Stopwatch answering;
-      resolve_contacts();
+      resolve_contacts(solve_links);
       finish_step();
       step_.ms_response = answering.ms() - step_.ms_detect;
     }
@@ -107,7 +108,7 @@ bool Pipeline::run(const Bodies& bodies, double dt, const Fill& fill) noexcept {
   return ran_last_step_;
 }
 
-void Pipeline::resolve_contacts() {
+void Pipeline::resolve_contacts(const Response::SolveLinks& solve_links) {
   const auto touching = [this](const Positions& x0, const Positions& x1) {
     return remove_passable(detector_.touching(x0, x1));
   };
@@ -119,7 +120,7 @@ void Pipeline::resolve_contacts() {
     const NearContacts near = find_near_contacts();
     responded_ = detector_.found_any() || untangling_.pushes();
     if (responded_) {
-      response_.run(near, touching, reader_.motion(), step_);
+      response_.run(near, touching, solve_links, reader_.motion(), step_);
     } else {
       response_.forget();
     }

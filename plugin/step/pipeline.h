@@ -43,7 +43,9 @@ class Pipeline {
   /// Runs a step of `dt` seconds for the whole scene. Returns true on success. Then motion().end
   /// has no contacts left, except for StepStats::unresolved, and the caller must set the nodes to
   /// it. Returns false if the step must run without LazyCCD; status() says why.
-  bool run(const Bodies& bodies, double dt, const Fill& fill) noexcept;
+  /// `solve_links`: as in Response::run().
+  bool run(const Bodies& bodies, double dt, const Fill& fill,
+           const Response::SolveLinks& solve_links = {}) noexcept;
 
   // The following describe the last run().
   /// True if the last step ran with LazyCCD, and before the first step.
@@ -89,7 +91,7 @@ class Pipeline {
   // Reads the scene and its motion, and tells the detector about changes.
   void gather(const Bodies& bodies, double dt, const Fill& fill);
   // Detects and responds until the motion has no contacts left.
-  void resolve_contacts();
+  void resolve_contacts(const Response::SolveLinks& solve_links);
   // Reports the step, and remembers it for the next one.
   void finish_step();
   // If the response moved soft bodies out of the region in which obstacles were read: reads the

@@ -86,7 +86,13 @@ void btLazySoftBodySolver::solveConstraints(btScalar solverdt) {
       motion.rate[v] = rate;
     }
   };
-  if (!pipeline_->run(m_softBodySet, static_cast<double>(solverdt), fill)) return;
+  ends_.assign(starts_.size(), {});
+  const bool ran = pipeline_->run(m_softBodySet, static_cast<double>(solverdt), fill,
+                                  [this](const std::vector<std::int32_t>& bodies, Motion& motion) {
+                                    solve_links(bodies, motion);
+                                  });
+  finish_solve_links(ran, solverdt);
+  if (!ran) return;
   if (pipeline_->responded()) write_back();
   pipeline_->detect_ahead();
   fill_soft_contact_lists(pipeline_->contacts());
@@ -104,6 +110,48 @@ void btLazySoftBodySolver::read_starts() {
     const btSoftBody& body = *m_softBodySet[i];
     starts_[i].resize(body.m_nodes.size());
     for (int j = 0; j < body.m_nodes.size(); ++j) starts_[i][j] = body.m_nodes[j].m_q;
+  }
+}
+
+void btLazySoftBodySolver::solve_links(const std::vector<std::int32_t>& bodies, Motion& motion) {
+  const SoftScene& scene = pipeline_->scene();
+  for (const std::int32_t index : bodies) {
+    const SoftScene::BodyRecord& record = scene.bodies()[index];
+    btSoftBody& body = *record.body;
+    std::vector<btVector3>& ends = ends_[record.world_index];
+    for (int i = 0; ends.empty() && i < body.m_nodes.size(); ++i) {
+      ends.resize(body.m_nodes.size());
+      for (int k = 0; k < body.m_nodes.size(); ++k) ends[k] = body.m_nodes[k].m_x;
+    }
+    const std::int32_t last = record.first_vertex + record.vertex_count;
+    for (std::int32_t v = record.first_vertex; v < last; ++v)
+      body.m_nodes[scene.node_index(v)].m_x = to_bullet(motion.solved[v]);
+    constraints_->solve_links_again(body, record.world_index);
+    for (std::int32_t v = record.first_vertex; v < last; ++v) {
+      if (!motion.is_free(v)) continue;
+      const Eigen::Vector3d x = to_eigen(body.m_nodes[scene.node_index(v)].m_x);
+      motion.link_displacement[v] += x - motion.solved[v];
+      motion.solved[v] = x;
+      motion.round_end(v);
+    }
+  }
+}
+
+void btLazySoftBodySolver::finish_solve_links(bool keeps_inner_nodes, btScalar time_step) {
+  const SoftScene& scene = pipeline_->scene();
+  for (const SoftScene::BodyRecord& record : scene.bodies()) {
+    const std::vector<btVector3>& ends = ends_[record.world_index];
+    if (ends.empty()) continue;
+    btSoftBody& body = *record.body;
+    const btScalar rate = (1 - body.m_cfg.kDP) / (time_step * body.m_cfg.timescale);
+    for (int i = 0; i < body.m_nodes.size(); ++i) {
+      btSoftBody::Node& node = body.m_nodes[i];
+      if (keeps_inner_nodes && scene.vertex_of(record, i) < 0) {
+        node.m_v += rate * (node.m_x - ends[i]);
+      } else {
+        node.m_x = ends[i];
+      }
+    }
   }
 }
 

@@ -22,6 +22,7 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 class SoftBodyDbvt;
 class Pipeline;
 class SoftConstraints;
+struct Motion;
 
 /// Bullet's default soft body solver with LazyCCD's contacts.
 ///
@@ -60,12 +61,18 @@ class btLazySoftBodySolver : public btDefaultSoftBodySolver, public PairHandler 
 
  private:
   void read_starts();
+  void solve_links(const std::vector<std::int32_t>& bodies, Motion& motion);
+  // Puts the nodes back to where they were before solve_links(), because the response moves the
+  // vertices. With `keeps_inner_nodes` nodes that are no vertices stay, and get their velocity.
+  void finish_solve_links(bool keeps_inner_nodes, btScalar time_step);
   void write_back();
 
   std::unique_ptr<Pipeline> pipeline_;
   std::unique_ptr<SoftBodyDbvt> dbvt_;
   std::unique_ptr<SoftConstraints> constraints_;
   std::vector<std::vector<btVector3>> starts_;  // at the start of the step, by body and node
+  // Positions before solve_links(), by body and node; empty for bodies that it did not touch.
+  std::vector<std::vector<btVector3>> ends_;
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION
