@@ -98,6 +98,13 @@ void RowFactory::make(const Contact& contact, ContactRow& row) const {
   row.sliding_fraction = sliding_fraction(surface.sliding, row, *motion_);
 }
 
+void RowFactory::make_penetration(const Contact& contact, double distance, ContactRow& row) const {
+  make(contact, row);
+  row.friction = row.sliding_fraction = 0;
+  row.target_gap = std::min(0.0, row.start_gap);
+  row.corrected_gap = row.target_gap + distance;
+}
+
 RowEstimate estimate_row(const ContactRow& row, const Vector3d& move) {
   RowEstimate estimate;
   estimate.move_squared = move.squaredNorm();

@@ -73,6 +73,9 @@ class RowFactory {
 
   /// Makes the row of a contact, without impulses, with the thickness and friction of its bodies.
   void make(const Contact& contact, ContactRow& row) const;
+  /// Makes the row of a vertex that is inside of a body (find_penetrations()): it must not get
+  /// deeper, and a split impulse moves it out by `distance`, metres. No friction.
+  void make_penetration(const Contact& contact, double distance, ContactRow& row) const;
 
  private:
   const PairSurfaces* surfaces_;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "lazyccd/bullet/options.h"
+#include "lazyccd/scene.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -50,8 +51,8 @@ struct SlidingFriction {
 
 /// Contact properties of a pair of bodies.
 struct PairSurface {
-  double thickness;         ///< gap that a contact keeps, metres
-  double friction;          ///< Coulomb's coefficient
+  double thickness = 0;     ///< gap that a contact keeps, metres
+  double friction = 0;      ///< Coulomb's coefficient
   SlidingFriction sliding;  ///< does nothing with Coulomb's friction
 };
 
@@ -71,6 +72,10 @@ class PairSurfaces {
     resolution_ = resolution;
   }
 
+  /// Sets the pairs of bodies without friction in this step: those that are being moved apart.
+  /// Smaller index first, sorted.
+  void set_without_friction(std::vector<BodyPair> pairs) { without_friction_ = std::move(pairs); }
+
   /// Surface of the pair; needs update() first. Friction is 0 if SolverOptions::friction is off.
   PairSurface of(std::int32_t body_a, std::int32_t body_b) const {
     const BodySurface &a = bodies_[body_a], &b = bodies_[body_b];
@@ -83,8 +88,9 @@ class PairSurfaces {
     const double friction = soft_soft && world_ == WorldKind::rigid
                                 ? std::max(a.friction, b.friction)
                                 : a.friction * b.friction;
-    surface.friction = has_friction_ ? friction : 0;
-    if (!has_friction_ || is_coulomb_) return surface;
+    if (!has_friction(body_a, body_b)) return surface;
+    surface.friction = friction;
+    if (is_coulomb_) return surface;
     surface.sliding.iterations = std::max(a.iterations, b.iterations);
     surface.sliding.between_soft_bodies = soft_soft;
     surface.sliding.per_iteration = {friction * (soft_soft ? a.hardness : 1),
@@ -93,10 +99,16 @@ class PairSurfaces {
   }
 
  private:
+  bool has_friction(std::int32_t a, std::int32_t b) const {
+    return has_friction_ && !std::binary_search(without_friction_.begin(), without_friction_.end(),
+                                                BodyPair{std::min(a, b), std::max(a, b)});
+  }
+
   double thickness_;  // metres; negative: the sum of the margins
   bool has_friction_, is_coulomb_;
   WorldKind world_;
   std::vector<BodySurface> bodies_;
+  std::vector<BodyPair> without_friction_;
   double resolution_ = 0;
 };
 

@@ -43,6 +43,10 @@ class ContactFilter {
     return are_anchored(contact.body_a, contact.body_b,
                         {contact.vertices.data(), contact.vertices.size()});
   }
+  /// True if an anchor holds a soft vertex to the rigid body of this index.
+  bool is_anchored(std::int32_t soft_vertex, std::int32_t body) const {
+    return are_anchored(topology_.body_of(soft_vertex), body, {&soft_vertex, 1});
+  }
   bool are_anchored(const Edge& edge, const Face& face) const {
     const std::array<std::int32_t, 5> vertices = {edge[0], edge[1], face[0], face[1], face[2]};
     return are_anchored(topology_.body_of(edge[0]), topology_.body_of(face[0]),

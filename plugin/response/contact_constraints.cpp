@@ -107,7 +107,8 @@ void ContactConstraints::cold_start(Motion& motion) {
   }
 }
 
-bool ContactConstraints::add(const std::vector<Contact>& contacts, const Motion& motion) {
+template <class Make>
+void ContactConstraints::merge(const std::vector<Contact>& contacts, const Make& make) {
   active_rows_.reset();
   merged_.clear();
   merged_.reserve(rows_.size() + contacts.size());
@@ -117,8 +118,6 @@ bool ContactConstraints::add(const std::vector<Contact>& contacts, const Motion&
     if (rows_.can_act(old) || rows_.is_made(old)) rows_.copy(old, merged_);
     ++old;
   };
-  const RowFactory factory(surfaces_, position_correction_, motion);
-  bool any_can_act = false;
   for (const Contact& contact : contacts) {
     while (old < rows_.size() && rows_.contact(old) < contact) keep();
     for (; old < rows_.size() && !(contact < rows_.contact(old)); ++old) {
@@ -126,14 +125,35 @@ bool ContactConstraints::add(const std::vector<Contact>& contacts, const Motion&
       const ContactRow& row = rows_[old];
       if (row.normal_impulse > 0 || row.split_impulse > 0) merged_.push_back(row);
     }
-    ContactRow& row = merged_.emplace_back();
-    factory.make(contact, row);
-    row.touched = true;
-    any_can_act = any_can_act || row.can_act;
+    make(contact, merged_.emplace_back());
   }
   while (old < rows_.size()) keep();
   rows_.take(merged_);
+}
+
+bool ContactConstraints::add(const std::vector<Contact>& contacts, const Motion& motion) {
+  const RowFactory factory(surfaces_, position_correction_, motion);
+  bool any_can_act = false;
+  merge(contacts, [&](const Contact& contact, ContactRow& row) {
+    factory.make(contact, row);
+    row.touched = true;
+    any_can_act = any_can_act || row.can_act;
+  });
   return any_can_act;
+}
+
+void ContactConstraints::add_penetrations(const std::vector<Contact>& contacts, double speed,
+                                          const Motion& motion) {
+  constexpr double fraction_of_depth = 0.1;
+  const RowFactory factory(surfaces_, position_correction_, motion);
+  merge(contacts, [&](const Contact& contact, ContactRow& row) {
+    factory.make(contact, row);
+    const double depth = std::max(0.0, -row.start_gap);
+    const double distance = std::max(speed * motion.dt, fraction_of_depth * depth);
+    const double outside =
+        0.5 * surfaces_.of(contact.body_a, contact.body_b).thickness;  // corrected fully here
+    factory.make_penetration(contact, std::min(distance, depth + outside), row);
+  });
 }
 
 void ContactConstraints::narrow_gaps(double fraction, const Motion& motion) {

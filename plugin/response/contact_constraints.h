@@ -53,6 +53,9 @@ class ContactConstraints {
   /// row with an impulse keeps it and gets another row. Returns false if no impulse can act on any
   /// of the new rows.
   bool add(const std::vector<Contact>& contacts, const Motion& motion);
+  /// Adds rows of vertices that are inside of bodies; `contacts` must be sorted. Each row moves its
+  /// vertex out at `speed`, m/s, or by a tenth of its depth if that is more.
+  void add_penetrations(const std::vector<Contact>& contacts, double speed, const Motion& motion);
   /// Limits the target gap to `fraction` of the thickness, for rows that have a side of infinite
   /// mass and that `motion` violates. If things of infinite mass close in on each other, there may
   /// be no room for all gaps. The limit is a fraction of the thickness, not of the present gap,
@@ -71,6 +74,10 @@ class ContactConstraints {
   const std::vector<const ContactRow*>& active_rows();
 
  private:
+  /// Merges new rows into the list. make(contact, row) makes a row; `contacts` must be sorted.
+  template <class Make>
+  void merge(const std::vector<Contact>& contacts, const Make& make);
+
   /// Sum of the impulses of a pair in the last step.
   struct PairImpulse {
     Contact contact;

@@ -44,12 +44,13 @@ bool are_crowded(const std::vector<Contact>& contacts) {
 
 }  // namespace
 
-void Response::run(const NearContacts& near, const Detect& detect_all,
-                   const SolveLinks& solve_links, Motion& motion, StepStats& stats) {
+void Response::run(const NearContacts& near, const std::vector<Contact>& penetrations,
+                   const Detect& detect_all, const SolveLinks& solve_links, Motion& motion,
+                   StepStats& stats) {
   constraints_.begin_step();
   motion.begin_response();
   if (options_.max_impulse_rounds > 0) {
-    solve_speculative(near, motion);
+    solve_speculative(near, penetrations, motion);
     if (solve_links) absorb_impact(solve_links, motion);
   }
   std::vector<Contact> contacts = detect_all(motion.starts(), motion.ends());
@@ -128,8 +129,11 @@ void Response::resolve_with_impact_zones(std::vector<Contact> contacts, const De
   stats.unresolved += unresolvable + static_cast<std::int64_t>(contacts.size());
 }
 
-void Response::solve_speculative(const NearContacts& near, Motion& motion) {
+void Response::solve_speculative(const NearContacts& near,
+                                 const std::vector<Contact>& penetrations, Motion& motion) {
   constraints_.take_near_contacts(near, motion);
+  if (!penetrations.empty())
+    constraints_.add_penetrations(penetrations, options_.untangling_speed, motion);
   constraints_.warm_start();
   constraints_.solve(motion, options_.solver_iterations);
   set_velocities(motion);

@@ -33,9 +33,10 @@ class Response {
   /// zones held at the start of the step. The last one ends with a clean step, because in the end
   /// nothing moves any more. Afterwards motion.velocity_change holds what must be added to the
   /// velocities.
-  /// `solve_links` may be empty.
-  void run(const NearContacts& near, const Detect& detect_all, const SolveLinks& solve_links,
-           Motion& motion, StepStats& stats);
+  /// `penetrations`: vertices inside of bodies, see find_penetrations(). `solve_links` may be empty.
+  void run(const NearContacts& near, const std::vector<Contact>& penetrations,
+           const Detect& detect_all, const SolveLinks& solve_links, Motion& motion,
+           StepStats& stats);
 
   /// Rows of the pairs that acted in the last run(), sorted by contact. Valid until the next run()
   /// or forget().
@@ -48,7 +49,8 @@ class Response {
  private:
   /// Solves the near contacts that were selected: with a warm start, or without if that raises the
   /// kinetic energy.
-  void solve_speculative(const NearContacts& near, Motion& motion);
+  void solve_speculative(const NearContacts& near, const std::vector<Contact>& penetrations,
+                         Motion& motion);
   /// Solves links and contacts in turn after an impact. Contacts alone would stop the nodes that
   /// touch and leave the links compressed, and their restoring would throw the body back.
   void absorb_impact(const SolveLinks& solve_links, Motion& motion);

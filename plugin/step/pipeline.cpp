@@ -6,6 +6,7 @@
 #include "report/step_contacts.h"
 #include "scene/collision_filters.h"
 #include "untangling/intersections.h"
+#include "untangling/penetrations.h"
 #include "util/stopwatch.h"
 
 namespace lazyccd::bullet {
@@ -120,7 +121,7 @@ void Pipeline::resolve_contacts(const Response::SolveLinks& solve_links) {
     const NearContacts near = find_near_contacts();
     responded_ = detector_.found_any() || untangling_.pushes();
     if (responded_) {
-      response_.run(near, touching, solve_links, reader_.motion(), step_);
+      response_.run(near, untangling_.penetrations(), touching, solve_links, reader_.motion(), step_);
     } else {
       response_.forget();
     }
@@ -180,6 +181,7 @@ bool Pipeline::reread_obstacles_if_left() {
   set_topology();
   if (untangling_.pushes())
     untangling_.read(find_intersections(), topology().topology(), detector_.edges(), motion());
+  surfaces_.set_without_friction(untangling_.pairs());
   return true;
 }
 
@@ -200,18 +202,30 @@ void Pipeline::set_topology() {
   detector_.set_topology(largest_thickness());
 }
 
-Intersections Pipeline::find_intersections() const {
-  return bullet::find_intersections(
-      topology().topology(), detector_.edges(), motion().starts(),
-      [this](std::int32_t body) { return topology().bodies()[body].responds; },
+Untangling::Found Pipeline::find_intersections() const {
+  const Topology view = topology().topology();
+  const auto responds = [this](std::int32_t body) { return topology().bodies()[body].responds; };
+  Untangling::Found found;
+  found.intersections = bullet::find_intersections(
+      view, detector_.edges(), motion().starts(), responds,
       [this](const Edge& edge, const Face& face) { return filter_.are_anchored(edge, face); });
+  const std::function<bool(std::int32_t)> body_responds = responds;
+  found.penetrations = find_penetrations(
+      topology(), found.intersections, detector_.edges(), motion(), PairRules(view, body_responds),
+      [this](std::int32_t vertex, std::int32_t body) {
+        return filter_.is_anchored(vertex, body);
+      });
+  return found;
 }
 
 void Pipeline::untangle() {
   untangling_.skip_step();
-  if (!(options_.untangling_speed > 0) || !untangling_.is_in_progress()) return;
-  untangling_.begin_step(find_intersections(), topology().topology(), detector_.edges(), motion());
-  untangling_.push(options_.untangling_speed * motion().dt, reader_.motion());
+  if (options_.untangling_speed > 0 && untangling_.is_in_progress()) {
+    untangling_.begin_step(find_intersections(), topology().topology(), detector_.edges(),
+                           motion());
+    untangling_.push(options_.untangling_speed * motion().dt, reader_.motion());
+  }
+  surfaces_.set_without_friction(untangling_.pairs());
 }
 
 std::vector<Contact> Pipeline::remove_passable(std::vector<Contact> contacts) const {
@@ -224,22 +238,26 @@ std::vector<Contact> Pipeline::remove_passable(std::vector<Contact> contacts) co
 }
 
 void Pipeline::report_intersections() {
-  const Intersections found = find_intersections();
-  step_.initial_intersections = static_cast<std::int64_t>(found.pairs.size());
-  if (found.pairs.empty()) return;
+  const Untangling::Found found = find_intersections();
+  step_.initial_intersections = static_cast<std::int64_t>(found.intersections.pairs.size());
+  if (found.empty()) return;
   untangling_.start();
+  if (found.intersections.pairs.empty()) return;
   const auto name = [this](std::int32_t body) {
     return topology().bodies()[body].soft
                ? "soft body " + std::to_string(scene().bodies()[body].world_index)
                : std::string("a rigid body");
   };
+  const BodyPair& first = found.intersections.first;
   warnings_.warn_once(
-      "intersection " + name(found.first[0]) + name(found.first[1]),
-      "bodies intersect at the start of a step: " + std::to_string(found.pairs.size()) +
-          " edges pass through faces, the first of " + name(found.first[0]) + " through " +
-          name(found.first[1]) +
-          "; parts on the wrong side stay there, and no further parts get there" +
-          (options_.untangling_speed > 0 ? ", unless untangling moves them apart" : ""));
+      "intersection " + name(first[0]) + name(first[1]),
+      "bodies intersect at the start of a step: " +
+          std::to_string(found.intersections.pairs.size()) +
+          " edges pass through faces, the first of " + name(first[0]) + " through " +
+          name(first[1]) +
+          (options_.untangling_speed > 0
+               ? "; they are moved apart"
+               : "; parts on the wrong side stay there, and no further parts get there"));
 }
 
 double Pipeline::largest_thickness() const {

@@ -99,7 +99,7 @@ class Pipeline {
   // if it did; the step must be detected again then.
   bool reread_obstacles_if_left();
   void set_topology();
-  Intersections find_intersections() const;
+  Untangling::Found find_intersections() const;
   void report_intersections();
   NearContacts find_near_contacts();
   // Pushes apart bodies that intersect at the start of the step.

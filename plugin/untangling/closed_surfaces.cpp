@@ -10,6 +10,16 @@ namespace {
 
 using Eigen::Vector3d;
 
+// Half the solid angle that the triangle covers as seen from the origin, signed by its orientation.
+// Van Oosterom and Strackee 1983, "The solid angle of a plane triangle".
+double half_solid_angle(const Vector3d& a, const Vector3d& b, const Vector3d& c) {
+  const double la = a.norm(), lb = b.norm(), lc = c.norm();
+  return std::atan2(a.dot(b.cross(c)),
+                    la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
+}
+
+}  // namespace
+
 bool is_closed_mesh(const Topology& topology, const std::vector<std::int32_t>& faces) {
   std::vector<Edge> sides;
   for (const std::int32_t f : faces) {
@@ -27,15 +37,17 @@ bool is_closed_mesh(const Topology& topology, const std::vector<std::int32_t>& f
   return !sides.empty();
 }
 
-// Half the solid angle that the triangle covers as seen from the origin, signed by its orientation.
-// Van Oosterom and Strackee 1983, "The solid angle of a plane triangle".
-double half_solid_angle(const Vector3d& a, const Vector3d& b, const Vector3d& c) {
-  const double la = a.norm(), lb = b.norm(), lc = c.norm();
-  return std::atan2(a.dot(b.cross(c)),
-                    la * lb * lc + a.dot(b) * lc + b.dot(c) * la + c.dot(a) * lb);
+double winding_number(const Topology& topology, const Motion& motion,
+                      const std::vector<std::int32_t>& faces, const Vector3d& point) {
+  constexpr double pi = 3.14159265358979;
+  double sum = 0;
+  for (const std::int32_t f : faces) {
+    const Face& face = topology.faces[f];
+    sum += half_solid_angle(motion.start_of(face[0]) - point, motion.start_of(face[1]) - point,
+                            motion.start_of(face[2]) - point);
+  }
+  return sum / (2 * pi);
 }
-
-}  // namespace
 
 ClosedSurfaces::ClosedSurfaces(const Topology& topology, const Motion& motion)
     : topology_(topology), motion_(motion), faces_(topology.bodies.size()) {
@@ -46,14 +58,7 @@ ClosedSurfaces::ClosedSurfaces(const Topology& topology, const Motion& motion)
 }
 
 bool ClosedSurfaces::contains(std::int32_t body, const Vector3d& point) const {
-  constexpr double pi = 3.14159265358979;
-  double sum = 0;  // 0 outside; 2 pi inside, or -2 pi if the faces are oriented inwards
-  for (const std::int32_t f : faces_[body]) {
-    const Face& face = topology_.faces[f];
-    sum += half_solid_angle(motion_.start_of(face[0]) - point, motion_.start_of(face[1]) - point,
-                            motion_.start_of(face[2]) - point);
-  }
-  return std::abs(sum) > pi;
+  return std::abs(winding_number(topology_, motion_, faces_[body], point)) > 0.5;
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

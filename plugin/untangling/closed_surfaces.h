@@ -11,13 +11,21 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
+/// True if there are faces and each of their sides belongs to exactly two of them.
+bool is_closed_mesh(const Topology& topology, const std::vector<std::int32_t>& faces);
+
+/// How often the faces wind around the point at the start of the step: 0 outside of a closed mesh, 1
+/// inside, or -1 if its faces are oriented inwards.
+double winding_number(const Topology& topology, const Motion& motion,
+                      const std::vector<std::int32_t>& faces, const Eigen::Vector3d& point);
+
 class ClosedSurfaces {
  public:
   /// Uses the positions at the start of the step. `motion` and the arrays that `topology` refers to
   /// must outlive this object.
   ClosedSurfaces(const Topology& topology, const Motion& motion);
 
-  /// True if the body has faces and each of their sides belongs to exactly two faces.
+  /// True if the faces of the body are a closed mesh.
   bool is_closed(std::int32_t body) const { return closed_[body] != 0; }
   /// True if the point is inside of the body. Call only if the surface is closed.
   bool contains(std::int32_t body, const Eigen::Vector3d& point) const;

@@ -6,10 +6,10 @@
 #include <array>
 #include <cmath>
 #include <functional>
-#include <set>
 #include <utility>
 
 #include "lazyccd/query.h"
+#include "untangling/pair_rules.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -120,27 +120,6 @@ bool edge_intersects_face(const Vector3d& p, const Vector3d& q, const Vector3d& 
                 {point(p), point(a), point(b), point(c), point(q), point(a), point(b), point(c)})
       .hit;
 }
-
-// Tells which bodies collide, by groups, layers, disabled pairs and contact response.
-class PairRules {
- public:
-  PairRules(const Topology& topology, const std::function<bool(std::int32_t)>& responds)
-      : topology_(topology), responds_(responds) {
-    for (const BodyPair& pair : topology.disabled_pairs)
-      disabled_.insert({std::min(pair[0], pair[1]), std::max(pair[0], pair[1])});
-  }
-  bool collide(std::int32_t a, std::int32_t b) const {
-    if (!responds_(a) || !responds_(b)) return false;
-    if (a == b) return topology_.bodies[a].self_collision;
-    return filters_accept(topology_.bodies[a], topology_.bodies[b]) &&
-           !disabled_.count({std::min(a, b), std::max(a, b)});
-  }
-
- private:
-  const Topology& topology_;
-  const std::function<bool(std::int32_t)>& responds_;
-  std::set<BodyPair> disabled_;
-};
 
 // By body: nonzero if it may collide with itself, or with a body whose box overlaps its own.
 std::vector<char> find_bodies_that_may_collide(const Topology& topology,

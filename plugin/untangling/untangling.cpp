@@ -127,35 +127,67 @@ Untangling::~Untangling() = default;
 
 void Untangling::start() {
   fewest_pairs_ = std::numeric_limits<std::size_t>::max();
+  least_depth_ = std::numeric_limits<double>::infinity();
   seconds_without_progress_ = 0;
 }
 
 void Untangling::skip_step() {
   pushes_.clear();
   directions_.clear();
+  penetrations_ = {};
+  pairs_.clear();
   closed_surfaces_.reset();
 }
 
-void Untangling::begin_step(const Intersections& found, const Topology& topology,
+void Untangling::begin_step(const Found& found, const Topology& topology,
                             Span<const Edge> edges, const Motion& motion) {
   seconds_without_progress_ += motion.dt;
   read(found, topology, edges, motion);
 }
 
-void Untangling::read(const Intersections& found, const Topology& topology, Span<const Edge> edges,
+void Untangling::read(const Found& found, const Topology& topology, Span<const Edge> edges,
                       const Motion& motion) {
   skip_step();
-  std::vector<Intersection> pairs;
-  for (const Intersection& pair : found.pairs) {
-    if (motion.is_soft(edges[pair.edge][0]) || motion.is_soft(topology.faces[pair.face][0]))
-      pairs.push_back(pair);
+  double depth = 0;
+  for (const Contact& contact : found.penetrations.contacts) {
+    const Vector normal(contact.normal[0], contact.normal[1], contact.normal[2]);
+    const std::array<double, 4> weights = contact.weights();
+    for (int i = 0; i < 4; ++i)
+      depth -= weights[i] * normal.dot(motion.start_of(contact.vertices[i]));
   }
-  if (pairs.size() < fewest_pairs_) seconds_without_progress_ = 0;
+  std::vector<Intersection> pairs;
+  for (const Intersection& pair : found.intersections.pairs) {
+    const Edge& edge = edges[pair.edge];
+    const Face& face = topology.faces[pair.face];
+    const bool soft_edge = motion.is_soft(edge[0]), soft_face = motion.is_soft(face[0]);
+    if (!soft_edge && !soft_face) continue;
+    const bool penetrates =
+        (!soft_face && found.penetrations.contains({edge.data(), edge.size()},
+                                                   topology.body_of_vertex[face[0]])) ||
+        (!soft_edge && found.penetrations.contains({face.data(), face.size()},
+                                                   topology.body_of_vertex[edge[0]]));
+    if (!penetrates) pairs.push_back(pair);
+  }
+  const std::size_t count = pairs.size() + found.penetrations.contacts.size();
+  constexpr double progress = 0.99;
+  if (count < fewest_pairs_ || depth < progress * least_depth_) seconds_without_progress_ = 0;
+  least_depth_ = std::min(least_depth_, depth);
   fewest_pairs_ = seconds_without_progress_ < max_seconds_without_progress
-                      ? std::min(fewest_pairs_, pairs.size())
+                      ? std::min(fewest_pairs_, count)
                       : 0;
   if (!is_in_progress()) return;
 
+  penetrations_ = found.penetrations;
+  const auto add_pair = [this](std::int32_t a, std::int32_t b) {
+    pairs_.push_back({std::min(a, b), std::max(a, b)});
+  };
+  for (const Contact& contact : penetrations_.contacts) add_pair(contact.body_a, contact.body_b);
+  for (const Intersection& pair : pairs)
+    add_pair(topology.body_of_vertex[edges[pair.edge][0]],
+             topology.body_of_vertex[topology.faces[pair.face][0]]);
+  std::sort(pairs_.begin(), pairs_.end());
+  pairs_.erase(std::unique(pairs_.begin(), pairs_.end()), pairs_.end());
+  if (pairs.empty()) return;
   closed_surfaces_ = std::make_unique<ClosedSurfaces>(topology, motion);
   Sides sides(pairs, topology, edges, *closed_surfaces_, motion);
   const FacesOfEdges faces = faces_of_edges(pairs, topology, edges);
@@ -244,7 +276,18 @@ bool Untangling::comes_out(const Contact& contact, const Vector& normal,
          (contains(contact.body_b, on_a) || contains(contact.body_a, on_b));
 }
 
+bool Untangling::penetrates(const Contact& contact, const Motion& motion) const {
+  const int first_of_b = first_vertex_of_b(contact.kind);
+  const std::int32_t* const v = contact.vertices.data();
+  const bool soft_a = motion.is_soft(v[0]), soft_b = motion.is_soft(v[first_of_b]);
+  if (soft_a == soft_b) return false;
+  const auto count_a = static_cast<std::size_t>(first_of_b), count_b = 4 - count_a;
+  return soft_a ? penetrations_.contains({v, count_a}, contact.body_b)
+                : penetrations_.contains({v + first_of_b, count_b}, contact.body_a);
+}
+
 bool Untangling::allows_pass(const Contact& contact, const Motion& motion) const {
+  if (!penetrations_.contacts.empty() && penetrates(contact, motion)) return true;
   if (directions_.empty()) return false;
   const Vector normal(contact.normal[0], contact.normal[1], contact.normal[2]);
   if (comes_out(contact, normal, motion)) return true;

@@ -1,5 +1,5 @@
-// Removes intersections that a scene begins with, by moving soft bodies: intersections of soft
-// bodies with each other, with themselves and with rigid bodies. Continuous collision detection
+// Removes intersections that a scene begins with: intersections of soft bodies with each other, with
+// themselves and with rigid bodies. Continuous collision detection
 // preserves these intersections, because a vertex on the wrong side may not pass back either.
 //
 // If the intersecting edges cut a component off a surface, the edges move back through the faces.
@@ -7,6 +7,9 @@
 // cases it is the smaller component. If the edges cut nothing off, each edge moves so that the line
 // in which the surfaces intersect becomes shorter. The method is from Volino and Magnenat-Thalmann
 // 2006, "Resolving surface collisions through intersection contour minimization".
+//
+// Vertices inside of rigid bodies (penetrations.h) are moved out by the contact solver instead, and
+// the bodies with them.
 //
 // Contacts of these pairs that would stop this motion are allowed to pass. All other contacts stop
 // motion as usual.
@@ -20,6 +23,7 @@
 #include "lazyccd/contact.h"
 #include "motion/motion.h"
 #include "untangling/intersections.h"
+#include "untangling/penetrations.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -37,19 +41,32 @@ class Untangling {
   /// were pushed after that would never come to rest.
   bool is_in_progress() const { return fewest_pairs_ > 0; }
 
+  /// What intersects at the start of a step.
+  struct Found {
+    Intersections intersections;
+    Penetrations penetrations;
+    bool empty() const { return intersections.pairs.empty() && penetrations.contacts.empty(); }
+  };
+
   /// Begins a step. `found` has indices into `topology` and `edges` of this step.
-  void begin_step(const Intersections& found, const Topology& topology, Span<const Edge> edges,
+  void begin_step(const Found& found, const Topology& topology, Span<const Edge> edges,
                   const Motion& motion);
-  /// Reads the intersections again, when the indices change within the step.
-  void read(const Intersections& found, const Topology& topology, Span<const Edge> edges,
+  /// Reads what intersects again, when the indices change within the step.
+  void read(const Found& found, const Topology& topology, Span<const Edge> edges,
             const Motion& motion);
   /// Begins a step in which nothing is pushed, and forgets the pushes of the last step.
   void skip_step();
   /// Moves the ends of soft vertices by at most `distance`, metres, without changing velocities.
   void push(double distance, Motion& motion) const;
-  bool pushes() const { return !pushes_.empty(); }
+  bool pushes() const { return !pushes_.empty() || !penetrations_.contacts.empty(); }
+  /// What is inside of obstacles; the response moves it out of them.
+  const std::vector<Contact>& penetrations() const { return penetrations_.contacts; }
+  /// Pairs of bodies that are moved apart: smaller index first, sorted.
+  const std::vector<BodyPair>& pairs() const { return pairs_; }
   bool is_pushed(std::int32_t vertex) const { return pushes_.count(vertex) > 0; }
-  bool allows_any_pass() const { return !directions_.empty(); }
+  bool allows_any_pass() const {
+    return !directions_.empty() || !penetrations_.contacts.empty();
+  }
   /// True if the contact would stop a motion that untangling needs.
   bool allows_pass(const Contact& contact, const Motion& motion) const;
 
@@ -59,15 +76,19 @@ class Untangling {
   /// Adds the push of one intersection. `direction`: of the edge relative to the face.
   void add(const Edge& edge, const Face& face, const Vector& direction, const Motion& motion);
   bool comes_out(const Contact& contact, const Vector& normal, const Motion& motion) const;
+  bool penetrates(const Contact& contact, const Motion& motion) const;
 
   std::map<std::int32_t, Vector> pushes_;  ///< by soft vertex
   /// Direction of the first vertex relative to the second, for pairs of a vertex of an edge and a
   /// vertex of a face, in both orders.
   std::map<std::pair<std::int32_t, std::int32_t>, Vector> directions_;
   std::unique_ptr<const ClosedSurfaces> closed_surfaces_;
-  /// Least number of intersections in any step since start(); 0: finished.
+  Penetrations penetrations_;
+  std::vector<BodyPair> pairs_;
+  /// Least number of intersections and penetrations in any step since start(); 0: finished.
   std::size_t fewest_pairs_ = 0;
-  double seconds_without_progress_ = 0;  ///< time since that number last fell
+  double least_depth_ = 0;  ///< sum over the penetrations, metres: the least since start()
+  double seconds_without_progress_ = 0;  ///< time since one of them last fell
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

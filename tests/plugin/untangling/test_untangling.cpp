@@ -205,7 +205,7 @@ class Tangle {
     topology.faces = faces_;
     topology.body_of_vertex = body_of_vertex_;
     topology.bodies = bodies_;
-    untangling.begin_step(found_, topology, edges_, motion);
+    untangling.begin_step({found_, {}}, topology, edges_, motion);
   }
 
   const Face& face(int i) const { return faces_[static_cast<std::size_t>(i)]; }

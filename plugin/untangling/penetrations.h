@@ -1,0 +1,46 @@
+// Finds the soft vertices that are inside of rigid bodies at the start of a step, and the way out.
+// Edges that pass through faces (intersections.h) do not show how deep a body is, nor one that is
+// inside as a whole.
+#pragma once
+
+#include <array>
+#include <functional>
+#include <vector>
+
+#include "lazyccd/contact.h"
+#include "motion/motion.h"
+#include "scene/step_topology.h"
+#include "untangling/intersections.h"
+#include "untangling/pair_rules.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+
+/// The parts of soft bodies that are inside of obstacles.
+struct Penetrations {
+  /// A contact for each soft vertex inside of an obstacle (vertex_face), and for each soft edge that
+  /// passes through one (edge_edge, at its deepest point). The normal shows the way out. The gap
+  /// along the normal at the start of the step is minus the depth. Sorted.
+  std::vector<Contact> contacts;
+  // These are inside of the obstacle of the given body, or pass through its surface. Sorted.
+  std::vector<std::array<std::int32_t, 2>> vertices;  ///< vertex, body
+  std::vector<std::array<std::int32_t, 3>> edges;     ///< two vertices, the smaller first; body
+  std::vector<std::array<std::int32_t, 4>> faces;     ///< three vertices, ascending; body
+
+  /// True if these are vertices of one primitive of the soft body that is inside or passes through.
+  /// `soft`: one vertex, or the two of an edge, or the three of a face.
+  bool contains(Span<const std::int32_t> soft, std::int32_t body) const;
+};
+
+/// Finds the penetrations at the start of a step. These obstacles have an inside: planes and terrains
+/// (below them), and every part of a body whose triangles are closed. What hangs together inside of
+/// a plane or a convex part leaves it through the same face: the one through which the way is
+/// shortest. From terrains and other closed parts each vertex leaves through the nearest face, and
+/// edges do not count. `is_anchored`: an anchor holds the vertex to this body; it is left out.
+Penetrations find_penetrations(
+    const StepTopology& topology, const Intersections& intersections, Span<const Edge> edges,
+    const Motion& motion, const PairRules& pair_rules,
+    const std::function<bool(std::int32_t vertex, std::int32_t body)>& is_anchored);
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet
