@@ -23,9 +23,11 @@ double prescribed_speed_of(std::int32_t v, const RigidMotion* body, const Motion
 
 }  // namespace
 
-std::vector<Island> find_islands(const std::vector<const ContactRow*>& rows, const Motion& motion) {
+std::vector<Island> find_islands(const std::vector<const ContactRow*>& rows,
+                                 const std::vector<std::int32_t>& others, const Motion& motion) {
   DisjointSets sets(motion.rigid_of_body.size());
   std::vector<char> in_contact(sets.size(), 0);
+  for (const std::int32_t body : others) in_contact[body] = 1;
   for (const ContactRow* const row : rows) {
     in_contact[row->contact.body_a] = in_contact[row->contact.body_b] = 1;
     sets.join(row->contact.body_a, row->contact.body_b);

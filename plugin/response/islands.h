@@ -19,8 +19,10 @@ struct Island {
   /// Speed of the fastest vertex of infinite mass that was not stopped, m/s.
   double prescribed_speed = 0;
 };
-/// Finds the islands that these rows and the anchors make. Bodies without a contact are in none.
-std::vector<Island> find_islands(const std::vector<const ContactRow*>& rows, const Motion& motion);
+/// Finds the islands that these rows and the anchors make. Bodies without a contact are in none,
+/// but for those in `others`.
+std::vector<Island> find_islands(const std::vector<const ContactRow*>& rows,
+                                 const std::vector<std::int32_t>& others, const Motion& motion);
 
 }  // namespace LAZYCCD_BULLET_PRECISION
 }  // namespace lazyccd::bullet

@@ -49,6 +49,7 @@ void Response::run(const NearContacts& near, const std::vector<Contact>& penetra
                    StepStats& stats) {
   constraints_.begin_step();
   motion.begin_response();
+  bodies_with_solved_links_.clear();
   if (options_.max_impulse_rounds > 0) {
     solve_speculative(near, penetrations, motion);
     if (solve_links) absorb_impact(solve_links, motion);
@@ -144,7 +145,7 @@ void Response::solve_speculative(const NearContacts& near,
 
 void Response::absorb_impact(const SolveLinks& solve_links, Motion& motion) {
   if (constraints_.approach() < min_impact_speed * motion.dt) return;
-  std::vector<std::int32_t> bodies;
+  std::vector<std::int32_t>& bodies = bodies_with_solved_links_;
   for (const ContactRow* const row : constraints_.active_rows()) {
     for (const std::int32_t body : {row->contact.body_a, row->contact.body_b}) {
       if (row->normal_impulse > 0 && motion.rigid_of_body[body] < 0) bodies.push_back(body);
@@ -164,7 +165,7 @@ void Response::finish(Motion& motion, StepStats& stats) {
     add_restitution(constraints_.rows(), options_.restitution, options_.restitution_threshold,
                     options_.solver_iterations, motion);
   }
-  const std::vector<Island> islands = find_islands(active_rows, motion);
+  const std::vector<Island> islands = find_islands(active_rows, bodies_with_solved_links_, motion);
   restore_angular_momentum(islands, motion);
   limit_kinetic_energy(islands, motion);
   damp_deformation(active_rows, options_.rest_damping, options_.rest_speed, motion);

@@ -62,6 +62,7 @@ class Response {
 
   SolverOptions options_;
   ContactConstraints constraints_;
+  std::vector<std::int32_t> bodies_with_solved_links_;  // in this step
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -140,7 +140,7 @@ bool Obstacles::has_read(const AxisBox& swept) const {
   return region_.contains(swept) &&
          std::all_of(records_.begin(), records_.end(), [&](const Record& record) {
            return !is_cut_to_region(*record.shape) ||
-                  record.region.contains(in_frame(record, swept));
+                  record.region.contains(needed_region(record, swept));
          });
 }
 
@@ -175,6 +175,14 @@ bool Obstacles::update_region(const AxisBox& swept) {
   return !(is_unchanged && has_read(swept));
 }
 
+AxisBox Obstacles::needed_region(const Record& record, const AxisBox& swept) const {
+  const int type = record.shape->getShapeType();
+  if (!reads_whole_meshes_ || type == STATIC_PLANE_PROXYTYPE || type == TERRAIN_SHAPE_PROXYTYPE)
+    return in_frame(record, swept);
+  return {btVector3(record.box[0], record.box[1], record.box[2]),
+          btVector3(record.box[3], record.box[4], record.box[5])};
+}
+
 void Obstacles::read_triangles(const AxisBox& starts, WarningLog& warnings) {
   read_depth_ = depth_;
   local_positions_.clear();
@@ -192,7 +200,7 @@ void Obstacles::read_triangles(Record& record, const AxisBox& near, WarningLog& 
   // Reads a little more of a mesh than the region, so that a moving mesh keeps its triangles for
   // some steps. The addition is at least the rounding error of world positions moved to the mesh's
   // frame.
-  record.region = in_frame(record, region_);
+  record.region = needed_region(record, region_);
   btVector3 spare = btScalar(0.1) * (record.region.upper - record.region.lower);
   const btScalar bound = rounding_bound(record, region_);
   spare.setMax(btVector3(bound, bound, bound));

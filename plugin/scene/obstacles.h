@@ -61,6 +61,9 @@ class Obstacles {
   bool has_read(const AxisBox& swept) const;
   /// Makes new vertices and faces. `starts`: bounds of the soft bodies at the start of the step.
   void read_triangles(const AxisBox& starts, WarningLog& warnings);
+  /// Makes update() read whole meshes and not only the part near the soft bodies. Whether a mesh is
+  /// closed does not show otherwise.
+  void read_whole_meshes(bool whole) { reads_whole_meshes_ = whole; }
   /// See RigidPoses::teleported().
   void teleported(const btCollisionObject& object) { poses_.teleported(object); }
   /// See RigidPoses::hold_at_start().
@@ -77,6 +80,8 @@ class Obstacles {
   const std::vector<Face>& faces() const { return faces_; }
 
  private:
+  // Bounds, in the obstacle's frame, of the triangles that must be known. `swept` as in update().
+  AxisBox needed_region(const Record& record, const AxisBox& swept) const;
   void read_triangles(Record& record, const AxisBox& near, WarningLog& warnings) const;
   void append_triangles(Record& record);
 
@@ -85,6 +90,7 @@ class Obstacles {
   std::vector<const btCollisionObject*> anchor_objects_;  // with anchored nodes; sorted
   std::vector<Record> records_;                           // sorted by unique_id
   AxisBox region_ = AxisBox::empty();                     // world frame: triangles are read near it
+  bool reads_whole_meshes_ = false;
   double depth_ = 0;       // of update(): for the next reading of triangles, metres
   double read_depth_ = 0;  // of the last reading, metres
   std::vector<btVector3> local_positions_;

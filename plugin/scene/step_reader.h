@@ -61,6 +61,8 @@ class StepReader {
     previous_.forget(object);
     obstacles_.teleported(object);
   }
+  /// See Obstacles::read_whole_meshes().
+  void read_whole_meshes(bool whole) { obstacles_.read_whole_meshes(whole); }
   /// See RigidPoses::hold_at_start().
   void hold_at_start(const btCollisionObject& object) { obstacles_.hold_at_start(object); }
   /// Makes the next step read the soft bodies again.

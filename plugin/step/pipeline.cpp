@@ -226,6 +226,7 @@ void Pipeline::untangle() {
     untangling_.push(options_.untangling_speed * motion().dt, reader_.motion());
   }
   surfaces_.set_without_friction(untangling_.pairs());
+  reader_.read_whole_meshes(untangling_.is_in_progress());
 }
 
 std::vector<Contact> Pipeline::remove_passable(std::vector<Contact> contacts) const {

@@ -25,9 +25,10 @@ bool is_disabled(const btSoftBody& body, const btCollisionObject& other) {
 }
 
 bool may_meet(const btSoftBody& a, const btSoftBody& b) {
-  const bool clusters = a.m_cfg.collisions & b.m_cfg.collisions & Flag::CL_SS;
+  const int common = a.m_cfg.collisions & b.m_cfg.collisions;
+  const bool asked = common & (Flag::VF_SS | Flag::VF_DD);
   return a.hasContactResponse() && b.hasContactResponse() &&
-         (&a == &b || (!clusters && passes_masks(a, b)));
+         (&a == &b || (asked && !(common & Flag::CL_SS) && passes_masks(a, b)));
 }
 
 // False for a body that is anchored to b: its anchored nodes may lie inside b and would count.
@@ -38,9 +39,13 @@ bool may_meet(const btSoftBody& a, const btCollisionObject& b) {
   for (int i = 0; i < a.m_deformableAnchors.size(); ++i) {
     if (a.m_deformableAnchors[i].m_cti.m_colObj == &b) return false;
   }
-  constexpr int rigid = Flag::SDF_RS | Flag::SDF_RD | Flag::SDF_RDF | Flag::SDF_RDN;
-  return a.hasContactResponse() && b.hasContactResponse() && (a.m_cfg.collisions & rigid) &&
-         !(a.m_cfg.collisions & Flag::CL_RS) && passes_masks(a, b) && !is_disabled(a, b);
+  const int flags = a.m_cfg.collisions;
+  const int faces = b.getInternalType() == btCollisionObject::CO_FEATHERSTONE_LINK ? Flag::SDF_MDF
+                                                                                   : Flag::SDF_RDF;
+  const bool asked =
+      (flags & Flag::SDF_RS) || ((flags & Flag::SDF_RD) && (flags & (Flag::SDF_RDN | faces)));
+  return a.hasContactResponse() && b.hasContactResponse() && asked && !(flags & Flag::CL_RS) &&
+         passes_masks(a, b) && !is_disabled(a, b);
 }
 
 }  // namespace

@@ -4,9 +4,16 @@
 
 namespace lazyccd::test {
 
+bullet::SolverOptions strict_options() {
+  bullet::SolverOptions options;
+  options.jump_speed = 1e30;
+  options.untangling_speed = 0;
+  return options;
+}
+
 bullet::SolverOptions random_options(std::uint32_t number) {
   RandomSource random(number);
-  bullet::SolverOptions options;
+  bullet::SolverOptions options = strict_options();
   if (random.chance(0.4)) options.solver_iterations = 1;
   if (random.chance(0.4)) options.max_impulse_rounds = random.below(3);
   if (random.chance(0.4)) options.max_zone_rounds = random.below(2);
@@ -18,6 +25,7 @@ bullet::SolverOptions random_options(std::uint32_t number) {
   if (random.chance(0.4)) options.replace_rigid_contacts = false;
   if (random.chance(0.4)) options.rest_speed = 0;
   if (random.chance(0.4)) options.untangling_speed = random.across_scales(0.01, 10);
+  options.coulomb_friction = random.chance(0.4);
   return options;
 }
 

@@ -11,6 +11,7 @@
 #include "lazyccd/bullet/options.h"
 #include "lazyccd/bullet/report.h"
 #include "random/penetration_check.h"
+#include "random/random_options.h"
 #include "scenes/worlds/physics_world.h"
 
 namespace lazyccd::test {
@@ -50,7 +51,7 @@ struct SceneStep {
 /// or a node exceeds 2000 m/s. The scene depends on the arguments alone.
 SceneReport run_random_scene(std::uint32_t number, scenes::World world,
                              scenes::Collisions collisions = scenes::Collisions::lazyccd,
-                             const bullet::SolverOptions& options = {},
+                             const bullet::SolverOptions& options = strict_options(),
                              const std::function<void(const SceneStep&)>& after_step = {});
 
 }  // namespace lazyccd::test
