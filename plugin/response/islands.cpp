@@ -32,6 +32,7 @@ std::vector<Island> find_islands(const std::vector<const ContactRow*>& rows,
     in_contact[row->contact.body_a] = in_contact[row->contact.body_b] = 1;
     sets.join(row->contact.body_a, row->contact.body_b);
   }
+  std::set<std::int32_t> carriers;
   // Contacts of an anchored vertex also push the rigid body that it is anchored to.
   for (const auto& [vertex, anchored] : motion.anchored) {
     const auto next =
@@ -41,14 +42,16 @@ std::vector<Island> find_islands(const std::vector<const ContactRow*>& rows,
     const auto anchor_body =
         std::find(motion.rigid_of_body.begin(), motion.rigid_of_body.end(), anchored.rigid);
     const auto rigid_body = static_cast<std::int32_t>(anchor_body - motion.rigid_of_body.begin());
-    in_contact[rigid_body] = 1;
+    if (!in_contact[rigid_body]) carriers.insert(rigid_body);
     sets.join(body, rigid_body);
   }
+  for (const std::int32_t body : carriers) in_contact[body] = 1;
   std::map<std::int32_t, Island> islands;
   for (std::int32_t body = 0; body < static_cast<std::int32_t>(sets.size()); ++body) {
     if (!in_contact[body]) continue;
     Island& island = islands[sets.find(body)];
     island.bodies.push_back(body);
+    if (carriers.count(body) > 0) island.carriers.insert(body);
     const int rigid = motion.rigid_of_body[body];
     if (rigid >= 0 && motion.rigid[rigid].is_dynamic()) {
       island.free = island.free && !motion.rigid[rigid].is_locked();

@@ -167,6 +167,7 @@ void Response::finish(Motion& motion, StepStats& stats) {
   }
   const std::vector<Island> islands = find_islands(active_rows, bodies_with_solved_links_, motion);
   restore_angular_momentum(islands, motion);
+  limit_lever_speeds(islands, motion);
   limit_kinetic_energy(islands, motion);
   damp_deformation(active_rows, options_.rest_damping, options_.rest_speed, motion);
   const double before = kinetic_energy_before(motion);

@@ -38,6 +38,7 @@ struct Mass {
   const Vector3d& velocity;      // Bullet's
   Vector3d& change;              // velocity change of the response
   RigidMotion* body;             // null for a vertex
+  bool is_carrier = false;       // a body in Island::carriers
 };
 
 // Calls each(Mass) for everything of finite mass in the island.
@@ -48,7 +49,7 @@ void for_each_mass(const Island& island, Motion& motion, const Each& each) {
       RigidMotion& body = motion.rigid[motion.rigid_of_body[b]];
       if (!body.is_dynamic()) continue;
       each(Mass{body.mass(), to_eigen(body.end.getOrigin()), to_eigen(body.predicted.getOrigin()),
-                body.velocity, body.velocity_change, &body});
+                body.velocity, body.velocity_change, &body, island.carriers.count(b) > 0});
       continue;
     }
     for (std::int32_t v = motion.first_vertex[b]; v < motion.first_vertex[b + 1]; ++v) {
@@ -110,12 +111,29 @@ void restore_angular_momentum(const std::vector<Island>& islands, Motion& motion
       add_inertia(m.mass, m.position - centre, inertia);
       if (!m.body) return;
       lost -= m.body->inertia() * m.body->angular_velocity_change;
-      inertia += m.body->inertia();
+      if (!m.is_carrier) inertia += m.body->inertia();
     });
     const Vector3d angular_velocity = rotation_from_momentum(inertia, lost);
     for_each_mass(island, motion, [&](const Mass& m) {
       m.change += angular_velocity.cross(m.position - centre);
-      if (m.body) m.body->angular_velocity_change += angular_velocity;
+      if (m.body && !m.is_carrier) m.body->angular_velocity_change += angular_velocity;
+    });
+  }
+}
+
+void limit_lever_speeds(const std::vector<Island>& islands, Motion& motion) {
+  for (const Island& island : islands) {
+    if (island.free) continue;
+    double pusher = island.prescribed_speed, limit = 0;
+    for_each_mass(island, motion, [&](const Mass& m) {
+      if (m.body) pusher = std::max(pusher, m.velocity.norm());
+      limit = std::max(limit, m.velocity.norm());
+    });
+    if (pusher == 0) continue;
+    limit = std::max(limit, 2 * pusher);
+    for_each_mass(island, motion, [&](const Mass& m) {
+      const Vector3d after = m.velocity + m.change;
+      if (!m.body && after.norm() > limit) m.change = limit / after.norm() * after - m.velocity;
     });
   }
 }

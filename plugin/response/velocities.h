@@ -21,8 +21,15 @@ void set_velocities(Motion& motion);
 /// Restores the angular momentum of every free island (no pinned node, no static or kinematic body,
 /// no locked axes) by adding a rigid rotation to its velocity changes. Two things change angular
 /// momentum a little: a step applies its impulses at the positions of its start instead of
-/// those of the impacts, and split impulses move things without velocity.
+/// those of the impacts, and split impulses move things without velocity. Bodies that only anchors
+/// connect to the island are not turned: nothing but the pull of the anchor acts on them.
 void restore_angular_momentum(const std::vector<Island>& islands, Motion& motion);
+
+/// Limits the speeds of soft vertices in islands that are not free. A body that pushes an edge near
+/// one end may have to move the other end many times as fast as itself (a lever). The displacement
+/// stays; the vertex keeps at most twice the speed of the fastest body in the island, as after an
+/// elastic impact, or the highest speed that any mass of the island had before.
+void limit_lever_speeds(const std::vector<Island>& islands, Motion& motion);
 
 /// Scales the velocity changes of every island so that they do not raise its kinetic energy.
 /// Without this limit, a rigid body that Bullet pushes out of another one by position would give

@@ -87,10 +87,8 @@ void RigidPoses::end_step(btBroadphaseInterface* broadphase, btScalar dt, Warnin
     pose.jumped = teleported_.count(pose.object) > 0 ||
                   is_jump(*pose.object, {pose.last_bullet_pose, pose.bullet_pose, now}, dt,
                           jump_speed_);
-    if (pose.jumped) {
-      pose.start = pose.bullet_pose = integrate(now, velocity_of(*pose.object), -dt);
-    }
-    pose.end = is_movable(*pose.object) ? now : catch_up(pose, now);
+    if (pose.jumped) pose.start = integrate(now, velocity_of(*pose.object), -dt);
+    pose.end = pose.jumped || is_movable(*pose.object) ? now : catch_up(pose, now);
     pose.last_bullet_pose = pose.bullet_pose;
     pose.bullet_pose = now;
     pose.finite = is_finite(pose.end) && has_finite_velocity(*pose.object);
