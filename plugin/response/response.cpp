@@ -21,8 +21,9 @@ constexpr int max_node_holds = 16;
 constexpr int solves_with_full_gaps = 1;
 constexpr double min_gap_fraction = 1.0 / 16;
 
-// Contacts that meet more slowly do not compress a body enough to throw it back, m/s.
+// Contacts that meet, and links that move nodes, more slowly than this do not throw a body back, m/s.
 constexpr double min_impact_speed = 0.25;
+constexpr int max_link_rounds = 4;
 
 // If this many solves do not halve the number of crowded contacts, impact zones take over.
 constexpr std::size_t solves_to_halve = 4;
@@ -154,8 +155,11 @@ void Response::absorb_impact(const SolveLinks& solve_links, Motion& motion) {
   std::sort(bodies.begin(), bodies.end());
   bodies.erase(std::unique(bodies.begin(), bodies.end()), bodies.end());
   if (bodies.empty()) return;
-  solve_links(bodies, motion);
-  constraints_.solve(motion, options_.solver_iterations);
+  for (int i = 0; i < max_link_rounds; ++i) {
+    const double moved = solve_links(bodies, motion);
+    constraints_.solve(motion, options_.solver_iterations);
+    if (moved < min_impact_speed * motion.dt) break;
+  }
 }
 
 void Response::finish(Motion& motion, StepStats& stats) {

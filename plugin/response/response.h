@@ -22,7 +22,7 @@ class Response {
   /// Moves Motion::solved of these soft bodies (indices of bodies) as more passes over their own
   /// links do, and adds that to Motion::link_displacement.
   using SolveLinks =
-      std::function<void(const std::vector<std::int32_t>& bodies, Motion& motion)>;
+      std::function<double(const std::vector<std::int32_t>& bodies, Motion& motion)>;
 
   Response(const SolverOptions& options, const PairSurfaces& surfaces)
       : options_(options), constraints_(surfaces, options.position_correction) {}

@@ -90,7 +90,8 @@ bool is_jump(const btCollisionObject& object, const RigidDisplacement& displacem
       max_point_displacement(object, integrate(last, velocity, steps * dt), now);
   if (beyond_velocity <= velocity_tolerance * moved + small) return false;
   const btTransform driven_on = last * before_last.inverse() * last;
-  return max_point_displacement(object, driven_on, now) > drive_tolerance * moved + small;
+  const btScalar moved_last = max_point_displacement(object, before_last, last);
+  return max_point_displacement(object, driven_on, now) > drive_tolerance * moved_last + small;
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

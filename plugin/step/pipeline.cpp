@@ -121,7 +121,8 @@ void Pipeline::resolve_contacts(const Response::SolveLinks& solve_links) {
     const NearContacts near = find_near_contacts();
     responded_ = detector_.found_any() || untangling_.pushes();
     if (responded_) {
-      response_.run(near, untangling_.penetrations(), touching, solve_links, reader_.motion(), step_);
+      response_.run(near, untangling_.penetrations(), touching,
+                    untangling_.pushes() ? Response::SolveLinks() : solve_links, reader_.motion(), step_);
     } else {
       response_.forget();
     }

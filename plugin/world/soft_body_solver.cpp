@@ -4,6 +4,7 @@
 #include <BulletSoftBody/btSoftBody.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "links/soft_constraints.h"
 #include "report/bullet_contact_lists.h"
@@ -89,7 +90,7 @@ void btLazySoftBodySolver::solveConstraints(btScalar solverdt) {
   ends_.assign(starts_.size(), {});
   const bool ran = pipeline_->run(m_softBodySet, static_cast<double>(solverdt), fill,
                                   [this](const std::vector<std::int32_t>& bodies, Motion& motion) {
-                                    solve_links(bodies, motion);
+                                    return solve_links(bodies, motion);
                                   });
   finish_solve_links(ran, solverdt);
   if (!ran) return;
@@ -113,8 +114,9 @@ void btLazySoftBodySolver::read_starts() {
   }
 }
 
-void btLazySoftBodySolver::solve_links(const std::vector<std::int32_t>& bodies, Motion& motion) {
+double btLazySoftBodySolver::solve_links(const std::vector<std::int32_t>& bodies, Motion& motion) {
   const SoftScene& scene = pipeline_->scene();
+  double largest = 0;
   for (const std::int32_t index : bodies) {
     const SoftScene::BodyRecord& record = scene.bodies()[index];
     btSoftBody& body = *record.body;
@@ -130,11 +132,13 @@ void btLazySoftBodySolver::solve_links(const std::vector<std::int32_t>& bodies, 
     for (std::int32_t v = record.first_vertex; v < last; ++v) {
       if (!motion.is_free(v)) continue;
       const Eigen::Vector3d x = to_eigen(body.m_nodes[scene.node_index(v)].m_x);
+      largest = std::max(largest, (x - motion.solved[v]).squaredNorm());
       motion.link_displacement[v] += x - motion.solved[v];
       motion.solved[v] = x;
       motion.round_end(v);
     }
   }
+  return std::sqrt(largest);
 }
 
 void btLazySoftBodySolver::finish_solve_links(bool keeps_inner_nodes, btScalar time_step) {

@@ -61,7 +61,7 @@ class btLazySoftBodySolver : public btDefaultSoftBodySolver, public PairHandler 
 
  private:
   void read_starts();
-  void solve_links(const std::vector<std::int32_t>& bodies, Motion& motion);
+  double solve_links(const std::vector<std::int32_t>& bodies, Motion& motion);
   // Puts the nodes back to where they were before solve_links(), because the response moves the
   // vertices. With `keeps_inner_nodes` nodes that are no vertices stay, and get their velocity.
   void finish_solve_links(bool keeps_inner_nodes, btScalar time_step);
