@@ -2,9 +2,11 @@
 
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcherMt.h>
+#include <BulletDynamics/ConstraintSolver/btPoint2PointConstraint.h>
 #include <BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h>
 #include <BulletSoftBody/btDeformableBodySolver.h>
 #include <BulletSoftBody/btDeformableGravityForce.h>
+#include <BulletSoftBody/btDeformableLinearElasticityForce.h>
 #include <BulletSoftBody/btDeformableMassSpringForce.h>
 #include <BulletSoftBody/btDeformableMultiBodyConstraintSolver.h>
 #include <BulletSoftBody/btDeformableMultiBodyDynamicsWorld.h>
@@ -12,6 +14,8 @@
 #include <BulletSoftBody/btSoftMultiBodyDynamicsWorld.h>
 #include <LinearMath/btDefaultMotionState.h>
 #include <LinearMath/btThreads.h>
+
+#include <utility>
 
 #include "lazyccd/bullet/deformable_body_solver.h"
 #include "lazyccd/bullet/soft_body_solver.h"
@@ -39,6 +43,18 @@ std::optional<Triangles> surface_of(const btCollisionShape& shape) {
     for (btVector3& vertex : surface.vertices) vertex *= btScalar(0.97);
   }
   return surface;
+}
+
+// Gives all tetrahedra the orientation that Bullet's elastic forces need.
+void orient(btSoftBody& body) {
+  for (int i = 0; i < body.m_tetras.size(); ++i) {
+    auto& corners = body.m_tetras[i].m_n;
+    const btVector3& from = corners[0]->m_x;
+    const btVector3 a = corners[1]->m_x - from, b = corners[2]->m_x - from,
+                    c = corners[3]->m_x - from;
+    if (a.dot(b.cross(c)) < 0) std::swap(corners[1], corners[2]);
+  }
+  body.initializeDmInverse();
 }
 
 }  // namespace
@@ -78,7 +94,6 @@ struct Application::Parts {
   btDbvtBroadphase broadphase;
   btMultiBodyConstraintSolver constraints;
   btDeformableMultiBodyConstraintSolver deformable_constraints;
-  btDeformableMassSpringForce springs{scalar(2), scalar(0.02)};
   btDeformableGravityForce weight;
   std::unique_ptr<bullet::btLazySoftBodySolver> lazy_soft;
   std::unique_ptr<btDeformableBodySolver> deformable_solver;
@@ -116,7 +131,7 @@ Application::Application(const Settings& settings)
 }
 
 Application::~Application() {
-  kept_.clear();
+  for (const auto& constraint : constraints_) world_->removeConstraint(constraint.get());
   multibodies_.clear();
   for (const auto& body : soft_bodies_) world_->removeCollisionObject(body.get());
   for (const auto& body : rigid_bodies_) world_->removeRigidBody(body.get());
@@ -129,7 +144,7 @@ btSoftBodyWorldInfo& Application::info() {
 
 btDispatcher& Application::dispatcher() { return *parts_->dispatcher; }
 
-btSoftBody* Application::add(std::unique_ptr<btSoftBody> body, double margin) {
+btSoftBody* Application::add(std::unique_ptr<btSoftBody> body, double margin, double stiffness) {
   using Flag = btSoftBody::fCollision;
   if (is_rigid()) {
     body->m_cfg.collisions = Flag::SDF_RS | Flag::VF_SS;
@@ -141,8 +156,35 @@ btSoftBody* Application::add(std::unique_ptr<btSoftBody> body, double margin) {
       Flag::SDF_RD | Flag::SDF_RDF | Flag::SDF_MDF | Flag::SDF_RDN | Flag::VF_DD;
   body->m_cfg.kKHR = body->m_cfg.kCHR = 1;
   btSoftBody* const added = add_as_is(std::move(body), margin);
-  parts_->deformable_world->addForce(added, &parts_->springs);
+  // A hundredth of the stiffness damps without making explicit steps unstable.
+  add_force(added, std::make_unique<btDeformableMassSpringForce>(scalar(stiffness),
+                                                                 scalar(0.01 * stiffness)));
   return added;
+}
+
+btSoftBody* Application::add_solid(std::unique_ptr<btSoftBody> body, double modulus,
+                                   double margin) {
+  if (is_rigid()) return add(std::move(body), margin);
+  orient(*body);
+  using Flag = btSoftBody::fCollision;
+  body->m_cfg.collisions = Flag::SDF_RD | Flag::SDF_RDF | Flag::SDF_MDF | Flag::VF_DD;
+  body->m_cfg.kKHR = body->m_cfg.kCHR = 1;
+  parts_->deformable_world->setImplicit(true);
+  btSoftBody* const added = add_as_is(std::move(body), margin);
+  add_force(added, std::make_unique<btDeformableLinearElasticityForce>(
+                       scalar(modulus), scalar(modulus), scalar(0.01), scalar(0.01)));
+  return added;
+}
+
+void Application::hold(btRigidBody* body) {
+  constraints_.push_back(std::make_unique<btPoint2PointConstraint>(*body, btVector3(0, 0, 0)));
+  world_->addConstraint(constraints_.back().get());
+}
+
+void Application::do_not_count(const btCollisionObject* body) {
+  for (Solid& solid : solids_) {
+    if (solid.object == body) solid.surface.reset();
+  }
 }
 
 btSoftBody* Application::add_as_is(std::unique_ptr<btSoftBody> body, double margin) {

@@ -72,10 +72,13 @@ class Application {
   btDispatcher& dispatcher();
 
   /// Adds a soft body with the flags of a user who wants all collisions, and springs in the
-  /// deformable world. `margin` in metres.
-  btSoftBody* add(std::unique_ptr<btSoftBody> body, double margin = 0.01);
+  /// deformable world. `margin` in metres, `stiffness` of a spring in N/m.
+  btSoftBody* add(std::unique_ptr<btSoftBody> body, double margin = 0.01, double stiffness = 2);
   /// Adds a soft body whose flags and forces the caller has set. Gravity acts on it.
   btSoftBody* add_as_is(std::unique_ptr<btSoftBody> body, double margin = 0.01);
+  /// Adds a body of tetrahedra. The deformable world makes it an elastic solid with these moduli,
+  /// Pa, and integrates implicitly; the rigid world has only its links.
+  btSoftBody* add_solid(std::unique_ptr<btSoftBody> body, double modulus, double margin = 0.01);
   /// Adds a force of the deformable world.
   void add_force(btSoftBody* body, std::unique_ptr<btDeformableLagrangianForce> force);
   /// Adds a rigid body; mass 0: static. Boxes, meshes and spheres are counted.
@@ -84,8 +87,10 @@ class Application {
   /// Adds a kinematic body, which follows its motion state.
   btRigidBody* add_kinematic(std::unique_ptr<btCollisionShape> shape, const btTransform& pose);
   Multibody* add(std::unique_ptr<Multibody> body);
-  /// Keeps a constraint or another object as long as the world, and deletes it first.
-  void keep(std::shared_ptr<void> object) { kept_.push_back(std::move(object)); }
+  /// Holds the centre of a dynamic body where it is; it may turn.
+  void hold(btRigidBody* body);
+  /// Leaves a body out of the counters, because the application lets soft bodies pass it.
+  void do_not_count(const btCollisionObject* body);
 
   /// Registers a function of the application, which gets the time in seconds.
   void call(Moment moment, std::function<void(double time)> function);
@@ -123,7 +128,7 @@ class Application {
   std::vector<std::unique_ptr<Multibody>> multibodies_;
   std::vector<Solid> solids_;
   std::vector<std::unique_ptr<btDeformableLagrangianForce>> forces_;
-  std::vector<std::shared_ptr<void>> kept_;
+  std::vector<std::unique_ptr<btTypedConstraint>> constraints_;
   std::vector<std::pair<Moment, std::function<void(double)>>> functions_;
   std::function<void()> after_step_;
   double time_ = 0;

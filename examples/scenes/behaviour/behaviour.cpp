@@ -82,15 +82,35 @@ bool is_right(const Figure& figure, const Figure& alone) {
          std::abs(figure.value - alone.value) <= *figure.as_bullet * std::abs(alone.value);
 }
 
-void watch_fastest_node(Watch& watch, double at_most, double from) {
+namespace {
+
+std::shared_ptr<double> track_fastest_node(Watch& watch, double from) {
   const auto fastest = std::make_shared<double>(0);
   watch.after_step.push_back([=](const State& state, double time) {
     if (time >= from) *fastest = std::max(*fastest, state.fastest_node);
     if (!state.finite) *fastest = std::numeric_limits<double>::infinity();
   });
+  return fastest;
+}
+
+constexpr const char* fastest_node_name = "fastest node, m/s";
+
+}  // namespace
+
+void watch_fastest_node(Watch& watch, double at_most, double from) {
+  const auto fastest = track_fastest_node(watch, from);
   watch.figures.push_back([=] {
-    Figure figure{"fastest node, m/s", *fastest};
+    Figure figure{fastest_node_name, *fastest};
     figure.at_most = at_most;
+    return figure;
+  });
+}
+
+void watch_fastest_node_as_bullet(Watch& watch, double difference) {
+  const auto fastest = track_fastest_node(watch, 0);
+  watch.figures.push_back([=] {
+    Figure figure{fastest_node_name, *fastest};
+    figure.as_bullet = difference;
     return figure;
   });
 }

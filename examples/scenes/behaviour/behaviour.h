@@ -71,6 +71,8 @@ bool needs_bullet(const Figure& figure);
 
 /// Largest speed of a node, m/s.
 void watch_fastest_node(Watch& watch, double at_most, double from = 0);
+/// The same, compared with Bullet alone: the largest relative difference.
+void watch_fastest_node_as_bullet(Watch& watch, double difference);
 /// Largest rise of kinetic plus potential energy over its start, J.
 void watch_energy(Watch& watch, Application& application, double at_most);
 /// Edges that pass through faces at the end.

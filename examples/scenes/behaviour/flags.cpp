@@ -19,12 +19,12 @@ void build_ropes(Application& application, Watch& watch, bool collide) {
     const double aside = 0.3 * (i % count - 2) + 0.013;
     const btVector3 along = pinned ? vector(length / 2, 0, 0) : vector(0, 0, length / 2);
     const btVector3 middle = pinned ? vector(0, 0, aside) : vector(aside, 0.3, 0);
-    auto rope = make_rope(application.info(), nodes, 0.2, middle - along, middle + along);
+    auto rope = make_rope(application.info(), nodes, 0.05, middle - along, middle + along);
     if (pinned) {
       rope->setMass(0, 0);
       rope->setMass(nodes - 1, 0);
     }
-    btSoftBody* const added = application.add(std::move(rope), 0.02);
+    btSoftBody* const added = application.add(std::move(rope), 0.02, 50);
     added->m_cfg.collisions &= ~(Flag::VF_SS | Flag::VF_DD);
     if (collide) added->m_cfg.collisions |= application.is_rigid() ? Flag::VF_SS : Flag::VF_DD;
     if (!pinned) falling.push_back(added);

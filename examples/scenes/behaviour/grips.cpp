@@ -1,10 +1,9 @@
 // A gripper of two heavy dynamic bodies whose pose and velocity a callback sets in each step.
-#include <BulletSoftBody/btDeformableLinearElasticityForce.h>
-
 #include <algorithm>
 #include <array>
 
 #include "scenes/behaviour/behaviour.h"
+#include "scenes/behaviour/bodies.h"
 #include "scenes/meshes/shapes.h"
 #include "scenes/meshes/solid.h"
 
@@ -53,26 +52,13 @@ void set_finger(btRigidBody& body, double sign, const Place& place) {
 }
 
 void build(Application& application, Watch& watch) {
-  application.add(make_box(6, 0.4, 6), at(0, -0.2, 0), 0, 1);
+  add_ground(application);
   auto made = make_solid(application.info(), 4, 1, [](double u, double v, double w) {
     return vector(side * (u - 0.5), 0.02 + side * v, side * (w - 0.5));
   });
   made->m_cfg.kDF = 2;
-  btSoftBody* cube = nullptr;
-  if (application.is_rigid()) {
-    made->m_materials[0]->m_kLST = scalar(0.5);
-    made->m_cfg.kDP = scalar(0.02);
-    made->m_cfg.piterations = 8;
-    made->m_cfg.collisions = btSoftBody::fCollision::SDF_RS;
-    cube = application.add_as_is(std::move(made));
-  } else {
-    using Flag = btSoftBody::fCollision;
-    made->m_cfg.collisions = Flag::SDF_RD | Flag::SDF_RDF;
-    made->m_cfg.kKHR = made->m_cfg.kCHR = 1;
-    cube = application.add_as_is(std::move(made));
-    application.add_force(cube, std::make_unique<btDeformableLinearElasticityForce>(
-                                    scalar(500), scalar(500), scalar(0.01), scalar(0.01)));
-  }
+  made->m_cfg.kDP = scalar(0.02);
+  btSoftBody* const cube = application.add_solid(std::move(made), 500);
   // Created far away, as applications do before they know the place.
   std::array<btRigidBody*, 2> fingers;
   for (btRigidBody*& body : fingers) {

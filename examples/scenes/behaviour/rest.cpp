@@ -1,11 +1,11 @@
 // Bodies that are dropped or hit, and are to come to rest.
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
-#include <BulletSoftBody/btDeformableLinearElasticityForce.h>
 #include <BulletSoftBody/btSoftBodyHelpers.h>
 
 #include <cmath>
 
 #include "scenes/behaviour/behaviour.h"
+#include "scenes/behaviour/bodies.h"
 #include "scenes/meshes/shapes.h"
 #include "scenes/meshes/solid.h"
 
@@ -13,10 +13,6 @@ namespace lazyccd::scenes::behaviour {
 namespace {
 
 constexpr double drop = 0.5;  // m
-
-void add_ground(Application& application) {
-  application.add(make_box(10, 0.4, 10), at(0, -0.2, 0), 0, 1);
-}
 
 void watch_drop(Application& application, Watch& watch) {
   // sqrt(2 g h) = 3.1 m/s; a node of an elastic body may spring back at twice the speed.
@@ -28,24 +24,7 @@ void watch_drop(Application& application, Watch& watch) {
 void build_ball(Application& application, Watch& watch) {
   add_ground(application);
   constexpr double radius = 0.3;
-  if (application.is_rigid()) {
-    const btScalar r = scalar(radius);
-    std::unique_ptr<btSoftBody> ball(btSoftBodyHelpers::CreateEllipsoid(
-        application.info(), vector(0, radius + drop, 0), btVector3(r, r, r), 256));
-    ball->setTotalMass(1, true);
-    ball->m_cfg.kPR = 50;
-    ball->m_cfg.kDF = scalar(0.5);
-    application.add(std::move(ball));
-  } else {
-    using Flag = btSoftBody::fCollision;
-    auto ball = make_ball(application.info(), 4, 1, vector(0, radius + drop, 0), radius);
-    ball->m_cfg.collisions = Flag::SDF_RD | Flag::SDF_RDF | Flag::VF_DD;
-    ball->m_cfg.kKHR = ball->m_cfg.kCHR = 1;
-    ball->m_cfg.kDF = scalar(0.5);
-    btSoftBody* const added = application.add_as_is(std::move(ball));
-    application.add_force(added, std::make_unique<btDeformableLinearElasticityForce>(
-                                     scalar(500), scalar(500), scalar(0.02), scalar(0.02)));
-  }
+  add(application, Ball{vector(0, radius + drop, 0), radius});
   watch_drop(application, watch);
 }
 
@@ -121,6 +100,7 @@ std::vector<Behaviour> rest_behaviours() {
     scenes.push_back(scene);
   };
   add("rest-ball", "a soft ball is dropped on a ground", 8, build_ball);
+  scenes.back().rigid_substeps = 4;
   add("rest-torus", "a soft ring is dropped on a ground", 8, build_torus);
   add("sticks", "a heavy ball rolls through standing sticks", 3, build_sticks);
   scenes.back().in_deformable_world = false;  // ropes cannot stand there
