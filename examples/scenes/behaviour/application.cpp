@@ -170,9 +170,11 @@ btSoftBody* Application::add_solid(std::unique_ptr<btSoftBody> body, double modu
   body->m_cfg.collisions = Flag::SDF_RD | Flag::SDF_RDF | Flag::SDF_MDF | Flag::VF_DD;
   body->m_cfg.kKHR = body->m_cfg.kCHR = 1;
   parts_->deformable_world->setImplicit(true);
+  parts_->deformable_world->setUseProjection(true);
   btSoftBody* const added = add_as_is(std::move(body), margin);
+  // Damping of deformation only; Bullet's other coefficient brakes rigid motion.
   add_force(added, std::make_unique<btDeformableLinearElasticityForce>(
-                       scalar(modulus), scalar(modulus), scalar(0.01), scalar(0.01)));
+                       scalar(modulus), scalar(modulus), scalar(0), scalar(0.01)));
   return added;
 }
 

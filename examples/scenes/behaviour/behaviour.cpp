@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <optional>
 #include <stdexcept>
 
 namespace lazyccd::scenes::behaviour {
@@ -45,18 +44,18 @@ Report run(const Behaviour& behaviour, const Run& how) {
   behaviour.build(application, watch);
 
   Report report;
-  std::optional<Observer> observer;
-  if (how.count) observer.emplace(application);
+  Observer observer(application);
   report.edges_at_start = sticking_edges(application);
   Clock::duration counting{0};
-  const int frames = static_cast<int>(std::lround(behaviour.seconds / frame_seconds));
+  const int frames =
+      static_cast<int>(std::lround(std::min(behaviour.seconds, how.seconds) / frame_seconds));
   double seconds = 0;
   const auto begin = Clock::now();
   const auto after_step = [&] {
     const auto start = Clock::now();
     seconds += frame_seconds / settings.substeps;
     const bool jump = application.take_jump();
-    if (observer) observer->step(jump);
+    observer.step(jump);
     const State state = read_state(application);
     report.finite &= state.finite;
     for (const auto& function : watch.after_step) function(state, seconds);
@@ -68,7 +67,7 @@ Report run(const Behaviour& behaviour, const Run& how) {
 
   for (const auto& figure : watch.figures) report.figures.push_back(figure());
   report.edges_at_end = sticking_edges(application);
-  if (observer) report.pass_throughs = observer->pass_throughs();
+  report.pass_throughs = observer.pass_throughs();
   if (const bullet::StepStats* stats = application.total_stats()) report.lazyccd = *stats;
   report.status = application.status();
   return report;

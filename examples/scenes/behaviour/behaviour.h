@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -59,7 +60,8 @@ struct Run {
   Collisions collisions = Collisions::lazyccd;
   int substeps = 0;  // of a frame; 0: the scene's own
   bullet::SolverOptions lazyccd = {};
-  bool count = true;  // false: no pass-throughs
+  /// Simulated at most, s. Figures of scenes that end early mean little.
+  double seconds = std::numeric_limits<double>::infinity();
 };
 Report run(const Behaviour& behaviour, const Run& how);
 

@@ -103,6 +103,7 @@ std::vector<Behaviour> rest_behaviours() {
   scenes.back().rigid_substeps = 4;
   add("rest-torus", "a soft ring is dropped on a ground", 8, build_torus);
   add("sticks", "a heavy ball rolls through standing sticks", 3, build_sticks);
+  scenes.back().on_curve = true;
   scenes.back().in_deformable_world = false;  // ropes cannot stand there
   return scenes;
 }

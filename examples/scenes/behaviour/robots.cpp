@@ -170,12 +170,15 @@ std::vector<Behaviour> multibody_behaviours() {
     scenes.push_back(scene);
   };
   add("chain-on-cloth", "a chain of hinged links falls on a pinned cloth", 3, 1, build_chain);
+  scenes.back().on_curve = true;
   add("gripper", "two fingers with motors take a cloth and lift it", 2.7, 4, build_gripper);
   add("fixed-robot", "a cloth falls on a robot whose joints are fixed", 2, 1,
       [](Application& a, Watch& w) { build_still(a, w, true); });
   add("fixed-bodies", "the same with static bodies in place of links", 2, 1,
       [](Application& a, Watch& w) { build_still(a, w, false); });
+  scenes.back().on_curve = true;
   add("hand-in-ball", "a finger with a motor is pushed into a soft ball", 2, 4, build_hand);
+  scenes.back().on_curve = true;
   return scenes;
 }
 

@@ -18,7 +18,7 @@ void build_threads(Application& application, Watch& watch) {
   add_ground(application);
   for (int i = 0; i < 4; ++i)
     application.add(make_box(0.4, 0.4, 0.4), at(i % 2 - 0.5, 0.21, i / 2 - 0.5), 1);
-  for (int i = 0; i < 4; ++i) add(application, Cloth{15, 1.2, 0.5 + 0.1 * i, 0.4});
+  for (int i = 0; i < 4; ++i) add(application, Cloth{11, 1.2, 0.5 + 0.1 * i, 0.4});
   watch_sticking_edges(watch, application);
   watch_fastest_node(watch, 6);
 }
@@ -193,8 +193,11 @@ std::vector<Behaviour> user_behaviours() {
   };
   add("threaded-dispatcher", "cloths fall on boxes with btCollisionDispatcherMt", 2, build_threads);
   scenes.back().threaded_dispatcher = true;
+  scenes.back().on_curve = true;
   add("gimpact", "a cloth falls on a dynamic GImpact mesh", 2, build_gimpact);
+  scenes.back().on_curve = true;
   add("anchored-cloth", "a cloth hangs on a body that flies into a wall", 2, build_anchored);
+  scenes.back().on_curve = true;
   add("pressed-ball", "a soft ball under a weight of ten times its mass", 3, build_pressed);
   scenes.back().rigid_substeps = 4;
   add("contact-forces", "a cloth rests, and its contacts tell its weight", 4, build_forces);
