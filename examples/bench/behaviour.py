@@ -15,7 +15,9 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  (after the choice of backend)
 
 # Okabe and Ito's colours, which can be distinguished with any colour vision.
-KEPT, BROKEN = "#9CCBE8", "#F0A36B"
+KEPT, BROKEN, NOT_ASKED = "#9CCBE8", "#F0A36B", "#E6E6E6"
+# Scenes about what Bullet alone does not have: reported forces, an option of LazyCCD.
+ONLY_LAZYCCD = ("contact-forces", "sliding-coulomb")
 COLOURS = {"Bullet": "#D55E00", "LazyCCD": "#0072B2"}
 WORLDS = ("rigid", "deformable")
 
@@ -43,11 +45,13 @@ def save(figure, folder, name):
 def short(text):
     """A number in few characters; numbers beyond any sense are only large."""
     x = float(text)
-    if x != x:
+    if x != x or abs(x) == float("inf"):
         return "lost"
     if abs(x) >= 1e5:
         return "huge"
-    return f"{x:.3g}"
+    if abs(x) < 1e-4:
+        return "0"
+    return f"{x:.0f}" if abs(x) >= 1000 else f"{x:.3g}"
 
 
 def draw_figures(rows, folder):
@@ -77,11 +81,14 @@ def draw_figures(rows, folder):
             if not row:
                 continue
             for s, side in enumerate(("Bullet", "LazyCCD")):
-                kept = row[f"{side} right"] == "1"
+                colour = KEPT if row[f"{side} right"] == "1" else BROKEN
+                if side == "Bullet" and scene in ONLY_LAZYCCD:
+                    colour = NOT_ASKED
                 a.add_patch(plt.Rectangle((2 * w + s + 0.03, y + 0.06), 0.94, 0.88,
-                                          color=KEPT if kept else BROKEN, linewidth=0))
+                                          color=colour, linewidth=0))
                 a.text(2 * w + s + 0.5, y + 0.68, short(row[side]), ha="center")
-    for x, colour, text in ((-7.6, KEPT, "within the bound"), (-5.2, BROKEN, "not within the bound")):
+    for x, colour, text in ((-7.6, KEPT, "within the bound"), (-5.2, BROKEN, "not within the bound"),
+                            (-2.3, NOT_ASKED, "not in Bullet")):
         a.add_patch(plt.Rectangle((x, -1.45), 0.3, 0.5, color=colour, linewidth=0))
         a.text(x + 0.4, -1.03, text)
     save(figure, folder, "behaviour")

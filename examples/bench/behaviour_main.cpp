@@ -41,7 +41,7 @@ std::string bound_of(const Figure& figure) {
   if (figure.as_bullet) {
     std::snprintf(text, sizeof text, "as Bullet, %g %%", 100 * *figure.as_bullet);
   } else if (std::isfinite(figure.at_least) && std::isfinite(figure.at_most)) {
-    std::snprintf(text, sizeof text, "%g to %g", figure.at_least, figure.at_most);
+    std::snprintf(text, sizeof text, "%.3g to %.3g", figure.at_least, figure.at_most);
   } else if (std::isfinite(figure.at_least)) {
     std::snprintf(text, sizeof text, ">= %g", figure.at_least);
   } else if (std::isfinite(figure.at_most)) {
@@ -97,7 +97,7 @@ void print_table(const Request& request, std::ostream& csv) {
 struct Point {
   double ms_per_second = 0;
   std::int64_t pass_throughs = 0;
-  int edges_at_end = 0;
+  double edges_at_end = 0;
 };
 
 Point point_of(const Behaviour& scene, World world, Collisions collisions, int substeps) {
@@ -117,7 +117,7 @@ Point point_of(const SceneInfo& info, World world, Collisions collisions, int su
   scene.steps = std::min(scene.steps, 60 * substeps);
   const RunReport report = scenes::run(scene);
   return {report.mean.total * 60 * substeps, report.crossings_vf + report.crossings_ee,
-          static_cast<int>(report.intersections.size())};
+          static_cast<double>(report.intersections.size())};
 }
 
 template <class Any>
@@ -126,7 +126,7 @@ void add_points(const std::string& name, World world, const Any& scene, std::ost
     const int most = collisions == Collisions::bullet ? 32 : 4;
     for (int substeps = 1; substeps <= most; substeps *= 2) {
       const Point point = point_of(scene, world, collisions, substeps);
-      std::printf("| %s | %s | %s | %d | %.4g | %lld | %d |\n", name.c_str(), name_of(world),
+      std::printf("| %s | %s | %s | %d | %.4g | %lld | %g |\n", name.c_str(), name_of(world),
                   name_of(collisions), substeps, point.ms_per_second,
                   static_cast<long long>(point.pass_throughs), point.edges_at_end);
       std::fflush(stdout);

@@ -130,8 +130,7 @@ void watch_energy(Watch& watch, Application& application, double at_most) {
 
 void watch_sticking_edges(Watch& watch, Application& application, int at_most) {
   watch.figures.push_back([&application, at_most] {
-    Figure figure{"edges through faces at the end",
-                  static_cast<double>(sticking_edges(application))};
+    Figure figure{"edges through faces at the end", sticking_edges(application)};
     figure.at_most = at_most;
     return figure;
   });

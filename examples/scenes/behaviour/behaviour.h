@@ -48,7 +48,7 @@ const Behaviour& find_behaviour(const std::string& name);
 struct Report {
   std::vector<Figure> figures;
   std::int64_t pass_throughs = 0;  // after each substep, pairs that passed through each other
-  int edges_at_start = 0, edges_at_end = 0;  // edges that pass through faces
+  double edges_at_start = 0, edges_at_end = 0;  // edges that pass through faces
   double ms_per_second = 0;  // wall time of a simulated second, without the counters, ms
   bool finite = true;        // false: the run stopped
   bullet::StepStats lazyccd;

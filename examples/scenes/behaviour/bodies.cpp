@@ -2,8 +2,6 @@
 
 #include <BulletSoftBody/btSoftBodyHelpers.h>
 
-#include <algorithm>
-#include <cmath>
 #include <random>
 
 #include "scenes/meshes/cloth.h"

@@ -2,7 +2,7 @@
 #include <BulletSoftBody/btSoftBodyHelpers.h>
 
 #include <algorithm>
-#include <cmath>
+#include <cstdio>
 
 #include "scenes/behaviour/behaviour.h"
 #include "scenes/meshes/shapes.h"

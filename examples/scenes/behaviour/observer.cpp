@@ -138,10 +138,10 @@ double highest_node(const btSoftBody& body) {
   return static_cast<double>(highest);
 }
 
-int sticking_edges(const Application& application) {
+double sticking_edges(const Application& application) {
   const std::vector<btScalar> coordinates = read_coordinates(application);
-  if (!all_finite(coordinates)) return std::numeric_limits<int>::max();
-  return static_cast<int>(find_intersections(read_primitives(application), coordinates).size());
+  if (!all_finite(coordinates)) return std::numeric_limits<double>::infinity();
+  return static_cast<double>(find_intersections(read_primitives(application), coordinates).size());
 }
 
 Observer::Observer(const Application& application)

@@ -32,8 +32,9 @@ btVector3 middle_of(const btSoftBody& body);
 double lowest_node(const btSoftBody& body);
 double highest_node(const btSoftBody& body);
 
-/// Edges that pass through faces now, of bodies that may collide by the filters.
-int sticking_edges(const Application& application);
+/// Edges that pass through faces now, of bodies that may collide by the filters. Infinite if a
+/// position is not finite.
+double sticking_edges(const Application& application);
 
 /// Counts pass-throughs over the substeps.
 class Observer {

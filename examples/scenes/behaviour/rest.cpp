@@ -1,5 +1,4 @@
 // Bodies that are dropped or hit, and are to come to rest.
-#include <BulletCollision/CollisionShapes/btSphereShape.h>
 #include <BulletSoftBody/btSoftBodyHelpers.h>
 
 #include <cmath>

@@ -1,5 +1,5 @@
 // Bodies that the application puts elsewhere. Nothing is to be swept along the way.
-#include <LinearMath/btDefaultMotionState.h>
+#include <LinearMath/btMotionState.h>
 
 #include "scenes/behaviour/behaviour.h"
 #include "scenes/behaviour/bodies.h"

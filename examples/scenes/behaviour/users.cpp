@@ -136,7 +136,7 @@ void build_forces(Application& application, Watch& watch) {
   const bool lazy = application.settings().collisions == Collisions::lazyccd;
   const double weight = mass * application.settings().gravity;
   watch.figures.push_back([=] {
-    Figure figure{"mean contact force at rest, % of the weight",
+    Figure figure{"mean contact force that is reported, % of the weight",
                   lazy && *count > 0 ? 100 * *sum / *count / weight : 0};
     figure.at_least = 95;
     figure.at_most = 105;
