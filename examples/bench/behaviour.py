@@ -8,6 +8,7 @@ A picture whose CSV file is missing is left out.
 import csv
 import sys
 from pathlib import Path
+from statistics import median
 
 import matplotlib
 
@@ -96,37 +97,43 @@ def draw_figures(rows, folder):
 
 def draw_curve(rows, folder):
     figure, axes = plt.subplots(1, 2, figsize=(11, 4.6), sharey=True)
+    top = max(int(r["pass-throughs"]) for r in rows)
     for world, a in zip(WORLDS, axes):
         chosen = [r for r in rows if r["world"] == world]
         scenes = list(dict.fromkeys(r["scene"] for r in chosen))
         for side, colour in COLOURS.items():
             ours = [r for r in chosen if r["collisions"] == side]
             for scene in scenes:
-                line = [r for r in ours if r["scene"] == scene]
+                line = [r for r in ours if r["scene"] == scene and r["completed"] == "1"]
                 a.plot([float(r["ms a second"]) for r in line],
-                       [int(r["pass-throughs"]) for r in line], color=colour, alpha=0.25,
-                       linewidth=0.8, marker=".", markersize=3)
+                       [int(r["pass-throughs"]) for r in line], color=colour, alpha=0.3,
+                       linewidth=0.8, marker=".", markersize=4, clip_on=False)
             counts = sorted({int(r["substeps"]) for r in ours})
-            mean = [sum(float(r["ms a second"]) for r in ours if int(r["substeps"]) == n) / len(scenes)
-                    for n in counts]
-            passed = [sum(int(r["pass-throughs"]) for r in ours if int(r["substeps"]) == n) / len(scenes)
-                      for n in counts]
-            name = "Bullet alone" if side == "Bullet" else "LazyCCD"
-            a.plot(mean, passed, color=colour, linewidth=2.2, marker="o", label=name, clip_on=False)
-            for n, x, y in zip(counts, mean, passed):
-                a.annotate(str(n), (x, y), textcoords="offset points", xytext=(4, 5), color=colour)
+            points = []
+            for n in counts:
+                these = [r for r in ours if int(r["substeps"]) == n]
+                done = [r for r in these if r["completed"] == "1"]
+                if done:
+                    points.append((n, median([float(r["ms a second"]) for r in done]),
+                                   median([int(r["pass-throughs"]) for r in done]),
+                                   len(these) - len(done)))
+            a.plot([p[1] for p in points], [p[2] for p in points], color=colour, linewidth=2.2,
+                   marker="o", label="Bullet alone" if side == "Bullet" else "LazyCCD", clip_on=False)
+            for n, x, y, lost in points:
+                text = f"{n}" + (f" ({lost} lost)" if lost else "")
+                a.annotate(text, (x, y), textcoords="offset points", xytext=(4, 5), color=colour)
         a.set_xscale("log")
         a.set_yscale("symlog", linthresh=1)
-        a.set_ylim(bottom=0)
+        a.set_ylim(0, 2 * top)
         a.axvline(1000, color="#999999", linewidth=0.8, linestyle=":")
-        a.text(1000, a.get_ylim()[1], " real time", va="top", color="#777777")
+        a.text(1000, 1.5 * top, " real time", va="top", color="#777777")
         a.grid(color="#e4e4e4")
         a.set_title(f"{world} world, {len(scenes)} scenes")
         a.set_xlabel("ms of one simulated second")
     axes[0].set_ylabel("pass-throughs")
     axes[0].legend(frameon=False, loc="center left")
-    figure.suptitle("Thick: mean of the scenes, with the number of substeps of a frame of 1/60 s; "
-                    "thin: each scene", fontsize=9)
+    figure.suptitle("Thick: medians over the scenes, with the number of substeps of a frame of 1/60 s; "
+                    "thin: each scene; lost: positions not finite, or a crash", fontsize=9)
     figure.tight_layout()
     save(figure, folder, "curve")
 

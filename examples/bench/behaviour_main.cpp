@@ -8,12 +8,16 @@
 // a mark if LazyCCD does not keep it. Pass-throughs are counted after each substep. --curve instead
 // runs the scenes that start clean, and some of the library, with 1 to 32 substeps of a frame of
 // 1/60 s: what a simulated second costs, and how many pass-throughs it has. Times are of one run.
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -95,6 +99,7 @@ void print_table(const Request& request, std::ostream& csv) {
 
 // A point of the chart: one run.
 struct Point {
+  bool completed = false;  // false: a position was not finite, or the process crashed
   double ms_per_second = 0;
   std::int64_t pass_throughs = 0;
   double edges_at_end = 0;
@@ -104,7 +109,7 @@ Point point_of(const Behaviour& scene, World world, Collisions collisions, int s
   Run how{world, collisions, substeps};
   how.seconds = 1.5;
   const Report report = run(scene, how);
-  return {report.ms_per_second, report.pass_throughs, report.edges_at_end};
+  return {report.finite, report.ms_per_second, report.pass_throughs, report.edges_at_end};
 }
 
 // A scene of the library at its own speed, for one second at most.
@@ -116,8 +121,28 @@ Point point_of(const SceneInfo& info, World world, Collisions collisions, int su
   Scene scene = set_up(info, parameters);
   scene.steps = std::min(scene.steps, 60 * substeps);
   const RunReport report = scenes::run(scene);
-  return {report.mean.total * 60 * substeps, report.crossings_vf + report.crossings_ee,
+  return {report.finite, report.mean.total * 60 * substeps,
+          report.crossings_vf + report.crossings_ee,
           static_cast<double>(report.intersections.size())};
+}
+
+// Runs in a process of its own, because Bullet may crash on positions that are not finite.
+template <class Any>
+Point point_apart(const Any& scene, World world, Collisions collisions, int substeps) {
+  Point point;
+  int ends[2];
+  if (pipe(ends) != 0) throw std::runtime_error("cannot open a pipe");
+  const pid_t child = fork();
+  if (child == 0) {
+    point = point_of(scene, world, collisions, substeps);
+    const bool written = write(ends[1], &point, sizeof point) == sizeof point;
+    _exit(written ? 0 : 1);
+  }
+  close(ends[1]);
+  if (child < 0 || read(ends[0], &point, sizeof point) != sizeof point) point = Point();
+  close(ends[0]);
+  if (child > 0) waitpid(child, nullptr, 0);
+  return point;
 }
 
 template <class Any>
@@ -125,21 +150,22 @@ void add_points(const std::string& name, World world, const Any& scene, std::ost
   for (const Collisions collisions : {Collisions::bullet, Collisions::lazyccd}) {
     const int most = collisions == Collisions::bullet ? 32 : 4;
     for (int substeps = 1; substeps <= most; substeps *= 2) {
-      const Point point = point_of(scene, world, collisions, substeps);
-      std::printf("| %s | %s | %s | %d | %.4g | %lld | %g |\n", name.c_str(), name_of(world),
+      const Point point = point_apart(scene, world, collisions, substeps);
+      std::printf("| %s | %s | %s | %d | %.4g | %lld | %g |%s\n", name.c_str(), name_of(world),
                   name_of(collisions), substeps, point.ms_per_second,
-                  static_cast<long long>(point.pass_throughs), point.edges_at_end);
+                  static_cast<long long>(point.pass_throughs), point.edges_at_end,
+                  point.completed ? "" : " positions lost |");
       std::fflush(stdout);
       csv << name << ',' << name_of(world) << ',' << precision << ',' << name_of(collisions) << ','
           << substeps << ',' << point.ms_per_second << ',' << point.pass_throughs << ','
-          << point.edges_at_end << ',' << bench::machine() << std::endl;
+          << point.edges_at_end << ',' << point.completed << ',' << bench::machine() << std::endl;
     }
   }
 }
 
 void print_curve(const Request& request, std::ostream& csv) {
   csv << "scene,world,precision,collisions,substeps,ms a second,pass-throughs,edges at the end,"
-         "machine\n";
+         "completed,machine\n";
   std::printf(
       "| scene, %s | world | collisions | substeps | ms a simulated second | pass-throughs | "
       "edges through faces at the end |\n|---|---|---|---|---|---|---|\n",
