@@ -28,7 +28,8 @@ void build_box_through_cloth(Application& application, Watch& watch) {
   for (const int corner : {0, nodes - 1, nodes * (nodes - 1), nodes * nodes - 1})
     cloth->setMass(corner, 0);
   application.add(make_box(box, box, box), at(0, 0.5 * box - 0.3, 0), 0.2);
-  watch_edges(watch, application);
+  // This cloth alone, without the box, sags at up to 6 m/s.
+  watch_edges(watch, application, 8);
 }
 
 void build_cloth_through_box(Application& application, Watch& watch) {
