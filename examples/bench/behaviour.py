@@ -119,9 +119,11 @@ def draw_curve(rows, folder):
                                    len(these) - len(done)))
             a.plot([p[1] for p in points], [p[2] for p in points], color=colour, linewidth=2.2,
                    marker="o", label="Bullet alone" if side == "Bullet" else "LazyCCD", clip_on=False)
-            for n, x, y, lost in points:
+            for i, (n, x, y, lost) in enumerate(points):
                 text = f"{n}" + (f" ({lost} lost)" if lost else "")
-                a.annotate(text, (x, y), textcoords="offset points", xytext=(4, 5), color=colour)
+                # On both sides in turn, so that the labels of close points do not overlap.
+                place = (4, 5) if i % 2 == 0 else (4, -13) if y > 0 else (4, 16)
+                a.annotate(text, (x, y), textcoords="offset points", xytext=place, color=colour)
         a.set_xscale("log")
         a.set_yscale("symlog", linthresh=1)
         a.set_ylim(0, 2 * top)
