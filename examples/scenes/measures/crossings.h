@@ -14,9 +14,14 @@ namespace lazyccd::scenes {
 class CrossingCounter {
  public:
   explicit CrossingCounter(const PhysicsWorld& world);
+  /// For primitives that the caller reads: the topology, and the coordinates at the start.
+  CrossingCounter(const Surface& surface, std::vector<btScalar> positions);
 
   /// Counts the pass-throughs of one step. Call it after each step.
   void step(const PhysicsWorld& world);
+  void step(std::vector<btScalar> positions);
+  /// Goes on from these positions without a count.
+  void jump(std::vector<btScalar> positions) { last_.swap(positions); }
 
   std::int64_t vertex_face() const { return vertex_face_; }
   std::int64_t edge_edge() const { return edge_edge_; }

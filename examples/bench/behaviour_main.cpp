@@ -1,0 +1,212 @@
+// The programs lazyccd_behaviour and lazyccd_behaviour_double: run the behaviour scenes with Bullet
+// alone and with LazyCCD, and print what each is judged by.
+//
+//   lazyccd_behaviour [--only TEXT] [--csv FILE]
+//   lazyccd_behaviour --curve [--only TEXT] [--csv FILE]
+//
+// The table has a row for each figure: its value with Bullet alone and with LazyCCD, its bound, and
+// a mark if LazyCCD does not keep it. Pass-throughs are counted after each substep. --curve instead
+// runs the scenes that start clean, and some of the library, with 1 to 32 substeps of a frame of
+// 1/60 s: what a simulated second costs, and how many pass-throughs it has. Times are of one run.
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <fstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "bench/machine.h"
+#include "scenes/behaviour/behaviour.h"
+#include "scenes/run.h"
+
+namespace lazyccd::scenes::behaviour {
+namespace {
+
+constexpr const char* precision = sizeof(btScalar) == sizeof(float) ? "float" : "double";
+
+struct Request {
+  std::string only, csv;
+  bool curve = false;
+};
+
+const char* name_of(World world) { return world == World::rigid ? "rigid" : "deformable"; }
+const char* name_of(Collisions collisions) {
+  return collisions == Collisions::bullet ? "Bullet" : "LazyCCD";
+}
+
+std::string bound_of(const Figure& figure) {
+  char text[96];
+  if (figure.as_bullet) {
+    std::snprintf(text, sizeof text, "as Bullet, %g %%", 100 * *figure.as_bullet);
+  } else if (std::isfinite(figure.at_least) && std::isfinite(figure.at_most)) {
+    std::snprintf(text, sizeof text, "%.3g to %.3g", figure.at_least, figure.at_most);
+  } else if (std::isfinite(figure.at_least)) {
+    std::snprintf(text, sizeof text, ">= %g", figure.at_least);
+  } else if (std::isfinite(figure.at_most)) {
+    std::snprintf(text, sizeof text, "<= %g", figure.at_most);
+  } else {
+    return "";
+  }
+  return text;
+}
+
+void write_table_heading(std::ostream& csv) {
+  csv << "scene,world,precision,figure,bound,Bullet,LazyCCD,Bullet right,LazyCCD right,"
+         "Bullet pass-throughs,LazyCCD pass-throughs,Bullet ms a second,LazyCCD ms a second,"
+         "machine\n";
+}
+
+void add_rows(const Behaviour& scene, World world, std::ostream& csv) {
+  const Report alone = run(scene, {world, Collisions::bullet});
+  const Report ours = run(scene, {world, Collisions::lazyccd});
+  for (std::size_t i = 0; i < ours.figures.size(); ++i) {
+    const Figure &a = alone.figures[i], &b = ours.figures[i];
+    const bool alone_right = is_right(a, a), right = is_right(b, a);
+    const std::string bound = bound_of(b);
+    std::printf("| %s | %s | %s | %.4g | %.4g | %s%s |", scene.name.c_str(), name_of(world),
+                b.name.c_str(), a.value, b.value, bound.c_str(), right ? "" : " **not kept**");
+    std::printf(" %lld | %lld | %.3g | %.3g |\n", static_cast<long long>(alone.pass_throughs),
+                static_cast<long long>(ours.pass_throughs), alone.ms_per_second,
+                ours.ms_per_second);
+    csv << scene.name << ',' << name_of(world) << ',' << precision << ",\"" << b.name << "\",\""
+        << bound << "\"," << a.value << ',' << b.value << ',' << alone_right << ',' << right << ','
+        << alone.pass_throughs << ',' << ours.pass_throughs << ',' << alone.ms_per_second << ','
+        << ours.ms_per_second << ',' << bench::machine() << std::endl;
+  }
+  std::fflush(stdout);
+}
+
+void print_table(const Request& request, std::ostream& csv) {
+  write_table_heading(csv);
+  std::printf(
+      "| scene, %s | world | figure | Bullet alone | LazyCCD | bound | pass-throughs: Bullet | "
+      "LazyCCD | ms a simulated second: Bullet | LazyCCD |\n"
+      "|---|---|---|---|---|---|---|---|---|---|\n",
+      precision);
+  for (const Behaviour& scene : all_behaviours()) {
+    if (scene.name.find(request.only) == std::string::npos) continue;
+    for (const World world : {World::rigid, World::deformable}) {
+      if (scene.runs_in(world)) add_rows(scene, world, csv);
+    }
+  }
+}
+
+// A point of the chart: one run.
+struct Point {
+  bool completed = false;  // false: a position was not finite, or the process crashed
+  double ms_per_second = 0;
+  std::int64_t pass_throughs = 0;
+  double edges_at_end = 0;
+};
+
+Point point_of(const Behaviour& scene, World world, Collisions collisions, int substeps) {
+  Run how{world, collisions, substeps};
+  how.seconds = 1.5;
+  const Report report = run(scene, how);
+  return {report.finite, report.ms_per_second, report.pass_throughs, report.edges_at_end};
+}
+
+// A scene of the library at its own speed, for one second at most.
+Point point_of(const SceneInfo& info, World world, Collisions collisions, int substeps) {
+  Parameters parameters;
+  parameters.world = world;
+  parameters.collisions = collisions;
+  parameters.dt = frame_seconds / substeps;
+  Scene scene = set_up(info, parameters);
+  scene.steps = std::min(scene.steps, 60 * substeps);
+  const RunReport report = scenes::run(scene);
+  return {report.finite, report.mean.total * 60 * substeps,
+          report.crossings_vf + report.crossings_ee,
+          static_cast<double>(report.intersections.size())};
+}
+
+// Runs in a process of its own, because Bullet may crash on positions that are not finite.
+template <class Any>
+Point point_apart(const Any& scene, World world, Collisions collisions, int substeps) {
+  Point point;
+  int ends[2];
+  if (pipe(ends) != 0) throw std::runtime_error("cannot open a pipe");
+  const pid_t child = fork();
+  if (child == 0) {
+    point = point_of(scene, world, collisions, substeps);
+    const bool written = write(ends[1], &point, sizeof point) == sizeof point;
+    _exit(written ? 0 : 1);
+  }
+  close(ends[1]);
+  if (child < 0 || read(ends[0], &point, sizeof point) != sizeof point) point = Point();
+  close(ends[0]);
+  if (child > 0) waitpid(child, nullptr, 0);
+  return point;
+}
+
+template <class Any>
+void add_points(const std::string& name, World world, const Any& scene, std::ostream& csv) {
+  for (const Collisions collisions : {Collisions::bullet, Collisions::lazyccd}) {
+    const int most = collisions == Collisions::bullet ? 32 : 4;
+    for (int substeps = 1; substeps <= most; substeps *= 2) {
+      const Point point = point_apart(scene, world, collisions, substeps);
+      std::printf("| %s | %s | %s | %d | %.4g | %lld | %g |%s\n", name.c_str(), name_of(world),
+                  name_of(collisions), substeps, point.ms_per_second,
+                  static_cast<long long>(point.pass_throughs), point.edges_at_end,
+                  point.completed ? "" : " positions lost |");
+      std::fflush(stdout);
+      csv << name << ',' << name_of(world) << ',' << precision << ',' << name_of(collisions) << ','
+          << substeps << ',' << point.ms_per_second << ',' << point.pass_throughs << ','
+          << point.edges_at_end << ',' << point.completed << ',' << bench::machine() << std::endl;
+    }
+  }
+}
+
+void print_curve(const Request& request, std::ostream& csv) {
+  csv << "scene,world,precision,collisions,substeps,ms a second,pass-throughs,edges at the end,"
+         "completed,machine\n";
+  std::printf(
+      "| scene, %s | world | collisions | substeps | ms a simulated second | pass-throughs | "
+      "edges through faces at the end |\n|---|---|---|---|---|---|---|\n",
+      precision);
+  const auto chosen = [&](const std::string& name) {
+    return name.find(request.only) != std::string::npos;
+  };
+  for (const Behaviour& scene : all_behaviours()) {
+    if (!scene.on_curve || !chosen(scene.name)) continue;
+    for (const World world : {World::rigid, World::deformable}) {
+      if (scene.runs_in(world)) add_points(scene.name, world, scene, csv);
+    }
+  }
+  for (const char* name : {"cloth-on-cloth", "cloth-on-mesh", "fold", "crossing-ropes"}) {
+    const SceneInfo* const scene = find_scene(name);
+    if (!scene || !chosen(name)) continue;
+    for (const World world : {World::rigid, World::deformable})
+      add_points(name, world, *scene, csv);
+  }
+}
+
+}  // namespace
+}  // namespace lazyccd::scenes::behaviour
+
+int main(int argc, char** argv) {
+  namespace behaviour = lazyccd::scenes::behaviour;
+  CLI::App app("Behaviour scenes: Bullet alone against LazyCCD as a drop-in");
+  behaviour::Request request;
+  app.add_option("--only", request.only, "only scenes whose names contain this text");
+  app.add_option("--csv", request.csv, "write the table to this file");
+  app.add_flag("--curve", request.curve,
+               "cost and pass-throughs over the number of substeps of a frame");
+  CLI11_PARSE(app, argc, argv);
+  std::ofstream csv;
+  if (!request.csv.empty()) {
+    csv.open(request.csv);
+    if (!csv) {
+      std::fprintf(stderr, "lazyccd_behaviour: cannot write %s\n", request.csv.c_str());
+      return 1;
+    }
+  }
+  (request.curve ? behaviour::print_curve : behaviour::print_table)(request, csv);
+  return 0;
+}
