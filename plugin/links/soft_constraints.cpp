@@ -131,8 +131,7 @@ bool SoftConstraints::solve(btSoftBody& body, BodyLinks& links) {
 }
 
 void SoftConstraints::solve_links_again(btSoftBody& body, int index) {
-  constexpr std::int64_t max_passes = 4;
-  const int passes = static_cast<int>(std::min(max_passes, passes_over_positions(body)));
+  const int passes = static_cast<int>(passes_over_positions(body));
   if (!is_prepared_[static_cast<std::size_t>(index)]) {
     for (int i = 0; i < passes; ++i) btSoftBody::getSolver(Solver::Linear)(&body, 1, 0);
     return;

@@ -27,8 +27,7 @@ class SoftConstraints {
   /// is either unchanged or solved; only a body whose own solver throws may be half solved.
   void solve(const btAlignedObjectArray<btSoftBody*>& bodies, const ParallelFor& parallel_for);
 
-  /// Runs as many passes over the links of body `index` of the last solve() as that did, but at most
-  /// four.
+  /// Runs as many passes over the links of body `index` of the last solve() as that did.
   void solve_links_again(btSoftBody& body, int index);
 
  private:

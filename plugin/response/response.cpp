@@ -157,6 +157,7 @@ void Response::absorb_impact(const SolveLinks& solve_links, Motion& motion) {
   if (bodies.empty()) return;
   for (int i = 0; i < max_link_rounds; ++i) {
     const double moved = solve_links(bodies, motion);
+    if (moved == 0) break;
     constraints_.solve(motion, options_.solver_iterations);
     if (moved < min_impact_speed * motion.dt) break;
   }

@@ -13,6 +13,15 @@
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
+namespace {
+
+// Bullet solves contacts and links in turn. A body with this many position iterations at most bounces
+// off if its links are not solved again after the contacts. With more iterations the links hold it
+// together, and solving them again would only make it stiffer.
+constexpr int max_iterations_of_bouncing_bodies = 2;
+
+}  // namespace
+
 btLazySoftBodySolver::btLazySoftBodySolver(const SolverOptions& options)
     : pipeline_(std::make_unique<Pipeline>(options, WorldKind::rigid)),
       dbvt_(std::make_unique<SoftBodyDbvt>()),
@@ -120,6 +129,7 @@ double btLazySoftBodySolver::solve_links(const std::vector<std::int32_t>& bodies
   for (const std::int32_t index : bodies) {
     const SoftScene::BodyRecord& record = scene.bodies()[index];
     btSoftBody& body = *record.body;
+    if (body.m_cfg.piterations > max_iterations_of_bouncing_bodies) continue;
     std::vector<btVector3>& ends = ends_[record.world_index];
     for (int i = 0; ends.empty() && i < body.m_nodes.size(); ++i) {
       ends.resize(body.m_nodes.size());

@@ -108,7 +108,7 @@ check_layers(plugin lazyccd/
   contact:motion,util
   shapes:util
   scene:shapes,motion,util
-  untangling:motion,util
+  untangling:scene,shapes,motion,util
   links:scene,shapes,util
   report:scene,shapes,contact,motion,util
   detection:contact,scene,shapes,motion,util
