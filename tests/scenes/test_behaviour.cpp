@@ -82,7 +82,7 @@ TEST_CASE("two balls that start in each other come apart") {
   check("start-ball-in-ball", Passing::not_counted);
 }
 
-TEST_CASE("a strip that starts through itself comes apart although a node is anchored") {
+TEST_CASE("an open strip that starts through itself gets no further crossings") {
   check("start-held-in-itself", Passing::not_counted);
 }
 

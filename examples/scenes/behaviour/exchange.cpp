@@ -39,7 +39,7 @@ void build_sliding(Application& application, Watch& watch, bool as_bullet) {
   application.add(make_box(80, 0.4, 40), at(30, -0.2, 0), 0, 1);
   constexpr double speed = 6, side = 1;
   int lane = 0;
-  for (const double friction : {0.01, 0.03, 0.1, 0.3, 1.0}) {
+  for (const double friction : {0.005, 0.01, 0.02, 0.04, 0.08}) {
     const btVector3 corner = vector(0, 0.03, 2 * lane++ - 4);
     btVector3 corners[8];
     for (int i = 0; i < 8; ++i)
@@ -50,6 +50,8 @@ void build_sliding(Application& application, Watch& watch, bool as_bullet) {
     box->setTotalMass(1);
     box->m_cfg.kDF = scalar(friction);
     btSoftBody* const added = application.add(std::move(box));
+    // Bullet's default. With more, its links pull what a contact has stopped in the same step.
+    added->m_cfg.piterations = 1;
     added->setVelocity(vector(speed, 0, 0));
     const double start = static_cast<double>(middle_of(*added).x());
     char name[64];
@@ -61,7 +63,7 @@ void build_sliding(Application& application, Watch& watch, bool as_bullet) {
       const double time = std::min(speed / slowing, application.time());
       const double distance = speed * time - 0.5 * slowing * time * time;
       if (as_bullet) {
-        figure.as_bullet = 0.2;
+        figure.as_bullet = 0.1;
       } else if (friction < 0.5) {
         figure.at_least = 0.9 * distance;
         figure.at_most = 1.1 * distance;

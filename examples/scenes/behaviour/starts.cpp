@@ -14,11 +14,11 @@ namespace {
 // 5 m/s: coming out of each other must not throw anything. It is what falls 1.3 m.
 constexpr double calm = 5;
 
-void watch_edges(Watch& watch, Application& application, double at_most = calm) {
+void watch_edges(Watch& watch, Application& application, double fastest = calm, int sticking = 0) {
   watch_sticking_edges_at(watch, application, 0);
   watch_sticking_edges_at(watch, application, 1);
-  watch_sticking_edges(watch, application);
-  watch_fastest_node(watch, at_most);
+  watch_sticking_edges(watch, application, sticking);
+  watch_fastest_node(watch, fastest);
 }
 
 void build_box_through_cloth(Application& application, Watch& watch) {
@@ -97,7 +97,8 @@ void build_held_in_itself(Application& application, Watch& watch) {
   }
   application.do_not_count(holder);
   // The strip falls by its length of 1.5 m at most, and its springs throw its loop further.
-  watch_edges(watch, application, 8);
+  // An open surface has no inside to come out of; its crossings must not grow.
+  watch_edges(watch, application, 8, 31);
 }
 
 }  // namespace

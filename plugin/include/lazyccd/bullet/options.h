@@ -84,7 +84,7 @@ struct SolverOptions {
   /// on scenes that begin with intersections, and on bodies that the application puts into others.
   /// Velocities do not change. Ends after three seconds without progress. 1 m/s suits cloth in
   /// metres. 0: intersections stay as they are.
-  double untangling_speed = 1;
+  double untangling_speed = 0.5;
 
   /// Largest number of rounds "solve impulses, detect again" per step, >= 0. 0: no impulses at all.
   int max_impulse_rounds = 20;
