@@ -29,8 +29,9 @@ struct BodySurface {
   int iterations = 0;   ///< soft body: m_cfg.piterations
 };
 
-/// Friction of Bullet's rigid world: each of its position iterations takes a fraction of the sliding
-/// speed of a contact, whatever the load is (btSoftBody::PSolve_RContacts, PSolve_SContacts).
+/// Friction of Bullet's rigid world: each of its position iterations takes a fraction of the
+/// sliding speed of a contact, whatever the load is (btSoftBody::PSolve_RContacts,
+/// PSolve_SContacts).
 struct SlidingFriction {
   /// By side: fraction that one iteration takes if the contact points of this side alone move.
   std::array<double, 2> per_iteration = {0, 0};
@@ -80,8 +81,7 @@ class PairSurfaces {
   PairSurface of(std::int32_t body_a, std::int32_t body_b) const {
     const BodySurface &a = bodies_[body_a], &b = bodies_[body_b];
     PairSurface surface;
-    surface.thickness =
-        std::max(resolution_, thickness_ >= 0 ? thickness_ : a.margin + b.margin);
+    surface.thickness = std::max(resolution_, thickness_ >= 0 ? thickness_ : a.margin + b.margin);
     // Between a soft and a rigid body Bullet multiplies in both worlds. Between two soft bodies it
     // takes the larger one (CollideVF_SS) or the product (CollideVF_DD).
     const bool soft_soft = a.is_soft && b.is_soft;

@@ -229,8 +229,7 @@ LAZYCCD_INLINE void apply(const PgsProblem& problem, const RowBatch& batch, int 
     const Vector row_impulse = {impulse[offset], impulse[offset + 1], impulse[offset + 2], 0};
     const RowBody& body = problem.bodies[term.body];
     if (body.first_coupling != body.last_coupling) {
-      apply_to_links(problem, body, term.weight * row_impulse,
-                     cross(load4(term.arm), row_impulse));
+      apply_to_links(problem, body, term.weight * row_impulse, cross(load4(term.arm), row_impulse));
       return;
     }
     at(to[term.translation]) += term.weight * (load4(body.inverse_mass) * row_impulse);
@@ -269,8 +268,7 @@ SweepChange sweep(const PgsProblem& problem, const std::int32_t* batches, int co
       const Rows size = larger(square_root(sum(tangent_impulse * tangent_impulse)), min_size);
       // Friction holds inside Coulomb's cone. Outside of it takes the larger of Coulomb's impulse
       // and a fraction of what would hold, if the contact carries a load at all.
-      const Rows fraction =
-          broadcast<3>(tangent_move) * smaller(normal_impulse * very_large, one);
+      const Rows fraction = broadcast<3>(tangent_move) * smaller(normal_impulse * very_large, one);
       const Rows scale =
           smaller(larger(broadcast<2>(terms) * normal_impulse / size, fraction), one);
       const Rows now = tangent_impulse * scale + normal_mask * normal_impulse;

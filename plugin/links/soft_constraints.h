@@ -34,8 +34,8 @@ class SoftConstraints {
   /// Returns whether `links` solved them, and not Bullet.
   static bool solve(btSoftBody& body, BodyLinks& links);
 
-  std::vector<BodyLinks> links_;    ///< by body
-  std::vector<char> is_prepared_;   ///< by body: its BodyLinks hold the links of this step
+  std::vector<BodyLinks> links_;   ///< by body
+  std::vector<char> is_prepared_;  ///< by body: its BodyLinks hold the links of this step
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -2,8 +2,8 @@
 // angular and linear velocity of the base, then the velocities of the joints.
 //
 // Contacts act on links. An impulse on one link moves all links, as the joints let them. Bullet's
-// articulated body algorithm (btMultiBody::calcAccelerationDeltasMultiDof; Featherstone 2008, "Rigid
-// Body Dynamics Algorithms", section 7.3) gives the response to an impulse.
+// articulated body algorithm (btMultiBody::calcAccelerationDeltasMultiDof; Featherstone 2008,
+// "Rigid Body Dynamics Algorithms", section 7.3) gives the response to an impulse.
 #pragma once
 
 #include <BulletDynamics/Featherstone/btMultiBody.h>

@@ -26,8 +26,8 @@ inline btVector3 to_bullet(const Eigen::Vector3d& x) {
                    static_cast<btScalar>(x[2]));
 }
 
-/// Soft vertex that an anchor fixes to a body that impulses move. The body moves the vertex; contact
-/// impulses on the vertex act on the body.
+/// Soft vertex that an anchor fixes to a body that impulses move. The body moves the vertex;
+/// contact impulses on the vertex act on the body.
 struct AnchoredVertex {
   btVector3 local;  ///< position in the frame of the body
   int rigid;        ///< index in Motion::rigid
@@ -81,9 +81,9 @@ struct Motion {
   std::vector<double> shortest_edge;  ///< by soft vertex: its shortest edge, metres
   std::vector<RigidMotion> rigid;
   std::vector<ArticulatedMotion> articulated;  ///< multibodies whose links are in `rigid`
-  std::vector<std::int32_t> first_vertex,  ///< by body; one more element ends the last body
-      rigid_of_body;                       ///< by body: index in `rigid`, or -1
-  double dt = 1;                           ///< length of the step, seconds
+  std::vector<std::int32_t> first_vertex,      ///< by body; one more element ends the last body
+      rigid_of_body;                           ///< by body: index in `rigid`, or -1
+  double dt = 1;                               ///< length of the step, seconds
 
   /// All vertices at the end of the step before the response, metres: Bullet's prediction plus
   /// untangling. Valid after begin_response().
@@ -137,7 +137,8 @@ struct Motion {
   /// Adds the motion of the response to the predicted pose of a rigid body. Sets the end of the
   /// body, its vertices and its anchored vertices.
   void apply_response(RigidMotion& body);
-  /// Sets the ends of all links of a multibody that the response moves, and Bullet's body with them.
+  /// Sets the ends of all links of a multibody that the response moves, and Bullet's body with
+  /// them.
   void apply_response(ArticulatedMotion& body);
   /// Sets the end of a link, and of its whole multibody, to the start.
   void hold_at_start(ArticulatedMotion& body);

@@ -92,7 +92,8 @@ void ContactConstraints::warm_start() {
       row.tangent_impulse = last.impulse - row.normal.dot(last.impulse) * row.normal;
       const double max_tangent = row.friction * row.normal_impulse,
                    size = row.tangent_impulse.norm();
-      if (size > max_tangent && row.sliding_fraction == 0) row.tangent_impulse *= max_tangent / size;
+      if (size > max_tangent && row.sliding_fraction == 0)
+        row.tangent_impulse *= max_tangent / size;
     }
   }
 }

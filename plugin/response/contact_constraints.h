@@ -90,7 +90,7 @@ class ContactConstraints {
   std::vector<ContactRow> merged_;                             // scratch memory of add()
   std::optional<std::vector<const ContactRow*>> active_rows_;  // none: rows changed since
   std::vector<PairImpulse> last_impulses_;                     // sorted by contact
-  double approach_ = 0;   // metres
+  double approach_ = 0;                                        // metres
   ContactSolver solver_;                                       // kept for its memory
 };
 

@@ -107,8 +107,7 @@ void ContactSolver::set_up_bodies() {
       RowBody& body = bodies_[static_cast<std::size_t>(pushed.rigid)];
       body.first_coupling = static_cast<std::int32_t>(couplings_.size());
       for (const ArticulatedMotion::Link& moved : multibody.links) {
-        const Eigen::Matrix<double, 6, 6> mobility =
-            mass_unit_ * multibody.mobility(pushed, moved);
+        const Eigen::Matrix<double, 6, 6> mobility = mass_unit_ * multibody.mobility(pushed, moved);
         RowCoupling coupling = {};
         for (int k = 0; k < 6; ++k) {
           set(coupling.translation_by[k], mobility.col(k).head<3>());

@@ -22,8 +22,8 @@ struct alignas(64) RowBatch {
       /// tangential relative displacement without impulses; instead of the zero: the fraction of it
       /// that friction takes at least
       tangent_move[4 * lanes];
-  float weight[4 * lanes],      ///< by vertex
-      mobility[4 * lanes];      ///< by vertex: weight / mass
+  float weight[4 * lanes],  ///< by vertex
+      mobility[4 * lanes];  ///< by vertex: weight / mass
   /// By row: displacement along the normal that impulses must add (need), normal mass, friction
   /// coefficient, tangent mass.
   float terms[4 * lanes];

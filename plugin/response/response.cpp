@@ -21,7 +21,8 @@ constexpr int max_node_holds = 16;
 constexpr int solves_with_full_gaps = 1;
 constexpr double min_gap_fraction = 1.0 / 16;
 
-// Contacts that meet, and links that move nodes, more slowly than this do not throw a body back, m/s.
+// Contacts that meet, and links that move nodes, more slowly than this do not throw a body back,
+// m/s.
 constexpr double min_impact_speed = 0.25;
 constexpr int max_link_rounds = 4;
 
@@ -131,8 +132,8 @@ void Response::resolve_with_impact_zones(std::vector<Contact> contacts, const De
   stats.unresolved += unresolvable + static_cast<std::int64_t>(contacts.size());
 }
 
-void Response::solve_speculative(const NearContacts& near,
-                                 const std::vector<Contact>& penetrations, Motion& motion) {
+void Response::solve_speculative(const NearContacts& near, const std::vector<Contact>& penetrations,
+                                 Motion& motion) {
   constraints_.take_near_contacts(near, motion);
   if (!penetrations.empty())
     constraints_.add_penetrations(penetrations, options_.untangling_speed, motion);

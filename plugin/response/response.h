@@ -21,8 +21,7 @@ class Response {
 
   /// Moves Motion::solved of these soft bodies (indices of bodies) as more passes over their own
   /// links do, and adds that to Motion::link_displacement.
-  using SolveLinks =
-      std::function<double(const std::vector<std::int32_t>& bodies, Motion& motion)>;
+  using SolveLinks = std::function<double(const std::vector<std::int32_t>& bodies, Motion& motion)>;
 
   Response(const SolverOptions& options, const PairSurfaces& surfaces)
       : options_(options), constraints_(surfaces, options.position_correction) {}
@@ -33,7 +32,8 @@ class Response {
   /// zones held at the start of the step. The last one ends with a clean step, because in the end
   /// nothing moves any more. Afterwards motion.velocity_change holds what must be added to the
   /// velocities.
-  /// `penetrations`: vertices inside of bodies, see find_penetrations(). `solve_links` may be empty.
+  /// `penetrations`: vertices inside of bodies, see find_penetrations(). `solve_links` may be
+  /// empty.
   void run(const NearContacts& near, const std::vector<Contact>& penetrations,
            const Detect& detect_all, const SolveLinks& solve_links, Motion& motion,
            StepStats& stats);

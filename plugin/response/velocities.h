@@ -27,8 +27,8 @@ void restore_angular_momentum(const std::vector<Island>& islands, Motion& motion
 
 /// Limits the speeds of soft vertices in islands that are not free. A body that pushes an edge near
 /// one end may have to move the other end many times as fast as itself (a lever). The displacement
-/// stays; the vertex keeps at most twice the speed of the fastest body in the island, as after an
-/// elastic impact, or the highest speed that any mass of the island had before.
+/// stays. The vertex keeps at most twice the speed of the fastest body in the island, as after an
+/// elastic impact. A mass of the island that was faster before the response raises the limit.
 void limit_lever_speeds(const std::vector<Island>& islands, Motion& motion);
 
 /// Scales the velocity changes of every island so that they do not raise its kinetic energy.

@@ -24,9 +24,9 @@ struct CollisionLayers {
 };
 
 /// Which pairs the collision flags of soft bodies ask for. Two soft bodies collide if both have
-/// VF_SS or both have VF_DD. A soft body collides with everything rigid if it has SDF_RS; with SDF_RD
-/// and SDF_RDN too; with SDF_RD and SDF_RDF with rigid bodies, with SDF_RD and SDF_MDF with links of
-/// multibodies. CL_RS and CL_SS (clusters) are Bullet's own.
+/// VF_SS or both have VF_DD. A soft body collides with everything rigid if it has SDF_RS; with
+/// SDF_RD and SDF_RDN too; with SDF_RD and SDF_RDF with rigid bodies, with SDF_RD and SDF_MDF with
+/// links of multibodies. CL_RS and CL_SS (clusters) are Bullet's own.
 class CollisionFlags {
  public:
   /// `obey`: as SolverOptions::obey_collision_flags. False: all flags above count as set.

@@ -51,8 +51,8 @@ class Obstacles {
   /// Starts a step. Call it before Bullet moves anything.
   void begin_step(const SoftBodies& bodies);
   /// Reads the rigid bodies at the end of the step. `swept`: bounds of the soft bodies' motion.
-  /// `dt`: length of the step, seconds. `depth`: how deep inside round surfaces triangles may lie, metres; see tessellate(). Returns
-  /// true if triangles must be read; call read_triangles() then.
+  /// `dt`: length of the step, seconds. `depth`: how deep inside round surfaces triangles may lie,
+  /// metres; see tessellate(). Returns true if triangles must be read; call read_triangles() then.
   bool update(const SoftBodies& bodies, const AxisBox& swept, double dt, double depth,
               WarningLog& warnings);
   /// The same for a larger `swept` in the same step.

@@ -84,9 +84,9 @@ void RigidPoses::end_step(btBroadphaseInterface* broadphase, btScalar dt, Warnin
   find(broadphase);
   for (RigidPose& pose : poses_) {
     const btTransform& now = pose.object->getWorldTransform();
-    pose.jumped = teleported_.count(pose.object) > 0 ||
-                  is_jump(*pose.object, {pose.last_bullet_pose, pose.bullet_pose, now}, dt,
-                          jump_speed_);
+    pose.jumped =
+        teleported_.count(pose.object) > 0 ||
+        is_jump(*pose.object, {pose.last_bullet_pose, pose.bullet_pose, now}, dt, jump_speed_);
     if (pose.jumped) pose.start = integrate(now, velocity_of(*pose.object), -dt);
     pose.end = pose.jumped || is_movable(*pose.object) ? now : catch_up(pose, now);
     pose.last_bullet_pose = pose.bullet_pose;

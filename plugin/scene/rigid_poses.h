@@ -2,10 +2,10 @@
 //
 // A static or kinematic body moves from its pose at the end of the last step to its pose now. A
 // dynamic body moves from its pose before Bullet integrated it. A body that the application put
-// elsewhere (rigid_displacement.h) moves as its velocity says, to its pose now. If a body closes in on something
-// that cannot move, its pose here is held at the start of the step. In later steps it catches up
-// with Bullet's pose: per step it moves twice as far as Bullet's body, or a tenth of its lag if
-// that is more.
+// elsewhere (rigid_displacement.h) moves as its velocity says, to its pose now. If a body closes in
+// on something that cannot move, its pose here is held at the start of the step. In later steps it
+// catches up with Bullet's pose: per step it moves twice as far as Bullet's body, or a tenth of its
+// lag if that is more.
 #pragma once
 
 #include <BulletCollision/BroadphaseCollision/btBroadphaseInterface.h>
@@ -25,19 +25,19 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 /// True for the kinds of object that soft bodies collide with: collision objects, rigid bodies and
 /// links of multibodies.
 bool is_rigid(const btCollisionObject& object);
-/// True if contacts can move the object: a dynamic rigid body, or a link that a joint or a free base
-/// of its multibody moves.
+/// True if contacts can move the object: a dynamic rigid body, or a link that a joint or a free
+/// base of its multibody moves.
 bool is_movable(const btCollisionObject& object);
 
 /// One rigid body and its motion over the step.
 struct RigidPose {
   btCollisionObject* object;
   int unique_id;  ///< of its broad phase proxy; tells new objects from old ones at the same address
-  btTransform start, end;   ///< poses at both ends of the step
-  btTransform bullet_pose;  ///< Bullet's pose at the end of the step; `end` may lag behind it
+  btTransform start, end;        ///< poses at both ends of the step
+  btTransform bullet_pose;       ///< Bullet's pose at the end of the step; `end` may lag behind it
   btTransform last_bullet_pose;  ///< Bullet's pose at the start of the step
-  bool jumped = false;      ///< the application put it elsewhere (rigid_displacement.h)
-  bool finite = true;       ///< false: pose or velocity is not finite, and the body is left out
+  bool jumped = false;           ///< the application put it elsewhere (rigid_displacement.h)
+  bool finite = true;  ///< false: pose or velocity is not finite, and the body is left out
 };
 
 class RigidPoses {
@@ -73,7 +73,7 @@ class RigidPoses {
 
   btScalar jump_speed_;
   std::vector<RigidPose> poses_;
-  std::set<const btCollisionObject*> teleported_;  // since the last step
+  std::set<const btCollisionObject*> teleported_;            // since the last step
   std::unordered_map<int, const btCollisionObject*> known_;  // by id
   std::unordered_map<const btMultiBody*, MultibodyPose> multibody_poses_;
 };

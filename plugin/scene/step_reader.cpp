@@ -94,7 +94,8 @@ bool StepReader::pinned_nodes_jumped(const SoftScene::BodyRecord& record,
   for (std::int32_t i = 0; i < record.vertex_count; ++i) {
     const btScalar* const from = &last[3 * static_cast<std::size_t>(i)];
     const std::int32_t v = record.first_vertex + i;
-    const btScalar moved = btVector3(from[0], from[1], from[2]).distance(to_bullet(motion_.start_of(v)));
+    const btScalar moved =
+        btVector3(from[0], from[1], from[2]).distance(to_bullet(motion_.start_of(v)));
     if (moved > explained &&
         moved > explained + 2 * dt * static_cast<btScalar>(motion_.velocity[v].norm()))
       return true;

@@ -59,10 +59,10 @@ void Pipeline::report_pair_without_flags(btSoftBody& a, btSoftBody& b) noexcept 
       if (record.body == &body) return std::to_string(record.world_index);
     return std::string("?");
   };
-  warnings_.warn_once("flags",
-                      "soft bodies " + name_of(a) + " and " + name_of(b) +
-                          " overlap, but their collision flags do not let them collide; set VF_SS "
-                          "(or VF_DD) in m_cfg.collisions of both, or obey_collision_flags = false");
+  warnings_.warn_once(
+      "flags", "soft bodies " + name_of(a) + " and " + name_of(b) +
+                   " overlap, but their collision flags do not let them collide; set VF_SS "
+                   "(or VF_DD) in m_cfg.collisions of both, or obey_collision_flags = false");
 }
 
 bool Pipeline::replaces_contacts(const btSoftBody* body,
@@ -122,7 +122,8 @@ void Pipeline::resolve_contacts(const Response::SolveLinks& solve_links) {
     responded_ = detector_.found_any() || untangling_.pushes();
     if (responded_) {
       response_.run(near, untangling_.penetrations(), touching,
-                    untangling_.pushes() ? Response::SolveLinks() : solve_links, reader_.motion(), step_);
+                    untangling_.pushes() ? Response::SolveLinks() : solve_links, reader_.motion(),
+                    step_);
     } else {
       response_.forget();
     }
@@ -213,9 +214,7 @@ Untangling::Found Pipeline::find_intersections() const {
   const std::function<bool(std::int32_t)> body_responds = responds;
   found.penetrations = find_penetrations(
       topology(), found.intersections, detector_.edges(), motion(), PairRules(view, body_responds),
-      [this](std::int32_t vertex, std::int32_t body) {
-        return filter_.is_anchored(vertex, body);
-      });
+      [this](std::int32_t vertex, std::int32_t body) { return filter_.is_anchored(vertex, body); });
   return found;
 }
 

@@ -26,8 +26,7 @@ class Pipeline {
   using Bodies = StepReader::Bodies;
   using Fill = StepReader::Fill;
 
-  Pipeline(const SolverOptions& options, WorldKind world)
-      : Pipeline(check(options), world) {}
+  Pipeline(const SolverOptions& options, WorldKind world) : Pipeline(check(options), world) {}
 
   /// Takes a pair from Bullet's dispatcher. Returns false if Bullet must process the pair itself.
   bool handle_pair(btSoftBody* a, btSoftBody* b) noexcept;

@@ -14,8 +14,8 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 /// True if there are faces and each of their sides belongs to exactly two of them.
 bool is_closed_mesh(const Topology& topology, const std::vector<std::int32_t>& faces);
 
-/// How often the faces wind around the point at the start of the step: 0 outside of a closed mesh, 1
-/// inside, or -1 if its faces are oriented inwards.
+/// How often the faces wind around the point at the start of the step: 0 outside of a closed mesh,
+/// 1 inside, or -1 if its faces are oriented inwards.
 double winding_number(const Topology& topology, const Motion& motion,
                       const std::vector<std::int32_t>& faces, const Eigen::Vector3d& point);
 

@@ -33,15 +33,13 @@ struct Side {
   double height(const Vector3d& x) const { return normal.dot(x) - offset; }
 };
 
-Edge sorted(const Edge& edge) {
-  return {std::min(edge[0], edge[1]), std::max(edge[0], edge[1])};
-}
+Edge sorted(const Edge& edge) { return {std::min(edge[0], edge[1]), std::max(edge[0], edge[1])}; }
 
 // What may penetrate one part of an obstacle.
 struct Candidates {
-  Vertices vertices;         // soft vertices that collide with the obstacle and can be moved out
-  std::vector<Edge> edges;   // soft edges that pass through faces of the part; sorted vertices
-  std::vector<Face> pierced; // soft faces through which edges of the part pass
+  Vertices vertices;          // soft vertices that collide with the obstacle and can be moved out
+  std::vector<Edge> edges;    // soft edges that pass through faces of the part; sorted vertices
+  std::vector<Face> pierced;  // soft faces through which edges of the part pass
 };
 
 // Finds the penetrations of one obstacle.
@@ -314,7 +312,8 @@ class Finder {
     Contact contact = contact_with(side, edge[0], ContactKind::edge_edge);
     contact.primitive_a = edge[0];
     contact.vertices = {edge[0], edge[1], f[0], f[1]};
-    const Vector3d a = motion_.start_of(edge[0]), along = motion_.start_of(f[1]) - motion_.start_of(f[0]);
+    const Vector3d a = motion_.start_of(edge[0]),
+                   along = motion_.start_of(f[1]) - motion_.start_of(f[0]);
     const Vector3d point = a + at * (motion_.start_of(edge[1]) - a) - motion_.start_of(f[0]);
     contact.u = static_cast<float>(at);
     contact.v = static_cast<float>(point.dot(along) / along.squaredNorm());
@@ -364,7 +363,8 @@ void finish(Penetrations& found) {
 
 bool Penetrations::contains(Span<const std::int32_t> soft, std::int32_t body) const {
   const auto has_vertex = [&](std::int32_t v) {
-    return std::binary_search(vertices.begin(), vertices.end(), std::array<std::int32_t, 2>{v, body});
+    return std::binary_search(vertices.begin(), vertices.end(),
+                              std::array<std::int32_t, 2>{v, body});
   };
   if (std::any_of(soft.begin(), soft.end(), has_vertex)) return true;
   for (std::size_t i = 0; i < soft.size(); ++i) {
@@ -382,10 +382,10 @@ bool Penetrations::contains(Span<const std::int32_t> soft, std::int32_t body) co
                             std::array<std::int32_t, 4>{face[0], face[1], face[2], body});
 }
 
-Penetrations find_penetrations(
-    const StepTopology& topology, const Intersections& intersections, Span<const Edge> edges,
-    const Motion& motion, const PairRules& pair_rules,
-    const std::function<bool(std::int32_t, std::int32_t)>& is_anchored) {
+Penetrations find_penetrations(const StepTopology& topology, const Intersections& intersections,
+                               Span<const Edge> edges, const Motion& motion,
+                               const PairRules& pair_rules,
+                               const std::function<bool(std::int32_t, std::int32_t)>& is_anchored) {
   const Topology view = topology.topology();
   Penetrations found;
   std::vector<Vertices> faces(view.bodies.size());

@@ -18,9 +18,9 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 
 /// The parts of soft bodies that are inside of obstacles.
 struct Penetrations {
-  /// A contact for each soft vertex inside of an obstacle (vertex_face), and for each soft edge that
-  /// passes through one (edge_edge, at its deepest point). The normal shows the way out. The gap
-  /// along the normal at the start of the step is minus the depth. Sorted.
+  /// A contact for each soft vertex inside of an obstacle (vertex_face), and for each soft edge
+  /// that passes through one (edge_edge, at its deepest point). The normal shows the way out. The
+  /// gap along the normal at the start of the step is minus the depth. Sorted.
   std::vector<Contact> contacts;
   // These are inside of the obstacle of the given body, or pass through its surface. Sorted.
   std::vector<std::array<std::int32_t, 2>> vertices;  ///< vertex, body
@@ -32,11 +32,12 @@ struct Penetrations {
   bool contains(Span<const std::int32_t> soft, std::int32_t body) const;
 };
 
-/// Finds the penetrations at the start of a step. These obstacles have an inside: planes and terrains
-/// (below them), and every part of a body whose triangles are closed. What hangs together inside of
-/// a plane or a convex part leaves it through the same face: the one through which the way is
-/// shortest. From terrains and other closed parts each vertex leaves through the nearest face, and
-/// edges do not count. `is_anchored`: an anchor holds the vertex to this body; it is left out.
+/// Finds the penetrations at the start of a step. These obstacles have an inside: planes and
+/// terrains (below them), and every part of a body whose triangles are closed. What hangs together
+/// inside of a plane or a convex part leaves it through the same face: the one through which the
+/// way is shortest. From terrains and other closed parts each vertex leaves through the nearest
+/// face, and edges do not count. `is_anchored`: an anchor holds the vertex to this body; it is left
+/// out.
 Penetrations find_penetrations(
     const StepTopology& topology, const Intersections& intersections, Span<const Edge> edges,
     const Motion& motion, const PairRules& pair_rules,

@@ -139,8 +139,8 @@ void Untangling::skip_step() {
   closed_surfaces_.reset();
 }
 
-void Untangling::begin_step(const Found& found, const Topology& topology,
-                            Span<const Edge> edges, const Motion& motion) {
+void Untangling::begin_step(const Found& found, const Topology& topology, Span<const Edge> edges,
+                            const Motion& motion) {
   seconds_without_progress_ += motion.dt;
   read(found, topology, edges, motion);
 }
@@ -164,17 +164,16 @@ void Untangling::read(const Found& found, const Topology& topology, Span<const E
     const bool penetrates =
         (!soft_face && found.penetrations.contains({edge.data(), edge.size()},
                                                    topology.body_of_vertex[face[0]])) ||
-        (!soft_edge && found.penetrations.contains({face.data(), face.size()},
-                                                   topology.body_of_vertex[edge[0]]));
+        (!soft_edge &&
+         found.penetrations.contains({face.data(), face.size()}, topology.body_of_vertex[edge[0]]));
     if (!penetrates) pairs.push_back(pair);
   }
   const std::size_t count = pairs.size() + found.penetrations.contacts.size();
   constexpr double progress = 0.99;
   if (count < fewest_pairs_ || depth < progress * least_depth_) seconds_without_progress_ = 0;
   least_depth_ = std::min(least_depth_, depth);
-  fewest_pairs_ = seconds_without_progress_ < max_seconds_without_progress
-                      ? std::min(fewest_pairs_, count)
-                      : 0;
+  fewest_pairs_ =
+      seconds_without_progress_ < max_seconds_without_progress ? std::min(fewest_pairs_, count) : 0;
   if (!is_in_progress()) return;
 
   penetrations_ = found.penetrations;

@@ -1,6 +1,6 @@
-// Removes intersections that a scene begins with: intersections of soft bodies with each other, with
-// themselves and with rigid bodies. Continuous collision detection
-// preserves these intersections, because a vertex on the wrong side may not pass back either.
+// Removes intersections that a scene begins with: intersections of soft bodies with each other,
+// with themselves and with rigid bodies. Continuous collision detection preserves these
+// intersections, because a vertex on the wrong side may not pass back either.
 //
 // If the intersecting edges cut a component off a surface, the edges move back through the faces.
 // The component on the wrong side is the one inside of another body's closed surface; in all other
@@ -64,9 +64,7 @@ class Untangling {
   /// Pairs of bodies that are moved apart: smaller index first, sorted.
   const std::vector<BodyPair>& pairs() const { return pairs_; }
   bool is_pushed(std::int32_t vertex) const { return pushes_.count(vertex) > 0; }
-  bool allows_any_pass() const {
-    return !directions_.empty() || !penetrations_.contacts.empty();
-  }
+  bool allows_any_pass() const { return !directions_.empty() || !penetrations_.contacts.empty(); }
   /// True if the contact would stop a motion that untangling needs.
   bool allows_pass(const Contact& contact, const Motion& motion) const;
 

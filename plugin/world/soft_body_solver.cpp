@@ -15,9 +15,9 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-// Bullet solves contacts and links in turn. A body with this many position iterations at most bounces
-// off if its links are not solved again after the contacts. With more iterations the links hold it
-// together, and solving them again would only make it stiffer.
+// Bullet solves contacts and links in turn. A body with this many position iterations at most
+// bounces off if its links are not solved again after the contacts. With more iterations the links
+// hold it together, and solving them again would only make it stiffer.
 constexpr int max_iterations_of_bouncing_bodies = 2;
 
 }  // namespace

@@ -13,14 +13,14 @@ using Face = std::array<std::int32_t, 3>;  ///< three vertex indices
 using Edge = std::array<std::int32_t, 2>;  ///< two vertex indices
 
 /// Collision filter of one body. Two different bodies A and B collide if (A.group & B.mask),
-/// (B.group & A.mask), (A.layer & B.layer_mask) and (B.layer & A.layer_mask) are all nonzero and the
-/// pair is not disabled (Topology::disabled_pairs). Groups and layers are two independent filters,
-/// so that an application's filter can be combined with one of its engine.
+/// (B.group & A.mask), (A.layer & B.layer_mask) and (B.layer & A.layer_mask) are all nonzero and
+/// the pair is not disabled (Topology::disabled_pairs). Groups and layers are two independent
+/// filters, so that an application's filter can be combined with one of its engine.
 struct Body {
-  std::uint32_t group = 1;                 ///< bits of the groups that the body belongs to
-  std::uint32_t mask = ~std::uint32_t{0};  ///< bits of the groups that the body collides with
-  bool self_collision = true;              ///< whether the body collides with itself
-  std::uint32_t layer = 1;                 ///< bits of the layers that the body belongs to
+  std::uint32_t group = 1;                       ///< bits of the groups that the body belongs to
+  std::uint32_t mask = ~std::uint32_t{0};        ///< bits of the groups that the body collides with
+  bool self_collision = true;                    ///< whether the body collides with itself
+  std::uint32_t layer = 1;                       ///< bits of the layers that the body belongs to
   std::uint32_t layer_mask = ~std::uint32_t{0};  ///< bits of the layers that it collides with
 };
 

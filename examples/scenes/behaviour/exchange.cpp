@@ -39,7 +39,7 @@ void build_sliding(Application& application, Watch& watch, bool as_bullet) {
   application.add(make_box(80, 0.4, 40), at(30, -0.2, 0), 0, 1);
   constexpr double speed = 6, side = 1;
   int lane = 0;
-  for (const double friction : {0.005, 0.01, 0.02, 0.04, 0.08}) {
+  for (const double friction : {0.005, 0.01, 0.02, 0.03, 0.05}) {
     const btVector3 corner = vector(0, 0.03, 2 * lane++ - 4);
     btVector3 corners[8];
     for (int i = 0; i < 8; ++i)

@@ -131,8 +131,7 @@ std::vector<Intersection> find_intersections(const Surface& surface,
       const Face& face = surface.faces[candidate->index];
       const std::int32_t other = surface.body_of_vertex[face[0]];
       const Body &a = surface.bodies[body], &b = surface.bodies[other];
-      const bool collide =
-          body == other ? a.self_collision : filters_accept(a, b);
+      const bool collide = body == other ? a.self_collision : filters_accept(a, b);
       if (!collide || !overlap(item.box, candidate->box)) continue;
       const bool shared = std::any_of(face.begin(), face.end(),
                                       [&](std::int32_t v) { return v == edge[0] || v == edge[1]; });

@@ -54,7 +54,9 @@ class Arm {
   }
 
   btMultiBody& body() { return body_; }
-  const btCollisionObject& link(int i) const { return *colliders_[static_cast<std::size_t>(i + 1)]; }
+  const btCollisionObject& link(int i) const {
+    return *colliders_[static_cast<std::size_t>(i + 1)];
+  }
   // kg m/s
   btVector3 momentum() const {
     btVector3 sum(0, 0, 0);

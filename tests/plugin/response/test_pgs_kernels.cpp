@@ -21,7 +21,9 @@ struct Problem {
   std::vector<RowBody> bodies;
   std::vector<Float4> displacement;
 
-  PgsProblem swept() { return {batches.data(), parts.data(), bodies.data(), nullptr, displacement.data()}; }
+  PgsProblem swept() {
+    return {batches.data(), parts.data(), bodies.data(), nullptr, displacement.data()};
+  }
 };
 
 // A problem of random rows, some with rigid bodies, in batches whose rows share no node.

@@ -70,7 +70,8 @@ TEST_CASE("a body that is driven pushes cloth, whether its velocity is set or no
     table.box->setWorldTransform(pose);
   });
   CHECK(table.middle() < -0.05);
-  CHECK(table.middle() < static_cast<double>(table.box->getWorldTransform().getOrigin().y()) - 0.19);
+  CHECK(table.middle() <
+        static_cast<double>(table.box->getWorldTransform().getOrigin().y()) - 0.19);
 }
 
 TEST_CASE("cloth that a body is put into lets it out without a throw") {

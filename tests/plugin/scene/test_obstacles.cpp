@@ -154,7 +154,8 @@ TEST_CASE("a wanted region is read although positions are rounded by the width o
     btAlignedObjectArray<btSoftBody*> bodies;
     bodies.push_back(cloth);
     obstacles.begin_step(bodies);
-    if (obstacles.update(bodies, swept, 1, 1e-5, warnings)) obstacles.read_triangles(swept, warnings);
+    if (obstacles.update(bodies, swept, 1, 1e-5, warnings))
+      obstacles.read_triangles(swept, warnings);
     CHECK(obstacles.records().size() == 1);
     CHECK(obstacles.has_read(swept));
   }

@@ -7,7 +7,8 @@
 //  - A body collides with itself after setSelfCollision(true).
 //  - Two soft bodies collide if both have the flag VF_SS, or both VF_DD. If CL_SS (clusters) is the
 //    only soft-soft flag that both bodies have, the pair stays with Bullet.
-//  - A soft body collides with everything rigid if it has SDF_RS, or SDF_RD with SDF_RDN. SDF_RD with
+//  - A soft body collides with everything rigid if it has SDF_RS, or SDF_RD with SDF_RDN. SDF_RD
+//  with
 //    SDF_RDF asks for rigid bodies, SDF_RD with SDF_MDF for links of multibodies. Bodies with CL_RS
 //    stay with Bullet.
 //  - Contacts of a soft body with CF_NO_CONTACT_RESPONSE are reported, but nothing is moved. A
@@ -53,22 +54,24 @@ struct SolverOptions {
 
   /// true: friction with the bodies' own coefficients; false: no friction. In the deformable world
   /// it is Coulomb's, as Bullet's. In the rigid world a contact holds inside Coulomb's cone; faster
-  /// ones lose a fraction of their sliding speed, as in Bullet (SlidingFriction in pair_surfaces.h).
+  /// ones lose a fraction of their sliding speed, as in Bullet (SlidingFriction in
+  /// pair_surfaces.h).
   bool friction = true;
   /// true: Coulomb's friction in the rigid world too. What slides on a surface of coefficient mu
   /// then loses at most mu g of speed per second, and goes farther than with Bullet.
   bool coulomb_friction = false;
 
-  /// true: rigid bodies are obstacles. Meshes, terrains and planes take part with their triangles,
-  /// convex shapes as polyhedra. Contacts push dynamic bodies. false: only Bullet handles them.
+  /// true: rigid bodies and links of multibodies are obstacles. Meshes, terrains and planes take
+  /// part with their triangles, convex shapes as polyhedra. Contacts push dynamic bodies and links.
+  /// false: only Bullet handles them.
   bool collide_rigid = true;
 
-  /// true: bodies collide only as the collision flags of the soft bodies ask (see above). false: all
-  /// soft bodies collide with each other and with rigid bodies, except by clusters.
+  /// true: bodies collide only as the collision flags of the soft bodies ask (see above). false:
+  /// all soft bodies collide with each other and with rigid bodies, except by clusters.
   bool obey_collision_flags = true;
 
   /// true: LazyCCD's soft-rigid contacts replace Bullet's. false: both act.
-  /// Bullet's still act for tetrahedral bodies, multi-body links, and shapes with parts that have
+  /// Bullet's still act for tetrahedral bodies without faces, and for shapes with parts that have
   /// no triangles. Reason: with Bullet's contacts cloth never rests on a mesh, because each
   /// triangle becomes a prism of 6 cm on both sides.
   bool replace_rigid_contacts = true;
@@ -80,10 +83,10 @@ struct SolverOptions {
   double rest_speed = 0.04;
   double rest_damping = 20;  ///< highest rate of that damping, 1/s, >= 0; 0: no damping
 
-  /// Speed at which intersecting soft bodies are moved apart and out of rigid ones, m/s, >= 0. Acts
-  /// on scenes that begin with intersections, and on bodies that the application puts into others.
-  /// Velocities do not change. Ends after three seconds without progress. 1 m/s suits cloth in
-  /// metres. 0: intersections stay as they are.
+  /// Speed at which intersecting bodies are moved apart, m/s, >= 0. Acts on scenes that begin with
+  /// intersections, and on bodies that the application puts into others. What is deep inside of a
+  /// rigid body comes out faster, by a tenth of its depth in a step. Velocities do not change. Ends
+  /// after three seconds without progress. 0: intersections stay as they are.
   double untangling_speed = 0.5;
 
   /// Largest number of rounds "solve impulses, detect again" per step, >= 0. 0: no impulses at all.
