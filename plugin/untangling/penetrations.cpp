@@ -393,13 +393,21 @@ Penetrations find_penetrations(const StepTopology& topology, const Intersections
     const std::int32_t body = view.body_of_vertex[view.faces[f][0]];
     if (!topology.bodies()[body].soft) faces[body].push_back(static_cast<std::int32_t>(f));
   }
+  std::vector<AlignedBox3d> boxes(view.bodies.size());
+  for (std::size_t v = 0; v < view.vertex_count; ++v)
+    boxes[view.body_of_vertex[v]].extend(motion.start_of(static_cast<std::int32_t>(v)));
   for (std::int32_t obstacle = 0; obstacle < static_cast<std::int32_t>(faces.size()); ++obstacle) {
     if (faces[obstacle].empty()) continue;
+    const int shape_type = topology.bodies()[obstacle].object->getCollisionShape()->getShapeType();
+    const bool has_bottom =
+        shape_type != STATIC_PLANE_PROXYTYPE && shape_type != TERRAIN_SHAPE_PROXYTYPE;
     Candidates all;
     const bool obstacle_moves = motion.rigid_of(obstacle).is_movable();
     for (std::int32_t body = 0; body < static_cast<std::int32_t>(view.bodies.size()); ++body) {
       const StepTopology::BodyRecord& record = topology.bodies()[body];
-      if (!record.soft || !pair_rules.collide(body, obstacle)) continue;
+      if (!record.soft || (has_bottom && !boxes[body].intersects(boxes[obstacle])) ||
+          !pair_rules.collide(body, obstacle))
+        continue;
       const std::int32_t last = record.first_vertex + record.vertex_count;
       for (std::int32_t v = record.first_vertex; v < last; ++v) {
         if ((obstacle_moves || motion.is_movable(v)) && !is_anchored(v, obstacle))
@@ -429,11 +437,11 @@ Penetrations find_penetrations(const StepTopology& topology, const Intersections
     const Eigen::Matrix3d basis = to_eigen(motion.rigid_of(obstacle).start.getBasis());
     for (const auto& [part, part_faces] : parts) {
       const Candidates& of_part = candidates[part];
-      if (shape.getShapeType() == STATIC_PLANE_PROXYTYPE) {
+      if (shape_type == STATIC_PLANE_PROXYTYPE) {
         const auto& plane = static_cast<const btStaticPlaneShape&>(shape);
         finder.find_below_plane(of_part, part_faces.front(),
                                 basis * to_eigen(plane.getPlaneNormal()));
-      } else if (shape.getShapeType() == TERRAIN_SHAPE_PROXYTYPE) {
+      } else if (shape_type == TERRAIN_SHAPE_PROXYTYPE) {
         const int axis = static_cast<const btHeightfieldTerrainShape&>(shape).getUpAxis();
         finder.find_below(of_part, part_faces, basis.col(axis));
       } else {

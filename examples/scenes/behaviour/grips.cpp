@@ -73,8 +73,9 @@ void build(Application& application, Watch& watch) {
     set_finger(*fingers[1], 1, place_at(time));
   });
 
-  // Let go, the cube falls from `lift_height`: at most sqrt(2 g h) = 3.2 m/s and m g h = 5 J. It was
-  // squeezed by a fifth of its side, so its corners also spring back, at up to twice that in addition.
+  // Let go, the cube falls from `lift_height`: at most sqrt(2 g h) = 3.2 m/s and m g h = 5 J. It
+  // was squeezed by a fifth of its side, so its corners also spring back, at up to twice that in
+  // addition.
   watch_fastest_node(watch, 9.6);
   const auto highest_energy = std::make_shared<double>(0);
   const auto soft_energy = [cube] {
