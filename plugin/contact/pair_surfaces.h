@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdint>
 #include <utility>
 #include <vector>
@@ -46,7 +45,10 @@ struct SlidingFriction {
     const double one = between_soft_bodies ? per_iteration[0] * shares[0] * squares[0] +
                                                  per_iteration[1] * shares[1] * squares[1]
                                            : per_iteration[0];
-    return 1 - std::pow(1 - std::clamp(one, 0.0, 1.0), iterations);
+    const double kept = 1 - std::clamp(one, 0.0, 1.0);
+    double kept_by_all = 1;
+    for (int i = 0; i < iterations && kept_by_all > 1e-9; ++i) kept_by_all *= kept;
+    return 1 - kept_by_all;
   }
 };
 

@@ -18,7 +18,10 @@ namespace {
 // Bullet solves contacts and links in turn. A body with this many position iterations at most
 // bounces off if its links are not solved again after the contacts. With more iterations the links
 // hold it together, and solving them again would only make it stiffer.
-constexpr int max_iterations_of_bouncing_bodies = 2;
+bool may_bounce_off(const btSoftBody& body) {
+  constexpr int few_iterations = 2;
+  return body.m_cfg.piterations <= few_iterations;
+}
 
 }  // namespace
 
@@ -97,10 +100,16 @@ void btLazySoftBodySolver::solveConstraints(btScalar solverdt) {
     }
   };
   ends_.assign(starts_.size(), {});
-  const bool ran = pipeline_->run(m_softBodySet, static_cast<double>(solverdt), fill,
-                                  [this](const std::vector<std::int32_t>& bodies, Motion& motion) {
-                                    return solve_links(bodies, motion);
-                                  });
+  Response::SolveLinks solve_links_again;
+  for (int i = 0; i < m_softBodySet.size() && !solve_links_again; ++i) {
+    if (may_bounce_off(*m_softBodySet[i])) {
+      solve_links_again = [this](const std::vector<std::int32_t>& bodies, Motion& motion) {
+        return solve_links(bodies, motion);
+      };
+    }
+  }
+  const bool ran =
+      pipeline_->run(m_softBodySet, static_cast<double>(solverdt), fill, solve_links_again);
   finish_solve_links(ran, solverdt);
   if (!ran) return;
   if (pipeline_->responded()) write_back();
@@ -129,7 +138,7 @@ double btLazySoftBodySolver::solve_links(const std::vector<std::int32_t>& bodies
   for (const std::int32_t index : bodies) {
     const SoftScene::BodyRecord& record = scene.bodies()[index];
     btSoftBody& body = *record.body;
-    if (body.m_cfg.piterations > max_iterations_of_bouncing_bodies) continue;
+    if (!may_bounce_off(body)) continue;
     std::vector<btVector3>& ends = ends_[record.world_index];
     for (int i = 0; ends.empty() && i < body.m_nodes.size(); ++i) {
       ends.resize(body.m_nodes.size());
