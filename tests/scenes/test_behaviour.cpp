@@ -43,7 +43,7 @@ void check(const std::string& name, Passing passing = Passing::never) {
     CHECK(report.finite);
     CHECK(report.lazyccd.fallback_steps == 0);
     if (passing == Passing::never) CHECK(report.pass_throughs == 0);
-    if (is_sanitized) return;  // one world is enough for the sanitizers, which are slow
+    if (test::is_sanitized) return;  // one world is enough for the sanitizers, which are slow
   }
 }
 
