@@ -21,9 +21,9 @@ bool passes_filter(btSoftBody& a, btCollisionObject& b) {
   return !filter || !proxy_a || !proxy_b || filter->needBroadphaseCollision(proxy_a, proxy_b);
 }
 
-// Layers. Every soft body is in `soft`; the others stand for what its flags ask for.
-constexpr std::uint32_t soft = 1, vertex_face_soft = 2, vertex_face_deformable = 4, rigid_body = 8,
-                        multibody_link = 16;
+// Layers. Every soft body is in `soft_body`; the others stand for what its flags ask for.
+constexpr std::uint32_t soft_body = 1, vertex_face_soft = 2, vertex_face_deformable = 4,
+                        rigid_body = 8, multibody_link = 16;
 
 }  // namespace
 
@@ -34,7 +34,7 @@ CollisionLayers CollisionFlags::layers_of(const btSoftBody& body) const {
   CollisionLayers layers;
   if (!obey_ || has(Flag::VF_SS)) layers.mask |= vertex_face_soft;
   if (!obey_ || has(Flag::VF_DD)) layers.mask |= vertex_face_deformable;
-  layers.layer = soft | layers.mask;
+  layers.layer = soft_body | layers.mask;
   if (has(Flag::CL_RS)) return layers;
   const bool all = !obey_ || has(Flag::SDF_RS) || (has(Flag::SDF_RD) && has(Flag::SDF_RDN));
   if (all || (has(Flag::SDF_RD) && has(Flag::SDF_RDF))) layers.mask |= rigid_body;
@@ -44,7 +44,7 @@ CollisionLayers CollisionFlags::layers_of(const btSoftBody& body) const {
 
 CollisionLayers CollisionFlags::layers_of(const btCollisionObject& rigid) {
   const bool is_link = rigid.getInternalType() == btCollisionObject::CO_FEATHERSTONE_LINK;
-  return {is_link ? multibody_link : rigid_body, soft};
+  return {is_link ? multibody_link : rigid_body, soft_body};
 }
 
 bool CollisionFlags::ask_for_rigid(const btSoftBody& body) const {
