@@ -5,6 +5,7 @@
 #include <functional>
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "scenes/behaviour/application.h"
@@ -40,6 +41,17 @@ struct Behaviour {
     return world == World::rigid ? in_rigid_world : in_deformable_world;
   }
 };
+
+/// A scene with these properties, and the defaults for the others.
+inline Behaviour make_behaviour(const char* name, const char* description, double seconds,
+                                std::function<void(Application&, Watch&)> build) {
+  Behaviour scene;
+  scene.name = name;
+  scene.description = description;
+  scene.seconds = seconds;
+  scene.build = std::move(build);
+  return scene;
+}
 
 const std::vector<Behaviour>& all_behaviours();
 /// Throws std::invalid_argument if no scene has this name.

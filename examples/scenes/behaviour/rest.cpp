@@ -91,12 +91,7 @@ std::vector<Behaviour> rest_behaviours() {
   std::vector<Behaviour> scenes;
   const auto add = [&](const char* name, const char* description, double seconds,
                        void (*build)(Application&, Watch&)) {
-    Behaviour scene;
-    scene.name = name;
-    scene.description = description;
-    scene.seconds = seconds;
-    scene.build = build;
-    scenes.push_back(scene);
+    scenes.push_back(make_behaviour(name, description, seconds, build));
   };
   add("rest-ball", "a soft ball is dropped on a ground", 8, build_ball);
   scenes.back().rigid_substeps = 4;

@@ -184,12 +184,7 @@ std::vector<Behaviour> user_behaviours() {
   std::vector<Behaviour> scenes;
   const auto add = [&](const char* name, const char* description, double seconds,
                        void (*build)(Application&, Watch&)) {
-    Behaviour scene;
-    scene.name = name;
-    scene.description = description;
-    scene.seconds = seconds;
-    scene.build = build;
-    scenes.push_back(scene);
+    scenes.push_back(make_behaviour(name, description, seconds, build));
   };
   add("threaded-dispatcher", "cloths fall on boxes with btCollisionDispatcherMt", 2, build_threads);
   scenes.back().threaded_dispatcher = true;
