@@ -30,7 +30,9 @@ struct ContactRow {
   /// (NearContactSelector, Untangling).
   bool can_act;
   bool touched = false;  ///< true: the detector found a contact, not only a speculative one
-  Eigen::Vector3d tangent_impulse;  ///< friction impulse on the solved motion
+  /// Friction impulse on the solved motion. With a sliding fraction, a contact whose load has ended
+  /// during the sweeps may keep some.
+  Eigen::Vector3d tangent_impulse;
   /// Effective masses, kg: 1 / sum_i (w_i^2 / mass_i) with the terms of rigid bodies, 0 if no
   /// impulse can move the contact points. Limited to 256 times the mass of the lightest node.
   double normal_mass,  ///< along the normal
@@ -39,8 +41,11 @@ struct ContactRow {
   /// Fraction of the sliding that friction takes at least, 0 to 1 (SlidingFriction::per_step()).
   double sliding_fraction;
 
+  /// Total impulse on the solved motion.
+  Eigen::Vector3d impulse() const { return normal_impulse * normal + tangent_impulse; }
+  bool has_impulse() const { return normal_impulse != 0 || !tangent_impulse.isZero(0); }
   /// Whether an impulse acted or the detector found the contact.
-  bool acted() const { return normal_impulse != 0 || split_impulse != 0 || touched; }
+  bool acted() const { return has_impulse() || split_impulse != 0 || touched; }
 };
 
 /// Summary of a row and of its violation by a given motion. The first detection computes it for

@@ -244,7 +244,6 @@ SweepChange sweep(const PgsProblem& problem, const std::int32_t* batches, int co
   const Rows zero = repeat(0, 0, 0, 0), one = repeat(1, 1, 1, 1);
   const Rows tangent_mask = repeat(1, 1, 1, 0), normal_mask = repeat(0, 0, 0, 1);
   const Rows min_size = repeat(0x1p-126f, 0x1p-126f, 0x1p-126f, 0x1p-126f);
-  const Rows very_large = repeat(0x1p100f, 0x1p100f, 0x1p100f, 0x1p100f);
   // By register of a batch.
   Rows largest[RowBatch::lanes / width], change_size[RowBatch::lanes / width],
       restart_test[RowBatch::lanes / width];
@@ -266,11 +265,10 @@ SweepChange sweep(const PgsProblem& problem, const std::int32_t* batches, int co
       const Rows sliding = tangent_move + displacement - gap * normal;
       const Rows tangent_impulse = tangent_mask * (before - broadcast<3>(terms) * sliding);
       const Rows size = larger(square_root(sum(tangent_impulse * tangent_impulse)), min_size);
-      // Friction holds inside Coulomb's cone. Outside of it takes the larger of Coulomb's impulse
-      // and a fraction of what would hold, if the contact carries a load at all.
-      const Rows fraction = broadcast<3>(tangent_move) * smaller(normal_impulse * very_large, one);
-      const Rows scale =
-          smaller(larger(broadcast<2>(terms) * normal_impulse / size, fraction), one);
+      const Rows sliding_bound = broadcast<3>(tangent_move);
+      const Rows bound = larger(broadcast<2>(terms) * normal_impulse,
+                                larger(sliding_bound * size, -sliding_bound));
+      const Rows scale = smaller(bound / size, one);
       const Rows now = tangent_impulse * scale + normal_mask * normal_impulse;
       const Rows change = now - before;
       if (is_zero(change)) continue;

@@ -52,7 +52,7 @@ std::vector<StepContact> step_contacts(const std::vector<const ContactRow*>& row
     for (const Contact& pair = rows[i]->contact; i < rows.size() && !(pair < rows[i]->contact);
          ++i) {
       if (rows[i]->contact.toi < first->contact.toi) first = rows[i];
-      impulse += rows[i]->normal_impulse * rows[i]->normal + rows[i]->tangent_impulse;
+      impulse += rows[i]->impulse();
     }
     append(first->contact, impulse / motion.dt);
   }

@@ -45,7 +45,7 @@ void ContactConstraints::begin_step() {
     if (row->normal_impulse == 0) continue;
     if (last_impulses_.empty() || last_impulses_.back().contact < row->contact)
       last_impulses_.push_back({row->contact, Eigen::Vector3d::Zero()});
-    last_impulses_.back().impulse += row->normal_impulse * row->normal + row->tangent_impulse;
+    last_impulses_.back().impulse += row->impulse();
   }
   rows_.clear();
   active_rows_.reset();
@@ -124,7 +124,7 @@ void ContactConstraints::merge(const std::vector<Contact>& contacts, const Make&
     for (; old < rows_.size() && !(contact < rows_.contact(old)); ++old) {
       if (!rows_.is_made(old)) continue;
       const ContactRow& row = rows_[old];
-      if (row.normal_impulse > 0 || row.split_impulse > 0) merged_.push_back(row);
+      if (row.has_impulse() || row.split_impulse > 0) merged_.push_back(row);
     }
     make(contact, merged_.emplace_back());
   }

@@ -30,6 +30,11 @@ constexpr int split_sweep_divisor = 5;
 // Sweeps from one full sweep to the next. Most rows never act, so the sweeps in between visit only
 // batches that carry an impulse. The interval doubles if a full sweep activated no new batch.
 constexpr int first_full_sweep_interval = 8;
+// Sweeps in which the impulse of sliding friction is a fraction of what would hold, as long as the
+// contact carries a load. After them its size is a constant bound, like that of Tresca's friction:
+// it has no other bound that goes to zero with the load, so contacts whose load comes and goes with
+// their friction would never settle.
+constexpr int sliding_sweeps = 8;
 // Restart the extrapolation if a sweep's change exceeds this multiple of the smallest change so
 // far.
 constexpr float max_change_growth = 4;
@@ -39,6 +44,23 @@ constexpr float max_change_growth = 4;
 bool ContactSolver::is_batch_active(std::int32_t batch) const {
   const float* impulse = batches_[batch].impulse;
   return std::any_of(impulse, impulse + 4 * RowBatch::lanes, [](float x) { return x != 0; });
+}
+
+void ContactSolver::set_sliding(const Indices& swept, bool is_final) {
+  for (const std::int32_t b : swept) {
+    RowBatch& batch = batches_[b];
+    for (int i = 0; i < RowBatch::lanes; ++i) {
+      const float* const impulse = batch.impulse + 4 * i;
+      float& bound = batch.tangent_move[4 * i + 3];
+      if (is_final && bound > 0) {
+        const float size = std::sqrt(impulse[0] * impulse[0] + impulse[1] * impulse[1] +
+                                     impulse[2] * impulse[2]);
+        bound = -std::max(size, std::numeric_limits<float>::min());
+      } else if (bound >= 0) {
+        bound = impulse[3] > 0 ? batch.sliding_fraction[i] : 0;
+      }
+    }
+  }
 }
 
 void ContactSolver::extrapolate(float factor, const Indices& swept) {
@@ -98,6 +120,7 @@ void ContactSolver::solve(int sweeps) {
                      ? 1
                      : run_length + 1;
     min_change_size = std::min(min_change_size, change.size);
+    set_sliding(swept, i >= sliding_sweeps);
     extrapolate(static_cast<float>(run_length - 1) / static_cast<float>(run_length + 2), swept);
     if (is_full || i == 1) {
       Indices now_active;
@@ -148,9 +171,8 @@ void ContactSolver::write(Motion& motion) {
           unit * static_cast<double>(solved[3]);
       if (!for_split_impulse_)
         row.tangent_impulse = unit * Eigen::Map<const Eigen::Vector3f>(solved).cast<double>();
-      if (impulse_of(row) == 0) continue;
-      Vector3d impulse = impulse_of(row) * row.normal;
-      if (!for_split_impulse_) impulse += row.tangent_impulse;
+      if (!has_impulse(row)) continue;
+      const Vector3d impulse = for_split_impulse_ ? row.split_impulse * row.normal : row.impulse();
       for (int k = 0; k < 4; ++k) {
         const std::int32_t v = row.contact.vertices[k];
         const double mobility = row.weights[k] * motion.inverse_mass_of(v);

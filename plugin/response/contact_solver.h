@@ -68,8 +68,8 @@ class ContactSolver {
     bool may_need_split = false;  // the row may need a split impulse
   };
 
-  double impulse_of(const ContactRow& row) const {
-    return for_split_impulse_ ? row.split_impulse : row.normal_impulse;
+  bool has_impulse(const ContactRow& row) const {
+    return for_split_impulse_ ? row.split_impulse != 0 : row.has_impulse();
   }
   /// Computes the needs of all rows, or of those that may need a split impulse, and divides the
   /// rows by whether they have an impulse. Returns false if no row needs anything.
@@ -93,6 +93,9 @@ class ContactSolver {
   }
   std::size_t batch_count() const { return row_batches_.batches().size(); }
   bool is_batch_active(std::int32_t batch) const;
+  /// Bounds the sliding friction of these batches for the next sweep: rows that carry a load get
+  /// their fraction. `is_final`: rows that have had it get the present size of their friction.
+  void set_sliding(const Indices& swept, bool may_end);
   /// Moves the impulses and displacements of these batches on by `factor` times their last
   /// change.
   void extrapolate(float factor, const Indices& swept);

@@ -155,7 +155,7 @@ bool ContactSolver::classify_rows(bool only_may_need_split) {
       const ContactRow& row = (*rows_)[i];
       if (!for_split_impulse_)
         may_need_split = row.corrected_gap > row.target_gap || row.split_impulse != 0;
-      add(i, estimate_for_target(row, for_split_impulse_, *motion_), impulse_of(row) != 0);
+      add(i, estimate_for_target(row, for_split_impulse_, *motion_), has_impulse(row));
     }
   }
   inactive_rows_.resize(inactive_count);
@@ -254,9 +254,12 @@ void ContactSolver::fill(RowBatch& batch, int lane, const ContactRow& row, const
   const Vector3d move = move_without_impulses(row, for_split_impulse_, *motion_);
   set(batch.normal + at, row.normal);
   set(batch.tangent_move + at, (move - row.normal.dot(move) * row.normal) / length_unit_);
-  batch.tangent_move[at + 3] = for_split_impulse_ ? 0 : static_cast<float>(row.sliding_fraction);
+  batch.sliding_fraction[lane] =
+      for_split_impulse_ ? 0 : static_cast<float>(row.sliding_fraction);
+  batch.tangent_move[at + 3] = batch.sliding_fraction[lane];
   set(batch.impulse + at, (for_split_impulse_ ? 0 : unit) * row.tangent_impulse);
-  batch.impulse[at + 3] = static_cast<float>(unit * impulse_of(row));
+  batch.impulse[at + 3] =
+      static_cast<float>(unit * (for_split_impulse_ ? row.split_impulse : row.normal_impulse));
   float* const terms = batch.terms + at;
   terms[0] = static_cast<float>(need.displacement / length_unit_);
   terms[1] = static_cast<float>(row.normal_mass / mass_unit_);

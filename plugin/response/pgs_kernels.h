@@ -18,10 +18,11 @@ struct alignas(16) Float4 {
 /// row is zero, but for scatter_node.
 struct alignas(64) RowBatch {
   static constexpr int lanes = 4, vertices = 4 * lanes;
-  float normal[4 * lanes],
-      /// tangential relative displacement without impulses; instead of the zero: the fraction of it
-      /// that friction takes at least
-      tangent_move[4 * lanes];
+  float normal[4 * lanes];
+  /// Tangential relative displacement without impulses. Instead of the zero: what bounds the
+  /// friction impulse besides Coulomb's cone. Positive: this fraction of what would hold. Negative:
+  /// an impulse of this size.
+  float tangent_move[4 * lanes];
   float weight[4 * lanes],  ///< by vertex
       mobility[4 * lanes];  ///< by vertex: weight / mass
   /// By row: displacement along the normal that impulses must add (need), normal mass, friction
@@ -35,6 +36,7 @@ struct alignas(64) RowBatch {
   /// stores never alias and none waits for another.
   std::int32_t node[vertices], scatter_node[vertices];
   std::int32_t first_term = 0, last_term = 0;  ///< its rigid terms; last_term: one past the last
+  float sliding_fraction[lanes];  ///< by row: ContactRow::sliding_fraction
 };
 
 /// Rows without an impulse, which get none until they are violated. Unlike the rows of a RowBatch
