@@ -24,7 +24,7 @@ constexpr double min_gap_fraction = 1.0 / 16;
 // Contacts that meet, and links that move nodes, more slowly than this do not throw a body back,
 // m/s.
 constexpr double min_impact_speed = 0.25;
-constexpr int max_link_rounds = 4;
+constexpr int max_link_rounds = 2;
 
 // If this many solves do not halve the number of crowded contacts, impact zones take over.
 constexpr std::size_t solves_to_halve = 4;
