@@ -36,6 +36,8 @@ class CollisionFlags {
   static CollisionLayers layers_of(const btCollisionObject& rigid);
   /// True if the flags let the soft body collide with something rigid.
   bool ask_for_rigid(const btSoftBody& body) const;
+  /// True if the flags let the soft body collide with anything.
+  bool ask_for_any(const btSoftBody& body) const { return layers_of(body).mask != 0; }
   bool ask_for(const btSoftBody& body, const btCollisionObject& rigid) const;
   bool ask_for(const btSoftBody& a, const btSoftBody& b) const;
 

@@ -172,6 +172,12 @@ bool SoftScene::is_excluded(const btSoftBody* body) const {
   return std::find(excluded_.begin(), excluded_.end(), body) != excluded_.end();
 }
 
+int SoftScene::world_index_of(const btSoftBody& body) const {
+  for (std::size_t i = 0; i < fingerprints_.size(); ++i)
+    if (fingerprints_[i].body == &body) return static_cast<int>(i);
+  return -1;
+}
+
 bool SoftScene::accepts(const btSoftBody* body) const {
   const bool has_primitives = body->m_faces.size() > 0 || body->m_links.size() > 0;
   return has_primitives && !body->m_reducedModel && !is_excluded(body);
@@ -200,7 +206,8 @@ void SoftScene::rebuild(const btAlignedObjectArray<btSoftBody*>& bodies, Warning
           "soft body " + std::to_string(i) +
               " is a reduced deformable, which is not supported: collision detection "
               "leaves it out");
-    } else if (!is_excluded(bodies[i])) {
+    } else if (!is_excluded(bodies[i]) &&
+               (flags_.ask_for_any(*bodies[i]) || bodies[i]->useSelfCollision())) {
       add_body(bodies[i], i, warnings);
     }
   }

@@ -1,6 +1,6 @@
 // Bullet's soft bodies as one index space of vertices, faces and edges.
 //
-// Included are bodies with at least one face or one edge. A link is an edge if one of its ends
+// Included are bodies with at least one face or one edge whose collision flags ask for a contact. A link is an edge if one of its ends
 // belongs to no face and no tetrahedron (ropes). Other links lie on the surface or inside the
 // volume, and bending links are not material. A node is a vertex if a face or edge uses it. Left
 // out, with one warning: faces with a repeated node, duplicate faces, faces with a node of another
@@ -52,6 +52,8 @@ class SoftScene {
   bool accepts(const btSoftBody* body) const;
 
   const CollisionFlags& flags() const { return flags_; }
+  /// Position of a body in the world's array of soft bodies at the last update(), or -1.
+  int world_index_of(const btSoftBody& body) const;
   const SceneTopology& topology() const { return topology_; }
   std::int32_t vertex_count() const { return topology_.vertex_count(); }
   const std::vector<BodyRecord>& bodies() const { return bodies_; }

@@ -219,16 +219,17 @@ bool StepReader::may_meet(double distance) const {
   };
   // Only bodies with a surface. Obstacles without one come last in bodies() and are not in
   // topology().
-  std::vector<std::size_t> order(topology_.topology().bodies.size());
+  const Span<const Body> filters = topology_.topology().bodies;
+  std::vector<std::size_t> order(filters.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   std::sort(order.begin(), order.end(), [this](std::size_t a, std::size_t b) {
     return bounds_[a].lower.x() < bounds_[b].lower.x();
   });
   for (auto a = order.begin(); a != order.end(); ++a) {
-    if (topology_.topology().bodies[*a].self_collision) return true;
+    if (filters[*a].self_collision) return true;
     for (auto b = a + 1; b != order.end() && !is_beyond(bounds_[*a], bounds_[*b], 0); ++b) {
-      if ((bodies[*a].soft || bodies[*b].soft) && !are_apart(bounds_[*a], bounds_[*b], 1) &&
-          !are_apart(bounds_[*a], bounds_[*b], 2))
+      if ((bodies[*a].soft || bodies[*b].soft) && filters_accept(filters[*a], filters[*b]) &&
+          !are_apart(bounds_[*a], bounds_[*b], 1) && !are_apart(bounds_[*a], bounds_[*b], 2))
         return true;
     }
   }

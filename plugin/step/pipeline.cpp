@@ -55,9 +55,7 @@ void Pipeline::report_pair_without_flags(btSoftBody& a, btSoftBody& b) noexcept 
   if (reported_pair_without_flags_ || !may_collide(a, b)) return;
   reported_pair_without_flags_ = true;
   const auto name_of = [this](const btSoftBody& body) {
-    for (const SoftScene::BodyRecord& record : scene().bodies())
-      if (record.body == &body) return std::to_string(record.world_index);
-    return std::string("?");
+    return std::to_string(scene().world_index_of(body));
   };
   warnings_.warn_once(
       "flags", "soft bodies " + name_of(a) + " and " + name_of(b) +
