@@ -59,11 +59,12 @@ class CpuDetector : public BackendDetector {
     in_use     // this step uses the list
   };
 
-  // Whether a step with this number of candidates is done before a sleeping thread would wake.
+  // Whether a step with this number of candidates wakes no thread: waking and waiting would cost
+  // more processor time than the step gets shorter.
   bool is_small(std::int64_t candidates) const {
     return candidates < min_candidates_for_threads && records_.size() < min_vertices_for_threads;
   }
-  static constexpr std::int64_t min_candidates_for_threads = 750;
+  static constexpr std::int64_t min_candidates_for_threads = 3000;
   static constexpr std::size_t min_vertices_for_threads = 4096;
 
   // Detects from the loaded positions to the contacts of the workers, which are not gathered yet.

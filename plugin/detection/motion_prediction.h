@@ -31,8 +31,8 @@ class MotionPrediction {
   /// Limits of the tolerance, as fractions of the separation. A tolerance below the minimum makes
   /// no difference to the detection; above the maximum the start ahead is not worth its cost.
   static constexpr double min_tolerance = 1e-2, max_tolerance = 0.5;
-  /// Fewer candidates than this are tested sooner than another thread would start.
-  static constexpr std::int64_t min_candidates = 750;
+  /// With fewer candidates, another thread costs more processor time than the step gets shorter.
+  static constexpr std::int64_t min_candidates = 3000;
 
   bool is_known_ = false, was_tried_ = false;
   std::int64_t candidates_ = 0;  ///< number in the last detection

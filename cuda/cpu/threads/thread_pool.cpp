@@ -16,9 +16,6 @@ namespace {
 
 // Longer than the serial code between two stages of a step, and too short to load the machine.
 constexpr std::chrono::microseconds spin_time{40};
-// Worker 1 spins longer. On a virtual machine waking a thread takes longer than a short step. So
-// one worker stays awake from stage to stage, and from step to step if these follow each other.
-constexpr std::chrono::microseconds first_worker_spin_time{200};
 
 // State of a job slot, from the low bits: workers inside the job (16 bits), workers that joined it
 // so far (15), whether it is open to join (1), number of the job (32). All in one word, so that
@@ -43,14 +40,14 @@ int thread_count(int wanted) {
 }
 
 template <class Done>
-bool spin_until(Done done, std::chrono::microseconds time = spin_time) {
+bool spin_until(Done done) {
   const auto start = std::chrono::steady_clock::now();
   do {
     for (int i = 0; i < 32; ++i) {
       if (done()) return true;
       cpu_relax();
     }
-  } while (std::chrono::steady_clock::now() - start < time);
+  } while (std::chrono::steady_clock::now() - start < spin_time);
   return done();
 }
 
@@ -187,10 +184,9 @@ void ThreadPool::wait_until(const JobSlot& slot, Done done) {
 
 void ThreadPool::worker_main(int worker) {
   pool_of_thread_ = this;
-  const std::chrono::microseconds spin = worker == 1 ? first_worker_spin_time : spin_time;
   Seen seen;
   for (;;) {
-    wait_for_job(seen, spin);
+    wait_for_job(seen);
     // Acquire, pairs with the store in publish(): a job that was submitted before this one was
     // published is seen below, and is taken first.
     const std::uint64_t current = job_number(current_.state.load(std::memory_order_acquire));
@@ -209,13 +205,13 @@ void ThreadPool::worker_main(int worker) {
 
 // Returns when there is a job other than the last ones seen. Jobs in between may have come and
 // gone.
-void ThreadPool::wait_for_job(const Seen& seen, std::chrono::microseconds spin) {
+void ThreadPool::wait_for_job(const Seen& seen) {
   const auto has_come = [&](std::memory_order order) {
     return job_number(current_.state.load(order)) != seen.current ||
            job_number(submitted_.state.load(order)) != seen.submitted;
   };
   // Relaxed: the caller acquires when it looks for the job.
-  while (!spin_until([&] { return has_come(std::memory_order_relaxed); }, spin)) {
+  while (!spin_until([&] { return has_come(std::memory_order_relaxed); })) {
     std::unique_lock<std::mutex> lock(mutex_);
     const std::uint64_t old_prewakes = prewakes_;
     // seq_cst, before the check for a job: see publish().

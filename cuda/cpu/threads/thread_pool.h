@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
 #include <condition_variable>
 #include <cstddef>
 #include <cstdint>
@@ -143,7 +142,7 @@ class ThreadPool {
   void leave_core_to_caller() noexcept;
   void call(JobSlot& slot, int worker) noexcept;
   void worker_main(int worker);
-  void wait_for_job(const Seen& seen, std::chrono::microseconds spin);
+  void wait_for_job(const Seen& seen);
   void help(JobSlot& slot, std::uint64_t job, int worker) noexcept;
   bool enter(JobSlot& slot, std::uint64_t job) noexcept;
   void leave(JobSlot& slot) noexcept;
