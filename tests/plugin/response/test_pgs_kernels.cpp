@@ -86,6 +86,8 @@ Problem random_problem(unsigned seed) {
       batch.tangent_move[4 * i] = within(-1, 1);
       batch.tangent_move[4 * i + 1] = -sliding * normal[2];
       batch.tangent_move[4 * i + 2] = sliding * normal[1];
+      constexpr float sliding_bounds[] = {0, 0.25f, -0.1f};
+      batch.tangent_move[4 * i + 3] = sliding_bounds[rows_of_batch[i] % 3];
       for (int k = 0; k < 4; ++k) {
         const std::int32_t node = nodes_of[rows_of_batch[i]][k];
         batch.node[4 * i + k] = node;
@@ -158,6 +160,38 @@ TEST_CASE("a sweep is the same with every instruction set and converges to the c
             baseline.max_violation(expected.swept(), static_cast<int>(expected.batches.size())));
     }
   }
+}
+
+TEST_CASE("friction is bounded by a fraction, by an impulse, or by Coulomb's cone") {
+  // One node of mass 1 that slides on something immovable, and is pressed with an impulse of 2.
+  constexpr float sliding = 8, need = 2;
+  const auto friction = [&](float sliding_bound, float coefficient) {
+    Problem problem;
+    constexpr std::int32_t node = 1 + RowBatch::vertices;
+    problem.displacement.resize(node + 1);
+    RowBatch& batch = problem.batches.emplace_back();
+    batch = {};
+    std::iota(std::begin(batch.scatter_node), std::end(batch.scatter_node), 1);
+    batch.normal[1] = batch.weight[0] = batch.mobility[0] = 1;
+    batch.node[0] = batch.scatter_node[0] = node;
+    batch.tangent_move[0] = sliding;
+    batch.tangent_move[3] = sliding_bound;
+    batch.terms[0] = need;
+    batch.terms[1] = batch.terms[3] = 1;
+    batch.terms[2] = coefficient;
+    std::fill_n(batch.compliance, 4, 1.0f);
+    const std::int32_t all = 0;
+    pgs_kernels("baseline")->sweep(problem.swept(), &all, 1);
+    CHECK(batch.impulse[3] == need);
+    return -batch.impulse[0];
+  };
+  CHECK(friction(0, 0) == 0);
+  CHECK(friction(0, 0.5f) == 0.5f * need);
+  CHECK(friction(0.25f, 0.5f) == 0.25f * sliding);
+  CHECK(friction(0.25f, 2) == 2 * need);
+  CHECK(friction(-3, 0.5f) == 3);
+  CHECK(friction(-3, 2) == 2 * need);
+  CHECK(friction(-20, 0) == sliding);
 }
 
 TEST_CASE("violated rows are found among inactive ones as in the full problem") {

@@ -51,6 +51,24 @@ TEST_CASE("a pair set to ignore each other does so from then on") {
   CHECK(impact.passed() == 36);
 }
 
+TEST_CASE("bodies that overlap cost no detection until their flags ask for contact") {
+  using Flag = btSoftBody::fCollision;
+  const World world = GENERATE(World::rigid, World::deformable);
+  const int none = GENERATE(0, Flag::SDF_RS);  // SDF_RS: with rigid bodies, of which there are none
+  CAPTURE(world == World::rigid, none);
+  Impact impact(quiet_options(world), 1);
+  const int asked = impact.held->m_cfg.collisions;
+  for (btSoftBody* const body : {impact.held, impact.thrown}) body->m_cfg.collisions = none;
+  impact.steps(8);
+  CHECK(impact.world->total_stats()->detections == 0);
+  CHECK(impact.world->total_stats()->fallback_steps == 0);
+  for (btSoftBody* const body : {impact.held, impact.thrown}) body->m_cfg.collisions = asked;
+  throw_down(*impact.thrown, 10);
+  impact.steps(until_through);
+  CHECK(impact.world->total_stats()->contacts_vf > 0);
+  CHECK(impact.passed() == 0);
+}
+
 TEST_CASE("faces and links that an application removes do not collide from then on") {
   const World world = GENERATE(World::rigid, World::deformable);
   const bool has_faces = GENERATE(false, true);  // false: a net
