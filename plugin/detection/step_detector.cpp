@@ -22,7 +22,8 @@ StepDetector::StepDetector(const DetectorOptions& options, const Threads& thread
       filter_(filter),
       topology_(topology),
       motion_(motion),
-      selector_(surfaces, position_correction) {
+      selector_(surfaces, position_correction),
+      round_contacts_(topology, motion, surfaces) {
   options_.separation = 0;
   options_.reduce_contacts = false;
 }
@@ -35,10 +36,17 @@ void StepDetector::set_topology(double largest_thickness) {
   measure_edges(topology);
   topology.self_separation = self_separation_;
   const double separation = separation_for(largest_thickness);
+  std::vector<Body> filters;
   if (!(separation > 0)) {
     near_detector_.reset();
+    round_contacts_.clear();
+    others_may_meet_ = true;
     touching_detector();
   } else {
+    round_contacts_.set_topology();
+    filters = round_contacts_.filters_of_others();
+    topology.bodies = filters;
+    others_may_meet_ = find_others_may_meet(topology.bodies);
     if (!near_detector_ || separation_ != separation) {
       DetectorOptions options = options_;
       options.separation = separation;
@@ -48,6 +56,15 @@ void StepDetector::set_topology(double largest_thickness) {
     near_detector_->set_topology(topology);
   }
   separation_ = separation;
+}
+
+bool StepDetector::find_others_may_meet(Span<const Body> filters) const {
+  for (std::size_t a = 0; a < filters.size(); ++a) {
+    if (filters[a].self_collision) return true;
+    for (std::size_t b = a + 1; b < filters.size(); ++b)
+      if (filters_accept(filters[a], filters[b])) return true;
+  }
+  return false;
 }
 
 // The separation is at most half the median edge, so that neighbours in a mesh are not near each
@@ -111,8 +128,8 @@ void StepDetector::add_to(StepStats& stats) const {
 
 std::vector<Contact> StepDetector::touching(const Positions& start, const Positions& end) {
   const Stopwatch watch;
-  const Span<const Contact> found = only_near_can_touch(end)
-                                        ? near_detector_->recheck_near_pairs(start, end)
+  const Span<const Contact> found = !others_may_meet_ || only_near_can_touch(end)
+                                        ? recheck(start, end)
                                         : touching_detector().detect(start, end);
   if (near_detector_ || detections_ == 0) record_report_only(found);
   ++detections_;
@@ -120,6 +137,13 @@ std::vector<Contact> StepDetector::touching(const Positions& start, const Positi
   report_only_is_known_ = contacts.empty() && is_end_of_motion(end);
   ms_ += watch.ms();
   return contacts;
+}
+
+Span<const Contact> StepDetector::recheck(const Positions& start, const Positions& end) {
+  if (!round_contacts_.are_clear(is_start_of_motion(end)))
+    return touching_detector().detect(start, end);
+  if (!others_may_meet_) return {};
+  return near_detector_->recheck_near_pairs(start, end);
 }
 
 // A pair that the first detection did not report stayed further apart than the separation at all
@@ -140,21 +164,31 @@ NearContacts StepDetector::detect_near() {
     return selector_.evaluate_all(touching_pairs_, motion_);
   }
   const Stopwatch watch;
-  const Span<const Contact> near = near_detector_->detect(motion_.starts(), motion_.ends());
-  detected_near_ = true;
+  Span<const Contact> near;
+  bool any_near = false;
   ++detections_;
-  const Stats& stats = near_detector_->stats();
-  started_ahead_ += stats.started_ahead;
-  prediction_.compare(motion_, stats.candidates_vf + stats.candidates_ee);
-  const bool any_near = stats.near_pairs > 0;
+  if (others_may_meet_) {
+    near = near_detector_->detect(motion_.starts(), motion_.ends());
+    detected_near_ = true;
+    const Stats& stats = near_detector_->stats();
+    started_ahead_ += stats.started_ahead;
+    prediction_.compare(motion_, stats.candidates_vf + stats.candidates_ee);
+    any_near = stats.near_pairs > 0;
+  }
+  if (round_contacts_.any()) {
+    round_contacts_.find_near(separation_, near_round_);
+    near_.resize(near.size() + near_round_.size());
+    std::merge(near.begin(), near.end(), near_round_.begin(), near_round_.end(), near_.begin());
+    near = near_;
+    any_near = any_near || !near_round_.empty();
+  }
   const NearContacts selected = selector_.select(near, filter_, motion_, threads_);
   found_any_ = selector_.any_responds();
-  if (!found_any_ && any_near) {
+  if (!found_any_ && (any_near || !round_contacts_.are_clear(false))) {
     // Contact reduction reports one pair for several. Even if the response does not act on the
     // reported pair, it may act on an omitted one: the reported pair may lack a vertex that the
     // other has, or contain an anchored one. So all near pairs are tested again.
-    const Span<const Contact> found =
-        near_detector_->recheck_near_pairs(motion_.starts(), motion_.ends());
+    const Span<const Contact> found = recheck(motion_.starts(), motion_.ends());
     record_report_only(found);
     ++detections_;
     found_any_ = !keep_responding(found).empty();
@@ -184,8 +218,7 @@ void StepDetector::record_report_only(Span<const Contact> contacts) {
 void StepDetector::find_report_only_contacts() {
   if (!near_detector_ || report_only_is_known_) return;
   report_only_contacts_.clear();
-  for (const Contact& contact :
-       near_detector_->recheck_near_pairs(motion_.starts(), motion_.ends())) {
+  for (const Contact& contact : recheck(motion_.starts(), motion_.ends())) {
     if (!filter_.is_anchored(contact) &&
         !(filter_.bodies_respond(contact) && filter_.has_response_as_predicted(contact)))
       report_only_contacts_.push_back(contact);

@@ -10,6 +10,7 @@
 #include "detection/contact_filter.h"
 #include "detection/motion_prediction.h"
 #include "detection/near_contact_selector.h"
+#include "detection/round_contacts.h"
 #include "lazyccd/bullet/report.h"
 #include "lazyccd/detector.h"
 #include "motion/motion.h"
@@ -81,6 +82,11 @@ class StepDetector {
   /// True if `end` is the end of the motion, as it is now.
   bool is_end_of_motion(const Positions& end) const { return end.data() == motion_.end.data(); }
   bool only_near_can_touch(const Positions& end) const;
+  /// True if two bodies may collide that RoundContacts does not handle.
+  bool find_others_may_meet(Span<const Body> filters) const;
+  /// Returns the pairs that touch in the motion from `start` to `end`. Pairs that the first
+  /// detection did not report must be known not to touch.
+  Span<const Contact> recheck(const Positions& start, const Positions& end);
   void measure_edges(const Topology& topology);
   double separation_for(double largest_thickness) const;
   /// Created and given the topology when it is first needed: most steps need near_detector_ alone.
@@ -100,6 +106,10 @@ class StepDetector {
   const StepTopology& topology_;
   Motion& motion_;
   NearContactSelector selector_;
+  RoundContacts round_contacts_;
+  bool others_may_meet_ = true;  ///< pairs that round_contacts_ does not handle
+  /// Near contacts of round_contacts_, and all of the step.
+  std::vector<Contact> near_round_, near_;
   /// Finds contacts without separation; null until it is needed.
   std::unique_ptr<Detector> touching_detector_;
   bool touching_topology_is_current_ = false;

@@ -53,8 +53,8 @@ void ContactSolver::set_sliding(const Indices& swept, bool is_final) {
       const float* const impulse = batch.impulse + 4 * i;
       float& bound = batch.tangent_move[4 * i + 3];
       if (is_final && bound > 0) {
-        const float size = std::sqrt(impulse[0] * impulse[0] + impulse[1] * impulse[1] +
-                                     impulse[2] * impulse[2]);
+        const float size =
+            std::sqrt(impulse[0] * impulse[0] + impulse[1] * impulse[1] + impulse[2] * impulse[2]);
         bound = -std::max(size, std::numeric_limits<float>::min());
       } else if (bound >= 0) {
         bound = impulse[3] > 0 ? batch.sliding_fraction[i] : 0;

@@ -254,8 +254,7 @@ void ContactSolver::fill(RowBatch& batch, int lane, const ContactRow& row, const
   const Vector3d move = move_without_impulses(row, for_split_impulse_, *motion_);
   set(batch.normal + at, row.normal);
   set(batch.tangent_move + at, (move - row.normal.dot(move) * row.normal) / length_unit_);
-  batch.sliding_fraction[lane] =
-      for_split_impulse_ ? 0 : static_cast<float>(row.sliding_fraction);
+  batch.sliding_fraction[lane] = for_split_impulse_ ? 0 : static_cast<float>(row.sliding_fraction);
   batch.tangent_move[at + 3] = batch.sliding_fraction[lane];
   set(batch.impulse + at, (for_split_impulse_ ? 0 : unit) * row.tangent_impulse);
   batch.impulse[at + 3] =

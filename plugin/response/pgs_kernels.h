@@ -36,7 +36,7 @@ struct alignas(64) RowBatch {
   /// stores never alias and none waits for another.
   std::int32_t node[vertices], scatter_node[vertices];
   std::int32_t first_term = 0, last_term = 0;  ///< its rigid terms; last_term: one past the last
-  float sliding_fraction[lanes];  ///< by row: ContactRow::sliding_fraction
+  float sliding_fraction[lanes];               ///< by row: ContactRow::sliding_fraction
 };
 
 /// Rows without an impulse, which get none until they are violated. Unlike the rows of a RowBatch

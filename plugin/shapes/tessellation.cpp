@@ -103,6 +103,7 @@ bool add_convex(const btConvexShape& shape, const btTransform& pose, double dept
   btConvexHullComputer hull;
   hull.compute(&points[0].getX(), sizeof(btVector3), static_cast<int>(points.size()), 0, 0);
   const auto first = static_cast<std::int32_t>(triangles.vertices.size());
+  const auto first_face = static_cast<std::int32_t>(triangles.faces.size());
   for (int i = 0; i < hull.vertices.size(); ++i) {
     // The given points are exact; the coordinates that the hull computes are rounded.
     triangles.vertices.push_back(pose * points[hull.original_vertex_index[i]]);
@@ -115,6 +116,12 @@ bool add_convex(const btConvexShape& shape, const btTransform& pose, double dept
       triangles.faces.push_back(
           {apex, first + edge->getSourceVertex(), first + edge->getTargetVertex()});
     }
+  }
+  std::array<btVector3, 2> core;
+  if (find_core(shape, core)) {
+    for (btVector3& end : core) end = pose * end;
+    triangles.round_parts.push_back(
+        make_round_part(core, triangles.vertices, first, triangles.faces, first_face));
   }
   return hull.faces.size() > 0;
 }

@@ -12,6 +12,7 @@
 #include "lazyccd/bullet/precision.h"
 #include "lazyccd/scene.h"
 #include "shapes/axis_box.h"
+#include "shapes/round_part.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -19,6 +20,13 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 struct Triangles {
   std::vector<btVector3> vertices;  ///< metres, in the frame of the outermost shape
   std::vector<Face> faces;
+  std::vector<RoundPart> round_parts;  ///< balls and capsules among them, by first_face
+  /// True if all faces belong to balls and capsules.
+  bool is_round() const {
+    std::size_t count = 0;
+    for (const RoundPart& part : round_parts) count += part.planes.size();
+    return count > 0 && count == faces.size();
+  }
 };
 
 /// Appends the triangles of `shape` at `pose`. Returns false if a part of the shape is of a kind

@@ -1,0 +1,242 @@
+#include "detection/round_contacts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+namespace {
+
+using Eigen::Vector3d;
+
+// Of the thickness: what the response may leave of it at rest.
+constexpr double kept_thickness = 0.9;
+
+// Distance between the segments a + s u and b + t v with s, t in [0, 1]. Ericson 2005, "Real-Time
+// Collision Detection", section 5.1.9.
+double segment_distance(const Vector3d& a, const Vector3d& u, const Vector3d& b,
+                        const Vector3d& v) {
+  const Vector3d w = a - b;
+  const double uu = u.squaredNorm(), vv = v.squaredNorm(), vw = v.dot(w);
+  double s = 0, t = 0;
+  if (!(vv > 0)) {
+    s = uu > 0 ? std::clamp(-u.dot(w) / uu, 0.0, 1.0) : 0;
+  } else {
+    const double uv = u.dot(v), uw = u.dot(w), area = uu * vv - uv * uv;
+    if (area > 0) s = std::clamp((uv * vw - uw * vv) / area, 0.0, 1.0);
+    t = (uv * s + vw) / vv;
+    if (t < 0 || t > 1) {
+      t = std::clamp(t, 0.0, 1.0);
+      s = uu > 0 ? std::clamp((uv * t - uw) / uu, 0.0, 1.0) : 0;
+    }
+  }
+  return (w + s * u - t * v).norm();
+}
+
+Vector3d transformed(const btTransform& pose, const btVector3& x) {
+  const btMatrix3x3& basis = pose.getBasis();
+  const Vector3d local = to_eigen(x);
+  Vector3d world = to_eigen(pose.getOrigin());
+  for (int k = 0; k < 3; ++k) world[k] += to_eigen(basis[k]).dot(local);
+  return world;
+}
+
+}  // namespace
+
+struct RoundContacts::MovingCore {
+  Vector3d start[2], end[2];
+
+  MovingCore(const RoundPart& part, const RigidMotion& rigid, bool at_start) {
+    for (int k = 0; k < 2; ++k) {
+      start[k] = transformed(rigid.start, part.core[k]);
+      end[k] = at_start ? start[k] : transformed(rigid.end, part.core[k]);
+    }
+  }
+
+  // Parameter of the point of the core that is closest to x at time t.
+  double closest(const Vector3d& x, double t, Vector3d& point) const {
+    const Vector3d a = (1 - t) * start[0] + t * end[0], b = (1 - t) * start[1] + t * end[1];
+    const Vector3d along = b - a;
+    const double length2 = along.squaredNorm();
+    const double s = length2 > 0 ? std::clamp((x - a).dot(along) / length2, 0.0, 1.0) : 0;
+    point = a + s * along;
+    return s;
+  }
+  double distance(const Vector3d& x, double t) const {
+    Vector3d point;
+    closest(x, t, point);
+    return (x - point).norm();
+  }
+  // Upper bound of how far a vertex moves relative to any point of the core.
+  double relative_move(const Vector3d& x0, const Vector3d& x1) const {
+    const Vector3d move = x1 - x0;
+    return std::max((move - (end[0] - start[0])).norm(), (move - (end[1] - start[1])).norm());
+  }
+  // Lower bound of the distance of a vertex over the whole motion. Exact if the core does not turn.
+  double smallest_distance(const Vector3d& x0, const Vector3d& x1) const {
+    const Vector3d turn = 0.5 * ((end[1] - start[1]) - (end[0] - start[0]));
+    const Vector3d shift = 0.5 * ((end[0] - start[0]) + (end[1] - start[1]));
+    return segment_distance(x0, x1 - shift - x0, start[0], start[1] - start[0]) - turn.norm();
+  }
+  // Upper bound of the rounding of Bullet's positions of the part's vertices, metres.
+  double rounding(double radius) const {
+    constexpr double count = 64;
+    double largest = radius;
+    for (int k = 0; k < 2; ++k)
+      largest = std::max({largest, start[k].lpNorm<Eigen::Infinity>() + radius,
+                          end[k].lpNorm<Eigen::Infinity>() + radius});
+    return count * static_cast<double>(std::numeric_limits<btScalar>::epsilon()) * largest;
+  }
+};
+
+void RoundContacts::set_topology() {
+  obstacles_.clear();
+  const Topology topology = topology_.topology();
+  std::vector<BodyPair> disabled(topology.disabled_pairs.begin(), topology.disabled_pairs.end());
+  std::sort(disabled.begin(), disabled.end());
+  const std::vector<double> edges_squared = longest_edges_squared(true);
+  for (std::size_t b = 0; b < topology.bodies.size(); ++b) {
+    const StepTopology::BodyRecord& record = topology_.bodies()[b];
+    if (record.soft || !record.triangles->is_round() || record.has_anchored_nodes) continue;
+    const auto body = static_cast<std::int32_t>(b);
+    Obstacle obstacle{body, {}};
+    for (std::int32_t s = 0; s < body && topology_.bodies()[s].soft; ++s) {
+      if (filters_accept(topology.bodies[s], topology.bodies[b]) &&
+          !std::binary_search(disabled.begin(), disabled.end(), BodyPair{s, body}))
+        obstacle.soft_bodies.push_back(s);
+    }
+    if (!obstacle.soft_bodies.empty() && suits(obstacle, edges_squared))
+      obstacles_.push_back(std::move(obstacle));
+  }
+}
+
+// True if the bound holds where soft bodies rest on the obstacle.
+bool RoundContacts::suits(const Obstacle& obstacle,
+                          const std::vector<double>& edges_squared) const {
+  const Triangles& triangles = *topology_.bodies()[obstacle.body].triangles;
+  for (const std::int32_t s : obstacle.soft_bodies) {
+    if (!topology_.bodies()[s].responds) return false;
+    const double gap = kept_thickness * surfaces_.of(s, obstacle.body).thickness;
+    for (const RoundPart& part : triangles.round_parts) {
+      const double at_rest = part.inner_radius + gap;
+      if (!(at_rest * at_rest - edges_squared[s] / 3 > part.outer_radius * part.outer_radius))
+        return false;
+    }
+  }
+  return true;
+}
+
+std::vector<Body> RoundContacts::filters_of_others() const {
+  const Span<const Body> all = topology_.topology().bodies;
+  std::vector<Body> filters(all.begin(), all.end());
+  for (const Obstacle& obstacle : obstacles_)
+    filters[static_cast<std::size_t>(obstacle.body)].layer = 0;
+  return filters;
+}
+
+// The square of an edge is a convex function of time, so it is largest at one of the ends.
+std::vector<double> RoundContacts::longest_edges_squared(bool at_start) const {
+  const Topology topology = topology_.topology();
+  std::vector<double> longest(topology.bodies.size(), 0);
+  const auto read = [&](std::int32_t a, std::int32_t b) {
+    double& of_body = longest[static_cast<std::size_t>(topology_.body_of(a))];
+    of_body = std::max(of_body, (motion_.start_of(a) - motion_.start_of(b)).squaredNorm());
+    if (!at_start)
+      of_body = std::max(of_body, (motion_.end_of(a) - motion_.end_of(b)).squaredNorm());
+  };
+  for (const Face& face : topology.faces) {
+    if (!topology_.is_soft(face[0])) break;  // the faces of obstacles come last
+    for (int k = 0; k < 3; ++k) read(face[k], face[(k + 1) % 3]);
+  }
+  for (const Edge& edge : topology.edges) read(edge[0], edge[1]);
+  return longest;
+}
+
+void RoundContacts::find_near(double separation, std::vector<Contact>& contacts) const {
+  contacts.clear();
+  for (const Obstacle& obstacle : obstacles_) {
+    for (const std::int32_t soft_body : obstacle.soft_bodies) {
+      const Triangles& triangles = *topology_.bodies()[obstacle.body].triangles;
+      for (const RoundPart& part : triangles.round_parts)
+        find_near(obstacle, soft_body, part, separation, contacts);
+    }
+  }
+  std::sort(contacts.begin(), contacts.end());
+}
+
+void RoundContacts::find_near(const Obstacle& obstacle, std::int32_t soft_body,
+                              const RoundPart& part, double separation,
+                              std::vector<Contact>& contacts) const {
+  constexpr int max_advances = 16;
+  const StepTopology::BodyRecord& rigid_record = topology_.bodies()[obstacle.body];
+  const StepTopology::BodyRecord& soft = topology_.bodies()[soft_body];
+  const RigidMotion& rigid = motion_.rigid_of(obstacle.body);
+  const Topology topology = topology_.topology();
+  const MovingCore core(part, rigid, false);
+  const double near_distance = part.outer_radius + separation;
+  for (std::int32_t v = soft.first_vertex; v < soft.first_vertex + soft.vertex_count; ++v) {
+    const Vector3d x0 = motion_.start_of(v), x1 = motion_.end_of(v);
+    const double move = core.relative_move(x0, x1), start_distance = core.distance(x0, 0);
+    if (start_distance - move > near_distance || start_distance < part.inner_radius) continue;
+    // Conservative advancement to the first time within the separation.
+    double t = 0, distance = start_distance;
+    for (int i = 0; i < max_advances && distance > near_distance && t < 1; ++i) {
+      t = std::min(1.0, t + (distance - near_distance) / move);
+      distance = core.distance((1 - t) * x0 + t * x1, t);
+    }
+    if (t == 1 && distance > near_distance) continue;
+    const Vector3d x = (1 - t) * x0 + t * x1;
+    Vector3d point;
+    const auto along = static_cast<btScalar>(core.closest(x, t, point));
+    const Vector3d normal = (x - point).normalized();
+    const btVector3 local_normal =
+        rigid.start.getBasis().transpose() * btVector3(to_bullet(normal));
+    const btVector3 local_point = part.core[0].lerp(part.core[1], along);
+    const FacePoint exit = find_exit(part, local_point, local_normal);
+
+    Contact contact;
+    contact.kind = ContactKind::vertex_face;
+    contact.body_a = soft_body;
+    contact.body_b = obstacle.body;
+    contact.primitive_a = v;
+    contact.primitive_b = rigid_record.first_face + part.first_face + exit.face;
+    const Face& face = topology.faces[static_cast<std::size_t>(contact.primitive_b)];
+    contact.vertices = {v, face[0], face[1], face[2]};
+    contact.u = static_cast<float>(exit.u);
+    contact.v = static_cast<float>(exit.v);
+    for (int k = 0; k < 3; ++k) contact.normal[k] = static_cast<float>(normal[k]);
+    contact.toi = t;
+    contacts.push_back(contact);
+  }
+}
+
+bool RoundContacts::are_clear(bool at_start) const {
+  if (!any()) return true;
+  const std::vector<double> edges_squared = longest_edges_squared(at_start);
+  for (const Obstacle& obstacle : obstacles_) {
+    const Triangles& triangles = *topology_.bodies()[obstacle.body].triangles;
+    const RigidMotion& rigid = motion_.rigid_of(obstacle.body);
+    for (const std::int32_t soft_body : obstacle.soft_bodies) {
+      for (const RoundPart& part : triangles.round_parts)
+        if (!is_clear(soft_body, part, rigid, at_start, edges_squared[soft_body])) return false;
+    }
+  }
+  return true;
+}
+
+bool RoundContacts::is_clear(std::int32_t soft_body, const RoundPart& part,
+                             const RigidMotion& rigid, bool at_start, double edge_squared) const {
+  const StepTopology::BodyRecord& soft = topology_.bodies()[soft_body];
+  const MovingCore core(part, rigid, at_start);
+  const double radius = part.outer_radius + core.rounding(part.outer_radius);
+  const double needed = std::sqrt(radius * radius + edge_squared / 3);
+  for (std::int32_t v = soft.first_vertex; v < soft.first_vertex + soft.vertex_count; ++v) {
+    const Vector3d x0 = motion_.start_of(v), x1 = at_start ? x0 : motion_.end_of(v);
+    if (!(core.smallest_distance(x0, x1) > needed)) return false;
+  }
+  return true;
+}
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet
