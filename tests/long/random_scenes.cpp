@@ -117,7 +117,7 @@ int main(int argc, char** argv) {
       if (world == "deformable" && w != scenes::World::deformable) continue;
       const test::SceneReport report = test::run_random_scene(
           number, w, bullet_alone ? scenes::Collisions::bullet : scenes::Collisions::lazyccd,
-          pushed ? test::random_options(number) : bullet::SolverOptions(), watch);
+          pushed ? test::random_options(number) : test::strict_options(), watch);
       bad = show(number, w, report, all) || bad;
     }
   }
