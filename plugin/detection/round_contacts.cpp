@@ -12,6 +12,8 @@ using Eigen::Vector3d;
 
 // Of the thickness: what the response may leave of it at rest.
 constexpr double kept_thickness = 0.9;
+// With more pairs of a vertex and a ball or capsule, the detector's hierarchy is faster.
+constexpr std::int64_t max_pairs = 1 << 15;
 
 // Distance between the segments a + s u and b + t v with s, t in [0, 1]. Ericson 2005, "Real-Time
 // Collision Detection", section 5.1.9.
@@ -96,6 +98,7 @@ void RoundContacts::set_topology() {
   std::vector<BodyPair> disabled(topology.disabled_pairs.begin(), topology.disabled_pairs.end());
   std::sort(disabled.begin(), disabled.end());
   const std::vector<double> edges_squared = longest_edges_squared(true);
+  std::int64_t pairs = 0;
   for (std::size_t b = 0; b < topology.bodies.size(); ++b) {
     const StepTopology::BodyRecord& record = topology_.bodies()[b];
     if (record.soft || !record.triangles->is_round() || record.has_anchored_nodes) continue;
@@ -106,9 +109,13 @@ void RoundContacts::set_topology() {
           !std::binary_search(disabled.begin(), disabled.end(), BodyPair{s, body}))
         obstacle.soft_bodies.push_back(s);
     }
-    if (!obstacle.soft_bodies.empty() && suits(obstacle, edges_squared))
-      obstacles_.push_back(std::move(obstacle));
+    if (obstacle.soft_bodies.empty() || !suits(obstacle, edges_squared)) continue;
+    const auto parts = static_cast<std::int64_t>(record.triangles->round_parts.size());
+    for (const std::int32_t s : obstacle.soft_bodies)
+      pairs += parts * topology_.bodies()[s].vertex_count;
+    obstacles_.push_back(std::move(obstacle));
   }
+  if (pairs > max_pairs) clear();
 }
 
 // True if the bound holds where soft bodies rest on the obstacle.
