@@ -2,6 +2,8 @@
 
 #include <BulletSoftBody/btSoftBodyInternals.h>
 
+#include <set>
+
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
@@ -30,9 +32,32 @@ btVector3 face_weights(const StepContact& contact) {
                    static_cast<btScalar>(-contact.weights[3]));
 }
 
+// The sleeping bodies with contacts in this step. Their lists are those of an old step.
+std::set<btSoftBody*> sleepers_with(Span<const StepContact> contacts) {
+  std::set<btSoftBody*> bodies;
+  for (const StepContact& contact : contacts) {
+    btSoftBody* const body = btSoftBody::upcast(contact.body_a);
+    if (body && !body->isActive()) bodies.insert(body);
+  }
+  return bodies;
+}
+
 }  // namespace
 
+void clear_soft_contact_lists(btSoftBody& body) {
+  body.m_scontacts.resize(0);
+  body.m_rcontacts.clear();
+}
+
+void clear_deformable_contact_lists(btSoftBody& body) {
+  body.m_nodeRigidContacts.clear();
+  body.m_faceRigidContacts.clear();
+  body.m_faceNodeContacts.resize(0);
+  body.m_faceNodeContactsCCD.resize(0);
+}
+
 void fill_soft_contact_lists(Span<const StepContact> contacts) {
+  for (btSoftBody* const body : sleepers_with(contacts)) clear_soft_contact_lists(*body);
   // Fills the list as Bullet's CollideVF_SS does (btSoftBodyInternals.h). Bullet's solver has
   // finished this step and clears the list before the next one. So only applications read it.
   for (const StepContact& contact : contacts) {
@@ -61,15 +86,11 @@ void fill_soft_contact_lists(Span<const StepContact> contacts) {
   }
 }
 
-void fill_deformable_contact_lists(btAlignedObjectArray<btSoftBody*>& bodies,
-                                   Span<const StepContact> contacts) {
+void fill_deformable_contact_lists(Span<const StepContact> contacts) {
+  for (btSoftBody* const body : sleepers_with(contacts)) clear_deformable_contact_lists(*body);
   // Fills the lists as Bullet's CollideVF_DD does (btSoftBodyInternals.h). applyRepulsionForce has
   // already run in this step, and the lists are cleared before it runs again. So only applications
   // read them.
-  for (int i = 0; i < bodies.size(); ++i) {
-    bodies[i]->m_faceNodeContacts.resize(0);
-    bodies[i]->m_faceNodeContactsCCD.resize(0);
-  }
   for (const StepContact& contact : contacts) {
     btSoftBody* const node_body = btSoftBody::upcast(contact.body_a);
     if (!node_body || contact.kind != ContactKind::vertex_face) continue;

@@ -10,13 +10,16 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
+// Bullet clears the lists of active bodies when a step begins. Those of a sleeping body stay as they
+// were when it fell asleep, until it has other contacts.
+void clear_soft_contact_lists(btSoftBody& body);
+void clear_deformable_contact_lists(btSoftBody& body);
+
 /// Rigid world: appends to m_scontacts and m_rcontacts of the bodies in contact.
 void fill_soft_contact_lists(Span<const StepContact> contacts);
 
-/// Deformable world: clears m_faceNodeContacts of `bodies`, then appends to it and to
-/// m_nodeRigidContacts.
-void fill_deformable_contact_lists(btAlignedObjectArray<btSoftBody*>& bodies,
-                                   Span<const StepContact> contacts);
+/// Deformable world: appends to m_faceNodeContacts and m_nodeRigidContacts.
+void fill_deformable_contact_lists(Span<const StepContact> contacts);
 
 }  // namespace LAZYCCD_BULLET_PRECISION
 }  // namespace lazyccd::bullet

@@ -5,6 +5,8 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 
 StepStats& StepStats::operator+=(const StepStats& s) {
   steps += s.steps;
+  soft_bodies += s.soft_bodies;
+  sleeping_bodies += s.sleeping_bodies;
   handled_pairs += s.handled_pairs;
   detections += s.detections;
   started_ahead += s.started_ahead;

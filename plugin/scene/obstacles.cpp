@@ -127,9 +127,20 @@ void Obstacles::invalidate() { *this = Obstacles(jump_speed_); }
 
 void Obstacles::begin_step(const SoftBodies& bodies) { poses_.begin_step(broadphase_of(bodies)); }
 
-bool Obstacles::update(const SoftBodies& bodies, const AxisBox& swept, double dt, double depth,
-                       WarningLog& warnings) {
+void Obstacles::read_poses(const SoftBodies& bodies, double dt, WarningLog& warnings) {
   poses_.end_step(broadphase_of(bodies), static_cast<btScalar>(dt), warnings);
+}
+
+std::vector<AxisBox> Obstacles::moving_bounds() const {
+  std::vector<AxisBox> boxes;
+  for (const RigidPose& pose : poses_.all()) {
+    if (pose.finite && pose.object->hasContactResponse() && !(pose.start == pose.end))
+      boxes.push_back(bounds(pose));
+  }
+  return boxes;
+}
+
+bool Obstacles::update(const SoftBodies& bodies, const AxisBox& swept, double depth) {
   anchor_objects_ = find_anchor_objects(bodies);
   depth_ = depth;
   return update_region(swept);

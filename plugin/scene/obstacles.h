@@ -50,11 +50,14 @@ class Obstacles {
 
   /// Starts a step. Call it before Bullet moves anything.
   void begin_step(const SoftBodies& bodies);
-  /// Reads the rigid bodies at the end of the step. `swept`: bounds of the soft bodies' motion.
-  /// `dt`: length of the step, seconds. `depth`: how deep inside round surfaces triangles may lie,
-  /// metres; see tessellate(). Returns true if triangles must be read; call read_triangles() then.
-  bool update(const SoftBodies& bodies, const AxisBox& swept, double dt, double depth,
-              WarningLog& warnings);
+  /// Reads the poses of the rigid bodies at the end of the step. `dt`: its length, seconds.
+  void read_poses(const SoftBodies& bodies, double dt, WarningLog& warnings);
+  /// Bounds, over the step, of the rigid bodies with contact response that move.
+  std::vector<AxisBox> moving_bounds() const;
+  /// Finds the rigid bodies near the soft ones. `swept`: bounds of the soft bodies' motion.
+  /// `depth`: how deep inside round surfaces triangles may lie, metres; see tessellate(). Returns
+  /// true if triangles must be read; call read_triangles() then.
+  bool update(const SoftBodies& bodies, const AxisBox& swept, double depth);
   /// The same for a larger `swept` in the same step.
   bool update_region(const AxisBox& swept);
   /// True if all triangles in `swept` have been read.

@@ -1,6 +1,8 @@
 #include "scene/previous_step.h"
 
 #include <algorithm>
+#include <functional>
+#include <utility>
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -28,8 +30,16 @@ btScalar largest_pinned_displacement(const SoftScene::BodyRecord& record, const 
 
 }  // namespace
 
-void PreviousStep::remember(const SoftScene& scene, const Obstacles& obstacles,
-                            const StepTopology& topology, const Motion& motion) {
+bool PreviousStep::SoftBody::is_of(const SoftScene::BodyRecord& record) const {
+  return body == record.body && proxy_id == bullet::proxy_id(record);
+}
+
+void PreviousStep::remember(const SoftScene& scene, const Sleepers& sleepers,
+                            const Obstacles& obstacles, const StepTopology& topology,
+                            const Motion& motion) {
+  if (!std::equal(soft_bodies_.begin(), soft_bodies_.end(), scene.bodies().begin(),
+                  scene.bodies().end(), std::mem_fn(&SoftBody::is_of)))
+    set_aside(sleepers);
   soft_bodies_.resize(scene.bodies().size());
   next_ = 0;
   for (std::size_t i = 0; i < soft_bodies_.size(); ++i) {
@@ -51,25 +61,43 @@ void PreviousStep::remember(const SoftScene& scene, const Obstacles& obstacles,
             [](const Obstacle& a, const Obstacle& b) { return a.unique_id < b.unique_id; });
 }
 
-const std::vector<btScalar>* PreviousStep::end_of(const SoftScene::BodyRecord& record) {
-  const auto is_same = [&record, id = proxy_id(record)](const SoftBody& last) {
-    return last.body == record.body && last.proxy_id == id;
-  };
+// Keeps the bodies of the last step that were left out of this one.
+void PreviousStep::set_aside(const Sleepers& sleepers) {
+  const auto left_out = sleepers.left_out();
+  const auto has_woken = [&](const SoftBody& last) { return left_out.count(last.body) == 0; };
+  left_out_.erase(std::remove_if(left_out_.begin(), left_out_.end(), has_woken), left_out_.end());
+  for (SoftBody& last : soft_bodies_)
+    if (!has_woken(last)) left_out_.push_back(std::move(last));
+}
+
+const PreviousStep::SoftBody* PreviousStep::find(const SoftScene::BodyRecord& record) {
+  const auto is_same = [&record](const SoftBody& last) { return last.is_of(record); };
   auto last =
       soft_bodies_.begin() + static_cast<std::ptrdiff_t>(std::min(next_, soft_bodies_.size()));
   if (last == soft_bodies_.end() || !is_same(*last))
     last = std::find_if(soft_bodies_.begin(), soft_bodies_.end(), is_same);
-  if (last == soft_bodies_.end()) return nullptr;
-  next_ = static_cast<std::size_t>(last - soft_bodies_.begin()) + 1;
-  const bool same_count =
-      last->positions.size() == 3 * static_cast<std::size_t>(record.vertex_count);
-  return same_count ? &last->positions : nullptr;
+  if (last != soft_bodies_.end()) {
+    next_ = static_cast<std::size_t>(last - soft_bodies_.begin()) + 1;
+    return &*last;
+  }
+  const auto left_out = std::find_if(left_out_.begin(), left_out_.end(), is_same);
+  return left_out == left_out_.end() ? nullptr : &*left_out;
+}
+
+const std::vector<btScalar>* PreviousStep::end_of(const SoftScene::BodyRecord& record) {
+  const SoftBody* const last = find(record);
+  if (!last || last->positions.size() != 3 * static_cast<std::size_t>(record.vertex_count))
+    return nullptr;
+  pinned_displacement_ = last->pinned_displacement;
+  return &last->positions;
 }
 
 void PreviousStep::forget(const btCollisionObject& body) {
-  soft_bodies_.erase(std::remove_if(soft_bodies_.begin(), soft_bodies_.end(),
-                                    [&](const SoftBody& last) { return last.body == &body; }),
-                     soft_bodies_.end());
+  for (std::vector<SoftBody>* const bodies : {&soft_bodies_, &left_out_}) {
+    bodies->erase(std::remove_if(bodies->begin(), bodies->end(),
+                                 [&](const SoftBody& last) { return last.body == &body; }),
+                  bodies->end());
+  }
 }
 
 bool PreviousStep::has_new(const std::vector<Obstacles::Record>& obstacles) const {

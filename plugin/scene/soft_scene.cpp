@@ -92,7 +92,7 @@ bool SoftScene::Fingerprint::operator==(const Fingerprint& s) const {
   const auto tie = [](const Fingerprint& x) {
     return std::tie(x.body, x.nodes, x.ignored, x.node_count, x.face_count, x.link_count,
                     x.tetra_count, x.group, x.mask, x.collisions, x.self, x.responds, x.excluded,
-                    x.marked_changed, x.margin);
+                    x.marked_changed, x.margin, x.proxy_id);
   };
   return tie(*this) == tie(s);
 }
@@ -115,31 +115,65 @@ SoftScene::Fingerprint SoftScene::fingerprint(btSoftBody* body) const {
   s.excluded = is_excluded(body);
   s.marked_changed = body->m_bUpdateRtCst;
   s.margin = margin_of(*body);
+  s.proxy_id = proxy ? proxy->m_uniqueId : -1;
   return s;
 }
 
-bool SoftScene::update(const btAlignedObjectArray<btSoftBody*>& bodies, WarningLog& warnings) {
-  bool is_unchanged = valid_ && static_cast<int>(fingerprints_.size()) == bodies.size();
-  bool has_application_filter = false;  // its answers may change at any time
-  for (int i = 0; i < bodies.size(); ++i) {
-    is_unchanged = is_unchanged && fingerprints_[i] == fingerprint(bodies[i]);
-    has_application_filter = has_application_filter || overlap_filter(*bodies[i]) != nullptr;
+SoftScene::Change SoftScene::update(const Sleepers& sleepers, WarningLog& warnings) {
+  const std::vector<Sleepers::Member>& members = sleepers.members();
+  std::vector<Fingerprint> now;
+  now.reserve(members.size());
+  for (const Sleepers::Member& member : members) now.push_back(fingerprint(member.body));
+  const auto has_index = [](int index, const Sleepers::Member& m) {
+    return index == m.world_index;
+  };
+  if (valid_ && now == fingerprints_ &&
+      std::equal(world_indices_.begin(), world_indices_.end(), members.begin(), members.end(),
+                 has_index))
+    return update_filters(members) ? Change::content : Change::none;
+  const bool only_members = valid_ && know_all(now);
+  std::unordered_map<const btSoftBody*, Fingerprint> left_out;
+  for (const btSoftBody* const body : sleepers.left_out()) {
+    const auto known = left_out_.find(body);
+    if (known != left_out_.end()) left_out.insert(*known);
   }
-  if (is_unchanged) {
-    if (!has_application_filter) return false;
-    const std::vector<Body> filters = topology_.bodies;
-    const std::vector<BodyPair> disabled = topology_.disabled_pairs;
-    find_filters();
-    const auto equal = [](const Body& a, const Body& b) {
-      return a.group == b.group && a.mask == b.mask && a.self_collision == b.self_collision &&
-             a.layer == b.layer && a.layer_mask == b.layer_mask;
-    };
-    return disabled != topology_.disabled_pairs ||
-           !std::equal(filters.begin(), filters.end(), topology_.bodies.begin(),
-                       topology_.bodies.end(), equal);
-  }
-  rebuild(bodies, warnings);
-  return true;
+  for (const Fingerprint& last : fingerprints_) left_out.insert_or_assign(last.body, last);
+  for (const Fingerprint& member : now) left_out.erase(member.body);
+  left_out_ = std::move(left_out);
+  fingerprints_ = std::move(now);
+  rebuild(members, warnings);
+  return only_members ? Change::members : Change::content;
+}
+
+bool SoftScene::know_all(const std::vector<Fingerprint>& members) const {
+  auto last = fingerprints_.begin();
+  return std::all_of(members.begin(), members.end(), [&](const Fingerprint& member) {
+    const auto is_same_body = [&member](const Fingerprint& f) { return f.body == member.body; };
+    const auto found = std::find_if(last, fingerprints_.end(), is_same_body);
+    if (found != fingerprints_.end()) {
+      last = found + 1;
+      return member == *found;
+    }
+    const auto left_out = left_out_.find(member.body);
+    return left_out != left_out_.end() && member == left_out->second;
+  });
+}
+
+bool SoftScene::update_filters(const std::vector<Sleepers::Member>& members) {
+  const auto has_application_filter = [](const Sleepers::Member& member) {
+    return overlap_filter(*member.body) != nullptr;
+  };
+  if (std::none_of(members.begin(), members.end(), has_application_filter)) return false;
+  const std::vector<Body> filters = topology_.bodies;
+  const std::vector<BodyPair> disabled = topology_.disabled_pairs;
+  find_filters();
+  const auto equal = [](const Body& a, const Body& b) {
+    return a.group == b.group && a.mask == b.mask && a.self_collision == b.self_collision &&
+           a.layer == b.layer && a.layer_mask == b.layer_mask;
+  };
+  return disabled != topology_.disabled_pairs ||
+         !std::equal(filters.begin(), filters.end(), topology_.bodies.begin(),
+                     topology_.bodies.end(), equal);
 }
 
 // Uses several threads, because Bullet's nodes lie far apart in memory: one thread would wait for
@@ -174,7 +208,7 @@ bool SoftScene::is_excluded(const btSoftBody* body) const {
 
 int SoftScene::world_index_of(const btSoftBody& body) const {
   for (std::size_t i = 0; i < fingerprints_.size(); ++i)
-    if (fingerprints_[i].body == &body) return static_cast<int>(i);
+    if (fingerprints_[i].body == &body) return world_indices_[i];
   return -1;
 }
 
@@ -191,24 +225,24 @@ std::int32_t SoftScene::vertex_of(const BodyRecord& record, int node) const {
   return static_cast<std::int32_t>(found - node_of_vertex_.begin());
 }
 
-void SoftScene::rebuild(const btAlignedObjectArray<btSoftBody*>& bodies, WarningLog& warnings) {
+void SoftScene::rebuild(const std::vector<Sleepers::Member>& members, WarningLog& warnings) {
   valid_ = false;
-  fingerprints_.clear();
+  world_indices_.clear();
   bodies_.clear();
   topology_ = SceneTopology();
   node_of_vertex_.clear();
   face_of_face_.clear();
-  for (int i = 0; i < bodies.size(); ++i) {
-    fingerprints_.push_back(fingerprint(bodies[i]));
-    if (bodies[i]->m_reducedModel) {
-      warnings.warn_once(
-          "reduced " + std::to_string(i),
-          "soft body " + std::to_string(i) +
-              " is a reduced deformable, which is not supported: collision detection "
-              "leaves it out");
-    } else if (!is_excluded(bodies[i]) &&
-               (flags_.ask_for_any(*bodies[i]) || bodies[i]->useSelfCollision())) {
-      add_body(bodies[i], i, warnings);
+  for (const Sleepers::Member& member : members) {
+    btSoftBody* const body = member.body;
+    world_indices_.push_back(member.world_index);
+    if (body->m_reducedModel) {
+      const std::string index = std::to_string(member.world_index);
+      warnings.warn_once("reduced " + index,
+                         "soft body " + index +
+                             " is a reduced deformable, which is not supported: collision "
+                             "detection leaves it out");
+    } else if (!is_excluded(body) && (flags_.ask_for_any(*body) || body->useSelfCollision())) {
+      add_body(body, member.world_index, warnings);
     }
   }
   find_filters();

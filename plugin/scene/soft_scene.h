@@ -14,11 +14,13 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "lazyccd/threads.h"
 #include "scene/collision_filters.h"
 #include "scene/scene_topology.h"
+#include "scene/sleepers.h"
 #include "scene/soft_body_nodes.h"
 #include "util/warning_log.h"
 
@@ -38,10 +40,16 @@ class SoftScene {
 
   explicit SoftScene(CollisionFlags flags) : flags_(flags) {}
 
+  enum class Change {
+    none,
+    members,  ///< bodies that fell asleep are left out, or such bodies take part again
+    content   ///< anything else
+  };
+
   /// Compares the bodies with the last update by cheap signs: counts, filters and Bullet's own mark
-  /// of a change (m_bUpdateRtCst). If something differs, reads everything again and returns true.
-  /// Does not check which nodes are pinned; the caller does when it reads the nodes.
-  bool update(const btAlignedObjectArray<btSoftBody*>& bodies, WarningLog& warnings);
+  /// of a change (m_bUpdateRtCst). If something differs, reads everything again. Does not check
+  /// which nodes are pinned; the caller does when it reads the nodes.
+  Change update(const Sleepers& sleepers, WarningLog& warnings);
   /// Makes the next update() read everything again.
   void invalidate() { valid_ = false; }
   /// Leaves a body out until reinclude() finds its nodes finite.
@@ -99,17 +107,24 @@ class SoftScene {
     int group, mask, collisions;
     bool self, responds, excluded, marked_changed;
     btScalar margin;
+    int proxy_id;  // tells new bodies from old ones at the same address
     bool operator==(const Fingerprint& s) const;
   };
 
   Fingerprint fingerprint(btSoftBody* body) const;
-  void rebuild(const btAlignedObjectArray<btSoftBody*>& bodies, WarningLog& warnings);
+  // True if filters changed. An application's filter may answer otherwise at any time.
+  bool update_filters(const std::vector<Sleepers::Member>& members);
+  // True if each member is as it was when it last took part.
+  bool know_all(const std::vector<Fingerprint>& members) const;
+  void rebuild(const std::vector<Sleepers::Member>& members, WarningLog& warnings);
   void add_body(btSoftBody* body, int world_index, WarningLog& warnings);
   void find_filters();
 
   CollisionFlags flags_;
   bool valid_ = false;
-  std::vector<Fingerprint> fingerprints_;
+  std::vector<Fingerprint> fingerprints_;                        // of the members
+  std::vector<int> world_indices_;                               // of the members
+  std::unordered_map<const btSoftBody*, Fingerprint> left_out_;  // when they last took part
   std::vector<const btSoftBody*> excluded_;
 
   std::vector<BodyRecord> bodies_;

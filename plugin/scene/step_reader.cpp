@@ -23,19 +23,31 @@ void StepReader::begin_step(const Bodies& bodies) {
     // Bullet clears the mark of active bodies only. For inactive ones SoftScene compares the mark.
     if (bodies[i]->m_bUpdateRtCst && bodies[i]->isActive()) scene_.invalidate();
   }
+  sleepers_.begin_step(bodies);
   if (options_.collide_rigid) obstacles_.begin_step(bodies);
 }
 
 StepReader::Changes StepReader::read(const Bodies& bodies, double dt, const Fill& fill) {
+  motion_.dt = dt;
+  if (options_.collide_rigid) obstacles_.read_poses(bodies, dt, warnings_);
   scene_.reinclude(bodies);
+  sleepers_.find_members(bodies);
+  return read_members(bodies, fill);
+}
+
+StepReader::Changes StepReader::read_members(const Bodies& bodies, const Fill& fill) {
   Changes changes;
   do {
-    changes.topology = scene_.update(bodies, warnings_) || changes.topology;
-  } while (!gather_soft(dt, fill));
-  changes.bodies_placed = changes.topology;
-  changes.bodies_placed = sweep_prescribed_nodes() || changes.bodies_placed;
+    do {
+      const SoftScene::Change change = scene_.update(sleepers_, warnings_);
+      changes.topology = changes.topology || change != SoftScene::Change::none;
+      changes.bodies_placed = changes.bodies_placed || change == SoftScene::Change::content;
+    } while (!gather_soft(fill));
+    find_sleeping_members();
+    changes.bodies_placed = sweep_prescribed_nodes() || changes.bodies_placed;
+  } while (sleepers_.take_in(bodies, awake_bounds(), contact_distance()));
   if (options_.collide_rigid &&
-      obstacles_.update(bodies, obstacle_query_box_, dt, depth_in_obstacles(), warnings_)) {
+      obstacles_.update(bodies, obstacle_query_box_, depth_in_obstacles())) {
     obstacles_.read_triangles(starts_near_obstacles(), warnings_);
     changes.topology = true;
   }
@@ -44,6 +56,80 @@ StepReader::Changes StepReader::read(const Bodies& bodies, double dt, const Fill
   update_resolution();
   changes.bodies_placed = changes.bodies_placed || previous_.has_new(obstacles_.records());
   return changes;
+}
+
+bool StepReader::reread_if_sleepers_reached(const Bodies& bodies, const Fill& fill,
+                                            Changes& changes) {
+  if (sleepers_.left_out_count() == 0 ||
+      !sleepers_.take_in(bodies, moved_bounds(), contact_distance()))
+    return false;
+  motion_.restart_response();
+  motion_.articulated.clear();
+  changes = read_members(bodies, fill);
+  return true;
+}
+
+void StepReader::end_step() {
+  previous_.remember(scene_, sleepers_, obstacles_, topology_, motion_);
+  sleepers_.end_step(awake_bounds(), contact_distance());
+}
+
+// Twice what contacts need, because the bounds of sleepers are never updated.
+btScalar StepReader::contact_distance() const {
+  btScalar margin = sleepers_.largest_margin();
+  for (const SoftScene::BodyRecord& record : scene_.bodies()) margin = btMax(margin, record.margin);
+  const btScalar thickness =
+      options_.thickness >= 0 ? static_cast<btScalar>(options_.thickness) : 2 * margin;
+  return 2 * btMax(thickness, static_cast<btScalar>(resolution_));
+}
+
+Sleepers::Boxes StepReader::awake_bounds() const {
+  Sleepers::Boxes boxes = obstacles_.moving_bounds();
+  for (std::size_t i = 0; i < scene_.bodies().size(); ++i)
+    if (!at_rest_[i] || !stands_still(scene_.bodies()[i])) boxes.push_back(bounds_[i]);
+  return boxes;
+}
+
+Sleepers::Boxes StepReader::moved_bounds() const {
+  Sleepers::Boxes boxes;
+  for (std::size_t i = 0; i < scene_.bodies().size(); ++i) {
+    const SoftScene::BodyRecord& record = scene_.bodies()[i];
+    if (stands_still(record)) continue;
+    AxisBox box = bounds_[i];
+    for (std::int32_t v = record.first_vertex; v < record.first_vertex + record.vertex_count; ++v)
+      box.add(to_bullet(motion_.end_of(v)));
+    boxes.push_back(box);
+  }
+  for (const RigidMotion& rigid : motion_.rigid)
+    if (!(rigid.end == rigid.predicted)) boxes.push_back(bounds_of(rigid));
+  return boxes;
+}
+
+bool StepReader::stands_still(const SoftScene::BodyRecord& record) const {
+  const auto first = 3 * static_cast<std::ptrdiff_t>(record.first_vertex),
+             last = first + 3 * static_cast<std::ptrdiff_t>(record.vertex_count);
+  return std::equal(motion_.start.begin() + first, motion_.start.begin() + last,
+                    motion_.end.begin() + first);
+}
+
+void StepReader::find_sleeping_members() {
+  at_rest_.assign(scene_.bodies().size(), 0);
+  any_sleeper_takes_part_ = false;
+  auto member = sleepers_.members().begin();
+  for (std::size_t i = 0; i < scene_.bodies().size(); ++i) {
+    while (member->body != scene_.bodies()[i].body) ++member;
+    at_rest_[i] = member->sleeps;
+    any_sleeper_takes_part_ = any_sleeper_takes_part_ || at_rest_[i];
+  }
+}
+
+void StepReader::find_obstacles_at_rest() {
+  at_rest_.resize(scene_.bodies().size());
+  for (std::size_t i = at_rest_.size(); i < topology_.bodies().size(); ++i) {
+    const StepTopology::BodyRecord& body = topology_.bodies()[i];
+    const RigidMotion& rigid = motion_.rigid_of(static_cast<std::int32_t>(i));
+    at_rest_.push_back(rigid.start == rigid.end && !(body.dynamic && body.object->isActive()));
+  }
 }
 
 double StepReader::depth_in_obstacles() const {
@@ -118,9 +204,8 @@ void StepReader::update_resolution() {
 
 // Reads Bullet's nodes in one pass. Returns false if the scene must be read again, because a body
 // was excluded or other nodes are pinned than before.
-bool StepReader::gather_soft(double dt, const Fill& fill) {
+bool StepReader::gather_soft(const Fill& fill) {
   const std::size_t count = static_cast<std::size_t>(scene_.vertex_count());
-  motion_.dt = dt;
   motion_.start.resize(3 * count);
   motion_.end.resize(3 * count);
   motion_.velocity.resize(count);
@@ -195,6 +280,7 @@ void StepReader::exclude(std::int32_t vertex) {
 void StepReader::gather_obstacles() {
   read_rigid_motions(topology_, obstacles_, motion_);
   find_anchored_vertices(scene_, topology_, motion_);
+  find_obstacles_at_rest();
   bounds_.resize(scene_.bodies().size());
   for (const RigidMotion& rigid : motion_.rigid) bounds_.push_back(bounds_of(rigid));
 }

@@ -8,6 +8,7 @@
 #include "motion/motion.h"
 #include "scene/obstacles.h"
 #include "scene/previous_step.h"
+#include "scene/sleepers.h"
 #include "scene/soft_scene.h"
 #include "scene/step_topology.h"
 #include "util/warning_log.h"
@@ -42,8 +43,13 @@ class StepReader {
   /// Starts a step. Call it before Bullet moves anything, because Bullet then clears its marks of
   /// changed topology.
   void begin_step(const Bodies& bodies);
-  /// Reads the whole scene and its motion over `dt` seconds.
+  /// Reads the whole scene and its motion over `dt` seconds. Sleepers that nothing awake comes near
+  /// are left out.
   Changes read(const Bodies& bodies, double dt, const Fill& fill);
+  /// Call after the response. If it moved something to a sleeper that was left out, undoes the
+  /// response and reads the scene again, with this sleeper. Returns true if it did; `changes` is
+  /// then what changed.
+  bool reread_if_sleepers_reached(const Bodies& bodies, const Fill& fill, Changes& changes);
   /// Call after the response. If the response moved soft bodies out of the region in which
   /// obstacles were read, reads the obstacles of a larger region and undoes the response. Returns
   /// true if it did; the topology has changed then.
@@ -51,14 +57,16 @@ class StepReader {
   /// False if no two bodies that collide can come within `distance` metres of each other. Decided
   /// by the bounds of each body's motion as it was read.
   bool may_meet(double distance) const;
-  /// Remembers the end of the step. The next step sees from it which bodies were placed elsewhere.
-  void remember_ends() { previous_.remember(scene_, obstacles_, topology_, motion_); }
+  /// Remembers the end of the step. The next step sees from it which bodies were placed elsewhere,
+  /// and which sleepers nothing came near.
+  void end_step();
   /// Forgets where the soft bodies ended the last step.
   void forget_ends() { previous_.forget_soft_bodies(); }
   /// Says that the application put a body elsewhere: the next step does not sweep it from where it
   /// was.
   void teleported(const btCollisionObject& object) {
     previous_.forget(object);
+    sleepers_.take_in(object);
     obstacles_.teleported(object);
   }
   /// See Obstacles::read_whole_meshes().
@@ -69,11 +77,18 @@ class StepReader {
   void invalidate_soft_bodies() { scene_.invalidate(); }
   /// Makes the next step read everything again.
   void invalidate() {
+    sleepers_.clear();
     scene_.invalidate();
     obstacles_.invalidate();
   }
 
   const SoftScene& scene() const { return scene_; }
+  const Sleepers& sleepers() const { return sleepers_; }
+  /// True if nothing but a contact moves this body of the topology in the step: a soft body or a
+  /// dynamic rigid one that sleeps, or an obstacle that stands still.
+  bool is_at_rest(std::int32_t body) const { return at_rest_[static_cast<std::size_t>(body)]; }
+  /// True if a soft body of the topology sleeps.
+  bool any_sleeper_takes_part() const { return any_sleeper_takes_part_; }
   const StepTopology& topology() const { return topology_; }
   Motion& motion() { return motion_; }
   const Motion& motion() const { return motion_; }
@@ -89,7 +104,8 @@ class StepReader {
     std::int32_t bad_vertex = -1;  // first vertex that is not finite or moves too fast; -1: none
   };
 
-  bool gather_soft(double dt, const Fill& fill);
+  Changes read_members(const Bodies& bodies, const Fill& fill);
+  bool gather_soft(const Fill& fill);
   void gather_block(const SoftScene::BodyRecord& record, std::int32_t first, std::int32_t last,
                     const Fill& fill, Found& found);
   void exclude(std::int32_t vertex);
@@ -107,6 +123,15 @@ class StepReader {
   std::size_t index_of(const SoftScene::BodyRecord& record) const {
     return static_cast<std::size_t>(&record - scene_.bodies().data());
   }
+  bool stands_still(const SoftScene::BodyRecord& record) const;
+  void find_sleeping_members();
+  void find_obstacles_at_rest();
+  // Bounds of what is awake, over the step: soft bodies, and rigid bodies that move.
+  Sleepers::Boxes awake_bounds() const;
+  // The same of what the response moved.
+  Sleepers::Boxes moved_bounds() const;
+  // Bodies that stay farther apart than this have no contact, metres.
+  btScalar contact_distance() const;
   // Bounds of the start positions of soft bodies that collide with obstacles.
   AxisBox starts_near_obstacles() const;
   // Sets resolution(). Keeps the old value while it is no more than 4 times too large, because a
@@ -117,12 +142,15 @@ class StepReader {
   WarningLog& warnings_;
   Threads threads_;
   double resolution_ = 0;
+  Sleepers sleepers_;
   SoftScene scene_;
   Obstacles obstacles_;
   StepTopology topology_;
   Motion motion_;
   PreviousStep previous_;
-  std::vector<AxisBox> bounds_;       // of each body's motion, in the topology's order
+  std::vector<AxisBox> bounds_;  // of each body's motion, in the topology's order
+  std::vector<char> at_rest_;    // of each body, in the topology's order
+  bool any_sleeper_takes_part_ = false;
   AxisBox swept_ = AxisBox::empty();  // bounds of the soft vertices' motion in this step
   // The same of the soft bodies that collide with obstacles, and their margin.
   AxisBox obstacle_query_box_ = AxisBox::empty();

@@ -89,14 +89,23 @@ bool Pipeline::run(const Bodies& bodies, double dt, const Fill& fill,
   reader_.motion().articulated.clear();  // of the last step; its multibodies may be gone
   try {
     const Stopwatch reading;
-    gather(bodies, dt, fill);
+    StepReader::Changes changes = reader_.read(bodies, dt, fill);
+    take_changes(changes);
     step_.ms_gather = reading.ms();
     if (scene().vertex_count() > 0) {
       const Stopwatch answering;
+      const StepStats before = step_;
       resolve_contacts(solve_links);
+      while (responded_ && reader_.reread_if_sleepers_reached(bodies, fill, changes)) {
+        step_ = before;
+        take_changes(changes);
+        resolve_contacts(solve_links);
+      }
       finish_step();
       step_.ms_response = answering.ms() - step_.ms_detect;
     }
+    step_.soft_bodies = static_cast<std::int64_t>(scene().bodies().size());
+    step_.sleeping_bodies = reader_.sleepers().left_out_count();
     ran_last_step_ = true;
   } catch (const std::exception& error) {
     give_up(error.what());
@@ -138,7 +147,7 @@ void Pipeline::finish_step() {
   }
   hold_stopped_obstacles();
   collect_contacts();
-  reader_.remember_ends();
+  reader_.end_step();
   detector_.end_step(responded_);
   detector_.add_to(step_);
 }
@@ -162,8 +171,7 @@ void Pipeline::give_up(const std::string& why) {
   warnings_.warn_once(why, "this step runs without LazyCCD: " + why);
 }
 
-void Pipeline::gather(const Bodies& bodies, double dt, const Fill& fill) {
-  const StepReader::Changes changes = reader_.read(bodies, dt, fill);
+void Pipeline::take_changes(const StepReader::Changes& changes) {
   if (scene().vertex_count() == 0) return;
   update_surfaces();
   try {
@@ -193,6 +201,11 @@ NearContacts Pipeline::find_near_contacts() {
   const NearContacts near = detector_.detect_near();
   for (std::size_t i = 0; untangling_.allows_any_pass() && i < near.contacts.size(); ++i) {
     if (untangling_.allows_pass(near.contacts[i], motion())) near.estimates[i].can_act = false;
+  }
+  for (std::size_t i = 0; reader_.any_sleeper_takes_part() && i < near.contacts.size(); ++i) {
+    const Contact& contact = near.contacts[i];
+    if (reader_.is_at_rest(contact.body_a) && reader_.is_at_rest(contact.body_b))
+      near.estimates[i].can_act = false;
   }
   return near;
 }

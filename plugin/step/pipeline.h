@@ -87,8 +87,8 @@ class Pipeline {
   void update_surfaces();
   // Ends the step without LazyCCD. The next step reads the soft bodies anew and has no warm start.
   void give_up(const std::string& why);
-  // Reads the scene and its motion, and tells the detector about changes.
-  void gather(const Bodies& bodies, double dt, const Fill& fill);
+  // Tells the detector what changed in the scene.
+  void take_changes(const StepReader::Changes& changes);
   // Detects and responds until the motion has no contacts left.
   void resolve_contacts(const Response::SolveLinks& solve_links);
   // Reports the step, and remembers it for the next one.

@@ -78,6 +78,7 @@ void btLazyDeformableBodySolver::processCollision(btSoftBody* body,
                                                   const btCollisionObjectWrapper* other) {
   if (pipeline_->replaces_contacts(body, other->getCollisionObject())) return;
   dbvt_->update_trees(*body, other->getCollisionObject());
+  if (!body->isActive()) clear_deformable_contact_lists(*body);  // Bullet does not clear those of a sleeper
   btDeformableBodySolver::processCollision(body, other);
 }
 
@@ -87,9 +88,9 @@ void btLazyDeformableBodySolver::processCollision(btSoftBody* a, btSoftBody* b) 
 
 void btLazyDeformableBodySolver::predictMotion(btScalar solverdt) {
   pipeline_->begin_step(m_softBodies);
-  // Bullet does not clear these lists of sleeping bodies, so it might act on the contacts of an old
-  // step.
-  for (int i = 0; i < m_softBodies.size(); ++i) m_softBodies[i]->m_nodeRigidContacts.clear();
+  // The contact lists of sleeping bodies stay as they are, as with Bullet.
+  slept_.clear();
+  for (int i = 0; i < m_softBodies.size(); ++i) slept_.push_back(!m_softBodies[i]->isActive());
   dbvt_->begin_prediction(m_softBodies, btSoftBody::fCollision::SDF_RD,
                           !pipeline_->ran_last_step());
   if (pipeline_->ran_last_step()) dbvt_->hide_nodes(m_softBodies);
@@ -97,7 +98,19 @@ void btLazyDeformableBodySolver::predictMotion(btScalar solverdt) {
   dbvt_->end_prediction();
 }
 
+void btLazyDeformableBodySolver::forget_old_contacts() {
+  const int count = btMin(m_softBodies.size(), static_cast<int>(slept_.size()));
+  for (int i = 0; i < count; ++i)
+    if (slept_[i] && m_softBodies[i]->isActive()) clear_deformable_contact_lists(*m_softBodies[i]);
+}
+
+void btLazyDeformableBodySolver::setConstraints(const btContactSolverInfo& info) {
+  forget_old_contacts();
+  btDeformableBodySolver::setConstraints(info);
+}
+
 void btLazyDeformableBodySolver::solveDeformableConstraints(btScalar solverdt) {
+  forget_old_contacts();  // of bodies that Bullet's islands woke
   btDeformableBodySolver::solveDeformableConstraints(solverdt);
   silence_bullet();
 }
@@ -133,7 +146,12 @@ void btLazyDeformableBodySolver::applyTransforms(btScalar timeStep) {
   write_positions();
   pipeline_->write_rigid_bodies();
   pipeline_->detect_ahead();
-  fill_deformable_contact_lists(m_softBodies, pipeline_->contacts());
+  for (const SoftScene::BodyRecord& record : pipeline_->scene().bodies()) {
+    if (!record.body->isActive()) continue;
+    record.body->m_faceNodeContacts.resize(0);
+    record.body->m_faceNodeContactsCCD.resize(0);
+  }
+  fill_deformable_contact_lists(pipeline_->contacts());
   pipeline_->call_on_contacts();
 }
 

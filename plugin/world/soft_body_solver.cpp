@@ -15,6 +15,13 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
+// For a body that this step's collisions woke. Otherwise it would act on the contacts, and start
+// from the positions, of an old step.
+void start_where_it_slept(btSoftBody& body) {
+  clear_soft_contact_lists(body);
+  for (int i = 0; i < body.m_nodes.size(); ++i) body.m_nodes[i].m_q = body.m_nodes[i].m_x;
+}
+
 // Bullet solves contacts and links in turn. A body with this many position iterations at most
 // bounces off if its links are not solved again after the contacts. With more iterations the links
 // hold it together, and solving them again would only make it stiffer.
@@ -51,22 +58,16 @@ void btLazySoftBodySolver::predictMotion(btScalar solverdt) {
                           !pipeline_->ran_last_step());
   btDefaultSoftBodySolver::predictMotion(solverdt);
   dbvt_->end_prediction();
-  // Bullet predicts active bodies and clears the lists of these only. A body that sleeps here may
-  // be woken by this step's collisions. It would then act on the contacts, and start from the
-  // positions, of an old step.
-  for (int i = 0; i < m_softBodySet.size(); ++i) {
-    btSoftBody& body = *m_softBodySet[i];
-    body.m_scontacts.resize(0);
-    body.m_rcontacts.clear();
-    for (int j = 0; !body.isActive() && j < body.m_nodes.size(); ++j)
-      body.m_nodes[j].m_q = body.m_nodes[j].m_x;
-  }
+  // The contact lists of sleeping bodies stay as they are, as with Bullet.
+  slept_.clear();
+  for (int i = 0; i < m_softBodySet.size(); ++i) slept_.push_back(!m_softBodySet[i]->isActive());
 }
 
 void btLazySoftBodySolver::processCollision(btSoftBody* body,
                                             const btCollisionObjectWrapper* other) {
   if (pipeline_->replaces_contacts(body, other->getCollisionObject())) return;
   dbvt_->update_trees(*body, other->getCollisionObject());
+  if (!body->isActive()) body->m_rcontacts.clear();  // Bullet does not clear those of a sleeper
   btDefaultSoftBodySolver::processCollision(body, other);
 }
 
@@ -81,19 +82,24 @@ void btLazySoftBodySolver::solveConstraints(btScalar solverdt) {
                       });
   const auto fill = [this, solverdt](const SoftScene& scene, const SoftScene::BodyRecord& record,
                                      std::int32_t first, std::int32_t last, Motion& motion) {
-    const std::vector<btVector3>& starts = starts_[record.world_index];
+    // Links that were solved again have moved the nodes away from their ends.
+    const std::vector<btVector3>&starts = starts_[record.world_index],
+          &ends = ends_[record.world_index];
     // As in btSoftBody::solveConstraints(), with the body's own time step and damping. Without the
     // damping in this rate, a node that carries a load would leave the contact with the damped
     // fraction of the load's velocity.
     const btSoftBody::Config& config = record.body->m_cfg;
     const btScalar isdt = 1 / (solverdt * config.timescale);
     const double rate = static_cast<double>(isdt * (1 - config.kDP));
+    const bool sleeps = starts.empty();
     for (std::int32_t v = first; v < last; ++v) {
       const int index = scene.node_index(v);
       const btSoftBody::Node& node = record.body->m_nodes[index];
+      const btVector3& start = sleeps ? node.m_x : starts[index];
+      const btVector3& end = ends.empty() ? node.m_x : ends[index];
       for (int k = 0; k < 3; ++k) {
-        motion.start[3 * static_cast<std::size_t>(v) + k] = starts[index][k];
-        motion.end[3 * static_cast<std::size_t>(v) + k] = node.m_x[k];
+        motion.start[3 * static_cast<std::size_t>(v) + k] = start[k];
+        motion.end[3 * static_cast<std::size_t>(v) + k] = end[k];
       }
       motion.velocity[v] = to_eigen(node.m_v);
       motion.rate[v] = rate;
@@ -126,7 +132,10 @@ void btLazySoftBodySolver::updateSoftBodies() {
 void btLazySoftBodySolver::read_starts() {
   starts_.resize(m_softBodySet.size());
   for (int i = 0; i < m_softBodySet.size(); ++i) {
-    const btSoftBody& body = *m_softBodySet[i];
+    btSoftBody& body = *m_softBodySet[i];
+    starts_[i].clear();
+    if (!body.isActive()) continue;
+    if (i < static_cast<int>(slept_.size()) && slept_[i]) start_where_it_slept(body);
     starts_[i].resize(body.m_nodes.size());
     for (int j = 0; j < body.m_nodes.size(); ++j) starts_[i][j] = body.m_nodes[j].m_q;
   }

@@ -154,8 +154,8 @@ TEST_CASE("a wanted region is read although positions are rounded by the width o
     btAlignedObjectArray<btSoftBody*> bodies;
     bodies.push_back(cloth);
     obstacles.begin_step(bodies);
-    if (obstacles.update(bodies, swept, 1, 1e-5, warnings))
-      obstacles.read_triangles(swept, warnings);
+    obstacles.read_poses(bodies, 1, warnings);
+    if (obstacles.update(bodies, swept, 1e-5)) obstacles.read_triangles(swept, warnings);
     CHECK(obstacles.records().size() == 1);
     CHECK(obstacles.has_read(swept));
   }
@@ -451,7 +451,8 @@ TEST_CASE("if soft bodies move only obstacles read in part are read again") {
     const btVector3 middle(static_cast<btScalar>(x), 0, 0), half(1, 1, 1);
     obstacles.begin_step(bodies);
     const bullet::AxisBox box = {middle - half, middle + half};
-    const bool changed = obstacles.update(bodies, box, 1, depth, warnings);
+    obstacles.read_poses(bodies, 1, warnings);
+    const bool changed = obstacles.update(bodies, box, depth);
     if (changed) obstacles.read_triangles(box, warnings);
     REQUIRE(obstacles.records().size() == 2);
     return changed;

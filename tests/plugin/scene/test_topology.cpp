@@ -207,11 +207,15 @@ TEST_CASE("the search distance is the largest sum of margins of two bodies that 
   bullet::WarningLog warnings({});
   const auto largest_margins = [&] {
     bullet::SoftScene scene{bullet::CollisionFlags(true)};
-    scene.update(bodies, warnings);
+    bullet::Sleepers sleepers;
+    sleepers.begin_step(bodies);
+    sleepers.find_members(bodies);
+    scene.update(sleepers, warnings);
     bullet::Obstacles obstacles(5);
     obstacles.begin_step(bodies);
     const btVector3 far(2, 2, 2);
-    if (obstacles.update(bodies, {-far, far}, 1, 0.005, warnings))
+    obstacles.read_poses(bodies, 1, warnings);
+    if (obstacles.update(bodies, {-far, far}, 0.005))
       obstacles.read_triangles(bullet::AxisBox::empty(), warnings);
     REQUIRE(obstacles.records().size() == 1);
     bullet::StepTopology topology;

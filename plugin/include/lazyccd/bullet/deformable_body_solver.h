@@ -49,12 +49,16 @@ class btLazyDeformableBodySolver : public btDeformableBodySolver, public PairHan
   void handle_pair(btSoftBody* a, btSoftBody* b) override;
 
   void predictMotion(btScalar solverdt) override;
+  void setConstraints(const btContactSolverInfo& info) override;
   void solveDeformableConstraints(btScalar solverdt) override;
   void applyTransforms(btScalar timeStep) override;
   void processCollision(btSoftBody* body, const btCollisionObjectWrapper* other) override;
   void processCollision(btSoftBody* a, btSoftBody* b) override;
 
  private:
+  // Clears the contact lists of bodies that were woken in this step. Otherwise Bullet would act on
+  // contacts of an old step.
+  void forget_old_contacts();
   void silence_bullet();
   void restore_bullet();
   void write_velocities();
@@ -62,6 +66,7 @@ class btLazyDeformableBodySolver : public btDeformableBodySolver, public PairHan
 
   std::unique_ptr<Pipeline> pipeline_;
   std::unique_ptr<SoftBodyDbvt> dbvt_;
+  std::vector<char> slept_;  // by body: slept when the step began
   std::vector<btSoftBody*> silenced_;
 };
 

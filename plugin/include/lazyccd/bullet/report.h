@@ -15,6 +15,8 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 /// Counts and times of one step, or their sums over several steps.
 struct StepStats {
   std::int64_t steps = 0;
+  std::int64_t soft_bodies = 0;        ///< soft bodies that took part
+  std::int64_t sleeping_bodies = 0;    ///< soft bodies that slept and were left out
   std::int64_t handled_pairs = 0;      ///< pairs of soft bodies that came from Bullet's dispatcher
   std::int64_t detections = 0;         ///< detections and re-checks of near pairs
   std::int64_t started_ahead = 0;      ///< detections that began before Bullet had solved the step

@@ -70,7 +70,9 @@ class btLazySoftBodySolver : public btDefaultSoftBodySolver, public PairHandler 
   std::unique_ptr<Pipeline> pipeline_;
   std::unique_ptr<SoftBodyDbvt> dbvt_;
   std::unique_ptr<SoftConstraints> constraints_;
-  std::vector<std::vector<btVector3>> starts_;  // at the start of the step, by body and node
+  std::vector<char> slept_;  // by body: slept when the step began
+  // At the start of the step, by body and node; empty for bodies that sleep.
+  std::vector<std::vector<btVector3>> starts_;
   // Positions before solve_links(), by body and node; empty for bodies that it did not touch.
   std::vector<std::vector<btVector3>> ends_;
 };
