@@ -10,8 +10,8 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-// Bullet clears the lists of active bodies when a step begins. Those of a sleeping body stay as they
-// were when it fell asleep, until it has other contacts.
+// Bullet clears the lists of active bodies when a step begins. Those of a sleeping body stay as
+// they were when it fell asleep, until it has other contacts.
 void clear_soft_contact_lists(btSoftBody& body);
 void clear_deformable_contact_lists(btSoftBody& body);
 

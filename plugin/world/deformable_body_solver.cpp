@@ -3,6 +3,9 @@
 #include <BulletCollision/CollisionDispatch/btCollisionObjectWrapper.h>
 #include <BulletSoftBody/btSoftBody.h>
 
+#include <algorithm>
+#include <utility>
+
 #include "report/bullet_contact_lists.h"
 #include "step/pipeline.h"
 #include "world/soft_body_dbvt.h"
@@ -48,9 +51,11 @@ void fill(const SoftScene& scene, const SoftScene::BodyRecord& record, std::int3
 
 }  // namespace
 
-btLazyDeformableBodySolver::btLazyDeformableBodySolver(const SolverOptions& options)
+btLazyDeformableBodySolver::btLazyDeformableBodySolver(const SolverOptions& options,
+                                                       bool solves_sleepers)
     : pipeline_(std::make_unique<Pipeline>(options, WorldKind::deformable)),
-      dbvt_(std::make_unique<SoftBodyDbvt>()) {}
+      dbvt_(std::make_unique<SoftBodyDbvt>()),
+      solves_sleepers_(solves_sleepers) {}
 
 btLazyDeformableBodySolver::~btLazyDeformableBodySolver() = default;
 
@@ -78,7 +83,8 @@ void btLazyDeformableBodySolver::processCollision(btSoftBody* body,
                                                   const btCollisionObjectWrapper* other) {
   if (pipeline_->replaces_contacts(body, other->getCollisionObject())) return;
   dbvt_->update_trees(*body, other->getCollisionObject());
-  if (!body->isActive()) clear_deformable_contact_lists(*body);  // Bullet does not clear those of a sleeper
+  if (!body->isActive())
+    clear_deformable_contact_lists(*body);  // Bullet does not clear those of a sleeper
   btDeformableBodySolver::processCollision(body, other);
 }
 
@@ -86,22 +92,55 @@ void btLazyDeformableBodySolver::processCollision(btSoftBody* a, btSoftBody* b) 
   handle_pair(a, b);
 }
 
+void btLazyDeformableBodySolver::reinitialize(const btAlignedObjectArray<btSoftBody*>& softBodies,
+                                              btScalar dt) {
+  all_bodies_.copyFromArray(softBodies);
+  // Bullet's solver spends as much time on a sleeping node as on an awake one.
+  skipped_ = pipeline_->left_out();
+  btAlignedObjectArray<btSoftBody*> solved;
+  bool is_new = false;
+  for (int i = 0; i < softBodies.size(); ++i) {
+    if (skipped_.count(softBodies[i]) > 0 && !needs(*softBodies[i])) continue;
+    skipped_.erase(softBodies[i]);
+    const int at = solved.size();
+    is_new = is_new || at >= m_softBodies.size() || m_softBodies[at] != softBodies[i];
+    solved.push_back(softBodies[i]);
+  }
+  if (is_new || solved.size() != m_softBodies.size()) m_numNodes = -1;  // numbers the nodes anew
+  btDeformableBodySolver::reinitialize(solved, dt);
+}
+
+bool btLazyDeformableBodySolver::needs(const btSoftBody& sleeper) const {
+  if (solves_sleepers_ || m_useProjection || sleeper.getActivationState() != ISLAND_SLEEPING ||
+      sleeper.m_deformableAnchors.size() > 0)
+    return true;
+  // These forces leave inactive bodies alone.
+  const auto skips_sleepers = [](btDeformableLagrangianForce& force) {
+    const btDeformableLagrangianForceType type = force.getForceType();
+    return type == BT_GRAVITY_FORCE || type == BT_MASSSPRING_FORCE || type == BT_NEOHOOKEAN_FORCE ||
+           type == BT_LINEAR_ELASTICITY_FORCE;
+  };
+  const btAlignedObjectArray<btDeformableLagrangianForce*>& forces = m_objective->m_lf;
+  for (int i = 0; i < forces.size(); ++i)
+    if (!skips_sleepers(*forces[i])) return true;
+  return false;
+}
+
 void btLazyDeformableBodySolver::predictMotion(btScalar solverdt) {
-  pipeline_->begin_step(m_softBodies);
+  pipeline_->begin_step(all_bodies_);
   // The contact lists of sleeping bodies stay as they are, as with Bullet.
   slept_.clear();
-  for (int i = 0; i < m_softBodies.size(); ++i) slept_.push_back(!m_softBodies[i]->isActive());
-  dbvt_->begin_prediction(m_softBodies, btSoftBody::fCollision::SDF_RD,
-                          !pipeline_->ran_last_step());
-  if (pipeline_->ran_last_step()) dbvt_->hide_nodes(m_softBodies);
+  for (int i = 0; i < all_bodies_.size(); ++i) slept_.push_back(!all_bodies_[i]->isActive());
+  dbvt_->begin_prediction(all_bodies_, btSoftBody::fCollision::SDF_RD, !pipeline_->ran_last_step());
+  if (pipeline_->ran_last_step()) dbvt_->hide_nodes(all_bodies_);
   btDeformableBodySolver::predictMotion(solverdt);
   dbvt_->end_prediction();
 }
 
 void btLazyDeformableBodySolver::forget_old_contacts() {
-  const int count = btMin(m_softBodies.size(), static_cast<int>(slept_.size()));
+  const int count = btMin(all_bodies_.size(), static_cast<int>(slept_.size()));
   for (int i = 0; i < count; ++i)
-    if (slept_[i] && m_softBodies[i]->isActive()) clear_deformable_contact_lists(*m_softBodies[i]);
+    if (slept_[i] && all_bodies_[i]->isActive()) clear_deformable_contact_lists(*all_bodies_[i]);
 }
 
 void btLazyDeformableBodySolver::setConstraints(const btContactSolverInfo& info) {
@@ -111,7 +150,16 @@ void btLazyDeformableBodySolver::setConstraints(const btContactSolverInfo& info)
 
 void btLazyDeformableBodySolver::solveDeformableConstraints(btScalar solverdt) {
   forget_old_contacts();  // of bodies that Bullet's islands woke
+  // Forces must not act on such a body if the solver skips it: its nodes have no numbers.
+  std::vector<std::pair<btSoftBody*, int>> woken;
+  for (int i = 0; !skipped_.empty() && i < all_bodies_.size(); ++i) {
+    btSoftBody* const body = all_bodies_[i];
+    if (!body->isActive() || skipped_.count(body) == 0) continue;
+    woken.emplace_back(body, body->getActivationState());
+    body->forceActivationState(ISLAND_SLEEPING);
+  }
   btDeformableBodySolver::solveDeformableConstraints(solverdt);
+  for (const auto& [body, state] : woken) body->forceActivationState(state);
   silence_bullet();
 }
 
@@ -120,8 +168,8 @@ void btLazyDeformableBodySolver::silence_bullet() {
   // filters and loses momentum. It tests for VF_DD, so the flag stays off until applyTransforms().
   silenced_.clear();
   if (!pipeline_->ran_last_step()) return;
-  for (int i = 0; i < m_softBodies.size(); ++i) {
-    btSoftBody* body = m_softBodies[i];
+  for (int i = 0; i < all_bodies_.size(); ++i) {
+    btSoftBody* body = all_bodies_[i];
     if (!(body->m_cfg.collisions & btSoftBody::fCollision::VF_DD)) continue;
     body->m_cfg.collisions &= ~btSoftBody::fCollision::VF_DD;
     silenced_.push_back(body);
@@ -135,11 +183,16 @@ void btLazyDeformableBodySolver::restore_bullet() {
 
 void btLazyDeformableBodySolver::applyTransforms(btScalar timeStep) {
   restore_bullet();
-  const auto read = [timeStep](const SoftScene& scene, const SoftScene::BodyRecord& record,
-                               std::int32_t first, std::int32_t last, Motion& motion) {
+  const auto read = [this, timeStep](const SoftScene& scene, const SoftScene::BodyRecord& record,
+                                     std::int32_t first, std::int32_t last, Motion& motion) {
     fill(scene, record, first, last, motion, timeStep);
+    if (skipped_.count(record.body) == 0) return;
+    const auto begin = motion.start.begin();  // the base class does not move it
+    std::copy(begin + 3 * static_cast<std::ptrdiff_t>(first),
+              begin + 3 * static_cast<std::ptrdiff_t>(last),
+              motion.end.begin() + 3 * static_cast<std::ptrdiff_t>(first));
   };
-  const bool is_handled = pipeline_->run(m_softBodies, static_cast<double>(timeStep), read);
+  const bool is_handled = pipeline_->run(all_bodies_, static_cast<double>(timeStep), read);
   if (is_handled) write_velocities();
   btDeformableBodySolver::applyTransforms(timeStep);
   if (!is_handled) return;
@@ -180,6 +233,7 @@ void btLazyDeformableBodySolver::write_positions() {
       const btScalar* end = &motion.end[3 * static_cast<std::size_t>(v)];
       btSoftBody::Node& node = record.body->m_nodes[scene.node_index(v)];
       node.m_x = node.m_q = btVector3(end[0], end[1], end[2]);
+      node.m_vn = node.m_v;  // for bodies that the base class skips
     }
   });
 }

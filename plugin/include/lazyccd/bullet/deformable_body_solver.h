@@ -12,6 +12,7 @@
 
 #include <memory>
 #include <string>
+#include <unordered_set>
 #include <vector>
 
 #include "lazyccd/bullet/options.h"
@@ -25,11 +26,20 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 class SoftBodyDbvt;
 class Pipeline;
 
+// Bullet's forces assert that the solver knows all of their bodies. So with assertions Bullet's
+// solver gets the sleeping bodies too.
+#if defined(DEBUG) || defined(_DEBUG) || defined(BT_DEBUG)
+constexpr bool bullet_asserts = true;
+#else
+constexpr bool bullet_asserts = false;
+#endif
+
 /// Bullet's deformable body solver with LazyCCD's contacts. See btLazySoftBodySolver for the
 /// functions that both have.
 class btLazyDeformableBodySolver : public btDeformableBodySolver, public PairHandler {
  public:
-  explicit btLazyDeformableBodySolver(const SolverOptions& options = {});
+  explicit btLazyDeformableBodySolver(const SolverOptions& options = {})
+      : btLazyDeformableBodySolver(options, bullet_asserts) {}
   ~btLazyDeformableBodySolver() override;
   btLazyDeformableBodySolver(const btLazyDeformableBodySolver&) = delete;
   btLazyDeformableBodySolver& operator=(const btLazyDeformableBodySolver&) = delete;
@@ -48,6 +58,7 @@ class btLazyDeformableBodySolver : public btDeformableBodySolver, public PairHan
 
   void handle_pair(btSoftBody* a, btSoftBody* b) override;
 
+  void reinitialize(const btAlignedObjectArray<btSoftBody*>& softBodies, btScalar dt) override;
   void predictMotion(btScalar solverdt) override;
   void setConstraints(const btContactSolverInfo& info) override;
   void solveDeformableConstraints(btScalar solverdt) override;
@@ -56,6 +67,10 @@ class btLazyDeformableBodySolver : public btDeformableBodySolver, public PairHan
   void processCollision(btSoftBody* a, btSoftBody* b) override;
 
  private:
+  btLazyDeformableBodySolver(const SolverOptions& options, bool solves_sleepers);
+
+  // True if Bullet's solver needs a body that LazyCCD leaves out of the step.
+  bool needs(const btSoftBody& sleeper) const;
   // Clears the contact lists of bodies that were woken in this step. Otherwise Bullet would act on
   // contacts of an old step.
   void forget_old_contacts();
@@ -66,7 +81,10 @@ class btLazyDeformableBodySolver : public btDeformableBodySolver, public PairHan
 
   std::unique_ptr<Pipeline> pipeline_;
   std::unique_ptr<SoftBodyDbvt> dbvt_;
-  std::vector<char> slept_;  // by body: slept when the step began
+  bool solves_sleepers_;
+  btAlignedObjectArray<btSoftBody*> all_bodies_;   // m_softBodies lacks those of skipped_
+  std::unordered_set<const btSoftBody*> skipped_;  // sleepers that Bullet's solver skips
+  std::vector<char> slept_;  // by index in all_bodies_: slept when the step began
   std::vector<btSoftBody*> silenced_;
 };
 
