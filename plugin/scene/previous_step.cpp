@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <functional>
+#include <unordered_set>
 #include <utility>
 
 namespace lazyccd::bullet {
@@ -63,7 +64,8 @@ void PreviousStep::remember(const SoftScene& scene, const Sleepers& sleepers,
 
 // Keeps the bodies of the last step that were left out of this one.
 void PreviousStep::set_aside(const Sleepers& sleepers) {
-  const auto left_out = sleepers.left_out();
+  const std::vector<const btSoftBody*> sleeping = sleepers.left_out();
+  const std::unordered_set<const btSoftBody*> left_out(sleeping.begin(), sleeping.end());
   const auto has_woken = [&](const SoftBody& last) { return left_out.count(last.body) == 0; };
   left_out_.erase(std::remove_if(left_out_.begin(), left_out_.end(), has_woken), left_out_.end());
   for (SoftBody& last : soft_bodies_)

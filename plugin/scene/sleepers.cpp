@@ -7,7 +7,7 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-// A sleeper is left out after this many steps alone, because new members cost a new topology.
+// A sleeper that took part is left out again after this many steps alone.
 constexpr int min_steps_alone = 8;
 
 int proxy_id(const btSoftBody& body) {
@@ -23,11 +23,20 @@ bool may_be_left_out(const btSoftBody& body) {
   return true;
 }
 
-// Bullet's deformable world moves sleeping nodes by their split velocity, in each step.
-bool has_split_velocity(const btSoftBody& body) {
+template <class IsTrue>
+bool any_node(const btSoftBody& body, IsTrue is_true) {
   for (int i = 0; i < body.m_nodes.size(); ++i)
-    if (!body.m_nodes[i].m_splitv.isZero()) return true;
+    if (is_true(body.m_nodes[i])) return true;
   return false;
+}
+
+// Bullet's deformable world moves sleeping nodes by their velocity, which it clears after a step,
+// and by their split velocity, which it does not clear.
+bool has_velocity(const btSoftBody& body) {
+  return any_node(body, [](const btSoftBody::Node& node) { return !node.m_v.isZero(); });
+}
+bool has_split_velocity(const btSoftBody& body) {
+  return any_node(body, [](const btSoftBody::Node& node) { return !node.m_splitv.isZero(); });
 }
 
 AxisBox bounds_of_nodes(const btSoftBody& body) {
@@ -78,7 +87,8 @@ Sleepers::Sleeper::Sleeper(btSoftBody& b)
       margin(b.getCollisionShape()->getMargin()),
       drifts(has_split_velocity(b)),
       sampled_nodes(nodes_to_sample(b)),
-      node_count(b.m_nodes.size()) {
+      node_count(b.m_nodes.size()),
+      steps_alone(has_velocity(b) ? 0 : min_steps_alone) {
   visit_sample(b, sampled_nodes, [this](const btVector3& value) {
     sample.push_back(value);
     return true;
@@ -147,10 +157,10 @@ void Sleepers::find_members(const Bodies& bodies) {
   sleepers_.erase(sleepers_.begin() + static_cast<std::ptrdiff_t>(kept), sleepers_.end());
 }
 
-std::unordered_set<const btSoftBody*> Sleepers::left_out() const {
-  std::unordered_set<const btSoftBody*> bodies;
+std::vector<const btSoftBody*> Sleepers::left_out() const {
+  std::vector<const btSoftBody*> bodies;
   for (const Sleeper& sleeper : sleepers_)
-    if (sleeper.is_left_out()) bodies.insert(sleeper.body);
+    if (sleeper.is_left_out()) bodies.push_back(sleeper.body);
   return bodies;
 }
 

@@ -3,13 +3,12 @@
 //
 // A body sleeps if its activation state was ISLAND_SLEEPING when the step began and still is after
 // Bullet's islands. It takes part again if the bounds of something awake, over the step, reach its
-// bounds. It also does for some steps after the application changed it: moved it, gave it a
-// velocity, or moved what it is anchored to. Most changes show in a few sampled nodes.
+// bounds. Then it takes part for some steps, because new members cost a new topology. If the
+// application moves a sleeper, a few sampled nodes show it.
 #pragma once
 
 #include <BulletSoftBody/btSoftBody.h>
 
-#include <unordered_set>
 #include <vector>
 
 #include "shapes/axis_box.h"
@@ -38,7 +37,7 @@ class Sleepers {
   int left_out_count() const { return left_out_count_; }
   /// Largest collision margin of a body that sleeps, metres.
   btScalar largest_margin() const { return largest_margin_; }
-  std::unordered_set<const btSoftBody*> left_out() const;
+  std::vector<const btSoftBody*> left_out() const;  ///< in the world's order
   /// Makes sleepers take part that come within `distance` metres of one of `awake`. Returns true if
   /// there are new members. `awake`: bounds of what may push a sleeper, over the step.
   bool take_in(const Bodies& bodies, const Boxes& awake, btScalar distance);
@@ -63,7 +62,7 @@ class Sleepers {
     std::vector<int> sampled_nodes;
     int node_count;
     std::vector<btVector3> sample;  // as it was when the body fell asleep
-    int steps_alone = 0;            // consecutive steps in which nothing awake came near
+    int steps_alone;                // consecutive steps in which nothing awake came near
   };
 
   // True if the bodies that sleep are those of the last step, and unchanged.

@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <functional>
 #include <string>
-#include <unordered_set>
 #include <vector>
 
 #include "detection/step_detector.h"
@@ -52,8 +51,9 @@ class Pipeline {
   bool ran_last_step() const { return ran_last_step_; }
   const SoftScene& scene() const { return reader_.scene(); }
   const Motion& motion() const { return reader_.motion(); }
-  /// The sleeping bodies that the step left out. Some may have been deleted since.
-  std::unordered_set<const btSoftBody*> left_out() const { return reader_.sleepers().left_out(); }
+  /// The sleeping bodies that the step left out, in the world's order. Some may have been deleted
+  /// since.
+  std::vector<const btSoftBody*> left_out() const { return reader_.sleepers().left_out(); }
   /// True if the response moved this soft vertex or changed its velocity. False if it did not run.
   bool is_moved(std::int32_t vertex) const;
   /// True if the response ran.

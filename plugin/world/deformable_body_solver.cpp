@@ -96,18 +96,30 @@ void btLazyDeformableBodySolver::reinitialize(const btAlignedObjectArray<btSoftB
                                               btScalar dt) {
   all_bodies_.copyFromArray(softBodies);
   // Bullet's solver spends as much time on a sleeping node as on an awake one.
-  skipped_ = pipeline_->left_out();
+  const std::vector<const btSoftBody*> left_out = pipeline_->left_out();
+  auto next = left_out.begin();
+  skipped_.clear();
   btAlignedObjectArray<btSoftBody*> solved;
   bool is_new = false;
   for (int i = 0; i < softBodies.size(); ++i) {
-    if (skipped_.count(softBodies[i]) > 0 && !needs(*softBodies[i])) continue;
-    skipped_.erase(softBodies[i]);
+    btSoftBody* const body = softBodies[i];
+    const bool is_left_out = next != left_out.end() && *next == body;
+    next += is_left_out;
+    if (is_left_out && !needs(*body)) {
+      skipped_.push_back(body);
+      continue;
+    }
     const int at = solved.size();
-    is_new = is_new || at >= m_softBodies.size() || m_softBodies[at] != softBodies[i];
-    solved.push_back(softBodies[i]);
+    is_new = is_new || at >= m_softBodies.size() || m_softBodies[at] != body;
+    solved.push_back(body);
   }
+  std::sort(skipped_.begin(), skipped_.end());
   if (is_new || solved.size() != m_softBodies.size()) m_numNodes = -1;  // numbers the nodes anew
   btDeformableBodySolver::reinitialize(solved, dt);
+}
+
+bool btLazyDeformableBodySolver::skips(const btSoftBody& body) const {
+  return std::binary_search(skipped_.begin(), skipped_.end(), &body);
 }
 
 bool btLazyDeformableBodySolver::needs(const btSoftBody& sleeper) const {
@@ -154,7 +166,7 @@ void btLazyDeformableBodySolver::solveDeformableConstraints(btScalar solverdt) {
   std::vector<std::pair<btSoftBody*, int>> woken;
   for (int i = 0; !skipped_.empty() && i < all_bodies_.size(); ++i) {
     btSoftBody* const body = all_bodies_[i];
-    if (!body->isActive() || skipped_.count(body) == 0) continue;
+    if (!body->isActive() || !skips(*body)) continue;
     woken.emplace_back(body, body->getActivationState());
     body->forceActivationState(ISLAND_SLEEPING);
   }
@@ -186,7 +198,7 @@ void btLazyDeformableBodySolver::applyTransforms(btScalar timeStep) {
   const auto read = [this, timeStep](const SoftScene& scene, const SoftScene::BodyRecord& record,
                                      std::int32_t first, std::int32_t last, Motion& motion) {
     fill(scene, record, first, last, motion, timeStep);
-    if (skipped_.count(record.body) == 0) return;
+    if (!skips(*record.body)) return;
     const auto begin = motion.start.begin();  // the base class does not move it
     std::copy(begin + 3 * static_cast<std::ptrdiff_t>(first),
               begin + 3 * static_cast<std::ptrdiff_t>(last),

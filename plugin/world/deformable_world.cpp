@@ -37,5 +37,17 @@ void btLazyDeformableMultiBodyDynamicsWorld::internalSingleStepSimulation(btScal
   updateActivationState(timeStep);
 }
 
+void btLazyDeformableMultiBodyDynamicsWorld::updateActivationState(btScalar timeStep) {
+  // The base class clears the velocities of sleeping bodies. Those that are skipped have none.
+  btSoftBodyArray& bodies = getSoftBodyArray();
+  const btSoftBodyArray all(bodies);
+  btSoftBodyArray others;
+  for (int i = 0; i < all.size(); ++i)
+    if (!lazy_solver_->skips(*all[i]) || all[i]->isActive()) others.push_back(all[i]);
+  bodies.copyFromArray(others);
+  btDeformableMultiBodyDynamicsWorld::updateActivationState(timeStep);
+  bodies.copyFromArray(all);
+}
+
 }  // namespace LAZYCCD_BULLET_PRECISION
 }  // namespace lazyccd::bullet

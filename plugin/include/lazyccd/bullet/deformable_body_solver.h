@@ -12,7 +12,6 @@
 
 #include <memory>
 #include <string>
-#include <unordered_set>
 #include <vector>
 
 #include "lazyccd/bullet/options.h"
@@ -56,6 +55,9 @@ class btLazyDeformableBodySolver : public btDeformableBodySolver, public PairHan
   /// soft pairs.
   bool is_active() const;
 
+  /// True for a sleeping body that this step leaves out, with Bullet's own part of the step.
+  bool skips(const btSoftBody& body) const;
+
   void handle_pair(btSoftBody* a, btSoftBody* b) override;
 
   void reinitialize(const btAlignedObjectArray<btSoftBody*>& softBodies, btScalar dt) override;
@@ -82,8 +84,8 @@ class btLazyDeformableBodySolver : public btDeformableBodySolver, public PairHan
   std::unique_ptr<Pipeline> pipeline_;
   std::unique_ptr<SoftBodyDbvt> dbvt_;
   bool solves_sleepers_;
-  btAlignedObjectArray<btSoftBody*> all_bodies_;   // m_softBodies lacks those of skipped_
-  std::unordered_set<const btSoftBody*> skipped_;  // sleepers that Bullet's solver skips
+  btAlignedObjectArray<btSoftBody*> all_bodies_;  // m_softBodies lacks those of skipped_
+  std::vector<const btSoftBody*> skipped_;        // sleepers that Bullet's solver skips; sorted
   std::vector<char> slept_;  // by index in all_bodies_: slept when the step began
   std::vector<btSoftBody*> silenced_;
 };

@@ -21,6 +21,7 @@ class btLazyDeformableMultiBodyDynamicsWorld : public btDeformableMultiBodyDynam
 
  protected:
   void internalSingleStepSimulation(btScalar timeStep) override;
+  void updateActivationState(btScalar timeStep) override;
 
  private:
   const btLazyDeformableBodySolver* lazy_solver_;
