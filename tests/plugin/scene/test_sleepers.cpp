@@ -28,6 +28,12 @@ btSoftBody* add_sleeper(ObstacleWorld& w, double x, double y) {
   return cloth;
 }
 
+double mean_height(const btSoftBody& body) {
+  double sum = 0;
+  for (int i = 0; i < body.m_nodes.size(); ++i) sum += static_cast<double>(body.m_nodes[i].m_x.y());
+  return sum / body.m_nodes.size();
+}
+
 double lowest(const btSoftBody& body) {
   btScalar y = BT_LARGE_FLOAT;
   for (int i = 0; i < body.m_nodes.size(); ++i) y = std::min(y, body.m_nodes[i].m_x.y());
@@ -73,8 +79,8 @@ TEST_CASE("a sleeper behind a sleeper that is hit takes part in the same step") 
   thrown->setVelocity(btVector3(0, -100, 0));
   for (int i = 0; i < 10; ++i) {
     w.steps(1, 1.0 / 60);
-    CHECK(lowest(*thrown) > lowest(*hit));
-    CHECK(lowest(*hit) > lowest(*behind));
+    CHECK(mean_height(*thrown) > mean_height(*hit));
+    CHECK(mean_height(*hit) > mean_height(*behind));
   }
   CHECK(behind->isActive());
   CHECK(w.total().unresolved == 0);
