@@ -1,7 +1,7 @@
 // The programs lazyccd_scene_costs and lazyccd_scene_costs_double: measure the time of a step in
 // scenes that are common in games, with Bullet alone and with LazyCCD.
 //
-//   lazyccd_scene_costs [--rounds N] [--only TEXT] [--csv FILE] [--cpu-time]
+//   lazyccd_scene_costs [--rounds N] [--only TEXT] [--world NAME] [--csv FILE] [--cpu-time]
 //
 // The table has milliseconds of a whole step, over one second from the start, and the largest depth
 // of a node in a rigid body, sampled twenty times a second. Runs with Bullet alone and with LazyCCD
@@ -338,7 +338,7 @@ Cost run(const CostScene& scene, WorldOptions options, bool processor_time) {
 
 struct Request {
   int rounds = 5;
-  std::string only, csv;
+  std::string only, world, csv;
   bool processor_time = false;
 };
 
@@ -385,6 +385,7 @@ void print_table(const Request& request) {
     if (scene.only_by_name && scene.name != request.only) continue;
     for (const World world : {World::rigid, World::deformable}) {
       const char* const name = world == World::rigid ? "rigid" : "deformable";
+      if (!request.world.empty() && request.world != name) continue;
       std::printf("| %s | %s |", scene.name.c_str(), name);
       for (const int rate : {60, 240}) {
         WorldOptions options;
@@ -410,6 +411,7 @@ int main(int argc, char** argv) {
   app.add_option("--rounds", request.rounds,
                  "number of runs of each scene; the median is reported");
   app.add_option("--only", request.only, "only scenes whose names contain this text");
+  app.add_option("--world", request.world, "only this world: rigid or deformable");
   app.add_option("--csv", request.csv, "write all measurements to this file");
   app.add_flag("--cpu-time", request.processor_time,
                "measure processor time with one thread, for a machine that is not idle");
