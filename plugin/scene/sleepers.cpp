@@ -86,6 +86,7 @@ Sleepers::Sleeper::Sleeper(btSoftBody& b)
       bounds(bounds_of_nodes(b)),
       margin(b.getCollisionShape()->getMargin()),
       drifts(has_split_velocity(b)),
+      nodes(b.m_nodes.size() > 0 ? &b.m_nodes[0] : nullptr),
       sampled_nodes(nodes_to_sample(b)),
       node_count(b.m_nodes.size()),
       steps_alone(has_velocity(b) ? 0 : min_steps_alone) {
@@ -106,9 +107,22 @@ bool Sleepers::Sleeper::is_changed() const {
 
 bool Sleepers::Sleeper::is_left_out() const { return !drifts && steps_alone >= min_steps_alone; }
 
+void Sleepers::Sleeper::prefetch() const {
+#if defined(__GNUC__)
+  for (const void* const part :
+       {static_cast<const void*>(&body->m_bounds), static_cast<const void*>(&body->m_nodes),
+        static_cast<const void*>(&body->m_deformableAnchors),
+        static_cast<const void*>(sample.data())})
+    __builtin_prefetch(part);
+  for (const int node : sampled_nodes) __builtin_prefetch(&nodes[node].m_x);
+#endif
+}
+
 bool Sleepers::are_same(const Bodies& bodies) const {
+  constexpr std::ptrdiff_t ahead = 8;
   auto next = sleepers_.begin();
   for (int i = 0; i < bodies.size(); ++i) {
+    if (sleepers_.end() - next > ahead) next[ahead].prefetch();
     if (!may_be_left_out(*bodies[i])) continue;
     if (next == sleepers_.end() || next->body != bodies[i] || next->is_changed()) return false;
     ++next;

@@ -52,13 +52,16 @@ class Sleepers {
   struct Sleeper {
     explicit Sleeper(btSoftBody& body);
     bool is_changed() const;
+    // Prefetches what is_changed() reads: the bodies lie far apart in memory.
+    void prefetch() const;
     bool is_left_out() const;
 
     btSoftBody* body;
     int proxy_id;    // of the broad phase; tells new bodies from old ones at the same address
     AxisBox bounds;  // of all nodes
     btScalar margin;
-    bool drifts;  // moves although it sleeps
+    bool drifts;                    // moves although it sleeps
+    const btSoftBody::Node* nodes;  // only for prefetch()
     std::vector<int> sampled_nodes;
     int node_count;
     std::vector<btVector3> sample;  // as it was when the body fell asleep
