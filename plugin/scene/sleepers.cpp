@@ -197,7 +197,7 @@ void Sleepers::end_step(const Boxes& awake, btScalar distance) {
   }
 }
 
-void Sleepers::take_in(const btCollisionObject& body) {
+void Sleepers::forget(const btCollisionObject& body) {
   sleepers_.erase(std::remove_if(sleepers_.begin(), sleepers_.end(),
                                  [&body](const Sleeper& s) { return s.body == &body; }),
                   sleepers_.end());

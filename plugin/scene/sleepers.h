@@ -43,10 +43,9 @@ class Sleepers {
   bool take_in(const Bodies& bodies, const Boxes& awake, btScalar distance);
   /// Sleepers that stay beyond `distance` of all of `awake` for some steps are left out afterwards.
   void end_step(const Boxes& awake, btScalar distance);
-  /// Makes a body take part in the next steps.
-  void take_in(const btCollisionObject& body);
-  /// Makes all bodies take part in the next steps.
-  void clear() { sleepers_.clear(); }
+  /// Makes the next step look at a body, or at all bodies, as if they had just fallen asleep.
+  void forget(const btCollisionObject& body);
+  void forget_all() { sleepers_.clear(); }
 
  private:
   struct Sleeper {

@@ -66,7 +66,7 @@ class StepReader {
   /// was.
   void teleported(const btCollisionObject& object) {
     previous_.forget(object);
-    sleepers_.take_in(object);
+    sleepers_.forget(object);
     obstacles_.teleported(object);
   }
   /// See Obstacles::read_whole_meshes().
@@ -77,7 +77,7 @@ class StepReader {
   void invalidate_soft_bodies() { scene_.invalidate(); }
   /// Makes the next step read everything again.
   void invalidate() {
-    sleepers_.clear();
+    sleepers_.forget_all();
     scene_.invalidate();
     obstacles_.invalidate();
   }
