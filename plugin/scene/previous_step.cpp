@@ -5,15 +5,11 @@
 #include <unordered_set>
 #include <utility>
 
+#include "scene/soft_body_nodes.h"
+
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
-
-// Id in the broad phase, or -1.
-int proxy_id(const SoftScene::BodyRecord& record) {
-  const btBroadphaseProxy* proxy = record.body->getBroadphaseHandle();
-  return proxy ? proxy->m_uniqueId : -1;
-}
 
 // Metres.
 btScalar largest_pinned_displacement(const SoftScene::BodyRecord& record, const Motion& motion) {
@@ -32,7 +28,7 @@ btScalar largest_pinned_displacement(const SoftScene::BodyRecord& record, const 
 }  // namespace
 
 bool PreviousStep::SoftBody::is_of(const SoftScene::BodyRecord& record) const {
-  return body == record.body && proxy_id == bullet::proxy_id(record);
+  return body == record.body && proxy_id == bullet::proxy_id(*record.body);
 }
 
 void PreviousStep::remember(const SoftScene& scene, const Sleepers& sleepers,
@@ -47,7 +43,7 @@ void PreviousStep::remember(const SoftScene& scene, const Sleepers& sleepers,
     const SoftScene::BodyRecord& record = scene.bodies()[i];
     const auto first = motion.end.begin() + 3 * static_cast<std::ptrdiff_t>(record.first_vertex);
     soft_bodies_[i].body = record.body;
-    soft_bodies_[i].proxy_id = proxy_id(record);
+    soft_bodies_[i].proxy_id = bullet::proxy_id(*record.body);
     soft_bodies_[i].positions.assign(first,
                                      first + 3 * static_cast<std::ptrdiff_t>(record.vertex_count));
     soft_bodies_[i].pinned_displacement = largest_pinned_displacement(record, motion);

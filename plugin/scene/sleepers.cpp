@@ -3,17 +3,14 @@
 #include <algorithm>
 #include <utility>
 
+#include "scene/soft_body_nodes.h"
+
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
 // A sleeper that took part is left out again after this many steps alone.
 constexpr int min_steps_alone = 8;
-
-int proxy_id(const btSoftBody& body) {
-  const btBroadphaseProxy* const proxy = body.getBroadphaseHandle();
-  return proxy ? proxy->m_uniqueId : -1;
-}
 
 // False also if something awake moves anchored nodes of the body.
 bool may_be_left_out(const btSoftBody& body) {

@@ -14,6 +14,11 @@ int index_of(const btSoftBody& body, const btSoftBody::Node* node) {
   return inside ? static_cast<int>(node - first) : -1;
 }
 
+int proxy_id(const btSoftBody& body) {
+  const btBroadphaseProxy* const proxy = body.getBroadphaseHandle();
+  return proxy ? proxy->m_uniqueId : -1;
+}
+
 bool is_finite(const btSoftBody& body) {
   for (int i = 0; i < body.m_nodes.size(); ++i) {
     const btSoftBody::Node& node = body.m_nodes[i];

@@ -115,7 +115,7 @@ SoftScene::Fingerprint SoftScene::fingerprint(btSoftBody* body) const {
   s.excluded = is_excluded(body);
   s.marked_changed = body->m_bUpdateRtCst;
   s.margin = margin_of(*body);
-  s.proxy_id = proxy ? proxy->m_uniqueId : -1;
+  s.proxy_id = bullet::proxy_id(*body);
   return s;
 }
 

@@ -64,7 +64,6 @@ bool StepReader::reread_if_sleepers_reached(const Bodies& bodies, const Fill& fi
       !sleepers_.take_in(bodies, moved_bounds(), contact_distance()))
     return false;
   motion_.restart_response();
-  motion_.articulated.clear();
   changes = read_members(bodies, fill);
   return true;
 }

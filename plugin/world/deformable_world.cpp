@@ -38,6 +38,10 @@ void btLazyDeformableMultiBodyDynamicsWorld::internalSingleStepSimulation(btScal
 }
 
 void btLazyDeformableMultiBodyDynamicsWorld::updateActivationState(btScalar timeStep) {
+  if (!lazy_solver_->skips_any()) {
+    btDeformableMultiBodyDynamicsWorld::updateActivationState(timeStep);
+    return;
+  }
   // The base class clears the velocities of sleeping bodies. Those that are skipped have none.
   btSoftBodyArray& bodies = getSoftBodyArray();
   const btSoftBodyArray all(bodies);

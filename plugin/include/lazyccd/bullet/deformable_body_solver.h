@@ -57,6 +57,7 @@ class btLazyDeformableBodySolver : public btDeformableBodySolver, public PairHan
 
   /// True for a sleeping body that this step leaves out, with Bullet's own part of the step.
   bool skips(const btSoftBody& body) const;
+  bool skips_any() const { return !skipped_.empty(); }
 
   void handle_pair(btSoftBody* a, btSoftBody* b) override;
 
