@@ -8,6 +8,13 @@
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
+namespace {
+
+// Several faces may lie in a plane, or nearly so: those that a ray leaves within this fraction of
+// the distance to the first.
+constexpr btScalar tolerance = btScalar(1e-4);
+
+}  // namespace
 
 btScalar closest_on_segment(const btVector3& x, const btVector3& a, const btVector3& b) {
   const btVector3 along = b - a;
@@ -53,6 +60,14 @@ RoundPart make_round_part(const std::array<btVector3, 2>& core,
       part.inner_radius =
           std::min(part.inner_radius, static_cast<double>(offset - normal.dot(end)));
   }
+  // A ray from the core along d passes the plane of a face with normal n after at least
+  // inner_radius / (n . d). So faces that it passes within outer_radius have at least this n . d:
+  const double min_cosine =
+      part.inner_radius / (part.outer_radius * (1 + static_cast<double>(tolerance)));
+  std::vector<btVector3> normals;
+  normals.reserve(part.planes.size());
+  for (const RoundPart::Plane& plane : part.planes) normals.push_back(plane.normal);
+  part.faces_by_normal = DirectionGrid(normals, min_cosine);
   return part;
 }
 
@@ -62,14 +77,21 @@ FacePoint find_exit(const RoundPart& part, const btVector3& point, const btVecto
     return rate > 0 ? (plane.offset - plane.normal.dot(point)) / rate
                     : std::numeric_limits<btScalar>::infinity();
   };
-  btScalar first = std::numeric_limits<btScalar>::infinity();
-  for (const RoundPart::Plane& plane : part.planes) first = btMin(first, distance_to(plane));
+  Span<const std::int32_t> faces = part.faces_by_normal.near(direction);
+  const auto first_distance = [&] {
+    btScalar first = std::numeric_limits<btScalar>::infinity();
+    for (const std::int32_t i : faces) first = btMin(first, distance_to(part.planes[i]));
+    return first;
+  };
+  btScalar first = first_distance();
+  if (!(static_cast<double>(first) <= part.outer_radius)) {
+    faces = part.faces_by_normal.all();
+    first = first_distance();
+  }
   const btVector3 hit = point + first * direction;
-  // Several faces may lie in this plane, or nearly so.
-  constexpr btScalar tolerance = btScalar(1e-4);
   FacePoint exit;
   btScalar best = -std::numeric_limits<btScalar>::infinity();
-  for (std::size_t i = 0; i < part.planes.size(); ++i) {
+  for (const std::int32_t i : faces) {
     if (!(distance_to(part.planes[i]) <= first + tolerance * btFabs(first))) continue;
     const auto& [a, b, c] = part.corners[i];
     const btVector3 ab = b - a, ac = c - a, across = ab.cross(ac);
@@ -80,7 +102,7 @@ FacePoint find_exit(const RoundPart& part, const btVector3& point, const btVecto
     const btScalar inside = btMin(btMin(u, v), 1 - u - v);
     if (inside <= best) continue;
     best = inside;
-    exit.face = static_cast<std::int32_t>(i);
+    exit.face = i;
     exit.u = std::clamp(u, btScalar(0), btScalar(1));
     exit.v = std::clamp(v, btScalar(0), 1 - exit.u);
   }

@@ -10,6 +10,7 @@
 
 #include "lazyccd/bullet/precision.h"
 #include "lazyccd/scene.h"
+#include "shapes/direction_grid.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -27,6 +28,7 @@ struct RoundPart {
   };
   std::vector<Plane> planes;                      ///< by face
   std::vector<std::array<btVector3, 3>> corners;  ///< by face, metres
+  DirectionGrid faces_by_normal;                  ///< where find_exit() looks for faces
 };
 
 /// A point on a face.
