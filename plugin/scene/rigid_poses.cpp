@@ -13,17 +13,6 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-// Collects the rigid bodies of a broad phase.
-class Collector : public btBroadphaseAabbCallback {
- public:
-  bool process(const btBroadphaseProxy* proxy) override {
-    auto* object = static_cast<btCollisionObject*>(proxy->m_clientObject);
-    if (is_rigid(*object)) objects.push_back(object);
-    return true;
-  }
-  std::vector<btCollisionObject*> objects;
-};
-
 bool is_finite(const btTransform& pose) {
   for (int i = 0; i < 3; ++i) {
     if (!std::isfinite(pose.getOrigin()[i])) return false;
@@ -56,6 +45,20 @@ btTransform catch_up(const RigidPose& pose, const btTransform& now) {
 
 }  // namespace
 
+// Collects the rigid bodies of a broad phase.
+class RigidPoses::Collector : public btBroadphaseAabbCallback {
+ public:
+  explicit Collector(Objects& objects) : objects_(objects) {}
+  bool process(const btBroadphaseProxy* proxy) override {
+    auto* object = static_cast<btCollisionObject*>(proxy->m_clientObject);
+    if (is_rigid(*object)) objects_.emplace_back(object, proxy->m_uniqueId);
+    return true;
+  }
+
+ private:
+  Objects& objects_;
+};
+
 bool is_rigid(const btCollisionObject& object) {
   constexpr int rigid = btCollisionObject::CO_COLLISION_OBJECT | btCollisionObject::CO_RIGID_BODY |
                         btCollisionObject::CO_FEATHERSTONE_LINK;
@@ -72,6 +75,7 @@ void RigidPoses::begin_step(btBroadphaseInterface* broadphase) {
   find(broadphase);
   multibody_poses_.clear();
   for (RigidPose& pose : poses_) {
+    if (pose.at_rest && !is_movable(*pose.object)) continue;  // starts where it ended
     const btMultiBodyLinkCollider* const link = btMultiBodyLinkCollider::upcast(pose.object);
     if (link && is_movable(*link) && multibody_poses_.count(link->m_multiBody) == 0)
       multibody_poses_.emplace(link->m_multiBody, pose_of(*link->m_multiBody));
@@ -84,6 +88,9 @@ void RigidPoses::end_step(btBroadphaseInterface* broadphase, btScalar dt, Warnin
   find(broadphase);
   for (RigidPose& pose : poses_) {
     const btTransform& now = pose.object->getWorldTransform();
+    if (pose.at_rest && now == pose.end && teleported_.empty() && !is_movable(*pose.object) &&
+        has_finite_velocity(*pose.object))
+      continue;
     pose.jumped =
         teleported_.count(pose.object) > 0 ||
         is_jump(*pose.object, {pose.last_bullet_pose, pose.bullet_pose, now}, dt, jump_speed_);
@@ -92,6 +99,8 @@ void RigidPoses::end_step(btBroadphaseInterface* broadphase, btScalar dt, Warnin
     pose.last_bullet_pose = pose.bullet_pose;
     pose.bullet_pose = now;
     pose.finite = is_finite(pose.end) && has_finite_velocity(*pose.object);
+    pose.at_rest = pose.finite && !is_movable(*pose.object) && pose.start == now &&
+                   pose.end == now && pose.last_bullet_pose == now && !pose.jumped;
     if (pose.finite && is_finite(pose.start)) continue;
     pose.start = pose.end;
     warnings.warn_once(
@@ -105,33 +114,37 @@ void RigidPoses::end_step(btBroadphaseInterface* broadphase, btScalar dt, Warnin
 
 void RigidPoses::hold_at_start(const btCollisionObject& object) {
   for (RigidPose& pose : poses_) {
-    if (pose.object == &object) pose.end = pose.start;
+    if (pose.object != &object) continue;
+    pose.end = pose.start;
+    pose.at_rest = false;
   }
 }
 
 void RigidPoses::find(btBroadphaseInterface* broadphase) {
-  Collector collector;
-  collector.objects.reserve(poses_.size());
+  objects_.clear();
+  Collector collector(objects_);
   const btScalar far = BT_LARGE_FLOAT;
   if (broadphase)
     broadphase->aabbTest(btVector3(-far, -far, -far), btVector3(far, far, far), collector);
-  if (!are_known(collector.objects)) update_objects(collector.objects);
+  if (objects_ == last_objects_) return;
+  if (!are_known(objects_)) update_objects(objects_);
+  last_objects_ = objects_;
 }
 
 bool RigidPoses::are_known(const Objects& objects) const {
   return objects.size() == known_.size() &&
-         std::all_of(objects.begin(), objects.end(), [this](const btCollisionObject* object) {
-           const auto known = known_.find(object->getBroadphaseHandle()->m_uniqueId);
-           return known != known_.end() && known->second == object;
+         std::all_of(objects.begin(), objects.end(), [this](const Object& object) {
+           const auto known = known_.find(object.second);
+           return known != known_.end() && known->second == object.first;
          });
 }
 
 void RigidPoses::update_objects(const Objects& objects) {
   std::vector<RigidPose> poses;
   poses.reserve(objects.size());
-  for (btCollisionObject* object : objects) {
+  for (const auto& [object, id] : objects) {
     const btTransform& now = object->getWorldTransform();
-    poses.push_back({object, object->getBroadphaseHandle()->m_uniqueId, now, now, now, now});
+    poses.push_back({object, id, now, now, now, now});
   }
   const auto before = [](const RigidPose& a, const RigidPose& b) {
     return a.unique_id < b.unique_id;

@@ -13,6 +13,7 @@
 
 #include <set>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "lazyccd/bullet/precision.h"
@@ -37,7 +38,8 @@ struct RigidPose {
   btTransform bullet_pose;       ///< Bullet's pose at the end of the step; `end` may lag behind it
   btTransform last_bullet_pose;  ///< Bullet's pose at the start of the step
   bool jumped = false;           ///< the application put it elsewhere (rigid_displacement.h)
-  bool finite = true;  ///< false: pose or velocity is not finite, and the body is left out
+  bool finite = true;    ///< false: pose or velocity is not finite, and the body is left out
+  bool at_rest = false;  ///< all poses are the same, and Bullet does not move the body
 };
 
 class RigidPoses {
@@ -65,7 +67,10 @@ class RigidPoses {
   const std::vector<RigidPose>& all() const { return poses_; }
 
  private:
-  using Objects = std::vector<btCollisionObject*>;
+  // An object and its id in the broad phase.
+  using Object = std::pair<btCollisionObject*, int>;
+  using Objects = std::vector<Object>;
+  class Collector;
 
   void find(btBroadphaseInterface* broadphase);
   bool are_known(const Objects& objects) const;
@@ -73,6 +78,7 @@ class RigidPoses {
 
   btScalar jump_speed_;
   std::vector<RigidPose> poses_;
+  Objects objects_, last_objects_;                           // in the order of the broad phase
   std::set<const btCollisionObject*> teleported_;            // since the last step
   std::unordered_map<int, const btCollisionObject*> known_;  // by id
   std::unordered_map<const btMultiBody*, MultibodyPose> multibody_poses_;
