@@ -175,7 +175,7 @@ void ContactConstraints::solve(Motion& motion, int sweeps) {
   active_rows_.reset();
   for (const auto target : {ContactSolver::Target::motion, ContactSolver::Target::split_impulse}) {
     solver_.set_up(target, rows_, motion);
-    if (target == ContactSolver::Target::motion) approach_ = solver_.largest_need();
+    if (target == ContactSolver::Target::motion) approach_ = solver_.largest_violation();
     solver_.solve(sweeps);
     solver_.write(motion);
   }

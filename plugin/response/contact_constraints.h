@@ -65,7 +65,8 @@ class ContactConstraints {
   /// `sweeps`: as in ContactSolver::solve().
   void solve(Motion& motion, int sweeps);
 
-  /// Largest violation of a row in the last solve() by the motion without impulses, metres.
+  /// Largest violation of a row before the last solve(), by the motion with the impulses that rows
+  /// had then, metres.
   double approach() const { return approach_; }
 
   RowList& rows() { return rows_; }

@@ -84,9 +84,7 @@ void ContactSolver::solve(int sweeps) {
   double min_change = min_speed * dt;  // metres
   if (for_split_impulse_) {
     sweeps = std::max(1, sweeps / split_sweep_divisor);
-  } else if (max_need_ < slow_approach * dt ||
-             kernels_->max_violation(problem(), static_cast<int>(batch_count())) * length_unit_ <
-                 resting_speed * dt) {
+  } else if (max_need_ < slow_approach * dt || max_violation_ < resting_speed * dt) {
     sweeps =
         std::min(sweeps, std::numeric_limits<int>::max() / slow_sweep_factor) * slow_sweep_factor;
   } else {

@@ -44,8 +44,9 @@ class ContactSolver {
   /// motion, with the same rows.
   void set_up(Target target, RowList& rows, const Motion& motion);
 
-  /// Largest displacement along a normal that impulses must add, metres.
-  double largest_need() const { return max_need_; }
+  /// Largest displacement along a normal that impulses must add to those that the rows have,
+  /// metres.
+  double largest_violation() const { return max_violation_; }
 
   /// Runs the sweeps. `sweeps`: normal limit. The limit is 4 x `sweeps` if contacts approach slowly
   /// or rest, and `sweeps` / 5 for split impulses. Stops earlier once sweeps change nothing
@@ -115,6 +116,7 @@ class ContactSolver {
   // Largest values over the rows: need in metres, squared displacement in m^2, normal mass in
   // kg.
   double max_need_ = 0, max_move_squared_ = 0, max_normal_mass_ = 0;
+  double max_violation_ = 0;    // at set_up(), metres
   std::vector<RowNeed> needs_;  // by row of the list
   RowBatches row_batches_;
   std::vector<RowBatch> batches_;        // batch_count() of them are in use

@@ -72,6 +72,7 @@ void ContactSolver::set_up(Target target, RowList& rows, const Motion& motion) {
   motion_ = &motion;
   for_split_impulse_ = target == Target::split_impulse;
   length_unit_ = mass_unit_ = 1;
+  max_violation_ = 0;
   needs_.resize(rows.size());
   row_batches_.begin(0);
   rigid_terms_.clear();
@@ -92,6 +93,8 @@ void ContactSolver::set_up(Target target, RowList& rows, const Motion& motion) {
   for (std::size_t i = 0; i < batch_count(); ++i)
     kernels_->apply_impulses(problem(), static_cast<int>(i));
   activate_violated();
+  max_violation_ =
+      kernels_->max_violation(problem(), static_cast<int>(batch_count())) * length_unit_;
 }
 
 void ContactSolver::set_up_bodies() {

@@ -21,9 +21,11 @@ constexpr int max_node_holds = 16;
 constexpr int solves_with_full_gaps = 1;
 constexpr double min_gap_fraction = 1.0 / 16;
 
-// Contacts that meet, and links that move nodes, more slowly than this do not throw a body back,
-// m/s.
-constexpr double min_impact_speed = 0.25;
+// An impact is what the impulses of the last step do not stop: contacts that still meet faster than
+// this, m/s.
+constexpr double min_impact_speed = 0.15;
+// Links that move nodes more slowly than this do not throw a body back, m/s.
+constexpr double min_link_speed = 0.25;
 constexpr int max_link_rounds = 2;
 
 // If this many solves do not halve the number of crowded contacts, impact zones take over.
@@ -160,7 +162,7 @@ void Response::absorb_impact(const SolveLinks& solve_links, Motion& motion) {
     const double moved = solve_links(bodies, motion);
     if (moved == 0) break;
     constraints_.solve(motion, options_.solver_iterations);
-    if (moved < min_impact_speed * motion.dt) break;
+    if (moved < min_link_speed * motion.dt) break;
   }
 }
 
