@@ -14,6 +14,7 @@
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
 #include <BulletCollision/CollisionShapes/btStaticPlaneShape.h>
 #include <BulletSoftBody/btSoftBodyHelpers.h>
+#include <LinearMath/btAabbUtil2.h>
 
 #include <CLI/CLI.hpp>
 #include <chrono>
@@ -301,10 +302,14 @@ double depth_in(const RigidBody& rigid, const btVector3& point) {
 
 double deepest_node(const PhysicsWorld& world) {
   double deepest = 0;
-  for (const auto& body : world.bodies()) {
-    for (int i = 0; i < body->m_nodes.size(); ++i) {
-      for (const RigidBody& rigid : world.rigid_bodies())
-        deepest = std::max(deepest, depth_in(rigid, body->m_nodes[i].m_x));
+  for (const RigidBody& rigid : world.rigid_bodies()) {
+    btVector3 lower, upper;
+    rigid.shape->getAabb(rigid.body->getWorldTransform(), lower, upper);
+    for (const auto& body : world.bodies()) {
+      for (int i = 0; i < body->m_nodes.size(); ++i) {
+        const btVector3& x = body->m_nodes[i].m_x;
+        if (TestPointAgainstAabb2(lower, upper, x)) deepest = std::max(deepest, depth_in(rigid, x));
+      }
     }
   }
   return deepest;
