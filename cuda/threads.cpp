@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "cpu/threads/phases.h"
 #include "cpu/threads/thread_pool.h"
 #include "lazyccd/error.h"
 
@@ -29,6 +30,12 @@ void Threads::parallel_for(std::size_t count, std::size_t grain,
   const std::size_t range = is_small && count > grain ? std::max<std::size_t>(grain / 4, 1) : grain;
   pool().parallel_for(count, range,
                       [&](std::size_t first, std::size_t last, int) { body(first, last); });
+}
+
+void Threads::run_phases(std::size_t count, const std::function<void(std::size_t, int)>& run,
+                         const std::function<std::size_t()>& next) const {
+  Phases phases(run, next);
+  phases.start(pool(), count);
 }
 
 }  // namespace lazyccd

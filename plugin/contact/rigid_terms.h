@@ -26,7 +26,8 @@ struct RigidTerm {
   }
   /// Adds the effect of an impulse (kg m) on the weighted sum to the motion of the body.
   void apply_impulse(const RigidMotion& rigid, const Eigen::Vector3d& impulse,
-                     Eigen::Vector3d& translation, Eigen::Vector3d& rotation) const {
+                     Eigen::Ref<Eigen::Vector3d> translation,
+                     Eigen::Ref<Eigen::Vector3d> rotation) const {
     translation += weight * rigid.inverse_mass.cwiseProduct(impulse);
     rotation += rigid.inverse_inertia * arm.cross(impulse);
   }

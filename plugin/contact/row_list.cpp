@@ -28,11 +28,6 @@ void RowList::take(const NearContacts& near, const RowFactory& factory) {
   made_.reserve(made_index_.size());  // references to rows stay valid
 }
 
-void RowList::make(std::size_t i) {
-  made_index_[i] = static_cast<std::int32_t>(made_.size());
-  make(i, made_.emplace_back());
-}
-
 void RowList::make(std::size_t i, ContactRow& row) const {
   factory_->make(near_.contacts[i], row);
   row.can_act = near_.estimates[i].can_act;

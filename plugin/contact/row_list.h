@@ -44,12 +44,26 @@ class RowList {
   void copy(std::size_t i, std::vector<ContactRow>& to) const;
   /// Returns row `i`; makes it if needed. The reference stays valid until the list is replaced.
   ContactRow& operator[](std::size_t i) {
-    if (!is_made(i)) make(i);
+    if (!is_made(i)) make(i, place(i));
     return made_[made_index_[i]];
   }
+  /// Returns row `i`: that of the list, or `scratch`, made, if the list has not made it. Changes
+  /// nothing in the list, so several threads may call it.
+  const ContactRow& get(std::size_t i, ContactRow& scratch) const {
+    if (is_made(i)) return made_[made_index_[i]];
+    make(i, scratch);
+    return scratch;
+  }
+  /// Returns the place of row `i`, which is not made. The row counts as made from now on, and must
+  /// be made by make() before anything else reads it.
+  ContactRow& place(std::size_t i) {
+    made_index_[i] = static_cast<std::int32_t>(made_.size());
+    return made_.emplace_back();
+  }
+  /// Makes a row at its place(). Several threads may make different rows at the same time.
+  void make_placed(std::size_t i) { make(i, made_[made_index_[i]]); }
 
  private:
-  void make(std::size_t i);
   void make(std::size_t i, ContactRow& row) const;
 
   std::vector<std::int32_t> made_index_;  // index in made_; negative: not made

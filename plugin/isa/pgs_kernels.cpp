@@ -122,6 +122,12 @@ LAZYCCD_INLINE Vector row_of(const Rows& x) {
 
 #endif
 
+// a where the mask is set, b elsewhere.
+template <class Mask>
+LAZYCCD_INLINE Rows choose(const Mask& mask, const Rows& a, const Rows& b) {
+  return mask ? a : b;
+}
+
 // broadcast() repeats float k of each row in the whole row. sum() repeats the sum of each row in
 // the whole row.
 template <int k>
@@ -240,7 +246,34 @@ LAZYCCD_INLINE void apply(const PgsProblem& problem, const RowBatch& batch, int 
   });
 }
 
-SweepChange sweep(const PgsProblem& problem, const std::int32_t* batches, int count) {
+// Whether sliding_bound() changes the bound of a row.
+LAZYCCD_INLINE bool changes_sliding_bound(const Rows& bound, const Rows& normal_impulse,
+                                          bool fixes) {
+  const Rows zero = repeat(0, 0, 0, 0), one = repeat(1, 1, 1, 1);
+  const Rows open = choose(bound > zero, one, zero),
+             loaded = choose(normal_impulse > zero, one, zero);
+  const Rows changes = fixes ? larger(open, loaded) : open - loaded;
+  return !is_zero(choose(bound >= zero, changes, zero));
+}
+
+// The next bound of the sliding friction of each row (RowBatch::tangent_move), from its impulses.
+LAZYCCD_INLINE Rows sliding_bound(const Rows& bound, const Rows& fraction, const Rows& impulse,
+                                  bool fixes) {
+  const Rows zero = repeat(0, 0, 0, 0), tangent = repeat(1, 1, 1, 0) * impulse;
+  const Rows min_size = repeat(0x1p-126f, 0x1p-126f, 0x1p-126f, 0x1p-126f);
+  const Rows size = larger(square_root(sum(tangent * tangent)), min_size);
+  const Rows loaded = choose(broadcast<3>(impulse) > zero, fraction, zero);
+  const Rows open = fixes ? choose(bound > zero, -size, loaded) : loaded;
+  return choose(bound >= zero, open, bound);
+}
+
+LAZYCCD_INLINE void prefetch(const RowBatch* batch) {
+  const char* const first = reinterpret_cast<const char*>(batch);
+  for (std::size_t i = 0; i < sizeof(RowBatch); i += 64) __builtin_prefetch(first + i);
+}
+
+SweepChange sweep(const PgsProblem& problem, const std::int32_t* batches, int count,
+                  const SweepMode& mode) {
   const Rows zero = repeat(0, 0, 0, 0), one = repeat(1, 1, 1, 1);
   const Rows tangent_mask = repeat(1, 1, 1, 0), normal_mask = repeat(0, 0, 0, 1);
   const Rows min_size = repeat(0x1p-126f, 0x1p-126f, 0x1p-126f, 0x1p-126f);
@@ -251,10 +284,13 @@ SweepChange sweep(const PgsProblem& problem, const std::int32_t* batches, int co
     largest[i] = change_size[i] = restart_test[i] = zero;
   for (int b = 0; b < count; ++b) {
     RowBatch& batch = problem.batches[batches[b]];
+    if (mode.next) prefetch(mode.next + b);
     for (int i = 0; i < RowBatch::lanes / width; ++i) {
       const int at = floats * i;
-      const Rows normal = load(batch.normal + at), before = load(batch.impulse + at),
-                 terms = load(batch.terms + at);
+      const Rows normal = load(batch.normal + at), terms = load(batch.terms + at);
+      const Rows last = load(batch.impulse + at);
+      const Rows before = last + mode.extrapolation * (last - load(batch.last_impulse + at));
+      store(last, batch.last_impulse + at);
       const Rows displacement = relative_displacement(problem, batch, batch.node, width * i);
       const Rows gap = sum(normal * displacement);
       const Rows normal_impulse =
@@ -265,18 +301,23 @@ SweepChange sweep(const PgsProblem& problem, const std::int32_t* batches, int co
       const Rows sliding = tangent_move + displacement - gap * normal;
       const Rows tangent_impulse = tangent_mask * (before - broadcast<3>(terms) * sliding);
       const Rows size = larger(square_root(sum(tangent_impulse * tangent_impulse)), min_size);
-      const Rows sliding_bound = broadcast<3>(tangent_move);
-      const Rows bound = larger(broadcast<2>(terms) * normal_impulse,
-                                larger(sliding_bound * size, -sliding_bound));
+      const Rows slip_bound = broadcast<3>(tangent_move);
+      const Rows bound =
+          larger(broadcast<2>(terms) * normal_impulse, larger(slip_bound * size, -slip_bound));
       const Rows scale = smaller(bound / size, one);
       const Rows now = tangent_impulse * scale + normal_mask * normal_impulse;
       const Rows change = now - before;
+      store(now, batch.impulse + at);
+      if (batch.slides && changes_sliding_bound(slip_bound, normal_impulse, mode.fixes_sliding)) {
+        const Rows next = sliding_bound(slip_bound, broadcast<3>(load(batch.sliding + at)), now,
+                                        mode.fixes_sliding);
+        store(tangent_mask * tangent_move + normal_mask * next, batch.tangent_move + at);
+      }
       if (is_zero(change)) continue;
       const Rows compliance = load(batch.compliance + at), made = change * compliance;
       largest[i] = larger(made * made, largest[i]);
       change_size[i] += change * made;
-      restart_test[i] += made * (now - load(batch.last_impulse + at));
-      store(now, batch.impulse + at);
+      restart_test[i] += made * (now - last);
       apply(problem, batch, width * i, tangent_mask * change + broadcast<3>(change) * normal);
     }
   }

@@ -33,14 +33,19 @@ Eigen::Vector3d gap_vector_at_end(const ContactRow& row, const Motion& motion);
 class ContactConstraints {
  public:
   /// `surfaces` must outlive this object. `position_correction`: as in SolverOptions.
-  ContactConstraints(const PairSurfaces& surfaces, double position_correction)
-      : surfaces_(surfaces), position_correction_(position_correction) {}
+  ContactConstraints(const PairSurfaces& surfaces, double position_correction,
+                     const Threads& threads = Threads(1))
+      : surfaces_(surfaces), position_correction_(position_correction), solver_(threads) {}
 
   /// Starts a step without rows. Remembers the impulses of the last step.
   void begin_step();
-  /// Drops all rows and remembered impulses. To be called if the indices of bodies, vertices or
-  /// faces change.
+  /// Drops all rows and remembered impulses.
   void forget();
+  /// forget(), and what depends on the numbers of vertices. To be called if these change.
+  void topology_changed() {
+    forget();
+    solver_.topology_changed();
+  }
   /// Warm start: gives rows the impulses of the last step if their pair was in contact in it as
   /// well. A resting contact needs the same impulses again. This may raise the kinetic energy; the
   /// caller must check that.

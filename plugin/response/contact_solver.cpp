@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "contact/rigid_terms.h"
+#include "response/contact_solver_phases.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -38,133 +40,288 @@ constexpr int sliding_sweeps = 8;
 // Restart the extrapolation if a sweep's change exceeds this multiple of the smallest change so
 // far.
 constexpr float max_change_growth = 4;
+// Displacements and vertices that a thread takes at a time.
+constexpr std::size_t grain = 1024;
+
+std::size_t grains(std::size_t count) { return (count + grain - 1) / grain; }
+
+// Whether the batch has an impulse, or gets one by extrapolation.
+bool is_active(const RowBatch& batch) {
+  const auto is_not_zero = [](float x) { return x != 0; };
+  return std::any_of(std::begin(batch.impulse), std::end(batch.impulse), is_not_zero) ||
+         std::any_of(std::begin(batch.last_impulse), std::end(batch.last_impulse), is_not_zero);
+}
+
+// Keeps the active batches of a block that was swept.
+void find_active(RowBlock& block) {
+  block.active.clear();
+  block.has_new_active = false;
+  for (std::size_t i = 0; i < block.batches.size(); ++i) {
+    RowBatch& batch = block.batches[i];
+    const bool active = is_active(batch);
+    block.has_new_active = block.has_new_active || (active && !batch.was_active);
+    batch.was_active = active;
+    if (active) block.active.push_back(static_cast<std::int32_t>(i));
+  }
+}
 
 }  // namespace
 
-bool ContactSolver::is_batch_active(std::int32_t batch) const {
-  const float* impulse = batches_[batch].impulse;
-  return std::any_of(impulse, impulse + 4 * RowBatch::lanes, [](float x) { return x != 0; });
-}
+// The sweeps of one solve(). run() and next() are those of Threads::run_phases().
+class ContactSolver::Sweeps {
+ public:
+  Sweeps(ContactSolver& solver, int limit, float tolerance)
+      : s_(solver), limit_(limit), tolerance_(tolerance) {
+    for (std::size_t b = 0; b < s_.block_count_; ++b) note_active(b);
+    s_.last_displacement_ = s_.displacement_;
+  }
 
-void ContactSolver::set_sliding(const Indices& swept, bool is_final) {
-  for (const std::int32_t b : swept) {
-    RowBatch& batch = batches_[b];
-    for (int i = 0; i < RowBatch::lanes; ++i) {
-      const float* const impulse = batch.impulse + 4 * i;
-      float& bound = batch.tangent_move[4 * i + 3];
-      if (is_final && bound > 0) {
-        const float size =
-            std::sqrt(impulse[0] * impulse[0] + impulse[1] * impulse[1] + impulse[2] * impulse[2]);
-        bound = -std::max(size, std::numeric_limits<float>::min());
-      } else if (bound >= 0) {
-        bound = impulse[3] > 0 ? batch.sliding_fraction[i] : 0;
+  std::size_t start() { return begin_sweep(); }
+
+  void run(std::size_t item, int worker) {
+    switch (phase_) {
+      case Phase::search:
+        return s_.find_violated(s_.chunks_[item]);
+      case Phase::fill:
+        return s_.fill(s_.blocks_[first_new_ + item],
+                       s_.scratch_[static_cast<std::size_t>(worker)]);
+      case Phase::sweep:
+        return sweep(item);
+      case Phase::extrapolate: {
+        const std::size_t first = item * grain;
+        const std::size_t count = std::min(grain, s_.displacement_.size() - first);
+        return s_.kernels_->extrapolate(mode_.extrapolation, &s_.displacement_[first],
+                                        &s_.last_displacement_[first], static_cast<int>(count));
       }
     }
   }
-}
 
-void ContactSolver::extrapolate(float factor, const Indices& swept) {
-  std::int32_t end = 0;
-  for (const std::int32_t b : swept) {
-    RowBatch& batch = batches_[b];
-    for (int i = 0; i < 4 * RowBatch::lanes; ++i) {
-      const float x = batch.impulse[i];
-      batch.impulse[i] += factor * (x - batch.last_impulse[i]);
-      batch.last_impulse[i] = x;
+  std::size_t next() {
+    switch (phase_) {
+      case Phase::search:
+        return add_violated();
+      case Phase::fill:
+        for (std::size_t b = first_new_; b < s_.block_count_; ++b) note_active(b);
+        return begin_colours();
+      case Phase::sweep:
+        if (colour_ != BlockColours::overflow) s_.merge_bodies(swept());
+        return next_colour();
+      case Phase::extrapolate:
+        ++sweep_;
+        return begin_sweep();
     }
-    end = std::max(end, batch_end_[b]);
+    return 0;
   }
-  last_displacement_.resize(displacement_.size());
-  kernels_->extrapolate(factor, displacement_.data(), last_displacement_.data(), end);
-}
+
+ private:
+  enum class Phase { search, fill, sweep, extrapolate };
+
+  std::size_t begin_sweep() {
+    is_full_ = sweep_ >= std::min(next_full_, limit_);
+    if (!is_full_) return begin_colours();
+    phase_ = Phase::search;
+    return std::max<std::size_t>(s_.chunk_count_, 1);
+  }
+
+  std::size_t add_violated() {
+    Indices rows = s_.take_violated();
+    first_new_ = s_.add_blocks(rows);
+    if (s_.block_count_ == first_new_) return begin_colours();
+    s_.last_displacement_.resize(s_.displacement_.size());
+    phase_ = Phase::fill;
+    return s_.block_count_ - first_new_;
+  }
+
+  std::size_t begin_colours() {
+    mode_.fixes_sliding = sweep_ >= sliding_sweeps;
+    phase_ = Phase::sweep;
+    colour_ = -1;
+    return next_colour();
+  }
+
+  std::size_t next_colour() {
+    do {
+      if (++colour_ == BlockColours::count) return end_sweep();
+    } while (swept().empty());
+    return colour_ == BlockColours::overflow ? 1 : swept().size();
+  }
+
+  void sweep(std::size_t item) {
+    if (colour_ != BlockColours::overflow) {
+      const RowBatch* const next =
+          item + 1 < swept().size() ? s_.blocks_[swept()[item + 1]].batches.data() : nullptr;
+      return sweep_block(swept()[item], next);
+    }
+    for (const std::int32_t b : swept()) {
+      sweep_block(b, nullptr);
+      s_.merge_bodies({b});
+    }
+  }
+
+  void sweep_block(std::int32_t b, const RowBatch* next) {
+    RowBlock& block = s_.blocks_[b];
+    s_.read_bodies(block);
+    if (is_full_ && block.active.size() < block.batches.size()) {
+      block.active.resize(block.batches.size());
+      std::iota(block.active.begin(), block.active.end(), 0);
+    }
+    SweepMode mode = mode_;
+    mode.next = next;
+    block.change = s_.kernels_->sweep(s_.problem_of(block), block.active.data(),
+                                      static_cast<int>(block.active.size()), mode);
+    if (finds_active()) find_active(block);
+  }
+
+  bool finds_active() const { return is_full_ || sweep_ == 1; }
+
+  std::size_t end_sweep() {
+    SweepChange change;
+    for (const Indices& blocks : is_full_ ? s_.blocks_of_colour_ : active_of_colour_) {
+      for (const std::int32_t b : blocks) {
+        const SweepChange& of_block = s_.blocks_[b].change;
+        change.largest = std::max(change.largest, of_block.largest);
+        change.size += of_block.size;
+        change.restart_test += of_block.restart_test;
+      }
+    }
+    const bool settled = change.largest < tolerance_ * tolerance_;
+    // The last sweep is a full one, so that all impulses are within their bounds.
+    if (is_full_ && (settled || sweep_ >= limit_)) return 0;
+    run_length_ = change.restart_test < 0 || change.size > max_change_growth * min_change_size_
+                      ? 1
+                      : run_length_ + 1;
+    min_change_size_ = std::min(min_change_size_, change.size);
+    mode_.extrapolation = static_cast<float>(run_length_ - 1) / static_cast<float>(run_length_ + 2);
+    if (finds_active()) {
+      const bool any_new = collect_active();
+      if (is_full_) {
+        if (!any_new) full_interval_ *= 2;
+        next_full_ = sweep_ + full_interval_;
+      }
+    }
+    if (settled) next_full_ = sweep_ + 1;
+    phase_ = Phase::extrapolate;
+    return grains(s_.displacement_.size());
+  }
+
+  // Sorts the blocks with an active batch by colour. Returns true if a batch has become active.
+  bool collect_active() {
+    bool any_new = false;
+    for (Indices& blocks : active_of_colour_) blocks.clear();
+    for (std::size_t b = 0; b < s_.block_count_; ++b) {
+      any_new = any_new || s_.blocks_[b].has_new_active;
+      note_active(b);
+    }
+    return any_new;
+  }
+
+  void note_active(std::size_t b) {
+    const RowBlock& block = s_.blocks_[b];
+    if (!block.active.empty())
+      active_of_colour_[block.colour].push_back(static_cast<std::int32_t>(b));
+  }
+
+  const Indices& swept() const {
+    return is_full_ ? s_.blocks_of_colour_[colour_] : active_of_colour_[colour_];
+  }
+
+  ContactSolver& s_;
+  const int limit_;
+  const float tolerance_;
+  Phase phase_ = Phase::sweep;
+  SweepMode mode_;
+  int sweep_ = 1, colour_ = -1;
+  bool is_full_ = false;
+  int full_interval_ = first_full_sweep_interval, next_full_ = first_full_sweep_interval;
+  std::size_t first_new_ = 0;
+  float min_change_size_ = std::numeric_limits<float>::max();
+  int run_length_ = 0;  // sweeps since the extrapolation was restarted
+  std::array<Indices, BlockColours::count> active_of_colour_;  // blocks with an active batch
+};
 
 void ContactSolver::solve(int sweeps) {
-  if (batch_count() == 0) return;
+  if (block_count_ == 0) return;
   const double dt = motion_->dt;
   double min_change = min_speed * dt;  // metres
   if (for_split_impulse_) {
     sweeps = std::max(1, sweeps / split_sweep_divisor);
-  } else if (max_need_ < slow_approach * dt || max_violation_ < resting_speed * dt) {
+  } else if (largest_.need < slow_approach * dt || max_violation_ < resting_speed * dt) {
     sweeps =
         std::min(sweeps, std::numeric_limits<int>::max() / slow_sweep_factor) * slow_sweep_factor;
   } else {
-    min_change = std::max(min_change, min_fraction * max_need_);
+    min_change = std::max(min_change, min_fraction * largest_.need);
   }
-  const auto tolerance = static_cast<float>(min_change / length_unit_);
-
-  last_displacement_ = displacement_;
-  Indices all, active;
-  const auto add_new_batches = [&] {
-    for (auto i = static_cast<std::int32_t>(all.size());
-         i < static_cast<std::int32_t>(batch_count()); ++i) {
-      all.push_back(i);
-      active.push_back(i);
-    }
-  };
-  add_new_batches();
-  int full_interval = first_full_sweep_interval, next_full = full_interval;
-  float min_change_size = std::numeric_limits<float>::max();
-  int run_length = 0;  // sweeps since the extrapolation was restarted
-  for (int i = 1;; ++i) {
-    const bool is_full = i >= std::min(next_full, sweeps);
-    if (is_full && activate_violated()) add_new_batches();
-    const Indices& swept = is_full ? all : active;
-    const SweepChange change =
-        kernels_->sweep(problem(), swept.data(), static_cast<int>(swept.size()));
-    const bool settled = change.largest < tolerance * tolerance;
-    // The last sweep is a full one, so that all impulses are within their bounds.
-    if (is_full && (settled || i >= sweeps)) break;
-    run_length = change.restart_test < 0 || change.size > max_change_growth * min_change_size
-                     ? 1
-                     : run_length + 1;
-    min_change_size = std::min(min_change_size, change.size);
-    set_sliding(swept, i >= sliding_sweeps);
-    extrapolate(static_cast<float>(run_length - 1) / static_cast<float>(run_length + 2), swept);
-    if (is_full || i == 1) {
-      Indices now_active;
-      for (const std::int32_t k : swept) {
-        if (is_batch_active(k)) now_active.push_back(k);
-      }
-      if (is_full) {
-        if (std::includes(active.begin(), active.end(), now_active.begin(), now_active.end()))
-          full_interval *= 2;
-        next_full = i + full_interval;
-      }
-      active.swap(now_active);
-    }
-    if (settled) next_full = i + 1;
-  }
-  find_violated();
-  for (const std::int32_t i : violated_) needs_[inactive_rows_[i]].may_need_split = true;
+  Sweeps iteration(*this, sweeps, static_cast<float>(min_change / length_unit_));
+  const Threads& threads = block_count_ < 2 * min_parallel_items ? serial_ : threads_;
+  threads.run_phases(
+      iteration.start(), [&](std::size_t item, int worker) { iteration.run(item, worker); },
+      [&] { return iteration.next(); });
+  for_each(chunk_count_, [this](std::size_t i, int) {
+    RowChunk& chunk = chunks_[i];
+    find_violated(chunk);
+    for (const std::int32_t row : chunk.violated) needs_[chunk.inactive[row]].may_need_split = true;
+  });
 }
 
 void ContactSolver::write(Motion& motion) {
-  RowList& rows = *rows_;
-  const auto translation_of = [this](RigidMotion& body) -> Vector3d& {
-    return for_split_impulse_ ? body.split_translation : body.translation;
-  };
-  const auto rotation_of = [this](RigidMotion& body) -> Vector3d& {
-    return for_split_impulse_ ? body.split_rotation : body.rotation;
-  };
-  for (const std::int32_t v : vertex_of_node_) {
-    if (for_split_impulse_) {
-      motion.split_displacement[v].setZero();
-    } else {
-      motion.solved[v] = motion.predicted[v] + motion.link_displacement[v];
-    }
-  }
+  for_each(grains(vertex_of_node_.size()), [&](std::size_t item, int) {
+    for_each_vertex(item, [&](std::int32_t v) {
+      if (for_split_impulse_) {
+        motion.split_displacement[v].setZero();
+      } else {
+        motion.solved[v] = motion.predicted[v] + motion.link_displacement[v];
+      }
+    });
+  });
   for (RigidMotion& body : motion.rigid) {
     translation_of(body).setZero();
     rotation_of(body).setZero();
   }
   for (ArticulatedMotion& body : motion.articulated)
     (for_split_impulse_ ? body.split_impulse : body.impulse).setZero();
+  for_each_block_by_colour([&](RowBlock& block, int) { write(block, motion); },
+                           [&](const Indices& blocks) {
+                             for (const std::int32_t b : blocks) move_bodies(blocks_[b], motion);
+                           });
+  for_each(grains(vertex_of_node_.size()), [&](std::size_t item, int) {
+    for_each_vertex(item, [&](std::int32_t v) { motion.round_end(v); });
+  });
+  for (ArticulatedMotion& body : motion.articulated) {
+    const Eigen::VectorXd& by = for_split_impulse_ ? body.split_impulse : body.impulse;
+    Eigen::VectorXd& displacement =
+        for_split_impulse_ ? body.split_displacement : body.displacement;
+    displacement = body.inverse_mass * by;
+    for (const ArticulatedMotion::Link& link : body.links) {
+      const Eigen::Matrix<double, 6, 1> moved = link.jacobian * displacement;
+      translation_of(motion.rigid[link.rigid]) = moved.head<3>();
+      rotation_of(motion.rigid[link.rigid]) = moved.tail<3>();
+    }
+  }
+}
+
+Vector3d& ContactSolver::translation_of(RigidMotion& body) const {
+  return for_split_impulse_ ? body.split_translation : body.translation;
+}
+
+Vector3d& ContactSolver::rotation_of(RigidMotion& body) const {
+  return for_split_impulse_ ? body.split_rotation : body.rotation;
+}
+
+template <class Visit>
+void ContactSolver::for_each_vertex(std::size_t item, const Visit& visit) const {
+  const std::size_t last = std::min((item + 1) * grain, vertex_of_node_.size());
+  for (std::size_t i = item * grain; i < last; ++i) visit(vertex_of_node_[i]);
+}
+
+void ContactSolver::write(RowBlock& block, Motion& motion) {
+  RowList& rows = *rows_;
   const double unit = mass_unit_ * length_unit_;
-  for (std::size_t b = 0; b < batch_count(); ++b) {
-    const RowBatches::Batch& batch_rows = row_batches_.batches()[b];
+  block.motion.assign(block.bodies.size(), {});
+  for (std::size_t b = 0; b < block.batches.size(); ++b) {
+    const RowBatches::Batch& batch_rows = block.batch_rows[b];
     for (int i = 0; i < RowBatch::lanes && batch_rows[i] != RowBatches::none; ++i) {
       ContactRow& row = rows[batch_rows[i]];
-      const float* solved = batches_[b].impulse + 4 * i;
+      const float* solved = block.batches[b].impulse + 4 * i;
       (for_split_impulse_ ? row.split_impulse : row.normal_impulse) =
           unit * static_cast<double>(solved[3]);
       if (!for_split_impulse_)
@@ -177,10 +334,15 @@ void ContactSolver::write(Motion& motion) {
         if (mobility != 0)
           (for_split_impulse_ ? motion.split_displacement : motion.solved)[v] += mobility * impulse;
       }
+      if (!has_rigid_terms_) continue;
       for (const RigidTerm& term : RigidTerms(row.contact, row.weights, motion)) {
         RigidMotion& body = motion.rigid[term.body];
         if (body.articulated < 0) {
-          term.apply_impulse(body, impulse, translation_of(body), rotation_of(body));
+          const auto found =
+              std::find(block.bodies.begin(), block.bodies.end(), shared_of_[term.body]);
+          double* const moved = block.motion[found - block.bodies.begin()].data();
+          Eigen::Map<Vector3d> translation(moved), rotation(moved + 3);
+          term.apply_impulse(body, impulse, translation, rotation);
           continue;
         }
         ArticulatedMotion& multibody = motion.articulated[body.articulated];
@@ -191,17 +353,14 @@ void ContactSolver::write(Motion& motion) {
       }
     }
   }
-  for (const std::int32_t v : vertex_of_node_) motion.round_end(v);
-  for (ArticulatedMotion& body : motion.articulated) {
-    const Eigen::VectorXd& by = for_split_impulse_ ? body.split_impulse : body.impulse;
-    Eigen::VectorXd& displacement =
-        for_split_impulse_ ? body.split_displacement : body.displacement;
-    displacement = body.inverse_mass * by;
-    for (const ArticulatedMotion::Link& link : body.links) {
-      const Eigen::Matrix<double, 6, 1> moved = link.jacobian * displacement;
-      translation_of(motion.rigid[link.rigid]) = moved.head<3>();
-      rotation_of(motion.rigid[link.rigid]) = moved.tail<3>();
-    }
+}
+
+void ContactSolver::move_bodies(const RowBlock& block, Motion& motion) const {
+  for (std::size_t i = 0; i < block.bodies.size(); ++i) {
+    RigidMotion& body = motion.rigid[shared_[block.bodies[i]].rigid];
+    const double* const moved = block.motion[i].data();
+    translation_of(body) += Eigen::Map<const Vector3d>(moved);
+    rotation_of(body) += Eigen::Map<const Vector3d>(moved + 3);
   }
 }
 

@@ -10,6 +10,15 @@
 // accelerated gradient schemes", section 3.2). Friction is not the gradient of any function, so the
 // extrapolation is also restarted if the changes of the sweeps grow.
 //
+// Rows are solved in blocks of neighbours (row_block.h). Blocks of one colour (block_colours.h) are
+// solved on several threads; colours follow each other. The order does not depend on the number of
+// threads, so the result is the same to the bit.
+//
+// A rigid body touches more rows than could follow each other. Its mass is split: s rows that are
+// solved at the same time each take it for s times as light, and the body moves by the sum of their
+// impulses. Tonge et al. 2012, "Mass splitting for jitter-free parallel rigid body simulation",
+// show that this converges. s is limited, so that no row's mass falls by more than a third.
+//
 // The iteration runs in single precision, in units taken from the problem itself, so that it does
 // not depend on the units of the scene. Its result only decides how large the impulses are. Their
 // effect on the motion is computed in double precision, and conserves momentum to that precision.
@@ -24,10 +33,14 @@
 #include <vector>
 
 #include "contact/contact_row.h"
+#include "contact/rigid_terms.h"
 #include "contact/row_list.h"
+#include "lazyccd/threads.h"
 #include "motion/motion.h"
+#include "response/block_colours.h"
 #include "response/pgs_kernels.h"
 #include "response/row_batches.h"
+#include "response/row_block.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -35,6 +48,8 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 /// Solves one problem at a time: set_up(), solve(), write(). Memory is kept for the next problem.
 class ContactSolver {
  public:
+  explicit ContactSolver(const Threads& threads) : threads_(threads) {}
+
   /// Quantity that the impulses change. motion: the solved motion, and velocities follow it.
   /// split_impulse: only positions, to restore gaps.
   enum class Target { motion, split_impulse };
@@ -58,7 +73,12 @@ class ContactSolver {
   /// that it moves; the caller calls Motion::apply_response() for rigid bodies and multibodies.
   void write(Motion& motion);
 
+  /// To be called if the indices of soft vertices change.
+  void topology_changed() { rank_.clear(); }
+
  private:
+  class Sweeps;
+
   // A change of displacement per step below this speed is invisible, m/s.
   static constexpr double min_speed = 3e-5;
 
@@ -68,72 +88,119 @@ class ContactSolver {
     double displacement;          // along the normal, that the impulses must add, metres
     bool may_need_split = false;  // the row may need a split impulse
   };
+  // Largest values over rows: need in metres, squared displacement in m^2, normal mass in kg.
+  struct Largest {
+    double need = 0, move_squared = 0, normal_mass = 0;
+    void include(const Largest& other);
+  };
+  // Some consecutive rows of the list.
+  struct RowChunk {
+    static constexpr std::size_t rows = 1024;
+    Largest largest;
+    Indices active, inactive;  // rows that start with an impulse; the others
+    std::vector<InactiveBatch> batches;
+    std::vector<RowRigidTerm> terms;  // of `batches`
+    Indices violated;                 // among `inactive`, as 4 * batch + lane
+  };
+  // A dynamic rigid body that several blocks of one colour may move.
+  struct SharedBody {
+    int rigid;
+    int limit;         // of blocks of a colour
+    bool in_lanes;     // several rows of a batch may move it
+    Float4 change[2];  // sum of what the blocks of a colour change
+  };
 
   bool has_impulse(const ContactRow& row) const {
     return for_split_impulse_ ? row.split_impulse != 0 : row.has_impulse();
   }
+  /// Runs each(item, worker) for items below `count`, on several threads if the problem is large.
+  template <class Each>
+  void for_each(std::size_t count, const Each& each) const;
+  /// Runs each(block, worker) for all blocks, colour by colour, and after_colour(blocks) when those
+  /// of a colour are done; in the overflow colour after each block.
+  template <class Each, class AfterColour>
+  void for_each_block_by_colour(const Each& each, const AfterColour& after_colour);
+
   /// Computes the needs of all rows, or of those that may need a split impulse, and divides the
   /// rows by whether they have an impulse. Returns false if no row needs anything.
   bool classify_rows(bool only_may_need_split);
-  /// Fills inactive_ with the rows that have no impulse.
-  void set_up_inactive();
-  /// Sets violated_ to the violated rows of inactive_, as 4 * batch + lane.
-  void find_violated();
-  /// Calls find_violated() and adds these rows to the problem. Returns false if there are none.
-  bool activate_violated();
-  /// Adds rows to the problem, in new batches.
-  void activate(const Indices& indices);
+  void classify(RowChunk& chunk, std::size_t first, std::size_t last, bool only_may_need_split);
+  /// Makes the batches of the rows that have no impulse.
+  void set_up_inactive(RowChunk& chunk);
+  void find_violated(RowChunk& chunk);
+  /// Takes the violated rows out of the chunks, in the order of the list.
+  Indices take_violated();
+  /// Adds rows to the problem, in new blocks that are yet to be filled. Returns the first of them.
+  std::size_t add_blocks(Indices& rows);
+  void sort_by_place(Indices& rows);
+  /// Collects what the block moves.
+  void find_slots(RowBlock& block, std::vector<double>& shares);
+  void share_bodies(std::size_t first_block, const std::vector<double>& shares);
+  void colour_blocks(std::size_t first_block);
+  void fill(RowBlock& block, RowBatches& scratch);
+  void fill(RowBlock& block, const RowBatches::Batch& rows, RowBatch& batch);
+  /// `extra_normal`, `extra_tangent`: what the splitting of masses adds to the compliance, 1/kg.
+  void fill(RowBatch& batch, int lane, const ContactRow& row, double extra_normal,
+            double extra_tangent, double need) const;
   /// Sets up bodies_ and couplings_.
   void set_up_bodies();
-  /// Index of the displacement that stands for everything that an impulse on the body moves.
-  std::int32_t slot_of(int body) const;
-  void fill(RowBatch& batch, int lane, const ContactRow& row, const RowNeed& need);
-  void add_rigid_terms(const Contact& contact, const std::array<double, 4>& weights, int lane);
-  std::int32_t first_node() const {
-    return 1 + RowBatch::vertices + 2 * static_cast<std::int32_t>(bodies_.size());
+  /// Index of the displacement that stands for everything that an impulse on the multibody moves.
+  std::int32_t slot_of_multibody(int rigid) const;
+  RowRigidTerm make_term(const RigidTerm& term, int lane, const RowBlock* block) const;
+  /// Sets the block's copies of shared bodies to what these are.
+  void read_bodies(RowBlock& block);
+  /// Adds what the blocks have changed in their copies to the shared bodies.
+  void merge_bodies(const Indices& blocks);
+  /// Writes the impulses of the block to the rows, and their effect on nodes and multibodies.
+  void write(RowBlock& block, Motion& motion);
+  /// Adds the effect of the block's impulses on rigid bodies.
+  void move_bodies(const RowBlock& block, Motion& motion) const;
+  /// The motion of a body that impulses of the target change.
+  Eigen::Vector3d& translation_of(RigidMotion& body) const;
+  Eigen::Vector3d& rotation_of(RigidMotion& body) const;
+  /// Calls visit(v) for the soft vertices of an item of write().
+  template <class Visit>
+  void for_each_vertex(std::size_t item, const Visit& visit) const;
+  std::int32_t displacement_count() const {
+    return static_cast<std::int32_t>(displacement_.size());
   }
-  std::size_t batch_count() const { return row_batches_.batches().size(); }
-  bool is_batch_active(std::int32_t batch) const;
-  /// Bounds the sliding friction of these batches for the next sweep: rows that carry a load get
-  /// their fraction. `is_final`: rows that have had it get the present size of their friction.
-  void set_sliding(const Indices& swept, bool may_end);
-  /// Moves the impulses and displacements of these batches on by `factor` times their last
-  /// change.
-  void extrapolate(float factor, const Indices& swept);
-  PgsProblem problem() {
-    return {batches_.data(), rigid_terms_.data(), bodies_.data(), couplings_.data(),
+  PgsProblem problem_of(RowBlock& block) {
+    return {block.batches.data(), block.terms.data(), bodies_.data(), couplings_.data(),
             displacement_.data()};
   }
 
   // Chosen per object: a constant of the .cpp file may not be initialized yet when a world is
   // stepped during static initialization.
   const PgsKernels* kernels_ = best_pgs_kernels();
+  Threads threads_;
+  Threads serial_{1};
   RowList* rows_ = nullptr;
   const Motion* motion_ = nullptr;
   // From one problem to the next only memory and RowNeed::may_need_split are kept.
   bool for_split_impulse_ = false;
+  bool has_rigid_terms_ = false;
   double length_unit_ = 1, mass_unit_ = 1;  // metres, kg
-  // Largest values over the rows: need in metres, squared displacement in m^2, normal mass in
-  // kg.
-  double max_need_ = 0, max_move_squared_ = 0, max_normal_mass_ = 0;
+  Largest largest_;
   double max_violation_ = 0;    // at set_up(), metres
   std::vector<RowNeed> needs_;  // by row of the list
-  RowBatches row_batches_;
-  std::vector<RowBatch> batches_;        // batch_count() of them are in use
-  std::vector<std::int32_t> batch_end_;  // by batch: one past its last displacement
-  std::vector<InactiveBatch> inactive_;
-  // Rows of the list: those that start with an impulse; the others; the violated ones of the
-  // others.
-  Indices initially_active_, inactive_rows_, violated_;
-  std::vector<RowRigidTerm> rigid_terms_;
+  std::vector<RowChunk> chunks_;
+  std::size_t chunk_count_ = 0;
+  std::vector<RowBlock> blocks_;
+  std::size_t block_count_ = 0;
+  BlockColours colours_;
+  std::array<Indices, BlockColours::count> blocks_of_colour_;
+  std::vector<RowBatches> scratch_;  // by worker
+  std::vector<SharedBody> shared_;
+  Indices shared_of_;  // by rigid body: index in shared_, or -1
   std::vector<RowBody> bodies_;
   std::vector<RowCoupling> couplings_;
-  // Displacements, in this order: index 0 for everything immovable; dummies that are never read;
-  // translation and rotation of each rigid body; nodes, in the order in which rows brought the soft
-  // vertices. last_displacement_: at the end of the sweep before.
+  // Displacements: index 0 for everything immovable; translation and rotation of each rigid body;
+  // then nodes and what the blocks have of their own. last_displacement_: at the end of the sweep
+  // before.
   std::vector<Float4> displacement_, last_displacement_;
-  Indices vertex_of_node_;  // soft vertex, by node
+  Indices vertex_of_node_;  // soft vertices that have a displacement
   Indices node_of_;  // by soft vertex: index of its displacement, or 0; a last 0 for all others
+  Indices rank_;     // by soft vertex: its place in a spatial order; empty: not known
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

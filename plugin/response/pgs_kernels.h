@@ -14,8 +14,9 @@ struct alignas(16) Float4 {
   float x[4];
 };
 
-/// Four rows that move nothing in common, so that they can be solved at the same time. A missing
-/// row is zero, but for scatter_node.
+/// Four rows that can be solved at the same time: they move no node in common. They may move the
+/// same rigid body, if their masses take that into account. A missing row is zero, but for
+/// scatter_node.
 struct alignas(64) RowBatch {
   static constexpr int lanes = 4, vertices = 4 * lanes;
   float normal[4 * lanes];
@@ -29,14 +30,16 @@ struct alignas(64) RowBatch {
   /// coefficient, tangent mass.
   float terms[4 * lanes];
   float impulse[4 * lanes],     ///< by row: tangent impulse x, y, z, then the normal impulse
-      last_impulse[4 * lanes];  ///< impulses at the end of the sweep before
+      last_impulse[4 * lanes];  ///< impulses one sweep before
   float compliance[4 * lanes];  ///< displacement per impulse, in the order of `impulse`
   /// Index of the displacement, by vertex. node: to load from; 0 if immovable. scatter_node: to
-  /// add to. It is like `node`, but immovable vertices get their own dummy slot (1..16), so that
-  /// stores never alias and none waits for another.
+  /// add to. It is like `node`, but immovable vertices get dummies of their own, so that stores
+  /// never alias and none waits for another. No two threads share a dummy.
   std::int32_t node[vertices], scatter_node[vertices];
   std::int32_t first_term = 0, last_term = 0;  ///< its rigid terms; last_term: one past the last
-  float sliding_fraction[lanes];               ///< by row: ContactRow::sliding_fraction
+  bool slides = false;                         ///< some row has a sliding fraction
+  bool was_active = true;    ///< for the solver: when it last looked, the batch was active
+  float sliding[4 * lanes];  ///< by row: three zeros, and ContactRow::sliding_fraction
 };
 
 /// Rows without an impulse, which get none until they are violated. Unlike the rows of a RowBatch
@@ -81,8 +84,19 @@ struct PgsProblem {
   const RowBody* bodies;
   const RowCoupling* couplings;
   /// Displacements that all impulses together make. The first one is zero and stands for everything
-  /// immovable. The next RowBatch::vertices ones are dummies, which are written but never read.
+  /// immovable. Dummies are written but never read.
   Float4* displacement;
+};
+
+/// What a sweep does besides solving each row once.
+struct SweepMode {
+  /// Nesterov's extrapolation: before it is solved, each impulse goes on by this multiple of its
+  /// change in the sweep before. The displacements must have gone on by the same multiple.
+  float extrapolation = 0;
+  /// False: rows that carry a load may have their sliding fraction of friction in the next sweep.
+  /// True: rows that have had it get the present size of their friction as their bound.
+  bool fixes_sliding = false;
+  const RowBatch* next = nullptr;  ///< batches that are swept afterwards, to fetch early; or null
 };
 
 /// Measures of what one sweep changed.
@@ -99,7 +113,8 @@ struct SweepChange {
 struct PgsKernels {
   const char* name;
   /// One projected Gauss-Seidel sweep over the `count` batches with these indices.
-  SweepChange (*sweep)(const PgsProblem& problem, const std::int32_t* batches, int count);
+  SweepChange (*sweep)(const PgsProblem& problem, const std::int32_t* batches, int count,
+                       const SweepMode& mode);
   /// Largest violation over all rows of the first `batches` batches, in the length unit; 0 if there
   /// is none.
   float (*max_violation)(const PgsProblem& problem, int batches);
@@ -107,9 +122,8 @@ struct PgsKernels {
   /// returns their number. `node_of`: by vertex, the index of its displacement.
   int (*find_violated)(const PgsProblem& problem, const std::int32_t* node_of,
                        const InactiveBatch* inactive, int batches, std::int32_t* rows);
-  /// Nesterov extrapolation of the first `count` displacements at the end of a sweep. Moves each
-  /// one further by `factor` times its change since the last sweep, and stores the old value in
-  /// `last`.
+  /// Nesterov's extrapolation of `count` displacements at the end of a sweep. Moves each one
+  /// further by `factor` times its change since the last sweep, and stores the old value in `last`.
   void (*extrapolate)(float factor, Float4* now, Float4* last, int count);
   /// Adds the effect of the present impulses of one batch to the displacements.
   void (*apply_impulses)(const PgsProblem& problem, int batch);

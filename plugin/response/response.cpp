@@ -171,7 +171,7 @@ void Response::finish(Motion& motion, StepStats& stats) {
   set_velocities(motion);
   if (options_.restitution > 0) {
     add_restitution(constraints_.rows(), options_.restitution, options_.restitution_threshold,
-                    options_.solver_iterations, motion);
+                    options_.solver_iterations, threads_, motion);
   }
   const std::vector<Island> islands = find_islands(active_rows, bodies_with_solved_links_, motion);
   restore_angular_momentum(islands, motion);

@@ -23,8 +23,11 @@ class Response {
   /// links do, and adds that to Motion::link_displacement.
   using SolveLinks = std::function<double(const std::vector<std::int32_t>& bodies, Motion& motion)>;
 
-  Response(const SolverOptions& options, const PairSurfaces& surfaces)
-      : options_(options), constraints_(surfaces, options.position_correction) {}
+  Response(const SolverOptions& options, const PairSurfaces& surfaces,
+           const Threads& threads = Threads(1))
+      : options_(options),
+        threads_(threads),
+        constraints_(surfaces, options.position_correction, threads) {}
 
   /// Changes the end of `motion` until `detect_all` finds no contact that can be resolved.
   /// `near`: pairs that come near each other; the selected ones are solved before the first
@@ -42,9 +45,10 @@ class Response {
   /// or forget().
   const std::vector<const ContactRow*>& active_rows() { return constraints_.active_rows(); }
 
-  /// Drops the impulses of the last step. To be called if the indices of bodies, vertices or faces
-  /// change.
+  /// Drops the impulses of the last step.
   void forget() { constraints_.forget(); }
+  /// To be called if the indices of bodies, vertices or faces change.
+  void topology_changed() { constraints_.topology_changed(); }
 
  private:
   /// Solves the near contacts that were selected: with a warm start, or without if that raises the
@@ -61,6 +65,7 @@ class Response {
   void finish(Motion& motion, StepStats& stats);
 
   SolverOptions options_;
+  Threads threads_;
   ContactConstraints constraints_;
   std::vector<std::int32_t> bodies_with_solved_links_;  // in this step
 };

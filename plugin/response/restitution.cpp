@@ -11,7 +11,7 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
 void add_restitution(RowList& rows, double restitution, double threshold, int sweeps,
-                     Motion& motion) {
+                     const Threads& threads, Motion& motion) {
   // The impulses of the rows cannot be reused. They also carry loads that press on a contact, and
   // impact zones may have moved things in their place. So the rows are solved once more, for the
   // gaps that bouncing contacts should have.
@@ -35,7 +35,7 @@ void add_restitution(RowList& rows, double restitution, double threshold, int sw
     row.tangent_impulse.setZero();
   }
   RowList list(std::move(bouncing));
-  ContactSolver solver;
+  ContactSolver solver(threads);
   solver.set_up(ContactSolver::Target::motion, list, bounce);
   solver.solve(sweeps);
   solver.write(bounce);

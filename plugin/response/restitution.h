@@ -2,6 +2,7 @@
 #pragma once
 
 #include "contact/row_list.h"
+#include "lazyccd/threads.h"
 #include "motion/motion.h"
 
 namespace lazyccd::bullet {
@@ -12,7 +13,7 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 /// keeps all other gaps. The change is scaled down if the kinetic energy would exceed that before
 /// the contact. `sweeps`: as in ContactSolver::solve().
 void add_restitution(RowList& rows, double restitution, double threshold, int sweeps,
-                     Motion& motion);
+                     const Threads& threads, Motion& motion);
 
 }  // namespace LAZYCCD_BULLET_PRECISION
 }  // namespace lazyccd::bullet

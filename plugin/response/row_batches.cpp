@@ -5,29 +5,59 @@
 namespace lazyccd::bullet {
 
 void RowBatches::begin(std::size_t slots) {
-  open_batches_with_.assign(slots, 0);
-  for (OpenBatch& open : open_batches_) open.count = open.slot_count = 0;
-  oldest_ = 0;
+  if (taken_.size() < slots) taken_.resize(slots, 0);  // finish() has left no bits
+  rows_.clear();
   batches_.clear();
+  oldest_ = 0;
 }
 
 void RowBatches::add(std::int32_t row, const std::int32_t* first_slot,
                      const std::int32_t* last_slot) {
-  unsigned used = 0;
+  Row& added = rows_.emplace_back();
+  added.row = row;
+  added.slot_count = static_cast<std::int32_t>(last_slot - first_slot);
+  std::copy(first_slot, last_slot, added.slots.begin());
+  std::uint32_t taken = 0;
+  for (const std::int32_t* slot = first_slot; slot != last_slot; ++slot) taken |= taken_[*slot];
+  added.layer = 0;
+  while (added.layer < max_layers - 1 && (taken >> added.layer & 1)) ++added.layer;
   for (const std::int32_t* slot = first_slot; slot != last_slot; ++slot)
-    used |= open_batches_with_[*slot];
+    taken_[*slot] |= std::uint32_t{1} << added.layer;
+}
+
+void RowBatches::finish() {
+  for (int layer = 0; layer < max_layers; ++layer) {
+    bool any = false;
+    for (const Row& row : rows_) {
+      if (row.layer != layer) continue;
+      pack(row);
+      any = true;
+    }
+    if (!any) break;
+  }
+  for (int i = 0; i < max_open_batches; ++i) close(i);
+  for (const Row& row : rows_)
+    for (std::int32_t k = 0; k < row.slot_count; ++k) taken_[row.slots[k]] = 0;
+}
+
+// Adds the row to the first open batch that moves none of its slots.
+void RowBatches::pack(const Row& row) {
+  const auto* const last = row.slots.begin() + row.slot_count;
+  std::uint32_t taken = 0;
+  for (const auto* slot = row.slots.begin(); slot != last; ++slot) taken |= taken_[*slot];
+  taken >>= max_layers;
   int i = 0;
-  while (i < max_open_batches && (used >> i & 1)) ++i;
+  while (i < max_open_batches && (taken >> i & 1)) ++i;
   if (i == max_open_batches) {
     i = oldest_;
     oldest_ = (oldest_ + 1) % max_open_batches;
     close(i);
   }
   OpenBatch& open = open_batches_[i];
-  open.rows[open.count++] = row;
-  for (const std::int32_t* slot = first_slot; slot != last_slot; ++slot) {
+  open.rows[open.count++] = row.row;
+  for (const auto* slot = row.slots.begin(); slot != last; ++slot) {
     open.slots[open.slot_count++] = *slot;
-    open_batches_with_[*slot] = static_cast<std::uint8_t>(open_batches_with_[*slot] | 1u << i);
+    taken_[*slot] |= std::uint32_t{1} << (max_layers + i);
   }
   if (open.count == RowBatch::lanes) close(i);
 }
@@ -37,15 +67,9 @@ void RowBatches::close(int i) {
   if (open.count == 0) return;
   std::fill(open.rows.begin() + open.count, open.rows.end(), none);
   batches_.push_back(open.rows);
-  for (int k = 0; k < open.slot_count; ++k) {
-    std::uint8_t& batches = open_batches_with_[open.slots[k]];
-    batches = static_cast<std::uint8_t>(batches & ~(1u << i));
-  }
+  for (int k = 0; k < open.slot_count; ++k)
+    taken_[open.slots[k]] &= ~(std::uint32_t{1} << (max_layers + i));
   open.count = open.slot_count = 0;
-}
-
-void RowBatches::finish() {
-  for (int i = 0; i < max_open_batches; ++i) close(i);
 }
 
 }  // namespace lazyccd::bullet

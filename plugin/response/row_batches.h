@@ -1,5 +1,5 @@
-// Batches of rows that can be solved at the same time. No two rows of a batch move the same node or
-// rigid body, so solving them together equals solving them one after the other.
+// Batches of rows that can be solved at the same time. No two rows of a batch move the same slot,
+// so solving them together equals solving them one after the other.
 #pragma once
 
 #include <array>
@@ -12,6 +12,10 @@ namespace lazyccd::bullet {
 
 /// Distributes rows over batches greedily. A slot is the index of a displacement: that of a node,
 /// or one that stands for a rigid body.
+///
+/// Rows are put in layers first: rows of a layer share no slot. Batches are filled layer by layer,
+/// so that most neighbouring batches share no slot either. A processor then works on several of
+/// them at once, because none waits for what another stores.
 class RowBatches {
  public:
   /// Row indices of one batch; `none` fills up a batch that is not full.
@@ -21,29 +25,34 @@ class RowBatches {
 
   /// Starts over, for rows that move slots with indices below `slots`.
   void begin(std::size_t slots);
-  /// Adds a row to the first open batch that moves none of its slots. [first_slot, last_slot) are
-  /// the slots that the row moves, at most max_slots.
+  /// Adds a row. [first_slot, last_slot) are the slots that it moves, at most max_slots.
   void add(std::int32_t row, const std::int32_t* first_slot, const std::int32_t* last_slot);
-  /// Closes all open batches.
+  /// Makes the batches of all rows. Call it before the next begin().
   void finish();
-  /// Closed batches, in the order in which they were closed: when they became full, or were the
-  /// oldest when room was needed, or at finish().
   const std::vector<Batch>& batches() const { return batches_; }
 
  private:
   /// Number of batches that are filled at the same time. The more, the fewer are closed before they
-  /// are full. At most the number of bits in an element of open_batches_with_.
+  /// are full.
   static constexpr int max_open_batches = 8;
+  /// The last layer takes what fits no other, so its rows may share slots.
+  static constexpr int max_layers = 24;
+  struct Row {
+    std::int32_t row, slot_count, layer;
+    std::array<std::int32_t, max_slots> slots;
+  };
   struct OpenBatch {
     Batch rows;
     int count = 0, slot_count = 0;
     std::array<std::int32_t, RowBatch::lanes * max_slots> slots;
   };
 
+  void pack(const Row& row);
   void close(int i);
 
-  std::vector<std::uint8_t>
-      open_batches_with_;  // by slot: bit mask of the open batches that move it
+  /// By slot, a bit mask: the layers that move it, and above them the open batches that do.
+  std::vector<std::uint32_t> taken_;
+  std::vector<Row> rows_;
   std::array<OpenBatch, max_open_batches> open_batches_;
   int oldest_ = 0;  // open batch to close next if none fits
   std::vector<Batch> batches_;

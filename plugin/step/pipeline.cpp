@@ -21,7 +21,7 @@ Pipeline::Pipeline(const CheckedOptions& checked, WorldKind world)
       filter_(reader_.scene(), reader_.topology(), reader_.motion()),
       detector_(options_.detector, threads_, filter_, reader_.topology(), reader_.motion(),
                 surfaces_, options_.position_correction),
-      response_(options_, surfaces_) {
+      response_(options_, surfaces_, threads_) {
   for (const std::string& line : checked.lines) warnings_.warn_once(line, line);
 }
 
@@ -211,7 +211,7 @@ NearContacts Pipeline::find_near_contacts() {
 }
 
 void Pipeline::set_topology() {
-  response_.forget();
+  response_.topology_changed();
   detector_.set_topology(largest_thickness());
 }
 

@@ -124,7 +124,7 @@ TEST_CASE("a sweep is the same with every instruction set and converges to the c
       all.push_back(static_cast<std::int32_t>(i));
     SweepChange change;
     for (int i = 0; i < 500; ++i) {
-      change = kernels.sweep(problem.swept(), all.data(), static_cast<int>(all.size()));
+      change = kernels.sweep(problem.swept(), all.data(), static_cast<int>(all.size()), {});
       CHECK(problem.displacement.front().x[0] == 0);
     }
     return change;
@@ -181,7 +181,7 @@ TEST_CASE("friction is bounded by a fraction, by an impulse, or by Coulomb's con
     batch.terms[2] = coefficient;
     std::fill_n(batch.compliance, 4, 1.0f);
     const std::int32_t all = 0;
-    pgs_kernels("baseline")->sweep(problem.swept(), &all, 1);
+    pgs_kernels("baseline")->sweep(problem.swept(), &all, 1, {});
     CHECK(batch.impulse[3] == need);
     return -batch.impulse[0];
   };
@@ -233,7 +233,7 @@ TEST_CASE("violated rows are found among inactive ones as in the full problem") 
   // need is.
   const PgsKernels& baseline = *pgs_kernels("baseline");
   for (int i = 0; i < 500; ++i)
-    baseline.sweep(problem.swept(), all.data(), static_cast<int>(all.size()));
+    baseline.sweep(problem.swept(), all.data(), static_cast<int>(all.size()), {});
   for (InactiveBatch& batch : inactive)
     for (int i = 0; i < InactiveBatch::lanes; ++i) batch.normal[4 * i + 3] -= 2e-3f;
   check_all({});

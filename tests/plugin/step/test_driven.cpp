@@ -20,7 +20,7 @@ using namespace lazyccd::test;
 TEST_CASE("cloth driven faster than it can yield stops before it passes through itself") {
   scenes::Parameters parameters;
   parameters.world = GENERATE(World::rigid, World::deformable);
-  parameters.speed = 12;
+  parameters.speed = 14;
   parameters.dt = 1.0 / 60;
   parameters.margin = 0.01;
   parameters.size = 0.3;
