@@ -30,7 +30,7 @@ class Threads {
   /// Runs phases of independent items. Calls run(item, worker) for the items 0 .. count - 1 of the
   /// first phase, then next() once, which returns the count of the next phase, and so on until it
   /// returns 0. All writes of a phase are visible in next() and in the next phase. `worker` is
-  /// below count(); no two threads have the same one at a time. A phase has less than 2^32 items.
+  /// below count(); no two threads have the same one at a time. A phase has less than 2^28 items.
   /// All items run in the caller's floating-point mode. After an exception nothing more is called;
   /// the first one is rethrown.
   void run_phases(std::size_t count, const std::function<void(std::size_t item, int worker)>& run,
