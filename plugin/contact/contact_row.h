@@ -17,6 +17,8 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 ///
 /// Impulses act on positions. Their unit is kg m = N s x dt, whereas StepContact has N s.
 struct ContactRow {
+  ContactRow() {}  // leaves the fields to make_row()
+
   Contact contact;
   Eigen::Vector3d normal;
   std::array<double, 4> weights;

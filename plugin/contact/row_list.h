@@ -44,7 +44,10 @@ class RowList {
   void copy(std::size_t i, std::vector<ContactRow>& to) const;
   /// Returns row `i`; makes it if needed. The reference stays valid until the list is replaced.
   ContactRow& operator[](std::size_t i) {
-    if (!is_made(i)) make(i, place(i));
+    if (!is_made(i)) {
+      place(i);
+      make_placed(i);
+    }
     return made_[made_index_[i]];
   }
   /// Returns row `i`: that of the list, or `scratch`, made, if the list has not made it. Changes

@@ -7,7 +7,7 @@
 #include <numeric>
 
 #include "contact/rigid_terms.h"
-#include "response/contact_solver_phases.h"
+#include "response/contact_solver_parts.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -71,7 +71,7 @@ void find_active(RowBlock& block) {
 class ContactSolver::Sweeps {
  public:
   Sweeps(ContactSolver& solver, int limit, float tolerance)
-      : s_(solver), limit_(limit), tolerance_(tolerance) {
+      : s_(solver), limit_(limit), tolerance_(tolerance), added_(solver) {
     for (std::size_t b = 0; b < s_.block_count_; ++b) note_active(b);
     s_.last_displacement_ = s_.displacement_;
   }
@@ -82,9 +82,8 @@ class ContactSolver::Sweeps {
     switch (phase_) {
       case Phase::search:
         return s_.find_violated(s_.chunks_[item]);
-      case Phase::fill:
-        return s_.fill(s_.blocks_[first_new_ + item],
-                       s_.scratch_[static_cast<std::size_t>(worker)]);
+      case Phase::add:
+        return added_.run(item, worker);
       case Phase::sweep:
         return sweep(item);
       case Phase::extrapolate: {
@@ -100,9 +99,10 @@ class ContactSolver::Sweeps {
     switch (phase_) {
       case Phase::search:
         return add_violated();
-      case Phase::fill:
-        for (std::size_t b = first_new_; b < s_.block_count_; ++b) note_active(b);
-        return begin_colours();
+      case Phase::add: {
+        const std::size_t count = added_.next();
+        return count > 0 ? count : begin_new_blocks();
+      }
       case Phase::sweep:
         if (colour_ != BlockColours::overflow) s_.merge_bodies(swept());
         return next_colour();
@@ -114,7 +114,7 @@ class ContactSolver::Sweeps {
   }
 
  private:
-  enum class Phase { search, fill, sweep, extrapolate };
+  enum class Phase { search, add, sweep, extrapolate };
 
   std::size_t begin_sweep() {
     is_full_ = sweep_ >= std::min(next_full_, limit_);
@@ -124,12 +124,15 @@ class ContactSolver::Sweeps {
   }
 
   std::size_t add_violated() {
-    Indices rows = s_.take_violated();
-    first_new_ = s_.add_blocks(rows);
-    if (s_.block_count_ == first_new_) return begin_colours();
+    phase_ = Phase::add;
+    const std::size_t count = added_.start(s_.take_violated());
+    return count > 0 ? count : begin_colours();
+  }
+
+  std::size_t begin_new_blocks() {
     s_.last_displacement_.resize(s_.displacement_.size());
-    phase_ = Phase::fill;
-    return s_.block_count_ - first_new_;
+    for (std::size_t b = added_.first(); b < s_.block_count_; ++b) note_active(b);
+    return begin_colours();
   }
 
   std::size_t begin_colours() {
@@ -233,7 +236,7 @@ class ContactSolver::Sweeps {
   int sweep_ = 1, colour_ = -1;
   bool is_full_ = false;
   int full_interval_ = first_full_sweep_interval, next_full_ = first_full_sweep_interval;
-  std::size_t first_new_ = 0;
+  NewBlocks added_;
   float min_change_size_ = std::numeric_limits<float>::max();
   int run_length_ = 0;  // sweeps since the extrapolation was restarted
   std::array<Indices, BlockColours::count> active_of_colour_;  // blocks with an active batch

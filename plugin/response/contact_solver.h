@@ -77,6 +77,7 @@ class ContactSolver {
   void topology_changed() { rank_.clear(); }
 
  private:
+  class NewBlocks;
   class Sweeps;
 
   // A change of displacement per step below this speed is invisible, m/s.
@@ -130,13 +131,7 @@ class ContactSolver {
   void find_violated(RowChunk& chunk);
   /// Takes the violated rows out of the chunks, in the order of the list.
   Indices take_violated();
-  /// Adds rows to the problem, in new blocks that are yet to be filled. Returns the first of them.
-  std::size_t add_blocks(Indices& rows);
-  void sort_by_place(Indices& rows);
-  /// Collects what the block moves.
-  void find_slots(RowBlock& block, std::vector<double>& shares);
-  void share_bodies(std::size_t first_block, const std::vector<double>& shares);
-  void colour_blocks(std::size_t first_block);
+  /// Makes the batches of a block, and its rows that are not made.
   void fill(RowBlock& block, RowBatches& scratch);
   void fill(RowBlock& block, const RowBatches::Batch& rows, RowBatch& batch);
   /// `extra_normal`, `extra_tangent`: what the splitting of masses adds to the compliance, 1/kg.

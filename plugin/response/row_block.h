@@ -18,11 +18,15 @@ struct RowBlock {
 
   using Indices = std::vector<std::int32_t>;
 
-  Indices rows;             ///< of the list
-  Indices new_rows;         ///< of them: to be made when the block is filled
-  Indices slots;            ///< displacements that this block alone may move within its colour
-  std::vector<int> bodies;  ///< shared bodies that it moves, as indices in ContactSolver
-  int colour = 0;           ///< see BlockColours
+  Indices rows;                     ///< of the list
+  Indices new_rows;                 ///< of them: to be made when the block is filled
+  Indices vertices;                 ///< soft vertices that its rows move, row by row
+  Indices new_vertices;             ///< of them: those that no block before it moves, once
+  std::int32_t first_new_slot = 0;  ///< displacement of the first of them
+  Indices slots;               ///< displacements that this block alone may move within its colour
+  std::vector<int> bodies;     ///< shared bodies that it moves, as indices in ContactSolver
+  std::vector<double> shares;  ///< by shared body: its largest part of the compliance of a row
+  int colour = 0;              ///< see BlockColours
   /// First of its own displacements: RowBatch::vertices dummies, then translation and rotation of
   /// its own copy of each of `bodies`.
   std::int32_t first_own = 0;

@@ -1,0 +1,137 @@
+// The batches of a block of rows.
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <numeric>
+
+#include "response/contact_solver_parts.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+
+using Eigen::Vector3d;
+
+void ContactSolver::fill(RowBlock& block, RowBatches& scratch) {
+  for (const std::int32_t i : block.new_rows) rows_->make_placed(i);
+  scratch.begin(displacement_.size());
+  for (const std::int32_t i : block.rows) {
+    const ContactRow& row = (*rows_)[i];
+    std::array<std::int32_t, RowBatches::max_slots> slots;
+    std::int32_t* last = slots.data();
+    for (int k = 0; k < 4; ++k) {
+      const std::int32_t v = row.contact.vertices[k];
+      if (row.weights[k] * motion_->inverse_mass_of(v) != 0) *last++ = node_of_[v];
+    }
+    if (has_rigid_terms_) {
+      for (const RigidTerm& term : RigidTerms(row.contact, row.weights, *motion_)) {
+        if (motion_->rigid[term.body].articulated >= 0) {
+          *last++ = slot_of_multibody(term.body);
+        } else if (!shared_[shared_of_[term.body]].in_lanes) {
+          *last++ = translation_slot(term.body);
+        }
+      }
+    }
+    scratch.add(i, slots.data(), last);
+  }
+  scratch.finish();
+  block.batch_rows = scratch.batches();
+  block.batches.resize(block.batch_rows.size());
+  block.terms.clear();
+  block.active.resize(block.batches.size());
+  std::iota(block.active.begin(), block.active.end(), 0);
+  for (std::size_t b = 0; b < block.batches.size(); ++b)
+    fill(block, block.batch_rows[b], block.batches[b]);
+}
+
+void ContactSolver::fill(RowBlock& block, const RowBatches::Batch& rows, RowBatch& batch) {
+  batch = {};
+  for (int i = 0; i < RowBatch::vertices; ++i) batch.scatter_node[i] = block.first_own + i;
+  batch.first_term = static_cast<std::int32_t>(block.terms.size());
+  // By lane: what the splitting of masses adds to the compliance along the normal and across it.
+  std::array<double, RowBatch::lanes> extra_normal = {}, extra_tangent = {};
+  if (has_rigid_terms_) {
+    struct LaneTerm {
+      int lane;
+      RigidTerm term;
+    };
+    std::array<LaneTerm, 4 * RowBatch::lanes> terms;
+    int count = 0;
+    for (int lane = 0; lane < RowBatch::lanes && rows[lane] != RowBatches::none; ++lane) {
+      const ContactRow& row = (*rows_)[rows[lane]];
+      for (const RigidTerm& term : RigidTerms(row.contact, row.weights, *motion_)) {
+        terms[count++] = {lane, term};
+        block.terms.push_back(make_term(term, lane, &block));
+      }
+    }
+    for (int i = 0; i < count; ++i) {
+      const RigidTerm& term = terms[i].term;
+      if (motion_->rigid[term.body].articulated >= 0) continue;
+      const auto lanes = std::count_if(terms.begin(), terms.begin() + count,
+                                       [&](const auto& t) { return t.term.body == term.body; });
+      const double split = static_cast<double>(lanes) * shared_[shared_of_[term.body]].limit;
+      if (split == 1) continue;
+      const ContactRow& row = (*rows_)[rows[terms[i].lane]];
+      const Eigen::Matrix3d mobility = term.mobility(*motion_);
+      const double normal = row.normal.dot(mobility * row.normal);
+      extra_normal[terms[i].lane] += (split - 1) * normal;
+      extra_tangent[terms[i].lane] += (split - 1) * std::max(0.0, mobility.trace() - normal);
+    }
+  }
+  batch.last_term = static_cast<std::int32_t>(block.terms.size());
+  for (int lane = 0; lane < RowBatch::lanes && rows[lane] != RowBatches::none; ++lane)
+    fill(batch, lane, (*rows_)[rows[lane]], extra_normal[lane], extra_tangent[lane],
+         needs_[rows[lane]].displacement);
+  std::copy(std::begin(batch.impulse), std::end(batch.impulse), batch.last_impulse);
+}
+
+void ContactSolver::fill(RowBatch& batch, int lane, const ContactRow& row, double extra_normal,
+                         double extra_tangent, double need) const {
+  const int at = 4 * lane;
+  const double unit = 1 / (mass_unit_ * length_unit_);
+  const Vector3d move = move_without_impulses(row, for_split_impulse_, *motion_);
+  set(batch.normal + at, row.normal);
+  set(batch.tangent_move + at, (move - row.normal.dot(move) * row.normal) / length_unit_);
+  const float sliding = for_split_impulse_ ? 0 : static_cast<float>(row.sliding_fraction);
+  batch.slides = batch.slides || sliding != 0;
+  batch.tangent_move[at + 3] = batch.sliding[at + 3] = sliding;
+  set(batch.impulse + at, (for_split_impulse_ ? 0 : unit) * row.tangent_impulse);
+  batch.impulse[at + 3] =
+      static_cast<float>(unit * (for_split_impulse_ ? row.split_impulse : row.normal_impulse));
+  const double normal_mass =
+                   extra_normal > 0 ? 1 / (1 / row.normal_mass + extra_normal) : row.normal_mass,
+               tangent_mass = extra_tangent > 0 ? 1 / (1 / row.tangent_mass + extra_tangent)
+                                                : row.tangent_mass;
+  float* const terms = batch.terms + at;
+  terms[0] = static_cast<float>(need / length_unit_);
+  terms[1] = static_cast<float>(normal_mass / mass_unit_);
+  terms[2] = for_split_impulse_ ? 0 : static_cast<float>(row.friction);
+  terms[3] = static_cast<float>(tangent_mass / mass_unit_);
+  float* const compliance = batch.compliance + at;
+  compliance[0] = compliance[1] = compliance[2] = static_cast<float>(mass_unit_ / tangent_mass);
+  compliance[3] = static_cast<float>(mass_unit_ / normal_mass);
+  for (int k = 0; k < 4; ++k) {
+    const std::int32_t v = row.contact.vertices[k];
+    batch.weight[at + k] = static_cast<float>(row.weights[k]);
+    batch.mobility[at + k] =
+        static_cast<float>(row.weights[k] * motion_->inverse_mass_of(v) * mass_unit_);
+    if (batch.mobility[at + k] != 0) batch.node[at + k] = batch.scatter_node[at + k] = node_of_[v];
+  }
+}
+
+RowRigidTerm ContactSolver::make_term(const RigidTerm& term, int lane,
+                                      const RowBlock* block) const {
+  RowRigidTerm made = {};
+  set(made.arm, term.arm);
+  made.weight = static_cast<float>(term.weight);
+  made.lane = lane;
+  made.body = term.body;
+  made.translation = translation_slot(term.body);
+  if (block && motion_->rigid[term.body].articulated < 0) {
+    const auto found = std::find(block->bodies.begin(), block->bodies.end(), shared_of_[term.body]);
+    made.translation = block->copy_of(static_cast<std::size_t>(found - block->bodies.begin()));
+  }
+  made.rotation = made.translation + 1;
+  return made;
+}
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet
