@@ -6,7 +6,7 @@
 namespace lazyccd {
 
 void RelativeMotionBounds::build(const Mesh& mesh, const Groups& groups, const Tree& tree) {
-  const std::vector<TreeNode>& nodes = tree.nodes();
+  const NoinitVector<TreeNode>& nodes = tree.nodes();
   boxes_.resize(nodes.size());
   owner_[kVertices].assign(mesh.vertex_count(), 0);
   owner_[kEdges].assign(mesh.edges().size(), 0);
@@ -51,16 +51,15 @@ void RelativeMotionBounds::measure(const std::vector<VertexRecord>& records, con
   pool.parallel_for(leaves_.size(), 128, [&](std::size_t first, std::size_t last, int) {
     for (std::size_t i = first; i < last; ++i) measure_leaf(static_cast<std::uint32_t>(i), records);
   });
-  // Bottom-up: children come after their parents in the array.
-  const std::vector<TreeNode>& nodes = tree.nodes();
-  for (std::size_t i = nodes.size(); i-- > 0;) {
-    if (nodes[i].leaf()) continue;
+  const NoinitVector<TreeNode>& nodes = tree.nodes();
+  tree.for_each_upward(pool, [&](std::size_t i) {
+    if (nodes[i].leaf()) return;
     const Box &left = boxes_[nodes[i].left], &right = boxes_[nodes[i].right];
     for (int k = 0; k < 6; ++k) {
       boxes_[i].lo[k] = std::min(left.lo[k], right.lo[k]);
       boxes_[i].hi[k] = std::max(left.hi[k], right.hi[k]);
     }
-  }
+  });
 }
 
 void RelativeMotionBounds::measure_leaf(std::uint32_t leaf,
