@@ -19,7 +19,7 @@ bool Hierarchy::update(const Mesh& mesh, const std::vector<VertexRecord>& record
   }
   if (build) {
     groups_.build(mesh, records, pool, scale);
-    tree_.build(groups_.boxes(), pool);
+    tree_.build(groups_.codes(), groups_.boxes(), pool);
     built_cost_ = tree_.cost();
     is_built_ = true;
     find_node_info(pool);

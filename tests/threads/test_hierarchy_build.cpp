@@ -2,6 +2,7 @@
 // number of threads.
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstring>
 #include <functional>
 #include <set>
@@ -158,6 +159,7 @@ struct PlainGroup {
   std::int32_t body;
   bool pinned;
   std::vector<std::int32_t> ids[3];
+  std::uint64_t code;
 };
 
 MortonFrame frame_of(const std::vector<std::array<double, 3>>& points) {
@@ -188,7 +190,10 @@ std::vector<PlainGroup> plain_groups(const Mesh& mesh, const std::vector<VertexR
   std::vector<PlainGroup> groups;
   std::set<std::int32_t> owned[3];
   for (std::size_t begin = 0, end; begin < cells.size(); begin = end) {
-    PlainGroup group{std::get<0>(cells[begin]), true, {}};
+    struct {
+      double lo[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, hi[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
+    } box;
+    PlainGroup group{std::get<0>(cells[begin]), true, {}, 0};
     const auto claim = [&](int kind, std::int32_t id) {
       if (owned[kind].insert(id).second) group.ids[kind].push_back(id);
     };
@@ -198,6 +203,10 @@ std::vector<PlainGroup> plain_groups(const Mesh& mesh, const std::vector<VertexR
       const auto take = [&](const auto& vertices) {
         for (const std::int32_t v : vertices) {
           claim(kVertices, v);
+          for (std::size_t k = 0; k < 3; ++k) {
+            box.lo[k] = std::min(box.lo[k], records[v].x[k]);
+            box.hi[k] = std::max(box.hi[k], records[v].x[k]);
+          }
           group.pinned = group.pinned && mesh.pinned(v);
         }
       };
@@ -210,6 +219,9 @@ std::vector<PlainGroup> plain_groups(const Mesh& mesh, const std::vector<VertexR
         take(mesh.faces()[id]);
       }
     }
+    double centre[3];
+    for (std::size_t k = 0; k < 3; ++k) centre[k] = 0.5 * box.lo[k] + 0.5 * box.hi[k];
+    group.code = frame.code(centre);
     groups.push_back(group);
   }
   return groups;
@@ -221,6 +233,7 @@ bool agree(const Groups& groups, const std::vector<PlainGroup>& plain, const Mes
   std::int32_t block = 0;
   for (std::size_t g = 0; g < plain.size(); ++g) {
     const Group& group = groups.groups()[g];
+    if (groups.codes()[g] != plain[g].code) return false;
     if (group.body != plain[g].body || (group.pinned != 0) != plain[g].pinned) return false;
     for (int kind = 0; kind < 3; ++kind) {
       const std::vector<std::int32_t>& ids = plain[g].ids[kind];
@@ -247,18 +260,11 @@ bool agree(const Groups& groups, const std::vector<PlainGroup>& plain, const Mes
 }
 
 // The nodes of the radix tree over the leaves, split one after the other by linear search.
-void check_tree(const Tree& tree, const NoinitVector<MotionBox>& boxes) {
-  std::vector<std::array<double, 3>> corners;
-  for (const MotionBox& b : boxes) {
-    corners.push_back({b.lo0[0], b.lo0[1], b.lo0[2]});
-    corners.push_back({b.hi0[0], b.hi0[1], b.hi0[2]});
-  }
-  const MortonFrame frame = frame_of(corners);
+void check_tree(const Tree& tree, const std::vector<PlainGroup>& groups) {
   std::vector<std::pair<std::uint64_t, std::int32_t>> leaves;
   std::vector<std::uint64_t> codes;
-  for (std::size_t i = 0; i < boxes.size(); ++i)
-    leaves.emplace_back(centre_code(frame, boxes[i].lo0, boxes[i].hi0),
-                        static_cast<std::int32_t>(i));
+  for (const PlainGroup& group : groups)
+    leaves.emplace_back(group.code, static_cast<std::int32_t>(leaves.size()));
   std::sort(leaves.begin(), leaves.end());
   bool good = tree.order().size() == leaves.size() && tree.nodes().size() == 2 * leaves.size() - 1;
   REQUIRE(good);
@@ -325,8 +331,8 @@ TEST_CASE("edges, groups and tree are those of a plain serial construction, for 
     first.build(serial, records, one, 2);
     CHECK(agree(first, plain, serial));
     Tree first_tree;
-    first_tree.build(first.boxes(), one);
-    check_tree(first_tree, first.boxes());
+    first_tree.build(first.codes(), first.boxes(), one);
+    check_tree(first_tree, plain);
     for (const int threads : {2, 5}) {
       CAPTURE(threads);
       ThreadPool pool(threads);
@@ -342,7 +348,7 @@ TEST_CASE("edges, groups and tree are those of a plain serial construction, for 
       Tree tree;
       for (int repeat = 0; repeat < 3; ++repeat) {  // the last ones into memory that is used
         groups.build(mesh, records, pool, 2);
-        tree.build(groups.boxes(), pool);
+        tree.build(groups.codes(), groups.boxes(), pool);
         CHECK(same_bytes(groups.groups(), first.groups()));
         CHECK(same_bytes(groups.blocks(), first.blocks()));
         CHECK(same_bytes(groups.boxes(), first.boxes()));

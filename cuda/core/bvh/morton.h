@@ -56,12 +56,27 @@ LAZYCCD_HD inline std::uint64_t centroid_code(const MortonFrame& frame, const st
   return frame.code(c);
 }
 
-/// Returns the code of the centre of a box.
-LAZYCCD_HD inline std::uint64_t centre_code(const MortonFrame& frame, const float* lo,
-                                            const float* hi) {
-  double c[3];
-  for (int k = 0; k < 3; ++k) c[k] = 0.5 * lo[k] + 0.5 * hi[k];
-  return frame.code(c);
-}
+/// The box of points in double, whose centre has a code.
+struct PointBox {
+  double lo[3], hi[3];
+
+  /// The box of one point.
+  template <class T>
+  LAZYCCD_HD explicit PointBox(const T* x) {
+    for (int k = 0; k < 3; ++k) lo[k] = hi[k] = x[k];
+  }
+  template <class T>
+  LAZYCCD_HD void add(const T* x) {
+    for (int k = 0; k < 3; ++k) {
+      if (x[k] < lo[k]) lo[k] = x[k];
+      if (x[k] > hi[k]) hi[k] = x[k];
+    }
+  }
+  LAZYCCD_HD std::uint64_t centre_code(const MortonFrame& frame) const {
+    double c[3];
+    for (int k = 0; k < 3; ++k) c[k] = 0.5 * lo[k] + 0.5 * hi[k];
+    return frame.code(c);
+  }
+};
 
 }  // namespace lazyccd

@@ -16,16 +16,16 @@ constexpr std::size_t kLarge = 1 << 15;  // cells of a segment that all threads 
 void CellOrder::build(const Mesh& mesh, const std::vector<VertexRecord>& vertices,
                       ThreadPool& pool) {
   const Cells& cells = mesh.cells();
-  const MortonFrame frame = find_bounds(vertices.size(), pool, [&](std::size_t v, Bounds& bounds) {
-                              bounds.add(vertices[v].x, vertices[v].x);
-                            }).morton_frame();
+  frame_ = find_bounds(vertices.size(), pool, [&](std::size_t v, Bounds& bounds) {
+             bounds.add(vertices[v].x, vertices[v].x);
+           }).morton_frame();
   sort_.items.resize(cells.primitives().size());
   pool.parallel_for(sort_.items.size(), kGrain, [&](std::size_t first, std::size_t last, int) {
     cells.for_each_part(first, last, [&](const CellSegment& segment, std::size_t a, std::size_t b) {
       for (std::size_t i = a; i < b; ++i) {
         const std::int32_t primitive = cells.primitives()[i];
         const auto code = [&](const auto& corners) {
-          return centroid_code(frame, corners.data(), static_cast<int>(corners.size()),
+          return centroid_code(frame_, corners.data(), static_cast<int>(corners.size()),
                                [&](std::int32_t v) { return vertices[v].x; });
         };
         sort_.items[i] = {

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/bvh/morton.h"
 #include "cpu/scene/mesh.h"
 #include "cpu/scene/vertex_record.h"
 #include "cpu/threads/key_sort.h"
@@ -21,10 +22,13 @@ class CellOrder {
   std::size_t size() const { return sort_.items.size(); }
   /// The face or edge at a place of the order.
   std::int32_t operator[](std::size_t place) const { return sort_.items[place].index; }
+  /// The cube of the codes, which holds all vertices at the start.
+  const MortonFrame& frame() const { return frame_; }
   std::size_t bytes() const { return sort_.bytes(); }
 
  private:
   KeySort sort_;
+  MortonFrame frame_{};
 };
 
 }  // namespace lazyccd

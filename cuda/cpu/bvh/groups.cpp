@@ -3,33 +3,13 @@
 #include <algorithm>
 #include <limits>
 
+#include "core/bvh/morton.h"
+
 namespace lazyccd {
 namespace {
 
 constexpr std::size_t kCells = 1 << 12;  // cells that a thread takes at a time
 constexpr std::size_t kFill = 64;        // groups that a thread takes at a time
-
-// The edges and vertices of a cell, in the order in which a group lists them.
-struct CellContents {
-  int edges, vertices;
-  std::int32_t edge[3], vertex[3];
-
-  CellContents(const Mesh& mesh, bool is_face, std::int32_t cell)
-      : edges(is_face ? 3 : 1), vertices(is_face ? 3 : 2) {
-    if (is_face) {
-      std::copy_n(mesh.face_edges()[cell].data(), 3, edge);
-      std::copy_n(mesh.faces()[cell].data(), 3, vertex);
-    } else {
-      edge[0] = cell;
-      std::copy_n(mesh.edges()[cell].data(), 2, vertex);
-    }
-  }
-  // The vertices of an edge, as in Mesh::edges().
-  Edge ends(int i) const {
-    const std::int32_t a = vertex[i], b = vertex[(i + 1) % vertices];
-    return {std::min(a, b), std::max(a, b)};
-  }
-};
 
 }  // namespace
 
@@ -37,7 +17,7 @@ void Groups::build(const Mesh& mesh, const std::vector<VertexRecord>& vertices, 
                    double scale) {
   order_.build(mesh, vertices, pool);
   claim_primitives(mesh, pool);
-  count_primitives(mesh, pool);
+  count_primitives(mesh, vertices, pool);
   box_vertices(vertices, pool, scale);
   boxes_.resize(groups_.size());
   const VertexBox* const boxes = vertex_boxes_.data() + 1;
@@ -51,11 +31,12 @@ void Groups::claim_primitives(const Mesh& mesh, ThreadPool& pool) {
   constexpr std::uint32_t none = ~std::uint32_t{0};
   first_cell_[kVertices].assign(mesh.vertex_count(), none, pool);
   first_cell_[kEdges].assign(mesh.edges().size(), none, pool);
+  const CellView view = mesh.cell_view();
   pool.parallel_for(order_.size(), kCells, [&](std::size_t begin, std::size_t end, int) {
     mesh.cells().for_each_part(
         begin, end, [&](const CellSegment& segment, std::size_t first, std::size_t last) {
           for (std::size_t i = first; i < last; ++i) {
-            const CellContents cell(mesh, segment.has_faces, order_[i]);
+            const CellContents cell(view, segment.has_faces, order_[i]);
             const auto place = static_cast<std::uint32_t>(i);
             for (int k = 0; k < cell.edges; ++k) first_cell_[kEdges].lower(cell.edge[k], place);
             for (int k = 0; k < cell.vertices; ++k)
@@ -65,40 +46,35 @@ void Groups::claim_primitives(const Mesh& mesh, ThreadPool& pool) {
   });
 }
 
-// Calls f(place) for the cells of a group of the segment.
-template <class F>
-void for_each_cell(const CellSegment& segment, std::size_t group, F&& f) {
-  const std::size_t first = static_cast<std::size_t>(segment.first) +
-                            (group - static_cast<std::size_t>(segment.first_group)) * kGroupCells;
-  const std::size_t last =
-      std::min(first + kGroupCells, static_cast<std::size_t>(segment.first + segment.count));
-  for (std::size_t i = first; i < last; ++i) f(i);
-}
-
-void Groups::count_primitives(const Mesh& mesh, ThreadPool& pool) {
+void Groups::count_primitives(const Mesh& mesh, const std::vector<VertexRecord>& vertices,
+                              ThreadPool& pool) {
   const Cells& cells = mesh.cells();
+  const CellView view = mesh.cell_view();
   groups_.resize(cells.group_count());
+  codes_.resize(groups_.size());
   owned_.resize(order_.size());
   pool.parallel_for(groups_.size(), 4 * kFill, [&](std::size_t begin, std::size_t end, int) {
     cells.for_each_part_of_groups(
         begin, end, [&](const CellSegment& segment, std::size_t first, std::size_t last) {
           for (std::size_t g = first; g < last; ++g) {
-            int counts[3] = {};
-            for_each_cell(segment, g, [&](std::size_t place) {
-              const CellContents cell(mesh, segment.has_faces, order_[place]);
-              Owned owned{};
-              for (int k = 0; k < cell.edges; ++k)
-                owned.edges |= (first_cell_[kEdges][cell.edge[k]] == place) << k;
-              for (int k = 0; k < cell.vertices; ++k)
-                owned.vertices |= (first_cell_[kVertices][cell.vertex[k]] == place) << k;
-              owned_[place] = owned;
+            const CellRange range = segment.cells_of(static_cast<std::int32_t>(g));
+            int counts[3] = {0, 0, segment.has_faces ? range.last - range.first : 0};
+            PointBox box(
+                vertices[CellContents(view, segment.has_faces, order_[range.first]).vertex[0]].x);
+            for (std::int32_t i = range.first; i < range.last; ++i) {
+              const CellContents cell(view, segment.has_faces, order_[i]);
+              for (int k = 0; k < cell.vertices; ++k) box.add(vertices[cell.vertex[k]].x);
+              owned_[i] = owned_contents(
+                  cell, static_cast<std::uint32_t>(i),
+                  [&](std::int32_t e) { return first_cell_[kEdges][e]; },
+                  [&](std::int32_t v) { return first_cell_[kVertices][v]; });
               for (int k = 0; k < 3; ++k) {
-                counts[kVertices] += owned.vertices >> k & 1;
-                counts[kEdges] += owned.edges >> k & 1;
+                counts[kVertices] += owned_[i].vertices >> k & 1;
+                counts[kEdges] += owned_[i].edges >> k & 1;
               }
-              counts[kFaces] += segment.has_faces;
-            });
+            }
             groups_[g] = {segment.body, 1, {}, {counts[0], counts[1], counts[2]}};
+            codes_[g] = box.centre_code(order_.frame());
           }
         });
   });
@@ -134,18 +110,21 @@ void Groups::fill_group(const Mesh& mesh, const CellSegment& segment, std::size_
     block.id[lane] = id;
     for (int k = 0; k < count; ++k) block.vertex[k][lane] = vertices[k];
   };
-  for_each_cell(segment, g, [&](std::size_t place) {
-    const CellContents cell(mesh, segment.has_faces, order_[place]);
-    const Owned owned = owned_[place];
-    if (segment.has_faces) add(kFaces, order_[place], cell.vertex, 3);
-    for (int k = 0; k < cell.edges; ++k)
-      if (owned.edges >> k & 1) add(kEdges, cell.edge[k], cell.ends(k).data(), 2);
+  const CellView view = mesh.cell_view();
+  const CellRange range = segment.cells_of(static_cast<std::int32_t>(g));
+  for (std::int32_t i = range.first; i < range.last; ++i) {
+    const CellContents cell(view, segment.has_faces, order_[i]);
+    if (segment.has_faces) add(kFaces, order_[i], cell.vertex, 3);
+    for (int k = 0; k < cell.edges; ++k) {
+      const std::int32_t ends[2] = {cell.end(k, 0), cell.end(k, 1)};
+      if (owned_[i].edges >> k & 1) add(kEdges, cell.edge[k], ends, 2);
+    }
     for (int k = 0; k < cell.vertices; ++k)
-      if (owned.vertices >> k & 1) add(kVertices, cell.vertex[k], cell.vertex + k, 1);
+      if (owned_[i].vertices >> k & 1) add(kVertices, cell.vertex[k], cell.vertex + k, 1);
     // What a group owns has no other vertices than its cells have.
     for (int k = 0; k < cell.vertices; ++k)
       if (!mesh.pinned(cell.vertex[k])) group.pinned = 0;
-  });
+  }
 }
 
 void Groups::box_vertices(const std::vector<VertexRecord>& vertices, ThreadPool& pool,
@@ -171,7 +150,7 @@ std::size_t Groups::bytes() const {
   return groups_.capacity() * sizeof(Group) + blocks_.capacity() * sizeof(Block) +
          boxes_.capacity() * sizeof(MotionBox) + vertex_boxes_.capacity() * sizeof(VertexBox) +
          order_.bytes() + first_cell_[0].bytes() + first_cell_[1].bytes() +
-         owned_.capacity() * sizeof(Owned);
+         owned_.capacity() * sizeof(OwnedContents) + codes_.capacity() * sizeof(std::uint64_t);
 }
 
 }  // namespace lazyccd

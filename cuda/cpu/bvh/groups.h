@@ -39,14 +39,17 @@ class Groups {
   const NoinitVector<Group>& groups() const { return groups_; }
   const NoinitVector<Block>& blocks() const { return blocks_; }
   const NoinitVector<MotionBox>& boxes() const { return boxes_; }
+  /// By group: the Morton code of the centre of its vertices' box at the start.
+  const NoinitVector<std::uint64_t>& codes() const { return codes_; }
   void set_margin(double margin) { margin_ = margin; }
   std::size_t bytes() const;
 
  private:
-  // Finds the first cell of every vertex and edge.
+  // Finds the first cell of every vertex and edge, which owns it.
   void claim_primitives(const Mesh& mesh, ThreadPool& pool);
-  // Counts what each group owns, and places its blocks.
-  void count_primitives(const Mesh& mesh, ThreadPool& pool);
+  // Counts what each group owns, places its blocks, and finds its code.
+  void count_primitives(const Mesh& mesh, const std::vector<VertexRecord>& vertices,
+                        ThreadPool& pool);
   // Fills the blocks of groups [first, last), all but the boxes.
   void fill_blocks(const Mesh& mesh, std::size_t first, std::size_t last);
   void fill_group(const Mesh& mesh, const CellSegment& segment, std::size_t group);
@@ -56,14 +59,10 @@ class Groups {
   double margin_;
   const LeafKernels* kernels_;
   CellOrder order_;
-  // Which edges and vertices of a cell its group owns through it: a bit for each.
-  struct Owned {
-    std::uint8_t edges, vertices;
-  };
-
-  SharedArray first_cell_[2];  // of vertices and edges, by PrimitiveKind: a place in order_
-  NoinitVector<Owned> owned_;  // by place in order_
+  SharedArray first_cell_[2];          // of vertices and edges, by PrimitiveKind: a place in order_
+  NoinitVector<OwnedContents> owned_;  // by place in order_
   NoinitVector<Group> groups_;
+  NoinitVector<std::uint64_t> codes_;
   NoinitVector<Block> blocks_;
   NoinitVector<MotionBox> boxes_;
   NoinitVector<VertexBox> vertex_boxes_;

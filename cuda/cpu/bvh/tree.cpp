@@ -1,9 +1,7 @@
 #include "cpu/bvh/tree.h"
 
 #include <algorithm>
-
-#include "core/bvh/morton.h"
-#include "cpu/bvh/bounds.h"
+#include <atomic>
 
 namespace lazyccd {
 namespace {
@@ -35,20 +33,25 @@ double half_area(const TreeNode& n) {
 
 }  // namespace
 
-void Tree::sort_leaves(const NoinitVector<MotionBox>& leaves, ThreadPool& pool) {
-  const MortonFrame frame = find_bounds(leaves.size(), pool, [&](std::size_t i, Bounds& bounds) {
-                              bounds.add(leaves[i].lo0, leaves[i].hi0);
-                            }).morton_frame();
-  sort_.items.resize(leaves.size());
-  pool.parallel_for(leaves.size(), kGrain, [&](std::size_t first, std::size_t last, int) {
-    for (std::size_t i = first; i < last; ++i)
-      sort_.items[i] = {centre_code(frame, leaves[i].lo0, leaves[i].hi0),
-                        static_cast<std::int32_t>(i)};
+void Tree::sort_leaves(const NoinitVector<std::uint64_t>& codes, ThreadPool& pool) {
+  order_.resize(codes.size());
+  codes_.resize(codes.size());
+  std::atomic<bool> ascending{true};  // relaxed: the end of the job orders the stores
+  pool.parallel_for(codes.size(), kGrain, [&](std::size_t first, std::size_t last, int) {
+    for (std::size_t i = first; i < last; ++i) {
+      order_[i] = static_cast<std::int32_t>(i);
+      codes_[i] = codes[i];
+      if (i > 0 && codes[i] < codes[i - 1]) ascending.store(false, std::memory_order_relaxed);
+    }
   });
-  sort_.sort(0, leaves.size(), pool);
-  order_.resize(leaves.size());
-  codes_.resize(leaves.size());
-  pool.parallel_for(leaves.size(), kGrain, [&](std::size_t first, std::size_t last, int) {
+  if (ascending.load(std::memory_order_relaxed)) return;  // the groups of one segment
+  sort_.items.resize(codes.size());
+  pool.parallel_for(codes.size(), kGrain, [&](std::size_t first, std::size_t last, int) {
+    for (std::size_t i = first; i < last; ++i)
+      sort_.items[i] = {codes[i], static_cast<std::int32_t>(i)};
+  });
+  sort_.sort(0, codes.size(), pool);
+  pool.parallel_for(codes.size(), kGrain, [&](std::size_t first, std::size_t last, int) {
     for (std::size_t i = first; i < last; ++i) {
       order_[i] = sort_.items[i].index;
       codes_[i] = sort_.items[i].key;
@@ -91,14 +94,15 @@ void Tree::open(std::int32_t node, std::int32_t first_below, std::int32_t size, 
   }
 }
 
-void Tree::build(const NoinitVector<MotionBox>& leaves, ThreadPool& pool) {
+void Tree::build(const NoinitVector<std::uint64_t>& codes, const NoinitVector<MotionBox>& leaves,
+                 ThreadPool& pool) {
   nodes_.clear();
   order_.clear();
   ranges_.clear();
   parts_.clear();
   top_.clear();
   if (leaves.empty()) return;
-  sort_leaves(leaves, pool);
+  sort_leaves(codes, pool);
   nodes_.resize(2 * leaves.size() - 1);
   ranges_.resize(nodes_.size());
   const auto count = static_cast<std::int32_t>(leaves.size());

@@ -19,8 +19,9 @@ namespace lazyccd {
 /// 2 i and 2 + 2 i, so everything below a node lies side by side behind it.
 class Tree {
  public:
-  /// Builds a new tree over the boxes of the groups.
-  void build(const NoinitVector<MotionBox>& leaves, ThreadPool& pool);
+  /// Builds a new tree over the codes and boxes of the groups.
+  void build(const NoinitVector<std::uint64_t>& codes, const NoinitVector<MotionBox>& leaves,
+             ThreadPool& pool);
   /// Computes the boxes of all nodes for new boxes of the same groups.
   void refit(const NoinitVector<MotionBox>& leaves, ThreadPool& pool);
 
@@ -57,7 +58,7 @@ class Tree {
     }
   };
 
-  void sort_leaves(const NoinitVector<MotionBox>& leaves, ThreadPool& pool);
+  void sort_leaves(const NoinitVector<std::uint64_t>& codes, ThreadPool& pool);
   // Makes the nodes below a node whose ranges_ entry is set; `first_below`: where they begin. Calls
   // opened(node) for nodes with children, a parent first. Nodes of at most `size` leaves stay
   // closed; for them it calls small(node, first_below).

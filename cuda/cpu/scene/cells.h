@@ -6,25 +6,13 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/bvh/group.h"
+#include "core/bvh/cell.h"
 #include "cpu/threads/noinit_vector.h"
 #include "cpu/threads/thread_pool.h"
 #include "lazyccd/scene.h"
 #include "lazyccd/span.h"
 
 namespace lazyccd {
-
-/// The faces of a body, or its free edges: a part of Cells::primitives. Groups do not reach beyond
-/// a segment.
-struct CellSegment {
-  std::int32_t body;
-  std::int32_t has_faces;    // whether the cells are faces
-  std::int32_t first;        // first cell
-  std::int32_t count;        // number of cells
-  std::int32_t first_group;  // first of its groups of kGroupCells cells
-
-  std::int32_t groups() const { return (count + kGroupCells - 1) / kGroupCells; }
-};
 
 /// All faces and free edges, by body; of each body first the faces, then the free edges, in
 /// ascending order.

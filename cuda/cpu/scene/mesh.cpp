@@ -220,6 +220,12 @@ MeshView Mesh::view() const {
           reinterpret_cast<const std::int32_t(*)[2]>(edges_.edges.data()), body_of_vertex_.data()};
 }
 
+CellView Mesh::cell_view() const {
+  return {reinterpret_cast<const std::int32_t(*)[3]>(faces_.data()),
+          reinterpret_cast<const std::int32_t(*)[3]>(edges_.face_edges.data()),
+          reinterpret_cast<const std::int32_t(*)[2]>(edges_.edges.data())};
+}
+
 FirstFaces Mesh::first_faces() const {
   if (faces_.empty()) return {};
   return {first_faces_.data(), static_cast<std::int32_t>(edges().size()),

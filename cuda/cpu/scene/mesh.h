@@ -47,6 +47,7 @@ class Mesh {
   /// The disabled pairs of bodies, as smaller index << 32 | larger index, unordered.
   const std::unordered_set<std::uint64_t>& disabled_pairs() const { return disabled_; }
   MeshView view() const;
+  CellView cell_view() const;
   FirstFaces first_faces() const;
   ContactKey contact_key() const;
 

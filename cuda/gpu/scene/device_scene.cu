@@ -35,7 +35,7 @@ void DeviceScene::build(const Positions& start, const Positions& end, ThreadPool
   std::vector<VertexRecord> records;
   load_records(*mesh_, start, end, pool, records);
   groups_.build(*mesh_, records, pool);
-  tree_.build(groups_.boxes(), pool);
+  tree_.build(groups_.codes(), groups_.boxes(), pool);
   upload_groups();
   upload(nodes_, tree_.nodes().data(), tree_.nodes().size());
   upload(leaf_order_, tree_.order().data(), tree_.order().size());
