@@ -18,6 +18,7 @@
 #include "cpu/scene/mesh.h"
 #include "cpu/scene/positions.h"
 #include "cpu/threads/key_sort.h"
+#include "support/build_scenes.h"
 #include "support/catch.h"
 #include "support/generators.h"
 
@@ -26,125 +27,7 @@ using namespace lazyccd::test;
 
 namespace {
 
-struct Scene {
-  std::string name;
-  std::vector<double> x;
-  std::vector<Face> faces;
-  std::vector<Edge> edges;
-  std::vector<std::int32_t> body_of_vertex;
-  std::vector<float> inverse_mass;
-
-  Topology topology() const {
-    Topology t;
-    t.vertex_count = x.size() / 3;
-    t.faces = faces;
-    t.edges = edges;
-    t.body_of_vertex = body_of_vertex;
-    t.inverse_mass = inverse_mass;
-    return t;
-  }
-  std::int32_t add_vertex(double a, double b, double c, std::int32_t body) {
-    x.insert(x.end(), {a, b, c});
-    body_of_vertex.push_back(body);
-    return static_cast<std::int32_t>(body_of_vertex.size()) - 1;
-  }
-  // Adds a sheet of n x n quads.
-  void add_sheet(int n, std::int32_t body, double size, double height) {
-    const auto base = static_cast<std::int32_t>(body_of_vertex.size());
-    for (int j = 0; j <= n; ++j)
-      for (int i = 0; i <= n; ++i)
-        add_vertex(size * i / n, size * j / n, height + 0.01 * ((i * 7 + j * 3) % 5), body);
-    for (int j = 0; j < n; ++j)
-      for (int i = 0; i < n; ++i) {
-        const std::int32_t v = base + j * (n + 1) + i;
-        faces.push_back({v, v + 1, v + n + 1});
-        faces.push_back({v + n + 2, v + n + 1, v + 1});
-      }
-  }
-  void shuffle_faces() {
-    Random random(3);
-    for (std::size_t i = faces.size(); i-- > 1;)
-      std::swap(faces[i], faces[static_cast<std::size_t>(random.integer(0, static_cast<int>(i)))]);
-  }
-};
-
-std::vector<Scene> scenes() {
-  std::vector<Scene> all;
-  const auto add = [&](const std::string& name) -> Scene& {
-    all.emplace_back();
-    all.back().name = name;
-    return all.back();
-  };
-  {
-    Scene& s = add("a large sheet in random order");
-    s.add_sheet(150, 0, 1, 0);
-    s.shuffle_faces();
-  }
-  {
-    Scene& s = add("a small sheet far from one large face");
-    s.add_sheet(130, 0, 1, 0);
-    const std::int32_t a = s.add_vertex(0, 0, -9, 0), b = s.add_vertex(1e7, 0, -9, 0),
-                       c = s.add_vertex(0, 1e7, -9, 0);
-    s.faces.push_back({a, b, c});
-  }
-  {
-    Scene& s = add("all centroids equal");
-    for (int i = 0; i < 5000; ++i) {
-      const std::int32_t a = s.add_vertex(-1, -1, 0, 0), b = s.add_vertex(1, 0, 0, 0),
-                         c = s.add_vertex(0, 1, 0, 0);
-      s.faces.push_back({a, b, c});
-    }
-  }
-  {
-    Scene& s = add("one face");
-    s.add_vertex(0, 0, 0, 0), s.add_vertex(1, 0, 0, 0), s.add_vertex(0, 1, 0, 0);
-    s.faces.push_back({2, 0, 1});
-  }
-  {
-    Scene& s = add("free edges only");
-    for (int i = 0; i < 3000; ++i) s.add_vertex(0.1 * i, i % 7, i % 11, 0);
-    for (int i = 0; i + 1 < 3000; ++i) s.edges.push_back({i + 1, i});
-    s.edges.push_back({0, 1});  // named twice
-  }
-  {
-    Scene& s = add("many bodies of one face");
-    for (int i = 0; i < 9000; ++i) {
-      const int body = (i * 4177) % 9000;
-      const std::int32_t a = s.add_vertex(i % 21, i % 20, i % 22, body),
-                         b = s.add_vertex(i % 21 + 1, i % 20, i % 22, body),
-                         c = s.add_vertex(i % 21, i % 20 + 1, i % 22, body);
-      s.faces.push_back({a, b, c});
-    }
-  }
-  {
-    Scene& s = add("bodies of faces and free edges, mixed, some pinned");
-    for (int body = 0; body < 5; ++body) s.add_sheet(40, body, 1, 0.1 * body);
-    s.add_sheet(140, 5, 2, 0);
-    s.shuffle_faces();
-    const std::int32_t first = s.add_vertex(0, 0, 0, 2);
-    for (int i = 0; i < 50; ++i) s.edges.push_back({s.add_vertex(0, i, 0, 2), first});
-    s.edges.push_back({1, 0});   // a side of a face
-    s.edges.push_back({0, 90});  // no side
-    Random random(5);
-    for (std::size_t v = 0; v < s.body_of_vertex.size(); ++v)
-      s.inverse_mass.push_back(s.body_of_vertex[v] == 1 || random.chance(0.3) ? 0.0f : 1.0f);
-  }
-  {
-    Scene& s = add("a fan, and faces that share an edge");
-    const std::int32_t a = s.add_vertex(0, 0, 0, 0), b = s.add_vertex(0, 0, 1, 0);
-    std::int32_t last = s.add_vertex(1, 0, 0, 0);
-    s.faces.push_back({a, b, last});
-    for (int i = 1; i < 3000; ++i) {
-      const std::int32_t v = s.add_vertex(1, i, 0, 0);
-      s.faces.push_back({v, a, b});
-      s.faces.push_back({last, v, a});
-      last = v;
-    }
-  }
-  return all;
-}
-
-std::vector<VertexRecord> records_of(const Scene& scene) {
+std::vector<VertexRecord> records_of(const BuildScene& scene) {
   std::vector<VertexRecord> records(scene.x.size() / 3);
   for (std::size_t v = 0; v < records.size(); ++v)
     for (std::size_t k = 0; k < 3; ++k) {
@@ -304,12 +187,26 @@ void check_tree(const Tree& tree, const std::vector<PlainGroup>& groups) {
   CHECK(good);
   // Every node can be found by itself.
   const LeafCodes all{codes.data(), static_cast<std::int32_t>(codes.size())};
+  std::vector<InnerNode> found;
+  std::vector<ParentLink> links(codes.size());
   for (std::int32_t i = 0; i + 1 < all.count; ++i) {
     const LeafRange r = inner_node(all, i);
     good = good && inner.erase({r.first, r.last}) == 1 && (i != 0 || r.last == all.count);
+    found.push_back({r, all.split(r.first, r.last)});
+    if (!found.back().left_is_leaf()) links[found.back().split - 1] = ParentLink::to(i, true);
+    if (!found.back().right_is_leaf()) links[found.back().split] = ParentLink::to(i, false);
   }
   CHECK(good);
   CHECK(inner.empty());
+  for (std::int32_t i = 0; i + 1 < all.count; ++i) {
+    const NodePlaces places = places_of(i, found.data(), links.data());
+    const LeafRange r = tree.ranges()[places.own];
+    good = good && r.first == found[i].leaves.first && r.last == found[i].leaves.last &&
+           tree.nodes()[places.own].left == places.left &&
+           tree.nodes()[places.own].right == places.right &&
+           tree.ranges()[places.right].first == found[i].split;
+  }
+  CHECK(good);
 }
 
 template <class Items>
@@ -321,7 +218,7 @@ bool same_bytes(const Items& a, const Items& b) {
 }  // namespace
 
 TEST_CASE("edges, groups and tree are those of a plain serial construction, for any threads") {
-  for (const Scene& scene : scenes()) {
+  for (const BuildScene& scene : build_scenes()) {
     CAPTURE(scene.name);
     const std::vector<VertexRecord> records = records_of(scene);
     const Mesh serial(scene.topology());
@@ -362,7 +259,7 @@ TEST_CASE("edges, groups and tree are those of a plain serial construction, for 
 }
 
 TEST_CASE("the edges of a mesh are unique and sorted, and each knows its first unpinned face") {
-  for (const Scene& scene : scenes()) {
+  for (const BuildScene& scene : build_scenes()) {
     CAPTURE(scene.name);
     const Mesh mesh(scene.topology());
     std::set<std::pair<std::int32_t, std::int32_t>> edges, sides;  // larger, smaller vertex

@@ -76,4 +76,50 @@ LAZYCCD_HD inline LeafRange inner_node(const LeafCodes& leaves, std::int32_t i) 
   return direction > 0 ? LeafRange{i, i + length + 1} : LeafRange{i - length, i + 1};
 }
 
+/// An inner node, by the numbering of inner_node(). Its children are inner nodes split - 1 and
+/// split, or leaves of these numbers.
+struct InnerNode {
+  LeafRange leaves;
+  std::int32_t split;  // first leaf of the right child
+
+  LAZYCCD_HD bool left_is_leaf() const { return split - leaves.first == 1; }
+  LAZYCCD_HD bool right_is_leaf() const { return leaves.last - split == 1; }
+};
+
+/// The parent of an inner node, and on which side of it the node is.
+struct ParentLink {
+  std::uint32_t bits;
+
+  LAZYCCD_HD static ParentLink to(std::int32_t parent, bool is_left) {
+    return {static_cast<std::uint32_t>(parent) << 1 | static_cast<std::uint32_t>(is_left)};
+  }
+  LAZYCCD_HD std::int32_t parent() const { return static_cast<std::int32_t>(bits >> 1); }
+  LAZYCCD_HD std::uint32_t is_left() const { return bits & 1; }
+};
+
+/// Where an inner node and its children lie among the nodes of a Tree (cpu/bvh/tree.h), in which
+/// the children of the i-th inner node in preorder are nodes 1 + 2 i and 2 + 2 i.
+struct NodePlaces {
+  std::int32_t own, left, right;
+};
+
+/// In preorder, the inner nodes before a node are those on its left, as many as its first leaf has
+/// leaves before it, less those above it of whose right part it is; and all above it. So only the
+/// nodes above it of whose left part it is must be counted.
+LAZYCCD_HD inline NodePlaces places_of(std::int32_t node, const InnerNode* inner,
+                                       const ParentLink* links) {
+  std::int32_t lefts = 0;
+  for (std::int32_t i = node; i != 0; i = links[i].parent())
+    lefts += static_cast<std::int32_t>(links[i].is_left());
+  const std::int32_t rank = inner[node].leaves.first + lefts;
+  std::int32_t own = 0;
+  if (node != 0) {
+    const ParentLink link = links[node];
+    const std::int32_t is_left = static_cast<std::int32_t>(link.is_left());
+    const std::int32_t parent_rank = inner[link.parent()].leaves.first + lefts - is_left;
+    own = 2 * parent_rank + (is_left != 0 ? 1 : 2);
+  }
+  return {own, 1 + 2 * rank, 2 + 2 * rank};
+}
+
 }  // namespace lazyccd
