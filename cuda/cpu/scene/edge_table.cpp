@@ -5,22 +5,27 @@
 #include <utility>
 #include <vector>
 
-#include "cpu/threads/shared_array.h"
-
 namespace lazyccd {
 namespace {
 
-constexpr std::size_t kGrain = 1 << 12;     // faces that a thread takes at a time
-constexpr std::size_t kVertices = 1 << 11;  // vertices that a thread takes at a time
+constexpr std::size_t kItems = 1 << 12;  // fewest faces that a thread takes at a time
+constexpr int kPartBits = 10;
+constexpr std::size_t kVertices = std::size_t{1} << kPartBits;  // of a part: its lists fit in cache
 
-// A side of a face, or an edge of its own, in the list of its larger vertex: the smaller vertex in
-// the upper half. In the lower half 3 * face + side, or a number beyond those.
-using Side = std::uint64_t;
-std::uint32_t smaller_vertex(Side side) { return static_cast<std::uint32_t>(side >> 32); }
-std::uint32_t number(Side side) { return static_cast<std::uint32_t>(side); }
+// A side of a face, or an edge of its own. The number is 3 * face + side, or one beyond those.
+struct Side {
+  std::int32_t larger, smaller;  // its vertices
+  std::uint32_t number;
+};
 
-// Finds the edges in five passes over faces or vertices: count the sides at each larger vertex; put
-// them there; sort each list and count its edges; number the edges; write them.
+// A side in the list of its larger vertex: the smaller vertex, then the number.
+using ListedSide = std::uint64_t;
+std::uint32_t smaller_vertex(ListedSide side) { return static_cast<std::uint32_t>(side >> 32); }
+std::uint32_t number(ListedSide side) { return static_cast<std::uint32_t>(side); }
+
+// Finds the edges in passes that share nothing between threads: distribute the sides to parts of
+// the vertices, by the larger vertex; in each part make a sorted list for each vertex, and count
+// the edges; number the edges; write them.
 class Builder {
  public:
   Builder(EdgeTable& table, std::size_t vertex_count, Span<const Face> faces, Span<const Edge> more,
@@ -31,88 +36,116 @@ class Builder {
         pinned_(pinned),
         pool_(pool),
         vertex_count_(vertex_count),
+        end_(vertex_count),
         sides_(3 * faces.size() + more.size()),
-        totals_((vertex_count + kVertices - 1) / kVertices) {}
+        parts_((vertex_count + kVertices - 1) / kVertices) {}
 
   void run() {
-    end_.assign(vertex_count_, 0, pool_);
-    for_each_side([&](std::int32_t, std::int32_t larger, std::size_t) {
-      end_.increment(static_cast<std::size_t>(larger));
+    const NoinitVector<Side> sides = distribute();
+    for_each_part([&](Part& part, std::size_t first, std::size_t last) {
+      make_lists(sides, part, first, last);
+      count_edges(part, first, last);
     });
-    turn_counts_into_starts();
-    for_each_side([&](std::int32_t smaller, std::int32_t larger, std::size_t n) {
-      sides_[end_.increment(static_cast<std::size_t>(larger))] =
-          static_cast<Side>(static_cast<std::uint32_t>(smaller)) << 32 | n;
-    });
-    for_each_part([&](std::size_t part, std::size_t first, std::size_t last) {
-      totals_[part] = sort_and_count(first, last);
-    });
-    Totals all;
-    for (Totals& part : totals_) {
-      all.edges += std::exchange(part.edges, all.edges);
-      all.free += std::exchange(part.free, all.free);
+    std::size_t edges = 0, free = 0;
+    for (Part& part : parts_) {
+      edges += std::exchange(part.edges, edges);
+      free += std::exchange(part.free, free);
     }
-    table_.edges.resize(all.edges);
-    table_.first_faces.resize(all.edges);
-    table_.free_edges.resize(all.free);
+    table_.edges.resize(edges);
+    table_.first_faces.resize(edges);
+    table_.free_edges.resize(free);
     table_.face_edges.resize(faces_.size());
-    for_each_part([&](std::size_t part, std::size_t first, std::size_t last) {
-      write(first, last, totals_[part]);
-    });
+    for_each_part(
+        [&](const Part& part, std::size_t first, std::size_t last) { write(part, first, last); });
     table_.has_duplicate_faces = has_duplicates_.load(std::memory_order_relaxed);
   }
 
  private:
-  struct Totals {
-    std::size_t sides = 0, edges = 0, free = 0;
+  // Consecutive vertices: their first side, and the end; their numbers of edges and of free edges,
+  // then the sums over the parts before.
+  struct Part {
+    std::size_t first_side = 0, last_side = 0, edges = 0, free = 0;
   };
 
+  // Calls f(larger, smaller, number) for the sides of the items [first, last): faces, then edges.
   template <class F>
-  void for_each_side(F&& f) {
+  void for_each_side(std::size_t first, std::size_t last, F&& f) const {
     const auto call = [&](std::int32_t a, std::int32_t b, std::size_t n) {
-      f(std::min(a, b), std::max(a, b), n);
+      f(std::max(a, b), std::min(a, b), static_cast<std::uint32_t>(n));
     };
-    pool_.parallel_for(faces_.size(), kGrain, [&](std::size_t first, std::size_t last, int) {
-      for (std::size_t face = first; face < last; ++face)
-        for (std::size_t i = 0; i < 3; ++i)
-          call(faces_[face][i], faces_[face][(i + 1) % 3], 3 * face + i);
-    });
-    pool_.parallel_for(more_.size(), kGrain, [&](std::size_t first, std::size_t last, int) {
-      for (std::size_t e = first; e < last; ++e)
-        call(more_[e][0], more_[e][1], 3 * faces_.size() + e);
-    });
+    for (std::size_t i = first; i < std::min(last, faces_.size()); ++i)
+      for (std::size_t k = 0; k < 3; ++k) call(faces_[i][k], faces_[i][(k + 1) % 3], 3 * i + k);
+    for (std::size_t i = std::max(first, faces_.size()); i < last; ++i) {
+      const std::size_t e = i - faces_.size();
+      call(more_[e][0], more_[e][1], 3 * faces_.size() + e);
+    }
   }
 
-  // Calls body(part, first, last) for all parts of the vertices.
+  // Returns the sides in the order of the parts, and sets where the parts begin and end.
+  NoinitVector<Side> distribute() {
+    const std::size_t items = faces_.size() + more_.size(), part_count = parts_.size();
+    const std::size_t threads = static_cast<std::size_t>(pool_.available());
+    const std::size_t chunks = threads == 1 ? 1 : std::min(items / kItems + 1, 2 * threads);
+    const std::size_t length = (items + chunks - 1) / chunks;
+    NoinitVector<Side> sides(sides_.size());
+    NoinitVector<std::size_t> places(chunks * part_count);
+    const auto for_each_chunk = [&](auto&& f) {
+      pool_.parallel_for(chunks, 1, [&](std::size_t begin, std::size_t end, int) {
+        for (std::size_t c = begin; c < end; ++c)
+          for_each_side(std::min(c * length, items), std::min((c + 1) * length, items),
+                        [&, place = places.data() + c * part_count](
+                            std::int32_t larger, std::int32_t smaller, std::uint32_t n) {
+                          f(place[larger >> kPartBits], Side{larger, smaller, n});
+                        });
+      });
+    };
+    std::fill(places.begin(), places.end(), std::size_t{0});
+    for_each_chunk([](std::size_t& count, const Side&) { ++count; });
+    std::size_t sum = 0;
+    for (std::size_t p = 0; p < part_count; ++p) {
+      parts_[p].first_side = sum;
+      for (std::size_t c = 0; c < chunks; ++c)
+        sum += std::exchange(places[c * part_count + p], sum);
+      parts_[p].last_side = sum;
+    }
+    for_each_chunk([&](std::size_t& place, const Side& side) { sides[place++] = side; });
+    return sides;
+  }
+
+  // Calls body(part, first, last) for all parts and the vertices [first, last) of each.
   template <class Body>
   void for_each_part(Body&& body) {
-    pool_.parallel_for(totals_.size(), 1, [&](std::size_t begin, std::size_t end, int) {
+    pool_.parallel_for(parts_.size(), 1, [&](std::size_t begin, std::size_t end, int) {
       for (std::size_t p = begin; p < end; ++p)
-        body(p, p * kVertices, std::min((p + 1) * kVertices, vertex_count_));
+        body(parts_[p], p * kVertices, std::min((p + 1) * kVertices, vertex_count_));
     });
   }
 
-  void turn_counts_into_starts() {
-    for_each_part([&](std::size_t part, std::size_t first, std::size_t last) {
-      for (std::size_t v = first; v < last; ++v) totals_[part].sides += end_[v];
-    });
-    std::size_t sum = 0;
-    for (Totals& part : totals_) sum += std::exchange(part.sides, sum);
-    for_each_part([&](std::size_t part, std::size_t first, std::size_t last) {
-      std::size_t at = totals_[part].sides;
-      for (std::size_t v = first; v < last; ++v) {
-        const std::uint32_t count = end_[v];
-        end_.set(v, static_cast<std::uint32_t>(at));
-        at += count;
-      }
-    });
+  // Makes the sorted lists of the vertices of a part.
+  void make_lists(const NoinitVector<Side>& sides, const Part& part, std::size_t first,
+                  std::size_t last) {
+    std::uint32_t* const end = end_.data();
+    std::fill(end + first, end + last, 0u);
+    for (std::size_t i = part.first_side; i < part.last_side; ++i) ++end[sides[i].larger];
+    auto sum = static_cast<std::uint32_t>(part.first_side);
+    for (std::size_t v = first; v < last; ++v) sum += std::exchange(end[v], sum);
+    for (std::size_t i = part.first_side; i < part.last_side; ++i)
+      sides_[end[sides[i].larger]++] =
+          static_cast<ListedSide>(static_cast<std::uint32_t>(sides[i].smaller)) << 32 |
+          sides[i].number;
+    std::size_t at = part.first_side;
+    for (std::size_t v = first; v < last; ++v) {
+      std::sort(sides_.data() + at, sides_.data() + end[v]);
+      at = end[v];
+    }
   }
 
   // Calls f(vertex, first, last) for each edge whose larger vertex is in [first, last): its sides
   // are [first, last) of sides_.
   template <class F>
-  void for_each_edge(std::size_t first_vertex, std::size_t last_vertex, F&& f) {
-    std::size_t at = first_vertex == 0 ? 0 : end_[first_vertex - 1];
+  void for_each_edge(const Part& part, std::size_t first_vertex, std::size_t last_vertex,
+                     F&& f) const {
+    std::size_t at = part.first_side;
     for (std::size_t v = first_vertex; v < last_vertex; ++v)
       for (const std::size_t end = end_[v]; at < end;) {
         std::size_t last = at + 1;
@@ -124,22 +157,14 @@ class Builder {
 
   bool is_of_face(std::size_t side) const { return number(sides_[side]) < 3 * faces_.size(); }
 
-  Totals sort_and_count(std::size_t first, std::size_t last) {
-    Totals totals;
-    std::size_t at = first == 0 ? 0 : end_[first - 1];
-    for (std::size_t v = first; v < last; ++v) {
-      const std::size_t end = end_[v];
-      std::sort(sides_.begin() + static_cast<std::ptrdiff_t>(at),
-                sides_.begin() + static_cast<std::ptrdiff_t>(end));
-      at = end;
-    }
-    for_each_edge(first, last, [&](std::size_t, std::size_t begin, std::size_t end) {
-      ++totals.edges;
-      totals.free += !is_of_face(begin);  // sides of faces come first
+  void count_edges(Part& part, std::size_t first, std::size_t last) {
+    part.edges = part.free = 0;
+    for_each_edge(part, first, last, [&](std::size_t, std::size_t begin, std::size_t end) {
+      ++part.edges;
+      part.free += !is_of_face(begin);  // sides of faces come first
       if (end - begin > 1 && shares_two_faces(begin, end))
         has_duplicates_.store(true, std::memory_order_relaxed);
     });
-    return totals;
   }
 
   // Whether two faces at an edge have the same third vertex.
@@ -162,8 +187,8 @@ class Builder {
            pinned_[static_cast<std::size_t>(face[1])] && pinned_[static_cast<std::size_t>(face[2])];
   }
 
-  void write(std::size_t first, std::size_t last, Totals at) {
-    for_each_edge(first, last, [&](std::size_t v, std::size_t begin, std::size_t end) {
+  void write(Part at, std::size_t first, std::size_t last) {
+    for_each_edge(at, first, last, [&](std::size_t v, std::size_t begin, std::size_t end) {
       const auto id = static_cast<std::int32_t>(at.edges);
       table_.edges[at.edges] = {static_cast<std::int32_t>(smaller_vertex(sides_[begin])),
                                 static_cast<std::int32_t>(v)};
@@ -185,9 +210,9 @@ class Builder {
   Span<const char> pinned_;
   ThreadPool& pool_;
   std::size_t vertex_count_;
-  SharedArray end_;  // by vertex: the end of its list so far
-  NoinitVector<Side> sides_;
-  std::vector<Totals> totals_;  // by part of the vertices; then the sums before it
+  NoinitVector<std::uint32_t> end_;  // by vertex: the end of its list in sides_
+  NoinitVector<ListedSide> sides_;
+  std::vector<Part> parts_;
   std::atomic<bool> has_duplicates_{false};
 };
 
