@@ -1,4 +1,4 @@
-// An array of integers that threads change at the same time.
+// An array of integers that threads lower at the same time.
 #pragma once
 
 #include <atomic>
@@ -10,14 +10,14 @@
 
 namespace lazyccd {
 
-/// Integers with atomic minimum and addition. All accesses are relaxed: the end of a job of the
-/// pool orders them. Results of minima and of sums do not depend on the order of the threads.
+/// Integers with an atomic minimum. All accesses are relaxed: the end of a job of the pool orders
+/// them. The minima do not depend on the order of the threads.
 class SharedArray {
  public:
   /// Sets the size and all elements to `value`. `pool` is the pool whose threads change the array
-  /// until the next call: if no other worker may take part, the changes need no locked instruction.
+  /// until the next call: if it is serial, the changes need no locked instruction.
   void assign(std::size_t size, std::uint32_t value, ThreadPool& pool) {
-    is_shared_ = pool.available() > 1;
+    is_shared_ = !pool.is_serial();
     if (size > capacity_) {
       items_.reset(new std::atomic<std::uint32_t>[size]);
       capacity_ = size;
@@ -43,13 +43,6 @@ class SharedArray {
     }
     while (value < old && !item.compare_exchange_weak(old, value, std::memory_order_relaxed)) {
     }
-  }
-  /// Adds one and returns the value before.
-  std::uint32_t increment(std::size_t i) {
-    if (is_shared_) return items_[i].fetch_add(1, std::memory_order_relaxed);
-    const std::uint32_t old = (*this)[i];
-    set(i, old + 1);
-    return old;
   }
 
   std::size_t bytes() const { return capacity_ * sizeof(std::uint32_t); }

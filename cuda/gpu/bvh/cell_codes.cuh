@@ -1,6 +1,8 @@
 // Morton codes of the cells, as in cpu/bvh/cell_order.cpp.
 #pragma once
 
+#include <cfloat>
+
 #include "core/bvh/morton.h"
 #include "gpu/bvh/build_view.cuh"
 #include "gpu/device/kernel_chain.cuh"
