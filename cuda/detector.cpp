@@ -126,8 +126,8 @@ Detector::Detector(Detector&&) noexcept = default;
 Detector& Detector::operator=(Detector&&) noexcept = default;
 
 void Detector::set_topology(const Topology& topology) {
-  Mesh mesh(topology);
-  impl_->cpu.discard_ahead();  // a worker may be reading the old mesh
+  impl_->cpu.discard_ahead();  // a worker may be reading the old mesh, and the threads are needed
+  Mesh mesh(topology, impl_->threads.pool());
   impl_->mesh = std::move(mesh);
   impl_->set_mesh();
 }

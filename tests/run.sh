@@ -55,7 +55,7 @@ else
   run_tests tsan -L threads
   if command -v nvcc >/dev/null; then
     build cuda -DLAZYCCD_WERROR=ON -DLAZYCCD_BULLET=OFF -DCMAKE_CUDA_ARCHITECTURES=90 -- \
-      lazyccd_core check_traversal check_detector
+      lazyccd_core check_traversal check_hierarchy check_detector
     if nvidia-smi -L >/dev/null 2>&1; then
       run_tests cuda -L gpu
     else

@@ -72,7 +72,7 @@ void CpuDetector::update_hierarchy(Stats& stats) {
   stats.rebuilt = hierarchy_.update(*mesh_, records_, scale_, margin, pool_);
   if (!stats.rebuilt) return;
   front_policy_.forget();
-  if (may_list()) verlet_list_.set_tree(*mesh_, hierarchy_.groups(), hierarchy_.tree());
+  if (may_list()) verlet_list_.set_tree(*mesh_, hierarchy_.groups(), hierarchy_.tree(), pool_);
 }
 
 // Whether Verlet lists are possible. Other volumes than boxes have no margin for the skin.

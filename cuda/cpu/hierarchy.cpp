@@ -14,15 +14,15 @@ bool Hierarchy::update(const Mesh& mesh, const std::vector<VertexRecord>& record
   bool build = !is_built_ || options_.rebuild_every_step;
   if (!build) {
     groups_.refit(records, pool, scale);
-    tree_.refit(groups_.boxes());
+    tree_.refit(groups_.boxes(), pool);
     build = tree_.cost() > options_.rebuild_ratio * built_cost_;
   }
   if (build) {
     groups_.build(mesh, records, pool, scale);
-    tree_.build(groups_.boxes());
+    tree_.build(groups_.codes(), groups_.boxes(), pool);
     built_cost_ = tree_.cost();
     is_built_ = true;
-    find_node_info();
+    find_node_info(pool);
     if (options_.culling.normal_cones) cones_.build(mesh, groups_, tree_);
   }
   if (volume_) volume_->refit(groups_, tree_, records, pool);
@@ -30,10 +30,10 @@ bool Hierarchy::update(const Mesh& mesh, const std::vector<VertexRecord>& record
   return build;
 }
 
-void Hierarchy::find_node_info() {
-  const std::vector<TreeNode>& nodes = tree_.nodes();
+void Hierarchy::find_node_info(ThreadPool& pool) {
+  const NoinitVector<TreeNode>& nodes = tree_.nodes();
   node_info_.resize(nodes.size());
-  for (std::size_t i = nodes.size(); i-- > 0;) {
+  tree_.for_each_upward(pool, [&](std::size_t i) {
     if (nodes[i].leaf()) {
       const Group& group = groups_.groups()[nodes[i].group()];
       node_info_[i] = {group.body, group.pinned != 0};
@@ -41,12 +41,12 @@ void Hierarchy::find_node_info() {
       const NodeInfo &left = node_info_[nodes[i].left], &right = node_info_[nodes[i].right];
       node_info_[i] = {left.body == right.body ? left.body : -1, left.pinned && right.pinned};
     }
-  }
+  });
 }
 
 std::size_t Hierarchy::bytes() const {
-  return groups_.bytes() + tree_.nodes().capacity() * sizeof(TreeNode) +
-         node_info_.capacity() * sizeof(NodeInfo) + cones_.bytes();
+  return groups_.bytes() + tree_.bytes() + node_info_.capacity() * sizeof(NodeInfo) +
+         cones_.bytes();
 }
 
 }  // namespace lazyccd

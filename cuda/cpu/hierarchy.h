@@ -50,7 +50,7 @@ class Hierarchy {
     bool pinned;        // whether all vertices are pinned
   };
 
-  void find_node_info();
+  void find_node_info(ThreadPool& pool);
 
   AlgorithmOptions options_;
   const Mesh* mesh_ = nullptr;
@@ -58,7 +58,7 @@ class Hierarchy {
   double built_cost_ = 0;  // cost of the tree when it was built
   Groups groups_;
   Tree tree_;
-  std::vector<NodeInfo> node_info_;  // by node
+  NoinitVector<NodeInfo> node_info_;  // by node
   std::unique_ptr<NodeVolume> volume_;
   NormalCones cones_;
 };

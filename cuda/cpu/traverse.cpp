@@ -83,7 +83,7 @@ void CpuDetector::visit_pair(Worker& worker, NodePair pair) {
 }
 
 void CpuDetector::query_each_group(Stats& stats) {
-  const std::vector<TreeNode>& nodes = hierarchy_.tree().nodes();
+  const NoinitVector<TreeNode>& nodes = hierarchy_.tree().nodes();
   Stopwatch watch;
   std::atomic<std::int64_t> tests{0};
   pool_.parallel_for(nodes.size(), 64, [&](std::size_t first, std::size_t last, int id) {

@@ -9,6 +9,7 @@
 #include "core/bvh/front_policy.h"
 #include "cpu/scene/positions.h"
 #include "cpu/threads/thread_pool.h"
+#include "gpu/bvh/hierarchy_builder.h"
 #include "gpu/culling/scene_culling.h"
 #include "gpu/device/graph_cache.h"
 #include "gpu/device/stream.h"
@@ -63,7 +64,7 @@ class GpuDetector : public BackendDetector {
     scene_.set_mesh(mesh);
     culling_.set_mesh(mesh);
     positions_.forget();
-    built_ = false;
+    built_ = prepared_ = false;
   }
 
   Span<const Contact> detect(const Positions& start, const Positions& end, Stats& stats) override;
@@ -72,9 +73,9 @@ class GpuDetector : public BackendDetector {
   // Times of a step, taken between its stages.
   enum Mark { kStart, kRefitted, kTraversed, kFiltered, kDecided, kSorted, kMarks };
 
-  // The part of a step that one CUDA graph holds: the whole step, or the kernels before or after
-  // the traversal.
-  enum Part { kAll, kBefore, kAfter };
+  // The part of a step that one CUDA graph holds: the whole step, the kernels before or after the
+  // traversal, or the build of the hierarchy.
+  enum Part { kAll, kBefore, kAfter, kBuild };
 
   void build(const Positions& start, const Positions& end);
   void mark(Mark m, bool marks);
@@ -93,10 +94,12 @@ class GpuDetector : public BackendDetector {
   ThreadPool& pool_;
 
   const Mesh* mesh_ = nullptr;
+  bool prepared_ = false;  // all is allocated for trees of this mesh
   bool built_ = false;
   float built_area_ = 0;  // StepCounters::leaf_area of the first step after the build; 0: none yet
   gpu::DevicePositions positions_;
   gpu::DeviceScene scene_;
+  gpu::HierarchyBuilder builder_;
   gpu::SceneCulling culling_;
   FrontPolicy front_policy_;
   Traversal traversal_;
@@ -107,13 +110,35 @@ class GpuDetector : public BackendDetector {
 };
 
 void GpuDetector::build(const Positions& start, const Positions& end) {
-  scene_.build(start, end, pool_);
-  culling_.build(*mesh_, scene_.groups(), scene_.tree());
+  const bool first = !prepared_, on_host = culling_.needs_host_tree();
+  if (on_host) {
+    scene_.build_on_host(start, end, pool_);
+  } else if (first) {
+    scene_.prepare();
+    builder_.set_mesh(*mesh_, scene_);
+  }
+  if (first || on_host) {
+    culling_.reserve(scene_.group_count(), scene_.node_count());
+    if (on_host) culling_.set_tree(*mesh_, scene_.groups(), scene_.tree());
+    traversal_.reset(scene_.node_count(), culling_.culls_nodes(), stream_);
+    graphs_.clear();
+  }
+  prepared_ = true;
+  if (!on_host) {
+    const auto enqueue = [&] {
+      builder_.enqueue(positions_.start(), positions_.is_double(), stream_);
+    };
+    // The first build of a mesh may be the last, so a graph would not pay.
+    if (first || !options_.algorithm.tuning.graph) {
+      enqueue();
+    } else {
+      graphs_.launch({kBuild, false, 0, positions_.is_double()}, stream_, enqueue);
+    }
+  }
   built_ = true;
   built_area_ = 0;
-  traversal_.reset(scene_.node_count(), culling_.culls_nodes(), stream_);
+  traversal_.forget_front();
   front_policy_.forget();
-  graphs_.clear();
 }
 
 void GpuDetector::mark(Mark m, bool marks) {
@@ -187,6 +212,7 @@ void GpuDetector::run_until_it_fits(const Positions& start, const Positions& end
     culling_.download(stream_);
     LAZYCCD_CUDA_CHECK(cudaStreamSynchronize(stream_));
     const unsigned bad = buffers_.counters().bad_positions;
+    if (bad != 0) built_ = false;  // perhaps from these positions
     if (bad & 1) check_finite(*mesh_, start, end);
     if (bad & 2) throw Error(ErrorCode::device, "positions beyond 2^100 need the CPU backend");
     const int grown_lists = traversal_.grow(stream_) + buffers_.grow();
@@ -272,8 +298,8 @@ void GpuDetector::fill(Stats& stats) {
     stats.ms_sort = marks_[kSorted].since(marks_[kDecided]);
   }
   stats.peak_bytes =
-      static_cast<std::int64_t>(scene_.bytes() + culling_.bytes() + positions_.bytes() +
-                                traversal_.bytes() + buffers_.bytes());
+      static_cast<std::int64_t>(scene_.bytes() + builder_.bytes() + culling_.bytes() +
+                                positions_.bytes() + traversal_.bytes() + buffers_.bytes());
 }
 
 }  // namespace

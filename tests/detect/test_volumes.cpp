@@ -108,7 +108,7 @@ TEST_CASE("the volume of a node overlaps those of all nodes that contain its ver
   Groups groups;
   groups.build(mesh, records, pool);
   Tree tree;
-  tree.build(groups.boxes());
+  tree.build(groups.codes(), groups.boxes(), pool);
   for (const Volume volume : {Volume::dop18, Volume::oriented_box}) {
     const auto volumes = make_node_volume(volume, 0);
     volumes->refit(groups, tree, records, pool);
@@ -148,7 +148,7 @@ TEST_CASE("volumes that would be apart overlap with a margin") {
   Groups groups;
   groups.build(mesh, records, pool);
   Tree tree;
-  tree.build(groups.boxes());
+  tree.build(groups.codes(), groups.boxes(), pool);
   for (const Volume volume : {Volume::dop18, Volume::oriented_box}) {
     for (const double margin : {0.4, 0.51}) {
       const auto volumes = make_node_volume(volume, margin);

@@ -28,6 +28,23 @@ TEST_CASE("a pool has as many workers as asked for, and the machine's number for
   CHECK(ThreadPool(0).size() >= 1);
 }
 
+TEST_CASE("a pool is serial for a pool of one and for a submitted job, not while workers sleep") {
+  CHECK(ThreadPool(1).is_serial());
+  ThreadPool pool(3);
+  pool.set_wake_policy(ThreadPool::WakePolicy::awake);
+  wait_until_workers_sleep();
+  CHECK_FALSE(pool.is_serial());
+  std::atomic<bool> is_serial{false}, has_run{false};
+  const auto job = [&](int) {
+    is_serial = pool.is_serial();
+    has_run = true;
+  };
+  pool.submit(job);
+  wait_for(has_run);
+  CHECK(pool.join_submitted());
+  CHECK(is_serial);
+}
+
 TEST_CASE("a submitted job runs once on another thread or not at all") {
   const int threads = GENERATE(2, 3, 16);
   ThreadPool pool(threads);

@@ -27,4 +27,56 @@ LAZYCCD_HD inline std::uint64_t morton_code(double x, double y, double z) {
   return spread_by_three(cell(x)) << 2 | spread_by_three(cell(y)) << 1 | spread_by_three(cell(z));
 }
 
+/// The cube of the Morton codes. The scale is the same for all axes, so that its cells are cubes.
+struct MortonFrame {
+  double lo[3];
+  double scale;  // 1 / side; 0 if all points are the same
+
+  /// The smallest cube from the corner lo that holds the box from lo to hi.
+  static LAZYCCD_HD MortonFrame around(const double* lo, const double* hi) {
+    double extent = 0;
+    for (int k = 0; k < 3; ++k)
+      if (hi[k] - lo[k] > extent) extent = hi[k] - lo[k];
+    return {{lo[0], lo[1], lo[2]}, extent > 0 ? 1 / extent : 0};
+  }
+  LAZYCCD_HD std::uint64_t code(const double* c) const {
+    return morton_code((c[0] - lo[0]) * scale, (c[1] - lo[1]) * scale, (c[2] - lo[2]) * scale);
+  }
+};
+
+/// Returns the code of the mean of `count` corners. position(corner) returns three coordinates.
+template <class Position>
+LAZYCCD_HD inline std::uint64_t centroid_code(const MortonFrame& frame, const std::int32_t* corners,
+                                              int count, Position&& position) {
+  double c[3] = {0, 0, 0};
+  for (int i = 0; i < count; ++i) {
+    const auto* x = position(corners[i]);
+    for (int k = 0; k < 3; ++k) c[k] += static_cast<double>(x[k]) / static_cast<double>(count);
+  }
+  return frame.code(c);
+}
+
+/// The box of points in double, whose centre has a code.
+struct PointBox {
+  double lo[3], hi[3];
+
+  /// The box of one point.
+  template <class T>
+  LAZYCCD_HD explicit PointBox(const T* x) {
+    for (int k = 0; k < 3; ++k) lo[k] = hi[k] = x[k];
+  }
+  template <class T>
+  LAZYCCD_HD void add(const T* x) {
+    for (int k = 0; k < 3; ++k) {
+      if (x[k] < lo[k]) lo[k] = x[k];
+      if (x[k] > hi[k]) hi[k] = x[k];
+    }
+  }
+  LAZYCCD_HD std::uint64_t centre_code(const MortonFrame& frame) const {
+    double c[3];
+    for (int k = 0; k < 3; ++k) c[k] = 0.5 * lo[k] + 0.5 * hi[k];
+    return frame.code(c);
+  }
+};
+
 }  // namespace lazyccd

@@ -59,20 +59,17 @@ void DiagonalSlabs::refit(const Groups& groups, const Tree& tree,
     for (std::size_t v = first; v < last; ++v) vertices_[v] = slabs_of(vertices[v], margin_);
   });
   nodes_.resize(tree.nodes().size());
-  pool.parallel_for(nodes_.size(), 256, [&](std::size_t first, std::size_t last, int) {
-    for (std::size_t i = first; i < last; ++i) {
-      nodes_[i].clear();
-      if (!tree.nodes()[i].leaf()) continue;
-      for_each_vertex(groups, groups.groups()[tree.nodes()[i].group()],
+  tree.for_each_upward(pool, [&](std::size_t i) {
+    const TreeNode& node = tree.nodes()[i];
+    nodes_[i].clear();
+    if (node.leaf()) {
+      for_each_vertex(groups, groups.groups()[node.group()],
                       [&](std::int32_t v) { nodes_[i].add(vertices_[v]); });
+    } else {
+      nodes_[i].add(nodes_[node.left]);
+      nodes_[i].add(nodes_[node.right]);
     }
   });
-  for (std::size_t i = nodes_.size(); i-- > 0;) {
-    const TreeNode& node = tree.nodes()[i];
-    if (node.leaf()) continue;
-    nodes_[i].add(nodes_[node.left]);
-    nodes_[i].add(nodes_[node.right]);
-  }
 }
 
 bool DiagonalSlabs::apart(std::uint32_t a, std::uint32_t b) const {

@@ -8,150 +8,127 @@
 namespace lazyccd {
 namespace {
 
-// A face or a free edge, with the keys by which cells are sorted.
-struct Cell {
-  std::uint64_t code;
-  std::int32_t body;
-  std::int32_t primitive;  // face index, or edge index of a free edge
-  bool face;
-
-  bool operator<(const Cell& o) const {
-    if (body != o.body) return body < o.body;
-    if (face != o.face) return face;
-    if (code != o.code) return code < o.code;
-    return primitive < o.primitive;
-  }
-};
-
-template <std::size_t N>
-std::array<double, 3> centroid(const std::array<std::int32_t, N>& v,
-                               const std::vector<VertexRecord>& vertices) {
-  std::array<double, 3> c{};
-  for (const std::int32_t i : v)
-    for (int k = 0; k < 3; ++k) c[k] += vertices[i].x[k] / static_cast<double>(N);
-  return c;
-}
-
-std::vector<Cell> sorted_cells(const Mesh& mesh, const std::vector<VertexRecord>& vertices) {
-  std::array<double, 3> lo, hi;
-  lo.fill(std::numeric_limits<double>::max());
-  hi.fill(std::numeric_limits<double>::lowest());
-  for (const VertexRecord& v : vertices) {
-    for (int k = 0; k < 3; ++k) {
-      lo[k] = std::min(lo[k], v.x[k]);
-      hi[k] = std::max(hi[k], v.x[k]);
-    }
-  }
-  // The same scale for all axes, so that the cells of the Morton code are cubes.
-  double extent = 0;
-  for (int k = 0; k < 3; ++k) extent = std::max(extent, hi[k] - lo[k]);
-  const double scale = extent > 0 ? 1 / extent : 0;
-  const auto code = [&](const std::array<double, 3>& c) {
-    return morton_code((c[0] - lo[0]) * scale, (c[1] - lo[1]) * scale, (c[2] - lo[2]) * scale);
-  };
-
-  std::vector<Cell> cells;
-  cells.reserve(mesh.faces().size() + mesh.free_edges().size());
-  for (std::size_t f = 0; f < mesh.faces().size(); ++f) {
-    const Face& face = mesh.faces()[f];
-    cells.push_back({code(centroid(face, vertices)), mesh.body_of_vertex()[face[0]],
-                     static_cast<std::int32_t>(f), true});
-  }
-  for (const std::int32_t e : mesh.free_edges()) {
-    const Edge& edge = mesh.edges()[e];
-    cells.push_back({code(centroid(edge, vertices)), mesh.body_of_vertex()[edge[0]], e, false});
-  }
-  std::sort(cells.begin(), cells.end());
-  return cells;
-}
-
-// Collects the primitives of one kind, group by group. Each primitive is collected once.
-class Collector {
- public:
-  explicit Collector(std::size_t primitives) : owned_(primitives, 0) {}
-  void claim(std::int32_t id) {
-    if (owned_[id]) return;
-    owned_[id] = 1;
-    ids.push_back(id);
-  }
-  std::vector<std::int32_t> ids;
-
- private:
-  std::vector<char> owned_;
-};
+constexpr std::size_t kCells = 1 << 12;  // cells that a thread takes at a time
+constexpr std::size_t kFill = 64;        // groups that a thread takes at a time
 
 }  // namespace
 
 void Groups::build(const Mesh& mesh, const std::vector<VertexRecord>& vertices, ThreadPool& pool,
                    double scale) {
-  groups_.clear();
-  blocks_.clear();
-  const std::vector<Cell> cells = sorted_cells(mesh, vertices);
-  Collector own[3] = {Collector(mesh.vertex_count()), Collector(mesh.edges().size()),
-                      Collector(mesh.faces().size())};
-
-  std::size_t collected[3] = {};
-  std::int32_t block_count = 0;
-  for (std::size_t begin = 0; begin < cells.size();) {
-    const Cell& first = cells[begin];
-    std::size_t end = begin;
-    for (; end < cells.size() && end - begin < kGroupCells; ++end) {
-      const Cell& cell = cells[end];
-      if (cell.body != first.body || cell.face != first.face) break;
-      if (cell.face) {
-        own[kFaces].claim(cell.primitive);
-        for (const std::int32_t e : mesh.face_edges()[cell.primitive]) own[kEdges].claim(e);
-        for (const std::int32_t v : mesh.faces()[cell.primitive]) own[kVertices].claim(v);
-      } else {
-        own[kEdges].claim(cell.primitive);
-        for (const std::int32_t v : mesh.edges()[cell.primitive]) own[kVertices].claim(v);
-      }
-    }
-    begin = end;
-
-    Group group{};
-    group.body = first.body;
-    group.pinned = 1;
-    for (int kind = 0; kind < 3; ++kind) {
-      group.first[kind] = block_count;
-      group.count[kind] = static_cast<std::int32_t>(own[kind].ids.size() - collected[kind]);
-      collected[kind] = own[kind].ids.size();
-      block_count += group.blocks(kind);
-    }
-    groups_.push_back(group);
-  }
-
-  // Allocated at once, because the blocks are a large part of a detector's memory.
-  blocks_.resize(static_cast<std::size_t>(block_count));
-  const std::int32_t* ids[3] = {own[kVertices].ids.data(), own[kEdges].ids.data(),
-                                own[kFaces].ids.data()};
-  for (Group& group : groups_) {
-    for (int kind = 0; kind < 3; ++kind) {
-      Block* block = blocks_.data() + group.first[kind];
-      const int lanes = group.blocks(kind) * kBlockLanes;
-      for (int lane = 0; lane < lanes; ++lane) {
-        Block& b = block[lane / kBlockLanes];
-        const int l = lane % kBlockLanes;
-        b.id[l] = b.vertex[0][l] = b.vertex[1][l] = b.vertex[2][l] = -1;
-        if (lane >= group.count[kind]) continue;
-        const std::int32_t id = ids[kind][lane];
-        b.id[l] = id;
-        if (kind == kVertices) b.vertex[0][l] = id;
-        if (kind == kEdges)
-          for (int k = 0; k < 2; ++k) b.vertex[k][l] = mesh.edges()[id][k];
-        if (kind == kFaces)
-          for (int k = 0; k < 3; ++k) b.vertex[k][l] = mesh.faces()[id][k];
-        for (int k = 0; k < 3 && b.vertex[k][l] >= 0; ++k)
-          if (!mesh.pinned(b.vertex[k][l])) group.pinned = 0;
-      }
-      ids[kind] += group.count[kind];
-    }
-  }
+  order_.build(mesh, vertices, pool);
+  claim_primitives(mesh, pool);
+  count_primitives(mesh, vertices, pool);
+  box_vertices(vertices, pool, scale);
   boxes_.resize(groups_.size());
-  refit(vertices, pool, scale);
+  const VertexBox* const boxes = vertex_boxes_.data() + 1;
+  pool.parallel_for(groups_.size(), kFill, [&](std::size_t first, std::size_t last, int) {
+    fill_blocks(mesh, first, last);
+    kernels_->box_groups(boxes, groups_.data(), first, last, blocks_.data(), boxes_.data());
+  });
 }
 
-void Groups::refit(const std::vector<VertexRecord>& vertices, ThreadPool& pool, double scale) {
+void Groups::claim_primitives(const Mesh& mesh, ThreadPool& pool) {
+  constexpr std::uint32_t none = ~std::uint32_t{0};
+  first_cell_[kVertices].assign(mesh.vertex_count(), none, pool);
+  first_cell_[kEdges].assign(mesh.edges().size(), none, pool);
+  const CellView view = mesh.cell_view();
+  pool.parallel_for(order_.size(), kCells, [&](std::size_t begin, std::size_t end, int) {
+    mesh.cells().for_each_part(
+        begin, end, [&](const CellSegment& segment, std::size_t first, std::size_t last) {
+          for (std::size_t i = first; i < last; ++i) {
+            const CellContents cell(view, segment.has_faces, order_[i]);
+            const auto place = static_cast<std::uint32_t>(i);
+            for (int k = 0; k < cell.edges; ++k) first_cell_[kEdges].lower(cell.edge[k], place);
+            for (int k = 0; k < cell.vertices; ++k)
+              first_cell_[kVertices].lower(cell.vertex[k], place);
+          }
+        });
+  });
+}
+
+void Groups::count_primitives(const Mesh& mesh, const std::vector<VertexRecord>& vertices,
+                              ThreadPool& pool) {
+  const Cells& cells = mesh.cells();
+  const CellView view = mesh.cell_view();
+  groups_.resize(cells.group_count());
+  codes_.resize(groups_.size());
+  owned_.resize(order_.size());
+  pool.parallel_for(groups_.size(), 4 * kFill, [&](std::size_t begin, std::size_t end, int) {
+    cells.for_each_part_of_groups(
+        begin, end, [&](const CellSegment& segment, std::size_t first, std::size_t last) {
+          for (std::size_t g = first; g < last; ++g) {
+            const CellRange range = segment.cells_of(static_cast<std::int32_t>(g));
+            int counts[3] = {0, 0, segment.has_faces ? range.last - range.first : 0};
+            PointBox box(
+                vertices[CellContents(view, segment.has_faces, order_[range.first]).vertex[0]].x);
+            for (std::int32_t i = range.first; i < range.last; ++i) {
+              const CellContents cell(view, segment.has_faces, order_[i]);
+              for (int k = 0; k < cell.vertices; ++k) box.add(vertices[cell.vertex[k]].x);
+              owned_[i] = owned_contents(
+                  cell, static_cast<std::uint32_t>(i),
+                  [&](std::int32_t e) { return first_cell_[kEdges][e]; },
+                  [&](std::int32_t v) { return first_cell_[kVertices][v]; });
+              for (int k = 0; k < 3; ++k) {
+                counts[kVertices] += owned_[i].vertices >> k & 1;
+                counts[kEdges] += owned_[i].edges >> k & 1;
+              }
+            }
+            groups_[g] = {segment.body, 1, {}, {counts[0], counts[1], counts[2]}};
+            codes_[g] = box.centre_code(order_.frame());
+          }
+        });
+  });
+  std::int32_t block_count = 0;
+  for (Group& group : groups_)
+    for (int kind = 0; kind < 3; ++kind) {
+      group.first[kind] = block_count;
+      block_count += group.blocks(kind);
+    }
+  blocks_.clear();  // so that growing copies nothing
+  blocks_.resize(static_cast<std::size_t>(block_count));
+}
+
+void Groups::fill_blocks(const Mesh& mesh, std::size_t begin, std::size_t end) {
+  mesh.cells().for_each_part_of_groups(
+      begin, end, [&](const CellSegment& segment, std::size_t first, std::size_t last) {
+        for (std::size_t g = first; g < last; ++g) fill_group(mesh, segment, g);
+      });
+}
+
+void Groups::fill_group(const Mesh& mesh, const CellSegment& segment, std::size_t g) {
+  Group& group = groups_[g];
+  for (int kind = 0; kind < 3; ++kind)
+    for (int i = 0; i < group.blocks(kind); ++i) {
+      Block& block = blocks_[group.first[kind] + i];
+      std::fill_n(block.id, kBlockLanes, -1);
+      for (auto& corner : block.vertex) std::fill_n(corner, kBlockLanes, -1);
+    }
+  int filled[3] = {};
+  const auto add = [&](int kind, std::int32_t id, const std::int32_t* vertices, int count) {
+    const int place = filled[kind]++, lane = place % kBlockLanes;
+    Block& block = blocks_[group.first[kind] + place / kBlockLanes];
+    block.id[lane] = id;
+    for (int k = 0; k < count; ++k) block.vertex[k][lane] = vertices[k];
+  };
+  const CellView view = mesh.cell_view();
+  const CellRange range = segment.cells_of(static_cast<std::int32_t>(g));
+  for (std::int32_t i = range.first; i < range.last; ++i) {
+    const CellContents cell(view, segment.has_faces, order_[i]);
+    if (segment.has_faces) add(kFaces, order_[i], cell.vertex, 3);
+    for (int k = 0; k < cell.edges; ++k) {
+      const std::int32_t ends[2] = {cell.end(k, 0), cell.end(k, 1)};
+      if (owned_[i].edges >> k & 1) add(kEdges, cell.edge[k], ends, 2);
+    }
+    for (int k = 0; k < cell.vertices; ++k)
+      if (owned_[i].vertices >> k & 1) add(kVertices, cell.vertex[k], cell.vertex + k, 1);
+    // What a group owns has no other vertices than its cells have.
+    for (int k = 0; k < cell.vertices; ++k)
+      if (!mesh.pinned(cell.vertex[k])) group.pinned = 0;
+  }
+}
+
+void Groups::box_vertices(const std::vector<VertexRecord>& vertices, ThreadPool& pool,
+                          double scale) {
   // The first box is empty; it stands for the vertices of unused lanes (index -1).
   vertex_boxes_.resize(1 + vertices.size());
   for (float& side : vertex_boxes_.front().side) side = -std::numeric_limits<float>::infinity();
@@ -159,14 +136,21 @@ void Groups::refit(const std::vector<VertexRecord>& vertices, ThreadPool& pool, 
   pool.parallel_for(vertices.size(), 1024, [&](std::size_t first, std::size_t last, int) {
     kernels_->box_vertices(vertices.data()->x, scale, margin_ * scale, first, last, boxes);
   });
-  pool.parallel_for(groups_.size(), 64, [&](std::size_t first, std::size_t last, int) {
+}
+
+void Groups::refit(const std::vector<VertexRecord>& vertices, ThreadPool& pool, double scale) {
+  box_vertices(vertices, pool, scale);
+  const VertexBox* const boxes = vertex_boxes_.data() + 1;
+  pool.parallel_for(groups_.size(), kFill, [&](std::size_t first, std::size_t last, int) {
     kernels_->box_groups(boxes, groups_.data(), first, last, blocks_.data(), boxes_.data());
   });
 }
 
 std::size_t Groups::bytes() const {
   return groups_.capacity() * sizeof(Group) + blocks_.capacity() * sizeof(Block) +
-         boxes_.capacity() * sizeof(MotionBox) + vertex_boxes_.capacity() * sizeof(VertexBox);
+         boxes_.capacity() * sizeof(MotionBox) + vertex_boxes_.capacity() * sizeof(VertexBox) +
+         order_.bytes() + first_cell_[0].bytes() + first_cell_[1].bytes() +
+         owned_.capacity() * sizeof(OwnedContents) + codes_.capacity() * sizeof(std::uint64_t);
 }
 
 }  // namespace lazyccd

@@ -7,9 +7,12 @@
 #include <vector>
 
 #include "core/bvh/group.h"
+#include "cpu/bvh/cell_order.h"
 #include "cpu/kernels/leaf_kernels.h"
 #include "cpu/scene/mesh.h"
 #include "cpu/scene/vertex_record.h"
+#include "cpu/threads/noinit_vector.h"
+#include "cpu/threads/shared_array.h"
 #include "cpu/threads/thread_pool.h"
 
 namespace lazyccd {
@@ -23,7 +26,8 @@ class Groups {
 
   /// Builds the groups and refits their boxes. The cells (faces, then free edges) of each body are
   /// sorted in Morton order of their centroids at the start and cut into runs of kGroupCells. A
-  /// vertex or edge belongs to the first group that contains it.
+  /// vertex or edge belongs to the first cell that contains it, and so to one group. The result
+  /// does not depend on the number of threads.
   void build(const Mesh& mesh, const std::vector<VertexRecord>& vertices, ThreadPool& pool,
              double scale = 1);
 
@@ -32,19 +36,36 @@ class Groups {
   /// and all its boxes would overlap.
   void refit(const std::vector<VertexRecord>& vertices, ThreadPool& pool, double scale = 1);
 
-  const std::vector<Group>& groups() const { return groups_; }
-  const std::vector<Block>& blocks() const { return blocks_; }
-  const std::vector<MotionBox>& boxes() const { return boxes_; }
+  const NoinitVector<Group>& groups() const { return groups_; }
+  const NoinitVector<Block>& blocks() const { return blocks_; }
+  const NoinitVector<MotionBox>& boxes() const { return boxes_; }
+  /// By group: the Morton code of the centre of its vertices' box at the start.
+  const NoinitVector<std::uint64_t>& codes() const { return codes_; }
   void set_margin(double margin) { margin_ = margin; }
   std::size_t bytes() const;
 
  private:
+  // Finds the first cell of every vertex and edge, which owns it.
+  void claim_primitives(const Mesh& mesh, ThreadPool& pool);
+  // Counts what each group owns, places its blocks, and finds its code.
+  void count_primitives(const Mesh& mesh, const std::vector<VertexRecord>& vertices,
+                        ThreadPool& pool);
+  // Fills the blocks of groups [first, last), all but the boxes.
+  void fill_blocks(const Mesh& mesh, std::size_t first, std::size_t last);
+  void fill_group(const Mesh& mesh, const CellSegment& segment, std::size_t group);
+  // Computes the boxes of the vertices.
+  void box_vertices(const std::vector<VertexRecord>& vertices, ThreadPool& pool, double scale);
+
   double margin_;
   const LeafKernels* kernels_;
-  std::vector<Group> groups_;
-  std::vector<Block> blocks_;
-  std::vector<MotionBox> boxes_;
-  std::vector<VertexBox> vertex_boxes_;
+  CellOrder order_;
+  SharedArray first_cell_[2];          // of vertices and edges, by PrimitiveKind: a place in order_
+  NoinitVector<OwnedContents> owned_;  // by place in order_
+  NoinitVector<Group> groups_;
+  NoinitVector<std::uint64_t> codes_;
+  NoinitVector<Block> blocks_;
+  NoinitVector<MotionBox> boxes_;
+  NoinitVector<VertexBox> vertex_boxes_;
 };
 
 }  // namespace lazyccd

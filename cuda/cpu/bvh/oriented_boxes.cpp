@@ -36,13 +36,14 @@ void OrientedBoxes::refit(const Groups& groups, const Tree& tree,
                           const std::vector<VertexRecord>& vertices, ThreadPool& pool) {
   moments_.resize(tree.nodes().size());
   boxes_.resize(tree.nodes().size());
-  pool.parallel_for(boxes_.size(), 64, [&](std::size_t first, std::size_t last, int) {
-    for (std::size_t i = first; i < last; ++i)
-      if (tree.nodes()[i].leaf())
-        fit_leaf(groups, groups.groups()[tree.nodes()[i].group()], vertices, i);
+  tree.for_each_upward(pool, [&](std::size_t i) {
+    const TreeNode& node = tree.nodes()[i];
+    if (node.leaf()) {
+      fit_leaf(groups, groups.groups()[node.group()], vertices, i);
+    } else {
+      fit_parent(node, i);
+    }
   });
-  for (std::size_t i = boxes_.size(); i-- > 0;)
-    if (!tree.nodes()[i].leaf()) fit_parent(tree.nodes()[i], i);
 }
 
 bool OrientedBoxes::apart(std::uint32_t a, std::uint32_t b) const {

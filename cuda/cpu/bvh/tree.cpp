@@ -1,108 +1,153 @@
 #include "cpu/bvh/tree.h"
 
 #include <algorithm>
-#include <cstdint>
-#include <limits>
-#include <utility>
-
-#include "core/bvh/morton.h"
+#include <atomic>
 
 namespace lazyccd {
 namespace {
 
-using CodedLeaf = std::pair<std::uint64_t, std::int32_t>;  // Morton code, group
+// Leaves of a part. It does not depend on the threads, so that sums over the parts do not either.
+constexpr std::int32_t kPart = 512;
+constexpr std::size_t kGrain = 1 << 12;  // leaves that a thread takes at a time
 
-std::vector<CodedLeaf> sorted_leaves(const std::vector<MotionBox>& leaves) {
-  double lo[3], extent = 0;
+// Computes the box of a node from its children, or from its group.
+void fit(TreeNode& n, const TreeNode* nodes, const MotionBox* leaves) {
   for (int k = 0; k < 3; ++k) {
-    double lower = std::numeric_limits<double>::max(),
-           upper = std::numeric_limits<double>::lowest();
-    for (const MotionBox& b : leaves) {
-      lower = std::min<double>(lower, b.lo0[k]);
-      upper = std::max<double>(upper, b.hi0[k]);
+    if (n.leaf()) {
+      const MotionBox& b = leaves[n.group()];
+      n.lo[k] = std::min(b.lo0[k], b.lo1[k]);
+      n.hi[k] = std::max(b.hi0[k], b.hi1[k]);
+    } else {
+      n.lo[k] = std::min(nodes[n.left].lo[k], nodes[n.right].lo[k]);
+      n.hi[k] = std::max(nodes[n.left].hi[k], nodes[n.right].hi[k]);
     }
-    lo[k] = lower;
-    extent = std::max(extent, upper - lower);
   }
-  const double scale = extent > 0 ? 1 / extent : 0;
-  std::vector<CodedLeaf> coded(leaves.size());
-  for (std::size_t i = 0; i < leaves.size(); ++i) {
-    double c[3];
-    for (int k = 0; k < 3; ++k)
-      c[k] = (0.5 * leaves[i].lo0[k] + 0.5 * leaves[i].hi0[k] - lo[k]) * scale;
-    coded[i] = {morton_code(c[0], c[1], c[2]), static_cast<std::int32_t>(i)};
-  }
-  std::sort(coded.begin(), coded.end());
-  return coded;
 }
 
-// Returns where to split [first, last): at the highest bit in which the codes differ, or in the
-// middle if all codes are equal.
-std::int32_t split(const std::vector<CodedLeaf>& leaves, std::int32_t first, std::int32_t last) {
-  const std::uint64_t differing = leaves[first].first ^ leaves[last - 1].first;
-  if (differing == 0) return first + (last - first) / 2;
-  int top = 63;
-  while (!(differing >> top & 1)) --top;
-  const auto below = [&](const CodedLeaf& l) { return !(l.first >> top & 1); };
-  return static_cast<std::int32_t>(
-      std::partition_point(leaves.begin() + first, leaves.begin() + last, below) - leaves.begin());
+// Returns half of the area of a node's box.
+double half_area(const TreeNode& n) {
+  double side[3];
+  for (int k = 0; k < 3; ++k) side[k] = static_cast<double>(n.hi[k]) - n.lo[k];
+  return side[0] * side[1] + side[1] * side[2] + side[2] * side[0];
 }
 
 }  // namespace
 
-void Tree::build(const std::vector<MotionBox>& leaves) {
+void Tree::sort_leaves(const NoinitVector<std::uint64_t>& codes, ThreadPool& pool) {
+  order_.resize(codes.size());
+  codes_.resize(codes.size());
+  std::atomic<bool> ascending{true};  // relaxed: the end of the job orders the stores
+  pool.parallel_for(codes.size(), kGrain, [&](std::size_t first, std::size_t last, int) {
+    for (std::size_t i = first; i < last; ++i) {
+      order_[i] = static_cast<std::int32_t>(i);
+      codes_[i] = codes[i];
+      if (i > 0 && codes[i] < codes[i - 1]) ascending.store(false, std::memory_order_relaxed);
+    }
+  });
+  if (ascending.load(std::memory_order_relaxed)) return;  // the groups of one segment
+  sort_.items.resize(codes.size());
+  pool.parallel_for(codes.size(), kGrain, [&](std::size_t first, std::size_t last, int) {
+    for (std::size_t i = first; i < last; ++i)
+      sort_.items[i] = {codes[i], static_cast<std::int32_t>(i)};
+  });
+  sort_.sort(0, codes.size(), pool);
+  pool.parallel_for(codes.size(), kGrain, [&](std::size_t first, std::size_t last, int) {
+    for (std::size_t i = first; i < last; ++i) {
+      order_[i] = sort_.items[i].index;
+      codes_[i] = sort_.items[i].key;
+    }
+  });
+}
+
+template <class Small, class Opened>
+void Tree::open(std::int32_t node, std::int32_t first_below, std::int32_t size, Small&& small,
+                Opened&& opened) {
+  const LeafCodes codes{codes_.data(), static_cast<std::int32_t>(codes_.size())};
+  struct Closed {
+    std::int32_t node, first_below;
+  };
+  Closed stack[128];  // the tree is not deeper than its keys have bits: 64 + 31
+  int height = 0;
+  stack[height++] = {node, first_below};
+  while (height > 0) {
+    const Closed at = stack[--height];
+    const Range r = ranges_[at.node];
+    TreeNode& n = nodes_[at.node];
+    if (r.last - r.first == 1) {
+      n.left = -1 - order_[r.first];
+      n.right = -1;
+    }
+    if (r.last - r.first <= size) {
+      small(at.node, at.first_below);
+      continue;
+    }
+    opened(at.node);
+    const std::int32_t middle = codes.split(r.first, r.last);
+    n.left = at.first_below;
+    n.right = at.first_below + 1;
+    ranges_[n.left] = {r.first, middle};
+    ranges_[n.right] = {middle, r.last};
+    // Below the left child come 2 (middle - first) - 2 nodes.
+    const std::int32_t below_left = at.first_below + 2;
+    stack[height++] = {n.right, below_left + 2 * (middle - r.first) - 2};
+    stack[height++] = {n.left, below_left};
+  }
+}
+
+void Tree::build(const NoinitVector<std::uint64_t>& codes, const NoinitVector<MotionBox>& leaves,
+                 ThreadPool& pool) {
   nodes_.clear();
   order_.clear();
   ranges_.clear();
+  parts_.clear();
+  top_.clear();
   if (leaves.empty()) return;
-  const std::vector<CodedLeaf> coded = sorted_leaves(leaves);
-  for (const CodedLeaf& leaf : coded) order_.push_back(leaf.second);
+  sort_leaves(codes, pool);
   nodes_.resize(2 * leaves.size() - 1);
   ranges_.resize(nodes_.size());
-  ranges_[0] = {0, static_cast<std::int32_t>(coded.size())};
-  std::vector<std::int32_t> open{0};
-  std::int32_t used = 1;
-  while (!open.empty()) {
-    const std::int32_t at = open.back();
-    open.pop_back();
-    const Range r = ranges_[at];
-    TreeNode& node = nodes_[at];
-    if (r.last - r.first == 1) {
-      node.left = -1 - order_[r.first];
-      node.right = -1;
-      continue;
-    }
-    const std::int32_t middle = split(coded, r.first, r.last);
-    node.left = used++;
-    node.right = used++;
-    ranges_[node.left] = {r.first, middle};
-    ranges_[node.right] = {middle, r.last};
-    open.push_back(node.right);
-    open.push_back(node.left);
-  }
-  refit(leaves);
+  const auto count = static_cast<std::int32_t>(leaves.size());
+  ranges_[0] = {0, count};
+  open(
+      0, 1, kPart,
+      [&](std::int32_t node, std::int32_t first_below) {
+        const Range r = ranges_[node];
+        parts_.push_back({node, first_below, first_below + 2 * (r.last - r.first) - 2});
+      },
+      [&](std::int32_t node) { top_.push_back(node); });
+  pool.parallel_for(parts_.size(), 1, [&](std::size_t first, std::size_t last, int) {
+    for (std::size_t p = first; p < last; ++p)
+      open(
+          parts_[p].root, parts_[p].first_below, 1, [](std::int32_t, std::int32_t) {},
+          [](std::int32_t) {});
+  });
+  refit(leaves, pool);
 }
 
-void Tree::refit(const std::vector<MotionBox>& leaves) {
-  double sum = 0, area = 0;
-  for (std::size_t i = nodes_.size(); i-- > 0;) {
-    TreeNode& n = nodes_[i];
-    double side[3];
-    for (int k = 0; k < 3; ++k) {
-      if (n.leaf()) {
-        const MotionBox& b = leaves[n.group()];
-        n.lo[k] = std::min(b.lo0[k], b.lo1[k]);
-        n.hi[k] = std::max(b.hi0[k], b.hi1[k]);
-      } else {
-        n.lo[k] = std::min(nodes_[n.left].lo[k], nodes_[n.right].lo[k]);
-        n.hi[k] = std::max(nodes_[n.left].hi[k], nodes_[n.right].hi[k]);
-      }
-      side[k] = static_cast<double>(n.hi[k]) - n.lo[k];
+void Tree::refit(const NoinitVector<MotionBox>& leaves, ThreadPool& pool) {
+  if (nodes_.empty()) return;
+  const auto fit_node = [&](std::size_t i) {
+    fit(nodes_[i], nodes_.data(), leaves.data());
+    return half_area(nodes_[i]);
+  };
+  areas_.resize(parts_.size());
+  pool.parallel_for(parts_.size(), 1, [&](std::size_t first, std::size_t last, int) {
+    for (std::size_t p = first; p < last; ++p) {
+      areas_[p] = 0;
+      parts_[p].for_each_upward([&](std::size_t i) { areas_[p] += fit_node(i); });
     }
-    area = side[0] * side[1] + side[1] * side[2] + side[2] * side[0];
-    sum += area;
-  }
-  cost_ = area > 0 ? sum / area : 0;
+  });
+  double sum = 0;
+  for (const double of_part : areas_) sum += of_part;
+  for (std::size_t i = top_.size(); i-- > 0;) sum += fit_node(static_cast<std::size_t>(top_[i]));
+  const double root = half_area(nodes_[0]);
+  cost_ = root > 0 ? sum / root : 0;
+}
+
+std::size_t Tree::bytes() const {
+  return sort_.bytes() + codes_.capacity() * sizeof(std::uint64_t) +
+         nodes_.capacity() * sizeof(TreeNode) + order_.capacity() * sizeof(std::int32_t) +
+         ranges_.capacity() * sizeof(Range) + parts_.capacity() * sizeof(Part) +
+         top_.capacity() * sizeof(std::int32_t) + areas_.capacity() * sizeof(double);
 }
 
 }  // namespace lazyccd

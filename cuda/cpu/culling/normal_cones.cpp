@@ -34,18 +34,18 @@ void NormalCones::refit(const Mesh& mesh, const Tree& tree,
     }
   });
   cones_.resize(tree.nodes().size());
-  for (std::size_t i = cones_.size(); i-- > 0;) {
+  tree.for_each_upward(pool, [&](std::size_t i) {
     const TreeNode& node = tree.nodes()[i];
     if (!node.leaf()) {
       cones_[i] = cones_[node.left] & cones_[node.right];
-      continue;
+      return;
     }
     Directions all = ~Directions{0};
     const std::int32_t leaf = tree.ranges()[i].first;
     for (std::uint32_t f = patches_.first_face(leaf); f < patches_.first_face(leaf + 1); ++f)
       all &= face_cones_[f];
     cones_[i] = all;
-  }
+  });
 }
 
 bool NormalCones::apart_from_itself(std::uint32_t node,

@@ -8,7 +8,7 @@ namespace {
 // The faces at each vertex or edge, in one array.
 class Incidence {
  public:
-  Incidence(std::size_t primitives, const std::vector<std::array<std::int32_t, 3>>& faces)
+  Incidence(std::size_t primitives, Span<const std::array<std::int32_t, 3>> faces)
       : first_(primitives + 1, 0) {
     for (const auto& face : faces)
       for (const std::int32_t p : face) ++first_[p + 1];
@@ -40,7 +40,7 @@ bool share(const std::array<std::int32_t, N>& a, const std::array<std::int32_t, 
 }  // namespace
 
 OrphanSets::OrphanSets(const Mesh& mesh) {
-  const std::vector<Face>& faces = mesh.faces();
+  const Span<const Face> faces = mesh.faces();
   const Incidence at_vertex(mesh.vertex_count(), faces);
   const Incidence at_edge(mesh.edges().size(), mesh.face_edges());
   const auto adjacent = [&](std::int32_t f, std::int32_t g) { return share(faces[f], faces[g]); };

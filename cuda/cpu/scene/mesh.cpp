@@ -1,28 +1,49 @@
 #include "cpu/scene/mesh.h"
 
 #include <algorithm>
+#include <atomic>
 #include <string>
+#include <utility>
 
+#include "cpu/threads/shared_array.h"
 #include "lazyccd/error.h"
 
 namespace lazyccd {
 namespace {
 
-// Sort key of an edge: the larger vertex index first, then the smaller.
-std::uint64_t edge_key(std::int32_t a, std::int32_t b) {
-  const std::uint64_t lo = static_cast<std::uint32_t>(std::min(a, b));
-  return static_cast<std::uint64_t>(static_cast<std::uint32_t>(std::max(a, b))) << 32 | lo;
-}
+constexpr std::size_t kGrain = 1 << 14;  // vertices or faces that a thread takes at a time
 
 std::uint64_t pair_key(std::int32_t a, std::int32_t b) {
   const std::uint64_t lo = static_cast<std::uint32_t>(std::min(a, b));
   return lo << 32 | static_cast<std::uint32_t>(std::max(a, b));
 }
 
-// Checks one face or edge against the vertex table; `what` is "face" or "edge".
+// Returns whether a face or edge has different vertices of one body.
+template <std::size_t N>
+bool is_valid(const std::array<std::int32_t, N>& v, Span<const std::int32_t> body_of_vertex) {
+  for (std::size_t a = 0; a < N; ++a) {
+    if (v[a] < 0 || static_cast<std::size_t>(v[a]) >= body_of_vertex.size()) return false;
+    if (v[a] == v[(a + 1) % N] || body_of_vertex[v[a]] != body_of_vertex[v[0]]) return false;
+  }
+  return true;
+}
+
+template <std::size_t N>
+bool are_valid(Span<const std::array<std::int32_t, N>> items,
+               Span<const std::int32_t> body_of_vertex, ThreadPool& pool) {
+  std::atomic<bool> valid{true};  // relaxed: the end of the job orders the stores
+  pool.parallel_for(items.size(), kGrain, [&](std::size_t first, std::size_t last, int) {
+    bool all = true;
+    for (std::size_t i = first; i < last; ++i) all &= is_valid(items[i], body_of_vertex);
+    if (!all) valid.store(false, std::memory_order_relaxed);
+  });
+  return valid.load(std::memory_order_relaxed);
+}
+
+// Throws if a face or edge is invalid, and says why; `what` is "face" or "edge".
 template <std::size_t N>
 void check_indices(const std::array<std::int32_t, N>& v, const char* what, std::size_t index,
-                   const std::vector<std::int32_t>& body_of_vertex) {
+                   Span<const std::int32_t> body_of_vertex) {
   const auto where = std::string(what) + " " + std::to_string(index);
   const auto id = static_cast<std::int32_t>(index);
   const auto count = static_cast<std::int64_t>(body_of_vertex.size());
@@ -51,28 +72,45 @@ void check_indices(const std::array<std::int32_t, N>& v, const char* what, std::
 
 }  // namespace
 
-Mesh::Mesh(const Topology& topology) {
-  take_bodies(topology);
-  take_faces(topology);
-  take_edges(topology);
-  find_first_faces();
+Mesh::Mesh(const Topology& topology, ThreadPool& pool) {
+  take_bodies(topology, pool);
+  take_faces(topology, pool);
+  take_edges(topology, pool);
+  find_first_faces(pool);
+  cells_.build(faces(), edges(), free_edges(), body_of_vertex(), body_count(), pool);
   check_primitives_of_bodies();
 }
 
-void Mesh::take_bodies(const Topology& t) {
+Mesh::Mesh(const Topology& topology) {
+  ThreadPool alone(1);
+  *this = Mesh(topology, alone);
+}
+
+void Mesh::take_bodies(const Topology& t, ThreadPool& pool) {
   const auto fits = [&](std::size_t size) { return size == 0 || size == t.vertex_count; };
   if (!fits(t.body_of_vertex.size()) || !fits(t.inverse_mass.size()) ||
       !fits(t.self_separation.size()))
     throw Error(ErrorCode::size_mismatch,
                 "body_of_vertex, inverse_mass and self_separation need an entry for each of the " +
                     std::to_string(t.vertex_count) + " vertices, or none");
-  body_of_vertex_.assign(t.vertex_count, 0);
-  std::copy(t.body_of_vertex.begin(), t.body_of_vertex.end(), body_of_vertex_.begin());
-
-  std::int32_t named = 0;
-  for (const std::int32_t b : body_of_vertex_) named = std::max(named, b + 1);
+  body_of_vertex_.resize(t.vertex_count);
+  struct alignas(128) Range {  // of one worker, aligned against false sharing
+    std::int32_t lo = 0, hi = -1;
+  };
+  std::vector<Range> ranges(static_cast<std::size_t>(pool.size()));
+  pool.parallel_for(t.vertex_count, kGrain, [&](std::size_t first, std::size_t last, int worker) {
+    Range range = ranges[worker];
+    for (std::size_t v = first; v < last; ++v) {
+      const std::int32_t body = t.body_of_vertex.empty() ? 0 : t.body_of_vertex[v];
+      body_of_vertex_[v] = body;
+      range = {std::min(range.lo, body), std::max(range.hi, body)};
+    }
+    ranges[worker] = range;
+  });
+  Range named;
+  for (const Range& r : ranges) named = {std::min(named.lo, r.lo), std::max(named.hi, r.hi)};
   bodies_.assign(t.bodies.begin(), t.bodies.end());
-  if (bodies_.empty()) bodies_.resize(static_cast<std::size_t>(named));
+  if (bodies_.empty()) bodies_.resize(static_cast<std::size_t>(named.hi + 1));
   const auto check_body = [&](std::int32_t body, const char* what, std::size_t index) {
     if (body < 0 || static_cast<std::size_t>(body) >= bodies_.size())
       throw Error(ErrorCode::index_out_of_range,
@@ -81,8 +119,9 @@ void Mesh::take_bodies(const Topology& t) {
                       ")",
                   body, static_cast<std::int32_t>(index));
   };
-  for (std::size_t v = 0; v < body_of_vertex_.size(); ++v)
-    check_body(body_of_vertex_[v], "vertex", v);
+  if (named.lo < 0 || static_cast<std::size_t>(named.hi + 1) > bodies_.size())
+    for (std::size_t v = 0; v < body_of_vertex_.size(); ++v)
+      check_body(body_of_vertex_[v], "vertex", v);
   for (std::size_t i = 0; i < t.disabled_pairs.size(); ++i) {
     for (const std::int32_t body : t.disabled_pairs[i]) check_body(body, "disabled pair", i);
     disabled_.insert(pair_key(t.disabled_pairs[i][0], t.disabled_pairs[i][1]));
@@ -105,12 +144,26 @@ void Mesh::take_bodies(const Topology& t) {
   }
 }
 
-void Mesh::take_faces(const Topology& t) {
-  faces_.assign(t.faces.begin(), t.faces.end());
-  std::vector<std::pair<Face, std::int32_t>> sorted(faces_.size());
-  for (std::size_t i = 0; i < faces_.size(); ++i) {
-    check_indices(faces_[i], "face", i, body_of_vertex_);
-    Face f = faces_[i];
+void Mesh::take_faces(const Topology& t, ThreadPool& pool) {
+  if (!are_valid(t.faces, body_of_vertex(), pool) || !are_valid(t.edges, body_of_vertex(), pool))
+    check_primitives(t);
+  faces_.resize(t.faces.size());
+  pool.parallel_for(faces_.size(), kGrain, [&](std::size_t first, std::size_t last, int) {
+    std::copy(t.faces.begin() + first, t.faces.begin() + last, faces_.data() + first);
+  });
+}
+
+void Mesh::take_edges(const Topology& t, ThreadPool& pool) {
+  edges_.build(vertex_count(), faces(), t.edges, pinned_, pool);
+  if (edges_.has_duplicate_faces) check_primitives(t);
+}
+
+// Errors are rare, so this looks for the first one on one thread.
+void Mesh::check_primitives(const Topology& t) const {
+  std::vector<std::pair<Face, std::int32_t>> sorted(t.faces.size());
+  for (std::size_t i = 0; i < t.faces.size(); ++i) {
+    check_indices(t.faces[i], "face", i, body_of_vertex());
+    Face f = t.faces[i];
     std::sort(f.begin(), f.end());
     sorted[i] = {f, static_cast<std::int32_t>(i)};
   }
@@ -123,52 +176,36 @@ void Mesh::take_faces(const Topology& t) {
                     " has the vertices of face " + std::to_string(sorted[i - 1].second),
                 body, sorted[i].second);
   }
+  for (std::size_t i = 0; i < t.edges.size(); ++i)
+    check_indices(t.edges[i], "edge", i, body_of_vertex());
 }
 
-void Mesh::take_edges(const Topology& t) {
-  std::vector<std::uint64_t> keys;
-  keys.reserve(3 * faces_.size() + t.edges.size());
-  for (const Face& f : faces_)
-    for (int i = 0; i < 3; ++i) keys.push_back(edge_key(f[i], f[(i + 1) % 3]));
-  for (std::size_t i = 0; i < t.edges.size(); ++i) {
-    check_indices(t.edges[i], "edge", i, body_of_vertex_);
-    keys.push_back(edge_key(t.edges[i][0], t.edges[i][1]));
-  }
-  std::sort(keys.begin(), keys.end());
-  keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
-  edges_.reserve(keys.size());
-  for (const std::uint64_t k : keys)
-    edges_.push_back(
-        {static_cast<std::int32_t>(k & 0xffffffffu), static_cast<std::int32_t>(k >> 32)});
-
-  std::vector<char> of_face(keys.size(), 0);
-  face_edges_.resize(faces_.size());
-  for (std::size_t f = 0; f < faces_.size(); ++f) {
-    for (int i = 0; i < 3; ++i) {
-      const std::uint64_t key = edge_key(faces_[f][i], faces_[f][(i + 1) % 3]);
-      const auto e = std::lower_bound(keys.begin(), keys.end(), key) - keys.begin();
-      face_edges_[f][i] = static_cast<std::int32_t>(e);
-      of_face[e] = 1;
-    }
-  }
-  for (std::size_t e = 0; e < edges_.size(); ++e)
-    if (!of_face[e]) free_edges_.push_back(static_cast<std::int32_t>(e));
-}
-
-void Mesh::find_first_faces() {
-  first_faces_.assign(edges_.size() + vertex_count(), -1);
-  const auto is_pinned = [this](std::int32_t v) { return pinned(v); };
-  for (std::size_t f = faces_.size(); f-- > 0;) {
-    if (std::all_of(faces_[f].begin(), faces_[f].end(), is_pinned)) continue;
-    for (const std::int32_t e : face_edges_[f]) first_faces_[e] = static_cast<std::int32_t>(f);
-    for (const std::int32_t v : faces_[f])
-      first_faces_[edges_.size() + static_cast<std::size_t>(v)] = static_cast<std::int32_t>(f);
-  }
+void Mesh::find_first_faces(ThreadPool& pool) {
+  const std::size_t edge_count = edges().size();
+  first_faces_.resize(edge_count + vertex_count());
+  pool.parallel_for(edge_count, kGrain, [&](std::size_t first, std::size_t last, int) {
+    std::copy(edges_.first_faces.begin() + first, edges_.first_faces.begin() + last,
+              first_faces_.begin() + first);
+  });
+  SharedArray of_vertex;
+  constexpr std::uint32_t none = ~std::uint32_t{0};
+  of_vertex.assign(vertex_count(), none, pool);
+  // Every face at a vertex is at an edge of this vertex, too.
+  pool.parallel_for(edge_count, kGrain, [&](std::size_t first, std::size_t last, int) {
+    for (std::size_t e = first; e < last; ++e)
+      if (first_faces_[e] >= 0)
+        for (const std::int32_t v : edges()[e])
+          of_vertex.lower(static_cast<std::size_t>(v), static_cast<std::uint32_t>(first_faces_[e]));
+  });
+  pool.parallel_for(vertex_count(), kGrain, [&](std::size_t first, std::size_t last, int) {
+    for (std::size_t v = first; v < last; ++v)
+      first_faces_[edge_count + v] = static_cast<std::int32_t>(of_vertex[v]);  // none: -1
+  });
 }
 
 void Mesh::check_primitives_of_bodies() const {
   std::vector<char> seen(bodies_.size(), 0);
-  for (const Edge& e : edges_) seen[body_of_vertex_[e[0]]] = 1;
+  for (const CellSegment& segment : cells_.segments()) seen[segment.body] = 1;
   for (std::size_t b = 0; b < seen.size(); ++b)
     if (!seen[b])
       throw Error(ErrorCode::empty_body,
@@ -180,17 +217,23 @@ MeshView Mesh::view() const {
   static_assert(sizeof(Face) == 3 * sizeof(std::int32_t) &&
                 sizeof(Edge) == 2 * sizeof(std::int32_t));
   return {reinterpret_cast<const std::int32_t(*)[3]>(faces_.data()),
-          reinterpret_cast<const std::int32_t(*)[2]>(edges_.data()), body_of_vertex_.data()};
+          reinterpret_cast<const std::int32_t(*)[2]>(edges_.edges.data()), body_of_vertex_.data()};
+}
+
+CellView Mesh::cell_view() const {
+  return {reinterpret_cast<const std::int32_t(*)[3]>(faces_.data()),
+          reinterpret_cast<const std::int32_t(*)[3]>(edges_.face_edges.data()),
+          reinterpret_cast<const std::int32_t(*)[2]>(edges_.edges.data())};
 }
 
 FirstFaces Mesh::first_faces() const {
   if (faces_.empty()) return {};
-  return {first_faces_.data(), static_cast<std::int32_t>(edges_.size()),
-          reinterpret_cast<const std::int32_t(*)[3]>(face_edges_.data())};
+  return {first_faces_.data(), static_cast<std::int32_t>(edges().size()),
+          reinterpret_cast<const std::int32_t(*)[3]>(edges_.face_edges.data())};
 }
 
 ContactKey Mesh::contact_key() const {
-  return ContactKey::of(body_count(), vertex_count(), edges_.size(), faces_.size());
+  return ContactKey::of(body_count(), vertex_count(), edges().size(), faces().size());
 }
 
 bool Mesh::collide(std::int32_t a, std::int32_t b) const {

@@ -8,6 +8,10 @@
 #include "core/narrow/contact_key.h"
 #include "core/narrow/contact_math.h"
 #include "core/narrow/contact_reduction.h"
+#include "cpu/scene/cells.h"
+#include "cpu/scene/edge_table.h"
+#include "cpu/threads/noinit_vector.h"
+#include "cpu/threads/thread_pool.h"
 #include "lazyccd/scene.h"
 
 namespace lazyccd {
@@ -18,18 +22,21 @@ class Mesh {
   Mesh() = default;
   /// Checks and copies the topology. If it is invalid, throws Error with the body and the vertex,
   /// edge or face at fault.
-  explicit Mesh(const Topology& topology);
+  Mesh(const Topology& topology, ThreadPool& pool);
+  explicit Mesh(const Topology& topology);  ///< on the calling thread alone
 
   std::size_t vertex_count() const { return body_of_vertex_.size(); }
-  const std::vector<Face>& faces() const { return faces_; }
+  Span<const Face> faces() const { return view_of(faces_); }
   /// All edges, each as (smaller, larger) vertex index; sorted by the larger index, then the
   /// smaller.
-  const std::vector<Edge>& edges() const { return edges_; }
+  Span<const Edge> edges() const { return view_of(edges_.edges); }
   /// Indices into edges() of the edges that are no side of a face.
-  const std::vector<std::int32_t>& free_edges() const { return free_edges_; }
+  Span<const std::int32_t> free_edges() const { return view_of(edges_.free_edges); }
   /// By face: indices into edges() of its sides (0 1), (1 2), (2 0).
-  const std::vector<std::array<std::int32_t, 3>>& face_edges() const { return face_edges_; }
-  const std::vector<std::int32_t>& body_of_vertex() const { return body_of_vertex_; }
+  Span<const std::array<std::int32_t, 3>> face_edges() const { return view_of(edges_.face_edges); }
+  Span<const std::int32_t> body_of_vertex() const { return view_of(body_of_vertex_); }
+  /// All faces and free edges, by body.
+  const Cells& cells() const { return cells_; }
   std::size_t body_count() const { return bodies_.size(); }
   bool pinned(std::int32_t vertex) const { return !pinned_.empty() && pinned_[vertex]; }
   bool any_pinned() const { return !pinned_.empty(); }
@@ -40,6 +47,7 @@ class Mesh {
   /// The disabled pairs of bodies, as smaller index << 32 | larger index, unordered.
   const std::unordered_set<std::uint64_t>& disabled_pairs() const { return disabled_; }
   MeshView view() const;
+  CellView cell_view() const;
   FirstFaces first_faces() const;
   ContactKey contact_key() const;
 
@@ -47,18 +55,24 @@ class Mesh {
   bool collide(std::int32_t body_a, std::int32_t body_b) const;
 
  private:
-  void take_bodies(const Topology& topology);
-  void take_faces(const Topology& topology);
-  void take_edges(const Topology& topology);
-  void find_first_faces();
+  template <class T>
+  static Span<const T> view_of(const NoinitVector<T>& v) {
+    return {v.data(), v.size()};
+  }
+
+  void take_bodies(const Topology& topology, ThreadPool& pool);
+  void take_faces(const Topology& topology, ThreadPool& pool);
+  void take_edges(const Topology& topology, ThreadPool& pool);
+  // Throws the error of the first face or edge that is invalid, if there is one.
+  void check_primitives(const Topology& topology) const;
+  void find_first_faces(ThreadPool& pool);
   void check_primitives_of_bodies() const;
 
-  std::vector<Face> faces_;
-  std::vector<Edge> edges_;
-  std::vector<std::int32_t> free_edges_;
-  std::vector<std::array<std::int32_t, 3>> face_edges_;
-  std::vector<std::int32_t> first_faces_;  // by edge, then by vertex: see FirstFaces
-  std::vector<std::int32_t> body_of_vertex_;
+  NoinitVector<Face> faces_;
+  EdgeTable edges_;
+  Cells cells_;
+  NoinitVector<std::int32_t> first_faces_;  // by edge, then by vertex: see FirstFaces
+  NoinitVector<std::int32_t> body_of_vertex_;
   std::vector<Body> bodies_;
   std::vector<char> pinned_;  // by vertex; empty if no vertex is pinned
   std::vector<float> self_separation_;

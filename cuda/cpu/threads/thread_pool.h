@@ -51,6 +51,10 @@ class ThreadPool {
                                              : size_;
   }
 
+  /// Whether run_optional() and parallel_for() certainly run on the calling thread alone: also if
+  /// a sleeping worker wakes now.
+  bool is_serial() const { return size_ == 1 || pool_of_thread_ == this; }
+
   /// Calls job(worker) once on every worker and waits for all of them, so also for a worker that is
   /// busy with a submitted job. Rethrows the first exception.
   template <class Job>

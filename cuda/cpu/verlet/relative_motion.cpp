@@ -3,37 +3,71 @@
 #include <algorithm>
 #include <cmath>
 
+#include "cpu/bvh/node_volume.h"
+
 namespace lazyccd {
 
-void RelativeMotionBounds::build(const Mesh& mesh, const Groups& groups, const Tree& tree) {
-  const std::vector<TreeNode>& nodes = tree.nodes();
+namespace {
+
+// The vertices of one group, each once.
+class VertexSet {
+ public:
+  VertexSet() { std::fill_n(slots_, kSlots, -1); }
+  // Returns whether the vertex is new.
+  bool insert(std::int32_t v) {
+    std::uint32_t at = static_cast<std::uint32_t>(v) * 0x9e3779b1u >> (32 - kBits);  // Knuth's hash
+    while (slots_[at] >= 0 && slots_[at] != v) at = (at + 1) % kSlots;
+    const bool is_new = slots_[at] < 0;
+    slots_[at] = v;
+    return is_new;
+  }
+
+ private:
+  static constexpr int kBits = 7;
+  static constexpr std::uint32_t kSlots = 1u << kBits;
+  static_assert(kSlots >= 2 * 3 * kGroupCells, "half of the slots stay empty");
+  std::int32_t slots_[kSlots];
+};
+
+}  // namespace
+
+void RelativeMotionBounds::build(const Mesh& mesh, const Groups& groups, const Tree& tree,
+                                 ThreadPool& pool) {
+  const NoinitVector<TreeNode>& nodes = tree.nodes();
   boxes_.resize(nodes.size());
   owner_[kVertices].assign(mesh.vertex_count(), 0);
   owner_[kEdges].assign(mesh.edges().size(), 0);
   owner_[kFaces].assign(mesh.faces().size(), 0);
   leaves_.clear();
-  vertices_.clear();
-  first_.assign(1, 0);
-  constexpr std::uint32_t none = ~std::uint32_t{0};
-  std::vector<std::uint32_t> last_leaf(mesh.vertex_count(), none);  // last leaf with this vertex
-  for (std::uint32_t node = 0; node < nodes.size(); ++node) {
-    if (!nodes[node].leaf()) continue;
-    const Group& group = groups.groups()[nodes[node].group()];
-    for (int kind = 0; kind < 3; ++kind) {
-      const Block* block = groups.blocks().data() + group.first[kind];
-      for (int i = 0; i < group.count[kind]; ++i) {
-        const Block& b = block[i / kBlockLanes];
-        const int lane = i % kBlockLanes;
-        owner_[kind][b.id[lane]] = node;
-        for (int k = 0; k < 3 && b.vertex[k][lane] >= 0; ++k) {
-          const std::int32_t v = b.vertex[k][lane];
-          if (last_leaf[v] != node) vertices_.push_back(v);
-          last_leaf[v] = node;
+  for (std::uint32_t node = 0; node < nodes.size(); ++node)
+    if (nodes[node].leaf()) leaves_.push_back(node);
+  first_.resize(leaves_.size() + 1);
+  first_[0] = 0;
+
+  constexpr std::size_t part = 128;  // leaves; first_ counts from the beginning of their part
+  std::vector<std::vector<std::int32_t>> vertices((leaves_.size() + part - 1) / part);
+  pool.parallel_for(vertices.size(), 1, [&](std::size_t begin, std::size_t end, int) {
+    for (std::size_t p = begin; p < end; ++p)
+      for (std::size_t i = p * part; i < std::min((p + 1) * part, leaves_.size()); ++i) {
+        const Group& group = groups.groups()[nodes[leaves_[i]].group()];
+        for (int kind = 0; kind < 3; ++kind) {
+          const Block* block = groups.blocks().data() + group.first[kind];
+          for (int k = 0; k < group.count[kind]; ++k)
+            owner_[kind][block[k / kBlockLanes].id[k % kBlockLanes]] = leaves_[i];
         }
+        VertexSet seen;
+        for_each_vertex(groups, group, [&](std::int32_t v) {
+          if (seen.insert(v)) vertices[p].push_back(v);
+        });
+        first_[i + 1] = static_cast<std::uint32_t>(vertices[p].size());
       }
-    }
-    leaves_.push_back(node);
-    first_.push_back(static_cast<std::uint32_t>(vertices_.size()));
+  });
+  vertices_.clear();
+  for (std::size_t p = 0; p < vertices.size(); ++p) {
+    const auto before = static_cast<std::uint32_t>(vertices_.size());
+    for (std::size_t i = p * part; i < std::min((p + 1) * part, leaves_.size()); ++i)
+      first_[i + 1] += before;
+    vertices_.insert(vertices_.end(), vertices[p].begin(), vertices[p].end());
   }
 }
 
@@ -51,16 +85,15 @@ void RelativeMotionBounds::measure(const std::vector<VertexRecord>& records, con
   pool.parallel_for(leaves_.size(), 128, [&](std::size_t first, std::size_t last, int) {
     for (std::size_t i = first; i < last; ++i) measure_leaf(static_cast<std::uint32_t>(i), records);
   });
-  // Bottom-up: children come after their parents in the array.
-  const std::vector<TreeNode>& nodes = tree.nodes();
-  for (std::size_t i = nodes.size(); i-- > 0;) {
-    if (nodes[i].leaf()) continue;
+  const NoinitVector<TreeNode>& nodes = tree.nodes();
+  tree.for_each_upward(pool, [&](std::size_t i) {
+    if (nodes[i].leaf()) return;
     const Box &left = boxes_[nodes[i].left], &right = boxes_[nodes[i].right];
     for (int k = 0; k < 6; ++k) {
       boxes_[i].lo[k] = std::min(left.lo[k], right.lo[k]);
       boxes_[i].hi[k] = std::max(left.hi[k], right.hi[k]);
     }
-  }
+  });
 }
 
 void RelativeMotionBounds::measure_leaf(std::uint32_t leaf,

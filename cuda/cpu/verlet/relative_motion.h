@@ -18,7 +18,7 @@ namespace lazyccd {
 class RelativeMotionBounds {
  public:
   /// Prepares for a new tree and the groups at its leaves.
-  void build(const Mesh& mesh, const Groups& groups, const Tree& tree);
+  void build(const Mesh& mesh, const Groups& groups, const Tree& tree, ThreadPool& pool);
 
   /// Takes the start of this step as the origin of the motion. Displacements are scaled by `scale`.
   void begin(const std::vector<VertexRecord>& records, double scale);

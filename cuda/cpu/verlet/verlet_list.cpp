@@ -29,8 +29,9 @@ std::size_t ListedPairs::bytes() const {
          pairs.capacity() * sizeof(NodePair) + distance_limit.capacity() * sizeof(float);
 }
 
-void VerletList::set_tree(const Mesh& mesh, const Groups& groups, const Tree& tree) {
-  motion_.build(mesh, groups, tree);
+void VerletList::set_tree(const Mesh& mesh, const Groups& groups, const Tree& tree,
+                          ThreadPool& pool) {
+  motion_.build(mesh, groups, tree, pool);
   forget();
 }
 

@@ -49,7 +49,7 @@ class VerletList {
   /// Additional margin of the boxes, on every side, in the step that builds a list. Unscaled.
   double skin() const { return skin_; }
   /// Prepares for a new tree and discards the list. Call it whenever the tree has been rebuilt.
-  void set_tree(const Mesh& mesh, const Groups& groups, const Tree& tree);
+  void set_tree(const Mesh& mesh, const Groups& groups, const Tree& tree, ThreadPool& pool);
   void forget() { has_list_ = worthwhile_ = false; }
 
   /// Whether a list was built and not discarded since.

@@ -37,8 +37,7 @@ void SceneCulling::set_mesh(const Mesh& mesh) {
   }
 }
 
-void SceneCulling::build(const Mesh& mesh, const Groups& groups, const Tree& tree) {
-  const std::size_t leaves = tree.order().size(), nodes = tree.nodes().size();
+void SceneCulling::reserve(std::size_t leaves, std::size_t nodes) {
   const std::size_t runs = (leaves + kRun - 1) / kRun;
   if (volume_ == Volume::oriented_box) {
     first_run_ = static_cast<std::uint32_t>(leaves);
@@ -51,10 +50,9 @@ void SceneCulling::build(const Mesh& mesh, const Groups& groups, const Tree& tre
     run_diagonals_.reserve(runs);
     node_diagonals_.reserve(nodes);
   }
-  if (culling_.normal_cones) build_patches(mesh, groups, tree);
 }
 
-void SceneCulling::build_patches(const Mesh& mesh, const Groups& groups, const Tree& tree) {
+void SceneCulling::set_tree(const Mesh& mesh, const Groups& groups, const Tree& tree) {
   Patches of_tree;
   of_tree.build(mesh, groups, tree);
   std::vector<NodePatch> patches;

@@ -34,8 +34,12 @@ class SceneCulling {
 
   /// Prepares for another mesh.
   void set_mesh(const Mesh& mesh);
-  /// Prepares for another tree.
-  void build(const Mesh& mesh, const Groups& groups, const Tree& tree);
+  /// Whether the culling needs the tree of every build on the host, for set_tree().
+  bool needs_host_tree() const { return culling_.normal_cones; }
+  /// Allocates for trees of this size.
+  void reserve(std::size_t leaves, std::size_t nodes);
+  /// Prepares for another tree, after reserve(). Only if needs_host_tree().
+  void set_tree(const Mesh& mesh, const Groups& groups, const Tree& tree);
 
   /// The stages of each step: clear_counters() comes first, enqueue_refit() after the boxes of
   /// groups, and enqueue_orphans() after the leaf kernel.
@@ -60,7 +64,6 @@ class SceneCulling {
     std::uint32_t count = 0;
   };
 
-  void build_patches(const Mesh& mesh, const Groups& groups, const Tree& tree);
   bool is_enabled() const { return culls_nodes() || culls_candidates(); }
   template <class Record>
   void enqueue_refit_as(const SceneView& scene, cudaStream_t stream);

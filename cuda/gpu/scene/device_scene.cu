@@ -30,12 +30,36 @@ void DeviceScene::upload_mesh() {
   mesh_uploaded_ = true;
 }
 
-void DeviceScene::build(const Positions& start, const Positions& end, ThreadPool& pool) {
+void DeviceScene::prepare() {
+  if (!mesh_uploaded_) upload_mesh();
+  const std::size_t groups = std::max<std::size_t>(group_count(), 1);
+  device_groups_.reserve(groups);
+  leaf_order_.reserve(groups);
+  node_ranges_.reserve(2 * groups - 1);
+  nodes_.reserve(2 * groups - 1);
+  bounds_.reserve(groups);
+  runs_.reserve(groups / kRun + 1);
+  // Every primitive has one owner. A group's last block may have one used lane.
+  const std::size_t primitives =
+      mesh_->vertex_count() + mesh_->edges().size() + mesh_->faces().size();
+  const std::size_t blocks = (primitives + (kBlockLanes - 1) * groups) / kBlockLanes + kReadBeyond;
+  if (blocks <= blocks_.size()) return;
+  blocks_.reserve(blocks);
+  // The padding is read, though its values do not matter.
+  LAZYCCD_CUDA_CHECK(cudaMemset(blocks_.data(), 0, blocks_.bytes()));
+}
+
+HierarchyArrays DeviceScene::arrays() {
+  return {device_groups_.data(), blocks_.data(), leaf_order_.data(), node_ranges_.data(),
+          nodes_.data()};
+}
+
+void DeviceScene::build_on_host(const Positions& start, const Positions& end, ThreadPool& pool) {
   if (!mesh_uploaded_) upload_mesh();
   std::vector<VertexRecord> records;
   load_records(*mesh_, start, end, pool, records);
   groups_.build(*mesh_, records, pool);
-  tree_.build(groups_.boxes());
+  tree_.build(groups_.codes(), groups_.boxes(), pool);
   upload_groups();
   upload(nodes_, tree_.nodes().data(), tree_.nodes().size());
   upload(leaf_order_, tree_.order().data(), tree_.order().size());

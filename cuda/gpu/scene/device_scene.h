@@ -15,6 +15,15 @@
 
 namespace lazyccd::gpu {
 
+/// The arrays that a build of the hierarchy fills, on the device.
+struct HierarchyArrays {
+  DeviceGroup* groups;
+  PrimitiveBlock* blocks;  // the names
+  std::int32_t* leaf_order;
+  int2* node_ranges;
+  TreeNode* nodes;  // all but the boxes
+};
+
 class DeviceScene {
  public:
   explicit DeviceScene(double separation) : separation_(separation) {}
@@ -22,16 +31,22 @@ class DeviceScene {
   /// Sets another mesh. It must stay valid until the next call.
   void set_mesh(const Mesh& mesh);
 
-  /// Builds groups and tree on the host, once for many steps. Each step refits their boxes on the
-  /// device.
-  void build(const Positions& start, const Positions& end, ThreadPool& pool);
+  /// Uploads the mesh if that is not done, and allocates the arrays for any build of its hierarchy.
+  void prepare();
+  /// Where a build on the device puts groups and tree (gpu/bvh/hierarchy_builder.h). They last for
+  /// many steps; each step refits their boxes.
+  HierarchyArrays arrays();
 
-  const Groups& groups() const { return groups_; }
-  const Tree& tree() const { return tree_; }
+  /// Builds groups and tree on the host instead, and uploads them. Needs no prepare().
+  void build_on_host(const Positions& start, const Positions& end, ThreadPool& pool);
+  const Groups& groups() const { return groups_; }  ///< of the last build on the host
+  const Tree& tree() const { return tree_; }        ///< the same
   SceneView view(bool is_double);
   ContactKey key() const;
-  std::uint32_t group_count() const { return static_cast<std::uint32_t>(tree_.order().size()); }
-  std::uint32_t node_count() const { return static_cast<std::uint32_t>(tree_.nodes().size()); }
+  std::uint32_t group_count() const {
+    return static_cast<std::uint32_t>(mesh_->cells().group_count());
+  }
+  std::uint32_t node_count() const { return group_count() == 0 ? 0 : 2 * group_count() - 1; }
   std::size_t bytes() const;
 
  private:

@@ -34,6 +34,8 @@ class Traversal {
   /// Prepares for another tree, and for launches with or without culling of nodes. Only this
   /// function and grow() allocate.
   void reset(std::uint32_t node_count, bool culls, cudaStream_t stream);
+  /// Prepares for another tree of as many nodes.
+  void forget_front() { has_front_ = false; }
 
   /// Whether launch() waits for the device. If it does not, it can be captured.
   bool asks_device() const { return strategy_->asks_device(); }

@@ -1,0 +1,64 @@
+// Building of the hierarchy on the device: the groups and the tree that Groups and Tree build on
+// the host, to the bit, from the positions and the mesh in device memory.
+#pragma once
+
+#include <cuda_runtime_api.h>
+
+#include <cstddef>
+#include <cstdint>
+
+#include "cpu/scene/mesh.h"
+#include "gpu/bvh/build_view.cuh"
+#include "gpu/device/device_buffer.h"
+#include "gpu/scene/device_scene.h"
+
+namespace lazyccd::gpu {
+
+/// Owns the work space. Per cell it takes about 50 bytes.
+class HierarchyBuilder {
+ public:
+  /// Prepares for a mesh and the scene on the device that holds it, after DeviceScene::prepare().
+  /// Allocates and uploads. The mesh is not used afterwards.
+  void set_mesh(const Mesh& mesh, DeviceScene& scene);
+
+  /// Enqueues the build, from three scalars per vertex at the start of the step. It allocates
+  /// nothing, does not wait, and enqueues the same launches for the same arguments. The boxes are
+  /// left to the refit.
+  void enqueue(const void* start, bool is_double, cudaStream_t stream);
+
+  std::size_t bytes() const;
+
+ private:
+  template <class Scalar>
+  void enqueue_as(const Scalar* start, cudaStream_t stream);
+  // Sorts the cells by segment and code; returns the sorted cells.
+  template <class Scalar>
+  const std::int32_t* sort_cells(const Scalar* start, cudaStream_t stream);
+  // Sorts the leaves by code and sets view_ to where they are then.
+  void sort_leaves(cudaStream_t stream);
+  // Returns the largest size of CUB's work space, in bytes.
+  std::size_t space_bytes() const;
+  // Number of bits of the largest segment.
+  int segment_bits() const;
+
+  BuildView view_{};
+  DeviceBuffer<std::int32_t> face_edges_, primitives_;
+  DeviceBuffer<CellSegment> segments_;
+  DeviceBuffer<long long> bounds_;
+  DeviceBuffer<std::uint64_t> codes_[2];
+  DeviceBuffer<std::int32_t> cells_[2];
+  DeviceBuffer<std::uint32_t> segment_keys_[2];
+  DeviceBuffer<std::int32_t> order_;
+  DeviceBuffer<std::uint32_t> first_of_vertex_, first_of_edge_;
+  DeviceBuffer<OwnedContents> owned_;
+  DeviceBuffer<std::int32_t> block_counts_, first_blocks_;
+  DeviceBuffer<std::uint64_t> leaf_codes_[2];
+  DeviceBuffer<std::int32_t> leaf_groups_[2];
+  DeviceBuffer<InnerNode> inner_;
+  DeviceBuffer<ParentLink> links_;
+  DeviceBuffer<char> space_;
+  std::size_t space_size_ = 0;
+  std::size_t edge_count_ = 0;
+};
+
+}  // namespace lazyccd::gpu

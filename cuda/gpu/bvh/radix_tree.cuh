@@ -1,0 +1,45 @@
+// The tree over the sorted leaves, as in cpu/bvh/tree.cpp, but every node by itself
+// (core/bvh/radix_tree.h).
+#pragma once
+
+#include "core/bvh/radix_tree.h"
+#include "gpu/bvh/build_view.cuh"
+
+namespace lazyccd::gpu {
+
+/// Finds the inner nodes and links them to their parents; one thread per leaf.
+__global__ void find_inner_nodes(BuildView view) {
+  const std::int32_t i = static_cast<std::int32_t>(blockIdx.x * blockDim.x + threadIdx.x);
+  if (i >= view.group_count) return;
+  view.leaf_order[i] = view.leaf_groups[i];
+  if (i == view.group_count - 1) return;
+  const LeafCodes leaves{view.leaf_codes, view.group_count};
+  InnerNode node{inner_node(leaves, i), 0};
+  node.split = leaves.split(node.leaves.first, node.leaves.last);
+  view.inner[i] = node;
+  if (!node.left_is_leaf()) view.links[node.split - 1] = ParentLink::to(i, true);
+  if (!node.right_is_leaf()) view.links[node.split] = ParentLink::to(i, false);
+}
+
+/// Writes the nodes, all but their boxes; one thread per inner node, which writes its leaves too.
+__global__ void write_nodes(BuildView view) {
+  const std::int32_t i = static_cast<std::int32_t>(blockIdx.x * blockDim.x + threadIdx.x);
+  const auto write = [&](std::int32_t place, LeafRange range, std::int32_t left,
+                         std::int32_t right) {
+    view.nodes[place].left = left;
+    view.nodes[place].right = right;
+    view.node_ranges[place] = {range.first, range.last};
+  };
+  const auto write_leaf = [&](std::int32_t place, std::int32_t leaf) {
+    write(place, {leaf, leaf + 1}, -1 - view.leaf_groups[leaf], -1);
+  };
+  if (i == 0 && view.group_count == 1) write_leaf(0, 0);
+  if (i >= view.group_count - 1) return;
+  const InnerNode node = view.inner[i];
+  const NodePlaces places = places_of(i, view.inner, view.links);
+  write(places.own, node.leaves, places.left, places.right);
+  if (node.left_is_leaf()) write_leaf(places.left, node.leaves.first);
+  if (node.right_is_leaf()) write_leaf(places.right, node.split);
+}
+
+}  // namespace lazyccd::gpu
