@@ -7,7 +7,6 @@
 
 #include "links/solve_order.h"
 #include "scene/soft_scene.h"
-#include "util/float_environment.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -97,9 +96,7 @@ void SoftConstraints::solve(const btAlignedObjectArray<btSoftBody*>& bodies,
   const std::size_t tasks = order.work < min_parallel_work
                                 ? std::min<std::size_t>(parallel.size(), 3)
                                 : std::max<std::size_t>(parallel.size(), 4);
-  const FloatMode caller_mode;
-  parallel_for(tasks, 1, [&](std::size_t first, std::size_t last) {
-    const WithFloatMode mode(caller_mode);
+  for_ranges(parallel_for, tasks, 1, [&](std::size_t first, std::size_t last) {
     for (std::size_t task = first; task < last; ++task)
       for (std::size_t i = task; i < parallel.size(); i += tasks)
         is_prepared_[parallel[i]] = solve(*bodies[parallel[i]], links_[parallel[i]]);
