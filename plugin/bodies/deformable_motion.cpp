@@ -1,5 +1,7 @@
 #include "bodies/deformable_motion.h"
 
+#include "scene/soft_body_nodes.h"
+
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
@@ -10,6 +12,13 @@ DeformableBodies::DeformableBodies(const SideBySide::Bodies& all, const SideBySi
     first_node.push_back(next);
     next += all[i]->m_nodes.size();
   }
+}
+
+bool moves_alone(const btSoftBody& body) {
+  for (int i = 0; i < body.m_deformableAnchors.size(); ++i)
+    if (index_of(body, body.m_deformableAnchors[i].m_node) < 0) return false;
+  const bool reads_faces = !body.m_fdbvt.empty() || body.m_fdbvnt || body.m_bUpdateRtCst;
+  return has_own_links(body) && has_own_tetrahedra(body) && (!reads_faces || has_own_faces(body));
 }
 
 void apply_explicit_forces(const DeformableBodies& all, const BodyForces& forces, btScalar dt,

@@ -24,6 +24,9 @@ struct DeformableBodies {
   DeformableBodies(const SideBySide::Bodies& all, const SideBySide& visitor);
 };
 
+/// True if the following functions, and Bullet's prediction, reach no other body's nodes.
+bool moves_alone(const btSoftBody& body);
+
 /// btDeformableBackwardEulerObjective::applyExplicitForce(). `force` is zero before and after.
 void apply_explicit_forces(const DeformableBodies& all, const BodyForces& forces, btScalar dt,
                            VectorStack& force);

@@ -92,6 +92,12 @@ void empty(List& list) {
 
 }  // namespace
 
+bool predicts_alone(const btSoftBody& body) {
+  const bool reads_faces =
+      !has_no_forces(body.m_cfg) || !body.m_fdbvt.empty() || body.m_bUpdateRtCst;
+  return !reads_faces || has_own_faces(body);
+}
+
 void predict_without_trees(btSoftBody& body, btScalar dt) {
   body.m_sst.sdt = dt * body.m_cfg.timescale;
   body.m_sst.isdt = 1 / body.m_sst.sdt;

@@ -18,6 +18,9 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 void predict_motions(const SideBySide::Bodies& bodies, const SideBySide& side_by_side,
                      const std::function<void(btSoftBody& body)>& predict);
 
+/// True if btSoftBody::predictMotion() reaches no other body's nodes.
+bool predicts_alone(const btSoftBody& body);
+
 /// btSoftBody::predictMotion() (Bullet 3.24) without the tree of nodes, for a body that has no tree
 /// of faces and whose constants do not change. The rest is the same to the bit.
 void predict_without_trees(btSoftBody& body, btScalar dt);

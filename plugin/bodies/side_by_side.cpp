@@ -2,50 +2,53 @@
 
 #include <algorithm>
 #include <atomic>
+#include <functional>
 #include <numeric>
-
-#include "scene/soft_body_nodes.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-bool has_only_own_nodes(const btSoftBody& body) {
+namespace {
+
+template <class Elements>
+bool are_own(const btSoftBody& body, const Elements& elements) {
   const btSoftBody::Node* const first = body.m_nodes.size() > 0 ? &body.m_nodes[0] : nullptr;
   const btSoftBody::Node* const last = first + body.m_nodes.size();
-  const auto all_own = [&](const auto& elements) {
-    bool own = true;
-    for (int i = 0; i < elements.size(); ++i)
-      for (const btSoftBody::Node* node : elements[i].m_n)
-        own &= !std::less<>()(node, first) && std::less<>()(node, last);
-    return own;
-  };
-  for (int i = 0; i < body.m_deformableAnchors.size(); ++i)
-    if (index_of(body, body.m_deformableAnchors[i].m_node) < 0) return false;
-  return all_own(body.m_faces) && all_own(body.m_links) && all_own(body.m_tetras);
+  bool own = true;
+  for (int i = 0; i < elements.size(); ++i)
+    for (const btSoftBody::Node* node : elements[i].m_n)
+      own &= !std::less<>()(node, first) && std::less<>()(node, last);
+  return own;
 }
 
-void SideBySide::begin(const Bodies& bodies) {
-  constexpr int few_nodes = 2048;
+}  // namespace
+
+bool has_own_faces(const btSoftBody& body) { return are_own(body, body.m_faces); }
+bool has_own_links(const btSoftBody& body) { return are_own(body, body.m_links); }
+bool has_own_tetrahedra(const btSoftBody& body) { return are_own(body, body.m_tetras); }
+
+void SideBySide::begin(const Bodies& bodies,
+                       const std::function<bool(const btSoftBody& body)>& is_alone) {
+  constexpr int few_nodes = 2048;  // to wake a thread takes longer than to visit these
   order_.resize(static_cast<std::size_t>(bodies.size()));
   std::iota(order_.begin(), order_.end(), 0);
   int nodes = 0;
   for (int i = 0; i < bodies.size(); ++i) nodes += bodies[i]->m_nodes.size();
-  are_small_ = nodes < few_nodes;
-  are_independent_ = true;
-  if (are_small_ || bodies.size() < 2) return;
-  std::atomic<bool> all_own{true};
+  is_parallel_ = threads_ > 1 && bodies.size() > 1 && nodes >= few_nodes;
+  if (!is_parallel_) return;
+  std::atomic<bool> all_alone{true};
   for_each([&](int i) {
-    if (!has_only_own_nodes(*bodies[i])) all_own.store(false, std::memory_order_relaxed);
+    if (!is_alone(*bodies[i])) all_alone.store(false, std::memory_order_relaxed);
   });
-  are_independent_ = all_own;
-  if (!are_independent_) return;
+  is_parallel_ = all_alone;
+  if (!is_parallel_) return;
   std::stable_sort(order_.begin(), order_.end(), [&](int a, int b) {
     return bodies[a]->m_nodes.size() > bodies[b]->m_nodes.size();
   });
 }
 
 void SideBySide::for_each(const std::function<void(int)>& visit) const {
-  if (are_small_ || !are_independent_ || order_.size() < 2) {
+  if (!is_parallel_) {
     for (const int body : order_) visit(body);
     return;
   }

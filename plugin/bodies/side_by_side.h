@@ -21,26 +21,32 @@ class SideBySide {
  public:
   using Bodies = btAlignedObjectArray<btSoftBody*>;
 
-  explicit SideBySide(ParallelFor parallel_for) : parallel_for_(std::move(parallel_for)) {}
+  /// `threads`: the number of threads that parallel_for() uses at most.
+  SideBySide(int threads, ParallelFor parallel_for)
+      : threads_(threads), parallel_for_(std::move(parallel_for)) {}
 
-  /// Looks at the bodies of a step. Call it again after topology may have changed.
-  void begin(const Bodies& bodies);
+  /// Looks at the bodies of a step. `is_alone(body)`: no function that will be run for the body
+  /// reaches another body's nodes. Call it again after topology may have changed.
+  void begin(const Bodies& bodies, const std::function<bool(const btSoftBody& body)>& is_alone);
 
-  /// Calls visit(i) for the bodies of begin(): in any order if none has another's nodes, otherwise
-  /// in their order. Rethrows the first exception.
+  /// Calls visit(i) for the bodies of begin(): in any order if all are alone, otherwise in their
+  /// order. Rethrows the first exception.
   void for_each(const std::function<void(int body)>& visit) const;
 
+  int threads() const { return threads_; }
   const ParallelFor& parallel_for() const { return parallel_for_; }
 
  private:
+  int threads_;
   ParallelFor parallel_for_;
-  std::vector<int> order_;  // of the bodies; most nodes first if they are independent
-  bool are_independent_ = false;
-  bool are_small_ = true;  // to wake a thread takes longer than to visit all nodes
+  std::vector<int> order_;  // of the bodies; most nodes first if several may be visited at once
+  bool is_parallel_ = false;
 };
 
-/// True if faces, links, tetrahedra and anchors of the body have its own nodes only.
-bool has_only_own_nodes(const btSoftBody& body);
+/// Return true if the elements of a body have its own nodes only.
+bool has_own_faces(const btSoftBody& body);
+bool has_own_links(const btSoftBody& body);
+bool has_own_tetrahedra(const btSoftBody& body);
 
 }  // namespace LAZYCCD_BULLET_PRECISION
 }  // namespace lazyccd::bullet

@@ -83,10 +83,10 @@ void solve_positions(btSoftBody& body, const MovedByOthers& others, BodyLinks& l
 }  // namespace
 
 void SoftConstraints::solve(const btAlignedObjectArray<btSoftBody*>& bodies,
-                            const ParallelFor& parallel_for) {
+                            const ParallelFor& parallel_for, int threads) {
   links_.resize(static_cast<std::size_t>(bodies.size()));
   is_prepared_.assign(links_.size(), 0);
-  const SolveOrder order = find_solve_order(bodies);
+  const SolveOrder order = threads > 1 ? find_solve_order(bodies) : bullets_order(bodies);
   for (const int i : order.serial) is_prepared_[i] = solve(*bodies[i], links_[i]);
   const std::vector<int>& parallel = order.parallel;
   if (parallel.empty()) return;
@@ -117,9 +117,9 @@ bool SoftConstraints::solve(btSoftBody& body, BodyLinks& links) {
   }
   links.read(body);
   solve_positions(body, others, links);
-  links.write(body);
   const btScalar rate = body.m_sst.isdt * (1 - body.m_cfg.kDP);
   for (int i = 0; i < body.m_nodes.size(); ++i) {
+    links.write(body, i);
     btSoftBody::Node& node = body.m_nodes[i];
     node.m_v = (node.m_x - node.m_q) * rate;
     node.m_f.setZero();

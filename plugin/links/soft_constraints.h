@@ -18,7 +18,9 @@ class SoftConstraints {
  public:
   /// Same as btDefaultSoftBodySolver::solveConstraints(). If it throws (std::bad_alloc), each body
   /// is either unchanged or solved; only a body whose own solver throws may be half solved.
-  void solve(const btAlignedObjectArray<btSoftBody*>& bodies, const ParallelFor& parallel_for);
+  /// `threads`: with one thread the bodies are solved in Bullet's order.
+  void solve(const btAlignedObjectArray<btSoftBody*>& bodies, const ParallelFor& parallel_for,
+             int threads = 2);
 
   /// Runs as many passes over the links of body `index` of the last solve() as that did.
   void solve_links_again(btSoftBody& body, int index);

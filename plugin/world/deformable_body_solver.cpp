@@ -9,6 +9,7 @@
 
 #include "bodies/deformable_motion.h"
 #include "bodies/momentum_equation.h"
+#include "bodies/normals.h"
 #include "bodies/predict_motion.h"
 #include "report/bullet_contact_lists.h"
 #include "step/pipeline.h"
@@ -60,9 +61,11 @@ btLazyDeformableBodySolver::btLazyDeformableBodySolver(const SolverOptions& opti
     : pipeline_(std::make_unique<Pipeline>(options, WorldKind::deformable)),
       dbvt_(std::make_unique<SoftBodyDbvt>()),
       side_by_side_(std::make_unique<SideBySide>(
+          pipeline_->threads().count(),
           [this](std::size_t count, std::size_t grain, const auto& body) {
             pipeline_->threads().parallel_for(count, grain, body);
           })),
+      normals_(std::make_unique<Normals>()),
       body_forces_(std::make_unique<BodyForces>()),
       momentum_equation_(std::make_unique<MomentumEquation>()),
       solves_sleepers_(solves_sleepers) {}
@@ -125,7 +128,7 @@ void btLazyDeformableBodySolver::reinitialize(const btAlignedObjectArray<btSoftB
   }
   std::sort(skipped_.begin(), skipped_.end());
   if (is_new || solved.size() != m_softBodies.size()) m_numNodes = -1;  // numbers the nodes anew
-  side_by_side_->begin(solved);
+  side_by_side_->begin(solved, moves_alone);
   btDeformableBodySolver::reinitialize(solved, dt);
 }
 
@@ -184,9 +187,7 @@ void btLazyDeformableBodySolver::setupDeformableSolve(bool implicit) {
 }
 
 void btLazyDeformableBodySolver::updateSoftBodies() {
-  side_by_side_->for_each([this](int i) {
-    if (m_softBodies[i]->isActive()) m_softBodies[i]->updateNormals();
-  });
+  normals_->update(m_softBodies, side_by_side_->parallel_for());
 }
 
 void btLazyDeformableBodySolver::forget_old_contacts() {

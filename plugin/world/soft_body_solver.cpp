@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "bodies/normals.h"
 #include "bodies/predict_motion.h"
 #include "bodies/side_by_side.h"
 #include "links/soft_constraints.h"
@@ -40,9 +41,11 @@ btLazySoftBodySolver::btLazySoftBodySolver(const SolverOptions& options)
     : pipeline_(std::make_unique<Pipeline>(options, WorldKind::rigid)),
       dbvt_(std::make_unique<SoftBodyDbvt>()),
       side_by_side_(std::make_unique<SideBySide>(
+          pipeline_->threads().count(),
           [this](std::size_t count, std::size_t grain, const auto& body) {
             pipeline_->threads().parallel_for(count, grain, body);
           })),
+      normals_(std::make_unique<Normals>()),
       constraints_(std::make_unique<SoftConstraints>()) {}
 
 btLazySoftBodySolver::~btLazySoftBodySolver() = default;
@@ -74,7 +77,7 @@ void btLazySoftBodySolver::predictMotion(btScalar solverdt) {
 }
 
 void btLazySoftBodySolver::predict(btScalar time_step) {
-  side_by_side_->begin(m_softBodySet);
+  side_by_side_->begin(m_softBodySet, predicts_alone);
   const bool needs_nodes = !pipeline_->ran_last_step();
   const auto needs_trees = [needs_nodes](const btSoftBody& body) {
     return needs_nodes || body.m_bUpdateRtCst || !body.m_fdbvt.empty();
@@ -106,7 +109,7 @@ void btLazySoftBodySolver::processCollision(btSoftBody* a, btSoftBody* b) { hand
 void btLazySoftBodySolver::solveConstraints(btScalar solverdt) {
   // Drift iterations overwrite the start of the step in m_q, so copy it first.
   read_starts();
-  constraints_->solve(m_softBodySet, side_by_side_->parallel_for());
+  constraints_->solve(m_softBodySet, side_by_side_->parallel_for(), side_by_side_->threads());
   const auto fill = [this, solverdt](const SoftScene& scene, const SoftScene::BodyRecord& record,
                                      std::int32_t first, std::int32_t last, Motion& motion) {
     // Links that were solved again have moved the nodes away from their ends.
@@ -152,10 +155,7 @@ void btLazySoftBodySolver::solveConstraints(btScalar solverdt) {
 
 // The last call of a step, so on_contacts may remove bodies.
 void btLazySoftBodySolver::updateSoftBodies() {
-  side_by_side_->begin(m_softBodySet);
-  side_by_side_->for_each([this](int i) {
-    if (m_softBodySet[i]->isActive()) m_softBodySet[i]->integrateMotion();
-  });
+  normals_->update(m_softBodySet, side_by_side_->parallel_for());
   pipeline_->call_on_contacts();
 }
 

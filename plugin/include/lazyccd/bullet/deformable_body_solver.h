@@ -24,6 +24,7 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 
 class BodyForces;
 class MomentumEquation;
+class Normals;
 class Pipeline;
 class SideBySide;
 class SoftBodyDbvt;
@@ -93,6 +94,7 @@ class btLazyDeformableBodySolver : public btDeformableBodySolver, public PairHan
   std::unique_ptr<Pipeline> pipeline_;
   std::unique_ptr<SoftBodyDbvt> dbvt_;
   std::unique_ptr<SideBySide> side_by_side_;
+  std::unique_ptr<Normals> normals_;
   std::unique_ptr<BodyForces> body_forces_;
   std::unique_ptr<MomentumEquation> momentum_equation_;
   bool solves_sleepers_;

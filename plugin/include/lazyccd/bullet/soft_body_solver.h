@@ -19,6 +19,7 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
+class Normals;
 class Pipeline;
 class SideBySide;
 class SoftBodyDbvt;
@@ -72,6 +73,7 @@ class btLazySoftBodySolver : public btDefaultSoftBodySolver, public PairHandler 
   std::unique_ptr<Pipeline> pipeline_;
   std::unique_ptr<SoftBodyDbvt> dbvt_;
   std::unique_ptr<SideBySide> side_by_side_;
+  std::unique_ptr<Normals> normals_;
   std::unique_ptr<SoftConstraints> constraints_;
   std::vector<char> slept_;  // by body: slept when the step began
   // At the start of the step, by body and node; empty for bodies that sleep.
