@@ -32,8 +32,7 @@ btScalar ConjugateResidual::largest(const ParallelFor& parallel_for, std::size_t
   });
   btScalar value = 0;
   for (const Largest& range : ranges)
-    if (!range.is_empty)
-      value = !range.after_nan && value > range.value ? value : range.value;
+    if (!range.is_empty) value = !range.after_nan && value > range.value ? value : range.value;
   return value;
 }
 

@@ -149,8 +149,7 @@ void MomentumEquation::multiply(const VectorStack& x, VectorStack& b) const {
              [&](std::size_t first, std::size_t last) {
                for (std::size_t i = first; i < last; ++i) {
                  const int node = static_cast<int>(i);
-                 btVector3 sum =
-                     inverse_mass_[i] == 0 ? btVector3(0, 0, 0) : x[node] * mass_[i];
+                 btVector3 sum = inverse_mass_[i] == 0 ? btVector3(0, 0, 0) : x[node] * mass_[i];
                  if (springs) springs->add_row(node, scale, x, sum);
                  b[node] = sum;
                }

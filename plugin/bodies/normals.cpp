@@ -12,8 +12,8 @@ namespace {
 
 constexpr std::size_t grain = 2048;  // work that takes longer than waking a thread
 
-// Several lists one after the other: list i begins at firsts[i]. Calls visit(i, first, last) for the
-// part of each list that is in [begin, end); `first` and `last` count from the list's begin.
+// Several lists one after the other: list i begins at firsts[i]. Calls visit(i, first, last) for
+// the part of each list that is in [begin, end); `first` and `last` count from the list's begin.
 template <class Visit>
 void for_parts(const std::vector<std::size_t>& firsts, std::size_t begin, std::size_t end,
                const Visit& visit) {

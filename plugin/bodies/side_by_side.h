@@ -1,7 +1,7 @@
 // Runs a function of Bullet for each soft body, several bodies at once. The result is the same as
-// for one body after the other, because only bodies take part that share nothing. What else Bullet's
-// functions reach is read only, except what applications may set: the allocator and the profiler.
-// Bullet's own threads call these in the same way.
+// for one body after the other, because only bodies take part that share nothing. What else
+// Bullet's functions reach is read only, except what applications may set: the allocator and the
+// profiler. Bullet's own threads call these in the same way.
 #pragma once
 
 #include <BulletSoftBody/btSoftBody.h>

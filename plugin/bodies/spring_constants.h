@@ -13,8 +13,8 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
 struct SpringConstants {
-  btScalar damping;      ///< N s/m
-  bool along_spring;     ///< damps only the velocity in the direction of the spring
+  btScalar damping;   ///< N s/m
+  bool along_spring;  ///< damps only the velocity in the direction of the spring
 };
 
 class SpringProbe {

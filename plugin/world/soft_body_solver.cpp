@@ -83,9 +83,10 @@ void btLazySoftBodySolver::predict(btScalar time_step) {
     return needs_nodes || body.m_bUpdateRtCst || !body.m_fdbvt.empty();
   };
   std::vector<btSoftBody*> without_trees;
-  for (int i = 0; i < m_softBodySet.size(); ++i)
-    if (m_softBodySet[i]->isActive() && !needs_trees(*m_softBodySet[i]))
-      without_trees.push_back(m_softBodySet[i]);
+  for (int i = 0; i < m_softBodySet.size() && !needs_nodes; ++i) {
+    btSoftBody* const body = m_softBodySet[i];
+    if (!body->isActive() || !needs_trees(*body)) without_trees.push_back(body);
+  }
   predict_motions(m_softBodySet, *side_by_side_, [&](btSoftBody& body) {
     if (needs_trees(body)) {
       body.predictMotion(time_step);
