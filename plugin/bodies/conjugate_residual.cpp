@@ -1,16 +1,19 @@
 #include "bodies/conjugate_residual.h"
 
+#include <algorithm>
+#include <mutex>
+
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-// Largest value so far. After a NaN it starts again.
+// Largest value of the nodes from `first` on. After a NaN it starts again.
 struct Largest {
+  std::size_t first = 0;
   btScalar value = 0;
-  bool is_empty = true, after_nan = false;
+  bool after_nan = false;
 
   void add(btScalar x) {
-    is_empty = false;
     after_nan = after_nan || x != x;
     value = value > x ? value : x;
   }
@@ -21,18 +24,23 @@ struct Largest {
 template <class Residual>
 btScalar ConjugateResidual::largest(const ParallelFor& parallel_for, std::size_t count,
                                     const Residual& residual) {
-  std::vector<Largest> ranges((count + node_grain - 1) / node_grain);
+  std::vector<Largest> ranges;
+  std::mutex adding;
   for_ranges(parallel_for, count, node_grain, [&](std::size_t first, std::size_t last) {
     Largest found;
+    found.first = first;
     for (std::size_t i = first; i < last; ++i) {
       const btVector3& r = residual(i);
       for (int k = 0; k < 3; ++k) found.add(btFabs(r[k]));
     }
-    ranges[first / node_grain] = found;
+    const std::lock_guard<std::mutex> lock(adding);
+    ranges.push_back(found);
   });
+  std::sort(ranges.begin(), ranges.end(),
+            [](const Largest& a, const Largest& b) { return a.first < b.first; });
   btScalar value = 0;
   for (const Largest& range : ranges)
-    if (!range.is_empty) value = !range.after_nan && value > range.value ? value : range.value;
+    value = !range.after_nan && value > range.value ? value : range.value;
   return value;
 }
 

@@ -10,7 +10,7 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
 /// Runs body(first, last) over disjoint ranges of [0, count), each of at most `grain` elements, or
-/// over all of it at once: Threads::parallel_for().
+/// over all of it at once: Threads::parallel_for(). Ranges may begin anywhere.
 using ParallelFor =
     std::function<void(std::size_t count, std::size_t grain,
                        const std::function<void(std::size_t first, std::size_t last)>& body)>;

@@ -27,7 +27,9 @@ class SoftBodyDbvt {
   /// Also hides the node trees until end_prediction(), so that Bullet does not update them.
   void hide_nodes(Bodies& bodies);
   /// Says that a prediction updates the node trees of these bodies only when Bullet reads them.
-  void leave_out_nodes(std::vector<btSoftBody*> bodies) { outdated_node_trees_ = std::move(bodies); }
+  void leave_out_nodes(std::vector<btSoftBody*> bodies) {
+    outdated_node_trees_ = std::move(bodies);
+  }
   /// Restores the flags and trees. Call after Bullet's prediction.
   void end_prediction();
 
