@@ -73,7 +73,7 @@ void build(DeformableTwin& twin, Springs springs, bool has_wind, bool has_solids
 TEST_CASE("the deformable world without contacts has the bits of Bullet's solver") {
   const int threads = GENERATE(1, 2, 3);
   const Springs springs = GENERATE(Springs::along, Springs::all_directions, Springs::undamped);
-  const bool has_wind = GENERATE(false, true), has_solids = GENERATE(false, true);
+  const bool has_wind = springs == Springs::all_directions, has_solids = GENERATE(false, true);
   CAPTURE(threads, static_cast<int>(springs), has_wind, has_solids);
   DeformableTwin bullets(0), lazy(threads);
   build(bullets, springs, has_wind, has_solids);
