@@ -78,19 +78,21 @@ bool BodyLinks::is_faster(std::int64_t passes) const {
 
 // Returns false if the links no longer match the plan.
 bool BodyLinks::load_links(const btSoftBody& body) {
+  const btSoftBody::Node* const nodes = &body.m_nodes[0];
+  inverse_mass_.resize(static_cast<std::size_t>(node_count_));
+  for (int i = 0; i < node_count_; ++i) inverse_mass_[static_cast<std::size_t>(i)] = nodes[i].m_im;
   for (int i = 0; i < link_count_; ++i) {
     const btSoftBody::Link& link = body.m_links[i];
     const auto [index, lane] = plan_.places[i];
     if (is_skipped(link) != (index < 0)) return false;
     if (index < 0) continue;
-    const btSoftBody::Node& a = body.m_nodes[ends_[i][0]];
-    const btSoftBody::Node& b = body.m_nodes[ends_[i][1]];
-    if (link.m_n[0] != &a || link.m_n[1] != &b) return false;
+    const auto [a, b] = ends_[i];
+    if (link.m_n[0] != nodes + a || link.m_n[1] != nodes + b) return false;
     LinkGroup<btScalar>& group = groups_[index];
     group.c0[lane] = link.m_c0;
     group.c1[lane] = link.m_c1;
-    group.inverse_mass[0][lane] = a.m_im;
-    group.inverse_mass[1][lane] = b.m_im;
+    group.inverse_mass[0][lane] = inverse_mass_[static_cast<std::size_t>(a)];
+    group.inverse_mass[1][lane] = inverse_mass_[static_cast<std::size_t>(b)];
   }
   return true;
 }

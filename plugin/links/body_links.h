@@ -45,6 +45,7 @@ class BodyLinks {
   LinkBatches plan_;
   std::vector<LinkGroup<btScalar>> groups_;  ///< empty: there is no plan
   std::vector<LinkedNode<btScalar>> nodes_;
+  std::vector<btScalar> inverse_mass_;  ///< 1/kg, by node: close together, unlike Bullet's nodes
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

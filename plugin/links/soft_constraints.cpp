@@ -7,7 +7,6 @@
 
 #include "links/solve_order.h"
 #include "scene/soft_scene.h"
-#include "util/float_environment.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -84,10 +83,10 @@ void solve_positions(btSoftBody& body, const MovedByOthers& others, BodyLinks& l
 }  // namespace
 
 void SoftConstraints::solve(const btAlignedObjectArray<btSoftBody*>& bodies,
-                            const ParallelFor& parallel_for) {
+                            const ParallelFor& parallel_for, int threads) {
   links_.resize(static_cast<std::size_t>(bodies.size()));
   is_prepared_.assign(links_.size(), 0);
-  const SolveOrder order = find_solve_order(bodies);
+  const SolveOrder order = threads > 1 ? find_solve_order(bodies) : bullets_order(bodies);
   for (const int i : order.serial) is_prepared_[i] = solve(*bodies[i], links_[i]);
   const std::vector<int>& parallel = order.parallel;
   if (parallel.empty()) return;
@@ -97,9 +96,7 @@ void SoftConstraints::solve(const btAlignedObjectArray<btSoftBody*>& bodies,
   const std::size_t tasks = order.work < min_parallel_work
                                 ? std::min<std::size_t>(parallel.size(), 3)
                                 : std::max<std::size_t>(parallel.size(), 4);
-  const FloatMode caller_mode;
-  parallel_for(tasks, 1, [&](std::size_t first, std::size_t last) {
-    const WithFloatMode mode(caller_mode);
+  for_ranges(parallel_for, tasks, 1, [&](std::size_t first, std::size_t last) {
     for (std::size_t task = first; task < last; ++task)
       for (std::size_t i = task; i < parallel.size(); i += tasks)
         is_prepared_[parallel[i]] = solve(*bodies[parallel[i]], links_[parallel[i]]);
@@ -120,9 +117,9 @@ bool SoftConstraints::solve(btSoftBody& body, BodyLinks& links) {
   }
   links.read(body);
   solve_positions(body, others, links);
-  links.write(body);
   const btScalar rate = body.m_sst.isdt * (1 - body.m_cfg.kDP);
   for (int i = 0; i < body.m_nodes.size(); ++i) {
+    links.write(body, i);
     btSoftBody::Node& node = body.m_nodes[i];
     node.m_v = (node.m_x - node.m_q) * rate;
     node.m_f.setZero();

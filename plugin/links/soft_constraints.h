@@ -5,27 +5,22 @@
 
 #include <BulletSoftBody/btSoftBody.h>
 
-#include <cstddef>
-#include <functional>
 #include <vector>
 
 #include "lazyccd/bullet/precision.h"
 #include "links/body_links.h"
+#include "util/parallel_for.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
-
-/// Runs body(first, last) over disjoint ranges of [0, count): Threads::parallel_for(). A function
-/// and no Threads, so that tests can pass one that fails.
-using ParallelFor =
-    std::function<void(std::size_t count, std::size_t grain,
-                       const std::function<void(std::size_t first, std::size_t last)>& body)>;
 
 class SoftConstraints {
  public:
   /// Same as btDefaultSoftBodySolver::solveConstraints(). If it throws (std::bad_alloc), each body
   /// is either unchanged or solved; only a body whose own solver throws may be half solved.
-  void solve(const btAlignedObjectArray<btSoftBody*>& bodies, const ParallelFor& parallel_for);
+  /// `threads`: with one thread the bodies are solved in Bullet's order.
+  void solve(const btAlignedObjectArray<btSoftBody*>& bodies, const ParallelFor& parallel_for,
+             int threads = 2);
 
   /// Runs as many passes over the links of body `index` of the last solve() as that did.
   void solve_links_again(btSoftBody& body, int index);

@@ -38,10 +38,15 @@ std::int64_t work_of(const btSoftBody& body) {
 
 }  // namespace
 
-SolveOrder find_solve_order(const btAlignedObjectArray<btSoftBody*>& bodies) {
-  SolveOrder all_serial;
+SolveOrder bullets_order(const btAlignedObjectArray<btSoftBody*>& bodies) {
+  SolveOrder order;
   for (int i = 0; i < bodies.size(); ++i)
-    if (bodies[i]->isActive()) all_serial.serial.push_back(i);
+    if (bodies[i]->isActive()) order.serial.push_back(i);
+  return order;
+}
+
+SolveOrder find_solve_order(const btAlignedObjectArray<btSoftBody*>& bodies) {
+  const SolveOrder all_serial = bullets_order(bodies);
   if (all_serial.serial.size() < 2) return all_serial;
   SolveOrder order;
   for (const int i : all_serial.serial) {

@@ -4,8 +4,13 @@
 #include <BulletSoftBody/btSoftBody.h>
 
 #include <algorithm>
+#include <typeinfo>
 #include <utility>
 
+#include "bodies/deformable_motion.h"
+#include "bodies/momentum_equation.h"
+#include "bodies/normals.h"
+#include "bodies/predict_motion.h"
 #include "report/bullet_contact_lists.h"
 #include "step/pipeline.h"
 #include "world/soft_body_dbvt.h"
@@ -55,6 +60,14 @@ btLazyDeformableBodySolver::btLazyDeformableBodySolver(const SolverOptions& opti
                                                        bool solves_sleepers)
     : pipeline_(std::make_unique<Pipeline>(options, WorldKind::deformable)),
       dbvt_(std::make_unique<SoftBodyDbvt>()),
+      side_by_side_(std::make_unique<SideBySide>(
+          pipeline_->threads().count(),
+          [this](std::size_t count, std::size_t grain, const auto& body) {
+            pipeline_->threads().parallel_for(count, grain, body);
+          })),
+      normals_(std::make_unique<Normals>()),
+      body_forces_(std::make_unique<BodyForces>()),
+      momentum_equation_(std::make_unique<MomentumEquation>()),
       solves_sleepers_(solves_sleepers) {}
 
 btLazyDeformableBodySolver::~btLazyDeformableBodySolver() = default;
@@ -115,6 +128,7 @@ void btLazyDeformableBodySolver::reinitialize(const btAlignedObjectArray<btSoftB
   }
   std::sort(skipped_.begin(), skipped_.end());
   if (is_new || solved.size() != m_softBodies.size()) m_numNodes = -1;  // numbers the nodes anew
+  side_by_side_->begin(solved, moves_alone);
   btDeformableBodySolver::reinitialize(solved, dt);
 }
 
@@ -145,8 +159,35 @@ void btLazyDeformableBodySolver::predictMotion(btScalar solverdt) {
   for (int i = 0; i < all_bodies_.size(); ++i) slept_.push_back(!all_bodies_[i]->isActive());
   dbvt_->begin_prediction(all_bodies_, btSoftBody::fCollision::SDF_RD, !pipeline_->ran_last_step());
   if (pipeline_->ran_last_step()) dbvt_->hide_nodes(all_bodies_);
-  btDeformableBodySolver::predictMotion(solverdt);
+  if (m_implicit) {
+    btDeformableBodySolver::predictMotion(solverdt);
+  } else {
+    applyExplicitForce();
+    predict_motions(m_softBodies, *side_by_side_, [this, solverdt](btSoftBody& body) {
+      clear_deformable_contact_lists(body);
+      predictDeformableMotion(&body, solverdt);
+    });
+  }
   dbvt_->end_prediction();
+}
+
+void btLazyDeformableBodySolver::applyExplicitForce() {
+  if (m_implicit || typeid(*m_objective) != typeid(btDeformableBackwardEulerObjective) ||
+      !body_forces_->read(m_objective->m_lf, m_softBodies)) {
+    btDeformableBodySolver::applyExplicitForce();
+    return;
+  }
+  const DeformableBodies all(m_softBodies, *side_by_side_);
+  apply_explicit_forces(all, *body_forces_, m_objective->m_dt, m_residual);
+}
+
+void btLazyDeformableBodySolver::setupDeformableSolve(bool implicit) {
+  if (implicit) return btDeformableBodySolver::setupDeformableSolve(implicit);
+  read_velocity_changes(DeformableBodies(m_softBodies, *side_by_side_), m_backupVelocity, m_dv);
+}
+
+void btLazyDeformableBodySolver::updateSoftBodies() {
+  normals_->update(m_softBodies, side_by_side_->parallel_for());
 }
 
 void btLazyDeformableBodySolver::forget_old_contacts() {
@@ -170,9 +211,19 @@ void btLazyDeformableBodySolver::solveDeformableConstraints(btScalar solverdt) {
     woken.emplace_back(body, body->getActivationState());
     body->forceActivationState(ISLAND_SLEEPING);
   }
-  btDeformableBodySolver::solveDeformableConstraints(solverdt);
+  solve_momentum_equation(solverdt);
   for (const auto& [body, state] : woken) body->forceActivationState(state);
   silence_bullet();
+}
+
+void btLazyDeformableBodySolver::solve_momentum_equation(btScalar time_step) {
+  if (m_implicit || m_useProjection ||
+      !momentum_equation_->solve(*m_objective, time_step, m_cr.m_maxIterations, m_cr.m_tolerance,
+                                 *side_by_side_, m_residual, m_dv)) {
+    btDeformableBodySolver::solveDeformableConstraints(time_step);
+    return;
+  }
+  update_velocities(DeformableBodies(m_softBodies, *side_by_side_), m_backupVelocity, m_dv);
 }
 
 void btLazyDeformableBodySolver::silence_bullet() {
@@ -206,7 +257,7 @@ void btLazyDeformableBodySolver::applyTransforms(btScalar timeStep) {
   };
   const bool is_handled = pipeline_->run(all_bodies_, static_cast<double>(timeStep), read);
   if (is_handled) write_velocities();
-  btDeformableBodySolver::applyTransforms(timeStep);
+  move_nodes(timeStep);
   if (!is_handled) return;
   write_positions();
   pipeline_->write_rigid_bodies();
@@ -218,6 +269,15 @@ void btLazyDeformableBodySolver::applyTransforms(btScalar timeStep) {
   }
   fill_deformable_contact_lists(pipeline_->contacts());
   pipeline_->call_on_contacts();
+}
+
+void btLazyDeformableBodySolver::move_nodes(btScalar time_step) {
+  for (int i = 0; i < m_softBodies.size(); ++i) {
+    if (!is_anchored_to_link(*m_softBodies[i])) continue;
+    btDeformableBodySolver::applyTransforms(time_step);
+    return;
+  }
+  apply_transforms(DeformableBodies(m_softBodies, *side_by_side_), time_step);
 }
 
 void btLazyDeformableBodySolver::write_velocities() {

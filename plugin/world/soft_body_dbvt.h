@@ -7,6 +7,7 @@
 
 #include <BulletSoftBody/btSoftBody.h>
 
+#include <utility>
 #include <vector>
 
 #include "lazyccd/bullet/precision.h"
@@ -25,6 +26,10 @@ class SoftBodyDbvt {
   void begin_prediction(Bodies& bodies, int request_flag, bool bullet_handles_pairs);
   /// Also hides the node trees until end_prediction(), so that Bullet does not update them.
   void hide_nodes(Bodies& bodies);
+  /// Says that a prediction updates the node trees of these bodies only when Bullet reads them.
+  void leave_out_nodes(std::vector<btSoftBody*> bodies) {
+    outdated_node_trees_ = std::move(bodies);
+  }
   /// Restores the flags and trees. Call after Bullet's prediction.
   void end_prediction();
 

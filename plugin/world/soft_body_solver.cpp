@@ -5,7 +5,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
+#include "bodies/normals.h"
+#include "bodies/predict_motion.h"
+#include "bodies/side_by_side.h"
 #include "links/soft_constraints.h"
 #include "report/bullet_contact_lists.h"
 #include "step/pipeline.h"
@@ -35,6 +40,12 @@ bool may_bounce_off(const btSoftBody& body) {
 btLazySoftBodySolver::btLazySoftBodySolver(const SolverOptions& options)
     : pipeline_(std::make_unique<Pipeline>(options, WorldKind::rigid)),
       dbvt_(std::make_unique<SoftBodyDbvt>()),
+      side_by_side_(std::make_unique<SideBySide>(
+          pipeline_->threads().count(),
+          [this](std::size_t count, std::size_t grain, const auto& body) {
+            pipeline_->threads().parallel_for(count, grain, body);
+          })),
+      normals_(std::make_unique<Normals>()),
       constraints_(std::make_unique<SoftConstraints>()) {}
 
 btLazySoftBodySolver::~btLazySoftBodySolver() = default;
@@ -49,18 +60,41 @@ void btLazySoftBodySolver::teleported(const btCollisionObject& body) {
 }
 
 void btLazySoftBodySolver::handle_pair(btSoftBody* a, btSoftBody* b) {
-  if (!pipeline_->handle_pair(a, b)) btDefaultSoftBodySolver::processCollision(a, b);
+  if (pipeline_->handle_pair(a, b)) return;
+  for (btSoftBody* body : {a, b}) dbvt_->update_trees(*body, nullptr);
+  btDefaultSoftBodySolver::processCollision(a, b);
 }
 
 void btLazySoftBodySolver::predictMotion(btScalar solverdt) {
   pipeline_->begin_step(m_softBodySet);
   dbvt_->begin_prediction(m_softBodySet, btSoftBody::fCollision::VF_SS,
                           !pipeline_->ran_last_step());
-  btDefaultSoftBodySolver::predictMotion(solverdt);
+  predict(solverdt);
   dbvt_->end_prediction();
   // The contact lists of sleeping bodies stay as they are, as with Bullet.
   slept_.clear();
   for (int i = 0; i < m_softBodySet.size(); ++i) slept_.push_back(!m_softBodySet[i]->isActive());
+}
+
+void btLazySoftBodySolver::predict(btScalar time_step) {
+  side_by_side_->begin(m_softBodySet, predicts_alone);
+  const bool needs_nodes = !pipeline_->ran_last_step();
+  const auto needs_trees = [needs_nodes](const btSoftBody& body) {
+    return needs_nodes || body.m_bUpdateRtCst || !body.m_fdbvt.empty();
+  };
+  std::vector<btSoftBody*> without_trees;
+  for (int i = 0; i < m_softBodySet.size() && !needs_nodes; ++i) {
+    btSoftBody* const body = m_softBodySet[i];
+    if (!body->isActive() || !needs_trees(*body)) without_trees.push_back(body);
+  }
+  predict_motions(m_softBodySet, *side_by_side_, [&](btSoftBody& body) {
+    if (needs_trees(body)) {
+      body.predictMotion(time_step);
+    } else {
+      predict_without_trees(body, time_step);
+    }
+  });
+  dbvt_->leave_out_nodes(std::move(without_trees));
 }
 
 void btLazySoftBodySolver::processCollision(btSoftBody* body,
@@ -76,10 +110,7 @@ void btLazySoftBodySolver::processCollision(btSoftBody* a, btSoftBody* b) { hand
 void btLazySoftBodySolver::solveConstraints(btScalar solverdt) {
   // Drift iterations overwrite the start of the step in m_q, so copy it first.
   read_starts();
-  constraints_->solve(m_softBodySet,
-                      [this](std::size_t count, std::size_t grain, const auto& body) {
-                        pipeline_->threads().parallel_for(count, grain, body);
-                      });
+  constraints_->solve(m_softBodySet, side_by_side_->parallel_for(), side_by_side_->threads());
   const auto fill = [this, solverdt](const SoftScene& scene, const SoftScene::BodyRecord& record,
                                      std::int32_t first, std::int32_t last, Motion& motion) {
     // Links that were solved again have moved the nodes away from their ends.
@@ -125,7 +156,7 @@ void btLazySoftBodySolver::solveConstraints(btScalar solverdt) {
 
 // The last call of a step, so on_contacts may remove bodies.
 void btLazySoftBodySolver::updateSoftBodies() {
-  btDefaultSoftBodySolver::updateSoftBodies();
+  normals_->update(m_softBodySet, side_by_side_->parallel_for());
   pipeline_->call_on_contacts();
 }
 

@@ -110,12 +110,13 @@ check_layers(plugin lazyccd/
   scene:shapes,motion,util
   untangling:scene,shapes,motion,util
   links:scene,shapes,util
+  bodies:scene,shapes,util
   report:scene,shapes,contact,motion,util
   detection:contact,scene,shapes,motion,util
   response:contact,motion,util
   isa:detection,response,links,contact,motion,util
   step:detection,response,report,untangling,scene,shapes,contact,motion,util
-  world:step,links,report,scene,shapes,contact,motion,util)
+  world:step,bodies,links,report,scene,shapes,contact,motion,util)
 
 set(prefix "cpu/")
 check_layers(cuda/cpu "(core|balance|lazyccd)/"

@@ -22,8 +22,12 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-class SoftBodyDbvt;
+class BodyForces;
+class MomentumEquation;
+class Normals;
 class Pipeline;
+class SideBySide;
+class SoftBodyDbvt;
 
 // Bullet's forces assert that the solver knows all of their bodies. So with assertions Bullet's
 // solver gets the sleeping bodies too.
@@ -34,7 +38,7 @@ constexpr bool bullet_asserts = false;
 #endif
 
 /// Bullet's deformable body solver with LazyCCD's contacts. See btLazySoftBodySolver for the
-/// functions that both have.
+/// functions that both have, and for what runs on several threads.
 class btLazyDeformableBodySolver : public btDeformableBodySolver, public PairHandler {
  public:
   explicit btLazyDeformableBodySolver(const SolverOptions& options = {})
@@ -65,6 +69,9 @@ class btLazyDeformableBodySolver : public btDeformableBodySolver, public PairHan
   void predictMotion(btScalar solverdt) override;
   void setConstraints(const btContactSolverInfo& info) override;
   void solveDeformableConstraints(btScalar solverdt) override;
+  void applyExplicitForce() override;
+  void setupDeformableSolve(bool implicit) override;
+  void updateSoftBodies() override;
   void applyTransforms(btScalar timeStep) override;
   void processCollision(btSoftBody* body, const btCollisionObjectWrapper* other) override;
   void processCollision(btSoftBody* a, btSoftBody* b) override;
@@ -77,6 +84,8 @@ class btLazyDeformableBodySolver : public btDeformableBodySolver, public PairHan
   // Clears the contact lists of bodies that were woken in this step. Otherwise Bullet would act on
   // contacts of an old step.
   void forget_old_contacts();
+  void solve_momentum_equation(btScalar time_step);
+  void move_nodes(btScalar time_step);
   void silence_bullet();
   void restore_bullet();
   void write_velocities();
@@ -84,6 +93,10 @@ class btLazyDeformableBodySolver : public btDeformableBodySolver, public PairHan
 
   std::unique_ptr<Pipeline> pipeline_;
   std::unique_ptr<SoftBodyDbvt> dbvt_;
+  std::unique_ptr<SideBySide> side_by_side_;
+  std::unique_ptr<Normals> normals_;
+  std::unique_ptr<BodyForces> body_forces_;
+  std::unique_ptr<MomentumEquation> momentum_equation_;
   bool solves_sleepers_;
   btAlignedObjectArray<btSoftBody*> all_bodies_;  // m_softBodies lacks those of skipped_
   std::vector<const btSoftBody*> skipped_;        // sleepers that Bullet's solver skips; sorted

@@ -19,14 +19,16 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-class SoftBodyDbvt;
+class Normals;
 class Pipeline;
+class SideBySide;
+class SoftBodyDbvt;
 class SoftConstraints;
 struct Motion;
 
 /// Bullet's default soft body solver with LazyCCD's contacts.
 ///
-/// Solves Bullet's own constraints of several bodies on several threads if the result is the same.
+/// Does Bullet's own work on several bodies on several threads if the result is the same.
 /// So functions given to btAlignedAllocSetCustom() and btSetCustomEnterProfileZoneFunc() are called
 /// on several threads, except with SolverOptions::detector.threads = 1.
 class btLazySoftBodySolver : public btDefaultSoftBodySolver, public PairHandler {
@@ -60,6 +62,7 @@ class btLazySoftBodySolver : public btDefaultSoftBodySolver, public PairHandler 
   void processCollision(btSoftBody* a, btSoftBody* b) override;
 
  private:
+  void predict(btScalar time_step);
   void read_starts();
   double solve_links(const std::vector<std::int32_t>& bodies, Motion& motion);
   // Puts the nodes back to where they were before solve_links(), because the response moves the
@@ -69,6 +72,8 @@ class btLazySoftBodySolver : public btDefaultSoftBodySolver, public PairHandler 
 
   std::unique_ptr<Pipeline> pipeline_;
   std::unique_ptr<SoftBodyDbvt> dbvt_;
+  std::unique_ptr<SideBySide> side_by_side_;
+  std::unique_ptr<Normals> normals_;
   std::unique_ptr<SoftConstraints> constraints_;
   std::vector<char> slept_;  // by body: slept when the step began
   // At the start of the step, by body and node; empty for bodies that sleep.

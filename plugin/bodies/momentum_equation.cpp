@@ -1,0 +1,198 @@
+#include "bodies/momentum_equation.h"
+
+#include <typeinfo>
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+namespace {
+
+btVector3 inverse_or_zero(const btVector3& v) {
+  btVector3 inverse(0, 0, 0);
+  for (int k = 0; k < 3; ++k) inverse[k] = v[k] == 0 ? btScalar(0) : btScalar(1.0 / v[k]);
+  return inverse;
+}
+
+}  // namespace
+
+bool MomentumEquation::solve(btDeformableBackwardEulerObjective& objective, btScalar dt,
+                             int max_iterations, btScalar tolerance, const SideBySide& bodies,
+                             VectorStack& residual, VectorStack& dv) {
+  objective_ = &objective;
+  side_by_side_ = &bodies;
+  nodes_ = dv.size();
+  if (residual.size() != nodes_ || !read(objective)) return false;
+  add_right_hand_side(dt, residual);
+  objective.applyDynamicFriction(residual);
+  objective.addLagrangeMultiplierRHS(residual, dv, right_hand_side_);
+  objective.addLagrangeMultiplier(dv, solution_);
+  find_preconditioner();
+  conjugate_residual_.solve([this](const VectorStack& x, VectorStack& b) { multiply(x, b); },
+                            preconditioner_, right_hand_side_, solution_, max_iterations, tolerance,
+                            bodies.parallel_for());
+  for (int i = 0; i < nodes_; ++i) dv[i] = solution_[i];
+  return true;
+}
+
+bool MomentumEquation::read(btDeformableBackwardEulerObjective& objective) {
+  if (typeid(objective) != typeid(btDeformableBackwardEulerObjective) || objective.m_implicit ||
+      objective.m_preconditioner != objective.m_KKTPreconditioner)
+    return false;
+  const ParallelFor& parallel_for = side_by_side_->parallel_for();
+  const btAlignedObjectArray<btSoftBody*>& bodies = objective.m_softBodies;
+  const auto count = static_cast<std::size_t>(nodes_);
+  std::vector<int> first_node(1, 0);
+  for (int i = 0; i < bodies.size(); ++i)
+    first_node.push_back(first_node.back() + bodies[i]->m_nodes.size());
+  if (first_node.back() != nodes_) return false;
+  mass_.resize(count);
+  inverse_mass_.resize(count);
+  velocity_.resize(nodes_);
+  side_by_side_->for_each([&](int b) {
+    const btSoftBody& body = *bodies[b];
+    const int first = first_node[static_cast<std::size_t>(b)];
+    for (int i = 0; i < body.m_nodes.size(); ++i) {
+      const btSoftBody::Node& node = body.m_nodes[i];
+      const auto index = static_cast<std::size_t>(first + i);
+      inverse_mass_[index] = node.m_im;
+      mass_[index] = node.m_im == 0 ? btScalar(0) : btScalar(1) / node.m_im;
+      velocity_[first + i] = node.m_v;
+    }
+  });
+  terms_.clear();
+  const btAlignedObjectArray<btDeformableLagrangianForce*>& forces = objective.m_lf;
+  springs_.resize(static_cast<std::size_t>(forces.size()));
+  has_body_forces_ = false;
+  bool has_others = false;
+  for (int i = 0; i < forces.size(); ++i) {
+    btDeformableLagrangianForce& force = *forces[i];
+    if (typeid(force) == typeid(btDeformableGravityForce)) continue;  // does not damp
+    Term term{i, &force, nullptr};
+    if (typeid(force) == typeid(btDeformableMassSpringForce)) {
+      const auto& spring_force = static_cast<const btDeformableMassSpringForce&>(force);
+      SpringDamping& springs = springs_[static_cast<std::size_t>(i)];
+      if (springs.read(spring_force, probe_.read(spring_force), nodes_, parallel_for))
+        term.springs = &springs;
+    }
+    has_others = has_others || !term.springs;
+    terms_.push_back(term);
+  }
+  if (has_others) has_body_forces_ = body_forces_.read(forces, bodies);
+  return true;
+}
+
+void MomentumEquation::add_right_hand_side(btScalar dt, VectorStack& residual) const {
+  for (const Term& term : terms_) {
+    if (term.springs) {
+      for_ranges(side_by_side_->parallel_for(), static_cast<std::size_t>(nodes_), node_grain,
+                 [&](std::size_t first, std::size_t last) {
+                   for (int i = static_cast<int>(first); i < static_cast<int>(last); ++i)
+                     term.springs->add_row(i, dt, velocity_, residual[i]);
+                 });
+    } else if (term.force->getForceType() == BT_MOUSE_PICKING_FORCE) {
+      term.force->addScaledForces(dt, residual);
+    } else {
+      term.force->addScaledDampingForce(dt, residual);
+    }
+  }
+}
+
+// The inverse of the diagonal, and that of the Schur complement for the multipliers.
+void MomentumEquation::find_preconditioner() {
+  const btScalar scale = -objective_->m_dt;
+  VectorStack& diagonal = preconditioner_;
+  diagonal.resize(nodes_);
+  const auto for_nodes = [&](const auto& visit) {
+    for_ranges(side_by_side_->parallel_for(), static_cast<std::size_t>(nodes_), 2 * node_grain,
+               [&](std::size_t first, std::size_t last) {
+                 for (int i = static_cast<int>(first); i < static_cast<int>(last); ++i) visit(i);
+               });
+  };
+  for_nodes([&](int i) {
+    const btScalar im = inverse_mass_[static_cast<std::size_t>(i)];
+    const btScalar mass = im == 0 ? btScalar(0) : btScalar(1.0 / im);
+    diagonal[i] = btVector3(mass, mass, mass);
+  });
+  for (const Term& term : terms_) {
+    if (!term.springs) {
+      term.force->buildDampingForceDifferentialDiagonal(scale, diagonal);
+      continue;
+    }
+    for_nodes([&](int i) {
+      if (inverse_mass_[static_cast<std::size_t>(i)] > 0)
+        term.springs->subtract_diagonal(i, scale, diagonal[i]);
+    });
+  }
+  for_nodes([&](int i) { diagonal[i] = inverse_or_zero(diagonal[i]); });
+  const btAlignedObjectArray<LagrangeMultiplier>& multipliers =
+      objective_->m_projection.m_lagrangeMultipliers;
+  preconditioner_.resize(nodes_ + multipliers.size());
+  for (int c = 0; c < multipliers.size(); ++c) {
+    const LagrangeMultiplier& multiplier = multipliers[c];
+    btVector3 schur(0, 0, 0);
+    for (int j = 0; j < multiplier.m_num_constraints; ++j) {
+      for (int i = 0; i < multiplier.m_num_nodes; ++i) {
+        const btVector3& inverse = preconditioner_[multiplier.m_indices[i]];
+        const btVector3& direction = multiplier.m_dirs[j];
+        const btScalar weight = multiplier.m_weights[i];
+        for (int k = 0; k < 3; ++k)
+          schur[j] += inverse[k] * direction[k] * direction[k] * weight * weight;
+      }
+    }
+    preconditioner_[nodes_ + c] = inverse_or_zero(schur);
+  }
+}
+
+void MomentumEquation::multiply(const VectorStack& x, VectorStack& b) const {
+  const btScalar scale = -objective_->m_dt;
+  const SpringDamping* const springs = terms_.empty() ? nullptr : terms_.front().springs;
+  for_ranges(side_by_side_->parallel_for(), static_cast<std::size_t>(nodes_), node_grain,
+             [&](std::size_t first, std::size_t last) {
+               for (std::size_t i = first; i < last; ++i) {
+                 const int node = static_cast<int>(i);
+                 btVector3 sum = inverse_mass_[i] == 0 ? btVector3(0, 0, 0) : x[node] * mass_[i];
+                 if (springs) springs->add_row(node, scale, x, sum);
+                 b[node] = sum;
+               }
+             });
+  for (std::size_t t = springs ? 1 : 0; t < terms_.size(); ++t) add_damping(terms_[t], x, b);
+  multiply_multipliers(x, b);
+}
+
+void MomentumEquation::add_damping(const Term& term, const VectorStack& x, VectorStack& b) const {
+  const btScalar dt = objective_->m_dt;
+  if (term.springs) {
+    for_ranges(side_by_side_->parallel_for(), static_cast<std::size_t>(nodes_), node_grain,
+               [&](std::size_t first, std::size_t last) {
+                 for (int i = static_cast<int>(first); i < static_cast<int>(last); ++i)
+                   term.springs->add_row(i, -dt, x, b[i]);
+               });
+  } else if (has_body_forces_) {
+    side_by_side_->for_each([&](int body) {
+      for (const BodyForces::Acting& acting : body_forces_.on(body))
+        if (acting.force == term.index) acting.copy->addScaledDampingForceDifferential(-dt, x, b);
+    });
+  } else {
+    term.force->addScaledDampingForceDifferential(-dt, x, b);
+    if (term.force->getForceType() == BT_MOUSE_PICKING_FORCE)
+      term.force->addScaledElasticForceDifferential(-dt * dt, x, b);
+  }
+}
+
+void MomentumEquation::multiply_multipliers(const VectorStack& x, VectorStack& b) const {
+  const btAlignedObjectArray<LagrangeMultiplier>& multipliers =
+      objective_->m_projection.m_lagrangeMultipliers;
+  for (int c = 0; c < multipliers.size(); ++c) {
+    const LagrangeMultiplier& m = multipliers[c];
+    btVector3& row = b[nodes_ + c];
+    row.setZero();
+    for (int i = 0; i < m.m_num_nodes; ++i)
+      for (int j = 0; j < m.m_num_constraints; ++j)
+        b[m.m_indices[i]] += x[nodes_ + c][j] * m.m_weights[i] * m.m_dirs[j];
+    for (int j = 0; j < m.m_num_constraints; ++j)
+      for (int i = 0; i < m.m_num_nodes; ++i)
+        row[j] += m.m_weights[i] * x[m.m_indices[i]].dot(m.m_dirs[j]);
+  }
+}
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet

@@ -1,0 +1,61 @@
+// The momentum equation of the deformable world: velocities after damping forces, which are
+// implicit, with Bullet's constraints as Lagrange multipliers. Solved as in
+// btDeformableBodySolver::solveDeformableConstraints() (Bullet 3.24) for the explicit scheme with
+// the KKT preconditioner, Bullet's default. The result is Bullet's, to the bit but for the sign of
+// zeros, on any number of threads, if Bullet is built without fused multiply-adds.
+#pragma once
+
+#include <BulletSoftBody/btDeformableBackwardEulerObjective.h>
+
+#include <vector>
+
+#include "bodies/body_forces.h"
+#include "bodies/conjugate_residual.h"
+#include "bodies/side_by_side.h"
+#include "bodies/spring_damping.h"
+#include "lazyccd/bullet/precision.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+
+class MomentumEquation {
+ public:
+  /// Changes `dv`, the velocity changes of all nodes, to the solution. `residual` is zero before,
+  /// and then the right hand side. Returns false if it did nothing, because a part of the
+  /// objective is not Bullet's own class. `dt`: the time step, seconds.
+  bool solve(btDeformableBackwardEulerObjective& objective, btScalar dt, int max_iterations,
+             btScalar tolerance, const SideBySide& bodies, VectorStack& residual, VectorStack& dv);
+
+ private:
+  // A force that damps. One of springs is a matrix; others add their part body by body, or all at
+  // once if a force is of no known class.
+  struct Term {
+    int index;  // in the objective's list
+    btDeformableLagrangianForce* force;
+    const SpringDamping* springs;
+  };
+
+  bool read(btDeformableBackwardEulerObjective& objective);
+  void add_right_hand_side(btScalar dt, VectorStack& residual) const;
+  void find_preconditioner();
+  void multiply(const VectorStack& x, VectorStack& b) const;
+  void add_damping(const Term& term, const VectorStack& x, VectorStack& b) const;
+  void multiply_multipliers(const VectorStack& x, VectorStack& b) const;
+
+  // Of this solve().
+  btDeformableBackwardEulerObjective* objective_ = nullptr;
+  const SideBySide* side_by_side_ = nullptr;
+  int nodes_ = 0;
+  std::vector<Term> terms_;
+  BodyForces body_forces_;
+  bool has_body_forces_ = false;
+
+  SpringProbe probe_;
+  std::vector<SpringDamping> springs_;
+  std::vector<btScalar> mass_, inverse_mass_;  // kg; zero for nodes that are pinned
+  VectorStack velocity_, preconditioner_, right_hand_side_, solution_;
+  ConjugateResidual conjugate_residual_;
+};
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet
