@@ -1,6 +1,7 @@
 """Times a step over the number of threads, part by part, and checks that the motion stays the same.
 
-scaling.py PROGRAM [--before PROGRAM] [--threads 1,2,4] [--steps N] [--csv FILE] [--chart FILE] [SCENE...]
+scaling.py PROGRAM [--before PROGRAM] [--before-threads 1,16] [--threads 1,2,4] [--steps N]
+           [--without-bullet] [--csv FILE] [--chart FILE] [SCENE...]
   PROGRAM   the program lazyccd; --before: an earlier one, timed in turn with it
   SCENE     scene:world:size; default: the four scenes of the table in results/scaling
 
@@ -61,6 +62,8 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("program")
     parser.add_argument("--before")
+    parser.add_argument("--before-threads")
+    parser.add_argument("--without-bullet", action="store_true")
     parser.add_argument("--threads", default="1,2,4,8,16")
     parser.add_argument("--steps", type=int, default=150)
     parser.add_argument("--csv")
@@ -68,14 +71,15 @@ def main():
     parser.add_argument("scenes", nargs="*", default=SCENES)
     arguments = parser.parse_intermixed_args()
     counts = [int(count) for count in arguments.threads.split(",")]
+    counts_before = [int(count) for count in (arguments.before_threads or arguments.threads).split(",")]
     rows = []
     print("| scene | program | threads | " + " | ".join(PARTS) + " | same |")
     print("|---" * (len(PARTS) + 4) + "|")
     for scene in arguments.scenes or SCENES:
-        runs = [("Bullet alone", arguments.program, 0)]
+        runs = [] if arguments.without_bullet else [("Bullet alone", arguments.program, 0)]
         for count in counts:
             runs.append(("now", arguments.program, count))
-            if arguments.before:
+            if arguments.before and count in counts_before:
                 runs.append(("before", arguments.before, count))
         first = {}
         for label, program, count in runs:

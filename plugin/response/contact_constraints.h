@@ -39,13 +39,9 @@ class ContactConstraints {
 
   /// Starts a step without rows. Remembers the impulses of the last step.
   void begin_step();
-  /// Drops all rows and remembered impulses.
+  /// Drops all rows and remembered impulses. To be called if the indices of bodies, vertices or
+  /// faces change.
   void forget();
-  /// forget(), and what depends on the numbers of vertices. To be called if these change.
-  void topology_changed() {
-    forget();
-    solver_.topology_changed();
-  }
   /// Warm start: gives rows the impulses of the last step if their pair was in contact in it as
   /// well. A resting contact needs the same impulses again. This may raise the kinetic energy; the
   /// caller must check that.

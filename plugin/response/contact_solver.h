@@ -73,9 +73,6 @@ class ContactSolver {
   /// that it moves; the caller calls Motion::apply_response() for rigid bodies and multibodies.
   void write(Motion& motion);
 
-  /// To be called if the indices of soft vertices change.
-  void topology_changed() { rank_.clear(); }
-
  private:
   class NewBlocks;
   class Sweeps;
@@ -195,7 +192,6 @@ class ContactSolver {
   std::vector<Float4> displacement_, last_displacement_;
   Indices vertex_of_node_;  // soft vertices that have a displacement
   Indices node_of_;  // by soft vertex: index of its displacement, or 0; a last 0 for all others
-  Indices rank_;     // by soft vertex: its place in a spatial order; empty: not known
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

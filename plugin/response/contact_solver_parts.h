@@ -1,7 +1,7 @@
 // What the sources of the contact solver share.
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <cstddef>
 #include <cstdint>
 
@@ -38,15 +38,21 @@ class ContactSolver::NewBlocks {
   std::size_t first() const { return first_; }
 
  private:
-  enum class Phase { find_places, claim, collect, number, find_slots, fill };
+  enum class Phase { measure, find_places, claim, collect, number, find_slots, fill };
+
+  using Box = Eigen::AlignedBox3d;
 
   std::size_t begin(Phase phase) {
     phase_ = phase;
     return s_.block_count_ - first_;
   }
   std::size_t begin_blocks();
+  /// Makes the keys of the rows of an item.
   void find_places(std::size_t item);
-  void rank_vertices();
+  /// Where a row is: at its first vertex, at the start of the step.
+  Eigen::Vector3d place_of(std::int32_t row) const;
+  /// Finds the bounds of the rows of an item.
+  void measure(std::size_t item);
   /// Takes the rows of the block, finds its rigid bodies, and claims its vertices that have no
   /// displacement yet. The first block that moves a vertex gets it.
   void claim(std::size_t item);
@@ -60,9 +66,10 @@ class ContactSolver::NewBlocks {
   void colour();
 
   ContactSolver& s_;
-  Phase phase_ = Phase::find_places;
+  Phase phase_ = Phase::measure;
   std::size_t first_ = 0;
   Indices rows_;
+  std::vector<Box> boxes_;           // by item; then the first is that of all rows
   std::vector<std::uint64_t> keys_;  // of the rows: place in space, and row
 };
 

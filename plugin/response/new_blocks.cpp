@@ -2,11 +2,11 @@
 // colours.
 #include <algorithm>
 #include <boost/sort/spreadsort/integer_sort.hpp>
+#include <cmath>
 #include <limits>
 #include <utility>
 
 #include "response/contact_solver_parts.h"
-#include "util/spatial_order.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -27,6 +27,18 @@ constexpr std::int32_t collected = -1;
 // Rows that a thread takes at a time when it looks where they are.
 constexpr std::size_t grain = 1024;
 
+// A Morton code (Morton 1966) orders rows along a curve through the cells of a cube, so that
+// neighbours on the curve are near each other. It has this many bits for each axis.
+constexpr int bits_per_axis = 10;
+
+// Moves the bits of a coordinate three places apart.
+std::uint64_t spread(std::uint32_t coordinate) {
+  std::uint64_t spread = 0;
+  for (int bit = 0; bit < bits_per_axis; ++bit)
+    spread |= static_cast<std::uint64_t>(coordinate >> bit & 1) << (3 * bit);
+  return spread;
+}
+
 }  // namespace
 
 std::size_t ContactSolver::NewBlocks::start(Indices rows) {
@@ -34,15 +46,17 @@ std::size_t ContactSolver::NewBlocks::start(Indices rows) {
   rows_ = std::move(rows);
   if (rows_.empty()) return 0;
   if (rows_.size() <= RowBlock::max_rows) return begin_blocks();
-  rank_vertices();
   keys_.resize(rows_.size());
-  phase_ = Phase::find_places;
-  return (rows_.size() + grain - 1) / grain;
+  boxes_.assign((rows_.size() + grain - 1) / grain, {});
+  phase_ = Phase::measure;
+  return boxes_.size();
 }
 
 void ContactSolver::NewBlocks::run(std::size_t item, int worker) {
   const std::size_t b = first_ + item;
   switch (phase_) {
+    case Phase::measure:
+      return measure(item);
     case Phase::find_places:
       return find_places(item);
     case Phase::claim:
@@ -63,6 +77,10 @@ void ContactSolver::NewBlocks::run(std::size_t item, int worker) {
 
 std::size_t ContactSolver::NewBlocks::next() {
   switch (phase_) {
+    case Phase::measure:
+      for (const Box& box : boxes_) boxes_.front().extend(box);
+      phase_ = Phase::find_places;
+      return boxes_.size();
     case Phase::find_places:
       boost::sort::spreadsort::integer_sort(keys_.begin(), keys_.end());
       for (std::size_t i = 0; i < keys_.size(); ++i)
@@ -93,26 +111,28 @@ std::size_t ContactSolver::NewBlocks::begin_blocks() {
   return begin(Phase::claim);
 }
 
-void ContactSolver::NewBlocks::rank_vertices() {
-  const Motion& motion = *s_.motion_;
-  const auto count = static_cast<std::size_t>(motion.soft_count());
-  if (s_.rank_.size() == count) return;
-  const std::vector<std::int32_t> order =
-      spatial_order(count, [&](std::int32_t v) { return motion.start_of(v); });
-  s_.rank_.resize(count);
-  for (std::size_t i = 0; i < count; ++i) s_.rank_[order[i]] = static_cast<std::int32_t>(i);
+Eigen::Vector3d ContactSolver::NewBlocks::place_of(std::int32_t row) const {
+  return s_.motion_->start_of(s_.rows_->contact(static_cast<std::size_t>(row)).vertices[0]);
+}
+
+void ContactSolver::NewBlocks::measure(std::size_t item) {
+  const std::size_t last = std::min((item + 1) * grain, rows_.size());
+  Box box;
+  for (std::size_t i = item * grain; i < last; ++i) box.extend(place_of(rows_[i]));
+  boxes_[item] = box;
 }
 
 void ContactSolver::NewBlocks::find_places(std::size_t item) {
   const std::size_t last = std::min((item + 1) * grain, rows_.size());
+  const Box& box = boxes_.front();
+  const double cells = std::ldexp(1.0, bits_per_axis) - 1;
+  const double scale = cells / std::max(box.sizes().maxCoeff(), std::numeric_limits<double>::min());
   for (std::size_t i = item * grain; i < last; ++i) {
-    std::int32_t place = 0;
-    for (const std::int32_t v : s_.rows_->contact(static_cast<std::size_t>(rows_[i])).vertices) {
-      if (!s_.motion_->is_soft(v)) continue;
-      place = s_.rank_[v];
-      break;
-    }
-    keys_[i] = static_cast<std::uint64_t>(place) << 32 | static_cast<std::uint32_t>(rows_[i]);
+    const Eigen::Vector3d at = scale * (place_of(rows_[i]) - box.min());
+    std::uint64_t code = 0;
+    for (int k = 0; k < 3; ++k)
+      code |= spread(static_cast<std::uint32_t>(std::min(at[k], cells))) << k;
+    keys_[i] = code << 32 | static_cast<std::uint32_t>(rows_[i]);
   }
 }
 

@@ -45,10 +45,9 @@ class Response {
   /// or forget().
   const std::vector<const ContactRow*>& active_rows() { return constraints_.active_rows(); }
 
-  /// Drops the impulses of the last step.
+  /// Drops the impulses of the last step. To be called if the indices of bodies, vertices or faces
+  /// change.
   void forget() { constraints_.forget(); }
-  /// To be called if the indices of bodies, vertices or faces change.
-  void topology_changed() { constraints_.topology_changed(); }
 
  private:
   /// Solves the near contacts that were selected: with a warm start, or without if that raises the

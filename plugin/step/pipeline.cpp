@@ -211,7 +211,7 @@ NearContacts Pipeline::find_near_contacts() {
 }
 
 void Pipeline::set_topology() {
-  response_.topology_changed();
+  response_.forget();
   detector_.set_topology(largest_thickness());
 }
 

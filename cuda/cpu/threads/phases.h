@@ -91,7 +91,7 @@ class Phases {
       } else if (++waits % patience == 0) {
         for (std::uint64_t i = 1; i <= parts_of(state); ++i)
           done += run_part(state, (rank + i) % parts_of(state), worker);
-        if (done == 0 && waits > max_spins) std::this_thread::yield();
+        if (done == 0) std::this_thread::yield();
       } else {
         cpu_relax();
       }
@@ -149,7 +149,7 @@ class Phases {
 
   // Looks at the state after which a waiting worker takes items of others, and yields its core.
   // Longer than most phases take, so that items stay where they are.
-  static constexpr int patience = 64, max_spins = 1024;
+  static constexpr int patience = 1024;
 
   const Run& run_;
   const Next& next_;

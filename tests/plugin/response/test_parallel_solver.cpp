@@ -6,7 +6,6 @@
 #include "plugin/support/contacts.h"
 #include "response/contact_constraints.h"
 #include "support/catch.h"
-#include "util/spatial_order.h"
 
 using namespace lazyccd;
 using Eigen::Vector3d;
@@ -131,21 +130,4 @@ TEST_CASE("thousands of contacts with one rigid body converge and keep momentum"
     momentum += node_mass * (pile.motion.solved[v] - pile.motion.predicted[v]);
   CHECK(momentum.norm() < 1e-9);
   CHECK(pile.motion.rigid[0].translation.y() < 0);
-}
-
-TEST_CASE("a spatial order is a permutation, and its neighbours are near each other") {
-  constexpr std::size_t side = 64;
-  const auto point = [](std::int32_t i) {
-    return Vector3d(i % static_cast<int>(side), 0, i / static_cast<int>(side));
-  };
-  const std::vector<std::int32_t> order = bullet::spatial_order(side * side, point);
-  std::vector<std::int32_t> sorted = order;
-  std::sort(sorted.begin(), sorted.end());
-  for (std::size_t i = 0; i < sorted.size(); ++i) REQUIRE(sorted[i] == static_cast<int>(i));
-  double sum = 0;
-  for (std::size_t i = 1; i < order.size(); ++i)
-    sum += (point(order[i]) - point(order[i - 1])).norm();
-  CHECK(sum / static_cast<double>(order.size()) < 4);
-  CHECK(bullet::spatial_order(0, point).empty());
-  CHECK(bullet::spatial_order(40, [](std::int32_t) { return Vector3d(1, 1, 1); }).size() == 40);
 }
