@@ -1,6 +1,6 @@
-// Kernels of the contact solver (response/pgs_kernels.h), compiled once for each instruction set. A
+// Kernels of the contact solver (solver/pgs_kernels.h), compiled once for each instruction set. A
 // register holds `width` rows of four floats. All widths give the same results, to the bit.
-#include "response/pgs_kernels.h"
+#include "solver/pgs_kernels.h"
 
 #if defined(__SSE2__)
 #include <immintrin.h>

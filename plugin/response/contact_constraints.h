@@ -20,7 +20,7 @@
 #include "contact/pair_surfaces.h"
 #include "contact/row_list.h"
 #include "motion/motion.h"
-#include "response/contact_solver.h"
+#include "solver/contact_solver.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {

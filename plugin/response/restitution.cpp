@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "response/contact_constraints.h"
-#include "response/contact_solver.h"
 #include "response/velocities.h"
+#include "solver/contact_solver.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {

@@ -113,8 +113,9 @@ check_layers(plugin lazyccd/
   bodies:scene,shapes,util
   report:scene,shapes,contact,motion,util
   detection:contact,scene,shapes,motion,util
-  response:contact,motion,util
-  isa:detection,response,links,contact,motion,util
+  solver:contact,motion,util
+  response:solver,contact,motion,util
+  isa:detection,solver,links,contact,motion,util
   step:detection,response,report,untangling,scene,shapes,contact,motion,util
   world:step,bodies,links,report,scene,shapes,contact,motion,util)
 

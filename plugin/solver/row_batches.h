@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "response/pgs_kernels.h"
+#include "solver/pgs_kernels.h"
 
 namespace lazyccd::bullet {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <numeric>
 
-#include "response/contact_solver_parts.h"
+#include "solver/contact_solver_parts.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {

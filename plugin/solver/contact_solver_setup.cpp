@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "contact/rigid_terms.h"
-#include "response/contact_solver.h"
-#include "response/contact_solver_parts.h"
+#include "solver/contact_solver.h"
+#include "solver/contact_solver_parts.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {

@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "response/pgs_kernels.h"
-#include "response/row_batches.h"
+#include "solver/pgs_kernels.h"
+#include "solver/row_batches.h"
 
 namespace lazyccd::bullet {
 

@@ -1,4 +1,4 @@
-#include "response/contact_solver.h"
+#include "solver/contact_solver.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -7,7 +7,7 @@
 #include <numeric>
 
 #include "contact/rigid_terms.h"
-#include "response/contact_solver_parts.h"
+#include "solver/contact_solver_parts.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "response/contact_solver.h"
+#include "solver/contact_solver.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {

@@ -37,10 +37,10 @@
 #include "contact/row_list.h"
 #include "lazyccd/threads.h"
 #include "motion/motion.h"
-#include "response/block_colours.h"
-#include "response/pgs_kernels.h"
-#include "response/row_batches.h"
-#include "response/row_block.h"
+#include "solver/block_colours.h"
+#include "solver/pgs_kernels.h"
+#include "solver/row_batches.h"
+#include "solver/row_block.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {

@@ -1,5 +1,5 @@
 // Choice of the contact solver kernels that this processor can run.
-#include "response/pgs_kernels.h"
+#include "solver/pgs_kernels.h"
 
 #include "util/isa.h"
 

@@ -6,7 +6,7 @@
 #include <limits>
 #include <utility>
 
-#include "response/contact_solver_parts.h"
+#include "solver/contact_solver_parts.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {

@@ -1,4 +1,4 @@
-#include "response/row_batches.h"
+#include "solver/row_batches.h"
 
 #include <algorithm>
 

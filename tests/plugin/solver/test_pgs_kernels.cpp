@@ -1,4 +1,4 @@
-#include "response/pgs_kernels.h"
+#include "solver/pgs_kernels.h"
 
 #include <algorithm>
 #include <array>
@@ -8,7 +8,7 @@
 #include <random>
 #include <vector>
 
-#include "response/row_batches.h"
+#include "solver/row_batches.h"
 #include "support/catch.h"
 
 using namespace lazyccd::bullet;

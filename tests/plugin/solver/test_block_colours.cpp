@@ -1,4 +1,4 @@
-#include "response/block_colours.h"
+#include "solver/block_colours.h"
 
 #include <algorithm>
 #include <map>
