@@ -2,6 +2,7 @@
 
 scaling.py PROGRAM [--before PROGRAM] [--before-threads 1,16] [--threads 1,2,4] [--steps N]
            [--without-bullet] [--csv FILE] [--chart FILE] [SCENE...]
+scaling.py --read CSV --chart FILE     draws the chart of an earlier run
   PROGRAM   the program lazyccd; --before: an earlier one, timed in turn with it
   SCENE     scene:world:size; default: the four scenes of the table in results/scaling
 
@@ -51,6 +52,8 @@ def draw(rows, path):
     axes.plot([1, most], [1, most], color="grey", linestyle="--", label="ideal")
     axes.set_xscale("log", base=2)
     axes.set_yscale("log", base=2)
+    for axis in (axes.xaxis, axes.yaxis):
+        axis.set_major_formatter("{x:g}")
     axes.set_xlabel("threads")
     axes.set_ylabel("speed-up of a whole step")
     axes.legend()
@@ -60,7 +63,8 @@ def draw(rows, path):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("program")
+    parser.add_argument("program", nargs="?")
+    parser.add_argument("--read")
     parser.add_argument("--before")
     parser.add_argument("--before-threads")
     parser.add_argument("--without-bullet", action="store_true")
@@ -70,6 +74,13 @@ def main():
     parser.add_argument("--chart")
     parser.add_argument("scenes", nargs="*", default=SCENES)
     arguments = parser.parse_intermixed_args()
+    if arguments.read:
+        with open(arguments.read, newline="") as file:
+            rows = [{**row, "threads": int(row["threads"]), "total": float(row["total"])}
+                    for row in csv.DictReader(file)]
+        return draw(rows, arguments.chart)
+    if not arguments.program:
+        parser.error("PROGRAM or --read is missing")
     counts = [int(count) for count in arguments.threads.split(",")]
     counts_before = [int(count) for count in (arguments.before_threads or arguments.threads).split(",")]
     rows = []
