@@ -126,7 +126,7 @@ void ContactSolver::NewBlocks::find_places(std::size_t item) {
   const std::size_t last = std::min((item + 1) * grain, rows_.size());
   const Box& box = boxes_.front();
   const double cells = std::ldexp(1.0, bits_per_axis) - 1;
-  const double scale = cells / std::max(box.sizes().maxCoeff(), std::numeric_limits<double>::min());
+  const double extent = box.sizes().maxCoeff(), scale = extent > 0 ? cells / extent : 0;
   for (std::size_t i = item * grain; i < last; ++i) {
     const Eigen::Vector3d at = scale * (place_of(rows_[i]) - box.min());
     std::uint64_t code = 0;

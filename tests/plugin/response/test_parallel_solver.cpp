@@ -131,3 +131,14 @@ TEST_CASE("thousands of contacts with one rigid body converge and keep momentum"
   CHECK(momentum.norm() < 1e-9);
   CHECK(pile.motion.rigid[0].translation.y() < 0);
 }
+
+TEST_CASE("many contacts at one place are solved") {
+  Pile pile(0.001, 1);
+  // The same node meets the plate in every contact, so that each block has the overflow's colour or
+  // one of its own.
+  const Contact one = pile.contacts.back();
+  pile.contacts.assign(pile.contacts.size(), one);
+  for (std::size_t i = 0; i < pile.contacts.size(); ++i)
+    pile.contacts[i].primitive_b = static_cast<std::int32_t>(i);
+  CHECK(solve(pile, 2, 100)[0] < 0.01 * Pile::speed * pile.motion.dt);
+}
