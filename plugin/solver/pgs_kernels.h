@@ -32,14 +32,14 @@ struct alignas(64) RowBatch {
   float impulse[4 * lanes],     ///< by row: tangent impulse x, y, z, then the normal impulse
       last_impulse[4 * lanes];  ///< impulses one sweep before
   float compliance[4 * lanes];  ///< displacement per impulse, in the order of `impulse`
+  float sliding[4 * lanes];     ///< by row: three zeros, and ContactRow::sliding_fraction
   /// Index of the displacement, by vertex. node: to load from; 0 if immovable. scatter_node: to
   /// add to. It is like `node`, but immovable vertices get dummies of their own, so that stores
   /// never alias and none waits for another. No two threads share a dummy.
   std::int32_t node[vertices], scatter_node[vertices];
   std::int32_t first_term = 0, last_term = 0;  ///< its rigid terms; last_term: one past the last
   bool slides = false;                         ///< some row has a sliding fraction
-  bool was_active = true;    ///< for the solver: when it last looked, the batch was active
-  float sliding[4 * lanes];  ///< by row: three zeros, and ContactRow::sliding_fraction
+  bool was_active = true;  ///< for the solver: when it last looked, the batch was active
 };
 
 /// Rows without an impulse, which get none until they are violated. Unlike the rows of a RowBatch
