@@ -18,7 +18,7 @@ packages_of() {
       echo 'g++: the compiler'
       echo 'cmake: the build, at least 3.24'
       echo 'ninja-build: the build'
-      echo 'libboost-dev: Multiprecision headers, for the exact stage of the narrow phase'
+      echo 'libboost-dev: headers of Multiprecision (exact stage) and Sort (order of contact rows)'
       echo 'libeigen3-dev: principal axes of oriented boxes; small dense systems in the adapter'
       ;;
     bullet)
