@@ -72,6 +72,7 @@ class ContactSolver::Sweeps {
  public:
   Sweeps(ContactSolver& solver, int limit, float tolerance)
       : s_(solver), limit_(limit), tolerance_(tolerance), added_(solver) {
+    for (Indices& blocks : s_.active_of_colour_) blocks.clear();
     for (std::size_t b = 0; b < s_.block_count_; ++b) note_active(b);
     s_.last_displacement_ = s_.displacement_;
   }
@@ -120,7 +121,7 @@ class ContactSolver::Sweeps {
     is_full_ = sweep_ >= std::min(next_full_, limit_);
     if (!is_full_) return begin_colours();
     phase_ = Phase::search;
-    return std::max<std::size_t>(s_.chunk_count_, 1);
+    return s_.chunk_count_;  // not 0, for there are blocks
   }
 
   std::size_t add_violated() {
@@ -179,7 +180,7 @@ class ContactSolver::Sweeps {
 
   std::size_t end_sweep() {
     SweepChange change;
-    for (const Indices& blocks : is_full_ ? s_.blocks_of_colour_ : active_of_colour_) {
+    for (const Indices& blocks : is_full_ ? s_.blocks_of_colour_ : s_.active_of_colour_) {
       for (const std::int32_t b : blocks) {
         const SweepChange& of_block = s_.blocks_[b].change;
         change.largest = std::max(change.largest, of_block.largest);
@@ -210,7 +211,7 @@ class ContactSolver::Sweeps {
   // Sorts the blocks with an active batch by colour. Returns true if a batch has become active.
   bool collect_active() {
     bool any_new = false;
-    for (Indices& blocks : active_of_colour_) blocks.clear();
+    for (Indices& blocks : s_.active_of_colour_) blocks.clear();
     for (std::size_t b = 0; b < s_.block_count_; ++b) {
       any_new = any_new || s_.blocks_[b].has_new_active;
       note_active(b);
@@ -221,11 +222,11 @@ class ContactSolver::Sweeps {
   void note_active(std::size_t b) {
     const RowBlock& block = s_.blocks_[b];
     if (!block.active.empty())
-      active_of_colour_[block.colour].push_back(static_cast<std::int32_t>(b));
+      s_.active_of_colour_[block.colour].push_back(static_cast<std::int32_t>(b));
   }
 
   const Indices& swept() const {
-    return is_full_ ? s_.blocks_of_colour_[colour_] : active_of_colour_[colour_];
+    return is_full_ ? s_.blocks_of_colour_[colour_] : s_.active_of_colour_[colour_];
   }
 
   ContactSolver& s_;
@@ -239,7 +240,6 @@ class ContactSolver::Sweeps {
   NewBlocks added_;
   float min_change_size_ = std::numeric_limits<float>::max();
   int run_length_ = 0;  // sweeps since the extrapolation was restarted
-  std::array<Indices, BlockColours::count> active_of_colour_;  // blocks with an active batch
 };
 
 void ContactSolver::solve(int sweeps) {

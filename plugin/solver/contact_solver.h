@@ -27,7 +27,7 @@
 // problem and are only checked from time to time. A row that is violated is added to the problem.
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <array>
 #include <cstdint>
 #include <vector>
@@ -181,6 +181,9 @@ class ContactSolver {
   std::size_t block_count_ = 0;
   BlockColours colours_;
   std::array<Indices, BlockColours::count> blocks_of_colour_;
+  std::array<Indices, BlockColours::count> active_of_colour_;  // blocks with an active batch
+  std::vector<Eigen::AlignedBox3d> places_;  // scratch memory of NewBlocks, as keys_
+  std::vector<std::uint64_t> keys_;
   std::vector<RowBatches> scratch_;  // by worker
   std::vector<SharedBody> shared_;
   Indices shared_of_;  // by rigid body: index in shared_, or -1

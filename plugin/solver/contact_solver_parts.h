@@ -27,7 +27,8 @@ Eigen::Vector3d move_without_impulses(const ContactRow& row, bool for_split_impu
 /// that it can be a part of other phases.
 class ContactSolver::NewBlocks {
  public:
-  explicit NewBlocks(ContactSolver& solver) : s_(solver) {}
+  explicit NewBlocks(ContactSolver& solver)
+      : s_(solver), boxes_(solver.places_), keys_(solver.keys_) {}
 
   /// Takes the rows. Returns the number of items of the first phase; 0 if there are no rows.
   std::size_t start(Indices rows);
@@ -69,8 +70,8 @@ class ContactSolver::NewBlocks {
   Phase phase_ = Phase::measure;
   std::size_t first_ = 0;
   Indices rows_;
-  std::vector<Box> boxes_;           // by item; then the first is that of all rows
-  std::vector<std::uint64_t> keys_;  // of the rows: place in space, and row
+  std::vector<Box>& boxes_;           // by item; then the first is that of all rows
+  std::vector<std::uint64_t>& keys_;  // of the rows: place in space, and row
 };
 
 // With fewer chunks or blocks a second thread costs more than it saves.
