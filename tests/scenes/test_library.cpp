@@ -1,6 +1,10 @@
 // The scenes of the library at a small size, up to their first difficult contacts.
+#include <vector>
+
+#include "scenes/meshes/surface.h"
 #include "scenes/run.h"
 #include "support/catch.h"
+#include "support/test_budget.h"
 
 using namespace lazyccd;
 
@@ -57,4 +61,23 @@ TEST_CASE("the counters find that ropes and meshes pass through with Bullet alon
       run({"cloth-on-mesh", rigid, 10}, scenes::Collisions::bullet, 1.0 / 60);
   CHECK(mesh.crossings_vf > 0);
   CHECK(mesh.wrong_side.value_or(0) > 0);
+}
+
+TEST_CASE("the motion of every scene is the same to the bit with any number of threads") {
+  const scenes::World world = GENERATE(rigid, deformable);
+  const auto end_of = [&](const scenes::SceneInfo& info, int threads) {
+    scenes::Parameters parameters;
+    parameters.world = world;
+    parameters.dt = 1.0 / 60;
+    parameters.lazyccd.detector.threads = threads;
+    scenes::Scene scene = scenes::set_up(info, parameters);
+    const int steps = test::is_sanitized ? 4 : 20;
+    for (int i = 0; i < steps; ++i) scene.world->step();
+    return scenes::read_positions(*scene.world);
+  };
+  for (const scenes::SceneInfo& info : scenes::all_scenes()) {
+    CAPTURE(info.name, world == rigid);
+    const std::vector<btScalar> expected = end_of(info, 1);
+    for (const int threads : {2, 3, 16}) CHECK(end_of(info, threads) == expected);
+  }
 }
