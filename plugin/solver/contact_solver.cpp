@@ -24,6 +24,8 @@ constexpr double slow_approach = 0.25;
 // Contacts also count as resting if, with last step's impulses, no row is violated by more than
 // this speed, m/s, whatever the load.
 constexpr double resting_speed = 0.02;
+// Their sweeps also end when the change is below this fraction of the load.
+constexpr double min_fraction_at_rest = 1e-4;
 // Factor of the number of sweeps for both.
 constexpr int slow_sweep_factor = 4;
 // Divisor of the number of sweeps for split impulses. Gaps that are still too narrow are restored
@@ -251,6 +253,7 @@ void ContactSolver::solve(int sweeps) {
   } else if (largest_.need < slow_approach * dt || max_violation_ < resting_speed * dt) {
     sweeps =
         std::min(sweeps, std::numeric_limits<int>::max() / slow_sweep_factor) * slow_sweep_factor;
+    min_change = std::max(min_change, min_fraction_at_rest * largest_.need);
   } else {
     min_change = std::max(min_change, min_fraction * largest_.need);
   }

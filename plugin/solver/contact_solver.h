@@ -17,7 +17,8 @@
 // A rigid body touches more rows than could follow each other. Its mass is split: s rows that are
 // solved at the same time each take it for s times as light, and the body moves by the sum of their
 // impulses. Tonge et al. 2012, "Mass splitting for jitter-free parallel rigid body simulation",
-// show that this converges. s is limited, so that no row's mass falls by more than a third.
+// show that this converges. The rows of a batch always split a mass. The number of blocks of a
+// colour that do is limited, so that no row's mass falls by more than a third.
 //
 // The iteration runs in single precision, in units taken from the problem itself, so that it does
 // not depend on the units of the scene. Its result only decides how large the impulses are. Their
@@ -104,7 +105,6 @@ class ContactSolver {
   struct SharedBody {
     int rigid;
     int limit;         // of blocks of a colour
-    bool in_lanes;     // several rows of a batch may move it
     Float4 change[2];  // sum of what the blocks of a colour change
   };
 

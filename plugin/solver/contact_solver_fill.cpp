@@ -23,11 +23,7 @@ void ContactSolver::fill(RowBlock& block, RowBatches& scratch) {
     }
     if (has_rigid_terms_) {
       for (const RigidTerm& term : RigidTerms(row.contact, row.weights, *motion_)) {
-        if (motion_->rigid[term.body].articulated >= 0) {
-          *last++ = slot_of_multibody(term.body);
-        } else if (!shared_[shared_of_[term.body]].in_lanes) {
-          *last++ = translation_slot(term.body);
-        }
+        if (motion_->rigid[term.body].articulated >= 0) *last++ = slot_of_multibody(term.body);
       }
     }
     scratch.add(i, slots.data(), last);

@@ -12,7 +12,7 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-// Largest growth of a row's compliance by the splitting of masses, as a fraction.
+// Largest growth of a row's compliance where several blocks move a body, as a fraction.
 constexpr double max_split_growth = 0.5;
 // Most blocks of a colour that move the same body, whatever its mass.
 constexpr int max_shared_limit = 1 << 12;
@@ -234,7 +234,7 @@ void ContactSolver::NewBlocks::share_bodies() {
       std::int32_t& index = s_.shared_of_[block.bodies[i]];
       if (index < 0) {
         index = static_cast<std::int32_t>(s_.shared_.size());
-        s_.shared_.push_back({block.bodies[i], 0, false, {}});
+        s_.shared_.push_back({block.bodies[i], 0, {}});
         shares.push_back(0);
       }
       block.bodies[i] = index;
@@ -246,9 +246,7 @@ void ContactSolver::NewBlocks::share_bodies() {
     const double most = 1 + max_split_growth / std::max(shares[i], 1e-9);
     const int split = static_cast<int>(
         std::min<double>(most, static_cast<double>(RowBatch::lanes) * max_shared_limit));
-    SharedBody& body = s_.shared_[known + i];
-    body.in_lanes = split >= RowBatch::lanes;
-    s_.colours_.add_body(body.in_lanes ? split / RowBatch::lanes : split);
+    s_.colours_.add_body(std::max(1, split / RowBatch::lanes));
   }
 }
 
