@@ -1,5 +1,5 @@
-// Drops a cloth on a box in both of Bullet's worlds with soft bodies. Prints a hash of where the nodes
-// end; it is the same wherever Bullet and LazyCCD do the same arithmetic.
+// Drops a cloth on a box in both of Bullet's worlds with soft bodies. Prints a hash of where the
+// nodes end; it is the same wherever Bullet and LazyCCD do the same arithmetic.
 #include <btBulletDynamicsCommon.h>
 #include <lazyccd/bullet/deformable_body_solver.h>
 #include <lazyccd/bullet/soft_body_solver.h>
@@ -22,7 +22,8 @@ void add_to_hash(std::uint64_t& hash, btScalar number) {
   for (unsigned char byte : bytes) hash = (hash ^ byte) * 1099511628211u;
 }
 
-// Steps the world, and returns whether no node went through the box. The box is 2 m wide and 0.2 m high.
+// Steps the world, and returns whether no node went through the box. The box is 2 m wide and 0.2 m
+// high.
 template <class World>
 bool drop_cloth(World& world, const char* name) {
   world.setGravity(btVector3(0, -10, 0));
