@@ -149,7 +149,8 @@ function(lazyccd_bullet_from_config)
 endfunction()
 
 function(lazyccd_bullet_offer_config config)
-  if(TARGET BulletSoftBody)
+  # vcpkg's and Conan's config files make targets.
+  if(TARGET BulletSoftBody OR TARGET Bullet::BulletSoftBody OR TARGET Bullet::Bullet)
     lazyccd_bullet_from_targets()
     return()
   endif()
