@@ -39,5 +39,17 @@ cmake -S "$repository" -B "$build" "${compiler_options[@]}" --toolchain "$reposi
   >"$build.txt" 2>&1
 targets=(lazyccd_tests "lazyccd_tests_bullet$suffix")
 cmake --build "$build" -j "$jobs" --target "${targets[@]}" "example_bullet$suffix" >>"$log" 2>&1
+# The program whose hashes run.sh compares.
+case $target in
+  aarch64) compiler=aarch64-linux-gnu-g++ run=(qemu-aarch64-static -L /usr/aarch64-linux-gnu) ;;
+  windows) compiler=x86_64-w64-mingw32-g++-posix run=(/usr/lib/wine/wine64) ;;
+esac
+double=$([ "$precision" = double ] && echo "-DLAZYCCD_BULLET_DOUBLE=1 -DBT_USE_DOUBLE_PRECISION" || echo -DLAZYCCD_BULLET_DOUBLE=0)
+# shellcheck disable=SC2086
+"$compiler" -std=c++17 -O2 -ffp-contract=off -static $double -I "$repository/cuda/include" -I "$repository/plugin/include" \
+  -isystem "$(bullet_source "$version")/src" "$repository/tests/consumer_find_package/bullet.cpp" -o "$build/hashes.exe" \
+  "$build/plugin/liblazyccd_bullet$suffix.a" "$build/cuda/liblazyccd_core.a" \
+  "$(find "$build" -name "liblazyccd_bullet3_$precision.a")" -pthread
+"${run[@]}" "$build/hashes.exe"
 shift
 LAZYCCD_QUICK_TESTS=1 ctest --test-dir "$build" -j "$jobs" -L "^(core|bullet$suffix)$" "$@" | tee "$build.ctest.txt"
