@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/ieee_arithmetic.h"
 #include "core/narrow/contact_math.h"
 #include "cpu/cpu_detector.h"
 #include "lazyccd/error.h"
@@ -102,6 +103,12 @@ struct Detector::Impl {
 Detector::Detector(const DetectorOptions& options) : Detector(options, Threads(options.threads)) {}
 
 Detector::Detector(const DetectorOptions& options, const Threads& threads) {
+  const IeeeArithmetic ieee;
+  if (!has_ieee_arithmetic())
+    throw Error(
+        ErrorCode::unavailable,
+        "LazyCCD was compiled without exact rounding; compile it without -ffast-math and with "
+        "-ffp-contract=off");
   if (options.threads < 0)
     throw Error(ErrorCode::invalid_argument,
                 "threads is negative; 0 means as many as the machine has");
@@ -126,6 +133,7 @@ Detector::Detector(Detector&&) noexcept = default;
 Detector& Detector::operator=(Detector&&) noexcept = default;
 
 void Detector::set_topology(const Topology& topology) {
+  const IeeeArithmetic ieee;
   impl_->cpu.discard_ahead();  // a worker may be reading the old mesh, and the threads are needed
   Mesh mesh(topology, impl_->threads.pool());
   impl_->mesh = std::move(mesh);
@@ -133,6 +141,7 @@ void Detector::set_topology(const Topology& topology) {
 }
 
 Span<const Contact> Detector::detect(const Positions& start, const Positions& end) {
+  const IeeeArithmetic ieee;
   Stats stats = impl_->scene();
   const Span<const Contact> contacts = impl_->detect(start, end, stats);
   impl_->stats = std::move(stats);
@@ -140,10 +149,12 @@ Span<const Contact> Detector::detect(const Positions& start, const Positions& en
 }
 
 void Detector::detect_ahead(const Positions& start, const Positions& end, double tolerance) {
+  const IeeeArithmetic ieee;
   if (!impl_->tries_gpu()) impl_->cpu.detect_ahead(start, end, tolerance, impl_->scene());
 }
 
 Span<const Contact> Detector::recheck_near_pairs(const Positions& start, const Positions& end) {
+  const IeeeArithmetic ieee;
   Stats stats = impl_->scene();
   const Span<const Contact> contacts = impl_->cpu.recheck_near_pairs(start, end, stats);
   impl_->stats = std::move(stats);

@@ -22,7 +22,6 @@ packages_of() {
       echo 'libeigen3-dev: principal axes of oriented boxes; small dense systems in the adapter'
       ;;
     bullet)
-      echo 'pkg-config: finds Bullet'
       echo 'libbullet-dev: Bullet in both precisions'
       ;;
     programs)
@@ -31,6 +30,7 @@ packages_of() {
       echo 'libembree-dev: ray tracing, for pictures of scenes'
       echo 'libpng-dev: pictures'
       echo 'libwebp-dev: films'
+      echo 'pkg-config: finds libwebp'
       ;;
     tests)
       echo 'catch2: the test framework'

@@ -29,6 +29,11 @@ double milliseconds_since(std::chrono::steady_clock::time_point start) {
       .count();
 }
 
+// Writes a version as CUDA numbers it: 12040 is 12.4.
+std::string version_text(int version) {
+  return std::to_string(version / 1000) + "." + std::to_string(version % 1000 / 10);
+}
+
 // Returns the device's name and the CUDA version that the driver supports.
 std::string describe_device() {
   int device = 0, driver = 0;
@@ -36,8 +41,7 @@ std::string describe_device() {
   LAZYCCD_CUDA_CHECK(cudaGetDevice(&device));
   LAZYCCD_CUDA_CHECK(cudaGetDeviceProperties(&properties, device));
   LAZYCCD_CUDA_CHECK(cudaDriverGetVersion(&driver));
-  return std::string(properties.name) + ", driver for CUDA " + std::to_string(driver / 1000) + "." +
-         std::to_string(driver % 1000 / 10);
+  return std::string(properties.name) + ", driver for CUDA " + version_text(driver);
 }
 
 // Turns FrontUse::automatic into on. A traversal from a front avoids the descent of the tree level
@@ -306,8 +310,14 @@ void GpuDetector::fill(Stats& stats) {
 
 std::unique_ptr<BackendDetector> make_gpu_detector(const DetectorOptions& options,
                                                    ThreadPool& threads) {
-  int devices = 0;
+  int devices = 0, driver = 0;
   const cudaError_t result = cudaGetDeviceCount(&devices);
+  // Without a driver the version is 0. With an old one, users want to know.
+  if (result == cudaErrorInsufficientDriver && cudaDriverGetVersion(&driver) == cudaSuccess &&
+      driver > 0)
+    throw Error(ErrorCode::device, "the NVIDIA driver is for CUDA " + version_text(driver) +
+                                       " and too old for this build, which needs CUDA " +
+                                       version_text(CUDART_VERSION));
   if (result != cudaSuccess || devices == 0) {
     static_cast<void>(cudaGetLastError());
     throw Error(ErrorCode::unavailable,

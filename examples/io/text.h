@@ -2,9 +2,13 @@
 #pragma once
 
 #include <charconv>
+#include <cmath>
 #include <cstddef>
+#include <cstdlib>
 #include <optional>
+#include <string>
 #include <string_view>
+#include <type_traits>
 #include <vector>
 
 namespace lazyccd::io {
@@ -51,10 +55,27 @@ template <class Number>
 std::optional<Number> to_number(std::string_view word) {
   if (!word.empty() && word[0] == '+') word.remove_prefix(1);
   Number value{};
-  const char* end = word.data() + word.size();
-  const auto [stop, error] = std::from_chars(word.data(), end, value);
-  if (error != std::errc() || stop != end) return std::nullopt;
-  return value;
+#if !defined(__cpp_lib_to_chars)
+  // libc++ before version 20 converts no floating-point numbers.
+  if constexpr (std::is_floating_point_v<Number>) {
+    const std::string copy(word);
+    char* last = nullptr;
+    value = std::is_same_v<Number, float> ? static_cast<Number>(std::strtof(copy.c_str(), &last))
+                                          : static_cast<Number>(std::strtod(copy.c_str(), &last));
+    const bool is_number = !copy.empty() && copy.find_first_of("xX") == std::string::npos;
+    if (!is_number || last != copy.c_str() + copy.size()) return std::nullopt;
+    const bool too_large =
+        std::isinf(value) && copy.find_first_of("0123456789") != std::string::npos;
+    if (too_large) return std::nullopt;
+    return value;
+  } else
+#endif
+  {
+    const char* end = word.data() + word.size();
+    const auto [stop, error] = std::from_chars(word.data(), end, value);
+    if (error != std::errc() || stop != end) return std::nullopt;
+    return value;
+  }
 }
 
 }  // namespace lazyccd::io

@@ -5,6 +5,7 @@
 #if !defined(__AVX512F__)
 
 #include <limits>
+#include <type_traits>
 
 #if defined(__AVX2__)
 #include <immintrin.h>
@@ -45,7 +46,19 @@ void solve_each(const LinkGroup<Scalar>& group, const LinkPasses<Scalar>& all) {
 
 #if defined(__AVX2__)
 
+#if defined(__clang__) || __GNUC__ >= 12
 #define LAZYCCD_SHUFFLED __builtin_shufflevector
+#else
+// The same for GCC 11, which lacks it: the chosen lanes of a, then of b.
+template <int... lanes, class Vector>
+LAZYCCD_INLINE auto shuffled(const Vector& a, const Vector& b) {
+  using Scalar = std::decay_t<decltype(a[0])>;
+  constexpr int count = sizeof(Vector) / sizeof(Scalar);
+  typedef Scalar Result __attribute__((vector_size(sizeof...(lanes) * sizeof(Scalar))));
+  return Result{(lanes < count ? a[lanes % count] : b[lanes % count])...};
+}
+#define LAZYCCD_SHUFFLED(a, b, ...) shuffled<__VA_ARGS__>(a, b)
+#endif
 
 // A register of nodes. Of floats it holds the node of one link and that of the fourth link after
 // it; of doubles one node.

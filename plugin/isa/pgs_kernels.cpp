@@ -2,6 +2,8 @@
 // register holds `width` rows of four floats. All widths give the same results, to the bit.
 #include "solver/pgs_kernels.h"
 
+#include <cstddef>
+
 #if defined(__SSE2__)
 #include <immintrin.h>
 #endif

@@ -1,19 +1,17 @@
 #include "support/temporary.h"
 
-#include <stdlib.h>
-
+#include <random>
+#include <string>
 #include <system_error>
 
 namespace lazyccd::test {
 
 TemporaryFolder::TemporaryFolder() {
-  // mkdtemp() replaces the last six characters.
-  std::string pattern =
-      (std::filesystem::temp_directory_path() / "lazyccd-").string() + std::string(6, 'X');
-  if (!mkdtemp(pattern.data())) {
-    throw std::system_error(errno, std::generic_category(), "cannot make " + pattern);
-  }
-  path_ = pattern;
+  const std::filesystem::path parent = std::filesystem::temp_directory_path();
+  std::random_device random;
+  do {
+    path_ = parent / ("lazyccd-" + std::to_string(random()));
+  } while (!std::filesystem::create_directory(path_));  // false if it is there already
 }
 
 TemporaryFolder::~TemporaryFolder() {

@@ -10,6 +10,8 @@
 
 #if defined(__SSE2__)
 #include <immintrin.h>
+#elif defined(__aarch64__)
+#include <arm_neon.h>
 #endif
 
 #include "core/lane.h"
@@ -120,6 +122,8 @@ struct Mask {
   LAZYCCD_INLINE unsigned bits() const {
 #if defined(__SSE2__)
     return static_cast<unsigned>(_mm_movemask_ps(reinterpret_cast<__m128>(m)));
+#elif defined(__aarch64__)
+    return vaddvq_u32(reinterpret_cast<uint32x4_t>(m & Int4{1, 2, 4, 8}));
 #else
     return (m[0] & 1u) | (m[1] & 2u) | (m[2] & 4u) | (m[3] & 8u);
 #endif
@@ -152,6 +156,14 @@ LAZYCCD_INLINE FloatLanes lane_max(FloatLanes a, FloatLanes b) { return select({
 LAZYCCD_INLINE FloatLanes lane_abs(FloatLanes a) {
   return reinterpret_cast<Float4>(reinterpret_cast<Int4>(a.v) & INT32_MAX);
 }
+#if defined(__aarch64__)
+LAZYCCD_INLINE FloatLanes lane_sqrt(FloatLanes a) {
+  return reinterpret_cast<Float4>(vsqrtq_f32(reinterpret_cast<float32x4_t>(a.v)));
+}
+LAZYCCD_INLINE FloatLanes lane_floor(FloatLanes a) {
+  return reinterpret_cast<Float4>(vrndmq_f32(reinterpret_cast<float32x4_t>(a.v)));
+}
+#else
 LAZYCCD_INLINE FloatLanes lane_sqrt(FloatLanes a) {
   for (int i = 0; i < 4; ++i) a.v[i] = __builtin_sqrtf(a.v[i]);
   return a;
@@ -160,6 +172,7 @@ LAZYCCD_INLINE FloatLanes lane_floor(FloatLanes a) {
   for (int i = 0; i < 4; ++i) a.v[i] = __builtin_floorf(a.v[i]);
   return a;
 }
+#endif
 LAZYCCD_INLINE Mask equal(const std::int32_t* p, std::int32_t x) {
   return {*reinterpret_cast<const Int4*>(p) == x};
 }

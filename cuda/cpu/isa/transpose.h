@@ -137,8 +137,12 @@ LAZYCCD_INLINE void transpose(const Double8 (&rows)[DoubleLanes::lanes],
 template <class Position>
 LAZYCCD_INLINE Float8 halves_of(const Position& position, int lane, double scale) {
   const auto both = [&](int which) {
-    return __builtin_shufflevector(position(lane, which), position(lane + 4, which), 0, 1, 2, 3, 4,
-                                   5, 6, 7);
+    const auto low = position(lane, which), high = position(lane + 4, which);
+#if defined(__clang__) || __GNUC__ >= 12
+    return __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7);
+#else
+    return Double8{low[0], low[1], low[2], low[3], high[0], high[1], high[2], high[3]};
+#endif
   };
   return __builtin_convertvector((both(1) - both(0)) * scale, Float8);
 }

@@ -20,6 +20,8 @@
 #include <cstdint>
 #include <string>
 
+#include "lazyccd/export.h"
+
 namespace lazyccd {
 
 /// How the traversal shares its work among threads or blocks.
@@ -39,9 +41,9 @@ constexpr Strategy kStrategies[] = {Strategy::lazy_stealing, Strategy::lazy_stea
                                     Strategy::static_list,   Strategy::task_stealing,
                                     Strategy::guided,        Strategy::thread_per_query};
 
-const char* name(Strategy strategy);  ///< "lazy_stealing", ...
+LAZYCCD_API const char* name(Strategy strategy);  ///< "lazy_stealing", ...
 /// Throws Error(invalid_argument) that lists the names.
-Strategy parse_strategy(const std::string& name);
+LAZYCCD_API Strategy parse_strategy(const std::string& name);
 
 /// Whether the filter runs in single precision first. `double_only` skips it.
 enum class Arithmetic { single_first, double_only };
@@ -61,9 +63,9 @@ enum class Volume {
 };
 constexpr Volume kVolumes[] = {Volume::box, Volume::dop18, Volume::oriented_box};
 
-const char* name(Volume volume);  ///< "box", ...
+LAZYCCD_API const char* name(Volume volume);  ///< "box", ...
 /// Throws Error(invalid_argument) that lists the names.
-Volume parse_volume(const std::string& name);
+LAZYCCD_API Volume parse_volume(const std::string& name);
 
 /// Tests that rule out pairs before the elementary test. Stats counts what each one did.
 /// Representative triangles (Curtis et al. 2008) are not needed: each vertex and edge has one

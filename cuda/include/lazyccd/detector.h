@@ -12,6 +12,7 @@
 
 #include "lazyccd/algorithm.h"
 #include "lazyccd/contact.h"
+#include "lazyccd/export.h"
 #include "lazyccd/scene.h"
 #include "lazyccd/span.h"
 #include "lazyccd/stats.h"
@@ -49,7 +50,7 @@ struct DetectorOptions {
 
 /// Owns one scene and its buffers. Several detectors may work at the same time; one detector is not
 /// thread-safe.
-class Detector {
+class LAZYCCD_API Detector {
  public:
   /// Throws Error(invalid_argument) if an option is outside its range.
   explicit Detector(const DetectorOptions& options = {});
@@ -98,6 +99,6 @@ class Detector {
 
 /// 64-bit hash over kind, vertices and time of impact of each contact. Does not depend on the
 /// order.
-std::uint64_t contact_hash(Span<const Contact> contacts);
+LAZYCCD_API std::uint64_t contact_hash(Span<const Contact> contacts);
 
 }  // namespace lazyccd

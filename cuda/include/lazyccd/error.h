@@ -5,6 +5,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "lazyccd/export.h"
+
 namespace lazyccd {
 
 /// Class of an error.
@@ -23,7 +25,7 @@ enum class ErrorCode {
 };
 
 /// Exception with a class and, if known, the body and the primitive. what() is a message for users.
-class Error : public std::runtime_error {
+class LAZYCCD_API Error : public std::runtime_error {
  public:
   Error(ErrorCode code, const std::string& what, std::int32_t body = -1,
         std::int32_t primitive = -1)

@@ -4,6 +4,7 @@
 #include <array>
 
 #include "lazyccd/contact.h"
+#include "lazyccd/export.h"
 
 namespace lazyccd {
 
@@ -24,13 +25,14 @@ using QueryPoints = std::array<std::array<double, 3>, 8>;
 /// linearly from start to end. Exact for any finite input: no tolerance, no wrong answer. Sets
 /// `*stage` to the arithmetic used, unless `stage` is null. Throws Error(non_finite_position) on
 /// NaN or infinity.
-QueryResult decide(ContactKind kind, const QueryPoints& points, Stage* stage = nullptr);
+LAZYCCD_API QueryResult decide(ContactKind kind, const QueryPoints& points, Stage* stage = nullptr);
 
 /// Decides whether the distance of the two primitives falls to `separation`, or is below it at the
 /// start. `separation` >= 0 is in the unit of the points; 0: as decide(). Computed in double
 /// precision: never a miss and never late. A distance that rounding cannot tell from the separation
 /// counts as a contact. Throws Error(invalid_argument) if the separation is negative or not finite,
 /// and Error(non_finite_position) on NaN or infinity.
-QueryResult decide_within(ContactKind kind, const QueryPoints& points, double separation);
+LAZYCCD_API QueryResult decide_within(ContactKind kind, const QueryPoints& points,
+                                      double separation);
 
 }  // namespace lazyccd

@@ -5,6 +5,8 @@
 #include <functional>
 #include <memory>
 
+#include "lazyccd/export.h"
+
 namespace lazyccd {
 
 class CpuDetector;
@@ -13,7 +15,7 @@ class ThreadPool;
 
 /// A pool of threads. Copies share it; the last copy ends the threads. One caller at a time. Of the
 /// detectors that share it, one at a time detects ahead; the others do all their work in detect().
-class Threads {
+class LAZYCCD_API Threads {
  public:
   /// `count` threads, the caller's included; 0: as many as the machine has. Throws Error if
   /// negative. They start when they are first needed, and are fewer if the system has no more.

@@ -71,8 +71,8 @@ std::vector<Behaviour> teleport_behaviours() {
                           when;
       scene.in_rigid_world = moment != Moment::in_solver;
       scene.seconds = 1.5;
-      scene.build = [kind = kind, moment = moment](Application& a, Watch& w) {
-        build(a, w, kind, moment);
+      scene.build = [of_kind = kind, at = moment](Application& a, Watch& w) {
+        build(a, w, of_kind, at);
       };
       scenes.push_back(scene);
     }

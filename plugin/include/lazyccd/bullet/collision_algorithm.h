@@ -16,12 +16,13 @@
 #include <BulletSoftBody/btSoftBodyRigidBodyCollisionConfiguration.h>
 
 #include "lazyccd/bullet/pair_handler.h"
+#include "lazyccd/export.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
 /// Hands its pair to the handler and does no detection.
-class btLazySoftSoftCollisionAlgorithm : public btCollisionAlgorithm {
+class LAZYCCD_BULLET_API btLazySoftSoftCollisionAlgorithm : public btCollisionAlgorithm {
  public:
   btLazySoftSoftCollisionAlgorithm(PairHandler& handler,
                                    const btCollisionAlgorithmConstructionInfo& ci)
@@ -51,7 +52,8 @@ class btLazySoftSoftCollisionAlgorithm : public btCollisionAlgorithm {
 
 /// Bullet's configuration for soft and rigid bodies, with LazyCCD's algorithm for soft-soft pairs.
 /// The handler must outlive the configuration.
-class btLazySoftBodyCollisionConfiguration : public btSoftBodyRigidBodyCollisionConfiguration {
+class LAZYCCD_BULLET_API btLazySoftBodyCollisionConfiguration
+    : public btSoftBodyRigidBodyCollisionConfiguration {
  public:
   explicit btLazySoftBodyCollisionConfiguration(
       PairHandler& handler,

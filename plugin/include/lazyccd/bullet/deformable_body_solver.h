@@ -17,6 +17,7 @@
 #include "lazyccd/bullet/options.h"
 #include "lazyccd/bullet/pair_handler.h"
 #include "lazyccd/bullet/report.h"
+#include "lazyccd/export.h"
 #include "lazyccd/span.h"
 
 namespace lazyccd::bullet {
@@ -39,7 +40,8 @@ constexpr bool bullet_asserts = false;
 
 /// Bullet's deformable body solver with LazyCCD's contacts. See btLazySoftBodySolver for the
 /// functions that both have, and for what runs on several threads.
-class btLazyDeformableBodySolver : public btDeformableBodySolver, public PairHandler {
+class LAZYCCD_BULLET_API btLazyDeformableBodySolver : public btDeformableBodySolver,
+                                                      public PairHandler {
  public:
   explicit btLazyDeformableBodySolver(const SolverOptions& options = {})
       : btLazyDeformableBodySolver(options, bullet_asserts) {}

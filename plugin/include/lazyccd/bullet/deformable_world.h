@@ -4,6 +4,7 @@
 #include <BulletSoftBody/btDeformableMultiBodyDynamicsWorld.h>
 
 #include "lazyccd/bullet/deformable_body_solver.h"
+#include "lazyccd/export.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -12,7 +13,8 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 /// contacts, the repulsion that acts on them, and the continuous detection, whose contacts nothing
 /// reads (up to five passes per step). The rest of the step is Bullet's, call by call. After a step
 /// that ran without LazyCCD, the next step is Bullet's own with all passes.
-class btLazyDeformableMultiBodyDynamicsWorld : public btDeformableMultiBodyDynamicsWorld {
+class LAZYCCD_BULLET_API btLazyDeformableMultiBodyDynamicsWorld
+    : public btDeformableMultiBodyDynamicsWorld {
  public:
   btLazyDeformableMultiBodyDynamicsWorld(btDispatcher* dispatcher, btBroadphaseInterface* pairCache,
                                          btDeformableMultiBodyConstraintSolver* constraintSolver,

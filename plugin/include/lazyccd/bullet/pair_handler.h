@@ -4,12 +4,13 @@
 #include <BulletSoftBody/btSoftBody.h>
 
 #include "lazyccd/bullet/precision.h"
+#include "lazyccd/export.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
 /// Receives the pairs of soft bodies that Bullet's dispatcher finds. Both solvers implement it.
-class PairHandler {
+class LAZYCCD_BULLET_API PairHandler {
  public:
   virtual ~PairHandler() = default;
   /// Receives one pair. Does no detection: one detection serves all pairs of a step. Pairs that

@@ -14,6 +14,7 @@
 #include "lazyccd/bullet/options.h"
 #include "lazyccd/bullet/pair_handler.h"
 #include "lazyccd/bullet/report.h"
+#include "lazyccd/export.h"
 #include "lazyccd/span.h"
 
 namespace lazyccd::bullet {
@@ -31,7 +32,7 @@ struct Motion;
 /// Does Bullet's own work on several bodies on several threads if the result is the same.
 /// So functions given to btAlignedAllocSetCustom() and btSetCustomEnterProfileZoneFunc() are called
 /// on several threads, except with SolverOptions::detector.threads = 1.
-class btLazySoftBodySolver : public btDefaultSoftBodySolver, public PairHandler {
+class LAZYCCD_BULLET_API btLazySoftBodySolver : public btDefaultSoftBodySolver, public PairHandler {
  public:
   explicit btLazySoftBodySolver(const SolverOptions& options = {});
   ~btLazySoftBodySolver() override;

@@ -1,0 +1,79 @@
+// The detector's answers do not depend on the floating-point mode of the calling thread.
+#include <cfenv>
+#include <cstdint>
+#include <vector>
+
+#include "core/ieee_arithmetic.h"
+#include "lazyccd/detector.h"
+#include "models/model.h"
+#include "support/catch.h"
+
+#if defined(__SSE2__)
+#include <immintrin.h>
+#endif
+
+using namespace lazyccd;
+
+namespace {
+
+// Runs `body` with each mode that applications set, and restores the mode.
+template <class Body>
+void in_other_modes(const Body& body) {
+  std::fenv_t own;
+  std::fegetenv(&own);
+  for (int rounding : {FE_UPWARD, FE_DOWNWARD, FE_TOWARDZERO}) {
+    std::fesetround(rounding);
+    body();
+    std::fesetenv(&own);
+  }
+#if defined(__SSE2__)
+  _mm_setcsr(_mm_getcsr() | 0x8040);  // denormals are flushed to zero
+  body();
+  std::fesetenv(&own);
+#endif
+}
+
+}  // namespace
+
+TEST_CASE("products are rounded before they are added, and denormals are kept") {
+  CHECK(has_ieee_arithmetic());
+}
+
+TEST_CASE("a wrong mode of the thread is noticed, mended in a scope, and restored") {
+  in_other_modes([] {
+    const bool before = has_ieee_arithmetic();
+    bool inside = false;
+    {
+      const IeeeArithmetic ieee;
+      inside = has_ieee_arithmetic();
+    }
+    const bool after = has_ieee_arithmetic();
+    const IeeeArithmetic ieee;
+    CHECK_FALSE(before);
+    CHECK(inside);
+    CHECK_FALSE(after);
+  });
+}
+
+TEST_CASE("contacts do not depend on the mode of the calling thread") {
+  const auto model = models::make_model("cloud-1024");
+  const std::vector<float> start = model->frame(10), end = model->frame(11);
+  const auto hash = [&] {
+    DetectorOptions options;
+    options.backend = Backend::cpu;
+    options.threads = 2;
+    options.separation = 1e-3;
+    Detector detector(options);
+    detector.set_topology(model->topology());
+    const Positions from(start.data(), model->vertex_count()),
+        to(end.data(), model->vertex_count());
+    return contact_hash(detector.detect(from, to));
+  };
+  const std::uint64_t expected = hash();
+  REQUIRE(expected != 0);
+  in_other_modes([&] {
+    const std::uint64_t found = hash();
+    const IeeeArithmetic ieee;
+    CHECK(found == expected);
+  });
+}
