@@ -26,6 +26,7 @@ def build_sdist(sdist_directory, config_settings=None):
         stage = Path(temporary) / "lazyccd"
         ignored = shutil.ignore_patterns("build", "dist", "__pycache__", "*.egg-info")
         shutil.copytree(_here, stage, ignore=ignored)
+        (stage / "source").mkdir()
         for name in _sources:
             if (_checkout / name).is_dir():
                 ignored = shutil.ignore_patterns("python", "__pycache__", "*.svg")

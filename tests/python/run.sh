@@ -24,12 +24,13 @@ package=$repository/plugin/python
 
 options=() tests=("$repository/tests/python")
 if [ "${1:-}" = --pybullet ]; then
+  require_packages python pybullet
   [ -z "${LAZYCCD_PYBULLET_SDIST:-}" ] ||
     options+=(-C "cmake.define.LAZYCCD_PYBULLET_SDIST=$LAZYCCD_PYBULLET_SDIST")
-  requirements=("$package[pybullet,test]") isolation=()
+  requirements=("$package[pybullet,test]") isolation=() build=$repository/build/python-pybullet
 else
   options+=(-C cmake.define.LAZYCCD_PYBULLET=OFF)
-  requirements=("$package[test]") isolation=(--no-build-isolation)
+  requirements=("$package[test]") isolation=(--no-build-isolation) build=$work/build
 fi
 built=$repository/build/cpu
 if [ -x "$built/examples/lazyccd" ]; then
@@ -49,7 +50,7 @@ if ! "${pip[@]}" install --upgrade 'pip>=23.1' numpy pytest scikit-build-core na
   echo "SKIPPED: pip cannot install the packages that the build needs"
   exit 77
 fi
-"${pip[@]}" install "${isolation[@]}" -C "build-dir=$work/build" "${options[@]}" "${requirements[@]}"
+"${pip[@]}" install "${isolation[@]}" -C "build-dir=$build" "${options[@]}" "${requirements[@]}"
 say "Testing the Python package"
 cd "$work"
 PYTHONDONTWRITEBYTECODE=1 "$work/venv/bin/python" -m pytest -q -rs -p no:cacheprovider "${tests[@]}"

@@ -1,6 +1,7 @@
 """LazyCCD in the published wheel of PyBullet: the worlds' life cycle, and cloth that does not pass through."""
 
 import os
+import shutil
 import subprocess
 import sys
 
@@ -265,9 +266,43 @@ def test_a_client_that_is_not_connected_is_refused():
         plugin.load(77)
 
 
-def run_script(text):
+def run_script(text, display=()):
     environment = dict(os.environ, PYTHONPATH=os.pathsep.join(sys.path))
-    return subprocess.run([sys.executable, "-c", text], env=environment, timeout=120).returncode
+    command = [*display, sys.executable, "-c", text]
+    return subprocess.run(command, env=environment, timeout=120).returncode
+
+
+def test_a_window_has_the_worlds_with_the_solvers_and_keeps_its_picture():
+    display = ["xvfb-run", "-a"] if shutil.which("xvfb-run") else []
+    if not display and not os.environ.get("DISPLAY"):
+        pytest.skip("there is no display, and no xvfb-run for a virtual one")
+    script = """
+import pybullet as p, pybullet_data, lazyccd.pybullet as plugin, numpy as np
+p.connect(p.GUI)
+plugin.load()
+for turn in range(3):
+    for world, kind in ((p.RESET_USE_DEFORMABLE_WORLD, "deformable"), (0, "soft")):
+        p.resetSimulation(world)
+        assert plugin.status().startswith("on, in a " + kind), plugin.status()
+        p.setAdditionalSearchPath(pybullet_data.getDataPath())
+        p.setGravity(0, 0, -10)
+        p.loadURDF("plane.urdf")
+        bodies = [p.loadSoftBody("cloth_z_up.obj", basePosition=[0, 0, z], scale=0.5, mass=1,
+                                 useMassSpring=1, useFaceContact=1, collisionMargin=0.02,
+                                 springElasticStiffness=40) for z in (0.1, 0.2)]
+        for _ in range(60):
+            p.stepSimulation()
+        assert len(plugin.contacts()) > 0
+        nodes = [np.array(p.getMeshData(b, -1, flags=p.MESH_DATA_SIMULATION_MESH)[1]) for b in bodies]
+        assert all(n[:, 2].min() > 0 for n in nodes)
+        width, height, image = p.getCameraImage(64, 64, renderer=p.ER_BULLET_HARDWARE_OPENGL)[:3]
+        assert len(set(np.array(image).reshape(-1, 4)[:, 0].tolist())) > 1
+    plugin.off()
+    p.stepSimulation()
+    plugin.on()
+p.disconnect()
+"""
+    assert run_script(script, display) == 0
 
 
 def test_a_program_may_end_without_disconnecting():
