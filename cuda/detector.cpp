@@ -98,6 +98,7 @@ struct Detector::Impl {
   int failures = 0;
   std::string reason;  // message of the last failure
   Stats stats;
+  Span<const Contact> last_contacts;  // of the last detect(), in memory of `cpu` or `gpu`
 };
 
 Detector::Detector(const DetectorOptions& options) : Detector(options, Threads(options.threads)) {}
@@ -134,6 +135,7 @@ Detector& Detector::operator=(Detector&&) noexcept = default;
 
 void Detector::set_topology(const Topology& topology) {
   const IeeeArithmetic ieee;
+  impl_->last_contacts = {};
   impl_->cpu.discard_ahead();  // a worker may be reading the old mesh, and the threads are needed
   Mesh mesh(topology, impl_->threads.pool());
   impl_->mesh = std::move(mesh);
@@ -143,13 +145,21 @@ void Detector::set_topology(const Topology& topology) {
 Span<const Contact> Detector::detect(const Positions& start, const Positions& end) {
   const IeeeArithmetic ieee;
   Stats stats = impl_->scene();
-  const Span<const Contact> contacts = impl_->detect(start, end, stats);
+  impl_->last_contacts = {};
+  impl_->last_contacts = impl_->detect(start, end, stats);
   impl_->stats = std::move(stats);
-  return contacts;
+  return impl_->last_contacts;
+}
+
+std::vector<Contact> Detector::take_contacts(std::vector<Contact> reuse) {
+  const Span<const Contact> contacts = std::exchange(impl_->last_contacts, {});
+  if (contacts.empty()) return {};
+  return impl_->cpu.take_contacts(contacts, std::move(reuse));
 }
 
 void Detector::detect_ahead(const Positions& start, const Positions& end, double tolerance) {
   const IeeeArithmetic ieee;
+  impl_->last_contacts = {};
   if (!impl_->tries_gpu()) impl_->cpu.detect_ahead(start, end, tolerance, impl_->scene());
 }
 

@@ -2,7 +2,7 @@
 # examples/ and tests/ source this file.
 #
 #   require_packages GROUP...   installs the missing packages of the groups core, bullet, programs,
-#                               tests, checks, pictures; needs root only if a package is missing
+#                               tests, checks, python, pybullet, pictures; needs root only if a package is missing
 #   build_preset PRESET [CMAKE OPTION...] [-- TARGET...]
 #                               configures a preset and builds it in build/PRESET
 
@@ -46,6 +46,13 @@ packages_of() {
       echo 'clang: the second compiler'
       echo 'libclang-rt-dev: its sanitizers'
       echo 'clang-format: the layout of the sources'
+      ;;
+    python)
+      echo 'python3-venv: a fresh virtual environment for the Python package'
+      echo 'python3-dev: headers of Python, for the extension module'
+      ;;
+    pybullet)
+      echo 'xvfb: a virtual display, for PyBullet in a window'
       ;;
     pictures)
       echo 'python3-matplotlib: charts, and pictures side by side'

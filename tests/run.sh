@@ -6,9 +6,9 @@
 #   bash tests/run.sh --all    everything that CI checks
 #
 # --all: both precisions; every header compiled alone; the layers of the includes; the model checker;
-# the installed package; Clang with the address and undefined behaviour sanitizers; the thread sanitizer;
-# the CUDA backend, built if there is nvcc and run if there is a device. Warnings are errors. Sanitized
-# runs take one of many values that are alike, and a tenth of the random ones.
+# the installed package; the Python package; Clang with the address and undefined behaviour sanitizers;
+# the thread sanitizer; the CUDA backend, built if there is nvcc and run if there is a device. Warnings are
+# errors. Sanitized runs take one of many values that are alike, and a tenth of the random ones.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../examples/setup.sh"
 
@@ -34,6 +34,17 @@ run_tests() {
   return $status
 }
 
+# The Python package, with the detector of build/cpu. Where Python is missing, a line says so.
+run_python_tests() {
+  local start=$SECONDS status=0
+  bash "$repository/tests/python/run.sh" || status=$?
+  case $status in
+    0) summary+=("python tested in $((SECONDS - start)) s") ;;
+    77) summary+=("python not tested") ;;
+    *) return $status ;;
+  esac
+}
+
 build() {
   local start=$SECONDS
   build_preset "$@"
@@ -46,9 +57,10 @@ if [ $all = no ]; then
   export LAZYCCD_QUICK_TESTS=1
   run_tests quick -LE '^(model|consumer)$'
 else
-  require_packages checks
+  require_packages checks python
   build cpu -DLAZYCCD_TESTS=ON -DLAZYCCD_WERROR=ON -DLAZYCCD_CHECK_HEADERS=ON
   run_tests cpu
+  run_python_tests
   build asan -- lazyccd_tests lazyccd_tests_threads lazyccd_tests_bullet lazyccd_tests_program
   run_tests asan -L '^(core|threads|bullet|program)$'
   build tsan -- lazyccd_tests_threads

@@ -195,6 +195,15 @@ void CpuDetector::search(Stats& stats) {
   stats.ms_traverse = watch.lap();
 }
 
+std::vector<Contact> CpuDetector::take_contacts(Span<const Contact> contacts,
+                                                std::vector<Contact> reuse) {
+  if (contacts.data() == contacts_.data())
+    contacts_.swap(reuse);
+  else
+    reuse.assign(contacts.begin(), contacts.end());
+  return reuse;
+}
+
 std::int64_t CpuDetector::count_searched() const {
   std::int64_t searched = 0;
   for (const auto& worker : workers_)

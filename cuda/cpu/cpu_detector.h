@@ -42,6 +42,9 @@ class CpuDetector : public BackendDetector {
   /// As Detector::recheck_near_pairs().
   Span<const Contact> recheck_near_pairs(const Positions& start, const Positions& end,
                                          Stats& stats);
+  /// Returns `contacts`, which this or another backend returned last: without a copy if they are in
+  /// this one's memory, which `reuse` replaces then.
+  std::vector<Contact> take_contacts(Span<const Contact> contacts, std::vector<Contact> reuse);
   /// As Detector::detect_ahead(). The detection starts with the values in `stats`.
   void detect_ahead(const Positions& start, const Positions& end, double tolerance,
                     const Stats& stats);

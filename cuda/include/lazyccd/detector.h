@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "lazyccd/algorithm.h"
 #include "lazyccd/contact.h"
@@ -68,6 +69,12 @@ class LAZYCCD_API Detector {
   /// Contact. The span is valid until the next call. Throws Error if a position is not finite or
   /// the number of positions is wrong.
   Span<const Contact> detect(const Positions& start, const Positions& end);
+
+  /// Hands over the contacts of the last detect(): without a copy on the CPU, with one on the GPU.
+  /// The span that detect() returned is invalid afterwards. The memory of `reuse`, an earlier
+  /// result that is no longer needed, serves later detections. Call it directly after detect(),
+  /// once; later calls return nothing.
+  std::vector<Contact> take_contacts(std::vector<Contact> reuse = {});
 
   /// Starts the next detect() on a worker thread while the caller goes on. `start` must equal the
   /// start of that detect() exactly, and every vertex must end within `tolerance` of `end` (in the

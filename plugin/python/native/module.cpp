@@ -1,0 +1,9 @@
+// The extension module lazyccd._native. The package's Python files check and convert arguments;
+// here arrays already have the types that C++ takes.
+#include "bindings.h"
+
+NB_MODULE(_native, module) {
+  lazyccd::python::bind_errors(module);
+  lazyccd::python::bind_detector(module);
+  lazyccd::python::bind_queries(module);
+}

@@ -1,0 +1,206 @@
+// The plugin that PyBullet's loadPlugin() loads into a physics server. Every soft and deformable
+// world of the server gets LazyCCD's solver. lazyccd/pybullet.py sends the commands below and reads
+// the replies.
+//
+//   on, off              in this world and in later ones
+//   set NAME VALUE       an option; the world's solver starts anew
+//   options, status, stats, total_stats, contacts
+//
+// All functions run on the server's thread, apart from lazyccd_pybullet_reply().
+#include <SharedMemory/PhysicsCommandProcessorInterface.h>
+#include <SharedMemory/SharedMemoryPublic.h>
+#include <SharedMemory/plugins/b3PluginAPI.h>
+#include <SharedMemory/plugins/b3PluginContext.h>
+#include <dlfcn.h>
+
+#include <cstdio>
+#include <exception>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <sstream>
+#include <stdexcept>
+#include <string>
+
+#include "attachment.h"
+#include "option_table.h"
+#include "records.h"
+#include "server_world.h"
+
+namespace lazyccd::pybullet {
+namespace {
+
+class Plugin {
+ public:
+  Plugin(PhysicsCommandProcessorInterface& server, int number) : number_(number), server_(&server) {
+    options_.on_message = [](const std::string& line) {
+      std::fprintf(stderr, "lazyccd: %s\n", line.c_str());
+    };
+    attach_new_world();
+  }
+
+  /// At the end of the server, whose world is gone, or by unloadPlugin(), when it lives.
+  ~Plugin() {
+    if (attachment_ && current_world() == &attachment_->world()) attachment_->detach();
+  }
+
+  void attach_new_world() {
+    attachment_.reset();
+    const auto world = find_world(*server_);
+    if (!world) {
+      note_ = "this PyBullet is not laid out as version 3.2.7: the server's data";
+      return;
+    }
+    note_ = "there is no world";
+    if (!*world) return;
+    if (is_on_)
+      attachment_ = std::make_unique<Attachment>(**world, options_);
+    else
+      note_ = "off";
+  }
+
+  /// Carries out a command and returns its reply. Throws std::invalid_argument.
+  std::string execute(const std::string& command) {
+    std::istringstream words(command);
+    std::string verb, name, value;
+    words >> verb >> name >> value;
+    if (verb == "on" || verb == "off") {
+      switch_on(verb == "on");
+      return status();
+    }
+    if (verb == "set") {
+      set_option(options_, name, value);
+      if (attachment_ && attachment_->is_attached()) restart();
+      return "";
+    }
+    if (verb == "options") return options_text(options_);
+    if (verb == "status") return status();
+    if (verb == "stats") return stats_text(attachment_ ? attachment_->step_stats() : Stats());
+    if (verb == "total_stats")
+      return stats_text(attachment_ ? attachment_->total_stats() : Stats());
+    if (verb == "contacts")
+      return attachment_ ? contact_records(attachment_->contacts()) : std::string();
+    throw std::invalid_argument("there is no command '" + verb + "'");
+  }
+
+  int number() const { return number_; }
+  std::string reply;  ///< of the last command
+
+ private:
+  using Stats = bullet::StepStats;
+
+  btDiscreteDynamicsWorld* current_world() { return find_world(*server_).value_or(nullptr); }
+
+  void switch_on(bool on) {
+    if (on == is_on_) return;
+    is_on_ = on;
+    if (!on && attachment_) attachment_->detach();
+    attach_new_world();
+  }
+
+  void restart() {
+    attachment_->detach();
+    attach_new_world();
+  }
+
+  std::string status() const {
+    if (!attachment_) return note_;
+    return attachment_->layout_is_known() ? attachment_->status()
+                                          : "refused: " + attachment_->note();
+  }
+
+  int number_;
+  PhysicsCommandProcessorInterface* server_;
+  bullet::SolverOptions options_;
+  bool is_on_ = true;
+  std::unique_ptr<Attachment> attachment_;
+  std::string note_;
+};
+
+// All plugins of this process by their number. Never destroyed: servers may end after main().
+struct Registry {
+  std::mutex mutex;
+  std::map<int, Plugin*> plugins;
+  int last = 0;
+};
+Registry& registry() {
+  static Registry* const all = new Registry;
+  return *all;
+}
+
+// Bullet's objects in the server may have been made here, so the code must never go.
+void stay_loaded() {
+  Dl_info self;
+  if (dladdr(reinterpret_cast<void*>(&stay_loaded), &self) != 0)
+    dlopen(self.dli_fname, RTLD_NOW | RTLD_NODELETE);
+}
+
+}  // namespace
+}  // namespace lazyccd::pybullet
+
+using lazyccd::pybullet::Plugin;
+using lazyccd::pybullet::registry;
+
+extern "C" {
+
+B3_SHARED_API int initPlugin_lazyccd(b3PluginContext* context) {
+  lazyccd::pybullet::stay_loaded();
+  context->m_userPointer = nullptr;
+  if (!context->m_rpcCommandProcessorInterface) return -1;
+  auto& all = registry();
+  const std::lock_guard<std::mutex> lock(all.mutex);
+  try {
+    auto plugin = std::make_unique<Plugin>(*context->m_rpcCommandProcessorInterface, all.last + 1);
+    all.plugins[++all.last] = plugin.get();
+    context->m_userPointer = plugin.release();
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "lazyccd: %s\n", error.what());
+    return -1;
+  }
+  return SHARED_MEMORY_MAGIC_NUMBER;
+}
+
+B3_SHARED_API int processNotifications_lazyccd(b3PluginContext* context) {
+  auto* const plugin = static_cast<Plugin*>(context->m_userPointer);
+  for (int i = 0; plugin && i < context->m_numNotifications; ++i)
+    if (context->m_notifications[i].m_notificationType == SIMULATION_RESET) {
+      plugin->attach_new_world();
+      break;
+    }
+  return 0;
+}
+
+/// Returns the number of the plugin; negative if the reply says what was wrong.
+B3_SHARED_API int executePluginCommand_lazyccd(b3PluginContext* context,
+                                               const b3PluginArguments* arguments) {
+  auto* const plugin = static_cast<Plugin*>(context->m_userPointer);
+  if (!plugin) return 0;
+  try {
+    plugin->reply = plugin->execute(arguments->m_text);
+    return plugin->number();
+  } catch (const std::exception& error) {
+    plugin->reply = error.what();
+    return -plugin->number() - 1;
+  }
+}
+
+B3_SHARED_API void exitPlugin_lazyccd(b3PluginContext* context) {
+  const std::unique_ptr<Plugin> plugin(static_cast<Plugin*>(context->m_userPointer));
+  context->m_userPointer = nullptr;
+  if (!plugin) return;
+  auto& all = registry();
+  const std::lock_guard<std::mutex> lock(all.mutex);
+  all.plugins.erase(plugin->number());
+}
+
+/// Sets `data` to the reply of the plugin's last command, valid until its next one, and returns its
+/// length; -1 if there is no such plugin in this process.
+B3_SHARED_API long long lazyccd_pybullet_reply(int number, const char** data) {
+  auto& all = registry();
+  const std::lock_guard<std::mutex> lock(all.mutex);
+  const auto found = all.plugins.find(number);
+  if (found == all.plugins.end()) return -1;
+  *data = found->second->reply.data();
+  return static_cast<long long>(found->second->reply.size());
+}
+}
