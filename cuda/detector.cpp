@@ -8,6 +8,7 @@
 #include "core/ieee_arithmetic.h"
 #include "core/narrow/contact_math.h"
 #include "cpu/cpu_detector.h"
+#include "cpu/scene/world_contacts.h"
 #include "lazyccd/error.h"
 #if defined(LAZYCCD_HAS_CUDA)
 #include "gpu/gpu_detector.h"
@@ -57,6 +58,7 @@ struct Detector::Impl {
   }
 
   void set_mesh() {
+    worlds.set_mesh(mesh);
     cpu.set_mesh(mesh);
     if (gpu) gpu->set_mesh(mesh);
   }
@@ -94,6 +96,7 @@ struct Detector::Impl {
   Threads threads;
   Mesh mesh;
   CpuDetector cpu;
+  WorldContacts worlds;
   std::unique_ptr<BackendDetector> gpu;  // null: the CPU does the work
   int failures = 0;
   std::string reason;  // message of the last failure
@@ -148,11 +151,13 @@ Span<const Contact> Detector::detect(const Positions& start, const Positions& en
   impl_->last_contacts = {};
   impl_->last_contacts = impl_->detect(start, end, stats);
   impl_->stats = std::move(stats);
+  impl_->worlds.set_contacts(impl_->last_contacts);
   return impl_->last_contacts;
 }
 
 std::vector<Contact> Detector::take_contacts(std::vector<Contact> reuse) {
   const Span<const Contact> contacts = std::exchange(impl_->last_contacts, {});
+  impl_->worlds.set_contacts({});
   if (contacts.empty()) return {};
   return impl_->cpu.take_contacts(contacts, std::move(reuse));
 }
@@ -168,7 +173,19 @@ Span<const Contact> Detector::recheck_near_pairs(const Positions& start, const P
   Stats stats = impl_->scene();
   const Span<const Contact> contacts = impl_->cpu.recheck_near_pairs(start, end, stats);
   impl_->stats = std::move(stats);
+  impl_->worlds.set_contacts(contacts);
   return contacts;
+}
+
+std::int32_t Detector::world_count() const { return impl_->mesh.world_count(); }
+Span<const std::size_t> Detector::world_offsets() {
+  return impl_->worlds.offsets(impl_->threads.pool());
+}
+Span<const Contact> Detector::contacts_of_world(std::int32_t world) {
+  return impl_->worlds.of(world, impl_->threads.pool());
+}
+std::uint64_t Detector::hash_of_world(std::int32_t world) {
+  return impl_->worlds.hash(world, impl_->threads.pool());
 }
 
 Span<const Edge> Detector::edges() const { return impl_->mesh.edges(); }

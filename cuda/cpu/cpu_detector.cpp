@@ -148,7 +148,7 @@ Span<const Contact> CpuDetector::detect(const Positions& start, const Positions&
 
   if (started_ahead && are_sorted_) {
     gather_contacts(late_contacts_, stats);
-    merge(late_contacts_, contacts_);
+    merge(late_contacts_, mesh_->contact_order(), contacts_);
     stats.hash += ahead_stats_.hash;
   } else {
     gather_contacts(contacts_, stats);

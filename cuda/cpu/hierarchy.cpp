@@ -19,7 +19,7 @@ bool Hierarchy::update(const Mesh& mesh, const std::vector<VertexRecord>& record
   }
   if (build) {
     groups_.build(mesh, records, pool, scale);
-    tree_.build(groups_.codes(), groups_.boxes(), pool);
+    tree_.build(groups_.codes(), groups_.boxes(), pool, groups_.worlds());
     built_cost_ = tree_.cost();
     is_built_ = true;
     find_node_info(pool);
@@ -38,7 +38,7 @@ void Hierarchy::find_node_info(ThreadPool& pool) {
       const Group& group = groups_.groups()[nodes[i].group()];
       node_info_[i] = {group.body, group.pinned != 0};
     } else {
-      const NodeInfo &left = node_info_[nodes[i].left], &right = node_info_[nodes[i].right];
+      const NodeInfo &left = node_info_[nodes[i].left], &right = node_info_[nodes[i].right()];
       node_info_[i] = {left.body == right.body ? left.body : -1, left.pinned && right.pinned};
     }
   });

@@ -109,8 +109,10 @@ void CpuDetector::query_each_group(Stats& stats) {
           continue;
         }
         if (!n.leaf()) {
-          stack.push_back(static_cast<std::uint32_t>(n.right));
-          stack.push_back(static_cast<std::uint32_t>(n.left));
+          const ChildrenToVisit children =
+              children_to_visit(nodes.data(), n, static_cast<std::int32_t>(self));
+          for (int i = children.count; i-- > 0;)
+            stack.push_back(static_cast<std::uint32_t>(children.node[i]));
         } else if (q.group() < n.group() && hierarchy_.may_collide({self, other}) &&
                    !is_listed({self, other})) {
           visit_pair(worker, {self, other});

@@ -239,8 +239,8 @@ Span<const Contact> GpuDetector::detect(const Positions& start, const Positions&
   uploaded_[1].record(stream_);
   stats.rebuilt = !built_ || options_.algorithm.rebuild_every_step;
   if (stats.rebuilt) build(start, end);
-  if (!scene_.key().fits())
-    throw Error(ErrorCode::device, "so many bodies and primitives need the CPU backend");
+  if (!scene_.key().is_two_words())
+    throw Error(ErrorCode::device, "millions of worlds and bodies need the CPU backend");
   stats.front_reused = traversal_.has_front() && front_policy_.reuse();
   run_until_it_fits(start, end, stats);
   traversal_.accept();

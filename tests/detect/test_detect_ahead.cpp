@@ -380,7 +380,7 @@ TEST_CASE("sorted contacts are merged into others in order") {
       all.push_back(contact);
       (random() % (share + 1) == 0 ? more : sorted).push_back(contact);
     }
-    merge(more, sorted);
+    merge(more, ContactOrder{nullptr}, sorted);
     CHECK(same_contacts(sorted, all));
   }
 }

@@ -87,7 +87,7 @@ std::string difference(const Built& a, const Built& b) {
   for (std::size_t i = 0; i < a.leaf_order.size(); ++i)
     if (a.leaf_order[i] != b.leaf_order[i]) return at("place in the leaf order ", i);
   for (std::size_t i = 0; i < a.nodes.size(); ++i) {
-    if (a.nodes[i].left != b.nodes[i].left || a.nodes[i].right != b.nodes[i].right)
+    if (a.nodes[i].left != b.nodes[i].left || a.nodes[i].right_link != b.nodes[i].right_link)
       return at("children of node ", i);
     if (a.node_ranges[i].x != b.node_ranges[i].x || a.node_ranges[i].y != b.node_ranges[i].y)
       return at("leaves of node ", i);

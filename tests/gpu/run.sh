@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Runs all checks and timings of the CUDA backend on a machine with a GPU. It builds nothing. FOLDER
-# holds the programs check_traversal, check_hierarchy, check_detector, check_scenes and lazyccd (and
-# lazyccd_double), linked with the static CUDA runtime, and may hold frame pairs *0.ply and *1.ply
-# and, in lib/, Bullet's shared libraries.
+# holds the programs check_traversal, check_hierarchy, check_worlds, check_detector, check_scenes and
+# lazyccd (and lazyccd_double), linked with the static CUDA runtime, and may hold frame pairs *0.ply
+# and *1.ply and, in lib/, Bullet's shared libraries.
 #
 #   bash tests/gpu/run.sh FOLDER [OUT]     # tables and logs go to OUT (default: FOLDER/out)
 #
@@ -34,6 +34,7 @@ done
 
 part traversal 120 "$folder/check_traversal"
 part hierarchy 300 "$folder/check_hierarchy" --large
+part worlds 200 "$folder/check_worlds"
 part detector 300 "$folder/check_detector" --repeat "${REPEAT:-3}" "${frames[@]}"
 
 # Checks every scene of the library: both backends find the same contacts in each step. Runs several

@@ -156,7 +156,7 @@ class SceneMaker {
         }
       } else {
         extent.add(axis, boxes[n.left]);
-        extent.add(axis, boxes[n.right]);
+        extent.add(axis, boxes[n.right()]);
       }
       boxes[i] = enclose(axis, extent, 0);
       v.boxes[i] = rounded(boxes[i]);
@@ -182,8 +182,7 @@ class SceneMaker {
 
   void split(std::int32_t at, std::int32_t first, std::int32_t last, int axis) {
     if (last - first == 1) {
-      tree_[at].left = -1 - order_[first];
-      tree_[at].right = -1;
+      tree_[at].set_leaf(order_[first]);
       return;
     }
     std::int32_t middle = first + (last - first) / 2;
@@ -194,8 +193,7 @@ class SceneMaker {
           order_.begin() + first, order_.begin() + middle, order_.begin() + last,
           [&](std::int32_t x, std::int32_t y) { return boxes_[x][axis] < boxes_[y][axis]; });
     const std::int32_t left = ++used_, right = ++used_;
-    tree_[at].left = left;
-    tree_[at].right = right;
+    tree_[at].set_children(left, right, false);
     split(left, first, middle, (axis + 1) % 3);
     split(right, middle, last, (axis + 1) % 3);
   }
@@ -210,8 +208,8 @@ class SceneMaker {
         continue;
       }
       for (int k = 0; k < 3; ++k) {
-        n.lo[k] = std::min(tree_[n.left].lo[k], tree_[n.right].lo[k]);
-        n.hi[k] = std::max(tree_[n.left].hi[k], tree_[n.right].hi[k]);
+        n.lo[k] = std::min(tree_[n.left].lo[k], tree_[n.right()].lo[k]);
+        n.hi[k] = std::max(tree_[n.left].hi[k], tree_[n.right()].hi[k]);
       }
     }
   }

@@ -21,6 +21,7 @@ struct BuildScene {
   std::vector<Edge> edges;
   std::vector<std::int32_t> body_of_vertex;
   std::vector<float> inverse_mass;
+  std::vector<Body> bodies;
 
   Topology topology() const {
     Topology t;
@@ -29,6 +30,7 @@ struct BuildScene {
     t.edges = edges;
     t.body_of_vertex = body_of_vertex;
     t.inverse_mass = inverse_mass;
+    t.bodies = bodies;
     return t;
   }
   std::int32_t add_vertex(double a, double b, double c, std::int32_t body) {
@@ -128,6 +130,16 @@ inline std::vector<BuildScene> build_scenes() {
       s.faces.push_back({last, v, a});
       last = v;
     }
+  }
+  {
+    BuildScene& s = add("worlds at one place, of many sizes and in random order");
+    const int worlds = 60;
+    for (int body = 0; body < 4 * worlds; ++body) {
+      s.bodies.emplace_back();
+      s.bodies.back().world = body % 7 == 3 ? -1 : body * 37 % worlds;
+      s.add_sheet(body == 100 ? 130 : 1 + body % 9, body, 1, 0.001 * body);
+    }
+    s.shuffle_faces();
   }
   return all;
 }

@@ -39,7 +39,7 @@ std::vector<VertexRecord> records_of(const BuildScene& scene) {
 
 // The primitives that the groups own, found one after the other.
 struct PlainGroup {
-  std::int32_t body;
+  std::int32_t body, world;
   bool pinned;
   std::vector<std::int32_t> ids[3];
   std::uint64_t code;
@@ -63,12 +63,16 @@ std::vector<PlainGroup> plain_groups(const Mesh& mesh, const std::vector<VertexR
     return centroid_code(frame, corners.data(), static_cast<int>(corners.size()),
                          [&](std::int32_t v) { return records[v].x; });
   };
-  // Body, whether an edge, code, primitive.
-  std::vector<std::tuple<std::int32_t, bool, std::uint64_t, std::int32_t>> cells;
+  // World, body, whether an edge, code, primitive.
+  std::vector<std::tuple<std::int32_t, std::int32_t, bool, std::uint64_t, std::int32_t>> cells;
+  const auto add = [&](std::int32_t vertex, bool is_edge, std::uint64_t cell_code, std::size_t id) {
+    const std::int32_t body = mesh.body_of_vertex()[vertex];
+    cells.emplace_back(mesh.bodies()[body].world, body, is_edge, cell_code, id);
+  };
   for (std::size_t f = 0; f < mesh.faces().size(); ++f)
-    cells.emplace_back(mesh.body_of_vertex()[mesh.faces()[f][0]], false, code(mesh.faces()[f]), f);
+    add(mesh.faces()[f][0], false, code(mesh.faces()[f]), f);
   for (const std::int32_t e : mesh.free_edges())
-    cells.emplace_back(mesh.body_of_vertex()[mesh.edges()[e][0]], true, code(mesh.edges()[e]), e);
+    add(mesh.edges()[e][0], true, code(mesh.edges()[e]), static_cast<std::size_t>(e));
   std::sort(cells.begin(), cells.end());
   std::vector<PlainGroup> groups;
   std::set<std::int32_t> owned[3];
@@ -76,13 +80,13 @@ std::vector<PlainGroup> plain_groups(const Mesh& mesh, const std::vector<VertexR
     struct {
       double lo[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, hi[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
     } box;
-    PlainGroup group{std::get<0>(cells[begin]), true, {}, 0};
+    PlainGroup group{std::get<1>(cells[begin]), std::get<0>(cells[begin]), true, {}, 0};
     const auto claim = [&](int kind, std::int32_t id) {
       if (owned[kind].insert(id).second) group.ids[kind].push_back(id);
     };
     for (end = begin; end < cells.size() && end < begin + kGroupCells; ++end) {
-      const auto& [body, is_edge, unused, id] = cells[end];
-      if (body != group.body || is_edge != std::get<1>(cells[begin])) break;
+      const auto& [world, body, is_edge, unused, id] = cells[end];
+      if (body != group.body || is_edge != std::get<2>(cells[begin])) break;
       const auto take = [&](const auto& vertices) {
         for (const std::int32_t v : vertices) {
           claim(kVertices, v);
@@ -144,16 +148,26 @@ bool agree(const Groups& groups, const std::vector<PlainGroup>& plain, const Mes
 
 // The nodes of the radix tree over the leaves, split one after the other by linear search.
 void check_tree(const Tree& tree, const std::vector<PlainGroup>& groups) {
-  std::vector<std::pair<std::uint64_t, std::int32_t>> leaves;
+  struct Leaf {
+    std::int32_t world;
+    std::uint64_t code;
+    std::int32_t group;
+    bool operator<(const Leaf& o) const {
+      return std::tie(world, code, group) < std::tie(o.world, o.code, o.group);
+    }
+  };
+  std::vector<Leaf> leaves;
   std::vector<std::uint64_t> codes;
+  std::vector<std::int32_t> worlds;
   for (const PlainGroup& group : groups)
-    leaves.emplace_back(group.code, static_cast<std::int32_t>(leaves.size()));
+    leaves.push_back({group.world, group.code, static_cast<std::int32_t>(leaves.size())});
   std::sort(leaves.begin(), leaves.end());
   bool good = tree.order().size() == leaves.size() && tree.nodes().size() == 2 * leaves.size() - 1;
   REQUIRE(good);
   for (std::size_t i = 0; i < leaves.size(); ++i) {
-    good = good && tree.order()[i] == leaves[i].second;
-    codes.push_back(leaves[i].first);
+    good = good && tree.order()[i] == leaves[i].group;
+    codes.push_back(leaves[i].code);
+    worlds.push_back(leaves[i].world);
   }
   struct Open {
     std::int32_t node, first, last;
@@ -168,25 +182,29 @@ void check_tree(const Tree& tree, const std::vector<PlainGroup>& groups) {
     good =
         good && tree.ranges()[at.node].first == at.first && tree.ranges()[at.node].last == at.last;
     if (at.last - at.first == 1) {
-      good = good && n.left == -1 - leaves[at.first].second && n.right == -1;
+      good = good && n.left == -1 - leaves[at.first].group && n.right_link == -1;
       continue;
     }
     inner.insert({at.first, at.last});
     const auto key_bit = [&](std::int32_t i, int bit) {
-      return bit < 0 ? i >> (bit + 32) & 1 : static_cast<int>(leaves[i].first >> bit & 1);
+      // The sign of the world comes first, turned over.
+      if (bit >= 64) return static_cast<int>((leaves[i].world ^ (1 << 31)) >> (bit - 64) & 1);
+      return bit < 0 ? i >> (bit + 32) & 1 : static_cast<int>(leaves[i].code >> bit & 1);
     };
-    int bit = 63;
+    int bit = 95;
     while (key_bit(at.first, bit) == key_bit(at.last - 1, bit)) --bit;
     std::int32_t middle = at.first;
     while (key_bit(middle, bit) == 0) ++middle;
-    good = good && n.left == used && n.right == used + 1;
+    good = good && n.left == used && n.right() == used + 1;
+    const std::int32_t below = leaves[middle - 1].world, above = leaves[middle].world;
+    good = good && n.separates_worlds() == (below >= 0 && below != above);
     used += 2;
-    open.push_back({n.right, middle, at.last});
+    open.push_back({n.right(), middle, at.last});
     open.push_back({n.left, at.first, middle});
   }
   CHECK(good);
   // Every node can be found by itself.
-  const LeafCodes all{codes.data(), static_cast<std::int32_t>(codes.size())};
+  const LeafCodes all{codes.data(), static_cast<std::int32_t>(codes.size()), worlds.data()};
   std::vector<InnerNode> found;
   std::vector<ParentLink> links(codes.size());
   for (std::int32_t i = 0; i + 1 < all.count; ++i) {
@@ -203,7 +221,7 @@ void check_tree(const Tree& tree, const std::vector<PlainGroup>& groups) {
     const LeafRange r = tree.ranges()[places.own];
     good = good && r.first == found[i].leaves.first && r.last == found[i].leaves.last &&
            tree.nodes()[places.own].left == places.left &&
-           tree.nodes()[places.own].right == places.right &&
+           tree.nodes()[places.own].right() == places.right &&
            tree.ranges()[places.right].first == found[i].split;
   }
   CHECK(good);
@@ -228,7 +246,7 @@ TEST_CASE("edges, groups and tree are those of a plain serial construction, for 
     first.build(serial, records, one, 2);
     CHECK(agree(first, plain, serial));
     Tree first_tree;
-    first_tree.build(first.codes(), first.boxes(), one);
+    first_tree.build(first.codes(), first.boxes(), one, first.worlds());
     check_tree(first_tree, plain);
     for (const int threads : {2, 5}) {
       CAPTURE(threads);
@@ -245,7 +263,7 @@ TEST_CASE("edges, groups and tree are those of a plain serial construction, for 
       Tree tree;
       for (int repeat = 0; repeat < 3; ++repeat) {  // the last ones into memory that is used
         groups.build(mesh, records, pool, 2);
-        tree.build(groups.codes(), groups.boxes(), pool);
+        tree.build(groups.codes(), groups.boxes(), pool, groups.worlds());
         CHECK(same_bytes(groups.groups(), first.groups()));
         CHECK(same_bytes(groups.blocks(), first.blocks()));
         CHECK(same_bytes(groups.boxes(), first.boxes()));

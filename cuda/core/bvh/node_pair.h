@@ -22,18 +22,21 @@ struct PairVisit {
 };
 
 /// Visits a pair: tests whether the nodes overlap and expands the larger one, or both if they are
-/// the same node.
+/// the same node. From the root on, pairs of different worlds never arise: their only common node
+/// separates them.
 LAZYCCD_HD inline PairVisit visit(NodePair pair, const TreeNode& a, const TreeNode& b) {
   const auto id = [](std::int32_t node) { return static_cast<std::uint32_t>(node); };
   const bool same = pair.a == pair.b;
   if (!same && !overlap(a, b)) return {false, 0, {}};
   if (a.leaf() && b.leaf()) return {true, 0, {}};
-  if (same)
-    return {
-        true, 3, {{id(a.left), id(a.right)}, {id(a.left), id(a.left)}, {id(a.right), id(a.right)}}};
+  if (same) {
+    const NodePair left{id(a.left), id(a.left)}, right{id(a.right()), id(a.right())};
+    if (a.separates_worlds()) return {true, 2, {left, right}};
+    return {true, 3, {{left.a, right.a}, left, right}};
+  }
   if (b.leaf() || (!a.leaf() && extent(a) >= extent(b)))
-    return {true, 2, {{id(a.left), pair.b}, {id(a.right), pair.b}}};
-  return {true, 2, {{pair.a, id(b.left)}, {pair.a, id(b.right)}}};
+    return {true, 2, {{id(a.left), pair.b}, {id(a.right()), pair.b}}};
+  return {true, 2, {{pair.a, id(b.left)}, {pair.a, id(b.right())}}};
 }
 
 }  // namespace lazyccd

@@ -2,7 +2,7 @@
 // (Karras, "Maximizing Parallelism in the Construction of BVHs, Octrees, and k-d Trees", HPG 2012).
 //
 // A node is split at the highest bit in which the keys below it differ. The key of a leaf is its
-// code and, among equal codes, its place in the order.
+// world, its code and, among equal codes, its place in the order.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace lazyccd {
 
-/// Number of zero bits above the highest set bit; x is not 0.
+/// Number of zero bits of 64 above the highest set bit; x is not 0.
 LAZYCCD_HD inline int leading_zeros(std::uint64_t x) {
 #if defined(__CUDA_ARCH__)
   return __clzll(static_cast<long long>(x));
@@ -20,16 +20,26 @@ LAZYCCD_HD inline int leading_zeros(std::uint64_t x) {
 #endif
 }
 
-/// The sorted codes of the leaves; at least one.
+/// The codes of the leaves, sorted within each world; at least one. Leaves of every world (-1) come
+/// first, then those of world 0, and so on. Their keys' signs differ, so the root separates them.
 struct LeafCodes {
   const std::uint64_t* codes;
   std::int32_t count;
+  const std::int32_t* worlds;  // by leaf; null: all leaves are in one world
 
   /// Number of leading bits in which the keys of two different leaves agree.
   LAZYCCD_HD int common_bits(std::int32_t i, std::int32_t j) const {
+    constexpr int world_bits = 32;
+    if (worlds != nullptr && worlds[i] != worlds[j])
+      return leading_zeros(static_cast<std::uint32_t>(worlds[i] ^ worlds[j])) - world_bits;
     const std::uint64_t differing = codes[i] ^ codes[j];
-    if (differing != 0) return leading_zeros(differing);
-    return 64 + leading_zeros(static_cast<std::uint64_t>(i ^ j));
+    if (differing != 0) return world_bits + leading_zeros(differing);
+    return world_bits + 64 + leading_zeros(static_cast<std::uint64_t>(i ^ j));
+  }
+  /// Whether the leaves before `split` share no world with the others of a node that is split
+  /// there.
+  LAZYCCD_HD bool separates_worlds(std::int32_t split) const {
+    return worlds != nullptr && worlds[split - 1] >= 0 && worlds[split - 1] != worlds[split];
   }
   /// The same; -1 if leaf j does not exist.
   LAZYCCD_HD int common_bits_or_none(std::int32_t i, std::int32_t j) const {

@@ -9,7 +9,6 @@ namespace lazyccd {
 namespace {
 
 constexpr std::size_t kGrain = 1 << 12;  // cells that a thread takes at a time
-constexpr std::size_t kLarge = 1 << 15;  // cells of a segment that all threads sort together
 
 }  // namespace
 
@@ -36,19 +35,10 @@ void CellOrder::build(const Mesh& mesh, const std::vector<VertexRecord>& vertice
   });
 
   const std::vector<CellSegment>& segments = cells.segments();
-  sort_.prepare();
-  const std::size_t pieces = 8 * static_cast<std::size_t>(pool.available());
-  const std::size_t grain = std::clamp<std::size_t>(segments.size() / pieces, 1, 256);
-  pool.parallel_for(segments.size(), grain, [&](std::size_t first, std::size_t last, int) {
-    for (std::size_t s = first; s < last; ++s)
-      if (static_cast<std::size_t>(segments[s].count) < kLarge)
-        sort_.sort_alone(static_cast<std::size_t>(segments[s].first),
-                         static_cast<std::size_t>(segments[s].first + segments[s].count));
+  sort_.sort_parts(segments.size(), pool, [&](std::size_t i) -> KeySort::Part {
+    const auto first = static_cast<std::size_t>(segments[i].first);
+    return {first, first + static_cast<std::size_t>(segments[i].count)};
   });
-  for (const CellSegment& segment : segments)
-    if (static_cast<std::size_t>(segment.count) >= kLarge)
-      sort_.sort(static_cast<std::size_t>(segment.first),
-                 static_cast<std::size_t>(segment.first + segment.count), pool);
 }
 
 }  // namespace lazyccd

@@ -67,7 +67,7 @@ void DiagonalSlabs::refit(const Groups& groups, const Tree& tree,
                       [&](std::int32_t v) { nodes_[i].add(vertices_[v]); });
     } else {
       nodes_[i].add(nodes_[node.left]);
-      nodes_[i].add(nodes_[node.right]);
+      nodes_[i].add(nodes_[node.right()]);
     }
   });
 }

@@ -52,6 +52,8 @@ void Groups::count_primitives(const Mesh& mesh, const std::vector<VertexRecord>&
   const CellView view = mesh.cell_view();
   groups_.resize(cells.group_count());
   codes_.resize(groups_.size());
+  const Span<const std::int32_t> world_of_body = mesh.world_of_body();
+  worlds_.resize(world_of_body.empty() ? 0 : groups_.size());
   owned_.resize(order_.size());
   pool.parallel_for(groups_.size(), 4 * kFill, [&](std::size_t begin, std::size_t end, int) {
     cells.for_each_part_of_groups(
@@ -75,6 +77,7 @@ void Groups::count_primitives(const Mesh& mesh, const std::vector<VertexRecord>&
             }
             groups_[g] = {segment.body, 1, {}, {counts[0], counts[1], counts[2]}};
             codes_[g] = box.centre_code(order_.frame());
+            if (!worlds_.empty()) worlds_[g] = world_of_body[segment.body];
           }
         });
   });
@@ -150,7 +153,8 @@ std::size_t Groups::bytes() const {
   return groups_.capacity() * sizeof(Group) + blocks_.capacity() * sizeof(Block) +
          boxes_.capacity() * sizeof(MotionBox) + vertex_boxes_.capacity() * sizeof(VertexBox) +
          order_.bytes() + first_cell_[0].bytes() + first_cell_[1].bytes() +
-         owned_.capacity() * sizeof(OwnedContents) + codes_.capacity() * sizeof(std::uint64_t);
+         owned_.capacity() * sizeof(OwnedContents) + codes_.capacity() * sizeof(std::uint64_t) +
+         worlds_.capacity() * sizeof(std::int32_t);
 }
 
 }  // namespace lazyccd

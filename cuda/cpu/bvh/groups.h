@@ -41,6 +41,8 @@ class Groups {
   const NoinitVector<MotionBox>& boxes() const { return boxes_; }
   /// By group: the Morton code of the centre of its vertices' box at the start.
   const NoinitVector<std::uint64_t>& codes() const { return codes_; }
+  /// By group: its world, ascending; empty if all bodies are in one world.
+  Span<const std::int32_t> worlds() const { return {worlds_.data(), worlds_.size()}; }
   void set_margin(double margin) { margin_ = margin; }
   std::size_t bytes() const;
 
@@ -63,6 +65,7 @@ class Groups {
   NoinitVector<OwnedContents> owned_;  // by place in order_
   NoinitVector<Group> groups_;
   NoinitVector<std::uint64_t> codes_;
+  NoinitVector<std::int32_t> worlds_;
   NoinitVector<Block> blocks_;
   NoinitVector<MotionBox> boxes_;
   NoinitVector<VertexBox> vertex_boxes_;

@@ -23,12 +23,12 @@ void OrientedBoxes::fit_leaf(const Groups& groups, const Group& group,
 void OrientedBoxes::fit_parent(const TreeNode& node, std::size_t index) {
   Moments& m = moments_[index];
   m = moments_[node.left];
-  m.add(moments_[node.right]);
+  m.add(moments_[node.right()]);
   double axis[3][3];
   principal_axes(m, axis);
   AxesExtent extent;
   extent.add(axis, boxes_[node.left]);
-  extent.add(axis, boxes_[node.right]);
+  extent.add(axis, boxes_[node.right()]);
   boxes_[index] = enclose(axis, extent, 0);  // the boxes of the children have the margin
 }
 

@@ -18,8 +18,8 @@ void fit(TreeNode& n, const TreeNode* nodes, const MotionBox* leaves) {
       n.lo[k] = std::min(b.lo0[k], b.lo1[k]);
       n.hi[k] = std::max(b.hi0[k], b.hi1[k]);
     } else {
-      n.lo[k] = std::min(nodes[n.left].lo[k], nodes[n.right].lo[k]);
-      n.hi[k] = std::max(nodes[n.left].hi[k], nodes[n.right].hi[k]);
+      n.lo[k] = std::min(nodes[n.left].lo[k], nodes[n.right()].lo[k]);
+      n.hi[k] = std::max(nodes[n.left].hi[k], nodes[n.right()].hi[k]);
     }
   }
 }
@@ -33,7 +33,8 @@ double half_area(const TreeNode& n) {
 
 }  // namespace
 
-void Tree::sort_leaves(const NoinitVector<std::uint64_t>& codes, ThreadPool& pool) {
+void Tree::sort_leaves(const NoinitVector<std::uint64_t>& codes, Span<const std::int32_t> worlds,
+                       ThreadPool& pool) {
   order_.resize(codes.size());
   codes_.resize(codes.size());
   std::atomic<bool> ascending{true};  // relaxed: the end of the job orders the stores
@@ -41,7 +42,8 @@ void Tree::sort_leaves(const NoinitVector<std::uint64_t>& codes, ThreadPool& poo
     for (std::size_t i = first; i < last; ++i) {
       order_[i] = static_cast<std::int32_t>(i);
       codes_[i] = codes[i];
-      if (i > 0 && codes[i] < codes[i - 1]) ascending.store(false, std::memory_order_relaxed);
+      if (i > 0 && codes[i] < codes[i - 1] && (worlds.empty() || worlds[i] == worlds[i - 1]))
+        ascending.store(false, std::memory_order_relaxed);
     }
   });
   if (ascending.load(std::memory_order_relaxed)) return;  // the groups of one segment
@@ -50,7 +52,13 @@ void Tree::sort_leaves(const NoinitVector<std::uint64_t>& codes, ThreadPool& poo
     for (std::size_t i = first; i < last; ++i)
       sort_.items[i] = {codes[i], static_cast<std::int32_t>(i)};
   });
-  sort_.sort(0, codes.size(), pool);
+  std::vector<std::size_t> begins{0};  // of the worlds
+  for (std::size_t i = 1; i < worlds.size(); ++i)
+    if (worlds[i] != worlds[i - 1]) begins.push_back(i);
+  begins.push_back(codes.size());
+  sort_.sort_parts(begins.size() - 1, pool, [&](std::size_t i) -> KeySort::Part {
+    return {begins[i], begins[i + 1]};
+  });
   pool.parallel_for(codes.size(), kGrain, [&](std::size_t first, std::size_t last, int) {
     for (std::size_t i = first; i < last; ++i) {
       order_[i] = sort_.items[i].index;
@@ -62,47 +70,46 @@ void Tree::sort_leaves(const NoinitVector<std::uint64_t>& codes, ThreadPool& poo
 template <class Small, class Opened>
 void Tree::open(std::int32_t node, std::int32_t first_below, std::int32_t size, Small&& small,
                 Opened&& opened) {
-  const LeafCodes codes{codes_.data(), static_cast<std::int32_t>(codes_.size())};
+  const LeafCodes codes{codes_.data(), static_cast<std::int32_t>(codes_.size()),
+                        worlds_.empty() ? nullptr : worlds_.data()};
   struct Closed {
     std::int32_t node, first_below;
   };
-  Closed stack[128];  // the tree is not deeper than its keys have bits: 64 + 31
+  Closed stack[129];  // the tree is not deeper than its keys have bits: 32 + 64 + 31
   int height = 0;
   stack[height++] = {node, first_below};
   while (height > 0) {
     const Closed at = stack[--height];
     const Range r = ranges_[at.node];
     TreeNode& n = nodes_[at.node];
-    if (r.last - r.first == 1) {
-      n.left = -1 - order_[r.first];
-      n.right = -1;
-    }
+    if (r.last - r.first == 1) n.set_leaf(order_[r.first]);
     if (r.last - r.first <= size) {
       small(at.node, at.first_below);
       continue;
     }
     opened(at.node);
     const std::int32_t middle = codes.split(r.first, r.last);
-    n.left = at.first_below;
-    n.right = at.first_below + 1;
-    ranges_[n.left] = {r.first, middle};
-    ranges_[n.right] = {middle, r.last};
+    const std::int32_t left = at.first_below, right = at.first_below + 1;
+    n.set_children(left, right, codes.separates_worlds(middle));
+    ranges_[left] = {r.first, middle};
+    ranges_[right] = {middle, r.last};
     // Below the left child come 2 (middle - first) - 2 nodes.
     const std::int32_t below_left = at.first_below + 2;
-    stack[height++] = {n.right, below_left + 2 * (middle - r.first) - 2};
-    stack[height++] = {n.left, below_left};
+    stack[height++] = {right, below_left + 2 * (middle - r.first) - 2};
+    stack[height++] = {left, below_left};
   }
 }
 
 void Tree::build(const NoinitVector<std::uint64_t>& codes, const NoinitVector<MotionBox>& leaves,
-                 ThreadPool& pool) {
+                 ThreadPool& pool, Span<const std::int32_t> worlds) {
   nodes_.clear();
   order_.clear();
   ranges_.clear();
   parts_.clear();
   top_.clear();
   if (leaves.empty()) return;
-  sort_leaves(codes, pool);
+  sort_leaves(codes, worlds, pool);
+  worlds_ = worlds;  // by leaf too: groups and leaves are in order of the worlds
   nodes_.resize(2 * leaves.size() - 1);
   ranges_.resize(nodes_.size());
   const auto count = static_cast<std::int32_t>(leaves.size());
@@ -120,6 +127,7 @@ void Tree::build(const NoinitVector<std::uint64_t>& codes, const NoinitVector<Mo
           parts_[p].root, parts_[p].first_below, 1, [](std::int32_t, std::int32_t) {},
           [](std::int32_t) {});
   });
+  worlds_ = {};
   refit(leaves, pool);
 }
 

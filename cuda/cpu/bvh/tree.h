@@ -12,6 +12,7 @@
 #include "cpu/threads/key_sort.h"
 #include "cpu/threads/noinit_vector.h"
 #include "cpu/threads/thread_pool.h"
+#include "lazyccd/span.h"
 
 namespace lazyccd {
 
@@ -19,14 +20,15 @@ namespace lazyccd {
 /// 2 i and 2 + 2 i, so everything below a node lies side by side behind it.
 class Tree {
  public:
-  /// Builds a new tree over the codes and boxes of the groups.
+  /// Builds a new tree over the codes and boxes of the groups. `worlds`: the world of each group,
+  /// ascending; empty: all are in one world.
   void build(const NoinitVector<std::uint64_t>& codes, const NoinitVector<MotionBox>& leaves,
-             ThreadPool& pool);
+             ThreadPool& pool, Span<const std::int32_t> worlds = {});
   /// Computes the boxes of all nodes for new boxes of the same groups.
   void refit(const NoinitVector<MotionBox>& leaves, ThreadPool& pool);
 
   const NoinitVector<TreeNode>& nodes() const { return nodes_; }
-  /// Group indices of the leaves, in Morton order.
+  /// Group indices of the leaves, by world, then in Morton order.
   const NoinitVector<std::int32_t>& order() const { return order_; }
   /// The part [first, last) of order() that is below a node.
   using Range = LeafRange;
@@ -58,7 +60,8 @@ class Tree {
     }
   };
 
-  void sort_leaves(const NoinitVector<std::uint64_t>& codes, ThreadPool& pool);
+  void sort_leaves(const NoinitVector<std::uint64_t>& codes, Span<const std::int32_t> worlds,
+                   ThreadPool& pool);
   // Makes the nodes below a node whose ranges_ entry is set; `first_below`: where they begin. Calls
   // opened(node) for nodes with children, a parent first. Nodes of at most `size` leaves stay
   // closed; for them it calls small(node, first_below).
@@ -68,6 +71,7 @@ class Tree {
 
   KeySort sort_;
   NoinitVector<std::uint64_t> codes_;
+  Span<const std::int32_t> worlds_;  // of build(), while it runs
   NoinitVector<TreeNode> nodes_;
   NoinitVector<std::int32_t> order_;
   NoinitVector<Range> ranges_;

@@ -37,7 +37,7 @@ void NormalCones::refit(const Mesh& mesh, const Tree& tree,
   tree.for_each_upward(pool, [&](std::size_t i) {
     const TreeNode& node = tree.nodes()[i];
     if (!node.leaf()) {
-      cones_[i] = cones_[node.left] & cones_[node.right];
+      cones_[i] = cones_[node.left] & cones_[node.right()];
       return;
     }
     Directions all = ~Directions{0};

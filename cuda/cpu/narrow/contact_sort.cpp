@@ -10,9 +10,9 @@ namespace lazyccd {
 
 // Sorts by the least significant digit first. All digits have the same width, and there are as few
 // of them as possible.
-void ContactSort::radix_sort() {
+void ContactSort::radix_sort(int bits) {
   constexpr int max_digit = 12;  // bits
-  const int bits = key_.bits(), passes = (bits + max_digit - 1) / max_digit;
+  const int passes = (bits + max_digit - 1) / max_digit;
   if (passes == 0) return;
   const int digit = (bits + passes - 1) / passes;
   const std::uint64_t mask = (std::uint64_t{1} << digit) - 1;
@@ -29,7 +29,6 @@ void ContactSort::radix_sort() {
 
 std::uint64_t ContactSort::operator()(const std::vector<ContactPart>& parts, ThreadPool& pool,
                                       std::vector<Contact>& out) {
-  const bool fits = key_.fits();
   std::size_t count = 0;
   for (const ContactPart& part : parts) count += part.keys.size();
   items_.resize(count);
@@ -37,14 +36,19 @@ std::uint64_t ContactSort::operator()(const std::vector<ContactPart>& parts, Thr
   for (const ContactPart& part : parts)
     for (std::size_t i = 0; i < part.keys.size(); ++i) *item++ = {part.keys[i], &part.contacts[i]};
   constexpr std::size_t min_for_radix = 512;  // for fewer, the histograms cost more than they save
-  if (fits && items_.size() < min_for_radix) {
+  const bool is_small = items_.size() < min_for_radix;
+  if (key_.is_one_word() && is_small) {
     std::sort(items_.begin(), items_.end(),
               [](const Item& a, const Item& b) { return a.key < b.key; });
-  } else if (fits) {
-    radix_sort();
+  } else if (key_.is_one_word()) {
+    radix_sort(key_.bits());
+  } else if (key_.is_two_words() && !is_small) {
+    radix_sort(key_.lower_bits());
+    for (Item& i : items_) i.key = key_.upper(*i.contact);
+    radix_sort(key_.upper_bits());
   } else {
     std::sort(items_.begin(), items_.end(),
-              [](const Item& a, const Item& b) { return *a.contact < *b.contact; });
+              [this](const Item& a, const Item& b) { return order_(*a.contact, *b.contact); });
   }
   out.resize(items_.size());
   std::atomic<std::uint64_t> hash{0};
@@ -60,11 +64,11 @@ std::uint64_t ContactSort::operator()(const std::vector<ContactPart>& parts, Thr
 }
 
 // Merges from the back, so that contacts before the first inserted one stay in place.
-void merge(Span<const Contact> more, std::vector<Contact>& sorted) {
+void merge(Span<const Contact> more, const ContactOrder& order, std::vector<Contact>& sorted) {
   std::size_t i = sorted.size(), j = more.size();
   sorted.resize(i + j);
   while (j > 0) {
-    const bool is_from_more = i == 0 || sorted[i - 1] < more[j - 1];
+    const bool is_from_more = i == 0 || order(sorted[i - 1], more[j - 1]);
     sorted[i + j - 1] = is_from_more ? more[j - 1] : sorted[i - 1];
     --(is_from_more ? j : i);
   }

@@ -18,10 +18,10 @@ struct ContactPart {
   Span<const std::uint64_t> keys;  // of the contacts
 };
 
-/// Sorts contacts by operator< of Contact. Keeps its buffers between steps.
+/// Sorts contacts by world, then by operator< of Contact. Keeps its buffers between steps.
 class ContactSort {
  public:
-  explicit ContactSort(const Mesh& mesh) : key_(mesh.contact_key()) {}
+  explicit ContactSort(const Mesh& mesh) : key_(mesh.contact_key()), order_(mesh.contact_order()) {}
   /// Copies the contacts of all parts into `out`, sorted, and returns their hash.
   std::uint64_t operator()(const std::vector<ContactPart>& parts, ThreadPool& pool,
                            std::vector<Contact>& out);
@@ -32,13 +32,15 @@ class ContactSort {
     std::uint64_t key;
     const Contact* contact;
   };
-  void radix_sort();
+  // Sorts the items by the lowest `bits` of their keys; equal keys keep their order.
+  void radix_sort(int bits);
 
   ContactKey key_;
+  ContactOrder order_;
   std::vector<Item> items_, other_;
 };
 
-/// Inserts the contacts `more` into `sorted`. Both must be sorted; the result is.
-void merge(Span<const Contact> more, std::vector<Contact>& sorted);
+/// Inserts the contacts `more` into `sorted`. Both must be in order; the result is.
+void merge(Span<const Contact> more, const ContactOrder& order, std::vector<Contact>& sorted);
 
 }  // namespace lazyccd

@@ -1,5 +1,7 @@
 #include "cpu/scene/cells.h"
 
+#include <numeric>
+
 namespace lazyccd {
 namespace {
 
@@ -9,7 +11,8 @@ constexpr std::size_t kGrain = 1 << 15;
 
 void Cells::build(Span<const Face> faces, Span<const Edge> edges,
                   Span<const std::int32_t> free_edges, Span<const std::int32_t> body_of_vertex,
-                  std::size_t body_count, ThreadPool& pool) {
+                  std::size_t body_count, Span<const std::int32_t> world_of_body,
+                  ThreadPool& pool) {
   primitives_.resize(faces.size() + free_edges.size());
   segments_.clear();
   std::int32_t groups = 0;
@@ -36,13 +39,23 @@ void Cells::build(Span<const Face> faces, Span<const Edge> edges,
   const auto edge_bin = [&](std::int32_t e) {
     return 2 * static_cast<std::size_t>(body_of_vertex[edges[e][0]]) + 1;
   };
-  std::vector<std::size_t> place(2 * body_count + 1, 0);
-  for (std::size_t f = 0; f < faces.size(); ++f) ++place[face_bin(f) + 1];
-  for (const std::int32_t e : free_edges) ++place[edge_bin(e) + 1];
-  for (std::size_t bin = 0; bin < 2 * body_count; ++bin) {
-    add(bin / 2, bin % 2 == 0, place[bin], place[bin + 1]);
-    place[bin + 1] += place[bin];
-  }
+  std::vector<std::size_t> place(2 * body_count, 0);  // first how many, then where
+  for (std::size_t f = 0; f < faces.size(); ++f) ++place[face_bin(f)];
+  for (const std::int32_t e : free_edges) ++place[edge_bin(e)];
+  std::vector<std::size_t> bodies(body_count);
+  std::iota(bodies.begin(), bodies.end(), std::size_t{0});
+  if (!world_of_body.empty())
+    std::stable_sort(bodies.begin(), bodies.end(), [&](std::size_t a, std::size_t b) {
+      return world_of_body[a] < world_of_body[b];
+    });
+  std::size_t first = 0;
+  for (const std::size_t body : bodies)
+    for (const std::size_t bin : {2 * body, 2 * body + 1}) {
+      const std::size_t count = place[bin];
+      add(body, bin % 2 == 0, first, count);
+      place[bin] = first;
+      first += count;
+    }
   for (std::size_t f = 0; f < faces.size(); ++f)
     primitives_[place[face_bin(f)]++] = static_cast<std::int32_t>(f);
   for (const std::int32_t e : free_edges) primitives_[place[edge_bin(e)]++] = e;

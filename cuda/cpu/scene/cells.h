@@ -14,12 +14,13 @@
 
 namespace lazyccd {
 
-/// All faces and free edges, by body; of each body first the faces, then the free edges, in
-/// ascending order.
+/// All faces and free edges, by world and body; of each body first the faces, then the free edges,
+/// in ascending order.
 class Cells {
  public:
   void build(Span<const Face> faces, Span<const Edge> edges, Span<const std::int32_t> free_edges,
-             Span<const std::int32_t> body_of_vertex, std::size_t body_count, ThreadPool& pool);
+             Span<const std::int32_t> body_of_vertex, std::size_t body_count,
+             Span<const std::int32_t> world_of_body, ThreadPool& pool);
 
   /// By cell: index of its face or edge.
   const NoinitVector<std::int32_t>& primitives() const { return primitives_; }

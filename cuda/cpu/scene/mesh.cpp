@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <limits>
 #include <string>
 #include <utility>
 
@@ -77,7 +78,8 @@ Mesh::Mesh(const Topology& topology, ThreadPool& pool) {
   take_faces(topology, pool);
   take_edges(topology, pool);
   find_first_faces(pool);
-  cells_.build(faces(), edges(), free_edges(), body_of_vertex(), body_count(), pool);
+  cells_.build(faces(), edges(), free_edges(), body_of_vertex(), body_count(), world_of_body(),
+               pool);
   check_primitives_of_bodies();
 }
 
@@ -122,6 +124,7 @@ void Mesh::take_bodies(const Topology& t, ThreadPool& pool) {
   if (named.lo < 0 || static_cast<std::size_t>(named.hi + 1) > bodies_.size())
     for (std::size_t v = 0; v < body_of_vertex_.size(); ++v)
       check_body(body_of_vertex_[v], "vertex", v);
+  take_worlds();
   for (std::size_t i = 0; i < t.disabled_pairs.size(); ++i) {
     for (const std::int32_t body : t.disabled_pairs[i]) check_body(body, "disabled pair", i);
     disabled_.insert(pair_key(t.disabled_pairs[i][0], t.disabled_pairs[i][1]));
@@ -142,6 +145,22 @@ void Mesh::take_bodies(const Topology& t, ThreadPool& pool) {
     pinned_.resize(t.vertex_count);
     for (std::size_t v = 0; v < t.vertex_count; ++v) pinned_[v] = t.inverse_mass[v] == 0.0f;
   }
+}
+
+void Mesh::take_worlds() {
+  bool differ = false;
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
+    const std::int32_t world = bodies_[b].world;
+    if (world < -1 || world == std::numeric_limits<std::int32_t>::max())
+      throw Error(ErrorCode::invalid_argument,
+                  "body " + std::to_string(b) + ": world " + std::to_string(world) +
+                      " is neither -1 nor the index of a world",
+                  static_cast<std::int32_t>(b));
+    world_count_ = std::max(world_count_, world + 1);
+    differ = differ || world != bodies_[0].world;
+  }
+  if (!differ) return;
+  for (const Body& body : bodies_) world_of_body_.push_back(body.world);
 }
 
 void Mesh::take_faces(const Topology& t, ThreadPool& pool) {
@@ -233,7 +252,12 @@ FirstFaces Mesh::first_faces() const {
 }
 
 ContactKey Mesh::contact_key() const {
-  return ContactKey::of(body_count(), vertex_count(), edges().size(), faces().size());
+  return ContactKey::of(static_cast<std::size_t>(world_count_), contact_order().world_of_body,
+                        body_count(), vertex_count(), edges().size(), faces().size());
+}
+
+ContactOrder Mesh::contact_order() const {
+  return {world_of_body_.empty() ? nullptr : world_of_body_.data()};
 }
 
 bool Mesh::collide(std::int32_t a, std::int32_t b) const {

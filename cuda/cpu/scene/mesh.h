@@ -38,6 +38,10 @@ class Mesh {
   /// All faces and free edges, by body.
   const Cells& cells() const { return cells_; }
   std::size_t body_count() const { return bodies_.size(); }
+  /// By body: its world, as Body::world. Empty if all bodies are in the same world.
+  Span<const std::int32_t> world_of_body() const { return world_of_body_; }
+  /// Number of worlds, not counting -1. Some may have no body.
+  std::int32_t world_count() const { return world_count_; }
   bool pinned(std::int32_t vertex) const { return !pinned_.empty() && pinned_[vertex]; }
   bool any_pinned() const { return !pinned_.empty(); }
   /// By vertex, as Topology::self_separation; empty: no limit.
@@ -50,8 +54,9 @@ class Mesh {
   CellView cell_view() const;
   FirstFaces first_faces() const;
   ContactKey contact_key() const;
+  ContactOrder contact_order() const;
 
-  /// Whether the filters let the two bodies collide. With body_a == body_b: with itself.
+  /// Whether the filters let two bodies of one world collide. With body_a == body_b: with itself.
   bool collide(std::int32_t body_a, std::int32_t body_b) const;
 
  private:
@@ -61,6 +66,7 @@ class Mesh {
   }
 
   void take_bodies(const Topology& topology, ThreadPool& pool);
+  void take_worlds();
   void take_faces(const Topology& topology, ThreadPool& pool);
   void take_edges(const Topology& topology, ThreadPool& pool);
   // Throws the error of the first face or edge that is invalid, if there is one.
@@ -74,6 +80,8 @@ class Mesh {
   NoinitVector<std::int32_t> first_faces_;  // by edge, then by vertex: see FirstFaces
   NoinitVector<std::int32_t> body_of_vertex_;
   std::vector<Body> bodies_;
+  std::vector<std::int32_t> world_of_body_;
+  std::int32_t world_count_ = 0;
   std::vector<char> pinned_;  // by vertex; empty if no vertex is pinned
   std::vector<float> self_separation_;
   std::unordered_set<std::uint64_t> disabled_;

@@ -1,6 +1,7 @@
 // Sort of indices by 64-bit keys, on all threads of a pool.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 
@@ -23,8 +24,16 @@ class KeySort {
  public:
   NoinitVector<KeyedIndex> items;
 
+  /// Items [first, last).
+  struct Part {
+    std::size_t first, last;
+  };
+
   /// Sorts items [first, last), whose indices must ascend. Uses all threads.
   void sort(std::size_t first, std::size_t last, ThreadPool& pool);
+  /// Sorts disjoint parts, each as sort() would. part_of(i) returns the i-th Part.
+  template <class PartOf>
+  void sort_parts(std::size_t count, ThreadPool& pool, PartOf&& part_of);
   /// The same on the calling thread. Disjoint parts may be sorted at the same time, after
   /// prepare().
   void sort_alone(std::size_t first, std::size_t last);
@@ -45,5 +54,20 @@ class KeySort {
   NoinitVector<KeyedIndex> other_;
   NoinitVector<std::uint32_t> counts_;
 };
+
+template <class PartOf>
+void KeySort::sort_parts(std::size_t count, ThreadPool& pool, PartOf&& part_of) {
+  constexpr std::size_t large = 1 << 15;  // items of a part that all threads sort together
+  const auto is_large = [](const Part& part) { return part.last - part.first >= large; };
+  prepare();
+  const std::size_t pieces = 8 * static_cast<std::size_t>(pool.available());
+  const std::size_t grain = std::clamp<std::size_t>(count / pieces, 1, 256);
+  pool.parallel_for(count, grain, [&](std::size_t first, std::size_t last, int) {
+    for (std::size_t i = first; i < last; ++i)
+      if (const Part part = part_of(i); !is_large(part)) sort_alone(part.first, part.last);
+  });
+  for (std::size_t i = 0; i < count; ++i)
+    if (const Part part = part_of(i); is_large(part)) sort(part.first, part.last, pool);
+}
 
 }  // namespace lazyccd

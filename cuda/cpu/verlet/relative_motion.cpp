@@ -88,7 +88,7 @@ void RelativeMotionBounds::measure(const std::vector<VertexRecord>& records, con
   const NoinitVector<TreeNode>& nodes = tree.nodes();
   tree.for_each_upward(pool, [&](std::size_t i) {
     if (nodes[i].leaf()) return;
-    const Box &left = boxes_[nodes[i].left], &right = boxes_[nodes[i].right];
+    const Box &left = boxes_[nodes[i].left], &right = boxes_[nodes[i].right()];
     for (int k = 0; k < 6; ++k) {
       boxes_[i].lo[k] = std::min(left.lo[k], right.lo[k]);
       boxes_[i].hi[k] = std::max(left.hi[k], right.hi[k]);

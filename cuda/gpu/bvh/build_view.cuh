@@ -20,6 +20,7 @@ struct BuildView {
   std::int32_t vertex_count, cell_count, segment_count, group_count;
   const unsigned char* pinned;  // by vertex; null if no vertex is pinned
   const Body* bodies;
+  const std::int32_t* worlds;  // by group, ascending; null: all bodies are in one world
 
   // Work space.
   long long* bounds;    // of the vertices at the start: three lower, three upper, ordered
@@ -41,6 +42,8 @@ struct BuildView {
   int2* node_ranges;
   TreeNode* nodes;
 
+  /// The leaves, sorted.
+  __device__ LeafCodes leaves() const { return {leaf_codes, group_count, worlds}; }
   /// The segment that contains a cell.
   __device__ const CellSegment& segment_of_cell(std::int32_t cell) const {
     return segments[last_at_most(cell, [](const CellSegment& s) { return s.first; })];

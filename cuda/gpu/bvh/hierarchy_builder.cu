@@ -6,6 +6,7 @@
 #include <cub/device/device_merge_sort.cuh>
 #include <cub/device/device_radix_sort.cuh>
 #include <cub/device/device_scan.cuh>
+#include <vector>
 
 #include "gpu/bvh/cell_codes.cuh"
 #include "gpu/bvh/ownership.cuh"
@@ -34,6 +35,13 @@ void HierarchyBuilder::set_mesh(const Mesh& mesh, DeviceScene& scene) {
   upload(face_edges_, mesh.face_edges().data(), 3 * mesh.face_edges().size());
   upload(primitives_, cells.primitives().data(), cell_count);
   upload(segments_, cells.segments().data(), cells.segments().size());
+  std::vector<std::int32_t> worlds;  // by group
+  if (!mesh.world_of_body().empty())
+    for (const CellSegment& segment : cells.segments())
+      worlds.insert(worlds.end(), static_cast<std::size_t>(segment.groups()),
+                    mesh.world_of_body()[static_cast<std::size_t>(segment.body)]);
+  upload(worlds_, worlds.data(), worlds.size());
+  world_count_ = static_cast<std::size_t>(mesh.world_count());
   const auto reserve = [](auto& buffer, std::size_t size) {
     buffer.reserve(std::max<std::size_t>(size, 1));
   };
@@ -67,6 +75,7 @@ void HierarchyBuilder::set_mesh(const Mesh& mesh, DeviceScene& scene) {
   view_.group_count = static_cast<std::int32_t>(groups);
   view_.pinned = view.pinned;
   view_.bodies = view.groups.bodies;
+  view_.worlds = worlds.empty() ? nullptr : worlds_.data();
   view_.bounds = bounds_.data();
   view_.order = order_.data();
   view_.first_of_vertex = first_of_vertex_.data();
@@ -108,6 +117,8 @@ std::size_t HierarchyBuilder::space_bytes() const {
                                        kCodeBits));
   note(cub::DeviceRadixSort::SortPairs(nullptr, bytes, segments, values, view_.cell_count, 0,
                                        std::max(segment_bits(), 1)));
+  note(cub::DeviceRadixSort::SortPairs(nullptr, bytes, segments, values, view_.group_count, 0,
+                                       std::max(world_bits(), 1)));
   note(cub::DeviceScan::ExclusiveSum(nullptr, bytes, counts, counts, view_.group_count));
   note(cub::DeviceRadixSort::SortPairs(nullptr, bytes, keys, values, view_.group_count, 0,
                                        kCodeBits));
@@ -143,6 +154,26 @@ const std::int32_t* HierarchyBuilder::sort_cells(const Scalar* start, cudaStream
 }
 
 void HierarchyBuilder::sort_leaves(cudaStream_t stream) {
+  sort_leaves_by_code(stream);
+  if (view_.worlds == nullptr) return;
+  // Stable: within a world the order by code stays. The arrays of the cells are free by now.
+  const std::uint32_t blocks = blocks_for(static_cast<std::size_t>(view_.group_count), kBlock);
+  find_leaf_worlds<<<blocks, kBlock, 0, stream>>>(view_, segment_keys_[0].data(), cells_[0].data());
+  LAZYCCD_CUDA_CHECK(cudaGetLastError());
+  cub::DoubleBuffer<std::uint32_t> worlds(segment_keys_[0].data(), segment_keys_[1].data());
+  cub::DoubleBuffer<std::int32_t> places(cells_[0].data(), cells_[1].data());
+  std::size_t size = space_size_;
+  LAZYCCD_CUDA_CHECK(cub::DeviceRadixSort::SortPairs(space_.data(), size, worlds, places,
+                                                     view_.group_count, 0, world_bits(), stream));
+  const int other = view_.leaf_codes == leaf_codes_[0].data() ? 1 : 0;
+  move_leaves<<<blocks, kBlock, 0, stream>>>(view_, places.Current(), leaf_codes_[other].data(),
+                                             leaf_groups_[other].data());
+  LAZYCCD_CUDA_CHECK(cudaGetLastError());
+  view_.leaf_codes = leaf_codes_[other].data();
+  view_.leaf_groups = leaf_groups_[other].data();
+}
+
+void HierarchyBuilder::sort_leaves_by_code(cudaStream_t stream) {
   std::size_t size = space_size_;
   if (view_.group_count <= kFewLeaves) {
     LAZYCCD_CUDA_CHECK(cub::DeviceMergeSort::StableSortPairs(space_.data(), size, view_.leaf_codes,
@@ -196,7 +227,7 @@ void HierarchyBuilder::enqueue(const void* start, bool is_double, cudaStream_t s
 
 std::size_t HierarchyBuilder::bytes() const {
   std::size_t sum = face_edges_.bytes() + primitives_.bytes() + segments_.bytes() +
-                    bounds_.bytes() + order_.bytes() + first_of_vertex_.bytes() +
+                    worlds_.bytes() + bounds_.bytes() + order_.bytes() + first_of_vertex_.bytes() +
                     first_of_edge_.bytes() + owned_.bytes() + block_counts_.bytes() +
                     first_blocks_.bytes() + inner_.bytes() + links_.bytes() + space_.bytes();
   for (int i = 0; i < 2; ++i)

@@ -34,16 +34,19 @@ class HierarchyBuilder {
   // Sorts the cells by segment and code; returns the sorted cells.
   template <class Scalar>
   const std::int32_t* sort_cells(const Scalar* start, cudaStream_t stream);
-  // Sorts the leaves by code and sets view_ to where they are then.
+  // Sorts the leaves by world and code and sets view_ to where they are then.
   void sort_leaves(cudaStream_t stream);
+  void sort_leaves_by_code(cudaStream_t stream);
   // Returns the largest size of CUB's work space, in bytes.
   std::size_t space_bytes() const;
-  // Number of bits of the largest segment.
+  // Number of bits of the largest segment, and of the largest world.
   int segment_bits() const;
+  int world_bits() const { return bits_for(world_count_ + 1); }
 
   BuildView view_{};
   DeviceBuffer<std::int32_t> face_edges_, primitives_;
   DeviceBuffer<CellSegment> segments_;
+  DeviceBuffer<std::int32_t> worlds_;
   DeviceBuffer<long long> bounds_;
   DeviceBuffer<std::uint64_t> codes_[2];
   DeviceBuffer<std::int32_t> cells_[2];
@@ -59,6 +62,7 @@ class HierarchyBuilder {
   DeviceBuffer<char> space_;
   std::size_t space_size_ = 0;
   std::size_t edge_count_ = 0;
+  std::size_t world_count_ = 0;
 };
 
 }  // namespace lazyccd::gpu

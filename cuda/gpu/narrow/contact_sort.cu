@@ -41,7 +41,7 @@ std::size_t radix_space(std::uint32_t contacts) {
 }  // namespace
 
 std::uint32_t sort_bins(const ContactKey& key, std::uint32_t contacts) {
-  const int bits = key.bits() - key.b_bits;
+  const int bits = key.bits() - key.b_bits;  // more than the limit if the key is two words
   return fits_one_kernel(contacts) || bits > kMaxBinBits ? 0 : 1u << bits;
 }
 
@@ -62,7 +62,33 @@ void prepare_sort(const SceneView& scene, const StepLists& lists, cudaStream_t s
     // behind them in the sorted order.
     LAZYCCD_CUDA_CHECK(
         cudaMemsetAsync(lists.keys, 0xff, lists.contacts.capacity * sizeof(std::uint64_t), stream));
+    if (lists.upper_keys != nullptr)
+      LAZYCCD_CUDA_CHECK(cudaMemsetAsync(lists.upper_keys, 0xff,
+                                         lists.contacts.capacity * sizeof(std::uint64_t), stream));
   }
+}
+
+// Sorts by the lower words of the keys, then by the upper words; both sorts are stable. Unused
+// places are all ones in the sorted bits of both words.
+static void sort_by_two_words(const SceneView& scene, const StepLists& lists,
+                              const SortBuffers& buffers, cudaStream_t stream) {
+  const std::uint32_t grid = 4 * multiprocessors(), capacity = lists.contacts.capacity;
+  const auto sort = [&](const std::uint64_t* keys, std::uint64_t* sorted_keys,
+                        const std::uint32_t* order, std::uint32_t* sorted_order, int bits) {
+    std::size_t space = buffers.space_bytes;
+    LAZYCCD_CUDA_CHECK(
+        cub::DeviceRadixSort::SortPairs(buffers.space, space, keys, sorted_keys, order,
+                                        sorted_order, static_cast<int>(capacity), 0, bits, stream));
+  };
+  sort(lists.keys, buffers.sorted_keys, buffers.order, buffers.sorted_order,
+       scene.key.lower_bits());
+  // The lower words are no longer needed, so their arrays take the upper words, in both orders.
+  launch_behind(gather_upper_keys, grid, kBlock, 0, stream, lists.upper_keys, buffers.sorted_order,
+                capacity, lists.keys);
+  sort(lists.keys, buffers.sorted_keys, buffers.sorted_order, buffers.final_order,
+       scene.key.upper_bits());
+  launch_behind(place_in_order, grid, kBlock, 0, stream, lists, buffers.final_order,
+                buffers.sorted);
 }
 
 // The counting sort and the radix sort ignore primitive b; place_contacts() orders by it.
@@ -71,6 +97,10 @@ void enqueue_sort(const SceneView& scene, const StepLists& lists, const SortBuff
   const std::uint32_t grid = 4 * multiprocessors(), capacity = lists.contacts.capacity;
   if (fits_one_kernel(capacity)) {
     launch_behind(place_by_rank, grid, kBlock, 0, stream, lists, buffers.sorted);
+    return;
+  }
+  if (lists.upper_keys != nullptr) {
+    sort_by_two_words(scene, lists, buffers, stream);
     return;
   }
   std::size_t space = buffers.space_bytes;

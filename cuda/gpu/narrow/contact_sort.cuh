@@ -35,6 +35,24 @@ __global__ void place_contacts(StepLists lists, const std::uint64_t* keys,
   }
 }
 
+/// Collects the upper words of the keys in an order, of all places.
+__global__ void gather_upper_keys(const std::uint64_t* upper, const std::uint32_t* order,
+                                  std::uint32_t count, std::uint64_t* gathered) {
+  begin_kernel();
+  for (std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x; i < count;
+       i += gridDim.x * blockDim.x)
+    gathered[i] = upper[order[i]];
+}
+
+/// Writes each contact to its final place, which `order` gives.
+__global__ void place_in_order(StepLists lists, const std::uint32_t* order, Contact* sorted) {
+  begin_kernel();
+  const std::uint32_t count = 4 * stored_contacts(lists);
+  for (std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x; i < count;
+       i += gridDim.x * blockDim.x)
+    copy_contact(lists.contacts.items + order[i / 4], sorted + i / 4, static_cast<int>(i % 4));
+}
+
 /// Moves keys and indices into their bins, in any order within a bin.
 __global__ void scatter_to_bins(StepLists lists, const std::uint32_t* bin_starts, int first_bit,
                                 std::uint64_t* sorted_keys, std::uint32_t* sorted_order) {
@@ -58,7 +76,14 @@ __global__ void place_by_rank(StepLists lists, Contact* sorted) {
   for (std::uint32_t i = (blockIdx.x * blockDim.x + threadIdx.x) / kWarp; i < count; i += warps) {
     const std::uint64_t key = lists.keys[i];
     unsigned rank = 0;
-    for (std::uint32_t j = lane; j < count; j += kWarp) rank += lists.keys[j] < key;
+    if (lists.upper_keys == nullptr) {
+      for (std::uint32_t j = lane; j < count; j += kWarp) rank += lists.keys[j] < key;
+    } else {
+      const std::uint64_t upper = lists.upper_keys[i];
+      for (std::uint32_t j = lane; j < count; j += kWarp)
+        rank +=
+            lists.upper_keys[j] < upper || (lists.upper_keys[j] == upper && lists.keys[j] < key);
+    }
     for (int offset = kWarp / 2; offset > 0; offset /= 2)
       rank += __shfl_xor_sync(kAllLanes, rank, offset);
     if (lane < 4) copy_contact(lists.contacts.items + i, sorted + rank, lane);

@@ -56,6 +56,7 @@ __device__ inline std::uint64_t emit_contact(const SceneView& scene, const Query
     const std::uint64_t key = scene.key(contact);
     lists.contacts.items[slot] = contact;
     lists.keys[slot] = key;
+    if (lists.upper_keys != nullptr) lists.upper_keys[slot] = scene.key.upper(contact);
     if (lists.bins != nullptr)
       lists.ranks[slot] = atomicAdd(lists.bins + (key >> scene.key.b_bits), 1u);
   }

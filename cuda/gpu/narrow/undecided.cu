@@ -29,11 +29,12 @@ std::size_t merge_undecided(const Mesh& mesh, const Positions& start, const Posi
     stats.hash += hash_share(contact);
     ++(contact.kind == ContactKind::vertex_face ? stats.contacts_vf : stats.contacts_ee);
   }
-  std::sort(found.begin(), found.end());
+  const ContactOrder order = mesh.contact_order();
+  std::sort(found.begin(), found.end(), order);
   // From the back, so that each contact moves only once, directly to its place.
   std::size_t from = count, to = count + found.size();
   for (std::size_t i = found.size(); i-- > 0;) {
-    const Contact* place = std::lower_bound(contacts, contacts + from, found[i]);
+    const Contact* place = std::lower_bound(contacts, contacts + from, found[i], order);
     const std::size_t behind = static_cast<std::size_t>(contacts + from - place);
     std::memmove(contacts + (to - behind), place, behind * sizeof(Contact));
     from -= behind;

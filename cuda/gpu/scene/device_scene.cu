@@ -26,6 +26,7 @@ void DeviceScene::upload_mesh() {
                                       mesh_->disabled_pairs().end());
   std::sort(disabled.begin(), disabled.end());
   upload(disabled_, disabled.data(), disabled.size());
+  upload(world_of_body_, mesh_->world_of_body().data(), mesh_->world_of_body().size());
   records_.reserve(std::max<std::size_t>(mesh_->vertex_count(), 1));
   mesh_uploaded_ = true;
 }
@@ -59,7 +60,7 @@ void DeviceScene::build_on_host(const Positions& start, const Positions& end, Th
   std::vector<VertexRecord> records;
   load_records(*mesh_, start, end, pool, records);
   groups_.build(*mesh_, records, pool);
-  tree_.build(groups_.codes(), groups_.boxes(), pool);
+  tree_.build(groups_.codes(), groups_.boxes(), pool, groups_.worlds());
   upload_groups();
   upload(nodes_, tree_.nodes().data(), tree_.nodes().size());
   upload(leaf_order_, tree_.order().data(), tree_.order().size());
@@ -110,6 +111,7 @@ SceneView DeviceScene::view(bool is_double) {
   s.leaf_order = leaf_order_.data();
   s.node_ranges = node_ranges_.data();
   s.key = key();
+  if (s.key.world_of_body != nullptr) s.key.world_of_body = world_of_body_.data();
   s.separation = separation_;
   s.is_double = is_double;
   s.records = records_.data();
@@ -122,9 +124,9 @@ ContactKey DeviceScene::key() const { return mesh_->contact_key(); }
 
 std::size_t DeviceScene::bytes() const {
   return faces_.bytes() + edges_.bytes() + body_of_vertex_.bytes() + pinned_.bytes() +
-         bodies_.bytes() + disabled_.bytes() + device_groups_.bytes() + leaf_order_.bytes() +
-         node_ranges_.bytes() + records_.bytes() + blocks_.bytes() + bounds_.bytes() +
-         runs_.bytes() + nodes_.bytes();
+         bodies_.bytes() + disabled_.bytes() + world_of_body_.bytes() + device_groups_.bytes() +
+         leaf_order_.bytes() + node_ranges_.bytes() + records_.bytes() + blocks_.bytes() +
+         bounds_.bytes() + runs_.bytes() + nodes_.bytes();
 }
 
 }  // namespace lazyccd::gpu

@@ -42,7 +42,7 @@ class DeviceScene {
   const Groups& groups() const { return groups_; }  ///< of the last build on the host
   const Tree& tree() const { return tree_; }        ///< the same
   SceneView view(bool is_double);
-  ContactKey key() const;
+  ContactKey key() const;  ///< for the host
   std::uint32_t group_count() const {
     return static_cast<std::uint32_t>(mesh_->cells().group_count());
   }
@@ -65,6 +65,7 @@ class DeviceScene {
   DeviceBuffer<unsigned char> pinned_;
   DeviceBuffer<Body> bodies_;
   DeviceBuffer<std::uint64_t> disabled_;
+  DeviceBuffer<std::int32_t> world_of_body_;
   DeviceBuffer<DeviceGroup> device_groups_;
   DeviceBuffer<std::int32_t> leaf_order_;
   DeviceBuffer<int2> node_ranges_;

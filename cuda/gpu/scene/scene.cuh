@@ -99,8 +99,9 @@ struct StepLists {
   Output<Candidate> undecided_in_single[2];  // left over by single precision
   // Queries for subdivision; queries for the host's exact arithmetic.
   Output<HardQuery> hard, undecided_in_double;
-  Output<Contact> contacts;  // in no particular order
-  std::uint64_t* keys;       // keys[i] is the ContactKey of contacts.items[i]
+  Output<Contact> contacts;   // in no particular order
+  std::uint64_t* keys;        // keys[i] is the ContactKey of contacts.items[i], or its lower word
+  std::uint64_t* upper_keys;  // its upper word; null if a key is one word
   // For a counting sort by the upper part of the key, which is all but primitive b. bins: number of
   // contacts per bin. ranks: index of each contact within its bin. bins is null if there are too
   // many bins for it, or few contacts; then another sort is used.

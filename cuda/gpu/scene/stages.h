@@ -45,6 +45,7 @@ struct SortBuffers {
   std::uint64_t* sorted_keys;
   const std::uint32_t* order;  // 0, 1, 2, ...
   std::uint32_t* sorted_order;
+  std::uint32_t* final_order;  // if a key is two words: the order by both
   std::uint32_t* bin_starts;
   void* space;
   std::size_t space_bytes;

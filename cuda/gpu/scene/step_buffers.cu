@@ -34,8 +34,10 @@ void StepBuffers::reserve(const ContactKey& key, cudaStream_t stream) {
   host_undecided_.reserve(undecided_in_double_.capacity());
   host_contacts_.reserve(std::size_t{contacts} + undecided_in_double_.capacity());
   const std::uint32_t bins = sort_bins(key, contacts);
-  if (contacts <= sorted_.size() && bins == bin_count_) return;
+  const bool two_words = !key.is_one_word();
+  if (contacts <= sorted_.size() && bins == bin_count_ && two_words == two_words_) return;
   bin_count_ = bins;
+  two_words_ = two_words;
   bins_.reserve(bins);
   bin_starts_.reserve(bins);
   sort_space_.reserve(sort_space_bytes(bins, contacts));
@@ -44,6 +46,10 @@ void StepBuffers::reserve(const ContactKey& key, cudaStream_t stream) {
   // were never written.
   LAZYCCD_CUDA_CHECK(cudaMemsetAsync(sorted_.data(), 0, sorted_.bytes(), stream));
   keys_.reserve(contacts);
+  if (two_words) {
+    upper_keys_.reserve(contacts);
+    final_order_.reserve(contacts);
+  }
   sorted_keys_.reserve(contacts);
   ranks_.reserve(contacts);
   order_.reserve(contacts);
@@ -64,6 +70,7 @@ StepLists StepBuffers::lists() {
   lists.undecided_in_double = undecided_in_double_.output(&c->undecided_in_double);
   lists.contacts = contacts_.output(&c->contacts);
   lists.keys = keys_.data();
+  lists.upper_keys = two_words_ ? upper_keys_.data() : nullptr;
   lists.bins = bin_count_ != 0 ? bins_.data() : nullptr;
   lists.ranks = ranks_.data();
   lists.counters = c;
@@ -71,8 +78,8 @@ StepLists StepBuffers::lists() {
 }
 
 SortBuffers StepBuffers::sort_buffers() {
-  return {sorted_keys_.data(), order_.data(),       sorted_order_.data(), bin_starts_.data(),
-          sort_space_.data(),  sort_space_.bytes(), sorted_.data()};
+  return {sorted_keys_.data(), order_.data(),      sorted_order_.data(), final_order_.data(),
+          bin_starts_.data(),  sort_space_.data(), sort_space_.bytes(),  sorted_.data()};
 }
 
 void StepBuffers::download(cudaStream_t stream) {
@@ -116,9 +123,10 @@ const HardQuery* StepBuffers::download_undecided() {
 
 std::size_t StepBuffers::bytes() const {
   std::size_t sum = counters_.bytes() + hard_.bytes() + undecided_in_double_.bytes() +
-                    contacts_.bytes() + sorted_.bytes() + keys_.bytes() + sorted_keys_.bytes() +
-                    order_.bytes() + sorted_order_.bytes() + bins_.bytes() + bin_starts_.bytes() +
-                    ranks_.bytes() + sort_space_.bytes();
+                    contacts_.bytes() + sorted_.bytes() + keys_.bytes() + upper_keys_.bytes() +
+                    sorted_keys_.bytes() + order_.bytes() + sorted_order_.bytes() +
+                    final_order_.bytes() + bins_.bytes() + bin_starts_.bytes() + ranks_.bytes() +
+                    sort_space_.bytes();
   for (int kind = 0; kind < 2; ++kind)
     sum += filtered_[kind].bytes() + hits_[kind].bytes() + undecided_in_single_[kind].bytes();
   return sum;

@@ -73,14 +73,15 @@ class StepBuffers {
   StepList<HardQuery> hard_{1 << 12}, undecided_in_double_{1 << 10};
   StepList<Contact> contacts_{1 << 11};
   DeviceBuffer<Contact> sorted_;
-  DeviceBuffer<std::uint64_t> keys_, sorted_keys_;
-  DeviceBuffer<std::uint32_t> order_, sorted_order_, bins_, bin_starts_, ranks_;
+  DeviceBuffer<std::uint64_t> keys_, upper_keys_, sorted_keys_;
+  DeviceBuffer<std::uint32_t> order_, sorted_order_, final_order_, bins_, bin_starts_, ranks_;
   DeviceBuffer<char> sort_space_;
   PinnedBuffer<StepCounters> host_counters_;
   PinnedBuffer<Contact> host_contacts_;
   PinnedBuffer<HardQuery> host_undecided_;
   std::uint32_t expected_contacts_ = 1024, downloaded_ = 0;
   std::uint32_t bin_count_ = 0;
+  bool two_words_ = false;  // whether the keys are
 };
 
 }  // namespace lazyccd::gpu

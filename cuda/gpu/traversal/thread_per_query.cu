@@ -69,8 +69,10 @@ __device__ void query(const TraversalJob& job, const Overlapping& out, std::uint
     if (node.leaf()) {
       if (box.group() < node.group()) emit(job, out, box.group(), node.group());
     } else if (depth + 2 <= kMaxDepth) {
-      stack[depth++] = static_cast<std::uint32_t>(node.right);
-      stack[depth++] = static_cast<std::uint32_t>(node.left);
+      const ChildrenToVisit children =
+          children_to_visit(job.nodes, node, static_cast<std::int32_t>(self));
+      for (int i = children.count; i-- > 0;)
+        stack[depth++] = static_cast<std::uint32_t>(children.node[i]);
     } else {
       ++lost;
     }

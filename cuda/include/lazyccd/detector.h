@@ -6,6 +6,7 @@
 //     for (const lazyccd::Contact& c : detector.detect(start, end)) ...
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -65,9 +66,9 @@ class LAZYCCD_API Detector {
   /// invalid, throws Error with the body and primitive at fault and keeps the old topology.
   void set_topology(const Topology& topology);
 
-  /// Returns the contacts of the linear motion from `start` to `end`, sorted by operator< of
-  /// Contact. The span is valid until the next call. Throws Error if a position is not finite or
-  /// the number of positions is wrong.
+  /// Returns the contacts of the linear motion from `start` to `end`, sorted by world, then by
+  /// operator< of Contact. The span is valid until the next call. Throws Error if a position is not
+  /// finite or the number of positions is wrong.
   Span<const Contact> detect(const Positions& start, const Positions& end);
 
   /// Hands over the contacts of the last detect(): without a copy on the CPU, with one on the GPU.
@@ -90,6 +91,19 @@ class LAZYCCD_API Detector {
   /// add up to less than h. Runs on the CPU with every backend. Throws Error after detect_ahead()
   /// has started, because that reuses the list of pairs.
   Span<const Contact> recheck_near_pairs(const Positions& start, const Positions& end);
+
+  /// Number of worlds (Body::world), not counting -1. Some may be empty.
+  std::int32_t world_count() const;
+  /// Where the contacts of each world begin in the result of the last detect() or
+  /// recheck_near_pairs(): those of world w are [offsets[w + 1], offsets[w + 2]). World -1 has the
+  /// contacts between bodies that are in every world. Valid as long as the contacts.
+  Span<const std::size_t> world_offsets();
+  /// The contacts of one world. The same, bit for bit, as if the other worlds' bodies were left
+  /// out, except that bodies, vertices and primitives keep their numbers. Throws
+  /// Error(index_out_of_range).
+  Span<const Contact> contacts_of_world(std::int32_t world);
+  /// The contact_hash() that a detection without the other worlds' bodies would give.
+  std::uint64_t hash_of_world(std::int32_t world);
 
   /// All edges: the sides of the faces and the topology's own edges, each once. An edge is
   /// (smaller, larger) vertex index; the list is sorted by the larger index, then by the smaller.

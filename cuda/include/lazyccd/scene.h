@@ -12,7 +12,8 @@ namespace lazyccd {
 using Face = std::array<std::int32_t, 3>;  ///< three vertex indices
 using Edge = std::array<std::int32_t, 2>;  ///< two vertex indices
 
-/// Collision filter of one body. Two different bodies A and B collide if (A.group & B.mask),
+/// World and collision filter of one body. Two bodies meet only if they are in the same world, or
+/// if one of them is in every world. Two different bodies A and B collide if (A.group & B.mask),
 /// (B.group & A.mask), (A.layer & B.layer_mask) and (B.layer & A.layer_mask) are all nonzero and
 /// the pair is not disabled (Topology::disabled_pairs). Groups and layers are two independent
 /// filters, so that an application's filter can be combined with one of its engine.
@@ -22,6 +23,9 @@ struct Body {
   bool self_collision = true;                    ///< whether the body collides with itself
   std::uint32_t layer = 1;                       ///< bits of the layers that the body belongs to
   std::uint32_t layer_mask = ~std::uint32_t{0};  ///< bits of the layers that it collides with
+  /// Index of its world, from 0; -1: it is in every world. Worlds may be at the same place in
+  /// space.
+  std::int32_t world = 0;
 };
 
 /// True if groups and layers let two different bodies collide.
@@ -54,7 +58,8 @@ struct Topology {
   /// precision, as a lower bound. Has an effect only with DetectorOptions::separation.
   Span<const float> self_separation;
 
-  /// Collision filter of each body. Empty: default filters for all bodies in body_of_vertex.
+  /// World and collision filter of each body. Empty: default filters for all bodies in
+  /// body_of_vertex.
   Span<const Body> bodies;
 
   Span<const BodyPair> disabled_pairs;  ///< pairs of bodies that do not collide with each other

@@ -1,0 +1,200 @@
+// An exact time within the step, and the signs of polynomials at it.
+#pragma once
+
+#include <cstdint>
+
+#include "core/exact/common_root.h"
+#include "core/exact/polynomial.h"
+
+namespace lazyccd::exact {
+
+/// Result of a sign that would need more bits than the integers have.
+constexpr int kUnknown = 2;
+/// Most halvings of the step. Together with kCoordinateBits it bounds all integers.
+constexpr int kMaxLevel = 224;
+
+/// An interval [k, k+1] / 2^level of the step, as the halves that lead to it.
+class Path {
+ public:
+  LAZYCCD_HD int level() const { return level_; }
+  LAZYCCD_HD bool later(int at) const { return (half_[at / 32] >> (31 - at % 32) & 1) != 0; }
+  LAZYCCD_HD void push(bool is_later) {
+    set(level_, is_later);
+    ++level_;
+  }
+  /// Goes on to the interval that comes next in time and is no part of this one. Returns false if
+  /// there is none.
+  LAZYCCD_HD bool advance() {
+    while (level_ > 0 && later(level_ - 1)) --level_;
+    if (level_ == 0) return false;
+    set(level_ - 1, true);
+    return true;
+  }
+  /// floor(2^32 k / 2^level)
+  LAZYCCD_HD std::int64_t ticks() const {
+    const std::uint32_t kept = level_ >= 32 ? ~0u : level_ == 0 ? 0u : ~0u << (32 - level_);
+    return static_cast<std::int64_t>(half_[0] & kept);
+  }
+  /// A positive multiple of p over the interval, mapped to [0, 1].
+  template <class Integer>
+  LAZYCCD_HD LAZYCCD_CALLED Poly<Integer> over(Poly<Integer> p) const {
+    for (int i = 0; i < level_; ++i) {
+      if (later(i)) {
+        p.take_later_half();
+      } else {
+        p.take_earlier_half();
+      }
+    }
+    return p;
+  }
+
+ private:
+  LAZYCCD_HD void set(int at, bool is_later) {
+    const std::uint32_t bit = std::uint32_t{1} << (31 - at % 32);
+    half_[at / 32] = is_later ? half_[at / 32] | bit : half_[at / 32] & ~bit;
+  }
+
+  int level_ = 0;
+  std::uint32_t half_[kMaxLevel / 32] = {};
+};
+
+/// Either the start of an interval, or the end of the step, or the only root of a polynomial inside
+/// an interval.
+template <class Integer>
+class Instant {
+ public:
+  using P = Poly<Integer>;
+
+  LAZYCCD_HD static Instant start_of(const Path& path) { return {Kind::start, path, nullptr, {}}; }
+  LAZYCCD_HD static Instant end_of_step() { return {Kind::end, Path(), nullptr, {}}; }
+  /// Root of `f`, which is trimmed. `local`, over the interval, has it as its only root there, and
+  /// one sign change. `other`: a linear polynomial whose root may be inside too, or null.
+  LAZYCCD_HD static Instant root(const Path& path, const P& f, const P& local, const P* other) {
+    Instant t{Kind::root, path, &f, local};
+    t.other_ = other;
+    return t;
+  }
+
+  /// Sign of p, of degree 2 at most: -1, 0, 1 or kUnknown. Narrows the interval as needed.
+  LAZYCCD_HD LAZYCCD_CALLED int sign(const P& p) {
+    constexpr int step = 32;
+    bool may_be_zero = true;
+    for (;;) {
+      if (kind_ == Kind::end) return p.c[p.degree].sign();
+      const P q = path_.over(p);
+      if (kind_ == Kind::start) return q.c[0].sign();
+      if (q.sign_changes() == 0) return q.first_sign();
+      if (may_be_zero && path_.level() >= step) {
+        const int zero = is_root_of(p);
+        if (zero == 1) return 0;
+        may_be_zero = zero < 0;  // not narrow enough to tell
+      }
+      if (kind_ == Kind::root && !refine(path_.level() + step)) return kUnknown;
+    }
+  }
+
+  /// floor(2^32 t)
+  LAZYCCD_HD LAZYCCD_CALLED std::int64_t ticks() {
+    if (kind_ == Kind::end) return std::int64_t{1} << 32;
+    refine(32);
+    return path_.ticks();
+  }
+
+ private:
+  enum class Kind { start, end, root };
+
+  LAZYCCD_HD Instant(Kind kind, const Path& path, const P* f, const P& local)
+      : kind_(kind), path_(path), f_(f), local_(local) {}
+
+  // Returns 1 if p is zero here, 0 if not, -1 if the interval is too wide to tell.
+  LAZYCCD_HD LAZYCCD_CALLED int is_root_of(const P& p) {
+    if (other_ != nullptr && path_.over(*other_).sign_changes() != 0) return -1;
+    const P q = p.trimmed();
+    if (q.degree == 0) return 0;
+    const CommonRoots<Integer> common = common_roots(*f_, q);
+    if (common.kind == CommonRoots<Integer>::none) return 0;
+    // The interval holds no root of f but this one.
+    if (common.kind == CommonRoots<Integer>::of_linear)
+      return path_.over(common.linear).sign_changes() == 1;
+    const int changes = path_.over(q).sign_changes();
+    return changes == 1 || (changes == 2 && has_multiple_root(q));
+  }
+
+  // Narrows the interval down to a level. Returns false if that is too far.
+  LAZYCCD_HD LAZYCCD_CALLED bool refine(int level) {
+    if (level > kMaxLevel) return false;
+    while (kind_ == Kind::root && path_.level() < level) {
+      P later = local_;
+      later.take_later_half();
+      const int middle = later.c[0].sign(), first = local_.first_sign();
+      path_.push(middle == 0 || middle == first);
+      if (middle == 0) {
+        kind_ = Kind::start;
+      } else if (middle == first) {
+        local_ = later;
+      } else {
+        local_.take_earlier_half();
+      }
+    }
+    return true;
+  }
+
+  Kind kind_;
+  Path path_;
+  const P* f_;
+  P local_;
+  const P* other_ = nullptr;
+};
+
+/// Whether a contact is at a time.
+enum class Answer { no, yes, unknown };
+
+/// The first root of p in [0, 1] at which accepted(Instant&) says yes.
+struct FirstRoot {
+  Answer answer;
+  std::int64_t ticks;
+};
+
+/// p must not be zero everywhere.
+template <class Integer, class Accepted>
+LAZYCCD_HD LAZYCCD_CALLED FirstRoot first_root(const Poly<Integer>& p, Accepted&& accepted) {
+  using At = Instant<Integer>;
+  FirstRoot result{Answer::no, 0};
+  // Returns whether the search is over.
+  const auto test = [&](At t) {
+    result.answer = accepted(t);
+    if (result.answer == Answer::yes) result.ticks = t.ticks();
+    return result.answer != Answer::no;
+  };
+  if (p.c[0].sign() == 0 && test(At::start_of(Path()))) return result;
+
+  const Poly<Integer> f = p.trimmed();
+  if (f.sign_changes() >= 2 && has_multiple_root(f)) {
+    const RationalRoots<Integer> roots = rational_roots(f);
+    for (int i = 0; i < roots.count; ++i) {
+      const int which = roots.first_is_smaller ? i : roots.count - 1 - i;
+      const Poly<Integer>& root = roots.root[which];
+      const Poly<Integer>* other = roots.count == 2 ? &roots.root[1 - which] : nullptr;
+      if (root.sign_changes() == 1 && test(At::root(Path(), f, root, other))) return result;
+    }
+  } else {
+    Path path;
+    do {
+      Poly<Integer> local = path.over(f);
+      const bool begins_later = path.level() > 0 && path.later(path.level() - 1);
+      if (begins_later && local.c[0].sign() == 0 && test(At::start_of(path))) return result;
+      int changes = local.sign_changes();
+      while (changes > 1) {
+        if (path.level() == kMaxLevel) return {Answer::unknown, 0};
+        path.push(false);
+        local.take_earlier_half();
+        changes = local.sign_changes();
+      }
+      if (changes == 1 && test(At::root(path, f, local, nullptr))) return result;
+    } while (path.advance());
+  }
+  if (p.c[p.degree].sign() == 0) test(At::end_of_step());
+  return result;
+}
+
+}  // namespace lazyccd::exact
