@@ -145,12 +145,12 @@ bool ContactConstraints::add(const std::vector<Contact>& contacts, const Motion&
 
 void ContactConstraints::add_penetrations(const std::vector<Contact>& contacts, double speed,
                                           const Motion& motion) {
-  constexpr double fraction_of_depth = 0.1;
+  constexpr double rate = 6;  // of the depth, 1/s
   const RowFactory factory(surfaces_, position_correction_, motion);
   merge(contacts, [&](const Contact& contact, ContactRow& row) {
     factory.make(contact, row);
     const double depth = std::max(0.0, -row.start_gap);
-    const double distance = std::max(speed * motion.dt, fraction_of_depth * depth);
+    const double distance = std::max(speed, rate * depth) * motion.dt;
     const double outside =
         0.5 * surfaces_.of(contact.body_a, contact.body_b).thickness;  // corrected fully here
     factory.make_penetration(contact, std::min(distance, depth + outside), row);

@@ -55,7 +55,7 @@ class ContactConstraints {
   /// of the new rows.
   bool add(const std::vector<Contact>& contacts, const Motion& motion);
   /// Adds rows of vertices that are inside of bodies; `contacts` must be sorted. Each row moves its
-  /// vertex out at `speed`, m/s, or by a tenth of its depth if that is more.
+  /// vertex out at `speed`, m/s, or at six times its depth a second if that is more.
   void add_penetrations(const std::vector<Contact>& contacts, double speed, const Motion& motion);
   /// Limits the target gap to `fraction` of the thickness, for rows that have a side of infinite
   /// mass and that `motion` violates. If things of infinite mass close in on each other, there may

@@ -146,6 +146,34 @@ TEST_CASE("cloth that starts inside a rigid ball is moved out of it") {
   CHECK(w->total_stats()->energy_gained < 1e-9);
 }
 
+TEST_CASE("a soft body that starts deep in the ground is not thrown up, at any time step") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  const double rate = GENERATE(60.0, 240.0);
+  CAPTURE(world == World::rigid, rate);
+  scenes::WorldOptions options = quiet_options(world, 1 / rate);
+  options.gravity = 10;
+  const auto w = PhysicsWorld::make(options);
+  const btScalar half = 5;
+  w->add_static(std::make_unique<btBoxShape>(btVector3(half, half, half)),
+                btTransform(btQuaternion::getIdentity(), btVector3(0, -half, 0)));
+  constexpr double radius = 0.5;
+  std::unique_ptr<btSoftBody> ball(
+      btSoftBodyHelpers::CreateEllipsoid(w->info(), at(0, 0, 0), at(radius, radius, radius), 200));
+  ball->setTotalMass(1);
+  ball->m_materials[0]->m_kLST = 1;
+  w->add(std::move(ball));
+  double lowest = 0, highest = 0;
+  for (int i = 0; i < 3 * rate; ++i) {
+    w->step();
+    btVector3 aabb_min, aabb_max;
+    w->bodies()[0]->getAabb(aabb_min, aabb_max);
+    lowest = static_cast<double>(aabb_min.y());
+    highest = std::max(highest, static_cast<double>(aabb_max.y()));
+  }
+  CHECK(lowest > -0.1);  // the box of the body has a margin
+  CHECK(highest < 3 * radius);
+}
+
 TEST_CASE("a clean start gives bit-identical results with untangling") {
   const World world = GENERATE(World::rigid, World::deformable);
   const auto positions = [&](double speed) {

@@ -85,7 +85,7 @@ struct SolverOptions {
 
   /// Speed at which intersecting bodies are moved apart, m/s, >= 0. Acts on scenes that begin with
   /// intersections, and on bodies that the application puts into others. What is deep inside of a
-  /// rigid body comes out faster, by a tenth of its depth in a step. Velocities do not change. Ends
+  /// rigid body comes out faster, at six times its depth a second. Velocities do not change. Ends
   /// after three seconds without progress. 0: intersections stay as they are.
   double untangling_speed = 0.5;
 
