@@ -63,6 +63,12 @@ struct Detector::Impl {
     if (gpu) gpu->set_mesh(mesh);
   }
 
+  // The result of a detection; none while its memory may change.
+  void set_contacts(Span<const Contact> contacts) {
+    last_contacts = contacts;
+    worlds.set_contacts(contacts);
+  }
+
   // Whether the next detection tries the GPU first.
   bool tries_gpu() const { return options.backend != Backend::cpu && failures < max_failures; }
 
@@ -138,7 +144,7 @@ Detector& Detector::operator=(Detector&&) noexcept = default;
 
 void Detector::set_topology(const Topology& topology) {
   const IeeeArithmetic ieee;
-  impl_->last_contacts = {};
+  impl_->set_contacts({});
   impl_->cpu.discard_ahead();  // a worker may be reading the old mesh, and the threads are needed
   Mesh mesh(topology, impl_->threads.pool());
   impl_->mesh = std::move(mesh);
@@ -148,29 +154,29 @@ void Detector::set_topology(const Topology& topology) {
 Span<const Contact> Detector::detect(const Positions& start, const Positions& end) {
   const IeeeArithmetic ieee;
   Stats stats = impl_->scene();
-  impl_->last_contacts = {};
-  impl_->last_contacts = impl_->detect(start, end, stats);
+  impl_->set_contacts({});
+  impl_->set_contacts(impl_->detect(start, end, stats));
   impl_->stats = std::move(stats);
-  impl_->worlds.set_contacts(impl_->last_contacts);
   return impl_->last_contacts;
 }
 
 std::vector<Contact> Detector::take_contacts(std::vector<Contact> reuse) {
-  const Span<const Contact> contacts = std::exchange(impl_->last_contacts, {});
-  impl_->worlds.set_contacts({});
+  const Span<const Contact> contacts = impl_->last_contacts;
+  impl_->set_contacts({});
   if (contacts.empty()) return {};
   return impl_->cpu.take_contacts(contacts, std::move(reuse));
 }
 
 void Detector::detect_ahead(const Positions& start, const Positions& end, double tolerance) {
   const IeeeArithmetic ieee;
-  impl_->last_contacts = {};
+  impl_->set_contacts({});
   if (!impl_->tries_gpu()) impl_->cpu.detect_ahead(start, end, tolerance, impl_->scene());
 }
 
 Span<const Contact> Detector::recheck_near_pairs(const Positions& start, const Positions& end) {
   const IeeeArithmetic ieee;
   Stats stats = impl_->scene();
+  impl_->set_contacts({});
   const Span<const Contact> contacts = impl_->cpu.recheck_near_pairs(start, end, stats);
   impl_->stats = std::move(stats);
   impl_->worlds.set_contacts(contacts);

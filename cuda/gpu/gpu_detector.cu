@@ -1,5 +1,5 @@
-// The CUDA backend: runs the stages of a step on one stream, and merges the contacts that the host
-// decides exactly.
+// The CUDA backend: runs the stages of a step on one stream, and merges the contacts that only the
+// host can decide.
 #include "gpu/gpu_detector.h"
 
 #include <chrono>
@@ -249,9 +249,9 @@ Span<const Contact> GpuDetector::detect(const Positions& start, const Positions&
   const gpu::StepCounters& c = buffers_.counters();
   Contact* const contacts = buffers_.finish_contacts();
   std::size_t count = c.contacts;
-  if (c.undecided_in_double != 0)
-    count = gpu::merge_undecided(*mesh_, start, end, buffers_.download_undecided(),
-                                 c.undecided_in_double, pool_, contacts, count, stats);
+  if (c.too_wide != 0)
+    count = gpu::merge_undecided(*mesh_, start, end, buffers_.download_too_wide(), c.too_wide,
+                                 pool_, contacts, count, stats);
   // If the area has grown beyond this ratio, the next step rebuilds the hierarchy.
   if (built_area_ == 0) built_area_ = c.leaf_area;
   if (c.leaf_area > options_.algorithm.rebuild_ratio * built_area_) built_ = false;

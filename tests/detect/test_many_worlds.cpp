@@ -313,8 +313,7 @@ TEST_CASE("a world that does not exist is an error") {
 TEST_CASE("keys of two words order contacts as worlds, bodies and primitives do") {
   std::vector<std::int32_t> world_of_body;
   for (std::int32_t b = 0; b < 1000; ++b) world_of_body.push_back(b * 7 % 31 - 1);
-  const std::int32_t* const worlds =
-      GENERATE_COPY(as<const std::int32_t*>(), nullptr, world_of_body.data());
+  const std::int32_t* const worlds = GENERATE(true, false) ? world_of_body.data() : nullptr;
   const ContactKey narrow = ContactKey::of(30, worlds, 1000, 300, 300, 300);
   const ContactKey wide = ContactKey::of(30, worlds, 1000, 1 << 30, 1 << 30, 1 << 29);
   CHECK(narrow.is_one_word());

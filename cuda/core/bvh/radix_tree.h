@@ -21,7 +21,8 @@ LAZYCCD_HD inline int leading_zeros(std::uint64_t x) {
 }
 
 /// The codes of the leaves, sorted within each world; at least one. Leaves of every world (-1) come
-/// first, then those of world 0, and so on. Their keys' signs differ, so the root separates them.
+/// first, then those of world 0, and so on. The keys of world -1 differ from the others in their
+/// sign, so they are the left part of the root, which does not count as separating worlds.
 struct LeafCodes {
   const std::uint64_t* codes;
   std::int32_t count;

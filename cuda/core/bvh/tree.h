@@ -36,14 +36,15 @@ LAZYCCD_HD inline bool overlap(const TreeNode& a, const TreeNode& b) {
          a.lo[2] <= b.hi[2] && b.lo[2] <= a.hi[2];
 }
 
-/// The children of an inner node that a search for what meets one node must visit.
+/// Where a search for all that meets one node goes on from an inner node.
 struct ChildrenToVisit {
   int count;
   std::int32_t node[2];
 };
 
-/// `self`: the node that searches, from the root on. Nodes must be numbered as in Tree
-/// (cpu/bvh/tree.h): then a node from n.left on is below n, unless the search has left its worlds.
+/// The children of `n` that a search for what meets the node `self` visits. If n separates worlds
+/// and self is below n, only the child with self. If self is elsewhere, it is in every world and
+/// comes before n.left, so both. Nodes must be numbered as in Tree (cpu/bvh/tree.h).
 LAZYCCD_HD inline ChildrenToVisit children_to_visit(const TreeNode* nodes, const TreeNode& n,
                                                     std::int32_t self) {
   const std::int32_t right = n.right();

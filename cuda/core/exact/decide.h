@@ -1,9 +1,10 @@
 // Exact decision of a query with integers of fixed width, for host and device. The definitions are
 // those of cpu/narrow/exact.cpp, which works with integers of any size.
 //
-// With coordinates of c bits on the grid, a cubic has coefficients of a = 3c + 5 bits and a
-// quadratic of b = 2c + 4. The largest integers are discriminants (4a + 7 bits), resultants (2a +
-// 3b + 5) and a cubic over an interval (a + 3 kMaxLevel + 4): all fit for c = 82.
+// With differences of coordinates of c bits on the grid, a cubic has coefficients of a = 3c + 5
+// bits and a quadratic of b = 2c + 4. The largest integers are discriminants (4a + 7 bits),
+// resultants (2a + 3b + 5 bits) and a cubic over an interval (a + 3 kMaxLevel + 4 bits). All fit
+// for c = 82.
 #pragma once
 
 #include <cstdint>

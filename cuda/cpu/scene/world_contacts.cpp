@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <string>
+#include <utility>
 
 #include "core/narrow/contact_key.h"
 #include "core/narrow/contact_math.h"
@@ -61,13 +62,14 @@ void WorldContacts::number_vertices() {
   const auto place = [&](std::size_t vertex) {
     return static_cast<std::size_t>(mesh_->world_of_body()[body_of_vertex[vertex]] + 1);
   };
-  first_vertex_.assign(static_cast<std::size_t>(mesh_->world_count()) + 2, 0);
-  for (std::size_t v = 0; v < body_of_vertex.size(); ++v) ++first_vertex_[place(v) + 1];
-  for (std::size_t w = 1; w < first_vertex_.size(); ++w) first_vertex_[w] += first_vertex_[w - 1];
-  std::vector<std::size_t> next(first_vertex_.begin(), first_vertex_.end() - 1);
+  std::vector<std::size_t> first(static_cast<std::size_t>(mesh_->world_count()) + 2, 0);
+  for (std::size_t v = 0; v < body_of_vertex.size(); ++v) ++first[place(v) + 1];
+  for (std::size_t w = 1; w < first.size(); ++w) first[w] += first[w - 1];
+  std::vector<std::size_t> next(first.begin(), first.end() - 1);
   vertices_.resize(body_of_vertex.size());
   for (std::size_t v = 0; v < body_of_vertex.size(); ++v)
     vertices_[next[place(v)]++] = static_cast<std::int32_t>(v);
+  first_vertex_ = std::move(first);
 }
 
 std::int32_t WorldContacts::local_index(std::int32_t vertex, std::int32_t world) const {

@@ -23,8 +23,8 @@ class WorldContacts {
   const std::vector<std::size_t>& offsets(ThreadPool& pool);
   /// The contacts of a world. Throws Error(index_out_of_range).
   Span<const Contact> of(std::int32_t world, ThreadPool& pool);
-  /// The hash that these contacts would have if the bodies of all other worlds were left out, and
-  /// the vertices numbered again without theirs. So it does not depend on other worlds.
+  /// The hash of these contacts with the vertices numbered as if the bodies of all other worlds
+  /// were left out. So it does not depend on other worlds.
   std::uint64_t hash(std::int32_t world, ThreadPool& pool);
 
  private:

@@ -57,8 +57,10 @@ class KeySort {
 
 template <class PartOf>
 void KeySort::sort_parts(std::size_t count, ThreadPool& pool, PartOf&& part_of) {
-  constexpr std::size_t large = 1 << 15;  // items of a part that all threads sort together
-  const auto is_large = [](const Part& part) { return part.last - part.first >= large; };
+  constexpr std::size_t large = 1 << 15;  // items of one of many parts that all threads sort
+  const auto is_large = [count](const Part& part) {
+    return count == 1 || part.last - part.first >= large;
+  };
   prepare();
   const std::size_t pieces = 8 * static_cast<std::size_t>(pool.available());
   const std::size_t grain = std::clamp<std::size_t>(count / pieces, 1, 256);

@@ -1,7 +1,7 @@
 // The narrow phase on the device: turns filtered candidates into contacts. Candidates are tested at
 // the roots in single precision, then in double with one lane per query, then by subdivision with
-// one warp per query. The few queries that only exact arithmetic can decide are listed for the
-// host.
+// one warp per query. The few queries that only exact arithmetic can decide are listed
+// (gpu/narrow/exact.cuh).
 #pragma once
 
 #include <type_traits>

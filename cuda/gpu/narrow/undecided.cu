@@ -1,4 +1,4 @@
-// Exact decision of the undecided queries by the host's threads.
+// Exact decision by the host's threads of the queries that need integers of any size.
 #include "gpu/narrow/undecided.h"
 
 #include <algorithm>

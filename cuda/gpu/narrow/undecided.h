@@ -1,4 +1,4 @@
-// Exact decision, on the host, of the queries that double precision could not decide.
+// Exact decision, on the host, of the few queries that need integers of any size.
 #pragma once
 
 #include <cstddef>

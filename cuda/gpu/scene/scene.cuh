@@ -84,7 +84,8 @@ struct StepCounters {
   std::uint32_t undecided_in_single[2];
   std::uint32_t double_precision_tests;
   std::uint32_t hard;                 // queries that need subdivision
-  std::uint32_t undecided_in_double;  // queries for the host's exact arithmetic
+  std::uint32_t undecided_in_double;  // queries for exact arithmetic
+  std::uint32_t too_wide;             // those among them that need the host's integers of any size
   std::uint32_t contacts;
   std::uint32_t contacts_vf;  // the vertex-face contacts among them
   DecideCounters decide;
@@ -97,8 +98,8 @@ struct StepLists {
   Output<Candidate> filtered[2];
   Output<Survivor> hits[2];                  // decided in single precision
   Output<Candidate> undecided_in_single[2];  // left over by single precision
-  // Queries for subdivision; queries for the host's exact arithmetic.
-  Output<HardQuery> hard, undecided_in_double;
+  // Queries for subdivision; for exact arithmetic; for the host's, with integers of any size.
+  Output<HardQuery> hard, undecided_in_double, too_wide;
   Output<Contact> contacts;   // in no particular order
   std::uint64_t* keys;        // keys[i] is the ContactKey of contacts.items[i], or its lower word
   std::uint64_t* upper_keys;  // its upper word; null if a key is one word

@@ -35,9 +35,11 @@ void enqueue_leaf(const SceneView& scene, const LeafPairs& pairs, bool vertex_fa
                   bool culls, const LeafCulling& culling, const StepLists& lists,
                   cudaStream_t stream);
 
-/// Decides the candidates. Writes the contacts in no particular order, and lists the queries that
-/// only exact arithmetic can decide.
+/// Decides the candidates. Writes the contacts in no particular order, and lists the few queries
+/// that only the host can decide.
 void enqueue_narrow(const SceneView& scene, const StepLists& lists, cudaStream_t stream);
+/// The last part of it: decides exactly what double precision left open.
+void enqueue_exact(const SceneView& scene, const StepLists& lists, cudaStream_t stream);
 
 /// Buffers of the sort. The arrays of keys, orders and contacts hold as many items as
 /// StepLists::contacts; bin_starts holds one item per bin.

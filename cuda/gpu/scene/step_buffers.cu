@@ -18,6 +18,7 @@ StepBuffers::StepBuffers(std::uint32_t capacity_hint) {
   }
   hard_.set_capacity(capacity_hint);
   undecided_in_double_.set_capacity(capacity_hint);
+  too_wide_.set_capacity(capacity_hint);
   contacts_.set_capacity(capacity_hint);
 }
 
@@ -29,10 +30,11 @@ void StepBuffers::reserve(const ContactKey& key, cudaStream_t stream) {
   }
   hard_.reserve();
   undecided_in_double_.reserve();
+  too_wide_.reserve();
   contacts_.reserve();
   const std::uint32_t contacts = contacts_.capacity();
-  host_undecided_.reserve(undecided_in_double_.capacity());
-  host_contacts_.reserve(std::size_t{contacts} + undecided_in_double_.capacity());
+  host_too_wide_.reserve(too_wide_.capacity());
+  host_contacts_.reserve(std::size_t{contacts} + too_wide_.capacity());
   const std::uint32_t bins = sort_bins(key, contacts);
   const bool two_words = !key.is_one_word();
   if (contacts <= sorted_.size() && bins == bin_count_ && two_words == two_words_) return;
@@ -68,6 +70,7 @@ StepLists StepBuffers::lists() {
   }
   lists.hard = hard_.output(&c->hard);
   lists.undecided_in_double = undecided_in_double_.output(&c->undecided_in_double);
+  lists.too_wide = too_wide_.output(&c->too_wide);
   lists.contacts = contacts_.output(&c->contacts);
   lists.keys = keys_.data();
   lists.upper_keys = two_words_ ? upper_keys_.data() : nullptr;
@@ -101,6 +104,7 @@ int StepBuffers::grow() {
   }
   too_short += hard_.outgrown(c.hard);
   too_short += undecided_in_double_.outgrown(c.undecided_in_double);
+  too_short += too_wide_.outgrown(c.too_wide);
   too_short += contacts_.outgrown(c.contacts);
   return too_short;
 }
@@ -114,19 +118,18 @@ Contact* StepBuffers::finish_contacts() {
   return host_contacts_.data();
 }
 
-const HardQuery* StepBuffers::download_undecided() {
-  LAZYCCD_CUDA_CHECK(cudaMemcpy(host_undecided_.data(), undecided_in_double_.data(),
-                                counters().undecided_in_double * sizeof(HardQuery),
-                                cudaMemcpyDeviceToHost));
-  return host_undecided_.data();
+const HardQuery* StepBuffers::download_too_wide() {
+  LAZYCCD_CUDA_CHECK(cudaMemcpy(host_too_wide_.data(), too_wide_.data(),
+                                counters().too_wide * sizeof(HardQuery), cudaMemcpyDeviceToHost));
+  return host_too_wide_.data();
 }
 
 std::size_t StepBuffers::bytes() const {
   std::size_t sum = counters_.bytes() + hard_.bytes() + undecided_in_double_.bytes() +
-                    contacts_.bytes() + sorted_.bytes() + keys_.bytes() + upper_keys_.bytes() +
-                    sorted_keys_.bytes() + order_.bytes() + sorted_order_.bytes() +
-                    final_order_.bytes() + bins_.bytes() + bin_starts_.bytes() + ranks_.bytes() +
-                    sort_space_.bytes();
+                    too_wide_.bytes() + contacts_.bytes() + sorted_.bytes() + keys_.bytes() +
+                    upper_keys_.bytes() + sorted_keys_.bytes() + order_.bytes() +
+                    sorted_order_.bytes() + final_order_.bytes() + bins_.bytes() +
+                    bin_starts_.bytes() + ranks_.bytes() + sort_space_.bytes();
   for (int kind = 0; kind < 2; ++kind)
     sum += filtered_[kind].bytes() + hits_[kind].bytes() + undecided_in_single_[kind].bytes();
   return sum;

@@ -56,11 +56,10 @@ class StepBuffers {
   /// run.
   int grow();
   /// Downloads the rest of the contacts and returns all of them, in order. The array has room for
-  /// one more contact per query of download_undecided().
+  /// one more contact per query of download_too_wide().
   Contact* finish_contacts();
-  /// Downloads the queries that double precision could not decide: counters().undecided_in_double
-  /// of them.
-  const HardQuery* download_undecided();
+  /// Downloads the queries that need integers of any size: counters().too_wide of them.
+  const HardQuery* download_too_wide();
 
   std::size_t bytes() const;
 
@@ -70,7 +69,7 @@ class StepBuffers {
   StepList<Survivor> hits_[2]{StepList<Survivor>(1 << 14), StepList<Survivor>(1 << 16)};
   StepList<Candidate> undecided_in_single_[2]{StepList<Candidate>(1 << 13),
                                               StepList<Candidate>(1 << 15)};
-  StepList<HardQuery> hard_{1 << 12}, undecided_in_double_{1 << 10};
+  StepList<HardQuery> hard_{1 << 12}, undecided_in_double_{1 << 10}, too_wide_{1 << 6};
   StepList<Contact> contacts_{1 << 11};
   DeviceBuffer<Contact> sorted_;
   DeviceBuffer<std::uint64_t> keys_, upper_keys_, sorted_keys_;
@@ -78,7 +77,7 @@ class StepBuffers {
   DeviceBuffer<char> sort_space_;
   PinnedBuffer<StepCounters> host_counters_;
   PinnedBuffer<Contact> host_contacts_;
-  PinnedBuffer<HardQuery> host_undecided_;
+  PinnedBuffer<HardQuery> host_too_wide_;
   std::uint32_t expected_contacts_ = 1024, downloaded_ = 0;
   std::uint32_t bin_count_ = 0;
   bool two_words_ = false;  // whether the keys are

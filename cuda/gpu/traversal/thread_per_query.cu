@@ -17,9 +17,8 @@
 namespace lazyccd::gpu {
 namespace {
 
-// Bound of the depth of a tree that is split by Morton codes of 63 bits, and in halves if they are
-// equal.
-constexpr int kMaxDepth = 96;
+// Bound of the depth of a tree: its keys have 32 + 64 + 31 bits (core/bvh/radix_tree.h).
+constexpr int kMaxDepth = 128;
 
 // Pairs of groups whose boxes overlap. TraversalCounters::front_nodes counts them, as pairs at
 // which the traversal ended.

@@ -96,13 +96,16 @@ class LAZYCCD_API Detector {
   std::int32_t world_count() const;
   /// Where the contacts of each world begin in the result of the last detect() or
   /// recheck_near_pairs(): those of world w are [offsets[w + 1], offsets[w + 2]). World -1 has the
-  /// contacts between bodies that are in every world. Valid as long as the contacts.
+  /// contacts between bodies that are in every world. Valid as long as the contacts. Takes memory
+  /// for every world up to the largest.
   Span<const std::size_t> world_offsets();
   /// The contacts of one world. The same, bit for bit, as if the other worlds' bodies were left
   /// out, except that bodies, vertices and primitives keep their numbers. Throws
   /// Error(index_out_of_range).
   Span<const Contact> contacts_of_world(std::int32_t world);
-  /// The contact_hash() that a detection without the other worlds' bodies would give.
+  /// The contact_hash() of contacts_of_world() with the vertices numbered as if the other worlds'
+  /// bodies were left out. So it is the same in a detection without them. Takes memory for every
+  /// world up to the largest.
   std::uint64_t hash_of_world(std::int32_t world);
 
   /// All edges: the sides of the faces and the topology's own edges, each once. An edge is
