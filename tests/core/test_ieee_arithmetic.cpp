@@ -5,6 +5,7 @@
 
 #include "core/ieee_arithmetic.h"
 #include "lazyccd/detector.h"
+#include "lazyccd/query.h"
 #include "models/model.h"
 #include "support/catch.h"
 
@@ -59,11 +60,13 @@ TEST_CASE("contacts do not depend on the mode of the calling thread") {
   const auto model = models::make_model("cloud-1024");
   const std::vector<float> start = model->frame(10), end = model->frame(11);
   const auto hash = [&] {
+    // Threads that start in the mode of the caller.
+    const Threads threads(2);
+    threads.parallel_for(1000, 1, [](std::size_t, std::size_t) {});
     DetectorOptions options;
     options.backend = Backend::cpu;
-    options.threads = 2;
     options.separation = 1e-3;
-    Detector detector(options);
+    Detector detector(options, threads);
     detector.set_topology(model->topology());
     const Positions from(start.data(), model->vertex_count()),
         to(end.data(), model->vertex_count());
@@ -75,5 +78,24 @@ TEST_CASE("contacts do not depend on the mode of the calling thread") {
     const std::uint64_t found = hash();
     const IeeeArithmetic ieee;
     CHECK(found == expected);
+  });
+}
+
+TEST_CASE("a single query does not depend on the mode of the calling thread") {
+  // Edges that miss each other by a denormal distance.
+  constexpr double tiny = 1e-310;
+  const QueryPoints points = {{{-1, 0, 0},
+                               {1, 0, 0},
+                               {0, tiny, -1},
+                               {0, tiny, 1},
+                               {-1, 0, 0},
+                               {1, 0, 0},
+                               {0, 2 * tiny, -1},
+                               {0, 2 * tiny, 1}}};
+  REQUIRE_FALSE(decide(ContactKind::edge_edge, points).hit);
+  in_other_modes([&] {
+    const bool hit = decide(ContactKind::edge_edge, points).hit;
+    const IeeeArithmetic ieee;
+    CHECK_FALSE(hit);
   });
 }

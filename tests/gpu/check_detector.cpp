@@ -5,6 +5,7 @@
 //
 // --small: small scenes, for the sanitizers. --culling: checks volumes and culling only; if files
 // are given, on these files only.
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -164,6 +165,35 @@ Scene calm_sheets(int n, int frames, bool in_float) {
   return scene;
 }
 
+// Triangles, each a body, with corners on a lattice. Their features meet in corners, along edges
+// and in planes, often at several times at once, so many pairs need exact arithmetic.
+Scene lattice_triangles(int count, int side, int frames, double spacing, bool in_float) {
+  Scene scene;
+  scene.name = std::to_string(count) + " triangles on a lattice of " + std::to_string(side) +
+               (in_float ? ", float" : ", double");
+  std::mt19937 random(11);
+  const auto corner = [&]() -> std::array<double, 3> {
+    std::array<double, 3> p;
+    for (double& c : p) {
+      c = spacing * static_cast<double>(random() % static_cast<unsigned>(side));
+      if (in_float) c = static_cast<float>(c);
+    }
+    return p;
+  };
+  for (std::int32_t i = 0; i < count; ++i) {
+    scene.bodies.emplace_back();
+    scene.body_of_vertex.insert(scene.body_of_vertex.end(), 3, i);
+    scene.inverse_mass.insert(scene.inverse_mass.end(), 3, 1.0f);
+    scene.faces.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+  }
+  for (int f = 0; f < frames; ++f) {
+    std::vector<std::array<double, 3>> frame;
+    for (int v = 0; v < 3 * count; ++v) frame.push_back(corner());
+    scene.frames.push_back(frame);
+  }
+  return scene;
+}
+
 constexpr std::int64_t kMostBytes =
     300'000'000;  // device memory; enough for each scene here, also Cloth/Ball
 
@@ -313,6 +343,32 @@ void report_culled() {
   share(culled.filtered_noncoplanar, "candidates that the non-penetration filter ruled out");
 }
 
+// Prints the median time of a detection, and how many queries needed exact arithmetic.
+void time_exact(const Scene& scene) {
+  constexpr int steps = 21;
+  DetectorOptions options;
+  options.backend = Backend::cuda;
+  Detector detector(options);
+  detector.set_topology(scene.topology());
+  std::vector<double> device, whole;
+  for (int i = 0; i < steps; ++i) {
+    detector.detect(scene.positions(0), scene.positions(1));
+    device.push_back(detector.stats().ms_device);
+    whole.push_back(detector.stats().ms_total);
+  }
+  const auto median = [](std::vector<double> times) {
+    std::sort(times.begin(), times.end());
+    return times[times.size() / 2];
+  };
+  const Stats& stats = detector.stats();
+  std::printf(
+      "TIME  %s: %lld contacts, %lld queries in double, %lld exact: device %.3f ms, whole %.3f "
+      "ms\n",
+      scene.name.c_str(), static_cast<long long>(stats.contacts_vf + stats.contacts_ee),
+      static_cast<long long>(stats.double_precision_tests),
+      static_cast<long long>(stats.exact_tests), median(device), median(whole));
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
@@ -366,6 +422,10 @@ int main(int argc, char** argv) {
   scenes.push_back(tumbling_sheets(9, 12, 12, 0, false));
   scenes.push_back(tumbling_sheets(12, 20, 6, 1000, true));
   scenes.push_back(tumbling_sheets(40, 20, 4, 0, false));
+  for (const bool in_float : {true, false}) {
+    scenes.push_back(lattice_triangles(60, 4, 4, 1, in_float));
+    scenes.push_back(lattice_triangles(150, 6, 4, 0.1, in_float));
+  }
   const std::size_t ours = scenes.size();
   for (std::size_t i = 0; i + 1 < files.size(); i += 2) {
     Scene scene;
@@ -421,6 +481,7 @@ int main(int argc, char** argv) {
     check_culling(scenes[i], Truth(scenes[i], separation), separation, {{}});
   }
   report_culled();
+  for (const int count : {50, 100, 200, 400}) time_exact(lattice_triangles(count, 8, 2, 1, true));
   std::printf("%d failed\n", failures);
   return failures == 0 ? 0 : 1;
 }

@@ -24,13 +24,14 @@ bullet_source() {
   echo "$folder"
 }
 
-# Debian's source package, without changing which sources this machine knows.
+# Debian's source package, from where this machine has its packages, without changing what it knows.
 fetch_debian() {
-  local archive=$bullets/sources/debian lists=$bullets/sources/lists
-  mkdir -p "$archive" "$lists/partial"
-  echo "deb-src [signed-by=/usr/share/keyrings/debian-archive-keyring.gpg]" \
-    "http://deb.debian.org/debian bookworm main" >"$archive/debian.list"
-  local options=(-o Dir::Etc::sourcelist="$archive/debian.list" -o Dir::Etc::sourceparts=- -o Dir::State::lists="$lists")
+  local archive=$bullets/sources/debian lists=$bullets/sources/lists file
+  mkdir -p "$archive/parts" "$lists/partial"
+  for file in /etc/apt/sources.list /etc/apt/sources.list.d/*; do
+    [ -e "$file" ] && sed 's/^Types: deb$/Types: deb-src/; s/^deb /deb-src /' "$file" >"$archive/parts/$(basename "$file")"
+  done
+  local options=(-o Dir::Etc::sourcelist=- -o Dir::Etc::sourceparts="$archive/parts" -o Dir::State::lists="$lists")
   apt-get "${options[@]}" update -qq
   (cd "$archive" && apt-get "${options[@]}" source --download-only bullet)
   tar xf "$archive"/bullet_3.24*.orig.tar.xz -C "$1" --strip-components 1
@@ -42,7 +43,7 @@ fetch_pybullet() {
   local archive=$bullets/sources/pybullet older
   older=$(bullet_source 3.24)
   mkdir -p "$archive"
-  pip download --quiet --no-binary :all: --no-deps -d "$archive" pybullet==3.2.7
+  pip download --quiet --no-binary pybullet --no-deps -d "$archive" pybullet==3.2.7
   tar xf "$archive"/pybullet-3.2.7.tar.gz -C "$1" --strip-components 1
   (cd "$older" && tar cf - CMakeLists.txt ./*.in ./*.cmake VERSION $(find src -name CMakeLists.txt)) | tar xf - -C "$1"
   echo 3.26 >"$1/VERSION"

@@ -118,6 +118,7 @@ if [ "${1:-}" = --list ]; then
   exit
 fi
 [ $# -gt 0 ] && cases=("$@") || rm -f "$bullets/hashes.txt"
+require_packages core bullet programs tests
 : >"$log"
 status=0
 for name in "${cases[@]}"; do
@@ -125,9 +126,9 @@ for name in "${cases[@]}"; do
   (set -e; run_case "$name")
   code=$?
   set -e
-  [ $code = 0 ] || { echo "| $name | FAILED, see $log | | |"; status=1; }
+  [ $code = 0 ] || { echo "| $name | FAILED, see $log and the .txt files beside it | | |"; status=1; }
 done
-if [ "$(cut -d' ' -f2- "$bullets/hashes.txt" | sort -u | awk '{print $1}' | uniq -d | wc -l)" != 0 ]; then
+if [ -e "$bullets/hashes.txt" ] && [ "$(cut -d' ' -f2- "$bullets/hashes.txt" | sort -u | awk '{print $1}' | uniq -d | wc -l)" != 0 ]; then
   echo "The hashes of a precision differ:"
   sort -u "$bullets/hashes.txt"
   status=1

@@ -131,6 +131,22 @@ def test_every_world_after_a_reset_is_taken_over_or_left_alone(server):
                 server.steps(5)
 
 
+@pytest.mark.parametrize("removed", [0, 1])
+def test_contacts_are_gone_with_a_removed_body_until_the_next_step(server, removed):
+    server.reset(DEFORMABLE)
+    bodies = [server.cloth(0.3), server.cloth(0.32)]
+    for _ in range(200):
+        server.steps(1)
+        if len(plugin.contacts(server.client)):
+            break
+    assert len(plugin.contacts(server.client))
+    server.removeBody(bodies[removed])
+    assert len(plugin.contacts(server.client)) == 0
+    server.steps(1)
+    named = plugin.contacts(server.client)
+    assert bodies[removed] not in set(named["body_a"]) | set(named["body_b"])
+
+
 @pytest.mark.parametrize("world", [DEFORMABLE, 0])
 def test_off_and_on_while_it_runs(server, world):
     server.reset(world)

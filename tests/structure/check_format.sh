@@ -12,5 +12,5 @@ done
 [ -n "$tool" ] || { echo "SKIPPED: clang-format 14 is not installed"; exit 77; }
 mode=(--dry-run -Werror)
 [ "${1:-}" = --fix ] && mode=(-i)
-find plugin cuda examples tests \( -name '*.h' -o -name '*.cpp' -o -name '*.cu' -o -name '*.cuh' \) -print0 |
+find plugin cuda examples tests -path plugin/python/build -prune -o \( -name '*.h' -o -name '*.cpp' -o -name '*.cu' -o -name '*.cuh' \) -print0 |
   xargs -0 -n 40 -P 2 "$tool" "${mode[@]}"

@@ -1,6 +1,7 @@
 // The public single tests of lazyccd/query.h.
 #include <cmath>
 
+#include "core/ieee_arithmetic.h"
 #include "core/narrow/separation.h"
 #include "cpu/narrow/exact.h"
 #include "cpu/scene/scale.h"
@@ -94,6 +95,7 @@ void check_finite(const QueryPoints& points) {
 
 QueryResult decide(ContactKind kind, const QueryPoints& points, Stage* stage) {
   check_finite(points);
+  const IeeeArithmetic ieee;
   Stage used;
   const QueryResult result = kind == ContactKind::vertex_face
                                  ? decide<ContactKind::vertex_face>(points, used)
@@ -107,6 +109,7 @@ QueryResult decide_within(ContactKind kind, const QueryPoints& points, double se
     throw Error(ErrorCode::invalid_argument, "separation is negative or not finite");
   if (separation == 0) return decide(kind, points);
   check_finite(points);
+  const IeeeArithmetic ieee;
   return kind == ContactKind::vertex_face
              ? decide_within<ContactKind::vertex_face>(points, separation)
              : decide_within<ContactKind::edge_edge>(points, separation);

@@ -9,6 +9,7 @@
 #include <sched.h>
 #endif
 
+#include "core/ieee_arithmetic.h"
 #include "cpu/threads/spin_wait.h"
 
 namespace lazyccd {
@@ -184,6 +185,7 @@ void ThreadPool::wait_until(const JobSlot& slot, Done done) {
 
 void ThreadPool::worker_main(int worker) {
   pool_of_thread_ = this;
+  const IeeeArithmetic ieee;  // whatever the mode of the thread that made this one
   Seen seen;
   for (;;) {
     wait_for_job(seen);

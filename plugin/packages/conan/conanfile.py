@@ -32,7 +32,7 @@ class LazyCCD(ConanFile):
     def export_sources(self):
         root = str(Path(self.recipe_folder).parents[2])
         for pattern in ("CMakeLists.txt", "LICENSE", "third_party_notes.md", "cuda/*", "plugin/*"):
-            copy(self, pattern, root, self.export_sources_folder)
+            copy(self, pattern, root, self.export_sources_folder, excludes=("plugin/python/*",))
 
     def requirements(self):
         if self.options.dependencies == "conan":

@@ -5,13 +5,14 @@
     lazyccd.pybullet.load()
     p.resetSimulation(p.RESET_USE_DEFORMABLE_WORLD)
 
-After `load` every soft and deformable world of the server has LazyCCD's contacts, in DIRECT and GUI mode. All
+After `load`, or any other of these functions, every soft and deformable world of the server has LazyCCD's contacts, in DIRECT and GUI mode. All
 functions take `physicsClientId` as PyBullet's do. The published wheels of PyBullet need no change.
 """
 
 from __future__ import annotations
 
 import ctypes
+import threading
 from importlib import metadata
 from pathlib import Path
 from typing import Any, Dict, List, Union
@@ -57,6 +58,7 @@ contact_dtype = np.dtype(
 _LIBRARY = Path(__file__).with_name("liblazyccd_pybullet.so")
 _SERVER_IN_THIS_PROCESS = ("DIRECT", "GUI", "GUI_SERVER", "SHARED_MEMORY_SERVER", "GRAPHICS_SERVER")
 _library = None
+_reply_lock = threading.Lock()  # the reply of a command is fetched by a call of its own
 
 
 def load(physicsClientId: int = 0) -> None:
@@ -90,7 +92,8 @@ def options(physicsClientId: int = 0, **values: Union[float, bool, str]) -> Dict
     ``restitution``, ``untangling_speed`` and so on; also ``threads`` and ``backend``.
 
     Raises:
-        ValueError: there is no such option, or the value does not fit it.
+        ValueError: there is no such option, or the value is not of its type. A number outside of its range is
+            replaced by the default; `status` says so.
     """
     for name, value in values.items():
         text = repr(float(value)) if isinstance(value, (int, float, np.number, np.bool_)) else str(value)
@@ -115,7 +118,10 @@ def stats(total: bool = False, physicsClientId: int = 0) -> Dict[str, Any]:
 
 
 def contacts(physicsClientId: int = 0) -> np.ndarray:
-    """Contacts of the last step with at least one soft body, an array of `contact_dtype`."""
+    """Contacts of the last step with at least one soft body, an array of `contact_dtype`.
+
+    Empty after a body was removed, until the next step.
+    """
     return np.frombuffer(_execute("contacts", physicsClientId), contact_dtype)
 
 
@@ -174,13 +180,15 @@ def _plugin(client: int) -> int:
 
 def _execute(command: str, client: int) -> bytes:
     """Sends a command to the plugin and returns the bytes of its reply."""
-    number = _p.executePluginCommand(_plugin(client), command, physicsClientId=client)
-    data = ctypes.c_void_p()
-    plugin = -number - 1 if number < 0 else number
-    size = _load_library().lazyccd_pybullet_reply(plugin, ctypes.byref(data))
-    if size < 0:
-        raise RuntimeError("the plugin did not answer")
-    reply = ctypes.string_at(data, size) if size > 0 else b""
+    plugin = _plugin(client)
+    with _reply_lock:
+        number = _p.executePluginCommand(plugin, command, physicsClientId=client)
+        data = ctypes.c_void_p()
+        named = -number - 1 if number < 0 else number
+        size = _load_library().lazyccd_pybullet_reply(named, ctypes.byref(data))
+        if size < 0:
+            raise RuntimeError("the plugin did not answer")
+        reply = ctypes.string_at(data, size) if size > 0 else b""
     if number < 0:
         raise ValueError(reply.decode())
     return reply

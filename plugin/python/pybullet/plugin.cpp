@@ -13,6 +13,7 @@
 #include <SharedMemory/plugins/b3PluginContext.h>
 #include <dlfcn.h>
 
+#include <cstdint>
 #include <cstdio>
 #include <exception>
 #include <map>
@@ -39,13 +40,18 @@ class Plugin {
     attach_new_world();
   }
 
-  /// At the end of the server, whose world is gone, or by unloadPlugin(), when it lives.
-  ~Plugin() {
+  /// To be called at the end of the server, whose world is gone, or by unloadPlugin(), when it
+  /// lives.
+  void detach() {
     if (attachment_ && current_world() == &attachment_->world()) attachment_->detach();
   }
 
+  /// Contacts name bodies, so those of the last step are not reported once a body is gone.
+  void body_removed() { removed_after_ = total_stats().steps; }
+
   void attach_new_world() {
     attachment_.reset();
+    removed_after_ = -1;
     const auto world = find_world(*server_);
     if (!world) {
       note_ = "this PyBullet is not laid out as version 3.2.7: the server's data";
@@ -76,10 +82,11 @@ class Plugin {
     if (verb == "options") return options_text(options_);
     if (verb == "status") return status();
     if (verb == "stats") return stats_text(attachment_ ? attachment_->step_stats() : Stats());
-    if (verb == "total_stats")
-      return stats_text(attachment_ ? attachment_->total_stats() : Stats());
-    if (verb == "contacts")
-      return attachment_ ? contact_records(attachment_->contacts()) : std::string();
+    if (verb == "total_stats") return stats_text(total_stats());
+    if (verb == "contacts") {
+      const bool is_known = attachment_ && total_stats().steps != removed_after_;
+      return is_known ? contact_records(attachment_->contacts()) : std::string();
+    }
     throw std::invalid_argument("there is no command '" + verb + "'");
   }
 
@@ -88,6 +95,8 @@ class Plugin {
 
  private:
   using Stats = bullet::StepStats;
+
+  Stats total_stats() const { return attachment_ ? attachment_->total_stats() : Stats(); }
 
   btDiscreteDynamicsWorld* current_world() { return find_world(*server_).value_or(nullptr); }
 
@@ -114,8 +123,23 @@ class Plugin {
   bullet::SolverOptions options_;
   bool is_on_ = true;
   std::unique_ptr<Attachment> attachment_;
+  std::int64_t removed_after_ = -1;  // the number of steps when a body was removed last
   std::string note_;
 };
+
+// Runs a part of the plugin. No exception may pass through PyBullet's code.
+template <class Run>
+bool run_safely(const Run& run) noexcept {
+  try {
+    run();
+    return true;
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "lazyccd: %s\n", error.what());
+  } catch (...) {
+    std::fprintf(stderr, "lazyccd: an exception that is not a std::exception\n");
+  }
+  return false;
+}
 
 // All plugins of this process by their number. Never destroyed: servers may end after main().
 struct Registry {
@@ -149,24 +173,26 @@ B3_SHARED_API int initPlugin_lazyccd(b3PluginContext* context) {
   if (!context->m_rpcCommandProcessorInterface) return -1;
   auto& all = registry();
   const std::lock_guard<std::mutex> lock(all.mutex);
-  try {
+  const bool made = lazyccd::pybullet::run_safely([&] {
     auto plugin = std::make_unique<Plugin>(*context->m_rpcCommandProcessorInterface, all.last + 1);
     all.plugins[++all.last] = plugin.get();
     context->m_userPointer = plugin.release();
-  } catch (const std::exception& error) {
-    std::fprintf(stderr, "lazyccd: %s\n", error.what());
-    return -1;
-  }
-  return SHARED_MEMORY_MAGIC_NUMBER;
+  });
+  return made ? SHARED_MEMORY_MAGIC_NUMBER : -1;
 }
 
 B3_SHARED_API int processNotifications_lazyccd(b3PluginContext* context) {
   auto* const plugin = static_cast<Plugin*>(context->m_userPointer);
-  for (int i = 0; plugin && i < context->m_numNotifications; ++i)
-    if (context->m_notifications[i].m_notificationType == SIMULATION_RESET) {
-      plugin->attach_new_world();
-      break;
+  if (!plugin) return 0;
+  lazyccd::pybullet::run_safely([&] {
+    bool is_reset = false;
+    for (int i = 0; i < context->m_numNotifications; ++i) {
+      const int type = context->m_notifications[i].m_notificationType;
+      if (type == BODY_REMOVED) plugin->body_removed();
+      is_reset = is_reset || type == SIMULATION_RESET;
     }
+    if (is_reset) plugin->attach_new_world();
+  });
   return 0;
 }
 
@@ -185,12 +211,14 @@ B3_SHARED_API int executePluginCommand_lazyccd(b3PluginContext* context,
 }
 
 B3_SHARED_API void exitPlugin_lazyccd(b3PluginContext* context) {
-  const std::unique_ptr<Plugin> plugin(static_cast<Plugin*>(context->m_userPointer));
+  auto* const plugin = static_cast<Plugin*>(context->m_userPointer);
   context->m_userPointer = nullptr;
   if (!plugin) return;
   auto& all = registry();
   const std::lock_guard<std::mutex> lock(all.mutex);
   all.plugins.erase(plugin->number());
+  lazyccd::pybullet::run_safely([&] { plugin->detach(); });
+  delete plugin;
 }
 
 /// Sets `data` to the reply of the plugin's last command, valid until its next one, and returns its
