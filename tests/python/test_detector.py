@@ -61,6 +61,16 @@ def test_the_weights_of_a_contact_close_its_gap_at_the_time_of_impact():
     assert np.abs(gaps).max() < 1e-6
 
 
+def test_bodies_of_different_worlds_do_not_meet():
+    start, end, faces, body_of_vertex = two_cloths()
+    both = detector(faces, body_of_vertex).detect(start, end)
+    filters = lazyccd.bodies(2)
+    filters["world"] = [0, 1]
+    assert len(detector(faces, body_of_vertex, bodies=filters).detect(start, end)) == 0
+    filters["world"] = [-1, 1]
+    assert detector(faces, body_of_vertex, bodies=filters).detect(start, end).tobytes() == both.tobytes()
+
+
 def test_float_positions_are_read_as_they_are():
     start, end, faces, bodies = two_cloths(dtype=np.float32)
     single = detector(faces, bodies).detect(start, end)

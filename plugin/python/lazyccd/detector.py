@@ -130,8 +130,8 @@ class Detector:
             end: positions at the end of the step, likewise.
 
         Returns:
-            Array of shape (contacts,) and type `lazyccd.contact_dtype`, sorted by bodies, kind and primitives.
-            It owns the memory that C++ wrote, and stays valid.
+            Array of shape (contacts,) and type `lazyccd.contact_dtype`, sorted by world, bodies, kind and primitives. It
+            owns the memory that C++ wrote, and stays valid.
 
         Raises:
             lazyccd.Error: a position is not finite, or the number of positions is wrong.

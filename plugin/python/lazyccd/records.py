@@ -38,20 +38,21 @@ contact_dtype = np.dtype(
 
 body_dtype = np.dtype(
     {
-        "names": ["group", "mask", "self_collision", "layer", "layer_mask"],
-        "formats": [np.uint32, np.uint32, np.bool_, np.uint32, np.uint32],
-        "offsets": [0, 4, 8, 12, 16],
-        "itemsize": 20,
+        "names": ["group", "mask", "self_collision", "layer", "layer_mask", "world"],
+        "formats": [np.uint32, np.uint32, np.bool_, np.uint32, np.uint32, np.int32],
+        "offsets": [0, 4, 8, 12, 16, 20],
+        "itemsize": 24,
     }
 )
-"""Collision filter of one body; see `bodies`."""
+"""Collision filter and world of one body; see `bodies`."""
 
 
 def bodies(count: int) -> np.ndarray:
     """Returns the filters of `count` bodies that all collide with each other and with themselves.
 
     Two different bodies A and B collide if all of these are nonzero: ``A.group & B.mask``,
-    ``B.group & A.mask``, ``A.layer & B.layer_mask`` and ``B.layer & A.layer_mask``.
+    ``B.group & A.mask``, ``A.layer & B.layer_mask`` and ``B.layer & A.layer_mask``. Besides, they must be in the
+    same ``world``, or one of them in every world (-1). Worlds may be at the same place in space.
 
     Returns:
         Array of shape (count,) and type `body_dtype`. Change its fields, then hand it to `Detector`.

@@ -22,7 +22,7 @@ namespace {
 
 // The record types of lazyccd/records.py have these layouts.
 static_assert(sizeof(Contact) == 64, "lazyccd/records.py has another layout");
-static_assert(sizeof(Body) == 20, "lazyccd/records.py has another layout");
+static_assert(sizeof(Body) == 24, "lazyccd/records.py has another layout");
 
 template <class T, class... Shape>
 using Array = nb::ndarray<const T, nb::device::cpu, nb::c_contig, Shape...>;
@@ -94,7 +94,7 @@ class PyDetector {
                     const Array<std::int32_t, nb::ndim<1>>& body_of_vertex,
                     const Array<float, nb::ndim<1>>& inverse_mass,
                     const Array<float, nb::ndim<1>>& self_separation,
-                    const Array<std::uint8_t, nb::shape<-1, 20>>& bodies,
+                    const Array<std::uint8_t, nb::shape<-1, 24>>& bodies,
                     const Array<std::int32_t, nb::shape<-1, 2>>& disabled_pairs) {
     Topology topology;
     topology.vertex_count = vertex_count;
