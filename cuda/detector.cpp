@@ -115,10 +115,9 @@ Detector::Detector(const DetectorOptions& options) : Detector(options, Threads(o
 Detector::Detector(const DetectorOptions& options, const Threads& threads) {
   const IeeeArithmetic ieee;
   if (!has_ieee_arithmetic())
-    throw Error(
-        ErrorCode::unavailable,
-        "LazyCCD was compiled without exact rounding; compile it without -ffast-math and with "
-        "-ffp-contract=off");
+    throw Error(ErrorCode::unavailable,
+                "LazyCCD was compiled without exact rounding; compile it with IEEE arithmetic and "
+                "-ffp-contract=off");
   if (options.threads < 0)
     throw Error(ErrorCode::invalid_argument,
                 "threads is negative; 0 means as many as the machine has");

@@ -17,18 +17,11 @@
 #include "io/ply.h"
 #include "lazyccd/detector.h"
 #include "lazyccd/error.h"
+#include "report.h"
 
 namespace {
 
 using namespace lazyccd;
-
-int failures = 0;
-
-void report(bool good, const std::string& what) {
-  std::printf("%s  %s\n", good ? "PASS" : "FAIL", what.c_str());
-  std::fflush(stdout);
-  failures += !good;
-}
 
 bool equal(const Contact& a, const Contact& b) { return std::memcmp(&a, &b, sizeof(Contact)) == 0; }
 

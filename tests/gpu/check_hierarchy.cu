@@ -20,20 +20,13 @@
 #include "gpu/scene/device_scene.h"
 #include "lazyccd/detector.h"
 #include "lazyccd/error.h"
+#include "report.h"
 #include "support/build_scenes.h"
 
 namespace {
 
 using namespace lazyccd;
 using test::BuildScene;
-
-int failures = 0;
-
-void report(bool good, const std::string& what) {
-  std::printf("%s  %s\n", good ? "PASS" : "FAIL", what.c_str());
-  std::fflush(stdout);
-  failures += !good;
-}
 
 template <class T>
 std::vector<T> download(const T* from, std::size_t count) {

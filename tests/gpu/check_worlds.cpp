@@ -15,18 +15,11 @@
 #include <vector>
 
 #include "lazyccd/detector.h"
+#include "report.h"
 
 namespace {
 
 using namespace lazyccd;
-
-int failures = 0;
-
-void report(bool good, const std::string& what) {
-  std::printf("%s  %s\n", good ? "PASS" : "FAIL", what.c_str());
-  std::fflush(stdout);
-  failures += !good;
-}
 
 // A random number in [-1, 1] for two indices.
 double noise(std::uint32_t a, std::uint32_t b) {
