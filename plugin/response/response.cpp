@@ -24,6 +24,9 @@ constexpr double min_gap_fraction = 1.0 / 16;
 // An impact is what the impulses of the last step do not stop: contacts that still meet faster than
 // this, m/s.
 constexpr double min_impact_speed = 0.15;
+// And the load of the body, the sum of its normal impulses, must rise by this factor. Where a body
+// rests or slides, single nodes meet that fast in each step, but the load stays as it is.
+constexpr double min_load_growth = 1.1;
 // Links that move nodes more slowly than this do not throw a body back, m/s.
 constexpr double min_link_speed = 0.25;
 constexpr int max_link_rounds = 2;
@@ -147,16 +150,26 @@ void Response::solve_speculative(const NearContacts& near, const std::vector<Con
   constraints_.solve(motion, options_.solver_iterations);
 }
 
-void Response::absorb_impact(const SolveLinks& solve_links, Motion& motion) {
-  if (constraints_.approach() < min_impact_speed * motion.dt) return;
-  std::vector<std::int32_t>& bodies = bodies_with_solved_links_;
+std::vector<std::int32_t> Response::find_rising_loads(const Motion& motion) {
+  const std::vector<double> last = std::move(loads_);
+  loads_.assign(motion.rigid_of_body.size(), 0);
   for (const ContactRow* const row : constraints_.active_rows()) {
-    for (const std::int32_t body : {row->contact.body_a, row->contact.body_b}) {
-      if (row->normal_impulse > 0 && motion.rigid_of_body[body] < 0) bodies.push_back(body);
-    }
+    for (const std::int32_t body : {row->contact.body_a, row->contact.body_b})
+      loads_[body] += row->normal_impulse;
   }
-  std::sort(bodies.begin(), bodies.end());
-  bodies.erase(std::unique(bodies.begin(), bodies.end()), bodies.end());
+  std::vector<std::int32_t> rising;
+  for (std::size_t body = 0; body < loads_.size(); ++body) {
+    const double before = body < last.size() ? last[body] : 0;
+    if (motion.rigid_of_body[body] < 0 && loads_[body] > min_load_growth * before)
+      rising.push_back(static_cast<std::int32_t>(body));
+  }
+  return rising;
+}
+
+void Response::absorb_impact(const SolveLinks& solve_links, Motion& motion) {
+  std::vector<std::int32_t> rising = find_rising_loads(motion);
+  if (constraints_.approach() < min_impact_speed * motion.dt) return;
+  const std::vector<std::int32_t>& bodies = bodies_with_solved_links_ = std::move(rising);
   if (bodies.empty()) return;
   for (int i = 0; i < max_link_rounds; ++i) {
     const double moved = solve_links(bodies, motion);

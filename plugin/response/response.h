@@ -47,7 +47,10 @@ class Response {
 
   /// Drops the impulses of the last step. To be called if the indices of bodies, vertices or faces
   /// change.
-  void forget() { constraints_.forget(); }
+  void forget() {
+    constraints_.forget();
+    loads_.clear();
+  }
 
  private:
   /// Solves the near contacts that were selected: with a warm start, or without if that raises the
@@ -57,6 +60,8 @@ class Response {
   /// Solves links and contacts in turn after an impact. Contacts alone would stop the nodes that
   /// touch and leave the links compressed, and their restoring would throw the body back.
   void absorb_impact(const SolveLinks& solve_links, Motion& motion);
+  /// Sums up the normal impulses of each body. Returns the soft bodies whose sum rises.
+  std::vector<std::int32_t> find_rising_loads(const Motion& motion);
   /// Resolves contacts that impulses leave: rigid impact zones first, then holds.
   void resolve_with_impact_zones(std::vector<Contact> contacts, const Detect& detect,
                                  Motion& motion, StepStats& stats);
@@ -66,6 +71,7 @@ class Response {
   SolverOptions options_;
   Threads threads_;
   ContactConstraints constraints_;
+  std::vector<double> loads_;  // by body: normal impulses after solve_speculative()
   std::vector<std::int32_t> bodies_with_solved_links_;  // in this step
 };
 

@@ -88,14 +88,14 @@ bool btLazyDeformableBodySolver::is_active() const { return pipeline_->ran_last_
 
 void btLazyDeformableBodySolver::handle_pair(btSoftBody* a, btSoftBody* b) {
   if (pipeline_->handle_pair(a, b)) return;
-  for (btSoftBody* body : {a, b}) dbvt_->update_trees(*body, nullptr);
+  dbvt_->update_trees(*a, *b);
   btDeformableBodySolver::processCollision(a, b);
 }
 
 void btLazyDeformableBodySolver::processCollision(btSoftBody* body,
                                                   const btCollisionObjectWrapper* other) {
   if (pipeline_->replaces_contacts(body, other->getCollisionObject())) return;
-  dbvt_->update_trees(*body, other->getCollisionObject());
+  dbvt_->update_trees(*body, *other->getCollisionObject());
   if (!body->isActive())
     clear_deformable_contact_lists(*body);  // Bullet does not clear those of a sleeper
   btDeformableBodySolver::processCollision(body, other);

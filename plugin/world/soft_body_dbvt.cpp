@@ -87,7 +87,7 @@ void SoftBodyDbvt::begin_prediction(Bodies& bodies, int request_flag, bool bulle
   }
   for (int i = 0; i < bodies.size(); ++i) {
     btSoftBody* const body = bodies[i];
-    if (bullet_handles_pairs) update_trees(*body, nullptr);
+    if (bullet_handles_pairs) update_node_tree(*body);
     if (!(body->m_cfg.collisions & request_flag)) continue;
     // Request the tree if it was left out in an earlier step.
     if (bullet_handles_pairs && body->m_fdbvt.empty() && is_connected(*body))
@@ -106,14 +106,15 @@ void SoftBodyDbvt::begin_prediction(Bodies& bodies, int request_flag, bool bulle
 }
 
 void SoftBodyDbvt::hide_nodes(Bodies& bodies) {
-  outdated_node_trees_.clear();
+  std::vector<btSoftBody*> left_out;
   for (int i = 0; i < bodies.size(); ++i) {
     // When Bullet builds the face tree, it also builds the node tree again.
     if (bodies[i]->m_bUpdateRtCst && (bodies[i]->m_cfg.collisions & request_flag_)) continue;
     hidden_.push_back({bodies[i], bodies[i]->m_ndbvt.m_root});
     bodies[i]->m_ndbvt.m_root = nullptr;
-    outdated_node_trees_.push_back(bodies[i]);
+    left_out.push_back(bodies[i]);
   }
+  leave_out_nodes(std::move(left_out));
 }
 
 void SoftBodyDbvt::end_prediction() {
@@ -123,12 +124,25 @@ void SoftBodyDbvt::end_prediction() {
   hidden_.clear();
 }
 
-void SoftBodyDbvt::update_trees(btSoftBody& body, const btCollisionObject* other) {
-  if (remove_from(outdated_node_trees_, &body)) body.updateNodeTree(true, true);
-  if (!other || !reads_faces(body, *other) || !is_finite(body) ||
-      !remove_from(without_face_tree_, &body))
+void SoftBodyDbvt::update_node_tree(btSoftBody& body) {
+  outdated_node_trees_.insert(left_out_.begin(), left_out_.end());
+  left_out_.clear();
+  if (outdated_node_trees_.erase(&body) > 0) body.updateNodeTree(true, true);
+}
+
+void SoftBodyDbvt::update_trees(btSoftBody& body, const btCollisionObject& other) {
+  update_node_tree(body);
+  if (!reads_faces(body, other) || !is_finite(body) || !remove_from(without_face_tree_, &body))
     return;
   if (body.m_fdbvt.empty()) build_faces(body);
+}
+
+void SoftBodyDbvt::update_trees(btSoftBody& a, btSoftBody& b) {
+  // As in btSoftBody::defaultCollisionHandler(). Clusters have a tree of their own.
+  using Flag = btSoftBody::fCollision;
+  if (!(a.m_cfg.collisions & b.m_cfg.collisions & (Flag::VF_SS | Flag::VF_DD))) return;
+  update_node_tree(a);
+  update_node_tree(b);
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

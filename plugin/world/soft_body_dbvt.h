@@ -7,6 +7,7 @@
 
 #include <BulletSoftBody/btSoftBody.h>
 
+#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -28,16 +29,20 @@ class SoftBodyDbvt {
   void hide_nodes(Bodies& bodies);
   /// Says that a prediction updates the node trees of these bodies only when Bullet reads them.
   void leave_out_nodes(std::vector<btSoftBody*> bodies) {
-    outdated_node_trees_ = std::move(bodies);
+    left_out_ = std::move(bodies);
+    outdated_node_trees_.clear();
   }
   /// Restores the flags and trees. Call after Bullet's prediction.
   void end_prediction();
 
-  /// Updates the trees that Bullet reads when it collides `body` with `other` (null: a soft body).
-  /// Call before that.
-  void update_trees(btSoftBody& body, const btCollisionObject* other);
+  /// Update the trees that Bullet reads when it collides a soft body with `other`, or two soft
+  /// bodies. Call before that.
+  void update_trees(btSoftBody& body, const btCollisionObject& other);
+  void update_trees(btSoftBody& a, btSoftBody& b);
 
  private:
+  void update_node_tree(btSoftBody& body);
+
   struct Hidden {
     btSoftBody* body;
     btDbvtNode* root;
@@ -49,8 +54,10 @@ class SoftBodyDbvt {
   /// Bodies whose face tree was left out, and may be built later.
   std::vector<btSoftBody*> without_face_tree_;
   std::vector<Hidden> hidden_;  ///< until end_prediction()
-  /// Bodies whose node tree is from an earlier step.
-  std::vector<btSoftBody*> outdated_node_trees_;
+  /// Bodies whose node tree is from an earlier step. `left_out_` joins the others when the first
+  /// one is updated: in most steps none is.
+  std::vector<btSoftBody*> left_out_;
+  std::unordered_set<btSoftBody*> outdated_node_trees_;
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

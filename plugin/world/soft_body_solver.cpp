@@ -61,7 +61,7 @@ void btLazySoftBodySolver::teleported(const btCollisionObject& body) {
 
 void btLazySoftBodySolver::handle_pair(btSoftBody* a, btSoftBody* b) {
   if (pipeline_->handle_pair(a, b)) return;
-  for (btSoftBody* body : {a, b}) dbvt_->update_trees(*body, nullptr);
+  dbvt_->update_trees(*a, *b);
   btDefaultSoftBodySolver::processCollision(a, b);
 }
 
@@ -100,7 +100,7 @@ void btLazySoftBodySolver::predict(btScalar time_step) {
 void btLazySoftBodySolver::processCollision(btSoftBody* body,
                                             const btCollisionObjectWrapper* other) {
   if (pipeline_->replaces_contacts(body, other->getCollisionObject())) return;
-  dbvt_->update_trees(*body, other->getCollisionObject());
+  dbvt_->update_trees(*body, *other->getCollisionObject());
   if (!body->isActive()) body->m_rcontacts.clear();  // Bullet does not clear those of a sleeper
   btDefaultSoftBodySolver::processCollision(body, other);
 }
