@@ -94,23 +94,12 @@ struct RoundContacts::MovingCore {
 
 void RoundContacts::set_topology() {
   obstacles_.clear();
-  const Topology topology = topology_.topology();
-  std::vector<BodyPair> disabled(topology.disabled_pairs.begin(), topology.disabled_pairs.end());
-  std::sort(disabled.begin(), disabled.end());
-  const std::vector<double> edges_squared = longest_edges_squared(true);
+  const std::vector<double> edges_squared = longest_edges_squared(topology_, motion_, true);
   std::int64_t pairs = 0;
-  for (std::size_t b = 0; b < topology.bodies.size(); ++b) {
-    const StepTopology::BodyRecord& record = topology_.bodies()[b];
-    if (record.soft || !record.triangles->is_round() || record.has_anchored_nodes) continue;
-    const auto body = static_cast<std::int32_t>(b);
-    Obstacle obstacle{body, {}};
-    for (std::int32_t s = 0; s < body && topology_.bodies()[s].soft; ++s) {
-      if (filters_accept(topology.bodies[s], topology.bodies[b]) &&
-          !std::binary_search(disabled.begin(), disabled.end(), BodyPair{s, body}))
-        obstacle.soft_bodies.push_back(s);
-    }
-    if (obstacle.soft_bodies.empty() || !suits(obstacle, edges_squared)) continue;
-    const auto parts = static_cast<std::int64_t>(record.triangles->round_parts.size());
+  for (ObstaclePairs& obstacle : find_obstacle_pairs(topology_)) {
+    const Triangles& triangles = *topology_.bodies()[obstacle.body].triangles;
+    if (!triangles.is_round() || !suits(obstacle, edges_squared)) continue;
+    const auto parts = static_cast<std::int64_t>(triangles.round_parts.size());
     for (const std::int32_t s : obstacle.soft_bodies)
       pairs += parts * topology_.bodies()[s].vertex_count;
     obstacles_.push_back(std::move(obstacle));
@@ -119,7 +108,7 @@ void RoundContacts::set_topology() {
 }
 
 // True if the bound holds where soft bodies rest on the obstacle.
-bool RoundContacts::suits(const Obstacle& obstacle,
+bool RoundContacts::suits(const ObstaclePairs& obstacle,
                           const std::vector<double>& edges_squared) const {
   const Triangles& triangles = *topology_.bodies()[obstacle.body].triangles;
   for (const std::int32_t s : obstacle.soft_bodies) {
@@ -134,35 +123,13 @@ bool RoundContacts::suits(const Obstacle& obstacle,
   return true;
 }
 
-std::vector<Body> RoundContacts::filters_of_others() const {
-  const Span<const Body> all = topology_.topology().bodies;
-  std::vector<Body> filters(all.begin(), all.end());
-  for (const Obstacle& obstacle : obstacles_)
-    filters[static_cast<std::size_t>(obstacle.body)].layer = 0;
-  return filters;
-}
-
-// The square of an edge is a convex function of time, so it is largest at one of the ends.
-std::vector<double> RoundContacts::longest_edges_squared(bool at_start) const {
-  const Topology topology = topology_.topology();
-  std::vector<double> longest(topology.bodies.size(), 0);
-  const auto read = [&](std::int32_t a, std::int32_t b) {
-    double& of_body = longest[static_cast<std::size_t>(topology_.body_of(a))];
-    of_body = std::max(of_body, (motion_.start_of(a) - motion_.start_of(b)).squaredNorm());
-    if (!at_start)
-      of_body = std::max(of_body, (motion_.end_of(a) - motion_.end_of(b)).squaredNorm());
-  };
-  for (const Face& face : topology.faces) {
-    if (!topology_.is_soft(face[0])) break;  // the faces of obstacles come last
-    for (int k = 0; k < 3; ++k) read(face[k], face[(k + 1) % 3]);
-  }
-  for (const Edge& edge : topology.edges) read(edge[0], edge[1]);
-  return longest;
+void RoundContacts::leave_out(std::vector<Body>& filters) const {
+  for (const ObstaclePairs& obstacle : obstacles_) bullet::leave_out(obstacle, filters);
 }
 
 void RoundContacts::find_near(double separation, std::vector<Contact>& contacts) const {
   contacts.clear();
-  for (const Obstacle& obstacle : obstacles_) {
+  for (const ObstaclePairs& obstacle : obstacles_) {
     for (const std::int32_t soft_body : obstacle.soft_bodies) {
       const Triangles& triangles = *topology_.bodies()[obstacle.body].triangles;
       for (const RoundPart& part : triangles.round_parts)
@@ -172,7 +139,7 @@ void RoundContacts::find_near(double separation, std::vector<Contact>& contacts)
   std::sort(contacts.begin(), contacts.end());
 }
 
-void RoundContacts::find_near(const Obstacle& obstacle, std::int32_t soft_body,
+void RoundContacts::find_near(const ObstaclePairs& obstacle, std::int32_t soft_body,
                               const RoundPart& part, double separation,
                               std::vector<Contact>& contacts) const {
   constexpr int max_advances = 16;
@@ -220,8 +187,8 @@ void RoundContacts::find_near(const Obstacle& obstacle, std::int32_t soft_body,
 
 bool RoundContacts::are_clear(bool at_start) const {
   if (!any()) return true;
-  const std::vector<double> edges_squared = longest_edges_squared(at_start);
-  for (const Obstacle& obstacle : obstacles_) {
+  const std::vector<double> edges_squared = longest_edges_squared(topology_, motion_, at_start);
+  for (const ObstaclePairs& obstacle : obstacles_) {
     const Triangles& triangles = *topology_.bodies()[obstacle.body].triangles;
     const RigidMotion& rigid = motion_.rigid_of(obstacle.body);
     for (const std::int32_t soft_body : obstacle.soft_bodies) {

@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "contact/pair_surfaces.h"
+#include "detection/obstacle_pairs.h"
 #include "lazyccd/contact.h"
 #include "motion/motion.h"
 #include "scene/step_topology.h"
@@ -34,9 +35,8 @@ class RoundContacts {
   /// Meets no obstacle until the next set_topology().
   void clear() { obstacles_.clear(); }
   bool any() const { return !obstacles_.empty(); }
-  /// Copies the filters of all bodies, such that the detector leaves out the pairs of any()
-  /// obstacle.
-  std::vector<Body> filters_of_others() const;
+  /// Changes the filters of a detector, such that it leaves out the pairs of these obstacles.
+  void leave_out(std::vector<Body>& filters) const;
 
   /// Sets `contacts` to the vertices that come within `separation`, metres, of these obstacles in
   /// the motion: sorted, and as the detector reports vertices near faces.
@@ -46,17 +46,11 @@ class RoundContacts {
   bool are_clear(bool at_start) const;
 
  private:
-  struct Obstacle {
-    std::int32_t body;                      // index in the topology
-    std::vector<std::int32_t> soft_bodies;  // that may meet it
-  };
   // Core of a part over the motion, in the world.
   struct MovingCore;
 
-  // By soft body: square of its longest edge in the motion, or at its start; square metres.
-  std::vector<double> longest_edges_squared(bool at_start) const;
-  bool suits(const Obstacle& obstacle, const std::vector<double>& edges_squared) const;
-  void find_near(const Obstacle& obstacle, std::int32_t soft_body, const RoundPart& part,
+  bool suits(const ObstaclePairs& obstacle, const std::vector<double>& edges_squared) const;
+  void find_near(const ObstaclePairs& obstacle, std::int32_t soft_body, const RoundPart& part,
                  double separation, std::vector<Contact>& contacts) const;
   bool is_clear(std::int32_t soft_body, const RoundPart& part, const RigidMotion& rigid,
                 bool at_start, double edge_squared) const;
@@ -64,7 +58,7 @@ class RoundContacts {
   const StepTopology& topology_;
   const Motion& motion_;
   const PairSurfaces& surfaces_;
-  std::vector<Obstacle> obstacles_;
+  std::vector<ObstaclePairs> obstacles_;
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -23,7 +23,8 @@ StepDetector::StepDetector(const DetectorOptions& options, const Threads& thread
       topology_(topology),
       motion_(motion),
       selector_(surfaces, position_correction),
-      round_contacts_(topology, motion, surfaces) {
+      round_contacts_(topology, motion, surfaces),
+      flat_contacts_(topology, motion) {
   options_.separation = 0;
   options_.reduce_contacts = false;
 }
@@ -31,31 +32,38 @@ StepDetector::StepDetector(const DetectorOptions& options, const Threads& thread
 void StepDetector::set_topology(double largest_thickness) {
   selector_.forget();
   prediction_.forget();
-  Topology topology = topology_.for_detection();
   touching_topology_is_current_ = false;
-  measure_edges(topology);
-  topology.self_separation = self_separation_;
+  measure_edges(topology_.for_detection());
   const double separation = separation_for(largest_thickness);
-  std::vector<Body> filters;
   if (!(separation > 0)) {
     near_detector_.reset();
     round_contacts_.clear();
+    flat_contacts_.clear();
     others_may_meet_ = true;
     touching_detector();
   } else {
     round_contacts_.set_topology();
-    filters = round_contacts_.filters_of_others();
-    topology.bodies = filters;
-    others_may_meet_ = find_others_may_meet(topology.bodies);
+    flat_contacts_.set_topology();
     if (!near_detector_ || separation_ != separation) {
       DetectorOptions options = options_;
       options.separation = separation;
       options.reduce_contacts = true;
       near_detector_ = std::make_unique<Detector>(options, threads_);
     }
-    near_detector_->set_topology(topology);
+    set_near_topology();
   }
   separation_ = separation;
+}
+
+void StepDetector::set_near_topology() {
+  Topology topology = topology_.for_detection();
+  topology.self_separation = self_separation_;
+  std::vector<Body> filters(topology.bodies.begin(), topology.bodies.end());
+  round_contacts_.leave_out(filters);
+  flat_contacts_.leave_out(filters);
+  topology.bodies = filters;
+  others_may_meet_ = find_others_may_meet(topology.bodies);
+  near_detector_->set_topology(topology);
 }
 
 bool StepDetector::find_others_may_meet(Span<const Body> filters) const {
@@ -140,10 +148,14 @@ std::vector<Contact> StepDetector::touching(const Positions& start, const Positi
 }
 
 Span<const Contact> StepDetector::recheck(const Positions& start, const Positions& end) {
-  if (!round_contacts_.are_clear(is_start_of_motion(end)))
+  if (!simple_shapes_are_clear(is_start_of_motion(end)))
     return touching_detector().detect(start, end);
   if (!others_may_meet_) return {};
   return near_detector_->recheck_near_pairs(start, end);
+}
+
+bool StepDetector::simple_shapes_are_clear(bool at_start) {
+  return round_contacts_.are_clear(at_start) && flat_contacts_.are_clear(at_start);
 }
 
 // A pair that the first detection did not report stayed further apart than the separation at all
@@ -167,6 +179,10 @@ NearContacts StepDetector::detect_near() {
   Span<const Contact> near;
   bool any_near = false;
   ++detections_;
+  if (!flat_contacts_.find_near(separation_, near_flat_)) {
+    prediction_.forget();
+    set_near_topology();
+  }
   if (others_may_meet_) {
     near = near_detector_->detect(motion_.starts(), motion_.ends());
     detected_near_ = true;
@@ -175,16 +191,18 @@ NearContacts StepDetector::detect_near() {
     prediction_.compare(motion_, stats.candidates_vf + stats.candidates_ee);
     any_near = stats.near_pairs > 0;
   }
-  if (round_contacts_.any()) {
-    round_contacts_.find_near(separation_, near_round_);
-    near_.resize(near.size() + near_round_.size());
-    std::merge(near.begin(), near.end(), near_round_.begin(), near_round_.end(), near_.begin());
+  round_contacts_.find_near(separation_, near_simple_);
+  const auto middle = near_simple_.insert(near_simple_.end(), near_flat_.begin(), near_flat_.end());
+  std::inplace_merge(near_simple_.begin(), middle, near_simple_.end());
+  if (!near_simple_.empty()) {
+    near_.resize(near.size() + near_simple_.size());
+    std::merge(near.begin(), near.end(), near_simple_.begin(), near_simple_.end(), near_.begin());
     near = near_;
-    any_near = any_near || !near_round_.empty();
+    any_near = true;
   }
   const NearContacts selected = selector_.select(near, filter_, motion_, threads_);
   found_any_ = selector_.any_responds();
-  if (!found_any_ && (any_near || !round_contacts_.are_clear(false))) {
+  if (!found_any_ && (any_near || !simple_shapes_are_clear(false))) {
     // Contact reduction reports one pair for several. Even if the response does not act on the
     // reported pair, it may act on an omitted one: the reported pair may lack a vertex that the
     // other has, or contain an anchored one. So all near pairs are tested again.

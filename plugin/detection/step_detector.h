@@ -8,6 +8,7 @@
 
 #include "contact/pair_surfaces.h"
 #include "detection/contact_filter.h"
+#include "detection/flat_contacts.h"
 #include "detection/motion_prediction.h"
 #include "detection/near_contact_selector.h"
 #include "detection/round_contacts.h"
@@ -82,7 +83,12 @@ class StepDetector {
   /// True if `end` is the end of the motion, as it is now.
   bool is_end_of_motion(const Positions& end) const { return end.data() == motion_.end.data(); }
   bool only_near_can_touch(const Positions& end) const;
-  /// True if two bodies may collide that RoundContacts does not handle.
+  /// Gives near_detector_ the topology without the pairs of round_contacts_ and flat_contacts_.
+  void set_near_topology();
+  /// True if it is certain that nothing touches the obstacles of round_contacts_ and
+  /// flat_contacts_ in the motion to its present end, or, with `at_start`, at its start.
+  bool simple_shapes_are_clear(bool at_start);
+  /// True if two bodies may collide that RoundContacts and FlatContacts do not handle.
   bool find_others_may_meet(Span<const Body> filters) const;
   /// Returns the pairs that touch in the motion from `start` to `end`. Pairs that the first
   /// detection did not report must be known not to touch.
@@ -107,9 +113,10 @@ class StepDetector {
   Motion& motion_;
   NearContactSelector selector_;
   RoundContacts round_contacts_;
-  bool others_may_meet_ = true;  ///< pairs that round_contacts_ does not handle
-  /// Near contacts of round_contacts_, and all of the step.
-  std::vector<Contact> near_round_, near_;
+  FlatContacts flat_contacts_;
+  bool others_may_meet_ = true;  ///< pairs that these two do not handle
+  /// Near contacts of flat_contacts_, of both, and all of the step.
+  std::vector<Contact> near_flat_, near_simple_, near_;
   /// Finds contacts without separation; null until it is needed.
   std::unique_ptr<Detector> touching_detector_;
   bool touching_topology_is_current_ = false;

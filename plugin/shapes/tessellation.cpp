@@ -117,6 +117,15 @@ bool add_convex(const btConvexShape& shape, const btTransform& pose, double dept
           {apex, first + edge->getSourceVertex(), first + edge->getTargetVertex()});
     }
   }
+  if (shape.getShapeType() == BOX_SHAPE_PROXYTYPE) {
+    std::vector<btVector3> normals;
+    for (int k = 0; k < 3; ++k) {
+      normals.push_back(pose.getBasis().getColumn(k));
+      normals.push_back(-normals.back());
+    }
+    triangles.flat_parts.push_back(
+        make_flat_part(normals, triangles.vertices, first, triangles.faces, first_face));
+  }
   std::array<btVector3, 2> core;
   if (find_core(shape, core)) {
     for (btVector3& end : core) end = pose * end;
@@ -142,11 +151,16 @@ bool tessellate(const btCollisionShape& shape, const btTransform& pose, const Ax
   if (shape.isConvex())
     return add_convex(static_cast<const btConvexShape&>(shape), pose, depth, triangles);
   if (!has_triangles(shape)) return false;
+  const auto first_vertex = static_cast<std::int32_t>(triangles.vertices.size());
+  const auto first_face = static_cast<std::int32_t>(triangles.faces.size());
   Welder welder(pose, triangles);
   const AxisBox local = region.transformed(pose.inverse());
   if (shape.getShapeType() == STATIC_PLANE_PROXYTYPE) {
-    process_plane(static_cast<const btStaticPlaneShape&>(shape),
-                  near.is_empty() ? near : near.transformed(pose.inverse()), local, welder);
+    const auto& plane = static_cast<const btStaticPlaneShape&>(shape);
+    process_plane(plane, near.is_empty() ? near : near.transformed(pose.inverse()), local, welder);
+    triangles.flat_parts.push_back(make_flat_part({pose.getBasis() * plane.getPlaneNormal()},
+                                                  triangles.vertices, first_vertex, triangles.faces,
+                                                  first_face));
     return true;
   }
   static_cast<const btConcaveShape&>(shape).processAllTriangles(&welder, local.lower, local.upper);

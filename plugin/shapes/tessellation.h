@@ -12,6 +12,7 @@
 #include "lazyccd/bullet/precision.h"
 #include "lazyccd/scene.h"
 #include "shapes/axis_box.h"
+#include "shapes/flat_part.h"
 #include "shapes/round_part.h"
 
 namespace lazyccd::bullet {
@@ -21,6 +22,13 @@ struct Triangles {
   std::vector<btVector3> vertices;  ///< metres, in the frame of the outermost shape
   std::vector<Face> faces;
   std::vector<RoundPart> round_parts;  ///< balls and capsules among them, by first_face
+  std::vector<FlatPart> flat_parts;    ///< boxes and planes among them
+  /// True if all faces belong to boxes and planes.
+  bool is_flat() const {
+    std::size_t count = 0;
+    for (const FlatPart& part : flat_parts) count += static_cast<std::size_t>(part.face_count);
+    return count > 0 && count == faces.size();
+  }
   /// True if all faces belong to balls and capsules.
   bool is_round() const {
     std::size_t count = 0;

@@ -13,8 +13,7 @@
 #include <vector>
 
 #include "lazyccd/detector.h"
-#include "plugin/support/obstacle_worlds.h"
-#include "scene/step_reader.h"
+#include "plugin/support/draped_sheet.h"
 #include "shapes/tessellation.h"
 #include "support/catch.h"
 
@@ -42,90 +41,15 @@ std::unique_ptr<btCollisionShape> make_shape(const std::string& kind) {
   return std::make_unique<TwoBalls>();
 }
 
-// A sheet on the top of an obstacle; both move at random, and the obstacle turns.
-class Draped {
- public:
-  Draped(const std::string& kind, unsigned number)
-      : random_(number), world_(scenes::World::deformable, 0), warnings_({}) {
-    is_curved_ = kind == "ball";
-    options_.jump_speed = 1e30;
-    sheet_ = world_.add_sheet(nodes, 0.28, 0, 0);
-    const btScalar far = btScalar(within(0, 1) < 0.3 ? 100 : 0);
-    place_.setIdentity();
-    place_.setOrigin(btVector3(far, 0, far));
-    obstacle_ = world_.add(make_shape(kind), place_.getOrigin());
-    obstacle_->setCollisionFlags(obstacle_->getCollisionFlags() |
-                                 btCollisionObject::CF_KINEMATIC_OBJECT);
-    bodies_.push_back(sheet_);
-    reader_ = std::make_unique<bullet::StepReader>(options_, warnings_, threads_);
-    gap_ = within(-0.01, 0.05);
-    const double speed = within(0, 1) < 0.5 ? 0.01 : 0.1;
-    move_ = btVector3(amount(speed), amount(speed), amount(speed));
-    noise_ = within(0, 0.004);
-    const btQuaternion turn(btVector3(0, 1, amount(1)).normalized(), amount(0.3));
-    turned_ = btTransform(turn, place_.getOrigin() + btVector3(amount(speed), amount(speed), 0));
-  }
-
-  void read() {
-    for (const bool moves : {false, true}) {  // the first step makes the obstacle known
-      reader_->begin_step(bodies_);
-      if (moves) obstacle_->setWorldTransform(turned_);
-      reader_->read(bodies_, 0.01,
-                    [this](const bullet::SoftScene& scene, const auto&, std::int32_t first,
-                           std::int32_t last, bullet::Motion& motion) {
-                      for (std::int32_t v = first; v < last; ++v)
-                        place(scene.node_index(v), v, motion);
-                    });
-    }
-  }
-  bullet::StepReader& reader() { return *reader_; }
-
-  double within(double lo, double hi) {
-    return std::uniform_real_distribution<double>(lo, hi)(random_);
-  }
-
- private:
-  static constexpr int nodes = 13;
-
-  btScalar amount(double size) { return static_cast<btScalar>(within(-size, size)); }
-  void place(int node, std::int32_t v, bullet::Motion& motion) {
-    const double x = 0.28 * (node % nodes / (nodes - 1.0) - 0.5);
-    const double z = 0.28 * (node / nodes / (nodes - 1.0) - 0.5);
-    const double outside = static_cast<double>(radius) + gap_;
-    const double drop = is_curved_ ? x * x + z * z : 0;
-    const btVector3 start(static_cast<btScalar>(x),
-                          static_cast<btScalar>(std::sqrt(outside * outside - drop)),
-                          static_cast<btScalar>(z));
-    for (int k = 0; k < 3; ++k) {
-      motion.start[3 * static_cast<std::size_t>(v) + k] = place_.getOrigin()[k] + start[k];
-      motion.end[3 * static_cast<std::size_t>(v) + k] =
-          place_.getOrigin()[k] + start[k] + move_[k] + amount(noise_);
-    }
-    motion.velocity[v].setZero();
-  }
-
-  std::mt19937 random_;
-  ObstacleWorld world_;
-  bullet::SolverOptions options_;
-  bullet::WarningLog warnings_;
-  Threads threads_{1};
-  btSoftBody* sheet_;
-  btCollisionObject* obstacle_;
-  btAlignedObjectArray<btSoftBody*> bodies_;
-  std::unique_ptr<bullet::StepReader> reader_;
-  btTransform place_, turned_;
-  btVector3 move_;
-  double gap_, noise_;
-  bool is_curved_;  // else flat
-};
-
-bullet::PairSurfaces surfaces_of(const bullet::StepTopology& topology) {
-  bullet::PairSurfaces surfaces(bullet::SolverOptions(), bullet::WorldKind::deformable);
-  std::vector<bullet::BodySurface> bodies;
-  for (const auto& body : topology.bodies())
-    bodies.push_back({body.margin, 0, body.soft != nullptr});
-  surfaces.update(bodies, 0);
-  return surfaces;
+DrapedSheet make_draped(const std::string& kind, unsigned number) {
+  const bool is_curved = kind == "ball";
+  return DrapedSheet(
+      make_shape(kind),
+      [is_curved](double x, double z, double gap) {
+        const double outside = static_cast<double>(radius) + gap;
+        return std::sqrt(outside * outside - (is_curved ? x * x + z * z : 0));
+      },
+      number);
 }
 
 // Whether a vertex starts in a ball or capsule of the obstacle.
@@ -179,7 +103,7 @@ TEST_CASE("what is said to be clear of balls and capsules does not touch their t
   int clear = 0, touching = 0;
   for (unsigned number = 1; number <= 150; ++number) {
     CAPTURE(number);
-    Draped draped(kind, number);
+    DrapedSheet draped = make_draped(kind, number);
     draped.read();
     const bullet::StepTopology& topology = draped.reader().topology();
     const bullet::Motion& motion = draped.reader().motion();

@@ -1,0 +1,33 @@
+// What the contacts with simple shapes need to know of an obstacle and of the soft bodies around
+// it.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "motion/motion.h"
+#include "scene/step_topology.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+
+/// An obstacle and the soft bodies that may meet it; indices of bodies in the topology.
+struct ObstaclePairs {
+  std::int32_t body;
+  std::vector<std::int32_t> soft_bodies;
+};
+
+/// Returns the obstacles that at least one soft body may meet. Leaves out obstacles that nodes are
+/// anchored to.
+std::vector<ObstaclePairs> find_obstacle_pairs(const StepTopology& topology);
+
+/// Squares of the longest edge of each soft body in the motion, or at its start; square metres, by
+/// body.
+std::vector<double> longest_edges_squared(const StepTopology& topology, const Motion& motion,
+                                          bool at_start);
+
+/// Changes the filters of a detector, such that it leaves out the pairs of these obstacles.
+void leave_out(const ObstaclePairs& obstacle, std::vector<Body>& filters);
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet
