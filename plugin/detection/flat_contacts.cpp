@@ -13,7 +13,7 @@ using Eigen::Vector3d;
 
 // With more pairs of a vertex and a part, the detector's hierarchy is faster.
 constexpr std::int64_t max_pairs = 1 << 15;
-// An obstacle that was not clear in so many motions in succession is given up.
+// An obstacle is given up after so many motions in succession in which it was not clear.
 constexpr int max_unclear_motions = 3;
 // Relative to the coordinates: more than the rounding of a dot product.
 constexpr double rounding = 0x1p-48;
@@ -69,7 +69,8 @@ std::vector<FlatContacts::MovingSide> FlatContacts::moving_sides(const ObstacleP
 bool FlatContacts::find_near(double separation, std::vector<Contact>& contacts) {
   contacts.clear();
   if (!any()) return true;
-  const std::vector<double> edges_squared = longest_edges_squared(topology_, motion_, false);
+  const std::vector<double> edges_squared =
+      measure_edges_squared(topology_, motion_, false).of_body;
   const auto suits = [&](const ObstaclePairs& pairs) {
     const std::size_t first = contacts.size();
     for (const FlatPart& part : topology_.bodies()[pairs.body].triangles->flat_parts) {

@@ -26,21 +26,34 @@ std::vector<ObstaclePairs> find_obstacle_pairs(const StepTopology& step_topology
 }
 
 // The square of an edge is a convex function of time, so it is largest at one of the ends.
-std::vector<double> longest_edges_squared(const StepTopology& step_topology, const Motion& motion,
-                                          bool at_start) {
+EdgesSquared measure_edges_squared(const StepTopology& step_topology, const Motion& motion,
+                                   bool at_start) {
   const Topology topology = step_topology.topology();
-  std::vector<double> longest(topology.bodies.size(), 0);
-  const auto read = [&](std::int32_t a, std::int32_t b) {
-    double& of_body = longest[static_cast<std::size_t>(step_topology.body_of(a))];
-    of_body = std::max(of_body, (motion.start_of(a) - motion.start_of(b)).squaredNorm());
-    if (!at_start) of_body = std::max(of_body, (motion.end_of(a) - motion.end_of(b)).squaredNorm());
+  EdgesSquared squares;
+  squares.of_body.assign(topology.bodies.size(), 0);
+  squares.mean_of_body.assign(topology.bodies.size(), 0);
+  std::vector<int> counts(topology.bodies.size(), 0);
+  const auto square = [&](std::int32_t a, std::int32_t b) {
+    const double start = (motion.start_of(a) - motion.start_of(b)).squaredNorm();
+    return at_start ? start : std::max(start, (motion.end_of(a) - motion.end_of(b)).squaredNorm());
   };
-  for (const Face& face : topology.faces) {
-    if (!step_topology.is_soft(face[0])) break;  // the faces of obstacles come last
-    for (int k = 0; k < 3; ++k) read(face[k], face[(k + 1) % 3]);
+  const auto include = [&](std::int32_t vertex, double value) {
+    const std::int32_t body = step_topology.body_of(vertex);
+    squares.of_body[body] = std::max(squares.of_body[body], value);
+    squares.mean_of_body[body] += value;
+    ++counts[body];
+    return value;
+  };
+  for (const Face& f : topology.faces) {
+    if (!step_topology.is_soft(f[0])) break;  // the faces of obstacles come last
+    const double longest = std::max({square(f[0], f[1]), square(f[1], f[2]), square(f[2], f[0])});
+    squares.of_face.push_back(include(f[0], longest));
   }
-  for (const Edge& edge : topology.edges) read(edge[0], edge[1]);
-  return longest;
+  for (const Edge& edge : topology.edges)
+    squares.of_edge.push_back(include(edge[0], square(edge[0], edge[1])));
+  for (std::size_t body = 0; body < counts.size(); ++body)
+    squares.mean_of_body[body] /= std::max(1, counts[body]);
+  return squares;
 }
 
 void leave_out(const ObstaclePairs& obstacle, std::vector<Body>& filters) {

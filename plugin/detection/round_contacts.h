@@ -30,7 +30,7 @@ class RoundContacts {
       : topology_(topology), motion_(motion), surfaces_(surfaces) {}
 
   /// Chooses the obstacles that are met here. Call when indices or pair rules change, with the
-  /// start of the motion.
+  /// start of a motion.
   void set_topology();
   /// Meets no obstacle until the next set_topology().
   void clear() { obstacles_.clear(); }
@@ -49,11 +49,13 @@ class RoundContacts {
   // Core of a part over the motion, in the world.
   struct MovingCore;
 
-  bool suits(const ObstaclePairs& obstacle, const std::vector<double>& edges_squared) const;
+  bool suits(const ObstaclePairs& obstacle, const EdgesSquared& edges_squared) const;
   void find_near(const ObstaclePairs& obstacle, std::int32_t soft_body, const RoundPart& part,
                  double separation, std::vector<Contact>& contacts) const;
+  bool is_clear(const ObstaclePairs& obstacle, const EdgesSquared& edges_squared,
+                bool at_start) const;
   bool is_clear(std::int32_t soft_body, const RoundPart& part, const RigidMotion& rigid,
-                bool at_start, double edge_squared) const;
+                bool at_start, const EdgesSquared& edges_squared) const;
 
   const StepTopology& topology_;
   const Motion& motion_;

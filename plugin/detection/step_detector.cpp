@@ -155,7 +155,7 @@ Span<const Contact> StepDetector::recheck(const Positions& start, const Position
 }
 
 bool StepDetector::simple_shapes_are_clear(bool at_start) {
-  return round_contacts_.are_clear(at_start) && flat_contacts_.are_clear(at_start);
+  return flat_contacts_.are_clear(at_start) && round_contacts_.are_clear(at_start);
 }
 
 // A pair that the first detection did not report stayed further apart than the separation at all
@@ -179,6 +179,7 @@ NearContacts StepDetector::detect_near() {
   Span<const Contact> near;
   bool any_near = false;
   ++detections_;
+  round_contacts_.find_near(separation_, near_simple_);
   if (!flat_contacts_.find_near(separation_, near_flat_)) {
     prediction_.forget();
     set_near_topology();
@@ -191,7 +192,6 @@ NearContacts StepDetector::detect_near() {
     prediction_.compare(motion_, stats.candidates_vf + stats.candidates_ee);
     any_near = stats.near_pairs > 0;
   }
-  round_contacts_.find_near(separation_, near_simple_);
   const auto middle = near_simple_.insert(near_simple_.end(), near_flat_.begin(), near_flat_.end());
   std::inplace_merge(near_simple_.begin(), middle, near_simple_.end());
   if (!near_simple_.empty()) {
