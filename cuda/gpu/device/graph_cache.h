@@ -22,6 +22,7 @@ class GraphCache {
 
   /// Destroys all graphs; must be called once an address or a capacity has changed.
   void clear() {
+    if (!graphs_.empty()) static_cast<void>(cudaDeviceSynchronize());  // one may be running
     for (const auto& entry : graphs_) static_cast<void>(cudaGraphExecDestroy(entry.second));
     graphs_.clear();
   }
@@ -41,7 +42,14 @@ class GraphCache {
   static cudaGraphExec_t capture(cudaStream_t stream, Enqueue&& enqueue) {
     cudaGraph_t graph = nullptr;
     LAZYCCD_CUDA_CHECK(cudaStreamBeginCapture(stream, cudaStreamCaptureModeThreadLocal));
-    enqueue();
+    try {
+      enqueue();
+    } catch (...) {  // the stream must not stay in capture
+      static_cast<void>(cudaStreamEndCapture(stream, &graph));
+      if (graph != nullptr) static_cast<void>(cudaGraphDestroy(graph));
+      static_cast<void>(cudaGetLastError());
+      throw;
+    }
     LAZYCCD_CUDA_CHECK(cudaStreamEndCapture(stream, &graph));
     cudaGraphExec_t executable = nullptr;
     const cudaError_t result = cudaGraphInstantiate(&executable, graph, 0);
