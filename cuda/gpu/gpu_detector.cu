@@ -394,8 +394,7 @@ DeviceContacts GpuDetector::detect_async(const DevicePositions& start, const Dev
   step_.traversal().accept();
   last_done_.record(stream);
   has_step_ = has_work_ = true;
-  result_ = {step_.buffers().sorted(), status_.data(), step_.buffers().contact_capacity(),
-             device_};
+  result_ = {step_.buffers().sorted(), status_.data(), step_.buffers().contact_capacity(), device_};
   return result_;
 }
 
@@ -421,7 +420,7 @@ DeviceContacts GpuDetector::synchronize(Stats& stats) {
     publish(gathered_, stats.hash);
   } else {
     result_ = {step_.buffers().sorted(), status_.data(), step_.buffers().contact_capacity(),
-             device_};
+               device_};
   }
   return result_;
 }

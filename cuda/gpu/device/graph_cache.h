@@ -41,8 +41,8 @@ class GraphCache {
   template <class Enqueue>
   static cudaGraphExec_t capture(cudaStream_t stream, Enqueue&& enqueue) {
     cudaGraph_t graph = nullptr;
-    LAZYCCD_CUDA_CHECK(cudaStreamBeginCapture(stream, cudaStreamCaptureModeThreadLocal));
     try {
+      LAZYCCD_CUDA_CHECK(cudaStreamBeginCapture(stream, cudaStreamCaptureModeThreadLocal));
       enqueue();
     } catch (...) {  // the stream must not stay in capture
       static_cast<void>(cudaStreamEndCapture(stream, &graph));

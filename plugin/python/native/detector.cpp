@@ -89,8 +89,8 @@ nb::ndarray<> device_array(std::uintptr_t address, const std::vector<std::size_t
                     : kind == "u" ? nb::dlpack::dtype_code::UInt
                                   : nb::dlpack::dtype_code::Int;
   const nb::dlpack::dtype type{static_cast<std::uint8_t>(code), static_cast<std::uint8_t>(bits), 1};
-  return {reinterpret_cast<void*>(address), shape.size(),           shape.data(), owner,
-          strides.data(),                   type, nb::device::cuda::value, device};
+  return {reinterpret_cast<void*>(address), shape.size(), shape.data(), owner, strides.data(), type,
+          nb::device::cuda::value,          device};
 }
 
 using Bytes = nb::ndarray<nb::numpy, std::uint8_t, nb::ndim<1>, nb::c_contig>;
