@@ -65,10 +65,10 @@ void Step::build(const StepInput& input, cudaStream_t stream) {
     builder_.set_mesh(*mesh_, scene_);
   }
   prepare(first, stream);
-  const auto enqueue = [&] { builder_.enqueue(input.start, input.is_double, stream); };
+  const auto enqueue = [&](cudaStream_t s) { builder_.enqueue(input.start, input.is_double, s); };
   // The first build of a mesh may be the last, so a graph would not pay.
   if (first || !options_.algorithm.tuning.graph) {
-    enqueue();
+    enqueue(stream);
   } else {
     launch_graph(kBuild, input, stream, enqueue);
   }
@@ -139,18 +139,18 @@ void Step::enqueue_after(const StepInput& input, PairRange range, bool marks, cu
 void Step::run(const StepInput& input, cudaStream_t stream) {
   if (scene_.reserve_records(input.is_double)) graphs_.clear();
   const bool marks = !options_.algorithm.tuning.graph;
-  const auto before = [&] { enqueue_before(input, marks, stream); };
-  const auto traversal = [&] { enqueue_traversal(input, marks, stream); };
-  const auto after = [&] { enqueue_after(input, kAllPairs, marks, stream); };
-  const auto all = [&] { before(), traversal(), after(); };
+  const auto before = [&](cudaStream_t s) { enqueue_before(input, marks, s); };
+  const auto traversal = [&](cudaStream_t s) { enqueue_traversal(input, marks, s); };
+  const auto after = [&](cudaStream_t s) { enqueue_after(input, kAllPairs, marks, s); };
+  const auto all = [&](cudaStream_t s) { before(s), traversal(s), after(s); };
   if (marks) {
-    all();
+    all(stream);
     return;
   }
   marks_[kStart].record(stream);
   if (traversal_.asks_device()) {  // launch() waits for the device: it cannot be captured
     launch_graph(kBefore, input, stream, before);
-    traversal();
+    traversal(stream);
     launch_graph(kAfter, input, stream, after);
   } else {
     launch_graph(kAll, input, stream, all);

@@ -178,13 +178,18 @@ void check_resident(const Frames& frames, DetectorOptions options, const std::st
     detector.detect_async(device.positions(s % frames.steps()),
                           device.positions(s % frames.steps() + 1), streams[s / 2 % 2]);
   const bool ahead = read(detector.synchronize(), status) == truth.back();
+  // The default stream, which cannot be captured.
+  detector.detect_async(device.positions(0), device.positions(1), nullptr);
+  const bool by_default = read(detector.synchronize(), status) == truth[0];
   // The host's positions in between.
   const bool mixed = found_by(detector, frames, 0) == truth[0];
-  report(complete && honest && ahead && mixed,
+  report(complete && honest && ahead && by_default && mixed,
          frames.name + " in device memory, " + what + ": " +
              std::to_string(truth.back().contacts.size()) + " contacts" +
              (complete ? "" : ", not complete") + (honest ? "" : ", wrong status") +
-             (ahead ? "" : ", wrong after steps ahead") + (mixed ? "" : ", wrong from the host"));
+             (ahead ? "" : ", wrong after steps ahead") +
+             (by_default ? "" : ", wrong on the default stream") +
+             (mixed ? "" : ", wrong from the host"));
 }
 
 void check_mask(const Frames& frames, std::int32_t count, DetectorOptions options,

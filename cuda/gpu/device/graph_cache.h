@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "gpu/device/check.h"
+#include "gpu/device/stream.h"
 
 namespace lazyccd::gpu {
 
@@ -27,23 +28,24 @@ class GraphCache {
     graphs_.clear();
   }
 
-  /// Launches the work that enqueue() puts on the stream. enqueue() is called only if the key is
-  /// new.
+  /// Launches the work that enqueue(s) puts on a stream s. enqueue() is called only if the key is
+  /// new, with a stream of the cache: the default stream cannot be captured.
   template <class Enqueue>
   void launch(const Key& key, cudaStream_t stream, Enqueue&& enqueue) {
     auto found = graphs_.find(key);
     if (found == graphs_.end())
-      found = graphs_.emplace(key, capture(stream, std::forward<Enqueue>(enqueue))).first;
+      found = graphs_.emplace(key, capture(std::forward<Enqueue>(enqueue))).first;
     LAZYCCD_CUDA_CHECK(cudaGraphLaunch(found->second, stream));
   }
 
  private:
   template <class Enqueue>
-  static cudaGraphExec_t capture(cudaStream_t stream, Enqueue&& enqueue) {
+  cudaGraphExec_t capture(Enqueue&& enqueue) {
+    const cudaStream_t stream = capture_stream_;
     cudaGraph_t graph = nullptr;
     try {
       LAZYCCD_CUDA_CHECK(cudaStreamBeginCapture(stream, cudaStreamCaptureModeThreadLocal));
-      enqueue();
+      enqueue(stream);
     } catch (...) {  // the stream must not stay in capture
       static_cast<void>(cudaStreamEndCapture(stream, &graph));
       if (graph != nullptr) static_cast<void>(cudaGraphDestroy(graph));
@@ -58,6 +60,7 @@ class GraphCache {
     return executable;
   }
 
+  Stream capture_stream_;
   std::map<Key, cudaGraphExec_t> graphs_;
 };
 

@@ -34,7 +34,7 @@ class DeviceArray:
 
     def __dlpack__(self, **arguments: Any) -> Any:
         size = int(self._type[2:])
-        array = _native.device_array(
+        return _native.device_array(
             self._address,
             list(self.shape),
             [stride // size for stride in self._strides],
@@ -43,7 +43,6 @@ class DeviceArray:
             self._device,
             self._owner,
         )
-        return array.__dlpack__()
 
     def __dlpack_device__(self) -> Tuple[int, int]:
         return (2, self._device)  # 2: kDLCUDA

@@ -80,7 +80,7 @@ nb::tuple addresses(const DeviceContacts& found) {
                         found.device);
 }
 
-// Device memory as an object that exports it through DLPack. kind: 'i', 'u' or 'f'; strides are
+// Device memory as a DLPack capsule. kind: 'i', 'u' or 'f'; strides are
 // counted in elements.
 nb::ndarray<> device_array(std::uintptr_t address, const std::vector<std::size_t>& shape,
                            const std::vector<std::int64_t>& strides, const std::string& kind,
@@ -286,7 +286,7 @@ void bind_detector(nb::module_& module) {
       .def_prop_ro("stats", &PyDetector::stats)
       .def_prop_ro("status", &PyDetector::status);
   module.def("device_array", &device_array, "address"_a, "shape"_a, "strides"_a, "kind"_a, "bits"_a,
-             "device"_a, "owner"_a, "Device memory as an object that exports it through DLPack.");
+             "device"_a, "owner"_a, "Device memory as a DLPack capsule.");
   module.def(
       "contact_hash",
       [](const Array<std::uint8_t, nb::shape<-1, 64>>& contacts) {
