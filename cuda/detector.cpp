@@ -17,7 +17,7 @@
 namespace lazyccd {
 namespace {
 
-std::unique_ptr<BackendDetector> make_gpu(const DetectorOptions& options, ThreadPool& threads) {
+std::unique_ptr<DeviceBackend> make_gpu(const DetectorOptions& options, ThreadPool& threads) {
 #if defined(LAZYCCD_HAS_CUDA)
   return make_gpu_detector(options, threads);
 #else
@@ -98,12 +98,28 @@ struct Detector::Impl {
     return cpu.detect(start, end, step);
   }
 
+  // Runs body(gpu) for a caller whose data lie on the device, so that no other backend can help.
+  template <class Body>
+  auto on_device(Body&& body) {
+    if (!gpu && tries_gpu()) start_gpu();
+    if (!gpu)
+      throw Error(
+          ErrorCode::unavailable,
+          reason.empty() ? "detection in device memory needs Backend::cuda or automatic" : reason);
+    try {
+      return body(*gpu);
+    } catch (const Error& error) {
+      if (error.code() == ErrorCode::device) gpu_failed(error);
+      throw;
+    }
+  }
+
   DetectorOptions options;
   Threads threads;
   Mesh mesh;
   CpuDetector cpu;
   WorldContacts worlds;
-  std::unique_ptr<BackendDetector> gpu;  // null: the CPU does the work
+  std::unique_ptr<DeviceBackend> gpu;  // null: the CPU does the work
   int failures = 0;
   std::string reason;  // message of the last failure
   Stats stats;
@@ -159,6 +175,31 @@ Span<const Contact> Detector::detect(const Positions& start, const Positions& en
   return impl_->last_contacts;
 }
 
+DeviceContacts Detector::detect_async(const DevicePositions& start, const DevicePositions& end,
+                                      CudaStream stream, const std::uint8_t* world_mask) {
+  const IeeeArithmetic ieee;
+  impl_->set_contacts({});
+  return impl_->on_device(
+      [&](DeviceBackend& gpu) { return gpu.detect_async(start, end, stream, world_mask); });
+}
+
+DeviceContacts Detector::synchronize() {
+  const IeeeArithmetic ieee;
+  impl_->set_contacts({});
+  Stats stats = impl_->scene();
+  const DeviceContacts contacts =
+      impl_->on_device([&](DeviceBackend& gpu) { return gpu.synchronize(stats); });
+  impl_->stats = std::move(stats);
+  return contacts;
+}
+
+Span<const Contact> Detector::download_contacts() {
+  synchronize();
+  const IeeeArithmetic ieee;
+  impl_->set_contacts(impl_->on_device([](DeviceBackend& gpu) { return gpu.download(); }));
+  return impl_->last_contacts;
+}
+
 std::vector<Contact> Detector::take_contacts(std::vector<Contact> reuse) {
   const Span<const Contact> contacts = impl_->last_contacts;
   impl_->set_contacts({});
@@ -187,11 +228,9 @@ Span<const std::size_t> Detector::world_offsets() {
   return impl_->worlds.offsets(impl_->threads.pool());
 }
 Span<const Contact> Detector::contacts_of_world(std::int32_t world) {
-  return impl_->worlds.of(world, impl_->threads.pool());
+  return impl_->worlds.of(world);
 }
-std::uint64_t Detector::hash_of_world(std::int32_t world) {
-  return impl_->worlds.hash(world, impl_->threads.pool());
-}
+std::uint64_t Detector::hash_of_world(std::int32_t world) { return impl_->worlds.hash(world); }
 
 Span<const Edge> Detector::edges() const { return impl_->mesh.edges(); }
 const Stats& Detector::stats() const { return impl_->stats; }

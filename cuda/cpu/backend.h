@@ -2,8 +2,11 @@
 // positions and the stats.
 #pragma once
 
+#include <cstdint>
+
 #include "cpu/scene/mesh.h"
 #include "lazyccd/contact.h"
+#include "lazyccd/device.h"
 #include "lazyccd/scene.h"
 #include "lazyccd/span.h"
 #include "lazyccd/stats.h"
@@ -19,6 +22,18 @@ class BackendDetector {
   /// Returns the sorted contacts, valid until the next call. Fills the stats. Throws Error.
   virtual Span<const Contact> detect(const Positions& start, const Positions& end,
                                      Stats& stats) = 0;
+};
+
+/// A backend that also detects from device memory to device memory.
+class DeviceBackend : public BackendDetector {
+ public:
+  /// As Detector::detect_async().
+  virtual DeviceContacts detect_async(const DevicePositions& start, const DevicePositions& end,
+                                      CudaStream stream, const std::uint8_t* world_mask) = 0;
+  /// As Detector::synchronize(). Fills the stats.
+  virtual DeviceContacts synchronize(Stats& stats) = 0;
+  /// Copies the contacts of synchronize() to the host. Valid until the next call.
+  virtual Span<const Contact> download() = 0;
 };
 
 }  // namespace lazyccd

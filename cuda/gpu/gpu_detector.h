@@ -3,7 +3,6 @@
 #pragma once
 
 #include <memory>
-#include <string>
 
 #include "cpu/backend.h"
 #include "lazyccd/detector.h"
@@ -12,9 +11,9 @@ namespace lazyccd {
 
 class ThreadPool;
 
-/// Makes the CUDA backend. Throws Error(unavailable) if there is no CUDA device. `threads` does the
-/// host's part of the work and must outlive the detector.
-std::unique_ptr<BackendDetector> make_gpu_detector(const DetectorOptions& options,
-                                                   ThreadPool& threads);
+/// Makes the CUDA backend on DetectorOptions::device. Throws Error(unavailable) if there is no such
+/// device. `threads` does the host's part of the work and must outlive the detector.
+std::unique_ptr<DeviceBackend> make_gpu_detector(const DetectorOptions& options,
+                                                 ThreadPool& threads);
 
 }  // namespace lazyccd

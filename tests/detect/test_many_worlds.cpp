@@ -379,3 +379,28 @@ TEST_CASE("thousands of worlds with more bodies and primitives than one word of 
   // No pair of different worlds costs anything: two leaves and their parent in each world.
   CHECK(detector.stats().tree_tests <= 5 * worlds);
 }
+
+TEST_CASE("worlds with numbers near 2^31 take no more memory than others") {
+  Scene small, large;
+  const std::int32_t last = 0x7ffffffe;
+  for (std::uint32_t i = 0; i < 12; ++i) {
+    small.add_body(static_cast<std::int32_t>(i % 4) - 1, i % 5 == 0, i);
+    large.add_body(i % 4 == 0 ? -1 : last - 1000 * (3 - static_cast<std::int32_t>(i % 4)),
+                   i % 5 == 0, i);
+  }
+  Detector a(on_cpu()), b(on_cpu());
+  a.set_topology(small.topology());
+  b.set_topology(large.topology());
+  const Span<const Contact> wanted = a.detect(small.at(small.start), small.at(small.end));
+  const Span<const Contact> found = b.detect(large.at(large.start), large.at(large.end));
+  CHECK(wanted.size() > 0);
+  CHECK(same_contacts(found, wanted));
+  CHECK(b.world_count() == last + 1);
+  CHECK(b.contacts_of_world(12345).empty());
+  CHECK(b.hash_of_world(12345) == 0);
+  for (std::int32_t w = -1; w < 3; ++w) {
+    const std::int32_t name = w < 0 ? -1 : last - 1000 * (2 - w);
+    CHECK(same_contacts(b.contacts_of_world(name), a.contacts_of_world(w)));
+    CHECK(b.hash_of_world(name) == a.hash_of_world(w));
+  }
+}

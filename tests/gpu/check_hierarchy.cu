@@ -16,8 +16,8 @@
 #include "cpu/threads/thread_pool.h"
 #include "gpu/bvh/hierarchy_builder.h"
 #include "gpu/device/stream.h"
-#include "gpu/scene/device_positions.h"
 #include "gpu/scene/device_scene.h"
+#include "gpu/scene/packed_positions.h"
 #include "lazyccd/detector.h"
 #include "lazyccd/error.h"
 #include "report.h"
@@ -103,7 +103,7 @@ double median_ms(int repeat, F&& f) {
 }
 
 // Milliseconds of the build on the device: launched as one graph, by events.
-double time_on_device(gpu::HierarchyBuilder& builder, const gpu::DevicePositions& positions,
+double time_on_device(gpu::HierarchyBuilder& builder, const gpu::PackedPositions& positions,
                       const gpu::Stream& stream) {
   cudaGraph_t graph = nullptr;
   cudaGraphExec_t executable = nullptr;
@@ -146,7 +146,7 @@ void check_build(const BuildScene& scene, bool in_float) {
   Mesh mesh;
   const double mesh_ms = median_ms(3, [&] { mesh = Mesh(scene.topology(), pool); });
   gpu::Stream stream;
-  gpu::DevicePositions positions;
+  gpu::PackedPositions positions;
   positions.upload(at(start), at(end), pool, stream);
   LAZYCCD_CUDA_CHECK(cudaStreamSynchronize(stream));
   const std::string name = scene.name + ", " + std::to_string(mesh.faces().size()) + " faces, " +

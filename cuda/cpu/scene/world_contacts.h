@@ -19,13 +19,14 @@ class WorldContacts {
   void set_mesh(const Mesh& mesh);
   void set_contacts(Span<const Contact> contacts);
 
-  /// Contacts of world w are [offsets[w + 1], offsets[w + 2]); w = -1: of bodies in every world.
+  /// Takes memory for every world up to the largest. Contacts of world w are [offsets[w + 1],
+  /// offsets[w + 2]); w = -1: of bodies in every world.
   const std::vector<std::size_t>& offsets(ThreadPool& pool);
   /// The contacts of a world. Throws Error(index_out_of_range).
-  Span<const Contact> of(std::int32_t world, ThreadPool& pool);
+  Span<const Contact> of(std::int32_t world) const;
   /// The hash of these contacts with the vertices numbered as if the bodies of all other worlds
   /// were left out. So it does not depend on other worlds.
-  std::uint64_t hash(std::int32_t world, ThreadPool& pool);
+  std::uint64_t hash(std::int32_t world);
 
  private:
   void number_vertices();
@@ -34,9 +35,11 @@ class WorldContacts {
 
   const Mesh* mesh_ = nullptr;
   Span<const Contact> contacts_;
-  std::vector<std::size_t> offsets_;       // empty: not found yet
-  std::vector<std::size_t> first_vertex_;  // by world + 1: its part of vertices_; empty: as above
-  std::vector<std::int32_t> vertices_;     // ascending within each world
+  std::vector<std::size_t> offsets_;  // empty: not found yet
+  std::vector<std::int32_t> worlds_;  // those that have bodies, ascending
+  std::vector<std::size_t>
+      first_vertex_;                    // by place in worlds_: part of vertices_; empty: as above
+  std::vector<std::int32_t> vertices_;  // ascending within each world
 };
 
 }  // namespace lazyccd

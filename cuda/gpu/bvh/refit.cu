@@ -24,10 +24,23 @@ __global__ void clear_counters(StepCounters* counters) {
   *counters = {};
 }
 
+__global__ void clear_counters_of_pairs(StepCounters* counters) {
+  let_next_kernel_in();
+  StepCounters kept{};
+  kept.bad_positions = counters->bad_positions;
+  kept.leaf_area = counters->leaf_area;
+  *counters = kept;
+}
+
 }  // namespace
 
 void enqueue_start(StepCounters* counters, cudaStream_t stream) {
   clear_counters<<<1, 1, 0, stream>>>(counters);
+  LAZYCCD_CUDA_CHECK(cudaGetLastError());
+}
+
+void enqueue_restart(StepCounters* counters, cudaStream_t stream) {
+  clear_counters_of_pairs<<<1, 1, 0, stream>>>(counters);
   LAZYCCD_CUDA_CHECK(cudaGetLastError());
 }
 

@@ -137,12 +137,15 @@ __device__ inline SweptBox refit_group(const SceneView& scene,
       unite(sides[axis], own[axis]);
     }
   }
+  // Nothing overlaps an empty box.
+  const bool active = scene.active == nullptr || scene.active[group.body] != 0;
   AxisExtent mine = empty_extent();
   SweptBox box;
   for (int k = 0; k < kAxes; ++k) {
     AxisExtent e = united_over_warp(k < kSides ? sides[k] : diagonals[k - kSides]);
     if (scene.separation > 0 && k >= kSides)
       grow(e, __dmul_ru(separation_margin(scene.separation), 1.4142135623731));
+    if (!active) e = empty_extent();
     if (lane == k) mine = e;
     if (k >= kSides) continue;
     box.lo[k] = fminf(e.lo0, e.lo1);
@@ -192,7 +195,8 @@ __global__ void __launch_bounds__(kRefitBlock, 1024 / kRefitBlock)
   float area = 0;
   if (blockIdx.x * kRun + lane < scene.group_count && lane < kRun) {
     box = leaves[lane];
-    const float x = box.hi[0] - box.lo[0], y = box.hi[1] - box.lo[1], z = box.hi[2] - box.lo[2];
+    const auto side = [&](int k) { return fmaxf(box.hi[k] - box.lo[k], 0.0f); };
+    const float x = side(0), y = side(1), z = side(2);
     area = x * y + y * z + z * x;
   }
   for (int offset = kWarp / 2; offset > 0; offset /= 2)

@@ -64,7 +64,7 @@ __device__ inline void filter_orphans_of(const SceneView& scene, const LeafCulli
     append_lanes(lists.filtered[k], survives, pair, lane);
   }
   if (lane != 0 || near == 0) return;
-  atomicAdd(&lists.counters->candidates[k], near);
+  add_to(lists.counters->candidates[k], near);
   atomicAdd(&counters.orphans, near);
 }
 

@@ -76,6 +76,12 @@ void SceneCulling::clear_counters(cudaStream_t stream) {
     LAZYCCD_CUDA_CHECK(cudaMemsetAsync(counters_.data(), 0, sizeof(CullingCounters), stream));
 }
 
+void SceneCulling::clear_orphan_count(cudaStream_t stream) {
+  if (is_enabled())
+    LAZYCCD_CUDA_CHECK(
+        cudaMemsetAsync(&counters_.data()->orphans, 0, sizeof(CullingCounters::orphans), stream));
+}
+
 constexpr std::uint32_t kBlock = 128;  // threads of a block, if a warp has a leaf or a node
 
 template <class Record>

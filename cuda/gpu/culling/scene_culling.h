@@ -44,6 +44,8 @@ class SceneCulling {
   /// The stages of each step: clear_counters() comes first, enqueue_refit() after the boxes of
   /// groups, and enqueue_orphans() after the leaf kernel.
   void clear_counters(cudaStream_t stream);
+  /// Before the stages behind the traversal run again.
+  void clear_orphan_count(cudaStream_t stream);
   void enqueue_refit(const SceneView& scene, cudaStream_t stream);
   void enqueue_orphans(const SceneView& scene, bool vertex_face, bool edge_edge,
                        const StepLists& lists, cudaStream_t stream);

@@ -33,17 +33,25 @@ class DeviceBuffer {
   const T* data() const { return data_; }
   std::size_t size() const { return size_; }  // its capacity, in elements
   std::size_t bytes() const { return size_ * sizeof(T); }
+  void free() { release(); }
 
   /// Ensures room for at least `count` elements. The contents are lost if the buffer grows, also if
-  /// that fails. Freeing waits for the device, so running kernels never lose their memory.
+  /// that fails. Freeing waits for the device, so running kernels never lose their memory. Throws
+  /// OutOfDeviceMemory.
   void reserve(std::size_t count) {
     if (count <= size_) return;
     release();  // first, so that old and new need not fit in memory together
-    LAZYCCD_CUDA_CHECK(cudaMalloc(reinterpret_cast<void**>(&data_), count * sizeof(T)));
+    LAZYCCD_CUDA_CHECK(allocate(count * sizeof(T)));
     size_ = count;
   }
 
  private:
+  cudaError_t allocate(std::size_t bytes) {
+    const std::size_t most = gpu::faults.most_bytes;
+    if (most != 0 && bytes > most) return cudaErrorMemoryAllocation;
+    return cudaMalloc(reinterpret_cast<void**>(&data_), bytes);
+  }
+
   void release() {
     if (data_ != nullptr) static_cast<void>(cudaFree(data_));  // an error cannot be handled
     data_ = nullptr;

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "gpu/device/check.h"
+#include "gpu/device/stream.h"
 
 namespace lazyccd::gpu {
 
@@ -22,26 +23,35 @@ class GraphCache {
 
   /// Destroys all graphs; must be called once an address or a capacity has changed.
   void clear() {
+    if (!graphs_.empty()) static_cast<void>(cudaDeviceSynchronize());  // one may be running
     for (const auto& entry : graphs_) static_cast<void>(cudaGraphExecDestroy(entry.second));
     graphs_.clear();
   }
 
-  /// Launches the work that enqueue() puts on the stream. enqueue() is called only if the key is
-  /// new.
+  /// Launches the work that enqueue(s) puts on a stream s. enqueue() is called only if the key is
+  /// new, with a stream of the cache: the default stream cannot be captured.
   template <class Enqueue>
   void launch(const Key& key, cudaStream_t stream, Enqueue&& enqueue) {
     auto found = graphs_.find(key);
     if (found == graphs_.end())
-      found = graphs_.emplace(key, capture(stream, std::forward<Enqueue>(enqueue))).first;
+      found = graphs_.emplace(key, capture(std::forward<Enqueue>(enqueue))).first;
     LAZYCCD_CUDA_CHECK(cudaGraphLaunch(found->second, stream));
   }
 
  private:
   template <class Enqueue>
-  static cudaGraphExec_t capture(cudaStream_t stream, Enqueue&& enqueue) {
+  cudaGraphExec_t capture(Enqueue&& enqueue) {
+    const cudaStream_t stream = capture_stream_;
     cudaGraph_t graph = nullptr;
-    LAZYCCD_CUDA_CHECK(cudaStreamBeginCapture(stream, cudaStreamCaptureModeThreadLocal));
-    enqueue();
+    try {
+      LAZYCCD_CUDA_CHECK(cudaStreamBeginCapture(stream, cudaStreamCaptureModeThreadLocal));
+      enqueue(stream);
+    } catch (...) {  // the stream must not stay in capture
+      static_cast<void>(cudaStreamEndCapture(stream, &graph));
+      if (graph != nullptr) static_cast<void>(cudaGraphDestroy(graph));
+      static_cast<void>(cudaGetLastError());
+      throw;
+    }
     LAZYCCD_CUDA_CHECK(cudaStreamEndCapture(stream, &graph));
     cudaGraphExec_t executable = nullptr;
     const cudaError_t result = cudaGraphInstantiate(&executable, graph, 0);
@@ -50,6 +60,7 @@ class GraphCache {
     return executable;
   }
 
+  Stream capture_stream_;
   std::map<Key, cudaGraphExec_t> graphs_;
 };
 

@@ -27,6 +27,18 @@ class Event {
   Event& operator=(const Event&) = delete;
 
   void record(cudaStream_t stream) { LAZYCCD_CUDA_CHECK(cudaEventRecord(event_, stream)); }
+  /// Lets later work on `stream` wait for what was recorded.
+  void hold(cudaStream_t stream) { LAZYCCD_CUDA_CHECK(cudaStreamWaitEvent(stream, event_, 0)); }
+  void wait() { LAZYCCD_CUDA_CHECK(cudaEventSynchronize(event_)); }
+  bool has_passed() {
+    const cudaError_t result = cudaEventQuery(event_);
+    if (result == cudaErrorNotReady) {
+      static_cast<void>(cudaGetLastError());
+      return false;
+    }
+    LAZYCCD_CUDA_CHECK(result);
+    return true;
+  }
   /// Returns the milliseconds from `start` to this event. Both events must have passed.
   double since(const Event& start) const {
     float ms = 0;

@@ -91,6 +91,11 @@ static void sort_by_two_words(const SceneView& scene, const StepLists& lists,
                 buffers.sorted);
 }
 
+void restore_keys(const SceneView& scene, const StepLists& lists, cudaStream_t stream) {
+  if (lists.upper_keys == nullptr || fits_one_kernel(lists.contacts.capacity)) return;
+  launch_behind(write_lower_keys, 4 * multiprocessors(), kBlock, 0, stream, scene, lists);
+}
+
 // The counting sort and the radix sort ignore primitive b; place_contacts() orders by it.
 void enqueue_sort(const SceneView& scene, const StepLists& lists, const SortBuffers& buffers,
                   cudaStream_t stream) {

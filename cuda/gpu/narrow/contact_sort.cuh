@@ -6,6 +6,15 @@
 
 namespace lazyccd::gpu {
 
+/// Writes the lower words of the keys again, after sort_by_two_words() has overwritten them.
+__global__ void write_lower_keys(SceneView scene, StepLists lists) {
+  begin_kernel();
+  const std::uint32_t count = min(*lists.contacts.count, lists.contacts.capacity);
+  for (std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x; i < lists.contacts.capacity;
+       i += gridDim.x * blockDim.x)
+    lists.keys[i] = i < count ? scene.key(lists.contacts.items[i]) : ~std::uint64_t{0};
+}
+
 /// Copies one quarter of a contact, 16 bytes.
 __device__ inline void copy_contact(const Contact* from, Contact* to, int quarter) {
   static_assert(sizeof(Contact) == 4 * sizeof(int4));
@@ -17,11 +26,34 @@ __device__ inline std::uint32_t stored_contacts(const StepLists& lists) {
   return min(*lists.contacts.count, lists.contacts.capacity);
 }
 
+/// Tells the caller on the device what the step found, by the first thread of the last kernel.
+__device__ inline void report_status(const StepLists& lists) {
+  const StatusReport& report = lists.report;
+  if (report.status == nullptr || blockIdx.x != 0 || threadIdx.x != 0) return;
+  const StepCounters& c = *lists.counters;
+  bool overflow = report.traversal->leaf_pairs > report.leaf_pairs || report.traversal->lost != 0 ||
+                  report.traversal->front_nodes > report.front_nodes ||
+                  c.hard > lists.hard.capacity ||
+                  c.undecided_in_double > lists.undecided_in_double.capacity ||
+                  c.too_wide > lists.too_wide.capacity || c.contacts > lists.contacts.capacity;
+  for (int kind = 0; kind < 2; ++kind)
+    overflow = overflow || c.candidates[kind] >> 32 != 0 ||
+               c.filtered[kind] > lists.filtered[kind].capacity ||
+               c.hits[kind] > lists.hits[kind].capacity ||
+               c.undecided_in_single[kind] > lists.undecided_in_single[kind].capacity;
+  report.status->hash = c.hash;
+  report.status->count = stored_contacts(lists);
+  report.status->incomplete = (c.bad_positions & 1 ? kNotFinite : 0) |
+                              (c.bad_positions & 2 ? kTooLarge : 0) | (overflow ? kOverflow : 0) |
+                              (c.too_wide != 0 ? kTooWide : 0);
+}
+
 /// Writes each contact to its final place. `keys` and `order` are sorted by the key's bits from
 /// first_bit on. Few contacts agree in these bits; they find their rank by counting.
 __global__ void place_contacts(StepLists lists, const std::uint64_t* keys,
                                const std::uint32_t* order, int first_bit, Contact* sorted) {
   begin_kernel();
+  report_status(lists);
   const std::uint32_t count = stored_contacts(lists);
   for (std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x; i < count;
        i += gridDim.x * blockDim.x) {
@@ -47,8 +79,9 @@ __global__ void gather_upper_keys(const std::uint64_t* upper, const std::uint32_
 /// Writes each contact to its final place, which `order` gives.
 __global__ void place_in_order(StepLists lists, const std::uint32_t* order, Contact* sorted) {
   begin_kernel();
-  const std::uint32_t count = 4 * stored_contacts(lists);
-  for (std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x; i < count;
+  report_status(lists);
+  const std::uint64_t count = std::uint64_t{4} * stored_contacts(lists);
+  for (std::uint64_t i = blockIdx.x * blockDim.x + threadIdx.x; i < count;
        i += gridDim.x * blockDim.x)
     copy_contact(lists.contacts.items + order[i / 4], sorted + i / 4, static_cast<int>(i % 4));
 }
@@ -70,6 +103,7 @@ __global__ void scatter_to_bins(StepLists lists, const std::uint32_t* bin_starts
 /// Sorts few contacts: one warp per contact finds its rank by counting smaller keys.
 __global__ void place_by_rank(StepLists lists, Contact* sorted) {
   begin_kernel();
+  report_status(lists);
   const std::uint32_t count = stored_contacts(lists);
   const int lane = threadIdx.x % kWarp;
   const std::uint32_t warps = gridDim.x * blockDim.x / kWarp;

@@ -259,7 +259,9 @@ __global__ void __launch_bounds__(kLeafWarps* kWarp, kLeafBlocks)
       static_cast<float>(scale),
       has_separation ? __double2float_ru(scene.separation * scale) : 0,
       lane};
-  const std::uint32_t total = min(*pairs.count, pairs.capacity);
+  const std::uint32_t end = min(*pairs.count, pairs.last);
+  const std::uint32_t total = end > pairs.first ? end - pairs.first : 0;
+  const NodePair* const items = pairs.pairs + pairs.first;
   // A warp takes few pairs at a time, because expensive pairs lie side by side. Its first batch is
   // fixed; it claims each further batch before it needs it.
   const std::uint32_t warps = gridDim.x * kLeafWarps;
@@ -269,14 +271,13 @@ __global__ void __launch_bounds__(kLeafWarps* kWarp, kLeafBlocks)
     std::uint32_t claimed = 0;
     if (lane == 0) claimed = atomicAdd(&lists.counters->next_leaf_pair, batch);
     const std::uint32_t last = min(first + batch, total);
-    for (std::uint32_t k = first; k < last; ++k) warp.visit(pairs.pairs[k], vertex_face, edge_edge);
+    for (std::uint32_t k = first; k < last; ++k) warp.visit(items[k], vertex_face, edge_edge);
     first = warps * batch + __shfl_sync(kAllLanes, claimed, 0);
   }
   warp.finish();
   if (lane == 0) {
     for (int kind = 0; kind < 2; ++kind)
-      if (warp.candidates[kind])
-        atomicAdd(&lists.counters->candidates[kind], warp.candidates[kind]);
+      if (warp.candidates[kind]) add_to(lists.counters->candidates[kind], warp.candidates[kind]);
   }
 }
 

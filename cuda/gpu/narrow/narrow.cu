@@ -27,7 +27,6 @@ void enqueue_narrow(const SceneView& scene, const StepLists& lists, cudaStream_t
   } else {
     enqueue_as<FloatRecord>(scene, lists, stream);
   }
-  if (!(scene.separation > 0)) enqueue_exact(scene, lists, stream);
 }
 
 }  // namespace lazyccd::gpu

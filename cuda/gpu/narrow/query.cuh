@@ -66,6 +66,12 @@ __device__ inline Differences<float> gather(const SceneView& scene, Candidate c,
   }
 }
 
+/// Adds to a counter of 64 bits.
+__device__ inline void add_to(std::uint64_t& counter, std::uint64_t value) {
+  atomicAdd(reinterpret_cast<unsigned long long*>(&counter),
+            static_cast<unsigned long long>(value));
+}
+
 /// Appends the items of the lanes that want it, with one atomic operation per warp. All lanes must
 /// call it. Items beyond the capacity are counted and dropped.
 template <class T>

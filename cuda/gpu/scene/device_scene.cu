@@ -27,7 +27,6 @@ void DeviceScene::upload_mesh() {
   std::sort(disabled.begin(), disabled.end());
   upload(disabled_, disabled.data(), disabled.size());
   upload(world_of_body_, mesh_->world_of_body().data(), mesh_->world_of_body().size());
-  records_.reserve(std::max<std::size_t>(mesh_->vertex_count(), 1));
   mesh_uploaded_ = true;
 }
 
@@ -48,6 +47,15 @@ void DeviceScene::prepare() {
   blocks_.reserve(blocks);
   // The padding is read, though its values do not matter.
   LAZYCCD_CUDA_CHECK(cudaMemset(blocks_.data(), 0, blocks_.bytes()));
+}
+
+bool DeviceScene::reserve_records(bool is_double) {
+  const std::size_t vertices = std::max<std::size_t>(mesh_->vertex_count(), 1);
+  const std::size_t bytes = vertices * (is_double ? sizeof(DoubleRecord) : sizeof(FloatRecord));
+  const std::size_t pieces = bytes / sizeof(RecordPiece);
+  if (pieces <= records_.size()) return false;
+  records_.reserve(pieces);
+  return true;
 }
 
 HierarchyArrays DeviceScene::arrays() {

@@ -41,6 +41,9 @@ class DeviceScene {
   void build_on_host(const Positions& start, const Positions& end, ThreadPool& pool);
   const Groups& groups() const { return groups_; }  ///< of the last build on the host
   const Tree& tree() const { return tree_; }        ///< the same
+  /// Makes room for the records of a step. Returns whether their address has changed. Must come
+  /// before view().
+  bool reserve_records(bool is_double);
   SceneView view(bool is_double);
   ContactKey key() const;  ///< for the host
   std::uint32_t group_count() const {
@@ -70,7 +73,10 @@ class DeviceScene {
   DeviceBuffer<std::int32_t> leaf_order_;
   DeviceBuffer<int2> node_ranges_;
   // Recomputed in each step.
-  DeviceBuffer<DoubleRecord> records_;
+  struct alignas(16) RecordPiece {
+    char bytes[16];
+  };
+  DeviceBuffer<RecordPiece> records_;  // of either precision
   DeviceBuffer<PrimitiveBlock> blocks_;
   DeviceBuffer<GroupBounds> bounds_;
   DeviceBuffer<SweptBox> runs_;

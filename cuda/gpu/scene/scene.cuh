@@ -8,6 +8,8 @@
 #include "core/narrow/contact_key.h"
 #include "core/narrow/contact_math.h"
 #include "gpu/scene/group_view.cuh"
+#include "gpu/scene/traversal_counters.h"
+#include "lazyccd/device.h"
 #include "lazyccd/scene.h"
 
 namespace lazyccd::gpu {
@@ -39,8 +41,9 @@ struct SceneView {
   const std::int32_t* leaf_order;  // groups in the order of the tree's leaves
   const int2* node_ranges;         // per node: its part [x, y) of leaf_order
   ContactKey key;
-  double separation;  // DetectorOptions::separation
-  bool is_double;     // whether the records are DoubleRecord
+  double separation;            // DetectorOptions::separation
+  bool is_double;               // whether the records are DoubleRecord
+  const unsigned char* active;  // per body: whether the step detects it; null: all bodies
 
   // Recomputed in each step.
   void* records;  // per vertex, DoubleRecord or FloatRecord
@@ -78,7 +81,6 @@ struct DecideCounters {
 struct StepCounters {
   std::uint32_t bad_positions;   // bits: 1 a position is not finite, 2 one is too large for float
   std::uint32_t next_leaf_pair;  // claimed by the warps of the leaf kernel
-  std::uint32_t candidates[2];   // by ContactKind
   std::uint32_t filtered[2];     // passed the non-coplanar filter
   std::uint32_t hits[2];         // decided in single precision
   std::uint32_t undecided_in_single[2];
@@ -89,8 +91,16 @@ struct StepCounters {
   std::uint32_t contacts;
   std::uint32_t contacts_vf;  // the vertex-face contacts among them
   DecideCounters decide;
-  float leaf_area;  // sum of half the surface areas of the groups' swept boxes
+  float leaf_area;              // sum of half the surface areas of the groups' swept boxes
+  std::uint64_t candidates[2];  // by ContactKind
   std::uint64_t hash;
+};
+
+/// Where the last kernel of a step reports to a caller on the device, and what it needs for that.
+struct StatusReport {
+  DeviceStatus* status;  // null: no report
+  const TraversalCounters* traversal;
+  std::uint32_t leaf_pairs, front_nodes;  // capacities of the traversal's outputs
 };
 
 /// The lists of a step. Arrays of two are indexed by ContactKind.
@@ -108,6 +118,7 @@ struct StepLists {
   // many bins for it, or few contacts; then another sort is used.
   std::uint32_t *bins, *ranks;
   StepCounters* counters;
+  StatusReport report;
 };
 
 }  // namespace lazyccd::gpu

@@ -18,17 +18,20 @@ namespace lazyccd::gpu {
 /// refit of groups begins before the kernels ahead of it have ended, and relies on this wait: the
 /// previous step is over.
 void enqueue_start(StepCounters* counters, cudaStream_t stream);
+/// Clears all counters but those of the refit, so that the stages behind the traversal can run
+/// again.
+void enqueue_restart(StepCounters* counters, cudaStream_t stream);
 
 /// Computes the boxes of primitives, groups and nodes from the positions. Must be enqueued behind a
 /// kernel.
 void enqueue_refit(const SceneView& scene, const void* start, const void* end,
                    StepCounters* counters, cudaStream_t stream);
 
-/// Pairs of groups from a traversal. If the count exceeds the capacity, the step is run again.
+/// Pairs [first, last) of groups from a traversal, as far as there are so many.
 struct LeafPairs {
   const NodePair* pairs;
   const std::uint32_t* count;
-  std::uint32_t capacity;
+  std::uint32_t first, last;
 };
 /// Turns pairs of groups into the candidates that pass the filter.
 void enqueue_leaf(const SceneView& scene, const LeafPairs& pairs, bool vertex_face, bool edge_edge,
@@ -38,8 +41,9 @@ void enqueue_leaf(const SceneView& scene, const LeafPairs& pairs, bool vertex_fa
 /// Decides the candidates. Writes the contacts in no particular order, and lists the few queries
 /// that only the host can decide.
 void enqueue_narrow(const SceneView& scene, const StepLists& lists, cudaStream_t stream);
-/// The last part of it: decides exactly what double precision left open.
-void enqueue_exact(const SceneView& scene, const StepLists& lists, cudaStream_t stream);
+/// Decides exactly what double precision left open; only without a separation. Comes behind
+/// enqueue_narrow(). many: whether many queries are likely, for which more blocks are launched.
+void enqueue_exact(const SceneView& scene, const StepLists& lists, bool many, cudaStream_t stream);
 
 /// Buffers of the sort. The arrays of keys, orders and contacts hold as many items as
 /// StepLists::contacts; bin_starts holds one item per bin.
@@ -58,6 +62,8 @@ void prepare_sort(const SceneView& scene, const StepLists& lists, cudaStream_t s
 /// Sorts the contacts of the lists by ContactKey into buffers.sorted.
 void enqueue_sort(const SceneView& scene, const StepLists& lists, const SortBuffers& buffers,
                   cudaStream_t stream);
+/// Lets enqueue_sort() run again, on more contacts.
+void restore_keys(const SceneView& scene, const StepLists& lists, cudaStream_t stream);
 /// Returns the number of bins for up to `contacts` contacts; 0: the sort uses no bins.
 std::uint32_t sort_bins(const ContactKey& key, std::uint32_t contacts);
 /// Returns the size of SortBuffers::space in bytes, at least 1.

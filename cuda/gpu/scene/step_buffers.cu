@@ -7,37 +7,48 @@
 
 namespace lazyccd::gpu {
 
+template <class Body>
+void StepBuffers::for_each_list(Body&& body) {
+  for (int kind = 0; kind < 2; ++kind) {
+    body(filtered_[kind]);
+    body(hits_[kind]);
+    body(undecided_in_single_[kind]);
+  }
+  body(hard_);
+  body(undecided_in_double_);
+  body(too_wide_);
+  body(contacts_);
+}
+
 StepBuffers::StepBuffers(std::uint32_t capacity_hint) {
   counters_.reserve(1);
   host_counters_.reserve(1);
-  if (capacity_hint == 0) return;
-  for (int kind = 0; kind < 2; ++kind) {
-    filtered_[kind].set_capacity(capacity_hint);
-    hits_[kind].set_capacity(capacity_hint);
-    undecided_in_single_[kind].set_capacity(capacity_hint);
-  }
-  hard_.set_capacity(capacity_hint);
-  undecided_in_double_.set_capacity(capacity_hint);
-  too_wide_.set_capacity(capacity_hint);
-  contacts_.set_capacity(capacity_hint);
+  if (capacity_hint != 0) for_each_list([&](auto& list) { list.set_capacity(capacity_hint); });
+}
+
+bool StepBuffers::shrink() {
+  constexpr std::uint32_t least = 64;
+  bool shrunk = false;
+  for_each_list([&](auto& list) { shrunk = list.shrink(least) || shrunk; });
+  // The buffers of the sort are allocated again, for the new number of contacts.
+  sorted_.free();
+  for (auto* keys : {&keys_, &upper_keys_, &sorted_keys_}) keys->free();
+  for (auto* order : {&order_, &sorted_order_, &final_order_, &bins_, &bin_starts_, &ranks_})
+    order->free();
+  sort_space_.free();
+  return shrunk;
 }
 
 void StepBuffers::reserve(const ContactKey& key, cudaStream_t stream) {
-  for (int kind = 0; kind < 2; ++kind) {
-    filtered_[kind].reserve();
-    hits_[kind].reserve();
-    undecided_in_single_[kind].reserve();
-  }
-  hard_.reserve();
-  undecided_in_double_.reserve();
-  too_wide_.reserve();
-  contacts_.reserve();
+  for_each_list([](auto& list) { list.reserve(); });
   const std::uint32_t contacts = contacts_.capacity();
   host_too_wide_.reserve(too_wide_.capacity());
   host_contacts_.reserve(std::size_t{contacts} + too_wide_.capacity());
   const std::uint32_t bins = sort_bins(key, contacts);
   const bool two_words = !key.is_one_word();
-  if (contacts <= sorted_.size() && bins == bin_count_ && two_words == two_words_) return;
+  if (contacts <= sorted_.size() && contacts <= sorted_order_.size() && bins == bin_count_ &&
+      two_words == two_words_)
+    return;
   bin_count_ = bins;
   two_words_ = two_words;
   bins_.reserve(bins);
@@ -85,27 +96,32 @@ SortBuffers StepBuffers::sort_buffers() {
           bin_starts_.data(),  sort_space_.data(), sort_space_.bytes(),  sorted_.data()};
 }
 
-void StepBuffers::download(cudaStream_t stream) {
+void StepBuffers::download_counters(cudaStream_t stream) {
   LAZYCCD_CUDA_CHECK(cudaMemcpyAsync(host_counters_.data(), counters_.data(), sizeof(StepCounters),
                                      cudaMemcpyDeviceToHost, stream));
+  downloaded_ = 0;
+}
+
+void StepBuffers::download(cudaStream_t stream) {
+  download_counters(stream);
   downloaded_ = std::min(expected_contacts_, contacts_.capacity());
   LAZYCCD_CUDA_CHECK(cudaMemcpyAsync(host_contacts_.data(), sorted_.data(),
                                      downloaded_ * sizeof(Contact), cudaMemcpyDeviceToHost,
                                      stream));
 }
 
-int StepBuffers::grow() {
+int StepBuffers::grow(bool grows) {
   const StepCounters& c = counters();
   int too_short = 0;
   for (int kind = 0; kind < 2; ++kind) {
-    too_short += filtered_[kind].outgrown(c.filtered[kind]);
-    too_short += hits_[kind].outgrown(c.hits[kind]);
-    too_short += undecided_in_single_[kind].outgrown(c.undecided_in_single[kind]);
+    too_short += filtered_[kind].outgrown(c.filtered[kind], grows);
+    too_short += hits_[kind].outgrown(c.hits[kind], grows);
+    too_short += undecided_in_single_[kind].outgrown(c.undecided_in_single[kind], grows);
   }
-  too_short += hard_.outgrown(c.hard);
-  too_short += undecided_in_double_.outgrown(c.undecided_in_double);
-  too_short += too_wide_.outgrown(c.too_wide);
-  too_short += contacts_.outgrown(c.contacts);
+  too_short += hard_.outgrown(c.hard, grows);
+  too_short += undecided_in_double_.outgrown(c.undecided_in_double, grows);
+  too_short += too_wide_.outgrown(c.too_wide, grows);
+  too_short += contacts_.outgrown(c.contacts, grows);
   return too_short;
 }
 

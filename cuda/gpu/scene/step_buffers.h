@@ -3,6 +3,7 @@
 
 #include <cuda_runtime_api.h>
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 
@@ -11,6 +12,9 @@
 #include "gpu/scene/stages.h"
 
 namespace lazyccd::gpu {
+
+/// Most items of a list: its sort counts them in 31 bits.
+constexpr std::uint32_t kMostItems = 0x7fffffffu;
 
 /// A list in device memory. If a step overflows it, its capacity grows to what that step would have
 /// needed and a quarter more.
@@ -21,14 +25,24 @@ class StepList {
 
   std::uint32_t capacity() const { return capacity_; }
   void set_capacity(std::uint32_t capacity) { capacity_ = capacity; }
-  /// Returns whether `count` items did not fit. If so, they fit after the next reserve().
-  bool outgrown(std::uint32_t count) {
+  /// Returns whether `count` items did not fit. If so, and if `grows`, they fit after the next
+  /// reserve(), unless they are more than kMostItems.
+  bool outgrown(std::uint32_t count, bool grows) {
     if (count <= capacity_) return false;
-    capacity_ = count + count / 4;
+    if (!grows) return true;
+    const std::uint64_t wanted = std::uint64_t{count} + count / 4;
+    capacity_ = static_cast<std::uint32_t>(std::min(wanted, std::uint64_t{kMostItems}));
     return true;
   }
 
   void reserve() { items_.reserve(capacity_); }
+  /// Frees the memory and halves the capacity, down to `least`.
+  bool shrink(std::uint32_t least) {
+    items_.free();
+    if (capacity_ <= least) return false;
+    capacity_ = std::max(capacity_ / 2, least);
+    return true;
+  }
   T* data() { return items_.data(); }
   Output<T> output(std::uint32_t* count) { return {items_.data(), capacity_, count}; }
   std::size_t bytes() const { return items_.bytes(); }
@@ -51,19 +65,28 @@ class StepBuffers {
 
   /// Enqueues the download of the counters and of as many contacts as the last step makes likely.
   void download(cudaStream_t stream);
+  void download_counters(cudaStream_t stream);
   const StepCounters& counters() const { return *host_counters_.data(); }
-  /// Returns how many lists were too short, judged by the counters. They are longer in the next
-  /// run.
-  int grow();
+  /// Returns how many lists were too short, judged by the counters. If `grows`, they are longer
+  /// after the next reserve().
+  int grow(bool grows);
+  /// Frees the lists and halves their capacities, for the next reserve(). Returns false if they are
+  /// short already.
+  bool shrink();
   /// Downloads the rest of the contacts and returns all of them, in order. The array has room for
   /// one more contact per query of download_too_wide().
   Contact* finish_contacts();
+  const Contact* sorted() const { return sorted_.data(); }  ///< on the device
+  std::uint32_t contact_capacity() const { return contacts_.capacity(); }
   /// Downloads the queries that need integers of any size: counters().too_wide of them.
   const HardQuery* download_too_wide();
 
   std::size_t bytes() const;
 
  private:
+  template <class Body>
+  void for_each_list(Body&& body);
+
   DeviceBuffer<StepCounters> counters_;
   StepList<Candidate> filtered_[2]{StepList<Candidate>(1 << 16), StepList<Candidate>(1 << 18)};
   StepList<Survivor> hits_[2]{StepList<Survivor>(1 << 14), StepList<Survivor>(1 << 16)};

@@ -140,7 +140,7 @@ class PersistentTraversal : public TraversalStrategy {
   bool culls() const { return culls_; }
   std::uint32_t blocks() const { return std::max(from_root_.blocks, from_front_.blocks); }
   const Grid& grid_for(const TraversalJob& job) const {
-    return job.initial_count != nullptr ? from_front_ : from_root_;
+    return job.initial_counters != nullptr ? from_front_ : from_root_;
   }
   void enqueue_blocks(const Grid& grid, const View& view, const TraversalJob& job,
                       const NodeCulling& culling, cudaStream_t stream) const {

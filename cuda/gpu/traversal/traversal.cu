@@ -64,10 +64,14 @@ void Traversal::reset(std::uint32_t node_count, bool culls, cudaStream_t stream)
   has_front_ = false;
   // Cloth of 5 765 groups has 15 leaf pairs and 24 ended pairs per node.
   const std::size_t hint = tuning_.capacity_hint;
-  leaf_pairs_.reserve(hint != 0 ? hint : 24 * std::size_t{node_count} + 1024);
+  // Large trees start with less: there, what is not needed would be much.
+  const bool large = node_count > 1u << 18;
+  const auto room = [&](std::size_t per_node) {
+    return hint != 0 ? hint : per_node * node_count + 1024;
+  };
+  leaf_pairs_.reserve(room(large ? 8 : 24));
   if (keep_front_)
-    for (auto& front : fronts_)
-      front.reserve(hint != 0 ? hint : 32 * std::size_t{node_count} + 1024);
+    for (auto& front : fronts_) front.reserve(room(large ? 12 : 32));
   LAZYCCD_CUDA_CHECK(cudaMemsetAsync(root_.data(), 0, root_.bytes(), stream));
   strategy_->reset(node_count, culls, stream);
 }
@@ -81,7 +85,8 @@ gpu::TraversalJob Traversal::job(bool from_front) {
   job.initial = root_.data();
   if (from_front) {
     job.initial = fronts_[1 - parity_].data();
-    job.initial_count = &counters_.data()[1 - parity_].front_nodes;
+    job.initial_capacity = size(fronts_[1 - parity_]);
+    job.initial_counters = counters_.data() + (1 - parity_);
   }
   job.leaf_pairs = leaf_pairs_.data();
   job.leaf_pair_capacity = size(leaf_pairs_);
@@ -147,6 +152,19 @@ void Traversal::accept() {
   if (!keep_front_) return;
   has_front_ = true;
   parity_ = 1 - parity_;
+}
+
+void Traversal::take_back(bool had_front) {
+  if (!keep_front_) return;
+  has_front_ = had_front;
+  parity_ = 1 - parity_;
+}
+
+bool Traversal::drop_fronts() {
+  if (!keep_front_) return false;
+  keep_front_ = has_front_ = false;
+  for (auto& front : fronts_) front.free();
+  return true;
 }
 
 std::size_t Traversal::bytes() const {

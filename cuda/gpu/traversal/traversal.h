@@ -59,6 +59,11 @@ class Traversal {
   std::uint32_t leaf_pair_capacity() const {
     return static_cast<std::uint32_t>(leaf_pairs_.size());
   }
+  std::uint32_t front_capacity() const {
+    return keep_front_ ? static_cast<std::uint32_t>(fronts_[parity_].size()) : 0xffffffffu;
+  }
+  /// The counters of the launch, on the device.
+  const TraversalCounters* launched_counters() const { return &counters_.data()[parity_]; }
   /// The front that the launch wrote: counters().front_nodes pairs.
   const NodePair* front() const { return fronts_[parity_].data(); }
 
@@ -74,6 +79,12 @@ class Traversal {
   bool grow(cudaStream_t stream);
   /// Accepts the launch. If fronts are kept, the next launch can start from its front.
   void accept();
+  /// Takes the last accept() back, before which has_front() was `had_front`. So the launch can be
+  /// repeated.
+  void take_back(bool had_front);
+  /// Works without fronts from now on, for lack of memory. Returns false if it does already. The
+  /// next launch needs reset().
+  bool drop_fronts();
 
   std::size_t bytes() const;
 

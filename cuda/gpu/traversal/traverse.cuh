@@ -53,7 +53,7 @@ struct Room {
 
 /// Returns the number of pairs that the traversal starts from.
 __device__ inline std::uint32_t initial_count(const TraversalJob& job) {
-  if (job.initial_count != nullptr) return *job.initial_count;
+  if (job.initial_counters != nullptr) return job.initial_counters->front_nodes;
   return job.node_count == 0 ? 0 : 1;
 }
 
@@ -127,11 +127,23 @@ struct Ended {
   }
 };
 
+/// Replaces a front that lacks pairs by the root with itself. The host asks for a front before it
+/// knows whether the run that left it had room for all of it.
+__device__ inline void check_front(const TraversalJob& job) {
+  if (job.initial_counters == nullptr) return;
+  if (job.initial_counters->front_nodes <= job.initial_capacity && job.initial_counters->lost == 0)
+    return;
+  job.initial[0] = {0, 0};
+  job.initial_counters->front_nodes = 1;
+  job.initial_counters->lost = 0;
+}
+
 /// Prepares a run, by one thread: clears the job's counters and starts the balancing.
 template <class Balancing>
 __global__ void start_traversal(typename Balancing::View view, TraversalJob job) {
   let_next_kernel_in();
   await_kernels_before();
+  check_front(job);
   *job.counters = {};
   Balancing::start(view, job);
 }

@@ -14,6 +14,7 @@
 
 #include "lazyccd/algorithm.h"
 #include "lazyccd/contact.h"
+#include "lazyccd/device.h"
 #include "lazyccd/export.h"
 #include "lazyccd/scene.h"
 #include "lazyccd/span.h"
@@ -30,6 +31,7 @@ enum class Backend { automatic, cpu, cuda };
 /// What a user of the detector chooses. `algorithm` holds the switches that change only the cost.
 struct DetectorOptions {
   Backend backend = Backend::automatic;
+  int device = -1;  ///< index of the GPU, as CUDA numbers them; -1: the caller's current one
   int threads = 0;  ///< threads of the CPU backend; 0: as many as the machine has
 
   bool vertex_face = true;  ///< test vertices against faces
@@ -71,6 +73,28 @@ class LAZYCCD_API Detector {
   /// finite or the number of positions is wrong.
   Span<const Contact> detect(const Positions& start, const Positions& end);
 
+  /// Enqueues a detection on the caller's stream: positions and contacts lie in device memory.
+  /// Returns before the device has done it. Work that is enqueued on `stream` afterwards finds the
+  /// contacts, until the next call. The positions must be unchanged until then. It waits for the
+  /// device only after set_topology() and when lists grow.
+  ///
+  /// world_mask: by world, in device memory: bodies of a world with 0 are left out. Null: none are.
+  ///
+  /// If a list is too short, the contacts lack some and DeviceStatus::incomplete says so. Later
+  /// calls make room as soon as they know; synchronize() completes the last one. On one stream
+  /// after another, the later detection waits for the earlier one.
+  ///
+  /// Throws Error(unavailable) or Error(device) if there is no GPU; Error(invalid_argument) with a
+  /// separation or normal cones, which only detect() knows.
+  DeviceContacts detect_async(const DevicePositions& start, const DevicePositions& end,
+                              CudaStream stream, const std::uint8_t* world_mask = nullptr);
+  /// Waits for the last detect_async() and completes its contacts: a stage that lacked room runs
+  /// again, and the host decides what the device cannot. Then stats() are those of this detection.
+  /// Throws the Error of an invalid position, and Error(device) if the device failed.
+  DeviceContacts synchronize();
+  /// Does the same and copies the contacts to the host. They are valid until the next call.
+  Span<const Contact> download_contacts();
+
   /// Hands over the contacts of the last detect(): without a copy on the CPU, with one on the GPU.
   /// The span that detect() returned is invalid afterwards. The memory of `reuse`, an earlier
   /// result that is no longer needed, serves later detections. Call it directly after detect(),
@@ -104,8 +128,7 @@ class LAZYCCD_API Detector {
   /// Error(index_out_of_range).
   Span<const Contact> contacts_of_world(std::int32_t world);
   /// The contact_hash() of contacts_of_world() with the vertices numbered as if the other worlds'
-  /// bodies were left out. So it is the same in a detection without them. Takes memory for every
-  /// world up to the largest.
+  /// bodies were left out. So it is the same in a detection without them.
   std::uint64_t hash_of_world(std::int32_t world);
 
   /// All edges: the sides of the faces and the topology's own edges, each once. An edge is

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -43,3 +43,44 @@ def positions(values: Any, name: str) -> np.ndarray:
     if column != size or row < 3 * size or row % size != 0 or not array.flags.aligned:
         array = np.ascontiguousarray(array)
     return array
+
+
+class DevicePositions(NamedTuple):
+    """Positions in device memory: the address of the first, their number, and bytes between two."""
+
+    address: int
+    count: int
+    stride: int
+    is_double: bool
+
+
+def _device_interface(values: Any, name: str) -> dict:
+    interface = getattr(values, "__cuda_array_interface__", None)
+    if interface is None:
+        raise TypeError(f"{name} has no __cuda_array_interface__: it is not in device memory")
+    return interface
+
+
+def device_positions(values: Any, name: str) -> DevicePositions:
+    """Positions of float32 or float64 and shape (n, 3), in rows, in device memory."""
+    interface = _device_interface(values, name)
+    shape, kind = tuple(interface["shape"]), interface["typestr"]
+    if len(shape) != 2 or shape[1] != 3:
+        raise ValueError(f"{name} has shape {shape}; (n, 3) is needed")
+    if kind not in ("<f4", "<f8"):
+        raise TypeError(f"{name} has type {kind}; float32 or float64 is needed")
+    size = int(kind[2])
+    row, column = interface.get("strides") or (3 * size, size)
+    if shape[0] > 0 and (column != size or row < 3 * size or row % size != 0):
+        raise ValueError(f"{name} has strides {(row, column)}; the three numbers of a row must be side by side")
+    return DevicePositions(int(interface["data"][0] or 0), shape[0], row, size == 8)
+
+
+def device_bytes(values: Any, name: str) -> int:
+    """The address of an array of bytes or truth values and shape (n,) in device memory."""
+    interface = _device_interface(values, name)
+    if len(interface["shape"]) != 1 or interface["typestr"][1:] not in ("b1", "u1", "i1"):
+        raise TypeError(f"{name} is not an array of bytes and shape (n,)")
+    if tuple(interface.get("strides") or (1,)) != (1,):
+        raise ValueError(f"{name} is not contiguous")
+    return int(interface["data"][0] or 0)

@@ -7,6 +7,7 @@ from typing import Any, Optional
 import numpy as np
 
 from . import _native, arrays
+from .device import DeviceContacts
 from .records import body_dtype, contact_dtype
 
 
@@ -41,6 +42,7 @@ class Detector:
         reduce_contacts: report one contact if several pairs share the same closest points at the start.
         strategy: how the traversal shares its work, by its C++ name. Changes the cost, never the contacts.
         volume: bounding volume of the hierarchy: ``box``, ``dop18`` or ``oriented_box``. Likewise.
+        device: index of the GPU, as CUDA numbers them; -1: the current one.
 
     Raises:
         lazyccd.Error: the topology is invalid; names body and primitive. Or an option is out of its range.
@@ -65,9 +67,18 @@ class Detector:
         reduce_contacts: bool = False,
         strategy: str = "lazy_stealing",
         volume: str = "box",
+        device: int = -1,
     ) -> None:
         self._native = _native.Detector(
-            backend, threads, vertex_face, edge_edge, separation, reduce_contacts, strategy, volume
+            backend,
+            threads,
+            vertex_face,
+            edge_edge,
+            separation,
+            reduce_contacts,
+            strategy,
+            volume,
+            device,
         )
         self.set_topology(
             faces,
@@ -140,6 +151,49 @@ class Detector:
             arrays.positions(start, "start"), arrays.positions(end, "end")
         )
         return found.view(contact_dtype)
+
+    def detect_async(
+        self, start: Any, end: Any, *, stream: int = 0, world_mask: Any = None
+    ) -> DeviceContacts:
+        """Enqueues a detection of arrays in device memory, and returns before it is done.
+
+        Nothing is copied to the host. Arrays of PyTorch, CuPy, JAX, Numba and Warp will do.
+
+        Args:
+            start: positions at the start of the step, shape (n, 3), float32 or float64, an object with
+                ``__cuda_array_interface__``. Rows may have any distance. Must be unchanged until the device
+                has read it.
+            end: positions at the end of the step, likewise, of the same type.
+            stream: handle of the CUDA stream (``torch.cuda.current_stream().cuda_stream``); 0: the default.
+            world_mask: by world, one byte, in device memory: bodies of a world with 0 are left out.
+
+        Returns:
+            The contacts in device memory, valid until the next call. What is enqueued on `stream` afterwards
+            finds them.
+
+        Raises:
+            lazyccd.Error: there is no GPU, or a separation is set.
+        """
+        first, last = arrays.device_positions(start, "start"), arrays.device_positions(end, "end")
+        if first.count != last.count or first.is_double != last.is_double:
+            raise ValueError("start and end have different shapes or types")
+        mask = 0 if world_mask is None else arrays.device_bytes(world_mask, "world_mask")
+        found = self._native.detect_async(
+            first.address, first.stride, last.address, last.stride, first.count, first.is_double, stream, mask
+        )
+        return DeviceContacts(self._native, *found)
+
+    def synchronize(self) -> DeviceContacts:
+        """Waits for the last `detect_async` and completes its contacts, if something had no room.
+
+        Raises:
+            lazyccd.Error: a position is not finite, or the device failed.
+        """
+        return DeviceContacts(self._native, *self._native.synchronize())
+
+    def download_contacts(self) -> np.ndarray:
+        """Does the same and returns the contacts as `detect` does."""
+        return self._native.download_contacts().view(contact_dtype)
 
     @property
     def edges(self) -> np.ndarray:

@@ -2,6 +2,7 @@
 #include <lazyccd/error.h>
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
 
 #include <cstdint>
 #include <map>
@@ -65,6 +66,33 @@ struct OwnedContacts {
   std::shared_ptr<SpareMemory> spare;
 };
 
+// A view of device memory: the numbers of the CUDA array interface.
+DevicePositions device_positions(std::uintptr_t address, std::size_t count, std::size_t stride,
+                                 bool is_double) {
+  if (is_double) return {reinterpret_cast<const double*>(address), count, stride};
+  return {reinterpret_cast<const float*>(address), count, stride};
+}
+
+// Addresses of contacts and status, room for contacts, index of the device.
+nb::tuple addresses(const DeviceContacts& found) {
+  return nb::make_tuple(reinterpret_cast<std::uintptr_t>(found.contacts),
+                        reinterpret_cast<std::uintptr_t>(found.status), found.capacity,
+                        found.device);
+}
+
+// Device memory as a DLPack capsule. kind: 'i', 'u' or 'f'; strides are
+// counted in elements.
+nb::ndarray<> device_array(std::uintptr_t address, const std::vector<std::size_t>& shape,
+                           const std::vector<std::int64_t>& strides, const std::string& kind,
+                           int bits, int device, nb::handle owner) {
+  const auto code = kind == "f"   ? nb::dlpack::dtype_code::Float
+                    : kind == "u" ? nb::dlpack::dtype_code::UInt
+                                  : nb::dlpack::dtype_code::Int;
+  const nb::dlpack::dtype type{static_cast<std::uint8_t>(code), static_cast<std::uint8_t>(bits), 1};
+  return {reinterpret_cast<void*>(address), shape.size(), shape.data(), owner, strides.data(), type,
+          nb::device::cuda::value,          device};
+}
+
 using Bytes = nb::ndarray<nb::numpy, std::uint8_t, nb::ndim<1>, nb::c_contig>;
 
 Bytes bytes_of(std::unique_ptr<OwnedContacts> owned) {
@@ -117,6 +145,43 @@ class PyDetector {
       const nb::gil_scoped_release released;
       const std::lock_guard<std::mutex> lock(mutex_);
       detector_.detect(positions(start), positions(end));
+      owned->contacts = detector_.take_contacts(spare_->take());
+    }
+    return bytes_of(std::move(owned));
+  }
+
+  nb::tuple detect_async(std::uintptr_t start, std::size_t start_stride, std::uintptr_t end,
+                         std::size_t end_stride, std::size_t count, bool is_double,
+                         std::uintptr_t stream, std::uintptr_t world_mask) {
+    DeviceContacts found;
+    {
+      const nb::gil_scoped_release released;
+      const std::lock_guard<std::mutex> lock(mutex_);
+      found = detector_.detect_async(device_positions(start, count, start_stride, is_double),
+                                     device_positions(end, count, end_stride, is_double),
+                                     reinterpret_cast<CudaStream>(stream),
+                                     reinterpret_cast<const std::uint8_t*>(world_mask));
+    }
+    return addresses(found);
+  }
+
+  nb::tuple synchronize() {
+    DeviceContacts found;
+    {
+      const nb::gil_scoped_release released;
+      const std::lock_guard<std::mutex> lock(mutex_);
+      found = detector_.synchronize();
+    }
+    return addresses(found);
+  }
+
+  Bytes download_contacts() {
+    auto owned = std::make_unique<OwnedContacts>();
+    owned->spare = spare_;
+    {
+      const nb::gil_scoped_release released;
+      const std::lock_guard<std::mutex> lock(mutex_);
+      detector_.download_contacts();
       owned->contacts = detector_.take_contacts(spare_->take());
     }
     return bytes_of(std::move(owned));
@@ -192,8 +257,9 @@ void bind_detector(nb::module_& module) {
           "__init__",
           [](PyDetector* self, const std::string& backend, int threads, bool vertex_face,
              bool edge_edge, double separation, bool reduce_contacts, const std::string& strategy,
-             const std::string& volume) {
+             const std::string& volume, int device) {
             DetectorOptions options;
+            options.device = device;
             options.backend = parse_backend(backend);
             options.threads = threads;
             options.vertex_face = vertex_face;
@@ -205,15 +271,22 @@ void bind_detector(nb::module_& module) {
             new (self) PyDetector(options);
           },
           "backend"_a, "threads"_a, "vertex_face"_a, "edge_edge"_a, "separation"_a,
-          "reduce_contacts"_a, "strategy"_a, "volume"_a)
+          "reduce_contacts"_a, "strategy"_a, "volume"_a, "device"_a)
       .def("set_topology", &PyDetector::set_topology, "vertex_count"_a, "faces"_a, "edges"_a,
            "body_of_vertex"_a, "inverse_mass"_a, "self_separation"_a, "bodies"_a,
            "disabled_pairs"_a)
       .def("detect", &PyDetector::detect, "start"_a, "end"_a,
            "Returns the memory of the contacts, one record of 64 bytes each.")
+      .def("detect_async", &PyDetector::detect_async, "start"_a, "start_stride"_a, "end"_a,
+           "end_stride"_a, "count"_a, "is_double"_a, "stream"_a, "world_mask"_a,
+           "Returns the addresses of contacts and status, the room for contacts, and the device.")
+      .def("synchronize", &PyDetector::synchronize)
+      .def("download_contacts", &PyDetector::download_contacts)
       .def_prop_ro("edges", &PyDetector::edges, nb::rv_policy::move)
       .def_prop_ro("stats", &PyDetector::stats)
       .def_prop_ro("status", &PyDetector::status);
+  module.def("device_array", &device_array, "address"_a, "shape"_a, "strides"_a, "kind"_a, "bits"_a,
+             "device"_a, "owner"_a, "Device memory as a DLPack capsule.");
   module.def(
       "contact_hash",
       [](const Array<std::uint8_t, nb::shape<-1, 64>>& contacts) {

@@ -1,4 +1,4 @@
-// Upload of the caller's positions to the device.
+// The positions of a step on the device, from the host or from device memory of the caller.
 #pragma once
 
 #include <cuda_runtime_api.h>
@@ -8,6 +8,7 @@
 #include "cpu/threads/thread_pool.h"
 #include "gpu/device/device_buffer.h"
 #include "gpu/device/pinned_buffer.h"
+#include "lazyccd/device.h"
 #include "lazyccd/scene.h"
 
 namespace lazyccd::gpu {
@@ -15,7 +16,7 @@ namespace lazyccd::gpu {
 /// The positions of a step on the device, packed. They are in float if float holds every one of
 /// them exactly, otherwise in double. In a simulation the end of one step is the start of the next;
 /// then it is on the device already.
-class DevicePositions {
+class PackedPositions {
  public:
   /// Forgets the uploaded positions; for another mesh.
   void forget() { is_double_ = resident_ = false; }
@@ -24,6 +25,9 @@ class DevicePositions {
   /// double, they stay double until forget().
   void upload(const Positions& start, const Positions& end, ThreadPool& pool, cudaStream_t stream);
 
+  /// Enqueues the copies of positions that lie in device memory, both in float or both in double.
+  void gather(const DevicePositions& start, const DevicePositions& end, cudaStream_t stream);
+
   bool is_double() const { return is_double_; }
   /// Three scalars per vertex, in the precision that is_double() returns.
   const void* start() const { return start_.data(); }
@@ -31,6 +35,9 @@ class DevicePositions {
   std::size_t bytes() const { return start_.bytes() + end_.bytes(); }
 
  private:
+  // Makes room for so many scalars. Positions that lie there are lost only if the precision
+  // changes.
+  void reserve(std::size_t values);
   /// Copies both arrays to pinned memory. Returns false if Scalar does not hold every position
   /// exactly.
   template <class Scalar>
@@ -40,7 +47,7 @@ class DevicePositions {
   bool is_double_ = false, resident_ = false;
   PinnedBuffer<float> from_float_, to_float_;
   PinnedBuffer<double> from_double_, to_double_;
-  DeviceBuffer<double> start_, end_;  // large enough for either precision
+  DeviceBuffer<double> start_, end_;  // of either precision
 };
 
 }  // namespace lazyccd::gpu

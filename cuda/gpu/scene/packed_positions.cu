@@ -1,10 +1,10 @@
-// Conversion of the caller's positions to packed arrays, and their upload.
-#include "gpu/scene/device_positions.h"
+// Conversion of the caller's positions to packed arrays, and their upload or copy.
+#include "gpu/scene/packed_positions.h"
 
 #include <algorithm>
 #include <atomic>
 
-#include "gpu/device/check.h"
+#include "gpu/device/kernel_chain.cuh"
 
 namespace lazyccd::gpu {
 namespace {
@@ -62,10 +62,54 @@ bool same(const Positions& positions, const Scalar* other, ThreadPool& pool) {
   });
 }
 
-}  // namespace
+// Packs the positions of both ends, one thread per vertex.
+template <class Scalar>
+__global__ void pack(const char* start, std::size_t start_stride, const char* end,
+                     std::size_t end_stride, std::uint32_t count, Scalar* packed_start,
+                     Scalar* packed_end) {
+  const std::uint32_t v = blockIdx.x * blockDim.x + threadIdx.x;
+  if (v >= count) return;
+  const auto* from = reinterpret_cast<const Scalar*>(start + v * start_stride);
+  const auto* to = reinterpret_cast<const Scalar*>(end + v * end_stride);
+  for (int k = 0; k < 3; ++k) {
+    packed_start[std::size_t{3} * v + k] = from[k];
+    packed_end[std::size_t{3} * v + k] = to[k];
+  }
+}
 
 template <class Scalar>
-bool DevicePositions::stage(const Positions& start, const Positions& end,
+void enqueue_pack(const DevicePositions& start, const DevicePositions& end, double* packed_start,
+                  double* packed_end, cudaStream_t stream) {
+  const auto count = static_cast<std::uint32_t>(start.count());
+  pack<<<blocks_for(count, 256), 256, 0, stream>>>(
+      static_cast<const char*>(start.data()), start.stride(), static_cast<const char*>(end.data()),
+      end.stride(), count, reinterpret_cast<Scalar*>(packed_start),
+      reinterpret_cast<Scalar*>(packed_end));
+  LAZYCCD_CUDA_CHECK(cudaGetLastError());
+}
+
+}  // namespace
+
+void PackedPositions::gather(const DevicePositions& start, const DevicePositions& end,
+                             cudaStream_t stream) {
+  resident_ = false;
+  is_double_ = start.is_double();
+  reserve(3 * start.count());
+  if (is_double_) {
+    enqueue_pack<double>(start, end, start_.data(), end_.data(), stream);
+  } else {
+    enqueue_pack<float>(start, end, start_.data(), end_.data(), stream);
+  }
+}
+
+void PackedPositions::reserve(std::size_t values) {
+  const std::size_t doubles = is_double_ ? values : (values + 1) / 2;
+  start_.reserve(std::max<std::size_t>(doubles, 1));
+  end_.reserve(std::max<std::size_t>(doubles, 1));
+}
+
+template <class Scalar>
+bool PackedPositions::stage(const Positions& start, const Positions& end,
                             PinnedBuffer<Scalar>& from, PinnedBuffer<Scalar>& to,
                             ThreadPool& pool) {
   from.reserve(3 * start.count());
@@ -75,7 +119,7 @@ bool DevicePositions::stage(const Positions& start, const Positions& end,
   return copy(end, to.data(), pool) && exact_start;
 }
 
-void DevicePositions::upload(const Positions& start, const Positions& end, ThreadPool& pool,
+void PackedPositions::upload(const Positions& start, const Positions& end, ThreadPool& pool,
                              cudaStream_t stream) {
   if (!is_double_ && !stage(start, end, from_float_, to_float_, pool)) {
     is_double_ = true;
@@ -84,8 +128,7 @@ void DevicePositions::upload(const Positions& start, const Positions& end, Threa
   if (is_double_) stage(start, end, from_double_, to_double_, pool);
   const std::size_t values = 3 * start.count();
   const std::size_t size = values * (is_double_ ? sizeof(double) : sizeof(float));
-  start_.reserve(std::max<std::size_t>(values, 1));
-  end_.reserve(std::max<std::size_t>(values, 1));
+  reserve(values);
   const void* from =
       is_double_ ? static_cast<const void*>(from_double_.data()) : from_float_.data();
   const void* to = is_double_ ? static_cast<const void*>(to_double_.data()) : to_float_.data();

@@ -1,0 +1,458 @@
+// Detection from device memory to device memory, failures of the device, short memory, and several
+// detectors and devices: always the contacts and the hash of the CPU. It uses no test framework, so
+// that it runs on a machine that has only the driver installed.
+//
+//   check_device [--small]     # --small: small scenes, for the sanitizers
+#include <cuda_runtime_api.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <cstring>
+#include <memory>
+#include <random>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "gpu/device/device_buffer.h"
+#include "gpu/device/stream.h"
+#include "lazyccd/detector.h"
+#include "lazyccd/error.h"
+#include "models/worlds.h"
+#include "report.h"
+
+namespace {
+
+using namespace lazyccd;
+using models::Layout;
+using models::WorldsScene;
+
+// A topology with its frames. The arrays stay alive with it.
+struct Frames {
+  std::string name;
+  std::vector<Face> faces;
+  std::vector<std::int32_t> body_of_vertex;
+  std::vector<Body> bodies;
+  std::vector<std::vector<float>> at;
+
+  Topology topology() const {
+    Topology t;
+    t.vertex_count = body_of_vertex.size();
+    t.faces = faces;
+    t.body_of_vertex = body_of_vertex;
+    t.bodies = bodies;
+    return t;
+  }
+  Positions positions(std::size_t f) const { return {at[f].data(), at[f].size() / 3}; }
+  std::size_t steps() const { return at.size() - 1; }
+};
+
+Frames worlds(std::int32_t count, std::int32_t bodies, int frames) {
+  const WorldsScene scene(count, bodies, Layout::one_place);
+  Frames f{std::to_string(count) + " worlds of " + std::to_string(bodies) + " sheets",
+           scene.faces,
+           scene.body_of_vertex,
+           scene.bodies,
+           {}};
+  for (int i = 0; i < frames; ++i) {
+    f.at.push_back(scene.at[i % 2]);
+    // The sheets come closer step by step.
+    for (std::size_t k = 1; k < f.at.back().size(); k += 3)
+      f.at.back()[k] *= 1.0f - 0.1f * static_cast<float>(i);
+  }
+  return f;
+}
+
+// Triangles with corners on a lattice, which need exact arithmetic, in the steps of `exact`; in the
+// others they are far apart.
+Frames lattice(std::int32_t count, const std::vector<bool>& exact) {
+  Frames f{std::to_string(count) + " triangles on a lattice", {}, {}, {}, {}};
+  std::mt19937 random(11);
+  for (std::int32_t i = 0; i < count; ++i) {
+    f.bodies.emplace_back();
+    f.body_of_vertex.insert(f.body_of_vertex.end(), 3, i);
+    f.faces.push_back({3 * i, 3 * i + 1, 3 * i + 2});
+  }
+  for (std::size_t step = 0; step <= exact.size(); ++step) {
+    const bool near = (step < exact.size() && exact[step]) || (step > 0 && exact[step - 1]);
+    std::vector<float> x;
+    for (std::int32_t v = 0; v < 3 * count; ++v)
+      for (int k = 0; k < 3; ++k)
+        x.push_back(static_cast<float>(random() % 8u) +
+                    (near || k != 0 ? 0.0f : 20.0f * static_cast<float>(v / 3)));
+    f.at.push_back(x);
+  }
+  return f;
+}
+
+struct Found {
+  std::vector<Contact> contacts;
+  std::uint64_t hash = 0;
+
+  bool operator==(const Found& other) const {
+    return hash == other.hash && contacts.size() == other.contacts.size() &&
+           (contacts.empty() || std::memcmp(contacts.data(), other.contacts.data(),
+                                            contacts.size() * sizeof(Contact)) == 0);
+  }
+};
+
+Found found_by(Detector& detector, const Frames& frames, std::size_t step) {
+  const Span<const Contact> c = detector.detect(frames.positions(step), frames.positions(step + 1));
+  return {{c.begin(), c.end()}, detector.stats().hash};
+}
+
+DetectorOptions on(Backend backend) {
+  DetectorOptions options;
+  options.backend = backend;
+  return options;
+}
+
+std::vector<Found> truth_of(const Frames& frames) {
+  Detector cpu(on(Backend::cpu));
+  cpu.set_topology(frames.topology());
+  std::vector<Found> truth;
+  for (std::size_t s = 0; s < frames.steps(); ++s) truth.push_back(found_by(cpu, frames, s));
+  return truth;
+}
+
+// Frames in device memory, `extra` scalars longer per vertex, as Scalar.
+template <class Scalar>
+struct OnDevice {
+  std::vector<DeviceBuffer<Scalar>> frames;
+  std::size_t count, width;
+
+  OnDevice(const Frames& f, std::size_t extra) : count(f.body_of_vertex.size()), width(3 + extra) {
+    for (const std::vector<float>& x : f.at) {
+      std::vector<Scalar> wide(count * width, Scalar{-7});
+      for (std::size_t v = 0; v < count; ++v)
+        for (std::size_t k = 0; k < 3; ++k) wide[v * width + k] = x[3 * v + k];
+      frames.emplace_back(wide.size());
+      LAZYCCD_CUDA_CHECK(cudaMemcpy(frames.back().data(), wide.data(), frames.back().bytes(),
+                                    cudaMemcpyHostToDevice));
+    }
+  }
+  DevicePositions positions(std::size_t f) const {
+    return {frames[f].data(), count, width * sizeof(Scalar)};
+  }
+};
+
+// Downloads what a caller on the device finds, without the detector's help.
+Found read(const DeviceContacts& found, DeviceStatus& status) {
+  LAZYCCD_CUDA_CHECK(cudaMemcpy(&status, found.status, sizeof(status), cudaMemcpyDeviceToHost));
+  Found copy{std::vector<Contact>(status.count), status.hash};
+  if (status.count != 0)
+    LAZYCCD_CUDA_CHECK(cudaMemcpy(copy.contacts.data(), found.contacts,
+                                  status.count * sizeof(Contact), cudaMemcpyDeviceToHost));
+  return copy;
+}
+
+template <class Scalar>
+void check_resident(const Frames& frames, DetectorOptions options, const std::string& what) {
+  const std::vector<Found> truth = truth_of(frames);
+  const OnDevice<Scalar> device(frames, what == "wide vertices" ? 5 : 0);
+  options.backend = Backend::cuda;
+  Detector detector(options);
+  detector.set_topology(frames.topology());
+  gpu::Stream streams[2];
+  bool complete = true, honest = true;
+  DeviceStatus status{};
+  // Each step completed, and read on the stream without completion.
+  for (int round = 0; round < 2; ++round)
+    for (std::size_t s = 0; s < frames.steps(); ++s) {
+      const gpu::Stream& stream = streams[s % 2];
+      const DeviceContacts early =
+          detector.detect_async(device.positions(s), device.positions(s + 1), stream);
+      LAZYCCD_CUDA_CHECK(cudaStreamSynchronize(stream));
+      const Found seen = read(early, status);
+      honest = honest && ((status.incomplete != 0) || seen == truth[s]);
+      if (round == 1) continue;
+      const DeviceContacts all = detector.synchronize();
+      complete = complete && read(all, status) == truth[s] && status.incomplete == 0 &&
+                 detector.stats().hash == truth[s].hash;
+      const Span<const Contact> host = detector.download_contacts();
+      complete = complete && Found{{host.begin(), host.end()}, contact_hash(host)} == truth[s];
+    }
+  honest = honest && status.incomplete == 0;  // by now there is room for all
+  // Steps behind one another, without a wait.
+  for (std::size_t s = 0; s < 3 * frames.steps(); ++s)
+    detector.detect_async(device.positions(s % frames.steps()),
+                          device.positions(s % frames.steps() + 1), streams[s / 2 % 2]);
+  const bool ahead = read(detector.synchronize(), status) == truth.back();
+  // The default stream, which cannot be captured.
+  detector.detect_async(device.positions(0), device.positions(1), nullptr);
+  const bool by_default = read(detector.synchronize(), status) == truth[0];
+  // The host's positions in between.
+  const bool mixed = found_by(detector, frames, 0) == truth[0];
+  report(complete && honest && ahead && by_default && mixed,
+         frames.name + " in device memory, " + what + ": " +
+             std::to_string(truth.back().contacts.size()) + " contacts" +
+             (complete ? "" : ", not complete") + (honest ? "" : ", wrong status") +
+             (ahead ? "" : ", wrong after steps ahead") +
+             (by_default ? "" : ", wrong on the default stream") +
+             (mixed ? "" : ", wrong from the host"));
+}
+
+void check_mask(const Frames& frames, std::int32_t count, DetectorOptions options,
+                const std::string& what) {
+  const std::vector<Found> truth = truth_of(frames);
+  const OnDevice<float> device(frames, 0);
+  options.backend = Backend::cuda;
+  Detector detector(options);
+  detector.set_topology(frames.topology());
+  gpu::Stream stream;
+  DeviceBuffer<std::uint8_t> mask(static_cast<std::size_t>(count));
+  bool good = true;
+  for (std::size_t s = 0; s < frames.steps(); ++s) {
+    std::vector<std::uint8_t> chosen;
+    for (std::int32_t w = 0; w < count; ++w)
+      chosen.push_back((static_cast<std::size_t>(w) + s) % 3 != 0);
+    LAZYCCD_CUDA_CHECK(
+        cudaMemcpy(mask.data(), chosen.data(), mask.bytes(), cudaMemcpyHostToDevice));
+    Found wanted;
+    for (const Contact& c : truth[s].contacts) {
+      const std::int32_t w = std::max(frames.bodies[c.body_a].world, frames.bodies[c.body_b].world);
+      if (w < 0 || chosen[w] != 0) wanted.contacts.push_back(c);
+    }
+    wanted.hash = contact_hash(wanted.contacts);
+    detector.detect_async(device.positions(s), device.positions(s + 1), stream, mask.data());
+    DeviceStatus status{};
+    good = good && read(detector.synchronize(), status) == wanted;
+    // No world at all, and all of them again.
+    LAZYCCD_CUDA_CHECK(cudaMemset(mask.data(), 0, mask.bytes()));
+    detector.detect_async(device.positions(s), device.positions(s + 1), stream, mask.data());
+    good = good && read(detector.synchronize(), status).contacts.empty();
+    detector.detect_async(device.positions(s), device.positions(s + 1), stream);
+    good = good && read(detector.synchronize(), status) == truth[s];
+  }
+  report(good, frames.name + " with a mask of worlds, " + what);
+}
+
+// A step that needs the exact stage after steps that did not.
+void check_late_exact() {
+  std::vector<bool> exact(26, false);
+  for (const int s : {0, 1, 12, 24, 25}) exact[static_cast<std::size_t>(s)] = true;
+  for (const std::int32_t count : {60, 200}) {
+    const Frames frames = lattice(count, exact);
+    const std::vector<Found> truth = truth_of(frames);
+    for (const std::uint32_t hint : {0u, 1u}) {
+      DetectorOptions options = on(Backend::cuda);
+      options.algorithm.tuning.capacity_hint = hint;
+      Detector detector(options);
+      detector.set_topology(frames.topology());
+      bool good = true;
+      std::int64_t queries = 0;
+      for (std::size_t s = 0; s < frames.steps(); ++s) {
+        good = good && found_by(detector, frames, s) == truth[s];
+        queries += detector.stats().exact_tests;
+      }
+      report(good && queries > 0 && detector.status() == "cuda",
+             frames.name + ", the exact stage in some steps only, capacity " +
+                 std::to_string(hint) + ": " + std::to_string(queries) + " queries");
+    }
+  }
+}
+
+void check_short_memory(const Frames& frames) {
+  const std::vector<Found> truth = truth_of(frames);
+  for (const std::size_t kilobytes : {4096, 2048, 1024, 512, 256, 1}) {
+    Detector detector(on(Backend::cuda));
+    detector.set_topology(frames.topology());
+    bool good = true;
+    std::int64_t parts = 0;
+    std::string backend;
+    for (std::size_t s = 0; s < frames.steps(); ++s) {
+      // The scene itself fits; the lists of the step do not.
+      if (s == 0) {
+        found_by(detector, frames, s);
+        continue;
+      }
+      gpu::faults.most_bytes = kilobytes << 10;
+      good = good && found_by(detector, frames, s) == truth[s];
+      gpu::faults.most_bytes = 0;
+      parts = std::max(parts, detector.stats().parts);
+      backend = detector.stats().backend;
+    }
+    // From the beginning with little memory.
+    gpu::faults.most_bytes = kilobytes << 10;
+    Detector poor(on(Backend::cuda));
+    poor.set_topology(frames.topology());
+    std::int64_t poor_parts = 0;
+    for (std::size_t s = 0; s < frames.steps(); ++s) {
+      good = good && found_by(poor, frames, s) == truth[s];
+      poor_parts = std::max(poor_parts, poor.stats().parts);
+    }
+    gpu::faults.most_bytes = 0;
+    const bool says = poor.stats().backend == "cuda" ||
+                      poor.status().find("cudaErrorMemoryAllocation") != std::string::npos;
+    report(good && says, frames.name + ", buffers of at most " + std::to_string(kilobytes) +
+                             " KB: " + poor.stats().backend + ", " + std::to_string(poor_parts) +
+                             " parts");
+  }
+}
+
+// Lets every checked call of a detection fail, one after the other.
+void check_faults(const Frames& frames, bool few) {
+  const std::vector<Found> truth = truth_of(frames);
+  for (const bool lost : {false, true}) {
+    const std::vector<cudaError_t> errors =
+        lost ? std::vector<cudaError_t>{cudaErrorLaunchFailure}
+             : std::vector<cudaError_t>{cudaErrorMemoryAllocation, cudaErrorUnknown};
+    for (const cudaError_t error : errors) {
+      bool good = true;
+      long failed = 0, calls = 0;
+      for (long call = 0; good && call < 1000; call += few ? 17 : 1) {
+        Detector detector(on(Backend::cuda));
+        detector.set_topology(frames.topology());
+        found_by(detector, frames, 0);
+        gpu::faults = {call, lost, error, 0};
+        good = good && found_by(detector, frames, 1) == truth[1];
+        const bool reached = gpu::faults.call < 0 || (lost && gpu::faults.call == 0);
+        gpu::faults = {};
+        failed += detector.stats().backend == "cpu";
+        calls = call;
+        if (detector.stats().backend == "cpu")
+          good = good && detector.status().find(cudaGetErrorName(error)) != std::string::npos;
+        // The next step works on the device again.
+        good =
+            good && found_by(detector, frames, 2) == truth[2] && detector.stats().backend == "cuda";
+        if (!reached) break;
+      }
+      report(good && failed > 0, frames.name + ": " + cudaGetErrorName(error) +
+                                     (lost ? " from" : " at") + " each of " +
+                                     std::to_string(calls) + " calls of a step; " +
+                                     std::to_string(failed) + " steps by the CPU");
+    }
+  }
+}
+
+void check_two_detectors(const Frames& a, const Frames& b) {
+  const std::vector<Found> truth_a = truth_of(a), truth_b = truth_of(b);
+  Detector first(on(Backend::cuda)), second(on(Backend::cuda));
+  first.set_topology(a.topology());
+  second.set_topology(b.topology());
+  bool good = true;
+  for (std::size_t s = 0; s < std::min(a.steps(), b.steps()); ++s)
+    good = good && found_by(first, a, s) == truth_a[s] && found_by(second, b, s) == truth_b[s];
+  bool at_once[2] = {true, true};
+  const auto run = [&](int which, Detector& detector, const Frames& frames,
+                       const std::vector<Found>& truth) {
+    for (int round = 0; round < 10; ++round)
+      for (std::size_t s = 0; s < frames.steps(); ++s)
+        at_once[which] = at_once[which] && found_by(detector, frames, s) == truth[s];
+  };
+  std::thread other([&] { run(1, second, b, truth_b); });
+  run(0, first, a, truth_a);
+  other.join();
+  report(good && at_once[0] && at_once[1] && first.status() == "cuda" && second.status() == "cuda",
+         "two detectors on one device, in turn and at once");
+}
+
+void check_devices(const Frames& frames) {
+  const std::vector<Found> truth = truth_of(frames);
+  int devices = 0;
+  LAZYCCD_CUDA_CHECK(cudaGetDeviceCount(&devices));
+  std::vector<std::unique_ptr<Detector>> detectors;
+  for (int d = 0; d < devices; ++d) {
+    DetectorOptions options = on(Backend::cuda);
+    options.device = d;
+    detectors.push_back(std::make_unique<Detector>(options));
+    detectors.back()->set_topology(frames.topology());
+  }
+  std::vector<char> good(static_cast<std::size_t>(devices), 1);
+  const auto run = [&](int d) {
+    for (std::size_t s = 0; s < frames.steps(); ++s)
+      good[d] = good[d] && found_by(*detectors[d], frames, s) == truth[s] &&
+                detectors[d]->status() == "cuda";
+  };
+  for (int round = 0; round < 3; ++round)
+    for (int d = 0; d < devices; ++d) run(d);
+  std::vector<std::thread> threads;
+  for (int d = 0; d < devices; ++d) threads.emplace_back(run, d);
+  for (std::thread& thread : threads) thread.join();
+  for (int d = 0; d < devices; ++d) {
+    LAZYCCD_CUDA_CHECK(cudaSetDevice(d));
+    const OnDevice<float> memory(frames, 0);
+    gpu::Stream stream;
+    LAZYCCD_CUDA_CHECK(cudaSetDevice(0));  // the detector changes to its own device, and back
+    detectors[d]->detect_async(memory.positions(0), memory.positions(1), stream);
+    const Span<const Contact> c = detectors[d]->download_contacts();
+    int current = -1;
+    LAZYCCD_CUDA_CHECK(cudaGetDevice(&current));
+    good[d] = good[d] && current == 0 && Found{{c.begin(), c.end()}, contact_hash(c)} == truth[0];
+  }
+  DetectorOptions options = on(Backend::cuda);
+  options.device = devices;
+  const bool refused = Detector(options).status().find("no device") != std::string::npos;
+  report(refused && std::count(good.begin(), good.end(), 1) == devices,
+         "a detector on each of " + std::to_string(devices) + " devices");
+}
+
+// World numbers near the largest integer must not cost memory.
+void check_large_worlds() {
+  Frames frames = worlds(6, 3, 3);
+  for (Body& body : frames.bodies)
+    if (body.world >= 0) body.world = 0x7ffffffe - 77 * (5 - body.world);
+  const std::vector<Found> truth = truth_of(frames);
+  Detector gpu(on(Backend::cuda)), cpu(on(Backend::cpu));
+  gpu.set_topology(frames.topology());
+  cpu.set_topology(frames.topology());
+  bool good = found_by(gpu, frames, 0) == truth[0] && gpu.status() == "cuda" &&
+              gpu.stats().peak_bytes < 100'000'000;
+  found_by(cpu, frames, 0);
+  for (const std::int32_t w : {0, 0x7ffffffe, 0x7ffffffe - 77, -1, 12345})
+    good = good && gpu.hash_of_world(w) == cpu.hash_of_world(w) &&
+           gpu.contacts_of_world(w).size() == cpu.contacts_of_world(w).size();
+  report(good, "worlds numbered up to 2^31 - 2: " + std::to_string(gpu.stats().peak_bytes) +
+                   " bytes on the device");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const bool small = argc > 1 && std::string(argv[1]) == "--small";
+  if (Detector(on(Backend::cuda)).status() != "cuda") {
+    std::printf("skipped: %s\n", Detector(on(Backend::cuda)).status().c_str());
+    return 77;
+  }
+  try {
+    const Frames few = worlds(small ? 3 : 12, 3, 5), many = worlds(small ? 5 : 300, 5, 5);
+    const Frames exact = lattice(small ? 30 : 100, std::vector<bool>(4, true));
+    for (const Frames* frames : {&few, &many, &exact}) {
+      if (small && frames == &many) continue;
+      DetectorOptions options;
+      check_resident<float>(*frames, options, "float");
+      check_resident<double>(*frames, options, "double");
+      check_resident<float>(*frames, options, "wide vertices");
+      options.algorithm.rebuild_every_step = true;
+      check_resident<float>(*frames, options, "rebuilt each step");
+      options.algorithm.rebuild_every_step = false;
+      options.algorithm.tuning.capacity_hint = 1;
+      check_resident<float>(*frames, options, "capacity 1");
+      options.algorithm.tuning.capacity_hint = 0;
+      for (const Strategy strategy : kStrategies) {
+        options.algorithm.strategy = strategy;
+        check_resident<float>(*frames, options, name(strategy));
+      }
+      options = {};
+      options.algorithm.tuning.graph = false;
+      check_resident<float>(*frames, options, "no graph");
+    }
+    for (const Volume volume : kVolumes) {
+      DetectorOptions options;
+      options.algorithm.volume = volume;
+      check_mask(few, small ? 3 : 12, options, name(volume));
+    }
+    if (!small) check_mask(many, 300, {}, "many worlds");
+    if (!small) check_late_exact();
+    check_faults(few, small);
+    check_short_memory(small ? few : many);
+    if (!small) check_short_memory(exact);
+    check_two_detectors(few, exact);
+    check_devices(few);
+    check_large_worlds();
+  } catch (const std::exception& error) {
+    report(false, error.what());
+  }
+  std::printf("%d failed\n", failures);
+  return failures == 0 ? 0 : 1;
+}
