@@ -3,7 +3,7 @@
 #   cmake -D source_dir=. -P tests/structure/check_includes.cmake
 #
 # Projects, from the top: plugin -> cuda/include -> cuda/detector.cpp -> cuda/gpu -> cuda/cpu ->
-# {cuda/balance, cuda/core}. The GPU leaves rare queries to the CPU's exact arithmetic, so gpu/ knows
+# {cuda/balance, cuda/core} -> cuda/simd, which plugin/ shares. The GPU leaves rare queries to the CPU's exact arithmetic, so gpu/ knows
 # cpu/, never the other way round. Bullet's headers are only in plugin/ and examples/, CUDA's only in
 # cuda/gpu and cuda/balance. The folders of plugin/, cuda/cpu and cuda/gpu form the
 # layers below.
@@ -92,9 +92,10 @@ function(check_size most)
 endfunction()
 
 check(cuda/include QUOTED "^lazyccd/" FORBID ${bullet} ${device})
+check(cuda/simd QUOTED "^simd/" FORBID ${bullet} ${device})
 check(cuda/core QUOTED "^(core|lazyccd)/" FORBID ${bullet} ${device})
 check(cuda/balance QUOTED "^(balance|core)/" FORBID ${bullet})
-check(cuda/cpu QUOTED "^(cpu|balance|core|lazyccd)/" FORBID ${bullet} ${device})
+check(cuda/cpu QUOTED "^(cpu|balance|core|simd|lazyccd)/" FORBID ${bullet} ${device})
 check(cuda/gpu QUOTED "^(gpu|cpu|balance|core|lazyccd)/" FORBID ${bullet})
 check(plugin FORBID "^(core|cpu|gpu|balance|io|scenes)/" ${device})
 check(examples/io QUOTED "^(io|lazyccd)/" FORBID "^lazyccd/bullet/" ${bullet} ${device})
@@ -115,12 +116,12 @@ check_layers(plugin lazyccd/
   detection:contact,scene,shapes,motion,util
   solver:contact,motion,util
   response:solver,contact,motion,util
-  isa:detection,solver,links,contact,motion,util
+  isa:detection,solver,links,contact,motion,util,simd
   step:detection,response,report,untangling,scene,shapes,contact,motion,util
   world:step,bodies,links,report,scene,shapes,contact,motion,util)
 
 set(prefix "cpu/")
-check_layers(cuda/cpu "(core|balance|lazyccd)/"
+check_layers(cuda/cpu "(core|balance|simd|lazyccd)/"
   threads:
   scene:threads
   kernels:scene
