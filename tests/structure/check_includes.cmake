@@ -125,7 +125,7 @@ check_layers(cuda/cpu "(core|balance|simd|lazyccd)/"
   threads:
   scene:threads
   kernels:scene
-  balance:threads
+  strategies:threads
   bvh:kernels,scene,threads
   culling:bvh,kernels,scene,threads
   verlet:bvh,kernels,scene,threads
@@ -140,6 +140,15 @@ check_layers(cuda/gpu "(core|cpu|balance|lazyccd)/"
   narrow:scene,device
   culling:narrow,bvh,scene,device
   traversal:culling,narrow,bvh,scene,device)
+
+# cl.exe also looks for an include in the folders of all files above it. So no folder further down has the
+# name of one that includes begin with.
+file(GLOB_RECURSE folders LIST_DIRECTORIES true ${source_dir}/cuda/*)
+foreach(folder IN LISTS folders)
+  if(IS_DIRECTORY ${folder} AND folder MATCHES "/cuda/.+/(core|balance|simd|cpu|gpu)$")
+    fail("${folder}: a folder further up has this name")
+  endif()
+endforeach()
 
 check_size(13 cuda plugin examples tests)
 
