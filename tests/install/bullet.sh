@@ -1,9 +1,10 @@
 #!/usr/bin/env bash
 # Builds LazyCCD with Bullet as people have it, and runs tests of the adapter. Takes half an hour on two cores.
 #
-#   bash tests/install/run.sh            every case
-#   bash tests/install/run.sh --list     lists the cases
-#   bash tests/install/run.sh CASE...    these cases
+#   bash tests/install/bullet.sh              every case
+#   bash tests/install/bullet.sh --layouts    only finds Debian's Bullet, in the layouts of package managers: a minute
+#   bash tests/install/bullet.sh --list       lists the cases
+#   bash tests/install/bullet.sh CASE...      these cases
 #
 # A case is VERSION-PRECISION-WAY. Its row shows what was found, the tests, and hashes of the motion in both
 # worlds; one precision must always have the same. A case that begins with "find" only builds and runs a
@@ -116,6 +117,10 @@ find_case() {
 if [ "${1:-}" = --list ]; then
   printf '%s\n' "${cases[@]}"
   exit
+fi
+if [ "${1:-}" = --layouts ]; then
+  layout_bullet=debian
+  set -- find-debian-float-root find-debian-double-config find-vcpkg find-folders find-conda find-homebrew
 fi
 [ $# -gt 0 ] && cases=("$@") || rm -f "$bullets/hashes.txt"
 require_packages core bullet programs tests
