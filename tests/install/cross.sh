@@ -47,7 +47,7 @@ cmake -S "$repository" -B "$build" "${compiler_options[@]}" --toolchain "$reposi
   >"$build.txt" 2>&1
 targets=(lazyccd_tests "lazyccd_tests_bullet$suffix")
 cmake --build "$build" -j "$jobs" --target "${targets[@]}" "example_bullet$suffix" >>"$log" 2>&1
-# The program whose hashes run.sh compares.
+# The program whose hashes bullet.sh compares.
 double=$([ "$precision" = double ] && echo "-DLAZYCCD_BULLET_DOUBLE=1 -DBT_USE_DOUBLE_PRECISION" || echo -DLAZYCCD_BULLET_DOUBLE=0)
 # shellcheck disable=SC2086
 "$compiler" -std=c++17 -O2 -ffp-contract=off -static $double -I "$repository/cuda/include" -I "$repository/plugin/include" \

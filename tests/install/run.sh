@@ -2,7 +2,7 @@
 # Runs all checks of this folder and prints one table. Takes about two hours on two cores; README.md has the last table.
 #
 #   bash tests/install/run.sh            all parts
-#   bash tests/install/run.sh PART...    of: bullet compilers windows aarch64 lanes packages conan conda vcpkg cuda
+#   bash tests/install/run.sh PART...    of: bullet compilers msvc windows aarch64 lanes packages conan conda vcpkg cuda
 #
 # A part whose tools are missing is skipped. The rows that a part prints are in build/install/results/PART.md.
 set -uo pipefail
@@ -15,6 +15,7 @@ command_of() {
   case $1 in
     bullet) echo bullet.sh ;;
     compilers) echo compilers.sh ;;
+    msvc) echo msvc.sh ;;
     windows | aarch64) echo "cross.sh $1" ;;
     lanes) echo cross/lanes.sh ;;
     packages) echo packages.sh ;;
@@ -30,6 +31,7 @@ can_run() {
   case $1 in
     windows) command -v x86_64-w64-mingw32-g++-posix && [ -x /usr/lib/wine/wine64 ] ;;
     aarch64 | lanes) command -v aarch64-linux-gnu-g++ && command -v qemu-aarch64-static ;;
+    msvc) command -v clang++-19 && [ -d /usr/x86_64-w64-mingw32/include ] ;;
     conan) command -v conan ;;
     vcpkg) [ -e "${VCPKG_ROOT:-}/scripts/ports.cmake" ] ;;
     cuda) command -v nvcc ;;
@@ -46,7 +48,7 @@ summary_of() {
   esac
 }
 
-[ $# -gt 0 ] || set -- bullet compilers windows aarch64 lanes packages conan conda vcpkg cuda
+[ $# -gt 0 ] || set -- bullet compilers msvc windows aarch64 lanes packages conan conda vcpkg cuda
 status=0
 table=()
 for part in "$@"; do

@@ -44,7 +44,7 @@ class GraphCache {
     enqueue();
     LAZYCCD_CUDA_CHECK(cudaStreamEndCapture(stream, &graph));
     cudaGraphExec_t executable = nullptr;
-    const cudaError_t result = cudaGraphInstantiate(&executable, graph, 0);
+    const cudaError_t result = cudaGraphInstantiateWithFlags(&executable, graph, 0);
     static_cast<void>(cudaGraphDestroy(graph));
     LAZYCCD_CUDA_CHECK(result);
     return executable;
