@@ -50,7 +50,7 @@ cmake --build "$build" -j "$jobs" --target "${targets[@]}" "example_bullet$suffi
 # The program whose hashes bullet.sh compares.
 double=$([ "$precision" = double ] && echo "-DLAZYCCD_BULLET_DOUBLE=1 -DBT_USE_DOUBLE_PRECISION" || echo -DLAZYCCD_BULLET_DOUBLE=0)
 # shellcheck disable=SC2086
-"$compiler" -std=c++17 -O2 -ffp-contract=off -static $double -I "$repository/cuda/include" -I "$repository/plugin/include" \
+"$compiler" -std=c++17 -O2 -ffp-contract=off -fno-ipa-ra -static $double -I "$repository/cuda/include" -I "$repository/plugin/include" \
   -isystem "$(bullet_source "$version")/src" "$repository/tests/consumer_find_package/bullet.cpp" -o "$build/hashes.exe" \
   "$build/plugin/liblazyccd_bullet$suffix.a" "$build/cuda/liblazyccd_core.a" \
   "$(find "$build" -name "liblazyccd_bullet3_$precision.a")" -pthread

@@ -104,7 +104,7 @@ check(examples/cli FORBID "^(core|cpu|gpu|balance)/" ${device})
 
 set(prefix "")
 check_layers(plugin lazyccd/
-  util:
+  util:simd
   motion:
   contact:motion,util
   shapes:util
