@@ -6,9 +6,10 @@
 #   bash tests/run.sh --all    everything that CI checks
 #
 # --all: both precisions; every header compiled alone; the layers of the includes; the model checker;
-# the installed package; the Python package; Clang with the address and undefined behaviour sanitizers;
-# the thread sanitizer; the CUDA backend, built if there is nvcc and run if there is a device. Warnings are
-# errors. Sanitized runs take one of many values that are alike, and a tenth of the random ones.
+# the installed package; Bullet in the layouts of package managers; the Python package; Clang with the
+# address and undefined behaviour sanitizers; the thread sanitizer; the CUDA backend, built if there is
+# nvcc and run if there is a device. Warnings are errors. Sanitized runs take one of many values that are
+# alike, and a tenth of the random ones.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../examples/setup.sh"
 
@@ -45,6 +46,14 @@ run_python_tests() {
   esac
 }
 
+# Finds Bullet where package managers put it.
+run_layout_tests() {
+  local start=$SECONDS
+  say "Finding Bullet in the layouts of package managers"
+  bash "$repository/tests/install/bullet.sh" --layouts
+  summary+=("Bullet found in 6 layouts in $((SECONDS - start)) s")
+}
+
 build() {
   local start=$SECONDS
   build_preset "$@"
@@ -61,6 +70,7 @@ else
   build cpu -DLAZYCCD_TESTS=ON -DLAZYCCD_WERROR=ON -DLAZYCCD_CHECK_HEADERS=ON
   run_tests cpu
   run_python_tests
+  run_layout_tests
   build asan -- lazyccd_tests lazyccd_tests_threads lazyccd_tests_bullet lazyccd_tests_program
   run_tests asan -L '^(core|threads|bullet|program)$'
   build tsan -- lazyccd_tests_threads

@@ -7,7 +7,8 @@
 #include <cfloat>
 #include <cstdint>
 
-#if defined(__SSE2__)
+#if defined(__SSE2__) || defined(_M_X64)
+#define LAZYCCD_MXCSR
 #include <immintrin.h>
 #endif
 
@@ -33,13 +34,13 @@ class IeeeArithmetic {
   IeeeArithmetic& operator=(const IeeeArithmetic&) = delete;
 
  private:
-#if defined(__SSE2__)
+#if defined(LAZYCCD_MXCSR)
   using Mode = unsigned;
   // Flush to zero, denormals are zero, rounding control.
   static constexpr Mode kWrong = 0x8000 | 0x0040 | 0x6000;
   static Mode mode() { return _mm_getcsr(); }
   static void set_mode(Mode mode) { _mm_setcsr(mode); }
-#elif defined(__aarch64__)
+#elif defined(__aarch64__) && (defined(__GNUC__) || defined(__clang__))
   using Mode = std::uint64_t;
   // FZ, RMode, AH and FIZ of the register FPCR.
   static constexpr Mode kWrong = 1u << 24 | 3u << 22 | 3u;

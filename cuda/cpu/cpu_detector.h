@@ -9,11 +9,11 @@
 
 #include "core/bvh/front_policy.h"
 #include "cpu/backend.h"
-#include "cpu/balance/traversal_run.h"
 #include "cpu/culling/orphan_sets.h"
 #include "cpu/hierarchy.h"
 #include "cpu/kernels/leaf_kernels.h"
 #include "cpu/narrow/contact_sort.h"
+#include "cpu/strategies/traversal_run.h"
 #include "cpu/threads/thread_pool.h"
 #include "cpu/verlet/verlet_list.h"
 #include "lazyccd/detector.h"

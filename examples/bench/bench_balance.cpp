@@ -13,7 +13,7 @@
 
 #include "balance/deque.h"
 #include "balance/host_atomics.h"
-#include "cpu/balance/balanced_run.h"
+#include "cpu/strategies/balanced_run.h"
 #include "cpu/threads/spin_wait.h"
 
 namespace {

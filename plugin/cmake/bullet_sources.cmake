@@ -21,7 +21,9 @@ function(lazyccd_bullet_offer_sources folder)
     if(MSVC)
       target_compile_options(${target} PRIVATE /w /fp:precise)
     else()
-      target_compile_options(${target} PRIVATE -w -ffp-contract=off)
+      # -fno-ipa-ra: see lazyccd_target() of CMakeLists.txt.
+      target_compile_options(${target} PRIVATE -w -ffp-contract=off
+        $<$<AND:$<BOOL:${MINGW}>,$<CXX_COMPILER_ID:GNU>>:-fno-ipa-ra>)
     endif()
     lazyccd_bullet_offer("the sources in ${folder}" COMPILE_ONLY INCLUDES ${folder}
       DEFINITIONS ${definitions} LIBRARIES ${target})

@@ -5,20 +5,18 @@
 #if !defined(__AVX512F__)
 
 #include <limits>
-#include <type_traits>
 
 #if defined(__AVX2__)
 #include <immintrin.h>
 #endif
 
-#ifndef LAZYCCD_ISA
-#error "compile with -DLAZYCCD_ISA=<name>"
-#endif
-#define LAZYCCD_INLINE inline __attribute__((always_inline))
+#include "simd/vector.h"
 
 namespace lazyccd::bullet {
 namespace LAZYCCD_ISA {
 namespace {
+
+using namespace lazyccd::LAZYCCD_ISA;
 
 template <class Scalar>
 LAZYCCD_INLINE Scalar* at(LinkedNode<Scalar>* nodes, std::uint32_t offset) {
@@ -46,25 +44,11 @@ void solve_each(const LinkGroup<Scalar>& group, const LinkPasses<Scalar>& all) {
 
 #if defined(__AVX2__)
 
-#if defined(__clang__) || __GNUC__ >= 12
-#define LAZYCCD_SHUFFLED __builtin_shufflevector
-#else
-// The same for GCC 11, which lacks it: the chosen lanes of a, then of b.
-template <int... lanes, class Vector>
-LAZYCCD_INLINE auto shuffled(const Vector& a, const Vector& b) {
-  using Scalar = std::decay_t<decltype(a[0])>;
-  constexpr int count = sizeof(Vector) / sizeof(Scalar);
-  typedef Scalar Result __attribute__((vector_size(sizeof...(lanes) * sizeof(Scalar))));
-  return Result{(lanes < count ? a[lanes % count] : b[lanes % count])...};
-}
-#define LAZYCCD_SHUFFLED(a, b, ...) shuffled<__VA_ARGS__>(a, b)
-#endif
-
 // A register of nodes. Of floats it holds the node of one link and that of the fourth link after
 // it; of doubles one node.
-typedef float FloatNode __attribute__((vector_size(16)));
-typedef float Floats __attribute__((vector_size(32)));
-typedef double Doubles __attribute__((vector_size(32)));
+using FloatNode = SimdVector<float, 4>;
+using Floats = SimdVector<float, 8>;
+using Doubles = SimdVector<double, 4>;
 
 LAZYCCD_INLINE const Floats& load(const float* p) { return *reinterpret_cast<const Floats*>(p); }
 LAZYCCD_INLINE const Doubles& load(const double* p) { return *reinterpret_cast<const Doubles*>(p); }
@@ -81,8 +65,8 @@ LAZYCCD_INLINE void scatter(const Floats& x, const std::uint32_t* node, LinkedNo
   const auto one = [&](int i) -> FloatNode& {
     return *reinterpret_cast<FloatNode*>(at(nodes, node[i]));
   };
-  one(0) = LAZYCCD_SHUFFLED(x, x, 0, 1, 2, 3);
-  one(4) = LAZYCCD_SHUFFLED(x, x, 4, 5, 6, 7);
+  one(0) = shuffle<0, 1, 2, 3>(x, x);
+  one(4) = shuffle<4, 5, 6, 7>(x, x);
 }
 LAZYCCD_INLINE void scatter(const Doubles& x, const std::uint32_t* node,
                             LinkedNode<double>* nodes) {
@@ -93,11 +77,11 @@ LAZYCCD_INLINE void scatter(const Doubles& x, const std::uint32_t* node,
 // lanes of its node.
 template <int k>
 LAZYCCD_INLINE Floats broadcast(const Floats& x) {
-  return LAZYCCD_SHUFFLED(x, x, k, k, k, k, k + 4, k + 4, k + 4, k + 4);
+  return shuffle<k, k, k, k, k + 4, k + 4, k + 4, k + 4>(x, x);
 }
 template <int k>
 LAZYCCD_INLINE Doubles broadcast(const Doubles& x) {
-  return LAZYCCD_SHUFFLED(x, x, k, k, k, k);
+  return shuffle<k, k, k, k>(x, x);
 }
 
 // Transposes nodes into coordinates: `x` holds the x of each link, and so on.
@@ -107,22 +91,19 @@ struct Coordinates {
 };
 LAZYCCD_INLINE Coordinates<Floats> coordinates(const Floats& a, const Floats& b, const Floats& c,
                                                const Floats& d) {
-  const Floats ab = LAZYCCD_SHUFFLED(a, b, 0, 8, 1, 9, 4, 12, 5, 13),
-               cd = LAZYCCD_SHUFFLED(c, d, 0, 8, 1, 9, 4, 12, 5, 13),
-               ab_z = LAZYCCD_SHUFFLED(a, b, 2, 10, 3, 11, 6, 14, 7, 15),
-               cd_z = LAZYCCD_SHUFFLED(c, d, 2, 10, 3, 11, 6, 14, 7, 15);
-  return {LAZYCCD_SHUFFLED(ab, cd, 0, 1, 8, 9, 4, 5, 12, 13),
-          LAZYCCD_SHUFFLED(ab, cd, 2, 3, 10, 11, 6, 7, 14, 15),
-          LAZYCCD_SHUFFLED(ab_z, cd_z, 0, 1, 8, 9, 4, 5, 12, 13)};
+  const Floats ab = shuffle<0, 8, 1, 9, 4, 12, 5, 13>(a, b),
+               cd = shuffle<0, 8, 1, 9, 4, 12, 5, 13>(c, d),
+               ab_z = shuffle<2, 10, 3, 11, 6, 14, 7, 15>(a, b),
+               cd_z = shuffle<2, 10, 3, 11, 6, 14, 7, 15>(c, d);
+  return {shuffle<0, 1, 8, 9, 4, 5, 12, 13>(ab, cd), shuffle<2, 3, 10, 11, 6, 7, 14, 15>(ab, cd),
+          shuffle<0, 1, 8, 9, 4, 5, 12, 13>(ab_z, cd_z)};
 }
 LAZYCCD_INLINE Coordinates<Doubles> coordinates(const Doubles& a, const Doubles& b,
                                                 const Doubles& c, const Doubles& d) {
-  const Doubles ab_xz = LAZYCCD_SHUFFLED(a, b, 0, 4, 2, 6),
-                cd_xz = LAZYCCD_SHUFFLED(c, d, 0, 4, 2, 6),
-                ab_y = LAZYCCD_SHUFFLED(a, b, 1, 5, 3, 7),
-                cd_y = LAZYCCD_SHUFFLED(c, d, 1, 5, 3, 7);
-  return {LAZYCCD_SHUFFLED(ab_xz, cd_xz, 0, 1, 4, 5), LAZYCCD_SHUFFLED(ab_y, cd_y, 0, 1, 4, 5),
-          LAZYCCD_SHUFFLED(ab_xz, cd_xz, 2, 3, 6, 7)};
+  const Doubles ab_xz = shuffle<0, 4, 2, 6>(a, b), cd_xz = shuffle<0, 4, 2, 6>(c, d),
+                ab_y = shuffle<1, 5, 3, 7>(a, b), cd_y = shuffle<1, 5, 3, 7>(c, d);
+  return {shuffle<0, 1, 4, 5>(ab_xz, cd_xz), shuffle<0, 1, 4, 5>(ab_y, cd_y),
+          shuffle<2, 3, 6, 7>(ab_xz, cd_xz)};
 }
 
 // Whether every lane is above the limit. False if a lane is NaN.

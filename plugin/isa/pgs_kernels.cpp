@@ -4,18 +4,17 @@
 
 #include <cstddef>
 
-#if defined(__SSE2__)
+#if defined(__AVX2__)
 #include <immintrin.h>
 #endif
 
-#ifndef LAZYCCD_ISA
-#error "compile with -DLAZYCCD_ISA=<name>"
-#endif
-#define LAZYCCD_INLINE inline __attribute__((always_inline))
+#include "simd/vector.h"
 
 namespace lazyccd::bullet {
 namespace LAZYCCD_ISA {
 namespace {
+
+using namespace lazyccd::LAZYCCD_ISA;
 
 #if defined(__AVX512F__)
 constexpr int width = 4;  // rows in a register
@@ -26,8 +25,8 @@ constexpr int width = 1;
 #endif
 constexpr int floats = 4 * width;
 
-typedef float Vector __attribute__((vector_size(16)));
-typedef float Rows __attribute__((vector_size(4 * floats)));
+using Vector = SimdVector<float, 4>;
+using Rows = SimdVector<float, floats>;
 
 LAZYCCD_INLINE Rows load(const float* p) { return *reinterpret_cast<const Rows*>(p); }
 LAZYCCD_INLINE void store(const Rows& a, float* p) { *reinterpret_cast<Rows*>(p) = a; }
@@ -101,15 +100,11 @@ LAZYCCD_INLINE Vector row_of(const Rows& x) {
 
 #else
 
-LAZYCCD_INLINE Rows larger(const Rows& a, const Rows& b) { return a > b ? a : b; }
-LAZYCCD_INLINE Rows smaller(const Rows& a, const Rows& b) { return a < b ? a : b; }
+LAZYCCD_INLINE Rows larger(const Rows& a, const Rows& b) { return choose(a > b, a, b); }
+LAZYCCD_INLINE Rows smaller(const Rows& a, const Rows& b) { return choose(a < b, a, b); }
 template <int a, int b, int c, int d>
 LAZYCCD_INLINE Rows permute(const Rows& x) {
   return Rows{x[a], x[b], x[c], x[d]};
-}
-LAZYCCD_INLINE Rows square_root(const Rows& x) {
-  return Rows{__builtin_sqrtf(x[0]), __builtin_sqrtf(x[1]), __builtin_sqrtf(x[2]),
-              __builtin_sqrtf(x[3])};
 }
 LAZYCCD_INLINE bool is_zero(const Rows& x) {
   return x[0] == 0 && x[1] == 0 && x[2] == 0 && x[3] == 0;
@@ -123,12 +118,6 @@ LAZYCCD_INLINE Vector row_of(const Rows& x) {
 }
 
 #endif
-
-// a where the mask is set, b elsewhere.
-template <class Mask>
-LAZYCCD_INLINE Rows choose(const Mask& mask, const Rows& a, const Rows& b) {
-  return mask ? a : b;
-}
 
 // broadcast() repeats float k of each row in the whole row. sum() repeats the sum of each row in
 // the whole row.
@@ -271,7 +260,7 @@ LAZYCCD_INLINE Rows sliding_bound(const Rows& bound, const Rows& fraction, const
 
 LAZYCCD_INLINE void prefetch(const RowBatch* batch) {
   const char* const first = reinterpret_cast<const char*>(batch);
-  for (std::size_t i = 0; i < sizeof(RowBatch); i += 64) __builtin_prefetch(first + i);
+  for (std::size_t i = 0; i < sizeof(RowBatch); i += 64) LAZYCCD_PREFETCH(first + i);
 }
 
 SweepChange sweep(const PgsProblem& problem, const std::int32_t* batches, int count,

@@ -2,14 +2,13 @@
 // compiled once for each instruction set.
 #include "detection/row_estimate_kernels.h"
 
-#ifndef LAZYCCD_ISA
-#error "compile with -DLAZYCCD_ISA=<name>"
-#endif
-#define LAZYCCD_INLINE inline __attribute__((always_inline))
+#include "simd/vector.h"
 
 namespace lazyccd::bullet {
 namespace LAZYCCD_ISA {
 namespace {
+
+using namespace lazyccd::LAZYCCD_ISA;
 
 // Doubles in a register. Compilers split wider vectors, and then turn their selects into branches.
 #if defined(__AVX512F__)
@@ -20,8 +19,8 @@ constexpr int width = 4;
 constexpr int width = 2;
 #endif
 
-typedef double Lanes __attribute__((vector_size(8 * width)));
-typedef std::int64_t Mask __attribute__((vector_size(8 * width)));
+using Lanes = SimdVector<double, width>;
+using Mask = SimdVector<std::int64_t, width>;
 
 struct Vector {
   Lanes x, y, z;
@@ -39,8 +38,8 @@ LAZYCCD_INLINE Lanes dot(const Vector& a, const Vector& b) {
   return a.x * b.x + a.y * b.y + a.z * b.z;
 }
 // The same as std::max() and std::min(), also for NaN and zeros.
-LAZYCCD_INLINE Lanes max(const Lanes& a, const Lanes& b) { return a < b ? b : a; }
-LAZYCCD_INLINE Lanes min(const Lanes& a, const Lanes& b) { return b < a ? b : a; }
+LAZYCCD_INLINE Lanes max(const Lanes& a, const Lanes& b) { return choose(a < b, b, a); }
+LAZYCCD_INLINE Lanes min(const Lanes& a, const Lanes& b) { return choose(b < a, b, a); }
 
 LAZYCCD_INLINE void add(const Lanes& weight, const Vector& x, Vector& sum) {
   sum.x += weight * x.x;
@@ -84,8 +83,9 @@ LAZYCCD_INLINE void evaluate_range(const RowEstimateInput<Scalar>& motion, const
     normal.z[i] = static_cast<double>(contact.normal[2]);
   }
   const Mask is_vertex_face = *reinterpret_cast<const Mask*>(vertex_face);
-  const Lanes weights[4] = {is_vertex_face ? one : one - p, is_vertex_face ? -(one - p - q) : p,
-                            is_vertex_face ? -p : -(one - q), -q};
+  const Lanes weights[4] = {choose(is_vertex_face, one, one - p),
+                            choose(is_vertex_face, -(one - p - q), p),
+                            choose(is_vertex_face, -p, -(one - q)), -q};
 
   Vector start_sum = {}, end_sum = {}, move = {};
   Lanes start_gap = zero, compliance = zero, max_inverse_mass = zero, edge_length[4];
@@ -108,18 +108,18 @@ LAZYCCD_INLINE void evaluate_range(const RowEstimateInput<Scalar>& motion, const
     if (!any_in_one_body) continue;
     for (int i = 0; i < width; ++i)
       edge_length[k][i] = in_one_body[i] ? motion.shortest_edge[vertices[k][i]] : 0;
-    const Lanes abs_weight = weight < 0 ? -weight : weight;
-    edge_length[k] = weight != 0 ? abs_weight * edge_length[k] : zero;
+    const Lanes abs_weight = choose(weight < 0, -weight, weight);
+    edge_length[k] = choose(weight != 0, abs_weight * edge_length[k], zero);
   }
 
   Lanes thickness;
   load(lanes.thickness + first, thickness);
   if (any_in_one_body) {
-    const Lanes edge_length_of_a = edge_length[0] + (is_vertex_face ? zero : edge_length[1]);
+    const Lanes edge_length_of_a = edge_length[0] + choose(is_vertex_face, zero, edge_length[1]);
     const Lanes edge_length_of_b =
-        (is_vertex_face ? edge_length[1] : zero) + edge_length[2] + edge_length[3];
+        choose(is_vertex_face, edge_length[1], zero) + edge_length[2] + edge_length[3];
     const Lanes contact_thickness = min(thickness, 0.5 * min(edge_length_of_a, edge_length_of_b));
-    thickness = *reinterpret_cast<const Mask*>(in_one_body) ? contact_thickness : thickness;
+    thickness = choose(*reinterpret_cast<const Mask*>(in_one_body), contact_thickness, thickness);
   }
 
   const Lanes target_gap = min(thickness, max(zero, start_gap));
@@ -133,8 +133,8 @@ LAZYCCD_INLINE void evaluate_range(const RowEstimateInput<Scalar>& motion, const
   store(dot(move, move), lanes.move_squared + first);
   store(target_gap - start_gap - dot(normal, move), lanes.need + first);
   // Immovable lanes divide by one: no division by zero, even if its result is not used.
-  const Lanes divisor = can_act ? max(compliance, min_compliance) : one;
-  store(can_act ? one / divisor : zero, lanes.normal_mass + first);
+  const Lanes divisor = choose(can_act, max(compliance, min_compliance), one);
+  store(choose(can_act, one / divisor, zero), lanes.normal_mass + first);
   store(can_act, lanes.can_act + first);
   store(corrected_gap > target_gap, lanes.may_need_split + first);
 }

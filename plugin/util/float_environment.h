@@ -2,10 +2,10 @@
 // thread that steps their world.
 #pragma once
 
-#include <cfenv>
 #include <thread>
 
 #include "lazyccd/bullet/precision.h"
+#include "simd/float_environment.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -13,12 +13,11 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 /// Mode of the thread that creates the object.
 class FloatMode {
  public:
-  FloatMode() { std::fegetenv(&mode_); }
-  void set() const { std::fesetenv(&mode_); }
+  void set() const { environment_.set(); }
   bool is_of_this_thread() const { return thread_ == std::this_thread::get_id(); }
 
  private:
-  std::fenv_t mode_;
+  FloatEnvironment environment_;
   std::thread::id thread_ = std::this_thread::get_id();
 };
 

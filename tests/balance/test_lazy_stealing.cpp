@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "cpu/balance/lazy_stealing.h"
+#include "cpu/strategies/lazy_stealing.h"
 #include "support/catch.h"
 
 namespace {

@@ -5,6 +5,7 @@
 #include <iterator>
 
 #include "cpu/cpu_detector.h"
+#include "detect/named_kernels.h"
 #include "lazyccd/detector.h"
 #include "lazyccd/error.h"
 #include "support/catch.h"
@@ -178,8 +179,8 @@ TEST_CASE("contact reduction is the same in every arithmetic, strategy and instr
     return stats.hash;
   };
   const std::uint64_t expected = hash(*leaf_kernels("baseline"));
-  for (const char* name : {"avx2", "avx512"})
-    if (const LeafKernels* kernels = leaf_kernels(name)) CHECK(hash(*kernels) == expected);
+  for (const char* name : {"plain", "avx2", "avx512"})
+    if (const LeafKernels* kernels = named_kernels(name)) CHECK(hash(*kernels) == expected);
   options.algorithm.arithmetic = Arithmetic::double_only;
   CHECK(hash(*best_leaf_kernels()) == expected);
   options.threads = 1;

@@ -8,6 +8,7 @@
 
 #include "core/narrow/contact_math.h"
 #include "cpu/cpu_detector.h"
+#include "detect/named_kernels.h"
 #include "support/catch.h"
 #include "support/moving_triangles.h"
 #include "support/same_contacts.h"
@@ -25,8 +26,8 @@ TEST_CASE("the box of a vertex contains it with every instruction set and any nu
   for (std::size_t i = 0; i < count; ++i) {
     for (std::size_t k = 0; k < 8; ++k) records[i].x[k] = k < 6 ? values[(i + 5 * k) % count] : 0;
   }
-  for (const char* name : {"baseline", "avx2", "avx512"}) {
-    const LeafKernels* kernels = leaf_kernels(name);
+  for (const char* name : {"plain", "baseline", "avx2", "avx512"}) {
+    const LeafKernels* kernels = named_kernels(name);
     if (!kernels) continue;
     for (const double margin : {0.0, 1e-3, 1e-60, 1e40}) {
       std::vector<VertexBox> boxes(count);
@@ -84,9 +85,9 @@ TEST_CASE("every instruction set finds the same contacts") {
     };
     const std::vector<Contact> expected = find(*leaf_kernels("baseline"));
     CHECK(expected.size() > 200);
-    for (const char* name : {"avx2", "avx512"}) {
+    for (const char* name : {"plain", "avx2", "avx512"}) {
       INFO(name << ", separation " << c.separation << ", distinct " << c.distinct);
-      if (const LeafKernels* kernels = leaf_kernels(name))
+      if (const LeafKernels* kernels = named_kernels(name))
         CHECK(same_contacts(find(*kernels), expected));
     }
   }
@@ -118,8 +119,8 @@ TEST_CASE("pairs at about the separation are near in every arithmetic or in none
   const Mesh mesh(scene.topology());
   std::vector<Contact> expected;
   for (const Arithmetic arithmetic : {Arithmetic::double_only, Arithmetic::single_first}) {
-    for (const char* name : {"baseline", "avx2", "avx512"}) {
-      const LeafKernels* const kernels = leaf_kernels(name);
+    for (const char* name : {"plain", "baseline", "avx2", "avx512"}) {
+      const LeafKernels* const kernels = named_kernels(name);
       if (!kernels) continue;
       INFO(name << (arithmetic == Arithmetic::double_only ? ", double" : ", single first"));
       DetectorOptions options;
@@ -160,8 +161,8 @@ TEST_CASE("every instruction set describes near pairs as one-by-one tests do") {
     DetectorOptions options;
     options.threads = 1;
     options.separation = 0.05 * unit;
-    for (const char* name : {"baseline", "avx2", "avx512"}) {
-      const LeafKernels* kernels = leaf_kernels(name);
+    for (const char* name : {"plain", "baseline", "avx2", "avx512"}) {
+      const LeafKernels* kernels = named_kernels(name);
       if (!kernels) continue;
       CpuDetector detector(options, *kernels);
       detector.set_mesh(mesh);

@@ -1,9 +1,10 @@
-# Shell functions that fetch Bullet's sources and build them in many ways. run.sh sources this file.
+# Shell functions that fetch Bullet's sources and build them in many ways. Scripts of this folder source this file.
 #
 #   bullet_source VERSION       fetches 3.24 (Debian's source package) or 3.26 (PyBullet's); prints the folder
-#   bullet_prefix NAME          builds and installs VERSION-PRECISION[-shared][-threads]; prints the folder
+#   bullet_prefix NAME          builds and installs VERSION-PRECISION[-shared][-threads]; prints the folder. VERSION
+#                               debian takes the libraries of libbullet-dev
 #   bullet_layout KIND          arranges installed libraries as KIND has them: vcpkg, conda, homebrew, folders;
-#                               prints the folder
+#                               prints the folder. $layout_bullet is their version, else 3.24
 #
 # Everything is below build/install, and is kept. Nothing of Bullet is part of this repository.
 
@@ -55,9 +56,24 @@ if command -v ccache >/dev/null; then
   compiler_options+=(-DCMAKE_CXX_COMPILER_LAUNCHER=ccache -DCMAKE_C_COMPILER_LAUNCHER=ccache)
 fi
 
+# Debian's libraries of one precision, as if they had been installed to a folder of their own.
+debian_prefix() {
+  local suffix='' libraries library
+  case $1 in *-double) suffix=-float64 ;; esac
+  libraries=$(pkg-config --variable=libdir bullet)
+  mkdir -p "$2/include" "$2/lib/cmake/bullet"
+  cp -r /usr/include/bullet "$2/include"
+  for library in LinearMath BulletCollision BulletDynamics BulletSoftBody; do
+    cp "$libraries/lib$library$suffix.so" "$2/lib/lib$library.so"
+  done
+  sed -E '/BULLET_LIBRARIES/s/-float64//g' "$libraries/cmake/bullet/BulletConfig$suffix.cmake" \
+    >"$2/lib/cmake/bullet/BulletConfig.cmake"
+}
+
 bullet_prefix() {
   local name=$1 prefix=$bullets/prefix/$1 options=()
-  if [ ! -e "$prefix/.complete" ]; then
+  case $name in debian-*) [ -e "$prefix" ] || debian_prefix "$name" "$prefix" ;; esac
+  if [ ! -e "$prefix/.complete" ] && [ ! -e "$prefix/include/bullet" ]; then
     case $name in *-double*) options+=(-DUSE_DOUBLE_PRECISION=ON) ;; esac
     case $name in *-shared*) options+=(-DBUILD_SHARED_LIBS=ON) ;; esac
     case $name in *-threads*) options+=(-DBULLET2_MULTITHREADING=ON) ;; esac
@@ -74,13 +90,13 @@ bullet_prefix() {
   echo "$prefix"
 }
 
-# A config file as vcpkg patches it.
+# imported_targets ENDING: a config file as vcpkg patches it, for libraries with this ending
 imported_targets() {
   local library
   echo 'get_filename_component(prefix "${CMAKE_CURRENT_LIST_DIR}/../.." ABSOLUTE)'
   for library in LinearMath BulletCollision BulletDynamics BulletSoftBody; do
     echo "add_library($library STATIC IMPORTED)"
-    echo "set_target_properties($library PROPERTIES IMPORTED_LOCATION \${prefix}/lib/lib$library.a" \
+    echo "set_target_properties($library PROPERTIES IMPORTED_LOCATION \${prefix}/lib/lib$library$1" \
       "INTERFACE_INCLUDE_DIRECTORIES \${prefix}/include/bullet)"
   done
   echo 'set(BULLET_FOUND 1)'
@@ -89,33 +105,34 @@ imported_targets() {
 
 # The folders as the package manager lays them out, with what is wrong in the config files there.
 bullet_layout() {
-  local folder=$bullets/layout/$1 float double
+  local folder=$bullets/layout/$1 float double ending=.a
+  float=$(bullet_prefix "${layout_bullet:-3.24}-float") double=$(bullet_prefix "${layout_bullet:-3.24}-double")
+  [ -e "$double/lib/libLinearMath.a" ] || ending=.so
   rm -rf "$folder" && mkdir -p "$folder"
   case $1 in
     folders) # no config file; debug libraries in a folder of their own
-      double=$(bullet_prefix 3.24-double)
-      float=$folder/debug/lib
       cp -r "$double/include" "$folder"
-      mkdir -p "$folder/lib" "$float"
-      cp "$double"/lib/*.a "$folder/lib"
-      for file in "$double"/lib/*.a; do cp "$file" "$float/$(basename "$file" .a)_Debug.a"; done
+      mkdir -p "$folder/lib" "$folder/debug/lib"
+      cp "$double"/lib/*$ending "$folder/lib"
+      for file in "$double"/lib/*$ending; do
+        cp "$file" "$folder/debug/lib/$(basename "$file" $ending)_Debug$ending"
+      done
       ;;
     vcpkg) # one precision, imported targets
-      double=$(bullet_prefix 3.24-double)
       mkdir -p "$folder/share/bullet3" "$folder/lib"
       cp -r "$double/include" "$folder"
-      cp "$double"/lib/*.a "$folder/lib"
-      imported_targets >"$folder/share/bullet3/BulletConfig.cmake"
+      cp "$double"/lib/*$ending "$folder/lib"
+      imported_targets $ending >"$folder/share/bullet3/BulletConfig.cmake"
       ;;
     conda) # both precisions side by side, two config files
-      float=$(bullet_prefix 3.24-float) double=$(bullet_prefix 3.24-double)
       cp -r "$float/." "$folder"
-      for file in "$double"/lib/*.a; do cp "$file" "$folder/lib/$(basename "$file" .a)-float64.a"; done
+      for file in "$double"/lib/*$ending; do
+        cp "$file" "$folder/lib/$(basename "$file" $ending)-float64$ending"
+      done
       sed -E '/BULLET_LIBRARIES/s/([A-Za-z0-9]+)(;|")/\1-float64\2/g' "$double/lib/cmake/bullet/BulletConfig.cmake" \
         >"$folder/lib/cmake/bullet/BulletConfig-float64.cmake"
       ;;
     homebrew) # double in a folder below lib, with a config file that says otherwise
-      float=$(bullet_prefix 3.24-float) double=$(bullet_prefix 3.24-double)
       cp -r "$float/." "$folder"
       mkdir -p "$folder/lib/bullet"
       cp -r "$double/lib" "$folder/lib/bullet/double"

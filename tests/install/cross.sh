@@ -9,6 +9,14 @@ set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../../examples/setup.sh"
 source "$(dirname "${BASH_SOURCE[0]}")/bullets.sh"
 
+case ${1:-} in
+  aarch64) compiler=aarch64-linux-gnu-g++ run=(qemu-aarch64-static -L /usr/aarch64-linux-gnu) ;;
+  windows) compiler=x86_64-w64-mingw32-g++-posix run=(/usr/lib/wine/wine64) ;;
+  *) sed -n '4,5s/^# \{0,1\}//p' "${BASH_SOURCE[0]}" >&2; exit 2 ;;
+esac
+for program in "$compiler" "${run[0]}"; do
+  command -v "$program" >/dev/null || { echo "$program is missing; Debian's packages are listed in README.md beside" >&2; exit 2; }
+done
 target=$1
 version=${BULLET:-3.24}
 precision=${PRECISION:-float}
@@ -39,14 +47,10 @@ cmake -S "$repository" -B "$build" "${compiler_options[@]}" --toolchain "$reposi
   >"$build.txt" 2>&1
 targets=(lazyccd_tests "lazyccd_tests_bullet$suffix")
 cmake --build "$build" -j "$jobs" --target "${targets[@]}" "example_bullet$suffix" >>"$log" 2>&1
-# The program whose hashes run.sh compares.
-case $target in
-  aarch64) compiler=aarch64-linux-gnu-g++ run=(qemu-aarch64-static -L /usr/aarch64-linux-gnu) ;;
-  windows) compiler=x86_64-w64-mingw32-g++-posix run=(/usr/lib/wine/wine64) ;;
-esac
+# The program whose hashes bullet.sh compares.
 double=$([ "$precision" = double ] && echo "-DLAZYCCD_BULLET_DOUBLE=1 -DBT_USE_DOUBLE_PRECISION" || echo -DLAZYCCD_BULLET_DOUBLE=0)
 # shellcheck disable=SC2086
-"$compiler" -std=c++17 -O2 -ffp-contract=off -static $double -I "$repository/cuda/include" -I "$repository/plugin/include" \
+"$compiler" -std=c++17 -O2 -ffp-contract=off -fno-ipa-ra -static $double -I "$repository/cuda/include" -I "$repository/plugin/include" \
   -isystem "$(bullet_source "$version")/src" "$repository/tests/consumer_find_package/bullet.cpp" -o "$build/hashes.exe" \
   "$build/plugin/liblazyccd_bullet$suffix.a" "$build/cuda/liblazyccd_core.a" \
   "$(find "$build" -name "liblazyccd_bullet3_$precision.a")" -pthread

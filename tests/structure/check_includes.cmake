@@ -3,7 +3,7 @@
 #   cmake -D source_dir=. -P tests/structure/check_includes.cmake
 #
 # Projects, from the top: plugin -> cuda/include -> cuda/detector.cpp -> cuda/gpu -> cuda/cpu ->
-# {cuda/balance, cuda/core}. The GPU leaves rare queries to the CPU's exact arithmetic, so gpu/ knows
+# {cuda/balance, cuda/core} -> cuda/simd, which plugin/ shares. The GPU leaves rare queries to the CPU's exact arithmetic, so gpu/ knows
 # cpu/, never the other way round. Bullet's headers are only in plugin/ and examples/, CUDA's only in
 # cuda/gpu and cuda/balance. The folders of plugin/, cuda/cpu and cuda/gpu form the
 # layers below.
@@ -92,9 +92,10 @@ function(check_size most)
 endfunction()
 
 check(cuda/include QUOTED "^lazyccd/" FORBID ${bullet} ${device})
+check(cuda/simd QUOTED "^simd/" FORBID ${bullet} ${device})
 check(cuda/core QUOTED "^(core|lazyccd)/" FORBID ${bullet} ${device})
 check(cuda/balance QUOTED "^(balance|core)/" FORBID ${bullet})
-check(cuda/cpu QUOTED "^(cpu|balance|core|lazyccd)/" FORBID ${bullet} ${device})
+check(cuda/cpu QUOTED "^(cpu|balance|core|simd|lazyccd)/" FORBID ${bullet} ${device})
 check(cuda/gpu QUOTED "^(gpu|cpu|balance|core|lazyccd)/" FORBID ${bullet})
 check(plugin FORBID "^(core|cpu|gpu|balance|io|scenes)/" ${device})
 check(examples/io QUOTED "^(io|lazyccd)/" FORBID "^lazyccd/bullet/" ${bullet} ${device})
@@ -103,7 +104,7 @@ check(examples/cli FORBID "^(core|cpu|gpu|balance)/" ${device})
 
 set(prefix "")
 check_layers(plugin lazyccd/
-  util:
+  util:simd
   motion:
   contact:motion,util
   shapes:util
@@ -115,16 +116,16 @@ check_layers(plugin lazyccd/
   detection:contact,scene,shapes,motion,util
   solver:contact,motion,util
   response:solver,contact,motion,util
-  isa:detection,solver,links,contact,motion,util
+  isa:detection,solver,links,contact,motion,util,simd
   step:detection,response,report,untangling,scene,shapes,contact,motion,util
   world:step,bodies,links,report,scene,shapes,contact,motion,util)
 
 set(prefix "cpu/")
-check_layers(cuda/cpu "(core|balance|lazyccd)/"
+check_layers(cuda/cpu "(core|balance|simd|lazyccd)/"
   threads:
   scene:threads
   kernels:scene
-  balance:threads
+  strategies:threads
   bvh:kernels,scene,threads
   culling:bvh,kernels,scene,threads
   verlet:bvh,kernels,scene,threads
@@ -139,6 +140,15 @@ check_layers(cuda/gpu "(core|cpu|balance|lazyccd)/"
   narrow:scene,device
   culling:narrow,bvh,scene,device
   traversal:culling,narrow,bvh,scene,device)
+
+# cl.exe also looks for an include in the folders of all files above it. So no folder further down has the
+# name of one that includes begin with.
+file(GLOB_RECURSE folders LIST_DIRECTORIES true ${source_dir}/cuda/*)
+foreach(folder IN LISTS folders)
+  if(IS_DIRECTORY ${folder} AND folder MATCHES "/cuda/.+/(core|balance|simd|cpu|gpu)$")
+    fail("${folder}: a folder further up has this name")
+  endif()
+endforeach()
 
 check_size(13 cuda plugin examples tests)
 

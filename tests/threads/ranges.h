@@ -9,7 +9,7 @@
 #include <thread>
 #include <vector>
 
-#include "cpu/balance/balanced_run.h"
+#include "cpu/strategies/balanced_run.h"
 #include "cpu/threads/spin_wait.h"
 
 namespace lazyccd::test {

@@ -3,7 +3,7 @@
 #include <stdexcept>
 #include <thread>
 
-#include "cpu/balance/balanced_run.h"
+#include "cpu/strategies/balanced_run.h"
 #include "support/catch.h"
 #include "threads/ranges.h"
 

@@ -15,8 +15,16 @@ namespace lazyccd {
 LAZYCCD_HD inline int leading_zeros(std::uint64_t x) {
 #if defined(__CUDA_ARCH__)
   return __clzll(static_cast<long long>(x));
-#else
+#elif defined(__GNUC__) || defined(__clang__)
   return __builtin_clzll(x);
+#else
+  int zeros = 0;
+  for (int half = 32; half > 0; half /= 2)
+    if (x >> (64 - half) == 0) {
+      zeros += half;
+      x <<= half;
+    }
+  return zeros;
 #endif
 }
 

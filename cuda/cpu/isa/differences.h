@@ -18,7 +18,7 @@ LAZYCCD_INLINE Differences<FloatLanes> gather(const LeafScene& scene, const Cand
   for (int i = 0; i < FloatLanes::lanes; ++i) {
     const Ends e = ends<kind>(scene, c[i]);
     const auto difference = [&](const std::int32_t(&p)[2]) {
-      return __builtin_convertvector((records[p[1]] - records[p[0]]) * scene.scale, Float8);
+      return convert<Float8>((records[p[1]] - records[p[0]]) * scene.scale);
     };
     rows[0][i] = difference(e.e1);
     rows[1][i] = difference(e.e2);
@@ -52,7 +52,7 @@ LAZYCCD_INLINE DifferencesAt<FloatLanes> gather_at(const LeafScene& scene, const
   const auto difference = [&](std::int32_t(Ends::*points)[2]) {
     const auto position = [&](int lane, int which) {
       const auto vertex = static_cast<std::uint32_t>((of[lane].*points)[which]);
-      return *reinterpret_cast<const Double4*>(scene.records + 8 * std::size_t{vertex} + 3 * end);
+      return load_unaligned<double, 4>(scene.records + 8 * std::size_t{vertex} + 3 * end);
     };
     Quarters rows[4];
     for (int i = 0; i < 4; ++i) rows[i] = quarters_of(position, i, scene.scale);

@@ -96,10 +96,10 @@ LAZYCCD_INLINE DoubleLanes lane_abs(DoubleLanes a) {
 }
 LAZYCCD_INLINE DoubleLanes lane_sqrt(DoubleLanes a) { return _mm256_sqrt_pd(a.v); }
 
-#else  // two lanes of the compiler's vector extensions
+#else  // two lanes
 
-typedef double Double2 __attribute__((vector_size(16)));
-typedef std::int64_t Long2 __attribute__((vector_size(16)));
+using Double2 = SimdVector<double, 2>;
+using Long2 = SimdVector<std::int64_t, 2>;
 
 struct WideMask {
   Long2 m;
@@ -124,19 +124,16 @@ LAZYCCD_INLINE DoubleLanes operator-(DoubleLanes a) { return -a.v; }
 LAZYCCD_INLINE WideMask operator<(DoubleLanes a, DoubleLanes b) { return {a.v < b.v}; }
 LAZYCCD_INLINE WideMask operator<=(DoubleLanes a, DoubleLanes b) { return {a.v <= b.v}; }
 LAZYCCD_INLINE DoubleLanes select(WideMask m, DoubleLanes a, DoubleLanes b) {
-  return reinterpret_cast<Double2>((m.m & reinterpret_cast<Long2>(a.v)) |
-                                   (~m.m & reinterpret_cast<Long2>(b.v)));
+  return bit_cast<Double2>((m.m & bit_cast<Long2>(a.v)) | (~m.m & bit_cast<Long2>(b.v)));
 }
 LAZYCCD_INLINE DoubleLanes lane_min(DoubleLanes a, DoubleLanes b) { return select(a < b, a, b); }
 LAZYCCD_INLINE DoubleLanes lane_max(DoubleLanes a, DoubleLanes b) {
   return select({b.v < a.v}, a, b);
 }
 LAZYCCD_INLINE DoubleLanes lane_abs(DoubleLanes a) {
-  return reinterpret_cast<Double2>(reinterpret_cast<Long2>(a.v) & INT64_MAX);
+  return bit_cast<Double2>(bit_cast<Long2>(a.v) & INT64_MAX);
 }
-LAZYCCD_INLINE DoubleLanes lane_sqrt(DoubleLanes a) {
-  return Double2{__builtin_sqrt(a.v[0]), __builtin_sqrt(a.v[1])};
-}
+LAZYCCD_INLINE DoubleLanes lane_sqrt(DoubleLanes a) { return square_root(a.v); }
 
 #endif
 
@@ -149,11 +146,12 @@ LAZYCCD_INLINE WideMask operator>=(DoubleLanes a, DoubleLanes b) { return b <= a
 LAZYCCD_INLINE bool lane_any(WideMask m) { return m.bits() != 0; }
 // As unit_scale(double) in core/narrow/contact_math.h.
 LAZYCCD_INLINE DoubleLanes unit_scale(DoubleLanes size) {
-  typedef std::uint64_t Bits __attribute__((vector_size(sizeof(DoubleLanes))));
-  typedef std::int64_t Exponent __attribute__((vector_size(sizeof(DoubleLanes))));
-  const auto exponent = reinterpret_cast<Exponent>(reinterpret_cast<Bits>(size.v) >> 52);
-  const Exponent inverse = exponent < 2046 ? 2046 - exponent : Exponent{} + 1;
-  const DoubleLanes scale = reinterpret_cast<decltype(size.v)>(inverse << 52);
+  using Bits = SimdVector<std::uint64_t, DoubleLanes::lanes>;
+  using Exponent = SimdVector<std::int64_t, DoubleLanes::lanes>;
+  const Exponent exponent = bit_cast<Exponent>(bit_cast<Bits>(size.v) >> 52);
+  const Exponent one = Exponent{} + 1;
+  const Exponent inverse = choose(exponent < 2046, 2046 - exponent, one);
+  const DoubleLanes scale = bit_cast<SimdVector<double, DoubleLanes::lanes>>(inverse << 52);
   const WideMask normal =
       (DoubleLanes(0x1p-1020) < size) & (size <= DoubleLanes(0x1.fffffffffffffp1023));
   return select(normal, scale, DoubleLanes(1.0));

@@ -8,18 +8,15 @@
 
 #include <cstdint>
 
-#if defined(__SSE2__)
+#if defined(LAZYCCD_PLAIN_CPP)
+#elif defined(__SSE2__)
 #include <immintrin.h>
 #elif defined(__aarch64__)
 #include <arm_neon.h>
 #endif
 
 #include "core/lane.h"
-
-#ifndef LAZYCCD_ISA
-#error "compile with -DLAZYCCD_ISA=<name>"
-#endif
-#define LAZYCCD_INLINE inline __attribute__((always_inline))
+#include "simd/vector.h"
 
 namespace lazyccd {
 namespace LAZYCCD_ISA {
@@ -112,15 +109,17 @@ LAZYCCD_INLINE Mask equal(const std::int32_t* p, std::int32_t x) {
   return {_mm256_castsi256_ps(_mm256_cmpeq_epi32(row, _mm256_set1_epi32(x)))};
 }
 
-#else  // four lanes of the compiler's vector extensions: SSE2, NEON and others
+#else  // four lanes: SSE2, NEON and others
 
-typedef float Float4 __attribute__((vector_size(16)));
-typedef std::int32_t Int4 __attribute__((vector_size(16)));
+using Float4 = SimdVector<float, 4>;
+using Int4 = SimdVector<std::int32_t, 4>;
 
 struct Mask {
   Int4 m;
   LAZYCCD_INLINE unsigned bits() const {
-#if defined(__SSE2__)
+#if defined(LAZYCCD_PLAIN_CPP)
+    return (m[0] & 1u) | (m[1] & 2u) | (m[2] & 4u) | (m[3] & 8u);
+#elif defined(__SSE2__)
     return static_cast<unsigned>(_mm_movemask_ps(reinterpret_cast<__m128>(m)));
 #elif defined(__aarch64__)
     return vaddvq_u32(reinterpret_cast<uint32x4_t>(m & Int4{1, 2, 4, 8}));
@@ -148,15 +147,14 @@ LAZYCCD_INLINE FloatLanes operator-(FloatLanes a) { return -a.v; }
 LAZYCCD_INLINE Mask operator<(FloatLanes a, FloatLanes b) { return {a.v < b.v}; }
 LAZYCCD_INLINE Mask operator<=(FloatLanes a, FloatLanes b) { return {a.v <= b.v}; }
 LAZYCCD_INLINE FloatLanes select(Mask m, FloatLanes a, FloatLanes b) {
-  return reinterpret_cast<Float4>((m.m & reinterpret_cast<Int4>(a.v)) |
-                                  (~m.m & reinterpret_cast<Int4>(b.v)));
+  return bit_cast<Float4>((m.m & bit_cast<Int4>(a.v)) | (~m.m & bit_cast<Int4>(b.v)));
 }
 LAZYCCD_INLINE FloatLanes lane_min(FloatLanes a, FloatLanes b) { return select(a < b, a, b); }
 LAZYCCD_INLINE FloatLanes lane_max(FloatLanes a, FloatLanes b) { return select({b.v < a.v}, a, b); }
 LAZYCCD_INLINE FloatLanes lane_abs(FloatLanes a) {
-  return reinterpret_cast<Float4>(reinterpret_cast<Int4>(a.v) & INT32_MAX);
+  return bit_cast<Float4>(bit_cast<Int4>(a.v) & INT32_MAX);
 }
-#if defined(__aarch64__)
+#if defined(__aarch64__) && !defined(LAZYCCD_PLAIN_CPP)
 LAZYCCD_INLINE FloatLanes lane_sqrt(FloatLanes a) {
   return reinterpret_cast<Float4>(vsqrtq_f32(reinterpret_cast<float32x4_t>(a.v)));
 }
@@ -164,12 +162,9 @@ LAZYCCD_INLINE FloatLanes lane_floor(FloatLanes a) {
   return reinterpret_cast<Float4>(vrndmq_f32(reinterpret_cast<float32x4_t>(a.v)));
 }
 #else
-LAZYCCD_INLINE FloatLanes lane_sqrt(FloatLanes a) {
-  for (int i = 0; i < 4; ++i) a.v[i] = __builtin_sqrtf(a.v[i]);
-  return a;
-}
+LAZYCCD_INLINE FloatLanes lane_sqrt(FloatLanes a) { return square_root(a.v); }
 LAZYCCD_INLINE FloatLanes lane_floor(FloatLanes a) {
-  for (int i = 0; i < 4; ++i) a.v[i] = __builtin_floorf(a.v[i]);
+  for (int i = 0; i < 4; ++i) a.v[i] = ::floorf(a.v[i]);
   return a;
 }
 #endif

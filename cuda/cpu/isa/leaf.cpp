@@ -9,6 +9,7 @@
 #include "cpu/isa/near.h"
 #include "cpu/isa/refit.h"
 #include "cpu/isa/within.h"
+#include "simd/bits.h"
 
 namespace lazyccd {
 namespace LAZYCCD_ISA {
@@ -88,13 +89,13 @@ LAZYCCD_INLINE void reserve(CandidateSink& sink, ContactKind kind) {
 
 LAZYCCD_INLINE void push(CandidateQueue& queue, std::int32_t a, const std::int32_t* ids,
                          unsigned bits) {
-  for (; bits; bits &= bits - 1) queue.items[queue.count++] = {a, ids[__builtin_ctz(bits)]};
+  for (; bits; bits &= bits - 1) queue.items[queue.count++] = {a, ids[lowest_bit(bits)]};
 }
 
 LAZYCCD_INLINE void push_in_order(CandidateQueue& queue, std::int32_t a, const std::int32_t* ids,
                                   unsigned bits) {
   for (; bits; bits &= bits - 1) {
-    const std::int32_t b = ids[__builtin_ctz(bits)];
+    const std::int32_t b = ids[lowest_bit(bits)];
     queue.items[queue.count++] = {a < b ? a : b, a < b ? b : a};
   }
 }
@@ -109,7 +110,7 @@ LAZYCCD_INLINE void vertices_faces(const LeafScene& scene, const Group& gv, cons
   for (int i = 0; i < blocks; ++i) {
     const Block& block = scene.blocks[gv.first[kVertices] + i];
     for (unsigned live = vertices.bits[i]; live; live &= live - 1) {
-      const int lane = __builtin_ctz(live);
+      const int lane = lowest_bit(live);
       const std::int32_t v = block.id[lane];
       unsigned bits = Probe(block, lane).near(face_block) & faces;
       if (!bits) continue;
@@ -131,7 +132,7 @@ LAZYCCD_INLINE void edges_edges(const LeafScene& scene, const Group& ga, const L
   for (int i = 0; i < a_blocks; ++i) {
     const Block& block = scene.blocks[ga.first[kEdges] + i];
     for (unsigned live = a.bits[i]; live; live &= live - 1) {
-      const int lane = __builtin_ctz(live);
+      const int lane = lowest_bit(live);
       const Probe probe(block, lane);
       reserve(sink, ContactKind::edge_edge);
       for (int j = self ? i : 0; j < b_blocks; ++j) {
@@ -195,7 +196,7 @@ int filter_kind(const LeafScene& scene, const Candidate* candidates, int count,
     const Cubic<FloatLanes> f = coplanarity(d, m);
     if (scene.filtered_noncoplanar) {
       const unsigned left = (!f.no_root()).bits() & wanted;
-      *scene.filtered_noncoplanar += used - __builtin_popcount(left);
+      *scene.filtered_noncoplanar += used - count_bits(left);
       if (!left) continue;
     }
     const Verdict<FloatLanes> verdict = decide_at_roots<kind>(d, m, f);
@@ -204,7 +205,7 @@ int filter_kind(const LeafScene& scene, const Candidate* candidates, int count,
     verdict.hi.store(hi);
     const unsigned hits = verdict.hit.bits();
     for (unsigned left = (!verdict.miss).bits() & wanted; left; left &= left - 1) {
-      const int i = __builtin_ctz(left);
+      const int i = lowest_bit(left);
       survivors[found++] = {padded[i], lo[i], hi[i], (hits >> i & 1) != 0};
     }
   }

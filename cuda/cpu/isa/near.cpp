@@ -1,7 +1,10 @@
 #include "cpu/isa/near.h"
 
+#include <limits>
+
 #include "core/narrow/closest.h"
 #include "cpu/isa/differences.h"
+#include "simd/bits.h"
 
 namespace lazyccd {
 namespace LAZYCCD_ISA {
@@ -29,7 +32,7 @@ LAZYCCD_INLINE int append(const Candidate* pairs, unsigned chosen, Candidate* to
     const auto bits = static_cast<__mmask8>(chosen >> 8 * half);
     const __m512i eight = _mm512_loadu_si512(pairs + 8 * half);
     _mm512_storeu_si512(to + count, _mm512_maskz_compress_epi64(bits, eight));
-    count += __builtin_popcount(bits);
+    count += count_bits(bits);
   }
 #else
   for (int i = 0; i < FloatLanes::lanes; ++i) {
@@ -119,7 +122,8 @@ class EndTests {
 template <ContactKind kind>
 void near_kind(const LeafScene& scene, const Candidate* candidates, int count, NearSplit& split) {
   const FloatLanes zero(0.0f), tiny(Roundoff<float>::tiny);
-  FloatLanes nearest(__builtin_inff());
+  constexpr float infinity = std::numeric_limits<float>::infinity();
+  FloatLanes nearest(infinity);
   EndTests end_tests;
   split.near_count = split.kept_count = split.far_count = split.undecided_count = 0;
   for (int begin = 0; begin < count; begin += FloatLanes::lanes) {
@@ -147,7 +151,7 @@ void near_kind(const LeafScene& scene, const Candidate* candidates, int count, N
           (on > zero) &
           certainly_within(within - border_width<kind>(points.u, points.v, size1, size2));
       for (unsigned bits = may_be.bits() & used; bits; bits &= bits - 1) {
-        const int i = __builtin_ctz(bits);
+        const int i = lowest_bit(bits);
         const bool is = is_redundant_pair<kind>(scene.mesh, scene.first_faces, pair[i],
                                                 static_cast<int>(border[i]));
         is_redundant |= static_cast<unsigned>(is) << i;
@@ -166,7 +170,7 @@ void near_kind(const LeafScene& scene, const Candidate* candidates, int count, N
     nearest = lane_min(nearest, select(near, min_distance, nearest));
     split.near_count = append(pair, near_bits, split.near, split.near_count);
     for (unsigned kept = near_bits & ~is_redundant; kept; kept &= kept - 1) {
-      const int i = __builtin_ctz(kept);
+      const int i = lowest_bit(kept);
       split.kept[split.kept_count++] = {pair[i], 0, false, gaps[i]};
     }
     end_tests.add(pair, used & ~near_bits, gap, min_distance);

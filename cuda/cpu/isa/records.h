@@ -8,10 +8,10 @@ namespace lazyccd {
 namespace LAZYCCD_ISA {
 
 // The eight doubles of a record.
-typedef double Double8 __attribute__((vector_size(64), aligned(64)));
+using Double8 = SimdVector<double, 8>;
 
 // Half of a record: a position and the number after it.
-typedef double Double4 __attribute__((vector_size(32), aligned(8)));
+using Double4 = SimdVector<double, 4>;
 
 LAZYCCD_INLINE const Double8* records_of(const LeafScene& scene) {
   return reinterpret_cast<const Double8*>(scene.records);

@@ -7,8 +7,8 @@ namespace lazyccd {
 namespace LAZYCCD_ISA {
 namespace {
 
-typedef std::int32_t Int8 __attribute__((vector_size(32), aligned(32)));
-typedef std::uint32_t UInt8 __attribute__((vector_size(32), aligned(32)));
+using Int8 = SimdVector<std::int32_t, 8>;
+using UInt8 = SimdVector<std::uint32_t, 8>;
 
 // Numbers beyond the range of float are replaced by its largest number. So no two sides change
 // their order, and only the sides of unused lanes are infinite.
@@ -17,24 +17,24 @@ constexpr float kLargest = 0x1.fffffep127f;
 // Converts between the bits of floats and integers in the same order. They differ for negative
 // floats.
 LAZYCCD_INLINE Int8 ordered(Int8 bits) {
-  return bits < 0 ? reinterpret_cast<Int8>(0x80000000u - reinterpret_cast<UInt8>(bits)) : bits;
+  return choose(bits < 0, bit_cast<Int8>(0x80000000u - bit_cast<UInt8>(bits)), bits);
 }
 
 // Returns the float -steps places below x: the next lower float for -1, the second lower for -2.
 LAZYCCD_INLINE Float8 stepped_down(Float8 x, Int8 steps) {
-  const Float8 lower =
-      reinterpret_cast<Float8>(ordered(ordered(reinterpret_cast<Int8>(x)) + steps));
-  return lower < -kLargest ? Float8{} - kLargest : lower;
+  const Float8 lower = bit_cast<Float8>(ordered(ordered(bit_cast<Int8>(x)) + steps));
+  const Float8 lowest = Float8{} - kLargest;
+  return choose(lower < lowest, lowest, lower);
 }
 
 // Returns the largest float that is at most x. If `outwards` is -1, returns the float below that
 // one.
 LAZYCCD_INLINE Float8 rounded_down(Double8 x, int outwards) {
   const Double8 largest = Double8{} + static_cast<double>(kLargest);
-  x = x > largest ? largest : x;
-  x = x < -largest ? -largest : x;
-  const Float8 nearest = __builtin_convertvector(x, Float8);
-  const Int8 above = __builtin_convertvector(__builtin_convertvector(nearest, Double8) > x, Int8);
+  x = choose(x > largest, largest, x);
+  x = choose(x < -largest, -largest, x);
+  const Float8 nearest = convert<Float8>(x);
+  const Int8 above = convert<Int8>(convert<Double8>(nearest) > x);
   return stepped_down(nearest, above + outwards);
 }
 
@@ -46,7 +46,8 @@ struct Sides {
     for (int half = 0; half < 2; ++half) of[half] = reinterpret_cast<const Float8*>(box.side)[half];
   }
   LAZYCCD_INLINE void widen(const Sides& by) {
-    for (int half = 0; half < 2; ++half) of[half] = of[half] > by.of[half] ? of[half] : by.of[half];
+    for (int half = 0; half < 2; ++half)
+      of[half] = choose(of[half] > by.of[half], of[half], by.of[half]);
   }
 };
 

@@ -9,7 +9,7 @@
 namespace lazyccd {
 namespace LAZYCCD_ISA {
 
-typedef float Float8 __attribute__((vector_size(32), aligned(32)));
+using Float8 = SimdVector<float, 8>;
 
 constexpr int kColumns = 6;  // columns used, of the eight of a row
 
@@ -138,13 +138,9 @@ template <class Position>
 LAZYCCD_INLINE Float8 halves_of(const Position& position, int lane, double scale) {
   const auto both = [&](int which) {
     const auto low = position(lane, which), high = position(lane + 4, which);
-#if defined(__clang__) || __GNUC__ >= 12
-    return __builtin_shufflevector(low, high, 0, 1, 2, 3, 4, 5, 6, 7);
-#else
-    return Double8{low[0], low[1], low[2], low[3], high[0], high[1], high[2], high[3]};
-#endif
+    return shuffle<0, 1, 2, 3, 4, 5, 6, 7>(low, high);
   };
-  return __builtin_convertvector((both(1) - both(0)) * scale, Float8);
+  return convert<Float8>((both(1) - both(0)) * scale);
 }
 
 #endif
@@ -193,7 +189,7 @@ typedef Float4 Quarters;
 
 template <class Position>
 LAZYCCD_INLINE Quarters quarters_of(const Position& position, int lane, double scale) {
-  return __builtin_convertvector((position(lane, 1) - position(lane, 0)) * scale, Float4);
+  return convert<Float4>((position(lane, 1) - position(lane, 0)) * scale);
 }
 
 LAZYCCD_INLINE Vec3<FloatLanes> columns_of(const Quarters (&rows)[4]) {

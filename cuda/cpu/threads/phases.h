@@ -9,7 +9,6 @@
 
 #include <algorithm>
 #include <atomic>
-#include <cfenv>
 #include <cstddef>
 #include <cstdint>
 #include <exception>
@@ -18,6 +17,7 @@
 
 #include "cpu/threads/spin_wait.h"
 #include "cpu/threads/thread_pool.h"
+#include "simd/float_environment.h"
 
 namespace lazyccd {
 
@@ -38,14 +38,13 @@ class Phases {
     workers_ = static_cast<std::uint64_t>(pool.size());
     parts_ = std::make_unique<Part[]>(workers_);
     begin_phase(1, count);
-    std::fegetenv(&caller_mode_);
+    caller_mode_ = FloatEnvironment();
     pool.run_optional([this](int worker) {
       // All items run in the caller's floating-point mode: rounding, denormals and traps.
-      std::fenv_t own_mode;
-      std::fegetenv(&own_mode);
-      if (worker != 0) std::fesetenv(&caller_mode_);
+      const FloatEnvironment own_mode;
+      if (worker != 0) caller_mode_.set();
       work(worker);
-      if (worker != 0) std::fesetenv(&own_mode);
+      if (worker != 0) own_mode.set();
     });
     if (error_) std::rethrow_exception(error_);
   }
@@ -155,7 +154,7 @@ class Phases {
   const Next& next_;
   std::uint64_t workers_ = 1;
   std::unique_ptr<Part[]> parts_;  // by worker
-  std::fenv_t caller_mode_;
+  FloatEnvironment caller_mode_;
   std::atomic<std::uint64_t> joined_{0};  // workers that have come
   alignas(64) std::atomic<std::uint64_t> state_{0};
   alignas(64) std::atomic<std::int64_t> open_{0};  // items of the phase that have not ended

@@ -54,7 +54,7 @@ class GraphCache {
     }
     LAZYCCD_CUDA_CHECK(cudaStreamEndCapture(stream, &graph));
     cudaGraphExec_t executable = nullptr;
-    const cudaError_t result = cudaGraphInstantiate(&executable, graph, 0);
+    const cudaError_t result = cudaGraphInstantiateWithFlags(&executable, graph, 0);
     static_cast<void>(cudaGraphDestroy(graph));
     LAZYCCD_CUDA_CHECK(result);
     return executable;

@@ -10,19 +10,24 @@
 
 #include "gpu/device/check.h"
 
+// CUDA 11 does not have it.
+#if __CUDA_ARCH__ >= 900 && CUDART_VERSION >= 12000
+#define LAZYCCD_DEPENDENT_LAUNCH
+#endif
+
 namespace lazyccd::gpu {
 
 /// Waits until the results of all earlier kernels are visible. Every kernel of a chain calls it, so
 /// that the end of a kernel also means the end of all kernels before it.
 __device__ inline void await_kernels_before() {
-#if __CUDA_ARCH__ >= 900
+#if defined(LAZYCCD_DEPENDENT_LAUNCH)
   cudaGridDependencySynchronize();
 #endif
 }
 
 /// Allows the device to place blocks of the next kernel from here on.
 __device__ inline void let_next_kernel_in() {
-#if __CUDA_ARCH__ >= 900
+#if defined(LAZYCCD_DEPENDENT_LAUNCH)
   cudaTriggerProgrammaticLaunchCompletion();
 #endif
 }

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "contact/contact_row.h"
+#include "plugin/support/named_kernels.h"
 #include "support/catch.h"
 
 using namespace lazyccd;
@@ -79,8 +80,8 @@ TEST_CASE("kernels of all instruction sets and rows agree to the bit") {
     const int count = 1 + static_cast<int>(random() % RowEstimateLanes::count);
     std::vector<Contact> contacts;
     for (int i = 0; i < count; ++i) contacts.push_back(random_contact(random));
-    for (const char* isa : {"baseline", "avx2", "avx512"}) {
-      const RowEstimateKernels* const kernels = row_estimate_kernels(isa);
+    for (const char* isa : {"plain", "baseline", "avx2", "avx512"}) {
+      const RowEstimateKernels* const kernels = named_row_estimate_kernels(isa);
       if (!kernels) continue;
       CAPTURE(isa, round);
       RowEstimateLanes lanes;

@@ -7,6 +7,7 @@
 
 #include "links/link_batches.h"
 #include "links/link_kernels.h"
+#include "plugin/support/named_kernels.h"
 #include "support/catch.h"
 
 using namespace lazyccd::bullet;
@@ -136,8 +137,8 @@ void compare(const LinkKernels& kernels) {
 }  // namespace
 
 TEST_CASE("links in groups and one after the other have bit-identical results") {
-  for (const char* isa : {"baseline", "avx2"}) {
-    if (const LinkKernels* const kernels = link_kernels(isa)) {
+  for (const char* isa : {"plain", "baseline", "avx2"}) {
+    if (const LinkKernels* const kernels = named_link_kernels(isa)) {
       compare<float>(*kernels);
       compare<double>(*kernels);
     }

@@ -8,6 +8,7 @@
 #include <random>
 #include <vector>
 
+#include "plugin/support/named_kernels.h"
 #include "solver/row_batches.h"
 #include "support/catch.h"
 
@@ -145,8 +146,8 @@ TEST_CASE("a sweep is the same with every instruction set and converges to the c
     for (std::size_t i = 0; i < pushed.displacement.size(); ++i)
       for (int k = 0; k < 4; ++k)
         CHECK(pushed.displacement[i].x[k] == Approx(expected.displacement[i].x[k]).margin(1e-3));
-    for (const char* name : {"avx2", "avx512"}) {
-      const PgsKernels* const kernels = pgs_kernels(name);
+    for (const char* name : {"plain", "avx2", "avx512"}) {
+      const PgsKernels* const kernels = named_pgs_kernels(name);
       if (!kernels) continue;
       CAPTURE(name);
       Problem problem = random_problem(number);
@@ -218,9 +219,10 @@ TEST_CASE("violated rows are found among inactive ones as in the full problem") 
     return rows;
   };
   const auto check_all = [&](const std::vector<std::int32_t>& expected) {
-    for (const char* name : {"baseline", "avx2", "avx512"}) {
+    for (const char* name : {"plain", "baseline", "avx2", "avx512"}) {
       CAPTURE(name);
-      if (const PgsKernels* kernels = pgs_kernels(name)) CHECK(find_violated(*kernels) == expected);
+      if (const PgsKernels* kernels = named_pgs_kernels(name))
+        CHECK(find_violated(*kernels) == expected);
     }
   };
   // Before any motion: the rows with a positive need are violated.
@@ -242,8 +244,8 @@ TEST_CASE("violated rows are found among inactive ones as in the full problem") 
 }
 
 TEST_CASE("extrapolation adds a fraction of the last change with every instruction set") {
-  for (const char* name : {"baseline", "avx2", "avx512"}) {
-    const PgsKernels* const kernels = pgs_kernels(name);
+  for (const char* name : {"plain", "baseline", "avx2", "avx512"}) {
+    const PgsKernels* const kernels = named_pgs_kernels(name);
     if (!kernels) continue;
     CAPTURE(name);
     std::vector<Float4> now(3, {{1, 2, 3, 0}}), last(3, {{1, 1, 1, 0}});

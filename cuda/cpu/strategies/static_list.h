@@ -11,8 +11,8 @@
 
 #include "balance/host_atomics.h"
 #include "balance/static_list.h"
-#include "cpu/balance/work_stack.h"
-#include "cpu/balance/worker_counts.h"
+#include "cpu/strategies/work_stack.h"
+#include "cpu/strategies/worker_counts.h"
 #include "cpu/threads/spin_wait.h"
 
 namespace lazyccd {

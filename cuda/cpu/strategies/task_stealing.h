@@ -15,8 +15,8 @@
 #include "balance/portions.h"
 #include "balance/task_deque.h"
 #include "balance/termination.h"
-#include "cpu/balance/work_stack.h"
-#include "cpu/balance/worker_counts.h"
+#include "cpu/strategies/work_stack.h"
+#include "cpu/strategies/worker_counts.h"
 #include "cpu/threads/spin_wait.h"
 
 namespace lazyccd {

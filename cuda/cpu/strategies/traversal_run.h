@@ -7,12 +7,12 @@
 #include <variant>
 
 #include "core/bvh/node_pair.h"
-#include "cpu/balance/balanced_run.h"
-#include "cpu/balance/greedy_stealing.h"
-#include "cpu/balance/guided.h"
-#include "cpu/balance/lazy_stealing.h"
-#include "cpu/balance/static_list.h"
-#include "cpu/balance/task_stealing.h"
+#include "cpu/strategies/balanced_run.h"
+#include "cpu/strategies/greedy_stealing.h"
+#include "cpu/strategies/guided.h"
+#include "cpu/strategies/lazy_stealing.h"
+#include "cpu/strategies/static_list.h"
+#include "cpu/strategies/task_stealing.h"
 #include "cpu/threads/thread_pool.h"
 #include "lazyccd/detector.h"
 

@@ -11,8 +11,8 @@
 
 #include "balance/greedy_stealing.h"
 #include "balance/host_atomics.h"
-#include "cpu/balance/work_stack.h"
-#include "cpu/balance/worker_counts.h"
+#include "cpu/strategies/work_stack.h"
+#include "cpu/strategies/worker_counts.h"
 #include "cpu/threads/spin_wait.h"
 
 namespace lazyccd {

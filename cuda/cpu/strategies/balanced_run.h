@@ -12,9 +12,9 @@
 #include <vector>
 
 #include "core/bvh/node_pair.h"
-#include "cpu/balance/lazy_stealing.h"
-#include "cpu/balance/work_stack.h"
-#include "cpu/balance/worker_counts.h"
+#include "cpu/strategies/lazy_stealing.h"
+#include "cpu/strategies/work_stack.h"
+#include "cpu/strategies/worker_counts.h"
 #include "cpu/threads/thread_pool.h"
 
 namespace lazyccd {
