@@ -53,14 +53,15 @@ class Scene:
                 springDampingStiffness=0.1, springDampingAllDirections=1, springBendingStiffness=0.1,
                 frictionCoeff=friction, useSelfCollision=1, useFaceContact=1, collisionMargin=margin,
             )
+        nodes = self.nodes()  # PyBullet may join points or number them anew
+        self.node_of_point = np.array([((nodes - point) ** 2).sum(axis=1).argmin() for point in np.array(points)])
         self.faces = np.array(faces)
-        self.points = np.array(points)
 
     def nodes(self):
         return np.array(self.p.getMeshData(self.cloth, -1, flags=self.p.MESH_DATA_SIMULATION_MESH)[1])
 
     def node_at(self, place):
-        """The node nearest to a place at the start. PyBullet may join nodes or number them anew."""
+        """The node that is nearest to a place."""
         return int(np.linalg.norm(self.nodes() - place, axis=1).argmin())
 
     def control(self, time_now):
@@ -104,15 +105,15 @@ class Scene:
         return int(inside.sum())
 
     def picture(self, path, width=480, height=360):
-        """Draws the world. The cloth is drawn as a mesh of both sides, which shades better than PyBullet's own."""
+        """Draws the world. PyBullet draws one side of the cloth; the other is drawn as a body of its own."""
         p = self.p
         nodes = self.nodes()
-        both = np.concatenate([self.faces_of_nodes(), self.faces_of_nodes()[:, ::-1] + len(nodes)])
-        shape = p.createVisualShape(
-            p.GEOM_MESH, vertices=np.concatenate([nodes, nodes - [0, 0, 1e-3]]).tolist(),
-            indices=both.ravel().tolist(), rgbaColor=[0.25, 0.45, 0.8, 1], specularColor=[0, 0, 0],
+        p.changeVisualShape(self.cloth, -1, rgbaColor=[0.25, 0.45, 0.85, 1])
+        back = p.createVisualShape(
+            p.GEOM_MESH, vertices=nodes.tolist(), indices=self.node_of_point[self.faces][:, ::-1].ravel().tolist(),
+            rgbaColor=[0.95, 0.75, 0.3, 1], specularColor=[0, 0, 0],
         )
-        p.createMultiBody(0, -1, shape)
+        p.createMultiBody(0, -1, back)
         view = p.computeViewMatrix(self.eye, self.target, [0, 0, 1])
         lens = p.computeProjectionMatrixFOV(40, width / height, 0.05, self.far)
         pixels = p.getCameraImage(
@@ -122,16 +123,6 @@ class Scene:
 
         image = Image.fromarray(np.array(pixels, np.uint8).reshape(2 * height, 2 * width, 4)[:, :, :3])
         image.resize((width, height), Image.LANCZOS).save(path, quality=80)
-
-    def faces_of_nodes(self):
-        """The faces, by the numbers of the nodes."""
-        if not hasattr(self, "_node_of_point"):
-            raise RuntimeError("note_nodes() was not called at the start")
-        return self._node_of_point[self.faces]
-
-    def note_nodes(self):
-        nodes = self.nodes()
-        self._node_of_point = np.array([int(((nodes - q) ** 2).sum(axis=1).argmin()) for q in self.points])
 
 
 def sheet(n, width, depth, height):
@@ -156,7 +147,6 @@ class Gripper(Scene):
         super().__init__(p)
         self.plane = p.loadURDF("plane.urdf")
         self.load_cloth(*sheet(17, 0.7, 0.6, lambda x: self.ridge - 0.95 * np.abs(x)))
-        self.note_nodes()
         self.anchors = [
             p.createSoftBodyAnchor(self.cloth, self.node_at([0, y, self.ridge]), -1, -1)
             for y in np.linspace(-0.3, 0.3, 17)
@@ -189,7 +179,7 @@ class Press(Scene):
 
     seconds = 3.0
     top = 0.6251  # height of the table of pybullet_data, m
-    eye, target = [1.5, -1.2, 1.35], [0.15, 0, 0.75]
+    eye, target = [0.95, -0.75, 1.05], [0.05, 0, 0.72]
 
     def __init__(self, p):
         super().__init__(p)
@@ -199,7 +189,6 @@ class Press(Scene):
         points, faces = sheet(21, 0.5, 0.5, lambda x: 0 * x)
         points += [0.1, 0, self.top + 0.05]
         self.load_cloth(points, faces, friction=0.5)
-        self.note_nodes()
         self.robot = p.loadURDF("franka_panda/panda.urdf", [-0.45, 0, self.top], useFixedBase=True)
         self.rest = [0, 0, 0, -1.6, 0, 1.6, 0.8, 0, 0]
         self.arm = [j for j in range(p.getNumJoints(self.robot)) if p.getJointInfo(self.robot, j)[2] != p.JOINT_FIXED]
@@ -208,7 +197,7 @@ class Press(Scene):
 
     def control(self, time_now):
         p = self.p
-        above = 0.3 - 0.25 * min(1.0, time_now / 1.5)  # of the hand's frame above the table
+        above = 0.3 - 0.31 * min(1.0, time_now / 1.5)  # of the hand's frame above the table
         angles = p.calculateInverseKinematics(
             self.robot, 11, [0.1, 0, self.top + above], p.getQuaternionFromEuler([np.pi, 0, 0]), restPoses=self.rest,
             lowerLimits=[-2.9] * 9, upperLimits=[2.9] * 9, jointRanges=[5.8] * 9, maxNumIterations=50,
@@ -221,13 +210,11 @@ class Press(Scene):
 
     def figures(self):
         nodes = self.nodes()
-        found = {
+        hand = min(self.p.getAABB(self.robot, link)[0][2] for link in range(7, 12))
+        return {
             "below the table's top": int((nodes[:, 2] < self.top - 1e-4).sum()),
-            "hand above the table": float(
-                min(self.p.getAABB(self.robot, link)[0][2] for link in range(7, 12)) - self.top
-            ),
+            "hand above the table": float(hand - self.top),
         }
-        return found
 
 
 class Plane(Scene):
@@ -240,7 +227,6 @@ class Plane(Scene):
         self.ground(p)
         points, faces = sheet(21, 1, 1, lambda x: 0 * x)
         self.load_cloth(points + [0, 0, 0.05], faces)
-        self.note_nodes()
 
     def ground(self, p):
         p.loadURDF("plane.urdf")
@@ -270,11 +256,12 @@ def run(name, lazy, pictures=None):
         scene = SCENES[name](p)
         times = scene.run()
         result = dict(scene.figures(), **{"fastest node": scene.highest_speed})
-        result["force"] = None
-        if lazy and hasattr(scene, "robot"):
+        if lazy:
             found = lazyccd.pybullet.contacts()
-            with_robot = (found["body_a"] == scene.robot) | (found["body_b"] == scene.robot)
-            result["force"] = float(found["impulse"][with_robot].sum() / STEP)
+            result["contacts"] = len(found)
+            if hasattr(scene, "robot"):
+                with_robot = (found["body_a"] == scene.robot) | (found["body_b"] == scene.robot)
+                result["newtons"] = float(found["impulse"][with_robot].sum() / STEP)
         result["ms"], result["ms longest"] = float(np.mean(times)), float(np.max(times))
         result["steps"] = len(times)
         if pictures:
