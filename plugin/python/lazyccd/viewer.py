@@ -97,27 +97,31 @@ def view(
     if not ps.is_initialized():
         ps.set_verbosity(0)
         ps.set_allow_headless_backends(True)
+        ps.set_SSAA_factor(2)
         ps.init()
     ps.set_window_size(*size)
     ps.set_up_dir(up)
     ps.set_ground_plane_mode("none")
     ps.remove_all_structures()
 
-    mesh = ps.register_surface_mesh("mesh", last, triangles, edge_width=1.0)
+    mesh = ps.register_surface_mesh("mesh", last, triangles, edge_width=0.5)
     if end is not None:
         edges = np.unique(np.sort(triangles[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1), axis=0)
         ps.register_curve_network("start of the step", first, edges, radius=0.0005, color=(0.6, 0.6, 0.6))
     if contacts is not None and len(contacts):
         is_detectors = contacts.dtype == contact_dtype
         points = contact_points(first, last, contacts) if is_detectors else contacts["point"]
-        cloud = ps.register_point_cloud("contacts", points, radius=0.006)
-        cloud.add_vector_quantity("normal", contacts["normal"], enabled=True, color=(0.1, 0.1, 0.1))
+        cloud = ps.register_point_cloud("contacts", points, radius=0.004)
+        cloud.add_vector_quantity("normal", contacts["normal"], enabled=True, color=(0.1, 0.1, 0.1), length=0.03, radius=0.002)
         cloud.add_scalar_quantity("time of impact", contacts["toi"], enabled=True)
         if is_detectors:
             touched = _touched_faces(triangles, len(first), contacts)
             colours = np.where(touched[:, None], (0.85, 0.25, 0.2), (0.45, 0.6, 0.85))
             mesh.add_color_quantity("touched", colours, defined_on="faces", enabled=True)
-    ps.reset_camera_to_home_view()
+    corners = np.concatenate([first, last])
+    middle, extent = (corners.min(axis=0) + corners.max(axis=0)) / 2, np.ptp(corners, axis=0).max()
+    side = {"x_up": (0.75, 0.8, -1.1), "y_up": (0.8, 0.75, 1.1), "z_up": (0.8, -1.1, 0.75)}[up]
+    ps.look_at(middle + extent * np.array(side), middle)
     if window:
         ps.show()
         return None
