@@ -27,8 +27,19 @@ COMPILER
   chmod +x "$work/$language"
 done
 
+# Headers of the system's packages, without those of its glibc beside them.
+mkdir -p "$work/include" "$work/boost"
+ln -s /usr/include/boost "$work/include/boost"
+for folder in /usr/include/*-linux-gnu; do ln -s "$folder" "$work/include"; done
+cat >"$work/boost/BoostConfig.cmake" <<BOOST
+add_library(Boost::headers INTERFACE IMPORTED)
+target_include_directories(Boost::headers SYSTEM INTERFACE $work/include)
+BOOST
+echo 'set(PACKAGE_VERSION_COMPATIBLE TRUE)' >"$work/boost/BoostConfigVersion.cmake"
+
 options=()
-for option in CMAKE_C_COMPILER="$work/cc" CMAKE_CXX_COMPILER="$work/c++" \
+for option in CMAKE_C_COMPILER="$work/cc" CMAKE_CXX_COMPILER="$work/c++" Boost_DIR="$work/boost" \
+  CMAKE_CXX_FLAGS="-isystem $work/include -DBOOST_NO_CXX98_FUNCTION_BASE" Eigen3_DIR=/usr/share/eigen3/cmake \
   ${LAZYCCD_PYBULLET_SDIST:+LAZYCCD_PYBULLET_SDIST=$LAZYCCD_PYBULLET_SDIST}; do
   options+=(-C "cmake.define.$option")
 done

@@ -11,7 +11,7 @@ source "$(dirname "${BASH_SOURCE[0]}")/../../examples/setup.sh"
 here=$repository/tests/python
 [ $# -gt 0 ] || set -- asan valgrind
 
-require_packages core python
+require_packages core python memory
 build=$repository/build/python-memory
 mkdir -p "$build"
 [ -x "$build/venv/bin/python" ] || "${PYTHON:-python3}" -m venv "$build/venv"

@@ -2,8 +2,8 @@
 # Installs the Python package in a fresh virtual environment and runs its tests there.
 #
 #   bash tests/python/run.sh                 the detector: some 20 s after a build of the project
-#   bash tests/python/run.sh --pybullet      also the plugin library in the published wheel of PyBullet;
-#                                            builds Bullet, some 5 minutes
+#   bash tests/python/run.sh --pybullet      also the plugin library in the published wheel of PyBullet, sweeps,
+#                                            recipes and the notebook; builds Bullet, some 10 minutes
 #
 # The detector is taken from build/cpu if tests/run.sh --all has built it; its program is compared with the
 # package then. PYTHON names the interpreter; LAZYCCD_PYBULLET_SDIST the sources of PyBullet, if they need
@@ -28,7 +28,7 @@ if [ "${1:-}" = --pybullet ]; then
   require_packages python pybullet
   [ -z "${LAZYCCD_PYBULLET_SDIST:-}" ] ||
     options+=(-C "cmake.define.LAZYCCD_PYBULLET_SDIST=$LAZYCCD_PYBULLET_SDIST")
-  requirements=("$package[pybullet,test]") isolation=() build=$repository/build/python-pybullet
+  requirements=("$package[pybullet,recipes,test]") isolation=() build=$repository/build/python-pybullet
 else
   options+=(-C cmake.define.LAZYCCD_PYBULLET=OFF)
   requirements=("$package[test]") isolation=(--no-build-isolation) build=$work/build

@@ -75,8 +75,12 @@ def sweep(
     elif own_cluster:
         ray.init(address=address, log_to_driver=False)
     try:
-        count = workers or max(1, int(ray.cluster_resources().get("CPU", 1)))
-        measured = _run(ray, task, dict(settings), todo, store, count, attempts, lambda n: tell(done + n, len(todo_points)))
+        cpus = max(1, int(ray.cluster_resources().get("CPU", 1)))
+        # One point waits for each that runs, unless the cluster would run it at once.
+        submitted = workers if workers and workers < cpus else 2 * (workers or cpus)
+        measured = _run(
+            ray, task, dict(settings), todo, store, submitted, attempts, lambda n: tell(done + n, len(todo_points))
+        )
         store.compact()
     finally:
         store.flush()
@@ -91,7 +95,7 @@ def _run(
     settings: Dict[str, Any],
     todo: List[Row],
     store: Store,
-    count: int,
+    submitted: int,
     attempts: int,
     tell: Callable[[int], None],
 ) -> int:
@@ -102,7 +106,7 @@ def _run(
     tries: Dict[str, int] = {}
     measured, flushed = 0, time.monotonic()
     while todo or running:
-        while todo and len(running) < 2 * count:  # one waits for each that runs
+        while todo and len(running) < submitted:
             point = todo.pop()
             running[measure.remote(point, settings)] = point
         ready, _ = ray.wait(list(running), num_returns=1, timeout=SECONDS_BETWEEN_FLUSHES)
@@ -132,6 +136,8 @@ def _sent_modules(task: ModuleType) -> List[ModuleType]:
     """The task and its neighbours in one folder, if they are not of this package. Workers need not find the files."""
     if task.__name__.startswith("lazyccd."):
         return []
+    if not getattr(task, "__file__", None):
+        return [task]
     folder = Path(task.__file__ or "").parent
     return [
         module
