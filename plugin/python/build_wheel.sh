@@ -1,8 +1,10 @@
 #!/usr/bin/env bash
-# Builds a wheel that runs on every Linux since 2014 (glibc 2.17, as PyBullet's own wheels), and its source
+# Builds a wheel for every Linux since 2014 (glibc 2.17, as PyBullet's own wheels), and its source
 # distribution, into plugin/python/dist. Run it with the Python that the wheel is for.
 #
-#   bash plugin/python/build_wheel.sh [PYTHON]       PYTHON: python3 by default
+#   bash plugin/python/build_wheel.sh [PYTHON [OPTION=VALUE...]]
+#
+# PYTHON: python3 by default; OPTION: of the build, see README.md, e.g. LAZYCCD_PYBULLET=OFF.
 #
 # The compiler is Clang as the package ziglang carries it, because that has the symbols of all versions of glibc.
 # auditwheel then proves which versions the libraries need, and names the wheel. LAZYCCD_PYBULLET_SDIST as in
@@ -10,6 +12,7 @@
 set -euo pipefail
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 python=${1:-python3}
+shift $(($# > 0))
 glibc=2.17
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
@@ -40,7 +43,7 @@ echo 'set(PACKAGE_VERSION_COMPATIBLE TRUE)' >"$work/boost/BoostConfigVersion.cma
 options=()
 for option in CMAKE_C_COMPILER="$work/cc" CMAKE_CXX_COMPILER="$work/c++" Boost_DIR="$work/boost" \
   CMAKE_CXX_FLAGS="-isystem $work/include -DBOOST_NO_CXX98_FUNCTION_BASE" Eigen3_DIR=/usr/share/eigen3/cmake \
-  ${LAZYCCD_PYBULLET_SDIST:+LAZYCCD_PYBULLET_SDIST=$LAZYCCD_PYBULLET_SDIST}; do
+  ${LAZYCCD_PYBULLET_SDIST:+LAZYCCD_PYBULLET_SDIST=$LAZYCCD_PYBULLET_SDIST} "$@"; do
   options+=(-C "cmake.define.$option")
 done
 PATH=$venv:$PATH "$venv/python" -m build --outdir "$work/dist" "${options[@]}" "$here"
