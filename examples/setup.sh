@@ -2,7 +2,7 @@
 # examples/ and tests/ source this file.
 #
 #   require_packages GROUP...   installs the missing packages of the groups core, bullet, programs,
-#                               tests, checks, python, pybullet, pictures; needs root only if a package is missing
+#                               tests, checks, python, pybullet, memory, pictures; needs root only if a package is missing
 #   build_preset PRESET [CMAKE OPTION...] [-- TARGET...]
 #                               configures a preset and builds it in build/PRESET
 
@@ -53,6 +53,9 @@ packages_of() {
       ;;
     pybullet)
       echo 'xvfb: a virtual display, for PyBullet in a window'
+      ;;
+    memory)
+      echo 'valgrind: memory errors of the Python package'
       ;;
     pictures)
       echo 'python3-matplotlib: charts, and pictures side by side'

@@ -55,9 +55,12 @@ struct Searches {
   alignas(64) double ahead[CandidateQueue::capacity];
   alignas(64) double trust[CandidateQueue::capacity];
 
+  // The last pack is filled too, because lanes are loaded whole.
   explicit Searches(int approaches) : count(approaches) {
+    static_assert(CandidateQueue::capacity % DoubleLanes::lanes == 0);
     const Search<double> first;
-    for (int i = 0; i < count; ++i) {
+    const int packs = (count + DoubleLanes::lanes - 1) / DoubleLanes::lanes;
+    for (int i = 0; i < packs * DoubleLanes::lanes; ++i) {
       of[i] = static_cast<std::int16_t>(i);
       t[i] = first.t;
       ahead[i] = first.ahead;

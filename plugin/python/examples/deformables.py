@@ -214,6 +214,51 @@ class FineCloths(Cloths):
     n = 61
 
 
+class SelfContact(Scene):
+    """A ribbon of 10 x 40 nodes falls on its end and folds, as in Bullet's example of deformable self-contact."""
+
+    files: list = []
+    across, along = 10, 40
+
+    def build(self):
+        self.folder = tempfile.TemporaryDirectory()
+        x, z = np.meshgrid(np.linspace(-2, 2, self.across), np.linspace(-8, 8, self.along), indexing="ij")
+        points = np.stack([x.ravel(), 0 * x.ravel(), z.ravel()], axis=1)
+        corner = (np.arange(self.across - 1)[:, None] * self.along + np.arange(self.along - 1)).ravel()
+        a, b, c, d = corner, corner + 1, corner + self.along, corner + self.along + 1
+        self.faces = np.concatenate([np.stack([a, c, b], 1), np.stack([b, c, d], 1)])
+        lines = [f"v {v[0]:.9g} {v[1]:.9g} {v[2]:.9g}" for v in points] + ["vt 0 0", "vn 0 1 0"]
+        lines += ["f " + " ".join(f"{k + 1}/1/1" for k in face) for face in self.faces]
+        path = Path(self.folder.name, "ribbon.obj")
+        path.write_text("o ribbon\n" + "\n".join(lines) + "\n")
+        self.world(-10)
+        self.p.setGravity(0, 0, -100)
+        self.cloth(
+            [0, 0, 0], str(path), scale=1.0, springElasticStiffness=10, springDampingStiffness=0.2,
+            springDampingAllDirections=1, springBendingStiffness=10, frictionCoeff=0.2, useSelfCollision=1,
+            collisionMargin=0.2,
+        )
+        start = self.nodes(self.soft[0])  # PyBullet numbers the nodes anew
+        number = np.array([((start - point) ** 2).sum(axis=1).argmin() for point in points])
+        self.faces = number[self.faces]
+
+    def wrong(self):
+        """Nodes below the ground, and edges of the ribbon that stick in its faces."""
+        x, faces = self.nodes(self.soft[0]), self.faces
+        edges = np.unique(np.sort(faces[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1), axis=0)
+        a, b, c = (x[faces[:, k]] for k in range(3))
+        normal = np.cross(b - a, c - a)
+        p, q = x[edges[:, 0]], x[edges[:, 1]]
+        above = np.einsum("efk,fk->ef", p[:, None] - a, normal)
+        below = np.einsum("efk,fk->ef", q[:, None] - a, normal)
+        share = above / np.where(above == below, np.inf, above - below)
+        hit = (above * below < 0) & ~(edges[:, None, :, None] == faces[None, :, None, :]).any(axis=(2, 3))
+        at = p[:, None] + share[:, :, None] * (q - p)[:, None]
+        for u, v in ((a, b), (b, c), (c, a)):
+            hit &= np.einsum("efk,efk->ef", np.cross(v - u, at - u), np.broadcast_to(normal, at.shape)) > 0
+        return super().wrong() + int(hit.sum())
+
+
 SCENES = {
     "ball": ("deformable_ball", Ball),
     "torus": ("deformable_torus", Torus),
@@ -221,6 +266,7 @@ SCENES = {
     "bunny": ("load_soft_body", Bunny),
     "add_remove": ("cloths added and removed", AddRemove),
     "cloths31": ("two cloths 31 x 31 at 10 m/s", Cloths),
+    "self_contact": ("deformable self-contact", SelfContact),
     "cloths61": ("two cloths 61 x 61 at 10 m/s", FineCloths),
 }
 

@@ -56,6 +56,7 @@ contact_dtype = np.dtype(
 """
 
 _LIBRARY = Path(__file__).with_name("liblazyccd_pybullet.so")
+_LONGEST_COMMAND = 1000  # PyBullet's commands have 1024 characters
 _SERVER_IN_THIS_PROCESS = ("DIRECT", "GUI", "GUI_SERVER", "SHARED_MEMORY_SERVER", "GRAPHICS_SERVER")
 _library = None
 _reply_lock = threading.Lock()  # the reply of a command is fetched by a call of its own
@@ -86,21 +87,26 @@ def off(physicsClientId: int = 0) -> None:
 
 
 def options(physicsClientId: int = 0, **values: Union[float, bool, str]) -> Dict[str, Any]:
-    """Sets options of the solvers, and returns all of them.
+    """Sets options of the solvers, all or none, and returns all of them.
 
     The names are those of `SolverOptions` in C++ (lazyccd/bullet/options.h): ``thickness``, ``friction``,
     ``restitution``, ``untangling_speed`` and so on; also ``threads`` and ``backend``.
 
     Raises:
-        ValueError: there is no such option, or the value is not of its type. A number outside of its range is
-            replaced by the default; `status` says so.
+        ValueError: there is no such option, or the value is not of its type or out of its range.
     """
+    if not values:
+        return _table(_execute("options", physicsClientId))
+    words = ["set"]
     for name, value in values.items():
         text = repr(float(value)) if isinstance(value, (int, float, np.number, np.bool_)) else str(value)
         if not text or len(text.split()) != 1:
             raise ValueError(f"{name}: {value!r} is not a value of an option")
-        _execute(f"set {name} {text}", physicsClientId)
-    return _table(_execute("options", physicsClientId))
+        words += [name, text]
+    command = " ".join(words)
+    if len(command) > _LONGEST_COMMAND:
+        raise ValueError(f"options: more than {_LONGEST_COMMAND} characters at once")
+    return _table(_execute(command, physicsClientId))
 
 
 def status(physicsClientId: int = 0) -> str:

@@ -1,10 +1,13 @@
 #include "option_table.h"
 
 #include <cmath>
-#include <cstdio>
-#include <cstdlib>
+#include <locale>
+#include <sstream>
 #include <stdexcept>
 #include <variant>
+
+#include "number_text.h"
+#include "step/checked_options.h"
 
 namespace lazyccd::pybullet {
 
@@ -40,16 +43,11 @@ const Entry entries[] = {
 
 constexpr const char* backend_names[] = {"auto", "cpu", "cuda"};
 
-std::string text(double value) {
-  char digits[32];
-  std::snprintf(digits, sizeof digits, "%.17g", value);
-  return digits;
-}
-
 double number(const std::string& name, const std::string& value) {
-  char* end = nullptr;
-  const double result = std::strtod(value.c_str(), &end);
-  if (value.empty() || *end != '\0' || !std::isfinite(result))
+  std::istringstream digits(value);
+  digits.imbue(std::locale::classic());
+  double result = 0;
+  if (!(digits >> result) || !digits.eof() || !std::isfinite(result))
     throw std::invalid_argument(name + ": '" + value + "' is not a number");
   return result;
 }
@@ -59,6 +57,13 @@ int whole(const std::string& name, const std::string& value) {
   if (result != std::floor(result) || std::fabs(result) > 1e9)
     throw std::invalid_argument(name + ": '" + value + "' is not a whole number");
   return static_cast<int>(result);
+}
+
+bool truth(const std::string& name, const std::string& value) {
+  const double result = number(name, value);
+  if (result != 0 && result != 1)
+    throw std::invalid_argument(name + ": '" + value + "' is neither 0 nor 1");
+  return result == 1;
 }
 
 }  // namespace
@@ -79,12 +84,17 @@ void set_option(SolverOptions& options, const std::string& name, const std::stri
   }
   for (const Entry& entry : entries) {
     if (name != entry.name) continue;
+    const SolverOptions before = options;
     if (const auto* real = std::get_if<double SolverOptions::*>(&entry.member))
       options.** real = number(name, value);
     else if (const auto* count = std::get_if<int SolverOptions::*>(&entry.member))
       options.** count = whole(name, value);
     else
-      options.*std::get<bool SolverOptions::*>(entry.member) = number(name, value) != 0;
+      options.*std::get<bool SolverOptions::*>(entry.member) = truth(name, value);
+    if (!bullet::check(options).lines.empty()) {
+      options = before;
+      throw std::invalid_argument(name + ": " + value + " is out of range");
+    }
     return;
   }
   std::string names = "threads, backend";
@@ -105,7 +115,7 @@ std::string options_text(const SolverOptions& options) {
           else if constexpr (std::is_same_v<Value, int>)
             lines += std::to_string(options.*member);
           else
-            lines += text(options.*member);
+            lines += number_text(options.*member);
         },
         entry.member);
     lines += "\n";

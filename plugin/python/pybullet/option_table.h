@@ -8,7 +8,8 @@
 namespace lazyccd::pybullet {
 
 /// Sets the option `name`, a member of SolverOptions, or `backend` or `threads` of its detector.
-/// Throws std::invalid_argument if there is no such option or the value does not fit it.
+/// Numbers have a point in every locale. Throws std::invalid_argument if there is no such option,
+/// or if the value is not of its type or out of its range.
 void set_option(bullet::SolverOptions& options, const std::string& name, const std::string& value);
 
 /// One line for each option: its name, a blank, its value.

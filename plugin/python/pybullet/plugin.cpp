@@ -3,7 +3,7 @@
 // the replies.
 //
 //   on, off              in this world and in later ones
-//   set NAME VALUE       an option; the world's solver starts anew
+//   set NAME VALUE ...   options, all or none; the world's solver starts anew
 //   options, status, stats, total_stats, contacts
 //
 // All functions run on the server's thread, apart from lazyccd_pybullet_reply().
@@ -22,6 +22,7 @@
 #include <sstream>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "attachment.h"
 #include "option_table.h"
@@ -68,16 +69,22 @@ class Plugin {
   /// Carries out a command and returns its reply. Throws std::invalid_argument.
   std::string execute(const std::string& command) {
     std::istringstream words(command);
-    std::string verb, name, value;
-    words >> verb >> name >> value;
+    std::string verb;
+    words >> verb;
     if (verb == "on" || verb == "off") {
       switch_on(verb == "on");
       return status();
     }
     if (verb == "set") {
-      set_option(options_, name, value);
+      bullet::SolverOptions wanted = options_;
+      std::string name, value;
+      while (words >> name) {
+        if (!(words >> value)) throw std::invalid_argument(name + ": there is no value");
+        set_option(wanted, name, value);
+      }
+      options_ = std::move(wanted);
       if (attachment_ && attachment_->is_attached()) restart();
-      return "";
+      return options_text(options_);
     }
     if (verb == "options") return options_text(options_);
     if (verb == "status") return status();

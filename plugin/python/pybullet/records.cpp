@@ -3,8 +3,10 @@
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 
 #include <cstdint>
-#include <cstdio>
 #include <cstring>
+#include <type_traits>
+
+#include "number_text.h"
 
 namespace lazyccd::pybullet {
 
@@ -69,12 +71,12 @@ std::string contact_records(Span<const StepContact> contacts) {
 std::string stats_text(const StepStats& s) {
   std::string lines;
   const auto add = [&lines](const char* name, auto value) {
-    char line[96];
+    lines += std::string(name) + " ";
     if constexpr (std::is_floating_point_v<decltype(value)>)
-      std::snprintf(line, sizeof line, "%s %.17g\n", name, value);
+      lines += number_text(value);
     else
-      std::snprintf(line, sizeof line, "%s %lld\n", name, static_cast<long long>(value));
-    lines += line;
+      lines += std::to_string(value);
+    lines += "\n";
   };
   add("steps", s.steps);
   add("soft_bodies", s.soft_bodies);
