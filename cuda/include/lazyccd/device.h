@@ -1,10 +1,9 @@
 // Detection from device memory to device memory, for callers that live on the GPU. Plain C++: it
 // needs no header of CUDA.
 //
-//   const lazyccd::DeviceContacts found = detector.detect_async(start, end, stream);
-//   my_kernel<<<blocks, threads, 0, stream>>>(found.contacts, found.status);  // reads
-//   status->count found = detector.synchronize();  // now and then: waits, and completes what did
-//   not fit
+//   const DeviceContacts found = detector.detect_async(start, end, stream);
+//   my_kernel<<<blocks, threads, 0, stream>>>(found.contacts, found.status);
+//   detector.synchronize();  // now and then: waits, and completes a list that was too short
 #pragma once
 
 #include <cstddef>
