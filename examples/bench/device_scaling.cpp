@@ -29,23 +29,7 @@ namespace {
 using namespace lazyccd;
 using models::Layout;
 using models::WorldsScene;
-
-struct Scene {
-  std::vector<Face> faces;
-  std::vector<std::int32_t> body_of_vertex;
-  std::vector<Body> bodies;
-  std::vector<float> at[2];
-
-  Topology topology() const {
-    Topology t;
-    t.vertex_count = body_of_vertex.size();
-    t.faces = faces;
-    t.body_of_vertex = body_of_vertex;
-    t.bodies = bodies;
-    return t;
-  }
-  Positions positions(int end) const { return {at[end].data(), at[end].size() / 3}; }
-};
+using Scene = models::MovingMesh;
 
 // Two sheets of n x n quads, one above the other, that wave and touch in stripes.
 Scene two_sheets(int n) {
@@ -97,8 +81,7 @@ struct Times {
 };
 
 // A detector from and to the host.
-template <class AnyScene>
-Times from_host(const AnyScene& scene, DetectorOptions options, int repeat) {
+Times from_host(const Scene& scene, DetectorOptions options, int repeat) {
   Detector detector(options);
   Times t;
   std::vector<double> topology;
@@ -137,8 +120,7 @@ void check(cudaError_t result) {
 struct Resident {
   double enqueued = 0, waited = 0;
 };
-template <class AnyScene>
-Resident on_device(const AnyScene& scene, DetectorOptions options, int repeat, std::uint64_t hash) {
+Resident on_device(const Scene& scene, DetectorOptions options, int repeat, std::uint64_t hash) {
   Detector detector(options);
   detector.set_topology(scene.topology());
   float* x[2];
@@ -178,8 +160,7 @@ Resident on_device(const AnyScene& scene, DetectorOptions options, int repeat, s
   return r;
 }
 
-template <class AnyScene>
-void row(const char* kind, std::int64_t worlds, const AnyScene& scene, bool with_cpu, int repeat) {
+void row(const char* kind, std::int64_t worlds, const Scene& scene, bool with_cpu, int repeat) {
   DetectorOptions cuda;
   cuda.backend = Backend::cuda;
   const Times gpu = from_host(scene, cuda, repeat);

@@ -20,13 +20,26 @@ inline double noise(std::uint32_t a, std::uint32_t b) {
 
 enum class Layout { one_place, side_by_side };
 
-// Worlds of waving sheets one above the other, and a floor that is in every world.
-struct WorldsScene {
+// A topology with positions at both ends of a step. Its views refer to it.
+struct MovingMesh {
   std::vector<Face> faces;
   std::vector<std::int32_t> body_of_vertex;
   std::vector<Body> bodies;
-  std::vector<float> at[2];  // positions at both ends of the step
+  std::vector<float> at[2];
 
+  Topology topology() const {
+    Topology t;
+    t.vertex_count = body_of_vertex.size();
+    t.faces = faces;
+    t.body_of_vertex = body_of_vertex;
+    t.bodies = bodies;
+    return t;
+  }
+  Positions positions(int end) const { return {at[end].data(), at[end].size() / 3}; }
+};
+
+// Worlds of waving sheets one above the other, and a floor that is in every world.
+struct WorldsScene : MovingMesh {
   // first: the number of the first world. Worlds with the same number are the same.
   WorldsScene(std::int32_t worlds, std::int32_t bodies_each, Layout layout,
               std::int32_t first = 0) {
@@ -71,16 +84,6 @@ struct WorldsScene {
         faces.push_back({v + 1, v + n + 2, v + n + 1});
       }
   }
-
-  Topology topology() const {
-    Topology t;
-    t.vertex_count = body_of_vertex.size();
-    t.faces = faces;
-    t.body_of_vertex = body_of_vertex;
-    t.bodies = bodies;
-    return t;
-  }
-  Positions positions(int end) const { return {at[end].data(), at[end].size() / 3}; }
 };
 
 }  // namespace lazyccd::models
