@@ -5,7 +5,7 @@
 #include <iterator>
 
 #include "cpu/cpu_detector.h"
-#include "detect/named_kernels.h"
+#include "isa/named_kernels.h"
 #include "lazyccd/detector.h"
 #include "lazyccd/error.h"
 #include "support/catch.h"

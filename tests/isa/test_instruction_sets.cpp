@@ -8,7 +8,7 @@
 
 #include "core/narrow/contact_math.h"
 #include "cpu/cpu_detector.h"
-#include "detect/named_kernels.h"
+#include "isa/named_kernels.h"
 #include "support/catch.h"
 #include "support/moving_triangles.h"
 #include "support/same_contacts.h"
