@@ -11,6 +11,7 @@ Each run is one second from the start of the scene, in steps of 1/60 s. The medi
 import argparse
 import csv
 import json
+import os
 import subprocess
 import tempfile
 import time
@@ -40,7 +41,7 @@ def count_triangles(program, scene, size):
 
 
 def measure(program, scenes, sizes, limit):
-    rows = []
+    """Yields the rows one by one, so that a run that is stopped keeps what it has."""
     for scene in scenes:
         slow = set()
         for size in sizes:
@@ -56,11 +57,23 @@ def measure(program, scenes, sizes, limit):
                         slow.add(method)
                     result = json.loads(stats.read_text())
                 passed = result["pass_throughs"]
-                rows.append({"scene": scene, "size": size, "triangles": triangles, "method": method,
-                             "ms": result["median_ms_per_step"]["total"],
-                             "passed": passed["vertex_face"] + passed["edge_edge"]})
-                print("{scene:22} {triangles:8} {method:22} {ms:10.3f} ms {passed:8} passed".format(**rows[-1]), flush=True)
-    return rows
+                yield {"scene": scene, "size": size, "triangles": triangles, "method": method,
+                       "ms": result["median_ms_per_step"]["total"],
+                       "passed": passed["vertex_face"] + passed["edge_edge"]}
+
+
+def record(rows, path):
+    """Prints the rows, writes them to the file at `path` unless that is None, and returns them."""
+    done = []
+    with open(path or os.devnull, "w", newline="") as file:
+        writer = csv.DictWriter(file, ["scene", "size", "triangles", "method", "ms", "passed"])
+        writer.writeheader()
+        for row in rows:
+            print("{scene:22} {triangles:8} {method:22} {ms:10.3f} ms {passed:8} passed".format(**row), flush=True)
+            writer.writerow(row)
+            file.flush()
+            done.append(row)
+    return done
 
 
 def draw(rows, path):
@@ -101,14 +114,9 @@ def main():
             rows = [{**row, "triangles": int(row["triangles"]), "ms": float(row["ms"])} for row in csv.DictReader(file)]
     elif arguments.program:
         sizes = [float(size) for size in arguments.sizes.split(",")]
-        rows = measure(arguments.program, arguments.scenes or SCENES, sizes, arguments.limit)
+        rows = record(measure(arguments.program, arguments.scenes or SCENES, sizes, arguments.limit), arguments.csv)
     else:
         parser.error("PROGRAM or --read is missing")
-    if arguments.csv and not arguments.read:
-        with open(arguments.csv, "w", newline="") as file:
-            writer = csv.DictWriter(file, list(rows[0]))
-            writer.writeheader()
-            writer.writerows(rows)
     if arguments.chart:
         draw(rows, arguments.chart)
 

@@ -20,12 +20,11 @@ inline double noise(std::uint32_t a, std::uint32_t b) {
 
 enum class Layout { one_place, side_by_side };
 
-// A topology with positions at both ends of a step. Its views refer to it.
-struct MovingMesh {
+// Triangles of bodies. The topology refers to them.
+struct BodyMesh {
   std::vector<Face> faces;
   std::vector<std::int32_t> body_of_vertex;
   std::vector<Body> bodies;
-  std::vector<float> at[2];
 
   Topology topology() const {
     Topology t;
@@ -35,6 +34,12 @@ struct MovingMesh {
     t.bodies = bodies;
     return t;
   }
+};
+
+// A mesh with positions at both ends of a step.
+struct MovingMesh : BodyMesh {
+  std::vector<float> at[2];
+
   Positions positions(int end) const { return {at[end].data(), at[end].size() / 3}; }
 };
 

@@ -42,11 +42,9 @@ void FlatContacts::leave_out(std::vector<Body>& filters) const {
   for (const Obstacle& obstacle : obstacles_) bullet::leave_out(obstacle.pairs, filters);
 }
 
-std::vector<FlatContacts::MovingSide> FlatContacts::moving_sides(const ObstaclePairs& obstacle,
-                                                                 const FlatPart& part,
-                                                                 bool at_start) const {
+void FlatContacts::set_sides(const ObstaclePairs& obstacle, const FlatPart& part, bool at_start) {
   const RigidMotion& rigid = motion_.rigid_of(obstacle.body);
-  std::vector<MovingSide> sides;
+  sides_.clear();
   for (const FlatPart::Side& side : part.sides) {
     const Vector3d normal = to_eigen(rigid.start.getBasis() * side.normal).normalized();
     MovingSide moving{normal, -std::numeric_limits<double>::infinity(),
@@ -61,22 +59,21 @@ std::vector<FlatContacts::MovingSide> FlatContacts::moving_sides(const ObstacleP
     }
     moving.start += rounding * largest;
     moving.end += rounding * largest;
-    sides.push_back(moving);
+    sides_.push_back(moving);
   }
-  return sides;
 }
 
 bool FlatContacts::find_near(double separation, std::vector<Contact>& contacts) {
   contacts.clear();
   if (!any()) return true;
-  const std::vector<double> edges_squared =
-      measure_edges_squared(topology_, motion_, false).of_body;
+  measure_edges_squared(topology_, motion_, false, edges_squared_);
   const auto suits = [&](const ObstaclePairs& pairs) {
     const std::size_t first = contacts.size();
     for (const FlatPart& part : topology_.bodies()[pairs.body].triangles->flat_parts) {
-      const std::vector<MovingSide> sides = moving_sides(pairs, part, false);
+      set_sides(pairs, part, false);
       for (const std::int32_t s : pairs.soft_bodies) {
-        if (find_near(pairs, s, sides, separation, std::sqrt(edges_squared[s]), contacts)) continue;
+        const double longest_edge = std::sqrt(edges_squared_.of_body[s]);
+        if (find_near(pairs, s, separation, longest_edge, contacts)) continue;
         contacts.resize(first);
         return false;
       }
@@ -98,8 +95,8 @@ bool FlatContacts::find_near(double separation, std::vector<Contact>& contacts) 
 // in front of one side, and an edge's length or more behind the sides around it, has only
 // neighbours that are behind them too.
 bool FlatContacts::find_near(const ObstaclePairs& obstacle, std::int32_t soft_body,
-                             const std::vector<MovingSide>& sides, double separation,
-                             double longest_edge, std::vector<Contact>& contacts) const {
+                             double separation, double longest_edge,
+                             std::vector<Contact>& contacts) const {
   const StepTopology::BodyRecord& soft = topology_.bodies()[soft_body];
   const MovingSide* met = nullptr;  // the only side that this body may be near to
   for (std::int32_t v = soft.first_vertex; v < soft.first_vertex + soft.vertex_count; ++v) {
@@ -109,12 +106,12 @@ bool FlatContacts::find_near(const ObstaclePairs& obstacle, std::int32_t soft_bo
     const auto is_far_from = [&](const MovingSide& s) {
       return std::min(at_start(s), at_end(s)) > separation + longest_edge;
     };
-    if (std::any_of(sides.begin(), sides.end(), is_far_from)) continue;
-    const auto front = std::find_if(sides.begin(), sides.end(),
+    if (std::any_of(sides_.begin(), sides_.end(), is_far_from)) continue;
+    const auto front = std::find_if(sides_.begin(), sides_.end(),
                                     [&](const MovingSide& s) { return at_start(s) > 0; });
-    if (front == sides.end() || (met && met != &*front)) return false;
+    if (front == sides_.end() || (met && met != &*front)) return false;
     met = &*front;
-    for (const MovingSide& side : sides) {
+    for (const MovingSide& side : sides_) {
       if (&side == met || are_opposite(side.normal, met->normal)) continue;
       if (!(std::max(at_start(side), at_end(side)) <= -longest_edge)) return false;
     }
@@ -172,18 +169,17 @@ bool FlatContacts::are_clear(bool at_start) {
   return all_clear;
 }
 
-bool FlatContacts::is_clear(const ObstaclePairs& obstacle, bool at_start) const {
+bool FlatContacts::is_clear(const ObstaclePairs& obstacle, bool at_start) {
   for (const FlatPart& part : topology_.bodies()[obstacle.body].triangles->flat_parts) {
-    const std::vector<MovingSide> sides = moving_sides(obstacle, part, at_start);
+    set_sides(obstacle, part, at_start);
     for (const std::int32_t soft_body : obstacle.soft_bodies)
-      if (!is_clear(soft_body, sides, at_start)) return false;
+      if (!is_clear(soft_body, at_start)) return false;
   }
   return true;
 }
 
 // Each face and each edge must be in front of one of the sides. Mostly it is the same for all.
-bool FlatContacts::is_clear(std::int32_t soft_body, const std::vector<MovingSide>& sides,
-                            bool at_start) const {
+bool FlatContacts::is_clear(std::int32_t soft_body, bool at_start) {
   const StepTopology::BodyRecord& soft = topology_.bodies()[soft_body];
   const std::int32_t first = soft.first_vertex, last = first + soft.vertex_count;
   const auto is_beyond = [&](std::int32_t v, const MovingSide& side) {
@@ -193,20 +189,20 @@ bool FlatContacts::is_clear(std::int32_t soft_body, const std::vector<MovingSide
     };
     return exceeds(x0, side.start) && (at_start || exceeds(motion_.end_of(v), side.end));
   };
-  for (const MovingSide& side : sides) {
+  for (const MovingSide& side : sides_) {
     std::int32_t v = first;
     while (v < last && is_beyond(v, side)) ++v;
     if (v == last) return true;
   }
-  std::vector<std::uint32_t> beyond(static_cast<std::size_t>(soft.vertex_count), 0);  // bit by side
+  beyond_.assign(static_cast<std::size_t>(soft.vertex_count), 0);
   for (std::int32_t v = first; v < last; ++v) {
-    for (std::size_t s = 0; s < sides.size(); ++s)
-      beyond[v - first] |= static_cast<std::uint32_t>(is_beyond(v, sides[s])) << s;
+    for (std::size_t s = 0; s < sides_.size(); ++s)
+      beyond_[v - first] |= static_cast<std::uint32_t>(is_beyond(v, sides_[s])) << s;
   }
   const auto has_common_side = [&](const auto& primitive) {
     if (primitive[0] < first || primitive[0] >= last) return true;
     std::uint32_t common = ~0u;
-    for (const std::int32_t v : primitive) common &= beyond[v - first];
+    for (const std::int32_t v : primitive) common &= beyond_[v - first];
     return common != 0;
   };
   const Topology topology = topology_.topology();

@@ -58,19 +58,23 @@ class FlatContacts {
     const FlatPart::Side* side;  // for its faces
   };
 
-  std::vector<MovingSide> moving_sides(const ObstaclePairs& obstacle, const FlatPart& part,
-                                       bool at_start) const;
-  bool find_near(const ObstaclePairs& obstacle, std::int32_t soft_body,
-                 const std::vector<MovingSide>& sides, double separation, double longest_edge,
-                 std::vector<Contact>& contacts) const;
+  // Sets sides_ to those of a part.
+  void set_sides(const ObstaclePairs& obstacle, const FlatPart& part, bool at_start);
+  // These two are about the part of sides_.
+  bool find_near(const ObstaclePairs& obstacle, std::int32_t soft_body, double separation,
+                 double longest_edge, std::vector<Contact>& contacts) const;
+  bool is_clear(std::int32_t soft_body, bool at_start);
   Contact contact_at(const ObstaclePairs& obstacle, std::int32_t vertex, const MovingSide& side,
                      double time) const;
-  bool is_clear(const ObstaclePairs& obstacle, bool at_start) const;
-  bool is_clear(std::int32_t soft_body, const std::vector<MovingSide>& sides, bool at_start) const;
+  bool is_clear(const ObstaclePairs& obstacle, bool at_start);
 
   const StepTopology& topology_;
   const Motion& motion_;
   std::vector<Obstacle> obstacles_;
+  // Scratch memory.
+  std::vector<MovingSide> sides_;
+  std::vector<std::uint32_t> beyond_;  // by vertex of a body: a bit for each side that it is beyond
+  EdgesSquared edges_squared_;
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

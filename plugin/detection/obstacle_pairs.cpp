@@ -26,13 +26,14 @@ std::vector<ObstaclePairs> find_obstacle_pairs(const StepTopology& step_topology
 }
 
 // The square of an edge is a convex function of time, so it is largest at one of the ends.
-EdgesSquared measure_edges_squared(const StepTopology& step_topology, const Motion& motion,
-                                   bool at_start) {
+void measure_edges_squared(const StepTopology& step_topology, const Motion& motion, bool at_start,
+                           EdgesSquared& squares) {
   const Topology topology = step_topology.topology();
-  EdgesSquared squares;
   squares.of_body.assign(topology.bodies.size(), 0);
   squares.mean_of_body.assign(topology.bodies.size(), 0);
-  std::vector<int> counts(topology.bodies.size(), 0);
+  squares.count.assign(topology.bodies.size(), 0);
+  squares.of_face.clear();
+  squares.of_edge.clear();
   const auto square = [&](std::int32_t a, std::int32_t b) {
     const double start = (motion.start_of(a) - motion.start_of(b)).squaredNorm();
     return at_start ? start : std::max(start, (motion.end_of(a) - motion.end_of(b)).squaredNorm());
@@ -41,7 +42,7 @@ EdgesSquared measure_edges_squared(const StepTopology& step_topology, const Moti
     const std::int32_t body = step_topology.body_of(vertex);
     squares.of_body[body] = std::max(squares.of_body[body], value);
     squares.mean_of_body[body] += value;
-    ++counts[body];
+    ++squares.count[body];
     return value;
   };
   for (const Face& f : topology.faces) {
@@ -51,9 +52,8 @@ EdgesSquared measure_edges_squared(const StepTopology& step_topology, const Moti
   }
   for (const Edge& edge : topology.edges)
     squares.of_edge.push_back(include(edge[0], square(edge[0], edge[1])));
-  for (std::size_t body = 0; body < counts.size(); ++body)
-    squares.mean_of_body[body] /= std::max(1, counts[body]);
-  return squares;
+  for (std::size_t body = 0; body < squares.count.size(); ++body)
+    squares.mean_of_body[body] /= std::max(1, squares.count[body]);
 }
 
 void leave_out(const ObstaclePairs& obstacle, std::vector<Body>& filters) {

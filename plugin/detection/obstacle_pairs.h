@@ -21,15 +21,16 @@ struct ObstaclePairs {
 /// anchored to.
 std::vector<ObstaclePairs> find_obstacle_pairs(const StepTopology& topology);
 
-/// Squares of the longest edges in a motion, or at its start; square metres.
+/// Squares of the longest edges in a motion, or at its start; square metres. Kept for its memory.
 struct EdgesSquared {
   std::vector<double> of_body,  ///< the longest one of each soft body
       mean_of_body,             ///< mean of of_face and of_edge over each soft body
       of_face,                  ///< the longest side of each soft face
       of_edge;                  ///< by index of Topology::edges
+  std::vector<int> count;       ///< of faces and edges, by body
 };
-EdgesSquared measure_edges_squared(const StepTopology& topology, const Motion& motion,
-                                   bool at_start);
+void measure_edges_squared(const StepTopology& topology, const Motion& motion, bool at_start,
+                           EdgesSquared& squares);
 
 /// Changes the filters of a detector, such that it leaves out the pairs of these obstacles.
 void leave_out(const ObstaclePairs& obstacle, std::vector<Body>& filters);

@@ -94,11 +94,11 @@ struct RoundContacts::MovingCore {
 
 void RoundContacts::set_topology() {
   obstacles_.clear();
-  const EdgesSquared edges_squared = measure_edges_squared(topology_, motion_, true);
+  measure_edges_squared(topology_, motion_, true, edges_squared_);
   std::int64_t pairs = 0;
   for (ObstaclePairs& obstacle : find_obstacle_pairs(topology_)) {
     const Triangles& triangles = *topology_.bodies()[obstacle.body].triangles;
-    if (!triangles.is_round() || !suits(obstacle, edges_squared)) continue;
+    if (!triangles.is_round() || !suits(obstacle)) continue;
     const auto parts = static_cast<std::int64_t>(triangles.round_parts.size());
     for (const std::int32_t s : obstacle.soft_bodies)
       pairs += parts * topology_.bodies()[s].vertex_count;
@@ -108,14 +108,14 @@ void RoundContacts::set_topology() {
 }
 
 // True if the bound holds where faces of mean size rest on the obstacle.
-bool RoundContacts::suits(const ObstaclePairs& obstacle, const EdgesSquared& edges_squared) const {
+bool RoundContacts::suits(const ObstaclePairs& obstacle) const {
   const Triangles& triangles = *topology_.bodies()[obstacle.body].triangles;
   for (const std::int32_t s : obstacle.soft_bodies) {
     if (!topology_.bodies()[s].responds) return false;
     const double gap = kept_thickness * surfaces_.of(s, obstacle.body).thickness;
     for (const RoundPart& part : triangles.round_parts) {
       const double at_rest = part.inner_radius + gap;
-      if (!(at_rest * at_rest - edges_squared.mean_of_body[s] / 3 >
+      if (!(at_rest * at_rest - edges_squared_.mean_of_body[s] / 3 >
             part.outer_radius * part.outer_radius))
         return false;
     }
@@ -184,52 +184,48 @@ void RoundContacts::find_near(const ObstaclePairs& obstacle, std::int32_t soft_b
   }
 }
 
-bool RoundContacts::are_clear(bool at_start) const {
+bool RoundContacts::are_clear(bool at_start) {
   if (!any()) return true;
-  const EdgesSquared edges_squared = measure_edges_squared(topology_, motion_, at_start);
-  return std::all_of(obstacles_.begin(), obstacles_.end(), [&](const ObstaclePairs& obstacle) {
-    return is_clear(obstacle, edges_squared, at_start);
-  });
+  measure_edges_squared(topology_, motion_, at_start, edges_squared_);
+  return std::all_of(obstacles_.begin(), obstacles_.end(),
+                     [&](const ObstaclePairs& obstacle) { return is_clear(obstacle, at_start); });
 }
 
-bool RoundContacts::is_clear(const ObstaclePairs& obstacle, const EdgesSquared& edges_squared,
-                             bool at_start) const {
+bool RoundContacts::is_clear(const ObstaclePairs& obstacle, bool at_start) {
   const RigidMotion& rigid = motion_.rigid_of(obstacle.body);
   for (const RoundPart& part : topology_.bodies()[obstacle.body].triangles->round_parts) {
     for (const std::int32_t soft_body : obstacle.soft_bodies)
-      if (!is_clear(soft_body, part, rigid, at_start, edges_squared)) return false;
+      if (!is_clear(soft_body, part, rigid, at_start)) return false;
   }
   return true;
 }
 
 bool RoundContacts::is_clear(std::int32_t soft_body, const RoundPart& part,
-                             const RigidMotion& rigid, bool at_start,
-                             const EdgesSquared& edges_squared) const {
+                             const RigidMotion& rigid, bool at_start) {
   const StepTopology::BodyRecord& soft = topology_.bodies()[soft_body];
   const std::int32_t first = soft.first_vertex, last = first + soft.vertex_count;
   const MovingCore core(part, rigid, at_start);
   const double radius = part.outer_radius + core.rounding(part.outer_radius);
-  // By vertex: the largest L^2 / 3 with which the bound holds.
-  std::vector<double> limits(static_cast<std::size_t>(soft.vertex_count));
+  limits_.resize(static_cast<std::size_t>(soft.vertex_count));
   for (std::int32_t v = first; v < last; ++v) {
     const Vector3d x0 = motion_.start_of(v), x1 = at_start ? x0 : motion_.end_of(v);
     const double distance = core.smallest_distance(x0, x1);
     if (!(distance > radius)) return false;
-    limits[v - first] = distance * distance - radius * radius;
+    limits_[v - first] = distance * distance - radius * radius;
   }
-  const double smallest = *std::min_element(limits.begin(), limits.end());
-  if (smallest > edges_squared.of_body[soft_body] / 3) return true;
+  const double smallest = *std::min_element(limits_.begin(), limits_.end());
+  if (smallest > edges_squared_.of_body[soft_body] / 3) return true;
   const auto all_within = [&](const auto& primitives, const std::vector<double>& squares) {
     for (std::size_t i = 0; i < squares.size(); ++i) {
       if (primitives[i][0] < first || primitives[i][0] >= last) continue;
       for (const std::int32_t v : primitives[i])
-        if (!(limits[v - first] > squares[i] / 3)) return false;
+        if (!(limits_[v - first] > squares[i] / 3)) return false;
     }
     return true;
   };
   const Topology topology = topology_.topology();
-  return all_within(topology.faces, edges_squared.of_face) &&
-         all_within(topology.edges, edges_squared.of_edge);
+  return all_within(topology.faces, edges_squared_.of_face) &&
+         all_within(topology.edges, edges_squared_.of_edge);
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -43,24 +43,27 @@ class RoundContacts {
   void find_near(double separation, std::vector<Contact>& contacts) const;
   /// True if it is certain that no soft body touches the triangles of these obstacles in the motion
   /// to its present end, or, with `at_start`, at its start.
-  bool are_clear(bool at_start) const;
+  bool are_clear(bool at_start);
 
  private:
   // Core of a part over the motion, in the world.
   struct MovingCore;
 
-  bool suits(const ObstaclePairs& obstacle, const EdgesSquared& edges_squared) const;
+  bool suits(const ObstaclePairs& obstacle) const;
   void find_near(const ObstaclePairs& obstacle, std::int32_t soft_body, const RoundPart& part,
                  double separation, std::vector<Contact>& contacts) const;
-  bool is_clear(const ObstaclePairs& obstacle, const EdgesSquared& edges_squared,
-                bool at_start) const;
+  bool is_clear(const ObstaclePairs& obstacle, bool at_start);
   bool is_clear(std::int32_t soft_body, const RoundPart& part, const RigidMotion& rigid,
-                bool at_start, const EdgesSquared& edges_squared) const;
+                bool at_start);
 
   const StepTopology& topology_;
   const Motion& motion_;
   const PairSurfaces& surfaces_;
   std::vector<ObstaclePairs> obstacles_;
+  // Scratch memory.
+  EdgesSquared edges_squared_;
+  std::vector<double>
+      limits_;  // by vertex of a body: the largest L^2 / 3 with which the bound holds
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -24,7 +24,7 @@ constexpr double min_gap_fraction = 1.0 / 16;
 // An impact is what the impulses of the last step do not stop: contacts that still meet faster than
 // this, m/s.
 constexpr double min_impact_speed = 0.15;
-// And the load of the body, the sum of its normal impulses, must rise by this factor. Where a body
+// And the load of the body, the sum of its normal forces, must rise by this factor. Where a body
 // rests or slides, single nodes meet that fast in each step, but the load stays as it is.
 constexpr double min_load_growth = 1.1;
 // Links that move nodes more slowly than this do not throw a body back, m/s.
@@ -151,15 +151,15 @@ void Response::solve_speculative(const NearContacts& near, const std::vector<Con
 }
 
 std::vector<std::int32_t> Response::find_rising_loads(const Motion& motion) {
-  const std::vector<double> last = std::move(loads_);
+  std::swap(loads_, last_loads_);
   loads_.assign(motion.rigid_of_body.size(), 0);
   for (const ContactRow* const row : constraints_.active_rows()) {
     for (const std::int32_t body : {row->contact.body_a, row->contact.body_b})
-      loads_[body] += row->normal_impulse;
+      loads_[body] += row->normal_impulse / (motion.dt * motion.dt);
   }
   std::vector<std::int32_t> rising;
   for (std::size_t body = 0; body < loads_.size(); ++body) {
-    const double before = body < last.size() ? last[body] : 0;
+    const double before = body < last_loads_.size() ? last_loads_[body] : 0;
     if (motion.rigid_of_body[body] < 0 && loads_[body] > min_load_growth * before)
       rising.push_back(static_cast<std::int32_t>(body));
   }

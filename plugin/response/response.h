@@ -50,6 +50,7 @@ class Response {
   void forget() {
     constraints_.forget();
     loads_.clear();
+    last_loads_.clear();
   }
 
  private:
@@ -60,7 +61,7 @@ class Response {
   /// Solves links and contacts in turn after an impact. Contacts alone would stop the nodes that
   /// touch and leave the links compressed, and their restoring would throw the body back.
   void absorb_impact(const SolveLinks& solve_links, Motion& motion);
-  /// Sums up the normal impulses of each body. Returns the soft bodies whose sum rises.
+  /// Sums up the normal forces on each body. Returns the soft bodies whose sum rises.
   std::vector<std::int32_t> find_rising_loads(const Motion& motion);
   /// Resolves contacts that impulses leave: rigid impact zones first, then holds.
   void resolve_with_impact_zones(std::vector<Contact> contacts, const Detect& detect,
@@ -71,7 +72,7 @@ class Response {
   SolverOptions options_;
   Threads threads_;
   ContactConstraints constraints_;
-  std::vector<double> loads_;  // by body: normal impulses after solve_speculative()
+  std::vector<double> loads_, last_loads_;  // by body: normal forces after solve_speculative(), N
   std::vector<std::int32_t> bodies_with_solved_links_;  // in this step
 };
 

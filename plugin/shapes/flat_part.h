@@ -1,13 +1,13 @@
 // Boxes and planes: convex, with few and large faces.
 #pragma once
 
+#include <LinearMath/btVector3.h>
+
 #include <cstdint>
 #include <vector>
 
 #include "lazyccd/bullet/precision.h"
 #include "lazyccd/scene.h"
-
-#include <LinearMath/btVector3.h>
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {

@@ -27,33 +27,18 @@ using namespace lazyccd;
 using models::Layout;
 using models::WorldsScene;
 
-// A topology with its frames. The arrays stay alive with it.
-struct Frames {
+// A mesh with positions in several frames.
+struct Frames : models::BodyMesh {
   std::string name;
-  std::vector<Face> faces;
-  std::vector<std::int32_t> body_of_vertex;
-  std::vector<Body> bodies;
   std::vector<std::vector<float>> at;
 
-  Topology topology() const {
-    Topology t;
-    t.vertex_count = body_of_vertex.size();
-    t.faces = faces;
-    t.body_of_vertex = body_of_vertex;
-    t.bodies = bodies;
-    return t;
-  }
   Positions positions(std::size_t f) const { return {at[f].data(), at[f].size() / 3}; }
   std::size_t steps() const { return at.size() - 1; }
 };
 
 Frames worlds(std::int32_t count, std::int32_t bodies, int frames) {
   const WorldsScene scene(count, bodies, Layout::one_place);
-  Frames f{std::to_string(count) + " worlds of " + std::to_string(bodies) + " sheets",
-           scene.faces,
-           scene.body_of_vertex,
-           scene.bodies,
-           {}};
+  Frames f{scene, std::to_string(count) + " worlds of " + std::to_string(bodies) + " sheets", {}};
   for (int i = 0; i < frames; ++i) {
     f.at.push_back(scene.at[i % 2]);
     // The sheets come closer step by step.
@@ -66,7 +51,7 @@ Frames worlds(std::int32_t count, std::int32_t bodies, int frames) {
 // Triangles with corners on a lattice, which need exact arithmetic, in the steps of `exact`; in the
 // others they are far apart.
 Frames lattice(std::int32_t count, const std::vector<bool>& exact) {
-  Frames f{std::to_string(count) + " triangles on a lattice", {}, {}, {}, {}};
+  Frames f{{}, std::to_string(count) + " triangles on a lattice", {}};
   std::mt19937 random(11);
   for (std::int32_t i = 0; i < count; ++i) {
     f.bodies.emplace_back();

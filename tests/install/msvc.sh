@@ -29,7 +29,7 @@ flags=(--target=x86_64-pc-windows-msvc -fsyntax-only -std=c++17 -fms-extensions 
   -isystem "$("$clang" -print-resource-dir)/include" -isystem "$windows"
   -D_LIBCPP_NO_VCRUNTIME -D_LIBCPP_ENABLE_CXX17_REMOVED_UNARY_BINARY_FUNCTION -D_UCRT -D__MINGW_FORTIFY_LEVEL=0
   -D__MINGW_ATTRIB_DEPRECATED= -D__MINGW_ATTRIB_DEPRECATED_SEC_WARN=
-  -include "$repository/tests/install/cross/msvc_stubs.h"
+  -include "$repository/tests/install/cross/msvc_declarations.h"
   -DNOMINMAX -D_USE_MATH_DEFINES -DNDEBUG -DLAZYCCD_PLAIN_CPP -DLAZYCCD_ISA=baseline -DLAZYCCD_SHARED
   -I "$repository/cuda" -I "$repository/cuda/include")
 : >"$build/log.txt"
