@@ -8,77 +8,11 @@
 #include <tuple>
 
 #include "scene/collision_filters.h"
+#include "scene/primitives.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
-
-// The faces of a body that the detector accepts, in node indices, and their indices in the body.
-struct FaceList {
-  std::vector<Face> faces;
-  std::vector<int> index;
-  int foreign = 0, degenerate = 0, duplicate = 0;
-};
-
-FaceList read_faces(const btSoftBody& body) {
-  FaceList list;
-  for (int i = 0; i < body.m_faces.size(); ++i) {
-    Face face;
-    for (int k = 0; k < 3; ++k) face[k] = index_of(body, body.m_faces[i].m_n[k]);
-    if (std::min({face[0], face[1], face[2]}) < 0) {
-      ++list.foreign;
-    } else if (face[0] == face[1] || face[1] == face[2] || face[2] == face[0]) {
-      ++list.degenerate;
-    } else {
-      list.faces.push_back(face);
-      list.index.push_back(i);
-    }
-  }
-  std::vector<std::pair<Face, std::size_t>> sorted;
-  for (std::size_t i = 0; i < list.faces.size(); ++i) {
-    Face face = list.faces[i];
-    std::sort(face.begin(), face.end());
-    sorted.emplace_back(face, i);
-  }
-  std::sort(sorted.begin(), sorted.end());
-  std::vector<char> keep(list.faces.size(), 1);
-  for (std::size_t i = 1; i < sorted.size(); ++i) {
-    if (sorted[i].first == sorted[i - 1].first) keep[sorted[i].second] = 0;
-  }
-  std::size_t kept = 0;
-  for (std::size_t i = 0; i < keep.size(); ++i) {
-    if (!keep[i]) continue;
-    list.faces[kept] = list.faces[i];
-    list.index[kept++] = list.index[i];
-  }
-  list.duplicate = static_cast<int>(list.faces.size() - kept);
-  list.faces.resize(kept);
-  list.index.resize(kept);
-  return list;
-}
-
-// Returns the links of a body that count as edges, in node indices.
-std::vector<Edge> read_edges(const btSoftBody& body, const std::vector<Face>& faces) {
-  std::vector<char> covered(body.m_nodes.size(), 0);
-  for (const Face& face : faces) {
-    for (const std::int32_t node : face) covered[node] = 1;
-  }
-  for (int i = 0; i < body.m_tetras.size(); ++i) {
-    for (const btSoftBody::Node* corner : body.m_tetras[i].m_n) {
-      const int node = index_of(body, corner);
-      if (node >= 0) covered[node] = 1;
-    }
-  }
-  std::vector<Edge> edges;
-  for (int i = 0; i < body.m_links.size(); ++i) {
-    const btSoftBody::Link& link = body.m_links[i];
-    if (link.m_bbending) continue;
-    const Edge edge = {index_of(body, link.m_n[0]), index_of(body, link.m_n[1])};
-    if (edge[0] < 0 || edge[1] < 0 || edge[0] == edge[1]) continue;
-    if (!covered[edge[0]] || !covered[edge[1]]) edges.push_back(edge);
-  }
-  return edges;
-}
 
 // Collision margin, metres; 0 if it is not finite.
 btScalar margin_of(const btSoftBody& body) {
@@ -250,24 +184,23 @@ void SoftScene::rebuild(const std::vector<Sleepers::Member>& members, WarningLog
 }
 
 void SoftScene::add_body(btSoftBody* body, int world_index, WarningLog& warnings) {
-  const FaceList list = read_faces(*body);
-  const std::vector<Edge> edges = read_edges(*body, list.faces);
-  const int bad = list.foreign + list.degenerate + list.duplicate;
+  const Primitives own = read_primitives(*body);
+  const int bad = own.foreign_faces + own.degenerate_faces + own.duplicate_faces;
   if (bad) {
     const std::string name = "soft body " + std::to_string(world_index);
     warnings.warn_once("faces " + std::to_string(world_index) + " " + std::to_string(bad),
-                       name + ": left out " + std::to_string(list.degenerate) +
-                           " faces with a repeated node, " + std::to_string(list.duplicate) +
-                           " duplicate faces, " + std::to_string(list.foreign) +
+                       name + ": left out " + std::to_string(own.degenerate_faces) +
+                           " faces with a repeated node, " + std::to_string(own.duplicate_faces) +
+                           " duplicate faces, " + std::to_string(own.foreign_faces) +
                            " faces with a node of another body");
   }
-  if (list.faces.empty() && edges.empty()) return;
+  if (own.faces.empty() && own.edges.empty()) return;
 
   std::vector<std::int32_t> vertex_of_node(body->m_nodes.size(), -1);
-  for (const Face& face : list.faces) {
+  for (const Face& face : own.faces) {
     for (const std::int32_t node : face) vertex_of_node[node] = 0;
   }
-  for (const Edge& edge : edges) vertex_of_node[edge[0]] = vertex_of_node[edge[1]] = 0;
+  for (const Edge& edge : own.edges) vertex_of_node[edge[0]] = vertex_of_node[edge[1]] = 0;
 
   BodyRecord record;
   record.body = body;
@@ -290,12 +223,12 @@ void SoftScene::add_body(btSoftBody* body, int world_index, WarningLog& warnings
         static_cast<float>(body->m_nodes[static_cast<int>(node)].m_im));
   }
   record.vertex_count = vertex_count() - record.first_vertex;
-  for (Face face : list.faces) {
+  for (Face face : own.faces) {
     for (std::int32_t& corner : face) corner = vertex_of_node[corner];
     topology_.faces.push_back(face);
   }
-  face_of_face_.insert(face_of_face_.end(), list.index.begin(), list.index.end());
-  for (const Edge& edge : edges) {
+  face_of_face_.insert(face_of_face_.end(), own.face_indices.begin(), own.face_indices.end());
+  for (const Edge& edge : own.edges) {
     topology_.edges.push_back({vertex_of_node[edge[0]], vertex_of_node[edge[1]]});
   }
   bodies_.push_back(record);

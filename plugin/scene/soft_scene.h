@@ -1,11 +1,9 @@
 // Bullet's soft bodies as one index space of vertices, faces and edges.
 //
-// Included are bodies with at least one face or one edge whose collision flags ask for a contact. A
-// link is an edge if one of its ends belongs to no face and no tetrahedron (ropes). Other links lie
-// on the surface or inside the volume, and bending links are not material. A node is a vertex if a
-// face or edge uses it. Left out, with one warning: faces with a repeated node, duplicate faces,
-// faces with a node of another body; bodies that are reduced deformables or have a position that is
-// not finite.
+// Included are bodies with at least one face or one edge (primitives.h) whose collision flags ask
+// for a contact. A node is a vertex if a face or edge uses it. Left out, with one warning: faces
+// with a repeated node, duplicate faces, faces with a node of another body; bodies that are reduced
+// deformables or have a position that is not finite.
 #pragma once
 
 #include <BulletSoftBody/btSoftBody.h>
