@@ -221,10 +221,11 @@ class FixedDecider {
 
 /// Decides a query exactly. Undecided only if it needs more than the integers' fixed width: if the
 /// coordinates of one axis span more than kCoordinateBits binary places, or a sign more than
-/// kMaxLevel halvings. The points must be finite.
+/// kMaxLevel halvings, or narrow integers overflow. The points must be finite.
 template <ContactKind kind, class Integer>
 LAZYCCD_HD Decision decide_fixed(const QueryCoordinates& q) {
-  return FixedDecider<kind, Integer>()(q);
+  const Decision decision = FixedDecider<kind, Integer>()(q);
+  return Integer::overflowed() ? Decision{Decision::undecided, 0} : decision;
 }
 
 }  // namespace lazyccd::exact
