@@ -34,6 +34,11 @@ class DeviceBackend : public BackendDetector {
   virtual DeviceContacts synchronize(Stats& stats) = 0;
   /// Copies the contacts of synchronize() to the host. Valid until the next call.
   virtual Span<const Contact> download() = 0;
+  /// Finds the edges of the next mesh and keeps them on the device; the mesh of before is lost
+  /// there. Null: the host must find them.
+  virtual TopologyFinder* topology_finder() = 0;
+  /// Sets the mesh whose edges topology_finder() has just found.
+  virtual void set_found_mesh(const Mesh& mesh) = 0;
 };
 
 }  // namespace lazyccd

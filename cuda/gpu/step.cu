@@ -19,10 +19,10 @@ Step::Step(const DetectorOptions& options)
       traversal_(options),
       buffers_(options.algorithm.tuning.capacity_hint) {}
 
-void Step::set_mesh(const Mesh& mesh) {
+void Step::set_mesh(const Mesh& mesh, bool is_found) {
   mesh_ = &mesh;
   prepared_ = limited_ = false;
-  scene_.set_mesh(mesh);
+  scene_.set_mesh(mesh, is_found);
   culling_.set_mesh(mesh);
 }
 
@@ -200,8 +200,7 @@ int Step::grow_lists() {
 }
 
 std::size_t Step::bytes() const {
-  return scene_.bytes() + builder_.bytes() + culling_.bytes() + traversal_.bytes() +
-         buffers_.bytes();
+  return scene_.bytes() + culling_.bytes() + traversal_.bytes() + buffers_.bytes();
 }
 
 }  // namespace lazyccd::gpu

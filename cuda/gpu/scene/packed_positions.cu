@@ -102,6 +102,18 @@ void PackedPositions::gather(const DevicePositions& start, const DevicePositions
   }
 }
 
+std::pair<Positions, Positions> PackedPositions::download(std::size_t vertices) {
+  const std::size_t values = 3 * vertices;
+  const std::size_t size = values * (is_double_ ? sizeof(double) : sizeof(float));
+  host_start_.resize(values);
+  host_end_.resize(values);
+  LAZYCCD_CUDA_CHECK(cudaMemcpy(host_start_.data(), start_.data(), size, cudaMemcpyDeviceToHost));
+  LAZYCCD_CUDA_CHECK(cudaMemcpy(host_end_.data(), end_.data(), size, cudaMemcpyDeviceToHost));
+  if (is_double_) return {{host_start_.data(), vertices}, {host_end_.data(), vertices}};
+  return {{reinterpret_cast<const float*>(host_start_.data()), vertices},
+          {reinterpret_cast<const float*>(host_end_.data()), vertices}};
+}
+
 void PackedPositions::reserve(std::size_t values) {
   const std::size_t doubles = is_double_ ? values : (values + 1) / 2;
   start_.reserve(std::max<std::size_t>(doubles, 1));

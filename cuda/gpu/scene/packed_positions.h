@@ -4,6 +4,8 @@
 #include <cuda_runtime_api.h>
 
 #include <cstddef>
+#include <utility>
+#include <vector>
 
 #include "cpu/threads/thread_pool.h"
 #include "gpu/device/device_buffer.h"
@@ -28,6 +30,9 @@ class PackedPositions {
   /// Enqueues the copies of positions that lie in device memory, both in float or both in double.
   void gather(const DevicePositions& start, const DevicePositions& end, cudaStream_t stream);
 
+  /// Copies the positions of the last step to the host and waits. Valid until the next call.
+  std::pair<Positions, Positions> download(std::size_t vertices);
+
   bool is_double() const { return is_double_; }
   /// Three scalars per vertex, in the precision that is_double() returns.
   const void* start() const { return start_.data(); }
@@ -47,7 +52,8 @@ class PackedPositions {
   bool is_double_ = false, resident_ = false;
   PinnedBuffer<float> from_float_, to_float_;
   PinnedBuffer<double> from_double_, to_double_;
-  DeviceBuffer<double> start_, end_;  // of either precision
+  DeviceBuffer<double> start_, end_;           // of either precision
+  std::vector<double> host_start_, host_end_;  // the same, of download()
 };
 
 }  // namespace lazyccd::gpu

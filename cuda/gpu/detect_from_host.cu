@@ -1,0 +1,54 @@
+// Detection from positions on the host to contacts on the host.
+#include <chrono>
+
+#include "cpu/scene/positions.h"
+#include "gpu/device_detector.h"
+#include "lazyccd/error.h"
+
+namespace lazyccd::gpu {
+namespace {
+
+double milliseconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
+      .count();
+}
+
+}  // namespace
+
+Span<const Contact> DeviceDetector::detect(const Positions& start, const Positions& end,
+                                           Stats& stats) {
+  const auto begin = std::chrono::steady_clock::now();
+  const DeviceScope scope(device_);
+  check_counts(*mesh_, start, end);
+  stats.backend = "cuda";
+  stats.device = device_name_;
+  settle();
+  has_step_ = false;
+  if (mesh_->edge_count() == 0) return {};
+
+  stream_ = own_stream_;
+  given_ = {&start, &end};
+  uploaded_[0].record(stream_);
+  positions_.upload(start, end, pool_, stream_);
+  uploaded_[1].record(stream_);
+  stats.rebuilt = !is_built_ || options_.algorithm.rebuild_every_step;
+  if (stats.rebuilt) {
+    if (step_.needs_host_tree()) {
+      step_.build_on_host(start, end, pool_, stream_);
+    } else {
+      step_.build(input(false, ExactStage::left_out), stream_);
+    }
+    count_build();
+  }
+  if (!step_.key().is_two_words())
+    throw Error(ErrorCode::device, "millions of worlds and bodies need the CPU backend");
+  const bool launches_exact = options_.separation == 0 && exact_policy_.launches_ahead();
+  complete(input(step_.traversal().has_front() && front_policy_.reuse(),
+                 launches_exact ? ExactStage::expected : ExactStage::left_out),
+           false, stats);
+  const Span<const Contact> contacts = completion_.contacts(given_, stats);
+  stats.ms_total = milliseconds_since(begin);
+  return contacts;
+}
+
+}  // namespace lazyccd::gpu
