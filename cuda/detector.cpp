@@ -8,6 +8,7 @@
 #include "core/ieee_arithmetic.h"
 #include "core/narrow/contact_math.h"
 #include "cpu/cpu_detector.h"
+#include "cpu/scene/column_copy.h"
 #include "cpu/scene/world_contacts.h"
 #include "lazyccd/error.h"
 #if defined(LAZYCCD_HAS_CUDA)
@@ -128,6 +129,22 @@ struct Detector::Impl {
     return cpu.detect(start, end, step);
   }
 
+  ContactColumns detect_columns(const Positions& start, const Positions& end, std::uint32_t fields,
+                                Stats& step) {
+    const Stats scene = step;
+    if (!gpu && tries_gpu()) start_gpu();
+    if (gpu && options.separation == 0) {
+      try {
+        return gpu->detect_columns(start, end, fields, step);
+      } catch (const Error& error) {
+        if (error.code() != ErrorCode::device) throw;
+        gpu_failed(error);
+        step = scene;
+      }
+    }
+    return columns.split(detect(start, end, step), fields, threads.pool());
+  }
+
   // Runs body(gpu) for a caller whose data lie on the device, so that no other backend can help.
   template <class Body>
   auto on_device(Body&& body) {
@@ -149,6 +166,7 @@ struct Detector::Impl {
   Mesh mesh;
   CpuDetector cpu;
   WorldContacts worlds;
+  ColumnCopy columns;                  // of contacts on the host
   std::unique_ptr<DeviceBackend> gpu;  // null: the CPU does the work
   int failures = 0;
   std::string reason;  // message of the last failure
@@ -201,6 +219,16 @@ Span<const Contact> Detector::detect(const Positions& start, const Positions& en
   impl_->set_contacts(impl_->detect(start, end, stats));
   impl_->stats = std::move(stats);
   return impl_->last_contacts;
+}
+
+ContactColumns Detector::detect_columns(const Positions& start, const Positions& end,
+                                        std::uint32_t fields) {
+  const IeeeArithmetic ieee;
+  Stats stats = impl_->scene();
+  impl_->set_contacts({});
+  const ContactColumns columns = impl_->detect_columns(start, end, fields, stats);
+  impl_->stats = std::move(stats);
+  return columns;
 }
 
 DeviceContacts Detector::detect_async(const DevicePositions& start, const DevicePositions& end,

@@ -71,6 +71,7 @@ DeviceContacts DeviceDetector::synchronize(Stats& stats) {
   stats.backend = "cuda";
   stats.device = device_name_;
   settle();
+  step_.buffers().want_columns(0);
   if (!has_step_) return result_;
   has_step_ = false;
   gathered_ = {};

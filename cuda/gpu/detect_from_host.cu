@@ -15,16 +15,13 @@ double milliseconds_since(std::chrono::steady_clock::time_point start) {
 
 }  // namespace
 
-Span<const Contact> DeviceDetector::detect(const Positions& start, const Positions& end,
-                                           Stats& stats) {
-  const auto begin = std::chrono::steady_clock::now();
-  const DeviceScope scope(device_);
+bool DeviceDetector::run_from_host(const Positions& start, const Positions& end, Stats& stats) {
   check_counts(*mesh_, start, end);
   stats.backend = "cuda";
   stats.device = device_name_;
   settle();
   has_step_ = false;
-  if (mesh_->edge_count() == 0) return {};
+  if (mesh_->edge_count() == 0) return false;
 
   stream_ = own_stream_;
   given_ = {&start, &end};
@@ -46,9 +43,32 @@ Span<const Contact> DeviceDetector::detect(const Positions& start, const Positio
   complete(input(step_.traversal().has_front() && front_policy_.reuse(),
                  launches_exact ? ExactStage::expected : ExactStage::left_out),
            false, stats);
+  return true;
+}
+
+Span<const Contact> DeviceDetector::detect(const Positions& start, const Positions& end,
+                                           Stats& stats) {
+  const auto begin = std::chrono::steady_clock::now();
+  const DeviceScope scope(device_);
+  step_.buffers().want_columns(0);
+  if (!run_from_host(start, end, stats)) return {};
   const Span<const Contact> contacts = completion_.contacts(given_, stats);
   stats.ms_total = milliseconds_since(begin);
   return contacts;
+}
+
+ContactColumns DeviceDetector::detect_columns(const Positions& start, const Positions& end,
+                                              std::uint32_t fields, Stats& stats) {
+  const auto begin = std::chrono::steady_clock::now();
+  const DeviceScope scope(device_);
+  step_.buffers().want_columns(fields);
+  if (!run_from_host(start, end, stats)) return {};
+  const ContactColumns columns =
+      completion_.is_on_device() && fields != 0
+          ? step_.buffers().finish_columns(stream_)
+          : columns_.split(completion_.contacts(given_, stats), fields, pool_);
+  stats.ms_total = milliseconds_since(begin);
+  return columns;
 }
 
 }  // namespace lazyccd::gpu

@@ -10,6 +10,7 @@
 #include "core/bvh/front_policy.h"
 #include "core/exact/stage_policy.h"
 #include "cpu/backend.h"
+#include "cpu/scene/column_copy.h"
 #include "cpu/threads/thread_pool.h"
 #include "gpu/completion.h"
 #include "gpu/device/device_buffer.h"
@@ -33,6 +34,8 @@ class DeviceDetector : public DeviceBackend, private TopologyFinder {
   void set_found_mesh(const Mesh& mesh) override { take_mesh(mesh, true); }
 
   Span<const Contact> detect(const Positions& start, const Positions& end, Stats& stats) override;
+  ContactColumns detect_columns(const Positions& start, const Positions& end, std::uint32_t fields,
+                                Stats& stats) override;
   DeviceContacts detect_async(const DevicePositions& start, const DevicePositions& end,
                               CudaStream stream, const std::uint8_t* world_mask) override;
   DeviceContacts synchronize(Stats& stats) override;
@@ -54,6 +57,8 @@ class DeviceDetector : public DeviceBackend, private TopologyFinder {
   // Lets work on `stream` come behind the last step.
   void follow(cudaStream_t stream);
   StepInput input(bool from_front, ExactStage exact) const;
+  // Runs a step from positions on the host. Returns false if there is nothing to do.
+  bool run_from_host(const Positions& start, const Positions& end, Stats& stats);
   // Notes that the hierarchy is built anew.
   void count_build();
   // Completes a step and takes in what it says. Throws as Completion::run() does.
@@ -98,6 +103,7 @@ class DeviceDetector : public DeviceBackend, private TopologyFinder {
   DeviceBuffer<DeviceStatus> status_;
   DeviceBuffer<Contact> published_;
   DeviceContacts result_;
+  ColumnCopy columns_;            // of contacts that are not on the device
   Span<const Contact> gathered_;  // the result on the host; null if it is only on the device
 };
 

@@ -108,6 +108,7 @@ class Step {
   const Mesh* mesh_ = nullptr;
   bool prepared_ = false;  // all is allocated for trees of this mesh
   bool limited_ = false;
+  bool is_new_ = false;  // no step has run with these addresses and capacities
   DeviceScene scene_;
   HierarchyBuilder builder_;
   SceneCulling culling_;

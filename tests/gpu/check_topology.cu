@@ -32,8 +32,7 @@ template <class T>
 bool same(const T* device, const void* expected, std::size_t count) {
   std::vector<T> items(count);
   if (count == 0) return true;
-  LAZYCCD_CUDA_CHECK(
-      cudaMemcpy(items.data(), device, count * sizeof(T), cudaMemcpyDeviceToHost));
+  LAZYCCD_CUDA_CHECK(cudaMemcpy(items.data(), device, count * sizeof(T), cudaMemcpyDeviceToHost));
   return std::memcmp(items.data(), expected, count * sizeof(T)) == 0;
 }
 
@@ -43,9 +42,9 @@ double least_ms(int repeat, F&& f) {
   for (int i = 0; i < repeat; ++i) {
     const auto start = std::chrono::steady_clock::now();
     f();
-    least = std::min(least, std::chrono::duration<double, std::milli>(
-                                std::chrono::steady_clock::now() - start)
-                                .count());
+    least = std::min(
+        least, std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start)
+                   .count());
   }
   return least;
 }
@@ -79,8 +78,7 @@ std::string difference(const Mesh& host, const Mesh& found, gpu::DeviceMesh& dev
                             : !std::equal(numbers.begin(), numbers.end(), cells.begin()))
     return "cells";
   const auto &a = host.cells().segments(), &b = found.cells().segments();
-  if (a.size() != b.size() ||
-      std::memcmp(a.data(), b.data(), a.size() * sizeof(CellSegment)) != 0)
+  if (a.size() != b.size() || std::memcmp(a.data(), b.data(), a.size() * sizeof(CellSegment)) != 0)
     return "segments";
   return {};
 }
@@ -92,14 +90,16 @@ void check_found(const BuildScene& scene, Finder& finder) {
   const bool was_complete = found.is_complete();
   const std::string differs = difference(host, found, finder.scene.mesh());
   found.complete(finder.pool);
-  const bool completes = !was_complete && found.edges().size() == host.edges().size() &&
-                         std::equal(host.edges().begin(), host.edges().end(),
-                                    found.edges().begin()) &&
-                         found.cells().segments().size() == host.cells().segments().size();
+  const bool completes =
+      !was_complete && found.edges().size() == host.edges().size() &&
+      std::equal(host.edges().begin(), host.edges().end(), found.edges().begin()) &&
+      found.cells().segments().size() == host.cells().segments().size();
   const std::string name = scene.name + ", " + std::to_string(scene.faces.size()) + " faces, " +
                            std::to_string(scene.edges.size()) + " edges";
-  report(differs.empty() && completes,
-         name + ": " + (!differs.empty() ? differs + " differ" : completes ? "same" : "incomplete"));
+  report(differs.empty() && completes, name + ": " +
+                                           (!differs.empty() ? differs + " differ"
+                                            : completes      ? "same"
+                                                             : "incomplete"));
   if (scene.faces.size() < 100000) return;
   Mesh reused;
   const double host_ms = least_ms(3, [&] { reused = Mesh(topology, finder.pool); });
@@ -196,8 +196,7 @@ void check_refused() {
     BuildScene other = sheet(n);
     other.add_sheet(n, 1, 1, 0.01);
     std::vector<double> moved = other.x;
-    for (std::size_t i = 2; i < moved.size(); i += 3)
-      moved[i] -= i < moved.size() / 2 ? 0 : 0.03;
+    for (std::size_t i = 2; i < moved.size(); i += 3) moved[i] -= i < moved.size() / 2 ? 0 : 0.03;
     for (Detector* detector : {&cuda, &cpu}) {
       detector->set_topology(other.topology());
       detector->detect({other.x.data(), other.x.size() / 3}, {moved.data(), moved.size() / 3});

@@ -43,11 +43,11 @@ class PackedPositions {
   // Makes room for so many scalars. Positions that lie there are lost only if the precision
   // changes.
   void reserve(std::size_t values);
-  /// Copies both arrays to pinned memory. Returns false if Scalar does not hold every position
-  /// exactly.
+  // Copies both arrays through pinned memory, piece by piece, while the device takes the pieces
+  // before. Returns false if Scalar does not hold every position exactly.
   template <class Scalar>
-  bool stage(const Positions& start, const Positions& end, PinnedBuffer<Scalar>& from,
-             PinnedBuffer<Scalar>& to, ThreadPool& pool);
+  bool upload_as(const Positions& start, const Positions& end, PinnedBuffer<Scalar>& from,
+                 PinnedBuffer<Scalar>& to, ThreadPool& pool, cudaStream_t stream);
 
   bool is_double_ = false, resident_ = false;
   PinnedBuffer<float> from_float_, to_float_;
