@@ -1,12 +1,10 @@
 // The exact stage with integers of fixed width, which the device runs too, against that with
 // integers of any size and against the oracle.
-#include <algorithm>
 #include <cmath>
 #include <random>
 
 #include "core/exact/decide.h"
 #include "core/exact/fixed_integer.h"
-#include "core/exact/narrow_integer.h"
 #include "cpu/narrow/exact.h"
 #include "support/catch.h"
 #include "support/generators.h"
@@ -27,35 +25,18 @@ QueryCoordinates coordinates(const QueryPoints& points) {
   return q;
 }
 
-struct Overflow {
-  static inline bool flag = false;
-  static void note() { flag = true; }
-  static bool noted() { return flag; }
-};
-using NarrowInteger = exact::NarrowInteger<Overflow>;
-
-template <class Integer>
-Decision decide_with(ContactKind kind, const QueryCoordinates& q) {
-  return kind == ContactKind::vertex_face
-             ? exact::decide_fixed<ContactKind::vertex_face, Integer>(q)
-             : exact::decide_fixed<ContactKind::edge_edge, Integer>(q);
-}
 Decision decide_fixed(ContactKind kind, const QueryCoordinates& q) {
-  return decide_with<FixedInteger>(kind, q);
+  return kind == ContactKind::vertex_face
+             ? exact::decide_fixed<ContactKind::vertex_face, FixedInteger>(q)
+             : exact::decide_fixed<ContactKind::edge_edge, FixedInteger>(q);
 }
 
 struct Counts {
   int hits = 0, misses = 0, undecided = 0, wrong = 0;
-  int narrow = 0;  // decided with narrow integers
 
   void add(ContactKind kind, const QueryPoints& points) {
     const QueryCoordinates q = coordinates(points);
     const Decision fixed = decide_fixed(kind, q);
-    Overflow::flag = false;
-    if (const Decision own = decide_with<NarrowInteger>(kind, q); own.kind != Decision::undecided) {
-      ++narrow;
-      wrong += own.kind != fixed.kind || (own.kind == Decision::hit && own.tick != fixed.tick);
-    }
     if (fixed.kind == Decision::undecided) {
       ++undecided;
       return;
@@ -95,12 +76,10 @@ TEST_CASE("integers of fixed width decide as integers of any size, on hard queri
     total.undecided += counts.undecided;
     total.hits += counts.hits;
     total.misses += counts.misses;
-    total.narrow += counts.narrow;
   }
   CHECK(total.hits > 0);
   CHECK(total.misses > 0);
   CHECK(total.undecided < total.all() / 5);
-  CHECK(total.narrow > total.all() / 2);
 }
 
 TEST_CASE("integers of fixed width decide lattice queries with common and multiple roots") {
@@ -123,59 +102,7 @@ TEST_CASE("integers of fixed width decide lattice queries with common and multip
   }
   CHECK(counts.wrong == 0);
   CHECK(counts.undecided == 0);
-  CHECK(counts.narrow == counts.all());
   CHECK(counts.hits > counts.all() / 20);
-}
-
-TEST_CASE("narrow integers compute as wide ones until they notice an overflow") {
-  std::mt19937_64 random(3);
-  // The same value in both, of up to `bits` bits.
-  const auto value = [&](int bits, NarrowInteger& narrow, FixedInteger& wide) {
-    narrow = NarrowInteger(0), wide = FixedInteger(0);
-    for (int word = 0; word < 1 + bits / 48; ++word) {
-      const auto low = static_cast<std::int64_t>(random() >> 16);
-      const int shift = std::min(48, bits - 48 * word);
-      narrow = (narrow << shift) + NarrowInteger(low >> (48 - shift));
-      wide = (wide << shift) + FixedInteger(low >> (48 - shift));
-    }
-    if (random() % 2 == 0) narrow = NarrowInteger(0) - narrow, wide = FixedInteger(0) - wide;
-  };
-  const auto same = [](const NarrowInteger& narrow, const FixedInteger& wide) {
-    if (narrow.sign() != wide.sign() || narrow.bit_length() != wide.bit_length()) return false;
-    for (int low = 0; low < 250; low += 31) {
-      const std::uint64_t kept = ~std::uint64_t{0} >> 33;
-      const auto piece = [&](const auto& x) {
-        return static_cast<std::uint64_t>(x.above(low)) & kept;
-      };
-      if (piece(narrow) != piece(wide)) return false;
-    }
-    return true;
-  };
-  int overflows = 0, wrong = 0;
-  for (int i = 0; i < static_cast<int>(repetitions(20000)); ++i) {
-    NarrowInteger a, b;
-    FixedInteger x, y;
-    Overflow::flag = false;
-    value(static_cast<int>(random() % 250), a, x);
-    value(static_cast<int>(random() % (i % 2 == 0 ? 250 : 60)), b, y);
-    REQUIRE(!Overflow::flag);
-    const int shift = static_cast<int>(random() % 200);
-    const NarrowInteger narrow[4] = {a + b, a - b, a * b, a << shift};
-    const FixedInteger wide[4] = {x + y, x - y, x * y, x << shift};
-    const bool overflowed = Overflow::flag;
-    bool fits = true;
-    for (int k = 0; k < 4; ++k) {
-      fits = fits && wide[k].bit_length() < 250;
-      if (wide[k].bit_length() < 250) wrong += !same(narrow[k], wide[k]);
-    }
-    overflows += overflowed;
-    wrong += overflowed == fits && wide[2].bit_length() < 250 && wide[3].bit_length() < 250;
-    bool beyond = false;
-    for (int k = 0; k < 4; ++k) beyond = beyond || wide[k].bit_length() > 255;
-    wrong += beyond && !overflowed;
-  }
-  CHECK(wrong == 0);
-  CHECK(overflows > 0);
 }
 
 TEST_CASE("a query whose coordinates span too many binary places is left to integers of any size") {

@@ -221,11 +221,10 @@ class FixedDecider {
 
 /// Decides a query exactly. Undecided only if it needs more than the integers' fixed width: if the
 /// coordinates of one axis span more than kCoordinateBits binary places, or a sign more than
-/// kMaxLevel halvings, or narrow integers overflow. The points must be finite.
+/// kMaxLevel halvings. The points must be finite.
 template <ContactKind kind, class Integer>
 LAZYCCD_HD Decision decide_fixed(const QueryCoordinates& q) {
-  const Decision decision = FixedDecider<kind, Integer>()(q);
-  return Integer::overflowed() ? Decision{Decision::undecided, 0} : decision;
+  return FixedDecider<kind, Integer>()(q);
 }
 
 }  // namespace lazyccd::exact

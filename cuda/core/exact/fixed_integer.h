@@ -18,8 +18,6 @@ class FixedInteger {
     for (int i = 2; i < kLimbs; ++i) limb_[i] = x < 0 ? ~std::uint32_t{0} : 0;
   }
 
-  static bool overflowed() { return false; }
-
   int sign() const {
     if (limb_[kLimbs - 1] >> 31 != 0) return -1;
     for (const std::uint32_t limb : limb_)

@@ -105,7 +105,6 @@ class Instant {
         may_be_zero = zero < 0;  // not narrow enough to tell
       }
       if (kind_ == Kind::root && !refine(path_.level() + step)) return kUnknown;
-      if (Integer::overflowed()) return kUnknown;
     }
   }
 
@@ -140,7 +139,7 @@ class Instant {
   LAZYCCD_HD LAZYCCD_CALLED bool refine(int level) {
     constexpr int fewest = 4;  // levels for which a guess takes less time than halving
     if (level > kMaxLevel) return false;
-    while (kind_ == Kind::root && path_.level() < level && !Integer::overflowed()) {
+    while (kind_ == Kind::root && path_.level() < level) {
       int levels = level - path_.level();
       if (levels > kGuessedLevels) levels = kGuessedLevels;
       while (levels >= fewest && !narrow_by_guess(levels)) levels /= 2;
@@ -229,13 +228,13 @@ LAZYCCD_HD LAZYCCD_CALLED FirstRoot first_root(const Poly<Integer>& p, Accepted&
       if (begins_later && local.c[0].sign() == 0 && test(At::start_of(path))) return result;
       int changes = local.sign_changes();
       while (changes > 1) {
-        if (path.level() == kMaxLevel || Integer::overflowed()) return {Answer::unknown, 0};
+        if (path.level() == kMaxLevel) return {Answer::unknown, 0};
         path.push(false);
         local.take_earlier_half();
         changes = local.sign_changes();
       }
       if (changes == 1 && test(At::root(path, f, local, nullptr))) return result;
-    } while (!Integer::overflowed() && path.advance());
+    } while (path.advance());
   }
   if (p.c[p.degree].sign() == 0) test(At::end_of_step());
   return result;

@@ -6,7 +6,7 @@
 namespace lazyccd::gpu {
 
 void enqueue_exact(const SceneView& scene, const StepLists& lists, bool many, cudaStream_t stream) {
-  // Few queries for a warp, each with much work.
+  // A warp per query, each with much work.
   const std::uint32_t blocks = many ? 4 * multiprocessors() : (multiprocessors() + 3) / 4;
   if (scene.is_double) {
     launch_behind(decide_exactly<DoubleRecord>, blocks, kDecideThreads, 0, stream, scene, lists);

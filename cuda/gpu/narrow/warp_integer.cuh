@@ -27,7 +27,6 @@ class WarpInteger {
   }
 
   /// As those of FixedInteger.
-  __device__ static bool overflowed() { return false; }
   __device__ int bit_length() const {
     const std::uint32_t limb = is_negative() ? ~limb_ : limb_;
     const unsigned nonzero = __ballot_sync(kAllLanes, limb != 0);
