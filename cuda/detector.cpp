@@ -8,6 +8,7 @@
 #include "core/ieee_arithmetic.h"
 #include "core/narrow/contact_math.h"
 #include "cpu/cpu_detector.h"
+#include "cpu/scene/column_copy.h"
 #include "cpu/scene/world_contacts.h"
 #include "lazyccd/error.h"
 #if defined(LAZYCCD_HAS_CUDA)
@@ -57,10 +58,39 @@ struct Detector::Impl {
       reason = error.what();
   }
 
-  void set_mesh() {
+  void set_mesh(bool found) {
     worlds.set_mesh(mesh);
     cpu.set_mesh(mesh);
-    if (gpu) gpu->set_mesh(mesh);
+    if (gpu && found) gpu->set_found_mesh(mesh);
+    if (gpu && !found) gpu->set_mesh(mesh);
+  }
+
+  // Gives the old mesh back to the device, which has lost it.
+  void keep_mesh() {
+    try {
+      gpu->set_mesh(mesh);
+    } catch (const Error& error) {
+      gpu_failed(error);
+    }
+  }
+
+  // The device finds the edges if it can.
+  void set_topology(const Topology& topology) {
+    TopologyFinder* const finder = gpu ? gpu->topology_finder() : nullptr;
+    bool found = false;
+    Mesh next;
+    if (finder != nullptr) {
+      try {
+        next = Mesh(topology, threads.pool(), finder);
+        found = true;
+      } catch (const Error& error) {
+        keep_mesh();
+        if (error.code() != ErrorCode::device) throw;
+      }
+    }
+    if (!found) next = Mesh(topology, threads.pool());
+    mesh = std::move(next);
+    set_mesh(found);
   }
 
   // The result of a detection; none while its memory may change.
@@ -76,7 +106,7 @@ struct Detector::Impl {
   Stats scene() const {
     Stats empty;
     empty.vertices = static_cast<std::int64_t>(mesh.vertex_count());
-    empty.edges = static_cast<std::int64_t>(mesh.edges().size());
+    empty.edges = static_cast<std::int64_t>(mesh.edge_count());
     empty.faces = static_cast<std::int64_t>(mesh.faces().size());
     empty.bodies = static_cast<std::int64_t>(mesh.body_count());
     return empty;
@@ -95,7 +125,24 @@ struct Detector::Impl {
       }
     }
     step = scene;
+    mesh.complete(threads.pool());
     return cpu.detect(start, end, step);
+  }
+
+  ContactColumns detect_columns(const Positions& start, const Positions& end, std::uint32_t fields,
+                                Stats& step) {
+    const Stats scene = step;
+    if (!gpu && tries_gpu()) start_gpu();
+    if (gpu && options.separation == 0) {
+      try {
+        return gpu->detect_columns(start, end, fields, step);
+      } catch (const Error& error) {
+        if (error.code() != ErrorCode::device) throw;
+        gpu_failed(error);
+        step = scene;
+      }
+    }
+    return columns.split(detect(start, end, step), fields, threads.pool());
   }
 
   // Runs body(gpu) for a caller whose data lie on the device, so that no other backend can help.
@@ -119,6 +166,7 @@ struct Detector::Impl {
   Mesh mesh;
   CpuDetector cpu;
   WorldContacts worlds;
+  ColumnCopy columns;                  // of contacts on the host
   std::unique_ptr<DeviceBackend> gpu;  // null: the CPU does the work
   int failures = 0;
   std::string reason;  // message of the last failure
@@ -150,7 +198,7 @@ Detector::Detector(const DetectorOptions& options, const Threads& threads) {
   if (!(options.algorithm.rebuild_ratio > 0))
     throw Error(ErrorCode::invalid_argument, "rebuild_ratio must be positive");
   impl_ = std::make_unique<Impl>(options, threads);
-  impl_->set_mesh();
+  impl_->set_mesh(false);
 }
 
 Detector::~Detector() = default;
@@ -161,9 +209,7 @@ void Detector::set_topology(const Topology& topology) {
   const IeeeArithmetic ieee;
   impl_->set_contacts({});
   impl_->cpu.discard_ahead();  // a worker may be reading the old mesh, and the threads are needed
-  Mesh mesh(topology, impl_->threads.pool());
-  impl_->mesh = std::move(mesh);
-  impl_->set_mesh();
+  impl_->set_topology(topology);
 }
 
 Span<const Contact> Detector::detect(const Positions& start, const Positions& end) {
@@ -173,6 +219,16 @@ Span<const Contact> Detector::detect(const Positions& start, const Positions& en
   impl_->set_contacts(impl_->detect(start, end, stats));
   impl_->stats = std::move(stats);
   return impl_->last_contacts;
+}
+
+ContactColumns Detector::detect_columns(const Positions& start, const Positions& end,
+                                        std::uint32_t fields) {
+  const IeeeArithmetic ieee;
+  Stats stats = impl_->scene();
+  impl_->set_contacts({});
+  const ContactColumns columns = impl_->detect_columns(start, end, fields, stats);
+  impl_->stats = std::move(stats);
+  return columns;
 }
 
 DeviceContacts Detector::detect_async(const DevicePositions& start, const DevicePositions& end,
@@ -210,13 +266,16 @@ std::vector<Contact> Detector::take_contacts(std::vector<Contact> reuse) {
 void Detector::detect_ahead(const Positions& start, const Positions& end, double tolerance) {
   const IeeeArithmetic ieee;
   impl_->set_contacts({});
-  if (!impl_->tries_gpu()) impl_->cpu.detect_ahead(start, end, tolerance, impl_->scene());
+  if (impl_->tries_gpu()) return;
+  impl_->mesh.complete(impl_->threads.pool());
+  impl_->cpu.detect_ahead(start, end, tolerance, impl_->scene());
 }
 
 Span<const Contact> Detector::recheck_near_pairs(const Positions& start, const Positions& end) {
   const IeeeArithmetic ieee;
   Stats stats = impl_->scene();
   impl_->set_contacts({});
+  impl_->mesh.complete(impl_->threads.pool());
   const Span<const Contact> contacts = impl_->cpu.recheck_near_pairs(start, end, stats);
   impl_->stats = std::move(stats);
   impl_->worlds.set_contacts(contacts);
@@ -232,7 +291,10 @@ Span<const Contact> Detector::contacts_of_world(std::int32_t world) {
 }
 std::uint64_t Detector::hash_of_world(std::int32_t world) { return impl_->worlds.hash(world); }
 
-Span<const Edge> Detector::edges() const { return impl_->mesh.edges(); }
+Span<const Edge> Detector::edges() const {
+  impl_->mesh.complete(impl_->threads.pool());
+  return impl_->mesh.edges();
+}
 const Stats& Detector::stats() const { return impl_->stats; }
 std::string Detector::status() const {
   const std::string backend = impl_->gpu ? "cuda" : "cpu";

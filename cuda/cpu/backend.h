@@ -6,6 +6,7 @@
 
 #include "cpu/scene/mesh.h"
 #include "lazyccd/contact.h"
+#include "lazyccd/contact_columns.h"
 #include "lazyccd/device.h"
 #include "lazyccd/scene.h"
 #include "lazyccd/span.h"
@@ -24,9 +25,13 @@ class BackendDetector {
                                      Stats& stats) = 0;
 };
 
-/// A backend that also detects from device memory to device memory.
+/// A backend that also downloads fields of contacts alone, and detects from device memory to device
+/// memory.
 class DeviceBackend : public BackendDetector {
  public:
+  /// As detect(), for some fields. Valid until the next call.
+  virtual ContactColumns detect_columns(const Positions& start, const Positions& end,
+                                        std::uint32_t fields, Stats& stats) = 0;
   /// As Detector::detect_async().
   virtual DeviceContacts detect_async(const DevicePositions& start, const DevicePositions& end,
                                       CudaStream stream, const std::uint8_t* world_mask) = 0;
@@ -34,6 +39,11 @@ class DeviceBackend : public BackendDetector {
   virtual DeviceContacts synchronize(Stats& stats) = 0;
   /// Copies the contacts of synchronize() to the host. Valid until the next call.
   virtual Span<const Contact> download() = 0;
+  /// Finds the edges of the next mesh and keeps them on the device; the mesh of before is lost
+  /// there. Null: the host must find them.
+  virtual TopologyFinder* topology_finder() = 0;
+  /// Sets the mesh whose edges topology_finder() has just found.
+  virtual void set_found_mesh(const Mesh& mesh) = 0;
 };
 
 }  // namespace lazyccd

@@ -2,6 +2,7 @@
 #include "gpu/step.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "gpu/device/check.h"
 
@@ -19,10 +20,10 @@ Step::Step(const DetectorOptions& options)
       traversal_(options),
       buffers_(options.algorithm.tuning.capacity_hint) {}
 
-void Step::set_mesh(const Mesh& mesh) {
+void Step::set_mesh(const Mesh& mesh, bool is_found) {
   mesh_ = &mesh;
   prepared_ = limited_ = false;
-  scene_.set_mesh(mesh);
+  scene_.set_mesh(mesh, is_found);
   culling_.set_mesh(mesh);
 }
 
@@ -31,6 +32,7 @@ void Step::prepare(bool first, cudaStream_t stream) {
     culling_.reserve(scene_.group_count(), scene_.node_count());
     if (needs_host_tree()) culling_.set_tree(*mesh_, scene_.groups(), scene_.tree());
     graphs_.clear();
+    is_new_ = true;
     const auto reset = [&] {
       traversal_.reset(scene_.node_count(), culling_.culls_nodes(), stream);
     };
@@ -148,7 +150,9 @@ void Step::run(const StepInput& input, cudaStream_t stream) {
     return;
   }
   marks_[kStart].record(stream);
-  if (traversal_.asks_device()) {  // launch() waits for the device: it cannot be captured
+  if (std::exchange(is_new_, false)) {
+    all(stream);  // perhaps the only run of this kind, and a graph takes longer to make than a run
+  } else if (traversal_.asks_device()) {  // launch() waits for the device: it cannot be captured
     launch_graph(kBefore, input, stream, before);
     traversal(stream);
     launch_graph(kAfter, input, stream, after);
@@ -190,18 +194,21 @@ void Step::download_counters(cudaStream_t stream) {
 int Step::grow_traversal(cudaStream_t stream) {
   if (!traversal_.grow(stream)) return 0;
   graphs_.clear();
+  is_new_ = true;
   return 1;
 }
 
 int Step::grow_lists() {
   const int grown = buffers_.grow(!limited_);
-  if (grown != 0) graphs_.clear();
+  if (grown != 0) {
+    graphs_.clear();
+    is_new_ = true;
+  }
   return grown;
 }
 
 std::size_t Step::bytes() const {
-  return scene_.bytes() + builder_.bytes() + culling_.bytes() + traversal_.bytes() +
-         buffers_.bytes();
+  return scene_.bytes() + culling_.bytes() + traversal_.bytes() + buffers_.bytes();
 }
 
 }  // namespace lazyccd::gpu

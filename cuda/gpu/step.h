@@ -48,8 +48,8 @@ class Step {
  public:
   explicit Step(const DetectorOptions& options);
 
-  /// Sets another mesh. It must stay valid until the next call.
-  void set_mesh(const Mesh& mesh);
+  /// Sets another mesh, as DeviceScene::set_mesh().
+  void set_mesh(const Mesh& mesh, bool is_found);
 
   /// Builds the hierarchy from positions at the start of a step.
   void build(const StepInput& input, cudaStream_t stream);
@@ -80,6 +80,7 @@ class Step {
 
   ContactKey key() const { return scene_.key(); }
   std::uint32_t group_count() const { return scene_.group_count(); }
+  DeviceScene& scene() { return scene_; }
   Traversal& traversal() { return traversal_; }
   const SceneCulling& culling() const { return culling_; }
   StepBuffers& buffers() { return buffers_; }
@@ -107,6 +108,7 @@ class Step {
   const Mesh* mesh_ = nullptr;
   bool prepared_ = false;  // all is allocated for trees of this mesh
   bool limited_ = false;
+  bool is_new_ = false;  // no step has run with these addresses and capacities
   DeviceScene scene_;
   HierarchyBuilder builder_;
   SceneCulling culling_;

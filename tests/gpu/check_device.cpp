@@ -177,6 +177,36 @@ void check_resident(const Frames& frames, DetectorOptions options, const std::st
              (mixed ? "" : ", wrong from the host"));
 }
 
+// Some fields of the contacts, in arrays of their own.
+void check_columns(const Frames& frames) {
+  const std::vector<Found> truth = truth_of(frames);
+  bool good = true;
+  for (const std::uint32_t hint : {0u, 1u})
+    for (const std::uint32_t fields : {127u, 120u, 64u, 9u, 34u, 0u}) {
+      DetectorOptions options = on(Backend::cuda);
+      options.algorithm.tuning.capacity_hint = hint;
+      Detector detector(options);
+      detector.set_topology(frames.topology());
+      for (std::size_t s = 0; s < frames.steps(); ++s) {
+        const ContactColumns c =
+            detector.detect_columns(frames.positions(s), frames.positions(s + 1), fields);
+        const std::vector<Contact>& all = truth[s].contacts;
+        good = good && c.count == all.size() && detector.stats().hash == truth[s].hash &&
+               detector.stats().backend == "cuda";
+        for (std::size_t i = 0; good && i < all.size(); ++i)
+          good = (c.kind.empty() || c.kind[i] == all[i].kind) &&
+                 (c.bodies.empty() || c.bodies[i][1] == all[i].body_b) &&
+                 (c.primitives.empty() || c.primitives[i][1] == all[i].primitive_b) &&
+                 (c.vertices.empty() || c.vertices[i] == all[i].vertices) &&
+                 (c.point.empty() || c.point[i][1] == all[i].v) &&
+                 (c.normal.empty() || c.normal[i] == all[i].normal) &&
+                 (c.toi.empty() || c.toi[i] == all[i].toi);
+        if (s % 2 == 1) good = good && found_by(detector, frames, s) == truth[s];
+      }
+    }
+  report(good, frames.name + ", some fields of the contacts");
+}
+
 void check_mask(const Frames& frames, std::int32_t count, DetectorOptions options,
                 const std::string& what) {
   const std::vector<Found> truth = truth_of(frames);
@@ -429,6 +459,8 @@ int main(int argc, char** argv) {
     }
     if (!small) check_mask(many, 300, {}, "many worlds");
     if (!small) check_late_exact();
+    for (const Frames* frames : {&few, &many, &exact})
+      if (!small || frames != &many) check_columns(*frames);
     check_faults(few, small);
     check_short_memory(small ? few : many);
     if (!small) check_short_memory(exact);

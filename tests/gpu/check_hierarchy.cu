@@ -39,7 +39,7 @@ std::vector<T> download(const T* from, std::size_t count) {
 // A hierarchy as it lies on the device.
 struct Built {
   std::vector<gpu::DeviceGroup> groups;
-  std::vector<gpu::PrimitiveBlock> blocks;
+  std::vector<gpu::PrimitiveNames> names;
   std::vector<std::int32_t> leaf_order;
   std::vector<int2> node_ranges;
   std::vector<TreeNode> nodes;
@@ -49,20 +49,18 @@ struct Built {
         leaf_order(download(view.leaf_order, view.group_count)),
         node_ranges(download(view.node_ranges, view.node_count)),
         nodes(download<TreeNode>(view.nodes, view.node_count)) {
-    const std::size_t last = groups.empty() ? 0 : groups.size() - 1;
-    const std::size_t count =
-        groups.empty()
-            ? 0
-            : static_cast<std::size_t>(groups[last].first_block) +
-                  static_cast<std::size_t>(groups[last].total() + kBlockLanes - 1) / kBlockLanes;
-    if (count < 100000000) blocks = download<gpu::PrimitiveBlock>(view.groups.blocks, count);
+    if (groups.empty()) return;
+    const gpu::DeviceGroup& last = groups.back();
+    names = download<gpu::PrimitiveNames>(
+        view.groups.names, static_cast<std::size_t>(last.first_name()) +
+                               static_cast<std::size_t>(last.blocks()) * gpu::kLanes);
   }
 };
 
 // Returns what differs first; empty: nothing.
 std::string difference(const Built& a, const Built& b) {
   const auto at = [](const char* what, std::size_t i) { return what + std::to_string(i); };
-  if (a.groups.size() != b.groups.size() || a.blocks.size() != b.blocks.size())
+  if (a.groups.size() != b.groups.size() || a.names.size() != b.names.size())
     return "the number of groups or blocks";
   for (std::size_t g = 0; g < a.groups.size(); ++g) {
     const gpu::DeviceGroup &x = a.groups[g], &y = b.groups[g];
@@ -70,12 +68,10 @@ std::string difference(const Built& a, const Built& b) {
         !std::equal(x.count, x.count + 3, y.count) || x.pinned != y.pinned ||
         x.meets_own_body != y.meets_own_body)
       return at("group ", g);
-    for (int i = 0; i < x.total(); ++i) {
-      const std::size_t block = static_cast<std::size_t>(x.first_block + i / kBlockLanes);
-      if (std::memcmp(&a.blocks[block].names[i % kBlockLanes],
-                      &b.blocks[block].names[i % kBlockLanes], sizeof(gpu::PrimitiveNames)) != 0)
-        return at("a primitive of group ", g);
-    }
+    const std::size_t first = static_cast<std::size_t>(x.first_name());
+    if (std::memcmp(&a.names[first], &b.names[first],
+                    static_cast<std::size_t>(x.total()) * sizeof(gpu::PrimitiveNames)) != 0)
+      return at("a primitive of group ", g);
   }
   for (std::size_t i = 0; i < a.leaf_order.size(); ++i)
     if (a.leaf_order[i] != b.leaf_order[i]) return at("place in the leaf order ", i);

@@ -136,6 +136,7 @@ set(prefix "gpu/")
 check_layers(cuda/gpu "(core|cpu|balance|lazyccd)/"
   device:
   scene:device
+  topology:scene,device
   bvh:scene,device
   narrow:scene,device
   culling:narrow,bvh,scene,device

@@ -25,6 +25,24 @@ class FixedInteger {
     return 0;
   }
 
+  /// Bits of the absolute value, or one less for a negative power of two.
+  int bit_length() const {
+    const std::uint32_t flip = limb_[kLimbs - 1] >> 31 != 0 ? ~std::uint32_t{0} : 0;
+    for (int i = kLimbs; i-- > 0;)
+      for (int bit = 32; bit-- > 0;)
+        if (((limb_[i] ^ flip) >> bit & 1) != 0) return 32 * i + bit + 1;
+    return 0;
+  }
+  /// The bits from place `low` on, 0 to 1023, as a signed integer. They must be less than 64.
+  std::int64_t above(int low) const {
+    std::uint64_t bits = 0;
+    for (int i = 0; i < 64; ++i) {
+      const int at = low + i < kIntegerBits ? low + i : kIntegerBits - 1;
+      bits |= std::uint64_t{limb_[at / 32] >> (at % 32) & 1} << i;
+    }
+    return static_cast<std::int64_t>(bits);
+  }
+
   friend FixedInteger operator+(const FixedInteger& a, const FixedInteger& b) {
     return add(a, b, 0, 0);
   }

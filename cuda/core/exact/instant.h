@@ -37,18 +37,33 @@ class Path {
   }
   /// A positive multiple of p over the interval, mapped to [0, 1].
   template <class Integer>
-  LAZYCCD_HD LAZYCCD_CALLED Poly<Integer> over(Poly<Integer> p) const {
-    for (int i = 0; i < level_; ++i) {
-      if (later(i)) {
-        p.take_later_half();
-      } else {
-        p.take_earlier_half();
-      }
-    }
-    return p;
+  LAZYCCD_HD LAZYCCD_CALLED Poly<Integer> over(const Poly<Integer>& p) const {
+    return level_ == 0 ? p : p.over(part<Integer>());
+  }
+  /// A positive multiple of p at the start of the interval.
+  template <class Integer>
+  LAZYCCD_HD LAZYCCD_CALLED Integer at_start(const Poly<Integer>& p) const {
+    if (level_ == 0) return p.c[0];
+    const Part<Integer> own = part<Integer>();
+    return p.at(own.index, own.count - own.index);
+  }
+  /// Goes on to part `index` of the 2^levels equal parts of the interval.
+  LAZYCCD_HD void push(std::int64_t index, int levels) {
+    while (levels-- > 0) push((index >> levels & 1) != 0);
   }
 
  private:
+  template <class Integer>
+  LAZYCCD_HD Part<Integer> part() const {
+    constexpr int word = 32;
+    Integer index(0);
+    for (int at = 0; at < level_; at += word) {
+      const int bits = level_ - at < word ? level_ - at : word;
+      const Integer low(static_cast<std::int64_t>(half_[at / word] >> (word - bits)));
+      index = at == 0 ? low : (index << bits) + low;
+    }
+    return {index, Integer(1) << level_};
+  }
   LAZYCCD_HD void set(int at, bool is_later) {
     const std::uint32_t bit = std::uint32_t{1} << (31 - at % 32);
     half_[at / 32] = is_later ? half_[at / 32] | bit : half_[at / 32] & ~bit;
@@ -81,8 +96,8 @@ class Instant {
     bool may_be_zero = true;
     for (;;) {
       if (kind_ == Kind::end) return p.c[p.degree].sign();
+      if (kind_ == Kind::start) return path_.at_start(p).sign();
       const P q = path_.over(p);
-      if (kind_ == Kind::start) return q.c[0].sign();
       if (q.sign_changes() == 0) return q.first_sign();
       if (may_be_zero && path_.level() >= step) {
         const int zero = is_root_of(p);
@@ -122,20 +137,48 @@ class Instant {
 
   // Narrows the interval down to a level. Returns false if that is too far.
   LAZYCCD_HD LAZYCCD_CALLED bool refine(int level) {
+    constexpr int fewest = 4;  // levels for which a guess takes less time than halving
     if (level > kMaxLevel) return false;
     while (kind_ == Kind::root && path_.level() < level) {
-      P later = local_;
-      later.take_later_half();
-      const int middle = later.c[0].sign(), first = local_.first_sign();
-      path_.push(middle == 0 || middle == first);
-      if (middle == 0) {
-        kind_ = Kind::start;
-      } else if (middle == first) {
-        local_ = later;
-      } else {
-        local_.take_earlier_half();
-      }
+      int levels = level - path_.level();
+      if (levels > kGuessedLevels) levels = kGuessedLevels;
+      while (levels >= fewest && !narrow_by_guess(levels)) levels /= 2;
+      if (levels < fewest) halve();
     }
+    return true;
+  }
+
+  LAZYCCD_HD LAZYCCD_CALLED void halve() {
+    const int middle = local_.sum().sign(), first = local_.first_sign();
+    path_.push(middle == 0 || middle == first);
+    if (middle == 0) {
+      kind_ = Kind::start;
+    } else if (middle == first) {
+      local_.take_later_half();
+    } else {
+      local_.take_earlier_half();
+    }
+  }
+
+  // Guesses, in floating point, which of the 2^levels parts of the interval holds the root. Returns
+  // false and changes nothing if exact signs at both ends of the part do not say so.
+  LAZYCCD_HD LAZYCCD_CALLED bool narrow_by_guess(int levels) {
+    const std::int64_t index = guessed_part(local_, levels);
+    const Part<Integer> part{Integer(index), Integer(1) << levels};
+    const int first = local_.first_sign();
+    const int at_start = local_.at(part.index, part.count - part.index).sign();
+    if (at_start == 0 && index != 0) {
+      path_.push(index, levels);
+      kind_ = Kind::start;
+      return true;
+    }
+    if (index != 0 && at_start != first) return false;
+    // There is one root and one change of sign, so a part with different signs at its ends has
+    // both. At index 0 the start may be a zero that is no root inside.
+    const P local = local_.over(part);
+    if (local.c[local.degree].sign() * first >= 0) return false;
+    path_.push(index, levels);
+    local_ = local;
     return true;
   }
 

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "core/bvh/cell.h"
@@ -21,6 +22,9 @@ class Cells {
   void build(Span<const Face> faces, Span<const Edge> edges, Span<const std::int32_t> free_edges,
              Span<const std::int32_t> body_of_vertex, std::size_t body_count,
              Span<const std::int32_t> world_of_body, ThreadPool& pool);
+
+  /// Sets the segments alone; build() finds the same.
+  void set_segments(std::vector<CellSegment> segments) { segments_ = std::move(segments); }
 
   /// By cell: index of its face or edge.
   const NoinitVector<std::int32_t>& primitives() const { return primitives_; }

@@ -73,14 +73,27 @@ void check_indices(const std::array<std::int32_t, N>& v, const char* what, std::
 
 }  // namespace
 
-Mesh::Mesh(const Topology& topology, ThreadPool& pool) {
+Mesh::Mesh(const Topology& topology, ThreadPool& pool, TopologyFinder* finder) {
   take_bodies(topology, pool);
-  take_faces(topology, pool);
-  take_edges(topology, pool);
+  is_complete_ = false;
+  if (finder != nullptr) take_edges(topology, *finder);
+  take_faces(topology, pool, finder == nullptr);
+  if (finder == nullptr) {
+    complete(pool);
+    if (edges_.has_duplicate_faces) check_primitives(topology);
+  }
+  check_primitives_of_bodies();
+}
+
+void Mesh::complete(ThreadPool& pool) const {
+  if (is_complete_) return;
+  edges_.build(vertex_count(), faces(), more_edges_, pinned_, pool);
+  edge_count_ = edges_.edges.size();
   find_first_faces(pool);
   cells_.build(faces(), edges(), free_edges(), body_of_vertex(), body_count(), world_of_body(),
                pool);
-  check_primitives_of_bodies();
+  more_edges_ = {};
+  is_complete_ = true;
 }
 
 Mesh::Mesh(const Topology& topology) {
@@ -163,18 +176,26 @@ void Mesh::take_worlds() {
   for (const Body& body : bodies_) world_of_body_.push_back(body.world);
 }
 
-void Mesh::take_faces(const Topology& t, ThreadPool& pool) {
-  if (!are_valid(t.faces, body_of_vertex(), pool) || !are_valid(t.edges, body_of_vertex(), pool))
+void Mesh::take_faces(const Topology& t, ThreadPool& pool, bool checks) {
+  if (checks &&
+      (!are_valid(t.faces, body_of_vertex(), pool) || !are_valid(t.edges, body_of_vertex(), pool)))
     check_primitives(t);
   faces_.resize(t.faces.size());
   pool.parallel_for(faces_.size(), kGrain, [&](std::size_t first, std::size_t last, int) {
     std::copy(t.faces.begin() + first, t.faces.begin() + last, faces_.data() + first);
   });
+  more_edges_.assign(t.edges.begin(), t.edges.end());
 }
 
-void Mesh::take_edges(const Topology& t, ThreadPool& pool) {
-  edges_.build(vertex_count(), faces(), t.edges, pinned_, pool);
-  if (edges_.has_duplicate_faces) check_primitives(t);
+void Mesh::take_edges(const Topology& t, TopologyFinder& finder) {
+  FoundTopology found =
+      finder.find({t.faces, t.edges, body_of_vertex(), body_count(), world_of_body()});
+  if (!found.is_valid) {
+    check_primitives(t);
+    throw Error(ErrorCode::device, "the device found an invalid face, and the host did not");
+  }
+  edge_count_ = found.edge_count;
+  cells_.set_segments(std::move(found.segments));
 }
 
 // Errors are rare, so this looks for the first one on one thread.
@@ -199,7 +220,7 @@ void Mesh::check_primitives(const Topology& t) const {
     check_indices(t.edges[i], "edge", i, body_of_vertex());
 }
 
-void Mesh::find_first_faces(ThreadPool& pool) {
+void Mesh::find_first_faces(ThreadPool& pool) const {
   const std::size_t edge_count = edges().size();
   first_faces_.resize(edge_count + vertex_count());
   pool.parallel_for(edge_count, kGrain, [&](std::size_t first, std::size_t last, int) {
@@ -253,7 +274,7 @@ FirstFaces Mesh::first_faces() const {
 
 ContactKey Mesh::contact_key() const {
   return ContactKey::of(static_cast<std::size_t>(world_count_), contact_order().world_of_body,
-                        body_count(), vertex_count(), edges().size(), faces().size());
+                        body_count(), vertex_count(), edge_count(), faces().size());
 }
 
 ContactOrder Mesh::contact_order() const {

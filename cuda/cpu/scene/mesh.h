@@ -10,6 +10,7 @@
 #include "core/narrow/contact_reduction.h"
 #include "cpu/scene/cells.h"
 #include "cpu/scene/edge_table.h"
+#include "cpu/scene/topology_finder.h"
 #include "cpu/threads/noinit_vector.h"
 #include "cpu/threads/thread_pool.h"
 #include "lazyccd/scene.h"
@@ -21,14 +22,22 @@ class Mesh {
  public:
   Mesh() = default;
   /// Checks and copies the topology. If it is invalid, throws Error with the body and the vertex,
-  /// edge or face at fault.
-  Mesh(const Topology& topology, ThreadPool& pool);
+  /// edge or face at fault. `finder`: finds the edges; the mesh is not complete then. Null: the
+  /// host does.
+  Mesh(const Topology& topology, ThreadPool& pool, TopologyFinder* finder = nullptr);
   explicit Mesh(const Topology& topology);  ///< on the calling thread alone
+
+  /// Whether the host has edges and cells. If not, only their numbers and the segments are known.
+  bool is_complete() const { return is_complete_; }
+  /// Finds edges and cells on the host, if that is not done. It changes nothing that a mesh without
+  /// them shows. One thread at a time may call it.
+  void complete(ThreadPool& pool) const;
 
   std::size_t vertex_count() const { return body_of_vertex_.size(); }
   Span<const Face> faces() const { return view_of(faces_); }
+  std::size_t edge_count() const { return edge_count_; }
   /// All edges, each as (smaller, larger) vertex index; sorted by the larger index, then the
-  /// smaller.
+  /// smaller. This and all that follows from edges needs a complete mesh.
   Span<const Edge> edges() const { return view_of(edges_.edges); }
   /// Indices into edges() of the edges that are no side of a face.
   Span<const std::int32_t> free_edges() const { return view_of(edges_.free_edges); }
@@ -44,6 +53,7 @@ class Mesh {
   std::int32_t world_count() const { return world_count_; }
   bool pinned(std::int32_t vertex) const { return !pinned_.empty() && pinned_[vertex]; }
   bool any_pinned() const { return !pinned_.empty(); }
+  Span<const char> pinned_vertices() const { return pinned_; }  ///< by vertex; empty: none is
   /// By vertex, as Topology::self_separation; empty: no limit.
   const std::vector<float>& self_separation() const { return self_separation_; }
 
@@ -67,17 +77,22 @@ class Mesh {
 
   void take_bodies(const Topology& topology, ThreadPool& pool);
   void take_worlds();
-  void take_faces(const Topology& topology, ThreadPool& pool);
-  void take_edges(const Topology& topology, ThreadPool& pool);
+  // checks: whether the indices must be checked.
+  void take_faces(const Topology& topology, ThreadPool& pool, bool checks);
+  void take_edges(const Topology& topology, TopologyFinder& finder);
   // Throws the error of the first face or edge that is invalid, if there is one.
   void check_primitives(const Topology& topology) const;
-  void find_first_faces(ThreadPool& pool);
+  void find_first_faces(ThreadPool& pool) const;
   void check_primitives_of_bodies() const;
 
   NoinitVector<Face> faces_;
-  EdgeTable edges_;
-  Cells cells_;
-  NoinitVector<std::int32_t> first_faces_;  // by edge, then by vertex: see FirstFaces
+  mutable std::size_t edge_count_ = 0;
+  // What complete() finds, and from what.
+  mutable bool is_complete_ = true;
+  mutable std::vector<Edge> more_edges_;  // Topology::edges
+  mutable EdgeTable edges_;
+  mutable Cells cells_;
+  mutable NoinitVector<std::int32_t> first_faces_;  // by edge, then by vertex: see FirstFaces
   NoinitVector<std::int32_t> body_of_vertex_;
   std::vector<Body> bodies_;
   std::vector<std::int32_t> world_of_body_;

@@ -15,7 +15,7 @@ namespace lazyccd::gpu {
 struct BuildView {
   // Of the mesh.
   CellView contents;
-  const std::int32_t* primitives;  // by cell: index of its face or edge
+  const std::int32_t* primitives;  // by cell: index of its face or edge; null: its own index
   const CellSegment* segments;
   std::int32_t vertex_count, cell_count, segment_count, group_count;
   const unsigned char* pinned;  // by vertex; null if no vertex is pinned
@@ -37,11 +37,14 @@ struct BuildView {
 
   // The hierarchy.
   DeviceGroup* groups;
-  PrimitiveBlock* blocks;
+  PrimitiveNames* names;
   std::int32_t* leaf_order;
   int2* node_ranges;
   TreeNode* nodes;
 
+  __device__ std::int32_t primitive_of(std::int32_t cell) const {
+    return primitives == nullptr ? cell : primitives[cell];
+  }
   /// The leaves, sorted.
   __device__ LeafCodes leaves() const { return {leaf_codes, group_count, worlds}; }
   /// The segment that contains a cell.

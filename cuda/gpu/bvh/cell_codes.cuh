@@ -74,7 +74,7 @@ __global__ void find_cell_codes(BuildView view, const Scalar* start, std::uint64
   const std::int32_t i = static_cast<std::int32_t>(blockIdx.x * blockDim.x + threadIdx.x);
   if (i >= view.cell_count) return;
   const CellContents cell(view.contents, view.segment_of_cell(i).has_faces != 0,
-                          view.primitives[i]);
+                          view.primitive_of(i));
   codes[i] = centroid_code(morton_frame(view), cell.vertex, cell.vertices,
                            [&](std::int32_t v) { return start + 3 * static_cast<std::size_t>(v); });
   cells[i] = i;

@@ -6,12 +6,10 @@
 #include <cub/device/device_merge_sort.cuh>
 #include <cub/device/device_radix_sort.cuh>
 #include <cub/device/device_scan.cuh>
-#include <vector>
 
 #include "gpu/bvh/cell_codes.cuh"
 #include "gpu/bvh/ownership.cuh"
 #include "gpu/bvh/radix_tree.cuh"
-#include "gpu/device/upload.h"
 
 namespace lazyccd::gpu {
 namespace {
@@ -28,71 +26,58 @@ constexpr std::int32_t kFewLeaves = 1 << 16;
 
 }  // namespace
 
-void HierarchyBuilder::set_mesh(const Mesh& mesh, DeviceScene& scene) {
-  static_assert(sizeof(Face) == 3 * sizeof(std::int32_t));
-  const Cells& cells = mesh.cells();
-  const std::size_t cell_count = cells.primitives().size(), groups = cells.group_count();
-  upload(face_edges_, mesh.face_edges().data(), 3 * mesh.face_edges().size());
-  upload(primitives_, cells.primitives().data(), cell_count);
-  upload(segments_, cells.segments().data(), cells.segments().size());
-  std::vector<std::int32_t> worlds;  // by group
-  if (!mesh.world_of_body().empty())
-    for (const CellSegment& segment : cells.segments())
-      worlds.insert(worlds.end(), static_cast<std::size_t>(segment.groups()),
-                    mesh.world_of_body()[static_cast<std::size_t>(segment.body)]);
-  upload(worlds_, worlds.data(), worlds.size());
-  world_count_ = static_cast<std::size_t>(mesh.world_count());
-  const auto reserve = [](auto& buffer, std::size_t size) {
-    buffer.reserve(std::max<std::size_t>(size, 1));
-  };
-  reserve(bounds_, 6);
+void HierarchyBuilder::lay_out(Carver carver) {
+  const auto cells = static_cast<std::size_t>(view_.cell_count);
+  const auto groups = static_cast<std::size_t>(view_.group_count);
   for (int i = 0; i < 2; ++i) {
-    reserve(codes_[i], cell_count);
-    reserve(cells_[i], cell_count);
-    if (cells.segments().size() > 1) reserve(segment_keys_[i], cell_count);
-    reserve(leaf_codes_[i], groups);
-    reserve(leaf_groups_[i], groups);
+    codes_[i] = carver.take<std::uint64_t>(cells);
+    cells_[i] = carver.take<std::int32_t>(cells);
+    segment_keys_[i] = carver.take<std::uint32_t>(view_.segment_count > 1 ? cells : 0);
+    leaf_codes_[i] = carver.take<std::uint64_t>(groups);
+    leaf_groups_[i] = carver.take<std::int32_t>(groups);
   }
-  reserve(order_, cell_count);
-  reserve(first_of_vertex_, mesh.vertex_count());
-  reserve(first_of_edge_, mesh.edges().size());
-  reserve(owned_, cell_count);
-  reserve(block_counts_, groups);
-  reserve(first_blocks_, groups);
-  reserve(inner_, groups);
-  reserve(links_, groups);
-  edge_count_ = mesh.edges().size();
+  view_.bounds = carver.take<long long>(6);
+  view_.order = carver.take<std::int32_t>(cells);
+  view_.first_of_vertex = carver.take<std::uint32_t>(static_cast<std::size_t>(view_.vertex_count));
+  view_.first_of_edge = carver.take<std::uint32_t>(edge_count_);
+  view_.owned = carver.take<OwnedContents>(cells);
+  view_.block_counts = carver.take<std::int32_t>(groups);
+  view_.first_blocks = carver.take<std::int32_t>(groups);
+  view_.inner = carver.take<InnerNode>(groups);
+  view_.links = carver.take<ParentLink>(groups);
+  space_ = carver.take<char>(space_size_);
+  used_ = carver.used();
+}
 
+void HierarchyBuilder::set_mesh(const Mesh& mesh, DeviceScene& scene) {
+  const Cells& cells = mesh.cells();
+  const DeviceMesh& arrays = scene.mesh();
   const SceneView view = scene.view(false);
+  edge_count_ = mesh.edge_count();
+  world_count_ = static_cast<std::size_t>(mesh.world_count());
   view_ = {};
-  view_.contents = {view.mesh.faces, reinterpret_cast<const std::int32_t(*)[3]>(face_edges_.data()),
+  view_.contents = {view.mesh.faces,
+                    reinterpret_cast<const std::int32_t(*)[3]>(arrays.face_edges.data()),
                     view.mesh.edges};
-  view_.primitives = primitives_.data();
-  view_.segments = segments_.data();
+  view_.primitives = arrays.has_primitives ? arrays.primitives.data() : nullptr;
+  view_.segments = arrays.segments.data();
   view_.vertex_count = static_cast<std::int32_t>(mesh.vertex_count());
-  view_.cell_count = static_cast<std::int32_t>(cell_count);
+  view_.cell_count =
+      cells.segments().empty() ? 0 : cells.segments().back().first + cells.segments().back().count;
   view_.segment_count = static_cast<std::int32_t>(cells.segments().size());
-  view_.group_count = static_cast<std::int32_t>(groups);
+  view_.group_count = static_cast<std::int32_t>(cells.group_count());
   view_.pinned = view.pinned;
   view_.bodies = view.groups.bodies;
-  view_.worlds = worlds.empty() ? nullptr : worlds_.data();
-  view_.bounds = bounds_.data();
-  view_.order = order_.data();
-  view_.first_of_vertex = first_of_vertex_.data();
-  view_.first_of_edge = first_of_edge_.data();
-  view_.owned = owned_.data();
-  view_.block_counts = block_counts_.data();
-  view_.first_blocks = first_blocks_.data();
-  view_.inner = inner_.data();
-  view_.links = links_.data();
-  const HierarchyArrays arrays = scene.arrays();
-  view_.groups = arrays.groups;
-  view_.blocks = arrays.blocks;
-  view_.leaf_order = arrays.leaf_order;
-  view_.node_ranges = arrays.node_ranges;
-  view_.nodes = arrays.nodes;
+  view_.worlds = mesh.world_of_body().empty() ? nullptr : arrays.worlds.data();
+  const HierarchyArrays hierarchy = scene.arrays();
+  view_.groups = hierarchy.groups;
+  view_.names = hierarchy.names;
+  view_.leaf_order = hierarchy.leaf_order;
+  view_.node_ranges = hierarchy.node_ranges;
+  view_.nodes = hierarchy.nodes;
   space_size_ = std::max<std::size_t>(space_bytes(), 1);
-  space_.reserve(space_size_);
+  lay_out(Carver(nullptr));
+  lay_out(Carver(scene.workspace(used_)));
   // The uploads go through another stream than the build, which does not wait for it.
   LAZYCCD_CUDA_CHECK(cudaStreamSynchronize(cudaStreamLegacy));
 }
@@ -135,20 +120,20 @@ const std::int32_t* HierarchyBuilder::sort_cells(const Scalar* start, cudaStream
   constexpr std::uint32_t reducing = 256;
   find_bounds<<<std::min(blocks_for(vertices, 4 * reducing), 4 * multiprocessors()), reducing, 0,
                 stream>>>(view_, start);
-  find_cell_codes<<<blocks, kBlock, 0, stream>>>(view_, start, codes_[0].data(), cells_[0].data());
+  find_cell_codes<<<blocks, kBlock, 0, stream>>>(view_, start, codes_[0], cells_[0]);
   LAZYCCD_CUDA_CHECK(cudaGetLastError());
-  cub::DoubleBuffer<std::uint64_t> codes(codes_[0].data(), codes_[1].data());
-  cub::DoubleBuffer<std::int32_t> cells(cells_[0].data(), cells_[1].data());
+  cub::DoubleBuffer<std::uint64_t> codes(codes_[0], codes_[1]);
+  cub::DoubleBuffer<std::int32_t> cells(cells_[0], cells_[1]);
   std::size_t size = space_size_;
-  LAZYCCD_CUDA_CHECK(cub::DeviceRadixSort::SortPairs(space_.data(), size, codes, cells,
-                                                     view_.cell_count, 0, kCodeBits, stream));
+  LAZYCCD_CUDA_CHECK(cub::DeviceRadixSort::SortPairs(space_, size, codes, cells, view_.cell_count,
+                                                     0, kCodeBits, stream));
   if (view_.segment_count == 1) return cells.Current();
   // Stable: within a segment the order by code stays.
-  find_segments<<<blocks, kBlock, 0, stream>>>(view_, cells.Current(), segment_keys_[0].data());
+  find_segments<<<blocks, kBlock, 0, stream>>>(view_, cells.Current(), segment_keys_[0]);
   LAZYCCD_CUDA_CHECK(cudaGetLastError());
-  cub::DoubleBuffer<std::uint32_t> segments(segment_keys_[0].data(), segment_keys_[1].data());
+  cub::DoubleBuffer<std::uint32_t> segments(segment_keys_[0], segment_keys_[1]);
   size = space_size_;
-  LAZYCCD_CUDA_CHECK(cub::DeviceRadixSort::SortPairs(space_.data(), size, segments, cells,
+  LAZYCCD_CUDA_CHECK(cub::DeviceRadixSort::SortPairs(space_, size, segments, cells,
                                                      view_.cell_count, 0, segment_bits(), stream));
   return cells.Current();
 }
@@ -158,33 +143,32 @@ void HierarchyBuilder::sort_leaves(cudaStream_t stream) {
   if (view_.worlds == nullptr) return;
   // Stable: within a world the order by code stays. The arrays of the cells are free by now.
   const std::uint32_t blocks = blocks_for(static_cast<std::size_t>(view_.group_count), kBlock);
-  find_leaf_worlds<<<blocks, kBlock, 0, stream>>>(view_, segment_keys_[0].data(), cells_[0].data());
+  find_leaf_worlds<<<blocks, kBlock, 0, stream>>>(view_, segment_keys_[0], cells_[0]);
   LAZYCCD_CUDA_CHECK(cudaGetLastError());
-  cub::DoubleBuffer<std::uint32_t> worlds(segment_keys_[0].data(), segment_keys_[1].data());
-  cub::DoubleBuffer<std::int32_t> places(cells_[0].data(), cells_[1].data());
+  cub::DoubleBuffer<std::uint32_t> worlds(segment_keys_[0], segment_keys_[1]);
+  cub::DoubleBuffer<std::int32_t> places(cells_[0], cells_[1]);
   std::size_t size = space_size_;
-  LAZYCCD_CUDA_CHECK(cub::DeviceRadixSort::SortPairs(space_.data(), size, worlds, places,
+  LAZYCCD_CUDA_CHECK(cub::DeviceRadixSort::SortPairs(space_, size, worlds, places,
                                                      view_.group_count, 0, world_bits(), stream));
-  const int other = view_.leaf_codes == leaf_codes_[0].data() ? 1 : 0;
-  move_leaves<<<blocks, kBlock, 0, stream>>>(view_, places.Current(), leaf_codes_[other].data(),
-                                             leaf_groups_[other].data());
+  const int other = view_.leaf_codes == leaf_codes_[0] ? 1 : 0;
+  move_leaves<<<blocks, kBlock, 0, stream>>>(view_, places.Current(), leaf_codes_[other],
+                                             leaf_groups_[other]);
   LAZYCCD_CUDA_CHECK(cudaGetLastError());
-  view_.leaf_codes = leaf_codes_[other].data();
-  view_.leaf_groups = leaf_groups_[other].data();
+  view_.leaf_codes = leaf_codes_[other];
+  view_.leaf_groups = leaf_groups_[other];
 }
 
 void HierarchyBuilder::sort_leaves_by_code(cudaStream_t stream) {
   std::size_t size = space_size_;
   if (view_.group_count <= kFewLeaves) {
-    LAZYCCD_CUDA_CHECK(cub::DeviceMergeSort::StableSortPairs(space_.data(), size, view_.leaf_codes,
-                                                             view_.leaf_groups, view_.group_count,
-                                                             Less{}, stream));
+    LAZYCCD_CUDA_CHECK(cub::DeviceMergeSort::StableSortPairs(
+        space_, size, view_.leaf_codes, view_.leaf_groups, view_.group_count, Less{}, stream));
     return;
   }
-  cub::DoubleBuffer<std::uint64_t> codes(leaf_codes_[0].data(), leaf_codes_[1].data());
-  cub::DoubleBuffer<std::int32_t> groups(leaf_groups_[0].data(), leaf_groups_[1].data());
-  LAZYCCD_CUDA_CHECK(cub::DeviceRadixSort::SortPairs(space_.data(), size, codes, groups,
-                                                     view_.group_count, 0, kCodeBits, stream));
+  cub::DoubleBuffer<std::uint64_t> codes(leaf_codes_[0], leaf_codes_[1]);
+  cub::DoubleBuffer<std::int32_t> groups(leaf_groups_[0], leaf_groups_[1]);
+  LAZYCCD_CUDA_CHECK(cub::DeviceRadixSort::SortPairs(space_, size, codes, groups, view_.group_count,
+                                                     0, kCodeBits, stream));
   view_.leaf_codes = codes.Current();
   view_.leaf_groups = groups.Current();
 }
@@ -200,13 +184,13 @@ void HierarchyBuilder::enqueue_as(const Scalar* start, cudaStream_t stream) {
   LAZYCCD_CUDA_CHECK(
       cudaMemsetAsync(view_.first_of_edge, 0xff, edge_count_ * sizeof(std::uint32_t), stream));
   claim_contents<<<blocks_for(cell_count, kBlock), kBlock, 0, stream>>>(view_, cells);
-  view_.leaf_codes = leaf_codes_[0].data();
-  view_.leaf_groups = leaf_groups_[0].data();
+  view_.leaf_codes = leaf_codes_[0];
+  view_.leaf_groups = leaf_groups_[0];
   const std::uint32_t blocks = blocks_for(group_count * kGroupCells, kBlock);
   count_contents<<<blocks, kBlock, 0, stream>>>(view_, start);
   LAZYCCD_CUDA_CHECK(cudaGetLastError());
   std::size_t size = space_size_;
-  LAZYCCD_CUDA_CHECK(cub::DeviceScan::ExclusiveSum(space_.data(), size, view_.block_counts,
+  LAZYCCD_CUDA_CHECK(cub::DeviceScan::ExclusiveSum(space_, size, view_.block_counts,
                                                    view_.first_blocks, view_.group_count, stream));
   name_contents<<<blocks, kBlock, 0, stream>>>(view_);
   LAZYCCD_CUDA_CHECK(cudaGetLastError());
@@ -223,17 +207,6 @@ void HierarchyBuilder::enqueue(const void* start, bool is_double, cudaStream_t s
   } else {
     enqueue_as(static_cast<const float*>(start), stream);
   }
-}
-
-std::size_t HierarchyBuilder::bytes() const {
-  std::size_t sum = face_edges_.bytes() + primitives_.bytes() + segments_.bytes() +
-                    worlds_.bytes() + bounds_.bytes() + order_.bytes() + first_of_vertex_.bytes() +
-                    first_of_edge_.bytes() + owned_.bytes() + block_counts_.bytes() +
-                    first_blocks_.bytes() + inner_.bytes() + links_.bytes() + space_.bytes();
-  for (int i = 0; i < 2; ++i)
-    sum += codes_[i].bytes() + cells_[i].bytes() + segment_keys_[i].bytes() +
-           leaf_codes_[i].bytes() + leaf_groups_[i].bytes();
-  return sum;
 }
 
 }  // namespace lazyccd::gpu

@@ -9,16 +9,16 @@
 
 #include "cpu/scene/mesh.h"
 #include "gpu/bvh/build_view.cuh"
-#include "gpu/device/device_buffer.h"
+#include "gpu/device/carver.h"
 #include "gpu/scene/device_scene.h"
 
 namespace lazyccd::gpu {
 
-/// Owns the work space. Per cell it takes about 50 bytes.
+/// Works in the scene's workspace. Per cell it takes about 50 bytes.
 class HierarchyBuilder {
  public:
   /// Prepares for a mesh and the scene on the device that holds it, after DeviceScene::prepare().
-  /// Allocates and uploads. The mesh is not used afterwards.
+  /// The mesh is not used afterwards.
   void set_mesh(const Mesh& mesh, DeviceScene& scene);
 
   /// Enqueues the build, from three scalars per vertex at the start of the step. It allocates
@@ -26,9 +26,9 @@ class HierarchyBuilder {
   /// left to the refit.
   void enqueue(const void* start, bool is_double, cudaStream_t stream);
 
-  std::size_t bytes() const;
-
  private:
+  // Places the arrays of the work space.
+  void lay_out(Carver carver);
   template <class Scalar>
   void enqueue_as(const Scalar* start, cudaStream_t stream);
   // Sorts the cells by segment and code; returns the sorted cells.
@@ -44,25 +44,15 @@ class HierarchyBuilder {
   int world_bits() const { return bits_for(world_count_ + 1); }
 
   BuildView view_{};
-  DeviceBuffer<std::int32_t> face_edges_, primitives_;
-  DeviceBuffer<CellSegment> segments_;
-  DeviceBuffer<std::int32_t> worlds_;
-  DeviceBuffer<long long> bounds_;
-  DeviceBuffer<std::uint64_t> codes_[2];
-  DeviceBuffer<std::int32_t> cells_[2];
-  DeviceBuffer<std::uint32_t> segment_keys_[2];
-  DeviceBuffer<std::int32_t> order_;
-  DeviceBuffer<std::uint32_t> first_of_vertex_, first_of_edge_;
-  DeviceBuffer<OwnedContents> owned_;
-  DeviceBuffer<std::int32_t> block_counts_, first_blocks_;
-  DeviceBuffer<std::uint64_t> leaf_codes_[2];
-  DeviceBuffer<std::int32_t> leaf_groups_[2];
-  DeviceBuffer<InnerNode> inner_;
-  DeviceBuffer<ParentLink> links_;
-  DeviceBuffer<char> space_;
-  std::size_t space_size_ = 0;
-  std::size_t edge_count_ = 0;
-  std::size_t world_count_ = 0;
+  std::size_t edge_count_ = 0, world_count_ = 0;
+  // Arrays of two are for sorts, from one to the other.
+  std::uint64_t* codes_[2];
+  std::int32_t* cells_[2];
+  std::uint32_t* segment_keys_[2];
+  std::uint64_t* leaf_codes_[2];
+  std::int32_t* leaf_groups_[2];
+  char* space_ = nullptr;                  // of CUB
+  std::size_t space_size_ = 0, used_ = 0;  // bytes; used_: of all arrays
 };
 
 }  // namespace lazyccd::gpu

@@ -23,10 +23,8 @@ template <int lanes, class F>
 __device__ inline void for_each_cell(const GroupView& view, std::int32_t g, int lane, F&& f) {
   const DeviceGroup group = load_wide(view.groups + g);
   const int skipped = group.count[kVertices] + (group.count[kFaces] != 0 ? group.count[kEdges] : 0);
-  for (int i = skipped + lane; i < group.total(); i += lanes) {
-    const PrimitiveBlock& block = view.blocks[group.first_block + i / kBlockLanes];
-    f(load_wide(block.names + i % kBlockLanes));
-  }
+  for (int i = skipped + lane; i < group.total(); i += lanes)
+    f(load_wide(view.names + group.first_name() + i));
 }
 
 }  // namespace lazyccd::gpu

@@ -13,7 +13,7 @@ namespace lazyccd::gpu {
 __global__ void claim_contents(BuildView view, const std::int32_t* cells) {
   const std::int32_t i = static_cast<std::int32_t>(blockIdx.x * blockDim.x + threadIdx.x);
   if (i >= view.cell_count) return;
-  const std::int32_t primitive = view.primitives[cells[i]];
+  const std::int32_t primitive = view.primitive_of(cells[i]);
   view.order[i] = primitive;
   const CellContents cell(view.contents, view.segment_of_cell(i).has_faces != 0, primitive);
   for (int k = 0; k < cell.edges; ++k)
@@ -101,7 +101,7 @@ __global__ void count_contents(BuildView view, const Scalar* start) {
   group.pinned = pinned;
   group.meets_own_body = view.bodies[segment.body].self_collision;
   view.groups[lanes.group] = group;
-  view.block_counts[lanes.group] = (group.total() + kBlockLanes - 1) / kBlockLanes;
+  view.block_counts[lanes.group] = group.blocks();
   view.leaf_codes[lanes.group] = box.centre_code(morton_frame(view));
   view.leaf_groups[lanes.group] = lanes.group;
 }
@@ -126,7 +126,7 @@ __global__ void name_contents(BuildView view) {
   edge_at += group.count[kVertices];
   const int face_at = group.count[kVertices] + group.count[kEdges] + lanes.lane;
   const auto name = [&](int at, const PrimitiveNames& names) {
-    view.blocks[first_block + at / kBlockLanes].names[at % kBlockLanes] = names;
+    view.names[first_block * kLanes + at] = names;
   };
   const std::int32_t primitive = view.order[place];
   const CellContents cell(view.contents, is_face, primitive);

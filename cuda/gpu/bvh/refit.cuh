@@ -118,8 +118,8 @@ __device__ inline SweptBox refit_group(const SceneView& scene,
   for (auto& e : sides) e = empty_extent();
   for (auto& e : diagonals) e = empty_extent();
   for (int i = lane; i < group.total(); i += kWarp) {
-    PrimitiveBlock& block = scene.groups.blocks[group.first_block + i / kBlockLanes];
-    const PrimitiveNames names = load_wide(block.names + i % kBlockLanes);
+    BoxBlock& block = scene.groups.boxes[group.first_block + i / kLanes];
+    const PrimitiveNames names = load_wide(scene.groups.names + group.first_name() + i);
     AxisExtent own[kSides];
     for (auto& e : own) e = empty_extent();
     for (int k = 0; k < 3; ++k) {
@@ -133,7 +133,7 @@ __device__ inline SweptBox refit_group(const SceneView& scene,
     const double margin = separation_margin(scene.separation);
     for (int axis = 0; axis < kSides; ++axis) {
       if (margin > 0) grow(own[axis], margin);
-      block.axis[axis][i % kBlockLanes] = own[axis];
+      block.axis[axis][i % kLanes] = own[axis];
       unite(sides[axis], own[axis]);
     }
   }

@@ -32,7 +32,7 @@ void SceneCulling::set_mesh(const Mesh& mesh) {
     orphans.count = list.count;
     upload(orphans.pairs, list.pairs, list.count);
     const std::size_t primitives =
-        kind == ContactKind::vertex_face ? mesh.vertex_count() : mesh.edges().size();
+        kind == ContactKind::vertex_face ? mesh.vertex_count() : mesh.edge_count();
     upload(orphans.first, list.first, primitives + 1);
   }
 }

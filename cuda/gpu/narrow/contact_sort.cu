@@ -54,6 +54,13 @@ void fill_order(std::uint32_t* order, std::uint32_t count, cudaStream_t stream) 
   LAZYCCD_CUDA_CHECK(cudaGetLastError());
 }
 
+void enqueue_columns(const Contact* sorted, const std::uint32_t* count, const ColumnLayout& layout,
+                     char* block, cudaStream_t stream) {
+  split_contacts<<<blocks_for(layout.places, kBlock), kBlock, 0, stream>>>(sorted, count, layout,
+                                                                           block);
+  LAZYCCD_CUDA_CHECK(cudaGetLastError());
+}
+
 void prepare_sort(const SceneView& scene, const StepLists& lists, cudaStream_t stream) {
   if (const std::uint32_t bins = sort_bins(scene.key, lists.contacts.capacity)) {
     LAZYCCD_CUDA_CHECK(cudaMemsetAsync(lists.bins, 0, bins * sizeof(std::uint32_t), stream));

@@ -1,6 +1,7 @@
 // Kernels that bring the contacts into order.
 #pragma once
 
+#include "core/narrow/column_layout.h"
 #include "gpu/device/kernel_chain.cuh"
 #include "gpu/scene/scene.cuh"
 
@@ -122,6 +123,13 @@ __global__ void place_by_rank(StepLists lists, Contact* sorted) {
       rank += __shfl_xor_sync(kAllLanes, rank, offset);
     if (lane < 4) copy_contact(lists.contacts.items + i, sorted + rank, lane);
   }
+}
+
+/// Copies the fields of contacts to arrays of their own, one thread per contact.
+__global__ void split_contacts(const Contact* sorted, const std::uint32_t* count,
+                               ColumnLayout layout, char* block) {
+  const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
+  if (i < *count && i < layout.places) layout.put(sorted[i], i, block);
 }
 
 /// Fills `order` with 0, 1, ..., count - 1.

@@ -23,18 +23,17 @@ struct LeafScratch {
   int2 edge_vertices[2][48];               // of the listed edges
 };
 
-/// The place of primitive i of a group, counted in pieces of 16 bytes over all blocks. It has one
-/// piece for each of the axes 0, 1, 2 and one for its names, kBlockLanes pieces apart.
-constexpr int kPieces = kSides + 1;
+/// The place of primitive i of a group, counted in extents over all blocks. Its extents along the
+/// axes 0, 1, 2 are kLanes apart.
 __device__ inline int place_of(const DeviceGroup& group, int i) {
-  return group.first_block * (kPieces * kBlockLanes) + i + (kPieces - 1) * (i & ~(kBlockLanes - 1));
+  return group.first_block * (kSides * kLanes) + i + (kSides - 1) * (i & ~(kLanes - 1));
 }
 __device__ inline AxisExtent extent_at(const GroupView& view, int place, int axis) {
-  return load_wide(reinterpret_cast<const AxisExtent*>(view.blocks) + place + axis * kBlockLanes);
+  return load_wide(&view.boxes->axis[0][0] + place + axis * kLanes);
 }
 __device__ inline PrimitiveNames names_at(const GroupView& view, int place) {
-  return load_wide(reinterpret_cast<const PrimitiveNames*>(view.blocks) + place +
-                   kSides * kBlockLanes);
+  const auto block = static_cast<unsigned>(place) / (kSides * kLanes);
+  return load_wide(view.names + place - (kSides - 1) * kLanes * static_cast<int>(block));
 }
 
 /// The extents of a primitive or a group, kept in registers for comparison with many others.
@@ -76,7 +75,7 @@ struct LeafSide {
     const int total = edges + group.count[kFaces];
     int before = 0;
     // Two rounds at a time, so that their loads overlap. The last round may read beyond the group.
-    static_assert(2 * kWarp <= kReadBeyond * kBlockLanes);
+    static_assert(2 * kWarp <= kReadBeyond * kLanes);
     for (int base = 0; base < total; base += 2 * kWarp) {
       const int i[2] = {base + lane, base + kWarp + lane};
       const int place[2] = {place_of(group, i[0]), place_of(group, i[1])};

@@ -26,6 +26,28 @@ class WarpInteger {
     return is_negative() ? -1 : 1;
   }
 
+  /// As those of FixedInteger.
+  __device__ int bit_length() const {
+    const std::uint32_t limb = is_negative() ? ~limb_ : limb_;
+    const unsigned nonzero = __ballot_sync(kAllLanes, limb != 0);
+    if (nonzero == 0) return 0;
+    const int highest = kWarp - 1 - __clz(static_cast<int>(nonzero));
+    const std::uint32_t top = __shfl_sync(kAllLanes, limb, highest);
+    return 32 * highest + 32 - __clz(static_cast<int>(top));
+  }
+  __device__ std::int64_t above(int low) const {
+    const int limb = low / 32, rest = low % 32;
+    const std::uint32_t sign = is_negative() ? ~std::uint32_t{0} : 0;
+    const auto at = [&](int i) {
+      const std::uint32_t own = __shfl_sync(kAllLanes, limb_, i & (kWarp - 1));
+      return i < kWarp ? own : sign;
+    };
+    const std::uint32_t a = at(limb), b = at(limb + 1), c = at(limb + 2);
+    const std::uint64_t lower = __funnelshift_r(a, b, static_cast<unsigned>(rest)),
+                        upper = __funnelshift_r(b, c, static_cast<unsigned>(rest));
+    return static_cast<std::int64_t>(upper << 32 | lower);
+  }
+
   friend __device__ WarpInteger operator+(const WarpInteger& a, const WarpInteger& b) {
     return add(a.limb_, b.limb_, 0);
   }
@@ -33,9 +55,17 @@ class WarpInteger {
     return add(a.limb_, ~b.limb_, 1);
   }
   friend __device__ __noinline__ WarpInteger operator*(const WarpInteger& a, const WarpInteger& b) {
-    const bool a_negative = a.is_negative(), b_negative = b.is_negative();
-    std::uint32_t x = a_negative ? a.negated().limb_ : a.limb_;
-    const std::uint32_t y = b_negative ? b.negated().limb_ : b.limb_;
+    // The product modulo 2^1024 of numbers in two's complement needs no signs, but a negative
+    // number has all limbs. So y is the shorter one, made positive.
+    const bool swaps = a.used_limbs() < b.used_limbs();
+    WarpInteger longer = of_limb(swaps ? b.limb_ : a.limb_),
+                shorter = of_limb(swaps ? a.limb_ : b.limb_);
+    if (shorter.is_negative()) {
+      longer = longer.negated();
+      shorter = shorter.negated();
+    }
+    std::uint32_t x = longer.limb_;
+    const std::uint32_t y = shorter.limb_;
     // Lane l sums the products of limbs i of y and l - i of x.
     const unsigned used = __ballot_sync(kAllLanes, y != 0);
     std::uint64_t sum = 0;
@@ -54,8 +84,7 @@ class WarpInteger {
     };
     const std::uint32_t middle = from_below(static_cast<std::uint32_t>(sum >> 32), 1);
     const std::uint32_t high = from_below(carries, 2);
-    const WarpInteger product = add(add(static_cast<std::uint32_t>(sum), middle, 0).limb_, high, 0);
-    return a_negative != b_negative ? product.negated() : product;
+    return add(add(static_cast<std::uint32_t>(sum), middle, 0).limb_, high, 0);
   }
   /// bits: 0 to 1023, the same in all lanes.
   friend __device__ WarpInteger operator<<(const WarpInteger& a, int bits) {
@@ -76,6 +105,10 @@ class WarpInteger {
   }
   __device__ bool is_negative() const {
     return static_cast<std::int32_t>(__shfl_sync(kAllLanes, limb_, kWarp - 1)) < 0;
+  }
+  // The limbs that differ from the sign, a bit for each. A number with a higher bit is longer.
+  __device__ unsigned used_limbs() const {
+    return __ballot_sync(kAllLanes, limb_ != (is_negative() ? ~std::uint32_t{0} : 0));
   }
   __device__ WarpInteger negated() const { return add(0, ~limb_, 1); }
 

@@ -1,4 +1,4 @@
-// Upload of the mesh, its groups and their hierarchy.
+// Memory for the groups and their hierarchy, and their upload.
 #include "gpu/scene/device_scene.h"
 
 #include <algorithm>
@@ -9,25 +9,33 @@
 
 namespace lazyccd::gpu {
 
-void DeviceScene::set_mesh(const Mesh& mesh) {
+void DeviceScene::set_mesh(const Mesh& mesh, bool is_found) {
   mesh_ = &mesh;
+  is_found_ = is_found;
   mesh_uploaded_ = false;
 }
 
 void DeviceScene::upload_mesh() {
-  upload(faces_, mesh_->faces().data(), mesh_->faces().size());
-  upload(edges_, mesh_->edges().data(), mesh_->edges().size());
-  upload(body_of_vertex_, mesh_->body_of_vertex().data(), mesh_->vertex_count());
-  upload(bodies_, mesh_->bodies().data(), mesh_->body_count());
-  std::vector<unsigned char> pinned(mesh_->any_pinned() ? mesh_->vertex_count() : 0);
-  for (std::size_t v = 0; v < pinned.size(); ++v) pinned[v] = mesh_->pinned(static_cast<int>(v));
-  upload(pinned_, pinned.data(), pinned.size());
-  std::vector<std::uint64_t> disabled(mesh_->disabled_pairs().begin(),
-                                      mesh_->disabled_pairs().end());
-  std::sort(disabled.begin(), disabled.end());
-  upload(disabled_, disabled.data(), disabled.size());
-  upload(world_of_body_, mesh_->world_of_body().data(), mesh_->world_of_body().size());
+  if (!is_found_) arrays_.upload_primitives(*mesh_);
+  arrays_.upload_tables(*mesh_);
   mesh_uploaded_ = true;
+}
+
+char* DeviceScene::workspace(std::size_t bytes) {
+  reserve_boxes((bytes + sizeof(BoxBlock) - 1) / sizeof(BoxBlock));
+  return reinterpret_cast<char*>(boxes_.data());
+}
+
+void DeviceScene::reserve_boxes(std::size_t blocks) {
+  if (blocks <= boxes_.size()) return;
+  boxes_.reserve(blocks);
+  // The padding is read, though its values do not matter.
+  LAZYCCD_CUDA_CHECK(cudaMemset(boxes_.data(), 0, boxes_.bytes()));
+}
+
+void DeviceScene::reserve_blocks(std::size_t blocks) {
+  reserve_boxes(blocks + kReadBeyond);
+  names_.reserve(blocks * kLanes);
 }
 
 void DeviceScene::prepare() {
@@ -41,12 +49,8 @@ void DeviceScene::prepare() {
   runs_.reserve(groups / kRun + 1);
   // Every primitive has one owner. A group's last block may have one used lane.
   const std::size_t primitives =
-      mesh_->vertex_count() + mesh_->edges().size() + mesh_->faces().size();
-  const std::size_t blocks = (primitives + (kBlockLanes - 1) * groups) / kBlockLanes + kReadBeyond;
-  if (blocks <= blocks_.size()) return;
-  blocks_.reserve(blocks);
-  // The padding is read, though its values do not matter.
-  LAZYCCD_CUDA_CHECK(cudaMemset(blocks_.data(), 0, blocks_.bytes()));
+      mesh_->vertex_count() + mesh_->edge_count() + mesh_->faces().size();
+  reserve_blocks((primitives + (kLanes - 1) * groups) / kLanes);
 }
 
 bool DeviceScene::reserve_records(bool is_double) {
@@ -59,7 +63,7 @@ bool DeviceScene::reserve_records(bool is_double) {
 }
 
 HierarchyArrays DeviceScene::arrays() {
-  return {device_groups_.data(), blocks_.data(), leaf_order_.data(), node_ranges_.data(),
+  return {device_groups_.data(), names_.data(), leaf_order_.data(), node_ranges_.data(),
           nodes_.data()};
 }
 
@@ -80,29 +84,28 @@ void DeviceScene::build_on_host(const Positions& start, const Positions& end, Th
 
 void DeviceScene::upload_groups() {
   std::vector<DeviceGroup> groups;
-  std::vector<PrimitiveBlock> blocks;
+  std::vector<PrimitiveNames> names;
   for (const Group& g : groups_.groups()) {
     DeviceGroup group{g.body,
-                      static_cast<std::int32_t>(blocks.size()),
+                      static_cast<std::int32_t>(names.size() / kLanes),
                       {},
                       g.pinned != 0,
                       mesh_->bodies()[static_cast<std::size_t>(g.body)].self_collision};
-    int place = 0;
     for (int kind = 0; kind < 3; ++kind) {
       group.count[kind] = static_cast<std::uint8_t>(g.count[kind]);
-      for (int i = 0; i < g.count[kind]; ++i, ++place) {
+      for (int i = 0; i < g.count[kind]; ++i) {
         const Block& block = groups_.blocks()[g.first[kind] + i / kBlockLanes];
         const int lane = i % kBlockLanes;
-        if (place % kBlockLanes == 0) blocks.emplace_back();
-        blocks.back().names[place % kBlockLanes] = {
-            block.id[lane], {block.vertex[0][lane], block.vertex[1][lane], block.vertex[2][lane]}};
+        names.push_back({block.id[lane],
+                         {block.vertex[0][lane], block.vertex[1][lane], block.vertex[2][lane]}});
       }
     }
+    names.resize((names.size() + kLanes - 1) / kLanes * kLanes);
     groups.push_back(group);
   }
-  blocks.resize(blocks.size() + kReadBeyond);
+  reserve_blocks(names.size() / kLanes);
   upload(device_groups_, groups.data(), groups.size());
-  upload(blocks_, blocks.data(), blocks.size());
+  upload(names_, names.data(), names.size());
 }
 
 SceneView DeviceScene::view(bool is_double) {
@@ -110,16 +113,22 @@ SceneView DeviceScene::view(bool is_double) {
   s.vertex_count = static_cast<std::uint32_t>(mesh_->vertex_count());
   s.group_count = group_count();
   s.node_count = node_count();
-  s.groups = {device_groups_.data(), blocks_.data(),
-              bounds_.data(),        bodies_.data(),
-              disabled_.data(),      static_cast<std::uint32_t>(mesh_->disabled_pairs().size())};
-  s.mesh = {reinterpret_cast<const std::int32_t(*)[3]>(faces_.data()),
-            reinterpret_cast<const std::int32_t(*)[2]>(edges_.data()), body_of_vertex_.data()};
-  s.pinned = mesh_->any_pinned() ? pinned_.data() : nullptr;
+  s.groups = {device_groups_.data(),
+              boxes_.data(),
+              names_.data(),
+              bounds_.data(),
+              arrays_.bodies.data(),
+              arrays_.disabled_pairs.data(),
+              static_cast<std::uint32_t>(mesh_->disabled_pairs().size())};
+  s.mesh = {reinterpret_cast<const std::int32_t(*)[3]>(arrays_.faces.data()),
+            reinterpret_cast<const std::int32_t(*)[2]>(arrays_.edges.data()),
+            arrays_.body_of_vertex.data()};
+  s.pinned =
+      mesh_->any_pinned() ? reinterpret_cast<const unsigned char*>(arrays_.pinned.data()) : nullptr;
   s.leaf_order = leaf_order_.data();
   s.node_ranges = node_ranges_.data();
   s.key = key();
-  if (s.key.world_of_body != nullptr) s.key.world_of_body = world_of_body_.data();
+  if (s.key.world_of_body != nullptr) s.key.world_of_body = arrays_.world_of_body.data();
   s.separation = separation_;
   s.is_double = is_double;
   s.records = records_.data();
@@ -131,10 +140,9 @@ SceneView DeviceScene::view(bool is_double) {
 ContactKey DeviceScene::key() const { return mesh_->contact_key(); }
 
 std::size_t DeviceScene::bytes() const {
-  return faces_.bytes() + edges_.bytes() + body_of_vertex_.bytes() + pinned_.bytes() +
-         bodies_.bytes() + disabled_.bytes() + world_of_body_.bytes() + device_groups_.bytes() +
-         leaf_order_.bytes() + node_ranges_.bytes() + records_.bytes() + blocks_.bytes() +
-         bounds_.bytes() + runs_.bytes() + nodes_.bytes();
+  return arrays_.bytes() + device_groups_.bytes() + leaf_order_.bytes() + node_ranges_.bytes() +
+         names_.bytes() + records_.bytes() + boxes_.bytes() + bounds_.bytes() + runs_.bytes() +
+         nodes_.bytes();
 }
 
 }  // namespace lazyccd::gpu

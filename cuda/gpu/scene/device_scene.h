@@ -11,6 +11,7 @@
 #include "cpu/scene/mesh.h"
 #include "cpu/threads/thread_pool.h"
 #include "gpu/device/device_buffer.h"
+#include "gpu/scene/device_mesh.h"
 #include "gpu/scene/scene.cuh"
 
 namespace lazyccd::gpu {
@@ -18,7 +19,7 @@ namespace lazyccd::gpu {
 /// The arrays that a build of the hierarchy fills, on the device.
 struct HierarchyArrays {
   DeviceGroup* groups;
-  PrimitiveBlock* blocks;  // the names
+  PrimitiveNames* names;
   std::int32_t* leaf_order;
   int2* node_ranges;
   TreeNode* nodes;  // all but the boxes
@@ -28,9 +29,14 @@ class DeviceScene {
  public:
   explicit DeviceScene(double separation) : separation_(separation) {}
 
-  /// Sets another mesh. It must stay valid until the next call.
-  void set_mesh(const Mesh& mesh);
+  /// Sets another mesh. It must stay valid until the next call. `is_found`: mesh() has its
+  /// primitives already. Otherwise it must be complete.
+  void set_mesh(const Mesh& mesh, bool is_found = false);
+  DeviceMesh& mesh() { return arrays_; }
 
+  /// Memory for work before a step: that of the boxes, which every step computes anew. It is lost
+  /// with prepare() and with the step.
+  char* workspace(std::size_t bytes);
   /// Uploads the mesh if that is not done, and allocates the arrays for any build of its hierarchy.
   void prepare();
   /// Where a build on the device puts groups and tree (gpu/bvh/hierarchy_builder.h). They last for
@@ -55,29 +61,26 @@ class DeviceScene {
  private:
   void upload_mesh();
   void upload_groups();
+  void reserve_boxes(std::size_t blocks);
+  void reserve_blocks(std::size_t blocks);  // boxes and names
 
   double separation_;
   const Mesh* mesh_ = nullptr;
-  bool mesh_uploaded_ = false;
+  bool is_found_ = false, mesh_uploaded_ = false;
   Groups groups_;
   Tree tree_;
 
-  DeviceBuffer<Face> faces_;
-  DeviceBuffer<Edge> edges_;
-  DeviceBuffer<std::int32_t> body_of_vertex_;
-  DeviceBuffer<unsigned char> pinned_;
-  DeviceBuffer<Body> bodies_;
-  DeviceBuffer<std::uint64_t> disabled_;
-  DeviceBuffer<std::int32_t> world_of_body_;
+  DeviceMesh arrays_;
   DeviceBuffer<DeviceGroup> device_groups_;
   DeviceBuffer<std::int32_t> leaf_order_;
   DeviceBuffer<int2> node_ranges_;
+  DeviceBuffer<PrimitiveNames> names_;
   // Recomputed in each step.
   struct alignas(16) RecordPiece {
     char bytes[16];
   };
   DeviceBuffer<RecordPiece> records_;  // of either precision
-  DeviceBuffer<PrimitiveBlock> blocks_;
+  DeviceBuffer<BoxBlock> boxes_;
   DeviceBuffer<GroupBounds> bounds_;
   DeviceBuffer<SweptBox> runs_;
   DeviceBuffer<TreeNode> nodes_;

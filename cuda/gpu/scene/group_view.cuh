@@ -28,16 +28,18 @@ struct alignas(16) PrimitiveNames {
   std::int32_t vertex[3];  // unused ones -1
 };
 
-/// kBlockLanes primitives as a structure of arrays, so that the lanes of a warp read whole cache
-/// lines.
-struct PrimitiveBlock {
-  AxisExtent axis[kSides][kBlockLanes];
-  PrimitiveNames names[kBlockLanes];
+/// Primitives side by side in a block. Eight extents fill a cache line.
+constexpr int kLanes = 8;
+
+/// The extents of kLanes primitives as a structure of arrays, so that the lanes of a warp read
+/// whole cache lines.
+struct BoxBlock {
+  AxisExtent axis[kSides][kLanes];
 };
 
 /// Padding blocks behind the last group. The last rounds of the leaf kernel read up to this many
 /// blocks beyond a group.
-constexpr int kReadBeyond = 4;
+constexpr int kReadBeyond = 8;
 
 /// A group. Its primitives fill its blocks without gaps: vertices, then edges, then faces.
 struct alignas(16) DeviceGroup {
@@ -48,6 +50,9 @@ struct alignas(16) DeviceGroup {
   bool meets_own_body;  // its body has self-collision
 
   LAZYCCD_HD int total() const { return count[0] + count[1] + count[2]; }
+  LAZYCCD_HD int blocks() const { return (total() + kLanes - 1) / kLanes; }
+  /// Index of the names of its first primitive.
+  LAZYCCD_HD std::int32_t first_name() const { return first_block * kLanes; }
 };
 
 /// Loads a T in pieces of 16 bytes. All loads are issued before the first use.
@@ -76,8 +81,9 @@ __device__ inline int apart_sign(const AxisExtent& a, const AxisExtent& b) {
 /// returns true for every pair.
 struct GroupView {
   const DeviceGroup* groups;
-  PrimitiveBlock* blocks;  // their boxes are recomputed in each step
-  GroupBounds* bounds;     // recomputed in each step; may be null
+  BoxBlock* boxes;        // recomputed in each step
+  PrimitiveNames* names;  // kLanes per block
+  GroupBounds* bounds;    // recomputed in each step; may be null
   const Body* bodies;
   const std::uint64_t* disabled_pairs;  // sorted: smaller body << 32 | larger body
   std::uint32_t disabled_count;

@@ -9,34 +9,29 @@
 namespace lazyccd::gpu {
 namespace {
 
-constexpr std::size_t kGrain = 8192;  // vertices that a worker takes at a time
+constexpr std::size_t kGrain = 8192;      // vertices that a worker takes at a time
+constexpr std::size_t kPiece = 1u << 18;  // vertices that are copied to the device at a time
 
-// Calls body(x, i) for every vertex. x points to its three scalars as they are stored; i is the
-// index of the first one among all scalars. Returns false if any call returned false. The loop has
-// no early exit, so that it can be vectorized.
+// Calls body(x, i) for the vertices [first, last). x points to its three scalars as they are
+// stored; i is the index of the first one among all scalars. Returns false if any call returned
+// false. The loop has no early exit, so that it can be vectorized.
 template <class Body>
-bool for_each_vertex(const Positions& positions, ThreadPool& pool, Body&& body) {
-  std::atomic<bool> all_true{true};  // relaxed: the end of the job orders the stores
-  pool.parallel_for(positions.count(), kGrain, [&](std::size_t first, std::size_t last, int) {
-    const auto walk = [&](auto scalar) {
-      const char* data = static_cast<const char*>(positions.data());
-      bool good = true;
-      for (std::size_t v = first; v < last; ++v)
-        good &=
-            body(reinterpret_cast<const decltype(scalar)*>(data + v * positions.stride()), 3 * v);
-      return good;
-    };
-    if (!(positions.is_double() ? walk(double{}) : walk(float{})))
-      all_true.store(false, std::memory_order_relaxed);
-  });
-  return all_true.load(std::memory_order_relaxed);
+bool for_each_vertex(const Positions& positions, std::size_t first, std::size_t last, Body&& body) {
+  const auto walk = [&](auto scalar) {
+    const char* data = static_cast<const char*>(positions.data());
+    bool good = true;
+    for (std::size_t v = first; v < last; ++v)
+      good &= body(reinterpret_cast<const decltype(scalar)*>(data + v * positions.stride()), 3 * v);
+    return good;
+  };
+  return positions.is_double() ? walk(double{}) : walk(float{});
 }
 
-// Converts the positions to Scalar. Returns whether Scalar holds all of them exactly. NaN is not
-// equal to itself, so it counts as inexact; the device finds it later.
+// Converts positions to Scalar. Returns whether Scalar holds all of them exactly. NaN is not equal
+// to itself, so it counts as inexact; the device finds it later.
 template <class Scalar>
-bool copy(const Positions& positions, Scalar* out, ThreadPool& pool) {
-  return for_each_vertex(positions, pool, [out](const auto* x, std::size_t i) {
+bool copy(const Positions& positions, std::size_t first, std::size_t last, Scalar* out) {
+  return for_each_vertex(positions, first, last, [out](const auto* x, std::size_t i) {
     bool exact = true;
     for (int k = 0; k < 3; ++k) {
       out[i + k] = static_cast<Scalar>(x[k]);
@@ -46,20 +41,26 @@ bool copy(const Positions& positions, Scalar* out, ThreadPool& pool) {
   });
 }
 
-// Returns whether the positions equal the packed array `other`.
+// Returns whether positions equal the packed array `other`.
 template <class Scalar>
-bool same(const Positions& positions, const Scalar* other, ThreadPool& pool) {
-  // If the scene was moved, the first vertex usually shows it, and the others need no test.
-  if (positions.count() == 0) return true;
-  const std::array<double, 3> first = positions[0];
-  for (int k = 0; k < 3; ++k)
-    if (first[k] != static_cast<double>(other[k])) return false;
-  return for_each_vertex(positions, pool, [other](const auto* x, std::size_t i) {
+bool same(const Positions& positions, std::size_t first, std::size_t last, const Scalar* other) {
+  return for_each_vertex(positions, first, last, [other](const auto* x, std::size_t i) {
     bool equal = true;
     for (int k = 0; k < 3; ++k)
       equal &= static_cast<std::decay_t<decltype(x[k])>>(other[i + k]) == x[k];
     return equal;
   });
+}
+
+// Calls body(first, last) for parts of [begin, end), on all threads. Returns whether all calls
+// returned true.
+template <class Body>
+bool all_of(std::size_t begin, std::size_t end, ThreadPool& pool, Body&& body) {
+  std::atomic<bool> all_true{true};  // relaxed: the end of the job orders the stores
+  pool.parallel_for(end - begin, kGrain, [&](std::size_t first, std::size_t last, int) {
+    if (!body(begin + first, begin + last)) all_true.store(false, std::memory_order_relaxed);
+  });
+  return all_true.load(std::memory_order_relaxed);
 }
 
 // Packs the positions of both ends, one thread per vertex.
@@ -102,6 +103,18 @@ void PackedPositions::gather(const DevicePositions& start, const DevicePositions
   }
 }
 
+std::pair<Positions, Positions> PackedPositions::download(std::size_t vertices) {
+  const std::size_t values = 3 * vertices;
+  const std::size_t size = values * (is_double_ ? sizeof(double) : sizeof(float));
+  host_start_.resize(values);
+  host_end_.resize(values);
+  LAZYCCD_CUDA_CHECK(cudaMemcpy(host_start_.data(), start_.data(), size, cudaMemcpyDeviceToHost));
+  LAZYCCD_CUDA_CHECK(cudaMemcpy(host_end_.data(), end_.data(), size, cudaMemcpyDeviceToHost));
+  if (is_double_) return {{host_start_.data(), vertices}, {host_end_.data(), vertices}};
+  return {{reinterpret_cast<const float*>(host_start_.data()), vertices},
+          {reinterpret_cast<const float*>(host_end_.data()), vertices}};
+}
+
 void PackedPositions::reserve(std::size_t values) {
   const std::size_t doubles = is_double_ ? values : (values + 1) / 2;
   start_.reserve(std::max<std::size_t>(doubles, 1));
@@ -109,34 +122,55 @@ void PackedPositions::reserve(std::size_t values) {
 }
 
 template <class Scalar>
-bool PackedPositions::stage(const Positions& start, const Positions& end,
-                            PinnedBuffer<Scalar>& from, PinnedBuffer<Scalar>& to,
-                            ThreadPool& pool) {
-  from.reserve(3 * start.count());
-  to.reserve(3 * start.count());
-  resident_ = resident_ && same(start, to.data(), pool);
-  const bool exact_start = resident_ || copy(start, from.data(), pool);
-  return copy(end, to.data(), pool) && exact_start;
+bool PackedPositions::upload_as(const Positions& start, const Positions& end,
+                                PinnedBuffer<Scalar>& from, PinnedBuffer<Scalar>& to,
+                                ThreadPool& pool, cudaStream_t stream) {
+  const std::size_t count = start.count();
+  from.reserve(3 * count);
+  to.reserve(3 * count);
+  // If the scene was moved, the first vertex usually shows it.
+  if (resident_ && count != 0) resident_ = same(start, 0, 1, to.data());
+  if (resident_) {
+    from.swap(to);  // the last end, from which start is not expected to differ
+    LAZYCCD_CUDA_CHECK(cudaMemcpyAsync(start_.data(), end_.data(), 3 * count * sizeof(Scalar),
+                                       cudaMemcpyDeviceToDevice, stream));
+  }
+  const auto send = [&](DeviceBuffer<double>& device, const PinnedBuffer<Scalar>& host,
+                        std::size_t first, std::size_t last) {
+    LAZYCCD_CUDA_CHECK(cudaMemcpyAsync(reinterpret_cast<Scalar*>(device.data()) + 3 * first,
+                                       host.data() + 3 * first, 3 * (last - first) * sizeof(Scalar),
+                                       cudaMemcpyHostToDevice, stream));
+  };
+  std::atomic<bool> is_resident{resident_};
+  for (std::size_t first = 0; first < count; first += kPiece) {
+    const std::size_t last = std::min(first + kPiece, count);
+    if (!all_of(first, last, pool, [&](std::size_t a, std::size_t b) {
+          if (resident_ && !same(start, a, b, from.data()))
+            is_resident.store(false, std::memory_order_relaxed);
+          const bool exact_start = resident_ || copy(start, a, b, from.data());
+          return copy(end, a, b, to.data()) && exact_start;
+        }))
+      return false;
+    if (!resident_) send(start_, from, first, last);
+    send(end_, to, first, last);
+  }
+  if (!resident_ || is_resident.load(std::memory_order_relaxed)) return true;
+  if (!all_of(0, count, pool,
+              [&](std::size_t a, std::size_t b) { return copy(start, a, b, from.data()); }))
+    return false;
+  send(start_, from, 0, count);
+  return true;
 }
 
 void PackedPositions::upload(const Positions& start, const Positions& end, ThreadPool& pool,
                              cudaStream_t stream) {
-  if (!is_double_ && !stage(start, end, from_float_, to_float_, pool)) {
+  reserve(3 * start.count());
+  if (!is_double_ && !upload_as(start, end, from_float_, to_float_, pool, stream)) {
     is_double_ = true;
     resident_ = false;
+    reserve(3 * start.count());
   }
-  if (is_double_) stage(start, end, from_double_, to_double_, pool);
-  const std::size_t values = 3 * start.count();
-  const std::size_t size = values * (is_double_ ? sizeof(double) : sizeof(float));
-  reserve(values);
-  const void* from =
-      is_double_ ? static_cast<const void*>(from_double_.data()) : from_float_.data();
-  const void* to = is_double_ ? static_cast<const void*>(to_double_.data()) : to_float_.data();
-  LAZYCCD_CUDA_CHECK(
-      resident_
-          ? cudaMemcpyAsync(start_.data(), end_.data(), size, cudaMemcpyDeviceToDevice, stream)
-          : cudaMemcpyAsync(start_.data(), from, size, cudaMemcpyHostToDevice, stream));
-  LAZYCCD_CUDA_CHECK(cudaMemcpyAsync(end_.data(), to, size, cudaMemcpyHostToDevice, stream));
+  if (is_double_) upload_as(start, end, from_double_, to_double_, pool, stream);
   resident_ = true;
 }
 

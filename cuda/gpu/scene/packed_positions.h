@@ -4,6 +4,8 @@
 #include <cuda_runtime_api.h>
 
 #include <cstddef>
+#include <utility>
+#include <vector>
 
 #include "cpu/threads/thread_pool.h"
 #include "gpu/device/device_buffer.h"
@@ -28,6 +30,9 @@ class PackedPositions {
   /// Enqueues the copies of positions that lie in device memory, both in float or both in double.
   void gather(const DevicePositions& start, const DevicePositions& end, cudaStream_t stream);
 
+  /// Copies the positions of the last step to the host and waits. Valid until the next call.
+  std::pair<Positions, Positions> download(std::size_t vertices);
+
   bool is_double() const { return is_double_; }
   /// Three scalars per vertex, in the precision that is_double() returns.
   const void* start() const { return start_.data(); }
@@ -38,16 +43,17 @@ class PackedPositions {
   // Makes room for so many scalars. Positions that lie there are lost only if the precision
   // changes.
   void reserve(std::size_t values);
-  /// Copies both arrays to pinned memory. Returns false if Scalar does not hold every position
-  /// exactly.
+  // Copies both arrays through pinned memory, piece by piece, while the device takes the pieces
+  // before. Returns false if Scalar does not hold every position exactly.
   template <class Scalar>
-  bool stage(const Positions& start, const Positions& end, PinnedBuffer<Scalar>& from,
-             PinnedBuffer<Scalar>& to, ThreadPool& pool);
+  bool upload_as(const Positions& start, const Positions& end, PinnedBuffer<Scalar>& from,
+                 PinnedBuffer<Scalar>& to, ThreadPool& pool, cudaStream_t stream);
 
   bool is_double_ = false, resident_ = false;
   PinnedBuffer<float> from_float_, to_float_;
   PinnedBuffer<double> from_double_, to_double_;
-  DeviceBuffer<double> start_, end_;  // of either precision
+  DeviceBuffer<double> start_, end_;           // of either precision
+  std::vector<double> host_start_, host_end_;  // the same, of download()
 };
 
 }  // namespace lazyccd::gpu

@@ -9,6 +9,7 @@
 #include <cstdint>
 
 #include "core/bvh/node_pair.h"
+#include "core/narrow/column_layout.h"
 #include "gpu/scene/leaf_culling.cuh"
 #include "gpu/scene/scene.cuh"
 
@@ -68,6 +69,10 @@ void restore_keys(const SceneView& scene, const StepLists& lists, cudaStream_t s
 std::uint32_t sort_bins(const ContactKey& key, std::uint32_t contacts);
 /// Returns the size of SortBuffers::space in bytes, at least 1.
 std::size_t sort_space_bytes(std::uint32_t bins, std::uint32_t contacts);
+/// Copies the fields of sorted contacts to arrays of their own, of as many as the layout has room
+/// for.
+void enqueue_columns(const Contact* sorted, const std::uint32_t* count, const ColumnLayout& layout,
+                     char* block, cudaStream_t stream);
 /// Fills `order` with 0, 1, ..., count - 1.
 void fill_order(std::uint32_t* order, std::uint32_t count, cudaStream_t stream);
 

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "core/narrow/column_layout.h"
 #include "gpu/device/check.h"
 
 namespace lazyccd::gpu {
@@ -99,12 +100,17 @@ SortBuffers StepBuffers::sort_buffers() {
 void StepBuffers::download_counters(cudaStream_t stream) {
   LAZYCCD_CUDA_CHECK(cudaMemcpyAsync(host_counters_.data(), counters_.data(), sizeof(StepCounters),
                                      cudaMemcpyDeviceToHost, stream));
-  downloaded_ = 0;
+  downloaded_ = downloaded_columns_ = 0;
 }
 
 void StepBuffers::download(cudaStream_t stream) {
   download_counters(stream);
-  downloaded_ = std::min(expected_contacts_, contacts_.capacity());
+  const std::uint32_t likely = std::min(expected_contacts_, contacts_.capacity());
+  if (column_fields_ != 0) {
+    download_columns(likely, stream);
+    return;
+  }
+  downloaded_ = likely;
   LAZYCCD_CUDA_CHECK(cudaMemcpyAsync(host_contacts_.data(), sorted_.data(),
                                      downloaded_ * sizeof(Contact), cudaMemcpyDeviceToHost,
                                      stream));
@@ -130,8 +136,33 @@ Contact* StepBuffers::finish_contacts() {
   if (count > downloaded_)
     LAZYCCD_CUDA_CHECK(cudaMemcpy(host_contacts_.data() + downloaded_, sorted_.data() + downloaded_,
                                   (count - downloaded_) * sizeof(Contact), cudaMemcpyDeviceToHost));
-  expected_contacts_ = std::max<std::uint32_t>(count + count / 4, 1024);
+  expect_contacts();
   return host_contacts_.data();
+}
+
+void StepBuffers::expect_contacts() {
+  const std::uint32_t count = counters().contacts;
+  expected_contacts_ = std::max<std::uint32_t>(count + count / 8, 1024);
+}
+
+void StepBuffers::download_columns(std::uint32_t count, cudaStream_t stream) {
+  const ColumnLayout layout = ColumnLayout::of(column_fields_, count);
+  columns_.reserve(layout.bytes());
+  host_columns_.reserve(layout.bytes());
+  enqueue_columns(sorted_.data(), &counters_.data()->contacts, layout, columns_.data(), stream);
+  LAZYCCD_CUDA_CHECK(cudaMemcpyAsync(host_columns_.data(), columns_.data(), layout.bytes(),
+                                     cudaMemcpyDeviceToHost, stream));
+  downloaded_columns_ = count;
+}
+
+ContactColumns StepBuffers::finish_columns(cudaStream_t stream) {
+  const std::uint32_t count = counters().contacts;
+  if (count > downloaded_columns_) {
+    download_columns(count, stream);
+    LAZYCCD_CUDA_CHECK(cudaStreamSynchronize(stream));
+  }
+  expect_contacts();
+  return ColumnLayout::of(column_fields_, downloaded_columns_).columns(host_columns_.data(), count);
 }
 
 const HardQuery* StepBuffers::download_too_wide() {
@@ -145,7 +176,7 @@ std::size_t StepBuffers::bytes() const {
                     too_wide_.bytes() + contacts_.bytes() + sorted_.bytes() + keys_.bytes() +
                     upper_keys_.bytes() + sorted_keys_.bytes() + order_.bytes() +
                     sorted_order_.bytes() + final_order_.bytes() + bins_.bytes() +
-                    bin_starts_.bytes() + ranks_.bytes() + sort_space_.bytes();
+                    bin_starts_.bytes() + ranks_.bytes() + sort_space_.bytes() + columns_.bytes();
   for (int kind = 0; kind < 2; ++kind)
     sum += filtered_[kind].bytes() + hits_[kind].bytes() + undecided_in_single_[kind].bytes();
   return sum;

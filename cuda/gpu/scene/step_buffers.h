@@ -10,6 +10,7 @@
 #include "gpu/device/device_buffer.h"
 #include "gpu/device/pinned_buffer.h"
 #include "gpu/scene/stages.h"
+#include "lazyccd/contact_columns.h"
 
 namespace lazyccd::gpu {
 
@@ -63,8 +64,10 @@ class StepBuffers {
   StepLists lists();
   SortBuffers sort_buffers();
 
-  /// Enqueues the download of the counters and of as many contacts as the last step makes likely.
+  /// Enqueues the download of the counters and of as many contacts as the last step makes likely:
+  /// whole contacts, or, after want_columns(), some of their fields.
   void download(cudaStream_t stream);
+  void want_columns(std::uint32_t fields) { column_fields_ = fields; }  ///< 0: whole contacts
   void download_counters(cudaStream_t stream);
   const StepCounters& counters() const { return *host_counters_.data(); }
   /// Returns how many lists were too short, judged by the counters. If `grows`, they are longer
@@ -76,6 +79,8 @@ class StepBuffers {
   /// Downloads the rest of the contacts and returns all of them, in order. The array has room for
   /// one more contact per query of download_too_wide().
   Contact* finish_contacts();
+  /// The same for fields.
+  ContactColumns finish_columns(cudaStream_t stream);
   const Contact* sorted() const { return sorted_.data(); }  ///< on the device
   std::uint32_t contact_capacity() const { return contacts_.capacity(); }
   /// Downloads the queries that need integers of any size: counters().too_wide of them.
@@ -86,6 +91,8 @@ class StepBuffers {
  private:
   template <class Body>
   void for_each_list(Body&& body);
+  void expect_contacts();
+  void download_columns(std::uint32_t count, cudaStream_t stream);
 
   DeviceBuffer<StepCounters> counters_;
   StepList<Candidate> filtered_[2]{StepList<Candidate>(1 << 16), StepList<Candidate>(1 << 18)};
@@ -101,6 +108,9 @@ class StepBuffers {
   PinnedBuffer<StepCounters> host_counters_;
   PinnedBuffer<Contact> host_contacts_;
   PinnedBuffer<HardQuery> host_too_wide_;
+  DeviceBuffer<char> columns_;
+  PinnedBuffer<char> host_columns_;
+  std::uint32_t column_fields_ = 0, downloaded_columns_ = 0;
   std::uint32_t expected_contacts_ = 1024, downloaded_ = 0;
   std::uint32_t bin_count_ = 0;
   bool two_words_ = false;  // whether the keys are

@@ -14,6 +14,7 @@
 
 #include "lazyccd/algorithm.h"
 #include "lazyccd/contact.h"
+#include "lazyccd/contact_columns.h"
 #include "lazyccd/device.h"
 #include "lazyccd/export.h"
 #include "lazyccd/scene.h"
@@ -72,6 +73,11 @@ class LAZYCCD_API Detector {
   /// operator< of Contact. The span is valid until the next call. Throws Error if a position is not
   /// finite or the number of positions is wrong.
   Span<const Contact> detect(const Positions& start, const Positions& end);
+
+  /// Does the same for a caller that reads only some fields of the contacts: bits of ContactField.
+  /// Less is copied from a GPU. The arrays are valid until the next call. Functions on the contacts
+  /// of a world, and take_contacts(), have nothing afterwards.
+  ContactColumns detect_columns(const Positions& start, const Positions& end, std::uint32_t fields);
 
   /// Enqueues a detection on the caller's stream: positions and contacts lie in device memory.
   /// Returns before the device has done it. Work that is enqueued on `stream` afterwards finds the

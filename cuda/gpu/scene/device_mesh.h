@@ -1,0 +1,36 @@
+// The mesh in device memory.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "cpu/scene/mesh.h"
+#include "gpu/device/device_buffer.h"
+
+namespace lazyccd::gpu {
+
+/// The arrays of Mesh. Faces to primitives come from the host's mesh or are found on the device
+/// (gpu/topology); the others are small and always come from the host.
+struct DeviceMesh {
+  DeviceBuffer<Face> faces;
+  DeviceBuffer<Edge> edges;
+  DeviceBuffer<std::int32_t> face_edges;  // three per face
+  DeviceBuffer<std::int32_t> body_of_vertex;
+  DeviceBuffer<std::int32_t> primitives;  // by cell
+  bool has_primitives = false;            // if not, cell c is face c
+
+  DeviceBuffer<char> pinned;  // by vertex, if any is
+  DeviceBuffer<Body> bodies;
+  DeviceBuffer<std::uint64_t> disabled_pairs;  // sorted
+  DeviceBuffer<std::int32_t> world_of_body;
+  DeviceBuffer<CellSegment> segments;
+  DeviceBuffer<std::int32_t> worlds;  // by group, if there are several
+
+  /// Uploads faces to primitives of a complete mesh.
+  void upload_primitives(const Mesh& mesh);
+  /// Uploads the others.
+  void upload_tables(const Mesh& mesh);
+  std::size_t bytes() const;
+};
+
+}  // namespace lazyccd::gpu
