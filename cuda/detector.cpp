@@ -282,6 +282,8 @@ Span<const Contact> Detector::recheck_near_pairs(const Positions& start, const P
   return contacts;
 }
 
+bool Detector::can_recheck_any_motion() const { return impl_->cpu.can_recheck_any_motion(); }
+
 std::int32_t Detector::world_count() const { return impl_->mesh.world_count(); }
 Span<const std::size_t> Detector::world_offsets() {
   return impl_->worlds.offsets(impl_->threads.pool());

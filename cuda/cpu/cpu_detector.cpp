@@ -58,6 +58,7 @@ void CpuDetector::set_mesh(const Mesh& mesh) {
   hierarchy_.forget();
   front_policy_.forget();
   verlet_list_.forget();
+  last_motion_is_kept_ = false;
   sort_ = std::make_unique<ContactSort>(mesh);
   for (const auto& worker : workers_) worker->near_pairs.clear();
   if (options_.algorithm.culling.orphan_sets) orphans_ = OrphanSets(mesh);
@@ -110,13 +111,15 @@ void CpuDetector::begin_workers(double separation) {
   }
 }
 
-void CpuDetector::record_list_probe() {
-  std::int64_t pairs = 0, lasting = 0;
+void CpuDetector::record_list_use() {
+  std::int64_t visited = 0, listable = 0;
   for (const auto& worker : workers_) {
-    pairs += worker->group_pairs;
-    lasting += worker->lasting;
+    visited += worker->group_pairs;
+    listable += worker->listable;
   }
-  verlet_list_.record_probe(pairs, lasting);
+  if (list_state_ == ListState::building) verlet_list_.finish_building(visited);
+  if (list_state_ == ListState::in_use) verlet_list_.record_use(listable);
+  if (list_state_ == ListState::probing) verlet_list_.record_probe(visited, listable);
 }
 
 Span<const Contact> CpuDetector::detect(const Positions& start, const Positions& end,
@@ -130,11 +133,13 @@ Span<const Contact> CpuDetector::detect(const Positions& start, const Positions&
   const ScopedWakePolicy helpers(
       pool_, small ? ThreadPool::WakePolicy::awake : ThreadPool::WakePolicy::everyone);
   pool_.prewake();
+  if (!started_ahead) keep_last_motion();
   const double scale = scale_for(load_records(*mesh_, start, end, pool_, records_));
   started_ahead = started_ahead && scale == scale_;
   scale_ = scale;
   tolerance_ = 0;
   near_pairs_lost_ = false;
+  last_motion_is_kept_ = false;
   if (started_ahead) {
     stats = ahead_stats_;
     resume(stats);
@@ -142,9 +147,7 @@ Span<const Contact> CpuDetector::detect(const Positions& start, const Positions&
     search(stats);
   }
   stats.started_ahead = started_ahead;
-  if (list_state_ == ListState::building) verlet_list_.finish_building();
-  if (list_state_ == ListState::in_use) verlet_list_.record_use(count_searched());
-  if (list_state_ == ListState::probing) record_list_probe();
+  record_list_use();
 
   if (started_ahead && are_sorted_) {
     gather_contacts(late_contacts_, stats);
@@ -167,18 +170,18 @@ void CpuDetector::search(Stats& stats) {
   Stopwatch watch;
   stats.groups = 0;
   if (verlet_list_.has_list())
-    verlet_list_.begin_step(records_, scale_, tolerance_, hierarchy_.tree(), pool_);
+    verlet_list_.begin_step(records_, tolerance_, hierarchy_.tree(), pool_);
   const bool all_listed = verlet_list_.has_list() && verlet_list_.covers({0, 0});
   list_state_ = ListState::off;
   if (!all_listed) update_hierarchy(stats);
   if (verlet_list_.has_list()) {
     list_state_ = ListState::in_use;
-  } else if (list_state_ == ListState::building) {
-    verlet_list_.begin_building(records_, scale_);
-  } else if (may_list()) {
+  } else if (list_state_ == ListState::off && may_list()) {
     list_state_ = ListState::probing;
-    verlet_list_.begin_step(records_, scale_, tolerance_, hierarchy_.tree(), pool_);
   }
+  if (list_state_ != ListState::off && !all_listed)
+    verlet_list_.measure_step(last_motion_, records_, scale_, hierarchy_.tree(), pool_);
+  if (list_state_ == ListState::building) verlet_list_.begin_building(records_, scale_);
   stats.groups = static_cast<std::int64_t>(hierarchy_.groups().groups().size());
   stats.ms_refit = watch.lap();
   begin_workers(options_.separation);
@@ -204,17 +207,11 @@ std::vector<Contact> CpuDetector::take_contacts(Span<const Contact> contacts,
   return reuse;
 }
 
-std::int64_t CpuDetector::count_searched() const {
-  std::int64_t searched = 0;
-  for (const auto& worker : workers_)
-    searched += worker->candidates[0] + worker->candidates[1] - worker->from_list;
-  return searched;
-}
-
 Span<const Contact> CpuDetector::reduce_contacts(Span<const Contact> contacts,
                                                  const Positions& start, const Positions& end,
                                                  Stats& stats) {
   discard_ahead();
+  last_motion_is_kept_ = false;
   scale_ = scale_for(load_records(*mesh_, start, end, pool_, records_));
   begin_workers(options_.separation);
   for (const auto& worker : workers_) worker->near_pairs.clear();
@@ -247,24 +244,69 @@ Span<const Contact> CpuDetector::recheck_near_pairs(const Positions& start, cons
     throw Error(ErrorCode::invalid_argument,
                 "recheck_near_pairs() after detect_ahead(): the near pairs of the last detection "
                 "are lost");
+  keep_last_motion();
+  list_state_ = ListState::off;
   scale_ = scale_for(load_records(*mesh_, start, end, pool_, records_));
   stats.ms_refit = total.lap();
   begin_workers(0);
-  if (!stay_apart()) {
+  const bool deviates = can_recheck_any_motion() && !stays_near_motion(stats);
+  if (deviates || !stay_apart()) {
     // The workers share the near pairs of each worker.
     for (const auto& from : workers_) {
       for (const ContactKind kind : {ContactKind::vertex_face, ContactKind::edge_edge}) {
         const std::vector<Candidate>& pairs = from->near_pairs.of[static_cast<int>(kind)];
         pool_.parallel_for(pairs.size(), 2048, [&](std::size_t first, std::size_t last, int id) {
-          for (std::size_t i = first; i < last; ++i) workers_[id]->push(kind, pairs[i]);
+          for (std::size_t i = first; i < last; ++i) {
+            if (!deviates || is_known(verlet_list_.leaves().owners_of(kind, pairs[i])))
+              workers_[id]->push(kind, pairs[i]);
+          }
         });
       }
     }
+    if (deviates) search_again(stats);
     test_pending(false);
   }
+  is_rechecking_ = false;
   gather_contacts(rechecked_, stats);
   stats.ms_total = stats.ms_refit + total.lap();
   return rechecked_;
+}
+
+void CpuDetector::keep_last_motion() {
+  if (!last_motion_is_kept_) last_motion_.swap(records_);
+  last_motion_is_kept_ = true;
+}
+
+// Measures how the loaded motion deviates from that of the last detection, which has the same
+// start. Returns whether no pair that was not near in that one can touch in this one. If some can,
+// is_known() tells which pairs of nodes cannot.
+bool CpuDetector::stays_near_motion(Stats& stats) {
+  Stopwatch watch;
+  if (std::all_of(records_.begin(), records_.end(), [](const VertexRecord& record) {
+        return std::equal(record.x, record.x + 3, record.x + 3);
+      }))
+    return true;  // what touches at the start was near
+  deviation_.measure(last_motion_, records_, scale_, verlet_list_.leaves(), hierarchy_.tree(),
+                     pool_);
+  const double limit = options_.separation * scale_ * (1 - 0x1p-20);
+  // Outside of these bounds its square is not exact enough.
+  deviation_limit_squared_ = limit > 0x1p-400 && limit < 0x1p400 ? limit * limit : -1;
+  is_rechecking_ = true;
+  stats.ms_refit += watch.lap();
+  return is_known({0, 0});
+}
+
+// Finds the candidates of the pairs of nodes that deviate too much for the near pairs.
+void CpuDetector::search_again(Stats& stats) {
+  Stopwatch watch;
+  hierarchy_.refit(records_, scale_, separation_margin(0), pool_);
+  stats.ms_refit += watch.lap();
+  const NodePair root{0, 0};
+  if (options_.algorithm.strategy == Strategy::thread_per_query) {
+    query_each_group(stats);
+  } else {
+    balanced_traversal({&root, 1}, stats);
+  }
 }
 
 // Returns whether no near pair can touch, because the displacements of all vertices differ by less
@@ -323,7 +365,7 @@ std::int64_t CpuDetector::bytes() const {
   std::size_t sum =
       records_.capacity() * sizeof(VertexRecord) + hierarchy_.bytes() + orphans_.bytes() +
       sort_->bytes() + traversal_.bytes() + front_.capacity() * sizeof(NodePair) +
-      verlet_list_.bytes() +
+      verlet_list_.bytes() + last_motion_.capacity() * sizeof(VertexRecord) + deviation_.bytes() +
       (contacts_.capacity() + late_contacts_.capacity() + rechecked_.capacity()) * sizeof(Contact);
   for (const auto& w : workers_)
     sum += sizeof(Worker) + w->bytes() + w->front.capacity() * sizeof(NodePair);

@@ -39,6 +39,8 @@ class CpuDetector : public BackendDetector {
   /// recheck_near_pairs(). `contacts` must be sorted. The result is valid until the next call.
   Span<const Contact> reduce_contacts(Span<const Contact> contacts, const Positions& start,
                                       const Positions& end, Stats& stats);
+  /// As Detector::can_recheck_any_motion().
+  bool can_recheck_any_motion() const { return hierarchy_.is_built() && may_list(); }
   /// As Detector::recheck_near_pairs().
   Span<const Contact> recheck_near_pairs(const Positions& start, const Positions& end,
                                          Stats& stats);
@@ -72,8 +74,6 @@ class CpuDetector : public BackendDetector {
 
   // Detects from the loaded positions to the contacts of the workers, which are not gathered yet.
   void search(Stats& stats);
-  // Returns the number of candidates of this step that did not come from the Verlet list.
-  std::int64_t count_searched() const;
   // Refits or rebuilds the hierarchy, with the Verlet list's skin if this step builds a list.
   void update_hierarchy(Stats& stats);
   // Returns the input of the kernels in this step. The worker counts what the filter rules out.
@@ -86,14 +86,22 @@ class CpuDetector : public BackendDetector {
   void gather_contacts(std::vector<Contact>& out, Stats& stats);
   // Traverses the hierarchy and tests all candidates that this finds.
   void traverse(Stats& stats);
-  // Tells the Verlet list for how many pairs of groups a list would have stayed valid.
-  void record_list_probe();
+  // Tells the Verlet list how many of the visited pairs of groups a new list would hold.
+  void record_list_use();
   // Returns whether the options allow Verlet lists.
   bool may_list() const;
-  // Returns whether the Verlet list has all candidates below the pair, so the traversal skips it.
-  bool is_listed(NodePair pair) const {
-    return list_state_ == ListState::in_use && verlet_list_.covers(pair);
+  // Returns whether all candidates below the pair are known, so that the traversal skips it: from
+  // the Verlet list or, in a re-check, from the near pairs.
+  bool is_known(NodePair pair) const {
+    return is_rechecking_ ? deviation_.difference_squared(pair) <= deviation_limit_squared_
+                          : list_state_ == ListState::in_use && verlet_list_.covers(pair);
   }
+  // Call it before another motion is loaded.
+  void keep_last_motion();
+  // Returns whether the near pairs have all candidates of the loaded motion.
+  bool stays_near_motion(Stats& stats);
+  // Finds the candidates of a re-check that are not known.
+  void search_again(Stats& stats);
   // Traverses from the initial pairs of nodes, by the strategy of the options.
   void balanced_traversal(Span<const NodePair> initial, Stats& stats);
   // Traverses by Strategy::thread_per_query.
@@ -151,9 +159,15 @@ class CpuDetector : public BackendDetector {
   std::unique_ptr<ContactSort> sort_;
   std::vector<Contact> contacts_, rechecked_;
 
-  std::function<void(int)> ahead_job_;  // job of the worker that detects ahead
-  bool is_running_ahead_ = false;       // the job is submitted and not joined
-  bool has_ahead_result_ = false;       // a worker ran the job, and its result was not used yet
+  std::function<void(int)> ahead_job_;     // job of the worker that detects ahead
+  bool is_running_ahead_ = false;          // the job is submitted and not joined
+  bool has_ahead_result_ = false;          // a worker ran the job, and its result was not used yet
+  std::vector<VertexRecord> last_motion_;  // of the detection before the motion in records_
+  bool last_motion_is_kept_ = false;       // false: that of the last detection is in records_
+  RelativeMotionBounds deviation_;         // of a re-check from the motion of the last detection
+  double deviation_limit_squared_ = 0;     // scaled; negative: no pair is known
+  bool is_rechecking_ = false;             // between stays_near_motion() and the end of a re-check
+
   bool near_pairs_lost_ = false;  // detect_ahead() overwrote the near pairs of the last detection
   std::atomic<bool> is_interrupted_{false};
   bool are_sorted_ = false;  // contacts_ holds the contacts found ahead, sorted

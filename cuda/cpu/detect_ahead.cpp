@@ -23,6 +23,7 @@ void CpuDetector::detect_ahead(const Positions& start, const Positions& end, dou
     return;
   ahead_job_ = [this, start, end, tolerance](int) { run_ahead(start, end, tolerance); };
   ahead_stats_ = stats;
+  keep_last_motion();
   is_interrupted_.store(false, std::memory_order_relaxed);  // submit() publishes it
   is_running_ahead_ = near_pairs_lost_ = true;
   pool_.submit(ahead_job_);

@@ -17,13 +17,13 @@ struct alignas(128) CpuDetector::Worker : NarrowPhase {
   // Pairs of groups visited, pairs where the traversal ended, pairs culled by the volume, and nodes
   // culled by the normal cone.
   std::int64_t group_pairs = 0, ended = 0, culled = 0, flat = 0;
-  std::int64_t lasting = 0;  // number of group_pairs for which a Verlet list would stay valid
-  double ms_busy = 0;        // Strategy::thread_per_query: time in the traversal, milliseconds
+  std::int64_t listable = 0;  // number of group_pairs that a Verlet list would hold
+  double ms_busy = 0;         // Strategy::thread_per_query: time in the traversal, milliseconds
 
   void begin_traversal() {
     front.clear();
     unexpanded.clear();
-    group_pairs = lasting = ended = culled = flat = 0;
+    group_pairs = listable = ended = culled = flat = 0;
     ms_busy = 0;
   }
 };

@@ -10,14 +10,13 @@ Hierarchy::Hierarchy(const AlgorithmOptions& options, double margin, const LeafK
 bool Hierarchy::update(const Mesh& mesh, const std::vector<VertexRecord>& records, double scale,
                        double margin, ThreadPool& pool) {
   mesh_ = &mesh;
-  groups_.set_margin(margin);
   bool build = !is_built_ || options_.rebuild_every_step;
   if (!build) {
-    groups_.refit(records, pool, scale);
-    tree_.refit(groups_.boxes(), pool);
+    refit_boxes(records, scale, margin, pool);
     build = tree_.cost() > options_.rebuild_ratio * built_cost_;
   }
   if (build) {
+    groups_.set_margin(margin);
     groups_.build(mesh, records, pool, scale);
     tree_.build(groups_.codes(), groups_.boxes(), pool, groups_.worlds());
     built_cost_ = tree_.cost();
@@ -25,9 +24,26 @@ bool Hierarchy::update(const Mesh& mesh, const std::vector<VertexRecord>& record
     find_node_info(pool);
     if (options_.culling.normal_cones) cones_.build(mesh, groups_, tree_);
   }
-  if (volume_) volume_->refit(groups_, tree_, records, pool);
-  if (options_.culling.normal_cones) cones_.refit(mesh, tree_, records, pool);
+  refit_volumes(records, pool);
   return build;
+}
+
+void Hierarchy::refit(const std::vector<VertexRecord>& records, double scale, double margin,
+                      ThreadPool& pool) {
+  refit_boxes(records, scale, margin, pool);
+  refit_volumes(records, pool);
+}
+
+void Hierarchy::refit_boxes(const std::vector<VertexRecord>& records, double scale, double margin,
+                            ThreadPool& pool) {
+  groups_.set_margin(margin);
+  groups_.refit(records, pool, scale);
+  tree_.refit(groups_.boxes(), pool);
+}
+
+void Hierarchy::refit_volumes(const std::vector<VertexRecord>& records, ThreadPool& pool) {
+  if (volume_) volume_->refit(groups_, tree_, records, pool);
+  if (options_.culling.normal_cones) cones_.refit(*mesh_, tree_, records, pool);
 }
 
 void Hierarchy::find_node_info(ThreadPool& pool) {

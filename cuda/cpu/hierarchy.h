@@ -26,11 +26,16 @@ class Hierarchy {
 
   /// Makes the next update() build everything anew.
   void forget() { is_built_ = false; }
+  bool is_built() const { return is_built_; }
   /// Fits everything to the positions of this step. Builds the tree anew if it was forgotten, if
   /// its boxes have grown too much (AlgorithmOptions::rebuild_ratio), or if the options ask for it
   /// in every step. Returns whether it did. `margin` is in the unit of the positions.
   bool update(const Mesh& mesh, const std::vector<VertexRecord>& records, double scale,
               double margin, ThreadPool& pool);
+
+  /// Fits everything to other positions, without a new build.
+  void refit(const std::vector<VertexRecord>& records, double scale, double margin,
+             ThreadPool& pool);
 
   const Groups& groups() const { return groups_; }
   const Tree& tree() const { return tree_; }
@@ -51,6 +56,9 @@ class Hierarchy {
   };
 
   void find_node_info(ThreadPool& pool);
+  void refit_boxes(const std::vector<VertexRecord>& records, double scale, double margin,
+                   ThreadPool& pool);
+  void refit_volumes(const std::vector<VertexRecord>& records, ThreadPool& pool);
 
   AlgorithmOptions options_;
   const Mesh* mesh_ = nullptr;

@@ -32,7 +32,7 @@ void CpuDetector::traverse(Stats& stats) {
 // is replaced by pairs of children, down to pairs of leaves.
 void CpuDetector::balanced_traversal(Span<const NodePair> initial, Stats& stats) {
   const TreeNode* nodes = hierarchy_.tree().nodes().data();
-  const bool keep = options_.algorithm.front == FrontUse::on,
+  const bool keep = options_.algorithm.front == FrontUse::on && !is_rechecking_,
              cones = options_.algorithm.culling.normal_cones;
   const NodeVolume* volume = hierarchy_.volume();
   stats.front_start = static_cast<std::int64_t>(initial.size());
@@ -50,7 +50,7 @@ void CpuDetector::balanced_traversal(Span<const NodePair> initial, Stats& stats)
           return;
         }
         PairVisit v = visit(pair, nodes[pair.a], nodes[pair.b]);
-        if (v.overlaps && (!hierarchy_.may_collide(pair) || is_listed(pair))) v = {false, 0, {}};
+        if (v.overlaps && (!hierarchy_.may_collide(pair) || is_known(pair))) v = {false, 0, {}};
         if (volume && v.overlaps && pair.a != pair.b && volume->apart(pair.a, pair.b)) {
           ++worker.culled;
           v = {false, 0, {}};
@@ -79,7 +79,7 @@ void CpuDetector::visit_pair(Worker& worker, NodePair pair) {
                      b = hierarchy_.tree().nodes()[pair.b].group();
   if (!kernels_->visit(worker.scene(), a, b, worker)) return;
   ++worker.group_pairs;
-  if (list_state_ == ListState::probing) worker.lasting += verlet_list_.would_stay_valid(pair);
+  if (list_state_ != ListState::off) worker.listable += verlet_list_.would_list(pair);
 }
 
 void CpuDetector::query_each_group(Stats& stats) {
@@ -95,7 +95,7 @@ void CpuDetector::query_each_group(Stats& stats) {
       const TreeNode& q = nodes[query];
       if (!q.leaf()) continue;
       const auto self = static_cast<std::uint32_t>(query);
-      if (hierarchy_.may_collide({self, self}) && !is_listed({self, self}))
+      if (hierarchy_.may_collide({self, self}) && !is_known({self, self}))
         visit_pair(worker, {self, self});
       stack.push_back(0);
       while (!stack.empty()) {
@@ -114,7 +114,7 @@ void CpuDetector::query_each_group(Stats& stats) {
           for (int i = children.count; i-- > 0;)
             stack.push_back(static_cast<std::uint32_t>(children.node[i]));
         } else if (q.group() < n.group() && hierarchy_.may_collide({self, other}) &&
-                   !is_listed({self, other})) {
+                   !is_known({self, other})) {
           visit_pair(worker, {self, other});
         }
       }

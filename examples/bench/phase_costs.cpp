@@ -118,7 +118,7 @@ void measure_rest(const RestRequest& request) {
   }
 }
 
-constexpr double fall_time = 1.5;     // s
+constexpr double fall_time = 1.5;      // s
 constexpr double impact_length = 0.3;  // s
 constexpr double ball_radius = 0.3;    // m
 
@@ -214,7 +214,8 @@ int main(int argc, char** argv) try {
   CLI::App app("Whether the cost of a step follows what happens in the scene");
   app.require_subcommand(1);
   lazyccd::scenes::RestRequest rest;
-  CLI::App* const rest_command = app.add_subcommand("rest", "cost over time as things come to rest");
+  CLI::App* const rest_command =
+      app.add_subcommand("rest", "cost over time as things come to rest");
   rest_command->add_option("--scene", rest.scenes, "scenes of the library");
   rest_command->add_option("--seconds", rest.seconds, "length of a run, seconds");
   rest_command->add_option("--threads", rest.threads, "threads of LazyCCD");

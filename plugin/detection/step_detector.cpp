@@ -163,9 +163,9 @@ bool StepDetector::simple_shapes_are_clear(bool at_start) {
 // to less than the separation. A pair farther apart than the separation at the start cannot touch
 // there.
 bool StepDetector::only_near_can_touch(const Positions& end) const {
-  return near_detector_ &&
-         (is_start_of_motion(end) || motion_.largest_deviation_sum(topology_.topology().bodies) <=
-                                         rounding_slack * separation_);
+  return near_detector_ && (near_detector_->can_recheck_any_motion() || is_start_of_motion(end) ||
+                            motion_.largest_deviation_sum(topology_.topology().bodies) <=
+                                rounding_slack * separation_);
 }
 
 NearContacts StepDetector::detect_near() {

@@ -6,6 +6,7 @@
 #include "support/catch.h"
 #include "support/moving_triangles.h"
 #include "support/same_contacts.h"
+#include "support/test_budget.h"
 
 using namespace lazyccd;
 using namespace lazyccd::test;
@@ -72,4 +73,51 @@ TEST_CASE("one of two bodies may deviate by the whole separation if the other do
   CHECK(touching.size() > 200);
   CHECK(same_contacts(near_detector.recheck_near_pairs(scene.at(scene.start), scene.at(scene.end)),
                       touching));
+}
+
+TEST_CASE(
+    "near pairs are searched again where another motion deviates by more than the separation") {
+  const int threads = GENERATE(1, 3);
+  const auto strategy = GENERATE(Strategy::lazy_stealing, Strategy::thread_per_query);
+  const auto front = GENERATE(FrontUse::off, FrontUse::on);
+  const double unit = GENERATE(sweep({1.0, 1e-170, 1e150}));
+  const double separation = 0.03 * unit;
+  MovingTriangles scene = layers(4, 10, 0.025);
+  for (auto* const positions : {&scene.start, &scene.end})
+    for (double& x : *positions) x *= unit;
+  DetectorOptions options = with_separation(separation);
+  options.threads = threads;
+  options.reduce_contacts = true;
+  options.algorithm.strategy = strategy;
+  options.algorithm.front = front;
+  Detector near_detector(options), touch_detector(with_separation(0));
+  near_detector.set_topology(scene.topology());
+  touch_detector.set_topology(scene.topology());
+  CHECK(!near_detector.can_recheck_any_motion());
+
+  std::mt19937 random(21);
+  const auto symmetric = [&] { return random() / 2147483648.0 - 1; };
+  std::size_t touching = 0;
+  for (int step = 0; step < 12; ++step) {
+    scene.start = scene.end;
+    for (double& x : scene.end) x += 0.002 * unit * symmetric();
+    near_detector.detect(scene.at(scene.start), scene.at(scene.end));
+    CHECK(near_detector.can_recheck_any_motion());
+    // Nothing, one node, a corner of the scene, or all nodes deviate, by up to many separations.
+    for (const double by : {0.2, 0.9, 1.1, 3.0, 40.0, 1e6}) {
+      std::vector<double> end = scene.end;
+      const std::size_t part[] = {0, 3, end.size() / 9, end.size()};
+      const std::size_t count = part[random() % 4], first = random() % (end.size() - count + 1);
+      for (std::size_t i = first; i < first + count; ++i) end[i] += by * separation * symmetric();
+      const auto expected = touch_detector.detect(scene.at(scene.start), scene.at(end));
+      CHECK(same_contacts(near_detector.recheck_near_pairs(scene.at(scene.start), scene.at(end)),
+                          expected));
+      CHECK(near_detector.stats().hash == touch_detector.stats().hash);
+      touching += expected.size();
+    }
+    const auto at_start = touch_detector.detect(scene.at(scene.start), scene.at(scene.start));
+    CHECK(same_contacts(
+        near_detector.recheck_near_pairs(scene.at(scene.start), scene.at(scene.start)), at_start));
+  }
+  CHECK(touching > 1000);
 }

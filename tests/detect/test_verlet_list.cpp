@@ -180,3 +180,41 @@ TEST_CASE("reused candidates give the same contacts next to groups that move by 
   }
   if (rebuild_ratio > 1) CHECK(in_part > 5);
 }
+
+TEST_CASE("candidates are reused where nodes creep, while others fly") {
+  constexpr int sheets = 4, nodes = 12;
+  constexpr std::size_t sheet_size = 3 * nodes * nodes;
+  MovingTriangles scene = layers(sheets, nodes, 0.02);
+  // Bodies of their own, so that no group has faces of two sheets.
+  std::vector<std::int32_t> body_of_vertex;
+  for (std::size_t v = 0; v < scene.start.size() / 3; ++v)
+    body_of_vertex.push_back(static_cast<std::int32_t>(3 * v / sheet_size));
+  const std::vector<Body> bodies(sheets);
+  Topology topology = scene.topology();
+  topology.body_of_vertex = body_of_vertex;
+  topology.bodies = bodies;
+  DetectorOptions options = with_separation(0.022, 2);
+  Detector reusing(options);
+  options.threads = 1;
+  Detector fresh(options);
+  reusing.set_topology(topology);
+  std::mt19937 random(4);
+  const auto symmetric = [&] { return random() / 2147483648.0 - 1; };
+  int in_part = 0;
+  for (int step = 0; step < 40; ++step) {
+    scene.start = scene.end;
+    for (std::size_t i = 0; i < scene.end.size(); ++i) {
+      scene.end[i] += 1e-4 * symmetric();
+      // The last sheet flies to and fro through the others, then stops.
+      if (i / sheet_size == sheets - 1 && i % 3 == 1 && step < 30)
+        scene.end[i] += (step % 4 < 2 ? 0.05 : -0.05) + 0.01 * symmetric();
+    }
+    fresh.set_topology(topology);
+    const Positions start = scene.at(scene.start), end = scene.at(scene.end);
+    CHECK(same_contacts(reusing.detect(start, end), fresh.detect(start, end)));
+    in_part += 4 * reusing.stats().group_pairs < 3 * fresh.stats().group_pairs;
+    CHECK(same_contacts(reusing.recheck_near_pairs(start, end),
+                        fresh.recheck_near_pairs(start, end)));
+  }
+  CHECK(in_part > 30);
+}

@@ -38,7 +38,6 @@ void NarrowPhase::begin(const LeafKernels& kernels, const Mesh& mesh, const Leaf
   contacts.clear();
   keys.clear();
   filtered_noncoplanar = double_precision_tests = exact_tests = 0;
-  from_list = 0;
   ms = 0;
   for (int kind = 0; kind < 2; ++kind) {
     queues[kind].count = candidates[kind] = survived[kind] = found[kind] = 0;
@@ -217,7 +216,7 @@ int NarrowPhase::copy_movable(const Candidate* items, int count) {
 void NarrowPhase::list_near(ContactKind kind) {
   const float limit = list_->listing_distance();
   const auto add = [&](Candidate pair, float min_distance) {
-    if (min_distance <= limit) listed_->add(kind, pair, min_distance, list_->motion());
+    if (min_distance <= limit) listed_->add(kind, pair, min_distance, *list_);
   };
   for (int i = 0; i < split_.near_count; ++i) add(split_.near[i], 0);
   for (int i = 0; i < split_.undecided_count; ++i)
@@ -268,7 +267,6 @@ void NarrowPhase::process_listed(const ListedPairs& part, ContactKind kind,
     selected[selected_count] = items[i].pair;
     selected_count += items[i].min_distance <= part.distance_limit[items[i].groups];
   }
-  from_list += selected_count;
   process(kind, selected, selected_count);
 }
 

@@ -80,8 +80,7 @@ class NarrowPhase : public CandidateSink {
   std::vector<std::uint64_t> keys;                                   // sort keys of the contacts
   std::int64_t candidates[2] = {}, survived[2] = {}, found[2] = {};  // by ContactKind
   std::int64_t filtered_noncoplanar = 0, double_precision_tests = 0, exact_tests = 0;
-  std::int64_t from_list = 0;  // number of candidates that came from the Verlet list
-  double ms = 0;               // time spent in the narrow phase, milliseconds
+  double ms = 0;                                   // time spent in the narrow phase, milliseconds
   std::vector<Candidate> deferred[2], pending[2];  // by ContactKind; see limit_to_start()
   // Result of the last step with a separation.
   NearPairs near_pairs;

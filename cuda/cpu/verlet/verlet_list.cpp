@@ -11,15 +11,13 @@ void ListedPairs::clear() {
 }
 
 void ListedPairs::add(ContactKind kind, Candidate candidate, float min_distance,
-                      const RelativeMotionBounds& motion) {
-  const bool vf = kind == ContactKind::vertex_face;
-  std::uint32_t a = motion.leaf_of(vf ? kVertices : kEdges, candidate.a),
-                b = motion.leaf_of(vf ? kFaces : kEdges, candidate.b);
-  if (b < a) std::swap(a, b);
-  std::uint32_t& latest = latest_[(31 * a + b) % latest_.size()];
-  if (latest >= pairs.size() || pairs[latest].a != a || pairs[latest].b != b) {
+                      const VerletList& list) {
+  const NodePair pair = list.leaves().owners_of(kind, candidate);
+  std::uint32_t& latest = latest_[(31 * pair.a + pair.b) % latest_.size()];
+  if (latest >= pairs.size() || pairs[latest].a != pair.a || pairs[latest].b != pair.b) {
+    if (!list.would_list(pair)) return;
     latest = static_cast<std::uint32_t>(pairs.size());
-    pairs.push_back({a, b});
+    pairs.push_back(pair);
   }
   of[static_cast<int>(kind)].push_back({candidate, min_distance, latest});
 }
@@ -31,7 +29,7 @@ std::size_t ListedPairs::bytes() const {
 
 void VerletList::set_tree(const Mesh& mesh, const Groups& groups, const Tree& tree,
                           ThreadPool& pool) {
-  motion_.build(mesh, groups, tree, pool);
+  leaves_.build(mesh, groups, tree, pool);
   forget();
 }
 
@@ -40,24 +38,39 @@ bool VerletList::is_worthwhile(double scale) const {
   return worthwhile_ && skin > 0x1p-400 && skin < 0x1p400;  // its square is a normal number
 }
 
-void VerletList::begin_step(const std::vector<VertexRecord>& records, double scale,
-                            double tolerance, const Tree& tree, ThreadPool& pool) {
-  if (!has_list_) motion_.begin(records, scale);
-  motion_.measure(records, tree, pool);
-  tolerance_ = 2 * tolerance * (1 + 0x1p-20) * motion_.scale();
-  const double limit = 2 * skin_ * motion_.scale() - tolerance_;
+void VerletList::begin_step(const std::vector<VertexRecord>& records, double tolerance,
+                            const Tree& tree, ThreadPool& pool) {
+  motion_.measure(origin_, records, scale_, leaves_, tree, pool);
+  tolerance_ = 2 * tolerance * (1 + 0x1p-20) * scale_;
+  const double limit = 2 * skin_ * scale_ - tolerance_;
   limit_squared_ = limit >= 0 ? limit * limit : -1;
 }
 
+void VerletList::measure_step(const std::vector<VertexRecord>& last,
+                              const std::vector<VertexRecord>& records, double scale,
+                              const Tree& tree, ThreadPool& pool) {
+  step_.measure_starts(last.size() == records.size() ? last : records, records, scale, leaves_,
+                       tree, pool);
+  const double limit = 2 * skin_ * scale / min_steps;
+  step_limit_squared_ = limit * limit;
+}
+
 void VerletList::begin_building(const std::vector<VertexRecord>& records, double scale) {
-  motion_.begin(records, scale);
+  scale_ = scale;
+  origin_.resize(records.size());
+  for (std::size_t v = 0; v < records.size(); ++v) {
+    const double* x = records[v].x;
+    origin_[v] = {{x[0], x[1], x[2], x[0], x[1], x[2], 0, 0}};
+  }
+  built_step_ = step_;
+  built_limit_squared_ = step_limit_squared_;
   for (ListedPairs& part : parts_) part.clear();
 }
 
-void VerletList::finish_building() {
+void VerletList::finish_building(std::int64_t visited) {
   has_list_ = true;
   worthwhile_ = false;
-  searched_ = 0;
+  cost_ = building_cost * visited;
   steps_ = 0;
 }
 
@@ -71,7 +84,7 @@ void VerletList::measure_distances() {
   for (ListedPairs& part : parts_) {
     part.distance_limit.resize(part.pairs.size());
     for (std::size_t i = 0; i < part.pairs.size(); ++i) {
-      const double squared = motion_.difference_squared(part.pairs[i].a, part.pairs[i].b);
+      const double squared = motion_.difference_squared(part.pairs[i]);
       part.distance_limit[i] =
           squared <= limit_squared_ ? distance_limit(std::sqrt(squared) + tolerance_) : -1;
     }
@@ -86,24 +99,27 @@ float VerletList::distance_limit(double relative_motion) const {
   // Margins relative to the separation, and to the size of the scene (scaled:
   // core/narrow/elementary.h).
   constexpr double relative_margin = 0x1p-12, scene_margin = 0x1p-15;
-  const double distance = separation_ * (1 + relative_margin) * motion_.scale() + relative_motion;
+  const double distance = separation_ * (1 + relative_margin) * scale_ + relative_motion;
   return static_cast<float>(distance + scene_margin) * (1 + 0x1p-20f);
 }
 
-// Each step searches more than the one before, because more pairs of groups have moved too far. The
-// list is discarded when a step searched more than half of the mean number per step since the list
-// was built; the step that built it counts with the size of the list.
-void VerletList::record_use(std::int64_t candidates) {
+// Each step visits more pairs than the one before, because more of them have moved too far. The
+// list is discarded when the visits of a step cost more than half of the mean per step since the
+// list was built, the step that built it included. Pairs that a new list would not hold don't
+// count: it would not save their visits.
+void VerletList::record_use(std::int64_t pairs) {
   ++steps_;
-  searched_ += candidates;
-  const std::int64_t since = static_cast<std::int64_t>(size()) + searched_;
-  if (2 * candidates * (steps_ + 1) <= since) return;
+  cost_ += pairs;
+  if (2 * pairs * (steps_ + 1) <= cost_) return;
   has_list_ = false;
   worthwhile_ = steps_ >= min_steps;
 }
 
 std::size_t VerletList::bytes() const {
-  std::size_t sum = motion_.bytes() + parts_.capacity() * sizeof(ListedPairs);
+  std::size_t sum = leaves_.bytes() + origin_.capacity() * sizeof(VertexRecord) +
+                    parts_.capacity() * sizeof(ListedPairs);
+  for (const RelativeMotionBounds* bounds : {&motion_, &step_, &built_step_})
+    sum += bounds->bytes();
   for (const ListedPairs& part : parts_) sum += part.bytes();
   return sum;
 }

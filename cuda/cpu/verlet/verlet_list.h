@@ -6,6 +6,9 @@
 // together by more than twice the skin. A step tests only the listed candidates whose distance was
 // small enough, given the relative motion of the two groups up to now. Pairs of groups that have
 // moved more are traversed again.
+//
+// Pairs of groups that move so fast that their candidates would not serve several steps are not
+// listed. Each step traverses them, while the list goes on to serve the others.
 #pragma once
 
 #include <array>
@@ -15,9 +18,12 @@
 #include "core/bvh/node_pair.h"
 #include "core/narrow/contact_math.h"
 #include "cpu/kernels/leaf_kernels.h"
+#include "cpu/verlet/leaf_map.h"
 #include "cpu/verlet/relative_motion.h"
 
 namespace lazyccd {
+
+class VerletList;
 
 /// The part of the list that one worker fills: candidates, each with its pair of groups.
 class alignas(128) ListedPairs {
@@ -29,8 +35,8 @@ class alignas(128) ListedPairs {
   std::vector<float> distance_limit;
 
   void clear();
-  void add(ContactKind kind, Candidate candidate, float min_distance,
-           const RelativeMotionBounds& motion);
+  /// Adds a candidate, unless the list does not hold its pair of groups.
+  void add(ContactKind kind, Candidate candidate, float min_distance, const VerletList& list);
   std::size_t size() const { return of[0].size() + of[1].size(); }
   std::size_t bytes() const;
 
@@ -51,33 +57,41 @@ class VerletList {
   /// Prepares for a new tree and discards the list. Call it whenever the tree has been rebuilt.
   void set_tree(const Mesh& mesh, const Groups& groups, const Tree& tree, ThreadPool& pool);
   void forget() { has_list_ = worthwhile_ = false; }
+  /// The leaves of the tree of set_tree().
+  const LeafMap& leaves() const { return leaves_; }
 
   /// Whether a list was built and not discarded since.
   bool has_list() const { return has_list_; }
-  /// Whether a new list would probably stay valid for several steps, for most pairs of groups.
+  /// Whether a new list would probably stay valid for several steps, for enough pairs of groups.
   bool is_worthwhile(double scale) const;
 
-  /// Measures the motion at the start of a step, for the tree of set_tree(). With a list: the
-  /// motion since the list was built, for covers() and measure_distances(). Without: the motion in
-  /// this step, for would_stay_valid(). At the end of the step every vertex may be up to
-  /// `tolerance` (unscaled) from its position in `records`.
-  void begin_step(const std::vector<VertexRecord>& records, double scale, double tolerance,
-                  const Tree& tree, ThreadPool& pool);
+  /// With a list: measures the motion since it was built, for covers() and measure_distances(). At
+  /// the end of the step every vertex may be up to `tolerance` (unscaled) from its position in
+  /// `records`.
+  void begin_step(const std::vector<VertexRecord>& records, double tolerance, const Tree& tree,
+                  ThreadPool& pool);
+  /// Measures the motion since the last step, for would_list(). Call it in a step that traverses.
+  /// The ends do not count: what pushes nodes together in each step moves nothing for long.
+  void measure_step(const std::vector<VertexRecord>& last, const std::vector<VertexRecord>& records,
+                    double scale, const Tree& tree, ThreadPool& pool);
   /// Whether the list has all candidates below a pair of nodes that can come within the separation
   /// in this step.
-  bool covers(NodePair nodes) const { return moves_within(nodes, limit_squared_); }
-  /// Whether a list built now would stay valid for several steps below a pair of nodes.
-  bool would_stay_valid(NodePair nodes) const {
-    return moves_within(nodes, limit_squared_ / (min_steps * min_steps));
+  bool covers(NodePair nodes) const {
+    return motion_.difference_squared(nodes) <= limit_squared_ &&
+           built_step_.difference_squared(nodes) <= built_limit_squared_;
+  }
+  /// Whether a list built in this step would hold the candidates below a pair of nodes: they move
+  /// so slowly that the list would serve several steps.
+  bool would_list(NodePair nodes) const {
+    return step_.difference_squared(nodes) <= step_limit_squared_;
   }
 
-  /// Starts to build a list in this step: workers add candidates to their parts.
-  /// finish_building() ends it.
+  /// Starts to build a list in this step, after measure_step(): workers add candidates to their
+  /// parts. finish_building() ends it; `visited` is the number of pairs of groups visited.
   void begin_building(const std::vector<VertexRecord>& records, double scale);
-  void finish_building();
+  void finish_building(std::int64_t visited);
   /// Largest distance at the start of the step of candidates that belong in the list, scaled.
-  float listing_distance() const { return distance_limit(2 * skin_ * motion_.scale()); }
-  const RelativeMotionBounds& motion() const { return motion_; }
+  float listing_distance() const { return distance_limit(2 * skin_ * scale_); }
 
   ListedPairs& part(int worker) { return parts_[static_cast<std::size_t>(worker)]; }
   const std::vector<ListedPairs>& parts() const { return parts_; }
@@ -85,12 +99,12 @@ class VerletList {
   /// Computes ListedPairs::distance_limit. Call it in a step with a list, after begin_step().
   void measure_distances();
 
-  /// Call it at the end of a step with a list. `candidates` is the number of candidates that did
-  /// not come from the list. Discards the list if that number has become too large.
-  void record_use(std::int64_t candidates);
-  /// Call it at the end of a step without a list. `pairs` is the number of pairs of groups visited,
-  /// and `lasting` the number of those for which would_stay_valid() holds.
-  void record_probe(std::int64_t pairs, std::int64_t lasting) { worthwhile_ = 2 * lasting > pairs; }
+  /// Call it at the end of a step with a list. `pairs` is the number of pairs of groups visited
+  /// that a new list would hold. Discards the list if that number has become too large.
+  void record_use(std::int64_t pairs);
+  /// Call it at the end of a step without a list. `visited` is the number of pairs of groups
+  /// visited, and `pairs` the number of those that a list would hold.
+  void record_probe(std::int64_t visited, std::int64_t pairs) { worthwhile_ = 4 * pairs > visited; }
 
   std::size_t bytes() const;
 
@@ -98,20 +112,29 @@ class VerletList {
   // Number of steps that a list must last. A step that builds a list costs more than a step
   // without.
   static constexpr double min_steps = 4;
+  // Cost of a pair of groups in the step that builds a list, in units of its cost in other steps.
+  static constexpr std::int64_t building_cost = 2;
 
-  bool moves_within(NodePair nodes, double squared) const {
-    return motion_.difference_squared(nodes.a, nodes.b) <= squared;
-  }
   float distance_limit(double relative_motion) const;
 
   double separation_, skin_;
   bool has_list_ = false, worthwhile_ = false;
-  double limit_squared_ = 0;   // of the largest valid relative motion, scaled; negative: none
-  double tolerance_ = 0;       // additional relative motion of two points, scaled: see begin_step()
-  std::int64_t searched_ = 0;  // candidates that did not come from the list, since it was built
-  int steps_ = 0;              // number of steps that used the list
-  RelativeMotionBounds motion_;
-  std::vector<ListedPairs> parts_;  // by worker
+  double scale_ = 1;  // of the step that built the list
+  // Of the largest valid relative motion since the list was built, scaled; negative: none.
+  double limit_squared_ = 0;
+  // Of the largest relative motion since the last step for which a pair of groups is listed,
+  // scaled: in the step that built the list, and in this step.
+  double built_limit_squared_ = 0, step_limit_squared_ = 0;
+  double tolerance_ = 0;  // additional relative motion of two points, scaled: see begin_step()
+  // Cost since the list was built, in pairs of groups: of the step that built it, and of pairs
+  // visited since that a new list would hold.
+  std::int64_t cost_ = 0;
+  int steps_ = 0;  // number of steps that used the list
+  LeafMap leaves_;
+  std::vector<VertexRecord> origin_;        // start of the step that built the list, twice
+  RelativeMotionBounds motion_;             // from the origin to this step
+  RelativeMotionBounds step_, built_step_;  // since the last step: now, and when it was built
+  std::vector<ListedPairs> parts_;          // by worker
 };
 
 }  // namespace lazyccd

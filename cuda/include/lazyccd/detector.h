@@ -115,12 +115,16 @@ class LAZYCCD_API Detector {
   /// thread, without a separation, with Strategy::static_list, or with a Volume other than box.
   void detect_ahead(const Positions& start, const Positions& end, double tolerance);
 
-  /// Re-tests only the pairs that the last detect() found within the separation h, for another
-  /// motion with the same start. Returns the pairs that touch, sorted; valid until the next call.
-  /// Complete if at all times the deviations of any two vertices from the motion of that detect()
-  /// add up to less than h. Runs on the CPU with every backend. Throws Error after detect_ahead()
-  /// has started, because that reuses the list of pairs.
+  /// Tests the pairs that the last detect() found within the separation h again, for another motion
+  /// with the same start. Returns the pairs that touch, sorted; valid until the next call. Complete
+  /// if can_recheck_any_motion(), or if at all times the deviations of any two vertices from the
+  /// motion of that detect() add up to less than h. Runs on the CPU with every backend. Throws
+  /// Error after detect_ahead() has started, because that reuses the list of pairs.
   Span<const Contact> recheck_near_pairs(const Positions& start, const Positions& end);
+  /// Whether recheck_near_pairs() is complete for any motion: it searches again where vertices
+  /// deviate by more than h. So it is after a detect() of the CPU with Volume::box, unless
+  /// AlgorithmOptions::rebuild_every_step is set.
+  bool can_recheck_any_motion() const;
 
   /// Number of worlds (Body::world), not counting -1. Some may be empty.
   std::int32_t world_count() const;
