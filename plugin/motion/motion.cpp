@@ -55,6 +55,23 @@ void Motion::restart_response() {
   for (ArticulatedMotion& body : articulated) body.restart_response();
 }
 
+void Motion::restart_response(std::int32_t body) {
+  if (rigid_of_body[body] < 0) {
+    for (std::int32_t v = first_vertex[body]; v < first_vertex[body + 1]; ++v) {
+      solved[v] = predicted[v];
+      split_displacement[v].setZero();
+      link_displacement[v].setZero();
+      round_end(v);
+    }
+    return;
+  }
+  RigidMotion& moved = rigid[rigid_of_body[body]];
+  moved.translation = moved.rotation = moved.split_translation = moved.split_rotation =
+      Eigen::Vector3d::Zero();
+  set_end_pose(moved, moved.predicted);
+  if (moved.articulated >= 0) articulated[moved.articulated].restart_response();
+}
+
 void Motion::round_end(std::int32_t i) {
   const Eigen::Vector3d x = solved[i] + split_displacement[i];
   for (int k = 0; k < 3; ++k)

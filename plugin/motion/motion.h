@@ -132,6 +132,8 @@ struct Motion {
   void begin_response();
   /// Resets the response: everything ends at the predicted positions.
   void restart_response();
+  /// The same for one body; for a link of a multibody, for all of its links.
+  void restart_response(std::int32_t body);
   /// Sets the end of a soft vertex to solved + split_displacement, rounded to btScalar.
   void round_end(std::int32_t soft_vertex);
   /// Adds the motion of the response to the predicted pose of a rigid body. Sets the end of the

@@ -49,6 +49,29 @@ void ContactConstraints::begin_step() {
   }
   rows_.clear();
   active_rows_.reset();
+  islands_are_current_ = false;
+  approach_.clear();
+}
+
+RowIslands& ContactConstraints::islands(const Motion& motion) {
+  if (!islands_are_current_) islands_.find(rows_, motion);
+  islands_are_current_ = true;
+  return islands_;
+}
+
+void ContactConstraints::select(const std::vector<Contact>& contacts, const Motion& motion) {
+  RowIslands& all = islands(motion);
+  all.select_none();
+  for (const Contact& contact : contacts) {
+    all.select_body(contact.body_a);
+    all.select_body(contact.body_b);
+  }
+}
+
+void ContactConstraints::select(const std::vector<std::int32_t>& bodies, const Motion& motion) {
+  RowIslands& all = islands(motion);
+  all.select_none();
+  for (const std::int32_t body : bodies) all.select_body(body);
 }
 
 const std::vector<const ContactRow*>& ContactConstraints::active_rows() {
@@ -71,12 +94,14 @@ const std::vector<const ContactRow*>& ContactConstraints::active_rows() {
 
 void ContactConstraints::forget() {
   rows_.clear();
+  islands_are_current_ = false;
   active_rows_.reset();
   last_impulses_.clear();
 }
 
 void ContactConstraints::take_near_contacts(const NearContacts& near, const Motion& motion) {
   active_rows_.reset();
+  islands_are_current_ = false;
   rows_.take(near, RowFactory(surfaces_, position_correction_, motion));
 }
 
@@ -100,17 +125,25 @@ void ContactConstraints::warm_start() {
 
 void ContactConstraints::cold_start(Motion& motion) {
   active_rows_.reset();
-  motion.restart_response();
-  for (std::size_t i = 0; i < rows_.size(); ++i) {
-    if (!rows_.is_made(i)) continue;
-    rows_[i].normal_impulse = rows_[i].split_impulse = 0;
-    rows_[i].tangent_impulse.setZero();
+  const RowIslands& all = islands(motion);
+  for (std::size_t island = 0; island < all.count(); ++island) {
+    if (!all.is_selected(island)) continue;
+    for (const std::int32_t i : all.rows_of(island)) {
+      if (!rows_.is_made(i)) continue;
+      rows_[i].normal_impulse = rows_[i].split_impulse = 0;
+      rows_[i].tangent_impulse.setZero();
+    }
+  }
+  for (std::int32_t body = 0; body < static_cast<std::int32_t>(motion.rigid_of_body.size());
+       ++body) {
+    if (all.of_body(body) >= 0 && all.is_selected(all.of_body(body))) motion.restart_response(body);
   }
 }
 
 template <class Make>
 void ContactConstraints::merge(const std::vector<Contact>& contacts, const Make& make) {
   active_rows_.reset();
+  islands_are_current_ = false;
   merged_.clear();
   merged_.reserve(rows_.size() + contacts.size());
   std::size_t old = 0;
@@ -158,24 +191,29 @@ void ContactConstraints::add_penetrations(const std::vector<Contact>& contacts, 
 }
 
 void ContactConstraints::narrow_gaps(double fraction, const Motion& motion) {
-  constexpr double fulfilled_fraction = 0.9;
-  for (std::size_t i = 0; i < rows_.size(); ++i) {
-    if (!rows_.can_act(i)) continue;
-    ContactRow& row = rows_[i];
-    if (!has_fixed_side(row.contact, motion) ||
-        row.normal.dot(gap_vector_at_end(row, motion)) >= fulfilled_fraction * row.target_gap)
-      continue;
-    const double surface_thickness = surfaces_.of(row.contact.body_a, row.contact.body_b).thickness;
-    const double thickness = thickness_of(row.contact, motion, surface_thickness);
-    row.target_gap = row.corrected_gap = std::min(row.target_gap, fraction * thickness);
+  const RowIslands& all = islands(motion);
+  for (std::size_t island = 0; island < all.count(); ++island) {
+    if (!all.is_selected(island)) continue;
+    for (const std::int32_t i : all.rows_of(island)) narrow_gap(rows_[i], fraction, motion);
   }
+}
+
+void ContactConstraints::narrow_gap(ContactRow& row, double fraction, const Motion& motion) {
+  constexpr double fulfilled_fraction = 0.9;
+  if (!has_fixed_side(row.contact, motion) ||
+      row.normal.dot(gap_vector_at_end(row, motion)) >= fulfilled_fraction * row.target_gap)
+    return;
+  const double surface_thickness = surfaces_.of(row.contact.body_a, row.contact.body_b).thickness;
+  const double thickness = thickness_of(row.contact, motion, surface_thickness);
+  row.target_gap = row.corrected_gap = std::min(row.target_gap, fraction * thickness);
 }
 
 void ContactConstraints::solve(Motion& motion, int sweeps) {
   active_rows_.reset();
+  const RowIslands& all = islands(motion);
   for (const auto target : {ContactSolver::Target::motion, ContactSolver::Target::split_impulse}) {
-    solver_.set_up(target, rows_, motion);
-    if (target == ContactSolver::Target::motion) approach_ = solver_.largest_violation();
+    solver_.set_up(target, rows_, all, motion);
+    if (target == ContactSolver::Target::motion) record_approach(motion);
     solver_.solve(sweeps);
     solver_.write(motion);
   }
@@ -183,6 +221,15 @@ void ContactConstraints::solve(Motion& motion, int sweeps) {
     if (body.is_dynamic()) motion.apply_response(body);
   }
   for (ArticulatedMotion& body : motion.articulated) motion.apply_response(body);
+}
+
+void ContactConstraints::record_approach(const Motion& motion) {
+  approach_.resize(motion.rigid_of_body.size(), 0);
+  for (std::size_t body = 0; body < approach_.size(); ++body) {
+    const std::int32_t island = islands_.of_body(static_cast<std::int32_t>(body));
+    if (island >= 0 && islands_.is_selected(island))
+      approach_[body] = solver_.largest_violation(island);
+  }
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

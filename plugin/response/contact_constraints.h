@@ -21,6 +21,7 @@
 #include "contact/row_list.h"
 #include "motion/motion.h"
 #include "solver/contact_solver.h"
+#include "solver/row_islands.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -46,7 +47,8 @@ class ContactConstraints {
   /// well. A resting contact needs the same impulses again. This may raise the kinetic energy; the
   /// caller must check that.
   void warm_start();
-  /// Sets all impulses to zero and resets `motion` to the predicted one.
+  /// Sets all impulses of the selected islands to zero, and resets their motion to the predicted
+  /// one.
   void cold_start(Motion& motion);
   /// Replaces the rows by near contacts, as RowList::take(). To be called before rows are added.
   void take_near_contacts(const NearContacts& near, const Motion& motion);
@@ -57,18 +59,25 @@ class ContactConstraints {
   /// Adds rows of vertices that are inside of bodies; `contacts` must be sorted. Each row moves its
   /// vertex out at `speed`, m/s, or at six times its depth a second if that is more.
   void add_penetrations(const std::vector<Contact>& contacts, double speed, const Motion& motion);
-  /// Limits the target gap to `fraction` of the thickness, for rows that have a side of infinite
-  /// mass and that `motion` violates. If things of infinite mass close in on each other, there may
-  /// be no room for all gaps. The limit is a fraction of the thickness, not of the present gap,
-  /// which would shrink to nothing over many steps.
+  /// Limits the target gap to `fraction` of the thickness, for rows of the selected islands that
+  /// have a side of infinite mass and that `motion` violates. If things of infinite mass close in
+  /// on each other, there may be no room for all gaps. The limit is a fraction of the thickness,
+  /// not of the present gap, which would shrink to nothing over many steps.
   void narrow_gaps(double fraction, const Motion& motion);
-  /// Solves for impulses and then for split impulses, and sets the ends of everything in contact.
-  /// `sweeps`: as in ContactSolver::solve().
+  /// Solves the selected islands for impulses and then for split impulses, and sets the ends of
+  /// everything in contact there. `sweeps`: as in ContactSolver::solve().
   void solve(Motion& motion, int sweeps);
 
-  /// Largest violation of a row before the last solve(), by the motion with the impulses that rows
-  /// had then, metres.
-  double approach() const { return approach_; }
+  /// Islands of the present rows. All are selected when rows have changed.
+  RowIslands& islands(const Motion& motion);
+  /// Selects the islands of these contacts for the next solve(), and no others.
+  void select(const std::vector<Contact>& contacts, const Motion& motion);
+  /// The same for bodies.
+  void select(const std::vector<std::int32_t>& bodies, const Motion& motion);
+
+  /// By body: largest violation of a row of its island before the last solve() of the island, by
+  /// the motion with the impulses that rows had then, metres.
+  double approach_of(std::int32_t body) const { return approach_[body]; }
 
   RowList& rows() { return rows_; }
   /// Rows of all pairs of which at least one row acted, sorted by contact, so that the rows of a
@@ -79,6 +88,9 @@ class ContactConstraints {
   /// Merges new rows into the list. make(contact, row) makes a row; `contacts` must be sorted.
   template <class Make>
   void merge(const std::vector<Contact>& contacts, const Make& make);
+
+  void narrow_gap(ContactRow& row, double fraction, const Motion& motion);
+  void record_approach(const Motion& motion);
 
   /// Sum of the impulses of a pair in the last step.
   struct PairImpulse {
@@ -92,8 +104,10 @@ class ContactConstraints {
   std::vector<ContactRow> merged_;                             // scratch memory of add()
   std::optional<std::vector<const ContactRow*>> active_rows_;  // none: rows changed since
   std::vector<PairImpulse> last_impulses_;                     // sorted by contact
-  double approach_ = 0;                                        // metres
-  ContactSolver solver_;                                       // kept for its memory
+  RowIslands islands_;
+  bool islands_are_current_ = false;  // false: rows changed since
+  std::vector<double> approach_;      // by body, metres
+  ContactSolver solver_;              // kept for its memory
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "response/impact_zones.h"
 #include "response/islands.h"
@@ -95,6 +96,7 @@ void Response::run(const NearContacts& near, const std::vector<Contact>& penetra
         2 * counts.back() > counts[counts.size() - 1 - solves_to_halve] && are_crowded(contacts))
       break;
     if (!constraints_.add(contacts, motion)) break;
+    constraints_.select(contacts, motion);
     if (i >= solves_with_full_gaps && motion.has_prescribed_motion())
       constraints_.narrow_gaps(
           std::max(min_gap_fraction, std::ldexp(1, solves_with_full_gaps - 1 - i)), motion);
@@ -145,7 +147,8 @@ void Response::solve_speculative(const NearContacts& near, const std::vector<Con
   constraints_.warm_start();
   constraints_.solve(motion, options_.solver_iterations);
   set_velocities(motion);
-  if (kinetic_energy_after(motion) <= kinetic_energy_before(motion)) return;
+  RowIslands& islands = constraints_.islands(motion);
+  if (!select_with_energy_gain(motion, islands)) return;
   constraints_.cold_start(motion);
   constraints_.solve(motion, options_.solver_iterations);
 }
@@ -167,15 +170,21 @@ std::vector<std::int32_t> Response::find_rising_loads(const Motion& motion) {
 }
 
 void Response::absorb_impact(const SolveLinks& solve_links, Motion& motion) {
-  std::vector<std::int32_t> rising = find_rising_loads(motion);
-  if (constraints_.approach() < min_impact_speed * motion.dt) return;
-  const std::vector<std::int32_t>& bodies = bodies_with_solved_links_ = std::move(rising);
-  if (bodies.empty()) return;
-  for (int i = 0; i < max_link_rounds; ++i) {
-    const double moved = solve_links(bodies, motion);
-    if (moved == 0) break;
+  std::map<std::int32_t, std::vector<std::int32_t>> bodies_of;  // by island
+  for (const std::int32_t body : find_rising_loads(motion)) {
+    if (constraints_.approach_of(body) < min_impact_speed * motion.dt) continue;
+    bodies_of[constraints_.islands(motion).of_body(body)].push_back(body);
+    bodies_with_solved_links_.push_back(body);
+  }
+  for (int i = 0; i < max_link_rounds && !bodies_of.empty(); ++i) {
+    constraints_.select(std::vector<std::int32_t>(), motion);
+    for (auto next = bodies_of.begin(); next != bodies_of.end();) {
+      const auto island = next++;
+      const double moved = solve_links(island->second, motion);
+      if (moved > 0) constraints_.islands(motion).select_body(island->second.front());
+      if (moved < min_link_speed * motion.dt) bodies_of.erase(island);
+    }
     constraints_.solve(motion, options_.solver_iterations);
-    if (moved < min_link_speed * motion.dt) break;
   }
 }
 

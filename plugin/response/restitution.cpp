@@ -36,7 +36,9 @@ void add_restitution(RowList& rows, double restitution, double threshold, int sw
   }
   RowList list(std::move(bouncing));
   ContactSolver solver(threads);
-  solver.set_up(ContactSolver::Target::motion, list, bounce);
+  RowIslands islands;
+  islands.find(list, bounce);
+  solver.set_up(ContactSolver::Target::motion, list, islands, bounce);
   solver.solve(sweeps);
   solver.write(bounce);
   const auto add = [&](double fraction) {

@@ -74,6 +74,45 @@ double kinetic_energy_after(const Motion& motion) {
   return energy;
 }
 
+bool select_with_energy_gain(const Motion& motion, RowIslands& islands) {
+  std::vector<double> before(islands.count(), 0), after(islands.count(), 0);  // twice the energies
+  islands.select_none();
+  const auto bodies = static_cast<std::int32_t>(motion.rigid_of_body.size());
+  for (std::int32_t body = 0; body < bodies; ++body) {
+    const std::int32_t island = islands.of_body(body);
+    if (island < 0) continue;
+    const auto add = [&](double mass, const Vector3d& velocity, const Vector3d& change) {
+      before[island] += mass * velocity.squaredNorm();
+      after[island] += mass * (velocity + change).squaredNorm();
+    };
+    if (motion.rigid_of_body[body] < 0) {
+      for (std::int32_t v = motion.first_vertex[body]; v < motion.first_vertex[body + 1]; ++v) {
+        if (motion.inverse_mass[v] > 0)
+          add(1 / motion.inverse_mass[v], motion.velocity[v], motion.velocity_change[v]);
+      }
+      continue;
+    }
+    const RigidMotion& rigid = motion.rigid_of(body);
+    if (!rigid.is_dynamic()) continue;
+    add(rigid.mass(), rigid.velocity, rigid.velocity_change);
+    const Vector3d old = rigid.angular_velocity, now = old + rigid.angular_velocity_change;
+    before[island] += old.dot(rigid.inertia() * old);
+    after[island] += now.dot(rigid.inertia() * now);
+  }
+  for (const ArticulatedMotion& body : motion.articulated) {
+    const std::int32_t island = islands.of_rigid(body.links.front().rigid);
+    if (island >= 0) after[island] += 2 * body.energy_change();
+  }
+  bool any = false;
+  for (std::int32_t body = 0; body < bodies; ++body) {
+    const std::int32_t island = islands.of_body(body);
+    if (island < 0 || after[island] <= before[island]) continue;
+    islands.select_body(body);
+    any = true;
+  }
+  return any;
+}
+
 void set_velocities(Motion& motion) {
   motion.velocity_change.resize(motion.solved.size());
   for (std::size_t v = 0; v < motion.solved.size(); ++v) {

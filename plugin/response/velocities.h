@@ -6,6 +6,7 @@
 
 #include "motion/motion.h"
 #include "response/islands.h"
+#include "solver/row_islands.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -14,6 +15,10 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 /// (before), and with the changes of the response (after). Of multibodies only the change counts.
 double kinetic_energy_before(const Motion& motion);
 double kinetic_energy_after(const Motion& motion);
+
+/// Selects the islands of the rows whose kinetic energy the response raises, and no others. Returns
+/// whether there are any.
+bool select_with_energy_gain(const Motion& motion, RowIslands& islands);
 
 /// Sets the velocity changes that follow from the solved displacements.
 void set_velocities(Motion& motion);

@@ -72,10 +72,12 @@ void find_active(RowBlock& block) {
 // The sweeps of one solve(). run() and next() are those of Threads::run_phases().
 class ContactSolver::Sweeps {
  public:
-  Sweeps(ContactSolver& solver, int limit, float tolerance)
-      : s_(solver), limit_(limit), tolerance_(tolerance), added_(solver) {
-    for (Indices& blocks : s_.active_of_colour_) blocks.clear();
-    for (std::size_t b = 0; b < s_.block_count_; ++b) note_active(b);
+  Sweeps(ContactSolver& solver, int sweeps)
+      : s_(solver), islands_(solver.problems_.size()), added_(solver) {
+    for (std::size_t b = 0; b < s_.block_count_; ++b) islands_[s_.blocks_[b].island].goes_on = true;
+    for (std::size_t i = 0; i < islands_.size(); ++i) {
+      if (islands_[i].goes_on) set_limits(islands_[i], s_.problems_[i], sweeps);
+    }
     s_.last_displacement_ = s_.displacement_;
   }
 
@@ -83,18 +85,18 @@ class ContactSolver::Sweeps {
 
   void run(std::size_t item, int worker) {
     switch (phase_) {
-      case Phase::search:
-        return s_.find_violated(s_.chunks_[item]);
+      case Phase::search: {
+        RowChunk& chunk = s_.chunks_[item];
+        const Island& island = islands_[chunk.island];
+        if (island.goes_on && island.is_full) return s_.find_violated(chunk);
+        return chunk.violated.clear();
+      }
       case Phase::add:
         return added_.run(item, worker);
       case Phase::sweep:
         return sweep(item);
-      case Phase::extrapolate: {
-        const std::size_t first = item * grain;
-        const std::size_t count = std::min(grain, s_.displacement_.size() - first);
-        return s_.kernels_->extrapolate(mode_.extrapolation, &s_.displacement_[first],
-                                        &s_.last_displacement_[first], static_cast<int>(count));
-      }
+      case Phase::extrapolate:
+        return item < s_.block_count_ ? extrapolate_nodes(s_.blocks_[item]) : extrapolate_bodies();
     }
   }
 
@@ -104,7 +106,9 @@ class ContactSolver::Sweeps {
         return add_violated();
       case Phase::add: {
         const std::size_t count = added_.next();
-        return count > 0 ? count : begin_new_blocks();
+        if (count > 0) return count;
+        s_.last_displacement_.resize(s_.displacement_.size());
+        return begin_colours();
       }
       case Phase::sweep:
         if (colour_ != BlockColours::overflow) s_.merge_bodies(swept());
@@ -119,9 +123,43 @@ class ContactSolver::Sweeps {
  private:
   enum class Phase { search, add, sweep, extrapolate };
 
+  struct Island {
+    bool goes_on = false;
+    int limit = 0;         // of the number of sweeps
+    float tolerance = 0;   // of the change of a sweep
+    bool is_full = false;  // the present sweep is a full one
+    int full_interval = first_full_sweep_interval, next_full = first_full_sweep_interval;
+    float min_change_size = std::numeric_limits<float>::max();
+    int run_length = 0;  // sweeps since the extrapolation was restarted
+    float extrapolation = 0;
+    SweepChange change;  // of the present sweep
+    bool has_new_active = false;
+  };
+
+  void set_limits(Island& island, const Problem& problem, int sweeps) const {
+    const double dt = s_.motion_->dt;
+    double min_change = min_speed * dt;  // metres
+    if (s_.for_split_impulse_) {
+      sweeps = std::max(1, sweeps / split_sweep_divisor);
+    } else if (problem.largest.need < slow_approach * dt ||
+               problem.max_violation < resting_speed * dt) {
+      sweeps =
+          std::min(sweeps, std::numeric_limits<int>::max() / slow_sweep_factor) * slow_sweep_factor;
+      min_change = std::max(min_change, min_fraction_at_rest * problem.largest.need);
+    } else {
+      min_change = std::max(min_change, min_fraction * problem.largest.need);
+    }
+    island.limit = sweeps;
+    island.tolerance = static_cast<float>(min_change / problem.length_unit);
+  }
+
   std::size_t begin_sweep() {
-    is_full_ = sweep_ >= std::min(next_full_, limit_);
-    if (!is_full_) return begin_colours();
+    bool any_full = false;
+    for (Island& island : islands_) {
+      island.is_full = sweep_ >= std::min(island.next_full, island.limit);
+      any_full = any_full || (island.goes_on && island.is_full);
+    }
+    if (!any_full) return begin_colours();
     phase_ = Phase::search;
     return s_.chunk_count_;  // not 0, for there are blocks
   }
@@ -132,14 +170,14 @@ class ContactSolver::Sweeps {
     return count > 0 ? count : begin_colours();
   }
 
-  std::size_t begin_new_blocks() {
-    s_.last_displacement_.resize(s_.displacement_.size());
-    for (std::size_t b = added_.first(); b < s_.block_count_; ++b) note_active(b);
-    return begin_colours();
-  }
-
   std::size_t begin_colours() {
-    mode_.fixes_sliding = sweep_ >= sliding_sweeps;
+    for (Indices& blocks : s_.swept_of_colour_) blocks.clear();
+    for (std::size_t b = 0; b < s_.block_count_; ++b) {
+      const RowBlock& block = s_.blocks_[b];
+      const Island& island = islands_[block.island];
+      if (island.goes_on && (island.is_full || !block.active.empty()))
+        s_.swept_of_colour_[block.colour].push_back(static_cast<std::int32_t>(b));
+    }
     phase_ = Phase::sweep;
     colour_ = -1;
     return next_colour();
@@ -166,98 +204,100 @@ class ContactSolver::Sweeps {
 
   void sweep_block(std::int32_t b, const RowBatch* next) {
     RowBlock& block = s_.blocks_[b];
+    const Island& island = islands_[block.island];
     s_.read_bodies(block);
-    if (is_full_ && block.active.size() < block.batches.size()) {
+    if (island.is_full && block.active.size() < block.batches.size()) {
       block.active.resize(block.batches.size());
       std::iota(block.active.begin(), block.active.end(), 0);
     }
-    SweepMode mode = mode_;
+    SweepMode mode;
+    mode.extrapolation = island.extrapolation;
+    mode.fixes_sliding = sweep_ >= sliding_sweeps;
     mode.next = next;
     block.change = s_.kernels_->sweep(s_.problem_of(block), block.active.data(),
                                       static_cast<int>(block.active.size()), mode);
-    if (finds_active()) find_active(block);
+    if (finds_active(island)) find_active(block);
   }
 
-  bool finds_active() const { return is_full_ || sweep_ == 1; }
+  bool finds_active(const Island& island) const { return island.is_full || sweep_ == 1; }
 
   std::size_t end_sweep() {
-    SweepChange change;
-    for (const Indices& blocks : is_full_ ? s_.blocks_of_colour_ : s_.active_of_colour_) {
+    for (Island& island : islands_) {
+      island.change = {};
+      island.has_new_active = false;
+    }
+    for (const Indices& blocks : s_.swept_of_colour_) {
       for (const std::int32_t b : blocks) {
-        const SweepChange& of_block = s_.blocks_[b].change;
-        change.largest = std::max(change.largest, of_block.largest);
-        change.size += of_block.size;
-        change.restart_test += of_block.restart_test;
+        const RowBlock& block = s_.blocks_[b];
+        Island& island = islands_[block.island];
+        island.change.largest = std::max(island.change.largest, block.change.largest);
+        island.change.size += block.change.size;
+        island.change.restart_test += block.change.restart_test;
+        island.has_new_active = island.has_new_active || block.has_new_active;
       }
     }
-    const bool settled = change.largest < tolerance_ * tolerance_;
-    // The last sweep is a full one, so that all impulses are within their bounds.
-    if (is_full_ && (settled || sweep_ >= limit_)) return 0;
-    run_length_ = change.restart_test < 0 || change.size > max_change_growth * min_change_size_
-                      ? 1
-                      : run_length_ + 1;
-    min_change_size_ = std::min(min_change_size_, change.size);
-    mode_.extrapolation = static_cast<float>(run_length_ - 1) / static_cast<float>(run_length_ + 2);
-    if (finds_active()) {
-      const bool any_new = collect_active();
-      if (is_full_) {
-        if (!any_new) full_interval_ *= 2;
-        next_full_ = sweep_ + full_interval_;
-      }
+    bool any_goes_on = false;
+    for (Island& island : islands_) {
+      if (island.goes_on) end_sweep(island);
+      any_goes_on = any_goes_on || island.goes_on;
     }
-    if (settled) next_full_ = sweep_ + 1;
     phase_ = Phase::extrapolate;
-    return grains(s_.displacement_.size());
+    return any_goes_on ? s_.block_count_ + 1 : 0;
   }
 
-  // Sorts the blocks with an active batch by colour. Returns true if a batch has become active.
-  bool collect_active() {
-    bool any_new = false;
-    for (Indices& blocks : s_.active_of_colour_) blocks.clear();
-    for (std::size_t b = 0; b < s_.block_count_; ++b) {
-      any_new = any_new || s_.blocks_[b].has_new_active;
-      note_active(b);
+  void end_sweep(Island& island) const {
+    const SweepChange& change = island.change;
+    const bool settled = change.largest < island.tolerance * island.tolerance;
+    // The last sweep is a full one, so that all impulses are within their bounds.
+    if (island.is_full && (settled || sweep_ >= island.limit)) {
+      island.goes_on = false;
+      return;
     }
-    return any_new;
+    island.run_length =
+        change.restart_test < 0 || change.size > max_change_growth * island.min_change_size
+            ? 1
+            : island.run_length + 1;
+    island.min_change_size = std::min(island.min_change_size, change.size);
+    island.extrapolation =
+        static_cast<float>(island.run_length - 1) / static_cast<float>(island.run_length + 2);
+    if (island.is_full) {
+      if (!island.has_new_active) island.full_interval *= 2;
+      island.next_full = sweep_ + island.full_interval;
+    }
+    if (settled) island.next_full = sweep_ + 1;
   }
 
-  void note_active(std::size_t b) {
-    const RowBlock& block = s_.blocks_[b];
-    if (!block.active.empty())
-      s_.active_of_colour_[block.colour].push_back(static_cast<std::int32_t>(b));
+  void extrapolate(const Island& island, std::int32_t first, std::size_t count) const {
+    if (count == 0) return;
+    s_.kernels_->extrapolate(island.extrapolation, &s_.displacement_[first],
+                             &s_.last_displacement_[first], static_cast<int>(count));
   }
 
-  const Indices& swept() const {
-    return is_full_ ? s_.blocks_of_colour_[colour_] : s_.active_of_colour_[colour_];
+  void extrapolate_nodes(const RowBlock& block) const {
+    if (islands_[block.island].goes_on)
+      extrapolate(islands_[block.island], block.first_new_slot, block.new_vertices.size());
   }
+
+  void extrapolate_bodies() const {
+    for (std::size_t rigid = 0; rigid < s_.bodies_.size(); ++rigid) {
+      const std::int32_t island = s_.islands_->of_rigid(rigid);
+      if (island >= 0 && islands_[island].goes_on)
+        extrapolate(islands_[island], translation_slot(static_cast<std::int32_t>(rigid)), 2);
+    }
+  }
+
+  const Indices& swept() const { return s_.swept_of_colour_[colour_]; }
 
   ContactSolver& s_;
-  const int limit_;
-  const float tolerance_;
+  std::vector<Island> islands_;
   Phase phase_ = Phase::sweep;
-  SweepMode mode_;
   int sweep_ = 1, colour_ = -1;
-  bool is_full_ = false;
-  int full_interval_ = first_full_sweep_interval, next_full_ = first_full_sweep_interval;
   NewBlocks added_;
-  float min_change_size_ = std::numeric_limits<float>::max();
-  int run_length_ = 0;  // sweeps since the extrapolation was restarted
 };
 
 void ContactSolver::solve(int sweeps) {
   if (block_count_ == 0) return;
-  const double dt = motion_->dt;
-  double min_change = min_speed * dt;  // metres
-  if (for_split_impulse_) {
-    sweeps = std::max(1, sweeps / split_sweep_divisor);
-  } else if (largest_.need < slow_approach * dt || max_violation_ < resting_speed * dt) {
-    sweeps =
-        std::min(sweeps, std::numeric_limits<int>::max() / slow_sweep_factor) * slow_sweep_factor;
-    min_change = std::max(min_change, min_fraction_at_rest * largest_.need);
-  } else {
-    min_change = std::max(min_change, min_fraction * largest_.need);
-  }
-  Sweeps iteration(*this, sweeps, static_cast<float>(min_change / length_unit_));
+  Sweeps iteration(*this, sweeps);
   const Threads& threads = block_count_ < 2 * min_parallel_items ? serial_ : threads_;
   threads.run_phases(
       iteration.start(), [&](std::size_t item, int worker) { iteration.run(item, worker); },
@@ -279,12 +319,15 @@ void ContactSolver::write(Motion& motion) {
       }
     });
   });
-  for (RigidMotion& body : motion.rigid) {
-    translation_of(body).setZero();
-    rotation_of(body).setZero();
+  for (std::size_t i = 0; i < motion.rigid.size(); ++i) {
+    if (!moves(i)) continue;
+    translation_of(motion.rigid[i]).setZero();
+    rotation_of(motion.rigid[i]).setZero();
   }
-  for (ArticulatedMotion& body : motion.articulated)
-    (for_split_impulse_ ? body.split_impulse : body.impulse).setZero();
+  for (ArticulatedMotion& body : motion.articulated) {
+    if (moves(body.links.front().rigid))
+      (for_split_impulse_ ? body.split_impulse : body.impulse).setZero();
+  }
   for_each_block_by_colour([&](RowBlock& block, int) { write(block, motion); },
                            [&](const Indices& blocks) {
                              for (const std::int32_t b : blocks) move_bodies(blocks_[b], motion);
@@ -293,6 +336,7 @@ void ContactSolver::write(Motion& motion) {
     for_each_vertex(item, [&](std::int32_t v) { motion.round_end(v); });
   });
   for (ArticulatedMotion& body : motion.articulated) {
+    if (!moves(body.links.front().rigid)) continue;
     const Eigen::VectorXd& by = for_split_impulse_ ? body.split_impulse : body.impulse;
     Eigen::VectorXd& displacement =
         for_split_impulse_ ? body.split_displacement : body.displacement;
@@ -321,7 +365,8 @@ void ContactSolver::for_each_vertex(std::size_t item, const Visit& visit) const 
 
 void ContactSolver::write(RowBlock& block, Motion& motion) {
   RowList& rows = *rows_;
-  const double unit = mass_unit_ * length_unit_;
+  const Problem& problem = problems_[block.island];
+  const double unit = problem.mass_unit * problem.length_unit;
   block.motion.assign(block.bodies.size(), {});
   for (std::size_t b = 0; b < block.batches.size(); ++b) {
     const RowBatches::Batch& batch_rows = block.batch_rows[b];

@@ -24,6 +24,10 @@
 // not depend on the units of the scene. Its result only decides how large the impulses are. Their
 // effect on the motion is computed in double precision, and conserves momentum to that precision.
 //
+// Each island (row_islands.h) is a problem of its own: with its own tolerance, number of sweeps and
+// extrapolation. The sweeps of all islands run side by side until each has ended. So the result of
+// an island is the same to the bit, whatever happens elsewhere.
+//
 // Most rows never act (active set method). Rows that start without an impulse stay out of the
 // problem and are only checked from time to time. A row that is violated is added to the problem.
 #pragma once
@@ -42,11 +46,13 @@
 #include "solver/pgs_kernels.h"
 #include "solver/row_batches.h"
 #include "solver/row_block.h"
+#include "solver/row_islands.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-/// Solves one problem at a time: set_up(), solve(), write(). Memory is kept for the next problem.
+/// Solves the problems of some islands at a time: set_up(), solve(), write(). Memory is kept for
+/// the next time.
 class ContactSolver {
  public:
   explicit ContactSolver(const Threads& threads) : threads_(threads) {}
@@ -55,14 +61,14 @@ class ContactSolver {
   /// split_impulse: only positions, to restore gaps.
   enum class Target { motion, split_impulse };
 
-  /// Sets up the problem of a target, starting from the impulses that the rows have. `rows` and
-  /// `motion` must not change until write(). The problem of split impulses must follow that of the
-  /// motion, with the same rows.
-  void set_up(Target target, RowList& rows, const Motion& motion);
+  /// Sets up the problems of a target and of the selected islands, starting from the impulses that
+  /// the rows have. `rows`, `islands` and `motion` must not change until write(). The problems of
+  /// split impulses must follow those of the motion, with the same rows and islands.
+  void set_up(Target target, RowList& rows, const RowIslands& islands, const Motion& motion);
 
-  /// Largest displacement along a normal that impulses must add to those that the rows have,
-  /// metres.
-  double largest_violation() const { return max_violation_; }
+  /// By island: largest displacement along a normal that impulses must add to those that the rows
+  /// have, metres; 0 for islands that are not selected.
+  double largest_violation(std::size_t island) const { return problems_[island].max_violation; }
 
   /// Runs the sweeps. `sweeps`: normal limit. The limit is 4 x `sweeps` if contacts approach slowly
   /// or rest, and `sweeps` / 5 for split impulses. Stops earlier once sweeps change nothing
@@ -92,14 +98,34 @@ class ContactSolver {
     double need = 0, move_squared = 0, normal_mass = 0;
     void include(const Largest& other);
   };
-  // Some consecutive rows of the list.
+  // The problem of an island.
+  struct Problem {
+    bool is_open = false;  // selected, and some row needs something
+    bool any_active = false;
+    Largest largest;
+    double length_unit = 1, mass_unit = 1;  // metres, kg
+    double max_violation = 0;               // at set_up(), metres
+  };
+  // Some rows of an island, in the order of the list.
   struct RowChunk {
-    static constexpr std::size_t rows = 1024;
+    static constexpr std::size_t max_rows = 1024;
+    std::size_t island = 0;
+    Span<const std::int32_t> rows;
     Largest largest;
     Indices active, inactive;  // rows that start with an impulse; the others
     std::vector<InactiveBatch> batches;
     std::vector<RowRigidTerm> terms;  // of `batches`
     Indices violated;                 // among `inactive`, as 4 * batch + lane
+  };
+  // Rows, island by island.
+  struct RowsByIsland {
+    struct Part {
+      std::size_t island, first, last;  // of `rows`
+    };
+    Indices rows;
+    std::vector<Part> parts;
+
+    void add(std::size_t island, std::int32_t row);
   };
   // A dynamic rigid body that several blocks of one colour may move.
   struct SharedBody {
@@ -119,21 +145,24 @@ class ContactSolver {
   template <class Each, class AfterColour>
   void for_each_block_by_colour(const Each& each, const AfterColour& after_colour);
 
-  /// Computes the needs of all rows, or of those that may need a split impulse, and divides the
-  /// rows by whether they have an impulse. Returns false if no row needs anything.
+  /// Divides the rows of the selected islands into chunks.
+  void make_chunks();
+  /// Computes the needs of the rows of all open problems, or of those rows that may need a split
+  /// impulse, and divides them by whether they have an impulse. Closes problems in which no row
+  /// needs anything. Returns whether any is open.
   bool classify_rows(bool only_may_need_split);
-  void classify(RowChunk& chunk, std::size_t first, std::size_t last, bool only_may_need_split);
+  void classify(RowChunk& chunk, bool only_may_need_split);
   /// Makes the batches of the rows that have no impulse.
   void set_up_inactive(RowChunk& chunk);
   void find_violated(RowChunk& chunk);
-  /// Takes the violated rows out of the chunks, in the order of the list.
-  Indices take_violated();
+  /// Takes the violated rows out of the chunks.
+  RowsByIsland take_violated();
   /// Makes the batches of a block, and its rows that are not made.
   void fill(RowBlock& block, RowBatches& scratch);
   void fill(RowBlock& block, const RowBatches::Batch& rows, RowBatch& batch);
   /// `extra_normal`, `extra_tangent`: what the splitting of masses adds to the compliance, 1/kg.
-  void fill(RowBatch& batch, int lane, const ContactRow& row, double extra_normal,
-            double extra_tangent, double need) const;
+  void fill(RowBatch& batch, int lane, const Problem& problem, const ContactRow& row,
+            double extra_normal, double extra_tangent, double need) const;
   /// Sets up bodies_ and couplings_.
   void set_up_bodies();
   /// Index of the displacement that stands for everything that an impulse on the multibody moves.
@@ -147,6 +176,16 @@ class ContactSolver {
   void write(RowBlock& block, Motion& motion);
   /// Adds the effect of the block's impulses on rigid bodies.
   void move_bodies(const RowBlock& block, Motion& motion) const;
+  /// The problem that moves a body of Motion::rigid; null if none does.
+  const Problem* problem_of_rigid(std::size_t rigid) const {
+    const std::int32_t island = islands_->of_rigid(rigid);
+    return island < 0 ? nullptr : &problems_[island];
+  }
+  /// Whether impulses of the present problems can move a body of Motion::rigid.
+  bool moves(std::size_t rigid) const {
+    const std::int32_t island = islands_->of_rigid(rigid);
+    return island >= 0 && islands_->is_selected(island);
+  }
   /// The motion of a body that impulses of the target change.
   Eigen::Vector3d& translation_of(RigidMotion& body) const;
   Eigen::Vector3d& rotation_of(RigidMotion& body) const;
@@ -167,21 +206,20 @@ class ContactSolver {
   Threads threads_;
   Threads serial_{1};
   RowList* rows_ = nullptr;
+  const RowIslands* islands_ = nullptr;
   const Motion* motion_ = nullptr;
   // From one problem to the next only memory and RowNeed::may_need_split are kept.
   bool for_split_impulse_ = false;
   bool has_rigid_terms_ = false;
-  double length_unit_ = 1, mass_unit_ = 1;  // metres, kg
-  Largest largest_;
-  double max_violation_ = 0;    // at set_up(), metres
-  std::vector<RowNeed> needs_;  // by row of the list
+  std::vector<Problem> problems_;  // by island
+  std::vector<RowNeed> needs_;     // by row of the list
   std::vector<RowChunk> chunks_;
   std::size_t chunk_count_ = 0;
   std::vector<RowBlock> blocks_;
   std::size_t block_count_ = 0;
   BlockColours colours_;
   std::array<Indices, BlockColours::count> blocks_of_colour_;
-  std::array<Indices, BlockColours::count> active_of_colour_;  // blocks with an active batch
+  std::array<Indices, BlockColours::count> swept_of_colour_;  // blocks in the present sweep
   std::vector<Eigen::AlignedBox3d> places_;  // scratch memory of NewBlocks, as keys_
   std::vector<std::uint64_t> keys_;
   std::vector<RowBatches> scratch_;  // by worker

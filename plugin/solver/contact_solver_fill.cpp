@@ -74,18 +74,19 @@ void ContactSolver::fill(RowBlock& block, const RowBatches::Batch& rows, RowBatc
   }
   batch.last_term = static_cast<std::int32_t>(block.terms.size());
   for (int lane = 0; lane < RowBatch::lanes && rows[lane] != RowBatches::none; ++lane)
-    fill(batch, lane, (*rows_)[rows[lane]], extra_normal[lane], extra_tangent[lane],
-         needs_[rows[lane]].displacement);
+    fill(batch, lane, problems_[block.island], (*rows_)[rows[lane]], extra_normal[lane],
+         extra_tangent[lane], needs_[rows[lane]].displacement);
   std::copy(std::begin(batch.impulse), std::end(batch.impulse), batch.last_impulse);
 }
 
-void ContactSolver::fill(RowBatch& batch, int lane, const ContactRow& row, double extra_normal,
-                         double extra_tangent, double need) const {
+void ContactSolver::fill(RowBatch& batch, int lane, const Problem& problem, const ContactRow& row,
+                         double extra_normal, double extra_tangent, double need) const {
   const int at = 4 * lane;
-  const double unit = 1 / (mass_unit_ * length_unit_);
+  const double length_unit = problem.length_unit, mass_unit = problem.mass_unit;
+  const double unit = 1 / (mass_unit * length_unit);
   const Vector3d move = move_without_impulses(row, for_split_impulse_, *motion_);
   set(batch.normal + at, row.normal);
-  set(batch.tangent_move + at, (move - row.normal.dot(move) * row.normal) / length_unit_);
+  set(batch.tangent_move + at, (move - row.normal.dot(move) * row.normal) / length_unit);
   const float sliding = for_split_impulse_ ? 0 : static_cast<float>(row.sliding_fraction);
   batch.slides = batch.slides || sliding != 0;
   batch.tangent_move[at + 3] = batch.sliding[at + 3] = sliding;
@@ -97,18 +98,18 @@ void ContactSolver::fill(RowBatch& batch, int lane, const ContactRow& row, doubl
                tangent_mass = extra_tangent > 0 ? 1 / (1 / row.tangent_mass + extra_tangent)
                                                 : row.tangent_mass;
   float* const terms = batch.terms + at;
-  terms[0] = static_cast<float>(need / length_unit_);
-  terms[1] = static_cast<float>(normal_mass / mass_unit_);
+  terms[0] = static_cast<float>(need / length_unit);
+  terms[1] = static_cast<float>(normal_mass / mass_unit);
   terms[2] = for_split_impulse_ ? 0 : static_cast<float>(row.friction);
-  terms[3] = static_cast<float>(tangent_mass / mass_unit_);
+  terms[3] = static_cast<float>(tangent_mass / mass_unit);
   float* const compliance = batch.compliance + at;
-  compliance[0] = compliance[1] = compliance[2] = static_cast<float>(mass_unit_ / tangent_mass);
-  compliance[3] = static_cast<float>(mass_unit_ / normal_mass);
+  compliance[0] = compliance[1] = compliance[2] = static_cast<float>(mass_unit / tangent_mass);
+  compliance[3] = static_cast<float>(mass_unit / normal_mass);
   for (int k = 0; k < 4; ++k) {
     const std::int32_t v = row.contact.vertices[k];
     batch.weight[at + k] = static_cast<float>(row.weights[k]);
     batch.mobility[at + k] =
-        static_cast<float>(row.weights[k] * motion_->inverse_mass_of(v) * mass_unit_);
+        static_cast<float>(row.weights[k] * motion_->inverse_mass_of(v) * mass_unit);
     if (batch.mobility[at + k] != 0) batch.node[at + k] = batch.scatter_node[at + k] = node_of_[v];
   }
 }

@@ -31,7 +31,7 @@ class ContactSolver::NewBlocks {
       : s_(solver), boxes_(solver.places_), keys_(solver.keys_) {}
 
   /// Takes the rows. Returns the number of items of the first phase; 0 if there are no rows.
-  std::size_t start(Indices rows);
+  std::size_t start(RowsByIsland rows);
   void run(std::size_t item, int worker);
   /// Returns the number of items of the next phase; 0 at the end.
   std::size_t next();
@@ -42,6 +42,16 @@ class ContactSolver::NewBlocks {
   enum class Phase { measure, find_places, claim, collect, number, find_slots, fill };
 
   using Box = Eigen::AlignedBox3d;
+
+  // Rows of a part that a thread takes at a time when it looks where they are.
+  struct Piece {
+    std::size_t part, first, last;
+  };
+
+  // Whether the rows of the part make several blocks, and so are ordered by their places.
+  static bool needs_order(const RowsByIsland::Part& part) {
+    return part.last - part.first > RowBlock::max_rows;
+  }
 
   std::size_t begin(Phase phase) {
     phase_ = phase;
@@ -70,7 +80,10 @@ class ContactSolver::NewBlocks {
   Phase phase_ = Phase::measure;
   std::size_t first_ = 0;
   Indices rows_;
-  std::vector<Box>& boxes_;           // by item; then the first is that of all rows
+  std::vector<RowsByIsland::Part> parts_;
+  std::vector<Piece> pieces_;
+  std::vector<Box>& boxes_;           // by piece
+  std::vector<Box> part_boxes_;       // by part
   std::vector<std::uint64_t>& keys_;  // of the rows: place in space, and row
 };
 

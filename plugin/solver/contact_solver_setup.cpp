@@ -52,13 +52,20 @@ void ContactSolver::Largest::include(const Largest& other) {
   normal_mass = std::max(normal_mass, other.normal_mass);
 }
 
-void ContactSolver::set_up(Target target, RowList& rows, const Motion& motion) {
+void ContactSolver::RowsByIsland::add(std::size_t island, std::int32_t row) {
+  if (parts.empty() || parts.back().island != island)
+    parts.push_back({island, rows.size(), rows.size()});
+  rows.push_back(row);
+  parts.back().last = rows.size();
+}
+
+void ContactSolver::set_up(Target target, RowList& rows, const RowIslands& islands,
+                           const Motion& motion) {
   rows_ = &rows;
+  islands_ = &islands;
   motion_ = &motion;
   for_split_impulse_ = target == Target::split_impulse;
   has_rigid_terms_ = !motion.rigid.empty() || !motion.anchored.empty();
-  length_unit_ = mass_unit_ = 1;
-  max_violation_ = 0;
   needs_.resize(rows.size());
   block_count_ = 0;
   for (Indices& blocks : blocks_of_colour_) blocks.clear();
@@ -66,10 +73,14 @@ void ContactSolver::set_up(Target target, RowList& rows, const Motion& motion) {
   bodies_.clear();
   couplings_.clear();
   vertex_of_node_.clear();
+  make_chunks();
   if (for_split_impulse_ && !classify_rows(true)) return;
   if (!classify_rows(false)) return;
-  if (largest_.move_squared > 0) length_unit_ = std::sqrt(largest_.move_squared);
-  if (largest_.normal_mass > 0) mass_unit_ = largest_.normal_mass;
+  for (Problem& problem : problems_) {
+    const Largest& largest = problem.largest;
+    if (largest.move_squared > 0) problem.length_unit = std::sqrt(largest.move_squared);
+    if (largest.normal_mass > 0) problem.mass_unit = largest.normal_mass;
+  }
   set_up_bodies();
   colours_.begin();
   displacement_.assign(1 + 2 * bodies_.size(), Float4{});
@@ -77,18 +88,18 @@ void ContactSolver::set_up(Target target, RowList& rows, const Motion& motion) {
   if (scratch_.empty()) scratch_.resize(static_cast<std::size_t>(threads_.count()));
   for_each(chunk_count_, [this](std::size_t i, int) { set_up_inactive(chunks_[i]); });
 
-  const auto add = [this](Indices&& indices) {
+  const auto add = [this](RowsByIsland&& new_rows) {
     NewBlocks added(*this);
-    const std::size_t count = added.start(std::move(indices));
+    const std::size_t count = added.start(std::move(new_rows));
     const Threads& threads = count < min_parallel_items ? serial_ : threads_;
     threads.run_phases(
         count, [&](std::size_t item, int worker) { added.run(item, worker); },
         [&] { return added.next(); });
   };
-  Indices initially_active;
-  for (std::size_t i = 0; i < chunk_count_; ++i)
-    initially_active.insert(initially_active.end(), chunks_[i].active.begin(),
-                            chunks_[i].active.end());
+  RowsByIsland initially_active;
+  for (std::size_t i = 0; i < chunk_count_; ++i) {
+    for (const std::int32_t row : chunks_[i].active) initially_active.add(chunks_[i].island, row);
+  }
   add(std::move(initially_active));
   for_each_block_by_colour(
       [this](RowBlock& block, int) {
@@ -106,26 +117,33 @@ void ContactSolver::set_up(Target target, RowList& rows, const Motion& motion) {
     block.violation =
         kernels_->max_violation(problem_of(block), static_cast<int>(block.batches.size()));
   });
-  for (std::size_t i = 0; i < block_count_; ++i)
-    max_violation_ =
-        std::max(max_violation_, static_cast<double>(blocks_[i].violation) * length_unit_);
+  for (std::size_t i = 0; i < block_count_; ++i) {
+    Problem& problem = problems_[blocks_[i].island];
+    problem.max_violation = std::max(
+        problem.max_violation, static_cast<double>(blocks_[i].violation) * problem.length_unit);
+  }
 }
 
 void ContactSolver::set_up_bodies() {
-  for (const RigidMotion& rigid : motion_->rigid) {
+  for (std::size_t i = 0; i < motion_->rigid.size(); ++i) {
+    const RigidMotion& rigid = motion_->rigid[i];
+    const Problem* const problem = problem_of_rigid(i);
+    const double mass_unit = problem ? problem->mass_unit : 1;
     RowBody body = {};
-    set(body.inverse_mass, mass_unit_ * rigid.inverse_mass);
+    set(body.inverse_mass, mass_unit * rigid.inverse_mass);
     for (int k = 0; k < 3; ++k)
-      set(body.inverse_inertia[k], mass_unit_ * rigid.inverse_inertia.col(k));
+      set(body.inverse_inertia[k], mass_unit * rigid.inverse_inertia.col(k));
     bodies_.push_back(body);
   }
   shared_of_.assign(bodies_.size(), -1);
   for (const ArticulatedMotion& multibody : motion_->articulated) {
+    const Problem* const problem = problem_of_rigid(multibody.links.front().rigid);
+    const double mass_unit = problem ? problem->mass_unit : 1;
     for (const ArticulatedMotion::Link& pushed : multibody.links) {
       RowBody& body = bodies_[static_cast<std::size_t>(pushed.rigid)];
       body.first_coupling = static_cast<std::int32_t>(couplings_.size());
       for (const ArticulatedMotion::Link& moved : multibody.links) {
-        const Eigen::Matrix<double, 6, 6> mobility = mass_unit_ * multibody.mobility(pushed, moved);
+        const Eigen::Matrix<double, 6, 6> mobility = mass_unit * multibody.mobility(pushed, moved);
         RowCoupling coupling = {};
         for (int k = 0; k < 6; ++k) {
           set(coupling.translation_by[k], mobility.col(k).head<3>());
@@ -145,25 +163,51 @@ std::int32_t ContactSolver::slot_of_multibody(int rigid) const {
   return translation_slot(multibody.links.front().rigid);
 }
 
-bool ContactSolver::classify_rows(bool only_may_need_split) {
-  const std::size_t count = needs_.size();
-  chunk_count_ = (count + RowChunk::rows - 1) / RowChunk::rows;
-  if (chunks_.size() < chunk_count_) chunks_.resize(chunk_count_);
-  for_each(chunk_count_, [&](std::size_t i, int) {
-    const std::size_t first = i * RowChunk::rows;
-    classify(chunks_[i], first, std::min(first + RowChunk::rows, count), only_may_need_split);
-  });
-  largest_ = {};
-  bool any_active = false;
-  for (std::size_t i = 0; i < chunk_count_; ++i) {
-    largest_.include(chunks_[i].largest);
-    any_active = any_active || !chunks_[i].active.empty();
+void ContactSolver::make_chunks() {
+  problems_.assign(islands_->count(), {});
+  chunk_count_ = 0;
+  for (std::size_t island = 0; island < problems_.size(); ++island) {
+    if (!islands_->is_selected(island)) continue;
+    problems_[island].is_open = true;
+    const Span<const std::int32_t> rows = islands_->rows_of(island);
+    for (std::size_t first = 0; first < rows.size(); first += RowChunk::max_rows) {
+      if (chunks_.size() == chunk_count_) chunks_.emplace_back();
+      RowChunk& chunk = chunks_[chunk_count_++];
+      chunk.island = island;
+      chunk.rows = {rows.data() + first, std::min(RowChunk::max_rows, rows.size() - first)};
+    }
   }
-  return any_active || largest_.need >= min_speed * motion_->dt;
 }
 
-void ContactSolver::classify(RowChunk& chunk, std::size_t first, std::size_t last,
-                             bool only_may_need_split) {
+bool ContactSolver::classify_rows(bool only_may_need_split) {
+  for_each(chunk_count_, [&](std::size_t i, int) {
+    RowChunk& chunk = chunks_[i];
+    if (problems_[chunk.island].is_open) classify(chunk, only_may_need_split);
+  });
+  for (Problem& problem : problems_) {
+    problem.largest = {};
+    problem.any_active = false;
+  }
+  for (std::size_t i = 0; i < chunk_count_; ++i) {
+    Problem& problem = problems_[chunks_[i].island];
+    problem.largest.include(chunks_[i].largest);
+    problem.any_active = problem.any_active || !chunks_[i].active.empty();
+  }
+  bool any_open = false;
+  for (Problem& problem : problems_) {
+    problem.is_open =
+        problem.is_open && (problem.any_active || problem.largest.need >= min_speed * motion_->dt);
+    any_open = any_open || problem.is_open;
+  }
+  for (std::size_t i = 0; i < chunk_count_; ++i) {
+    if (problems_[chunks_[i].island].is_open) continue;
+    chunks_[i].active.clear();
+    chunks_[i].inactive.clear();
+  }
+  return any_open;
+}
+
+void ContactSolver::classify(RowChunk& chunk, bool only_may_need_split) {
   chunk.largest = {};
   chunk.active.clear();
   chunk.inactive.clear();
@@ -172,11 +216,10 @@ void ContactSolver::classify(RowChunk& chunk, std::size_t first, std::size_t las
     chunk.largest.include({estimate.need, estimate.move_squared, estimate.normal_mass});
     (is_active ? chunk.active : chunk.inactive).push_back(static_cast<std::int32_t>(i));
   };
-  for (std::size_t i = first; i < last; ++i) {
+  for (const std::int32_t row_index : chunk.rows) {
+    const auto i = static_cast<std::size_t>(row_index);
     bool& may_need_split = needs_[i].may_need_split;
-    if (!rows_->can_act(i)) {
-      may_need_split = false;
-    } else if (!for_split_impulse_ && !rows_->is_made(i)) {
+    if (!for_split_impulse_ && !rows_->is_made(i)) {
       may_need_split = rows_->estimate(i).may_need_split;
       add(i, rows_->estimate(i), false);
     } else if (may_need_split || !only_may_need_split) {
@@ -202,7 +245,8 @@ void ContactSolver::set_up_inactive(RowChunk& chunk) {
     const Contact& contact = rows_->contact(i);
     const std::array<double, 4> weights = contact.weights();
     std::copy(contact.normal.begin(), contact.normal.end(), batch.normal + at);
-    batch.normal[at + 3] = static_cast<float>(needs_[i].displacement / length_unit_);
+    batch.normal[at + 3] =
+        static_cast<float>(needs_[i].displacement / problems_[chunk.island].length_unit);
     for (int k = 0; k < 4; ++k) {
       batch.weight[at + k] = static_cast<float>(weights[k]);
       batch.vertex[at + k] = std::min(contact.vertices[k], motion_->soft_count());
@@ -225,15 +269,15 @@ void ContactSolver::find_violated(RowChunk& chunk) {
                               static_cast<int>(chunk.batches.size()), chunk.violated.data())));
 }
 
-ContactSolver::Indices ContactSolver::take_violated() {
-  Indices rows;
+ContactSolver::RowsByIsland ContactSolver::take_violated() {
+  RowsByIsland rows;
   for (std::size_t c = 0; c < chunk_count_; ++c) {
     RowChunk& chunk = chunks_[c];
     for (const std::int32_t i : chunk.violated) {
       // A row that is in the problem is never found again.
       chunk.batches[i / InactiveBatch::lanes].normal[4 * (i % InactiveBatch::lanes) + 3] =
           std::numeric_limits<float>::lowest();
-      rows.push_back(chunk.inactive[i]);
+      rows.add(chunk.island, chunk.inactive[i]);
     }
   }
   return rows;

@@ -41,15 +41,22 @@ std::uint64_t spread(std::uint32_t coordinate) {
 
 }  // namespace
 
-std::size_t ContactSolver::NewBlocks::start(Indices rows) {
+std::size_t ContactSolver::NewBlocks::start(RowsByIsland rows) {
   first_ = s_.block_count_;
-  rows_ = std::move(rows);
+  rows_ = std::move(rows.rows);
+  parts_ = std::move(rows.parts);
   if (rows_.empty()) return 0;
-  if (rows_.size() <= RowBlock::max_rows) return begin_blocks();
+  pieces_.clear();
+  for (std::size_t part = 0; part < parts_.size(); ++part) {
+    if (!needs_order(parts_[part])) continue;
+    for (std::size_t first = parts_[part].first; first < parts_[part].last; first += grain)
+      pieces_.push_back({part, first, std::min(first + grain, parts_[part].last)});
+  }
+  if (pieces_.empty()) return begin_blocks();
   keys_.resize(rows_.size());
-  boxes_.assign((rows_.size() + grain - 1) / grain, {});
+  boxes_.resize(pieces_.size());
   phase_ = Phase::measure;
-  return boxes_.size();
+  return pieces_.size();
 }
 
 void ContactSolver::NewBlocks::run(std::size_t item, int worker) {
@@ -78,13 +85,20 @@ void ContactSolver::NewBlocks::run(std::size_t item, int worker) {
 std::size_t ContactSolver::NewBlocks::next() {
   switch (phase_) {
     case Phase::measure:
-      for (const Box& box : boxes_) boxes_.front().extend(box);
+      part_boxes_.assign(parts_.size(), {});
+      for (std::size_t i = 0; i < pieces_.size(); ++i)
+        part_boxes_[pieces_[i].part].extend(boxes_[i]);
       phase_ = Phase::find_places;
-      return boxes_.size();
+      return pieces_.size();
     case Phase::find_places:
-      boost::sort::spreadsort::integer_sort(keys_.begin(), keys_.end());
-      for (std::size_t i = 0; i < keys_.size(); ++i)
-        rows_[i] = static_cast<std::int32_t>(keys_[i] & 0xffffffff);
+      for (const RowsByIsland::Part& part : parts_) {
+        if (!needs_order(part)) continue;
+        const auto keys = keys_.begin();
+        boost::sort::spreadsort::integer_sort(keys + static_cast<std::ptrdiff_t>(part.first),
+                                              keys + static_cast<std::ptrdiff_t>(part.last));
+        for (std::size_t i = part.first; i < part.last; ++i)
+          rows_[i] = static_cast<std::int32_t>(keys_[i] & 0xffffffff);
+      }
       return begin_blocks();
     case Phase::claim:
       return begin(Phase::collect);
@@ -106,8 +120,16 @@ std::size_t ContactSolver::NewBlocks::next() {
 }
 
 std::size_t ContactSolver::NewBlocks::begin_blocks() {
-  s_.block_count_ += (rows_.size() + RowBlock::max_rows - 1) / RowBlock::max_rows;
-  if (s_.blocks_.size() < s_.block_count_) s_.blocks_.resize(s_.block_count_);
+  for (const RowsByIsland::Part& part : parts_) {
+    for (std::size_t first = part.first; first < part.last; first += RowBlock::max_rows) {
+      if (s_.blocks_.size() == s_.block_count_) s_.blocks_.emplace_back();
+      RowBlock& block = s_.blocks_[s_.block_count_++];
+      block.island = part.island;
+      const auto begin = rows_.begin() + static_cast<std::ptrdiff_t>(first);
+      block.rows.assign(begin, begin + static_cast<std::ptrdiff_t>(
+                                           std::min(RowBlock::max_rows, part.last - first)));
+    }
+  }
   return begin(Phase::claim);
 }
 
@@ -116,18 +138,17 @@ Eigen::Vector3d ContactSolver::NewBlocks::place_of(std::int32_t row) const {
 }
 
 void ContactSolver::NewBlocks::measure(std::size_t item) {
-  const std::size_t last = std::min((item + 1) * grain, rows_.size());
   Box box;
-  for (std::size_t i = item * grain; i < last; ++i) box.extend(place_of(rows_[i]));
+  for (std::size_t i = pieces_[item].first; i < pieces_[item].last; ++i)
+    box.extend(place_of(rows_[i]));
   boxes_[item] = box;
 }
 
 void ContactSolver::NewBlocks::find_places(std::size_t item) {
-  const std::size_t last = std::min((item + 1) * grain, rows_.size());
-  const Box& box = boxes_.front();
+  const Box& box = part_boxes_[pieces_[item].part];
   const double cells = std::ldexp(1.0, bits_per_axis) - 1;
   const double extent = box.sizes().maxCoeff(), scale = extent > 0 ? cells / extent : 0;
-  for (std::size_t i = item * grain; i < last; ++i) {
+  for (std::size_t i = pieces_[item].first; i < pieces_[item].last; ++i) {
     const Eigen::Vector3d at = scale * (place_of(rows_[i]) - box.min());
     std::uint64_t code = 0;
     for (int k = 0; k < 3; ++k)
@@ -137,11 +158,8 @@ void ContactSolver::NewBlocks::find_places(std::size_t item) {
 }
 
 void ContactSolver::NewBlocks::claim(std::size_t item) {
-  const std::size_t b = first_ + item, first = item * RowBlock::max_rows;
+  const std::size_t b = first_ + item;
   RowBlock& block = s_.blocks_[b];
-  const auto begin = rows_.begin() + static_cast<std::ptrdiff_t>(first);
-  const std::size_t count = std::min(RowBlock::max_rows, rows_.size() - first);
-  block.rows.assign(begin, begin + static_cast<std::ptrdiff_t>(count));
   block.new_rows.clear();
   block.bodies.clear();
   block.shares.clear();

@@ -18,6 +18,7 @@ struct RowBlock {
 
   using Indices = std::vector<std::int32_t>;
 
+  std::size_t island = 0;           ///< of its rows, see RowIslands
   Indices rows;                     ///< of the list
   Indices new_rows;                 ///< of them: to be made when the block is filled
   Indices vertices;                 ///< soft vertices that its rows move, row by row

@@ -1,0 +1,71 @@
+// Islands: what happens in one group of bodies changes nothing in another.
+#include <vector>
+
+#include "plugin/support/worlds.h"
+#include "scenes/meshes/cloth.h"
+#include "scenes/meshes/shapes.h"
+#include "support/catch.h"
+
+using namespace lazyccd;
+using namespace lazyccd::bullet;
+using namespace lazyccd::test;
+using namespace lazyccd::scenes;
+
+namespace {
+
+constexpr double aside = 10;  // m, from one group to the other
+
+void add_cloth(PhysicsWorld& world, double x, double height, double speed, unsigned seed) {
+  std::mt19937 random(seed);
+  Sheet sheet{9, 9, 1, 1};
+  sheet.height = height;
+  sheet.angle = 0.3 * seed;
+  sheet.jitter = 0.002;
+  auto cloth = make_sheet(world.info(), sheet, random);
+  cloth->translate(vector(x, 0, 0));
+  cloth->setVelocity(vector(0, -speed, 0));
+  cloth->setSelfCollision(true);
+  world.add(std::move(cloth));
+}
+
+// A few cloths that come to rest on a box, and a light ball that rolls off.
+void add_quiet(PhysicsWorld& world) {
+  world.add_static(make_box(0.6, 0.4, 0.6), at(0, -0.2, 0));
+  for (unsigned i = 0; i < 3; ++i) add_cloth(world, 0, 0.04 * (i + 1), 0.3, i);
+  world.add_dynamic(make_sphere(0.1), at(0.1, 0.3, 0), 0.05);
+}
+
+// Cloths that fly at each other and at what stands in their way.
+void add_violent(PhysicsWorld& world) {
+  world.add_static(make_sphere(0.3), at(aside, -0.3, 0));
+  for (unsigned i = 0; i < 3; ++i) add_cloth(world, aside, 0.3 * (i + 1), 30, 5 + i);
+  world.add_dynamic(make_box(0.3, 0.3, 0.3), at(aside, 0.16, 0), 0.2);
+}
+
+// Positions of the first three cloths after each step.
+std::vector<btScalar> quiet_positions(bool with_violent, int threads) {
+  WorldOptions options = quiet_options(World::rigid, 1.0 / 120);
+  options.gravity = 10;
+  options.lazyccd.detector.threads = threads;
+  const auto world = PhysicsWorld::make(options);
+  add_quiet(*world);
+  if (with_violent) add_violent(*world);
+  std::vector<btScalar> positions;
+  for (int step = 0; step < 60; ++step) {
+    world->step();
+    for (int body = 0; body < 3; ++body) {
+      const btSoftBody& cloth = *world->bodies()[body];
+      for (int i = 0; i < cloth.m_nodes.size(); ++i)
+        for (int k = 0; k < 3; ++k) positions.push_back(cloth.m_nodes[i].m_x[k]);
+    }
+  }
+  return positions;
+}
+
+}  // namespace
+
+TEST_CASE("bodies move the same to the bit, whatever happens far away from them") {
+  const int threads = GENERATE(1, 3);
+  const std::vector<btScalar> alone = quiet_positions(false, threads);
+  CHECK(quiet_positions(true, threads) == alone);
+}
