@@ -82,7 +82,7 @@ TEST_CASE(
   const auto front = GENERATE(FrontUse::off, FrontUse::on);
   const double unit = GENERATE(sweep({1.0, 1e-170, 1e150}));
   const double separation = 0.03 * unit;
-  MovingTriangles scene = layers(4, 10, 0.025);
+  MovingTriangles scene = layers(3, 8, 0.025);
   for (auto* const positions : {&scene.start, &scene.end})
     for (double& x : *positions) x *= unit;
   DetectorOptions options = with_separation(separation);
@@ -98,16 +98,18 @@ TEST_CASE(
   std::mt19937 random(21);
   const auto symmetric = [&] { return random() / 2147483648.0 - 1; };
   std::size_t touching = 0;
-  for (int step = 0; step < 12; ++step) {
+  for (int step = 0; step < 5; ++step) {
     scene.start = scene.end;
     for (double& x : scene.end) x += 0.002 * unit * symmetric();
     near_detector.detect(scene.at(scene.start), scene.at(scene.end));
     CHECK(near_detector.can_recheck_any_motion());
-    // Nothing, one node, a corner of the scene, or all nodes deviate, by up to many separations.
-    for (const double by : {0.2, 0.9, 1.1, 3.0, 40.0, 1e6}) {
+    // Nothing, one node, a part of the scene, or all nodes deviate, by up to some separations.
+    // One node deviates by far more.
+    for (const double by : {0.2, 0.9, 1.1, 3.0, 1e6}) {
       std::vector<double> end = scene.end;
       const std::size_t part[] = {0, 3, end.size() / 9, end.size()};
-      const std::size_t count = part[random() % 4], first = random() % (end.size() - count + 1);
+      const std::size_t count = by > 100 ? 3 : part[random() % 4],
+                        first = random() % (end.size() - count + 1);
       for (std::size_t i = first; i < first + count; ++i) end[i] += by * separation * symmetric();
       const auto expected = touch_detector.detect(scene.at(scene.start), scene.at(end));
       CHECK(same_contacts(near_detector.recheck_near_pairs(scene.at(scene.start), scene.at(end)),
@@ -119,5 +121,5 @@ TEST_CASE(
     CHECK(same_contacts(
         near_detector.recheck_near_pairs(scene.at(scene.start), scene.at(scene.start)), at_start));
   }
-  CHECK(touching > 1000);
+  CHECK(touching > 100);
 }
