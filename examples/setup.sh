@@ -7,7 +7,7 @@
 #                               configures a preset and builds it in build/PRESET
 
 repository=$(cd "$(dirname "${BASH_SOURCE[0]}")/.." && pwd)
-jobs=$(nproc)
+jobs=${JOBS:-$(nproc)}
 
 say() { printf '\n== %s\n' "$*"; }
 

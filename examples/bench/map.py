@@ -1,12 +1,14 @@
 """Makes a map of where collisions fail: scenes over speed, time step, thickness and triangle size.
 
-map.py PROGRAMS OUT [--quick] [--jobs N] [--scenes A,B] [--detectors A,B] [--draw]
+map.py PROGRAMS OUT [--quick] [--jobs N] [--scenes A,B] [--detectors A,B] [--draw] [--compare MAP]
   PROGRAMS  folder with the programs lazyccd and lazyccd_double
   OUT       folder of map.csv and of the pictures map.svg and map.png. Points that are already in map.csv
             are not measured again, so a stopped run can be continued.
 
 The detector lazyccd-cuda is LazyCCD on the GPU. It is in the table but not in the picture. At points that
 were measured on both CPU and GPU, the two runs are compared: they must be equal to the last bit.
+
+--draw --compare MAP compares OUT/map.csv with another map.csv: all but timings must be equal.
 """
 import argparse
 import csv
@@ -201,6 +203,20 @@ def print_differences(rows):
             print("  " + " ".join(point(row)))
 
 
+def print_comparison(rows, others):
+    """Prints at which points two maps differ. Timings are left out. Returns whether there are any."""
+    known = {key(row): row for row in others}
+    both = [(known[key(row)], row) for row in rows if key(row) in known]
+    differ = [(other, row) for other, row in both
+              if any(other[name] != row[name] for name in FOUND if name != "ms_step")]
+    print(f"In both maps: {len(both)} points of {len(rows)} and {len(others)}; {len(differ)} differ")
+    for other, row in differ[:20]:
+        names = [name for name in FOUND if name != "ms_step" and other[name] != row[name]]
+        print("  " + " ".join(key(row)) + ": " +
+              ", ".join(f"{name} {other[name]} and {row[name]}" for name in names))
+    return bool(differ)
+
+
 def draw_panel(axes, rows, speeds, steps, margins, sizes):
     """Draws one cell a point, with float above the diagonal and double below it."""
     colours = {name: colour for name, colour, _ in VERDICTS}
@@ -284,6 +300,7 @@ def main():
     parser.add_argument("--detectors", default=",".join(DRAWN),
                         help="detectors, separated by commas: " + ", ".join(DETECTORS))
     parser.add_argument("--draw", action="store_true", help="measure nothing; draw the points in map.csv")
+    parser.add_argument("--compare", type=Path, help="another map.csv, whose points must be equal")
     arguments = parser.parse_args()
     axes = QUICK if arguments.quick else FULL
     if arguments.scenes:
@@ -298,8 +315,10 @@ def main():
     rows = sorted(read(path), key=key)
     print_table(rows)
     print_differences(rows)
+    differ = bool(arguments.compare) and print_comparison(rows, read(arguments.compare))
     draw(rows, arguments.out)
     print(f"Pictures: {arguments.out}/map.png and map.svg")
+    sys.exit(differ)
 
 
 if __name__ == "__main__":

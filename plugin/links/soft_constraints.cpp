@@ -80,6 +80,27 @@ void solve_positions(btSoftBody& body, const MovedByOthers& others, BodyLinks& l
   }
 }
 
+// What Bullet's solver does to a node after the position iterations. `rate` is velocity by
+// distance.
+void end_positions(btSoftBody::Node& node, btScalar rate) {
+  node.m_v = (node.m_x - node.m_q) * rate;
+  node.m_f.setZero();
+}
+
+btScalar rate_of(const btSoftBody& body) { return body.m_sst.isdt * (1 - body.m_cfg.kDP); }
+
+// The position iterations of btSoftBody::solveConstraints().
+void solve_positions(btSoftBody& body) {
+  const btSoftBody::tPSolverArray& sequence = body.m_cfg.m_psequence;
+  const int iterations = body.m_cfg.piterations;
+  if (iterations <= 0) return;
+  for (int k = 0; k < iterations; ++k)
+    for (int i = 0; i < sequence.size(); ++i)
+      btSoftBody::getSolver(sequence[i])(&body, 1, static_cast<btScalar>(k) / iterations);
+  const btScalar rate = rate_of(body);
+  for (int i = 0; i < body.m_nodes.size(); ++i) end_positions(body.m_nodes[i], rate);
+}
+
 }  // namespace
 
 void SoftConstraints::solve(const btAlignedObjectArray<btSoftBody*>& bodies,
@@ -104,25 +125,29 @@ void SoftConstraints::solve(const btAlignedObjectArray<btSoftBody*>& bodies,
 }
 
 // Bullet prepares the links and anchors and solves the velocities; the positions are solved here.
+// Bullet's method allocates memory at its end too. Where positions come last, they are solved after
+// it, so that nothing has moved if an allocation fails.
 bool SoftConstraints::solve(btSoftBody& body, BodyLinks& links) {
-  const MovedByOthers others(body);
-  if (!ends_with_positions(body) || !others.all_own() ||
-      !links.prepare(body, passes_over_positions(body))) {
+  if (!ends_with_positions(body)) {
     body.solveConstraints();
     return false;
   }
+  const MovedByOthers others(body);
+  const bool is_prepared = others.all_own() && links.prepare(body, passes_over_positions(body));
   {
     const WithoutPositionIterations scope(body);
     body.solveConstraints();
   }
+  if (!is_prepared) {
+    solve_positions(body);
+    return false;
+  }
   links.read(body);
   solve_positions(body, others, links);
-  const btScalar rate = body.m_sst.isdt * (1 - body.m_cfg.kDP);
+  const btScalar rate = rate_of(body);
   for (int i = 0; i < body.m_nodes.size(); ++i) {
     links.write(body, i);
-    btSoftBody::Node& node = body.m_nodes[i];
-    node.m_v = (node.m_x - node.m_q) * rate;
-    node.m_f.setZero();
+    end_positions(body.m_nodes[i], rate);
   }
   return true;
 }

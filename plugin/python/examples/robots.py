@@ -67,6 +67,9 @@ class Scene:
     def control(self, time_now):
         """Sets motors."""
 
+    def after_step(self):
+        """Reads what lasts for a step only."""
+
     def run(self):
         times, before = [], self.nodes()
         for step in range(round(self.seconds / STEP)):
@@ -77,6 +80,7 @@ class Scene:
             now = self.nodes()
             self.highest_speed = max(self.highest_speed, float(np.linalg.norm(now - before, axis=1).max() / STEP))
             before = now
+            self.after_step()
             if not self.highest_speed < 100:
                 break
         return times

@@ -570,11 +570,15 @@ TEST_CASE("if a part throws each body is either solved or unchanged") {
 }
 
 TEST_CASE("a body whose solver threw is solved by the next call") {
+  const bool grouped = GENERATE(true, false);  // Bullet's own loop is faster for very few links
+  const int passes = GENERATE(1, 4);
+  CAPTURE(grouped, passes);
   BodyPair both;
   btAlignedObjectArray<btSoftBody*> bodies;
   bodies.push_back(both.grouped.body.get());
-  both.change([](Hanging& h) {
-    h.body->m_cfg.piterations = 4;
+  both.change([&](Hanging& h) {
+    h.body->m_cfg.piterations = passes;
+    if (!grouped) h.body->m_links.resize(2);
     h.body->predictMotion(dt);
   });
   both.bullets.body->solveConstraints();
@@ -589,7 +593,7 @@ TEST_CASE("a body whose solver threw is solved by the next call") {
       solve_given(times);
       solved = true;
     } catch (const std::bad_alloc&) {
-      REQUIRE(both.grouped.body->m_cfg.piterations == 4);
+      REQUIRE(both.grouped.body->m_cfg.piterations == passes);
     }
   }
   CHECK(times > 1);
