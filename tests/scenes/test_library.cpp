@@ -1,6 +1,7 @@
 // The scenes of the library at a small size, up to their first difficult contacts.
 #include <vector>
 
+#include "scenes/isa_limit.h"
 #include "scenes/meshes/surface.h"
 #include "scenes/run.h"
 #include "support/catch.h"
@@ -27,6 +28,18 @@ scenes::RunReport run(const Case& chosen, scenes::Collisions collisions, double 
   parameters.steps = chosen.steps;
   scenes::Scene scene = scenes::set_up(*scenes::find_scene(chosen.scene), parameters);
   return scenes::run(scene);
+}
+
+// Positions after some steps.
+std::vector<btScalar> end_of(const scenes::SceneInfo& info, scenes::World world, int threads) {
+  scenes::Parameters parameters;
+  parameters.world = world;
+  parameters.dt = 1.0 / 60;
+  parameters.lazyccd.detector.threads = threads;
+  scenes::Scene scene = scenes::set_up(info, parameters);
+  const int steps = test::is_sanitized ? 4 : 20;
+  for (int i = 0; i < steps; ++i) scene.world->step();
+  return scenes::read_positions(*scene.world);
 }
 
 }  // namespace
@@ -65,19 +78,25 @@ TEST_CASE("the counters find that ropes and meshes pass through with Bullet alon
 
 TEST_CASE("the motion of every scene is the same to the bit with any number of threads") {
   const scenes::World world = GENERATE(rigid, deformable);
-  const auto end_of = [&](const scenes::SceneInfo& info, int threads) {
-    scenes::Parameters parameters;
-    parameters.world = world;
-    parameters.dt = 1.0 / 60;
-    parameters.lazyccd.detector.threads = threads;
-    scenes::Scene scene = scenes::set_up(info, parameters);
-    const int steps = test::is_sanitized ? 4 : 20;
-    for (int i = 0; i < steps; ++i) scene.world->step();
-    return scenes::read_positions(*scene.world);
-  };
   for (const scenes::SceneInfo& info : scenes::all_scenes()) {
     CAPTURE(info.name, world == rigid);
-    const std::vector<btScalar> expected = end_of(info, 1);
-    for (const int threads : {2, 3, 16}) CHECK(end_of(info, threads) == expected);
+    const std::vector<btScalar> expected = end_of(info, world, 1);
+    for (const int threads : {2, 3, 16}) CHECK(end_of(info, world, threads) == expected);
+  }
+}
+
+TEST_CASE("the motion of every scene is the same to the bit with any instruction set") {
+  const scenes::World world = GENERATE(rigid, deformable);
+  for (const scenes::SceneInfo& info : scenes::all_scenes()) {
+    CAPTURE(info.name, world == rigid);
+    std::vector<btScalar> expected;
+    for (const char* const name : {"baseline", "avx2", "avx512"}) {
+      const test::IsaLimit limit(name);
+      if (!test::IsaLimit::chooses(name)) continue;  // this processor lacks it
+      const std::vector<btScalar> end = end_of(info, world, 1);
+      if (expected.empty()) expected = end;
+      CHECK(end == expected);
+    }
+    CHECK_FALSE(expected.empty());
   }
 }
