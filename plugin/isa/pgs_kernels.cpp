@@ -175,10 +175,28 @@ LAZYCCD_INLINE void for_each_term(const PgsProblem& problem, const Batch& batch,
   }
 }
 
+// Most rigid terms of a batch: one for each vertex.
+constexpr int max_terms = 4 * RowBatch::lanes;
+static_assert(RowBatch::lanes == InactiveBatch::lanes, "the same limit for both");
+
+// Reads what the rigid bodies of a batch move at the contacts, by rigid term. All rows of a batch
+// are solved for the same motion of a body that they share, however many fit a register.
+template <class Batch>
+LAZYCCD_INLINE void read_terms(const PgsProblem& problem, const Batch& batch, Vector* of_body) {
+  for (std::int32_t i = batch.first_term; i < batch.last_term; ++i) {
+    const RowRigidTerm& term = problem.rigid_terms[i];
+    of_body[i - batch.first_term] =
+        term.weight * load4(problem.displacement[term.translation].x) +
+        cross(load4(problem.displacement[term.rotation].x), load4(term.arm));
+  }
+}
+
 // Displacement of one side of each row relative to the other that all impulses together make.
+// `of_body`: of read_terms().
 template <class Batch>
 LAZYCCD_INLINE Rows relative_displacement(const PgsProblem& problem, const Batch& batch,
-                                          const std::int32_t* nodes, int first) {
+                                          const Vector* of_body, const std::int32_t* nodes,
+                                          int first) {
   const std::int32_t* node = nodes + 4 * first;
   const Rows weight = load(batch.weight + 4 * first);
   const Float4* const from = problem.displacement;
@@ -186,12 +204,11 @@ LAZYCCD_INLINE Rows relative_displacement(const PgsProblem& problem, const Batch
       (broadcast<0>(weight) * gather(from, node) + broadcast<1>(weight) * gather(from, node + 1)) +
       (broadcast<2>(weight) * gather(from, node + 2) +
        broadcast<3>(weight) * gather(from, node + 3));
-  if (batch.first_term == batch.last_term) return sum;
-  for_each_term(problem, batch, first, [&](const RowRigidTerm& term, int offset) {
-    const Vector of_body = term.weight * load4(from[term.translation].x) +
-                           cross(load4(from[term.rotation].x), load4(term.arm));
-    for (int k = 0; k < 3; ++k) sum[offset + k] += of_body[k];
-  });
+  for (std::int32_t i = batch.first_term; i < batch.last_term; ++i) {
+    const int lane = problem.rigid_terms[i].lane - first;
+    if (lane < 0 || lane >= width) continue;
+    for (int k = 0; k < 3; ++k) sum[4 * lane + k] += of_body[i - batch.first_term][k];
+  }
   return sum;
 }
 
@@ -271,18 +288,21 @@ SweepChange sweep(const PgsProblem& problem, const std::int32_t* batches, int co
   // By register of a batch.
   Rows largest[RowBatch::lanes / width], change_size[RowBatch::lanes / width],
       restart_test[RowBatch::lanes / width];
+  Vector of_body[max_terms];
   for (int i = 0; i < RowBatch::lanes / width; ++i)
     largest[i] = change_size[i] = restart_test[i] = zero;
   for (int b = 0; b < count; ++b) {
     RowBatch& batch = problem.batches[batches[b]];
     if (mode.next) prefetch(mode.next + b);
+    read_terms(problem, batch, of_body);
     for (int i = 0; i < RowBatch::lanes / width; ++i) {
       const int at = floats * i;
       const Rows normal = load(batch.normal + at), terms = load(batch.terms + at);
       const Rows last = load(batch.impulse + at);
       const Rows before = last + mode.extrapolation * (last - load(batch.last_impulse + at));
       store(last, batch.last_impulse + at);
-      const Rows displacement = relative_displacement(problem, batch, batch.node, width * i);
+      const Rows displacement =
+          relative_displacement(problem, batch, of_body, batch.node, width * i);
       const Rows gap = sum(normal * displacement);
       const Rows normal_impulse =
           larger(broadcast<3>(before) + (broadcast<0>(terms) - gap) * broadcast<1>(terms), zero);
@@ -332,9 +352,11 @@ float max_violation(const PgsProblem& problem, int batches) {
   float largest = 0;
   for (int b = 0; b < batches; ++b) {
     const RowBatch& batch = problem.batches[b];
+    Vector of_body[max_terms];
+    read_terms(problem, batch, of_body);
     for (int first = 0; first < RowBatch::lanes; first += width) {
       const Rows gap = sum(load(batch.normal + 4 * first) *
-                           relative_displacement(problem, batch, batch.node, first));
+                           relative_displacement(problem, batch, of_body, batch.node, first));
       const Rows violation = load(batch.terms + 4 * first) - gap;
       for (int i = 0; i < floats; i += 4) largest = violation[i] > largest ? violation[i] : largest;
     }
@@ -348,12 +370,15 @@ int find_violated(const PgsProblem& problem, const std::int32_t* node_of,
   int found = 0;
   for (int b = 0; b < batches; ++b) {
     const InactiveBatch& batch = inactive[b];
+    Vector of_body[max_terms];
+    read_terms(problem, batch, of_body);
     std::int32_t node[4 * InactiveBatch::lanes];
     for (int i = 0; i < 4 * InactiveBatch::lanes; ++i) node[i] = node_of[batch.vertex[i]];
     for (int first = 0; first < InactiveBatch::lanes; first += width) {
       const Rows normal = load(batch.normal + 4 * first);
       const Rows violation =
-          broadcast<3>(normal) - sum(normal * relative_displacement(problem, batch, node, first));
+          broadcast<3>(normal) -
+          sum(normal * relative_displacement(problem, batch, of_body, node, first));
       if (is_zero(larger(violation, zero))) continue;
       for (int i = 0; i < width; ++i)
         if (violation[4 * i] > 0) rows[found++] = InactiveBatch::lanes * b + first + i;
