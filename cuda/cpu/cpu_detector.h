@@ -98,10 +98,6 @@ class CpuDetector : public BackendDetector {
   }
   // Call it before another motion is loaded.
   void keep_last_motion();
-  // Returns whether the near pairs have all candidates of the loaded motion.
-  bool stays_near_motion(Stats& stats);
-  // Finds the candidates of a re-check that are not known.
-  void search_again(Stats& stats);
   // Traverses from the initial pairs of nodes, by the strategy of the options.
   void balanced_traversal(Span<const NodePair> initial, Stats& stats);
   // Traverses by Strategy::thread_per_query.
@@ -110,8 +106,6 @@ class CpuDetector : public BackendDetector {
   void visit_pair(Worker& worker, NodePair pair);
   // Returns the number of near pairs of all workers.
   std::int64_t count_near() const;
-  // Returns whether the motion is so small that no near pair can touch.
-  bool stay_apart() const;
   // Keeps the pairs where the traversal ended as the front of the next step.
   void keep_front(bool reused);
   // Sets the time that the workers were idle, from their busy time and the wall time, milliseconds.
@@ -127,6 +121,15 @@ class CpuDetector : public BackendDetector {
   void test(const CandidateBatches& batches);
   // Tests the pairs of the orphan sets.
   void test_orphans(Stats& stats);
+
+  // In recheck.cpp.
+
+  // Returns whether the near pairs have all candidates of the loaded motion.
+  bool stays_near_motion(Stats& stats);
+  // Finds the candidates of a re-check that are not known.
+  void search_again(Stats& stats);
+  // Returns whether the motion is so small that no near pair can touch.
+  bool stay_apart() const;
 
   // In detect_ahead.cpp.
 

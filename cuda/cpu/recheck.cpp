@@ -1,0 +1,103 @@
+// The re-check of near pairs for another motion with the same start.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/narrow/separation.h"
+#include "core/stopwatch.h"
+#include "cpu/cpu_detector.h"
+#include "cpu/detector_worker.h"
+#include "cpu/scene/positions.h"
+#include "cpu/scene/scale.h"
+#include "lazyccd/error.h"
+
+namespace lazyccd {
+
+Span<const Contact> CpuDetector::recheck_near_pairs(const Positions& start, const Positions& end,
+                                                    Stats& stats) {
+  Stopwatch total;
+  if (near_pairs_lost_)
+    throw Error(ErrorCode::invalid_argument,
+                "recheck_near_pairs() after detect_ahead(): the near pairs of the last detection "
+                "are lost");
+  keep_last_motion();
+  list_state_ = ListState::off;
+  is_rechecking_ = false;
+  scale_ = scale_for(load_records(*mesh_, start, end, pool_, records_));
+  stats.ms_refit = total.lap();
+  begin_workers(0);
+  const bool deviates = can_recheck_any_motion() && !stays_near_motion(stats);
+  if (deviates || !stay_apart()) {
+    // The workers share the near pairs of each worker.
+    for (const auto& from : workers_) {
+      for (const ContactKind kind : {ContactKind::vertex_face, ContactKind::edge_edge}) {
+        const std::vector<Candidate>& pairs = from->near_pairs.of[static_cast<int>(kind)];
+        pool_.parallel_for(pairs.size(), 2048, [&](std::size_t first, std::size_t last, int id) {
+          for (std::size_t i = first; i < last; ++i) {
+            if (!deviates || is_known(verlet_list_.leaves().owners_of(kind, pairs[i])))
+              workers_[id]->push(kind, pairs[i]);
+          }
+        });
+      }
+    }
+    if (deviates) search_again(stats);
+    test_pending(false);
+  }
+  is_rechecking_ = false;
+  gather_contacts(rechecked_, stats);
+  stats.ms_total = stats.ms_refit + total.lap();
+  return rechecked_;
+}
+
+// Measures how the loaded motion deviates from that of the last detection, which has the same
+// start. Returns whether no pair that was not near in that one can touch in this one. If some can,
+// is_known() tells which pairs of nodes cannot.
+bool CpuDetector::stays_near_motion(Stats& stats) {
+  Stopwatch watch;
+  if (std::all_of(records_.begin(), records_.end(), [](const VertexRecord& record) {
+        return std::equal(record.x, record.x + 3, record.x + 3);
+      }))
+    return true;  // what touches at the start was near
+  deviation_.measure(last_motion_, records_, scale_, verlet_list_.leaves(), hierarchy_.tree(),
+                     pool_);
+  const double limit = options_.separation * scale_ * (1 - 0x1p-20);
+  // Outside of these bounds its square is not exact enough.
+  deviation_limit_squared_ = limit > 0x1p-400 && limit < 0x1p400 ? limit * limit : -1;
+  is_rechecking_ = true;
+  stats.ms_refit += watch.lap();
+  return is_known({0, 0});
+}
+
+// Finds the candidates of the pairs of nodes that deviate too much for the near pairs.
+void CpuDetector::search_again(Stats& stats) {
+  Stopwatch watch;
+  hierarchy_.refit(records_, scale_, separation_margin(0), pool_);
+  stats.ms_refit += watch.lap();
+  const NodePair root{0, 0};
+  if (options_.algorithm.strategy == Strategy::thread_per_query) {
+    query_each_group(stats);
+  } else {
+    balanced_traversal({&root, 1}, stats);
+  }
+}
+
+// Returns whether no near pair can touch, because the displacements of all vertices differ by less
+// than the smallest distance of a near pair.
+bool CpuDetector::stay_apart() const {
+  double min_distance = std::numeric_limits<double>::infinity();
+  for (const auto& worker : workers_)
+    min_distance = std::min(min_distance, worker->near_pairs.min_distance);
+  double lo[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, hi[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
+  for (const VertexRecord& record : records_) {
+    for (int k = 0; k < 3; ++k) {
+      const double moved = record.x[3 + k] - record.x[k];
+      lo[k] = std::min(lo[k], moved);
+      hi[k] = std::max(hi[k], moved);
+    }
+  }
+  double squared = 0;
+  for (int k = 0; k < 3; ++k) squared += (hi[k] - lo[k]) * (hi[k] - lo[k]);
+  return std::sqrt(squared) * (1 + 0x1p-20) < min_distance;
+}
+
+}  // namespace lazyccd
