@@ -1,7 +1,7 @@
 // The scenes of the library at a small size, up to their first difficult contacts.
 #include <vector>
 
-#include "scenes/isa_limit.h"
+#include "plugin/support/isa_limit.h"
 #include "scenes/meshes/surface.h"
 #include "scenes/run.h"
 #include "support/catch.h"
