@@ -68,12 +68,6 @@ void ContactConstraints::select(const std::vector<Contact>& contacts, const Moti
   }
 }
 
-void ContactConstraints::select(const std::vector<std::int32_t>& bodies, const Motion& motion) {
-  RowIslands& all = islands(motion);
-  all.select_none();
-  for (const std::int32_t body : bodies) all.select_body(body);
-}
-
 const std::vector<const ContactRow*>& ContactConstraints::active_rows() {
   if (active_rows_) return *active_rows_;
   std::vector<const ContactRow*>& found = active_rows_.emplace();

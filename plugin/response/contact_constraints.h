@@ -72,8 +72,6 @@ class ContactConstraints {
   RowIslands& islands(const Motion& motion);
   /// Selects the islands of these contacts for the next solve(), and no others.
   void select(const std::vector<Contact>& contacts, const Motion& motion);
-  /// The same for bodies.
-  void select(const std::vector<std::int32_t>& bodies, const Motion& motion);
 
   /// By body: largest violation of a row of its island before the last solve() of the island, by
   /// the motion with the impulses that rows had then, metres.

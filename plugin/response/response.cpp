@@ -177,11 +177,12 @@ void Response::absorb_impact(const SolveLinks& solve_links, Motion& motion) {
     bodies_with_solved_links_.push_back(body);
   }
   for (int i = 0; i < max_link_rounds && !bodies_of.empty(); ++i) {
-    constraints_.select(std::vector<std::int32_t>(), motion);
+    RowIslands& islands = constraints_.islands(motion);
+    islands.select_none();
     for (auto next = bodies_of.begin(); next != bodies_of.end();) {
       const auto island = next++;
       const double moved = solve_links(island->second, motion);
-      if (moved > 0) constraints_.islands(motion).select_body(island->second.front());
+      if (moved > 0) islands.select_body(island->second.front());
       if (moved < min_link_speed * motion.dt) bodies_of.erase(island);
     }
     constraints_.solve(motion, options_.solver_iterations);
