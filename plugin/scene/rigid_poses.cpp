@@ -7,7 +7,7 @@
 #include <cmath>
 #include <string>
 
-#include "scene/rigid_displacement.h"
+#include "motion/rigid_displacement.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {

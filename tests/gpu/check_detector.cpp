@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "device_probe.h"
 #include "io/ply.h"
 #include "lazyccd/detector.h"
 #include "lazyccd/error.h"
@@ -380,12 +381,7 @@ int main(int argc, char** argv) {
     }
   }
 
-  DetectorOptions probe;
-  probe.backend = Backend::cuda;
-  if (Detector(probe).status() != "cuda") {
-    std::printf("skipped: %s\n", Detector(probe).status().c_str());
-    return 77;
-  }
+  if (skips_without_cuda()) return kSkipped;
   if (small) {
     for (const bool graph : {true, false}) {
       if (only_culling) break;

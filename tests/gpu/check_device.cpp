@@ -14,6 +14,7 @@
 #include <thread>
 #include <vector>
 
+#include "device_probe.h"
 #include "gpu/device/device_buffer.h"
 #include "gpu/device/stream.h"
 #include "lazyccd/detector.h"
@@ -425,10 +426,7 @@ void check_large_worlds() {
 
 int main(int argc, char** argv) {
   const bool small = argc > 1 && std::string(argv[1]) == "--small";
-  if (Detector(on(Backend::cuda)).status() != "cuda") {
-    std::printf("skipped: %s\n", Detector(on(Backend::cuda)).status().c_str());
-    return 77;
-  }
+  if (skips_without_cuda()) return kSkipped;
   try {
     const Frames few = worlds(small ? 3 : 12, 3, 5), many = worlds(small ? 5 : 300, 5, 5);
     const Frames exact = lattice(small ? 30 : 100, std::vector<bool>(4, true));

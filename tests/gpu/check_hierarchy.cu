@@ -14,6 +14,7 @@
 
 #include "cpu/scene/mesh.h"
 #include "cpu/threads/thread_pool.h"
+#include "device_probe.h"
 #include "gpu/bvh/hierarchy_builder.h"
 #include "gpu/device/stream.h"
 #include "gpu/scene/device_scene.h"
@@ -238,12 +239,7 @@ BuildScene sheet(int n, bool shuffled) {
 int main(int argc, char** argv) {
   const std::string option = argc > 1 ? argv[1] : "";
   const bool small = option == "--small", large = option == "--large";
-  DetectorOptions probe;
-  probe.backend = Backend::cuda;
-  if (Detector(probe).status() != "cuda") {
-    std::printf("skipped: %s\n", Detector(probe).status().c_str());
-    return 77;
-  }
+  if (skips_without_cuda()) return kSkipped;
   try {
     std::vector<BuildScene> scenes;
     if (!small) scenes = test::build_scenes();

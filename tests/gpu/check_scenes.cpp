@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "device_probe.h"
 #include "lazyccd/detector.h"
 #include "lazyccd/error.h"
 #include "scenes/meshes/surface.h"
@@ -132,12 +133,7 @@ int main(int argc, char** argv) {
       names.emplace_back(argv[i]);
     }
   }
-  DetectorOptions probe;
-  probe.backend = Backend::cuda;
-  if (Detector(probe).status() != "cuda") {
-    std::printf("skipped: %s\n", Detector(probe).status().c_str());
-    return 77;
-  }
+  if (skips_without_cuda()) return kSkipped;
   if (names.empty())
     for (const scenes::SceneInfo& info : scenes::all_scenes()) names.push_back(info.name);
   int failures = 0;

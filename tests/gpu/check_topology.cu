@@ -14,6 +14,7 @@
 
 #include "cpu/scene/mesh.h"
 #include "cpu/threads/thread_pool.h"
+#include "device_probe.h"
 #include "gpu/device/stream.h"
 #include "gpu/scene/device_scene.h"
 #include "gpu/topology/topology_builder.h"
@@ -212,12 +213,7 @@ void check_refused() {
 int main(int argc, char** argv) {
   const std::string option = argc > 1 ? argv[1] : "";
   const bool small = option == "--small", large = option == "--large";
-  DetectorOptions probe;
-  probe.backend = Backend::cuda;
-  if (Detector(probe).status() != "cuda") {
-    std::printf("skipped: %s\n", Detector(probe).status().c_str());
-    return 77;
-  }
+  if (skips_without_cuda()) return kSkipped;
   try {
     ThreadPool pool(0);
     Finder finder(pool);

@@ -14,6 +14,7 @@
 #include <string>
 #include <vector>
 
+#include "device_probe.h"
 #include "lazyccd/detector.h"
 #include "models/worlds.h"
 #include "report.h"
@@ -133,10 +134,7 @@ int main(int argc, char** argv) {
     if (option == "--repeat") repeat = std::atoi(argv[i + 1]);
   }
   if (backend == Backend::cuda) {
-    if (Detector(on(backend)).status() != "cuda") {
-      std::printf("skipped: %s\n", Detector(on(backend)).status().c_str());
-      return 77;
-    }
+    if (skips_without_cuda()) return kSkipped;
     for (const Strategy strategy : kStrategies) {
       DetectorOptions options = on(backend);
       options.algorithm.strategy = strategy;

@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <string>
 
+#include "motion/rigid_displacement.h"
 #include "plugin/support/obstacle_worlds.h"
-#include "scene/rigid_displacement.h"
 #include "support/catch.h"
 
 using namespace lazyccd;

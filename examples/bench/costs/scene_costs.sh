@@ -3,7 +3,7 @@
 # precisions, and the time of solving the links of a cloth. Prints tables and writes CSV files to
 # build/scene_costs. Options go to lazyccd_scene_costs, e.g. --only capsule, --cpu-time.
 set -euo pipefail
-source "$(dirname "${BASH_SOURCE[0]}")/../setup.sh"
+source "$(dirname "${BASH_SOURCE[0]}")/../../setup.sh"
 
 require_packages core bullet programs
 build_preset cpu -- lazyccd_scene_costs lazyccd_scene_costs_double lazyccd_link_costs lazyccd_link_costs_double

@@ -1,6 +1,6 @@
 """Draws the chart of lazyccd_device_scaling and prints its tables.
 
-device_scaling.py CSV [--chart FILE]
+scaling.py CSV [--chart FILE]
 """
 import argparse
 import csv

@@ -5,8 +5,7 @@
 //    Bullet moves kinematic bodies in the first of several substeps, it may be a multiple of it.
 //  - The displacement of the step before, to a half: the application drives the body.
 //  - Its size: beyond the above, no point moves faster than SolverOptions::jump_speed. A dynamic
-//  body
-//    may also move by a quarter of its radius, as Bullet's split impulses do.
+//    body may also move by a quarter of its radius, as Bullet's split impulses do.
 // Any other displacement is a jump: the body is new at its place, and nothing is swept.
 #pragma once
 

@@ -1,4 +1,4 @@
-#include "scene/rigid_displacement.h"
+#include "motion/rigid_displacement.h"
 
 #include <BulletCollision/CollisionShapes/btCollisionShape.h>
 #include <BulletDynamics/Dynamics/btRigidBody.h>
