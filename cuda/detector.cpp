@@ -1,12 +1,15 @@
-// The public Detector: chooses the backend in each step and falls back from the GPU to the CPU.
+// The public Detector: uses the chosen backend in each step, and falls back from the GPU to the
+// CPU.
 #include "lazyccd/detector.h"
 
 #include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "backend_choice.h"
 #include "core/ieee_arithmetic.h"
 #include "core/narrow/contact_math.h"
+#include "core/stopwatch.h"
 #include "cpu/cpu_detector.h"
 #include "cpu/scene/column_copy.h"
 #include "cpu/scene/world_contacts.h"
@@ -32,18 +35,31 @@ std::unique_ptr<DeviceBackend> make_gpu(const DetectorOptions& options, ThreadPo
 
 struct Detector::Impl {
   Impl(const DetectorOptions& o, const Threads& t) : options(o), threads(t), cpu(o, t) {
-    if (options.backend == Backend::cpu) return;
-    start_gpu();
+    if (options.backend == Backend::cuda) start_gpu();
   }
 
   // After a failure the device is restarted for the next step, up to this number of times. Another
   // program may have caused the failure (out of memory), or it may have destroyed the context.
   static constexpr int max_failures = 3;
 
+  // Whether the GPU may be used, if there is one.
+  bool may_start_gpu() const { return options.backend != Backend::cpu && failures < max_failures; }
+
+  // Backend of the next detection.
+  Backend next() const {
+    if (!may_start_gpu()) return Backend::cpu;
+    return options.backend == Backend::automatic ? choice.next() : Backend::cuda;
+  }
+
+  // Starts the GPU if it is not running, and gives it the mesh if it lacks that.
   void start_gpu() {
     try {
-      gpu = make_gpu(options, threads.pool());
-      gpu->set_mesh(mesh);
+      if (!gpu) {
+        gpu_has_mesh = false;
+        gpu = make_gpu(options, threads.pool());
+      }
+      if (!gpu_has_mesh) gpu->set_mesh(mesh);
+      gpu_has_mesh = true;
     } catch (const Error& error) {
       gpu_failed(error);
     }
@@ -58,39 +74,55 @@ struct Detector::Impl {
       reason = error.what();
   }
 
-  void set_mesh(bool found) {
+  void set_mesh() {
     worlds.set_mesh(mesh);
     cpu.set_mesh(mesh);
-    if (gpu && found) gpu->set_found_mesh(mesh);
-    if (gpu && !found) gpu->set_mesh(mesh);
   }
 
-  // Gives the old mesh back to the device, which has lost it.
-  void keep_mesh() {
-    try {
-      gpu->set_mesh(mesh);
-    } catch (const Error& error) {
-      gpu_failed(error);
-    }
-  }
-
-  // The device finds the edges if it can.
   void set_topology(const Topology& topology) {
-    TopologyFinder* const finder = gpu ? gpu->topology_finder() : nullptr;
+    const BackendChoice last_choice = choice;
+    choice.set_scene(topology.faces.size());
+    try {
+      find_mesh(topology);
+    } catch (const Error&) {
+      choice = last_choice;
+      throw;
+    }
+    set_mesh();
+  }
+
+  // The device finds the edges if it is used next and can.
+  void find_mesh(const Topology& topology) {
+    const bool starts =
+        options.backend == Backend::cuda || BackendChoice::may_use_gpu(topology.faces.size());
+    if (!gpu && starts && may_start_gpu()) start_gpu();
+    TopologyFinder* const finder =
+        gpu && next() == Backend::cuda ? gpu->topology_finder() : nullptr;
     bool found = false;
-    Mesh next;
+    Mesh next_mesh;
     if (finder != nullptr) {
       try {
-        next = Mesh(topology, threads.pool(), finder);
+        next_mesh = Mesh(topology, threads.pool(), finder);
         found = true;
       } catch (const Error& error) {
-        keep_mesh();
+        gpu_has_mesh = false;  // it has lost the old one
         if (error.code() != ErrorCode::device) throw;
       }
     }
-    if (!found) next = Mesh(topology, threads.pool());
-    mesh = std::move(next);
-    set_mesh(found);
+    if (!found) next_mesh = Mesh(topology, threads.pool());
+    mesh = std::move(next_mesh);
+    gpu_has_mesh = false;
+    if (found) keep_found_mesh();
+    if (next() == Backend::cuda) start_gpu();
+  }
+
+  void keep_found_mesh() {
+    try {
+      gpu->set_found_mesh(mesh);
+      gpu_has_mesh = true;
+    } catch (const Error& error) {
+      gpu_failed(error);
+    }
   }
 
   // The result of a detection; none while its memory may change.
@@ -98,9 +130,6 @@ struct Detector::Impl {
     last_contacts = contacts;
     worlds.set_contacts(contacts);
   }
-
-  // Whether the next detection tries the GPU first.
-  bool tries_gpu() const { return options.backend != Backend::cpu && failures < max_failures; }
 
   // Returns stats with the size of the scene only.
   Stats scene() const {
@@ -112,18 +141,41 @@ struct Detector::Impl {
     return empty;
   }
 
+  // Runs body(gpu), if the GPU is the next backend and does not fail. Returns whether it did.
+  template <class Body>
+  bool on_gpu(Body&& body) {
+    if (next() != Backend::cuda) return false;
+    start_gpu();
+    if (!gpu) return false;
+    try {
+      body(*gpu);
+      return true;
+    } catch (const Error& error) {
+      if (error.code() != ErrorCode::device) throw;  // invalid input is invalid on any backend
+      gpu_failed(error);
+      return false;
+    }
+  }
+
+  // Runs a detection and records its time, if there is a choice of backends.
+  template <class Detection>
+  auto timed(Detection&& detection) {
+    Stopwatch watch;
+    const int failures_before = failures;
+    auto result = detection();
+    if (gpu && options.backend == Backend::automatic && failures == failures_before)
+      choice.record(watch.lap());
+    return result;
+  }
+
   Span<const Contact> detect(const Positions& start, const Positions& end, Stats& step) {
     const Stats scene = step;
-    if (!gpu && tries_gpu()) start_gpu();
-    if (gpu) {
-      try {
-        const Span<const Contact> contacts = gpu->detect(start, end, step);
-        return options.separation > 0 ? cpu.reduce_contacts(contacts, start, end, step) : contacts;
-      } catch (const Error& error) {
-        if (error.code() != ErrorCode::device) throw;  // invalid input is invalid on any backend
-        gpu_failed(error);
-      }
-    }
+    Span<const Contact> contacts;
+    is_from_cpu = !on_gpu([&](DeviceBackend& device) {
+      contacts = device.detect(start, end, step);
+      if (options.separation > 0) contacts = cpu.reduce_contacts(contacts, start, end, step);
+    });
+    if (!is_from_cpu) return contacts;
     step = scene;
     mesh.complete(threads.pool());
     return cpu.detect(start, end, step);
@@ -132,23 +184,19 @@ struct Detector::Impl {
   ContactColumns detect_columns(const Positions& start, const Positions& end, std::uint32_t fields,
                                 Stats& step) {
     const Stats scene = step;
-    if (!gpu && tries_gpu()) start_gpu();
-    if (gpu && options.separation == 0) {
-      try {
-        return gpu->detect_columns(start, end, fields, step);
-      } catch (const Error& error) {
-        if (error.code() != ErrorCode::device) throw;
-        gpu_failed(error);
-        step = scene;
-      }
-    }
+    ContactColumns found;
+    const bool is_found = options.separation == 0 && on_gpu([&](DeviceBackend& device) {
+                            found = device.detect_columns(start, end, fields, step);
+                          });
+    if (is_found) return found;
+    step = scene;
     return columns.split(detect(start, end, step), fields, threads.pool());
   }
 
   // Runs body(gpu) for a caller whose data lie on the device, so that no other backend can help.
   template <class Body>
   auto on_device(Body&& body) {
-    if (!gpu && tries_gpu()) start_gpu();
+    if (may_start_gpu()) start_gpu();
     if (!gpu)
       throw Error(
           ErrorCode::unavailable,
@@ -168,6 +216,9 @@ struct Detector::Impl {
   WorldContacts worlds;
   ColumnCopy columns;                  // of contacts on the host
   std::unique_ptr<DeviceBackend> gpu;  // null: the CPU does the work
+  bool gpu_has_mesh = false;           // the GPU has `mesh`
+  BackendChoice choice;                // for Backend::automatic
+  bool is_from_cpu = false;            // the last detect() was the CPU's
   int failures = 0;
   std::string reason;  // message of the last failure
   Stats stats;
@@ -198,7 +249,7 @@ Detector::Detector(const DetectorOptions& options, const Threads& threads) {
   if (!(options.algorithm.rebuild_ratio > 0))
     throw Error(ErrorCode::invalid_argument, "rebuild_ratio must be positive");
   impl_ = std::make_unique<Impl>(options, threads);
-  impl_->set_mesh(false);
+  impl_->set_mesh();
 }
 
 Detector::~Detector() = default;
@@ -216,7 +267,7 @@ Span<const Contact> Detector::detect(const Positions& start, const Positions& en
   const IeeeArithmetic ieee;
   Stats stats = impl_->scene();
   impl_->set_contacts({});
-  impl_->set_contacts(impl_->detect(start, end, stats));
+  impl_->set_contacts(impl_->timed([&] { return impl_->detect(start, end, stats); }));
   impl_->stats = std::move(stats);
   return impl_->last_contacts;
 }
@@ -226,7 +277,8 @@ ContactColumns Detector::detect_columns(const Positions& start, const Positions&
   const IeeeArithmetic ieee;
   Stats stats = impl_->scene();
   impl_->set_contacts({});
-  const ContactColumns columns = impl_->detect_columns(start, end, fields, stats);
+  const ContactColumns columns =
+      impl_->timed([&] { return impl_->detect_columns(start, end, fields, stats); });
   impl_->stats = std::move(stats);
   return columns;
 }
@@ -266,7 +318,7 @@ std::vector<Contact> Detector::take_contacts(std::vector<Contact> reuse) {
 void Detector::detect_ahead(const Positions& start, const Positions& end, double tolerance) {
   const IeeeArithmetic ieee;
   impl_->set_contacts({});
-  if (impl_->tries_gpu()) return;
+  if (impl_->next() == Backend::cuda) return;
   impl_->mesh.complete(impl_->threads.pool());
   impl_->cpu.detect_ahead(start, end, tolerance, impl_->scene());
 }
@@ -282,7 +334,9 @@ Span<const Contact> Detector::recheck_near_pairs(const Positions& start, const P
   return contacts;
 }
 
-bool Detector::can_recheck_any_motion() const { return impl_->cpu.can_recheck_any_motion(); }
+bool Detector::can_recheck_any_motion() const {
+  return impl_->is_from_cpu && impl_->cpu.can_recheck_any_motion();
+}
 
 std::int32_t Detector::world_count() const { return impl_->mesh.world_count(); }
 Span<const std::size_t> Detector::world_offsets() {
@@ -299,7 +353,7 @@ Span<const Edge> Detector::edges() const {
 }
 const Stats& Detector::stats() const { return impl_->stats; }
 std::string Detector::status() const {
-  const std::string backend = impl_->gpu ? "cuda" : "cpu";
+  const std::string backend = impl_->gpu && impl_->next() == Backend::cuda ? "cuda" : "cpu";
   return impl_->reason.empty() ? backend
                                : backend + ", because the device failed: " + impl_->reason;
 }

@@ -14,6 +14,7 @@
 #include <thread>
 #include <vector>
 
+#include "backend_choice.h"
 #include "device_probe.h"
 #include "gpu/device/device_buffer.h"
 #include "gpu/device/stream.h"
@@ -403,6 +404,39 @@ void check_devices(const Frames& frames) {
          "a detector on each of " + std::to_string(devices) + " devices");
 }
 
+// Backend::automatic: the CPU for a small scene, the GPU for a large one, the same contacts. A
+// topology that is refused leaves everything as it was.
+void check_automatic(const Frames& large) {
+  const Frames small = worlds(2, 2, 3);
+  Detector detector(on(Backend::automatic));
+  bool good = true;
+  for (const Frames* frames : {&small, &large, &small, &large}) {
+    const std::vector<Found> truth = truth_of(*frames);
+    const std::string expected =
+        frames->faces.size() < BackendChoice::min_first_gpu_faces ? "cpu" : "cuda";
+    detector.set_topology(frames->topology());
+    good = good && found_by(detector, *frames, 0) == truth[0] && detector.status() == expected &&
+           detector.stats().backend == expected;
+    const std::vector<Face> bad_faces(5000, Face{0, 1, 1 << 30});
+    Topology bad = frames->topology();
+    bad.faces = {bad_faces.data(), bad_faces.size()};
+    try {
+      detector.set_topology(bad);
+      good = false;
+    } catch (const Error& error) {
+      good = good && error.code() != ErrorCode::device;
+    }
+    good = good && found_by(detector, *frames, 0) == truth[0] && detector.status() == expected;
+    const OnDevice<float> memory(*frames, 0);
+    gpu::Stream stream;
+    detector.detect_async(memory.positions(0), memory.positions(1), stream);
+    const Span<const Contact> c = detector.download_contacts();
+    good = good && Found{{c.begin(), c.end()}, contact_hash(c)} == truth[0] &&
+           found_by(detector, *frames, 0) == truth[0];
+  }
+  report(good, "the automatic choice between the CPU and the GPU");
+}
+
 // World numbers near the largest integer must not cost memory.
 void check_large_worlds() {
   Frames frames = worlds(6, 3, 3);
@@ -455,6 +489,7 @@ int main(int argc, char** argv) {
       options.algorithm.volume = volume;
       check_mask(few, small ? 3 : 12, options, name(volume));
     }
+    check_automatic(many);
     if (!small) check_mask(many, 300, {}, "many worlds");
     if (!small) check_late_exact();
     for (const Frames* frames : {&few, &many, &exact})

@@ -24,9 +24,10 @@
 
 namespace lazyccd {
 
-/// Where detection runs. `automatic` takes the GPU if a device answers, otherwise the CPU.
-/// If the device fails, at the start or in a step, the CPU does that step; status() says why.
-/// The contacts are the same on every backend.
+/// Where detection runs. `automatic` takes the faster one if a device answers, otherwise the CPU:
+/// it decides by the number of faces and by the times of earlier detections. If the device fails,
+/// at the start or in a step, the CPU does that step; status() says why. The contacts are the same
+/// on every backend.
 enum class Backend { automatic, cpu, cuda };
 
 /// What a user of the detector chooses. `algorithm` holds the switches that change only the cost.
