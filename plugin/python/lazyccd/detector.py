@@ -32,8 +32,8 @@ class Detector:
         self_separation: shape (n,), unit of the positions: limit of the separation within one body.
         bodies: filters of the bodies, from `lazyccd.bodies`. Default: all collide.
         disabled_pairs: integers, shape (p, 2): pairs of bodies that do not collide.
-        backend: ``auto`` (the GPU if the package was built with CUDA and a device answers, otherwise the
-            CPU), ``cpu`` or ``cuda``.
+        backend: ``auto`` (the faster one, by measured times, if the package was built with CUDA and a device
+            answers; otherwise the CPU), ``cpu`` or ``cuda``.
         threads: threads of the CPU backend; 0: as many as the machine has.
         vertex_face: whether vertices are tested against faces.
         edge_edge: whether edges are tested against edges.
