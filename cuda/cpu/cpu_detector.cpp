@@ -257,6 +257,7 @@ void CpuDetector::gather_contacts(std::vector<Contact>& out, Stats& stats) {
     stats.filtered_noncoplanar += w->filtered_noncoplanar;
     stats.candidates_vf += w->candidates[0];
     stats.candidates_ee += w->candidates[1];
+    stats.listed_candidates += w->listed_candidates;
     stats.survivors_vf += w->survived[0];
     stats.survivors_ee += w->survived[1];
     stats.double_precision_tests += w->double_precision_tests;

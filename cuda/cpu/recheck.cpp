@@ -40,6 +40,7 @@ Span<const Contact> CpuDetector::recheck_near_pairs(const Positions& start, cons
         });
       }
     }
+    stats.searched_again = deviates;
     if (deviates) search_again(stats);
     test_pending(false);
   }

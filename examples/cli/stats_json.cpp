@@ -33,6 +33,7 @@ nlohmann::ordered_json to_json(const Stats& stats) {
         {"culled_by_normal_cone", stats.culled_by_normal_cone},
         {"candidates_vf", stats.candidates_vf},
         {"candidates_ee", stats.candidates_ee},
+        {"listed_candidates", stats.listed_candidates},
         {"orphan_tests", stats.orphan_tests},
         {"filtered_noncoplanar", stats.filtered_noncoplanar},
         {"survivors_vf", stats.survivors_vf},

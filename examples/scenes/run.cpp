@@ -52,12 +52,13 @@ RunReport run(Scene& scene, const std::function<void(int step)>& after_step) {
   report.initial_intersections =
       find_intersections(read_surface(world), read_positions(world)).size();
   if (after_step) after_step(0);
-  std::vector<StepTimes> steps;
   while (report.steps < scene.steps) {
     const auto begin = std::chrono::steady_clock::now();
     world.step();
     const std::chrono::duration<double, std::milli> wall = std::chrono::steady_clock::now() - begin;
-    steps.push_back(times(wall.count(), world.step_stats()));
+    const bullet::StepStats* const stats = world.step_stats();
+    report.times.push_back(times(wall.count(), stats));
+    if (stats) report.lazyccd_steps.push_back(*stats);
     ++report.steps;
     const std::vector<btScalar> positions = read_positions(world);
     report.finite = std::all_of(positions.begin(), positions.end(),
@@ -77,8 +78,8 @@ RunReport run(Scene& scene, const std::function<void(int step)>& after_step) {
   if (report.finite)
     report.intersections = find_intersections(read_surface(world), read_positions(world));
   if (scene.nodes_on_wrong_side) report.wrong_side = scene.nodes_on_wrong_side();
-  report.mean = each_part(steps, mean);
-  report.median = each_part(steps, median);
+  report.mean = each_part(report.times, mean);
+  report.median = each_part(report.times, median);
   if (const bullet::StepStats* stats = world.total_stats()) report.lazyccd = *stats;
   report.status = world.status();
   return report;

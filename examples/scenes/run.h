@@ -28,11 +28,13 @@ struct RunReport {
   std::int64_t listed_contacts = 0;  // in Bullet's own lists after each step, over all steps
   std::optional<int> wrong_side;  // nodes on the wrong side, at the end; empty: the scene has none
   std::vector<double> kinetic_energy;  // J, after each step
+  std::vector<StepTimes> times;        // of each step
   double highest_energy = 0;  // J, kinetic plus potential, the maximum over start and steps
   Mechanics start, end;
   bool finite = true;         // all positions; false: the run stopped
   StepTimes mean, median;     // of each part by itself; the first step also builds persistent data
   bullet::StepStats lazyccd;  // summed over the steps; all zero with Bullet alone
+  std::vector<bullet::StepStats> lazyccd_steps;  // of each step; empty with Bullet alone
   std::string status;
 };
 

@@ -123,15 +123,8 @@ void StepDetector::begin_motion() {
   report_only_is_known_ = true;
   found_any_ = false;
   filter_.begin_motion();
-  detections_ = started_ahead_ = 0;
+  counts_ = {};
   detected_near_ = false;
-  ms_ = 0;
-}
-
-void StepDetector::add_to(StepStats& stats) const {
-  stats.detections += detections_;
-  stats.started_ahead += started_ahead_;
-  stats.ms_detect += ms_;
 }
 
 std::vector<Contact> StepDetector::touching(const Positions& start, const Positions& end) {
@@ -139,11 +132,11 @@ std::vector<Contact> StepDetector::touching(const Positions& start, const Positi
   const Span<const Contact> found = !others_may_meet_ || only_near_can_touch(end)
                                         ? recheck(start, end)
                                         : touching_detector().detect(start, end);
-  if (near_detector_ || detections_ == 0) record_report_only(found);
-  ++detections_;
+  if (near_detector_ || counts_.detections == 0) record_report_only(found);
+  ++counts_.detections;
   std::vector<Contact> contacts = keep_responding(found);
   report_only_is_known_ = contacts.empty() && is_end_of_motion(end);
-  ms_ += watch.ms();
+  counts_.ms_detect += watch.ms();
   return contacts;
 }
 
@@ -151,7 +144,10 @@ Span<const Contact> StepDetector::recheck(const Positions& start, const Position
   if (!simple_shapes_are_clear(is_start_of_motion(end)))
     return touching_detector().detect(start, end);
   if (!others_may_meet_) return {};
-  return near_detector_->recheck_near_pairs(start, end);
+  const Span<const Contact> found = near_detector_->recheck_near_pairs(start, end);
+  ++counts_.rechecks;
+  counts_.searches_again += near_detector_->stats().searched_again;
+  return found;
 }
 
 bool StepDetector::simple_shapes_are_clear(bool at_start) {
@@ -178,7 +174,7 @@ NearContacts StepDetector::detect_near() {
   const Stopwatch watch;
   Span<const Contact> near;
   bool any_near = false;
-  ++detections_;
+  ++counts_.detections;
   round_contacts_.find_near(separation_, near_simple_);
   if (!flat_contacts_.find_near(separation_, near_flat_)) {
     prediction_.forget();
@@ -188,7 +184,9 @@ NearContacts StepDetector::detect_near() {
     near = near_detector_->detect(motion_.starts(), motion_.ends());
     detected_near_ = true;
     const Stats& stats = near_detector_->stats();
-    started_ahead_ += stats.started_ahead;
+    counts_.started_ahead += stats.started_ahead;
+    counts_.candidates += stats.candidates_vf + stats.candidates_ee;
+    counts_.listed_candidates += stats.listed_candidates;
     prediction_.compare(motion_, stats.candidates_vf + stats.candidates_ee);
     any_near = stats.near_pairs > 0;
   }
@@ -200,6 +198,7 @@ NearContacts StepDetector::detect_near() {
     near = near_;
     any_near = true;
   }
+  counts_.near_pairs += static_cast<std::int64_t>(near.size());
   const NearContacts selected = selector_.select(near, filter_, motion_, threads_);
   found_any_ = selector_.any_responds();
   if (!found_any_ && (any_near || !simple_shapes_are_clear(false))) {
@@ -208,12 +207,12 @@ NearContacts StepDetector::detect_near() {
     // other has, or contain an anchored one. So all near pairs are tested again.
     const Span<const Contact> found = recheck(motion_.starts(), motion_.ends());
     record_report_only(found);
-    ++detections_;
+    ++counts_.detections;
     found_any_ = !keep_responding(found).empty();
   }
   filter_.set_end_changed(found_any_);
   report_only_is_known_ = !found_any_;
-  ms_ += watch.ms();
+  counts_.ms_detect += watch.ms();
   return selected;
 }
 

@@ -71,7 +71,7 @@ class StepDetector {
   /// Ends the step. Call with the motion as it will be written to Bullet.
   void end_step(bool responded);
   /// Adds the counts and times of the last motion to `stats`.
-  void add_to(StepStats& stats) const;
+  void add_to(StepStats& stats) const { stats += counts_; }
   std::string status() const {
     return first_detector() ? first_detector()->status() : "no step yet";
   }
@@ -132,10 +132,8 @@ class StepDetector {
   std::vector<Contact> report_only_contacts_;
   bool report_only_is_known_ = true;  ///< report_only_contacts_ is valid for the current motion
   bool found_any_ = false;
-  bool detected_near_ = false;   ///< detect_near() used near_detector_ in this step
-  std::int64_t detections_ = 0;  ///< detections and re-checks of near pairs
-  std::int64_t started_ahead_ = 0;
-  double ms_ = 0;
+  bool detected_near_ = false;  ///< detect_near() used near_detector_ in this step
+  StepStats counts_;            ///< counts and times of the detections of the motion
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -50,6 +50,7 @@ void ContactConstraints::begin_step() {
   rows_.clear();
   active_rows_.reset();
   islands_are_current_ = false;
+  sweep_count_ = 0;
   approach_.clear();
 }
 
@@ -208,7 +209,7 @@ void ContactConstraints::solve(Motion& motion, int sweeps) {
   for (const auto target : {ContactSolver::Target::motion, ContactSolver::Target::split_impulse}) {
     solver_.set_up(target, rows_, all, motion);
     if (target == ContactSolver::Target::motion) record_approach(motion);
-    solver_.solve(sweeps);
+    sweep_count_ += solver_.solve(sweeps);
     solver_.write(motion);
   }
   for (RigidMotion& body : motion.rigid) {

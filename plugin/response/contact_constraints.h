@@ -77,6 +77,9 @@ class ContactConstraints {
   /// the motion with the impulses that rows had then, metres.
   double approach_of(std::int32_t body) const { return approach_[body]; }
 
+  /// Number of sweeps of the solver in this step.
+  int sweep_count() const { return sweep_count_; }
+
   RowList& rows() { return rows_; }
   /// Rows of all pairs of which at least one row acted, sorted by contact, so that the rows of a
   /// pair are adjacent. Valid until the next call that changes rows.
@@ -105,6 +108,7 @@ class ContactConstraints {
   RowIslands islands_;
   bool islands_are_current_ = false;  // false: rows changed since
   std::vector<double> approach_;      // by body, metres
+  int sweep_count_ = 0;               // in this step
   ContactSolver solver_;              // kept for its memory
 };
 

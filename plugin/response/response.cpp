@@ -191,6 +191,10 @@ void Response::absorb_impact(const SolveLinks& solve_links, Motion& motion) {
 
 void Response::finish(Motion& motion, StepStats& stats) {
   const std::vector<const ContactRow*>& active_rows = constraints_.active_rows();
+  const RowIslands& row_islands = constraints_.islands(motion);
+  stats.contact_rows += static_cast<std::int64_t>(row_islands.row_count());
+  stats.islands += static_cast<std::int64_t>(row_islands.count());
+  stats.sweeps += constraints_.sweep_count();
   set_velocities(motion);
   if (options_.restitution > 0) {
     add_restitution(constraints_.rows(), options_.restitution, options_.restitution_threshold,

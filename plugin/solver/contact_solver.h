@@ -70,10 +70,10 @@ class ContactSolver {
   /// have, metres; 0 for islands that are not selected.
   double largest_violation(std::size_t island) const { return problems_[island].max_violation; }
 
-  /// Runs the sweeps. `sweeps`: normal limit. The limit is 4 x `sweeps` if contacts approach slowly
-  /// or rest, and `sweeps` / 5 for split impulses. Stops earlier once sweeps change nothing
-  /// visible.
-  void solve(int sweeps);
+  /// Runs the sweeps and returns their number. `sweeps`: normal limit. The limit is 4 x `sweeps` if
+  /// contacts approach slowly or rest, and `sweeps` / 5 for split impulses. Stops earlier once
+  /// sweeps change nothing visible.
+  int solve(int sweeps);
 
   /// Writes the impulses to the rows and their effect to `motion`. On entry `motion` must contain
   /// the effect of the impulses that the rows had at set_up(). Sets the ends of the soft vertices

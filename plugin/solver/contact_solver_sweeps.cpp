@@ -92,6 +92,9 @@ class ContactSolver::Sweeps {
     }
   }
 
+  /// Number of sweeps so far.
+  int count() const { return sweep_; }
+
   std::size_t next() {
     switch (phase_) {
       case Phase::search:
@@ -287,8 +290,8 @@ class ContactSolver::Sweeps {
   NewBlocks added_;
 };
 
-void ContactSolver::solve(int sweeps) {
-  if (block_count_ == 0) return;
+int ContactSolver::solve(int sweeps) {
+  if (block_count_ == 0) return 0;
   Sweeps iteration(*this, sweeps);
   const Threads& threads = block_count_ < 2 * min_parallel_items ? serial_ : threads_;
   threads.run_phases(
@@ -299,6 +302,7 @@ void ContactSolver::solve(int sweeps) {
     find_violated(chunk);
     for (const std::int32_t row : chunk.violated) needs_[chunk.inactive[row]].may_need_split = true;
   });
+  return iteration.count();
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

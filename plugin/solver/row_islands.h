@@ -21,6 +21,7 @@ class RowIslands {
   void find(const RowList& rows, const Motion& motion);
 
   std::size_t count() const { return first_.size() - 1; }
+  std::size_t row_count() const { return rows_.size(); }
   /// Rows of an island, in the order of the list.
   Span<const std::int32_t> rows_of(std::size_t island) const {
     return {rows_.data() + first_[island], first_[island + 1] - first_[island]};

@@ -37,7 +37,7 @@ void NarrowPhase::begin(const LeafKernels& kernels, const Mesh& mesh, const Leaf
   key_ = mesh.contact_key();
   contacts.clear();
   keys.clear();
-  filtered_noncoplanar = double_precision_tests = exact_tests = 0;
+  filtered_noncoplanar = double_precision_tests = exact_tests = listed_candidates = 0;
   ms = 0;
   for (int kind = 0; kind < 2; ++kind) {
     queues[kind].count = candidates[kind] = survived[kind] = found[kind] = 0;
@@ -267,6 +267,7 @@ void NarrowPhase::process_listed(const ListedPairs& part, ContactKind kind,
     selected[selected_count] = items[i].pair;
     selected_count += items[i].min_distance <= part.distance_limit[items[i].groups];
   }
+  listed_candidates += selected_count;
   process(kind, selected, selected_count);
 }
 

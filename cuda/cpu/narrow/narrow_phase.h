@@ -79,6 +79,7 @@ class NarrowPhase : public CandidateSink {
   std::vector<Contact> contacts;
   std::vector<std::uint64_t> keys;                                   // sort keys of the contacts
   std::int64_t candidates[2] = {}, survived[2] = {}, found[2] = {};  // by ContactKind
+  std::int64_t listed_candidates = 0;  // number of candidates from the Verlet list
   std::int64_t filtered_noncoplanar = 0, double_precision_tests = 0, exact_tests = 0;
   double ms = 0;                                   // time spent in the narrow phase, milliseconds
   std::vector<Candidate> deferred[2], pending[2];  // by ContactKind; see limit_to_start()

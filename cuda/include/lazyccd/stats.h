@@ -25,6 +25,8 @@ struct Stats {
   std::int64_t group_pairs = 0;            ///< overlapping pairs of groups
   std::int64_t culled_by_normal_cone = 0;  ///< nodes not opened: they cannot touch themselves
   std::int64_t candidates_vf = 0, candidates_ee = 0;
+  /// CPU: candidates that a Verlet list of an earlier step had.
+  std::int64_t listed_candidates = 0;
   std::int64_t orphan_tests = 0;  ///< candidates that came from the orphan sets
   /// Candidates that the non-penetration filter ruled out. Always 0 on the CPU with a separation:
   /// there the filter is a part of the elementary test.
@@ -40,8 +42,10 @@ struct Stats {
   /// With a separation: pairs within it during the step, reported or not.
   std::int64_t near_pairs = 0;
   std::int64_t contacts_vf = 0, contacts_ee = 0;
-  bool rebuilt = false;        ///< the hierarchy was rebuilt in this step
-  bool front_reused = false;   ///< the traversal started from the front of an earlier step
+  bool rebuilt = false;       ///< the hierarchy was rebuilt in this step
+  bool front_reused = false;  ///< the traversal started from the front of an earlier step
+  /// recheck_near_pairs(): the motion deviated so much that other pairs were tested too.
+  bool searched_again = false;
   bool started_ahead = false;  ///< the detection continued what detect_ahead() had started
 
   // Times, milliseconds: wall time on the CPU, device time on the GPU. The CPU traverses, decides

@@ -8,6 +8,19 @@ nlohmann::ordered_json to_json(const scenes::StepTimes& ms) {
           {"detect", ms.detect}, {"response", ms.response}, {"write", ms.write}};
 }
 
+// Times and counts of each step, as lists by name.
+nlohmann::ordered_json steps_of(const scenes::RunReport& report) {
+  nlohmann::ordered_json json;
+  for (const scenes::StepTimes& ms : report.times) {
+    json["ms_total"].push_back(ms.total);
+    json["ms_bullet"].push_back(ms.bullet);
+  }
+  bullet::StepStats::for_each_member([&](const char* name, auto member) {
+    for (const bullet::StepStats& step : report.lazyccd_steps) json[name].push_back(step.*member);
+  });
+  return json;
+}
+
 }  // namespace
 
 nlohmann::ordered_json to_json(const scenes::RunReport& report) {
@@ -33,6 +46,7 @@ nlohmann::ordered_json to_json(const scenes::RunReport& report) {
   json["contacts_in_bullets_lists"] = report.listed_contacts;
   json["detections"] = stats.detections;
   json["started_ahead"] = stats.started_ahead;
+  json["rechecks"] = stats.rechecks;
   json["impact_zone_nodes"] = stats.impact_zone_nodes;
   json["failsafe_holds"] = stats.failsafe_holds;
   json["unresolved"] = stats.unresolved;
@@ -53,6 +67,7 @@ nlohmann::ordered_json to_json(const scenes::RunReport& report) {
   json["ms_per_step"] = to_json(report.mean);
   json["median_ms_per_step"] = to_json(report.median);
   json["kinetic_energy_J"] = report.kinetic_energy;
+  json["each_step"] = steps_of(report);
   json["status"] = report.status;
   return json;
 }

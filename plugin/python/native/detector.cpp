@@ -225,6 +225,7 @@ void bind_stats(nb::module_& module) {
       .def_ro("group_pairs", &Stats::group_pairs)
       .def_ro("candidates_vf", &Stats::candidates_vf)
       .def_ro("candidates_ee", &Stats::candidates_ee)
+      .def_ro("listed_candidates", &Stats::listed_candidates)
       .def_ro("survivors_vf", &Stats::survivors_vf)
       .def_ro("survivors_ee", &Stats::survivors_ee)
       .def_ro("double_precision_tests", &Stats::double_precision_tests)

@@ -70,34 +70,15 @@ std::string contact_records(Span<const StepContact> contacts) {
 
 std::string stats_text(const StepStats& s) {
   std::string lines;
-  const auto add = [&lines](const char* name, auto value) {
+  StepStats::for_each_member([&](const char* name, auto member) {
+    const auto value = s.*member;
     lines += std::string(name) + " ";
-    if constexpr (std::is_floating_point_v<decltype(value)>)
+    if constexpr (std::is_floating_point_v<std::decay_t<decltype(value)>>)
       lines += number_text(value);
     else
       lines += std::to_string(value);
     lines += "\n";
-  };
-  add("steps", s.steps);
-  add("soft_bodies", s.soft_bodies);
-  add("sleeping_bodies", s.sleeping_bodies);
-  add("handled_pairs", s.handled_pairs);
-  add("detections", s.detections);
-  add("started_ahead", s.started_ahead);
-  add("contacts_vf", s.contacts_vf);
-  add("contacts_ee", s.contacts_ee);
-  add("impact_zone_nodes", s.impact_zone_nodes);
-  add("failsafe_holds", s.failsafe_holds);
-  add("unresolved", s.unresolved);
-  add("initial_contacts", s.initial_contacts);
-  add("initial_intersections", s.initial_intersections);
-  add("fallback_steps", s.fallback_steps);
-  add("energy_gained", s.energy_gained);
-  add("energy_lost", s.energy_lost);
-  add("ms_gather", s.ms_gather);
-  add("ms_detect", s.ms_detect);
-  add("ms_response", s.ms_response);
-  add("ms_write", s.ms_write);
+  });
   return lines;
 }
 

@@ -15,13 +15,22 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 /// Counts and times of one step, or their sums over several steps.
 struct StepStats {
   std::int64_t steps = 0;
-  std::int64_t soft_bodies = 0;        ///< soft bodies that took part
-  std::int64_t sleeping_bodies = 0;    ///< soft bodies that slept and were left out
-  std::int64_t handled_pairs = 0;      ///< pairs of soft bodies that came from Bullet's dispatcher
-  std::int64_t detections = 0;         ///< detections and re-checks of near pairs
-  std::int64_t started_ahead = 0;      ///< detections that began before Bullet had solved the step
+  std::int64_t soft_bodies = 0;      ///< soft bodies that took part
+  std::int64_t sleeping_bodies = 0;  ///< soft bodies that slept and were left out
+  std::int64_t handled_pairs = 0;    ///< pairs of soft bodies that came from Bullet's dispatcher
+  std::int64_t detections = 0;       ///< detections and re-checks of near pairs
+  std::int64_t started_ahead = 0;    ///< detections that began before Bullet had solved the step
+  std::int64_t rechecks = 0;         ///< re-checks of near pairs, for the response or the report
+  /// Of `rechecks`: those that also searched for other pairs, where the motion had changed much.
+  std::int64_t searches_again = 0;
+  std::int64_t candidates = 0;         ///< elementary pairs that the first detection tested
+  std::int64_t listed_candidates = 0;  ///< of `candidates`: those that a Verlet list had
+  std::int64_t near_pairs = 0;         ///< pairs that came near each other in the first detection
   std::int64_t contacts_vf = 0;        ///< distinct vertex-face pairs in contact
   std::int64_t contacts_ee = 0;        ///< distinct edge-edge pairs in contact
+  std::int64_t contact_rows = 0;       ///< contacts on which the solver's impulses could act
+  std::int64_t islands = 0;            ///< groups of bodies that these contacts connect
+  std::int64_t sweeps = 0;             ///< sweeps of the solver over all contacts that act
   std::int64_t impact_zone_nodes = 0;  ///< nodes that moved rigidly with an impact zone
   /// Nodes and rigid bodies that the fail-safe held where the step began: members of contacts that
   /// nothing else resolved, or of whole bodies. Other members of their impact zones are held too,
@@ -43,7 +52,43 @@ struct StepStats {
   double ms_gather = 0, ms_detect = 0, ms_response = 0, ms_write = 0;
 
   StepStats& operator+=(const StepStats& s);
+
+  /// Calls visit(name, member) for each member; `member` is a pointer to it.
+  template <class Visit>
+  static void for_each_member(const Visit& visit);
 };
+
+template <class Visit>
+void StepStats::for_each_member(const Visit& visit) {
+  visit("steps", &StepStats::steps);
+  visit("soft_bodies", &StepStats::soft_bodies);
+  visit("sleeping_bodies", &StepStats::sleeping_bodies);
+  visit("handled_pairs", &StepStats::handled_pairs);
+  visit("detections", &StepStats::detections);
+  visit("started_ahead", &StepStats::started_ahead);
+  visit("rechecks", &StepStats::rechecks);
+  visit("searches_again", &StepStats::searches_again);
+  visit("candidates", &StepStats::candidates);
+  visit("listed_candidates", &StepStats::listed_candidates);
+  visit("near_pairs", &StepStats::near_pairs);
+  visit("contacts_vf", &StepStats::contacts_vf);
+  visit("contacts_ee", &StepStats::contacts_ee);
+  visit("contact_rows", &StepStats::contact_rows);
+  visit("islands", &StepStats::islands);
+  visit("sweeps", &StepStats::sweeps);
+  visit("impact_zone_nodes", &StepStats::impact_zone_nodes);
+  visit("failsafe_holds", &StepStats::failsafe_holds);
+  visit("unresolved", &StepStats::unresolved);
+  visit("initial_contacts", &StepStats::initial_contacts);
+  visit("initial_intersections", &StepStats::initial_intersections);
+  visit("fallback_steps", &StepStats::fallback_steps);
+  visit("energy_gained", &StepStats::energy_gained);
+  visit("energy_lost", &StepStats::energy_lost);
+  visit("ms_gather", &StepStats::ms_gather);
+  visit("ms_detect", &StepStats::ms_detect);
+  visit("ms_response", &StepStats::ms_response);
+  visit("ms_write", &StepStats::ms_write);
+}
 
 /// One contact of a step: a vertex and a face, or two edges, that touched or that an impulse kept
 /// apart. The pointers are valid until bodies or their topology change.
