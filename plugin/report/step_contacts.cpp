@@ -34,30 +34,45 @@ StepContact step_contact(const Contact& contact, const Eigen::Vector3d& impulse,
   return c;
 }
 
+// The rows of a pair: rows[first] up to rows[last].
+struct PairRows {
+  std::size_t first, last;
+};
+
+std::vector<PairRows> rows_by_pair(const std::vector<const ContactRow*>& rows) {
+  std::vector<PairRows> pairs;
+  pairs.reserve(rows.size());
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    if (i == 0 || rows[i - 1]->contact < rows[i]->contact) pairs.push_back({i, i});
+    pairs.back().last = i + 1;
+  }
+  return pairs;
+}
+
 }  // namespace
 
-std::vector<StepContact> step_contacts(const std::vector<const ContactRow*>& rows,
-                                       const std::vector<Contact>& report_only_contacts,
-                                       const SoftScene& scene, const StepTopology& topology,
-                                       const Motion& motion) {
-  std::vector<StepContact> contacts;
-  contacts.reserve(rows.size() + report_only_contacts.size());
-  const auto append = [&](const Contact& contact, const Eigen::Vector3d& impulse) {
-    contacts.push_back(step_contact(contact, impulse, scene, topology, motion));
-  };
-  for (std::size_t i = 0; i < rows.size();) {
+void make_step_contacts(const std::vector<const ContactRow*>& rows,
+                        const std::vector<Contact>& report_only_contacts, const SoftScene& scene,
+                        const StepTopology& topology, const Motion& motion, const Threads& threads,
+                        std::vector<StepContact>& contacts) {
+  const std::vector<PairRows> pairs = rows_by_pair(rows);
+  contacts.resize(pairs.size() + report_only_contacts.size());
+  const auto make = [&](std::size_t i) {
+    if (i >= pairs.size())
+      return step_contact(report_only_contacts[i - pairs.size()], Eigen::Vector3d::Zero(), scene,
+                          topology, motion);
     // A pair may have several rows: report the one with the earliest time of impact.
-    const ContactRow* first = rows[i];
+    const ContactRow* earliest = rows[pairs[i].first];
     Eigen::Vector3d impulse = Eigen::Vector3d::Zero();
-    for (const Contact& pair = rows[i]->contact; i < rows.size() && !(pair < rows[i]->contact);
-         ++i) {
-      if (rows[i]->contact.toi < first->contact.toi) first = rows[i];
-      impulse += rows[i]->impulse();
+    for (std::size_t row = pairs[i].first; row < pairs[i].last; ++row) {
+      if (rows[row]->contact.toi < earliest->contact.toi) earliest = rows[row];
+      impulse += rows[row]->impulse();
     }
-    append(first->contact, impulse / motion.dt);
-  }
-  for (const Contact& contact : report_only_contacts) append(contact, Eigen::Vector3d::Zero());
-  return contacts;
+    return step_contact(earliest->contact, impulse / motion.dt, scene, topology, motion);
+  };
+  threads.parallel_for(contacts.size(), 256, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) contacts[i] = make(i);
+  });
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

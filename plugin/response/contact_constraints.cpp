@@ -55,7 +55,7 @@ void ContactConstraints::begin_step() {
 }
 
 RowIslands& ContactConstraints::islands(const Motion& motion) {
-  if (!islands_are_current_) islands_.find(rows_, motion);
+  if (!islands_are_current_) islands_.find(rows_, motion, threads_);
   islands_are_current_ = true;
   return islands_;
 }
@@ -72,12 +72,16 @@ void ContactConstraints::select(const std::vector<Contact>& contacts, const Moti
 const std::vector<const ContactRow*>& ContactConstraints::active_rows() {
   if (active_rows_) return *active_rows_;
   std::vector<const ContactRow*>& found = active_rows_.emplace();
+  std::vector<char> acted(rows_.size());
+  threads_.parallel_for(rows_.size(), 4096, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) acted[i] = rows_.is_made(i) && rows_[i].acted();
+  });
   std::size_t next = 0;  // first row after those of the last pair
   const auto is_same_pair = [this](std::size_t i, std::size_t j) {
     return rows_.is_made(i) && rows_.is_made(j) && !(rows_[i].contact < rows_[j].contact);
   };
   for (std::size_t i = 0; i < rows_.size(); ++i) {
-    if (!rows_.is_made(i) || !rows_[i].acted()) continue;
+    if (!acted[i]) continue;
     std::size_t first = i;
     while (first > next && is_same_pair(first - 1, i)) --first;
     for (next = first; next <= i || (next < rows_.size() && is_same_pair(i, next)); ++next)

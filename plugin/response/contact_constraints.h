@@ -36,7 +36,10 @@ class ContactConstraints {
   /// `surfaces` must outlive this object. `position_correction`: as in SolverOptions.
   ContactConstraints(const PairSurfaces& surfaces, double position_correction,
                      const Threads& threads = Threads(1))
-      : surfaces_(surfaces), position_correction_(position_correction), solver_(threads) {}
+      : surfaces_(surfaces),
+        position_correction_(position_correction),
+        threads_(threads),
+        solver_(threads) {}
 
   /// Starts a step without rows. Remembers the impulses of the last step.
   void begin_step();
@@ -101,6 +104,7 @@ class ContactConstraints {
 
   const PairSurfaces& surfaces_;
   double position_correction_;
+  Threads threads_;
   RowList rows_;
   std::vector<ContactRow> merged_;                             // scratch memory of add()
   std::optional<std::vector<const ContactRow*>> active_rows_;  // none: rows changed since

@@ -204,7 +204,7 @@ void Response::finish(Motion& motion, StepStats& stats) {
   restore_angular_momentum(islands, motion);
   limit_lever_speeds(islands, motion);
   limit_kinetic_energy(islands, motion);
-  damp_deformation(active_rows, options_.rest_damping, options_.rest_speed, motion);
+  damp_deformation(active_rows, options_.rest_damping, options_.rest_speed, threads_, motion);
   const double before = kinetic_energy_before(motion);
   const double change = kinetic_energy_after(motion) - before;
   (change > 0 ? stats.energy_gained : stats.energy_lost) += std::abs(change);

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "contact/contact_row.h"
+#include "lazyccd/threads.h"
 #include "motion/motion.h"
 
 namespace lazyccd::bullet {
@@ -16,7 +17,7 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 /// 2007, "Position based dynamics", section 3.5. Without the damping, cloth in contact trembles for
 /// a long time: the load wanders between neighbouring contacts, and Bullet's links react to it.
 void damp_deformation(const std::vector<const ContactRow*>& rows, double rate, double rest_speed,
-                      Motion& motion);
+                      const Threads& threads, Motion& motion);
 
 }  // namespace LAZYCCD_BULLET_PRECISION
 }  // namespace lazyccd::bullet

@@ -37,7 +37,7 @@ void add_restitution(RowList& rows, double restitution, double threshold, int sw
   RowList list(std::move(bouncing));
   ContactSolver solver(threads);
   RowIslands islands;
-  islands.find(list, bounce);
+  islands.find(list, bounce, threads);
   solver.set_up(ContactSolver::Target::motion, list, islands, bounce);
   solver.solve(sweeps);
   solver.write(bounce);

@@ -26,7 +26,7 @@ std::int32_t body_of_vertex(std::int32_t vertex, const Motion& motion) {
 
 }  // namespace
 
-void RowIslands::find(const RowList& rows, const Motion& motion) {
+void RowIslands::find(const RowList& rows, const Motion& motion, const Threads& threads) {
   DisjointSets sets(motion.rigid_of_body.size());
   const auto is_movable = [&motion](std::int32_t body) {
     const int rigid = motion.rigid_of_body[body];
@@ -40,21 +40,25 @@ void RowIslands::find(const RowList& rows, const Motion& motion) {
     for (const ArticulatedMotion::Link& link : multibody.links)
       sets.join(body_of_rigid[multibody.links.front().rigid], body_of_rigid[link.rigid]);
   }
-  std::vector<std::int32_t> set_of_row(rows.size(), -1);
-  for (std::size_t i = 0; i < rows.size(); ++i) {
-    if (!rows.can_act(i)) continue;
-    const std::int32_t a = rows.contact(i).body_a, b = rows.contact(i).body_b;
-    if (!is_movable(a)) {
-      set_of_row[i] = b;
-    } else {
-      set_of_row[i] = a;
-      if (a != b && is_movable(b)) sets.join(a, b);
+  // By row: the movable bodies that it connects; the same one twice if there is one, -1 if the row
+  // cannot act.
+  bodies_of_row_.resize(rows.size());
+  threads.parallel_for(rows.size(), 4096, [&](std::size_t first, std::size_t last) {
+    for (std::size_t i = first; i < last; ++i) {
+      bodies_of_row_[i] = {-1, -1};
+      if (!rows.can_act(i)) continue;
+      const std::int32_t a = rows.contact(i).body_a, b = rows.contact(i).body_b;
+      bodies_of_row_[i] = {is_movable(a) ? a : b, is_movable(b) ? b : a};
     }
+  });
+  for (const auto& [a, b] : bodies_of_row_) {
+    if (a != b) sets.join(a, b);
   }
 
   std::vector<std::int32_t> island_of_set(sets.size(), -1);
   std::vector<std::size_t> counts;
-  for (std::int32_t& of_row : set_of_row) {
+  for (auto& bodies : bodies_of_row_) {
+    std::int32_t& of_row = bodies[0];  // from here on: the island
     if (of_row < 0) continue;
     std::int32_t& island = island_of_set[sets.find(of_row)];
     if (island < 0) {
@@ -68,8 +72,9 @@ void RowIslands::find(const RowList& rows, const Motion& motion) {
   for (std::size_t i = 0; i < counts.size(); ++i) first_[i + 1] = first_[i] + counts[i];
   rows_.resize(first_.back());
   std::vector<std::size_t> next(first_.begin(), first_.end() - 1);
-  for (std::size_t i = 0; i < set_of_row.size(); ++i) {
-    if (set_of_row[i] >= 0) rows_[next[set_of_row[i]]++] = static_cast<std::int32_t>(i);
+  for (std::size_t i = 0; i < bodies_of_row_.size(); ++i) {
+    const std::int32_t island = bodies_of_row_[i][0];
+    if (island >= 0) rows_[next[island]++] = static_cast<std::int32_t>(i);
   }
   of_body_.assign(sets.size(), -1);
   of_rigid_.assign(motion.rigid.size(), -1);

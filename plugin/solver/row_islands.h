@@ -3,12 +3,14 @@
 // connect nothing. Box2D and Bullet divide rigid bodies in the same way.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
 
 #include "contact/row_list.h"
 #include "lazyccd/span.h"
+#include "lazyccd/threads.h"
 #include "motion/motion.h"
 
 namespace lazyccd::bullet {
@@ -18,7 +20,7 @@ class RowIslands {
  public:
   /// Finds the islands of the rows on which impulses can act, and selects all of them. Islands are
   /// in the order of their first rows.
-  void find(const RowList& rows, const Motion& motion);
+  void find(const RowList& rows, const Motion& motion, const Threads& threads);
 
   std::size_t count() const { return first_.size() - 1; }
   std::size_t row_count() const { return rows_.size(); }
@@ -43,7 +45,8 @@ class RowIslands {
   std::vector<std::int32_t> rows_;     // by island
   std::vector<std::size_t> first_{0};  // by island: of its rows; then the number of rows
   std::vector<std::int32_t> of_body_, of_rigid_;
-  std::vector<char> selected_;  // by island
+  std::vector<char> selected_;                              // by island
+  std::vector<std::array<std::int32_t, 2>> bodies_of_row_;  // scratch memory of find()
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

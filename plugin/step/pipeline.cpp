@@ -279,8 +279,8 @@ double Pipeline::largest_thickness() const {
 
 void Pipeline::collect_contacts() {
   static const std::vector<const ContactRow*> none;
-  contacts_ = step_contacts(responded_ ? response_.active_rows() : none,
-                            detector_.report_only_contacts(), scene(), topology(), motion());
+  make_step_contacts(responded_ ? response_.active_rows() : none, detector_.report_only_contacts(),
+                     scene(), topology(), motion(), threads_, contacts_);
   for (const StepContact& contact : contacts_) {
     ++(contact.kind == ContactKind::vertex_face ? step_.contacts_vf : step_.contacts_ee);
   }
