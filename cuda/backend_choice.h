@@ -19,7 +19,7 @@ class BackendChoice {
   /// Scenes with fewer faces never use the GPU: its launches alone cost more.
   static constexpr std::size_t min_gpu_faces = 1000;
   /// Scenes with fewer faces begin on the CPU.
-  static constexpr std::size_t min_first_gpu_faces = 4000;
+  static constexpr std::size_t min_first_gpu_faces = 2000;
   /// Scenes with more faces stay on the GPU: the CPU needs longer for reading the positions alone,
   /// and building its hierarchy would be felt.
   static constexpr std::size_t max_cpu_faces = 200000;

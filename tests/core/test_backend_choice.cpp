@@ -65,11 +65,11 @@ TEST_CASE("backend choice: scenes too small for a GPU, or too large for the CPU,
   CHECK(large.last == Backend::cuda);
   CHECK(large.switches == 0);
   // The CPU is faster than any launch.
-  CHECK(simulate(3000, {always(0.04), always(0.01)}, 20000).switches == 0);
+  CHECK(simulate(1500, {always(0.04), always(0.01)}, 20000).switches == 0);
 }
 
 TEST_CASE("backend choice: the faster one takes over, whatever its start costs", "[core]") {
-  const Run to_cuda = simulate(2000, {always(1), always(0.2), 0, 50}, 5000);
+  const Run to_cuda = simulate(1500, {always(1), always(0.2), 0, 50}, 5000);
   CHECK(to_cuda.last == Backend::cuda);
   CHECK(to_cuda.last_switch < 4000);
   const Run to_cpu = simulate(20000, {always(0.05), always(0.4), 30, 0}, 20000);
@@ -80,7 +80,7 @@ TEST_CASE("backend choice: the faster one takes over, whatever its start costs",
 TEST_CASE("backend choice: trials cost no more than their share", "[core]") {
   for (const double ratio : {0.91, 1.0, 1.5, 10.0, 300.0}) {
     const double cpu = 2, cuda = ratio * cpu;
-    const Run run = simulate(3000, {always(cpu), always(cuda), 0, 10}, 50000);
+    const Run run = simulate(1500, {always(cpu), always(cuda), 0, 10}, 50000);
     CAPTURE(ratio);
     CHECK(run.last == Backend::cpu);
     // The first trial cannot know what it will cost. It ends after its second detection.
@@ -103,16 +103,16 @@ TEST_CASE("backend choice: pauses that other programs cause decide nothing", "[c
   };
   const Run run = simulate(20000, {with_pauses(1.2, 41), with_pauses(1, 67)}, 50000);
   CHECK(run.last == Backend::cuda);
-  CHECK(simulate(2000, {with_pauses(1, 41), with_pauses(1.2, 67)}, 50000).last == Backend::cpu);
+  CHECK(simulate(1500, {with_pauses(1, 41), with_pauses(1.2, 67)}, 50000).last == Backend::cpu);
 }
 
 TEST_CASE("backend choice: a changed topology of about the same size keeps it", "[core]") {
   BackendChoice choice;
-  choice.set_scene(2000);
+  choice.set_scene(1500);
   Run run;
   simulate(choice, {always(1), always(0.2), 0, 5}, 3000, run);
   REQUIRE(choice.next() == Backend::cuda);
-  choice.set_scene(2100);
+  choice.set_scene(1600);
   CHECK(choice.next() == Backend::cuda);
   choice.set_scene(900);
   CHECK(choice.next() == Backend::cpu);
