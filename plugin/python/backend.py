@@ -13,6 +13,9 @@ from scikit_build_core.build import *  # noqa: F401,F403
 
 _here = Path(__file__).resolve().parent
 _checkout = _here.parent.parent
+# pip names this backend to its child process in the environment. CMake runs another pip, which must not inherit that.
+for _name in [n for n in os.environ if n.startswith(("_PYPROJECT_HOOKS_", "PEP517_"))]:
+    del os.environ[_name]
 _sources = ("CMakeLists.txt", "LICENSE", "third_party_notes.md", "cuda", "plugin")
 
 
