@@ -69,6 +69,7 @@ void ImpactZones::PrescribedMembers::add(const PrescribedMembers& other) {
 ImpactZones::ImpactZones(const Motion& motion)
     : zones_(motion.inverse_mass.size() + motion.rigid.size()),
       held_(zones_.size(), 0),
+      zone_vertex_(motion.rigid.size(), in_no_zone),
       solved_(motion.solved),
       rigid_(motion.rigid) {}
 
@@ -118,6 +119,35 @@ ImpactZones::PrescribedMembers ImpactZones::prescribed_members_of(const Contact&
   return prescribed;
 }
 
+bool ImpactZones::note_vertices(const Contact& contact, const Motion& motion) {
+  bool changed = false;
+  const auto note = [&](int body, std::int32_t vertex) {
+    if (body < 0 || !motion.rigid[body].is_dynamic()) return;
+    std::int32_t& known = zone_vertex_[body];
+    const std::int32_t now = known == in_no_zone || known == vertex ? vertex : turns;
+    changed = changed || known != now;
+    known = now;
+  };
+  for (const std::int32_t b : {contact.body_a, contact.body_b})
+    note(motion.rigid_of_body[b], turns);
+  for (const std::int32_t v : contact.vertices) {
+    if (motion.is_soft(v)) note(motion.anchor_body_of(v), v);
+  }
+  return changed;
+}
+
+Vector3d ImpactZones::start_of_body(int body, const Motion& motion) const {
+  return turns_with_zone(body) ? rigid_[body].centre() : motion.start_of(zone_vertex_[body]);
+}
+
+Vector3d ImpactZones::end_of_body(int body, const Motion& motion) const {
+  const RigidMotion& moved = rigid_[body];
+  const Vector3d centre = to_eigen(moved.predicted.getOrigin()) + moved.translation;
+  if (turns_with_zone(body)) return centre;
+  const btVector3& local = motion.anchored.at(zone_vertex_[body]).local;
+  return centre + rotation_by(moved.rotation) * to_eigen(moved.predicted.getBasis() * local);
+}
+
 bool ImpactZones::is_merged(const Contact& contact, const Motion& motion) {
   const std::vector<std::int32_t> members = members_of(contact, motion);
   if (members.empty()) return true;
@@ -131,7 +161,8 @@ bool ImpactZones::is_merged(const Contact& contact, const Motion& motion) {
 }
 
 bool ImpactZones::merge(const Contact& contact, const Motion& motion) {
-  if (is_merged(contact, motion)) return false;
+  const bool noted = note_vertices(contact, motion);
+  if (is_merged(contact, motion)) return noted;
   const std::vector<std::int32_t> members = members_of(contact, motion);
   for (const std::int32_t member : members) zones_.join(members[0], member);
   const PrescribedMembers prescribed = prescribed_members_of(contact, motion);
@@ -258,15 +289,14 @@ RigidStep ImpactZones::free_step_of(const Zone& zone, const Motion& motion) cons
     sum.add(1 / motion.inverse_mass[v], start, solved_[v] - start);
   }
   for (const int b : zone.bodies) {
-    const RigidMotion& body = rigid_[b];
-    const Vector3d moved = to_eigen(body.predicted.getOrigin()) + body.translation - body.centre();
-    sum.add(body.mass(), body.centre(), moved);
+    const Vector3d at = start_of_body(b, motion);
+    sum.add(rigid_[b].mass(), at, end_of_body(b, motion) - at);
   }
   if (sum.mass > 0) {
     free.centre = sum.centre / sum.mass;
     free.translation = sum.translation / sum.mass;
   } else if (!zone.bodies.empty()) {
-    free.centre = rigid_[zone.bodies.front()].centre();
+    free.centre = start_of_body(zone.bodies.front(), motion);
   }
   Matrix3d inertia = Matrix3d::Zero();
   Vector3d momentum = Vector3d::Zero();
@@ -281,8 +311,9 @@ RigidStep ImpactZones::free_step_of(const Zone& zone, const Motion& motion) cons
   }
   for (const int b : zone.bodies) {
     const RigidMotion& body = rigid_[b];
-    add(body.mass(), body.centre(),
-        to_eigen(body.predicted.getOrigin()) + body.translation - body.centre());
+    const Vector3d at = start_of_body(b, motion);
+    add(body.mass(), at, end_of_body(b, motion) - at);
+    if (!turns_with_zone(b)) continue;
     const Matrix3d body_inertia = body.inertia();
     inertia += body_inertia;
     momentum += body_inertia * rotation_over_step(body, body.rotation);
@@ -315,13 +346,17 @@ void ImpactZones::move(const Zone& zone, const PrescribedMembers& members, Motio
   }
   for (const int b : zone.bodies) {
     RigidMotion& body = motion.rigid[b];
-    const Matrix3d inverse_predicted =
-        (to_eigen(body.predicted.getBasis()) * to_eigen(body.start.getBasis()).transpose())
-            .transpose();
-    const Vector3d predicted = to_eigen(body.predicted.getOrigin());
-    body.translation = velocity_step(body.centre()) - predicted;
-    body.rotation = rotation_vector(velocity_step.rotation * inverse_predicted);
-    body.split_translation = position_step(body.centre()) - velocity_step(body.centre());
+    const Vector3d at = start_of_body(b, motion);
+    if (turns_with_zone(b)) {
+      const Matrix3d inverse_predicted =
+          (to_eigen(body.predicted.getBasis()) * to_eigen(body.start.getBasis()).transpose())
+              .transpose();
+      body.rotation = rotation_vector(velocity_step.rotation * inverse_predicted);
+    } else {
+      body.rotation = rigid_[b].rotation;
+    }
+    body.translation = velocity_step(at) - (end_of_body(b, motion) - rigid_[b].translation);
+    body.split_translation = position_step(at) - velocity_step(at);
     body.split_rotation.setZero();
     if (position_step.stays()) {
       motion.set_end_to_start(body);

@@ -9,6 +9,9 @@
 // Pinned nodes and static or kinematic bodies have infinite mass. A zone that contains some of them
 // takes over their motion if they all move alike; otherwise it is held. They are the prescribed
 // members of the zone. Links of multibodies count as such too: joints do not let them join a zone.
+//
+// A dynamic body that touches nothing in its zone, and to which one node of the zone is anchored,
+// is a mass at that node. It does not turn with the zone, for an anchor pulls and does not turn.
 #pragma once
 
 #include <cstdint>
@@ -74,6 +77,15 @@ class ImpactZones {
   static std::vector<std::int32_t> members_of(const Contact& contact, const Motion& motion);
   static PrescribedMembers prescribed_members_of(const Contact& contact, const Motion& motion);
 
+  /// Notes by which vertices the dynamic bodies of the contact are in zones. Returns false if all of
+  /// it was known.
+  bool note_vertices(const Contact& contact, const Motion& motion);
+  /// Where a body is in its zone, metres: its centre, or the vertex that is anchored to it if it is
+  /// a mass at that vertex. At the start of the step, and at its end before any zone.
+  Eigen::Vector3d start_of_body(int body, const Motion& motion) const;
+  Eigen::Vector3d end_of_body(int body, const Motion& motion) const;
+  bool turns_with_zone(int body) const { return zone_vertex_[body] < 0; }
+
   /// Whether the members of the contact are in one zone, and the zone has the prescribed members of
   /// the contact.
   bool is_merged(const Contact& contact, const Motion& motion);
@@ -92,6 +104,9 @@ class ImpactZones {
 
   DisjointSets zones_;      // elements: soft vertices, then rigid bodies
   std::vector<char> held_;  // by element
+  /// By rigid body: the anchored vertex by which alone it is in a zone, or one of these two.
+  static constexpr std::int32_t turns = -1, in_no_zone = -2;
+  std::vector<std::int32_t> zone_vertex_;
   /// Key: the representative of the zone when they were added; move_all() re-keys to the present
   /// one.
   std::map<std::int32_t, PrescribedMembers> prescribed_members_;

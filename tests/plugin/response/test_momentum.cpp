@@ -286,3 +286,47 @@ TEST_CASE("a held zone ends where the step began and keeps its momenta") {
   four.check_momenta();
   CHECK(!zones.hold({four.contact}, whole_bodies, motion));
 }
+
+TEST_CASE("a zone turns a body that nodes of it are anchored to only if there are several") {
+  const bool several = GENERATE(false, true);
+  CAPTURE(several);
+  FourInContact four;
+  bullet::Motion& motion = four.motion;
+  const std::vector<double> masses = {1, 2, 1, 2, 1};  // node 1 is anchored to a body of 2 kg
+  bullet::RigidMotion body = {};
+  body.start.setIdentity();
+  body.start.setOrigin(btVector3(1, 0, btScalar(0.5)));
+  body.predicted = body.start;
+  body.predicted.getOrigin() += btVector3(0, btScalar(0.2), 0);
+  body.velocity = body.angular_velocity = Eigen::Vector3d::Zero();
+  body.inverse_mass.setConstant(0.5);
+  body.inverse_inertia = 10 * Eigen::Matrix3d::Identity();
+  motion.rigid.push_back(body);
+  const auto anchor = [&](std::int32_t v) {
+    motion.inverse_mass[v] = 0;
+    motion.anchored[v] = {bullet::to_bullet(motion.start_of(v)) - body.start.getOrigin(), 0};
+  };
+  anchor(1);
+  if (several) anchor(2);
+  motion.begin_response();
+  bullet::ImpactZones zones(motion);
+  CHECK(zones.absorb({four.contact}, motion));
+  CHECK(!zones.absorb({four.contact}, motion));
+
+  CHECK((motion.rigid[0].rotation.norm() > 0.01) == several);
+  CHECK((motion.rigid[0].end.getBasis() == body.start.getBasis()) == !several);
+  for (int i = 0; i < 4; ++i) {
+    const double side = (motion.solved[i] - motion.solved[(i + 1) % 4]).norm();
+    CHECK_THAT(side, Matchers::WithinAbs(1, 1e-6));
+  }
+  if (several) return;
+  Eigen::Vector3d linear = Eigen::Vector3d::Zero(), angular = linear, before = linear;
+  for (int v = 0; v < 4; ++v) {
+    const Eigen::Vector3d x = motion.start_of(v);
+    linear += masses[v] * (motion.solved[v] - motion.predicted[v]);
+    angular += masses[v] * x.cross(motion.solved[v] - motion.predicted[v]);
+    before += masses[v] * x.cross(motion.predicted[v] - x);
+  }
+  CHECK(linear.norm() < 1e-6);
+  CHECK(angular.norm() < 0.03 * before.norm());
+}
