@@ -5,9 +5,20 @@
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
+namespace {
+
+// A seam is closed where its nodes are at most this fraction of the thickness apart.
+constexpr double closed_fraction = 0.5;
+
+}  // namespace
 
 ContactFilter::Decision ContactFilter::decide(const Contact& contact) const {
-  if (is_anchored(contact)) return Decision::ignore;
+  const std::int32_t* const vertices = contact.vertices.data();
+  const auto of_a = static_cast<std::size_t>(first_vertex_of_b(contact.kind));
+  if (is_anchored(contact) ||
+      (contact.body_a == contact.body_b &&
+       are_at_closed_seam(contact.body_a, {vertices, of_a}, {vertices + of_a, 4 - of_a})))
+    return Decision::ignore;
   return bodies_respond(contact) && has_response(contact) ? Decision::respond
                                                           : Decision::report_only;
 }
@@ -39,6 +50,21 @@ bool ContactFilter::is_movable(std::int32_t v) const {
 
 bool ContactFilter::bodies_respond(const Contact& contact) const {
   return topology_.bodies()[contact.body_a].responds && topology_.bodies()[contact.body_b].responds;
+}
+
+bool ContactFilter::ignores(const Edge& edge, const Face& face) const {
+  const std::int32_t body_a = topology_.body_of(edge[0]), body_b = topology_.body_of(face[0]);
+  if (body_a == body_b)
+    return are_at_closed_seam(body_a, {edge.data(), edge.size()}, {face.data(), face.size()});
+  const std::array<std::int32_t, 5> vertices = {edge[0], edge[1], face[0], face[1], face[2]};
+  return are_anchored(body_a, body_b, {vertices.data(), vertices.size()});
+}
+
+bool ContactFilter::are_at_closed_seam(std::int32_t body, Span<const std::int32_t> vertices_a,
+                                       Span<const std::int32_t> vertices_b) const {
+  if (!seams_.any()) return false;
+  const double closed = closed_fraction * surfaces_.of(body, body).thickness;
+  return seams_.meet(vertices_a, vertices_b, closed, motion_);
 }
 
 bool ContactFilter::are_anchored(std::int32_t body_a, std::int32_t body_b,

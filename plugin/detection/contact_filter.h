@@ -1,9 +1,10 @@
 // Decides which contacts of a step get a response.
 #pragma once
 
-#include <array>
 #include <cstdint>
 
+#include "contact/pair_surfaces.h"
+#include "detection/seams.h"
 #include "lazyccd/contact.h"
 #include "lazyccd/span.h"
 #include "motion/motion.h"
@@ -15,10 +16,13 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 
 class ContactFilter {
  public:
-  /// Keeps references: the scene, the topology and the motion must outlive the filter.
-  ContactFilter(const SoftScene& scene, const StepTopology& topology, const Motion& motion)
-      : scene_(scene), topology_(topology), motion_(motion) {}
+  /// Keeps references: the arguments must outlive the filter.
+  ContactFilter(const SoftScene& scene, const StepTopology& topology, const Motion& motion,
+                const PairSurfaces& surfaces)
+      : scene_(scene), topology_(topology), motion_(motion), surfaces_(surfaces) {}
 
+  /// Call when indices of bodies or vertices change, with the start of a motion.
+  void set_topology() { seams_.update(scene_, motion_); }
   /// Marks the motion as new: its end is the one that Bullet predicted.
   void begin_motion() { end_changed_ = false; }
   /// Call with true before the response changes the end of the motion. From then on the end that
@@ -28,7 +32,7 @@ class ContactFilter {
   enum class Decision : std::uint8_t {
     respond,      ///< the response acts on the contact
     report_only,  ///< the response does not act on the contact: it is only reported
-    ignore        ///< no contact: an anchor holds the two bodies together
+    ignore        ///< no contact: an anchor holds both together, or a closed seam joins them
   };
   /// Decides what happens to a contact in the current motion.
   Decision decide(const Contact& contact) const;
@@ -47,11 +51,8 @@ class ContactFilter {
   bool is_anchored(std::int32_t soft_vertex, std::int32_t body) const {
     return are_anchored(topology_.body_of(soft_vertex), body, {&soft_vertex, 1});
   }
-  bool are_anchored(const Edge& edge, const Face& face) const {
-    const std::array<std::int32_t, 5> vertices = {edge[0], edge[1], face[0], face[1], face[2]};
-    return are_anchored(topology_.body_of(edge[0]), topology_.body_of(face[0]),
-                        {vertices.data(), vertices.size()});
-  }
+  /// True if the decision about contacts of an edge and a face is to ignore them.
+  bool ignores(const Edge& edge, const Face& face) const;
 
  private:
   /// True if the response can act on the contact. Pinned nodes with a prescribed motion stop before
@@ -59,12 +60,16 @@ class ContactFilter {
   /// has already stopped a vertex of the pair.
   bool has_response(const Contact& contact) const;
   bool is_movable(std::int32_t vertex) const;
+  bool are_at_closed_seam(std::int32_t body, Span<const std::int32_t> vertices_a,
+                          Span<const std::int32_t> vertices_b) const;
   bool are_anchored(std::int32_t body_a, std::int32_t body_b,
                     Span<const std::int32_t> vertices) const;
 
   const SoftScene& scene_;
   const StepTopology& topology_;
   const Motion& motion_;
+  const PairSurfaces& surfaces_;
+  Seams seams_;
   bool end_changed_ = false;
 };
 

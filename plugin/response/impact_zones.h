@@ -77,8 +77,8 @@ class ImpactZones {
   static std::vector<std::int32_t> members_of(const Contact& contact, const Motion& motion);
   static PrescribedMembers prescribed_members_of(const Contact& contact, const Motion& motion);
 
-  /// Notes by which vertices the dynamic bodies of the contact are in zones. Returns false if all of
-  /// it was known.
+  /// Notes by which vertices the dynamic bodies of the contact are in zones. Returns false if all
+  /// of it was known.
   bool note_vertices(const Contact& contact, const Motion& motion);
   /// Where a body is in its zone, metres: its centre, or the vertex that is anchored to it if it is
   /// a mass at that vertex. At the start of the step, and at its end before any zone.

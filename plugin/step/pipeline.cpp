@@ -18,7 +18,7 @@ Pipeline::Pipeline(const CheckedOptions& checked, WorldKind world)
       threads_(std::max(0, options_.detector.threads)),
       reader_(options_, warnings_, threads_),
       surfaces_(options_, world),
-      filter_(reader_.scene(), reader_.topology(), reader_.motion()),
+      filter_(reader_.scene(), reader_.topology(), reader_.motion(), surfaces_),
       detector_(options_.detector, threads_, filter_, reader_.topology(), reader_.motion(),
                 surfaces_, options_.position_correction),
       response_(options_, surfaces_, threads_) {
@@ -212,6 +212,7 @@ NearContacts Pipeline::find_near_contacts() {
 
 void Pipeline::set_topology() {
   response_.forget();
+  filter_.set_topology();
   detector_.set_topology(largest_thickness());
 }
 
@@ -221,7 +222,7 @@ Untangling::Found Pipeline::find_intersections() const {
   Untangling::Found found;
   found.intersections = bullet::find_intersections(
       view, detector_.edges(), motion().starts(), responds,
-      [this](const Edge& edge, const Face& face) { return filter_.are_anchored(edge, face); });
+      [this](const Edge& edge, const Face& face) { return filter_.ignores(edge, face); });
   const std::function<bool(std::int32_t)> body_responds = responds;
   found.penetrations = find_penetrations(
       topology(), found.intersections, detector_.edges(), motion(), PairRules(view, body_responds),

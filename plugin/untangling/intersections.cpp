@@ -140,10 +140,10 @@ std::vector<char> find_bodies_that_may_collide(const Topology& topology,
 
 }  // namespace
 
-Intersections find_intersections(
-    const Topology& topology, Span<const Edge> edges, const Positions& positions,
-    const std::function<bool(std::int32_t)>& responds,
-    const std::function<bool(const Edge&, const Face&)>& are_anchored) {
+Intersections find_intersections(const Topology& topology, Span<const Edge> edges,
+                                 const Positions& positions,
+                                 const std::function<bool(std::int32_t)>& responds,
+                                 const std::function<bool(const Edge&, const Face&)>& is_ignored) {
   std::vector<Vector3d> x;
   for (std::size_t i = 0; i < positions.count(); ++i) {
     const std::array<double, 3> p = positions[i];
@@ -165,7 +165,7 @@ Intersections find_intersections(
     const bool moves =
         std::any_of(e.begin(), e.end(), movable) || std::any_of(f.begin(), f.end(), movable);
     if (!moves || !pair_rules.collide(a, b) ||
-        !edge_intersects_face(x[e[0]], x[e[1]], x[f[0]], x[f[1]], x[f[2]]) || are_anchored(e, f))
+        !edge_intersects_face(x[e[0]], x[e[1]], x[f[0]], x[f[1]], x[f[2]]) || is_ignored(e, f))
       return;
     if (found.pairs.empty()) found.first = {a, b};
     found.pairs.push_back({edge_box.primitive, face_box.primitive});

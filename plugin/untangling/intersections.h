@@ -23,13 +23,13 @@ struct Intersections {
   BodyPair first = {-1, -1};  ///< bodies of the edge and of the face of the first intersection
 };
 
-/// Finds the intersections of pairs that may collide, respond, are not held together by an anchor
-/// and have at least one movable vertex. Pairs that touch, or that rounding cannot tell from
-/// touching, do not count. Meant for scenes that changed, not for every step.
+/// Finds the intersections of pairs that may collide, respond, are not ignored and have at least
+/// one movable vertex. Pairs that touch, or that rounding cannot tell from touching, do not count.
+/// Meant for scenes that changed, not for every step.
 Intersections find_intersections(
     const Topology& topology, Span<const Edge> edges, const Positions& positions,
     const std::function<bool(std::int32_t body)>& responds,
-    const std::function<bool(const Edge& edge, const Face& face)>& are_anchored);
+    const std::function<bool(const Edge& edge, const Face& face)>& is_ignored);
 
 }  // namespace LAZYCCD_BULLET_PRECISION
 }  // namespace lazyccd::bullet

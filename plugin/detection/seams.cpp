@@ -1,0 +1,70 @@
+#include "detection/seams.h"
+
+#include <algorithm>
+#include <array>
+#include <numeric>
+
+#include "scene/soft_body_nodes.h"
+#include "util/disjoint_sets.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+
+void Seams::update(const SoftScene& scene, const Motion& motion) {
+  seam_of_vertex_.clear();
+  std::int32_t first_seam = 0;
+  for (const SoftScene::BodyRecord& record : scene.bodies()) {
+    Nodes& nodes = nodes_of_[record.body];
+    if (nodes.proxy_id != proxy_id(*record.body)) nodes = {proxy_id(*record.body), 0, {}};
+    if (nodes.count != record.body->m_nodes.size()) find(scene, record, motion, nodes);
+    if (nodes.first.empty()) continue;
+    seam_of_vertex_.resize(static_cast<std::size_t>(scene.vertex_count()), -1);
+    std::vector<int> members(nodes.first.size(), 0);
+    for (const std::int32_t first : nodes.first) ++members[first];
+    for (std::int32_t v = record.first_vertex; v < record.first_vertex + record.vertex_count; ++v) {
+      const std::int32_t first = nodes.first[scene.node_index(v)];
+      if (members[first] > 1) seam_of_vertex_[v] = first_seam + first;
+    }
+    first_seam += nodes.count;
+  }
+}
+
+void Seams::find(const SoftScene& scene, const SoftScene::BodyRecord& record, const Motion& motion,
+                 Nodes& nodes) {
+  nodes.count = record.body->m_nodes.size();
+  DisjointSets sets(static_cast<std::size_t>(nodes.count));
+  for (std::size_t i = 0; i < nodes.first.size(); ++i)
+    sets.join(static_cast<std::int32_t>(i), nodes.first[i]);
+  const auto place_of = [&motion](std::int32_t v) {
+    const btScalar* const x = &motion.start[3 * static_cast<std::size_t>(v)];
+    return std::array<btScalar, 3>{x[0], x[1], x[2]};
+  };
+  std::vector<std::int32_t> order(static_cast<std::size_t>(record.vertex_count));
+  std::iota(order.begin(), order.end(), record.first_vertex);
+  std::sort(order.begin(), order.end(),
+            [&](std::int32_t a, std::int32_t b) { return place_of(a) < place_of(b); });
+  for (std::size_t i = 1; i < order.size(); ++i) {
+    if (place_of(order[i - 1]) == place_of(order[i]))
+      sets.join(scene.node_index(order[i - 1]), scene.node_index(order[i]));
+  }
+  nodes.first.clear();
+  if (sets.count() == sets.size()) return;
+  for (std::int32_t i = 0; i < nodes.count; ++i) nodes.first.push_back(sets.find(i));
+}
+
+bool Seams::meet(Span<const std::int32_t> vertices_a, Span<const std::int32_t> vertices_b,
+                 double distance, const Motion& motion) const {
+  if (!any()) return false;
+  for (const std::int32_t a : vertices_a) {
+    if (!motion.is_soft(a) || seam_of_vertex_[a] < 0) continue;
+    for (const std::int32_t b : vertices_b) {
+      if (motion.is_soft(b) && seam_of_vertex_[a] == seam_of_vertex_[b] &&
+          (motion.start_of(a) - motion.start_of(b)).norm() <= distance)
+        return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet
