@@ -26,13 +26,19 @@ Matrix3d RigidTerm::mobility(const Motion& motion) const {
 
 void RigidTerms::find(int obstacle, const Contact& contact, const std::array<double, 4>& weights,
                       const Motion& motion) {
+  bool anchored_to_obstacle = false;
   for (int i = 0; i < 4; ++i) {
     const std::int32_t v = contact.vertices[i];
     if (motion.is_free(v)) continue;
     const int body = motion.is_soft(v) ? motion.anchor_body_of(v) : obstacle;
     if (body >= 0 && motion.rigid[body].is_movable())
       add(body, weights[i], motion.start_of(v), motion);
+    anchored_to_obstacle = anchored_to_obstacle || (motion.is_soft(v) && body == obstacle);
   }
+  if (obstacle < 0 || !motion.rigid[obstacle].is_ball || anchored_to_obstacle) return;
+  const Vector3d normal(contact.normal[0], contact.normal[1], contact.normal[2]);
+  for (int i = 0; i < count_; ++i)
+    if (terms_[i].body == obstacle) terms_[i].arm = normal.dot(terms_[i].arm) * normal;
 }
 
 void RigidTerms::add(int body, double weight, const Vector3d& start, const Motion& motion) {

@@ -14,9 +14,11 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 
 /// Part of a contact that moves with one dynamic rigid body.
 struct RigidTerm {
-  int body;             ///< index in Motion::rigid
-  double weight;        ///< sum of the weights of its vertices
-  Eigen::Vector3d arm;  ///< sum_i w_i (x_i - centre) at the start of the step, metres
+  int body;       ///< index in Motion::rigid
+  double weight;  ///< sum of the weights of its vertices
+  /// sum_i w_i (x_i - centre) at the start of the step, metres. Of a ball only the part along the
+  /// normal: its triangles lie inside of it, and a force along its normal does not turn it.
+  Eigen::Vector3d arm;
 
   /// Displacement of the weighted sum of the vertices, metres, if the body moves by `translation`
   /// (metres) and `rotation` (rotation vector, radians).

@@ -48,6 +48,7 @@ struct RigidMotion {
   /// velocities follow them; the split ones come from split impulses and do not change velocities.
   Eigen::Vector3d translation, rotation, split_translation, split_rotation;
   Eigen::Vector3d velocity_change, angular_velocity_change;  ///< of the response; m/s, rad/s
+  bool is_ball = false;  ///< its surface is a ball about its centre of mass
   /// Link of a multibody: index in Motion::articulated. Otherwise -1. A link has no inverse mass of
   /// its own: its multibody has, and gives it `translation` and the like.
   int articulated = -1;

@@ -4,6 +4,7 @@
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 
 #include <algorithm>
+#include <array>
 
 #include "motion/rotation.h"
 
@@ -26,6 +27,12 @@ RigidMotion rigid_motion(const btCollisionObject& object) {
   const Eigen::Matrix3d free(to_eigen(body->getAngularFactor()).asDiagonal());
   motion.inverse_inertia = free * to_eigen(body->getInvInertiaTensorWorld()) * free;
   return motion;
+}
+
+bool is_ball_about_origin(const Triangles& triangles) {
+  if (!triangles.is_round() || triangles.round_parts.size() != 1) return false;
+  const std::array<btVector3, 2>& core = triangles.round_parts[0].core;
+  return core[0].isZero() && core[1].isZero();
 }
 
 // Fills Motion::articulated with the multibodies that joints or a free base move.
@@ -66,6 +73,7 @@ void read_rigid_motions(const StepTopology& topology, const Obstacles& obstacles
     rigid.object = body.object;
     rigid.first_vertex = body.first_vertex;
     rigid.vertex_count = body.vertex_count;
+    rigid.is_ball = body.triangles && is_ball_about_origin(*body.triangles);
     rigid.local = obstacles.local_positions().data() + record.first_vertex;
     rigid.start = record.start;
     rigid.predicted = record.end;
