@@ -12,6 +12,17 @@ constexpr double closed_fraction = 0.5;
 
 }  // namespace
 
+void ContactFilter::begin_motion() {
+  end_changed_ = false;
+  if (!seams_.any()) return;
+  const auto distance = [this](std::int32_t v) { return closed_distance(topology_.body_of(v)); };
+  seams_.open(distance, scene_, motion_);
+}
+
+double ContactFilter::closed_distance(std::int32_t body) const {
+  return closed_fraction * surfaces_.of(body, body).thickness;
+}
+
 ContactFilter::Decision ContactFilter::decide(const Contact& contact) const {
   const std::int32_t* const vertices = contact.vertices.data();
   const auto of_a = static_cast<std::size_t>(first_vertex_of_b(contact.kind));
@@ -63,8 +74,7 @@ bool ContactFilter::ignores(const Edge& edge, const Face& face) const {
 bool ContactFilter::are_at_closed_seam(std::int32_t body, Span<const std::int32_t> vertices_a,
                                        Span<const std::int32_t> vertices_b) const {
   if (!seams_.any()) return false;
-  const double closed = closed_fraction * surfaces_.of(body, body).thickness;
-  return seams_.meet(vertices_a, vertices_b, closed, motion_);
+  return seams_.meet(vertices_a, vertices_b, closed_distance(body), motion_);
 }
 
 bool ContactFilter::are_anchored(std::int32_t body_a, std::int32_t body_b,

@@ -24,7 +24,7 @@ class ContactFilter {
   /// Call when indices of bodies or vertices change, with the start of a motion.
   void set_topology() { seams_.update(scene_, motion_); }
   /// Marks the motion as new: its end is the one that Bullet predicted.
-  void begin_motion() { end_changed_ = false; }
+  void begin_motion();
   /// Call with true before the response changes the end of the motion. From then on the end that
   /// Bullet predicted is in Motion::predicted only.
   void set_end_changed(bool end_changed) { end_changed_ = end_changed; }
@@ -60,6 +60,7 @@ class ContactFilter {
   /// has already stopped a vertex of the pair.
   bool has_response(const Contact& contact) const;
   bool is_movable(std::int32_t vertex) const;
+  double closed_distance(std::int32_t body) const;  ///< of seams, metres
   bool are_at_closed_seam(std::int32_t body, Span<const std::int32_t> vertices_a,
                           Span<const std::int32_t> vertices_b) const;
   bool are_anchored(std::int32_t body_a, std::int32_t body_b,

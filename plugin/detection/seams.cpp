@@ -12,21 +12,40 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 
 void Seams::update(const SoftScene& scene, const Motion& motion) {
   seam_of_vertex_.clear();
+  closed_.clear();
   std::int32_t first_seam = 0;
   for (const SoftScene::BodyRecord& record : scene.bodies()) {
     Nodes& nodes = nodes_of_[record.body];
-    if (nodes.proxy_id != proxy_id(*record.body)) nodes = {proxy_id(*record.body), 0, {}};
+    if (nodes.proxy_id != proxy_id(*record.body)) nodes = {proxy_id(*record.body), 0, {}, {}};
     if (nodes.count != record.body->m_nodes.size()) find(scene, record, motion, nodes);
     if (nodes.first.empty()) continue;
+    find_sewn(*record.body, nodes);
     seam_of_vertex_.resize(static_cast<std::size_t>(scene.vertex_count()), -1);
     std::vector<int> members(nodes.first.size(), 0);
     for (const std::int32_t first : nodes.first) ++members[first];
     for (std::int32_t v = record.first_vertex; v < record.first_vertex + record.vertex_count; ++v) {
-      const std::int32_t first = nodes.first[scene.node_index(v)];
-      if (members[first] > 1) seam_of_vertex_[v] = first_seam + first;
+      const std::int32_t node = scene.node_index(v), first = nodes.first[node];
+      if (members[first] < 2) continue;
+      seam_of_vertex_[v] = first_seam + first;
+      const std::int32_t first_vertex = scene.vertex_of(record, first);
+      if (node != first && first_vertex >= 0 && !nodes.is_sewn[first])
+        closed_.push_back({v, first_vertex});
     }
     first_seam += nodes.count;
   }
+}
+
+void Seams::open(const std::function<double(std::int32_t)>& distance, const SoftScene& scene,
+                 const Motion& motion) {
+  const auto last = std::remove_if(closed_.begin(), closed_.end(), [&](const Closed& closed) {
+    const std::int32_t v = closed.vertex;
+    if ((motion.start_of(v) - motion.start_of(closed.first)).norm() <= distance(v)) return false;
+    seam_of_vertex_[v] = -1;
+    const SoftScene::BodyRecord& record = scene.bodies()[scene.body_of(v)];
+    nodes_of_[record.body].first[scene.node_index(v)] = scene.node_index(v);
+    return true;
+  });
+  closed_.erase(last, closed_.end());
 }
 
 void Seams::find(const SoftScene& scene, const SoftScene::BodyRecord& record, const Motion& motion,
@@ -50,6 +69,19 @@ void Seams::find(const SoftScene& scene, const SoftScene::BodyRecord& record, co
   nodes.first.clear();
   if (sets.count() == sets.size()) return;
   for (std::int32_t i = 0; i < nodes.count; ++i) nodes.first.push_back(sets.find(i));
+}
+
+void Seams::find_sewn(const btSoftBody& body, Nodes& nodes) {
+  nodes.is_sewn.assign(nodes.first.size(), 0);
+  const auto sew = [&](const btSoftBody::Node* a, const btSoftBody::Node* b) {
+    const int index_a = index_of(body, a), index_b = index_of(body, b);
+    if (index_a < 0 || index_b < 0 || nodes.first[index_a] != nodes.first[index_b]) return;
+    nodes.is_sewn[nodes.first[index_a]] = 1;
+  };
+  for (int i = 0; i < body.m_links.size(); ++i) sew(body.m_links[i].m_n[0], body.m_links[i].m_n[1]);
+  for (int i = 0; i < body.m_faces.size(); ++i) {
+    for (int k = 0; k < 3; ++k) sew(body.m_faces[i].m_n[k], body.m_faces[i].m_n[(k + 1) % 3]);
+  }
 }
 
 bool Seams::meet(Span<const std::int32_t> vertices_a, Span<const std::int32_t> vertices_b,

@@ -1,12 +1,13 @@
 // Seams: nodes of one soft body that lie at the same place when the body is first seen.
 //
 // Meshes of garments have them where two panels meet, or where a vertex was doubled for its texture
-// coordinates. A cut makes them too. Nothing holds these nodes together. Their triangles touch, but
-// no side of one is outside of the other. So triangles that meet at a seam do not collide while it
-// is closed. They do as soon as it has opened.
+// coordinates. A cut makes them too. Their triangles touch, but no side of one is outside of the
+// other. So triangles that meet at a seam do not collide while it is closed. They do as soon as it
+// has opened. A seam stays open, unless links or triangles sew its nodes together.
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <vector>
 
@@ -23,6 +24,10 @@ class Seams {
   /// Finds the seams of bodies that are new or have new nodes, and keeps those of the others. Call
   /// when indices of bodies or vertices change, with the start of a motion.
   void update(const SoftScene& scene, const Motion& motion);
+  /// Opens seams that nothing sews, where their nodes are more than `distance` metres apart at the
+  /// start of a motion. `distance`: by the soft body of a vertex.
+  void open(const std::function<double(std::int32_t vertex)>& distance, const SoftScene& scene,
+            const Motion& motion);
 
   /// True if two primitives have vertices in one seam that are at most `distance` metres apart at
   /// the start of the motion.
@@ -34,16 +39,23 @@ class Seams {
   struct Nodes {
     int proxy_id = -1;  // tells the body from one that had its address before
     int count = 0;
-    std::vector<std::int32_t>
-        first;  // by node: the smallest node at its place; empty without seams
+    // By node: the smallest node at its place. Empty without seams.
+    std::vector<std::int32_t> first;
+    std::vector<char> is_sewn;  // by node that is the first of a seam
   };
   static void find(const SoftScene& scene, const SoftScene::BodyRecord& record,
                    const Motion& motion, Nodes& nodes);
+  static void find_sewn(const btSoftBody& body, Nodes& nodes);
 
   /// By address of a body, of all bodies that ever took part: a body that sleeps keeps its seams.
   std::map<const btSoftBody*, Nodes> nodes_of_;
   /// By soft vertex: a number for its seam, or -1. Empty if no body has one.
   std::vector<std::int32_t> seam_of_vertex_;
+  /// A vertex of a closed seam that nothing sews, and the vertex that the seam begins with.
+  struct Closed {
+    std::int32_t vertex, first;
+  };
+  std::vector<Closed> closed_;
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION
