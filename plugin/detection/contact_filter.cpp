@@ -12,23 +12,27 @@ constexpr double closed_fraction = 0.5;
 
 }  // namespace
 
-void ContactFilter::begin_motion() {
-  end_changed_ = false;
-  if (!seams_.any()) return;
-  const auto distance = [this](std::int32_t v) { return closed_distance(topology_.body_of(v)); };
-  seams_.open(distance, scene_, motion_);
+void ContactFilter::set_topology() {
+  seams_.update(scene_, motion_);
+  find_closed_seams();
 }
 
-double ContactFilter::closed_distance(std::int32_t body) const {
-  return closed_fraction * surfaces_.of(body, body).thickness;
+void ContactFilter::begin_motion() {
+  end_changed_ = false;
+  find_closed_seams();
+}
+
+void ContactFilter::find_closed_seams() {
+  seams_.find_closed(scene_, motion_, [this](std::int32_t body) {
+    return closed_fraction * surfaces_.of(body, body).thickness;
+  });
 }
 
 ContactFilter::Decision ContactFilter::decide(const Contact& contact) const {
   const std::int32_t* const vertices = contact.vertices.data();
   const auto of_a = static_cast<std::size_t>(first_vertex_of_b(contact.kind));
-  if (is_anchored(contact) ||
-      (contact.body_a == contact.body_b &&
-       are_at_closed_seam(contact.body_a, {vertices, of_a}, {vertices + of_a, 4 - of_a})))
+  if (is_anchored(contact) || (contact.body_a == contact.body_b &&
+                               seams_.meet({vertices, of_a}, {vertices + of_a, 4 - of_a})))
     return Decision::ignore;
   return bodies_respond(contact) && has_response(contact) ? Decision::respond
                                                           : Decision::report_only;
@@ -65,16 +69,9 @@ bool ContactFilter::bodies_respond(const Contact& contact) const {
 
 bool ContactFilter::ignores(const Edge& edge, const Face& face) const {
   const std::int32_t body_a = topology_.body_of(edge[0]), body_b = topology_.body_of(face[0]);
-  if (body_a == body_b)
-    return are_at_closed_seam(body_a, {edge.data(), edge.size()}, {face.data(), face.size()});
+  if (body_a == body_b) return seams_.meet({edge.data(), edge.size()}, {face.data(), face.size()});
   const std::array<std::int32_t, 5> vertices = {edge[0], edge[1], face[0], face[1], face[2]};
   return are_anchored(body_a, body_b, {vertices.data(), vertices.size()});
-}
-
-bool ContactFilter::are_at_closed_seam(std::int32_t body, Span<const std::int32_t> vertices_a,
-                                       Span<const std::int32_t> vertices_b) const {
-  if (!seams_.any()) return false;
-  return seams_.meet(vertices_a, vertices_b, closed_distance(body), motion_);
 }
 
 bool ContactFilter::are_anchored(std::int32_t body_a, std::int32_t body_b,

@@ -22,7 +22,7 @@ class ContactFilter {
       : scene_(scene), topology_(topology), motion_(motion), surfaces_(surfaces) {}
 
   /// Call when indices of bodies or vertices change, with the start of a motion.
-  void set_topology() { seams_.update(scene_, motion_); }
+  void set_topology();
   /// Marks the motion as new: its end is the one that Bullet predicted.
   void begin_motion();
   /// Call with true before the response changes the end of the motion. From then on the end that
@@ -60,9 +60,7 @@ class ContactFilter {
   /// has already stopped a vertex of the pair.
   bool has_response(const Contact& contact) const;
   bool is_movable(std::int32_t vertex) const;
-  double closed_distance(std::int32_t body) const;  ///< of seams, metres
-  bool are_at_closed_seam(std::int32_t body, Span<const std::int32_t> vertices_a,
-                          Span<const std::int32_t> vertices_b) const;
+  void find_closed_seams();
   bool are_anchored(std::int32_t body_a, std::int32_t body_b,
                     Span<const std::int32_t> vertices) const;
 

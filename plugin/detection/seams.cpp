@@ -11,41 +11,36 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
 void Seams::update(const SoftScene& scene, const Motion& motion) {
-  seam_of_vertex_.clear();
-  closed_.clear();
-  std::int32_t first_seam = 0;
+  members_.clear();
   for (const SoftScene::BodyRecord& record : scene.bodies()) {
     Nodes& nodes = nodes_of_[record.body];
     if (nodes.proxy_id != proxy_id(*record.body)) nodes = {proxy_id(*record.body), 0, {}, {}};
     if (nodes.count != record.body->m_nodes.size()) find(scene, record, motion, nodes);
     if (nodes.first.empty()) continue;
     find_sewn(*record.body, nodes);
-    seam_of_vertex_.resize(static_cast<std::size_t>(scene.vertex_count()), -1);
-    std::vector<int> members(nodes.first.size(), 0);
-    for (const std::int32_t first : nodes.first) ++members[first];
     for (std::int32_t v = record.first_vertex; v < record.first_vertex + record.vertex_count; ++v) {
       const std::int32_t node = scene.node_index(v), first = nodes.first[node];
-      if (members[first] < 2) continue;
-      seam_of_vertex_[v] = first_seam + first;
+      if (node == first) continue;
       const std::int32_t first_vertex = scene.vertex_of(record, first);
-      if (node != first && first_vertex >= 0 && !nodes.is_sewn[first])
-        closed_.push_back({v, first_vertex});
+      if (first_vertex >= 0) members_.push_back({v, first_vertex, nodes.is_sewn[first] != 0});
     }
-    first_seam += nodes.count;
   }
+  closed_seam_.assign(members_.empty() ? 0 : static_cast<std::size_t>(scene.vertex_count()), -1);
 }
 
-void Seams::open(const std::function<double(std::int32_t)>& distance, const SoftScene& scene,
-                 const Motion& motion) {
-  const auto last = std::remove_if(closed_.begin(), closed_.end(), [&](const Closed& closed) {
-    const std::int32_t v = closed.vertex;
-    if ((motion.start_of(v) - motion.start_of(closed.first)).norm() <= distance(v)) return false;
-    seam_of_vertex_[v] = -1;
-    const SoftScene::BodyRecord& record = scene.bodies()[scene.body_of(v)];
-    nodes_of_[record.body].first[scene.node_index(v)] = scene.node_index(v);
+void Seams::find_closed(const SoftScene& scene, const Motion& motion,
+                        const ClosedDistance& distance) {
+  const auto opens_for_good = [&](const Member& member) {
+    const std::int32_t v = member.vertex, body = scene.body_of(v);
+    const double apart = (motion.start_of(v) - motion.start_of(member.first)).norm();
+    const bool is_closed = apart <= distance(body);
+    closed_seam_[v] = is_closed ? member.first : -1;
+    closed_seam_[member.first] = member.first;
+    if (is_closed || member.is_sewn) return false;
+    nodes_of_[scene.bodies()[body].body].first[scene.node_index(v)] = scene.node_index(v);
     return true;
-  });
-  closed_.erase(last, closed_.end());
+  };
+  members_.erase(std::remove_if(members_.begin(), members_.end(), opens_for_good), members_.end());
 }
 
 void Seams::find(const SoftScene& scene, const SoftScene::BodyRecord& record, const Motion& motion,
@@ -84,16 +79,13 @@ void Seams::find_sewn(const btSoftBody& body, Nodes& nodes) {
   }
 }
 
-bool Seams::meet(Span<const std::int32_t> vertices_a, Span<const std::int32_t> vertices_b,
-                 double distance, const Motion& motion) const {
-  if (!any()) return false;
+bool Seams::meet(Span<const std::int32_t> vertices_a, Span<const std::int32_t> vertices_b) const {
+  if (members_.empty()) return false;
   for (const std::int32_t a : vertices_a) {
-    if (!motion.is_soft(a) || seam_of_vertex_[a] < 0) continue;
-    for (const std::int32_t b : vertices_b) {
-      if (motion.is_soft(b) && seam_of_vertex_[a] == seam_of_vertex_[b] &&
-          (motion.start_of(a) - motion.start_of(b)).norm() <= distance)
-        return true;
-    }
+    const std::int32_t seam = closed_seam_[a];
+    if (seam >= 0 && std::any_of(vertices_b.begin(), vertices_b.end(),
+                                 [&](std::int32_t b) { return closed_seam_[b] == seam; }))
+      return true;
   }
   return false;
 }

@@ -21,19 +21,17 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 
 class Seams {
  public:
-  /// Finds the seams of bodies that are new or have new nodes, and keeps those of the others. Call
-  /// when indices of bodies or vertices change, with the start of a motion.
-  void update(const SoftScene& scene, const Motion& motion);
-  /// Opens seams that nothing sews, where their nodes are more than `distance` metres apart at the
-  /// start of a motion. `distance`: by the soft body of a vertex.
-  void open(const std::function<double(std::int32_t vertex)>& distance, const SoftScene& scene,
-            const Motion& motion);
+  /// Distance in metres up to which the seams of a body count as closed.
+  using ClosedDistance = std::function<double(std::int32_t body)>;
 
-  /// True if two primitives have vertices in one seam that are at most `distance` metres apart at
-  /// the start of the motion.
-  bool meet(Span<const std::int32_t> vertices_a, Span<const std::int32_t> vertices_b,
-            double distance, const Motion& motion) const;
-  bool any() const { return !seam_of_vertex_.empty(); }
+  /// Finds the seams of bodies that are new or have new nodes, and keeps those of the others. Call
+  /// when indices of bodies or vertices change, with the start of a motion; then find_closed().
+  void update(const SoftScene& scene, const Motion& motion);
+  /// Finds which seams are closed at the start of a motion.
+  void find_closed(const SoftScene& scene, const Motion& motion, const ClosedDistance& distance);
+
+  /// True if two primitives have vertices in one closed seam.
+  bool meet(Span<const std::int32_t> vertices_a, Span<const std::int32_t> vertices_b) const;
 
  private:
   struct Nodes {
@@ -43,19 +41,20 @@ class Seams {
     std::vector<std::int32_t> first;
     std::vector<char> is_sewn;  // by node that is the first of a seam
   };
+  // A vertex in a seam that begins with another vertex.
+  struct Member {
+    std::int32_t vertex, first;
+    bool is_sewn;
+  };
   static void find(const SoftScene& scene, const SoftScene::BodyRecord& record,
                    const Motion& motion, Nodes& nodes);
   static void find_sewn(const btSoftBody& body, Nodes& nodes);
 
   /// By address of a body, of all bodies that ever took part: a body that sleeps keeps its seams.
   std::map<const btSoftBody*, Nodes> nodes_of_;
-  /// By soft vertex: a number for its seam, or -1. Empty if no body has one.
-  std::vector<std::int32_t> seam_of_vertex_;
-  /// A vertex of a closed seam that nothing sews, and the vertex that the seam begins with.
-  struct Closed {
-    std::int32_t vertex, first;
-  };
-  std::vector<Closed> closed_;
+  std::vector<Member> members_;
+  /// By soft vertex: the first vertex of its seam if that is closed, or -1. Empty without seams.
+  std::vector<std::int32_t> closed_seam_;
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -30,7 +30,7 @@ RigidMotion rigid_motion(const btCollisionObject& object) {
 }
 
 bool is_ball_about_origin(const Triangles& triangles) {
-  if (!triangles.is_round() || triangles.round_parts.size() != 1) return false;
+  if (triangles.round_parts.size() != 1 || !triangles.is_round()) return false;
   const std::array<btVector3, 2>& core = triangles.round_parts[0].core;
   return core[0].isZero() && core[1].isZero();
 }
