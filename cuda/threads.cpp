@@ -13,10 +13,14 @@ Threads::Threads(int count) : pool_(std::make_shared<std::unique_ptr<ThreadPool>
     throw Error(ErrorCode::invalid_argument,
                 "threads is negative; 0 means as many as the machine has");
   count_ = ThreadPool::resolve(count);
+  gives_way_ = count == 0;
 }
 
 ThreadPool& Threads::pool() const {
-  if (!*pool_) *pool_ = std::make_unique<ThreadPool>(count_);
+  if (!*pool_) {
+    *pool_ = std::make_unique<ThreadPool>(count_);
+    (*pool_)->set_gives_way(gives_way_);
+  }
   return **pool_;
 }
 

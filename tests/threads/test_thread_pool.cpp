@@ -409,3 +409,28 @@ TEST_CASE("a job may use another pool") {
       [&](int worker) { inner[static_cast<std::size_t>(worker)].run([&](int) { ++calls; }); });
   CHECK(calls == inner[0].size() + inner[1].size());
 }
+
+TEST_CASE("a pool that gives way runs every job while other threads want all cores") {
+  std::atomic<bool> is_over{false};
+  std::vector<std::thread> others;
+  for (int i = 0; i < 2 * ThreadPool(0).size(); ++i)
+    others.emplace_back([&] {
+      while (!is_over) {
+      }
+    });
+  ThreadPool pool(3);
+  pool.set_gives_way(true);
+  const auto start = std::chrono::steady_clock::now();
+  for (int round = 0; std::chrono::steady_clock::now() - start < std::chrono::milliseconds(300);
+       ++round) {
+    std::atomic<int> sum{0}, calls{0};
+    pool.parallel_for(100, 1, [&](std::size_t first, std::size_t last, int) {
+      for (std::size_t i = first; i < last; ++i) sum += static_cast<int>(i);
+    });
+    CHECK(sum == 4950);
+    if (round % 16 == 0) pool.run([&](int) { ++calls; });
+    CHECK((round % 16 != 0 || calls == 3));
+  }
+  is_over = true;
+  for (std::thread& other : others) other.join();
+}

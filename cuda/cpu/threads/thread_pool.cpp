@@ -10,6 +10,7 @@
 #endif
 
 #include "core/ieee_arithmetic.h"
+#include "cpu/threads/preemption.h"
 #include "cpu/threads/spin_wait.h"
 
 namespace lazyccd {
@@ -72,6 +73,7 @@ ThreadPool::~ThreadPool() {
   {
     const std::lock_guard<std::mutex> lock(mutex_);
     wake_.notify_all();
+    back_.notify_all();
   }
   for (std::thread& thread : threads_) thread.join();
 }
@@ -91,7 +93,12 @@ void ThreadPool::start(Attendance attendance, Invoke function, void* job) {
     function(job, 0);
     return;
   }
-  publish(current_, function, job);
+  publish(current_, attendance, function, job);
+  if (attendance == Attendance::everyone &&
+      away_.load(std::memory_order_seq_cst) > 0) {  // see publish()
+    const std::lock_guard<std::mutex> lock(mutex_);
+    back_.notify_all();
+  }
   const bool wakes = attendance == Attendance::everyone || wake_policy_ == WakePolicy::everyone;
   if (wakes && sleepers_.load(std::memory_order_seq_cst) > 0) {  // see publish()
     const std::lock_guard<std::mutex> lock(mutex_);
@@ -107,7 +114,7 @@ void ThreadPool::start(Attendance attendance, Invoke function, void* job) {
 void ThreadPool::submit(Invoke function, void* job) {
   if (size_ == 1) return;
   has_submitted_ = true;
-  publish(submitted_, function, job);
+  publish(submitted_, Attendance::optional, function, job);
   if (sleepers_.load(std::memory_order_seq_cst) > 0) {  // see publish()
     const std::lock_guard<std::mutex> lock(mutex_);
     wake_.notify_one();
@@ -121,16 +128,18 @@ bool ThreadPool::join_submitted() {
   return joined(submitted_.state.load(std::memory_order_relaxed)) > 0;
 }
 
-void ThreadPool::publish(JobSlot& slot, Invoke function, void* job) {
+void ThreadPool::publish(JobSlot& slot, Attendance attendance, Invoke function, void* job) {
   leave_core_to_caller();
   slot.invoke = function;
   slot.job = job;
+  // Relaxed: the state below publishes it.
+  slot.needs_everyone.store(attendance == Attendance::everyone, std::memory_order_relaxed);
   // Relaxed: only the thread that starts jobs changes the number.
   std::uint64_t number = job_number(slot.state.load(std::memory_order_relaxed)) + 1;
   if (number == no_more_jobs) number = 0;
   // seq_cst for two reasons. As a release it publishes the job, pairing with the acquire in
-  // enter(). And either this thread sees the sleeper's count after it, or the sleeper sees the new
-  // job before it sleeps (wait_for_job).
+  // enter(). And either this thread sees the count of sleepers after it, or the sleeper sees the
+  // new job before it sleeps (wait_for_job). The same holds for workers that stay away (stay_away).
   slot.state.store((number << job_shift) | open_bit, std::memory_order_seq_cst);
 }
 
@@ -187,6 +196,7 @@ void ThreadPool::worker_main(int worker) {
   pool_of_thread_ = this;
   const IeeeArithmetic ieee;  // whatever the mode of the thread that made this one
   Seen seen;
+  PreemptionWatch watch;
   for (;;) {
     wait_for_job(seen);
     // Acquire, pairs with the store in publish(): a job that was submitted before this one was
@@ -202,7 +212,22 @@ void ThreadPool::worker_main(int worker) {
       seen.current = current;
       help(current_, current, worker);
     }
+    if (gives_way_.load(std::memory_order_relaxed) && watch.is_crowded())
+      stay_away(watch.next_absence(), seen);
   }
+}
+
+// Sleeps for some time, unless a job needs every worker or the pool ends.
+void ThreadPool::stay_away(std::chrono::milliseconds time, const Seen& seen) {
+  std::unique_lock<std::mutex> lock(mutex_);
+  away_.fetch_add(1, std::memory_order_seq_cst);  // before the check for a job: see publish()
+  back_.wait_for(lock, time, [&] {
+    const std::uint64_t job = job_number(current_.state.load(std::memory_order_seq_cst));
+    // Relaxed: the state published it with the job, or with a later one.
+    return job == no_more_jobs ||
+           (job != seen.current && current_.needs_everyone.load(std::memory_order_relaxed));
+  });
+  away_.fetch_sub(1, std::memory_order_relaxed);
 }
 
 // Returns when there is a job other than the last ones seen. Jobs in between may have come and

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <condition_variable>
 #include <cstddef>
 #include <cstdint>
@@ -42,13 +43,19 @@ class ThreadPool {
     awake      ///< only workers that are awake: for work that is done before a sleeper would wake
   };
   void set_wake_policy(WakePolicy policy) { wake_policy_ = policy; }
+  /// Whether a worker stays away for some time when other work wants its core. A machine that is
+  /// busy otherwise does the work sooner on fewer threads: nobody waits for a thread without a
+  /// core. run() calls such workers back. Off at first. Set it before the first job.
+  void set_gives_way(bool gives_way) { gives_way_ = gives_way; }
+
   /// Number of workers that may take part, including the caller. An estimate: a worker that is
   /// awake may just go to sleep, or be busy with a submitted job.
   int available() const {
     if (pool_of_thread_ == this) return 1;
     // Relaxed: an estimate, used only to split the work.
-    return wake_policy_ == WakePolicy::awake ? size_ - sleepers_.load(std::memory_order_relaxed)
-                                             : size_;
+    const int present = size_ - away_.load(std::memory_order_relaxed);
+    return wake_policy_ == WakePolicy::awake ? present - sleepers_.load(std::memory_order_relaxed)
+                                             : present;
   }
 
   /// Whether run_optional() and parallel_for() certainly run on the calling thread alone: also if
@@ -121,6 +128,7 @@ class ThreadPool {
   // Holds a published job. On its own cache line, because the workers spin on it.
   struct alignas(64) JobSlot {
     std::atomic<std::uint64_t> state{0};  // see the packing in thread_pool.cpp
+    std::atomic<bool> needs_everyone{false};
     Invoke invoke = nullptr;
     void* job = nullptr;
     std::exception_ptr error;  // the first exception of this job; guarded by mutex_
@@ -141,12 +149,13 @@ class ThreadPool {
 
   void start(Attendance attendance, Invoke function, void* job);
   void submit(Invoke function, void* job);
-  void publish(JobSlot& slot, Invoke function, void* job);
+  void publish(JobSlot& slot, Attendance attendance, Invoke function, void* job);
   void close(JobSlot& slot);
   void leave_core_to_caller() noexcept;
   void call(JobSlot& slot, int worker) noexcept;
   void worker_main(int worker);
   void wait_for_job(const Seen& seen);
+  void stay_away(std::chrono::milliseconds time, const Seen& seen);
   void help(JobSlot& slot, std::uint64_t job, int worker) noexcept;
   bool enter(JobSlot& slot, std::uint64_t job) noexcept;
   void leave(JobSlot& slot) noexcept;
@@ -159,6 +168,7 @@ class ThreadPool {
   int size_ = 1;
   std::vector<std::thread> threads_;
   WakePolicy wake_policy_ = WakePolicy::everyone;
+  std::atomic<bool> gives_way_{false};
   bool has_submitted_ = false;
   int caller_core_ = -1;  // core that the threads stay away from; -1: none
 
@@ -168,6 +178,8 @@ class ThreadPool {
   std::mutex mutex_;
   std::condition_variable wake_;  // sleeping workers
   std::condition_variable done_;  // the sleeping caller
+  std::condition_variable back_;  // workers that stay away
+  std::atomic<int> away_{0};      // their number
   std::atomic<int> sleepers_{0};  // workers inside wake_.wait
   std::uint64_t prewakes_ = 0;    // number of calls of prewake(); guarded by mutex_
   std::atomic<bool> caller_sleeps_{false};

@@ -17,8 +17,9 @@ class ThreadPool;
 /// detectors that share it, one at a time detects ahead; the others do all their work in detect().
 class LAZYCCD_API Threads {
  public:
-  /// `count` threads, the caller's included; 0: as many as the machine has. Throws Error if
-  /// negative. They start when they are first needed, and are fewer if the system has no more.
+  /// `count` threads, the caller's included; 0: as many as the machine has, without those whose
+  /// cores are busy with other work. Throws Error if negative. They start when they are first
+  /// needed, and are fewer if the system has no more.
   explicit Threads(int count = 0);
 
   int count() const { return count_; }
@@ -45,6 +46,7 @@ class LAZYCCD_API Threads {
   ThreadPool& pool() const;  // starts the threads if needed
 
   int count_;
+  bool gives_way_;
   std::shared_ptr<std::unique_ptr<ThreadPool>> pool_;  // null inside until it is needed
 };
 
