@@ -3,21 +3,20 @@
 #
 #   bash tests/run.sh          one configuration: release build, Bullet in single precision; random
 #                              tests run a quarter of their repetitions
-#   bash tests/run.sh --all    everything that CI checks
+#   bash tests/run.sh --ci     what CI checks
+#   bash tests/run.sh --all    that, and what takes longer
 #
-# --all: both precisions; every header compiled alone; the layers of the includes; the model checker;
-# the installed package; Bullet in the layouts of package managers; the Python package; Clang with the
-# address and undefined behaviour sanitizers; the thread sanitizer; the CUDA backend, built if there is
-# nvcc and run if there is a device. Warnings are errors. Sanitized runs take one of many values that are
-# alike, and a tenth of the random ones.
+# --ci: both precisions; the layers of the includes; the model checker; the installed package; Bullet in the
+# layouts of package managers; the Python package; Clang with the address and undefined behaviour sanitizers;
+# the thread sanitizer; the CUDA backend, built if there is nvcc and run if there is a device. Warnings are
+# errors. Sanitized runs take one of many values that are alike, and a tenth of the random ones.
+# --all: also every header compiled alone, and the program with sanitizers.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../examples/setup.sh"
 
-all=no
 case ${1:-} in
-  '') ;;
-  --all) all=yes ;;
-  *) sed -n '4,6s/^# \{0,1\}//p' "${BASH_SOURCE[0]}" >&2; exit 2 ;;
+  '' | --ci | --all) amount=${1:---quick} ;;
+  *) sed -n '4,7s/^# \{0,1\}//p' "${BASH_SOURCE[0]}" >&2; exit 2 ;;
 esac
 
 summary=()
@@ -61,18 +60,22 @@ build() {
 }
 
 require_packages core bullet programs tests
-if [ $all = no ]; then
+if [ "$amount" = --quick ]; then
   build quick
   export LAZYCCD_QUICK_TESTS=1
   run_tests quick -LE '^(model|consumer)$'
 else
   require_packages checks python
-  build cpu -DLAZYCCD_TESTS=ON -DLAZYCCD_WERROR=ON -DLAZYCCD_CHECK_HEADERS=ON
+  headers=OFF sanitized=(lazyccd_tests lazyccd_tests_threads lazyccd_tests_bullet) labels='core|threads|bullet'
+  if [ "$amount" = --all ]; then
+    headers=ON sanitized+=(lazyccd_tests_program) labels+='|program'
+  fi
+  build cpu -DLAZYCCD_TESTS=ON -DLAZYCCD_WERROR=ON -DLAZYCCD_CHECK_HEADERS=$headers
   run_tests cpu
   run_python_tests
   run_layout_tests
-  build asan -- lazyccd_tests lazyccd_tests_threads lazyccd_tests_bullet lazyccd_tests_program
-  run_tests asan -L '^(core|threads|bullet|program)$'
+  build asan -- "${sanitized[@]}"
+  run_tests asan -L "^($labels)$"
   build tsan -- lazyccd_tests_threads
   run_tests tsan -L threads
   if command -v nvcc >/dev/null; then
