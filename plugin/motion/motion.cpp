@@ -43,6 +43,7 @@ void Motion::begin_response() {
 }
 
 void Motion::restart_response() {
+  turn_displacement.clear();
   solved.assign(predicted.begin(), predicted.begin() + soft_count());
   split_displacement.assign(solved.size(), Eigen::Vector3d::Zero());
   link_displacement.assign(solved.size(), Eigen::Vector3d::Zero());
@@ -70,6 +71,28 @@ void Motion::restart_response(std::int32_t body) {
       Eigen::Vector3d::Zero();
   set_end_pose(moved, moved.predicted);
   if (moved.articulated >= 0) articulated[moved.articulated].restart_response();
+}
+
+void Motion::find_turn_displacement() {
+  turn_displacement.clear();
+  const auto find = [this](std::int32_t v, const RigidMotion& body) {
+    const Eigen::Vector3d linear =
+        body.translation + body.split_translation +
+        (body.rotation + body.split_rotation).cross(start_of(v) - body.centre());
+    turn_displacement[v] = end_of(v) - predicted[v] - linear;
+  };
+  const auto turns = [](const RigidMotion& body) {
+    return body.is_movable() && body.rotation + body.split_rotation != Eigen::Vector3d::Zero();
+  };
+  if (std::none_of(rigid.begin(), rigid.end(), turns)) return;
+  turn_displacement.assign(size(), Eigen::Vector3d::Zero());
+  for (const RigidMotion& body : rigid) {
+    if (body.is_ball || !turns(body)) continue;  // a ball's surface does not move when it turns
+    for (std::int32_t i = 0; i < body.vertex_count; ++i) find(body.first_vertex + i, body);
+  }
+  for (const auto& [vertex, fixed] : anchored) {
+    if (turns(rigid[fixed.rigid])) find(vertex, rigid[fixed.rigid]);
+  }
 }
 
 void Motion::round_end(std::int32_t i) {

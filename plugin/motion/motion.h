@@ -89,6 +89,8 @@ struct Motion {
   /// All vertices at the end of the step before the response, metres: Bullet's prediction plus
   /// untangling. Valid after begin_response().
   std::vector<Eigen::Vector3d> predicted;
+  /// By vertex, metres: what find_turn_displacement() found. Empty: nothing was found yet.
+  std::vector<Eigen::Vector3d> turn_displacement;
   /// By soft vertex: displacement that the body's own links add to the prediction, once contacts
   /// have moved it, metres.
   std::vector<Eigen::Vector3d> link_displacement;
@@ -135,6 +137,15 @@ struct Motion {
   void restart_response();
   /// The same for one body; for a link of a multibody, for all of its links.
   void restart_response(std::int32_t body);
+  /// Contacts take the motion of a rigid body as linear in its rotation. A body that turns far ends
+  /// elsewhere. Sets turn_displacement to the difference at the present end, so that the next solve
+  /// starts from where the body really is (Newton's method).
+  void find_turn_displacement();
+  /// End of a vertex that no impulse moves itself, without the impulses on its body, metres.
+  Eigen::Vector3d end_without_impulses(std::int32_t vertex) const {
+    if (turn_displacement.empty()) return predicted[vertex];
+    return predicted[vertex] + turn_displacement[vertex];
+  }
   /// Sets the end of a soft vertex to solved + split_displacement, rounded to btScalar.
   void round_end(std::int32_t soft_vertex);
   /// Adds the motion of the response to the predicted pose of a rigid body. Sets the end of the

@@ -30,7 +30,7 @@ Vector3d gap_vector_at_end(const ContactRow& row, const Motion& motion) {
   Vector3d sum = Vector3d::Zero();
   for (int i = 0; i < 4; ++i) {
     const std::int32_t v = row.contact.vertices[i];
-    sum += row.weights[i] * (motion.is_free(v) ? motion.solved : motion.predicted)[v];
+    sum += row.weights[i] * (motion.is_free(v) ? motion.solved[v] : motion.end_without_impulses(v));
   }
   for (const RigidTerm& term : RigidTerms(row.contact, row.weights, motion)) {
     const RigidMotion& body = motion.rigid[term.body];

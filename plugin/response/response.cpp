@@ -100,6 +100,7 @@ void Response::run(const NearContacts& near, const std::vector<Contact>& penetra
     if (i >= solves_with_full_gaps && motion.has_prescribed_motion())
       constraints_.narrow_gaps(
           std::max(min_gap_fraction, std::ldexp(1, solves_with_full_gaps - 1 - i)), motion);
+    motion.find_turn_displacement();
     constraints_.solve(motion, options_.solver_iterations);
     contacts = detect(motion.starts(), motion.ends());
   }

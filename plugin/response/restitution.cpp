@@ -17,6 +17,7 @@ void add_restitution(RowList& rows, double restitution, double threshold, int sw
   // gaps that bouncing contacts should have.
   Motion bounce = motion;
   bounce.solved.assign(motion.predicted.begin(), motion.predicted.begin() + motion.soft_count());
+  bounce.turn_displacement.clear();
   std::vector<ContactRow> bouncing;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (!rows.can_act(i)) continue;

@@ -34,8 +34,10 @@ Vector3d move_without_impulses(const ContactRow& row, bool for_split_impulse,
   Vector3d sum = Vector3d::Zero();
   for (int k = 0; k < 4; ++k) {
     const std::int32_t v = row.contact.vertices[k];
-    Vector3d end = for_split_impulse && motion.is_free(v) ? motion.solved[v] : motion.predicted[v];
-    if (!for_split_impulse && motion.is_free(v)) end += motion.link_displacement[v];
+    Vector3d end = motion.end_without_impulses(v);
+    if (motion.is_free(v))
+      end =
+          for_split_impulse ? motion.solved[v] : motion.predicted[v] + motion.link_displacement[v];
     sum += row.weights[k] * (end - motion.start_of(v));
   }
   if (!for_split_impulse) return sum;
