@@ -6,23 +6,33 @@
 
 namespace lazyccd {
 
-/// Counts how often a thread lost its core although it could have gone on. Only Linux tells; on
-/// other systems no thread seems crowded.
+/// Watches how long a thread waits for a core although it could go on. Only Linux tells; on other
+/// systems no thread seems crowded. Construct it on the thread that it watches.
 class PreemptionWatch {
  public:
-  /// Call on the watched thread, after each piece of its work. True if other threads took its core
-  /// in most of the last periods of work.
+  PreemptionWatch();
+  ~PreemptionWatch();
+  PreemptionWatch(const PreemptionWatch&) = delete;
+  PreemptionWatch& operator=(const PreemptionWatch&) = delete;
+
+  /// Call on the watched thread, after each piece of its work. True if it waited for a core during
+  /// a large part of its last milliseconds of work.
   bool is_crowded();
   /// How long a crowded thread should leave its core to the others: longer each time, as long as
-  /// it is crowded whenever it returns.
+  /// it is crowded soon after it returns.
   std::chrono::milliseconds next_absence();
 
  private:
   using Clock = std::chrono::steady_clock;
+  // Of the thread since it began.
+  struct Times {
+    std::int64_t on_core = 0, waiting = 0;  // nanoseconds
+  };
+  bool read(Times& times) const;
 
+  int file_ = -1;  // where the system tells; -1: nowhere
+  Times last_;
   Clock::time_point last_look_;
-  long switches_ = -1;         // involuntary context switches at the last look; -1: not known
-  std::uint32_t crowded_ = 0;  // the last looks, the newest in bit 0: the core was lost before it
   std::chrono::milliseconds absence_{0};
   Clock::time_point last_return_;
 };
