@@ -30,30 +30,30 @@ void measure_edges_squared(const StepTopology& step_topology, const Motion& moti
                            EdgesSquared& squares) {
   const Topology topology = step_topology.topology();
   squares.of_body.assign(topology.bodies.size(), 0);
-  squares.mean_of_body.assign(topology.bodies.size(), 0);
+  squares.mean_sag_of_body.assign(topology.bodies.size(), 0);
   squares.count.assign(topology.bodies.size(), 0);
-  squares.of_face.clear();
-  squares.of_edge.clear();
+  squares.sag_of_face.clear();
+  squares.sag_of_edge.clear();
   const auto square = [&](std::int32_t a, std::int32_t b) {
     const double start = (motion.start_of(a) - motion.start_of(b)).squaredNorm();
     return at_start ? start : std::max(start, (motion.end_of(a) - motion.end_of(b)).squaredNorm());
   };
-  const auto include = [&](std::int32_t vertex, double value) {
+  const auto sag_of = [&](std::int32_t vertex, double longest, double divisor) {
     const std::int32_t body = step_topology.body_of(vertex);
-    squares.of_body[body] = std::max(squares.of_body[body], value);
-    squares.mean_of_body[body] += value;
+    squares.of_body[body] = std::max(squares.of_body[body], longest);
+    squares.mean_sag_of_body[body] += longest / divisor;
     ++squares.count[body];
-    return value;
+    return longest / divisor;
   };
   for (const Face& f : topology.faces) {
     if (!step_topology.is_soft(f[0])) break;  // the faces of obstacles come last
     const double longest = std::max({square(f[0], f[1]), square(f[1], f[2]), square(f[2], f[0])});
-    squares.of_face.push_back(include(f[0], longest));
+    squares.sag_of_face.push_back(sag_of(f[0], longest, 3));
   }
   for (const Edge& edge : topology.edges)
-    squares.of_edge.push_back(include(edge[0], square(edge[0], edge[1])));
+    squares.sag_of_edge.push_back(sag_of(edge[0], square(edge[0], edge[1]), 4));
   for (std::size_t body = 0; body < squares.count.size(); ++body)
-    squares.mean_of_body[body] /= std::max(1, squares.count[body]);
+    squares.mean_sag_of_body[body] /= std::max(1, squares.count[body]);
 }
 
 void leave_out(const ObstaclePairs& obstacle, std::vector<Body>& filters) {

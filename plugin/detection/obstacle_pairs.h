@@ -21,12 +21,16 @@ struct ObstaclePairs {
 /// anchored to.
 std::vector<ObstaclePairs> find_obstacle_pairs(const StepTopology& topology);
 
-/// Squares of the longest edges in a motion, or at its start; square metres. Kept for its memory.
+/// Squares of lengths in a motion, or at its start; square metres. Kept for its memory.
+///
+/// The sag of a primitive: let all its vertices be at least D away from a place. Then all its
+/// points are at least sqrt(D^2 - sag) away. With L as its longest edge it is L^2 / 3, the largest
+/// squared circumradius, for a face, and L^2 / 4 for an edge.
 struct EdgesSquared {
-  std::vector<double> of_body,  ///< the longest one of each soft body
-      mean_of_body,             ///< mean of of_face and of_edge over each soft body
-      of_face,                  ///< the longest side of each soft face
-      of_edge;                  ///< by index of Topology::edges
+  std::vector<double> of_body,  ///< L^2 of each soft body
+      mean_sag_of_body,         ///< over its faces and edges
+      sag_of_face,              ///< by soft face
+      sag_of_edge;              ///< by index of Topology::edges
   std::vector<int> count;       ///< of faces and edges, by body
 };
 void measure_edges_squared(const StepTopology& topology, const Motion& motion, bool at_start,

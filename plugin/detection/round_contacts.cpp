@@ -115,7 +115,7 @@ bool RoundContacts::suits(const ObstaclePairs& obstacle) const {
     const double gap = kept_thickness * surfaces_.of(s, obstacle.body).thickness;
     for (const RoundPart& part : triangles.round_parts) {
       const double at_rest = part.inner_radius + gap;
-      if (!(at_rest * at_rest - edges_squared_.mean_of_body[s] / 3 >
+      if (!(at_rest * at_rest - edges_squared_.mean_sag_of_body[s] >
             part.outer_radius * part.outer_radius))
         return false;
     }
@@ -215,17 +215,17 @@ bool RoundContacts::is_clear(std::int32_t soft_body, const RoundPart& part,
   }
   const double smallest = *std::min_element(limits_.begin(), limits_.end());
   if (smallest > edges_squared_.of_body[soft_body] / 3) return true;
-  const auto all_within = [&](const auto& primitives, const std::vector<double>& squares) {
-    for (std::size_t i = 0; i < squares.size(); ++i) {
+  const auto all_within = [&](const auto& primitives, const std::vector<double>& sags) {
+    for (std::size_t i = 0; i < sags.size(); ++i) {
       if (primitives[i][0] < first || primitives[i][0] >= last) continue;
       for (const std::int32_t v : primitives[i])
-        if (!(limits_[v - first] > squares[i] / 3)) return false;
+        if (!(limits_[v - first] > sags[i])) return false;
     }
     return true;
   };
   const Topology topology = topology_.topology();
-  return all_within(topology.faces, edges_squared_.of_face) &&
-         all_within(topology.edges, edges_squared_.of_edge);
+  return all_within(topology.faces, edges_squared_.sag_of_face) &&
+         all_within(topology.edges, edges_squared_.sag_of_edge);
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -8,7 +8,8 @@
 // The bound. Let all vertices of a face be at least D away from a point q, and no two of them more
 // than L apart. Then each point p of the face is at least sqrt(D^2 - L^2 / 3) away from q, because
 // |p - q|^2 = sum_i w_i |v_i - q|^2 - sum_i w_i |v_i - p|^2 and the last sum is at most the squared
-// circumradius, L^2 / 3. With q on the core of a ball or capsule, D is the distance from the core.
+// circumradius, L^2 / 3. For an edge it is at most L^2 / 4. With q on the core of a ball or
+// capsule, D is the distance from the core.
 #pragma once
 
 #include <cstdint>
@@ -62,8 +63,7 @@ class RoundContacts {
   std::vector<ObstaclePairs> obstacles_;
   // Scratch memory.
   EdgesSquared edges_squared_;
-  std::vector<double>
-      limits_;  // by vertex of a body: the largest L^2 / 3 with which the bound holds
+  std::vector<double> limits_;  // by vertex of a body: the largest sag with which the bound holds
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION
