@@ -6,11 +6,12 @@
 #   bash tests/run.sh --ci     what CI checks
 #   bash tests/run.sh --all    that, and what takes longer
 #
-# --ci: both precisions; the layers of the includes; the model checker; the installed package; Bullet in the
-# layouts of package managers; the Python package; Clang with the address and undefined behaviour sanitizers;
-# the thread sanitizer; the CUDA backend, built if there is nvcc and run if there is a device. Warnings are
-# errors. Sanitized runs take one of many values that are alike, and a tenth of the random ones.
-# --all: also every header compiled alone, and the program with sanitizers.
+# --ci: GCC, with Bullet in single precision; the layers of the includes; the model checker; the installed
+# package; Bullet in the layouts of package managers; the Python package; Clang with the address and undefined
+# behaviour sanitizers, with Bullet in double precision; the thread sanitizer; the CUDA backend, built if there
+# is nvcc and run if there is a device. Warnings are errors. Sanitized runs take one of many values that are
+# alike, and a tenth of the random ones.
+# --all: also both precisions in both of them, every header compiled alone, and the program with sanitizers.
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/../examples/setup.sh"
 
@@ -66,15 +67,17 @@ if [ "$amount" = --quick ]; then
   run_tests quick -LE '^(model|consumer)$'
 else
   require_packages checks python
-  headers=OFF sanitized=(lazyccd_tests lazyccd_tests_threads lazyccd_tests_bullet) labels='core|threads|bullet'
+  headers=OFF precisions=float sanitized_precisions=double
+  sanitized=(lazyccd_tests lazyccd_tests_threads lazyccd_tests_bullet_double) labels='core|threads|bullet_double'
   if [ "$amount" = --all ]; then
-    headers=ON sanitized+=(lazyccd_tests_program) labels+='|program'
+    headers=ON precisions='float;double' sanitized_precisions=$precisions
+    sanitized+=(lazyccd_tests_bullet lazyccd_tests_program) labels+='|bullet|program'
   fi
-  build cpu -DLAZYCCD_TESTS=ON -DLAZYCCD_WERROR=ON -DLAZYCCD_CHECK_HEADERS=$headers
+  build cpu -DLAZYCCD_TESTS=ON -DLAZYCCD_WERROR=ON -DLAZYCCD_CHECK_HEADERS=$headers -DLAZYCCD_PRECISIONS="$precisions"
   run_tests cpu
   run_python_tests
   run_layout_tests
-  build asan -- "${sanitized[@]}"
+  build asan -DLAZYCCD_PRECISIONS="$sanitized_precisions" -- "${sanitized[@]}"
   run_tests asan -L "^($labels)$"
   build tsan -- lazyccd_tests_threads
   run_tests tsan -L threads
