@@ -235,7 +235,7 @@ Detector::Detector(const DetectorOptions& options, const Threads& threads) {
                 "-ffp-contract=off");
   if (options.threads < 0)
     throw Error(ErrorCode::invalid_argument,
-                "threads is negative; 0 means as many as the machine has");
+                "threads is negative; 0 means as many as there are cores");
   const Tuning& tuning = options.algorithm.tuning;
   if (tuning.chunk < 0 || tuning.stack < 0 || tuning.idle_threshold < 0)
     throw Error(ErrorCode::invalid_argument,

@@ -11,7 +11,7 @@ namespace lazyccd {
 Threads::Threads(int count) : pool_(std::make_shared<std::unique_ptr<ThreadPool>>()) {
   if (count < 0)
     throw Error(ErrorCode::invalid_argument,
-                "threads is negative; 0 means as many as the machine has");
+                "threads is negative; 0 means as many as there are cores");
   count_ = ThreadPool::resolve(count);
   gives_way_ = count == 0;
 }

@@ -170,7 +170,7 @@ void add_bench(CLI::App& app) {
                       "strategies of the cuda backend; default: all");
   command
       ->add_option("--threads", arguments->threads,
-                   "number of threads of the cpu backend; 0: as many as the machine has")
+                   "number of threads of the cpu backend; 0: as many as there are cores")
       ->check(CLI::Range(0, 1024));
   command->add_option("--repeat", arguments->repeat, "number of timed detections for each row")
       ->check(CLI::Range(1, 100000));

@@ -13,7 +13,7 @@ void add_detector_options(CLI::App& command, DetectorOptions& options) {
       ->transform(CLI::CheckedTransformer(backends).description("{auto,cpu,cuda}"));
   command
       .add_option("--threads", options.threads,
-                  "number of threads of the cpu backend; 0: as many as the machine has")
+                  "number of threads of the cpu backend; 0: as many as there are cores")
       ->check(CLI::Range(0, 1024));
   static const std::map<std::string, Strategy> strategies = [] {
     std::map<std::string, Strategy> named;

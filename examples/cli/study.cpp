@@ -321,7 +321,7 @@ void add_study(CLI::App& app) {
                       "non_penetration+normal_cones+orphan_sets");
   command
       ->add_option("--threads", a.threads,
-                   "number of threads of the cpu backend; 0: as many as the machine has")
+                   "number of threads of the cpu backend; 0: as many as there are cores")
       ->check(CLI::Range(0, 1024));
   command
       ->add_option("--blocks", a.blocks,

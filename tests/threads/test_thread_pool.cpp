@@ -6,6 +6,10 @@
 #include <thread>
 #include <vector>
 
+#if defined(__linux__)
+#include <sched.h>
+#endif
+
 #include "cpu/threads/thread_pool.h"
 #include "support/catch.h"
 
@@ -27,6 +31,20 @@ TEST_CASE("a pool has as many workers as asked for, and the machine's number for
   CHECK(ThreadPool(5).size() == 5);
   CHECK(ThreadPool(0).size() >= 1);
 }
+
+#if defined(__linux__)
+TEST_CASE("a thread that may use one core gets a pool of one thread for 0") {
+  int threads = 0;
+  std::thread pinned([&] {
+    cpu_set_t core;
+    CPU_ZERO(&core);
+    CPU_SET(static_cast<std::size_t>(sched_getcpu()), &core);
+    if (sched_setaffinity(0, sizeof core, &core) == 0) threads = ThreadPool::resolve(0);
+  });
+  pinned.join();
+  CHECK(threads == 1);
+}
+#endif
 
 TEST_CASE("a pool is serial for a pool of one and for a submitted job, not while workers sleep") {
   CHECK(ThreadPool(1).is_serial());

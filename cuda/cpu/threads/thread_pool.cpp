@@ -36,8 +36,17 @@ std::uint64_t job_number(std::uint64_t state) { return state >> job_shift; }
 // A number that no job has. It tells the workers that the pool ends.
 constexpr std::uint64_t no_more_jobs = 0xffffffff;
 
+// Number of cores that the calling thread may use, and so the threads that it starts.
+int core_count() {
+#if defined(__linux__)
+  cpu_set_t cores;
+  if (sched_getaffinity(0, sizeof cores, &cores) == 0) return CPU_COUNT(&cores);
+#endif
+  return static_cast<int>(std::thread::hardware_concurrency());
+}
+
 int thread_count(int wanted) {
-  if (wanted <= 0) wanted = static_cast<int>(std::thread::hardware_concurrency());
+  if (wanted <= 0) wanted = core_count();
   return std::clamp(wanted, 1, max_threads);
 }
 

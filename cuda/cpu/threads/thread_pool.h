@@ -25,13 +25,14 @@ namespace lazyccd {
 /// serially on its own thread.
 class ThreadPool {
  public:
-  explicit ThreadPool(int threads = 0);  ///< 0: as many as the machine has
+  explicit ThreadPool(int threads = 0);  ///< 0: as many as cores that the caller may use
   ~ThreadPool();
   ThreadPool(const ThreadPool&) = delete;
   ThreadPool& operator=(const ThreadPool&) = delete;
 
   int size() const { return size_; }
-  /// The number of threads that a pool of `threads` has; 0: as many as the machine has.
+  /// The number of threads that a pool of `threads` has; 0: as many as cores that the caller may
+  /// use.
   static int resolve(int threads);
 
   /// Wakes sleeping threads because a job comes soon. Waking takes about as long as a short stage.

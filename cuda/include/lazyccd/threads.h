@@ -17,8 +17,8 @@ class ThreadPool;
 /// detectors that share it, one at a time detects ahead; the others do all their work in detect().
 class LAZYCCD_API Threads {
  public:
-  /// `count` threads, the caller's included; 0: as many as the machine has, without those whose
-  /// cores are busy with other work. Throws Error if negative. They start when they are first
+  /// `count` threads, the caller's included; 0: as many as cores that the caller may use, without
+  /// those that are busy with other work. Throws Error if negative. They start when they are first
   /// needed, and are fewer if the system has no more.
   explicit Threads(int count = 0);
 

@@ -34,7 +34,7 @@ class Detector:
         disabled_pairs: integers, shape (p, 2): pairs of bodies that do not collide.
         backend: ``auto`` (the faster one, by measured times, if the package was built with CUDA and a device
             answers; otherwise the CPU), ``cpu`` or ``cuda``.
-        threads: threads of the CPU backend; 0: as many as the machine has.
+        threads: threads of the CPU backend; 0: as many as there are cores.
         vertex_face: whether vertices are tested against faces.
         edge_edge: whether edges are tested against edges.
         separation: minimum separation, in the unit of the positions. A contact is where the distance falls to

@@ -30,7 +30,7 @@ def vertex_face(start: Any, end: Any, separation: float = 0.0, threads: int = 0)
         end: the same points at the end of the step.
         separation: distance that counts as a contact, in the unit of the points. With a separation, a distance
             that rounding cannot tell from it counts as a contact.
-        threads: threads that share the queries; 0: as many as the machine has.
+        threads: threads that share the queries; 0: as many as there are cores.
 
     Raises:
         lazyccd.Error: a point is not finite, or the separation is negative or not finite.
