@@ -74,25 +74,26 @@ void Motion::restart_response(std::int32_t body) {
 }
 
 void Motion::find_turn_displacement() {
-  turn_displacement.clear();
-  const auto find = [this](std::int32_t v, const RigidMotion& body) {
+  const auto turns = [](const RigidMotion& body) {
+    return body.is_movable() && body.rotation + body.split_rotation != Eigen::Vector3d::Zero();
+  };
+  if (turn_displacement.empty()) {
+    if (std::none_of(rigid.begin(), rigid.end(), turns)) return;
+    turn_displacement.assign(size(), Eigen::Vector3d::Zero());
+  }
+  const auto find = [&](std::int32_t v, const RigidMotion& body) {
+    turn_displacement[v].setZero();
+    if (!turns(body)) return;
     const Eigen::Vector3d linear =
         body.translation + body.split_translation +
         (body.rotation + body.split_rotation).cross(start_of(v) - body.centre());
     turn_displacement[v] = end_of(v) - predicted[v] - linear;
   };
-  const auto turns = [](const RigidMotion& body) {
-    return body.is_movable() && body.rotation + body.split_rotation != Eigen::Vector3d::Zero();
-  };
-  if (std::none_of(rigid.begin(), rigid.end(), turns)) return;
-  turn_displacement.assign(size(), Eigen::Vector3d::Zero());
   for (const RigidMotion& body : rigid) {
-    if (body.is_ball || !turns(body)) continue;  // a ball's surface does not move when it turns
+    if (body.is_ball || !body.is_movable()) continue;  // turning does not move a ball's surface
     for (std::int32_t i = 0; i < body.vertex_count; ++i) find(body.first_vertex + i, body);
   }
-  for (const auto& [vertex, fixed] : anchored) {
-    if (turns(rigid[fixed.rigid])) find(vertex, rigid[fixed.rigid]);
-  }
+  for (const auto& [vertex, fixed] : anchored) find(vertex, rigid[fixed.rigid]);
 }
 
 void Motion::round_end(std::int32_t i) {

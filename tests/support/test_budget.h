@@ -1,8 +1,8 @@
 // Reduces the amount of testing in sanitizer builds and in quick runs.
 //
-// Sanitizers make a run ten times as slow, and similar runs show the same errors to them. So one
-// value replaces a list of values, and random tests run a tenth of their repetitions. In quick runs
-// (environment variable LAZYCCD_QUICK_TESTS) random tests run a quarter of their repetitions.
+// Sanitizers make a run several times as slow, and similar runs show the same errors to them. So
+// one value replaces a list of values, and random tests run a tenth of their repetitions. In quick
+// runs (environment variable LAZYCCD_QUICK_TESTS) random tests run a quarter of their repetitions.
 #pragma once
 
 #include <cstdint>

@@ -24,12 +24,6 @@ constexpr std::chrono::milliseconds quiet_time{100};
 
 }  // namespace
 
-PreemptionWatch::PreemptionWatch() {
-#if defined(__linux__)
-  file_ = open("/proc/thread-self/schedstat", O_RDONLY | O_CLOEXEC);
-#endif
-}
-
 PreemptionWatch::~PreemptionWatch() {
 #if defined(__linux__)
   if (file_ >= 0) close(file_);
@@ -37,8 +31,9 @@ PreemptionWatch::~PreemptionWatch() {
 }
 
 // See proc(5) and the kernel's sched-stats.rst: time on a core, time in a run queue, time slices.
-bool PreemptionWatch::read(Times& times) const {
+bool PreemptionWatch::read(Times& times) {
 #if defined(__linux__)
+  if (file_ == not_opened) file_ = open("/proc/thread-self/schedstat", O_RDONLY | O_CLOEXEC);
   char text[80];
   const auto size = file_ < 0 ? -1 : pread(file_, text, sizeof text - 1, 0);
   if (size <= 0) return false;

@@ -7,10 +7,10 @@
 namespace lazyccd {
 
 /// Watches how long a thread waits for a core although it could go on. Only Linux tells; on other
-/// systems no thread seems crowded. Construct it on the thread that it watches.
+/// systems no thread seems crowded. Opens a file when it is first asked.
 class PreemptionWatch {
  public:
-  PreemptionWatch();
+  PreemptionWatch() = default;
   ~PreemptionWatch();
   PreemptionWatch(const PreemptionWatch&) = delete;
   PreemptionWatch& operator=(const PreemptionWatch&) = delete;
@@ -28,9 +28,10 @@ class PreemptionWatch {
   struct Times {
     std::int64_t on_core = 0, waiting = 0;  // nanoseconds
   };
-  bool read(Times& times) const;
+  bool read(Times& times);
 
-  int file_ = -1;  // where the system tells; -1: nowhere
+  static constexpr int not_opened = -2;
+  int file_ = not_opened;  // where the system tells; -1: nowhere
   Times last_;
   Clock::time_point last_look_;
   std::chrono::milliseconds absence_{0};
