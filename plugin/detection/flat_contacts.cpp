@@ -66,13 +66,13 @@ void FlatContacts::set_sides(const ObstaclePairs& obstacle, const FlatPart& part
 bool FlatContacts::find_near(double separation, std::vector<Contact>& contacts) {
   contacts.clear();
   if (!any()) return true;
-  measure_edges_squared(topology_, motion_, false, edges_squared_);
+  measure_sags(topology_, motion_, false, sags_);
   const auto suits = [&](const ObstaclePairs& pairs) {
     const std::size_t first = contacts.size();
     for (const FlatPart& part : topology_.bodies()[pairs.body].triangles->flat_parts) {
       set_sides(pairs, part, false);
       for (const std::int32_t s : pairs.soft_bodies) {
-        const double longest_edge = std::sqrt(edges_squared_.of_body[s]);
+        const double longest_edge = 2 * std::sqrt(sags_.largest[s]);  // or a little more
         if (find_near(pairs, s, separation, longest_edge, contacts)) continue;
         contacts.resize(first);
         return false;

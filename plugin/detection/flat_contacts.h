@@ -74,7 +74,7 @@ class FlatContacts {
   // Scratch memory.
   std::vector<MovingSide> sides_;
   std::vector<std::uint32_t> beyond_;  // by vertex of a body: a bit for each side that it is beyond
-  EdgesSquared edges_squared_;
+  Sags sags_;
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

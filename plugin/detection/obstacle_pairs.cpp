@@ -25,35 +25,53 @@ std::vector<ObstaclePairs> find_obstacle_pairs(const StepTopology& step_topology
   return found;
 }
 
-// The square of an edge is a convex function of time, so it is largest at one of the ends.
-void measure_edges_squared(const StepTopology& step_topology, const Motion& motion, bool at_start,
-                           EdgesSquared& squares) {
+namespace {
+
+// Squared radius of the smallest circle around a triangle whose sides have these squared lengths.
+// It has the longest side as its diameter, or all corners on it.
+double smallest_circle(double a, double b, double c) {
+  const double longest = std::max({a, b, c}), sum = a + b + c;
+  if (sum <= 2 * longest) return longest / 4;
+  const double area = sum * sum - 2 * (a * a + b * b + c * c);  // 16 area^2
+  return std::clamp(a * b * c / area, longest / 4, longest / 3);
+}
+
+// The square of a side is a convex function of time, so it is largest at one of the ends.
+double largest_square(std::int32_t a, std::int32_t b, const Motion& motion, bool at_start) {
+  const double start = (motion.start_of(a) - motion.start_of(b)).squaredNorm();
+  return at_start ? start : std::max(start, (motion.end_of(a) - motion.end_of(b)).squaredNorm());
+}
+
+}  // namespace
+
+double sag_of(const Edge& edge, const Motion& motion, bool at_start) {
+  return largest_square(edge[0], edge[1], motion, at_start) / 4;
+}
+
+// If all sides of a triangle grow, so does its smallest circle (Kirszbraun's theorem).
+double sag_of(const Face& face, const Motion& motion, bool at_start) {
+  return smallest_circle(largest_square(face[0], face[1], motion, at_start),
+                         largest_square(face[1], face[2], motion, at_start),
+                         largest_square(face[2], face[0], motion, at_start));
+}
+
+void measure_sags(const StepTopology& step_topology, const Motion& motion, bool at_start,
+                  Sags& sags) {
   const Topology topology = step_topology.topology();
-  squares.of_body.assign(topology.bodies.size(), 0);
-  squares.mean_sag_of_body.assign(topology.bodies.size(), 0);
-  squares.count.assign(topology.bodies.size(), 0);
-  squares.sag_of_face.clear();
-  squares.sag_of_edge.clear();
-  const auto square = [&](std::int32_t a, std::int32_t b) {
-    const double start = (motion.start_of(a) - motion.start_of(b)).squaredNorm();
-    return at_start ? start : std::max(start, (motion.end_of(a) - motion.end_of(b)).squaredNorm());
+  sags.largest.assign(topology.bodies.size(), 0);
+  sags.of_face.clear();
+  sags.of_edge.clear();
+  const auto measure = [&](const auto& primitive) {
+    const double sag = sag_of(primitive, motion, at_start);
+    double& largest = sags.largest[step_topology.body_of(primitive[0])];
+    largest = std::max(largest, sag);
+    return sag;
   };
-  const auto sag_of = [&](std::int32_t vertex, double longest, double divisor) {
-    const std::int32_t body = step_topology.body_of(vertex);
-    squares.of_body[body] = std::max(squares.of_body[body], longest);
-    squares.mean_sag_of_body[body] += longest / divisor;
-    ++squares.count[body];
-    return longest / divisor;
-  };
-  for (const Face& f : topology.faces) {
-    if (!step_topology.is_soft(f[0])) break;  // the faces of obstacles come last
-    const double longest = std::max({square(f[0], f[1]), square(f[1], f[2]), square(f[2], f[0])});
-    squares.sag_of_face.push_back(sag_of(f[0], longest, 3));
+  for (const Face& face : topology.faces) {
+    if (!step_topology.is_soft(face[0])) break;  // the faces of obstacles come last
+    sags.of_face.push_back(measure(face));
   }
-  for (const Edge& edge : topology.edges)
-    squares.sag_of_edge.push_back(sag_of(edge[0], square(edge[0], edge[1]), 4));
-  for (std::size_t body = 0; body < squares.count.size(); ++body)
-    squares.mean_sag_of_body[body] /= std::max(1, squares.count[body]);
+  for (const Edge& edge : topology.edges) sags.of_edge.push_back(measure(edge));
 }
 
 void leave_out(const ObstaclePairs& obstacle, std::vector<Body>& filters) {

@@ -21,20 +21,19 @@ struct ObstaclePairs {
 /// anchored to.
 std::vector<ObstaclePairs> find_obstacle_pairs(const StepTopology& topology);
 
-/// Squares of lengths in a motion, or at its start; square metres. Kept for its memory.
-///
-/// The sag of a primitive: let all its vertices be at least D away from a place. Then all its
-/// points are at least sqrt(D^2 - sag) away. With L as its longest edge it is L^2 / 3, the largest
-/// squared circumradius, for a face, and L^2 / 4 for an edge.
-struct EdgesSquared {
-  std::vector<double> of_body,  ///< L^2 of each soft body
-      mean_sag_of_body,         ///< over its faces and edges
-      sag_of_face,              ///< by soft face
-      sag_of_edge;              ///< by index of Topology::edges
-  std::vector<int> count;       ///< of faces and edges, by body
+/// The sag of an edge or a face in a motion, or at its start: the squared radius of the smallest
+/// ball around it, m^2. With all vertices at least D away from a place, all its points are at least
+/// sqrt(D^2 - sag) away. None of its points is farther than sqrt(sag) from its nearest vertex.
+double sag_of(const Edge& edge, const Motion& motion, bool at_start);
+double sag_of(const Face& face, const Motion& motion, bool at_start);
+
+/// The sags of all soft bodies, m^2. Kept for its memory.
+struct Sags {
+  std::vector<double> of_face;  ///< by soft face
+  std::vector<double> of_edge;  ///< by index of Topology::edges
+  std::vector<double> largest;  ///< by body
 };
-void measure_edges_squared(const StepTopology& topology, const Motion& motion, bool at_start,
-                           EdgesSquared& squares);
+void measure_sags(const StepTopology& topology, const Motion& motion, bool at_start, Sags& sags);
 
 /// Changes the filters of a detector, such that it leaves out the pairs of these obstacles.
 void leave_out(const ObstaclePairs& obstacle, std::vector<Body>& filters);

@@ -14,87 +14,25 @@ using Eigen::Vector3d;
 constexpr double kept_thickness = 0.9;
 // With more pairs of a vertex and a ball or capsule, the detector's hierarchy is faster.
 constexpr std::int64_t max_pairs = 1 << 15;
+// A contact point with more weight than this at one vertex is left to the constraint of the vertex.
+constexpr double weight_of_vertex = 0.999;
 
-// Distance between the segments a + s u and b + t v with s, t in [0, 1]. Ericson 2005, "Real-Time
-// Collision Detection", section 5.1.9.
-double segment_distance(const Vector3d& a, const Vector3d& u, const Vector3d& b,
-                        const Vector3d& v) {
-  const Vector3d w = a - b;
-  const double uu = u.squaredNorm(), vv = v.squaredNorm(), vw = v.dot(w);
-  double s = 0, t = 0;
-  if (!(vv > 0)) {
-    s = uu > 0 ? std::clamp(-u.dot(w) / uu, 0.0, 1.0) : 0;
-  } else {
-    const double uv = u.dot(v), uw = u.dot(w), area = uu * vv - uv * uv;
-    if (area > 0) s = std::clamp((uv * vw - uw * vv) / area, 0.0, 1.0);
-    t = (uv * s + vw) / vv;
-    if (t < 0 || t > 1) {
-      t = std::clamp(t, 0.0, 1.0);
-      s = uu > 0 ? std::clamp((uv * t - uw) / uu, 0.0, 1.0) : 0;
-    }
-  }
-  return (w + s * u - t * v).norm();
+template <class Primitive>
+PrimitivePoints points_of(const Primitive& primitive, const Motion& motion, bool at_start) {
+  PrimitivePoints points{{}, static_cast<int>(primitive.size())};
+  for (std::size_t i = 0; i < primitive.size(); ++i)
+    points.x[i] = at_start ? motion.start_of(primitive[i]) : motion.end_of(primitive[i]);
+  return points;
 }
 
-Vector3d transformed(const btTransform& pose, const btVector3& x) {
-  const btMatrix3x3& basis = pose.getBasis();
-  const Vector3d local = to_eigen(x);
-  Vector3d world = to_eigen(pose.getOrigin());
-  for (int k = 0; k < 3; ++k) world[k] += to_eigen(basis[k]).dot(local);
-  return world;
+void set_normal(const Vector3d& normal, Contact& contact) {
+  for (int k = 0; k < 3; ++k) contact.normal[k] = static_cast<float>(normal[k]);
 }
 
 }  // namespace
 
-struct RoundContacts::MovingCore {
-  Vector3d start[2], end[2];
-
-  MovingCore(const RoundPart& part, const RigidMotion& rigid, bool at_start) {
-    for (int k = 0; k < 2; ++k) {
-      start[k] = transformed(rigid.start, part.core[k]);
-      end[k] = at_start ? start[k] : transformed(rigid.end, part.core[k]);
-    }
-  }
-
-  // Parameter of the point of the core that is closest to x at time t.
-  double closest(const Vector3d& x, double t, Vector3d& point) const {
-    const Vector3d a = (1 - t) * start[0] + t * end[0], b = (1 - t) * start[1] + t * end[1];
-    const Vector3d along = b - a;
-    const double length2 = along.squaredNorm();
-    const double s = length2 > 0 ? std::clamp((x - a).dot(along) / length2, 0.0, 1.0) : 0;
-    point = a + s * along;
-    return s;
-  }
-  double distance(const Vector3d& x, double t) const {
-    Vector3d point;
-    closest(x, t, point);
-    return (x - point).norm();
-  }
-  // Upper bound of how far a vertex moves relative to any point of the core.
-  double relative_move(const Vector3d& x0, const Vector3d& x1) const {
-    const Vector3d move = x1 - x0;
-    return std::max((move - (end[0] - start[0])).norm(), (move - (end[1] - start[1])).norm());
-  }
-  // Lower bound of the distance of a vertex over the whole motion. Exact if the core does not turn.
-  double smallest_distance(const Vector3d& x0, const Vector3d& x1) const {
-    const Vector3d turn = 0.5 * ((end[1] - start[1]) - (end[0] - start[0]));
-    const Vector3d shift = 0.5 * ((end[0] - start[0]) + (end[1] - start[1]));
-    return segment_distance(x0, x1 - shift - x0, start[0], start[1] - start[0]) - turn.norm();
-  }
-  // Upper bound of the rounding of Bullet's positions of the part's vertices, metres.
-  double rounding(double radius) const {
-    constexpr double count = 64;
-    double largest = radius;
-    for (int k = 0; k < 2; ++k)
-      largest = std::max({largest, start[k].lpNorm<Eigen::Infinity>() + radius,
-                          end[k].lpNorm<Eigen::Infinity>() + radius});
-    return count * static_cast<double>(std::numeric_limits<btScalar>::epsilon()) * largest;
-  }
-};
-
 void RoundContacts::set_topology() {
   obstacles_.clear();
-  measure_edges_squared(topology_, motion_, true, edges_squared_);
   std::int64_t pairs = 0;
   for (ObstaclePairs& obstacle : find_obstacle_pairs(topology_)) {
     const Triangles& triangles = *topology_.bodies()[obstacle.body].triangles;
@@ -105,127 +43,236 @@ void RoundContacts::set_topology() {
     obstacles_.push_back(std::move(obstacle));
   }
   if (pairs > max_pairs) clear();
+  measure_sags(topology_, motion_, true, sags_);
+  reach_.clear();
+  for (const double sag : sags_.largest) reach_.push_back(2 * std::sqrt(sag));
 }
 
-// True if the bound holds where faces of mean size rest on the obstacle.
+// What rests at the kept distance from the triangles must be outside of the outer radius.
 bool RoundContacts::suits(const ObstaclePairs& obstacle) const {
   const Triangles& triangles = *topology_.bodies()[obstacle.body].triangles;
   for (const std::int32_t s : obstacle.soft_bodies) {
     if (!topology_.bodies()[s].responds) return false;
-    const double gap = kept_thickness * surfaces_.of(s, obstacle.body).thickness;
-    for (const RoundPart& part : triangles.round_parts) {
-      const double at_rest = part.inner_radius + gap;
-      if (!(at_rest * at_rest - edges_squared_.mean_sag_of_body[s] >
-            part.outer_radius * part.outer_radius))
-        return false;
-    }
+    for (const RoundPart& part : triangles.round_parts)
+      if (!(kept_distance(s, obstacle.body, part) > part.outer_radius)) return false;
   }
   return true;
+}
+
+// From the core, metres: what the response leaves of it at rest.
+double RoundContacts::kept_distance(std::int32_t soft_body, std::int32_t obstacle,
+                                    const RoundPart& part) const {
+  return part.inner_radius + kept_thickness * surfaces_.of(soft_body, obstacle).thickness;
 }
 
 void RoundContacts::leave_out(std::vector<Body>& filters) const {
   for (const ObstaclePairs& obstacle : obstacles_) bullet::leave_out(obstacle, filters);
 }
 
-void RoundContacts::find_near(double separation, std::vector<Contact>& contacts) const {
+void RoundContacts::find_near(double separation, std::vector<Contact>& contacts) {
   contacts.clear();
+  if (!any()) return;
   for (const ObstaclePairs& obstacle : obstacles_) {
-    for (const std::int32_t soft_body : obstacle.soft_bodies) {
-      for (const RoundPart& part : topology_.bodies()[obstacle.body].triangles->round_parts)
-        find_near(obstacle, soft_body, part, separation, contacts);
+    for (const RoundPart& part : topology_.bodies()[obstacle.body].triangles->round_parts) {
+      const MovingCore core(part, motion_.rigid_of(obstacle.body), false);
+      for (const std::int32_t soft_body : obstacle.soft_bodies)
+        find_near({soft_body, obstacle.body, part, core}, separation, contacts);
     }
   }
   std::sort(contacts.begin(), contacts.end());
 }
 
-void RoundContacts::find_near(const ObstaclePairs& obstacle, std::int32_t soft_body,
-                              const RoundPart& part, double separation,
-                              std::vector<Contact>& contacts) const {
-  constexpr int max_advances = 16;
-  const StepTopology::BodyRecord& rigid_record = topology_.bodies()[obstacle.body];
-  const StepTopology::BodyRecord& soft = topology_.bodies()[soft_body];
-  const RigidMotion& rigid = motion_.rigid_of(obstacle.body);
-  const Topology topology = topology_.topology();
-  const MovingCore core(part, rigid, false);
-  const double near_distance = part.outer_radius + separation;
-  for (std::int32_t v = soft.first_vertex; v < soft.first_vertex + soft.vertex_count; ++v) {
+void RoundContacts::find_near(const Pair& pair, double separation, std::vector<Contact>& contacts) {
+  const StepTopology::BodyRecord& soft = topology_.bodies()[pair.soft_body];
+  const double near_distance = pair.part.outer_radius + separation;
+  by_vertex_.resize(static_cast<std::size_t>(soft.vertex_count));
+  double nearest = std::numeric_limits<double>::infinity();
+  for (std::int32_t i = 0; i < soft.vertex_count; ++i) {
+    const std::int32_t v = soft.first_vertex + i;
     const Vector3d x0 = motion_.start_of(v), x1 = motion_.end_of(v);
-    const double move = core.relative_move(x0, x1), start_distance = core.distance(x0, 0);
-    if (start_distance - move > near_distance || start_distance < part.inner_radius) continue;
-    // Conservative advancement to the first time within the separation.
-    double t = 0, distance = start_distance;
-    for (int i = 0; i < max_advances && distance > near_distance && t < 1; ++i) {
-      t = std::min(1.0, t + (distance - near_distance) / move);
-      distance = core.distance((1 - t) * x0 + t * x1, t);
-    }
-    if (t == 1 && distance > near_distance) continue;
-    const Vector3d x = (1 - t) * x0 + t * x1;
-    Vector3d point;
-    const auto along = static_cast<btScalar>(core.closest(x, t, point));
-    const Vector3d normal = (x - point).normalized();
-    const btVector3 local_normal =
-        rigid.start.getBasis().transpose() * btVector3(to_bullet(normal));
-    const btVector3 local_point = part.core[0].lerp(part.core[1], along);
-    const FacePoint exit = find_exit(part, local_point, local_normal);
+    by_vertex_[i] = pair.core.distance(x0, 0) - pair.core.relative_move(x0, x1);
+    nearest = std::min(nearest, by_vertex_[i]);
+    if (by_vertex_[i] > near_distance) continue;
+    double time;
+    ClosestPoints points;
+    if (find_near(pair, near_distance, {{x0}, 1}, {{x1}, 1}, time, points))
+      contacts.push_back(vertex_contact(pair, v, time, points));
+  }
+  if (nearest - reach_[pair.soft_body] > near_distance) return;
+  // The indices of sides and edges follow those that a detector may have for its edges.
+  const Topology topology = topology_.topology();
+  const std::size_t sides = 3 * topology.faces.size(), edges = topology.edges.size();
+  find_near(pair, near_distance, topology.faces, sags_.of_face.size(),
+            static_cast<std::int32_t>(sides + edges), contacts);
+  find_near(pair, near_distance, topology.edges, edges,
+            static_cast<std::int32_t>(2 * sides + edges), contacts);
+}
 
-    Contact contact;
+// Finds the first time at which the primitive is within the distance of the core, by conservative
+// advancement. False if there is none, or if it starts inside of the part.
+bool RoundContacts::find_near(const Pair& pair, double near_distance, const PrimitivePoints& start,
+                              const PrimitivePoints& end, double& time,
+                              ClosestPoints& points) const {
+  constexpr int max_advances = 16;
+  double move = 0;
+  for (int i = 0; i < start.count; ++i)
+    move = std::max(move, pair.core.relative_move(start.x[i], end.x[i]));
+  time = 0;
+  points = pair.core.closest(start, 0);
+  if (points.distance - move > near_distance || points.distance < pair.part.inner_radius)
+    return false;
+  for (int i = 0; i < max_advances && points.distance > near_distance && time < 1; ++i) {
+    time = std::min(1.0, time + (points.distance - near_distance) / move);
+    points = pair.core.closest(between(start, end, time), time);
+  }
+  return !(time == 1 && points.distance > near_distance);
+}
+
+RoundContacts::Exit RoundContacts::exit_of(const Pair& pair, const ClosestPoints& points) const {
+  const RigidMotion& rigid = motion_.rigid_of(pair.obstacle);
+  const Vector3d normal = points.between.normalized();
+  const btVector3 local_normal = rigid.start.getBasis().transpose() * btVector3(to_bullet(normal));
+  const auto along = static_cast<btScalar>(points.along);
+  const btVector3 local_point = pair.part.core[0].lerp(pair.part.core[1], along);
+  const FacePoint at = find_exit(pair.part, local_point, local_normal);
+  const std::int32_t face =
+      topology_.bodies()[pair.obstacle].first_face + pair.part.first_face + at.face;
+  return {normal, face, topology_.topology().faces[static_cast<std::size_t>(face)], at.u, at.v};
+}
+
+Contact RoundContacts::vertex_contact(const Pair& pair, std::int32_t vertex, double time,
+                                      const ClosestPoints& points) const {
+  const Exit exit = exit_of(pair, points);
+  Contact contact;
+  contact.kind = ContactKind::vertex_face;
+  contact.body_a = pair.soft_body;
+  contact.body_b = pair.obstacle;
+  contact.primitive_a = vertex;
+  contact.primitive_b = exit.face;
+  contact.vertices = {vertex, exit.corners[0], exit.corners[1], exit.corners[2]};
+  contact.u = static_cast<float>(exit.u);
+  contact.v = static_cast<float>(exit.v);
+  set_normal(exit.normal, contact);
+  contact.toi = time;
+  return contact;
+}
+
+// A contact has four vertices, so the obstacle's point moves to the vertex or edge next to it.
+template <class Primitive>
+Contact RoundContacts::contact_at(const Pair& pair, const Primitive& primitive, std::int32_t index,
+                                  std::int32_t first_edge_index, double time,
+                                  const ClosestPoints& points) const {
+  // The selector looks at contacts of time 0 again, with their points as they are represented.
+  constexpr double smallest_time = 0x1p-32;
+  const auto smallest_of = [](const std::array<double, 3>& weights) {
+    return static_cast<int>(std::min_element(weights.begin(), weights.end()) - weights.begin());
+  };
+  const Exit exit = exit_of(pair, points);
+  const std::array<double, 3> exit_weights = {1.0 - exit.u - exit.v, exit.u, exit.v};
+  const std::array<double, 3>& weights = points.weights;
+  Contact contact;
+  contact.toi = std::max(time, smallest_time);
+  if (primitive.size() == 3 && weights[smallest_of(weights)] > 0) {
+    const auto corner = std::max_element(exit_weights.begin(), exit_weights.end());
+    const std::int32_t vertex = exit.corners[corner - exit_weights.begin()];
     contact.kind = ContactKind::vertex_face;
-    contact.body_a = soft_body;
-    contact.body_b = obstacle.body;
-    contact.primitive_a = v;
-    contact.primitive_b = rigid_record.first_face + part.first_face + exit.face;
-    const Face& face = topology.faces[static_cast<std::size_t>(contact.primitive_b)];
-    contact.vertices = {v, face[0], face[1], face[2]};
-    contact.u = static_cast<float>(exit.u);
-    contact.v = static_cast<float>(exit.v);
-    for (int k = 0; k < 3; ++k) contact.normal[k] = static_cast<float>(normal[k]);
-    contact.toi = t;
-    contacts.push_back(contact);
+    contact.body_a = pair.obstacle;
+    contact.body_b = pair.soft_body;
+    contact.primitive_a = vertex;
+    contact.primitive_b = index;
+    contact.vertices = {vertex, primitive[0], primitive[1], primitive[2]};
+    contact.u = static_cast<float>(weights[1]);
+    contact.v = static_cast<float>(weights[2]);
+    set_normal(-exit.normal, contact);
+    return contact;
+  }
+  // Each edge is the side opposite to the corner without weight.
+  const int side = primitive.size() == 3 ? smallest_of(weights) : 2;
+  const int a = (side + 1) % 3, b = (side + 2) % 3;
+  const int exit_side = smallest_of(exit_weights);
+  const int c = (exit_side + 1) % 3, d = (exit_side + 2) % 3;
+  contact.kind = ContactKind::edge_edge;
+  contact.body_a = pair.soft_body;
+  contact.body_b = pair.obstacle;
+  contact.primitive_a = first_edge_index + (primitive.size() == 3 ? 3 * index + side : index);
+  contact.primitive_b = 3 * exit.face + exit_side;
+  contact.vertices = {primitive[a], primitive[b], exit.corners[c], exit.corners[d]};
+  contact.u = static_cast<float>(weights[b] / (weights[a] + weights[b]));
+  contact.v = static_cast<float>(exit_weights[d] / (exit_weights[c] + exit_weights[d]));
+  set_normal(exit.normal, contact);
+  return contact;
+}
+
+// Faces and edges that the constraints of their vertices do not keep clear.
+template <class Primitives>
+void RoundContacts::find_near(const Pair& pair, double near_distance, const Primitives& primitives,
+                              std::size_t count, std::int32_t first_edge_index,
+                              std::vector<Contact>& contacts) const {
+  const StepTopology::BodyRecord& soft = topology_.bodies()[pair.soft_body];
+  const std::int32_t first = soft.first_vertex, last = first + soft.vertex_count;
+  const double kept = kept_distance(pair.soft_body, pair.obstacle, pair.part);
+  const double kept_sag = kept * kept - pair.part.outer_radius * pair.part.outer_radius;
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto& primitive = primitives[i];
+    if (primitive[0] < first || primitive[0] >= last) continue;
+    double nearest = std::numeric_limits<double>::infinity();
+    for (const std::int32_t v : primitive) nearest = std::min(nearest, by_vertex_[v - first]);
+    if (nearest - reach_[pair.soft_body] > near_distance) continue;
+    const double sag = sag_of(primitive, motion_, false);
+    if (!(sag > kept_sag) || nearest - std::sqrt(sag) > near_distance) continue;
+    double time;
+    ClosestPoints points;
+    if (!find_near(pair, near_distance, points_of(primitive, motion_, true),
+                   points_of(primitive, motion_, false), time, points))
+      continue;
+    if (*std::max_element(points.weights.begin(), points.weights.end()) > weight_of_vertex)
+      continue;
+    const auto index = static_cast<std::int32_t>(i);
+    contacts.push_back(contact_at(pair, primitive, index, first_edge_index, time, points));
   }
 }
 
 bool RoundContacts::are_clear(bool at_start) {
   if (!any()) return true;
-  measure_edges_squared(topology_, motion_, at_start, edges_squared_);
-  return std::all_of(obstacles_.begin(), obstacles_.end(),
-                     [&](const ObstaclePairs& obstacle) { return is_clear(obstacle, at_start); });
-}
-
-bool RoundContacts::is_clear(const ObstaclePairs& obstacle, bool at_start) {
-  const RigidMotion& rigid = motion_.rigid_of(obstacle.body);
-  for (const RoundPart& part : topology_.bodies()[obstacle.body].triangles->round_parts) {
-    for (const std::int32_t soft_body : obstacle.soft_bodies)
-      if (!is_clear(soft_body, part, rigid, at_start)) return false;
+  measure_sags(topology_, motion_, at_start, sags_);
+  for (const ObstaclePairs& obstacle : obstacles_) {
+    for (const RoundPart& part : topology_.bodies()[obstacle.body].triangles->round_parts) {
+      const MovingCore core(part, motion_.rigid_of(obstacle.body), at_start);
+      for (const std::int32_t soft_body : obstacle.soft_bodies)
+        if (!is_clear({soft_body, obstacle.body, part, core}, at_start)) return false;
+    }
   }
   return true;
 }
 
-bool RoundContacts::is_clear(std::int32_t soft_body, const RoundPart& part,
-                             const RigidMotion& rigid, bool at_start) {
-  const StepTopology::BodyRecord& soft = topology_.bodies()[soft_body];
+bool RoundContacts::is_clear(const Pair& pair, bool at_start) {
+  const StepTopology::BodyRecord& soft = topology_.bodies()[pair.soft_body];
   const std::int32_t first = soft.first_vertex, last = first + soft.vertex_count;
-  const MovingCore core(part, rigid, at_start);
-  const double radius = part.outer_radius + core.rounding(part.outer_radius);
-  limits_.resize(static_cast<std::size_t>(soft.vertex_count));
+  const double radius = pair.part.outer_radius + pair.core.rounding(pair.part.outer_radius);
+  by_vertex_.resize(static_cast<std::size_t>(soft.vertex_count));
   for (std::int32_t v = first; v < last; ++v) {
     const Vector3d x0 = motion_.start_of(v), x1 = at_start ? x0 : motion_.end_of(v);
-    const double distance = core.smallest_distance(x0, x1);
+    const double distance = pair.core.smallest_distance(x0, x1);
     if (!(distance > radius)) return false;
-    limits_[v - first] = distance * distance - radius * radius;
+    by_vertex_[v - first] = distance * distance - radius * radius;
   }
-  const double smallest = *std::min_element(limits_.begin(), limits_.end());
-  if (smallest > edges_squared_.of_body[soft_body] / 3) return true;
-  const auto all_within = [&](const auto& primitives, const std::vector<double>& sags) {
+  const double smallest = *std::min_element(by_vertex_.begin(), by_vertex_.end());
+  if (smallest > sags_.largest[pair.soft_body]) return true;
+  const auto are_all_clear = [&](const auto& primitives, const std::vector<double>& sags) {
     for (std::size_t i = 0; i < sags.size(); ++i) {
-      if (primitives[i][0] < first || primitives[i][0] >= last) continue;
-      for (const std::int32_t v : primitives[i])
-        if (!(limits_[v - first] > sags[i])) return false;
+      const auto& primitive = primitives[i];
+      if (primitive[0] < first || primitive[0] >= last) continue;
+      const auto holds = [&](std::int32_t v) { return by_vertex_[v - first] > sags[i]; };
+      if (!std::all_of(primitive.begin(), primitive.end(), holds) &&
+          !pair.core.is_farther(radius, points_of(primitive, motion_, true),
+                                points_of(primitive, motion_, at_start)))
+        return false;
     }
     return true;
   };
   const Topology topology = topology_.topology();
-  return all_within(topology.faces, edges_squared_.sag_of_face) &&
-         all_within(topology.edges, edges_squared_.sag_of_edge);
+  return are_all_clear(topology.faces, sags_.of_face) &&
+         are_all_clear(topology.edges, sags_.of_edge);
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -1,21 +1,25 @@
 // Contacts of soft bodies with balls and capsules, met as what they are.
 //
-// The detector knows these obstacles as triangles. But where the edges of a soft body are short in
-// comparison with the radius, its vertices alone decide: a face whose vertices stay away from the
-// surface by some distance stays away too. So each vertex gets a constraint along the exact normal,
-// and a bound shows that nothing touches. Where the bound does not hold, the detector decides.
+// The detector knows these obstacles as triangles. Here each vertex gets a constraint along the
+// exact normal. Where the edges of a soft body are short in comparison with the radius, the
+// vertices alone decide: a face whose vertices stay away from the surface by some distance stays
+// away too. A face or an edge that is too large for that has a constraint of its own, at the point
+// that is closest to the surface. A bound or a plane between both shows that nothing touches.
+// Where neither does, the detector decides.
 //
-// The bound. Let all vertices of a face be at least D away from a point q, and no two of them more
-// than L apart. Then each point p of the face is at least sqrt(D^2 - L^2 / 3) away from q, because
-// |p - q|^2 = sum_i w_i |v_i - q|^2 - sum_i w_i |v_i - p|^2 and the last sum is at most the squared
-// circumradius, L^2 / 3. For an edge it is at most L^2 / 4. With q on the core of a ball or
-// capsule, D is the distance from the core.
+// The bound. Let all vertices v_i of a face be at least D away from a point q, and let r be the
+// radius of the smallest ball around the face. Then each point p = sum_i w_i v_i of the face is at
+// least sqrt(D^2 - r^2) away from q, because |p - q|^2 = sum_i w_i |v_i - q|^2 - sum_i w_i |v_i -
+// p|^2. The last sum is smallest for p, and with the centre of the ball in place of p it is at most
+// r^2. The same holds for edges. With q on the core of a ball or capsule, D is the distance from
+// the core.
 #pragma once
 
 #include <cstdint>
 #include <vector>
 
 #include "contact/pair_surfaces.h"
+#include "detection/moving_core.h"
 #include "detection/obstacle_pairs.h"
 #include "lazyccd/contact.h"
 #include "motion/motion.h"
@@ -39,31 +43,58 @@ class RoundContacts {
   /// Changes the filters of a detector, such that it leaves out the pairs of these obstacles.
   void leave_out(std::vector<Body>& filters) const;
 
-  /// Sets `contacts` to the vertices that come within `separation`, metres, of these obstacles in
-  /// the motion: sorted, and as the detector reports vertices near faces.
-  void find_near(double separation, std::vector<Contact>& contacts) const;
+  /// Sets `contacts` to what comes within `separation`, metres, of these obstacles in the motion,
+  /// sorted. Vertices are reported as the detector reports vertices near faces. Faces and edges
+  /// that need a constraint of their own are reported with the edge or the vertex of the obstacle
+  /// that is nearest to the contact point.
+  void find_near(double separation, std::vector<Contact>& contacts);
   /// True if it is certain that no soft body touches the triangles of these obstacles in the motion
   /// to its present end, or, with `at_start`, at its start.
   bool are_clear(bool at_start);
 
  private:
-  // Core of a part over the motion, in the world.
-  struct MovingCore;
+  // A part of an obstacle and a soft body near it.
+  struct Pair {
+    std::int32_t soft_body, obstacle;
+    const RoundPart& part;
+    const MovingCore& core;
+  };
+  // Where the line from the core to the contact point leaves the triangles.
+  struct Exit {
+    Eigen::Vector3d normal;  // unit length, outward
+    std::int32_t face;       // in the topology
+    Face corners;
+    btScalar u, v;  // on the face, as FacePoint
+  };
 
   bool suits(const ObstaclePairs& obstacle) const;
-  void find_near(const ObstaclePairs& obstacle, std::int32_t soft_body, const RoundPart& part,
-                 double separation, std::vector<Contact>& contacts) const;
-  bool is_clear(const ObstaclePairs& obstacle, bool at_start);
-  bool is_clear(std::int32_t soft_body, const RoundPart& part, const RigidMotion& rigid,
-                bool at_start);
+  double kept_distance(std::int32_t soft_body, std::int32_t obstacle, const RoundPart& part) const;
+  void find_near(const Pair& pair, double separation, std::vector<Contact>& contacts);
+  template <class Primitives>
+  void find_near(const Pair& pair, double near_distance, const Primitives& primitives,
+                 std::size_t count, std::int32_t first_edge_index,
+                 std::vector<Contact>& contacts) const;
+  bool find_near(const Pair& pair, double near_distance, const PrimitivePoints& start,
+                 const PrimitivePoints& end, double& time, ClosestPoints& points) const;
+  Exit exit_of(const Pair& pair, const ClosestPoints& points) const;
+  Contact vertex_contact(const Pair& pair, std::int32_t vertex, double time,
+                         const ClosestPoints& points) const;
+  template <class Primitive>
+  Contact contact_at(const Pair& pair, const Primitive& primitive, std::int32_t index,
+                     std::int32_t first_edge_index, double time, const ClosestPoints& points) const;
+  bool is_clear(const Pair& pair, bool at_start);
 
   const StepTopology& topology_;
   const Motion& motion_;
   const PairSurfaces& surfaces_;
   std::vector<ObstaclePairs> obstacles_;
-  // Scratch memory.
-  EdgesSquared edges_squared_;
-  std::vector<double> limits_;  // by vertex of a body: the largest sag with which the bound holds
+  /// By body, metres: vertices farther away than this have no face or edge that needs a constraint.
+  /// Twice what it is at the start of the topology; the detector decides about what stretches more.
+  std::vector<double> reach_;
+  Sags sags_;  ///< in the last are_clear() or set_topology()
+  /// By vertex of a body. In find_near(): lower bound of its distance from the core, metres. In
+  /// is_clear(): the largest sag with which the bound holds, m^2.
+  std::vector<double> by_vertex_;
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -15,22 +15,23 @@
 
 namespace lazyccd::test {
 
-/// A sheet of 13 x 13 nodes and 0.28 m on top of a kinematic obstacle. Both move at random, and the
-/// obstacle turns.
+/// A sheet of 0.28 m on top of a kinematic obstacle. Both move at random, and the obstacle turns.
 class DrapedSheet {
  public:
   /// `height`: of the obstacle's surface under the node at x, z plus a gap, metres; in the frame of
-  /// the obstacle. `most_turn`: of the obstacle, radians. The sheet's middle is at `middle_x`.
+  /// the obstacle. `most_turn`: of the obstacle, radians. The sheet's middle is at `middle_x`, and
+  /// it has `nodes` nodes a side.
   using Height = std::function<double(double x, double z, double gap)>;
   DrapedSheet(std::unique_ptr<btCollisionShape> shape, Height height, unsigned number,
-              double most_turn = 0.3, double middle_x = 0)
-      : random_(number),
+              double most_turn = 0.3, double middle_x = 0, int nodes = 13)
+      : nodes_(nodes),
+        random_(number),
         world_(scenes::World::deformable, 0),
         warnings_({}),
         height_(std::move(height)),
         middle_x_(middle_x) {
     options_.jump_speed = 1e30;
-    sheet_ = world_.add_sheet(nodes, 0.28, 0, 0);
+    sheet_ = world_.add_sheet(nodes_, 0.28, 0, 0);
     const btScalar far = btScalar(within(0, 1) < 0.3 ? 100 : 0);
     place_.setIdentity();
     place_.setOrigin(btVector3(far, 0, far));
@@ -66,12 +67,10 @@ class DrapedSheet {
   }
 
  private:
-  static constexpr int nodes = 13;
-
   btScalar amount(double size) { return static_cast<btScalar>(within(-size, size)); }
   void place(int node, std::int32_t v, bullet::Motion& motion) {
-    const double x = middle_x_ + 0.28 * (node % nodes / (nodes - 1.0) - 0.5);
-    const double z = 0.28 * (node / nodes / (nodes - 1.0) - 0.5);
+    const double x = middle_x_ + 0.28 * (node % nodes_ / (nodes_ - 1.0) - 0.5);
+    const double z = 0.28 * (node / nodes_ / (nodes_ - 1.0) - 0.5);
     const btVector3 start(static_cast<btScalar>(x), static_cast<btScalar>(height_(x, z, gap_)),
                           static_cast<btScalar>(z));
     for (int k = 0; k < 3; ++k) {
@@ -82,6 +81,7 @@ class DrapedSheet {
     motion.velocity[v].setZero();
   }
 
+  int nodes_;  // a side
   std::mt19937 random_;
   ObstacleWorld world_;
   bullet::SolverOptions options_;

@@ -1,0 +1,176 @@
+#include "detection/moving_core.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+namespace {
+
+using Eigen::Vector3d;
+
+struct ClosestOnSegments {
+  double s, t;   // on a + s u and on b + t v, in [0, 1]
+  Vector3d gap;  // from the second segment to the first
+};
+
+// Ericson 2005, "Real-Time Collision Detection", section 5.1.9.
+ClosestOnSegments closest_on_segments(const Vector3d& a, const Vector3d& u, const Vector3d& b,
+                                      const Vector3d& v) {
+  const Vector3d w = a - b;
+  const double uu = u.squaredNorm(), vv = v.squaredNorm(), vw = v.dot(w);
+  double s = 0, t = 0;
+  if (!(vv > 0)) {
+    s = uu > 0 ? std::clamp(-u.dot(w) / uu, 0.0, 1.0) : 0;
+  } else {
+    const double uv = u.dot(v), uw = u.dot(w), area = uu * vv - uv * uv;
+    if (area > 0) s = std::clamp((uv * vw - uw * vv) / area, 0.0, 1.0);
+    t = (uv * s + vw) / vv;
+    if (t < 0 || t > 1) {
+      t = std::clamp(t, 0.0, 1.0);
+      s = uu > 0 ? std::clamp((uv * t - uw) / uu, 0.0, 1.0) : 0;
+    }
+  }
+  return {s, t, w + s * u - t * v};
+}
+
+Vector3d transformed(const btTransform& pose, const btVector3& x) {
+  const btMatrix3x3& basis = pose.getBasis();
+  const Vector3d local = to_eigen(x);
+  Vector3d world = to_eigen(pose.getOrigin());
+  for (int k = 0; k < 3; ++k) world[k] += to_eigen(basis[k]).dot(local);
+  return world;
+}
+
+double closest_on_segment(const Vector3d& x, const Vector3d& first, const Vector3d& last) {
+  const Vector3d along = last - first;
+  const double length2 = along.squaredNorm();
+  return length2 > 0 ? std::clamp((x - first).dot(along) / length2, 0.0, 1.0) : 0;
+}
+
+void keep_closer(const ClosestPoints& other, ClosestPoints& closest) {
+  if (other.distance < closest.distance) closest = other;
+}
+
+}  // namespace
+
+MovingCore::MovingCore(const RoundPart& part, const RigidMotion& rigid, bool at_start)
+    : start_{transformed(rigid.start, part.core[0]), transformed(rigid.start, part.core[1])},
+      end_(start_) {
+  if (!at_start)
+    end_ = {transformed(rigid.end, part.core[0]), transformed(rigid.end, part.core[1])};
+}
+
+double MovingCore::distance(const Vector3d& x, double t) const {
+  const Segment core = at(t);
+  const double along = closest_on_segment(x, core.first, core.last);
+  return (x - (core.first + along * (core.last - core.first))).norm();
+}
+
+// Of a face that the core does not pierce, the closest point is on a side, or it is below an end of
+// the core.
+ClosestPoints MovingCore::closest(const PrimitivePoints& primitive, double t) const {
+  const Segment core = at(t);
+  const Vector3d along_core = core.last - core.first;
+  const auto& x = primitive.x;
+  if (primitive.count == 1) {
+    const double along = closest_on_segment(x[0], core.first, core.last);
+    const Vector3d gap = x[0] - (core.first + along * along_core);
+    return {gap.norm(), along, {1, 0, 0}, gap};
+  }
+  ClosestPoints closest{std::numeric_limits<double>::infinity(), 0, {0, 0, 0}, Vector3d::Zero()};
+  const int sides = primitive.count == 2 ? 1 : 3;
+  for (int i = 0; i < sides; ++i) {
+    const int j = (i + 1) % 3;
+    const ClosestOnSegments side = closest_on_segments(x[i], x[j] - x[i], core.first, along_core);
+    ClosestPoints points{side.gap.norm(), side.t, {0, 0, 0}, side.gap};
+    points.weights[i] = 1 - side.s;
+    points.weights[j] = side.s;
+    keep_closer(points, closest);
+  }
+  if (primitive.count == 2) return closest;
+  const Vector3d ab = x[1] - x[0], ac = x[2] - x[0], across = ab.cross(ac);
+  const double area = across.squaredNorm();
+  if (!(area > 0)) return closest;
+  const auto weights_below = [&](const Vector3d& point) -> std::array<double, 3> {
+    const double u = across.dot((point - x[0]).cross(ac)) / area,
+                 v = across.dot(ab.cross(point - x[0])) / area;
+    return {1 - u - v, u, v};
+  };
+  const auto is_inside = [](const std::array<double, 3>& w) {
+    return w[0] >= 0 && w[1] >= 0 && w[2] >= 0;
+  };
+  const double heights[] = {across.dot(core.first - x[0]), across.dot(core.last - x[0])};
+  for (int end = 0; end < 2; ++end) {
+    const std::array<double, 3> weights = weights_below(end == 0 ? core.first : core.last);
+    if (!is_inside(weights)) continue;
+    const Vector3d gap = -heights[end] / area * across;
+    keep_closer({gap.norm(), static_cast<double>(end), weights, gap}, closest);
+  }
+  if (heights[0] * heights[1] < 0) {
+    const double along = heights[0] / (heights[0] - heights[1]);
+    const std::array<double, 3> weights = weights_below(core.first + along * along_core);
+    if (is_inside(weights)) return {0, along, weights, Vector3d::Zero()};
+  }
+  return closest;
+}
+
+double MovingCore::relative_move(const Vector3d& x0, const Vector3d& x1) const {
+  const Vector3d move = x1 - x0;
+  return std::max((move - (end_.first - start_.first)).norm(),
+                  (move - (end_.last - start_.last)).norm());
+}
+
+double MovingCore::smallest_distance(const Vector3d& x0, const Vector3d& x1) const {
+  const Vector3d first = end_.first - start_.first, last = end_.last - start_.last;
+  const Vector3d turn = 0.5 * (last - first), shift = 0.5 * (first + last);
+  return closest_on_segments(x0, x1 - shift - x0, start_.first, start_.last - start_.first)
+             .gap.norm() -
+         turn.norm();
+}
+
+bool MovingCore::is_farther(double radius, const PrimitivePoints& start,
+                            const PrimitivePoints& end) const {
+  constexpr int halvings = 3;
+  return is_farther(radius, start, end, 0, 1, halvings);
+}
+
+// In a fixed direction all distances from a plane are linear in time, so the ends of the time
+// decide.
+bool MovingCore::is_farther(double radius, const PrimitivePoints& start, const PrimitivePoints& end,
+                            double t0, double t1, int halvings) const {
+  const double middle = 0.5 * (t0 + t1);
+  const ClosestPoints points = closest(between(start, end, middle), middle);
+  if (!(points.distance > radius)) return false;
+  const Vector3d normal = points.between / points.distance;
+  const auto separates = [&](double t) {
+    const PrimitivePoints primitive = between(start, end, t);
+    const Segment core = at(t);
+    double nearest = std::numeric_limits<double>::infinity();
+    for (int i = 0; i < primitive.count; ++i)
+      nearest = std::min(nearest, normal.dot(primitive.x[i]));
+    return nearest - std::max(normal.dot(core.first), normal.dot(core.last)) > radius;
+  };
+  if (separates(t0) && separates(t1)) return true;
+  return halvings > 0 && is_farther(radius, start, end, t0, middle, halvings - 1) &&
+         is_farther(radius, start, end, middle, t1, halvings - 1);
+}
+
+double MovingCore::rounding(double radius) const {
+  constexpr double count = 64;
+  double largest = radius;
+  for (const Vector3d* x : {&start_.first, &start_.last, &end_.first, &end_.last})
+    largest = std::max(largest, x->lpNorm<Eigen::Infinity>() + radius);
+  return count * static_cast<double>(std::numeric_limits<btScalar>::epsilon()) * largest;
+}
+
+PrimitivePoints between(const PrimitivePoints& start, const PrimitivePoints& end, double t) {
+  PrimitivePoints points{{}, start.count};
+  for (int i = 0; i < start.count; ++i) points.x[i] = (1 - t) * start.x[i] + t * end.x[i];
+  return points;
+}
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet
