@@ -117,6 +117,26 @@ ClosestPoints MovingCore::closest(const PrimitivePoints& primitive, double t) co
   return closest;
 }
 
+// Conservative advancement. The distance along a fixed direction is a concave function of time: the
+// least of the primitive's vertices, less the most of the core's ends. So it is at least its chord.
+bool MovingCore::find_near(const PrimitivePoints& start, const PrimitivePoints& end,
+                           double near_distance, double& time, ClosestPoints& points) const {
+  constexpr int max_advances = 8;
+  time = 0;
+  points = closest(start, 0);
+  for (int i = 0; i < max_advances && points.distance > near_distance; ++i) {
+    const Vector3d normal = points.between / points.distance;
+    double nearest = std::numeric_limits<double>::infinity();
+    for (int k = 0; k < end.count; ++k) nearest = std::min(nearest, normal.dot(end.x[k]));
+    const double at_end = nearest - std::max(normal.dot(end_.first), normal.dot(end_.last));
+    if (at_end > near_distance) return false;
+    time = std::min(
+        1.0, time + (1 - time) * (points.distance - near_distance) / (points.distance - at_end));
+    points = closest(between(start, end, time), time);
+  }
+  return true;
+}
+
 double MovingCore::relative_move(const Vector3d& x0, const Vector3d& x1) const {
   const Vector3d move = x1 - x0;
   return std::max((move - (end_.first - start_.first)).norm(),

@@ -34,6 +34,11 @@ class MovingCore {
   double distance(const Eigen::Vector3d& x, double t) const;
   /// What is closest at time t.
   ClosestPoints closest(const PrimitivePoints& primitive, double t) const;
+  /// Finds the first time at which the distance of a primitive is at most `near_distance`, metres,
+  /// and what is closest then. False if it stays farther away. What passes by may be reported
+  /// although it is a little farther away.
+  bool find_near(const PrimitivePoints& start, const PrimitivePoints& end, double near_distance,
+                 double& time, ClosestPoints& points) const;
   /// Upper bound of how far a vertex moves relative to any point of the core, metres.
   double relative_move(const Eigen::Vector3d& x0, const Eigen::Vector3d& x1) const;
   /// Lower bound of the distance of a vertex over the whole motion. Exact if the core does not

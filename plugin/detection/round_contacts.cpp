@@ -25,6 +25,11 @@ PrimitivePoints points_of(const Primitive& primitive, const Motion& motion, bool
   return points;
 }
 
+// What starts inside of the part is left to others.
+bool starts_inside(const RoundPart& part, double time, const ClosestPoints& points) {
+  return points.distance == 0 || (time == 0 && points.distance < part.inner_radius);
+}
+
 void set_normal(const Vector3d& normal, Contact& contact) {
   for (int k = 0; k < 3; ++k) contact.normal[k] = static_cast<float>(normal[k]);
 }
@@ -95,7 +100,8 @@ void RoundContacts::find_near(const Pair& pair, double separation, std::vector<C
     if (by_vertex_[i] > near_distance) continue;
     double time;
     ClosestPoints points;
-    if (find_near(pair, near_distance, {{x0}, 1}, {{x1}, 1}, time, points))
+    if (pair.core.find_near({{x0}, 1}, {{x1}, 1}, near_distance, time, points) &&
+        !starts_inside(pair.part, time, points))
       contacts.push_back(vertex_contact(pair, v, time, points));
   }
   if (nearest - reach_[pair.soft_body] > near_distance) return;
@@ -106,26 +112,6 @@ void RoundContacts::find_near(const Pair& pair, double separation, std::vector<C
             static_cast<std::int32_t>(sides + edges), contacts);
   find_near(pair, near_distance, topology.edges, edges,
             static_cast<std::int32_t>(2 * sides + edges), contacts);
-}
-
-// Finds the first time at which the primitive is within the distance of the core, by conservative
-// advancement. False if there is none, or if it starts inside of the part.
-bool RoundContacts::find_near(const Pair& pair, double near_distance, const PrimitivePoints& start,
-                              const PrimitivePoints& end, double& time,
-                              ClosestPoints& points) const {
-  constexpr int max_advances = 16;
-  double move = 0;
-  for (int i = 0; i < start.count; ++i)
-    move = std::max(move, pair.core.relative_move(start.x[i], end.x[i]));
-  time = 0;
-  points = pair.core.closest(start, 0);
-  if (points.distance - move > near_distance || points.distance < pair.part.inner_radius)
-    return false;
-  for (int i = 0; i < max_advances && points.distance > near_distance && time < 1; ++i) {
-    time = std::min(1.0, time + (points.distance - near_distance) / move);
-    points = pair.core.closest(between(start, end, time), time);
-  }
-  return !(time == 1 && points.distance > near_distance);
 }
 
 RoundContacts::Exit RoundContacts::exit_of(const Pair& pair, const ClosestPoints& points) const {
@@ -218,14 +204,14 @@ void RoundContacts::find_near(const Pair& pair, double near_distance, const Prim
     double nearest = std::numeric_limits<double>::infinity();
     for (const std::int32_t v : primitive) nearest = std::min(nearest, by_vertex_[v - first]);
     if (nearest - reach_[pair.soft_body] > near_distance) continue;
-    const double sag = sag_of(primitive, motion_, false);
+    const double sag = sag_of(primitive, motion_, true);
     if (!(sag > kept_sag) || nearest - std::sqrt(sag) > near_distance) continue;
     double time;
     ClosestPoints points;
-    if (!find_near(pair, near_distance, points_of(primitive, motion_, true),
-                   points_of(primitive, motion_, false), time, points))
-      continue;
-    if (*std::max_element(points.weights.begin(), points.weights.end()) > weight_of_vertex)
+    if (!pair.core.find_near(points_of(primitive, motion_, true),
+                             points_of(primitive, motion_, false), near_distance, time, points) ||
+        starts_inside(pair.part, time, points) ||
+        *std::max_element(points.weights.begin(), points.weights.end()) > weight_of_vertex)
       continue;
     const auto index = static_cast<std::int32_t>(i);
     contacts.push_back(contact_at(pair, primitive, index, first_edge_index, time, points));

