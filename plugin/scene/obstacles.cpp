@@ -26,8 +26,13 @@ std::vector<const btCollisionObject*> find_anchor_objects(const Obstacles::SoftB
   return found;
 }
 
-// Bounds of the body at both ends of the step.
+// Bounds of the body at both ends of the step. Of a body at rest: Bullet's, which has updated them
+// in this step.
 AxisBox bounds(const RigidPose& pose) {
+  if (pose.at_rest) {
+    const btBroadphaseProxy& proxy = *pose.object->getBroadphaseHandle();
+    return {proxy.m_aabbMin, proxy.m_aabbMax};
+  }
   const btCollisionShape& shape = *pose.object->getCollisionShape();
   AxisBox box;
   shape.getAabb(pose.end, box.lower, box.upper);
@@ -134,7 +139,8 @@ void Obstacles::read_poses(const SoftBodies& bodies, double dt, WarningLog& warn
 std::vector<AxisBox> Obstacles::moving_bounds() const {
   std::vector<AxisBox> boxes;
   for (const RigidPose& pose : poses_.all()) {
-    if (pose.finite && pose.object->hasContactResponse() && !(pose.start == pose.end))
+    if (!pose.at_rest && pose.finite && pose.object->hasContactResponse() &&
+        !(pose.start == pose.end))
       boxes.push_back(bounds(pose));
   }
   return boxes;
@@ -161,10 +167,10 @@ bool Obstacles::update_region(const AxisBox& swept) {
   std::vector<Record> near;
   for (const RigidPose& pose : poses_.all()) {
     const bool has_anchored_nodes =
-        is_movable(*pose.object) &&
-        std::binary_search(anchor_objects_.begin(), anchor_objects_.end(), pose.object);
+        std::binary_search(anchor_objects_.begin(), anchor_objects_.end(), pose.object) &&
+        is_movable(*pose.object);
     const bool is_near =
-        !swept.is_empty() && pose.object->hasContactResponse() && bounds(pose).overlaps(region_);
+        !swept.is_empty() && bounds(pose).overlaps(region_) && pose.object->hasContactResponse();
     if (!(has_anchored_nodes || is_near) || !pose.finite) continue;
     near.push_back(record_of(pose));
     near.back().has_anchored_nodes = has_anchored_nodes;
