@@ -73,7 +73,7 @@ class StepDetector {
   /// Adds the counts and times of the last motion to `stats`.
   void add_to(StepStats& stats) const { stats += counts_; }
   std::string status() const {
-    return first_detector() ? first_detector()->status() : "no step yet";
+    return first_detector() ? first_detector()->status() : "no detection yet";
   }
 
  private:

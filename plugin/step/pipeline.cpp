@@ -54,11 +54,13 @@ bool Pipeline::handle_pair(btSoftBody* a, btSoftBody* b) noexcept {
 void Pipeline::report_pair_without_flags(btSoftBody& a, btSoftBody& b) noexcept {
   if (reported_pair_without_flags_ || !may_collide(a, b)) return;
   reported_pair_without_flags_ = true;
-  const auto name_of = [this](const btSoftBody& body) {
-    return std::to_string(scene().world_index_of(body));
-  };
+  // A body whose flags ask for no contact at all is not read, and has no index.
+  const int index_a = scene().world_index_of(a), index_b = scene().world_index_of(b);
+  const std::string names = index_a < 0 || index_b < 0 ? "two soft bodies"
+                                                       : "soft bodies " + std::to_string(index_a) +
+                                                             " and " + std::to_string(index_b);
   warnings_.warn_once(
-      "flags", "soft bodies " + name_of(a) + " and " + name_of(b) +
+      "flags", names +
                    " overlap, but their collision flags do not let them collide; set VF_SS "
                    "(or VF_DD) in m_cfg.collisions of both, or obey_collision_flags = false");
 }
