@@ -48,6 +48,7 @@ void RoundContacts::set_topology() {
     obstacles_.push_back(std::move(obstacle));
   }
   if (pairs > max_pairs) clear();
+  if (!any()) return;
   measure_sags(topology_, motion_, true, sags_);
   reach_.clear();
   for (const double sag : sags_.largest) reach_.push_back(2 * std::sqrt(sag));

@@ -98,15 +98,13 @@ void PreviousStep::forget(const btCollisionObject& body) {
   }
 }
 
-bool PreviousStep::has_new(const std::vector<Obstacles::Record>& obstacles) const {
+bool PreviousStep::is_new(const Obstacles::Record& obstacle) const {
+  if (obstacle.vertex_count == 0) return false;
   const auto is_before = [](const Obstacle& last, int id) { return last.unique_id < id; };
-  return std::any_of(obstacles.begin(), obstacles.end(), [&](const Obstacles::Record& record) {
-    if (record.vertex_count == 0) return false;
-    const auto last =
-        std::lower_bound(obstacles_.begin(), obstacles_.end(), record.unique_id, is_before);
-    if (last == obstacles_.end() || last->unique_id != record.unique_id) return true;
-    return record.jumped || (record.dynamic && !(record.start == last->end));
-  });
+  const auto last =
+      std::lower_bound(obstacles_.begin(), obstacles_.end(), obstacle.unique_id, is_before);
+  if (last == obstacles_.end() || last->unique_id != obstacle.unique_id) return true;
+  return obstacle.jumped || (obstacle.dynamic && !(obstacle.start == last->end));
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -54,7 +54,7 @@ StepReader::Changes StepReader::read_members(const Bodies& bodies, const Fill& f
   changes.topology = topology_.update(scene_, obstacles_, changes.topology);
   gather_obstacles();
   update_resolution();
-  changes.bodies_placed = changes.bodies_placed || previous_.has_new(obstacles_.records());
+  changes.bodies_placed = changes.bodies_placed || has_new_obstacle_at_soft_bodies();
   return changes;
 }
 
@@ -329,6 +329,20 @@ AxisBox StepReader::starts_near_obstacles() const {
       box.add(to_bullet(motion_.start_of(v)));
   }
   return box;
+}
+
+// An obstacle that only comes near cannot start in a soft body.
+bool StepReader::has_new_obstacle_at_soft_bodies() const {
+  const auto is_new = [this](const Obstacles::Record& record) { return previous_.is_new(record); };
+  const std::vector<Obstacles::Record>& records = obstacles_.records();
+  if (std::none_of(records.begin(), records.end(), is_new)) return false;
+  const btScalar spare = contact_distance();
+  const AxisBox starts = starts_near_obstacles().expanded(btVector3(spare, spare, spare));
+  return std::any_of(records.begin(), records.end(), [&](const Obstacles::Record& record) {
+    AxisBox box;
+    record.shape->getAabb(record.start, box.lower, box.upper);
+    return is_new(record) && box.overlaps(starts);
+  });
 }
 
 bool StepReader::reread_obstacles_if_left() {

@@ -134,6 +134,7 @@ class StepReader {
   btScalar contact_distance() const;
   // Bounds of the start positions of soft bodies that collide with obstacles.
   AxisBox starts_near_obstacles() const;
+  bool has_new_obstacle_at_soft_bodies() const;
   // Sets resolution(). Keeps the old value while it is no more than 4 times too large, because a
   // new one changes the thickness of contacts.
   void update_resolution();
