@@ -66,14 +66,13 @@ void FlatContacts::set_sides(const ObstaclePairs& obstacle, const FlatPart& part
 bool FlatContacts::find_near(double separation, std::vector<Contact>& contacts) {
   contacts.clear();
   if (!any()) return true;
-  measure_sags(topology_, motion_, false, sags_);
+  find_longest_edges(topology_, motion_, longest_edges_);
   const auto suits = [&](const ObstaclePairs& pairs) {
     const std::size_t first = contacts.size();
     for (const FlatPart& part : topology_.bodies()[pairs.body].triangles->flat_parts) {
       set_sides(pairs, part, false);
       for (const std::int32_t s : pairs.soft_bodies) {
-        const double longest_edge = 2 * std::sqrt(sags_.largest[s]);  // or a little more
-        if (find_near(pairs, s, separation, longest_edge, contacts)) continue;
+        if (find_near(pairs, s, separation, longest_edges_[s], contacts)) continue;
         contacts.resize(first);
         return false;
       }

@@ -1,6 +1,7 @@
 #include "detection/obstacle_pairs.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -72,6 +73,22 @@ void measure_sags(const StepTopology& step_topology, const Motion& motion, bool 
     sags.of_face.push_back(measure(face));
   }
   for (const Edge& edge : topology.edges) sags.of_edge.push_back(measure(edge));
+}
+
+void find_longest_edges(const StepTopology& step_topology, const Motion& motion,
+                        std::vector<double>& by_body) {
+  const Topology topology = step_topology.topology();
+  by_body.assign(topology.bodies.size(), 0);
+  const auto read_edge = [&](std::int32_t a, std::int32_t b) {
+    double& longest = by_body[step_topology.body_of(a)];
+    longest = std::max(longest, largest_square(a, b, motion, false));
+  };
+  for (const Face& face : topology.faces) {
+    if (!step_topology.is_soft(face[0])) break;  // the faces of obstacles come last
+    for (int k = 0; k < 3; ++k) read_edge(face[k], face[(k + 1) % 3]);
+  }
+  for (const Edge& edge : topology.edges) read_edge(edge[0], edge[1]);
+  for (double& longest : by_body) longest = std::sqrt(longest);
 }
 
 void leave_out(const ObstaclePairs& obstacle, std::vector<Body>& filters) {

@@ -35,6 +35,10 @@ struct Sags {
 };
 void measure_sags(const StepTopology& topology, const Motion& motion, bool at_start, Sags& sags);
 
+/// Sets `by_body` to the longest edge of each soft body in a motion, metres.
+void find_longest_edges(const StepTopology& topology, const Motion& motion,
+                        std::vector<double>& by_body);
+
 /// Changes the filters of a detector, such that it leaves out the pairs of these obstacles.
 void leave_out(const ObstaclePairs& obstacle, std::vector<Body>& filters);
 
