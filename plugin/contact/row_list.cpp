@@ -16,7 +16,8 @@ void RowList::clear() {
 void RowList::take(std::vector<ContactRow>& rows) {
   clear();
   made_.swap(rows);
-  made_index_.resize(made_.size());
+  made_count_ = made_.size();
+  made_index_.resize(made_count_);
   std::iota(made_index_.begin(), made_index_.end(), 0);
 }
 
@@ -24,7 +25,7 @@ void RowList::take(const NearContacts& near, const RowFactory& factory) {
   near_ = near;
   factory_ = factory;
   made_index_.assign(near.contacts.size(), -1);
-  made_.clear();
+  made_count_ = 0;
   made_.reserve(made_index_.size());  // references to rows stay valid
 }
 

@@ -60,8 +60,9 @@ class RowList {
   /// Returns the place of row `i`, which is not made. The row counts as made from now on, and must
   /// be made by make() before anything else reads it.
   ContactRow& place(std::size_t i) {
-    made_index_[i] = static_cast<std::int32_t>(made_.size());
-    return made_.emplace_back();
+    made_index_[i] = static_cast<std::int32_t>(made_count_);
+    if (made_count_ == made_.size()) made_.emplace_back();
+    return made_[made_count_++];
   }
   /// Makes a row at its place(). Several threads may make different rows at the same time.
   void make_placed(std::size_t i) { make(i, made_[made_index_[i]]); }
@@ -70,7 +71,8 @@ class RowList {
   void make(std::size_t i, ContactRow& row) const;
 
   std::vector<std::int32_t> made_index_;  // index in made_; negative: not made
-  std::vector<ContactRow> made_;
+  std::vector<ContactRow> made_;          // then rows of earlier steps, kept for their memory
+  std::size_t made_count_ = 0;
   NearContacts near_;
   std::optional<RowFactory> factory_;  // makes the missing rows
 };

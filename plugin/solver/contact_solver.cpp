@@ -21,7 +21,7 @@ std::size_t grains(std::size_t count) { return (count + grain - 1) / grain; }
 }  // namespace
 
 void ContactSolver::write(Motion& motion) {
-  for_each(grains(vertex_of_node_.size()), [&](std::size_t item, int) {
+  for_each(grains(vertex_of_.size()), [&](std::size_t item, int) {
     for_each_vertex(item, [&](std::int32_t v) {
       if (for_split_impulse_) {
         motion.split_displacement[v].setZero();
@@ -39,11 +39,15 @@ void ContactSolver::write(Motion& motion) {
     if (moves(body.links.front().rigid))
       (for_split_impulse_ ? body.split_impulse : body.impulse).setZero();
   }
-  for_each_block_by_colour([&](RowBlock& block, int) { write(block, motion); },
-                           [&](const Indices& blocks) {
-                             for (const std::int32_t b : blocks) move_bodies(blocks_[b], motion);
-                           });
-  for_each(grains(vertex_of_node_.size()), [&](std::size_t item, int) {
+  written_.resize(displacement_.size());
+  for_each_block_by_stage(
+      [&](const RowBlock& block, int worker) {
+        write(block, motion, scratch_[static_cast<std::size_t>(worker)]);
+      },
+      [&](const SharedSlots& shared, const SharedSlots::Grain& grain) {
+        write(shared, grain, motion);
+      });
+  for_each(grains(vertex_of_.size()), [&](std::size_t item, int) {
     for_each_vertex(item, [&](std::int32_t v) { motion.round_end(v); });
   });
   for (ArticulatedMotion& body : motion.articulated) {
@@ -70,15 +74,18 @@ Vector3d& ContactSolver::rotation_of(RigidMotion& body) const {
 
 template <class Visit>
 void ContactSolver::for_each_vertex(std::size_t item, const Visit& visit) const {
-  const std::size_t last = std::min((item + 1) * grain, vertex_of_node_.size());
-  for (std::size_t i = item * grain; i < last; ++i) visit(vertex_of_node_[i]);
+  const std::size_t last = std::min((item + 1) * grain, vertex_of_.size());
+  for (std::size_t i = item * grain; i < last; ++i)
+    if (vertex_of_[i] >= 0) visit(vertex_of_[i]);
 }
 
-void ContactSolver::write(RowBlock& block, Motion& motion) {
+void ContactSolver::write(const RowBlock& block, Motion& motion, Scratch& scratch) {
   RowList& rows = *rows_;
   const Problem& problem = problems_[block.island];
   const double unit = problem.mass_unit * problem.length_unit;
-  block.motion.assign(block.bodies.size(), {});
+  map_copies(block, scratch);
+  for (std::size_t i = 0; i < block.shared.size(); ++i) written_[block.copy(i)].setZero();
+  auto& soft = for_split_impulse_ ? motion.split_displacement : motion.solved;
   for (std::size_t b = 0; b < block.batches.size(); ++b) {
     const RowBatches::Batch& batch_rows = block.batch_rows[b];
     for (int i = 0; i < RowBatch::lanes && batch_rows[i] != RowBatches::none; ++i) {
@@ -93,18 +100,17 @@ void ContactSolver::write(RowBlock& block, Motion& motion) {
       for (int k = 0; k < 4; ++k) {
         const std::int32_t v = row.contact.vertices[k];
         const double mobility = row.weights[k] * motion.inverse_mass_of(v);
-        if (mobility != 0)
-          (for_split_impulse_ ? motion.split_displacement : motion.solved)[v] += mobility * impulse;
+        if (mobility == 0) continue;
+        const std::int32_t copy = scratch.copy_of[node_of_[v]];
+        (copy != 0 ? written_[copy] : soft[v]) += mobility * impulse;
       }
       if (!has_rigid_terms_) continue;
       for (const RigidTerm& term : RigidTerms(row.contact, row.weights, motion)) {
         RigidMotion& body = motion.rigid[term.body];
         if (body.articulated < 0) {
-          const auto found =
-              std::find(block.bodies.begin(), block.bodies.end(), shared_of_[term.body]);
-          double* const moved = block.motion[found - block.bodies.begin()].data();
-          Eigen::Map<Vector3d> translation(moved), rotation(moved + 3);
-          term.apply_impulse(body, impulse, translation, rotation);
+          const std::int32_t copy = scratch.copy_of[translation_slot(term.body)];
+          term.apply_impulse(body, impulse, copy != 0 ? written_[copy] : translation_of(body),
+                             copy != 0 ? written_[copy + 1] : rotation_of(body));
           continue;
         }
         ArticulatedMotion& multibody = motion.articulated[body.articulated];
@@ -115,14 +121,20 @@ void ContactSolver::write(RowBlock& block, Motion& motion) {
       }
     }
   }
+  unmap_copies(block, scratch);
 }
 
-void ContactSolver::move_bodies(const RowBlock& block, Motion& motion) const {
-  for (std::size_t i = 0; i < block.bodies.size(); ++i) {
-    RigidMotion& body = motion.rigid[shared_[block.bodies[i]].rigid];
-    const double* const moved = block.motion[i].data();
-    translation_of(body) += Eigen::Map<const Vector3d>(moved);
-    rotation_of(body) += Eigen::Map<const Vector3d>(moved + 3);
+void ContactSolver::write(const SharedSlots& shared, const SharedSlots::Grain& grain,
+                          Motion& motion) const {
+  const auto moved = [&](std::int32_t slot) -> Vector3d& {
+    const std::int32_t v = vertex_of_[slot];
+    if (v >= 0) return (for_split_impulse_ ? motion.split_displacement : motion.solved)[v];
+    RigidMotion& body = motion.rigid[body_of_slot(slot)];
+    return slot == translation_slot(body_of_slot(slot)) ? translation_of(body) : rotation_of(body);
+  };
+  for (std::size_t i = grain.first; i < grain.last; ++i) {
+    Vector3d& sum = moved(shared.slot(i));
+    for (const std::int32_t copy : shared.copies(i)) sum += written_[copy];
   }
 }
 

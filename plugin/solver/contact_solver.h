@@ -10,15 +10,14 @@
 // accelerated gradient schemes", section 3.2). Friction is not the gradient of any function, so the
 // extrapolation is also restarted if the changes of the sweeps grow.
 //
-// Rows are solved in blocks of neighbours (row_block.h). Blocks of one colour (block_colours.h) are
-// solved on several threads; colours follow each other. The order does not depend on the number of
-// threads, so the result is the same to the bit.
+// Rows are solved in blocks of neighbours (row_block.h). The blocks of a stage are solved on
+// several threads. What two of them move is split between them (shared_slots.h), and joined again
+// after the stage. Rows that come later, because they are violated, make a stage of their own.
+// Neither blocks nor their order depend on the number of threads, so the result is the same to the
+// bit.
 //
-// A rigid body touches more rows than could follow each other. Its mass is split: s rows that are
-// solved at the same time each take it for s times as light, and the body moves by the sum of their
-// impulses. Tonge et al. 2012, "Mass splitting for jitter-free parallel rigid body simulation",
-// show that this converges. The rows of a batch always split a mass. The number of blocks of a
-// colour that do is limited, so that no row's mass falls by more than a third.
+// The rows of a batch split the mass of a rigid body in the same way: each takes it for as many
+// times as light as rows move it, and the body moves by the sum of their impulses.
 //
 // The iteration runs in single precision, in units taken from the problem itself, so that it does
 // not depend on the units of the scene. Its result only decides how large the impulses are. Their
@@ -33,7 +32,6 @@
 #pragma once
 
 #include <Eigen/Geometry>
-#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -42,11 +40,11 @@
 #include "contact/row_list.h"
 #include "lazyccd/threads.h"
 #include "motion/motion.h"
-#include "solver/block_colours.h"
 #include "solver/pgs_kernels.h"
 #include "solver/row_batches.h"
 #include "solver/row_block.h"
 #include "solver/row_islands.h"
+#include "solver/shared_slots.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -127,11 +125,16 @@ class ContactSolver {
 
     void add(std::size_t island, std::int32_t row);
   };
-  // A dynamic rigid body that several blocks of one colour may move.
-  struct SharedBody {
-    int rigid;
-    int limit;         // of blocks of a colour
-    Float4 change[2];  // sum of what the blocks of a colour change
+  // Blocks that are solved at the same time. Stages follow each other.
+  struct Stage {
+    std::size_t first = 0, last = 0;  // of blocks_
+    Indices swept;                    // blocks in the present sweep
+    SharedSlots shared;
+  };
+  // Memory of a thread.
+  struct Scratch {
+    RowBatches batches;
+    Indices copy_of;  // by slot: the copy that the present block has, or 0
   };
 
   bool has_impulse(const ContactRow& row) const {
@@ -140,10 +143,12 @@ class ContactSolver {
   /// Runs each(item, worker) for items below `count`, on several threads if the problem is large.
   template <class Each>
   void for_each(std::size_t count, const Each& each) const;
-  /// Runs each(block, worker) for all blocks, colour by colour, and after_colour(blocks) when those
-  /// of a colour are done; in the overflow colour after each block.
-  template <class Each, class AfterColour>
-  void for_each_block_by_colour(const Each& each, const AfterColour& after_colour);
+  /// Runs each(block, worker) for all blocks, stage by stage, and join(shared, grain) for all
+  /// grains of what the blocks of a stage share, when they are done.
+  template <class Each, class Join>
+  void for_each_block_by_stage(const Each& each, const Join& join);
+  /// Threads for the blocks: one if there is little to do.
+  const Threads& threads_of_blocks() const;
 
   /// Divides the rows of the selected islands into chunks.
   void make_chunks();
@@ -158,24 +163,28 @@ class ContactSolver {
   /// Takes the violated rows out of the chunks.
   RowsByIsland take_violated();
   /// Makes the batches of a block, and its rows that are not made.
-  void fill(RowBlock& block, RowBatches& scratch);
-  void fill(RowBlock& block, const RowBatches::Batch& rows, RowBatch& batch);
+  void fill(RowBlock& block, Scratch& scratch);
+  void fill(RowBlock& block, const RowBatches::Batch& rows, RowBatch& batch,
+            const Indices& copy_of);
   /// `extra_normal`, `extra_tangent`: what the splitting of masses adds to the compliance, 1/kg.
   void fill(RowBatch& batch, int lane, const Problem& problem, const ContactRow& row,
-            double extra_normal, double extra_tangent, double need) const;
-  /// Sets up bodies_ and couplings_.
+            double extra_normal, double extra_tangent, double need, const Indices& copy_of) const;
+  /// Sets bodies_ and couplings_.
   void set_up_bodies();
   /// Index of the displacement that stands for everything that an impulse on the multibody moves.
   std::int32_t slot_of_multibody(int rigid) const;
-  RowRigidTerm make_term(const RigidTerm& term, int lane, const RowBlock* block) const;
-  /// Sets the block's copies of shared bodies to what these are.
-  void read_bodies(RowBlock& block);
-  /// Adds what the blocks have changed in their copies to the shared bodies.
-  void merge_bodies(const Indices& blocks);
-  /// Writes the impulses of the block to the rows, and their effect on nodes and multibodies.
-  void write(RowBlock& block, Motion& motion);
-  /// Adds the effect of the block's impulses on rigid bodies.
-  void move_bodies(const RowBlock& block, Motion& motion) const;
+  RowRigidTerm make_term(const RigidTerm& term, int lane) const;
+  /// Sets scratch.copy_of to the copies of the block, or back to zeros.
+  void map_copies(const RowBlock& block, Scratch& scratch) const;
+  void unmap_copies(const RowBlock& block, Scratch& scratch) const;
+  /// Sets the copies of the block to what is shared.
+  void read_shared(const RowBlock& block);
+  /// Joins the copies of some shared slots.
+  void join(const SharedSlots& shared, const SharedSlots::Grain& grain);
+  /// Writes the impulses of the block to the rows, and their effect on nodes and bodies.
+  void write(const RowBlock& block, Motion& motion, Scratch& scratch);
+  /// Adds what the blocks have done to some shared slots.
+  void write(const SharedSlots& shared, const SharedSlots::Grain& grain, Motion& motion) const;
   /// The problem that moves a body of Motion::rigid; null if none does.
   const Problem* problem_of_rigid(std::size_t rigid) const {
     const std::int32_t island = islands_->of_rigid(rigid);
@@ -216,23 +225,25 @@ class ContactSolver {
   std::vector<RowChunk> chunks_;
   std::size_t chunk_count_ = 0;
   std::vector<RowBlock> blocks_;
-  std::size_t block_count_ = 0;
-  BlockColours colours_;
-  std::array<Indices, BlockColours::count> blocks_of_colour_;
-  std::array<Indices, BlockColours::count> swept_of_colour_;  // blocks in the present sweep
+  std::size_t block_count_ = 0, block_row_count_ = 0;
+  std::vector<Stage> stages_;
+  std::size_t stage_count_ = 0;
   std::vector<Eigen::AlignedBox3d> places_;  // scratch memory of NewBlocks, as keys_
   std::vector<std::uint64_t> keys_;
-  std::vector<RowBatches> scratch_;  // by worker
-  std::vector<SharedBody> shared_;
-  Indices shared_of_;  // by rigid body: index in shared_, or -1
-  std::vector<RowBody> bodies_;
+  std::vector<Scratch> scratch_;  // by worker
+  Indices sharers_;               // by slot: blocks of the last stage that move it
+  Indices slot_scratch_;          // by slot: zeros, for SharedSlots
+  Indices row_body_of_;           // by rigid body: index in bodies_ for the last stage
+  std::vector<RowBody> bodies_;   // rigid bodies; then those that blocks of a stage share, split
   std::vector<RowCoupling> couplings_;
   // Displacements: index 0 for everything immovable; translation and rotation of each rigid body;
   // then nodes and what the blocks have of their own. last_displacement_: at the end of the sweep
   // before.
   std::vector<Float4> displacement_, last_displacement_;
-  Indices vertex_of_node_;  // soft vertices that have a displacement
-  Indices node_of_;  // by soft vertex: index of its displacement, or 0; a last 0 for all others
+  Indices vertex_of_;  // by displacement: the soft vertex that it moves, or -1
+  Indices node_of_;    // by soft vertex: index of its displacement, or 0; a last 0 for all others
+  // By displacement: what the impulses of a block do to its copy, metres and radians; for write().
+  std::vector<Eigen::Vector3d> written_;
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -10,9 +10,10 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 
 using Eigen::Vector3d;
 
-void ContactSolver::fill(RowBlock& block, RowBatches& scratch) {
+void ContactSolver::fill(RowBlock& block, Scratch& scratch) {
   for (const std::int32_t i : block.new_rows) rows_->make_placed(i);
-  scratch.begin(displacement_.size());
+  RowBatches& batches = scratch.batches;
+  batches.begin(displacement_.size());
   for (const std::int32_t i : block.rows) {
     const ContactRow& row = (*rows_)[i];
     std::array<std::int32_t, RowBatches::max_slots> slots;
@@ -26,19 +27,32 @@ void ContactSolver::fill(RowBlock& block, RowBatches& scratch) {
         if (motion_->rigid[term.body].articulated >= 0) *last++ = slot_of_multibody(term.body);
       }
     }
-    scratch.add(i, slots.data(), last);
+    batches.add(i, slots.data(), last);
   }
-  scratch.finish();
-  block.batch_rows = scratch.batches();
+  batches.finish();
+  block.batch_rows = batches.batches();
   block.batches.resize(block.batch_rows.size());
   block.terms.clear();
   block.active.resize(block.batches.size());
   std::iota(block.active.begin(), block.active.end(), 0);
+  map_copies(block, scratch);
   for (std::size_t b = 0; b < block.batches.size(); ++b)
-    fill(block, block.batch_rows[b], block.batches[b]);
+    fill(block, block.batch_rows[b], block.batches[b], scratch.copy_of);
+  unmap_copies(block, scratch);
 }
 
-void ContactSolver::fill(RowBlock& block, const RowBatches::Batch& rows, RowBatch& batch) {
+void ContactSolver::map_copies(const RowBlock& block, Scratch& scratch) const {
+  scratch.copy_of.resize(displacement_.size(), 0);
+  for (std::size_t i = 0; i < block.shared.size(); ++i)
+    scratch.copy_of[block.shared[i]] = block.copy(i);
+}
+
+void ContactSolver::unmap_copies(const RowBlock& block, Scratch& scratch) const {
+  for (const std::int32_t slot : block.shared) scratch.copy_of[slot] = 0;
+}
+
+void ContactSolver::fill(RowBlock& block, const RowBatches::Batch& rows, RowBatch& batch,
+                         const Indices& copy_of) {
   batch = {};
   for (int i = 0; i < RowBatch::vertices; ++i) batch.scatter_node[i] = block.first_own + i;
   batch.first_term = static_cast<std::int32_t>(block.terms.size());
@@ -55,7 +69,12 @@ void ContactSolver::fill(RowBlock& block, const RowBatches::Batch& rows, RowBatc
       const ContactRow& row = (*rows_)[rows[lane]];
       for (const RigidTerm& term : RigidTerms(row.contact, row.weights, *motion_)) {
         terms[count++] = {lane, term};
-        block.terms.push_back(make_term(term, lane, &block));
+        RowRigidTerm& made = block.terms.emplace_back(make_term(term, lane));
+        if (const std::int32_t copy = copy_of[made.translation]) {
+          made.body = row_body_of_[term.body];
+          made.translation = copy;
+          made.rotation = copy + 1;
+        }
       }
     }
     for (int i = 0; i < count; ++i) {
@@ -63,7 +82,7 @@ void ContactSolver::fill(RowBlock& block, const RowBatches::Batch& rows, RowBatc
       if (motion_->rigid[term.body].articulated >= 0) continue;
       const auto lanes = std::count_if(terms.begin(), terms.begin() + count,
                                        [&](const auto& t) { return t.term.body == term.body; });
-      const double split = static_cast<double>(lanes) * shared_[shared_of_[term.body]].limit;
+      const double split = static_cast<double>(lanes) * sharers_[translation_slot(term.body)];
       if (split == 1) continue;
       const ContactRow& row = (*rows_)[rows[terms[i].lane]];
       const Eigen::Matrix3d mobility = term.mobility(*motion_);
@@ -75,12 +94,13 @@ void ContactSolver::fill(RowBlock& block, const RowBatches::Batch& rows, RowBatc
   batch.last_term = static_cast<std::int32_t>(block.terms.size());
   for (int lane = 0; lane < RowBatch::lanes && rows[lane] != RowBatches::none; ++lane)
     fill(batch, lane, problems_[block.island], (*rows_)[rows[lane]], extra_normal[lane],
-         extra_tangent[lane], needs_[rows[lane]].displacement);
+         extra_tangent[lane], needs_[rows[lane]].displacement, copy_of);
   std::copy(std::begin(batch.impulse), std::end(batch.impulse), batch.last_impulse);
 }
 
 void ContactSolver::fill(RowBatch& batch, int lane, const Problem& problem, const ContactRow& row,
-                         double extra_normal, double extra_tangent, double need) const {
+                         double extra_normal, double extra_tangent, double need,
+                         const Indices& copy_of) const {
   const int at = 4 * lane;
   const double length_unit = problem.length_unit, mass_unit = problem.mass_unit;
   const double unit = 1 / (mass_unit * length_unit);
@@ -93,6 +113,19 @@ void ContactSolver::fill(RowBatch& batch, int lane, const Problem& problem, cons
   set(batch.impulse + at, (for_split_impulse_ ? 0 : unit) * row.tangent_impulse);
   batch.impulse[at + 3] =
       static_cast<float>(unit * (for_split_impulse_ ? row.split_impulse : row.normal_impulse));
+  for (int k = 0; k < 4; ++k) {
+    const std::int32_t v = row.contact.vertices[k];
+    const double inverse_mass = motion_->inverse_mass_of(v);
+    batch.weight[at + k] = static_cast<float>(row.weights[k]);
+    if (row.weights[k] * inverse_mass == 0) continue;
+    const std::int32_t slot = node_of_[v];
+    const double split = sharers_[slot];
+    const double extra = (split - 1) * row.weights[k] * row.weights[k] * inverse_mass;
+    extra_normal += extra;
+    extra_tangent += extra;
+    batch.mobility[at + k] = static_cast<float>(split * row.weights[k] * inverse_mass * mass_unit);
+    batch.node[at + k] = batch.scatter_node[at + k] = copy_of[slot] != 0 ? copy_of[slot] : slot;
+  }
   const double normal_mass =
                    extra_normal > 0 ? 1 / (1 / row.normal_mass + extra_normal) : row.normal_mass,
                tangent_mass = extra_tangent > 0 ? 1 / (1 / row.tangent_mass + extra_tangent)
@@ -105,27 +138,15 @@ void ContactSolver::fill(RowBatch& batch, int lane, const Problem& problem, cons
   float* const compliance = batch.compliance + at;
   compliance[0] = compliance[1] = compliance[2] = static_cast<float>(mass_unit / tangent_mass);
   compliance[3] = static_cast<float>(mass_unit / normal_mass);
-  for (int k = 0; k < 4; ++k) {
-    const std::int32_t v = row.contact.vertices[k];
-    batch.weight[at + k] = static_cast<float>(row.weights[k]);
-    batch.mobility[at + k] =
-        static_cast<float>(row.weights[k] * motion_->inverse_mass_of(v) * mass_unit);
-    if (batch.mobility[at + k] != 0) batch.node[at + k] = batch.scatter_node[at + k] = node_of_[v];
-  }
 }
 
-RowRigidTerm ContactSolver::make_term(const RigidTerm& term, int lane,
-                                      const RowBlock* block) const {
+RowRigidTerm ContactSolver::make_term(const RigidTerm& term, int lane) const {
   RowRigidTerm made = {};
   set(made.arm, term.arm);
   made.weight = static_cast<float>(term.weight);
   made.lane = lane;
   made.body = term.body;
   made.translation = translation_slot(term.body);
-  if (block && motion_->rigid[term.body].articulated < 0) {
-    const auto found = std::find(block->bodies.begin(), block->bodies.end(), shared_of_[term.body]);
-    made.translation = block->copy_of(static_cast<std::size_t>(found - block->bodies.begin()));
-  }
   made.rotation = made.translation + 1;
   return made;
 }

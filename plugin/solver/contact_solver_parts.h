@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 
@@ -12,6 +13,8 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 
 /// Index of the displacement that is the translation of a rigid body; its rotation follows.
 constexpr std::int32_t translation_slot(std::int32_t body) { return 1 + 2 * body; }
+/// The rigid body whose translation or rotation a displacement is.
+constexpr std::int32_t body_of_slot(std::int32_t slot) { return (slot - 1) / 2; }
 
 /// Sets the first three of four floats.
 inline void set(float* to, const Eigen::Vector3d& x) {
@@ -39,18 +42,27 @@ class ContactSolver::NewBlocks {
   std::size_t first() const { return first_; }
 
  private:
-  enum class Phase { measure, find_places, claim, collect, number, find_slots, fill };
+  enum class Phase { measure, find_places, claim, collect, number, find_slots, find_shared, fill };
 
   using Box = Eigen::AlignedBox3d;
+
+  // Blocks of an island in a stage: the more, the more threads, but the more is shared.
+  static constexpr std::size_t min_block_rows = 256, max_blocks = 32;
 
   // Rows of a part that a thread takes at a time when it looks where they are.
   struct Piece {
     std::size_t part, first, last;
   };
 
+  // Rows of a block of the part, but for the last block.
+  static std::size_t block_size(const RowsByIsland::Part& part) {
+    const std::size_t count = part.last - part.first;
+    const std::size_t blocks = std::clamp<std::size_t>(count / min_block_rows, 1, max_blocks);
+    return (count + blocks - 1) / blocks;
+  }
   // Whether the rows of the part make several blocks, and so are ordered by their places.
   static bool needs_order(const RowsByIsland::Part& part) {
-    return part.last - part.first > RowBlock::max_rows;
+    return part.last - part.first > block_size(part);
   }
 
   std::size_t begin(Phase phase) {
@@ -58,6 +70,12 @@ class ContactSolver::NewBlocks {
     return s_.block_count_ - first_;
   }
   std::size_t begin_blocks();
+  /// The body that a row should not be separated over: one that splitting its mass would slow down
+  /// (-1: none), or any multibody (multibodies), which only one block may move.
+  int bond(std::int32_t row) const;
+  /// Upper bound of a rigid body's part of a row's compliance, as a fraction.
+  double share(const RigidTerm& term, double normal_mass) const;
+  double normal_mass(std::int32_t row) const;
   /// Makes the keys of the rows of an item.
   void find_places(std::size_t item);
   /// Where a row is: at its first vertex, at the start of the step.
@@ -67,14 +85,17 @@ class ContactSolver::NewBlocks {
   /// Takes the rows of the block, finds its rigid bodies, and claims its vertices that have no
   /// displacement yet. The first block that moves a vertex gets it.
   void claim(std::size_t item);
-  void find_bodies(RowBlock& block, std::int32_t row);
+  void find_bodies(RowBlock& block, std::int32_t row) const;
   /// Collects the vertices that the block has got.
   void collect(std::size_t item);
   void number_vertices();
+  /// Sets displacements of the vertices that the block has got.
+  void number(const RowBlock& block);
   /// Collects what the block moves, when all vertices have their displacements.
-  void find_slots(RowBlock& block);
-  void share_bodies();
-  void colour();
+  void find_slots(RowBlock& block, Indices& seen);
+  /// Finds what other blocks move too.
+  void find_shared(RowBlock& block) const;
+  void make_copies();
 
   ContactSolver& s_;
   Phase phase_ = Phase::measure;
@@ -87,8 +108,8 @@ class ContactSolver::NewBlocks {
   std::vector<std::uint64_t>& keys_;  // of the rows: place in space, and row
 };
 
-// With fewer chunks or blocks a second thread costs more than it saves.
-inline constexpr std::size_t min_parallel_items = 8;
+// With fewer chunks, or rows in blocks, a second thread costs more than it saves.
+inline constexpr std::size_t min_parallel_items = 8, min_parallel_rows = 2048;
 
 template <class Each>
 void ContactSolver::for_each(std::size_t count, const Each& each) const {
@@ -96,26 +117,23 @@ void ContactSolver::for_each(std::size_t count, const Each& each) const {
   threads.run_phases(count, each, [] { return std::size_t{0}; });
 }
 
-template <class Each, class AfterColour>
-void ContactSolver::for_each_block_by_colour(const Each& each, const AfterColour& after_colour) {
-  int colour = -1;
+template <class Each, class Join>
+void ContactSolver::for_each_block_by_stage(const Each& each, const Join& join) {
+  std::size_t stage = 0;
+  bool joins = false;
   const auto next = [&]() -> std::size_t {
-    if (colour >= 0 && colour != BlockColours::overflow) after_colour(blocks_of_colour_[colour]);
-    do {
-      if (++colour == BlockColours::count) return 0;
-    } while (blocks_of_colour_[colour].empty());
-    return colour == BlockColours::overflow ? 1 : blocks_of_colour_[colour].size();
+    const std::size_t grains = stages_[stage].shared.grains().size();
+    joins = !joins && grains > 0;
+    if (joins) return grains;
+    return ++stage == stage_count_ ? 0 : stages_[stage].last - stages_[stage].first;
   };
   const auto run = [&](std::size_t item, int worker) {
-    if (colour != BlockColours::overflow)
-      return each(blocks_[blocks_of_colour_[colour][item]], worker);
-    for (const std::int32_t block : blocks_of_colour_[colour]) {
-      each(blocks_[block], worker);
-      after_colour({block});
-    }
+    const Stage& now = stages_[stage];
+    if (joins) return join(now.shared, now.shared.grains()[item]);
+    each(blocks_[now.first + item], worker);
   };
-  const Threads& threads = block_count_ < 2 * min_parallel_items ? serial_ : threads_;
-  threads.run_phases(next(), run, next);
+  if (stage_count_ > 0)
+    threads_of_blocks().run_phases(stages_[0].last - stages_[0].first, run, next);
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -69,12 +69,9 @@ void ContactSolver::set_up(Target target, RowList& rows, const RowIslands& islan
   for_split_impulse_ = target == Target::split_impulse;
   has_rigid_terms_ = !motion.rigid.empty() || !motion.anchored.empty();
   needs_.resize(rows.size());
-  block_count_ = 0;
-  for (Indices& blocks : blocks_of_colour_) blocks.clear();
-  shared_.clear();
+  block_count_ = block_row_count_ = stage_count_ = 0;
   bodies_.clear();
   couplings_.clear();
-  vertex_of_node_.clear();
   make_chunks();
   if (for_split_impulse_ && !classify_rows(true)) return;
   if (!classify_rows(false)) return;
@@ -84,8 +81,8 @@ void ContactSolver::set_up(Target target, RowList& rows, const RowIslands& islan
     if (largest.normal_mass > 0) problem.mass_unit = largest.normal_mass;
   }
   set_up_bodies();
-  colours_.begin();
   displacement_.assign(1 + 2 * bodies_.size(), Float4{});
+  vertex_of_.assign(displacement_.size(), -1);
   node_of_.assign(static_cast<std::size_t>(motion.soft_count()) + 1, 0);
   if (scratch_.empty()) scratch_.resize(static_cast<std::size_t>(threads_.count()));
   for_each(chunk_count_, [this](std::size_t i, int) { set_up_inactive(chunks_[i]); });
@@ -103,19 +100,19 @@ void ContactSolver::set_up(Target target, RowList& rows, const RowIslands& islan
     for (const std::int32_t row : chunks_[i].active) initially_active.add(chunks_[i].island, row);
   }
   add(std::move(initially_active));
-  for_each_block_by_colour(
+  for_each_block_by_stage(
       [this](RowBlock& block, int) {
-        read_bodies(block);
+        read_shared(block);
         for (std::size_t i = 0; i < block.batches.size(); ++i)
           kernels_->apply_impulses(problem_of(block), static_cast<int>(i));
       },
-      [this](const Indices& blocks) { merge_bodies(blocks); });
+      [this](const SharedSlots& shared, const SharedSlots::Grain& grain) { join(shared, grain); });
   for_each(chunk_count_, [this](std::size_t i, int) { find_violated(chunks_[i]); });
   add(take_violated());
 
   for_each(block_count_, [this](std::size_t i, int) {
     RowBlock& block = blocks_[i];
-    read_bodies(block);
+    read_shared(block);
     block.violation =
         kernels_->max_violation(problem_of(block), static_cast<int>(block.batches.size()));
   });
@@ -137,7 +134,7 @@ void ContactSolver::set_up_bodies() {
       set(body.inverse_inertia[k], mass_unit * rigid.inverse_inertia.col(k));
     bodies_.push_back(body);
   }
-  shared_of_.assign(bodies_.size(), -1);
+  row_body_of_.resize(bodies_.size());
   for (const ArticulatedMotion& multibody : motion_->articulated) {
     const Problem* const problem = problem_of_rigid(multibody.links.front().rigid);
     const double mass_unit = problem ? problem->mass_unit : 1;
@@ -255,7 +252,7 @@ void ContactSolver::set_up_inactive(RowChunk& chunk) {
     }
     if (has_rigid_terms_) {
       for (const RigidTerm& term : RigidTerms(contact, weights, *motion_))
-        chunk.terms.push_back(make_term(term, lane, nullptr));
+        chunk.terms.push_back(make_term(term, lane));
     }
     batch.last_term = static_cast<std::int32_t>(chunk.terms.size());
   }
@@ -285,37 +282,19 @@ ContactSolver::RowsByIsland ContactSolver::take_violated() {
   return rows;
 }
 
-void ContactSolver::read_bodies(RowBlock& block) {
-  for (std::size_t i = 0; i < block.bodies.size(); ++i) {
-    const auto from = displacement_.begin() + translation_slot(shared_[block.bodies[i]].rigid);
-    std::copy(from, from + 2, displacement_.begin() + block.copy_of(i));
-  }
+void ContactSolver::read_shared(const RowBlock& block) {
+  for (std::size_t i = 0; i < block.shared.size(); ++i)
+    displacement_[block.copy(i)] = displacement_[block.shared[i]];
 }
 
-void ContactSolver::merge_bodies(const Indices& blocks) {
-  if (shared_.empty()) return;
-  for (const std::int32_t b : blocks) {
-    const RowBlock& block = blocks_[b];
-    for (std::size_t i = 0; i < block.bodies.size(); ++i) {
-      SharedBody& shared = shared_[block.bodies[i]];
-      for (int part = 0; part < 2; ++part) {
-        const Float4 &copy = displacement_[block.copy_of(i) + part],
-                     &before = displacement_[translation_slot(shared.rigid) + part];
-        for (int k = 0; k < 3; ++k) shared.change[part].x[k] += copy.x[k] - before.x[k];
-      }
-    }
-  }
-  for (const std::int32_t b : blocks) {
-    for (const int i : blocks_[b].bodies) {
-      SharedBody& shared = shared_[i];
-      for (int part = 0; part < 2; ++part) {
-        Float4& displacement = displacement_[translation_slot(shared.rigid) + part];
-        for (int k = 0; k < 3; ++k) {
-          displacement.x[k] += shared.change[part].x[k] / static_cast<float>(shared.limit);
-          shared.change[part].x[k] = 0;
-        }
-      }
-    }
+void ContactSolver::join(const SharedSlots& shared, const SharedSlots::Grain& grain) {
+  for (std::size_t i = grain.first; i < grain.last; ++i) {
+    Float4& joined = displacement_[shared.slot(i)];
+    const Span<const std::int32_t> copies = shared.copies(i);
+    Float4 change = {};
+    for (const std::int32_t copy : copies)
+      for (int k = 0; k < 3; ++k) change.x[k] += displacement_[copy].x[k] - joined.x[k];
+    for (int k = 0; k < 3; ++k) joined.x[k] += change.x[k] / static_cast<float>(copies.size());
   }
 }
 

@@ -87,6 +87,11 @@ class ContactSolver::Sweeps {
         return added_.run(item, worker);
       case Phase::sweep:
         return sweep(item);
+      case Phase::join: {
+        const SharedSlots::Grain& grain = stage().shared.grains()[item];
+        if (islands_[grain.island].goes_on) s_.join(stage().shared, grain);
+        return;
+      }
       case Phase::extrapolate:
         return item < s_.block_count_ ? extrapolate_nodes(s_.blocks_[item]) : extrapolate_bodies();
     }
@@ -103,11 +108,14 @@ class ContactSolver::Sweeps {
         const std::size_t count = added_.next();
         if (count > 0) return count;
         s_.last_displacement_.resize(s_.displacement_.size());
-        return begin_colours();
+        return begin_stages();
       }
       case Phase::sweep:
-        if (colour_ != BlockColours::overflow) s_.merge_bodies(swept());
-        return next_colour();
+        phase_ = Phase::join;
+        if (!stage().shared.grains().empty()) return stage().shared.grains().size();
+        [[fallthrough]];
+      case Phase::join:
+        return next_stage();
       case Phase::extrapolate:
         ++sweep_;
         return begin_sweep();
@@ -116,7 +124,7 @@ class ContactSolver::Sweeps {
   }
 
  private:
-  enum class Phase { search, add, sweep, extrapolate };
+  enum class Phase { search, add, sweep, join, extrapolate };
 
   struct Island {
     bool goes_on = false;
@@ -154,7 +162,7 @@ class ContactSolver::Sweeps {
       island.is_full = sweep_ >= std::min(island.next_full, island.limit);
       any_full = any_full || (island.goes_on && island.is_full);
     }
-    if (!any_full) return begin_colours();
+    if (!any_full) return begin_stages();
     phase_ = Phase::search;
     return s_.chunk_count_;  // not 0, for there are blocks
   }
@@ -162,45 +170,40 @@ class ContactSolver::Sweeps {
   std::size_t add_violated() {
     phase_ = Phase::add;
     const std::size_t count = added_.start(s_.take_violated());
-    return count > 0 ? count : begin_colours();
+    return count > 0 ? count : begin_stages();
   }
 
-  std::size_t begin_colours() {
-    for (Indices& blocks : s_.swept_of_colour_) blocks.clear();
-    for (std::size_t b = 0; b < s_.block_count_; ++b) {
-      const RowBlock& block = s_.blocks_[b];
-      const Island& island = islands_[block.island];
-      if (island.goes_on && (island.is_full || !block.active.empty()))
-        s_.swept_of_colour_[block.colour].push_back(static_cast<std::int32_t>(b));
+  std::size_t begin_stages() {
+    for (std::size_t i = 0; i < s_.stage_count_; ++i) {
+      Stage& stage = s_.stages_[i];
+      stage.swept.clear();
+      for (std::size_t b = stage.first; b < stage.last; ++b) {
+        const RowBlock& block = s_.blocks_[b];
+        const Island& island = islands_[block.island];
+        // A block that has nothing to do sets its copies, which are joined with those of others.
+        if (island.goes_on && (island.is_full || !block.active.empty() || !block.shared.empty()))
+          stage.swept.push_back(static_cast<std::int32_t>(b));
+      }
     }
-    phase_ = Phase::sweep;
-    colour_ = -1;
-    return next_colour();
+    stage_ = -1;
+    return next_stage();
   }
 
-  std::size_t next_colour() {
+  std::size_t next_stage() {
+    phase_ = Phase::sweep;
     do {
-      if (++colour_ == BlockColours::count) return end_sweep();
-    } while (swept().empty());
-    return colour_ == BlockColours::overflow ? 1 : swept().size();
+      if (++stage_ == static_cast<int>(s_.stage_count_)) return end_sweep();
+    } while (stage().swept.empty());
+    return stage().swept.size();
   }
 
   void sweep(std::size_t item) {
-    if (colour_ != BlockColours::overflow) {
-      const RowBatch* const next =
-          item + 1 < swept().size() ? s_.blocks_[swept()[item + 1]].batches.data() : nullptr;
-      return sweep_block(swept()[item], next);
-    }
-    for (const std::int32_t b : swept()) {
-      sweep_block(b, nullptr);
-      s_.merge_bodies({b});
-    }
-  }
-
-  void sweep_block(std::int32_t b, const RowBatch* next) {
-    RowBlock& block = s_.blocks_[b];
+    const Indices& swept = stage().swept;
+    RowBlock& block = s_.blocks_[swept[item]];
+    const RowBatch* const next =
+        item + 1 < swept.size() ? s_.blocks_[swept[item + 1]].batches.data() : nullptr;
     const Island& island = islands_[block.island];
-    s_.read_bodies(block);
+    s_.read_shared(block);
     if (island.is_full && block.active.size() < block.batches.size()) {
       block.active.resize(block.batches.size());
       std::iota(block.active.begin(), block.active.end(), 0);
@@ -221,8 +224,8 @@ class ContactSolver::Sweeps {
       island.change = {};
       island.has_new_active = false;
     }
-    for (const Indices& blocks : s_.swept_of_colour_) {
-      for (const std::int32_t b : blocks) {
+    for (std::size_t i = 0; i < s_.stage_count_; ++i) {
+      for (const std::int32_t b : s_.stages_[i].swept) {
         const RowBlock& block = s_.blocks_[b];
         Island& island = islands_[block.island];
         island.change.largest = std::max(island.change.largest, block.change.largest);
@@ -237,7 +240,7 @@ class ContactSolver::Sweeps {
       any_goes_on = any_goes_on || island.goes_on;
     }
     phase_ = Phase::extrapolate;
-    return any_goes_on ? s_.block_count_ + 1 : 0;
+    return any_goes_on ? s_.block_count_ + (s_.motion_->rigid.empty() ? 0 : 1) : 0;
   }
 
   void end_sweep(Island& island) const {
@@ -262,39 +265,42 @@ class ContactSolver::Sweeps {
     if (settled) island.next_full = sweep_ + 1;
   }
 
-  void extrapolate(const Island& island, std::int32_t first, std::size_t count) const {
-    if (count == 0) return;
+  void extrapolate(const Island& island, std::int32_t first, int count) const {
     s_.kernels_->extrapolate(island.extrapolation, &s_.displacement_[first],
-                             &s_.last_displacement_[first], static_cast<int>(count));
+                             &s_.last_displacement_[first], count);
   }
 
   void extrapolate_nodes(const RowBlock& block) const {
-    if (islands_[block.island].goes_on)
-      extrapolate(islands_[block.island], block.first_new_slot, block.new_vertices.size());
+    if (islands_[block.island].goes_on && !block.new_vertices.empty())
+      extrapolate(islands_[block.island], block.first_new_slot,
+                  static_cast<int>(block.new_vertices.size()));
   }
 
   void extrapolate_bodies() const {
-    for (std::size_t rigid = 0; rigid < s_.bodies_.size(); ++rigid) {
+    for (std::size_t rigid = 0; rigid < s_.motion_->rigid.size(); ++rigid) {
       const std::int32_t island = s_.islands_->of_rigid(rigid);
       if (island >= 0 && islands_[island].goes_on)
         extrapolate(islands_[island], translation_slot(static_cast<std::int32_t>(rigid)), 2);
     }
   }
 
-  const Indices& swept() const { return s_.swept_of_colour_[colour_]; }
+  const Stage& stage() const { return s_.stages_[static_cast<std::size_t>(stage_)]; }
 
   ContactSolver& s_;
   std::vector<Island> islands_;
   Phase phase_ = Phase::sweep;
-  int sweep_ = 1, colour_ = -1;
+  int sweep_ = 1, stage_ = -1;
   NewBlocks added_;
 };
+
+const Threads& ContactSolver::threads_of_blocks() const {
+  return block_row_count_ < min_parallel_rows ? serial_ : threads_;
+}
 
 int ContactSolver::solve(int sweeps) {
   if (block_count_ == 0) return 0;
   Sweeps iteration(*this, sweeps);
-  const Threads& threads = block_count_ < 2 * min_parallel_items ? serial_ : threads_;
-  threads.run_phases(
+  threads_of_blocks().run_phases(
       iteration.start(), [&](std::size_t item, int worker) { iteration.run(item, worker); },
       [&] { return iteration.next(); });
   for_each(chunk_count_, [this](std::size_t i, int) {

@@ -1,9 +1,10 @@
-// Adding rows to the problem of the contact solver: blocks of neighbours, their vertices and
-// colours.
+// Adding rows to the problem of the contact solver: a stage of blocks of neighbours, their
+// vertices, and what they share.
 #include <algorithm>
 #include <boost/sort/spreadsort/integer_sort.hpp>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include "solver/contact_solver_parts.h"
@@ -12,10 +13,11 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-// Largest growth of a row's compliance where several blocks move a body, as a fraction.
-constexpr double max_split_growth = 0.5;
-// Most blocks of a colour that move the same body, whatever its mass.
-constexpr int max_shared_limit = 1 << 12;
+// A row is light if a rigid body makes up more than this part of its compliance. Splitting the mass
+// of the body would make it converge slowly.
+constexpr double max_share = 0.02;
+// ContactSolver::NewBlocks::bond() of rows that move a multibody.
+constexpr int multibodies = std::numeric_limits<int>::max();
 
 // What node_of_ holds while blocks claim vertices: the claim of a block, which is smaller for
 // earlier blocks; then a mark of those that have been collected.
@@ -70,13 +72,12 @@ void ContactSolver::NewBlocks::run(std::size_t item, int worker) {
       return claim(item);
     case Phase::collect:
       return collect(item);
-    case Phase::number: {
-      std::int32_t slot = s_.blocks_[b].first_new_slot;
-      for (const std::int32_t v : s_.blocks_[b].new_vertices) s_.node_of_[v] = slot++;
-      return;
-    }
+    case Phase::number:
+      return number(s_.blocks_[b]);
     case Phase::find_slots:
-      return find_slots(s_.blocks_[b]);
+      return find_slots(s_.blocks_[b], s_.scratch_[static_cast<std::size_t>(worker)].copy_of);
+    case Phase::find_shared:
+      return find_shared(s_.blocks_[b]);
     case Phase::fill:
       return s_.fill(s_.blocks_[b], s_.scratch_[static_cast<std::size_t>(worker)]);
   }
@@ -106,12 +107,15 @@ std::size_t ContactSolver::NewBlocks::next() {
       number_vertices();
       return begin(Phase::number);
     case Phase::number:
+      s_.sharers_.assign(s_.displacement_.size(), 0);
+      for (Scratch& scratch : s_.scratch_) scratch.copy_of.resize(s_.displacement_.size(), 0);
       return begin(Phase::find_slots);
     case Phase::find_slots:
+      return begin(Phase::find_shared);
+    case Phase::find_shared:
       for (std::size_t b = first_; b < s_.block_count_; ++b)
         for (const std::int32_t row : s_.blocks_[b].new_rows) s_.rows_->place(row);
-      share_bodies();
-      colour();
+      make_copies();
       return begin(Phase::fill);
     case Phase::fill:
       break;
@@ -121,16 +125,51 @@ std::size_t ContactSolver::NewBlocks::next() {
 
 std::size_t ContactSolver::NewBlocks::begin_blocks() {
   for (const RowsByIsland::Part& part : parts_) {
-    for (std::size_t first = part.first; first < part.last; first += RowBlock::max_rows) {
+    for (std::size_t first = part.first; first < part.last;) {
+      std::size_t last = std::min(first + block_size(part), part.last);
+      if (s_.has_rigid_terms_) {
+        for (; last < part.last; ++last) {
+          const int kept = bond(rows_[last]);
+          if (kept < 0 || kept != bond(rows_[last - 1])) break;
+        }
+      }
       if (s_.blocks_.size() == s_.block_count_) s_.blocks_.emplace_back();
       RowBlock& block = s_.blocks_[s_.block_count_++];
       block.island = part.island;
-      const auto begin = rows_.begin() + static_cast<std::ptrdiff_t>(first);
-      block.rows.assign(begin, begin + static_cast<std::ptrdiff_t>(
-                                           std::min(RowBlock::max_rows, part.last - first)));
+      const auto begin = rows_.begin();
+      block.rows.assign(begin + static_cast<std::ptrdiff_t>(first),
+                        begin + static_cast<std::ptrdiff_t>(last));
+      s_.block_row_count_ += block.rows.size();
+      first = last;
     }
   }
+  if (s_.stages_.size() == s_.stage_count_) s_.stages_.emplace_back();
+  Stage& stage = s_.stages_[s_.stage_count_++];
+  stage.first = first_;
+  stage.last = s_.block_count_;
   return begin(Phase::claim);
+}
+
+double ContactSolver::NewBlocks::normal_mass(std::int32_t row) const {
+  return s_.rows_->is_made(row) ? (*s_.rows_)[row].normal_mass
+                                : s_.rows_->estimate(row).normal_mass;
+}
+
+double ContactSolver::NewBlocks::share(const RigidTerm& term, double normal_mass) const {
+  const RigidMotion& rigid = s_.motion_->rigid[term.body];
+  return normal_mass * (term.weight * term.weight * rigid.inverse_mass.maxCoeff() +
+                        term.arm.squaredNorm() * rigid.inverse_inertia.trace());
+}
+
+int ContactSolver::NewBlocks::bond(std::int32_t row) const {
+  const Contact& contact = s_.rows_->contact(row);
+  const double mass = normal_mass(row);
+  int light = -1;
+  for (const RigidTerm& term : RigidTerms(contact, contact.weights(), *s_.motion_)) {
+    if (s_.motion_->rigid[term.body].articulated >= 0) return multibodies;
+    if (light < 0 && share(term, mass) > max_share) light = term.body;
+  }
+  return light;
 }
 
 Eigen::Vector3d ContactSolver::NewBlocks::place_of(std::int32_t row) const {
@@ -149,10 +188,16 @@ void ContactSolver::NewBlocks::find_places(std::size_t item) {
   const double cells = std::ldexp(1.0, bits_per_axis) - 1;
   const double extent = box.sizes().maxCoeff(), scale = extent > 0 ? cells / extent : 0;
   for (std::size_t i = pieces_[item].first; i < pieces_[item].last; ++i) {
-    const Eigen::Vector3d at = scale * (place_of(rows_[i]) - box.min());
+    const int kept = s_.has_rigid_terms_ ? bond(rows_[i]) : -1;
     std::uint64_t code = 0;
-    for (int k = 0; k < 3; ++k)
-      code |= spread(static_cast<std::uint32_t>(std::min(at[k], cells))) << k;
+    if (kept != multibodies) {
+      const Eigen::Vector3d place =
+          kept < 0 ? place_of(rows_[i]) : s_.motion_->rigid[kept].centre();
+      const Eigen::Vector3d at = scale * (place - box.min());
+      for (int k = 0; k < 3; ++k)
+        code |= spread(static_cast<std::uint32_t>(std::clamp(at[k], 0.0, cells))) << k;
+      ++code;
+    }
     keys_[i] = code << 32 | static_cast<std::uint32_t>(rows_[i]);
   }
 }
@@ -162,7 +207,6 @@ void ContactSolver::NewBlocks::claim(std::size_t item) {
   RowBlock& block = s_.blocks_[b];
   block.new_rows.clear();
   block.bodies.clear();
-  block.shares.clear();
   block.vertices.clear();
   for (const std::int32_t i : block.rows) {
     s_.needs_[i].may_need_split = true;
@@ -187,23 +231,12 @@ void ContactSolver::NewBlocks::claim(std::size_t item) {
   }
 }
 
-void ContactSolver::NewBlocks::find_bodies(RowBlock& block, std::int32_t row) {
+void ContactSolver::NewBlocks::find_bodies(RowBlock& block, std::int32_t row) const {
   const Contact& contact = s_.rows_->contact(row);
-  const double normal_mass =
-      s_.rows_->is_made(row) ? (*s_.rows_)[row].normal_mass : s_.rows_->estimate(row).normal_mass;
   for (const RigidTerm& term : RigidTerms(contact, contact.weights(), *s_.motion_)) {
-    const RigidMotion& rigid = s_.motion_->rigid[term.body];
-    if (rigid.articulated >= 0) continue;
-    const auto found = std::find(block.bodies.begin(), block.bodies.end(), term.body);
-    const auto at = static_cast<std::size_t>(found - block.bodies.begin());
-    if (found == block.bodies.end()) {
+    if (s_.motion_->rigid[term.body].articulated >= 0) continue;
+    if (std::find(block.bodies.begin(), block.bodies.end(), term.body) == block.bodies.end())
       block.bodies.push_back(term.body);
-      block.shares.push_back(0);
-    }
-    // An upper bound of the body's part of the row's compliance.
-    const double compliance = term.weight * term.weight * rigid.inverse_mass.maxCoeff() +
-                              term.arm.squaredNorm() * rigid.inverse_inertia.trace();
-    block.shares[at] = std::max(block.shares[at], compliance * normal_mass);
   }
 }
 
@@ -225,68 +258,68 @@ void ContactSolver::NewBlocks::number_vertices() {
     RowBlock& block = s_.blocks_[b];
     block.first_new_slot = next;
     next += static_cast<std::int32_t>(block.new_vertices.size());
-    s_.vertex_of_node_.insert(s_.vertex_of_node_.end(), block.new_vertices.begin(),
-                              block.new_vertices.end());
   }
   s_.displacement_.resize(static_cast<std::size_t>(next));
+  s_.vertex_of_.resize(static_cast<std::size_t>(next), -1);
 }
 
-void ContactSolver::NewBlocks::find_slots(RowBlock& block) {
+void ContactSolver::NewBlocks::number(const RowBlock& block) {
+  std::int32_t slot = block.first_new_slot;
+  for (const std::int32_t v : block.new_vertices) {
+    s_.vertex_of_[slot] = v;
+    s_.node_of_[v] = slot++;
+  }
+}
+
+void ContactSolver::NewBlocks::find_slots(RowBlock& block, Indices& seen) {
   block.slots.clear();
-  for (const std::int32_t v : block.vertices) block.slots.push_back(s_.node_of_[v]);
-  if (s_.motion_->articulated.empty()) return;
-  for (const std::int32_t i : block.rows) {
-    const Contact& contact = s_.rows_->contact(i);
-    for (const RigidTerm& term : RigidTerms(contact, contact.weights(), *s_.motion_))
-      if (s_.motion_->rigid[term.body].articulated >= 0)
-        block.slots.push_back(s_.slot_of_multibody(term.body));
+  const auto add = [&](std::int32_t slot) {
+    if (seen[slot] != 0) return;
+    seen[slot] = 1;
+    block.slots.push_back(slot);
+  };
+  for (const std::int32_t v : block.vertices) add(s_.node_of_[v]);
+  for (const std::int32_t body : block.bodies) {
+    add(translation_slot(body));
+    add(translation_slot(body) + 1);
+  }
+  for (const std::int32_t slot : block.slots) {
+    seen[slot] = 0;
+    // Relaxed: the end of the phase orders what comes after.
+    __atomic_fetch_add(&s_.sharers_[slot], 1, __ATOMIC_RELAXED);
   }
 }
 
-void ContactSolver::NewBlocks::share_bodies() {
-  const std::size_t known = s_.shared_.size();
-  std::vector<double> shares;  // of the bodies that become shared
-  for (std::size_t b = first_; b < s_.block_count_; ++b) {
-    RowBlock& block = s_.blocks_[b];
-    for (std::size_t i = 0; i < block.bodies.size(); ++i) {
-      std::int32_t& index = s_.shared_of_[block.bodies[i]];
-      if (index < 0) {
-        index = static_cast<std::int32_t>(s_.shared_.size());
-        s_.shared_.push_back({block.bodies[i], 0, {}});
-        shares.push_back(0);
-      }
-      block.bodies[i] = index;
-      const auto at = static_cast<std::size_t>(index);
-      if (at >= known) shares[at - known] = std::max(shares[at - known], block.shares[i]);
-    }
-  }
-  for (std::size_t i = 0; i < shares.size(); ++i) {
-    const double most = 1 + max_split_growth / std::max(shares[i], 1e-9);
-    const int split = static_cast<int>(
-        std::min<double>(most, static_cast<double>(RowBatch::lanes) * max_shared_limit));
-    s_.colours_.add_body(std::max(1, split / RowBatch::lanes));
-  }
+void ContactSolver::NewBlocks::find_shared(RowBlock& block) const {
+  block.shared.clear();
+  for (const std::int32_t slot : block.slots)
+    if (s_.sharers_[slot] > 1) block.shared.push_back(slot);
 }
 
-void ContactSolver::NewBlocks::colour() {
-  const std::size_t known_bodies = static_cast<std::size_t>(std::count_if(
-      s_.shared_.begin(), s_.shared_.end(), [](const SharedBody& body) { return body.limit > 0; }));
-  s_.colours_.grow(s_.displacement_.size());
+void ContactSolver::NewBlocks::make_copies() {
+  const std::size_t slot_count = s_.displacement_.size();
+  std::size_t next = slot_count;
   for (std::size_t b = first_; b < s_.block_count_; ++b) {
-    RowBlock& block = s_.blocks_[b];
-    block.colour = s_.colours_.add_block(block.slots, block.bodies);
-    s_.blocks_of_colour_[block.colour].push_back(static_cast<std::int32_t>(b));
-    block.first_own = s_.displacement_count();
-    s_.displacement_.resize(s_.displacement_.size() + RowBatch::vertices + 2 * block.bodies.size());
+    s_.blocks_[b].first_own = static_cast<std::int32_t>(next);
+    next += s_.blocks_[b].own_count();
   }
-  // The blocks that come first decide how light a body is taken for. Later ones keep to that.
-  for (std::size_t i = known_bodies; i < s_.shared_.size(); ++i) {
-    SharedBody& shared = s_.shared_[i];
-    shared.limit = s_.colours_.close_body(static_cast<int>(i));
-    RowBody& body = s_.bodies_[shared.rigid];
-    for (float& x : body.inverse_mass) x *= static_cast<float>(shared.limit);
+  s_.displacement_.resize(next);
+  s_.vertex_of_.resize(next, -1);
+  s_.slot_scratch_.resize(slot_count, 0);
+  SharedSlots& shared = s_.stages_[s_.stage_count_ - 1].shared;
+  shared.build({s_.blocks_.data() + first_, s_.block_count_ - first_}, s_.slot_scratch_);
+  if (!s_.has_rigid_terms_) return;
+  std::iota(s_.row_body_of_.begin(), s_.row_body_of_.end(), 0);
+  for (std::size_t rigid = 0; rigid < s_.row_body_of_.size(); ++rigid) {
+    const auto split =
+        static_cast<float>(s_.sharers_[translation_slot(static_cast<std::int32_t>(rigid))]);
+    if (split < 2) continue;
+    RowBody body = s_.bodies_[rigid];
+    for (float& x : body.inverse_mass) x *= split;
     for (auto& column : body.inverse_inertia)
-      for (float& x : column) x *= static_cast<float>(shared.limit);
+      for (float& x : column) x *= split;
+    s_.row_body_of_[rigid] = static_cast<std::int32_t>(s_.bodies_.size());
+    s_.bodies_.push_back(body);
   }
 }
 

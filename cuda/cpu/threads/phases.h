@@ -29,6 +29,7 @@ class Phases {
   Phases(const Run& run, const Next& next) : run_(run), next_(next) {}
 
   void start(ThreadPool& pool, std::size_t count) {
+    for (; count == 1; count = next_()) run_(0, 0);
     if (pool.available() == 1) {
       for (; count > 0; count = next_())
         for (std::size_t item = 0; item < count; ++item) run_(item, 0);
@@ -96,7 +97,7 @@ class Phases {
       }
       // Acquire and release: the last one sees what all items have written.
       if (done > 0 && open_.fetch_sub(done, std::memory_order_acq_rel) == done)
-        end_phase(phase_of(state));
+        end_phase(phase_of(state), worker);
     }
   }
 
@@ -131,15 +132,15 @@ class Phases {
     return true;
   }
 
-  void end_phase(std::uint64_t phase) {
+  void end_phase(std::uint64_t phase, int worker) {
     std::size_t count = 0;
     try {
-      if (!failed_.load(std::memory_order_relaxed)) count = next_();
+      // A single item is run here: to hand it over takes longer than most such items do.
+      while (!failed_.load(std::memory_order_relaxed) && (count = next_()) == 1) run_(0, worker);
     } catch (...) {
-      count = 0;
       fail();
     }
-    begin_phase(phase + 1, count);
+    begin_phase(phase + 1, failed_.load(std::memory_order_relaxed) ? 0 : count);
   }
 
   void fail() {

@@ -34,8 +34,8 @@ class LAZYCCD_API Threads {
   /// first phase, then next() once, which returns the count of the next phase, and so on until it
   /// returns 0. All writes of a phase are visible in next() and in the next phase. `worker` is
   /// below count(); no two threads have the same one at a time. A phase has less than 2^28 items.
-  /// All items run in the caller's floating-point mode. After an exception nothing more is called;
-  /// the first one is rethrown.
+  /// One item alone is not handed over to another thread. All items run in the caller's
+  /// floating-point mode. After an exception nothing more is called; the first one is rethrown.
   void run_phases(std::size_t count, const std::function<void(std::size_t item, int worker)>& run,
                   const std::function<std::size_t()>& next) const;
 

@@ -134,8 +134,7 @@ TEST_CASE("thousands of contacts with one rigid body converge and keep momentum"
 
 TEST_CASE("many contacts at one place are solved") {
   Pile pile(0.001, 1);
-  // The same node meets the plate in every contact, so that each block has the overflow's colour or
-  // one of its own.
+  // The same node meets the plate in every contact, so that all blocks share it.
   const Contact one = pile.contacts.back();
   pile.contacts.assign(pile.contacts.size(), one);
   for (std::size_t i = 0; i < pile.contacts.size(); ++i)
