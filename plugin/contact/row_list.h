@@ -50,6 +50,8 @@ class RowList {
     }
     return made_[made_index_[i]];
   }
+  /// Returns row `i`, which is made.
+  const ContactRow& made(std::size_t i) const { return made_[made_index_[i]]; }
   /// Returns row `i`: that of the list, or `scratch`, made, if the list has not made it. Changes
   /// nothing in the list, so several threads may call it.
   const ContactRow& get(std::size_t i, ContactRow& scratch) const {

@@ -72,23 +72,36 @@ void ContactConstraints::select(const std::vector<Contact>& contacts, const Moti
 const std::vector<const ContactRow*>& ContactConstraints::active_rows() {
   if (active_rows_) return *active_rows_;
   std::vector<const ContactRow*>& found = active_rows_.emplace();
-  std::vector<char> acted(rows_.size());
-  threads_.parallel_for(rows_.size(), 4096, [&](std::size_t first, std::size_t last) {
-    for (std::size_t i = first; i < last; ++i) acted[i] = rows_.is_made(i) && rows_[i].acted();
-  });
-  std::size_t next = 0;  // first row after those of the last pair
-  const auto is_same_pair = [this](std::size_t i, std::size_t j) {
-    return rows_.is_made(i) && rows_.is_made(j) && !(rows_[i].contact < rows_[j].contact);
+  constexpr std::size_t grain = 4096;
+  // Rows of a pair are adjacent. A part begins with a pair.
+  const auto begin_of_part = [this](std::size_t i) {
+    i = std::min(i, rows_.size());
+    while (i > 0 && i < rows_.size() && !(rows_.contact(i - 1) < rows_.contact(i))) ++i;
+    return i;
   };
-  for (std::size_t i = 0; i < rows_.size(); ++i) {
-    if (!acted[i]) continue;
-    std::size_t first = i;
-    while (first > next && is_same_pair(first - 1, i)) --first;
-    for (next = first; next <= i || (next < rows_.size() && is_same_pair(i, next)); ++next)
-      found.push_back(&rows_[next]);
+  std::vector<std::vector<const ContactRow*>> parts((rows_.size() + grain - 1) / grain);
+  threads_.parallel_for(parts.size(), 1, [&](std::size_t first_part, std::size_t last_part) {
+    for (std::size_t part = first_part; part < last_part; ++part)
+      find_active_rows(begin_of_part(part * grain), begin_of_part((part + 1) * grain), parts[part]);
+  });
+  for (const auto& part : parts) found.insert(found.end(), part.begin(), part.end());
+  return found;
+}
+
+void ContactConstraints::find_active_rows(std::size_t first, std::size_t last,
+                                          std::vector<const ContactRow*>& found) const {
+  const auto is_same_pair = [this](std::size_t i, std::size_t j) {
+    return rows_.is_made(i) && rows_.is_made(j) && !(rows_.made(i).contact < rows_.made(j).contact);
+  };
+  std::size_t next = first;  // first row after those of the last pair
+  for (std::size_t i = first; i < last; ++i) {
+    if (!rows_.is_made(i) || !rows_.made(i).acted()) continue;
+    std::size_t begin = i;
+    while (begin > next && is_same_pair(begin - 1, i)) --begin;
+    for (next = begin; next <= i || (next < last && is_same_pair(i, next)); ++next)
+      found.push_back(&rows_.made(next));
     i = next - 1;
   }
-  return found;
 }
 
 void ContactConstraints::forget() {

@@ -93,6 +93,9 @@ class ContactConstraints {
   template <class Make>
   void merge(const std::vector<Contact>& contacts, const Make& make);
 
+  /// The rows of active_rows() among [first, last), which begins and ends with whole pairs.
+  void find_active_rows(std::size_t first, std::size_t last,
+                        std::vector<const ContactRow*>& found) const;
   void narrow_gap(ContactRow& row, double fraction, const Motion& motion);
   void record_approach(const Motion& motion);
 

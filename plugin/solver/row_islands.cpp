@@ -40,42 +40,69 @@ void RowIslands::find(const RowList& rows, const Motion& motion, const Threads& 
     for (const ArticulatedMotion::Link& link : multibody.links)
       sets.join(body_of_rigid[multibody.links.front().rigid], body_of_rigid[link.rigid]);
   }
-  // By row: the movable bodies that it connects; the same one twice if there is one, -1 if the row
-  // cannot act.
-  bodies_of_row_.resize(rows.size());
-  threads.parallel_for(rows.size(), 4096, [&](std::size_t first, std::size_t last) {
+  constexpr std::size_t grain = 4096;
+  body_of_row_.resize(rows.size());
+  chunks_.resize((rows.size() + grain - 1) / grain);
+  const auto for_each_chunk = [&](const auto& each) {
+    threads.parallel_for(chunks_.size(), 1, [&](std::size_t first, std::size_t last) {
+      for (std::size_t i = first; i < last; ++i)
+        each(chunks_[i], i * grain, std::min((i + 1) * grain, rows.size()));
+    });
+  };
+  for_each_chunk([&](Chunk& chunk, std::size_t first, std::size_t last) {
+    chunk.joins.clear();
     for (std::size_t i = first; i < last; ++i) {
-      bodies_of_row_[i] = {-1, -1};
+      body_of_row_[i] = -1;
       if (!rows.can_act(i)) continue;
       const std::int32_t a = rows.contact(i).body_a, b = rows.contact(i).body_b;
-      bodies_of_row_[i] = {is_movable(a) ? a : b, is_movable(b) ? b : a};
+      const std::array<std::int32_t, 2> moved = {is_movable(a) ? a : b, is_movable(b) ? b : a};
+      body_of_row_[i] = moved[0];
+      if (moved[0] != moved[1] && (chunk.joins.empty() || chunk.joins.back() != moved))
+        chunk.joins.push_back(moved);
     }
   });
-  for (const auto& [a, b] : bodies_of_row_) {
-    if (a != b) sets.join(a, b);
-  }
+  for (const Chunk& chunk : chunks_)
+    for (const auto& [a, b] : chunk.joins) sets.join(a, b);
+  std::vector<std::int32_t> set_of_body(sets.size());
+  for (std::size_t body = 0; body < sets.size(); ++body)
+    set_of_body[body] = sets.find(static_cast<std::int32_t>(body));
 
+  for_each_chunk([&](Chunk& chunk, std::size_t first, std::size_t last) {
+    chunk.runs.clear();
+    for (std::size_t i = first; i < last; ++i) {
+      if (body_of_row_[i] < 0) continue;
+      const std::int32_t set = set_of_body[body_of_row_[i]];
+      if (chunk.runs.empty() || chunk.runs.back().set != set) chunk.runs.push_back({set, 0, 0});
+      ++chunk.runs.back().count;
+    }
+  });
   std::vector<std::int32_t> island_of_set(sets.size(), -1);
   std::vector<std::size_t> counts;
-  for (auto& bodies : bodies_of_row_) {
-    std::int32_t& of_row = bodies[0];  // from here on: the island
-    if (of_row < 0) continue;
-    std::int32_t& island = island_of_set[sets.find(of_row)];
-    if (island < 0) {
-      island = static_cast<std::int32_t>(counts.size());
-      counts.push_back(0);
+  for (Chunk& chunk : chunks_) {
+    for (Run& run : chunk.runs) {
+      std::int32_t& island = island_of_set[run.set];
+      if (island < 0) {
+        island = static_cast<std::int32_t>(counts.size());
+        counts.push_back(0);
+      }
+      run.first = counts[island];
+      counts[island] += run.count;
     }
-    of_row = island;
-    ++counts[island];
   }
   first_.assign(counts.size() + 1, 0);
   for (std::size_t i = 0; i < counts.size(); ++i) first_[i + 1] = first_[i] + counts[i];
   rows_.resize(first_.back());
-  std::vector<std::size_t> next(first_.begin(), first_.end() - 1);
-  for (std::size_t i = 0; i < bodies_of_row_.size(); ++i) {
-    const std::int32_t island = bodies_of_row_[i][0];
-    if (island >= 0) rows_[next[island]++] = static_cast<std::int32_t>(i);
-  }
+  for_each_chunk([&](const Chunk& chunk, std::size_t first, std::size_t) {
+    std::size_t i = first;
+    for (const Run& run : chunk.runs) {
+      std::int32_t* to = &rows_[first_[island_of_set[run.set]] + run.first];
+      for (std::size_t left = run.count; left > 0; ++i) {
+        if (body_of_row_[i] < 0) continue;
+        *to++ = static_cast<std::int32_t>(i);
+        --left;
+      }
+    }
+  });
   of_body_.assign(sets.size(), -1);
   of_rigid_.assign(motion.rigid.size(), -1);
   for (std::int32_t body = 0; body < static_cast<std::int32_t>(sets.size()); ++body) {

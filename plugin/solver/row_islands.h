@@ -42,11 +42,23 @@ class RowIslands {
   }
 
  private:
+  // Rows of a chunk that follow each other and move bodies of the same set.
+  struct Run {
+    std::int32_t set;
+    std::size_t first, count;  // first: among the rows of its island
+  };
+  struct Chunk {
+    std::vector<std::array<std::int32_t, 2>> joins;  // movable bodies that rows connect
+    std::vector<Run> runs;
+  };
+
   std::vector<std::int32_t> rows_;     // by island
   std::vector<std::size_t> first_{0};  // by island: of its rows; then the number of rows
   std::vector<std::int32_t> of_body_, of_rigid_;
-  std::vector<char> selected_;                              // by island
-  std::vector<std::array<std::int32_t, 2>> bodies_of_row_;  // scratch memory of find()
+  std::vector<char> selected_;  // by island
+  // Scratch memory of find().
+  std::vector<std::int32_t> body_of_row_;  // a body that the row moves, or -1
+  std::vector<Chunk> chunks_;
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION
