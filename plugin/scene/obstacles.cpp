@@ -138,7 +138,8 @@ void Obstacles::read_poses(const SoftBodies& bodies, double dt, WarningLog& warn
 
 std::vector<AxisBox> Obstacles::moving_bounds() const {
   std::vector<AxisBox> boxes;
-  for (const RigidPose& pose : poses_.all()) {
+  for (const RigidPose* const followed : poses_.followed()) {
+    const RigidPose& pose = *followed;
     if (!pose.at_rest && pose.finite && pose.object->hasContactResponse() &&
         !(pose.start == pose.end))
       boxes.push_back(bounds(pose));
@@ -146,10 +147,11 @@ std::vector<AxisBox> Obstacles::moving_bounds() const {
   return boxes;
 }
 
-bool Obstacles::update(const SoftBodies& bodies, const AxisBox& swept, double depth) {
+bool Obstacles::update(const SoftBodies& bodies, const AxisBox& swept, double depth,
+                       WarningLog& warnings) {
   anchor_objects_ = find_anchor_objects(bodies);
   depth_ = depth;
-  return update_region(swept);
+  return update_region(swept, warnings);
 }
 
 bool Obstacles::has_read(const AxisBox& swept) const {
@@ -161,11 +163,13 @@ bool Obstacles::has_read(const AxisBox& swept) const {
          });
 }
 
-bool Obstacles::update_region(const AxisBox& swept) {
+bool Obstacles::update_region(const AxisBox& swept, WarningLog& warnings) {
   const bool left_region = !swept.is_empty() && !region_.contains(swept);
   if (left_region) region_ = enlarged(swept);
+  if (!swept.is_empty()) poses_.follow(region_, warnings);
   std::vector<Record> near;
-  for (const RigidPose& pose : poses_.all()) {
+  for (const RigidPose* const followed : poses_.followed()) {
+    const RigidPose& pose = *followed;
     const bool has_anchored_nodes =
         std::binary_search(anchor_objects_.begin(), anchor_objects_.end(), pose.object) &&
         is_movable(*pose.object);

@@ -57,9 +57,9 @@ class Obstacles {
   /// Finds the rigid bodies near the soft ones. `swept`: bounds of the soft bodies' motion.
   /// `depth`: how deep inside round surfaces triangles may lie, metres; see tessellate(). Returns
   /// true if triangles must be read; call read_triangles() then.
-  bool update(const SoftBodies& bodies, const AxisBox& swept, double depth);
+  bool update(const SoftBodies& bodies, const AxisBox& swept, double depth, WarningLog& warnings);
   /// The same for a larger `swept` in the same step.
-  bool update_region(const AxisBox& swept);
+  bool update_region(const AxisBox& swept, WarningLog& warnings);
   /// True if all triangles in `swept` have been read.
   bool has_read(const AxisBox& swept) const;
   /// Makes new vertices and faces. `starts`: bounds of the soft bodies at the start of the step.

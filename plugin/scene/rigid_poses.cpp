@@ -43,20 +43,48 @@ btTransform catch_up(const RigidPose& pose, const btTransform& now) {
                      pose.start.getOrigin().lerp(now.getOrigin(), fraction));
 }
 
+// Whether the body was at rest, no impulse moves it, and it is still where it was.
+bool rests(const RigidPose& pose) {
+  return pose.at_rest && pose.object->isStaticOrKinematicObject() &&
+         pose.object->getWorldTransform() == pose.end &&
+         pose.object->getInternalType() != btCollisionObject::CO_FEATHERSTONE_LINK;
+}
+
 }  // namespace
 
-// Collects the rigid bodies of a broad phase.
+// Collects the rigid bodies of a broad phase, as if they had always been where they are.
 class RigidPoses::Collector : public btBroadphaseAabbCallback {
  public:
-  explicit Collector(Objects& objects) : objects_(objects) {}
+  explicit Collector(std::vector<RigidPose>& found) : found_(found) {}
   bool process(const btBroadphaseProxy* proxy) override {
     auto* object = static_cast<btCollisionObject*>(proxy->m_clientObject);
-    if (is_rigid(*object)) objects_.emplace_back(object, proxy->m_uniqueId);
+    if (!is_rigid(*object)) return true;
+    const btTransform& now = object->getWorldTransform();
+    found_.push_back({object, proxy->m_uniqueId, now, now, now, now});
     return true;
   }
 
  private:
-  Objects& objects_;
+  std::vector<RigidPose>& found_;
+};
+
+// Follows the bodies that a broad phase finds.
+class RigidPoses::Follower : public btBroadphaseAabbCallback {
+ public:
+  Follower(RigidPoses& poses, WarningLog& warnings) : poses_(poses), warnings_(warnings) {}
+  bool process(const btBroadphaseProxy* proxy) override {
+    const auto known = poses_.known_.find(proxy->m_uniqueId);
+    if (known == poses_.known_.end() || poses_.is_followed_[known->second.index]) return true;
+    poses_.is_followed_[known->second.index] = any_ = true;
+    poses_.set_end(poses_.poses_[known->second.index], warnings_);
+    return true;
+  }
+  bool has_found_any() const { return any_; }
+
+ private:
+  RigidPoses& poses_;
+  WarningLog& warnings_;
+  bool any_ = false;
 };
 
 bool is_rigid(const btCollisionObject& object) {
@@ -74,8 +102,9 @@ bool is_movable(const btCollisionObject& object) {
 void RigidPoses::begin_step(btBroadphaseInterface* broadphase) {
   find(broadphase);
   multibody_poses_.clear();
-  for (RigidPose& pose : poses_) {
-    if (pose.at_rest && !is_movable(*pose.object)) continue;  // starts where it ended
+  for (std::size_t i = 0; i < poses_.size(); ++i) {
+    if (!is_followed_[i]) continue;  // starts where it ended
+    RigidPose& pose = poses_[i];
     const btMultiBodyLinkCollider* const link = btMultiBodyLinkCollider::upcast(pose.object);
     if (link && is_movable(*link) && multibody_poses_.count(link->m_multiBody) == 0)
       multibody_poses_.emplace(link->m_multiBody, pose_of(*link->m_multiBody));
@@ -86,30 +115,51 @@ void RigidPoses::begin_step(btBroadphaseInterface* broadphase) {
 
 void RigidPoses::end_step(btBroadphaseInterface* broadphase, btScalar dt, WarningLog& warnings) {
   find(broadphase);
-  for (RigidPose& pose : poses_) {
-    const btTransform& now = pose.object->getWorldTransform();
-    if (pose.at_rest && now == pose.end && teleported_.empty() && !is_movable(*pose.object) &&
-        has_finite_velocity(*pose.object))
-      continue;
-    pose.jumped =
-        teleported_.count(pose.object) > 0 ||
-        is_jump(*pose.object, {pose.last_bullet_pose, pose.bullet_pose, now}, dt, jump_speed_);
-    if (pose.jumped) pose.start = integrate(now, velocity_of(*pose.object), -dt);
-    pose.end = pose.jumped || is_movable(*pose.object) ? now : catch_up(pose, now);
-    pose.last_bullet_pose = pose.bullet_pose;
-    pose.bullet_pose = now;
-    pose.finite = is_finite(pose.end) && has_finite_velocity(*pose.object);
-    pose.at_rest = pose.finite && !is_movable(*pose.object) && pose.start == now &&
-                   pose.end == now && pose.last_bullet_pose == now && !pose.jumped;
-    if (pose.finite && is_finite(pose.start)) continue;
-    pose.start = pose.end;
-    warnings.warn_once(
-        "obstacle " + std::to_string(pose.unique_id),
-        "rigid body " + std::to_string(pose.unique_id) +
-            " (id of its broad phase proxy): its transform or velocity is not finite; collision "
-            "detection leaves it out");
-  }
+  dt_ = dt;
+  for (std::size_t i = 0; i < poses_.size(); ++i)
+    is_followed_[i] = !teleported_.empty() || !rests(poses_[i]);
+  for (std::size_t i = 0; i < poses_.size(); ++i)
+    if (is_followed_[i]) set_end(poses_[i], warnings);
   teleported_.clear();
+  list_followed();
+}
+
+void RigidPoses::follow(const AxisBox& box, WarningLog& warnings) {
+  if (!broadphase_ || box.is_empty()) return;
+  Follower follower(*this, warnings);
+  broadphase_->aabbTest(box.lower, box.upper, follower);
+  if (follower.has_found_any()) list_followed();
+}
+
+void RigidPoses::set_end(RigidPose& pose, WarningLog& warnings) {
+  const btTransform& now = pose.object->getWorldTransform();
+  const bool is_teleported = !teleported_.empty() && teleported_.count(pose.object) > 0;
+  if (pose.at_rest && now == pose.end && !is_teleported && !is_movable(*pose.object) &&
+      has_finite_velocity(*pose.object))
+    return;
+  pose.jumped =
+      is_teleported ||
+      is_jump(*pose.object, {pose.last_bullet_pose, pose.bullet_pose, now}, dt_, jump_speed_);
+  if (pose.jumped) pose.start = integrate(now, velocity_of(*pose.object), -dt_);
+  pose.end = pose.jumped || is_movable(*pose.object) ? now : catch_up(pose, now);
+  pose.last_bullet_pose = pose.bullet_pose;
+  pose.bullet_pose = now;
+  pose.finite = is_finite(pose.end) && has_finite_velocity(*pose.object);
+  pose.at_rest = pose.finite && !is_movable(*pose.object) && pose.start == now && pose.end == now &&
+                 pose.last_bullet_pose == now && !pose.jumped;
+  if (pose.finite && is_finite(pose.start)) return;
+  pose.start = pose.end;
+  warnings.warn_once(
+      "obstacle " + std::to_string(pose.unique_id),
+      "rigid body " + std::to_string(pose.unique_id) +
+          " (id of its broad phase proxy): its transform or velocity is not finite; collision "
+          "detection leaves it out");
+}
+
+void RigidPoses::list_followed() {
+  followed_.clear();
+  for (std::size_t i = 0; i < poses_.size(); ++i)
+    if (is_followed_[i]) followed_.push_back(&poses_[i]);
 }
 
 void RigidPoses::hold_at_start(const btCollisionObject& object) {
@@ -121,45 +171,41 @@ void RigidPoses::hold_at_start(const btCollisionObject& object) {
 }
 
 void RigidPoses::find(btBroadphaseInterface* broadphase) {
-  objects_.clear();
-  Collector collector(objects_);
+  broadphase_ = broadphase;
+  if (!members_.may_have_changed(broadphase)) return;
+  std::vector<RigidPose> found;
+  Collector collector(found);
   const btScalar far = BT_LARGE_FLOAT;
   if (broadphase)
     broadphase->aabbTest(btVector3(-far, -far, -far), btVector3(far, far, far), collector);
-  if (objects_ == last_objects_) return;
-  if (!are_known(objects_)) update_objects(objects_);
-  last_objects_ = objects_;
+  if (!are_known(found)) take(found);
 }
 
-bool RigidPoses::are_known(const Objects& objects) const {
-  return objects.size() == known_.size() &&
-         std::all_of(objects.begin(), objects.end(), [this](const Object& object) {
-           const auto known = known_.find(object.second);
-           return known != known_.end() && known->second == object.first;
+bool RigidPoses::are_known(const std::vector<RigidPose>& found) const {
+  return found.size() == known_.size() &&
+         std::all_of(found.begin(), found.end(), [this](const RigidPose& pose) {
+           const auto known = known_.find(pose.unique_id);
+           return known != known_.end() && known->second.object == pose.object;
          });
 }
 
-void RigidPoses::update_objects(const Objects& objects) {
-  std::vector<RigidPose> poses;
-  poses.reserve(objects.size());
-  for (const auto& [object, id] : objects) {
-    const btTransform& now = object->getWorldTransform();
-    poses.push_back({object, id, now, now, now, now});
-  }
+void RigidPoses::take(std::vector<RigidPose>& found) {
   const auto before = [](const RigidPose& a, const RigidPose& b) {
     return a.unique_id < b.unique_id;
   };
-  std::sort(poses.begin(), poses.end(), before);
+  std::sort(found.begin(), found.end(), before);
   auto old = poses_.begin();
   known_.clear();
-  for (RigidPose& pose : poses) {
-    known_.insert({pose.unique_id, pose.object});
+  for (RigidPose& pose : found) {
+    known_.insert({pose.unique_id, {pose.object, known_.size()}});
     while (old != poses_.end() && before(*old, pose)) ++old;
     if (old == poses_.end() || before(pose, *old) || old->object != pose.object) continue;
     // A static or kinematic body is swept from its pose at the end of the last step.
     pose = *old;
   }
-  poses_ = std::move(poses);
+  poses_ = std::move(found);
+  is_followed_.assign(poses_.size(), 1);
+  list_followed();
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -6,6 +6,9 @@
 // on something that cannot move, its pose here is held at the start of the step. In later steps it
 // catches up with Bullet's pose: per step it moves twice as far as Bullet's body, or a tenth of its
 // lag if that is more.
+//
+// Most bodies of a world are static and far away. Of a body at rest that impulses do not move, only
+// its transform is compared, until it is near.
 #pragma once
 
 #include <BulletCollision/BroadphaseCollision/btBroadphaseInterface.h>
@@ -13,11 +16,12 @@
 
 #include <set>
 #include <unordered_map>
-#include <utility>
 #include <vector>
 
 #include "lazyccd/bullet/precision.h"
 #include "motion/articulated_motion.h"
+#include "shapes/axis_box.h"
+#include "util/broadphase_members.h"
 #include "util/warning_log.h"
 
 namespace lazyccd::bullet {
@@ -51,6 +55,8 @@ class RigidPoses {
   /// null: there are no rigid bodies then.
   void begin_step(btBroadphaseInterface* broadphase);
   void end_step(btBroadphaseInterface* broadphase, btScalar dt, WarningLog& warnings);
+  /// After end_step(): also follows, in this step, the bodies at rest near a box.
+  void follow(const AxisBox& box, WarningLog& warnings);
   /// Makes the next end_step() take the body's displacement for a jump.
   void teleported(const btCollisionObject& object) { teleported_.insert(&object); }
   /// Holds a static or kinematic body at the start of this step. The next step sweeps it from
@@ -63,24 +69,35 @@ class RigidPoses {
     return found == multibody_poses_.end() ? nullptr : &found->second;
   }
 
+  /// The bodies that are followed in this step: all that move or may be moved, and those near.
   /// Sorted by unique_id, because the broad phase has no defined order.
-  const std::vector<RigidPose>& all() const { return poses_; }
+  const std::vector<const RigidPose*>& followed() const { return followed_; }
 
  private:
-  // An object and its id in the broad phase.
-  using Object = std::pair<btCollisionObject*, int>;
-  using Objects = std::vector<Object>;
+  struct Known {
+    const btCollisionObject* object;
+    std::size_t index;  // in poses_
+  };
   class Collector;
+  class Follower;
 
+  /// Finds bodies that were added or removed.
   void find(btBroadphaseInterface* broadphase);
-  bool are_known(const Objects& objects) const;
-  void update_objects(const Objects& objects);
+  bool are_known(const std::vector<RigidPose>& found) const;
+  /// Replaces poses_ by the poses that were found; those that are known stay as they are.
+  void take(std::vector<RigidPose>& found);
+  void set_end(RigidPose& pose, WarningLog& warnings);
+  void list_followed();
 
   btScalar jump_speed_;
-  std::vector<RigidPose> poses_;
-  Objects objects_, last_objects_;                           // in the order of the broad phase
-  std::set<const btCollisionObject*> teleported_;            // since the last step
-  std::unordered_map<int, const btCollisionObject*> known_;  // by id
+  btScalar dt_ = 1;                       // of this step, seconds
+  std::vector<RigidPose> poses_;          // of all bodies, sorted by unique_id
+  std::unordered_map<int, Known> known_;  // by unique_id
+  std::vector<char> is_followed_;         // by index in poses_
+  std::vector<const RigidPose*> followed_;
+  btBroadphaseInterface* broadphase_ = nullptr;  // of this step
+  BroadphaseMembers members_;
+  std::set<const btCollisionObject*> teleported_;  // since the last step
   std::unordered_map<const btMultiBody*, MultibodyPose> multibody_poses_;
 };
 

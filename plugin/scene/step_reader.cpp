@@ -47,7 +47,7 @@ StepReader::Changes StepReader::read_members(const Bodies& bodies, const Fill& f
     changes.bodies_placed = sweep_prescribed_nodes() || changes.bodies_placed;
   } while (sleepers_.take_in(bodies, awake_bounds(), contact_distance()));
   if (options_.collide_rigid &&
-      obstacles_.update(bodies, obstacle_query_box_, depth_in_obstacles())) {
+      obstacles_.update(bodies, obstacle_query_box_, depth_in_obstacles(), warnings_)) {
     obstacles_.read_triangles(starts_near_obstacles(), warnings_);
     changes.topology = true;
   }
@@ -359,7 +359,7 @@ bool StepReader::reread_obstacles_if_left() {
   if (obstacle_query_box_.contains(reached) || obstacles_.has_read(reached)) return false;
   motion_.restart_response();  // before the triangles of its rigid bodies change
   obstacle_query_box_ = reached;
-  if (obstacles_.update_region(obstacle_query_box_))
+  if (obstacles_.update_region(obstacle_query_box_, warnings_))
     obstacles_.read_triangles(starts_near_obstacles(), warnings_);
   topology_.update(scene_, obstacles_, true);
   gather_obstacles();

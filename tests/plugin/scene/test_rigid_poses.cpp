@@ -20,10 +20,14 @@ struct Watched {
     return world.add(std::make_unique<btSphereShape>(btScalar(0.1)), btVector3(0, 0, 0), mass);
   }
   void begin() { poses.begin_step(world.world().getBroadphase()); }
-  void end() { poses.end_step(world.world().getBroadphase(), btScalar(1) / 60, warnings); }
+  void end() {
+    world.world().performDiscreteCollisionDetection();
+    poses.end_step(world.world().getBroadphase(), btScalar(1) / 60, warnings);
+  }
+  // Null if the body is not followed.
   const RigidPose* of(const btCollisionObject* body) const {
-    for (const RigidPose& pose : poses.all())
-      if (pose.object == body) return &pose;
+    for (const RigidPose* const pose : poses.followed())
+      if (pose->object == body) return pose;
     return nullptr;
   }
 };
@@ -69,9 +73,10 @@ TEST_CASE("rigid bodies keep their poses while others are added and removed") {
     move(*walls.back(), 7);
     move(*walls.front(), round + 1);
     w.end();
-    REQUIRE(w.poses.all().size() == walls.size());
+    w.poses.follow({btVector3(-9, -9, -9), btVector3(9, 9, 9)}, w.warnings);
+    REQUIRE(w.poses.followed().size() == walls.size());
     for (std::size_t i = 1; i < walls.size(); ++i)
-      CHECK(w.poses.all()[i - 1].unique_id < w.poses.all()[i].unique_id);
+      CHECK(w.poses.followed()[i - 1]->unique_id < w.poses.followed()[i]->unique_id);
     CHECK(start_of(w.of(walls.back())) == 7);
     CHECK(start_of(w.of(walls.front())) == 0);
     CHECK(end_of(w.of(walls.front())) == round + 1);
@@ -92,5 +97,68 @@ TEST_CASE("a held body catches up at twice the speed at most") {
     w.begin();
     w.end();
     CHECK_THAT(end_of(w.of(wall)), Matchers::WithinAbs(end, 1e-5));
+  }
+}
+
+TEST_CASE("an immovable body at rest is followed again when it moves or is near") {
+  Watched w;
+  btRigidBody *wall = w.add(), *free = w.add(1);
+  const auto step = [&] {
+    w.begin();
+    w.end();
+  };
+  for (int i = 0; i < 5; ++i) step();
+  CHECK(w.of(wall) == nullptr);
+  CHECK(w.of(free) != nullptr);
+  const bullet::AxisBox near = {btVector3(-1, -1, -1), btVector3(1, 1, 1)};
+  SECTION("near") {
+    w.poses.follow(near.expanded(btVector3(-10, 0, 0)), w.warnings);
+    CHECK(w.of(wall) == nullptr);
+    w.poses.follow(near, w.warnings);
+    REQUIRE(w.of(wall) != nullptr);
+    CHECK(w.poses.followed().size() == 2);
+    CHECK(w.of(wall)->at_rest);
+    step();
+    CHECK(w.of(wall) == nullptr);
+  }
+  SECTION("moved") {
+    move(*wall, 3);
+    step();
+    REQUIRE(w.of(wall) != nullptr);
+    CHECK(start_of(w.of(wall)) == 0);
+    CHECK(end_of(w.of(wall)) == 3);
+  }
+  SECTION("turned where it is") {
+    const btTransform turned(btQuaternion(btVector3(1, 0, 0), btScalar(0.5)));
+    wall->setWorldTransform(turned);
+    step();
+    w.poses.follow(near, w.warnings);
+    REQUIRE(w.of(wall) != nullptr);
+    CHECK(w.of(wall)->end == turned);
+    CHECK(w.of(wall)->start == btTransform::getIdentity());
+  }
+  SECTION("put elsewhere") {
+    move(*wall, 3);
+    w.poses.teleported(*wall);
+    step();
+    REQUIRE(w.of(wall) != nullptr);
+    CHECK(start_of(w.of(wall)) == 3);
+  }
+  SECTION("removed") {
+    w.world.remove(wall);
+    step();
+    w.poses.follow(near, w.warnings);
+    CHECK(w.poses.followed().size() == 1);
+  }
+  SECTION("all removed, and as many added with the same ids") {
+    w.world.remove(wall);
+    w.world.remove(free);
+    w.world.world().getBroadphase()->resetPool(w.world.world().getDispatcher());
+    btRigidBody *first = w.add(), *second = w.add();
+    step();
+    w.poses.follow(near, w.warnings);
+    CHECK(w.poses.followed().size() == 2);
+    CHECK(w.of(first) != nullptr);
+    CHECK(w.of(second) != nullptr);
   }
 }
