@@ -5,6 +5,7 @@
 #include "cpu/threads/phases.h"
 #include "cpu/threads/thread_pool.h"
 #include "lazyccd/error.h"
+#include "simd/float_environment.h"
 
 namespace lazyccd {
 
@@ -32,8 +33,12 @@ void Threads::parallel_for(std::size_t count, std::size_t grain,
   // A small range is split finer: awake workers may come late, and data that one core wrote is slow
   // to read from another, so each worker takes as much as it gets to.
   const std::size_t range = is_small && count > grain ? std::max<std::size_t>(grain / 4, 1) : grain;
-  pool().parallel_for(count, range,
-                      [&](std::size_t first, std::size_t last, int) { body(first, last); });
+  const FloatEnvironment caller_mode;
+  pool().parallel_for(count, range, [&](std::size_t first, std::size_t last, int worker) {
+    if (worker == 0) return body(first, last);
+    const WithFloatEnvironment mode(caller_mode);
+    body(first, last);
+  });
 }
 
 void Threads::run_phases(std::size_t count, const std::function<void(std::size_t, int)>& run,

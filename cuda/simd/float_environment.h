@@ -29,4 +29,16 @@ class FloatEnvironment {
 #endif
 };
 
+/// Gives the thread another environment until the end of the scope.
+class WithFloatEnvironment {
+ public:
+  explicit WithFloatEnvironment(const FloatEnvironment& environment) { environment.set(); }
+  ~WithFloatEnvironment() { own_.set(); }
+  WithFloatEnvironment(const WithFloatEnvironment&) = delete;
+  WithFloatEnvironment& operator=(const WithFloatEnvironment&) = delete;
+
+ private:
+  FloatEnvironment own_;  // saved before the constructor sets the other one
+};
+
 }  // namespace lazyccd

@@ -119,20 +119,44 @@ void ContactConstraints::take_near_contacts(const NearContacts& near, const Moti
 
 void ContactConstraints::warm_start() {
   active_rows_.reset();
-  std::size_t first = 0;  // where the search for the next pair begins
-  for (const PairImpulse& last : last_impulses_) {
-    first = rows_.find(last.contact, first);
-    for (; first < rows_.size() && !(last.contact < rows_.contact(first)); ++first) {
-      if (!rows_.can_act(first)) continue;
-      ContactRow& row = rows_[first];
-      row.normal_impulse = std::max(0.0, row.normal.dot(last.impulse));
-      row.tangent_impulse = last.impulse - row.normal.dot(last.impulse) * row.normal;
+  constexpr std::size_t grain = 512;
+  struct Start {
+    std::size_t row;
+    const PairImpulse* last;
+    bool is_made;
+  };
+  std::vector<std::vector<Start>> parts((last_impulses_.size() + grain - 1) / grain);
+  const auto for_each_part = [&](const auto& each) {
+    threads_.parallel_for(parts.size(), 1, [&](std::size_t first, std::size_t last) {
+      for (std::size_t part = first; part < last; ++part) each(part);
+    });
+  };
+  for_each_part([&](std::size_t part) {
+    const std::size_t end = std::min((part + 1) * grain, last_impulses_.size());
+    std::size_t row = 0;  // where the search for the next pair begins
+    for (std::size_t i = part * grain; i < end; ++i) {
+      const PairImpulse& last = last_impulses_[i];
+      row = rows_.find(last.contact, row);
+      for (; row < rows_.size() && !(last.contact < rows_.contact(row)); ++row)
+        if (rows_.can_act(row)) parts[part].push_back({row, &last, rows_.is_made(row)});
+    }
+  });
+  for (const std::vector<Start>& part : parts) {
+    for (const Start& start : part)
+      if (!start.is_made) rows_.place(start.row);
+  }
+  for_each_part([&](std::size_t part) {
+    for (const Start& start : parts[part]) {
+      if (!start.is_made) rows_.make_placed(start.row);
+      ContactRow& row = rows_[start.row];
+      row.normal_impulse = std::max(0.0, row.normal.dot(start.last->impulse));
+      row.tangent_impulse = start.last->impulse - row.normal.dot(start.last->impulse) * row.normal;
       const double max_tangent = row.friction * row.normal_impulse,
                    size = row.tangent_impulse.norm();
       if (size > max_tangent && row.sliding_fraction == 0)
         row.tangent_impulse *= max_tangent / size;
     }
-  }
+  });
 }
 
 void ContactConstraints::cold_start(Motion& motion) {

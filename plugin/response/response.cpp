@@ -147,7 +147,7 @@ void Response::solve_speculative(const NearContacts& near, const std::vector<Con
     constraints_.add_penetrations(penetrations, options_.untangling_speed, motion);
   constraints_.warm_start();
   constraints_.solve(motion, options_.solver_iterations);
-  set_velocities(motion);
+  set_velocities(threads_, motion);
   RowIslands& islands = constraints_.islands(motion);
   if (!select_with_energy_gain(motion, islands)) return;
   constraints_.cold_start(motion);
@@ -196,15 +196,15 @@ void Response::finish(Motion& motion, StepStats& stats) {
   stats.contact_rows += static_cast<std::int64_t>(row_islands.row_count());
   stats.islands += static_cast<std::int64_t>(row_islands.count());
   stats.sweeps += constraints_.sweep_count();
-  set_velocities(motion);
+  set_velocities(threads_, motion);
   if (options_.restitution > 0) {
     add_restitution(constraints_.rows(), options_.restitution, options_.restitution_threshold,
                     options_.solver_iterations, threads_, motion);
   }
   const std::vector<Island> islands = find_islands(active_rows, bodies_with_solved_links_, motion);
-  restore_angular_momentum(islands, motion);
-  limit_lever_speeds(islands, motion);
-  limit_kinetic_energy(islands, motion);
+  restore_angular_momentum(islands, threads_, motion);
+  limit_lever_speeds(islands, threads_, motion);
+  limit_kinetic_energy(islands, threads_, motion);
   damp_deformation(active_rows, options_.rest_damping, options_.rest_speed, threads_, motion);
   const double before = kinetic_energy_before(motion);
   const double change = kinetic_energy_after(motion) - before;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "motion/rotation.h"
+#include "response/island_masses.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -11,6 +12,9 @@ namespace {
 
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
+
+// Soft vertices that a thread takes at a time.
+constexpr std::size_t grain = 2048;
 
 // Kinetic energy, joules. The two functions make a velocity of Bullet's velocity and its change.
 template <class Velocity, class AngularVelocity>
@@ -29,35 +33,6 @@ double kinetic_energy(const Motion& motion, const Velocity& velocity,
     twice += omega.dot(body.inertia() * omega);
   }
   return 0.5 * twice;
-}
-
-// A soft vertex or rigid body of finite mass.
-struct Mass {
-  double mass;                   // kg
-  Vector3d position, predicted;  // of the vertex or the centre of mass, at the end of the step
-  const Vector3d& velocity;      // Bullet's
-  Vector3d& change;              // velocity change of the response
-  RigidMotion* body;             // null for a vertex
-  bool is_carrier = false;       // a body in Island::carriers
-};
-
-// Calls each(Mass) for everything of finite mass in the island.
-template <class Each>
-void for_each_mass(const Island& island, Motion& motion, const Each& each) {
-  for (const std::int32_t b : island.bodies) {
-    if (motion.rigid_of_body[b] >= 0) {
-      RigidMotion& body = motion.rigid[motion.rigid_of_body[b]];
-      if (!body.is_dynamic()) continue;
-      each(Mass{body.mass(), to_eigen(body.end.getOrigin()), to_eigen(body.predicted.getOrigin()),
-                body.velocity, body.velocity_change, &body, island.carriers.count(b) > 0});
-      continue;
-    }
-    for (std::int32_t v = motion.first_vertex[b]; v < motion.first_vertex[b + 1]; ++v) {
-      if (motion.inverse_mass[v] == 0) continue;
-      each(Mass{1 / motion.inverse_mass[v], motion.end_of(v), motion.predicted[v],
-                motion.velocity[v], motion.velocity_change[v], nullptr});
-    }
-  }
 }
 
 }  // namespace
@@ -113,13 +88,15 @@ bool select_with_energy_gain(const Motion& motion, RowIslands& islands) {
   return any;
 }
 
-void set_velocities(Motion& motion) {
+void set_velocities(const Threads& threads, Motion& motion) {
   motion.velocity_change.resize(motion.solved.size());
-  for (std::size_t v = 0; v < motion.solved.size(); ++v) {
-    motion.velocity_change[v] = (motion.solved[v] - motion.predicted[v]) * motion.rate[v];
-    // An anchored vertex gets its velocity from Bullet's anchor.
-    if (motion.inverse_mass[v] == 0) motion.velocity_change[v].setZero();
-  }
+  threads.parallel_for(motion.solved.size(), grain, [&](std::size_t first, std::size_t last) {
+    for (std::size_t v = first; v < last; ++v) {
+      motion.velocity_change[v] = (motion.solved[v] - motion.predicted[v]) * motion.rate[v];
+      // An anchored vertex gets its velocity from Bullet's anchor.
+      if (motion.inverse_mass[v] == 0) motion.velocity_change[v].setZero();
+    }
+  });
   for (RigidMotion& body : motion.rigid) {
     body.velocity_change = body.translation / motion.dt;
     body.angular_velocity_change = body.rotation / motion.dt;
@@ -130,83 +107,116 @@ void set_velocities(Motion& motion) {
   }
 }
 
-void restore_angular_momentum(const std::vector<Island>& islands, Motion& motion) {
+void restore_angular_momentum(const std::vector<Island>& islands, const Threads& threads,
+                              Motion& motion) {
   for (const Island& island : islands) {
     if (!island.free) continue;
-    double mass = 0;
-    Vector3d centre = Vector3d::Zero();
-    for_each_mass(island, motion, [&](const Mass& m) {
-      mass += m.mass;
-      centre += m.mass * m.position;
+    const IslandMasses masses(island, motion, threads);
+    struct Moment {
+      double mass = 0;
+      Vector3d sum = Vector3d::Zero();  // of mass times position
+      void include(const Moment& other) {
+        mass += other.mass;
+        sum += other.sum;
+      }
+    };
+    const Moment moment = masses.sum(Moment(), [](const Mass& m, Moment& to) {
+      to.include({m.mass, m.mass * m.position});
     });
-    centre /= mass;
+    const Vector3d centre = moment.sum / moment.mass;
     // Moments are about the centre of mass. Bodies with different rates do not exchange momentum
     // exactly, so about any other point the loss would contain a part that is no rotation.
-    Vector3d lost = Vector3d::Zero();
-    Matrix3d inertia = Matrix3d::Zero();
-    for_each_mass(island, motion, [&](const Mass& m) {
-      lost += m.mass * (m.predicted - m.position).cross(m.velocity) -
-              m.mass * (m.position - centre).cross(m.change);
-      add_inertia(m.mass, m.position - centre, inertia);
+    struct Rotation {
+      Vector3d lost = Vector3d::Zero();  // angular momentum
+      Matrix3d inertia = Matrix3d::Zero();
+      void include(const Rotation& other) {
+        lost += other.lost;
+        inertia += other.inertia;
+      }
+    };
+    const auto [lost, inertia] = masses.sum(Rotation(), [&](const Mass& m, Rotation& to) {
+      to.lost += m.mass * (m.predicted - m.position).cross(m.velocity) -
+                 m.mass * (m.position - centre).cross(m.change);
+      add_inertia(m.mass, m.position - centre, to.inertia);
       if (!m.body) return;
-      lost -= m.body->inertia() * m.body->angular_velocity_change;
-      if (!m.is_carrier) inertia += m.body->inertia();
+      to.lost -= m.body->inertia() * m.body->angular_velocity_change;
+      if (!m.is_carrier) to.inertia += m.body->inertia();
     });
     const Vector3d angular_velocity = rotation_from_momentum(inertia, lost);
-    for_each_mass(island, motion, [&](const Mass& m) {
+    masses.for_each([&](const Mass& m) {
       m.change += angular_velocity.cross(m.position - centre);
       if (m.body && !m.is_carrier) m.body->angular_velocity_change += angular_velocity;
     });
   }
 }
 
-void limit_lever_speeds(const std::vector<Island>& islands, Motion& motion) {
+void limit_lever_speeds(const std::vector<Island>& islands, const Threads& threads,
+                        Motion& motion) {
   for (const Island& island : islands) {
     if (island.free) continue;
-    double pusher = island.prescribed_speed, limit = 0;
-    for_each_mass(island, motion, [&](const Mass& m) {
-      if (m.body) pusher = std::max(pusher, m.velocity.norm());
-      limit = std::max(limit, m.velocity.norm());
-    });
+    const IslandMasses masses(island, motion, threads);
+    struct Fastest {
+      double pusher = 0, any = 0;  // m/s
+      void include(const Fastest& other) {
+        pusher = std::max(pusher, other.pusher);
+        any = std::max(any, other.any);
+      }
+    };
+    const auto [pusher, any] =
+        masses.sum(Fastest{island.prescribed_speed, 0}, [](const Mass& m, Fastest& to) {
+          const double speed = m.velocity.norm();
+          to.include({m.body ? speed : 0, speed});
+        });
     if (pusher == 0) continue;
-    limit = std::max(limit, 2 * pusher);
-    for_each_mass(island, motion, [&](const Mass& m) {
+    const double limit = std::max(any, 2 * pusher);
+    masses.for_each([limit](const Mass& m) {
       const Vector3d after = m.velocity + m.change;
       if (!m.body && after.norm() > limit) m.change = limit / after.norm() * after - m.velocity;
     });
   }
 }
 
-void limit_kinetic_energy(const std::vector<Island>& islands, Motion& motion) {
+void limit_kinetic_energy(const std::vector<Island>& islands, const Threads& threads,
+                          Motion& motion) {
   for (const Island& island : islands) {
+    const IslandMasses masses(island, motion, threads);
     // Twice the energy of velocity + s change is before + 2 s mixed + s^2 quadratic.
-    double mass = 0, before = 0, mixed = 0, quadratic = 0;
-    for_each_mass(island, motion, [&](const Mass& m) {
-      if (!m.change.isZero(0)) mass += m.mass;
-      before += m.mass * m.velocity.squaredNorm();
-      mixed += m.mass * m.velocity.dot(m.change);
-      quadratic += m.mass * m.change.squaredNorm();
+    struct Energy {
+      double mass = 0, before = 0, mixed = 0, quadratic = 0;
+      void include(const Energy& other) {
+        mass += other.mass;
+        before += other.before;
+        mixed += other.mixed;
+        quadratic += other.quadratic;
+      }
+    };
+    Energy energy = masses.sum(Energy(), [](const Mass& m, Energy& to) {
+      if (!m.change.isZero(0)) to.mass += m.mass;
+      to.before += m.mass * m.velocity.squaredNorm();
+      to.mixed += m.mass * m.velocity.dot(m.change);
+      to.quadratic += m.mass * m.change.squaredNorm();
       if (!m.body) return;
       const Vector3d &omega = m.body->angular_velocity, &change = m.body->angular_velocity_change;
       // Both orders, as in kinetic_energy(): because of rounding the inertia is not exactly
       // symmetric.
       const Matrix3d inertia = m.body->inertia();
-      before += omega.dot(inertia * omega);
-      mixed += 0.5 * omega.dot(inertia * change);
-      mixed += 0.5 * change.dot(inertia * omega);
-      quadratic += change.dot(inertia * change);
+      to.before += omega.dot(inertia * omega);
+      to.mixed += 0.5 * omega.dot(inertia * change);
+      to.mixed += 0.5 * change.dot(inertia * omega);
+      to.quadratic += change.dot(inertia * change);
     });
     for (const int i : island.articulated) {
       const ArticulatedMotion& body = motion.articulated[i];
-      mixed += body.momentum_change.dot(body.velocity);
-      quadratic += body.momentum_change.dot(body.velocity_change);
+      energy.mixed += body.momentum_change.dot(body.velocity);
+      energy.quadratic += body.momentum_change.dot(body.velocity_change);
     }
+    const double mixed = energy.mixed, quadratic = energy.quadratic;
     // By how much the norm of the velocities may rise; then, the same for twice the energy.
-    const double max_gain = 2 * island.prescribed_speed * std::sqrt(mass);
-    const double spare = max_gain * (2 * std::sqrt(before) + max_gain);
+    const double max_gain = 2 * island.prescribed_speed * std::sqrt(energy.mass);
+    const double spare = max_gain * (2 * std::sqrt(energy.before) + max_gain);
     if (2 * mixed + quadratic <= spare) continue;
     const double scale = (std::sqrt(mixed * mixed + quadratic * spare) - mixed) / quadratic;
-    for_each_mass(island, motion, [&](const Mass& m) {
+    masses.for_each([scale](const Mass& m) {
       m.change *= scale;
       if (m.body) m.body->angular_velocity_change *= scale;
     });

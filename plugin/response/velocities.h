@@ -4,6 +4,7 @@
 
 #include <vector>
 
+#include "lazyccd/threads.h"
 #include "motion/motion.h"
 #include "response/islands.h"
 #include "solver/row_islands.h"
@@ -21,20 +22,21 @@ double kinetic_energy_after(const Motion& motion);
 bool select_with_energy_gain(const Motion& motion, RowIslands& islands);
 
 /// Sets the velocity changes that follow from the solved displacements.
-void set_velocities(Motion& motion);
+void set_velocities(const Threads& threads, Motion& motion);
 
 /// Restores the angular momentum of every free island (no pinned node, no static or kinematic body,
 /// no locked axes) by adding a rigid rotation to its velocity changes. Two things change angular
 /// momentum a little: a step applies its impulses at the positions of its start instead of
 /// those of the impacts, and split impulses move things without velocity. Bodies that only anchors
 /// connect to the island are not turned: nothing but the pull of the anchor acts on them.
-void restore_angular_momentum(const std::vector<Island>& islands, Motion& motion);
+void restore_angular_momentum(const std::vector<Island>& islands, const Threads& threads,
+                              Motion& motion);
 
 /// Limits the speeds of soft vertices in islands that are not free. A body that pushes an edge near
 /// one end may have to move the other end many times as fast as itself (a lever). The displacement
 /// stays. The vertex keeps at most twice the speed of the fastest body in the island, as after an
 /// elastic impact. A mass of the island that was faster before the response raises the limit.
-void limit_lever_speeds(const std::vector<Island>& islands, Motion& motion);
+void limit_lever_speeds(const std::vector<Island>& islands, const Threads& threads, Motion& motion);
 
 /// Scales the velocity changes of every island so that they do not raise its kinetic energy.
 /// Without this limit, a rigid body that Bullet pushes out of another one by position would give
@@ -44,7 +46,8 @@ void limit_lever_speeds(const std::vector<Island>& islands, Motion& motion);
 /// Island::prescribed_speed. A contact never increases the difference between the velocity of a
 /// mass and u. Therefore the norm of the velocities, sqrt(sum m v^2), rises by at most twice the
 /// norm for speed u, and this much is allowed.
-void limit_kinetic_energy(const std::vector<Island>& islands, Motion& motion);
+void limit_kinetic_energy(const std::vector<Island>& islands, const Threads& threads,
+                          Motion& motion);
 
 }  // namespace LAZYCCD_BULLET_PRECISION
 }  // namespace lazyccd::bullet

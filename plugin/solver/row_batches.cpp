@@ -1,6 +1,7 @@
 #include "solver/row_batches.h"
 
 #include <algorithm>
+#include <numeric>
 
 namespace lazyccd::bullet {
 
@@ -17,24 +18,22 @@ void RowBatches::add(std::int32_t row, const std::int32_t* first_slot,
   added.row = row;
   added.slot_count = static_cast<std::int32_t>(last_slot - first_slot);
   std::copy(first_slot, last_slot, added.slots.begin());
-  std::uint32_t taken = 0;
+  std::uint64_t taken = 0;
   for (const std::int32_t* slot = first_slot; slot != last_slot; ++slot) taken |= taken_[*slot];
   added.layer = 0;
   while (added.layer < max_layers - 1 && (taken >> added.layer & 1)) ++added.layer;
   for (const std::int32_t* slot = first_slot; slot != last_slot; ++slot)
-    taken_[*slot] |= std::uint32_t{1} << added.layer;
+    taken_[*slot] |= std::uint64_t{1} << added.layer;
 }
 
 void RowBatches::finish() {
-  for (int layer = 0; layer < max_layers; ++layer) {
-    bool any = false;
-    for (const Row& row : rows_) {
-      if (row.layer != layer) continue;
-      pack(row);
-      any = true;
-    }
-    if (!any) break;
-  }
+  // The rows layer by layer, each layer in the order of the rows.
+  std::array<std::size_t, max_layers + 1> next = {};
+  for (const Row& row : rows_) ++next[static_cast<std::size_t>(row.layer) + 1];
+  std::partial_sum(next.begin(), next.end(), next.begin());
+  order_.resize(rows_.size());
+  for (const Row& row : rows_) order_[next[static_cast<std::size_t>(row.layer)]++] = &row;
+  for (const Row* const row : order_) pack(*row);
   for (int i = 0; i < max_open_batches; ++i) close(i);
   for (const Row& row : rows_)
     for (std::int32_t k = 0; k < row.slot_count; ++k) taken_[row.slots[k]] = 0;
@@ -43,7 +42,7 @@ void RowBatches::finish() {
 // Adds the row to the first open batch that moves none of its slots.
 void RowBatches::pack(const Row& row) {
   const auto* const last = row.slots.begin() + row.slot_count;
-  std::uint32_t taken = 0;
+  std::uint64_t taken = 0;
   for (const auto* slot = row.slots.begin(); slot != last; ++slot) taken |= taken_[*slot];
   taken >>= max_layers;
   int i = 0;
@@ -57,7 +56,7 @@ void RowBatches::pack(const Row& row) {
   open.rows[open.count++] = row.row;
   for (const auto* slot = row.slots.begin(); slot != last; ++slot) {
     open.slots[open.slot_count++] = *slot;
-    taken_[*slot] |= std::uint32_t{1} << (max_layers + i);
+    taken_[*slot] |= std::uint64_t{1} << (max_layers + i);
   }
   if (open.count == RowBatch::lanes) close(i);
 }
@@ -68,7 +67,7 @@ void RowBatches::close(int i) {
   std::fill(open.rows.begin() + open.count, open.rows.end(), none);
   batches_.push_back(open.rows);
   for (int k = 0; k < open.slot_count; ++k)
-    taken_[open.slots[k]] &= ~(std::uint32_t{1} << (max_layers + i));
+    taken_[open.slots[k]] &= ~(std::uint64_t{1} << (max_layers + i));
   open.count = open.slot_count = 0;
 }
 

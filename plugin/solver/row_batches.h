@@ -36,7 +36,7 @@ class RowBatches {
   /// are full.
   static constexpr int max_open_batches = 8;
   /// The last layer takes what fits no other, so its rows may share slots.
-  static constexpr int max_layers = 24;
+  static constexpr int max_layers = 56;
   struct Row {
     std::int32_t row, slot_count, layer;
     std::array<std::int32_t, max_slots> slots;
@@ -51,8 +51,9 @@ class RowBatches {
   void close(int i);
 
   /// By slot, a bit mask: the layers that move it, and above them the open batches that do.
-  std::vector<std::uint32_t> taken_;
+  std::vector<std::uint64_t> taken_;
   std::vector<Row> rows_;
+  std::vector<const Row*> order_;  // scratch memory of finish()
   std::array<OpenBatch, max_open_batches> open_batches_;
   int oldest_ = 0;  // open batch to close next if none fits
   std::vector<Batch> batches_;

@@ -1,7 +1,9 @@
 #include <algorithm>
 #include <atomic>
+#include <cfenv>
 #include <cstddef>
 #include <stdexcept>
+#include <thread>
 #include <vector>
 
 #include "lazyccd/threads.h"
@@ -53,6 +55,42 @@ TEST_CASE("no two threads have the same worker at a time") {
       },
       [&]() -> std::size_t { return ++phases < 50 ? 200 : 0; });
   CHECK(phases == 50);
+}
+
+TEST_CASE("a single item runs on the thread that ended the phase before") {
+  const Threads threads(4);
+  int phase = 0;
+  std::thread::id ended;
+  std::atomic<int> elsewhere{0};
+  threads.run_phases(
+      1,
+      [&](std::size_t, int) {
+        if (phase % 2 == 0 && phase > 0 && std::this_thread::get_id() != ended) ++elsewhere;
+      },
+      [&]() -> std::size_t {
+        ended = std::this_thread::get_id();
+        return ++phase < 200 ? (phase % 2 == 0 ? 1 : 100) : 0;
+      });
+  CHECK(phase == 200);
+  CHECK(elsewhere == 0);
+}
+
+TEST_CASE("all threads have the rounding mode of the caller, and then their own again") {
+  const Threads threads(4);
+  std::atomic<int> wrong{0};
+  for (const int mode : {FE_UPWARD, FE_TONEAREST, FE_DOWNWARD, FE_TONEAREST}) {
+    std::fesetround(mode);
+    const auto check = [&](std::size_t, std::size_t) {
+      if (std::fegetround() != mode) ++wrong;
+    };
+    for (int i = 0; i < 20; ++i) {
+      threads.parallel_for(1000, 10, check);
+      threads.run_phases(
+          100, [&](std::size_t item, int) { check(item, item + 1); },
+          [] { return std::size_t{0}; });
+    }
+  }
+  CHECK(wrong == 0);
 }
 
 TEST_CASE("an exception ends the phases and reaches the caller") {

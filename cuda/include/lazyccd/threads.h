@@ -26,7 +26,8 @@ class LAZYCCD_API Threads {
 
   /// Calls body(first, last) over disjoint ranges of [0, count), each of at most `grain` elements.
   /// Runs on the calling thread alone, in one range, if there is one thread, or if count <= 3 *
-  /// grain and the workers are asleep. Rethrows the first exception.
+  /// grain and the workers are asleep. All ranges run in the caller's floating-point mode. Rethrows
+  /// the first exception.
   void parallel_for(std::size_t count, std::size_t grain,
                     const std::function<void(std::size_t first, std::size_t last)>& body) const;
 
