@@ -14,14 +14,14 @@ namespace {
 using Eigen::Vector3d;
 
 // Vertices that a thread takes at a time.
-constexpr std::size_t grain = 1024;
+constexpr std::size_t vertices_of_item = 1024;
 
-std::size_t grains(std::size_t count) { return (count + grain - 1) / grain; }
+std::size_t items(std::size_t count) { return (count + vertices_of_item - 1) / vertices_of_item; }
 
 }  // namespace
 
 void ContactSolver::write(Motion& motion) {
-  for_each(grains(vertex_of_.size()), [&](std::size_t item, int) {
+  for_each(items(vertex_of_.size()), [&](std::size_t item, int) {
     for_each_vertex(item, [&](std::int32_t v) {
       if (for_split_impulse_) {
         motion.split_displacement[v].setZero();
@@ -47,7 +47,7 @@ void ContactSolver::write(Motion& motion) {
       [&](const SharedSlots& shared, const SharedSlots::Grain& grain) {
         write(shared, grain, motion);
       });
-  for_each(grains(vertex_of_.size()), [&](std::size_t item, int) {
+  for_each(items(vertex_of_.size()), [&](std::size_t item, int) {
     for_each_vertex(item, [&](std::int32_t v) { motion.round_end(v); });
   });
   for (ArticulatedMotion& body : motion.articulated) {
@@ -74,8 +74,8 @@ Vector3d& ContactSolver::rotation_of(RigidMotion& body) const {
 
 template <class Visit>
 void ContactSolver::for_each_vertex(std::size_t item, const Visit& visit) const {
-  const std::size_t last = std::min((item + 1) * grain, vertex_of_.size());
-  for (std::size_t i = item * grain; i < last; ++i)
+  const std::size_t last = std::min((item + 1) * vertices_of_item, vertex_of_.size());
+  for (std::size_t i = item * vertices_of_item; i < last; ++i)
     if (vertex_of_[i] >= 0) visit(vertex_of_[i]);
 }
 
