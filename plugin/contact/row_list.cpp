@@ -26,7 +26,8 @@ void RowList::take(const NearContacts& near, const RowFactory& factory) {
   factory_ = factory;
   made_index_.assign(near.contacts.size(), -1);
   made_count_ = 0;
-  made_.reserve(made_index_.size());  // references to rows stay valid
+  if (made_.capacity() < made_index_.size()) made_.clear();  // no copies of old rows
+  made_.reserve(made_index_.size());                         // references to rows stay valid
 }
 
 void RowList::make(std::size_t i, ContactRow& row) const {

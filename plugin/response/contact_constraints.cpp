@@ -79,7 +79,8 @@ const std::vector<const ContactRow*>& ContactConstraints::active_rows() {
     while (i > 0 && i < rows_.size() && !(rows_.contact(i - 1) < rows_.contact(i))) ++i;
     return i;
   };
-  std::vector<std::vector<const ContactRow*>> parts((rows_.size() + grain - 1) / grain);
+  std::vector<std::vector<const ContactRow*>>& parts = active_parts_;
+  parts.resize((rows_.size() + grain - 1) / grain);
   threads_.parallel_for(parts.size(), 1, [&](std::size_t first_part, std::size_t last_part) {
     for (std::size_t part = first_part; part < last_part; ++part)
       find_active_rows(begin_of_part(part * grain), begin_of_part((part + 1) * grain), parts[part]);
@@ -93,6 +94,7 @@ void ContactConstraints::find_active_rows(std::size_t first, std::size_t last,
   const auto is_same_pair = [this](std::size_t i, std::size_t j) {
     return rows_.is_made(i) && rows_.is_made(j) && !(rows_.made(i).contact < rows_.made(j).contact);
   };
+  found.clear();
   std::size_t next = first;  // first row after those of the last pair
   for (std::size_t i = first; i < last; ++i) {
     if (!rows_.is_made(i) || !rows_.made(i).acted()) continue;
@@ -120,12 +122,8 @@ void ContactConstraints::take_near_contacts(const NearContacts& near, const Moti
 void ContactConstraints::warm_start() {
   active_rows_.reset();
   constexpr std::size_t grain = 512;
-  struct Start {
-    std::size_t row;
-    const PairImpulse* last;
-    bool is_made;
-  };
-  std::vector<std::vector<Start>> parts((last_impulses_.size() + grain - 1) / grain);
+  std::vector<std::vector<WarmStart>>& parts = warm_starts_;
+  parts.resize((last_impulses_.size() + grain - 1) / grain);
   const auto for_each_part = [&](const auto& each) {
     threads_.parallel_for(parts.size(), 1, [&](std::size_t first, std::size_t last) {
       for (std::size_t part = first; part < last; ++part) each(part);
@@ -133,6 +131,7 @@ void ContactConstraints::warm_start() {
   };
   for_each_part([&](std::size_t part) {
     const std::size_t end = std::min((part + 1) * grain, last_impulses_.size());
+    parts[part].clear();
     std::size_t row = 0;  // where the search for the next pair begins
     for (std::size_t i = part * grain; i < end; ++i) {
       const PairImpulse& last = last_impulses_[i];
@@ -141,12 +140,12 @@ void ContactConstraints::warm_start() {
         if (rows_.can_act(row)) parts[part].push_back({row, &last, rows_.is_made(row)});
     }
   });
-  for (const std::vector<Start>& part : parts) {
-    for (const Start& start : part)
+  for (const std::vector<WarmStart>& part : parts) {
+    for (const WarmStart& start : part)
       if (!start.is_made) rows_.place(start.row);
   }
   for_each_part([&](std::size_t part) {
-    for (const Start& start : parts[part]) {
+    for (const WarmStart& start : parts[part]) {
       if (!start.is_made) rows_.make_placed(start.row);
       ContactRow& row = rows_[start.row];
       row.normal_impulse = std::max(0.0, row.normal.dot(start.last->impulse));

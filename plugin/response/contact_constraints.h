@@ -105,13 +105,23 @@ class ContactConstraints {
     Eigen::Vector3d impulse;  // unit as in ContactRow
   };
 
+  // A row that starts with an impulse of the last step.
+  struct WarmStart {
+    std::size_t row;
+    const PairImpulse* last;
+    bool is_made;
+  };
+
   const PairSurfaces& surfaces_;
   double position_correction_;
   Threads threads_;
   RowList rows_;
   std::vector<ContactRow> merged_;                             // scratch memory of add()
   std::optional<std::vector<const ContactRow*>> active_rows_;  // none: rows changed since
-  std::vector<PairImpulse> last_impulses_;                     // sorted by contact
+  // Scratch memory of active_rows() and warm_start(), by part of their work.
+  std::vector<std::vector<const ContactRow*>> active_parts_;
+  std::vector<std::vector<WarmStart>> warm_starts_;
+  std::vector<PairImpulse> last_impulses_;  // sorted by contact
   RowIslands islands_;
   bool islands_are_current_ = false;  // false: rows changed since
   std::vector<double> approach_;      // by body, metres

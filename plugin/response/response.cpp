@@ -202,9 +202,12 @@ void Response::finish(Motion& motion, StepStats& stats) {
                     options_.solver_iterations, threads_, motion);
   }
   const std::vector<Island> islands = find_islands(active_rows, bodies_with_solved_links_, motion);
-  restore_angular_momentum(islands, threads_, motion);
-  limit_lever_speeds(islands, threads_, motion);
-  limit_kinetic_energy(islands, threads_, motion);
+  std::vector<IslandMasses> masses;
+  masses.reserve(islands.size());
+  for (const Island& island : islands) masses.emplace_back(island, motion, threads_);
+  restore_angular_momentum(masses);
+  limit_lever_speeds(masses);
+  limit_kinetic_energy(masses, motion);
   damp_deformation(active_rows, options_.rest_damping, options_.rest_speed, threads_, motion);
   const double before = kinetic_energy_before(motion);
   const double change = kinetic_energy_after(motion) - before;

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "motion/rotation.h"
-#include "response/island_masses.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -107,11 +106,9 @@ void set_velocities(const Threads& threads, Motion& motion) {
   }
 }
 
-void restore_angular_momentum(const std::vector<Island>& islands, const Threads& threads,
-                              Motion& motion) {
-  for (const Island& island : islands) {
-    if (!island.free) continue;
-    const IslandMasses masses(island, motion, threads);
+void restore_angular_momentum(const std::vector<IslandMasses>& islands) {
+  for (const IslandMasses& masses : islands) {
+    if (!masses.island.free) continue;
     struct Moment {
       double mass = 0;
       Vector3d sum = Vector3d::Zero();  // of mass times position
@@ -150,11 +147,10 @@ void restore_angular_momentum(const std::vector<Island>& islands, const Threads&
   }
 }
 
-void limit_lever_speeds(const std::vector<Island>& islands, const Threads& threads,
-                        Motion& motion) {
-  for (const Island& island : islands) {
+void limit_lever_speeds(const std::vector<IslandMasses>& islands) {
+  for (const IslandMasses& masses : islands) {
+    const Island& island = masses.island;
     if (island.free) continue;
-    const IslandMasses masses(island, motion, threads);
     struct Fastest {
       double pusher = 0, any = 0;  // m/s
       void include(const Fastest& other) {
@@ -176,10 +172,9 @@ void limit_lever_speeds(const std::vector<Island>& islands, const Threads& threa
   }
 }
 
-void limit_kinetic_energy(const std::vector<Island>& islands, const Threads& threads,
-                          Motion& motion) {
-  for (const Island& island : islands) {
-    const IslandMasses masses(island, motion, threads);
+void limit_kinetic_energy(const std::vector<IslandMasses>& islands, Motion& motion) {
+  for (const IslandMasses& masses : islands) {
+    const Island& island = masses.island;
     // Twice the energy of velocity + s change is before + 2 s mixed + s^2 quadratic.
     struct Energy {
       double mass = 0, before = 0, mixed = 0, quadratic = 0;

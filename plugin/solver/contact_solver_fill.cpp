@@ -42,7 +42,6 @@ void ContactSolver::fill(RowBlock& block, Scratch& scratch) {
 }
 
 void ContactSolver::map_copies(const RowBlock& block, Scratch& scratch) const {
-  scratch.copy_of.resize(displacement_.size(), 0);
   for (std::size_t i = 0; i < block.shared.size(); ++i)
     scratch.copy_of[block.shared[i]] = block.copy(i);
 }

@@ -2,6 +2,7 @@
 // thread that steps their world.
 #pragma once
 
+#include <optional>
 #include <thread>
 
 #include "lazyccd/bullet/precision.h"
@@ -13,7 +14,7 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 /// Mode of the thread that creates the object.
 class FloatMode {
  public:
-  void set() const { environment_.set(); }
+  const FloatEnvironment& environment() const { return environment_; }
   bool is_of_this_thread() const { return thread_ == std::this_thread::get_id(); }
 
  private:
@@ -25,18 +26,12 @@ class FloatMode {
 /// other thread itself, so that exceptions raised in the scope stay raised.
 class WithFloatMode {
  public:
-  explicit WithFloatMode(const FloatMode& mode) : is_other_(!mode.is_of_this_thread()) {
-    if (is_other_) mode.set();
+  explicit WithFloatMode(const FloatMode& mode) {
+    if (!mode.is_of_this_thread()) environment_.emplace(mode.environment());
   }
-  ~WithFloatMode() {
-    if (is_other_) own_.set();
-  }
-  WithFloatMode(const WithFloatMode&) = delete;
-  WithFloatMode& operator=(const WithFloatMode&) = delete;
 
  private:
-  FloatMode own_;
-  bool is_other_;
+  std::optional<WithFloatEnvironment> environment_;
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -42,10 +42,9 @@ class Phases {
     caller_mode_ = FloatEnvironment();
     pool.run_optional([this](int worker) {
       // All items run in the caller's floating-point mode: rounding, denormals and traps.
-      const FloatEnvironment own_mode;
-      if (worker != 0) caller_mode_.set();
+      if (worker == 0) return work(worker);
+      const WithFloatEnvironment mode(caller_mode_);
       work(worker);
-      if (worker != 0) own_mode.set();
     });
     if (error_) std::rethrow_exception(error_);
   }
