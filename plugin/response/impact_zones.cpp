@@ -1,27 +1,13 @@
 #include "response/impact_zones.h"
 
 #include <algorithm>
+#include <utility>
 
-#include "motion/rotation.h"
+#include "motion/rigid_step.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
-
-using Eigen::Matrix3d;
-using Eigen::Vector3d;
-
-// Largest rotation of a zone in one step, radians. With more, the linear path of a node would leave
-// the circle too far.
-constexpr double max_rotation = 1;
-
-// Rotation vector of a body from its start to its predicted pose, turned further by
-// `response_rotation`.
-Vector3d rotation_over_step(const RigidMotion& body, const Vector3d& response_rotation) {
-  const Matrix3d whole = rotation_by(response_rotation) * to_eigen(body.predicted.getBasis()) *
-                         to_eigen(body.start.getBasis()).transpose();
-  return rotation_vector(whole);
-}
 
 // Whether a vertex is pinned. For an anchored vertex the zones contain the rigid body instead.
 bool is_pinned(std::int32_t v, const Motion& motion) {
@@ -42,47 +28,34 @@ bool has_conflicting_motion(const Contact& contact, const Motion& motion) {
   });
 }
 
-// Sums of mass and of mass times position and displacement.
-struct MassSum {
-  double mass = 0;
-  Vector3d centre = Vector3d::Zero(), translation = Vector3d::Zero();
-
-  void add(double m, const Vector3d& at, const Vector3d& moved) {
-    mass += m;
-    centre += m * at;
-    translation += m * moved;
-  }
-};
-
 }  // namespace
 
-bool ImpactZones::PrescribedMembers::include(const PrescribedMembers& other) const {
-  return std::includes(nodes.begin(), nodes.end(), other.nodes.begin(), other.nodes.end()) &&
-         std::includes(bodies.begin(), bodies.end(), other.bodies.begin(), other.bodies.end());
-}
-
-void ImpactZones::PrescribedMembers::add(const PrescribedMembers& other) {
-  nodes.insert(other.nodes.begin(), other.nodes.end());
-  bodies.insert(other.bodies.begin(), other.bodies.end());
-}
-
-ImpactZones::ImpactZones(const Motion& motion)
-    : zones_(motion.inverse_mass.size() + motion.rigid.size()),
+ImpactZones::ImpactZones(const Motion& motion, const Threads& threads)
+    : soft_count_(motion.soft_count()),
+      zones_(motion.inverse_mass.size() + motion.rigid.size()),
       held_(zones_.size(), 0),
-      zone_vertex_(motion.rigid.size(), in_no_zone),
-      solved_(motion.solved),
-      rigid_(motion.rigid) {}
+      in_zone_(zones_.size(), 0),
+      zone_motion_(motion, threads) {}
 
-std::int64_t ImpactZones::node_count() {
-  std::vector<char> in_zone(zones_.size(), 0);
-  for (std::int32_t i = 0; i < static_cast<std::int32_t>(zones_.size()); ++i) {
-    if (zones_.find(i) != i) in_zone[i] = in_zone[zones_.find(i)] = 1;
-  }
-  for (const auto& entry : prescribed_members_) in_zone[entry.first] = 1;
-  return std::count(in_zone.begin(), in_zone.begin() + solved_.size(), 1);
+std::int64_t ImpactZones::node_count() const {
+  return std::count(in_zone_.begin(), in_zone_.begin() + soft_count_, 1);
 }
 
 std::int64_t ImpactZones::held_count() const { return std::count(held_.begin(), held_.end(), 1); }
+
+bool ImpactZones::join(std::int32_t a, std::int32_t b) {
+  for (const std::int32_t member : {a, b}) {
+    if (!in_zone_[member]) members_.push_back(member);
+    in_zone_[member] = 1;
+  }
+  return zones_.join(a, b);
+}
+
+bool ImpactZones::hold(std::int32_t member) {
+  const bool is_new = !held_[member];
+  held_[member] = 1;
+  return is_new;
+}
 
 std::vector<std::int32_t> ImpactZones::members_of(const Contact& contact, const Motion& motion) {
   std::vector<std::int32_t> members;
@@ -102,8 +75,7 @@ std::vector<std::int32_t> ImpactZones::members_of(const Contact& contact, const 
   return members;
 }
 
-ImpactZones::PrescribedMembers ImpactZones::prescribed_members_of(const Contact& contact,
-                                                                  const Motion& motion) {
+PrescribedMembers ImpactZones::prescribed_members_of(const Contact& contact, const Motion& motion) {
   PrescribedMembers prescribed;
   for (const std::int32_t b : {contact.body_a, contact.body_b}) {
     const int body = motion.rigid_of_body[b];
@@ -119,35 +91,6 @@ ImpactZones::PrescribedMembers ImpactZones::prescribed_members_of(const Contact&
   return prescribed;
 }
 
-bool ImpactZones::note_vertices(const Contact& contact, const Motion& motion) {
-  bool changed = false;
-  const auto note = [&](int body, std::int32_t vertex) {
-    if (body < 0 || !motion.rigid[body].is_dynamic()) return;
-    std::int32_t& known = zone_vertex_[body];
-    const std::int32_t now = known == in_no_zone || known == vertex ? vertex : turns;
-    changed = changed || known != now;
-    known = now;
-  };
-  for (const std::int32_t b : {contact.body_a, contact.body_b})
-    note(motion.rigid_of_body[b], turns);
-  for (const std::int32_t v : contact.vertices) {
-    if (motion.is_soft(v)) note(motion.anchor_body_of(v), v);
-  }
-  return changed;
-}
-
-Vector3d ImpactZones::start_of_body(int body, const Motion& motion) const {
-  return turns_with_zone(body) ? rigid_[body].centre() : motion.start_of(zone_vertex_[body]);
-}
-
-Vector3d ImpactZones::end_of_body(int body, const Motion& motion) const {
-  const RigidMotion& moved = rigid_[body];
-  const Vector3d centre = to_eigen(moved.predicted.getOrigin()) + moved.translation;
-  if (turns_with_zone(body)) return centre;
-  const btVector3& local = motion.anchored.at(zone_vertex_[body]).local;
-  return centre + rotation_by(moved.rotation) * to_eigen(moved.predicted.getBasis() * local);
-}
-
 bool ImpactZones::is_merged(const Contact& contact, const Motion& motion) {
   const std::vector<std::int32_t> members = members_of(contact, motion);
   if (members.empty()) return true;
@@ -161,10 +104,10 @@ bool ImpactZones::is_merged(const Contact& contact, const Motion& motion) {
 }
 
 bool ImpactZones::merge(const Contact& contact, const Motion& motion) {
-  const bool noted = note_vertices(contact, motion);
+  const bool noted = zone_motion_.note_vertices(contact, motion);
   if (is_merged(contact, motion)) return noted;
   const std::vector<std::int32_t> members = members_of(contact, motion);
-  for (const std::int32_t member : members) zones_.join(members[0], member);
+  for (const std::int32_t member : members) join(members[0], member);
   const PrescribedMembers prescribed = prescribed_members_of(contact, motion);
   if (!prescribed.empty()) prescribed_members_[zones_.find(members[0])].add(prescribed);
   return true;
@@ -173,7 +116,7 @@ bool ImpactZones::merge(const Contact& contact, const Motion& motion) {
 bool ImpactZones::absorb(const std::vector<Contact>& contacts, Motion& motion) {
   bool changed = false;
   for (const Contact& contact : contacts) changed = merge(contact, motion) || changed;
-  move_all(motion);
+  zone_motion_.move(list_zones(motion), motion);
   return changed;
 }
 
@@ -190,12 +133,11 @@ bool ImpactZones::hold(const std::vector<Contact>& contacts, bool whole_bodies, 
       }
     }
     for (const std::int32_t member : held) {
-      changed = zones_.join(held[0], member) || changed;
-      changed = changed || !held_[member];
-      held_[member] = 1;
+      changed = join(held[0], member) || changed;
+      changed = hold(member) || changed;
     }
   }
-  move_all(motion);
+  zone_motion_.move(list_zones(motion), motion);
   return changed;
 }
 
@@ -205,18 +147,14 @@ bool ImpactZones::is_unresolvable(const Contact& contact, const Motion& motion) 
 
 bool ImpactZones::stop_prescribed(const std::vector<Contact>& contacts, Motion& motion) {
   bool changed = false;
-  const auto hold_member = [&](std::int32_t member) {
-    changed = changed || !held_[member];
-    held_[member] = 1;
-  };
   const auto stop = [&](const PrescribedMembers& prescribed) {
     for (const std::int32_t v : prescribed.nodes) {
-      hold_member(v);
+      changed = hold(v) || changed;
       motion.set_end_to_start(v);
     }
     for (const int body : prescribed.bodies) {
       if (motion.rigid[body].start == motion.rigid[body].end) continue;
-      hold_member(motion.soft_count() + body);
+      changed = hold(motion.soft_count() + body) || changed;
       const int articulated = motion.rigid[body].articulated;
       if (articulated >= 0) {
         motion.hold_at_start(motion.articulated[articulated]);
@@ -232,138 +170,38 @@ bool ImpactZones::stop_prescribed(const std::vector<Contact>& contacts, Motion& 
       if (entry != prescribed_members_.end()) stop(entry->second);
     }
   }
-  move_all(motion);
+  zone_motion_.move(list_zones(motion), motion);
   return changed;
 }
 
-void ImpactZones::move_all(Motion& motion) {
+std::vector<ImpactZone> ImpactZones::list_zones(const Motion& motion) {
   std::map<std::int32_t, PrescribedMembers> prescribed;
   for (const auto& entry : prescribed_members_)
     prescribed[zones_.find(entry.first)].add(entry.second);
   prescribed_members_ = std::move(prescribed);
-  std::map<std::int32_t, Zone> zones;
-  for (const auto& entry : prescribed_members_) zones[entry.first];
-  for (std::int32_t i = 0; i < static_cast<std::int32_t>(zones_.size()); ++i) {
-    if (zones_.find(i) != i) zones[zones_.find(i)];
-  }
-  for (std::int32_t i = 0; i < static_cast<std::int32_t>(zones_.size()); ++i) {
-    const auto at = zones.find(zones_.find(i));
-    if (at == zones.end()) continue;
-    if (i < motion.soft_count()) {
-      at->second.nodes.push_back(i);
-    } else {
-      at->second.bodies.push_back(i - motion.soft_count());
-    }
-    at->second.held = at->second.held || held_[i];
-  }
-  for (const auto& zone : zones) {
-    const auto entry = prescribed_members_.find(zone.first);
-    move(zone.second, entry == prescribed_members_.end() ? PrescribedMembers() : entry->second,
-         motion);
-  }
-}
 
-std::optional<RigidStep> ImpactZones::prescribed_step_of(const PrescribedMembers& members,
-                                                         const Motion& motion) {
-  std::optional<RigidStep> prescribed;
-  bool is_consistent = true;
-  const auto follow = [&](const RigidStep& step) {
-    is_consistent = is_consistent && (!prescribed || step == *prescribed);
-    prescribed = step;
+  const auto zone_and_index = [&](std::int32_t member) {
+    return std::make_pair(zones_.find(member), member);
   };
-  for (const int body : members.bodies) follow(step_of(motion.rigid[body]));
-  for (const std::int32_t v : members.nodes) {
-    if (prescribed && prescribed->moves_along(v, motion)) continue;
-    RigidStep step;
-    step.translation = motion.end_of(v) - motion.start_of(v);
-    follow(step);
-  }
-  return is_consistent ? prescribed : RigidStep();
-}
-
-RigidStep ImpactZones::free_step_of(const Zone& zone, const Motion& motion) const {
-  RigidStep free;
-  MassSum sum;
-  for (const std::int32_t v : zone.nodes) {
-    const Vector3d start = motion.start_of(v);
-    sum.add(1 / motion.inverse_mass[v], start, solved_[v] - start);
-  }
-  for (const int b : zone.bodies) {
-    const Vector3d at = start_of_body(b, motion);
-    sum.add(rigid_[b].mass(), at, end_of_body(b, motion) - at);
-  }
-  if (sum.mass > 0) {
-    free.centre = sum.centre / sum.mass;
-    free.translation = sum.translation / sum.mass;
-  } else if (!zone.bodies.empty()) {
-    free.centre = start_of_body(zone.bodies.front(), motion);
-  }
-  Matrix3d inertia = Matrix3d::Zero();
-  Vector3d momentum = Vector3d::Zero();
-  const auto add = [&](double m, const Vector3d& at, const Vector3d& moved) {
-    const Vector3d arm = at - free.centre;
-    add_inertia(m, arm, inertia);
-    momentum += m * arm.cross(moved);
-  };
-  for (const std::int32_t v : zone.nodes) {
-    const Vector3d start = motion.start_of(v);
-    add(1 / motion.inverse_mass[v], start, solved_[v] - start);
-  }
-  for (const int b : zone.bodies) {
-    const RigidMotion& body = rigid_[b];
-    const Vector3d at = start_of_body(b, motion);
-    add(body.mass(), at, end_of_body(b, motion) - at);
-    if (!turns_with_zone(b)) continue;
-    const Matrix3d body_inertia = body.inertia();
-    inertia += body_inertia;
-    momentum += body_inertia * rotation_over_step(body, body.rotation);
-  }
-  Vector3d rotation = rotation_from_momentum(inertia, momentum);
-  if (rotation.norm() > max_rotation) rotation *= max_rotation / rotation.norm();
-  for (const int b : zone.bodies) {
-    if (!rigid_[b].is_locked()) continue;
-    free.translation = (rigid_[b].inverse_mass.array() > 0).select(free.translation, 0);
-    rotation.setZero();
-  }
-  free.rotation = rotation_by(rotation);
-  return free;
-}
-
-void ImpactZones::move(const Zone& zone, const PrescribedMembers& members, Motion& motion) const {
-  const std::optional<RigidStep> prescribed = prescribed_step_of(members, motion);
-  const RigidStep velocity_step = prescribed ? *prescribed : free_step_of(zone, motion);
-  const RigidStep position_step = zone.held && !prescribed ? RigidStep() : velocity_step;
-
-  for (const std::int32_t v : zone.nodes) {
-    const Vector3d start = motion.start_of(v);
-    motion.solved[v] = velocity_step(start);
-    if (position_step.stays()) {
-      motion.set_end_to_start(v);
-    } else {
-      motion.split_displacement[v].setZero();
-      motion.round_end(v);
+  std::sort(members_.begin(), members_.end(),
+            [&](std::int32_t a, std::int32_t b) { return zone_and_index(a) < zone_and_index(b); });
+  std::vector<ImpactZone> zones;
+  for (const std::int32_t member : members_) {
+    const std::int32_t representative = zones_.find(member);
+    if (representative == member) {  // the smallest of its zone
+      ImpactZone& zone = zones.emplace_back();
+      const auto known = prescribed_members_.find(representative);
+      if (known != prescribed_members_.end()) zone.prescribed = known->second;
     }
-  }
-  for (const int b : zone.bodies) {
-    RigidMotion& body = motion.rigid[b];
-    const Vector3d at = start_of_body(b, motion);
-    if (turns_with_zone(b)) {
-      const Matrix3d inverse_predicted =
-          (to_eigen(body.predicted.getBasis()) * to_eigen(body.start.getBasis()).transpose())
-              .transpose();
-      body.rotation = rotation_vector(velocity_step.rotation * inverse_predicted);
+    ImpactZone& zone = zones.back();
+    if (member < motion.soft_count()) {
+      zone.nodes.push_back(member);
     } else {
-      body.rotation = rigid_[b].rotation;
+      zone.bodies.push_back(member - motion.soft_count());
     }
-    body.translation = velocity_step(at) - (end_of_body(b, motion) - rigid_[b].translation);
-    body.split_translation = position_step(at) - velocity_step(at);
-    body.split_rotation.setZero();
-    if (position_step.stays()) {
-      motion.set_end_to_start(body);
-    } else {
-      motion.apply_response(body);
-    }
+    zone.held = zone.held || held_[member];
   }
+  return zones;
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

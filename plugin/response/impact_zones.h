@@ -16,13 +16,12 @@
 
 #include <cstdint>
 #include <map>
-#include <optional>
-#include <set>
 #include <vector>
 
 #include "lazyccd/contact.h"
+#include "lazyccd/threads.h"
 #include "motion/motion.h"
-#include "motion/rigid_step.h"
+#include "response/zone_motion.h"
 #include "util/disjoint_sets.h"
 
 namespace lazyccd::bullet {
@@ -32,7 +31,7 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 class ImpactZones {
  public:
   /// Starts without zones. The momenta that zones conserve are those of the present solved motion.
-  explicit ImpactZones(const Motion& motion);
+  explicit ImpactZones(const Motion& motion, const Threads& threads = Threads(1));
 
   /// Joins the zones of each contact's members. Then moves every zone rigidly from the start of the
   /// step with the momenta that its members had when this object was constructed. Returns false if
@@ -52,66 +51,37 @@ class ImpactZones {
   /// moves them. Nothing else is left to try then. Returns false if all of them were held already.
   bool stop_prescribed(const std::vector<Contact>& contacts, Motion& motion);
 
-  std::int64_t node_count();  ///< soft nodes in zones of several members
+  std::int64_t node_count() const;  ///< soft nodes in zones
   /// Members that hold() and stop_prescribed() flagged: those of the contacts, or of whole bodies.
   /// The other members of a held zone do not count.
   std::int64_t held_count() const;
 
  private:
-  struct Zone {
-    std::vector<std::int32_t> nodes;
-    std::vector<int> bodies;  // dynamic bodies
-    bool held = false;
-  };
-  struct PrescribedMembers {
-    std::set<std::int32_t> nodes;  // pinned
-    std::set<int> bodies;          // static and kinematic bodies
-
-    bool empty() const { return nodes.empty() && bodies.empty(); }
-    bool include(const PrescribedMembers& other) const;
-    void add(const PrescribedMembers& other);
-  };
-
   /// Members of a contact: free nodes by vertex, dynamic bodies as soft_count() + index in
   /// Motion::rigid.
   static std::vector<std::int32_t> members_of(const Contact& contact, const Motion& motion);
   static PrescribedMembers prescribed_members_of(const Contact& contact, const Motion& motion);
-
-  /// Notes by which vertices the dynamic bodies of the contact are in zones. Returns false if all
-  /// of it was known.
-  bool note_vertices(const Contact& contact, const Motion& motion);
-  /// Where a body is in its zone, metres: its centre, or the vertex that is anchored to it if it is
-  /// a mass at that vertex. At the start of the step, and at its end before any zone.
-  Eigen::Vector3d start_of_body(int body, const Motion& motion) const;
-  Eigen::Vector3d end_of_body(int body, const Motion& motion) const;
-  bool turns_with_zone(int body) const { return zone_vertex_[body] < 0; }
 
   /// Whether the members of the contact are in one zone, and the zone has the prescribed members of
   /// the contact.
   bool is_merged(const Contact& contact, const Motion& motion);
   /// Joins them so that this holds. Returns false if it held already.
   bool merge(const Contact& contact, const Motion& motion);
-  /// The step that the prescribed members of a zone make; none without any. If one of them stays or
-  /// they differ, the zone stays.
-  static std::optional<RigidStep> prescribed_step_of(const PrescribedMembers& members,
-                                                     const Motion& motion);
-  /// The rigid step with the linear and angular momentum that the members had before any zone.
-  RigidStep free_step_of(const Zone& zone, const Motion& motion) const;
-  /// Moves one zone.
-  void move(const Zone& zone, const PrescribedMembers& members, Motion& motion) const;
-  /// Moves all zones, with the prescribed members under the present representatives.
-  void move_all(Motion& motion);
+  /// Joins two members. Returns false if they were in one zone before.
+  bool join(std::int32_t a, std::int32_t b);
+  /// Returns false if the member was held before.
+  bool hold(std::int32_t member);
+  /// All zones, in the order of their first members.
+  std::vector<ImpactZone> list_zones(const Motion& motion);
 
-  DisjointSets zones_;      // elements: soft vertices, then rigid bodies
-  std::vector<char> held_;  // by element
-  /// By rigid body: the anchored vertex by which alone it is in a zone, or one of these two.
-  static constexpr std::int32_t turns = -1, in_no_zone = -2;
-  std::vector<std::int32_t> zone_vertex_;
-  /// Key: the representative of the zone when they were added; move_all() re-keys to the present
+  std::int32_t soft_count_;            // number of soft vertices
+  DisjointSets zones_;                 // elements: soft vertices, then rigid bodies
+  std::vector<char> held_, in_zone_;   // by element
+  std::vector<std::int32_t> members_;  // elements in zones, in any order
+  /// Key: the representative of the zone when they were added; list_zones() re-keys to the present
   /// one.
   std::map<std::int32_t, PrescribedMembers> prescribed_members_;
-  std::vector<Eigen::Vector3d> solved_;  // Motion::solved before any zone
-  std::vector<RigidMotion> rigid_;       // Motion::rigid before any zone
+  ZoneMotion zone_motion_;
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

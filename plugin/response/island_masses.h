@@ -5,11 +5,13 @@
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "lazyccd/threads.h"
 #include "motion/motion.h"
 #include "response/islands.h"
+#include "util/part_sums.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -69,14 +71,7 @@ class IslandMasses {
       for_each_of(part, [&](const Mass& m) { each(m, sum); });
       return sum;
     };
-    if (part_count() == 1) {
-      first.include(sum_of(0));
-      return first;
-    }
-    std::vector<Sum> sums(part_count());
-    for_each_part([&](std::size_t part) { sums[part] = sum_of(part); });
-    for (const Sum& part : sums) first.include(part);
-    return first;
+    return sum_of_parts(threads_, part_count(), std::move(first), sum_of);
   }
 
   const Island& island;

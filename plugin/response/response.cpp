@@ -112,7 +112,7 @@ void Response::run(const NearContacts& near, const std::vector<Contact>& penetra
 
 void Response::resolve_with_impact_zones(std::vector<Contact> contacts, const Detect& detect,
                                          Motion& motion, StepStats& stats) {
-  ImpactZones zones(motion);
+  ImpactZones zones(motion, threads_);
   std::ptrdiff_t unresolvable = 0;
   const auto detect_again = [&] {
     contacts = detect(motion.starts(), motion.ends());
