@@ -1,16 +1,12 @@
 // The choice between the CPU and the GPU for Backend::automatic, from the times of the detections
-// so far. Both find the same contacts, so it changes nothing but the cost.
-//
-// The size of the scene decides first. Later, now and then, the other backend gets a trial of a few
-// detections. It takes over if it needs less than `min_gain` times the time. What trials cost over
-// the detections that they replace is spent from a budget: `max_trial_share` of the whole time. The
-// next trial waits until the budget allows for it.
+// so far. Both find the same contacts, so it changes nothing but the cost. The size of the scene
+// decides first, trials later (trial_choice.h).
 #pragma once
 
-#include <array>
 #include <cstddef>
 
 #include "lazyccd/detector.h"
+#include "trial_choice.h"
 
 namespace lazyccd {
 
@@ -23,7 +19,7 @@ class BackendChoice {
   /// Scenes with more faces stay on the GPU: the CPU needs longer for reading the positions alone,
   /// and building its hierarchy would be felt.
   static constexpr std::size_t max_cpu_faces = 200000;
-  static constexpr double min_gain = 0.9, max_trial_share = 0.02;
+  static constexpr double min_gain = 0.9, max_trial_share = TrialChoice::max_trial_share;
 
   /// Prepares for detections of a new topology. Times of a scene of about the same size are kept.
   void set_scene(std::size_t faces);
@@ -31,43 +27,15 @@ class BackendChoice {
   static bool may_use_gpu(std::size_t faces) { return faces >= min_gpu_faces; }
 
   /// The backend of the next detection: cpu or cuda.
-  Backend next() const { return left_in_trial_ > 0 ? other(current_) : current_; }
+  Backend next() const { return trials_.next() == gpu ? Backend::cuda : Backend::cpu; }
   /// Records the wall time, milliseconds, of a detection by next(), with all that it prepared.
   void record(double ms);
 
  private:
-  // Times of the last detections. A median ignores the pauses that other programs cause.
-  class Times {
-   public:
-    void clear() { count_ = 0; }
-    void add(double ms) { ms_[count_++ % size] = ms; }
-    bool is_full() const { return count_ >= size; }
-    double median() const;
-
-   private:
-    static constexpr std::size_t size = 5;
-    std::array<double, size> ms_{};
-    std::size_t count_ = 0;
-  };
-
-  static Backend other(Backend backend) {
-    return backend == Backend::cpu ? Backend::cuda : Backend::cpu;
-  }
-  void record_trial(double ms);
-  void end_trial(bool takes_over);
-  bool starts_trial() const;
+  static constexpr int cpu = 0, gpu = 1;
 
   std::size_t faces_ = 0;
-  Backend current_ = Backend::cpu;
-  Times times_, trial_times_;  // of the current backend, and of the other one in its last trial
-  int warm_up_ = 0;            // detections that are still to be ignored
-  int left_in_trial_ = 0;      // detections until the trial ends; 0: there is none
-
-  double total_ms_ = 0;                 // of all detections of this scene
-  double spent_ms_ = 0;                 // by all trials, over what they replaced
-  double trial_cost_ms_ = 0;            // what the next trial is expected to spend
-  double last_median_ms_ = 0;           // of the current backend at the last trial
-  int since_trial_ = 0, interval_ = 0;  // detections since the last trial, and before the next one
+  TrialChoice trials_;
 };
 
 }  // namespace lazyccd

@@ -25,6 +25,10 @@ ThreadPool& Threads::pool() const {
   return **pool_;
 }
 
+void Threads::set_caller_only(bool caller_only) const { pool().set_caller_only(caller_only); }
+
+bool Threads::is_caller_only() const { return pool().is_serial(); }
+
 void Threads::parallel_for(std::size_t count, std::size_t grain,
                            const std::function<void(std::size_t, std::size_t)>& body) const {
   const bool is_small = count / 3 + (count % 3 != 0) <= grain;

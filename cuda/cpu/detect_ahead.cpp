@@ -17,7 +17,7 @@ void CpuDetector::detect_ahead(const Positions& start, const Positions& end, dou
                                const Stats& stats) {
   discard_ahead();
   // static_list needs all threads to end a round. Volumes have no margin for the tolerance.
-  if (pool_.size() == 1 || pool_.has_submitted() ||
+  if (pool_.is_serial() || pool_.has_submitted() ||
       options_.algorithm.strategy == Strategy::static_list || hierarchy_.volume() || !mesh_ ||
       !(options_.separation > 0 && tolerance >= 0 && tolerance <= options_.separation))
     return;

@@ -34,7 +34,7 @@ void SideBySide::begin(const Bodies& bodies,
   std::iota(order_.begin(), order_.end(), 0);
   int nodes = 0;
   for (int i = 0; i < bodies.size(); ++i) nodes += bodies[i]->m_nodes.size();
-  is_parallel_ = threads_ > 1 && bodies.size() > 1 && nodes >= few_nodes;
+  is_parallel_ = threads() > 1 && bodies.size() > 1 && nodes >= few_nodes;
   if (!is_parallel_) return;
   std::atomic<bool> all_alone{true};
   for_each([&](int i) {

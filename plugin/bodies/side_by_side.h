@@ -8,10 +8,10 @@
 
 #include <cstddef>
 #include <functional>
-#include <utility>
 #include <vector>
 
 #include "lazyccd/bullet/precision.h"
+#include "lazyccd/threads.h"
 #include "util/parallel_for.h"
 
 namespace lazyccd::bullet {
@@ -21,9 +21,11 @@ class SideBySide {
  public:
   using Bodies = btAlignedObjectArray<btSoftBody*>;
 
-  /// `threads`: the number of threads that parallel_for() uses at most.
-  SideBySide(int threads, ParallelFor parallel_for)
-      : threads_(threads), parallel_for_(std::move(parallel_for)) {}
+  explicit SideBySide(const Threads& threads)
+      : threads_(threads),
+        parallel_for_([threads](std::size_t count, std::size_t grain, const auto& body) {
+          threads.parallel_for(count, grain, body);
+        }) {}
 
   /// Looks at the bodies of a step. `is_alone(body)`: no function that will be run for the body
   /// reaches another body's nodes. Call it again after topology may have changed.
@@ -33,11 +35,12 @@ class SideBySide {
   /// order. Rethrows the first exception.
   void for_each(const std::function<void(int body)>& visit) const;
 
-  int threads() const { return threads_; }
+  /// The number of threads that parallel_for() uses at most.
+  int threads() const { return threads_.is_caller_only() ? 1 : threads_.count(); }
   const ParallelFor& parallel_for() const { return parallel_for_; }
 
  private:
-  int threads_;
+  Threads threads_;
   ParallelFor parallel_for_;
   std::vector<int> order_;  // of the bodies; most nodes first if several may be visited at once
   bool is_parallel_ = false;

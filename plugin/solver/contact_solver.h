@@ -147,6 +147,8 @@ class ContactSolver {
   /// grains of what the blocks of a stage share, when they are done.
   template <class Each, class Join>
   void for_each_block_by_stage(const Each& each, const Join& join);
+  /// Threads for items of a phase: one if there is little to do.
+  const Threads& threads_for(std::size_t items) const;
   /// Threads for the blocks: one if there is little to do.
   const Threads& threads_of_blocks() const;
 

@@ -108,13 +108,16 @@ class ContactSolver::NewBlocks {
   std::vector<std::uint64_t>& keys_;  // of the rows: place in space, and row
 };
 
-// With fewer chunks, or rows in blocks, a second thread costs more than it saves.
+// With fewer items, or rows in the list or in blocks, a second thread costs more than it saves.
 inline constexpr std::size_t min_parallel_items = 8, min_parallel_rows = 2048;
+
+inline const Threads& ContactSolver::threads_for(std::size_t items) const {
+  return items < min_parallel_items || needs_.size() < min_parallel_rows ? serial_ : threads_;
+}
 
 template <class Each>
 void ContactSolver::for_each(std::size_t count, const Each& each) const {
-  const Threads& threads = count < min_parallel_items ? serial_ : threads_;
-  threads.run_phases(count, each, [] { return std::size_t{0}; });
+  threads_for(count).run_phases(count, each, [] { return std::size_t{0}; });
 }
 
 template <class Each, class Join>

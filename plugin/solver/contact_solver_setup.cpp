@@ -90,8 +90,7 @@ void ContactSolver::set_up(Target target, RowList& rows, const RowIslands& islan
   const auto add = [this](RowsByIsland&& new_rows) {
     NewBlocks added(*this);
     const std::size_t count = added.start(std::move(new_rows));
-    const Threads& threads = count < min_parallel_items ? serial_ : threads_;
-    threads.run_phases(
+    threads_for(count).run_phases(
         count, [&](std::size_t item, int worker) { added.run(item, worker); },
         [&] { return added.next(); });
   };

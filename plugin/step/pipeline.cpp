@@ -16,6 +16,7 @@ Pipeline::Pipeline(const CheckedOptions& checked, WorldKind world)
     : options_(checked.options),
       warnings_(options_.on_message),
       threads_(std::max(0, options_.detector.threads)),
+      thread_choice_(threads_, options_.detector.threads <= 0),
       reader_(options_, warnings_, threads_),
       surfaces_(options_, world),
       filter_(reader_.scene(), reader_.topology(), reader_.motion(), surfaces_),
@@ -73,7 +74,13 @@ bool Pipeline::replaces_contacts(const btSoftBody* body,
          (body->m_tetras.size() == 0 || body->m_faces.size() > 0);  // else it has no surface
 }
 
-void Pipeline::begin_step(const Bodies& bodies) noexcept { reader_.begin_step(bodies); }
+void Pipeline::begin_step(const Bodies& bodies) noexcept {
+  std::size_t nodes = 0;
+  for (int i = 0; i < bodies.size(); ++i)
+    nodes += static_cast<std::size_t>(bodies[i]->m_nodes.size());
+  thread_choice_.begin_step(nodes);
+  reader_.begin_step(bodies);
+}
 
 void Pipeline::detect_ahead() noexcept try {
   detector_.detect_ahead();
@@ -84,6 +91,7 @@ bool Pipeline::run(const Bodies& bodies, double dt, const Fill& fill,
                    const Response::SolveLinks& solve_links) noexcept {
   step_ = StepStats();
   step_.steps = 1;
+  step_.single_thread_steps = !thread_choice_.uses_all_threads();
   step_.handled_pairs = handled_pairs_;
   handled_pairs_ = 0;
   contacts_.clear();
@@ -289,7 +297,8 @@ void Pipeline::collect_contacts() {
   }
 }
 
-void Pipeline::call_on_contacts() noexcept try {
+void Pipeline::end_step() noexcept try {
+  thread_choice_.end_step();
   if (options_.on_contacts && !contacts_.empty()) options_.on_contacts(contacts_);
 } catch (const std::exception& error) {
   warnings_.warn_once("on_contacts", std::string("on_contacts threw: ") + error.what());

@@ -10,6 +10,7 @@
 #include "detection/step_detector.h"
 #include "lazyccd/bullet/options.h"
 #include "lazyccd/bullet/report.h"
+#include "lazyccd/thread_choice.h"
 #include "response/response.h"
 #include "scene/step_reader.h"
 #include "step/checked_options.h"
@@ -69,9 +70,9 @@ class Pipeline {
     if (responded_) bullet::write_rigid_bodies(topology(), motion());
   }
   const std::vector<StepContact>& contacts() const { return contacts_; }
-  /// Calls SolverOptions::on_contacts if there are contacts. Call it when nodes and velocities are
-  /// those of the end of the step.
-  void call_on_contacts() noexcept;
+  /// Ends the step and calls SolverOptions::on_contacts if there are contacts. Call it when nodes
+  /// and velocities are those of the end of the step.
+  void end_step() noexcept;
   const StepStats& step_stats() const { return step_; }
 
   const StepStats& total_stats() const { return total_; }
@@ -117,6 +118,7 @@ class Pipeline {
   SolverOptions options_;
   WarningLog warnings_;
   Threads threads_;
+  ThreadChoice thread_choice_;
   StepReader reader_;
   PairSurfaces surfaces_;
   ContactFilter filter_;

@@ -60,11 +60,7 @@ btLazyDeformableBodySolver::btLazyDeformableBodySolver(const SolverOptions& opti
                                                        bool solves_sleepers)
     : pipeline_(std::make_unique<Pipeline>(options, WorldKind::deformable)),
       dbvt_(std::make_unique<SoftBodyDbvt>()),
-      side_by_side_(std::make_unique<SideBySide>(
-          pipeline_->threads().count(),
-          [this](std::size_t count, std::size_t grain, const auto& body) {
-            pipeline_->threads().parallel_for(count, grain, body);
-          })),
+      side_by_side_(std::make_unique<SideBySide>(pipeline_->threads())),
       normals_(std::make_unique<Normals>()),
       body_forces_(std::make_unique<BodyForces>()),
       momentum_equation_(std::make_unique<MomentumEquation>()),
@@ -268,7 +264,7 @@ void btLazyDeformableBodySolver::applyTransforms(btScalar timeStep) {
     record.body->m_faceNodeContactsCCD.resize(0);
   }
   fill_deformable_contact_lists(pipeline_->contacts());
-  pipeline_->call_on_contacts();
+  pipeline_->end_step();
 }
 
 void btLazyDeformableBodySolver::move_nodes(btScalar time_step) {

@@ -40,11 +40,7 @@ bool may_bounce_off(const btSoftBody& body) {
 btLazySoftBodySolver::btLazySoftBodySolver(const SolverOptions& options)
     : pipeline_(std::make_unique<Pipeline>(options, WorldKind::rigid)),
       dbvt_(std::make_unique<SoftBodyDbvt>()),
-      side_by_side_(std::make_unique<SideBySide>(
-          pipeline_->threads().count(),
-          [this](std::size_t count, std::size_t grain, const auto& body) {
-            pipeline_->threads().parallel_for(count, grain, body);
-          })),
+      side_by_side_(std::make_unique<SideBySide>(pipeline_->threads())),
       normals_(std::make_unique<Normals>()),
       constraints_(std::make_unique<SoftConstraints>()) {}
 
@@ -157,7 +153,7 @@ void btLazySoftBodySolver::solveConstraints(btScalar solverdt) {
 // The last call of a step, so on_contacts may remove bodies.
 void btLazySoftBodySolver::updateSoftBodies() {
   normals_->update(m_softBodySet, side_by_side_->parallel_for());
-  pipeline_->call_on_contacts();
+  pipeline_->end_step();
 }
 
 void btLazySoftBodySolver::read_starts() {

@@ -89,7 +89,8 @@ ThreadPool::~ThreadPool() {
 
 void ThreadPool::prewake() {
   // Relaxed: a worker that goes to sleep at this moment is woken by the job.
-  if (wake_policy_ != WakePolicy::everyone || sleepers_.load(std::memory_order_relaxed) == 0)
+  if (caller_only_ || wake_policy_ != WakePolicy::everyone ||
+      sleepers_.load(std::memory_order_relaxed) == 0)
     return;
   leave_core_to_caller();
   const std::lock_guard<std::mutex> lock(mutex_);

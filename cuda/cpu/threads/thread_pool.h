@@ -48,11 +48,14 @@ class ThreadPool {
   /// busy otherwise does the work sooner on fewer threads: nobody waits for a thread without a
   /// core. run() calls such workers back. Off at first. Set it before the first job.
   void set_gives_way(bool gives_way) { gives_way_ = gives_way; }
+  /// Whether run_optional() and parallel_for() run on the calling thread alone and prewake() wakes
+  /// nobody: for steps in which other threads would not help. Off at first.
+  void set_caller_only(bool caller_only) { caller_only_ = caller_only; }
 
   /// Number of workers that may take part, including the caller. An estimate: a worker that is
   /// awake may just go to sleep, or be busy with a submitted job.
   int available() const {
-    if (pool_of_thread_ == this) return 1;
+    if (is_serial()) return 1;
     // Relaxed: an estimate, used only to split the work.
     const int present = size_ - away_.load(std::memory_order_relaxed);
     return wake_policy_ == WakePolicy::awake ? present - sleepers_.load(std::memory_order_relaxed)
@@ -61,7 +64,7 @@ class ThreadPool {
 
   /// Whether run_optional() and parallel_for() certainly run on the calling thread alone: also if
   /// a sleeping worker wakes now.
-  bool is_serial() const { return size_ == 1 || pool_of_thread_ == this; }
+  bool is_serial() const { return size_ == 1 || pool_of_thread_ == this || caller_only_; }
 
   /// Calls job(worker) once on every worker and waits for all of them, so also for a worker that is
   /// busy with a submitted job. Rethrows the first exception.
@@ -170,6 +173,7 @@ class ThreadPool {
   std::vector<std::thread> threads_;
   WakePolicy wake_policy_ = WakePolicy::everyone;
   std::atomic<bool> gives_way_{false};
+  bool caller_only_ = false;  // read and written by the calling thread only
   bool has_submitted_ = false;
   int caller_core_ = -1;  // core that the threads stay away from; -1: none
 

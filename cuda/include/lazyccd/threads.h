@@ -23,6 +23,10 @@ class LAZYCCD_API Threads {
   explicit Threads(int count = 0);
 
   int count() const { return count_; }
+  /// Whether all work runs on the calling thread, as with a count of 1, and no other thread is
+  /// woken; for all copies. Results do not depend on it. Off at first.
+  void set_caller_only(bool caller_only) const;
+  bool is_caller_only() const;
 
   /// Calls body(first, last) over disjoint ranges of [0, count), each of at most `grain` elements.
   /// Runs on the calling thread alone, in one range, if there is one thread, or if count <= 3 *

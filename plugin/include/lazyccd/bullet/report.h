@@ -15,6 +15,8 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 /// Counts and times of one step, or their sums over several steps.
 struct StepStats {
   std::int64_t steps = 0;
+  /// Steps that the calling thread ran alone, because other threads would not have helped enough.
+  std::int64_t single_thread_steps = 0;
   std::int64_t soft_bodies = 0;      ///< soft bodies that took part
   std::int64_t sleeping_bodies = 0;  ///< soft bodies that slept and were left out
   std::int64_t handled_pairs = 0;    ///< pairs of soft bodies that came from Bullet's dispatcher
@@ -61,6 +63,7 @@ struct StepStats {
 template <class Visit>
 void StepStats::for_each_member(const Visit& visit) {
   visit("steps", &StepStats::steps);
+  visit("single_thread_steps", &StepStats::single_thread_steps);
   visit("soft_bodies", &StepStats::soft_bodies);
   visit("sleeping_bodies", &StepStats::sleeping_bodies);
   visit("handled_pairs", &StepStats::handled_pairs);
