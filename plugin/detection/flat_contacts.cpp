@@ -66,12 +66,13 @@ void FlatContacts::set_sides(const ObstaclePairs& obstacle, const FlatPart& part
 bool FlatContacts::find_near(double separation, std::vector<Contact>& contacts) {
   contacts.clear();
   if (!any()) return true;
-  find_longest_edges(topology_, motion_, longest_edges_);
+  longest_edges_.assign(topology_.bodies().size(), -1);
   const auto suits = [&](const ObstaclePairs& pairs) {
     const std::size_t first = contacts.size();
     for (const FlatPart& part : topology_.bodies()[pairs.body].triangles->flat_parts) {
       set_sides(pairs, part, false);
       for (const std::int32_t s : pairs.soft_bodies) {
+        if (longest_edges_[s] < 0) longest_edges_[s] = longest_edge(topology_, s, motion_);
         if (find_near(pairs, s, separation, longest_edges_[s], contacts)) continue;
         contacts.resize(first);
         return false;
@@ -139,7 +140,7 @@ Contact FlatContacts::contact_at(const ObstaclePairs& obstacle, std::int32_t ver
   contact.toi = time;
   double best = -std::numeric_limits<double>::infinity();
   for (const std::int32_t f : side.side->faces) {
-    const std::int32_t index = topology_.bodies()[obstacle.body].first_face + f;
+    const std::int32_t index = topology_.bodies()[obstacle.body].faces.first + f;
     const Face& face = topology.faces[static_cast<std::size_t>(index)];
     const Vector3d a = at_time(face[0]), ab = at_time(face[1]) - a, ac = at_time(face[2]) - a;
     const Vector3d across = ab.cross(ac);
@@ -199,14 +200,16 @@ bool FlatContacts::is_clear(std::int32_t soft_body, bool at_start) {
       beyond_[v - first] |= static_cast<std::uint32_t>(is_beyond(v, sides_[s])) << s;
   }
   const auto has_common_side = [&](const auto& primitive) {
-    if (primitive[0] < first || primitive[0] >= last) return true;
     std::uint32_t common = ~0u;
     for (const std::int32_t v : primitive) common &= beyond_[v - first];
     return common != 0;
   };
+  const auto all_have_one = [&](const auto& primitives, const IndexRange& range) {
+    return std::all_of(primitives.begin() + range.first, primitives.begin() + range.last,
+                       has_common_side);
+  };
   const Topology topology = topology_.topology();
-  return std::all_of(topology.faces.begin(), topology.faces.end(), has_common_side) &&
-         std::all_of(topology.edges.begin(), topology.edges.end(), has_common_side);
+  return all_have_one(topology.faces, soft.faces) && all_have_one(topology.edges, soft.edges);
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -74,7 +74,7 @@ class FlatContacts {
   // Scratch memory.
   std::vector<MovingSide> sides_;
   std::vector<std::uint32_t> beyond_;  // by vertex of a body: a bit for each side that it is beyond
-  std::vector<double> longest_edges_;  // by body, metres
+  std::vector<double> longest_edges_;  // by body, metres; negative: not measured yet
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -56,39 +56,33 @@ double sag_of(const Face& face, const Motion& motion, bool at_start) {
                          largest_square(face[2], face[0], motion, at_start));
 }
 
-void measure_sags(const StepTopology& step_topology, const Motion& motion, bool at_start,
-                  Sags& sags) {
+double largest_sag(const StepTopology& step_topology, std::int32_t soft_body, const Motion& motion,
+                   bool at_start) {
+  const StepTopology::BodyRecord& soft = step_topology.bodies()[soft_body];
   const Topology topology = step_topology.topology();
-  sags.largest.assign(topology.bodies.size(), 0);
-  sags.of_face.clear();
-  sags.of_edge.clear();
-  const auto measure = [&](const auto& primitive) {
-    const double sag = sag_of(primitive, motion, at_start);
-    double& largest = sags.largest[step_topology.body_of(primitive[0])];
-    largest = std::max(largest, sag);
-    return sag;
-  };
-  for (const Face& face : topology.faces) {
-    if (!step_topology.is_soft(face[0])) break;  // the faces of obstacles come last
-    sags.of_face.push_back(measure(face));
-  }
-  for (const Edge& edge : topology.edges) sags.of_edge.push_back(measure(edge));
+  double largest = 0;
+  for (std::int32_t f = soft.faces.first; f < soft.faces.last; ++f)
+    largest = std::max(largest, sag_of(topology.faces[f], motion, at_start));
+  for (std::int32_t e = soft.edges.first; e < soft.edges.last; ++e)
+    largest = std::max(largest, sag_of(topology.edges[e], motion, at_start));
+  return largest;
 }
 
-void find_longest_edges(const StepTopology& step_topology, const Motion& motion,
-                        std::vector<double>& by_body) {
+double longest_edge(const StepTopology& step_topology, std::int32_t soft_body,
+                    const Motion& motion) {
+  const StepTopology::BodyRecord& soft = step_topology.bodies()[soft_body];
   const Topology topology = step_topology.topology();
-  by_body.assign(topology.bodies.size(), 0);
+  double longest = 0;
   const auto read_edge = [&](std::int32_t a, std::int32_t b) {
-    double& longest = by_body[step_topology.body_of(a)];
     longest = std::max(longest, largest_square(a, b, motion, false));
   };
-  for (const Face& face : topology.faces) {
-    if (!step_topology.is_soft(face[0])) break;  // the faces of obstacles come last
+  for (std::int32_t f = soft.faces.first; f < soft.faces.last; ++f) {
+    const Face& face = topology.faces[f];
     for (int k = 0; k < 3; ++k) read_edge(face[k], face[(k + 1) % 3]);
   }
-  for (const Edge& edge : topology.edges) read_edge(edge[0], edge[1]);
-  for (double& longest : by_body) longest = std::sqrt(longest);
+  for (std::int32_t e = soft.edges.first; e < soft.edges.last; ++e)
+    read_edge(topology.edges[e][0], topology.edges[e][1]);
+  return std::sqrt(longest);
 }
 
 void leave_out(const ObstaclePairs& obstacle, std::vector<Body>& filters) {

@@ -27,17 +27,12 @@ std::vector<ObstaclePairs> find_obstacle_pairs(const StepTopology& topology);
 double sag_of(const Edge& edge, const Motion& motion, bool at_start);
 double sag_of(const Face& face, const Motion& motion, bool at_start);
 
-/// The sags of all soft bodies, m^2. Kept for its memory.
-struct Sags {
-  std::vector<double> of_face;  ///< by soft face
-  std::vector<double> of_edge;  ///< by index of Topology::edges
-  std::vector<double> largest;  ///< by body
-};
-void measure_sags(const StepTopology& topology, const Motion& motion, bool at_start, Sags& sags);
+/// The largest sag of the edges and faces of a soft body, m^2.
+double largest_sag(const StepTopology& topology, std::int32_t soft_body, const Motion& motion,
+                   bool at_start);
 
-/// Sets `by_body` to the longest edge of each soft body in a motion, metres.
-void find_longest_edges(const StepTopology& topology, const Motion& motion,
-                        std::vector<double>& by_body);
+/// The longest edge of a soft body in a motion, metres.
+double longest_edge(const StepTopology& topology, std::int32_t soft_body, const Motion& motion);
 
 /// Changes the filters of a detector, such that it leaves out the pairs of these obstacles.
 void leave_out(const ObstaclePairs& obstacle, std::vector<Body>& filters);

@@ -49,9 +49,9 @@ void RoundContacts::set_topology() {
   }
   if (pairs > max_pairs) clear();
   if (!any()) return;
-  measure_sags(topology_, motion_, true, sags_);
   reach_.clear();
-  for (const double sag : sags_.largest) reach_.push_back(2 * std::sqrt(sag));
+  for (std::int32_t body = 0; topology_.bodies()[body].soft; ++body)
+    reach_.push_back(2 * std::sqrt(largest_sag(topology_, body, motion_, true)));
 }
 
 // What rests at the kept distance from the triangles must be outside of the outer radius.
@@ -109,9 +109,9 @@ void RoundContacts::find_near(const Pair& pair, double separation, std::vector<C
   // The indices of sides and edges follow those that a detector may have for its edges.
   const Topology topology = topology_.topology();
   const std::size_t sides = 3 * topology.faces.size(), edges = topology.edges.size();
-  find_near(pair, near_distance, topology.faces, sags_.of_face.size(),
+  find_near(pair, near_distance, topology.faces, soft.faces,
             static_cast<std::int32_t>(sides + edges), contacts);
-  find_near(pair, near_distance, topology.edges, edges,
+  find_near(pair, near_distance, topology.edges, soft.edges,
             static_cast<std::int32_t>(2 * sides + edges), contacts);
 }
 
@@ -123,7 +123,7 @@ RoundContacts::Exit RoundContacts::exit_of(const Pair& pair, const ClosestPoints
   const btVector3 local_point = pair.part.core[0].lerp(pair.part.core[1], along);
   const FacePoint at = find_exit(pair.part, local_point, local_normal);
   const std::int32_t face =
-      topology_.bodies()[pair.obstacle].first_face + pair.part.first_face + at.face;
+      topology_.bodies()[pair.obstacle].faces.first + pair.part.first_face + at.face;
   return {normal, face, topology_.topology().faces[static_cast<std::size_t>(face)], at.u, at.v};
 }
 
@@ -193,15 +193,13 @@ Contact RoundContacts::contact_at(const Pair& pair, const Primitive& primitive, 
 // Faces and edges that the constraints of their vertices do not keep clear.
 template <class Primitives>
 void RoundContacts::find_near(const Pair& pair, double near_distance, const Primitives& primitives,
-                              std::size_t count, std::int32_t first_edge_index,
+                              const IndexRange& range, std::int32_t first_edge_index,
                               std::vector<Contact>& contacts) const {
-  const StepTopology::BodyRecord& soft = topology_.bodies()[pair.soft_body];
-  const std::int32_t first = soft.first_vertex, last = first + soft.vertex_count;
+  const std::int32_t first = topology_.bodies()[pair.soft_body].first_vertex;
   const double kept = kept_distance(pair.soft_body, pair.obstacle, pair.part);
   const double kept_sag = kept * kept - pair.part.outer_radius * pair.part.outer_radius;
-  for (std::size_t i = 0; i < count; ++i) {
+  for (std::int32_t i = range.first; i < range.last; ++i) {
     const auto& primitive = primitives[i];
-    if (primitive[0] < first || primitive[0] >= last) continue;
     double nearest = std::numeric_limits<double>::infinity();
     for (const std::int32_t v : primitive) nearest = std::min(nearest, by_vertex_[v - first]);
     if (nearest - reach_[pair.soft_body] > near_distance) continue;
@@ -214,14 +212,13 @@ void RoundContacts::find_near(const Pair& pair, double near_distance, const Prim
         starts_inside(pair.part, time, points) ||
         *std::max_element(points.weights.begin(), points.weights.end()) > weight_of_vertex)
       continue;
-    const auto index = static_cast<std::int32_t>(i);
-    contacts.push_back(contact_at(pair, primitive, index, first_edge_index, time, points));
+    contacts.push_back(contact_at(pair, primitive, i, first_edge_index, time, points));
   }
 }
 
 bool RoundContacts::are_clear(bool at_start) {
   if (!any()) return true;
-  measure_sags(topology_, motion_, at_start, sags_);
+  largest_sags_.assign(topology_.bodies().size(), -1);
   for (const ObstaclePairs& obstacle : obstacles_) {
     for (const RoundPart& part : topology_.bodies()[obstacle.body].triangles->round_parts) {
       const MovingCore core(part, motion_.rigid_of(obstacle.body), at_start);
@@ -244,13 +241,17 @@ bool RoundContacts::is_clear(const Pair& pair, bool at_start) {
     by_vertex_[v - first] = distance * distance - radius * radius;
   }
   const double smallest = *std::min_element(by_vertex_.begin(), by_vertex_.end());
-  if (smallest > sags_.largest[pair.soft_body]) return true;
-  const auto are_all_clear = [&](const auto& primitives, const std::vector<double>& sags) {
-    for (std::size_t i = 0; i < sags.size(); ++i) {
+  double& largest = largest_sags_[pair.soft_body];
+  if (largest < 0) largest = largest_sag(topology_, pair.soft_body, motion_, at_start);
+  if (smallest > largest) return true;
+  const auto are_all_clear = [&](const auto& primitives, const IndexRange& range) {
+    for (std::int32_t i = range.first; i < range.last; ++i) {
       const auto& primitive = primitives[i];
-      if (primitive[0] < first || primitive[0] >= last) continue;
-      const auto holds = [&](std::int32_t v) { return by_vertex_[v - first] > sags[i]; };
-      if (!std::all_of(primitive.begin(), primitive.end(), holds) &&
+      const auto holds = [&](double sag) {
+        return std::all_of(primitive.begin(), primitive.end(),
+                           [&](std::int32_t v) { return by_vertex_[v - first] > sag; });
+      };
+      if (!holds(largest) && !holds(sag_of(primitive, motion_, at_start)) &&
           !pair.core.is_farther(radius, points_of(primitive, motion_, true),
                                 points_of(primitive, motion_, at_start)))
         return false;
@@ -258,8 +259,7 @@ bool RoundContacts::is_clear(const Pair& pair, bool at_start) {
     return true;
   };
   const Topology topology = topology_.topology();
-  return are_all_clear(topology.faces, sags_.of_face) &&
-         are_all_clear(topology.edges, sags_.of_edge);
+  return are_all_clear(topology.faces, soft.faces) && are_all_clear(topology.edges, soft.edges);
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

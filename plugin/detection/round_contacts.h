@@ -72,7 +72,7 @@ class RoundContacts {
   void find_near(const Pair& pair, double separation, std::vector<Contact>& contacts);
   template <class Primitives>
   void find_near(const Pair& pair, double near_distance, const Primitives& primitives,
-                 std::size_t count, std::int32_t first_edge_index,
+                 const IndexRange& range, std::int32_t first_edge_index,
                  std::vector<Contact>& contacts) const;
   Exit exit_of(const Pair& pair, const ClosestPoints& points) const;
   Contact vertex_contact(const Pair& pair, std::int32_t vertex, double time,
@@ -86,10 +86,11 @@ class RoundContacts {
   const Motion& motion_;
   const PairSurfaces& surfaces_;
   std::vector<ObstaclePairs> obstacles_;
-  /// By body, metres: vertices farther away than this have no face or edge that needs a constraint.
-  /// Twice what it is at the start of the topology; the detector decides about what stretches more.
+  /// By soft body, metres: vertices farther away than this have no face or edge that needs a
+  /// constraint. Twice what it is at the start of the topology; the detector decides about what
+  /// stretches more.
   std::vector<double> reach_;
-  Sags sags_;  ///< in the last are_clear() or set_topology()
+  std::vector<double> largest_sags_;  ///< by body, in are_clear(), m^2; negative: not measured
   /// By vertex of a body. In find_near(): lower bound of its distance from the core, metres. In
   /// is_clear(): the largest sag with which the bound holds, m^2.
   std::vector<double> by_vertex_;

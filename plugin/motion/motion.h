@@ -58,7 +58,11 @@ struct RigidMotion {
     return (inverse_mass.array() == 0).any() || inverse_inertia.determinant() == 0;
   }
   /// Whether it is a rigid body of finite mass; false for links.
-  bool is_dynamic() const { return !inverse_mass.isZero() || !inverse_inertia.isZero(); }
+  bool is_dynamic() const {
+    constexpr double smallest = 1e-12;
+    return inverse_mass.cwiseAbs().maxCoeff() > smallest ||
+           inverse_inertia.cwiseAbs().maxCoeff() > smallest;
+  }
   /// Whether impulses move it.
   bool is_movable() const { return is_dynamic() || articulated >= 0; }
   Eigen::Vector3d centre() const { return to_eigen(start.getOrigin()); }

@@ -41,6 +41,8 @@ inline void add_inertia(double mass, const Eigen::Vector3d& arm, Eigen::Matrix3d
 /// momentum times time. Components about axes without inertia are zero.
 inline Eigen::Vector3d rotation_from_momentum(const Eigen::Matrix3d& inertia,
                                               const Eigen::Vector3d& momentum) {
+  const double mean = inertia.trace() / 3;
+  if (inertia.determinant() > 1e-3 * mean * mean * mean) return inertia.inverse() * momentum;
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(inertia);
   const double smallest = 1e-9 * axes.eigenvalues()[2];
   Eigen::Vector3d result = Eigen::Vector3d::Zero();

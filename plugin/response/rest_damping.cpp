@@ -1,5 +1,6 @@
 #include "response/rest_damping.h"
 
+#include <algorithm>
 #include <cmath>
 
 #include "motion/rotation.h"
@@ -12,45 +13,55 @@ using Eigen::Vector3d;
 
 namespace {
 
-void damp_deformation(std::size_t body, double rate, double rest_speed, Motion& motion) {
-  const auto for_each_node = [&](const auto& visit) {
-    for (std::int32_t v = motion.first_vertex[body]; v < motion.first_vertex[body + 1]; ++v) {
-      if (motion.inverse_mass[v] > 0) visit(v, 1 / motion.inverse_mass[v], motion.end_of(v));
-    }
-  };
-  const auto velocity = [&](std::int32_t v) -> Vector3d {
-    return motion.velocity[v] + motion.velocity_change[v];
-  };
-  double mass = 0;
-  Vector3d centre = Vector3d::Zero(), mean_velocity = Vector3d::Zero(),
-           angular_momentum = Vector3d::Zero();
-  for_each_node([&](std::int32_t v, double m, const Vector3d& position) {
+// Sums over the nodes of a body. Positions and velocities are relative to those of one node, so
+// that the differences below lose no digits.
+struct NodeSums {
+  double mass = 0, squared_speed = 0;  // kg; mass times squared speed
+  Vector3d position = Vector3d::Zero(), velocity = Vector3d::Zero();  // times mass
+  Matrix3d position_products = Matrix3d::Zero();                      // x x^T times mass
+  Vector3d angular_momentum = Vector3d::Zero();
+
+  void add(double m, const Vector3d& x, const Vector3d& v) {
     mass += m;
-    centre += m * position;
-    mean_velocity += m * velocity(v);
-  });
-  if (mass == 0) return;
-  centre /= mass;
-  mean_velocity /= mass;
-  Matrix3d inertia = Matrix3d::Zero();
-  for_each_node([&](std::int32_t v, double m, const Vector3d& position) {
-    add_inertia(m, position - centre, inertia);
-    angular_momentum += m * (position - centre).cross(velocity(v));
-  });
-  const Vector3d angular_velocity = rotation_from_momentum(inertia, angular_momentum);
-  const auto deformation_velocity = [&](std::int32_t v, const Vector3d& position) -> Vector3d {
-    return velocity(v) - mean_velocity - angular_velocity.cross(position - centre);
+    squared_speed += m * v.squaredNorm();
+    position += m * x;
+    velocity += m * v;
+    position_products += (m * x) * x.transpose();
+    angular_momentum += (m * x).cross(v);
+  }
+};
+
+void damp_deformation(std::size_t body, double rate, double rest_speed, Motion& motion) {
+  const std::int32_t first = motion.first_vertex[body], last = motion.first_vertex[body + 1];
+  const Vector3d origin = motion.end_of(first), origin_velocity = motion.velocity[first];
+  const auto velocity = [&](std::int32_t v) -> Vector3d {
+    return motion.velocity[v] + motion.velocity_change[v] - origin_velocity;
   };
-  double weighted_square_sum = 0;
-  for_each_node([&](std::int32_t v, double m, const Vector3d& position) {
-    weighted_square_sum += m * deformation_velocity(v, position).squaredNorm();
-  });
-  const double limit = rest_speed * rest_speed * mass;
-  if (weighted_square_sum >= limit) return;
-  const double fraction = (1 - std::exp(-rate * motion.dt)) * (1 - weighted_square_sum / limit);
-  for_each_node([&](std::int32_t v, double, const Vector3d& position) {
-    motion.velocity_change[v] -= fraction * deformation_velocity(v, position);
-  });
+  NodeSums sums;
+  for (std::int32_t v = first; v < last; ++v) {
+    if (motion.inverse_mass[v] > 0)
+      sums.add(1 / motion.inverse_mass[v], motion.end_of(v) - origin, velocity(v));
+  }
+  if (sums.mass == 0) return;
+  const Vector3d centre = sums.position / sums.mass, mean_velocity = sums.velocity / sums.mass;
+  // About the centre of mass, by Huygens and Steiner.
+  const Matrix3d products = sums.position_products - sums.position * centre.transpose();
+  const Matrix3d inertia = products.trace() * Matrix3d::Identity() - products;
+  const Vector3d angular_momentum = sums.angular_momentum - sums.position.cross(mean_velocity);
+  const double square_sum = sums.squared_speed - sums.velocity.dot(mean_velocity);
+  const double limit = rest_speed * rest_speed * sums.mass;
+  const Vector3d angular_velocity = rotation_from_momentum(inertia, angular_momentum);
+  // What is left is without the energy of the rotation, by Koenig.
+  const double deformation_square_sum =
+      std::max(0.0, square_sum - angular_velocity.dot(angular_momentum));
+  if (deformation_square_sum >= limit) return;
+  const double fraction = (1 - std::exp(-rate * motion.dt)) * (1 - deformation_square_sum / limit);
+  for (std::int32_t v = first; v < last; ++v) {
+    if (motion.inverse_mass[v] == 0) continue;
+    const Vector3d arm = motion.end_of(v) - origin - centre;
+    motion.velocity_change[v] -=
+        fraction * (velocity(v) - mean_velocity - angular_velocity.cross(arm));
+  }
 }
 
 }  // namespace

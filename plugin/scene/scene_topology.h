@@ -10,6 +10,11 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
+/// The indices from `first` to `last` - 1.
+struct IndexRange {
+  std::int32_t first = 0, last = 0;
+};
+
 /// The primitives of a scene. For the meaning of each array see Topology (scene.h).
 struct SceneTopology {
   std::vector<Face> faces;

@@ -223,6 +223,9 @@ void SoftScene::add_body(btSoftBody* body, int world_index, WarningLog& warnings
         static_cast<float>(body->m_nodes[static_cast<int>(node)].m_im));
   }
   record.vertex_count = vertex_count() - record.first_vertex;
+  const auto size_of = [](const auto& list) { return static_cast<std::int32_t>(list.size()); };
+  record.faces.first = size_of(topology_.faces);
+  record.edges.first = size_of(topology_.edges);
   for (Face face : own.faces) {
     for (std::int32_t& corner : face) corner = vertex_of_node[corner];
     topology_.faces.push_back(face);
@@ -231,6 +234,8 @@ void SoftScene::add_body(btSoftBody* body, int world_index, WarningLog& warnings
   for (const Edge& edge : own.edges) {
     topology_.edges.push_back({vertex_of_node[edge[0]], vertex_of_node[edge[1]]});
   }
+  record.faces.last = size_of(topology_.faces);
+  record.edges.last = size_of(topology_.edges);
   bodies_.push_back(record);
 }
 

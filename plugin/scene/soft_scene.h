@@ -31,9 +31,10 @@ class SoftScene {
     btSoftBody* body;
     int world_index;  ///< position in the world's array of soft bodies
     std::int32_t first_vertex, vertex_count;
-    btScalar margin;   ///< collision margin, metres; 0 if not finite
-    bool responds;     ///< false: contacts are reported, but nothing is moved
-    bool meets_rigid;  ///< its collision flags ask for something rigid
+    btScalar margin;          ///< collision margin, metres; 0 if not finite
+    bool responds;            ///< false: contacts are reported, but nothing is moved
+    bool meets_rigid;         ///< its collision flags ask for something rigid
+    IndexRange faces, edges;  ///< in topology()
   };
 
   explicit SoftScene(CollisionFlags flags) : flags_(flags) {}

@@ -82,24 +82,27 @@ void StepTopology::read_bodies(const SoftScene& soft, const Obstacles& obstacles
   for (const SoftScene::BodyRecord& record : soft.bodies()) {
     bodies_.push_back({record.body, record.body, -1, false, record.first_vertex,
                        record.vertex_count, static_cast<double>(record.margin), record.responds,
-                       nullptr});
+                       record.faces, record.edges, nullptr});
   }
   const std::vector<Obstacles::Record>& records = obstacles.records();
   auto first_face = static_cast<std::int32_t>(soft.topology().faces.size());
   for (std::size_t i = 0; i < records.size(); ++i) {
     const Obstacles::Record& record = records[i];
     if (record.vertex_count == 0) continue;
+    const IndexRange faces = {
+        first_face, first_face + static_cast<std::int32_t>(record.triangles->faces.size())};
     bodies_.push_back({record.object, nullptr, static_cast<int>(i), record.dynamic,
                        soft.vertex_count() + record.first_vertex, record.vertex_count,
-                       margin_of_triangles(*record.shape), true, record.triangles, first_face,
-                       record.has_anchored_nodes});
-    first_face += static_cast<std::int32_t>(record.triangles->faces.size());
+                       margin_of_triangles(*record.shape), true, faces, IndexRange(),
+                       record.triangles, record.has_anchored_nodes});
+    first_face = faces.last;
   }
   surface_count_ = bodies_.size();
   for (std::size_t i = 0; i < records.size(); ++i) {
     if (records[i].vertex_count > 0 || !records[i].has_anchored_nodes) continue;
     bodies_.push_back({records[i].object, nullptr, static_cast<int>(i), true,
-                       soft.vertex_count() + obstacles.vertex_count(), 0, 0, true, nullptr});
+                       soft.vertex_count() + obstacles.vertex_count(), 0, 0, true, IndexRange(),
+                       IndexRange(), nullptr});
   }
 }
 

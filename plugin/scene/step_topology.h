@@ -27,9 +27,9 @@ class StepTopology {
     /// False for a soft body with CF_NO_CONTACT_RESPONSE: its contacts are reported, but nothing is
     /// moved. Always true for an obstacle: a rigid body with this flag is none.
     bool responds;
+    IndexRange faces, edges;  ///< in topology()
     // Of an obstacle:
     std::shared_ptr<const Triangles> triangles;
-    std::int32_t first_face = 0;      ///< in topology()
     bool has_anchored_nodes = false;  ///< nodes of soft bodies are anchored to it
   };
 
