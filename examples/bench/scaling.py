@@ -3,6 +3,7 @@
 scaling.py PROGRAM [--before PROGRAM] [--before-threads 1,16] [--threads 1,2,4] [--steps N]
            [--without-bullet] [--csv FILE] [--chart FILE] [SCENE...]
 scaling.py --read CSV --chart FILE     draws the chart of an earlier run
+  --threads "auto" among the numbers: chosen by the program; -1 in the CSV file
   PROGRAM   the program lazyccd; --before: an earlier one, timed in turn with it
   SCENE     scene:world:size; default: the four scenes of the table in results/scaling
 
@@ -17,13 +18,15 @@ import tempfile
 from pathlib import Path
 
 SCENES = ["cloth-on-cloth:rigid:4", "drop:rigid:4", "n-body:deformable:2", "twenty-cloths:deformable:2"]
+AUTOMATIC = -1  # the program chooses the number of threads
 PARTS = ["total", "bullet", "gather", "detect", "response", "write"]
 
 
 def run(program, scene, threads, steps):
-    """Steps the scene and returns its statistics. threads 0: Bullet alone."""
+    """Steps the scene and returns its statistics. threads 0: Bullet alone; AUTOMATIC."""
     name, world, size = scene.split(":")
-    detector = ["--detector", "bullet"] if threads == 0 else ["--backend", "cpu", "--threads", str(threads)]
+    detector = ["--detector", "bullet"] if threads == 0 else ["--backend", "cpu", "--threads",
+                                                                   str(max(threads, 0))]
     with tempfile.TemporaryDirectory() as folder:
         stats = Path(folder) / "stats.json"
         subprocess.run(
@@ -81,8 +84,11 @@ def main():
         return draw(rows, arguments.chart)
     if not arguments.program:
         parser.error("PROGRAM or --read is missing")
-    counts = [int(count) for count in arguments.threads.split(",")]
-    counts_before = [int(count) for count in (arguments.before_threads or arguments.threads).split(",")]
+    def counts_of(text):
+        return [AUTOMATIC if count == "auto" else int(count) for count in text.split(",")]
+
+    counts = counts_of(arguments.threads)
+    counts_before = counts_of(arguments.before_threads or arguments.threads)
     rows = []
     print("| scene | program | threads | " + " | ".join(PARTS) + " | same |")
     print("|---" * (len(PARTS) + 4) + "|")
@@ -98,7 +104,7 @@ def main():
             same = outcome(stats) == first.setdefault(label, outcome(stats))
             row = {"scene": scene, "program": label, "threads": count, "same": same, **stats["ms_per_step"]}
             rows.append(row)
-            print(f"| {scene} | {label} | {count or ''} | "
+            print(f"| {scene} | {label} | {'auto' if count == AUTOMATIC else count or ''} | "
                   + " | ".join(f"{row[part]:.2f}" for part in PARTS) + f" | {'yes' if same else 'NO'} |", flush=True)
     if arguments.csv:
         with open(arguments.csv, "w", newline="") as file:

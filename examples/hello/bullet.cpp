@@ -8,7 +8,7 @@
 // With CMake: find_package(LazyCCD REQUIRED), then link LazyCCD::bullet. By hand, after
 // `cmake --install build`:
 //
-// g++ -std=c++17 bullet.cpp -llazyccd_bullet -llazyccd_core $(pkg-config --cflags --libs bullet)
+// g++ -std=c++17 bullet.cpp $(pkg-config --cflags --libs lazyccd-bullet)
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
 #include <BulletCollision/CollisionDispatch/btCollisionDispatcher.h>
 #include <BulletDynamics/ConstraintSolver/btSequentialImpulseConstraintSolver.h>
@@ -29,7 +29,8 @@ std::unique_ptr<btSoftBody> make_cloth(btSoftBodyWorldInfo& info, btScalar half_
       info, btVector3(-half_width, height, -half_width), btVector3(half_width, height, -half_width),
       btVector3(-half_width, height, half_width), btVector3(half_width, height, half_width), nodes,
       nodes, 0, true));
-  // Turns on Bullet's own contacts between soft bodies. LazyCCD does not need this flag.
+  // Asks for contacts with other soft bodies. Two bodies without this flag pass through each other,
+  // with Bullet alone and with LazyCCD.
   cloth->m_cfg.collisions |= btSoftBody::fCollision::VF_SS;
   cloth->m_cfg.piterations = 10;
   cloth->setTotalMass(1);

@@ -60,7 +60,7 @@ class RowList {
     return scratch;
   }
   /// Returns the place of row `i`, which is not made. The row counts as made from now on, and must
-  /// be made by make() before anything else reads it.
+  /// be made by make_placed() before anything else reads it.
   ContactRow& place(std::size_t i) {
     made_index_[i] = static_cast<std::int32_t>(made_count_);
     if (made_count_ == made_.size()) made_.emplace_back();

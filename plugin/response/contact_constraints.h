@@ -8,8 +8,9 @@
 // projection. This requires that a row with an impulse is never removed during a step.
 //
 // Impulses act on nodes in the ratio w_i / mass_i and on a rigid body at the contact point. They
-// add no momentum, whatever the masses are. Friction is Coulomb's: a tangential impulse of at most
-// the coefficient times the normal one, which stops the sliding if that is enough.
+// add no momentum, whatever the masses are. Coulomb's friction is a tangential impulse of at most
+// the coefficient times the normal one, which stops the sliding if that is enough. In the rigid
+// world it takes at least a fraction of the sliding speed, as Bullet's (SlidingFriction).
 #pragma once
 
 #include <Eigen/Core>

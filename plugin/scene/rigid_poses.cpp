@@ -103,8 +103,9 @@ void RigidPoses::begin_step(btBroadphaseInterface* broadphase) {
   find(broadphase);
   multibody_poses_.clear();
   for (std::size_t i = 0; i < poses_.size(); ++i) {
-    if (!is_followed_[i]) continue;  // starts where it ended
     RigidPose& pose = poses_[i];
+    // A body at rest starts where it ended, unless it has become dynamic.
+    if (!is_followed_[i] && !is_movable(*pose.object)) continue;
     const btMultiBodyLinkCollider* const link = btMultiBodyLinkCollider::upcast(pose.object);
     if (link && is_movable(*link) && multibody_poses_.count(link->m_multiBody) == 0)
       multibody_poses_.emplace(link->m_multiBody, pose_of(*link->m_multiBody));

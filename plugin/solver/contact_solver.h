@@ -1,6 +1,6 @@
 // Solver for the rows of a step: finds impulses along the normals that are never negative, and
-// friction impulses within Coulomb's cone, so that no gap at the end is narrower than its row
-// allows.
+// friction impulses within Coulomb's cone (or ContactRow::sliding_fraction), so that no gap at the
+// end is narrower than its row allows.
 //
 // The method is projected Gauss-Seidel with Nesterov's acceleration: after each sweep, the last
 // change is extrapolated. Mazhar et al. 2015, "Using Nesterov's method to accelerate multibody

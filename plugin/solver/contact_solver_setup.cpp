@@ -72,6 +72,7 @@ void ContactSolver::set_up(Target target, RowList& rows, const RowIslands& islan
   block_count_ = block_row_count_ = stage_count_ = 0;
   bodies_.clear();
   couplings_.clear();
+  vertex_of_.clear();  // what write() visits, also if there is nothing to solve
   make_chunks();
   if (for_split_impulse_ && !classify_rows(true)) return;
   if (!classify_rows(false)) return;

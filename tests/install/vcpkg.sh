@@ -29,7 +29,7 @@ port() {
   for config in "$installed/$triplet"/share/vcpkg-cmake*/vcpkg-port-config.cmake; do
     [ -e "$config" ] && configs+=("$config")
   done
-  cmake -DCMD=BUILD -DPORT="$name" -DVERSION=0.1.0 -DCURRENT_PORT_DIR="$folder" -DVCPKG_ROOT_DIR="$vcpkg" \
+  cmake -DCMD=BUILD -DPORT="$name" -DVERSION=0.2.0 -DCURRENT_PORT_DIR="$folder" -DVCPKG_ROOT_DIR="$vcpkg" \
     -DTARGET_TRIPLET=$triplet -D_HOST_TRIPLET=$triplet -DTARGET_TRIPLET_FILE="$(find "$vcpkg/triplets" -name "$triplet.cmake")" \
     -D_VCPKG_INSTALLED_DIR="$installed" -DPACKAGES_DIR="$build/packages" -DBUILDTREES_DIR="$build/trees" \
     -DDOWNLOADS="$build/downloads" -DVCPKG_CONCURRENCY="$jobs" -DVCPKG_BASE_VERSION=2999-12-31 \

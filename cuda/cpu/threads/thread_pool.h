@@ -173,7 +173,7 @@ class ThreadPool {
   std::vector<std::thread> threads_;
   WakePolicy wake_policy_ = WakePolicy::everyone;
   std::atomic<bool> gives_way_{false};
-  bool caller_only_ = false;  // read and written by the calling thread only
+  bool caller_only_ = false;  // is_serial() reads it last, so only on the calling thread
   bool has_submitted_ = false;
   int caller_core_ = -1;  // core that the threads stay away from; -1: none
 

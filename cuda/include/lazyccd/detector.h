@@ -34,7 +34,7 @@ enum class Backend { automatic, cpu, cuda };
 struct DetectorOptions {
   Backend backend = Backend::automatic;
   int device = -1;  ///< index of the GPU, as CUDA numbers them; -1: the caller's current one
-  int threads = 0;  ///< threads of the CPU backend; 0: as many as there are cores
+  int threads = 0;  ///< threads of the CPU backend; 0: as many as cores that the caller may use
 
   bool vertex_face = true;  ///< test vertices against faces
   bool edge_edge = true;    ///< test edges against edges

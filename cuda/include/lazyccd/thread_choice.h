@@ -34,7 +34,7 @@ class LAZYCCD_API ThreadChoice {
   void end_step();
   /// Records a step by its wall time, milliseconds, in place of end_step().
   void record(double ms);
-  /// Whether all threads take part in the step that began last.
+  /// Whether all threads take part. Valid from begin_step() to the end of the step.
   bool uses_all_threads() const;
 
  private:

@@ -18,13 +18,14 @@ class ThreadPool;
 class LAZYCCD_API Threads {
  public:
   /// `count` threads, the caller's included; 0: as many as cores that the caller may use, without
-  /// those that are busy with other work. Throws Error if negative. They start when they are first
-  /// needed, and are fewer if the system has no more.
+  /// those that are busy with other work. Throws Error if negative. They start with the first call
+  /// of another function, and are fewer if the system has no more.
   explicit Threads(int count = 0);
 
   int count() const { return count_; }
   /// Whether all work runs on the calling thread, as with a count of 1, and no other thread is
-  /// woken; for all copies. Results do not depend on it. Off at first.
+  /// woken; for all copies. A detection that was started ahead goes on. Results do not depend on
+  /// it. Off at first.
   void set_caller_only(bool caller_only) const;
   bool is_caller_only() const;
 

@@ -13,7 +13,7 @@ from conan.tools.files import copy
 
 class LazyCCD(ConanFile):
     name = "lazyccd"
-    version = "0.1.0"
+    version = "0.2.0"
     description = "Exact continuous collision detection for Bullet's soft bodies"
     license = "Zlib"
     settings = "os", "compiler", "build_type", "arch"

@@ -9,6 +9,83 @@
 using namespace lazyccd;
 using lazyccd::test::Column;
 
+namespace {
+
+// Bodies of two nodes above a pinned one each, with a contact between neighbours.
+struct Stacks {
+  bullet::Motion motion;
+  std::vector<Contact> contacts;
+
+  explicit Stacks(std::int32_t bodies) {
+    motion.first_vertex = {0};
+    for (std::int32_t body = 0; body < bodies; ++body) {
+      Column column({1, 1});
+      const std::int32_t first = motion.soft_count();
+      for (Contact& contact : column.contacts) {
+        contact.body_a = contact.body_b = body;
+        contact.primitive_a += first;
+        for (std::int32_t& v : contact.vertices) v += first;
+        contacts.push_back(contact);
+      }
+      const auto append = [](auto& to, const auto& from) {
+        to.insert(to.end(), from.begin(), from.end());
+      };
+      append(motion.start, column.motion.start);
+      append(motion.inverse_mass, column.motion.inverse_mass);
+      append(motion.shortest_edge, column.motion.shortest_edge);
+      motion.first_vertex.push_back(motion.soft_count());
+      motion.rigid_of_body.push_back(-1);
+    }
+    motion.dt = 0.01;
+    motion.end = motion.start;
+  }
+  // Moves the free nodes of a body down by 1 cm.
+  void load(std::int32_t body) {
+    const std::int32_t first = motion.first_vertex[body];
+    for (const std::int32_t v : {first + 3, first + 6})
+      motion.end[3 * static_cast<std::size_t>(v) + 1] -= btScalar(0.01);
+  }
+  void begin(bullet::ContactConstraints& rows) {
+    motion.begin_response();
+    rows.begin_step();
+    rows.add(contacts, motion);
+  }
+};
+
+}  // namespace
+
+TEST_CASE("an island that needs no impulse leaves the others as they are") {
+  const bullet::PairSurfaces surfaces = lazyccd::test::uniform_surfaces(0.1, 0);
+  bullet::ContactConstraints rows(surfaces, 0.05);
+  Stacks stacks(2);
+  stacks.load(1);
+  stacks.begin(rows);
+  rows.solve(stacks.motion, 100);
+  const std::vector<Eigen::Vector3d> solved = stacks.motion.solved;
+  REQUIRE(solved != stacks.motion.predicted);
+  bullet::RowIslands& islands = rows.islands(stacks.motion);
+  REQUIRE(islands.count() == 2);
+  islands.select_none();
+  islands.select_body(0);
+  rows.solve(stacks.motion, 100);
+  CHECK(stacks.motion.solved == solved);
+}
+
+TEST_CASE("a scene that got smaller and needs no impulse is left as it is") {
+  const bullet::PairSurfaces surfaces = lazyccd::test::uniform_surfaces(0.1, 0);
+  bullet::ContactConstraints rows(surfaces, 0.05);
+  Stacks many(8);
+  many.load(7);
+  many.begin(rows);
+  rows.solve(many.motion, 100);
+  rows.forget();
+  Stacks one(1);
+  one.begin(rows);
+  rows.solve(one.motion, 100);
+  CHECK(one.motion.solved == one.motion.predicted);
+  CHECK(one.motion.end == one.motion.start);
+}
+
 TEST_CASE("a resting load is solved to rest at any force") {
   constexpr int points = 30;
   Column column(std::vector<double>(points - 1, 1));

@@ -34,8 +34,9 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 /// Options of both solvers. If a number below is not finite or outside its range, on_message and
 /// status() name it, and the default is used.
 struct SolverOptions {
-  /// Backend, threads and traversal of the detector. `separation` and `reduce_contacts` are
-  /// ignored: the adapter sets them.
+  /// Backend, threads and traversal of the detector. The threads also serve the rest of the step;
+  /// 0: all or one, as ThreadChoice decides. `separation` and `reduce_contacts` are ignored: the
+  /// adapter sets them.
   DetectorOptions detector;
 
   /// Gap that a contact keeps between two surfaces, metres; never wider than the gap at the start

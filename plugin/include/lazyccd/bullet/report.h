@@ -16,6 +16,7 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 struct StepStats {
   std::int64_t steps = 0;
   /// Steps that the calling thread ran alone, because other threads would not have helped enough.
+  /// Steps of a solver with one thread do not count.
   std::int64_t single_thread_steps = 0;
   std::int64_t soft_bodies = 0;      ///< soft bodies that took part
   std::int64_t sleeping_bodies = 0;  ///< soft bodies that slept and were left out
