@@ -80,6 +80,7 @@ struct Detector::Impl {
   }
 
   void set_topology(const Topology& topology) {
+    is_from_cpu = false;
     const BackendChoice last_choice = choice;
     choice.set_scene(topology.faces.size());
     try {

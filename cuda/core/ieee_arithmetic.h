@@ -25,10 +25,10 @@ namespace lazyccd {
 class IeeeArithmetic {
  public:
   IeeeArithmetic() : mode_(mode()) {
-    if (mode_ & kWrong) set_mode(mode_ & ~kWrong);
+    if (mode_ != corrected(mode_)) set_mode(corrected(mode_));
   }
   ~IeeeArithmetic() {
-    if (mode_ & kWrong) set_mode(mode_);
+    if (mode_ != corrected(mode_)) set_mode(mode_);
   }
   IeeeArithmetic(const IeeeArithmetic&) = delete;
   IeeeArithmetic& operator=(const IeeeArithmetic&) = delete;
@@ -38,12 +38,15 @@ class IeeeArithmetic {
   using Mode = unsigned;
   // Flush to zero, denormals are zero, rounding control.
   static constexpr Mode kWrong = 0x8000 | 0x0040 | 0x6000;
+  // Exceptions are masked: 0 / 0 and the like occur in lanes that are not used.
+  static constexpr Mode kNeeded = 0x1f80;
   static Mode mode() { return _mm_getcsr(); }
   static void set_mode(Mode mode) { _mm_setcsr(mode); }
 #elif defined(__aarch64__) && (defined(__GNUC__) || defined(__clang__))
   using Mode = std::uint64_t;
-  // FZ, RMode, AH and FIZ of the register FPCR.
-  static constexpr Mode kWrong = 1u << 24 | 3u << 22 | 3u;
+  // FZ, RMode, AH and FIZ of the register FPCR, and its traps of exceptions.
+  static constexpr Mode kWrong = 1u << 24 | 3u << 22 | 3u | 0x9f00;
+  static constexpr Mode kNeeded = 0;
   static Mode mode() {
     Mode mode;
     asm volatile("mrs %0, fpcr" : "=r"(mode));
@@ -53,10 +56,11 @@ class IeeeArithmetic {
 #else
   using Mode = int;
   // 0 is rounding to nearest; no more is known of other processors.
-  static constexpr Mode kWrong = ~0;
+  static constexpr Mode kWrong = ~0, kNeeded = 0;
   static Mode mode() { return std::fegetround() ^ FE_TONEAREST; }
   static void set_mode(Mode mode) { std::fesetround(mode ^ FE_TONEAREST); }
 #endif
+  static Mode corrected(Mode mode) { return (mode & ~kWrong) | kNeeded; }
 
   Mode mode_;
 };

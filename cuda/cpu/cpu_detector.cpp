@@ -135,14 +135,21 @@ Span<const Contact> CpuDetector::detect(const Positions& start, const Positions&
   started_ahead = started_ahead && scale == scale_;
   scale_ = scale;
   tolerance_ = 0;
-  near_pairs_lost_ = false;
+  near_pairs_lost_ = true;  // until the search has ended
   last_motion_is_kept_ = false;
-  if (started_ahead) {
-    stats = ahead_stats_;
-    resume(stats);
-  } else {
-    search(stats);
+  try {
+    if (started_ahead) {
+      stats = ahead_stats_;
+      resume(stats);
+    } else {
+      search(stats);
+    }
+  } catch (...) {  // what was built halfway fits nothing
+    hierarchy_.forget();
+    verlet_list_.forget();
+    throw;
   }
+  near_pairs_lost_ = false;
   stats.started_ahead = started_ahead;
   record_list_use();
 

@@ -40,7 +40,9 @@ class CpuDetector : public BackendDetector {
   Span<const Contact> reduce_contacts(Span<const Contact> contacts, const Positions& start,
                                       const Positions& end, Stats& stats);
   /// As Detector::can_recheck_any_motion().
-  bool can_recheck_any_motion() const { return hierarchy_.is_built() && may_list(); }
+  bool can_recheck_any_motion() const {
+    return !near_pairs_lost_ && hierarchy_.is_built() && may_list();
+  }
   /// As Detector::recheck_near_pairs().
   Span<const Contact> recheck_near_pairs(const Positions& start, const Positions& end,
                                          Stats& stats);
@@ -171,7 +173,8 @@ class CpuDetector : public BackendDetector {
   double deviation_limit_squared_ = 0;     // scaled; negative: no pair is known
   bool is_rechecking_ = false;             // between stays_near_motion() and the end of a re-check
 
-  bool near_pairs_lost_ = false;  // detect_ahead() overwrote the near pairs of the last detection
+  // detect_ahead() overwrote the near pairs of the last detection, or an exception ended it.
+  bool near_pairs_lost_ = false;
   std::atomic<bool> is_interrupted_{false};
   bool are_sorted_ = false;  // contacts_ holds the contacts found ahead, sorted
   Stats ahead_stats_;

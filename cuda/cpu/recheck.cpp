@@ -18,8 +18,8 @@ Span<const Contact> CpuDetector::recheck_near_pairs(const Positions& start, cons
   Stopwatch total;
   if (near_pairs_lost_)
     throw Error(ErrorCode::invalid_argument,
-                "recheck_near_pairs() after detect_ahead(): the near pairs of the last detection "
-                "are lost");
+                "recheck_near_pairs() after detect_ahead() or a failed detection: the near pairs "
+                "of the last detection are lost");
   keep_last_motion();
   list_state_ = ListState::off;
   is_rechecking_ = false;
@@ -89,9 +89,12 @@ bool CpuDetector::stay_apart() const {
   for (const auto& worker : workers_)
     min_distance = std::min(min_distance, worker->near_pairs.min_distance);
   double lo[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, hi[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
+  // Scaled, so that squares of displacements do not underflow.
+  min_distance *= scale_;
+  if (!(min_distance > 0x1p-400)) return false;
   for (const VertexRecord& record : records_) {
     for (int k = 0; k < 3; ++k) {
-      const double moved = record.x[3 + k] - record.x[k];
+      const double moved = (record.x[3 + k] - record.x[k]) * scale_;
       lo[k] = std::min(lo[k], moved);
       hi[k] = std::max(hi[k], moved);
     }

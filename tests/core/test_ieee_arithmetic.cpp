@@ -99,3 +99,26 @@ TEST_CASE("a single query does not depend on the mode of the calling thread") {
     CHECK_FALSE(hit);
   });
 }
+
+#if defined(__GLIBC__) && defined(__SSE2__)
+TEST_CASE("traps of the calling thread do not reach the detector") {
+  const auto model = models::make_model("cloud-1024");
+  const std::vector<float> start = model->frame(10), end = model->frame(11);
+  DetectorOptions options;
+  options.backend = Backend::cpu;
+  options.separation = 1e-3;
+  options.threads = 1;
+  Detector detector(options);
+  detector.set_topology(model->topology());
+  std::fenv_t own;
+  std::fegetenv(&own);
+  feenableexcept(FE_INVALID | FE_DIVBYZERO | FE_OVERFLOW);
+  const std::size_t count =
+      detector.detect({start.data(), model->vertex_count()}, {end.data(), model->vertex_count()})
+          .size();
+  const int traps = fegetexcept();
+  std::fesetenv(&own);
+  CHECK(count > 0);
+  CHECK(traps == (FE_INVALID | FE_DIVBYZERO | FE_OVERFLOW));
+}
+#endif

@@ -123,3 +123,22 @@ TEST_CASE(
   }
   CHECK(touching > 100);
 }
+
+TEST_CASE("a re-check of the same motion finds its contacts at any scale") {
+  const double unit = GENERATE(1.0, 1e-158, 1e-170, 1e-300, 1e150);
+  CAPTURE(unit);
+  // A corner of the second triangle is above the first one and moves through it.
+  std::vector<double> start = {0, 0, 0, 3, 0, 0, 0, 0, 3, 1, 0.2, 1, 1.2, 2, 1, 1, 2, 1.2};
+  for (double& x : start) x *= unit;
+  std::vector<double> end = start;
+  end[10] -= 0.4 * unit;
+  const std::vector<Face> faces = {{0, 1, 2}, {3, 4, 5}};
+  Topology topology;
+  topology.vertex_count = 6;
+  topology.faces = faces;
+  Detector detector(with_separation(0.3 * unit));
+  detector.set_topology(topology);
+  const Positions from(start.data(), 6), to(end.data(), 6);
+  REQUIRE(!detector.detect(from, to).empty());
+  CHECK(detector.recheck_near_pairs(from, to).size() == 1);
+}

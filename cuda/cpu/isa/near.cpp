@@ -64,7 +64,8 @@ struct Gap {
     const FloatLanes zero(0.0f), magnitude = size_of(d.e1) + size_of(d.e2) + size_of(d.r);
     const FloatLanes least = least_along<kind>(vector, d.e1, d.e2, d.r);
     return select(squared > FloatLanes(Roundoff<float>::tiny),
-                  lane_max(zero, least / length - rounding(magnitude)), zero);
+                  // In this order: if a product overflows, the maximum of a NaN is zero.
+                  lane_max(least / length - rounding(magnitude), zero), zero);
   }
 };
 

@@ -58,8 +58,9 @@ class ThreadPool {
     if (is_serial()) return 1;
     // Relaxed: an estimate, used only to split the work.
     const int present = size_ - away_.load(std::memory_order_relaxed);
-    return wake_policy_ == WakePolicy::awake ? present - sleepers_.load(std::memory_order_relaxed)
-                                             : present;
+    if (wake_policy_ == WakePolicy::everyone) return present;
+    // The counts are not of one moment: a worker that comes back may be in both.
+    return std::max(1, present - sleepers_.load(std::memory_order_relaxed));
   }
 
   /// Whether run_optional() and parallel_for() certainly run on the calling thread alone: also if

@@ -38,7 +38,7 @@ using BodyPair = std::array<std::int32_t, 2>;  ///< two body indices, in any ord
 
 /// The primitives of all bodies, in one index space. Detector::set_topology() copies what it needs,
 /// so the arrays may go away after it. Two primitives that share a vertex never form a pair.
-/// Non-manifold edges are allowed.
+/// Non-manifold edges are allowed. A vertex that no face and no edge uses has no contacts.
 struct Topology {
   std::size_t vertex_count = 0;
   Span<const Face> faces;  ///< triangles; their sides become edges without being listed
