@@ -177,13 +177,13 @@ double Motion::largest_deviation_sum(Span<const Body> bodies) const {
   return largest;
 }
 
-bool Motion::has_prescribed_motion() const {
-  for (const RigidMotion& body : rigid) {
-    if (!body.is_movable() && !(body.start == body.end)) return true;
+bool Motion::has_prescribed_motion(std::int32_t body) const {
+  if (rigid_of_body[body] >= 0) {
+    const RigidMotion& moved = rigid_of(body);
+    return !moved.is_movable() && !(moved.start == moved.end);
   }
-  for (std::int32_t v = 0; v < soft_count(); ++v) {
+  for (std::int32_t v = first_vertex[body]; v < first_vertex[body + 1]; ++v)
     if (!is_movable(v) && start_of(v) != end_of(v)) return true;
-  }
   return false;
 }
 

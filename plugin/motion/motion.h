@@ -126,9 +126,9 @@ struct Motion {
   bool is_movable(std::int32_t soft_vertex) const {
     return is_free(soft_vertex) || anchor_body_of(soft_vertex) >= 0;
   }
-  /// Whether anything of infinite mass moves in this step: a pinned node, or a static or kinematic
-  /// body.
-  bool has_prescribed_motion() const;
+  /// Whether anything of infinite mass moves in a body in this step: a pinned node, or all of a
+  /// static or kinematic body.
+  bool has_prescribed_motion(std::int32_t body) const;
   /// Largest sum of two vertices' deviations from Bullet's predicted end, over pairs of vertices
   /// whose bodies may collide, metres. `bodies`: all bodies of the scene.
   double largest_deviation_sum(Span<const Body> bodies) const;

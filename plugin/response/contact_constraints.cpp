@@ -226,11 +226,31 @@ void ContactConstraints::add_penetrations(const std::vector<Contact>& contacts, 
 }
 
 void ContactConstraints::narrow_gaps(double fraction, const Motion& motion) {
+  const std::vector<char> moves = find_prescribed_motion(motion);
   const RowIslands& all = islands(motion);
   for (std::size_t island = 0; island < all.count(); ++island) {
-    if (!all.is_selected(island)) continue;
+    if (!all.is_selected(island) || !moves[island]) continue;
     for (const std::int32_t i : all.rows_of(island)) narrow_gap(rows_[i], fraction, motion);
   }
+}
+
+std::vector<char> ContactConstraints::find_prescribed_motion(const Motion& motion) {
+  const RowIslands& all = islands(motion);
+  std::vector<char> moves(all.count(), 0);
+  for (std::int32_t body = 0; body < static_cast<std::int32_t>(motion.rigid_of_body.size());
+       ++body) {
+    if (all.of_body(body) >= 0 && motion.has_prescribed_motion(body)) moves[all.of_body(body)] = 1;
+  }
+  for (std::size_t island = 0; island < all.count(); ++island) {
+    const auto is_pushed = [&](std::int32_t row) {
+      const Contact& contact = rows_.contact(static_cast<std::size_t>(row));
+      return motion.has_prescribed_motion(contact.body_a) ||
+             motion.has_prescribed_motion(contact.body_b);
+    };
+    const Span<const std::int32_t> rows = all.rows_of(island);
+    if (!moves[island]) moves[island] = std::any_of(rows.begin(), rows.end(), is_pushed);
+  }
+  return moves;
 }
 
 void ContactConstraints::narrow_gap(ContactRow& row, double fraction, const Motion& motion) {

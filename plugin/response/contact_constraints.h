@@ -63,8 +63,9 @@ class ContactConstraints {
   /// Adds rows of vertices that are inside of bodies; `contacts` must be sorted. Each row moves its
   /// vertex out at `speed`, m/s, or at six times its depth a second if that is more.
   void add_penetrations(const std::vector<Contact>& contacts, double speed, const Motion& motion);
-  /// Limits the target gap to `fraction` of the thickness, for rows of the selected islands that
-  /// have a side of infinite mass and that `motion` violates. If things of infinite mass close in
+  /// Limits the target gap to `fraction` of the thickness, for rows that have a side of infinite
+  /// mass and that `motion` violates: in those selected islands in which anything of infinite mass
+  /// moves. If things of infinite mass close in
   /// on each other, there may be no room for all gaps. The limit is a fraction of the thickness,
   /// not of the present gap, which would shrink to nothing over many steps.
   void narrow_gaps(double fraction, const Motion& motion);
@@ -98,6 +99,8 @@ class ContactConstraints {
   void find_active_rows(std::size_t first, std::size_t last,
                         std::vector<const ContactRow*>& found) const;
   void narrow_gap(ContactRow& row, double fraction, const Motion& motion);
+  /// By island: whether anything of infinite mass moves in it.
+  std::vector<char> find_prescribed_motion(const Motion& motion);
   void record_approach(const Motion& motion);
 
   /// Sum of the impulses of a pair in the last step.

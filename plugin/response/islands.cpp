@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <map>
+#include <optional>
+#include <utility>
 
 #include "util/disjoint_sets.h"
 
@@ -21,16 +23,40 @@ double prescribed_speed_of(std::int32_t v, const RigidMotion* body, const Motion
   return std::min(speed, (body->velocity + body->angular_velocity.cross(arm)).norm());
 }
 
+// Speed of the fastest vertex of infinite mass of a body, m/s; none if it has no such vertex.
+std::optional<double> prescribed_speed_of(std::int32_t body, const Motion& motion) {
+  const int rigid = motion.rigid_of_body[body];
+  const RigidMotion* const obstacle = rigid >= 0 ? &motion.rigid[rigid] : nullptr;
+  std::optional<double> fastest;
+  for (std::int32_t v = motion.first_vertex[body]; v < motion.first_vertex[body + 1]; ++v) {
+    if (motion.is_free(v) || (motion.is_soft(v) && motion.anchor_body_of(v) >= 0)) continue;
+    fastest = std::max(fastest.value_or(0), prescribed_speed_of(v, obstacle, motion));
+  }
+  return fastest;
+}
+
 }  // namespace
+
+void Island::add_fixed(std::optional<double> speed) {
+  if (!speed) return;
+  free = false;
+  prescribed_speed = std::max(prescribed_speed, *speed);
+}
 
 std::vector<Island> find_islands(const std::vector<const ContactRow*>& rows,
                                  const std::vector<std::int32_t>& others, const Motion& motion) {
   DisjointSets sets(motion.rigid_of_body.size());
   std::vector<char> in_contact(sets.size(), 0);
   for (const std::int32_t body : others) in_contact[body] = 1;
+  const auto is_movable = [&motion](std::int32_t body) {
+    const int rigid = motion.rigid_of_body[body];
+    return rigid < 0 || motion.rigid[rigid].is_movable();
+  };
   for (const ContactRow* const row : rows) {
-    in_contact[row->contact.body_a] = in_contact[row->contact.body_b] = 1;
-    sets.join(row->contact.body_a, row->contact.body_b);
+    const std::int32_t a = row->contact.body_a, b = row->contact.body_b;
+    for (const std::int32_t body : {a, b})
+      if (is_movable(body)) in_contact[body] = 1;
+    if (is_movable(a) && is_movable(b)) sets.join(a, b);
   }
   std::set<std::int32_t> carriers;
   // Contacts of an anchored vertex also push the rigid body that it is anchored to.
@@ -62,13 +88,17 @@ std::vector<Island> find_islands(const std::vector<const ContactRow*>& rows,
       island.articulated.insert(motion.rigid[rigid].articulated);
       continue;
     }
-    for (std::int32_t v = motion.first_vertex[body]; v < motion.first_vertex[body + 1]; ++v) {
-      if (motion.is_free(v) || (motion.is_soft(v) && motion.anchor_body_of(v) >= 0)) continue;
-      island.free = false;
-      const RigidMotion* const obstacle = rigid >= 0 ? &motion.rigid[rigid] : nullptr;
-      island.prescribed_speed =
-          std::max(island.prescribed_speed, prescribed_speed_of(v, obstacle, motion));
-    }
+    island.add_fixed(prescribed_speed_of(body, motion));
+  }
+  // Static and kinematic bodies connect nothing, but they are a part of each island that they meet.
+  std::map<std::int32_t, std::optional<double>> speed_of_fixed;
+  for (const ContactRow* const row : rows) {
+    std::int32_t fixed = row->contact.body_a, other = row->contact.body_b;
+    if (is_movable(fixed)) std::swap(fixed, other);
+    if (is_movable(fixed) || !is_movable(other)) continue;
+    const auto [speed, is_new] = speed_of_fixed.try_emplace(fixed);
+    if (is_new) speed->second = prescribed_speed_of(fixed, motion);
+    islands[sets.find(other)].add_fixed(speed->second);
   }
   std::vector<Island> result;
   for (const auto& island : islands) result.push_back(island.second);

@@ -1,7 +1,9 @@
-// Islands: bodies that are connected by contacts or anchors.
+// Islands: bodies that are connected by contacts or anchors. Static and kinematic bodies connect
+// nothing.
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <set>
 #include <vector>
 
@@ -19,6 +21,10 @@ struct Island {
   bool free = true;                 ///< nothing in it has infinite mass, locked axes or joints
   /// Speed of the fastest vertex of infinite mass that was not stopped, m/s.
   double prescribed_speed = 0;
+
+  /// Adds a body with vertices of infinite mass, of which the fastest has this speed; none: it has
+  /// no such vertex.
+  void add_fixed(std::optional<double> speed);
 };
 /// Finds the islands that these rows and the anchors make. Bodies without a contact are in none,
 /// but for those in `others`.

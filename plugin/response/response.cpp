@@ -97,7 +97,7 @@ void Response::run(const NearContacts& near, const std::vector<Contact>& penetra
       break;
     if (!constraints_.add(contacts, motion)) break;
     constraints_.select(contacts, motion);
-    if (i >= solves_with_full_gaps && motion.has_prescribed_motion())
+    if (i >= solves_with_full_gaps)
       constraints_.narrow_gaps(
           std::max(min_gap_fraction, std::ldexp(1, solves_with_full_gaps - 1 - i)), motion);
     motion.find_turn_displacement();

@@ -17,6 +17,8 @@ void add_restitution(RowList& rows, double restitution, double threshold, int sw
   // gaps that bouncing contacts should have.
   Motion bounce = motion;
   bounce.solved.assign(motion.predicted.begin(), motion.predicted.begin() + motion.soft_count());
+  // What the links add is in the solved motion, and so in the velocities already.
+  bounce.link_displacement.assign(bounce.solved.size(), Eigen::Vector3d::Zero());
   bounce.turn_displacement.clear();
   std::vector<ContactRow> bouncing;
   for (std::size_t i = 0; i < rows.size(); ++i) {

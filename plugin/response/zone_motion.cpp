@@ -193,8 +193,18 @@ RigidStep ZoneMotion::free_step_of(const ImpactZone& zone, const Motion& motion)
   return free;
 }
 
+bool ZoneMotion::allows(const ImpactZone& zone, const RigidStep& step) const {
+  return std::all_of(zone.bodies.begin(), zone.bodies.end(), [&](int b) {
+    const RigidMotion& body = rigid_[b];
+    return !body.is_locked() ||
+           (step.rotation.isIdentity(0) &&
+            (body.inverse_mass.array() > 0 || step.translation.array() == 0).all());
+  });
+}
+
 void ZoneMotion::move(const ImpactZone& zone, Motion& motion) const {
-  const std::optional<RigidStep> prescribed = prescribed_step_of(zone.prescribed, motion);
+  std::optional<RigidStep> prescribed = prescribed_step_of(zone.prescribed, motion);
+  if (prescribed && !allows(zone, *prescribed)) prescribed = RigidStep();
   const RigidStep velocity_step = prescribed ? *prescribed : free_step_of(zone, motion);
   const RigidStep position_step = zone.held && !prescribed ? RigidStep() : velocity_step;
   const auto move_nodes = [&](std::size_t first, std::size_t last) {

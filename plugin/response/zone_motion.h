@@ -61,6 +61,8 @@ class ZoneMotion {
   /// they differ, the zone stays.
   static std::optional<RigidStep> prescribed_step_of(const PrescribedMembers& members,
                                                      const Motion& motion);
+  /// Whether all bodies of a zone can make a step: none moves along, or turns about, a locked axis.
+  bool allows(const ImpactZone& zone, const RigidStep& step) const;
   /// The rigid step with the linear and angular momentum that the members had before any zone.
   RigidStep free_step_of(const ImpactZone& zone, const Motion& motion) const;
   void move(const ImpactZone& zone, Motion& motion) const;

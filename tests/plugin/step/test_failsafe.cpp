@@ -102,6 +102,32 @@ TEST_CASE("no response moves a rigid body along or rotates it about a locked axi
   CHECK(box->getAngularVelocity().length() == 0);
 }
 
+TEST_CASE("a kinematic body does not press a rigid body along a locked axis") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  CAPTURE(world == World::rigid);
+  ObstacleWorld w(world, 0);
+  btSoftBody* sheet = w.add_sheet(6, 1, 0, 0);
+  const auto box = [] {
+    return std::make_unique<btBoxShape>(btVector3(btScalar(0.1), btScalar(0.1), btScalar(0.1)));
+  };
+  // The sheet hangs between a box on rails and a kinematic one that comes along the locked axis.
+  btRigidBody* railed = w.add(box(), btVector3(0, btScalar(-0.13), 0), 1);
+  railed->setLinearFactor(btVector3(1, 0, 1));
+  railed->setAngularFactor(0);
+  btRigidBody* pusher = w.add(box(), btVector3(0, btScalar(0.3), 0), 0);
+  pusher->setCollisionFlags(pusher->getCollisionFlags() | btCollisionObject::CF_KINEMATIC_OBJECT);
+  for (int step = 0; step < 12; ++step) {
+    btTransform pose = pusher->getWorldTransform();
+    pose.getOrigin() -= btVector3(0, btScalar(0.03), 0);
+    pusher->setWorldTransform(pose);
+    w.steps(1, 1.0 / 60);
+  }
+  REQUIRE(w.total().contacts_vf > 0);
+  CHECK(sheet->isActive());
+  CHECK(railed->getWorldTransform().getOrigin().y() == btScalar(-0.13));
+  CHECK(railed->getLinearVelocity().y() == 0);
+}
+
 TEST_CASE("a sheet that lies exactly on another neither falls through nor sticks") {
   // Each node of the upper sheet starts at the position of a node of the lower one.
   const World world = GENERATE(World::rigid, World::deformable);
