@@ -34,6 +34,7 @@ DeviceContacts DeviceDetector::detect_async(const DevicePositions& start,
     publish({}, 0);
     return result_;
   }
+  check_key();
   read_probe();
   given_ = {};
   positions_.gather(start, end, stream);
@@ -41,8 +42,6 @@ DeviceContacts DeviceDetector::detect_async(const DevicePositions& start,
     step_.build(input(false, ExactStage::left_out), stream);
     count_build();
   }
-  if (!step_.key().is_two_words())
-    refuse(ErrorCode::device, "millions of worlds and bodies need the CPU backend");
   step_.reserve_lists(stream);
 
   had_front_ = step_.traversal().has_front();

@@ -59,6 +59,11 @@ void DeviceDetector::take_mesh(const Mesh& mesh, bool is_found) {
   is_built_ = has_step_ = false;
 }
 
+void DeviceDetector::check_key() const {
+  if (!step_.key().is_two_words())
+    throw NeedsCpu("millions of worlds and bodies need the CPU backend");
+}
+
 void DeviceDetector::settle() {
   if (has_work_) last_done_.wait();
   has_work_ = probe_.under_way = false;

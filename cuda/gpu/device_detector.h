@@ -52,6 +52,8 @@ class DeviceDetector : public DeviceBackend, private TopologyFinder {
 
   FoundTopology find(const TopologyInput& input) override;
   void take_mesh(const Mesh& mesh, bool is_found);
+  // Throws NeedsCpu if the mesh has too many worlds and bodies for the sort.
+  void check_key() const;
   // Waits until no step is under way.
   void settle();
   // Lets work on `stream` come behind the last step.

@@ -179,6 +179,48 @@ void check_resident(const Frames& frames, DetectorOptions options, const std::st
              (mixed ? "" : ", wrong from the host"));
 }
 
+// Positions that only the CPU takes: more often than a device may fail, and the device is kept.
+void check_too_large(const Frames& frames) {
+  Frames large = frames;
+  for (std::vector<float>& x : large.at) x.back() = 0x1p101f;
+  const std::vector<Found> truth = truth_of(frames), truth_of_large = truth_of(large);
+  Detector detector(on(Backend::cuda));
+  detector.set_topology(frames.topology());
+  const auto works = [&] {
+    return found_by(detector, frames, 0) == truth[0] && detector.stats().backend == "cuda" &&
+           detector.status() == "cuda";
+  };
+  bool from_host = works();
+  for (std::size_t s = 0; s < 4; ++s)
+    from_host = from_host && found_by(detector, large, s) == truth_of_large[s] &&
+                detector.stats().backend == "cpu" &&
+                detector.status().find("2^100") != std::string::npos;
+  from_host = from_host && works();
+  const ContactColumns columns =
+      detector.detect_columns(large.positions(0), large.positions(1), kTimeField);
+  from_host = from_host && columns.count == truth_of_large[0].contacts.size() && works();
+
+  const OnDevice<float> memory(frames, 0), large_memory(large, 0);
+  gpu::Stream stream;
+  DeviceStatus status{};
+  bool on_device = true;
+  for (std::size_t s = 0; s < 4; ++s) {
+    detector.detect_async(large_memory.positions(s), large_memory.positions(s + 1), stream);
+    try {
+      detector.synchronize();
+      on_device = false;
+    } catch (const Error& error) {
+      on_device = on_device && error.code() == ErrorCode::device;
+    }
+  }
+  detector.detect_async(memory.positions(0), memory.positions(1), stream);
+  on_device = on_device && read(detector.synchronize(), status) == truth[0] &&
+              status.incomplete == 0 && detector.status() == "cuda" && works();
+  report(from_host && on_device, frames.name + ", a position beyond 2^100" +
+                                     (from_host ? "" : ", wrong from the host") +
+                                     (on_device ? "" : ", wrong in device memory"));
+}
+
 // Some fields of the contacts, in arrays of their own.
 void check_columns(const Frames& frames) {
   const std::vector<Found> truth = truth_of(frames);
@@ -489,6 +531,7 @@ int main(int argc, char** argv) {
       options.algorithm.volume = volume;
       check_mask(few, small ? 3 : 12, options, name(volume));
     }
+    check_too_large(few);
     check_automatic(many);
     if (!small) check_mask(many, 300, {}, "many worlds");
     if (!small) check_late_exact();
