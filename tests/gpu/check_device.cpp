@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstring>
+#include <limits>
 #include <memory>
 #include <random>
 #include <string>
@@ -276,6 +277,18 @@ void check_mask(const Frames& frames, std::int32_t count, DetectorOptions option
     detector.detect_async(device.positions(s), device.positions(s + 1), stream, mask.data());
     DeviceStatus status{};
     good = good && read(detector.synchronize(), status) == wanted;
+    // The positions of the worlds that are left out do not matter.
+    Frames bad = frames;
+    bad.at = {frames.at[s], frames.at[s + 1]};
+    for (std::size_t v = 0; v < bad.body_of_vertex.size(); ++v) {
+      const std::int32_t w = bad.bodies[static_cast<std::size_t>(bad.body_of_vertex[v])].world;
+      if (w < 0 || chosen[static_cast<std::size_t>(w)] != 0) continue;
+      bad.at[0][3 * v] = std::numeric_limits<float>::quiet_NaN();
+      bad.at[1][3 * v + 1] = 0x1p101f;
+    }
+    const OnDevice<float> bad_memory(bad, 0);
+    detector.detect_async(bad_memory.positions(0), bad_memory.positions(1), stream, mask.data());
+    good = good && read(detector.synchronize(), status) == wanted && status.incomplete == 0;
     // No world at all, and all of them again.
     LAZYCCD_CUDA_CHECK(cudaMemset(mask.data(), 0, mask.bytes()));
     detector.detect_async(device.positions(s), device.positions(s + 1), stream, mask.data());
