@@ -51,6 +51,16 @@ Frames worlds(std::int32_t count, std::int32_t bodies, int frames) {
   return f;
 }
 
+// The same with folds, so that adjacent faces touch.
+Frames crumpled(Frames f) {
+  f.name = "crumpled " + f.name;
+  for (std::size_t i = 1; i < f.at.size(); i += 2)
+    for (std::size_t k = 0; k < f.at[i].size(); ++k)
+      if (f.bodies[static_cast<std::size_t>(f.body_of_vertex[k / 3])].world >= 0)
+        f.at[i][k] += static_cast<float>(0.08 * models::noise(static_cast<std::uint32_t>(k), 7));
+  return f;
+}
+
 // Triangles with corners on a lattice, which need exact arithmetic, in the steps of `exact`; in the
 // others they are far apart.
 Frames lattice(std::int32_t count, const std::vector<bool>& exact) {
@@ -544,6 +554,9 @@ int main(int argc, char** argv) {
       options.algorithm.volume = volume;
       check_mask(few, small ? 3 : 12, options, name(volume));
     }
+    DetectorOptions orphans;
+    orphans.algorithm.culling.orphan_sets = true;
+    check_mask(crumpled(few), small ? 3 : 12, orphans, "orphan sets");
     check_too_large(few);
     check_automatic(many);
     if (!small) check_mask(many, 300, {}, "many worlds");
