@@ -44,6 +44,9 @@ void Step::prepare(bool first, cudaStream_t stream) {
     }
   }
   traversal_.forget_front();
+  // The uploads of the host's tree go through another stream than the step, which does not wait for
+  // it.
+  if (needs_host_tree()) LAZYCCD_CUDA_CHECK(cudaStreamSynchronize(cudaStreamLegacy));
   prepared_ = true;
 }
 
