@@ -45,7 +45,8 @@ class DeviceBackend : public BackendDetector {
                                       CudaStream stream, const std::uint8_t* world_mask) = 0;
   /// As Detector::synchronize(). Fills the stats.
   virtual DeviceContacts synchronize(Stats& stats) = 0;
-  /// Copies the contacts of synchronize() to the host. Valid until the next call.
+  /// Copies the contacts that synchronize() has completed to the host; none if it has not, since
+  /// the last call of another function. Valid until the next call.
   virtual Span<const Contact> download() = 0;
   /// Finds the edges of the next mesh and keeps them on the device; the mesh of before is lost
   /// there. Null: the host must find them.

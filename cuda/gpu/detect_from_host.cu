@@ -19,7 +19,7 @@ bool DeviceDetector::run_from_host(const Positions& start, const Positions& end,
   stats.backend = "cuda";
   stats.device = device_name_;
   settle();
-  has_step_ = false;
+  forget_result();
   if (mesh_->edge_count() == 0) return false;
   check_key();
 

@@ -232,6 +232,31 @@ void check_too_large(const Frames& frames) {
                                      (on_device ? "" : ", wrong in device memory"));
 }
 
+// The contacts of steps in device memory on the host, where there are some.
+void check_download(const Frames& frames, std::uint32_t hint) {
+  const std::vector<Found> truth = truth_of(frames);
+  const OnDevice<float> memory(frames, 0);
+  gpu::Stream stream;
+  DetectorOptions options = on(Backend::cuda);
+  options.algorithm.tuning.capacity_hint = hint;
+  Detector detector(options);
+  const auto downloaded = [&] {
+    const Span<const Contact> c = detector.download_contacts();
+    return Found{{c.begin(), c.end()}, contact_hash(c)};
+  };
+  bool good = downloaded() == Found();
+  for (std::size_t s = 0; s < frames.steps(); ++s) {
+    detector.set_topology(frames.topology());
+    good = good && downloaded() == Found();
+    detector.detect_async(memory.positions(s), memory.positions(s + 1), stream);
+    good = good && downloaded() == truth[s] && downloaded() == truth[s];
+    good = good && found_by(detector, frames, 0) == truth[0] && downloaded() == Found();
+    detector.detect_async(memory.positions(s), memory.positions(s + 1), stream);
+    good = good && downloaded() == truth[s];
+  }
+  report(good, frames.name + ", downloads, capacity " + std::to_string(hint));
+}
+
 // Some fields of the contacts, in arrays of their own.
 void check_columns(const Frames& frames) {
   const std::vector<Found> truth = truth_of(frames);
@@ -563,6 +588,10 @@ int main(int argc, char** argv) {
     if (!small) check_late_exact();
     for (const Frames* frames : {&few, &many, &exact})
       if (!small || frames != &many) check_columns(*frames);
+    for (const std::uint32_t hint : {0u, 1u}) {
+      check_download(few, hint);
+      check_download(exact, hint);
+    }
     check_faults(few, small);
     check_short_memory(small ? few : many);
     if (!small) check_short_memory(exact);
