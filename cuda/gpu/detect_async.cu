@@ -36,6 +36,7 @@ DeviceContacts DeviceDetector::detect_async(const DevicePositions& start,
     return result_;
   }
   check_key();
+  step_.retry_growth();
   read_probe();
   given_ = {};
   positions_.gather(start, end, stream);

@@ -37,6 +37,7 @@ bool DeviceDetector::run_from_host(const Positions& start, const Positions& end,
     }
     count_build();
   }
+  step_.retry_growth();
   const bool launches_exact = options_.separation == 0 && exact_policy_.launches_ahead();
   complete(input(step_.traversal().has_front() && front_policy_.reuse(),
                  launches_exact ? ExactStage::expected : ExactStage::left_out),
