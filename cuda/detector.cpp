@@ -81,6 +81,7 @@ struct Detector::Impl {
 
   void set_topology(const Topology& topology) {
     is_from_cpu = false;
+    refusal.clear();
     const BackendChoice last_choice = choice;
     choice.set_scene(topology.faces.size());
     try {
@@ -142,15 +143,20 @@ struct Detector::Impl {
     return empty;
   }
 
-  // Runs body(gpu), if the GPU is the next backend and does not fail. Returns whether it did.
+  // Runs body(gpu), if the GPU is the next backend, takes the detection and does not fail. Returns
+  // whether it did.
   template <class Body>
   bool on_gpu(Body&& body) {
+    refusal.clear();
     if (next() != Backend::cuda) return false;
     start_gpu();
     if (!gpu) return false;
     try {
       body(*gpu);
       return true;
+    } catch (const NeedsCpu& error) {
+      refusal = error.what();
+      return false;
     } catch (const Error& error) {
       if (error.code() != ErrorCode::device) throw;  // invalid input is invalid on any backend
       gpu_failed(error);
@@ -164,8 +170,8 @@ struct Detector::Impl {
     Stopwatch watch;
     const int failures_before = failures;
     auto result = detection();
-    if (gpu && options.backend == Backend::automatic && failures == failures_before)
-      choice.record(watch.lap());
+    const bool was_as_chosen = failures == failures_before && refusal.empty();
+    if (gpu && options.backend == Backend::automatic && was_as_chosen) choice.record(watch.lap());
     return result;
   }
 
@@ -178,6 +184,11 @@ struct Detector::Impl {
     });
     if (!is_from_cpu) return contacts;
     step = scene;
+    return detect_on_cpu(start, end, step);
+  }
+
+  Span<const Contact> detect_on_cpu(const Positions& start, const Positions& end, Stats& step) {
+    is_from_cpu = true;
     mesh.complete(threads.pool());
     return cpu.detect(start, end, step);
   }
@@ -191,12 +202,16 @@ struct Detector::Impl {
                           });
     if (is_found) return found;
     step = scene;
-    return columns.split(detect(start, end, step), fields, threads.pool());
+    const bool asks_gpu = options.separation > 0 || refusal.empty();
+    const Span<const Contact> contacts =
+        asks_gpu ? detect(start, end, step) : detect_on_cpu(start, end, step);
+    return columns.split(contacts, fields, threads.pool());
   }
 
   // Runs body(gpu) for a caller whose data lie on the device, so that no other backend can help.
   template <class Body>
   auto on_device(Body&& body) {
+    refusal.clear();
     if (may_start_gpu()) start_gpu();
     if (!gpu)
       throw Error(
@@ -204,6 +219,8 @@ struct Detector::Impl {
           reason.empty() ? "detection in device memory needs Backend::cuda or automatic" : reason);
     try {
       return body(*gpu);
+    } catch (const NeedsCpu&) {
+      throw;
     } catch (const Error& error) {
       if (error.code() == ErrorCode::device) gpu_failed(error);
       throw;
@@ -221,7 +238,8 @@ struct Detector::Impl {
   BackendChoice choice;                // for Backend::automatic
   bool is_from_cpu = false;            // the last detect() was the CPU's
   int failures = 0;
-  std::string reason;  // message of the last failure
+  std::string reason;   // message of the last failure
+  std::string refusal;  // why the GPU did not take the last detection; empty if it was not asked
   Stats stats;
   Span<const Contact> last_contacts;  // of the last detect(), in memory of `cpu` or `gpu`
 };
@@ -354,6 +372,7 @@ Span<const Edge> Detector::edges() const {
 }
 const Stats& Detector::stats() const { return impl_->stats; }
 std::string Detector::status() const {
+  if (!impl_->refusal.empty()) return "cpu, because " + impl_->refusal;
   const std::string backend = impl_->gpu && impl_->next() == Backend::cuda ? "cuda" : "cpu";
   return impl_->reason.empty() ? backend
                                : backend + ", because the device failed: " + impl_->reason;

@@ -3,16 +3,24 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
 #include "cpu/scene/mesh.h"
 #include "lazyccd/contact.h"
 #include "lazyccd/contact_columns.h"
 #include "lazyccd/device.h"
+#include "lazyccd/error.h"
 #include "lazyccd/scene.h"
 #include "lazyccd/span.h"
 #include "lazyccd/stats.h"
 
 namespace lazyccd {
+
+/// The GPU does not take this detection, though nothing has failed: the CPU must do it.
+class NeedsCpu : public Error {
+ public:
+  explicit NeedsCpu(const std::string& what) : Error(ErrorCode::device, what) {}
+};
 
 /// A backend: the CPU or the GPU.
 class BackendDetector {
@@ -26,7 +34,7 @@ class BackendDetector {
 };
 
 /// A backend that also downloads fields of contacts alone, and detects from device memory to device
-/// memory.
+/// memory. Detections throw NeedsCpu for what it does not take, and can be called again after that.
 class DeviceBackend : public BackendDetector {
  public:
   /// As detect(), for some fields. Valid until the next call.
@@ -37,7 +45,8 @@ class DeviceBackend : public BackendDetector {
                                       CudaStream stream, const std::uint8_t* world_mask) = 0;
   /// As Detector::synchronize(). Fills the stats.
   virtual DeviceContacts synchronize(Stats& stats) = 0;
-  /// Copies the contacts of synchronize() to the host. Valid until the next call.
+  /// Copies the contacts that synchronize() has completed to the host; none if it has not, since
+  /// the last call of another function. Valid until the next call.
   virtual Span<const Contact> download() = 0;
   /// Finds the edges of the next mesh and keeps them on the device; the mesh of before is lost
   /// there. Null: the host must find them.

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
+#include "cpu/backend.h"
 #include "cpu/scene/positions.h"
 #include "gpu/narrow/undecided.h"
-#include "lazyccd/error.h"
 
 namespace lazyccd::gpu {
 namespace {
@@ -113,7 +113,7 @@ void Completion::check_positions(const StepCounters& c, const HostPositions& giv
     const auto [start, end] = host_positions(given);
     check_finite(*mesh_, start, end);
   }
-  throw Error(ErrorCode::device, "positions beyond 2^100 need the CPU backend");
+  throw NeedsCpu("positions beyond 2^100 need the CPU backend");
 }
 
 std::pair<Positions, Positions> Completion::host_positions(const HostPositions& given) {

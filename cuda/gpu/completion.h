@@ -29,7 +29,7 @@ class Completion {
 
   void set_mesh(const Mesh& mesh) { mesh_ = &mesh; }
   /// Runs a step, or, if `has_run`, what is left of it. Counts overflows and parts in the stats.
-  /// Throws if the step met positions that it cannot take.
+  /// Throws if the step met positions that it cannot take: NeedsCpu if the CPU can.
   void run(StepInput input, bool has_run, const HostPositions& given, cudaStream_t stream,
            Stats& stats);
   /// The counters of the step, of all its parts.

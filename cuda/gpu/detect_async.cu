@@ -30,10 +30,13 @@ DeviceContacts DeviceDetector::detect_async(const DevicePositions& start,
   if (step_.needs_host_tree())
     refuse(ErrorCode::invalid_argument, "with normal cones only detect() works");
   follow(stream);
+  forget_result();
   if (mesh_->edge_count() == 0) {
     publish({}, 0);
     return result_;
   }
+  check_key();
+  step_.retry_growth();
   read_probe();
   given_ = {};
   positions_.gather(start, end, stream);
@@ -41,8 +44,6 @@ DeviceContacts DeviceDetector::detect_async(const DevicePositions& start,
     step_.build(input(false, ExactStage::left_out), stream);
     count_build();
   }
-  if (!step_.key().is_two_words())
-    refuse(ErrorCode::device, "millions of worlds and bodies need the CPU backend");
   step_.reserve_lists(stream);
 
   had_front_ = step_.traversal().has_front();
@@ -74,7 +75,6 @@ DeviceContacts DeviceDetector::synchronize(Stats& stats) {
   step_.buffers().want_columns(0);
   if (!has_step_) return result_;
   has_step_ = false;
-  gathered_ = {};
   step_.traversal().take_back(had_front_);
   complete(last_input_, true, stats);
   if (completion_.is_on_device()) {
@@ -83,6 +83,7 @@ DeviceContacts DeviceDetector::synchronize(Stats& stats) {
     gathered_ = completion_.contacts(given_, stats);
     publish(gathered_, stats.hash);
   }
+  has_result_ = true;
   return result_;
 }
 
@@ -106,7 +107,7 @@ void DeviceDetector::publish(Span<const Contact> contacts, std::uint64_t hash) {
 
 Span<const Contact> DeviceDetector::download() {
   const DeviceScope scope(device_);
-  if (mesh_->edge_count() == 0) return {};
+  if (!has_result_) return {};
   if (gathered_.data() != nullptr) return gathered_;
   return {step_.buffers().finish_contacts(), completion_.counters().contacts};
 }

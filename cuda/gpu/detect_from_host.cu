@@ -3,7 +3,6 @@
 
 #include "cpu/scene/positions.h"
 #include "gpu/device_detector.h"
-#include "lazyccd/error.h"
 
 namespace lazyccd::gpu {
 namespace {
@@ -20,8 +19,9 @@ bool DeviceDetector::run_from_host(const Positions& start, const Positions& end,
   stats.backend = "cuda";
   stats.device = device_name_;
   settle();
-  has_step_ = false;
+  forget_result();
   if (mesh_->edge_count() == 0) return false;
+  check_key();
 
   stream_ = own_stream_;
   given_ = {&start, &end};
@@ -37,8 +37,7 @@ bool DeviceDetector::run_from_host(const Positions& start, const Positions& end,
     }
     count_build();
   }
-  if (!step_.key().is_two_words())
-    throw Error(ErrorCode::device, "millions of worlds and bodies need the CPU backend");
+  step_.retry_growth();
   const bool launches_exact = options_.separation == 0 && exact_policy_.launches_ahead();
   complete(input(step_.traversal().has_front() && front_policy_.reuse(),
                  launches_exact ? ExactStage::expected : ExactStage::left_out),

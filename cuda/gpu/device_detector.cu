@@ -55,8 +55,19 @@ void DeviceDetector::take_mesh(const Mesh& mesh, bool is_found) {
   completion_.set_mesh(mesh);
   positions_.forget();
   active_.forget();
+  forget_result();
+  is_built_ = false;
+}
+
+void DeviceDetector::forget_result() {
   result_ = {};
-  is_built_ = has_step_ = false;
+  gathered_ = {};
+  has_step_ = has_result_ = false;
+}
+
+void DeviceDetector::check_key() const {
+  if (!step_.key().is_two_words())
+    throw NeedsCpu("millions of worlds and bodies need the CPU backend");
 }
 
 void DeviceDetector::settle() {

@@ -52,6 +52,8 @@ class DeviceDetector : public DeviceBackend, private TopologyFinder {
 
   FoundTopology find(const TopologyInput& input) override;
   void take_mesh(const Mesh& mesh, bool is_found);
+  // Throws NeedsCpu if the mesh has too many worlds and bodies for the sort.
+  void check_key() const;
   // Waits until no step is under way.
   void settle();
   // Lets work on `stream` come behind the last step.
@@ -67,6 +69,8 @@ class DeviceDetector : public DeviceBackend, private TopologyFinder {
   void learn(const StepCounters& counters);
   // Takes in the counters of an earlier step, if they have come. Makes the room that it lacked.
   void read_probe();
+  // Forgets the last detect_async() and its result; for what works in the same memory.
+  void forget_result();
   DeviceContacts result_on_device();
   // Copies contacts of the host to the device, as the result.
   void publish(Span<const Contact> contacts, std::uint64_t hash);
@@ -95,8 +99,9 @@ class DeviceDetector : public DeviceBackend, private TopologyFinder {
   // The last detect_async().
   cudaStream_t stream_ = nullptr;  // of the last step
   Event last_done_;
-  bool has_step_ = false;  // it was enqueued, and synchronize() has not completed it
-  bool has_work_ = false;  // work of another stream than own_stream_ may be under way
+  bool has_step_ = false;    // it was enqueued, and synchronize() has not completed it
+  bool has_result_ = false;  // synchronize() has completed it
+  bool has_work_ = false;    // work of another stream than own_stream_ may be under way
   bool had_front_ = false;
   StepInput last_input_{};
   Probe probe_;

@@ -11,6 +11,9 @@ namespace {
 
 constexpr PairRange kAllPairs{0, 0xffffffffu};
 
+// Steps with limited lists before they may grow again. In vain, that costs a few allocations.
+constexpr int kLimitedSteps = 16;
+
 }  // namespace
 
 Step::Step(const DetectorOptions& options)
@@ -44,6 +47,9 @@ void Step::prepare(bool first, cudaStream_t stream) {
     }
   }
   traversal_.forget_front();
+  // The uploads of the host's tree go through another stream than the step, which does not wait for
+  // it.
+  if (needs_host_tree()) LAZYCCD_CUDA_CHECK(cudaStreamSynchronize(cudaStreamLegacy));
   prepared_ = true;
 }
 
@@ -84,9 +90,14 @@ void Step::reserve_lists(cudaStream_t stream) {
     } catch (const OutOfDeviceMemory&) {
       graphs_.clear();
       limited_ = true;
+      limited_steps_ = 0;
       if (!buffers_.shrink()) throw;
     }
   }
+}
+
+void Step::retry_growth() {
+  if (limited_ && ++limited_steps_ >= kLimitedSteps) limited_ = false;
 }
 
 SceneView Step::view(const StepInput& input) {

@@ -62,6 +62,9 @@ class Step {
   /// lists_are_limited().
   void reserve_lists(cudaStream_t stream);
   bool lists_are_limited() const { return limited_; }
+  /// To be called once before each step: after some steps with limited lists they may grow again,
+  /// because there may be memory by then.
+  void retry_growth();
 
   /// Enqueues a whole step.
   void run(const StepInput& input, cudaStream_t stream);
@@ -108,7 +111,8 @@ class Step {
   const Mesh* mesh_ = nullptr;
   bool prepared_ = false;  // all is allocated for trees of this mesh
   bool limited_ = false;
-  bool is_new_ = false;  // no step has run with these addresses and capacities
+  int limited_steps_ = 0;  // since memory was short
+  bool is_new_ = false;    // no step has run with these addresses and capacities
   DeviceScene scene_;
   HierarchyBuilder builder_;
   SceneCulling culling_;

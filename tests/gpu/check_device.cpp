@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstring>
+#include <limits>
 #include <memory>
 #include <random>
 #include <string>
@@ -47,6 +48,16 @@ Frames worlds(std::int32_t count, std::int32_t bodies, int frames) {
     for (std::size_t k = 1; k < f.at.back().size(); k += 3)
       f.at.back()[k] *= 1.0f - 0.1f * static_cast<float>(i);
   }
+  return f;
+}
+
+// The same with folds, so that adjacent faces touch.
+Frames crumpled(Frames f) {
+  f.name = "crumpled " + f.name;
+  for (std::size_t i = 1; i < f.at.size(); i += 2)
+    for (std::size_t k = 0; k < f.at[i].size(); ++k)
+      if (f.bodies[static_cast<std::size_t>(f.body_of_vertex[k / 3])].world >= 0)
+        f.at[i][k] += static_cast<float>(0.08 * models::noise(static_cast<std::uint32_t>(k), 7));
   return f;
 }
 
@@ -179,6 +190,73 @@ void check_resident(const Frames& frames, DetectorOptions options, const std::st
              (mixed ? "" : ", wrong from the host"));
 }
 
+// Positions that only the CPU takes: more often than a device may fail, and the device is kept.
+void check_too_large(const Frames& frames) {
+  Frames large = frames;
+  for (std::vector<float>& x : large.at) x.back() = 0x1p101f;
+  const std::vector<Found> truth = truth_of(frames), truth_of_large = truth_of(large);
+  Detector detector(on(Backend::cuda));
+  detector.set_topology(frames.topology());
+  const auto works = [&] {
+    return found_by(detector, frames, 0) == truth[0] && detector.stats().backend == "cuda" &&
+           detector.status() == "cuda";
+  };
+  bool from_host = works();
+  for (std::size_t s = 0; s < 4; ++s)
+    from_host = from_host && found_by(detector, large, s) == truth_of_large[s] &&
+                detector.stats().backend == "cpu" &&
+                detector.status().find("2^100") != std::string::npos;
+  from_host = from_host && works();
+  const ContactColumns columns =
+      detector.detect_columns(large.positions(0), large.positions(1), kTimeField);
+  from_host = from_host && columns.count == truth_of_large[0].contacts.size() && works();
+
+  const OnDevice<float> memory(frames, 0), large_memory(large, 0);
+  gpu::Stream stream;
+  DeviceStatus status{};
+  bool on_device = true;
+  for (std::size_t s = 0; s < 4; ++s) {
+    detector.detect_async(large_memory.positions(s), large_memory.positions(s + 1), stream);
+    try {
+      detector.synchronize();
+      on_device = false;
+    } catch (const Error& error) {
+      on_device = on_device && error.code() == ErrorCode::device;
+    }
+  }
+  detector.detect_async(memory.positions(0), memory.positions(1), stream);
+  on_device = on_device && read(detector.synchronize(), status) == truth[0] &&
+              status.incomplete == 0 && detector.status() == "cuda" && works();
+  report(from_host && on_device, frames.name + ", a position beyond 2^100" +
+                                     (from_host ? "" : ", wrong from the host") +
+                                     (on_device ? "" : ", wrong in device memory"));
+}
+
+// The contacts of steps in device memory on the host, where there are some.
+void check_download(const Frames& frames, std::uint32_t hint) {
+  const std::vector<Found> truth = truth_of(frames);
+  const OnDevice<float> memory(frames, 0);
+  gpu::Stream stream;
+  DetectorOptions options = on(Backend::cuda);
+  options.algorithm.tuning.capacity_hint = hint;
+  Detector detector(options);
+  const auto downloaded = [&] {
+    const Span<const Contact> c = detector.download_contacts();
+    return Found{{c.begin(), c.end()}, contact_hash(c)};
+  };
+  bool good = downloaded() == Found();
+  for (std::size_t s = 0; s < frames.steps(); ++s) {
+    detector.set_topology(frames.topology());
+    good = good && downloaded() == Found();
+    detector.detect_async(memory.positions(s), memory.positions(s + 1), stream);
+    good = good && downloaded() == truth[s] && downloaded() == truth[s];
+    good = good && found_by(detector, frames, 0) == truth[0] && downloaded() == Found();
+    detector.detect_async(memory.positions(s), memory.positions(s + 1), stream);
+    good = good && downloaded() == truth[s];
+  }
+  report(good, frames.name + ", downloads, capacity " + std::to_string(hint));
+}
+
 // Some fields of the contacts, in arrays of their own.
 void check_columns(const Frames& frames) {
   const std::vector<Found> truth = truth_of(frames);
@@ -234,6 +312,18 @@ void check_mask(const Frames& frames, std::int32_t count, DetectorOptions option
     detector.detect_async(device.positions(s), device.positions(s + 1), stream, mask.data());
     DeviceStatus status{};
     good = good && read(detector.synchronize(), status) == wanted;
+    // The positions of the worlds that are left out do not matter.
+    Frames bad = frames;
+    bad.at = {frames.at[s], frames.at[s + 1]};
+    for (std::size_t v = 0; v < bad.body_of_vertex.size(); ++v) {
+      const std::int32_t w = bad.bodies[static_cast<std::size_t>(bad.body_of_vertex[v])].world;
+      if (w < 0 || chosen[static_cast<std::size_t>(w)] != 0) continue;
+      bad.at[0][3 * v] = std::numeric_limits<float>::quiet_NaN();
+      bad.at[1][3 * v + 1] = 0x1p101f;
+    }
+    const OnDevice<float> bad_memory(bad, 0);
+    detector.detect_async(bad_memory.positions(0), bad_memory.positions(1), stream, mask.data());
+    good = good && read(detector.synchronize(), status) == wanted && status.incomplete == 0;
     // No world at all, and all of them again.
     LAZYCCD_CUDA_CHECK(cudaMemset(mask.data(), 0, mask.bytes()));
     detector.detect_async(device.positions(s), device.positions(s + 1), stream, mask.data());
@@ -271,6 +361,8 @@ void check_late_exact() {
 
 void check_short_memory(const Frames& frames) {
   const std::vector<Found> truth = truth_of(frames);
+  const OnDevice<float> memory(frames, 0);
+  gpu::Stream stream;
   for (const std::size_t kilobytes : {4096, 2048, 1024, 512, 256, 1}) {
     Detector detector(on(Backend::cuda));
     detector.set_topology(frames.topology());
@@ -289,6 +381,24 @@ void check_short_memory(const Frames& frames) {
       parts = std::max(parts, detector.stats().parts);
       backend = detector.stats().backend;
     }
+    // Little memory in one step only: soon there is room for all, without a wait.
+    Detector brief(on(Backend::cuda));
+    brief.set_topology(frames.topology());
+    found_by(brief, frames, 0);
+    const std::size_t last = frames.steps() - 1;
+    gpu::faults.most_bytes = kilobytes << 10;
+    good = good && found_by(brief, frames, last) == truth[last];
+    gpu::faults.most_bytes = 0;
+    const std::int64_t brief_parts = brief.stats().parts;
+    DeviceStatus status{};
+    Found seen;
+    for (int step = 0; step == 0 || (step < 64 && status.incomplete != 0); ++step) {
+      const DeviceContacts found =
+          brief.detect_async(memory.positions(last), memory.positions(last + 1), stream);
+      LAZYCCD_CUDA_CHECK(cudaStreamSynchronize(stream));
+      seen = read(found, status);
+    }
+    const bool recovers = status.incomplete == 0 && seen == truth[last];
     // From the beginning with little memory.
     gpu::faults.most_bytes = kilobytes << 10;
     Detector poor(on(Backend::cuda));
@@ -301,9 +411,11 @@ void check_short_memory(const Frames& frames) {
     gpu::faults.most_bytes = 0;
     const bool says = poor.stats().backend == "cuda" ||
                       poor.status().find("cudaErrorMemoryAllocation") != std::string::npos;
-    report(good && says, frames.name + ", buffers of at most " + std::to_string(kilobytes) +
-                             " KB: " + poor.stats().backend + ", " + std::to_string(poor_parts) +
-                             " parts");
+    report(good && says && recovers,
+           frames.name + ", buffers of at most " + std::to_string(kilobytes) +
+               " KB: " + poor.stats().backend + ", " + std::to_string(poor_parts) +
+               " parts; in one step: " + std::to_string(brief_parts) + " parts" +
+               (recovers ? "" : ", and short for good"));
   }
 }
 
@@ -489,11 +601,19 @@ int main(int argc, char** argv) {
       options.algorithm.volume = volume;
       check_mask(few, small ? 3 : 12, options, name(volume));
     }
+    DetectorOptions orphans;
+    orphans.algorithm.culling.orphan_sets = true;
+    check_mask(crumpled(few), small ? 3 : 12, orphans, "orphan sets");
+    check_too_large(few);
     check_automatic(many);
     if (!small) check_mask(many, 300, {}, "many worlds");
     if (!small) check_late_exact();
     for (const Frames* frames : {&few, &many, &exact})
       if (!small || frames != &many) check_columns(*frames);
+    for (const std::uint32_t hint : {0u, 1u}) {
+      check_download(few, hint);
+      check_download(exact, hint);
+    }
     check_faults(few, small);
     check_short_memory(small ? few : many);
     if (!small) check_short_memory(exact);

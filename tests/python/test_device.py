@@ -95,5 +95,12 @@ def test_wrong_arrays_are_refused():
         d.detect_async(good, OnTheHost((882, 3), "<i4"))
     with pytest.raises(TypeError):
         d.detect_async(good, good, world_mask=OnTheHost((1,), "<i4"))
+    bodies = lazyccd.bodies(2)
+    bodies["world"] = [0, 1]
+    two = lazyccd.Detector(faces, body_of_vertex=body, bodies=bodies, backend="cpu")
+    with pytest.raises(ValueError, match="2 are needed"):
+        two.detect_async(good, good, world_mask=OnTheHost((1,), "|u1"))
+    with pytest.raises(lazyccd.Error):
+        two.detect_async(good, good, world_mask=OnTheHost((2,), "|u1"))
     with pytest.raises(lazyccd.Error):
         d.detect_async(good, good)  # there is no GPU backend

@@ -435,7 +435,7 @@ def test_images_and_contact_points_of_pybullet_still_come(server):
 
 
 def test_a_pybullet_of_another_version_is_refused(monkeypatch, server):
-    monkeypatch.setattr(plugin.metadata, "version", lambda name: "3.2.5")
+    monkeypatch.setattr(plugin, "_installed_version", lambda: "3.2.5")
     with pytest.raises(RuntimeError, match="pip install pybullet=="):
         plugin.load(server.client)
 

@@ -138,7 +138,7 @@ __device__ inline SweptBox refit_group(const SceneView& scene,
     }
   }
   // Nothing overlaps an empty box.
-  const bool active = scene.active == nullptr || scene.active[group.body] != 0;
+  const bool active = scene.detects(group.body);
   AxisExtent mine = empty_extent();
   SweptBox box;
   for (int k = 0; k < kAxes; ++k) {
@@ -177,6 +177,8 @@ __global__ void __launch_bounds__(kRefitBlock, 1024 / kRefitBlock)
       const Record record = load_record<Record>(positions, static_cast<std::int32_t>(v));
       static_cast<Record*>(scene.records)[v] = record;
       bad = bad_bits(record);
+      // Nothing is decided from the positions of bodies that are left out.
+      if (bad != 0 && !scene.detects(scene.mesh.body_of_vertex[v])) bad = 0;
     }
     await_kernels_before();
     if (bad) atomicOr(&counters->bad_positions, bad);

@@ -27,12 +27,13 @@ __device__ inline bool apart_along_axis(const Record (&p)[4]) {
   return false;
 }
 
-/// Returns whether an orphan pair may touch. Both primitives belong to one body, because their
-/// faces share a vertex.
+/// Returns whether an orphan pair may touch, in a step that detects its body. Both primitives
+/// belong to one body, because their faces share a vertex.
 template <ContactKind kind, class Record>
 __device__ inline bool may_touch(const SceneView& scene, Candidate pair) {
   Contact contact;
   identify_contact<kind>(scene.mesh, pair, contact);
+  if (!scene.detects(contact.body_a)) return false;
   if (!scene.groups.bodies[contact.body_a].self_collision) return false;
   Record p[4];
   for (int i = 0; i < 4; ++i)

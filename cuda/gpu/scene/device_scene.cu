@@ -31,6 +31,8 @@ void DeviceScene::reserve_boxes(std::size_t blocks) {
   boxes_.reserve(blocks);
   // The padding is read, though its values do not matter.
   LAZYCCD_CUDA_CHECK(cudaMemset(boxes_.data(), 0, boxes_.bytes()));
+  // The memory is used on other streams, which do not wait for this one.
+  LAZYCCD_CUDA_CHECK(cudaStreamSynchronize(cudaStreamLegacy));
 }
 
 void DeviceScene::reserve_blocks(std::size_t blocks) {

@@ -49,6 +49,11 @@ struct SceneView {
   void* records;  // per vertex, DoubleRecord or FloatRecord
   SweptBox* runs;
   TreeNode* nodes;
+
+  /// Returns whether the step detects a body.
+  __device__ bool detects(std::int32_t body) const {
+    return active == nullptr || active[body] != 0;
+  }
 };
 
 /// A candidate that single precision decided to be a hit. It has one root, which lies in [lo, hi].

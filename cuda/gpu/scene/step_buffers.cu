@@ -24,6 +24,7 @@ void StepBuffers::for_each_list(Body&& body) {
 StepBuffers::StepBuffers(std::uint32_t capacity_hint) {
   counters_.reserve(1);
   host_counters_.reserve(1);
+  *host_counters_.data() = {};
   if (capacity_hint != 0) for_each_list([&](auto& list) { list.set_capacity(capacity_hint); });
 }
 

@@ -25,8 +25,8 @@
 namespace lazyccd {
 
 /// Where detection runs. `automatic` takes the faster one if a device answers, otherwise the CPU:
-/// it decides by the number of faces and by the times of earlier detections. If the device fails,
-/// at the start or in a step, the CPU does that step; status() says why. The contacts are the same
+/// it decides by the number of faces and by the times of earlier detections. If the device fails or
+/// does not take a step, the CPU does that step; status() says why. The contacts are the same
 /// on every backend.
 enum class Backend { automatic, cpu, cuda };
 
@@ -97,7 +97,7 @@ class LAZYCCD_API Detector {
                               CudaStream stream, const std::uint8_t* world_mask = nullptr);
   /// Waits for the last detect_async() and completes its contacts: a stage that lacked room runs
   /// again, and the host decides what the device cannot. Then stats() are those of this detection.
-  /// Throws the Error of an invalid position, and Error(device) if the device failed.
+  /// Throws the Error of an invalid position; Error(device) if it is kTooLarge or the device fails.
   DeviceContacts synchronize();
   /// Does the same and copies the contacts to the host. They are valid until the next call.
   Span<const Contact> download_contacts();

@@ -76,11 +76,13 @@ def device_positions(values: Any, name: str) -> DevicePositions:
     return DevicePositions(int(interface["data"][0] or 0), shape[0], row, size == 8)
 
 
-def device_bytes(values: Any, name: str) -> int:
-    """The address of an array of bytes or truth values and shape (n,) in device memory."""
+def device_bytes(values: Any, count: int, name: str) -> int:
+    """The address of an array of at least `count` bytes or truth values, shape (n,), in device memory."""
     interface = _device_interface(values, name)
     if len(interface["shape"]) != 1 or interface["typestr"][1:] not in ("b1", "u1", "i1"):
         raise TypeError(f"{name} is not an array of bytes and shape (n,)")
     if tuple(interface.get("strides") or (1,)) != (1,):
         raise ValueError(f"{name} is not contiguous")
+    if interface["shape"][0] < count:
+        raise ValueError(f"{name} has {interface['shape'][0]} entries; {count} are needed")
     return int(interface["data"][0] or 0)

@@ -129,6 +129,8 @@ class Detector:
             filters.view(np.uint8).reshape(-1, body_dtype.itemsize),
             arrays.indices(disabled_pairs, 2, "disabled_pairs"),
         )
+        # Bodies without a filter are in world 0.
+        self._world_count = int(filters["world"].max()) + 1 if len(filters) > 0 else 1
 
     def detect(self, start: Any, end: Any) -> np.ndarray:
         """Returns the contacts of the linear motion from `start` to `end`.
@@ -165,7 +167,8 @@ class Detector:
                 has read it.
             end: positions at the end of the step, likewise, of the same type.
             stream: handle of the CUDA stream (``torch.cuda.current_stream().cuda_stream``); 0: the default.
-            world_mask: by world, one byte, in device memory: bodies of a world with 0 are left out.
+            world_mask: one byte for each world, in device memory: bodies of a world with 0 are left out. Their
+                positions may be anything.
 
         Returns:
             The contacts in device memory, valid until the next call. What is enqueued on `stream` afterwards
@@ -177,7 +180,7 @@ class Detector:
         first, last = arrays.device_positions(start, "start"), arrays.device_positions(end, "end")
         if first.count != last.count or first.is_double != last.is_double:
             raise ValueError("start and end have different shapes or types")
-        mask = 0 if world_mask is None else arrays.device_bytes(world_mask, "world_mask")
+        mask = 0 if world_mask is None else arrays.device_bytes(world_mask, self._world_count, "world_mask")
         found = self._native.detect_async(
             first.address, first.stride, last.address, last.stride, first.count, first.is_double, stream, mask
         )

@@ -12,6 +12,7 @@ functions take `physicsClientId` as PyBullet's do. The published wheels of PyBul
 from __future__ import annotations
 
 import ctypes
+import functools
 import threading
 from importlib import metadata
 from pathlib import Path
@@ -146,8 +147,13 @@ def _table(reply: bytes) -> Dict[str, Any]:
     return table
 
 
+@functools.lru_cache(maxsize=None)
+def _installed_version() -> str:
+    return metadata.version("pybullet")  # reads files, and every command asks for it
+
+
 def _require_supported() -> None:
-    version = metadata.version("pybullet")
+    version = _installed_version()
     if version not in SUPPORTED:
         raise RuntimeError(
             f"pybullet {version} is installed; LazyCCD needs another: pip install pybullet=={SUPPORTED[-1]}"

@@ -188,9 +188,13 @@ class PyDetector {
   }
 
   nb::ndarray<nb::numpy, std::int32_t, nb::shape<-1, 2>> edges() {
-    const std::lock_guard<std::mutex> lock(mutex_);
-    const Span<const Edge> all = detector_.edges();
-    auto copy = std::make_unique<std::vector<Edge>>(all.begin(), all.end());
+    auto copy = std::make_unique<std::vector<Edge>>();
+    {
+      const nb::gil_scoped_release released;
+      const std::lock_guard<std::mutex> lock(mutex_);
+      const Span<const Edge> all = detector_.edges();
+      copy->assign(all.begin(), all.end());
+    }
     auto* const raw = copy.release();
     const nb::capsule owner(raw,
                             [](void* p) noexcept { delete static_cast<std::vector<Edge>*>(p); });
@@ -198,10 +202,12 @@ class PyDetector {
   }
 
   Stats stats() {
+    const nb::gil_scoped_release released;
     const std::lock_guard<std::mutex> lock(mutex_);
     return detector_.stats();
   }
   std::string status() {
+    const nb::gil_scoped_release released;
     const std::lock_guard<std::mutex> lock(mutex_);
     return detector_.status();
   }

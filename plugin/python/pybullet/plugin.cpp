@@ -32,6 +32,9 @@
 namespace lazyccd::pybullet {
 namespace {
 
+// How a status begins if LazyCCD can do nothing; load() of lazyccd/pybullet.py looks for it.
+constexpr char kRefused[] = "refused: ";
+
 class Plugin {
  public:
   Plugin(PhysicsCommandProcessorInterface& server, int number) : number_(number), server_(&server) {
@@ -55,7 +58,8 @@ class Plugin {
     removed_after_ = -1;
     const auto world = find_world(*server_);
     if (!world) {
-      note_ = "this PyBullet is not laid out as version 3.2.7: the server's data";
+      note_ = std::string(kRefused) +
+              "this PyBullet is not laid out as version 3.2.7: the server's data";
       return;
     }
     note_ = "there is no world";
@@ -121,8 +125,7 @@ class Plugin {
 
   std::string status() const {
     if (!attachment_) return note_;
-    return attachment_->layout_is_known() ? attachment_->status()
-                                          : "refused: " + attachment_->note();
+    return attachment_->layout_is_known() ? attachment_->status() : kRefused + attachment_->note();
   }
 
   int number_;

@@ -38,16 +38,18 @@ std::optional<btDiscreteDynamicsWorld*> find_world(PhysicsCommandProcessorInterf
   listener.was_called = false;
   server.setGuiHelper(&listener);
 
+  // Wherever the server keeps the listener, it gets its own helper back, also if nothing else is as
+  // expected.
   std::memcpy(after.data(), data, count * sizeof(void*));
-  std::size_t changed = 0, place = 0;
+  std::size_t changed = 0, kept = 0;
   for (std::size_t i = 0; i < count; ++i) {
     if (after[i] == before[i]) continue;
     ++changed;
-    place = i;
+    if (after[i] != static_cast<GUIHelperInterface*>(&listener)) continue;
+    ++kept;
+    std::memcpy(static_cast<char*>(data) + i * sizeof(void*), &before[i], sizeof(void*));
   }
-  if (changed != 1 || after[place] != static_cast<GUIHelperInterface*>(&listener)) return {};
-  std::memcpy(static_cast<char*>(data) + place * sizeof(void*), &before[place], sizeof(void*));
-  if (!listener.was_called) return {};
+  if (changed != 1 || kept != 1 || !listener.was_called) return {};
   return listener.world;
 }
 
