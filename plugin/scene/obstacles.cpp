@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <string>
 
 #include "scene/collision_filters.h"
@@ -93,15 +94,38 @@ btBroadphaseInterface* broadphase_of(const Obstacles::SoftBodies& bodies) {
   return nullptr;
 }
 
+// Hash of all that makes the surface of a compound's children, after `hash`. Bullet's own revision
+// of a compound counts neither a child that moves nor what happens in a compound inside of it.
+std::uint64_t hash_of_children(const btCollisionShape& shape, std::uint64_t hash) {
+  if (!shape.isCompound()) return hash;
+  const auto mix = [&hash](std::size_t value) { hash = (hash ^ value) * 0x9e3779b97f4a7c15u + 1; };
+  const auto mix_vector = [&mix](const btVector3& v) {
+    for (int k = 0; k < 3; ++k) mix(std::hash<btScalar>()(v[k]));
+  };
+  const auto& compound = static_cast<const btCompoundShape&>(shape);
+  for (int i = 0; i < compound.getNumChildShapes(); ++i) {
+    const btCollisionShape& child = *compound.getChildShape(i);
+    const btTransform& pose = compound.getChildTransform(i);
+    mix(std::hash<const void*>()(&child));
+    mix_vector(pose.getOrigin());
+    for (int k = 0; k < 3; ++k) mix_vector(pose.getBasis()[k]);
+    mix_vector(child.getLocalScaling());
+    btVector3 lower, upper;
+    child.getAabb(btTransform::getIdentity(), lower, upper);
+    mix_vector(lower);
+    mix_vector(upper);
+    hash = hash_of_children(child, hash);
+  }
+  return hash;
+}
+
 Obstacles::Record record_of(const RigidPose& pose) {
   Obstacles::Record record;
   static_cast<RigidPose&>(record) = pose;
   btCollisionObject& object = *pose.object;
   record.shape = object.getCollisionShape();
   record.scaling = record.shape->getLocalScaling();
-  record.revision = record.shape->isCompound()
-                        ? static_cast<const btCompoundShape*>(record.shape)->getUpdateRevision()
-                        : 0;
+  record.children = hash_of_children(*record.shape, 0);
   btVector3 lower, upper;
   record.shape->getAabb(btTransform::getIdentity(), lower, upper);
   record.box = {lower.x(), lower.y(), lower.z(), upper.x(), upper.y(), upper.z()};
@@ -115,7 +139,7 @@ Obstacles::Record record_of(const RigidPose& pose) {
 
 bool is_same(const Obstacles::Record& a, const Obstacles::Record& b) {
   return a.object == b.object && a.unique_id == b.unique_id && a.shape == b.shape &&
-         a.scaling == b.scaling && a.revision == b.revision && a.box == b.box &&
+         a.scaling == b.scaling && a.children == b.children && a.box == b.box &&
          a.group == b.group && a.mask == b.mask && a.ignored == b.ignored &&
          a.dynamic == b.dynamic && a.responds == b.responds &&
          a.has_anchored_nodes == b.has_anchored_nodes;

@@ -28,7 +28,7 @@ class Obstacles {
   struct Record : RigidPose {
     const btCollisionShape* shape;
     btVector3 scaling;
-    int revision;  ///< of a compound's children
+    std::uint64_t children;  ///< hash of a compound's children
     /// Bounding box of the shape in its own frame. Shows that an application changed the shape.
     std::array<btScalar, 6> box;
     int group, mask;

@@ -19,7 +19,7 @@ RigidMotion rigid_motion(const btCollisionObject& object) {
   motion.velocity = motion.angular_velocity = motion.inverse_mass = Eigen::Vector3d::Zero();
   motion.inverse_inertia = Eigen::Matrix3d::Zero();
   const btRigidBody* body = btRigidBody::upcast(&object);
-  if (!body) return motion;
+  if (!body || body->getActivationState() == DISABLE_SIMULATION) return motion;
   motion.velocity = to_eigen(body->getLinearVelocity());
   motion.angular_velocity = to_eigen(body->getAngularVelocity());
   if (body->isStaticOrKinematicObject()) return motion;

@@ -96,7 +96,8 @@ bool is_rigid(const btCollisionObject& object) {
 bool is_movable(const btCollisionObject& object) {
   if (const btMultiBodyLinkCollider* const link = btMultiBodyLinkCollider::upcast(&object))
     return is_moved(*link->m_multiBody, link->m_link);
-  return btRigidBody::upcast(&object) && !object.isStaticOrKinematicObject();
+  return btRigidBody::upcast(&object) && !object.isStaticOrKinematicObject() &&
+         object.getActivationState() != DISABLE_SIMULATION;
 }
 
 void RigidPoses::begin_step(btBroadphaseInterface* broadphase) {

@@ -5,6 +5,7 @@
 #include <limits>
 #include <mutex>
 #include <numeric>
+#include <utility>
 
 #include "scene/rigid_motions.h"
 
@@ -141,7 +142,7 @@ double StepReader::depth_in_obstacles() const {
 }
 
 bool StepReader::sweep_prescribed_nodes() {
-  bool any_jumped = false;
+  bool any_jumped = std::exchange(soft_body_teleported_, false);
   for (const SoftScene::BodyRecord& record : scene_.bodies()) {
     const std::vector<btScalar>* const last = previous_.end_of(record);
     if (!last) continue;

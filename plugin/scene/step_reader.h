@@ -66,6 +66,7 @@ class StepReader {
   /// was.
   void teleported(const btCollisionObject& object) {
     previous_.forget(object);
+    soft_body_teleported_ = soft_body_teleported_ || btSoftBody::upcast(&object);
     sleepers_.forget(object);
     obstacles_.teleported(object);
   }
@@ -152,7 +153,8 @@ class StepReader {
   std::vector<AxisBox> bounds_;  // of each body's motion, in the topology's order
   std::vector<char> at_rest_;    // of each body, in the topology's order
   bool any_sleeper_takes_part_ = false;
-  AxisBox swept_ = AxisBox::empty();  // bounds of the soft vertices' motion in this step
+  bool soft_body_teleported_ = false;  // since the last step
+  AxisBox swept_ = AxisBox::empty();   // bounds of the soft vertices' motion in this step
   // The same of the soft bodies that collide with obstacles, and their margin.
   AxisBox obstacle_query_box_ = AxisBox::empty();
 };

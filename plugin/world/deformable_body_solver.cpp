@@ -54,6 +54,8 @@ void fill(const SoftScene& scene, const SoftScene::BodyRecord& record, std::int3
   }
 }
 
+void restore_flag(btSoftBody& body) { body.m_cfg.collisions |= btSoftBody::fCollision::VF_DD; }
+
 }  // namespace
 
 btLazyDeformableBodySolver::btLazyDeformableBodySolver(const SolverOptions& options,
@@ -103,6 +105,14 @@ void btLazyDeformableBodySolver::processCollision(btSoftBody* a, btSoftBody* b) 
 
 void btLazyDeformableBodySolver::reinitialize(const btAlignedObjectArray<btSoftBody*>& softBodies,
                                               btScalar dt) {
+  // Bullet calls this too, with a negative time, when a body is removed. That may be in the middle
+  // of a step, and the body may be deleted next. A step that an exception ended leaves flags off.
+  for (btSoftBody* const body : silenced_)
+    if (dt > 0 || softBodies.findLinearSearch(body) == softBodies.size()) restore_flag(*body);
+  const auto is_restored = [&](const btSoftBody* body) {
+    return (body->m_cfg.collisions & btSoftBody::fCollision::VF_DD) != 0;
+  };
+  silenced_.erase(std::remove_if(silenced_.begin(), silenced_.end(), is_restored), silenced_.end());
   all_bodies_.copyFromArray(softBodies);
   // Bullet's solver spends as much time on a sleeping node as on an awake one.
   const std::vector<const btSoftBody*> left_out = pipeline_->left_out();
@@ -152,7 +162,9 @@ void btLazyDeformableBodySolver::predictMotion(btScalar solverdt) {
   pipeline_->begin_step(all_bodies_);
   // The contact lists of sleeping bodies stay as they are, as with Bullet.
   slept_.clear();
-  for (int i = 0; i < all_bodies_.size(); ++i) slept_.push_back(!all_bodies_[i]->isActive());
+  for (int i = 0; i < all_bodies_.size(); ++i)
+    if (!all_bodies_[i]->isActive()) slept_.push_back(all_bodies_[i]);
+  std::sort(slept_.begin(), slept_.end());
   dbvt_->begin_prediction(all_bodies_, btSoftBody::fCollision::SDF_RD, !pipeline_->ran_last_step());
   if (pipeline_->ran_last_step()) dbvt_->hide_nodes(all_bodies_);
   if (m_implicit) {
@@ -186,10 +198,18 @@ void btLazyDeformableBodySolver::updateSoftBodies() {
   normals_->update(m_softBodies, side_by_side_->parallel_for());
 }
 
+bool btLazyDeformableBodySolver::slept(const btSoftBody& body) const {
+  return std::binary_search(slept_.begin(), slept_.end(), &body);
+}
+
+bool btLazyDeformableBodySolver::fell_asleep(const btSoftBody& body) const {
+  return body.getActivationState() == ISLAND_SLEEPING && !slept(body);
+}
+
 void btLazyDeformableBodySolver::forget_old_contacts() {
-  const int count = btMin(all_bodies_.size(), static_cast<int>(slept_.size()));
-  for (int i = 0; i < count; ++i)
-    if (slept_[i] && all_bodies_[i]->isActive()) clear_deformable_contact_lists(*all_bodies_[i]);
+  for (int i = 0; i < all_bodies_.size(); ++i)
+    if (slept(*all_bodies_[i]) && all_bodies_[i]->isActive())
+      clear_deformable_contact_lists(*all_bodies_[i]);
 }
 
 void btLazyDeformableBodySolver::setConstraints(const btContactSolverInfo& info) {
@@ -236,7 +256,7 @@ void btLazyDeformableBodySolver::silence_bullet() {
 }
 
 void btLazyDeformableBodySolver::restore_bullet() {
-  for (btSoftBody* body : silenced_) body->m_cfg.collisions |= btSoftBody::fCollision::VF_DD;
+  for (btSoftBody* body : silenced_) restore_flag(*body);
   silenced_.clear();
 }
 
@@ -245,11 +265,15 @@ void btLazyDeformableBodySolver::applyTransforms(btScalar timeStep) {
   const auto read = [this, timeStep](const SoftScene& scene, const SoftScene::BodyRecord& record,
                                      std::int32_t first, std::int32_t last, Motion& motion) {
     fill(scene, record, first, last, motion, timeStep);
-    if (!skips(*record.body)) return;
-    const auto begin = motion.start.begin();  // the base class does not move it
+    if (!skips(*record.body) && !fell_asleep(*record.body)) return;
+    // The base class does not move the first. The second has the speed that its weight gave it
+    // before it fell asleep; its contacts would stop it, and that would wake it.
+    const auto begin = motion.start.begin();
     std::copy(begin + 3 * static_cast<std::ptrdiff_t>(first),
               begin + 3 * static_cast<std::ptrdiff_t>(last),
               motion.end.begin() + 3 * static_cast<std::ptrdiff_t>(first));
+    std::fill(motion.velocity.begin() + first, motion.velocity.begin() + last,
+              Eigen::Vector3d::Zero());
   };
   const bool is_handled = pipeline_->run(all_bodies_, static_cast<double>(timeStep), read);
   if (is_handled) write_velocities();
@@ -286,6 +310,14 @@ void btLazyDeformableBodySolver::write_velocities() {
         record.body->m_nodes[scene.node_index(v)].m_v += to_bullet(motion.velocity_change[v]);
     }
   });
+  // Bullet decides by this speed whether a body may fall asleep, and has it from before contacts.
+  for (const SoftScene::BodyRecord& record : scene.bodies()) {
+    btSoftBody& body = *record.body;
+    if (!body.isActive()) continue;
+    body.m_maxSpeedSquared = 0;
+    for (int i = 0; i < body.m_nodes.size(); ++i)
+      body.m_maxSpeedSquared = btMax(body.m_maxSpeedSquared, body.m_nodes[i].m_v.length2());
+  }
   pipeline_->wake_moved();
 }
 

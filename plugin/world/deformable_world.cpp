@@ -47,7 +47,8 @@ void btLazyDeformableMultiBodyDynamicsWorld::updateActivationState(btScalar time
   const btSoftBodyArray all(bodies);
   btSoftBodyArray others;
   for (int i = 0; i < all.size(); ++i)
-    if (!lazy_solver_->skips(*all[i]) || all[i]->isActive()) others.push_back(all[i]);
+    if (!lazy_solver_->skips(*all[i]) || all[i]->isActive() || !all[i]->wantsSleeping())
+      others.push_back(all[i]);
   bodies.copyFromArray(others);
   btDeformableMultiBodyDynamicsWorld::updateActivationState(timeStep);
   bodies.copyFromArray(all);

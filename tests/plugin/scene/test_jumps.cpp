@@ -57,6 +57,22 @@ TEST_CASE("a body that is put on the other side of a cloth does not push it") {
   CHECK(table.fastest() < 0.1);
 }
 
+TEST_CASE("a cloth that is put into another one is reported, whether the solver is told or not") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  const bool is_told = GENERATE(false, true);
+  CAPTURE(world == World::rigid, is_told);
+  ObstacleWorld w(world, 0);
+  w.add_sheet(9, 1, 0, 0);
+  btSoftBody* const other = w.add_sheet(9, 1, 1, 0);
+  w.steps(2);
+  other->rotate(btQuaternion(btVector3(0, 0, 1), btScalar(0.7)));
+  other->translate(btVector3(btScalar(0.1), btScalar(-1), 0) -
+                   btVector3(other->m_nodes[40].m_x.x(), 0, 0));
+  if (is_told) w.teleported(*other);
+  w.steps(1);
+  CHECK(w.last().initial_intersections > 0);
+}
+
 TEST_CASE("a body that is driven pushes cloth, whether its velocity is set or not") {
   const World world = GENERATE(World::rigid, World::deformable);
   const std::string kind = GENERATE("kinematic", "static");

@@ -337,7 +337,7 @@ TEST_CASE("obstacles are dropped with the last soft body that collides with them
 
 TEST_CASE("an obstacle is read again if an application changes its shape") {
   const World world = GENERATE(World::rigid, World::deformable);
-  const std::string child = GENERATE("moves", "grows", "comes");
+  const std::string child = GENERATE("moves", "moves inside of the bounds", "grows", "comes");
   CAPTURE(world == World::rigid, child);
   ObstacleWorld w(world, 0);
   btSphereShape ball(btScalar(0.2)), beside(btScalar(0.1)), below(btScalar(0.3));
@@ -346,16 +346,18 @@ TEST_CASE("an obstacle is read again if an application changes its shape") {
     return btTransform(btQuaternion::getIdentity(),
                        btVector3(static_cast<btScalar>(x), static_cast<btScalar>(y), 0));
   };
-  if (child != "comes") compound->addChildShape(at(0, child == "moves" ? -3 : -1), &ball);
+  const bool moves = child.find("moves") == 0;
+  if (child != "comes") compound->addChildShape(at(0, moves ? -3 : -1), &ball);
   // Makes LazyCCD read the whole compound where the sheet starts.
   compound->addChildShape(at(1, 0.5), &beside);
   // The new child will leave the bounds unchanged.
-  if (child == "comes") compound->addChildShape(at(-1, -3), &below);
+  if (child == "comes" || child == "moves inside of the bounds")
+    compound->addChildShape(at(-1, -3), &below);
   btCompoundShape* shape = compound.get();
   w.add(std::move(compound), btVector3(0, 0, 0));
   btSoftBody* sheet = w.add_sheet(8, 1, 0.5, 5);
   w.steps(6);
-  if (child == "moves") {
+  if (moves) {
     shape->updateChildTransform(0, at(0, -1));
   } else if (child == "grows") {
     ball.setUnscaledRadius(btScalar(0.4));
@@ -370,6 +372,22 @@ TEST_CASE("an obstacle is read again if an application changes its shape") {
     nearest = std::min<double>(nearest, (sheet->m_nodes[i].m_x - btVector3(0, -1, 0)).length());
   CHECK(w.total().contacts_vf > 0);
   CHECK(nearest > radius);
+}
+
+TEST_CASE("a body that an application has disabled stays where it is") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  CAPTURE(world == World::rigid);
+  ObstacleWorld w(world, 0);
+  btRigidBody* box =
+      w.add(std::make_unique<btBoxShape>(btVector3(btScalar(0.2), btScalar(0.2), btScalar(0.2))),
+            btVector3(0, 0, 0), 0.1);
+  box->forceActivationState(DISABLE_SIMULATION);
+  const btTransform pose = box->getWorldTransform();
+  w.add_sheet(7, 1, 0.25, 2);
+  w.steps(30);
+  CHECK(w.total().contacts_vf > 0);
+  CHECK(box->getWorldTransform() == pose);
+  CHECK(box->getLinearVelocity().length() == 0);
 }
 
 TEST_CASE("an obstacle is read again if an application mirrors it") {

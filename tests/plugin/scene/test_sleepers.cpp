@@ -140,6 +140,39 @@ TEST_CASE("a sleeper that the application moves takes part at its new place") {
   CHECK(lowest(*thrown) > highest(*sleeper) - 0.2);
 }
 
+TEST_CASE("a body that a solver callback removes is forgotten in the middle of the step") {
+  static ObstacleWorld* world = nullptr;
+  static btSoftBody* removed = nullptr;
+  static int calls = 0;
+  ObstacleWorld w(World::deformable, 10);
+  world = &w;
+  calls = 0;
+  removed = add_cloth(w, 0, 0.5);
+  btSoftBody* const kept = add_cloth(w, 0, 1);
+  // Bullet calls it before and after it has solved the step.
+  auto& deformables = static_cast<btDeformableMultiBodyDynamicsWorld&>(w.world());
+  deformables.setSolverCallback([](btScalar, btDeformableMultiBodyDynamicsWorld*) {
+    if (++calls == 4) world->remove(removed);
+  });
+  w.steps(4);
+  CHECK(calls > 4);
+  CHECK(w.total().fallback_steps == 0);
+  CHECK((kept->m_cfg.collisions & btSoftBody::fCollision::VF_DD) != 0);
+}
+
+TEST_CASE("a deformable that rests on a box falls asleep at Bullet's threshold") {
+  const double dt = GENERATE(1.0 / 240, 1.0 / 60);
+  CAPTURE(dt);
+  ObstacleWorld w(World::deformable, 10);
+  w.add(std::make_unique<btBoxShape>(btVector3(20, 1, 20)), btVector3(0, -1, 0));
+  btSoftBody* const cloth = add_cloth(w, 0, 0.02);
+  cloth->m_sleepingThreshold = btScalar(0.04);  // Bullet's default, m/s
+  cloth->forceActivationState(ACTIVE_TAG);
+  w.steps(static_cast<int>(6 / dt), dt);
+  CHECK(w.total().contacts_vf > 0);
+  CHECK(!cloth->isActive());
+}
+
 TEST_CASE("a sleeper is not woken by what passes near it nor by its own contacts") {
   const World world = GENERATE(World::rigid, World::deformable);
   CAPTURE(world == World::rigid);

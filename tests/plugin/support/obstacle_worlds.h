@@ -109,6 +109,11 @@ class ObstacleWorld {
     return rigid_bodies_.back().get();
   }
 
+  /// Tells the solver that the application has put a body elsewhere.
+  void teleported(const btCollisionObject& body) {
+    is_rigid() ? soft_.teleported(body) : deformable_.teleported(body);
+  }
+
   /// Removes the body from the world and deletes it.
   void remove(btCollisionObject* body) {
     world_->removeCollisionObject(body);

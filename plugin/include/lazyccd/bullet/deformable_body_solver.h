@@ -83,6 +83,10 @@ class LAZYCCD_BULLET_API btLazyDeformableBodySolver : public btDeformableBodySol
 
   // True if Bullet's solver needs a body that LazyCCD leaves out of the step.
   bool needs(const btSoftBody& sleeper) const;
+  // Whether a body slept when the step began.
+  bool slept(const btSoftBody& body) const;
+  // Whether Bullet's islands have put it to sleep in this step.
+  bool fell_asleep(const btSoftBody& body) const;
   // Clears the contact lists of bodies that were woken in this step. Otherwise Bullet would act on
   // contacts of an old step.
   void forget_old_contacts();
@@ -102,8 +106,8 @@ class LAZYCCD_BULLET_API btLazyDeformableBodySolver : public btDeformableBodySol
   bool solves_sleepers_;
   btAlignedObjectArray<btSoftBody*> all_bodies_;  // m_softBodies lacks those of skipped_
   std::vector<const btSoftBody*> skipped_;        // sleepers that Bullet's solver skips; sorted
-  std::vector<char> slept_;  // by index in all_bodies_: slept when the step began
-  std::vector<btSoftBody*> silenced_;
+  std::vector<const btSoftBody*> slept_;          // when the step began; sorted
+  std::vector<btSoftBody*> silenced_;             // their flag VF_DD is off
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION
