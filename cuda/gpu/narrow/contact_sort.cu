@@ -54,10 +54,10 @@ void fill_order(std::uint32_t* order, std::uint32_t count, cudaStream_t stream) 
   LAZYCCD_CUDA_CHECK(cudaGetLastError());
 }
 
-void enqueue_columns(const Contact* sorted, const std::uint32_t* count, const ColumnLayout& layout,
-                     char* block, cudaStream_t stream) {
-  split_contacts<<<blocks_for(layout.places, kBlock), kBlock, 0, stream>>>(sorted, count, layout,
-                                                                           block);
+void enqueue_columns(const Contact* sorted, std::uint32_t capacity, const std::uint32_t* count,
+                     const ColumnLayout& layout, char* block, cudaStream_t stream) {
+  split_contacts<<<blocks_for(layout.places, kBlock), kBlock, 0, stream>>>(sorted, capacity, count,
+                                                                           layout, block);
   LAZYCCD_CUDA_CHECK(cudaGetLastError());
 }
 

@@ -125,11 +125,12 @@ __global__ void place_by_rank(StepLists lists, Contact* sorted) {
   }
 }
 
-/// Copies the fields of contacts to arrays of their own, one thread per contact.
-__global__ void split_contacts(const Contact* sorted, const std::uint32_t* count,
-                               ColumnLayout layout, char* block) {
+/// Copies the fields of contacts to arrays of their own, one thread per contact. `capacity`: of
+/// `sorted`; the count is larger if the list has overflowed.
+__global__ void split_contacts(const Contact* sorted, std::uint32_t capacity,
+                               const std::uint32_t* count, ColumnLayout layout, char* block) {
   const std::uint32_t i = blockIdx.x * blockDim.x + threadIdx.x;
-  if (i < *count && i < layout.places) layout.put(sorted[i], i, block);
+  if (i < *count && i < capacity && i < layout.places) layout.put(sorted[i], i, block);
 }
 
 /// Fills `order` with 0, 1, ..., count - 1.

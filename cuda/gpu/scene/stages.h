@@ -71,8 +71,8 @@ std::uint32_t sort_bins(const ContactKey& key, std::uint32_t contacts);
 std::size_t sort_space_bytes(std::uint32_t bins, std::uint32_t contacts);
 /// Copies the fields of sorted contacts to arrays of their own, of as many as the layout has room
 /// for.
-void enqueue_columns(const Contact* sorted, const std::uint32_t* count, const ColumnLayout& layout,
-                     char* block, cudaStream_t stream);
+void enqueue_columns(const Contact* sorted, std::uint32_t capacity, const std::uint32_t* count,
+                     const ColumnLayout& layout, char* block, cudaStream_t stream);
 /// Fills `order` with 0, 1, ..., count - 1.
 void fill_order(std::uint32_t* order, std::uint32_t count, cudaStream_t stream);
 

@@ -150,7 +150,8 @@ void StepBuffers::download_columns(std::uint32_t count, cudaStream_t stream) {
   const ColumnLayout layout = ColumnLayout::of(column_fields_, count);
   columns_.reserve(layout.bytes());
   host_columns_.reserve(layout.bytes());
-  enqueue_columns(sorted_.data(), &counters_.data()->contacts, layout, columns_.data(), stream);
+  enqueue_columns(sorted_.data(), static_cast<std::uint32_t>(sorted_.size()),
+                  &counters_.data()->contacts, layout, columns_.data(), stream);
   LAZYCCD_CUDA_CHECK(cudaMemcpyAsync(host_columns_.data(), columns_.data(), layout.bytes(),
                                      cudaMemcpyDeviceToHost, stream));
   downloaded_columns_ = count;
