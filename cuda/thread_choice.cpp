@@ -45,10 +45,14 @@ void ThreadChoice::record(double ms) {
   if (!trials_) return;
   const double median = trials_->median();
   const bool is_small = median < small_ms;
-  if (trials_->current() == caller)
+  if (trials_->current() == caller) {
     trials_->record(ms, {median >= min_ms, is_small ? small_all_gain : all_gain});
-  else
+    if (trials_->next() == caller && trials_->median() > large_ms &&
+        !trials_->was_tried_at(trials_->median()))
+      trials_->change();
+  } else {
     trials_->record(ms, {true, is_small ? small_caller_gain : caller_gain});
+  }
 }
 
 }  // namespace lazyccd

@@ -35,6 +35,14 @@ void TrialChoice::restart() {
   times_.clear();
 }
 
+void TrialChoice::change() {
+  restart();
+  current_ = 1 - current_;
+  since_trial_ = 0;
+  interval_ = min_interval;
+  last_median_ms_ = 0;
+}
+
 void TrialChoice::record(double ms, const Rule& rule) {
   total_ms_ += ms;
   if (is_trial()) return record_trial(ms);

@@ -11,6 +11,9 @@
 
 namespace lazyccd {
 
+/// Whether two times or sizes are so near to each other that a trial would end in the same way.
+bool are_similar(double a, double b);
+
 class TrialChoice {
  public:
   static constexpr double max_trial_share = 0.02;
@@ -33,6 +36,10 @@ class TrialChoice {
   /// Median wall time of the last runs of the current way, milliseconds; that of the last trial if
   /// there were few since, and 0 before it.
   double median() const { return times_.is_full() ? times_.median() : last_median_ms_; }
+  /// Whether a trial at about this median time, milliseconds, was the last one.
+  bool was_tried_at(double median) const { return are_similar(median, last_median_ms_); }
+  /// Changes the current way without a trial.
+  void change();
   /// Records the wall time, milliseconds, of a run of next(), with all that it prepared.
   void record(double ms, const Rule& rule);
   /// Forgets the times of the last runs and a trial that is not at its end. Call it when the work
@@ -75,8 +82,5 @@ class TrialChoice {
   double last_median_ms_ = 0;           // of the current way at the last trial
   int since_trial_ = 0, interval_ = 0;  // runs since the last trial, and before the next one
 };
-
-/// Whether two times or sizes are so near to each other that a trial would end in the same way.
-bool are_similar(double a, double b);
 
 }  // namespace lazyccd

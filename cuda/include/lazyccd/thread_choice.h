@@ -23,6 +23,9 @@ class LAZYCCD_API ThreadChoice {
   static constexpr double min_ms = 0.2;
   /// Steps below this use all threads only if they end sooner by more than they burn, milliseconds.
   static constexpr double small_ms = 0.5;
+  /// Steps that take longer on one thread use all at once, unless a trial has shown otherwise,
+  /// milliseconds.
+  static constexpr double large_ms = 1;
 
   /// Chooses only if `is_automatic`; otherwise all threads take part, always.
   ThreadChoice(const Threads& threads, bool is_automatic);
