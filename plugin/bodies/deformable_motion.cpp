@@ -71,6 +71,16 @@ void update_velocities(const DeformableBodies& all, const VectorStack& backup, V
   });
 }
 
+void find_largest_speeds(const DeformableBodies& all) {
+  all.side_by_side.for_each([&](int b) {
+    btSoftBody& body = *all.bodies[b];
+    if (!body.isActive()) return;
+    body.m_maxSpeedSquared = 0;
+    for (int i = 0; i < body.m_nodes.size(); ++i)
+      body.m_maxSpeedSquared = btMax(body.m_maxSpeedSquared, body.m_nodes[i].m_v.length2());
+  });
+}
+
 void apply_transforms(const DeformableBodies& all, btScalar dt) {
   all.side_by_side.for_each([&](int b) {
     btSoftBody& body = *all.bodies[b];

@@ -37,6 +37,9 @@ void read_velocity_changes(const DeformableBodies& all, const VectorStack& backu
 /// btDeformableBodySolver::updateVelocity().
 void update_velocities(const DeformableBodies& all, const VectorStack& backup, VectorStack& dv);
 
+/// Sets btSoftBody::m_maxSpeedSquared of the active bodies, as btDeformableBodySolver does.
+void find_largest_speeds(const DeformableBodies& all);
+
 /// btDeformableBodySolver::applyTransforms(), for bodies without anchors to links of multibodies.
 void apply_transforms(const DeformableBodies& all, btScalar dt);
 /// True if a body has an anchor to a link.

@@ -235,20 +235,17 @@ void ContactConstraints::narrow_gaps(double fraction, const Motion& motion) {
 }
 
 std::vector<char> ContactConstraints::find_prescribed_motion(const Motion& motion) {
+  std::vector<char> body_moves(motion.rigid_of_body.size());
+  for (std::size_t body = 0; body < body_moves.size(); ++body)
+    body_moves[body] = motion.has_prescribed_motion(static_cast<std::int32_t>(body));
   const RowIslands& all = islands(motion);
   std::vector<char> moves(all.count(), 0);
-  for (std::int32_t body = 0; body < static_cast<std::int32_t>(motion.rigid_of_body.size());
-       ++body) {
-    if (all.of_body(body) >= 0 && motion.has_prescribed_motion(body)) moves[all.of_body(body)] = 1;
-  }
   for (std::size_t island = 0; island < all.count(); ++island) {
-    const auto is_pushed = [&](std::int32_t row) {
-      const Contact& contact = rows_.contact(static_cast<std::size_t>(row));
-      return motion.has_prescribed_motion(contact.body_a) ||
-             motion.has_prescribed_motion(contact.body_b);
-    };
     const Span<const std::int32_t> rows = all.rows_of(island);
-    if (!moves[island]) moves[island] = std::any_of(rows.begin(), rows.end(), is_pushed);
+    moves[island] = std::any_of(rows.begin(), rows.end(), [&](std::int32_t row) {
+      const Contact& contact = rows_.contact(static_cast<std::size_t>(row));
+      return body_moves[contact.body_a] || body_moves[contact.body_b];
+    });
   }
   return moves;
 }

@@ -65,9 +65,9 @@ class ContactConstraints {
   void add_penetrations(const std::vector<Contact>& contacts, double speed, const Motion& motion);
   /// Limits the target gap to `fraction` of the thickness, for rows that have a side of infinite
   /// mass and that `motion` violates: in those selected islands in which anything of infinite mass
-  /// moves. If things of infinite mass close in
-  /// on each other, there may be no room for all gaps. The limit is a fraction of the thickness,
-  /// not of the present gap, which would shrink to nothing over many steps.
+  /// moves. If things of infinite mass close in on each other, there may be no room for all gaps.
+  /// The limit is a fraction of the thickness, not of the present gap, which would shrink to
+  /// nothing over many steps.
   void narrow_gaps(double fraction, const Motion& motion);
   /// Solves the selected islands for impulses and then for split impulses, and sets the ends of
   /// everything in contact there. `sweeps`: as in ContactSolver::solve().
@@ -99,7 +99,7 @@ class ContactConstraints {
   void find_active_rows(std::size_t first, std::size_t last,
                         std::vector<const ContactRow*>& found) const;
   void narrow_gap(ContactRow& row, double fraction, const Motion& motion);
-  /// By island: whether anything of infinite mass moves in it.
+  /// By island: whether a body in its contacts has prescribed motion.
   std::vector<char> find_prescribed_motion(const Motion& motion);
   void record_approach(const Motion& motion);
 

@@ -310,14 +310,8 @@ void btLazyDeformableBodySolver::write_velocities() {
         record.body->m_nodes[scene.node_index(v)].m_v += to_bullet(motion.velocity_change[v]);
     }
   });
-  // Bullet decides by this speed whether a body may fall asleep, and has it from before contacts.
-  for (const SoftScene::BodyRecord& record : scene.bodies()) {
-    btSoftBody& body = *record.body;
-    if (!body.isActive()) continue;
-    body.m_maxSpeedSquared = 0;
-    for (int i = 0; i < body.m_nodes.size(); ++i)
-      body.m_maxSpeedSquared = btMax(body.m_maxSpeedSquared, body.m_nodes[i].m_v.length2());
-  }
+  // Bullet decides by these speeds which bodies may fall asleep, and has them from before contacts.
+  find_largest_speeds(DeformableBodies(m_softBodies, *side_by_side_));
   pipeline_->wake_moved();
 }
 
