@@ -16,8 +16,8 @@
 // Neither blocks nor their order depend on the number of threads, so the result is the same to the
 // bit.
 //
-// The rows of a batch split the mass of a rigid body in the same way: each takes it for as many
-// times as light as rows move it, and the body moves by the sum of their impulses.
+// The rows of a batch split the mass of a rigid body or multibody in the same way: each takes it
+// for as many times as light as rows move it, and the body moves by the sum of their impulses.
 //
 // The iteration runs in single precision, in units taken from the problem itself, so that it does
 // not depend on the units of the scene. Its result only decides how large the impulses are. Their
@@ -173,8 +173,6 @@ class ContactSolver {
             double extra_normal, double extra_tangent, double need, const Indices& copy_of) const;
   /// Sets bodies_ and couplings_.
   void set_up_bodies();
-  /// Index of the displacement that stands for everything that an impulse on the multibody moves.
-  std::int32_t slot_of_multibody(int rigid) const;
   RowRigidTerm make_term(const RigidTerm& term, int lane) const;
   /// Sets scratch.copy_of to the copies of the block, or back to zeros.
   void map_copies(const RowBlock& block, Scratch& scratch) const;

@@ -22,11 +22,6 @@ void ContactSolver::fill(RowBlock& block, Scratch& scratch) {
       const std::int32_t v = row.contact.vertices[k];
       if (row.weights[k] * motion_->inverse_mass_of(v) != 0) *last++ = node_of_[v];
     }
-    if (has_rigid_terms_) {
-      for (const RigidTerm& term : RigidTerms(row.contact, row.weights, *motion_)) {
-        if (motion_->rigid[term.body].articulated >= 0) *last++ = slot_of_multibody(term.body);
-      }
-    }
     batches.add(i, slots.data(), last);
   }
   batches.finish();
@@ -76,12 +71,19 @@ void ContactSolver::fill(RowBlock& block, const RowBatches::Batch& rows, RowBatc
         }
       }
     }
+    // All links of a multibody count as one body. Only one block moves it.
+    const auto are_one_body = [this](int a, int b) {
+      const int multibody = motion_->rigid[a].articulated;
+      return a == b || (multibody >= 0 && multibody == motion_->rigid[b].articulated);
+    };
     for (int i = 0; i < count; ++i) {
       const RigidTerm& term = terms[i].term;
-      if (motion_->rigid[term.body].articulated >= 0) continue;
-      const auto lanes = std::count_if(terms.begin(), terms.begin() + count,
-                                       [&](const auto& t) { return t.term.body == term.body; });
-      const double split = static_cast<double>(lanes) * sharers_[translation_slot(term.body)];
+      const auto lanes = std::count_if(
+          terms.begin(), terms.begin() + count,
+          [&](const auto& other) { return are_one_body(term.body, other.term.body); });
+      const bool is_link = motion_->rigid[term.body].articulated >= 0;
+      const double split =
+          static_cast<double>(lanes) * (is_link ? 1 : sharers_[translation_slot(term.body)]);
       if (split == 1) continue;
       const ContactRow& row = (*rows_)[rows[terms[i].lane]];
       const Eigen::Matrix3d mobility = term.mobility(*motion_);

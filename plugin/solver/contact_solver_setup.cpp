@@ -157,11 +157,6 @@ void ContactSolver::set_up_bodies() {
   }
 }
 
-std::int32_t ContactSolver::slot_of_multibody(int rigid) const {
-  const ArticulatedMotion& multibody = motion_->articulated[motion_->rigid[rigid].articulated];
-  return translation_slot(multibody.links.front().rigid);
-}
-
 void ContactSolver::make_chunks() {
   problems_.assign(islands_->count(), {});
   chunk_count_ = 0;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <utility>
 
 #include "solver/contact_solver_parts.h"
 
@@ -39,6 +40,13 @@ constexpr int sliding_sweeps = 8;
 // Restart the extrapolation if a sweep's change exceeds this multiple of the smallest change so
 // far.
 constexpr float max_change_growth = 4;
+// The sweeps also end where they stall, as between two heavy bodies that press on light nodes. The
+// next step goes on from their impulses. They stall if, in an interval, the least change does not
+// fall to half of that in the interval before, and all changes together are a small fraction of all
+// that the sweeps have changed so far. An interval is a fraction of the limit of the sweeps.
+constexpr int intervals_of_limit = 16, min_stall_interval = 25;
+constexpr double stalled_fraction = 1e-3;
+
 // Whether the batch has an impulse, or gets one by extrapolation.
 bool is_active(const RowBatch& batch) {
   const auto is_not_zero = [](float x) { return x != 0; };
@@ -126,6 +134,33 @@ class ContactSolver::Sweeps {
  private:
   enum class Phase { search, add, sweep, join, extrapolate };
 
+  // Looks for sweeps that stall.
+  struct Progress {
+    int interval = 0,
+        sweeps_left = 0;  // length of an interval, and what is left of the present one
+    float least = std::numeric_limits<float>::max();  // SweepChange::largest, in the present one
+    float last_least = std::numeric_limits<float>::max();  // and in the one before
+    double size = 0, total_size = 0;  // sum of SweepChange::size, in the present one and in all
+
+    void begin(int sweep_limit) {
+      interval = sweeps_left = std::max(min_stall_interval, sweep_limit / intervals_of_limit);
+    }
+    /// Adds a sweep. Returns whether an interval ends in which the sweeps stalled.
+    bool stalls(const SweepChange& change) {
+      least = std::min(least, change.largest);
+      size += change.size;
+      total_size += change.size;
+      if (--sweeps_left > 0) return false;
+      constexpr float half_squared = 0.25F;  // SweepChange::largest is squared
+      const bool stalled =
+          least > half_squared * last_least && size < stalled_fraction * total_size;
+      last_least = std::exchange(least, std::numeric_limits<float>::max());
+      size = 0;
+      sweeps_left = interval;
+      return stalled;
+    }
+  };
+
   struct Island {
     bool goes_on = false;
     int limit = 0;         // of the number of sweeps
@@ -133,6 +168,7 @@ class ContactSolver::Sweeps {
     bool is_full = false;  // the present sweep is a full one
     int full_interval = first_full_sweep_interval, next_full = first_full_sweep_interval;
     float min_change_size = std::numeric_limits<float>::max();
+    Progress progress;
     int run_length = 0;  // sweeps since the extrapolation was restarted
     float extrapolation = 0;
     SweepChange change;  // of the present sweep
@@ -153,6 +189,7 @@ class ContactSolver::Sweeps {
       min_change = std::max(min_change, min_fraction * problem.largest.need);
     }
     island.limit = sweeps;
+    island.progress.begin(sweeps);
     island.tolerance = static_cast<float>(min_change / problem.length_unit);
   }
 
@@ -263,6 +300,7 @@ class ContactSolver::Sweeps {
       island.next_full = sweep_ + island.full_interval;
     }
     if (settled) island.next_full = sweep_ + 1;
+    if (island.progress.stalls(change)) island.limit = std::min(island.limit, sweep_ + 1);
   }
 
   void extrapolate(const Island& island, std::int32_t first, int count) const {

@@ -1,5 +1,5 @@
 // Batches of rows that can be solved at the same time: no two rows of a batch move the same slot.
-// They may move the same rigid body, whose mass they split (contact_solver.h).
+// They may move the same rigid body or multibody, whose mass they split (contact_solver.h).
 #pragma once
 
 #include <array>
@@ -10,8 +10,7 @@
 
 namespace lazyccd::bullet {
 
-/// Distributes rows over batches greedily. A slot is the index of a displacement: that of a node,
-/// or one that stands for a multibody.
+/// Distributes rows over batches greedily. A slot is the index of the displacement of a node.
 ///
 /// Rows are put in layers first: rows of a layer share no slot. Batches are filled layer by layer,
 /// so that most neighbouring batches share no slot either. A processor then works on several of
