@@ -45,7 +45,7 @@ constexpr float max_change_growth = 4;
 // fall to half of that in the interval before, and all changes together are a small fraction of all
 // that the sweeps have changed so far. An interval is a fraction of the limit of the sweeps.
 constexpr int intervals_of_limit = 16, min_stall_interval = 25;
-constexpr double stalled_fraction = 1e-3;
+constexpr double stalled_fraction = 1e-4;
 
 // Whether the batch has an impulse, or gets one by extrapolation.
 bool is_active(const RowBatch& batch) {
