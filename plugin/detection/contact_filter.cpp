@@ -74,6 +74,24 @@ bool ContactFilter::ignores(const Edge& edge, const Face& face) const {
   return are_anchored(body_a, body_b, {vertices.data(), vertices.size()});
 }
 
+void ContactFilter::find_anchored(std::int32_t soft_body, std::int32_t obstacle,
+                                  std::vector<std::int32_t>& vertices) const {
+  vertices.clear();
+  const SoftScene::BodyRecord& record = scene_.bodies()[soft_body];
+  const btSoftBody& soft = *record.body;
+  const btCollisionObject* const object = topology_.bodies()[obstacle].object;
+  const auto add = [&](const btSoftBody::Node* node) {
+    const std::int32_t v = scene_.vertex_of(record, static_cast<int>(node - &soft.m_nodes[0]));
+    if (v >= 0) vertices.push_back(v);
+  };
+  for (int i = 0; i < soft.m_anchors.size(); ++i)
+    if (soft.m_anchors[i].m_body == object) add(soft.m_anchors[i].m_node);
+  for (int i = 0; i < soft.m_deformableAnchors.size(); ++i)
+    if (soft.m_deformableAnchors[i].m_cti.m_colObj == object)
+      add(soft.m_deformableAnchors[i].m_node);
+  std::sort(vertices.begin(), vertices.end());
+}
+
 bool ContactFilter::are_anchored(std::int32_t body_a, std::int32_t body_b,
                                  Span<const std::int32_t> vertices) const {
   const StepTopology::BodyRecord& a = topology_.bodies()[body_a];

@@ -51,6 +51,9 @@ class ContactFilter {
   bool is_anchored(std::int32_t soft_vertex, std::int32_t body) const {
     return are_anchored(topology_.body_of(soft_vertex), body, {&soft_vertex, 1});
   }
+  /// Sets `vertices` to the vertices of the soft body that anchors hold to the obstacle, sorted.
+  void find_anchored(std::int32_t soft_body, std::int32_t obstacle,
+                     std::vector<std::int32_t>& vertices) const;
   /// True if the decision about contacts of an edge and a face is to ignore them.
   bool ignores(const Edge& edge, const Face& face) const;
 

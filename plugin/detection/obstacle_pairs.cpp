@@ -13,7 +13,7 @@ std::vector<ObstaclePairs> find_obstacle_pairs(const StepTopology& step_topology
   std::vector<ObstaclePairs> found;
   for (std::size_t b = 0; b < topology.bodies.size(); ++b) {
     const StepTopology::BodyRecord& record = step_topology.bodies()[b];
-    if (record.soft || record.has_anchored_nodes) continue;
+    if (record.soft || !record.triangles) continue;
     const auto body = static_cast<std::int32_t>(b);
     ObstaclePairs obstacle{body, {}};
     for (std::int32_t s = 0; s < body && step_topology.bodies()[s].soft; ++s) {

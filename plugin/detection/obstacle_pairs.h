@@ -17,8 +17,7 @@ struct ObstaclePairs {
   std::vector<std::int32_t> soft_bodies;
 };
 
-/// Returns the obstacles that at least one soft body may meet. Leaves out obstacles that nodes are
-/// anchored to.
+/// Returns the obstacles with triangles that at least one soft body may meet.
 std::vector<ObstaclePairs> find_obstacle_pairs(const StepTopology& topology);
 
 /// The sag of an edge or a face in a motion, or at its start: the squared radius of the smallest

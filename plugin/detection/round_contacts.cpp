@@ -233,8 +233,16 @@ bool RoundContacts::is_clear(const Pair& pair, bool at_start) {
   const StepTopology::BodyRecord& soft = topology_.bodies()[pair.soft_body];
   const std::int32_t first = soft.first_vertex, last = first + soft.vertex_count;
   const double radius = pair.part.outer_radius + pair.core.rounding(pair.part.outer_radius);
+  filter_.find_anchored(pair.soft_body, pair.obstacle, anchored_);
+  const auto is_anchored = [this](std::int32_t v) {
+    return std::binary_search(anchored_.begin(), anchored_.end(), v);
+  };
   by_vertex_.resize(static_cast<std::size_t>(soft.vertex_count));
   for (std::int32_t v = first; v < last; ++v) {
+    if (is_anchored(v)) {
+      by_vertex_[v - first] = std::numeric_limits<double>::infinity();
+      continue;
+    }
     const Vector3d x0 = motion_.start_of(v), x1 = at_start ? x0 : motion_.end_of(v);
     const double distance = pair.core.smallest_distance(x0, x1);
     if (!(distance > radius)) return false;
@@ -244,16 +252,28 @@ bool RoundContacts::is_clear(const Pair& pair, bool at_start) {
   double& largest = largest_sags_[pair.soft_body];
   if (largest < 0) largest = largest_sag(topology_, pair.soft_body, motion_, at_start);
   if (smallest > largest) return true;
+  const auto is_primitive_clear = [&](const auto& primitive) {
+    const auto holds = [&](double sag) {
+      return std::all_of(primitive.begin(), primitive.end(),
+                         [&](std::int32_t v) { return by_vertex_[v - first] > sag; });
+    };
+    return holds(largest) || holds(sag_of(primitive, motion_, at_start)) ||
+           pair.core.is_farther(radius, points_of(primitive, motion_, true),
+                                points_of(primitive, motion_, at_start));
+  };
+  // Of a face with one anchored vertex, only contacts of the opposite side count.
+  const auto is_side_clear = [&](const auto& primitive, std::size_t anchored) {
+    if (primitive.size() < 3) return true;
+    const Edge side = {primitive[(anchored + 1) % 3], primitive[(anchored + 2) % 3]};
+    return is_anchored(side[0]) || is_anchored(side[1]) || is_primitive_clear(side);
+  };
   const auto are_all_clear = [&](const auto& primitives, const IndexRange& range) {
     for (std::int32_t i = range.first; i < range.last; ++i) {
       const auto& primitive = primitives[i];
-      const auto holds = [&](double sag) {
-        return std::all_of(primitive.begin(), primitive.end(),
-                           [&](std::int32_t v) { return by_vertex_[v - first] > sag; });
-      };
-      if (!holds(largest) && !holds(sag_of(primitive, motion_, at_start)) &&
-          !pair.core.is_farther(radius, points_of(primitive, motion_, true),
-                                points_of(primitive, motion_, at_start)))
+      const auto anchored = std::find_if(primitive.begin(), primitive.end(), is_anchored);
+      if (anchored == primitive.end()
+              ? !is_primitive_clear(primitive)
+              : !is_side_clear(primitive, static_cast<std::size_t>(anchored - primitive.begin())))
         return false;
     }
     return true;

@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "contact/pair_surfaces.h"
+#include "detection/contact_filter.h"
 #include "detection/moving_core.h"
 #include "detection/obstacle_pairs.h"
 #include "lazyccd/contact.h"
@@ -31,8 +32,9 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 class RoundContacts {
  public:
   /// The arguments must outlive it.
-  RoundContacts(const StepTopology& topology, const Motion& motion, const PairSurfaces& surfaces)
-      : topology_(topology), motion_(motion), surfaces_(surfaces) {}
+  RoundContacts(const StepTopology& topology, const Motion& motion, const PairSurfaces& surfaces,
+                const ContactFilter& filter)
+      : topology_(topology), motion_(motion), surfaces_(surfaces), filter_(filter) {}
 
   /// Chooses the obstacles that are met here. Call when indices or pair rules change, with the
   /// start of a motion.
@@ -49,7 +51,8 @@ class RoundContacts {
   /// that is nearest to the contact point.
   void find_near(double separation, std::vector<Contact>& contacts);
   /// True if it is certain that no soft body touches the triangles of these obstacles in the motion
-  /// to its present end, or, with `at_start`, at its start.
+  /// to its present end, or, with `at_start`, at its start. What an anchor holds to the obstacle
+  /// does not count: its contacts are ignored.
   bool are_clear(bool at_start);
 
  private:
@@ -85,6 +88,7 @@ class RoundContacts {
   const StepTopology& topology_;
   const Motion& motion_;
   const PairSurfaces& surfaces_;
+  const ContactFilter& filter_;
   std::vector<ObstaclePairs> obstacles_;
   /// By soft body, metres: vertices farther away than this have no face or edge that needs a
   /// constraint. Twice what it is at the start of the topology; the detector decides about what
@@ -94,6 +98,7 @@ class RoundContacts {
   /// By vertex of a body. In find_near(): lower bound of its distance from the core, metres. In
   /// is_clear(): the largest sag with which the bound holds, m^2.
   std::vector<double> by_vertex_;
+  std::vector<std::int32_t> anchored_;  ///< vertices of a pair, in is_clear()
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -23,7 +23,7 @@ StepDetector::StepDetector(const DetectorOptions& options, const Threads& thread
       topology_(topology),
       motion_(motion),
       selector_(surfaces, position_correction),
-      round_contacts_(topology, motion, surfaces),
+      round_contacts_(topology, motion, surfaces, filter),
       flat_contacts_(topology, motion) {
   options_.separation = 0;
   options_.reduce_contacts = false;

@@ -133,17 +133,14 @@ void Motion::read_link_poses(const ArticulatedMotion& body) {
 void Motion::set_end_pose(RigidMotion& body, const btTransform& pose) {
   body.end = pose;
   write_vertices(body, pose, end);
-  for (const auto& [vertex, fixed] : anchored) {
-    if (&rigid[fixed.rigid] == &body) set_anchored_end(vertex, pose * fixed.local);
-  }
+  for (const std::int32_t vertex : body.anchored)
+    set_anchored_end(vertex, pose * anchored.find(vertex)->second.local);
 }
 
 void Motion::set_end_to_start(RigidMotion& body) {
   set_end_pose(body, body.start);
-  for (const auto& [vertex, fixed] : anchored) {
-    if (&rigid[fixed.rigid] == &body)
-      set_anchored_end(vertex, &start[3 * static_cast<std::size_t>(vertex)]);
-  }
+  for (const std::int32_t vertex : body.anchored)
+    set_anchored_end(vertex, &start[3 * static_cast<std::size_t>(vertex)]);
 }
 
 void Motion::set_end_to_start(std::int32_t soft_vertex) {
@@ -155,6 +152,20 @@ void Motion::set_end_to_start(std::int32_t soft_vertex) {
 void Motion::set_anchored_end(std::int32_t vertex, const btScalar* x) {
   std::copy_n(x, 3, &end[3 * static_cast<std::size_t>(vertex)]);
   solved[vertex] = end_of(vertex);
+}
+
+void Motion::anchor(std::int32_t soft_vertex, const AnchoredVertex& fixed) {
+  release(soft_vertex);
+  anchored.insert({soft_vertex, fixed});
+  rigid[fixed.rigid].anchored.push_back(soft_vertex);
+}
+
+void Motion::release(std::int32_t soft_vertex) {
+  const auto found = anchored.find(soft_vertex);
+  if (found == anchored.end()) return;
+  std::vector<std::int32_t>& of_body = rigid[found->second.rigid].anchored;
+  of_body.erase(std::find(of_body.begin(), of_body.end(), soft_vertex));
+  anchored.erase(found);
 }
 
 int Motion::anchor_body_of(std::int32_t soft_vertex) const {

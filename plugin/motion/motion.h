@@ -48,7 +48,8 @@ struct RigidMotion {
   /// velocities follow them; the split ones come from split impulses and do not change velocities.
   Eigen::Vector3d translation, rotation, split_translation, split_rotation;
   Eigen::Vector3d velocity_change, angular_velocity_change;  ///< of the response; m/s, rad/s
-  bool is_ball = false;  ///< its surface is a ball about its centre of mass
+  bool is_ball = false;                ///< its surface is a ball about its centre of mass
+  std::vector<std::int32_t> anchored;  ///< soft vertices that are anchored to it
   /// Link of a multibody: index in Motion::articulated. Otherwise -1. A link has no inverse mass of
   /// its own: its multibody has, and gives it `translation` and the like.
   int articulated = -1;
@@ -80,7 +81,7 @@ struct Motion {
   std::vector<btScalar> start, end;
   /// By soft vertex, 1/kg; 0: contacts do not decide the motion (pinned or anchored).
   std::vector<double> inverse_mass;
-  std::map<std::int32_t, AnchoredVertex> anchored;  ///< anchored soft vertices, by vertex
+  std::map<std::int32_t, AnchoredVertex> anchored;  ///< by soft vertex; set by anchor()
   std::vector<Eigen::Vector3d> velocity;  ///< by soft vertex: Bullet's, at the end of the step, m/s
   std::vector<double> rate;  ///< by soft vertex: velocity per displacement, with damping, 1/s
   std::vector<double> shortest_edge;  ///< by soft vertex: its shortest edge, metres
@@ -134,6 +135,10 @@ struct Motion {
   double largest_deviation_sum(Span<const Body> bodies) const;
   /// Index in `rigid` of the body that a soft vertex is anchored to; -1 if there is none.
   int anchor_body_of(std::int32_t soft_vertex) const;
+
+  /// Anchors a soft vertex to a body of `rigid`, and releases it from any other.
+  void anchor(std::int32_t soft_vertex, const AnchoredVertex& fixed);
+  void release(std::int32_t soft_vertex);
 
   /// Makes the present end of the step the predicted one, and resets the response.
   void begin_response();

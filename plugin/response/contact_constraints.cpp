@@ -269,10 +269,14 @@ void ContactConstraints::solve(Motion& motion, int sweeps) {
     sweep_count_ += solver_.solve(sweeps);
     solver_.write(motion);
   }
-  for (RigidMotion& body : motion.rigid) {
-    if (body.is_dynamic()) motion.apply_response(body);
-  }
-  for (ArticulatedMotion& body : motion.articulated) motion.apply_response(body);
+  const auto is_solved = [&all](std::size_t rigid) {
+    const std::int32_t island = all.of_rigid(rigid);
+    return island >= 0 && all.is_selected(island);
+  };
+  for (std::size_t i = 0; i < motion.rigid.size(); ++i)
+    if (motion.rigid[i].is_dynamic() && is_solved(i)) motion.apply_response(motion.rigid[i]);
+  for (ArticulatedMotion& body : motion.articulated)
+    if (is_solved(body.links.front().rigid)) motion.apply_response(body);
 }
 
 void ContactConstraints::record_approach(const Motion& motion) {

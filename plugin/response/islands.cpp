@@ -58,6 +58,11 @@ std::vector<Island> find_islands(const std::vector<const ContactRow*>& rows,
       if (is_movable(body)) in_contact[body] = 1;
     if (is_movable(a) && is_movable(b)) sets.join(a, b);
   }
+  std::vector<std::int32_t> body_of_rigid(motion.rigid.size());
+  for (std::size_t body = 0; body < motion.rigid_of_body.size(); ++body) {
+    const int rigid = motion.rigid_of_body[body];
+    if (rigid >= 0) body_of_rigid[rigid] = static_cast<std::int32_t>(body);
+  }
   std::set<std::int32_t> carriers;
   // Contacts of an anchored vertex also push the rigid body that it is anchored to.
   for (const auto& [vertex, anchored] : motion.anchored) {
@@ -65,9 +70,7 @@ std::vector<Island> find_islands(const std::vector<const ContactRow*>& rows,
         std::upper_bound(motion.first_vertex.begin(), motion.first_vertex.end(), vertex);
     const auto body = static_cast<std::int32_t>(next - motion.first_vertex.begin()) - 1;
     if (!in_contact[body]) continue;
-    const auto anchor_body =
-        std::find(motion.rigid_of_body.begin(), motion.rigid_of_body.end(), anchored.rigid);
-    const auto rigid_body = static_cast<std::int32_t>(anchor_body - motion.rigid_of_body.begin());
+    const std::int32_t rigid_body = body_of_rigid[anchored.rigid];
     if (!in_contact[rigid_body]) carriers.insert(rigid_body);
     sets.join(body, rigid_body);
   }

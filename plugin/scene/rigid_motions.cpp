@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <map>
 
 #include "motion/rotation.h"
 
@@ -55,6 +56,14 @@ void find_multibodies(const Obstacles& obstacles, Motion& motion) {
   }
 }
 
+// Index in Motion::rigid of the bodies that impulses move.
+std::map<const btCollisionObject*, int> find_movable(const Motion& motion) {
+  std::map<const btCollisionObject*, int> found;
+  for (std::size_t i = 0; i < motion.rigid.size(); ++i)
+    if (motion.rigid[i].is_movable()) found.insert({motion.rigid[i].object, static_cast<int>(i)});
+  return found;
+}
+
 }  // namespace
 
 void read_rigid_motions(const StepTopology& topology, const Obstacles& obstacles, Motion& motion) {
@@ -85,7 +94,8 @@ void read_rigid_motions(const StepTopology& topology, const Obstacles& obstacles
   find_multibodies(obstacles, motion);
 }
 
-void find_anchored_vertices(const SoftScene& scene, const StepTopology& topology, Motion& motion) {
+void find_anchored_vertices(const SoftScene& scene, Motion& motion) {
+  std::map<const btCollisionObject*, int> rigid_of;
   for (const SoftScene::BodyRecord& record : scene.bodies()) {
     const auto& anchors = record.body->m_deformableAnchors;
     for (int i = 0; i < anchors.size(); ++i) {
@@ -94,13 +104,10 @@ void find_anchored_vertices(const SoftScene& scene, const StepTopology& topology
       // Skips pinned nodes, through which Bullet's anchors push nothing, and nodes that the anchor
       // does not move, as in the rigid world.
       if (v < 0 || anchors[i].m_node->m_im == 0 || motion.inverse_mass[v] > 0) continue;
-      motion.anchored.erase(v);  // the last of several anchors counts
-      for (std::size_t body = 0; body < topology.bodies().size(); ++body) {
-        const int rigid = motion.rigid_of_body[body];
-        if (topology.bodies()[body].object == anchors[i].m_cti.m_colObj &&
-            motion.rigid[rigid].is_movable())
-          motion.anchored[v] = {anchors[i].m_local, rigid};
-      }
+      motion.release(v);  // the last of several anchors counts
+      if (rigid_of.empty()) rigid_of = find_movable(motion);
+      const auto rigid = rigid_of.find(anchors[i].m_cti.m_colObj);
+      if (rigid != rigid_of.end()) motion.anchor(v, {anchors[i].m_local, rigid->second});
     }
   }
 }

@@ -14,7 +14,7 @@ void read_rigid_motions(const StepTopology& topology, const Obstacles& obstacles
 
 /// Fills Motion::anchored: the nodes that anchors of the deformable world fix to dynamic bodies.
 /// The rigid motions must have been read.
-void find_anchored_vertices(const SoftScene& scene, const StepTopology& topology, Motion& motion);
+void find_anchored_vertices(const SoftScene& scene, Motion& motion);
 
 }  // namespace LAZYCCD_BULLET_PRECISION
 }  // namespace lazyccd::bullet

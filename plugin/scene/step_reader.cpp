@@ -279,7 +279,7 @@ void StepReader::exclude(std::int32_t vertex) {
 
 void StepReader::gather_obstacles() {
   read_rigid_motions(topology_, obstacles_, motion_);
-  find_anchored_vertices(scene_, topology_, motion_);
+  find_anchored_vertices(scene_, motion_);
   find_obstacles_at_rest();
   bounds_.resize(scene_.bodies().size());
   for (const RigidMotion& rigid : motion_.rigid) bounds_.push_back(bounds_of(rigid));

@@ -137,7 +137,8 @@ TEST_CASE("what is said to be clear of balls and capsules does not touch their t
     const bullet::StepTopology& topology = draped.reader().topology();
     const bullet::Motion& motion = draped.reader().motion();
     const bullet::PairSurfaces surfaces = surfaces_of(topology);
-    bullet::RoundContacts round(topology, motion, surfaces);
+    const bullet::ContactFilter filter(draped.reader().scene(), topology, motion, surfaces);
+    bullet::RoundContacts round(topology, motion, surfaces, filter);
     round.set_topology();
     REQUIRE(round.any());
     Detector exact;
@@ -191,4 +192,46 @@ TEST_CASE("what is said to be clear of balls and capsules does not touch their t
   CHECK(touching > 20);
   CHECK((of_faces_or_edges > 100) == is_small(kind));
   CHECK(within > 0.8 * reported);  // what only passes by may be farther away
+}
+
+TEST_CASE("nodes that are anchored to a ball or capsule do not keep the rest from being clear") {
+  const std::string kind = GENERATE("ball", "capsule", "small ball");
+  const int anchored = GENERATE(1, 2);
+  CAPTURE(kind, anchored);
+  int clear = 0, touching = 0;
+  for (unsigned number = 1; number <= 100; ++number) {
+    CAPTURE(number);
+    DrapedSheet draped = make_draped(kind, number);
+    if (anchored == 1)
+      draped.anchor({0});
+    else
+      draped.anchor({1, 2});
+    draped.read();
+    const bullet::StepTopology& topology = draped.reader().topology();
+    const bullet::Motion& motion = draped.reader().motion();
+    const bullet::PairSurfaces surfaces = surfaces_of(topology);
+    const bullet::ContactFilter filter(draped.reader().scene(), topology, motion, surfaces);
+    std::vector<std::int32_t> found;
+    filter.find_anchored(0, 1, found);
+    CHECK(found.size() == static_cast<std::size_t>(anchored));
+    bullet::RoundContacts round(topology, motion, surfaces, filter);
+    round.set_topology();
+    REQUIRE(round.any());
+    Detector exact;
+    exact.set_topology(topology.for_detection());
+    for (const bool at_start : {false, true}) {
+      CAPTURE(at_start);
+      const Span<const Contact> contacts =
+          exact.detect(motion.starts(), at_start ? motion.starts() : motion.ends());
+      const bool touches = std::any_of(contacts.begin(), contacts.end(), [&](const Contact& c) {
+        return filter.decide(c) != bullet::ContactFilter::Decision::ignore;
+      });
+      const bool is_clear = round.are_clear(at_start);
+      CHECK(!(touches && is_clear));
+      clear += is_clear;
+      touching += touches;
+    }
+  }
+  CHECK(clear > 20);
+  CHECK(touching > 20);
 }

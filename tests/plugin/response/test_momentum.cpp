@@ -304,7 +304,7 @@ TEST_CASE("a zone turns a body that nodes of it are anchored to only if there ar
   motion.rigid.push_back(body);
   const auto anchor = [&](std::int32_t v) {
     motion.inverse_mass[v] = 0;
-    motion.anchored[v] = {bullet::to_bullet(motion.start_of(v)) - body.start.getOrigin(), 0};
+    motion.anchor(v, {bullet::to_bullet(motion.start_of(v)) - body.start.getOrigin(), 0});
   };
   anchor(1);
   if (several) anchor(2);

@@ -3,11 +3,14 @@
 
 #include <LinearMath/btTransform.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
+#include <initializer_list>
 #include <memory>
 #include <random>
 #include <utility>
+#include <vector>
 
 #include "contact/pair_surfaces.h"
 #include "plugin/support/obstacle_worlds.h"
@@ -48,6 +51,14 @@ class DrapedSheet {
     turned_ = btTransform(turn, place_.getOrigin() + btVector3(amount(speed), amount(speed), 0));
   }
 
+  /// Anchors nodes to the obstacle, at its centre.
+  void anchor(std::initializer_list<int> nodes) {
+    for (const int node : nodes) {
+      sheet_->appendDeformableAnchor(node, btRigidBody::upcast(obstacle_));
+      anchored_.push_back(node);
+    }
+  }
+
   void read() {
     for (const bool moves : {false, true}) {  // the first step makes the obstacle known
       reader_->begin_step(bodies_);
@@ -69,6 +80,13 @@ class DrapedSheet {
  private:
   btScalar amount(double size) { return static_cast<btScalar>(within(-size, size)); }
   void place(int node, std::int32_t v, bullet::Motion& motion) {
+    if (std::find(anchored_.begin(), anchored_.end(), node) != anchored_.end()) {
+      for (int k = 0; k < 3; ++k) {
+        motion.start[3 * static_cast<std::size_t>(v) + k] = place_.getOrigin()[k];
+        motion.end[3 * static_cast<std::size_t>(v) + k] = turned_.getOrigin()[k];
+      }
+      return;
+    }
     const double x = middle_x_ + 0.28 * (node % nodes_ / (nodes_ - 1.0) - 0.5);
     const double z = 0.28 * (node / nodes_ / (nodes_ - 1.0) - 0.5);
     const btVector3 start(static_cast<btScalar>(x), static_cast<btScalar>(height_(x, z, gap_)),
@@ -96,6 +114,7 @@ class DrapedSheet {
   double gap_, noise_;
   Height height_;
   double middle_x_;
+  std::vector<int> anchored_;
 };
 
 /// Surfaces of all bodies, without friction.
