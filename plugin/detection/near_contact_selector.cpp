@@ -116,6 +116,11 @@ void NearContactSelector::evaluate_range(Span<const Contact> found, std::size_t 
   if (any_responds) any_responds_.store(true, std::memory_order_relaxed);
 }
 
+void NearContactSelector::remember(const std::vector<LastImpulses::Pair>& pairs) {
+  selected_.clear();
+  for (const LastImpulses::Pair& pair : pairs) selected_.push_back(pair_key_of(pair.contact));
+}
+
 NearContacts NearContactSelector::select(Span<const Contact> found, const ContactFilter& filter,
                                          const Motion& motion, const Threads& threads) {
   previously_selected_.swap(selected_);

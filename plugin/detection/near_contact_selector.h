@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "contact/last_impulses.h"
 #include "contact/near_contacts.h"
 #include "contact/pair_surfaces.h"
 #include "detection/contact_filter.h"
@@ -51,6 +52,8 @@ class NearContactSelector {
 
   /// Call when the indices of bodies, vertices or faces change.
   void forget() { selected_.clear(); }
+  /// After forget(): these pairs count as selected in the last step. They are sorted.
+  void remember(const std::vector<LastImpulses::Pair>& pairs);
 
   /// Identifies a contact. Keys have the same order as contacts.
   using PairKey = std::array<std::uint64_t, 3>;

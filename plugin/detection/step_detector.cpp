@@ -164,9 +164,10 @@ bool StepDetector::only_near_can_touch(const Positions& end) const {
                                 rounding_slack * separation_);
 }
 
-NearContacts StepDetector::detect_near() {
+NearContacts StepDetector::detect_near(LastImpulses& last_impulses) {
   if (!near_detector_) {
     touching_pairs_ = touching(motion_.starts(), motion_.ends());
+    last_impulses.match(touching_pairs_);
     found_any_ = !touching_pairs_.empty();
     filter_.set_end_changed(found_any_);
     return selector_.evaluate_all(touching_pairs_, motion_);
@@ -199,6 +200,10 @@ NearContacts StepDetector::detect_near() {
     any_near = true;
   }
   counts_.near_pairs += static_cast<std::int64_t>(near.size());
+  if (last_impulses.needs_match()) {
+    last_impulses.match(near);
+    selector_.remember(last_impulses.pairs());
+  }
   const NearContacts selected = selector_.select(near, filter_, motion_, threads_);
   found_any_ = selector_.any_responds();
   if (!found_any_ && (any_near || !simple_shapes_are_clear(false))) {

@@ -47,7 +47,8 @@ class StepDetector {
   /// NearContactSelector::distance_factor (1.1) times the thickness. Pairs that are redundant, that
   /// need no constraint, or on which the response does not act are not selected: they have can_act
   /// = false. Valid until the next detect_near(), detect_ahead() or set_topology().
-  NearContacts detect_near();
+  /// `last_impulses` get new indices if they need them; their pairs are then preferred.
+  NearContacts detect_near(LastImpulses& last_impulses);
   /// Call in place of detect_near() if no two bodies come within separation() of each other.
   /// Forgets what was kept of the last step.
   void forget_near() {

@@ -40,13 +40,11 @@ Vector3d gap_vector_at_end(const ContactRow& row, const Motion& motion) {
 }
 
 void ContactConstraints::begin_step() {
-  last_impulses_.clear();
-  for (const ContactRow* const row : active_rows()) {
-    if (row->normal_impulse == 0) continue;
-    if (last_impulses_.empty() || last_impulses_.back().contact < row->contact)
-      last_impulses_.push_back({row->contact, Eigen::Vector3d::Zero()});
-    last_impulses_.back().impulse += row->impulse();
-  }
+  last_impulses_.take(active_rows());
+  clear_rows();
+}
+
+void ContactConstraints::clear_rows() {
   rows_.clear();
   active_rows_.reset();
   islands_are_current_ = false;
@@ -106,10 +104,13 @@ void ContactConstraints::find_active_rows(std::size_t first, std::size_t last,
   }
 }
 
+void ContactConstraints::renumber(const Renumbering& numbers) {
+  clear_rows();
+  last_impulses_.renumber(numbers);
+}
+
 void ContactConstraints::forget() {
-  rows_.clear();
-  islands_are_current_ = false;
-  active_rows_.reset();
+  clear_rows();
   last_impulses_.clear();
 }
 
@@ -121,20 +122,22 @@ void ContactConstraints::take_near_contacts(const NearContacts& near, const Moti
 
 void ContactConstraints::warm_start() {
   active_rows_.reset();
+  if (last_impulses_.needs_match()) return;  // nothing was near
+  const std::vector<LastImpulses::Pair>& pairs = last_impulses_.pairs();
   constexpr std::size_t grain = 512;
   std::vector<std::vector<WarmStart>>& parts = warm_starts_;
-  parts.resize((last_impulses_.size() + grain - 1) / grain);
+  parts.resize((pairs.size() + grain - 1) / grain);
   const auto for_each_part = [&](const auto& each) {
     threads_.parallel_for(parts.size(), 1, [&](std::size_t first, std::size_t last) {
       for (std::size_t part = first; part < last; ++part) each(part);
     });
   };
   for_each_part([&](std::size_t part) {
-    const std::size_t end = std::min((part + 1) * grain, last_impulses_.size());
+    const std::size_t end = std::min((part + 1) * grain, pairs.size());
     parts[part].clear();
     std::size_t row = 0;  // where the search for the next pair begins
     for (std::size_t i = part * grain; i < end; ++i) {
-      const PairImpulse& last = last_impulses_[i];
+      const LastImpulses::Pair& last = pairs[i];
       row = rows_.find(last.contact, row);
       for (; row < rows_.size() && !(last.contact < rows_.contact(row)); ++row)
         if (rows_.can_act(row)) parts[part].push_back({row, &last, rows_.is_made(row)});

@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "contact/contact_row.h"
+#include "contact/last_impulses.h"
 #include "contact/pair_surfaces.h"
 #include "contact/row_list.h"
 #include "motion/motion.h"
@@ -44,9 +45,13 @@ class ContactConstraints {
 
   /// Starts a step without rows. Remembers the impulses of the last step.
   void begin_step();
-  /// Drops all rows and remembered impulses. To be called if the indices of bodies, vertices or
-  /// faces change.
+  /// Drops all rows, as when a step is solved again. Remembered impulses stay.
+  void clear_rows();
+  /// Drops all rows, and gives remembered impulses the new indices of bodies and vertices.
+  void renumber(const Renumbering& numbers);
+  /// Drops all rows and remembered impulses.
   void forget();
+  LastImpulses& last_impulses() { return last_impulses_; }
   /// Warm start: gives rows the impulses of the last step if their pair was in contact in it as
   /// well. A resting contact needs the same impulses again. This may raise the kinetic energy; the
   /// caller must check that.
@@ -103,16 +108,10 @@ class ContactConstraints {
   std::vector<char> find_prescribed_motion(const Motion& motion);
   void record_approach(const Motion& motion);
 
-  /// Sum of the impulses of a pair in the last step.
-  struct PairImpulse {
-    Contact contact;
-    Eigen::Vector3d impulse;  // unit as in ContactRow
-  };
-
   // A row that starts with an impulse of the last step.
   struct WarmStart {
     std::size_t row;
-    const PairImpulse* last;
+    const LastImpulses::Pair* last;
     bool is_made;
   };
 
@@ -125,7 +124,7 @@ class ContactConstraints {
   // Scratch memory of active_rows() and warm_start(), by part of their work.
   std::vector<std::vector<const ContactRow*>> active_parts_;
   std::vector<std::vector<WarmStart>> warm_starts_;
-  std::vector<PairImpulse> last_impulses_;  // sorted by contact
+  LastImpulses last_impulses_;
   RowIslands islands_;
   bool islands_are_current_ = false;  // false: rows changed since
   std::vector<double> approach_;      // by body, metres

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <utility>
 
 #include "response/impact_zones.h"
 #include "response/islands.h"
@@ -52,10 +53,34 @@ bool are_crowded(const std::vector<Contact>& contacts) {
 
 }  // namespace
 
+void Response::begin_step() {
+  constraints_.begin_step();
+  if (!loads_.empty()) std::swap(loads_, last_loads_);
+  loads_.clear();
+}
+
+void Response::renumber(const Renumbering& numbers) {
+  constraints_.renumber(numbers);
+  const std::vector<double> loads = std::exchange(last_loads_, {});
+  for (std::size_t body = 0; body < std::min(loads.size(), numbers.bodies.size()); ++body) {
+    const std::int32_t now = numbers.bodies[body];
+    if (now < 0) continue;
+    if (last_loads_.size() <= static_cast<std::size_t>(now))
+      last_loads_.resize(static_cast<std::size_t>(now) + 1, 0);
+    last_loads_[now] = loads[body];
+  }
+}
+
+void Response::forget() {
+  constraints_.forget();
+  loads_.clear();
+  last_loads_.clear();
+}
+
 void Response::run(const NearContacts& near, const std::vector<Contact>& penetrations,
                    const Detect& detect_all, const SolveLinks& solve_links, Motion& motion,
                    StepStats& stats) {
-  constraints_.begin_step();
+  constraints_.clear_rows();
   motion.begin_response();
   bodies_with_solved_links_.clear();
   if (options_.max_impulse_rounds > 0) {
@@ -155,7 +180,6 @@ void Response::solve_speculative(const NearContacts& near, const std::vector<Con
 }
 
 std::vector<std::int32_t> Response::find_rising_loads(const Motion& motion) {
-  std::swap(loads_, last_loads_);
   loads_.assign(motion.rigid_of_body.size(), 0);
   for (const ContactRow* const row : constraints_.active_rows()) {
     for (const std::int32_t body : {row->contact.body_a, row->contact.body_b})

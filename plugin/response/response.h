@@ -29,6 +29,12 @@ class Response {
         threads_(threads),
         constraints_(surfaces, options.position_correction, threads) {}
 
+  /// Starts a step. Remembers the impulses of the last one.
+  void begin_step();
+  /// Call if the indices of bodies or vertices change. Remembered impulses get the new ones.
+  void renumber(const Renumbering& numbers);
+
+  /// May be called several times in a step: each begins with the impulses of the last step.
   /// Changes the end of `motion` until `detect_all` finds no contact that can be resolved.
   /// `near`: pairs that come near each other; the selected ones are solved before the first
   /// detection. Three methods follow, each until the step is clean: impulses; rigid impact zones;
@@ -41,17 +47,13 @@ class Response {
            const Detect& detect_all, const SolveLinks& solve_links, Motion& motion,
            StepStats& stats);
 
-  /// Rows of the pairs that acted in the last run(), sorted by contact. Valid until the next run()
-  /// or forget().
+  /// Rows of the pairs that acted in the last run(), sorted by contact. Valid until the next call
+  /// that changes something.
   const std::vector<const ContactRow*>& active_rows() { return constraints_.active_rows(); }
 
-  /// Drops the impulses of the last step. To be called if the indices of bodies, vertices or faces
-  /// change.
-  void forget() {
-    constraints_.forget();
-    loads_.clear();
-    last_loads_.clear();
-  }
+  LastImpulses& last_impulses() { return constraints_.last_impulses(); }
+  /// Drops the impulses of the last step.
+  void forget();
 
  private:
   /// Solves the near contacts that were selected: with a warm start, or without if that raises the

@@ -99,6 +99,7 @@ bool Pipeline::run(const Bodies& bodies, double dt, const Fill& fill,
   reader_.motion().articulated.clear();  // of the last step; its multibodies may be gone
   try {
     const Stopwatch reading;
+    response_.begin_step();
     StepReader::Changes changes = reader_.read(bodies, dt, fill);
     take_changes(changes);
     step_.ms_gather = reading.ms();
@@ -208,7 +209,7 @@ NearContacts Pipeline::find_near_contacts() {
     detector_.forget_near();
     return {};
   }
-  const NearContacts near = detector_.detect_near();
+  const NearContacts near = detector_.detect_near(response_.last_impulses());
   for (std::size_t i = 0; untangling_.allows_any_pass() && i < near.contacts.size(); ++i) {
     if (untangling_.allows_pass(near.contacts[i], motion())) near.estimates[i].can_act = false;
   }
@@ -221,7 +222,7 @@ NearContacts Pipeline::find_near_contacts() {
 }
 
 void Pipeline::set_topology() {
-  response_.forget();
+  response_.renumber(scene_numbers_.update(topology()));
   filter_.set_topology();
   detector_.set_topology(largest_thickness());
 }

@@ -14,6 +14,7 @@
 #include "response/response.h"
 #include "scene/step_reader.h"
 #include "step/checked_options.h"
+#include "step/scene_numbers.h"
 #include "step/write_rigid_bodies.h"
 #include "untangling/untangling.h"
 #include "util/warning_log.h"
@@ -124,6 +125,7 @@ class Pipeline {
   ContactFilter filter_;
   StepDetector detector_;
   Response response_;
+  SceneNumbers scene_numbers_;
   Untangling untangling_;
   std::vector<StepContact> contacts_;
   std::int64_t handled_pairs_ = 0;

@@ -1,4 +1,6 @@
 // Islands: what happens in one group of bodies changes nothing in another.
+#include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "plugin/support/worlds.h"
@@ -43,6 +45,14 @@ void add_violent(PhysicsWorld& world) {
   world.add_dynamic(make_box(0.3, 0.3, 0.3), at(aside, 0.16, 0), 0.2);
 }
 
+void append_positions(const PhysicsWorld& world, std::vector<btScalar>& positions) {
+  for (int body = 0; body < 3; ++body) {
+    const btSoftBody& cloth = *world.bodies()[body];
+    for (int i = 0; i < cloth.m_nodes.size(); ++i)
+      for (int k = 0; k < 3; ++k) positions.push_back(cloth.m_nodes[i].m_x[k]);
+  }
+}
+
 // Positions of the first three cloths after each step.
 std::vector<btScalar> quiet_positions(bool with_violent, bool on_floor, int threads) {
   WorldOptions options = quiet_options(World::rigid, 1.0 / 120);
@@ -54,11 +64,31 @@ std::vector<btScalar> quiet_positions(bool with_violent, bool on_floor, int thre
   std::vector<btScalar> positions;
   for (int step = 0; step < 60; ++step) {
     world->step();
-    for (int body = 0; body < 3; ++body) {
-      const btSoftBody& cloth = *world->bodies()[body];
-      for (int i = 0; i < cloth.m_nodes.size(); ++i)
-        for (int k = 0; k < 3; ++k) positions.push_back(cloth.m_nodes[i].m_x[k]);
+    append_positions(*world, positions);
+  }
+  return positions;
+}
+
+enum class Change { none, static_body, dynamic_body, cloth };
+
+// Positions of three cloths at rest in the steps after something was added beside them.
+std::vector<btScalar> positions_after(Change change, World kind) {
+  WorldOptions options = quiet_options(kind, 1.0 / 60);
+  options.gravity = 10;
+  const auto world = PhysicsWorld::make(options);
+  world->add_static(make_box(0.6, 0.4, 0.6), at(0, -0.2, 0));
+  for (unsigned i = 0; i < 3; ++i) add_cloth(*world, 0, 0.04 * (i + 1), 0.3, i);
+  add_cloth(*world, aside, 0.5, 0, 7);
+  std::vector<btScalar> positions;
+  for (int step = 0; step < 155; ++step) {
+    if (step == 150) {
+      if (change == Change::static_body) world->add_static(make_sphere(0.1), at(aside, 0.6, 0));
+      if (change == Change::dynamic_body)
+        world->add_dynamic(make_sphere(0.1), at(aside, 0.7, 0), 0.1);
+      if (change == Change::cloth) add_cloth(*world, aside, 3, 0, 8);
     }
+    world->step();
+    if (step >= 150) append_positions(*world, positions);
   }
   return positions;
 }
@@ -71,4 +101,17 @@ TEST_CASE("bodies move the same to the bit, whatever happens far away from them"
   CAPTURE(on_floor);
   const std::vector<btScalar> alone = quiet_positions(false, on_floor, threads);
   CHECK(quiet_positions(true, on_floor, threads) == alone);
+}
+
+TEST_CASE("bodies at rest stay at rest when something is added elsewhere") {
+  const World kind = GENERATE(World::rigid, World::deformable);
+  const Change change = GENERATE(Change::static_body, Change::dynamic_body, Change::cloth);
+  CAPTURE(kind, change);
+  const std::vector<btScalar> alone = positions_after(Change::none, kind);
+  const std::vector<btScalar> beside = positions_after(change, kind);
+  REQUIRE(alone.size() == beside.size());
+  double largest = 0;
+  for (std::size_t i = 0; i < alone.size(); ++i)
+    largest = std::max(largest, std::abs(static_cast<double>(alone[i] - beside[i])));
+  CHECK(largest < 2e-5);
 }
