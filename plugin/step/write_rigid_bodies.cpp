@@ -17,9 +17,10 @@ void write_rigid_bodies(const StepTopology& topology, const Motion& motion) {
                          !(rigid.end == rigid.predicted);
     if (!rigid.is_dynamic() || !changed) continue;
     btRigidBody* body = btRigidBody::upcast(record.object);
-    body->setCenterOfMassTransform(rigid.end);
     body->setLinearVelocity(body->getLinearVelocity() + to_bullet(rigid.velocity_change));
     body->setAngularVelocity(body->getAngularVelocity() + to_bullet(rigid.angular_velocity_change));
+    // Also sets the velocity with which Bullet interpolates poses, so it comes last.
+    body->setCenterOfMassTransform(rigid.end);
     body->activate(true);
   }
   for (const ArticulatedMotion& articulated : motion.articulated) {

@@ -245,6 +245,21 @@ TEST_CASE("a dynamic rigid body and cloth exchange momentum and lose none") {
   CHECK(w.total().failsafe_holds == 0);
 }
 
+TEST_CASE("poses between two steps follow the velocity after the contacts") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  CAPTURE(world == World::rigid);
+  ObstacleWorld w(world, 0);
+  w.add_sheet(9, 1, 0, 0);
+  btRigidBody* ball = w.add(std::make_unique<btSphereShape>(btScalar(0.1)),
+                            btVector3(btScalar(0.03), btScalar(0.3), btScalar(0.02)), 0.5);
+  ball->setLinearVelocity(btVector3(0, -5, 0));
+  w.steps(6, 1.0 / 60);
+  CHECK(static_cast<double>(ball->getLinearVelocity().y()) > -4.9);
+  // Bullet extrapolates from the pose at the end of the step with these.
+  CHECK(ball->getInterpolationLinearVelocity() == ball->getLinearVelocity());
+  CHECK(ball->getInterpolationAngularVelocity() == ball->getAngularVelocity());
+}
+
 TEST_CASE("free bodies keep their angular momentum") {
   // Bullet's own steps keep angular momentum in the deformable world only.
   ObstacleWorld w(World::deformable, 0);
