@@ -64,27 +64,10 @@ void build_faces(btSoftBody& body) {
   body.updateFaceTree(true, true);
 }
 
-// Removes `body` from `list`. Returns false if it was not there.
-bool remove_from(std::vector<btSoftBody*>& list, const btSoftBody* body) {
-  const auto found = std::find(list.begin(), list.end(), body);
-  if (found == list.end()) return false;
-  list.erase(found);
-  return true;
-}
-
 }  // namespace
 
 void SoftBodyDbvt::begin_prediction(Bodies& bodies, int request_flag, bool bullet_handles_pairs) {
   request_flag_ = request_flag;
-  // Forget bodies that have been removed from the world.
-  if (without_face_tree_.size() > static_cast<std::size_t>(bodies.size())) {
-    const auto is_gone = [&](btSoftBody* body) {
-      return bodies.findLinearSearch(body) == bodies.size();
-    };
-    without_face_tree_.erase(
-        std::remove_if(without_face_tree_.begin(), without_face_tree_.end(), is_gone),
-        without_face_tree_.end());
-  }
   for (int i = 0; i < bodies.size(); ++i) {
     btSoftBody* const body = bodies[i];
     if (bullet_handles_pairs) update_node_tree(*body);
@@ -93,7 +76,6 @@ void SoftBodyDbvt::begin_prediction(Bodies& bodies, int request_flag, bool bulle
     if (bullet_handles_pairs && body->m_fdbvt.empty() && is_connected(*body))
       body->m_bUpdateRtCst = true;
     if (!body->m_bUpdateRtCst) continue;
-    remove_from(without_face_tree_, body);
     const bool is_read = bullet_handles_pairs || body->m_fdbvnt;
     if (is_read && is_connected(*body)) continue;
     // Bullet's tree refers to faces that may have moved in memory.
@@ -101,7 +83,6 @@ void SoftBodyDbvt::begin_prediction(Bodies& bodies, int request_flag, bool bulle
     body->m_fdbvnt = nullptr;
     body->m_cfg.collisions &= ~request_flag;
     suspended_requests_.push_back(body);
-    without_face_tree_.push_back(body);
   }
 }
 
@@ -132,9 +113,10 @@ void SoftBodyDbvt::update_node_tree(btSoftBody& body) {
 
 void SoftBodyDbvt::update_trees(btSoftBody& body, const btCollisionObject& other) {
   update_node_tree(body);
-  if (!reads_faces(body, other) || !is_finite(body) || !remove_from(without_face_tree_, &body))
-    return;
-  if (body.m_fdbvt.empty()) build_faces(body);
+  // Another solver may have left it out. If it is requested, Bullet builds it in the next
+  // prediction.
+  const bool is_missing = body.m_fdbvt.empty() && body.m_faces.size() > 0 && !body.m_bUpdateRtCst;
+  if (is_missing && reads_faces(body, other) && is_finite(body)) build_faces(body);
 }
 
 void SoftBodyDbvt::update_trees(btSoftBody& a, btSoftBody& b) {

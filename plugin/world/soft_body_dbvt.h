@@ -51,8 +51,6 @@ class SoftBodyDbvt {
   int request_flag_ = 0;
   /// Bodies whose request_flag_ is off until end_prediction().
   std::vector<btSoftBody*> suspended_requests_;
-  /// Bodies whose face tree was left out, and may be built later.
-  std::vector<btSoftBody*> without_face_tree_;
   std::vector<Hidden> hidden_;  ///< until end_prediction()
   /// Bodies whose node tree is from an earlier step. `left_out_` joins the others when the first
   /// one is updated: in most steps none is.

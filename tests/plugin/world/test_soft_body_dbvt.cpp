@@ -15,8 +15,8 @@ struct Sinking {
   ObstacleWorld w;
   btSoftBody* sheet;
 
-  explicit Sinking(bool bullets_contacts)
-      : w(World::deformable, 0, options(bullets_contacts)), sheet(w.add_sheet(6, 1, 0.5, 1)) {
+  explicit Sinking(bool bullets_contacts, double height = 0.5)
+      : w(World::deformable, 0, options(bullets_contacts)), sheet(w.add_sheet(6, 1, height, 1)) {
     sheet->m_cfg.collisions |= btSoftBody::fCollision::SDF_RDF;
     w.add(std::make_unique<btBoxShape>(btVector3(1, btScalar(0.4), 1)), btVector3(0, 0, 0));
   }
@@ -50,6 +50,38 @@ TEST_CASE("trees that Bullet reads have the positions of that step") {
   s.w.steps(60);
   for (int i = 0; i < s.sheet->m_nodes.size(); ++i)
     CHECK(s.sheet->m_nodes[i].m_x.y() > btScalar(0.39));
+}
+
+TEST_CASE("a body that was removed and added again has the face tree that Bullet reads") {
+  Sinking s(true, 1);
+  auto& world = static_cast<btDeformableMultiBodyDynamicsWorld&>(s.w.world());
+  s.w.steps(1);
+  REQUIRE(s.sheet->m_fdbvt.empty());  // nothing has read it yet
+  world.removeSoftBody(s.sheet);
+  s.w.steps(1);
+  world.addSoftBody(s.sheet);
+  s.w.steps(180);
+  CHECK_FALSE(s.sheet->m_fdbvt.empty());
+  for (int i = 0; i < s.sheet->m_nodes.size(); ++i)
+    CHECK(s.sheet->m_nodes[i].m_x.y() > btScalar(0.39));
+}
+
+TEST_CASE("a body that moves to another world has the face tree that Bullet reads there") {
+  Sinking from(true, 1), to(true, 1);
+  auto& old_world = static_cast<btDeformableMultiBodyDynamicsWorld&>(from.w.world());
+  auto& new_world = static_cast<btDeformableMultiBodyDynamicsWorld&>(to.w.world());
+  from.w.steps(1);
+  to.w.steps(1);
+  REQUIRE(from.sheet->m_fdbvt.empty());  // nothing has read it yet
+  old_world.removeSoftBody(from.sheet);
+  new_world.removeSoftBody(to.sheet);
+  from.sheet->m_worldInfo = &to.w.info();
+  new_world.addSoftBody(from.sheet);
+  to.w.steps(180);
+  CHECK_FALSE(from.sheet->m_fdbvt.empty());
+  for (int i = 0; i < from.sheet->m_nodes.size(); ++i)
+    CHECK(from.sheet->m_nodes[i].m_x.y() > btScalar(0.39));
+  new_world.removeSoftBody(from.sheet);
 }
 
 TEST_CASE("no face tree is built if Bullet reads none") {
