@@ -19,6 +19,9 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
+// Requests a face tree, as in btDeformableBodySolver::predictDeformableMotion().
+constexpr int face_tree_flag = btSoftBody::fCollision::SDF_RD;
+
 // Position at which btDeformableBodySolver::applyTransforms would put a node, including its limit
 // on the velocity.
 btVector3 predicted_end(const btSoftBody::Node& node, btScalar time_step, btScalar limit) {
@@ -81,6 +84,9 @@ std::string btLazyDeformableBodySolver::status() const { return pipeline_->statu
 void btLazyDeformableBodySolver::topology_changed() { pipeline_->invalidate(); }
 void btLazyDeformableBodySolver::teleported(const btCollisionObject& body) {
   pipeline_->teleported(body);
+}
+void btLazyDeformableBodySolver::build_trees(btSoftBody& body) {
+  SoftBodyDbvt::build_trees(body, face_tree_flag);
 }
 bool btLazyDeformableBodySolver::is_active() const { return pipeline_->ran_last_step(); }
 
@@ -165,7 +171,7 @@ void btLazyDeformableBodySolver::predictMotion(btScalar solverdt) {
   for (int i = 0; i < all_bodies_.size(); ++i)
     if (!all_bodies_[i]->isActive()) slept_.push_back(all_bodies_[i]);
   std::sort(slept_.begin(), slept_.end());
-  dbvt_->begin_prediction(all_bodies_, btSoftBody::fCollision::SDF_RD, !pipeline_->ran_last_step());
+  dbvt_->begin_prediction(all_bodies_, face_tree_flag, !pipeline_->ran_last_step());
   if (pipeline_->ran_last_step()) dbvt_->hide_nodes(all_bodies_);
   if (m_implicit) {
     btDeformableBodySolver::predictMotion(solverdt);

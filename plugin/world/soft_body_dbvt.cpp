@@ -6,6 +6,7 @@
 #include <numeric>
 #include <random>
 
+#include "bodies/side_by_side.h"
 #include "scene/soft_body_nodes.h"
 #include "util/disjoint_sets.h"
 
@@ -16,7 +17,7 @@ namespace {
 // True if the body is one component in the way that Bullet builds its trees bottom-up: faces joined
 // by common sides, and nodes joined by links.
 bool is_connected(const btSoftBody& body) {
-  if (body.m_faces.size() == 0) return false;
+  if (body.m_faces.size() == 0 || !has_own_faces(body) || !has_own_links(body)) return false;
   const auto index = [&body](const btSoftBody::Node* node) {
     return static_cast<int>(node - &body.m_nodes[0]);
   };
@@ -62,6 +63,23 @@ void build_faces(btSoftBody& body) {
   }
   body.m_fdbvt.optimizeTopDown(8);  // subtrees of this size are merged pair by pair, in cubic time
   body.updateFaceTree(true, true);
+}
+
+// Copies a face tree into one with normals.
+btDbvntNode* copy(const btDbvtNode* node) {
+  auto* const copied = new btDbvntNode(node);
+  for (int k = 0; k < 2 && node->isinternal(); ++k) copied->childs[k] = copy(node->childs[k]);
+  return copied;
+}
+
+// Builds the face tree, and the one with normals.
+void build_both_face_trees(btSoftBody& body) {
+  if (is_connected(body)) {
+    body.initializeFaceTree();
+    return;
+  }
+  if (body.m_fdbvt.empty() && is_finite(body)) build_faces(body);
+  if (body.m_fdbvt.m_root && !body.m_fdbvnt) body.m_fdbvnt = copy(body.m_fdbvt.m_root);
 }
 
 }  // namespace
@@ -125,6 +143,14 @@ void SoftBodyDbvt::update_trees(btSoftBody& a, btSoftBody& b) {
   if (!(a.m_cfg.collisions & b.m_cfg.collisions & (Flag::VF_SS | Flag::VF_DD))) return;
   update_node_tree(a);
   update_node_tree(b);
+}
+
+void SoftBodyDbvt::build_trees(btSoftBody& body, int request_flag) {
+  if (body.m_bUpdateRtCst) return;
+  const bool is_requested = (body.m_cfg.collisions & request_flag) && body.m_faces.size() > 0;
+  if (is_requested && (body.m_fdbvt.empty() || !body.m_fdbvnt)) build_both_face_trees(body);
+  body.updateNodeTree(true, true);
+  body.updateFaceTree(true, true);
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -40,6 +40,10 @@ class SoftBodyDbvt {
   void update_trees(btSoftBody& body, const btCollisionObject& other);
   void update_trees(btSoftBody& a, btSoftBody& b);
 
+  /// Builds and updates the trees as Bullet would have them by now, with the face tree if its
+  /// `request_flag` is set. A request that is still pending is left to Bullet's next prediction.
+  static void build_trees(btSoftBody& body, int request_flag);
+
  private:
   void update_node_tree(btSoftBody& body);
 

@@ -20,6 +20,9 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
+// Requests a face tree, as in btSoftBody::predictMotion().
+constexpr int face_tree_flag = btSoftBody::fCollision::VF_SS;
+
 // For a body that this step's collisions woke. Otherwise it would act on the contacts, and start
 // from the positions, of an old step.
 void start_where_it_slept(btSoftBody& body) {
@@ -54,6 +57,9 @@ void btLazySoftBodySolver::topology_changed() { pipeline_->invalidate(); }
 void btLazySoftBodySolver::teleported(const btCollisionObject& body) {
   pipeline_->teleported(body);
 }
+void btLazySoftBodySolver::build_trees(btSoftBody& body) {
+  SoftBodyDbvt::build_trees(body, face_tree_flag);
+}
 
 void btLazySoftBodySolver::handle_pair(btSoftBody* a, btSoftBody* b) {
   if (pipeline_->handle_pair(a, b)) return;
@@ -63,8 +69,7 @@ void btLazySoftBodySolver::handle_pair(btSoftBody* a, btSoftBody* b) {
 
 void btLazySoftBodySolver::predictMotion(btScalar solverdt) {
   pipeline_->begin_step(m_softBodySet);
-  dbvt_->begin_prediction(m_softBodySet, btSoftBody::fCollision::VF_SS,
-                          !pipeline_->ran_last_step());
+  dbvt_->begin_prediction(m_softBodySet, face_tree_flag, !pipeline_->ran_last_step());
   predict(solverdt);
   dbvt_->end_prediction();
   // The contact lists of sleeping bodies stay as they are, as with Bullet.

@@ -31,7 +31,11 @@ void Attachment::DeleteSolver::operator()(btSoftBodySolver* solver) const {
 
 Attachment::Attachment(btDiscreteDynamicsWorld& world, const SolverOptions& options)
     : world_(&world) {
-  switch (world.getWorldType()) {
+  attach(options);
+}
+
+void Attachment::attach(const SolverOptions& options) {
+  switch (world_->getWorldType()) {
     case BT_DEFORMABLE_MULTIBODY_DYNAMICS_WORLD:
       attach_deformable(options);
       break;
@@ -48,14 +52,15 @@ void Attachment::refuse(const std::string& why) {
   note_ = "this PyBullet is not laid out as version 3.2.7: " + why;
 }
 
-void Attachment::tell_bodies(btSoftBodySolver* solver) {
-  const auto tell = [solver](btSoftBodyArray& bodies) {
-    for (int i = 0; i < bodies.size(); ++i) bodies[i]->setSoftBodySolver(solver);
-  };
+btAlignedObjectArray<btSoftBody*>& Attachment::soft_bodies() const {
   if (world_->getWorldType() == BT_SOFT_MULTIBODY_DYNAMICS_WORLD)
-    tell(static_cast<btSoftMultiBodyDynamicsWorld*>(world_)->getSoftBodyArray());
-  else
-    tell(static_cast<btDeformableMultiBodyDynamicsWorld*>(world_)->getSoftBodyArray());
+    return static_cast<btSoftMultiBodyDynamicsWorld*>(world_)->getSoftBodyArray();
+  return static_cast<btDeformableMultiBodyDynamicsWorld*>(world_)->getSoftBodyArray();
+}
+
+void Attachment::tell_bodies(btSoftBodySolver* solver) {
+  btAlignedObjectArray<btSoftBody*>& bodies = soft_bodies();
+  for (int i = 0; i < bodies.size(); ++i) bodies[i]->setSoftBodySolver(solver);
 }
 
 void Attachment::attach_deformable(const SolverOptions& options) {
@@ -101,6 +106,24 @@ void Attachment::attach_soft(const SolverOptions& options) {
 }
 
 void Attachment::detach() {
+  if (is_attached()) build_trees();
+  give_solver_back();
+  note_ = "off";
+}
+
+void Attachment::restart(const SolverOptions& options) {
+  give_solver_back();
+  attach(options);
+}
+
+void Attachment::build_trees() {
+  btAlignedObjectArray<btSoftBody*>& bodies = soft_bodies();
+  for (int i = 0; i < bodies.size(); ++i)
+    deformable_ ? btLazyDeformableBodySolver::build_trees(*bodies[i])
+                : btLazySoftBodySolver::build_trees(*bodies[i]);
+}
+
+void Attachment::give_solver_back() {
   if (deformable_) {
     auto& world = static_cast<btDeformableMultiBodyDynamicsWorld&>(*world_);
     auto& constraints =
@@ -119,7 +142,6 @@ void Attachment::detach() {
     world.*member_of(SoftWorldSolver()) = stock_soft_.release();
     soft_.reset();
   }
-  note_ = "off";
 }
 
 std::string Attachment::status() const {

@@ -20,9 +20,11 @@ class Attachment {
   Attachment(const Attachment&) = delete;
   Attachment& operator=(const Attachment&) = delete;
 
-  /// Gives the world its own solver back. Without this call the destructor takes the world for
-  /// gone.
+  /// Gives the world its own solver back, and the bodies the trees that it reads. Without this call
+  /// the destructor takes the world for gone.
   void detach();
+  /// Puts a new solver in place of the one that is_attached().
+  void restart(const bullet::SolverOptions& options);
 
   /// False if the world was left alone.
   bool is_attached() const { return deformable_ || soft_; }
@@ -34,7 +36,7 @@ class Attachment {
   btDiscreteDynamicsWorld& world() const { return *world_; }
   std::string status() const;
   bullet::StepStats step_stats() const;   ///< of the last step; zero if the world was left alone
-  bullet::StepStats total_stats() const;  ///< since the world was attached
+  bullet::StepStats total_stats() const;  ///< since the solver was put there
   Span<const bullet::StepContact> contacts() const;
 
  private:
@@ -42,9 +44,13 @@ class Attachment {
     void operator()(btSoftBodySolver* solver) const;
   };
 
+  void attach(const bullet::SolverOptions& options);
   void attach_deformable(const bullet::SolverOptions& options);
   void attach_soft(const bullet::SolverOptions& options);
   void refuse(const std::string& why);
+  void build_trees();
+  void give_solver_back();
+  btAlignedObjectArray<btSoftBody*>& soft_bodies() const;
   void tell_bodies(btSoftBodySolver* solver);
 
   btDiscreteDynamicsWorld* world_;

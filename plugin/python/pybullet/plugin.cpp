@@ -119,8 +119,8 @@ class Plugin {
   }
 
   void restart() {
-    attachment_->detach();
-    attach_new_world();
+    attachment_->restart(options_);
+    removed_after_ = -1;
   }
 
   std::string status() const {

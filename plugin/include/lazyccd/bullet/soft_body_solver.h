@@ -53,6 +53,11 @@ class LAZYCCD_BULLET_API btLazySoftBodySolver : public btDefaultSoftBodySolver, 
   /// step. Nothing is swept from its old place to the new one. Without this call a displacement is
   /// judged by SolverOptions::jump_speed.
   void teleported(const btCollisionObject& body);
+  /// Builds Bullet's trees of nodes and faces, which are left out while nothing reads them. Call it
+  /// between two steps, for each body that goes on with Bullet's own solver: in another world, or
+  /// because this one gets that solver. Without it Bullet misses contacts. The destructor cannot
+  /// do this, because the bodies may be gone by then.
+  static void build_trees(btSoftBody& body);
 
   void handle_pair(btSoftBody* a, btSoftBody* b) override;
 
