@@ -130,6 +130,9 @@ void Attachment::give_solver_back() {
         static_cast<btDeformableMultiBodyConstraintSolver&>(*world.getConstraintSolver());
     stock_deformable_->getLagrangianForceArray()->copyFromArray(
         *deformable_->getLagrangianForceArray());
+    // It numbers the nodes anew only if their count changes. LazyCCD has other numbers if bodies
+    // slept.
+    stock_deformable_->reinitialize(btAlignedObjectArray<btSoftBody*>(), btScalar(-1));
     world.*member_of(DeformableWorldSolver()) = stock_deformable_;
     world.*member_of(DeformableWorldPasses()) = stock_passes_;
     constraints.setDeformableSolver(stock_deformable_);

@@ -13,6 +13,8 @@
 #include <BulletSoftBody/btSoftBodyRigidBodyCollisionConfiguration.h>
 #include <BulletSoftBody/btSoftMultiBodyDynamicsWorld.h>
 
+#include <set>
+
 #include "support/catch.h"
 
 using namespace lazyccd;
@@ -227,4 +229,25 @@ TEST_CASE("a new solver builds the face trees that its options make Bullet read"
   w.steps(120);
   CHECK(ball.getWorldTransform().getOrigin().y() > btScalar(-0.5));
   attachment.detach();
+}
+
+TEST_CASE("all nodes have numbers of their own after LazyCCD left out a sleeping body") {
+  StockWorld w(true);
+  btSoftBody* const first = w.add_cloth(0, 0, 0.5, 4, true);
+  btSoftBody* const second = w.add_cloth(5, 0, 0.5, 4, true);
+  w.steps(3);
+  Attachment attachment(w.world(), one_thread());
+  w.steps(3);
+  const int which = GENERATE(0, 1);
+  CAPTURE(which);
+  (which == 0 ? first : second)->forceActivationState(ISLAND_SLEEPING);
+  w.steps(3);
+  REQUIRE(attachment.step_stats().sleeping_bodies == 1);
+  attachment.detach();
+  w.steps(1);
+  std::set<int> numbers;
+  for (const btSoftBody* const body : {first, second})
+    for (int i = 0; i < body->m_nodes.size(); ++i) numbers.insert(body->m_nodes[i].index);
+  CHECK(numbers.size() == 32);
+  CHECK(*numbers.rbegin() == 31);
 }
