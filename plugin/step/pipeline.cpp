@@ -88,7 +88,8 @@ void Pipeline::detect_ahead() noexcept try {
 }
 
 bool Pipeline::run(const Bodies& bodies, double dt, const Fill& fill,
-                   const Response::SolveLinks& solve_links) noexcept {
+                   const Response::SolveLinks& solve_links,
+                   const std::function<void()>& restart_links) noexcept {
   step_ = StepStats();
   step_.steps = 1;
   step_.single_thread_steps = !thread_choice_.uses_all_threads();
@@ -106,11 +107,11 @@ bool Pipeline::run(const Bodies& bodies, double dt, const Fill& fill,
     if (scene().vertex_count() > 0) {
       const Stopwatch answering;
       const StepStats before = step_;
-      resolve_contacts(solve_links);
+      resolve_contacts(solve_links, restart_links);
       while (responded_ && reader_.reread_if_sleepers_reached(bodies, fill, changes)) {
         step_ = before;
         take_changes(changes);
-        resolve_contacts(solve_links);
+        resolve_contacts(solve_links, restart_links);
       }
       finish_step();
       step_.ms_response = answering.ms() - step_.ms_detect;
@@ -127,7 +128,8 @@ bool Pipeline::run(const Bodies& bodies, double dt, const Fill& fill,
   return ran_last_step_;
 }
 
-void Pipeline::resolve_contacts(const Response::SolveLinks& solve_links) {
+void Pipeline::resolve_contacts(const Response::SolveLinks& solve_links,
+                                const std::function<void()>& restart_links) {
   const auto touching = [this](const Positions& x0, const Positions& x1) {
     return remove_passable(detector_.touching(x0, x1));
   };
@@ -135,6 +137,7 @@ void Pipeline::resolve_contacts(const Response::SolveLinks& solve_links) {
   const StepStats before = step_;
   do {
     step_ = before;
+    if (restart_links) restart_links();
     detector_.begin_motion();
     const NearContacts near = find_near_contacts();
     responded_ = detector_.found_any() || untangling_.pushes();

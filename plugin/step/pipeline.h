@@ -44,9 +44,11 @@ class Pipeline {
   /// Runs a step of `dt` seconds for the whole scene. Returns true on success. Then motion().end
   /// has no contacts left, except for StepStats::unresolved, and the caller must set the nodes to
   /// it. Returns false if the step must run without LazyCCD; status() says why.
-  /// `solve_links`: as in Response::run().
+  /// `solve_links`: as in Response::run(). `restart_links`: undoes what it did to nodes that are no
+  /// vertices. Called whenever the solution of the step begins.
   bool run(const Bodies& bodies, double dt, const Fill& fill,
-           const Response::SolveLinks& solve_links = {}) noexcept;
+           const Response::SolveLinks& solve_links = {},
+           const std::function<void()>& restart_links = {}) noexcept;
 
   // The following describe the last run().
   /// True if the last step ran with LazyCCD, and before the first step.
@@ -95,7 +97,8 @@ class Pipeline {
   // Tells the detector what changed in the scene.
   void take_changes(const StepReader::Changes& changes);
   // Detects and responds until the motion has no contacts left.
-  void resolve_contacts(const Response::SolveLinks& solve_links);
+  void resolve_contacts(const Response::SolveLinks& solve_links,
+                        const std::function<void()>& restart_links);
   // Reports the step, and remembers it for the next one.
   void finish_step();
   // If the response moved soft bodies out of the region in which obstacles were read: reads the

@@ -146,9 +146,9 @@ void btLazySoftBodySolver::solveConstraints(btScalar solverdt) {
       };
     }
   }
-  const bool ran =
-      pipeline_->run(m_softBodySet, static_cast<double>(solverdt), fill, solve_links_again);
-  finish_solve_links(ran, solverdt);
+  const bool ran = pipeline_->run(m_softBodySet, static_cast<double>(solverdt), fill,
+                                  solve_links_again, [this] { undo_solve_links(); });
+  ran ? finish_solve_links(solverdt) : undo_solve_links();
   if (!ran) return;
   if (pipeline_->responded()) write_back();
   pipeline_->detect_ahead();
@@ -201,7 +201,15 @@ double btLazySoftBodySolver::solve_links(const std::vector<std::int32_t>& bodies
   return std::sqrt(largest);
 }
 
-void btLazySoftBodySolver::finish_solve_links(bool keeps_inner_nodes, btScalar time_step) {
+void btLazySoftBodySolver::undo_solve_links() {
+  for (int i = 0; i < m_softBodySet.size(); ++i) {
+    const std::vector<btVector3>& ends = ends_[i];
+    for (std::size_t k = 0; k < ends.size(); ++k)
+      m_softBodySet[i]->m_nodes[static_cast<int>(k)].m_x = ends[k];
+  }
+}
+
+void btLazySoftBodySolver::finish_solve_links(btScalar time_step) {
   const SoftScene& scene = pipeline_->scene();
   for (const SoftScene::BodyRecord& record : scene.bodies()) {
     const std::vector<btVector3>& ends = ends_[record.world_index];
@@ -210,7 +218,7 @@ void btLazySoftBodySolver::finish_solve_links(bool keeps_inner_nodes, btScalar t
     const btScalar rate = (1 - body.m_cfg.kDP) / (time_step * body.m_cfg.timescale);
     for (int i = 0; i < body.m_nodes.size(); ++i) {
       btSoftBody::Node& node = body.m_nodes[i];
-      if (keeps_inner_nodes && scene.vertex_of(record, i) < 0) {
+      if (scene.vertex_of(record, i) < 0) {
         node.m_v += rate * (node.m_x - ends[i]);
       } else {
         node.m_x = ends[i];

@@ -71,9 +71,11 @@ class LAZYCCD_BULLET_API btLazySoftBodySolver : public btDefaultSoftBodySolver, 
   void predict(btScalar time_step);
   void read_starts();
   double solve_links(const std::vector<std::int32_t>& bodies, Motion& motion);
-  // Puts the nodes back to where they were before solve_links(), because the response moves the
-  // vertices. With `keeps_inner_nodes` nodes that are no vertices stay, and get their velocity.
-  void finish_solve_links(bool keeps_inner_nodes, btScalar time_step);
+  // Puts all nodes back to where they were before solve_links().
+  void undo_solve_links();
+  // Does this for the vertices, because the response moves them. Nodes that are no vertices stay,
+  // and get their velocity.
+  void finish_solve_links(btScalar time_step);
   void write_back();
 
   std::unique_ptr<Pipeline> pipeline_;
