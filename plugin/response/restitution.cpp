@@ -10,6 +10,69 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
+namespace {
+
+// By island.
+using Fractions = std::vector<double>;
+
+// Adds a fraction of what `bounce` solved to the velocities of each island.
+void add(const Fractions& fractions, const Motion& bounce, const RowIslands& islands,
+         Motion& motion) {
+  for (std::size_t body = 0; body < motion.rigid_of_body.size(); ++body) {
+    const std::int32_t island = islands.of_body(static_cast<std::int32_t>(body));
+    if (island < 0) continue;
+    const double fraction = fractions[island];
+    const std::int32_t rigid = motion.rigid_of_body[body];
+    if (rigid >= 0) {
+      const RigidMotion& from = bounce.rigid[rigid];
+      motion.rigid[rigid].velocity_change += fraction / motion.dt * from.translation;
+      motion.rigid[rigid].angular_velocity_change += fraction / motion.dt * from.rotation;
+      continue;
+    }
+    for (std::int32_t v = motion.first_vertex[body]; v < motion.first_vertex[body + 1]; ++v)
+      motion.velocity_change[v] +=
+          fraction * motion.rate[v] * (bounce.solved[v] - motion.predicted[v]);
+  }
+  for (std::size_t i = 0; i < bounce.articulated.size(); ++i) {
+    const ArticulatedMotion& from = bounce.articulated[i];
+    const std::int32_t island = islands.of_rigid(from.links.front().rigid);
+    if (island < 0) continue;
+    const double fraction = fractions[island];
+    motion.articulated[i].velocity_change += fraction / motion.dt * from.displacement;
+    motion.articulated[i].momentum_change += fraction / motion.dt * from.impulse;
+  }
+}
+
+// The fraction of a change at which the energy, which is quadratic in it, has risen by `spare`.
+// The arguments before are the energies without the change, with half of it and with all of it.
+double fraction_for(double without, double with_half, double with_all, double spare) {
+  if (with_all - without <= spare) return 1;
+  const double square = 2 * (with_all - 2 * with_half + without);
+  const double linear = with_all - without - square;
+  const double root = std::sqrt(std::max(0.0, linear * linear + 4 * square * spare));
+  // The stable form of (root - linear) / (2 square).
+  return linear > 0 ? 2 * spare / (linear + root) : 0.5 * (root - linear) / square;
+}
+
+// Adds what `bounce` solved, as far as the energy of an island does not exceed that before the
+// contact.
+void add_within_energy(const Motion& bounce, const RowIslands& islands, Motion& motion) {
+  const std::vector<IslandEnergy> without = kinetic_energies(motion, islands);
+  const Fractions half(islands.count(), 0.5);
+  add(half, bounce, islands, motion);
+  const std::vector<IslandEnergy> with_half = kinetic_energies(motion, islands);
+  add(half, bounce, islands, motion);
+  const std::vector<IslandEnergy> with_all = kinetic_energies(motion, islands);
+  Fractions rest(islands.count());
+  for (std::size_t i = 0; i < rest.size(); ++i) {
+    const double spare = std::max(0.0, without[i].before - without[i].after);
+    rest[i] = fraction_for(without[i].after, with_half[i].after, with_all[i].after, spare) - 1;
+  }
+  add(rest, bounce, islands, motion);
+}
+
+}  // namespace
+
 void add_restitution(RowList& rows, double restitution, double threshold, int sweeps,
                      const Threads& threads, Motion& motion) {
   // The impulses of the rows cannot be reused. They also carry loads that press on a contact, and
@@ -44,35 +107,7 @@ void add_restitution(RowList& rows, double restitution, double threshold, int sw
   solver.set_up(ContactSolver::Target::motion, list, islands, bounce);
   solver.solve(sweeps);
   solver.write(bounce);
-  const auto add = [&](double fraction) {
-    for (std::size_t v = 0; v < bounce.solved.size(); ++v)
-      motion.velocity_change[v] +=
-          fraction * motion.rate[v] * (bounce.solved[v] - motion.predicted[v]);
-    for (std::size_t b = 0; b < bounce.rigid.size(); ++b) {
-      motion.rigid[b].velocity_change += fraction / motion.dt * bounce.rigid[b].translation;
-      motion.rigid[b].angular_velocity_change += fraction / motion.dt * bounce.rigid[b].rotation;
-    }
-    for (std::size_t b = 0; b < bounce.articulated.size(); ++b) {
-      const ArticulatedMotion& body = bounce.articulated[b];
-      motion.articulated[b].velocity_change += fraction / motion.dt * body.displacement;
-      motion.articulated[b].momentum_change += fraction / motion.dt * body.impulse;
-    }
-  };
-  // The energy is quadratic in the fraction of the change. Finds the fraction at which it equals
-  // that before the contact.
-  const double without = kinetic_energy_after(motion);
-  add(0.5);
-  const double with_half = kinetic_energy_after(motion);
-  add(0.5);
-  const double with_all = kinetic_energy_after(motion);
-  const double spare = std::max(0.0, kinetic_energy_before(motion) - without);
-  if (with_all - without <= spare) return;
-  const double square = 2 * (with_all - 2 * with_half + without);
-  const double linear = with_all - without - square;
-  const double root = std::sqrt(std::max(0.0, linear * linear + 4 * square * spare));
-  // The stable form of (root - linear) / (2 square).
-  const double fraction = linear > 0 ? 2 * spare / (linear + root) : 0.5 * (root - linear) / square;
-  add(fraction - 1);
+  add_within_energy(bounce, islands, motion);
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

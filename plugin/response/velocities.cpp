@@ -48,16 +48,16 @@ double kinetic_energy_after(const Motion& motion) {
   return energy;
 }
 
-bool select_with_energy_gain(const Motion& motion, RowIslands& islands) {
-  std::vector<double> before(islands.count(), 0), after(islands.count(), 0);  // twice the energies
-  islands.select_none();
-  const auto bodies = static_cast<std::int32_t>(motion.rigid_of_body.size());
-  for (std::int32_t body = 0; body < bodies; ++body) {
+std::vector<IslandEnergy> kinetic_energies(const Motion& motion, const RowIslands& islands) {
+  std::vector<IslandEnergy> energies(islands.count());
+  for (std::int32_t body = 0; body < static_cast<std::int32_t>(motion.rigid_of_body.size());
+       ++body) {
     const std::int32_t island = islands.of_body(body);
     if (island < 0) continue;
+    IslandEnergy& energy = energies[island];
     const auto add = [&](double mass, const Vector3d& velocity, const Vector3d& change) {
-      before[island] += mass * velocity.squaredNorm();
-      after[island] += mass * (velocity + change).squaredNorm();
+      energy.before += 0.5 * mass * velocity.squaredNorm();
+      energy.after += 0.5 * mass * (velocity + change).squaredNorm();
     };
     if (motion.rigid_of_body[body] < 0) {
       for (std::int32_t v = motion.first_vertex[body]; v < motion.first_vertex[body + 1]; ++v) {
@@ -70,17 +70,24 @@ bool select_with_energy_gain(const Motion& motion, RowIslands& islands) {
     if (!rigid.is_dynamic()) continue;
     add(rigid.mass(), rigid.velocity, rigid.velocity_change);
     const Vector3d old = rigid.angular_velocity, now = old + rigid.angular_velocity_change;
-    before[island] += old.dot(rigid.inertia() * old);
-    after[island] += now.dot(rigid.inertia() * now);
+    energy.before += 0.5 * old.dot(rigid.inertia() * old);
+    energy.after += 0.5 * now.dot(rigid.inertia() * now);
   }
   for (const ArticulatedMotion& body : motion.articulated) {
     const std::int32_t island = islands.of_rigid(body.links.front().rigid);
-    if (island >= 0) after[island] += 2 * body.energy_change();
+    if (island >= 0) energies[island].after += body.energy_change();
   }
+  return energies;
+}
+
+bool select_with_energy_gain(const Motion& motion, RowIslands& islands) {
+  const std::vector<IslandEnergy> energies = kinetic_energies(motion, islands);
+  islands.select_none();
   bool any = false;
-  for (std::int32_t body = 0; body < bodies; ++body) {
+  for (std::int32_t body = 0; body < static_cast<std::int32_t>(motion.rigid_of_body.size());
+       ++body) {
     const std::int32_t island = islands.of_body(body);
-    if (island < 0 || after[island] <= before[island]) continue;
+    if (island < 0 || energies[island].after <= energies[island].before) continue;
     islands.select_body(body);
     any = true;
   }

@@ -17,6 +17,13 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 double kinetic_energy_before(const Motion& motion);
 double kinetic_energy_after(const Motion& motion);
 
+/// The same of the bodies of one island.
+struct IslandEnergy {
+  double before = 0, after = 0;
+};
+/// By island of the rows.
+std::vector<IslandEnergy> kinetic_energies(const Motion& motion, const RowIslands& islands);
+
 /// Selects the islands of the rows whose kinetic energy the response raises, and no others. Returns
 /// whether there are any.
 bool select_with_energy_gain(const Motion& motion, RowIslands& islands);
