@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <utility>
 
+#include "response/crowding.h"
 #include "response/impact_zones.h"
 #include "response/islands.h"
 #include "response/rest_damping.h"
@@ -33,23 +35,7 @@ constexpr double min_load_growth = 1.1;
 constexpr double min_link_speed = 0.25;
 constexpr int max_link_rounds = 2;
 
-// If this many solves do not halve the number of crowded contacts, impact zones take over.
-constexpr std::size_t solves_to_halve = 4;
-
 bool touches_at_start(const Contact& contact) { return contact.toi == 0; }
-
-// Whether there are more contacts than vertices in contact, so that one vertex has many contacts.
-bool are_crowded(const std::vector<Contact>& contacts) {
-  constexpr std::size_t min_count = 100;
-  if (contacts.size() < min_count) return false;
-  std::vector<std::int32_t> vertices;
-  vertices.reserve(4 * contacts.size());
-  for (const Contact& contact : contacts)
-    vertices.insert(vertices.end(), contact.vertices.begin(), contact.vertices.end());
-  std::sort(vertices.begin(), vertices.end());
-  const auto last = std::unique(vertices.begin(), vertices.end());
-  return contacts.size() > static_cast<std::size_t>(last - vertices.begin());
-}
 
 }  // namespace
 
@@ -114,14 +100,15 @@ void Response::run(const NearContacts& near, const std::vector<Contact>& penetra
   contacts.erase(std::remove_if(contacts.begin(), contacts.end(), may_separate_freely),
                  contacts.end());
 
-  std::vector<std::size_t> counts;  // number of contacts before each solve
+  Crowding crowding(motion.rigid_of_body.size());
   for (int i = 0; i < options_.max_impulse_rounds && !contacts.empty(); ++i) {
-    counts.push_back(contacts.size());
-    if (counts.size() > solves_to_halve &&
-        2 * counts.back() > counts[counts.size() - 1 - solves_to_halve] && are_crowded(contacts))
-      break;
     if (!constraints_.add(contacts, motion)) break;
-    constraints_.select(contacts, motion);
+    crowding.add_round(contacts, constraints_.islands(motion));
+    std::vector<Contact> open;
+    std::copy_if(contacts.begin(), contacts.end(), std::back_inserter(open),
+                 [&](const Contact& contact) { return !crowding.is_given_up(contact); });
+    if (open.empty()) break;
+    constraints_.select(open, motion);
     if (i >= solves_with_full_gaps)
       constraints_.narrow_gaps(
           std::max(min_gap_fraction, std::ldexp(1, solves_with_full_gaps - 1 - i)), motion);

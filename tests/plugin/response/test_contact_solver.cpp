@@ -4,6 +4,7 @@
 #include "plugin/support/column.h"
 #include "plugin/support/contacts.h"
 #include "response/contact_constraints.h"
+#include "response/crowding.h"
 #include "support/catch.h"
 
 using namespace lazyccd;
@@ -84,6 +85,24 @@ TEST_CASE("a scene that got smaller and needs no impulse is left as it is") {
   rows.solve(one.motion, 100);
   CHECK(one.motion.solved == one.motion.predicted);
   CHECK(one.motion.end == one.motion.start);
+}
+
+TEST_CASE("crowded contacts of one island do not end the rounds of another") {
+  const bullet::PairSurfaces surfaces = lazyccd::test::uniform_surfaces(0.1, 0);
+  bullet::ContactConstraints rows(surfaces, 0.05);
+  Stacks stacks(2);
+  stacks.begin(rows);
+  const bullet::RowIslands& islands = rows.islands(stacks.motion);
+  REQUIRE(islands.count() == 2);
+  std::vector<Contact> contacts;
+  for (const Contact& contact : stacks.contacts)
+    contacts.insert(contacts.end(), contact.body_a == 0 ? 60 : 1, contact);
+  bullet::Crowding crowding(2);
+  for (int round = 0; round < 4; ++round) crowding.add_round(contacts, islands);
+  CHECK_FALSE(crowding.is_given_up(contacts.front()));
+  crowding.add_round(contacts, islands);
+  CHECK(crowding.is_given_up(contacts.front()));
+  CHECK_FALSE(crowding.is_given_up(contacts.back()));
 }
 
 TEST_CASE("a resting load is solved to rest at any force") {
