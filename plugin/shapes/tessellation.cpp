@@ -22,19 +22,36 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
+bool is_finite(const btVector3& p) {
+  return std::isfinite(p.x()) && std::isfinite(p.y()) && std::isfinite(p.z());
+}
+
+// The triangles so far, by their corners in any order. The detector wants each only once.
+class SeenFaces {
+ public:
+  /// Returns false if a triangle with these corners has been added before.
+  bool add(Face face) {
+    std::sort(face.begin(), face.end());
+    return seen_.insert(face).second;
+  }
+
+ private:
+  std::set<Face> seen_;
+};
+
 // Collects triangles that come one by one. Corners at exactly the same position become one vertex.
+// Triangles with a corner that is not finite are left out.
 class Welder : public btTriangleCallback {
  public:
   Welder(const btTransform& pose, Triangles& triangles) : pose_(pose), triangles_(triangles) {}
 
   void processTriangle(btVector3* corners, int, int) override {
+    if (!std::all_of(corners, corners + 3, is_finite)) return;
     Face face;
     for (int k = 0; k < 3; ++k) face[k] = index_of(corners[k]);
     // Skips triangles that are points or lines: their sides belong to neighbours as well.
     if (face[0] == face[1] || face[1] == face[2] || face[2] == face[0]) return;
-    Face sorted = face;
-    std::sort(sorted.begin(), sorted.end());
-    if (seen_.insert(sorted).second) triangles_.faces.push_back(face);
+    if (seen_.add(face)) triangles_.faces.push_back(face);
   }
 
  private:
@@ -48,7 +65,7 @@ class Welder : public btTriangleCallback {
   const btTransform& pose_;
   Triangles& triangles_;
   std::map<std::array<btScalar, 3>, std::int32_t> index_;
-  std::set<Face> seen_;
+  SeenFaces seen_;
 };
 
 // A square in a plane. Its corners are in the same order as in Bullet's own triangles of a plane.
@@ -108,13 +125,14 @@ bool add_convex(const btConvexShape& shape, const btTransform& pose, double dept
     // The given points are exact; the coordinates that the hull computes are rounded.
     triangles.vertices.push_back(pose * points[hull.original_vertex_index[i]]);
   }
+  SeenFaces seen;  // the hull of points in a plane has a front and a back
   for (int i = 0; i < hull.faces.size(); ++i) {
     const btConvexHullComputer::Edge* const start = &hull.edges[hull.faces[i]];
     const std::int32_t apex = first + start->getSourceVertex();
     for (const auto* edge = start->getNextEdgeOfFace(); edge->getTargetVertex() + first != apex;
          edge = edge->getNextEdgeOfFace()) {
-      triangles.faces.push_back(
-          {apex, first + edge->getSourceVertex(), first + edge->getTargetVertex()});
+      const Face face = {apex, first + edge->getSourceVertex(), first + edge->getTargetVertex()};
+      if (seen.add(face)) triangles.faces.push_back(face);
     }
   }
   if (shape.getShapeType() == BOX_SHAPE_PROXYTYPE) {

@@ -1,9 +1,14 @@
 // Shapes without triangles of their own, and triangles without area.
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
 #include <BulletCollision/CollisionShapes/btConvexHullShape.h>
+#include <BulletCollision/CollisionShapes/btCylinderShape.h>
 #include <BulletCollision/CollisionShapes/btUniformScalingShape.h>
 
+#include <initializer_list>
 #include <limits>
+#include <memory>
+#include <string>
+#include <vector>
 
 #include "plugin/support/obstacle_worlds.h"
 #include "support/catch.h"
@@ -43,6 +48,52 @@ TEST_CASE("a mesh of degenerate triangles does not make a step fall back to Bull
   w.add_sheet(4, 1, 0.05, 1);
   w.steps(10);
   CHECK(w.total().fallback_steps == 0);
+}
+
+TEST_CASE("convex shapes without thickness do not make a step fall back to Bullet") {
+  const auto hull_of = [](std::initializer_list<btVector3> points) {
+    auto hull = std::make_unique<btConvexHullShape>();
+    for (const btVector3& point : points) hull->addPoint(point);
+    return hull;
+  };
+  const btVector3 corners[4] = {{-2, 0, -2}, {2, 0, -2}, {2, 0, 2}, {-2, 0, 2}};
+  std::vector<std::unique_ptr<btCollisionShape>> shapes;
+  shapes.push_back(std::make_unique<btBoxShape>(btVector3(2, 0, 2)));
+  shapes.push_back(std::make_unique<btCylinderShape>(btVector3(2, 0, 2)));
+  shapes.push_back(hull_of({corners[0], corners[1], corners[2], corners[3]}));
+  shapes.push_back(hull_of({corners[0], corners[1], corners[2], corners[2]}));
+  for (std::unique_ptr<btCollisionShape>& shape : shapes) {
+    const std::string name = shape->getName();
+    CAPTURE(name);
+    ObstacleWorld w(World::rigid, 10);
+    w.add(std::move(shape), btVector3(0, 0, 0));
+    btSoftBody* sheet = w.add_sheet(4, 1, 0.3, 1);
+    sheet->translate(btVector3(btScalar(0.5), 0, btScalar(-0.5)));
+    w.steps(60);
+    CHECK(w.total().fallback_steps == 0);
+    CHECK(static_cast<double>(sheet->m_nodes[0].m_x.y()) > 0);
+  }
+}
+
+TEST_CASE("triangles of a mesh with a corner that is not finite are left out") {
+  ObstacleWorld w(World::rigid, 10);
+  btTriangleMesh mesh;
+  mesh.addTriangle(btVector3(-4, 0, -4), btVector3(-4, 0, 8), btVector3(8, 0, -4));
+  mesh.addTriangle(btVector3(-4, 0, 8), btVector3(8, 0, 8), btVector3(8, 0, -4));
+  w.add(std::make_unique<btBvhTriangleMeshShape>(&mesh, true), btVector3(0, 0, 0));
+  unsigned char* vertices;
+  unsigned char* indices;
+  int vertex_count, stride, index_stride, face_count;
+  PHY_ScalarType type, index_type;
+  mesh.getLockedVertexIndexBase(&vertices, vertex_count, type, stride, &indices, index_stride,
+                                face_count, index_type);
+  reinterpret_cast<btScalar*>(vertices + 4 * stride)[1] =
+      std::numeric_limits<btScalar>::quiet_NaN();
+  mesh.unLockVertexBase(0);
+  btSoftBody* sheet = w.add_sheet(4, 1, 0.3, 1);
+  w.steps(60);
+  CHECK(w.total().fallback_steps == 0);
+  CHECK(static_cast<double>(sheet->m_nodes[0].m_x.y()) > 0);
 }
 
 TEST_CASE("bodies without contact response are not counted as initial intersections") {
