@@ -54,6 +54,7 @@ class Finder {
     for (const std::int32_t v : candidates.vertices) {
       const Vector3d x = motion_.start_of(v);
       for (const std::int32_t f : faces) {
+        if (is_degenerate(f)) continue;
         const Side side = side_of(f, up);
         if (!(side.height(x) < -tolerance(x)) || !covers(f, up, x)) continue;
         add(v, side);
@@ -82,9 +83,10 @@ class Finder {
     for (const std::int32_t v : all.vertices) {
       if (box.contains(motion_.start_of(v))) near.vertices.push_back(v);
     }
-    if (near.vertices.empty() && near.edges.empty()) return;
+    if (near.vertices.empty() && near.edges.empty() && near.pierced.empty()) return;
     std::vector<Side> sides;
     for (const std::int32_t f : faces) {
+      if (is_degenerate(f)) continue;
       sides.push_back(side_of(f, Vector3d::Zero()));
       // The faces may be oriented inwards.
       if (sides.back().height(middle) <= 0) continue;
@@ -102,6 +104,15 @@ class Finder {
   // Rounding of positions, metres.
   static double tolerance(const Vector3d& x) {
     return 16 * static_cast<double>(SIMD_EPSILON) * std::max(1.0, x.cwiseAbs().maxCoeff());
+  }
+
+  // True if the face is a line but for the rounding of positions, so that it has no normal.
+  bool is_degenerate(std::int32_t face) const {
+    const Face& f = topology_.faces[face];
+    const Vector3d a = motion_.start_of(f[0]), ab = motion_.start_of(f[1]) - a,
+                   ac = motion_.start_of(f[2]) - a;
+    const double longest = std::max({ab.norm(), ac.norm(), (ac - ab).norm()});
+    return !(ab.cross(ac).norm() > tolerance(a) * longest);
   }
 
   // `up` orients the normal if it is not zero.
@@ -251,6 +262,7 @@ class Finder {
       Side nearest{-1, Vector3d::Zero(), 0};
       double shortest = std::numeric_limits<double>::infinity();
       for (const std::int32_t f : faces) {
+        if (is_degenerate(f)) continue;
         const Vector3d to = closest_point(f, x) - x;
         if (!(to.norm() < shortest) || to.norm() <= tolerance(x)) continue;
         shortest = to.norm();
