@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <iterator>
 #include <tuple>
 
 #include "scene/collision_filters.h"
@@ -53,7 +54,7 @@ SoftScene::Fingerprint SoftScene::fingerprint(btSoftBody* body) const {
   return s;
 }
 
-SoftScene::Change SoftScene::update(const Sleepers& sleepers, WarningLog& warnings) {
+bool SoftScene::update(const Sleepers& sleepers, WarningLog& warnings) {
   const std::vector<Sleepers::Member>& members = sleepers.members();
   std::vector<Fingerprint> now;
   now.reserve(members.size());
@@ -64,8 +65,8 @@ SoftScene::Change SoftScene::update(const Sleepers& sleepers, WarningLog& warnin
   if (valid_ && now == fingerprints_ &&
       std::equal(world_indices_.begin(), world_indices_.end(), members.begin(), members.end(),
                  has_index))
-    return update_filters(members) ? Change::content : Change::none;
-  const bool only_members = valid_ && know_all(now);
+    return update_filters(members);
+  find_changed(now);
   std::unordered_map<const btSoftBody*, Fingerprint> left_out;
   for (const btSoftBody* const body : sleepers.left_out()) {
     const auto known = left_out_.find(body);
@@ -76,12 +77,12 @@ SoftScene::Change SoftScene::update(const Sleepers& sleepers, WarningLog& warnin
   left_out_ = std::move(left_out);
   fingerprints_ = std::move(now);
   rebuild(members, warnings);
-  return only_members ? Change::members : Change::content;
+  return true;
 }
 
-bool SoftScene::know_all(const std::vector<Fingerprint>& members) const {
+void SoftScene::find_changed(const std::vector<Fingerprint>& members) {
   auto last = fingerprints_.begin();
-  return std::all_of(members.begin(), members.end(), [&](const Fingerprint& member) {
+  const auto is_known = [&](const Fingerprint& member) {
     const auto is_same_body = [&member](const Fingerprint& f) { return f.body == member.body; };
     const auto found = std::find_if(last, fingerprints_.end(), is_same_body);
     if (found != fingerprints_.end()) {
@@ -90,7 +91,17 @@ bool SoftScene::know_all(const std::vector<Fingerprint>& members) const {
     }
     const auto left_out = left_out_.find(member.body);
     return left_out != left_out_.end() && member == left_out->second;
-  });
+  };
+  for (const Fingerprint& member : members)
+    if (!valid_ || !is_known(member)) changed_.insert(member.body);
+}
+
+void SoftScene::invalidate(const btSoftBody& body) {
+  const auto forget = [](Fingerprint& known) { known.node_count = -1; };
+  for (Fingerprint& known : fingerprints_)
+    if (known.body == &body) forget(known);
+  const auto left_out = left_out_.find(&body);
+  if (left_out != left_out_.end()) forget(left_out->second);
 }
 
 bool SoftScene::update_filters(const std::vector<Sleepers::Member>& members) {
@@ -105,9 +116,15 @@ bool SoftScene::update_filters(const std::vector<Sleepers::Member>& members) {
     return a.group == b.group && a.mask == b.mask && a.self_collision == b.self_collision &&
            a.layer == b.layer && a.layer_mask == b.layer_mask;
   };
-  return disabled != topology_.disabled_pairs ||
-         !std::equal(filters.begin(), filters.end(), topology_.bodies.begin(),
-                     topology_.bodies.end(), equal);
+  std::set<std::int32_t> changed;
+  for (std::size_t i = 0; i < filters.size(); ++i)
+    if (!equal(filters[i], topology_.bodies[i])) changed.insert(static_cast<std::int32_t>(i));
+  std::vector<BodyPair> differing;
+  std::set_symmetric_difference(disabled.begin(), disabled.end(), topology_.disabled_pairs.begin(),
+                                topology_.disabled_pairs.end(), std::back_inserter(differing));
+  for (const BodyPair& pair : differing) changed.insert(pair.begin(), pair.end());
+  for (const std::int32_t body : changed) changed_.insert(bodies_[body].body);
+  return !changed.empty();
 }
 
 // Uses several threads, because Bullet's nodes lie far apart in memory: one thread would wait for

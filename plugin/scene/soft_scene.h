@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <functional>
+#include <set>
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -39,18 +40,18 @@ class SoftScene {
 
   explicit SoftScene(CollisionFlags flags) : flags_(flags) {}
 
-  enum class Change {
-    none,
-    members,  ///< bodies that fell asleep are left out, or such bodies take part again
-    content   ///< anything else
-  };
-
   /// Compares the bodies with the last update by cheap signs: counts, filters and Bullet's own mark
-  /// of a change (m_bUpdateRtCst). If something differs, reads everything again. Does not check
-  /// which nodes are pinned; the caller does when it reads the nodes.
-  Change update(const Sleepers& sleepers, WarningLog& warnings);
+  /// of a change (m_bUpdateRtCst). If something differs, reads everything again and returns true.
+  /// Does not check which nodes are pinned; the caller does when it reads the nodes.
+  bool update(const Sleepers& sleepers, WarningLog& warnings);
+  /// True if update() found the body new or changed since forget_changes(). A body that only slept
+  /// is not.
+  bool is_changed(const btSoftBody& body) const { return changed_.count(&body) > 0; }
+  void forget_changes() { changed_.clear(); }
   /// Makes the next update() read everything again.
   void invalidate() { valid_ = false; }
+  /// The same because of one body, which has changed.
+  void invalidate(const btSoftBody& body);
   /// Leaves a body out until reinclude() finds its nodes finite.
   void exclude(const btSoftBody* body) { excluded_.push_back(body); }
   /// Takes back those excluded bodies whose nodes are finite again.
@@ -113,8 +114,8 @@ class SoftScene {
   Fingerprint fingerprint(btSoftBody* body) const;
   // True if filters changed. An application's filter may answer otherwise at any time.
   bool update_filters(const std::vector<Sleepers::Member>& members);
-  // True if each member is as it was when it last took part.
-  bool know_all(const std::vector<Fingerprint>& members) const;
+  // Adds to changed_ the members that are not as they were when they last took part.
+  void find_changed(const std::vector<Fingerprint>& members);
   void rebuild(const std::vector<Sleepers::Member>& members, WarningLog& warnings);
   void add_body(btSoftBody* body, int world_index, WarningLog& warnings);
   void find_filters();
@@ -125,6 +126,7 @@ class SoftScene {
   std::vector<int> world_indices_;                               // of the members
   std::unordered_map<const btSoftBody*, Fingerprint> left_out_;  // when they last took part
   std::vector<const btSoftBody*> excluded_;
+  std::set<const btSoftBody*> changed_;  // since forget_changes()
 
   std::vector<BodyRecord> bodies_;
   SceneTopology topology_;

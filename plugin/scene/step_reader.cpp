@@ -22,7 +22,7 @@ constexpr double speed_of_light = 299792458;
 void StepReader::begin_step(const Bodies& bodies) {
   for (int i = 0; i < bodies.size(); ++i) {
     // Bullet clears the mark of active bodies only. For inactive ones SoftScene compares the mark.
-    if (bodies[i]->m_bUpdateRtCst && bodies[i]->isActive()) scene_.invalidate();
+    if (bodies[i]->m_bUpdateRtCst && bodies[i]->isActive()) scene_.invalidate(*bodies[i]);
   }
   sleepers_.begin_step(bodies);
   if (options_.collide_rigid) obstacles_.begin_step(bodies);
@@ -31,6 +31,7 @@ void StepReader::begin_step(const Bodies& bodies) {
 StepReader::Changes StepReader::read(const Bodies& bodies, double dt, const Fill& fill) {
   motion_.dt = dt;
   if (options_.collide_rigid) obstacles_.read_poses(bodies, dt, warnings_);
+  scene_.forget_changes();
   scene_.reinclude(bodies);
   sleepers_.find_members(bodies);
   return read_members(bodies, fill);
@@ -40,12 +41,10 @@ StepReader::Changes StepReader::read_members(const Bodies& bodies, const Fill& f
   Changes changes;
   do {
     do {
-      const SoftScene::Change change = scene_.update(sleepers_, warnings_);
-      changes.topology = changes.topology || change != SoftScene::Change::none;
-      changes.bodies_placed = changes.bodies_placed || change == SoftScene::Change::content;
+      changes.topology = scene_.update(sleepers_, warnings_) || changes.topology;
     } while (!gather_soft(fill));
     find_sleeping_members();
-    changes.bodies_placed = sweep_prescribed_nodes() || changes.bodies_placed;
+    changes.placed_bodies = sweep_prescribed_nodes();
   } while (sleepers_.take_in(bodies, awake_bounds(), contact_distance()));
   if (options_.collide_rigid &&
       obstacles_.update(bodies, obstacle_query_box_, depth_in_obstacles(), warnings_)) {
@@ -55,7 +54,8 @@ StepReader::Changes StepReader::read_members(const Bodies& bodies, const Fill& f
   changes.topology = topology_.update(scene_, obstacles_, changes.topology);
   gather_obstacles();
   update_resolution();
-  changes.bodies_placed = changes.bodies_placed || has_new_obstacle_at_soft_bodies();
+  for (const std::int32_t body : new_obstacles_at_soft_bodies())
+    changes.placed_bodies.push_back(body);
   return changes;
 }
 
@@ -141,10 +141,12 @@ double StepReader::depth_in_obstacles() const {
   return 0.5 * (options_.thickness >= 0 ? options_.thickness : smallest_margin);
 }
 
-bool StepReader::sweep_prescribed_nodes() {
-  bool any_jumped = std::exchange(soft_body_teleported_, false);
+std::vector<std::int32_t> StepReader::sweep_prescribed_nodes() {
+  std::vector<std::int32_t> placed;
   for (const SoftScene::BodyRecord& record : scene_.bodies()) {
     const std::vector<btScalar>* const last = previous_.end_of(record);
+    const auto body = static_cast<std::int32_t>(index_of(record));
+    if (!last || scene_.is_changed(*record.body)) placed.push_back(body);
     if (!last) continue;
     const std::size_t count = last->size();
     btScalar* const start = &motion_.start[3 * static_cast<std::size_t>(record.first_vertex)];
@@ -155,7 +157,7 @@ bool StepReader::sweep_prescribed_nodes() {
       free_moved = free_moved || (motion_.inverse_mass[v] > 0 && start[i] != (*last)[i]);
     }
     const bool jumped = free_moved || pinned_nodes_jumped(record, *last);
-    any_jumped = any_jumped || jumped;
+    if (jumped && (placed.empty() || placed.back() != body)) placed.push_back(body);
     if (jumped) continue;
     AxisBox came_from = AxisBox::empty();
     std::copy(last->begin(), last->end(), start);
@@ -167,7 +169,7 @@ bool StepReader::sweep_prescribed_nodes() {
       obstacle_query_box_.add(
           came_from.expanded(btVector3(record.margin, record.margin, record.margin)));
   }
-  return any_jumped;
+  return placed;
 }
 
 // True if a pinned node moved farther than its velocity, or twice the last step, and jump_speed
@@ -213,7 +215,7 @@ bool StepReader::gather_soft(const Fill& fill) {
   motion_.inverse_mass.resize(count);
   swept_ = obstacle_query_box_ = AxisBox::empty();
   bounds_.assign(scene_.bodies().size(), AxisBox::empty());
-  bool pins_unchanged = true;
+  std::vector<const btSoftBody*> pinned_elsewhere;
   std::vector<std::int32_t> bad_vertices;
   std::mutex mutex;
   scene_.for_each_range(
@@ -227,10 +229,10 @@ bool StepReader::gather_soft(const Fill& fill) {
         swept_.add(found.swept);
         bounds_[index_of(record)].add(found.swept);
         if (record.meets_rigid) obstacle_query_box_.add(found.swept);
-        pins_unchanged = pins_unchanged && found.pins_unchanged;
+        if (!found.pins_unchanged) pinned_elsewhere.push_back(record.body);
         if (found.bad_vertex >= 0) bad_vertices.push_back(found.bad_vertex);
       });
-  if (!pins_unchanged) scene_.invalidate();
+  for (const btSoftBody* const body : pinned_elsewhere) scene_.invalidate(*body);
   std::sort(bad_vertices.begin(), bad_vertices.end());
   for (const std::int32_t vertex : bad_vertices) exclude(vertex);
   // Margins of soft bodies only: the bounds of obstacles (getAabb) include their own.
@@ -239,7 +241,7 @@ bool StepReader::gather_soft(const Fill& fill) {
     if (record.meets_rigid) margin = btMax(margin, record.margin);
   if (!obstacle_query_box_.is_empty())
     obstacle_query_box_ = obstacle_query_box_.expanded(btVector3(margin, margin, margin));
-  return pins_unchanged && bad_vertices.empty();
+  return pinned_elsewhere.empty() && bad_vertices.empty();
 }
 
 void StepReader::gather_block(const SoftScene::BodyRecord& record, std::int32_t first,
@@ -333,17 +335,23 @@ AxisBox StepReader::starts_near_obstacles() const {
 }
 
 // An obstacle that only comes near cannot start in a soft body.
-bool StepReader::has_new_obstacle_at_soft_bodies() const {
-  const auto is_new = [this](const Obstacles::Record& record) { return previous_.is_new(record); };
-  const std::vector<Obstacles::Record>& records = obstacles_.records();
-  if (std::none_of(records.begin(), records.end(), is_new)) return false;
+std::vector<std::int32_t> StepReader::new_obstacles_at_soft_bodies() const {
+  std::vector<std::int32_t> found;
+  for (const StepTopology::BodyRecord& body : topology_.bodies()) {
+    if (!body.soft && previous_.is_new(obstacles_.records()[body.obstacle]))
+      found.push_back(topology_.index_of(body));
+  }
+  if (found.empty()) return found;
   const btScalar spare = contact_distance();
   const AxisBox starts = starts_near_obstacles().expanded(btVector3(spare, spare, spare));
-  return std::any_of(records.begin(), records.end(), [&](const Obstacles::Record& record) {
+  const auto is_far = [&](std::int32_t body) {
+    const Obstacles::Record& record = obstacles_.records()[topology_.bodies()[body].obstacle];
     AxisBox box;
     record.shape->getAabb(record.start, box.lower, box.upper);
-    return is_new(record) && box.overlaps(starts);
-  });
+    return !box.overlaps(starts);
+  };
+  found.erase(std::remove_if(found.begin(), found.end(), is_far), found.end());
+  return found;
 }
 
 bool StepReader::reread_obstacles_if_left() {

@@ -27,9 +27,9 @@ class StepReader {
 
   struct Changes {
     bool topology = false;  ///< indices, pair rules or margins changed
-    /// Bodies appeared or were placed elsewhere. The start may contain intersections that no motion
-    /// caused.
-    bool bodies_placed = false;
+    /// Bodies that appeared, changed or were placed elsewhere, as sorted indices. The start may
+    /// contain intersections with them that no motion caused.
+    std::vector<std::int32_t> placed_bodies;
   };
 
   /// `warnings` must outlive the reader.
@@ -66,7 +66,6 @@ class StepReader {
   /// was.
   void teleported(const btCollisionObject& object) {
     previous_.forget(object);
-    soft_body_teleported_ = soft_body_teleported_ || btSoftBody::upcast(&object);
     sleepers_.forget(object);
     obstacles_.teleported(object);
   }
@@ -111,9 +110,9 @@ class StepReader {
                     const Fill& fill, Found& found);
   void exclude(std::int32_t vertex);
   // Pinned nodes that the application moved between steps start at their last end, so their path is
-  // tested. Returns true if a body was put elsewhere: its free nodes were moved too, or its pinned
-  // nodes jumped. The nodes of such a body start where they are.
-  bool sweep_prescribed_nodes();
+  // tested. Returns the bodies that are new or were put elsewhere: their free nodes were moved too,
+  // or their pinned nodes jumped. The nodes of such a body start where they are.
+  std::vector<std::int32_t> sweep_prescribed_nodes();
   bool pinned_nodes_jumped(const SoftScene::BodyRecord& record,
                            const std::vector<btScalar>& last) const;
   // Depth for tessellate(), metres: half the smallest thickness of contacts with obstacles. So at
@@ -135,7 +134,8 @@ class StepReader {
   btScalar contact_distance() const;
   // Bounds of the start positions of soft bodies that collide with obstacles.
   AxisBox starts_near_obstacles() const;
-  bool has_new_obstacle_at_soft_bodies() const;
+  // Obstacles that are new or were put elsewhere, and reach the soft bodies.
+  std::vector<std::int32_t> new_obstacles_at_soft_bodies() const;
   // Sets resolution(). Keeps the old value while it is no more than 4 times too large, because a
   // new one changes the thickness of contacts.
   void update_resolution();
@@ -153,8 +153,7 @@ class StepReader {
   std::vector<AxisBox> bounds_;  // of each body's motion, in the topology's order
   std::vector<char> at_rest_;    // of each body, in the topology's order
   bool any_sleeper_takes_part_ = false;
-  bool soft_body_teleported_ = false;  // since the last step
-  AxisBox swept_ = AxisBox::empty();   // bounds of the soft vertices' motion in this step
+  AxisBox swept_ = AxisBox::empty();  // bounds of the soft vertices' motion in this step
   // The same of the soft bodies that collide with obstacles, and their margin.
   AxisBox obstacle_query_box_ = AxisBox::empty();
 };

@@ -35,6 +35,15 @@ Topology StepTopology::for_detection() const {
   return topology;
 }
 
+std::vector<int> StepTopology::ids() const {
+  std::vector<int> ids;
+  for (const BodyRecord& body : bodies_) {
+    const btBroadphaseProxy* const proxy = body.object->getBroadphaseHandle();
+    ids.push_back(proxy ? proxy->m_uniqueId : -1 - static_cast<int>(ids.size()));
+  }
+  return ids;
+}
+
 void StepTopology::free_pinned_nodes() {
   inverse_mass_for_detection_ = topology_.inverse_mass;
   for (const BodyRecord& body : bodies_) {

@@ -46,6 +46,9 @@ class StepTopology {
   std::int32_t index_of(const BodyRecord& body) const {
     return static_cast<std::int32_t>(&body - bodies_.data());
   }
+  /// An id for each body, which stays the same as long as the body exists: that of its broad phase
+  /// proxy. A soft body without a proxy has a negative one, by its index.
+  std::vector<int> ids() const;
   std::int32_t vertex_count() const { return topology_.vertex_count(); }
   std::int32_t soft_count() const { return soft_count_; }  ///< of vertices
   std::int32_t body_of(std::int32_t vertex) const { return topology_.body_of_vertex[vertex]; }

@@ -142,13 +142,23 @@ void Pipeline::resolve_contacts(const Response::SolveLinks& solve_links,
     const NearContacts near = find_near_contacts();
     responded_ = detector_.found_any() || untangling_.pushes();
     if (responded_) {
-      response_.run(near, untangling_.penetrations(), touching,
-                    untangling_.pushes() ? Response::SolveLinks() : solve_links, reader_.motion(),
-                    step_);
+      response_.run(near, untangling_.penetrations(), touching, without_pushed_bodies(solve_links),
+                    reader_.motion(), step_);
     } else {
       response_.forget();
     }
   } while (reread_obstacles_if_left());
+}
+
+// A body that is pushed apart keeps its links as they are: they would pull it back.
+Response::SolveLinks Pipeline::without_pushed_bodies(
+    const Response::SolveLinks& solve_links) const {
+  if (!solve_links || !untangling_.pushes()) return solve_links;
+  return [this, &solve_links](std::vector<std::int32_t> bodies, Motion& motion) {
+    const auto is_pushed = [this](std::int32_t body) { return untangling_.moves_apart(body); };
+    bodies.erase(std::remove_if(bodies.begin(), bodies.end(), is_pushed), bodies.end());
+    return solve_links(bodies, motion);
+  };
 }
 
 void Pipeline::finish_step() {
@@ -190,7 +200,11 @@ void Pipeline::take_changes(const StepReader::Changes& changes) {
   update_surfaces();
   try {
     if (changes.topology || detector_.would_change(largest_thickness())) set_topology();
-    if (changes.bodies_placed) report_intersections();
+    if (!changes.placed_bodies.empty()) {
+      untangling_.set_ids(topology().ids());
+      for (const std::int32_t body : changes.placed_bodies) untangling_.place(body);
+      report_intersections();
+    }
   } catch (...) {
     reader_.invalidate_soft_bodies();
     throw;
@@ -230,8 +244,9 @@ void Pipeline::set_topology() {
   detector_.set_topology(largest_thickness());
 }
 
-Untangling::Found Pipeline::find_intersections() const {
+Untangling::Found Pipeline::find_intersections() {
   const Topology view = topology().topology();
+  untangling_.set_ids(topology().ids());
   const auto responds = [this](std::int32_t body) { return topology().bodies()[body].responds; };
   Untangling::Found found;
   found.intersections = bullet::find_intersections(
@@ -246,11 +261,12 @@ Untangling::Found Pipeline::find_intersections() const {
 
 void Pipeline::untangle() {
   untangling_.skip_step();
-  if (options_.untangling_speed > 0 && untangling_.is_in_progress()) {
+  if (untangling_.is_in_progress()) {
     untangling_.begin_step(find_intersections(), topology().topology(), detector_.edges(),
                            motion());
     untangling_.push(options_.untangling_speed * motion().dt, reader_.motion());
   }
+  untangling_.finish();
   surfaces_.set_without_friction(untangling_.pairs());
   reader_.read_whole_meshes(untangling_.is_in_progress());
 }
@@ -268,7 +284,7 @@ void Pipeline::report_intersections() {
   const Untangling::Found found = find_intersections();
   step_.initial_intersections = static_cast<std::int64_t>(found.intersections.pairs.size());
   if (found.empty()) return;
-  untangling_.start();
+  if (options_.untangling_speed > 0) untangling_.start();
   if (found.intersections.pairs.empty()) return;
   const auto name = [this](std::int32_t body) {
     return topology().bodies()[body].soft

@@ -106,9 +106,11 @@ class Pipeline {
   // if it did; the step must be detected again then.
   bool reread_obstacles_if_left();
   void set_topology();
-  Untangling::Found find_intersections() const;
+  Untangling::Found find_intersections();
   void report_intersections();
   NearContacts find_near_contacts();
+  // `solve_links` for the bodies that are not pushed apart.
+  Response::SolveLinks without_pushed_bodies(const Response::SolveLinks& solve_links) const;
   // Pushes apart bodies that intersect at the start of the step.
   void untangle();
   // Removes contacts that untangling lets pass.

@@ -3,7 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <iterator>
 
 #include "untangling/closed_surfaces.h"
 #include "util/disjoint_sets.h"
@@ -13,8 +13,6 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
 using Eigen::Vector3d;
-
-constexpr double max_seconds_without_progress = 3;
 
 // Components into which the edges that intersect faces cut the surfaces.
 class SurfaceComponents {
@@ -96,6 +94,28 @@ FacesOfEdges faces_of_edges(const std::vector<Intersection>& pairs, const Topolo
   return faces;
 }
 
+// Depth of a penetration, metres.
+double depth_of(const Contact& contact, const Motion& motion) {
+  const Vector3d normal(contact.normal[0], contact.normal[1], contact.normal[2]);
+  const std::array<double, 4> weights = contact.weights();
+  double depth = 0;
+  for (std::size_t i = 0; i < 4; ++i)
+    depth -= weights[i] * normal.dot(motion.start_of(contact.vertices[i]));
+  return depth;
+}
+
+// By body: nonzero if impulses or pushes move some of it.
+std::vector<char> find_movable_bodies(const Topology& topology, const Motion& motion) {
+  std::vector<char> moves(topology.bodies.size(), 0);
+  for (std::int32_t v = 0; v < motion.soft_count(); ++v)
+    if (motion.is_movable(v)) moves[topology.body_of_vertex[v]] = 1;
+  for (std::size_t body = 0; body < std::min(moves.size(), motion.rigid_of_body.size()); ++body) {
+    const int rigid = motion.rigid_of_body[body];
+    if (rigid >= 0 && motion.rigid[rigid].is_movable()) moves[body] = 1;
+  }
+  return moves;
+}
+
 Vector3d normal_of(const Face& face, const Motion& motion) {
   const Vector3d a = motion.start_of(face[0]);
   return (motion.start_of(face[1]) - a).cross(motion.start_of(face[2]) - a).normalized();
@@ -125,10 +145,8 @@ Vector3d contour_direction(const Edge& edge, const std::vector<Face>& faces, con
 Untangling::Untangling() = default;
 Untangling::~Untangling() = default;
 
-void Untangling::start() {
-  fewest_pairs_ = std::numeric_limits<std::size_t>::max();
-  least_depth_ = std::numeric_limits<double>::infinity();
-  seconds_without_progress_ = 0;
+void Untangling::finish() {
+  if (!is_in_progress_) progress_.finish();
 }
 
 void Untangling::skip_step() {
@@ -141,19 +159,17 @@ void Untangling::skip_step() {
 
 void Untangling::begin_step(const Found& found, const Topology& topology, Span<const Edge> edges,
                             const Motion& motion) {
-  seconds_without_progress_ += motion.dt;
-  read(found, topology, edges, motion);
+  read(found, topology, edges, motion, motion.dt);
 }
 
 void Untangling::read(const Found& found, const Topology& topology, Span<const Edge> edges,
-                      const Motion& motion) {
+                      const Motion& motion, double seconds) {
   skip_step();
-  double depth = 0;
+  PairProgress::FoundPairs found_pairs;
   for (const Contact& contact : found.penetrations.contacts) {
-    const Vector normal(contact.normal[0], contact.normal[1], contact.normal[2]);
-    const std::array<double, 4> weights = contact.weights();
-    for (int i = 0; i < 4; ++i)
-      depth -= weights[i] * normal.dot(motion.start_of(contact.vertices[i]));
+    PairProgress::Found& pair = found_pairs[sorted(contact.body_a, contact.body_b)];
+    ++pair.count;
+    pair.depth += depth_of(contact, motion);
   }
   std::vector<Intersection> pairs;
   for (const Intersection& pair : found.intersections.pairs) {
@@ -168,24 +184,21 @@ void Untangling::read(const Found& found, const Topology& topology, Span<const E
          found.penetrations.contains({face.data(), face.size()}, topology.body_of_vertex[edge[0]]));
     if (!penetrates) pairs.push_back(pair);
   }
-  const std::size_t count = pairs.size() + found.penetrations.contacts.size();
-  constexpr double progress = 0.99;
-  if (count < fewest_pairs_ || depth < progress * least_depth_) seconds_without_progress_ = 0;
-  least_depth_ = std::min(least_depth_, depth);
-  fewest_pairs_ =
-      seconds_without_progress_ < max_seconds_without_progress ? std::min(fewest_pairs_, count) : 0;
-  if (!is_in_progress()) return;
-
-  penetrations_ = found.penetrations;
-  const auto add_pair = [this](std::int32_t a, std::int32_t b) {
-    pairs_.push_back({std::min(a, b), std::max(a, b)});
+  const auto bodies_of = [&](const Intersection& pair) {
+    return sorted(topology.body_of_vertex[edges[pair.edge][0]],
+                  topology.body_of_vertex[topology.faces[pair.face][0]]);
   };
-  for (const Contact& contact : penetrations_.contacts) add_pair(contact.body_a, contact.body_b);
-  for (const Intersection& pair : pairs)
-    add_pair(topology.body_of_vertex[edges[pair.edge][0]],
-             topology.body_of_vertex[topology.faces[pair.face][0]]);
-  std::sort(pairs_.begin(), pairs_.end());
-  pairs_.erase(std::unique(pairs_.begin(), pairs_.end()), pairs_.end());
+  for (const Intersection& pair : pairs) ++found_pairs[bodies_of(pair)].count;
+  const PairProgress::Groups groups =
+      progress_.update(found_pairs, seconds, find_movable_bodies(topology, motion));
+  is_in_progress_ = !groups.empty();
+  if (!is_in_progress_) return;
+  for (const auto& entry : groups) pairs_.push_back(entry.first);
+  const auto is_given_up = [&](const Intersection& pair) {
+    return groups.count(bodies_of(pair)) == 0;
+  };
+  pairs.erase(std::remove_if(pairs.begin(), pairs.end(), is_given_up), pairs.end());
+  take_penetrations(found.penetrations, topology);
   if (pairs.empty()) return;
   closed_surfaces_ = std::make_unique<ClosedSurfaces>(topology, motion);
   Sides sides(pairs, topology, edges, *closed_surfaces_, motion);
@@ -208,6 +221,47 @@ void Untangling::read(const Found& found, const Topology& topology, Span<const E
     }
     if (direction.allFinite()) add(edge, face, direction, motion);
   }
+  find_longest_pushes(groups, topology);
+}
+
+void Untangling::take_penetrations(const Penetrations& found, const Topology& topology) {
+  const auto is_moved_apart = [&](std::int32_t vertex, std::int32_t body) {
+    const BodyPair pair = sorted(topology.body_of_vertex[vertex], body);
+    return std::binary_search(pairs_.begin(), pairs_.end(), pair);
+  };
+  for (const Contact& contact : found.contacts) {
+    const BodyPair pair = sorted(contact.body_a, contact.body_b);
+    if (std::binary_search(pairs_.begin(), pairs_.end(), pair))
+      penetrations_.contacts.push_back(contact);
+  }
+  const auto take = [&](const auto& from, auto& to) {
+    std::copy_if(from.begin(), from.end(), std::back_inserter(to), [&](const auto& primitive) {
+      return is_moved_apart(primitive.front(), primitive.back());
+    });
+  };
+  take(found.vertices, penetrations_.vertices);
+  take(found.edges, penetrations_.edges);
+  take(found.faces, penetrations_.faces);
+}
+
+void Untangling::find_longest_pushes(const PairProgress::Groups& groups, const Topology& topology) {
+  std::map<std::int32_t, std::int32_t> group_of;  // by body
+  for (const auto& [pair, group] : groups) {
+    for (const std::int32_t body : pair) group_of[body] = group;
+  }
+  std::map<std::int32_t, double> longest;  // by group
+  for (auto& [vertex, push] : pushes_) {
+    double& of_group =
+        longest.try_emplace(group_of.at(topology.body_of_vertex[vertex]), 1).first->second;
+    of_group = std::max(of_group, push.displacement.norm());
+  }
+  for (auto& [vertex, push] : pushes_)
+    push.longest = longest.at(group_of.at(topology.body_of_vertex[vertex]));
+}
+
+bool Untangling::moves_apart(std::int32_t body) const {
+  return std::any_of(pairs_.begin(), pairs_.end(),
+                     [body](const BodyPair& pair) { return pair[0] == body || pair[1] == body; });
 }
 
 void Untangling::add(const Edge& edge, const Face& face, const Vector& direction,
@@ -224,17 +278,21 @@ void Untangling::add(const Edge& edge, const Face& face, const Vector& direction
   const std::array<std::int32_t, 5> vertices = {edge[0], edge[1], face[0], face[1], face[2]};
   const std::array<double, 5> weights = {1 - s, s, -(1 - u - v), -u, -v};
   std::array<double, 5> shares;
-  double compliance = 0;
+  double compliance = 0, max_inverse_mass = 0;
   for (std::size_t i = 0; i < 5; ++i) {
-    shares[i] = motion.is_soft(vertices[i]) ? weights[i] * motion.inverse_mass[vertices[i]] : 0;
+    const double inverse_mass = motion.inverse_mass_of(vertices[i]);
+    shares[i] = weights[i] * inverse_mass;
     compliance += weights[i] * shares[i];
+    max_inverse_mass = std::max(max_inverse_mass, inverse_mass);
   }
   if (!(compliance > 0)) return;
+  // With the bound a node of small weight is thrown no farther than in make_row().
+  compliance = std::max(compliance, max_inverse_mass / 256);
   const auto add_to = [](auto& sums, const auto& key, const Vector& summand) {
     sums.try_emplace(key, Vector::Zero()).first->second += summand;
   };
   for (std::size_t i = 0; i < 5; ++i) {
-    if (shares[i] != 0) add_to(pushes_, vertices[i], shares[i] / compliance * direction);
+    if (shares[i] != 0) pushes_[vertices[i]].displacement += shares[i] / compliance * direction;
   }
   for (const std::int32_t e : edge) {
     for (const std::int32_t f : face) {
@@ -245,11 +303,8 @@ void Untangling::add(const Edge& edge, const Face& face, const Vector& direction
 }
 
 void Untangling::push(double distance, Motion& motion) const {
-  double longest = 1;
-  for (const auto& [vertex, displacement] : pushes_)
-    longest = std::max(longest, displacement.norm());
-  for (const auto& [vertex, displacement] : pushes_) {
-    const Vector end = motion.end_of(vertex) + distance / longest * displacement;
+  for (const auto& [vertex, push] : pushes_) {
+    const Vector end = motion.end_of(vertex) + distance / push.longest * push.displacement;
     for (int k = 0; k < 3; ++k)
       motion.end[3 * static_cast<std::size_t>(vertex) + k] = static_cast<btScalar>(end[k]);
   }
@@ -266,7 +321,7 @@ bool Untangling::comes_out(const Contact& contact, const Vector& normal,
     const std::int32_t v = contact.vertices[i];
     (weights[i] > 0 ? on_a : on_b) += std::abs(weights[i]) * motion.start_of(v);
     const auto push = pushes_.find(v);
-    if (push != pushes_.end()) pushed += weights[i] * push->second;
+    if (push != pushes_.end()) pushed += weights[i] * push->second.displacement;
   }
   const auto contains = [this](std::int32_t body, const Vector& point) {
     return closed_surfaces_->is_closed(body) && closed_surfaces_->contains(body, point);

@@ -13,6 +13,8 @@
 //
 // Contacts of these pairs that would stop this motion are allowed to pass. All other contacts stop
 // motion as usual.
+//
+// Groups of bodies (pair_progress.h) are moved apart independently of each other.
 #pragma once
 
 #include <cstdint>
@@ -23,6 +25,7 @@
 #include "lazyccd/contact.h"
 #include "motion/motion.h"
 #include "untangling/intersections.h"
+#include "untangling/pair_progress.h"
 #include "untangling/penetrations.h"
 
 namespace lazyccd::bullet {
@@ -36,10 +39,15 @@ class Untangling {
   ~Untangling();
 
   /// Starts to untangle a scene that intersects.
-  void start();
-  /// False if no intersections are left, or if there was no progress for three seconds: bodies that
-  /// were pushed after that would never come to rest.
-  bool is_in_progress() const { return fewest_pairs_ > 0; }
+  void start() { is_in_progress_ = true; }
+  /// False if no intersections are left but those that were given up.
+  bool is_in_progress() const { return is_in_progress_; }
+  /// See PairProgress::set_ids().
+  void set_ids(std::vector<int> ids) { progress_.set_ids(std::move(ids)); }
+  /// Says that a body is new or was put elsewhere. What was given up with it is tried again.
+  void place(std::int32_t body) { progress_.place(body); }
+  /// Ends the untangling if nothing is in progress.
+  void finish();
 
   /// What intersects at the start of a step.
   struct Found {
@@ -53,7 +61,9 @@ class Untangling {
                   const Motion& motion);
   /// Reads what intersects again, when the indices change within the step.
   void read(const Found& found, const Topology& topology, Span<const Edge> edges,
-            const Motion& motion);
+            const Motion& motion) {
+    read(found, topology, edges, motion, 0);
+  }
   /// Begins a step in which nothing is pushed, and forgets the pushes of the last step.
   void skip_step();
   /// Moves the ends of soft vertices by at most `distance`, metres, without changing velocities.
@@ -64,6 +74,8 @@ class Untangling {
   /// Pairs of bodies that are moved apart: smaller index first, sorted.
   const std::vector<BodyPair>& pairs() const { return pairs_; }
   bool is_pushed(std::int32_t vertex) const { return pushes_.count(vertex) > 0; }
+  /// True if the body is moved apart from another one or from itself.
+  bool moves_apart(std::int32_t body) const;
   bool allows_any_pass() const { return !directions_.empty() || !penetrations_.contacts.empty(); }
   /// True if the contact would stop a motion that untangling needs.
   bool allows_pass(const Contact& contact, const Motion& motion) const;
@@ -71,22 +83,31 @@ class Untangling {
  private:
   using Vector = Eigen::Vector3d;
 
+  void read(const Found& found, const Topology& topology, Span<const Edge> edges,
+            const Motion& motion, double seconds);
+  /// Takes the penetrations of the pairs that are moved apart.
+  void take_penetrations(const Penetrations& found, const Topology& topology);
+  /// Sets Push::longest: each group moves by the same distance, whatever the pushes in others are.
+  void find_longest_pushes(const PairProgress::Groups& groups, const Topology& topology);
   /// Adds the push of one intersection. `direction`: of the edge relative to the face.
   void add(const Edge& edge, const Face& face, const Vector& direction, const Motion& motion);
   bool comes_out(const Contact& contact, const Vector& normal, const Motion& motion) const;
   bool penetrates(const Contact& contact, const Motion& motion) const;
 
-  std::map<std::int32_t, Vector> pushes_;  ///< by soft vertex
+  struct Push {
+    Vector displacement = Vector::Zero();
+    double longest = 1;  ///< norm of the longest one in its group, at least 1
+  };
+
+  std::map<std::int32_t, Push> pushes_;  ///< by soft vertex
   /// Direction of the first vertex relative to the second, for pairs of a vertex of an edge and a
   /// vertex of a face, in both orders.
   std::map<std::pair<std::int32_t, std::int32_t>, Vector> directions_;
   std::unique_ptr<const ClosedSurfaces> closed_surfaces_;
   Penetrations penetrations_;
   std::vector<BodyPair> pairs_;
-  /// Least number of intersections and penetrations in any step since start(); 0: finished.
-  std::size_t fewest_pairs_ = 0;
-  double least_depth_ = 0;  ///< sum over the penetrations, metres: the least since start()
-  double seconds_without_progress_ = 0;  ///< time since one of them last fell
+  PairProgress progress_;
+  bool is_in_progress_ = false;
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

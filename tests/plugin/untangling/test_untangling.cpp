@@ -303,4 +303,13 @@ TEST_CASE("untangling gives up bodies that cannot be moved apart") {
   }
   for (int i = 0; i < 5; ++i) tangle.begin_step();
   CHECK(!tangle.untangling.is_in_progress());
+  // Something else is placed.
+  tangle.untangling.start();
+  tangle.begin_step();
+  CHECK(!tangle.untangling.is_in_progress());
+  // One of them is placed.
+  tangle.untangling.place(1);
+  tangle.untangling.start();
+  tangle.begin_step();
+  CHECK(tangle.untangling.is_in_progress());
 }

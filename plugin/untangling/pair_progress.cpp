@@ -1,0 +1,83 @@
+#include "untangling/pair_progress.h"
+
+#include <algorithm>
+
+#include "util/disjoint_sets.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+namespace {
+
+constexpr double max_seconds_without_progress = 3;
+constexpr double min_progress = 0.99;  // ratio of depths
+
+}  // namespace
+
+void PairProgress::place(std::int32_t body) {
+  const int id = id_of(body);
+  placed_.insert(id);
+  for (auto next = progress_.begin(); next != progress_.end();) {
+    const auto entry = next++;
+    if (entry->first.first == id || entry->first.second == id) progress_.erase(entry);
+  }
+}
+
+void PairProgress::finish() {
+  placed_.clear();
+  for (auto next = progress_.begin(); next != progress_.end();) {
+    const auto entry = next++;
+    if (!entry->second.given_up) progress_.erase(entry);
+  }
+}
+
+PairProgress::Groups PairProgress::update(const FoundPairs& found, double seconds,
+                                          const std::vector<char>& moves) {
+  std::set<IdPair> present;
+  for (const auto& [pair, now] : found) {
+    Progress& progress = progress_[ids_of(pair)];
+    present.insert(ids_of(pair));
+    progress.seconds_without += seconds;
+    if (now.count < progress.fewest || now.depth < min_progress * progress.least_depth)
+      progress.seconds_without = 0;
+    progress.fewest = std::min(progress.fewest, now.count);
+    progress.least_depth = std::min(progress.least_depth, now.depth);
+  }
+  // A pair that comes apart and intersects again has made all its progress.
+  for (auto& [ids, progress] : progress_) {
+    if (present.count(ids) > 0) continue;
+    progress.fewest = 0;
+    progress.least_depth = 0;
+  }
+  const auto is_active = [&](const auto& entry) {
+    return !progress_.at(ids_of(entry.first)).given_up;
+  };
+  DisjointSets sets(moves.size());
+  for (const auto& entry : found) {
+    const auto [a, b] = entry.first;
+    if (is_active(entry) && moves[a] && moves[b]) sets.join(a, b);
+  }
+  const auto group_of = [&](const BodyPair& pair) {
+    return sets.find(pair[moves[pair[0]] ? 0 : 1]);
+  };
+  std::map<std::int32_t, double> seconds_without;  // by group: the least of its pairs
+  for (const auto& entry : found) {
+    if (!is_active(entry)) continue;
+    const double of_pair = progress_.at(ids_of(entry.first)).seconds_without;
+    double& least = seconds_without.try_emplace(group_of(entry.first), of_pair).first->second;
+    least = std::min(least, of_pair);
+  }
+  Groups groups;
+  for (const auto& entry : found) {
+    if (!is_active(entry)) continue;
+    const std::int32_t group = group_of(entry.first);
+    if (seconds_without.at(group) < max_seconds_without_progress) {
+      groups[entry.first] = group;
+    } else {
+      progress_.at(ids_of(entry.first)).given_up = true;
+    }
+  }
+  return groups;
+}
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet
