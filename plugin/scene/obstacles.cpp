@@ -222,7 +222,8 @@ bool Obstacles::update_region(const AxisBox& swept, WarningLog& warnings) {
 
 AxisBox Obstacles::needed_region(const Record& record, const AxisBox& swept) const {
   const int type = record.shape->getShapeType();
-  if (!reads_whole_meshes_ || type == STATIC_PLANE_PROXYTYPE || type == TERRAIN_SHAPE_PROXYTYPE)
+  if (!reads_whole_mesh(record) || type == STATIC_PLANE_PROXYTYPE ||
+      type == TERRAIN_SHAPE_PROXYTYPE)
     return in_frame(record, swept);
   return {btVector3(record.box[0], record.box[1], record.box[2]),
           btVector3(record.box[3], record.box[4], record.box[5])};

@@ -10,6 +10,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <set>
 #include <vector>
 
 #include "lazyccd/scene.h"
@@ -64,9 +65,14 @@ class Obstacles {
   bool has_read(const AxisBox& swept) const;
   /// Makes new vertices and faces. `starts`: bounds of the soft bodies at the start of the step.
   void read_triangles(const AxisBox& starts, WarningLog& warnings);
-  /// Makes update() read whole meshes and not only the part near the soft bodies. Whether a mesh is
-  /// closed does not show otherwise.
-  void read_whole_meshes(bool whole) { reads_whole_meshes_ = whole; }
+  /// Makes update() read the whole meshes of an obstacle and not only the part near the soft
+  /// bodies. `unique_id`: as in RigidPose.
+  void read_whole_mesh(int unique_id) { read_whole_.insert(unique_id); }
+  /// Ends that.
+  void read_parts_of_meshes() { read_whole_.clear(); }
+  bool reads_whole_mesh(const Record& record) const {
+    return read_whole_.count(record.unique_id) > 0;
+  }
   /// See RigidPoses::teleported().
   void teleported(const btCollisionObject& object) { poses_.teleported(object); }
   /// See RigidPoses::hold_at_start().
@@ -93,7 +99,7 @@ class Obstacles {
   std::vector<const btCollisionObject*> anchor_objects_;  // with anchored nodes; sorted
   std::vector<Record> records_;                           // sorted by unique_id
   AxisBox region_ = AxisBox::empty();                     // world frame: triangles are read near it
-  bool reads_whole_meshes_ = false;
+  std::set<int> read_whole_;                              // unique_id of obstacles
   double depth_ = 0;       // of update(): for the next reading of triangles, metres
   double read_depth_ = 0;  // of the last reading, metres
   std::vector<btVector3> local_positions_;

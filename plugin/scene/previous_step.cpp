@@ -49,13 +49,13 @@ void PreviousStep::remember(const SoftScene& scene, const Sleepers& sleepers,
     soft_bodies_[i].pinned_displacement = largest_pinned_displacement(record, motion);
   }
   obstacles_.clear();
+  for (const Obstacles::Record& record : obstacles.records())
+    obstacles_.push_back({record.unique_id, record.end});
   for (const StepTopology::BodyRecord& body : topology.bodies()) {
-    if (body.soft) continue;
-    obstacles_.push_back({obstacles.records()[body.obstacle].unique_id,
-                          motion.rigid_of(topology.index_of(body)).end});
+    if (!body.soft)
+      obstacles_[static_cast<std::size_t>(body.obstacle)].end =
+          motion.rigid_of(topology.index_of(body)).end;
   }
-  std::sort(obstacles_.begin(), obstacles_.end(),
-            [](const Obstacle& a, const Obstacle& b) { return a.unique_id < b.unique_id; });
 }
 
 // Keeps the bodies of the last step that were left out of this one.
@@ -99,7 +99,6 @@ void PreviousStep::forget(const btCollisionObject& body) {
 }
 
 bool PreviousStep::is_new(const Obstacles::Record& obstacle) const {
-  if (obstacle.vertex_count == 0) return false;
   const auto is_before = [](const Obstacle& last, int id) { return last.unique_id < id; };
   const auto last =
       std::lower_bound(obstacles_.begin(), obstacles_.end(), obstacle.unique_id, is_before);

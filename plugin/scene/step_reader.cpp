@@ -7,7 +7,9 @@
 #include <numeric>
 #include <utility>
 
+#include "scene/collision_filters.h"
 #include "scene/rigid_motions.h"
+#include "shapes/enclosing_mesh.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -51,11 +53,20 @@ StepReader::Changes StepReader::read_members(const Bodies& bodies, const Fill& f
     obstacles_.read_triangles(starts_near_obstacles(), warnings_);
     changes.topology = true;
   }
+  const std::vector<char> placed_obstacles = find_placed_obstacles();
+  if (options_.untangling_speed > 0 &&
+      read_meshes_around(changes.placed_bodies, placed_obstacles) &&
+      obstacles_.update_region(obstacle_query_box_, warnings_)) {
+    obstacles_.read_triangles(starts_near_obstacles(), warnings_);
+    changes.topology = true;
+  }
   changes.topology = topology_.update(scene_, obstacles_, changes.topology);
   gather_obstacles();
   update_resolution();
-  for (const std::int32_t body : new_obstacles_at_soft_bodies())
-    changes.placed_bodies.push_back(body);
+  for (const StepTopology::BodyRecord& body : topology_.bodies()) {
+    if (!body.soft && placed_obstacles[static_cast<std::size_t>(body.obstacle)])
+      changes.placed_bodies.push_back(topology_.index_of(body));
+  }
   return changes;
 }
 
@@ -335,23 +346,53 @@ AxisBox StepReader::starts_near_obstacles() const {
 }
 
 // An obstacle that only comes near cannot start in a soft body.
-std::vector<std::int32_t> StepReader::new_obstacles_at_soft_bodies() const {
-  std::vector<std::int32_t> found;
-  for (const StepTopology::BodyRecord& body : topology_.bodies()) {
-    if (!body.soft && previous_.is_new(obstacles_.records()[body.obstacle]))
-      found.push_back(topology_.index_of(body));
-  }
-  if (found.empty()) return found;
+std::vector<char> StepReader::find_placed_obstacles() const {
+  const std::vector<Obstacles::Record>& records = obstacles_.records();
+  std::vector<char> placed;
+  for (const Obstacles::Record& record : records) placed.push_back(previous_.is_new(record));
+  if (std::none_of(placed.begin(), placed.end(), [](char is_placed) { return is_placed != 0; }))
+    return placed;
   const btScalar spare = contact_distance();
   const AxisBox starts = starts_near_obstacles().expanded(btVector3(spare, spare, spare));
-  const auto is_far = [&](std::int32_t body) {
-    const Obstacles::Record& record = obstacles_.records()[topology_.bodies()[body].obstacle];
+  for (std::size_t i = 0; i < records.size(); ++i) {
     AxisBox box;
-    record.shape->getAabb(record.start, box.lower, box.upper);
-    return !box.overlaps(starts);
-  };
-  found.erase(std::remove_if(found.begin(), found.end(), is_far), found.end());
-  return found;
+    records[i].shape->getAabb(records[i].start, box.lower, box.upper);
+    placed[i] = placed[i] && box.overlaps(starts);
+  }
+  return placed;
+}
+
+bool StepReader::read_meshes_around(const std::vector<std::int32_t>& placed_bodies,
+                                    const std::vector<char>& placed_obstacles) {
+  bool any = false;
+  for (std::size_t i = 0; i < obstacles_.records().size(); ++i) {
+    const Obstacles::Record& record = obstacles_.records()[i];
+    if (obstacles_.reads_whole_mesh(record) || !is_cut_to_region(*record.shape)) continue;
+    const auto is_around = [&](const SoftScene::BodyRecord& body) {
+      const bool is_placed =
+          placed_obstacles[i] != 0 || std::binary_search(placed_bodies.begin(), placed_bodies.end(),
+                                                         static_cast<std::int32_t>(index_of(body)));
+      return is_placed && body.meets_rigid && may_collide(*body.body, *record.object) &&
+             may_be_inside(body, record);
+    };
+    if (std::none_of(scene_.bodies().begin(), scene_.bodies().end(), is_around)) continue;
+    obstacles_.read_whole_mesh(record.unique_id);
+    any = true;
+  }
+  return any;
+}
+
+// Looks at some of the nodes. If a body is inside with other nodes alone, its surface passes
+// through the mesh, which shows anyway.
+bool StepReader::may_be_inside(const SoftScene::BodyRecord& body,
+                               const Obstacles::Record& obstacle) const {
+  constexpr std::int32_t max_nodes = 64;
+  const std::int32_t step = 1 + (body.vertex_count - 1) / max_nodes;
+  for (std::int32_t i = 0; i < body.vertex_count; i += step) {
+    const btVector3 x = to_bullet(motion_.start_of(body.first_vertex + i));
+    if (may_be_inside_mesh(*obstacle.shape, obstacle.start.invXform(x))) return true;
+  }
+  return false;
 }
 
 bool StepReader::reread_obstacles_if_left() {

@@ -69,8 +69,12 @@ class StepReader {
     sleepers_.forget(object);
     obstacles_.teleported(object);
   }
-  /// See Obstacles::read_whole_meshes().
-  void read_whole_meshes(bool whole) { obstacles_.read_whole_meshes(whole); }
+  /// See Obstacles. `body`: index in topology(); nothing happens if it is a soft body.
+  void read_whole_mesh(std::int32_t body) {
+    const int obstacle = topology_.bodies()[body].obstacle;
+    if (obstacle >= 0) obstacles_.read_whole_mesh(obstacles_.records()[obstacle].unique_id);
+  }
+  void read_parts_of_meshes() { obstacles_.read_parts_of_meshes(); }
   /// See RigidPoses::hold_at_start().
   void hold_at_start(const btCollisionObject& object) { obstacles_.hold_at_start(object); }
   /// Makes the next step read the soft bodies again.
@@ -134,8 +138,14 @@ class StepReader {
   btScalar contact_distance() const;
   // Bounds of the start positions of soft bodies that collide with obstacles.
   AxisBox starts_near_obstacles() const;
-  // Obstacles that are new or were put elsewhere, and reach the soft bodies.
-  std::vector<std::int32_t> new_obstacles_at_soft_bodies() const;
+  // Obstacles that are new or were put elsewhere, and reach the soft bodies. By index in
+  // Obstacles::records(): nonzero for these.
+  std::vector<char> find_placed_obstacles() const;
+  // Reads the whole meshes around bodies that were placed, or that were placed around them. Returns
+  // true if there are such meshes. `placed_bodies`: soft bodies; `placed_obstacles`: as above.
+  bool read_meshes_around(const std::vector<std::int32_t>& placed_bodies,
+                          const std::vector<char>& placed_obstacles);
+  bool may_be_inside(const SoftScene::BodyRecord& body, const Obstacles::Record& obstacle) const;
   // Sets resolution(). Keeps the old value while it is no more than 4 times too large, because a
   // new one changes the thickness of contacts.
   void update_resolution();

@@ -6,6 +6,7 @@
 #include "report/step_contacts.h"
 #include "scene/collision_filters.h"
 #include "untangling/intersections.h"
+#include "untangling/pair_rules.h"
 #include "untangling/penetrations.h"
 #include "util/stopwatch.h"
 
@@ -253,8 +254,12 @@ Untangling::Found Pipeline::find_intersections() {
       view, detector_.edges(), motion().starts(), responds,
       [this](const Edge& edge, const Face& face) { return filter_.ignores(edge, face); });
   const std::function<bool(std::int32_t)> body_responds = responds;
+  const PairRules pair_rules(view, body_responds);
   found.penetrations = find_penetrations(
-      topology(), found.intersections, detector_.edges(), motion(), PairRules(view, body_responds),
+      topology(), found.intersections, detector_.edges(), motion(),
+      [&](std::int32_t body, std::int32_t obstacle) {
+        return untangling_.is_placed(body, obstacle) && pair_rules.collide(body, obstacle);
+      },
       [this](std::int32_t vertex, std::int32_t body) { return filter_.is_anchored(vertex, body); });
   return found;
 }
@@ -268,7 +273,10 @@ void Pipeline::untangle() {
   }
   untangling_.finish();
   surfaces_.set_without_friction(untangling_.pairs());
-  reader_.read_whole_meshes(untangling_.is_in_progress());
+  // Whether a mesh is closed does not show otherwise.
+  if (!untangling_.is_in_progress()) reader_.read_parts_of_meshes();
+  for (const BodyPair& pair : untangling_.pairs())
+    for (const std::int32_t body : pair) reader_.read_whole_mesh(body);
 }
 
 std::vector<Contact> Pipeline::remove_passable(std::vector<Contact> contacts) const {

@@ -37,6 +37,19 @@ bool is_closed_mesh(const Topology& topology, const std::vector<std::int32_t>& f
   return !sides.empty();
 }
 
+double volume_of(const Topology& topology, const Motion& motion,
+                 const std::vector<std::int32_t>& faces) {
+  const Vector3d origin = motion.start_of(topology.faces[faces.front()][0]);
+  double volume = 0;
+  for (const std::int32_t f : faces) {
+    const Face& face = topology.faces[f];
+    const Vector3d a = motion.start_of(face[0]) - origin, b = motion.start_of(face[1]) - origin,
+                   c = motion.start_of(face[2]) - origin;
+    volume += a.dot(b.cross(c)) / 6;
+  }
+  return volume;
+}
+
 double winding_number(const Topology& topology, const Motion& motion,
                       const std::vector<std::int32_t>& faces, const Vector3d& point) {
   constexpr double pi = 3.14159265358979;
@@ -54,11 +67,17 @@ ClosedSurfaces::ClosedSurfaces(const Topology& topology, const Motion& motion)
   for (std::size_t f = 0; f < topology.faces.size(); ++f)
     faces_[topology.body_of_vertex[topology.faces[f][0]]].push_back(static_cast<std::int32_t>(f));
   for (const std::vector<std::int32_t>& faces : faces_)
-    closed_.push_back(is_closed_mesh(topology, faces));
+    closed_.push_back(is_closed_mesh(topology, faces) &&
+                      (is_soft(faces) || volume_of(topology, motion, faces) > 0));
+}
+
+bool ClosedSurfaces::is_soft(const std::vector<std::int32_t>& faces) const {
+  return motion_.is_soft(topology_.faces[faces.front()][0]);
 }
 
 bool ClosedSurfaces::contains(std::int32_t body, const Vector3d& point) const {
-  return std::abs(winding_number(topology_, motion_, faces_[body], point)) > 0.5;
+  const double winding = winding_number(topology_, motion_, faces_[body], point);
+  return (is_soft(faces_[body]) ? std::abs(winding) : winding) > 0.5;
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -11,7 +11,6 @@
 #include "motion/motion.h"
 #include "scene/step_topology.h"
 #include "untangling/intersections.h"
-#include "untangling/pair_rules.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -33,14 +32,15 @@ struct Penetrations {
 };
 
 /// Finds the penetrations at the start of a step. These obstacles have an inside: planes and
-/// terrains (below them), and every part of a body whose triangles are closed. What hangs together
-/// inside of a plane or a convex part leaves it through the same face: the one through which the
-/// way is shortest. From terrains and other closed parts each vertex leaves through the nearest
-/// face, and edges do not count. `is_anchored`: an anchor holds the vertex to this body; it is left
-/// out.
+/// terrains (below them), and the solids of a body whose triangles are closed (solids.h). What
+/// hangs together inside of a plane or a convex solid leaves it through the same face: the one
+/// through which the way is shortest. From terrains and other solids each vertex leaves through the
+/// nearest face, and edges do not count. `may_penetrate`: whether this pair of bodies is looked at.
+/// `is_anchored`: an anchor holds the vertex to this body; it is left out.
 Penetrations find_penetrations(
     const StepTopology& topology, const Intersections& intersections, Span<const Edge> edges,
-    const Motion& motion, const PairRules& pair_rules,
+    const Motion& motion,
+    const std::function<bool(std::int32_t soft_body, std::int32_t obstacle)>& may_penetrate,
     const std::function<bool(std::int32_t vertex, std::int32_t body)>& is_anchored);
 
 }  // namespace LAZYCCD_BULLET_PRECISION

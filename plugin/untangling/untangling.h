@@ -46,6 +46,9 @@ class Untangling {
   void set_ids(std::vector<int> ids) { progress_.set_ids(std::move(ids)); }
   /// Says that a body is new or was put elsewhere. What was given up with it is tried again.
   void place(std::int32_t body) { progress_.place(body); }
+  /// True if one of the two was placed in this untangling. What is inside of the other, and was
+  /// there before, stays there.
+  bool is_placed(std::int32_t a, std::int32_t b) const { return progress_.is_placed(a, b); }
   /// Ends the untangling if nothing is in progress.
   void finish();
 

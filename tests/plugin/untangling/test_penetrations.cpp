@@ -132,3 +132,79 @@ TEST_CASE("a triangle of zero area does not close the way out of a convex mesh")
   w.steps(90, 1.0 / 60);
   CHECK(nodes_inside(*ball, half) == 0);
 }
+
+namespace {
+
+btVector3 mean_position(const btSoftBody& body) {
+  btVector3 sum(0, 0, 0);
+  for (int i = 0; i < body.m_nodes.size(); ++i) sum += body.m_nodes[i].m_x;
+  return sum / static_cast<btScalar>(body.m_nodes.size());
+}
+
+// Two sheets that cross each other, 50 m away.
+void add_crossed_far_away(ObstacleWorld& w) {
+  add_sheet(w, 9, 1, at(50, 0, 0));
+  w.add(scenes::make_cloth(w.info(), 9, 9, 1, [](double u, double v) {
+    return at(49.6 + 0.83 * u, -0.07 + 0.22 * v, -0.41 + 0.83 * v);
+  }));
+}
+
+}  // namespace
+
+TEST_CASE("a soft body in a room stays there") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  const bool has_outer_walls = GENERATE(false, true);
+  const double half = GENERATE(0.5, 2.0);
+  CAPTURE(world == World::rigid, has_outer_walls, half);
+  ObstacleWorld w(world, 0);
+  btTriangleMesh room;
+  add_cube(room, half, true);
+  if (has_outer_walls) add_cube(room, 1.1 * half, false);
+  w.add(std::make_unique<btBvhTriangleMeshShape>(&room, true), at(0, 0, 0));
+  const btSoftBody* ball = add_ball(w, at(0, 0.1, 0), 0.2);
+  const btVector3 start = mean_position(*ball);
+  w.steps(60, 1.0 / 60);
+  CHECK(mean_position(*ball).distance(start) < btScalar(0.01));
+  add_crossed_far_away(w);
+  w.steps(60, 1.0 / 60);
+  CHECK(w.total().initial_intersections > 0);
+  CHECK(mean_position(*ball).distance(start) < btScalar(0.01));
+}
+
+TEST_CASE("a soft body wholly inside of a closed mesh comes out, alone and beside others") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  const bool is_alone = GENERATE(true, false);
+  const double half = GENERATE(0.3, 1.0);
+  const bool is_mesh_placed = GENERATE(false, true);
+  CAPTURE(world == World::rigid, is_alone, half, is_mesh_placed);
+  ObstacleWorld w(world, 0);
+  btTriangleMesh mesh;
+  add_cube(mesh, half, false);
+  const auto add_mesh = [&] {
+    w.add(std::make_unique<btBvhTriangleMeshShape>(&mesh, true), at(0, 0, 0));
+  };
+  if (!is_mesh_placed) add_mesh();
+  const btSoftBody* sheet = add_sheet(w, 6, 0.4, at(0, 0.2, 0));
+  if (!is_alone) add_crossed_far_away(w);
+  if (is_mesh_placed) {
+    w.steps(5, 1.0 / 60);
+    add_mesh();
+  }
+  w.steps(180, 1.0 / 60);
+  CHECK(nodes_inside(*sheet, half) == 0);
+}
+
+TEST_CASE("what is inside of the wall of a hollow mesh comes out") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  CAPTURE(world == World::rigid);
+  ObstacleWorld w(world, 0);
+  btTriangleMesh shell;
+  add_cube(shell, 1, false);
+  add_cube(shell, 0.5, true);
+  w.add(std::make_unique<btBvhTriangleMeshShape>(&shell, true), at(0, 0, 0));
+  const btSoftBody* near_cavity = add_sheet(w, 5, 0.2, at(0.1, 0.6, 0));
+  const btSoftBody* near_outside = add_sheet(w, 5, 0.2, at(0.1, -0.9, 0));
+  w.steps(120, 1.0 / 60);
+  CHECK(nodes_inside(*near_cavity, 0.5) == 25);
+  CHECK(nodes_inside(*near_outside, 1) == 0);
+}

@@ -1,0 +1,27 @@
+// Penetrations of convex bodies.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "scene/step_topology.h"
+#include "untangling/penetration_list.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+
+/// What may penetrate one part of an obstacle.
+struct Candidates {
+  /// Soft vertices that collide with the obstacle and can be moved out.
+  Span<const std::int32_t> vertices;
+  std::vector<Edge> edges;    ///< soft edges that pass through faces of the part; sorted vertices
+  std::vector<Face> pierced;  ///< soft faces through which edges of the part pass
+};
+
+/// Adds what is inside of all `sides`. What hangs together leaves through the same side.
+void find_in_convex(const StepTopology& topology, const Motion& motion,
+                    const Candidates& candidates, const std::vector<Side>& sides,
+                    PenetrationList& found);
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet
