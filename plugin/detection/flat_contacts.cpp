@@ -27,7 +27,8 @@ void FlatContacts::set_topology() {
   std::int64_t pairs = 0;
   for (ObstaclePairs& obstacle : find_obstacle_pairs(topology_)) {
     const Triangles& triangles = *topology_.bodies()[obstacle.body].triangles;
-    if (!triangles.is_flat() || motion_.rigid_of(obstacle.body).is_movable()) continue;
+    const RigidMotion& rigid = motion_.rigid_of(obstacle.body);
+    if (!triangles.is_flat() || rigid.is_movable() || rigid.local_at_start) continue;
     const auto responds = [this](std::int32_t s) { return topology_.bodies()[s].responds; };
     if (!std::all_of(obstacle.soft_bodies.begin(), obstacle.soft_bodies.end(), responds)) continue;
     for (const std::int32_t s : obstacle.soft_bodies)

@@ -41,7 +41,8 @@ void RoundContacts::set_topology() {
   std::int64_t pairs = 0;
   for (ObstaclePairs& obstacle : find_obstacle_pairs(topology_)) {
     const Triangles& triangles = *topology_.bodies()[obstacle.body].triangles;
-    if (!triangles.is_round() || !suits(obstacle)) continue;
+    if (!triangles.is_round() || motion_.rigid_of(obstacle.body).local_at_start || !suits(obstacle))
+      continue;
     const auto parts = static_cast<std::int64_t>(triangles.round_parts.size());
     for (const std::int32_t s : obstacle.soft_bodies)
       pairs += parts * topology_.bodies()[s].vertex_count;

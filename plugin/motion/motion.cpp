@@ -8,11 +8,11 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-void write_vertices(const RigidMotion& body, const btTransform& pose,
+void write_vertices(const RigidMotion& body, const btVector3* local, const btTransform& pose,
                     std::vector<btScalar>& positions) {
   btScalar* p = positions.data() + 3 * static_cast<std::size_t>(body.first_vertex);
   for (std::int32_t i = 0; i < body.vertex_count; ++i) {
-    const btVector3 x = pose * body.local[i];
+    const btVector3 x = pose * local[i];
     for (int k = 0; k < 3; ++k) *p++ = x[k];
   }
 }
@@ -132,13 +132,14 @@ void Motion::read_link_poses(const ArticulatedMotion& body) {
 
 void Motion::set_end_pose(RigidMotion& body, const btTransform& pose) {
   body.end = pose;
-  write_vertices(body, pose, end);
+  write_vertices(body, body.local, pose, end);
   for (const std::int32_t vertex : body.anchored)
     set_anchored_end(vertex, pose * anchored.find(vertex)->second.local);
 }
 
 void Motion::set_end_to_start(RigidMotion& body) {
   set_end_pose(body, body.start);
+  if (body.local_at_start) write_vertices(body, body.local_at_start, body.start, end);
   for (const std::int32_t vertex : body.anchored)
     set_anchored_end(vertex, &start[3 * static_cast<std::size_t>(vertex)]);
 }
@@ -191,7 +192,7 @@ double Motion::largest_deviation_sum(Span<const Body> bodies) const {
 bool Motion::has_prescribed_motion(std::int32_t body) const {
   if (rigid_of_body[body] >= 0) {
     const RigidMotion& moved = rigid_of(body);
-    return !moved.is_movable() && !(moved.start == moved.end);
+    return !moved.is_movable() && !moved.stands_still();
   }
   for (std::int32_t v = first_vertex[body]; v < first_vertex[body + 1]; ++v)
     if (!is_movable(v) && start_of(v) != end_of(v)) return true;
@@ -199,7 +200,7 @@ bool Motion::has_prescribed_motion(std::int32_t body) const {
 }
 
 void Motion::write_start_vertices(const RigidMotion& body) {
-  write_vertices(body, body.start, start);
+  write_vertices(body, body.local_at_start ? body.local_at_start : body.local, body.start, start);
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

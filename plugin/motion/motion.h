@@ -38,7 +38,9 @@ struct AnchoredVertex {
 struct RigidMotion {
   const btCollisionObject* object = nullptr;
   std::int32_t first_vertex, vertex_count;
-  const btVector3* local;                      ///< its vertices in its own frame
+  const btVector3* local;  ///< its vertices in its own frame
+  /// The same at the start of the step, if children of a compound have moved since; or null.
+  const btVector3* local_at_start = nullptr;
   btTransform start, predicted;                ///< predicted: Bullet's pose for the end of the step
   btTransform end;                             ///< pose at the end of the step after the response
   Eigen::Vector3d velocity, angular_velocity;  ///< Bullet's, at the end of the step; m/s, rad/s
@@ -54,6 +56,8 @@ struct RigidMotion {
   /// its own: its multibody has, and gives it `translation` and the like.
   int articulated = -1;
 
+  /// Whether none of its vertices moves.
+  bool stands_still() const { return start == end && !local_at_start; }
   /// Whether some axis of translation or rotation is locked.
   bool is_locked() const {
     return (inverse_mass.array() == 0).any() || inverse_inertia.determinant() == 0;

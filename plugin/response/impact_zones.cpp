@@ -20,7 +20,7 @@ bool has_conflicting_motion(const Contact& contact, const Motion& motion) {
   const int a = motion.rigid_of_body[contact.body_a], b = motion.rigid_of_body[contact.body_b];
   if (a < 0 && b < 0) return false;
   const RigidMotion& body = motion.rigid[a >= 0 ? a : b];
-  if (body.is_movable() || body.start == body.end) return false;
+  if (body.is_movable() || body.stands_still()) return false;
   const RigidStep step = step_of(body);
   return std::any_of(contact.vertices.begin(), contact.vertices.end(), [&](std::int32_t v) {
     return is_pinned(v, motion) && motion.end_of(v) == motion.predicted[v] &&
@@ -153,13 +153,13 @@ bool ImpactZones::stop_prescribed(const std::vector<Contact>& contacts, Motion& 
       motion.set_end_to_start(v);
     }
     for (const int body : prescribed.bodies) {
-      if (motion.rigid[body].start == motion.rigid[body].end) continue;
+      if (motion.rigid[body].stands_still()) continue;
       changed = hold(motion.soft_count() + body) || changed;
       const int articulated = motion.rigid[body].articulated;
       if (articulated >= 0) {
         motion.hold_at_start(motion.articulated[articulated]);
       } else {
-        motion.set_end_pose(motion.rigid[body], motion.rigid[body].start);
+        motion.set_end_to_start(motion.rigid[body]);
       }
     }
   };

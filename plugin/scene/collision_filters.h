@@ -23,6 +23,12 @@ struct CollisionLayers {
   }
 };
 
+/// Whether two filters are the same.
+inline bool are_equal_filters(const Body& a, const Body& b) {
+  return a.group == b.group && a.mask == b.mask && a.self_collision == b.self_collision &&
+         a.layer == b.layer && a.layer_mask == b.layer_mask;
+}
+
 /// Which pairs the collision flags of soft bodies ask for. Two soft bodies collide if both have
 /// VF_SS or both have VF_DD. A soft body collides with everything rigid if it has SDF_RS; with
 /// SDF_RD and SDF_RDN too; with SDF_RD and SDF_RDF with rigid bodies, with SDF_RD and SDF_MDF with

@@ -3,6 +3,7 @@
 #include <BulletCollision/BroadphaseCollision/btBroadphaseInterface.h>
 #include <BulletCollision/CollisionShapes/btCollisionShape.h>
 #include <BulletCollision/CollisionShapes/btCompoundShape.h>
+#include <BulletCollision/CollisionShapes/btConvexHullShape.h>
 #include <BulletDynamics/Dynamics/btRigidBody.h>
 
 #include <algorithm>
@@ -84,6 +85,14 @@ AxisBox enlarged(const AxisBox& box) {
   return box.expanded(btScalar(0.25) * size + btVector3(spare, spare, spare));
 }
 
+// Whether the box was once needed, and is not any more.
+bool is_far_larger(const AxisBox& box, const AxisBox& needed) {
+  constexpr btScalar ratio = 4;
+  if (box.is_empty()) return false;
+  const btVector3 size = box.upper - box.lower, limit = ratio * (needed.upper - needed.lower);
+  return size.x() > limit.x() || size.y() > limit.y() || size.z() > limit.z();
+}
+
 // Returns the broad phase of the soft bodies' world, or null if no body has one. Does not depend on
 // whether a soft body collides with rigid ones: if one does later, their motion must be known then.
 btBroadphaseInterface* broadphase_of(const Obstacles::SoftBodies& bodies) {
@@ -94,27 +103,53 @@ btBroadphaseInterface* broadphase_of(const Obstacles::SoftBodies& bodies) {
   return nullptr;
 }
 
-// Hash of all that makes the surface of a compound's children, after `hash`. Bullet's own revision
-// of a compound counts neither a child that moves nor what happens in a compound inside of it.
-std::uint64_t hash_of_children(const btCollisionShape& shape, std::uint64_t hash) {
-  if (!shape.isCompound()) return hash;
-  const auto mix = [&hash](std::size_t value) { hash = (hash ^ value) * 0x9e3779b97f4a7c15u + 1; };
-  const auto mix_vector = [&mix](const btVector3& v) {
-    for (int k = 0; k < 3; ++k) mix(std::hash<btScalar>()(v[k]));
+void mix(std::size_t value, std::uint64_t& hash) {
+  hash = (hash ^ value) * 0x9e3779b97f4a7c15u + 1;
+}
+
+// Hash of what makes a surface and does not show in the bounds and the scaling of the shape, after
+// `hash`. Bullet's own revision of a compound counts neither a child that moves nor what happens in
+// a compound inside of it. Where children are is not part of it.
+std::uint64_t hash_of_surface(const btCollisionShape& shape, std::uint64_t hash) {
+  const auto mix_vector = [&hash](const btVector3& v) {
+    for (int k = 0; k < 3; ++k) mix(std::hash<btScalar>()(v[k]), hash);
   };
+  mix(static_cast<std::size_t>(shape.getShapeType()), hash);
+  if (shape.getShapeType() == CONVEX_HULL_SHAPE_PROXYTYPE) {
+    const auto& hull = static_cast<const btConvexHullShape&>(shape);
+    for (int i = 0; i < hull.getNumPoints(); ++i) mix_vector(hull.getUnscaledPoints()[i]);
+  }
+  if (!shape.isCompound()) {
+    mix(std::hash<btScalar>()(shape.getMargin()), hash);
+    return hash;
+  }
   const auto& compound = static_cast<const btCompoundShape&>(shape);
   for (int i = 0; i < compound.getNumChildShapes(); ++i) {
     const btCollisionShape& child = *compound.getChildShape(i);
-    const btTransform& pose = compound.getChildTransform(i);
-    mix(std::hash<const void*>()(&child));
-    mix_vector(pose.getOrigin());
-    for (int k = 0; k < 3; ++k) mix_vector(pose.getBasis()[k]);
+    mix(std::hash<const void*>()(&child), hash);
     mix_vector(child.getLocalScaling());
-    btVector3 lower, upper;
-    child.getAabb(btTransform::getIdentity(), lower, upper);
-    mix_vector(lower);
-    mix_vector(upper);
-    hash = hash_of_children(child, hash);
+    if (!child.isCompound()) {
+      btVector3 lower, upper;
+      child.getAabb(btTransform::getIdentity(), lower, upper);
+      mix_vector(lower);
+      mix_vector(upper);
+    }
+    hash = hash_of_surface(child, hash);
+  }
+  return hash;
+}
+
+// Hash of where the children of a compound are, after `hash`.
+std::uint64_t hash_of_child_poses(const btCollisionShape& shape, std::uint64_t hash) {
+  if (!shape.isCompound()) return hash;
+  const auto& compound = static_cast<const btCompoundShape&>(shape);
+  for (int i = 0; i < compound.getNumChildShapes(); ++i) {
+    const btTransform& pose = compound.getChildTransform(i);
+    for (const btVector3& v :
+         {pose.getOrigin(), pose.getBasis()[0], pose.getBasis()[1], pose.getBasis()[2]}) {
+      for (int k = 0; k < 3; ++k) mix(std::hash<btScalar>()(v[k]), hash);
+    }
+    hash = hash_of_child_poses(*compound.getChildShape(i), hash);
   }
   return hash;
 }
@@ -125,7 +160,8 @@ Obstacles::Record record_of(const RigidPose& pose) {
   btCollisionObject& object = *pose.object;
   record.shape = object.getCollisionShape();
   record.scaling = record.shape->getLocalScaling();
-  record.children = hash_of_children(*record.shape, 0);
+  record.surface = hash_of_surface(*record.shape, 0);
+  record.child_poses = hash_of_child_poses(*record.shape, 0);
   btVector3 lower, upper;
   record.shape->getAabb(btTransform::getIdentity(), lower, upper);
   record.box = {lower.x(), lower.y(), lower.z(), upper.x(), upper.y(), upper.z()};
@@ -137,12 +173,13 @@ Obstacles::Record record_of(const RigidPose& pose) {
   return record;
 }
 
+// Whether nothing but the places of a compound's children has changed.
 bool is_same(const Obstacles::Record& a, const Obstacles::Record& b) {
   return a.object == b.object && a.unique_id == b.unique_id && a.shape == b.shape &&
-         a.scaling == b.scaling && a.children == b.children && a.box == b.box &&
-         a.group == b.group && a.mask == b.mask && a.ignored == b.ignored &&
-         a.dynamic == b.dynamic && a.responds == b.responds &&
-         a.has_anchored_nodes == b.has_anchored_nodes;
+         a.scaling == b.scaling && a.surface == b.surface &&
+         (a.box == b.box || a.child_poses != b.child_poses) && a.group == b.group &&
+         a.mask == b.mask && a.ignored == b.ignored && a.dynamic == b.dynamic &&
+         a.responds == b.responds;
 }
 
 }  // namespace
@@ -157,15 +194,18 @@ void Obstacles::invalidate() { *this = Obstacles(jump_speed_); }
 void Obstacles::begin_step(const SoftBodies& bodies) { poses_.begin_step(broadphase_of(bodies)); }
 
 void Obstacles::read_poses(const SoftBodies& bodies, double dt, WarningLog& warnings) {
-  poses_.end_step(broadphase_of(bodies), static_cast<btScalar>(dt), warnings);
+  dt_ = static_cast<btScalar>(dt);
+  ++step_;
+  poses_.end_step(broadphase_of(bodies), dt_, warnings);
 }
 
 std::vector<AxisBox> Obstacles::moving_bounds() const {
   std::vector<AxisBox> boxes;
   for (const RigidPose* const followed : poses_.followed()) {
     const RigidPose& pose = *followed;
-    if (!pose.at_rest && pose.finite && pose.object->hasContactResponse() &&
-        !(pose.start == pose.end))
+    const bool moves = !pose.at_rest && !(pose.start == pose.end);
+    if ((moves || pose.jumped || poses_.is_added(pose)) && pose.finite &&
+        pose.object->hasContactResponse())
       boxes.push_back(bounds(pose));
   }
   return boxes;
@@ -188,8 +228,8 @@ bool Obstacles::has_read(const AxisBox& swept) const {
 }
 
 bool Obstacles::update_region(const AxisBox& swept, WarningLog& warnings) {
-  const bool left_region = !swept.is_empty() && !region_.contains(swept);
-  if (left_region) region_ = enlarged(swept);
+  const bool is_too_large = !swept.is_empty() && is_far_larger(region_, enlarged(swept));
+  if (is_too_large || (!swept.is_empty() && !region_.contains(swept))) region_ = enlarged(swept);
   if (!swept.is_empty()) poses_.follow(region_, warnings);
   std::vector<Record> near;
   for (const RigidPose* const followed : poses_.followed()) {
@@ -208,16 +248,34 @@ bool Obstacles::update_region(const AxisBox& swept, WarningLog& warnings) {
   auto old = records_.begin();
   for (Record& record : near) {
     while (old != records_.end() && old->unique_id < record.unique_id) ++old;
-    const bool is_known = same_depth && old != records_.end() && is_same(record, *old);
-    is_unchanged = is_unchanged && is_known;
-    if (!is_known) continue;
+    record.step = step_;
+    const bool was_near = old != records_.end() && old->unique_id == record.unique_id;
+    is_unchanged = is_unchanged && was_near && keeps_triangles(record, *old) && same_depth;
+    if (!was_near) continue;
+    record.is_changed = !is_same(record, *old) || (old->is_changed && old->step == step_);
+    if (is_same(record, *old) && record.child_poses != old->child_poses) {
+      record.last_triangles = old->triangles;
+      record.region = old->region;
+    }
+    const bool is_read_again = is_too_large && is_cut_to_region(*record.shape);
+    is_unchanged = is_unchanged && !is_read_again;
+    if (!same_depth || !keeps_triangles(record, *old) || is_read_again) continue;
     record.region = old->region;
     record.triangles = old->triangles;
+    record.last_triangles = old->last_triangles;
     record.first_vertex = old->first_vertex;
     record.vertex_count = old->vertex_count;
   }
   records_ = std::move(near);
   return !(is_unchanged && has_read(swept));
+}
+
+// Whether the triangles of an obstacle are still those of its last record. Its children may have
+// moved before that record, in this step.
+bool Obstacles::keeps_triangles(const Record& record, const Record& last) const {
+  return is_same(record, last) && record.child_poses == last.child_poses &&
+         (!last.last_triangles || last.step == step_) &&
+         record.has_anchored_nodes == last.has_anchored_nodes;
 }
 
 AxisBox Obstacles::needed_region(const Record& record, const AxisBox& swept) const {
@@ -246,11 +304,14 @@ void Obstacles::read_triangles(Record& record, const AxisBox& near, WarningLog& 
   // Reads a little more of a mesh than the region, so that a moving mesh keeps its triangles for
   // some steps. The addition is at least the rounding error of world positions moved to the mesh's
   // frame.
-  record.region = needed_region(record, region_);
-  btVector3 spare = btScalar(0.1) * (record.region.upper - record.region.lower);
-  const btScalar bound = rounding_bound(record, region_);
-  spare.setMax(btVector3(bound, bound, bound));
-  record.region = record.region.expanded(spare);
+  const AxisBox needed = needed_region(record, region_);
+  // Triangles whose motion is read must be the same ones.
+  if (!record.last_triangles || !record.region.contains(needed)) {
+    btVector3 spare = btScalar(0.1) * (needed.upper - needed.lower);
+    const btScalar bound = rounding_bound(record, region_);
+    spare.setMax(btVector3(bound, bound, bound));
+    record.region = needed.expanded(spare);
+  }
   if (record.responds && !tessellate(*record.shape, btTransform::getIdentity(), record.region,
                                      in_frame(record, near), depth_, triangles)) {
     warnings.warn_once("shape " + std::to_string(record.unique_id),
@@ -260,6 +321,17 @@ void Obstacles::read_triangles(Record& record, const AxisBox& near, WarningLog& 
   // If all triangles were points or lines, only their corners are left.
   if (triangles.faces.empty()) triangles.vertices.clear();
   record.triangles = std::make_shared<const Triangles>(std::move(triangles));
+  if (!record.last_triangles || have_moved(*record.last_triangles, *record.triangles)) return;
+  record.last_triangles = nullptr;
+  record.is_changed = true;
+}
+
+bool Obstacles::have_moved(const Triangles& from, const Triangles& to) const {
+  if (from.faces != to.faces || from.vertices.size() != to.vertices.size()) return false;
+  const btScalar farthest = jump_speed_ * dt_;
+  return std::equal(
+      from.vertices.begin(), from.vertices.end(), to.vertices.begin(),
+      [farthest](const btVector3& a, const btVector3& b) { return a.distance(b) <= farthest; });
 }
 
 void Obstacles::append_triangles(Record& record) {

@@ -29,16 +29,22 @@ class Obstacles {
   struct Record : RigidPose {
     const btCollisionShape* shape;
     btVector3 scaling;
-    std::uint64_t children;  ///< hash of a compound's children
+    std::uint64_t surface;      ///< hash of a compound's children, a hull's points, and the margin
+    std::uint64_t child_poses;  ///< hash
     /// Bounding box of the shape in its own frame. Shows that an application changed the shape.
     std::array<btScalar, 6> box;
     int group, mask;
     std::uint64_t ignored;  ///< hash_of_ignored()
     bool dynamic;
     bool responds;  ///< false: no contact response; it only moves the nodes anchored to it
-    bool has_anchored_nodes = false;    ///< dynamic, and nodes of soft bodies are anchored to it
+    bool has_anchored_nodes = false;  ///< dynamic, and nodes of soft bodies are anchored to it
+    std::uint32_t step = 0;           ///< that it was made in
+    bool is_changed = false;  ///< its shape, or what it collides with, is not that of the last step
     AxisBox region = AxisBox::empty();  ///< its triangles were read from here; in its own frame
     std::shared_ptr<const Triangles> triangles;  ///< null until they are read
+    /// Those at the start of the step, if children of a compound have moved since: the same
+    /// triangles elsewhere. Otherwise null.
+    std::shared_ptr<const Triangles> last_triangles;
     std::int32_t first_vertex = 0, vertex_count = 0;
   };
 
@@ -53,7 +59,8 @@ class Obstacles {
   void begin_step(const SoftBodies& bodies);
   /// Reads the poses of the rigid bodies at the end of the step. `dt`: its length, seconds.
   void read_poses(const SoftBodies& bodies, double dt, WarningLog& warnings);
-  /// Bounds, over the step, of the rigid bodies with contact response that move.
+  /// Bounds, over the step, of the rigid bodies with contact response that move, are new or were
+  /// put elsewhere.
   std::vector<AxisBox> moving_bounds() const;
   /// Finds the rigid bodies near the soft ones. `swept`: bounds of the soft bodies' motion.
   /// `depth`: how deep inside round surfaces triangles may lie, metres; see tessellate(). Returns
@@ -93,9 +100,14 @@ class Obstacles {
   AxisBox needed_region(const Record& record, const AxisBox& swept) const;
   void read_triangles(Record& record, const AxisBox& near, WarningLog& warnings) const;
   void append_triangles(Record& record);
+  bool keeps_triangles(const Record& record, const Record& last) const;
+  // Whether the triangles have only moved, and no faster than jump_speed.
+  bool have_moved(const Triangles& from, const Triangles& to) const;
 
   RigidPoses poses_;
   btScalar jump_speed_;
+  btScalar dt_ = 0;  // seconds
+  std::uint32_t step_ = 0;
   std::vector<const btCollisionObject*> anchor_objects_;  // with anchored nodes; sorted
   std::vector<Record> records_;                           // sorted by unique_id
   AxisBox region_ = AxisBox::empty();                     // world frame: triangles are read near it

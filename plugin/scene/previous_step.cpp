@@ -103,7 +103,8 @@ bool PreviousStep::is_new(const Obstacles::Record& obstacle) const {
   const auto last =
       std::lower_bound(obstacles_.begin(), obstacles_.end(), obstacle.unique_id, is_before);
   if (last == obstacles_.end() || last->unique_id != obstacle.unique_id) return true;
-  return obstacle.jumped || (obstacle.dynamic && !(obstacle.start == last->end));
+  return obstacle.is_changed || obstacle.jumped ||
+         (obstacle.dynamic && !(obstacle.start == last->end));
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -35,7 +35,8 @@ class PreviousStep {
   /// Largest distance that a pinned node of the body of the last end_of() moved in the last step,
   /// metres.
   btScalar pinned_displacement() const { return pinned_displacement_; }
-  /// True if an obstacle is new, jumped, or is dynamic and not where the last step left it.
+  /// True if an obstacle is new, changed, jumped, or is dynamic and not where the last step left
+  /// it.
   bool is_new(const Obstacles::Record& obstacle) const;
 
  private:

@@ -101,6 +101,7 @@ bool is_movable(const btCollisionObject& object) {
 }
 
 void RigidPoses::begin_step(btBroadphaseInterface* broadphase) {
+  added_.clear();
   find(broadphase);
   multibody_poses_.clear();
   for (std::size_t i = 0; i < poses_.size(); ++i) {
@@ -201,10 +202,14 @@ void RigidPoses::take(std::vector<RigidPose>& found) {
   for (RigidPose& pose : found) {
     known_.insert({pose.unique_id, {pose.object, known_.size()}});
     while (old != poses_.end() && before(*old, pose)) ++old;
-    if (old == poses_.end() || before(pose, *old) || old->object != pose.object) continue;
+    if (old == poses_.end() || before(pose, *old) || old->object != pose.object) {
+      added_.push_back(pose.unique_id);
+      continue;
+    }
     // A static or kinematic body is swept from its pose at the end of the last step.
     pose = *old;
   }
+  std::sort(added_.begin(), added_.end());
   poses_ = std::move(found);
   is_followed_.assign(poses_.size(), 1);
   list_followed();

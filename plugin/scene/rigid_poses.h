@@ -14,6 +14,7 @@
 #include <BulletCollision/BroadphaseCollision/btBroadphaseInterface.h>
 #include <BulletCollision/CollisionDispatch/btCollisionObject.h>
 
+#include <algorithm>
 #include <set>
 #include <unordered_map>
 #include <vector>
@@ -72,6 +73,10 @@ class RigidPoses {
   /// The bodies that are followed in this step: all that move or may be moved, and those near.
   /// Sorted by unique_id, because the broad phase has no defined order.
   const std::vector<const RigidPose*>& followed() const { return followed_; }
+  /// Whether the body is new in this step.
+  bool is_added(const RigidPose& pose) const {
+    return std::binary_search(added_.begin(), added_.end(), pose.unique_id);
+  }
 
  private:
   struct Known {
@@ -91,6 +96,7 @@ class RigidPoses {
 
   btScalar jump_speed_;
   btScalar dt_ = 1;                       // of this step, seconds
+  std::vector<int> added_;                // in this step: unique_id, sorted
   std::vector<RigidPose> poses_;          // of all bodies, sorted by unique_id
   std::unordered_map<int, Known> known_;  // by unique_id
   std::vector<char> is_followed_;         // by index in poses_

@@ -108,17 +108,16 @@ bool SoftScene::update_filters(const std::vector<Sleepers::Member>& members) {
   const auto has_application_filter = [](const Sleepers::Member& member) {
     return overlap_filter(*member.body) != nullptr;
   };
-  if (std::none_of(members.begin(), members.end(), has_application_filter)) return false;
+  if (!filtered_by_application_ &&
+      std::none_of(members.begin(), members.end(), has_application_filter))
+    return false;
   const std::vector<Body> filters = topology_.bodies;
   const std::vector<BodyPair> disabled = topology_.disabled_pairs;
   find_filters();
-  const auto equal = [](const Body& a, const Body& b) {
-    return a.group == b.group && a.mask == b.mask && a.self_collision == b.self_collision &&
-           a.layer == b.layer && a.layer_mask == b.layer_mask;
-  };
   std::set<std::int32_t> changed;
   for (std::size_t i = 0; i < filters.size(); ++i)
-    if (!equal(filters[i], topology_.bodies[i])) changed.insert(static_cast<std::int32_t>(i));
+    if (!are_equal_filters(filters[i], topology_.bodies[i]))
+      changed.insert(static_cast<std::int32_t>(i));
   std::vector<BodyPair> differing;
   std::set_symmetric_difference(disabled.begin(), disabled.end(), topology_.disabled_pairs.begin(),
                                 topology_.disabled_pairs.end(), std::back_inserter(differing));
@@ -259,14 +258,14 @@ void SoftScene::add_body(btSoftBody* body, int world_index, WarningLog& warnings
 void SoftScene::find_filters() {
   topology_.bodies.clear();
   topology_.disabled_pairs.clear();
-  const bool filtered_by_application =
-      std::any_of(bodies_.begin(), bodies_.end(),
-                  [](const BodyRecord& b) { return overlap_filter(*b.body) != nullptr; });
-  bool has_rules = filtered_by_application;
+  filtered_by_application_ = std::any_of(bodies_.begin(), bodies_.end(), [](const BodyRecord& b) {
+    return overlap_filter(*b.body) != nullptr;
+  });
+  bool has_rules = filtered_by_application_;
   for (const BodyRecord& record : bodies_) {
     Body filter;
     const btBroadphaseProxy* proxy = record.body->getBroadphaseHandle();
-    if (proxy && !filtered_by_application) {
+    if (proxy && !filtered_by_application_) {
       filter.group = static_cast<std::uint32_t>(proxy->m_collisionFilterGroup);
       filter.mask = static_cast<std::uint32_t>(proxy->m_collisionFilterMask);
     }

@@ -126,7 +126,8 @@ class SoftScene {
   std::vector<int> world_indices_;                               // of the members
   std::unordered_map<const btSoftBody*, Fingerprint> left_out_;  // when they last took part
   std::vector<const btSoftBody*> excluded_;
-  std::set<const btSoftBody*> changed_;  // since forget_changes()
+  bool filtered_by_application_ = false;  // in the last find_filters()
+  std::set<const btSoftBody*> changed_;   // since forget_changes()
 
   std::vector<BodyRecord> bodies_;
   SceneTopology topology_;

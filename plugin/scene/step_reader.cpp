@@ -139,7 +139,7 @@ void StepReader::find_obstacles_at_rest() {
   for (std::size_t i = at_rest_.size(); i < topology_.bodies().size(); ++i) {
     const StepTopology::BodyRecord& body = topology_.bodies()[i];
     const RigidMotion& rigid = motion_.rigid_of(static_cast<std::int32_t>(i));
-    at_rest_.push_back(rigid.start == rigid.end && !(body.dynamic && body.object->isActive()));
+    at_rest_.push_back(rigid.stands_still() && !(body.dynamic && body.object->isActive()));
   }
 }
 
@@ -364,6 +364,10 @@ std::vector<char> StepReader::find_placed_obstacles() const {
 
 bool StepReader::read_meshes_around(const std::vector<std::int32_t>& placed_bodies,
                                     const std::vector<char>& placed_obstacles) {
+  const auto is_set = [](char placed) { return placed != 0; };
+  if (placed_bodies.empty() &&
+      std::none_of(placed_obstacles.begin(), placed_obstacles.end(), is_set))
+    return false;
   bool any = false;
   for (std::size_t i = 0; i < obstacles_.records().size(); ++i) {
     const Obstacles::Record& record = obstacles_.records()[i];

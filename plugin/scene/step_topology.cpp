@@ -1,6 +1,7 @@
 #include "scene/step_topology.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "scene/collision_filters.h"
 
@@ -14,8 +15,10 @@ bool StepTopology::update(const SoftScene& soft, const Obstacles& obstacles, boo
   // The answers of an application's filter may change at any time.
   const bool filtered_by_application =
       std::any_of(soft.bodies().begin(), soft.bodies().end(), has_filter);
-  if (!scene_changed && !filtered_by_application) return false;
-  std::vector<BodyPair> before = std::move(topology_.disabled_pairs);
+  const bool was_filtered = std::exchange(filtered_by_application_, filtered_by_application);
+  if (!scene_changed && !filtered_by_application && !was_filtered) return false;
+  const std::vector<BodyPair> disabled_before = std::move(topology_.disabled_pairs);
+  const std::vector<Body> filters_before = topology_.bodies;
   if (scene_changed) {
     read_bodies(soft, obstacles);
     topology_ = soft.topology();
@@ -26,7 +29,9 @@ bool StepTopology::update(const SoftScene& soft, const Obstacles& obstacles, boo
   topology_.bodies = filters(soft, filtered_by_application);
   topology_.disabled_pairs = disabled_pairs(soft);
   find_largest_margins(soft);
-  return scene_changed || topology_.disabled_pairs != before;
+  return scene_changed || topology_.disabled_pairs != disabled_before ||
+         !std::equal(filters_before.begin(), filters_before.end(), topology_.bodies.begin(),
+                     topology_.bodies.end(), are_equal_filters);
 }
 
 Topology StepTopology::for_detection() const {

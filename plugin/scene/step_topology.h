@@ -65,6 +65,7 @@ class StepTopology {
   std::vector<BodyPair> disabled_pairs(const SoftScene& soft) const;
   void find_largest_margins(const SoftScene& soft);
 
+  bool filtered_by_application_ = false;  // in the last update
   std::int32_t soft_count_ = 0;
   std::vector<BodyRecord> bodies_;
   std::size_t surface_count_ = 0;  // bodies that the detector knows; they come first

@@ -22,6 +22,9 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
+// Of a compound with more children only those near soft bodies are read.
+constexpr int max_whole_children = 32;
+
 bool is_finite(const btVector3& p) {
   return std::isfinite(p.x()) && std::isfinite(p.y()) && std::isfinite(p.z());
 }
@@ -160,7 +163,12 @@ bool tessellate(const btCollisionShape& shape, const btTransform& pose, const Ax
   if (shape.isCompound()) {
     const auto& compound = static_cast<const btCompoundShape&>(shape);
     bool is_complete = true;
+    const bool is_cut = is_cut_to_region(shape);
     for (int i = 0; i < compound.getNumChildShapes(); ++i) {
+      AxisBox box;
+      compound.getChildShape(i)->getAabb(pose * compound.getChildTransform(i), box.lower,
+                                         box.upper);
+      if (is_cut && !box.overlaps(region)) continue;
       is_complete &= tessellate(*compound.getChildShape(i), pose * compound.getChildTransform(i),
                                 region, near, depth, triangles);
     }
@@ -225,6 +233,7 @@ double margin_of_triangles(const btCollisionShape& shape) {
 bool is_cut_to_region(const btCollisionShape& shape) {
   if (!shape.isCompound()) return shape.isConcave();
   const auto& compound = static_cast<const btCompoundShape&>(shape);
+  if (compound.getNumChildShapes() > max_whole_children) return true;
   for (int i = 0; i < compound.getNumChildShapes(); ++i) {
     if (is_cut_to_region(*compound.getChildShape(i))) return true;
   }
