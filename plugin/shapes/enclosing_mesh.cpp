@@ -22,15 +22,15 @@ struct Exits {
 
 class ExitCounter : public btTriangleCallback {
  public:
-  // The line through `point` along an axis.
-  ExitCounter(const btVector3& point, int axis, Exits& exits)
-      : axis_(axis), point_(turned(point)), exits_(exits) {}
+  // The line through `point` along an axis. `sign`: 1, or -1 for a mirrored mesh.
+  ExitCounter(const btVector3& point, int axis, int sign, Exits& exits)
+      : axis_(axis), sign_(sign), point_(turned(point)), exits_(exits) {}
 
   void processTriangle(btVector3* corners, int, int) override {
     const LineCrossing crossing =
         line_crossing(point_, turned(corners[0]), turned(corners[1]), turned(corners[2]));
     (crossing.z > point_[2] ? exits_.above : exits_.below) +=
-        crossing.z > point_[2] ? crossing.sign : -crossing.sign;
+        crossing.z > point_[2] ? sign_ * crossing.sign : -sign_ * crossing.sign;
   }
 
  private:
@@ -40,7 +40,7 @@ class ExitCounter : public btTriangleCallback {
             static_cast<double>(x[axis_])};
   }
 
-  int axis_;
+  int axis_, sign_;
   Vector3d point_;
   Exits& exits_;
 };
@@ -65,7 +65,7 @@ void count_exits(const btCollisionShape& shape, const btVector3& point, Exits& e
   btVector3 first = point, last = point;
   first[axis] = lower[axis];
   last[axis] = upper[axis];
-  ExitCounter counter(point, axis, exits);
+  ExitCounter counter(point, axis, is_mirrored(shape) ? -1 : 1, exits);
   static_cast<const btConcaveShape&>(shape).processAllTriangles(&counter, first, last);
 }
 

@@ -43,15 +43,18 @@ class SeenFaces {
 };
 
 // Collects triangles that come one by one. Corners at exactly the same position become one vertex.
-// Triangles with a corner that is not finite are left out.
+// Triangles with a corner that is not finite are left out. `is_mirrored`: a negative scale has
+// turned the triangles inside out; they are turned back.
 class Welder : public btTriangleCallback {
  public:
-  Welder(const btTransform& pose, Triangles& triangles) : pose_(pose), triangles_(triangles) {}
+  Welder(const btTransform& pose, bool is_mirrored, Triangles& triangles)
+      : pose_(pose), is_mirrored_(is_mirrored), triangles_(triangles) {}
 
   void processTriangle(btVector3* corners, int, int) override {
     if (!std::all_of(corners, corners + 3, is_finite)) return;
     Face face;
     for (int k = 0; k < 3; ++k) face[k] = index_of(corners[k]);
+    if (is_mirrored_) std::swap(face[1], face[2]);
     // Skips triangles that are points or lines: their sides belong to neighbours as well.
     if (face[0] == face[1] || face[1] == face[2] || face[2] == face[0]) return;
     if (seen_.add(face)) triangles_.faces.push_back(face);
@@ -66,6 +69,7 @@ class Welder : public btTriangleCallback {
   }
 
   const btTransform& pose_;
+  bool is_mirrored_;
   Triangles& triangles_;
   std::map<std::array<btScalar, 3>, std::int32_t> index_;
   SeenFaces seen_;
@@ -179,7 +183,7 @@ bool tessellate(const btCollisionShape& shape, const btTransform& pose, const Ax
   if (!has_triangles(shape)) return false;
   const auto first_vertex = static_cast<std::int32_t>(triangles.vertices.size());
   const auto first_face = static_cast<std::int32_t>(triangles.faces.size());
-  Welder welder(pose, triangles);
+  Welder welder(pose, is_mirrored(shape), triangles);
   const AxisBox local = region.transformed(pose.inverse());
   if (shape.getShapeType() == STATIC_PLANE_PROXYTYPE) {
     const auto& plane = static_cast<const btStaticPlaneShape&>(shape);
@@ -228,6 +232,13 @@ double margin_of_triangles(const btCollisionShape& shape) {
     largest = std::max(largest, margin_of_triangles(*compound.getChildShape(i)));
   }
   return largest;
+}
+
+bool is_mirrored(const btCollisionShape& mesh) {
+  const int type = mesh.getShapeType();
+  const btVector3& scaling = mesh.getLocalScaling();
+  return type != TERRAIN_SHAPE_PROXYTYPE && type != STATIC_PLANE_PROXYTYPE &&
+         scaling.x() * scaling.y() * scaling.z() < 0;
 }
 
 bool is_cut_to_region(const btCollisionShape& shape) {

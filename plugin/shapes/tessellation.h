@@ -56,6 +56,10 @@ bool has_triangles(const btCollisionShape& shape);
 /// Distance between those triangles and the surface at which Bullet's own contacts act, metres.
 double margin_of_triangles(const btCollisionShape& shape);
 
+/// True if a negative scale turns Bullet's triangles of a mesh inside out. tessellate() turns them
+/// back.
+bool is_mirrored(const btCollisionShape& mesh);
+
 /// True if the triangles depend on the region.
 bool is_cut_to_region(const btCollisionShape& shape);
 

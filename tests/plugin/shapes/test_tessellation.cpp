@@ -1,10 +1,13 @@
 #include "shapes/tessellation.h"
 
+#include <BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h>
 #include <BulletCollision/CollisionShapes/btCapsuleShape.h>
 #include <BulletCollision/CollisionShapes/btConeShape.h>
 #include <BulletCollision/CollisionShapes/btCylinderShape.h>
+#include <BulletCollision/CollisionShapes/btScaledBvhTriangleMeshShape.h>
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
 #include <BulletCollision/CollisionShapes/btStaticPlaneShape.h>
+#include <BulletCollision/CollisionShapes/btTriangleMesh.h>
 #include <BulletCollision/CollisionShapes/btUniformScalingShape.h>
 
 #include <cmath>
@@ -13,6 +16,7 @@
 #include <memory>
 #include <set>
 
+#include "shapes/enclosing_mesh.h"
 #include "support/catch.h"
 
 using namespace lazyccd;
@@ -153,4 +157,29 @@ TEST_CASE("triangles of a plane are exact near bodies however far they extend") 
     CHECK(lower[k] <= btScalar(-1e7));
     CHECK(upper[k] >= btScalar(1e7));
   }
+}
+
+TEST_CASE("faces of a mesh that a negative scale mirrors still point outwards") {
+  const btScalar sign = GENERATE(btScalar(1), btScalar(-1));
+  CAPTURE(static_cast<double>(sign));
+  const btVector3 corners[4] = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+  btTriangleMesh mesh;
+  for (const auto& face : {Face{0, 2, 1}, Face{0, 1, 3}, Face{0, 3, 2}, Face{1, 2, 3}})
+    mesh.addTriangle(corners[face[0]], corners[face[1]], corners[face[2]]);
+  btBvhTriangleMeshShape unscaled(&mesh, true);
+  const btScaledBvhTriangleMeshShape shape(&unscaled, btVector3(2 * sign, 1, 1));
+  bullet::AxisBox region = bullet::AxisBox::empty();
+  region.add(btVector3(-3, -3, -3));
+  region.add(btVector3(3, 3, 3));
+  bullet::Triangles triangles;
+  REQUIRE(bullet::tessellate(shape, btTransform::getIdentity(), region, region, 1e-3, triangles));
+  double volume = 0;
+  for (const Face& face : triangles.faces)
+    volume += static_cast<double>(triangles.vertices[face[0]].dot(
+                  triangles.vertices[face[1]].cross(triangles.vertices[face[2]]))) /
+              6;
+  CHECK(volume == Approx(1.0 / 3));
+  const btVector3 inside(sign * btScalar(0.4), btScalar(0.2), btScalar(0.2));
+  CHECK(bullet::may_be_inside_mesh(shape, inside));
+  CHECK_FALSE(bullet::may_be_inside_mesh(shape, -inside));
 }
