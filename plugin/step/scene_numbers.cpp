@@ -15,12 +15,12 @@ std::array<btScalar, 3> place_of(const btVector3& x) { return {x.x(), x.y(), x.z
 
 Renumbering SceneNumbers::update(const StepTopology& topology) {
   const std::vector<Numbered> last = std::exchange(bodies_, {});
+  const std::vector<int> ids = topology.ids();
   std::map<const btCollisionObject*, std::size_t> index_of;
   for (const StepTopology::BodyRecord& body : topology.bodies()) {
-    const btBroadphaseProxy* const proxy = body.object->getBroadphaseHandle();
     index_of[body.object] = bodies_.size();
-    bodies_.push_back({body.object, proxy ? proxy->m_uniqueId : -1, body.first_vertex,
-                       body.vertex_count, body.faces.last - body.faces.first, body.triangles});
+    bodies_.push_back({body.object, ids[bodies_.size()], body.first_vertex, body.vertex_count,
+                       body.faces.last - body.faces.first, body.triangles});
   }
   Renumbering numbers;
   numbers.bodies.assign(last.size(), -1);
@@ -30,7 +30,7 @@ Renumbering SceneNumbers::update(const StepTopology& topology) {
     const auto found = index_of.find(last[i].object);
     if (found == index_of.end()) continue;
     const Numbered& now = bodies_[found->second];
-    if (now.unique_id != last[i].unique_id) continue;
+    if (now.id != last[i].id) continue;
     numbers.bodies[i] = static_cast<std::int32_t>(found->second);
     renumber(last[i], now, numbers);
   }

@@ -22,7 +22,7 @@ class SceneNumbers {
  private:
   struct Numbered {
     const btCollisionObject* object;
-    int unique_id;  // of the broad phase; another object may get the address
+    int id;  // StepTopology::ids(); another object may get the address
     std::int32_t first_vertex, vertex_count, face_count;
     std::shared_ptr<const Triangles> triangles;  // null for a soft body
   };

@@ -6,17 +6,15 @@
 #include <cmath>
 
 #include "plugin/support/obstacle_worlds.h"
+#include "scenes/meshes/shapes.h"
 #include "support/catch.h"
 
 using namespace lazyccd;
 using namespace lazyccd::test;
+using scenes::vector;
 using scenes::World;
 
 namespace {
-
-btVector3 at(double x, double y, double z) {
-  return btVector3(static_cast<btScalar>(x), static_cast<btScalar>(y), static_cast<btScalar>(z));
-}
 
 // Number of edges of `a` that pass through faces of `b`.
 int intersections(const btSoftBody& a, const btSoftBody& b) {
@@ -58,17 +56,18 @@ std::unique_ptr<btSoftBody> make_sheet(ObstacleWorld& w, int nodes, const btVect
 
 // Two sheets that cross each other and come apart. `lift`: of the second one.
 Pair add_crossed(ObstacleWorld& w, double lift = 0) {
-  btSoftBody* a = w.add(make_sheet(w, 9, at(-0.5, 0, -0.5), at(1, 0, 0), at(0, 0, 1)));
-  btSoftBody* b = w.add(
-      make_sheet(w, 9, at(-0.4, lift - 0.15, -0.41), at(0.83, 0, 0.01), at(-0.01, 0.4, 0.83)));
+  btSoftBody* a = w.add(make_sheet(w, 9, vector(-0.5, 0, -0.5), vector(1, 0, 0), vector(0, 0, 1)));
+  btSoftBody* b = w.add(make_sheet(w, 9, vector(-0.4, lift - 0.15, -0.41), vector(0.83, 0, 0.01),
+                                   vector(-0.01, 0.4, 0.83)));
   return {a, b};
 }
 
 // A sheet that hangs from pinned nodes through a pinned sheet, 50 m away. It stays there.
 Pair add_stuck(ObstacleWorld& w) {
-  btSoftBody* a = w.add(make_sheet(w, 9, at(49.5, 0, -0.5), at(1, 0, 0), at(0, 0, 1)));
+  btSoftBody* a = w.add(make_sheet(w, 9, vector(49.5, 0, -0.5), vector(1, 0, 0), vector(0, 0, 1)));
   for (int i = 0; i < a->m_nodes.size(); ++i) a->setMass(i, 0);
-  btSoftBody* b = w.add(make_sheet(w, 7, at(49.8, 0.01, 0.03), at(0.4, 0, 0), at(0, -0.61, 0)));
+  btSoftBody* b =
+      w.add(make_sheet(w, 7, vector(49.8, 0.01, 0.03), vector(0.4, 0, 0), vector(0, -0.61, 0)));
   for (int i = 0; i < b->m_nodes.size(); ++i)
     if (b->m_nodes[i].m_x.y() > 0) b->setMass(i, 0);
   return {a, b};
@@ -103,13 +102,13 @@ TEST_CASE("bodies come apart whatever is stuck elsewhere") {
 TEST_CASE("an impact is absorbed whatever is moved apart elsewhere") {
   ObstacleWorld w(World::rigid, 0), twin(World::rigid, 0);
   const auto add_ball = [](ObstacleWorld& world) {
-    world.add(std::make_unique<btBoxShape>(at(1, 0.5, 1)), at(20, -0.5, 0));
-    std::unique_ptr<btSoftBody> ball(
-        btSoftBodyHelpers::CreateEllipsoid(world.info(), at(20, 0.4, 0), at(0.3, 0.3, 0.3), 100));
+    world.add(std::make_unique<btBoxShape>(vector(1, 0.5, 1)), vector(20, -0.5, 0));
+    std::unique_ptr<btSoftBody> ball(btSoftBodyHelpers::CreateEllipsoid(
+        world.info(), vector(20, 0.4, 0), vector(0.3, 0.3, 0.3), 100));
     ball->setTotalMass(1);
     btSoftBody* added = world.add(std::move(ball));
     added->m_cfg.piterations = 1;
-    added->setVelocity(at(0, -3, 0));
+    added->setVelocity(vector(0, -3, 0));
     return added;
   };
   const btSoftBody *ball = add_ball(w), *ball_of_twin = add_ball(twin);

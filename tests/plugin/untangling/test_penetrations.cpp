@@ -7,29 +7,27 @@
 #include <cmath>
 
 #include "plugin/support/obstacle_worlds.h"
+#include "scenes/meshes/shapes.h"
 #include "scenes/scene.h"
 #include "support/catch.h"
 
 using namespace lazyccd;
 using namespace lazyccd::test;
+using scenes::vector;
 using scenes::World;
 
 namespace {
 
-btVector3 at(double x, double y, double z) {
-  return btVector3(static_cast<btScalar>(x), static_cast<btScalar>(y), static_cast<btScalar>(z));
-}
-
 // A square sheet in the plane y = height, with `nodes` x `nodes` nodes.
 btSoftBody* add_sheet(ObstacleWorld& w, int nodes, double width, const btVector3& centre) {
   return w.add(scenes::make_cloth(w.info(), nodes, nodes, 1, [&](double u, double v) {
-    return centre + at(width * (u - 0.5), 0, width * (v - 0.5));
+    return centre + vector(width * (u - 0.5), 0, width * (v - 0.5));
   }));
 }
 
 btSoftBody* add_ball(ObstacleWorld& w, const btVector3& centre, double radius) {
   std::unique_ptr<btSoftBody> ball(
-      btSoftBodyHelpers::CreateEllipsoid(w.info(), centre, at(radius, radius, radius), 80));
+      btSoftBodyHelpers::CreateEllipsoid(w.info(), centre, vector(radius, radius, radius), 80));
   ball->setTotalMass(1);
   return w.add(std::move(ball));
 }
@@ -37,7 +35,7 @@ btSoftBody* add_ball(ObstacleWorld& w, const btVector3& centre, double radius) {
 // Adds the triangles of a cube with half the side `half`.
 void add_cube(btTriangleMesh& mesh, double half, bool inwards) {
   const auto corner = [&](int i) {
-    return at(i & 1 ? half : -half, i & 2 ? half : -half, i & 4 ? half : -half);
+    return vector(i & 1 ? half : -half, i & 2 ? half : -half, i & 4 ? half : -half);
   };
   const int sides[6][4] = {{0, 2, 3, 1}, {4, 5, 7, 6}, {0, 4, 6, 2},
                            {1, 3, 7, 5}, {2, 6, 7, 3}, {0, 1, 5, 4}};
@@ -80,9 +78,9 @@ TEST_CASE("a rigid box that pierces a triangle away from its edges comes out") {
   const World world = GENERATE(World::rigid, World::deformable);
   CAPTURE(world == World::rigid);
   ObstacleWorld w(world, 0);
-  const btVector3 half = at(0.1, 0.2, 0.1);
-  const btRigidBody* box = w.add(std::make_unique<btBoxShape>(half), at(0.3, 0.05, 0), 1);
-  btSoftBody* cloth = add_sheet(w, 4, 3, at(0, 0, 0));
+  const btVector3 half = vector(0.1, 0.2, 0.1);
+  const btRigidBody* box = w.add(std::make_unique<btBoxShape>(half), vector(0.3, 0.05, 0), 1);
+  btSoftBody* cloth = add_sheet(w, 4, 3, vector(0, 0, 0));
   for (int i = 0; i < cloth->m_nodes.size(); ++i) {
     const bool is_inner = i / 4 % 3 != 0 && i % 4 % 3 != 0;
     if (!is_inner) cloth->setMass(i, 0);
@@ -107,8 +105,8 @@ TEST_CASE("a triangle of zero area does not close the way out of a convex mesh")
     // The edge between corners 0 and 1 is split on the lower side alone.
     btTriangleMesh cube;
     add_cube(cube, half, false);
-    const btVector3 a = at(-half, -half, -half), b = at(half, -half, -half),
-                    c = at(half, -half, half), middle = at(0, -half, -half);
+    const btVector3 a = vector(-half, -half, -half), b = vector(half, -half, -half),
+                    c = vector(half, -half, half), middle = vector(0, -half, -half);
     for (int i = 0; i < cube.getNumTriangles(); ++i) {
       const unsigned char *vertices, *indices;
       int count, stride, index_stride, faces;
@@ -127,8 +125,8 @@ TEST_CASE("a triangle of zero area does not close the way out of a convex mesh")
     mesh.addTriangle(middle, b, c);
     mesh.addTriangle(b, middle, a);
   }
-  w.add(std::make_unique<btBvhTriangleMeshShape>(&mesh, true), at(0, 0, 0));
-  const btSoftBody* ball = add_ball(w, at(0.02, 0.06, 0.01), 0.2);
+  w.add(std::make_unique<btBvhTriangleMeshShape>(&mesh, true), vector(0, 0, 0));
+  const btSoftBody* ball = add_ball(w, vector(0.02, 0.06, 0.01), 0.2);
   w.steps(90, 1.0 / 60);
   CHECK(nodes_inside(*ball, half) == 0);
 }
@@ -143,9 +141,9 @@ btVector3 mean_position(const btSoftBody& body) {
 
 // Two sheets that cross each other, 50 m away.
 void add_crossed_far_away(ObstacleWorld& w) {
-  add_sheet(w, 9, 1, at(50, 0, 0));
+  add_sheet(w, 9, 1, vector(50, 0, 0));
   w.add(scenes::make_cloth(w.info(), 9, 9, 1, [](double u, double v) {
-    return at(49.6 + 0.83 * u, -0.07 + 0.22 * v, -0.41 + 0.83 * v);
+    return vector(49.6 + 0.83 * u, -0.07 + 0.22 * v, -0.41 + 0.83 * v);
   }));
 }
 
@@ -160,8 +158,8 @@ TEST_CASE("a soft body in a room stays there") {
   btTriangleMesh room;
   add_cube(room, half, true);
   if (has_outer_walls) add_cube(room, 1.1 * half, false);
-  w.add(std::make_unique<btBvhTriangleMeshShape>(&room, true), at(0, 0, 0));
-  const btSoftBody* ball = add_ball(w, at(0, 0.1, 0), 0.2);
+  w.add(std::make_unique<btBvhTriangleMeshShape>(&room, true), vector(0, 0, 0));
+  const btSoftBody* ball = add_ball(w, vector(0, 0.1, 0), 0.2);
   const btVector3 start = mean_position(*ball);
   w.steps(60, 1.0 / 60);
   CHECK(mean_position(*ball).distance(start) < btScalar(0.01));
@@ -181,10 +179,10 @@ TEST_CASE("a soft body wholly inside of a closed mesh comes out, alone and besid
   btTriangleMesh mesh;
   add_cube(mesh, half, false);
   const auto add_mesh = [&] {
-    w.add(std::make_unique<btBvhTriangleMeshShape>(&mesh, true), at(0, 0, 0));
+    w.add(std::make_unique<btBvhTriangleMeshShape>(&mesh, true), vector(0, 0, 0));
   };
   if (!is_mesh_placed) add_mesh();
-  const btSoftBody* sheet = add_sheet(w, 6, 0.4, at(0, 0.2, 0));
+  const btSoftBody* sheet = add_sheet(w, 6, 0.4, vector(0, 0.2, 0));
   if (!is_alone) add_crossed_far_away(w);
   if (is_mesh_placed) {
     w.steps(5, 1.0 / 60);
@@ -201,9 +199,9 @@ TEST_CASE("what is inside of the wall of a hollow mesh comes out") {
   btTriangleMesh shell;
   add_cube(shell, 1, false);
   add_cube(shell, 0.5, true);
-  w.add(std::make_unique<btBvhTriangleMeshShape>(&shell, true), at(0, 0, 0));
-  const btSoftBody* near_cavity = add_sheet(w, 5, 0.2, at(0.1, 0.6, 0));
-  const btSoftBody* near_outside = add_sheet(w, 5, 0.2, at(0.1, -0.9, 0));
+  w.add(std::make_unique<btBvhTriangleMeshShape>(&shell, true), vector(0, 0, 0));
+  const btSoftBody* near_cavity = add_sheet(w, 5, 0.2, vector(0.1, 0.6, 0));
+  const btSoftBody* near_outside = add_sheet(w, 5, 0.2, vector(0.1, -0.9, 0));
   w.steps(120, 1.0 / 60);
   CHECK(nodes_inside(*near_cavity, 0.5) == 25);
   CHECK(nodes_inside(*near_outside, 1) == 0);
