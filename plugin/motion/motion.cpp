@@ -144,6 +144,13 @@ void Motion::set_end_to_start(RigidMotion& body) {
     set_anchored_end(vertex, &start[3 * static_cast<std::size_t>(vertex)]);
 }
 
+bool Motion::is_held(const RigidMotion& body) const {
+  const auto first = 3 * static_cast<std::ptrdiff_t>(body.first_vertex);
+  return body.local_at_start &&
+         std::equal(start.begin() + first, start.begin() + first + 3 * body.vertex_count,
+                    end.begin() + first);
+}
+
 void Motion::set_end_to_start(std::int32_t soft_vertex) {
   split_displacement[soft_vertex] = start_of(soft_vertex) - solved[soft_vertex];
   const auto first = 3 * static_cast<std::ptrdiff_t>(soft_vertex);

@@ -174,6 +174,8 @@ struct Motion {
   /// Sets the end of a rigid body, its vertices and its anchored vertices to their start, exactly
   /// to the bit.
   void set_end_to_start(RigidMotion& body);
+  /// Whether children of a compound moved in the step, and the response has put them back.
+  bool is_held(const RigidMotion& body) const;
   /// Sets the end of a soft vertex to its start, exactly to the bit. Its velocity stays that of the
   /// solved motion.
   void set_end_to_start(std::int32_t soft_vertex);

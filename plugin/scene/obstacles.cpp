@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <functional>
 #include <string>
 
@@ -103,36 +104,43 @@ btBroadphaseInterface* broadphase_of(const Obstacles::SoftBodies& bodies) {
   return nullptr;
 }
 
-void mix(std::size_t value, std::uint64_t& hash) {
+void mix(std::uint64_t value, std::uint64_t& hash) {
   hash = (hash ^ value) * 0x9e3779b97f4a7c15u + 1;
+}
+
+void mix(btScalar x, std::uint64_t& hash) {
+  std::uint64_t bits = 0;
+  std::memcpy(&bits, &x, sizeof x);
+  mix(bits, hash);
+}
+
+void mix(const btVector3& v, std::uint64_t& hash) {
+  for (int k = 0; k < 3; ++k) mix(v[k], hash);
 }
 
 // Hash of what makes a surface and does not show in the bounds and the scaling of the shape, after
 // `hash`. Bullet's own revision of a compound counts neither a child that moves nor what happens in
 // a compound inside of it. Where children are is not part of it.
 std::uint64_t hash_of_surface(const btCollisionShape& shape, std::uint64_t hash) {
-  const auto mix_vector = [&hash](const btVector3& v) {
-    for (int k = 0; k < 3; ++k) mix(std::hash<btScalar>()(v[k]), hash);
-  };
-  mix(static_cast<std::size_t>(shape.getShapeType()), hash);
+  mix(static_cast<std::uint64_t>(shape.getShapeType()), hash);
   if (shape.getShapeType() == CONVEX_HULL_SHAPE_PROXYTYPE) {
     const auto& hull = static_cast<const btConvexHullShape&>(shape);
-    for (int i = 0; i < hull.getNumPoints(); ++i) mix_vector(hull.getUnscaledPoints()[i]);
+    for (int i = 0; i < hull.getNumPoints(); ++i) mix(hull.getUnscaledPoints()[i], hash);
   }
   if (!shape.isCompound()) {
-    mix(std::hash<btScalar>()(shape.getMargin()), hash);
+    mix(shape.getMargin(), hash);
     return hash;
   }
   const auto& compound = static_cast<const btCompoundShape&>(shape);
   for (int i = 0; i < compound.getNumChildShapes(); ++i) {
     const btCollisionShape& child = *compound.getChildShape(i);
-    mix(std::hash<const void*>()(&child), hash);
-    mix_vector(child.getLocalScaling());
+    mix(static_cast<std::uint64_t>(std::hash<const void*>()(&child)), hash);
+    mix(child.getLocalScaling(), hash);
     if (!child.isCompound()) {
       btVector3 lower, upper;
       child.getAabb(btTransform::getIdentity(), lower, upper);
-      mix_vector(lower);
-      mix_vector(upper);
+      mix(lower, hash);
+      mix(upper, hash);
     }
     hash = hash_of_surface(child, hash);
   }
@@ -145,10 +153,8 @@ std::uint64_t hash_of_child_poses(const btCollisionShape& shape, std::uint64_t h
   const auto& compound = static_cast<const btCompoundShape&>(shape);
   for (int i = 0; i < compound.getNumChildShapes(); ++i) {
     const btTransform& pose = compound.getChildTransform(i);
-    for (const btVector3& v :
-         {pose.getOrigin(), pose.getBasis()[0], pose.getBasis()[1], pose.getBasis()[2]}) {
-      for (int k = 0; k < 3; ++k) mix(std::hash<btScalar>()(v[k]), hash);
-    }
+    mix(pose.getOrigin(), hash);
+    for (int k = 0; k < 3; ++k) mix(pose.getBasis()[k], hash);
     hash = hash_of_child_poses(*compound.getChildShape(i), hash);
   }
   return hash;
@@ -252,17 +258,20 @@ bool Obstacles::update_region(const AxisBox& swept, WarningLog& warnings) {
     const bool was_near = old != records_.end() && old->unique_id == record.unique_id;
     is_unchanged = is_unchanged && was_near && keeps_triangles(record, *old) && same_depth;
     if (!was_near) continue;
-    record.is_changed = !is_same(record, *old) || (old->is_changed && old->step == step_);
-    if (is_same(record, *old) && record.child_poses != old->child_poses) {
-      record.last_triangles = old->triangles;
-      record.region = old->region;
-    }
+    const bool is_in_same_step = old->step == step_;
+    const bool has_moved = record.child_poses != old->child_poses;
+    record.is_changed = !is_same(record, *old) || (old->is_changed && is_in_same_step);
+    if (is_same(record, *old) && has_moved && old->triangles)
+      record.last_leaves =
+          std::make_shared<const std::vector<Triangles::Leaf>>(old->triangles->leaves);
+    else if (is_same(record, *old) && is_in_same_step)
+      record.last_leaves = old->last_leaves;
     const bool is_read_again = is_too_large && is_cut_to_region(*record.shape);
     is_unchanged = is_unchanged && !is_read_again;
     if (!same_depth || !keeps_triangles(record, *old) || is_read_again) continue;
     record.region = old->region;
     record.triangles = old->triangles;
-    record.last_triangles = old->last_triangles;
+    record.last_vertices = old->last_vertices;
     record.first_vertex = old->first_vertex;
     record.vertex_count = old->vertex_count;
   }
@@ -270,21 +279,37 @@ bool Obstacles::update_region(const AxisBox& swept, WarningLog& warnings) {
   return !(is_unchanged && has_read(swept));
 }
 
+void Obstacles::hold_at_start(const btCollisionObject& object) {
+  poses_.hold_at_start(object);
+  for (Record& record : records_) {
+    if (record.object != &object || !record.last_vertices) continue;
+    Triangles held = *record.triangles;
+    held.vertices = *record.last_vertices;
+    held.leaves = *record.last_leaves;
+    record.triangles = std::make_shared<const Triangles>(std::move(held));
+    record.last_leaves = nullptr;
+    record.last_vertices = nullptr;
+    ++record.child_poses;  // no longer those of the triangles
+  }
+}
+
 // Whether the triangles of an obstacle are still those of its last record. Its children may have
 // moved before that record, in this step.
 bool Obstacles::keeps_triangles(const Record& record, const Record& last) const {
   return is_same(record, last) && record.child_poses == last.child_poses &&
-         (!last.last_triangles || last.step == step_) &&
+         (!last.last_leaves || last.step == step_) &&
          record.has_anchored_nodes == last.has_anchored_nodes;
 }
 
 AxisBox Obstacles::needed_region(const Record& record, const AxisBox& swept) const {
   const int type = record.shape->getShapeType();
-  if (!reads_whole_mesh(record) || type == STATIC_PLANE_PROXYTYPE ||
-      type == TERRAIN_SHAPE_PROXYTYPE)
-    return in_frame(record, swept);
-  return {btVector3(record.box[0], record.box[1], record.box[2]),
-          btVector3(record.box[3], record.box[4], record.box[5])};
+  const AxisBox all{btVector3(record.box[0], record.box[1], record.box[2]),
+                    btVector3(record.box[3], record.box[4], record.box[5])};
+  const btVector3 size = all.upper - all.lower;
+  const bool is_bounded = size[size.maxAxis()] < BT_LARGE_FLOAT;  // without a plane in a compound
+  const bool may_read_all =
+      is_bounded && type != STATIC_PLANE_PROXYTYPE && type != TERRAIN_SHAPE_PROXYTYPE;
+  return reads_whole_mesh(record) && may_read_all ? all : in_frame(record, swept);
 }
 
 void Obstacles::read_triangles(const AxisBox& starts, WarningLog& warnings) {
@@ -304,14 +329,11 @@ void Obstacles::read_triangles(Record& record, const AxisBox& near, WarningLog& 
   // Reads a little more of a mesh than the region, so that a moving mesh keeps its triangles for
   // some steps. The addition is at least the rounding error of world positions moved to the mesh's
   // frame.
-  const AxisBox needed = needed_region(record, region_);
-  // Triangles whose motion is read must be the same ones.
-  if (!record.last_triangles || !record.region.contains(needed)) {
-    btVector3 spare = btScalar(0.1) * (needed.upper - needed.lower);
-    const btScalar bound = rounding_bound(record, region_);
-    spare.setMax(btVector3(bound, bound, bound));
-    record.region = needed.expanded(spare);
-  }
+  record.region = needed_region(record, region_);
+  btVector3 spare = btScalar(0.1) * (record.region.upper - record.region.lower);
+  const btScalar bound = rounding_bound(record, region_);
+  spare.setMax(btVector3(bound, bound, bound));
+  record.region = record.region.expanded(spare);
   if (record.responds && !tessellate(*record.shape, btTransform::getIdentity(), record.region,
                                      in_frame(record, near), depth_, triangles)) {
     warnings.warn_once("shape " + std::to_string(record.unique_id),
@@ -321,17 +343,31 @@ void Obstacles::read_triangles(Record& record, const AxisBox& near, WarningLog& 
   // If all triangles were points or lines, only their corners are left.
   if (triangles.faces.empty()) triangles.vertices.clear();
   record.triangles = std::make_shared<const Triangles>(std::move(triangles));
-  if (!record.last_triangles || have_moved(*record.last_triangles, *record.triangles)) return;
-  record.last_triangles = nullptr;
-  record.is_changed = true;
+  sweep_children(record);
 }
 
-bool Obstacles::have_moved(const Triangles& from, const Triangles& to) const {
-  if (from.faces != to.faces || from.vertices.size() != to.vertices.size()) return false;
-  const btScalar farthest = jump_speed_ * dt_;
-  return std::equal(
-      from.vertices.begin(), from.vertices.end(), to.vertices.begin(),
-      [farthest](const btVector3& a, const btVector3& b) { return a.distance(b) <= farthest; });
+void Obstacles::sweep_children(Record& record) const {
+  if (!record.last_leaves) return;
+  const std::vector<Triangles::Leaf>&from = *record.last_leaves, &to = record.triangles->leaves;
+  std::vector<btVector3> last = record.triangles->vertices;
+  bool are_swept = from.size() == to.size();
+  for (std::size_t i = 0; are_swept && i < to.size(); ++i) {
+    if (from[i].pose == to[i].pose) continue;
+    const btTransform back = from[i].pose * to[i].pose.inverse();
+    const std::size_t next =
+        i + 1 < to.size() ? static_cast<std::size_t>(to[i + 1].first_vertex) : last.size();
+    const std::size_t end = std::min(next, last.size());  // without faces no vertices are left
+    for (auto v = static_cast<std::size_t>(to[i].first_vertex); v < end; ++v) {
+      last[v] = back * record.triangles->vertices[v];
+      are_swept = are_swept && last[v].distance(record.triangles->vertices[v]) <= jump_speed_ * dt_;
+    }
+  }
+  if (are_swept) {
+    record.last_vertices = std::make_shared<const std::vector<btVector3>>(std::move(last));
+    return;
+  }
+  record.last_leaves = nullptr;
+  record.is_changed = true;
 }
 
 void Obstacles::append_triangles(Record& record) {

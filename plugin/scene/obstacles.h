@@ -42,9 +42,10 @@ class Obstacles {
     bool is_changed = false;  ///< its shape, or what it collides with, is not that of the last step
     AxisBox region = AxisBox::empty();  ///< its triangles were read from here; in its own frame
     std::shared_ptr<const Triangles> triangles;  ///< null until they are read
-    /// Those at the start of the step, if children of a compound have moved since: the same
-    /// triangles elsewhere. Otherwise null.
-    std::shared_ptr<const Triangles> last_triangles;
+    /// If children of a compound have moved in the step: where its leaves were at the start, and
+    /// the vertices of `triangles` with them, in its own frame. Otherwise null.
+    std::shared_ptr<const std::vector<Triangles::Leaf>> last_leaves;
+    std::shared_ptr<const std::vector<btVector3>> last_vertices;
     std::int32_t first_vertex = 0, vertex_count = 0;
   };
 
@@ -82,8 +83,8 @@ class Obstacles {
   }
   /// See RigidPoses::teleported().
   void teleported(const btCollisionObject& object) { poses_.teleported(object); }
-  /// See RigidPoses::hold_at_start().
-  void hold_at_start(const btCollisionObject& object) { poses_.hold_at_start(object); }
+  /// See RigidPoses::hold_at_start(). Children of a compound that moved are held too.
+  void hold_at_start(const btCollisionObject& object);
   /// Makes the next update() read everything again, and forgets the poses of the last step.
   void invalidate();
 
@@ -101,8 +102,9 @@ class Obstacles {
   void read_triangles(Record& record, const AxisBox& near, WarningLog& warnings) const;
   void append_triangles(Record& record);
   bool keeps_triangles(const Record& record, const Record& last) const;
-  // Whether the triangles have only moved, and no faster than jump_speed.
-  bool have_moved(const Triangles& from, const Triangles& to) const;
+  // Sets last_vertices. If children have moved faster than jump_speed, marks the record as changed
+  // instead.
+  void sweep_children(Record& record) const;
 
   RigidPoses poses_;
   btScalar jump_speed_;

@@ -84,7 +84,12 @@ void SoftScene::find_changed(const std::vector<Fingerprint>& members) {
   auto last = fingerprints_.begin();
   const auto is_known = [&](const Fingerprint& member) {
     const auto is_same_body = [&member](const Fingerprint& f) { return f.body == member.body; };
-    const auto found = std::find_if(last, fingerprints_.end(), is_same_body);
+    auto found = std::find_if(last, fingerprints_.end(), is_same_body);
+    if (found == fingerprints_.end()) {
+      // Bullet moves the last body to the place of one that is removed.
+      found = std::find_if(fingerprints_.begin(), last, is_same_body);
+      if (found == last) found = fingerprints_.end();
+    }
     if (found != fingerprints_.end()) {
       last = found + 1;
       return member == *found;

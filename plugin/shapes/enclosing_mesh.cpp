@@ -15,7 +15,8 @@ namespace {
 
 using Eigen::Vector3d;
 
-// Faces through which the two halves of a line leave a mesh, less those through which they enter.
+// Faces through which the two halves of a line leave a mesh. Those through which they enter do not
+// count: they may be walls of a room around the mesh.
 struct Exits {
   int above = 0, below = 0;
 };
@@ -29,8 +30,9 @@ class ExitCounter : public btTriangleCallback {
   void processTriangle(btVector3* corners, int, int) override {
     const LineCrossing crossing =
         line_crossing(point_, turned(corners[0]), turned(corners[1]), turned(corners[2]));
-    (crossing.z > point_[2] ? exits_.above : exits_.below) +=
-        crossing.z > point_[2] ? sign_ * crossing.sign : -sign_ * crossing.sign;
+    const bool is_above = crossing.z > point_[2];
+    const int sign = is_above ? sign_ * crossing.sign : -sign_ * crossing.sign;
+    if (sign > 0) (is_above ? exits_.above : exits_.below) += sign;
   }
 
  private:

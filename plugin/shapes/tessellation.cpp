@@ -169,15 +169,20 @@ bool tessellate(const btCollisionShape& shape, const btTransform& pose, const Ax
     bool is_complete = true;
     const bool is_cut = is_cut_to_region(shape);
     for (int i = 0; i < compound.getNumChildShapes(); ++i) {
+      const btCollisionShape& child = *compound.getChildShape(i);
+      const btTransform child_pose = pose * compound.getChildTransform(i);
       AxisBox box;
-      compound.getChildShape(i)->getAabb(pose * compound.getChildTransform(i), box.lower,
-                                         box.upper);
-      if (is_cut && !box.overlaps(region)) continue;
-      is_complete &= tessellate(*compound.getChildShape(i), pose * compound.getChildTransform(i),
-                                region, near, depth, triangles);
+      child.getAabb(child_pose, box.lower, box.upper);
+      if (is_cut && !child.isCompound() && !box.overlaps(region)) {
+        triangles.leaves.push_back(
+            {child_pose, static_cast<std::int32_t>(triangles.vertices.size())});
+        continue;
+      }
+      is_complete &= tessellate(child, child_pose, region, near, depth, triangles);
     }
     return is_complete;
   }
+  triangles.leaves.push_back({pose, static_cast<std::int32_t>(triangles.vertices.size())});
   if (shape.isConvex())
     return add_convex(static_cast<const btConvexShape&>(shape), pose, depth, triangles);
   if (!has_triangles(shape)) return false;

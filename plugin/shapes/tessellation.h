@@ -19,7 +19,14 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
 struct Triangles {
+  /// A shape that is no compound: where it is in the outermost one, and its first vertex.
+  struct Leaf {
+    btTransform pose;
+    std::int32_t first_vertex;
+  };
+
   std::vector<btVector3> vertices;  ///< metres, in the frame of the outermost shape
+  std::vector<Leaf> leaves;         ///< all of them, also those without triangles
   std::vector<Face> faces;
   std::vector<RoundPart> round_parts;  ///< balls and capsules among them, by first_face
   std::vector<FlatPart> flat_parts;    ///< boxes and planes among them

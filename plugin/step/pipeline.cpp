@@ -357,7 +357,7 @@ void Pipeline::hold_stopped_obstacles() {
   for (const StepTopology::BodyRecord& body : topology().bodies()) {
     if (body.soft || body.dynamic) continue;
     const RigidMotion& rigid = motion().rigid_of(topology().index_of(body));
-    if (rigid.end == rigid.predicted) continue;
+    if (rigid.end == rigid.predicted && !motion().is_held(rigid)) continue;
     reader_.hold_at_start(*body.object);
     warnings_.warn_once(
         "squeezed",

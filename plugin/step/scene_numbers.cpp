@@ -41,7 +41,10 @@ void SceneNumbers::renumber(const Numbered& from, const Numbered& to, Renumberin
   const auto set = [&](std::int32_t i, std::int32_t j) {
     numbers.vertices[from.first_vertex + i] = to.first_vertex + j;
   };
-  if (from.triangles == to.triangles) {
+  const bool are_same =
+      from.triangles == to.triangles ||
+      (from.triangles && to.triangles && from.triangles->faces == to.triangles->faces);
+  if (are_same) {
     if (from.vertex_count != to.vertex_count || from.face_count != to.face_count) return;
     for (std::int32_t i = 0; i < to.vertex_count; ++i) set(i, i);
     return;

@@ -66,7 +66,7 @@ std::vector<Solid> find_solids(const PartsOfObstacle& parts, const Topology& top
     if (!points_outwards[i]) cavities.push_back(i);
   for (std::int32_t i = 0; i < count; ++i) {
     for (const std::int32_t cavity : cavities)
-      if (points_outwards[i] && closed[i].box.intersects(closed[cavity].box)) sets.join(i, cavity);
+      if (points_outwards[i] && closed[i].box.contains(closed[cavity].box)) sets.join(i, cavity);
   }
   std::map<std::int32_t, Solid> solids;  // by the first of their parts
   for (std::int32_t i = 0; i < count; ++i) {
