@@ -348,7 +348,8 @@ void Obstacles::read_triangles(Record& record, const AxisBox& near, WarningLog& 
 
 void Obstacles::sweep_children(Record& record) const {
   if (!record.last_leaves) return;
-  const std::vector<Triangles::Leaf>&from = *record.last_leaves, &to = record.triangles->leaves;
+  const std::vector<Triangles::Leaf>& from = *record.last_leaves;
+  const std::vector<Triangles::Leaf>& to = record.triangles->leaves;
   std::vector<btVector3> last = record.triangles->vertices;
   bool are_swept = from.size() == to.size();
   for (std::size_t i = 0; are_swept && i < to.size(); ++i) {

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <map>
+#include <optional>
 
 #include "motion/rotation.h"
 
@@ -96,7 +97,7 @@ void read_rigid_motions(const StepTopology& topology, const Obstacles& obstacles
 }
 
 void find_anchored_vertices(const SoftScene& scene, Motion& motion) {
-  std::map<const btCollisionObject*, int> rigid_of;
+  std::optional<std::map<const btCollisionObject*, int>> movable;  // made for the first anchor
   for (const SoftScene::BodyRecord& record : scene.bodies()) {
     const auto& anchors = record.body->m_deformableAnchors;
     for (int i = 0; i < anchors.size(); ++i) {
@@ -106,9 +107,9 @@ void find_anchored_vertices(const SoftScene& scene, Motion& motion) {
       // does not move, as in the rigid world.
       if (v < 0 || anchors[i].m_node->m_im == 0 || motion.inverse_mass[v] > 0) continue;
       motion.release(v);  // the last of several anchors counts
-      if (rigid_of.empty()) rigid_of = find_movable(motion);
-      const auto rigid = rigid_of.find(anchors[i].m_cti.m_colObj);
-      if (rigid != rigid_of.end()) motion.anchor(v, {anchors[i].m_local, rigid->second});
+      if (!movable) movable = find_movable(motion);
+      const auto rigid = movable->find(anchors[i].m_cti.m_colObj);
+      if (rigid != movable->end()) motion.anchor(v, {anchors[i].m_local, rigid->second});
     }
   }
 }

@@ -108,7 +108,7 @@ void StepTopology::read_bodies(const SoftScene& soft, const Obstacles& obstacles
     bodies_.push_back({record.object, nullptr, static_cast<int>(i), record.dynamic,
                        soft.vertex_count() + record.first_vertex, record.vertex_count,
                        margin_of_triangles(*record.shape), true, faces, IndexRange(),
-                       record.triangles, record.has_anchored_nodes});
+                       record.triangles});
     first_face = faces.last;
   }
   surface_count_ = bodies_.size();

@@ -27,10 +27,8 @@ class StepTopology {
     /// False for a soft body with CF_NO_CONTACT_RESPONSE: its contacts are reported, but nothing is
     /// moved. Always true for an obstacle: a rigid body with this flag is none.
     bool responds;
-    IndexRange faces, edges;  ///< in topology()
-    // Of an obstacle:
-    std::shared_ptr<const Triangles> triangles;
-    bool has_anchored_nodes = false;  ///< nodes of soft bodies are anchored to it
+    IndexRange faces, edges;                     ///< in topology()
+    std::shared_ptr<const Triangles> triangles;  ///< of an obstacle
   };
 
   /// Reads the bodies if `scene_changed`, and the application's filter if there is one. Returns

@@ -202,7 +202,6 @@ void Pipeline::take_changes(const StepReader::Changes& changes) {
   try {
     if (changes.topology || detector_.would_change(largest_thickness())) set_topology();
     if (!changes.placed_bodies.empty()) {
-      untangling_.set_ids(topology().ids());
       for (const std::int32_t body : changes.placed_bodies) untangling_.place(body);
       report_intersections();
     }
@@ -241,13 +240,13 @@ NearContacts Pipeline::find_near_contacts() {
 
 void Pipeline::set_topology() {
   response_.renumber(scene_numbers_.update(topology()));
+  untangling_.set_ids(topology().ids());
   filter_.set_topology();
   detector_.set_topology(largest_thickness());
 }
 
-Untangling::Found Pipeline::find_intersections() {
+Untangling::Found Pipeline::find_intersections() const {
   const Topology view = topology().topology();
-  untangling_.set_ids(topology().ids());
   const auto responds = [this](std::int32_t body) { return topology().bodies()[body].responds; };
   Untangling::Found found;
   found.intersections = bullet::find_intersections(

@@ -106,7 +106,7 @@ class Pipeline {
   // if it did; the step must be detected again then.
   bool reread_obstacles_if_left();
   void set_topology();
-  Untangling::Found find_intersections();
+  Untangling::Found find_intersections() const;
   void report_intersections();
   NearContacts find_near_contacts();
   // `solve_links` for the bodies that are not pushed apart.

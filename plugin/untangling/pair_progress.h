@@ -5,6 +5,7 @@
 // that was given up stays so until one of its bodies is placed. Groups do not affect each other.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
