@@ -58,15 +58,6 @@ RowIslands& ContactConstraints::islands(const Motion& motion) {
   return islands_;
 }
 
-void ContactConstraints::select(const std::vector<Contact>& contacts, const Motion& motion) {
-  RowIslands& all = islands(motion);
-  all.select_none();
-  for (const Contact& contact : contacts) {
-    all.select_body(contact.body_a);
-    all.select_body(contact.body_b);
-  }
-}
-
 const std::vector<const ContactRow*>& ContactConstraints::active_rows() {
   if (active_rows_) return *active_rows_;
   std::vector<const ContactRow*>& found = active_rows_.emplace();

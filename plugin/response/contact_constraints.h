@@ -80,8 +80,6 @@ class ContactConstraints {
 
   /// Islands of the present rows. All are selected when rows have changed.
   RowIslands& islands(const Motion& motion);
-  /// Selects the islands of these contacts for the next solve(), and no others.
-  void select(const std::vector<Contact>& contacts, const Motion& motion);
 
   /// By body: largest violation of a row of its island before the last solve() of the island, by
   /// the motion with the impulses that rows had then, metres.

@@ -24,6 +24,18 @@ bool are_crowded(const std::vector<const Contact*>& contacts) {
 
 }  // namespace
 
+bool Crowding::select_others(const std::vector<Contact>& contacts, RowIslands& islands) const {
+  islands.select_none();
+  bool any = false;
+  for (const Contact& contact : contacts) {
+    if (is_given_up(contact)) continue;
+    islands.select_body(contact.body_a);
+    islands.select_body(contact.body_b);
+    any = true;
+  }
+  return any;
+}
+
 void Crowding::add_round(const std::vector<Contact>& contacts, const RowIslands& islands) {
   std::vector<std::int32_t>& now = counts_.emplace_back(given_up_.size(), 0);
   for (const Contact& contact : contacts) {

@@ -21,6 +21,9 @@ class Crowding {
   /// Counts the contacts before a round, and gives up the islands that impulses do not help.
   /// `islands`: of the rows with these contacts.
   void add_round(const std::vector<Contact>& contacts, const RowIslands& islands);
+  /// Selects the islands of these contacts that were not given up, and no others. Returns whether
+  /// there are any.
+  bool select_others(const std::vector<Contact>& contacts, RowIslands& islands) const;
   /// Whether the island of the contact was given up.
   bool is_given_up(const Contact& contact) const {
     return given_up_[contact.body_a] || given_up_[contact.body_b];

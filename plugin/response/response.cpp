@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <map>
 #include <utility>
 
@@ -103,12 +102,9 @@ void Response::run(const NearContacts& near, const std::vector<Contact>& penetra
   Crowding crowding(motion.rigid_of_body.size());
   for (int i = 0; i < options_.max_impulse_rounds && !contacts.empty(); ++i) {
     if (!constraints_.add(contacts, motion)) break;
-    crowding.add_round(contacts, constraints_.islands(motion));
-    std::vector<Contact> open;
-    std::copy_if(contacts.begin(), contacts.end(), std::back_inserter(open),
-                 [&](const Contact& contact) { return !crowding.is_given_up(contact); });
-    if (open.empty()) break;
-    constraints_.select(open, motion);
+    RowIslands& islands = constraints_.islands(motion);
+    crowding.add_round(contacts, islands);
+    if (!crowding.select_others(contacts, islands)) break;
     if (i >= solves_with_full_gaps)
       constraints_.narrow_gaps(
           std::max(min_gap_fraction, std::ldexp(1, solves_with_full_gaps - 1 - i)), motion);

@@ -34,7 +34,6 @@ class Response {
   /// Call if the indices of bodies or vertices change. Remembered impulses get the new ones.
   void renumber(const Renumbering& numbers);
 
-  /// May be called several times in a step: each begins with the impulses of the last step.
   /// Changes the end of `motion` until `detect_all` finds no contact that can be resolved.
   /// `near`: pairs that come near each other; the selected ones are solved before the first
   /// detection. Three methods follow, each until the step is clean: impulses; rigid impact zones;
@@ -42,7 +41,8 @@ class Response {
   /// nothing moves any more. Afterwards motion.velocity_change holds what must be added to the
   /// velocities.
   /// `penetrations`: vertices inside of bodies, see find_penetrations(). `solve_links` may be
-  /// empty.
+  /// empty. May be called several times in a step: each call begins with the impulses of the last
+  /// step.
   void run(const NearContacts& near, const std::vector<Contact>& penetrations,
            const Detect& detect_all, const SolveLinks& solve_links, Motion& motion,
            StepStats& stats);
