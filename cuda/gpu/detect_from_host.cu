@@ -14,6 +14,15 @@ double milliseconds_since(std::chrono::steady_clock::time_point start) {
 
 }  // namespace
 
+void DeviceDetector::build_from_host(const Positions& start, const Positions& end) {
+  if (step_.needs_host_tree()) {
+    step_.build_on_host(start, end, pool_, stream_);
+  } else {
+    step_.build(input(false, ExactStage::left_out), stream_);
+  }
+  count_build();
+}
+
 bool DeviceDetector::run_from_host(const Positions& start, const Positions& end, Stats& stats) {
   check_counts(*mesh_, start, end);
   stats.backend = "cuda";
@@ -25,23 +34,23 @@ bool DeviceDetector::run_from_host(const Positions& start, const Positions& end,
 
   stream_ = own_stream_;
   given_ = {&start, &end};
-  uploaded_[0].record(stream_);
-  positions_.upload(start, end, pool_, stream_);
-  uploaded_[1].record(stream_);
-  stats.rebuilt = !is_built_ || options_.algorithm.rebuild_every_step;
-  if (stats.rebuilt) {
-    if (step_.needs_host_tree()) {
-      step_.build_on_host(start, end, pool_, stream_);
-    } else {
-      step_.build(input(false, ExactStage::left_out), stream_);
-    }
-    count_build();
-  }
   step_.retry_growth();
   const bool launches_exact = options_.separation == 0 && exact_policy_.launches_ahead();
-  complete(input(step_.traversal().has_front() && front_policy_.reuse(),
-                 launches_exact ? ExactStage::expected : ExactStage::left_out),
-           false, stats);
+  StepInput launched;
+  for (;;) {
+    uploaded_[0].record(stream_);
+    positions_.upload(start, end, pool_, stream_);
+    uploaded_[1].record(stream_);
+    stats.rebuilt = !is_built_ || options_.algorithm.rebuild_every_step;
+    if (stats.rebuilt) build_from_host(start, end);
+    launched = input(step_.traversal().has_front() && front_policy_.reuse(),
+                     launches_exact ? ExactStage::expected : ExactStage::left_out);
+    step_.reserve_lists(stream_);
+    step_.run(launched, stream_);
+    if (positions_.confirm_start(start, pool_, stream_)) break;
+    if (stats.rebuilt) is_built_ = false;
+  }
+  complete(launched, true, stats);
   return true;
 }
 

@@ -59,6 +59,8 @@ class DeviceDetector : public DeviceBackend, private TopologyFinder {
   // Lets work on `stream` come behind the last step.
   void follow(cudaStream_t stream);
   StepInput input(bool from_front, ExactStage exact) const;
+  // Builds the hierarchy on the device or on the host, from uploaded positions.
+  void build_from_host(const Positions& start, const Positions& end);
   // Runs a step from positions on the host. Returns false if there is nothing to do.
   bool run_from_host(const Positions& start, const Positions& end, Stats& stats);
   // Notes that the hierarchy is built anew.

@@ -17,6 +17,7 @@
 
 #include "backend_choice.h"
 #include "device_probe.h"
+#include "frames.h"
 #include "gpu/device/device_buffer.h"
 #include "gpu/device/stream.h"
 #include "lazyccd/detector.h"
@@ -27,91 +28,6 @@
 namespace {
 
 using namespace lazyccd;
-using models::Layout;
-using models::WorldsScene;
-
-// A mesh with positions in several frames.
-struct Frames : models::BodyMesh {
-  std::string name;
-  std::vector<std::vector<float>> at;
-
-  Positions positions(std::size_t f) const { return {at[f].data(), at[f].size() / 3}; }
-  std::size_t steps() const { return at.size() - 1; }
-};
-
-Frames worlds(std::int32_t count, std::int32_t bodies, int frames) {
-  const WorldsScene scene(count, bodies, Layout::one_place);
-  Frames f{scene, std::to_string(count) + " worlds of " + std::to_string(bodies) + " sheets", {}};
-  for (int i = 0; i < frames; ++i) {
-    f.at.push_back(scene.at[i % 2]);
-    // The sheets come closer step by step.
-    for (std::size_t k = 1; k < f.at.back().size(); k += 3)
-      f.at.back()[k] *= 1.0f - 0.1f * static_cast<float>(i);
-  }
-  return f;
-}
-
-// The same with folds, so that adjacent faces touch.
-Frames crumpled(Frames f) {
-  f.name = "crumpled " + f.name;
-  for (std::size_t i = 1; i < f.at.size(); i += 2)
-    for (std::size_t k = 0; k < f.at[i].size(); ++k)
-      if (f.bodies[static_cast<std::size_t>(f.body_of_vertex[k / 3])].world >= 0)
-        f.at[i][k] += static_cast<float>(0.08 * models::noise(static_cast<std::uint32_t>(k), 7));
-  return f;
-}
-
-// Triangles with corners on a lattice, which need exact arithmetic, in the steps of `exact`; in the
-// others they are far apart.
-Frames lattice(std::int32_t count, const std::vector<bool>& exact) {
-  Frames f{{}, std::to_string(count) + " triangles on a lattice", {}};
-  std::mt19937 random(11);
-  for (std::int32_t i = 0; i < count; ++i) {
-    f.bodies.emplace_back();
-    f.body_of_vertex.insert(f.body_of_vertex.end(), 3, i);
-    f.faces.push_back({3 * i, 3 * i + 1, 3 * i + 2});
-  }
-  for (std::size_t step = 0; step <= exact.size(); ++step) {
-    const bool near = (step < exact.size() && exact[step]) || (step > 0 && exact[step - 1]);
-    std::vector<float> x;
-    for (std::int32_t v = 0; v < 3 * count; ++v)
-      for (int k = 0; k < 3; ++k)
-        x.push_back(static_cast<float>(random() % 8u) +
-                    (near || k != 0 ? 0.0f : 20.0f * static_cast<float>(v / 3)));
-    f.at.push_back(x);
-  }
-  return f;
-}
-
-struct Found {
-  std::vector<Contact> contacts;
-  std::uint64_t hash = 0;
-
-  bool operator==(const Found& other) const {
-    return hash == other.hash && contacts.size() == other.contacts.size() &&
-           (contacts.empty() || std::memcmp(contacts.data(), other.contacts.data(),
-                                            contacts.size() * sizeof(Contact)) == 0);
-  }
-};
-
-Found found_by(Detector& detector, const Frames& frames, std::size_t step) {
-  const Span<const Contact> c = detector.detect(frames.positions(step), frames.positions(step + 1));
-  return {{c.begin(), c.end()}, detector.stats().hash};
-}
-
-DetectorOptions on(Backend backend) {
-  DetectorOptions options;
-  options.backend = backend;
-  return options;
-}
-
-std::vector<Found> truth_of(const Frames& frames) {
-  Detector cpu(on(Backend::cpu));
-  cpu.set_topology(frames.topology());
-  std::vector<Found> truth;
-  for (std::size_t s = 0; s < frames.steps(); ++s) truth.push_back(found_by(cpu, frames, s));
-  return truth;
-}
 
 // Frames in device memory, `extra` scalars longer per vertex, as Scalar.
 template <class Scalar>
@@ -257,36 +173,6 @@ void check_download(const Frames& frames, std::uint32_t hint) {
   report(good, frames.name + ", downloads, capacity " + std::to_string(hint));
 }
 
-// Some fields of the contacts, in arrays of their own.
-void check_columns(const Frames& frames) {
-  const std::vector<Found> truth = truth_of(frames);
-  bool good = true;
-  for (const std::uint32_t hint : {0u, 1u})
-    for (const std::uint32_t fields : {127u, 120u, 64u, 9u, 34u, 0u}) {
-      DetectorOptions options = on(Backend::cuda);
-      options.algorithm.tuning.capacity_hint = hint;
-      Detector detector(options);
-      detector.set_topology(frames.topology());
-      for (std::size_t s = 0; s < frames.steps(); ++s) {
-        const ContactColumns c =
-            detector.detect_columns(frames.positions(s), frames.positions(s + 1), fields);
-        const std::vector<Contact>& all = truth[s].contacts;
-        good = good && c.count == all.size() && detector.stats().hash == truth[s].hash &&
-               detector.stats().backend == "cuda";
-        for (std::size_t i = 0; good && i < all.size(); ++i)
-          good = (c.kind.empty() || c.kind[i] == all[i].kind) &&
-                 (c.bodies.empty() || c.bodies[i][1] == all[i].body_b) &&
-                 (c.primitives.empty() || c.primitives[i][1] == all[i].primitive_b) &&
-                 (c.vertices.empty() || c.vertices[i] == all[i].vertices) &&
-                 (c.point.empty() || c.point[i][1] == all[i].v) &&
-                 (c.normal.empty() || c.normal[i] == all[i].normal) &&
-                 (c.toi.empty() || c.toi[i] == all[i].toi);
-        if (s % 2 == 1) good = good && found_by(detector, frames, s) == truth[s];
-      }
-    }
-  report(good, frames.name + ", some fields of the contacts");
-}
-
 void check_mask(const Frames& frames, std::int32_t count, DetectorOptions options,
                 const std::string& what) {
   const std::vector<Found> truth = truth_of(frames);
@@ -332,31 +218,6 @@ void check_mask(const Frames& frames, std::int32_t count, DetectorOptions option
     good = good && read(detector.synchronize(), status) == truth[s];
   }
   report(good, frames.name + " with a mask of worlds, " + what);
-}
-
-// A step that needs the exact stage after steps that did not.
-void check_late_exact() {
-  std::vector<bool> exact(26, false);
-  for (const int s : {0, 1, 12, 24, 25}) exact[static_cast<std::size_t>(s)] = true;
-  for (const std::int32_t count : {60, 200}) {
-    const Frames frames = lattice(count, exact);
-    const std::vector<Found> truth = truth_of(frames);
-    for (const std::uint32_t hint : {0u, 1u}) {
-      DetectorOptions options = on(Backend::cuda);
-      options.algorithm.tuning.capacity_hint = hint;
-      Detector detector(options);
-      detector.set_topology(frames.topology());
-      bool good = true;
-      std::int64_t queries = 0;
-      for (std::size_t s = 0; s < frames.steps(); ++s) {
-        good = good && found_by(detector, frames, s) == truth[s];
-        queries += detector.stats().exact_tests;
-      }
-      report(good && queries > 0 && detector.status() == "cuda",
-             frames.name + ", the exact stage in some steps only, capacity " +
-                 std::to_string(hint) + ": " + std::to_string(queries) + " queries");
-    }
-  }
 }
 
 void check_short_memory(const Frames& frames) {
@@ -607,9 +468,6 @@ int main(int argc, char** argv) {
     check_too_large(few);
     check_automatic(many);
     if (!small) check_mask(many, 300, {}, "many worlds");
-    if (!small) check_late_exact();
-    for (const Frames* frames : {&few, &many, &exact})
-      if (!small || frames != &many) check_columns(*frames);
     for (const std::uint32_t hint : {0u, 1u}) {
       check_download(few, hint);
       check_download(exact, hint);

@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Runs all checks and timings of the CUDA backend on a machine with a GPU. It builds nothing. FOLDER
 # holds the programs check_traversal, check_topology, check_hierarchy, check_worlds, check_device,
-# check_detector, check_scenes and lazyccd (and lazyccd_double), linked with the static CUDA runtime, and may hold frame pairs *0.ply
-# and *1.ply and, in lib/, Bullet's shared libraries.
+# check_host, check_detector, check_scenes and lazyccd (and lazyccd_double), linked with the static
+# CUDA runtime. It may hold frame pairs *0.ply and *1.ply and, in lib/, Bullet's shared libraries.
 #
 #   bash tests/gpu/run.sh FOLDER [OUT]     # tables and logs go to OUT (default: FOLDER/out)
 #
@@ -37,6 +37,7 @@ part topology 200 "$folder/check_topology" --large
 part hierarchy 300 "$folder/check_hierarchy" --large
 part worlds 200 "$folder/check_worlds"
 part device 200 "$folder/check_device"
+part host 200 "$folder/check_host"
 part detector 300 "$folder/check_detector" --repeat "${REPEAT:-3}" "${frames[@]}"
 
 # Checks every scene of the library: both backends find the same contacts in each step. Runs several
@@ -84,6 +85,7 @@ if [ -n "${SANITIZE:-}" ]; then
   for tool in memcheck racecheck initcheck synccheck; do
     part "sanitizer-$tool" 120 compute-sanitizer --tool $tool "$folder/check_detector" --small
     part "sanitizer-device-$tool" 200 compute-sanitizer --tool $tool "$folder/check_device" --small
+    part "sanitizer-host-$tool" 120 compute-sanitizer --tool $tool "$folder/check_host" --small
     part "sanitizer-topology-$tool" 120 compute-sanitizer --tool $tool "$folder/check_topology" --small
     part "sanitizer-hierarchy-$tool" 120 compute-sanitizer --tool $tool "$folder/check_hierarchy" --small
   done

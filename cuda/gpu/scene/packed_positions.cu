@@ -3,14 +3,21 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cstring>
+#include <type_traits>
+#include <utility>
 
 #include "gpu/device/kernel_chain.cuh"
+#include "simd/stream_copy.h"
 
 namespace lazyccd::gpu {
 namespace {
 
-constexpr std::size_t kGrain = 8192;      // vertices that a worker takes at a time
-constexpr std::size_t kPiece = 1u << 18;  // vertices that are copied to the device at a time
+constexpr std::size_t kGrain = 8192;         // vertices that a worker takes at a time
+constexpr std::size_t kPiece = 1u << 18;     // vertices that are copied to the device at a time
+constexpr std::size_t kStreamed = 1u << 18;  // from so many vertices on, copies go past the caches
+constexpr std::size_t kBlock = 256;          // vertices that are converted at a time then
+constexpr std::size_t kSamples = 64;         // vertices that show whether a start is the last end
 
 // Calls body(x, i) for the vertices [first, last). x points to its three scalars as they are
 // stored; i is the index of the first one among all scalars. Returns false if any call returned
@@ -27,28 +34,46 @@ bool for_each_vertex(const Positions& positions, std::size_t first, std::size_t 
   return positions.is_double() ? walk(double{}) : walk(float{});
 }
 
-// Converts positions to Scalar. Returns whether Scalar holds all of them exactly. NaN is not equal
-// to itself, so it counts as inexact; the device finds it later.
+// Converts positions to Scalar. Returns whether Scalar holds all of them exactly, as double always
+// does. NaN counts as not exact in float; the device finds it later.
 template <class Scalar>
-bool copy(const Positions& positions, std::size_t first, std::size_t last, Scalar* out) {
-  return for_each_vertex(positions, first, last, [out](const auto* x, std::size_t i) {
+bool convert(const Positions& positions, std::size_t first, std::size_t last, Scalar* out) {
+  return for_each_vertex(positions, first, last, [&](const auto* x, std::size_t i) {
     bool exact = true;
     for (int k = 0; k < 3; ++k) {
-      out[i + k] = static_cast<Scalar>(x[k]);
-      exact &= static_cast<std::decay_t<decltype(x[k])>>(out[i + k]) == x[k];
+      const auto value = static_cast<Scalar>(x[k]);
+      out[i - 3 * first + k] = value;
+      if constexpr (std::is_same_v<Scalar, float>)
+        exact &= static_cast<std::decay_t<decltype(x[k])>>(value) == x[k];
     }
     return exact;
   });
 }
 
-// Returns whether positions equal the packed array `other`.
+// The same to the packed array `out`, which the device reads next. Large arrays go past the caches.
+template <class Scalar>
+bool copy(const Positions& positions, std::size_t first, std::size_t last, Scalar* out) {
+  if (positions.count() < kStreamed) return convert(positions, first, last, out + 3 * first);
+  bool exact = true;
+  Scalar block[3 * kBlock];
+  for (std::size_t v = first; v < last; v += kBlock) {
+    const std::size_t end = std::min(v + kBlock, last);
+    exact &= convert(positions, v, end, block);
+    stream_copy(out + 3 * v, block, 3 * (end - v) * sizeof(Scalar));
+  }
+  finish_stream_copies();
+  return exact;
+}
+
+// Returns whether positions equal the packed array `other` in all bits, so also in the signs of
+// zeros.
 template <class Scalar>
 bool same(const Positions& positions, std::size_t first, std::size_t last, const Scalar* other) {
   return for_each_vertex(positions, first, last, [other](const auto* x, std::size_t i) {
-    bool equal = true;
-    for (int k = 0; k < 3; ++k)
-      equal &= static_cast<std::decay_t<decltype(x[k])>>(other[i + k]) == x[k];
-    return equal;
+    using Given = std::decay_t<decltype(*x)>;
+    const Given y[3] = {static_cast<Given>(other[i]), static_cast<Given>(other[i + 1]),
+                        static_cast<Given>(other[i + 2])};
+    return std::memcmp(x, y, sizeof(y)) == 0;
   });
 }
 
@@ -122,16 +147,30 @@ void PackedPositions::reserve(std::size_t values) {
 }
 
 template <class Scalar>
+bool PackedPositions::follows(const Positions& start, const PinnedBuffer<Scalar>& last_end,
+                              ThreadPool& pool) {
+  const std::size_t count = start.count();
+  const auto is_same = [&](std::size_t first, std::size_t last) {
+    return same(start, first, last, last_end.data());
+  };
+  const std::size_t distance = std::max<std::size_t>(count / kSamples, 1);
+  for (std::size_t v = 0; v < count; v += distance)
+    if (!is_same(v, v + 1)) return false;
+  if (!was_mistaken_) return true;
+  was_mistaken_ = !all_of(0, count, pool, is_same);
+  return !was_mistaken_;
+}
+
+template <class Scalar>
 bool PackedPositions::upload_as(const Positions& start, const Positions& end,
                                 PinnedBuffer<Scalar>& from, PinnedBuffer<Scalar>& to,
                                 ThreadPool& pool, cudaStream_t stream) {
   const std::size_t count = start.count();
   from.reserve(3 * count);
   to.reserve(3 * count);
-  // If the scene was moved, the first vertex usually shows it.
-  if (resident_ && count != 0) resident_ = same(start, 0, 1, to.data());
-  if (resident_) {
-    from.swap(to);  // the last end, from which start is not expected to differ
+  is_assumed_ = resident_ && follows(start, to, pool);
+  if (is_assumed_) {
+    from.swap(to);
     LAZYCCD_CUDA_CHECK(cudaMemcpyAsync(start_.data(), end_.data(), 3 * count * sizeof(Scalar),
                                        cudaMemcpyDeviceToDevice, stream));
   }
@@ -141,24 +180,16 @@ bool PackedPositions::upload_as(const Positions& start, const Positions& end,
                                        host.data() + 3 * first, 3 * (last - first) * sizeof(Scalar),
                                        cudaMemcpyHostToDevice, stream));
   };
-  std::atomic<bool> is_resident{resident_};
   for (std::size_t first = 0; first < count; first += kPiece) {
     const std::size_t last = std::min(first + kPiece, count);
     if (!all_of(first, last, pool, [&](std::size_t a, std::size_t b) {
-          if (resident_ && !same(start, a, b, from.data()))
-            is_resident.store(false, std::memory_order_relaxed);
-          const bool exact_start = resident_ || copy(start, a, b, from.data());
+          const bool exact_start = is_assumed_ || copy(start, a, b, from.data());
           return copy(end, a, b, to.data()) && exact_start;
         }))
       return false;
-    if (!resident_) send(start_, from, first, last);
+    if (!is_assumed_) send(start_, from, first, last);
     send(end_, to, first, last);
   }
-  if (!resident_ || is_resident.load(std::memory_order_relaxed)) return true;
-  if (!all_of(0, count, pool,
-              [&](std::size_t a, std::size_t b) { return copy(start, a, b, from.data()); }))
-    return false;
-  send(start_, from, 0, count);
   return true;
 }
 
@@ -172,6 +203,19 @@ void PackedPositions::upload(const Positions& start, const Positions& end, Threa
   }
   if (is_double_) upload_as(start, end, from_double_, to_double_, pool, stream);
   resident_ = true;
+}
+
+bool PackedPositions::confirm_start(const Positions& start, ThreadPool& pool, cudaStream_t stream) {
+  if (!std::exchange(is_assumed_, false)) return true;
+  if (all_of(0, start.count(), pool, [&](std::size_t first, std::size_t last) {
+        return is_double_ ? same(start, first, last, from_double_.data())
+                          : same(start, first, last, from_float_.data());
+      }))
+    return true;
+  was_mistaken_ = true;
+  resident_ = false;
+  LAZYCCD_CUDA_CHECK(cudaStreamSynchronize(stream));
+  return false;
 }
 
 }  // namespace lazyccd::gpu
