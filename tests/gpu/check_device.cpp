@@ -29,6 +29,13 @@ namespace {
 
 using namespace lazyccd;
 
+// Copies to the device and waits. Ordinary host memory may otherwise be on its way still when a
+// stream that does not wait for the default stream reads the copy.
+void copy_to_device(void* to, const void* from, std::size_t bytes) {
+  LAZYCCD_CUDA_CHECK(cudaMemcpy(to, from, bytes, cudaMemcpyHostToDevice));
+  LAZYCCD_CUDA_CHECK(cudaStreamSynchronize(cudaStreamLegacy));
+}
+
 // Frames in device memory, `extra` scalars longer per vertex, as Scalar.
 template <class Scalar>
 struct OnDevice {
@@ -41,8 +48,7 @@ struct OnDevice {
       for (std::size_t v = 0; v < count; ++v)
         for (std::size_t k = 0; k < 3; ++k) wide[v * width + k] = x[3 * v + k];
       frames.emplace_back(wide.size());
-      LAZYCCD_CUDA_CHECK(cudaMemcpy(frames.back().data(), wide.data(), frames.back().bytes(),
-                                    cudaMemcpyHostToDevice));
+      copy_to_device(frames.back().data(), wide.data(), frames.back().bytes());
     }
   }
   DevicePositions positions(std::size_t f) const {
@@ -187,8 +193,7 @@ void check_mask(const Frames& frames, std::int32_t count, DetectorOptions option
     std::vector<std::uint8_t> chosen;
     for (std::int32_t w = 0; w < count; ++w)
       chosen.push_back((static_cast<std::size_t>(w) + s) % 3 != 0);
-    LAZYCCD_CUDA_CHECK(
-        cudaMemcpy(mask.data(), chosen.data(), mask.bytes(), cudaMemcpyHostToDevice));
+    copy_to_device(mask.data(), chosen.data(), mask.bytes());
     Found wanted;
     for (const Contact& c : truth[s].contacts) {
       const std::int32_t w = std::max(frames.bodies[c.body_a].world, frames.bodies[c.body_b].world);
@@ -211,7 +216,8 @@ void check_mask(const Frames& frames, std::int32_t count, DetectorOptions option
     detector.detect_async(bad_memory.positions(0), bad_memory.positions(1), stream, mask.data());
     good = good && read(detector.synchronize(), status) == wanted && status.incomplete == 0;
     // No world at all, and all of them again.
-    LAZYCCD_CUDA_CHECK(cudaMemset(mask.data(), 0, mask.bytes()));
+    const std::vector<std::uint8_t> none(chosen.size());
+    copy_to_device(mask.data(), none.data(), mask.bytes());
     detector.detect_async(device.positions(s), device.positions(s + 1), stream, mask.data());
     good = good && read(detector.synchronize(), status).contacts.empty();
     detector.detect_async(device.positions(s), device.positions(s + 1), stream);

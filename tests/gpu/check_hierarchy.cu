@@ -53,8 +53,7 @@ struct Built {
     if (groups.empty()) return;
     const gpu::DeviceGroup& last = groups.back();
     names = download<gpu::PrimitiveNames>(
-        view.groups.names, static_cast<std::size_t>(last.first_name()) +
-                               static_cast<std::size_t>(last.blocks()) * gpu::kLanes);
+        view.groups.names, static_cast<std::size_t>(last.first_place + last.places()));
   }
 };
 
@@ -65,11 +64,11 @@ std::string difference(const Built& a, const Built& b) {
     return "the number of groups or blocks";
   for (std::size_t g = 0; g < a.groups.size(); ++g) {
     const gpu::DeviceGroup &x = a.groups[g], &y = b.groups[g];
-    if (x.body != y.body || x.first_block != y.first_block ||
+    if (x.body != y.body || x.first_place != y.first_place ||
         !std::equal(x.count, x.count + 3, y.count) || x.pinned != y.pinned ||
         x.meets_own_body != y.meets_own_body)
       return at("group ", g);
-    const std::size_t first = static_cast<std::size_t>(x.first_name());
+    const std::size_t first = static_cast<std::size_t>(x.first_place);
     if (std::memcmp(&a.names[first], &b.names[first],
                     static_cast<std::size_t>(x.total()) * sizeof(gpu::PrimitiveNames)) != 0)
       return at("a primitive of group ", g);

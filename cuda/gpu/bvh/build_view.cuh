@@ -28,8 +28,8 @@ struct BuildView {
   std::uint32_t* first_of_vertex;  // place in `order` of the first cell that contains it
   std::uint32_t* first_of_edge;
   OwnedContents* owned;        // by place in `order`
-  std::int32_t* block_counts;  // by group
-  std::int32_t* first_blocks;  // by group: sum of block_counts before it
+  std::int32_t* place_counts;  // by group
+  std::int32_t* first_places;  // by group: sum of place_counts before it
   std::uint64_t* leaf_codes;   // by group; then sorted
   std::int32_t* leaf_groups;   // the groups of leaf_codes
   InnerNode* inner;

@@ -41,8 +41,8 @@ void HierarchyBuilder::lay_out(Carver carver) {
   view_.first_of_vertex = carver.take<std::uint32_t>(static_cast<std::size_t>(view_.vertex_count));
   view_.first_of_edge = carver.take<std::uint32_t>(edge_count_);
   view_.owned = carver.take<OwnedContents>(cells);
-  view_.block_counts = carver.take<std::int32_t>(groups);
-  view_.first_blocks = carver.take<std::int32_t>(groups);
+  view_.place_counts = carver.take<std::int32_t>(groups);
+  view_.first_places = carver.take<std::int32_t>(groups);
   view_.inner = carver.take<InnerNode>(groups);
   view_.links = carver.take<ParentLink>(groups);
   space_ = carver.take<char>(space_size_);
@@ -190,8 +190,8 @@ void HierarchyBuilder::enqueue_as(const Scalar* start, cudaStream_t stream) {
   count_contents<<<blocks, kBlock, 0, stream>>>(view_, start);
   LAZYCCD_CUDA_CHECK(cudaGetLastError());
   std::size_t size = space_size_;
-  LAZYCCD_CUDA_CHECK(cub::DeviceScan::ExclusiveSum(space_, size, view_.block_counts,
-                                                   view_.first_blocks, view_.group_count, stream));
+  LAZYCCD_CUDA_CHECK(cub::DeviceScan::ExclusiveSum(space_, size, view_.place_counts,
+                                                   view_.first_places, view_.group_count, stream));
   name_contents<<<blocks, kBlock, 0, stream>>>(view_);
   LAZYCCD_CUDA_CHECK(cudaGetLastError());
   sort_leaves(stream);

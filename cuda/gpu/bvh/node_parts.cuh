@@ -24,7 +24,7 @@ __device__ inline void for_each_cell(const GroupView& view, std::int32_t g, int 
   const DeviceGroup group = load_wide(view.groups + g);
   const int skipped = group.count[kVertices] + (group.count[kFaces] != 0 ? group.count[kEdges] : 0);
   for (int i = skipped + lane; i < group.total(); i += lanes)
-    f(load_wide(view.names + group.first_name() + i));
+    f(load_wide(view.names + group.first_place + i));
 }
 
 }  // namespace lazyccd::gpu

@@ -101,12 +101,12 @@ __global__ void count_contents(BuildView view, const Scalar* start) {
   group.pinned = pinned;
   group.meets_own_body = view.bodies[segment.body].self_collision;
   view.groups[lanes.group] = group;
-  view.block_counts[lanes.group] = group.blocks();
+  view.place_counts[lanes.group] = group.places();
   view.leaf_codes[lanes.group] = box.centre_code(morton_frame(view));
   view.leaf_groups[lanes.group] = lanes.group;
 }
 
-/// Names the primitives of the groups, once first_blocks is known. Half of a warp per group.
+/// Names the primitives of the groups, once first_places is known. Half of a warp per group.
 __global__ void name_contents(BuildView view) {
   const std::int32_t thread = static_cast<std::int32_t>(blockIdx.x * blockDim.x + threadIdx.x);
   const GroupLanes lanes(thread);
@@ -119,14 +119,14 @@ __global__ void name_contents(BuildView view) {
   const OwnedContents owned = has_cell ? view.owned[place] : OwnedContents{0, 0};
   int vertex_at = lanes.sum_before(__popc(owned.vertices));
   int edge_at = lanes.sum_before(__popc(owned.edges));
-  const std::int32_t first_block = view.first_blocks[lanes.group];
+  const std::int32_t first_place = view.first_places[lanes.group];
   DeviceGroup& group = view.groups[lanes.group];
-  if (lanes.lane == 0) group.first_block = first_block;
+  if (lanes.lane == 0) group.first_place = first_place;
   if (!has_cell) return;
   edge_at += group.count[kVertices];
   const int face_at = group.count[kVertices] + group.count[kEdges] + lanes.lane;
   const auto name = [&](int at, const PrimitiveNames& names) {
-    view.names[first_block * kLanes + at] = names;
+    view.names[first_place + at] = names;
   };
   const std::int32_t primitive = view.order[place];
   const CellContents cell(view.contents, is_face, primitive);

@@ -107,42 +107,55 @@ __device__ inline SweptBox leaf_box(const SceneView& scene, std::int32_t slot) {
   return box;
 }
 
+/// The extents of a primitive, grown by `margin`. Each of its vertices is added to the extents
+/// along the diagonals too, if they are given.
+template <class Record, class Scalar>
+__device__ inline void primitive_extents(const PositionView<Scalar>& positions,
+                                         const PrimitiveNames& names, double margin,
+                                         AxisExtent (&own)[kSides],
+                                         AxisExtent (*diagonals)[kDiagonals]) {
+  for (auto& e : own) e = empty_extent();
+  for (int k = 0; k < 3; ++k) {
+    if (names.vertex[k] < 0) break;
+    const Record v = load_record<Record>(positions, names.vertex[k]);
+    AxisExtent at[kSides];
+    side_extents(v, at);
+    for (int axis = 0; axis < kSides; ++axis) unite(own[axis], at[axis]);
+    if (diagonals != nullptr) unite_diagonals(*diagonals, v);
+  }
+  if (margin > 0)
+    for (auto& e : own) grow(e, margin);
+}
+
 /// Refits the boxes of a group and of its primitives, by one warp. Returns the group's swept box in
-/// all lanes.
+/// all lanes. The primitives are visited twice, because their boxes are stored relative to the
+/// group's.
 template <class Record, class Scalar>
 __device__ inline SweptBox refit_group(const SceneView& scene,
                                        const PositionView<Scalar>& positions, std::int32_t g,
                                        int lane) {
   const DeviceGroup group = load_wide(scene.groups.groups + g);
-  AxisExtent sides[kSides], diagonals[kDiagonals];
+  const PrimitiveNames* const names = scene.groups.names + group.first_place;
+  const double margin = separation_margin(scene.separation);
+  AxisExtent sides[kSides], diagonals[kDiagonals], own[kSides];
   for (auto& e : sides) e = empty_extent();
   for (auto& e : diagonals) e = empty_extent();
   for (int i = lane; i < group.total(); i += kWarp) {
-    BoxBlock& block = scene.groups.boxes[group.first_block + i / kLanes];
-    const PrimitiveNames names = load_wide(scene.groups.names + group.first_name() + i);
-    AxisExtent own[kSides];
-    for (auto& e : own) e = empty_extent();
-    for (int k = 0; k < 3; ++k) {
-      if (names.vertex[k] < 0) break;
-      const Record v = load_record<Record>(positions, names.vertex[k]);
-      AxisExtent at[kSides];
-      side_extents(v, at);
-      for (int axis = 0; axis < kSides; ++axis) unite(own[axis], at[axis]);
-      unite_diagonals(diagonals, v);
-    }
-    const double margin = separation_margin(scene.separation);
-    for (int axis = 0; axis < kSides; ++axis) {
-      if (margin > 0) grow(own[axis], margin);
-      block.axis[axis][i % kLanes] = own[axis];
-      unite(sides[axis], own[axis]);
-    }
+    primitive_extents<Record>(positions, load_wide(names + i), margin, own, nullptr);
+    for (int axis = 0; axis < kSides; ++axis) unite(sides[axis], own[axis]);
+  }
+  for (auto& e : sides) e = united_over_warp(e);
+  const GroupFrame frame = GroupFrame::around(sides);
+  for (int i = lane; i < group.total(); i += kWarp) {
+    primitive_extents<Record>(positions, load_wide(names + i), margin, own, &diagonals);
+    scene.groups.boxes.store(group.first_place + i, HalfBox::in_frame(own, frame));
   }
   // Nothing overlaps an empty box.
   const bool active = scene.detects(group.body);
   AxisExtent mine = empty_extent();
   SweptBox box;
   for (int k = 0; k < kAxes; ++k) {
-    AxisExtent e = united_over_warp(k < kSides ? sides[k] : diagonals[k - kSides]);
+    AxisExtent e = k < kSides ? sides[k] : united_over_warp(diagonals[k - kSides]);
     if (scene.separation > 0 && k >= kSides)
       grow(e, __dmul_ru(separation_margin(scene.separation), 1.4142135623731));
     if (!active) e = empty_extent();
@@ -151,7 +164,9 @@ __device__ inline SweptBox refit_group(const SceneView& scene,
     box.lo[k] = fminf(e.lo0, e.lo1);
     box.hi[k] = fmaxf(e.hi0, e.hi1);
   }
-  if (lane < kAxes) scene.groups.bounds[g].axis[lane] = mine;
+  GroupBounds& bounds = scene.groups.bounds[g];
+  if (lane < kAxes) bounds.axis[lane] = mine;
+  if (lane == kAxes) bounds.frame = frame;
   return box;
 }
 

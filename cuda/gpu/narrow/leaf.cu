@@ -22,8 +22,9 @@ void enqueue_leaf(const SceneView& scene, const LeafPairs& pairs, bool vertex_fa
                                                         : kernel<DoubleRecord, false>(culls))
                                       : (has_separation ? kernel<FloatRecord, true>(culls)
                                                         : kernel<FloatRecord, false>(culls));
-  launch_behind(chosen, kLeafBlocks * multiprocessors(), kLeafWarps * kWarp, 0, stream, scene,
-                pairs, vertex_face, edge_edge, lists, culling);
+  const int blocks = scene.is_double ? kLeafBlocks<DoubleRecord> : kLeafBlocks<FloatRecord>;
+  launch_behind(chosen, static_cast<std::uint32_t>(blocks) * multiprocessors(), kLeafWarps * kWarp,
+                0, stream, scene, pairs, vertex_face, edge_edge, lists, culling);
 }
 
 }  // namespace lazyccd::gpu

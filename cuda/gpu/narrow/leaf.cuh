@@ -3,6 +3,8 @@
 // touch, 32 candidates at a time, and never writes an unfiltered candidate to memory.
 #pragma once
 
+#include <type_traits>
+
 #include "core/bvh/node_pair.h"
 #include "core/narrow/separation.h"
 #include "gpu/narrow/query.cuh"
@@ -13,7 +15,9 @@ namespace lazyccd::gpu {
 
 constexpr int kMaxPrimitives = 2 * 48 + kGroupCells;  // vertices, edges and faces of a group
 constexpr int kLeafWarps = 4;                         // per block
-constexpr int kLeafBlocks = 6;                        // per multiprocessor: 80 registers per thread
+// Blocks per multiprocessor: 72 registers per thread, 80 in double precision.
+template <class Record>
+constexpr int kLeafBlocks = std::is_same_v<Record, FloatRecord> ? 7 : 6;
 
 /// Shared memory of one warp.
 struct LeafScratch {
@@ -21,37 +25,16 @@ struct LeafScratch {
   Candidate queue[2][2 * kWarp];
   std::int32_t listed[2][kMaxPrimitives];  // groups a, b: places of primitives near the other group
   int2 edge_vertices[2][48];               // of the listed edges
+  // Of the listed primitives of group b: their boxes in the frame of group a, flipped.
+  uint4 boxes_xy[kMaxPrimitives];
+  uint2 boxes_z[kMaxPrimitives];
+
+  __device__ BoxArrays boxes() { return {boxes_xy, boxes_z}; }
 };
 
-/// The place of primitive i of a group, counted in extents over all blocks. Its extents along the
-/// axes 0, 1, 2 are kLanes apart.
-__device__ inline int place_of(const DeviceGroup& group, int i) {
-  return group.first_block * (kSides * kLanes) + i + (kSides - 1) * (i & ~(kLanes - 1));
-}
-__device__ inline AxisExtent extent_at(const GroupView& view, int place, int axis) {
-  return load_wide(&view.boxes->axis[0][0] + place + axis * kLanes);
-}
 __device__ inline PrimitiveNames names_at(const GroupView& view, int place) {
-  const auto block = static_cast<unsigned>(place) / (kSides * kLanes);
-  return load_wide(view.names + place - (kSides - 1) * kLanes * static_cast<int>(block));
+  return load_wide(view.names + place);
 }
-
-/// The extents of a primitive or a group, kept in registers for comparison with many others.
-struct Extents {
-  AxisExtent axis[kSides];
-
-  __device__ Extents(const GroupView& view, int place) {
-    for (int k = 0; k < kSides; ++k) axis[k] = extent_at(view, place, k);
-  }
-  __device__ explicit Extents(const GroupBounds& bounds) {
-    for (int k = 0; k < kSides; ++k) axis[k] = load_wide(bounds.axis + k);
-  }
-  __device__ bool apart(const Extents& other) const {
-    int sign = 0;
-    for (int k = 0; k < kSides; ++k) sign |= apart_sign(axis[k], other.axis[k]);
-    return sign < 0;
-  }
-};
 
 /// The listed primitives of one group of a pair: their places, sorted by kind.
 struct LeafSide {
@@ -61,36 +44,37 @@ struct LeafSide {
 
   __device__ LeafSide(LeafScratch& scratch, int side)
       : listed(scratch.listed[side]), edge_vertices(scratch.edge_vertices[side]) {}
-  /// Returns the listed primitives of one kind, count[kind] of them.
-  __device__ const std::int32_t* list(int kind) const {
-    return listed + (kind > kVertices ? count[kVertices] : 0) + (kind > kEdges ? count[kEdges] : 0);
+  /// Returns the index of the first listed primitive of one kind. There are count[kind] of them.
+  __device__ int first(int kind) const {
+    return (kind > kVertices ? count[kVertices] : 0) + (kind > kEdges ? count[kEdges] : 0);
   }
-  __device__ bool empty() const { return (count[kVertices] | count[kEdges] | count[kFaces]) == 0; }
+  __device__ int total() const { return count[kVertices] + count[kEdges] + count[kFaces]; }
 
   /// Lists the primitives that come near a group with these bounds.
   __device__ void list_near(const GroupView& view, const DeviceGroup& group,
-                            const GroupBounds& bounds, int lane) {
-    const Extents other(bounds);
+                            const GroupFrame& frame, const GroupBounds& bounds, int lane) {
+    const HalfBox other = HalfBox::flipped_in_frame(bounds.axis, frame, lane);
     const int vertices = group.count[kVertices], edges = vertices + group.count[kEdges];
     const int total = edges + group.count[kFaces];
     int before = 0;
     // Two rounds at a time, so that their loads overlap. The last round may read beyond the group.
-    static_assert(2 * kWarp <= kReadBeyond * kLanes);
+    static_assert(2 * kWarp <= kReadBeyond);
     for (int base = 0; base < total; base += 2 * kWarp) {
       const int i[2] = {base + lane, base + kWarp + lane};
-      const int place[2] = {place_of(group, i[0]), place_of(group, i[1])};
-      const Extents extents[2] = {Extents(view, place[0]), Extents(view, place[1])};
+      const HalfBox boxes[2] = {view.boxes.load(group.first_place + i[0]),
+                                view.boxes.load(group.first_place + i[1])};
       for (int round = 0; round < 2; ++round) {
-        const bool near = !other.apart(extents[round]) && i[round] < total;
+        const bool near = !boxes[round].apart(other) && i[round] < total;
         const unsigned mask = __ballot_sync(kAllLanes, near);
         const int slot = before + __popc(mask & lanes_below(lane));
         before += __popc(mask);
         count[kVertices] += __popc(__ballot_sync(kAllLanes, near && i[round] < vertices));
         count[kFaces] += __popc(__ballot_sync(kAllLanes, near && i[round] >= edges));
         if (near) {
-          listed[slot] = place[round];
+          const int place = group.first_place + i[round];
+          listed[slot] = place;
           if (i[round] >= vertices && i[round] < edges) {
-            const PrimitiveNames names = names_at(view, place[round]);
+            const PrimitiveNames names = names_at(view, place);
             edge_vertices[slot - count[kVertices]] = {names.vertex[0], names.vertex[1]};
           }
         }
@@ -179,32 +163,36 @@ struct LeafWarp {
   __device__ void edges_edges(const LeafSide& a, const LeafSide& b, bool self) {
     const int na = a.count[kEdges], nb = b.count[kEdges];
     const int total = self ? na * (na - 1) / 2 : na * nb;
-    const std::int32_t *list_a = a.list(kEdges), *list_b = b.list(kEdges);
+    const int first_a = a.first(kEdges), first_b = b.first(kEdges);
     const unsigned inverse_nb = inverse(nb);
     for (int base = 0; base < total; base += kWarp) {
       const int p = min(base + lane, total - 1), row = divided(p, inverse_nb),
                 column = p - row * nb;
       const int beyond = column + row + 1;
       const int i = self ? column : row, j = !self ? column : beyond < nb ? beyond : beyond - nb;
-      const int place_a = list_a[i], place_b = list_b[j];
+      const int place_a = a.listed[first_a + i], place_b = b.listed[first_b + j];
       const int2 x = a.edge_vertices[i], y = b.edge_vertices[j];
       const bool disjoint = (x.x != y.x) & (x.x != y.y) & (x.y != y.x) & (x.y != y.y);
-      const bool wanted = !Extents(scene.groups, place_a).apart(Extents(scene.groups, place_b)) &&
-                          disjoint && base + lane < total;
+      const bool wanted =
+          !scene.groups.boxes.load(place_a).apart(scratch.boxes().load(first_b + j)) && disjoint &&
+          base + lane < total;
       const Candidate c{place_a, place_b};
       push<ContactKind::edge_edge>(wanted, c);
     }
   }
 
-  /// Tests the listed vertices of one group against the listed faces of another.
-  __device__ void vertices_faces(const LeafSide& a, const LeafSide& b) {
+  /// Tests the listed vertices of one group against the listed faces of another. kept: the boxes of
+  /// the faces are in the frame of the other group; otherwise those of the vertices are.
+  __device__ void vertices_faces(const LeafSide& a, const LeafSide& b, bool faces_kept) {
     const int faces = b.count[kFaces], total = a.count[kVertices] * faces;
-    const std::int32_t *list_a = a.list(kVertices), *list_b = b.list(kFaces);
+    const int first_a = a.first(kVertices), first_b = b.first(kFaces);
     const unsigned inverse_faces = inverse(faces);
     for (int base = 0; base < total; base += kWarp) {
       const int p = min(base + lane, total - 1), row = divided(p, inverse_faces);
-      const int place_a = list_a[row], place_b = list_b[p - row * faces];
-      bool wanted = !Extents(scene.groups, place_a).apart(Extents(scene.groups, place_b)) &&
+      const int slot_a = first_a + row, slot_b = first_b + p - row * faces;
+      const int place_a = a.listed[slot_a], place_b = b.listed[slot_b];
+      const HalfBox other = scratch.boxes().load(faces_kept ? slot_b : slot_a);
+      bool wanted = !scene.groups.boxes.load(faces_kept ? place_a : place_b).apart(other) &&
                     base + lane < total;
       if (wanted) {
         const std::int32_t v = names_at(scene.groups, place_a).id;
@@ -222,12 +210,19 @@ struct LeafWarp {
     const DeviceGroup group_a = load_wide(view.groups + pair.a),
                       group_b = load_wide(view.groups + pair.b);
     LeafSide a(scratch, 0), b(scratch, 1);
-    a.list_near(view, group_a, view.bounds[pair.b], lane);
-    if (!a.empty()) {
-      b.list_near(view, group_b, view.bounds[pair.a], lane);
+    const GroupBounds &bounds_a = view.bounds[pair.a], &bounds_b = view.bounds[pair.b];
+    const GroupFrame frame_a = load_wide(&bounds_a.frame);
+    a.list_near(view, group_a, frame_a, bounds_b, lane);
+    if (a.total() != 0) {
+      const GroupFrame frame_b = load_wide(&bounds_b.frame);
+      b.list_near(view, group_b, frame_b, bounds_a, lane);
+      const FrameChange to_a(frame_b, frame_a);
+      for (int slot = lane; slot < b.total(); slot += kWarp)
+        scratch.boxes().store(slot, to_a.flipped(view.boxes.load(b.listed[slot])));
+      __syncwarp();
       if (edge_edge) edges_edges(a, b, self);
       for (int way = 0; vertex_face && way < (self ? 1 : 2); ++way) {
-        vertices_faces(a, b);
+        vertices_faces(a, b, way == 0);
         swap(a, b);
       }
     }
@@ -243,7 +238,7 @@ struct LeafWarp {
 
 /// The leaf kernel. has_separation, culls: see LeafWarp.
 template <class Record, bool has_separation, bool culls>
-__global__ void __launch_bounds__(kLeafWarps* kWarp, kLeafBlocks)
+__global__ void __launch_bounds__(kLeafWarps* kWarp, kLeafBlocks<Record>)
     leaf_pairs(SceneView scene, LeafPairs pairs, bool vertex_face, bool edge_edge, StepLists lists,
                LeafCulling culling) {
   begin_kernel();

@@ -22,22 +22,24 @@ void DeviceScene::upload_mesh() {
 }
 
 char* DeviceScene::workspace(std::size_t bytes) {
-  reserve_boxes((bytes + sizeof(BoxBlock) - 1) / sizeof(BoxBlock));
+  reserve_boxes(bytes);
   return reinterpret_cast<char*>(boxes_.data());
 }
 
-void DeviceScene::reserve_boxes(std::size_t blocks) {
-  if (blocks <= boxes_.size()) return;
-  boxes_.reserve(blocks);
+void DeviceScene::reserve_boxes(std::size_t bytes) {
+  const std::size_t pieces = (bytes + sizeof(RecordPiece) - 1) / sizeof(RecordPiece);
+  if (pieces <= boxes_.size()) return;
+  boxes_.reserve(pieces);
   // The padding is read, though its values do not matter.
   LAZYCCD_CUDA_CHECK(cudaMemset(boxes_.data(), 0, boxes_.bytes()));
   // The memory is used on other streams, which do not wait for this one.
   LAZYCCD_CUDA_CHECK(cudaStreamSynchronize(cudaStreamLegacy));
 }
 
-void DeviceScene::reserve_blocks(std::size_t blocks) {
-  reserve_boxes(blocks + kReadBeyond);
-  names_.reserve(blocks * kLanes);
+void DeviceScene::reserve_places(std::size_t places) {
+  places_ = places + kReadBeyond;
+  reserve_boxes(places_ * BoxArrays::kBytes);
+  names_.reserve(places);
 }
 
 void DeviceScene::prepare() {
@@ -49,10 +51,10 @@ void DeviceScene::prepare() {
   nodes_.reserve(2 * groups - 1);
   bounds_.reserve(groups);
   runs_.reserve(groups / kRun + 1);
-  // Every primitive has one owner. A group's last block may have one used lane.
+  // Every primitive has one owner. The last places of a group may be unused.
   const std::size_t primitives =
       mesh_->vertex_count() + mesh_->edge_count() + mesh_->faces().size();
-  reserve_blocks((primitives + (kLanes - 1) * groups) / kLanes);
+  reserve_places(primitives + (kPlaceUnit - 1) * groups);
 }
 
 bool DeviceScene::reserve_records(bool is_double) {
@@ -89,7 +91,7 @@ void DeviceScene::upload_groups() {
   std::vector<PrimitiveNames> names;
   for (const Group& g : groups_.groups()) {
     DeviceGroup group{g.body,
-                      static_cast<std::int32_t>(names.size() / kLanes),
+                      static_cast<std::int32_t>(names.size()),
                       {},
                       g.pinned != 0,
                       mesh_->bodies()[static_cast<std::size_t>(g.body)].self_collision};
@@ -102,12 +104,17 @@ void DeviceScene::upload_groups() {
                          {block.vertex[0][lane], block.vertex[1][lane], block.vertex[2][lane]}});
       }
     }
-    names.resize((names.size() + kLanes - 1) / kLanes * kLanes);
+    names.resize((names.size() + kPlaceUnit - 1) / kPlaceUnit * kPlaceUnit);
     groups.push_back(group);
   }
-  reserve_blocks(names.size() / kLanes);
+  reserve_places(names.size());
   upload(device_groups_, groups.data(), groups.size());
   upload(names_, names.data(), names.size());
+}
+
+BoxArrays DeviceScene::box_arrays() {
+  auto* const xy = reinterpret_cast<uint4*>(boxes_.data());
+  return {xy, reinterpret_cast<uint2*>(xy + places_)};
 }
 
 SceneView DeviceScene::view(bool is_double) {
@@ -116,7 +123,7 @@ SceneView DeviceScene::view(bool is_double) {
   s.group_count = group_count();
   s.node_count = node_count();
   s.groups = {device_groups_.data(),
-              boxes_.data(),
+              box_arrays(),
               names_.data(),
               bounds_.data(),
               arrays_.bodies.data(),

@@ -61,8 +61,8 @@ class DeviceScene {
  private:
   void upload_mesh();
   void upload_groups();
-  void reserve_boxes(std::size_t blocks);
-  void reserve_blocks(std::size_t blocks);  // boxes and names
+  void reserve_boxes(std::size_t bytes);
+  void reserve_places(std::size_t places);  // boxes and names
 
   double separation_;
   const Mesh* mesh_ = nullptr;
@@ -75,12 +75,15 @@ class DeviceScene {
   DeviceBuffer<std::int32_t> leaf_order_;
   DeviceBuffer<int2> node_ranges_;
   DeviceBuffer<PrimitiveNames> names_;
+  BoxArrays box_arrays();
+
   // Recomputed in each step.
   struct alignas(16) RecordPiece {
     char bytes[16];
   };
   DeviceBuffer<RecordPiece> records_;  // of either precision
-  DeviceBuffer<BoxBlock> boxes_;
+  DeviceBuffer<RecordPiece> boxes_;
+  std::size_t places_ = 0;  // places that the boxes have room for
   DeviceBuffer<GroupBounds> bounds_;
   DeviceBuffer<SweptBox> runs_;
   DeviceBuffer<TreeNode> nodes_;

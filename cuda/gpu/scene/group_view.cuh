@@ -5,21 +5,18 @@
 #include <cstdint>
 
 #include "core/bvh/group.h"
+#include "gpu/scene/half_box.cuh"
 #include "lazyccd/scene.h"
 
 namespace lazyccd::gpu {
 
-/// An extent along one axis at the start (0) and at the end (1) of the step, rounded outward.
-struct alignas(16) AxisExtent {
-  float lo0, hi0, lo1, hi1;
-};
-
 /// Axes of a group's bounds: x, y, z and the face diagonals x+y, x-y, x+z, x-z, y+z, y-z.
-constexpr int kSides = 3, kDiagonals = 6, kAxes = kSides + kDiagonals;
+constexpr int kDiagonals = 6, kAxes = kSides + kDiagonals;
 /// The bounds of a group: an 18-DOP (Klosowski et al. 1998). Layers that lie askew to the axes are
 /// apart along a diagonal even if their boxes overlap.
 struct GroupBounds {
   AxisExtent axis[kAxes];
+  GroupFrame frame;  // of the boxes of its primitives
 };
 
 /// The ids of a primitive and of its vertices.
@@ -28,61 +25,34 @@ struct alignas(16) PrimitiveNames {
   std::int32_t vertex[3];  // unused ones -1
 };
 
-/// Primitives side by side in a block. Eight extents fill a cache line.
-constexpr int kLanes = 8;
+/// The places of each group begin at a multiple of this, so that its boxes begin with a sector of
+/// memory.
+constexpr int kPlaceUnit = 4;
 
-/// The extents of kLanes primitives as a structure of arrays, so that the lanes of a warp read
-/// whole cache lines.
-struct BoxBlock {
-  AxisExtent axis[kSides][kLanes];
-};
+/// Places behind those of the last group. The last rounds of the leaf kernel read so far beyond a
+/// group.
+constexpr int kReadBeyond = 64;
 
-/// Padding blocks behind the last group. The last rounds of the leaf kernel read up to this many
-/// blocks beyond a group.
-constexpr int kReadBeyond = 8;
-
-/// A group. Its primitives fill its blocks without gaps: vertices, then edges, then faces.
+/// A group. Its primitives lie in places of their own without gaps: vertices, then edges, then
+/// faces.
 struct alignas(16) DeviceGroup {
   std::int32_t body;
-  std::int32_t first_block;
+  std::int32_t first_place;
   std::uint8_t count[3];
   bool pinned;
   bool meets_own_body;  // its body has self-collision
 
   LAZYCCD_HD int total() const { return count[0] + count[1] + count[2]; }
-  LAZYCCD_HD int blocks() const { return (total() + kLanes - 1) / kLanes; }
-  /// Index of the names of its first primitive.
-  LAZYCCD_HD std::int32_t first_name() const { return first_block * kLanes; }
+  /// The places that it takes.
+  LAZYCCD_HD int places() const { return (total() + kPlaceUnit - 1) / kPlaceUnit * kPlaceUnit; }
 };
-
-/// Loads a T in pieces of 16 bytes. All loads are issued before the first use.
-template <class T>
-__device__ inline T load_wide(const T* from) {
-  static_assert(sizeof(T) % sizeof(int4) == 0 && alignof(T) == sizeof(int4));
-  union {
-    int4 quads[sizeof(T) / sizeof(int4)];
-    T value;
-  } loaded;
-  for (std::size_t i = 0; i < sizeof(T) / sizeof(int4); ++i)
-    loaded.quads[i] = reinterpret_cast<const int4*>(from)[i];
-  return loaded.value;
-}
-
-/// Returns a negative number if two extents are certainly apart during the linear motion: on the
-/// same side at both ends. The sign of a difference of floats is exact. Additions and bit
-/// operations on signs use other units of the multiprocessor than comparisons; it has half as many
-/// units for comparisons.
-__device__ inline int apart_sign(const AxisExtent& a, const AxisExtent& b) {
-  return (__float_as_int(b.hi0 - a.lo0) & __float_as_int(b.hi1 - a.lo1)) |
-         (__float_as_int(a.hi0 - b.lo0) & __float_as_int(a.hi1 - b.lo1));
-}
 
 /// Device pointers to the groups, their bounds, primitives and bodies. If `bounds` is null, opens()
 /// returns true for every pair.
 struct GroupView {
   const DeviceGroup* groups;
-  BoxBlock* boxes;        // recomputed in each step
-  PrimitiveNames* names;  // kLanes per block
+  BoxArrays boxes;        // by place, recomputed in each step
+  PrimitiveNames* names;  // by place
   GroupBounds* bounds;    // recomputed in each step; may be null
   const Body* bodies;
   const std::uint64_t* disabled_pairs;  // sorted: smaller body << 32 | larger body

@@ -37,12 +37,25 @@ struct TopologyBuilder::Arrays {
       : first(nullptr), free(nullptr), space_bytes(most_space(input)) {
     const std::size_t sides = 3 * input.faces.size() + input.edges.size();
     const std::size_t most_cells = input.faces.size() + input.edges.size();
-    for (int i = 0; i < 2; ++i) {
-      keys[i] = carver.take<std::uint64_t>(sides);
-      numbers[i] = carver.take<std::uint32_t>(sides);
-      cell_keys[i] = carver.take<std::uint32_t>(most_cells);
-      cells[i] = carver.take<std::int32_t>(most_cells);
-    }
+    const auto of_sides = [&](Carver part) {
+      for (int i = 0; i < 2; ++i) {
+        keys[i] = part.take<std::uint64_t>(sides);
+        numbers[i] = part.take<std::uint32_t>(sides);
+      }
+      return part.used();
+    };
+    const auto of_cells = [&](Carver part) {
+      for (int i = 0; i < 2; ++i) {
+        cell_keys[i] = part.take<std::uint32_t>(most_cells);
+        cells[i] = part.take<std::int32_t>(most_cells);
+      }
+      return part.used();
+    };
+    // The cells are listed when the sides are no longer needed.
+    char* const shared =
+        carver.take<char>(std::max(of_sides(Carver(nullptr)), of_cells(Carver(nullptr))));
+    of_sides(Carver(shared));
+    of_cells(Carver(shared));
     free_edges = carver.take<std::int32_t>(input.edges.size());
     more_edges = carver.take<Edge>(input.edges.size());
     ranks = carver.take<std::int32_t>(input.body_count);

@@ -100,6 +100,7 @@ Resident on_device(const Scene& scene, DetectorOptions options, int repeat, std:
   for (int end = 0; end < 2; ++end) {
     check(cudaMalloc(reinterpret_cast<void**>(&x[end]), bytes));
     check(cudaMemcpy(x[end], scene.at[end].data(), bytes, cudaMemcpyHostToDevice));
+    check(cudaStreamSynchronize(cudaStreamLegacy));  // other streams do not wait for it
   }
   cudaStream_t stream;
   check(cudaStreamCreateWithFlags(&stream, cudaStreamNonBlocking));
