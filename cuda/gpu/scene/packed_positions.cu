@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "gpu/device/kernel_chain.cuh"
-#include "simd/stream_copy.h"
+#include "gpu/scene/stream_copy.h"
 
 namespace lazyccd::gpu {
 namespace {

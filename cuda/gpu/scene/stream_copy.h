@@ -10,7 +10,7 @@
 #include <immintrin.h>
 #endif
 
-namespace lazyccd {
+namespace lazyccd::gpu {
 
 /// Copies `bytes` from `from` to `to`. Ordinary stores would first read what they overwrite.
 /// Another reader, as a device, sees the bytes after finish_stream_copies() of this thread.
@@ -33,4 +33,4 @@ inline void finish_stream_copies() {
 #endif
 }
 
-}  // namespace lazyccd
+}  // namespace lazyccd::gpu
