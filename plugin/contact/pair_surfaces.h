@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -75,6 +76,10 @@ class PairSurfaces {
     resolution_ = resolution;
   }
 
+  /// Sets the upper bound of every thickness, metres: what contacts are looked for within. A gap
+  /// that a contact is to keep but that is not seen would be corrected and lost in turn.
+  void limit_thickness(double limit) { thickness_limit_ = limit; }
+
   /// Sets the pairs of bodies without friction in this step: those that are being moved apart.
   /// Smaller index first, sorted.
   void set_without_friction(std::vector<BodyPair> pairs) { without_friction_ = std::move(pairs); }
@@ -83,7 +88,8 @@ class PairSurfaces {
   PairSurface of(std::int32_t body_a, std::int32_t body_b) const {
     const BodySurface &a = bodies_[body_a], &b = bodies_[body_b];
     PairSurface surface;
-    surface.thickness = std::max(resolution_, thickness_ >= 0 ? thickness_ : a.margin + b.margin);
+    const double wanted = thickness_ >= 0 ? thickness_ : a.margin + b.margin;
+    surface.thickness = std::max(resolution_, std::min(wanted, thickness_limit_));
     // Between a soft and a rigid body Bullet multiplies in both worlds. Between two soft bodies it
     // takes the larger one (CollideVF_SS) or the product (CollideVF_DD).
     const bool soft_soft = a.is_soft && b.is_soft;
@@ -112,6 +118,7 @@ class PairSurfaces {
   std::vector<BodySurface> bodies_;
   std::vector<BodyPair> without_friction_;
   double resolution_ = 0;
+  double thickness_limit_ = std::numeric_limits<double>::infinity();
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

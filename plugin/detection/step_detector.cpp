@@ -75,10 +75,14 @@ bool StepDetector::find_others_may_meet(Span<const Body> filters) const {
   return false;
 }
 
-// The separation is at most half the median edge, so that neighbours in a mesh are not near each
-// other.
+// The separation is at most two median edges: the number of near pairs grows with its square.
 double StepDetector::separation_for(double largest_thickness) const {
-  return std::min(NearContactSelector::distance_factor * largest_thickness, 0.5 * median_edge_);
+  return std::min(NearContactSelector::distance_factor * largest_thickness, 2 * median_edge_);
+}
+
+double StepDetector::largest_thickness() const {
+  return near_detector_ ? separation_ / NearContactSelector::distance_factor
+                        : std::numeric_limits<double>::infinity();
 }
 
 void StepDetector::measure_edges(const Topology& topology) {

@@ -55,6 +55,8 @@ class StepDetector {
     selector_.forget();
     prediction_.forget();
   }
+  /// The largest thickness of a pair whose contacts are all found, metres.
+  double largest_thickness() const;
   double separation() const { return std::max(0.0, separation_); }  // metres
   /// True if the response acts on any pair that the last detect_near() found.
   bool found_any() const { return found_any_; }

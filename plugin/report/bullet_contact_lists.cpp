@@ -2,27 +2,108 @@
 
 #include <BulletSoftBody/btSoftBodyInternals.h>
 
+#include <array>
+#include <map>
 #include <set>
+#include <utility>
+
+#include "report/faces_of_nodes.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
 namespace {
 
-// A contact of a node with a rigid body. Both worlds name these members alike.
+// Bullet 3.25 has the impulse in a contact, from the soft on the rigid body, N s.
+template <class Info>
+auto set_impulse(Info& info, const btVector3& impulse, int) -> decltype(info.m_impulse, void()) {
+  info.m_impulse = impulse;
+}
+template <class Info>
+void set_impulse(Info&, const btVector3&, long) {}
+
+// What contacts of both worlds have, with the node or the face on the side of body_a. Both worlds
+// name these members alike.
 template <class RigidContact>
 RigidContact rigid_contact(const StepContact& contact, const btSoftBody& body) {
   RigidContact rigid;
   rigid.m_cti.m_colObj = contact.body_b;
   rigid.m_cti.m_normal = contact.normal;
   rigid.m_cti.m_offset = -contact.normal.dot(contact.point);
-  rigid.m_node = contact.nodes[0];
+  set_impulse(rigid.m_cti, -contact.impulse * contact.normal - contact.friction_impulse, 0);
   rigid.m_c0.setIdentity();
   rigid.m_c1 = contact.point - contact.body_b->getWorldTransform().getOrigin();
   rigid.m_c2 = rigid.m_c4 = 0;
   rigid.m_c3 = body.m_cfg.kDF * contact.body_b->getFriction();
   btPlaneSpace1(contact.normal, rigid.t1, rigid.t2);
   return rigid;
+}
+
+// Returns whether Bullet would test the faces of a body, and not only its nodes, against rigid
+// bodies or multibodies.
+bool has_face_contacts(const btSoftBody& body) {
+  return (body.m_cfg.collisions &
+          (btSoftBody::fCollision::SDF_RDF | btSoftBody::fCollision::SDF_MDF)) != 0;
+}
+
+// The contact with its soft body as body_a; the other one is rigid.
+StepContact seen_from_soft(StepContact contact) {
+  if (btSoftBody::upcast(contact.body_a)) return contact;
+  std::swap(contact.body_a, contact.body_b);
+  contact.normal = -contact.normal;
+  contact.friction_impulse = -contact.friction_impulse;
+  for (double& weight : contact.weights) weight = -weight;
+  return contact;
+}
+
+// Distance of the surfaces beyond their margins, along the normal, as Bullet's deformable contacts
+// have it. `point`: on the soft body.
+btScalar distance_of(const StepContact& contact, const btVector3& point) {
+  return (point - contact.point).dot(contact.normal) -
+         contact.body_a->getCollisionShape()->getMargin() -
+         contact.body_b->getCollisionShape()->getMargin();
+}
+
+// Appends a contact of a face with a rigid body, if the primitive of the soft body is a part of a
+// face.
+void add_face_contact(const StepContact& contact, const FacesOfNodes& faces) {
+  std::array<const btSoftBody::Node*, 3> nodes{};  // of the primitive of the soft body
+  std::array<btScalar, 3> shares{};
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    if (contact.nodes[i] == nullptr || count == nodes.size()) continue;
+    nodes[count] = contact.nodes[i];
+    shares[count++] = static_cast<btScalar>(contact.weights[i]);
+  }
+  btSoftBody::Face* const face =
+      contact.face != nullptr ? contact.face : faces.find(nodes[0], nodes[1]);
+  if (face == nullptr) return;
+  btSoftBody& body = *btSoftBody::upcast(contact.body_a);
+  auto rigid = rigid_contact<btSoftBody::DeformableFaceRigidContact>(contact, body);
+  rigid.m_face = face;
+  rigid.m_bary.setZero();
+  for (int corner = 0; corner < 3; ++corner)
+    for (std::size_t i = 0; i < count; ++i)
+      if (face->m_n[corner] == nodes[i]) rigid.m_bary[corner] = shares[i];
+  rigid.m_contactPoint =
+      BaryEval(face->m_n[0]->m_x, face->m_n[1]->m_x, face->m_n[2]->m_x, rigid.m_bary);
+  rigid.m_weights = rigid.m_bary * (2 / (1 + rigid.m_bary.length2()));
+  // If the face is soft, the point is on it, and that on the rigid body is not known.
+  rigid.m_cti.m_offset = contact.face != nullptr ? 0 : distance_of(contact, rigid.m_contactPoint);
+  rigid.m_c5.setIdentity();
+  body.m_faceRigidContacts.push_back(rigid);
+}
+
+// Appends the contacts of faces with rigid bodies.
+void fill_face_contacts(Span<const StepContact> contacts) {
+  std::map<btSoftBody*, FacesOfNodes> faces;  // of the bodies that have such contacts
+  for (const StepContact& given : contacts) {
+    if (btSoftBody::upcast(given.body_a) && btSoftBody::upcast(given.body_b)) continue;
+    const StepContact contact = seen_from_soft(given);
+    btSoftBody* const body = btSoftBody::upcast(contact.body_a);
+    if (!has_face_contacts(*body)) continue;
+    add_face_contact(contact, faces.try_emplace(body, *body).first->second);
+  }
 }
 
 // Weights of the face's corners.
@@ -36,8 +117,10 @@ btVector3 face_weights(const StepContact& contact) {
 std::set<btSoftBody*> sleepers_with(Span<const StepContact> contacts) {
   std::set<btSoftBody*> bodies;
   for (const StepContact& contact : contacts) {
-    btSoftBody* const body = btSoftBody::upcast(contact.body_a);
-    if (body && !body->isActive()) bodies.insert(body);
+    for (btCollisionObject* const object : {contact.body_a, contact.body_b}) {
+      btSoftBody* const body = btSoftBody::upcast(object);
+      if (body && !body->isActive()) bodies.insert(body);
+    }
   }
   return bodies;
 }
@@ -64,7 +147,9 @@ void fill_soft_contact_lists(Span<const StepContact> contacts) {
     btSoftBody* const node_body = btSoftBody::upcast(contact.body_a);
     if (!node_body || contact.kind != ContactKind::vertex_face) continue;
     if (!contact.face) {
-      node_body->m_rcontacts.push_back(rigid_contact<btSoftBody::RContact>(contact, *node_body));
+      auto rigid = rigid_contact<btSoftBody::RContact>(contact, *node_body);
+      rigid.m_node = contact.nodes[0];
+      node_body->m_rcontacts.push_back(rigid);
       continue;
     }
     const btSoftBody& a = *node_body;
@@ -88,6 +173,7 @@ void fill_soft_contact_lists(Span<const StepContact> contacts) {
 
 void fill_deformable_contact_lists(Span<const StepContact> contacts) {
   for (btSoftBody* const body : sleepers_with(contacts)) clear_deformable_contact_lists(*body);
+  fill_face_contacts(contacts);
   // Fills the lists as Bullet's CollideVF_DD does (btSoftBodyInternals.h). applyRepulsionForce has
   // already run in this step, and the lists are cleared before it runs again. So only applications
   // read them.
@@ -96,6 +182,8 @@ void fill_deformable_contact_lists(Span<const StepContact> contacts) {
     if (!node_body || contact.kind != ContactKind::vertex_face) continue;
     if (!contact.face) {
       auto rigid = rigid_contact<btSoftBody::DeformableNodeRigidContact>(contact, *node_body);
+      rigid.m_node = contact.nodes[0];
+      rigid.m_cti.m_offset = distance_of(contact, rigid.m_node->m_x);
       rigid.m_c5.setIdentity();
       node_body->m_nodeRigidContacts.push_back(rigid);
       continue;

@@ -18,7 +18,8 @@ void clear_deformable_contact_lists(btSoftBody& body);
 /// Rigid world: appends to m_scontacts and m_rcontacts of the bodies in contact.
 void fill_soft_contact_lists(Span<const StepContact> contacts);
 
-/// Deformable world: appends to m_faceNodeContacts and m_nodeRigidContacts.
+/// Deformable world: appends to m_faceNodeContacts and m_nodeRigidContacts, and to
+/// m_faceRigidContacts of bodies whose flags ask Bullet for them (SDF_RDF, SDF_MDF).
 void fill_deformable_contact_lists(Span<const StepContact> contacts);
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -243,6 +243,7 @@ void Pipeline::set_topology() {
   untangling_.set_ids(topology().ids());
   filter_.set_topology();
   detector_.set_topology(largest_thickness());
+  surfaces_.limit_thickness(detector_.largest_thickness());
 }
 
 Untangling::Found Pipeline::find_intersections() const {

@@ -431,7 +431,9 @@ def test_images_and_contact_points_of_pybullet_still_come(server):
     server.loadURDF("cube_small.urdf", [0, 0, 0.5])
     server.steps(30)
     assert server.getCameraImage(32, 32, renderer=p.ER_TINY_RENDERER)[0] == 32
-    server.getContactPoints(body)
+    touching = server.getContactPoints(body)
+    assert touching
+    assert sum(point[9] for point in touching) > 0  # newtons
 
 
 def test_a_pybullet_of_another_version_is_refused(monkeypatch, server):

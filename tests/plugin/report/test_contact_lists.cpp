@@ -1,4 +1,9 @@
+#include <cmath>
+#include <random>
+
 #include "plugin/support/worlds.h"
+#include "scenes/meshes/cloth.h"
+#include "scenes/meshes/shapes.h"
 #include "support/catch.h"
 
 using namespace lazyccd;
@@ -51,6 +56,38 @@ TEST_CASE("applications find the vertex-face contacts of a step in Bullet's own 
   }
   CHECK(listed > 0);
   CHECK(listed == vertex_face);
+}
+
+TEST_CASE("a deformable body's list of face contacts has those with rigid bodies, if asked for") {
+  const bool asks = GENERATE(true, false);
+  const auto world = scenes::PhysicsWorld::make(quiet_options(World::deformable));
+  world->add_static(scenes::make_box(0.2, 0.1, 0.2), scenes::at(0, -0.1, 0));
+  scenes::Sheet sheet{9, 9, 1, 1};
+  sheet.height = 0.021;
+  std::mt19937 random(1);
+  auto made = scenes::make_sheet(world->info(), sheet, random);
+  btSoftBody& cloth = *made;
+  world->add(std::move(made));
+  cloth.m_cfg.collisions &= ~(btSoftBody::fCollision::SDF_RDF | btSoftBody::fCollision::SDF_MDF);
+  if (asks) cloth.m_cfg.collisions |= btSoftBody::fCollision::SDF_RDF;
+  cloth.addVelocity(btVector3(0, -1, 0));
+  std::size_t contacts = 0, listed = 0;
+  for (int i = 0; i < 24; ++i) {
+    world->step();
+    contacts += world->contacts().size();
+    listed += static_cast<std::size_t>(cloth.m_faceRigidContacts.size());
+    for (int c = 0; c < cloth.m_faceRigidContacts.size(); ++c) {
+      const btSoftBody::DeformableFaceRigidContact& contact = cloth.m_faceRigidContacts[c];
+      CHECK(contact.m_cti.m_colObj == world->rigid_bodies()[0].body.get());
+      CHECK_THAT(double(contact.m_bary.dot(btVector3(1, 1, 1))), Matchers::WithinAbs(1, 1e-5));
+      CHECK(contact.m_cti.m_normal.y() > btScalar(-1e-5));
+      // The point is on the cloth, near the box, and no farther than contacts are looked for.
+      CHECK(std::abs(double(contact.m_contactPoint.y())) < 0.1);
+      CHECK(std::abs(double(contact.m_cti.m_offset)) < 0.03);
+    }
+  }
+  CHECK(contacts > 0);
+  CHECK(listed == (asks ? contacts : 0));
 }
 
 TEST_CASE("Bullet does not act on the contacts in its lists a second time") {

@@ -1,7 +1,10 @@
 // Stacked cloths come to rest. A body that moves as a whole does not.
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
 
+#include <algorithm>
 #include <cmath>
+#include <random>
+#include <vector>
 
 #include "plugin/support/obstacle_worlds.h"
 #include "plugin/support/worlds.h"
@@ -114,4 +117,24 @@ TEST_CASE("slow deformation in contact decays at the chosen rate") {
   INFO(without << ", " << usual << ", " << strong);
   CHECK_THAT(usual / without, Matchers::WithinAbs(std::exp(-20.0 / 120), 0.05));
   CHECK_THAT(strong / without, Matchers::WithinAbs(std::exp(-100.0 / 120), 0.05));
+}
+
+TEST_CASE("cloth whose margin is larger than its edges keeps a gap and rests still") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  const double margin = GENERATE(0.05, 0.25);
+  CAPTURE(world == World::rigid, margin);
+  ObstacleWorld w(world, 10);
+  add_floor(w);
+  constexpr double edge = 0.05;
+  std::mt19937 random(1);
+  scenes::Sheet sheet{11, 11, 10 * edge, 10 * edge};
+  sheet.height = 0.4;
+  btSoftBody* const cloth = w.add(scenes::make_sheet(w.info(), sheet, random));
+  cloth->getCollisionShape()->setMargin(static_cast<btScalar>(margin));
+  w.steps(360, 1.0 / 120);
+  double lowest = 1;
+  for (int i = 0; i < cloth->m_nodes.size(); ++i)
+    lowest = std::min(lowest, static_cast<double>(cloth->m_nodes[i].m_x.y()));
+  CHECK(lowest > std::min(margin, 1.7 * edge));
+  CHECK(fastest({cloth}) < 0.01);
 }
