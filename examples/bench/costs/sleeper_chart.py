@@ -23,7 +23,7 @@ def main() -> None:
         for column in ("Bullet alone", "with LazyCCD", "LazyCCD's own part"):
             axis.plot(sleepers, [float(row[column]) for row in own], marker="o", label=column)
         axis.set_xscale("symlog", linthresh=10)
-        axis.set_ylim(bottom=0)
+        axis.set_yscale("log")
         axis.set_title(f"one cloth awake, {world} world", fontsize=10)
         axis.set_xlabel("cloths asleep")
         axis.set_ylabel("ms a step")

@@ -1,5 +1,5 @@
 // The programs lazyccd_sleeper_costs and lazyccd_sleeper_costs_double: measure what a step costs in
-// which one cloth swings over a ball and all others sleep on plates of their own.
+// which one cloth swings beside a ball and all others sleep on plates of their own.
 //
 //   lazyccd_sleeper_costs [--sleepers N...] [--threads N] [--csv FILE]
 //
@@ -29,7 +29,7 @@ struct Request {
   std::string csv;
 };
 
-// A cloth that hangs by one side and swings over a ball.
+// A cloth that hangs by one side and swings beside a ball.
 void add_swinging(PhysicsWorld& world) {
   std::mt19937 random(1);
   constexpr int nodes = 31;  // of a side
