@@ -113,7 +113,7 @@ bool SoftScene::update_filters(const std::vector<Sleepers::Member>& members) {
   const auto has_application_filter = [](const Sleepers::Member& member) {
     return overlap_filter(*member.body) != nullptr;
   };
-  if (!filtered_by_application_ &&
+  if (!filtered_by_application_ && !refused_pairs_.is_changed() &&
       std::none_of(members.begin(), members.end(), has_application_filter))
     return false;
   const std::vector<Body> filters = topology_.bodies;
@@ -266,7 +266,7 @@ void SoftScene::find_filters() {
   filtered_by_application_ = std::any_of(bodies_.begin(), bodies_.end(), [](const BodyRecord& b) {
     return overlap_filter(*b.body) != nullptr;
   });
-  bool has_rules = filtered_by_application_;
+  bool has_rules = filtered_by_application_ || !refused_pairs_.is_empty();
   for (const BodyRecord& record : bodies_) {
     Body filter;
     const btBroadphaseProxy* proxy = record.body->getBroadphaseHandle();
@@ -282,7 +282,8 @@ void SoftScene::find_filters() {
   if (!has_rules) return;
   for (std::size_t a = 0; a < bodies_.size(); ++a) {
     for (std::size_t b = a + 1; b < bodies_.size(); ++b) {
-      if (!may_collide(*bodies_[a].body, *bodies_[b].body)) {
+      if (!may_collide(*bodies_[a].body, *bodies_[b].body) ||
+          refused_pairs_.contains(*bodies_[a].body, *bodies_[b].body)) {
         topology_.disabled_pairs.push_back(
             {static_cast<std::int32_t>(a), static_cast<std::int32_t>(b)});
       }

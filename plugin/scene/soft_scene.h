@@ -21,6 +21,7 @@
 #include "scene/scene_topology.h"
 #include "scene/sleepers.h"
 #include "scene/soft_body_nodes.h"
+#include "util/refused_pairs.h"
 #include "util/warning_log.h"
 
 namespace lazyccd::bullet {
@@ -61,6 +62,8 @@ class SoftScene {
   bool accepts(const btSoftBody* body) const;
 
   const CollisionFlags& flags() const { return flags_; }
+  RefusedPairs& refused_pairs() { return refused_pairs_; }
+  const RefusedPairs& refused_pairs() const { return refused_pairs_; }
   /// Position of a body in the world's array of soft bodies at the last update(), or -1.
   int world_index_of(const btSoftBody& body) const;
   const SceneTopology& topology() const { return topology_; }
@@ -112,7 +115,7 @@ class SoftScene {
   };
 
   Fingerprint fingerprint(btSoftBody* body) const;
-  // True if filters changed. An application's filter may answer otherwise at any time.
+  // True if filters changed. An application may answer otherwise at any time.
   bool update_filters(const std::vector<Sleepers::Member>& members);
   // Adds to changed_ the members that are not as they were when they last took part.
   void find_changed(const std::vector<Fingerprint>& members);
@@ -121,6 +124,7 @@ class SoftScene {
   void find_filters();
 
   CollisionFlags flags_;
+  RefusedPairs refused_pairs_;
   bool valid_ = false;
   std::vector<Fingerprint> fingerprints_;                        // of the members
   std::vector<int> world_indices_;                               // of the members

@@ -5,6 +5,7 @@
 #include <limits>
 #include <mutex>
 #include <numeric>
+#include <set>
 #include <utility>
 
 #include "scene/collision_filters.h"
@@ -21,7 +22,8 @@ constexpr double speed_of_light = 299792458;
 
 }  // namespace
 
-void StepReader::begin_step(const Bodies& bodies) {
+void StepReader::begin_step(const Bodies& bodies, bool is_own_solver) {
+  scene_.refused_pairs().begin_step(bodies, is_own_solver);
   for (int i = 0; i < bodies.size(); ++i) {
     // Bullet clears the mark of active bodies only. For inactive ones SoftScene compares the mark.
     if (bodies[i]->m_bUpdateRtCst && bodies[i]->isActive()) scene_.invalidate(*bodies[i]);
@@ -35,6 +37,7 @@ StepReader::Changes StepReader::read(const Bodies& bodies, double dt, const Fill
   if (options_.collide_rigid) obstacles_.read_poses(bodies, dt, warnings_);
   scene_.forget_changes();
   scene_.reinclude(bodies);
+  scene_.refused_pairs().end_dispatch();
   sleepers_.find_members(bodies);
   return read_members(bodies, fill);
 }
@@ -60,6 +63,7 @@ StepReader::Changes StepReader::read_members(const Bodies& bodies, const Fill& f
     obstacles_.read_triangles(starts_near_obstacles(), warnings_);
     changes.topology = true;
   }
+  if (changes.topology) look_for_algorithms();
   changes.topology = topology_.update(scene_, obstacles_, changes.topology);
   gather_obstacles();
   update_resolution();
@@ -68,6 +72,18 @@ StepReader::Changes StepReader::read_members(const Bodies& bodies, const Fill& f
       changes.placed_bodies.push_back(topology_.index_of(body));
   }
   return changes;
+}
+
+// Bullet chooses algorithms by the types of shapes.
+void StepReader::look_for_algorithms() {
+  if (scene_.bodies().empty()) return;
+  const btSoftBody& soft = *scene_.bodies()[0].body;
+  scene_.refused_pairs().look_for_algorithm(soft, soft);
+  std::set<int> seen;
+  for (const Obstacles::Record& record : obstacles_.records()) {
+    if (seen.insert(record.shape->getShapeType()).second)
+      scene_.refused_pairs().look_for_algorithm(soft, *record.object);
+  }
 }
 
 bool StepReader::reread_if_sleepers_reached(const Bodies& bodies, const Fill& fill,
@@ -377,6 +393,7 @@ bool StepReader::read_meshes_around(const std::vector<std::int32_t>& placed_bodi
           placed_obstacles[i] != 0 || std::binary_search(placed_bodies.begin(), placed_bodies.end(),
                                                          static_cast<std::int32_t>(index_of(body)));
       return is_placed && body.meets_rigid && may_collide(*body.body, *record.object) &&
+             !scene_.refused_pairs().contains(*body.body, *record.object) &&
              may_be_inside(body, record);
     };
     if (std::none_of(scene_.bodies().begin(), scene_.bodies().end(), is_around)) continue;

@@ -41,8 +41,12 @@ class StepReader {
         obstacles_(static_cast<btScalar>(options.jump_speed)) {}
 
   /// Starts a step. Call it before Bullet moves anything, because Bullet then clears its marks of
-  /// changed topology.
-  void begin_step(const Bodies& bodies);
+  /// changed topology. `is_own_solver`: as in RefusedPairs::begin_step().
+  void begin_step(const Bodies& bodies, bool is_own_solver = false);
+  /// Takes a pair that Bullet's dispatch brought to the solver.
+  void accept_pair(const btCollisionObject& a, const btCollisionObject& b) {
+    scene_.refused_pairs().accept(a, b);
+  }
   /// Reads the whole scene and its motion over `dt` seconds. Sleepers that nothing awake comes near
   /// are left out.
   Changes read(const Bodies& bodies, double dt, const Fill& fill);
@@ -109,6 +113,7 @@ class StepReader {
   };
 
   Changes read_members(const Bodies& bodies, const Fill& fill);
+  void look_for_algorithms();
   bool gather_soft(const Fill& fill);
   void gather_block(const SoftScene::BodyRecord& record, std::int32_t first, std::int32_t last,
                     const Fill& fill, Found& found);

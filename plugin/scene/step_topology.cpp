@@ -16,7 +16,9 @@ bool StepTopology::update(const SoftScene& soft, const Obstacles& obstacles, boo
   const bool filtered_by_application =
       std::any_of(soft.bodies().begin(), soft.bodies().end(), has_filter);
   const bool was_filtered = std::exchange(filtered_by_application_, filtered_by_application);
-  if (!scene_changed && !filtered_by_application && !was_filtered) return false;
+  if (!scene_changed && !filtered_by_application && !was_filtered &&
+      !soft.refused_pairs().is_changed())
+    return false;
   const std::vector<BodyPair> disabled_before = std::move(topology_.disabled_pairs);
   const std::vector<Body> filters_before = topology_.bodies;
   if (scene_changed) {
@@ -125,7 +127,8 @@ std::vector<BodyPair> StepTopology::disabled_pairs(const SoftScene& soft) const 
   const std::size_t soft_bodies = soft.bodies().size();
   for (std::size_t a = 0; a < soft_bodies; ++a) {
     for (std::size_t b = soft_bodies; b < surface_count_; ++b) {
-      if (!may_collide(*bodies_[a].soft, *bodies_[b].object))
+      if (!may_collide(*bodies_[a].soft, *bodies_[b].object) ||
+          soft.refused_pairs().contains(*bodies_[a].soft, *bodies_[b].object))
         pairs.push_back({static_cast<std::int32_t>(a), static_cast<std::int32_t>(b)});
     }
   }

@@ -43,6 +43,7 @@ void Pipeline::update_surfaces() {
 }
 
 bool Pipeline::handle_pair(btSoftBody* a, btSoftBody* b) noexcept {
+  reader_.accept_pair(*a, *b);
   if (!ran_last_step_ || is_cluster_pair(*a, *b) || !scene().accepts(a) || !scene().accepts(b))
     return false;
   if (!scene().flags().ask_for(*a, *b)) {
@@ -75,12 +76,17 @@ bool Pipeline::replaces_contacts(const btSoftBody* body,
          (body->m_tetras.size() == 0 || body->m_faces.size() > 0);  // else it has no surface
 }
 
-void Pipeline::begin_step(const Bodies& bodies) noexcept {
+bool Pipeline::handle_pair(const btSoftBody* body, const btCollisionObject* rigid) noexcept {
+  reader_.accept_pair(*body, *rigid);
+  return replaces_contacts(body, rigid);
+}
+
+void Pipeline::begin_step(const Bodies& bodies, bool is_own_solver) noexcept {
   std::size_t nodes = 0;
   for (int i = 0; i < bodies.size(); ++i)
     nodes += static_cast<std::size_t>(bodies[i]->m_nodes.size());
   thread_choice_.begin_step(nodes);
-  reader_.begin_step(bodies);
+  reader_.begin_step(bodies, is_own_solver);
 }
 
 void Pipeline::detect_ahead() noexcept try {

@@ -35,9 +35,11 @@ class Pipeline {
   /// True if LazyCCD alone handles the contacts of a soft body and a rigid one, so that Bullet must
   /// not process the pair.
   bool replaces_contacts(const btSoftBody* body, const btCollisionObject* rigid) const noexcept;
+  /// The same for a pair from Bullet's dispatcher.
+  bool handle_pair(const btSoftBody* body, const btCollisionObject* rigid) noexcept;
   /// Starts a step. Call it before Bullet moves anything, because Bullet then clears its marks of
-  /// changed topology.
-  void begin_step(const Bodies& bodies) noexcept;
+  /// changed topology. `is_own_solver`: the solver's class is the application's.
+  void begin_step(const Bodies& bodies, bool is_own_solver) noexcept;
   /// Starts the next step's detection on another thread. Call it when this step has been written.
   void detect_ahead() noexcept;
 

@@ -98,7 +98,7 @@ void btLazyDeformableBodySolver::handle_pair(btSoftBody* a, btSoftBody* b) {
 
 void btLazyDeformableBodySolver::processCollision(btSoftBody* body,
                                                   const btCollisionObjectWrapper* other) {
-  if (pipeline_->replaces_contacts(body, other->getCollisionObject())) return;
+  if (pipeline_->handle_pair(body, other->getCollisionObject())) return;
   dbvt_->update_trees(*body, *other->getCollisionObject());
   if (!body->isActive())
     clear_deformable_contact_lists(*body);  // Bullet does not clear those of a sleeper
@@ -165,7 +165,7 @@ bool btLazyDeformableBodySolver::needs(const btSoftBody& sleeper) const {
 }
 
 void btLazyDeformableBodySolver::predictMotion(btScalar solverdt) {
-  pipeline_->begin_step(all_bodies_);
+  pipeline_->begin_step(all_bodies_, typeid(*this) != typeid(btLazyDeformableBodySolver));
   // The contact lists of sleeping bodies stay as they are, as with Bullet.
   slept_.clear();
   for (int i = 0; i < all_bodies_.size(); ++i)

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <typeinfo>
 #include <utility>
 #include <vector>
 
@@ -68,7 +69,7 @@ void btLazySoftBodySolver::handle_pair(btSoftBody* a, btSoftBody* b) {
 }
 
 void btLazySoftBodySolver::predictMotion(btScalar solverdt) {
-  pipeline_->begin_step(m_softBodySet);
+  pipeline_->begin_step(m_softBodySet, typeid(*this) != typeid(btLazySoftBodySolver));
   dbvt_->begin_prediction(m_softBodySet, face_tree_flag, !pipeline_->ran_last_step());
   predict(solverdt);
   dbvt_->end_prediction();
@@ -100,7 +101,7 @@ void btLazySoftBodySolver::predict(btScalar time_step) {
 
 void btLazySoftBodySolver::processCollision(btSoftBody* body,
                                             const btCollisionObjectWrapper* other) {
-  if (pipeline_->replaces_contacts(body, other->getCollisionObject())) return;
+  if (pipeline_->handle_pair(body, other->getCollisionObject())) return;
   dbvt_->update_trees(*body, *other->getCollisionObject());
   if (!body->isActive()) body->m_rcontacts.clear();  // Bullet does not clear those of a sleeper
   btDefaultSoftBodySolver::processCollision(body, other);
