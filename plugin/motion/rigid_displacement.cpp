@@ -72,6 +72,25 @@ btScalar max_point_displacement(const btCollisionObject& object, const btTransfo
   return from.getOrigin().distance(to.getOrigin()) + rotation * radius_of(object);
 }
 
+btTransform part_way(const btTransform& from, const btTransform& to, btScalar fraction) {
+  btTransform pose = to;
+  pose.setOrigin(from.getOrigin().lerp(to.getOrigin(), fraction));
+  if (!(from.getBasis() == to.getBasis()))
+    pose.setRotation(from.getRotation().slerp(to.getRotation(), fraction));
+  return pose;
+}
+
+btTransform spread_over_substeps(const btCollisionObject& object, const btTransform& last,
+                                 const btTransform& now, btScalar dt) {
+  constexpr btScalar last_step = btScalar(1.5);  // one, with rounding errors
+  const btRigidBody* const body = btRigidBody::upcast(&object);
+  // Whoever moves a body during a frame does not set the pose that Bullet's velocity leads to.
+  if (!body || !body->isKinematicObject() || !(body->getInterpolationWorldTransform() == now))
+    return now;
+  const btScalar steps = steps_explained(object, last, now, velocity_of(object), dt);
+  return steps > last_step ? part_way(last, now, 1 / steps) : now;
+}
+
 bool is_jump(const btCollisionObject& object, const RigidDisplacement& displacement, btScalar dt,
              btScalar jump_speed) {
   constexpr btScalar velocity_tolerance = btScalar(0.1), drive_tolerance = btScalar(0.5),

@@ -2,7 +2,8 @@
 //
 // A displacement is a motion if one of these explains it:
 //  - The velocity of the body. Bullet computes that of a kinematic body from its motion state. As
-//    Bullet moves kinematic bodies in the first of several substeps, it may be a multiple of it.
+//    Bullet moves kinematic bodies in the first of several substeps, it may be a multiple of it;
+//    spread_over_substeps() makes equal parts of it.
 //  - The displacement of the step before, to a half: the application drives the body.
 //  - Its size: beyond the above, no point moves faster than SolverOptions::jump_speed. A dynamic
 //    body may also move by a quarter of its radius, as Bullet's split impulses do.
@@ -30,6 +31,15 @@ btTransform integrate(const btTransform& pose, const RigidVelocity& velocity, bt
 /// Upper estimate of the displacement of the object's points between two poses, metres.
 btScalar max_point_displacement(const btCollisionObject& object, const btTransform& from,
                                 const btTransform& to);
+
+/// Pose on the way between two poses, at a fraction of it.
+btTransform part_way(const btTransform& from, const btTransform& to, btScalar fraction);
+
+/// Bullet moves a kinematic rigid body by its motion of a whole frame before the first substep.
+/// Returns where the body is at the end of a substep of `dt` seconds if it moves on from `last`
+/// with its velocity: `now`, Bullet's pose, or a pose on the way to it.
+btTransform spread_over_substeps(const btCollisionObject& object, const btTransform& last,
+                                 const btTransform& now, btScalar dt);
 
 /// The poses of a body at the ends of two consecutive steps.
 struct RigidDisplacement {

@@ -29,6 +29,17 @@ std::vector<const btCollisionObject*> find_anchor_objects(const Obstacles::SoftB
   return found;
 }
 
+// Returns the bodies to which nodes are anchored in either world, sorted.
+std::vector<const btCollisionObject*> find_carriers(const Obstacles::SoftBodies& bodies) {
+  std::vector<const btCollisionObject*> found = find_anchor_objects(bodies);
+  for (int i = 0; i < bodies.size(); ++i) {
+    const auto& anchors = bodies[i]->m_anchors;
+    for (int k = 0; k < anchors.size(); ++k) found.push_back(anchors[k].m_body);
+  }
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
 // Bounds of the body at both ends of the step. Of a body at rest: Bullet's, which has updated them
 // in this step.
 AxisBox bounds(const RigidPose& pose) {
@@ -202,6 +213,7 @@ void Obstacles::begin_step(const SoftBodies& bodies) { poses_.begin_step(broadph
 void Obstacles::read_poses(const SoftBodies& bodies, double dt, WarningLog& warnings) {
   dt_ = static_cast<btScalar>(dt);
   ++step_;
+  poses_.set_carriers(find_carriers(bodies));
   poses_.end_step(broadphase_of(bodies), dt_, warnings);
 }
 

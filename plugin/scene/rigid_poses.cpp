@@ -29,18 +29,17 @@ bool has_finite_velocity(const btCollisionObject& object) {
                    std::isfinite(body->getAngularVelocity().length2()));
 }
 
-// Returns the pose at the end of the step of a static or kinematic body that Bullet has at `now`:
-// that pose, or one on the way to it if the body was held at the start of a step. Then it moves
-// twice as far as Bullet's body, or by `min_fraction` of the remaining way if that is more.
+// Returns the pose at the end of the step of a static or kinematic body that its motion leads to
+// `now`: that pose, or one on the way to it if the body was held at the start of a step. Then it
+// moves twice as far as its motion, or by `min_fraction` of the remaining way if that is more.
 btTransform catch_up(const RigidPose& pose, const btTransform& now) {
   constexpr btScalar min_fraction = btScalar(0.1);
-  if (pose.start == pose.bullet_pose) return now;
+  if (pose.start == pose.spread_pose) return now;
   const btScalar remaining = max_point_displacement(*pose.object, pose.start, now),
-                 bullet_displacement = max_point_displacement(*pose.object, pose.bullet_pose, now);
-  if (!(remaining > 2 * bullet_displacement)) return now;
-  const btScalar fraction = btMax(2 * bullet_displacement / remaining, min_fraction);
-  return btTransform(pose.start.getRotation().slerp(now.getRotation(), fraction),
-                     pose.start.getOrigin().lerp(now.getOrigin(), fraction));
+                 displacement = max_point_displacement(*pose.object, pose.spread_pose, now);
+  if (!(remaining > 2 * displacement)) return now;
+  const btScalar fraction = btMax(2 * displacement / remaining, min_fraction);
+  return part_way(pose.start, now, fraction);
 }
 
 // Whether the body was at rest, no impulse moves it, and it is still where it was.
@@ -60,7 +59,7 @@ class RigidPoses::Collector : public btBroadphaseAabbCallback {
     auto* object = static_cast<btCollisionObject*>(proxy->m_clientObject);
     if (!is_rigid(*object)) return true;
     const btTransform& now = object->getWorldTransform();
-    found_.push_back({object, proxy->m_uniqueId, now, now, now, now});
+    found_.push_back({object, proxy->m_uniqueId, now, now, now, now, now});
     return true;
   }
 
@@ -111,8 +110,11 @@ void RigidPoses::begin_step(btBroadphaseInterface* broadphase) {
     const btMultiBodyLinkCollider* const link = btMultiBodyLinkCollider::upcast(pose.object);
     if (link && is_movable(*link) && multibody_poses_.count(link->m_multiBody) == 0)
       multibody_poses_.emplace(link->m_multiBody, pose_of(*link->m_multiBody));
-    if (is_movable(*pose.object)) pose.bullet_pose = pose.object->getWorldTransform();
-    pose.start = is_movable(*pose.object) ? pose.bullet_pose : pose.end;
+    // A body that becomes dynamic in the middle of a frame starts where it was.
+    const bool starts_at_end = !is_movable(*pose.object) || pose.lags();
+    if (is_movable(*pose.object))
+      pose.spread_pose = pose.bullet_pose = pose.object->getWorldTransform();
+    pose.start = starts_at_end ? pose.end : pose.spread_pose;
   }
 }
 
@@ -140,16 +142,20 @@ void RigidPoses::set_end(RigidPose& pose, WarningLog& warnings) {
   if (pose.at_rest && now == pose.end && !is_teleported && !is_movable(*pose.object) &&
       has_finite_velocity(*pose.object))
     return;
+  const bool is_on_its_way = pose.lags() && now == pose.bullet_pose;
   pose.jumped =
       is_teleported ||
-      is_jump(*pose.object, {pose.last_bullet_pose, pose.bullet_pose, now}, dt_, jump_speed_);
+      (!is_on_its_way &&
+       is_jump(*pose.object, {pose.last_spread_pose, pose.spread_pose, now}, dt_, jump_speed_));
   if (pose.jumped) pose.start = integrate(now, velocity_of(*pose.object), -dt_);
-  pose.end = pose.jumped || is_movable(*pose.object) ? now : catch_up(pose, now);
-  pose.last_bullet_pose = pose.bullet_pose;
+  const btTransform spread = pose.jumped ? now : spread_pose(pose);
+  pose.end = pose.jumped || is_movable(*pose.object) ? now : catch_up(pose, spread);
+  pose.last_spread_pose = pose.spread_pose;
+  pose.spread_pose = spread;
   pose.bullet_pose = now;
   pose.finite = is_finite(pose.end) && has_finite_velocity(*pose.object);
   pose.at_rest = pose.finite && !is_movable(*pose.object) && pose.start == now && pose.end == now &&
-                 pose.last_bullet_pose == now && !pose.jumped;
+                 pose.last_spread_pose == now && !pose.jumped;
   if (pose.finite && is_finite(pose.start)) return;
   pose.start = pose.end;
   warnings.warn_once(
@@ -157,6 +163,14 @@ void RigidPoses::set_end(RigidPose& pose, WarningLog& warnings) {
       "rigid body " + std::to_string(pose.unique_id) +
           " (id of its broad phase proxy): its transform or velocity is not finite; collision "
           "detection leaves it out");
+}
+
+btTransform RigidPoses::spread_pose(const RigidPose& pose) const {
+  const btTransform& now = pose.object->getWorldTransform();
+  // A body that is behind when its next frame begins catches up, so that no lag stays.
+  const bool is_behind = pose.lags() && !(now == pose.bullet_pose);
+  if (is_behind || std::binary_search(carriers_.begin(), carriers_.end(), pose.object)) return now;
+  return spread_over_substeps(*pose.object, pose.spread_pose, now, dt_);
 }
 
 void RigidPoses::list_followed() {

@@ -1,6 +1,7 @@
 // The poses of a world's rigid bodies at the start and at the end of a step.
 //
-// A static or kinematic body moves from its pose at the end of the last step to its pose now. A
+// A static or kinematic body moves from its pose at the end of the last step to its pose now. With
+// several substeps a frame, a kinematic rigid body moves an equal part of its way in each. A
 // dynamic body moves from its pose before Bullet integrated it. A body that the application put
 // elsewhere (rigid_displacement.h) moves as its velocity says, to its pose now. If a body closes in
 // on something that cannot move, its pose here is held at the start of the step. In later steps it
@@ -17,6 +18,7 @@
 #include <algorithm>
 #include <set>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "lazyccd/bullet/precision.h"
@@ -39,12 +41,18 @@ bool is_movable(const btCollisionObject& object);
 struct RigidPose {
   btCollisionObject* object;
   int unique_id;  ///< of its broad phase proxy; tells new objects from old ones at the same address
-  btTransform start, end;        ///< poses at both ends of the step
-  btTransform bullet_pose;       ///< Bullet's pose at the end of the step; `end` may lag behind it
-  btTransform last_bullet_pose;  ///< Bullet's pose at the start of the step
+  btTransform start, end;  ///< poses at both ends of the step
+  /// Where its motion leads to at the end of the step; `end` may lag behind it. It is Bullet's pose
+  /// or, between substeps, on the way to it (spread_over_substeps()).
+  btTransform spread_pose;
+  btTransform last_spread_pose;  ///< the same at the start of the step
+  btTransform bullet_pose;       ///< Bullet's pose at the end of the step
   bool jumped = false;           ///< the application put it elsewhere (rigid_displacement.h)
   bool finite = true;    ///< false: pose or velocity is not finite, and the body is left out
   bool at_rest = false;  ///< all poses are the same, and Bullet does not move the body
+
+  /// Whether Bullet has the body ahead of its motion: this is not the last substep of a frame.
+  bool lags() const { return !(spread_pose == bullet_pose); }
 };
 
 class RigidPoses {
@@ -58,6 +66,11 @@ class RigidPoses {
   void end_step(btBroadphaseInterface* broadphase, btScalar dt, WarningLog& warnings);
   /// After end_step(): also follows, in this step, the bodies at rest near a box.
   void follow(const AxisBox& box, WarningLog& warnings);
+  /// The bodies to which nodes are anchored, sorted. Bullet moves these nodes at the start of a
+  /// frame, so the bodies move with them then.
+  void set_carriers(std::vector<const btCollisionObject*> carriers) {
+    carriers_ = std::move(carriers);
+  }
   /// Makes the next end_step() take the body's displacement for a jump.
   void teleported(const btCollisionObject& object) { teleported_.insert(&object); }
   /// Holds a static or kinematic body at the start of this step. The next step sweeps it from
@@ -92,6 +105,7 @@ class RigidPoses {
   /// Replaces poses_ by the poses that were found; those that are known stay as they are.
   void take(std::vector<RigidPose>& found);
   void set_end(RigidPose& pose, WarningLog& warnings);
+  btTransform spread_pose(const RigidPose& pose) const;
   void list_followed();
 
   btScalar jump_speed_;
@@ -103,6 +117,7 @@ class RigidPoses {
   std::vector<const RigidPose*> followed_;
   btBroadphaseInterface* broadphase_ = nullptr;  // of this step
   BroadphaseMembers members_;
+  std::vector<const btCollisionObject*> carriers_;
   std::set<const btCollisionObject*> teleported_;  // since the last step
   std::unordered_map<const btMultiBody*, MultibodyPose> multibody_poses_;
 };

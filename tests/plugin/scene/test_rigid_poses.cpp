@@ -13,9 +13,11 @@ namespace {
 
 struct Watched {
   ObstacleWorld world{scenes::World::rigid, 0};
-  bullet::RigidPoses poses{1e4};  // no displacement here is a jump
+  bullet::RigidPoses poses;
   bullet::WarningLog warnings{{}};
 
+  // By default no displacement here is a jump.
+  explicit Watched(double jump_speed = 1e4) : poses(static_cast<btScalar>(jump_speed)) {}
   btRigidBody* add(double mass = 0) {
     return world.add(std::make_unique<btSphereShape>(btScalar(0.1)), btVector3(0, 0, 0), mass);
   }
@@ -97,6 +99,119 @@ TEST_CASE("a held body catches up at twice the speed at most") {
     w.begin();
     w.end();
     CHECK_THAT(end_of(w.of(wall)), Matchers::WithinAbs(end, 1e-5));
+  }
+}
+
+namespace {
+
+// Moves a kinematic body to x as Bullet does before the first of the substeps of a frame.
+void move_in_frame(btRigidBody& body, double x, int substeps) {
+  move(body, x);
+  body.saveKinematicState(static_cast<btScalar>(substeps) / 60);
+}
+
+}  // namespace
+
+TEST_CASE("a kinematic body moves evenly over the substeps of a frame") {
+  const double jump_speed = GENERATE(1.0, 1e4);
+  CAPTURE(jump_speed);
+  Watched w(jump_speed);
+  btRigidBody* const wall = w.add();
+  ObstacleWorld::make_kinematic(*wall);
+  const auto step = [&] {
+    w.begin();
+    w.end();
+  };
+  const auto check_end = [&](double x) {
+    REQUIRE(w.of(wall) != nullptr);
+    CHECK_THAT(end_of(w.of(wall)), Matchers::WithinAbs(x, 1e-5));
+  };
+  step();
+  for (int frame = 0; frame < 3; ++frame) {
+    for (int i = 0; i < 4; ++i) {
+      if (i == 0) move_in_frame(*wall, 4 * (frame + 1), 4);
+      step();
+      check_end(4 * frame + i + 1);
+      CHECK_THAT(start_of(w.of(wall)), Matchers::WithinAbs(4 * frame + i, 1e-5));
+    }
+    CHECK(end_of(w.of(wall)) == 4 * (frame + 1));
+  }
+  SECTION("frames of different numbers of substeps") {
+    for (const int substeps : {1, 3, 2}) {
+      const double from = end_of(w.of(wall));
+      move_in_frame(*wall, from + substeps, substeps);
+      for (int i = 0; i < substeps; ++i) {
+        step();
+        check_end(from + i + 1);
+      }
+    }
+  }
+  SECTION("a body that is moved during a frame is there at once") {
+    move_in_frame(*wall, 16, 4);
+    step();
+    check_end(13);
+    move(*wall, 14.5);
+    step();
+    CHECK(end_of(w.of(wall)) == 14.5);
+  }
+  SECTION("a lag is made up for in the next frame") {
+    move_in_frame(*wall, 16, 4);
+    step();
+    move_in_frame(*wall, 20, 4);
+    step();
+    check_end(20);
+  }
+  SECTION("a body that stops in the middle of a frame reaches its pose") {
+    move_in_frame(*wall, 16, 4);
+    step();
+    wall->setLinearVelocity(btVector3(0, 0, 0));
+    step();
+    check_end(16);
+    CHECK_FALSE(w.of(wall)->jumped);
+  }
+  SECTION("a body that becomes dynamic starts where it was") {
+    move_in_frame(*wall, 16, 4);
+    step();
+    wall->setCollisionFlags(0);
+    step();
+    CHECK_THAT(start_of(w.of(wall)), Matchers::WithinAbs(13, 1e-5));
+    check_end(16);
+    step();
+    CHECK(start_of(w.of(wall)) == 16);
+  }
+  SECTION("a body that nodes are anchored to moves with them") {
+    w.poses.set_carriers({wall});
+    move_in_frame(*wall, 16, 4);
+    step();
+    check_end(16);
+  }
+  SECTION("a body that was put elsewhere is not swept") {
+    move_in_frame(*wall, 16, 4);
+    w.poses.teleported(*wall);
+    step();
+    CHECK(w.of(wall)->jumped);
+    check_end(16);
+  }
+}
+
+TEST_CASE("a kinematic body turns evenly over the substeps of a frame") {
+  Watched w;
+  btRigidBody* const wall = w.add();
+  ObstacleWorld::make_kinematic(*wall);
+  w.begin();
+  w.end();
+  const btVector3 axis(0, 0, 1);
+  for (int i = 0; i < 8; ++i) {
+    if (i % 4 == 0) {
+      const btQuaternion turned(axis, btScalar(0.4) * (i + 4));
+      wall->setWorldTransform(btTransform(turned));
+      wall->saveKinematicState(btScalar(4) / 60);
+    }
+    w.begin();
+    w.end();
+    const btQuaternion expected(axis, btScalar(0.4) * (i + 1));
+    REQUIRE(w.of(wall) != nullptr);
+    CHECK(w.of(wall)->end.getRotation().angleShortestPath(expected) < btScalar(2e-3));
   }
 }
 
