@@ -50,6 +50,9 @@ struct RigidMotion {
   /// velocities follow them; the split ones come from split impulses and do not change velocities.
   Eigen::Vector3d translation, rotation, split_translation, split_rotation;
   Eigen::Vector3d velocity_change, angular_velocity_change;  ///< of the response; m/s, rad/s
+  /// A static body that has a velocity and stays where it is, as a conveyor belt: friction sees its
+  /// surface move with the velocity.
+  bool is_conveyor = false;
   bool is_ball = false;                ///< its surface is a ball about its centre of mass
   std::vector<std::int32_t> anchored;  ///< soft vertices that are anchored to it
   /// Link of a multibody: index in Motion::articulated. Otherwise -1. A link has no inverse mass of
@@ -71,6 +74,10 @@ struct RigidMotion {
   /// Whether impulses move it.
   bool is_movable() const { return is_dynamic() || articulated >= 0; }
   Eigen::Vector3d centre() const { return to_eigen(start.getOrigin()); }
+  /// Bullet's velocity of the body at a point, m/s.
+  Eigen::Vector3d velocity_at(const Eigen::Vector3d& point) const {
+    return velocity + angular_velocity.cross(point - centre());
+  }
   /// Mass, kg; 0 if the body cannot translate, as it then has no linear momentum or energy.
   double mass() const;
   /// Inertia tensor, kg m^2, in the world frame; zero about locked axes.

@@ -90,6 +90,8 @@ void read_rigid_motions(const StepTopology& topology, const Obstacles& obstacles
     rigid.predicted = record.end;
     motion.write_start_vertices(rigid);
     motion.set_end_pose(rigid, record.end);
+    rigid.is_conveyor = body.object->isStaticObject() && rigid.stands_still() &&
+                        !(rigid.velocity.isZero(0) && rigid.angular_velocity.isZero(0));
     motion.rigid.push_back(rigid);
   }
   motion.first_vertex.push_back(topology.vertex_count());

@@ -10,6 +10,25 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 
 using Eigen::Vector3d;
 
+namespace {
+
+// How far the surfaces of conveyors move along under the contact in the step, as a part of the
+// relative displacement of its sides, metres. Only friction sees it.
+Vector3d conveyor_displacement(const ContactRow& row, const Motion& motion) {
+  Vector3d sum = Vector3d::Zero();
+  for (int k = 0; k < 4; ++k) {
+    const std::int32_t body =
+        k < first_vertex_of_b(row.contact.kind) ? row.contact.body_a : row.contact.body_b;
+    const int rigid = motion.rigid_of_body[body];
+    if (rigid < 0 || !motion.rigid[rigid].is_conveyor) continue;
+    const Vector3d point = motion.start_of(row.contact.vertices[k]);
+    sum += motion.dt * row.weights[k] * motion.rigid[rigid].velocity_at(point);
+  }
+  return sum;
+}
+
+}  // namespace
+
 void ContactSolver::fill(RowBlock& block, Scratch& scratch) {
   for (const std::int32_t i : block.new_rows) rows_->make_placed(i);
   RowBatches& batches = scratch.batches;
@@ -107,7 +126,8 @@ void ContactSolver::fill(RowBatch& batch, int lane, const Problem& problem, cons
   const double unit = 1 / (mass_unit * length_unit);
   const Vector3d move = move_without_impulses(row, for_split_impulse_, *motion_);
   set(batch.normal + at, row.normal);
-  set(batch.tangent_move + at, (move - row.normal.dot(move) * row.normal) / length_unit);
+  const Vector3d slide = move + conveyor_displacement(row, *motion_);
+  set(batch.tangent_move + at, (slide - row.normal.dot(slide) * row.normal) / length_unit);
   const float sliding = for_split_impulse_ ? 0 : static_cast<float>(row.sliding_fraction);
   batch.slides = batch.slides || sliding != 0;
   batch.tangent_move[at + 3] = batch.sliding[at + 3] = sliding;

@@ -66,3 +66,47 @@ TEST_CASE("a kinematic body that moves once per frame carries cloth") {
   CHECK(middle.y() < btScalar(0.03));
   CHECK(carried.w.total().unresolved == 0);
 }
+
+TEST_CASE("a static body with a velocity carries cloth as a conveyor belt does") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  const bool is_coulomb = GENERATE(false, true);
+  CAPTURE(world == World::rigid, is_coulomb);
+  bullet::SolverOptions options;
+  options.coulomb_friction = is_coulomb;
+  Carried carried(world, options);
+  const btVector3 stays = carried.plate->getWorldTransform().getOrigin();
+  carried.frames(120, 2, [&](double) { carried.plate->setLinearVelocity(btVector3(1, 0, 0)); });
+  const btVector3 middle = carried.middle_on_plate();
+  CHECK(middle.x() > btScalar(1.7));
+  CHECK(middle.x() < btScalar(2.01));
+  CHECK(std::abs(middle.z()) < btScalar(0.05));
+  CHECK(middle.y() > 0);
+  CHECK(middle.y() < btScalar(0.03));
+  CHECK(carried.plate->getWorldTransform().getOrigin() == stays);
+  // It stops with the belt.
+  carried.frames(60, 2, [&](double) { carried.plate->setLinearVelocity(btVector3(0, 0, 0)); });
+  CHECK(carried.middle_on_plate().distance(middle) < btScalar(0.2));
+}
+
+TEST_CASE("a static body that turns in its place carries cloth around") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  CAPTURE(world == World::rigid);
+  Carried carried(world);
+  carried.cloth->translate(btVector3(1, 0, 0));
+  carried.plate->setAngularVelocity(btVector3(0, -1, 0));
+  carried.frames(90, 1);
+  const btVector3 middle = carried.middle_on_plate();
+  CHECK(std::atan2(middle.z(), middle.x()) > btScalar(1.2));
+  CHECK(middle.length() < btScalar(1.2));
+}
+
+TEST_CASE("the speed of a conveyor belt changes no gap") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  CAPTURE(world == World::rigid);
+  Carried carried(world);
+  carried.plate->setLinearVelocity(btVector3(0, 3, 0));  // along the normal: nothing to carry
+  carried.frames(60, 2);
+  const btVector3 middle = carried.middle_on_plate();
+  CHECK(middle.y() > 0);
+  CHECK(middle.y() < btScalar(0.03));
+}
