@@ -89,6 +89,8 @@ void ContactFilter::find_anchored(std::int32_t soft_body, std::int32_t obstacle,
   for (int i = 0; i < soft.m_deformableAnchors.size(); ++i)
     if (soft.m_deformableAnchors[i].m_cti.m_colObj == object)
       add(soft.m_deformableAnchors[i].m_node);
+  for (const auto& [v, body] : embedded_)
+    if (body == obstacle && topology_.body_of(v) == soft_body) vertices.push_back(v);
   std::sort(vertices.begin(), vertices.end());
 }
 
@@ -97,6 +99,12 @@ bool ContactFilter::are_anchored(std::int32_t body_a, std::int32_t body_b,
   const StepTopology::BodyRecord& a = topology_.bodies()[body_a];
   const StepTopology::BodyRecord& b = topology_.bodies()[body_b];
   if (a.soft && b.soft) return false;
+  const std::int32_t obstacle_index = a.soft ? body_b : body_a;
+  const auto is_embedded = [&](std::int32_t v) {
+    return std::binary_search(embedded_.begin(), embedded_.end(),
+                              std::array<std::int32_t, 2>{v, obstacle_index});
+  };
+  if (!embedded_.empty() && std::any_of(vertices.begin(), vertices.end(), is_embedded)) return true;
   const btSoftBody& soft = a.soft ? *a.soft : *b.soft;
   const btCollisionObject* obstacle = a.soft ? b.object : a.object;
   const auto in_contact = [&](const btSoftBody::Node* node) {

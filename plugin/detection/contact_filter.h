@@ -1,7 +1,10 @@
 // Decides which contacts of a step get a response.
 #pragma once
 
+#include <array>
 #include <cstdint>
+#include <utility>
+#include <vector>
 
 #include "contact/pair_surfaces.h"
 #include "detection/seams.h"
@@ -23,6 +26,11 @@ class ContactFilter {
 
   /// Call when indices of bodies or vertices change, with the start of a motion.
   void set_topology();
+  /// Sets the vertices that count as anchored to obstacles that they are inside of: vertex and
+  /// body, sorted.
+  void set_embedded(std::vector<std::array<std::int32_t, 2>> pairs) {
+    embedded_ = std::move(pairs);
+  }
   /// Marks the motion as new: its end is the one that Bullet predicted.
   void begin_motion();
   /// Call with true before the response changes the end of the motion. From then on the end that
@@ -42,7 +50,8 @@ class ContactFilter {
   /// Same as has_response(), but for the motion as Bullet predicted it. Ignores what the response
   /// has changed so far.
   bool has_response_as_predicted(const Contact& contact) const;
-  /// True if an anchor holds a node of the soft body to the rigid body of the contact.
+  /// True if an anchor holds a node of the soft body to the rigid body of the contact. Embedded
+  /// vertices count as anchored, here and below.
   bool is_anchored(const Contact& contact) const {
     return are_anchored(contact.body_a, contact.body_b,
                         {contact.vertices.data(), contact.vertices.size()});
@@ -72,6 +81,7 @@ class ContactFilter {
   const Motion& motion_;
   const PairSurfaces& surfaces_;
   Seams seams_;
+  std::vector<std::array<std::int32_t, 2>> embedded_;
   bool end_changed_ = false;
 };
 

@@ -207,6 +207,7 @@ void Pipeline::take_changes(const StepReader::Changes& changes) {
   update_surfaces();
   try {
     if (changes.topology || detector_.would_change(largest_thickness())) set_topology();
+    find_embedded(changes.placed_bodies);
     if (!changes.placed_bodies.empty()) {
       for (const std::int32_t body : changes.placed_bodies) untangling_.place(body);
       report_intersections();
@@ -247,9 +248,27 @@ NearContacts Pipeline::find_near_contacts() {
 void Pipeline::set_topology() {
   response_.renumber(scene_numbers_.update(topology()));
   untangling_.set_ids(topology().ids());
+  embedded_.set_topology(topology(), reader_.sleepers().left_out_count() > 0);
+  filter_.set_embedded(embedded_.pairs());
   filter_.set_topology();
   detector_.set_topology(largest_thickness());
   surfaces_.limit_thickness(detector_.largest_thickness());
+}
+
+void Pipeline::find_embedded(const std::vector<std::int32_t>& placed_bodies) {
+  if (!placed_bodies.empty()) {
+    const Topology view = topology().topology();
+    const std::function<bool(std::int32_t)> responds = [this](std::int32_t body) {
+      return topology().bodies()[body].responds;
+    };
+    const PairRules pair_rules(view, responds);
+    embedded_.find(topology(), motion(), placed_bodies,
+                   [&](std::int32_t body, std::int32_t obstacle) {
+                     return pair_rules.collide(body, obstacle);
+                   });
+  }
+  embedded_.forget_left(topology(), motion());
+  filter_.set_embedded(embedded_.pairs());
 }
 
 Untangling::Found Pipeline::find_intersections() const {

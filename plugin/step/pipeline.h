@@ -16,6 +16,7 @@
 #include "step/checked_options.h"
 #include "step/scene_numbers.h"
 #include "step/write_rigid_bodies.h"
+#include "untangling/embedded_nodes.h"
 #include "untangling/untangling.h"
 #include "util/warning_log.h"
 
@@ -108,6 +109,8 @@ class Pipeline {
   // if it did; the step must be detected again then.
   bool reread_obstacles_if_left();
   void set_topology();
+  // Finds the pinned nodes inside of bodies that nothing moves, around bodies that were placed.
+  void find_embedded(const std::vector<std::int32_t>& placed_bodies);
   Untangling::Found find_intersections() const;
   void report_intersections();
   NearContacts find_near_contacts();
@@ -133,6 +136,7 @@ class Pipeline {
   StepDetector detector_;
   Response response_;
   SceneNumbers scene_numbers_;
+  EmbeddedNodes embedded_;
   Untangling untangling_;
   std::vector<StepContact> contacts_;
   std::int64_t handled_pairs_ = 0;

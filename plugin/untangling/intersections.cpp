@@ -109,18 +109,6 @@ int side(const Vector3d& p, const Vector3d& a, const Vector3d& b, const Vector3d
   return std::abs(volume) > 1e-13 * scale ? (volume > 0 ? 1 : -1) : 0;
 }
 
-// True if the edge pq intersects the face abc. First, side() must be certain that the ends are on
-// different sides of the plane. The rest is exact: does a point that moves from p to q meet the
-// face?
-bool edge_intersects_face(const Vector3d& p, const Vector3d& q, const Vector3d& a,
-                          const Vector3d& b, const Vector3d& c) {
-  if (side(p, a, b, c) * side(q, a, b, c) >= 0) return false;
-  const auto point = [](const Vector3d& x) { return std::array<double, 3>{x[0], x[1], x[2]}; };
-  return decide(ContactKind::vertex_face,
-                {point(p), point(a), point(b), point(c), point(q), point(a), point(b), point(c)})
-      .hit;
-}
-
 // By body: nonzero if it may collide with itself, or with a body whose box overlaps its own.
 std::vector<char> find_bodies_that_may_collide(const Topology& topology,
                                                const std::vector<Vector3d>& x,
@@ -139,6 +127,17 @@ std::vector<char> find_bodies_that_may_collide(const Topology& topology,
 }
 
 }  // namespace
+
+// First, side() must be certain that the ends are on different sides of the plane. The rest is
+// exact: does a point that moves from p to q meet the face?
+bool edge_intersects_face(const Vector3d& p, const Vector3d& q, const Vector3d& a,
+                          const Vector3d& b, const Vector3d& c) {
+  if (side(p, a, b, c) * side(q, a, b, c) >= 0) return false;
+  const auto point = [](const Vector3d& x) { return std::array<double, 3>{x[0], x[1], x[2]}; };
+  return decide(ContactKind::vertex_face,
+                {point(p), point(a), point(b), point(c), point(q), point(a), point(b), point(c)})
+      .hit;
+}
 
 Intersections find_intersections(const Topology& topology, Span<const Edge> edges,
                                  const Positions& positions,

@@ -184,6 +184,52 @@ void sort(Penetrations& found) {
   std::sort(found.faces.begin(), found.faces.end());
 }
 
+// Finds what is inside of obstacles. `is_searched`: whether this vertex counts for this obstacle.
+Penetrations find_inside_obstacles(
+    const StepTopology& topology, const Intersections& intersections, Span<const Edge> edges,
+    const Motion& motion, const std::function<bool(std::int32_t, std::int32_t)>& may_penetrate,
+    const std::function<bool(std::int32_t, std::int32_t)>& is_searched) {
+  const Topology view = topology.topology();
+  Penetrations found;
+  std::vector<AlignedBox3d> boxes(view.bodies.size());
+  for (std::size_t v = 0; v < view.vertex_count; ++v)
+    boxes[view.body_of_vertex[v]].extend(motion.start_of(static_cast<std::int32_t>(v)));
+  for (std::int32_t obstacle = 0; obstacle < static_cast<std::int32_t>(boxes.size()); ++obstacle) {
+    if (topology.bodies()[obstacle].soft || boxes[obstacle].isEmpty()) continue;
+    const btCollisionShape& shape = *topology.bodies()[obstacle].object->getCollisionShape();
+    const int shape_type = shape.getShapeType();
+    const Eigen::Matrix3d basis = to_eigen(motion.rigid_of(obstacle).start.getBasis());
+    Vector3d up = Vector3d::Zero();  // of what has no bottom
+    if (shape_type == STATIC_PLANE_PROXYTYPE)
+      up = basis * to_eigen(static_cast<const btStaticPlaneShape&>(shape).getPlaneNormal());
+    if (shape_type == TERRAIN_SHAPE_PROXYTYPE)
+      up = basis.col(static_cast<const btHeightfieldTerrainShape&>(shape).getUpAxis());
+    const auto are_apart = [&](const AlignedBox3d& box) {
+      return up.isZero() ? !box.intersects(boxes[obstacle])
+                         : lower_end(box, up) > -lower_end(boxes[obstacle], -up);
+    };
+    Vertices vertices;
+    for (std::int32_t body = 0; body < static_cast<std::int32_t>(boxes.size()); ++body) {
+      const StepTopology::BodyRecord& record = topology.bodies()[body];
+      if (!record.soft || are_apart(boxes[body]) || !may_penetrate(body, obstacle)) continue;
+      const std::int32_t last = record.first_vertex + record.vertex_count;
+      for (std::int32_t v = record.first_vertex; v < last; ++v)
+        if (is_searched(v, obstacle)) vertices.push_back(v);
+    }
+    if (vertices.empty()) continue;
+    Finder finder(topology, motion, obstacle, found);
+    if (shape_type == STATIC_PLANE_PROXYTYPE) {
+      finder.find_below_plane(vertices, intersections, edges, up);
+    } else if (shape_type == TERRAIN_SHAPE_PROXYTYPE) {
+      finder.find_below(vertices, up);
+    } else {
+      finder.find_inside(vertices, intersections, edges);
+    }
+  }
+  sort(found);
+  return found;
+}
+
 }  // namespace
 
 bool Penetrations::contains(Span<const std::int32_t> soft, std::int32_t body) const {
@@ -211,48 +257,23 @@ Penetrations find_penetrations(const StepTopology& topology, const Intersections
                                Span<const Edge> edges, const Motion& motion,
                                const std::function<bool(std::int32_t, std::int32_t)>& may_penetrate,
                                const std::function<bool(std::int32_t, std::int32_t)>& is_anchored) {
-  const Topology view = topology.topology();
-  Penetrations found;
-  std::vector<AlignedBox3d> boxes(view.bodies.size());
-  for (std::size_t v = 0; v < view.vertex_count; ++v)
-    boxes[view.body_of_vertex[v]].extend(motion.start_of(static_cast<std::int32_t>(v)));
-  for (std::int32_t obstacle = 0; obstacle < static_cast<std::int32_t>(boxes.size()); ++obstacle) {
-    if (topology.bodies()[obstacle].soft || boxes[obstacle].isEmpty()) continue;
-    const btCollisionShape& shape = *topology.bodies()[obstacle].object->getCollisionShape();
-    const int shape_type = shape.getShapeType();
-    const Eigen::Matrix3d basis = to_eigen(motion.rigid_of(obstacle).start.getBasis());
-    Vector3d up = Vector3d::Zero();  // of what has no bottom
-    if (shape_type == STATIC_PLANE_PROXYTYPE)
-      up = basis * to_eigen(static_cast<const btStaticPlaneShape&>(shape).getPlaneNormal());
-    if (shape_type == TERRAIN_SHAPE_PROXYTYPE)
-      up = basis.col(static_cast<const btHeightfieldTerrainShape&>(shape).getUpAxis());
-    const auto are_apart = [&](const AlignedBox3d& box) {
-      return up.isZero() ? !box.intersects(boxes[obstacle])
-                         : lower_end(box, up) > -lower_end(boxes[obstacle], -up);
-    };
-    Vertices vertices;
-    const bool obstacle_moves = motion.rigid_of(obstacle).is_movable();
-    for (std::int32_t body = 0; body < static_cast<std::int32_t>(boxes.size()); ++body) {
-      const StepTopology::BodyRecord& record = topology.bodies()[body];
-      if (!record.soft || are_apart(boxes[body]) || !may_penetrate(body, obstacle)) continue;
-      const std::int32_t last = record.first_vertex + record.vertex_count;
-      for (std::int32_t v = record.first_vertex; v < last; ++v) {
-        if ((obstacle_moves || motion.is_movable(v)) && !is_anchored(v, obstacle))
-          vertices.push_back(v);
-      }
-    }
-    if (vertices.empty()) continue;
-    Finder finder(topology, motion, obstacle, found);
-    if (shape_type == STATIC_PLANE_PROXYTYPE) {
-      finder.find_below_plane(vertices, intersections, edges, up);
-    } else if (shape_type == TERRAIN_SHAPE_PROXYTYPE) {
-      finder.find_below(vertices, up);
-    } else {
-      finder.find_inside(vertices, intersections, edges);
-    }
-  }
-  sort(found);
-  return found;
+  return find_inside_obstacles(
+      topology, intersections, edges, motion, may_penetrate,
+      [&](std::int32_t v, std::int32_t obstacle) {
+        return (motion.rigid_of(obstacle).is_movable() || motion.is_movable(v)) &&
+               !is_anchored(v, obstacle);
+      });
+}
+
+std::vector<std::array<std::int32_t, 2>> find_pinned_inside(
+    const StepTopology& topology, const Motion& motion,
+    const std::function<bool(std::int32_t, std::int32_t)>& may_be_inside) {
+  return find_inside_obstacles(topology, {}, {}, motion, may_be_inside,
+                               [&](std::int32_t v, std::int32_t obstacle) {
+                                 return !motion.rigid_of(obstacle).is_movable() &&
+                                        !motion.is_movable(v);
+                               })
+      .vertices;
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -43,5 +43,11 @@ Penetrations find_penetrations(
     const std::function<bool(std::int32_t soft_body, std::int32_t obstacle)>& may_penetrate,
     const std::function<bool(std::int32_t vertex, std::int32_t body)>& is_anchored);
 
+/// Finds the vertices that nothing moves inside of obstacles that nothing moves: vertex and body,
+/// sorted. `may_be_inside`: whether this pair of bodies is looked at.
+std::vector<std::array<std::int32_t, 2>> find_pinned_inside(
+    const StepTopology& topology, const Motion& motion,
+    const std::function<bool(std::int32_t soft_body, std::int32_t obstacle)>& may_be_inside);
+
 }  // namespace LAZYCCD_BULLET_PRECISION
 }  // namespace lazyccd::bullet
