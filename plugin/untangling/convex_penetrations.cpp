@@ -3,12 +3,12 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
-#include <limits>
 #include <map>
 #include <optional>
 #include <set>
 #include <utility>
 
+#include "untangling/intersections.h"
 #include "util/disjoint_sets.h"
 
 namespace lazyccd::bullet {
@@ -126,6 +126,75 @@ Clusters find_clusters(const StepTopology& topology, const std::vector<Point>& p
   return clusters;
 }
 
+using Group = std::vector<Point>;
+
+double depth_below(const Side& side, const Group& group) {
+  double depth = 0;
+  for (const Point& point : group) depth = std::max(depth, -side.height(point.x));
+  return depth;
+}
+
+// True if a blocking face is on the way of a point to the side, or within the margins of it.
+bool is_blocked(const Side& side, const Group& group, const Blocking& blocking,
+                const Topology& topology, const Motion& motion) {
+  const Vector3d margin = blocking.margin * side.normal;
+  std::vector<std::array<Vector3d, 2>> ways;
+  Eigen::AlignedBox3d box;
+  for (const Point& point : group) {
+    ways.push_back({point.x - margin, point.x - side.height(point.x) * side.normal + margin});
+    for (const Vector3d& end : ways.back()) box.extend(end);
+  }
+  return std::any_of(blocking.faces.begin(), blocking.faces.end(), [&](std::int32_t f) {
+    const Face& face = topology.faces[f];
+    const Vector3d a = motion.start_of(face[0]), b = motion.start_of(face[1]),
+                   c = motion.start_of(face[2]);
+    Eigen::AlignedBox3d of_face(a);
+    of_face.extend(b).extend(c);
+    return box.intersects(of_face) && std::any_of(ways.begin(), ways.end(), [&](const auto& way) {
+             return edge_intersects_face(way[0], way[1], a, b, c);
+           });
+  });
+}
+
+// True if the group reaches from the side to one that faces away from it. To leave through the
+// side, what passes through both would have to let go of the whole body.
+bool reaches_through(const Side& side, double depth, const Group& group,
+                     const std::vector<Side>& sides) {
+  constexpr double min_cosine = 0.5;
+  return std::any_of(group.begin(), group.end(), [&](const Point& point) {
+    const double rounding = 4 * rounding_at(point.x);
+    return -side.height(point.x) > depth - rounding &&
+           std::any_of(sides.begin(), sides.end(), [&](const Side& other) {
+             return other.normal.dot(side.normal) < -min_cosine &&
+                    other.height(point.x) > -rounding;
+           });
+  });
+}
+
+// The nearest side through which the group can leave; null if there is none. What is pierced must
+// not be stretched: it does not leave through a side if it reaches through the body from there. If
+// the nearest side is blocked, the way to another is no longer than the group is wide.
+const Side* find_exit(const Group& group, const std::vector<Side>& sides, const Blocking& blocking,
+                      const Topology& topology, const Motion& motion) {
+  Eigen::AlignedBox3d box;
+  for (const Point& point : group) box.extend(point.x);
+  const bool is_pierced = std::any_of(group.begin(), group.end(),
+                                      [](const Point& point) { return point.of.size() > 1; });
+  std::vector<std::pair<double, const Side*>> by_depth;
+  for (const Side& side : sides) by_depth.emplace_back(depth_below(side, group), &side);
+  std::stable_sort(by_depth.begin(), by_depth.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  const auto would_stretch = [&](double depth, const Side& side) {
+    return is_pierced && ((&side != by_depth[0].second && depth > box.diagonal().norm()) ||
+                          reaches_through(side, depth, group, sides));
+  };
+  for (const auto& [depth, side] : by_depth) {
+    if (!blocking.is_movable && would_stretch(depth, *side)) continue;
+    if (!is_blocked(*side, group, blocking, topology, motion)) return side;
+  }
+  return nullptr;
+}
+
 }  // namespace
 
 void find_in_convex(const StepTopology& topology, const Motion& motion,
@@ -155,19 +224,13 @@ void find_in_convex(const StepTopology& topology, const Motion& motion,
       points.push_back({{face[0], face[1], face[2]}, u, v, point_of(face, u, v, motion)});
     found.add_passing(face);
   }
+  const Topology view = topology.topology();
   Clusters clusters = find_clusters(topology, points, inside);
-  std::map<std::int32_t, std::vector<Point>> groups;
+  std::map<std::int32_t, Group> groups;
   for (const Point& point : points) groups[clusters.cluster_of(point.of[0])].push_back(point);
   for (const auto& [key, group] : groups) {
-    const Side* best = nullptr;
-    double shortest = std::numeric_limits<double>::infinity();
-    for (const Side& side : sides) {
-      double depth = 0;
-      for (const Point& point : group) depth = std::max(depth, -side.height(point.x));
-      if (depth >= shortest) continue;
-      shortest = depth;
-      best = &side;
-    }
+    const Side* const best = find_exit(group, sides, candidates.blocking, view, motion);
+    if (!best) continue;
     for (const Point& point : group) {
       if (point.of.size() == 1) {
         found.add(point.of[0], *best);

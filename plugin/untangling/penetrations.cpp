@@ -67,7 +67,7 @@ class Finder {
   }
 
   void find_inside(const Vertices& vertices, const Intersections& intersections,
-                   Span<const Edge> edges) {
+                   Span<const Edge> edges, const Blocking& blocking) {
     const PartsOfObstacle parts(topology_, obstacle_);
     std::map<std::int32_t, Candidates> passing = find_passing(parts, intersections, edges);
     for (const Solid& solid : find_solids(parts, view_, motion_)) {
@@ -81,6 +81,7 @@ class Finder {
       if (sides.empty()) {
         find_in_solid(near, solid);
       } else {
+        candidates.blocking = blocking;
         find_in_convex(topology_, motion_, candidates, sides, found_);
       }
     }
@@ -184,6 +185,35 @@ void sort(Penetrations& found) {
   std::sort(found.faces.begin(), found.faces.end());
 }
 
+// `boxes`: by body. `vertices`: those that may be inside of the obstacle.
+Blocking find_blocking(const StepTopology& topology, const Motion& motion,
+                       const std::vector<AlignedBox3d>& boxes, std::int32_t obstacle,
+                       const Vertices& vertices) {
+  Blocking blocking;
+  blocking.is_movable = motion.rigid_of(obstacle).is_movable();
+  if (blocking.is_movable) return blocking;
+  const auto margin_of = [&](std::int32_t body) { return topology.bodies()[body].margin; };
+  double soft_margin = 0;
+  for (const std::int32_t v : vertices)
+    soft_margin = std::max(soft_margin, margin_of(topology.body_of(v)));
+  blocking.margin = soft_margin + margin_of(obstacle);
+  AlignedBox3d reach = boxes[obstacle];
+  reach = AlignedBox3d(reach.min() - Vector3d::Constant(blocking.margin),
+                       reach.max() + Vector3d::Constant(blocking.margin));
+  for (std::int32_t body = 0; body < static_cast<std::int32_t>(boxes.size()); ++body) {
+    const StepTopology::BodyRecord& record = topology.bodies()[body];
+    if (record.soft || body == obstacle || motion.rigid_of(body).is_movable() ||
+        !boxes[body].intersects(reach))
+      continue;
+    for (std::int32_t f = record.faces.first; f < record.faces.last; ++f) {
+      AlignedBox3d box;
+      for (const std::int32_t v : topology.topology().faces[f]) box.extend(motion.start_of(v));
+      if (box.intersects(reach)) blocking.faces.push_back(f);
+    }
+  }
+  return blocking;
+}
+
 // Finds what is inside of obstacles. `is_searched`: whether this vertex counts for this obstacle.
 Penetrations find_inside_obstacles(
     const StepTopology& topology, const Intersections& intersections, Span<const Edge> edges,
@@ -223,7 +253,8 @@ Penetrations find_inside_obstacles(
     } else if (shape_type == TERRAIN_SHAPE_PROXYTYPE) {
       finder.find_below(vertices, up);
     } else {
-      finder.find_inside(vertices, intersections, edges);
+      finder.find_inside(vertices, intersections, edges,
+                         find_blocking(topology, motion, boxes, obstacle, vertices));
     }
   }
   sort(found);

@@ -33,10 +33,11 @@ struct Penetrations {
 
 /// Finds the penetrations at the start of a step. These obstacles have an inside: planes and
 /// terrains (below them), and the solids of a body whose triangles are closed (solids.h). What
-/// hangs together inside of a plane or a convex solid leaves it through the same face: the one
-/// through which the way is shortest. From terrains and other solids each vertex leaves through the
-/// nearest face, and edges do not count. `may_penetrate`: whether this pair of bodies is looked at.
-/// `is_anchored`: an anchor holds the vertex to this body; it is left out.
+/// hangs together inside of a plane or a convex solid leaves it through the same face: mostly the
+/// one through which the way is shortest, see find_in_convex(). From terrains and other solids each
+/// vertex leaves through the nearest face, and edges do not count. `may_penetrate`: whether this
+/// pair of bodies is looked at. `is_anchored`: an anchor holds the vertex to this body; it is left
+/// out.
 Penetrations find_penetrations(
     const StepTopology& topology, const Intersections& intersections, Span<const Edge> edges,
     const Motion& motion,
