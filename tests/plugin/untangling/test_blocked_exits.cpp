@@ -7,6 +7,7 @@
 #include <string>
 
 #include "plugin/support/obstacle_worlds.h"
+#include "plugin/support/soft_body_figures.h"
 #include "scenes/meshes/shapes.h"
 #include "support/catch.h"
 
@@ -16,23 +17,6 @@ using scenes::vector;
 using scenes::World;
 
 namespace {
-
-double speed(const btSoftBody& body) {
-  double fastest = 0;
-  for (int i = 0; i < body.m_nodes.size(); ++i)
-    fastest = std::max(fastest, static_cast<double>(body.m_nodes[i].m_v.length()));
-  return fastest;
-}
-
-double strain(const btSoftBody& body) {
-  double largest = 0;
-  for (int i = 0; i < body.m_links.size(); ++i) {
-    const btSoftBody::Link& link = body.m_links[i];
-    const btScalar length = link.m_n[0]->m_x.distance(link.m_n[1]->m_x);
-    largest = std::max(largest, static_cast<double>(length / link.m_rl));
-  }
-  return largest;
-}
 
 btSoftBody* add_carpet(ObstacleWorld& w, double height) {
   btSoftBody* const carpet = w.add(

@@ -9,6 +9,7 @@
 #include <string>
 
 #include "plugin/support/obstacle_worlds.h"
+#include "plugin/support/soft_body_figures.h"
 #include "scenes/meshes/shapes.h"
 #include "support/catch.h"
 
@@ -46,23 +47,6 @@ std::unique_ptr<btTriangleMesh> box_triangles(const btVector3& half, bool inward
     }
   }
   return mesh;
-}
-
-double speed(const btSoftBody& body) {
-  double fastest = 0;
-  for (int i = 0; i < body.m_nodes.size(); ++i)
-    fastest = std::max(fastest, static_cast<double>(body.m_nodes[i].m_v.length()));
-  return fastest;
-}
-
-double strain(const btSoftBody& body) {
-  double largest = 0;
-  for (int i = 0; i < body.m_links.size(); ++i) {
-    const btSoftBody::Link& link = body.m_links[i];
-    const btScalar length = link.m_n[0]->m_x.distance(link.m_n[1]->m_x);
-    largest = std::max(largest, static_cast<double>(length / link.m_rl));
-  }
-  return largest;
 }
 
 // Puts the pinned row elsewhere, as an application drives it.
