@@ -121,7 +121,7 @@ class Scene {
 
   SceneReport run(const std::function<void(const SceneStep&)>& after_step) {
     report_.steps = 30 + random_.below(60);
-    penetration_check_.restart(soft_, obstacles_to_check());
+    restart_checks();
     report_.vertices = penetration_check_.vertex_count();
     report_.kinetic_at_start = kinetic_energy(&report_.fastest_at_start);
     for (int i = 0; i < report_.steps && !is_over(); ++i) {
@@ -148,6 +148,7 @@ class Scene {
       const double dt = took.count() - seconds_inspecting_;
       report_.slowest_step = std::max(report_.slowest_step, dt);
       if (!is_over()) inspect();
+      if (!is_over()) inspect_frame();
       if (after_step)
         after_step({report_.what, i, dt, report_.crossings - before, world_.step_stats(),
                     penetration_check_});
@@ -361,7 +362,7 @@ class Scene {
       inspect();
       erase(static_cast<std::size_t>(body - soft_.begin()));
       note("deleted" + std::to_string(step_));
-      penetration_check_.restart(soft_, obstacles_to_check());
+      restart_checks();
     };
     return options;
   }
@@ -410,7 +411,7 @@ class Scene {
       default:
         change_rigid(step);
     }
-    penetration_check_.restart(soft_, obstacles_to_check());
+    restart_checks();
   }
 
   void change_rigid(int step) {
@@ -592,6 +593,17 @@ class Scene {
   }
   bool is_over() const { return !report_.finite || report_.fastest >= explosion_speed; }
 
+  void restart_checks() {
+    penetration_check_.restart(soft_, obstacles_to_check());
+    frame_check_.restart(soft_, obstacles_to_check());
+  }
+
+  // Driven bodies are looked at after whole frames: Bullet has them at the end of the frame from
+  // its first substep on, and LazyCCD moves them evenly.
+  void inspect_frame() {
+    report_.overlaps += frame_check_.step().with_driven + frame_check_.intersections().with_driven;
+  }
+
   void inspect() {
     const auto start = std::chrono::steady_clock::now();
     double fastest = 0;
@@ -604,7 +616,6 @@ class Scene {
     report_.crossings += crossed.others;
     if (report_.crossings > before && report_.first_crossing < 0) report_.first_crossing = step_;
     report_.intersections = std::max(report_.intersections, intersecting.others);
-    report_.overlaps += crossed.with_driven + intersecting.with_driven;
     seconds_inspecting_ +=
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   }
@@ -641,8 +652,9 @@ class Scene {
   std::unique_ptr<btTypedConstraint> joint_;
   std::vector<Driven> driven_;
   std::vector<std::unique_ptr<btSoftBody>> soft_;
-  std::vector<ChangeLimits> limits_;  // of each soft body
-  PenetrationCheck penetration_check_;
+  std::vector<ChangeLimits> limits_;    // of each soft body
+  PenetrationCheck penetration_check_;  // of substeps
+  PenetrationCheck frame_check_;
   SceneReport report_;
 };
 
