@@ -267,8 +267,8 @@ void Pipeline::find_embedded(const std::vector<std::int32_t>& placed_bodies) {
                      return pair_rules.collide(body, obstacle);
                    });
   }
-  embedded_.forget_left(topology(), motion());
-  filter_.set_embedded(embedded_.pairs());
+  const bool has_changed = embedded_.forget_left(topology(), motion());
+  if (has_changed || !placed_bodies.empty()) filter_.set_embedded(embedded_.pairs());
 }
 
 Untangling::Found Pipeline::find_intersections() const {

@@ -113,16 +113,19 @@ void EmbeddedNodes::find(
   find_pairs();
 }
 
-void EmbeddedNodes::forget_left(const StepTopology& topology, const Motion& motion) {
-  if (entries_.empty()) return;
+bool EmbeddedNodes::forget_left(const StepTopology& topology, const Motion& motion) {
+  if (entries_.empty()) return false;
   find_outside(topology, motion);
   const auto has_left = [&](const Entry& entry) {
     return entry.v >= 0 &&
            (motion.is_movable(entry.v) || motion.rigid_of(entry.obstacle).is_movable() ||
             (entry.is_outside && !crosses(entry.v, entry.obstacle, topology, motion)));
   };
-  entries_.erase(std::remove_if(entries_.begin(), entries_.end(), has_left), entries_.end());
+  const auto left = std::remove_if(entries_.begin(), entries_.end(), has_left);
+  if (left == entries_.end()) return false;
+  entries_.erase(left, entries_.end());
   find_pairs();
+  return true;
 }
 
 void EmbeddedNodes::find_outside(const StepTopology& topology, const Motion& motion) {

@@ -29,8 +29,8 @@ class EmbeddedNodes {
             const std::vector<std::int32_t>& placed,
             const std::function<bool(std::int32_t soft_body, std::int32_t obstacle)>& collide);
   /// Forgets nodes that are outside at the start of the step, once no edge or face of theirs passes
-  /// through the obstacle, and nodes that something moves now.
-  void forget_left(const StepTopology& topology, const Motion& motion);
+  /// through the obstacle, and nodes that something moves now. Returns whether pairs() changed.
+  bool forget_left(const StepTopology& topology, const Motion& motion);
 
   /// Of the present topology.
   const Pairs& pairs() const { return pairs_; }

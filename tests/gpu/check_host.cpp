@@ -127,8 +127,7 @@ int main(int argc, char** argv) {
   const bool small = argc > 1 && std::string(argv[1]) == "--small";
   if (skips_without_cuda()) return kSkipped;
   try {
-    const Frames few = worlds(small ? 3 : 12, 3, 5), many = worlds(small ? 5 : 300, 5, 5);
-    const Frames exact = lattice(small ? 30 : 100, std::vector<bool>(4, true));
+    const auto [few, many, exact] = CheckedFrames(small);
     for (const Frames* frames : {&few, &many, &exact}) {
       if (small && frames == &many) continue;
       check_columns(*frames);

@@ -65,6 +65,16 @@ inline Frames lattice(std::int32_t count, const std::vector<bool>& exact) {
   return f;
 }
 
+// The meshes that most checks run on. `small`: for the sanitizers.
+struct CheckedFrames {
+  Frames few, many, exact;
+
+  explicit CheckedFrames(bool small)
+      : few(worlds(small ? 3 : 12, 3, 5)),
+        many(worlds(small ? 5 : 300, 5, 5)),
+        exact(lattice(small ? 30 : 100, std::vector<bool>(4, true))) {}
+};
+
 struct Found {
   std::vector<Contact> contacts;
   std::uint64_t hash = 0;
