@@ -26,9 +26,7 @@ QueryCoordinates coordinates(const QueryPoints& points) {
 }
 
 Decision decide_fixed(ContactKind kind, const QueryCoordinates& q) {
-  return kind == ContactKind::vertex_face
-             ? exact::decide_fixed<ContactKind::vertex_face, FixedInteger>(q)
-             : exact::decide_fixed<ContactKind::edge_edge, FixedInteger>(q);
+  return exact::decide_fixed<FixedInteger>(kind, q);
 }
 
 struct Counts {

@@ -11,6 +11,7 @@
 #include <cstring>
 
 #include "core/exact/instant.h"
+#include "core/exact/moving_vector.h"
 #include "core/narrow/decision.h"
 #include "core/narrow/elementary.h"
 #include "lazyccd/contact.h"
@@ -19,6 +20,28 @@ namespace lazyccd::exact {
 
 /// Most bits of a coordinate on the grid; a difference of two has one more.
 constexpr int kCoordinateBits = 81;
+
+/// Zero bits below the lowest one bit of m, which is not 0.
+LAZYCCD_HD inline int trailing_zeros(std::uint64_t m) {
+#if defined(__CUDA_ARCH__)
+  return __ffsll(static_cast<long long>(m)) - 1;
+#else
+  int zeros = 0;
+  for (; (m >> zeros & 1) == 0; ++zeros) {
+  }
+  return zeros;
+#endif
+}
+/// Bits up to the highest one bit of m.
+LAZYCCD_HD inline int significant_bits(std::uint64_t m) {
+#if defined(__CUDA_ARCH__)
+  return 64 - __clzll(static_cast<long long>(m));
+#else
+  int bits = 0;
+  for (; m != 0; m >>= 1) ++bits;
+  return bits;
+#endif
+}
 
 /// A finite double as mantissa times 2^exponent. The mantissa is odd, or 0 for zero.
 struct Dyadic {
@@ -34,13 +57,10 @@ struct Dyadic {
     if (m == 0) return;
     exponent = (field != 0 ? field : 1) - 1075;
 
-    for (int step = 32; step > 0; step /= 2)  // removes the zeros at the low end
-      if ((m & ((std::uint64_t{1} << step) - 1)) == 0) {
-        m >>= step;
-        exponent += step;
-      }
-
-    for (std::uint64_t rest = m; rest != 0; rest >>= 1) ++bits;
+    const int zeros = trailing_zeros(m);
+    m >>= zeros;
+    exponent += zeros;
+    bits = significant_bits(m);
     mantissa = raw >> 63 != 0 ? -static_cast<std::int64_t>(m) : static_cast<std::int64_t>(m);
   }
 };
@@ -52,6 +72,7 @@ class GridMotion {
  public:
   /// Returns false if a coordinate has too many bits.
   LAZYCCD_HD LAZYCCD_CALLED bool load(const QueryCoordinates& q) {
+    LAZYCCD_ONE_COPY
     for (int axis = 0; axis < 3; ++axis) {
       int lowest = 1 << 20, highest = -(1 << 20);
       const auto dyadic = [&](int i) {
@@ -59,6 +80,7 @@ class GridMotion {
         return Dyadic(axis == 0 ? point.x : axis == 1 ? point.y : point.z);
       };
 
+      LAZYCCD_ONE_COPY
       for (int i = 0; i < 8; ++i) {
         const Dyadic d = dyadic(i);
         if (d.mantissa == 0) continue;
@@ -67,6 +89,7 @@ class GridMotion {
       }
       if (highest - lowest > kCoordinateBits) return false;
 
+      LAZYCCD_ONE_COPY
       for (int i = 0; i < 8; ++i) {
         const Dyadic d = dyadic(i);
         x_[i][axis] = d.mantissa == 0 ? Integer(0) : Integer(d.mantissa) << (d.exponent - lowest);
@@ -74,41 +97,42 @@ class GridMotion {
     }
     return true;
   }
-  /// Component of the vector from point i to point j, linear in time.
-  LAZYCCD_HD LAZYCCD_CALLED Poly<Integer> difference(int i, int j, int axis) const {
-    return Poly<Integer>::linear(x_[j][axis] - x_[i][axis], x_[j + 4][axis] - x_[i + 4][axis]);
+  /// The vector from point i to point j.
+  LAZYCCD_HD LAZYCCD_CALLED MovingVector<Integer> difference(int i, int j) const {
+    MovingVector<Integer> v;
+    for (int axis = 0; axis < 3; ++axis) {
+      v.start[axis] = x_[j][axis] - x_[i][axis];
+      v.end[axis] = x_[j + 4][axis] - x_[i + 4][axis];
+    }
+    return v;
   }
 
  private:
   Integer x_[8][3];
 };
 
-/// Two point indices: the vector from one to the other.
-struct PointPair {
-  int from, to;
-};
-
-/// Decides one query.
-template <ContactKind kind, class Integer>
+/// Decides one query. Its kind is no template parameter, so that a device loads the code once.
+template <class Integer>
 class FixedDecider {
   using P = Poly<Integer>;
   using At = Instant<Integer>;
-  static constexpr bool is_vf = kind == ContactKind::vertex_face;
-  static constexpr PointPair e1 = is_vf ? PointPair{1, 2} : PointPair{0, 1},
-                             e2 = is_vf ? PointPair{1, 3} : PointPair{2, 3},
-                             r = is_vf ? PointPair{1, 0} : PointPair{0, 2};
-  static constexpr int kSegments = is_vf ? 3 : 4;
+  using Vector = MovingVector<Integer>;
 
  public:
-  LAZYCCD_HD Decision operator()(const QueryCoordinates& q) {
+  LAZYCCD_HD explicit FixedDecider(ContactKind kind)
+      : is_vf_(kind == ContactKind::vertex_face), segments_(is_vf_ ? 3 : 4) {}
+
+  LAZYCCD_HD LAZYCCD_CALLED Decision operator()(const QueryCoordinates& q) {
     if (!motion_.load(q)) return {Decision::undecided, 0};
 
-    for (int k = 0; k < 3; ++k) normal_[k] = cross(e1, e2, k);
-    P f = normal_[0] * vector(r, 0) + normal_[1] * vector(r, 1);
-    f = f + normal_[2] * vector(r, 2);
+    e1_ = is_vf_ ? motion_.difference(1, 2) : motion_.difference(0, 1);
+    e2_ = is_vf_ ? motion_.difference(1, 3) : motion_.difference(2, 3);
+    r_ = is_vf_ ? motion_.difference(1, 0) : motion_.difference(0, 2);
+    for (int k = 0; k < 3; ++k) normal_[k] = cross(e1_, e2_, k);
+    const P f = dot(normal_, r_);
     if (f.sign_changes() == 0 && f.c[0].sign() != 0 && f.c[3].sign() != 0)
       return {Decision::miss, 0};
-    if (!f.is_zero()) return decision(first_root(f, [&](At& t) { return touches(t); }));
+    if (!f.is_zero()) return decision(first_root(f, Touches{this, kAnySegment}));
 
     // The points are in one plane at all times. After the start, the first contact is between a
     // point and a segment.
@@ -117,7 +141,7 @@ class FixedDecider {
     if (at_start != Answer::no) return decision({at_start, 0});
     FirstRoot first{Answer::no, 0};
 
-    for (int s = 0; s < kSegments; ++s) {
+    for (int s = 0; s < segments_; ++s) {
       const P between = segment_between(s);
       if (never_between(between)) continue;
       P p = between;
@@ -125,7 +149,7 @@ class FixedDecider {
       for (int k = 3; k-- > 0;)
         if (const P c = segment_cross(s, k); !c.is_zero()) p = c;
       if (p.is_zero()) continue;
-      const FirstRoot found = first_root(p, [&](At& t) { return holds(s, t); });
+      const FirstRoot found = first_root(p, Touches{this, s});
       if (found.answer == Answer::unknown) return {Decision::undecided, 0};
       if (found.answer == Answer::yes && (first.answer == Answer::no || found.ticks < first.ticks))
         first = found;
@@ -134,20 +158,20 @@ class FixedDecider {
   }
 
  private:
+  // Whether the primitives touch at a time: in any way, or the point of one segment lies on it.
+  static constexpr int kAnySegment = -1;
+  struct Touches {
+    const FixedDecider* query;
+    int segment;
+
+    LAZYCCD_HD Answer operator()(At& t) const {
+      return segment == kAnySegment ? query->touches(t) : query->holds(segment, t);
+    }
+  };
+
   LAZYCCD_HD static Decision decision(const FirstRoot& root) {
     if (root.answer == Answer::unknown) return {Decision::undecided, 0};
     return {root.answer == Answer::yes ? Decision::hit : Decision::miss, root.ticks};
-  }
-
-  LAZYCCD_HD P vector(PointPair pair, int axis) const {
-    return motion_.difference(pair.from, pair.to, axis);
-  }
-  LAZYCCD_HD LAZYCCD_CALLED P cross(PointPair a, PointPair b, int k) const {
-    const int i = (k + 1) % 3, j = (k + 2) % 3;
-    return vector(a, i) * vector(b, j) - vector(a, j) * vector(b, i);
-  }
-  LAZYCCD_HD LAZYCCD_CALLED P dot(PointPair a, PointPair b) const {
-    return vector(a, 0) * vector(b, 0) + vector(a, 1) * vector(b, 1) + vector(a, 2) * vector(b, 2);
   }
 
   // Point and ends of a segment: the vertex and a side of the face, or the end of one edge and the
@@ -155,17 +179,17 @@ class FixedDecider {
   struct Segment {
     int point, a, b;
   };
-  LAZYCCD_HD static Segment segment(int s) {
-    if (is_vf) return {0, 1 + s, 1 + (s + 1) % 3};
+  LAZYCCD_HD Segment segment(int s) const {
+    if (is_vf_) return {0, 1 + s, 1 + (s + 1) % 3};
     return s < 2 ? Segment{s, 2, 3} : Segment{s, 0, 1};
   }
-  LAZYCCD_HD P segment_cross(int s, int k) const {
+  LAZYCCD_HD LAZYCCD_CALLED P segment_cross(int s, int k) const {
     const Segment g = segment(s);
-    return cross({g.a, g.point}, {g.b, g.point}, k);
+    return cross(motion_.difference(g.a, g.point), motion_.difference(g.b, g.point), k);
   }
-  LAZYCCD_HD P segment_between(int s) const {
+  LAZYCCD_HD LAZYCCD_CALLED P segment_between(int s) const {
     const Segment g = segment(s);
-    return dot({g.a, g.point}, {g.b, g.point});
+    return dot(motion_.difference(g.a, g.point), motion_.difference(g.b, g.point));
   }
   LAZYCCD_HD static bool never_between(const P& between) {
     return between.sign_changes() == 0 && between.c[0].sign() > 0 && between.c[2].sign() > 0;
@@ -190,7 +214,7 @@ class FixedDecider {
       if (normal != 0) return is_inside(t, k, normal);
     }
 
-    for (int s = 0; s < kSegments; ++s) {
+    for (int s = 0; s < segments_; ++s) {
       if (never_between(segment_between(s))) continue;
       const Answer answer = holds(s, t);
       if (answer != Answer::no) return answer;
@@ -201,12 +225,12 @@ class FixedDecider {
   // Whether the barycentric coordinates are not negative, by component k of the cross products;
   // `normal` is the sign of that of the normal.
   LAZYCCD_HD LAZYCCD_CALLED Answer is_inside(At& t, int k, int normal) const {
-    const P u = cross(r, e2, k), v = is_vf ? cross(e1, r, k) : cross(r, e1, k);
+    const P u = cross(r_, e2_, k), v = is_vf_ ? cross(e1_, r_, k) : cross(r_, e1_, k);
 
-    for (int i = 0; i < (is_vf ? 3 : 4); ++i) {
+    for (int i = 0; i < (is_vf_ ? 3 : 4); ++i) {
       const P g = i == 0   ? u
                   : i == 1 ? v
-                  : i == 2 ? (is_vf ? normal_[k] - u - v : normal_[k] - u)
+                  : i == 2 ? (is_vf_ ? normal_[k] - u - v : normal_[k] - u)
                            : normal_[k] - v;
       const int sign = t.sign(g);
       if (sign == kUnknown) return Answer::unknown;
@@ -215,16 +239,20 @@ class FixedDecider {
     return Answer::yes;
   }
 
+  bool is_vf_;
+  int segments_;  // whose points may touch them if all points are in one plane
   GridMotion<Integer> motion_;
+  Vector e1_, e2_,
+      r_;  // sides of the face and to the vertex; or the edges and from one to the other
   P normal_[3];
 };
 
 /// Decides a query exactly. Undecided only if it needs more than the integers' fixed width: if the
 /// coordinates of one axis span more than kCoordinateBits binary places, or a sign more than
 /// kMaxLevel halvings. The points must be finite.
-template <ContactKind kind, class Integer>
-LAZYCCD_HD Decision decide_fixed(const QueryCoordinates& q) {
-  return FixedDecider<kind, Integer>()(q);
+template <class Integer>
+LAZYCCD_HD Decision decide_fixed(ContactKind kind, const QueryCoordinates& q) {
+  return FixedDecider<Integer>(kind)(q);
 }
 
 }  // namespace lazyccd::exact

@@ -61,6 +61,14 @@ class FixedInteger {
     }
     return product;
   }
+  /// The sum of the products a[i] b[i]. Those whose bit in `minus` is set are subtracted.
+  template <int n>
+  static FixedInteger dot(const FixedInteger (&a)[n], const FixedInteger (&b)[n],
+                          unsigned minus = 0) {
+    FixedInteger sum;
+    for (int i = 0; i < n; ++i) sum = (minus >> i & 1) != 0 ? sum - a[i] * b[i] : sum + a[i] * b[i];
+    return sum;
+  }
   /// bits: 0 to 1023.
   friend FixedInteger operator<<(const FixedInteger& a, int bits) {
     const int limbs = bits / 32, rest = bits % 32;

@@ -35,26 +35,9 @@ class Path {
     const std::uint32_t kept = level_ >= 32 ? ~0u : level_ == 0 ? 0u : ~0u << (32 - level_);
     return static_cast<std::int64_t>(half_[0] & kept);
   }
-  /// A positive multiple of p over the interval, mapped to [0, 1].
+  /// k
   template <class Integer>
-  LAZYCCD_HD LAZYCCD_CALLED Poly<Integer> over(const Poly<Integer>& p) const {
-    return level_ == 0 ? p : p.over(part<Integer>());
-  }
-  /// A positive multiple of p at the start of the interval.
-  template <class Integer>
-  LAZYCCD_HD LAZYCCD_CALLED Integer at_start(const Poly<Integer>& p) const {
-    if (level_ == 0) return p.c[0];
-    const Part<Integer> own = part<Integer>();
-    return p.at(own.index, own.count - own.index);
-  }
-  /// Goes on to part `index` of the 2^levels equal parts of the interval.
-  LAZYCCD_HD void push(std::int64_t index, int levels) {
-    while (levels-- > 0) push((index >> levels & 1) != 0);
-  }
-
- private:
-  template <class Integer>
-  LAZYCCD_HD Part<Integer> part() const {
+  LAZYCCD_HD LAZYCCD_CALLED Integer index() const {
     constexpr int word = 32;
     Integer index(0);
     for (int at = 0; at < level_; at += word) {
@@ -62,8 +45,24 @@ class Path {
       const Integer low(static_cast<std::int64_t>(half_[at / word] >> (word - bits)));
       index = at == 0 ? low : (index << bits) + low;
     }
-    return {index, Integer(1) << level_};
+    return index;
   }
+  template <class Integer>
+  LAZYCCD_HD Part<Integer> part() const {
+    return Part<Integer>(index<Integer>(), level_);
+  }
+  /// Goes on to part `index` of the 2^levels equal parts of the interval. levels: 1 to 32.
+  LAZYCCD_HD void push(std::int64_t index, int levels) {
+    const int word = level_ / 32, used = level_ % 32;
+    const std::uint64_t kept = used == 0 ? 0 : std::uint64_t{half_[word]} >> (32 - used);
+    const std::uint64_t bits = (kept << levels | static_cast<std::uint64_t>(index))
+                               << (64 - used - levels);
+    half_[word] = static_cast<std::uint32_t>(bits >> 32);
+    if (used + levels > 32) half_[word + 1] = static_cast<std::uint32_t>(bits);
+    level_ += levels;
+  }
+
+ private:
   LAZYCCD_HD void set(int at, bool is_later) {
     const std::uint32_t bit = std::uint32_t{1} << (31 - at % 32);
     half_[at / 32] = is_later ? half_[at / 32] | bit : half_[at / 32] & ~bit;
@@ -80,13 +79,20 @@ class Instant {
  public:
   using P = Poly<Integer>;
 
-  LAZYCCD_HD static Instant start_of(const Path& path) { return {Kind::start, path, nullptr, {}}; }
-  LAZYCCD_HD static Instant end_of_step() { return {Kind::end, Path(), nullptr, {}}; }
-  /// Root of `f`, which is trimmed. `local`, over the interval, has it as its only root there, and
-  /// one sign change. `other`: a linear polynomial whose root may be inside too, or null.
-  LAZYCCD_HD static Instant root(const Path& path, const P& f, const P& local, const P* other) {
-    Instant t{Kind::root, path, &f, local};
+  LAZYCCD_HD static Instant start_of(const Path& path) { return {Kind::start, path}; }
+  LAZYCCD_HD static Instant end_of_step() { return {Kind::end, Path()}; }
+  /// Root of `f`, which is trimmed. It is also the only root of `single` inside the interval, where
+  /// that changes its sign once; `local` is `single` over the interval. `other`: a linear
+  /// polynomial whose root may be inside too, or null.
+  LAZYCCD_HD static Instant root(const Path& path, const P& f, const P& single, const P& local,
+                                 const P* other) {
+    Instant t{Kind::root, path};
+    t.f_ = &f;
+    t.single_ = &single;
     t.other_ = other;
+    t.local_ = local;
+    t.local_level_ = path.level();
+    t.first_sign_ = local.first_sign();
     return t;
   }
 
@@ -96,8 +102,8 @@ class Instant {
     bool may_be_zero = true;
     for (;;) {
       if (kind_ == Kind::end) return p.c[p.degree].sign();
-      if (kind_ == Kind::start) return path_.at_start(p).sign();
-      const P q = path_.over(p);
+      if (kind_ == Kind::start) return sign_at_start(p);
+      const P q = over(p);
       if (q.sign_changes() == 0) return q.first_sign();
       if (may_be_zero && path_.level() >= step) {
         const int zero = is_root_of(p);
@@ -118,20 +124,34 @@ class Instant {
  private:
   enum class Kind { start, end, root };
 
-  LAZYCCD_HD Instant(Kind kind, const Path& path, const P* f, const P& local)
-      : kind_(kind), path_(path), f_(f), local_(local) {}
+  LAZYCCD_HD Instant(Kind kind, const Path& path) : kind_(kind), path_(path) {}
+
+  LAZYCCD_HD LAZYCCD_CALLED int sign_at_start(const P& p) const {
+    if (path_.level() == 0) return p.c[0].sign();
+    const Integer index = path_.template index<Integer>();
+    return p.at(index, (Integer(1) << path_.level()) - index).sign();
+  }
+  // A positive multiple of p over the interval, mapped to [0, 1].
+  LAZYCCD_HD LAZYCCD_CALLED P over(const P& p) {
+    if (path_.level() == 0) return p;
+    if (part_level_ != path_.level()) {
+      part_ = path_.template part<Integer>();
+      part_level_ = path_.level();
+    }
+    return p.over(part_);
+  }
 
   // Returns 1 if p is zero here, 0 if not, -1 if the interval is too wide to tell.
   LAZYCCD_HD LAZYCCD_CALLED int is_root_of(const P& p) {
-    if (other_ != nullptr && path_.over(*other_).sign_changes() != 0) return -1;
+    if (other_ != nullptr && over(*other_).sign_changes() != 0) return -1;
     const P q = p.trimmed();
     if (q.degree == 0) return 0;
     const CommonRoots<Integer> common = common_roots(*f_, q);
     if (common.kind == CommonRoots<Integer>::none) return 0;
     // The interval holds no root of f but this one.
     if (common.kind == CommonRoots<Integer>::of_linear)
-      return path_.over(common.linear).sign_changes() == 1;
-    const int changes = path_.over(q).sign_changes();
+      return over(common.linear).sign_changes() == 1;
+    const int changes = over(q).sign_changes();
     return changes == 1 || (changes == 2 && has_multiple_root(q));
   }
 
@@ -148,12 +168,21 @@ class Instant {
     return true;
   }
 
+  // Makes local_ that of the interval.
+  LAZYCCD_HD LAZYCCD_CALLED void localize() {
+    if (local_level_ == path_.level()) return;
+    local_ = over(*single_);
+    local_level_ = path_.level();
+  }
+
   LAZYCCD_HD LAZYCCD_CALLED void halve() {
-    const int middle = local_.sum().sign(), first = local_.first_sign();
-    path_.push(middle == 0 || middle == first);
+    localize();
+    const int middle = local_.sum().sign();
+    path_.push(middle == 0 || middle == first_sign_);
+    ++local_level_;
     if (middle == 0) {
       kind_ = Kind::start;
-    } else if (middle == first) {
+    } else if (middle == first_sign_) {
       local_.take_later_half();
     } else {
       local_.take_earlier_half();
@@ -163,30 +192,36 @@ class Instant {
   // Guesses, in floating point, which of the 2^levels parts of the interval holds the root. Returns
   // false and changes nothing if exact signs at both ends of the part do not say so.
   LAZYCCD_HD LAZYCCD_CALLED bool narrow_by_guess(int levels) {
-    const std::int64_t index = guessed_part(local_, levels);
-    const Part<Integer> part{Integer(index), Integer(1) << levels};
-    const int first = local_.first_sign();
-    const int at_start = local_.at(part.index, part.count - part.index).sign();
-    if (at_start == 0 && index != 0) {
-      path_.push(index, levels);
+    localize();
+    const std::int64_t part = guessed_part(local_, first_sign_, levels);
+    Path path = path_;
+    path.push(part, levels);
+    const Integer one(1), later = path.template index<Integer>(),
+                          earlier = (one << path.level()) - later;
+    const int at_start = single_->at(later, earlier).sign();
+    if (at_start == 0 && part != 0) {
+      path_ = path;
       kind_ = Kind::start;
       return true;
     }
-    if (index != 0 && at_start != first) return false;
+    if (part != 0 && at_start != first_sign_) return false;
     // There is one root and one change of sign, so a part with different signs at its ends has
-    // both. At index 0 the start may be a zero that is no root inside.
-    const P local = local_.over(part);
-    if (local.c[local.degree].sign() * first >= 0) return false;
-    path_.push(index, levels);
-    local_ = local;
+    // both. At part 0 the start may be a zero that is no root inside.
+    if (single_->at(later + one, earlier - one).sign() * first_sign_ >= 0) return false;
+    path_ = path;
     return true;
   }
 
   Kind kind_;
   Path path_;
-  const P* f_;
-  P local_;
+  // Of a root. first_sign_: of single_ just before it. local_ and part_ are those of a level.
+  const P* f_ = nullptr;
+  const P* single_ = nullptr;
   const P* other_ = nullptr;
+  int first_sign_ = 0;
+  P local_;
+  Part<Integer> part_;
+  int local_level_ = 0, part_level_ = 0;
 };
 
 /// Whether a contact is at a time.
@@ -218,12 +253,12 @@ LAZYCCD_HD LAZYCCD_CALLED FirstRoot first_root(const Poly<Integer>& p, Accepted&
       const int which = roots.first_is_smaller ? i : roots.count - 1 - i;
       const Poly<Integer>& root = roots.root[which];
       const Poly<Integer>* other = roots.count == 2 ? &roots.root[1 - which] : nullptr;
-      if (root.sign_changes() == 1 && test(At::root(Path(), f, root, other))) return result;
+      if (root.sign_changes() == 1 && test(At::root(Path(), f, root, root, other))) return result;
     }
   } else {
     Path path;
     do {
-      Poly<Integer> local = path.over(f);
+      Poly<Integer> local = path.level() == 0 ? f : f.over(path.template part<Integer>());
       const bool begins_later = path.level() > 0 && path.later(path.level() - 1);
       if (begins_later && local.c[0].sign() == 0 && test(At::start_of(path))) return result;
       int changes = local.sign_changes();
@@ -233,7 +268,7 @@ LAZYCCD_HD LAZYCCD_CALLED FirstRoot first_root(const Poly<Integer>& p, Accepted&
         local.take_earlier_half();
         changes = local.sign_changes();
       }
-      if (changes == 1 && test(At::root(path, f, local, nullptr))) return result;
+      if (changes == 1 && test(At::root(path, f, f, local, nullptr))) return result;
     } while (path.advance());
   }
   if (p.c[p.degree].sign() == 0) test(At::end_of_step());

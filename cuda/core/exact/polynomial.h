@@ -17,10 +17,32 @@
 
 namespace lazyccd::exact {
 
-/// One of `count` equal parts of an interval, by its index in time.
+/// One of 2^level equal parts of an interval, as t : 1-t at both ends, and the products of two
+/// ends.
 template <class Integer>
 struct Part {
-  Integer index, count;
+  Integer later0, earlier0, later1, earlier1;
+  // Products at the start, at the end, and of both ends; the last ones as a quadratic needs them.
+  Integer later0_2, both0, earlier0_2, later1_2, both1, earlier1_2, twice_later, crossed,
+      twice_earlier;
+
+  Part() = default;
+  LAZYCCD_HD LAZYCCD_CALLED Part(const Integer& index, int level) {
+    const Integer one(1);
+    later0 = index;
+    later1 = index + one;
+    earlier0 = (one << level) - index;
+    earlier1 = earlier0 - one;
+    later0_2 = later0 * later0;
+    both0 = later0 * earlier0;
+    earlier0_2 = earlier0 * earlier0;
+    later1_2 = later1 * later1;
+    both1 = later1 * earlier1;
+    earlier1_2 = earlier1 * earlier1;
+    crossed = Integer::dot({later0, later1}, {earlier1, earlier0});
+    twice_later = (later0 * later1) << 1;
+    twice_earlier = (earlier0 * earlier1) << 1;
+  }
 };
 
 /// p(t) = sum_i c[i] t^i (1-t)^(degree-i), t in [0, 1]. With x = t / (1-t) it has the roots of
@@ -32,6 +54,9 @@ struct Poly {
 
   LAZYCCD_HD static Poly linear(const Integer& at_start, const Integer& at_end) {
     return {1, {at_start, at_end, Integer(0), Integer(0)}};
+  }
+  LAZYCCD_HD static Poly quadratic(const Integer& c0, const Integer& c1, const Integer& c2) {
+    return {2, {c0, c1, c2, Integer(0)}};
   }
 
   LAZYCCD_HD LAZYCCD_CALLED bool is_zero() const {
@@ -75,31 +100,36 @@ struct Poly {
   }
   /// A positive multiple of p where t : 1-t is later : earlier.
   LAZYCCD_HD LAZYCCD_CALLED Integer at(const Integer& later, const Integer& earlier) const {
-    Integer value = c[0], power = later;
-    for (int i = 1; i <= degree; ++i) {
-      value = value * earlier + c[i] * power;
-      if (i < degree) power = power * later;
+    if (degree == 0) return c[0];
+    Integer value = c[degree], power = earlier;
+    for (int i = degree; i-- > 0;) {
+      value = Integer::dot({value, c[i]}, {later, power});
+      if (i > 0) power = power * earlier;
     }
     return value;
   }
   /// A positive multiple of p over a part of the interval, mapped to [0, 1].
   LAZYCCD_HD LAZYCCD_CALLED Poly over(const Part<Integer>& part) const {
-    // t is later : earlier at the start of the part and later1 : earlier1 at its end.
-    const Integer one(1), later = part.index, later1 = later + one, earlier = part.count - later,
-                          earlier1 = earlier - one;
-    Poly p{degree, {at(later, earlier), Integer(0), Integer(0), Integer(0)}};
-    if (degree > 0) p.c[degree] = at(later1, earlier1);
+    const Integer zero(0);
+    if (degree == 0) return *this;
+    if (degree == 1) {
+      return {1,
+              {Integer::dot({c[0], c[1]}, {part.earlier0, part.later0}),
+               Integer::dot({c[0], c[1]}, {part.earlier1, part.later1}), zero, zero}};
+    }
     if (degree == 2) {
       // Of each product of two factors, one at the start and one at the end of the part.
-      const Integer middle = c[1] * (earlier * later1 + later * earlier1);
-      const Integer ends = c[0] * (earlier * earlier1) + c[2] * (later * later1);
-      p.c[1] = ends + ends + middle;
+      return {
+          2,
+          {Integer::dot({c[0], c[1], c[2]}, {part.earlier0_2, part.both0, part.later0_2}),
+           Integer::dot({c[0], c[1], c[2]}, {part.twice_earlier, part.crossed, part.twice_later}),
+           Integer::dot({c[0], c[1], c[2]}, {part.earlier1_2, part.both1, part.later1_2}), zero}};
     }
-    if (degree == 3) {
-      p.c[1] = between(later, earlier, later1, earlier1);
-      p.c[2] = between(later1, earlier1, later, earlier);
-    }
-    return p;
+    return {3,
+            {at(part.later0, part.earlier0),
+             between(part.later0_2, part.both0, part.earlier0_2, part.later1, part.earlier1),
+             between(part.later1_2, part.both1, part.earlier1_2, part.later0, part.earlier0),
+             at(part.later1, part.earlier1)}};
   }
 
   /// The same without factors t and 1-t: with the same roots inside (0, 1).
@@ -114,25 +144,25 @@ struct Poly {
 
  private:
   // A coefficient of over() for degree 3: the products with two factors at x and one at y.
-  LAZYCCD_HD LAZYCCD_CALLED Integer between(const Integer& later_x, const Integer& earlier_x,
-                                            const Integer& later_y,
-                                            const Integer& earlier_y) const {
-    const Integer earlier_2 = earlier_x * earlier_x, later_2 = later_x * later_x,
-                  both = earlier_x * later_x;
-    const Integer first = c[0] * (earlier_2 * earlier_y), last = c[3] * (later_2 * later_y);
-    const Integer ends = first + last;
-    return ends + ends + ends + c[1] * (earlier_2 * later_y + ((both * earlier_y) << 1)) +
-           c[2] * (((both * later_y) << 1) + later_2 * earlier_y);
+  LAZYCCD_HD LAZYCCD_CALLED Integer between(const Integer& later_2, const Integer& both,
+                                            const Integer& earlier_2, const Integer& later,
+                                            const Integer& earlier) const {
+    const Integer three(3), twice = both << 1;
+    return Integer::dot(
+        {c[0], c[1], c[2], c[3]},
+        {earlier_2 * earlier * three, Integer::dot({earlier_2, twice}, {later, earlier}),
+         Integer::dot({twice, later_2}, {later, earlier}), later_2 * later * three});
   }
 };
 
 /// Most levels of guessed_part(): so many halvings a double follows.
 constexpr int kGuessedLevels = 32;
 
-/// Returns the part of 2^levels that probably holds the only root of p in the interval. p must
-/// change its sign there.
+/// Returns the part of 2^levels that probably holds the only root of p in the interval. p changes
+/// its sign there; first_sign is that just after the start.
 template <class Integer>
-LAZYCCD_HD LAZYCCD_CALLED std::int64_t guessed_part(const Poly<Integer>& p, int levels) {
+LAZYCCD_HD LAZYCCD_CALLED std::int64_t guessed_part(const Poly<Integer>& p, int first_sign,
+                                                    int levels) {
   int bits = 0;
   for (int i = 0; i <= p.degree; ++i) {
     const int own = p.c[i].bit_length();
@@ -141,7 +171,6 @@ LAZYCCD_HD LAZYCCD_CALLED std::int64_t guessed_part(const Poly<Integer>& p, int 
   const int below = bits > 60 ? bits - 60 : 0;
   double c[4] = {0, 0, 0, 0};
   for (int i = 0; i <= p.degree; ++i) c[i] = static_cast<double>(p.c[i].above(below));
-  const double first = static_cast<double>(p.first_sign());
   std::int64_t index = 0;
   double t = 0, width = 1;
   for (int i = 0; i < levels; ++i) {
@@ -153,7 +182,7 @@ LAZYCCD_HD LAZYCCD_CALLED std::int64_t guessed_part(const Poly<Integer>& p, int 
       value = value * earlier + c[k] * power;
     }
     index *= 2;
-    if (value * first > 0) {
+    if (value * first_sign > 0) {
       ++index;
       t = later;
     }
@@ -171,13 +200,6 @@ template <class Integer>
 LAZYCCD_HD LAZYCCD_CALLED Poly<Integer> operator-(Poly<Integer> p, const Poly<Integer>& q) {
   for (int i = 0; i <= p.degree; ++i) p.c[i] = p.c[i] - q.c[i];
   return p;
-}
-template <class Integer>
-LAZYCCD_HD LAZYCCD_CALLED Poly<Integer> operator*(const Poly<Integer>& p, const Poly<Integer>& q) {
-  Poly<Integer> product{p.degree + q.degree, {Integer(0), Integer(0), Integer(0), Integer(0)}};
-  for (int i = 0; i <= p.degree; ++i)
-    for (int j = 0; j <= q.degree; ++j) product.c[i + j] = product.c[i + j] + p.c[i] * q.c[j];
-  return product;
 }
 
 }  // namespace lazyccd::exact

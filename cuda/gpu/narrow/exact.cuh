@@ -15,7 +15,7 @@ __device__ __noinline__ std::uint64_t decide_query_exactly(const SceneView& scen
   Contact contact;
   identify_contact<kind>(scene.mesh, pair, contact);
   const QueryCoordinates q = coordinates<Record>(scene, contact);
-  const Decision decision = exact::decide_fixed<kind, WarpInteger>(q);
+  const Decision decision = exact::decide_fixed<WarpInteger>(kind, q);
   __syncwarp();
   if (lane != 0) return 0;
   if (decision.kind == Decision::undecided)

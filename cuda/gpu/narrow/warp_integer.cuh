@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <utility>
 
 #include "core/exact/fixed_integer.h"
 #include "gpu/device/kernel_chain.cuh"
@@ -23,12 +24,12 @@ class WarpInteger {
   __device__ int sign() const {
     const unsigned nonzero = __ballot_sync(kAllLanes, limb_ != 0);
     if (nonzero == 0) return 0;
-    return is_negative() ? -1 : 1;
+    return is_negative(limb_) ? -1 : 1;
   }
 
   /// As those of FixedInteger.
   __device__ int bit_length() const {
-    const std::uint32_t limb = is_negative() ? ~limb_ : limb_;
+    const std::uint32_t limb = is_negative(limb_) ? ~limb_ : limb_;
     const unsigned nonzero = __ballot_sync(kAllLanes, limb != 0);
     if (nonzero == 0) return 0;
     const int highest = kWarp - 1 - __clz(static_cast<int>(nonzero));
@@ -37,7 +38,7 @@ class WarpInteger {
   }
   __device__ std::int64_t above(int low) const {
     const int limb = low / 32, rest = low % 32;
-    const std::uint32_t sign = is_negative() ? ~std::uint32_t{0} : 0;
+    const std::uint32_t sign = is_negative(limb_) ? ~std::uint32_t{0} : 0;
     const auto at = [&](int i) {
       const std::uint32_t own = __shfl_sync(kAllLanes, limb_, i & (kWarp - 1));
       return i < kWarp ? own : sign;
@@ -49,42 +50,19 @@ class WarpInteger {
   }
 
   friend __device__ WarpInteger operator+(const WarpInteger& a, const WarpInteger& b) {
-    return add(a.limb_, b.limb_, 0);
+    return of_limb(sum(a.limb_, b.limb_, 0));
   }
   friend __device__ WarpInteger operator-(const WarpInteger& a, const WarpInteger& b) {
-    return add(a.limb_, ~b.limb_, 1);
+    return of_limb(sum(a.limb_, ~b.limb_, 1));
   }
-  friend __device__ __noinline__ WarpInteger operator*(const WarpInteger& a, const WarpInteger& b) {
-    // The product modulo 2^1024 of numbers in two's complement needs no signs, but a negative
-    // number has all limbs. So y is the shorter one, made positive.
-    const bool swaps = a.used_limbs() < b.used_limbs();
-    WarpInteger longer = of_limb(swaps ? b.limb_ : a.limb_),
-                shorter = of_limb(swaps ? a.limb_ : b.limb_);
-    if (shorter.is_negative()) {
-      longer = longer.negated();
-      shorter = shorter.negated();
-    }
-    std::uint32_t x = longer.limb_;
-    const std::uint32_t y = shorter.limb_;
-    // Lane l sums the products of limbs i of y and l - i of x.
-    const unsigned used = __ballot_sync(kAllLanes, y != 0);
-    std::uint64_t sum = 0;
-    std::uint32_t carries = 0;
-#pragma unroll 1
-    for (int i = 0; i < 32 - __clz(static_cast<int>(used)); ++i) {
-      const std::uint64_t product = std::uint64_t{x} * __shfl_sync(kAllLanes, y, i);
-      sum += product;
-      carries += sum < product;
-      x = __shfl_up_sync(kAllLanes, x, 1);
-      if (lane() == 0) x = 0;
-    }
-    const auto from_below = [](std::uint32_t limb, unsigned lanes) {
-      const std::uint32_t below = __shfl_up_sync(kAllLanes, limb, lanes);
-      return lane() < static_cast<int>(lanes) ? 0 : below;
-    };
-    const std::uint32_t middle = from_below(static_cast<std::uint32_t>(sum >> 32), 1);
-    const std::uint32_t high = from_below(carries, 2);
-    return add(add(static_cast<std::uint32_t>(sum), middle, 0).limb_, high, 0);
+  friend __device__ WarpInteger operator*(const WarpInteger& a, const WarpInteger& b) {
+    return of_limb(dot_limb(0, a.limb_, b.limb_));
+  }
+  /// As that of FixedInteger. It takes longest if all b are long.
+  template <int n>
+  __device__ static WarpInteger dot(const WarpInteger (&a)[n], const WarpInteger (&b)[n],
+                                    unsigned minus = 0) {
+    return dot(a, b, minus, std::make_integer_sequence<int, n>());
   }
   /// bits: 0 to 1023, the same in all lanes.
   friend __device__ WarpInteger operator<<(const WarpInteger& a, int bits) {
@@ -103,23 +81,79 @@ class WarpInteger {
     x.limb_ = limb;
     return x;
   }
-  __device__ bool is_negative() const {
-    return static_cast<std::int32_t>(__shfl_sync(kAllLanes, limb_, kWarp - 1)) < 0;
+  __device__ static bool is_negative(std::uint32_t limb) {
+    return static_cast<std::int32_t>(__shfl_sync(kAllLanes, limb, kWarp - 1)) < 0;
   }
-  // The limbs that differ from the sign, a bit for each. A number with a higher bit is longer.
-  __device__ unsigned used_limbs() const {
-    return __ballot_sync(kAllLanes, limb_ != (is_negative() ? ~std::uint32_t{0} : 0));
-  }
-  __device__ WarpInteger negated() const { return add(0, ~limb_, 1); }
-
   // a + b + carry. Carries run through limbs that are all ones: an addition of the lanes' bits lets
   // them run through all lanes at once.
-  __device__ static WarpInteger add(std::uint32_t a, std::uint32_t b, unsigned carry) {
-    const std::uint32_t sum = a + b;
-    const unsigned makes = __ballot_sync(kAllLanes, sum < a);
-    const unsigned passes = __ballot_sync(kAllLanes, sum == ~std::uint32_t{0});
+  __device__ static std::uint32_t sum(std::uint32_t a, std::uint32_t b, unsigned carry) {
+    const std::uint32_t own = a + b;
+    const unsigned makes = __ballot_sync(kAllLanes, own < a);
+    const unsigned passes = __ballot_sync(kAllLanes, own == ~std::uint32_t{0});
     const unsigned carried = ((makes << 1 | carry) + passes) ^ passes;
-    return of_limb(sum + (carried >> lane() & 1));
+    return own + (carried >> lane() & 1);
+  }
+  // The limb of a lower lane, or 0.
+  __device__ static std::uint32_t from_below(std::uint32_t limb, int lanes) {
+    const std::uint32_t below = __shfl_up_sync(kAllLanes, limb, static_cast<unsigned>(lanes));
+    return lane() < lanes ? 0 : below;
+  }
+
+  template <int n, int... k>
+  __device__ static WarpInteger dot(const WarpInteger (&a)[n], const WarpInteger (&b)[n],
+                                    unsigned minus, std::integer_sequence<int, k...>) {
+    return of_limb(dot_limb(minus, a[k].limb_..., b[k].limb_...));
+  }
+
+  // A limb of the dot product, modulo 2^1024, of numbers with these limbs: first all of a, then all
+  // of b. It is not inlined, and takes limbs because those are passed in registers.
+  template <class... Limbs>
+  __device__ __noinline__ static std::uint32_t dot_limb(unsigned minus, Limbs... limbs) {
+    constexpr int n = sizeof...(limbs) / 2;
+    const std::uint32_t all[] = {limbs...};
+    std::uint32_t x[n], y[n];
+    for (int k = 0; k < n; ++k) {
+      x[k] = all[k];
+      y[k] = all[n + k];
+    }
+
+    // Sums of this lane, which wait for carries. The low one has 64 bits.
+    std::uint64_t total = 0;
+    std::uint32_t carries = 0;
+    const auto add = [&](std::uint64_t part) {
+      total += part;
+      carries += total < part;
+    };
+
+    bool is_long = false;
+    std::uint32_t negative[n], negatives = 0;
+    for (int k = 0; k < n; ++k) {
+      const std::uint32_t flip = 0 - (minus >> k & 1);  // -x y is x (~y) + x
+      y[k] ^= flip;
+      add(x[k] & flip);
+      negative[k] = is_negative(y[k]) ? ~std::uint32_t{0} : 0;
+      negatives -= negative[k];
+      is_long = is_long || y[k] != negative[k];
+    }
+    const unsigned used = __ballot_sync(kAllLanes, is_long);
+    const int used_limbs = kWarp - __clz(static_cast<int>(used));
+
+    // Lane l sums the products of limbs i of y and l - i of x.
+#pragma unroll 1
+    for (int i = 0; i < used_limbs; ++i) {
+      for (int k = 0; k < n; ++k) {
+        add(std::uint64_t{x[k]} * __shfl_sync(kAllLanes, y[k], i));
+        x[k] = from_below(x[k], 1);
+      }
+    }
+    // The limbs above are those of the sign: for a negative y, -1 in the place `used_limbs`. -x is
+    // ~x + 1.
+    for (int k = 0; k < n; ++k) add(~x[k] & negative[k]);
+    if (lane() == 0) add(negatives);
+
+    const std::uint32_t middle = from_below(static_cast<std::uint32_t>(total >> 32), 1);
+    const std::uint32_t high = from_below(carries, 2);
+    return sum(sum(static_cast<std::uint32_t>(total), middle, 0), high, 0);
   }
 
   std::uint32_t limb_;
