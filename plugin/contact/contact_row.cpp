@@ -65,8 +65,11 @@ void make_row(const Contact& contact, double thickness, double position_correcti
     tangent_compliance += share;
     max_inverse_mass = std::max(max_inverse_mass, motion.inverse_mass[v]);
   }
+  const bool has_free_nodes = compliance > 0;
+  double held_compliance = 0;  // along the normal, while bodies are held at their supports
   for (const RigidTerm& term : RigidTerms(contact, row.weights, motion)) {
     const Matrix3d mobility = term.mobility(motion);
+    if (!has_free_nodes) held_compliance += row.normal.dot(term.held_mobility(motion) * row.normal);
     const double normal_part = row.normal.dot(mobility * row.normal);
     tangent_compliance += std::max(0.0, mobility.trace() - normal_part);
     compliance += normal_part;
@@ -82,7 +85,7 @@ void make_row(const Contact& contact, double thickness, double position_correcti
   // A body with locked axes moves along its free axes alone. Its mobility in the other directions
   // is rounding error, which must not be inverted to a huge mass.
   const double rounding = 1e-6 * (compliance + tangent_compliance);
-  row.can_act = compliance > rounding;
+  row.can_act = (has_free_nodes ? compliance : held_compliance) > rounding;
   row.normal_mass = row.can_act ? 1 / std::max(compliance, min_compliance) : 0;
   row.tangent_mass = row.can_act ? 1 / std::max({tangent_compliance, min_compliance, rounding}) : 0;
   row.normal_impulse = row.split_impulse = 0;

@@ -24,6 +24,18 @@ Matrix3d RigidTerm::mobility(const Motion& motion) const {
          lever.transpose() * rigid.inverse_inertia * lever;
 }
 
+Matrix3d RigidTerm::held_mobility(const Motion& motion) const {
+  const RigidMotion& rigid = motion.rigid[body];
+  if (!rigid.supported_mobility) return mobility(motion);
+  Matrix3d result;
+  for (int k = 0; k < 3; ++k) {
+    Vector3d translation = Vector3d::Zero(), rotation = Vector3d::Zero();
+    apply_impulse(rigid, Vector3d::Unit(k), translation, rotation);
+    result.col(k) = displacement(translation, rotation);
+  }
+  return result;
+}
+
 void RigidTerms::find(int obstacle, const Contact& contact, const std::array<double, 4>& weights,
                       const Motion& motion) {
   bool anchored_to_obstacle = false;

@@ -30,11 +30,22 @@ struct RigidTerm {
   void apply_impulse(const RigidMotion& rigid, const Eigen::Vector3d& impulse,
                      Eigen::Ref<Eigen::Vector3d> translation,
                      Eigen::Ref<Eigen::Vector3d> rotation) const {
+    if (rigid.supported_mobility) {
+      Vector6d on_centre;
+      on_centre << weight * impulse, arm.cross(impulse);
+      const Vector6d moved = *rigid.supported_mobility * on_centre;
+      translation += moved.head<3>();
+      rotation += moved.tail<3>();
+      return;
+    }
     translation += weight * rigid.inverse_mass.cwiseProduct(impulse);
     rotation += rigid.inverse_inertia * arm.cross(impulse);
   }
-  /// Displacement of the weighted sum per impulse on it, 1/kg.
+  /// Displacement of the weighted sum per impulse on it, 1/kg, if the body leaves its supports.
+  /// With them it is no larger.
   Eigen::Matrix3d mobility(const Motion& motion) const;
+  /// The same while the body is held at its supports.
+  Eigen::Matrix3d held_mobility(const Motion& motion) const;
 };
 
 /// The rigid terms of one contact, at most four, in the order of its vertices. Computed when needed

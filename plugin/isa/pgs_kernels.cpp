@@ -228,6 +228,25 @@ inline void apply_to_links(const PgsProblem& problem, const RowBody& body, const
   }
 }
 
+// Six columns times an impulse and an angular impulse.
+inline Vector sum_of_columns(const float (&columns)[6][4], const Vector& impulse,
+                             const Vector& angular) {
+  const Vector linear_part = (impulse[0] * load4(columns[0]) + impulse[1] * load4(columns[1])) +
+                             impulse[2] * load4(columns[2]),
+               angular_part = (angular[0] * load4(columns[3]) + angular[1] * load4(columns[4])) +
+                              angular[2] * load4(columns[5]);
+  return linear_part + angular_part;
+}
+
+// Adds the effect of an impulse and an angular impulse on a body that is held at its supports.
+inline void apply_to_held(const PgsProblem& problem, const RowRigidTerm& term,
+                          const Vector& impulse, const Vector& angular) {
+  const RowCoupling& own = problem.couplings[problem.bodies[term.body].held];
+  at(problem.displacement[term.translation]) +=
+      sum_of_columns(own.translation_by, impulse, angular);
+  at(problem.displacement[term.rotation]) += sum_of_columns(own.rotation_by, impulse, angular);
+}
+
 // Adds the effect of an impulse on each row to the displacements.
 LAZYCCD_INLINE void apply(const PgsProblem& problem, const RowBatch& batch, int first,
                           const Rows& impulse) {
@@ -244,6 +263,10 @@ LAZYCCD_INLINE void apply(const PgsProblem& problem, const RowBatch& batch, int 
     const RowBody& body = problem.bodies[term.body];
     if (body.first_coupling != body.last_coupling) {
       apply_to_links(problem, body, term.weight * row_impulse, cross(load4(term.arm), row_impulse));
+      return;
+    }
+    if (body.held >= 0) {
+      apply_to_held(problem, term, term.weight * row_impulse, cross(load4(term.arm), row_impulse));
       return;
     }
     at(to[term.translation]) += term.weight * (load4(body.inverse_mass) * row_impulse);

@@ -9,11 +9,13 @@
 #include <array>
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <vector>
 
 #include "lazyccd/bullet/precision.h"
 #include "lazyccd/scene.h"
 #include "motion/articulated_motion.h"
+#include "motion/supports.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -58,6 +60,13 @@ struct RigidMotion {
   /// Link of a multibody: index in Motion::articulated. Otherwise -1. A link has no inverse mass of
   /// its own: its multibody has, and gives it `translation` and the like.
   int articulated = -1;
+  std::vector<Support> supports;  ///< where other rigid bodies support it
+  /// How it moves while it is held at its supports, in place of inverse mass and inertia.
+  std::optional<Mobility> supported_mobility;
+  /// What impulses on it add to its velocity besides the changes above: the supports resist that,
+  /// so it stays in place until Bullet's next solve. m/s, rad/s.
+  Eigen::Vector3d load_velocity = Eigen::Vector3d::Zero(),
+                  load_angular_velocity = Eigen::Vector3d::Zero();
 
   /// Whether none of its vertices moves.
   bool stands_still() const { return start == end && !local_at_start; }

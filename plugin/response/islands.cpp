@@ -84,7 +84,8 @@ std::vector<Island> find_islands(const std::vector<const ContactRow*>& rows,
     if (carriers.count(body) > 0) island.carriers.insert(body);
     const int rigid = motion.rigid_of_body[body];
     if (rigid >= 0 && motion.rigid[rigid].is_dynamic()) {
-      island.free = island.free && !motion.rigid[rigid].is_locked();
+      island.free = island.free && !motion.rigid[rigid].is_locked() &&
+                    !motion.rigid[rigid].supported_mobility;
       continue;
     }
     if (rigid >= 0 && motion.rigid[rigid].articulated >= 0) {

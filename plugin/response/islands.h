@@ -18,7 +18,7 @@ struct Island {
   std::vector<std::int32_t> bodies;
   std::set<int> articulated;  ///< multibodies with a link in it, as indices in Motion::articulated
   std::set<std::int32_t> carriers;  ///< dynamic bodies that only anchors connect to it
-  bool free = true;                 ///< nothing in it has infinite mass, locked axes or joints
+  bool free = true;                 ///< nothing has infinite mass, locked axes, joints or supports
   /// Speed of the fastest vertex of infinite mass that was not stopped, m/s.
   double prescribed_speed = 0;
 

@@ -10,6 +10,7 @@
 #include "response/islands.h"
 #include "response/rest_damping.h"
 #include "response/restitution.h"
+#include "response/support_loads.h"
 #include "response/velocities.h"
 
 namespace lazyccd::bullet {
@@ -67,6 +68,7 @@ void Response::run(const NearContacts& near, const std::vector<Contact>& penetra
                    StepStats& stats) {
   constraints_.clear_rows();
   motion.begin_response();
+  hold_at_supports(near, motion);
   bodies_with_solved_links_.clear();
   if (options_.max_impulse_rounds > 0) {
     solve_speculative(near, penetrations, motion);
@@ -154,11 +156,24 @@ void Response::solve_speculative(const NearContacts& near, const std::vector<Con
   if (!penetrations.empty())
     constraints_.add_penetrations(penetrations, options_.untangling_speed, motion);
   constraints_.warm_start();
+  leave_supports(constraints_.active_rows(), motion);  // as in the last step, if at all
   constraints_.solve(motion, options_.solver_iterations);
+  let_bodies_leave_supports(motion);
   set_velocities(threads_, motion);
   RowIslands& islands = constraints_.islands(motion);
   if (!select_with_energy_gain(motion, islands)) return;
   constraints_.cold_start(motion);
+  constraints_.solve(motion, options_.solver_iterations);
+}
+
+void Response::let_bodies_leave_supports(Motion& motion) {
+  const std::vector<int> left = leave_supports(constraints_.active_rows(), motion);
+  if (left.empty()) return;
+  RowIslands& islands = constraints_.islands(motion);
+  islands.select_none();
+  for (std::int32_t body = 0; body < static_cast<std::int32_t>(motion.rigid_of_body.size()); ++body)
+    if (std::binary_search(left.begin(), left.end(), motion.rigid_of_body[body]))
+      islands.select_body(body);
   constraints_.solve(motion, options_.solver_iterations);
 }
 
@@ -216,6 +231,7 @@ void Response::finish(Motion& motion, StepStats& stats) {
   limit_lever_speeds(masses);
   limit_kinetic_energy(masses, motion);
   damp_deformation(active_rows, options_.rest_damping, options_.rest_speed, threads_, motion);
+  set_load_velocities(active_rows, motion);
   const double before = kinetic_energy_before(motion);
   const double change = kinetic_energy_after(motion) - before;
   (change > 0 ? stats.energy_gained : stats.energy_lost) += std::abs(change);

@@ -60,6 +60,8 @@ class Response {
   /// kinetic energy.
   void solve_speculative(const NearContacts& near, const std::vector<Contact>& penetrations,
                          Motion& motion);
+  /// Solves again for the bodies that the first solve pulls off their supports.
+  void let_bodies_leave_supports(Motion& motion);
   /// Solves links and contacts in turn after an impact. Contacts alone would stop the nodes that
   /// touch and leave the links compressed, and their restoring would throw the body back.
   void absorb_impact(const SolveLinks& solve_links, Motion& motion);

@@ -96,6 +96,7 @@ class ContactSolver::NewBlocks {
   /// Finds what other blocks move too.
   void find_shared(RowBlock& block) const;
   void make_copies();
+  void split_coupling(RowBody& body, float split);
 
   ContactSolver& s_;
   Phase phase_ = Phase::measure;

@@ -27,6 +27,15 @@ RowEstimate estimate_for_target(const ContactRow& row, bool for_split_impulse,
   return estimate;
 }
 
+RowCoupling make_coupling(const Mobility& mobility) {
+  RowCoupling coupling = {};
+  for (int k = 0; k < 6; ++k) {
+    set(coupling.translation_by[k], mobility.col(k).head<3>());
+    set(coupling.rotation_by[k], mobility.col(k).tail<3>());
+  }
+  return coupling;
+}
+
 }  // namespace
 
 Vector3d move_without_impulses(const ContactRow& row, bool for_split_impulse,
@@ -132,6 +141,10 @@ void ContactSolver::set_up_bodies() {
     set(body.inverse_mass, mass_unit * rigid.inverse_mass);
     for (int k = 0; k < 3; ++k)
       set(body.inverse_inertia[k], mass_unit * rigid.inverse_inertia.col(k));
+    if (rigid.supported_mobility) {
+      body.held = static_cast<std::int32_t>(couplings_.size());
+      couplings_.push_back(make_coupling(mass_unit * *rigid.supported_mobility));
+    }
     bodies_.push_back(body);
   }
   row_body_of_.resize(bodies_.size());
@@ -142,12 +155,8 @@ void ContactSolver::set_up_bodies() {
       RowBody& body = bodies_[static_cast<std::size_t>(pushed.rigid)];
       body.first_coupling = static_cast<std::int32_t>(couplings_.size());
       for (const ArticulatedMotion::Link& moved : multibody.links) {
-        const Eigen::Matrix<double, 6, 6> mobility = mass_unit * multibody.mobility(pushed, moved);
-        RowCoupling coupling = {};
-        for (int k = 0; k < 6; ++k) {
-          set(coupling.translation_by[k], mobility.col(k).head<3>());
-          set(coupling.rotation_by[k], mobility.col(k).tail<3>());
-        }
+        const Mobility mobility = mass_unit * multibody.mobility(pushed, moved);
+        RowCoupling coupling = make_coupling(mobility);
         coupling.translation = translation_slot(moved.rigid);
         coupling.rotation = coupling.translation + 1;
         couplings_.push_back(coupling);

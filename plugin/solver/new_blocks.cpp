@@ -296,6 +296,18 @@ void ContactSolver::NewBlocks::find_shared(RowBlock& block) const {
     if (s_.sharers_[slot] > 1) block.shared.push_back(slot);
 }
 
+// Gives the body, which is held at its supports, a coupling of its own that moves it `split` times
+// as far.
+void ContactSolver::NewBlocks::split_coupling(RowBody& body, float split) {
+  RowCoupling coupling = s_.couplings_[body.held];
+  for (int k = 0; k < 6; ++k) {
+    for (float& x : coupling.translation_by[k]) x *= split;
+    for (float& x : coupling.rotation_by[k]) x *= split;
+  }
+  body.held = static_cast<std::int32_t>(s_.couplings_.size());
+  s_.couplings_.push_back(coupling);
+}
+
 void ContactSolver::NewBlocks::make_copies() {
   const std::size_t slot_count = s_.displacement_.size();
   std::size_t next = slot_count;
@@ -318,6 +330,7 @@ void ContactSolver::NewBlocks::make_copies() {
     for (float& x : body.inverse_mass) x *= split;
     for (auto& column : body.inverse_inertia)
       for (float& x : column) x *= split;
+    if (body.held >= 0) split_coupling(body, split);
     s_.row_body_of_[rigid] = static_cast<std::int32_t>(s_.bodies_.size());
     s_.bodies_.push_back(body);
   }

@@ -68,13 +68,16 @@ struct alignas(16) RowBody {
   float inverse_mass[4];
   float inverse_inertia[3][4];                         ///< by column
   std::int32_t first_coupling = 0, last_coupling = 0;  ///< last_coupling: one past the last
+  /// Index of a coupling that holds instead of mass and inertia, as supports hold the body; or -1.
+  std::int32_t held = -1;
 };
 
-/// How an impulse on one link of a multibody moves a link of the same multibody: translation and
-/// rotation by x, y, z of the impulse and x, y, z of the angular impulse on the centre.
+/// How an impulse on one link of a multibody moves a link of the same multibody, or a body itself:
+/// translation and rotation by x, y, z of the impulse and x, y, z of the angular impulse on the
+/// centre.
 struct alignas(16) RowCoupling {
   float translation_by[6][4], rotation_by[6][4];
-  std::int32_t translation, rotation;  ///< indices of displacements
+  std::int32_t translation, rotation;  ///< indices of displacements; 0: of the body itself
 };
 
 /// The arrays that the kernels work on.

@@ -14,13 +14,16 @@ void write_rigid_bodies(const StepTopology& topology, const Motion& motion) {
     const RigidMotion& rigid = motion.rigid_of(topology.index_of(record));
     const bool changed = !rigid.velocity_change.isZero(0) ||
                          !rigid.angular_velocity_change.isZero(0) ||
+                         !rigid.load_velocity.isZero(0) || !rigid.load_angular_velocity.isZero(0) ||
                          !(rigid.end == rigid.predicted);
     if (!rigid.is_dynamic() || !changed) continue;
     btRigidBody* body = btRigidBody::upcast(record.object);
     body->setLinearVelocity(body->getLinearVelocity() + to_bullet(rigid.velocity_change));
     body->setAngularVelocity(body->getAngularVelocity() + to_bullet(rigid.angular_velocity_change));
-    // Also sets the velocity with which Bullet interpolates poses, so it comes last.
+    // Also sets the velocity with which Bullet interpolates poses. Supports resist what follows.
     body->setCenterOfMassTransform(rigid.end);
+    body->setLinearVelocity(body->getLinearVelocity() + to_bullet(rigid.load_velocity));
+    body->setAngularVelocity(body->getAngularVelocity() + to_bullet(rigid.load_angular_velocity));
     body->activate(true);
   }
   for (const ArticulatedMotion& articulated : motion.articulated) {

@@ -117,6 +117,26 @@ TEST_CASE("the result of the contact solver does not depend on the number of thr
   }
 }
 
+TEST_CASE("a body that is held at its supports moves as they let it, on any number of threads") {
+  const double plate_mass = GENERATE(0.001, 1.0);
+  CAPTURE(plate_mass);
+  const auto held_pile = [plate_mass] {
+    Pile pile(0.001, plate_mass);
+    bullet::RigidMotion& plate = pile.motion.rigid[0];
+    plate.supported_mobility = bullet::free_mobility(plate);
+    plate.supported_mobility->row(1).setZero();
+    plate.supported_mobility->col(1).setZero();
+    return pile;
+  };
+  Pile first = held_pile();
+  const std::vector<double> expected = solve(first, 1, 400);
+  CHECK(expected[0] < 0.01 * Pile::speed * first.motion.dt);
+  CHECK(first.motion.rigid[0].translation.y() == 0);
+  CHECK(first.motion.rigid[0].rotation.norm() > 0);
+  Pile second = held_pile();
+  CHECK(solve(second, 3, 400) == expected);
+}
+
 TEST_CASE("thousands of contacts with one rigid body converge and keep momentum") {
   // From much lighter than the nodes on it, 9.8 kg together, to much heavier.
   const double plate_mass = GENERATE(0.01, 1.0, 10.0, 10000.0);

@@ -20,10 +20,11 @@ struct Problem {
   std::vector<RowBatch> batches;
   std::vector<RowRigidTerm> parts;
   std::vector<RowBody> bodies;
+  std::vector<RowCoupling> couplings;
   std::vector<Float4> displacement;
 
   PgsProblem swept() {
-    return {batches.data(), parts.data(), bodies.data(), nullptr, displacement.data()};
+    return {batches.data(), parts.data(), bodies.data(), couplings.data(), displacement.data()};
   }
 };
 
@@ -49,6 +50,12 @@ Problem random_problem(unsigned seed) {
     }
     problem.bodies.push_back(body);
   }
+  // The last body is held at its supports: it does not move along y, and turns about y alone.
+  problem.bodies.back().held = 0;
+  RowCoupling& held = problem.couplings.emplace_back();
+  held = {};
+  held.translation_by[0][0] = held.translation_by[2][2] = 0.3f;
+  held.rotation_by[4][1] = 0.5f;
   std::vector<std::array<std::int32_t, 4>> nodes_of(rows);
   std::vector<std::int32_t> body_of(rows);
   RowBatches row_batches;
@@ -136,6 +143,9 @@ TEST_CASE("a sweep is the same with every instruction set and converges to the c
     const PgsKernels& baseline = *pgs_kernels("baseline");
     const SweepChange last = solve(baseline, expected);
     CHECK(last.largest < 1e-6f);
+    const Float4& translation_of_held = expected.displacement[1 + RowBatch::vertices + 4];
+    CHECK(translation_of_held.x[0] != 0);
+    CHECK(translation_of_held.x[1] == 0);
     CHECK(baseline.max_violation(expected.swept(), static_cast<int>(expected.batches.size())) <
           1e-3f);
     // The impulses produce the displacements.

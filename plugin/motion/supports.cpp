@@ -1,0 +1,225 @@
+#include "motion/supports.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "motion/motion.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+// A motion of the body moves supports, and not only by the rounding of their normals, if it moves
+// them by more than this fraction of what it moves the body.
+constexpr double min_held_part = 0.03;
+// Part of the mobility without supports that may be rounding error.
+constexpr double rounding = 1e-6;
+// Sweeps over the supports of a body. Most bodies have four.
+constexpr int max_sweeps = 50;
+constexpr double settled_fraction = 0.1;  // of the tolerance
+// A support that moves by less than this fraction of what the impulse would move without it holds.
+constexpr double holding_fraction = 0.01;
+
+// A matrix whose square is the mobility without supports.
+Mobility root_of_free_mobility(const RigidMotion& body) {
+  Mobility root = Mobility::Zero();
+  root.topLeftCorner<3, 3>() = body.inverse_mass.cwiseMax(0).cwiseSqrt().asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Matrix3d> inertia(body.inverse_inertia);
+  const Vector3d roots = inertia.eigenvalues().cwiseMax(0).cwiseSqrt();
+  root.bottomRightCorner<3, 3>() =
+      inertia.eigenvectors() * roots.asDiagonal() * inertia.eigenvectors().transpose();
+  return root;
+}
+
+Matrix3d across(const Vector3d& normal) {
+  return Matrix3d::Identity() - normal * normal.transpose();
+}
+
+// The directions in which a support holds the body, as a projection.
+Matrix3d held_directions(const Support& support) {
+  return support.slides ? Matrix3d(support.normal * support.normal.transpose())
+                        : Matrix3d(Matrix3d::Identity());
+}
+
+// What holds a body, in coordinates in which its mobility is the identity.
+struct Hold {
+  Mobility root;  // its square is the mobility without supports
+  // Sum over the supports; each counts the same, wherever it is.
+  Mobility sum = Mobility::Zero();
+  Eigen::SelfAdjointEigenSolver<Mobility> directions;
+
+  explicit Hold(const RigidMotion& body) : root(root_of_free_mobility(body)) {
+    for (const Support& support : body.supports) {
+      const Eigen::Matrix<double, 3, 6> held = held_by(support);
+      sum += held.transpose() * held;
+    }
+    directions.compute(sum);
+  }
+  // Its product with a motion is the displacement of the support in the directions that it holds.
+  Eigen::Matrix<double, 3, 6> held_by(const Support& support) const {
+    const Eigen::Matrix<double, 3, 6> point = support.jacobian() * root;
+    const double size = point.norm();
+    if (!(size > 0)) return Eigen::Matrix<double, 3, 6>::Zero();
+    return held_directions(support) * point / size;
+  }
+  bool holds(int direction) const {
+    return directions.eigenvalues()[direction] > min_held_part * min_held_part;
+  }
+};
+
+// Finds what supports exert against an impulse, within their bounds, by projected Gauss-Seidel.
+class Reaction {
+ public:
+  Reaction(const RigidMotion& body, const Vector6d& impulse) {
+    const Mobility mobility = free_mobility(body);
+    moved_ = mobility * impulse;
+    double largest = 0;  // displacement without supports
+    for (const Support& support : body.supports) {
+      Point& point = points_.emplace_back();
+      point.support = &support;
+      point.effect = mobility * support.jacobian().transpose();
+      const Matrix3d compliance = support.jacobian() * point.effect;
+      point.normal_compliance = support.normal.dot(compliance * support.normal);
+      point.tangent_compliance = compliance.trace() - point.normal_compliance;
+      largest = std::max(largest, displacement(point).norm());
+    }
+    tolerance_ = holding_fraction * largest;
+    start(body, impulse);
+    for (int i = 0; i < max_sweeps && sweep() > settled_fraction * tolerance_; ++i) {
+    }
+  }
+
+  // Displacement of a support, metres.
+  Vector3d displacement(std::size_t i) const { return displacement(points_[i]); }
+  // A support that moves no farther is held.
+  double tolerance() const { return tolerance_; }
+
+ private:
+  struct Point {
+    const Support* support;
+    Eigen::Matrix<double, 6, 3> effect;  // of an impulse on it on the motion of the body
+    double normal_compliance, tangent_compliance;
+    Vector3d impulse = Vector3d::Zero();
+  };
+
+  Vector3d displacement(const Point& point) const {
+    return moved_.head<3>() + moved_.tail<3>().cross(point.support->arm);
+  }
+
+  // Starts from the smallest impulses that hold everything. Mostly they are within their bounds.
+  void start(const RigidMotion& body, const Vector6d& impulse) {
+    const Hold hold(body);
+    const Vector6d pushed = hold.root * impulse;
+    Vector6d resisted = Vector6d::Zero();
+    for (int k = 0; k < 6; ++k) {
+      const Vector6d direction = hold.directions.eigenvectors().col(k);
+      if (hold.holds(k))
+        resisted += direction.dot(pushed) / hold.directions.eigenvalues()[k] * direction;
+    }
+    for (Point& point : points_) {
+      const double size = (point.support->jacobian() * hold.root).norm();
+      if (size > 0) set(point, -(hold.held_by(*point.support) * resisted) / size);
+    }
+  }
+
+  // Returns the largest change of a displacement.
+  double sweep() {
+    double largest = 0;
+    for (Point& point : points_) {
+      if (!(point.normal_compliance > 0)) continue;
+      const Vector3d& normal = point.support->normal;
+      const Vector3d before = displacement(point);
+      const double along = normal.dot(before);
+      Vector3d push = point.impulse - along / point.normal_compliance * normal;
+      if (point.tangent_compliance > 0)
+        push -= (before - along * normal) / point.tangent_compliance;
+      set(point, push);
+      largest = std::max(largest, (displacement(point) - before).norm());
+    }
+    return largest;
+  }
+
+  // Sets the impulse of a support, within its bounds.
+  void set(Point& point, const Vector3d& impulse) {
+    const Support& support = *point.support;
+    const double normal = std::max(-support.load, support.normal.dot(impulse));
+    Vector3d bounded = normal * support.normal;
+    if (!support.slides) {
+      Vector3d total =
+          support.friction_impulse + impulse - support.normal.dot(impulse) * support.normal;
+      const double limit = support.friction * (support.load + normal);
+      if (total.squaredNorm() > limit * limit) total *= limit / total.norm();
+      bounded += total - support.friction_impulse;
+    }
+    moved_ += point.effect * (bounded - point.impulse);
+    point.impulse = bounded;
+  }
+
+  std::vector<Point> points_;
+  Vector6d moved_;  // translation and rotation of the body
+  double tolerance_;
+};
+
+}  // namespace
+
+Eigen::Matrix<double, 3, 6> Support::jacobian() const {
+  Eigen::Matrix<double, 3, 6> j;
+  j << 1, 0, 0, 0, arm.z(), -arm.y(),  //
+      0, 1, 0, -arm.z(), 0, arm.x(),   //
+      0, 0, 1, arm.y(), -arm.x(), 0;
+  return j;
+}
+
+Mobility free_mobility(const RigidMotion& body) {
+  Mobility mobility = Mobility::Zero();
+  mobility.topLeftCorner<3, 3>() = body.inverse_mass.asDiagonal();
+  mobility.bottomRightCorner<3, 3>() = body.inverse_inertia;
+  return mobility;
+}
+
+void hold_at_supports(RigidMotion& body) {
+  body.supported_mobility.reset();
+  if (body.supports.empty()) return;
+  const Hold hold(body);
+  Mobility mobility = Mobility::Zero();
+  for (int k = 0; k < 6; ++k) {
+    if (hold.holds(k)) continue;
+    const Vector6d moved = hold.root * hold.directions.eigenvectors().col(k);
+    mobility += moved * moved.transpose();
+  }
+  // What is left by rounding would decay to denormal numbers in the contact solver, which are slow.
+  const Vector6d sizes = free_mobility(body).diagonal().cwiseMax(0).cwiseSqrt();
+  body.supported_mobility =
+      (mobility.array().abs() < rounding * (sizes * sizes.transpose()).array()).select(0, mobility);
+}
+
+bool leave_supports(RigidMotion& body, const Vector6d& impulse) {
+  if (!body.supported_mobility) return false;
+  const Reaction reaction(body, impulse);
+  std::vector<Support> kept;
+  bool any = false;
+  for (std::size_t i = 0; i < body.supports.size(); ++i) {
+    Support support = body.supports[i];
+    const Vector3d displacement = reaction.displacement(i);
+    const bool leaves = support.normal.dot(displacement) > reaction.tolerance(),
+               slides = !support.slides &&
+                        (across(support.normal) * displacement).norm() > reaction.tolerance();
+    support.slides = support.slides || slides;
+    any = any || leaves || slides;
+    if (!leaves) kept.push_back(support);
+  }
+  if (!any) return false;
+  body.supports = std::move(kept);
+  hold_at_supports(body);
+  return true;
+}
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet

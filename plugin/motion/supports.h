@@ -1,0 +1,51 @@
+// How a rigid body moves that other rigid bodies support.
+//
+// Bullet solves the contacts between rigid bodies first. What soft bodies push afterwards must not
+// move a body into what supports it, or along it as far as friction holds. So the body is as heavy
+// as its support there, as in the shock propagation of Guendelman et al. 2003, "Nonconvex rigid
+// bodies with stacking". It keeps the impulses as a velocity. Bullet's next solve passes it on to
+// the support.
+#pragma once
+
+#include <Eigen/Core>
+
+#include "lazyccd/bullet/precision.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+
+struct RigidMotion;
+
+/// Impulse (kg m) and angular impulse (kg m^2) on the centre of a body, or its translation (metres)
+/// and rotation (radians).
+using Vector6d = Eigen::Matrix<double, 6, 1>;
+/// Translation and rotation of a body per impulse and angular impulse on its centre.
+using Mobility = Eigen::Matrix<double, 6, 6>;
+
+/// A point of contact at which another rigid body supports this one.
+struct Support {
+  Eigen::Vector3d normal,            ///< away from the other body
+      arm;                           ///< from the centre of this body to the point, metres
+  double load;                       ///< Bullet's impulse along the normal in this step, kg m, >= 0
+  Eigen::Vector3d friction_impulse;  ///< Bullet's, across the normal, kg m
+  double friction;                   ///< Coulomb's coefficient
+  bool slides = false;               ///< friction does not hold the point
+
+  /// Displacement of the point per translation and rotation of the body.
+  Eigen::Matrix<double, 3, 6> jacobian() const;
+};
+
+/// Mobility of a body without its supports.
+Mobility free_mobility(const RigidMotion& body);
+
+/// Sets RigidMotion::supported_mobility: no support moves along its normal, in either direction, or
+/// across it if it does not slide.
+void hold_at_supports(RigidMotion& body);
+
+/// A support only pushes: it may lose its load, but not hold the body. And its friction is within
+/// Coulomb's cone. Lets the body leave the supports that `impulse`, the sum of what soft bodies
+/// exert, pulls it off, and slide where friction does not hold it. Returns whether it does.
+bool leave_supports(RigidMotion& body, const Vector6d& impulse);
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet
