@@ -1,8 +1,10 @@
 // Tells which pairs of bodies untangling moves apart, and which it has given up.
 //
 // Pairs that share a body that moves are a group. A group is given up if none of its pairs makes
-// progress for three seconds: bodies that were pushed after that would never come to rest. A pair
-// that was given up stays so until one of its bodies is placed. Groups do not affect each other.
+// progress for three seconds: bodies that were pushed after that would never come to rest. Progress
+// is one intersection less than ever before, or a tenth less depth than at the last progress. A
+// pair that was given up stays so until one of its bodies is placed. Groups do not affect each
+// other.
 #pragma once
 
 #include <algorithm>
@@ -51,7 +53,7 @@ class PairProgress {
 
   struct Progress {
     std::size_t fewest = std::numeric_limits<std::size_t>::max();  // Found::count in any step
-    double least_depth = std::numeric_limits<double>::infinity();  // Found::depth in any step
+    double last_depth = std::numeric_limits<double>::infinity();   // Found::depth when it last fell
     double seconds_without = 0;  // time since one of them last fell
     bool given_up = false;
   };
