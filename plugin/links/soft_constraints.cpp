@@ -152,8 +152,8 @@ bool SoftConstraints::solve(btSoftBody& body, BodyLinks& links) {
   return true;
 }
 
-void SoftConstraints::solve_links_again(btSoftBody& body, int index) {
-  const int passes = static_cast<int>(passes_over_positions(body));
+void SoftConstraints::solve_links_again(btSoftBody& body, int index, int iterations) {
+  const int passes = static_cast<int>(passes_over_links(body.m_cfg.m_psequence)) * iterations;
   if (!is_prepared_[static_cast<std::size_t>(index)]) {
     for (int i = 0; i < passes; ++i) btSoftBody::getSolver(Solver::Linear)(&body, 1, 0);
     return;

@@ -22,8 +22,9 @@ class SoftConstraints {
   void solve(const btAlignedObjectArray<btSoftBody*>& bodies, const ParallelFor& parallel_for,
              int threads = 2);
 
-  /// Runs as many passes over the links of body `index` of the last solve() as that did.
-  void solve_links_again(btSoftBody& body, int index);
+  /// Runs the passes over the links of body `index` of the last solve() that it has in some
+  /// position iterations.
+  void solve_links_again(btSoftBody& body, int index, int iterations);
 
  private:
   /// Returns whether `links` solved them, and not Bullet.

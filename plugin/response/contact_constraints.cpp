@@ -255,14 +255,25 @@ void ContactConstraints::narrow_gap(ContactRow& row, double fraction, const Moti
 }
 
 void ContactConstraints::solve(Motion& motion, int sweeps) {
+  solve_impulses(motion, sweeps, ContactSolver::Friction::open);
+  solve_split_impulses(motion, sweeps);
+}
+
+void ContactConstraints::solve_impulses(Motion& motion, int sweeps,
+                                        ContactSolver::Friction friction) {
+  active_rows_.reset();
+  solver_.set_up(ContactSolver::Target::motion, rows_, islands(motion), motion, friction);
+  record_approach(motion);
+  sweep_count_ += solver_.solve(sweeps);
+  solver_.write(motion);
+}
+
+void ContactConstraints::solve_split_impulses(Motion& motion, int sweeps) {
   active_rows_.reset();
   const RowIslands& all = islands(motion);
-  for (const auto target : {ContactSolver::Target::motion, ContactSolver::Target::split_impulse}) {
-    solver_.set_up(target, rows_, all, motion);
-    if (target == ContactSolver::Target::motion) record_approach(motion);
-    sweep_count_ += solver_.solve(sweeps);
-    solver_.write(motion);
-  }
+  solver_.set_up(ContactSolver::Target::split_impulse, rows_, all, motion);
+  sweep_count_ += solver_.solve(sweeps);
+  solver_.write(motion);
   const auto is_solved = [&all](std::size_t rigid) {
     const std::int32_t island = all.of_rigid(rigid);
     return island >= 0 && all.is_selected(island);

@@ -77,6 +77,9 @@ class ContactConstraints {
   /// Solves the selected islands for impulses and then for split impulses, and sets the ends of
   /// everything in contact there. `sweeps`: as in ContactSolver::solve().
   void solve(Motion& motion, int sweeps);
+  /// The two halves of solve(). The second one follows the first one, or several of them.
+  void solve_impulses(Motion& motion, int sweeps, ContactSolver::Friction friction);
+  void solve_split_impulses(Motion& motion, int sweeps);
 
   /// Islands of the present rows. All are selected when rows have changed.
   RowIslands& islands(const Motion& motion);

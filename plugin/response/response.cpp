@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 #include <utility>
 
 #include "response/crowding.h"
@@ -25,54 +24,35 @@ constexpr int max_node_holds = 16;
 constexpr int solves_with_full_gaps = 1;
 constexpr double min_gap_fraction = 1.0 / 16;
 
-// An impact is what the impulses of the last step do not stop: contacts that still meet faster than
-// this, m/s.
-constexpr double min_impact_speed = 0.15;
-// And the load of the body, the sum of its normal forces, must rise by this factor. Where a body
-// rests or slides, single nodes meet that fast in each step, but the load stays as it is.
-constexpr double min_load_growth = 1.1;
-// Links that move nodes more slowly than this do not throw a body back, m/s.
-constexpr double min_link_speed = 0.25;
-constexpr int max_link_rounds = 2;
-
 bool touches_at_start(const Contact& contact) { return contact.toi == 0; }
 
 }  // namespace
 
 void Response::begin_step() {
   constraints_.begin_step();
-  if (!loads_.empty()) std::swap(loads_, last_loads_);
-  loads_.clear();
+  link_rounds_.begin_step();
 }
 
 void Response::renumber(const Renumbering& numbers) {
   constraints_.renumber(numbers);
-  const std::vector<double> loads = std::exchange(last_loads_, {});
-  for (std::size_t body = 0; body < std::min(loads.size(), numbers.bodies.size()); ++body) {
-    const std::int32_t now = numbers.bodies[body];
-    if (now < 0) continue;
-    if (last_loads_.size() <= static_cast<std::size_t>(now))
-      last_loads_.resize(static_cast<std::size_t>(now) + 1, 0);
-    last_loads_[now] = loads[body];
-  }
+  link_rounds_.renumber(numbers);
 }
 
 void Response::forget() {
   constraints_.forget();
-  loads_.clear();
-  last_loads_.clear();
+  link_rounds_.forget();
 }
 
 void Response::run(const NearContacts& near, const std::vector<Contact>& penetrations,
-                   const Detect& detect_all, const SolveLinks& solve_links, Motion& motion,
+                   const Detect& detect_all, const LinkSolver& links, Motion& motion,
                    StepStats& stats) {
   constraints_.clear_rows();
   motion.begin_response();
   hold_at_supports(near, motion);
-  bodies_with_solved_links_.clear();
+  link_rounds_.clear_bodies();
   if (options_.max_impulse_rounds > 0) {
     solve_speculative(near, penetrations, motion);
-    if (solve_links) absorb_impact(solve_links, motion);
+    if (links) link_rounds_.run(links, options_.solver_iterations, constraints_, motion);
   }
   std::vector<Contact> contacts = detect_all(motion.starts(), motion.ends());
 
@@ -177,41 +157,6 @@ void Response::let_bodies_leave_supports(Motion& motion) {
   constraints_.solve(motion, options_.solver_iterations);
 }
 
-std::vector<std::int32_t> Response::find_rising_loads(const Motion& motion) {
-  loads_.assign(motion.rigid_of_body.size(), 0);
-  for (const ContactRow* const row : constraints_.active_rows()) {
-    for (const std::int32_t body : {row->contact.body_a, row->contact.body_b})
-      loads_[body] += row->normal_impulse / (motion.dt * motion.dt);
-  }
-  std::vector<std::int32_t> rising;
-  for (std::size_t body = 0; body < loads_.size(); ++body) {
-    const double before = body < last_loads_.size() ? last_loads_[body] : 0;
-    if (motion.rigid_of_body[body] < 0 && loads_[body] > min_load_growth * before)
-      rising.push_back(static_cast<std::int32_t>(body));
-  }
-  return rising;
-}
-
-void Response::absorb_impact(const SolveLinks& solve_links, Motion& motion) {
-  std::map<std::int32_t, std::vector<std::int32_t>> bodies_of;  // by island
-  for (const std::int32_t body : find_rising_loads(motion)) {
-    if (constraints_.approach_of(body) < min_impact_speed * motion.dt) continue;
-    bodies_of[constraints_.islands(motion).of_body(body)].push_back(body);
-    bodies_with_solved_links_.push_back(body);
-  }
-  for (int i = 0; i < max_link_rounds && !bodies_of.empty(); ++i) {
-    RowIslands& islands = constraints_.islands(motion);
-    islands.select_none();
-    for (auto next = bodies_of.begin(); next != bodies_of.end();) {
-      const auto island = next++;
-      const double moved = solve_links(island->second, motion);
-      if (moved > 0) islands.select_body(island->second.front());
-      if (moved < min_link_speed * motion.dt) bodies_of.erase(island);
-    }
-    constraints_.solve(motion, options_.solver_iterations);
-  }
-}
-
 void Response::finish(Motion& motion, StepStats& stats) {
   const std::vector<const ContactRow*>& active_rows = constraints_.active_rows();
   const RowIslands& row_islands = constraints_.islands(motion);
@@ -223,7 +168,7 @@ void Response::finish(Motion& motion, StepStats& stats) {
     add_restitution(constraints_.rows(), options_.restitution, options_.restitution_threshold,
                     options_.solver_iterations, threads_, motion);
   }
-  const std::vector<Island> islands = find_islands(active_rows, bodies_with_solved_links_, motion);
+  const std::vector<Island> islands = find_islands(active_rows, link_rounds_.bodies(), motion);
   std::vector<IslandMasses> masses;
   masses.reserve(islands.size());
   for (const Island& island : islands) masses.emplace_back(island, motion, threads_);

@@ -8,6 +8,7 @@
 #include "lazyccd/bullet/report.h"
 #include "motion/motion.h"
 #include "response/contact_constraints.h"
+#include "response/link_rounds.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -18,10 +19,6 @@ class Response {
   /// Returns the contacts of the motion from `start` to `end`, sorted, without those that must not
   /// be resolved.
   using Detect = std::function<std::vector<Contact>(const Positions& start, const Positions& end)>;
-
-  /// Moves Motion::solved of these soft bodies (indices of bodies) as more passes over their own
-  /// links do, and adds that to Motion::link_displacement.
-  using SolveLinks = std::function<double(const std::vector<std::int32_t>& bodies, Motion& motion)>;
 
   Response(const SolverOptions& options, const PairSurfaces& surfaces,
            const Threads& threads = Threads(1))
@@ -40,12 +37,10 @@ class Response {
   /// zones held at the start of the step. The last one ends with a clean step, because in the end
   /// nothing moves any more. Afterwards motion.velocity_change holds what must be added to the
   /// velocities.
-  /// `penetrations`: vertices inside of bodies, see find_penetrations(). `solve_links` may be
-  /// empty. May be called several times in a step: each call begins with the impulses of the last
-  /// step.
+  /// `penetrations`: vertices inside of bodies, see find_penetrations(). `links` may be empty. May
+  /// be called several times in a step: each call begins with the impulses of the last step.
   void run(const NearContacts& near, const std::vector<Contact>& penetrations,
-           const Detect& detect_all, const SolveLinks& solve_links, Motion& motion,
-           StepStats& stats);
+           const Detect& detect_all, const LinkSolver& links, Motion& motion, StepStats& stats);
 
   /// Rows of the pairs that acted in the last run(), sorted by contact. Valid until the next call
   /// that changes something.
@@ -62,11 +57,6 @@ class Response {
                          Motion& motion);
   /// Solves again for the bodies that the first solve pulls off their supports.
   void let_bodies_leave_supports(Motion& motion);
-  /// Solves links and contacts in turn after an impact. Contacts alone would stop the nodes that
-  /// touch and leave the links compressed, and their restoring would throw the body back.
-  void absorb_impact(const SolveLinks& solve_links, Motion& motion);
-  /// Sums up the normal forces on each body. Returns the soft bodies whose sum rises.
-  std::vector<std::int32_t> find_rising_loads(const Motion& motion);
   /// Resolves contacts that impulses leave: rigid impact zones first, then holds.
   void resolve_with_impact_zones(std::vector<Contact> contacts, const Detect& detect,
                                  Motion& motion, StepStats& stats);
@@ -76,8 +66,7 @@ class Response {
   SolverOptions options_;
   Threads threads_;
   ContactConstraints constraints_;
-  std::vector<double> loads_, last_loads_;  // by body: normal forces after solve_speculative(), N
-  std::vector<std::int32_t> bodies_with_solved_links_;  // in this step
+  LinkRounds link_rounds_;
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

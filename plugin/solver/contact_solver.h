@@ -59,10 +59,17 @@ class ContactSolver {
   /// split_impulse: only positions, to restore gaps.
   enum class Target { motion, split_impulse };
 
+  /// What friction a row with a sliding fraction may have, outside of Coulomb's cone. open: the
+  /// fraction of the sliding. bounded: not more than it has at set_up(), but that without a load.
+  /// Bounded friction is for links that were solved against it: they would throw the nodes aside if
+  /// it ended.
+  enum class Friction { open, bounded };
+
   /// Sets up the problems of a target and of the selected islands, starting from the impulses that
   /// the rows have. `rows`, `islands` and `motion` must not change until write(). The problems of
   /// split impulses must follow those of the motion, with the same rows and islands.
-  void set_up(Target target, RowList& rows, const RowIslands& islands, const Motion& motion);
+  void set_up(Target target, RowList& rows, const RowIslands& islands, const Motion& motion,
+              Friction friction = Friction::open);
 
   /// By island: largest displacement along a normal that impulses must add to those that the rows
   /// have, metres; 0 for islands that are not selected.
@@ -219,6 +226,7 @@ class ContactSolver {
   const Motion* motion_ = nullptr;
   // From one problem to the next only memory and RowNeed::may_need_split are kept.
   bool for_split_impulse_ = false;
+  Friction friction_ = Friction::open;
   bool has_rigid_terms_ = false;
   std::vector<Problem> problems_;  // by island
   std::vector<RowNeed> needs_;     // by row of the list

@@ -94,8 +94,7 @@ void Pipeline::detect_ahead() noexcept try {
 } catch (const std::exception&) {  // the detection of the next step will report the error
 }
 
-bool Pipeline::run(const Bodies& bodies, double dt, const Fill& fill,
-                   const Response::SolveLinks& solve_links,
+bool Pipeline::run(const Bodies& bodies, double dt, const Fill& fill, const LinkSolver& links,
                    const std::function<void()>& restart_links) noexcept {
   step_ = StepStats();
   step_.steps = 1;
@@ -114,11 +113,11 @@ bool Pipeline::run(const Bodies& bodies, double dt, const Fill& fill,
     if (scene().vertex_count() > 0) {
       const Stopwatch answering;
       const StepStats before = step_;
-      resolve_contacts(solve_links, restart_links);
+      resolve_contacts(links, restart_links);
       while (responded_ && reader_.reread_if_sleepers_reached(bodies, fill, changes)) {
         step_ = before;
         take_changes(changes);
-        resolve_contacts(solve_links, restart_links);
+        resolve_contacts(links, restart_links);
       }
       finish_step();
       step_.ms_response = answering.ms() - step_.ms_detect;
@@ -135,7 +134,7 @@ bool Pipeline::run(const Bodies& bodies, double dt, const Fill& fill,
   return ran_last_step_;
 }
 
-void Pipeline::resolve_contacts(const Response::SolveLinks& solve_links,
+void Pipeline::resolve_contacts(const LinkSolver& links,
                                 const std::function<void()>& restart_links) {
   const auto touching = [this](const Positions& x0, const Positions& x1) {
     return remove_passable(detector_.touching(x0, x1));
@@ -149,7 +148,7 @@ void Pipeline::resolve_contacts(const Response::SolveLinks& solve_links,
     const NearContacts near = find_near_contacts();
     responded_ = detector_.found_any() || untangling_.pushes();
     if (responded_) {
-      response_.run(near, untangling_.penetrations(), touching, without_pushed_bodies(solve_links),
+      response_.run(near, untangling_.penetrations(), touching, without_pushed_bodies(links),
                     reader_.motion(), step_);
     } else {
       response_.forget();
@@ -158,14 +157,13 @@ void Pipeline::resolve_contacts(const Response::SolveLinks& solve_links,
 }
 
 // A body that is pushed apart keeps its links as they are: they would pull it back.
-Response::SolveLinks Pipeline::without_pushed_bodies(
-    const Response::SolveLinks& solve_links) const {
-  if (!solve_links || !untangling_.pushes()) return solve_links;
-  return [this, &solve_links](std::vector<std::int32_t> bodies, Motion& motion) {
-    const auto is_pushed = [this](std::int32_t body) { return untangling_.moves_apart(body); };
-    bodies.erase(std::remove_if(bodies.begin(), bodies.end(), is_pushed), bodies.end());
-    return solve_links(bodies, motion);
+LinkSolver Pipeline::without_pushed_bodies(const LinkSolver& links) const {
+  if (!links || !untangling_.pushes()) return links;
+  LinkSolver others = links;
+  others.again = [this, &links](std::int32_t body) {
+    return untangling_.moves_apart(body) ? LinkSolver::Again::never : links.again(body);
   };
+  return others;
 }
 
 void Pipeline::finish_step() {

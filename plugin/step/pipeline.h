@@ -47,10 +47,9 @@ class Pipeline {
   /// Runs a step of `dt` seconds for the whole scene. Returns true on success. Then motion().end
   /// has no contacts left, except for StepStats::unresolved, and the caller must set the nodes to
   /// it. Returns false if the step must run without LazyCCD; status() says why.
-  /// `solve_links`: as in Response::run(). `restart_links`: undoes what it did to nodes that are no
+  /// `links`: as in Response::run(). `restart_links`: undoes what it did to nodes that are no
   /// vertices. Called whenever the solution of the step begins.
-  bool run(const Bodies& bodies, double dt, const Fill& fill,
-           const Response::SolveLinks& solve_links = {},
+  bool run(const Bodies& bodies, double dt, const Fill& fill, const LinkSolver& links = {},
            const std::function<void()>& restart_links = {}) noexcept;
 
   // The following describe the last run().
@@ -100,8 +99,7 @@ class Pipeline {
   // Tells the detector what changed in the scene.
   void take_changes(const StepReader::Changes& changes);
   // Detects and responds until the motion has no contacts left.
-  void resolve_contacts(const Response::SolveLinks& solve_links,
-                        const std::function<void()>& restart_links);
+  void resolve_contacts(const LinkSolver& links, const std::function<void()>& restart_links);
   // Reports the step, and remembers it for the next one.
   void finish_step();
   // If the response moved soft bodies out of the region in which obstacles were read: reads the
@@ -114,8 +112,8 @@ class Pipeline {
   Untangling::Found find_intersections() const;
   void report_intersections();
   NearContacts find_near_contacts();
-  // `solve_links` for the bodies that are not pushed apart.
-  Response::SolveLinks without_pushed_bodies(const Response::SolveLinks& solve_links) const;
+  // `links` of the bodies that are not pushed apart.
+  LinkSolver without_pushed_bodies(const LinkSolver& links) const;
   // Pushes apart bodies that intersect at the start of the step.
   void untangle();
   // Removes contacts that untangling lets pass.

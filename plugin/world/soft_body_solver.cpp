@@ -31,12 +31,15 @@ void start_where_it_slept(btSoftBody& body) {
   for (int i = 0; i < body.m_nodes.size(); ++i) body.m_nodes[i].m_q = body.m_nodes[i].m_x;
 }
 
-// Bullet solves contacts and links in turn. A body with this many position iterations at most
-// bounces off if its links are not solved again after the contacts. With more iterations the links
-// hold it together, and solving them again would only make it stiffer.
-bool may_bounce_off(const btSoftBody& body) {
+// Bullet solves contacts and links in turn. A body with few position iterations bounces off if its
+// links are not solved again after the contacts. With more iterations the links hold it together,
+// and solving them again would only make it stiffer. Pressure, which pushes each node, is so large
+// beside the weight that only links and contacts in turn carry it.
+LinkSolver::Again links_again(const btSoftBody& body) {
   constexpr int few_iterations = 2;
-  return body.m_cfg.piterations <= few_iterations;
+  if (body.m_cfg.kPR != 0 || body.m_cfg.kVC > 0) return LinkSolver::Again::under_load;
+  return body.m_cfg.piterations <= few_iterations ? LinkSolver::Again::after_impact
+                                                  : LinkSolver::Again::never;
 }
 
 }  // namespace
@@ -139,16 +142,18 @@ void btLazySoftBodySolver::solveConstraints(btScalar solverdt) {
     }
   };
   ends_.assign(starts_.size(), {});
-  Response::SolveLinks solve_links_again;
-  for (int i = 0; i < m_softBodySet.size() && !solve_links_again; ++i) {
-    if (may_bounce_off(*m_softBodySet[i])) {
-      solve_links_again = [this](const std::vector<std::int32_t>& bodies, Motion& motion) {
-        return solve_links(bodies, motion);
-      };
-    }
+  LinkSolver links;
+  for (int i = 0; i < m_softBodySet.size() && !links; ++i) {
+    if (links_again(*m_softBodySet[i]) == LinkSolver::Again::never) continue;
+    links.again = [this](std::int32_t body) {
+      return links_again(*pipeline_->scene().bodies()[body].body);
+    };
+    links.solve = [this](const std::vector<std::int32_t>& bodies, Motion& motion) {
+      return solve_links(bodies, motion);
+    };
   }
-  const bool ran = pipeline_->run(m_softBodySet, static_cast<double>(solverdt), fill,
-                                  solve_links_again, [this] { undo_solve_links(); });
+  const bool ran = pipeline_->run(m_softBodySet, static_cast<double>(solverdt), fill, links,
+                                  [this] { undo_solve_links(); });
   ran ? finish_solve_links(solverdt) : undo_solve_links();
   if (!ran) return;
   if (pipeline_->responded()) write_back();
@@ -180,7 +185,6 @@ double btLazySoftBodySolver::solve_links(const std::vector<std::int32_t>& bodies
   for (const std::int32_t index : bodies) {
     const SoftScene::BodyRecord& record = scene.bodies()[index];
     btSoftBody& body = *record.body;
-    if (!may_bounce_off(body)) continue;
     std::vector<btVector3>& ends = ends_[record.world_index];
     for (int i = 0; ends.empty() && i < body.m_nodes.size(); ++i) {
       ends.resize(body.m_nodes.size());
@@ -189,7 +193,8 @@ double btLazySoftBodySolver::solve_links(const std::vector<std::int32_t>& bodies
     const std::int32_t last = record.first_vertex + record.vertex_count;
     for (std::int32_t v = record.first_vertex; v < last; ++v)
       body.m_nodes[scene.node_index(v)].m_x = to_bullet(motion.solved[v]);
-    constraints_->solve_links_again(body, record.world_index);
+    const bool once = links_again(body) == LinkSolver::Again::under_load;
+    constraints_->solve_links_again(body, record.world_index, once ? 1 : body.m_cfg.piterations);
     for (std::int32_t v = record.first_vertex; v < last; ++v) {
       if (!motion.is_free(v)) continue;
       const Eigen::Vector3d x = to_eigen(body.m_nodes[scene.node_index(v)].m_x);
