@@ -79,7 +79,9 @@ std::vector<btScalar> positions_after(Change change, World kind) {
   WorldOptions options = quiet_options(kind, 1.0 / 60);
   options.gravity = 10;
   const auto world = PhysicsWorld::make(options);
-  world->add_static(make_box(0.6, 0.4, 0.6), at(0, -0.2, 0));
+  // In the deformable world cloths that hang over an edge swing for long.
+  const double width = kind == World::deformable ? 2 : 0.6;
+  world->add_static(make_box(width, 0.4, width), at(0, -0.2, 0));
   for (unsigned i = 0; i < 3; ++i) add_cloth(*world, 0, 0.04 * (i + 1), 0.3, i);
   add_cloth(*world, aside, 0.5, 0, 7);
   std::vector<btScalar> positions;
