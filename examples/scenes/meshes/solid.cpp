@@ -39,12 +39,18 @@ void turn_outwards(btSoftBody& body) {
 std::unique_ptr<btSoftBody> make_solid(
     btSoftBodyWorldInfo& info, int cells, double mass,
     const std::function<btVector3(double u, double v, double w)>& at) {
-  const int n = cells + 1;
+  return make_solid(info, {cells, cells, cells}, mass, at);
+}
+
+std::unique_ptr<btSoftBody> make_solid(
+    btSoftBodyWorldInfo& info, const std::array<int, 3>& cells, double mass,
+    const std::function<btVector3(double u, double v, double w)>& at) {
+  const int columns = cells[0] + 1, rows = cells[1] + 1;
   std::vector<btVector3> positions;
-  for (int k = 0; k < n; ++k) {
-    for (int j = 0; j < n; ++j) {
-      for (int i = 0; i < n; ++i) {
-        positions.push_back(at(i / double(cells), j / double(cells), k / double(cells)));
+  for (int k = 0; k <= cells[2]; ++k) {
+    for (int j = 0; j <= cells[1]; ++j) {
+      for (int i = 0; i <= cells[0]; ++i) {
+        positions.push_back(at(i / double(cells[0]), j / double(cells[1]), k / double(cells[2])));
       }
     }
   }
@@ -53,13 +59,13 @@ std::unique_ptr<btSoftBody> make_solid(
   // Kuhn's division of a cube: one tetrahedron for each order of the three axes on a walk from one
   // corner to the opposite corner. The faces of neighbouring cubes match.
   std::set<std::array<int, 2>> sides;
-  const std::array<int, 3> strides = {1, n, n * n};
-  for (int k = 0; k < cells; ++k) {
-    for (int j = 0; j < cells; ++j) {
-      for (int i = 0; i < cells; ++i) {
+  const std::array<int, 3> strides = {1, columns, columns * rows};
+  for (int k = 0; k < cells[2]; ++k) {
+    for (int j = 0; j < cells[1]; ++j) {
+      for (int i = 0; i < cells[0]; ++i) {
         std::array<int, 3> axes = {0, 1, 2};
         do {
-          std::array<int, 4> corners = {i + n * (j + n * k), 0, 0, 0};
+          std::array<int, 4> corners = {i + columns * (j + rows * k), 0, 0, 0};
           for (int step = 0; step < 3; ++step) {
             corners[step + 1] = corners[step] + strides[axes[step]];
           }

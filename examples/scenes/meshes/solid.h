@@ -3,6 +3,7 @@
 
 #include <BulletSoftBody/btSoftBody.h>
 
+#include <array>
 #include <functional>
 #include <memory>
 
@@ -14,6 +15,12 @@ namespace lazyccd::scenes {
 /// kg, of all nodes together.
 std::unique_ptr<btSoftBody> make_solid(
     btSoftBodyWorldInfo& info, int cells, double mass,
+    const std::function<btVector3(double u, double v, double w)>& at);
+
+/// Makes a body of cells[0] x cells[1] x cells[2] cubes. Node (i, j, k) has the index
+/// i + (cells[0] + 1) (j + (cells[1] + 1) k).
+std::unique_ptr<btSoftBody> make_solid(
+    btSoftBodyWorldInfo& info, const std::array<int, 3>& cells, double mass,
     const std::function<btVector3(double u, double v, double w)>& at);
 
 /// Makes a solid ball; lengths in metres.
