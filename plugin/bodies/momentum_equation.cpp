@@ -6,6 +6,10 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
+// Solves with expected contacts, each without those that pulled in the one before. Then all are
+// dropped.
+constexpr int max_rounds = 3;
+
 btVector3 inverse_or_zero(const btVector3& v) {
   btVector3 inverse(0, 0, 0);
   for (int k = 0; k < 3; ++k) inverse[k] = v[k] == 0 ? btScalar(0) : btScalar(1.0 / v[k]);
@@ -16,7 +20,7 @@ btVector3 inverse_or_zero(const btVector3& v) {
 
 bool MomentumEquation::solve(btDeformableBackwardEulerObjective& objective, btScalar dt,
                              int max_iterations, btScalar tolerance, const SideBySide& bodies,
-                             VectorStack& residual, VectorStack& dv) {
+                             ExpectedContacts& contacts, VectorStack& residual, VectorStack& dv) {
   objective_ = &objective;
   side_by_side_ = &bodies;
   nodes_ = dv.size();
@@ -26,11 +30,38 @@ bool MomentumEquation::solve(btDeformableBackwardEulerObjective& objective, btSc
   objective.addLagrangeMultiplierRHS(residual, dv, right_hand_side_);
   objective.addLagrangeMultiplier(dv, solution_);
   find_preconditioner();
-  conjugate_residual_.solve([this](const VectorStack& x, VectorStack& b) { multiply(x, b); },
-                            preconditioner_, right_hand_side_, solution_, max_iterations, tolerance,
-                            bodies.parallel_for());
+  const auto multiply_all = [this](const VectorStack& x, VectorStack& b) { multiply(x, b); };
+  const bool is_any_expected = !terms_.empty() &&
+                               contacts.select(objective.m_softBodies, inverse_mass_, dt) &&
+                               contacts.find_penalties(multiply_all, solution_.size());
+  if (is_any_expected) {
+    solve_with(contacts, max_iterations, tolerance);
+  } else {
+    conjugate_residual_.solve(multiply_all, preconditioner_, right_hand_side_, solution_,
+                              max_iterations, tolerance, bodies.parallel_for());
+  }
   for (int i = 0; i < nodes_; ++i) dv[i] = solution_[i];
   return true;
+}
+
+void MomentumEquation::solve_with(ExpectedContacts& contacts, int max_iterations,
+                                  btScalar tolerance) {
+  plain_right_hand_side_.copyFromArray(right_hand_side_);
+  contacts.guess(objective_->m_softBodies, velocity_, solution_);
+  for (int round = 0;; ++round) {
+    if (round == max_rounds) contacts.drop_all();
+    right_hand_side_.copyFromArray(plain_right_hand_side_);
+    contacts.add_right_hand_side(velocity_, right_hand_side_);
+    conjugate_residual_.solve(
+        [&](const VectorStack& x, VectorStack& b) {
+          multiply(x, b);
+          contacts.multiply(x, b);
+        },
+        preconditioner_, right_hand_side_, solution_, max_iterations, tolerance,
+        side_by_side_->parallel_for());
+    if (!contacts.drop_pulling(velocity_, solution_)) break;
+  }
+  contacts.remove_impulses(solution_);
 }
 
 bool MomentumEquation::read(btDeformableBackwardEulerObjective& objective) {

@@ -2,7 +2,8 @@
 // implicit, with Bullet's constraints as Lagrange multipliers. Solved as in
 // btDeformableBodySolver::solveDeformableConstraints() (Bullet 3.24) for the explicit scheme with
 // the KKT preconditioner, Bullet's default. The result is Bullet's, to the bit but for the sign of
-// zeros, on any number of threads, if Bullet is built without fused multiply-adds.
+// zeros, on any number of threads, if Bullet is built without fused multiply-adds. Contacts that
+// are expected change it (expected_contacts.h).
 #pragma once
 
 #include <BulletSoftBody/btDeformableBackwardEulerObjective.h>
@@ -11,6 +12,7 @@
 
 #include "bodies/body_forces.h"
 #include "bodies/conjugate_residual.h"
+#include "bodies/expected_contacts.h"
 #include "bodies/side_by_side.h"
 #include "bodies/spring_damping.h"
 #include "lazyccd/bullet/precision.h"
@@ -24,7 +26,8 @@ class MomentumEquation {
   /// and then the right hand side. Returns false if it did nothing, because a part of the
   /// objective is not Bullet's own class. `dt`: the time step, seconds.
   bool solve(btDeformableBackwardEulerObjective& objective, btScalar dt, int max_iterations,
-             btScalar tolerance, const SideBySide& bodies, VectorStack& residual, VectorStack& dv);
+             btScalar tolerance, const SideBySide& bodies, ExpectedContacts& contacts,
+             VectorStack& residual, VectorStack& dv);
 
  private:
   // A force that damps. One of springs is a matrix; others add their part body by body, or all at
@@ -38,6 +41,7 @@ class MomentumEquation {
   bool read(btDeformableBackwardEulerObjective& objective);
   void add_right_hand_side(btScalar dt, VectorStack& residual) const;
   void find_preconditioner();
+  void solve_with(ExpectedContacts& contacts, int max_iterations, btScalar tolerance);
   void multiply(const VectorStack& x, VectorStack& b) const;
   void add_damping(const Term& term, const VectorStack& x, VectorStack& b) const;
   void multiply_multipliers(const VectorStack& x, VectorStack& b) const;
@@ -54,6 +58,7 @@ class MomentumEquation {
   std::vector<SpringDamping> springs_;
   std::vector<btScalar> mass_, inverse_mass_;  // kg; zero for nodes that are pinned
   VectorStack velocity_, preconditioner_, right_hand_side_, solution_;
+  VectorStack plain_right_hand_side_;  // without contacts
   ConjugateResidual conjugate_residual_;
 };
 

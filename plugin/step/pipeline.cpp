@@ -364,6 +364,16 @@ bool Pipeline::is_moved(std::int32_t vertex) const {
           !motion().split_displacement[vertex].isZero(0));
 }
 
+std::vector<const btSoftBody*> Pipeline::moved_apart() const {
+  std::vector<const btSoftBody*> bodies;
+  if (!untangling_.pushes()) return bodies;
+  const std::vector<SoftScene::BodyRecord>& records = scene().bodies();
+  for (std::size_t i = 0; i < records.size(); ++i)
+    if (untangling_.moves_apart(static_cast<std::int32_t>(i))) bodies.push_back(records[i].body);
+  std::sort(bodies.begin(), bodies.end());
+  return bodies;
+}
+
 void Pipeline::wake_moved() const {
   for (const SoftScene::BodyRecord& record : scene().bodies()) {
     if (record.body->isActive()) continue;

@@ -62,6 +62,8 @@ class Pipeline {
   std::vector<const btSoftBody*> left_out() const { return reader_.sleepers().left_out(); }
   /// True if the response moved this soft vertex or changed its velocity. False if it did not run.
   bool is_moved(std::int32_t vertex) const;
+  /// Soft bodies that the last step moved apart from something, sorted.
+  std::vector<const btSoftBody*> moved_apart() const;
   /// True if the response ran.
   bool responded() const { return responded_; }
   const Threads& threads() const { return threads_; }

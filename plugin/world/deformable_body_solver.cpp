@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "bodies/deformable_motion.h"
+#include "bodies/expected_contacts.h"
 #include "bodies/momentum_equation.h"
 #include "bodies/normals.h"
 #include "bodies/predict_motion.h"
@@ -68,6 +69,7 @@ btLazyDeformableBodySolver::btLazyDeformableBodySolver(const SolverOptions& opti
       side_by_side_(std::make_unique<SideBySide>(pipeline_->threads())),
       normals_(std::make_unique<Normals>()),
       body_forces_(std::make_unique<BodyForces>()),
+      expected_contacts_(std::make_unique<ExpectedContacts>()),
       momentum_equation_(std::make_unique<MomentumEquation>()),
       solves_sleepers_(solves_sleepers) {}
 
@@ -241,7 +243,7 @@ void btLazyDeformableBodySolver::solveDeformableConstraints(btScalar solverdt) {
 void btLazyDeformableBodySolver::solve_momentum_equation(btScalar time_step) {
   if (m_implicit || m_useProjection ||
       !momentum_equation_->solve(*m_objective, time_step, m_cr.m_maxIterations, m_cr.m_tolerance,
-                                 *side_by_side_, m_residual, m_dv)) {
+                                 *side_by_side_, *expected_contacts_, m_residual, m_dv)) {
     btDeformableBodySolver::solveDeformableConstraints(time_step);
     return;
   }
@@ -284,8 +286,10 @@ void btLazyDeformableBodySolver::applyTransforms(btScalar timeStep) {
   const bool is_handled = pipeline_->run(all_bodies_, static_cast<double>(timeStep), read);
   if (is_handled) write_velocities();
   move_nodes(timeStep);
+  expected_contacts_->forget();
   if (!is_handled) return;
   write_positions();
+  expected_contacts_->take(pipeline_->contacts(), pipeline_->moved_apart(), timeStep);
   pipeline_->write_rigid_bodies();
   pipeline_->detect_ahead();
   for (const SoftScene::BodyRecord& record : pipeline_->scene().bodies()) {

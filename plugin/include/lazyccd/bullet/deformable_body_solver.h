@@ -24,6 +24,7 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
 class BodyForces;
+class ExpectedContacts;
 class MomentumEquation;
 class Normals;
 class Pipeline;
@@ -103,6 +104,7 @@ class LAZYCCD_BULLET_API btLazyDeformableBodySolver : public btDeformableBodySol
   std::unique_ptr<SideBySide> side_by_side_;
   std::unique_ptr<Normals> normals_;
   std::unique_ptr<BodyForces> body_forces_;
+  std::unique_ptr<ExpectedContacts> expected_contacts_;
   std::unique_ptr<MomentumEquation> momentum_equation_;
   bool solves_sleepers_;
   btAlignedObjectArray<btSoftBody*> all_bodies_;  // m_softBodies lacks those of skipped_

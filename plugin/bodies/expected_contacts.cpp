@@ -1,0 +1,206 @@
+#include "bodies/expected_contacts.h"
+
+#include <algorithm>
+
+#include "scene/soft_body_nodes.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+namespace {
+
+// Where damping adds less than this fraction to the inertia of the nodes in contact, contacts and
+// damping hardly change each other.
+constexpr btScalar min_damping_ratio = btScalar(0.1);
+
+}  // namespace
+
+void ExpectedContacts::take(Span<const StepContact> contacts,
+                            const std::vector<const btSoftBody*>& without, btScalar dt) {
+  taken_.clear();
+  for (const StepContact& contact : contacts) {
+    if (!(contact.impulse > 0)) continue;
+    Taken taken;
+    taken.speed = 0;
+    bool is_known = true;
+    for (std::size_t i = 0; i < 4; ++i) {
+      const btSoftBody::Node* const node = contact.nodes[i];
+      taken.weights[i] = static_cast<btScalar>(contact.weights[i]);
+      taken.bodies[i] = nullptr;
+      taken.nodes[i] = -1;
+      if (!node) continue;
+      const bool is_of_a = static_cast<int>(i) < first_vertex_of_b(contact.kind);
+      taken.bodies[i] = btSoftBody::upcast(is_of_a ? contact.body_a : contact.body_b);
+      taken.nodes[i] = taken.bodies[i] ? index_of(*taken.bodies[i], node) : -1;
+      is_known = is_known && taken.nodes[i] >= 0 &&
+                 !std::binary_search(without.begin(), without.end(), taken.bodies[i]);
+      taken.positions[i] = node->m_x;
+      taken.speed += taken.weights[i] * node->m_v.dot(contact.normal);
+    }
+    if (!is_known) continue;
+    taken.normal = contact.normal;
+    taken.friction = contact.friction_impulse / dt;
+    taken.force = static_cast<btScalar>(contact.impulse) / dt;
+    taken_.push_back(taken);
+  }
+}
+
+bool ExpectedContacts::select(const Bodies& bodies, const std::vector<btScalar>& inverse_mass,
+                              btScalar dt) {
+  selected_.clear();
+  if (taken_.empty()) return false;
+  std::vector<std::pair<const btSoftBody*, int>> index;
+  anchored_.clear();
+  for (int b = 0; b < bodies.size(); ++b) {
+    const btSoftBody& body = *bodies[b];
+    index.emplace_back(&body, b);
+    for (int i = 0; i < body.m_deformableAnchors.size(); ++i)
+      anchored_.push_back(body.m_deformableAnchors[i].m_node);
+  }
+  std::sort(index.begin(), index.end());
+  std::sort(anchored_.begin(), anchored_.end());
+  for (const Taken& taken : taken_) {
+    Selected contact;
+    if (number(taken, index, bodies, inverse_mass, dt, contact)) selected_.push_back(contact);
+  }
+  return !selected_.empty();
+}
+
+bool ExpectedContacts::number(const Taken& taken,
+                              const std::vector<std::pair<const btSoftBody*, int>>& index,
+                              const Bodies& bodies, const std::vector<btScalar>& inverse_mass,
+                              btScalar dt, Selected& contact) const {
+  contact.count = 0;
+  for (std::size_t i = 0; i < 4; ++i) {
+    if (!taken.bodies[i]) continue;
+    const auto at = std::lower_bound(index.begin(), index.end(), std::pair{taken.bodies[i], 0});
+    if (at == index.end() || at->first != taken.bodies[i]) return false;
+    const btSoftBody& body = *bodies[at->second];
+    if (!body.isActive() || taken.nodes[i] >= body.m_nodes.size()) return false;
+    const btSoftBody::Node& node = body.m_nodes[taken.nodes[i]];
+    if (!(node.m_x == taken.positions[i]) ||
+        std::binary_search(anchored_.begin(), anchored_.end(), &node))
+      return false;
+    const btScalar mobility = inverse_mass[static_cast<std::size_t>(node.index)];
+    if (mobility == 0 || taken.weights[i] == 0) continue;
+    const auto k = static_cast<std::size_t>(contact.count++);
+    contact.nodes[k] = node.index;
+    contact.bodies[k] = at->second;
+    contact.weights[k] = taken.weights[i];
+    contact.inverse_masses[k] = mobility;
+  }
+  contact.normal = taken.normal;
+  contact.friction = taken.friction * dt;
+  contact.impulse = taken.force * dt;
+  contact.speed = taken.speed;
+  contact.penalty = contact.total = 0;
+  return contact.count > 0;
+}
+
+bool ExpectedContacts::find_penalties(const Multiply& multiply, int size) {
+  // The ratio of both inertias is that of a motion as the contacts of the last step gave it to the
+  // nodes (Rayleigh quotient).
+  probe_.resize(size);
+  product_.resize(size);
+  for (int i = 0; i < size; ++i) probe_[i].setZero();
+  int bodies = 0;
+  for (const Selected& contact : selected_) {
+    for (std::size_t k = 0; k < static_cast<std::size_t>(contact.count); ++k) {
+      probe_[contact.nodes[k]] +=
+          contact.weights[k] * contact.inverse_masses[k] * contact.impulse * contact.normal;
+      bodies = std::max(bodies, contact.bodies[k] + 1);
+    }
+  }
+  multiply(probe_, product_);
+  // The product at each contact's nodes, so nodes of several contacts count several times.
+  std::vector<btScalar> of_mass(static_cast<std::size_t>(bodies), 0), of_all = of_mass;
+  for (const Selected& contact : selected_) {
+    for (std::size_t k = 0; k < static_cast<std::size_t>(contact.count); ++k) {
+      const auto body = static_cast<std::size_t>(contact.bodies[k]);
+      const btVector3& velocity = probe_[contact.nodes[k]];
+      of_mass[body] += velocity.length2() / contact.inverse_masses[k];
+      of_all[body] += velocity.dot(product_[contact.nodes[k]]);
+    }
+  }
+  for (Selected& contact : selected_) {
+    btScalar mobility = 0;
+    for (std::size_t k = 0; k < static_cast<std::size_t>(contact.count); ++k) {
+      const auto body = static_cast<std::size_t>(contact.bodies[k]);
+      const btScalar ratio = of_mass[body] > 0 ? of_all[body] / of_mass[body] - 1 : btScalar(0);
+      mobility += contact.weights[k] * contact.weights[k] * contact.inverse_masses[k] /
+                  btMax(ratio, min_damping_ratio);
+      if (ratio >= min_damping_ratio) contact.penalty = 1;
+    }
+    if (contact.penalty > 0) contact.penalty = 1 / mobility;
+  }
+  selected_.erase(std::remove_if(selected_.begin(), selected_.end(),
+                                 [](const Selected& contact) { return !(contact.penalty > 0); }),
+                  selected_.end());
+  return !selected_.empty();
+}
+
+void ExpectedContacts::guess(const Bodies& bodies, const VectorStack& velocity,
+                             VectorStack& dv) const {
+  std::vector<char> touched(static_cast<std::size_t>(bodies.size()), 0);
+  for (const Selected& contact : selected_) {
+    for (std::size_t k = 0; k < static_cast<std::size_t>(contact.count); ++k)
+      touched[static_cast<std::size_t>(contact.bodies[k])] = 1;
+  }
+  for (int b = 0; b < bodies.size(); ++b) {
+    if (!touched[static_cast<std::size_t>(b)]) continue;
+    const btSoftBody& body = *bodies[b];
+    for (int i = 0; i < body.m_nodes.size(); ++i) {
+      const btSoftBody::Node& node = body.m_nodes[i];
+      if (node.m_im > 0) dv[node.index] = node.m_vn - velocity[node.index];
+    }
+  }
+}
+
+btScalar ExpectedContacts::speed_of(const Selected& contact, const VectorStack& velocity) {
+  btScalar speed = 0;
+  for (std::size_t k = 0; k < static_cast<std::size_t>(contact.count); ++k)
+    speed += contact.weights[k] * velocity[contact.nodes[k]].dot(contact.normal);
+  return speed;
+}
+
+void ExpectedContacts::add_right_hand_side(const VectorStack& velocity,
+                                           VectorStack& right_hand_side) const {
+  for (const Selected& contact : selected_) {
+    const btScalar along =
+        contact.impulse - contact.penalty * (speed_of(contact, velocity) - contact.speed);
+    const btVector3 impulse = along * contact.normal + contact.friction;
+    for (std::size_t k = 0; k < static_cast<std::size_t>(contact.count); ++k)
+      right_hand_side[contact.nodes[k]] += contact.weights[k] * impulse;
+  }
+}
+
+void ExpectedContacts::multiply(const VectorStack& x, VectorStack& b) const {
+  for (const Selected& contact : selected_) {
+    const btVector3 impulse = contact.penalty * speed_of(contact, x) * contact.normal;
+    for (std::size_t k = 0; k < static_cast<std::size_t>(contact.count); ++k)
+      b[contact.nodes[k]] += contact.weights[k] * impulse;
+  }
+}
+
+bool ExpectedContacts::drop_pulling(const VectorStack& velocity, const VectorStack& dv) {
+  for (Selected& contact : selected_) {
+    const btScalar speed = speed_of(contact, velocity) + speed_of(contact, dv);
+    contact.total = contact.impulse - contact.penalty * (speed - contact.speed);
+  }
+  const auto pulling =
+      std::remove_if(selected_.begin(), selected_.end(),
+                     [](const Selected& contact) { return !(contact.total >= 0); });
+  if (pulling == selected_.end()) return false;
+  selected_.erase(pulling, selected_.end());
+  return true;
+}
+
+void ExpectedContacts::remove_impulses(VectorStack& dv) const {
+  for (const Selected& contact : selected_) {
+    const btVector3 impulse = contact.total * contact.normal + contact.friction;
+    for (std::size_t k = 0; k < static_cast<std::size_t>(contact.count); ++k)
+      dv[contact.nodes[k]] -= contact.weights[k] * contact.inverse_masses[k] * impulse;
+  }
+}
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet

@@ -1,0 +1,99 @@
+// Contacts of the last step, as the momentum equation of this step expects them to act again.
+//
+// Contacts are found after Bullet's implicit damping is solved. Damping that does not know of them
+// carries the velocity of a whole body on to the nodes that a contact holds. Each step then stops
+// the momentum of these few nodes only, and the body is too soft where it is touched. With damping
+// proportional to stiffness by the time b, the force F dents the body by b dt F / m too much. m is
+// the mass of a node.
+//
+// An expected contact is an augmented Lagrangian: the force of the last step, and a penalty on
+// velocities that differ from those after the last step. Both act while damping is solved. Then
+// the impulses are taken back from the nodes in contact, because the contact solver finds and
+// applies the true ones. What is left is a damping force between nodes. It keeps momentum, and it
+// is zero where nothing damps. If the contact acts as expected, the motion is as if damping and
+// contacts had been solved together.
+#pragma once
+
+#include <BulletSoftBody/btSoftBody.h>
+
+#include <array>
+#include <functional>
+#include <utility>
+#include <vector>
+
+#include "bodies/conjugate_residual.h"
+#include "lazyccd/bullet/precision.h"
+#include "lazyccd/bullet/report.h"
+#include "lazyccd/span.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+
+class ExpectedContacts {
+ public:
+  using Bodies = btAlignedObjectArray<btSoftBody*>;
+  using Multiply = std::function<void(const VectorStack& x, VectorStack& b)>;
+
+  /// Keeps the contacts of a step that has ended, with the velocities and positions of its end.
+  /// `without`: bodies whose contacts change from step to step, sorted. `dt`: its length, seconds.
+  void take(Span<const StepContact> contacts, const std::vector<const btSoftBody*>& without,
+            btScalar dt);
+  void forget() { taken_.clear(); }
+
+  /// Selects what may act in this step: between nodes of `bodies` that are where the last step left
+  /// them, awake and without an anchor. `inverse_mass`: by node, 1/kg. Returns false if nothing
+  /// may act.
+  bool select(const Bodies& bodies, const std::vector<btScalar>& inverse_mass, btScalar dt);
+  /// Finds how much damping adds to the inertia of the nodes in contact; drops contacts where that
+  /// is little. `multiply` is the matrix of the momentum equation, `size` its size. Returns false
+  /// if nothing is left.
+  bool find_penalties(const Multiply& multiply, int size);
+
+  /// Sets the velocity changes `dv` of bodies in contact to a first guess: as if they moved on as
+  /// they did after the last step.
+  void guess(const Bodies& bodies, const VectorStack& velocity, VectorStack& dv) const;
+  /// Adds the impulses at the velocities of before to the right hand side.
+  void add_right_hand_side(const VectorStack& velocity, VectorStack& right_hand_side) const;
+  /// Adds the penalties times x to b.
+  void multiply(const VectorStack& x, VectorStack& b) const;
+  /// Finds the impulses for velocity changes `dv`. Drops contacts that would pull; then the
+  /// equation must be solved again. Returns whether there were any.
+  bool drop_pulling(const VectorStack& velocity, const VectorStack& dv);
+  void drop_all() { selected_.clear(); }
+  /// Takes the impulses back from the nodes in contact.
+  void remove_impulses(VectorStack& dv) const;
+
+ private:
+  // A contact as it was in the last step.
+  struct Taken {
+    std::array<const btSoftBody*, 4> bodies;  // by vertex; null: a vertex of something rigid
+    std::array<int, 4> nodes;                 // by vertex; index in its body
+    std::array<btVector3, 4> positions;       // of the nodes, metres
+    std::array<btScalar, 4> weights;
+    btVector3 normal, friction;  // unit vector; newtons
+    btScalar force, speed;       // along the normal: newtons; m/s
+  };
+  // A contact in the numbers of this step. Vertices that cannot move are left out.
+  struct Selected {
+    std::array<int, 4> nodes, bodies;  // index in the equation; index in the list of bodies
+    std::array<btScalar, 4> weights, inverse_masses;
+    int count;
+    btVector3 normal, friction;        // unit vector; N s
+    btScalar impulse, speed, penalty;  // of the last step, N s; m/s; kg
+    btScalar total;                    // impulse in the solution, N s
+  };
+
+  // Speed of the contact points along the normal.
+  static btScalar speed_of(const Selected& contact, const VectorStack& velocity);
+  bool number(const Taken& taken, const std::vector<std::pair<const btSoftBody*, int>>& index,
+              const Bodies& bodies, const std::vector<btScalar>& inverse_mass, btScalar dt,
+              Selected& contact) const;
+
+  std::vector<Taken> taken_;
+  std::vector<Selected> selected_;
+  std::vector<const btSoftBody::Node*> anchored_;  // sorted
+  VectorStack probe_, product_;
+};
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet

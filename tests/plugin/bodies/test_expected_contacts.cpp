@@ -1,0 +1,168 @@
+// Contacts of bodies whose own damping is strong. Damping is solved before contacts are found, and
+// must know of those of the last step.
+#include <BulletCollision/CollisionShapes/btBoxShape.h>
+#include <BulletSoftBody/btDeformableGravityForce.h>
+#include <BulletSoftBody/btDeformableNeoHookeanForce.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "bodies/expected_contacts.h"
+#include "plugin/bodies/bullet_twin.h"
+#include "scenes/meshes/solid.h"
+
+using namespace lazyccd;
+using namespace lazyccd::bullet;
+using namespace lazyccd::test;
+
+namespace {
+
+// A world with one block of rubber. Lengths in metres, masses in kg; y points up.
+struct Rubber : DeformableTwin {
+  btSoftBody* body = nullptr;
+
+  using DeformableTwin::DeformableTwin;
+  // `lowest`: the corner with the smallest coordinates; `modulus`: of elasticity, Pa; `damping`: in
+  // seconds, as a fraction of the modulus.
+  void add_block(const std::array<int, 3>& cells, double cell, const btVector3& lowest, double mass,
+                 double modulus, double damping) {
+    const auto at = [&](double u, double v, double w) {
+      return lowest + btVector3(static_cast<btScalar>(u * cell * cells[0]),
+                                static_cast<btScalar>(v * cell * cells[1]),
+                                static_cast<btScalar>(w * cell * cells[2]));
+    };
+    body = add(scenes::make_solid(info(), cells, mass, at));
+    // Bullet's elastic forces need tetrahedra of one orientation.
+    for (int i = 0; i < body->m_tetras.size(); ++i) {
+      btSoftBody::Tetra& tetra = body->m_tetras[i];
+      if (tetra.m_element_measure < 0) std::swap(tetra.m_n[2], tetra.m_n[3]);
+    }
+    body->initializeDmInverse();
+    body->setActivationState(DISABLE_DEACTIVATION);
+    body->m_cfg.collisions |= btSoftBody::fCollision::SDF_RDF;
+    body->getCollisionShape()->setMargin(btScalar(0.001));
+    body->m_cfg.kDF = 1;
+    const auto lame = static_cast<btScalar>(modulus);
+    make(std::make_unique<btDeformableNeoHookeanForce>(lame, lame, static_cast<btScalar>(damping)),
+         {body});
+    make(std::make_unique<btDeformableGravityForce>(btVector3(0, -10, 0)), {body});
+  }
+  btRigidBody* add_box(const btVector3& half, const btVector3& at, btScalar mass = 0) {
+    btRigidBody* const box = add_rigid(std::make_unique<btBoxShape>(half), at, mass);
+    box->setFriction(1);
+    box->setActivationState(DISABLE_DEACTIVATION);
+    return box;
+  }
+  void steps(int count, double dt) {
+    for (int i = 0; i < count; ++i) step(static_cast<btScalar>(dt));
+  }
+  btVector3 centre() const {
+    btVector3 sum(0, 0, 0);
+    for (int i = 0; i < body->m_nodes.size(); ++i) sum += body->m_nodes[i].m_x;
+    return sum / static_cast<btScalar>(body->m_nodes.size());
+  }
+  btVector3 momentum() const {
+    btVector3 sum(0, 0, 0);
+    for (int i = 0; i < body->m_nodes.size(); ++i)
+      sum += body->m_nodes[i].m_v / body->m_nodes[i].m_im;
+    return sum;
+  }
+};
+
+// Height of the centre of a cube of 10 cm that has come to rest on a floor at y = 0.
+double height_at_rest(double dt) {
+  Rubber world(1);
+  world.add_block({5, 5, 5}, 0.02, btVector3(0, btScalar(0.0015), 0), 0.1, 3000, 0.01);
+  world.add_box(btVector3(1, btScalar(0.5), 1), btVector3(0, btScalar(-0.5), 0));
+  world.steps(static_cast<int>(std::lround(0.3 / dt)), dt);
+  return world.centre().y();
+}
+
+}  // namespace
+
+TEST_CASE("a soft slab that hangs over the edge of a box stays on it") {
+  const int threads = GENERATE(1, 2);
+  Rubber world(threads);
+  world.add_block({20, 1, 4}, 0.015, btVector3(0, btScalar(0.0015), btScalar(-0.03)), 0.1, 3e4,
+                  0.005);
+  // 9 of 30 cm hang over.
+  world.add_box(btVector3(1, btScalar(0.5), 1), btVector3(btScalar(1.09), btScalar(-0.5), 0));
+  const btVector3 start = world.centre();
+  world.steps(300, 1e-3);
+  CHECK(std::abs(world.centre().x() - start.x()) < 1e-3);
+  CHECK(world.centre().y() > start.y() - 5e-3);
+}
+
+TEST_CASE("how soft a body is at its contacts does not depend on the time step") {
+  CHECK(std::abs(height_at_rest(1e-3) - height_at_rest(1e-4)) < 1e-4);
+}
+
+TEST_CASE("a damped body does not bounce off") {
+  Rubber world(1);
+  world.add_block({5, 5, 5}, 0.02, btVector3(0, btScalar(0.002), 0), 0.1, 3e4, 0.01);
+  world.add_box(btVector3(1, btScalar(0.5), 1), btVector3(0, btScalar(-0.5), 0));
+  world.body->setVelocity(btVector3(0, -2, 0));
+  double fastest = 0;  // upwards, m/s
+  for (int i = 0; i < 200; ++i) {
+    world.step(btScalar(1e-3));
+    fastest = std::max(fastest, static_cast<double>(world.momentum().y()) / 0.1);
+  }
+  CHECK(fastest < 0.2);
+}
+
+TEST_CASE("a damped body and a box keep their momentum when they collide") {
+  Rubber world(1);
+  world.add_block({4, 4, 4}, 0.025, btVector3(0, 0, 0), 0.1, 3e4, 0.01);
+  world.dynamics->removeForce(world.body, world.forces.back().get());
+  btRigidBody* const box =
+      world.add_box(btVector3(btScalar(0.05), btScalar(0.05), btScalar(0.05)),
+                    btVector3(btScalar(0.05), btScalar(0.155), btScalar(0.06)), 0.2f);
+  box->setGravity(btVector3(0, 0, 0));
+  box->setLinearVelocity(btVector3(0, -2, 0));
+  world.steps(60, 1e-3);
+  const btVector3 all = world.momentum() + btScalar(0.2) * box->getLinearVelocity();
+  CHECK(world.momentum().y() < -0.05);  // they have met
+  CHECK((all - btVector3(0, btScalar(-0.4), 0)).length() < 1e-4);
+}
+
+TEST_CASE("contacts of nodes that were moved, anchored or removed are not expected") {
+  Rubber world(1);
+  world.add_block({2, 2, 2}, 0.05, btVector3(0, 0, 0), 0.1, 3000, 0.01);
+  btSoftBody& body = *world.body;
+  StepContact contact;
+  contact.kind = ContactKind::vertex_face;
+  contact.body_a = &body;
+  contact.body_b = world.add_box(btVector3(1, 1, 1), btVector3(0, -2, 0));
+  contact.nodes = {&body.m_nodes[3], nullptr, nullptr, nullptr};
+  contact.weights = {1, -0.5, -0.25, -0.25};
+  contact.normal = btVector3(0, 1, 0);
+  contact.impulse = 1e-3;
+  contact.friction_impulse = btVector3(0, 0, 0);
+  ExpectedContacts contacts;
+  std::vector<btScalar> inverse_mass;
+  for (int i = 0; i < body.m_nodes.size(); ++i) {
+    body.m_nodes[i].index = i;
+    inverse_mass.push_back(body.m_nodes[i].m_im);
+  }
+  ExpectedContacts::Bodies bodies;
+  bodies.push_back(&body);
+  const auto is_expected = [&] { return contacts.select(bodies, inverse_mass, btScalar(1e-3)); };
+  contacts.take({&contact, 1}, {}, btScalar(1e-3));
+  CHECK(is_expected());
+
+  SECTION("moved") { body.m_nodes[3].m_x += btVector3(0, btScalar(1e-6), 0); }
+  SECTION("pinned") { inverse_mass[3] = 0; }
+  SECTION("asleep") { body.forceActivationState(ISLAND_SLEEPING); }
+  SECTION("anchored") {
+    body.appendDeformableAnchor(
+        3, world.add_box(btVector3(1, 1, 1), body.m_nodes[3].m_x + btVector3(0, 2, 0)));
+  }
+  SECTION("removed") { bodies.clear(); }
+  SECTION("moved apart") { contacts.take({&contact, 1}, {&body}, btScalar(1e-3)); }
+  SECTION("without an impulse") {
+    contact.impulse = 0;
+    contacts.take({&contact, 1}, {}, btScalar(1e-3));
+  }
+  CHECK_FALSE(is_expected());
+}
