@@ -14,12 +14,31 @@ constexpr btScalar min_damping_ratio = btScalar(0.1);
 
 }  // namespace
 
+void ExpectedContacts::meet(const btSoftBody& body, const btCollisionObject& rigid) {
+  if (taken_.empty()) return;
+  const std::lock_guard<std::mutex> lock(mutex_);
+  met_.emplace_back(&body, &rigid);
+}
+
+bool ExpectedContacts::stays(const Taken& taken) const {
+  if (!taken.rigid) return true;
+  const btSoftBody* body = nullptr;
+  for (const btSoftBody* const own : taken.bodies)
+    if (own) body = own;
+  return std::binary_search(met_.begin(), met_.end(), Pair{body, taken.rigid}) &&
+         taken.rigid->hasContactResponse() && taken.rigid->getWorldTransform() == taken.pose;
+}
+
 void ExpectedContacts::take(Span<const StepContact> contacts,
                             const std::vector<const btSoftBody*>& without, btScalar dt) {
   taken_.clear();
   for (const StepContact& contact : contacts) {
     if (!(contact.impulse > 0)) continue;
     Taken taken;
+    taken.rigid = !btSoftBody::upcast(contact.body_a)   ? contact.body_a
+                  : !btSoftBody::upcast(contact.body_b) ? contact.body_b
+                                                        : nullptr;
+    if (taken.rigid) taken.pose = taken.rigid->getWorldTransform();
     taken.speed = 0;
     bool is_known = true;
     for (std::size_t i = 0; i < 4; ++i) {
@@ -57,10 +76,12 @@ bool ExpectedContacts::select(const Bodies& bodies, const std::vector<btScalar>&
       anchored_.push_back(body.m_deformableAnchors[i].m_node);
   }
   std::sort(index.begin(), index.end());
+  std::sort(met_.begin(), met_.end());
   std::sort(anchored_.begin(), anchored_.end());
   for (const Taken& taken : taken_) {
     Selected contact;
-    if (number(taken, index, bodies, inverse_mass, dt, contact)) selected_.push_back(contact);
+    if (stays(taken) && number(taken, index, bodies, inverse_mass, dt, contact))
+      selected_.push_back(contact);
   }
   return !selected_.empty();
 }

@@ -18,6 +18,7 @@
 
 #include <array>
 #include <functional>
+#include <mutex>
 #include <utility>
 #include <vector>
 
@@ -40,8 +41,13 @@ class ExpectedContacts {
             btScalar dt);
   void forget() { taken_.clear(); }
 
+  /// Starts a step. Then tell it the pairs that Bullet hands on in this step; on any thread.
+  void begin_step() { met_.clear(); }
+  void meet(const btSoftBody& body, const btCollisionObject& rigid);
+
   /// Selects what may act in this step: between nodes of `bodies` that are where the last step left
-  /// them, awake and without an anchor. `inverse_mass`: by node, 1/kg. Returns false if nothing
+  /// them, awake and without an anchor. A rigid body that they touch must be handed on in this step
+  /// and be where the last step left it. `inverse_mass`: by node, 1/kg. Returns false if nothing
   /// may act.
   bool select(const Bodies& bodies, const std::vector<btScalar>& inverse_mass, btScalar dt);
   /// Finds how much damping adds to the inertia of the nodes in contact; drops contacts where that
@@ -66,6 +72,8 @@ class ExpectedContacts {
  private:
   // A contact as it was in the last step.
   struct Taken {
+    const btCollisionObject* rigid;           // null if both bodies are soft
+    btTransform pose;                         // of it
     std::array<const btSoftBody*, 4> bodies;  // by vertex; null: a vertex of something rigid
     std::array<int, 4> nodes;                 // by vertex; index in its body
     std::array<btVector3, 4> positions;       // of the nodes, metres
@@ -83,6 +91,10 @@ class ExpectedContacts {
     btScalar total;                    // impulse in the solution, N s
   };
 
+  using Pair = std::pair<const btSoftBody*, const btCollisionObject*>;
+
+  // Whether what the contact touched is still there.
+  bool stays(const Taken& taken) const;
   // Speed of the contact points along the normal.
   static btScalar speed_of(const Selected& contact, const VectorStack& velocity);
   bool number(const Taken& taken, const std::vector<std::pair<const btSoftBody*, int>>& index,
@@ -91,6 +103,8 @@ class ExpectedContacts {
 
   std::vector<Taken> taken_;
   std::vector<Selected> selected_;
+  std::vector<Pair> met_;                          // sorted by select()
+  std::mutex mutex_;                               // for meet()
   std::vector<const btSoftBody::Node*> anchored_;  // sorted
   VectorStack probe_, product_;
 };

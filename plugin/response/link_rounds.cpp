@@ -20,7 +20,7 @@ constexpr double min_load_growth = 1.1;
 constexpr int max_rounds_after_impact = 2;
 // Under load, links are solved again where contacts move a node by more than this fraction of its
 // shortest edge in the step. Where they move nodes less, links have little to correct.
-constexpr double min_pushed_fraction = 0.5;
+constexpr double min_pushed_fraction = 0.7;
 constexpr int max_rounds_under_load = 4;
 // Links that move nodes more slowly than this end the rounds, m/s.
 constexpr double min_link_speed = 0.25;

@@ -83,8 +83,12 @@ const StepStats& btLazyDeformableBodySolver::total_stats() const {
   return pipeline_->total_stats();
 }
 std::string btLazyDeformableBodySolver::status() const { return pipeline_->status(); }
-void btLazyDeformableBodySolver::topology_changed() { pipeline_->invalidate(); }
+void btLazyDeformableBodySolver::topology_changed() {
+  expected_contacts_->forget();
+  pipeline_->invalidate();
+}
 void btLazyDeformableBodySolver::teleported(const btCollisionObject& body) {
+  expected_contacts_->forget();
   pipeline_->teleported(body);
 }
 void btLazyDeformableBodySolver::build_trees(btSoftBody& body) {
@@ -100,6 +104,7 @@ void btLazyDeformableBodySolver::handle_pair(btSoftBody* a, btSoftBody* b) {
 
 void btLazyDeformableBodySolver::processCollision(btSoftBody* body,
                                                   const btCollisionObjectWrapper* other) {
+  expected_contacts_->meet(*body, *other->getCollisionObject());
   if (pipeline_->handle_pair(body, other->getCollisionObject())) return;
   dbvt_->update_trees(*body, *other->getCollisionObject());
   if (!body->isActive())
@@ -168,6 +173,7 @@ bool btLazyDeformableBodySolver::needs(const btSoftBody& sleeper) const {
 
 void btLazyDeformableBodySolver::predictMotion(btScalar solverdt) {
   pipeline_->begin_step(all_bodies_, typeid(*this) != typeid(btLazyDeformableBodySolver));
+  expected_contacts_->begin_step();
   // The contact lists of sleeping bodies stay as they are, as with Bullet.
   slept_.clear();
   for (int i = 0; i < all_bodies_.size(); ++i)
@@ -289,8 +295,8 @@ void btLazyDeformableBodySolver::applyTransforms(btScalar timeStep) {
   expected_contacts_->forget();
   if (!is_handled) return;
   write_positions();
-  expected_contacts_->take(pipeline_->contacts(), pipeline_->moved_apart(), timeStep);
   pipeline_->write_rigid_bodies();
+  expected_contacts_->take(pipeline_->contacts(), pipeline_->moved_apart(), timeStep);
   pipeline_->detect_ahead();
   for (const SoftScene::BodyRecord& record : pipeline_->scene().bodies()) {
     if (!record.body->isActive()) continue;

@@ -240,10 +240,11 @@ class FixedDecider {
   }
 
   bool is_vf_;
-  int segments_;  // whose points may touch them if all points are in one plane
+  int segments_;  // point-segment pairs that may touch if all points stay in one plane
   GridMotion<Integer> motion_;
-  Vector e1_, e2_,
-      r_;  // sides of the face and to the vertex; or the edges and from one to the other
+  // Two sides of the face, and from their corner to the vertex. Or the edges, and from the first to
+  // the second one.
+  Vector e1_, e2_, r_;
   P normal_[3];
 };
 

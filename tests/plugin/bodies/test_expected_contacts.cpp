@@ -126,14 +126,15 @@ TEST_CASE("a damped body and a box keep their momentum when they collide") {
   CHECK((all - btVector3(0, btScalar(-0.4), 0)).length() < 1e-4);
 }
 
-TEST_CASE("contacts of nodes that were moved, anchored or removed are not expected") {
+TEST_CASE("contacts are not expected if a node or what it touches is not as it was") {
   Rubber world(1);
   world.add_block({2, 2, 2}, 0.05, btVector3(0, 0, 0), 0.1, 3000, 0.01);
   btSoftBody& body = *world.body;
   StepContact contact;
   contact.kind = ContactKind::vertex_face;
   contact.body_a = &body;
-  contact.body_b = world.add_box(btVector3(1, 1, 1), btVector3(0, -2, 0));
+  btRigidBody* const box = world.add_box(btVector3(1, 1, 1), btVector3(0, -2, 0));
+  contact.body_b = box;
   contact.nodes = {&body.m_nodes[3], nullptr, nullptr, nullptr};
   contact.weights = {1, -0.5, -0.25, -0.25};
   contact.normal = btVector3(0, 1, 0);
@@ -149,8 +150,15 @@ TEST_CASE("contacts of nodes that were moved, anchored or removed are not expect
   bodies.push_back(&body);
   const auto is_expected = [&] { return contacts.select(bodies, inverse_mass, btScalar(1e-3)); };
   contacts.take({&contact, 1}, {}, btScalar(1e-3));
+  contacts.begin_step();
+  contacts.meet(body, *box);
   CHECK(is_expected());
 
+  SECTION("the other body is gone or far away") { contacts.begin_step(); }
+  SECTION("the other body was moved") { box->translate(btVector3(0, -1, 0)); }
+  SECTION("the other body responds no longer") {
+    box->setCollisionFlags(box->getCollisionFlags() | btCollisionObject::CF_NO_CONTACT_RESPONSE);
+  }
   SECTION("moved") { body.m_nodes[3].m_x += btVector3(0, btScalar(1e-6), 0); }
   SECTION("pinned") { inverse_mass[3] = 0; }
   SECTION("asleep") { body.forceActivationState(ISLAND_SLEEPING); }
@@ -165,4 +173,23 @@ TEST_CASE("contacts of nodes that were moved, anchored or removed are not expect
     contacts.take({&contact, 1}, {}, btScalar(1e-3));
   }
   CHECK_FALSE(is_expected());
+}
+
+TEST_CASE("a damped body whose floor is taken away only falls") {
+  Rubber world(1);
+  world.add_block({2, 2, 2}, 0.1, btVector3(0, btScalar(0.001), 0), 1, 3000, 0.05);
+  btRigidBody* const floor = world.add_box(btVector3(5, 1, 5), btVector3(0, -1, 0));
+  world.steps(400, 1e-3);
+  const bool is_far = GENERATE(false, true);
+  CAPTURE(is_far);
+  if (is_far) {
+    floor->translate(btVector3(0, -50, 0));
+  } else {
+    world.world().removeRigidBody(floor);
+  }
+  world.steps(1, 1e-3);
+  btScalar fastest = 0;
+  for (int i = 0; i < world.body->m_nodes.size(); ++i)
+    fastest = std::max(fastest, world.body->m_nodes[i].m_v.length());
+  CHECK(fastest < 0.3);
 }

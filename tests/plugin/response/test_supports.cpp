@@ -115,6 +115,19 @@ TEST_CASE("cloth that falls fast on a light box does not throw it through the fl
   }
 }
 
+TEST_CASE("a light box that bounces is not thrown by heavy cloth on it") {
+  ObstacleWorld w(World::rigid, gravity);
+  btRigidBody* const floor = w.add(box(5, 1, 5), at(0, -1));
+  btRigidBody* const body = w.add(box(half, half, half), at(0, half), 0.02);
+  floor->setRestitution(1);
+  body->setRestitution(btScalar(0.5));
+  add_cloth(w, 0.6, 0, 2 * half + 0.1);
+  for (int step = 0; step < 240; ++step) {
+    w.steps(1, dt);
+    CHECK(std::abs(height_of(*body) - half) < half);
+  }
+}
+
 TEST_CASE("cloth tips a plank that hangs over an edge if it is heavy enough") {
   const double plank_mass = GENERATE(1.0, 20.0);
   CAPTURE(plank_mass);
