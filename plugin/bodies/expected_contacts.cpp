@@ -17,7 +17,8 @@ constexpr btScalar min_damping_ratio = btScalar(0.1);
 void ExpectedContacts::meet(const btSoftBody& body, const btCollisionObject& rigid) {
   if (taken_.empty()) return;
   const std::lock_guard<std::mutex> lock(mutex_);
-  met_.emplace_back(&body, &rigid);
+  const Pair pair(&body, &rigid);
+  if (met_.empty() || met_.back() != pair) met_.push_back(pair);  // a mesh comes by its triangles
 }
 
 bool ExpectedContacts::stays(const Taken& taken) const {

@@ -10,7 +10,6 @@
 
 #include "scene/collision_filters.h"
 #include "scene/rigid_motions.h"
-#include "scene/rigid_supports.h"
 #include "shapes/enclosing_mesh.h"
 
 namespace lazyccd::bullet {
@@ -310,10 +309,6 @@ void StepReader::exclude(std::int32_t vertex) {
 void StepReader::gather_obstacles() {
   read_rigid_motions(topology_, obstacles_, motion_);
   find_anchored_vertices(scene_, motion_);
-  if (!scene_.bodies().empty()) {
-    const btSoftBodyWorldInfo* const world = scene_.bodies()[0].body->getWorldInfo();
-    if (world && world->m_dispatcher) find_supports(*world->m_dispatcher, motion_);
-  }
   find_obstacles_at_rest();
   bounds_.resize(scene_.bodies().size());
   for (const RigidMotion& rigid : motion_.rigid) bounds_.push_back(bounds_of(rigid));

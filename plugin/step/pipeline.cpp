@@ -5,6 +5,7 @@
 
 #include "report/step_contacts.h"
 #include "scene/collision_filters.h"
+#include "step/rigid_supports.h"
 #include "untangling/intersections.h"
 #include "untangling/pair_rules.h"
 #include "untangling/penetrations.h"
@@ -148,6 +149,8 @@ void Pipeline::resolve_contacts(const LinkSolver& links,
     const NearContacts near = find_near_contacts();
     responded_ = detector_.found_any() || untangling_.pushes();
     if (responded_) {
+      const btSoftBodyWorldInfo* const world = scene().bodies()[0].body->getWorldInfo();
+      if (world && world->m_dispatcher) find_supports(*world->m_dispatcher, reader_.motion());
       response_.run(near, untangling_.penetrations(), touching, without_pushed_bodies(links),
                     reader_.motion(), step_);
     } else {

@@ -9,7 +9,8 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
 constexpr double max_seconds_without_progress = 3;
-// Ratio of depths. What comes out is pushed at six times its depth a second, so it is far faster.
+// Ratio of depths. What lies deep in a rigid body is pushed at six times its depth a second, so it
+// is far faster.
 constexpr double min_progress = 0.9;
 
 }  // namespace

@@ -1,4 +1,4 @@
-#include "scene/rigid_supports.h"
+#include "step/rigid_supports.h"
 
 #include <BulletCollision/NarrowPhaseCollision/btPersistentManifold.h>
 
@@ -86,6 +86,8 @@ void find_supports(btDispatcher& dispatcher, Motion& motion) {
   std::unordered_map<const btCollisionObject*, RigidMotion*> bodies;
   std::vector<int> islands;
   for (RigidMotion& body : motion.rigid) {
+    body.supports.clear();
+    body.supported_mobility.reset();
     if (!body.is_dynamic()) continue;
     bodies.insert({body.object, &body});
     islands.push_back(body.object->getIslandTag());

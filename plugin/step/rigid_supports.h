@@ -8,7 +8,7 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-/// Fills RigidMotion::supports of dynamic bodies from the contacts that Bullet has solved in this
+/// Sets RigidMotion::supports of all bodies from the contacts that Bullet has solved in this
 /// step. A body is supported by static and kinematic bodies, and by those that are fewer contacts
 /// away from them than it is: by the box below it in a stack, and not by the one above.
 void find_supports(btDispatcher& dispatcher, Motion& motion);
