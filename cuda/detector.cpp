@@ -282,6 +282,16 @@ void Detector::set_topology(const Topology& topology) {
   impl_->set_topology(topology);
 }
 
+void Detector::leave_out(Span<const char> edges, Span<const char> vertices) {
+  if (!(impl_->options.separation > 0))
+    throw Error(ErrorCode::invalid_argument, "leave_out() needs a separation");
+  impl_->set_contacts({});
+  impl_->cpu.discard_ahead();
+  impl_->mesh.complete(impl_->threads.pool());
+  impl_->mesh.leave_out(edges, vertices);
+  impl_->set_mesh();
+}
+
 Span<const Contact> Detector::detect(const Positions& start, const Positions& end) {
   const IeeeArithmetic ieee;
   Stats stats = impl_->scene();

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <atomic>
+#include <iterator>
 #include <string>
 
 #include "core/narrow/contact_math.h"
@@ -221,6 +222,12 @@ Span<const Contact> CpuDetector::reduce_contacts(Span<const Contact> contacts,
   begin_workers(options_.separation);
   for (const auto& worker : workers_) worker->near_pairs.clear();
   contacts_.clear();
+  std::vector<Contact> others;
+  if (mesh_->leaves_out_any()) {
+    std::copy_if(contacts.begin(), contacts.end(), std::back_inserter(others),
+                 [this](const Contact& contact) { return !is_left_out(contact); });
+    contacts = others;
+  }
   for (std::size_t first = 0, last; first < contacts.size(); first = last) {
     last = first + 1;
     while (last < contacts.size() && contacts[last].kind == contacts[first].kind &&
@@ -233,6 +240,12 @@ Span<const Contact> CpuDetector::reduce_contacts(Span<const Contact> contacts,
   stats.near_pairs = count_near();
   stats.hash = contact_hash(contacts_);
   return contacts_;
+}
+
+bool CpuDetector::is_left_out(const Contact& contact) const {
+  return is_vertex_face(contact) ? mesh_->leaves_out_vertex(contact.primitive_a)
+                                 : mesh_->leaves_out_edge(contact.primitive_a) ||
+                                       mesh_->leaves_out_edge(contact.primitive_b);
 }
 
 std::int64_t CpuDetector::count_near() const {

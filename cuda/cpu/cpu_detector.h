@@ -34,9 +34,10 @@ class CpuDetector : public BackendDetector {
 
   void set_mesh(const Mesh& mesh) override;
   Span<const Contact> detect(const Positions& start, const Positions& end, Stats& stats) override;
-  /// Applies DetectorOptions::reduce_contacts and Topology::self_separation to the contacts that
-  /// another backend found with a separation, and returns the rest. Records all of them for
-  /// recheck_near_pairs(). `contacts` must be sorted. The result is valid until the next call.
+  /// Applies DetectorOptions::reduce_contacts, Topology::self_separation and Detector::leave_out()
+  /// to the contacts that another backend found with a separation, and returns the rest. Records
+  /// all of them for recheck_near_pairs(). `contacts` must be sorted. The result is valid until the
+  /// next call.
   Span<const Contact> reduce_contacts(Span<const Contact> contacts, const Positions& start,
                                       const Positions& end, Stats& stats);
   /// As Detector::can_recheck_any_motion().
@@ -106,6 +107,8 @@ class CpuDetector : public BackendDetector {
   void query_each_group(Stats& stats);
   // Finds the candidates of a pair of leaves.
   void visit_pair(Worker& worker, NodePair pair);
+  // Whether the mesh leaves out one of its primitives.
+  bool is_left_out(const Contact& contact) const;
   // Returns the number of near pairs of all workers.
   std::int64_t count_near() const;
   // Keeps the pairs where the traversal ended as the front of the next step.

@@ -24,7 +24,8 @@ StepDetector::StepDetector(const DetectorOptions& options, const Threads& thread
       motion_(motion),
       selector_(surfaces, position_correction),
       round_contacts_(topology, motion, surfaces, filter),
-      flat_contacts_(topology, motion) {
+      flat_contacts_(topology, motion),
+      internal_edges_(topology, motion, surfaces) {
   options_.separation = 0;
   options_.reduce_contacts = false;
 }
@@ -50,6 +51,7 @@ void StepDetector::set_topology(double largest_thickness) {
       options.reduce_contacts = true;
       near_detector_ = std::make_unique<Detector>(options, threads_);
     }
+    separation_ = separation;
     set_near_topology();
   }
   separation_ = separation;
@@ -64,6 +66,10 @@ void StepDetector::set_near_topology() {
   topology.bodies = filters;
   others_may_meet_ = find_others_may_meet(topology.bodies);
   near_detector_->set_topology(topology);
+  internal_edges_.set_topology(near_detector_->edges(), largest_thickness());
+  if (!internal_edges_.edges_left_out().empty())
+    near_detector_->leave_out(internal_edges_.edges_left_out(),
+                              internal_edges_.vertices_left_out());
 }
 
 bool StepDetector::find_others_may_meet(Span<const Body> filters) const {
@@ -145,7 +151,7 @@ std::vector<Contact> StepDetector::touching(const Positions& start, const Positi
 }
 
 Span<const Contact> StepDetector::recheck(const Positions& start, const Positions& end) {
-  if (!simple_shapes_are_clear(is_start_of_motion(end)))
+  if (leaves_out_any() || !simple_shapes_are_clear(is_start_of_motion(end)))
     return touching_detector().detect(start, end);
   if (!others_may_meet_) return {};
   const Span<const Contact> found = near_detector_->recheck_near_pairs(start, end);
@@ -193,7 +199,9 @@ NearContacts StepDetector::detect_near(LastImpulses& last_impulses) {
     counts_.candidates += stats.candidates_vf + stats.candidates_ee;
     counts_.listed_candidates += stats.listed_candidates;
     prediction_.compare(motion_, stats.candidates_vf + stats.candidates_ee);
-    any_near = stats.near_pairs > 0;
+    any_near = stats.near_pairs > 0 || leaves_out_any();
+    internal_edges_.remove(near, constrained_);
+    near = constrained_;
   }
   const auto middle = near_simple_.insert(near_simple_.end(), near_flat_.begin(), near_flat_.end());
   std::inplace_merge(near_simple_.begin(), middle, near_simple_.end());

@@ -9,6 +9,7 @@
 #include "contact/pair_surfaces.h"
 #include "detection/contact_filter.h"
 #include "detection/flat_contacts.h"
+#include "detection/internal_edges.h"
 #include "detection/motion_prediction.h"
 #include "detection/near_contact_selector.h"
 #include "detection/round_contacts.h"
@@ -88,6 +89,8 @@ class StepDetector {
   bool only_near_can_touch(const Positions& end) const;
   /// Gives near_detector_ the topology without the pairs of round_contacts_ and flat_contacts_.
   void set_near_topology();
+  /// True if near_detector_ leaves out internal edges.
+  bool leaves_out_any() const { return !internal_edges_.edges_left_out().empty(); }
   /// True if it is certain that nothing touches the obstacles of round_contacts_ and
   /// flat_contacts_ in the motion to its present end, or, with `at_start`, at its start.
   bool simple_shapes_are_clear(bool at_start);
@@ -117,9 +120,11 @@ class StepDetector {
   NearContactSelector selector_;
   RoundContacts round_contacts_;
   FlatContacts flat_contacts_;
+  InternalEdges internal_edges_;
   bool others_may_meet_ = true;  ///< pairs that these two do not handle
   /// Near contacts of flat_contacts_, of both, and all of the step.
   std::vector<Contact> near_flat_, near_simple_, near_;
+  std::vector<Contact> constrained_;  ///< near contacts of the detector that need a constraint
   /// Finds contacts without separation; null until it is needed.
   std::unique_ptr<Detector> touching_detector_;
   bool touching_topology_is_current_ = false;

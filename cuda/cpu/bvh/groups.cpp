@@ -38,9 +38,12 @@ void Groups::claim_primitives(const Mesh& mesh, ThreadPool& pool) {
           for (std::size_t i = first; i < last; ++i) {
             const CellContents cell(view, segment.has_faces, order_[i]);
             const auto place = static_cast<std::uint32_t>(i);
-            for (int k = 0; k < cell.edges; ++k) first_cell_[kEdges].lower(cell.edge[k], place);
+            for (int k = 0; k < cell.edges; ++k)
+              if (!mesh.leaves_out_edge(cell.edge[k]))
+                first_cell_[kEdges].lower(cell.edge[k], place);
             for (int k = 0; k < cell.vertices; ++k)
-              first_cell_[kVertices].lower(cell.vertex[k], place);
+              if (!mesh.leaves_out_vertex(cell.vertex[k]))
+                first_cell_[kVertices].lower(cell.vertex[k], place);
           }
         });
   });

@@ -26,8 +26,8 @@ class Groups {
 
   /// Builds the groups and refits their boxes. The cells (faces, then free edges) of each body are
   /// sorted in Morton order of their centroids at the start and cut into runs of kGroupCells. A
-  /// vertex or edge belongs to the first cell that contains it, and so to one group. The result
-  /// does not depend on the number of threads.
+  /// vertex or edge belongs to the first cell that contains it, and so to one group; those that the
+  /// mesh leaves out belong to none. The result does not depend on the number of threads.
   void build(const Mesh& mesh, const std::vector<VertexRecord>& vertices, ThreadPool& pool,
              double scale = 1);
 

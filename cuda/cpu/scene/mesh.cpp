@@ -253,6 +253,15 @@ void Mesh::check_primitives_of_bodies() const {
                   static_cast<std::int32_t>(b));
 }
 
+void Mesh::leave_out(Span<const char> edges, Span<const char> vertices) {
+  if (!(edges.empty() || edges.size() == edge_count()) ||
+      !(vertices.empty() || vertices.size() == vertex_count()))
+    throw Error(ErrorCode::size_mismatch,
+                "leave_out() needs an entry for each edge and for each vertex, or none");
+  edges_left_out_.assign(edges.begin(), edges.end());
+  vertices_left_out_.assign(vertices.begin(), vertices.end());
+}
+
 MeshView Mesh::view() const {
   static_assert(sizeof(Face) == 3 * sizeof(std::int32_t) &&
                 sizeof(Edge) == 2 * sizeof(std::int32_t));

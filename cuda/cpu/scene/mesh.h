@@ -54,6 +54,15 @@ class Mesh {
   bool pinned(std::int32_t vertex) const { return !pinned_.empty() && pinned_[vertex]; }
   bool any_pinned() const { return !pinned_.empty(); }
   Span<const char> pinned_vertices() const { return pinned_; }  ///< by vertex; empty: none is
+  /// Sets what Detector::leave_out() names. An empty array leaves out nothing.
+  void leave_out(Span<const char> edges, Span<const char> vertices);
+  bool leaves_out_edge(std::int32_t edge) const {
+    return !edges_left_out_.empty() && edges_left_out_[edge];
+  }
+  bool leaves_out_vertex(std::int32_t vertex) const {
+    return !vertices_left_out_.empty() && vertices_left_out_[vertex];
+  }
+  bool leaves_out_any() const { return !edges_left_out_.empty() || !vertices_left_out_.empty(); }
   /// By vertex, as Topology::self_separation; empty: no limit.
   const std::vector<float>& self_separation() const { return self_separation_; }
 
@@ -99,6 +108,7 @@ class Mesh {
   std::int32_t world_count_ = 0;
   std::vector<char> pinned_;  // by vertex; empty if no vertex is pinned
   std::vector<float> self_separation_;
+  std::vector<char> edges_left_out_, vertices_left_out_;
   std::unordered_set<std::uint64_t> disabled_;
 };
 

@@ -70,6 +70,13 @@ class LAZYCCD_API Detector {
   /// invalid, throws Error with the body and primitive at fault and keeps the old topology.
   void set_topology(const Topology& topology);
 
+  /// Leaves out of the following detections all pairs of these edges with edges, and of these
+  /// vertices with faces: those whose element is not 0. `edges`: as edges(); `vertices`: by vertex;
+  /// empty: none. Holds until the next set_topology(). For pairs within a separation that need no
+  /// answer, such as those with the flat edges of a terrain. Throws Error(size_mismatch), and
+  /// Error(invalid_argument) without a separation.
+  void leave_out(Span<const char> edges, Span<const char> vertices);
+
   /// Returns the contacts of the linear motion from `start` to `end`, sorted by world, then by
   /// operator< of Contact. The span is valid until the next call. Throws Error if a position is not
   /// finite or the number of positions is wrong.

@@ -1,0 +1,71 @@
+// Edges and vertices at which the surface of an obstacle hardly turns, as most of a terrain or of
+// the side of a cylinder.
+//
+// What lies there is held by its own vertices: between them it sinks in by a small part of the gap
+// that contacts keep. So contacts with these edges and vertices need no constraint. If one of them
+// touches nevertheless, the re-check after the response finds it.
+//
+// The sag. A soft edge of length l crosses a surface that turns by the angle b below it. If both
+// ends are at the distance d from the surface, all of the edge is at least about d - l b / 4 away.
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "contact/pair_surfaces.h"
+#include "detection/obstacle_pairs.h"
+#include "lazyccd/contact.h"
+#include "lazyccd/span.h"
+#include "motion/motion.h"
+#include "scene/step_topology.h"
+#include "shapes/surface_bends.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+
+class InternalEdges {
+ public:
+  /// The arguments must outlive it.
+  InternalEdges(const StepTopology& topology, const Motion& motion, const PairSurfaces& surfaces)
+      : topology_(topology), motion_(motion), surfaces_(surfaces) {}
+
+  /// Measures the obstacles. Call when indices change, with the start of a motion. `edges`: all
+  /// edges, as Detector::edges(); `largest_thickness`: the largest thickness that is kept, metres.
+  void set_topology(Span<const Edge> edges, double largest_thickness);
+  /// What a detector may leave out, as Detector::leave_out(): the internal edges and vertices of
+  /// obstacles that have hardly any others, as terrains. Empty if there is no such obstacle.
+  Span<const char> edges_left_out() const { return edges_left_out_; }
+  Span<const char> vertices_left_out() const { return vertices_left_out_; }
+
+  /// Sets `kept` to the contacts of `found` that need a constraint, in the same order. The others
+  /// are those with edges and vertices of obstacles between which a soft body sinks in by less than
+  /// half of the thickness, and those of a vertex with a face beyond such an edge. What starts
+  /// nearer than half of the thickness is kept.
+  void remove(Span<const Contact> found, std::vector<Contact>& kept) const;
+
+ private:
+  // Finds what of an obstacle may be left out.
+  void leave_out(const ObstaclePairs& obstacle, Span<const Edge> edges, double largest_thickness);
+  bool needs_constraint(const Contact& contact, double thickness) const;
+  // These two are about a contact of a soft edge or face with an edge or vertex of an obstacle, and
+  // about one of a soft vertex with a face of an obstacle.
+  bool is_internal(const Contact& contact, double thickness) const;
+  bool is_beyond_edge(const Contact& contact, double thickness) const;
+  // By which angle the surface turns below a soft edge of this length, metres. Radians.
+  double turn_at_edge(std::size_t edge, double length) const;
+  double turn_at_vertex(std::int32_t vertex, double length) const;
+  double turn_around_ends(const Contact& contact, double length) const;
+  double gap_at_start(const Contact& contact) const;  // between its points, metres
+  double squared_length(std::int32_t a, std::int32_t b) const;
+
+  const StepTopology& topology_;
+  const Motion& motion_;
+  const PairSurfaces& surfaces_;
+  std::size_t first_edge_ = 0, first_face_ = 0;  // of an obstacle
+  SurfaceBends bends_;                           // of all obstacles
+  std::vector<char> edges_left_out_, vertices_left_out_;
+};
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet
