@@ -25,7 +25,8 @@ bool sags_little(double length, double turn, double thickness) {
 
 }  // namespace
 
-void InternalEdges::set_topology(Span<const Edge> edges, double largest_thickness) {
+void InternalEdges::set_topology(Span<const Edge> edges, Span<const Body> filters,
+                                 double largest_thickness) {
   const Topology topology = topology_.topology();
   const auto first_edge = std::partition_point(
       edges.begin(), edges.end(), [this](const Edge& e) { return topology_.is_soft(e[1]); });
@@ -39,8 +40,15 @@ void InternalEdges::set_topology(Span<const Edge> edges, double largest_thicknes
                     {first_edge, edges.size() - first_edge_}, motion_.start, motion_.soft_count());
   edges_left_out_.clear();
   vertices_left_out_.clear();
-  for (const ObstaclePairs& obstacle : find_obstacle_pairs(topology_))
-    leave_out(obstacle, edges, largest_thickness);
+  for (ObstaclePairs& obstacle : find_obstacle_pairs(topology_)) {
+    std::vector<std::int32_t>& soft_bodies = obstacle.soft_bodies;
+    const auto passes = [&](std::int32_t s) {
+      return !filters_accept(filters[s], filters[obstacle.body]);
+    };
+    soft_bodies.erase(std::remove_if(soft_bodies.begin(), soft_bodies.end(), passes),
+                      soft_bodies.end());
+    if (!soft_bodies.empty()) leave_out(obstacle, edges, largest_thickness);
+  }
 }
 
 void InternalEdges::leave_out(const ObstaclePairs& obstacle, Span<const Edge> edges,

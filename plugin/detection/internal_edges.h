@@ -30,9 +30,10 @@ class InternalEdges {
   InternalEdges(const StepTopology& topology, const Motion& motion, const PairSurfaces& surfaces)
       : topology_(topology), motion_(motion), surfaces_(surfaces) {}
 
-  /// Measures the obstacles. Call when indices change, with the start of a motion. `edges`: all
-  /// edges, as Detector::edges(); `largest_thickness`: the largest thickness that is kept, metres.
-  void set_topology(Span<const Edge> edges, double largest_thickness);
+  /// Measures the obstacles. Call when indices or pair rules change, with the start of a motion.
+  /// `edges`: all edges, as Detector::edges(); `filters`: those of the detector, by body;
+  /// `largest_thickness`: the largest thickness that is kept, metres.
+  void set_topology(Span<const Edge> edges, Span<const Body> filters, double largest_thickness);
   /// What a detector may leave out, as Detector::leave_out(): the internal edges and vertices of
   /// obstacles that have hardly any others, as terrains. Empty if there is no such obstacle.
   Span<const char> edges_left_out() const { return edges_left_out_; }
@@ -45,7 +46,7 @@ class InternalEdges {
   void remove(Span<const Contact> found, std::vector<Contact>& kept) const;
 
  private:
-  // Finds what of an obstacle may be left out.
+  // Finds what of an obstacle may be left out. Only the soft bodies that meet it count.
   void leave_out(const ObstaclePairs& obstacle, Span<const Edge> edges, double largest_thickness);
   bool needs_constraint(const Contact& contact, double thickness) const;
   // These two are about a contact of a soft edge or face with an edge or vertex of an obstacle, and

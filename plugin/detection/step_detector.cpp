@@ -66,7 +66,7 @@ void StepDetector::set_near_topology() {
   topology.bodies = filters;
   others_may_meet_ = find_others_may_meet(topology.bodies);
   near_detector_->set_topology(topology);
-  internal_edges_.set_topology(near_detector_->edges(), largest_thickness());
+  internal_edges_.set_topology(near_detector_->edges(), topology.bodies, largest_thickness());
   if (!internal_edges_.edges_left_out().empty())
     near_detector_->leave_out(internal_edges_.edges_left_out(),
                               internal_edges_.vertices_left_out());
