@@ -102,10 +102,23 @@ void btLazyDeformableBodySolver::handle_pair(btSoftBody* a, btSoftBody* b) {
   btDeformableBodySolver::processCollision(a, b);
 }
 
+namespace {
+
+// Bullet makes contacts with any object, but sets their matrices for rigid bodies and links alone
+// (btSoftColliders::CollideSDF_RD). With a ghost object they are what the memory held.
+bool would_be_undefined(const btSoftBody& body, const btCollisionObject& other) {
+  constexpr int known = btCollisionObject::CO_RIGID_BODY | btCollisionObject::CO_FEATHERSTONE_LINK;
+  return (other.getInternalType() & known) == 0 &&
+         (body.m_cfg.collisions & btSoftBody::fCollision::CL_RS) == 0;
+}
+
+}  // namespace
+
 void btLazyDeformableBodySolver::processCollision(btSoftBody* body,
                                                   const btCollisionObjectWrapper* other) {
   expected_contacts_->meet(*body, *other->getCollisionObject());
   if (pipeline_->handle_pair(body, other->getCollisionObject())) return;
+  if (would_be_undefined(*body, *other->getCollisionObject())) return;
   dbvt_->update_trees(*body, *other->getCollisionObject());
   if (!body->isActive())
     clear_deformable_contact_lists(*body);  // Bullet does not clear those of a sleeper

@@ -1,5 +1,7 @@
 // The ways to add LazyCCD to Bullet's worlds.
 #include <BulletCollision/BroadphaseCollision/btDbvtBroadphase.h>
+#include <BulletCollision/CollisionDispatch/btGhostObject.h>
+#include <BulletCollision/CollisionShapes/btSphereShape.h>
 #include <BulletDynamics/ConstraintSolver/btSequentialImpulseConstraintSolver.h>
 #include <BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h>
 #include <BulletSoftBody/btSoftMultiBodyDynamicsWorld.h>
@@ -7,6 +9,7 @@
 
 #include "lazyccd/bullet/collision_algorithm.h"
 #include "lazyccd/bullet/soft_body_solver.h"
+#include "plugin/support/obstacle_worlds.h"
 #include "plugin/support/worlds.h"
 #include "support/catch.h"
 
@@ -130,4 +133,24 @@ TEST_CASE("pairs with clusters in common stay with Bullet") {
   impact.steps(10);
   CHECK(impact.world->total_stats()->contacts_vf == 0);
   CHECK(impact.world->total_stats()->handled_pairs == 0);
+}
+
+TEST_CASE("a ghost object goes through a deformable body") {
+  ObstacleWorld w(World::deformable, 0);
+  const btSoftBody* const sheet = w.add_sheet(9, 1, 0, 0);
+  btSphereShape sphere(btScalar(0.2));
+  btGhostObject ghost;
+  ghost.setCollisionShape(&sphere);
+  ghost.setCollisionFlags(GENERATE(int(btCollisionObject::CF_NO_CONTACT_RESPONSE),
+                                   int(btCollisionObject::CF_CHARACTER_OBJECT)));
+  const auto place = [&](double height) {
+    ghost.setWorldTransform(
+        btTransform(btQuaternion::getIdentity(), btVector3(0, static_cast<btScalar>(height), 0)));
+  };
+  place(0.5);
+  w.world().addCollisionObject(&ghost);
+  w.steps(60, 1.0 / 60, [&](int i) { place(0.5 - i / 60.0); });
+  w.world().removeCollisionObject(&ghost);
+  for (int i = 0; i < sheet->m_nodes.size(); ++i)
+    CHECK(static_cast<double>(sheet->m_nodes[i].m_v.length()) < 1e-3);
 }
