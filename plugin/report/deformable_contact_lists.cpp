@@ -1,43 +1,16 @@
-#include "report/bullet_contact_lists.h"
-
 #include <BulletSoftBody/btSoftBodyInternals.h>
 
 #include <array>
 #include <map>
-#include <set>
 #include <utility>
 
+#include "report/bullet_contact_lists.h"
+#include "report/contact_fields.h"
 #include "report/faces_of_nodes.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
-
 namespace {
-
-// Bullet 3.25 has the impulse in a contact, from the soft on the rigid body, N s.
-template <class Info>
-auto set_impulse(Info& info, const btVector3& impulse, int) -> decltype(info.m_impulse, void()) {
-  info.m_impulse = impulse;
-}
-template <class Info>
-void set_impulse(Info&, const btVector3&, long) {}
-
-// What contacts of both worlds have, with the node or the face on the side of body_a. Both worlds
-// name these members alike.
-template <class RigidContact>
-RigidContact rigid_contact(const StepContact& contact, const btSoftBody& body) {
-  RigidContact rigid;
-  rigid.m_cti.m_colObj = contact.body_b;
-  rigid.m_cti.m_normal = contact.normal;
-  rigid.m_cti.m_offset = -contact.normal.dot(contact.point);
-  set_impulse(rigid.m_cti, -contact.impulse * contact.normal - contact.friction_impulse, 0);
-  rigid.m_c0.setIdentity();
-  rigid.m_c1 = contact.point - contact.body_b->getWorldTransform().getOrigin();
-  rigid.m_c2 = rigid.m_c4 = 0;
-  rigid.m_c3 = body.m_cfg.kDF * contact.body_b->getFriction();
-  btPlaneSpace1(contact.normal, rigid.t1, rigid.t2);
-  return rigid;
-}
 
 // Returns whether Bullet would test the faces of a body, and not only its nodes, against rigid
 // bodies or multibodies.
@@ -106,69 +79,13 @@ void fill_face_contacts(Span<const StepContact> contacts) {
   }
 }
 
-// Weights of the face's corners.
-btVector3 face_weights(const StepContact& contact) {
-  return btVector3(static_cast<btScalar>(-contact.weights[1]),
-                   static_cast<btScalar>(-contact.weights[2]),
-                   static_cast<btScalar>(-contact.weights[3]));
-}
-
-// The sleeping bodies with contacts in this step. Their lists are those of an old step.
-std::set<btSoftBody*> sleepers_with(Span<const StepContact> contacts) {
-  std::set<btSoftBody*> bodies;
-  for (const StepContact& contact : contacts) {
-    for (btCollisionObject* const object : {contact.body_a, contact.body_b}) {
-      btSoftBody* const body = btSoftBody::upcast(object);
-      if (body && !body->isActive()) bodies.insert(body);
-    }
-  }
-  return bodies;
-}
-
 }  // namespace
-
-void clear_soft_contact_lists(btSoftBody& body) {
-  body.m_scontacts.resize(0);
-  body.m_rcontacts.clear();
-}
 
 void clear_deformable_contact_lists(btSoftBody& body) {
   body.m_nodeRigidContacts.clear();
   body.m_faceRigidContacts.clear();
   body.m_faceNodeContacts.resize(0);
   body.m_faceNodeContactsCCD.resize(0);
-}
-
-void fill_soft_contact_lists(Span<const StepContact> contacts) {
-  for (btSoftBody* const body : sleepers_with(contacts)) clear_soft_contact_lists(*body);
-  // Fills the list as Bullet's CollideVF_SS does (btSoftBodyInternals.h). Bullet's solver has
-  // finished this step and clears the list before the next one. So only applications read it.
-  for (const StepContact& contact : contacts) {
-    btSoftBody* const node_body = btSoftBody::upcast(contact.body_a);
-    if (!node_body || contact.kind != ContactKind::vertex_face) continue;
-    if (!contact.face) {
-      auto rigid = rigid_contact<btSoftBody::RContact>(contact, *node_body);
-      rigid.m_node = contact.nodes[0];
-      node_body->m_rcontacts.push_back(rigid);
-      continue;
-    }
-    const btSoftBody& a = *node_body;
-    const btSoftBody& b = *btSoftBody::upcast(contact.body_b);
-    btSoftBody::SContact c;
-    c.m_node = contact.nodes[0];
-    c.m_face = contact.face;
-    c.m_weights = face_weights(contact);
-    c.m_normal = contact.normal;
-    c.m_margin = a.getCollisionShape()->getMargin() + b.getCollisionShape()->getMargin();
-    c.m_friction = btMax(a.m_cfg.kDF, b.m_cfg.kDF);
-    const btScalar node_share = contact.nodes[0]->m_im;
-    btScalar face_share = 0;
-    for (int k = 0; k < 3; ++k) face_share += c.m_weights[k] * contact.nodes[k + 1]->m_im;
-    const btScalar shares = node_share + face_share;
-    c.m_cfm[0] = shares > 0 ? node_share / shares * a.m_cfg.kSHR : 0;
-    c.m_cfm[1] = shares > 0 ? face_share / shares * b.m_cfg.kSHR : 0;
-    node_body->m_scontacts.push_back(c);
-  }
 }
 
 void fill_deformable_contact_lists(Span<const StepContact> contacts) {
