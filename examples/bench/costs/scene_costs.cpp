@@ -212,6 +212,16 @@ std::vector<CostScene> cost_scenes() {
     add_ground(w, true);
     add_cloth(w, 25, 1.2, vector(0, 0.1, 0));
   });
+  add("cloth on a terrain of triangles", [](PhysicsWorld& w) {
+    // As fine as the cloth.
+    w.add_static(make_mesh(40, 40,
+                           [](double u, double v) {
+                             const double x = 2 * u - 1, z = 2 * v - 1;
+                             return vector(x, 0.05 * std::sin(4 * x) * std::cos(3 * z), z);
+                           }),
+                 at(0, 0, 0));
+    add_cloth(w, 25, 1.2, vector(0, 0.15, 0));
+  });
   add("one rope, falling", [](PhysicsWorld& w) { add_rope(w, vector(-1, 0, 0), vector(1, 0, 0)); });
   add("ten ropes, falling", [](PhysicsWorld& w) {
     for (int i = 0; i < 10; ++i) add_rope(w, vector(-1, 0, 0.3 * i), vector(1, 0, 0.3 * i));
