@@ -128,6 +128,7 @@ bool InternalEdges::is_beyond_edge(const Contact& contact, double thickness) con
   const float weights[] = {1 - contact.u - contact.v, contact.u, contact.v};
   const auto zeros = std::count_if(weights, weights + 3, [](float w) { return w < border; });
   if (zeros == 0) return false;
+  const double length = motion_.shortest_edge[contact.primitive_a];
   double angle;
   if (zeros == 1) {
     const auto corner = std::find_if(weights, weights + 3, [](float w) { return w < border; });
@@ -136,9 +137,8 @@ bool InternalEdges::is_beyond_edge(const Contact& contact, double thickness) con
     angle = bends_.angles[static_cast<std::size_t>(bends_.edge_of_side[3 * face + side])];
   } else {
     const auto corner = std::max_element(weights, weights + 3) - weights;
-    angle = turn_at_vertex(contact.vertices[1 + corner], 0);
+    angle = turn_at_vertex(contact.vertices[1 + corner], length);
   }
-  const double length = motion_.shortest_edge[contact.primitive_a];
   if (!sags_little(length, angle, thickness)) return false;
   const Vector3d a = motion_.start_of(contact.vertices[1]);
   const Vector3d of_face =
@@ -166,7 +166,9 @@ double InternalEdges::turn_at_edge(std::size_t edge, double length) const {
 
 double InternalEdges::turn_at_vertex(std::int32_t vertex, double length) const {
   const auto i = static_cast<std::size_t>(vertex - motion_.soft_count());
-  return std::max<double>(bends_.vertex_angles[i], bends_.vertex_curvatures[i] * length);
+  const double curvature = bends_.vertex_curvatures[i];
+  if (std::isinf(curvature)) return curvature;  // the vertex of a sharp edge
+  return std::max<double>(bends_.vertex_angles[i], curvature * length);
 }
 
 // Around the ends of an edge the surface may turn more, as around the apex of a cone: at the

@@ -20,12 +20,14 @@ struct SurfaceBends {
   std::vector<std::int32_t> edge_of_side;
   /// By edge: the angle between the normals of its faces, radians; infinite if the edge is sharp.
   std::vector<float> angles;
-  /// By edge: this angle by the mean height of the faces over the edge, 1/metre.
+  /// By edge: this angle by the mean height of the faces over the edge, 1/metre. Infinite if the
+  /// edge is sharp.
   std::vector<float> curvatures;
   /// By vertex, from the first one: twice the largest angle of a normal from the mean normal around
   /// the vertex, or between two sharp edges there, radians.
   std::vector<float> vertex_angles;
-  std::vector<float> vertex_curvatures;  ///< the largest of its edges, 1/metre
+  /// By vertex: the largest curvature of its edges, 1/metre; infinite if one of them is sharp.
+  std::vector<float> vertex_curvatures;
 };
 
 /// Measures the surface of `faces`. `edges`: their sides, each as (smaller, larger) vertex index,

@@ -1,8 +1,11 @@
 // Soft bodies on meshes whose edges hardly turn: their vertices alone are constrained.
+#include <BulletCollision/CollisionShapes/btBoxShape.h>
 #include <BulletCollision/CollisionShapes/btBvhTriangleMeshShape.h>
 #include <BulletCollision/CollisionShapes/btTriangleMesh.h>
+#include <BulletSoftBody/btSoftBodyHelpers.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "plugin/support/obstacle_worlds.h"
@@ -87,4 +90,29 @@ TEST_CASE("cloth that is thrown at a terrain stays above it, between ridges too"
           [&](int) { least = std::min(least, lowest(*cloth, height)); });
   CHECK(least > 0);
   CHECK(w.total().unresolved == 0);
+}
+
+TEST_CASE("a node that comes to the corner of a box keeps its distance from it") {
+  const World kind = GENERATE(World::rigid, World::deformable);
+  CAPTURE(kind == World::rigid);
+  ObstacleWorld w(kind, 0);
+  w.add(std::make_unique<btBoxShape>(btVector3(1, 1, 1)), btVector3(-1, -1, -1), 0, 0.04);
+  // One node flies at the corner; the others are behind it.
+  const btVector3 at(btScalar(0.2), btScalar(0.21), btScalar(0.19));
+  const btVector3 across(btScalar(0.2), btScalar(-0.2), 0);
+  btSoftBody* const body =
+      w.add(std::unique_ptr<btSoftBody>(btSoftBodyHelpers::CreateFromTriMesh(
+                w.info(),
+                std::array<btScalar, 9>{at[0], at[1], at[2], 1 + across[0], 1 + across[1], 1,
+                                        1 - across[0], 1 - across[1], 1}
+                    .data(),
+                std::array<int, 3>{0, 1, 2}.data(), 1)),
+            0.04);
+  body->setVelocity(btVector3(-1, -1, -1));
+  double least = 1;
+  w.steps(60, 1.0 / 60, [&](int) {
+    least = std::min(least, static_cast<double>(body->m_nodes[0].m_x.length()));
+  });
+  CHECK(least < 0.1);
+  CHECK(least > 0.035);
 }
