@@ -71,7 +71,7 @@ bool ContactFilter::ignores(const Edge& edge, const Face& face) const {
   const std::int32_t body_a = topology_.body_of(edge[0]), body_b = topology_.body_of(face[0]);
   if (body_a == body_b) return seams_.meet({edge.data(), edge.size()}, {face.data(), face.size()});
   const std::array<std::int32_t, 5> vertices = {edge[0], edge[1], face[0], face[1], face[2]};
-  return are_anchored(body_a, body_b, {vertices.data(), vertices.size()});
+  return are_anchored(body_a, body_b, {vertices.data(), vertices.size()}, pinned_);
 }
 
 void ContactFilter::find_anchored(std::int32_t soft_body, std::int32_t obstacle,
@@ -89,22 +89,25 @@ void ContactFilter::find_anchored(std::int32_t soft_body, std::int32_t obstacle,
   for (int i = 0; i < soft.m_deformableAnchors.size(); ++i)
     if (soft.m_deformableAnchors[i].m_cti.m_colObj == object)
       add(soft.m_deformableAnchors[i].m_node);
-  for (const auto& [v, body] : embedded_)
+  for (const auto& [v, body] : embedded_.vertices)
     if (body == obstacle && topology_.body_of(v) == soft_body) vertices.push_back(v);
   std::sort(vertices.begin(), vertices.end());
 }
 
 bool ContactFilter::are_anchored(std::int32_t body_a, std::int32_t body_b,
-                                 Span<const std::int32_t> vertices) const {
+                                 Span<const std::int32_t> vertices,
+                                 const PartsInside& embedded) const {
   const StepTopology::BodyRecord& a = topology_.bodies()[body_a];
   const StepTopology::BodyRecord& b = topology_.bodies()[body_b];
   if (a.soft && b.soft) return false;
   const std::int32_t obstacle_index = a.soft ? body_b : body_a;
-  const auto is_embedded = [&](std::int32_t v) {
-    return std::binary_search(embedded_.begin(), embedded_.end(),
-                              std::array<std::int32_t, 2>{v, obstacle_index});
-  };
-  if (!embedded_.empty() && std::any_of(vertices.begin(), vertices.end(), is_embedded)) return true;
+  if (!embedded.empty()) {
+    std::array<std::int32_t, 5> of_soft;
+    std::size_t count = 0;
+    for (const std::int32_t v : vertices)
+      if (topology_.is_soft(v)) of_soft[count++] = v;
+    if (embedded.contains({of_soft.data(), count}, obstacle_index)) return true;
+  }
   const btSoftBody& soft = a.soft ? *a.soft : *b.soft;
   const btCollisionObject* obstacle = a.soft ? b.object : a.object;
   const auto in_contact = [&](const btSoftBody::Node* node) {

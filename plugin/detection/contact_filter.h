@@ -11,6 +11,7 @@
 #include "lazyccd/contact.h"
 #include "lazyccd/span.h"
 #include "motion/motion.h"
+#include "motion/parts_inside.h"
 #include "scene/soft_scene.h"
 #include "scene/step_topology.h"
 
@@ -26,10 +27,11 @@ class ContactFilter {
 
   /// Call when indices of bodies or vertices change, with the start of a motion.
   void set_topology();
-  /// Sets the vertices that count as anchored to obstacles that they are inside of: vertex and
-  /// body, sorted.
-  void set_embedded(std::vector<std::array<std::int32_t, 2>> pairs) {
-    embedded_ = std::move(pairs);
+  /// Sets what counts as anchored to obstacles that it is inside of, sorted. `pinned`: what of it
+  /// is pinned.
+  void set_embedded(PartsInside embedded, PartsInside pinned) {
+    embedded_ = std::move(embedded);
+    pinned_ = std::move(pinned);
   }
   /// Marks the motion as new: its end is the one that Bullet predicted.
   void begin_motion();
@@ -50,20 +52,29 @@ class ContactFilter {
   /// Same as has_response(), but for the motion as Bullet predicted it. Ignores what the response
   /// has changed so far.
   bool has_response_as_predicted(const Contact& contact) const;
-  /// True if an anchor holds a node of the soft body to the rigid body of the contact. Embedded
-  /// vertices count as anchored, here and below.
+  /// True if an anchor holds a node of the soft body to the rigid body of the contact. What is
+  /// embedded counts as anchored, here and below.
   bool is_anchored(const Contact& contact) const {
     return are_anchored(contact.body_a, contact.body_b,
-                        {contact.vertices.data(), contact.vertices.size()});
-  }
-  /// True if an anchor holds a soft vertex to the rigid body of this index.
-  bool is_anchored(std::int32_t soft_vertex, std::int32_t body) const {
-    return are_anchored(topology_.body_of(soft_vertex), body, {&soft_vertex, 1});
+                        {contact.vertices.data(), contact.vertices.size()}, embedded_);
   }
   /// Sets `vertices` to the vertices of the soft body that anchors hold to the obstacle, sorted.
   void find_anchored(std::int32_t soft_body, std::int32_t obstacle,
                      std::vector<std::int32_t>& vertices) const;
-  /// True if the decision about contacts of an edge and a face is to ignore them.
+
+  /// True if the primitive of a soft body, or a part of it, is embedded in the obstacle.
+  bool is_embedded(Span<const std::int32_t> primitive, std::int32_t obstacle) const {
+    return embedded_.contains(primitive, obstacle);
+  }
+  /// True if edges or faces are embedded whose vertices are not.
+  bool any_embedded_edges() const { return !embedded_.edges.empty() || !embedded_.faces.empty(); }
+
+  // For what may be moved apart. Of what is embedded only pinned vertices count as anchored here.
+  /// True if an anchor holds a soft vertex to the rigid body of this index.
+  bool is_anchored(std::int32_t soft_vertex, std::int32_t body) const {
+    return are_anchored(topology_.body_of(soft_vertex), body, {&soft_vertex, 1}, pinned_);
+  }
+  /// True if an anchor holds the edge and the face together, or a closed seam joins them.
   bool ignores(const Edge& edge, const Face& face) const;
 
  private:
@@ -73,15 +84,15 @@ class ContactFilter {
   bool has_response(const Contact& contact) const;
   bool is_movable(std::int32_t vertex) const;
   void find_closed_seams();
-  bool are_anchored(std::int32_t body_a, std::int32_t body_b,
-                    Span<const std::int32_t> vertices) const;
+  bool are_anchored(std::int32_t body_a, std::int32_t body_b, Span<const std::int32_t> vertices,
+                    const PartsInside& embedded) const;
 
   const SoftScene& scene_;
   const StepTopology& topology_;
   const Motion& motion_;
   const PairSurfaces& surfaces_;
   Seams seams_;
-  std::vector<std::array<std::int32_t, 2>> embedded_;
+  PartsInside embedded_, pinned_;
   bool end_changed_ = false;
 };
 

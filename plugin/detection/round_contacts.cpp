@@ -262,22 +262,27 @@ bool RoundContacts::is_clear(const Pair& pair, bool at_start) {
            pair.core.is_farther(radius, points_of(primitive, motion_, true),
                                 points_of(primitive, motion_, at_start));
   };
-  // Of a face with one anchored vertex, only contacts of the opposite side count.
-  const auto is_side_clear = [&](const auto& primitive, std::size_t anchored) {
-    if (primitive.size() < 3) return true;
-    const Edge side = {primitive[(anchored + 1) % 3], primitive[(anchored + 2) % 3]};
-    return is_anchored(side[0]) || is_anchored(side[1]) || is_primitive_clear(side);
+  const bool any_embedded_edges = filter_.any_embedded_edges();
+  const auto is_ignored = [&](const auto& primitive) {
+    return std::any_of(primitive.begin(), primitive.end(), is_anchored) ||
+           (any_embedded_edges &&
+            filter_.is_embedded({primitive.data(), primitive.size()}, pair.obstacle));
   };
-  const auto are_all_clear = [&](const auto& primitives, const IndexRange& range) {
-    for (std::int32_t i = range.first; i < range.last; ++i) {
-      const auto& primitive = primitives[i];
-      const auto anchored = std::find_if(primitive.begin(), primitive.end(), is_anchored);
-      if (anchored == primitive.end()
-              ? !is_primitive_clear(primitive)
-              : !is_side_clear(primitive, static_cast<std::size_t>(anchored - primitive.begin())))
-        return false;
+  // Of a face whose contacts are ignored, those of its sides may count.
+  const auto are_sides_clear = [&](const auto& primitive) {
+    if (primitive.size() < 3) return true;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const Edge side = {primitive[i], primitive[(i + 1) % 3]};
+      if (!is_ignored(side) && !is_primitive_clear(side)) return false;
     }
     return true;
+  };
+  const auto are_all_clear = [&](const auto& primitives, const IndexRange& range) {
+    return std::all_of(primitives.begin() + range.first, primitives.begin() + range.last,
+                       [&](const auto& primitive) {
+                         return is_ignored(primitive) ? are_sides_clear(primitive)
+                                                      : is_primitive_clear(primitive);
+                       });
   };
   const Topology topology = topology_.topology();
   return are_all_clear(topology.faces, soft.faces) && are_all_clear(topology.edges, soft.edges);

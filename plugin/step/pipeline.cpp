@@ -250,7 +250,7 @@ void Pipeline::set_topology() {
   response_.renumber(scene_numbers_.update(topology()));
   untangling_.set_ids(topology().ids());
   embedded_.set_topology(topology(), reader_.sleepers().left_out_count() > 0);
-  filter_.set_embedded(embedded_.pairs());
+  filter_.set_embedded(embedded_.parts(), embedded_.pinned());
   filter_.set_topology();
   detector_.set_topology(largest_thickness());
   surfaces_.limit_thickness(detector_.largest_thickness());
@@ -263,13 +263,19 @@ void Pipeline::find_embedded(const std::vector<std::int32_t>& placed_bodies) {
       return topology().bodies()[body].responds;
     };
     const PairRules pair_rules(view, responds);
-    embedded_.find(topology(), motion(), placed_bodies,
-                   [&](std::int32_t body, std::int32_t obstacle) {
-                     return pair_rules.collide(body, obstacle);
-                   });
+    embedded_.find_pinned(topology(), motion(), placed_bodies,
+                          [&](std::int32_t body, std::int32_t obstacle) {
+                            return pair_rules.collide(body, obstacle);
+                          });
   }
   const bool has_changed = embedded_.forget_left(topology(), motion());
-  if (has_changed || !placed_bodies.empty()) filter_.set_embedded(embedded_.pairs());
+  if (has_changed || !placed_bodies.empty())
+    filter_.set_embedded(embedded_.parts(), embedded_.pinned());
+}
+
+void Pipeline::update_trapped(const Untangling::Found& found) {
+  if (embedded_.update_trapped(topology(), motion(), found.penetrations))
+    filter_.set_embedded(embedded_.parts(), embedded_.pinned());
 }
 
 Untangling::Found Pipeline::find_intersections() const {
@@ -293,8 +299,9 @@ Untangling::Found Pipeline::find_intersections() const {
 void Pipeline::untangle() {
   untangling_.skip_step();
   if (untangling_.is_in_progress()) {
-    untangling_.begin_step(find_intersections(), topology().topology(), detector_.edges(),
-                           motion());
+    const Untangling::Found found = find_intersections();
+    update_trapped(found);
+    untangling_.begin_step(found, topology().topology(), detector_.edges(), motion());
     untangling_.push(options_.untangling_speed * motion().dt, reader_.motion());
   }
   untangling_.finish();
@@ -316,6 +323,7 @@ std::vector<Contact> Pipeline::remove_passable(std::vector<Contact> contacts) co
 
 void Pipeline::report_intersections() {
   const Untangling::Found found = find_intersections();
+  update_trapped(found);
   step_.initial_intersections = static_cast<std::int64_t>(found.intersections.pairs.size());
   if (found.empty()) return;
   if (options_.untangling_speed > 0) untangling_.start();

@@ -16,7 +16,7 @@
 #include "step/checked_options.h"
 #include "step/scene_numbers.h"
 #include "step/write_rigid_bodies.h"
-#include "untangling/embedded_nodes.h"
+#include "untangling/embedded_parts.h"
 #include "untangling/untangling.h"
 #include "util/warning_log.h"
 
@@ -111,6 +111,8 @@ class Pipeline {
   void set_topology();
   // Finds the pinned nodes inside of bodies that nothing moves, around bodies that were placed.
   void find_embedded(const std::vector<std::int32_t>& placed_bodies);
+  // Takes the nodes that have no way out of an obstacle.
+  void update_trapped(const Untangling::Found& found);
   Untangling::Found find_intersections() const;
   void report_intersections();
   NearContacts find_near_contacts();
@@ -136,7 +138,7 @@ class Pipeline {
   StepDetector detector_;
   Response response_;
   SceneNumbers scene_numbers_;
-  EmbeddedNodes embedded_;
+  EmbeddedParts embedded_;
   Untangling untangling_;
   std::vector<StepContact> contacts_;
   std::int64_t handled_pairs_ = 0;

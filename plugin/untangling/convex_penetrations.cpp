@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <map>
 #include <optional>
 #include <set>
@@ -134,6 +135,13 @@ double depth_below(const Side& side, const Group& group) {
   return depth;
 }
 
+// Of a point inside, to the nearest side.
+double depth_of(const Vector3d& x, const std::vector<Side>& sides) {
+  double depth = std::numeric_limits<double>::infinity();
+  for (const Side& side : sides) depth = std::min(depth, -side.height(x));
+  return depth;
+}
+
 // True if a blocking face is on the way of a point to the side, or within the margins of it.
 bool is_blocked(const Side& side, const Group& group, const Blocking& blocking,
                 const Topology& topology, const Motion& motion) {
@@ -156,14 +164,23 @@ bool is_blocked(const Side& side, const Group& group, const Blocking& blocking,
   });
 }
 
-// True if the group reaches from the side to one that faces away from it. To leave through the
-// side, what passes through both would have to let go of the whole body.
+// Cosines of the angle between the opposite of a side and the normal of another one. Of
+// perpendicular sides only rounding is between them.
+constexpr double faces_away = 0.5, faces_backward = 0.01;
+
+// True if the group reaches from the side to one that faces away from it by `min_cosine`. To leave
+// through the side, what passes through both would have to let go of the whole body. If
+// `continues`, only what goes on behind the other side counts.
 bool reaches_through(const Side& side, double depth, const Group& group,
-                     const std::vector<Side>& sides) {
-  constexpr double min_cosine = 0.5;
+                     const std::vector<Side>& sides, double min_cosine, bool continues,
+                     const Motion& motion) {
   return std::any_of(group.begin(), group.end(), [&](const Point& point) {
     const double rounding = 4 * rounding_at(point.x);
+    const auto is_deeper = [&](std::int32_t v) {
+      return -side.height(motion.start_of(v)) > depth + rounding;
+    };
     return -side.height(point.x) > depth - rounding &&
+           (!continues || std::any_of(point.of.begin(), point.of.end(), is_deeper)) &&
            std::any_of(sides.begin(), sides.end(), [&](const Side& other) {
              return other.normal.dot(side.normal) < -min_cosine &&
                     other.height(point.x) > -rounding;
@@ -173,7 +190,8 @@ bool reaches_through(const Side& side, double depth, const Group& group,
 
 // The nearest side through which the group can leave; null if there is none. What is pierced must
 // not be stretched: it does not leave through a side if it reaches through the body from there. If
-// the nearest side is blocked, the way to another is no longer than the group is wide.
+// the nearest side is blocked, the way to another is no longer than the group is wide, and nothing
+// is dragged along the body: a rug below a lying capsule does not leave through its ends.
 const Side* find_exit(const Group& group, const std::vector<Side>& sides, const Blocking& blocking,
                       const Topology& topology, const Motion& motion) {
   Eigen::AlignedBox3d box;
@@ -185,14 +203,37 @@ const Side* find_exit(const Group& group, const std::vector<Side>& sides, const 
   std::stable_sort(by_depth.begin(), by_depth.end(),
                    [](const auto& a, const auto& b) { return a.first < b.first; });
   const auto would_stretch = [&](double depth, const Side& side) {
-    return is_pierced && ((&side != by_depth[0].second && depth > box.diagonal().norm()) ||
-                          reaches_through(side, depth, group, sides));
+    if (!is_pierced) return false;
+    if (reaches_through(side, depth, group, sides, faces_away, false, motion)) return true;
+    return &side != by_depth[0].second &&
+           (depth > box.diagonal().norm() ||
+            reaches_through(side, depth, group, sides, faces_backward, true, motion));
   };
   for (const auto& [depth, side] : by_depth) {
     if (!blocking.is_movable && would_stretch(depth, *side)) continue;
     if (!is_blocked(*side, group, blocking, topology, motion)) return side;
   }
   return nullptr;
+}
+
+// An edge or a face with a vertex that is inside counts as this vertex. `inside` is sorted.
+void add_trapped(const Group& group, const std::vector<std::int32_t>& inside,
+                 PenetrationList& found) {
+  const std::vector<std::int32_t>* last = nullptr;
+  for (const Point& point : group) {
+    if (last && *last == point.of) continue;  // another point of the same primitive
+    last = &point.of;
+    if (point.of.size() == 1) {
+      found.add_trapped(point.of[0]);
+    } else if (std::none_of(point.of.begin(), point.of.end(), [&](std::int32_t v) {
+                 return std::binary_search(inside.begin(), inside.end(), v);
+               })) {
+      if (point.of.size() == 2)
+        found.add_trapped(Edge{point.of[0], point.of[1]});
+      else
+        found.add_trapped(Face{point.of[0], point.of[1], point.of[2]});
+    }
+  }
 }
 
 }  // namespace
@@ -230,7 +271,12 @@ void find_in_convex(const StepTopology& topology, const Motion& motion,
   for (const Point& point : points) groups[clusters.cluster_of(point.of[0])].push_back(point);
   for (const auto& [key, group] : groups) {
     const Side* const best = find_exit(group, sides, candidates.blocking, view, motion);
-    if (!best) continue;
+    for (const Point& point : group)
+      if (point.of.size() == 1) found.add_inside(point.of[0], depth_of(point.x, sides));
+    if (!best) {
+      if (!candidates.blocking.is_movable) add_trapped(group, inside, found);
+      continue;
+    }
     for (const Point& point : group) {
       if (point.of.size() == 1) {
         found.add(point.of[0], *best);

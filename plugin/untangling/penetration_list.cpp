@@ -9,6 +9,15 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 
 using Eigen::Vector3d;
 
+void PenetrationList::add_trapped(const Edge& edge) {
+  found_.trapped.edges.push_back({edge[0], edge[1], obstacle_});
+}
+
+void PenetrationList::add_trapped(Face face) {
+  std::sort(face.begin(), face.end());
+  found_.trapped.faces.push_back({face[0], face[1], face[2], obstacle_});
+}
+
 void PenetrationList::add_passing(Face face) {
   std::sort(face.begin(), face.end());
   found_.faces.push_back({face[0], face[1], face[2], obstacle_});

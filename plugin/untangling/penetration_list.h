@@ -17,6 +17,12 @@ class PenetrationList {
                   Penetrations& found)
       : topology_(topology), motion_(motion), obstacle_(obstacle), found_(found) {}
 
+  /// A soft vertex inside of the obstacle; see InsideVertex.
+  void add_inside(std::int32_t v, double depth) { found_.inside.push_back({v, obstacle_, depth}); }
+  /// What stays where it is.
+  void add_trapped(std::int32_t v) { found_.trapped.vertices.push_back({v, obstacle_}); }
+  void add_trapped(const Edge& edge);
+  void add_trapped(Face face);
   /// A soft vertex that leaves through a side.
   void add(std::int32_t v, const Side& side);
   /// The point at `at` along a soft edge. Of the face only one side is used: its plane counts.

@@ -50,6 +50,7 @@ class Finder {
         if (geometry_.is_degenerate(f)) continue;
         const Side side = geometry_.side_of(f, up);
         if (!(side.height(x) < -rounding_at(x)) || !geometry_.covers(f, up, x)) continue;
+        found_.add_inside(v, 0);
         found_.add(v, side);
         break;
       }
@@ -161,6 +162,7 @@ class Finder {
       const FaceGrid::Nearest nearest = grid.nearest(x);
       if (nearest.face < 0) continue;
       const Vector3d normal = (nearest.point - x).normalized();
+      found_.add_inside(v, (nearest.point - x).norm());
       found_.add(v, {nearest.face, normal, normal.dot(nearest.point)});
     }
   }
@@ -180,9 +182,9 @@ double lower_end(const AlignedBox3d& box, const Vector3d& direction) {
 
 void sort(Penetrations& found) {
   std::stable_sort(found.contacts.begin(), found.contacts.end());
-  std::sort(found.vertices.begin(), found.vertices.end());
-  std::sort(found.edges.begin(), found.edges.end());
-  std::sort(found.faces.begin(), found.faces.end());
+  found.sort();
+  found.trapped.sort();
+  std::sort(found.inside.begin(), found.inside.end());
 }
 
 // `boxes`: by body. `vertices`: those that may be inside of the obstacle.
@@ -263,27 +265,6 @@ Penetrations find_inside_obstacles(
 
 }  // namespace
 
-bool Penetrations::contains(Span<const std::int32_t> soft, std::int32_t body) const {
-  const auto has_vertex = [&](std::int32_t v) {
-    return std::binary_search(vertices.begin(), vertices.end(),
-                              std::array<std::int32_t, 2>{v, body});
-  };
-  if (std::any_of(soft.begin(), soft.end(), has_vertex)) return true;
-  for (std::size_t i = 0; i < soft.size(); ++i) {
-    for (std::size_t k = i + 1; k < soft.size(); ++k) {
-      const Edge edge = sorted({soft[i], soft[k]});
-      if (std::binary_search(edges.begin(), edges.end(),
-                             std::array<std::int32_t, 3>{edge[0], edge[1], body}))
-        return true;
-    }
-  }
-  if (soft.size() != 3) return false;
-  Face face = {soft[0], soft[1], soft[2]};
-  std::sort(face.begin(), face.end());
-  return std::binary_search(faces.begin(), faces.end(),
-                            std::array<std::int32_t, 4>{face[0], face[1], face[2], body});
-}
-
 Penetrations find_penetrations(const StepTopology& topology, const Intersections& intersections,
                                Span<const Edge> edges, const Motion& motion,
                                const std::function<bool(std::int32_t, std::int32_t)>& may_penetrate,
@@ -296,15 +277,11 @@ Penetrations find_penetrations(const StepTopology& topology, const Intersections
       });
 }
 
-std::vector<std::array<std::int32_t, 2>> find_pinned_inside(
+std::vector<InsideVertex> find_inside(
     const StepTopology& topology, const Motion& motion,
-    const std::function<bool(std::int32_t, std::int32_t)>& may_be_inside) {
-  return find_inside_obstacles(topology, {}, {}, motion, may_be_inside,
-                               [&](std::int32_t v, std::int32_t obstacle) {
-                                 return !motion.rigid_of(obstacle).is_movable() &&
-                                        !motion.is_movable(v);
-                               })
-      .vertices;
+    const std::function<bool(std::int32_t, std::int32_t)>& may_be_inside,
+    const std::function<bool(std::int32_t, std::int32_t)>& is_searched) {
+  return find_inside_obstacles(topology, {}, {}, motion, may_be_inside, is_searched).inside;
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -4,31 +4,43 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <functional>
+#include <tuple>
 #include <vector>
 
 #include "lazyccd/contact.h"
 #include "motion/motion.h"
+#include "motion/parts_inside.h"
 #include "scene/step_topology.h"
 #include "untangling/intersections.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-/// The parts of soft bodies that are inside of obstacles.
-struct Penetrations {
+/// A soft vertex inside of an obstacle.
+struct InsideVertex {
+  std::int32_t vertex, body;
+  /// Metres: it is inside as long as it moves by less relative to the obstacle. 0: not known.
+  double depth;
+
+  bool operator<(const InsideVertex& other) const {
+    return std::tie(vertex, body) < std::tie(other.vertex, other.body);
+  }
+};
+
+/// The parts of soft bodies that are inside of obstacles. The lists of PartsInside hold the
+/// vertices that are moved out, and all edges and faces that pass through.
+struct Penetrations : PartsInside {
   /// A contact for each soft vertex inside of an obstacle (vertex_face), and for each soft edge
   /// that passes through one (edge_edge, at its deepest point). The normal shows the way out. The
   /// gap along the normal at the start of the step is minus the depth. Sorted.
   std::vector<Contact> contacts;
-  // These are inside of the obstacle of the given body, or pass through its surface. Sorted.
-  std::vector<std::array<std::int32_t, 2>> vertices;  ///< vertex, body
-  std::vector<std::array<std::int32_t, 3>> edges;     ///< two vertices, the smaller first; body
-  std::vector<std::array<std::int32_t, 4>> faces;     ///< three vertices, ascending; body
-
-  /// True if these are vertices of one primitive of the soft body that is inside or passes through.
-  /// `soft`: one vertex, or the two of an edge, or the three of a face.
-  bool contains(Span<const std::int32_t> soft, std::int32_t body) const;
+  std::vector<InsideVertex> inside;  ///< all vertices inside, also those that stay there; sorted
+  /// What stays where it is in convex obstacles that nothing moves, because every way out is
+  /// blocked or would stretch the soft body: see find_in_convex(). Edges and faces without its
+  /// vertices.
+  PartsInside trapped;
 };
 
 /// Finds the penetrations at the start of a step. These obstacles have an inside: planes and
@@ -44,11 +56,12 @@ Penetrations find_penetrations(
     const std::function<bool(std::int32_t soft_body, std::int32_t obstacle)>& may_penetrate,
     const std::function<bool(std::int32_t vertex, std::int32_t body)>& is_anchored);
 
-/// Finds the vertices that nothing moves inside of obstacles that nothing moves: vertex and body,
-/// sorted. `may_be_inside`: whether this pair of bodies is looked at.
-std::vector<std::array<std::int32_t, 2>> find_pinned_inside(
+/// Finds the vertices inside of obstacles, sorted. `may_be_inside`: whether this pair of bodies is
+/// looked at. `is_searched`: whether this vertex of it is.
+std::vector<InsideVertex> find_inside(
     const StepTopology& topology, const Motion& motion,
-    const std::function<bool(std::int32_t soft_body, std::int32_t obstacle)>& may_be_inside);
+    const std::function<bool(std::int32_t soft_body, std::int32_t obstacle)>& may_be_inside,
+    const std::function<bool(std::int32_t vertex, std::int32_t obstacle)>& is_searched);
 
 }  // namespace LAZYCCD_BULLET_PRECISION
 }  // namespace lazyccd::bullet
