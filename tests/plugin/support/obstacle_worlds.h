@@ -6,10 +6,12 @@
 #include <BulletCollision/CollisionShapes/btTriangleMesh.h>
 #include <BulletDynamics/ConstraintSolver/btSequentialImpulseConstraintSolver.h>
 #include <BulletDynamics/Dynamics/btRigidBody.h>
+#include <BulletDynamics/Featherstone/btMultiBodyConstraintSolver.h>
 #include <BulletSoftBody/btDeformableGravityForce.h>
 #include <BulletSoftBody/btDeformableMassSpringForce.h>
 #include <BulletSoftBody/btDeformableMultiBodyConstraintSolver.h>
 #include <BulletSoftBody/btSoftBodyRigidBodyCollisionConfiguration.h>
+#include <BulletSoftBody/btSoftMultiBodyDynamicsWorld.h>
 #include <BulletSoftBody/btSoftRigidDynamicsWorld.h>
 
 #include <algorithm>
@@ -26,14 +28,22 @@
 
 namespace lazyccd::test {
 
-/// One of Bullet's two worlds with LazyCCD. Owns all bodies that are added.
+/// One of Bullet's two worlds with LazyCCD. Owns all bodies that are added. Multibodies may be
+/// added to the deformable world, and to the rigid world if it is made for them.
 class ObstacleWorld {
  public:
-  ObstacleWorld(scenes::World kind, double gravity, const bullet::SolverOptions& options = {})
+  ObstacleWorld(scenes::World kind, double gravity, const bullet::SolverOptions& options = {},
+                bool with_multibodies = false)
       : soft_(options), deformable_(options), springs_(2, btScalar(0.2)) {
     const btVector3 weight(0, static_cast<btScalar>(-gravity), 0);
     weight_ = std::make_unique<btDeformableGravityForce>(weight);
-    if (kind == scenes::World::rigid) {
+    if (kind == scenes::World::rigid && with_multibodies) {
+      auto world = std::make_unique<btSoftMultiBodyDynamicsWorld>(
+          &dispatcher_, &broadphase_, &multibody_solver_, &configuration_, &soft_);
+      info_ = &world->getWorldInfo();
+      soft_multibody_world_ = world.get();
+      world_ = std::move(world);
+    } else if (kind == scenes::World::rigid) {
       auto world = std::make_unique<btSoftRigidDynamicsWorld>(&dispatcher_, &broadphase_, &solver_,
                                                               &configuration_, &soft_);
       info_ = &world->getWorldInfo();
@@ -58,7 +68,7 @@ class ObstacleWorld {
 
   btSoftBodyWorldInfo& info() { return *info_; }
   btDiscreteDynamicsWorld& world() { return *world_; }
-  bool is_rigid() const { return soft_world_ != nullptr; }
+  bool is_rigid() const { return deformable_world_ == nullptr; }
 
   /// Adds a soft body that collides with soft and rigid bodies and never sleeps.
   btSoftBody* add(std::unique_ptr<btSoftBody> body, double margin = 0.01) {
@@ -66,11 +76,11 @@ class ObstacleWorld {
     btSoftBody* added = body.get();
     added->getCollisionShape()->setMargin(static_cast<btScalar>(margin));
     added->setActivationState(DISABLE_DEACTIVATION);
-    if (soft_world_) {
+    if (is_rigid()) {
       added->m_materials[0]->m_kLST = btScalar(0.9);
       added->m_cfg.piterations = 10;
       added->m_cfg.collisions = Flag::SDF_RS | Flag::VF_SS;
-      soft_world_->addSoftBody(added);
+      soft_world_ ? soft_world_->addSoftBody(added) : soft_multibody_world_->addSoftBody(added);
     } else {
       added->m_cfg.collisions = Flag::SDF_RD | Flag::SDF_RDN | Flag::VF_DD;
       added->m_cfg.kKHR = added->m_cfg.kCHR = 1;
@@ -138,21 +148,22 @@ class ObstacleWorld {
   }
 
   const bullet::StepStats& total() const {
-    return soft_world_ ? soft_.total_stats() : deformable_.total_stats();
+    return is_rigid() ? soft_.total_stats() : deformable_.total_stats();
   }
   const bullet::StepStats& last() const {
-    return soft_world_ ? soft_.step_stats() : deformable_.step_stats();
+    return is_rigid() ? soft_.step_stats() : deformable_.step_stats();
   }
   Span<const bullet::StepContact> contacts() const {
-    return soft_world_ ? soft_.contacts() : deformable_.contacts();
+    return is_rigid() ? soft_.contacts() : deformable_.contacts();
   }
-  std::string status() const { return soft_world_ ? soft_.status() : deformable_.status(); }
+  std::string status() const { return is_rigid() ? soft_.status() : deformable_.status(); }
 
  private:
   btSoftBodyRigidBodyCollisionConfiguration configuration_;
   btCollisionDispatcher dispatcher_{&configuration_};
   btDbvtBroadphase broadphase_;
   btSequentialImpulseConstraintSolver solver_;
+  btMultiBodyConstraintSolver multibody_solver_;
   btDeformableMultiBodyConstraintSolver constraints_;
   bullet::btLazySoftBodySolver soft_;
   bullet::btLazyDeformableBodySolver deformable_;
@@ -160,6 +171,7 @@ class ObstacleWorld {
   std::unique_ptr<btDeformableGravityForce> weight_;
   std::unique_ptr<btDiscreteDynamicsWorld> world_;
   btSoftRigidDynamicsWorld* soft_world_ = nullptr;
+  btSoftMultiBodyDynamicsWorld* soft_multibody_world_ = nullptr;
   btDeformableMultiBodyDynamicsWorld* deformable_world_ = nullptr;
   btSoftBodyWorldInfo* info_ = nullptr;
   std::vector<std::unique_ptr<btCollisionShape>> shapes_;
