@@ -55,6 +55,9 @@ struct RigidMotion {
   /// A static body that has a velocity and stays where it is, as a conveyor belt: friction sees its
   /// surface move with the velocity.
   bool is_conveyor = false;
+  /// A body that impulses move, and that the application moved before the step: its velocity does
+  /// not tell how fast it moves.
+  bool is_driven = false;
   bool is_ball = false;                ///< its surface is a ball about its centre of mass
   std::vector<std::int32_t> anchored;  ///< soft vertices that are anchored to it
   /// Link of a multibody: index in Motion::articulated. Otherwise -1. A link has no inverse mass of

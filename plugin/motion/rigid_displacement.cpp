@@ -95,12 +95,12 @@ bool is_jump(const btCollisionObject& object, const RigidDisplacement& displacem
              btScalar jump_speed) {
   constexpr btScalar velocity_tolerance = btScalar(0.1), drive_tolerance = btScalar(0.5),
                      split_impulse_fraction = btScalar(0.25);
-  const auto& [before_last, last, now] = displacement;
+  const auto& [before_last, last, now, driven] = displacement;
   if (last == now) return false;
   const btScalar moved = max_point_displacement(object, last, now);
   btScalar small = jump_speed * dt;
   // Bullet moves dynamic bodies out of each other without velocity (split impulse).
-  if (!object.isStaticOrKinematicObject())
+  if (!object.isStaticOrKinematicObject() && !driven)
     small = btMax(small, split_impulse_fraction * radius_of(object));
   if (moved <= small) return false;
   const RigidVelocity velocity = velocity_of(object);

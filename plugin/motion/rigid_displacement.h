@@ -6,7 +6,7 @@
 //    spread_over_substeps() makes equal parts of it.
 //  - The displacement of the step before, to a half: the application drives the body.
 //  - Its size: beyond the above, no point moves faster than SolverOptions::jump_speed. A dynamic
-//    body may also move by a quarter of its radius, as Bullet's split impulses do.
+//    body that only Bullet moved may also move by a quarter of its radius, as split impulses do.
 // Any other displacement is a jump: the body is new at its place, and nothing is swept.
 #pragma once
 
@@ -44,6 +44,7 @@ btTransform spread_over_substeps(const btCollisionObject& object, const btTransf
 /// The poses of a body at the ends of two consecutive steps.
 struct RigidDisplacement {
   btTransform before_last, last, now;
+  bool driven = false;  ///< the application moved the body, whether it is dynamic or not
 };
 
 /// True if the application put the body elsewhere between `last` and `now`, a step of `dt` seconds.

@@ -24,10 +24,12 @@ double prescribed_speed_of(std::int32_t v, const RigidMotion* body, const Motion
   return body->is_conveyor ? stored_speed : std::min(speed, stored_speed);
 }
 
-// Speed of the fastest vertex of infinite mass of a body, m/s; none if it has no such vertex.
+// Speed of the fastest vertex of a body that is of infinite mass or that the application moves,
+// m/s; none if it has no such vertex.
 std::optional<double> prescribed_speed_of(std::int32_t body, const Motion& motion) {
   const int rigid = motion.rigid_of_body[body];
-  const RigidMotion* const obstacle = rigid >= 0 ? &motion.rigid[rigid] : nullptr;
+  const bool has_velocity = rigid >= 0 && !motion.rigid[rigid].is_driven;
+  const RigidMotion* const obstacle = has_velocity ? &motion.rigid[rigid] : nullptr;
   std::optional<double> fastest;
   for (std::int32_t v = motion.first_vertex[body]; v < motion.first_vertex[body + 1]; ++v) {
     if (motion.is_free(v) || (motion.is_soft(v) && motion.anchor_body_of(v) >= 0)) continue;
@@ -83,6 +85,8 @@ std::vector<Island> find_islands(const std::vector<const ContactRow*>& rows,
     island.bodies.push_back(body);
     if (carriers.count(body) > 0) island.carriers.insert(body);
     const int rigid = motion.rigid_of_body[body];
+    if (rigid >= 0 && motion.rigid[rigid].is_driven)
+      island.add_fixed(prescribed_speed_of(body, motion));
     if (rigid >= 0 && motion.rigid[rigid].is_dynamic()) {
       island.free = island.free && !motion.rigid[rigid].is_locked() &&
                     !motion.rigid[rigid].supported_mobility;

@@ -40,23 +40,6 @@ std::vector<const btCollisionObject*> find_carriers(const Obstacles::SoftBodies&
   return found;
 }
 
-// Bounds of the body at both ends of the step. Of a body at rest: Bullet's, which has updated them
-// in this step.
-AxisBox bounds(const RigidPose& pose) {
-  if (pose.at_rest) {
-    const btBroadphaseProxy& proxy = *pose.object->getBroadphaseHandle();
-    return {proxy.m_aabbMin, proxy.m_aabbMax};
-  }
-  const btCollisionShape& shape = *pose.object->getCollisionShape();
-  AxisBox box;
-  shape.getAabb(pose.end, box.lower, box.upper);
-  if (pose.start == pose.end) return box;
-  AxisBox at_start;
-  shape.getAabb(pose.start, at_start.lower, at_start.upper);
-  box.add(at_start);
-  return box;
-}
-
 // Returns bounds, in the body's frame, of all parts of the body that may meet `box` during the
 // step. Points of the body move straight from start to end. A point that meets the box started no
 // farther from the box than it moves. In between, the body is smaller than at the ends, by the

@@ -60,6 +60,8 @@ class Obstacles {
   void begin_step(const SoftBodies& bodies);
   /// Reads the poses of the rigid bodies at the end of the step. `dt`: its length, seconds.
   void read_poses(const SoftBodies& bodies, double dt, WarningLog& warnings);
+  /// See RigidPoses::let_driven_jump().
+  void let_driven_jump(const AxisBox& box) { poses_.let_driven_jump(box); }
   /// Bounds, over the step, of the rigid bodies with contact response that move, are new or were
   /// put elsewhere.
   std::vector<AxisBox> moving_bounds() const;
@@ -89,6 +91,11 @@ class Obstacles {
   void invalidate();
 
   const std::vector<Record>& records() const { return records_; }
+  /// See RigidPoses.
+  void set_response_end(int unique_id, const btTransform& end) {
+    poses_.set_response_end(unique_id, end);
+  }
+  void take_link_ends() { poses_.take_link_ends(); }
   /// See RigidPoses::start_of().
   const MultibodyPose* start_of(const btMultiBody& body) const { return poses_.start_of(body); }
   std::int32_t vertex_count() const { return static_cast<std::int32_t>(local_positions_.size()); }

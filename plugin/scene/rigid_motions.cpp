@@ -86,6 +86,7 @@ void read_rigid_motions(const StepTopology& topology, const Obstacles& obstacles
     rigid.is_ball = body.triangles && is_ball_about_origin(*body.triangles);
     rigid.local = obstacles.local_positions().data() + record.first_vertex;
     if (record.last_vertices) rigid.local_at_start = record.last_vertices->data();
+    rigid.is_driven = record.driven;
     rigid.start = record.start;
     rigid.predicted = record.end;
     motion.write_start_vertices(rigid);

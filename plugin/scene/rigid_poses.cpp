@@ -1,5 +1,6 @@
 #include "scene/rigid_poses.h"
 
+#include <BulletCollision/CollisionShapes/btCollisionShape.h>
 #include <BulletDynamics/Dynamics/btRigidBody.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 
@@ -59,7 +60,7 @@ class RigidPoses::Collector : public btBroadphaseAabbCallback {
     auto* object = static_cast<btCollisionObject*>(proxy->m_clientObject);
     if (!is_rigid(*object)) return true;
     const btTransform& now = object->getWorldTransform();
-    found_.push_back({object, proxy->m_uniqueId, now, now, now, now, now});
+    found_.push_back({object, proxy->m_uniqueId, now, now, now, now, now, now});
     return true;
   }
 
@@ -86,6 +87,21 @@ class RigidPoses::Follower : public btBroadphaseAabbCallback {
   bool any_ = false;
 };
 
+AxisBox bounds(const RigidPose& pose) {
+  if (pose.at_rest) {
+    const btBroadphaseProxy& proxy = *pose.object->getBroadphaseHandle();
+    return {proxy.m_aabbMin, proxy.m_aabbMax};
+  }
+  const btCollisionShape& shape = *pose.object->getCollisionShape();
+  AxisBox box;
+  shape.getAabb(pose.end, box.lower, box.upper);
+  if (pose.start == pose.end) return box;
+  AxisBox at_start;
+  shape.getAabb(pose.start, at_start.lower, at_start.upper);
+  box.add(at_start);
+  return box;
+}
+
 bool is_rigid(const btCollisionObject& object) {
   constexpr int rigid = btCollisionObject::CO_COLLISION_OBJECT | btCollisionObject::CO_RIGID_BODY |
                         btCollisionObject::CO_FEATHERSTONE_LINK;
@@ -102,19 +118,30 @@ bool is_movable(const btCollisionObject& object) {
 void RigidPoses::begin_step(btBroadphaseInterface* broadphase) {
   added_.clear();
   find(broadphase);
-  multibody_poses_.clear();
+  std::unordered_map<const btMultiBody*, MultibodyPoses> last_multibodies;
+  last_multibodies.swap(multibodies_);
   for (std::size_t i = 0; i < poses_.size(); ++i) {
     RigidPose& pose = poses_[i];
     // A body at rest starts where it ended, unless it has become dynamic.
     if (!is_followed_[i] && !is_movable(*pose.object)) continue;
-    const btMultiBodyLinkCollider* const link = btMultiBodyLinkCollider::upcast(pose.object);
-    if (link && is_movable(*link) && multibody_poses_.count(link->m_multiBody) == 0)
-      multibody_poses_.emplace(link->m_multiBody, pose_of(*link->m_multiBody));
+    pose.start = pose.end;
+    pose.driven = false;
+    if (!is_movable(*pose.object)) continue;
+    pose.begin_pose = pose.object->getWorldTransform();
     // A body that becomes dynamic in the middle of a frame starts where it was.
-    const bool starts_at_end = !is_movable(*pose.object) || pose.lags();
-    if (is_movable(*pose.object))
-      pose.spread_pose = pose.bullet_pose = pose.object->getWorldTransform();
-    pose.start = starts_at_end ? pose.end : pose.spread_pose;
+    const bool lags = pose.lags();
+    pose.driven = pose.finite && !lags && !(pose.begin_pose == pose.end);
+    pose.spread_pose = pose.bullet_pose = pose.driven ? pose.end : pose.begin_pose;
+    if (!lags) pose.start = pose.spread_pose;
+    const btMultiBodyLinkCollider* const link = btMultiBodyLinkCollider::upcast(pose.object);
+    if (!link) continue;
+    const auto [entry, is_new] = multibodies_.try_emplace(link->m_multiBody);
+    MultibodyPoses& multibody = entry->second;
+    multibody.any_driven = multibody.any_driven || pose.driven;
+    if (!is_new) continue;
+    multibody.begin = pose_of(*link->m_multiBody);
+    const auto last = last_multibodies.find(link->m_multiBody);
+    if (last != last_multibodies.end()) multibody.last_end = std::move(last->second.end);
   }
 }
 
@@ -125,6 +152,8 @@ void RigidPoses::end_step(btBroadphaseInterface* broadphase, btScalar dt, Warnin
     is_followed_[i] = !teleported_.empty() || !rests(poses_[i]);
   for (std::size_t i = 0; i < poses_.size(); ++i)
     if (is_followed_[i]) set_end(poses_[i], warnings);
+  jump_with_multibodies();
+  read_multibody_ends();
   teleported_.clear();
   list_followed();
 }
@@ -143,11 +172,10 @@ void RigidPoses::set_end(RigidPose& pose, WarningLog& warnings) {
       has_finite_velocity(*pose.object))
     return;
   const bool is_on_its_way = pose.lags() && now == pose.bullet_pose;
+  const RigidDisplacement displacement{pose.last_spread_pose, pose.spread_pose, now, pose.driven};
   pose.jumped =
-      is_teleported ||
-      (!is_on_its_way &&
-       is_jump(*pose.object, {pose.last_spread_pose, pose.spread_pose, now}, dt_, jump_speed_));
-  if (pose.jumped) pose.start = integrate(now, velocity_of(*pose.object), -dt_);
+      is_teleported || (!is_on_its_way && is_jump(*pose.object, displacement, dt_, jump_speed_));
+  if (pose.jumped) jump(pose);
   const btTransform spread = pose.jumped ? now : spread_pose(pose);
   pose.end = pose.jumped || is_movable(*pose.object) ? now : catch_up(pose, spread);
   pose.last_spread_pose = pose.spread_pose;
@@ -165,12 +193,76 @@ void RigidPoses::set_end(RigidPose& pose, WarningLog& warnings) {
           "detection leaves it out");
 }
 
+void RigidPoses::jump(RigidPose& pose) const {
+  pose.start = pose.driven
+                   ? pose.begin_pose
+                   : integrate(pose.object->getWorldTransform(), velocity_of(*pose.object), -dt_);
+  pose.jumped = true;
+  pose.driven = false;
+}
+
 btTransform RigidPoses::spread_pose(const RigidPose& pose) const {
   const btTransform& now = pose.object->getWorldTransform();
   // A body that is behind when its next frame begins catches up, so that no lag stays.
   const bool is_behind = pose.lags() && !(now == pose.bullet_pose);
   if (is_behind || std::binary_search(carriers_.begin(), carriers_.end(), pose.object)) return now;
   return spread_over_substeps(*pose.object, pose.spread_pose, now, dt_);
+}
+
+const MultibodyPose* RigidPoses::start_of(const btMultiBody& body) const {
+  const auto found = multibodies_.find(&body);
+  if (found == multibodies_.end()) return nullptr;
+  const MultibodyPoses& poses = found->second;
+  const bool starts_at_end = poses.any_driven && !poses.jumped && poses.last_end &&
+                             poses.last_end->joints.size() == poses.begin.joints.size();
+  return starts_at_end ? &*poses.last_end : &poses.begin;
+}
+
+RigidPoses::MultibodyPoses* RigidPoses::multibody_of(const RigidPose& pose) {
+  if (multibodies_.empty()) return nullptr;
+  const btMultiBodyLinkCollider* const link = btMultiBodyLinkCollider::upcast(pose.object);
+  const auto found = link ? multibodies_.find(link->m_multiBody) : multibodies_.end();
+  return found == multibodies_.end() ? nullptr : &found->second;
+}
+
+void RigidPoses::jump_with_multibodies() {
+  for (const RigidPose& pose : poses_) {
+    MultibodyPoses* const multibody = multibody_of(pose);
+    if (multibody) multibody->jumped = multibody->jumped || pose.jumped;
+  }
+  for (RigidPose& pose : poses_) {
+    MultibodyPoses* const multibody = multibody_of(pose);
+    if (multibody && multibody->jumped && pose.driven) jump(pose);
+  }
+}
+
+void RigidPoses::let_driven_jump(const AxisBox& box) {
+  for (RigidPose& pose : poses_)
+    if (pose.driven && bounds(pose).overlaps(box)) jump(pose);
+  jump_with_multibodies();
+}
+
+void RigidPoses::read_multibody_ends() {
+  for (RigidPose& pose : poses_) {
+    MultibodyPoses* const multibody = multibody_of(pose);
+    if (multibody && !multibody->end)
+      multibody->end = pose_of(*btMultiBodyLinkCollider::upcast(pose.object)->m_multiBody);
+  }
+}
+
+void RigidPoses::take_link_ends() {
+  for (RigidPose& pose : poses_) {
+    MultibodyPoses* const multibody = multibody_of(pose);
+    if (!multibody || !is_movable(*pose.object)) continue;
+    pose.end = pose.object->getWorldTransform();
+    multibody->end.reset();
+  }
+  read_multibody_ends();
+}
+
+void RigidPoses::set_response_end(int unique_id, const btTransform& end) {
+  const auto known = known_.find(unique_id);
+  if (known != known_.end()) poses_[known->second.index].end = end;
 }
 
 void RigidPoses::list_followed() {

@@ -1,9 +1,10 @@
 // The poses of a world's rigid bodies at the start and at the end of a step.
 //
 // A static or kinematic body moves from its pose at the end of the last step to its pose now. With
-// several substeps a frame, a kinematic rigid body moves an equal part of its way in each. A
-// dynamic body moves from its pose before Bullet integrated it. A body that the application put
-// elsewhere (rigid_displacement.h) moves as its velocity says, to its pose now. If a body closes in
+// several substeps a frame, a kinematic rigid body moves an equal part of its way in each. So does
+// a dynamic body or a link, whether Bullet or the application moves it: joints that are set each
+// step drive a link through cloth. A body that the application put elsewhere (rigid_displacement.h)
+// starts where it was put, or moves there as its velocity says. If a body closes in
 // on something that cannot move, its pose here is held at the start of the step. In later steps it
 // catches up with Bullet's pose: per step it moves twice as far as Bullet's body, or a tenth of its
 // lag if that is more.
@@ -16,6 +17,7 @@
 #include <BulletCollision/CollisionDispatch/btCollisionObject.h>
 
 #include <algorithm>
+#include <optional>
 #include <set>
 #include <unordered_map>
 #include <utility>
@@ -47,13 +49,21 @@ struct RigidPose {
   btTransform spread_pose;
   btTransform last_spread_pose;  ///< the same at the start of the step
   btTransform bullet_pose;       ///< Bullet's pose at the end of the step
+  btTransform begin_pose;        ///< of a body that contacts can move: before Bullet moves it
   bool jumped = false;           ///< the application put it elsewhere (rigid_displacement.h)
+  /// The application moved it since the last step, and that is a part of its motion. Only of bodies
+  /// that contacts can move.
+  bool driven = false;
   bool finite = true;    ///< false: pose or velocity is not finite, and the body is left out
   bool at_rest = false;  ///< all poses are the same, and Bullet does not move the body
 
   /// Whether Bullet has the body ahead of its motion: this is not the last substep of a frame.
   bool lags() const { return !(spread_pose == bullet_pose); }
 };
+
+/// Bounds of the body at both ends of the step. Of a body at rest: Bullet's, which has updated them
+/// in this step.
+AxisBox bounds(const RigidPose& pose);
 
 class RigidPoses {
  public:
@@ -76,12 +86,17 @@ class RigidPoses {
   /// Holds a static or kinematic body at the start of this step. The next step sweeps it from
   /// there.
   void hold_at_start(const btCollisionObject& object);
+  /// After end_step(): the bodies that the application moved, and that came near `box` in the step,
+  /// were put elsewhere.
+  void let_driven_jump(const AxisBox& box);
+  /// After the response: the next step starts from where it left a body that contacts can move.
+  void set_response_end(int unique_id, const btTransform& end);
+  /// After the response, which moved multibodies: the next step starts from where Bullet has their
+  /// links now.
+  void take_link_ends();
 
-  /// Pose of a multibody at begin_step(); null if it has no link that moves.
-  const MultibodyPose* start_of(const btMultiBody& body) const {
-    const auto found = multibody_poses_.find(&body);
-    return found == multibody_poses_.end() ? nullptr : &found->second;
-  }
+  /// Pose of a multibody at the start of the step; null if it has no link that moves.
+  const MultibodyPose* start_of(const btMultiBody& body) const;
 
   /// The bodies that are followed in this step: all that move or may be moved, and those near.
   /// Sorted by unique_id, because the broad phase has no defined order.
@@ -96,6 +111,12 @@ class RigidPoses {
     const btCollisionObject* object;
     std::size_t index;  // in poses_
   };
+  struct MultibodyPoses {
+    std::optional<MultibodyPose> last_end;    // of the last step; none: not known
+    MultibodyPose begin;                      // before Bullet moves it
+    std::optional<MultibodyPose> end;         // none: not read yet
+    bool any_driven = false, jumped = false;  // its links
+  };
   class Collector;
   class Follower;
 
@@ -105,8 +126,15 @@ class RigidPoses {
   /// Replaces poses_ by the poses that were found; those that are known stay as they are.
   void take(std::vector<RigidPose>& found);
   void set_end(RigidPose& pose, WarningLog& warnings);
+  /// Makes the body new at its place.
+  void jump(RigidPose& pose) const;
+  /// If one link of a multibody has jumped, lets all that the application moved jump.
+  void jump_with_multibodies();
   btTransform spread_pose(const RigidPose& pose) const;
   void list_followed();
+  /// Of a link that moves: poses of its multibody. Otherwise null.
+  MultibodyPoses* multibody_of(const RigidPose& pose);
+  void read_multibody_ends();
 
   btScalar jump_speed_;
   btScalar dt_ = 1;                       // of this step, seconds
@@ -118,8 +146,8 @@ class RigidPoses {
   btBroadphaseInterface* broadphase_ = nullptr;  // of this step
   BroadphaseMembers members_;
   std::vector<const btCollisionObject*> carriers_;
-  std::set<const btCollisionObject*> teleported_;  // since the last step
-  std::unordered_map<const btMultiBody*, MultibodyPose> multibody_poses_;
+  std::set<const btCollisionObject*> teleported_;                       // since the last step
+  std::unordered_map<const btMultiBody*, MultibodyPoses> multibodies_;  // with links that move
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

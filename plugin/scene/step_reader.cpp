@@ -97,6 +97,14 @@ bool StepReader::reread_if_sleepers_reached(const Bodies& bodies, const Fill& fi
 }
 
 void StepReader::end_step() {
+  for (const StepTopology::BodyRecord& body : topology_.bodies()) {
+    if (!body.soft && body.dynamic)
+      obstacles_.set_response_end(obstacles_.records()[body.obstacle].unique_id,
+                                  motion_.rigid_of(topology_.index_of(body)).end);
+  }
+  if (std::any_of(motion_.articulated.begin(), motion_.articulated.end(),
+                  [](const ArticulatedMotion& body) { return body.is_changed(); }))
+    obstacles_.take_link_ends();
   previous_.remember(scene_, sleepers_, obstacles_, topology_, motion_);
   sleepers_.end_step(awake_bounds(), contact_distance());
 }
@@ -185,6 +193,8 @@ std::vector<std::int32_t> StepReader::sweep_prescribed_nodes() {
     }
     const bool jumped = free_moved || pinned_nodes_jumped(record, *last);
     if (jumped && (placed.empty() || placed.back() != body)) placed.push_back(body);
+    // Where an application restores a state, soft bodies lie on bodies that it moved too.
+    if (free_moved) obstacles_.let_driven_jump(bounds_[index_of(record)]);
     if (jumped) continue;
     AxisBox came_from = AxisBox::empty();
     std::copy(last->begin(), last->end(), start);

@@ -43,7 +43,7 @@ double end_of(const RigidPose* pose) { return static_cast<double>(pose->end.getO
 
 }  // namespace
 
-TEST_CASE("immovable bodies are swept from the last end and free ones from this start") {
+TEST_CASE("bodies are swept from the last end, whether Bullet or the application moves them") {
   Watched w;
   btRigidBody *wall = w.add(), *free = w.add(1);
   w.begin();
@@ -54,10 +54,71 @@ TEST_CASE("immovable bodies are swept from the last end and free ones from this 
   move(*wall, 2);
   move(*free, 2);
   w.end();
-  CHECK(start_of(w.of(wall)) == 0);
-  CHECK(start_of(w.of(free)) == 1);
-  CHECK(end_of(w.of(wall)) == 2);
+  for (const btRigidBody* const body : {wall, free}) {
+    CHECK(start_of(w.of(body)) == 0);
+    CHECK(end_of(w.of(body)) == 2);
+    CHECK_FALSE(w.of(body)->jumped);
+    CHECK(w.of(body)->driven == (body == free));
+  }
+}
+
+TEST_CASE("a free body starts where the response left it, and is driven if it is not there") {
+  Watched w;
+  btRigidBody* const free = w.add(1);
+  const auto step = [&](double x) {
+    w.begin();
+    move(*free, x);
+    w.end();
+  };
+  step(1);
+  const btTransform pushed(btQuaternion::getIdentity(), btVector3(btScalar(0.5), 0, 0));
+  w.poses.set_response_end(w.of(free)->unique_id, pushed);
+  SECTION("there") {
+    free->setWorldTransform(pushed);
+    step(2);
+    CHECK_FALSE(w.of(free)->driven);
+  }
+  SECTION("elsewhere") {
+    step(2);
+    CHECK(w.of(free)->driven);
+  }
+  CHECK(start_of(w.of(free)) == 0.5);
   CHECK(end_of(w.of(free)) == 2);
+}
+
+TEST_CASE("a free body starts where it is put if that is too far for a motion") {
+  const bool is_told = GENERATE(false, true);
+  Watched w(is_told ? 1e4 : 5);
+  btRigidBody* const free = w.add(1);
+  w.begin();
+  w.end();
+  move(*free, 0.2);  // 12 m/s
+  if (is_told) w.poses.teleported(*free);
+  w.begin();
+  w.end();
+  CHECK(w.of(free)->jumped);
+  CHECK_FALSE(w.of(free)->driven);
+  CHECK_THAT(start_of(w.of(free)), Matchers::WithinAbs(0.2, 1e-6));
+  move(*free, 0.4);
+  w.begin();
+  w.end();
+  CHECK(w.of(free)->driven);  // as in the step before
+  CHECK_THAT(start_of(w.of(free)), Matchers::WithinAbs(0.2, 1e-6));
+}
+
+TEST_CASE("a free body that is put near a box of soft bodies can be made to jump") {
+  Watched w;
+  btRigidBody* const free = w.add(1);
+  w.begin();
+  w.end();
+  move(*free, 1);
+  w.begin();
+  w.end();
+  w.poses.let_driven_jump({btVector3(3, 3, 3), btVector3(4, 4, 4)});
+  CHECK(w.of(free)->driven);
+  w.poses.let_driven_jump({btVector3(-1, -1, -1), btVector3(4, 4, 4)});
+  CHECK(w.of(free)->jumped);
+  CHECK(start_of(w.of(free)) == 1);
 }
 
 TEST_CASE("rigid bodies keep their poses while others are added and removed") {
