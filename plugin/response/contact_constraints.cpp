@@ -255,14 +255,13 @@ void ContactConstraints::narrow_gap(ContactRow& row, double fraction, const Moti
 }
 
 void ContactConstraints::solve(Motion& motion, int sweeps) {
-  solve_impulses(motion, sweeps, ContactSolver::Friction::open);
+  solve_impulses(motion, sweeps, ContactSolver::Manner::full);
   solve_split_impulses(motion, sweeps);
 }
 
-void ContactConstraints::solve_impulses(Motion& motion, int sweeps,
-                                        ContactSolver::Friction friction) {
+void ContactConstraints::solve_impulses(Motion& motion, int sweeps, ContactSolver::Manner manner) {
   active_rows_.reset();
-  solver_.set_up(ContactSolver::Target::motion, rows_, islands(motion), motion, friction);
+  solver_.set_up(ContactSolver::Target::motion, rows_, islands(motion), motion, manner);
   record_approach(motion);
   sweep_count_ += solver_.solve(sweeps);
   solver_.write(motion);

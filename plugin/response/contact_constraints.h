@@ -78,7 +78,7 @@ class ContactConstraints {
   /// everything in contact there. `sweeps`: as in ContactSolver::solve().
   void solve(Motion& motion, int sweeps);
   /// The two halves of solve(). The second one follows the first one, or several of them.
-  void solve_impulses(Motion& motion, int sweeps, ContactSolver::Friction friction);
+  void solve_impulses(Motion& motion, int sweeps, ContactSolver::Manner manner);
   void solve_split_impulses(Motion& motion, int sweeps);
 
   /// Islands of the present rows. All are selected when rows have changed.

@@ -1,7 +1,6 @@
 #include "response/link_rounds.h"
 
 #include <algorithm>
-#include <cmath>
 #include <map>
 #include <utility>
 
@@ -10,6 +9,8 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
 using Again = LinkSolver::Again;
+using Passes = LinkSolver::Passes;
+using Manner = ContactSolver::Manner;
 
 // An impact is what the impulses of the last step do not stop: contacts that still meet faster than
 // this, m/s.
@@ -24,111 +25,112 @@ constexpr double min_pushed_fraction = 0.7;
 constexpr int max_rounds_under_load = 4;
 // Links that move nodes more slowly than this end the rounds, m/s.
 constexpr double min_link_speed = 0.25;
-
-// Of these soft bodies, those of which contacts push a node too far.
-std::vector<std::int32_t> pushed_far(std::vector<std::int32_t> bodies,
-                                     const std::vector<const ContactRow*>& rows,
-                                     const Motion& motion) {
-  if (bodies.empty()) return bodies;
-  std::vector<char> is_pushed(motion.rigid_of_body.size(), 0);
-  for (const ContactRow* const row : rows) {
-    const Contact& contact = row->contact;
-    for (int k = 0; k < 4; ++k) {
-      const std::int32_t v = contact.vertices[k];
-      if (!motion.is_free(v)) continue;
-      const double moved = std::abs(row->weights[k]) * motion.inverse_mass[v] * row->normal_impulse;
-      if (moved > min_pushed_fraction * motion.shortest_edge[v])
-        is_pushed[k < first_vertex_of_b(contact.kind) ? contact.body_a : contact.body_b] = 1;
-    }
-  }
-  const auto is_not = [&is_pushed](std::int32_t body) { return !is_pushed[body]; };
-  bodies.erase(std::remove_if(bodies.begin(), bodies.end(), is_not), bodies.end());
-  return bodies;
-}
+// The same three under weights. The number of rounds is the stiffness of the body, so it must not
+// follow the load: a body that gets stiffer while it is pressed throws the weight up, and nothing
+// comes to rest. So the rounds go on for some time while the weight bounces or presses less.
+constexpr double min_weighed_fraction = 0.25, min_weighed_fraction_to_go_on = 0.05;
+constexpr double weighed_seconds = 0.5;
+constexpr int max_rounds_under_weight = 10;
+constexpr double min_link_speed_under_weight = 0.03;
 
 }  // namespace
 
-void LinkRounds::begin_step() {
+void LinkRounds::begin_step(double dt) {
+  time_ += dt;
   if (!loads_.empty()) std::swap(loads_, last_loads_);
   loads_.clear();
 }
 
 void LinkRounds::renumber(const Renumbering& numbers) {
-  const std::vector<double> loads = std::exchange(last_loads_, {});
+  const std::vector<Load> loads = std::exchange(last_loads_, {});
   for (std::size_t body = 0; body < std::min(loads.size(), numbers.bodies.size()); ++body) {
     const std::int32_t now = numbers.bodies[body];
     if (now < 0) continue;
     if (last_loads_.size() <= static_cast<std::size_t>(now))
-      last_loads_.resize(static_cast<std::size_t>(now) + 1, 0);
+      last_loads_.resize(static_cast<std::size_t>(now) + 1);
     last_loads_[now] = loads[body];
   }
 }
 
 void LinkRounds::forget() {
   loads_.clear();
-  last_loads_.clear();
+  for (Load& load : last_loads_) load.force = load.push = 0;  // a weight may be in the air
 }
 
-LinkRounds::Bodies LinkRounds::find_rising_loads(const std::vector<const ContactRow*>& rows,
-                                                 const Motion& motion) {
-  loads_.assign(motion.rigid_of_body.size(), 0);
+void LinkRounds::find_loads(const std::vector<const ContactRow*>& rows, const Motion& motion) {
+  loads_.assign(motion.rigid_of_body.size(), {});
   for (const ContactRow* const row : rows) {
     for (const std::int32_t body : {row->contact.body_a, row->contact.body_b})
-      loads_[body] += row->normal_impulse / (motion.dt * motion.dt);
+      loads_[body].force += row->normal_impulse / (motion.dt * motion.dt);
   }
-  Bodies rising;
-  for (std::size_t body = 0; body < loads_.size(); ++body) {
-    const double before = body < last_loads_.size() ? last_loads_[body] : 0;
-    if (motion.rigid_of_body[body] < 0 && loads_[body] > min_load_growth * before)
-      rising.push_back(static_cast<std::int32_t>(body));
-  }
-  return rising;
+}
+
+bool LinkRounds::is_hit(std::int32_t body, double approach, const Motion& motion) const {
+  return loads_[body].force > min_load_growth * last_load(body).force &&
+         approach >= min_impact_speed * motion.dt;
+}
+
+double LinkRounds::weighed_until(std::int32_t body, const NodePushes& pushes) const {
+  const Load last = last_load(body);
+  if (!pushes.weights_press[body]) return last.weighed_until;
+  const double least =
+      last.weighed_until > time_ ? min_weighed_fraction_to_go_on : min_weighed_fraction;
+  // Before the rounds, contacts push nodes only as far as the first solution of the links allows.
+  const double push = std::max(pushes.by_weights[body], last.push);
+  return push > least ? time_ + weighed_seconds : last.weighed_until;
 }
 
 void LinkRounds::run(const LinkSolver& links, int sweeps, ContactConstraints& constraints,
                      Motion& motion) {
   const std::vector<const ContactRow*>& rows = constraints.active_rows();
-  Bodies hit, loaded;
-  for (const std::int32_t body : find_rising_loads(rows, motion)) {
-    if (links.again(body) == Again::after_impact &&
-        constraints.approach_of(body) >= min_impact_speed * motion.dt)
-      hit.push_back(body);
+  find_loads(rows, motion);
+  const NodePushes pushes = find_node_pushes(rows, motion);
+  Turns hit{{}, max_rounds_after_impact, Passes::all_iterations, min_link_speed};
+  Turns loaded{{}, max_rounds_under_load, Passes::one_iteration, min_link_speed};
+  Turns weighed{{}, max_rounds_under_weight, Passes::one_iteration, min_link_speed_under_weight};
+  for (std::int32_t body = 0; body < static_cast<std::int32_t>(loads_.size()); ++body) {
+    if (motion.rigid_of_body[body] >= 0) continue;
+    Load& load = loads_[body];
+    load.weighed_until = weighed_until(body, pushes);
+    if (load.force == 0) continue;
+    const Again again = links.again(body);
+    if (again == Again::under_load) {
+      if (pushes.largest[body] > min_pushed_fraction) loaded.bodies.push_back(body);
+    } else if (again != Again::never && pushes.by_weights[body] > 0 && load.weighed_until > time_) {
+      weighed.bodies.push_back(body);
+    } else if (again == Again::after_impact &&
+               is_hit(body, constraints.approach_of(body), motion)) {
+      hit.bodies.push_back(body);
+    }
   }
-  for (std::size_t body = 0; body < loads_.size(); ++body) {
-    const auto index = static_cast<std::int32_t>(body);
-    if (motion.rigid_of_body[body] < 0 && loads_[body] > 0 &&
-        links.again(index) == Again::under_load)
-      loaded.push_back(index);
-  }
-  loaded = pushed_far(std::move(loaded), rows, motion);
-  bodies_ = hit;
-  bodies_.insert(bodies_.end(), loaded.begin(), loaded.end());
-  solve_in_turn(loaded, max_rounds_under_load, ContactSolver::Friction::bounded, links, sweeps,
-                constraints, motion);
-  solve_in_turn(hit, max_rounds_after_impact, ContactSolver::Friction::open, links, sweeps,
-                constraints, motion);
+  solve_in_turn(loaded, Manner::round, links, sweeps, constraints, motion);
+  solve_in_turn(weighed, Manner::round, links, sweeps, constraints, motion);
+  solve_in_turn(hit, Manner::full, links, sweeps, constraints, motion);
+  const NodePushes after =
+      weighed.bodies.empty() ? pushes : find_node_pushes(constraints.active_rows(), motion);
+  for (std::size_t body = 0; body < loads_.size(); ++body)
+    loads_[body].push = after.by_weights[body];
 }
 
-void LinkRounds::solve_in_turn(const Bodies& bodies, int rounds, ContactSolver::Friction friction,
-                               const LinkSolver& links, int sweeps, ContactConstraints& constraints,
-                               Motion& motion) {
-  std::map<std::int32_t, Bodies> bodies_of;  // by island
-  for (const std::int32_t body : bodies)
-    bodies_of[constraints.islands(motion).of_body(body)].push_back(body);
-  if (bodies_of.empty()) return;
+void LinkRounds::solve_in_turn(const Turns& turns, Manner manner, const LinkSolver& links,
+                               int sweeps, ContactConstraints& constraints, Motion& motion) {
+  if (turns.bodies.empty()) return;
+  bodies_.insert(bodies_.end(), turns.bodies.begin(), turns.bodies.end());
   RowIslands& islands = constraints.islands(motion);
-  for (int i = 0; i < rounds && !bodies_of.empty(); ++i) {
+  std::map<std::int32_t, Bodies> bodies_of;  // by island
+  for (const std::int32_t body : turns.bodies) bodies_of[islands.of_body(body)].push_back(body);
+  for (int i = 0; i < turns.rounds && !bodies_of.empty(); ++i) {
     islands.select_none();
     for (auto next = bodies_of.begin(); next != bodies_of.end();) {
       const auto island = next++;
-      const double moved = links.solve(island->second, motion);
+      const double moved = links.solve(island->second, turns.passes, motion);
       if (moved > 0) islands.select_body(island->second.front());
-      if (moved < min_link_speed * motion.dt) bodies_of.erase(island);
+      if (moved < turns.min_link_speed * motion.dt) bodies_of.erase(island);
     }
-    constraints.solve_impulses(motion, sweeps, friction);
+    constraints.solve_impulses(motion, sweeps, manner);
   }
   islands.select_none();
-  for (const std::int32_t body : bodies) islands.select_body(body);
+  for (const std::int32_t body : turns.bodies) islands.select_body(body);
   constraints.solve_split_impulses(motion, sweeps);
 }
 

@@ -6,6 +6,7 @@
 #include <functional>
 #include <vector>
 
+#include "contact/node_pushes.h"
 #include "contact/renumbering.h"
 #include "motion/motion.h"
 #include "response/contact_constraints.h"
@@ -18,17 +19,25 @@ struct LinkSolver {
   /// When the links of a body are solved again.
   enum class Again {
     never,
-    /// After an impact: the links that contacts leave too short would throw the body back.
+    /// Under a weight: a rigid body that is much heavier than the nodes that carry it. If links
+    /// are solved before the contacts alone, a step moves the weight only by what one solution of
+    /// the links gives to these nodes, and the links stretch until that is enough.
+    under_weight,
+    /// After an impact too: the links that contacts leave too short would throw the body back.
     after_impact,
-    /// Under load too: nodes carry the pressure of a body to the contacts, and only links hold
-    /// them together. If they are solved before the contacts alone, the body is pressed flat.
+    /// Under any load, but not for weights: nodes carry the pressure of a body to the contacts, and
+    /// only links hold them together. If they are solved before the contacts alone, the body is
+    /// pressed flat.
     under_load
   };
+  /// How often solve() passes over the links: as in one position iteration of the body, or in all.
+  enum class Passes { one_iteration, all_iterations };
 
   std::function<Again(std::int32_t body)> again;
   /// Moves Motion::solved of these soft bodies (indices of bodies) by more passes over their links,
   /// and adds that to Motion::link_displacement. Returns the largest displacement, metres.
-  std::function<double(const std::vector<std::int32_t>& bodies, Motion& motion)> solve;
+  std::function<double(const std::vector<std::int32_t>& bodies, Passes passes, Motion& motion)>
+      solve;
 
   /// False: there are no such links.
   explicit operator bool() const { return static_cast<bool>(solve); }
@@ -37,10 +46,11 @@ struct LinkSolver {
 /// Decides in each step which links are solved again, and does that.
 class LinkRounds {
  public:
-  /// Starts a step. Remembers the loads of the last one.
-  void begin_step();
+  /// Starts a step of `dt` seconds. Remembers the loads of the last one.
+  void begin_step(double dt);
   /// Call if the indices of bodies change.
   void renumber(const Renumbering& numbers);
+  /// Forgets the loads of the last step.
   void forget();
 
   /// `constraints` must be solved. `sweeps`: as in ContactSolver::solve().
@@ -54,14 +64,36 @@ class LinkRounds {
  private:
   using Bodies = std::vector<std::int32_t>;
 
-  /// Sums up the normal forces on each body. Returns the soft bodies whose sum rises.
-  Bodies find_rising_loads(const std::vector<const ContactRow*>& rows, const Motion& motion);
-  /// Solves the links of these bodies and the contacts of their islands, up to `rounds` times.
-  void solve_in_turn(const Bodies& bodies, int rounds, ContactSolver::Friction friction,
-                     const LinkSolver& links, int sweeps, ContactConstraints& constraints,
-                     Motion& motion);
+  // What a body has to carry.
+  struct Load {
+    double force = 0;  // sum of the normal forces before the rounds, N
+    double push = 0;   // NodePushes::by_weights after the rounds
+    // Until then its links are solved again under weights, seconds on the clock of steps.
+    double weighed_until = 0;
+  };
+  // The bodies whose links are solved again for the same reason, and how.
+  struct Turns {
+    Bodies bodies;
+    int rounds;
+    LinkSolver::Passes passes;
+    double min_link_speed;  // links that move nodes more slowly end the rounds, m/s
+  };
 
-  std::vector<double> loads_, last_loads_;  // by body: normal forces before the rounds, N
+  /// Sums up the normal forces on each body.
+  void find_loads(const std::vector<const ContactRow*>& rows, const Motion& motion);
+  /// Whether a body that contacts approach that fast has an impact. `approach`: metres.
+  bool is_hit(std::int32_t body, double approach, const Motion& motion) const;
+  /// Load::weighed_until of a body that contacts push that far.
+  double weighed_until(std::int32_t body, const NodePushes& pushes) const;
+  /// Solves the links of these bodies and the contacts of their islands in turn.
+  void solve_in_turn(const Turns& turns, ContactSolver::Manner manner, const LinkSolver& links,
+                     int sweeps, ContactConstraints& constraints, Motion& motion);
+  Load last_load(std::int32_t body) const {
+    return static_cast<std::size_t>(body) < last_loads_.size() ? last_loads_[body] : Load();
+  }
+
+  double time_ = 0;                       // sum of the steps, seconds
+  std::vector<Load> loads_, last_loads_;  // by body
   Bodies bodies_;
 };
 

@@ -28,9 +28,9 @@ bool touches_at_start(const Contact& contact) { return contact.toi == 0; }
 
 }  // namespace
 
-void Response::begin_step() {
+void Response::begin_step(double dt) {
   constraints_.begin_step();
-  link_rounds_.begin_step();
+  link_rounds_.begin_step(dt);
 }
 
 void Response::renumber(const Renumbering& numbers) {

@@ -27,7 +27,7 @@ class Response {
         constraints_(surfaces, options.position_correction, threads) {}
 
   /// Starts a step. Remembers the impulses of the last one.
-  void begin_step();
+  void begin_step(double dt);
   /// Call if the indices of bodies or vertices change. Remembered impulses get the new ones.
   void renumber(const Renumbering& numbers);
 

@@ -59,25 +59,29 @@ class ContactSolver {
   /// split_impulse: only positions, to restore gaps.
   enum class Target { motion, split_impulse };
 
-  /// What friction a row with a sliding fraction may have, outside of Coulomb's cone. open: the
-  /// fraction of the sliding. bounded: not more than it has at set_up(), but that without a load.
-  /// Bounded friction is for links that were solved against it: they would throw the nodes aside if
-  /// it ended.
-  enum class Friction { open, bounded };
+  /// How a problem is solved.
+  enum class Manner {
+    /// Until sweeps change nothing visible.
+    full,
+    /// As a round in turn with links. Few sweeps, because the next round goes on from the impulses.
+    /// A row with a sliding fraction has not more friction than at set_up(), but that without a
+    /// load: the links were solved against it, and would throw the nodes aside if it ended.
+    round
+  };
 
   /// Sets up the problems of a target and of the selected islands, starting from the impulses that
   /// the rows have. `rows`, `islands` and `motion` must not change until write(). The problems of
   /// split impulses must follow those of the motion, with the same rows and islands.
   void set_up(Target target, RowList& rows, const RowIslands& islands, const Motion& motion,
-              Friction friction = Friction::open);
+              Manner manner = Manner::full);
 
   /// By island: largest displacement along a normal that impulses must add to those that the rows
   /// have, metres; 0 for islands that are not selected.
   double largest_violation(std::size_t island) const { return problems_[island].max_violation; }
 
   /// Runs the sweeps and returns their number. `sweeps`: normal limit. The limit is 4 x `sweeps` if
-  /// contacts approach slowly or rest, and `sweeps` / 5 for split impulses. Stops earlier once
-  /// sweeps change nothing visible.
+  /// contacts approach slowly or rest, `sweeps` / 5 for split impulses, and `sweeps` / 10 in a
+  /// round. Stops earlier once sweeps change nothing visible.
   int solve(int sweeps);
 
   /// Writes the impulses to the rows and their effect to `motion`. On entry `motion` must contain
@@ -226,7 +230,7 @@ class ContactSolver {
   const Motion* motion_ = nullptr;
   // From one problem to the next only memory and RowNeed::may_need_split are kept.
   bool for_split_impulse_ = false;
-  Friction friction_ = Friction::open;
+  Manner manner_ = Manner::full;
   bool has_rigid_terms_ = false;
   std::vector<Problem> problems_;  // by island
   std::vector<RowNeed> needs_;     // by row of the list

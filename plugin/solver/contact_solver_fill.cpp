@@ -131,7 +131,7 @@ void ContactSolver::fill(RowBatch& batch, int lane, const Problem& problem, cons
   const float sliding = for_split_impulse_ ? 0 : static_cast<float>(row.sliding_fraction);
   batch.slides = batch.slides || sliding != 0;
   batch.tangent_move[at + 3] = batch.sliding[at + 3] = sliding;
-  if (sliding != 0 && friction_ == Friction::bounded && !row.tangent_impulse.isZero(0))
+  if (sliding != 0 && manner_ == Manner::round && !row.tangent_impulse.isZero(0))
     batch.tangent_move[at + 3] = -static_cast<float>(unit * row.tangent_impulse.norm());
   set(batch.impulse + at, (for_split_impulse_ ? 0 : unit) * row.tangent_impulse);
   batch.impulse[at + 3] =

@@ -71,12 +71,12 @@ void ContactSolver::RowsByIsland::add(std::size_t island, std::int32_t row) {
 }
 
 void ContactSolver::set_up(Target target, RowList& rows, const RowIslands& islands,
-                           const Motion& motion, Friction friction) {
+                           const Motion& motion, Manner manner) {
   rows_ = &rows;
   islands_ = &islands;
   motion_ = &motion;
   for_split_impulse_ = target == Target::split_impulse;
-  friction_ = friction;
+  manner_ = manner;
   has_rigid_terms_ = !motion.rigid.empty() || !motion.anchored.empty();
   needs_.resize(rows.size());
   block_count_ = block_row_count_ = stage_count_ = 0;

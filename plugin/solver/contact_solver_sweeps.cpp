@@ -29,6 +29,8 @@ constexpr int slow_sweep_factor = 4;
 // Divisor of the number of sweeps for split impulses. Gaps that are still too narrow are restored
 // in the next steps.
 constexpr int split_sweep_divisor = 5;
+// The same for rounds in turn with links.
+constexpr int round_sweep_divisor = 10;
 // Sweeps from one full sweep to the next. Most rows never act, so the sweeps in between visit only
 // batches that carry an impulse. The interval doubles if a full sweep activated no new batch.
 constexpr int first_full_sweep_interval = 8;
@@ -180,6 +182,9 @@ class ContactSolver::Sweeps {
     double min_change = min_speed * dt;  // metres
     if (s_.for_split_impulse_) {
       sweeps = std::max(1, sweeps / split_sweep_divisor);
+    } else if (s_.manner_ == Manner::round) {
+      sweeps = std::max(1, sweeps / round_sweep_divisor);
+      min_change = std::max(min_change, min_fraction * problem.largest.need);
     } else if (problem.largest.need < slow_approach * dt ||
                problem.max_violation < resting_speed * dt) {
       sweeps =

@@ -107,7 +107,7 @@ bool Pipeline::run(const Bodies& bodies, double dt, const Fill& fill, const Link
   reader_.motion().articulated.clear();  // of the last step; its multibodies may be gone
   try {
     const Stopwatch reading;
-    response_.begin_step();
+    response_.begin_step(dt);
     StepReader::Changes changes = reader_.read(bodies, dt, fill);
     take_changes(changes);
     step_.ms_gather = reading.ms();

@@ -33,13 +33,14 @@ void start_where_it_slept(btSoftBody& body) {
 
 // Bullet solves contacts and links in turn. A body with few position iterations bounces off if its
 // links are not solved again after the contacts. With more iterations the links hold it together,
-// and solving them again would only make it stiffer. Pressure, which pushes each node, is so large
-// beside the weight that only links and contacts in turn carry it.
+// and solving them again would only make it stiffer, but for weights that it must carry. Pressure,
+// which pushes each node, is so large beside the weight that only links and contacts in turn carry
+// it.
 LinkSolver::Again links_again(const btSoftBody& body) {
   constexpr int few_iterations = 2;
   if (body.m_cfg.kPR != 0 || body.m_cfg.kVC > 0) return LinkSolver::Again::under_load;
   return body.m_cfg.piterations <= few_iterations ? LinkSolver::Again::after_impact
-                                                  : LinkSolver::Again::never;
+                                                  : LinkSolver::Again::under_weight;
 }
 
 }  // namespace
@@ -143,15 +144,13 @@ void btLazySoftBodySolver::solveConstraints(btScalar solverdt) {
   };
   ends_.assign(starts_.size(), {});
   LinkSolver links;
-  for (int i = 0; i < m_softBodySet.size() && !links; ++i) {
-    if (links_again(*m_softBodySet[i]) == LinkSolver::Again::never) continue;
-    links.again = [this](std::int32_t body) {
-      return links_again(*pipeline_->scene().bodies()[body].body);
-    };
-    links.solve = [this](const std::vector<std::int32_t>& bodies, Motion& motion) {
-      return solve_links(bodies, motion);
-    };
-  }
+  links.again = [this](std::int32_t body) {
+    return links_again(*pipeline_->scene().bodies()[body].body);
+  };
+  links.solve = [this](const std::vector<std::int32_t>& bodies, LinkSolver::Passes passes,
+                       Motion& motion) {
+    return solve_links(bodies, passes == LinkSolver::Passes::one_iteration, motion);
+  };
   const bool ran = pipeline_->run(m_softBodySet, static_cast<double>(solverdt), fill, links,
                                   [this] { undo_solve_links(); });
   ran ? finish_solve_links(solverdt) : undo_solve_links();
@@ -179,7 +178,8 @@ void btLazySoftBodySolver::read_starts() {
   }
 }
 
-double btLazySoftBodySolver::solve_links(const std::vector<std::int32_t>& bodies, Motion& motion) {
+double btLazySoftBodySolver::solve_links(const std::vector<std::int32_t>& bodies,
+                                         bool one_iteration, Motion& motion) {
   const SoftScene& scene = pipeline_->scene();
   double largest = 0;
   for (const std::int32_t index : bodies) {
@@ -193,8 +193,8 @@ double btLazySoftBodySolver::solve_links(const std::vector<std::int32_t>& bodies
     const std::int32_t last = record.first_vertex + record.vertex_count;
     for (std::int32_t v = record.first_vertex; v < last; ++v)
       body.m_nodes[scene.node_index(v)].m_x = to_bullet(motion.solved[v]);
-    const bool once = links_again(body) == LinkSolver::Again::under_load;
-    constraints_->solve_links_again(body, record.world_index, once ? 1 : body.m_cfg.piterations);
+    constraints_->solve_links_again(body, record.world_index,
+                                    one_iteration ? 1 : body.m_cfg.piterations);
     for (std::int32_t v = record.first_vertex; v < last; ++v) {
       if (!motion.is_free(v)) continue;
       const Eigen::Vector3d x = to_eigen(body.m_nodes[scene.node_index(v)].m_x);

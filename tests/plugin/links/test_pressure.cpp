@@ -105,6 +105,20 @@ TEST_CASE("balls with pressure carry a ball or a box") {
   if (box) CHECK(static_cast<double>(box->getCenterOfMassPosition().y()) > 1.6 * radius);
 }
 
+TEST_CASE("a ball with pressure on the triangles of a mesh needs few sweeps at rest") {
+  const bool on_cloth = GENERATE(false, true);
+  CAPTURE(on_cloth);
+  const std::unique_ptr<btTriangleMesh> mesh = flat_triangles(40, 4);
+  Balls balls;
+  balls.w.add(std::make_unique<btBvhTriangleMeshShape>(mesh.get(), true), btVector3(0, 0, 0));
+  if (on_cloth) balls.w.add_sheet(21, 2, 0.05, 0);
+  balls.add(radius + 0.1, 20);
+  balls.w.steps(120, 1.0 / 60);
+  const std::int64_t before = balls.w.total().sweeps;
+  balls.w.steps(60, 1.0 / 60);
+  CHECK(balls.w.total().sweeps - before < 60 * 100);
+}
+
 TEST_CASE("links that are solved again under load keep momentum") {
   Balls balls(0);
   btSoftBody *const lower = balls.add(0, 0), *const upper = balls.add(0.7, 0, 0.2);

@@ -1,0 +1,30 @@
+// How far contacts move the nodes of soft bodies, compared with their edges.
+#pragma once
+
+#include <vector>
+
+#include "contact/contact_row.h"
+#include "motion/motion.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+
+/// By body: displacement in the step by the impulses of contacts, as a multiple of the shortest
+/// edge of the node.
+struct NodePushes {
+  /// Of the node that one contact moves the farthest.
+  std::vector<double> largest;
+  /// Of contacts with weights: mean over their impulses of how far all contacts together move the
+  /// contact point. A weight is a dynamic rigid body or link that is much heavier than the nodes,
+  /// and that nothing rigid supports. Nodes between it and something else are hardly moved.
+  std::vector<double> by_weights;
+  /// Whether weights press, that is, approach the body by themselves. A body that a joint holds,
+  /// and on which the soft body lies, does not.
+  std::vector<char> weights_press;
+};
+
+/// `rows`: the contacts with impulses.
+NodePushes find_node_pushes(const std::vector<const ContactRow*>& rows, const Motion& motion);
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet
