@@ -15,8 +15,8 @@ using Eigen::Vector3d;
 // A body is much heavier than nodes if at least this part of the contact's motion is theirs.
 constexpr double min_part_of_nodes = 0.9;
 // A weight presses if it approaches by more than this part of what gravity moves it in a step, and
-// by this part of an edge, which is more than rounding.
-constexpr double min_part_of_gravity = 0.25, min_part_of_edge = 1e-4;
+// gravity pulls it there by this part.
+constexpr double min_part_of_gravity = 0.25;
 
 // A soft body's side of a contact.
 struct Side {
@@ -48,19 +48,21 @@ bool has_weight(const Side& side, const Motion& motion) {
   return mobility * side.row->normal_mass >= min_part_of_nodes;
 }
 
-// How far the other side approaches in the step without impulses, beyond the least that counts as
-// pressing, metres.
-double pressing_approach(const Side& side, double edge, const Motion& motion) {
-  Vector3d moved = Vector3d::Zero();
+// How far the other side approaches in the step without impulses, or would approach by gravity if
+// that is less, beyond the least that counts as pressing, metres.
+double pressing_approach(const Side& side, const Motion& motion) {
+  const btRigidBody* const body = btRigidBody::upcast(motion.rigid_of(side.other).object);
+  if (!body) return 0;
+  const Vector3d fall = motion.dt * motion.dt * to_eigen(body->getGravity());
+  Vector3d moved = Vector3d::Zero(), fallen = Vector3d::Zero();
   for (int k = 0; k < 4; ++k) {
     if (k >= side.first && k < side.last) continue;
     const std::int32_t v = side.row->contact.vertices[k];
     moved += side.row->weights[k] * (motion.predicted[v] - motion.start_of(v));
+    fallen += side.row->weights[k] * fall;
   }
-  const btRigidBody* const body = btRigidBody::upcast(motion.rigid_of(side.other).object);
-  const double gravity = body ? static_cast<double>(body->getGravity().length()) : 0;
-  return -side.row->normal.dot(moved) -
-         std::max(min_part_of_edge * edge, min_part_of_gravity * gravity * motion.dt * motion.dt);
+  return -std::max(side.row->normal.dot(moved), side.row->normal.dot(fallen)) -
+         min_part_of_gravity * fall.norm();
 }
 
 double largest_push(const Side& side, const Motion& motion) {
@@ -119,7 +121,7 @@ NodePushes find_node_pushes(const std::vector<const ContactRow*>& rows, const Mo
     impulses[side.body] += impulse;
     pushes.by_weights[side.body] +=
         impulse * std::max(0.0, side.row->normal.dot(moved)) / shortest_edge;
-    approaches[side.body] += impulse * pressing_approach(side, shortest_edge, motion);
+    approaches[side.body] += impulse * pressing_approach(side, motion);
   }
   for (std::size_t body = 0; body < count; ++body) {
     if (impulses[body] > 0) pushes.by_weights[body] /= impulses[body];

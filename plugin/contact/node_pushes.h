@@ -18,8 +18,8 @@ struct NodePushes {
   /// contact point. A weight is a dynamic rigid body or link that is much heavier than the nodes,
   /// and that nothing rigid supports. Nodes between it and something else are hardly moved.
   std::vector<double> by_weights;
-  /// Whether weights press, that is, approach the body by themselves. A body that a joint holds,
-  /// and on which the soft body lies, does not.
+  /// Whether weights press, that is, approach the body by themselves and by gravity. A body that a
+  /// joint holds, and on which the soft body lies, does not. Nor do jaws that grip it, or links.
   std::vector<char> weights_press;
 };
 

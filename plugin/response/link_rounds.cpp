@@ -30,6 +30,9 @@ constexpr double min_link_speed = 0.25;
 // comes to rest. So the rounds go on for some time while the weight bounces or presses less.
 constexpr double min_weighed_fraction = 0.25, min_weighed_fraction_to_go_on = 0.05;
 constexpr double weighed_seconds = 0.5;
+// None so long after a body was pushed apart from another one. What came out may fall on it, and
+// stiff links would throw its nodes.
+constexpr double apart_seconds = 2;
 constexpr int max_rounds_under_weight = 10;
 constexpr double min_link_speed_under_weight = 0.03;
 
@@ -92,11 +95,15 @@ void LinkRounds::run(const LinkSolver& links, int sweeps, ContactConstraints& co
     if (motion.rigid_of_body[body] >= 0) continue;
     Load& load = loads_[body];
     load.weighed_until = weighed_until(body, pushes);
+    load.apart_until = last_load(body).apart_until;
     if (load.force == 0) continue;
     const Again again = links.again(body);
     if (again == Again::under_load) {
       if (pushes.largest[body] > min_pushed_fraction) loaded.bodies.push_back(body);
-    } else if (again != Again::never && pushes.by_weights[body] > 0 && load.weighed_until > time_) {
+    } else if (again == Again::never) {
+      load.apart_until = time_ + apart_seconds;
+    } else if (time_ >= load.apart_until && pushes.by_weights[body] > 0 &&
+               load.weighed_until > time_) {
       weighed.bodies.push_back(body);
     } else if (again == Again::after_impact &&
                is_hit(body, constraints.approach_of(body), motion)) {

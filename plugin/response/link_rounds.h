@@ -70,6 +70,7 @@ class LinkRounds {
     double push = 0;   // NodePushes::by_weights after the rounds
     // Until then its links are solved again under weights, seconds on the clock of steps.
     double weighed_until = 0;
+    double apart_until = 0;  // until then they are not: the body was pushed apart from another
   };
   // The bodies whose links are solved again for the same reason, and how.
   struct Turns {
