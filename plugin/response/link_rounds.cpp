@@ -29,7 +29,7 @@ constexpr double min_link_speed = 0.25;
 // follow the load: a body that gets stiffer while it is pressed throws the weight up, and nothing
 // comes to rest. So the rounds go on for some time while the weight bounces or presses less.
 constexpr double min_weighed_fraction = 0.25, min_weighed_fraction_to_go_on = 0.05;
-constexpr double weighed_seconds = 0.5;
+constexpr double weighed_seconds = 3;
 // None so long after a body was pushed apart from another one. What came out may fall on it, and
 // stiff links would throw its nodes.
 constexpr double apart_seconds = 2;
