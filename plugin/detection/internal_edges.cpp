@@ -47,7 +47,8 @@ void InternalEdges::set_topology(Span<const Edge> edges, Span<const Body> filter
     };
     soft_bodies.erase(std::remove_if(soft_bodies.begin(), soft_bodies.end(), passes),
                       soft_bodies.end());
-    if (!soft_bodies.empty()) leave_out(obstacle, edges, largest_thickness);
+    if (!soft_bodies.empty() && !is_movable(obstacle.body))
+      leave_out(obstacle, edges, largest_thickness);
   }
 }
 
@@ -98,6 +99,7 @@ void InternalEdges::remove(Span<const Contact> found, std::vector<Contact>& kept
 bool InternalEdges::needs_constraint(const Contact& contact, double thickness) const {
   const auto is_soft = [this](std::int32_t body) { return topology_.bodies()[body].soft; };
   if (is_soft(contact.body_a) && is_soft(contact.body_b)) return true;
+  if (is_movable(is_soft(contact.body_a) ? contact.body_b : contact.body_a)) return true;
   // What is pressed closer is held by all that it has.
   if (contact.toi == 0 && gap_at_start(contact) < max_sag * thickness) return true;
   return contact.kind == ContactKind::vertex_face && is_soft(contact.body_a)
@@ -146,6 +148,10 @@ bool InternalEdges::is_beyond_edge(const Contact& contact, double thickness) con
   const Vector3d normal = Eigen::Map<const Eigen::Vector3f>(contact.normal.data()).cast<double>();
   constexpr double tolerance = 0.02;  // radians; more than rounding changes the normals
   return std::abs(of_face.dot(normal)) < std::cos(angle + tolerance) * of_face.norm();
+}
+
+bool InternalEdges::is_movable(std::int32_t obstacle) const {
+  return motion_.rigid_of(obstacle).is_movable();
 }
 
 double InternalEdges::gap_at_start(const Contact& contact) const {

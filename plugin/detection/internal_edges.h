@@ -3,7 +3,8 @@
 //
 // What lies there is held by its own vertices: between them it sinks in by a small part of the gap
 // that contacts keep. So contacts with these edges and vertices need no constraint. If one of them
-// touches nevertheless, the re-check after the response finds it.
+// touches nevertheless, the re-check after the response finds it. Bodies that contacts move keep
+// all of their contacts: what starts in a cloth comes out more calmly with them.
 //
 // The sag. A soft edge of length l crosses a surface that turns by the angle b below it. If both
 // ends are at the distance d from the surface, all of the edge is at least about d - l b / 4 away.
@@ -57,6 +58,7 @@ class InternalEdges {
   double turn_at_edge(std::size_t edge, double length) const;
   double turn_at_vertex(std::int32_t vertex, double length) const;
   double turn_around_ends(const Contact& contact, double length) const;
+  bool is_movable(std::int32_t obstacle) const;
   double gap_at_start(const Contact& contact) const;  // between its points, metres
   double squared_length(std::int32_t a, std::int32_t b) const;
 
