@@ -69,7 +69,7 @@ double largest_push(const Side& side, const Motion& motion) {
   double largest = 0;
   for (int k = side.first; k < side.last; ++k) {
     const std::int32_t v = side.row->contact.vertices[k];
-    if (!motion.is_free(v)) continue;
+    if (!motion.is_free(v) || motion.shortest_edge[v] == 0) continue;
     const double moved =
         std::abs(side.row->weights[k]) * motion.inverse_mass[v] * side.row->normal_impulse;
     largest = std::max(largest, moved / motion.shortest_edge[v]);
@@ -115,7 +115,8 @@ NodePushes find_node_pushes(const std::vector<const ContactRow*>& rows, const Mo
     for (int k = side.first; k < side.last; ++k) {
       const std::int32_t v = side.row->contact.vertices[k];
       moved += side.row->weights[k] * displacements[v];
-      shortest_edge = std::min(shortest_edge, motion.shortest_edge[v]);
+      if (motion.shortest_edge[v] > 0)
+        shortest_edge = std::min(shortest_edge, motion.shortest_edge[v]);
     }
     const double impulse = side.row->normal_impulse;
     impulses[side.body] += impulse;

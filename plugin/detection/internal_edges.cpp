@@ -16,6 +16,10 @@ constexpr double max_sag = 0.5;
 // A detector leaves out internal edges of an obstacle if at least this part of its edges are such.
 // With fewer, testing all pairs again after the response takes longer than it saves.
 constexpr double min_left_out = 0.75;
+// And of all edges of the scene, because all pairs of the scene are then tested again.
+constexpr double min_left_out_of_scene = 0.25;
+// Edges of soft bodies may become longer than at the start of the topology by this factor.
+constexpr double stretch = 1.25;
 // A barycentric coordinate below this value counts as zero.
 constexpr float border = 0x1p-10f;
 
@@ -50,6 +54,11 @@ void InternalEdges::set_topology(Span<const Edge> edges, Span<const Body> filter
     if (!soft_bodies.empty() && !is_movable(obstacle.body))
       leave_out(obstacle, edges, largest_thickness);
   }
+  const auto count = std::count(edges_left_out_.begin(), edges_left_out_.end(), 1);
+  if (static_cast<double>(count) >= min_left_out_of_scene * static_cast<double>(edges.size()))
+    return;
+  edges_left_out_.clear();
+  vertices_left_out_.clear();
 }
 
 void InternalEdges::leave_out(const ObstaclePairs& obstacle, Span<const Edge> edges,
@@ -57,7 +66,7 @@ void InternalEdges::leave_out(const ObstaclePairs& obstacle, Span<const Edge> ed
   const StepTopology::BodyRecord& record = topology_.bodies()[obstacle.body];
   double length = 0, thickness = largest_thickness;
   for (const std::int32_t s : obstacle.soft_bodies) {
-    length = std::max(length, longest_edge(topology_, s, motion_));
+    length = std::max(length, stretch * longest_edge(topology_, s, motion_));
     thickness = std::min(thickness, surfaces_.of(s, obstacle.body).thickness);
   }
   const std::int32_t first = record.first_vertex, last = first + record.vertex_count;
@@ -142,9 +151,12 @@ bool InternalEdges::is_beyond_edge(const Contact& contact, double thickness) con
     angle = turn_at_vertex(contact.vertices[1 + corner], length);
   }
   if (!sags_little(length, angle, thickness)) return false;
-  const Vector3d a = motion_.start_of(contact.vertices[1]);
+  const auto at_contact = [&](std::int32_t v) -> Vector3d {
+    return (1 - contact.toi) * motion_.start_of(v) + contact.toi * motion_.end_of(v);
+  };
+  const Vector3d a = at_contact(contact.vertices[1]);
   const Vector3d of_face =
-      (motion_.start_of(contact.vertices[2]) - a).cross(motion_.start_of(contact.vertices[3]) - a);
+      (at_contact(contact.vertices[2]) - a).cross(at_contact(contact.vertices[3]) - a);
   const Vector3d normal = Eigen::Map<const Eigen::Vector3f>(contact.normal.data()).cast<double>();
   constexpr double tolerance = 0.02;  // radians; more than rounding changes the normals
   return std::abs(of_face.dot(normal)) < std::cos(angle + tolerance) * of_face.norm();

@@ -36,7 +36,10 @@ class InternalEdges {
   /// `largest_thickness`: the largest thickness that is kept, metres.
   void set_topology(Span<const Edge> edges, Span<const Body> filters, double largest_thickness);
   /// What a detector may leave out, as Detector::leave_out(): the internal edges and vertices of
-  /// obstacles that have hardly any others, as terrains. Empty if there is no such obstacle.
+  /// obstacles that have hardly any others, as terrains. Empty if they are only a small part of the
+  /// scene. It does not depend on single contacts, so what remove() would keep of them is left out
+  /// too: contacts of edges with a pinned node, and what is pressed nearer than half of the
+  /// thickness.
   Span<const char> edges_left_out() const { return edges_left_out_; }
   Span<const char> vertices_left_out() const { return vertices_left_out_; }
 

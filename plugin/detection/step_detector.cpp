@@ -36,25 +36,25 @@ void StepDetector::set_topology(double largest_thickness) {
   touching_topology_is_current_ = false;
   measure_edges(topology_.for_detection());
   const double separation = separation_for(largest_thickness);
+  if (separation_ != separation) near_detector_.reset();
+  separation_ = separation;
   if (!(separation > 0)) {
     near_detector_.reset();
     round_contacts_.clear();
     flat_contacts_.clear();
     others_may_meet_ = true;
     touching_detector();
-  } else {
-    round_contacts_.set_topology();
-    flat_contacts_.set_topology();
-    if (!near_detector_ || separation_ != separation) {
-      DetectorOptions options = options_;
-      options.separation = separation;
-      options.reduce_contacts = true;
-      near_detector_ = std::make_unique<Detector>(options, threads_);
-    }
-    separation_ = separation;
-    set_near_topology();
+    return;
   }
-  separation_ = separation;
+  round_contacts_.set_topology();
+  flat_contacts_.set_topology();
+  if (!near_detector_) {
+    DetectorOptions options = options_;
+    options.separation = separation;
+    options.reduce_contacts = true;
+    near_detector_ = std::make_unique<Detector>(options, threads_);
+  }
+  set_near_topology();
 }
 
 void StepDetector::set_near_topology() {

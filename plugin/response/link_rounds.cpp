@@ -96,18 +96,17 @@ void LinkRounds::run(const LinkSolver& links, int sweeps, ContactConstraints& co
     Load& load = loads_[body];
     load.weighed_until = weighed_until(body, pushes);
     load.apart_until = last_load(body).apart_until;
-    if (load.force == 0) continue;
     const Again again = links.again(body);
+    if (again == Again::never) load.apart_until = time_ + apart_seconds;
+    if (again == Again::never || load.force == 0) continue;
     if (again == Again::under_load) {
       if (pushes.largest[body] > min_pushed_fraction) loaded.bodies.push_back(body);
-    } else if (again == Again::never) {
-      load.apart_until = time_ + apart_seconds;
-    } else if (time_ >= load.apart_until && pushes.by_weights[body] > 0 &&
-               load.weighed_until > time_) {
-      weighed.bodies.push_back(body);
     } else if (again == Again::after_impact &&
                is_hit(body, constraints.approach_of(body), motion)) {
       hit.bodies.push_back(body);
+    } else if (time_ >= load.apart_until && pushes.by_weights[body] > 0 &&
+               load.weighed_until > time_) {
+      weighed.bodies.push_back(body);
     }
   }
   solve_in_turn(loaded, Manner::round, links, sweeps, constraints, motion);

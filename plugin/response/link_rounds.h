@@ -50,7 +50,7 @@ class LinkRounds {
   void begin_step(double dt);
   /// Call if the indices of bodies change.
   void renumber(const Renumbering& numbers);
-  /// Forgets the loads of the last step.
+  /// Forgets how strong the last step was: forces and pushes.
   void forget();
 
   /// `constraints` must be solved. `sweeps`: as in ContactSolver::solve().

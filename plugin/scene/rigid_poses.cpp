@@ -50,6 +50,18 @@ bool rests(const RigidPose& pose) {
          pose.object->getInternalType() != btCollisionObject::CO_FEATHERSTONE_LINK;
 }
 
+// An application that writes back the poses that it has read may round them on the way.
+bool differs_by_rounding(const btTransform& a, const btTransform& b) {
+  constexpr btScalar rounding = 16 * SIMD_EPSILON;
+  const auto is_near = [](const btVector3& x, const btVector3& y, btScalar size) {
+    return (x - y).length2() <= rounding * rounding * size * size;
+  };
+  return is_near(a.getOrigin(), b.getOrigin(), b.getOrigin().length()) &&
+         is_near(a.getBasis()[0], b.getBasis()[0], 1) &&
+         is_near(a.getBasis()[1], b.getBasis()[1], 1) &&
+         is_near(a.getBasis()[2], b.getBasis()[2], 1);
+}
+
 }  // namespace
 
 // Collects the rigid bodies of a broad phase, as if they had always been where they are.
@@ -130,8 +142,9 @@ void RigidPoses::begin_step(btBroadphaseInterface* broadphase) {
     pose.begin_pose = pose.object->getWorldTransform();
     // A body that becomes dynamic in the middle of a frame starts where it was.
     const bool lags = pose.lags();
-    pose.driven = pose.finite && !lags && !(pose.begin_pose == pose.end);
-    pose.spread_pose = pose.bullet_pose = pose.driven ? pose.end : pose.begin_pose;
+    const bool goes_on = pose.finite && !lags;
+    pose.driven = goes_on && !differs_by_rounding(pose.begin_pose, pose.end);
+    pose.spread_pose = pose.bullet_pose = goes_on ? pose.end : pose.begin_pose;
     if (!lags) pose.start = pose.spread_pose;
     const btMultiBodyLinkCollider* const link = btMultiBodyLinkCollider::upcast(pose.object);
     if (!link) continue;

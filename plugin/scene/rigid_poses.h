@@ -1,13 +1,13 @@
 // The poses of a world's rigid bodies at the start and at the end of a step.
 //
 // A static or kinematic body moves from its pose at the end of the last step to its pose now. With
-// several substeps a frame, a kinematic rigid body moves an equal part of its way in each. So does
-// a dynamic body or a link, whether Bullet or the application moves it: joints that are set each
-// step drive a link through cloth. A body that the application put elsewhere (rigid_displacement.h)
-// starts where it was put, or moves there as its velocity says. If a body closes in
-// on something that cannot move, its pose here is held at the start of the step. In later steps it
-// catches up with Bullet's pose: per step it moves twice as far as Bullet's body, or a tenth of its
-// lag if that is more.
+// several substeps a frame, a kinematic rigid body moves an equal part of its way in each. A
+// dynamic body or a link moves from where the last step left it too, whether Bullet or the
+// application moves it: joints that are set each step drive a link through cloth. A body that the
+// application put elsewhere (rigid_displacement.h) starts where it was put, or moves there as its
+// velocity says. If a body closes in on something that cannot move, its pose here is held at the
+// start of the step. In later steps it catches up with Bullet's pose: per step it moves twice as
+// far as Bullet's body, or a tenth of its lag if that is more.
 //
 // Most bodies of a world are static and far away. Of a body at rest that impulses do not move, only
 // its transform is compared, until it is near.
@@ -51,8 +51,8 @@ struct RigidPose {
   btTransform bullet_pose;       ///< Bullet's pose at the end of the step
   btTransform begin_pose;        ///< of a body that contacts can move: before Bullet moves it
   bool jumped = false;           ///< the application put it elsewhere (rigid_displacement.h)
-  /// The application moved it since the last step, and that is a part of its motion. Only of bodies
-  /// that contacts can move.
+  /// The application moved it since the last step, by more than rounding, and that is a part of its
+  /// motion. Only of bodies that contacts can move.
   bool driven = false;
   bool finite = true;    ///< false: pose or velocity is not finite, and the body is left out
   bool at_rest = false;  ///< all poses are the same, and Bullet does not move the body

@@ -194,7 +194,10 @@ std::vector<std::int32_t> StepReader::sweep_prescribed_nodes() {
     const bool jumped = free_moved || pinned_nodes_jumped(record, *last);
     if (jumped && (placed.empty() || placed.back() != body)) placed.push_back(body);
     // Where an application restores a state, soft bodies lie on bodies that it moved too.
-    if (free_moved) obstacles_.let_driven_jump(bounds_[index_of(record)]);
+    if (free_moved) {
+      const btScalar gap = contact_distance();
+      obstacles_.let_driven_jump(bounds_[index_of(record)].expanded(btVector3(gap, gap, gap)));
+    }
     if (jumped) continue;
     AxisBox came_from = AxisBox::empty();
     std::copy(last->begin(), last->end(), start);

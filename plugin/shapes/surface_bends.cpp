@@ -46,7 +46,8 @@ class Measurement {
     bends.vertex_angles = sector_turns(vertex_count);
     bends.vertex_curvatures.assign(vertex_count, 0);
     for (std::size_t e = 0; e < edges_.size(); ++e) {
-      const auto curvature = static_cast<float>(turns_[e] / mean_height(e));
+      const auto curvature =
+          static_cast<float>(turns_[e] < infinity ? turns_[e] / mean_height(e) : infinity);
       bends.angles.push_back(static_cast<float>(turns_[e]));
       bends.curvatures.push_back(curvature);
       for (const std::int32_t v : edges_[e]) {

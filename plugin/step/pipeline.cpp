@@ -274,7 +274,8 @@ void Pipeline::find_embedded(const std::vector<std::int32_t>& placed_bodies) {
 }
 
 void Pipeline::update_trapped(const Untangling::Found& found) {
-  if (embedded_.update_trapped(topology(), motion(), found.penetrations))
+  if (options_.untangling_speed > 0 &&
+      embedded_.update_trapped(topology(), motion(), found.penetrations))
     filter_.set_embedded(embedded_.parts(), embedded_.pinned());
 }
 

@@ -10,7 +10,8 @@
 // find_in_convex(). The surface would keep inside what is inside, and hold edges where they pass
 // through it. Below a ball that is a wedge, in which nothing comes to rest.
 //
-// Only what moves relative to its body is looked at again.
+// Only what moves relative to its body is looked at again, and nodes that are outside, until their
+// edges and faces have left too.
 #pragma once
 
 #include <array>
@@ -36,8 +37,9 @@ class EmbeddedParts {
   void find_pinned(
       const StepTopology& topology, const Motion& motion, const std::vector<std::int32_t>& placed,
       const std::function<bool(std::int32_t soft_body, std::int32_t obstacle)>& collide);
-  /// Takes what is trapped, and forgets trapped nodes that have a way out by now. Returns whether
-  /// the parts changed.
+  /// Takes what is trapped, and forgets trapped nodes that have a way out by now. Call where bodies
+  /// are new or put elsewhere, and while they are being moved apart. Returns whether the parts
+  /// changed.
   bool update_trapped(const StepTopology& topology, const Motion& motion,
                       const Penetrations& found);
   /// Forgets nodes that are outside at the start of the step, once no edge or face of theirs passes

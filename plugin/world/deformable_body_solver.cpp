@@ -104,12 +104,14 @@ void btLazyDeformableBodySolver::handle_pair(btSoftBody* a, btSoftBody* b) {
 
 namespace {
 
-// Bullet makes contacts with any object, but sets their matrices for rigid bodies and links alone
-// (btSoftColliders::CollideSDF_RD). With a ghost object they are what the memory held.
+// With the flag SDF_RD Bullet makes contacts with any object, but sets their matrices for rigid
+// bodies and links alone (btSoftColliders::CollideSDF_RD). With other objects, such as ghosts, they
+// are what the memory held.
 bool would_be_undefined(const btSoftBody& body, const btCollisionObject& other) {
   constexpr int known = btCollisionObject::CO_RIGID_BODY | btCollisionObject::CO_FEATHERSTONE_LINK;
   return (other.getInternalType() & known) == 0 &&
-         (body.m_cfg.collisions & btSoftBody::fCollision::CL_RS) == 0;
+         (body.m_cfg.collisions & btSoftBody::fCollision::RVSmask) ==
+             btSoftBody::fCollision::SDF_RD;
 }
 
 }  // namespace

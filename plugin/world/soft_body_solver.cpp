@@ -33,9 +33,9 @@ void start_where_it_slept(btSoftBody& body) {
 
 // Bullet solves contacts and links in turn. A body with few position iterations bounces off if its
 // links are not solved again after the contacts. With more iterations the links hold it together,
-// and solving them again would only make it stiffer, but for weights that it must carry. Pressure,
-// which pushes each node, is so large beside the weight that only links and contacts in turn carry
-// it.
+// and solving them again would make it stiffer. They are solved again only to carry a weight.
+// Pressure, which pushes each node, is so large beside the weight that only links and contacts in
+// turn carry it.
 LinkSolver::Again links_again(const btSoftBody& body) {
   constexpr int few_iterations = 2;
   if (body.m_cfg.kPR != 0 || body.m_cfg.kVC > 0) return LinkSolver::Again::under_load;

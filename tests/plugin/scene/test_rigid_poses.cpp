@@ -78,6 +78,12 @@ TEST_CASE("a free body starts where the response left it, and is driven if it is
     step(2);
     CHECK_FALSE(w.of(free)->driven);
   }
+  SECTION("there but for rounding") {
+    move(*free, 0.5 * (1 + 2 * static_cast<double>(SIMD_EPSILON)));
+    CHECK_FALSE(free->getWorldTransform() == pushed);
+    step(2);
+    CHECK_FALSE(w.of(free)->driven);
+  }
   SECTION("elsewhere") {
     step(2);
     CHECK(w.of(free)->driven);
