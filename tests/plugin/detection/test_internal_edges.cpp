@@ -92,6 +92,18 @@ TEST_CASE("cloth that is thrown at a terrain stays above it, between ridges too"
   CHECK(w.total().unresolved == 0);
 }
 
+// What the detector has left out makes the re-check a whole detection.
+TEST_CASE("edges of a mesh are left out if they are a large part of the scene") {
+  const bool is_large = GENERATE(false, true);
+  ObstacleWorld w(World::rigid, 10);
+  const auto mesh = is_large ? terrain(hills) : flat_triangles(8, 1);
+  w.add(std::make_unique<btBvhTriangleMeshShape>(mesh.get(), true), btVector3(0, 0, 0), 0, 0.04);
+  w.add_sheet(17, 1.2, 0.12, 0);
+  w.steps(60, 1.0 / 60);
+  CHECK(w.total().contacts_vf > 0);
+  CHECK((w.total().rechecks > 0) == !is_large);
+}
+
 TEST_CASE("a node that comes to the corner of a box keeps its distance from it") {
   const World kind = GENERATE(World::rigid, World::deformable);
   CAPTURE(kind == World::rigid);
