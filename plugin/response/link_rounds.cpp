@@ -99,13 +99,14 @@ void LinkRounds::run(const LinkSolver& links, int sweeps, ContactConstraints& co
     const Again again = links.again(body);
     if (again == Again::never) load.apart_until = time_ + apart_seconds;
     if (again == Again::never || load.force == 0) continue;
+    const bool after_impact =
+        again == Again::after_impact || again == Again::under_weight_and_after_impact;
     if (again == Again::under_load) {
       if (pushes.largest[body] > min_pushed_fraction) loaded.bodies.push_back(body);
-    } else if (again == Again::after_impact &&
-               is_hit(body, constraints.approach_of(body), motion)) {
+    } else if (after_impact && is_hit(body, constraints.approach_of(body), motion)) {
       hit.bodies.push_back(body);
-    } else if (time_ >= load.apart_until && pushes.by_weights[body] > 0 &&
-               load.weighed_until > time_) {
+    } else if (again != Again::after_impact && time_ >= load.apart_until &&
+               pushes.by_weights[body] > 0 && load.weighed_until > time_) {
       weighed.bodies.push_back(body);
     }
   }

@@ -23,8 +23,9 @@ struct LinkSolver {
     /// are solved before the contacts alone, a step moves the weight only by what one solution of
     /// the links gives to these nodes, and the links stretch until that is enough.
     under_weight,
-    /// After an impact too: the links that contacts leave too short would throw the body back.
+    /// After an impact: the links that contacts leave too short would throw the body back.
     after_impact,
+    under_weight_and_after_impact,
     /// Under any load, but not for weights: nodes carry the pressure of a body to the contacts, and
     /// only links hold them together. If they are solved before the contacts alone, the body is
     /// pressed flat.

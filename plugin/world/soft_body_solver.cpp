@@ -33,14 +33,17 @@ void start_where_it_slept(btSoftBody& body) {
 
 // Bullet solves contacts and links in turn. A body with few position iterations bounces off if its
 // links are not solved again after the contacts. With more iterations the links hold it together,
-// and solving them again would make it stiffer. They are solved again only to carry a weight.
-// Pressure, which pushes each node, is so large beside the weight that only links and contacts in
-// turn carry it.
+// and are solved again only where cloth carries a weight: that makes it stiffer. Ropes do not:
+// hundreds that a body rolls over would cost much. Pressure, which pushes each node, is so large
+// beside the weight that only links and contacts in turn carry it.
 LinkSolver::Again links_again(const btSoftBody& body) {
   constexpr int few_iterations = 2;
   if (body.m_cfg.kPR != 0 || body.m_cfg.kVC > 0) return LinkSolver::Again::under_load;
-  return body.m_cfg.piterations <= few_iterations ? LinkSolver::Again::after_impact
-                                                  : LinkSolver::Again::under_weight;
+  const bool bounces = body.m_cfg.piterations <= few_iterations;
+  if (body.m_faces.size() == 0)
+    return bounces ? LinkSolver::Again::after_impact : LinkSolver::Again::never;
+  return bounces ? LinkSolver::Again::under_weight_and_after_impact
+                 : LinkSolver::Again::under_weight;
 }
 
 }  // namespace
