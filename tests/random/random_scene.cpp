@@ -471,7 +471,7 @@ class Scene {
   }
 
   // Moves the body to a random pose where it intersects nothing. A static or kinematic body sweeps
-  // there in the next step and pushes everything that is in its way.
+  // there in the next step and pushes everything that is in its way; a dynamic body does not.
   void put_elsewhere(Rigid& rigid) {
     btRigidBody& body = *rigid.body;
     const btTransform from = body.getWorldTransform(), to = pose();
@@ -490,6 +490,7 @@ class Scene {
       report_.driven = true;
     } else {
       body.setCenterOfMassTransform(to);
+      world_.teleported(body);
     }
   }
 

@@ -112,6 +112,13 @@ void RandomWorld::add_force(btSoftBody& body, std::unique_ptr<btDeformableLagran
   forces_.push_back(std::move(force));
 }
 
+void RandomWorld::teleported(const btRigidBody& body) {
+  if (is_rigid())
+    soft_solver_.teleported(body);
+  else
+    deformable_solver_.teleported(body);
+}
+
 const bullet::StepStats& RandomWorld::step_stats() const {
   return is_rigid() ? soft_solver_.step_stats() : deformable_solver_.step_stats();
 }

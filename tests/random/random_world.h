@@ -40,6 +40,8 @@ class RandomWorld {
   /// Adds a force and keeps it. Only for the deformable world.
   void add_force(btSoftBody& body, std::unique_ptr<btDeformableLagrangianForce> force);
 
+  /// Says that the body was put elsewhere: LazyCCD sweeps nothing from its old place.
+  void teleported(const btRigidBody& body);
   const bullet::StepStats& step_stats() const;
   const bullet::StepStats& total_stats() const;
   std::string status() const;
