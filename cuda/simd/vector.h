@@ -183,6 +183,12 @@ LAZYCCD_INLINE To convert(const From& x) {
   return to;
 }
 
+template <int... chosen, class V>
+LAZYCCD_INLINE auto shuffle(const V& a, const V& b) {
+  return SimdVector<typename V::Element, sizeof...(chosen)>{
+      {(chosen < V::count ? a.element[chosen % V::count] : b.element[chosen % V::count])...}};
+}
+
 #endif
 
 /// The correctly rounded square root of each element.

@@ -34,6 +34,7 @@ LAZYCCD_INLINE Vector load4(const float* p) { return *reinterpret_cast<const Vec
 LAZYCCD_INLINE Vector& at(Float4& x) { return *reinterpret_cast<Vector*>(x.x); }
 
 // larger(a, b) is a > b ? a : b, and smaller(a, b) is a < b ? a : b, also for NaN and zeros.
+// join(at) has at(i) as its row i.
 #if defined(__AVX512F__)
 
 LAZYCCD_INLINE Rows larger(const Rows& a, const Rows& b) {
@@ -56,8 +57,9 @@ LAZYCCD_INLINE bool is_zero(const Rows& x) {
   const __m512 v = reinterpret_cast<__m512>(x);
   return _mm512_cmp_ps_mask(v, _mm512_setzero_ps(), _CMP_NEQ_UQ) == 0;
 }
-LAZYCCD_INLINE Rows gather(const Float4* from, const std::int32_t* index) {
-  const auto one = [&](int row) { return reinterpret_cast<__m128>(load4(from[index[4 * row]].x)); };
+template <class RowAt>
+LAZYCCD_INLINE Rows join(const RowAt& at) {
+  const auto one = [&](int row) { return reinterpret_cast<__m128>(at(row)); };
   const __m256 low = _mm256_insertf128_ps(_mm256_castps128_ps256(one(0)), one(1), 1);
   const __m256 high = _mm256_insertf128_ps(_mm256_castps128_ps256(one(2)), one(3), 1);
   return reinterpret_cast<Rows>(_mm512_insertf32x8(_mm512_castps256_ps512(low), high, 1));
@@ -89,8 +91,9 @@ LAZYCCD_INLINE bool is_zero(const Rows& x) {
   const __m256 v = reinterpret_cast<__m256>(x);
   return _mm256_movemask_ps(_mm256_cmp_ps(v, _mm256_setzero_ps(), _CMP_NEQ_UQ)) == 0;
 }
-LAZYCCD_INLINE Rows gather(const Float4* from, const std::int32_t* index) {
-  const auto one = [&](int row) { return reinterpret_cast<__m128>(load4(from[index[4 * row]].x)); };
+template <class RowAt>
+LAZYCCD_INLINE Rows join(const RowAt& at) {
+  const auto one = [&](int row) { return reinterpret_cast<__m128>(at(row)); };
   return reinterpret_cast<Rows>(_mm256_insertf128_ps(_mm256_castps128_ps256(one(0)), one(1), 1));
 }
 template <int row>
@@ -109,8 +112,9 @@ LAZYCCD_INLINE Rows permute(const Rows& x) {
 LAZYCCD_INLINE bool is_zero(const Rows& x) {
   return x[0] == 0 && x[1] == 0 && x[2] == 0 && x[3] == 0;
 }
-LAZYCCD_INLINE Rows gather(const Float4* from, const std::int32_t* index) {
-  return load4(from[*index].x);
+template <class RowAt>
+LAZYCCD_INLINE Rows join(const RowAt& at) {
+  return at(0);
 }
 template <int row>
 LAZYCCD_INLINE Vector row_of(const Rows& x) {
@@ -118,6 +122,11 @@ LAZYCCD_INLINE Vector row_of(const Rows& x) {
 }
 
 #endif
+
+// The displacements with these indices, which are 4 apart.
+LAZYCCD_INLINE Rows gather(const Float4* from, const std::int32_t* index) {
+  return join([&](int row) { return load4(from[index[4 * row]].x); });
+}
 
 // broadcast() repeats float k of each row in the whole row. sum() repeats the sum of each row in
 // the whole row.
@@ -161,95 +170,106 @@ LAZYCCD_INLINE void add(const Rows& x, const std::int32_t* index, Float4* to) {
 }
 
 LAZYCCD_INLINE Vector cross(const Vector& a, const Vector& b) {
-  return Vector{a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0], 0};
+  return shuffle<1, 2, 0, 3>(a, a) * shuffle<2, 0, 1, 3>(b, b) -
+         shuffle<2, 0, 1, 3>(a, a) * shuffle<1, 2, 0, 3>(b, b);
 }
 
-// Calls each(term, offset) for the rigid terms of the rows first .. first + width - 1. `offset` is
-// that of the row in a register.
-template <class Batch, class Each>
-LAZYCCD_INLINE void for_each_term(const PgsProblem& problem, const Batch& batch, int first,
-                                  const Each& each) {
+// By row of a batch: x, y, z and a zero.
+constexpr int lanes = RowBatch::lanes;
+static_assert(InactiveBatch::lanes == lanes, "they share functions");
+struct alignas(64) RowVectors {
+  Vector row[lanes];
+};
+
+// What rigid bodies move at the contacts. All rows of a batch are solved for the same motion of a
+// body that they share, however many fit a register.
+template <class Batch>
+LAZYCCD_INLINE RowVectors displacement_of_bodies(const PgsProblem& problem, const Batch& batch) {
+  RowVectors sum = {};
   for (std::int32_t i = batch.first_term; i < batch.last_term; ++i) {
     const RowRigidTerm& term = problem.rigid_terms[i];
-    if (term.lane >= first && term.lane < first + width) each(term, 4 * (term.lane - first));
-  }
-}
-
-// Most rigid terms of a batch: one for each vertex.
-constexpr int max_terms = 4 * RowBatch::lanes;
-static_assert(RowBatch::lanes == InactiveBatch::lanes, "the same limit for both");
-
-// Reads what the rigid bodies of a batch move at the contacts, by rigid term. All rows of a batch
-// are solved for the same motion of a body that they share, however many fit a register.
-template <class Batch>
-LAZYCCD_INLINE void read_terms(const PgsProblem& problem, const Batch& batch, Vector* of_body) {
-  for (std::int32_t i = batch.first_term; i < batch.last_term; ++i) {
-    const RowRigidTerm& term = problem.rigid_terms[i];
-    of_body[i - batch.first_term] =
-        term.weight * load4(problem.displacement[term.translation].x) +
-        cross(load4(problem.displacement[term.rotation].x), load4(term.arm));
-  }
-}
-
-// Displacement of one side of each row relative to the other that all impulses together make.
-// `of_body`: of read_terms().
-template <class Batch>
-LAZYCCD_INLINE Rows relative_displacement(const PgsProblem& problem, const Batch& batch,
-                                          const Vector* of_body, const std::int32_t* nodes,
-                                          int first) {
-  const std::int32_t* node = nodes + 4 * first;
-  const Rows weight = load(batch.weight + 4 * first);
-  const Float4* const from = problem.displacement;
-  Rows sum =
-      (broadcast<0>(weight) * gather(from, node) + broadcast<1>(weight) * gather(from, node + 1)) +
-      (broadcast<2>(weight) * gather(from, node + 2) +
-       broadcast<3>(weight) * gather(from, node + 3));
-  for (std::int32_t i = batch.first_term; i < batch.last_term; ++i) {
-    const int lane = problem.rigid_terms[i].lane - first;
-    if (lane < 0 || lane >= width) continue;
-    for (int k = 0; k < 3; ++k) sum[4 * lane + k] += of_body[i - batch.first_term][k];
+    sum.row[term.lane] += term.weight * load4(problem.displacement[term.translation].x) +
+                          cross(load4(problem.displacement[term.rotation].x), load4(term.arm));
   }
   return sum;
 }
 
-// Adds the effect of an impulse and an angular impulse on a link to all links of its multibody.
-inline void apply_to_links(const PgsProblem& problem, const RowBody& body, const Vector& impulse,
-                           const Vector& angular) {
-  for (std::int32_t i = body.first_coupling; i < body.last_coupling; ++i) {
-    const RowCoupling& coupling = problem.couplings[i];
-    for (int k = 0; k < 3; ++k) {
-      at(problem.displacement[coupling.translation]) +=
-          impulse[k] * load4(coupling.translation_by[k]) +
-          angular[k] * load4(coupling.translation_by[3 + k]);
-      at(problem.displacement[coupling.rotation]) +=
-          impulse[k] * load4(coupling.rotation_by[k]) +
-          angular[k] * load4(coupling.rotation_by[3 + k]);
+// Displacement of one side of each row relative to the other that all impulses together make.
+// `of_bodies`: of displacement_of_bodies().
+template <class Batch>
+LAZYCCD_INLINE Rows relative_displacement(const PgsProblem& problem, const Batch& batch,
+                                          const RowVectors& of_bodies, const std::int32_t* nodes,
+                                          int first) {
+  const std::int32_t* node = nodes + 4 * first;
+  const Rows weight = load(batch.weight + 4 * first);
+  const Float4* const from = problem.displacement;
+  const Rows of_nodes =
+      (broadcast<0>(weight) * gather(from, node) + broadcast<1>(weight) * gather(from, node + 1)) +
+      (broadcast<2>(weight) * gather(from, node + 2) +
+       broadcast<3>(weight) * gather(from, node + 3));
+  if (batch.first_term == batch.last_term) return of_nodes;
+  return of_nodes + join([&](int row) { return of_bodies.row[first + row]; });
+}
+
+// An impulse and an angular impulse on the centre of a body.
+struct Wrench {
+  Vector impulse, angular;
+};
+
+// Six columns times a wrench.
+LAZYCCD_INLINE Vector sum_of_columns(const float (&columns)[6][4], const Wrench& by) {
+  const Vector linear = (by.impulse[0] * load4(columns[0]) + by.impulse[1] * load4(columns[1])) +
+                        by.impulse[2] * load4(columns[2]),
+               angular = (by.angular[0] * load4(columns[3]) + by.angular[1] * load4(columns[4])) +
+                         by.angular[2] * load4(columns[5]);
+  return linear + angular;
+}
+
+// Adds the effect of a wrench on the body of a term to the displacements: on all links of its
+// multibody, on a body that is held at its supports, or on a free one.
+LAZYCCD_INLINE void apply_to_body(const PgsProblem& problem, const RowRigidTerm& term,
+                                  const Wrench& by) {
+  Float4* const to = problem.displacement;
+  const RowBody& body = problem.bodies[term.body];
+  if (body.first_coupling != body.last_coupling) {
+    for (std::int32_t i = body.first_coupling; i < body.last_coupling; ++i) {
+      const RowCoupling& link = problem.couplings[i];
+      at(to[link.translation]) += sum_of_columns(link.translation_by, by);
+      at(to[link.rotation]) += sum_of_columns(link.rotation_by, by);
     }
+  } else if (body.held >= 0) {
+    const RowCoupling& own = problem.couplings[body.held];
+    at(to[term.translation]) += sum_of_columns(own.translation_by, by);
+    at(to[term.rotation]) += sum_of_columns(own.rotation_by, by);
+  } else {
+    at(to[term.translation]) += load4(body.inverse_mass) * by.impulse;
+    at(to[term.rotation]) += (by.angular[0] * load4(body.inverse_inertia[0]) +
+                              by.angular[1] * load4(body.inverse_inertia[1])) +
+                             by.angular[2] * load4(body.inverse_inertia[2]);
   }
 }
 
-// Six columns times an impulse and an angular impulse.
-inline Vector sum_of_columns(const float (&columns)[6][4], const Vector& impulse,
-                             const Vector& angular) {
-  const Vector linear_part = (impulse[0] * load4(columns[0]) + impulse[1] * load4(columns[1])) +
-                             impulse[2] * load4(columns[2]),
-               angular_part = (angular[0] * load4(columns[3]) + angular[1] * load4(columns[4])) +
-                              angular[2] * load4(columns[5]);
-  return linear_part + angular_part;
+// Adds the effect of impulses on the rows of a batch to its rigid bodies. Terms of the same body
+// follow each other, and their impulses act together.
+LAZYCCD_INLINE void apply_to_bodies(const PgsProblem& problem, const RowBatch& batch,
+                                    const RowVectors& impulses) {
+  for (std::int32_t i = batch.first_term; i < batch.last_term;) {
+    const RowRigidTerm& first = problem.rigid_terms[i];
+    Wrench sum = {};
+    do {
+      const RowRigidTerm& term = problem.rigid_terms[i];
+      const Vector impulse = impulses.row[term.lane];
+      sum.impulse += term.weight * impulse;
+      sum.angular += cross(load4(term.arm), impulse);
+      ++i;
+    } while (i < batch.last_term && problem.rigid_terms[i].translation == first.translation);
+    apply_to_body(problem, first, sum);
+  }
 }
 
-// Adds the effect of an impulse and an angular impulse on a body that is held at its supports.
-inline void apply_to_held(const PgsProblem& problem, const RowRigidTerm& term,
-                          const Vector& impulse, const Vector& angular) {
-  const RowCoupling& own = problem.couplings[problem.bodies[term.body].held];
-  at(problem.displacement[term.translation]) +=
-      sum_of_columns(own.translation_by, impulse, angular);
-  at(problem.displacement[term.rotation]) += sum_of_columns(own.rotation_by, impulse, angular);
-}
-
-// Adds the effect of an impulse on each row to the displacements.
-LAZYCCD_INLINE void apply(const PgsProblem& problem, const RowBatch& batch, int first,
-                          const Rows& impulse) {
+// Adds the effect of an impulse on each row to the displacements of nodes.
+LAZYCCD_INLINE void apply_to_nodes(const PgsProblem& problem, const RowBatch& batch, int first,
+                                   const Rows& impulse) {
   const std::int32_t* node = batch.scatter_node + 4 * first;
   const Rows mobility = load(batch.mobility + 4 * first);
   Float4* const to = problem.displacement;
@@ -257,24 +277,6 @@ LAZYCCD_INLINE void apply(const PgsProblem& problem, const RowBatch& batch, int 
   add(broadcast<1>(mobility) * impulse, node + 1, to);
   add(broadcast<2>(mobility) * impulse, node + 2, to);
   add(broadcast<3>(mobility) * impulse, node + 3, to);
-  if (batch.first_term == batch.last_term) return;
-  for_each_term(problem, batch, first, [&](const RowRigidTerm& term, int offset) {
-    const Vector row_impulse = {impulse[offset], impulse[offset + 1], impulse[offset + 2], 0};
-    const RowBody& body = problem.bodies[term.body];
-    if (body.first_coupling != body.last_coupling) {
-      apply_to_links(problem, body, term.weight * row_impulse, cross(load4(term.arm), row_impulse));
-      return;
-    }
-    if (body.held >= 0) {
-      apply_to_held(problem, term, term.weight * row_impulse, cross(load4(term.arm), row_impulse));
-      return;
-    }
-    at(to[term.translation]) += term.weight * (load4(body.inverse_mass) * row_impulse);
-    const Vector torque = cross(load4(term.arm), row_impulse);
-    at(to[term.rotation]) +=
-        (torque[0] * load4(body.inverse_inertia[0]) + torque[1] * load4(body.inverse_inertia[1])) +
-        torque[2] * load4(body.inverse_inertia[2]);
-  });
 }
 
 // Whether sliding_bound() changes the bound of a row.
@@ -309,23 +311,22 @@ SweepChange sweep(const PgsProblem& problem, const std::int32_t* batches, int co
   const Rows tangent_mask = repeat(1, 1, 1, 0), normal_mask = repeat(0, 0, 0, 1);
   const Rows min_size = repeat(0x1p-126f, 0x1p-126f, 0x1p-126f, 0x1p-126f);
   // By register of a batch.
-  Rows largest[RowBatch::lanes / width], change_size[RowBatch::lanes / width],
-      restart_test[RowBatch::lanes / width];
-  Vector of_body[max_terms];
-  for (int i = 0; i < RowBatch::lanes / width; ++i)
-    largest[i] = change_size[i] = restart_test[i] = zero;
+  Rows largest[lanes / width], change_size[lanes / width], restart_test[lanes / width];
+  for (int i = 0; i < lanes / width; ++i) largest[i] = change_size[i] = restart_test[i] = zero;
   for (int b = 0; b < count; ++b) {
     RowBatch& batch = problem.batches[batches[b]];
     if (mode.next) prefetch(mode.next + b);
-    read_terms(problem, batch, of_body);
-    for (int i = 0; i < RowBatch::lanes / width; ++i) {
+    const RowVectors of_bodies = displacement_of_bodies(problem, batch);
+    RowVectors impulses = {};
+    bool any_changes = false;
+    for (int i = 0; i < lanes / width; ++i) {
       const int at = floats * i;
       const Rows normal = load(batch.normal + at), terms = load(batch.terms + at);
       const Rows last = load(batch.impulse + at);
       const Rows before = last + mode.extrapolation * (last - load(batch.last_impulse + at));
       store(last, batch.last_impulse + at);
       const Rows displacement =
-          relative_displacement(problem, batch, of_body, batch.node, width * i);
+          relative_displacement(problem, batch, of_bodies, batch.node, width * i);
       const Rows gap = sum(normal * displacement);
       const Rows normal_impulse =
           larger(broadcast<3>(before) + (broadcast<0>(terms) - gap) * broadcast<1>(terms), zero);
@@ -352,18 +353,22 @@ SweepChange sweep(const PgsProblem& problem, const std::int32_t* batches, int co
       largest[i] = larger(made * made, largest[i]);
       change_size[i] += change * made;
       restart_test[i] += made * (now - last);
-      apply(problem, batch, width * i, tangent_mask * change + broadcast<3>(change) * normal);
+      const Rows impulse = tangent_mask * change + broadcast<3>(change) * normal;
+      apply_to_nodes(problem, batch, width * i, impulse);
+      store(impulse, reinterpret_cast<float*>(impulses.row + width * i));
+      any_changes = true;
     }
+    if (any_changes) apply_to_bodies(problem, batch, impulses);
   }
   // Reduces in an order that is the same for all register widths.
-  alignas(64) float per_row[3][4 * RowBatch::lanes];
-  for (int i = 0; i < RowBatch::lanes / width; ++i) {
+  alignas(64) float per_row[3][4 * lanes];
+  for (int i = 0; i < lanes / width; ++i) {
     store(largest[i], per_row[0] + floats * i);
     store(change_size[i], per_row[1] + floats * i);
     store(restart_test[i], per_row[2] + floats * i);
   }
   SweepChange total;
-  for (int i = 0; i < 4 * RowBatch::lanes; ++i) {
+  for (int i = 0; i < 4 * lanes; ++i) {
     total.largest = per_row[0][i] > total.largest ? per_row[0][i] : total.largest;
     total.size += per_row[1][i];
     total.restart_test += per_row[2][i];
@@ -375,11 +380,10 @@ float max_violation(const PgsProblem& problem, int batches) {
   float largest = 0;
   for (int b = 0; b < batches; ++b) {
     const RowBatch& batch = problem.batches[b];
-    Vector of_body[max_terms];
-    read_terms(problem, batch, of_body);
-    for (int first = 0; first < RowBatch::lanes; first += width) {
+    const RowVectors of_bodies = displacement_of_bodies(problem, batch);
+    for (int first = 0; first < lanes; first += width) {
       const Rows gap = sum(load(batch.normal + 4 * first) *
-                           relative_displacement(problem, batch, of_body, batch.node, first));
+                           relative_displacement(problem, batch, of_bodies, batch.node, first));
       const Rows violation = load(batch.terms + 4 * first) - gap;
       for (int i = 0; i < floats; i += 4) largest = violation[i] > largest ? violation[i] : largest;
     }
@@ -393,18 +397,17 @@ int find_violated(const PgsProblem& problem, const std::int32_t* node_of,
   int found = 0;
   for (int b = 0; b < batches; ++b) {
     const InactiveBatch& batch = inactive[b];
-    Vector of_body[max_terms];
-    read_terms(problem, batch, of_body);
-    std::int32_t node[4 * InactiveBatch::lanes];
-    for (int i = 0; i < 4 * InactiveBatch::lanes; ++i) node[i] = node_of[batch.vertex[i]];
-    for (int first = 0; first < InactiveBatch::lanes; first += width) {
+    const RowVectors of_bodies = displacement_of_bodies(problem, batch);
+    std::int32_t node[4 * lanes];
+    for (int i = 0; i < 4 * lanes; ++i) node[i] = node_of[batch.vertex[i]];
+    for (int first = 0; first < lanes; first += width) {
       const Rows normal = load(batch.normal + 4 * first);
       const Rows violation =
           broadcast<3>(normal) -
-          sum(normal * relative_displacement(problem, batch, of_body, node, first));
+          sum(normal * relative_displacement(problem, batch, of_bodies, node, first));
       if (is_zero(larger(violation, zero))) continue;
       for (int i = 0; i < width; ++i)
-        if (violation[4 * i] > 0) rows[found++] = InactiveBatch::lanes * b + first + i;
+        if (violation[4 * i] > 0) rows[found++] = lanes * b + first + i;
     }
   }
   return found;
@@ -421,11 +424,15 @@ void extrapolate(float factor, Float4* now, Float4* last, int count) {
 void apply_impulses(const PgsProblem& problem, int index) {
   const RowBatch& batch = problem.batches[index];
   const Rows tangent_mask = repeat(1, 1, 1, 0);
-  for (int first = 0; first < RowBatch::lanes; first += width) {
-    const Rows impulse = load(batch.impulse + 4 * first);
-    apply(problem, batch, first,
-          tangent_mask * impulse + broadcast<3>(impulse) * load(batch.normal + 4 * first));
+  RowVectors impulses;
+  for (int first = 0; first < lanes; first += width) {
+    const Rows solved = load(batch.impulse + 4 * first);
+    const Rows impulse =
+        tangent_mask * solved + broadcast<3>(solved) * load(batch.normal + 4 * first);
+    apply_to_nodes(problem, batch, first, impulse);
+    store(impulse, reinterpret_cast<float*>(impulses.row + first));
   }
+  apply_to_bodies(problem, batch, impulses);
 }
 
 #define LAZYCCD_NAME_OF(isa) LAZYCCD_TEXT_OF(isa)

@@ -37,8 +37,9 @@ struct alignas(64) RowBatch {
   /// add to. It is like `node`, but immovable vertices get dummies of their own, so that stores
   /// never alias and none waits for another. No two threads share a dummy.
   std::int32_t node[vertices], scatter_node[vertices];
-  std::int32_t first_term = 0, last_term = 0;  ///< its rigid terms; last_term: one past the last
-  bool slides = false;                         ///< some row has a sliding fraction
+  /// Its rigid terms; those of the same body follow each other. last_term: one past the last.
+  std::int32_t first_term = 0, last_term = 0;
+  bool slides = false;     ///< some row has a sliding fraction
   bool was_active = true;  ///< for the solver: when it last looked, the batch was active
 };
 
