@@ -162,7 +162,7 @@ Span<const Contact> CpuDetector::detect(const Positions& start, const Positions&
     gather_contacts(contacts_, stats);
   }
   last_candidates_ = stats.candidates_vf + stats.candidates_ee;
-  stats.near_pairs = count_near();
+  describe_near(stats);
   stats.ms_traverse =
       std::max(0.0, stats.ms_traverse - stats.ms_narrow - stats.ms_balance - stats.ms_front);
   stats.ms_total = total.lap();
@@ -237,7 +237,7 @@ Span<const Contact> CpuDetector::reduce_contacts(Span<const Contact> contacts,
   }
   stats.contacts_vf = std::count_if(contacts_.begin(), contacts_.end(), is_vertex_face);
   stats.contacts_ee = static_cast<std::int64_t>(contacts_.size()) - stats.contacts_vf;
-  stats.near_pairs = count_near();
+  describe_near(stats);
   stats.hash = contact_hash(contacts_);
   return contacts_;
 }
@@ -248,11 +248,14 @@ bool CpuDetector::is_left_out(const Contact& contact) const {
                                        mesh_->leaves_out_edge(contact.primitive_b);
 }
 
-std::int64_t CpuDetector::count_near() const {
+void CpuDetector::describe_near(Stats& stats) const {
   std::size_t count = 0;
-  for (const auto& worker : workers_)
+  stats.near_distance = options_.separation;
+  for (const auto& worker : workers_) {
     for (const std::vector<Candidate>& pairs : worker->near_pairs.of) count += pairs.size();
-  return static_cast<std::int64_t>(count);
+    stats.near_distance = std::min(stats.near_distance, worker->near_pairs.min_distance);
+  }
+  stats.near_pairs = static_cast<std::int64_t>(count);
 }
 
 void CpuDetector::keep_last_motion() {

@@ -109,8 +109,8 @@ class CpuDetector : public BackendDetector {
   void visit_pair(Worker& worker, NodePair pair);
   // Whether the mesh leaves out one of its primitives.
   bool is_left_out(const Contact& contact) const;
-  // Returns the number of near pairs of all workers.
-  std::int64_t count_near() const;
+  // Sets number and distance of the near pairs of all workers.
+  void describe_near(Stats& stats) const;
   // Keeps the pairs where the traversal ended as the front of the next step.
   void keep_front(bool reused);
   // Sets the time that the workers were idle, from their busy time and the wall time, milliseconds.

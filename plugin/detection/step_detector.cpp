@@ -16,7 +16,8 @@ constexpr double rounding_slack = 0.998;
 
 StepDetector::StepDetector(const DetectorOptions& options, const Threads& threads,
                            ContactFilter& filter, const StepTopology& topology, Motion& motion,
-                           const PairSurfaces& surfaces, double position_correction)
+                           const PairSurfaces& surfaces, double position_correction,
+                           bool contact_cache)
     : options_(options),
       threads_(threads),
       filter_(filter),
@@ -25,14 +26,14 @@ StepDetector::StepDetector(const DetectorOptions& options, const Threads& thread
       selector_(surfaces, position_correction),
       round_contacts_(topology, motion, surfaces, filter),
       flat_contacts_(topology, motion),
-      internal_edges_(topology, motion, surfaces) {
+      internal_edges_(topology, motion, surfaces),
+      uses_contact_cache_(contact_cache) {
   options_.separation = 0;
   options_.reduce_contacts = false;
 }
 
 void StepDetector::set_topology(double largest_thickness) {
-  selector_.forget();
-  prediction_.forget();
+  forget_near();
   touching_topology_is_current_ = false;
   measure_edges(topology_.for_detection());
   const double separation = separation_for(largest_thickness);
@@ -58,6 +59,7 @@ void StepDetector::set_topology(double largest_thickness) {
 }
 
 void StepDetector::set_near_topology() {
+  cache_.forget();
   Topology topology = topology_.for_detection();
   topology.self_separation = self_separation_;
   std::vector<Body> filters(topology.bodies.begin(), topology.bodies.end());
@@ -66,6 +68,7 @@ void StepDetector::set_near_topology() {
   topology.bodies = filters;
   others_may_meet_ = find_others_may_meet(topology.bodies);
   near_detector_->set_topology(topology);
+  set_found_distances(topology.bodies);
   internal_edges_.set_topology(near_detector_->edges(), topology.bodies, largest_thickness());
   if (!internal_edges_.edges_left_out().empty())
     near_detector_->leave_out(internal_edges_.edges_left_out(),
@@ -134,12 +137,12 @@ void StepDetector::begin_motion() {
   found_any_ = false;
   filter_.begin_motion();
   counts_ = {};
-  detected_near_ = false;
+  detected_near_ = uses_cache_ = false;
 }
 
 std::vector<Contact> StepDetector::touching(const Positions& start, const Positions& end) {
   const Stopwatch watch;
-  const Span<const Contact> found = !others_may_meet_ || only_near_can_touch(end)
+  const Span<const Contact> found = !others_may_meet_ || uses_cache_ || only_near_can_touch(end)
                                         ? recheck(start, end)
                                         : touching_detector().detect(start, end);
   if (near_detector_ || counts_.detections == 0) record_report_only(found);
@@ -151,9 +154,10 @@ std::vector<Contact> StepDetector::touching(const Positions& start, const Positi
 }
 
 Span<const Contact> StepDetector::recheck(const Positions& start, const Positions& end) {
-  if (leaves_out_any() || !simple_shapes_are_clear(is_start_of_motion(end)))
-    return touching_detector().detect(start, end);
-  if (!others_may_meet_) return {};
+  const bool at_start = is_start_of_motion(end);
+  if (!simple_shapes_are_clear(at_start)) return touching_detector().detect(start, end);
+  if (!others_may_meet_ || (uses_cache_ && cache_.keeps_apart(motion_, at_start))) return {};
+  if (uses_cache_ || leaves_out_any()) return touching_detector().detect(start, end);
   const Span<const Contact> found = near_detector_->recheck_near_pairs(start, end);
   ++counts_.rechecks;
   counts_.searches_again += near_detector_->stats().searched_again;
@@ -192,16 +196,8 @@ NearContacts StepDetector::detect_near(LastImpulses& last_impulses) {
     set_near_topology();
   }
   if (others_may_meet_) {
-    near = near_detector_->detect(motion_.starts(), motion_.ends());
-    detected_near_ = true;
-    const Stats& stats = near_detector_->stats();
-    counts_.started_ahead += stats.started_ahead;
-    counts_.candidates += stats.candidates_vf + stats.candidates_ee;
-    counts_.listed_candidates += stats.listed_candidates;
-    prediction_.compare(motion_, stats.candidates_vf + stats.candidates_ee);
-    any_near = stats.near_pairs > 0 || leaves_out_any();
-    internal_edges_.remove(near, constrained_);
-    near = constrained_;
+    near = find_near_with_detector();
+    any_near = any_near_;
   }
   const auto middle = near_simple_.insert(near_simple_.end(), near_flat_.begin(), near_flat_.end());
   std::inplace_merge(near_simple_.begin(), middle, near_simple_.end());
@@ -231,6 +227,37 @@ NearContacts StepDetector::detect_near(LastImpulses& last_impulses) {
   report_only_is_known_ = !found_any_;
   counts_.ms_detect += watch.ms();
   return selected;
+}
+
+Span<const Contact> StepDetector::find_near_with_detector() {
+  uses_cache_ = uses_contact_cache_ && cache_.begin(motion_, found_distances_);
+  if (uses_cache_) {
+    ++counts_.cached_detections;
+    prediction_.forget();
+    return cache_.contacts();
+  }
+  const Span<const Contact> near = near_detector_->detect(motion_.starts(), motion_.ends());
+  detected_near_ = true;
+  const Stats& stats = near_detector_->stats();
+  counts_.started_ahead += stats.started_ahead;
+  counts_.candidates += stats.candidates_vf + stats.candidates_ee;
+  counts_.listed_candidates += stats.listed_candidates;
+  prediction_.compare(motion_, stats.candidates_vf + stats.candidates_ee);
+  any_near_ = stats.near_pairs > 0 || leaves_out_any();
+  internal_edges_.remove(near, constrained_);
+  if (!uses_contact_cache_) return constrained_;
+  cache_.take(constrained_, leaves_out_any() ? 0 : stats.near_distance, motion_);
+  return cache_.contacts();
+}
+
+void StepDetector::set_found_distances(Span<const Body> filters) {
+  found_distances_.assign(filters.size(), separation_);
+  for (std::size_t b = 0; b < filters.size(); ++b) {
+    const StepTopology::BodyRecord& body = topology_.bodies()[b];
+    if (!body.soft || !filters[b].self_collision) continue;
+    for (std::int32_t v = body.first_vertex; v < body.first_vertex + body.vertex_count; ++v)
+      found_distances_[b] = std::min<double>(found_distances_[b], self_separation_[v]);
+  }
 }
 
 std::vector<Contact> StepDetector::keep_responding(Span<const Contact> contacts) const {

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "contact/contact_cache.h"
 #include "contact/pair_surfaces.h"
 #include "detection/contact_filter.h"
 #include "detection/flat_contacts.h"
@@ -27,7 +28,7 @@ class StepDetector {
   /// references to the other arguments, which must outlive it.
   StepDetector(const DetectorOptions& options, const Threads& threads, ContactFilter& filter,
                const StepTopology& topology, Motion& motion, const PairSurfaces& surfaces,
-               double position_correction);
+               double position_correction, bool contact_cache);
 
   /// Call when indices or pair rules change. `largest_thickness`: the largest thickness of any
   /// pair, metres. Sets Motion::shortest_edge. Throws lazyccd::Error if the detector refuses the
@@ -55,6 +56,7 @@ class StepDetector {
   void forget_near() {
     selector_.forget();
     prediction_.forget();
+    cache_.forget();
   }
   /// The largest thickness of a pair whose contacts are all found, metres.
   double largest_thickness() const;
@@ -96,6 +98,10 @@ class StepDetector {
   bool simple_shapes_are_clear(bool at_start);
   /// True if two bodies may collide that RoundContacts and FlatContacts do not handle.
   bool find_others_may_meet(Span<const Body> filters) const;
+  /// Finds what is near and needs a constraint with near_detector_, or keeps that of an earlier
+  /// step.
+  Span<const Contact> find_near_with_detector();
+  void set_found_distances(Span<const Body> filters);
   /// Returns the pairs that touch in the motion from `start` to `end`. Pairs that the first
   /// detection did not report must be known not to touch.
   Span<const Contact> recheck(const Positions& start, const Positions& end);
@@ -140,6 +146,12 @@ class StepDetector {
   std::vector<Contact> report_only_contacts_;
   bool report_only_is_known_ = true;  ///< report_only_contacts_ is valid for the current motion
   bool found_any_ = false;
+  bool uses_contact_cache_;  ///< SolverOptions::contact_cache
+  ContactCache cache_;       ///< of what near_detector_ finds
+  bool uses_cache_ = false;  ///< in this motion, so near_detector_ was not asked
+  /// By body, metres: pairs within this distance are found, also within the body.
+  std::vector<double> found_distances_;
+  bool any_near_ = false;       ///< anything is near that near_detector_ knows
   bool detected_near_ = false;  ///< detect_near() used near_detector_ in this step
   StepStats counts_;            ///< counts and times of the detections of the motion
 };

@@ -23,7 +23,7 @@ Pipeline::Pipeline(const CheckedOptions& checked, WorldKind world)
       surfaces_(options_, world),
       filter_(reader_.scene(), reader_.topology(), reader_.motion(), surfaces_),
       detector_(options_.detector, threads_, filter_, reader_.topology(), reader_.motion(),
-                surfaces_, options_.position_correction),
+                surfaces_, options_.position_correction, options_.contact_cache),
       response_(options_, surfaces_, threads_) {
   for (const std::string& line : checked.lines) warnings_.warn_once(line, line);
 }

@@ -32,6 +32,7 @@ const Entry entries[] = {
     {"collide_rigid", &SolverOptions::collide_rigid},
     {"obey_collision_flags", &SolverOptions::obey_collision_flags},
     {"replace_rigid_contacts", &SolverOptions::replace_rigid_contacts},
+    {"contact_cache", &SolverOptions::contact_cache},
     {"rest_speed", &SolverOptions::rest_speed},
     {"rest_damping", &SolverOptions::rest_damping},
     {"untangling_speed", &SolverOptions::untangling_speed},

@@ -22,8 +22,10 @@ struct StepStats {
   std::int64_t sleeping_bodies = 0;  ///< soft bodies that slept and were left out
   std::int64_t handled_pairs = 0;    ///< pairs of soft bodies that came from Bullet's dispatcher
   std::int64_t detections = 0;       ///< detections and re-checks of near pairs
-  std::int64_t started_ahead = 0;    ///< detections that began before Bullet had solved the step
-  std::int64_t rechecks = 0;         ///< re-checks of near pairs, for the response or the report
+  /// First detections that were left out, because near contacts of earlier steps still held.
+  std::int64_t cached_detections = 0;
+  std::int64_t started_ahead = 0;  ///< detections that began before Bullet had solved the step
+  std::int64_t rechecks = 0;       ///< re-checks of near pairs, for the response or the report
   /// Of `rechecks`: those that also searched for other pairs, where the motion had changed much.
   std::int64_t searches_again = 0;
   std::int64_t candidates = 0;         ///< elementary pairs that the first detection tested
@@ -69,6 +71,7 @@ void StepStats::for_each_member(const Visit& visit) {
   visit("sleeping_bodies", &StepStats::sleeping_bodies);
   visit("handled_pairs", &StepStats::handled_pairs);
   visit("detections", &StepStats::detections);
+  visit("cached_detections", &StepStats::cached_detections);
   visit("started_ahead", &StepStats::started_ahead);
   visit("rechecks", &StepStats::rechecks);
   visit("searches_again", &StepStats::searches_again);
