@@ -21,13 +21,17 @@ void ExpectedContacts::meet(const btSoftBody& body, const btCollisionObject& rig
   if (met_.empty() || met_.back() != pair) met_.push_back(pair);  // a mesh comes by its triangles
 }
 
-bool ExpectedContacts::stays(const Taken& taken) const {
+bool ExpectedContacts::stays(const Taken& taken, btScalar dt) const {
   if (!taken.rigid) return true;
   const btSoftBody* body = nullptr;
   for (const btSoftBody* const own : taken.bodies)
     if (own) body = own;
-  return std::binary_search(met_.begin(), met_.end(), Pair{body, taken.rigid}) &&
-         taken.rigid->hasContactResponse() && taken.rigid->getWorldTransform() == taken.pose;
+  if (!std::binary_search(met_.begin(), met_.end(), Pair{body, taken.rigid}) ||
+      !taken.rigid->hasContactResponse())
+    return false;
+  const btTransform& now = taken.rigid->getWorldTransform();
+  return now == taken.pose ||
+         (now * taken.pose.invXform(taken.point)).distance(taken.point) <= jump_speed_ * dt;
 }
 
 void ExpectedContacts::take(Span<const StepContact> contacts,
@@ -57,6 +61,7 @@ void ExpectedContacts::take(Span<const StepContact> contacts,
       taken.speed += taken.weights[i] * node->m_v.dot(contact.normal);
     }
     if (!is_known) continue;
+    taken.point = contact.point;
     taken.normal = contact.normal;
     taken.friction = contact.friction_impulse / dt;
     taken.force = static_cast<btScalar>(contact.impulse) / dt;
@@ -81,7 +86,7 @@ bool ExpectedContacts::select(const Bodies& bodies, const std::vector<btScalar>&
   std::sort(anchored_.begin(), anchored_.end());
   for (const Taken& taken : taken_) {
     Selected contact;
-    if (stays(taken) && number(taken, index, bodies, inverse_mass, dt, contact))
+    if (stays(taken, dt) && number(taken, index, bodies, inverse_mass, dt, contact))
       selected_.push_back(contact);
   }
   return !selected_.empty();

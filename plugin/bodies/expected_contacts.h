@@ -35,6 +35,9 @@ class ExpectedContacts {
   using Bodies = btAlignedObjectArray<btSoftBody*>;
   using Multiply = std::function<void(const VectorStack& x, VectorStack& b)>;
 
+  /// `jump_speed`: as in SolverOptions, m/s.
+  explicit ExpectedContacts(btScalar jump_speed = 5) : jump_speed_(jump_speed) {}
+
   /// Keeps the contacts of a step that has ended, with the velocities and positions of its end.
   /// `without`: bodies whose contacts change from step to step, sorted. `dt`: its length, seconds.
   void take(Span<const StepContact> contacts, const std::vector<const btSoftBody*>& without,
@@ -46,9 +49,9 @@ class ExpectedContacts {
   void meet(const btSoftBody& body, const btCollisionObject& rigid);
 
   /// Selects what may act in this step: between nodes of `bodies` that are where the last step left
-  /// them, awake and without an anchor. A rigid body that they touch must be handed on in this step
-  /// and be where the last step left it. `inverse_mass`: by node, 1/kg. Returns false if nothing
-  /// may act.
+  /// them, awake and without an anchor. A rigid body that they touch must be handed on in this
+  /// step. The application may have moved it on, but not faster than a jump. `inverse_mass`: by
+  /// node, 1/kg. Returns false if nothing may act.
   bool select(const Bodies& bodies, const std::vector<btScalar>& inverse_mass, btScalar dt);
   /// Finds how much damping adds to the inertia of the nodes in contact; drops contacts where that
   /// is little. `multiply` is the matrix of the momentum equation, `size` its size. Returns false
@@ -74,6 +77,7 @@ class ExpectedContacts {
   struct Taken {
     const btCollisionObject* rigid;           // null if both bodies are soft
     btTransform pose;                         // of it
+    btVector3 point;                          // of the contact, metres
     std::array<const btSoftBody*, 4> bodies;  // by vertex; null: a vertex of something rigid
     std::array<int, 4> nodes;                 // by vertex; index in its body
     std::array<btVector3, 4> positions;       // of the nodes, metres
@@ -93,14 +97,15 @@ class ExpectedContacts {
 
   using Pair = std::pair<const btSoftBody*, const btCollisionObject*>;
 
-  // Whether what the contact touched is still there.
-  bool stays(const Taken& taken) const;
+  // Whether what the contact touched is still there, or has moved on from there.
+  bool stays(const Taken& taken, btScalar dt) const;
   // Speed of the contact points along the normal.
   static btScalar speed_of(const Selected& contact, const VectorStack& velocity);
   bool number(const Taken& taken, const std::vector<std::pair<const btSoftBody*, int>>& index,
               const Bodies& bodies, const std::vector<btScalar>& inverse_mass, btScalar dt,
               Selected& contact) const;
 
+  btScalar jump_speed_;
   std::vector<Taken> taken_;
   std::vector<Selected> selected_;
   std::vector<Pair> met_;                          // sorted by select()

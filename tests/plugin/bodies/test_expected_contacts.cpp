@@ -153,6 +153,8 @@ TEST_CASE("contacts are not expected if a node or what it touches is not as it w
   contacts.begin_step();
   contacts.meet(body, *box);
   CHECK(is_expected());
+  box->translate(btVector3(0, btScalar(-0.004), 0));
+  CHECK(is_expected());  // it moved on, at 4 m/s
 
   SECTION("the other body is gone or far away") { contacts.begin_step(); }
   SECTION("the other body was moved") { box->translate(btVector3(0, -1, 0)); }
@@ -192,4 +194,31 @@ TEST_CASE("a damped body whose floor is taken away only falls") {
   for (int i = 0; i < world.body->m_nodes.size(); ++i)
     fastest = std::max(fastest, world.body->m_nodes[i].m_v.length());
   CHECK(fastest < 0.3);
+}
+
+TEST_CASE("a damped body is pushed alike by a heavy body and by one that is moved by hand") {
+  constexpr double dt = 1.0 / 240;
+  const auto speed_after = [&](bool by_hand) {
+    Rubber world(1);
+    world.add_block({5, 5, 5}, 0.02, btVector3(btScalar(-0.102), 0, 0), 0.1, 3000, 0.05);
+    world.dynamics->removeForce(world.body, world.forces.back().get());
+    btRigidBody* const pusher =
+        world.add_box(btVector3(btScalar(0.05), btScalar(0.02), btScalar(0.02)),
+                      btVector3(btScalar(0.05), btScalar(0.05), btScalar(0.05)), 1000);
+    pusher->setGravity(btVector3(0, 0, 0));
+    const btVector3 velocity(btScalar(-0.1), 0, 0);
+    if (by_hand) {
+      pusher->setCollisionFlags(btCollisionObject::CF_KINEMATIC_OBJECT);
+    } else {
+      pusher->setLinearVelocity(velocity);
+    }
+    for (int i = 0; i < 24; ++i) {
+      if (by_hand) pusher->translate(static_cast<btScalar>(dt) * velocity);
+      world.step(static_cast<btScalar>(dt));
+    }
+    return -static_cast<double>(world.momentum().x()) / 0.1;
+  };
+  const double by_hand = speed_after(true), by_bullet = speed_after(false);
+  CHECK(by_bullet > 0.08);
+  CHECK_THAT(by_hand, Matchers::WithinRel(by_bullet, 0.02));
 }

@@ -1,11 +1,17 @@
 // Links of multibodies and dynamic bodies that the application moves between steps.
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
+#include <BulletSoftBody/btDeformableNeoHookeanForce.h>
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
+#include <utility>
+#include <vector>
 
 #include "plugin/support/arm.h"
 #include "plugin/support/obstacle_worlds.h"
+#include "scenes/behaviour/multibody.h"
+#include "scenes/meshes/solid.h"
 #include "support/catch.h"
 
 using namespace lazyccd;
@@ -62,7 +68,81 @@ struct Curtain : Scene {
   }
 };
 
+// Two fingers that close around a block of rubber. A force of 5 N closes the first. The application
+// sets the second to the place and velocity of the first each step: a mimic joint.
+struct Gripper {
+  ObstacleWorld w;
+  btDeformableNeoHookeanForce rubber{5000, 5000, btScalar(0.05)};
+  std::unique_ptr<scenes::behaviour::Multibody> hand;
+  btSoftBody* block;
+
+  Gripper() : w(World::deformable, 0) {
+    const auto vector = [](double x, double y, double z) {
+      return btVector3(static_cast<btScalar>(x), static_cast<btScalar>(y),
+                       static_cast<btScalar>(z));
+    };
+    std::vector<scenes::behaviour::BoxLink> fingers(2);
+    for (int i = 0; i < 2; ++i) {
+      const double sign = i == 0 ? -1 : 1;
+      fingers[i].joint = scenes::behaviour::Joint::prismatic;
+      fingers[i].axis = vector(-sign, 0, 0);
+      fingers[i].pivot = vector(sign * 0.06, 0, 0);
+      fingers[i].size = vector(0.016, 0.08, 0.06);
+      fingers[i].mass = 0.2;
+    }
+    hand = std::make_unique<scenes::behaviour::Multibody>(vector(0, 0, 0), vector(0, 0, 0), 1, true,
+                                                          fingers);
+    hand->body().setCanSleep(false);
+    hand->add_to(static_cast<btMultiBodyDynamicsWorld&>(w.world()));
+    const auto at = [&](double x, double y, double z) {
+      return vector(0.075 * (x - 0.5), 0.06 * (y - 0.5), 0.12 * (z - 0.5));
+    };
+    block = w.add(scenes::make_solid(w.info(), {5, 4, 8}, 0.1, at), 0.002);
+    // Bullet's elastic forces need tetrahedra of one orientation.
+    for (int i = 0; i < block->m_tetras.size(); ++i) {
+      btSoftBody::Tetra& tetra = block->m_tetras[i];
+      if (tetra.m_element_measure < 0) std::swap(tetra.m_n[2], tetra.m_n[3]);
+    }
+    block->initializeDmInverse();
+    block->m_cfg.kDF = 1;
+    block->m_cfg.collisions |= btSoftBody::fCollision::SDF_MDF;
+    static_cast<btDeformableMultiBodyDynamicsWorld&>(w.world()).addForce(block, &rubber);
+  }
+  ~Gripper() {
+    static_cast<btDeformableMultiBodyDynamicsWorld&>(w.world()).removeForce(block, &rubber);
+  }
+  // Returns the speed of the fastest node, m/s.
+  double close(int steps) {
+    btScalar fastest = 0;
+    w.steps(steps, dt, [&](int) {
+      for (int k = 0; k < block->m_nodes.size(); ++k)
+        fastest = std::max(fastest, block->m_nodes[k].m_v.length());
+      btMultiBody& body = hand->body();
+      body.addJointTorque(0, 5);
+      body.setJointPos(1, body.getJointPos(0));
+      body.setJointVel(1, body.getJointVel(0));
+      btAlignedObjectArray<btQuaternion> rotations;
+      btAlignedObjectArray<btVector3> origins;
+      body.forwardKinematics(rotations, origins);
+      body.updateCollisionObjectWorldTransforms(rotations, origins);
+    });
+    return static_cast<double>(fastest);
+  }
+};
+
 }  // namespace
+
+TEST_CASE("a soft block rests between a finger and one that is set to copy it") {
+  Gripper scene;
+  CHECK(scene.close(120) < 3);
+  CHECK(scene.close(120) < 0.1);
+  const double closed = static_cast<double>(scene.hand->body().getJointPos(0));
+  UNSCOPED_INFO("closed " << closed);
+  CHECK(closed > 0.01);
+  CHECK(closed < 0.02);
+  CHECK(scene.w.total().initial_intersections == 0);
+  CHECK(scene.w.total().failsafe_holds == 0);
+}
 
 TEST_CASE("a cloth lies on links that are set to the same place each step") {
   const World world = GENERATE(World::rigid, World::deformable);
