@@ -23,6 +23,10 @@ constexpr int max_rounds_after_impact = 2;
 // shortest edge in the step. Where they move nodes less, links have little to correct.
 constexpr double min_pushed_fraction = 0.7;
 constexpr int max_rounds_under_load = 4;
+// In contact, as many rounds as this by the number of position iterations, and at least so many.
+// With once as many, more tetrahedra turn inside out than with Bullet, whose contacts let nodes
+// sink in.
+constexpr int rounds_by_iteration = 2, min_rounds_in_contact = 8;
 // Links that move nodes more slowly than this end the rounds, m/s.
 constexpr double min_link_speed = 0.25;
 // The same three under weights. The number of rounds is the stiffness of the body, so it must not
@@ -88,9 +92,9 @@ void LinkRounds::run(const LinkSolver& links, int sweeps, ContactConstraints& co
   const std::vector<const ContactRow*>& rows = constraints.active_rows();
   find_loads(rows, motion);
   const NodePushes pushes = find_node_pushes(rows, motion);
-  Turns hit{{}, max_rounds_after_impact, Passes::all_iterations, min_link_speed};
-  Turns loaded{{}, max_rounds_under_load, Passes::one_iteration, min_link_speed};
-  Turns weighed{{}, max_rounds_under_weight, Passes::one_iteration, min_link_speed_under_weight};
+  Turns hit{{}, Passes::all_iterations, min_link_speed};
+  Turns loaded{{}, Passes::one_iteration, min_link_speed};
+  Turns weighed{{}, Passes::one_iteration, min_link_speed_under_weight};
   for (std::int32_t body = 0; body < static_cast<std::int32_t>(loads_.size()); ++body) {
     if (motion.rigid_of_body[body] >= 0) continue;
     Load& load = loads_[body];
@@ -101,13 +105,23 @@ void LinkRounds::run(const LinkSolver& links, int sweeps, ContactConstraints& co
     if (again == Again::never || load.force == 0) continue;
     const bool after_impact =
         again == Again::after_impact || again == Again::under_weight_and_after_impact;
-    if (again == Again::under_load) {
-      if (pushes.largest[body] > min_pushed_fraction) loaded.bodies.push_back(body);
+    const bool is_weighed =
+        time_ >= load.apart_until && pushes.by_weights[body] > 0 && load.weighed_until > time_;
+    if (again == Again::in_contact) {
+      const int rounds =
+          std::max(min_rounds_in_contact, rounds_by_iteration * links.iterations(body));
+      if (is_weighed) {
+        weighed.bodies.push_back({body, std::max(rounds, max_rounds_under_weight)});
+      } else {
+        loaded.bodies.push_back({body, rounds});
+      }
+    } else if (again == Again::under_load) {
+      if (pushes.largest[body] > min_pushed_fraction)
+        loaded.bodies.push_back({body, max_rounds_under_load});
     } else if (after_impact && is_hit(body, constraints.approach_of(body), motion)) {
-      hit.bodies.push_back(body);
-    } else if (again != Again::after_impact && time_ >= load.apart_until &&
-               pushes.by_weights[body] > 0 && load.weighed_until > time_) {
-      weighed.bodies.push_back(body);
+      hit.bodies.push_back({body, max_rounds_after_impact});
+    } else if (again != Again::after_impact && is_weighed) {
+      weighed.bodies.push_back({body, max_rounds_under_weight});
     }
   }
   solve_in_turn(loaded, Manner::round, links, sweeps, constraints, motion);
@@ -122,22 +136,28 @@ void LinkRounds::run(const LinkSolver& links, int sweeps, ContactConstraints& co
 void LinkRounds::solve_in_turn(const Turns& turns, Manner manner, const LinkSolver& links,
                                int sweeps, ContactConstraints& constraints, Motion& motion) {
   if (turns.bodies.empty()) return;
-  bodies_.insert(bodies_.end(), turns.bodies.begin(), turns.bodies.end());
   RowIslands& islands = constraints.islands(motion);
-  std::map<std::int32_t, Bodies> bodies_of;  // by island
-  for (const std::int32_t body : turns.bodies) bodies_of[islands.of_body(body)].push_back(body);
-  for (int i = 0; i < turns.rounds && !bodies_of.empty(); ++i) {
+  std::map<std::int32_t, std::vector<BodyRounds>> bodies_of;  // by island
+  for (const BodyRounds& rounds : turns.bodies) {
+    bodies_.push_back(rounds.body);
+    bodies_of[islands.of_body(rounds.body)].push_back(rounds);
+  }
+  Bodies bodies;
+  for (int i = 0; !bodies_of.empty(); ++i) {
     islands.select_none();
     for (auto next = bodies_of.begin(); next != bodies_of.end();) {
       const auto island = next++;
-      const double moved = links.solve(island->second, turns.passes, motion);
-      if (moved > 0) islands.select_body(island->second.front());
+      bodies.clear();
+      for (const BodyRounds& rounds : island->second)
+        if (rounds.rounds > i) bodies.push_back(rounds.body);
+      const double moved = bodies.empty() ? 0 : links.solve(bodies, turns.passes, motion);
+      if (moved > 0) islands.select_body(bodies.front());
       if (moved < turns.min_link_speed * motion.dt) bodies_of.erase(island);
     }
     constraints.solve_impulses(motion, sweeps, manner);
   }
   islands.select_none();
-  for (const std::int32_t body : turns.bodies) islands.select_body(body);
+  for (const BodyRounds& rounds : turns.bodies) islands.select_body(rounds.body);
   constraints.solve_split_impulses(motion, sweeps);
 }
 

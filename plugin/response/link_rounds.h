@@ -29,12 +29,18 @@ struct LinkSolver {
     /// Under any load, but not for weights: nodes carry the pressure of a body to the contacts, and
     /// only links hold them together. If they are solved before the contacts alone, the body is
     /// pressed flat.
-    under_load
+    under_load,
+    /// In each step with contacts, in rounds that follow the body's position iterations, nearly as
+    /// Bullet solves them. Where links are solved before the contacts alone, the nodes that touch
+    /// stop and the others go on, through the flat shape: tetrahedra turn inside out and stay so.
+    in_contact
   };
   /// How often solve() passes over the links: as in one position iteration of the body, or in all.
   enum class Passes { one_iteration, all_iterations };
 
   std::function<Again(std::int32_t body)> again;
+  /// Position iterations of a body.
+  std::function<int(std::int32_t body)> iterations;
   /// Moves Motion::solved of these soft bodies (indices of bodies) by more passes over their links,
   /// and adds that to Motion::link_displacement. Returns the largest displacement, metres.
   std::function<double(const std::vector<std::int32_t>& bodies, Passes passes, Motion& motion)>
@@ -73,10 +79,14 @@ class LinkRounds {
     double weighed_until = 0;
     double apart_until = 0;  // until then they are not: the body was pushed apart from another
   };
+  // How many rounds a body takes.
+  struct BodyRounds {
+    std::int32_t body;
+    int rounds;
+  };
   // The bodies whose links are solved again for the same reason, and how.
   struct Turns {
-    Bodies bodies;
-    int rounds;
+    std::vector<BodyRounds> bodies;
     LinkSolver::Passes passes;
     double min_link_speed;  // links that move nodes more slowly end the rounds, m/s
   };

@@ -35,9 +35,11 @@ void start_where_it_slept(btSoftBody& body) {
 // links are not solved again after the contacts. With more iterations the links hold it together,
 // and are solved again only where cloth carries a weight: that makes it stiffer. Ropes do not:
 // hundreds that a body rolls over would cost much. Pressure, which pushes each node, is so large
-// beside the weight that only links and contacts in turn carry it.
+// beside the weight that only links and contacts in turn carry it. Tetrahedra turn inside out in an
+// impact, which no link undoes, unless links carry it upwards.
 LinkSolver::Again links_again(const btSoftBody& body) {
   constexpr int few_iterations = 2;
+  if (body.m_tetras.size() > 0) return LinkSolver::Again::in_contact;
   if (body.m_cfg.kPR != 0 || body.m_cfg.kVC > 0) return LinkSolver::Again::under_load;
   const bool bounces = body.m_cfg.piterations <= few_iterations;
   if (body.m_faces.size() == 0)
@@ -149,6 +151,9 @@ void btLazySoftBodySolver::solveConstraints(btScalar solverdt) {
   LinkSolver links;
   links.again = [this](std::int32_t body) {
     return links_again(*pipeline_->scene().bodies()[body].body);
+  };
+  links.iterations = [this](std::int32_t body) {
+    return pipeline_->scene().bodies()[body].body->m_cfg.piterations;
   };
   links.solve = [this](const std::vector<std::int32_t>& bodies, LinkSolver::Passes passes,
                        Motion& motion) {
