@@ -143,16 +143,18 @@ void LinkRounds::solve_in_turn(const Turns& turns, Manner manner, const LinkSolv
     bodies_of[islands.of_body(rounds.body)].push_back(rounds);
   }
   Bodies bodies;
-  for (int i = 0; !bodies_of.empty(); ++i) {
+  for (int i = 1; !bodies_of.empty(); ++i) {
     islands.select_none();
     for (auto next = bodies_of.begin(); next != bodies_of.end();) {
       const auto island = next++;
+      std::vector<BodyRounds>& rest = island->second;
       bodies.clear();
-      for (const BodyRounds& rounds : island->second)
-        if (rounds.rounds > i) bodies.push_back(rounds.body);
-      const double moved = bodies.empty() ? 0 : links.solve(bodies, turns.passes, motion);
+      for (const BodyRounds& rounds : rest) bodies.push_back(rounds.body);
+      const double moved = links.solve(bodies, turns.passes, motion);
       if (moved > 0) islands.select_body(bodies.front());
-      if (moved < turns.min_link_speed * motion.dt) bodies_of.erase(island);
+      const auto is_last = [i](const BodyRounds& rounds) { return rounds.rounds <= i; };
+      rest.erase(std::remove_if(rest.begin(), rest.end(), is_last), rest.end());
+      if (rest.empty() || moved < turns.min_link_speed * motion.dt) bodies_of.erase(island);
     }
     constraints.solve_impulses(motion, sweeps, manner);
   }
