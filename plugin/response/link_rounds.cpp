@@ -19,14 +19,14 @@ constexpr double min_impact_speed = 0.15;
 // rests or slides, single nodes meet that fast in each step, but the load stays as it is.
 constexpr double min_load_growth = 1.1;
 constexpr int max_rounds_after_impact = 2;
+// Of bodies that have them in each contact: this many rounds by position iteration, and at least so
+// many. With one by iteration, more tetrahedra turn inside out than with Bullet, whose contacts let
+// nodes sink in.
+constexpr int rounds_by_iteration = 2, min_rounds_in_contact = 8;
 // Under load, links are solved again where contacts move a node by more than this fraction of its
 // shortest edge in the step. Where they move nodes less, links have little to correct.
 constexpr double min_pushed_fraction = 0.7;
 constexpr int max_rounds_under_load = 4;
-// In contact, as many rounds as this by the number of position iterations, and at least so many.
-// With once as many, more tetrahedra turn inside out than with Bullet, whose contacts let nodes
-// sink in.
-constexpr int rounds_by_iteration = 2, min_rounds_in_contact = 8;
 // Links that move nodes more slowly than this end the rounds, m/s.
 constexpr double min_link_speed = 0.25;
 // The same three under weights. The number of rounds is the stiffness of the body, so it must not
