@@ -208,16 +208,21 @@ void ExpectedContacts::multiply(const VectorStack& x, VectorStack& b) const {
   }
 }
 
-bool ExpectedContacts::drop_pulling(const VectorStack& velocity, const VectorStack& dv) {
-  for (Selected& contact : selected_) {
-    const btScalar speed = speed_of(contact, velocity) + speed_of(contact, dv);
-    contact.total = contact.impulse - contact.penalty * (speed - contact.speed);
-  }
-  const auto pulling =
+bool ExpectedContacts::drop_unlikely(const VectorStack& velocity, const VectorStack& dv) {
+  const auto is_likely = [&](Selected& contact) {
+    const btScalar before = speed_of(contact, velocity);
+    const btScalar after = before + speed_of(contact, dv);
+    contact.total = contact.impulse - contact.penalty * (after - contact.speed);
+    // Forces have changed the speed of the last step to that of before. A contact takes this change
+    // back, and may overshoot by as much.
+    const btScalar limit = btMax(btScalar(0), contact.speed) + btFabs(before - contact.speed);
+    return contact.total >= 0 && after <= limit;
+  };
+  const auto unlikely =
       std::remove_if(selected_.begin(), selected_.end(),
-                     [](const Selected& contact) { return !(contact.total >= 0); });
-  if (pulling == selected_.end()) return false;
-  selected_.erase(pulling, selected_.end());
+                     [&](Selected& contact) { return !is_likely(contact); });
+  if (unlikely == selected_.end()) return false;
+  selected_.erase(unlikely, selected_.end());
   return true;
 }
 

@@ -12,6 +12,11 @@
 // applies the true ones. What is left is a damping force between nodes. It keeps momentum, and it
 // is zero where nothing damps. If the contact acts as expected, the motion is as if damping and
 // contacts had been solved together.
+//
+// An impulse of the last step may have been balanced by one that acts no longer: that of a moving
+// body that squeezed cloth against the contact. Such impulses have any size, and alone they throw
+// the cloth off. A contact does not push what leaves it. So a contact whose points would leave
+// each other is not expected to act.
 #pragma once
 
 #include <BulletSoftBody/btSoftBody.h>
@@ -65,9 +70,10 @@ class ExpectedContacts {
   void add_right_hand_side(const VectorStack& velocity, VectorStack& right_hand_side) const;
   /// Adds the penalties times x to b.
   void multiply(const VectorStack& x, VectorStack& b) const;
-  /// Finds the impulses for velocity changes `dv`. Drops contacts that would pull; then the
-  /// equation must be solved again. Returns whether there were any.
-  bool drop_pulling(const VectorStack& velocity, const VectorStack& dv);
+  /// Finds the impulses for velocity changes `dv`. Drops contacts that would pull, and those whose
+  /// points would leave each other. Then the equation must be solved again. Returns whether there
+  /// were any.
+  bool drop_unlikely(const VectorStack& velocity, const VectorStack& dv);
   void drop_all() { selected_.clear(); }
   /// Takes the impulses back from the nodes in contact.
   void remove_impulses(VectorStack& dv) const;

@@ -6,8 +6,8 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-// Solves with expected contacts, each without those that pulled in the one before. Then all are
-// dropped.
+// Solves with expected contacts, each without those that the one before found unlikely. Then all
+// are dropped.
 constexpr int max_rounds = 3;
 
 btVector3 inverse_or_zero(const btVector3& v) {
@@ -59,7 +59,7 @@ void MomentumEquation::solve_with(ExpectedContacts& contacts, int max_iterations
         },
         preconditioner_, right_hand_side_, solution_, max_iterations, tolerance,
         side_by_side_->parallel_for());
-    if (!contacts.drop_pulling(velocity_, solution_)) break;
+    if (!contacts.drop_unlikely(velocity_, solution_)) break;
   }
   contacts.remove_impulses(solution_);
 }
