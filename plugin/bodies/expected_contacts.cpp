@@ -218,9 +218,8 @@ bool ExpectedContacts::drop_unlikely(const VectorStack& velocity, const VectorSt
     const btScalar limit = btMax(btScalar(0), contact.speed) + btFabs(before - contact.speed);
     return contact.total >= 0 && after <= limit;
   };
-  const auto unlikely =
-      std::remove_if(selected_.begin(), selected_.end(),
-                     [&](Selected& contact) { return !is_likely(contact); });
+  const auto unlikely = std::remove_if(selected_.begin(), selected_.end(),
+                                       [&](Selected& contact) { return !is_likely(contact); });
   if (unlikely == selected_.end()) return false;
   selected_.erase(unlikely, selected_.end());
   return true;

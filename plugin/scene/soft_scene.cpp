@@ -223,6 +223,11 @@ void SoftScene::add_body(btSoftBody* body, int world_index, WarningLog& warnings
   }
   for (const Edge& edge : own.edges) vertex_of_node[edge[0]] = vertex_of_node[edge[1]] = 0;
 
+  if (std::count(vertex_of_node.begin(), vertex_of_node.end(), -1) > 0)
+    warnings.warn_once("loose " + std::to_string(world_index),
+                       "soft body " + std::to_string(world_index) +
+                           ": nodes that belong to no face and no link do not collide");
+
   BodyRecord record;
   record.body = body;
   record.world_index = world_index;

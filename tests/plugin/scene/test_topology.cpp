@@ -176,6 +176,23 @@ TEST_CASE("duplicate and degenerate faces are left out and logged once") {
                                   "faces") != std::string::npos);
 }
 
+TEST_CASE("nodes without faces and links are logged once") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  int messages = 0;
+  scenes::WorldOptions options = any_flags_options(world);
+  options.lazyccd.on_message = [&](const std::string&) { ++messages; };
+  Impact impact(options);
+  for (int i = 0; i < 3; ++i) impact.world->step();
+  CHECK(messages == 0);
+  for (int i = 0; i < 2; ++i) {
+    impact.thrown->appendNode(btVector3(0, 3, 0), btScalar(0.01));
+    impact.world->step();
+  }
+  CHECK(messages == 1);
+  CHECK(impact.world->status().find("soft body 1: nodes that belong to no face and no link") !=
+        std::string::npos);
+}
+
 TEST_CASE("Bullet terminates for a body of several components") {
   // Bullet's own face tree would never terminate.
   const World world = GENERATE(World::rigid, World::deformable);
