@@ -120,6 +120,7 @@ bool ExpectedContacts::number(const Taken& taken,
   contact.impulse = taken.force * dt;
   contact.speed = taken.speed;
   contact.penalty = contact.total = 0;
+  contact.is_likely = true;
   return contact.count > 0;
 }
 
@@ -209,17 +210,17 @@ void ExpectedContacts::multiply(const VectorStack& x, VectorStack& b) const {
 }
 
 bool ExpectedContacts::drop_unlikely(const VectorStack& velocity, const VectorStack& dv) {
-  const auto is_likely = [&](Selected& contact) {
+  for (Selected& contact : selected_) {
     const btScalar before = speed_of(contact, velocity);
     const btScalar after = before + speed_of(contact, dv);
     contact.total = contact.impulse - contact.penalty * (after - contact.speed);
     // Forces have changed the speed of the last step to that of before. A contact takes this change
     // back, and may overshoot by as much.
     const btScalar limit = btMax(btScalar(0), contact.speed) + btFabs(before - contact.speed);
-    return contact.total >= 0 && after <= limit;
-  };
+    contact.is_likely = contact.total >= 0 && after <= limit;
+  }
   const auto unlikely = std::remove_if(selected_.begin(), selected_.end(),
-                                       [&](Selected& contact) { return !is_likely(contact); });
+                                       [](const Selected& contact) { return !contact.is_likely; });
   if (unlikely == selected_.end()) return false;
   selected_.erase(unlikely, selected_.end());
   return true;

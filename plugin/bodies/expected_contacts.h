@@ -99,6 +99,7 @@ class ExpectedContacts {
     btVector3 normal, friction;        // unit vector; N s
     btScalar impulse, speed, penalty;  // of the last step, N s; m/s; kg
     btScalar total;                    // impulse in the solution, N s
+    bool is_likely;                    // whether it may act as the solution says
   };
 
   using Pair = std::pair<const btSoftBody*, const btCollisionObject*>;
