@@ -112,9 +112,9 @@ void LinkRounds::run(const LinkSolver& links, int sweeps, ContactConstraints& co
           std::max(min_rounds_in_contact, rounds_by_iteration * links.iterations(body));
       if (is_weighed) {
         weighed.bodies.push_back({body, std::max(rounds, max_rounds_under_weight)});
-      } else {
+      } else if (pushes.by_weights[body] == 0 || pushes.weights_press[body]) {
         loaded.bodies.push_back({body, rounds});
-      }
+      }  // else jaws grip it: links that they leave no room would throw its nodes
     } else if (again == Again::under_load) {
       if (pushes.largest[body] > min_pushed_fraction)
         loaded.bodies.push_back({body, max_rounds_under_load});

@@ -33,6 +33,7 @@ struct LinkSolver {
     /// In each step with contacts, in rounds that follow the body's position iterations, nearly as
     /// Bullet solves them. Where links are solved before the contacts alone, the nodes that touch
     /// stop and the others go on, through the flat shape: tetrahedra turn inside out and stay so.
+    /// Not in the grip of dynamic bodies, which do not press by their weight.
     in_contact
   };
   /// How often solve() passes over the links: as in one position iteration of the body, or in all.
