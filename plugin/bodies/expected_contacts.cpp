@@ -11,6 +11,8 @@ namespace {
 // Where damping adds less than this fraction to the inertia of the nodes in contact, contacts and
 // damping hardly change each other.
 constexpr btScalar min_damping_ratio = btScalar(0.1);
+// Of the normals before and after a step; where it turned more, the contact is another one.
+constexpr btScalar min_normal_dot = btScalar(0.99);
 
 }  // namespace
 
@@ -30,8 +32,10 @@ bool ExpectedContacts::stays(const Taken& taken, btScalar dt) const {
       !taken.rigid->hasContactResponse())
     return false;
   const btTransform& now = taken.rigid->getWorldTransform();
-  return now == taken.pose ||
-         (now * taken.pose.invXform(taken.point)).distance(taken.point) <= jump_speed_ * dt;
+  if (now == taken.pose) return true;
+  const btVector3 normal = now.getBasis() * (taken.pose.getBasis().transpose() * taken.normal);
+  return (now * taken.pose.invXform(taken.point)).distance(taken.point) <= jump_speed_ * dt &&
+         normal.dot(taken.normal) > min_normal_dot;
 }
 
 void ExpectedContacts::take(Span<const StepContact> contacts,

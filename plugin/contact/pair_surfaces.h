@@ -74,6 +74,11 @@ class PairSurfaces {
   void update(std::vector<BodySurface> bodies, double resolution) {
     bodies_ = std::move(bodies);
     resolution_ = resolution;
+    least_margin_ = least_soft_margin_ = std::numeric_limits<double>::infinity();
+    for (const BodySurface& body : bodies_) {
+      least_margin_ = std::min(least_margin_, body.margin);
+      if (body.is_soft) least_soft_margin_ = std::min(least_soft_margin_, body.margin);
+    }
   }
 
   /// Sets the upper bound of every thickness, metres: what contacts are looked for within. A gap
@@ -84,12 +89,17 @@ class PairSurfaces {
   /// Smaller index first, sorted.
   void set_without_friction(std::vector<BodyPair> pairs) { without_friction_ = std::move(pairs); }
 
+  /// Lower bound of the thickness of any pair of this body, metres; needs update() first.
+  double least_thickness_of(std::int32_t body) const {
+    const BodySurface& own = bodies_[body];
+    return bounded(own.margin + (own.is_soft ? least_margin_ : least_soft_margin_));
+  }
+
   /// Surface of the pair; needs update() first. Friction is 0 if SolverOptions::friction is off.
   PairSurface of(std::int32_t body_a, std::int32_t body_b) const {
     const BodySurface &a = bodies_[body_a], &b = bodies_[body_b];
     PairSurface surface;
-    const double wanted = thickness_ >= 0 ? thickness_ : a.margin + b.margin;
-    surface.thickness = std::max(resolution_, std::min(wanted, thickness_limit_));
+    surface.thickness = bounded(a.margin + b.margin);
     // Between a soft and a rigid body Bullet multiplies in both worlds. Between two soft bodies it
     // takes the larger one (CollideVF_SS) or the product (CollideVF_DD).
     const bool soft_soft = a.is_soft && b.is_soft;
@@ -107,6 +117,10 @@ class PairSurfaces {
   }
 
  private:
+  double bounded(double sum_of_margins) const {
+    const double wanted = thickness_ >= 0 ? thickness_ : sum_of_margins;
+    return std::max(resolution_, std::min(wanted, thickness_limit_));
+  }
   bool has_friction(std::int32_t a, std::int32_t b) const {
     return has_friction_ && !std::binary_search(without_friction_.begin(), without_friction_.end(),
                                                 BodyPair{std::min(a, b), std::max(a, b)});
@@ -117,6 +131,7 @@ class PairSurfaces {
   WorldKind world_;
   std::vector<BodySurface> bodies_;
   std::vector<BodyPair> without_friction_;
+  double least_margin_ = 0, least_soft_margin_ = 0;  // of all bodies, of soft ones; metres
   double resolution_ = 0;
   double thickness_limit_ = std::numeric_limits<double>::infinity();
 };

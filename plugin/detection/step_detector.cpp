@@ -23,6 +23,7 @@ StepDetector::StepDetector(const DetectorOptions& options, const Threads& thread
       filter_(filter),
       topology_(topology),
       motion_(motion),
+      surfaces_(surfaces),
       selector_(surfaces, position_correction),
       round_contacts_(topology, motion, surfaces, filter),
       flat_contacts_(topology, motion),
@@ -68,7 +69,7 @@ void StepDetector::set_near_topology() {
   topology.bodies = filters;
   others_may_meet_ = find_others_may_meet(topology.bodies);
   near_detector_->set_topology(topology);
-  set_found_distances(topology.bodies);
+  find_self_distances(topology.bodies);
   internal_edges_.set_topology(near_detector_->edges(), topology.bodies, largest_thickness());
   if (!internal_edges_.edges_left_out().empty())
     near_detector_->leave_out(internal_edges_.edges_left_out(),
@@ -230,7 +231,7 @@ NearContacts StepDetector::detect_near(LastImpulses& last_impulses) {
 }
 
 Span<const Contact> StepDetector::find_near_with_detector() {
-  uses_cache_ = uses_contact_cache_ && cache_.begin(motion_, found_distances_);
+  uses_cache_ = uses_contact_cache_ && cache_.begin(motion_, found_distances());
   if (uses_cache_) {
     ++counts_.cached_detections;
     prediction_.forget();
@@ -246,18 +247,30 @@ Span<const Contact> StepDetector::find_near_with_detector() {
   any_near_ = stats.near_pairs > 0 || leaves_out_any();
   internal_edges_.remove(near, constrained_);
   if (!uses_contact_cache_) return constrained_;
-  cache_.take(constrained_, leaves_out_any() ? 0 : stats.near_distance, motion_);
+  cache_.take(constrained_, leaves_out_any() ? -1 : stats.near_distance, motion_);
   return cache_.contacts();
 }
 
-void StepDetector::set_found_distances(Span<const Body> filters) {
-  found_distances_.assign(filters.size(), separation_);
+void StepDetector::find_self_distances(Span<const Body> filters) {
+  self_distances_.assign(filters.size(), separation_);
   for (std::size_t b = 0; b < filters.size(); ++b) {
     const StepTopology::BodyRecord& body = topology_.bodies()[b];
     if (!body.soft || !filters[b].self_collision) continue;
     for (std::int32_t v = body.first_vertex; v < body.first_vertex + body.vertex_count; ++v)
-      found_distances_[b] = std::min<double>(found_distances_[b], self_separation_[v]);
+      self_distances_[b] = std::min<double>(self_distances_[b], self_separation_[v]);
   }
+}
+
+// All pairs within the separation are found. But what counts is the thickness of the pair, which
+// may be much smaller.
+Span<const double> StepDetector::found_distances() {
+  found_distances_.resize(self_distances_.size());
+  for (std::size_t b = 0; b < found_distances_.size(); ++b) {
+    const double thickness = surfaces_.least_thickness_of(static_cast<std::int32_t>(b));
+    found_distances_[b] =
+        std::min(self_distances_[b], NearContactSelector::distance_factor * thickness);
+  }
+  return found_distances_;
 }
 
 std::vector<Contact> StepDetector::keep_responding(Span<const Contact> contacts) const {

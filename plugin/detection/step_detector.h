@@ -101,7 +101,8 @@ class StepDetector {
   /// Finds what is near and needs a constraint with near_detector_, or keeps that of an earlier
   /// step.
   Span<const Contact> find_near_with_detector();
-  void set_found_distances(Span<const Body> filters);
+  void find_self_distances(Span<const Body> filters);
+  Span<const double> found_distances();  ///< for the ContactCache
   /// Returns the pairs that touch in the motion from `start` to `end`. Pairs that the first
   /// detection did not report must be known not to touch.
   Span<const Contact> recheck(const Positions& start, const Positions& end);
@@ -123,6 +124,7 @@ class StepDetector {
   ContactFilter& filter_;
   const StepTopology& topology_;
   Motion& motion_;
+  const PairSurfaces& surfaces_;
   NearContactSelector selector_;
   RoundContacts round_contacts_;
   FlatContacts flat_contacts_;
@@ -149,11 +151,13 @@ class StepDetector {
   bool uses_contact_cache_;  ///< SolverOptions::contact_cache
   ContactCache cache_;       ///< of what near_detector_ finds
   bool uses_cache_ = false;  ///< in this motion, so near_detector_ was not asked
-  /// By body, metres: pairs within this distance are found, also within the body.
-  std::vector<double> found_distances_;
-  bool any_near_ = false;       ///< anything is near that near_detector_ knows
-  bool detected_near_ = false;  ///< detect_near() used near_detector_ in this step
-  StepStats counts_;            ///< counts and times of the detections of the motion
+  /// By body, metres: pairs of its own primitives within this distance are found, if it meets
+  /// itself; else the separation.
+  std::vector<double> self_distances_;
+  std::vector<double> found_distances_;  ///< scratch memory
+  bool any_near_ = false;                ///< anything is near that near_detector_ knows
+  bool detected_near_ = false;           ///< detect_near() used near_detector_ in this step
+  StepStats counts_;                     ///< counts and times of the detections of the motion
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -225,8 +225,8 @@ LAZYCCD_INLINE Vector sum_of_columns(const float (&columns)[6][4], const Wrench&
   return linear + angular;
 }
 
-// Adds the effect of a wrench on the body of a term to the displacements: on all links of its
-// multibody, on a body that is held at its supports, or on a free one.
+// Adds the effect of a wrench on the body of a term to the displacements. If it is a link, all
+// links of its multibody move.
 LAZYCCD_INLINE void apply_to_body(const PgsProblem& problem, const RowRigidTerm& term,
                                   const Wrench& by) {
   Float4* const to = problem.displacement;

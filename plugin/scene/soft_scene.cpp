@@ -226,7 +226,7 @@ void SoftScene::add_body(btSoftBody* body, int world_index, WarningLog& warnings
   if (std::count(vertex_of_node.begin(), vertex_of_node.end(), -1) > 0)
     warnings.warn_once("loose " + std::to_string(world_index),
                        "soft body " + std::to_string(world_index) +
-                           ": nodes that belong to no face and no link do not collide");
+                           ": nodes that belong to no face, link or tetrahedron do not collide");
 
   BodyRecord record;
   record.body = body;

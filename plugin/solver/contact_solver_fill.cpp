@@ -112,9 +112,12 @@ void ContactSolver::fill(RowBlock& block, const RowBatches::Batch& rows, RowBatc
     }
   }
   batch.last_term = static_cast<std::int32_t>(block.terms.size());
-  std::stable_sort(
-      block.terms.begin() + batch.first_term, block.terms.end(),
-      [](const RowRigidTerm& a, const RowRigidTerm& b) { return a.translation < b.translation; });
+  const auto is_before = [](const RowRigidTerm& a, const RowRigidTerm& b) {
+    return a.translation < b.translation;
+  };
+  const auto first_term = block.terms.begin() + batch.first_term;
+  if (!std::is_sorted(first_term, block.terms.end(), is_before))
+    std::stable_sort(first_term, block.terms.end(), is_before);
   for (int lane = 0; lane < RowBatch::lanes && rows[lane] != RowBatches::none; ++lane)
     fill(batch, lane, problems_[block.island], (*rows_)[rows[lane]], extra_normal[lane],
          extra_tangent[lane], needs_[rows[lane]].displacement, copy_of);

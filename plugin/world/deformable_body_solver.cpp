@@ -69,8 +69,8 @@ btLazyDeformableBodySolver::btLazyDeformableBodySolver(const SolverOptions& opti
       side_by_side_(std::make_unique<SideBySide>(pipeline_->threads())),
       normals_(std::make_unique<Normals>()),
       body_forces_(std::make_unique<BodyForces>()),
-      expected_contacts_(
-          std::make_unique<ExpectedContacts>(static_cast<btScalar>(options.jump_speed))),
+      expected_contacts_(std::make_unique<ExpectedContacts>(
+          static_cast<btScalar>(check(options).options.jump_speed))),
       momentum_equation_(std::make_unique<MomentumEquation>()),
       solves_sleepers_(solves_sleepers) {}
 

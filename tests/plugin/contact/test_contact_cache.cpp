@@ -153,6 +153,31 @@ TEST_CASE("a contact cache knows that nothing touches while vertices move togeth
   nearer.end[4] = btScalar(0.49);
   CHECK(!cache.keeps_apart(nearer, false));
   CHECK(cache.keeps_apart(nearer, true));
+  nearer.end[4] = std::numeric_limits<btScalar>::quiet_NaN();
+  CHECK(!cache.keeps_apart(nearer, false));
+  cache.take({}, -1, before);
+  CHECK(!cache.keeps_apart(before, true));
+}
+
+TEST_CASE("a contact cache searches again where something is nearly closed") {
+  const double gap = GENERATE(0.05, 0.2);
+  CAPTURE(gap);
+  // A vertex above a face. Both bodies stay in place.
+  Motion motion;
+  for (const btVector3& x :
+       {vector(0, gap, 0), vector(-1, 0, -1), vector(-1, 0, 2), vector(2, 0, -1)}) {
+    for (int k = 0; k < 3; ++k) motion.start.push_back(x[k]);
+  }
+  motion.end = motion.start;
+  motion.first_vertex = {0, 1, 4};
+  const std::vector<double> distances = {1, 1};
+  Contact contact = test::contact(ContactKind::vertex_face, {0, 1, 2, 3}, 1.0F / 3, 1.0F / 3);
+  contact.body_a = 0;
+  contact.body_b = 1;
+  ContactCache cache;
+  CHECK(!cache.begin(motion, distances));
+  cache.take({contact}, gap, motion);
+  CHECK(cache.begin(motion, distances) == (gap > 0.1));
 }
 
 TEST_CASE("a sheet that rests keeps its contacts") {

@@ -90,9 +90,9 @@ struct SolverOptions {
   /// after three seconds without progress. 0: intersections stay as they are.
   double untangling_speed = 0.5;
 
-  /// true: what is near two bodies is searched again only after one of them has moved, by 1.4 % of
-  /// the thickness. Meanwhile contacts keep their normals and their places on the surfaces. false:
-  /// it is searched in each step. Nothing passes through in either case.
+  /// true: near contacts of two bodies are searched again only after one of them has moved, by
+  /// 1.4 % of the thickness. Meanwhile contacts keep their normals and their places on the
+  /// surfaces. false: they are searched in each step. Nothing passes through in either case.
   bool contact_cache = true;
 
   /// Largest number of rounds "solve impulses, detect again" per step, >= 0. 0: no impulses at all.

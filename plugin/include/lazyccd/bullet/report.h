@@ -21,7 +21,7 @@ struct StepStats {
   std::int64_t soft_bodies = 0;      ///< soft bodies that took part
   std::int64_t sleeping_bodies = 0;  ///< soft bodies that slept and were left out
   std::int64_t handled_pairs = 0;    ///< pairs of soft bodies that came from Bullet's dispatcher
-  std::int64_t detections = 0;       ///< detections and re-checks of near pairs
+  std::int64_t detections = 0;       ///< detections and re-checks, also those without a search
   /// First detections that were left out, because near contacts of earlier steps still held.
   std::int64_t cached_detections = 0;
   std::int64_t started_ahead = 0;  ///< detections that began before Bullet had solved the step
