@@ -11,6 +11,8 @@ namespace {
 // Where damping adds less than this fraction to the inertia of the nodes in contact, contacts and
 // damping hardly change each other.
 constexpr btScalar min_damping_ratio = btScalar(0.1);
+// Points that leave each other more slowly than this may stay in contact, m/s.
+constexpr btScalar slow = btScalar(0.01);
 // Of the normals before and after a step; where it turned more, the contact is another one.
 constexpr btScalar min_normal_dot = btScalar(0.99);
 
@@ -219,8 +221,9 @@ bool ExpectedContacts::drop_unlikely(const VectorStack& velocity, const VectorSt
     const btScalar after = before + speed_of(contact, dv);
     contact.total = contact.impulse - contact.penalty * (after - contact.speed);
     // Forces have changed the speed of the last step to that of before. A contact takes this change
-    // back, and may overshoot by as much.
-    const btScalar limit = btMax(btScalar(0), contact.speed) + btFabs(before - contact.speed);
+    // back, and may overshoot by as much. Slow ones do no harm, and each drop costs a solve.
+    const btScalar limit =
+        btMax(btScalar(0), contact.speed) + btFabs(before - contact.speed) + slow;
     contact.is_likely = contact.total >= 0 && after <= limit;
   }
   const auto unlikely = std::remove_if(selected_.begin(), selected_.end(),
