@@ -12,7 +12,7 @@ namespace {
 // damping hardly change each other.
 constexpr btScalar min_damping_ratio = btScalar(0.1);
 // Points that leave each other more slowly than this may stay in contact, m/s.
-constexpr btScalar slow = btScalar(0.01);
+constexpr btScalar min_leaving_speed = btScalar(0.01);
 // Of the normals before and after a step; where it turned more, the contact is another one.
 constexpr btScalar min_normal_dot = btScalar(0.99);
 
@@ -223,7 +223,7 @@ bool ExpectedContacts::drop_unlikely(const VectorStack& velocity, const VectorSt
     // Forces have changed the speed of the last step to that of before. A contact takes this change
     // back, and may overshoot by as much. Slow ones do no harm, and each drop costs a solve.
     const btScalar limit =
-        btMax(btScalar(0), contact.speed) + btFabs(before - contact.speed) + slow;
+        btMax(btScalar(0), contact.speed) + btFabs(before - contact.speed) + min_leaving_speed;
     contact.is_likely = contact.total >= 0 && after <= limit;
   }
   const auto unlikely = std::remove_if(selected_.begin(), selected_.end(),

@@ -28,7 +28,7 @@ StepDetector::StepDetector(const DetectorOptions& options, const Threads& thread
       round_contacts_(topology, motion, surfaces, filter),
       flat_contacts_(topology, motion),
       internal_edges_(topology, motion, surfaces),
-      uses_contact_cache_(contact_cache) {
+      may_keep_near_(contact_cache) {
   options_.separation = 0;
   options_.reduce_contacts = false;
 }
@@ -138,12 +138,12 @@ void StepDetector::begin_motion() {
   found_any_ = false;
   filter_.begin_motion();
   counts_ = {};
-  detected_near_ = uses_cache_ = false;
+  detected_near_ = keeps_near_ = false;
 }
 
 std::vector<Contact> StepDetector::touching(const Positions& start, const Positions& end) {
   const Stopwatch watch;
-  const Span<const Contact> found = !others_may_meet_ || uses_cache_ || only_near_can_touch(end)
+  const Span<const Contact> found = !others_may_meet_ || keeps_near_ || only_near_can_touch(end)
                                         ? recheck(start, end)
                                         : touching_detector().detect(start, end);
   if (near_detector_ || counts_.detections == 0) record_report_only(found);
@@ -157,8 +157,8 @@ std::vector<Contact> StepDetector::touching(const Positions& start, const Positi
 Span<const Contact> StepDetector::recheck(const Positions& start, const Positions& end) {
   const bool at_start = is_start_of_motion(end);
   if (!simple_shapes_are_clear(at_start)) return touching_detector().detect(start, end);
-  if (!others_may_meet_ || (uses_cache_ && cache_.keeps_apart(motion_, at_start))) return {};
-  if (uses_cache_ || leaves_out_any()) return touching_detector().detect(start, end);
+  if (!others_may_meet_ || (keeps_near_ && cache_.keeps_apart(motion_, at_start))) return {};
+  if (keeps_near_ || leaves_out_any()) return touching_detector().detect(start, end);
   const Span<const Contact> found = near_detector_->recheck_near_pairs(start, end);
   ++counts_.rechecks;
   counts_.searches_again += near_detector_->stats().searched_again;
@@ -231,8 +231,8 @@ NearContacts StepDetector::detect_near(LastImpulses& last_impulses) {
 }
 
 Span<const Contact> StepDetector::find_near_with_detector() {
-  uses_cache_ = uses_contact_cache_ && cache_.begin(motion_, found_distances());
-  if (uses_cache_) {
+  keeps_near_ = may_keep_near_ && cache_.begin(motion_, found_distances());
+  if (keeps_near_) {
     ++counts_.cached_detections;
     prediction_.forget();
     return cache_.contacts();
@@ -246,7 +246,7 @@ Span<const Contact> StepDetector::find_near_with_detector() {
   prediction_.compare(motion_, stats.candidates_vf + stats.candidates_ee);
   any_near_ = stats.near_pairs > 0 || leaves_out_any();
   internal_edges_.remove(near, constrained_);
-  if (!uses_contact_cache_) return constrained_;
+  if (!may_keep_near_) return constrained_;
   cache_.take(constrained_, leaves_out_any() ? -1 : stats.near_distance, motion_);
   return cache_.contacts();
 }

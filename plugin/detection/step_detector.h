@@ -148,9 +148,9 @@ class StepDetector {
   std::vector<Contact> report_only_contacts_;
   bool report_only_is_known_ = true;  ///< report_only_contacts_ is valid for the current motion
   bool found_any_ = false;
-  bool uses_contact_cache_;  ///< SolverOptions::contact_cache
+  bool may_keep_near_;       ///< SolverOptions::contact_cache
   ContactCache cache_;       ///< of what near_detector_ finds
-  bool uses_cache_ = false;  ///< in this motion, so near_detector_ was not asked
+  bool keeps_near_ = false;  ///< in this motion, so near_detector_ was not asked
   /// By body, metres: pairs of its own primitives within this distance are found, if it meets
   /// itself; else the separation.
   std::vector<double> self_distances_;

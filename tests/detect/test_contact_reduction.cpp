@@ -205,6 +205,39 @@ TEST_CASE("contact reduction is the same in every arithmetic, strategy and instr
   CHECK(plain.stats().contacts_vf > 0);
 }
 
+TEST_CASE("the near distance is that of the nearest pair, or the separation") {
+  const MovingTriangles scene = cloths();
+  const Topology topology = scene.topology();
+  const Positions start = scene.at(scene.start), end = scene.at(scene.end);
+  Detector everything(cpu_options(false));
+  everything.set_topology(topology);
+  const Span<const Contact> contacts = everything.detect(start, end);
+  double smallest = cpu_options(false).separation;
+  for (const Contact& contact : contacts)
+    if (contact.toi == 0) smallest = std::min<double>(smallest, gap_at_start(contact, scene));
+  REQUIRE(smallest < cpu_options(false).separation);
+  Detector reduced(cpu_options(true));
+  reduced.set_topology(topology);
+  reduced.detect(start, end);
+  const Mesh mesh(topology);
+  CpuDetector cpu(cpu_options(true));
+  cpu.set_mesh(mesh);
+  Stats of_device;
+  cpu.reduce_contacts({contacts.data(), contacts.size()}, start, end, of_device);
+  for (const Stats& stats : {everything.stats(), reduced.stats(), of_device}) {
+    CHECK(stats.near_distance <= smallest * (1 + 1e-5));
+    CHECK(stats.near_distance > smallest * 0.99);
+  }
+
+  MovingTriangles alone;
+  alone.start = alone.end = {0, 0, 0, 1, 0, 0, 0, 1, 0};
+  alone.faces = {{0, 1, 2}};
+  Detector lonely(cpu_options(true));
+  lonely.set_topology(alone.topology());
+  lonely.detect(alone.at(alone.start), alone.at(alone.end));
+  CHECK(lonely.stats().near_distance == cpu_options(true).separation);
+}
+
 TEST_CASE("near pairs of one body end at its self-separation and touching pairs do not") {
   const MovingTriangles scene = cloths();
   const std::size_t count = scene.start.size() / 3, of_first = 81;

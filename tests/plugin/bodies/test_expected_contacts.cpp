@@ -8,10 +8,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <utility>
+#include <vector>
 
 #include "bodies/expected_contacts.h"
 #include "plugin/bodies/bullet_twin.h"
+#include "plugin/support/soft_body_figures.h"
+#include "plugin/support/tetrahedra.h"
 #include "scenes/meshes/solid.h"
 
 using namespace lazyccd;
@@ -35,12 +37,7 @@ struct Rubber : DeformableTwin {
                                 static_cast<btScalar>(w * cell * cells[2]));
     };
     body = add(scenes::make_solid(info(), cells, mass, at));
-    // Bullet's elastic forces need tetrahedra of one orientation.
-    for (int i = 0; i < body->m_tetras.size(); ++i) {
-      btSoftBody::Tetra& tetra = body->m_tetras[i];
-      if (tetra.m_element_measure < 0) std::swap(tetra.m_n[2], tetra.m_n[3]);
-    }
-    body->initializeDmInverse();
+    orient_tetrahedra(*body);
     body->setActivationState(DISABLE_DEACTIVATION);
     body->m_cfg.collisions |= btSoftBody::fCollision::SDF_RDF;
     body->getCollisionShape()->setMargin(btScalar(0.001));
@@ -79,6 +76,31 @@ double height_at_rest(double dt) {
   world.add_box(btVector3(1, btScalar(0.5), 1), btVector3(0, btScalar(-0.5), 0));
   world.steps(static_cast<int>(std::lround(0.3 / dt)), dt);
   return world.centre().y();
+}
+
+// A contact of a node with the top of a box. `impulse`: N s.
+StepContact node_on_box(btSoftBody& body, int node, btRigidBody& box, double impulse) {
+  StepContact contact;
+  contact.kind = ContactKind::vertex_face;
+  contact.body_a = &body;
+  contact.body_b = &box;
+  contact.nodes = {&body.m_nodes[node], nullptr, nullptr, nullptr};
+  contact.weights = {1, -0.5, -0.25, -0.25};
+  contact.point = body.m_nodes[node].m_x;
+  contact.normal = btVector3(0, 1, 0);
+  contact.impulse = impulse;
+  contact.friction_impulse = btVector3(0, 0, 0);
+  return contact;
+}
+
+// Numbers the nodes as Bullet's solver does. Returns their inverse masses, 1/kg.
+std::vector<btScalar> number_nodes(btSoftBody& body) {
+  std::vector<btScalar> inverse_mass;
+  for (int i = 0; i < body.m_nodes.size(); ++i) {
+    body.m_nodes[i].index = i;
+    inverse_mass.push_back(body.m_nodes[i].m_im);
+  }
+  return inverse_mass;
 }
 
 }  // namespace
@@ -132,22 +154,10 @@ TEST_CASE("contacts are not expected if a node or what it touches is not as it w
   Rubber world(1);
   world.add_block({2, 2, 2}, 0.05, btVector3(0, 0, 0), 0.1, 3000, 0.01);
   btSoftBody& body = *world.body;
-  StepContact contact;
-  contact.kind = ContactKind::vertex_face;
-  contact.body_a = &body;
   btRigidBody* const box = world.add_box(btVector3(1, 1, 1), btVector3(0, -2, 0));
-  contact.body_b = box;
-  contact.nodes = {&body.m_nodes[3], nullptr, nullptr, nullptr};
-  contact.weights = {1, -0.5, -0.25, -0.25};
-  contact.normal = btVector3(0, 1, 0);
-  contact.impulse = 1e-3;
-  contact.friction_impulse = btVector3(0, 0, 0);
+  StepContact contact = node_on_box(body, 3, *box, 1e-3);
+  std::vector<btScalar> inverse_mass = number_nodes(body);
   ExpectedContacts contacts;
-  std::vector<btScalar> inverse_mass;
-  for (int i = 0; i < body.m_nodes.size(); ++i) {
-    body.m_nodes[i].index = i;
-    inverse_mass.push_back(body.m_nodes[i].m_im);
-  }
   ExpectedContacts::Bodies bodies;
   bodies.push_back(&body);
   const auto is_expected = [&] { return contacts.select(bodies, inverse_mass, btScalar(1e-3)); };
@@ -230,20 +240,9 @@ TEST_CASE("an expected contact does not push what leaves it") {
   world.add_block({2, 2, 2}, 0.05, btVector3(0, 0, 0), 0.1, 3000, 0.01);
   btSoftBody& body = *world.body;
   btRigidBody* const box = world.add_box(btVector3(1, 1, 1), btVector3(0, -2, 0));
-  StepContact contact;
-  contact.kind = ContactKind::vertex_face;
-  contact.body_a = &body;
-  contact.body_b = box;
-  contact.nodes = {&body.m_nodes[0], nullptr, nullptr, nullptr};
-  contact.weights = {1, -0.5, -0.25, -0.25};
-  contact.normal = btVector3(0, 1, 0);
-  contact.impulse = 1;  // as of a squeezed node, N s
-  contact.friction_impulse = btVector3(0, 0, 0);
-  std::vector<btScalar> inverse_mass;
-  for (int i = 0; i < body.m_nodes.size(); ++i) {
-    body.m_nodes[i].index = i;
-    inverse_mass.push_back(body.m_nodes[i].m_im);
-  }
+  // The impulse is as of a squeezed node.
+  const StepContact contact = node_on_box(body, 0, *box, 1);
+  const std::vector<btScalar> inverse_mass = number_nodes(body);
   ExpectedContacts::Bodies bodies;
   bodies.push_back(&body);
   ExpectedContacts contacts;
@@ -298,8 +297,7 @@ TEST_CASE("cloth between the ground and a plate that slides over it is not throw
         btTransform(btQuaternion::getIdentity(),
                     btVector3(static_cast<btScalar>(slide), static_cast<btScalar>(height), 0)));
     world.step();
-    for (int k = 0; k < cloth->m_nodes.size(); ++k)
-      fastest = std::max(fastest, static_cast<double>(cloth->m_nodes[k].m_v.length()));
+    fastest = std::max(fastest, speed(*cloth));
   }
   CHECK(fastest < 100);  // 969 m/s where contacts push what leaves them
 }

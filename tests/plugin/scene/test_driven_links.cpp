@@ -10,6 +10,8 @@
 
 #include "plugin/support/arm.h"
 #include "plugin/support/obstacle_worlds.h"
+#include "plugin/support/soft_body_figures.h"
+#include "plugin/support/tetrahedra.h"
 #include "scenes/behaviour/multibody.h"
 #include "scenes/meshes/solid.h"
 #include "support/catch.h"
@@ -49,7 +51,7 @@ struct Scene {
     btScalar fastest = 0;
     for (int i = 0; i < cloth->m_nodes.size(); ++i)
       fastest = std::max(fastest, cloth->m_nodes[i].m_v.length());
-    return static_cast<double>(fastest);
+    return fastest;
   }
 };
 
@@ -98,12 +100,7 @@ struct Gripper {
       return vector(0.075 * (x - 0.5), 0.06 * (y - 0.5), 0.12 * (z - 0.5));
     };
     block = w.add(scenes::make_solid(w.info(), {5, 4, 8}, 0.1, at), 0.002);
-    // Bullet's elastic forces need tetrahedra of one orientation.
-    for (int i = 0; i < block->m_tetras.size(); ++i) {
-      btSoftBody::Tetra& tetra = block->m_tetras[i];
-      if (tetra.m_element_measure < 0) std::swap(tetra.m_n[2], tetra.m_n[3]);
-    }
-    block->initializeDmInverse();
+    orient_tetrahedra(*block);
     block->m_cfg.kDF = 1;
     block->m_cfg.collisions |= btSoftBody::fCollision::SDF_MDF;
     static_cast<btDeformableMultiBodyDynamicsWorld&>(w.world()).addForce(block, &rubber);
@@ -113,10 +110,9 @@ struct Gripper {
   }
   // Returns the speed of the fastest node, m/s.
   double close(int steps) {
-    btScalar fastest = 0;
+    double fastest = 0;
     w.steps(steps, dt, [&](int) {
-      for (int k = 0; k < block->m_nodes.size(); ++k)
-        fastest = std::max(fastest, block->m_nodes[k].m_v.length());
+      fastest = std::max(fastest, speed(*block));
       btMultiBody& body = hand->body();
       body.addJointTorque(0, 5);
       body.setJointPos(1, body.getJointPos(0));
