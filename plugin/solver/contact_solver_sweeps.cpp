@@ -33,7 +33,7 @@ constexpr int split_sweep_divisor = 5;
 constexpr int round_sweep_divisor = 10;
 // Sweeps from one full sweep to the next. Most rows never act, so the sweeps in between visit only
 // batches that carry an impulse. The interval doubles if a full sweep activated no new batch.
-constexpr int first_full_sweep_interval = 8;
+constexpr int first_full_sweep_interval = 8, max_full_sweep_interval = 1 << 20;
 // Sweeps in which the impulse of sliding friction is a fraction of what would hold, as long as the
 // contact carries a load. After them its size is a constant bound, like that of Tresca's friction:
 // it has no other bound that goes to zero with the load, so contacts whose load comes and goes with
@@ -301,7 +301,8 @@ class ContactSolver::Sweeps {
     island.extrapolation =
         static_cast<float>(island.run_length - 1) / static_cast<float>(island.run_length + 2);
     if (island.is_full) {
-      if (!island.has_new_active) island.full_interval *= 2;
+      if (!island.has_new_active)
+        island.full_interval = std::min(2 * island.full_interval, max_full_sweep_interval);
       island.next_full = sweep_ + island.full_interval;
     }
     if (settled) island.next_full = sweep_ + 1;
