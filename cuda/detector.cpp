@@ -292,6 +292,16 @@ void Detector::leave_out(Span<const char> edges, Span<const char> vertices) {
   impl_->set_mesh();
 }
 
+void Detector::set_resting(Span<const char> bodies) {
+  if (!(impl_->options.separation > 0))
+    throw Error(ErrorCode::invalid_argument, "set_resting() needs a separation");
+  if (impl_->mesh.has_resting(bodies)) return;
+  impl_->set_contacts({});
+  impl_->cpu.discard_ahead();
+  impl_->mesh.set_resting(bodies);
+  impl_->cpu.update_resting();
+}
+
 Span<const Contact> Detector::detect(const Positions& start, const Positions& end) {
   const IeeeArithmetic ieee;
   Stats stats = impl_->scene();
@@ -363,6 +373,7 @@ Span<const Contact> Detector::recheck_near_pairs(const Positions& start, const P
   return contacts;
 }
 
+Span<const double> Detector::near_distances() const { return impl_->cpu.near_distances(); }
 bool Detector::can_recheck_any_motion() const {
   return impl_->is_from_cpu && impl_->cpu.can_recheck_any_motion();
 }

@@ -58,7 +58,7 @@ void CpuDetector::set_mesh(const Mesh& mesh) {
   verlet_list_.forget();
   last_motion_is_kept_ = false;
   sort_ = std::make_unique<ContactSort>(mesh);
-  for (const auto& worker : workers_) worker->near_pairs.clear();
+  for (const auto& worker : workers_) worker->near_pairs.clear(mesh.body_count());
   if (options_.algorithm.culling.orphan_sets) orphans_ = OrphanSets(mesh);
 }
 
@@ -192,7 +192,7 @@ void CpuDetector::search(Stats& stats) {
   stats.ms_refit = watch.lap();
   begin_workers(options_.separation);
   for (const auto& worker : workers_) {
-    worker->near_pairs.clear();
+    worker->near_pairs.clear(mesh_->body_count());
     if (is_running_ahead_) worker->limit_to_start(is_interrupted_);
   }
   unexpanded_.clear();
@@ -220,10 +220,10 @@ Span<const Contact> CpuDetector::reduce_contacts(Span<const Contact> contacts,
   last_motion_is_kept_ = false;
   scale_ = scale_for(load_records(*mesh_, start, end, pool_, records_));
   begin_workers(options_.separation);
-  for (const auto& worker : workers_) worker->near_pairs.clear();
+  for (const auto& worker : workers_) worker->near_pairs.clear(mesh_->body_count());
   contacts_.clear();
   std::vector<Contact> others;
-  if (mesh_->leaves_out_any()) {
+  if (mesh_->leaves_out_any() || mesh_->any_resting()) {
     std::copy_if(contacts.begin(), contacts.end(), std::back_inserter(others),
                  [this](const Contact& contact) { return !is_left_out(contact); });
     contacts = others;
@@ -243,17 +243,20 @@ Span<const Contact> CpuDetector::reduce_contacts(Span<const Contact> contacts,
 }
 
 bool CpuDetector::is_left_out(const Contact& contact) const {
+  if (mesh_->rests(contact.body_a) && mesh_->rests(contact.body_b)) return true;
   return is_vertex_face(contact) ? mesh_->leaves_out_vertex(contact.primitive_a)
                                  : mesh_->leaves_out_edge(contact.primitive_a) ||
                                        mesh_->leaves_out_edge(contact.primitive_b);
 }
 
-void CpuDetector::describe_near(Stats& stats) const {
+void CpuDetector::describe_near(Stats& stats) {
   std::size_t count = 0;
-  stats.near_distance = options_.separation;
+  near_distances_.assign(mesh_->body_count(), options_.separation);
   for (const auto& worker : workers_) {
-    for (const std::vector<Candidate>& pairs : worker->near_pairs.of) count += pairs.size();
-    stats.near_distance = std::min(stats.near_distance, worker->near_pairs.min_distance);
+    const NearPairs& near = worker->near_pairs;
+    count += near.of[0].size() + near.of[1].size();
+    for (std::size_t body = 0; body < near.min_distance.size(); ++body)
+      near_distances_[body] = std::min(near_distances_[body], near.min_distance[body]);
   }
   stats.near_pairs = static_cast<std::int64_t>(count);
 }

@@ -33,10 +33,12 @@ class CpuDetector : public BackendDetector {
   ~CpuDetector() override;
 
   void set_mesh(const Mesh& mesh) override;
+  /// Call when the mesh has other resting bodies, after discard_ahead().
+  void update_resting() { hierarchy_.update_resting(pool_); }
   Span<const Contact> detect(const Positions& start, const Positions& end, Stats& stats) override;
-  /// Applies DetectorOptions::reduce_contacts, Topology::self_separation and Detector::leave_out()
-  /// to the contacts that another backend found with a separation, and returns the rest. Records
-  /// all of them for recheck_near_pairs(). `contacts` must be sorted. The result is valid until the
+  /// Applies DetectorOptions::reduce_contacts, Topology::self_separation, Detector::leave_out() and
+  /// set_resting() to the contacts that another backend found with a separation, and returns the
+  /// rest. Records all of them for recheck_near_pairs(). `contacts` must be sorted. The result is valid until the
   /// next call.
   Span<const Contact> reduce_contacts(Span<const Contact> contacts, const Positions& start,
                                       const Positions& end, Stats& stats);
@@ -44,6 +46,8 @@ class CpuDetector : public BackendDetector {
   bool can_recheck_any_motion() const {
     return !near_pairs_lost_ && hierarchy_.is_built() && may_list();
   }
+  /// As Detector::near_distances().
+  Span<const double> near_distances() const { return near_distances_; }
   /// As Detector::recheck_near_pairs().
   Span<const Contact> recheck_near_pairs(const Positions& start, const Positions& end,
                                          Stats& stats);
@@ -93,6 +97,12 @@ class CpuDetector : public BackendDetector {
   void record_list_use();
   // Returns whether the options allow Verlet lists.
   bool may_list() const;
+  // Returns whether the traversal skips the pair, because of its bodies. A new Verlet list gets the
+  // pairs of resting bodies too: it serves them when they move again.
+  bool is_excluded(NodePair pair) const {
+    return !hierarchy_.may_collide(pair) ||
+           (list_state_ != ListState::building && hierarchy_.rest(pair));
+  }
   // Returns whether all candidates below the pair are known, so that the traversal skips it: from
   // the Verlet list or, in a re-check, from the near pairs.
   bool is_known(NodePair pair) const {
@@ -107,10 +117,10 @@ class CpuDetector : public BackendDetector {
   void query_each_group(Stats& stats);
   // Finds the candidates of a pair of leaves.
   void visit_pair(Worker& worker, NodePair pair);
-  // Whether the mesh leaves out one of its primitives.
+  // Whether the mesh leaves out one of its primitives, or both bodies rest.
   bool is_left_out(const Contact& contact) const;
-  // Sets number and distance of the near pairs of all workers.
-  void describe_near(Stats& stats) const;
+  // Sets number and distances of the near pairs of all workers.
+  void describe_near(Stats& stats);
   // Keeps the pairs where the traversal ended as the front of the next step.
   void keep_front(bool reused);
   // Sets the time that the workers were idle, from their busy time and the wall time, milliseconds.
@@ -166,6 +176,7 @@ class CpuDetector : public BackendDetector {
   OrphanSets orphans_;
   std::unique_ptr<ContactSort> sort_;
   std::vector<Contact> contacts_, rechecked_;
+  std::vector<double> near_distances_;  // by body, of the last detection
 
   std::function<void(int)> ahead_job_;     // job of the worker that detects ahead
   bool is_running_ahead_ = false;          // the job is submitted and not joined

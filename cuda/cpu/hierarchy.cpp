@@ -52,10 +52,11 @@ void Hierarchy::find_node_info(ThreadPool& pool) {
   tree_.for_each_upward(pool, [&](std::size_t i) {
     if (nodes[i].leaf()) {
       const Group& group = groups_.groups()[nodes[i].group()];
-      node_info_[i] = {group.body, group.pinned != 0};
+      node_info_[i] = {group.body, group.pinned != 0, mesh_->rests(group.body)};
     } else {
       const NodeInfo &left = node_info_[nodes[i].left], &right = node_info_[nodes[i].right()];
-      node_info_[i] = {left.body == right.body ? left.body : -1, left.pinned && right.pinned};
+      node_info_[i] = {left.body == right.body ? left.body : -1, left.pinned && right.pinned,
+                       left.rests && right.rests};
     }
   });
 }

@@ -37,6 +37,11 @@ class Hierarchy {
   void refit(const std::vector<VertexRecord>& records, double scale, double margin,
              ThreadPool& pool);
 
+  /// Call when the mesh has other resting bodies (Mesh::rests()).
+  void update_resting(ThreadPool& pool) {
+    if (is_built_) find_node_info(pool);
+  }
+
   const Groups& groups() const { return groups_; }
   const Tree& tree() const { return tree_; }
   const NodeVolume* volume() const { return volume_.get(); }  ///< null: boxes only
@@ -46,6 +51,8 @@ class Hierarchy {
     const NodeInfo &a = node_info_[pair.a], &b = node_info_[pair.b];
     return !(a.pinned && b.pinned) && (a.body < 0 || b.body < 0 || mesh_->collide(a.body, b.body));
   }
+  /// Whether all bodies below both nodes rest.
+  bool rest(NodePair pair) const { return node_info_[pair.a].rests && node_info_[pair.b].rests; }
   std::size_t bytes() const;
 
  private:
@@ -53,6 +60,7 @@ class Hierarchy {
   struct NodeInfo {
     std::int32_t body;  // the body of all primitives; -1: several bodies
     bool pinned;        // whether all vertices are pinned
+    bool rests;         // whether all bodies rest
   };
 
   void find_node_info(ThreadPool& pool);

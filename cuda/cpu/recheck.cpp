@@ -1,7 +1,6 @@
 // The re-check of near pairs for another motion with the same start.
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "core/narrow/separation.h"
 #include "core/stopwatch.h"
@@ -85,9 +84,8 @@ void CpuDetector::search_again(Stats& stats) {
 // Returns whether no near pair can touch, because the displacements of all vertices differ by less
 // than the smallest distance of a near pair.
 bool CpuDetector::stay_apart() const {
-  double min_distance = std::numeric_limits<double>::infinity();
-  for (const auto& worker : workers_)
-    min_distance = std::min(min_distance, worker->near_pairs.min_distance);
+  double min_distance = options_.separation;
+  for (const double of_body : near_distances_) min_distance = std::min(min_distance, of_body);
   double lo[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, hi[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
   // Scaled, so that squares of displacements do not underflow.
   min_distance *= scale_;

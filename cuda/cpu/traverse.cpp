@@ -50,7 +50,7 @@ void CpuDetector::balanced_traversal(Span<const NodePair> initial, Stats& stats)
           return;
         }
         PairVisit v = visit(pair, nodes[pair.a], nodes[pair.b]);
-        if (v.overlaps && (!hierarchy_.may_collide(pair) || is_known(pair))) v = {false, 0, {}};
+        if (v.overlaps && (is_excluded(pair) || is_known(pair))) v = {false, 0, {}};
         if (volume && v.overlaps && pair.a != pair.b && volume->apart(pair.a, pair.b)) {
           ++worker.culled;
           v = {false, 0, {}};
@@ -95,7 +95,7 @@ void CpuDetector::query_each_group(Stats& stats) {
       const TreeNode& q = nodes[query];
       if (!q.leaf()) continue;
       const auto self = static_cast<std::uint32_t>(query);
-      if (hierarchy_.may_collide({self, self}) && !is_known({self, self}))
+      if (!is_excluded({self, self}) && !is_known({self, self}))
         visit_pair(worker, {self, self});
       stack.push_back(0);
       while (!stack.empty()) {
@@ -113,7 +113,7 @@ void CpuDetector::query_each_group(Stats& stats) {
               children_to_visit(nodes.data(), n, static_cast<std::int32_t>(self));
           for (int i = children.count; i-- > 0;)
             stack.push_back(static_cast<std::uint32_t>(children.node[i]));
-        } else if (q.group() < n.group() && hierarchy_.may_collide({self, other}) &&
+        } else if (q.group() < n.group() && !is_excluded({self, other}) &&
                    !is_known({self, other})) {
           visit_pair(worker, {self, other});
         }

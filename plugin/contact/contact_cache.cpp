@@ -1,10 +1,7 @@
 #include "contact/contact_cache.h"
 
-#include <Eigen/Core>
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <iterator>
 #include <limits>
 
 namespace lazyccd::bullet {
@@ -32,24 +29,35 @@ bool are_near(const btScalar* a, const btScalar* b, std::size_t count, btScalar 
   return true;
 }
 
-// Upper bound of the difference of the displacements of two vertices, metres.
-double relative_displacement(const std::vector<btScalar>& from, const std::vector<btScalar>& to) {
-  constexpr btScalar infinity = std::numeric_limits<btScalar>::infinity();
-  btScalar lower[3] = {infinity, infinity, infinity}, upper[3] = {-infinity, -infinity, -infinity};
-  for (std::size_t i = 0; i < from.size(); i += 3) {
-    for (std::size_t k = 0; k < 3; ++k) {
-      const btScalar moved = to[i + k] - from[i + k];
-      lower[k] = std::min(lower[k], moved);
-      upper[k] = std::max(upper[k], moved);
+// Bounds of the displacements of vertices.
+class Displacements {
+ public:
+  void add(const btScalar* from, const btScalar* to, std::size_t count) {
+    for (std::size_t i = 0; i < count; i += 3) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const btScalar moved = to[i + k] - from[i + k];
+        lower_[k] = std::min(lower_[k], moved);
+        upper_[k] = std::max(upper_[k], moved);
+        is_finite_ = is_finite_ && std::isfinite(moved);
+      }
     }
   }
-  // Comparisons pass over what is not a number.
-  if (std::any_of(to.begin(), to.end(), [](btScalar x) { return !std::isfinite(x); }))
-    return infinity;
-  double squared = 0;
-  for (int k = 0; k < 3; ++k) squared += std::pow(static_cast<double>(upper[k] - lower[k]), 2);
-  return std::sqrt(squared);
-}
+  // Upper bound of the difference of any two of them, metres.
+  double largest_difference() const {
+    if (!is_finite_) return std::numeric_limits<double>::infinity();
+    double squared = 0;
+    for (int k = 0; k < 3; ++k) {
+      const double difference = upper_[k] - lower_[k];
+      if (difference > 0) squared += difference * difference;
+    }
+    return std::sqrt(squared);
+  }
+
+ private:
+  static constexpr btScalar infinity = std::numeric_limits<btScalar>::infinity();
+  btScalar lower_[3] = {infinity, infinity, infinity}, upper_[3] = {-infinity, -infinity, -infinity};
+  bool is_finite_ = true;  // comparisons pass over what is not a number
+};
 
 }  // namespace
 
@@ -62,7 +70,7 @@ bool ContactCache::begin(const Motion& motion, Span<const double> found_distance
     start_ = motion.start;
     end_ = motion.end;
     stays_.assign(bodies, 0);
-    is_close_.assign(bodies, 0);
+    near_distances_.assign(bodies, 0);
     return false;
   }
   bool all_stay = true;
@@ -70,7 +78,7 @@ bool ContactCache::begin(const Motion& motion, Span<const double> found_distance
     const auto first = 3 * static_cast<std::size_t>(motion.first_vertex[body]),
                count = 3 * static_cast<std::size_t>(motion.first_vertex[body + 1]) - first;
     const auto tolerance = static_cast<btScalar>(max_move * found_distances[body]);
-    stays_[body] = !is_close_[body] &&
+    stays_[body] = near_distances_[body] >= close_fraction * found_distances[body] &&
                    are_near(&motion.start[first], &start_[first], count, tolerance) &&
                    are_near(&motion.end[first], &end_[first], count, tolerance);
     if (stays_[body]) continue;
@@ -78,47 +86,39 @@ bool ContactCache::begin(const Motion& motion, Span<const double> found_distance
     std::copy_n(&motion.start[first], count, &start_[first]);
     std::copy_n(&motion.end[first], count, &end_[first]);
   }
-  // Where something is known to be close, keeps_apart() would fail: it is quicker to search.
-  const double least = *std::min_element(distances_.begin(), distances_.end());
-  return all_stay && !(near_distance_ >= 0 && near_distance_ < close_fraction * least);
+  return all_stay;
 }
 
-bool ContactCache::is_close(const Contact& contact, const Motion& motion) const {
-  const std::array<double, 4> weights = contact.weights();
-  Eigen::Vector3d gap = Eigen::Vector3d::Zero();
-  for (std::size_t i = 0; i < 4; ++i) gap += weights[i] * motion.start_of(contact.vertices[i]);
-  return gap.norm() <
-         close_fraction * std::min(distances_[contact.body_a], distances_[contact.body_b]);
-}
-
-void ContactCache::take(const std::vector<Contact>& found, double near_distance,
-                        const Motion& motion) {
+void ContactCache::take(const std::vector<Contact>& found, Span<const double> near_distances) {
   const auto both_stay = [this](const Contact& contact) {
     return stays_[contact.body_a] && stays_[contact.body_b];
   };
   contacts_.erase(std::remove_if(contacts_.begin(), contacts_.end(),
                                  [&](const Contact& contact) { return !both_stay(contact); }),
                   contacts_.end());
-  merged_.clear();
-  std::fill(is_close_.begin(), is_close_.end(), 0);  // bodies that stay were close to nothing
-  auto kept = contacts_.begin();
-  for (const Contact& contact : found) {
-    if (both_stay(contact)) continue;
-    if (is_close(contact, motion)) is_close_[contact.body_a] = is_close_[contact.body_b] = 1;
-    while (kept != contacts_.end() && *kept < contact) merged_.push_back(*kept++);
-    merged_.push_back(contact);
-  }
-  merged_.insert(merged_.end(), kept, contacts_.end());
+  merged_.resize(contacts_.size() + found.size());
+  std::merge(contacts_.begin(), contacts_.end(), found.begin(), found.end(), merged_.begin());
   contacts_.swap(merged_);
-  near_distance_ = near_distance;
-  detected_ = motion.start;
+  for (std::size_t body = 0; body < stays_.size(); ++body)
+    if (!stays_[body]) near_distances_[body] = near_distances[body];
 }
 
+// A kept pair was last searched when the later of its bodies last moved. The other one may have
+// moved by max_move along each axis between its own last motion and that search.
 bool ContactCache::keeps_apart(const Motion& motion, bool at_start) const {
-  const auto moved_less = [this](const std::vector<btScalar>& positions) {
-    return relative_displacement(detected_, positions) < slack * near_distance_;
-  };
-  return moved_less(motion.start) && (at_start || moved_less(motion.end));
+  Displacements at_starts, at_ends;
+  double apart = std::numeric_limits<double>::infinity(), moved_before = 0;
+  for (std::size_t body = 0; body < stays_.size(); ++body) {
+    if (!stays_[body]) continue;
+    apart = std::min(apart, near_distances_[body]);
+    moved_before = std::max(moved_before, std::sqrt(3.0) * max_move * distances_[body]);
+    const auto first = 3 * static_cast<std::size_t>(motion.first_vertex[body]),
+               count = 3 * static_cast<std::size_t>(motion.first_vertex[body + 1]) - first;
+    at_starts.add(&start_[first], &motion.start[first], count);
+    if (!at_start) at_ends.add(&start_[first], &motion.end[first], count);
+  }
+  const double moved = std::max(at_starts.largest_difference(), at_ends.largest_difference());
+  return moved + moved_before < slack * apart;
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

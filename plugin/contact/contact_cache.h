@@ -8,9 +8,9 @@
 // Jolt in its body pair cache.
 //
 // Nothing is lost. Pairs within 1.1 times the thickness are found, and what stays in place comes
-// nearer by less than the rest. Nothing touches as long as vertices have moved relative to each
-// other by less than the smallest distance that a detection found. A body does not stay while
-// something is so near to it that the normal may change its side.
+// nearer by less than the rest. Kept pairs do not touch as long as their vertices have moved
+// relative to each other by less than the distance at which the detection found them. A body does
+// not stay while something is so near to it that the normal may change its side.
 #pragma once
 
 #include <vector>
@@ -31,27 +31,24 @@ class ContactCache {
   /// within which all of its pairs with a constraint are found, metres. Returns true if all stay:
   /// contacts() then hold.
   bool begin(const Motion& motion, Span<const double> found_distances);
-  /// After begin() returned false: takes the contacts of a detection for the bodies that moved.
-  /// They are sorted. `near_distance`: what any two primitives are apart at the start, at least,
-  /// metres; negative if it is not known.
-  void take(const std::vector<Contact>& found, double near_distance, const Motion& motion);
+  /// The bodies that stay: not 0. By body. A detection may leave out the pairs of two of them, and
+  /// of each with itself.
+  Span<const char> stays() const { return stays_; }
+  /// After begin() returned false: takes the contacts of a detection without those pairs. They are
+  /// sorted. `near_distances`: as Detector::near_distances() of that detection.
+  void take(const std::vector<Contact>& found, Span<const double> near_distances);
   /// The near contacts of all bodies, sorted.
   Span<const Contact> contacts() const { return contacts_; }
-  /// True if it is certain that nothing touches in the motion to its present end, or, with
-  /// `at_start`, at its start.
+  /// True if it is certain that bodies that stay touch neither each other nor themselves in the
+  /// motion to its present end, or, with `at_start`, at its start.
   bool keeps_apart(const Motion& motion, bool at_start) const;
 
  private:
-  // Whether the contact is nearly closed at the start of the motion.
-  bool is_close(const Contact& contact, const Motion& motion) const;
-
   std::vector<Contact> contacts_, merged_;
-  std::vector<btScalar> start_, end_;  // by body: when it last moved; empty: nothing is kept
-  std::vector<double> distances_;      // by body: the last found_distances
-  std::vector<char> stays_;            // by body
-  std::vector<char> is_close_;         // by body: to something, at the last detection
-  std::vector<btScalar> detected_;     // start of the last motion in which all pairs were searched
-  double near_distance_ = -1;          // there
+  std::vector<btScalar> start_, end_;   // by body: when it last moved; empty: nothing is kept
+  std::vector<double> distances_;       // by body: the last found_distances
+  std::vector<double> near_distances_;  // by body: when it last moved
+  std::vector<char> stays_;             // by body
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

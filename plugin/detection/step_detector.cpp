@@ -138,7 +138,7 @@ void StepDetector::begin_motion() {
   found_any_ = false;
   filter_.begin_motion();
   counts_ = {};
-  detected_near_ = keeps_near_ = false;
+  detected_near_ = keeps_near_ = keeps_some_ = false;
 }
 
 std::vector<Contact> StepDetector::touching(const Positions& start, const Positions& end) {
@@ -157,8 +157,11 @@ std::vector<Contact> StepDetector::touching(const Positions& start, const Positi
 Span<const Contact> StepDetector::recheck(const Positions& start, const Positions& end) {
   const bool at_start = is_start_of_motion(end);
   if (!simple_shapes_are_clear(at_start)) return touching_detector().detect(start, end);
-  if (!others_may_meet_ || (keeps_near_ && cache_.keeps_apart(motion_, at_start))) return {};
-  if (keeps_near_ || leaves_out_any()) return touching_detector().detect(start, end);
+  if (!others_may_meet_) return {};
+  const bool kept_may_touch =
+      keeps_some_ && (leaves_out_any() || !cache_.keeps_apart(motion_, at_start));
+  if (keeps_near_ && !kept_may_touch) return {};
+  if (kept_may_touch || leaves_out_any()) return touching_detector().detect(start, end);
   const Span<const Contact> found = near_detector_->recheck_near_pairs(start, end);
   ++counts_.rechecks;
   counts_.searches_again += near_detector_->stats().searched_again;
@@ -231,11 +234,16 @@ NearContacts StepDetector::detect_near(LastImpulses& last_impulses) {
 }
 
 Span<const Contact> StepDetector::find_near_with_detector() {
-  keeps_near_ = may_keep_near_ && cache_.begin(motion_, found_distances());
+  keeps_near_ = keeps_some_ = may_keep_near_ && cache_.begin(motion_, found_distances());
   if (keeps_near_) {
     ++counts_.cached_detections;
     prediction_.forget();
     return cache_.contacts();
+  }
+  if (may_keep_near_) {
+    const Span<const char> stays = cache_.stays();
+    keeps_some_ = std::find(stays.begin(), stays.end(), 1) != stays.end();
+    near_detector_->set_resting(stays);
   }
   const Span<const Contact> near = near_detector_->detect(motion_.starts(), motion_.ends());
   detected_near_ = true;
@@ -244,10 +252,10 @@ Span<const Contact> StepDetector::find_near_with_detector() {
   counts_.candidates += stats.candidates_vf + stats.candidates_ee;
   counts_.listed_candidates += stats.listed_candidates;
   prediction_.compare(motion_, stats.candidates_vf + stats.candidates_ee);
-  any_near_ = stats.near_pairs > 0 || leaves_out_any();
+  any_near_ = stats.near_pairs > 0 || leaves_out_any() || (any_near_ && keeps_some_);
   internal_edges_.remove(near, constrained_);
   if (!may_keep_near_) return constrained_;
-  cache_.take(constrained_, leaves_out_any() ? -1 : stats.near_distance, motion_);
+  cache_.take(constrained_, near_detector_->near_distances());
   return cache_.contacts();
 }
 

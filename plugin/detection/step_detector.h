@@ -151,6 +151,7 @@ class StepDetector {
   bool may_keep_near_;       ///< SolverOptions::contact_cache
   ContactCache cache_;       ///< of what near_detector_ finds
   bool keeps_near_ = false;  ///< in this motion, so near_detector_ was not asked
+  bool keeps_some_ = false;  ///< so it left out the pairs of bodies that stay
   /// By body, metres: pairs of its own primitives within this distance are found, if it meets
   /// itself; else the separation.
   std::vector<double> self_distances_;

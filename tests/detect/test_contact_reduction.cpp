@@ -205,37 +205,49 @@ TEST_CASE("contact reduction is the same in every arithmetic, strategy and instr
   CHECK(plain.stats().contacts_vf > 0);
 }
 
-TEST_CASE("the near distance is that of the nearest pair, or the separation") {
-  const MovingTriangles scene = cloths();
-  const Topology topology = scene.topology();
+TEST_CASE("the near distance of a body is that of its nearest pair, or the separation") {
+  MovingTriangles scene = cloths();
+  const auto of_cloths = static_cast<std::int32_t>(scene.start.size() / 3);
+  // A triangle far away.
+  for (std::vector<double>* positions : {&scene.start, &scene.end})
+    positions->insert(positions->end(), {90, 0, 0, 91, 0, 0, 90, 1, 0});
+  scene.faces.push_back({of_cloths, of_cloths + 1, of_cloths + 2});
+  std::vector<std::int32_t> body(scene.start.size() / 3, 2);
+  std::fill_n(body.begin(), of_cloths, 1);
+  std::fill_n(body.begin(), 81, 0);
+  Topology topology = scene.topology();
+  topology.body_of_vertex = body;
   const Positions start = scene.at(scene.start), end = scene.at(scene.end);
   Detector everything(cpu_options(false));
   everything.set_topology(topology);
   const Span<const Contact> contacts = everything.detect(start, end);
-  double smallest = cpu_options(false).separation;
-  for (const Contact& contact : contacts)
-    if (contact.toi == 0) smallest = std::min<double>(smallest, gap_at_start(contact, scene));
-  REQUIRE(smallest < cpu_options(false).separation);
+  const double separation = cpu_options(false).separation;
+  std::vector<double> smallest(3, separation);
+  for (const Contact& contact : contacts) {
+    if (contact.toi > 0) continue;
+    const double gap = gap_at_start(contact, scene);
+    for (const std::int32_t b : {contact.body_a, contact.body_b})
+      smallest[b] = std::min(smallest[b], gap);
+  }
+  REQUIRE(smallest[0] < separation);
+  REQUIRE(smallest[1] < separation);
   Detector reduced(cpu_options(true));
   reduced.set_topology(topology);
   reduced.detect(start, end);
   const Mesh mesh(topology);
-  CpuDetector cpu(cpu_options(true));
-  cpu.set_mesh(mesh);
-  Stats of_device;
-  cpu.reduce_contacts({contacts.data(), contacts.size()}, start, end, of_device);
-  for (const Stats& stats : {everything.stats(), reduced.stats(), of_device}) {
-    CHECK(stats.near_distance <= smallest * (1 + 1e-5));
-    CHECK(stats.near_distance > smallest * 0.99);
+  CpuDetector of_device(cpu_options(true));
+  of_device.set_mesh(mesh);
+  Stats stats;
+  of_device.reduce_contacts({contacts.data(), contacts.size()}, start, end, stats);
+  for (const Span<const double> distances :
+       {everything.near_distances(), reduced.near_distances(), of_device.near_distances()}) {
+    REQUIRE(distances.size() == 3);
+    for (int b = 0; b < 2; ++b) {
+      CHECK(distances[b] <= smallest[b] * (1 + 1e-5));
+      CHECK(distances[b] > smallest[b] * 0.99);
+    }
+    CHECK(distances[2] == separation);
   }
-
-  MovingTriangles alone;
-  alone.start = alone.end = {0, 0, 0, 1, 0, 0, 0, 1, 0};
-  alone.faces = {{0, 1, 2}};
-  Detector lonely(cpu_options(true));
-  lonely.set_topology(alone.topology());
-  lonely.detect(alone.at(alone.start), alone.at(alone.end));
-  CHECK(lonely.stats().near_distance == cpu_options(true).separation);
 }
 
 TEST_CASE("near pairs of one body end at its self-separation and touching pairs do not") {

@@ -28,6 +28,7 @@ struct Setting {
   DetectorOptions options;
   bool has_separation = false;
   bool leaves_out = false;  ///< every third edge and every fourth vertex
+  bool rests = false;       ///< all bodies but every third rest
 };
 
 std::vector<Setting> settings() {
@@ -49,6 +50,9 @@ std::vector<Setting> settings() {
   all.push_back(all.back());
   all.back().name += ", without some edges and vertices";
   all.back().leaves_out = true;
+  all.push_back(all[all.size() - 2]);
+  all.back().name += ", with resting bodies";
+  all.back().rests = true;
   return all;
 }
 
@@ -67,7 +71,13 @@ struct Pair {
     for (Detector* const detector : {&gpu, &cpu}) {
       detector->set_topology(topology);
       if (setting.leaves_out) leave_out(*detector, topology.vertex_count);
+      if (setting.rests) let_rest(*detector, topology.bodies.size());
     }
+  }
+  static void let_rest(Detector& detector, std::size_t body_count) {
+    std::vector<char> resting(body_count);
+    for (std::size_t b = 0; b < body_count; ++b) resting[b] = b % 3 != 2;
+    detector.set_resting(resting);
   }
   static void leave_out(Detector& detector, std::size_t vertex_count) {
     std::vector<char> edges(detector.edges().size()), vertices(vertex_count);

@@ -1,6 +1,5 @@
 #include "cpu/isa/near.h"
 
-#include <limits>
 
 #include "core/narrow/closest.h"
 #include "cpu/isa/differences.h"
@@ -123,8 +122,6 @@ class EndTests {
 template <ContactKind kind>
 void near_kind(const LeafScene& scene, const Candidate* candidates, int count, NearSplit& split) {
   const FloatLanes zero(0.0f), tiny(Roundoff<float>::tiny);
-  constexpr float infinity = std::numeric_limits<float>::infinity();
-  FloatLanes nearest(infinity);
   EndTests end_tests;
   split.near_count = split.kept_count = split.far_count = split.undecided_count = 0;
   for (int begin = 0; begin < count; begin += FloatLanes::lanes) {
@@ -168,7 +165,7 @@ void near_kind(const LeafScene& scene, const Candidate* candidates, int count, N
     }
     const Mask near = certainly_within(within);
     const unsigned near_bits = near.bits() & used;
-    nearest = lane_min(nearest, select(near, min_distance, nearest));
+    store_chosen(min_distance, near_bits, split.near_min_distance + split.near_count);
     split.near_count = append(pair, near_bits, split.near, split.near_count);
     for (unsigned kept = near_bits & ~is_redundant; kept; kept &= kept - 1) {
       const int i = lowest_bit(kept);
@@ -178,11 +175,6 @@ void near_kind(const LeafScene& scene, const Candidate* candidates, int count, N
     if (end_tests.count() >= FloatLanes::lanes) end_tests.split<kind>(scene, split);
   }
   while (end_tests.count() > 0) end_tests.split<kind>(scene, split);
-  alignas(64) float lanes[FloatLanes::lanes];
-  nearest.store(lanes);
-  split.min_distance = lanes[0];
-  for (const float lane : lanes)
-    split.min_distance = lane < split.min_distance ? lane : split.min_distance;
 }
 
 }  // namespace

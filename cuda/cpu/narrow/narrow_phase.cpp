@@ -172,12 +172,15 @@ void NarrowPhase::report_near(const Candidate* items, int count) {
     items = movable_.data();
   }
   kernels_->near_at_start(scene_, kind, items, count, split_);
-  if (list_) list_near(kind);
+  if (list_) {
+    list_near(kind);
+    if (mesh_->any_resting()) drop_resting<kind>();
+  }
   if (interrupted_) defer_undecided(kind);
   Approach* const undecided = split_.undecided;
   survived[static_cast<int>(kind)] += split_.near_count + split_.undecided_count;
   const int hits = kernels_->within(scene_, kind, undecided, split_.undecided_count);
-  record_near(kind, hits);
+  record_near<kind>(hits);
   for (int i = 0; i < hits; ++i)
     if (!undecided[i].is_redundant || !at_start(undecided[i]))
       split_.kept[split_.kept_count++] = undecided[i];
@@ -222,6 +225,30 @@ void NarrowPhase::list_near(ContactKind kind) {
   for (int i = 0; i < split_.undecided_count; ++i)
     add(split_.undecided[i].pair, split_.undecided[i].min_distance);
   for (int i = 0; i < split_.far_count; ++i) add(split_.far[i], split_.far_min_distance[i]);
+}
+
+// Drops the pairs of resting bodies, which only the Verlet list needs.
+template <ContactKind kind>
+void NarrowPhase::drop_resting() {
+  const auto rest = [this](Candidate pair) {
+    Contact contact;
+    identify_contact<kind>(scene_.mesh, pair, contact);
+    return mesh_->rests(contact.body_a) && mesh_->rests(contact.body_b);
+  };
+  int near_count = 0;
+  for (int i = 0; i < split_.near_count; ++i) {
+    split_.near[near_count] = split_.near[i];
+    split_.near_min_distance[near_count] = split_.near_min_distance[i];
+    near_count += !rest(split_.near[i]);
+  }
+  split_.near_count = near_count;
+  const auto drop = [&](Approach* approaches, int& count) {
+    const auto last = std::remove_if(approaches, approaches + count,
+                                     [&](const Approach& a) { return rest(a.pair); });
+    count = static_cast<int>(last - approaches);
+  };
+  drop(split_.kept, split_.kept_count);
+  drop(split_.undecided, split_.undecided_count);
 }
 
 // Defers the undecided candidates until the end of the step is known. They count as candidates when
@@ -272,15 +299,20 @@ void NarrowPhase::process_listed(const ListedPairs& part, ContactKind kind,
 }
 
 // Records split_.near and the first `undecided_hits` of split_.undecided as within the separation.
-void NarrowPhase::record_near(ContactKind kind, int undecided_hits) {
-  std::vector<Candidate>& pairs = near_pairs.of[static_cast<int>(kind)];
-  pairs.insert(pairs.end(), split_.near, split_.near + split_.near_count);
-  float min_distance = split_.min_distance;
-  for (int i = 0; i < undecided_hits; ++i) {
-    pairs.push_back(split_.undecided[i].pair);
-    min_distance = std::min(min_distance, split_.undecided[i].min_distance);
-  }
-  near_pairs.min_distance = std::min(near_pairs.min_distance, min_distance / scene_.scale);
+template <ContactKind kind>
+void NarrowPhase::record_near(int undecided_hits) {
+  const auto record = [this](Candidate pair, float min_distance) {
+    near_pairs.of[static_cast<int>(kind)].push_back(pair);
+    Contact contact;
+    identify_contact<kind>(scene_.mesh, pair, contact);
+    for (const std::int32_t body : {contact.body_a, contact.body_b}) {
+      double& of_body = near_pairs.min_distance[body];
+      of_body = std::min(of_body, min_distance / scene_.scale);
+    }
+  };
+  for (int i = 0; i < split_.near_count; ++i) record(split_.near[i], split_.near_min_distance[i]);
+  for (int i = 0; i < undecided_hits; ++i)
+    record(split_.undecided[i].pair, split_.undecided[i].min_distance);
 }
 
 template <ContactKind kind>
@@ -304,7 +336,10 @@ void NarrowPhase::reduce(Span<const Contact> near, std::vector<Contact>& kept) {
     movable_[i] = {near[i].primitive_a, near[i].primitive_b};
   const int count = static_cast<int>(near.size());
   kernels_->near_at_start(scene_, kind, movable_.data(), count, split_);
-  record_near(kind, split_.undecided_count);
+  if (kind == ContactKind::vertex_face)
+    record_near<ContactKind::vertex_face>(split_.undecided_count);
+  else
+    record_near<ContactKind::edge_edge>(split_.undecided_count);
   const auto is_dropped = [&](const Approach& approach) {
     return approach.is_redundant ||
            (kind == ContactKind::vertex_face

@@ -21,14 +21,17 @@ namespace lazyccd {
 /// Pairs that one worker found within the separation during the step.
 struct NearPairs {
   std::vector<Candidate> of[2];  // by ContactKind
-  // Lower bound of the distance of all pairs at the start of the step, unscaled.
-  double min_distance = std::numeric_limits<double>::infinity();
+  // By body: lower bound of the distance of all of its pairs at the start of the step, unscaled.
+  std::vector<double> min_distance;
 
-  void clear() {
+  void clear(std::size_t body_count) {
     for (std::vector<Candidate>& pairs : of) pairs.clear();
-    min_distance = std::numeric_limits<double>::infinity();
+    min_distance.assign(body_count, std::numeric_limits<double>::infinity());
   }
-  std::size_t bytes() const { return (of[0].capacity() + of[1].capacity()) * sizeof(Candidate); }
+  std::size_t bytes() const {
+    return (of[0].capacity() + of[1].capacity()) * sizeof(Candidate) +
+           min_distance.capacity() * sizeof(double);
+  }
 };
 
 /// Filters candidates, decides the survivors, and describes the contacts. Full queues of the sink
@@ -108,11 +111,14 @@ class NarrowPhase : public CandidateSink {
   template <ContactKind kind>
   int copy_movable(const Candidate* items, int count);
   void list_near(ContactKind kind);
+  template <ContactKind kind>
+  void drop_resting();
   void defer_undecided(ContactKind kind);
   void defer_touching(ContactKind kind);
   template <ContactKind kind>
   void describe_touching();
-  void record_near(ContactKind kind, int undecided_hits);
+  template <ContactKind kind>
+  void record_near(int undecided_hits);
   template <ContactKind kind>
   bool exceeds_self_separation(const Approach& approach) const;
   template <ContactKind kind>

@@ -1,6 +1,7 @@
 // A checked copy of the caller's topology, with all edges.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <unordered_set>
 #include <vector>
@@ -63,6 +64,13 @@ class Mesh {
     return !vertices_left_out_.empty() && vertices_left_out_[vertex];
   }
   bool leaves_out_any() const { return !edges_left_out_.empty() || !vertices_left_out_.empty(); }
+  /// Sets what Detector::set_resting() names.
+  void set_resting(Span<const char> bodies);
+  bool has_resting(Span<const char> bodies) const {
+    return std::equal(bodies.begin(), bodies.end(), resting_.begin(), resting_.end());
+  }
+  bool any_resting() const { return !resting_.empty(); }
+  bool rests(std::int32_t body) const { return any_resting() && resting_[body]; }
   /// By vertex, as Topology::self_separation; empty: no limit.
   const std::vector<float>& self_separation() const { return self_separation_; }
 
@@ -109,6 +117,7 @@ class Mesh {
   std::vector<char> pinned_;  // by vertex; empty if no vertex is pinned
   std::vector<float> self_separation_;
   std::vector<char> edges_left_out_, vertices_left_out_;
+  std::vector<char> resting_;  // by body; empty if none rests
   std::unordered_set<std::uint64_t> disabled_;
 };
 

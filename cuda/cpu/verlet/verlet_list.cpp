@@ -80,17 +80,6 @@ std::size_t VerletList::size() const {
   return sum;
 }
 
-void VerletList::measure_distances() {
-  for (ListedPairs& part : parts_) {
-    part.distance_limit.resize(part.pairs.size());
-    for (std::size_t i = 0; i < part.pairs.size(); ++i) {
-      const double squared = motion_.difference_squared(part.pairs[i]);
-      part.distance_limit[i] =
-          squared <= limit_squared_ ? distance_limit(std::sqrt(squared) + tolerance_) : -1;
-    }
-  }
-}
-
 // Returns the largest distance, when the list was built, of a candidate that can come within the
 // separation after a relative motion of `relative_motion`. All values are scaled. Two points of two
 // primitives move relative to each other by no more than their vertices do. The elementary test is

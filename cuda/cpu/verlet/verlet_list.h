@@ -12,6 +12,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -31,7 +32,7 @@ class alignas(128) ListedPairs {
   std::vector<ListedCandidate> of[2];  // by ContactKind
   std::vector<NodePair> pairs;         // pairs of leaves
   // By pair of leaves: upper bound on ListedCandidate::min_distance for candidates to test in this
-  // step; scaled. Negative: the traversal visits the pair again.
+  // step; scaled. Negative: none, because the traversal visits the pair again or it is skipped.
   std::vector<float> distance_limit;
 
   void clear();
@@ -97,7 +98,9 @@ class VerletList {
   const std::vector<ListedPairs>& parts() const { return parts_; }
   std::size_t size() const;  ///< number of candidates
   /// Computes ListedPairs::distance_limit. Call it in a step with a list, after begin_step().
-  void measure_distances();
+  /// is_skipped(NodePair): whether the candidates of a pair of leaves are not tested in this step.
+  template <class IsSkipped>
+  void measure_distances(IsSkipped&& is_skipped);
 
   /// Call it at the end of a step with a list. `pairs` is the number of pairs of groups visited
   /// that a new list would hold. Discards the list if that number has become too large.
@@ -136,5 +139,18 @@ class VerletList {
   RelativeMotionBounds step_, built_step_;  // since the last step: now, and when it was built
   std::vector<ListedPairs> parts_;          // by worker
 };
+
+template <class IsSkipped>
+void VerletList::measure_distances(IsSkipped&& is_skipped) {
+  for (ListedPairs& part : parts_) {
+    part.distance_limit.resize(part.pairs.size());
+    for (std::size_t i = 0; i < part.pairs.size(); ++i) {
+      const double squared = motion_.difference_squared(part.pairs[i]);
+      part.distance_limit[i] = squared <= limit_squared_ && !is_skipped(part.pairs[i])
+                                   ? distance_limit(std::sqrt(squared) + tolerance_)
+                                   : -1;
+    }
+  }
+}
 
 }  // namespace lazyccd

@@ -77,6 +77,12 @@ class LAZYCCD_API Detector {
   /// Error(invalid_argument) without a separation.
   void leave_out(Span<const char> edges, Span<const char> vertices);
 
+  /// Leaves out of the following detections all pairs of two of these bodies, and of each with
+  /// itself: those whose element is not 0. By body; empty: none. Holds until the next
+  /// set_topology(). For bodies at rest, whose contacts the caller has kept: pairs of them cost
+  /// nothing. Cheap enough for every step. Throws as leave_out().
+  void set_resting(Span<const char> bodies);
+
   /// Returns the contacts of the linear motion from `start` to `end`, sorted by world, then by
   /// operator< of Contact. The span is valid until the next call. Throws Error if a position is not
   /// finite or the number of positions is wrong.
@@ -123,6 +129,10 @@ class LAZYCCD_API Detector {
   /// thread, without a separation, with Strategy::static_list, or with a Volume other than box.
   void detect_ahead(const Positions& start, const Positions& end, double tolerance);
 
+  /// By body: a lower bound of the distance of its primitives from all others at the start of the
+  /// last detect(), in the unit of the positions; at most the separation. Pairs that cannot collide
+  /// or are left out do not count. Needs a separation. Valid until the next detect().
+  Span<const double> near_distances() const;
   /// Tests the pairs that the last detect() found within the separation h again, for another motion
   /// with the same start. Returns the pairs that touch, sorted; valid until the next call. Complete
   /// if can_recheck_any_motion(), or if at all times the deviations of any two vertices from the

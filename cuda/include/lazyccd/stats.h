@@ -41,9 +41,6 @@ struct Stats {
   std::int64_t parts = 0;
   /// With a separation: pairs within it during the step, reported or not.
   std::int64_t near_pairs = 0;
-  /// With a separation: lower bound of the distance of any two primitives at the start of the step,
-  /// metres; at most the separation. Pairs that cannot collide or are left out do not count.
-  double near_distance = 0;
   std::int64_t contacts_vf = 0, contacts_ee = 0;
   bool rebuilt = false;       ///< the hierarchy was rebuilt in this step
   bool front_reused = false;  ///< the traversal started from the front of an earlier step

@@ -237,7 +237,6 @@ void bind_stats(nb::module_& module) {
       .def_ro("double_precision_tests", &Stats::double_precision_tests)
       .def_ro("exact_tests", &Stats::exact_tests)
       .def_ro("near_pairs", &Stats::near_pairs)
-      .def_ro("near_distance", &Stats::near_distance)
       .def_ro("contacts_vf", &Stats::contacts_vf)
       .def_ro("contacts_ee", &Stats::contacts_ee)
       .def_ro("rebuilt", &Stats::rebuilt)

@@ -34,6 +34,10 @@ btVector3 vector(double x, double y, double z) {
   return btVector3(static_cast<btScalar>(x), static_cast<btScalar>(y), static_cast<btScalar>(z));
 }
 
+std::vector<double> near(double distance, std::size_t bodies) {
+  return std::vector<double>(bodies, distance);
+}
+
 double largest_distance(const btSoftBody& a, const btSoftBody& b) {
   double largest = 0;
   for (int i = 0; i < a.m_nodes.size(); ++i)
@@ -76,7 +80,7 @@ TEST_CASE("a contact cache holds while every vertex starts and ends nearly where
   const std::vector<double> distances = {1, 1};
   ContactCache cache;
   CHECK(!cache.begin(before, distances));
-  cache.take({}, 0.5, before);
+  cache.take({}, near(0.5, 2));
   CHECK(cache.begin(before, distances));
   Motion after = before;
   SECTION("a little") {
@@ -128,10 +132,12 @@ TEST_CASE("a contact cache keeps the contacts of bodies that stay, and of no oth
   const std::vector<double> distances = {1, 1, 1};
   ContactCache cache;
   CHECK(!cache.begin(motion, distances));
-  cache.take({contact(0, 1, 0), contact(0, 2, 0), contact(1, 2, 0)}, 0.5, motion);
+  cache.take({contact(0, 1, 0), contact(0, 2, 0), contact(1, 2, 0)}, near(0.5, 3));
   motion.end[8] += 1;  // of body 2
   CHECK(!cache.begin(motion, distances));
-  cache.take({contact(0, 1, 0.5F), contact(1, 2, 0.5F)}, 0.5, motion);
+  const Span<const char> stays = cache.stays();
+  CHECK(std::vector<char>(stays.begin(), stays.end()) == std::vector<char>{1, 1, 0});
+  cache.take({contact(1, 2, 0.5F)}, near(0.5, 3));
   const Span<const Contact> found = cache.contacts();
   REQUIRE(found.size() == 2);
   CHECK(found[0].body_b == 1);
@@ -145,38 +151,48 @@ TEST_CASE("a contact cache knows that nothing touches while vertices move togeth
   const std::vector<double> distances = {1, 1};
   ContactCache cache;
   cache.begin(before, distances);
-  cache.take({}, 0.5, before);
+  cache.take({}, near(0.5, 2));
+  REQUIRE(cache.begin(before, distances));
   CHECK(cache.keeps_apart(two_bodies(vector(3, 0, 2), vector(3, 1, 2)), false));
+  // One of the two may have moved by sqrt(3) 0.013 before the other was searched for.
   Motion nearer = before;
-  nearer.end[4] = btScalar(0.51);
+  nearer.end[4] = btScalar(0.53);
   CHECK(cache.keeps_apart(nearer, false));
-  nearer.end[4] = btScalar(0.49);
+  nearer.end[4] = btScalar(0.51);
   CHECK(!cache.keeps_apart(nearer, false));
   CHECK(cache.keeps_apart(nearer, true));
   nearer.end[4] = std::numeric_limits<btScalar>::quiet_NaN();
   CHECK(!cache.keeps_apart(nearer, false));
-  cache.take({}, -1, before);
-  CHECK(!cache.keeps_apart(before, true));
+}
+
+TEST_CASE("a contact cache answers for bodies that stay, whatever others do") {
+  Motion motion = two_bodies(vector(0, 0, 0), vector(0, 1, 0));
+  for (std::vector<btScalar>* positions : {&motion.start, &motion.end})
+    positions->insert(positions->end(), {2, 2, 2});
+  motion.first_vertex = {0, 1, 2, 3};
+  const std::vector<double> distances = {1, 1, 1};
+  ContactCache cache;
+  cache.begin(motion, distances);
+  CHECK(cache.keeps_apart(motion, false));  // no body stays
+  cache.take({}, std::vector<double>{0.5, 0.5, 0});
+  // The third body is close to something and moves far.
+  motion.end[8] += 9;
+  CHECK(!cache.begin(motion, distances));
+  CHECK(cache.keeps_apart(motion, false));
+  cache.take({}, std::vector<double>{0, 0, 0.5});  // only what moved was searched
+  CHECK(cache.begin(motion, distances));
+  motion.end[4] = btScalar(0.4);
+  CHECK(!cache.keeps_apart(motion, false));
 }
 
 TEST_CASE("a contact cache searches again where something is nearly closed") {
   const double gap = GENERATE(0.05, 0.2);
   CAPTURE(gap);
-  // A vertex above a face. Both bodies stay in place.
-  Motion motion;
-  for (const btVector3& x :
-       {vector(0, gap, 0), vector(-1, 0, -1), vector(-1, 0, 2), vector(2, 0, -1)}) {
-    for (int k = 0; k < 3; ++k) motion.start.push_back(x[k]);
-  }
-  motion.end = motion.start;
-  motion.first_vertex = {0, 1, 4};
+  const Motion motion = two_bodies(vector(0, gap, 0), vector(0, 0, 0));
   const std::vector<double> distances = {1, 1};
-  Contact contact = test::contact(ContactKind::vertex_face, {0, 1, 2, 3}, 1.0F / 3, 1.0F / 3);
-  contact.body_a = 0;
-  contact.body_b = 1;
   ContactCache cache;
   CHECK(!cache.begin(motion, distances));
-  cache.take({contact}, gap, motion);
+  cache.take({}, near(gap, 2));
   CHECK(cache.begin(motion, distances) == (gap > 0.1));
 }
 
