@@ -95,8 +95,7 @@ void CpuDetector::query_each_group(Stats& stats) {
       const TreeNode& q = nodes[query];
       if (!q.leaf()) continue;
       const auto self = static_cast<std::uint32_t>(query);
-      if (!is_excluded({self, self}) && !is_known({self, self}))
-        visit_pair(worker, {self, self});
+      if (!is_excluded({self, self}) && !is_known({self, self})) visit_pair(worker, {self, self});
       stack.push_back(0);
       while (!stack.empty()) {
         const std::uint32_t other = stack.back();

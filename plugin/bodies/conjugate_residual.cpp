@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <mutex>
+#include <vector>
+
+#include "bodies/ordered_sum.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -19,11 +22,10 @@ struct Largest {
   }
 };
 
-}  // namespace
-
+// Largest absolute value of a component of residual(i), as Bullet finds it: what comes before a NaN
+// is forgotten.
 template <class Residual>
-btScalar ConjugateResidual::largest(const ParallelFor& parallel_for, std::size_t count,
-                                    const Residual& residual) {
+btScalar largest(const ParallelFor& parallel_for, std::size_t count, const Residual& residual) {
   std::vector<Largest> ranges;
   std::mutex adding;
   for_ranges(parallel_for, count, node_grain, [&](std::size_t first, std::size_t last) {
@@ -44,15 +46,21 @@ btScalar ConjugateResidual::largest(const ParallelFor& parallel_for, std::size_t
   return value;
 }
 
-void ConjugateResidual::solve(const Multiply& multiply, const VectorStack& preconditioner,
-                              const VectorStack& b, VectorStack& x, int max_iterations,
-                              btScalar tolerance, const ParallelFor& parallel_for) {
-  const int size = b.size();
-  const auto count = static_cast<std::size_t>(size);
+}  // namespace
+
+void ConjugateResidual::resize(int size) {
   for (VectorStack* vectors : {&r_, &p_, &a_p_, &a_r_, &other_x_}) vectors->resize(size);
-  const auto at = [](auto& vectors, std::size_t i) -> auto& {
-    return vectors[static_cast<int>(i)];
+}
+
+void ConjugateResidual::solve(Span<const int> unknowns, const Multiply& multiply,
+                              const VectorStack& preconditioner, const VectorStack& b,
+                              VectorStack& x, int max_iterations, btScalar tolerance,
+                              const ParallelFor& parallel_for) {
+  const std::size_t count = unknowns.size();
+  const auto at = [&unknowns](auto& vectors, std::size_t i) -> auto& {
+    return vectors[unknowns[i]];
   };
+  OrderedSum sum;
 
   multiply(x, a_r_);
   const btScalar first_norm = largest(parallel_for, count, [&](std::size_t i) -> const btVector3& {
@@ -60,7 +68,7 @@ void ConjugateResidual::solve(const Multiply& multiply, const VectorStack& preco
   });
   if (first_norm <= tolerance) return;
   multiply(p_, a_p_);
-  btScalar r_a_r = sum_(parallel_for, count, [&](std::size_t i) {
+  btScalar r_a_r = sum(parallel_for, count, [&](std::size_t i) {
     at(a_r_, i) = at(a_p_, i);
     return at(r_, i).dot(at(a_r_, i));
   });
@@ -69,7 +77,7 @@ void ConjugateResidual::solve(const Multiply& multiply, const VectorStack& preco
   btScalar best_norm = SIMD_INFINITY;
   bool is_x_best = false, is_other_best = false;
   for (int k = 1; k <= max_iterations; ++k) {
-    const btScalar alpha = r_a_r / sum_(parallel_for, count, [&](std::size_t i) {
+    const btScalar alpha = r_a_r / sum(parallel_for, count, [&](std::size_t i) {
                              btVector3& ap = at(a_p_, i);
                              if (k > 1) {
                                btVector3& p = at(p_, i);
@@ -96,11 +104,12 @@ void ConjugateResidual::solve(const Multiply& multiply, const VectorStack& preco
     }
     multiply(r_, a_r_);
     const btScalar next =
-        sum_(parallel_for, count, [&](std::size_t i) { return at(r_, i).dot(at(a_r_, i)); });
+        sum(parallel_for, count, [&](std::size_t i) { return at(r_, i).dot(at(a_r_, i)); });
     beta = next / r_a_r;
     r_a_r = next;
   }
-  if (is_other_best) x.copyFromArray(other_x_);
+  if (!is_other_best) return;
+  for (std::size_t i = 0; i < count; ++i) at(x, i) = at(other_x_, i);
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

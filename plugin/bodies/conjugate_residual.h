@@ -8,10 +8,9 @@
 #include <LinearMath/btVector3.h>
 
 #include <functional>
-#include <vector>
 
-#include "bodies/ordered_sum.h"
 #include "lazyccd/bullet/precision.h"
+#include "lazyccd/span.h"
 #include "util/parallel_for.h"
 
 namespace lazyccd::bullet {
@@ -21,23 +20,20 @@ using VectorStack = btAlignedObjectArray<btVector3>;
 
 class ConjugateResidual {
  public:
-  /// Computes b = A x for the symmetric matrix A.
+  /// Computes b = A x for the symmetric matrix A, for the unknowns of solve().
   using Multiply = std::function<void(const VectorStack& x, VectorStack& b)>;
 
-  /// Solves A x = b. `x` is the initial guess, and then the solution. `preconditioner` is an
-  /// approximate inverse of A: the elements of a diagonal matrix.
-  void solve(const Multiply& multiply, const VectorStack& preconditioner, const VectorStack& b,
-             VectorStack& x, int max_iterations, btScalar tolerance,
+  /// Makes room for systems of this size.
+  void resize(int size);
+  /// Solves A x = b for these unknowns, which A connects with no others. `x` is the initial guess,
+  /// and then the solution. `preconditioner` is an approximate inverse of A: the elements of a
+  /// diagonal matrix. Several threads may solve for disjoint sets of unknowns at the same time.
+  void solve(Span<const int> unknowns, const Multiply& multiply, const VectorStack& preconditioner,
+             const VectorStack& b, VectorStack& x, int max_iterations, btScalar tolerance,
              const ParallelFor& parallel_for);
 
  private:
-  // Largest absolute value of a component of residual(i), as Bullet finds it: what comes before a
-  // NaN is forgotten.
-  template <class Residual>
-  btScalar largest(const ParallelFor& parallel_for, std::size_t count, const Residual& residual);
-
   VectorStack r_, p_, a_p_, a_r_, other_x_;
-  OrderedSum sum_;
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -172,6 +172,36 @@ bool ExpectedContacts::find_penalties(const Multiply& multiply, int size) {
   return !selected_.empty();
 }
 
+std::vector<std::array<int, 2>> ExpectedContacts::body_pairs() const {
+  std::vector<std::array<int, 2>> pairs;
+  for (const Selected& contact : selected_)
+    for (std::size_t k = 0; k < static_cast<std::size_t>(contact.count); ++k)
+      pairs.push_back({contact.bodies[0], contact.bodies[k]});
+  return pairs;
+}
+
+void ExpectedContacts::divide(const std::vector<EquationIsland>& islands) {
+  std::vector<std::size_t> island_of;  // by body
+  for (std::size_t i = 0; i < islands.size(); ++i) {
+    for (const int body : islands[i].bodies) {
+      island_of.resize(std::max(island_of.size(), static_cast<std::size_t>(body) + 1));
+      island_of[static_cast<std::size_t>(body)] = i;
+    }
+  }
+  const auto of = [&](const Selected& contact) {
+    return island_of[static_cast<std::size_t>(contact.bodies[0])];
+  };
+  std::stable_sort(selected_.begin(), selected_.end(),
+                   [&](const Selected& a, const Selected& b) { return of(a) < of(b); });
+  by_island_.assign(islands.size(), {0, 0});
+  std::size_t next = 0;
+  for (std::size_t i = 0; i < islands.size(); ++i) {
+    by_island_[i].first = next;
+    while (next < selected_.size() && of(selected_[next]) == i) ++next;
+    by_island_[i].last = next;
+  }
+}
+
 void ExpectedContacts::guess(const Bodies& bodies, const VectorStack& velocity,
                              VectorStack& dv) const {
   std::vector<char> touched(static_cast<std::size_t>(bodies.size()), 0);
@@ -196,9 +226,9 @@ btScalar ExpectedContacts::speed_of(const Selected& contact, const VectorStack& 
   return speed;
 }
 
-void ExpectedContacts::add_right_hand_side(const VectorStack& velocity,
+void ExpectedContacts::add_right_hand_side(std::size_t island, const VectorStack& velocity,
                                            VectorStack& right_hand_side) const {
-  for (const Selected& contact : selected_) {
+  for (const Selected& contact : of_island(island)) {
     const btScalar along =
         contact.impulse - contact.penalty * (speed_of(contact, velocity) - contact.speed);
     const btVector3 impulse = along * contact.normal + contact.friction;
@@ -207,37 +237,42 @@ void ExpectedContacts::add_right_hand_side(const VectorStack& velocity,
   }
 }
 
-void ExpectedContacts::multiply(const VectorStack& x, VectorStack& b) const {
-  for (const Selected& contact : selected_) {
+void ExpectedContacts::multiply(std::size_t island, const VectorStack& x, VectorStack& b) const {
+  for (const Selected& contact : of_island(island)) {
     const btVector3 impulse = contact.penalty * speed_of(contact, x) * contact.normal;
     for (std::size_t k = 0; k < static_cast<std::size_t>(contact.count); ++k)
       b[contact.nodes[k]] += contact.weights[k] * impulse;
   }
 }
 
-bool ExpectedContacts::drop_unlikely(const VectorStack& velocity, const VectorStack& dv) {
-  for (Selected& contact : selected_) {
-    const btScalar before = speed_of(contact, velocity);
-    const btScalar after = before + speed_of(contact, dv);
-    contact.total = contact.impulse - contact.penalty * (after - contact.speed);
+bool ExpectedContacts::drop_unlikely(std::size_t island, const VectorStack& velocity,
+                                     const VectorStack& dv) {
+  Range& range = by_island_[island];
+  Selected *const first = selected_.data() + range.first, *const last =
+                                                              selected_.data() + range.last;
+  for (Selected* contact = first; contact != last; ++contact) {
+    const btScalar before = speed_of(*contact, velocity);
+    const btScalar after = before + speed_of(*contact, dv);
+    contact->total = contact->impulse - contact->penalty * (after - contact->speed);
     // Forces have changed the speed of the last step to that of before. A contact takes this change
     // back, and may overshoot by as much. Slow ones do no harm, and each drop costs a solve.
     const btScalar limit =
-        btMax(btScalar(0), contact.speed) + btFabs(before - contact.speed) + min_leaving_speed;
-    contact.is_likely = contact.total >= 0 && after <= limit;
+        btMax(btScalar(0), contact->speed) + btFabs(before - contact->speed) + min_leaving_speed;
+    contact->is_likely = contact->total >= 0 && after <= limit;
   }
-  const auto unlikely = std::remove_if(selected_.begin(), selected_.end(),
-                                       [](const Selected& contact) { return !contact.is_likely; });
-  if (unlikely == selected_.end()) return false;
-  selected_.erase(unlikely, selected_.end());
-  return true;
+  Selected* const unlikely =
+      std::remove_if(first, last, [](const Selected& contact) { return !contact.is_likely; });
+  range.last = static_cast<std::size_t>(unlikely - selected_.data());
+  return unlikely != last;
 }
 
 void ExpectedContacts::remove_impulses(VectorStack& dv) const {
-  for (const Selected& contact : selected_) {
-    const btVector3 impulse = contact.total * contact.normal + contact.friction;
-    for (std::size_t k = 0; k < static_cast<std::size_t>(contact.count); ++k)
-      dv[contact.nodes[k]] -= contact.weights[k] * contact.inverse_masses[k] * impulse;
+  for (std::size_t island = 0; island < by_island_.size(); ++island) {
+    for (const Selected& contact : of_island(island)) {
+      const btVector3 impulse = contact.total * contact.normal + contact.friction;
+      for (std::size_t k = 0; k < static_cast<std::size_t>(contact.count); ++k)
+        dv[contact.nodes[k]] -= contact.weights[k] * contact.inverse_masses[k] * impulse;
+    }
   }
 }
 

@@ -28,6 +28,7 @@
 #include <vector>
 
 #include "bodies/conjugate_residual.h"
+#include "bodies/equation_islands.h"
 #include "lazyccd/bullet/precision.h"
 #include "lazyccd/bullet/report.h"
 #include "lazyccd/span.h"
@@ -63,18 +64,26 @@ class ExpectedContacts {
   /// if nothing is left.
   bool find_penalties(const Multiply& multiply, int size);
 
+  /// The two bodies of each contact, as indices in the list; twice the same if only one is soft and
+  /// can move.
+  std::vector<std::array<int, 2>> body_pairs() const;
+  /// Divides the contacts by the islands, for functions that take the number of one. They may be
+  /// called for several islands at the same time.
+  void divide(const std::vector<EquationIsland>& islands);
+
   /// Sets the velocity changes `dv` of bodies in contact to a first guess: as if they moved on as
   /// they did after the last step.
   void guess(const Bodies& bodies, const VectorStack& velocity, VectorStack& dv) const;
   /// Adds the impulses at the velocities of before to the right hand side.
-  void add_right_hand_side(const VectorStack& velocity, VectorStack& right_hand_side) const;
+  void add_right_hand_side(std::size_t island, const VectorStack& velocity,
+                           VectorStack& right_hand_side) const;
   /// Adds the penalties times x to b.
-  void multiply(const VectorStack& x, VectorStack& b) const;
+  void multiply(std::size_t island, const VectorStack& x, VectorStack& b) const;
   /// Finds the impulses for velocity changes `dv`. Drops contacts that would pull, and those whose
   /// points would leave each other. Then the equation must be solved again. Returns whether there
   /// were any.
-  bool drop_unlikely(const VectorStack& velocity, const VectorStack& dv);
-  void drop_all() { selected_.clear(); }
+  bool drop_unlikely(std::size_t island, const VectorStack& velocity, const VectorStack& dv);
+  void drop_all(std::size_t island) { by_island_[island].last = by_island_[island].first; }
   /// Takes the impulses back from the nodes in contact.
   void remove_impulses(VectorStack& dv) const;
 
@@ -102,12 +111,21 @@ class ExpectedContacts {
     bool is_likely;                    // whether it may act as the solution says
   };
 
+  // Elements of selected_.
+  struct Range {
+    std::size_t first, last;
+  };
+
   using Pair = std::pair<const btSoftBody*, const btCollisionObject*>;
 
   // Whether what the contact touched is still there, or has moved on from there.
   bool stays(const Taken& taken, btScalar dt) const;
   // Speed of the contact points along the normal.
   static btScalar speed_of(const Selected& contact, const VectorStack& velocity);
+  Span<const Selected> of_island(std::size_t island) const {
+    const Range range = by_island_[island];
+    return {selected_.data() + range.first, range.last - range.first};
+  }
   bool number(const Taken& taken, const std::vector<std::pair<const btSoftBody*, int>>& index,
               const Bodies& bodies, const std::vector<btScalar>& inverse_mass, btScalar dt,
               Selected& contact) const;
@@ -115,6 +133,7 @@ class ExpectedContacts {
   btScalar jump_speed_;
   std::vector<Taken> taken_;
   std::vector<Selected> selected_;
+  std::vector<Range> by_island_;                   // contacts that were not dropped
   std::vector<Pair> met_;                          // sorted by select()
   std::mutex mutex_;                               // for meet()
   std::vector<const btSoftBody::Node*> anchored_;  // sorted

@@ -2,6 +2,8 @@
 
 #include <typeinfo>
 
+#include "bodies/ordered_sum.h"
+
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
@@ -9,6 +11,8 @@ namespace {
 // Solves with expected contacts, each without those that the one before found unlikely. Then all
 // are dropped.
 constexpr int max_rounds = 3;
+// Islands with fewer nodes than this are solved side by side, each on one thread.
+constexpr std::size_t min_parallel_nodes = 2 * node_grain;
 
 btVector3 inverse_or_zero(const btVector3& v) {
   btVector3 inverse(0, 0, 0);
@@ -30,15 +34,19 @@ bool MomentumEquation::solve(btDeformableBackwardEulerObjective& objective, btSc
   objective.addLagrangeMultiplierRHS(residual, dv, right_hand_side_);
   objective.addLagrangeMultiplier(dv, solution_);
   find_preconditioner();
-  const auto multiply_all = [this](const VectorStack& x, VectorStack& b) { multiply(x, b); };
+  all_ = whole_equation(objective, nodes_);
+  conjugate_residual_.resize(solution_.size());
+  const auto multiply_all = [&](const VectorStack& x, VectorStack& b) {
+    multiply(all_, x, b, bodies.parallel_for());
+  };
   const bool is_any_expected = !terms_.empty() &&
                                contacts.select(objective.m_softBodies, inverse_mass_, dt) &&
                                contacts.find_penalties(multiply_all, solution_.size());
   if (is_any_expected) {
     solve_with(contacts, max_iterations, tolerance);
   } else {
-    conjugate_residual_.solve(multiply_all, preconditioner_, right_hand_side_, solution_,
-                              max_iterations, tolerance, bodies.parallel_for());
+    conjugate_residual_.solve(all_.unknowns, multiply_all, preconditioner_, right_hand_side_,
+                              solution_, max_iterations, tolerance, bodies.parallel_for());
   }
   for (int i = 0; i < nodes_; ++i) dv[i] = solution_[i];
   return true;
@@ -48,20 +56,46 @@ void MomentumEquation::solve_with(ExpectedContacts& contacts, int max_iterations
                                   btScalar tolerance) {
   plain_right_hand_side_.copyFromArray(right_hand_side_);
   contacts.guess(objective_->m_softBodies, velocity_, solution_);
-  for (int round = 0;; ++round) {
-    if (round == max_rounds) contacts.drop_all();
-    right_hand_side_.copyFromArray(plain_right_hand_side_);
-    contacts.add_right_hand_side(velocity_, right_hand_side_);
-    conjugate_residual_.solve(
-        [&](const VectorStack& x, VectorStack& b) {
-          multiply(x, b);
-          contacts.multiply(x, b);
-        },
-        preconditioner_, right_hand_side_, solution_, max_iterations, tolerance,
-        side_by_side_->parallel_for());
-    if (!contacts.drop_unlikely(velocity_, solution_)) break;
+  const std::vector<EquationIsland> islands = find_islands(contacts);
+  contacts.divide(islands);
+  std::vector<std::size_t> small;
+  for (std::size_t i = 0; i < islands.size(); ++i) {
+    if (islands.size() > 1 && islands[i].node_count < min_parallel_nodes)
+      small.push_back(i);
+    else
+      solve_island(islands[i], i, contacts, max_iterations, tolerance,
+                   side_by_side_->parallel_for());
   }
+  for_ranges(
+      side_by_side_->parallel_for(), small.size(), 1, [&](std::size_t first, std::size_t last) {
+        for (std::size_t k = first; k < last; ++k)
+          solve_island(islands[small[k]], small[k], contacts, max_iterations, tolerance,
+                       [](std::size_t count, std::size_t, const auto& body) { body(0, count); });
+      });
   contacts.remove_impulses(solution_);
+}
+
+void MomentumEquation::solve_island(const EquationIsland& island, std::size_t index,
+                                    ExpectedContacts& contacts, int max_iterations,
+                                    btScalar tolerance, const ParallelFor& parallel_for) {
+  for (int round = 0;; ++round) {
+    if (round == max_rounds) contacts.drop_all(index);
+    for (const int i : island.unknowns) right_hand_side_[i] = plain_right_hand_side_[i];
+    contacts.add_right_hand_side(index, velocity_, right_hand_side_);
+    conjugate_residual_.solve(
+        island.unknowns,
+        [&](const VectorStack& x, VectorStack& b) {
+          multiply(island, x, b, parallel_for);
+          contacts.multiply(index, x, b);
+        },
+        preconditioner_, right_hand_side_, solution_, max_iterations, tolerance, parallel_for);
+    if (!contacts.drop_unlikely(index, velocity_, solution_)) break;
+  }
+}
+
+std::vector<EquationIsland> MomentumEquation::find_islands(const ExpectedContacts& contacts) const {
+  if (!is_divisible_) return {all_};
+  return find_equation_islands(*objective_, nodes_, contacts.body_pairs());
 }
 
 bool MomentumEquation::read(btDeformableBackwardEulerObjective& objective) {
@@ -108,6 +142,7 @@ bool MomentumEquation::read(btDeformableBackwardEulerObjective& objective) {
     terms_.push_back(term);
   }
   if (has_others) has_body_forces_ = body_forces_.read(forces, bodies);
+  is_divisible_ = !has_others || has_body_forces_;
   return true;
 }
 
@@ -173,52 +208,60 @@ void MomentumEquation::find_preconditioner() {
   }
 }
 
-void MomentumEquation::multiply(const VectorStack& x, VectorStack& b) const {
+void MomentumEquation::multiply(const EquationIsland& island, const VectorStack& x, VectorStack& b,
+                                const ParallelFor& parallel_for) const {
   const btScalar scale = -objective_->m_dt;
   const SpringDamping* const springs = terms_.empty() ? nullptr : terms_.front().springs;
-  for_ranges(side_by_side_->parallel_for(), static_cast<std::size_t>(nodes_), node_grain,
-             [&](std::size_t first, std::size_t last) {
-               for (std::size_t i = first; i < last; ++i) {
-                 const int node = static_cast<int>(i);
-                 btVector3 sum = inverse_mass_[i] == 0 ? btVector3(0, 0, 0) : x[node] * mass_[i];
-                 if (springs) springs->add_row(node, scale, x, sum);
-                 b[node] = sum;
-               }
-             });
-  for (std::size_t t = springs ? 1 : 0; t < terms_.size(); ++t) add_damping(terms_[t], x, b);
-  multiply_multipliers(x, b);
+  for_ranges(parallel_for, island.node_count, node_grain, [&](std::size_t first, std::size_t last) {
+    for (std::size_t k = first; k < last; ++k) {
+      const int node = island.unknowns[k];
+      const auto i = static_cast<std::size_t>(node);
+      btVector3 sum = inverse_mass_[i] == 0 ? btVector3(0, 0, 0) : x[node] * mass_[i];
+      if (springs) springs->add_row(node, scale, x, sum);
+      b[node] = sum;
+    }
+  });
+  for (std::size_t t = springs ? 1 : 0; t < terms_.size(); ++t)
+    add_damping(terms_[t], island, x, b, parallel_for);
+  multiply_multipliers(island, x, b);
 }
 
-void MomentumEquation::add_damping(const Term& term, const VectorStack& x, VectorStack& b) const {
+void MomentumEquation::add_damping(const Term& term, const EquationIsland& island,
+                                   const VectorStack& x, VectorStack& b,
+                                   const ParallelFor& parallel_for) const {
   const btScalar dt = objective_->m_dt;
+  const auto add_body = [&](int body) {
+    for (const BodyForces::Acting& acting : body_forces_.on(body))
+      if (acting.force == term.index) acting.copy->addScaledDampingForceDifferential(-dt, x, b);
+  };
   if (term.springs) {
-    for_ranges(side_by_side_->parallel_for(), static_cast<std::size_t>(nodes_), node_grain,
+    for_ranges(parallel_for, island.node_count, node_grain,
                [&](std::size_t first, std::size_t last) {
-                 for (int i = static_cast<int>(first); i < static_cast<int>(last); ++i)
-                   term.springs->add_row(i, -dt, x, b[i]);
+                 for (std::size_t k = first; k < last; ++k)
+                   term.springs->add_row(island.unknowns[k], -dt, x, b[island.unknowns[k]]);
                });
-  } else if (has_body_forces_) {
-    side_by_side_->for_each([&](int body) {
-      for (const BodyForces::Acting& acting : body_forces_.on(body))
-        if (acting.force == term.index) acting.copy->addScaledDampingForceDifferential(-dt, x, b);
-    });
-  } else {
+  } else if (!has_body_forces_) {
     term.force->addScaledDampingForceDifferential(-dt, x, b);
     if (term.force->getForceType() == BT_MOUSE_PICKING_FORCE)
       term.force->addScaledElasticForceDifferential(-dt * dt, x, b);
+  } else if (island.bodies.size() == all_.bodies.size()) {
+    side_by_side_->for_each(add_body);
+  } else {
+    for_ranges(parallel_for, island.bodies.size(), 1, [&](std::size_t first, std::size_t last) {
+      for (std::size_t k = first; k < last; ++k) add_body(island.bodies[k]);
+    });
   }
 }
 
-void MomentumEquation::multiply_multipliers(const VectorStack& x, VectorStack& b) const {
-  const btAlignedObjectArray<LagrangeMultiplier>& multipliers =
-      objective_->m_projection.m_lagrangeMultipliers;
-  for (int c = 0; c < multipliers.size(); ++c) {
-    const LagrangeMultiplier& m = multipliers[c];
-    btVector3& row = b[nodes_ + c];
+void MomentumEquation::multiply_multipliers(const EquationIsland& island, const VectorStack& x,
+                                            VectorStack& b) const {
+  for (const int unknown : island.multipliers()) {
+    const LagrangeMultiplier& m = objective_->m_projection.m_lagrangeMultipliers[unknown - nodes_];
+    btVector3& row = b[unknown];
     row.setZero();
     for (int i = 0; i < m.m_num_nodes; ++i)
       for (int j = 0; j < m.m_num_constraints; ++j)
-        b[m.m_indices[i]] += x[nodes_ + c][j] * m.m_weights[i] * m.m_dirs[j];
+        b[m.m_indices[i]] += x[unknown][j] * m.m_weights[i] * m.m_dirs[j];
     for (int j = 0; j < m.m_num_constraints; ++j)
       for (int i = 0; i < m.m_num_nodes; ++i)
         row[j] += m.m_weights[i] * x[m.m_indices[i]].dot(m.m_dirs[j]);

@@ -3,7 +3,7 @@
 // btDeformableBodySolver::solveDeformableConstraints() (Bullet 3.24) for the explicit scheme with
 // the KKT preconditioner, Bullet's default. The result is Bullet's, to the bit but for the sign of
 // zeros, on any number of threads, if Bullet is built without fused multiply-adds. Contacts that
-// are expected change it (expected_contacts.h).
+// are expected change it (expected_contacts.h). Then each island of bodies is solved by itself.
 #pragma once
 
 #include <BulletSoftBody/btDeformableBackwardEulerObjective.h>
@@ -12,6 +12,7 @@
 
 #include "bodies/body_forces.h"
 #include "bodies/conjugate_residual.h"
+#include "bodies/equation_islands.h"
 #include "bodies/expected_contacts.h"
 #include "bodies/side_by_side.h"
 #include "bodies/spring_damping.h"
@@ -42,17 +43,27 @@ class MomentumEquation {
   void add_right_hand_side(btScalar dt, VectorStack& residual) const;
   void find_preconditioner();
   void solve_with(ExpectedContacts& contacts, int max_iterations, btScalar tolerance);
-  void multiply(const VectorStack& x, VectorStack& b) const;
-  void add_damping(const Term& term, const VectorStack& x, VectorStack& b) const;
-  void multiply_multipliers(const VectorStack& x, VectorStack& b) const;
+  // Solves for an island. `index`: its number in `contacts`.
+  void solve_island(const EquationIsland& island, std::size_t index, ExpectedContacts& contacts,
+                    int max_iterations, btScalar tolerance, const ParallelFor& parallel_for);
+  std::vector<EquationIsland> find_islands(const ExpectedContacts& contacts) const;
+  // Computes b = A x for the unknowns of an island.
+  void multiply(const EquationIsland& island, const VectorStack& x, VectorStack& b,
+                const ParallelFor& parallel_for) const;
+  void add_damping(const Term& term, const EquationIsland& island, const VectorStack& x,
+                   VectorStack& b, const ParallelFor& parallel_for) const;
+  void multiply_multipliers(const EquationIsland& island, const VectorStack& x,
+                            VectorStack& b) const;
 
   // Of this solve().
   btDeformableBackwardEulerObjective* objective_ = nullptr;
   const SideBySide* side_by_side_ = nullptr;
   int nodes_ = 0;
+  EquationIsland all_;
   std::vector<Term> terms_;
   BodyForces body_forces_;
   bool has_body_forces_ = false;
+  bool is_divisible_ = false;  // the forces act on one body each
 
   SpringProbe probe_;
   std::vector<SpringDamping> springs_;

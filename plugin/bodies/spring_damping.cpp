@@ -5,6 +5,8 @@
 #include <numeric>
 #include <utility>
 
+#include "bodies/ordered_sum.h"
+
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 

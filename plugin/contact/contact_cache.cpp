@@ -55,7 +55,8 @@ class Displacements {
 
  private:
   static constexpr btScalar infinity = std::numeric_limits<btScalar>::infinity();
-  btScalar lower_[3] = {infinity, infinity, infinity}, upper_[3] = {-infinity, -infinity, -infinity};
+  btScalar lower_[3] = {infinity, infinity, infinity},
+           upper_[3] = {-infinity, -infinity, -infinity};
   bool is_finite_ = true;  // comparisons pass over what is not a number
 };
 

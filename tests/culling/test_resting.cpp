@@ -125,8 +125,7 @@ TEST_CASE("a re-check has no pairs of resting bodies") {
   touching.set_topology(layers.topology());
   // The layers fall through each other.
   std::vector<double> deep = layers.scene.start;
-  for (std::size_t v = 0; v < layers.body.size(); ++v)
-    deep[3 * v + 1] -= 0.1 * layers.body[v];
+  for (std::size_t v = 0; v < layers.body.size(); ++v) deep[3 * v + 1] -= 0.1 * layers.body[v];
   const Positions end = layers.scene.at(deep);
   const Span<const Contact> found = touching.detect(layers.start(), end);
   const std::vector<Contact> all(found.begin(), found.end());

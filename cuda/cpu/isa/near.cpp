@@ -1,6 +1,5 @@
 #include "cpu/isa/near.h"
 
-
 #include "core/narrow/closest.h"
 #include "cpu/isa/differences.h"
 #include "simd/bits.h"

@@ -89,12 +89,12 @@ struct ListedCandidate {
 struct NearSplit {
   // Some elements are written beyond the count.
   static constexpr int capacity = CandidateQueue::capacity + 16;
-  Candidate near[capacity];          // certainly within the separation at the start of the step
+  Candidate near[capacity];           // certainly within the separation at the start of the step
   float near_min_distance[capacity];  // of `near`, as Approach::min_distance
-  Approach kept[capacity];           // the candidates of `near` that are not redundant
-  Candidate far[capacity];           // certainly beyond the separation during the whole step
-  float far_min_distance[capacity];  // of `far`, as Approach::min_distance
-  Approach undecided[capacity];      // all other candidates
+  Approach kept[capacity];            // the candidates of `near` that are not redundant
+  Candidate far[capacity];            // certainly beyond the separation during the whole step
+  float far_min_distance[capacity];   // of `far`, as Approach::min_distance
+  Approach undecided[capacity];       // all other candidates
   int near_count, kept_count, far_count, undecided_count;
 };
 

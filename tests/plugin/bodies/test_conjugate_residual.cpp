@@ -2,7 +2,9 @@
 #include <BulletSoftBody/btConjugateResidual.h>
 
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <numeric>
 #include <random>
 #include <vector>
 
@@ -40,6 +42,17 @@ VectorStack random_vectors(int size, unsigned seed) {
   return vectors;
 }
 
+void on_one_thread(std::size_t count, std::size_t,
+                   const std::function<void(std::size_t, std::size_t)>& body) {
+  body(0, count);
+}
+
+std::vector<int> all_of(const VectorStack& vectors) {
+  std::vector<int> unknowns(static_cast<std::size_t>(vectors.size()));
+  std::iota(unknowns.begin(), unknowns.end(), 0);
+  return unknowns;
+}
+
 std::size_t count_different(const VectorStack& a, const VectorStack& b) {
   std::size_t different = 0;
   for (int i = 0; i < a.size(); ++i) different += !(a[i] == b[i]);
@@ -62,11 +75,13 @@ TEST_CASE("conjugate residuals have the bits of Bullet's method on any number of
 
   const Threads pool(threads);
   bullet::ConjugateResidual ours;
-  ours.solve([&](const VectorStack& x, VectorStack& out) { chain.multiply(x, out); },
-             chain.diagonal, b, found, bullets.m_maxIterations, bullets.m_tolerance,
-             [&](std::size_t count, std::size_t grain, const auto& body) {
-               pool.parallel_for(count, grain, body);
-             });
+  ours.resize(b.size());
+  ours.solve(
+      all_of(b), [&](const VectorStack& x, VectorStack& out) { chain.multiply(x, out); },
+      chain.diagonal, b, found, bullets.m_maxIterations, bullets.m_tolerance,
+      [&](std::size_t count, std::size_t grain, const auto& body) {
+        pool.parallel_for(count, grain, body);
+      });
   if (iterations == 0) return;  // Bullet returns a solution that it never computed
   CHECK(count_different(expected, found) == 0);
 }
@@ -77,8 +92,47 @@ TEST_CASE("conjugate residuals end when a number is not finite") {
   VectorStack b = random_vectors(3000, 1), x = random_vectors(3000, 2);
   b[2000].setY(std::numeric_limits<btScalar>::quiet_NaN());
   bullet::ConjugateResidual ours;
-  ours.solve([&](const VectorStack& in, VectorStack& out) { chain.multiply(in, out); },
-             chain.diagonal, b, x, 300, btScalar(1e-8),
-             [](std::size_t count, std::size_t, const auto& body) { body(0, count); });
+  ours.resize(b.size());
+  ours.solve(
+      all_of(b), [&](const VectorStack& in, VectorStack& out) { chain.multiply(in, out); },
+      chain.diagonal, b, x, 300, btScalar(1e-8),
+      [](std::size_t count, std::size_t, const auto& body) { body(0, count); });
   CHECK(std::isnan(x[2000].y()));
+}
+
+TEST_CASE("conjugate residuals of unknowns that share nothing are those of each alone") {
+  // Two chains, the unknowns of one between those of the other.
+  constexpr int size = 400;
+  const VectorStack b = random_vectors(2 * size, 1), start = random_vectors(2 * size, 2);
+  VectorStack diagonal;
+  diagonal.resize(2 * size, btVector3(btScalar(0.4), btScalar(0.4), btScalar(0.4)));
+  VectorStack found = start;
+  bullet::ConjugateResidual both;
+  both.resize(2 * size);
+  for (const int chain : {1, 0}) {
+    std::vector<int> unknowns;
+    VectorStack own_b, own_x, own_diagonal;
+    for (int i = chain; i < 2 * size; i += 2) {
+      unknowns.push_back(i);
+      own_b.push_back(b[i]);
+      own_x.push_back(start[i]);
+      own_diagonal.push_back(diagonal[i]);
+    }
+    const auto multiply = [](int first, int step) {
+      return [first, step](const VectorStack& x, VectorStack& out) {
+        for (int i = first; i < x.size(); i += step) {
+          out[i] = x[i] * btScalar(2.5);
+          if (i >= step) out[i] -= x[i - step];
+          if (i + step < x.size()) out[i] -= x[i + step];
+        }
+      };
+    };
+    both.solve(unknowns, multiply(chain, 2), diagonal, b, found, 300, btScalar(1e-5),
+               on_one_thread);
+    bullet::ConjugateResidual alone;
+    alone.resize(size);
+    alone.solve(all_of(own_b), multiply(0, 1), own_diagonal, own_b, own_x, 300, btScalar(1e-5),
+                on_one_thread);
+    for (int i = 0; i < size; ++i) CHECK(found[2 * i + chain] == own_x[i]);
+  }
 }

@@ -1,0 +1,39 @@
+// Divides the momentum equation of all bodies into systems that share no unknown, so that each is
+// solved only until it has converged itself.
+#pragma once
+
+#include <BulletSoftBody/btDeformableBackwardEulerObjective.h>
+
+#include <array>
+#include <cstddef>
+#include <vector>
+
+#include "lazyccd/bullet/precision.h"
+#include "lazyccd/span.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+
+struct EquationIsland {
+  std::vector<int> bodies;    // indices in the objective's list, ascending
+  std::vector<int> unknowns;  // of their nodes, then those of multipliers, each ascending
+  std::size_t node_count = 0;
+
+  Span<const int> nodes() const { return {unknowns.data(), node_count}; }
+  Span<const int> multipliers() const {
+    return {unknowns.data() + node_count, unknowns.size() - node_count};
+  }
+};
+
+/// All bodies and unknowns of the objective as one island.
+EquationIsland whole_equation(const btDeformableBackwardEulerObjective& objective, int nodes);
+
+/// Divides the equation. Multipliers connect bodies, and so do `pairs` of bodies; (b, b) is a body
+/// that is alone if nothing connects it. All bodies in no pair are one island, the last one. The
+/// result is one island if a body has links or tetrahedra with another body's nodes.
+std::vector<EquationIsland> find_equation_islands(
+    const btDeformableBackwardEulerObjective& objective, int nodes,
+    const std::vector<std::array<int, 2>>& pairs);
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet
