@@ -292,14 +292,18 @@ void Detector::leave_out(Span<const char> edges, Span<const char> vertices) {
   impl_->set_mesh();
 }
 
-void Detector::set_resting(Span<const char> bodies) {
+bool Detector::set_resting(Span<const char> bodies) {
   if (!(impl_->options.separation > 0))
     throw Error(ErrorCode::invalid_argument, "set_resting() needs a separation");
-  if (impl_->mesh.has_resting(bodies)) return;
+  if (!(bodies.empty() || bodies.size() == impl_->mesh.body_count()))
+    throw Error(ErrorCode::size_mismatch, "set_resting() needs an entry for each body, or none");
+  if (std::find(bodies.begin(), bodies.end(), 1) == bodies.end()) bodies = {};
+  if (impl_->mesh.has_resting(bodies)) return false;
   impl_->set_contacts({});
   impl_->cpu.discard_ahead();
   impl_->mesh.set_resting(bodies);
   impl_->cpu.update_resting();
+  return true;
 }
 
 Span<const Contact> Detector::detect(const Positions& start, const Positions& end) {

@@ -58,8 +58,13 @@ void CpuDetector::set_mesh(const Mesh& mesh) {
   verlet_list_.forget();
   last_motion_is_kept_ = false;
   sort_ = std::make_unique<ContactSort>(mesh);
-  for (const auto& worker : workers_) worker->near_pairs.clear(mesh.body_count());
+  for (const auto& worker : workers_) worker->near_pairs.clear();
   if (options_.algorithm.culling.orphan_sets) orphans_ = OrphanSets(mesh);
+}
+
+void CpuDetector::update_resting() {
+  near_pairs_lost_ = true;
+  hierarchy_.update_resting(pool_);
 }
 
 void CpuDetector::update_hierarchy(Stats& stats) {
@@ -192,7 +197,7 @@ void CpuDetector::search(Stats& stats) {
   stats.ms_refit = watch.lap();
   begin_workers(options_.separation);
   for (const auto& worker : workers_) {
-    worker->near_pairs.clear(mesh_->body_count());
+    worker->near_pairs.clear();
     if (is_running_ahead_) worker->limit_to_start(is_interrupted_);
   }
   unexpanded_.clear();
@@ -220,7 +225,8 @@ Span<const Contact> CpuDetector::reduce_contacts(Span<const Contact> contacts,
   last_motion_is_kept_ = false;
   scale_ = scale_for(load_records(*mesh_, start, end, pool_, records_));
   begin_workers(options_.separation);
-  for (const auto& worker : workers_) worker->near_pairs.clear(mesh_->body_count());
+  for (const auto& worker : workers_) worker->near_pairs.clear();
+  near_pairs_lost_ = false;
   contacts_.clear();
   std::vector<Contact> others;
   if (mesh_->leaves_out_any() || mesh_->any_resting()) {
@@ -250,6 +256,8 @@ bool CpuDetector::is_left_out(const Contact& contact) const {
 }
 
 void CpuDetector::describe_near(Stats& stats) {
+  stats.near_pairs = 0;
+  if (!(options_.separation > 0)) return;
   std::size_t count = 0;
   near_distances_.assign(mesh_->body_count(), options_.separation);
   for (const auto& worker : workers_) {

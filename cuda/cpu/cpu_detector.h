@@ -34,7 +34,7 @@ class CpuDetector : public BackendDetector {
 
   void set_mesh(const Mesh& mesh) override;
   /// Call when the mesh has other resting bodies, after discard_ahead().
-  void update_resting() { hierarchy_.update_resting(pool_); }
+  void update_resting();
   Span<const Contact> detect(const Positions& start, const Positions& end, Stats& stats) override;
   /// Applies DetectorOptions::reduce_contacts, Topology::self_separation, Detector::leave_out() and
   /// set_resting() to the contacts that another backend found with a separation, and returns the
@@ -101,7 +101,7 @@ class CpuDetector : public BackendDetector {
   // pairs of resting bodies too: it serves them when they move again.
   bool is_excluded(NodePair pair) const {
     return !hierarchy_.may_collide(pair) ||
-           (list_state_ != ListState::building && hierarchy_.rest(pair));
+           (list_state_ != ListState::building && hierarchy_.both_rest(pair));
   }
   // Returns whether all candidates below the pair are known, so that the traversal skips it: from
   // the Verlet list or, in a re-check, from the near pairs.
@@ -187,7 +187,8 @@ class CpuDetector : public BackendDetector {
   double deviation_limit_squared_ = 0;     // scaled; negative: no pair is known
   bool is_rechecking_ = false;             // between stays_near_motion() and the end of a re-check
 
-  // detect_ahead() overwrote the near pairs of the last detection, or an exception ended it.
+  // detect_ahead() overwrote the near pairs of the last detection, an exception ended it, or other
+  // bodies rest now.
   bool near_pairs_lost_ = false;
   std::atomic<bool> is_interrupted_{false};
   bool are_sorted_ = false;  // contacts_ holds the contacts found ahead, sorted

@@ -52,7 +52,9 @@ class Hierarchy {
     return !(a.pinned && b.pinned) && (a.body < 0 || b.body < 0 || mesh_->collide(a.body, b.body));
   }
   /// Whether all bodies below both nodes rest.
-  bool rest(NodePair pair) const { return node_info_[pair.a].rests && node_info_[pair.b].rests; }
+  bool both_rest(NodePair pair) const {
+    return node_info_[pair.a].rests && node_info_[pair.b].rests;
+  }
   std::size_t bytes() const;
 
  private:

@@ -40,7 +40,7 @@ void CpuDetector::test_pending(bool listed) {
     for (const std::vector<Candidate>& pairs : worker->pending) rest += pairs.size();
   }
   if (listed) {
-    verlet_list_.measure_distances([this](NodePair pair) { return hierarchy_.rest(pair); });
+    verlet_list_.measure_distances([this](NodePair pair) { return hierarchy_.both_rest(pair); });
     rest += verlet_list_.size();
   }
   CandidateBatches batches(rest, pool_.available());

@@ -16,9 +16,10 @@ Span<const Contact> CpuDetector::recheck_near_pairs(const Positions& start, cons
                                                     Stats& stats) {
   Stopwatch total;
   if (near_pairs_lost_)
-    throw Error(ErrorCode::invalid_argument,
-                "recheck_near_pairs() after detect_ahead() or a failed detection: the near pairs "
-                "of the last detection are lost");
+    throw Error(
+        ErrorCode::invalid_argument,
+        "recheck_near_pairs() after detect_ahead(), set_resting() or a failed detection: the "
+        "near pairs of the last detection are lost");
   keep_last_motion();
   list_state_ = ListState::off;
   is_rechecking_ = false;

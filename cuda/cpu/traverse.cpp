@@ -77,7 +77,7 @@ void CpuDetector::balanced_traversal(Span<const NodePair> initial, Stats& stats)
 void CpuDetector::visit_pair(Worker& worker, NodePair pair) {
   const std::int32_t a = hierarchy_.tree().nodes()[pair.a].group(),
                      b = hierarchy_.tree().nodes()[pair.b].group();
-  if (!kernels_->visit(worker.scene(), a, b, worker)) return;
+  if (!kernels_->visit(worker.scene(), a, b, worker) || hierarchy_.both_rest(pair)) return;
   ++worker.group_pairs;
   if (list_state_ != ListState::off) worker.listable += verlet_list_.would_list(pair);
 }

@@ -28,9 +28,10 @@ struct EquationIsland {
 /// All bodies and unknowns of the objective as one island.
 EquationIsland whole_equation(const btDeformableBackwardEulerObjective& objective, int nodes);
 
-/// Divides the equation. Multipliers connect bodies, and so do `pairs` of bodies; (b, b) is a body
-/// that is alone if nothing connects it. All bodies in no pair are one island, the last one. The
-/// result is one island if a body has links or tetrahedra with another body's nodes.
+/// Divides the equation. Multipliers connect bodies, and so do `pairs` of bodies. A pair (b, b)
+/// makes b an island of its own, unless something connects it with others. All bodies that nothing
+/// connects with a pair are one island, the last one, as with Bullet. The result is one island if a
+/// body has links or tetrahedra with another body's nodes.
 std::vector<EquationIsland> find_equation_islands(
     const btDeformableBackwardEulerObjective& objective, int nodes,
     const std::vector<std::array<int, 2>>& pairs);

@@ -11,7 +11,8 @@ namespace {
 // Solves with expected contacts, each without those that the one before found unlikely. Then all
 // are dropped.
 constexpr int max_rounds = 3;
-// Islands with fewer nodes than this are solved side by side, each on one thread.
+// Islands with fewer nodes than this are solved on one thread each; side by side if they have more
+// nodes together.
 constexpr std::size_t min_parallel_nodes = 2 * node_grain;
 
 btVector3 inverse_or_zero(const btVector3& v) {
@@ -58,20 +59,26 @@ void MomentumEquation::solve_with(ExpectedContacts& contacts, int max_iterations
   contacts.guess(objective_->m_softBodies, velocity_, solution_);
   const std::vector<EquationIsland> islands = find_islands(contacts);
   contacts.divide(islands);
+  const ParallelFor on_one_thread = [](std::size_t count, std::size_t, const auto& body) {
+    body(0, count);
+  };
+  const ParallelFor& on_all = side_by_side_->parallel_for();
   std::vector<std::size_t> small;
+  std::size_t small_nodes = 0;
   for (std::size_t i = 0; i < islands.size(); ++i) {
-    if (islands.size() > 1 && islands[i].node_count < min_parallel_nodes)
+    if (islands.size() == 1 || islands[i].node_count >= min_parallel_nodes) {
+      solve_island(islands[i], i, contacts, max_iterations, tolerance, on_all);
+    } else {
       small.push_back(i);
-    else
-      solve_island(islands[i], i, contacts, max_iterations, tolerance,
-                   side_by_side_->parallel_for());
+      small_nodes += islands[i].node_count;
+    }
   }
-  for_ranges(
-      side_by_side_->parallel_for(), small.size(), 1, [&](std::size_t first, std::size_t last) {
-        for (std::size_t k = first; k < last; ++k)
-          solve_island(islands[small[k]], small[k], contacts, max_iterations, tolerance,
-                       [](std::size_t count, std::size_t, const auto& body) { body(0, count); });
-      });
+  for_ranges(small_nodes < min_parallel_nodes ? on_one_thread : on_all, small.size(), 1,
+             [&](std::size_t first, std::size_t last) {
+               for (std::size_t k = first; k < last; ++k)
+                 solve_island(islands[small[k]], small[k], contacts, max_iterations, tolerance,
+                              on_one_thread);
+             });
   contacts.remove_impulses(solution_);
 }
 

@@ -3,7 +3,8 @@
 // btDeformableBodySolver::solveDeformableConstraints() (Bullet 3.24) for the explicit scheme with
 // the KKT preconditioner, Bullet's default. The result is Bullet's, to the bit but for the sign of
 // zeros, on any number of threads, if Bullet is built without fused multiply-adds. Contacts that
-// are expected change it (expected_contacts.h). Then each island of bodies is solved by itself.
+// are expected change it (expected_contacts.h): with them, each island of bodies is solved by
+// itself.
 #pragma once
 
 #include <BulletSoftBody/btDeformableBackwardEulerObjective.h>

@@ -29,13 +29,20 @@ bool are_near(const btScalar* a, const btScalar* b, std::size_t count, btScalar 
   return true;
 }
 
+double largest_difference(const btScalar* a, const btScalar* b, std::size_t count) {
+  double largest = 0;
+  for (std::size_t i = 0; i < count; ++i)
+    largest = std::max(largest, std::abs(static_cast<double>(a[i]) - static_cast<double>(b[i])));
+  return largest;
+}
+
 // Bounds of the displacements of vertices.
 class Displacements {
  public:
   void add(const btScalar* from, const btScalar* to, std::size_t count) {
     for (std::size_t i = 0; i < count; i += 3) {
       for (std::size_t k = 0; k < 3; ++k) {
-        const btScalar moved = to[i + k] - from[i + k];
+        const double moved = static_cast<double>(to[i + k]) - static_cast<double>(from[i + k]);
         lower_[k] = std::min(lower_[k], moved);
         upper_[k] = std::max(upper_[k], moved);
         is_finite_ = is_finite_ && std::isfinite(moved);
@@ -54,30 +61,39 @@ class Displacements {
   }
 
  private:
-  static constexpr btScalar infinity = std::numeric_limits<btScalar>::infinity();
-  btScalar lower_[3] = {infinity, infinity, infinity},
-           upper_[3] = {-infinity, -infinity, -infinity};
+  static constexpr double infinity = std::numeric_limits<double>::infinity();
+  double lower_[3] = {infinity, infinity, infinity}, upper_[3] = {-infinity, -infinity, -infinity};
   bool is_finite_ = true;  // comparisons pass over what is not a number
 };
+
+// The coordinates of a body in arrays with three for each vertex.
+struct Coordinates {
+  std::size_t first, count;
+};
+
+Coordinates coordinates_of(const Motion& motion, std::size_t body) {
+  const auto first = 3 * static_cast<std::size_t>(motion.first_vertex[body]),
+             last = 3 * static_cast<std::size_t>(motion.first_vertex[body + 1]);
+  return {first, last - first};
+}
 
 }  // namespace
 
 bool ContactCache::begin(const Motion& motion, Span<const double> found_distances) {
   const std::size_t bodies = found_distances.size();
   const bool is_new = start_.size() != motion.start.size() || stays_.size() != bodies;
-  distances_.assign(found_distances.begin(), found_distances.end());
   if (is_new) {
     contacts_.clear();
     start_ = motion.start;
     end_ = motion.end;
     stays_.assign(bodies, 0);
-    near_distances_.assign(bodies, 0);
+    near_distances_.assign(bodies, -1);
+    drifts_.assign(bodies, 0);
     return false;
   }
   bool all_stay = true;
   for (std::size_t body = 0; body < bodies; ++body) {
-    const auto first = 3 * static_cast<std::size_t>(motion.first_vertex[body]),
-               count = 3 * static_cast<std::size_t>(motion.first_vertex[body + 1]) - first;
+    const auto [first, count] = coordinates_of(motion, body);
     const auto tolerance = static_cast<btScalar>(max_move * found_distances[body]);
     stays_[body] = near_distances_[body] >= close_fraction * found_distances[body] &&
                    are_near(&motion.start[first], &start_[first], count, tolerance) &&
@@ -86,8 +102,20 @@ bool ContactCache::begin(const Motion& motion, Span<const double> found_distance
     all_stay = false;
     std::copy_n(&motion.start[first], count, &start_[first]);
     std::copy_n(&motion.end[first], count, &end_[first]);
+    near_distances_[body] = -1;  // until take()
+    drifts_[body] = 0;
   }
+  if (!all_stay) find_drifts(motion);
   return all_stay;
+}
+
+void ContactCache::find_drifts(const Motion& motion) {
+  for (std::size_t body = 0; body < stays_.size(); ++body) {
+    if (!stays_[body]) continue;
+    const auto [first, count] = coordinates_of(motion, body);
+    const double along_axis = largest_difference(&motion.start[first], &start_[first], count);
+    drifts_[body] = std::max(drifts_[body], std::sqrt(3.0) * along_axis);
+  }
 }
 
 void ContactCache::take(const std::vector<Contact>& found, Span<const double> near_distances) {
@@ -104,22 +132,21 @@ void ContactCache::take(const std::vector<Contact>& found, Span<const double> ne
     if (!stays_[body]) near_distances_[body] = near_distances[body];
 }
 
-// A kept pair was last searched when the later of its bodies last moved. The other one may have
-// moved by max_move along each axis between its own last motion and that search.
+// A kept pair was last searched when the later of its bodies last moved. The other one had moved by
+// its drift, at most, between its own last motion and that search.
 bool ContactCache::keeps_apart(const Motion& motion, bool at_start) const {
   Displacements at_starts, at_ends;
-  double apart = std::numeric_limits<double>::infinity(), moved_before = 0;
+  double apart = std::numeric_limits<double>::infinity(), drift = 0;
   for (std::size_t body = 0; body < stays_.size(); ++body) {
     if (!stays_[body]) continue;
     apart = std::min(apart, near_distances_[body]);
-    moved_before = std::max(moved_before, std::sqrt(3.0) * max_move * distances_[body]);
-    const auto first = 3 * static_cast<std::size_t>(motion.first_vertex[body]),
-               count = 3 * static_cast<std::size_t>(motion.first_vertex[body + 1]) - first;
+    drift = std::max(drift, drifts_[body]);
+    const auto [first, count] = coordinates_of(motion, body);
     at_starts.add(&start_[first], &motion.start[first], count);
     if (!at_start) at_ends.add(&start_[first], &motion.end[first], count);
   }
   const double moved = std::max(at_starts.largest_difference(), at_ends.largest_difference());
-  return moved + moved_before < slack * apart;
+  return moved + drift < slack * apart;
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

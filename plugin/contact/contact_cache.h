@@ -3,14 +3,15 @@
 // At rest a detection finds the same pairs in each step. So the contacts of two bodies are kept
 // while both stay in place. A body stays while all of its vertices start and end a step nearly
 // where they did when it last moved. The constraints follow the present positions; only normals and
-// places on the surfaces stay. What happens to other bodies makes no difference, as long as the
-// indices stay. Other engines keep contacts in the same way: Bullet in its persistent manifolds,
-// Jolt in its body pair cache.
+// places on the surfaces stay. What happens to bodies that are not near makes no difference, as
+// long as the indices stay. Other engines keep contacts in the same way: Bullet in its persistent
+// manifolds, Jolt in its body pair cache.
 //
 // Nothing is lost. Pairs within 1.1 times the thickness are found, and what stays in place comes
 // nearer by less than the rest. Kept pairs do not touch as long as their vertices have moved
 // relative to each other by less than the distance at which the detection found them. A body does
-// not stay while something is so near to it that the normal may change its side.
+// not stay while something is nearer than a tenth of the distance within which pairs are found: the
+// normal might change its side.
 #pragma once
 
 #include <vector>
@@ -44,11 +45,15 @@ class ContactCache {
   bool keeps_apart(const Motion& motion, bool at_start) const;
 
  private:
+  // Updates drifts_ before a detection.
+  void find_drifts(const Motion& motion);
+
   std::vector<Contact> contacts_, merged_;
   std::vector<btScalar> start_, end_;   // by body: when it last moved; empty: nothing is kept
-  std::vector<double> distances_;       // by body: the last found_distances
-  std::vector<double> near_distances_;  // by body: when it last moved
-  std::vector<char> stays_;             // by body
+  std::vector<double> near_distances_;  // by body: of the detection when it last moved
+  // By body that stays: how far, at most, a vertex was from start_ in a detection since then.
+  std::vector<double> drifts_;
+  std::vector<char> stays_;  // by body
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -125,7 +125,7 @@ Detector& StepDetector::touching_detector() {
 }
 
 void StepDetector::detect_ahead() {
-  if (near_detector_) prediction_.start_ahead(*near_detector_, separation_);
+  if (near_detector_ && !rest_changed_) prediction_.start_ahead(*near_detector_, separation_);
 }
 
 void StepDetector::end_step(bool responded) {
@@ -243,7 +243,7 @@ Span<const Contact> StepDetector::find_near_with_detector() {
   if (may_keep_near_) {
     const Span<const char> stays = cache_.stays();
     keeps_some_ = std::find(stays.begin(), stays.end(), 1) != stays.end();
-    near_detector_->set_resting(stays);
+    rest_changed_ = near_detector_->set_resting(stays);
   }
   const Span<const Contact> near = near_detector_->detect(motion_.starts(), motion_.ends());
   detected_near_ = true;

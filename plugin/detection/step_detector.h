@@ -152,6 +152,8 @@ class StepDetector {
   ContactCache cache_;       ///< of what near_detector_ finds
   bool keeps_near_ = false;  ///< in this motion, so near_detector_ was not asked
   bool keeps_some_ = false;  ///< so it left out the pairs of bodies that stay
+  /// Other bodies stay than in the last detection, so one that is started ahead would be discarded.
+  bool rest_changed_ = false;
   /// By body, metres: pairs of its own primitives within this distance are found, if it meets
   /// itself; else the separation.
   std::vector<double> self_distances_;

@@ -149,6 +149,18 @@ TEST_CASE("a detection that was started ahead with other resting bodies is disca
   CHECK(!detector.stats().started_ahead);
 }
 
+TEST_CASE("a re-check needs a detection with the same resting bodies") {
+  const Layers layers;
+  Detector detector(options(1, Strategy::lazy_stealing, true));
+  detector.set_topology(layers.topology());
+  CHECK(detector.set_resting(sets[0]));
+  CHECK(!detector.set_resting(sets[0]));
+  detector.detect(layers.start(), layers.end());
+  CHECK(detector.set_resting({}));
+  CHECK_THROWS_AS(detector.recheck_near_pairs(layers.start(), layers.end()), Error);
+  CHECK(!detector.set_resting(sets[3]));  // none rests
+}
+
 TEST_CASE("resting bodies need a separation and an entry for each body") {
   const Layers layers;
   Detector detector(options(1, Strategy::lazy_stealing, true)), touching(DetectorOptions{});

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <limits>
 
 #include "core/narrow/separation.h"
 #include "cpu/narrow/exact.h"
@@ -301,14 +302,18 @@ void NarrowPhase::process_listed(const ListedPairs& part, ContactKind kind,
 // Records split_.near and the first `undecided_hits` of split_.undecided as within the separation.
 template <ContactKind kind>
 void NarrowPhase::record_near(int undecided_hits) {
-  const auto record = [this](Candidate pair, float min_distance) {
-    near_pairs.of[static_cast<int>(kind)].push_back(pair);
+  if (split_.near_count + undecided_hits == 0) return;
+  std::vector<double>& min_distance = near_pairs.min_distance;
+  if (min_distance.empty())
+    min_distance.assign(mesh_->body_count(), std::numeric_limits<double>::infinity());
+  std::vector<Candidate>& pairs = near_pairs.of[static_cast<int>(kind)];
+  const auto record = [&](Candidate pair, float scaled_distance) {
+    pairs.push_back(pair);
     Contact contact;
     identify_contact<kind>(scene_.mesh, pair, contact);
-    for (const std::int32_t body : {contact.body_a, contact.body_b}) {
-      double& of_body = near_pairs.min_distance[body];
-      of_body = std::min(of_body, min_distance / scene_.scale);
-    }
+    const double distance = scaled_distance / scene_.scale;
+    for (const std::int32_t body : {contact.body_a, contact.body_b})
+      min_distance[body] = std::min(min_distance[body], distance);
   };
   for (int i = 0; i < split_.near_count; ++i) record(split_.near[i], split_.near_min_distance[i]);
   for (int i = 0; i < undecided_hits; ++i)

@@ -3,7 +3,6 @@
 
 #include <atomic>
 #include <cstdint>
-#include <limits>
 #include <vector>
 
 #include "core/narrow/contact_key.h"
@@ -22,11 +21,12 @@ namespace lazyccd {
 struct NearPairs {
   std::vector<Candidate> of[2];  // by ContactKind
   // By body: lower bound of the distance of all of its pairs at the start of the step, unscaled.
+  // Empty if there is no pair.
   std::vector<double> min_distance;
 
-  void clear(std::size_t body_count) {
+  void clear() {
     for (std::vector<Candidate>& pairs : of) pairs.clear();
-    min_distance.assign(body_count, std::numeric_limits<double>::infinity());
+    min_distance.clear();
   }
   std::size_t bytes() const {
     return (of[0].capacity() + of[1].capacity()) * sizeof(Candidate) +

@@ -262,12 +262,6 @@ void Mesh::leave_out(Span<const char> edges, Span<const char> vertices) {
   vertices_left_out_.assign(vertices.begin(), vertices.end());
 }
 
-void Mesh::set_resting(Span<const char> bodies) {
-  if (!(bodies.empty() || bodies.size() == body_count()))
-    throw Error(ErrorCode::size_mismatch, "set_resting() needs an entry for each body, or none");
-  resting_.assign(bodies.begin(), bodies.end());
-}
-
 MeshView Mesh::view() const {
   static_assert(sizeof(Face) == 3 * sizeof(std::int32_t) &&
                 sizeof(Edge) == 2 * sizeof(std::int32_t));

@@ -64,8 +64,8 @@ class Mesh {
     return !vertices_left_out_.empty() && vertices_left_out_[vertex];
   }
   bool leaves_out_any() const { return !edges_left_out_.empty() || !vertices_left_out_.empty(); }
-  /// Sets what Detector::set_resting() names.
-  void set_resting(Span<const char> bodies);
+  /// Sets what Detector::set_resting() names: as many elements as bodies, or none.
+  void set_resting(Span<const char> bodies) { resting_.assign(bodies.begin(), bodies.end()); }
   bool has_resting(Span<const char> bodies) const {
     return std::equal(bodies.begin(), bodies.end(), resting_.begin(), resting_.end());
   }

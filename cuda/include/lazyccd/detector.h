@@ -80,8 +80,9 @@ class LAZYCCD_API Detector {
   /// Leaves out of the following detections all pairs of two of these bodies, and of each with
   /// itself: those whose element is not 0. By body; empty: none. Holds until the next
   /// set_topology(). For bodies at rest, whose contacts the caller has kept: pairs of them cost
-  /// nothing. Cheap enough for every step. Throws as leave_out().
-  void set_resting(Span<const char> bodies);
+  /// little. Cheap enough for every step, but another set discards what detect_ahead() started.
+  /// Returns whether it is another one. Throws as leave_out().
+  bool set_resting(Span<const char> bodies);
 
   /// Returns the contacts of the linear motion from `start` to `end`, sorted by world, then by
   /// operator< of Contact. The span is valid until the next call. Throws Error if a position is not
@@ -130,14 +131,17 @@ class LAZYCCD_API Detector {
   void detect_ahead(const Positions& start, const Positions& end, double tolerance);
 
   /// By body: a lower bound of the distance of its primitives from all others at the start of the
-  /// last detect(), in the unit of the positions; at most the separation. Pairs that cannot collide
-  /// or are left out do not count. Needs a separation. Valid until the next detect().
+  /// last detect(), in the unit of the positions; at most the separation. Pairs that are pinned,
+  /// cannot collide, rest or are left out do not count. Needs a separation. Valid until the next
+  /// detect().
   Span<const double> near_distances() const;
+
   /// Tests the pairs that the last detect() found within the separation h again, for another motion
   /// with the same start. Returns the pairs that touch, sorted; valid until the next call. Complete
   /// if can_recheck_any_motion(), or if at all times the deviations of any two vertices from the
   /// motion of that detect() add up to less than h. Runs on the CPU with every backend. Throws
-  /// Error after detect_ahead() has started, because that reuses the list of pairs.
+  /// Error after detect_ahead() has started, because that reuses the list of pairs, and after
+  /// set_resting().
   Span<const Contact> recheck_near_pairs(const Positions& start, const Positions& end);
   /// Whether recheck_near_pairs() is complete for any motion: it searches again where vertices
   /// deviate by more than h. So it is after a detect() of the CPU with Volume::box, unless

@@ -90,6 +90,8 @@ TEST_CASE("a contact cache holds while every vertex starts and ends nearly where
   SECTION("too far at the end") {
     after.end[4] = btScalar(1.014);
     CHECK(!cache.begin(after, distances));
+    CHECK(!cache.begin(after, distances));  // nothing was found yet
+    cache.take({}, near(0.5, 2));
     CHECK(cache.begin(after, distances));
   }
   SECTION("too far at the start") {
@@ -154,11 +156,10 @@ TEST_CASE("a contact cache knows that nothing touches while vertices move togeth
   cache.take({}, near(0.5, 2));
   REQUIRE(cache.begin(before, distances));
   CHECK(cache.keeps_apart(two_bodies(vector(3, 0, 2), vector(3, 1, 2)), false));
-  // One of the two may have moved by sqrt(3) 0.013 before the other was searched for.
   Motion nearer = before;
-  nearer.end[4] = btScalar(0.53);
-  CHECK(cache.keeps_apart(nearer, false));
   nearer.end[4] = btScalar(0.51);
+  CHECK(cache.keeps_apart(nearer, false));
+  nearer.end[4] = btScalar(0.49);
   CHECK(!cache.keeps_apart(nearer, false));
   CHECK(cache.keeps_apart(nearer, true));
   nearer.end[4] = std::numeric_limits<btScalar>::quiet_NaN();
@@ -182,6 +183,26 @@ TEST_CASE("a contact cache answers for bodies that stay, whatever others do") {
   cache.take({}, std::vector<double>{0, 0, 0.5});  // only what moved was searched
   CHECK(cache.begin(motion, distances));
   motion.end[4] = btScalar(0.4);
+  CHECK(!cache.keeps_apart(motion, false));
+}
+
+TEST_CASE("a contact cache knows how far a body had moved when the other one was searched") {
+  Motion motion = two_bodies(vector(0, 0, 0), vector(0, 1, 0));
+  const std::vector<double> distances = {1, 1};
+  ContactCache cache;
+  cache.begin(motion, distances);
+  cache.take({}, near(0.5, 2));
+  // The first body moves away by 0.012. Then the second one moves and is searched: 0.2 apart.
+  motion.start[1] = motion.end[1] = btScalar(-0.012);
+  motion.start[4] = motion.end[4] = btScalar(0.188);
+  REQUIRE(!cache.begin(motion, distances));
+  cache.take({}, near(0.2, 2));
+  // The first body returns, and the second one comes nearer.
+  motion.start[1] = motion.end[1] = 0;
+  REQUIRE(cache.begin(motion, distances));
+  motion.end[4] -= btScalar(0.17);
+  CHECK(cache.keeps_apart(motion, false));
+  motion.end[4] -= btScalar(0.01);
   CHECK(!cache.keeps_apart(motion, false));
 }
 
