@@ -9,11 +9,6 @@
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
-namespace {
-
-using Multipliers = btAlignedObjectArray<LagrangeMultiplier>;
-
-}  // namespace
 
 EquationIsland whole_equation(const btDeformableBackwardEulerObjective& objective, int nodes) {
   EquationIsland all;
@@ -30,7 +25,8 @@ std::vector<EquationIsland> find_equation_islands(
     const btDeformableBackwardEulerObjective& objective, int nodes,
     const std::vector<std::array<int, 2>>& pairs) {
   const btAlignedObjectArray<btSoftBody*>& bodies = objective.m_softBodies;
-  const Multipliers& multipliers = objective.m_projection.m_lagrangeMultipliers;
+  const btAlignedObjectArray<LagrangeMultiplier>& multipliers =
+      objective.m_projection.m_lagrangeMultipliers;
   std::vector<int> first_node(1, 0);
   bool are_alone = true;
   for (int b = 0; b < bodies.size(); ++b) {
@@ -43,19 +39,14 @@ std::vector<EquationIsland> find_equation_islands(
     return static_cast<std::int32_t>(after - first_node.begin()) - 1;
   };
   DisjointSets sets(static_cast<std::size_t>(bodies.size()));
-  std::vector<char> is_in_pair(static_cast<std::size_t>(bodies.size()), 0);
-  for (const std::array<int, 2>& pair : pairs) {
-    sets.join(pair[0], pair[1]);
-    for (const int b : pair) is_in_pair[static_cast<std::size_t>(b)] = 1;
-  }
+  for (const std::array<int, 2>& pair : pairs) sets.join(pair[0], pair[1]);
   for (int c = 0; c < multipliers.size(); ++c)
     for (int i = 1; i < multipliers[c].m_num_nodes; ++i)
       sets.join(body_of(multipliers[c].m_indices[0]), body_of(multipliers[c].m_indices[i]));
-
   std::vector<char> has_pair(static_cast<std::size_t>(bodies.size()), 0);  // by set
-  for (int b = 0; b < bodies.size(); ++b)
-    if (is_in_pair[static_cast<std::size_t>(b)])
-      has_pair[static_cast<std::size_t>(sets.find(b))] = 1;
+  for (const std::array<int, 2>& pair : pairs)
+    has_pair[static_cast<std::size_t>(sets.find(pair[0]))] = 1;
+
   std::vector<EquationIsland> islands;
   EquationIsland others;
   std::vector<int> island_of_set(static_cast<std::size_t>(bodies.size()), -1);

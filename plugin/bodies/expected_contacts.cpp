@@ -248,8 +248,8 @@ void ExpectedContacts::multiply(std::size_t island, const VectorStack& x, Vector
 bool ExpectedContacts::drop_unlikely(std::size_t island, const VectorStack& velocity,
                                      const VectorStack& dv) {
   Range& range = by_island_[island];
-  Selected *const first = selected_.data() + range.first, *const last =
-                                                              selected_.data() + range.last;
+  Selected* const first = selected_.data() + range.first;
+  Selected* const last = selected_.data() + range.last;
   for (Selected* contact = first; contact != last; ++contact) {
     const btScalar before = speed_of(*contact, velocity);
     const btScalar after = before + speed_of(*contact, dv);

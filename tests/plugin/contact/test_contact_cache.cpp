@@ -34,6 +34,14 @@ btVector3 vector(double x, double y, double z) {
   return btVector3(static_cast<btScalar>(x), static_cast<btScalar>(y), static_cast<btScalar>(z));
 }
 
+Motion three_bodies() {
+  Motion motion = two_bodies(vector(0, 0, 0), vector(0, 1, 0));
+  for (std::vector<btScalar>* positions : {&motion.start, &motion.end})
+    positions->insert(positions->end(), {2, 2, 2});
+  motion.first_vertex = {0, 1, 2, 3};
+  return motion;
+}
+
 std::vector<double> near(double distance, std::size_t bodies) {
   return std::vector<double>(bodies, distance);
 }
@@ -127,10 +135,7 @@ TEST_CASE("a contact cache keeps the contacts of bodies that stay, and of no oth
     made.u = u;
     return made;
   };
-  Motion motion = two_bodies(vector(0, 0, 0), vector(0, 1, 0));
-  for (std::vector<btScalar>* positions : {&motion.start, &motion.end})
-    positions->insert(positions->end(), {2, 2, 2});
-  motion.first_vertex = {0, 1, 2, 3};
+  Motion motion = three_bodies();
   const std::vector<double> distances = {1, 1, 1};
   ContactCache cache;
   CHECK(!cache.begin(motion, distances));
@@ -167,10 +172,7 @@ TEST_CASE("a contact cache knows that nothing touches while vertices move togeth
 }
 
 TEST_CASE("a contact cache answers for bodies that stay, whatever others do") {
-  Motion motion = two_bodies(vector(0, 0, 0), vector(0, 1, 0));
-  for (std::vector<btScalar>* positions : {&motion.start, &motion.end})
-    positions->insert(positions->end(), {2, 2, 2});
-  motion.first_vertex = {0, 1, 2, 3};
+  Motion motion = three_bodies();
   const std::vector<double> distances = {1, 1, 1};
   ContactCache cache;
   cache.begin(motion, distances);
