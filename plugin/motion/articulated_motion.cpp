@@ -2,13 +2,18 @@
 
 #include <BulletDynamics/Featherstone/btMultiBodyLink.h>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
+using Eigen::MatrixXd;
 using Eigen::VectorXd;
+
+// A joint is at its limit if it is nearer than this fraction of its range.
+constexpr btScalar near_limit = btScalar(1e-3);
 
 // Moves the colliders of all links to where the joints have them.
 void update_links(btMultiBody& body) {
@@ -42,6 +47,17 @@ void set_velocities(btMultiBody& body, const btScalar* v) {
     body.setJointVelMultiDof(i, v);
     v += body.getLink(i).m_dofCount;
   }
+}
+
+MatrixXd columns_of(const MatrixXd& matrix, const std::vector<Eigen::Index>& indices) {
+  MatrixXd columns(matrix.rows(), static_cast<Eigen::Index>(indices.size()));
+  for (std::size_t i = 0; i < indices.size(); ++i)
+    columns.col(static_cast<Eigen::Index>(i)) = matrix.col(indices[i]);
+  return columns;
+}
+
+MatrixXd rows_of(const MatrixXd& matrix, const std::vector<Eigen::Index>& indices) {
+  return columns_of(matrix.transpose(), indices).transpose();
 }
 
 }  // namespace
@@ -103,8 +119,73 @@ ArticulatedMotion::ArticulatedMotion(btMultiBody& multibody, const MultibodyPose
     inverse_mass.leftCols(6).setZero();
   }
   inverse_mass = (0.5 * (inverse_mass + inverse_mass.transpose())).eval();
+  free_inverse_mass_ = inverse_mass;
+  find_limits();
+  hold_at_limits();
   impulse = displacement = split_impulse = split_displacement = velocity_change = momentum_change =
       VectorXd::Zero(count);
+}
+
+void ArticulatedMotion::find_limits() {
+  const btScalar* position = predicted.joints.data();
+  for (int i = 0; i < body->getNumLinks(); ++i) {
+    const btMultibodyLink& link = body->getLink(i);
+    const btScalar at = *position;
+    position += link.m_posVarCount;
+    const btScalar near = near_limit * (link.m_jointUpperLimit - link.m_jointLowerLimit);
+    const Eigen::Index coordinate = 6 + link.m_dofOffset;
+    if (link.m_dofCount != 1 || !(near > 0) || !(inverse_mass(coordinate, coordinate) > 0))
+      continue;
+    if (at >= link.m_jointUpperLimit - near)
+      limits.push_back({coordinate, 1, true});
+    else if (at <= link.m_jointLowerLimit + near)
+      limits.push_back({coordinate, -1, true});
+  }
+}
+
+std::vector<Eigen::Index> ArticulatedMotion::coordinates_at_limits() const {
+  std::vector<Eigen::Index> coordinates;
+  for (const JointLimit& limit : limits)
+    if (limit.holds) coordinates.push_back(limit.coordinate);
+  return coordinates;
+}
+
+// What holds coordinates exerts just the impulses that keep them: W - W_H inv(W_HH) W_H^T, with the
+// inverse mass W of the free body and the columns W_H of what is held.
+void ArticulatedMotion::hold_at_limits() {
+  inverse_mass = free_inverse_mass_;
+  const std::vector<Eigen::Index> coordinates = coordinates_at_limits();
+  if (coordinates.empty()) return;
+  const MatrixXd columns = columns_of(free_inverse_mass_, coordinates);
+  inverse_mass -= columns * rows_of(columns, coordinates).ldlt().solve(columns.transpose());
+  for (const Eigen::Index i : coordinates) {  // what rounding left
+    inverse_mass.row(i).setZero();
+    inverse_mass.col(i).setZero();
+  }
+}
+
+VectorXd ArticulatedMotion::with_limits(const VectorXd& impulses) const {
+  const std::vector<Eigen::Index> coordinates = coordinates_at_limits();
+  if (coordinates.empty()) return impulses;
+  const MatrixXd columns = columns_of(free_inverse_mass_, coordinates);
+  const VectorXd exerted =
+      rows_of(columns, coordinates).ldlt().solve(columns.transpose() * impulses);
+  VectorXd sum = impulses;
+  for (std::size_t i = 0; i < coordinates.size(); ++i)
+    sum[coordinates[i]] -= exerted[static_cast<Eigen::Index>(i)];
+  return sum;
+}
+
+bool ArticulatedMotion::leave_limits() {
+  const VectorXd reaction = with_limits(impulse) - impulse;
+  bool any = false;
+  for (JointLimit& limit : limits) {
+    if (!limit.holds || limit.side * reaction[limit.coordinate] <= 0) continue;
+    limit.holds = false;
+    any = true;
+  }
+  if (any) hold_at_limits();
+  return any;
 }
 
 void ArticulatedMotion::add_link(int index, int rigid, const btVector3& centre) {
@@ -130,6 +211,8 @@ void ArticulatedMotion::restart_response() {
                             &velocity_change, &momentum_change})
     x->setZero();
   held = false;
+  for (JointLimit& limit : limits) limit.holds = true;
+  if (!limits.empty()) hold_at_limits();
   if (is_elsewhere) set_pose(*body, predicted);
 }
 

@@ -4,6 +4,11 @@
 // Contacts act on links. An impulse on one link moves all links, as the joints let them. Bullet's
 // articulated body algorithm (btMultiBody::calcAccelerationDeltasMultiDof; Featherstone 2008,
 // "Rigid Body Dynamics Algorithms", section 7.3) gives the response to an impulse.
+//
+// A joint at its limit does not give way beyond it. Bullet solves limits before contacts are found,
+// and brings a joint that is beyond its limit back slowly, or not at all with split impulses. So
+// contacts may not push it there. Limits are those of btMultibodyLink, as loaders of URDF files set
+// them. Motors are not known here.
 #pragma once
 
 #include <BulletDynamics/Featherstone/btMultiBody.h>
@@ -44,11 +49,19 @@ struct ArticulatedMotion {
     Jacobian jacobian;
   };
 
+  /// A joint with one coordinate at its limit.
+  struct JointLimit {
+    Eigen::Index coordinate;
+    int side;    ///< 1: the upper limit, -1: the lower one
+    bool holds;  ///< the joint does not move; false: contacts move it away from the limit
+  };
+
   btMultiBody* body;
   MultibodyPose start, predicted;  ///< at the start of the step; Bullet's at its end
   Eigen::VectorXd velocity;        ///< Bullet's, at the end of the step
-  Eigen::MatrixXd inverse_mass;    ///< generalized
+  Eigen::MatrixXd inverse_mass;    ///< generalized; zero for joints that limits hold
   std::vector<Link> links;
+  std::vector<JointLimit> limits;
 
   /// What the response adds. Impulses are generalized, in kg m and kg m^2 (as ContactRow has them).
   Eigen::VectorXd impulse, displacement, split_impulse, split_displacement;
@@ -60,8 +73,13 @@ struct ArticulatedMotion {
   ArticulatedMotion(btMultiBody& multibody, const MultibodyPose& start_pose);
   /// Adds link `index` of the multibody; -1 is its base. `centre`: its centre of mass, metres.
   void add_link(int index, int rigid, const btVector3& centre);
-  /// Resets the response. Bullet's body gets its predicted pose again.
+  /// Resets the response. Bullet's body gets its predicted pose again, and all limits hold.
   void restart_response();
+  /// Frees the joints that `impulse` moves away from their limits. Returns whether there are any.
+  /// Then contacts must be solved again.
+  bool leave_limits();
+  /// The generalized momentum that contacts with these impulses give, with what limits exert.
+  Eigen::VectorXd with_limits(const Eigen::VectorXd& impulses) const;
   /// Gives Bullet's body the pose at the end of the step, with the response.
   void set_end_pose() const;
   /// True if the response changes pose or velocity.
@@ -73,6 +91,15 @@ struct ArticulatedMotion {
     return b.jacobian * inverse_mass * a.jacobian.transpose();
   }
   const Link& link_of(int rigid) const;
+
+ private:
+  void find_limits();
+  /// Sets inverse_mass for the limits that hold.
+  void hold_at_limits();
+  /// Coordinates of joints that limits hold.
+  std::vector<Eigen::Index> coordinates_at_limits() const;
+
+  Eigen::MatrixXd free_inverse_mass_;  ///< without limits
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -39,7 +39,7 @@ void add(const Fractions& fractions, const Motion& bounce, const RowIslands& isl
     if (island < 0) continue;
     const double fraction = fractions[island];
     motion.articulated[i].velocity_change += fraction / motion.dt * from.displacement;
-    motion.articulated[i].momentum_change += fraction / motion.dt * from.impulse;
+    motion.articulated[i].momentum_change += fraction / motion.dt * from.with_limits(from.impulse);
   }
 }
 

@@ -109,7 +109,7 @@ void set_velocities(const Threads& threads, Motion& motion) {
   }
   for (ArticulatedMotion& body : motion.articulated) {
     body.velocity_change = body.displacement / motion.dt;
-    body.momentum_change = body.impulse / motion.dt;
+    body.momentum_change = body.with_limits(body.impulse) / motion.dt;
   }
 }
 

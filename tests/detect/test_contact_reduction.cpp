@@ -221,16 +221,16 @@ TEST_CASE("the near distance of a body is that of its nearest pair, or the separ
   Detector everything(cpu_options(false));
   everything.set_topology(topology);
   const Span<const Contact> contacts = everything.detect(start, end);
-  const double separation = cpu_options(false).separation;
-  std::vector<double> smallest(3, separation);
+  const double beyond = cpu_options(false).separation;
+  std::vector<double> smallest(3, beyond);
   for (const Contact& contact : contacts) {
     if (contact.toi > 0) continue;
     const double gap = gap_at_start(contact, scene);
     for (const std::int32_t b : {contact.body_a, contact.body_b})
       smallest[b] = std::min(smallest[b], gap);
   }
-  REQUIRE(smallest[0] < separation);
-  REQUIRE(smallest[1] < separation);
+  REQUIRE(smallest[0] < beyond);
+  REQUIRE(smallest[1] < beyond);
   Detector reduced(cpu_options(true));
   reduced.set_topology(topology);
   reduced.detect(start, end);
@@ -246,7 +246,7 @@ TEST_CASE("the near distance of a body is that of its nearest pair, or the separ
       CHECK(distances[b] <= smallest[b] * (1 + 1e-5));
       CHECK(distances[b] > smallest[b] * 0.99);
     }
-    CHECK(distances[2] == separation);
+    CHECK(distances[2] == beyond);
   }
 }
 
