@@ -12,7 +12,8 @@ namespace {
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-// A joint is at its limit if it is nearer than this fraction of its range.
+// A joint is at its limit if it is nearer than this fraction of its range, and than this many
+// radians or metres.
 constexpr btScalar near_limit = btScalar(1e-3);
 
 // Moves the colliders of all links to where the joints have them.
@@ -132,7 +133,8 @@ void ArticulatedMotion::find_limits() {
     const btMultibodyLink& link = body->getLink(i);
     const btScalar at = *position;
     position += link.m_posVarCount;
-    const btScalar near = near_limit * (link.m_jointUpperLimit - link.m_jointLowerLimit);
+    const btScalar range = link.m_jointUpperLimit - link.m_jointLowerLimit;
+    const btScalar near = near_limit * std::min(range, btScalar(1));
     const Eigen::Index coordinate = 6 + link.m_dofOffset;
     if (link.m_dofCount != 1 || !(near > 0) || !(inverse_mass(coordinate, coordinate) > 0))
       continue;
@@ -211,8 +213,6 @@ void ArticulatedMotion::restart_response() {
                             &velocity_change, &momentum_change})
     x->setZero();
   held = false;
-  for (JointLimit& limit : limits) limit.holds = true;
-  if (!limits.empty()) hold_at_limits();
   if (is_elsewhere) set_pose(*body, predicted);
 }
 

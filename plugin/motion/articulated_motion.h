@@ -73,7 +73,7 @@ struct ArticulatedMotion {
   ArticulatedMotion(btMultiBody& multibody, const MultibodyPose& start_pose);
   /// Adds link `index` of the multibody; -1 is its base. `centre`: its centre of mass, metres.
   void add_link(int index, int rigid, const btVector3& centre);
-  /// Resets the response. Bullet's body gets its predicted pose again, and all limits hold.
+  /// Resets the response. Bullet's body gets its predicted pose again. Freed joints stay free.
   void restart_response();
   /// Frees the joints that `impulse` moves away from their limits. Returns whether there are any.
   /// Then contacts must be solved again.
