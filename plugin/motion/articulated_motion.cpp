@@ -50,6 +50,15 @@ void set_velocities(btMultiBody& body, const btScalar* v) {
   }
 }
 
+// 1: the joint is at its upper limit, -1: at its lower one, 0: at none.
+int limit_at(const btMultibodyLink& link, btScalar position) {
+  const btScalar range = link.m_jointUpperLimit - link.m_jointLowerLimit;
+  const btScalar near = near_limit * std::min(range, btScalar(1));
+  if (!(near > 0)) return 0;  // there are no limits
+  if (position >= link.m_jointUpperLimit - near) return 1;
+  return position <= link.m_jointLowerLimit + near ? -1 : 0;
+}
+
 MatrixXd columns_of(const MatrixXd& matrix, const std::vector<Eigen::Index>& indices) {
   MatrixXd columns(matrix.rows(), static_cast<Eigen::Index>(indices.size()));
   for (std::size_t i = 0; i < indices.size(); ++i)
@@ -128,20 +137,17 @@ ArticulatedMotion::ArticulatedMotion(btMultiBody& multibody, const MultibodyPose
 }
 
 void ArticulatedMotion::find_limits() {
-  const btScalar* position = predicted.joints.data();
+  std::size_t place = 0;  // in MultibodyPose::joints
   for (int i = 0; i < body->getNumLinks(); ++i) {
     const btMultibodyLink& link = body->getLink(i);
-    const btScalar at = *position;
-    position += link.m_posVarCount;
-    const btScalar range = link.m_jointUpperLimit - link.m_jointLowerLimit;
-    const btScalar near = near_limit * std::min(range, btScalar(1));
     const Eigen::Index coordinate = 6 + link.m_dofOffset;
-    if (link.m_dofCount != 1 || !(near > 0) || !(inverse_mass(coordinate, coordinate) > 0))
-      continue;
-    if (at >= link.m_jointUpperLimit - near)
-      limits.push_back({coordinate, 1, true});
-    else if (at <= link.m_jointLowerLimit + near)
-      limits.push_back({coordinate, -1, true});
+    if (link.m_dofCount == 1 && inverse_mass(coordinate, coordinate) > 0) {
+      // A joint that the last step left elsewhere is pushed away from the limit, if at all.
+      const int side = limit_at(link, predicted.joints[place]);
+      if (side != 0)
+        limits.push_back({coordinate, side, limit_at(link, start.joints[place]) == side});
+    }
+    place += static_cast<std::size_t>(link.m_posVarCount);
   }
 }
 
@@ -178,13 +184,14 @@ VectorXd ArticulatedMotion::with_limits(const VectorXd& impulses) const {
   return sum;
 }
 
-bool ArticulatedMotion::leave_limits() {
-  const VectorXd reaction = with_limits(impulse) - impulse;
+bool ArticulatedMotion::update_limits() {
+  if (limits.empty()) return false;
+  const VectorXd exerted = with_limits(impulse) - impulse;
   bool any = false;
   for (JointLimit& limit : limits) {
-    if (!limit.holds || limit.side * reaction[limit.coordinate] <= 0) continue;
-    limit.holds = false;
-    any = true;
+    const bool is_wrong = limit.side * (limit.holds ? exerted : displacement)[limit.coordinate] > 0;
+    if (is_wrong) limit.holds = !limit.holds;
+    any = any || is_wrong;
   }
   if (any) hold_at_limits();
   return any;

@@ -49,11 +49,11 @@ struct ArticulatedMotion {
     Jacobian jacobian;
   };
 
-  /// A joint with one coordinate at its limit.
+  /// A joint with one coordinate that is at its limit at the end of Bullet's step.
   struct JointLimit {
     Eigen::Index coordinate;
     int side;    ///< 1: the upper limit, -1: the lower one
-    bool holds;  ///< the joint does not move; false: contacts move it away from the limit
+    bool holds;  ///< contacts do not move the joint; false: they move it away from the limit
   };
 
   btMultiBody* body;
@@ -73,11 +73,12 @@ struct ArticulatedMotion {
   ArticulatedMotion(btMultiBody& multibody, const MultibodyPose& start_pose);
   /// Adds link `index` of the multibody; -1 is its base. `centre`: its centre of mass, metres.
   void add_link(int index, int rigid, const btVector3& centre);
-  /// Resets the response. Bullet's body gets its predicted pose again. Freed joints stay free.
+  /// Resets the response. Bullet's body gets its predicted pose again. Limits hold as before.
   void restart_response();
-  /// Frees the joints that `impulse` moves away from their limits. Returns whether there are any.
-  /// Then contacts must be solved again.
-  bool leave_limits();
+  /// Frees joints that `impulse` pushes away from their limits, and lets limits hold where
+  /// `displacement` is beyond them. Returns whether there are any. Then contacts must be solved
+  /// again.
+  bool update_limits();
   /// The generalized momentum that contacts with these impulses give, with what limits exert.
   Eigen::VectorXd with_limits(const Eigen::VectorXd& impulses) const;
   /// Gives Bullet's body the pose at the end of the step, with the response.

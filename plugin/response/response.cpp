@@ -24,7 +24,7 @@ constexpr int max_node_holds = 16;
 constexpr int solves_with_full_gaps = 1;
 constexpr double min_gap_fraction = 1.0 / 16;
 
-// Solves in which joints are freed that were at a limit.
+// Solves after changes of which joints their limits hold.
 constexpr int max_limit_rounds = 3;
 
 bool touches_at_start(const Contact& contact) { return contact.toi == 0; }
@@ -142,7 +142,7 @@ void Response::solve_speculative(const NearContacts& near, const std::vector<Con
   leave_supports(constraints_.active_rows(), motion);  // as in the last step, if at all
   constraints_.solve(motion, options_.solver_iterations);
   let_bodies_leave_supports(motion);
-  let_joints_leave_limits(motion);
+  let_limits_hold(motion);
   set_velocities(threads_, motion);
   RowIslands& islands = constraints_.islands(motion);
   if (!select_with_energy_gain(motion, islands)) return;
@@ -161,18 +161,18 @@ void Response::let_bodies_leave_supports(Motion& motion) {
   constraints_.solve(motion, options_.solver_iterations);
 }
 
-void Response::let_joints_leave_limits(Motion& motion) {
+void Response::let_limits_hold(Motion& motion) {
   for (int i = 0; i < max_limit_rounds; ++i) {
-    std::vector<char> leaves(motion.articulated.size());
-    for (std::size_t a = 0; a < leaves.size(); ++a)
-      leaves[a] = motion.articulated[a].leave_limits();
-    if (std::find(leaves.begin(), leaves.end(), 1) == leaves.end()) return;
+    std::vector<char> changes(motion.articulated.size());
+    for (std::size_t a = 0; a < changes.size(); ++a)
+      changes[a] = motion.articulated[a].update_limits();
+    if (std::find(changes.begin(), changes.end(), 1) == changes.end()) return;
     RowIslands& islands = constraints_.islands(motion);
     islands.select_none();
     for (std::size_t body = 0; body < motion.rigid_of_body.size(); ++body) {
       const std::int32_t rigid = motion.rigid_of_body[body];
       const int articulated = rigid < 0 ? -1 : motion.rigid[rigid].articulated;
-      if (articulated >= 0 && leaves[static_cast<std::size_t>(articulated)])
+      if (articulated >= 0 && changes[static_cast<std::size_t>(articulated)])
         islands.select_body(static_cast<std::int32_t>(body));
     }
     constraints_.solve(motion, options_.solver_iterations);

@@ -57,9 +57,8 @@ class Response {
                          Motion& motion);
   /// Solves again for the bodies that the first solve pulls off their supports.
   void let_bodies_leave_supports(Motion& motion);
-  // Joints at a limit hold in the first solution. Those that it moves away from the limit are
-  // freed.
-  void let_joints_leave_limits(Motion& motion);
+  // Finds which joints their limits hold, and solves again where that changes.
+  void let_limits_hold(Motion& motion);
   /// Resolves contacts that impulses leave: rigid impact zones first, then holds.
   void resolve_with_impact_zones(std::vector<Contact> contacts, const Detect& detect,
                                  Motion& motion, StepStats& stats);

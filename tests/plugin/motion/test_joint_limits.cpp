@@ -90,26 +90,41 @@ TEST_CASE("a joint at its limit holds against impulses towards it only") {
   const double free_mobility = motion.inverse_mass(7, 7);
 
   motion.impulse = impulse_on_joints(-1, -0.2);
-  CHECK(!motion.leave_limits());
+  CHECK(!motion.update_limits());
   // What the limit exerts stops the first joint, and nothing else.
   const Eigen::VectorXd exerted = motion.with_limits(motion.impulse) - motion.impulse;
   CHECK(exerted[6] > 0.5);
   CHECK(exerted[7] == 0);
 
   motion.impulse = impulse_on_joints(1, 0);
-  CHECK(motion.leave_limits());
+  CHECK(motion.update_limits());
   CHECK(motion.inverse_mass(6, 6) > 0);
   CHECK(motion.inverse_mass(7, 7) > free_mobility);
   CHECK(motion.with_limits(motion.impulse) == motion.impulse);
   motion.restart_response();
   CHECK(motion.inverse_mass(6, 6) > 0);
 
+  // The free joint is held once it is beyond its limit.
+  motion.displacement = impulse_on_joints(0.1, -0.1);
+  CHECK(!motion.update_limits());
+  motion.displacement = impulse_on_joints(-0.1, 0);
+  CHECK(motion.update_limits());
+  CHECK(motion.inverse_mass.row(6).isZero(0));
+
   arm.body().setJointPos(0, btScalar(0.5));
+  const bullet::MultibodyPose elsewhere = bullet::pose_of(arm.body());
   CHECK(ArticulatedMotion(arm.body(), pose).limits.empty());
+  // A joint that comes to its limit in this step is free at first.
+  arm.body().setJointPos(0, 0);
+  const ArticulatedMotion arrives(arm.body(), elsewhere);
+  REQUIRE(arrives.limits.size() == 1);
+  CHECK(!arrives.limits[0].holds);
+  CHECK(arrives.inverse_mass(6, 6) > 0);
   arm.body().setJointPos(0, btScalar(0.9995));
-  const ArticulatedMotion at_upper(arm.body(), pose);
+  const ArticulatedMotion at_upper(arm.body(), bullet::pose_of(arm.body()));
   REQUIRE(at_upper.limits.size() == 1);
   CHECK(at_upper.limits[0].side == 1);
+  CHECK(at_upper.limits[0].holds);
 
   btMultibodyLink& link = arm.body().getLink(0);
   link.m_jointLowerLimit = -std::numeric_limits<btScalar>::max();
