@@ -130,8 +130,9 @@ void StepDetector::detect_ahead() {
 
 void StepDetector::end_step(bool responded) {
   // Where some steps need no detection, the next one would probably be started in vain.
-  if (near_detector_ && detected_near_ && detected_last_) prediction_.remember(motion_, responded);
-  detected_last_ = detected_near_;
+  if (near_detector_ && detected_near_ && detected_near_last_)
+    prediction_.remember(motion_, responded);
+  detected_near_last_ = detected_near_;
 }
 
 void StepDetector::begin_motion() {

@@ -160,7 +160,7 @@ class StepDetector {
   std::vector<double> found_distances_;  ///< scratch memory
   bool any_near_ = false;                ///< anything is near that near_detector_ knows
   bool detected_near_ = false;           ///< detect_near() used near_detector_ in this step
-  bool detected_last_ = false;           ///< and in the last one
+  bool detected_near_last_ = false;      ///< and in the last step
   StepStats counts_;                     ///< counts and times of the detections of the motion
 };
 

@@ -15,6 +15,8 @@ using Eigen::VectorXd;
 // A joint is at its limit if it is nearer than this fraction of its range, and than this many
 // radians or metres.
 constexpr btScalar near_limit = btScalar(1e-3);
+// Of Bullet's inverse mass, relative.
+constexpr double rounding = 1e-5;
 
 // Moves the colliders of all links to where the joints have them.
 void update_links(btMultiBody& body) {
@@ -129,7 +131,7 @@ ArticulatedMotion::ArticulatedMotion(btMultiBody& multibody, const MultibodyPose
     inverse_mass.leftCols(6).setZero();
   }
   inverse_mass = (0.5 * (inverse_mass + inverse_mass.transpose())).eval();
-  free_inverse_mass_ = inverse_mass;
+  free_inverse_mass = inverse_mass;
   find_limits();
   hold_at_limits();
   impulse = displacement = split_impulse = split_displacement = velocity_change = momentum_change =
@@ -142,7 +144,7 @@ void ArticulatedMotion::find_limits() {
     const btMultibodyLink& link = body->getLink(i);
     const Eigen::Index coordinate = 6 + link.m_dofOffset;
     if (link.m_dofCount == 1 && inverse_mass(coordinate, coordinate) > 0) {
-      // A joint that the last step left elsewhere is pushed away from the limit, if at all.
+      // A joint that has just arrived is free at first.
       const int side = limit_at(link, predicted.joints[place]);
       if (side != 0)
         limits.push_back({coordinate, side, limit_at(link, start.joints[place]) == side});
@@ -151,7 +153,7 @@ void ArticulatedMotion::find_limits() {
   }
 }
 
-std::vector<Eigen::Index> ArticulatedMotion::coordinates_at_limits() const {
+std::vector<Eigen::Index> ArticulatedMotion::held_coordinates() const {
   std::vector<Eigen::Index> coordinates;
   for (const JointLimit& limit : limits)
     if (limit.holds) coordinates.push_back(limit.coordinate);
@@ -161,10 +163,10 @@ std::vector<Eigen::Index> ArticulatedMotion::coordinates_at_limits() const {
 // What holds coordinates exerts just the impulses that keep them: W - W_H inv(W_HH) W_H^T, with the
 // inverse mass W of the free body and the columns W_H of what is held.
 void ArticulatedMotion::hold_at_limits() {
-  inverse_mass = free_inverse_mass_;
-  const std::vector<Eigen::Index> coordinates = coordinates_at_limits();
+  inverse_mass = free_inverse_mass;
+  const std::vector<Eigen::Index> coordinates = held_coordinates();
   if (coordinates.empty()) return;
-  const MatrixXd columns = columns_of(free_inverse_mass_, coordinates);
+  const MatrixXd columns = columns_of(free_inverse_mass, coordinates);
   inverse_mass -= columns * rows_of(columns, coordinates).ldlt().solve(columns.transpose());
   for (const Eigen::Index i : coordinates) {  // what rounding left
     inverse_mass.row(i).setZero();
@@ -173,9 +175,9 @@ void ArticulatedMotion::hold_at_limits() {
 }
 
 VectorXd ArticulatedMotion::with_limits(const VectorXd& impulses) const {
-  const std::vector<Eigen::Index> coordinates = coordinates_at_limits();
+  const std::vector<Eigen::Index> coordinates = held_coordinates();
   if (coordinates.empty()) return impulses;
-  const MatrixXd columns = columns_of(free_inverse_mass_, coordinates);
+  const MatrixXd columns = columns_of(free_inverse_mass, coordinates);
   const VectorXd exerted =
       rows_of(columns, coordinates).ldlt().solve(columns.transpose() * impulses);
   VectorXd sum = impulses;
@@ -184,12 +186,17 @@ VectorXd ArticulatedMotion::with_limits(const VectorXd& impulses) const {
   return sum;
 }
 
-bool ArticulatedMotion::update_limits() {
+bool ArticulatedMotion::update_limits(bool may_free) {
   if (limits.empty()) return false;
-  const VectorXd exerted = with_limits(impulse) - impulse;
+  const VectorXd pushed = impulse + split_impulse, moved = displacement + split_displacement;
+  const VectorXd exerted = with_limits(pushed) - pushed;
+  const double least_exerted = rounding * pushed.lpNorm<Eigen::Infinity>(),
+               least_moved = rounding * moved.lpNorm<Eigen::Infinity>();
   bool any = false;
   for (JointLimit& limit : limits) {
-    const bool is_wrong = limit.side * (limit.holds ? exerted : displacement)[limit.coordinate] > 0;
+    const Eigen::Index i = limit.coordinate;
+    const bool is_wrong = limit.holds ? may_free && limit.side * exerted[i] > least_exerted
+                                      : limit.side * moved[i] > least_moved;
     if (is_wrong) limit.holds = !limit.holds;
     any = any || is_wrong;
   }

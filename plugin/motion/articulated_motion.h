@@ -5,10 +5,10 @@
 // articulated body algorithm (btMultiBody::calcAccelerationDeltasMultiDof; Featherstone 2008,
 // "Rigid Body Dynamics Algorithms", section 7.3) gives the response to an impulse.
 //
-// A joint at its limit does not give way beyond it. Bullet solves limits before contacts are found,
-// and brings a joint that is beyond its limit back slowly, or not at all with split impulses. So
-// contacts may not push it there. Limits are those of btMultibodyLink, as loaders of URDF files set
-// them. Motors are not known here.
+// A joint that is at its limit does not give way beyond it. Bullet solves limits before contacts
+// are found, and brings a joint that is beyond its limit back slowly, or not at all with split
+// impulses. So contacts may not push it there. Limits are those of btMultibodyLink, as loaders of
+// URDF files set them. Motors are not known here.
 #pragma once
 
 #include <BulletDynamics/Featherstone/btMultiBody.h>
@@ -53,13 +53,14 @@ struct ArticulatedMotion {
   struct JointLimit {
     Eigen::Index coordinate;
     int side;    ///< 1: the upper limit, -1: the lower one
-    bool holds;  ///< contacts do not move the joint; false: they move it away from the limit
+    bool holds;  ///< contacts do not move the joint
   };
 
   btMultiBody* body;
-  MultibodyPose start, predicted;  ///< at the start of the step; Bullet's at its end
-  Eigen::VectorXd velocity;        ///< Bullet's, at the end of the step
-  Eigen::MatrixXd inverse_mass;    ///< generalized; zero for joints that limits hold
+  MultibodyPose start, predicted;     ///< at the start of the step; Bullet's at its end
+  Eigen::VectorXd velocity;           ///< Bullet's, at the end of the step
+  Eigen::MatrixXd inverse_mass;       ///< generalized; zero for joints that limits hold
+  Eigen::MatrixXd free_inverse_mass;  ///< without limits
   std::vector<Link> links;
   std::vector<JointLimit> limits;
 
@@ -75,10 +76,10 @@ struct ArticulatedMotion {
   void add_link(int index, int rigid, const btVector3& centre);
   /// Resets the response. Bullet's body gets its predicted pose again. Limits hold as before.
   void restart_response();
-  /// Frees joints that `impulse` pushes away from their limits, and lets limits hold where
-  /// `displacement` is beyond them. Returns whether there are any. Then contacts must be solved
-  /// again.
-  bool update_limits();
+  /// Lets limits hold where the displacements are beyond them, and, with `may_free`, frees joints
+  /// that the impulses push away from their limits. Returns whether there are any. Then contacts
+  /// must be solved again.
+  bool update_limits(bool may_free);
   /// The generalized momentum that contacts with these impulses give, with what limits exert.
   Eigen::VectorXd with_limits(const Eigen::VectorXd& impulses) const;
   /// Gives Bullet's body the pose at the end of the step, with the response.
@@ -98,9 +99,7 @@ struct ArticulatedMotion {
   /// Sets inverse_mass for the limits that hold.
   void hold_at_limits();
   /// Coordinates of joints that limits hold.
-  std::vector<Eigen::Index> coordinates_at_limits() const;
-
-  Eigen::MatrixXd free_inverse_mass_;  ///< without limits
+  std::vector<Eigen::Index> held_coordinates() const;
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

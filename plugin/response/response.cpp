@@ -24,7 +24,7 @@ constexpr int max_node_holds = 16;
 constexpr int solves_with_full_gaps = 1;
 constexpr double min_gap_fraction = 1.0 / 16;
 
-// Solves after changes of which joints their limits hold.
+// How often contacts are solved again after other limits hold. The last time, none lets go.
 constexpr int max_limit_rounds = 3;
 
 bool touches_at_start(const Contact& contact) { return contact.toi == 0; }
@@ -142,12 +142,13 @@ void Response::solve_speculative(const NearContacts& near, const std::vector<Con
   leave_supports(constraints_.active_rows(), motion);  // as in the last step, if at all
   constraints_.solve(motion, options_.solver_iterations);
   let_bodies_leave_supports(motion);
-  let_limits_hold(motion);
+  update_limits(motion);
   set_velocities(threads_, motion);
   RowIslands& islands = constraints_.islands(motion);
   if (!select_with_energy_gain(motion, islands)) return;
   constraints_.cold_start(motion);
   constraints_.solve(motion, options_.solver_iterations);
+  update_limits(motion);
 }
 
 void Response::let_bodies_leave_supports(Motion& motion) {
@@ -161,11 +162,11 @@ void Response::let_bodies_leave_supports(Motion& motion) {
   constraints_.solve(motion, options_.solver_iterations);
 }
 
-void Response::let_limits_hold(Motion& motion) {
+void Response::update_limits(Motion& motion) {
   for (int i = 0; i < max_limit_rounds; ++i) {
     std::vector<char> changes(motion.articulated.size());
     for (std::size_t a = 0; a < changes.size(); ++a)
-      changes[a] = motion.articulated[a].update_limits();
+      changes[a] = motion.articulated[a].update_limits(i + 1 < max_limit_rounds);
     if (std::find(changes.begin(), changes.end(), 1) == changes.end()) return;
     RowIslands& islands = constraints_.islands(motion);
     islands.select_none();

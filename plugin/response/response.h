@@ -57,8 +57,8 @@ class Response {
                          Motion& motion);
   /// Solves again for the bodies that the first solve pulls off their supports.
   void let_bodies_leave_supports(Motion& motion);
-  // Finds which joints their limits hold, and solves again where that changes.
-  void let_limits_hold(Motion& motion);
+  /// Finds which joints their limits hold, and solves again where that changes.
+  void update_limits(Motion& motion);
   /// Resolves contacts that impulses leave: rigid impact zones first, then holds.
   void resolve_with_impact_zones(std::vector<Contact> contacts, const Detect& detect,
                                  Motion& motion, StepStats& stats);

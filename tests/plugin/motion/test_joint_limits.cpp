@@ -76,6 +76,25 @@ TEST_CASE("a heavy cloth on an arm does not push its joints beyond their limits"
     CHECK(lowest < -0.006);
 }
 
+TEST_CASE("a joint at its limit is pushed away from it by what the application moves") {
+  const World kind = GENERATE(World::rigid, World::deformable);
+  CAPTURE(kind);
+  ObstacleWorld w(kind, 10, {}, true);
+  LimitedArm arm(w, 1);
+  btSoftBody* const cloth = w.add_sheet(5, 0.2, -0.13, 0);
+  cloth->m_cfg.collisions |= btSoftBody::fCollision::SDF_MDF;
+  for (int i = 0; i < cloth->m_nodes.size(); ++i) {
+    cloth->m_nodes[i].m_x += btVector3(btScalar(0.3), 0, 0);
+    cloth->setMass(i, 0);
+  }
+  w.steps(40, 1.0 / 240, [&](int) {
+    for (int i = 0; i < cloth->m_nodes.size(); ++i)
+      cloth->m_nodes[i].m_x += btVector3(0, btScalar(0.002), 0);
+  });
+  CHECK(arm.lowest_joint() > 0.2);
+  CHECK(w.total().failsafe_holds == 0);
+}
+
 TEST_CASE("a joint at its limit holds against impulses towards it only") {
   ObstacleWorld w(World::deformable, 0);
   LimitedArm arm(w, 2);
@@ -90,14 +109,15 @@ TEST_CASE("a joint at its limit holds against impulses towards it only") {
   const double free_mobility = motion.inverse_mass(7, 7);
 
   motion.impulse = impulse_on_joints(-1, -0.2);
-  CHECK(!motion.update_limits());
+  CHECK(!motion.update_limits(true));
   // What the limit exerts stops the first joint, and nothing else.
   const Eigen::VectorXd exerted = motion.with_limits(motion.impulse) - motion.impulse;
   CHECK(exerted[6] > 0.5);
   CHECK(exerted[7] == 0);
 
   motion.impulse = impulse_on_joints(1, 0);
-  CHECK(motion.update_limits());
+  CHECK(!motion.update_limits(false));
+  CHECK(motion.update_limits(true));
   CHECK(motion.inverse_mass(6, 6) > 0);
   CHECK(motion.inverse_mass(7, 7) > free_mobility);
   CHECK(motion.with_limits(motion.impulse) == motion.impulse);
@@ -106,9 +126,9 @@ TEST_CASE("a joint at its limit holds against impulses towards it only") {
 
   // The free joint is held once it is beyond its limit.
   motion.displacement = impulse_on_joints(0.1, -0.1);
-  CHECK(!motion.update_limits());
+  CHECK(!motion.update_limits(true));
   motion.displacement = impulse_on_joints(-0.1, 0);
-  CHECK(motion.update_limits());
+  CHECK(motion.update_limits(true));
   CHECK(motion.inverse_mass.row(6).isZero(0));
 
   arm.body().setJointPos(0, btScalar(0.5));
