@@ -297,7 +297,8 @@ bool Detector::set_resting(Span<const char> bodies) {
     throw Error(ErrorCode::invalid_argument, "set_resting() needs a separation");
   if (!(bodies.empty() || bodies.size() == impl_->mesh.body_count()))
     throw Error(ErrorCode::size_mismatch, "set_resting() needs an entry for each body, or none");
-  if (std::find(bodies.begin(), bodies.end(), 1) == bodies.end()) bodies = {};
+  if (std::none_of(bodies.begin(), bodies.end(), [](char rests) { return rests != 0; }))
+    bodies = {};
   if (impl_->mesh.has_resting(bodies)) return false;
   impl_->set_contacts({});
   impl_->cpu.discard_ahead();

@@ -19,7 +19,6 @@ struct EquationIsland {
   std::vector<int> unknowns;  // of their nodes, then those of multipliers, each ascending
   std::size_t node_count = 0;
 
-  Span<const int> nodes() const { return {unknowns.data(), node_count}; }
   Span<const int> multipliers() const {
     return {unknowns.data() + node_count, unknowns.size() - node_count};
   }

@@ -174,9 +174,12 @@ bool ExpectedContacts::find_penalties(const Multiply& multiply, int size) {
 
 std::vector<std::array<int, 2>> ExpectedContacts::body_pairs() const {
   std::vector<std::array<int, 2>> pairs;
-  for (const Selected& contact : selected_)
-    for (std::size_t k = 0; k < static_cast<std::size_t>(contact.count); ++k)
-      pairs.push_back({contact.bodies[0], contact.bodies[k]});
+  for (const Selected& contact : selected_) {
+    for (std::size_t k = 0; k < static_cast<std::size_t>(contact.count); ++k) {
+      const std::array<int, 2> pair = {contact.bodies[0], contact.bodies[k]};
+      if (pairs.empty() || pairs.back() != pair) pairs.push_back(pair);
+    }
+  }
   return pairs;
 }
 

@@ -64,8 +64,8 @@ class ExpectedContacts {
   /// if nothing is left.
   bool find_penalties(const Multiply& multiply, int size);
 
-  /// The two bodies of each contact, as indices in the list; twice the same if only one is soft and
-  /// can move.
+  /// Pairs of bodies in contact, as indices in the list, some more than once; twice the same body
+  /// if only one is soft and can move.
   std::vector<std::array<int, 2>> body_pairs() const;
   /// Divides the contacts by the islands, for functions that take the number of one. They may be
   /// called for several islands at the same time.

@@ -35,7 +35,10 @@ bool MomentumEquation::solve(btDeformableBackwardEulerObjective& objective, btSc
   objective.addLagrangeMultiplierRHS(residual, dv, right_hand_side_);
   objective.addLagrangeMultiplier(dv, solution_);
   find_preconditioner();
-  all_ = whole_equation(objective, nodes_);
+  if (all_.node_count != static_cast<std::size_t>(nodes_) ||
+      all_.unknowns.size() != static_cast<std::size_t>(solution_.size()) ||
+      all_.bodies.size() != static_cast<std::size_t>(objective.m_softBodies.size()))
+    all_ = whole_equation(objective, nodes_);
   conjugate_residual_.resize(solution_.size());
   const auto multiply_all = [&](const VectorStack& x, VectorStack& b) {
     multiply(all_, x, b, bodies.parallel_for());

@@ -158,7 +158,8 @@ TEST_CASE("a re-check needs a detection with the same resting bodies") {
   detector.detect(layers.start(), layers.end());
   CHECK(detector.set_resting({}));
   CHECK_THROWS_AS(detector.recheck_near_pairs(layers.start(), layers.end()), Error);
-  CHECK(!detector.set_resting(sets[3]));  // none rests
+  CHECK(!detector.set_resting(sets[3]));                          // none rests
+  CHECK(detector.set_resting(std::vector<char>{2, 2, 0, 0, 0}));  // what is not 0 rests
 }
 
 TEST_CASE("resting bodies need a separation and an entry for each body") {
