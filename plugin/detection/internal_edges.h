@@ -15,10 +15,10 @@
 #include <vector>
 
 #include "contact/pair_surfaces.h"
-#include "detection/obstacle_pairs.h"
 #include "lazyccd/contact.h"
 #include "lazyccd/span.h"
 #include "motion/motion.h"
+#include "scene/obstacle_pairs.h"
 #include "scene/step_topology.h"
 #include "shapes/surface_bends.h"
 

@@ -186,11 +186,5 @@ double MovingCore::rounding(double radius) const {
   return count * static_cast<double>(std::numeric_limits<btScalar>::epsilon()) * largest;
 }
 
-PrimitivePoints between(const PrimitivePoints& start, const PrimitivePoints& end, double t) {
-  PrimitivePoints points{{}, start.count};
-  for (int i = 0; i < start.count; ++i) points.x[i] = (1 - t) * start.x[i] + t * end.x[i];
-  return points;
-}
-
 }  // namespace LAZYCCD_BULLET_PRECISION
 }  // namespace lazyccd::bullet

@@ -6,16 +6,11 @@
 #include <array>
 
 #include "motion/motion.h"
+#include "motion/primitive_points.h"
 #include "shapes/round_part.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
-
-/// A vertex, an edge or a face at one time: the positions of its first `count` vertices, metres.
-struct PrimitivePoints {
-  std::array<Eigen::Vector3d, 3> x;
-  int count;
-};
 
 /// The closest points of a core and a primitive.
 struct ClosestPoints {
@@ -63,9 +58,6 @@ class MovingCore {
 
   Segment start_, end_;
 };
-
-/// The primitive at time t between its start and its end.
-PrimitivePoints between(const PrimitivePoints& start, const PrimitivePoints& end, double t);
 
 }  // namespace LAZYCCD_BULLET_PRECISION
 }  // namespace lazyccd::bullet

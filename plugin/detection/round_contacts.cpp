@@ -17,14 +17,6 @@ constexpr std::int64_t max_pairs = 1 << 15;
 // A contact point with more weight than this at one vertex is left to the constraint of the vertex.
 constexpr double weight_of_vertex = 0.999;
 
-template <class Primitive>
-PrimitivePoints points_of(const Primitive& primitive, const Motion& motion, bool at_start) {
-  PrimitivePoints points{{}, static_cast<int>(primitive.size())};
-  for (std::size_t i = 0; i < primitive.size(); ++i)
-    points.x[i] = at_start ? motion.start_of(primitive[i]) : motion.end_of(primitive[i]);
-  return points;
-}
-
 // What starts inside of the part is left to others.
 bool starts_inside(const RoundPart& part, double time, const ClosestPoints& points) {
   return points.distance == 0 || (time == 0 && points.distance < part.inner_radius);

@@ -21,9 +21,9 @@
 #include "contact/pair_surfaces.h"
 #include "detection/contact_filter.h"
 #include "detection/moving_core.h"
-#include "detection/obstacle_pairs.h"
 #include "lazyccd/contact.h"
 #include "motion/motion.h"
+#include "scene/obstacle_pairs.h"
 #include "scene/step_topology.h"
 
 namespace lazyccd::bullet {

@@ -26,7 +26,7 @@ StepDetector::StepDetector(const DetectorOptions& options, const Threads& thread
       surfaces_(surfaces),
       selector_(surfaces, position_correction),
       round_contacts_(topology, motion, surfaces, filter),
-      flat_contacts_(topology, motion),
+      convex_contacts_(topology, motion, surfaces),
       internal_edges_(topology, motion, surfaces),
       may_keep_near_(contact_cache) {
   options_.separation = 0;
@@ -43,13 +43,13 @@ void StepDetector::set_topology(double largest_thickness) {
   if (!(separation > 0)) {
     near_detector_.reset();
     round_contacts_.clear();
-    flat_contacts_.clear();
+    convex_contacts_.clear();
     others_may_meet_ = true;
     touching_detector();
     return;
   }
   round_contacts_.set_topology();
-  flat_contacts_.set_topology();
+  convex_contacts_.set_topology();
   if (!near_detector_) {
     DetectorOptions options = options_;
     options.separation = separation;
@@ -65,7 +65,7 @@ void StepDetector::set_near_topology() {
   topology.self_separation = self_separation_;
   std::vector<Body> filters(topology.bodies.begin(), topology.bodies.end());
   round_contacts_.leave_out(filters);
-  flat_contacts_.leave_out(filters);
+  convex_contacts_.leave_out(filters);
   topology.bodies = filters;
   others_may_meet_ = find_others_may_meet(topology.bodies);
   near_detector_->set_topology(topology);
@@ -172,7 +172,7 @@ Span<const Contact> StepDetector::recheck(const Positions& start, const Position
 }
 
 bool StepDetector::simple_shapes_are_clear(bool at_start) {
-  return flat_contacts_.are_clear(at_start) && round_contacts_.are_clear(at_start);
+  return convex_contacts_.are_clear(at_start) && round_contacts_.are_clear(at_start);
 }
 
 // A pair that the first detection did not report stayed further apart than the separation at all
@@ -198,7 +198,7 @@ NearContacts StepDetector::detect_near(LastImpulses& last_impulses) {
   bool any_near = false;
   ++counts_.detections;
   round_contacts_.find_near(separation_, near_simple_);
-  if (!flat_contacts_.find_near(separation_, near_flat_)) {
+  if (!convex_contacts_.find_near(separation_, near_convex_)) {
     prediction_.forget();
     set_near_topology();
   }
@@ -206,7 +206,8 @@ NearContacts StepDetector::detect_near(LastImpulses& last_impulses) {
     near = find_near_with_detector();
     any_near = any_near_;
   }
-  const auto middle = near_simple_.insert(near_simple_.end(), near_flat_.begin(), near_flat_.end());
+  const auto middle =
+      near_simple_.insert(near_simple_.end(), near_convex_.begin(), near_convex_.end());
   std::inplace_merge(near_simple_.begin(), middle, near_simple_.end());
   if (!near_simple_.empty()) {
     near_.resize(near.size() + near_simple_.size());

@@ -142,20 +142,14 @@ bool add_convex(const btConvexShape& shape, const btTransform& pose, double dept
       if (seen.add(face)) triangles.faces.push_back(face);
     }
   }
-  if (shape.getShapeType() == BOX_SHAPE_PROXYTYPE) {
-    std::vector<btVector3> normals;
-    for (int k = 0; k < 3; ++k) {
-      normals.push_back(pose.getBasis().getColumn(k));
-      normals.push_back(-normals.back());
-    }
-    triangles.flat_parts.push_back(
-        make_flat_part(normals, triangles.vertices, first, triangles.faces, first_face));
-  }
   std::array<btVector3, 2> core;
   if (find_core(shape, core)) {
     for (btVector3& end : core) end = pose * end;
     triangles.round_parts.push_back(
         make_round_part(core, triangles.vertices, first, triangles.faces, first_face));
+  } else {
+    triangles.convex_parts.push_back(
+        make_hull_part(triangles.vertices, first, triangles.faces, first_face));
   }
   return hull.faces.size() > 0;
 }
@@ -193,9 +187,9 @@ bool tessellate(const btCollisionShape& shape, const btTransform& pose, const Ax
   if (shape.getShapeType() == STATIC_PLANE_PROXYTYPE) {
     const auto& plane = static_cast<const btStaticPlaneShape&>(shape);
     process_plane(plane, near.is_empty() ? near : near.transformed(pose.inverse()), local, welder);
-    triangles.flat_parts.push_back(make_flat_part({pose.getBasis() * plane.getPlaneNormal()},
-                                                  triangles.vertices, first_vertex, triangles.faces,
-                                                  first_face));
+    triangles.convex_parts.push_back(make_plane_part(pose.getBasis() * plane.getPlaneNormal(),
+                                                     triangles.vertices, first_vertex,
+                                                     triangles.faces, first_face));
     return true;
   }
   static_cast<const btConcaveShape&>(shape).processAllTriangles(&welder, local.lower, local.upper);

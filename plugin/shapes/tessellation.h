@@ -12,7 +12,7 @@
 #include "lazyccd/bullet/precision.h"
 #include "lazyccd/scene.h"
 #include "shapes/axis_box.h"
-#include "shapes/flat_part.h"
+#include "shapes/convex_part.h"
 #include "shapes/round_part.h"
 
 namespace lazyccd::bullet {
@@ -28,12 +28,12 @@ struct Triangles {
   std::vector<btVector3> vertices;  ///< metres, in the frame of the outermost shape
   std::vector<Leaf> leaves;         ///< all of them, also those without triangles
   std::vector<Face> faces;
-  std::vector<RoundPart> round_parts;  ///< balls and capsules among them, by first_face
-  std::vector<FlatPart> flat_parts;    ///< boxes and planes among them
-  /// True if all faces belong to boxes and planes.
-  bool is_flat() const {
+  std::vector<RoundPart> round_parts;    ///< balls and capsules among them, by first_face
+  std::vector<ConvexPart> convex_parts;  ///< other convex shapes and planes among them
+  /// True if all faces belong to other convex shapes and planes.
+  bool is_convex() const {
     std::size_t count = 0;
-    for (const FlatPart& part : flat_parts) count += static_cast<std::size_t>(part.face_count);
+    for (const ConvexPart& part : convex_parts) count += static_cast<std::size_t>(part.face_count);
     return count > 0 && count == faces.size();
   }
   /// True if all faces belong to balls and capsules.

@@ -1,4 +1,4 @@
-#include "detection/obstacle_pairs.h"
+#include "scene/obstacle_pairs.h"
 
 #include <algorithm>
 #include <cmath>

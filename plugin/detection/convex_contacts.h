@@ -1,0 +1,64 @@
+// Contacts of soft bodies with boxes, hulls, cylinders, cones and planes, met as convex polyhedra.
+//
+// The detector knows these obstacles as triangles. Here each vertex gets a constraint with the side
+// that it meets first. A face or an edge that lies above one side is held there by its own
+// vertices. One that bends around an edge of the polyhedron has a constraint of its own, along the
+// plane between both. The same planes show that nothing touches. Where they do not, the detector
+// decides; an obstacle where that happens in several steps in succession is left to it until the
+// next topology, as is one in which a vertex starts.
+#pragma once
+
+#include <vector>
+
+#include "contact/pair_surfaces.h"
+#include "detection/convex_pair.h"
+#include "lazyccd/contact.h"
+#include "motion/motion.h"
+#include "scene/obstacle_pairs.h"
+#include "scene/step_topology.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+
+class ConvexContacts {
+ public:
+  /// The arguments must outlive it.
+  ConvexContacts(const StepTopology& topology, const Motion& motion, const PairSurfaces& surfaces)
+      : topology_(topology), motion_(motion), surfaces_(surfaces) {}
+
+  /// Chooses the obstacles that are met here. Call when indices or pair rules change.
+  void set_topology();
+  /// Meets no obstacle until the next set_topology().
+  void clear() { obstacles_.clear(); }
+  bool any() const { return !obstacles_.empty(); }
+  /// Changes the filters of a detector, such that it leaves out the pairs of these obstacles.
+  void leave_out(std::vector<Body>& filters) const;
+
+  /// Sets `contacts` to what comes within `separation`, metres, of these obstacles in the motion,
+  /// sorted. Vertices are reported as the detector reports vertices near faces, and edges as it
+  /// reports them near edges. Call once in each motion, first. Returns false if it gives up an
+  /// obstacle: the detector needs new filters then.
+  bool find_near(double separation, std::vector<Contact>& contacts);
+  /// True if it is certain that no soft body touches the triangles of these obstacles in the motion
+  /// to its present end, or, with `at_start`, at its start.
+  bool are_clear(bool at_start);
+
+ private:
+  struct Obstacle {
+    ObstaclePairs bodies;
+    std::vector<ConvexPair> pairs;
+    bool was_clear = true;    // in the last motion
+    int unclear_motions = 0;  // in succession
+  };
+
+  bool may_be_met(const ObstaclePairs& bodies) const;
+  bool find_near(Obstacle& obstacle, double separation, std::vector<Contact>& contacts) const;
+
+  const StepTopology& topology_;
+  const Motion& motion_;
+  const PairSurfaces& surfaces_;
+  std::vector<Obstacle> obstacles_;
+};
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet

@@ -1,0 +1,315 @@
+#include "detection/convex_pair.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <limits>
+#include <tuple>
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+namespace {
+
+using Eigen::Vector3d;
+
+// Of the thickness: a vertex that stays higher than this above a side counts as held there.
+constexpr double held_height_of_thickness = 0.5;
+// Of the separation: an edge that is this much higher where the next side begins may come down
+// there.
+constexpr double next_height_of_separation = 0.25;
+
+// Place of the point of a segment that is closest to x: 0 at its start, 1 at its end.
+double place_on_segment(const Vector3d& x, const Vector3d& from, const Vector3d& to) {
+  const double length = (to - from).squaredNorm();
+  return length > 0 ? std::clamp((x - from).dot(to - from) / length, 0.0, 1.0) : 0;
+}
+
+struct Triangle {
+  Vector3d a, b, c;
+};
+
+struct PointOnTriangle {
+  Vector3d x;
+  double u, v;  // barycentric coordinates of corners b and c
+};
+
+// Finds the point of a triangle below x. False if there is none.
+bool project(const Vector3d& x, const Triangle& triangle, PointOnTriangle& point) {
+  const Vector3d ab = triangle.b - triangle.a, ac = triangle.c - triangle.a, across = ab.cross(ac);
+  const double area = across.squaredNorm();
+  if (!(area > 0)) return false;
+  const double u = across.dot((x - triangle.a).cross(ac)) / area,
+               v = across.dot(ab.cross(x - triangle.a)) / area;
+  point = {triangle.a + u * ab + v * ac, u, v};
+  return u >= 0 && v >= 0 && u + v <= 1;
+}
+
+PointOnTriangle closest_on_sides(const Vector3d& x, const Triangle& triangle) {
+  const auto& [a, b, c] = triangle;
+  const double s = place_on_segment(x, a, b), t = place_on_segment(x, a, c),
+               r = place_on_segment(x, b, c);
+  const std::array<PointOnTriangle, 3> closest = {
+      {{a + s * (b - a), s, 0}, {a + t * (c - a), 0, t}, {b + r * (c - b), 1 - r, r}}};
+  return *std::min_element(closest.begin(), closest.end(), [&x](const auto& p, const auto& q) {
+    return (x - p.x).squaredNorm() < (x - q.x).squaredNorm();
+  });
+}
+
+void set_normal(const Vector3d& normal, Contact& contact) {
+  for (int k = 0; k < 3; ++k) contact.normal[k] = static_cast<float>(normal[k]);
+}
+
+}  // namespace
+
+ConvexPair::ConvexPair(const StepTopology& topology, const Motion& motion, std::int32_t soft_body,
+                       std::int32_t obstacle, const ConvexPart& part)
+    : topology_(topology),
+      motion_(motion),
+      soft_body_(soft_body),
+      obstacle_(obstacle),
+      polyhedron_(part, motion.rigid_of(obstacle), motion, true),
+      records_(static_cast<std::size_t>(soft().vertex_count)) {}
+
+void ConvexPair::begin(bool at_start) {
+  at_start_ = at_start;
+  polyhedron_ =
+      MovingPolyhedron(polyhedron_.part(), motion_.rigid_of(obstacle_), motion_, at_start);
+  heights_.clear();
+  for (VertexRecord& record : records_) {
+    record.is_held = false;
+    record.heights = -1;
+  }
+}
+
+void ConvexPair::find_heights(std::int32_t vertex) {
+  VertexRecord& record = record_of(vertex);
+  if (record.heights >= 0) return;
+  const auto sides = static_cast<std::size_t>(polyhedron_.side_count());
+  record.heights = static_cast<std::int32_t>(heights_.size());
+  heights_.resize(heights_.size() + 2 * sides);
+  double* const start = &heights_[static_cast<std::size_t>(record.heights)];
+  polyhedron_.find_heights(start_of(vertex), end_of(vertex), start, start + sides);
+}
+
+VertexHeights ConvexPair::heights_of(std::int32_t vertex) {
+  const double* const start = &heights_[static_cast<std::size_t>(record_of(vertex).heights)];
+  return {start, start + polyhedron_.side_count()};
+}
+
+template <class Primitive>
+MovingPrimitive ConvexPair::moving(const Primitive& primitive) {
+  MovingPrimitive moving{
+      points_of(primitive, motion_, true), points_of(primitive, motion_, at_start_), {}};
+  for (const std::int32_t v : primitive) find_heights(v);
+  for (std::size_t i = 0; i < primitive.size(); ++i) moving.heights[i] = heights_of(primitive[i]);
+  return moving;
+}
+
+template <class Primitive>
+bool ConvexPair::is_above_one_side(const Primitive& primitive, double height) {
+  for (const std::int32_t above : primitive) {
+    const std::int32_t side = record_of(above).side;
+    if (std::all_of(primitive.begin(), primitive.end(), [&](std::int32_t v) {
+          const VertexRecord& record = record_of(v);
+          if (record.side == side) return record.is_held || record.height >= height;
+          return polyhedron_.height_above(side, start_of(v), end_of(v)) >= height;
+        }))
+      return true;
+  }
+  return polyhedron_.is_above_one_side(moving(primitive), height);
+}
+
+bool ConvexPair::find_near(double separation, double thickness, std::vector<Contact>& contacts) {
+  begin(false);
+  for (std::int32_t i = 0; i < soft().vertex_count; ++i) {
+    const std::int32_t v = soft().first_vertex + i;
+    VertexRecord& record = record_of(v);
+    record.height = polyhedron_.height_above(record.side, start_of(v), end_of(v));
+    if (record.height > separation) continue;
+    find_heights(v);
+    const VertexHeights heights = heights_of(v);
+    if (!polyhedron_.starts_outside(heights)) return false;
+    double time;
+    record.is_held = polyhedron_.find_near(heights, separation, time, record.side);
+    if (record.is_held) {
+      contacts.push_back(vertex_contact(v, record.side, time));
+    } else {
+      record.side = polyhedron_.highest_side(heights);
+    }
+    record.height = std::min(heights.start[record.side], heights.end[record.side]);
+  }
+  find_near_edges(separation, held_height_of_thickness * thickness, contacts);
+  return true;
+}
+
+// Edges and faces that the constraints of their vertices do not keep clear.
+void ConvexPair::find_near_edges(double separation, double held_height,
+                                 std::vector<Contact>& contacts) {
+  const Topology topology = topology_.topology();
+  // The indices of sides and edges follow those that a detector may have for its edges.
+  const auto sides = static_cast<std::int32_t>(3 * topology.faces.size()),
+             edges = static_cast<std::int32_t>(topology.edges.size());
+  edges_.clear();
+  const auto add_edge = [&](std::int32_t a, std::int32_t b, std::int32_t index) {
+    const Edge edge = {std::min(a, b), std::max(a, b)};
+    if (!is_above_one_side(edge, held_height)) edges_.push_back({edge, index});
+  };
+  double time;
+  SeparatingPlane plane;
+  for (std::int32_t f = soft().faces.first; f < soft().faces.last; ++f) {
+    const Face& face = topology.faces[f];
+    if (is_above_one_side(face, held_height)) continue;
+    for (int k = 0; k < 3; ++k) add_edge(face[k], face[(k + 1) % 3], sides + edges + 3 * f + k);
+    if (polyhedron_.find_near(moving(face), separation, time, plane) && plane.height > 0)
+      contacts.push_back(face_contact(f, plane, time));
+  }
+  for (std::int32_t e = soft().edges.first; e < soft().edges.last; ++e)
+    add_edge(topology.edges[e][0], topology.edges[e][1], 2 * sides + edges + e);
+  std::sort(edges_.begin(), edges_.end(), [](const NearEdge& a, const NearEdge& b) {
+    return std::tie(a.vertices, a.index) < std::tie(b.vertices, b.index);
+  });
+  edges_.erase(std::unique(edges_.begin(), edges_.end(),
+                           [](const auto& a, const auto& b) { return a.vertices == b.vertices; }),
+               edges_.end());
+  for (const NearEdge& edge : edges_) {
+    const MovingPrimitive primitive = moving(edge.vertices);
+    if (!polyhedron_.find_near(primitive, separation, time, plane) || !(plane.height > 0)) continue;
+    contacts.push_back(edge_contact(edge, plane, time));
+    SeparatingPlane next;
+    if (polyhedron_.find_next(primitive, time, plane, next) &&
+        next.height < plane.height + next_height_of_separation * separation)
+      contacts.push_back(edge_contact(edge, next, time));
+  }
+}
+
+Contact ConvexPair::vertex_contact(std::int32_t vertex, std::int32_t side, double time) const {
+  const Topology topology = topology_.topology();
+  const Vector3d x = position(vertex, time), of_side = polyhedron_.normal(side);
+  Contact contact;
+  contact.kind = ContactKind::vertex_face;
+  contact.body_a = soft_body_;
+  contact.body_b = obstacle_;
+  contact.primitive_a = vertex;
+  contact.toi = time;
+  const auto face_of = [&](std::int32_t f) { return obstacle().faces.first + f; };
+  const auto triangle_of = [&](std::int32_t f) {
+    const Face& face = topology.faces[static_cast<std::size_t>(face_of(f))];
+    return Triangle{position(face[0], time), position(face[1], time), position(face[2], time)};
+  };
+  const auto set_point = [&](std::int32_t f, const PointOnTriangle& point) {
+    const Face& face = topology.faces[static_cast<std::size_t>(face_of(f))];
+    contact.primitive_b = face_of(f);
+    contact.vertices = {vertex, face[0], face[1], face[2]};
+    contact.u = static_cast<float>(point.u);
+    contact.v = static_cast<float>(point.v);
+  };
+  const std::vector<std::int32_t>& faces = polyhedron_.part().sides[side].faces;
+  PointOnTriangle point;
+  set_normal(of_side, contact);
+  for (const std::int32_t f : faces) {
+    if (!project(x, triangle_of(f), point)) continue;
+    set_point(f, point);
+    return contact;
+  }
+  // Beyond the edges of the side the normal turns with the vertex.
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const std::int32_t f : faces) {
+    point = closest_on_sides(x, triangle_of(f));
+    const Vector3d gap = x - point.x;
+    const double distance = gap.norm();
+    if (!(distance < nearest)) continue;
+    nearest = distance;
+    set_point(f, point);
+    if (gap.dot(of_side) > 0) set_normal(gap / distance, contact);
+  }
+  return contact;
+}
+
+// Around a corner the two highest sides may be no neighbours. Then it is the nearest ridge of
+// either.
+ConvexPair::RidgePoint ConvexPair::closest_ridge(const std::array<std::int32_t, 2>& sides,
+                                                 const Vector3d& x, double time) const {
+  const std::int32_t first = obstacle().first_vertex;
+  RidgePoint closest{nullptr, 0};
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const ConvexPart::Ridge& ridge : polyhedron_.part().ridges) {
+    const auto has = [&ridge](std::int32_t side) {
+      return ridge.sides[0] == side || ridge.sides[1] == side;
+    };
+    const bool has_first = has(sides[0]), has_last = has(sides[1]);
+    if (!has_first && !has_last) continue;
+    const Vector3d from = position(first + ridge.vertices[0], time),
+                   to = position(first + ridge.vertices[1], time);
+    const double along = place_on_segment(x, from, to);
+    const double distance = (from + along * (to - from) - x).norm();
+    if (has_first && has_last) return {&ridge, along};
+    if (!(distance < nearest)) continue;
+    nearest = distance;
+    closest = {&ridge, along};
+  }
+  return closest;
+}
+
+Contact ConvexPair::edge_contact(const NearEdge& edge, const SeparatingPlane& plane,
+                                 double time) const {
+  const Vector3d x = plane.weights[0] * position(edge.vertices[0], time) +
+                     plane.weights[1] * position(edge.vertices[1], time);
+  const RidgePoint point = closest_ridge(plane.features, x, time);
+  Contact contact;
+  contact.kind = ContactKind::edge_edge;
+  contact.body_a = soft_body_;
+  contact.body_b = obstacle_;
+  contact.primitive_a = edge.index;
+  contact.primitive_b = 3 * (obstacle().faces.first + point.ridge->face) + point.ridge->corner;
+  contact.vertices = {edge.vertices[0], edge.vertices[1],
+                      obstacle().first_vertex + point.ridge->vertices[0],
+                      obstacle().first_vertex + point.ridge->vertices[1]};
+  contact.u = static_cast<float>(plane.weights[1]);
+  contact.v = static_cast<float>(point.along);
+  set_normal(plane.normal, contact);
+  contact.toi = time;
+  return contact;
+}
+
+Contact ConvexPair::face_contact(std::int32_t face, const SeparatingPlane& plane,
+                                 double time) const {
+  const Face& corners = topology_.topology().faces[static_cast<std::size_t>(face)];
+  const std::int32_t vertex = obstacle().first_vertex + plane.features[0];
+  Contact contact;
+  contact.kind = ContactKind::vertex_face;
+  contact.body_a = obstacle_;
+  contact.body_b = soft_body_;
+  contact.primitive_a = vertex;
+  contact.primitive_b = face;
+  contact.vertices = {vertex, corners[0], corners[1], corners[2]};
+  contact.u = static_cast<float>(plane.weights[1]);
+  contact.v = static_cast<float>(plane.weights[2]);
+  set_normal(-plane.normal, contact);
+  contact.toi = time;
+  return contact;
+}
+
+bool ConvexPair::is_clear(bool at_start) {
+  begin(at_start);
+  for (std::int32_t i = 0; i < soft().vertex_count; ++i) {
+    const std::int32_t v = soft().first_vertex + i;
+    VertexRecord& record = record_of(v);
+    record.height = polyhedron_.height_above(record.side, start_of(v), end_of(v));
+    if (record.height > 0) continue;
+    find_heights(v);
+    record.side = polyhedron_.highest_side(heights_of(v));
+    record.height = polyhedron_.height_above(record.side, start_of(v), end_of(v));
+  }
+  constexpr double more_than_none = std::numeric_limits<double>::min();
+  const Topology topology = topology_.topology();
+  const auto are_clear = [&](const auto& primitives, const IndexRange& range) {
+    return std::all_of(primitives.begin() + range.first, primitives.begin() + range.last,
+                       [&](const auto& primitive) {
+                         return is_above_one_side(primitive, more_than_none) ||
+                                polyhedron_.is_clear(moving(primitive));
+                       });
+  };
+  return are_clear(topology.faces, soft().faces) && are_clear(topology.edges, soft().edges);
+}
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet

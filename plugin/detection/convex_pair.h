@@ -1,0 +1,91 @@
+// A convex part of an obstacle and a soft body: what comes near, and whether nothing touches.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "detection/moving_polyhedron.h"
+#include "lazyccd/contact.h"
+#include "motion/motion.h"
+#include "scene/step_topology.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+
+class ConvexPair {
+ public:
+  /// The arguments must outlive it; bodies are indices in the topology.
+  ConvexPair(const StepTopology& topology, const Motion& motion, std::int32_t soft_body,
+             std::int32_t obstacle, const ConvexPart& part);
+
+  std::int32_t soft_body() const { return soft_body_; }
+  /// Appends what comes within `separation` in the motion, metres. `thickness`: that of the pair.
+  /// Call once in each motion, first. Returns false if a vertex starts inside of the part.
+  bool find_near(double separation, double thickness, std::vector<Contact>& contacts);
+  /// True if it is certain that nothing touches in the motion to its present end, or, with
+  /// `at_start`, at its start.
+  bool is_clear(bool at_start);
+
+ private:
+  /// A vertex of the soft body.
+  struct VertexRecord {
+    std::int32_t side = 0;      // one that it is above; kept from one motion to the next
+    double height = 0;          // above this side in all of the motion, metres
+    bool is_held = false;       // it has a constraint with this side
+    std::int32_t heights = -1;  // where they begin in heights_; negative: nowhere
+  };
+  struct NearEdge {
+    Edge vertices;
+    std::int32_t index;
+  };
+  struct RidgePoint {
+    const ConvexPart::Ridge* ridge;
+    double along;  // from its first vertex to the other, in [0, 1]
+  };
+
+  /// Starts with the present end of the motion, or its start, and no heights.
+  void begin(bool at_start);
+  Eigen::Vector3d start_of(std::int32_t vertex) const { return motion_.start_of(vertex); }
+  Eigen::Vector3d end_of(std::int32_t vertex) const {
+    return at_start_ ? motion_.start_of(vertex) : motion_.end_of(vertex);
+  }
+  VertexRecord& record_of(std::int32_t vertex) {
+    return records_[static_cast<std::size_t>(vertex - soft().first_vertex)];
+  }
+  const StepTopology::BodyRecord& soft() const { return topology_.bodies()[soft_body_]; }
+  const StepTopology::BodyRecord& obstacle() const { return topology_.bodies()[obstacle_]; }
+  /// Writes the heights of a vertex, unless they are known.
+  void find_heights(std::int32_t vertex);
+  VertexHeights heights_of(std::int32_t vertex);
+  template <class Primitive>
+  MovingPrimitive moving(const Primitive& primitive);
+  /// True if an edge or a face is at least `height` above one side, or its vertices are held there.
+  template <class Primitive>
+  bool is_above_one_side(const Primitive& primitive, double height);
+  void find_near_edges(double separation, double held_height, std::vector<Contact>& contacts);
+  Eigen::Vector3d position(std::int32_t vertex, double time) const {
+    return (1 - time) * motion_.start_of(vertex) + time * motion_.end_of(vertex);
+  }
+  RidgePoint closest_ridge(const std::array<std::int32_t, 2>& sides, const Eigen::Vector3d& x,
+                           double time) const;
+  Contact vertex_contact(std::int32_t vertex, std::int32_t side, double time) const;
+  Contact edge_contact(const NearEdge& edge, const SeparatingPlane& plane, double time) const;
+  Contact face_contact(std::int32_t face, const SeparatingPlane& plane, double time) const;
+
+  const StepTopology& topology_;
+  const Motion& motion_;
+  std::int32_t soft_body_, obstacle_;
+  bool at_start_ = false;
+  btTransform pose_;          // of the obstacle at the start of the last motion
+  bool stood_still_ = false;  // in the last motion
+  MovingPolyhedron polyhedron_;
+  std::vector<VertexRecord> records_;
+  // Scratch memory.
+  std::vector<double> heights_;  // of a vertex: at the start, then at the end, by side
+  std::vector<NearEdge> edges_;  // that need a constraint
+};
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet

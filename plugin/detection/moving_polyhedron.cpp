@@ -1,0 +1,279 @@
+#include "detection/moving_polyhedron.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+namespace {
+
+using Eigen::Vector3d;
+using SideValues = Eigen::Array<double, Eigen::Dynamic, 1, 0, MovingPolyhedron::max_sides, 1>;
+using SideView = Eigen::Map<const Eigen::ArrayXd>;
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+// Relative to the coordinates: more than the rounding of a dot product.
+constexpr double rounding = 0x1p-48;
+// Shortest sum of normals of which the direction still means something.
+constexpr double least_normal = 1e-3;
+
+SideValues heights_at(const VertexHeights& vertex, std::int32_t sides, double t) {
+  return (1 - t) * SideView(vertex.start, sides) + t * SideView(vertex.end, sides);
+}
+
+}  // namespace
+
+MovingPolyhedron::MovingPolyhedron(const ConvexPart& part, const RigidMotion& rigid,
+                                   const Motion& motion, bool at_start)
+    : part_(&part) {
+  const Eigen::Index count = part.vertex_end - part.first_vertex;
+  start_.resize(count, 3);
+  end_.resize(count, 3);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const std::int32_t v = rigid.first_vertex + part.first_vertex + static_cast<std::int32_t>(i);
+    start_.row(i) = motion.start_of(v).transpose();
+    if (!at_start) end_.row(i) = motion.end_of(v).transpose();
+  }
+  if (at_start) end_ = start_;
+  rounding_ = rounding * std::max(start_.cwiseAbs().rowwise().sum().maxCoeff(),
+                                  end_.cwiseAbs().rowwise().sum().maxCoeff());
+  const auto sides = static_cast<Eigen::Index>(part.sides.size());
+  normals_.resize(sides, 3);
+  for (Eigen::Index s = 0; s < sides; ++s) {
+    const btVector3& local = part.sides[static_cast<std::size_t>(s)].normal;
+    normals_.row(s) = to_eigen(rigid.start.getBasis() * local).normalized().transpose();
+  }
+  const auto reach_of_sides = [&](const Points& points) {
+    Eigen::ArrayXd reach = Eigen::ArrayXd::Constant(sides, -infinity);
+    for (Eigen::Index i = 0; i < points.rows(); ++i)
+      reach = reach.max(along(points.row(i).transpose()));
+    return (reach + rounding_).eval();
+  };
+  start_reach_ = reach_of_sides(start_);
+  end_reach_ = start_ == end_ ? start_reach_ : reach_of_sides(end_);
+}
+
+double MovingPolyhedron::height_above(std::int32_t side, const Vector3d& x0,
+                                      const Vector3d& x1) const {
+  const Vector3d n = normal(side);
+  return std::min(n.dot(x0) - rounding * x0.lpNorm<1>() - start_reach_[side],
+                  n.dot(x1) - rounding * x1.lpNorm<1>() - end_reach_[side]);
+}
+
+void MovingPolyhedron::find_heights(const Vector3d& x0, const Vector3d& x1, double* start,
+                                    double* end) const {
+  const auto write = [&](const Vector3d& x, const Eigen::ArrayXd& reach, double* heights) {
+    Eigen::Map<Eigen::ArrayXd>(heights, side_count()) = along(x) - reach - rounding * x.lpNorm<1>();
+  };
+  write(x0, start_reach_, start);
+  write(x1, end_reach_, end);
+}
+
+std::int32_t MovingPolyhedron::highest_side(const VertexHeights& vertex) const {
+  Eigen::Index side;
+  SideView(vertex.start, side_count()).min(SideView(vertex.end, side_count())).maxCoeff(&side);
+  return static_cast<std::int32_t>(side);
+}
+
+bool MovingPolyhedron::starts_outside(const VertexHeights& vertex) const {
+  return SideView(vertex.start, side_count()).maxCoeff() > 0;
+}
+
+bool MovingPolyhedron::is_above_one_side(const MovingPrimitive& primitive, double height) const {
+  SideValues lowest = SideValues::Constant(side_count(), infinity);
+  for (int i = 0; i < primitive.start.count; ++i)
+    lowest = lowest.min(SideView(primitive.heights[i].start, side_count()))
+                 .min(SideView(primitive.heights[i].end, side_count()));
+  return lowest.maxCoeff() >= height;
+}
+
+// The vertex enters the polyhedron, thickened by near_height, where it has passed the last side
+// that it starts above (Cyrus and Beck 1978).
+bool MovingPolyhedron::find_near(const VertexHeights& vertex, double near_height, double& time,
+                                 std::int32_t& side) const {
+  time = 0;
+  double last = 1, highest = -infinity;
+  for (std::int32_t s = 0; s < side_count(); ++s) {
+    const double start = vertex.start[s], end = vertex.end[s];
+    if (start > near_height) {
+      if (end > near_height) return false;
+      const double enters = (start - near_height) / (start - end);
+      if (enters > time) {
+        time = enters;
+        side = s;
+      }
+    } else if (end > near_height) {
+      last = std::min(last, (near_height - start) / (end - start));
+    }
+    if (time == 0 && start > highest) {
+      highest = start;
+      side = s;
+    }
+  }
+  return time <= last;
+}
+
+// The height of a point of the edge above all sides is the largest of linear functions of its
+// place. Where it is lowest, one side falls along the edge and another one rises. The sum of their
+// normals that is perpendicular to the edge is the normal of the plane.
+bool MovingPolyhedron::edge_plane(const VertexHeights& a, const VertexHeights& b, double t,
+                                  SeparatingPlane& plane) const {
+  constexpr int max_turns = 32;
+  const SideValues of_a = heights_at(a, side_count(), t), of_b = heights_at(b, side_count(), t);
+  Eigen::Index falling, rising;
+  of_a.maxCoeff(&falling);
+  of_b.maxCoeff(&rising);
+  plane.features = {static_cast<std::int32_t>(falling), static_cast<std::int32_t>(rising)};
+  if (of_b[falling] >= of_a[falling] || of_a[rising] >= of_b[rising]) {  // an end is lowest
+    const Eigen::Index side = of_b[falling] >= of_a[falling] ? falling : rising;
+    plane.features.fill(static_cast<std::int32_t>(side));
+    plane.normal = normal(plane.features[0]);
+    plane.height = std::min(of_a[side], of_b[side]);
+    return false;
+  }
+  double along = 0;
+  for (int i = 0; i < max_turns; ++i) {
+    const double fall = of_a[falling] - of_b[falling], rise = of_b[rising] - of_a[rising];
+    along = (of_a[falling] - of_a[rising]) / (fall + rise);
+    const double share = fall / (fall + rise);  // of the rising side
+    plane.normal = (1 - share) * normal(static_cast<std::int32_t>(falling)) +
+                   share * normal(static_cast<std::int32_t>(rising));
+    plane.height = (1 - along) * of_a[falling] + along * of_b[falling];
+    Eigen::Index top;
+    const double height = ((1 - along) * of_a + along * of_b).maxCoeff(&top);
+    if (top == falling || top == rising || !(height > plane.height)) break;
+    (of_b[top] >= of_a[top] ? rising : falling) = top;
+  }
+  plane.features = {static_cast<std::int32_t>(falling), static_cast<std::int32_t>(rising)};
+  plane.weights = {1 - along, along, 0};
+  const double length = plane.normal.norm();
+  if (!(length > least_normal)) {
+    plane.height = -infinity;
+    return false;
+  }
+  plane.normal /= length;
+  plane.height /= length;
+  return true;
+}
+
+// The face's own plane, with the nearest vertex of the polyhedron behind it.
+bool MovingPolyhedron::face_plane(const PrimitivePoints& face, double t,
+                                  SeparatingPlane& plane) const {
+  const Vector3d ab = face.x[1] - face.x[0], ac = face.x[2] - face.x[0], across = ab.cross(ac);
+  const double area = across.squaredNorm();
+  plane.height = -infinity;
+  if (!(area > 0)) return false;
+  const Vector3d normal = across / std::sqrt(area);
+  Eigen::ArrayXd below = start_ * normal;
+  if (t > 0) below = (1 - t) * below + t * (end_ * normal).array();
+  Eigen::Index highest, lowest;
+  const double over = normal.dot(face.x[0]) - below.maxCoeff(&highest),
+               under = below.minCoeff(&lowest) - normal.dot(face.x[0]);
+  const Eigen::Index nearest = over > under ? highest : lowest;
+  plane.normal = over > under ? normal : Vector3d(-normal);
+  plane.height = std::max(over, under);
+  plane.features.fill(part_->first_vertex + static_cast<std::int32_t>(nearest));
+  const Vector3d to_nearest =
+      ((1 - t) * start_.row(nearest) + t * end_.row(nearest)).transpose() - face.x[0];
+  const double u = across.dot(to_nearest.cross(ac)) / area,
+               v = across.dot(ab.cross(to_nearest)) / area;
+  plane.weights = {1 - u - v, u, v};
+  return *std::min_element(plane.weights.begin(), plane.weights.end()) >= 0;
+}
+
+double MovingPolyhedron::height(const PrimitivePoints& primitive, const Vector3d& normal,
+                                double t) const {
+  double lowest = infinity, largest = 0;
+  for (int i = 0; i < primitive.count; ++i) {
+    lowest = std::min(lowest, normal.dot(primitive.x[i]));
+    largest = std::max(largest, primitive.x[i].lpNorm<1>());
+  }
+  const double reach = ((1 - t) * (start_ * normal) + t * (end_ * normal)).maxCoeff();
+  return lowest - reach - rounding_ - rounding * largest;
+}
+
+// Conservative advancement: in a fixed direction heights are linear in time.
+bool MovingPolyhedron::find_near(const MovingPrimitive& primitive, double near_height, double& time,
+                                 SeparatingPlane& plane) const {
+  constexpr int max_advances = 8;
+  time = 0;
+  for (int i = 0; i <= max_advances; ++i) {
+    const bool is_closest = find_plane(primitive, time, plane);
+    if (!(plane.height > near_height)) return is_closest;
+    const double end_height = height(primitive.end, plane.normal, 1);
+    if (end_height > near_height) return false;
+    time = std::min(1.0,
+                    time + (1 - time) * (plane.height - near_height) / (plane.height - end_height));
+  }
+  return false;
+}
+
+bool MovingPolyhedron::find_plane(const MovingPrimitive& primitive, double t,
+                                  SeparatingPlane& plane) const {
+  return primitive.start.count == 2
+             ? edge_plane(primitive.heights[0], primitive.heights[1], t, plane)
+             : face_plane(between(primitive.start, primitive.end, t), t, plane);
+}
+
+bool MovingPolyhedron::find_next(const MovingPrimitive& edge, double time,
+                                 const SeparatingPlane& plane, SeparatingPlane& next) const {
+  const SideValues of_a = heights_at(edge.heights[0], side_count(), time),
+                   slopes = heights_at(edge.heights[1], side_count(), time) - of_a;
+  const auto [falling, rising] = plane.features;
+  const bool rises = slopes[rising] < -slopes[falling];
+  const std::int32_t flat = rises ? rising : falling;
+  double along = rises ? 1 : 0;
+  std::int32_t other = flat;
+  for (std::int32_t s = 0; s < side_count(); ++s) {
+    const double steeper = slopes[s] - slopes[flat];
+    if (rises ? !(steeper > 0) : !(steeper < 0)) continue;
+    const double meets = (of_a[flat] - of_a[s]) / steeper;
+    if (rises ? !(meets < along) : !(meets > along)) continue;
+    along = meets;
+    other = s;
+  }
+  if (other == flat || along == plane.weights[1]) return false;
+  next.normal = normal(flat);
+  next.height = of_a[flat] + along * slopes[flat];
+  next.weights = {1 - along, along, 0};
+  next.features = {flat, other};
+  return true;
+}
+
+bool MovingPolyhedron::is_clear(const MovingPrimitive& primitive) const {
+  constexpr int halvings = 3;
+  return is_clear(primitive, 0, 1, halvings);
+}
+
+// By the theorem of separating axes, one of these planes is between two convex polyhedra: that of a
+// side, that of the face, or one along an edge of each.
+bool MovingPolyhedron::is_clear(const MovingPrimitive& primitive, double t0, double t1,
+                                int halvings) const {
+  const double middle = 0.5 * (t0 + t1);
+  const PrimitivePoints first = between(primitive.start, primitive.end, t0),
+                        last = between(primitive.start, primitive.end, t1);
+  const auto separates = [&](const SeparatingPlane& plane) {
+    return plane.height > 0 && height(first, plane.normal, t0) > 0 &&
+           height(last, plane.normal, t1) > 0;
+  };
+  SeparatingPlane plane;
+  bool is_clear_now = false;
+  if (primitive.start.count == 3) {
+    face_plane(between(primitive.start, primitive.end, middle), middle, plane);
+    is_clear_now = separates(plane);
+  }
+  for (int i = 0; i < primitive.start.count && !is_clear_now; ++i) {
+    const VertexHeights &a = primitive.heights[i],
+                        &b = primitive.heights[(i + 1) % primitive.start.count];
+    edge_plane(a, b, middle, plane);
+    is_clear_now = separates(plane);
+  }
+  if (is_clear_now) return true;
+  return halvings > 0 && is_clear(primitive, t0, middle, halvings - 1) &&
+         is_clear(primitive, middle, t1, halvings - 1);
+}
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet

@@ -1,0 +1,225 @@
+// Boxes, cylinders, cones, hulls and planes as convex polyhedra: against their triangles and the
+// detector.
+#include "detection/convex_contacts.h"
+
+#include <BulletCollision/CollisionShapes/btBoxShape.h>
+#include <BulletCollision/CollisionShapes/btCompoundShape.h>
+#include <BulletCollision/CollisionShapes/btConeShape.h>
+#include <BulletCollision/CollisionShapes/btConvexHullShape.h>
+#include <BulletCollision/CollisionShapes/btCylinderShape.h>
+#include <BulletCollision/CollisionShapes/btStaticPlaneShape.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "lazyccd/detector.h"
+#include "plugin/support/draped_sheet.h"
+#include "shapes/tessellation.h"
+#include "support/catch.h"
+
+using namespace lazyccd;
+using namespace lazyccd::test;
+
+namespace {
+
+constexpr double margin = 0.01;  // m
+constexpr double size = 0.4;     // m: height of the top above the middle
+constexpr auto half_side = static_cast<btScalar>(size);
+const btVector3 half_extents(half_side, half_side, half_side);
+
+// A compound of a box that is turned by a right angle; it owns the box.
+struct TurnedBox : btCompoundShape {
+  btBoxShape box{half_extents};
+  TurnedBox() { addChildShape(btTransform(btQuaternion(btVector3(1, 0, 0), SIMD_HALF_PI)), &box); }
+};
+
+std::unique_ptr<btCollisionShape> make_hull() {
+  std::mt19937 random(7);
+  std::normal_distribution<double> normal;
+  auto hull = std::make_unique<btConvexHullShape>();
+  for (int i = 0; i < 40; ++i) {
+    const btVector3 x(static_cast<btScalar>(normal(random)), static_cast<btScalar>(normal(random)),
+                      static_cast<btScalar>(normal(random)));
+    hull->addPoint(half_side * x.normalized());
+  }
+  return hull;
+}
+
+std::unique_ptr<btCollisionShape> make_shape(const std::string& kind) {
+  if (kind == "plane") return std::make_unique<btStaticPlaneShape>(btVector3(0, 1, 0), half_side);
+  if (kind == "turned box") return std::make_unique<TurnedBox>();
+  if (kind == "cylinder") return std::make_unique<btCylinderShapeZ>(half_extents);
+  if (kind == "cone") return std::make_unique<btConeShape>(half_side, 2 * half_side);
+  if (kind == "hull") return make_hull();
+  return std::make_unique<btBoxShape>(half_extents);
+}
+
+// Height of a surface a gap above the shape, about in the middle of the sheet.
+double height_above(const std::string& kind, double x, double z, double gap) {
+  const double outside = size + gap;
+  if (kind == "cylinder") return std::sqrt(outside * outside - x * x);
+  if (kind == "hull") return std::sqrt(outside * outside - x * x - z * z) - 0.02;
+  if (kind == "cone") return size - 2 * std::hypot(x, z) + std::sqrt(5) * gap;
+  if (kind == "edge of a box") return outside - std::max(0.0, 5 * (x - size));
+  return outside;
+}
+
+DrapedSheet make_draped(const std::string& kind, unsigned number) {
+  return DrapedSheet(
+      make_shape(kind),
+      [kind](double x, double z, double gap) { return height_above(kind, x, z, gap); }, number,
+      kind == "plane" ? 0 : 0.1, kind == "edge of a box" ? size : 0);
+}
+
+Eigen::Vector3d position(std::int32_t vertex, double time, const bullet::Motion& motion) {
+  return (1 - time) * motion.start_of(vertex) + time * motion.end_of(vertex);
+}
+
+// The contact points at the time of the contact lie along its normal, unless they are together.
+void check_contact(const Contact& contact, const bullet::Motion& motion) {
+  const Eigen::Vector3d normal(contact.normal[0], contact.normal[1], contact.normal[2]);
+  CHECK(normal.norm() == Approx(1).epsilon(1e-5));
+  Eigen::Vector3d gap = Eigen::Vector3d::Zero();
+  for (std::size_t i = 0; i < 4; ++i)
+    gap += contact.weights()[i] * position(contact.vertices[i], contact.toi, motion);
+  CHECK(normal.dot(gap) > -1e-5);
+  for (const float x : {contact.u, contact.v}) {
+    CHECK(x >= 0);
+    CHECK(x <= 1);
+  }
+  if (contact.kind == ContactKind::vertex_face) CHECK(contact.u + contact.v <= 1.0001f);
+}
+
+struct Comparison {
+  bool touches, is_clear, is_kept, any_edges;
+};
+
+// Compares with the detector in one motion.
+Comparison compare_with_detector(bullet::ConvexContacts& convex, DrapedSheet& draped) {
+  const bullet::StepTopology& topology = draped.reader().topology();
+  const bullet::Motion& motion = draped.reader().motion();
+  convex.set_topology();
+  REQUIRE(convex.any());
+  Detector exact;
+  exact.set_topology(topology.for_detection());
+  Comparison result = {};
+  result.touches = exact.detect(motion.starts(), motion.ends()).size() > 0;
+  result.is_clear = convex.are_clear(false);
+  CHECK(!(result.touches && result.is_clear));
+  CHECK(!(exact.detect(motion.starts(), motion.starts()).size() > 0 && convex.are_clear(true)));
+  std::vector<Contact> found;
+  result.is_kept = convex.find_near(margin, found);
+  CHECK(convex.any() == result.is_kept);
+  CHECK(std::is_sorted(found.begin(), found.end()));
+  for (const Contact& contact : found) {
+    check_contact(contact, motion);
+    result.any_edges = result.any_edges || contact.kind == ContactKind::edge_edge;
+  }
+  if (!result.is_kept) {
+    CHECK(found.empty());
+    return result;
+  }
+  CHECK(convex.are_clear(false) == result.is_clear);
+  // Each vertex that the detector reports near a face is reported.
+  DetectorOptions options;
+  options.separation = margin;
+  Detector near(options);
+  near.set_topology(topology.for_detection());
+  for (const Contact& contact : near.detect(motion.starts(), motion.ends())) {
+    if (contact.kind != ContactKind::vertex_face || !topology.is_soft(contact.primitive_a))
+      continue;
+    CHECK(std::any_of(found.begin(), found.end(), [&](const Contact& other) {
+      return other.kind == ContactKind::vertex_face && other.primitive_a == contact.primitive_a &&
+             other.body_b == contact.body_b;
+    }));
+  }
+  return result;
+}
+
+}  // namespace
+
+TEST_CASE("each triangle of a convex shape belongs to the side that it lies in") {
+  const std::string kind = GENERATE("box", "plane", "turned box", "cylinder", "cone", "hull");
+  CAPTURE(kind);
+  const auto shape = make_shape(kind);
+  const bullet::AxisBox region{btVector3(-2, -2, -2), btVector3(2, 2, 2)};
+  bullet::Triangles triangles;
+  REQUIRE(bullet::tessellate(*shape, btTransform::getIdentity(), region, bullet::AxisBox::empty(),
+                             margin, triangles));
+  CHECK(triangles.is_convex());
+  CHECK(!triangles.is_round());
+  REQUIRE(triangles.convex_parts.size() == 1);
+  const bullet::ConvexPart& part = triangles.convex_parts.front();
+  std::size_t count = 0;
+  for (const bullet::ConvexPart::Side& side : part.sides) {
+    count += side.faces.size();
+    const btScalar reach = side.normal.dot(triangles.vertices[triangles.faces[side.faces[0]][0]]);
+    for (const std::int32_t f : side.faces) {
+      for (const std::int32_t v : triangles.faces[f])
+        CHECK(side.normal.dot(triangles.vertices[v]) == Approx(reach).margin(1e-4));
+    }
+    for (const btVector3& x : triangles.vertices)
+      CHECK(side.normal.dot(x) <= reach + btScalar(1e-4));
+  }
+  CHECK(count == triangles.faces.size());
+  const bool is_box = kind == "box" || kind == "turned box";
+  if (is_box || kind == "plane") CHECK(part.sides.size() == (is_box ? 6 : 1));
+  // Euler: vertices - edges + faces = 2.
+  if (kind != "plane")
+    CHECK(triangles.vertices.size() - part.ridges.size() + part.sides.size() == 2);
+  for (const bullet::ConvexPart::Ridge& ridge : part.ridges) {
+    CHECK(ridge.sides[0] < ridge.sides[1]);
+    CHECK(triangles.faces[ridge.face][ridge.corner] == ridge.vertices[0]);
+    CHECK(triangles.faces[ridge.face][(ridge.corner + 1) % 3] == ridge.vertices[1]);
+  }
+}
+
+TEST_CASE("what is said to be clear of convex shapes does not touch their triangles") {
+  const std::string kind =
+      GENERATE("box", "edge of a box", "plane", "turned box", "cylinder", "cone", "hull");
+  CAPTURE(kind);
+  int clear = 0, touching = 0, kept = 0, edges = 0;
+  for (unsigned number = 1; number <= 150; ++number) {
+    CAPTURE(number);
+    DrapedSheet draped = make_draped(kind, number);
+    draped.read();
+    const bullet::PairSurfaces surfaces = surfaces_of(draped.reader().topology());
+    bullet::ConvexContacts convex(draped.reader().topology(), draped.reader().motion(), surfaces);
+    const Comparison result = compare_with_detector(convex, draped);
+    touching += result.touches;
+    clear += result.is_clear;
+    kept += result.is_kept;
+    edges += result.any_edges;
+  }
+  CHECK(clear > 20);
+  CHECK(touching > 20);
+  CHECK(kept > 20);
+  if (kind == "edge of a box" || kind == "cone" || kind == "hull") CHECK(edges > 20);
+  if (kind == "plane") CHECK(edges == 0);
+}
+
+TEST_CASE("an obstacle that is not clear in many motions in succession is left to the detector") {
+  constexpr int most_motions = 32;
+  for (unsigned number = 1; number <= 60; ++number) {
+    DrapedSheet draped = make_draped("plane", number);
+    draped.read();
+    const bullet::PairSurfaces surfaces = surfaces_of(draped.reader().topology());
+    bullet::ConvexContacts convex(draped.reader().topology(), draped.reader().motion(), surfaces);
+    convex.set_topology();
+    std::vector<Contact> found;
+    if (!convex.find_near(margin, found) || convex.are_clear(false)) continue;
+    CAPTURE(number);
+    for (int i = 1; i < most_motions; ++i) {
+      CHECK(convex.find_near(margin, found));
+      CHECK(!convex.are_clear(false));
+    }
+    CHECK(!convex.find_near(margin, found));
+    CHECK(!convex.any());
+    return;
+  }
+  FAIL("no motion was unclear");
+}
