@@ -5,6 +5,8 @@
 #include <limits>
 #include <tuple>
 
+#include "motion/segments.h"
+
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
@@ -16,12 +18,6 @@ constexpr double held_height_of_thickness = 0.5;
 // Of the separation: an edge that is this much higher where the next side begins may come down
 // there.
 constexpr double next_height_of_separation = 0.25;
-
-// Place of the point of a segment that is closest to x: 0 at its start, 1 at its end.
-double place_on_segment(const Vector3d& x, const Vector3d& from, const Vector3d& to) {
-  const double length = (to - from).squaredNorm();
-  return length > 0 ? std::clamp((x - from).dot(to - from) / length, 0.0, 1.0) : 0;
-}
 
 struct Triangle {
   Vector3d a, b, c;
@@ -173,11 +169,11 @@ void ConvexPair::find_near_edges(double separation, double held_height,
   for (const NearEdge& edge : edges_) {
     const MovingPrimitive primitive = moving(edge.vertices);
     if (!polyhedron_.find_near(primitive, separation, time, plane) || !(plane.height > 0)) continue;
-    contacts.push_back(edge_contact(edge, plane, time));
+    add_edge_contact(edge, plane, time, contacts);
     SeparatingPlane next;
     if (polyhedron_.find_next(primitive, time, plane, next) &&
         next.height < plane.height + next_height_of_separation * separation)
-      contacts.push_back(edge_contact(edge, next, time));
+      add_edge_contact(edge, next, time, contacts);
   }
 }
 
@@ -226,10 +222,12 @@ Contact ConvexPair::vertex_contact(std::int32_t vertex, std::int32_t side, doubl
 
 // Around a corner the two highest sides may be no neighbours. Then it is the nearest ridge of
 // either.
-ConvexPair::RidgePoint ConvexPair::closest_ridge(const std::array<std::int32_t, 2>& sides,
-                                                 const Vector3d& x, double time) const {
+ConvexPair::RidgePoint ConvexPair::closest_ridge(const Edge& edge,
+                                                 const std::array<std::int32_t, 2>& sides,
+                                                 double time) const {
   const std::int32_t first = obstacle().first_vertex;
-  RidgePoint closest{nullptr, 0};
+  const Vector3d a = position(edge[0], time), u = position(edge[1], time) - a;
+  RidgePoint closest{nullptr, {}};
   double nearest = std::numeric_limits<double>::infinity();
   for (const ConvexPart::Ridge& ridge : polyhedron_.part().ridges) {
     const auto has = [&ridge](std::int32_t side) {
@@ -237,37 +235,36 @@ ConvexPair::RidgePoint ConvexPair::closest_ridge(const std::array<std::int32_t, 
     };
     const bool has_first = has(sides[0]), has_last = has(sides[1]);
     if (!has_first && !has_last) continue;
-    const Vector3d from = position(first + ridge.vertices[0], time),
-                   to = position(first + ridge.vertices[1], time);
-    const double along = place_on_segment(x, from, to);
-    const double distance = (from + along * (to - from) - x).norm();
-    if (has_first && has_last) return {&ridge, along};
+    const Vector3d b = position(first + ridge.vertices[0], time),
+                   v = position(first + ridge.vertices[1], time) - b;
+    const ClosestOnSegments points = closest_on_segments(a, u, b, v);
+    if (has_first && has_last) return {&ridge, points};
+    const double distance = points.gap.squaredNorm();
     if (!(distance < nearest)) continue;
     nearest = distance;
-    closest = {&ridge, along};
+    closest = {&ridge, points};
   }
   return closest;
 }
 
-Contact ConvexPair::edge_contact(const NearEdge& edge, const SeparatingPlane& plane,
-                                 double time) const {
-  const Vector3d x = plane.weights[0] * position(edge.vertices[0], time) +
-                     plane.weights[1] * position(edge.vertices[1], time);
-  const RidgePoint point = closest_ridge(plane.features, x, time);
+void ConvexPair::add_edge_contact(const NearEdge& edge, const SeparatingPlane& plane, double time,
+                                  std::vector<Contact>& contacts) const {
+  const auto [ridge, points] = closest_ridge(edge.vertices, plane.features, time);
+  if (points.s == 0 || points.s == 1) return;  // the constraint of the vertex is enough
   Contact contact;
   contact.kind = ContactKind::edge_edge;
   contact.body_a = soft_body_;
   contact.body_b = obstacle_;
   contact.primitive_a = edge.index;
-  contact.primitive_b = 3 * (obstacle().faces.first + point.ridge->face) + point.ridge->corner;
+  contact.primitive_b = 3 * (obstacle().faces.first + ridge->face) + ridge->corner;
   contact.vertices = {edge.vertices[0], edge.vertices[1],
-                      obstacle().first_vertex + point.ridge->vertices[0],
-                      obstacle().first_vertex + point.ridge->vertices[1]};
-  contact.u = static_cast<float>(plane.weights[1]);
-  contact.v = static_cast<float>(point.along);
-  set_normal(plane.normal, contact);
+                      obstacle().first_vertex + ridge->vertices[0],
+                      obstacle().first_vertex + ridge->vertices[1]};
+  contact.u = static_cast<float>(points.s);
+  contact.v = static_cast<float>(points.t);
+  set_normal(points.gap.dot(plane.normal) > 0 ? points.gap.normalized() : plane.normal, contact);
   contact.toi = time;
-  return contact;
+  contacts.push_back(contact);
 }
 
 Contact ConvexPair::face_contact(std::int32_t face, const SeparatingPlane& plane,

@@ -9,6 +9,7 @@
 #include "detection/moving_polyhedron.h"
 #include "lazyccd/contact.h"
 #include "motion/motion.h"
+#include "motion/segments.h"
 #include "scene/step_topology.h"
 
 namespace lazyccd::bullet {
@@ -42,7 +43,7 @@ class ConvexPair {
   };
   struct RidgePoint {
     const ConvexPart::Ridge* ridge;
-    double along;  // from its first vertex to the other, in [0, 1]
+    ClosestOnSegments points;  // of the edge and the ridge
   };
 
   /// Starts with the present end of the motion, or its start, and no heights.
@@ -68,10 +69,11 @@ class ConvexPair {
   Eigen::Vector3d position(std::int32_t vertex, double time) const {
     return (1 - time) * motion_.start_of(vertex) + time * motion_.end_of(vertex);
   }
-  RidgePoint closest_ridge(const std::array<std::int32_t, 2>& sides, const Eigen::Vector3d& x,
+  RidgePoint closest_ridge(const Edge& edge, const std::array<std::int32_t, 2>& sides,
                            double time) const;
   Contact vertex_contact(std::int32_t vertex, std::int32_t side, double time) const;
-  Contact edge_contact(const NearEdge& edge, const SeparatingPlane& plane, double time) const;
+  void add_edge_contact(const NearEdge& edge, const SeparatingPlane& plane, double time,
+                        std::vector<Contact>& contacts) const;
   Contact face_contact(std::int32_t face, const SeparatingPlane& plane, double time) const;
 
   const StepTopology& topology_;

@@ -5,36 +5,13 @@
 #include <cmath>
 #include <limits>
 
+#include "motion/segments.h"
+
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
 using Eigen::Vector3d;
-
-struct ClosestOnSegments {
-  double s, t;   // on a + s u and on b + t v, in [0, 1]
-  Vector3d gap;  // from the second segment to the first
-};
-
-// Ericson 2005, "Real-Time Collision Detection", section 5.1.9.
-ClosestOnSegments closest_on_segments(const Vector3d& a, const Vector3d& u, const Vector3d& b,
-                                      const Vector3d& v) {
-  const Vector3d w = a - b;
-  const double uu = u.squaredNorm(), vv = v.squaredNorm(), vw = v.dot(w);
-  double s = 0, t = 0;
-  if (!(vv > 0)) {
-    s = uu > 0 ? std::clamp(-u.dot(w) / uu, 0.0, 1.0) : 0;
-  } else {
-    const double uv = u.dot(v), uw = u.dot(w), area = uu * vv - uv * uv;
-    if (area > 0) s = std::clamp((uv * vw - uw * vv) / area, 0.0, 1.0);
-    t = (uv * s + vw) / vv;
-    if (t < 0 || t > 1) {
-      t = std::clamp(t, 0.0, 1.0);
-      s = uu > 0 ? std::clamp((uv * t - uw) / uu, 0.0, 1.0) : 0;
-    }
-  }
-  return {s, t, w + s * u - t * v};
-}
 
 Vector3d transformed(const btTransform& pose, const btVector3& x) {
   const btMatrix3x3& basis = pose.getBasis();
@@ -42,12 +19,6 @@ Vector3d transformed(const btTransform& pose, const btVector3& x) {
   Vector3d world = to_eigen(pose.getOrigin());
   for (int k = 0; k < 3; ++k) world[k] += to_eigen(basis[k]).dot(local);
   return world;
-}
-
-double closest_on_segment(const Vector3d& x, const Vector3d& first, const Vector3d& last) {
-  const Vector3d along = last - first;
-  const double length2 = along.squaredNorm();
-  return length2 > 0 ? std::clamp((x - first).dot(along) / length2, 0.0, 1.0) : 0;
 }
 
 void keep_closer(const ClosestPoints& other, ClosestPoints& closest) {
@@ -65,7 +36,7 @@ MovingCore::MovingCore(const RoundPart& part, const RigidMotion& rigid, bool at_
 
 double MovingCore::distance(const Vector3d& x, double t) const {
   const Segment core = at(t);
-  const double along = closest_on_segment(x, core.first, core.last);
+  const double along = place_on_segment(x, core.first, core.last);
   return (x - (core.first + along * (core.last - core.first))).norm();
 }
 
@@ -76,7 +47,7 @@ ClosestPoints MovingCore::closest(const PrimitivePoints& primitive, double t) co
   const Vector3d along_core = core.last - core.first;
   const auto& x = primitive.x;
   if (primitive.count == 1) {
-    const double along = closest_on_segment(x[0], core.first, core.last);
+    const double along = place_on_segment(x[0], core.first, core.last);
     const Vector3d gap = x[0] - (core.first + along * along_core);
     return {gap.norm(), along, {1, 0, 0}, gap};
   }

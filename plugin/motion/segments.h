@@ -1,0 +1,47 @@
+// Closest points of segments.
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+
+#include "lazyccd/bullet/precision.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+
+/// Place of the point of a segment that is closest to x: 0 at its first end, 1 at its last one.
+inline double place_on_segment(const Eigen::Vector3d& x, const Eigen::Vector3d& first,
+                               const Eigen::Vector3d& last) {
+  const Eigen::Vector3d along = last - first;
+  const double length2 = along.squaredNorm();
+  return length2 > 0 ? std::clamp((x - first).dot(along) / length2, 0.0, 1.0) : 0;
+}
+
+struct ClosestOnSegments {
+  double s, t;          ///< on a + s u and on b + t v, in [0, 1]
+  Eigen::Vector3d gap;  ///< from the second segment to the first
+};
+
+/// Ericson 2005, "Real-Time Collision Detection", section 5.1.9. Of parallel segments, s is 0 or at
+/// an end of the second one.
+inline ClosestOnSegments closest_on_segments(const Eigen::Vector3d& a, const Eigen::Vector3d& u,
+                                             const Eigen::Vector3d& b, const Eigen::Vector3d& v) {
+  const Eigen::Vector3d w = a - b;
+  const double uu = u.squaredNorm(), vv = v.squaredNorm(), vw = v.dot(w);
+  double s = 0, t = 0;
+  if (!(vv > 0)) {
+    s = uu > 0 ? std::clamp(-u.dot(w) / uu, 0.0, 1.0) : 0;
+  } else {
+    const double uv = u.dot(v), uw = u.dot(w), area = uu * vv - uv * uv;
+    if (area > 0) s = std::clamp((uv * vw - uw * vv) / area, 0.0, 1.0);
+    t = (uv * s + vw) / vv;
+    if (t < 0 || t > 1) {
+      t = std::clamp(t, 0.0, 1.0);
+      s = uu > 0 ? std::clamp((uv * t - uw) / uu, 0.0, 1.0) : 0;
+    }
+  }
+  return {s, t, w + s * u - t * v};
+}
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet
