@@ -102,14 +102,16 @@ MovingPrimitive ConvexPair::moving(const Primitive& primitive) {
 
 template <class Primitive>
 bool ConvexPair::is_above_one_side(const Primitive& primitive, double height) {
-  for (const std::int32_t above : primitive) {
-    const std::int32_t side = record_of(above).side;
-    if (std::all_of(primitive.begin(), primitive.end(), [&](std::int32_t v) {
-          const VertexRecord& record = record_of(v);
-          if (record.side == side) return record.is_held || record.height >= height;
-          return polyhedron_.height_above(side, start_of(v), end_of(v)) >= height;
-        }))
-      return true;
+  const auto is_above = [&](std::int32_t v, std::int32_t side) {
+    const VertexRecord& record = record_of(v);
+    if (record.side == side) return record.is_held || record.height >= height;
+    return polyhedron_.height_above(side, start_of(v), end_of(v)) >= height;
+  };
+  for (const std::int32_t v : primitive) {
+    const std::int32_t side = record_of(v).side;
+    bool all_above = true;
+    for (const std::int32_t other : primitive) all_above = all_above && is_above(other, side);
+    if (all_above) return true;
   }
   return polyhedron_.is_above_one_side(moving(primitive), height);
 }

@@ -2,8 +2,6 @@
 // that touches is overlooked.
 #include "contact/contact_cache.h"
 
-#include <BulletCollision/CollisionShapes/btBoxShape.h>
-
 #include <algorithm>
 #include <limits>
 #include <memory>
@@ -60,16 +58,18 @@ double lowest(const btSoftBody& body) {
   return lowest;
 }
 
-// A sheet that falls on a box, hangs over its edges a little, and comes to rest. The top of the box
-// is at y = 0.
+// A sheet that falls on a table, hangs over its edges a little, and comes to rest. The table is a
+// mesh with its top at y = 0.
 struct RestingSheet {
+  std::unique_ptr<btTriangleMesh> triangles = test::box_triangles(0.3);
   ObstacleWorld world;
-  btRigidBody* box;
+  btRigidBody* table;
   btSoftBody* sheet;
 
   explicit RestingSheet(World kind, bool contact_cache = true)
       : world(kind, 10, options(contact_cache)),
-        box(world.add(std::make_unique<btBoxShape>(vector(0.3, 0.3, 0.3)), vector(0, -0.3, 0))),
+        table(world.add(std::make_unique<btBvhTriangleMeshShape>(triangles.get(), true),
+                        vector(0, -0.3, 0))),
         sheet(world.add_sheet(12, 0.7, 0.05, 0)) {
     sheet->m_cfg.kDP = btScalar(0.02);
     world.steps(720);
@@ -239,19 +239,19 @@ TEST_CASE("contacts that were kept end when their obstacle moves on or is taken 
   RestingSheet scene(kind);
   REQUIRE(scene.world.total().cached_detections > 0);
   SECTION("it rises and carries the sheet") {
-    scene.box->setCollisionFlags(scene.box->getCollisionFlags() |
-                                 btCollisionObject::CF_KINEMATIC_OBJECT);
+    scene.table->setCollisionFlags(scene.table->getCollisionFlags() |
+                                   btCollisionObject::CF_KINEMATIC_OBJECT);
     for (int i = 0; i < 120; ++i) {
-      btTransform pose = scene.box->getWorldTransform();
+      btTransform pose = scene.table->getWorldTransform();
       pose.setOrigin(pose.getOrigin() + vector(0, 0.005, 0));
-      scene.box->setWorldTransform(pose);
+      scene.table->setWorldTransform(pose);
       scene.world.steps(1);
     }
     const int middle = 12 * 6 + 6;
     CHECK(scene.sheet->m_nodes[middle].m_x.y() > btScalar(0.6));
   }
   SECTION("the sheet falls") {
-    scene.world.world().removeRigidBody(scene.box);
+    scene.world.world().removeRigidBody(scene.table);
     scene.world.steps(120);
     CHECK(lowest(*scene.sheet) < -0.5);
   }

@@ -196,4 +196,24 @@ inline std::unique_ptr<btTriangleMesh> flat_triangles(int quads, double width) {
   return mesh;
 }
 
+/// The triangles of a cube around the origin; `half`: half of its side, metres.
+inline std::unique_ptr<btTriangleMesh> box_triangles(double half) {
+  auto mesh = std::make_unique<btTriangleMesh>();
+  const auto r = static_cast<btScalar>(half);
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const btScalar side : {r, -r}) {
+      const auto corner = [&](btScalar u, btScalar v) {
+        btVector3 x(0, 0, 0);
+        x[axis] = side;
+        x[(axis + 1) % 3] = side > 0 ? u : v;
+        x[(axis + 2) % 3] = side > 0 ? v : u;
+        return x;
+      };
+      mesh->addTriangle(corner(-r, -r), corner(r, -r), corner(r, r));
+      mesh->addTriangle(corner(-r, -r), corner(r, r), corner(-r, r));
+    }
+  }
+  return mesh;
+}
+
 }  // namespace lazyccd::test
