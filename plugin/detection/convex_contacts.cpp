@@ -10,38 +10,47 @@ namespace {
 
 // With more pairs of a vertex and a part, the detector's hierarchy is faster.
 constexpr std::int64_t max_pairs = 1 << 15;
-// An obstacle is given up after so many motions in succession in which it was not clear.
+// An obstacle is given up after so many motions in succession in which it was not clear. An impact
+// may last for half a second.
 constexpr int max_unclear_motions = 32;
 
 }  // namespace
 
+// What anchors hold to an obstacle mostly starts inside of it.
 bool ConvexContacts::may_be_met(const ObstaclePairs& bodies) const {
-  const Triangles& triangles = *topology_.bodies()[bodies.body].triangles;
-  return triangles.is_convex() && !motion_.rigid_of(bodies.body).local_at_start &&
-         std::all_of(triangles.convex_parts.begin(), triangles.convex_parts.end(),
-                     [](const ConvexPart& part) {
-                       return part.sides.size() <= MovingPolyhedron::max_sides;
-                     }) &&
+  const RigidMotion& rigid = motion_.rigid_of(bodies.body);
+  return topology_.bodies()[bodies.body].triangles->is_convex() && !rigid.local_at_start &&
+         rigid.anchored.empty() &&
          std::all_of(bodies.soft_bodies.begin(), bodies.soft_bodies.end(),
                      [this](std::int32_t s) { return topology_.bodies()[s].responds; });
 }
 
 void ConvexContacts::set_topology() {
   obstacles_.clear();
+  std::vector<ObstaclePairs> met = find_obstacle_pairs(topology_);
+  met.erase(std::remove_if(met.begin(), met.end(),
+                           [this](const ObstaclePairs& bodies) { return !may_be_met(bodies); }),
+            met.end());
+  const auto parts_of = [this](const ObstaclePairs& bodies) -> const std::vector<ConvexPart>& {
+    return topology_.bodies()[bodies.body].triangles->convex_parts;
+  };
   std::int64_t count = 0;
-  for (ObstaclePairs& bodies : find_obstacle_pairs(topology_)) {
-    if (!may_be_met(bodies)) continue;
+  for (const ObstaclePairs& bodies : met) {
+    for (const std::int32_t s : bodies.soft_bodies)
+      count +=
+          static_cast<std::int64_t>(parts_of(bodies).size()) * topology_.bodies()[s].vertex_count;
+  }
+  if (count > max_pairs) return;
+  for (ObstaclePairs& bodies : met) {
     Obstacle obstacle;
-    for (const ConvexPart& part : topology_.bodies()[bodies.body].triangles->convex_parts) {
-      for (const std::int32_t s : bodies.soft_bodies) {
-        obstacle.pairs.emplace_back(topology_, motion_, s, bodies.body, part);
-        count += topology_.bodies()[s].vertex_count;
-      }
+    for (const ConvexPart& part : parts_of(bodies)) {
+      obstacle.parts.push_back({&part, {}});
+      for (const std::int32_t s : bodies.soft_bodies)
+        obstacle.parts.back().pairs.emplace_back(topology_, motion_, s, bodies.body);
     }
     obstacle.bodies = std::move(bodies);
     obstacles_.push_back(std::move(obstacle));
   }
-  if (count > max_pairs) clear();
 }
 
 void ConvexContacts::leave_out(std::vector<Body>& filters) const {
@@ -65,11 +74,25 @@ bool ConvexContacts::find_near(double separation, std::vector<Contact>& contacts
 bool ConvexContacts::find_near(Obstacle& obstacle, double separation,
                                std::vector<Contact>& contacts) const {
   const std::size_t first = contacts.size();
-  for (ConvexPair& pair : obstacle.pairs) {
-    const double thickness = surfaces_.of(pair.soft_body(), obstacle.bodies.body).thickness;
-    if (pair.find_near(separation, thickness, contacts)) continue;
-    contacts.resize(first);
-    return false;
+  const std::int32_t body = obstacle.bodies.body;
+  for (Part& part : obstacle.parts) {
+    const MovingPolyhedron polyhedron(*part.part, motion_.rigid_of(body), motion_, false);
+    for (ConvexPair& pair : part.pairs) {
+      const double thickness = surfaces_.of(pair.soft_body(), body).thickness;
+      if (pair.find_near(polyhedron, separation, thickness, contacts)) continue;
+      contacts.resize(first);
+      return false;
+    }
+  }
+  return true;
+}
+
+bool ConvexContacts::is_clear(Obstacle& obstacle, bool at_start) const {
+  for (Part& part : obstacle.parts) {
+    const MovingPolyhedron polyhedron(*part.part, motion_.rigid_of(obstacle.bodies.body), motion_,
+                                      at_start);
+    for (ConvexPair& pair : part.pairs)
+      if (!pair.is_clear(polyhedron, at_start)) return false;
   }
   return true;
 }
@@ -77,9 +100,7 @@ bool ConvexContacts::find_near(Obstacle& obstacle, double separation,
 bool ConvexContacts::are_clear(bool at_start) {
   bool all_clear = true;
   for (Obstacle& obstacle : obstacles_) {
-    if (std::all_of(obstacle.pairs.begin(), obstacle.pairs.end(),
-                    [at_start](ConvexPair& pair) { return pair.is_clear(at_start); }))
-      continue;
+    if (is_clear(obstacle, at_start)) continue;
     if (!at_start) obstacle.was_clear = false;
     all_clear = false;
   }

@@ -26,7 +26,8 @@ class ConvexContacts {
   ConvexContacts(const StepTopology& topology, const Motion& motion, const PairSurfaces& surfaces)
       : topology_(topology), motion_(motion), surfaces_(surfaces) {}
 
-  /// Chooses the obstacles that are met here. Call when indices or pair rules change.
+  /// Chooses the obstacles that are met here. Call when indices or pair rules change, with the
+  /// start of a motion.
   void set_topology();
   /// Meets no obstacle until the next set_topology().
   void clear() { obstacles_.clear(); }
@@ -44,15 +45,21 @@ class ConvexContacts {
   bool are_clear(bool at_start);
 
  private:
+  /// A part of an obstacle, with each soft body that may meet it.
+  struct Part {
+    const ConvexPart* part;
+    std::vector<ConvexPair> pairs;
+  };
   struct Obstacle {
     ObstaclePairs bodies;
-    std::vector<ConvexPair> pairs;
+    std::vector<Part> parts;
     bool was_clear = true;    // in the last motion
     int unclear_motions = 0;  // in succession
   };
 
   bool may_be_met(const ObstaclePairs& bodies) const;
   bool find_near(Obstacle& obstacle, double separation, std::vector<Contact>& contacts) const;
+  bool is_clear(Obstacle& obstacle, bool at_start) const;
 
   const StepTopology& topology_;
   const Motion& motion_;

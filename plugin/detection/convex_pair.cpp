@@ -5,8 +5,6 @@
 #include <limits>
 #include <tuple>
 
-#include "motion/segments.h"
-
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
@@ -57,18 +55,16 @@ void set_normal(const Vector3d& normal, Contact& contact) {
 }  // namespace
 
 ConvexPair::ConvexPair(const StepTopology& topology, const Motion& motion, std::int32_t soft_body,
-                       std::int32_t obstacle, const ConvexPart& part)
+                       std::int32_t obstacle)
     : topology_(topology),
       motion_(motion),
       soft_body_(soft_body),
       obstacle_(obstacle),
-      polyhedron_(part, motion.rigid_of(obstacle), motion, true),
       records_(static_cast<std::size_t>(soft().vertex_count)) {}
 
-void ConvexPair::begin(bool at_start) {
+void ConvexPair::begin(const MovingPolyhedron& part, bool at_start) {
+  part_ = &part;
   at_start_ = at_start;
-  polyhedron_ =
-      MovingPolyhedron(polyhedron_.part(), motion_.rigid_of(obstacle_), motion_, at_start);
   heights_.clear();
   for (VertexRecord& record : records_) {
     record.is_held = false;
@@ -79,16 +75,16 @@ void ConvexPair::begin(bool at_start) {
 void ConvexPair::find_heights(std::int32_t vertex) {
   VertexRecord& record = record_of(vertex);
   if (record.heights >= 0) return;
-  const auto sides = static_cast<std::size_t>(polyhedron_.side_count());
+  const auto sides = static_cast<std::size_t>(part_->side_count());
   record.heights = static_cast<std::int32_t>(heights_.size());
   heights_.resize(heights_.size() + 2 * sides);
   double* const start = &heights_[static_cast<std::size_t>(record.heights)];
-  polyhedron_.find_heights(start_of(vertex), end_of(vertex), start, start + sides);
+  part_->find_heights(start_of(vertex), end_of(vertex), start, start + sides);
 }
 
 VertexHeights ConvexPair::heights_of(std::int32_t vertex) {
   const double* const start = &heights_[static_cast<std::size_t>(record_of(vertex).heights)];
-  return {start, start + polyhedron_.side_count()};
+  return {start, start + part_->side_count()};
 }
 
 template <class Primitive>
@@ -105,7 +101,7 @@ bool ConvexPair::is_above_one_side(const Primitive& primitive, double height) {
   const auto is_above = [&](std::int32_t v, std::int32_t side) {
     const VertexRecord& record = record_of(v);
     if (record.side == side) return record.is_held || record.height >= height;
-    return polyhedron_.height_above(side, start_of(v), end_of(v)) >= height;
+    return part_->height_above(side, start_of(v), end_of(v)) >= height;
   };
   for (const std::int32_t v : primitive) {
     const std::int32_t side = record_of(v).side;
@@ -113,25 +109,28 @@ bool ConvexPair::is_above_one_side(const Primitive& primitive, double height) {
     for (const std::int32_t other : primitive) all_above = all_above && is_above(other, side);
     if (all_above) return true;
   }
-  return polyhedron_.is_above_one_side(moving(primitive), height);
+  return part_->is_above_one_side(moving(primitive), height);
 }
 
-bool ConvexPair::find_near(double separation, double thickness, std::vector<Contact>& contacts) {
-  begin(false);
+bool ConvexPair::find_near(const MovingPolyhedron& part, double separation, double thickness,
+                           std::vector<Contact>& contacts) {
+  begin(part, false);
+  if (!part.is_finite()) return false;
   for (std::int32_t i = 0; i < soft().vertex_count; ++i) {
     const std::int32_t v = soft().first_vertex + i;
+    if (!end_of(v).allFinite()) return false;
     VertexRecord& record = record_of(v);
-    record.height = polyhedron_.height_above(record.side, start_of(v), end_of(v));
+    record.height = part.height_above(record.side, start_of(v), end_of(v));
     if (record.height > separation) continue;
     find_heights(v);
     const VertexHeights heights = heights_of(v);
-    if (!polyhedron_.starts_outside(heights)) return false;
+    if (!part.starts_outside(heights)) return false;
     double time;
-    record.is_held = polyhedron_.find_near(heights, separation, time, record.side);
+    record.is_held = part.find_near(heights, separation, time, record.side);
     if (record.is_held) {
       contacts.push_back(vertex_contact(v, record.side, time));
     } else {
-      record.side = polyhedron_.highest_side(heights);
+      record.side = part.highest_side(heights);
     }
     record.height = std::min(heights.start[record.side], heights.end[record.side]);
   }
@@ -157,7 +156,7 @@ void ConvexPair::find_near_edges(double separation, double held_height,
     const Face& face = topology.faces[f];
     if (is_above_one_side(face, held_height)) continue;
     for (int k = 0; k < 3; ++k) add_edge(face[k], face[(k + 1) % 3], sides + edges + 3 * f + k);
-    if (polyhedron_.find_near(moving(face), separation, time, plane) && plane.height > 0)
+    if (part_->find_near(moving(face), separation, time, plane) && plane.height > 0)
       contacts.push_back(face_contact(f, plane, time));
   }
   for (std::int32_t e = soft().edges.first; e < soft().edges.last; ++e)
@@ -168,20 +167,20 @@ void ConvexPair::find_near_edges(double separation, double held_height,
   edges_.erase(std::unique(edges_.begin(), edges_.end(),
                            [](const auto& a, const auto& b) { return a.vertices == b.vertices; }),
                edges_.end());
-  for (const NearEdge& edge : edges_) {
-    const MovingPrimitive primitive = moving(edge.vertices);
-    if (!polyhedron_.find_near(primitive, separation, time, plane) || !(plane.height > 0)) continue;
-    add_edge_contact(edge, plane, time, contacts);
-    SeparatingPlane next;
-    if (polyhedron_.find_next(primitive, time, plane, next) &&
-        next.height < plane.height + next_height_of_separation * separation)
-      add_edge_contact(edge, next, time, contacts);
-  }
+  for (const NearEdge& edge : edges_) add_edge_contacts(edge, separation, contacts);
+}
+
+Vector3d ConvexPair::normal_at(std::int32_t side, double time) const {
+  const btVector3& local = part_->part().sides[static_cast<std::size_t>(side)].normal;
+  const RigidMotion& rigid = motion_.rigid_of(obstacle_);
+  return ((1 - time) * to_eigen(rigid.start.getBasis() * local) +
+          time * to_eigen(rigid.end.getBasis() * local))
+      .normalized();
 }
 
 Contact ConvexPair::vertex_contact(std::int32_t vertex, std::int32_t side, double time) const {
   const Topology topology = topology_.topology();
-  const Vector3d x = position(vertex, time), of_side = polyhedron_.normal(side);
+  const Vector3d x = position(vertex, time), of_side = normal_at(side, time);
   Contact contact;
   contact.kind = ContactKind::vertex_face;
   contact.body_a = soft_body_;
@@ -200,7 +199,7 @@ Contact ConvexPair::vertex_contact(std::int32_t vertex, std::int32_t side, doubl
     contact.u = static_cast<float>(point.u);
     contact.v = static_cast<float>(point.v);
   };
-  const std::vector<std::int32_t>& faces = polyhedron_.part().sides[side].faces;
+  const std::vector<std::int32_t>& faces = part_->part().sides[side].faces;
   PointOnTriangle point;
   set_normal(of_side, contact);
   for (const std::int32_t f : faces) {
@@ -222,7 +221,7 @@ Contact ConvexPair::vertex_contact(std::int32_t vertex, std::int32_t side, doubl
   return contact;
 }
 
-// Around a corner the two highest sides may be no neighbours. Then it is the nearest ridge of
+// The nearest ridge of both sides. Around a corner these may be no neighbours; then the nearest of
 // either.
 ConvexPair::RidgePoint ConvexPair::closest_ridge(const Edge& edge,
                                                  const std::array<std::int32_t, 2>& sides,
@@ -230,49 +229,70 @@ ConvexPair::RidgePoint ConvexPair::closest_ridge(const Edge& edge,
   const std::int32_t first = obstacle().first_vertex;
   const Vector3d a = position(edge[0], time), u = position(edge[1], time) - a;
   RidgePoint closest{nullptr, {}};
+  int most_sides = 1;
   double nearest = std::numeric_limits<double>::infinity();
-  for (const ConvexPart::Ridge& ridge : polyhedron_.part().ridges) {
+  for (const ConvexPart::Ridge& ridge : part_->part().ridges) {
     const auto has = [&ridge](std::int32_t side) {
-      return ridge.sides[0] == side || ridge.sides[1] == side;
+      return ridge.sides[0] == side || ridge.sides[1] == side ? 1 : 0;
     };
-    const bool has_first = has(sides[0]), has_last = has(sides[1]);
-    if (!has_first && !has_last) continue;
+    const int count = has(sides[0]) + has(sides[1]);
+    if (count < most_sides) continue;
     const Vector3d b = position(first + ridge.vertices[0], time),
                    v = position(first + ridge.vertices[1], time) - b;
     const ClosestOnSegments points = closest_on_segments(a, u, b, v);
-    if (has_first && has_last) return {&ridge, points};
     const double distance = points.gap.squaredNorm();
-    if (!(distance < nearest)) continue;
+    if (count == most_sides && !(distance < nearest)) continue;
+    most_sides = count;
     nearest = distance;
     closest = {&ridge, points};
   }
   return closest;
 }
 
-void ConvexPair::add_edge_contact(const NearEdge& edge, const SeparatingPlane& plane, double time,
-                                  std::vector<Contact>& contacts) const {
-  const auto [ridge, points] = closest_ridge(edge.vertices, plane.features, time);
-  if (points.s == 0 || points.s == 1) return;  // the constraint of the vertex is enough
+void ConvexPair::add_edge_contacts(const NearEdge& edge, double separation,
+                                   std::vector<Contact>& contacts) {
+  const MovingPrimitive primitive = moving(edge.vertices);
+  double time;
+  SeparatingPlane plane;
+  if (!part_->find_near(primitive, separation, time, plane) || !(plane.height > 0)) return;
+  // Of an end of the edge the constraint of the vertex is enough.
+  const auto is_between_ends = [](const RidgePoint& at) {
+    return at.ridge && at.points.s > 0 && at.points.s < 1;
+  };
+  const RidgePoint at = closest_ridge(edge.vertices, plane.sides, time);
+  if (is_between_ends(at)) contacts.push_back(edge_contact(edge, plane, at, time));
+  SeparatingPlane next;
+  if (!part_->find_next(primitive, time, plane, next) ||
+      !(next.height < plane.height + next_height_of_separation * separation))
+    return;
+  const RidgePoint other = closest_ridge(edge.vertices, next.sides, time);
+  if (is_between_ends(other) && other.ridge != at.ridge)
+    contacts.push_back(edge_contact(edge, next, other, time));
+}
+
+Contact ConvexPair::edge_contact(const NearEdge& edge, const SeparatingPlane& plane,
+                                 const RidgePoint& at, double time) const {
   Contact contact;
   contact.kind = ContactKind::edge_edge;
   contact.body_a = soft_body_;
   contact.body_b = obstacle_;
   contact.primitive_a = edge.index;
-  contact.primitive_b = 3 * (obstacle().faces.first + ridge->face) + ridge->corner;
+  contact.primitive_b = 3 * (obstacle().faces.first + at.ridge->face) + at.ridge->corner;
   contact.vertices = {edge.vertices[0], edge.vertices[1],
-                      obstacle().first_vertex + ridge->vertices[0],
-                      obstacle().first_vertex + ridge->vertices[1]};
-  contact.u = static_cast<float>(points.s);
-  contact.v = static_cast<float>(points.t);
-  set_normal(points.gap.dot(plane.normal) > 0 ? points.gap.normalized() : plane.normal, contact);
+                      obstacle().first_vertex + at.ridge->vertices[0],
+                      obstacle().first_vertex + at.ridge->vertices[1]};
+  contact.u = static_cast<float>(at.points.s);
+  contact.v = static_cast<float>(at.points.t);
+  set_normal(at.points.gap.dot(plane.normal) > 0 ? at.points.gap.normalized() : plane.normal,
+             contact);
   contact.toi = time;
-  contacts.push_back(contact);
+  return contact;
 }
 
 Contact ConvexPair::face_contact(std::int32_t face, const SeparatingPlane& plane,
                                  double time) const {
   const Face& corners = topology_.topology().faces[static_cast<std::size_t>(face)];
-  const std::int32_t vertex = obstacle().first_vertex + plane.features[0];
+  const std::int32_t vertex = obstacle().first_vertex + plane.vertex;
   Contact contact;
   contact.kind = ContactKind::vertex_face;
   contact.body_a = obstacle_;
@@ -287,16 +307,18 @@ Contact ConvexPair::face_contact(std::int32_t face, const SeparatingPlane& plane
   return contact;
 }
 
-bool ConvexPair::is_clear(bool at_start) {
-  begin(at_start);
+bool ConvexPair::is_clear(const MovingPolyhedron& part, bool at_start) {
+  begin(part, at_start);
+  if (!part.is_finite()) return false;
   for (std::int32_t i = 0; i < soft().vertex_count; ++i) {
     const std::int32_t v = soft().first_vertex + i;
+    if (!end_of(v).allFinite()) return false;
     VertexRecord& record = record_of(v);
-    record.height = polyhedron_.height_above(record.side, start_of(v), end_of(v));
+    record.height = part.height_above(record.side, start_of(v), end_of(v));
     if (record.height > 0) continue;
     find_heights(v);
-    record.side = polyhedron_.highest_side(heights_of(v));
-    record.height = polyhedron_.height_above(record.side, start_of(v), end_of(v));
+    record.side = part.highest_side(heights_of(v));
+    record.height = part.height_above(record.side, start_of(v), end_of(v));
   }
   constexpr double more_than_none = std::numeric_limits<double>::min();
   const Topology topology = topology_.topology();
@@ -304,7 +326,7 @@ bool ConvexPair::is_clear(bool at_start) {
     return std::all_of(primitives.begin() + range.first, primitives.begin() + range.last,
                        [&](const auto& primitive) {
                          return is_above_one_side(primitive, more_than_none) ||
-                                polyhedron_.is_clear(moving(primitive));
+                                part_->is_clear(moving(primitive));
                        });
   };
   return are_clear(topology.faces, soft().faces) && are_clear(topology.edges, soft().edges);

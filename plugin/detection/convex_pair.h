@@ -19,15 +19,17 @@ class ConvexPair {
  public:
   /// The arguments must outlive it; bodies are indices in the topology.
   ConvexPair(const StepTopology& topology, const Motion& motion, std::int32_t soft_body,
-             std::int32_t obstacle, const ConvexPart& part);
+             std::int32_t obstacle);
 
   std::int32_t soft_body() const { return soft_body_; }
-  /// Appends what comes within `separation` in the motion, metres. `thickness`: that of the pair.
-  /// Call once in each motion, first. Returns false if a vertex starts inside of the part.
-  bool find_near(double separation, double thickness, std::vector<Contact>& contacts);
-  /// True if it is certain that nothing touches in the motion to its present end, or, with
+  /// Appends what comes within `separation` of the part in the motion, metres. `thickness`: that of
+  /// the pair. Call once in each motion, first. Returns false if a vertex starts inside of the
+  /// part, or a position is not finite.
+  bool find_near(const MovingPolyhedron& part, double separation, double thickness,
+                 std::vector<Contact>& contacts);
+  /// True if it is certain that nothing touches the part in the motion to its present end, or, with
   /// `at_start`, at its start.
-  bool is_clear(bool at_start);
+  bool is_clear(const MovingPolyhedron& part, bool at_start);
 
  private:
   /// A vertex of the soft body.
@@ -47,7 +49,7 @@ class ConvexPair {
   };
 
   /// Starts with the present end of the motion, or its start, and no heights.
-  void begin(bool at_start);
+  void begin(const MovingPolyhedron& part, bool at_start);
   Eigen::Vector3d start_of(std::int32_t vertex) const { return motion_.start_of(vertex); }
   Eigen::Vector3d end_of(std::int32_t vertex) const {
     return at_start_ ? motion_.start_of(vertex) : motion_.end_of(vertex);
@@ -59,6 +61,7 @@ class ConvexPair {
   const StepTopology::BodyRecord& obstacle() const { return topology_.bodies()[obstacle_]; }
   /// Writes the heights of a vertex, unless they are known.
   void find_heights(std::int32_t vertex);
+  /// Those of find_heights(); until it is called for another vertex.
   VertexHeights heights_of(std::int32_t vertex);
   template <class Primitive>
   MovingPrimitive moving(const Primitive& primitive);
@@ -69,20 +72,21 @@ class ConvexPair {
   Eigen::Vector3d position(std::int32_t vertex, double time) const {
     return (1 - time) * motion_.start_of(vertex) + time * motion_.end_of(vertex);
   }
+  /// Normal of a side of the obstacle as it is turned at a time.
+  Eigen::Vector3d normal_at(std::int32_t side, double time) const;
   RidgePoint closest_ridge(const Edge& edge, const std::array<std::int32_t, 2>& sides,
                            double time) const;
   Contact vertex_contact(std::int32_t vertex, std::int32_t side, double time) const;
-  void add_edge_contact(const NearEdge& edge, const SeparatingPlane& plane, double time,
-                        std::vector<Contact>& contacts) const;
+  void add_edge_contacts(const NearEdge& edge, double separation, std::vector<Contact>& contacts);
+  Contact edge_contact(const NearEdge& edge, const SeparatingPlane& plane, const RidgePoint& at,
+                       double time) const;
   Contact face_contact(std::int32_t face, const SeparatingPlane& plane, double time) const;
 
   const StepTopology& topology_;
   const Motion& motion_;
   std::int32_t soft_body_, obstacle_;
   bool at_start_ = false;
-  btTransform pose_;          // of the obstacle at the start of the last motion
-  bool stood_still_ = false;  // in the last motion
-  MovingPolyhedron polyhedron_;
+  const MovingPolyhedron* part_ = nullptr;
   std::vector<VertexRecord> records_;
   // Scratch memory.
   std::vector<double> heights_;  // of a vertex: at the start, then at the end, by side

@@ -10,7 +10,8 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
 using Eigen::Vector3d;
-using SideValues = Eigen::Array<double, Eigen::Dynamic, 1, 0, MovingPolyhedron::max_sides, 1>;
+using SideValues =
+    Eigen::Array<double, Eigen::Dynamic, 1, 0, static_cast<int>(ConvexPart::max_sides), 1>;
 using SideView = Eigen::Map<const Eigen::ArrayXd>;
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -125,11 +126,11 @@ bool MovingPolyhedron::edge_plane(const VertexHeights& a, const VertexHeights& b
   Eigen::Index falling, rising;
   of_a.maxCoeff(&falling);
   of_b.maxCoeff(&rising);
-  plane.features = {static_cast<std::int32_t>(falling), static_cast<std::int32_t>(rising)};
+  plane.sides = {static_cast<std::int32_t>(falling), static_cast<std::int32_t>(rising)};
   if (of_b[falling] >= of_a[falling] || of_a[rising] >= of_b[rising]) {  // an end is lowest
     const Eigen::Index side = of_b[falling] >= of_a[falling] ? falling : rising;
-    plane.features.fill(static_cast<std::int32_t>(side));
-    plane.normal = normal(plane.features[0]);
+    plane.sides.fill(static_cast<std::int32_t>(side));
+    plane.normal = normal(plane.sides[0]);
     plane.height = std::min(of_a[side], of_b[side]);
     return false;
   }
@@ -146,7 +147,7 @@ bool MovingPolyhedron::edge_plane(const VertexHeights& a, const VertexHeights& b
     if (top == falling || top == rising || !(height > plane.height)) break;
     (of_b[top] >= of_a[top] ? rising : falling) = top;
   }
-  plane.features = {static_cast<std::int32_t>(falling), static_cast<std::int32_t>(rising)};
+  plane.sides = {static_cast<std::int32_t>(falling), static_cast<std::int32_t>(rising)};
   plane.weights = {1 - along, along, 0};
   const double length = plane.normal.norm();
   if (!(length > least_normal)) {
@@ -174,7 +175,7 @@ bool MovingPolyhedron::face_plane(const PrimitivePoints& face, double t,
   const Eigen::Index nearest = over > under ? highest : lowest;
   plane.normal = over > under ? normal : Vector3d(-normal);
   plane.height = std::max(over, under);
-  plane.features.fill(part_->first_vertex + static_cast<std::int32_t>(nearest));
+  plane.vertex = part_->first_vertex + static_cast<std::int32_t>(nearest);
   const Vector3d to_nearest =
       ((1 - t) * start_.row(nearest) + t * end_.row(nearest)).transpose() - face.x[0];
   const double u = across.dot(to_nearest.cross(ac)) / area,
@@ -199,15 +200,15 @@ bool MovingPolyhedron::find_near(const MovingPrimitive& primitive, double near_h
                                  SeparatingPlane& plane) const {
   constexpr int max_advances = 8;
   time = 0;
-  for (int i = 0; i <= max_advances; ++i) {
-    const bool is_closest = find_plane(primitive, time, plane);
-    if (!(plane.height > near_height)) return is_closest;
+  bool is_closest = find_plane(primitive, time, plane);
+  for (int i = 0; i < max_advances && plane.height > near_height; ++i) {
     const double end_height = height(primitive.end, plane.normal, 1);
     if (end_height > near_height) return false;
     time = std::min(1.0,
                     time + (1 - time) * (plane.height - near_height) / (plane.height - end_height));
+    is_closest = find_plane(primitive, time, plane);
   }
-  return false;
+  return is_closest;
 }
 
 bool MovingPolyhedron::find_plane(const MovingPrimitive& primitive, double t,
@@ -221,7 +222,7 @@ bool MovingPolyhedron::find_next(const MovingPrimitive& edge, double time,
                                  const SeparatingPlane& plane, SeparatingPlane& next) const {
   const SideValues of_a = heights_at(edge.heights[0], side_count(), time),
                    slopes = heights_at(edge.heights[1], side_count(), time) - of_a;
-  const auto [falling, rising] = plane.features;
+  const auto [falling, rising] = plane.sides;
   const bool rises = slopes[rising] < -slopes[falling];
   const std::int32_t flat = rises ? rising : falling;
   double along = rises ? 1 : 0;
@@ -238,7 +239,7 @@ bool MovingPolyhedron::find_next(const MovingPrimitive& edge, double time,
   next.normal = normal(flat);
   next.height = of_a[flat] + along * slopes[flat];
   next.weights = {1 - along, along, 0};
-  next.features = {flat, other};
+  next.sides = {flat, other};
   return true;
 }
 

@@ -1,9 +1,11 @@
 // A convex polyhedron or a plane over a motion: how high vertices, edges and faces are above it.
 //
 // The height of a point above a side is its distance from the plane of the side, positive outside.
-// Sides keep the normals that they have at the start. All vertices move in straight lines, so in
-// any fixed direction the vertices of the polyhedron reach at most (1 - t) o0 + t o1 at time t,
-// with what they reach at both ends of the motion. So heights are linear in time.
+// Sides keep the normals that they have at the start. All vertices move in straight lines. So in a
+// fixed direction the polyhedron reaches at most (1 - t) o0 + t o1 at time t, with what its
+// vertices reach at both ends of the motion. Heights above that are linear in time, and lower
+// bounds of the true ones. This holds in any direction: a rounded normal, or one of a body that
+// turns, makes them smaller, never wrong.
 #pragma once
 
 #include <Eigen/Core>
@@ -31,24 +33,22 @@ struct MovingPrimitive {
 
 /// A plane between a polyhedron and an edge or a face, and what is closest there.
 struct SeparatingPlane {
-  Eigen::Vector3d normal;         ///< unit length, towards the primitive
-  double height;                  ///< of the primitive above the polyhedron, metres
-  std::array<double, 3> weights;  ///< the closest point of the primitive, by vertex
-  /// Of an edge: the two sides whose normals add up to this one. Of a face: twice the closest
-  /// vertex of the polyhedron, an index of Triangles::vertices.
-  std::array<std::int32_t, 2> features;
+  Eigen::Vector3d normal;             ///< unit length, towards the primitive
+  double height;                      ///< of the primitive above the polyhedron, metres
+  std::array<double, 3> weights;      ///< the closest point of the primitive, by vertex
+  std::array<std::int32_t, 2> sides;  ///< below an edge: those whose normals add up to this one
+  std::int32_t vertex;                ///< below a face: the closest one of Triangles::vertices
 };
 
 class MovingPolyhedron {
  public:
-  /// Parts with more sides are not met as polyhedra.
-  static constexpr std::int32_t max_sides = 128;
-
   /// The part over a motion; `at_start`: it stays where it starts. `part` must outlive it.
   MovingPolyhedron(const ConvexPart& part, const RigidMotion& rigid, const Motion& motion,
                    bool at_start);
 
   const ConvexPart& part() const { return *part_; }
+  /// False if a vertex is not finite. Then heights mean nothing.
+  bool is_finite() const { return start_.allFinite() && end_.allFinite(); }
   std::int32_t side_count() const { return static_cast<std::int32_t>(part_->sides.size()); }
   Eigen::Vector3d normal(std::int32_t side) const { return normals_.row(side).transpose(); }
   /// Height of a vertex above one side: the lower one of start and end.

@@ -50,9 +50,9 @@ ConvexPart make_plane_part(const btVector3& normal, const std::vector<btVector3>
   return part;
 }
 
-ConvexPart make_hull_part(const std::vector<btVector3>& vertices, std::int32_t first_vertex,
-                          const std::vector<Face>& faces, std::int32_t first_face) {
-  ConvexPart part = part_of(vertices, first_vertex, faces, first_face);
+bool make_hull_part(const std::vector<btVector3>& vertices, std::int32_t first_vertex,
+                    const std::vector<Face>& faces, std::int32_t first_face, ConvexPart& part) {
+  part = part_of(vertices, first_vertex, faces, first_face);
   btVector3 centre(0, 0, 0);
   for (std::int32_t v = first_vertex; v < part.vertex_end; ++v) centre += vertices[v];
   centre /= static_cast<btScalar>(part.vertex_end - first_vertex);
@@ -80,6 +80,7 @@ ConvexPart make_hull_part(const std::vector<btVector3>& vertices, std::int32_t f
       return s.normal.dot(triangle.normal) >= same_side;
     });
     if (side == part.sides.end()) {
+      if (part.sides.size() == ConvexPart::max_sides) return false;
       part.sides.push_back({triangle.normal, {}});
       side = part.sides.end() - 1;
     }
@@ -88,7 +89,7 @@ ConvexPart make_hull_part(const std::vector<btVector3>& vertices, std::int32_t f
         static_cast<std::int32_t>(side - part.sides.begin());
   }
   find_ridges(faces, first_face, side_of_face, part);
-  return part;
+  return !part.sides.empty();
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -4,6 +4,7 @@
 #include <LinearMath/btVector3.h>
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -28,22 +29,23 @@ struct ConvexPart {
     std::int32_t face;                     ///< a triangle that has it, index of Triangles::faces
     std::int32_t corner;                   ///< it is the triangle's side from this corner, 0 to 2
   };
-  std::vector<Side> sides;    ///< one of a plane
+  static constexpr std::size_t max_sides = 128;
+  std::vector<Side> sides;    ///< one of a plane; at most max_sides
   std::vector<Ridge> ridges;  ///< none of a plane
   /// Its vertices are first_vertex to vertex_end - 1 of Triangles::vertices.
   std::int32_t first_vertex = 0, vertex_end = 0;
   std::int32_t face_count = 0;
 };
 
-/// Make the part whose triangles are faces[first_face] to the last one, and whose vertices are
-/// vertices[first_vertex] to the last one: all points of a plane with this outward normal, or the
-/// hull of the vertices. A hull may wind its triangles either way. Sides whose normals differ by
-/// less than a milliradian become one.
+/// These make the part whose triangles are faces[first_face] to the last one, and whose vertices
+/// are vertices[first_vertex] to the last one. A plane has this outward normal. A hull may wind its
+/// triangles either way. Sides whose normals differ by less than a milliradian become one. A hull
+/// with too many sides, or without triangles, is not set: then the second function returns false.
 ConvexPart make_plane_part(const btVector3& normal, const std::vector<btVector3>& vertices,
                            std::int32_t first_vertex, const std::vector<Face>& faces,
                            std::int32_t first_face);
-ConvexPart make_hull_part(const std::vector<btVector3>& vertices, std::int32_t first_vertex,
-                          const std::vector<Face>& faces, std::int32_t first_face);
+bool make_hull_part(const std::vector<btVector3>& vertices, std::int32_t first_vertex,
+                    const std::vector<Face>& faces, std::int32_t first_face, ConvexPart& part);
 
 }  // namespace LAZYCCD_BULLET_PRECISION
 }  // namespace lazyccd::bullet

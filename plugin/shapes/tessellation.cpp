@@ -147,9 +147,9 @@ bool add_convex(const btConvexShape& shape, const btTransform& pose, double dept
     for (btVector3& end : core) end = pose * end;
     triangles.round_parts.push_back(
         make_round_part(core, triangles.vertices, first, triangles.faces, first_face));
-  } else {
-    triangles.convex_parts.push_back(
-        make_hull_part(triangles.vertices, first, triangles.faces, first_face));
+  } else if (ConvexPart part;
+             make_hull_part(triangles.vertices, first, triangles.faces, first_face, part)) {
+    triangles.convex_parts.push_back(std::move(part));
   }
   return hull.faces.size() > 0;
 }

@@ -29,8 +29,8 @@ struct Triangles {
   std::vector<Leaf> leaves;         ///< all of them, also those without triangles
   std::vector<Face> faces;
   std::vector<RoundPart> round_parts;    ///< balls and capsules among them, by first_face
-  std::vector<ConvexPart> convex_parts;  ///< other convex shapes and planes among them
-  /// True if all faces belong to other convex shapes and planes.
+  std::vector<ConvexPart> convex_parts;  ///< planes, and convex shapes that are not round
+  /// True if all faces belong to planes and convex shapes that are not round.
   bool is_convex() const {
     std::size_t count = 0;
     for (const ConvexPart& part : convex_parts) count += static_cast<std::size_t>(part.face_count);

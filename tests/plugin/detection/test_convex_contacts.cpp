@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <memory>
 #include <random>
 #include <string>
@@ -87,6 +88,11 @@ void check_contact(const Contact& contact, const bullet::Motion& motion) {
   for (std::size_t i = 0; i < 4; ++i)
     gap += contact.weights()[i] * position(contact.vertices[i], contact.toi, motion);
   CHECK(normal.dot(gap) > -1e-5);
+  CHECK(contact.toi >= 0);
+  CHECK(contact.toi <= 1);
+  // An edge and its ridge are closest along the normal.
+  if (contact.kind == ContactKind::edge_edge && gap.norm() > 1e-4)
+    CHECK(normal.dot(gap) > 0.999 * gap.norm());
   for (const float x : {contact.u, contact.v}) {
     CHECK(x >= 0);
     CHECK(x <= 1);
@@ -114,7 +120,7 @@ Comparison compare_with_detector(bullet::ConvexContacts& convex, DrapedSheet& dr
   std::vector<Contact> found;
   result.is_kept = convex.find_near(margin, found);
   CHECK(convex.any() == result.is_kept);
-  CHECK(std::is_sorted(found.begin(), found.end()));
+  for (std::size_t i = 1; i < found.size(); ++i) CHECK(found[i - 1] < found[i]);
   for (const Contact& contact : found) {
     check_contact(contact, motion);
     result.any_edges = result.any_edges || contact.kind == ContactKind::edge_edge;
@@ -222,4 +228,115 @@ TEST_CASE("an obstacle that is not clear in many motions in succession is left t
     return;
   }
   FAIL("no motion was unclear");
+}
+
+TEST_CASE("convex contacts keep what they know of the vertices from one motion to the next") {
+  const std::string kind = GENERATE("box", "edge of a box", "cylinder", "cone", "hull");
+  CAPTURE(kind);
+  int clear = 0, touching = 0;
+  for (unsigned number = 1; number <= 40; ++number) {
+    CAPTURE(number);
+    DrapedSheet draped = make_draped(kind, number);
+    draped.read();
+    const bullet::StepTopology& topology = draped.reader().topology();
+    bullet::Motion& motion = draped.reader().motion();
+    const bullet::PairSurfaces surfaces = surfaces_of(topology);
+    bullet::ConvexContacts convex(topology, motion, surfaces);
+    convex.set_topology();
+    Detector exact;
+    exact.set_topology(topology.for_detection());
+    std::vector<Contact> found;
+    if (!convex.find_near(margin, found)) continue;
+    for (int i = 0; i < 6; ++i) {  // other ends of the same motion, as the response makes them
+      for (std::int32_t v = 0; v < motion.soft_count(); ++v)
+        motion.end[3 * static_cast<std::size_t>(v) + 1] +=
+            static_cast<btScalar>(draped.within(-0.004, 0.004));
+      const bool touches = exact.detect(motion.starts(), motion.ends()).size() > 0;
+      const bool is_clear = convex.are_clear(false);
+      CHECK(!(touches && is_clear));
+      clear += is_clear;
+      touching += touches;
+    }
+  }
+  CHECK(clear > 10);
+  CHECK(touching > 10);
+}
+
+TEST_CASE("what is not finite is never clear of a convex shape") {
+  const std::string kind = GENERATE("box", "plane");
+  const bool of_obstacle = GENERATE(false, true);
+  const btScalar value = GENERATE(std::numeric_limits<btScalar>::quiet_NaN(),
+                                  std::numeric_limits<btScalar>::infinity());
+  CAPTURE(kind, of_obstacle, value);
+  DrapedSheet draped = make_draped(kind, 1);
+  draped.read();
+  bullet::Motion& motion = draped.reader().motion();
+  const bullet::PairSurfaces surfaces = surfaces_of(draped.reader().topology());
+  bullet::ConvexContacts convex(draped.reader().topology(), motion, surfaces);
+  convex.set_topology();
+  const auto vertex =
+      static_cast<std::size_t>(of_obstacle ? motion.soft_count() : motion.soft_count() - 1);
+  motion.end[3 * vertex + 1] = value;
+  CHECK(!convex.are_clear(false));
+  CHECK(convex.are_clear(true));
+  std::vector<Contact> found;
+  CHECK(!convex.find_near(margin, found));
+}
+
+TEST_CASE("hulls without volume and hulls of many sides are no convex parts") {
+  const int kind = GENERATE(0, 1, 2);  // points in a line, equal points, a finely divided ball
+  CAPTURE(kind);
+  btCompoundShape compound;
+  btBoxShape box(half_extents);
+  btConvexHullShape hull;
+  std::mt19937 random(3);
+  std::normal_distribution<double> normal;
+  for (int i = 0; i < (kind == 2 ? 500 : 5); ++i) {
+    const btVector3 x(static_cast<btScalar>(normal(random)), static_cast<btScalar>(normal(random)),
+                      static_cast<btScalar>(normal(random)));
+    hull.addPoint(kind == 2 ? x.normalized() : btVector3(kind == 0 ? btScalar(i) : 0, 0, 0));
+  }
+  compound.addChildShape(btTransform::getIdentity(), &box);
+  compound.addChildShape(btTransform::getIdentity(), &hull);
+  const bullet::AxisBox region{btVector3(-2, -2, -2), btVector3(2, 2, 2)};
+  bullet::Triangles triangles;
+  bullet::tessellate(compound, btTransform::getIdentity(), region, bullet::AxisBox::empty(), margin,
+                     triangles);
+  for (const bullet::ConvexPart& part : triangles.convex_parts) {
+    CHECK(!part.sides.empty());
+    CHECK(part.sides.size() <= bullet::ConvexPart::max_sides);
+  }
+  if (kind == 2) CHECK(!triangles.is_convex());
+}
+
+TEST_CASE("an edge that several ridges of a hull form is met at the nearest one") {
+  // A block with points along its upper edges, and a sheet that bends around one of them.
+  DrapedSheet draped(
+      [] {
+        auto hull = std::make_unique<btConvexHullShape>();
+        for (int i = 0; i <= 8; ++i)
+          for (const btScalar x : {-half_side, half_side})
+            for (const btScalar y : {-half_side, half_side})
+              hull->addPoint(btVector3(x, y, half_side * btScalar(i - 4) / 4));
+        return hull;
+      }(),
+      [](double x, double z, double gap) {
+        return height_above("edge of a box", x, z, 0.005 + 0 * gap);
+      },
+      3, 0, size);
+  draped.read();
+  const bullet::PairSurfaces surfaces = surfaces_of(draped.reader().topology());
+  const bullet::Motion& motion = draped.reader().motion();
+  bullet::ConvexContacts convex(draped.reader().topology(), motion, surfaces);
+  convex.set_topology();
+  std::vector<Contact> found;
+  REQUIRE(convex.find_near(margin, found));
+  int edges = 0;
+  for (const Contact& contact : found) {
+    check_contact(contact, motion);
+    if (contact.kind != ContactKind::edge_edge) continue;
+    ++edges;
+    CHECK(std::abs(contact.normal[2]) < 0.5f);
+  }
+  CHECK(edges > 5);
 }
