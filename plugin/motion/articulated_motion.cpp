@@ -20,7 +20,7 @@ constexpr btScalar near_limit = btScalar(1e-3);
 // A motor exerts at most what gives the mass of the multibody this speed in a step, m/s. It may be
 // far stronger. What presses light nodes against something fixed with all of that could not be
 // solved.
-constexpr double max_push_speed = 10;
+constexpr double max_push_speed = 3;
 // Of Bullet's inverse mass, relative.
 constexpr double rounding = 1e-5;
 
@@ -161,8 +161,7 @@ void ArticulatedMotion::find_limits() {
 
 double ArticulatedMotion::most_exerted(Eigen::Index coordinate, double dt) const {
   double mass = body->hasFixedBase() ? 0 : static_cast<double>(body->getBaseMass());
-  for (int i = 0; i < body->getNumLinks(); ++i)
-    mass += static_cast<double>(body->getLinkMass(i));
+  for (int i = 0; i < body->getNumLinks(); ++i) mass += static_cast<double>(body->getLinkMass(i));
   double lever = 0;  // the farthest that a link moves, per displacement of the joint
   for (const Link& link : links) {
     const auto moved = link.jacobian.col(coordinate);

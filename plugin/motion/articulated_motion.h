@@ -55,8 +55,8 @@ struct ArticulatedMotion {
   /// What update_holds() may change.
   enum class Update {
     all,
-    /// No limit lets go of a joint. Motors only get weaker: one that holds exerts its bound, and one
-    /// that then moves its joint against the contacts exerts nothing.
+    /// No limit lets go of a joint. Motors only get weaker: one that holds exerts its bound, and
+    /// one that then moves its joint against the contacts exerts nothing.
     last,
     /// As the last one, and limits stay as they are.
     weaken_motors

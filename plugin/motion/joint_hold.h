@@ -34,9 +34,9 @@ struct JointHold {
 
   /// How contacts push a joint.
   struct Load {
-    double reaction;    ///< impulse that holds it, if it is held
-    double moved;       ///< displacement of the joint, if it is not
-    double mobility;    ///< displacement per impulse on the joint, if it is not held
+    double reaction;  ///< impulse that holds it, if it is held
+    double moved;     ///< displacement of the joint, if it is not
+    double mobility;  ///< displacement per impulse on the joint, if it is not held
     double reaction_tolerance, moved_tolerance;
   };
   /// The hold that fits to the load; the present one if that does.

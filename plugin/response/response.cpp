@@ -211,7 +211,8 @@ void Response::hold_joints(Motion& motion) {
   const int rounds = any_motor ? max_motor_rounds : max_limit_rounds,
             last_rounds = any_motor ? last_motor_rounds : last_limit_rounds;
   for (int i = 0; i < rounds; ++i) {
-    const auto changes = update_holds(i < rounds - last_rounds ? Update::all : Update::last, motion);
+    const auto changes =
+        update_holds(i < rounds - last_rounds ? Update::all : Update::last, motion);
     if (!changes.any) return;
     // Impulses between what leaves no room to each other are of no use.
     if (changes.any_beyond) constraints_.cold_start(motion);

@@ -90,15 +90,14 @@ void JointMotors::end_step(const Motion& motion) {
     Last last{body.body, pose_of(*body.body), {}};
     for (Motor& motor : motors_) {
       if (motor.body != body.body) continue;
-      const auto hold = std::find_if(
-          next.begin(), next.end(),
-          [&motor](const JointHold& h) { return h.coordinate == motor.coordinate; });
+      const auto hold = std::find_if(next.begin(), next.end(), [&motor](const JointHold& h) {
+        return h.coordinate == motor.coordinate;
+      });
       if (hold == next.end()) continue;
       motor.state = hold->state();
       if (!hold->is_limit) {
         const double max = static_cast<double>(motor.constraint->getMaxAppliedImpulse());
-        motor.told =
-            std::clamp(motor.applied + reactions[motor.coordinate] / motion.dt, -max, max);
+        motor.told = std::clamp(motor.applied + reactions[motor.coordinate] / motion.dt, -max, max);
         motor.constraint->internalSetAppliedImpulse(0, static_cast<btScalar>(motor.told));
       }
       last.motors.push_back(motor);

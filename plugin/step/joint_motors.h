@@ -18,7 +18,8 @@ class JointMotors {
  public:
   /// The world in whose steps the motors act; null: motors do nothing here.
   void set_world(btMultiBodyDynamicsWorld* world);
-  /// Starts a step: Bullet's motors get their own impulses back, in case Bullet does not solve them.
+  /// Starts a step: Bullet's motors get their own impulses back, in case Bullet does not solve
+  /// them.
   void begin_step();
   /// Gives the motors to the multibodies of a motion, before its response.
   void find(Motion& motion);

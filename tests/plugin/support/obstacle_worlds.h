@@ -124,9 +124,9 @@ class ObstacleWorld {
     is_rigid() ? soft_.teleported(body) : deformable_.teleported(body);
   }
 
-  /// Lets the motors of multibodies hold their joints against contacts.
-  void use_motors() {
-    auto* const multibodies = static_cast<btMultiBodyDynamicsWorld*>(world_.get());
+  /// Lets the motors of multibodies hold their joints against contacts, or not.
+  void use_motors(bool use = true) {
+    auto* const multibodies = use ? static_cast<btMultiBodyDynamicsWorld*>(world_.get()) : nullptr;
     is_rigid() ? soft_.use_motors_of(multibodies) : deformable_.use_motors_of(multibodies);
   }
 

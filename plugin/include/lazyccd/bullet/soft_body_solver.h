@@ -55,9 +55,9 @@ class LAZYCCD_BULLET_API btLazySoftBodySolver : public btDefaultSoftBodySolver, 
   /// step. Nothing is swept from its old place to the new one. Without this call a displacement is
   /// judged by SolverOptions::jump_speed.
   void teleported(const btCollisionObject& body);
-  /// Lets the joint motors of this world's multibodies hold joints against contacts, as far as their
-  /// largest impulses allow. Give it the world that the solver serves, which must live during its
-  /// steps. Without this call, or with null, contacts move joints as if no motor held them.
+  /// Lets the joint motors of this world's multibodies hold joints against contacts, as far as
+  /// their largest impulses allow. Give it the world that the solver serves, which must live during
+  /// its steps. Without this call, or with null, contacts move joints as if no motor held them.
   void use_motors_of(btMultiBodyDynamicsWorld* world);
   /// Builds Bullet's trees of nodes and faces, which are left out while nothing reads them. Call it
   /// between two steps, for each body that goes on with Bullet's own solver: in another world, or
