@@ -7,13 +7,20 @@
 #include <memory>
 #include <vector>
 
+#include "motion/articulated_motion.h"
+#include "plugin/support/arm.h"
 #include "plugin/support/obstacle_worlds.h"
 #include "scenes/behaviour/multibody.h"
 #include "scenes/meshes/solid.h"
+#include "step/joint_motors.h"
 #include "support/catch.h"
 
 using namespace lazyccd;
 using namespace lazyccd::test;
+using bullet::ArticulatedMotion;
+using bullet::JointHold;
+using bullet::MotorState;
+using Update = bullet::ArticulatedMotion::Update;
 using scenes::World;
 using scenes::behaviour::BoxLink;
 using scenes::behaviour::Joint;
@@ -132,9 +139,135 @@ void add_gripper(MotorWorld& w, double force) {
   for (const int finger : {0, 1}) w.add_motor(finger, force, 0.5);
 }
 
+// Hold of a motor of 2 kg m, of which Bullet has used `applied`.
+JointHold motor_of_two(double applied, MotorState last) {
+  return bullet::motor_hold(6, {0, -2 - applied, 2 - applied, last}, 100);
+}
+JointHold::Load reaction(double impulse) { return {impulse, 0, 0, 1e-6, 1e-6}; }
+JointHold::Load displacement(double moved) { return {0, moved, 1, 1e-6, 1e-6}; }
+
+Eigen::VectorXd on_joints(double first, double second) {
+  Eigen::VectorXd generalized = Eigen::VectorXd::Zero(8);
+  generalized.tail<2>() << first, second;
+  return generalized;
+}
+
 constexpr World worlds[] = {World::rigid, World::deformable};
 
 }  // namespace
+
+TEST_CASE("a motor holds its joint while the reaction is in its range") {
+  const JointHold held = motor_of_two(0.5, MotorState::holds);
+  CHECK(held.fitted_to(reaction(1.4)).state() == MotorState::holds);
+  CHECK(held.fitted_to(reaction(-2.4)).state() == MotorState::holds);
+  CHECK(held.fitted_to(reaction(1.6)).state() == MotorState::exerts_highest);
+  CHECK(held.fitted_to(reaction(1.6)).exerted == 1.5);
+  CHECK(held.fitted_to(reaction(-2.6)).exerted == -2.5);
+  CHECK(!held.is_beyond(5));
+  CHECK(held.is_beyond(6));
+
+  const JointHold idle = motor_of_two(0.5, MotorState::idle);
+  CHECK(idle.fitted_to(displacement(0)).state() == MotorState::idle);
+  CHECK(idle.fitted_to(displacement(-1)).state() == MotorState::holds);
+  CHECK(idle.fitted_to(displacement(1)).state() == MotorState::holds);
+  // Even with contacts as weak as they are, it could not hold the joint.
+  CHECK(idle.fitted_to(displacement(-1.7)).state() == MotorState::exerts_highest);
+  CHECK(idle.fitted_to(displacement(2.7)).state() == MotorState::exerts_lowest);
+
+  const JointHold exerts = motor_of_two(0.5, MotorState::exerts_highest);
+  CHECK(exerts.exerted == 1.5);
+  CHECK(exerts.fitted_to(displacement(-1)).state() == MotorState::exerts_highest);
+  CHECK(exerts.fitted_to(displacement(1)).state() == MotorState::holds);
+}
+
+TEST_CASE("motors of a multibody hold, give way, and hold again") {
+  ObstacleWorld w(World::deformable, 0);
+  Arm arm(w, 2, true, btVector3(0, 0, 0));
+  w.steps(1, 1.0 / 240);  // Bullet computes the inertia of the joints
+  ArticulatedMotion motion(arm.body(), bullet::pose_of(arm.body()));
+  motion.add_link(0, 0, arm.link(0).getWorldTransform().getOrigin());
+  motion.add_link(1, 1, arm.link(1).getWorldTransform().getOrigin());
+  const Eigen::MatrixXd free = motion.inverse_mass;
+  motion.set_motors({{0, -0.1, 0.1, MotorState::idle}, {1, -0.1, 0.1, MotorState::idle}}, 1);
+  REQUIRE(motion.holds.size() == 2);
+  CHECK(motion.inverse_mass == free);
+
+  motion.impulse = on_joints(0.05, 0);
+  motion.displacement = motion.inverse_mass * motion.impulse;
+  CHECK(!motion.update_holds(Update::last).any);  // no motor takes hold then
+  CHECK(motion.update_holds(Update::all).any);
+  CHECK(motion.inverse_mass.isZero(0));
+  CHECK(motion.reactions(motion.impulse).isApprox(on_joints(-0.05, 0)));
+  // Work of motors is no gain of energy by contacts.
+  CHECK(motion.with_limits(motion.impulse) == motion.impulse);
+
+  motion.displacement.setZero();
+  motion.impulse = on_joints(0.15, 0);
+  const ArticulatedMotion::Changes changes = motion.update_holds(Update::weaken_motors);
+  CHECK(changes.any);
+  CHECK(!changes.any_beyond);
+  CHECK(motion.motor_impulse == on_joints(-0.1, 0));
+  CHECK(motion.inverse_mass(6, 6) > 0);
+  CHECK(motion.inverse_mass(7, 7) == 0);
+  // The motor is strong enough after all.
+  motion.impulse = on_joints(0.05, 0);
+  motion.displacement = motion.inverse_mass * (motion.impulse + motion.motor_impulse);
+  CHECK(motion.next_holds()[0].holds);
+  CHECK(motion.update_holds(Update::weaken_motors).any);
+  CHECK(motion.motor_impulse.isZero(0));
+  CHECK(motion.holds[0].state() == MotorState::idle);
+}
+
+TEST_CASE("what is known of motors ends where the application moves the multibody") {
+  ObstacleWorld w(World::deformable, 0);
+  Arm arm(w, 1, true, btVector3(0, 0, 0));
+  auto& world = static_cast<btMultiBodyDynamicsWorld&>(w.world());
+  btMultiBodyJointMotor motor(&arm.body(), 0, 0, btScalar(0.5));
+  motor.finalizeMultiDof();
+  world.addMultiBodyConstraint(&motor);
+  w.steps(1, 1.0 / 240);
+  bullet::JointMotors motors;
+  motors.set_world(&world);
+  bullet::Motion motion;
+  const auto begin = [&] {
+    motion.articulated.clear();
+    motion.articulated.emplace_back(arm.body(), bullet::pose_of(arm.body()));
+    motion.articulated[0].add_link(0, 0, arm.link(0).getWorldTransform().getOrigin());
+    motors.find(motion);
+  };
+  begin();
+  ArticulatedMotion& body = motion.articulated[0];
+  REQUIRE(body.holds.size() == 1);
+  CHECK(!body.holds[0].holds);
+  body.impulse[6] = 0.1;
+  body.displacement = body.inverse_mass * body.impulse;
+  body.update_holds(Update::all);
+  body.displacement.setZero();
+  motors.end_step(motion);
+  CHECK(static_cast<double>(motor.getAppliedImpulse(0)) == Approx(-0.1));
+  motors.begin_step();
+  CHECK(motor.getAppliedImpulse(0) == 0);  // Bullet's own
+
+  SECTION("the body goes on") {
+    begin();
+    CHECK(motion.articulated[0].holds[0].holds);
+  }
+  SECTION("it is moved") {
+    arm.set_joints(0.1);
+    begin();
+    CHECK(!motion.articulated[0].holds[0].holds);
+  }
+  SECTION("the motor has no force, or has given all") {
+    motor.setMaxAppliedImpulse(0);
+    begin();
+    CHECK(motion.articulated[0].holds.empty());
+    motor.setMaxAppliedImpulse(btScalar(0.5));
+    motor.internalSetAppliedImpulse(0, btScalar(0.5));
+    begin();
+    CHECK(motion.articulated[0].holds.empty());
+  }
+  world.removeMultiBodyConstraint(&motor);
+}
 
 TEST_CASE("contacts move joints as if no motor held them if the world is not told") {
   MotorWorld w(World::deformable, 240);
