@@ -58,6 +58,29 @@ void set_velocities(btMultiBody& body, const btScalar* v) {
   }
 }
 
+// Of what can move, kg.
+double mass_of(const btMultiBody& body) {
+  btScalar mass = body.hasFixedBase() ? 0 : body.getBaseMass();
+  for (int i = 0; i < body.getNumLinks(); ++i) mass += body.getLinkMass(i);
+  return static_cast<double>(mass);
+}
+
+// Diagonal of the bounds of all colliders, metres.
+double size_of(const btMultiBody& body) {
+  btVector3 lower = body.getBasePos(), upper = lower;
+  for (int i = -1; i < body.getNumLinks(); ++i) {
+    const btMultiBodyLinkCollider* const collider =
+        i < 0 ? body.getBaseCollider() : body.getLinkCollider(i);
+    if (!collider) continue;
+    btVector3 collider_lower, collider_upper;
+    collider->getCollisionShape()->getAabb(collider->getWorldTransform(), collider_lower,
+                                           collider_upper);
+    lower.setMin(collider_lower);
+    upper.setMax(collider_upper);
+  }
+  return static_cast<double>((upper - lower).length());
+}
+
 // 1: the joint is at its upper limit, -1: at its lower one, 0: at none.
 int limit_at(const btMultibodyLink& link, btScalar position) {
   const btScalar range = link.m_jointUpperLimit - link.m_jointLowerLimit;
@@ -159,25 +182,17 @@ void ArticulatedMotion::find_limits() {
   }
 }
 
-double ArticulatedMotion::most_exerted(Eigen::Index coordinate, double dt) const {
-  double mass = body->hasFixedBase() ? 0 : static_cast<double>(body->getBaseMass());
-  for (int i = 0; i < body->getNumLinks(); ++i) mass += static_cast<double>(body->getLinkMass(i));
-  double lever = 0;  // the farthest that a link moves, per displacement of the joint
-  for (const Link& link : links) {
-    const auto moved = link.jacobian.col(coordinate);
-    lever = std::max(lever, moved.head<3>().norm() + link.radius * moved.tail<3>().norm());
-  }
-  return max_push_speed * mass * lever * dt;
-}
-
 void ArticulatedMotion::set_motors(const std::vector<JointMotor>& motors, double dt) {
   holds.clear();
   find_limits();
+  const double most_force = max_push_speed * mass_of(*body) * dt,
+               most_torque = most_force * size_of(*body);
   for (const JointMotor& motor : motors) {
     const btMultibodyLink& link = body->getLink(motor.link);
     const Eigen::Index coordinate = 6 + link.m_dofOffset;
     if (link.m_dofCount != 1 || !(free_inverse_mass(coordinate, coordinate) > 0)) continue;
-    const JointHold added = motor_hold(coordinate, motor, most_exerted(coordinate, dt));
+    const bool turns = link.m_jointType == btMultibodyLink::eRevolute;
+    const JointHold added = motor_hold(coordinate, motor, turns ? most_torque : most_force);
     const auto place = std::lower_bound(
         holds.begin(), holds.end(), coordinate,
         [](const JointHold& hold, Eigen::Index other) { return hold.coordinate < other; });
@@ -285,12 +300,7 @@ void ArticulatedMotion::stop_motors() {
 }
 
 void ArticulatedMotion::add_link(int index, int rigid, const btVector3& centre) {
-  const btMultiBodyLinkCollider* const collider =
-      index < 0 ? body->getBaseCollider() : body->getLinkCollider(index);
-  btVector3 middle(0, 0, 0);
-  btScalar radius = 0;
-  if (collider) collider->getCollisionShape()->getBoundingSphere(middle, radius);
-  Link link{rigid, static_cast<double>(middle.length() + radius), Jacobian(6, velocity.size())};
+  Link link{rigid, Jacobian(6, velocity.size())};
   btAlignedObjectArray<btScalar> scratch;
   btAlignedObjectArray<btVector3> scratch_vectors;
   btAlignedObjectArray<btMatrix3x3> scratch_matrices;

@@ -46,8 +46,7 @@ bool is_moved(const btMultiBody& body, int link);
 struct ArticulatedMotion {
   using Jacobian = Eigen::Matrix<double, 6, Eigen::Dynamic>;
   struct Link {
-    int rigid;      ///< index in Motion::rigid
-    double radius;  ///< of a ball around its shape, metres
+    int rigid;  ///< index in Motion::rigid
     /// Linear velocity of the centre of mass and angular velocity, by generalized coordinate.
     Jacobian jacobian;
   };
@@ -93,8 +92,7 @@ struct ArticulatedMotion {
   ArticulatedMotion(btMultiBody& multibody, const MultibodyPose& start_pose);
   /// Adds link `index` of the multibody; -1 is its base. `centre`: its centre of mass, metres.
   void add_link(int index, int rigid, const btVector3& centre);
-  /// Replaces the motors, after all links are added. Joints are held as at the start of a step of
-  /// `dt` seconds.
+  /// Replaces the motors. Joints are held as at the start of a step of `dt` seconds.
   void set_motors(const std::vector<JointMotor>& motors, double dt);
   /// Resets the response. Bullet's body gets its predicted pose again. What holds stays.
   void restart_response();
@@ -125,8 +123,6 @@ struct ArticulatedMotion {
 
  private:
   void find_limits();
-  /// Most that a motor exerts. `dt`: of the step, seconds.
-  double most_exerted(Eigen::Index coordinate, double dt) const;
   /// Sets inverse_mass and motor_impulse for what holds.
   void hold_joints();
   /// Coordinates of joints that are held.

@@ -292,6 +292,34 @@ TEST_CASE("a light foot on cloth carries a heavy body by its motor") {
   }
 }
 
+TEST_CASE("motors beside the way from the base to the foot hold, too") {
+  for (const World kind : worlds) {
+    for (const double hz : {60.0, 240.0}) {
+      CAPTURE(kind == World::rigid, hz);
+      MotorWorld w(kind, hz);
+      w.add_floor(1);
+      w.take(w->add_sheet(9, 0.6, 0.021, 0), 0.3);
+      // A foot below the base, and a trunk that leans over from a hinge above it.
+      BoxLink trunk;
+      trunk.joint = Joint::revolute;
+      trunk.axis = btVector3(0, 0, 1);
+      trunk.pivot = vector(0, 0.05, 0);
+      trunk.centre = vector(0.05, 0.2, 0);
+      trunk.size = vector(0.1, 0.3, 0.1);
+      trunk.mass = 10;
+      const btVector3 up(0, 1, 0);
+      w.add_machine(vector(0, 0.3, 0), vector(0.1, 0.1, 0.1), 0.5,
+                    {slider(-1, up, vector(0, -0.24, 0), vector(0.3, 0.06, 0.3), 0.2), trunk});
+      w.add_motor(0, 1000);
+      w.add_motor(1, 100);
+      w.run(0.7);
+      CHECK(std::abs(w.joint(0)) < 0.002);
+      CHECK(std::abs(w.joint(1)) < 0.01);
+      CHECK(w.force(1) == Approx(5).margin(0.5));  // N m
+    }
+  }
+}
+
 TEST_CASE("a motor that is too weak for its load gives what it can") {
   for (const World kind : worlds) {
     for (const double hz : {60.0, 240.0}) {
