@@ -1,6 +1,8 @@
 #include "motion/articulated_motion.h"
 
+#include <BulletCollision/CollisionShapes/btCollisionShape.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLink.h>
+#include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 
 #include <Eigen/Cholesky>
 #include <algorithm>
@@ -15,6 +17,10 @@ using Eigen::VectorXd;
 // A joint is at its limit if it is nearer than this fraction of its range, and than this many
 // radians or metres.
 constexpr btScalar near_limit = btScalar(1e-3);
+// A motor exerts at most what gives the mass of the multibody this speed in a step, m/s. It may be
+// far stronger. What presses light nodes against something fixed with all of that could not be
+// solved.
+constexpr double max_push_speed = 3;
 // Of Bullet's inverse mass, relative.
 constexpr double rounding = 1e-5;
 
@@ -50,6 +56,29 @@ void set_velocities(btMultiBody& body, const btScalar* v) {
     body.setJointVelMultiDof(i, v);
     v += body.getLink(i).m_dofCount;
   }
+}
+
+// Of what can move, kg.
+double mass_of(const btMultiBody& body) {
+  btScalar mass = body.hasFixedBase() ? 0 : body.getBaseMass();
+  for (int i = 0; i < body.getNumLinks(); ++i) mass += body.getLinkMass(i);
+  return static_cast<double>(mass);
+}
+
+// Diagonal of the bounds of all colliders, metres.
+double size_of(const btMultiBody& body) {
+  btVector3 lower = body.getBasePos(), upper = lower;
+  for (int i = -1; i < body.getNumLinks(); ++i) {
+    const btMultiBodyLinkCollider* const collider =
+        i < 0 ? body.getBaseCollider() : body.getLinkCollider(i);
+    if (!collider) continue;
+    btVector3 collider_lower, collider_upper;
+    collider->getCollisionShape()->getAabb(collider->getWorldTransform(), collider_lower,
+                                           collider_upper);
+    lower.setMin(collider_lower);
+    upper.setMax(collider_upper);
+  }
+  return static_cast<double>((upper - lower).length());
 }
 
 // 1: the joint is at its upper limit, -1: at its lower one, 0: at none.
@@ -133,7 +162,7 @@ ArticulatedMotion::ArticulatedMotion(btMultiBody& multibody, const MultibodyPose
   inverse_mass = (0.5 * (inverse_mass + inverse_mass.transpose())).eval();
   free_inverse_mass = inverse_mass;
   find_limits();
-  hold_at_limits();
+  hold_joints();
   impulse = displacement = split_impulse = split_displacement = velocity_change = momentum_change =
       VectorXd::Zero(count);
 }
@@ -143,27 +172,54 @@ void ArticulatedMotion::find_limits() {
   for (int i = 0; i < body->getNumLinks(); ++i) {
     const btMultibodyLink& link = body->getLink(i);
     const Eigen::Index coordinate = 6 + link.m_dofOffset;
-    if (link.m_dofCount == 1 && inverse_mass(coordinate, coordinate) > 0) {
+    if (link.m_dofCount == 1 && free_inverse_mass(coordinate, coordinate) > 0) {
       // A joint that has just arrived is free at first.
       const int side = limit_at(link, predicted.joints[place]);
       if (side != 0)
-        limits.push_back({coordinate, side, limit_at(link, start.joints[place]) == side});
+        holds.push_back(limit_hold(coordinate, side, limit_at(link, start.joints[place]) == side));
     }
     place += static_cast<std::size_t>(link.m_posVarCount);
   }
 }
 
+void ArticulatedMotion::set_motors(const std::vector<JointMotor>& motors, double dt) {
+  holds.clear();
+  find_limits();
+  const double most_force = max_push_speed * mass_of(*body) * dt,
+               most_torque = most_force * size_of(*body);
+  for (const JointMotor& motor : motors) {
+    const btMultibodyLink& link = body->getLink(motor.link);
+    const Eigen::Index coordinate = 6 + link.m_dofOffset;
+    if (link.m_dofCount != 1 || !(free_inverse_mass(coordinate, coordinate) > 0)) continue;
+    const bool turns = link.m_jointType == btMultibodyLink::eRevolute;
+    const JointHold added = motor_hold(coordinate, motor, turns ? most_torque : most_force);
+    const auto place = std::lower_bound(
+        holds.begin(), holds.end(), coordinate,
+        [](const JointHold& hold, Eigen::Index other) { return hold.coordinate < other; });
+    if (place == holds.end() || place->coordinate != coordinate) {
+      holds.insert(place, added);
+    } else {  // both hold the joint
+      place->lowest += added.lowest;
+      place->highest += added.highest;
+    }
+  }
+  hold_joints();
+}
+
 std::vector<Eigen::Index> ArticulatedMotion::held_coordinates() const {
   std::vector<Eigen::Index> coordinates;
-  for (const JointLimit& limit : limits)
-    if (limit.holds) coordinates.push_back(limit.coordinate);
+  for (const JointHold& hold : holds)
+    if (hold.holds) coordinates.push_back(hold.coordinate);
   return coordinates;
 }
 
 // What holds coordinates exerts just the impulses that keep them: W - W_H inv(W_HH) W_H^T, with the
 // inverse mass W of the free body and the columns W_H of what is held.
-void ArticulatedMotion::hold_at_limits() {
+void ArticulatedMotion::hold_joints() {
   inverse_mass = free_inverse_mass;
+  motor_impulse = VectorXd::Zero(velocity.size());
+  for (const JointHold& hold : holds)
+    if (!hold.holds) motor_impulse[hold.coordinate] = hold.exerted;
   const std::vector<Eigen::Index> coordinates = held_coordinates();
   if (coordinates.empty()) return;
   const MatrixXd columns = columns_of(free_inverse_mass, coordinates);
@@ -174,34 +230,73 @@ void ArticulatedMotion::hold_at_limits() {
   }
 }
 
-VectorXd ArticulatedMotion::with_limits(const VectorXd& impulses) const {
+VectorXd ArticulatedMotion::reactions(const VectorXd& impulses) const {
+  VectorXd sum = motor_impulse;
   const std::vector<Eigen::Index> coordinates = held_coordinates();
-  if (coordinates.empty()) return impulses;
+  if (coordinates.empty()) return sum;
   const MatrixXd columns = columns_of(free_inverse_mass, coordinates);
-  const VectorXd exerted =
-      rows_of(columns, coordinates).ldlt().solve(columns.transpose() * impulses);
-  VectorXd sum = impulses;
+  const VectorXd stopped =
+      rows_of(columns, coordinates).ldlt().solve(columns.transpose() * (impulses + motor_impulse));
   for (std::size_t i = 0; i < coordinates.size(); ++i)
-    sum[coordinates[i]] -= exerted[static_cast<Eigen::Index>(i)];
+    sum[coordinates[i]] -= stopped[static_cast<Eigen::Index>(i)];
   return sum;
 }
 
-bool ArticulatedMotion::update_limits(bool may_free) {
-  if (limits.empty()) return false;
+VectorXd ArticulatedMotion::with_limits(const VectorXd& impulses) const {
+  VectorXd sum = impulses;
+  if (std::none_of(holds.begin(), holds.end(),
+                   [](const JointHold& hold) { return hold.is_limit && hold.holds; }))
+    return sum;
+  const VectorXd exerted = reactions(impulses);
+  for (const JointHold& hold : holds)
+    if (hold.is_limit && hold.holds) sum[hold.coordinate] += exerted[hold.coordinate];
+  return sum;
+}
+
+// Split impulses restore gaps, so they are no forces that a motor would have to resist.
+std::vector<ArticulatedMotion::Fitted> ArticulatedMotion::fitted_holds() const {
+  std::vector<Fitted> fitted;
+  if (holds.empty()) return fitted;
   const VectorXd pushed = impulse + split_impulse, moved = displacement + split_displacement;
-  const VectorXd exerted = with_limits(pushed) - pushed;
-  const double least_exerted = rounding * pushed.lpNorm<Eigen::Infinity>(),
-               least_moved = rounding * moved.lpNorm<Eigen::Infinity>();
-  bool any = false;
-  for (JointLimit& limit : limits) {
-    const Eigen::Index i = limit.coordinate;
-    const bool is_wrong = limit.holds ? may_free && limit.side * exerted[i] > least_exerted
-                                      : limit.side * moved[i] > least_moved;
-    if (is_wrong) limit.holds = !limit.holds;
-    any = any || is_wrong;
+  const VectorXd limit_reactions = reactions(pushed), motor_reactions = reactions(impulse);
+  for (const JointHold& hold : holds) {
+    const Eigen::Index i = hold.coordinate;
+    JointHold::Load load;
+    load.reaction = (hold.is_limit ? limit_reactions : motor_reactions)[i];
+    load.moved = (hold.is_limit ? moved : displacement)[i];
+    load.mobility = inverse_mass(i, i);
+    load.reaction_tolerance = rounding * pushed.lpNorm<Eigen::Infinity>();
+    load.moved_tolerance = rounding * moved.lpNorm<Eigen::Infinity>();
+    fitted.push_back({hold.fitted_to(load), hold.holds && hold.is_beyond(load.reaction)});
   }
-  if (any) hold_at_limits();
-  return any;
+  return fitted;
+}
+
+std::vector<JointHold> ArticulatedMotion::next_holds() const {
+  std::vector<JointHold> next;
+  for (const Fitted& fitted : fitted_holds()) next.push_back(fitted.hold);
+  return next;
+}
+
+ArticulatedMotion::Changes ArticulatedMotion::update_holds(Update update) {
+  Changes changes;
+  const std::vector<Fitted> fitted = fitted_holds();
+  for (std::size_t i = 0; i < fitted.size(); ++i) {
+    JointHold to = fitted[i].hold;
+    if (to.is_same_state(holds[i])) continue;
+    if (update != Update::all && to.is_limit && (update != Update::last || !to.holds)) continue;
+    if (update != Update::all && !to.is_limit && !holds[i].holds) to.set_state(MotorState::idle);
+    if (to.is_same_state(holds[i])) continue;
+    holds[i] = to;
+    changes.include({true, fitted[i].is_beyond});
+  }
+  if (changes.any) hold_joints();
+  return changes;
+}
+
+void ArticulatedMotion::stop_motors() {
+  for (JointHold& hold : holds) hold.exerted = 0;
+  motor_impulse.setZero();
 }
 
 void ArticulatedMotion::add_link(int index, int rigid, const btVector3& centre) {

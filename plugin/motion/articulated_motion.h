@@ -5,10 +5,11 @@
 // articulated body algorithm (btMultiBody::calcAccelerationDeltasMultiDof; Featherstone 2008,
 // "Rigid Body Dynamics Algorithms", section 7.3) gives the response to an impulse.
 //
-// A joint that is at its limit does not give way beyond it. Bullet solves limits before contacts
-// are found, and brings a joint that is beyond its limit back slowly, or not at all with split
-// impulses. So contacts may not push it there. Limits are those of btMultibodyLink, as loaders of
-// URDF files set them. Motors are not known here.
+// Bullet solves limits and motors of joints before contacts are found. So what holds a joint
+// (joint_hold.h) acts here again. A joint that is at its limit does not give way beyond it: Bullet
+// would bring it back slowly, or not at all with split impulses. Limits are those of
+// btMultibodyLink, as loaders of URDF files set them. A motor holds its joint as far as its largest
+// impulse allows. Otherwise contacts would push a light foot aside, and what stands on it sinks.
 #pragma once
 
 #include <BulletDynamics/Featherstone/btMultiBody.h>
@@ -18,6 +19,7 @@
 #include <vector>
 
 #include "lazyccd/bullet/precision.h"
+#include "motion/joint_hold.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -49,24 +51,40 @@ struct ArticulatedMotion {
     Jacobian jacobian;
   };
 
-  /// A joint with one coordinate that is at its limit at the end of Bullet's step.
-  struct JointLimit {
-    Eigen::Index coordinate;
-    int side;    ///< 1: the upper limit, -1: the lower one
-    bool holds;  ///< contacts do not move the joint
+  /// What update_holds() may change.
+  enum class Update {
+    all,
+    /// No limit lets go of a joint. Motors only get weaker: one that holds exerts its bound, and
+    /// one that then moves its joint against the contacts exerts nothing.
+    last,
+    /// As the last one, and limits stay as they are.
+    weaken_motors
+  };
+  /// What update_holds() changed.
+  struct Changes {
+    bool any = false;
+    bool any_beyond = false;  ///< JointHold::is_beyond() of a motor that lets go
+    void include(const Changes& other) {
+      any = any || other.any;
+      any_beyond = any_beyond || other.any_beyond;
+    }
   };
 
   btMultiBody* body;
   MultibodyPose start, predicted;     ///< at the start of the step; Bullet's at its end
   Eigen::VectorXd velocity;           ///< Bullet's, at the end of the step
-  Eigen::MatrixXd inverse_mass;       ///< generalized; zero for joints that limits hold
-  Eigen::MatrixXd free_inverse_mass;  ///< without limits
+  Eigen::MatrixXd inverse_mass;       ///< generalized; zero for joints that are held
+  Eigen::MatrixXd free_inverse_mass;  ///< if no joint is held
   std::vector<Link> links;
-  std::vector<JointLimit> limits;
+  std::vector<JointHold> holds;  ///< joints at their limits or with motors, by coordinate
+  /// Generalized impulse of motors that exert what they can and do not hold their joints, kg m and
+  /// kg m^2.
+  Eigen::VectorXd motor_impulse;
 
   /// What the response adds. Impulses are generalized, in kg m and kg m^2 (as ContactRow has them).
   Eigen::VectorXd impulse, displacement, split_impulse, split_displacement;
-  /// Changes that the displacement makes, and the generalized momentum that belongs to them.
+  /// Changes of velocity that the displacement makes. Generalized momentum that contacts and limits
+  /// give; that of motors is left out, as their work is no gain of energy by contacts.
   Eigen::VectorXd velocity_change, momentum_change;
   bool held = false;  ///< the body stays at `start`
 
@@ -74,14 +92,23 @@ struct ArticulatedMotion {
   ArticulatedMotion(btMultiBody& multibody, const MultibodyPose& start_pose);
   /// Adds link `index` of the multibody; -1 is its base. `centre`: its centre of mass, metres.
   void add_link(int index, int rigid, const btVector3& centre);
-  /// Resets the response. Bullet's body gets its predicted pose again. Limits hold as before.
+  /// Replaces the motors. Joints are held as at the start of a step of `dt` seconds.
+  void set_motors(const std::vector<JointMotor>& motors, double dt);
+  /// Resets the response. Bullet's body gets its predicted pose again. What holds stays.
   void restart_response();
-  /// Lets limits hold where the displacements are beyond them, and, with `may_free`, frees joints
-  /// that the impulses push away from their limits. Returns whether there are any. Then contacts
-  /// must be solved again.
-  bool update_limits(bool may_free);
+  /// Changes the holds that do not fit to the impulses and displacements of the response. If there
+  /// are any, contacts must be solved again.
+  Changes update_holds(Update update);
+  /// Of each hold: the one that fits to the response, with which the next step begins.
+  std::vector<JointHold> next_holds() const;
   /// The generalized momentum that contacts with these impulses give, with what limits exert.
   Eigen::VectorXd with_limits(const Eigen::VectorXd& impulses) const;
+  /// The generalized impulse that limits and motors exert if contacts have these impulses.
+  Eigen::VectorXd reactions(const Eigen::VectorXd& impulses) const;
+  /// Displacement that motor_impulse makes.
+  Eigen::VectorXd motor_displacement() const { return inverse_mass * motor_impulse; }
+  /// Takes motor_impulse away.
+  void stop_motors();
   /// Gives Bullet's body the pose at the end of the step, with the response.
   void set_end_pose() const;
   /// True if the response changes pose or velocity.
@@ -96,10 +123,16 @@ struct ArticulatedMotion {
 
  private:
   void find_limits();
-  /// Sets inverse_mass for the limits that hold.
-  void hold_at_limits();
-  /// Coordinates of joints that limits hold.
+  /// Sets inverse_mass and motor_impulse for what holds.
+  void hold_joints();
+  /// Coordinates of joints that are held.
   std::vector<Eigen::Index> held_coordinates() const;
+  /// What holds a joint, with its state, is fitted to the response.
+  struct Fitted {
+    JointHold hold;
+    bool is_beyond;
+  };
+  std::vector<Fitted> fitted_holds() const;
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -24,8 +24,25 @@ constexpr int max_node_holds = 16;
 constexpr int solves_with_full_gaps = 1;
 constexpr double min_gap_fraction = 1.0 / 16;
 
-// How often contacts are solved again after other limits hold. The last time, none lets go.
-constexpr int max_limit_rounds = 3;
+// How often contacts are solved again after other joints are held: with limits alone, and if there
+// are motors. In the last rounds limits hold and motors give way.
+constexpr int max_limit_rounds = 3, max_motor_rounds = 6, last_limit_rounds = 1,
+              last_motor_rounds = 2;
+
+bool is_motor(const JointHold& hold) { return !hold.is_limit; }
+
+bool has_motor(const ArticulatedMotion& body) {
+  return std::any_of(body.holds.begin(), body.holds.end(), is_motor);
+}
+
+// In the selected islands, motors that do not fit to the last solution give way.
+void weaken_motors(const RowIslands& islands, Motion& motion) {
+  for (ArticulatedMotion& body : motion.articulated) {
+    const std::int32_t island = islands.of_rigid(body.links.front().rigid);
+    if (island >= 0 && islands.is_selected(island))
+      body.update_holds(ArticulatedMotion::Update::weaken_motors);
+  }
+}
 
 bool touches_at_start(const Contact& contact) { return contact.toi == 0; }
 
@@ -55,7 +72,10 @@ void Response::run(const NearContacts& near, const std::vector<Contact>& penetra
   link_rounds_.clear_bodies();
   if (options_.max_impulse_rounds > 0) {
     solve_speculative(near, penetrations, motion);
-    if (links) link_rounds_.run(links, options_.solver_iterations, constraints_, motion);
+    if (links) {
+      link_rounds_.run(links, options_.solver_iterations, constraints_, motion);
+      weaken_motors(motion);
+    }
   }
   std::vector<Contact> contacts = detect_all(motion.starts(), motion.ends());
 
@@ -94,6 +114,7 @@ void Response::run(const NearContacts& near, const std::vector<Contact>& penetra
       constraints_.narrow_gaps(
           std::max(min_gap_fraction, std::ldexp(1, solves_with_full_gaps - 1 - i)), motion);
     motion.find_turn_displacement();
+    bullet::weaken_motors(islands, motion);
     constraints_.solve(motion, options_.solver_iterations);
     contacts = detect(motion.starts(), motion.ends());
   }
@@ -142,13 +163,13 @@ void Response::solve_speculative(const NearContacts& near, const std::vector<Con
   leave_supports(constraints_.active_rows(), motion);  // as in the last step, if at all
   constraints_.solve(motion, options_.solver_iterations);
   let_bodies_leave_supports(motion);
-  update_limits(motion);
+  hold_joints(motion);
   set_velocities(threads_, motion);
   RowIslands& islands = constraints_.islands(motion);
   if (!select_with_energy_gain(motion, islands)) return;
   constraints_.cold_start(motion);
   constraints_.solve(motion, options_.solver_iterations);
-  update_limits(motion);
+  hold_joints(motion);
 }
 
 void Response::let_bodies_leave_supports(Motion& motion) {
@@ -162,20 +183,46 @@ void Response::let_bodies_leave_supports(Motion& motion) {
   constraints_.solve(motion, options_.solver_iterations);
 }
 
-void Response::update_limits(Motion& motion) {
-  for (int i = 0; i < max_limit_rounds; ++i) {
-    std::vector<char> changes(motion.articulated.size());
-    for (std::size_t a = 0; a < changes.size(); ++a)
-      changes[a] = motion.articulated[a].update_limits(i + 1 < max_limit_rounds);
-    if (std::find(changes.begin(), changes.end(), 1) == changes.end()) return;
-    RowIslands& islands = constraints_.islands(motion);
-    islands.select_none();
-    for (std::size_t body = 0; body < motion.rigid_of_body.size(); ++body) {
-      const std::int32_t rigid = motion.rigid_of_body[body];
-      const int articulated = rigid < 0 ? -1 : motion.rigid[rigid].articulated;
-      if (articulated >= 0 && changes[static_cast<std::size_t>(articulated)])
-        islands.select_body(static_cast<std::int32_t>(body));
-    }
+ArticulatedMotion::Changes Response::update_holds(ArticulatedMotion::Update update,
+                                                  Motion& motion) {
+  ArticulatedMotion::Changes all;
+  std::vector<char> is_changed(motion.articulated.size());
+  for (std::size_t a = 0; a < is_changed.size(); ++a) {
+    const ArticulatedMotion::Changes changes = motion.articulated[a].update_holds(update);
+    is_changed[a] = changes.any;
+    all.include(changes);
+  }
+  if (!all.any) return all;
+  RowIslands& islands = constraints_.islands(motion);
+  islands.select_none();
+  for (std::size_t body = 0; body < motion.rigid_of_body.size(); ++body) {
+    const std::int32_t rigid = motion.rigid_of_body[body];
+    const int articulated = rigid < 0 ? -1 : motion.rigid[rigid].articulated;
+    if (articulated >= 0 && is_changed[static_cast<std::size_t>(articulated)])
+      islands.select_body(static_cast<std::int32_t>(body));
+  }
+  return all;
+}
+
+void Response::hold_joints(Motion& motion) {
+  using Update = ArticulatedMotion::Update;
+  const bool any_motor =
+      std::any_of(motion.articulated.begin(), motion.articulated.end(), has_motor);
+  const int rounds = any_motor ? max_motor_rounds : max_limit_rounds,
+            last_rounds = any_motor ? last_motor_rounds : last_limit_rounds;
+  for (int i = 0; i < rounds; ++i) {
+    const auto changes =
+        update_holds(i < rounds - last_rounds ? Update::all : Update::last, motion);
+    if (!changes.any) return;
+    // Impulses between what leaves no room to each other are of no use.
+    if (changes.any_beyond) constraints_.cold_start(motion);
+    constraints_.solve(motion, options_.solver_iterations);
+  }
+}
+
+void Response::weaken_motors(Motion& motion) {
+  for (int i = 0; i < last_motor_rounds; ++i) {
+    if (!update_holds(ArticulatedMotion::Update::weaken_motors, motion).any) return;
     constraints_.solve(motion, options_.solver_iterations);
   }
 }

@@ -57,8 +57,14 @@ class Response {
                          Motion& motion);
   /// Solves again for the bodies that the first solve pulls off their supports.
   void let_bodies_leave_supports(Motion& motion);
-  /// Finds which joints their limits hold, and solves again where that changes.
-  void update_limits(Motion& motion);
+  /// Finds which joints their limits and motors hold, and solves again where that changes.
+  void hold_joints(Motion& motion);
+  /// Updates what holds joints. Selects the islands where that changes, and no others, if there are
+  /// any.
+  ArticulatedMotion::Changes update_holds(ArticulatedMotion::Update update, Motion& motion);
+  /// After links were solved in turn with contacts: motors give way where they do not fit to that,
+  /// and contacts are solved again there.
+  void weaken_motors(Motion& motion);
   /// Resolves contacts that impulses leave: rigid impact zones first, then holds.
   void resolve_with_impact_zones(std::vector<Contact> contacts, const Detect& detect,
                                  Motion& motion, StepStats& stats);

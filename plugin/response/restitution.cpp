@@ -83,6 +83,7 @@ void add_restitution(RowList& rows, double restitution, double threshold, int sw
   // What the links add is in the solved motion, and so in the velocities already.
   bounce.link_displacement.assign(bounce.solved.size(), Eigen::Vector3d::Zero());
   bounce.turn_displacement.clear();
+  for (ArticulatedMotion& body : bounce.articulated) body.stop_motors();
   std::vector<ContactRow> bouncing;
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (!rows.can_act(i)) continue;

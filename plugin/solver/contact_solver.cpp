@@ -56,6 +56,8 @@ void ContactSolver::write(Motion& motion) {
     Eigen::VectorXd& displacement =
         for_split_impulse_ ? body.split_displacement : body.displacement;
     displacement = body.inverse_mass * by;
+    if (!for_split_impulse_ && !body.motor_impulse.isZero(0))
+      displacement += body.motor_displacement();
     for (const ArticulatedMotion::Link& link : body.links) {
       const Eigen::Matrix<double, 6, 1> moved = link.jacobian * displacement;
       translation_of(motion.rigid[link.rigid]) = moved.head<3>();

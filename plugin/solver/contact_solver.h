@@ -109,7 +109,8 @@ class ContactSolver {
   };
   // The problem of an island.
   struct Problem {
-    bool is_open = false;  // selected, and some row needs something
+    bool is_open = false;    // selected, and some row needs something
+    bool is_pushed = false;  // by motors of a multibody, besides the contacts
     bool any_active = false;
     Largest largest;
     double length_unit = 1, mass_unit = 1;  // metres, kg
@@ -184,6 +185,10 @@ class ContactSolver {
             double extra_normal, double extra_tangent, double need, const Indices& copy_of) const;
   /// Sets bodies_ and couplings_.
   void set_up_bodies();
+  /// Sets Problem::is_pushed.
+  void find_pushed_islands();
+  /// Links start where ArticulatedMotion::motor_impulse moves them.
+  void set_motor_displacements();
   RowRigidTerm make_term(const RigidTerm& term, int lane) const;
   /// Sets scratch.copy_of to the copies of the block, or back to zeros.
   void map_copies(const RowBlock& block, Scratch& scratch) const;

@@ -94,6 +94,7 @@ void ContactSolver::set_up(Target target, RowList& rows, const RowIslands& islan
   set_up_bodies();
   displacement_.assign(1 + 2 * bodies_.size(), Float4{});
   vertex_of_.assign(displacement_.size(), -1);
+  set_motor_displacements();
   node_of_.assign(static_cast<std::size_t>(motion.soft_count()) + 1, 0);
   if (scratch_.empty()) scratch_.resize(static_cast<std::size_t>(threads_.count()));
   for_each(chunk_count_, [this](std::size_t i, int) { set_up_inactive(chunks_[i]); });
@@ -167,8 +168,32 @@ void ContactSolver::set_up_bodies() {
   }
 }
 
+void ContactSolver::set_motor_displacements() {
+  if (for_split_impulse_) return;
+  for (const ArticulatedMotion& multibody : motion_->articulated) {
+    const Problem* const problem = problem_of_rigid(multibody.links.front().rigid);
+    if (!problem || multibody.motor_impulse.isZero(0)) continue;
+    const Eigen::VectorXd displacement = multibody.motor_displacement() / problem->length_unit;
+    for (const ArticulatedMotion::Link& link : multibody.links) {
+      const Vector6d moved = link.jacobian * displacement;
+      const std::int32_t slot = translation_slot(link.rigid);
+      set(displacement_[slot].x, moved.head<3>());
+      set(displacement_[slot + 1].x, moved.tail<3>());
+    }
+  }
+}
+
+void ContactSolver::find_pushed_islands() {
+  if (for_split_impulse_) return;
+  for (const ArticulatedMotion& multibody : motion_->articulated) {
+    const std::int32_t island = islands_->of_rigid(multibody.links.front().rigid);
+    if (island >= 0 && !multibody.motor_impulse.isZero(0)) problems_[island].is_pushed = true;
+  }
+}
+
 void ContactSolver::make_chunks() {
   problems_.assign(islands_->count(), {});
+  find_pushed_islands();
   chunk_count_ = 0;
   for (std::size_t island = 0; island < problems_.size(); ++island) {
     if (!islands_->is_selected(island)) continue;
@@ -199,8 +224,8 @@ bool ContactSolver::classify_rows(bool only_may_need_split) {
   }
   bool any_open = false;
   for (Problem& problem : problems_) {
-    problem.is_open =
-        problem.is_open && (problem.any_active || problem.largest.need >= min_speed * motion_->dt);
+    problem.is_open = problem.is_open && (problem.any_active || problem.is_pushed ||
+                                          problem.largest.need >= min_speed * motion_->dt);
     any_open = any_open || problem.is_open;
   }
   for (std::size_t i = 0; i < chunk_count_; ++i) {

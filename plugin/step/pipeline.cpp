@@ -88,6 +88,7 @@ void Pipeline::begin_step(const Bodies& bodies, bool is_own_solver) noexcept {
     nodes += static_cast<std::size_t>(bodies[i]->m_nodes.size());
   thread_choice_.begin_step(nodes);
   reader_.begin_step(bodies, is_own_solver);
+  motors_.begin_step();
 }
 
 void Pipeline::detect_ahead() noexcept try {
@@ -151,6 +152,7 @@ void Pipeline::resolve_contacts(const LinkSolver& links,
     if (responded_) {
       const btSoftBodyWorldInfo* const world = scene().bodies()[0].body->getWorldInfo();
       if (world && world->m_dispatcher) find_supports(*world->m_dispatcher, reader_.motion());
+      motors_.find(reader_.motion());
       response_.run(near, untangling_.penetrations(), touching, without_pushed_bodies(links),
                     reader_.motion(), step_);
     } else {
@@ -179,6 +181,10 @@ void Pipeline::finish_step() {
   }
   hold_stopped_obstacles();
   collect_contacts();
+  if (responded_)
+    motors_.end_step(motion());
+  else
+    motors_.forget();
   reader_.end_step();
   detector_.end_step(responded_);
   detector_.add_to(step_);
@@ -198,6 +204,7 @@ void Pipeline::give_up(const std::string& why) {
   reader_.invalidate_soft_bodies();
   reader_.forget_ends();
   response_.forget();
+  motors_.forget();
   contacts_.clear();
   step_.fallback_steps = 1;
   warnings_.warn_once(why, "this step runs without LazyCCD: " + why);

@@ -14,6 +14,7 @@
 #include "response/response.h"
 #include "scene/step_reader.h"
 #include "step/checked_options.h"
+#include "step/joint_motors.h"
 #include "step/scene_numbers.h"
 #include "step/write_rigid_bodies.h"
 #include "untangling/embedded_parts.h"
@@ -86,6 +87,8 @@ class Pipeline {
   std::string status() const;
   /// See StepReader::teleported().
   void teleported(const btCollisionObject& object) { reader_.teleported(object); }
+  /// See JointMotors::set_world().
+  void use_motors_of(btMultiBodyDynamicsWorld* world) { motors_.set_world(world); }
   /// Makes the next step read the whole scene again.
   void invalidate() { reader_.invalidate(); }
 
@@ -137,6 +140,7 @@ class Pipeline {
   ContactFilter filter_;
   StepDetector detector_;
   Response response_;
+  JointMotors motors_;
   SceneNumbers scene_numbers_;
   EmbeddedParts embedded_;
   Untangling untangling_;

@@ -88,6 +88,10 @@ void btLazyDeformableBodySolver::topology_changed() {
   expected_contacts_->forget();
   pipeline_->invalidate();
 }
+void btLazyDeformableBodySolver::use_motors_of(btMultiBodyDynamicsWorld* world) {
+  pipeline_->use_motors_of(world);
+}
+
 void btLazyDeformableBodySolver::teleported(const btCollisionObject& body) {
   expected_contacts_->forget();
   pipeline_->teleported(body);

@@ -64,6 +64,10 @@ const StepStats& btLazySoftBodySolver::step_stats() const { return pipeline_->st
 const StepStats& btLazySoftBodySolver::total_stats() const { return pipeline_->total_stats(); }
 std::string btLazySoftBodySolver::status() const { return pipeline_->status(); }
 void btLazySoftBodySolver::topology_changed() { pipeline_->invalidate(); }
+void btLazySoftBodySolver::use_motors_of(btMultiBodyDynamicsWorld* world) {
+  pipeline_->use_motors_of(world);
+}
+
 void btLazySoftBodySolver::teleported(const btCollisionObject& body) {
   pipeline_->teleported(body);
 }

@@ -80,6 +80,7 @@ void Attachment::attach_deformable(const SolverOptions& options) {
     return;
   }
   deformable_ = std::make_unique<btLazyDeformableBodySolver>(options);
+  deformable_->use_motors_of(&world);
   deformable_->getLagrangianForceArray()->copyFromArray(*stock->getLagrangianForceArray());
   world.*member_of(DeformableWorldSolver()) = deformable_.get();
   constraints.setDeformableSolver(deformable_.get());
@@ -98,6 +99,7 @@ void Attachment::attach_soft(const SolverOptions& options) {
       !is_exactly<btDefaultSoftBodySolver>(*stock))
     return refuse("the soft body solver");
   soft_ = std::make_unique<btLazySoftBodySolver>(options);
+  soft_->use_motors_of(&world);
   stock_soft_.reset(stock);
   world.*member_of(SoftWorldSolver()) = soft_.get();
   world.*member_of(SoftWorldOwnsSolver()) = false;

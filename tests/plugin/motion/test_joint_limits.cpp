@@ -14,6 +14,7 @@
 using namespace lazyccd;
 using namespace lazyccd::test;
 using bullet::ArticulatedMotion;
+using Update = bullet::ArticulatedMotion::Update;
 using scenes::World;
 
 namespace {
@@ -102,22 +103,23 @@ TEST_CASE("a joint at its limit holds against impulses towards it only") {
   arm.body().setJointPos(1, btScalar(0.5));
   const bullet::MultibodyPose pose = bullet::pose_of(arm.body());
   ArticulatedMotion motion(arm.body(), pose);
-  REQUIRE(motion.limits.size() == 1);
-  CHECK(motion.limits[0].coordinate == 6);
-  CHECK(motion.limits[0].side == -1);
+  REQUIRE(motion.holds.size() == 1);
+  CHECK(motion.holds[0].coordinate == 6);
+  CHECK(motion.holds[0].is_limit);
+  CHECK(motion.holds[0].lowest == 0);
   CHECK(motion.inverse_mass.row(6).isZero(0));
   const double free_mobility = motion.inverse_mass(7, 7);
 
   motion.impulse = impulse_on_joints(-1, -0.2);
-  CHECK(!motion.update_limits(true));
+  CHECK(!motion.update_holds(Update::all).any);
   // What the limit exerts stops the first joint, and nothing else.
   const Eigen::VectorXd exerted = motion.with_limits(motion.impulse) - motion.impulse;
   CHECK(exerted[6] > 0.5);
   CHECK(exerted[7] == 0);
 
   motion.impulse = impulse_on_joints(1, 0);
-  CHECK(!motion.update_limits(false));
-  CHECK(motion.update_limits(true));
+  CHECK(!motion.update_holds(Update::last).any);
+  CHECK(motion.update_holds(Update::all).any);
   CHECK(motion.inverse_mass(6, 6) > 0);
   CHECK(motion.inverse_mass(7, 7) > free_mobility);
   CHECK(motion.with_limits(motion.impulse) == motion.impulse);
@@ -126,30 +128,30 @@ TEST_CASE("a joint at its limit holds against impulses towards it only") {
 
   // The free joint is held once it is beyond its limit.
   motion.displacement = impulse_on_joints(0.1, -0.1);
-  CHECK(!motion.update_limits(true));
+  CHECK(!motion.update_holds(Update::all).any);
   motion.displacement = impulse_on_joints(-0.1, 0);
-  CHECK(motion.update_limits(true));
+  CHECK(motion.update_holds(Update::all).any);
   CHECK(motion.inverse_mass.row(6).isZero(0));
 
   arm.body().setJointPos(0, btScalar(0.5));
   const bullet::MultibodyPose elsewhere = bullet::pose_of(arm.body());
-  CHECK(ArticulatedMotion(arm.body(), pose).limits.empty());
+  CHECK(ArticulatedMotion(arm.body(), pose).holds.empty());
   // A joint that comes to its limit in this step is free at first.
   arm.body().setJointPos(0, 0);
   const ArticulatedMotion arrives(arm.body(), elsewhere);
-  REQUIRE(arrives.limits.size() == 1);
-  CHECK(!arrives.limits[0].holds);
+  REQUIRE(arrives.holds.size() == 1);
+  CHECK(!arrives.holds[0].holds);
   CHECK(arrives.inverse_mass(6, 6) > 0);
   arm.body().setJointPos(0, btScalar(0.9995));
   const ArticulatedMotion at_upper(arm.body(), bullet::pose_of(arm.body()));
-  REQUIRE(at_upper.limits.size() == 1);
-  CHECK(at_upper.limits[0].side == 1);
-  CHECK(at_upper.limits[0].holds);
+  REQUIRE(at_upper.holds.size() == 1);
+  CHECK(at_upper.holds[0].highest == 0);
+  CHECK(at_upper.holds[0].holds);
 
   btMultibodyLink& link = arm.body().getLink(0);
   link.m_jointLowerLimit = -std::numeric_limits<btScalar>::max();
   link.m_jointUpperLimit = std::numeric_limits<btScalar>::max();
-  CHECK(ArticulatedMotion(arm.body(), pose).limits.empty());
+  CHECK(ArticulatedMotion(arm.body(), pose).holds.empty());
 }
 
 TEST_CASE("an impulse and what limits exert make just the motion of the held body") {
@@ -159,10 +161,10 @@ TEST_CASE("an impulse and what limits exert make just the motion of the held bod
   arm.body().setJointPos(0, btScalar(0.5));
   const bullet::MultibodyPose pose = bullet::pose_of(arm.body());
   const ArticulatedMotion held(arm.body(), pose);
-  REQUIRE(held.limits.size() == 1);
+  REQUIRE(held.holds.size() == 1);
   arm.body().getLink(1).m_jointUpperLimit = 0;  // no limits
   const ArticulatedMotion free(arm.body(), pose);
-  REQUIRE(free.limits.empty());
+  REQUIRE(free.holds.empty());
   const Eigen::VectorXd impulse = impulse_on_joints(0.7, -0.3);
   const Eigen::VectorXd expected = free.inverse_mass * held.with_limits(impulse);
   CHECK((held.inverse_mass * impulse - expected).norm() < 1e-9 * expected.norm());

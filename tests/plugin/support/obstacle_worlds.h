@@ -124,6 +124,12 @@ class ObstacleWorld {
     is_rigid() ? soft_.teleported(body) : deformable_.teleported(body);
   }
 
+  /// Lets the motors of multibodies hold their joints against contacts, or not.
+  void use_motors(bool use = true) {
+    auto* const multibodies = use ? static_cast<btMultiBodyDynamicsWorld*>(world_.get()) : nullptr;
+    is_rigid() ? soft_.use_motors_of(multibodies) : deformable_.use_motors_of(multibodies);
+  }
+
   /// Removes the body from the world and deletes it.
   void remove(btCollisionObject* body) {
     world_->removeCollisionObject(body);

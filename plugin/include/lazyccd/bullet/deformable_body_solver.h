@@ -20,6 +20,8 @@
 #include "lazyccd/export.h"
 #include "lazyccd/span.h"
 
+class btMultiBodyDynamicsWorld;
+
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
@@ -50,13 +52,14 @@ class LAZYCCD_BULLET_API btLazyDeformableBodySolver : public btDeformableBodySol
   btLazyDeformableBodySolver(const btLazyDeformableBodySolver&) = delete;
   btLazyDeformableBodySolver& operator=(const btLazyDeformableBodySolver&) = delete;
 
-  // The following seven are as in btLazySoftBodySolver.
+  // The following eight are as in btLazySoftBodySolver.
   Span<const StepContact> contacts() const;
   const StepStats& step_stats() const;
   const StepStats& total_stats() const;
   std::string status() const;
   void topology_changed();
   void teleported(const btCollisionObject& body);
+  void use_motors_of(btMultiBodyDynamicsWorld* world);
   static void build_trees(btSoftBody& body);
 
   /// False after a step that ran without LazyCCD. The next step then keeps Bullet's own handling of

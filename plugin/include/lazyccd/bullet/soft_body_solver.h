@@ -17,6 +17,8 @@
 #include "lazyccd/export.h"
 #include "lazyccd/span.h"
 
+class btMultiBodyDynamicsWorld;
+
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
@@ -53,6 +55,10 @@ class LAZYCCD_BULLET_API btLazySoftBodySolver : public btDefaultSoftBodySolver, 
   /// step. Nothing is swept from its old place to the new one. Without this call a displacement is
   /// judged by SolverOptions::jump_speed.
   void teleported(const btCollisionObject& body);
+  /// Lets the joint motors of this world's multibodies hold joints against contacts, as far as
+  /// their largest impulses allow. Give it the world that the solver serves, which must live during
+  /// its steps. Without this call, or with null, contacts move joints as if no motor held them.
+  void use_motors_of(btMultiBodyDynamicsWorld* world);
   /// Builds Bullet's trees of nodes and faces, which are left out while nothing reads them. Call it
   /// between two steps, for each body that goes on with Bullet's own solver: in another world, or
   /// because this one gets that solver. Without it Bullet misses contacts. The destructor cannot

@@ -1,0 +1,110 @@
+#include "step/joint_motors.h"
+
+#include <BulletDynamics/Featherstone/btMultiBodyConstraint.h>
+#include <BulletDynamics/Featherstone/btMultiBodyDynamicsWorld.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+namespace {
+
+// A motor that exerts more than this part of its largest impulse has nothing left.
+constexpr double almost_all = 1 - 1e-6;
+
+bool is_motor(const btMultiBodyConstraint& constraint) {
+  return constraint.getConstraintType() == MULTIBODY_CONSTRAINT_1DOF_JOINT_MOTOR;
+}
+
+bool are_same(const MultibodyPose& a, const MultibodyPose& b) {
+  return a.base_position == b.base_position && a.world_to_base == b.world_to_base &&
+         a.joints == b.joints;
+}
+
+}  // namespace
+
+void JointMotors::set_world(btMultiBodyDynamicsWorld* world) {
+  world_ = world;
+  motors_.clear();
+  forget();
+}
+
+void JointMotors::begin_step() {
+  if (!world_ || motors_.empty()) return;
+  for (int i = 0; i < world_->getNumMultiBodyConstraints(); ++i) {
+    btMultiBodyConstraint* const constraint = world_->getMultiBodyConstraint(i);
+    if (!is_motor(*constraint)) continue;
+    for (const Motor& motor : motors_) {
+      if (motor.constraint == constraint &&
+          constraint->getAppliedImpulse(0) == static_cast<btScalar>(motor.told))
+        constraint->internalSetAppliedImpulse(0, static_cast<btScalar>(motor.applied));
+    }
+  }
+  motors_.clear();
+}
+
+MotorState JointMotors::last_state(const ArticulatedMotion& body,
+                                   const btMultiBodyConstraint* constraint) const {
+  for (const Last& last : last_) {
+    // A body that was put elsewhere begins anew.
+    if (last.body != body.body || !are_same(last.end, body.start)) continue;
+    for (const Motor& motor : last.motors)
+      if (motor.constraint == constraint) return motor.state;
+  }
+  return MotorState::idle;
+}
+
+void JointMotors::find(Motion& motion) {
+  motors_.clear();
+  if (!world_ || motion.articulated.empty()) return;
+  std::vector<std::vector<JointMotor>> found(motion.articulated.size());
+  for (int i = 0; i < world_->getNumMultiBodyConstraints(); ++i) {
+    btMultiBodyConstraint* const constraint = world_->getMultiBodyConstraint(i);
+    if (!is_motor(*constraint)) continue;
+    const btMultiBody* const body = constraint->getMultiBodyA();
+    const int link = constraint->getLinkA();
+    const auto moved = std::find_if(motion.articulated.begin(), motion.articulated.end(),
+                                    [body](const ArticulatedMotion& a) { return a.body == body; });
+    if (moved == motion.articulated.end() || link < 0 || body->getLink(link).m_dofCount != 1)
+      continue;
+    const auto max = static_cast<double>(constraint->getMaxAppliedImpulse());
+    const auto applied = static_cast<double>(constraint->getAppliedImpulse(0));
+    if (!(max > 0) || !std::isfinite(max) || !(std::abs(applied) < almost_all * max)) continue;
+    found[static_cast<std::size_t>(moved - motion.articulated.begin())].push_back(
+        {link, motion.dt * (-max - applied), motion.dt * (max - applied),
+         last_state(*moved, constraint)});
+    motors_.push_back({constraint, body, 6 + body->getLink(link).m_dofOffset, applied, applied,
+                       MotorState::idle});
+  }
+  for (std::size_t a = 0; a < found.size(); ++a)
+    if (!found[a].empty()) motion.articulated[a].set_motors(found[a], motion.dt);
+}
+
+void JointMotors::end_step(const Motion& motion) {
+  forget();
+  for (const ArticulatedMotion& body : motion.articulated) {
+    if (body.held || (body.impulse.isZero(0) && body.displacement.isZero(0))) continue;
+    const std::vector<JointHold> next = body.next_holds();
+    const Eigen::VectorXd reactions = body.reactions(body.impulse);
+    Last last{body.body, pose_of(*body.body), {}};
+    for (Motor& motor : motors_) {
+      if (motor.body != body.body) continue;
+      const auto hold = std::find_if(next.begin(), next.end(), [&motor](const JointHold& h) {
+        return h.coordinate == motor.coordinate;
+      });
+      if (hold == next.end()) continue;
+      motor.state = hold->state();
+      if (!hold->is_limit) {
+        const double max = static_cast<double>(motor.constraint->getMaxAppliedImpulse());
+        motor.told = std::clamp(motor.applied + reactions[motor.coordinate] / motion.dt, -max, max);
+        motor.constraint->internalSetAppliedImpulse(0, static_cast<btScalar>(motor.told));
+      }
+      last.motors.push_back(motor);
+    }
+    if (!last.motors.empty()) last_.push_back(std::move(last));
+  }
+}
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet
