@@ -24,7 +24,8 @@ JointHold JointHold::fitted_to(const Load& load) const {
     fitted.holds = false;
     return fitted;
   }
-  const bool can_push_up = exerted<highest, can_push_down = exerted> lowest;
+  const bool can_push_up = exerted < highest;
+  const bool can_push_down = exerted > lowest;
   if (!(can_push_up && load.moved < -load.moved_tolerance) &&
       !(can_push_down && load.moved > load.moved_tolerance))
     return fitted;
