@@ -57,8 +57,27 @@ void ConvexContacts::leave_out(std::vector<Body>& filters) const {
   for (const Obstacle& obstacle : obstacles_) bullet::leave_out(obstacle.bodies, filters);
 }
 
+void ConvexContacts::begin(bool at_start) {
+  at_start_ = at_start;
+  soft_bounds_.assign(topology_.bodies().size(), std::nullopt);
+}
+
+const MotionBounds& ConvexContacts::bounds_of(std::int32_t soft_body) {
+  std::optional<MotionBounds>& bounds = soft_bounds_[static_cast<std::size_t>(soft_body)];
+  const StepTopology::BodyRecord& soft = topology_.bodies()[soft_body];
+  if (!bounds)
+    bounds.emplace(motion_, soft.first_vertex, soft.first_vertex + soft.vertex_count, at_start_);
+  return *bounds;
+}
+
+MotionBounds ConvexContacts::bounds_of(const Obstacle& obstacle, const ConvexPart& part) const {
+  const std::int32_t first = motion_.rigid_of(obstacle.bodies.body).first_vertex;
+  return {motion_, first + part.first_vertex, first + part.vertex_end, at_start_};
+}
+
 bool ConvexContacts::find_near(double separation, std::vector<Contact>& contacts) {
   contacts.clear();
+  begin(false);
   const auto given_up = std::remove_if(obstacles_.begin(), obstacles_.end(), [&](Obstacle& o) {
     o.unclear_motions = o.was_clear ? 0 : o.unclear_motions + 1;
     o.was_clear = true;
@@ -72,14 +91,17 @@ bool ConvexContacts::find_near(double separation, std::vector<Contact>& contacts
 
 // Returns false, without contacts, if a vertex starts in the obstacle.
 bool ConvexContacts::find_near(Obstacle& obstacle, double separation,
-                               std::vector<Contact>& contacts) const {
+                               std::vector<Contact>& contacts) {
   const std::size_t first = contacts.size();
   const std::int32_t body = obstacle.bodies.body;
   for (Part& part : obstacle.parts) {
-    const MovingPolyhedron polyhedron(*part.part, motion_.rigid_of(body), motion_, false);
+    const MotionBounds bounds = bounds_of(obstacle, *part.part);
+    std::optional<MovingPolyhedron> polyhedron;
     for (ConvexPair& pair : part.pairs) {
+      if (are_apart(bounds, bounds_of(pair.soft_body()), separation)) continue;
+      if (!polyhedron) polyhedron.emplace(*part.part, motion_.rigid_of(body), motion_, false);
       const double thickness = surfaces_.of(pair.soft_body(), body).thickness;
-      if (pair.find_near(polyhedron, separation, thickness, contacts)) continue;
+      if (pair.find_near(*polyhedron, separation, thickness, contacts)) continue;
       contacts.resize(first);
       return false;
     }
@@ -87,17 +109,22 @@ bool ConvexContacts::find_near(Obstacle& obstacle, double separation,
   return true;
 }
 
-bool ConvexContacts::is_clear(Obstacle& obstacle, bool at_start) const {
+bool ConvexContacts::is_clear(Obstacle& obstacle, bool at_start) {
   for (Part& part : obstacle.parts) {
-    const MovingPolyhedron polyhedron(*part.part, motion_.rigid_of(obstacle.bodies.body), motion_,
-                                      at_start);
-    for (ConvexPair& pair : part.pairs)
-      if (!pair.is_clear(polyhedron, at_start)) return false;
+    const MotionBounds bounds = bounds_of(obstacle, *part.part);
+    std::optional<MovingPolyhedron> polyhedron;
+    for (ConvexPair& pair : part.pairs) {
+      if (are_apart(bounds, bounds_of(pair.soft_body()), 0)) continue;
+      if (!polyhedron)
+        polyhedron.emplace(*part.part, motion_.rigid_of(obstacle.bodies.body), motion_, at_start);
+      if (!pair.is_clear(*polyhedron, at_start)) return false;
+    }
   }
   return true;
 }
 
 bool ConvexContacts::are_clear(bool at_start) {
+  begin(at_start);
   bool all_clear = true;
   for (Obstacle& obstacle : obstacles_) {
     if (is_clear(obstacle, at_start)) continue;

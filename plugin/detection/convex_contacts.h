@@ -8,12 +8,15 @@
 // next topology, as is one in which a vertex starts.
 #pragma once
 
+#include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "contact/pair_surfaces.h"
 #include "detection/convex_pair.h"
 #include "lazyccd/contact.h"
 #include "motion/motion.h"
+#include "motion/motion_bounds.h"
 #include "scene/obstacle_pairs.h"
 #include "scene/step_topology.h"
 
@@ -58,13 +61,19 @@ class ConvexContacts {
   };
 
   bool may_be_met(const ObstaclePairs& bodies) const;
-  bool find_near(Obstacle& obstacle, double separation, std::vector<Contact>& contacts) const;
-  bool is_clear(Obstacle& obstacle, bool at_start) const;
+  bool find_near(Obstacle& obstacle, double separation, std::vector<Contact>& contacts);
+  bool is_clear(Obstacle& obstacle, bool at_start);
+  /// Forgets the bounds of soft bodies: the end of the motion may be another one.
+  void begin(bool at_start);
+  const MotionBounds& bounds_of(std::int32_t soft_body);
+  MotionBounds bounds_of(const Obstacle& obstacle, const ConvexPart& part) const;
 
   const StepTopology& topology_;
   const Motion& motion_;
   const PairSurfaces& surfaces_;
   std::vector<Obstacle> obstacles_;
+  bool at_start_ = false;
+  std::vector<std::optional<MotionBounds>> soft_bounds_;  // by body, as far as they were needed
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION
