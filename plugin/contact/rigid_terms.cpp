@@ -18,7 +18,8 @@ Matrix3d RigidTerm::mobility(const Motion& motion) const {
     const ArticulatedMotion::Jacobian& jacobian = multibody.link_of(body).jacobian;
     const Eigen::Matrix<double, 3, Eigen::Dynamic> of_term =
         weight * jacobian.topRows<3>() - lever * jacobian.bottomRows<3>();
-    // Limits may let go of joints while contacts are solved; so rows have the larger mobility.
+    // Limits and motors may let go of joints while contacts are solved; so rows have the larger
+    // mobility.
     return of_term * multibody.free_inverse_mass * of_term.transpose();
   }
   return weight * weight * Matrix3d(rigid.inverse_mass.asDiagonal()) +

@@ -71,10 +71,10 @@ double size_of(const btMultiBody& body) {
   for (int i = -1; i < body.getNumLinks(); ++i) {
     const btMultiBodyLinkCollider* const collider =
         i < 0 ? body.getBaseCollider() : body.getLinkCollider(i);
-    if (!collider) continue;
+    const btCollisionShape* const shape = collider ? collider->getCollisionShape() : nullptr;
+    if (!shape || shape->isInfinite()) continue;
     btVector3 collider_lower, collider_upper;
-    collider->getCollisionShape()->getAabb(collider->getWorldTransform(), collider_lower,
-                                           collider_upper);
+    shape->getAabb(collider->getWorldTransform(), collider_lower, collider_upper);
     lower.setMin(collider_lower);
     upper.setMax(collider_upper);
   }
@@ -258,7 +258,8 @@ std::vector<ArticulatedMotion::Fitted> ArticulatedMotion::fitted_holds() const {
   std::vector<Fitted> fitted;
   if (holds.empty()) return fitted;
   const VectorXd pushed = impulse + split_impulse, moved = displacement + split_displacement;
-  const VectorXd limit_reactions = reactions(pushed), motor_reactions = reactions(impulse);
+  const VectorXd limit_reactions = reactions(pushed),
+                 motor_reactions = has_motors() ? reactions(impulse) : limit_reactions;
   for (const JointHold& hold : holds) {
     const Eigen::Index i = hold.coordinate;
     JointHold::Load load;
@@ -278,14 +279,20 @@ std::vector<JointHold> ArticulatedMotion::next_holds() const {
   return next;
 }
 
-ArticulatedMotion::Changes ArticulatedMotion::update_holds(Update update) {
+bool ArticulatedMotion::has_motors() const {
+  return std::any_of(holds.begin(), holds.end(),
+                     [](const JointHold& hold) { return !hold.is_limit; });
+}
+
+ArticulatedMotion::Changes ArticulatedMotion::update_holds(Update update, bool is_final) {
   Changes changes;
   const std::vector<Fitted> fitted = fitted_holds();
   for (std::size_t i = 0; i < fitted.size(); ++i) {
     JointHold to = fitted[i].hold;
     if (to.is_same_state(holds[i])) continue;
     if (update != Update::all && to.is_limit && (update != Update::last || !to.holds)) continue;
-    if (update != Update::all && !to.is_limit && !holds[i].holds) to.set_state(MotorState::idle);
+    if (!to.is_limit && (is_final || (update != Update::all && !holds[i].holds)))
+      to.set_state(MotorState::idle);
     if (to.is_same_state(holds[i])) continue;
     holds[i] = to;
     changes.include({true, fitted[i].is_beyond});

@@ -97,8 +97,10 @@ struct ArticulatedMotion {
   /// Resets the response. Bullet's body gets its predicted pose again. What holds stays.
   void restart_response();
   /// Changes the holds that do not fit to the impulses and displacements of the response. If there
-  /// are any, contacts must be solved again.
-  Changes update_holds(Update update);
+  /// are any, contacts must be solved again. `is_final`: a motor that gives way exerts nothing,
+  /// because no update follows that would check its bound.
+  Changes update_holds(Update update, bool is_final = false);
+  bool has_motors() const;
   /// Of each hold: the one that fits to the response, with which the next step begins.
   std::vector<JointHold> next_holds() const;
   /// The generalized momentum that contacts with these impulses give, with what limits exert.

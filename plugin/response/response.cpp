@@ -29,14 +29,8 @@ constexpr double min_gap_fraction = 1.0 / 16;
 constexpr int max_limit_rounds = 3, max_motor_rounds = 6, last_limit_rounds = 1,
               last_motor_rounds = 2;
 
-bool is_motor(const JointHold& hold) { return !hold.is_limit; }
-
-bool has_motor(const ArticulatedMotion& body) {
-  return std::any_of(body.holds.begin(), body.holds.end(), is_motor);
-}
-
 // In the selected islands, motors that do not fit to the last solution give way.
-void weaken_motors(const RowIslands& islands, Motion& motion) {
+void let_motors_give_way(const RowIslands& islands, Motion& motion) {
   for (ArticulatedMotion& body : motion.articulated) {
     const std::int32_t island = islands.of_rigid(body.links.front().rigid);
     if (island >= 0 && islands.is_selected(island))
@@ -114,7 +108,7 @@ void Response::run(const NearContacts& near, const std::vector<Contact>& penetra
       constraints_.narrow_gaps(
           std::max(min_gap_fraction, std::ldexp(1, solves_with_full_gaps - 1 - i)), motion);
     motion.find_turn_displacement();
-    bullet::weaken_motors(islands, motion);
+    let_motors_give_way(islands, motion);
     constraints_.solve(motion, options_.solver_iterations);
     contacts = detect(motion.starts(), motion.ends());
   }
@@ -183,47 +177,54 @@ void Response::let_bodies_leave_supports(Motion& motion) {
   constraints_.solve(motion, options_.solver_iterations);
 }
 
-ArticulatedMotion::Changes Response::update_holds(ArticulatedMotion::Update update,
-                                                  Motion& motion) {
-  ArticulatedMotion::Changes all;
-  std::vector<char> is_changed(motion.articulated.size());
+bool Response::update_holds(const UpdateHolds& update, Motion& motion) {
+  std::vector<char> is_changed(motion.articulated.size()), is_beyond(motion.articulated.size());
   for (std::size_t a = 0; a < is_changed.size(); ++a) {
-    const ArticulatedMotion::Changes changes = motion.articulated[a].update_holds(update);
+    const ArticulatedMotion::Changes changes = update(motion.articulated[a]);
     is_changed[a] = changes.any;
-    all.include(changes);
+    is_beyond[a] = changes.any_beyond;
   }
-  if (!all.any) return all;
-  RowIslands& islands = constraints_.islands(motion);
-  islands.select_none();
-  for (std::size_t body = 0; body < motion.rigid_of_body.size(); ++body) {
-    const std::int32_t rigid = motion.rigid_of_body[body];
-    const int articulated = rigid < 0 ? -1 : motion.rigid[rigid].articulated;
-    if (articulated >= 0 && is_changed[static_cast<std::size_t>(articulated)])
-      islands.select_body(static_cast<std::int32_t>(body));
-  }
-  return all;
+  const auto select = [&](const std::vector<char>& of) {
+    if (std::find(of.begin(), of.end(), 1) == of.end()) return false;
+    RowIslands& islands = constraints_.islands(motion);
+    islands.select_none();
+    for (std::size_t body = 0; body < motion.rigid_of_body.size(); ++body) {
+      const std::int32_t rigid = motion.rigid_of_body[body];
+      const int articulated = rigid < 0 ? -1 : motion.rigid[rigid].articulated;
+      if (articulated >= 0 && of[static_cast<std::size_t>(articulated)])
+        islands.select_body(static_cast<std::int32_t>(body));
+    }
+    return true;
+  };
+  // Impulses between what leaves no room to each other are of no use.
+  if (select(is_beyond)) constraints_.cold_start(motion);
+  if (!select(is_changed)) return false;
+  constraints_.solve(motion, options_.solver_iterations);
+  return true;
 }
 
 void Response::hold_joints(Motion& motion) {
-  using Update = ArticulatedMotion::Update;
-  const bool any_motor =
-      std::any_of(motion.articulated.begin(), motion.articulated.end(), has_motor);
-  const int rounds = any_motor ? max_motor_rounds : max_limit_rounds,
-            last_rounds = any_motor ? last_motor_rounds : last_limit_rounds;
-  for (int i = 0; i < rounds; ++i) {
-    const auto changes =
-        update_holds(i < rounds - last_rounds ? Update::all : Update::last, motion);
-    if (!changes.any) return;
-    // Impulses between what leaves no room to each other are of no use.
-    if (changes.any_beyond) constraints_.cold_start(motion);
-    constraints_.solve(motion, options_.solver_iterations);
+  for (int i = 0; i < max_motor_rounds; ++i) {
+    const auto update = [i](ArticulatedMotion& body) {
+      const bool any_motor = body.has_motors();
+      const int rounds = any_motor ? max_motor_rounds : max_limit_rounds,
+                last_rounds = any_motor ? last_motor_rounds : last_limit_rounds;
+      if (i >= rounds) return ArticulatedMotion::Changes();
+      return body.update_holds(i < rounds - last_rounds ? ArticulatedMotion::Update::all
+                                                        : ArticulatedMotion::Update::last,
+                               i + 1 == rounds);
+    };
+    if (!update_holds(update, motion)) return;
   }
 }
 
 void Response::weaken_motors(Motion& motion) {
   for (int i = 0; i < last_motor_rounds; ++i) {
-    if (!update_holds(ArticulatedMotion::Update::weaken_motors, motion).any) return;
-    constraints_.solve(motion, options_.solver_iterations);
+    const auto update = [i](ArticulatedMotion& body) {
+      return body.update_holds(ArticulatedMotion::Update::weaken_motors,
+                               i + 1 == last_motor_rounds);
+    };
+    if (!update_holds(update, motion)) return;
   }
 }
 

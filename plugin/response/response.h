@@ -59,9 +59,9 @@ class Response {
   void let_bodies_leave_supports(Motion& motion);
   /// Finds which joints their limits and motors hold, and solves again where that changes.
   void hold_joints(Motion& motion);
-  /// Updates what holds joints. Selects the islands where that changes, and no others, if there are
-  /// any.
-  ArticulatedMotion::Changes update_holds(ArticulatedMotion::Update update, Motion& motion);
+  using UpdateHolds = std::function<ArticulatedMotion::Changes(ArticulatedMotion&)>;
+  /// Updates what holds joints, and solves again where that changes. Returns whether it does.
+  bool update_holds(const UpdateHolds& update, Motion& motion);
   /// After links were solved in turn with contacts: motors give way where they do not fit to that,
   /// and contacts are solved again there.
   void weaken_motors(Motion& motion);

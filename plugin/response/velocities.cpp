@@ -217,7 +217,10 @@ void limit_kinetic_energy(const std::vector<IslandMasses>& islands, Motion& moti
     const double max_gain = 2 * island.prescribed_speed * std::sqrt(energy.mass);
     const double spare = max_gain * (2 * std::sqrt(energy.before) + max_gain);
     if (2 * mixed + quadratic <= spare) continue;
-    const double scale = (std::sqrt(mixed * mixed + quadratic * spare) - mixed) / quadratic;
+    // Motors that hold all joints leave a change without energy of its own.
+    const double scale = quadratic == 0
+                             ? spare / (2 * mixed)
+                             : (std::sqrt(mixed * mixed + quadratic * spare) - mixed) / quadratic;
     masses.for_each([scale](const Mass& m) {
       m.change *= scale;
       if (m.body) m.body->angular_velocity_change *= scale;

@@ -13,8 +13,18 @@ namespace {
 // A motor that exerts more than this part of its largest impulse has nothing left.
 constexpr double almost_all = 1 - 1e-6;
 
+// Whether getAppliedImpulse() may be asked: Bullet makes room for it when it first solves the
+// constraint, or in finalizeMultiDof().
+bool has_applied_impulse(const btMultiBodyConstraint& constraint) {
+  struct Access : btMultiBodyConstraint {
+    static auto data() { return &Access::m_data; }
+  };
+  return (constraint.*Access::data()).size() > 0;
+}
+
 bool is_motor(const btMultiBodyConstraint& constraint) {
-  return constraint.getConstraintType() == MULTIBODY_CONSTRAINT_1DOF_JOINT_MOTOR;
+  return constraint.getConstraintType() == MULTIBODY_CONSTRAINT_1DOF_JOINT_MOTOR &&
+         has_applied_impulse(constraint);
 }
 
 bool are_same(const MultibodyPose& a, const MultibodyPose& b) {
@@ -35,11 +45,12 @@ void JointMotors::begin_step() {
   for (int i = 0; i < world_->getNumMultiBodyConstraints(); ++i) {
     btMultiBodyConstraint* const constraint = world_->getMultiBodyConstraint(i);
     if (!is_motor(*constraint)) continue;
-    for (const Motor& motor : motors_) {
-      if (motor.constraint == constraint &&
-          constraint->getAppliedImpulse(0) == static_cast<btScalar>(motor.told))
-        constraint->internalSetAppliedImpulse(0, static_cast<btScalar>(motor.applied));
-    }
+    const auto motor = std::find_if(motors_.begin(), motors_.end(), [constraint](const Motor& m) {
+      return m.constraint == constraint;
+    });
+    if (motor != motors_.end() &&
+        constraint->getAppliedImpulse(0) == static_cast<btScalar>(motor->told))
+      constraint->internalSetAppliedImpulse(0, static_cast<btScalar>(motor->applied));
   }
   motors_.clear();
 }
@@ -70,10 +81,14 @@ void JointMotors::find(Motion& motion) {
       continue;
     const auto max = static_cast<double>(constraint->getMaxAppliedImpulse());
     const auto applied = static_cast<double>(constraint->getAppliedImpulse(0));
-    if (!(max > 0) || !std::isfinite(max) || !(std::abs(applied) < almost_all * max)) continue;
-    found[static_cast<std::size_t>(moved - motion.articulated.begin())].push_back(
-        {link, motion.dt * (-max - applied), motion.dt * (max - applied),
-         last_state(*moved, constraint)});
+    if (!(max > 0) || !(std::abs(applied) < almost_all * max)) continue;
+    std::vector<JointMotor>& of_body =
+        found[static_cast<std::size_t>(moved - motion.articulated.begin())];
+    if (std::any_of(of_body.begin(), of_body.end(),
+                    [link](const JointMotor& motor) { return motor.link == link; }))
+      continue;  // one motor holds a joint
+    of_body.push_back({link, motion.dt * (-max - applied), motion.dt * (max - applied),
+                       last_state(*moved, constraint)});
     motors_.push_back({constraint, body, 6 + body->getLink(link).m_dofOffset, applied, applied,
                        MotorState::idle});
   }
@@ -97,7 +112,8 @@ void JointMotors::end_step(const Motion& motion) {
       motor.state = hold->state();
       if (!hold->is_limit) {
         const double max = static_cast<double>(motor.constraint->getMaxAppliedImpulse());
-        motor.told = std::clamp(motor.applied + reactions[motor.coordinate] / motion.dt, -max, max);
+        const double told = motor.applied + reactions[motor.coordinate] / motion.dt;
+        if (std::isfinite(told)) motor.told = std::clamp(told, -max, max);
         motor.constraint->internalSetAppliedImpulse(0, static_cast<btScalar>(motor.told));
       }
       last.motors.push_back(motor);
