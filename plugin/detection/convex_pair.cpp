@@ -96,8 +96,20 @@ MovingPrimitive ConvexPair::moving(const Primitive& primitive) {
   return moving;
 }
 
+void ConvexPair::note_sides(double height) {
+  sides_.resize(records_.size());
+  for (std::size_t i = 0; i < records_.size(); ++i) {
+    const VertexRecord& record = records_[i];
+    sides_[i] = record.is_held || record.height >= height ? record.side : -1;
+  }
+}
+
 template <class Primitive>
 bool ConvexPair::is_above_one_side(const Primitive& primitive, double height) {
+  const std::int32_t first = soft().first_vertex, common = sides_[primitive[0] - first];
+  bool all_noted = common >= 0;
+  for (const std::int32_t v : primitive) all_noted = all_noted && sides_[v - first] == common;
+  if (all_noted) return true;
   const auto is_above = [&](std::int32_t v, std::int32_t side) {
     const VertexRecord& record = record_of(v);
     if (record.side == side) return record.is_held || record.height >= height;
@@ -142,6 +154,7 @@ bool ConvexPair::find_near(const MovingPolyhedron& part, double separation, doub
 void ConvexPair::find_near_edges(double separation, double held_height,
                                  std::vector<Contact>& contacts) {
   const Topology topology = topology_.topology();
+  note_sides(held_height);
   // The indices of sides and edges follow those that a detector may have for its edges.
   const auto sides = static_cast<std::int32_t>(3 * topology.faces.size()),
              edges = static_cast<std::int32_t>(topology.edges.size());
@@ -321,6 +334,7 @@ bool ConvexPair::is_clear(const MovingPolyhedron& part, bool at_start) {
     record.height = part.height_above(record.side, start_of(v), end_of(v));
   }
   constexpr double more_than_none = std::numeric_limits<double>::min();
+  note_sides(more_than_none);
   const Topology topology = topology_.topology();
   const auto are_clear = [&](const auto& primitives, const IndexRange& range) {
     return std::all_of(primitives.begin() + range.first, primitives.begin() + range.last,

@@ -68,6 +68,8 @@ class ConvexPair {
   /// True if an edge or a face is at least `height` above one side, or its vertices are held there.
   template <class Primitive>
   bool is_above_one_side(const Primitive& primitive, double height);
+  /// Sets sides_, as is_above_one_side() with this height needs them.
+  void note_sides(double height);
   void find_near_edges(double separation, double held_height, std::vector<Contact>& contacts);
   Eigen::Vector3d position(std::int32_t vertex, double time) const {
     return (1 - time) * motion_.start_of(vertex) + time * motion_.end_of(vertex);
@@ -88,6 +90,8 @@ class ConvexPair {
   bool at_start_ = false;
   const MovingPolyhedron* part_ = nullptr;
   std::vector<VertexRecord> records_;
+  // By vertex: the side of its record if it is high enough above it; -1: it is not.
+  std::vector<std::int32_t> sides_;
   // Scratch memory.
   std::vector<double> heights_;  // of a vertex: at the start, then at the end, by side
   std::vector<NearEdge> edges_;  // that need a constraint

@@ -123,6 +123,8 @@ bool Pipeline::run(const Bodies& bodies, double dt, const Fill& fill, const Link
       }
       finish_step();
       step_.ms_response = answering.ms() - step_.ms_detect;
+    } else {
+      motors_.forget();
     }
     step_.soft_bodies = static_cast<std::int64_t>(scene().bodies().size());
     step_.sleeping_bodies = reader_.sleepers().left_out_count();
