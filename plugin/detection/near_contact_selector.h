@@ -6,10 +6,10 @@
 #include <cstdint>
 #include <vector>
 
+#include "contact/contact_filter.h"
 #include "contact/last_impulses.h"
 #include "contact/near_contacts.h"
 #include "contact/pair_surfaces.h"
-#include "detection/contact_filter.h"
 #include "detection/contact_reduction.h"
 #include "detection/row_estimate_kernels.h"
 #include "lazyccd/contact.h"

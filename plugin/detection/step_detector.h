@@ -7,16 +7,16 @@
 #include <vector>
 
 #include "contact/contact_cache.h"
+#include "contact/contact_filter.h"
 #include "contact/pair_surfaces.h"
-#include "detection/contact_filter.h"
-#include "detection/convex_contacts.h"
-#include "detection/internal_edges.h"
 #include "detection/motion_prediction.h"
 #include "detection/near_contact_selector.h"
-#include "detection/round_contacts.h"
 #include "lazyccd/bullet/report.h"
 #include "lazyccd/detector.h"
 #include "motion/motion.h"
+#include "obstacles/convex_contacts.h"
+#include "obstacles/internal_edges.h"
+#include "obstacles/round_contacts.h"
 #include "scene/step_topology.h"
 
 namespace lazyccd::bullet {

@@ -106,14 +106,15 @@ set(prefix "")
 check_layers(plugin lazyccd/
   util:simd
   motion:
-  contact:motion,util
   shapes:util
   scene:shapes,motion,util
+  contact:scene,motion,util
   untangling:scene,shapes,motion,util
   links:scene,shapes,util
   bodies:scene,shapes,util
   report:scene,shapes,contact,motion,util
-  detection:contact,scene,shapes,motion,util
+  obstacles:contact,scene,shapes,motion,util
+  detection:obstacles,contact,scene,motion,util
   solver:contact,motion,util
   response:solver,contact,motion,util
   isa:detection,solver,links,contact,motion,util,simd

@@ -1,5 +1,5 @@
 // Distances from the core of a ball or capsule, against sampled ones.
-#include "detection/moving_core.h"
+#include "obstacles/moving_core.h"
 
 #include <algorithm>
 #include <random>

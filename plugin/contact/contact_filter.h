@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "contact/pair_surfaces.h"
-#include "detection/seams.h"
+#include "contact/seams.h"
 #include "lazyccd/contact.h"
 #include "lazyccd/span.h"
 #include "motion/motion.h"

@@ -18,7 +18,7 @@
 #include "lazyccd/contact.h"
 #include "lazyccd/span.h"
 #include "motion/motion.h"
-#include "scene/obstacle_pairs.h"
+#include "obstacles/obstacle_pairs.h"
 #include "scene/step_topology.h"
 #include "shapes/surface_bends.h"
 

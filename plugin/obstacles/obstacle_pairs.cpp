@@ -1,4 +1,4 @@
-#include "scene/obstacle_pairs.h"
+#include "obstacles/obstacle_pairs.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "detection/moving_polyhedron.h"
+#include "obstacles/moving_polyhedron.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

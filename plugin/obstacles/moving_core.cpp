@@ -1,4 +1,4 @@
-#include "detection/moving_core.h"
+#include "obstacles/moving_core.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

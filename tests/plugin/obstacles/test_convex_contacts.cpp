@@ -1,6 +1,6 @@
 // Boxes, cylinders, cones, hulls and planes as convex polyhedra: against their triangles and the
 // detector.
-#include "detection/convex_contacts.h"
+#include "obstacles/convex_contacts.h"
 
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
 #include <BulletCollision/CollisionShapes/btCompoundShape.h>

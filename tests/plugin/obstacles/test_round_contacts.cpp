@@ -1,5 +1,5 @@
 // Balls and capsules as what they are: against their triangles and the detector.
-#include "detection/round_contacts.h"
+#include "obstacles/round_contacts.h"
 
 #include <BulletCollision/CollisionShapes/btCapsuleShape.h>
 #include <BulletCollision/CollisionShapes/btCompoundShape.h>

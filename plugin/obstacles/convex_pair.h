@@ -6,10 +6,10 @@
 #include <cstdint>
 #include <vector>
 
-#include "detection/moving_polyhedron.h"
 #include "lazyccd/contact.h"
 #include "motion/motion.h"
 #include "motion/segments.h"
+#include "obstacles/moving_polyhedron.h"
 #include "scene/step_topology.h"
 
 namespace lazyccd::bullet {

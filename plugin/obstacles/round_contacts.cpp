@@ -1,4 +1,4 @@
-#include "detection/round_contacts.h"
+#include "obstacles/round_contacts.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,4 +1,4 @@
-#include "detection/convex_contacts.h"
+#include "obstacles/convex_contacts.h"
 
 #include <algorithm>
 #include <cstdint>

@@ -1,4 +1,4 @@
-#include "detection/convex_pair.h"
+#include "obstacles/convex_pair.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -1,4 +1,4 @@
-#include "detection/contact_filter.h"
+#include "contact/contact_filter.h"
 
 #include <algorithm>
 #include <array>

@@ -13,11 +13,11 @@
 #include <vector>
 
 #include "contact/pair_surfaces.h"
-#include "detection/convex_pair.h"
 #include "lazyccd/contact.h"
 #include "motion/motion.h"
 #include "motion/motion_bounds.h"
-#include "scene/obstacle_pairs.h"
+#include "obstacles/convex_pair.h"
+#include "obstacles/obstacle_pairs.h"
 #include "scene/step_topology.h"
 
 namespace lazyccd::bullet {

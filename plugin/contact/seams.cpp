@@ -1,4 +1,4 @@
-#include "detection/seams.h"
+#include "contact/seams.h"
 
 #include <algorithm>
 #include <array>

@@ -1,4 +1,4 @@
-#include "detection/internal_edges.h"
+#include "obstacles/internal_edges.h"
 
 #include <Eigen/Geometry>
 #include <algorithm>

@@ -18,12 +18,12 @@
 #include <cstdint>
 #include <vector>
 
+#include "contact/contact_filter.h"
 #include "contact/pair_surfaces.h"
-#include "detection/contact_filter.h"
-#include "detection/moving_core.h"
 #include "lazyccd/contact.h"
 #include "motion/motion.h"
-#include "scene/obstacle_pairs.h"
+#include "obstacles/moving_core.h"
+#include "obstacles/obstacle_pairs.h"
 #include "scene/step_topology.h"
 
 namespace lazyccd::bullet {
