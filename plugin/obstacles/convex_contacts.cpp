@@ -44,7 +44,7 @@ void ConvexContacts::set_topology() {
   for (ObstaclePairs& bodies : met) {
     Obstacle obstacle;
     for (const ConvexPart& part : parts_of(bodies)) {
-      obstacle.parts.push_back({&part, {}});
+      obstacle.parts.push_back({MovingPolyhedron(part), {}});
       for (const std::int32_t s : bodies.soft_bodies)
         obstacle.parts.back().pairs.emplace_back(topology_, motion_, s, bodies.body);
     }
@@ -70,9 +70,22 @@ const MotionBounds& ConvexContacts::bounds_of(std::int32_t soft_body) {
   return *bounds;
 }
 
-MotionBounds ConvexContacts::bounds_of(const Obstacle& obstacle, const ConvexPart& part) const {
-  const std::int32_t first = motion_.rigid_of(obstacle.bodies.body).first_vertex;
-  return {motion_, first + part.first_vertex, first + part.vertex_end, at_start_};
+template <class Visit>
+bool ConvexContacts::all_near(Obstacle& obstacle, double distance, const Visit& visit) {
+  const RigidMotion& rigid = motion_.rigid_of(obstacle.bodies.body);
+  for (Part& part : obstacle.parts) {
+    const ConvexPart& shape = part.polyhedron.part();
+    const MotionBounds bounds(motion_, rigid.first_vertex + shape.first_vertex,
+                              rigid.first_vertex + shape.vertex_end, at_start_);
+    bool has_moved = false;
+    for (ConvexPair& pair : part.pairs) {
+      if (are_apart(bounds, bounds_of(pair.soft_body()), distance)) continue;
+      if (!has_moved) part.polyhedron.move(rigid, motion_, at_start_);
+      has_moved = true;
+      if (!visit(pair, part.polyhedron)) return false;
+    }
+  }
+  return true;
 }
 
 bool ConvexContacts::find_near(double separation, std::vector<Contact>& contacts) {
@@ -93,41 +106,26 @@ bool ConvexContacts::find_near(double separation, std::vector<Contact>& contacts
 bool ConvexContacts::find_near(Obstacle& obstacle, double separation,
                                std::vector<Contact>& contacts) {
   const std::size_t first = contacts.size();
-  const std::int32_t body = obstacle.bodies.body;
-  for (Part& part : obstacle.parts) {
-    const MotionBounds bounds = bounds_of(obstacle, *part.part);
-    std::optional<MovingPolyhedron> polyhedron;
-    for (ConvexPair& pair : part.pairs) {
-      if (are_apart(bounds, bounds_of(pair.soft_body()), separation)) continue;
-      if (!polyhedron) polyhedron.emplace(*part.part, motion_.rigid_of(body), motion_, false);
-      const double thickness = surfaces_.of(pair.soft_body(), body).thickness;
-      if (pair.find_near(*polyhedron, separation, thickness, contacts)) continue;
-      contacts.resize(first);
-      return false;
-    }
-  }
-  return true;
+  const bool all_outside =
+      all_near(obstacle, separation, [&](ConvexPair& pair, const MovingPolyhedron& part) {
+        const double thickness = surfaces_.of(pair.soft_body(), obstacle.bodies.body).thickness;
+        return pair.find_near(part, separation, thickness, contacts);
+      });
+  if (!all_outside) contacts.resize(first);
+  return all_outside;
 }
 
-bool ConvexContacts::is_clear(Obstacle& obstacle, bool at_start) {
-  for (Part& part : obstacle.parts) {
-    const MotionBounds bounds = bounds_of(obstacle, *part.part);
-    std::optional<MovingPolyhedron> polyhedron;
-    for (ConvexPair& pair : part.pairs) {
-      if (are_apart(bounds, bounds_of(pair.soft_body()), 0)) continue;
-      if (!polyhedron)
-        polyhedron.emplace(*part.part, motion_.rigid_of(obstacle.bodies.body), motion_, at_start);
-      if (!pair.is_clear(*polyhedron, at_start)) return false;
-    }
-  }
-  return true;
+bool ConvexContacts::is_clear(Obstacle& obstacle) {
+  return all_near(obstacle, 0, [this](ConvexPair& pair, const MovingPolyhedron& part) {
+    return pair.is_clear(part, at_start_);
+  });
 }
 
 bool ConvexContacts::are_clear(bool at_start) {
   begin(at_start);
   bool all_clear = true;
   for (Obstacle& obstacle : obstacles_) {
-    if (is_clear(obstacle, at_start)) continue;
+    if (is_clear(obstacle)) continue;
     if (!at_start) obstacle.was_clear = false;
     all_clear = false;
   }

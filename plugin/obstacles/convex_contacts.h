@@ -50,7 +50,7 @@ class ConvexContacts {
  private:
   /// A part of an obstacle, with each soft body that may meet it.
   struct Part {
-    const ConvexPart* part;
+    MovingPolyhedron polyhedron;
     std::vector<ConvexPair> pairs;
   };
   struct Obstacle {
@@ -62,11 +62,14 @@ class ConvexContacts {
 
   bool may_be_met(const ObstaclePairs& bodies) const;
   bool find_near(Obstacle& obstacle, double separation, std::vector<Contact>& contacts);
-  bool is_clear(Obstacle& obstacle, bool at_start);
+  bool is_clear(Obstacle& obstacle);
+  /// Calls `visit` for each pair of an obstacle whose bounds come within `distance`, metres, until
+  /// it returns false. Returns whether it never did.
+  template <class Visit>
+  bool all_near(Obstacle& obstacle, double distance, const Visit& visit);
   /// Forgets the bounds of soft bodies: the end of the motion may be another one.
   void begin(bool at_start);
   const MotionBounds& bounds_of(std::int32_t soft_body);
-  MotionBounds bounds_of(const Obstacle& obstacle, const ConvexPart& part) const;
 
   const StepTopology& topology_;
   const Motion& motion_;

@@ -5,6 +5,8 @@
 #include <limits>
 #include <tuple>
 
+#include "obstacles/obstacle_pairs.h"
+
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
@@ -26,17 +28,6 @@ struct PointOnTriangle {
   double u, v;  // barycentric coordinates of corners b and c
 };
 
-// Finds the point of a triangle below x. False if there is none.
-bool project(const Vector3d& x, const Triangle& triangle, PointOnTriangle& point) {
-  const Vector3d ab = triangle.b - triangle.a, ac = triangle.c - triangle.a, across = ab.cross(ac);
-  const double area = across.squaredNorm();
-  if (!(area > 0)) return false;
-  const double u = across.dot((x - triangle.a).cross(ac)) / area,
-               v = across.dot(ab.cross(x - triangle.a)) / area;
-  point = {triangle.a + u * ab + v * ac, u, v};
-  return u >= 0 && v >= 0 && u + v <= 1;
-}
-
 PointOnTriangle closest_on_sides(const Vector3d& x, const Triangle& triangle) {
   const auto& [a, b, c] = triangle;
   const double s = place_on_segment(x, a, b), t = place_on_segment(x, a, c),
@@ -48,10 +39,6 @@ PointOnTriangle closest_on_sides(const Vector3d& x, const Triangle& triangle) {
   });
 }
 
-void set_normal(const Vector3d& normal, Contact& contact) {
-  for (int k = 0; k < 3; ++k) contact.normal[k] = static_cast<float>(normal[k]);
-}
-
 }  // namespace
 
 ConvexPair::ConvexPair(const StepTopology& topology, const Motion& motion, std::int32_t soft_body,
@@ -61,16 +48,6 @@ ConvexPair::ConvexPair(const StepTopology& topology, const Motion& motion, std::
       soft_body_(soft_body),
       obstacle_(obstacle),
       records_(static_cast<std::size_t>(soft().vertex_count)) {}
-
-void ConvexPair::begin(const MovingPolyhedron& part, bool at_start) {
-  part_ = &part;
-  at_start_ = at_start;
-  heights_.clear();
-  for (VertexRecord& record : records_) {
-    record.is_held = false;
-    record.heights = -1;
-  }
-}
 
 void ConvexPair::find_heights(std::int32_t vertex) {
   VertexRecord& record = record_of(vertex);
@@ -94,6 +71,28 @@ MovingPrimitive ConvexPair::moving(const Primitive& primitive) {
   for (const std::int32_t v : primitive) find_heights(v);
   for (std::size_t i = 0; i < primitive.size(); ++i) moving.heights[i] = heights_of(primitive[i]);
   return moving;
+}
+
+bool ConvexPair::read_vertices(const MovingPolyhedron& part, bool at_start, double height) {
+  part_ = &part;
+  at_start_ = at_start;
+  heights_.clear();
+  for (VertexRecord& record : records_) {
+    record.is_held = false;
+    record.heights = -1;
+  }
+  if (!part.is_finite()) return false;
+  for (std::int32_t i = 0; i < soft().vertex_count; ++i) {
+    const std::int32_t v = soft().first_vertex + i;
+    if (!end_of(v).allFinite()) return false;
+    VertexRecord& record = record_of(v);
+    record.height = part.height_above(record.side, start_of(v), end_of(v));
+    if (record.height > height) continue;
+    find_heights(v);
+    record.side = part.highest_side(heights_of(v));
+    record.height = part.height_above(record.side, start_of(v), end_of(v));
+  }
+  return true;
 }
 
 void ConvexPair::note_sides(double height) {
@@ -126,25 +125,20 @@ bool ConvexPair::is_above_one_side(const Primitive& primitive, double height) {
 
 bool ConvexPair::find_near(const MovingPolyhedron& part, double separation, double thickness,
                            std::vector<Contact>& contacts) {
-  begin(part, false);
-  if (!part.is_finite()) return false;
+  if (!read_vertices(part, false, separation)) return false;
   for (std::int32_t i = 0; i < soft().vertex_count; ++i) {
     const std::int32_t v = soft().first_vertex + i;
-    if (!end_of(v).allFinite()) return false;
     VertexRecord& record = record_of(v);
-    record.height = part.height_above(record.side, start_of(v), end_of(v));
-    if (record.height > separation) continue;
-    find_heights(v);
+    if (record.heights < 0) continue;
     const VertexHeights heights = heights_of(v);
     if (!part.starts_outside(heights)) return false;
     double time;
-    record.is_held = part.find_near(heights, separation, time, record.side);
-    if (record.is_held) {
-      contacts.push_back(vertex_contact(v, record.side, time));
-    } else {
-      record.side = part.highest_side(heights);
-    }
-    record.height = std::min(heights.start[record.side], heights.end[record.side]);
+    std::int32_t side;
+    if (!part.find_near(heights, separation, time, side)) continue;
+    contacts.push_back(vertex_contact(v, side, time));
+    record.side = side;
+    record.height = std::min(heights.start[side], heights.end[side]);
+    record.is_held = true;
   }
   find_near_edges(separation, held_height_of_thickness * thickness, contacts);
   return true;
@@ -155,9 +149,6 @@ void ConvexPair::find_near_edges(double separation, double held_height,
                                  std::vector<Contact>& contacts) {
   const Topology topology = topology_.topology();
   note_sides(held_height);
-  // The indices of sides and edges follow those that a detector may have for its edges.
-  const auto sides = static_cast<std::int32_t>(3 * topology.faces.size()),
-             edges = static_cast<std::int32_t>(topology.edges.size());
   edges_.clear();
   const auto add_edge = [&](std::int32_t a, std::int32_t b, std::int32_t index) {
     const Edge edge = {std::min(a, b), std::max(a, b)};
@@ -168,12 +159,13 @@ void ConvexPair::find_near_edges(double separation, double held_height,
   for (std::int32_t f = soft().faces.first; f < soft().faces.last; ++f) {
     const Face& face = topology.faces[f];
     if (is_above_one_side(face, held_height)) continue;
-    for (int k = 0; k < 3; ++k) add_edge(face[k], face[(k + 1) % 3], sides + edges + 3 * f + k);
+    for (int k = 0; k < 3; ++k)
+      add_edge(face[k], face[(k + 1) % 3], first_side_index(topology) + 3 * f + k);
     if (part_->find_near(moving(face), separation, time, plane) && plane.height > 0)
       contacts.push_back(face_contact(f, plane, time));
   }
   for (std::int32_t e = soft().edges.first; e < soft().edges.last; ++e)
-    add_edge(topology.edges[e][0], topology.edges[e][1], 2 * sides + edges + e);
+    add_edge(topology.edges[e][0], topology.edges[e][1], first_edge_index(topology) + e);
   std::sort(edges_.begin(), edges_.end(), [](const NearEdge& a, const NearEdge& b) {
     return std::tie(a.vertices, a.index) < std::tie(b.vertices, b.index);
   });
@@ -205,30 +197,33 @@ Contact ConvexPair::vertex_contact(std::int32_t vertex, std::int32_t side, doubl
     const Face& face = topology.faces[static_cast<std::size_t>(face_of(f))];
     return Triangle{position(face[0], time), position(face[1], time), position(face[2], time)};
   };
-  const auto set_point = [&](std::int32_t f, const PointOnTriangle& point) {
+  const auto set_point = [&](std::int32_t f, double u, double v) {
     const Face& face = topology.faces[static_cast<std::size_t>(face_of(f))];
     contact.primitive_b = face_of(f);
     contact.vertices = {vertex, face[0], face[1], face[2]};
-    contact.u = static_cast<float>(point.u);
-    contact.v = static_cast<float>(point.v);
+    contact.u = static_cast<float>(u);
+    contact.v = static_cast<float>(v);
   };
   const std::vector<std::int32_t>& faces = part_->part().sides[side].faces;
-  PointOnTriangle point;
   set_normal(of_side, contact);
   for (const std::int32_t f : faces) {
-    if (!project(x, triangle_of(f), point)) continue;
-    set_point(f, point);
+    const auto [a, b, c] = triangle_of(f);
+    const TrianglePlane plane(a, b, c);
+    if (!plane.exists()) continue;
+    const std::array<double, 3> weights = plane.weights_below(x);
+    if (!is_inside(weights)) continue;
+    set_point(f, weights[1], weights[2]);
     return contact;
   }
   // Beyond the edges of the side the normal turns with the vertex.
   double nearest = std::numeric_limits<double>::infinity();
   for (const std::int32_t f : faces) {
-    point = closest_on_sides(x, triangle_of(f));
+    const PointOnTriangle point = closest_on_sides(x, triangle_of(f));
     const Vector3d gap = x - point.x;
     const double distance = gap.norm();
     if (!(distance < nearest)) continue;
     nearest = distance;
-    set_point(f, point);
+    set_point(f, point.u, point.v);
     if (gap.dot(of_side) > 0) set_normal(gap / distance, contact);
   }
   return contact;
@@ -321,18 +316,7 @@ Contact ConvexPair::face_contact(std::int32_t face, const SeparatingPlane& plane
 }
 
 bool ConvexPair::is_clear(const MovingPolyhedron& part, bool at_start) {
-  begin(part, at_start);
-  if (!part.is_finite()) return false;
-  for (std::int32_t i = 0; i < soft().vertex_count; ++i) {
-    const std::int32_t v = soft().first_vertex + i;
-    if (!end_of(v).allFinite()) return false;
-    VertexRecord& record = record_of(v);
-    record.height = part.height_above(record.side, start_of(v), end_of(v));
-    if (record.height > 0) continue;
-    find_heights(v);
-    record.side = part.highest_side(heights_of(v));
-    record.height = part.height_above(record.side, start_of(v), end_of(v));
-  }
+  if (!read_vertices(part, at_start, 0)) return false;
   constexpr double more_than_none = std::numeric_limits<double>::min();
   note_sides(more_than_none);
   const Topology topology = topology_.topology();

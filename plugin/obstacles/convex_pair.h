@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "lazyccd/contact.h"
+#include "motion/closest_points.h"
 #include "motion/motion.h"
-#include "motion/segments.h"
 #include "obstacles/moving_polyhedron.h"
 #include "scene/step_topology.h"
 
@@ -48,8 +48,10 @@ class ConvexPair {
     ClosestOnSegments points;  // of the edge and the ridge
   };
 
-  /// Starts with the present end of the motion, or its start, and no heights.
-  void begin(const MovingPolyhedron& part, bool at_start);
+  /// Starts with the present end of the motion, or its start. Sets the records: those that are not
+  /// higher than `height` get the heights above all sides, and the highest side. Returns false if a
+  /// position is not finite.
+  bool read_vertices(const MovingPolyhedron& part, bool at_start, double height);
   Eigen::Vector3d start_of(std::int32_t vertex) const { return motion_.start_of(vertex); }
   Eigen::Vector3d end_of(std::int32_t vertex) const {
     return at_start_ ? motion_.start_of(vertex) : motion_.end_of(vertex);

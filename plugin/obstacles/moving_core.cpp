@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-#include "motion/segments.h"
+#include "motion/closest_points.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -62,27 +62,19 @@ ClosestPoints MovingCore::closest(const PrimitivePoints& primitive, double t) co
     keep_closer(points, closest);
   }
   if (primitive.count == 2) return closest;
-  const Vector3d ab = x[1] - x[0], ac = x[2] - x[0], across = ab.cross(ac);
-  const double area = across.squaredNorm();
-  if (!(area > 0)) return closest;
-  const auto weights_below = [&](const Vector3d& point) -> std::array<double, 3> {
-    const double u = across.dot((point - x[0]).cross(ac)) / area,
-                 v = across.dot(ab.cross(point - x[0])) / area;
-    return {1 - u - v, u, v};
-  };
-  const auto is_inside = [](const std::array<double, 3>& w) {
-    return w[0] >= 0 && w[1] >= 0 && w[2] >= 0;
-  };
-  const double heights[] = {across.dot(core.first - x[0]), across.dot(core.last - x[0])};
+  const TrianglePlane plane(x[0], x[1], x[2]);
+  if (!plane.exists()) return closest;
+  const double heights[] = {plane.across.dot(core.first - x[0]),
+                            plane.across.dot(core.last - x[0])};
   for (int end = 0; end < 2; ++end) {
-    const std::array<double, 3> weights = weights_below(end == 0 ? core.first : core.last);
+    const std::array<double, 3> weights = plane.weights_below(end == 0 ? core.first : core.last);
     if (!is_inside(weights)) continue;
-    const Vector3d gap = -heights[end] / area * across;
+    const Vector3d gap = -heights[end] / plane.across_squared * plane.across;
     keep_closer({gap.norm(), static_cast<double>(end), weights, gap}, closest);
   }
   if (heights[0] * heights[1] < 0) {
     const double along = heights[0] / (heights[0] - heights[1]);
-    const std::array<double, 3> weights = weights_below(core.first + along * along_core);
+    const std::array<double, 3> weights = plane.weights_below(core.first + along * along_core);
     if (is_inside(weights)) return {0, along, weights, Vector3d::Zero()};
   }
   return closest;

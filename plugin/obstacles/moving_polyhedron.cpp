@@ -5,6 +5,8 @@
 #include <cmath>
 #include <limits>
 
+#include "motion/closest_points.h"
+
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
@@ -26,34 +28,46 @@ SideValues heights_at(const VertexHeights& vertex, std::int32_t sides, double t)
 
 }  // namespace
 
-MovingPolyhedron::MovingPolyhedron(const ConvexPart& part, const RigidMotion& rigid,
-                                   const Motion& motion, bool at_start)
-    : part_(&part) {
-  const Eigen::Index count = part.vertex_end - part.first_vertex;
+void MovingPolyhedron::move(const RigidMotion& rigid, const Motion& motion, bool at_start) {
+  const Eigen::Index count = part_->vertex_end - part_->first_vertex;
   start_.resize(count, 3);
   end_.resize(count, 3);
   for (Eigen::Index i = 0; i < count; ++i) {
-    const std::int32_t v = rigid.first_vertex + part.first_vertex + static_cast<std::int32_t>(i);
+    const std::int32_t v = rigid.first_vertex + part_->first_vertex + static_cast<std::int32_t>(i);
     start_.row(i) = motion.start_of(v).transpose();
-    if (!at_start) end_.row(i) = motion.end_of(v).transpose();
+    end_.row(i) = (at_start ? motion.start_of(v) : motion.end_of(v)).transpose();
   }
-  if (at_start) end_ = start_;
   rounding_ = rounding * std::max(start_.cwiseAbs().rowwise().sum().maxCoeff(),
                                   end_.cwiseAbs().rowwise().sum().maxCoeff());
-  const auto sides = static_cast<Eigen::Index>(part.sides.size());
-  normals_.resize(sides, 3);
-  for (Eigen::Index s = 0; s < sides; ++s) {
-    const btVector3& local = part.sides[static_cast<std::size_t>(s)].normal;
+  normals_.resize(side_count(), 3);
+  for (std::int32_t s = 0; s < side_count(); ++s) {
+    const btVector3& local = part_->sides[static_cast<std::size_t>(s)].normal;
     normals_.row(s) = to_eigen(rigid.start.getBasis() * local).normalized().transpose();
   }
-  const auto reach_of_sides = [&](const Points& points) {
-    Eigen::ArrayXd reach = Eigen::ArrayXd::Constant(sides, -infinity);
-    for (Eigen::Index i = 0; i < points.rows(); ++i)
-      reach = reach.max(along(points.row(i).transpose()));
-    return (reach + rounding_).eval();
+  set_reach(start_, start_reach_);
+  if (start_ == end_)
+    end_reach_ = start_reach_;
+  else
+    set_reach(end_, end_reach_);
+}
+
+void MovingPolyhedron::set_reach(const Points& points, Eigen::ArrayXd& reach) const {
+  reach.setConstant(side_count(), -infinity);
+  for (Eigen::Index i = 0; i < points.rows(); ++i)
+    reach = reach.max(along(points.row(i).transpose()));
+  reach += rounding_;
+}
+
+MovingPolyhedron::VertexValues MovingPolyhedron::places_along(const Vector3d& direction,
+                                                              double t) const {
+  const auto along_direction = [&direction](const Points& points) {
+    return (points.col(0) * direction[0] + points.col(1) * direction[1] +
+            points.col(2) * direction[2])
+        .array();
   };
-  start_reach_ = reach_of_sides(start_);
-  end_reach_ = start_ == end_ ? start_reach_ : reach_of_sides(end_);
+  if (t == 0) return along_direction(start_);
+  if (t == 1) return along_direction(end_);
+  return (1 - t) * along_direction(start_) + t * along_direction(end_);
 }
 
 double MovingPolyhedron::height_above(std::int32_t side, const Vector3d& x0,
@@ -162,26 +176,22 @@ bool MovingPolyhedron::edge_plane(const VertexHeights& a, const VertexHeights& b
 // The face's own plane, with the nearest vertex of the polyhedron behind it.
 bool MovingPolyhedron::face_plane(const PrimitivePoints& face, double t,
                                   SeparatingPlane& plane) const {
-  const Vector3d ab = face.x[1] - face.x[0], ac = face.x[2] - face.x[0], across = ab.cross(ac);
-  const double area = across.squaredNorm();
+  const TrianglePlane triangle(face.x[0], face.x[1], face.x[2]);
   plane.height = -infinity;
-  if (!(area > 0)) return false;
-  const Vector3d normal = across / std::sqrt(area);
-  Eigen::ArrayXd below = start_ * normal;
-  if (t > 0) below = (1 - t) * below + t * (end_ * normal).array();
+  if (!triangle.exists()) return false;
+  const Vector3d normal = triangle.across / std::sqrt(triangle.across_squared);
+  const VertexValues places = places_along(normal, t);
   Eigen::Index highest, lowest;
-  const double over = normal.dot(face.x[0]) - below.maxCoeff(&highest),
-               under = below.minCoeff(&lowest) - normal.dot(face.x[0]);
-  const Eigen::Index nearest = over > under ? highest : lowest;
-  plane.normal = over > under ? normal : Vector3d(-normal);
-  plane.height = std::max(over, under);
+  const double at = normal.dot(face.x[0]), over = at - places.maxCoeff(&highest),
+               under = places.minCoeff(&lowest) - at;
+  const bool is_over = over > under;
+  const Eigen::Index nearest = is_over ? highest : lowest;
+  plane.normal = is_over ? normal : Vector3d(-normal);
+  plane.height = is_over ? over : under;
   plane.vertex = part_->first_vertex + static_cast<std::int32_t>(nearest);
-  const Vector3d to_nearest =
-      ((1 - t) * start_.row(nearest) + t * end_.row(nearest)).transpose() - face.x[0];
-  const double u = across.dot(to_nearest.cross(ac)) / area,
-               v = across.dot(ab.cross(to_nearest)) / area;
-  plane.weights = {1 - u - v, u, v};
-  return *std::min_element(plane.weights.begin(), plane.weights.end()) >= 0;
+  plane.weights =
+      triangle.weights_below(((1 - t) * start_.row(nearest) + t * end_.row(nearest)).transpose());
+  return is_inside(plane.weights);
 }
 
 double MovingPolyhedron::height(const PrimitivePoints& primitive, const Vector3d& normal,
@@ -191,8 +201,7 @@ double MovingPolyhedron::height(const PrimitivePoints& primitive, const Vector3d
     lowest = std::min(lowest, normal.dot(primitive.x[i]));
     largest = std::max(largest, primitive.x[i].lpNorm<1>());
   }
-  const double reach = ((1 - t) * (start_ * normal) + t * (end_ * normal)).maxCoeff();
-  return lowest - reach - rounding_ - rounding * largest;
+  return lowest - places_along(normal, t).maxCoeff() - rounding_ - rounding * largest;
 }
 
 // Conservative advancement: in a fixed direction heights are linear in time.

@@ -42,9 +42,11 @@ struct SeparatingPlane {
 
 class MovingPolyhedron {
  public:
-  /// The part over a motion; `at_start`: it stays where it starts. `part` must outlive it.
-  MovingPolyhedron(const ConvexPart& part, const RigidMotion& rigid, const Motion& motion,
-                   bool at_start);
+  /// `part` must outlive it. Call move() before anything else.
+  explicit MovingPolyhedron(const ConvexPart& part) : part_(&part) {}
+
+  /// Sets the motion to its present end; `at_start`: the part stays where it starts.
+  void move(const RigidMotion& rigid, const Motion& motion, bool at_start);
 
   const ConvexPart& part() const { return *part_; }
   /// False if a vertex is not finite. Then heights mean nothing.
@@ -84,10 +86,17 @@ class MovingPolyhedron {
  private:
   using Points = Eigen::Matrix<double, Eigen::Dynamic, 3>;
 
+  /// By vertex, on the stack.
+  using VertexValues =
+      Eigen::Array<double, Eigen::Dynamic, 1, 0, static_cast<int>(ConvexPart::max_vertices), 1>;
+
+  /// How far the vertices are along a direction at time t, metres.
+  VertexValues places_along(const Eigen::Vector3d& direction, double t) const;
   /// Of a point: how far it is along the normals of all sides, metres.
   auto along(const Eigen::Vector3d& x) const {
     return (normals_.col(0) * x[0] + normals_.col(1) * x[1] + normals_.col(2) * x[2]).array();
   }
+  void set_reach(const Points& points, Eigen::ArrayXd& reach) const;
   /// These find the plane at time t. They return false if a part of the primitive is closest; then
   /// some plane that may be between both is set.
   bool find_plane(const MovingPrimitive& primitive, double t, SeparatingPlane& plane) const;
@@ -102,7 +111,7 @@ class MovingPolyhedron {
   Points start_, end_;                      // vertices, metres
   Points normals_;                          // of the sides, unit length
   Eigen::ArrayXd start_reach_, end_reach_;  // of the sides, metres
-  double rounding_;                         // of a height, metres
+  double rounding_ = 0;                     // of a height, metres
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

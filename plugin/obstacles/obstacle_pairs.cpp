@@ -85,6 +85,18 @@ double longest_edge(const StepTopology& step_topology, std::int32_t soft_body,
   return std::sqrt(longest);
 }
 
+std::int32_t first_side_index(const Topology& topology) {
+  return static_cast<std::int32_t>(3 * topology.faces.size() + topology.edges.size());
+}
+
+std::int32_t first_edge_index(const Topology& topology) {
+  return first_side_index(topology) + static_cast<std::int32_t>(3 * topology.faces.size());
+}
+
+void set_normal(const Eigen::Vector3d& normal, Contact& contact) {
+  for (int k = 0; k < 3; ++k) contact.normal[k] = static_cast<float>(normal[k]);
+}
+
 void leave_out(const ObstaclePairs& obstacle, std::vector<Body>& filters) {
   filters[static_cast<std::size_t>(obstacle.body)].layer = 0;
 }

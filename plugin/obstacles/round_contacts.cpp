@@ -22,10 +22,6 @@ bool starts_inside(const RoundPart& part, double time, const ClosestPoints& poin
   return points.distance == 0 || (time == 0 && points.distance < part.inner_radius);
 }
 
-void set_normal(const Vector3d& normal, Contact& contact) {
-  for (int k = 0; k < 3; ++k) contact.normal[k] = static_cast<float>(normal[k]);
-}
-
 }  // namespace
 
 void RoundContacts::set_topology() {
@@ -99,13 +95,9 @@ void RoundContacts::find_near(const Pair& pair, double separation, std::vector<C
       contacts.push_back(vertex_contact(pair, v, time, points));
   }
   if (nearest - reach_[pair.soft_body] > near_distance) return;
-  // The indices of sides and edges follow those that a detector may have for its edges.
   const Topology topology = topology_.topology();
-  const std::size_t sides = 3 * topology.faces.size(), edges = topology.edges.size();
-  find_near(pair, near_distance, topology.faces, soft.faces,
-            static_cast<std::int32_t>(sides + edges), contacts);
-  find_near(pair, near_distance, topology.edges, soft.edges,
-            static_cast<std::int32_t>(2 * sides + edges), contacts);
+  find_near(pair, near_distance, topology.faces, soft.faces, first_side_index(topology), contacts);
+  find_near(pair, near_distance, topology.edges, soft.edges, first_edge_index(topology), contacts);
 }
 
 RoundContacts::Exit RoundContacts::exit_of(const Pair& pair, const ClosestPoints& points) const {

@@ -53,6 +53,8 @@ ConvexPart make_plane_part(const btVector3& normal, const std::vector<btVector3>
 bool make_hull_part(const std::vector<btVector3>& vertices, std::int32_t first_vertex,
                     const std::vector<Face>& faces, std::int32_t first_face, ConvexPart& part) {
   part = part_of(vertices, first_vertex, faces, first_face);
+  if (static_cast<std::size_t>(part.vertex_end - first_vertex) > ConvexPart::max_vertices)
+    return false;
   btVector3 centre(0, 0, 0);
   for (std::int32_t v = first_vertex; v < part.vertex_end; ++v) centre += vertices[v];
   centre /= static_cast<btScalar>(part.vertex_end - first_vertex);

@@ -29,7 +29,7 @@ struct ConvexPart {
     std::int32_t face;                     ///< a triangle that has it, index of Triangles::faces
     std::int32_t corner;                   ///< it is the triangle's side from this corner, 0 to 2
   };
-  static constexpr std::size_t max_sides = 128;
+  static constexpr std::size_t max_sides = 128, max_vertices = 256;
   std::vector<Side> sides;    ///< one of a plane; at most max_sides
   std::vector<Ridge> ridges;  ///< none of a plane
   /// Its vertices are first_vertex to vertex_end - 1 of Triangles::vertices.
@@ -39,8 +39,8 @@ struct ConvexPart {
 
 /// These make the part whose triangles are faces[first_face] to the last one, and whose vertices
 /// are vertices[first_vertex] to the last one. A plane has this outward normal. A hull may wind its
-/// triangles either way. Sides whose normals differ by less than a milliradian become one. A hull
-/// with too many sides, or without triangles, is not set: then the second function returns false.
+/// triangles either way. Sides whose normals differ by less than a milliradian become one. The
+/// second function returns false for a hull without triangles, or with too many sides or vertices.
 ConvexPart make_plane_part(const btVector3& normal, const std::vector<btVector3>& vertices,
                            std::int32_t first_vertex, const std::vector<Face>& faces,
                            std::int32_t first_face);

@@ -187,9 +187,11 @@ bool tessellate(const btCollisionShape& shape, const btTransform& pose, const Ax
   if (shape.getShapeType() == STATIC_PLANE_PROXYTYPE) {
     const auto& plane = static_cast<const btStaticPlaneShape&>(shape);
     process_plane(plane, near.is_empty() ? near : near.transformed(pose.inverse()), local, welder);
-    triangles.convex_parts.push_back(make_plane_part(pose.getBasis() * plane.getPlaneNormal(),
-                                                     triangles.vertices, first_vertex,
-                                                     triangles.faces, first_face));
+    if (triangles.vertices.size() - static_cast<std::size_t>(first_vertex) <=
+        ConvexPart::max_vertices)
+      triangles.convex_parts.push_back(make_plane_part(pose.getBasis() * plane.getPlaneNormal(),
+                                                       triangles.vertices, first_vertex,
+                                                       triangles.faces, first_face));
     return true;
   }
   static_cast<const btConcaveShape&>(shape).processAllTriangles(&welder, local.lower, local.upper);

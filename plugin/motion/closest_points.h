@@ -1,8 +1,9 @@
-// Closest points of segments.
+// Closest points of segments, and what is below a point in the plane of a triangle.
 #pragma once
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 
 #include "lazyccd/bullet/precision.h"
 
@@ -41,6 +42,32 @@ inline ClosestOnSegments closest_on_segments(const Eigen::Vector3d& a, const Eig
     }
   }
   return {s, t, w + s * u - t * v};
+}
+
+/// The plane of a triangle.
+struct TrianglePlane {
+  Eigen::Vector3d corner, ab, ac, across;  ///< across: its normal, as long as twice its area, m^2
+  double across_squared;                   ///< 0: the triangle has no plane
+
+  TrianglePlane(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c)
+      : corner(a),
+        ab(b - a),
+        ac(c - a),
+        across(ab.cross(ac)),
+        across_squared(across.squaredNorm()) {}
+
+  bool exists() const { return across_squared > 0; }
+  /// Barycentric coordinates of the point of the plane below x, by corner. Needs a plane.
+  std::array<double, 3> weights_below(const Eigen::Vector3d& x) const {
+    const double u = across.dot((x - corner).cross(ac)) / across_squared,
+                 v = across.dot(ab.cross(x - corner)) / across_squared;
+    return {1 - u - v, u, v};
+  }
+};
+
+/// True if these barycentric coordinates are of a point in the triangle.
+inline bool is_inside(const std::array<double, 3>& weights) {
+  return weights[0] >= 0 && weights[1] >= 0 && weights[2] >= 0;
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION
