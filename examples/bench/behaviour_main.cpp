@@ -8,19 +8,19 @@
 // a mark if LazyCCD does not keep it. Pass-throughs are counted after each substep. --curve instead
 // runs the scenes that start clean, and some of the library, with 1 to 32 substeps of a frame of
 // 1/60 s: what a simulated second costs, and how many pass-throughs it has. Times are of one run.
-#include <sys/wait.h>
-#include <unistd.h>
-
+// Bullet alone runs in a process of its own, because it may crash.
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <chrono>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
+#include <limits>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "bench/child_process.h"
 #include "bench/machine.h"
 #include "scenes/behaviour/behaviour.h"
 #include "scenes/run.h"
@@ -62,11 +62,41 @@ void write_table_heading(std::ostream& csv) {
          "machine\n";
 }
 
+// A run with Bullet alone.
+struct BulletRun {
+  static constexpr std::size_t max_figures = 16;
+  std::array<double, max_figures> values{};  // of the figures
+  std::int64_t pass_throughs = 0;
+  double ms_per_second = 0;
+};
+
+BulletRun run_bullet(const Behaviour& scene, World world) {
+  const Report report = run(scene, {world, Collisions::bullet});
+  if (report.figures.size() > BulletRun::max_figures)
+    throw std::length_error(scene.name + " has too many figures");
+  BulletRun result;
+  for (std::size_t i = 0; i < report.figures.size(); ++i)
+    result.values[i] = report.figures[i].value;
+  result.pass_throughs = report.pass_throughs;
+  result.ms_per_second = report.ms_per_second;
+  return result;
+}
+
+BulletRun crashed_run() {
+  BulletRun result;
+  result.values.fill(std::numeric_limits<double>::quiet_NaN());
+  result.ms_per_second = std::numeric_limits<double>::quiet_NaN();
+  return result;
+}
+
 void add_rows(const Behaviour& scene, World world, std::ostream& csv) {
-  const Report alone = run(scene, {world, Collisions::bullet});
+  const BulletRun alone =
+      bench::run_in_child([&] { return run_bullet(scene, world); }).value_or(crashed_run());
   const Report ours = run(scene, {world, Collisions::lazyccd});
   for (std::size_t i = 0; i < ours.figures.size(); ++i) {
-    const Figure &a = alone.figures[i], &b = ours.figures[i];
+    const Figure& b = ours.figures[i];
+    Figure a = b;
+    a.value = alone.values[i];
     const bool alone_right = is_right(a, a), right = is_right(b, a);
     const std::string bound = bound_of(b);
     std::printf("| %s | %s | %s | %.4g | %.4g | %s%s |", scene.name.c_str(), name_of(world),
@@ -126,31 +156,14 @@ Point point_of(const SceneInfo& info, World world, Collisions collisions, int su
           static_cast<double>(report.intersections.size())};
 }
 
-// Runs in a process of its own, because Bullet may crash on positions that are not finite.
-template <class Any>
-Point point_apart(const Any& scene, World world, Collisions collisions, int substeps) {
-  Point point;
-  int ends[2];
-  if (pipe(ends) != 0) throw std::runtime_error("cannot open a pipe");
-  const pid_t child = fork();
-  if (child == 0) {
-    point = point_of(scene, world, collisions, substeps);
-    const bool written = write(ends[1], &point, sizeof point) == sizeof point;
-    _exit(written ? 0 : 1);
-  }
-  close(ends[1]);
-  if (child < 0 || read(ends[0], &point, sizeof point) != sizeof point) point = Point();
-  close(ends[0]);
-  if (child > 0) waitpid(child, nullptr, 0);
-  return point;
-}
-
 template <class Any>
 void add_points(const std::string& name, World world, const Any& scene, std::ostream& csv) {
   for (const Collisions collisions : {Collisions::bullet, Collisions::lazyccd}) {
     const int most = collisions == Collisions::bullet ? 32 : 4;
     for (int substeps = 1; substeps <= most; substeps *= 2) {
-      const Point point = point_apart(scene, world, collisions, substeps);
+      const Point point = bench::run_in_child([&] {
+                            return point_of(scene, world, collisions, substeps);
+                          }).value_or(Point());
       std::printf("| %s | %s | %s | %d | %.4g | %lld | %g |%s\n", name.c_str(), name_of(world),
                   name_of(collisions), substeps, point.ms_per_second,
                   static_cast<long long>(point.pass_throughs), point.edges_at_end,
