@@ -1,8 +1,9 @@
-// Axis-aligned bounds of vertices over a motion.
+// Axis-aligned bounds of points over a motion.
 #pragma once
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <limits>
 
 #include "lazyccd/bullet/precision.h"
 #include "motion/motion.h"
@@ -10,25 +11,30 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-/// All points between vertices `first` and `last` - 1 stay inside in the motion, metres.
-/// `at_start`: the vertices stay where they start.
+/// What was added stays inside, metres. Without points they are apart from everything.
 struct MotionBounds {
-  Eigen::Vector3d lower, upper;
+  Eigen::Vector3d lower = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
+  Eigen::Vector3d upper = -lower;
   bool is_finite = true;  ///< false: a position is not, and the bounds mean nothing
 
-  MotionBounds(const Motion& motion, std::int32_t first, std::int32_t last, bool at_start)
-      : lower(motion.start_of(first)), upper(lower) {
+  MotionBounds() = default;
+  /// Of vertices `first` to `last` - 1 in all of the motion. `at_start`: they stay where they
+  /// start.
+  MotionBounds(const Motion& motion, std::int32_t first, std::int32_t last, bool at_start) {
     for (std::int32_t v = first; v < last; ++v) {
       add(motion.start_of(v));
       if (!at_start) add(motion.end_of(v));
     }
   }
-
- private:
   void add(const Eigen::Vector3d& x) {
     lower = lower.cwiseMin(x);
     upper = upper.cwiseMax(x);
     is_finite = is_finite && x.allFinite();
+  }
+  void add(const MotionBounds& other) {
+    lower = lower.cwiseMin(other.lower);
+    upper = upper.cwiseMax(other.upper);
+    is_finite = is_finite && other.is_finite;
   }
 };
 

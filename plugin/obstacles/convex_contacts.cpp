@@ -41,6 +41,7 @@ void ConvexContacts::set_topology() {
           static_cast<std::int64_t>(parts_of(bodies).size()) * topology_.bodies()[s].vertex_count;
   }
   if (count > max_pairs) return;
+  soft_bounds_.set_topology();
   for (ObstaclePairs& bodies : met) {
     Obstacle obstacle;
     for (const ConvexPart& part : parts_of(bodies)) {
@@ -59,15 +60,7 @@ void ConvexContacts::leave_out(std::vector<Body>& filters) const {
 
 void ConvexContacts::begin(bool at_start) {
   at_start_ = at_start;
-  soft_bounds_.assign(topology_.bodies().size(), std::nullopt);
-}
-
-const MotionBounds& ConvexContacts::bounds_of(std::int32_t soft_body) {
-  std::optional<MotionBounds>& bounds = soft_bounds_[static_cast<std::size_t>(soft_body)];
-  const StepTopology::BodyRecord& soft = topology_.bodies()[soft_body];
-  if (!bounds)
-    bounds.emplace(motion_, soft.first_vertex, soft.first_vertex + soft.vertex_count, at_start_);
-  return *bounds;
+  soft_bounds_.begin(at_start);
 }
 
 template <class Visit>
@@ -79,10 +72,11 @@ bool ConvexContacts::all_near(Obstacle& obstacle, double distance, const Visit& 
                               rigid.first_vertex + shape.vertex_end, at_start_);
     bool has_moved = false;
     for (ConvexPair& pair : part.pairs) {
-      if (are_apart(bounds, bounds_of(pair.soft_body()), distance)) continue;
+      const NearPrimitives& near = soft_bounds_.find_near(pair.soft_body(), bounds, distance);
+      if (near.empty()) continue;
       if (!has_moved) part.polyhedron.move(rigid, motion_, at_start_);
       has_moved = true;
-      if (!visit(pair, part.polyhedron)) return false;
+      if (!visit(pair, part.polyhedron, near)) return false;
     }
   }
   return true;
@@ -106,19 +100,22 @@ bool ConvexContacts::find_near(double separation, std::vector<Contact>& contacts
 bool ConvexContacts::find_near(Obstacle& obstacle, double separation,
                                std::vector<Contact>& contacts) {
   const std::size_t first = contacts.size();
-  const bool all_outside =
-      all_near(obstacle, separation, [&](ConvexPair& pair, const MovingPolyhedron& part) {
+  const bool all_outside = all_near(
+      obstacle, separation,
+      [&](ConvexPair& pair, const MovingPolyhedron& part, const NearPrimitives& near) {
         const double thickness = surfaces_.of(pair.soft_body(), obstacle.bodies.body).thickness;
-        return pair.find_near(part, separation, thickness, contacts);
+        return pair.find_near(part, near, separation, thickness, contacts);
       });
   if (!all_outside) contacts.resize(first);
   return all_outside;
 }
 
 bool ConvexContacts::is_clear(Obstacle& obstacle) {
-  return all_near(obstacle, 0, [this](ConvexPair& pair, const MovingPolyhedron& part) {
-    return pair.is_clear(part, at_start_);
-  });
+  return all_near(
+      obstacle, 0,
+      [this](ConvexPair& pair, const MovingPolyhedron& part, const NearPrimitives& near) {
+        return pair.is_clear(part, near, at_start_);
+      });
 }
 
 bool ConvexContacts::are_clear(bool at_start) {

@@ -8,16 +8,14 @@
 // next topology, as is one in which a vertex starts.
 #pragma once
 
-#include <cstdint>
-#include <optional>
 #include <vector>
 
 #include "contact/pair_surfaces.h"
 #include "lazyccd/contact.h"
 #include "motion/motion.h"
-#include "motion/motion_bounds.h"
 #include "obstacles/convex_pair.h"
 #include "obstacles/obstacle_pairs.h"
+#include "obstacles/soft_bounds.h"
 #include "scene/step_topology.h"
 
 namespace lazyccd::bullet {
@@ -27,7 +25,7 @@ class ConvexContacts {
  public:
   /// The arguments must outlive it.
   ConvexContacts(const StepTopology& topology, const Motion& motion, const PairSurfaces& surfaces)
-      : topology_(topology), motion_(motion), surfaces_(surfaces) {}
+      : topology_(topology), motion_(motion), surfaces_(surfaces), soft_bounds_(topology, motion) {}
 
   /// Chooses the obstacles that are met here. Call when indices or pair rules change, with the
   /// start of a motion.
@@ -67,16 +65,15 @@ class ConvexContacts {
   /// it returns false. Returns whether it never did.
   template <class Visit>
   bool all_near(Obstacle& obstacle, double distance, const Visit& visit);
-  /// Forgets the bounds of soft bodies: the end of the motion may be another one.
+  /// Starts with the present end of the motion, or its start.
   void begin(bool at_start);
-  const MotionBounds& bounds_of(std::int32_t soft_body);
 
   const StepTopology& topology_;
   const Motion& motion_;
   const PairSurfaces& surfaces_;
   std::vector<Obstacle> obstacles_;
   bool at_start_ = false;
-  std::vector<std::optional<MotionBounds>> soft_bounds_;  // by body, as far as they were needed
+  SoftBounds soft_bounds_;
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -47,7 +47,8 @@ ConvexPair::ConvexPair(const StepTopology& topology, const Motion& motion, std::
       motion_(motion),
       soft_body_(soft_body),
       obstacle_(obstacle),
-      records_(static_cast<std::size_t>(soft().vertex_count)) {}
+      records_(static_cast<std::size_t>(soft().vertex_count)),
+      sides_(records_.size()) {}
 
 void ConvexPair::find_heights(std::int32_t vertex) {
   VertexRecord& record = record_of(vertex);
@@ -73,33 +74,33 @@ MovingPrimitive ConvexPair::moving(const Primitive& primitive) {
   return moving;
 }
 
-bool ConvexPair::read_vertices(const MovingPolyhedron& part, bool at_start, double height) {
+bool ConvexPair::read_vertices(const MovingPolyhedron& part,
+                               const std::vector<std::int32_t>& vertices, bool at_start,
+                               double height) {
   part_ = &part;
   at_start_ = at_start;
   heights_.clear();
-  for (VertexRecord& record : records_) {
+  if (!part.is_finite()) return false;
+  for (const std::int32_t v : vertices) {
+    const Vector3d x0 = start_of(v), x1 = end_of(v);
+    if (!x1.allFinite()) return false;
+    VertexRecord& record = record_of(v);
     record.is_held = false;
     record.heights = -1;
-  }
-  if (!part.is_finite()) return false;
-  for (std::int32_t i = 0; i < soft().vertex_count; ++i) {
-    const std::int32_t v = soft().first_vertex + i;
-    if (!end_of(v).allFinite()) return false;
-    VertexRecord& record = record_of(v);
-    record.height = part.height_above(record.side, start_of(v), end_of(v));
+    record.height = part.height_above(record.side, x0, x1);
     if (record.height > height) continue;
     find_heights(v);
     record.side = part.highest_side(heights_of(v));
-    record.height = part.height_above(record.side, start_of(v), end_of(v));
+    record.height = part.height_above(record.side, x0, x1);
   }
   return true;
 }
 
-void ConvexPair::note_sides(double height) {
-  sides_.resize(records_.size());
-  for (std::size_t i = 0; i < records_.size(); ++i) {
-    const VertexRecord& record = records_[i];
-    sides_[i] = record.is_held || record.height >= height ? record.side : -1;
+void ConvexPair::note_sides(const std::vector<std::int32_t>& vertices, double height) {
+  for (const std::int32_t v : vertices) {
+    const VertexRecord& record = record_of(v);
+    sides_[static_cast<std::size_t>(v - soft().first_vertex)] =
+        record.is_held || record.height >= height ? record.side : -1;
   }
 }
 
@@ -123,11 +124,10 @@ bool ConvexPair::is_above_one_side(const Primitive& primitive, double height) {
   return part_->is_above_one_side(moving(primitive), height);
 }
 
-bool ConvexPair::find_near(const MovingPolyhedron& part, double separation, double thickness,
-                           std::vector<Contact>& contacts) {
-  if (!read_vertices(part, false, separation)) return false;
-  for (std::int32_t i = 0; i < soft().vertex_count; ++i) {
-    const std::int32_t v = soft().first_vertex + i;
+bool ConvexPair::find_near(const MovingPolyhedron& part, const NearPrimitives& near,
+                           double separation, double thickness, std::vector<Contact>& contacts) {
+  if (!read_vertices(part, near.vertices, false, separation)) return false;
+  for (const std::int32_t v : near.vertices) {
     VertexRecord& record = record_of(v);
     if (record.heights < 0) continue;
     const VertexHeights heights = heights_of(v);
@@ -140,15 +140,15 @@ bool ConvexPair::find_near(const MovingPolyhedron& part, double separation, doub
     record.height = std::min(heights.start[side], heights.end[side]);
     record.is_held = true;
   }
-  find_near_edges(separation, held_height_of_thickness * thickness, contacts);
+  find_near_edges(near, separation, held_height_of_thickness * thickness, contacts);
   return true;
 }
 
 // Edges and faces that the constraints of their vertices do not keep clear.
-void ConvexPair::find_near_edges(double separation, double held_height,
+void ConvexPair::find_near_edges(const NearPrimitives& near, double separation, double held_height,
                                  std::vector<Contact>& contacts) {
   const Topology topology = topology_.topology();
-  note_sides(held_height);
+  note_sides(near.vertices, held_height);
   edges_.clear();
   const auto add_edge = [&](std::int32_t a, std::int32_t b, std::int32_t index) {
     const Edge edge = {std::min(a, b), std::max(a, b)};
@@ -156,7 +156,7 @@ void ConvexPair::find_near_edges(double separation, double held_height,
   };
   double time;
   SeparatingPlane plane;
-  for (std::int32_t f = soft().faces.first; f < soft().faces.last; ++f) {
+  for (const std::int32_t f : near.faces) {
     const Face& face = topology.faces[f];
     if (is_above_one_side(face, held_height)) continue;
     for (int k = 0; k < 3; ++k)
@@ -164,7 +164,7 @@ void ConvexPair::find_near_edges(double separation, double held_height,
     if (part_->find_near(moving(face), separation, time, plane) && plane.height > 0)
       contacts.push_back(face_contact(f, plane, time));
   }
-  for (std::int32_t e = soft().edges.first; e < soft().edges.last; ++e)
+  for (const std::int32_t e : near.edges)
     add_edge(topology.edges[e][0], topology.edges[e][1], first_edge_index(topology) + e);
   std::sort(edges_.begin(), edges_.end(), [](const NearEdge& a, const NearEdge& b) {
     return std::tie(a.vertices, a.index) < std::tie(b.vertices, b.index);
@@ -315,19 +315,18 @@ Contact ConvexPair::face_contact(std::int32_t face, const SeparatingPlane& plane
   return contact;
 }
 
-bool ConvexPair::is_clear(const MovingPolyhedron& part, bool at_start) {
-  if (!read_vertices(part, at_start, 0)) return false;
+bool ConvexPair::is_clear(const MovingPolyhedron& part, const NearPrimitives& near, bool at_start) {
+  if (!read_vertices(part, near.vertices, at_start, 0)) return false;
   constexpr double more_than_none = std::numeric_limits<double>::min();
-  note_sides(more_than_none);
+  note_sides(near.vertices, more_than_none);
   const Topology topology = topology_.topology();
-  const auto are_clear = [&](const auto& primitives, const IndexRange& range) {
-    return std::all_of(primitives.begin() + range.first, primitives.begin() + range.last,
-                       [&](const auto& primitive) {
-                         return is_above_one_side(primitive, more_than_none) ||
-                                part_->is_clear(moving(primitive));
-                       });
+  const auto are_clear = [&](const auto& primitives, const std::vector<std::int32_t>& indices) {
+    return std::all_of(indices.begin(), indices.end(), [&](std::int32_t i) {
+      const auto& primitive = primitives[i];
+      return is_above_one_side(primitive, more_than_none) || part_->is_clear(moving(primitive));
+    });
   };
-  return are_clear(topology.faces, soft().faces) && are_clear(topology.edges, soft().edges);
+  return are_clear(topology.faces, near.faces) && are_clear(topology.edges, near.edges);
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -10,6 +10,7 @@
 #include "motion/closest_points.h"
 #include "motion/motion.h"
 #include "obstacles/moving_polyhedron.h"
+#include "obstacles/soft_bounds.h"
 #include "scene/step_topology.h"
 
 namespace lazyccd::bullet {
@@ -22,14 +23,14 @@ class ConvexPair {
              std::int32_t obstacle);
 
   std::int32_t soft_body() const { return soft_body_; }
-  /// Appends what comes within `separation` of the part in the motion, metres. `thickness`: that of
-  /// the pair. Call once in each motion, first. Returns false if a vertex starts inside of the
-  /// part, or a position is not finite.
-  bool find_near(const MovingPolyhedron& part, double separation, double thickness,
-                 std::vector<Contact>& contacts);
-  /// True if it is certain that nothing touches the part in the motion to its present end, or, with
-  /// `at_start`, at its start.
-  bool is_clear(const MovingPolyhedron& part, bool at_start);
+  /// Appends what comes within `separation` of the part in the motion, metres. `near`: what may.
+  /// `thickness`: that of the pair. Call once in each motion, first. Returns false if a vertex of
+  /// `near` starts inside of the part, or a position is not finite.
+  bool find_near(const MovingPolyhedron& part, const NearPrimitives& near, double separation,
+                 double thickness, std::vector<Contact>& contacts);
+  /// True if it is certain that nothing of `near` touches the part in the motion to its present
+  /// end, or, with `at_start`, at its start.
+  bool is_clear(const MovingPolyhedron& part, const NearPrimitives& near, bool at_start);
 
  private:
   /// A vertex of the soft body.
@@ -49,9 +50,10 @@ class ConvexPair {
   };
 
   /// Starts with the present end of the motion, or its start. Sets the records: those that are not
-  /// higher than `height` get the heights above all sides, and the highest side. Returns false if a
-  /// position is not finite.
-  bool read_vertices(const MovingPolyhedron& part, bool at_start, double height);
+  /// higher than `height` get the heights above all sides, and the highest side. Other functions
+  /// know these vertices only. Returns false if a position is not finite.
+  bool read_vertices(const MovingPolyhedron& part, const std::vector<std::int32_t>& vertices,
+                     bool at_start, double height);
   Eigen::Vector3d start_of(std::int32_t vertex) const { return motion_.start_of(vertex); }
   Eigen::Vector3d end_of(std::int32_t vertex) const {
     return at_start_ ? motion_.start_of(vertex) : motion_.end_of(vertex);
@@ -71,8 +73,9 @@ class ConvexPair {
   template <class Primitive>
   bool is_above_one_side(const Primitive& primitive, double height);
   /// Sets sides_, as is_above_one_side() with this height needs them.
-  void note_sides(double height);
-  void find_near_edges(double separation, double held_height, std::vector<Contact>& contacts);
+  void note_sides(const std::vector<std::int32_t>& vertices, double height);
+  void find_near_edges(const NearPrimitives& near, double separation, double held_height,
+                       std::vector<Contact>& contacts);
   Eigen::Vector3d position(std::int32_t vertex, double time) const {
     return (1 - time) * motion_.start_of(vertex) + time * motion_.end_of(vertex);
   }

@@ -34,6 +34,15 @@ MovingCore::MovingCore(const RoundPart& part, const RigidMotion& rigid, bool at_
     end_ = {transformed(rigid.end, part.core[0]), transformed(rigid.end, part.core[1])};
 }
 
+MotionBounds MovingCore::bounds() const {
+  MotionBounds bounds;
+  for (const Segment& core : {start_, end_}) {
+    bounds.add(core.first);
+    bounds.add(core.last);
+  }
+  return bounds;
+}
+
 double MovingCore::distance(const Vector3d& x, double t) const {
   const Segment core = at(t);
   const double along = place_on_segment(x, core.first, core.last);

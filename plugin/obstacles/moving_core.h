@@ -6,6 +6,7 @@
 #include <array>
 
 #include "motion/motion.h"
+#include "motion/motion_bounds.h"
 #include "motion/primitive_points.h"
 #include "shapes/round_part.h"
 
@@ -25,6 +26,8 @@ class MovingCore {
   /// The core at the start and at the end of a motion; `at_start`: it stays where it starts.
   MovingCore(const RoundPart& part, const RigidMotion& rigid, bool at_start);
 
+  /// Bounds of the core over the motion.
+  MotionBounds bounds() const;
   /// Distance from a vertex at time t in [0, 1], metres.
   double distance(const Eigen::Vector3d& x, double t) const;
   /// What is closest at time t.

@@ -17,8 +17,6 @@ using SideValues =
 using SideView = Eigen::Map<const Eigen::ArrayXd>;
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-// Relative to the coordinates: more than the rounding of a dot product.
-constexpr double rounding = 0x1p-48;
 // Shortest sum of normals of which the direction still means something.
 constexpr double least_normal = 1e-3;
 
@@ -49,6 +47,9 @@ void MovingPolyhedron::move(const RigidMotion& rigid, const Motion& motion, bool
     end_reach_ = start_reach_;
   else
     set_reach(end_, end_reach_);
+  planes_.resize(static_cast<std::size_t>(side_count()));
+  for (std::int32_t s = 0; s < side_count(); ++s)
+    planes_[static_cast<std::size_t>(s)] = {normal(s), start_reach_[s], end_reach_[s]};
 }
 
 void MovingPolyhedron::set_reach(const Points& points, Eigen::ArrayXd& reach) const {
@@ -70,17 +71,10 @@ MovingPolyhedron::VertexValues MovingPolyhedron::places_along(const Vector3d& di
   return (1 - t) * along_direction(start_) + t * along_direction(end_);
 }
 
-double MovingPolyhedron::height_above(std::int32_t side, const Vector3d& x0,
-                                      const Vector3d& x1) const {
-  const Vector3d n = normal(side);
-  return std::min(n.dot(x0) - rounding * x0.lpNorm<1>() - start_reach_[side],
-                  n.dot(x1) - rounding * x1.lpNorm<1>() - end_reach_[side]);
-}
-
 void MovingPolyhedron::find_heights(const Vector3d& x0, const Vector3d& x1, double* start,
                                     double* end) const {
   const auto write = [&](const Vector3d& x, const Eigen::ArrayXd& reach, double* heights) {
-    Eigen::Map<Eigen::ArrayXd>(heights, side_count()) = along(x) - reach - rounding * x.lpNorm<1>();
+    Eigen::Map<Eigen::ArrayXd>(heights, side_count()) = along(x) - reach - rounding_of(x);
   };
   write(x0, start_reach_, start);
   write(x1, end_reach_, end);

@@ -9,6 +9,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <vector>
@@ -55,7 +56,11 @@ class MovingPolyhedron {
   Eigen::Vector3d normal(std::int32_t side) const { return normals_.row(side).transpose(); }
   /// Height of a vertex above one side: the lower one of start and end.
   double height_above(std::int32_t side, const Eigen::Vector3d& x0,
-                      const Eigen::Vector3d& x1) const;
+                      const Eigen::Vector3d& x1) const {
+    const SidePlane& plane = planes_[static_cast<std::size_t>(side)];
+    return std::min(plane.normal.dot(x0) - rounding_of(x0) - plane.start_reach,
+                    plane.normal.dot(x1) - rounding_of(x1) - plane.end_reach);
+  }
   /// Writes the heights of a vertex above all sides, at the start and at the end.
   void find_heights(const Eigen::Vector3d& x0, const Eigen::Vector3d& x1, double* start,
                     double* end) const;
@@ -85,6 +90,15 @@ class MovingPolyhedron {
 
  private:
   using Points = Eigen::Matrix<double, Eigen::Dynamic, 3>;
+  /// A side: the same as a row of normals_, start_reach_ and end_reach_.
+  struct SidePlane {
+    Eigen::Vector3d normal;
+    double start_reach, end_reach;
+  };
+
+  /// Relative to the coordinates: more than the rounding of a dot product.
+  static constexpr double rounding = 0x1p-48;
+  static double rounding_of(const Eigen::Vector3d& x) { return rounding * x.lpNorm<1>(); }
 
   /// By vertex, on the stack.
   using VertexValues =
@@ -111,7 +125,8 @@ class MovingPolyhedron {
   Points start_, end_;                      // vertices, metres
   Points normals_;                          // of the sides, unit length
   Eigen::ArrayXd start_reach_, end_reach_;  // of the sides, metres
-  double rounding_ = 0;                     // of a height, metres
+  std::vector<SidePlane> planes_;
+  double rounding_ = 0;  // of a height, metres
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

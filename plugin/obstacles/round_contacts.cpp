@@ -38,6 +38,7 @@ void RoundContacts::set_topology() {
   }
   if (pairs > max_pairs) clear();
   if (!any()) return;
+  soft_bounds_.set_topology();
   reach_.clear();
   for (std::int32_t body = 0; topology_.bodies()[body].soft; ++body)
     reach_.push_back(2 * std::sqrt(largest_sag(topology_, body, motion_, true)));
@@ -67,6 +68,7 @@ void RoundContacts::leave_out(std::vector<Body>& filters) const {
 void RoundContacts::find_near(double separation, std::vector<Contact>& contacts) {
   contacts.clear();
   if (!any()) return;
+  soft_bounds_.begin(false);
   for (const ObstaclePairs& obstacle : obstacles_) {
     for (const RoundPart& part : topology_.bodies()[obstacle.body].triangles->round_parts) {
       const MovingCore core(part, motion_.rigid_of(obstacle.body), false);
@@ -80,14 +82,16 @@ void RoundContacts::find_near(double separation, std::vector<Contact>& contacts)
 void RoundContacts::find_near(const Pair& pair, double separation, std::vector<Contact>& contacts) {
   const StepTopology::BodyRecord& soft = topology_.bodies()[pair.soft_body];
   const double near_distance = pair.part.outer_radius + separation;
+  const NearPrimitives& near =
+      soft_bounds_.find_near(pair.soft_body, pair.core.bounds(), near_distance);
   by_vertex_.resize(static_cast<std::size_t>(soft.vertex_count));
   double nearest = std::numeric_limits<double>::infinity();
-  for (std::int32_t i = 0; i < soft.vertex_count; ++i) {
-    const std::int32_t v = soft.first_vertex + i;
+  for (const std::int32_t v : near.vertices) {
     const Vector3d x0 = motion_.start_of(v), x1 = motion_.end_of(v);
-    by_vertex_[i] = pair.core.distance(x0, 0) - pair.core.relative_move(x0, x1);
-    nearest = std::min(nearest, by_vertex_[i]);
-    if (by_vertex_[i] > near_distance) continue;
+    double& least = by_vertex_[v - soft.first_vertex];
+    least = pair.core.distance(x0, 0) - pair.core.relative_move(x0, x1);
+    nearest = std::min(nearest, least);
+    if (least > near_distance) continue;
     double time;
     ClosestPoints points;
     if (pair.core.find_near({{x0}, 1}, {{x1}, 1}, near_distance, time, points) &&
@@ -96,8 +100,8 @@ void RoundContacts::find_near(const Pair& pair, double separation, std::vector<C
   }
   if (nearest - reach_[pair.soft_body] > near_distance) return;
   const Topology topology = topology_.topology();
-  find_near(pair, near_distance, topology.faces, soft.faces, first_side_index(topology), contacts);
-  find_near(pair, near_distance, topology.edges, soft.edges, first_edge_index(topology), contacts);
+  find_near(pair, near_distance, topology.faces, near.faces, first_side_index(topology), contacts);
+  find_near(pair, near_distance, topology.edges, near.edges, first_edge_index(topology), contacts);
 }
 
 RoundContacts::Exit RoundContacts::exit_of(const Pair& pair, const ClosestPoints& points) const {
@@ -178,12 +182,12 @@ Contact RoundContacts::contact_at(const Pair& pair, const Primitive& primitive, 
 // Faces and edges that the constraints of their vertices do not keep clear.
 template <class Primitives>
 void RoundContacts::find_near(const Pair& pair, double near_distance, const Primitives& primitives,
-                              const IndexRange& range, std::int32_t first_edge_index,
-                              std::vector<Contact>& contacts) const {
+                              const std::vector<std::int32_t>& indices,
+                              std::int32_t first_edge_index, std::vector<Contact>& contacts) const {
   const std::int32_t first = topology_.bodies()[pair.soft_body].first_vertex;
   const double kept = kept_distance(pair.soft_body, pair.obstacle, pair.part);
   const double kept_sag = kept * kept - pair.part.outer_radius * pair.part.outer_radius;
-  for (std::int32_t i = range.first; i < range.last; ++i) {
+  for (const std::int32_t i : indices) {
     const auto& primitive = primitives[i];
     double nearest = std::numeric_limits<double>::infinity();
     for (const std::int32_t v : primitive) nearest = std::min(nearest, by_vertex_[v - first]);
@@ -203,7 +207,7 @@ void RoundContacts::find_near(const Pair& pair, double near_distance, const Prim
 
 bool RoundContacts::are_clear(bool at_start) {
   if (!any()) return true;
-  largest_sags_.assign(topology_.bodies().size(), -1);
+  soft_bounds_.begin(at_start);
   for (const ObstaclePairs& obstacle : obstacles_) {
     for (const RoundPart& part : topology_.bodies()[obstacle.body].triangles->round_parts) {
       const MovingCore core(part, motion_.rigid_of(obstacle.body), at_start);
@@ -216,14 +220,16 @@ bool RoundContacts::are_clear(bool at_start) {
 
 bool RoundContacts::is_clear(const Pair& pair, bool at_start) {
   const StepTopology::BodyRecord& soft = topology_.bodies()[pair.soft_body];
-  const std::int32_t first = soft.first_vertex, last = first + soft.vertex_count;
+  const std::int32_t first = soft.first_vertex;
   const double radius = pair.part.outer_radius + pair.core.rounding(pair.part.outer_radius);
+  const NearPrimitives& near = soft_bounds_.find_near(pair.soft_body, pair.core.bounds(), radius);
+  if (near.empty()) return true;
   filter_.find_anchored(pair.soft_body, pair.obstacle, anchored_);
   const auto is_anchored = [this](std::int32_t v) {
     return std::binary_search(anchored_.begin(), anchored_.end(), v);
   };
   by_vertex_.resize(static_cast<std::size_t>(soft.vertex_count));
-  for (std::int32_t v = first; v < last; ++v) {
+  for (const std::int32_t v : near.vertices) {
     if (is_anchored(v)) {
       by_vertex_[v - first] = std::numeric_limits<double>::infinity();
       continue;
@@ -233,16 +239,10 @@ bool RoundContacts::is_clear(const Pair& pair, bool at_start) {
     if (!(distance > radius)) return false;
     by_vertex_[v - first] = distance * distance - radius * radius;
   }
-  const double smallest = *std::min_element(by_vertex_.begin(), by_vertex_.end());
-  double& largest = largest_sags_[pair.soft_body];
-  if (largest < 0) largest = largest_sag(topology_, pair.soft_body, motion_, at_start);
-  if (smallest > largest) return true;
   const auto is_primitive_clear = [&](const auto& primitive) {
-    const auto holds = [&](double sag) {
-      return std::all_of(primitive.begin(), primitive.end(),
-                         [&](std::int32_t v) { return by_vertex_[v - first] > sag; });
-    };
-    return holds(largest) || holds(sag_of(primitive, motion_, at_start)) ||
+    double smallest = std::numeric_limits<double>::infinity();
+    for (const std::int32_t v : primitive) smallest = std::min(smallest, by_vertex_[v - first]);
+    return smallest > sag_of(primitive, motion_, at_start) ||
            pair.core.is_farther(radius, points_of(primitive, motion_, true),
                                 points_of(primitive, motion_, at_start));
   };
@@ -261,15 +261,14 @@ bool RoundContacts::is_clear(const Pair& pair, bool at_start) {
     }
     return true;
   };
-  const auto are_all_clear = [&](const auto& primitives, const IndexRange& range) {
-    return std::all_of(primitives.begin() + range.first, primitives.begin() + range.last,
-                       [&](const auto& primitive) {
-                         return is_ignored(primitive) ? are_sides_clear(primitive)
-                                                      : is_primitive_clear(primitive);
-                       });
+  const auto are_all_clear = [&](const auto& primitives, const std::vector<std::int32_t>& indices) {
+    return std::all_of(indices.begin(), indices.end(), [&](std::int32_t i) {
+      const auto& primitive = primitives[i];
+      return is_ignored(primitive) ? are_sides_clear(primitive) : is_primitive_clear(primitive);
+    });
   };
   const Topology topology = topology_.topology();
-  return are_all_clear(topology.faces, soft.faces) && are_all_clear(topology.edges, soft.edges);
+  return are_all_clear(topology.faces, near.faces) && are_all_clear(topology.edges, near.edges);
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

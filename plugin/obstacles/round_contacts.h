@@ -24,6 +24,7 @@
 #include "motion/motion.h"
 #include "obstacles/moving_core.h"
 #include "obstacles/obstacle_pairs.h"
+#include "obstacles/soft_bounds.h"
 #include "scene/step_topology.h"
 
 namespace lazyccd::bullet {
@@ -34,7 +35,11 @@ class RoundContacts {
   /// The arguments must outlive it.
   RoundContacts(const StepTopology& topology, const Motion& motion, const PairSurfaces& surfaces,
                 const ContactFilter& filter)
-      : topology_(topology), motion_(motion), surfaces_(surfaces), filter_(filter) {}
+      : topology_(topology),
+        motion_(motion),
+        surfaces_(surfaces),
+        filter_(filter),
+        soft_bounds_(topology, motion) {}
 
   /// Chooses the obstacles that are met here. Call when indices or pair rules change, with the
   /// start of a motion.
@@ -75,7 +80,7 @@ class RoundContacts {
   void find_near(const Pair& pair, double separation, std::vector<Contact>& contacts);
   template <class Primitives>
   void find_near(const Pair& pair, double near_distance, const Primitives& primitives,
-                 const IndexRange& range, std::int32_t first_edge_index,
+                 const std::vector<std::int32_t>& indices, std::int32_t first_edge_index,
                  std::vector<Contact>& contacts) const;
   Exit exit_of(const Pair& pair, const ClosestPoints& points) const;
   Contact vertex_contact(const Pair& pair, std::int32_t vertex, double time,
@@ -94,9 +99,9 @@ class RoundContacts {
   /// constraint. Twice what it is at the start of the topology; the detector decides about what
   /// stretches more.
   std::vector<double> reach_;
-  std::vector<double> largest_sags_;  ///< by body, in are_clear(), m^2; negative: not measured
-  /// By vertex of a body. In find_near(): lower bound of its distance from the core, metres. In
-  /// is_clear(): the largest sag with which the bound holds, m^2.
+  SoftBounds soft_bounds_;
+  /// By vertex of a body, of those that may be near. In find_near(): lower bound of its distance
+  /// from the core, metres. In is_clear(): the largest sag with which the bound holds, m^2.
   std::vector<double> by_vertex_;
   std::vector<std::int32_t> anchored_;  ///< vertices of a pair, in is_clear()
 };
