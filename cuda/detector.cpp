@@ -111,7 +111,7 @@ struct Detector::Impl {
         if (error.code() != ErrorCode::device) throw;
       }
     }
-    if (!found) next_mesh = Mesh(topology, threads.pool());
+    if (!found) next_mesh = Mesh(topology, threads.pool(), nullptr, &mesh);
     mesh = std::move(next_mesh);
     gpu_has_mesh = false;
     if (found) keep_found_mesh();

@@ -9,7 +9,6 @@
 #include <tuple>
 
 #include "scene/collision_filters.h"
-#include "scene/primitives.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -182,6 +181,7 @@ std::int32_t SoftScene::vertex_of(const BodyRecord& record, int node) const {
 
 void SoftScene::rebuild(const std::vector<Sleepers::Member>& members, WarningLog& warnings) {
   valid_ = false;
+  next_primitives_.clear();
   world_indices_.clear();
   bodies_.clear();
   topology_ = SceneTopology();
@@ -200,12 +200,22 @@ void SoftScene::rebuild(const std::vector<Sleepers::Member>& members, WarningLog
       add_body(body, member.world_index, warnings);
     }
   }
+  primitives_ = std::move(next_primitives_);
+  next_primitives_.clear();
   find_filters();
   valid_ = true;
 }
 
+const Primitives& SoftScene::primitives_of(const btSoftBody& body) {
+  const auto known = primitives_.find(&body);
+  const bool is_unchanged = known != primitives_.end() && !is_changed(body) && !body.m_bUpdateRtCst;
+  return next_primitives_
+      .emplace(&body, is_unchanged ? std::move(known->second) : read_primitives(body))
+      .first->second;
+}
+
 void SoftScene::add_body(btSoftBody* body, int world_index, WarningLog& warnings) {
-  const Primitives own = read_primitives(*body);
+  const Primitives& own = primitives_of(*body);
   const int bad = own.foreign_faces + own.degenerate_faces + own.duplicate_faces;
   if (bad) {
     const std::string name = "soft body " + std::to_string(world_index);

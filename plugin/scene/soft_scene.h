@@ -18,6 +18,7 @@
 
 #include "lazyccd/threads.h"
 #include "scene/collision_filters.h"
+#include "scene/primitives.h"
 #include "scene/scene_topology.h"
 #include "scene/sleepers.h"
 #include "scene/soft_body_nodes.h"
@@ -50,7 +51,10 @@ class SoftScene {
   bool is_changed(const btSoftBody& body) const { return changed_.count(&body) > 0; }
   void forget_changes() { changed_.clear(); }
   /// Makes the next update() read everything again.
-  void invalidate() { valid_ = false; }
+  void invalidate() {
+    valid_ = false;
+    primitives_.clear();
+  }
   /// The same because of one body, which has changed.
   void invalidate(const btSoftBody& body);
   /// Leaves a body out until reinclude() finds its nodes finite.
@@ -121,6 +125,8 @@ class SoftScene {
   void find_changed(const std::vector<Fingerprint>& members);
   void rebuild(const std::vector<Sleepers::Member>& members, WarningLog& warnings);
   void add_body(btSoftBody* body, int world_index, WarningLog& warnings);
+  /// Reads the primitives of a body, or takes those of the last rebuild() if it is unchanged.
+  const Primitives& primitives_of(const btSoftBody& body);
   void find_filters();
 
   CollisionFlags flags_;
@@ -132,6 +138,8 @@ class SoftScene {
   std::vector<const btSoftBody*> excluded_;
   bool filtered_by_application_ = false;  // in the last find_filters()
   std::set<const btSoftBody*> changed_;   // since forget_changes()
+  // What the last rebuild() read, and what the present one has read so far.
+  std::unordered_map<const btSoftBody*, Primitives> primitives_, next_primitives_;
 
   std::vector<BodyRecord> bodies_;
   SceneTopology topology_;

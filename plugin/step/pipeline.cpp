@@ -220,7 +220,7 @@ void Pipeline::take_changes(const StepReader::Changes& changes) {
     find_embedded(changes.placed_bodies);
     if (!changes.placed_bodies.empty()) {
       for (const std::int32_t body : changes.placed_bodies) untangling_.place(body);
-      report_intersections();
+      report_intersections(changes.placed_bodies);
     }
   } catch (...) {
     reader_.invalidate_soft_bodies();
@@ -288,13 +288,14 @@ void Pipeline::update_trapped(const Untangling::Found& found) {
     filter_.set_embedded(embedded_.parts(), embedded_.pinned());
 }
 
-Untangling::Found Pipeline::find_intersections() const {
+Untangling::Found Pipeline::find_intersections(Span<const std::int32_t> of_bodies) const {
   const Topology view = topology().topology();
   const auto responds = [this](std::int32_t body) { return topology().bodies()[body].responds; };
   Untangling::Found found;
   found.intersections = bullet::find_intersections(
       view, detector_.edges(), motion().starts(), responds,
-      [this](const Edge& edge, const Face& face) { return filter_.ignores(edge, face); });
+      [this](const Edge& edge, const Face& face) { return filter_.ignores(edge, face); },
+      of_bodies);
   const std::function<bool(std::int32_t)> body_responds = responds;
   const PairRules pair_rules(view, body_responds);
   found.penetrations = find_penetrations(
@@ -331,8 +332,10 @@ std::vector<Contact> Pipeline::remove_passable(std::vector<Contact> contacts) co
   return contacts;
 }
 
-void Pipeline::report_intersections() {
-  const Untangling::Found found = find_intersections();
+// What was not placed intersects only if it did before.
+void Pipeline::report_intersections(const std::vector<std::int32_t>& placed_bodies) {
+  const Untangling::Found found =
+      untangling_.is_in_progress() ? find_intersections() : find_intersections(placed_bodies);
   update_trapped(found);
   step_.initial_intersections = static_cast<std::int64_t>(found.intersections.pairs.size());
   if (found.empty()) return;

@@ -116,8 +116,9 @@ class Pipeline {
   void find_embedded(const std::vector<std::int32_t>& placed_bodies);
   // Takes the nodes that have no way out of an obstacle.
   void update_trapped(const Untangling::Found& found);
-  Untangling::Found find_intersections() const;
-  void report_intersections();
+  // `of_bodies`: as for bullet::find_intersections().
+  Untangling::Found find_intersections(Span<const std::int32_t> of_bodies = {}) const;
+  void report_intersections(const std::vector<std::int32_t>& placed_bodies);
   NearContacts find_near_contacts();
   // `links` of the bodies that are not pushed apart.
   LinkSolver without_pushed_bodies(const LinkSolver& links) const;

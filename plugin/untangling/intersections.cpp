@@ -109,16 +109,19 @@ int side(const Vector3d& p, const Vector3d& a, const Vector3d& b, const Vector3d
   return std::abs(volume) > 1e-13 * scale ? (volume > 0 ? 1 : -1) : 0;
 }
 
-// By body: nonzero if it may collide with itself, or with a body whose box overlaps its own.
+// By body: nonzero if it may collide with itself, or with a body whose box overlaps its own, and
+// one of both is asked for.
 std::vector<char> find_bodies_that_may_collide(const Topology& topology,
                                                const std::vector<Vector3d>& x,
-                                               const PairRules& pair_rules) {
+                                               const PairRules& pair_rules,
+                                               const std::vector<char>& is_asked_for) {
   std::vector<Eigen::AlignedBox3d> boxes(topology.bodies.size());
   for (std::size_t v = 0; v < x.size(); ++v) boxes[topology.body_of_vertex[v]].extend(x[v]);
   std::vector<char> body_may_collide(boxes.size(), 0);
   const auto count = static_cast<std::int32_t>(boxes.size());
   for (std::int32_t a = 0; a < count; ++a) {
-    for (std::int32_t b = a; b < count; ++b) {
+    if (!is_asked_for[a]) continue;
+    for (std::int32_t b = 0; b < count; ++b) {
       if (boxes[a].intersects(boxes[b]) && pair_rules.collide(a, b))
         body_may_collide[a] = body_may_collide[b] = 1;
     }
@@ -142,13 +145,16 @@ bool edge_intersects_face(const Vector3d& p, const Vector3d& q, const Vector3d& 
 Intersections find_intersections(const Topology& topology, Span<const Edge> edges,
                                  const Positions& positions,
                                  const std::function<bool(std::int32_t)>& responds,
-                                 const std::function<bool(const Edge&, const Face&)>& is_ignored) {
+                                 const std::function<bool(const Edge&, const Face&)>& is_ignored,
+                                 Span<const std::int32_t> of_bodies) {
   std::vector<Vector3d> x;
   for (std::size_t i = 0; i < positions.count(); ++i) {
     const std::array<double, 3> p = positions[i];
     x.emplace_back(p[0], p[1], p[2]);
   }
   const PairRules pair_rules(topology, responds);
+  std::vector<char> is_asked_for(topology.bodies.size(), of_bodies.empty());
+  for (const std::int32_t body : of_bodies) is_asked_for[body] = 1;
   const auto movable = [&](std::int32_t v) { return topology.inverse_mass[v] > 0; };
   Intersections found;
   const auto test = [&](const Strips::Box& edge_box, const Strips::Box& face_box) {
@@ -161,6 +167,7 @@ Intersections find_intersections(const Topology& topology, Span<const Edge> edge
       if (v == e[0] || v == e[1]) return;
     }
     const std::int32_t a = topology.body_of_vertex[e[0]], b = topology.body_of_vertex[f[0]];
+    if (!is_asked_for[a] && !is_asked_for[b]) return;
     const bool moves =
         std::any_of(e.begin(), e.end(), movable) || std::any_of(f.begin(), f.end(), movable);
     if (!moves || !pair_rules.collide(a, b) ||
@@ -169,7 +176,8 @@ Intersections find_intersections(const Topology& topology, Span<const Edge> edge
     if (found.pairs.empty()) found.first = {a, b};
     found.pairs.push_back({edge_box.primitive, face_box.primitive});
   };
-  const std::vector<char> body_may_collide = find_bodies_that_may_collide(topology, x, pair_rules);
+  const std::vector<char> body_may_collide =
+      find_bodies_that_may_collide(topology, x, pair_rules, is_asked_for);
   const auto may_collide = [&](std::int32_t v) {
     return body_may_collide[topology.body_of_vertex[v]] != 0;
   };

@@ -73,26 +73,34 @@ void check_indices(const std::array<std::int32_t, N>& v, const char* what, std::
 
 }  // namespace
 
-Mesh::Mesh(const Topology& topology, ThreadPool& pool, TopologyFinder* finder) {
+Mesh::Mesh(const Topology& topology, ThreadPool& pool, TopologyFinder* finder, const Mesh* last) {
   take_bodies(topology, pool);
   is_complete_ = false;
   if (finder != nullptr) take_edges(topology, *finder);
   take_faces(topology, pool, finder == nullptr);
   if (finder == nullptr) {
-    complete(pool);
+    complete(pool, last);
     if (edges_.has_duplicate_faces) check_primitives(topology);
   }
   check_primitives_of_bodies();
 }
 
-void Mesh::complete(ThreadPool& pool) const {
+EdgeInput Mesh::edge_input() const {
+  return {body_of_vertex(), body_count(), faces(), more_edges_, pinned_};
+}
+
+bool Mesh::take_edges_of(const Mesh* last, ThreadPool& pool) const {
+  return last != nullptr && last->is_complete_ &&
+         build_with_kept_edges(edge_input(), last->edge_input(), last->edges_, edges_, pool);
+}
+
+void Mesh::complete(ThreadPool& pool, const Mesh* last) const {
   if (is_complete_) return;
-  edges_.build(vertex_count(), faces(), more_edges_, pinned_, pool);
+  if (!take_edges_of(last, pool)) edges_.build(vertex_count(), faces(), more_edges_, pinned_, pool);
   edge_count_ = edges_.edges.size();
   find_first_faces(pool);
   cells_.build(faces(), edges(), free_edges(), body_of_vertex(), body_count(), world_of_body(),
                pool);
-  more_edges_ = {};
   is_complete_ = true;
 }
 

@@ -11,6 +11,7 @@
 #include "core/narrow/contact_reduction.h"
 #include "cpu/scene/cells.h"
 #include "cpu/scene/edge_table.h"
+#include "cpu/scene/kept_edges.h"
 #include "cpu/scene/topology_finder.h"
 #include "cpu/threads/noinit_vector.h"
 #include "cpu/threads/thread_pool.h"
@@ -24,15 +25,17 @@ class Mesh {
   Mesh() = default;
   /// Checks and copies the topology. If it is invalid, throws Error with the body and the vertex,
   /// edge or face at fault. `finder`: finds the edges; the mesh is not complete then. Null: the
-  /// host does.
-  Mesh(const Topology& topology, ThreadPool& pool, TopologyFinder* finder = nullptr);
+  /// host does. `last`: an earlier mesh, from which the host takes the edges of bodies that are in
+  /// both; null: none.
+  Mesh(const Topology& topology, ThreadPool& pool, TopologyFinder* finder = nullptr,
+       const Mesh* last = nullptr);
   explicit Mesh(const Topology& topology);  ///< on the calling thread alone
 
   /// Whether the host has edges and cells. If not, only their numbers and the segments are known.
   bool is_complete() const { return is_complete_; }
   /// Finds edges and cells on the host, if that is not done. It changes nothing that a mesh without
   /// them shows. One thread at a time may call it.
-  void complete(ThreadPool& pool) const;
+  void complete(ThreadPool& pool) const { complete(pool, nullptr); }
 
   std::size_t vertex_count() const { return body_of_vertex_.size(); }
   Span<const Face> faces() const { return view_of(faces_); }
@@ -92,6 +95,9 @@ class Mesh {
     return {v.data(), v.size()};
   }
 
+  void complete(ThreadPool& pool, const Mesh* last) const;
+  bool take_edges_of(const Mesh* last, ThreadPool& pool) const;
+  EdgeInput edge_input() const;
   void take_bodies(const Topology& topology, ThreadPool& pool);
   void take_worlds();
   // checks: whether the indices must be checked.
@@ -106,7 +112,7 @@ class Mesh {
   mutable std::size_t edge_count_ = 0;
   // What complete() finds, and from what.
   mutable bool is_complete_ = true;
-  mutable std::vector<Edge> more_edges_;  // Topology::edges
+  std::vector<Edge> more_edges_;  // Topology::edges
   mutable EdgeTable edges_;
   mutable Cells cells_;
   mutable NoinitVector<std::int32_t> first_faces_;  // by edge, then by vertex: see FirstFaces
