@@ -4,10 +4,12 @@
 //   lazyccd_phase_costs rest [--scene NAME]... [--seconds S] [--threads N] [--csv FILE]
 //                            [--world NAME] [--without-bullet]
 //   lazyccd_phase_costs islands [--rounds N] [--threads N]
+//   lazyccd_phase_costs spawn [--rounds N] [--threads N]
 //
 // rest: cost over time of scenes whose bodies come to rest but never sleep. islands: the cost of
 // two groups of bodies that never meet, one resting and one in an impact, against each alone.
-// Times are milliseconds a step. Run it on an idle machine.
+// spawn: a step before which the application adds a body, against other steps of the scene. Times
+// are milliseconds a step. Run it on an idle machine.
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <chrono>
@@ -163,12 +165,12 @@ bool has_landed(const PhysicsWorld& world) {
                      });
 }
 
-struct IslandRequest {
+struct Repetitions {
   int rounds = 3;
   int threads = 1;
 };
 
-void measure_islands(const IslandRequest& request) {
+void measure_islands(const Repetitions& request) {
   std::printf(
       "| world | | resting | in an impact | both | both / sum |\n|---|---|---|---|---|---|\n");
   for (const World world : {World::rigid, World::deformable}) {
@@ -207,6 +209,49 @@ void measure_islands(const IslandRequest& request) {
   }
 }
 
+// A cloth of 1 800 faces beside the others.
+void add_beside(PhysicsWorld& world, std::mt19937& random) {
+  constexpr std::size_t row = 10;
+  constexpr double distance = 1.2;  // m
+  const std::size_t i = world.bodies().size();
+  auto cloth = make_sheet(world.info(), Sheet{30, 30, 1, 1}, random);
+  cloth->translate(
+      vector(distance * static_cast<double>(i % row), 0, distance * static_cast<double>(i / row)));
+  world.add(std::move(cloth));
+  keep_awake(world);
+}
+
+void measure_spawn(const Repetitions& request) {
+  std::printf(
+      "| world | bodies | Bullet alone: a step | with a new body | with LazyCCD: a step | with a "
+      "new body |\n|---|---|---|---|---|---|\n");
+  for (const World kind : {World::rigid, World::deformable}) {
+    for (const int bodies : {4, 20, 100}) {
+      std::printf("| %s | %d |", name_of(kind), bodies);
+      for (const Collisions collisions : {Collisions::bullet, Collisions::lazyccd}) {
+        WorldOptions options;
+        options.world = kind;
+        options.collisions = collisions;
+        options.gravity = 0;
+        options.lazyccd.detector.threads = request.threads;
+        const auto world = PhysicsWorld::make(options);
+        std::mt19937 random(3);
+        for (int i = 0; i < bodies; ++i) add_beside(*world, random);
+        run_steps(*world, 4);
+        std::vector<double> ordinary, with_new;
+        for (int round = 0; round < request.rounds; ++round) {
+          ordinary.push_back(run_steps(*world, 4).total);
+          add_beside(*world, random);
+          with_new.push_back(run_steps(*world, 1).total);
+        }
+        std::printf(" %.2f | %.2f |", bench::median(ordinary), bench::median(with_new));
+      }
+      std::printf("\n");
+      std::fflush(stdout);
+    }
+  }
+}
+
 }  // namespace
 }  // namespace lazyccd::scenes
 
@@ -222,14 +267,21 @@ int main(int argc, char** argv) try {
   rest_command->add_option("--world", rest.world, "only this world: rigid or deformable");
   rest_command->add_flag("--without-bullet", rest.without_bullet, "do not run Bullet alone");
   rest_command->add_option("--csv", rest.csv, "write all measurements to this file");
-  lazyccd::scenes::IslandRequest islands;
+  lazyccd::scenes::Repetitions islands, spawn;
+  spawn.rounds = 9;
   CLI::App* const island_command =
       app.add_subcommand("islands", "cost of two groups of bodies that never meet");
   island_command->add_option("--rounds", islands.rounds, "number of runs; medians are reported");
   island_command->add_option("--threads", islands.threads, "threads of LazyCCD");
+  CLI::App* const spawn_command =
+      app.add_subcommand("spawn", "cost of a step before which a body is added");
+  spawn_command->add_option("--rounds", spawn.rounds,
+                            "bodies that are added; medians are reported");
+  spawn_command->add_option("--threads", spawn.threads, "threads of LazyCCD");
   CLI11_PARSE(app, argc, argv);
   if (*rest_command) lazyccd::scenes::measure_rest(rest);
   if (*island_command) lazyccd::scenes::measure_islands(islands);
+  if (*spawn_command) lazyccd::scenes::measure_spawn(spawn);
   return 0;
 } catch (const std::exception& error) {
   std::fprintf(stderr, "%s\n", error.what());
