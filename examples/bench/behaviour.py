@@ -45,6 +45,8 @@ def save(figure, folder, name):
 
 def short(text):
     """A number in few characters; numbers beyond any sense are only large."""
+    if text == "crashed":
+        return text
     x = float(text)
     if x != x or abs(x) == float("inf"):
         return "lost"

@@ -15,7 +15,7 @@
 #include <cmath>
 #include <cstdio>
 #include <fstream>
-#include <limits>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -72,59 +72,72 @@ struct BulletRun {
 
 BulletRun run_bullet(const Behaviour& scene, World world) {
   const Report report = run(scene, {world, Collisions::bullet});
-  if (report.figures.size() > BulletRun::max_figures)
-    throw std::length_error(scene.name + " has too many figures");
   BulletRun result;
   for (std::size_t i = 0; i < report.figures.size(); ++i)
-    result.values[i] = report.figures[i].value;
+    result.values.at(i) = report.figures[i].value;
   result.pass_throughs = report.pass_throughs;
   result.ms_per_second = report.ms_per_second;
   return result;
 }
 
-BulletRun crashed_run() {
-  BulletRun result;
-  result.values.fill(std::numeric_limits<double>::quiet_NaN());
-  result.ms_per_second = std::numeric_limits<double>::quiet_NaN();
-  return result;
-}
+// A row of the table, before LazyCCD has run.
+struct Comparison {
+  const Behaviour* scene;
+  World world;
+  std::optional<BulletRun> bullet;  // nothing: it crashed
+};
 
-void add_rows(const Behaviour& scene, World world, std::ostream& csv) {
-  const BulletRun alone =
-      bench::run_in_child([&] { return run_bullet(scene, world); }).value_or(crashed_run());
-  const Report ours = run(scene, {world, Collisions::lazyccd});
+void add_rows(const Comparison& comparison, std::ostream& csv) {
+  const Report ours = run(*comparison.scene, {comparison.world, Collisions::lazyccd});
+  const std::string scene = comparison.scene->name;
+  const char* const world = name_of(comparison.world);
   for (std::size_t i = 0; i < ours.figures.size(); ++i) {
-    const Figure& b = ours.figures[i];
-    Figure a = b;
-    a.value = alone.values[i];
-    const bool alone_right = is_right(a, a), right = is_right(b, a);
-    const std::string bound = bound_of(b);
-    std::printf("| %s | %s | %s | %.4g | %.4g | %s%s |", scene.name.c_str(), name_of(world),
-                b.name.c_str(), a.value, b.value, bound.c_str(), right ? "" : " **not kept**");
-    std::printf(" %lld | %lld | %.3g | %.3g |\n", static_cast<long long>(alone.pass_throughs),
-                static_cast<long long>(ours.pass_throughs), alone.ms_per_second,
-                ours.ms_per_second);
-    csv << scene.name << ',' << name_of(world) << ',' << precision << ",\"" << b.name << "\",\""
-        << bound << "\"," << a.value << ',' << b.value << ',' << alone_right << ',' << right << ','
-        << alone.pass_throughs << ',' << ours.pass_throughs << ',' << alone.ms_per_second << ','
-        << ours.ms_per_second << ',' << bench::machine() << std::endl;
+    const Figure& figure = ours.figures[i];
+    Figure alone = figure;
+    std::string alone_value = "crashed", alone_passed = "crashed", alone_ms = "crashed";
+    if (comparison.bullet) {
+      const auto text = [](const char* format, auto value) {
+        char buffer[32];
+        std::snprintf(buffer, sizeof buffer, format, value);
+        return std::string(buffer);
+      };
+      alone.value = comparison.bullet->values.at(i);
+      alone_value = text("%.4g", alone.value);
+      alone_passed = std::to_string(comparison.bullet->pass_throughs);
+      alone_ms = text("%.3g", comparison.bullet->ms_per_second);
+    }
+    const bool alone_right = comparison.bullet && is_right(alone, alone),
+               right = is_right(figure, alone);
+    const std::string bound = bound_of(figure);
+    std::printf("| %s | %s | %s | %s | %.4g | %s%s |", scene.c_str(), world, figure.name.c_str(),
+                alone_value.c_str(), figure.value, bound.c_str(), right ? "" : " **not kept**");
+    std::printf(" %s | %lld | %s | %.3g |\n", alone_passed.c_str(),
+                static_cast<long long>(ours.pass_throughs), alone_ms.c_str(), ours.ms_per_second);
+    csv << scene << ',' << world << ',' << precision << ",\"" << figure.name << "\",\"" << bound
+        << "\"," << alone_value << ',' << figure.value << ',' << alone_right << ',' << right << ','
+        << alone_passed << ',' << ours.pass_throughs << ',' << alone_ms << ',' << ours.ms_per_second
+        << ',' << bench::machine() << std::endl;
   }
   std::fflush(stdout);
 }
 
+// Bullet's runs come first: a child process has no threads of earlier runs.
 void print_table(const Request& request, std::ostream& csv) {
+  std::vector<Comparison> comparisons;
+  for (const Behaviour& scene : all_behaviours()) {
+    if (scene.name.find(request.only) == std::string::npos) continue;
+    for (const World world : {World::rigid, World::deformable})
+      if (scene.runs_in(world))
+        comparisons.push_back(
+            {&scene, world, bench::run_in_child([&] { return run_bullet(scene, world); })});
+  }
   write_table_heading(csv);
   std::printf(
       "| scene, %s | world | figure | Bullet alone | LazyCCD | bound | pass-throughs: Bullet | "
       "LazyCCD | ms a simulated second: Bullet | LazyCCD |\n"
       "|---|---|---|---|---|---|---|---|---|---|\n",
       precision);
-  for (const Behaviour& scene : all_behaviours()) {
-    if (scene.name.find(request.only) == std::string::npos) continue;
-    for (const World world : {World::rigid, World::deformable}) {
-      if (scene.runs_in(world)) add_rows(scene, world, csv);
-    }
-  }
+  for (const Comparison& comparison : comparisons) add_rows(comparison, csv);
 }
 
 // A point of the chart: one run.

@@ -11,8 +11,9 @@
 
 namespace lazyccd::bench {
 
-/// Returns what the function returns, copied byte by byte; nothing if the child crashes. Throws
-/// std::runtime_error if there can be no child.
+/// Returns what the function returns, copied byte by byte; nothing if the child crashes or the
+/// function throws. Throws std::runtime_error if there can be no child. The child has none of the
+/// caller's other threads.
 template <class Function>
 auto run_in_child(const Function& function) {
   using Result = std::decay_t<decltype(function())>;
@@ -21,13 +22,19 @@ auto run_in_child(const Function& function) {
   int ends[2];
   if (pipe(ends) != 0) throw std::runtime_error("cannot open a pipe");
   const pid_t child = fork();
-  if (child < 0) throw std::runtime_error("cannot start a process");
   if (child == 0) {
-    const Result result = function();
-    const bool is_written = write(ends[1], &result, sizeof result) == sizeof result;
-    _exit(is_written ? 0 : 1);
+    try {
+      const Result result = function();
+      _exit(write(ends[1], &result, sizeof result) == sizeof result ? 0 : 1);
+    } catch (...) {
+      _exit(1);
+    }
   }
   close(ends[1]);
+  if (child < 0) {
+    close(ends[0]);
+    throw std::runtime_error("cannot start a process");
+  }
   Result result;
   const bool is_read = read(ends[0], &result, sizeof result) == sizeof result;
   close(ends[0]);

@@ -11,7 +11,7 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-/// What was added stays inside, metres. Without points they are apart from everything.
+/// What was added stays inside, metres. Without points they are apart from everything finite.
 struct MotionBounds {
   Eigen::Vector3d lower = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
   Eigen::Vector3d upper = -lower;

@@ -9,19 +9,19 @@ namespace {
 
 using Eigen::Vector3d;
 
-constexpr std::ptrdiff_t primitives_a_block = 32;
+constexpr std::ptrdiff_t block_size = 32;
 
 // Sorts items such that each run of a block's size has neighbours: halves them at the median of
 // their longest extent, again and again. Each half but the last is a whole number of blocks.
 template <class Iterator, class Middle>
 void sort_into_blocks(Iterator first, Iterator last, const Middle& middle_of) {
-  if (last - first <= primitives_a_block) return;
+  if (last - first <= block_size) return;
   MotionBounds bounds;
   std::for_each(first, last, [&](std::int32_t item) { bounds.add(middle_of(item)); });
   Eigen::Index axis;
   (bounds.upper - bounds.lower).maxCoeff(&axis);
-  const std::ptrdiff_t blocks = (last - first + primitives_a_block - 1) / primitives_a_block;
-  const Iterator half = first + blocks / 2 * primitives_a_block;
+  const std::ptrdiff_t blocks = (last - first + block_size - 1) / block_size;
+  const Iterator half = first + blocks / 2 * block_size;
   std::nth_element(first, half, last, [&](std::int32_t a, std::int32_t b) {
     const double x = middle_of(a)[axis], y = middle_of(b)[axis];
     return x < y || (x == y && a < b);
@@ -57,7 +57,7 @@ void SoftBounds::make_blocks(const Primitives& primitives, const IndexRange& ran
     });
   const auto size_of = [](const auto& list) { return static_cast<std::int32_t>(list.size()); };
   for (std::int32_t first = 0; first < size_of(sorted);) {
-    const auto last = std::min<std::int32_t>(first + primitives_a_block, size_of(sorted));
+    const auto last = std::min<std::int32_t>(first + block_size, size_of(sorted));
     const std::int32_t first_vertex = size_of(result.vertices);
     for (std::int32_t i = first; i < last; ++i)
       for (const std::int32_t v : primitives[static_cast<std::size_t>(sorted[i])])
@@ -75,7 +75,7 @@ void SoftBounds::update(const StepTopology::BodyRecord& soft, BodyBounds& body) 
     const Topology topology = topology_.topology();
     make_blocks(topology.edges, soft.edges, body.edges);
     make_blocks(topology.faces, soft.faces, body.faces);
-    body.is_near.assign(static_cast<std::size_t>(soft.vertex_count), 0);
+    body.marks.assign(static_cast<std::size_t>(soft.vertex_count), 0);
     body.has_blocks = true;
   }
   body.all = MotionBounds();
@@ -93,18 +93,48 @@ void SoftBounds::update(const StepTopology::BodyRecord& soft, BodyBounds& body) 
   body.is_current = true;
 }
 
-void SoftBounds::add_near(const Blocks& all, const MotionBounds& other, double distance,
-                          std::int32_t first_vertex, std::vector<char>& is_near,
-                          std::vector<std::int32_t>& primitives) {
+// A bit for each side of the bounds beyond which a vertex stays, farther away than the distance.
+std::uint8_t SoftBounds::beyond(std::int32_t vertex, const Other& other) const {
+  const Vector3d x0 = motion_.start_of(vertex), x1 = at_start_ ? x0 : motion_.end_of(vertex);
+  if (!other.bounds.is_finite || !x0.allFinite() || !x1.allFinite()) return 0;
+  const Vector3d least = x0.cwiseMin(x1), most = x0.cwiseMax(x1);
+  unsigned sides = 0;
+  for (int k = 0; k < 3; ++k) {
+    if (least[k] - other.bounds.upper[k] > other.distance) sides |= 1u << (2 * k);
+    if (other.bounds.lower[k] - most[k] > other.distance) sides |= 2u << (2 * k);
+  }
+  return static_cast<std::uint8_t>(sides);
+}
+
+// A primitive is apart from the bounds if all of its vertices are beyond the same side.
+template <class Primitives>
+void SoftBounds::add_near(const Primitives& primitives, const Blocks& all, const Other& other,
+                          std::int32_t first_vertex, std::vector<std::uint8_t>& marks,
+                          std::vector<std::int32_t>& near) {
+  constexpr std::uint8_t all_sides = 63, is_known = 64, is_added = 128;
+  const auto mark_of = [&](std::int32_t v) -> std::uint8_t& {
+    return marks[static_cast<std::size_t>(v - first_vertex)];
+  };
   for (const Block& block : all.blocks) {
-    if (are_apart(block.bounds, other, distance)) continue;
-    primitives.insert(primitives.end(), all.primitives.begin() + block.primitives.first,
-                      all.primitives.begin() + block.primitives.last);
+    if (are_apart(block.bounds, other.bounds, other.distance)) continue;
     for (std::int32_t i = block.vertices.first; i < block.vertices.last; ++i) {
       const std::int32_t v = all.vertices[static_cast<std::size_t>(i)];
-      char& is_known = is_near[static_cast<std::size_t>(v - first_vertex)];
-      if (!is_known) near_.vertices.push_back(v);
-      is_known = 1;
+      if (mark_of(v) & is_known) continue;
+      mark_of(v) = is_known | beyond(v, other);
+      marked_.push_back(v);
+    }
+    for (std::int32_t i = block.primitives.first; i < block.primitives.last; ++i) {
+      const std::int32_t index = all.primitives[static_cast<std::size_t>(i)];
+      const auto& primitive = primitives[static_cast<std::size_t>(index)];
+      std::uint8_t common = all_sides;
+      for (const std::int32_t v : primitive) common &= mark_of(v);
+      if (common != 0) continue;
+      near.push_back(index);
+      for (const std::int32_t v : primitive) {
+        if (mark_of(v) & is_added) continue;
+        mark_of(v) |= is_added;
+        near_.vertices.push_back(v);
+      }
     }
   }
 }
@@ -118,10 +148,14 @@ const NearPrimitives& SoftBounds::find_near(std::int32_t soft_body, const Motion
   near_.edges.clear();
   near_.faces.clear();
   if (are_apart(body.all, other, distance)) return near_;
-  add_near(body.edges, other, distance, soft.first_vertex, body.is_near, near_.edges);
-  add_near(body.faces, other, distance, soft.first_vertex, body.is_near, near_.faces);
-  for (const std::int32_t v : near_.vertices)
-    body.is_near[static_cast<std::size_t>(v - soft.first_vertex)] = 0;
+  const Topology topology = topology_.topology();
+  add_near(topology.edges, body.edges, {other, distance}, soft.first_vertex, body.marks,
+           near_.edges);
+  add_near(topology.faces, body.faces, {other, distance}, soft.first_vertex, body.marks,
+           near_.faces);
+  for (const std::int32_t v : marked_)
+    body.marks[static_cast<std::size_t>(v - soft.first_vertex)] = 0;
+  marked_.clear();
   return near_;
 }
 

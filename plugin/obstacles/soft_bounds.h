@@ -2,7 +2,6 @@
 // small obstacle.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -20,6 +19,8 @@ struct NearPrimitives {
   bool empty() const { return edges.empty() && faces.empty(); }
 };
 
+/// Finds what of the soft bodies may be near something. What it finds does not depend on the
+/// blocks.
 class SoftBounds {
  public:
   /// The arguments must outlive it.
@@ -30,8 +31,8 @@ class SoftBounds {
   void set_topology() { bodies_.assign(topology_.bodies().size(), {}); }
   /// Begins a motion, or its present end, which may be another one. `at_start`: nothing moves.
   void begin(bool at_start);
-  /// Returns what of a soft body may come within `distance` of something with these bounds, metres.
-  /// What is not finite always may. Valid until the next call.
+  /// Returns the edges and faces of a soft body whose own bounds come within `distance` of others,
+  /// metres. What is not finite always counts. Valid until the next call.
   const NearPrimitives& find_near(std::int32_t soft_body, const MotionBounds& other,
                                   double distance);
 
@@ -50,21 +51,29 @@ class SoftBounds {
     bool has_blocks = false, is_current = false;
     MotionBounds all;
     Blocks edges, faces;
-    std::vector<char> is_near;  // by vertex, scratch memory
+    std::vector<std::uint8_t> marks;  // by vertex, scratch memory; 0 between calls
+  };
+  /// The bounds with which a body is compared.
+  struct Other {
+    const MotionBounds& bounds;
+    double distance;
   };
 
   template <class Primitives>
   void make_blocks(const Primitives& primitives, const IndexRange& range, Blocks& result) const;
   void update(const StepTopology::BodyRecord& soft, BodyBounds& body) const;
-  void add_near(const Blocks& all, const MotionBounds& other, double distance,
-                std::int32_t first_vertex, std::vector<char>& is_near,
-                std::vector<std::int32_t>& primitives);
+  std::uint8_t beyond(std::int32_t vertex, const Other& other) const;
+  template <class Primitives>
+  void add_near(const Primitives& primitives, const Blocks& all, const Other& other,
+                std::int32_t first_vertex, std::vector<std::uint8_t>& marks,
+                std::vector<std::int32_t>& near);
 
   const StepTopology& topology_;
   const Motion& motion_;
   bool at_start_ = false;
   std::vector<BodyBounds> bodies_;  // filled as far as they are needed
   NearPrimitives near_;
+  std::vector<std::int32_t> marked_;  // vertices with a mark
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -138,7 +138,7 @@ class SoftScene {
   std::vector<const btSoftBody*> excluded_;
   bool filtered_by_application_ = false;  // in the last find_filters()
   std::set<const btSoftBody*> changed_;   // since forget_changes()
-  // What the last rebuild() read, and what the present one has read so far.
+  // By body, with its own indices: what the last rebuild() read, and what this one has so far.
   std::unordered_map<const btSoftBody*, Primitives> primitives_, next_primitives_;
 
   std::vector<BodyRecord> bodies_;

@@ -288,7 +288,7 @@ void Pipeline::update_trapped(const Untangling::Found& found) {
     filter_.set_embedded(embedded_.parts(), embedded_.pinned());
 }
 
-Untangling::Found Pipeline::find_intersections(Span<const std::int32_t> of_bodies) const {
+Untangling::Found Pipeline::find_intersections(const std::vector<std::int32_t>* of_bodies) const {
   const Topology view = topology().topology();
   const auto responds = [this](std::int32_t body) { return topology().bodies()[body].responds; };
   Untangling::Found found;
@@ -332,10 +332,11 @@ std::vector<Contact> Pipeline::remove_passable(std::vector<Contact> contacts) co
   return contacts;
 }
 
-// What was not placed intersects only if it did before.
+// Other bodies intersect only where contacts were left over, or where that was given up before.
 void Pipeline::report_intersections(const std::vector<std::int32_t>& placed_bodies) {
+  const bool others_may_intersect = untangling_.is_in_progress() || total_.unresolved > 0;
   const Untangling::Found found =
-      untangling_.is_in_progress() ? find_intersections() : find_intersections(placed_bodies);
+      find_intersections(others_may_intersect ? nullptr : &placed_bodies);
   update_trapped(found);
   step_.initial_intersections = static_cast<std::int64_t>(found.intersections.pairs.size());
   if (found.empty()) return;

@@ -117,7 +117,7 @@ class Pipeline {
   // Takes the nodes that have no way out of an obstacle.
   void update_trapped(const Untangling::Found& found);
   // `of_bodies`: as for bullet::find_intersections().
-  Untangling::Found find_intersections(Span<const std::int32_t> of_bodies = {}) const;
+  Untangling::Found find_intersections(const std::vector<std::int32_t>* of_bodies = nullptr) const;
   void report_intersections(const std::vector<std::int32_t>& placed_bodies);
   NearContacts find_near_contacts();
   // `links` of the bodies that are not pushed apart.

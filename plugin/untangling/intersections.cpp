@@ -122,6 +122,7 @@ std::vector<char> find_bodies_that_may_collide(const Topology& topology,
   for (std::int32_t a = 0; a < count; ++a) {
     if (!is_asked_for[a]) continue;
     for (std::int32_t b = 0; b < count; ++b) {
+      if (b < a && is_asked_for[b]) continue;  // known from b
       if (boxes[a].intersects(boxes[b]) && pair_rules.collide(a, b))
         body_may_collide[a] = body_may_collide[b] = 1;
     }
@@ -146,15 +147,16 @@ Intersections find_intersections(const Topology& topology, Span<const Edge> edge
                                  const Positions& positions,
                                  const std::function<bool(std::int32_t)>& responds,
                                  const std::function<bool(const Edge&, const Face&)>& is_ignored,
-                                 Span<const std::int32_t> of_bodies) {
+                                 const std::vector<std::int32_t>* of_bodies) {
   std::vector<Vector3d> x;
   for (std::size_t i = 0; i < positions.count(); ++i) {
     const std::array<double, 3> p = positions[i];
     x.emplace_back(p[0], p[1], p[2]);
   }
   const PairRules pair_rules(topology, responds);
-  std::vector<char> is_asked_for(topology.bodies.size(), of_bodies.empty());
-  for (const std::int32_t body : of_bodies) is_asked_for[body] = 1;
+  std::vector<char> is_asked_for(topology.bodies.size(), of_bodies == nullptr);
+  if (of_bodies != nullptr)
+    for (const std::int32_t body : *of_bodies) is_asked_for[body] = 1;
   const auto movable = [&](std::int32_t v) { return topology.inverse_mass[v] > 0; };
   Intersections found;
   const auto test = [&](const Strips::Box& edge_box, const Strips::Box& face_box) {

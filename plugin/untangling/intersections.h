@@ -32,13 +32,14 @@ struct Intersections {
 
 /// Finds the intersections of pairs that may collide, respond, are not ignored and have at least
 /// one movable vertex. Pairs that touch, or that rounding cannot tell from touching, do not count.
-/// `of_bodies`: only pairs with one of these bodies, by which the cost goes; empty: all pairs.
+/// `of_bodies`: only pairs with one of these bodies; null: all pairs. What is far from them costs
+/// little then.
 /// Meant for scenes that changed, not for every step.
 Intersections find_intersections(
     const Topology& topology, Span<const Edge> edges, const Positions& positions,
     const std::function<bool(std::int32_t body)>& responds,
     const std::function<bool(const Edge& edge, const Face& face)>& is_ignored,
-    Span<const std::int32_t> of_bodies = {});
+    const std::vector<std::int32_t>* of_bodies = nullptr);
 
 }  // namespace LAZYCCD_BULLET_PRECISION
 }  // namespace lazyccd::bullet

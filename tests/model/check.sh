@@ -47,8 +47,7 @@ holds() {
   fi
 }
 
-# caught MODEL OPTION...: the search must find the mistake of a mutant. It ends soon, so that compiling
-# takes longer.
+# caught MODEL OPTION...: the search must find the mistake of a mutant. Compiling takes longer.
 caught() {
   search 0 "$@"
   if grep -q -e 'assertion violated' -e 'invalid end state (' pan.out; then

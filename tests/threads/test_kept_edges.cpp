@@ -1,10 +1,11 @@
-// A mesh that takes the edges of bodies from an earlier one has the edges of one that does not.
+// Edges that a topology takes from the last one are those that are found without it.
 #include <algorithm>
 #include <cstdint>
 #include <random>
 #include <set>
 #include <vector>
 
+#include "cpu/scene/kept_edges.h"
 #include "cpu/scene/mesh.h"
 #include "lazyccd/error.h"
 #include "support/catch.h"
@@ -21,34 +22,44 @@ struct OwnBody {
   std::vector<float> inverse_mass;
 };
 
-struct Bodies {
-  std::vector<OwnBody> all;
+// All bodies in one index space.
+struct AllBodies {
+  std::vector<Face> faces;
+  std::vector<Edge> edges;
+  std::vector<std::int32_t> body_of_vertex;
+  std::vector<float> inverse_mass;
+  std::vector<char> pinned;
+  std::size_t body_count = 0;
 
-  // The mesh of all bodies, which takes edges from `last`.
-  Mesh mesh(ThreadPool& pool, const Mesh* last) const {
-    std::vector<Face> faces;
-    std::vector<Edge> edges;
-    std::vector<std::int32_t> body_of_vertex;
-    std::vector<float> inverse_mass;
-    for (std::size_t b = 0; b < all.size(); ++b) {
+  explicit AllBodies(const std::vector<OwnBody>& bodies) : body_count(bodies.size()) {
+    for (std::size_t b = 0; b < bodies.size(); ++b) {
       const auto first = static_cast<std::int32_t>(body_of_vertex.size());
-      for (Face face : all[b].faces) {
+      for (Face face : bodies[b].faces) {
         for (std::int32_t& v : face) v += first;
         faces.push_back(face);
       }
-      for (const Edge& edge : all[b].edges) edges.push_back({edge[0] + first, edge[1] + first});
-      body_of_vertex.insert(body_of_vertex.end(), static_cast<std::size_t>(all[b].vertices),
-                            static_cast<std::int32_t>(b));
-      inverse_mass.insert(inverse_mass.end(), all[b].inverse_mass.begin(),
-                          all[b].inverse_mass.end());
+      for (const Edge& edge : bodies[b].edges) edges.push_back({edge[0] + first, edge[1] + first});
+      for (const float mass : bodies[b].inverse_mass) {
+        body_of_vertex.push_back(static_cast<std::int32_t>(b));
+        inverse_mass.push_back(mass);
+        pinned.push_back(mass == 0);
+      }
     }
+  }
+  EdgeInput input() const { return {body_of_vertex, body_count, faces, edges, pinned}; }
+  EdgeTable table(ThreadPool& pool) const {
+    EdgeTable table;
+    table.build(body_of_vertex.size(), faces, edges, pinned, pool);
+    return table;
+  }
+  Topology topology() const {
     Topology topology;
     topology.vertex_count = body_of_vertex.size();
     topology.faces = faces;
     topology.edges = edges;
     topology.body_of_vertex = body_of_vertex;
     topology.inverse_mass = inverse_mass;
-    return Mesh(topology, pool, nullptr, last);
+    return topology;
   }
 };
 
@@ -75,21 +86,20 @@ OwnBody random_body(std::mt19937& random) {
   return body;
 }
 
-// Adds, removes, replaces or swaps a few bodies, or pins a vertex.
-void change(Bodies& bodies, std::mt19937& random) {
-  std::vector<OwnBody>& all = bodies.all;
+// Adds, removes, replaces or swaps bodies, or pins a vertex.
+void change(std::vector<OwnBody>& bodies, std::mt19937& random) {
   const auto place = [&] {
-    return all.begin() + static_cast<std::ptrdiff_t>(random() % all.size());
+    return bodies.begin() + static_cast<std::ptrdiff_t>(random() % bodies.size());
   };
   switch (random() % 6) {
     case 0:
-      all.insert(place(), random_body(random));
+      bodies.insert(place(), random_body(random));
       break;
     case 1:
-      all.push_back(random_body(random));
+      bodies.push_back(random_body(random));
       break;
     case 2:
-      all.erase(place());
+      bodies.erase(place());
       break;
     case 3:
       *place() = random_body(random);
@@ -109,14 +119,16 @@ bool are_equal(const List& a, const List& b) {
   return std::equal(a.begin(), a.end(), b.begin(), b.end());
 }
 
-bool have_equal_edges(const Mesh& a, const Mesh& b) {
-  const auto first_faces = [](const Mesh& mesh) {
-    std::vector<std::int32_t> faces;
-    for (std::size_t e = 0; e < mesh.edge_count(); ++e) faces.push_back(mesh.first_faces().of[e]);
-    return faces;
-  };
-  return are_equal(a.edges(), b.edges()) && are_equal(a.free_edges(), b.free_edges()) &&
-         are_equal(a.face_edges(), b.face_edges()) && first_faces(a) == first_faces(b);
+bool are_equal_tables(const EdgeTable& a, const EdgeTable& b) {
+  return are_equal(a.edges, b.edges) && are_equal(a.free_edges, b.free_edges) &&
+         are_equal(a.face_edges, b.face_edges) && are_equal(a.first_faces, b.first_faces) &&
+         a.has_duplicate_faces == b.has_duplicate_faces;
+}
+
+std::vector<OwnBody> random_bodies(int count, std::mt19937& random) {
+  std::vector<OwnBody> bodies;
+  for (int i = 0; i < count; ++i) bodies.push_back(random_body(random));
+  return bodies;
 }
 
 }  // namespace
@@ -126,30 +138,51 @@ TEST_CASE("edges of bodies that stay are those that are found anew", "[threads]"
     ThreadPool pool(threads);
     std::mt19937 random(5);
     for (int run = 0; run < 20; ++run) {
-      Bodies bodies;
-      for (int b = 0; b < 24; ++b) bodies.all.push_back(random_body(random));
-      Mesh last = bodies.mesh(pool, nullptr);
+      std::vector<OwnBody> bodies = random_bodies(24, random);
       for (int step = 0; step < 20; ++step) {
+        const AllBodies last(bodies);
         const int changes = 1 + static_cast<int>(random() % 3);
         for (int i = 0; i < changes; ++i) change(bodies, random);
-        Mesh mesh = bodies.mesh(pool, &last);
+        const AllBodies now(bodies);
         INFO("threads " << threads << ", run " << run << ", step " << step);
-        CHECK(have_equal_edges(mesh, bodies.mesh(pool, nullptr)));
-        last = std::move(mesh);
+        EdgeTable table;
+        REQUIRE(build_with_kept_edges(now.input(), last.input(), last.table(pool), table, pool));
+        CHECK(are_equal_tables(table, now.table(pool)));
       }
     }
   }
 }
 
+TEST_CASE("edges are not kept where most bodies are new or their order is another", "[threads]") {
+  ThreadPool pool(2);
+  std::mt19937 random(6);
+  std::vector<OwnBody> bodies = random_bodies(24, random);
+  const AllBodies last(bodies);
+  const EdgeTable last_table = last.table(pool);
+  EdgeTable table;
+  const auto keeps = [&](const AllBodies& now) {
+    return build_with_kept_edges(now.input(), last.input(), last_table, table, pool);
+  };
+  CHECK(keeps(last));
+  AllBodies other_order = last;
+  std::swap(other_order.faces.front(), other_order.faces.back());
+  CHECK(!keeps(other_order));
+  std::reverse(bodies.begin(), bodies.end());
+  CHECK(keeps(AllBodies(bodies)));
+  bodies.erase(bodies.begin(), bodies.begin() + 20);
+  CHECK(keeps(AllBodies(bodies)));
+  CHECK(!keeps(AllBodies(random_bodies(24, random))));
+}
+
 TEST_CASE("a duplicate face of a new body is found beside bodies that stay", "[threads]") {
   ThreadPool pool(2);
   std::mt19937 random(9);
-  Bodies bodies;
-  for (int b = 0; b < 8; ++b) bodies.all.push_back(random_body(random));
-  const Mesh last = bodies.mesh(pool, nullptr);
-  bodies.all[3].faces.push_back(bodies.all[3].faces[0]);
+  std::vector<OwnBody> bodies = random_bodies(8, random);
+  const Mesh last(AllBodies(bodies).topology(), pool);
+  bodies[3].faces.push_back(bodies[3].faces[0]);
+  const AllBodies now(bodies);
   try {
-    bodies.mesh(pool, &last);
+    Mesh(now.topology(), pool, nullptr, &last);
     FAIL("no error");
   } catch (const Error& error) {
     CHECK(error.code() == ErrorCode::duplicate_face);

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <type_traits>
+#include <unordered_map>
 #include <vector>
 
 namespace lazyccd {
@@ -79,6 +81,20 @@ bool are_equal(const EdgeInput& a, const BodyRanges& of_a, const EdgeInput& b,
          are_equal(a.more, of_a.more, of_a.vertices.first, b.more, of_b.more, of_b.vertices.first);
 }
 
+// A hash of what are_equal() compares, without what is pinned.
+std::uint64_t content_hash(const EdgeInput& input, const BodyRanges& body) {
+  std::uint64_t hash = body.vertices.size();
+  const auto add = [&](const auto& primitives, const Range& range) {
+    hash = (hash ^ range.size()) * 0x9e3779b97f4a7c15;
+    for (std::size_t i = range.first; i < range.last; ++i)
+      for (const std::int32_t v : primitives[i])
+        hash = (hash ^ (static_cast<std::size_t>(v) - body.vertices.first)) * 0x9e3779b97f4a7c15;
+  };
+  add(input.faces, body.faces);
+  add(input.more, body.more);
+  return hash ^ hash >> 32;
+}
+
 class Builder {
  public:
   Builder(const EdgeInput& input, const EdgeInput& last_input, const EdgeTable& last,
@@ -101,18 +117,27 @@ class Builder {
   }
 
  private:
-  // Finds the last topology's body for each body, or -1. Most bodies have the same order.
+  // Finds a body of the last topology that is equal, for each body, or -1. Most have the same
+  // order.
   void find_kept() {
     kept_.assign(bodies_.size(), -1);
     std::size_t next = 0;
+    const auto is_kept_by = [&](std::size_t b, std::size_t last) {
+      if (last >= last_bodies_.size() ||
+          !are_equal(input_, bodies_[b], last_input_, last_bodies_[last]))
+        return false;
+      kept_[b] = static_cast<std::int32_t>(last);
+      next = last + 1;
+      return true;
+    };
+    std::unordered_map<std::uint64_t, std::size_t> by_content;
     for (std::size_t b = 0; b < bodies_.size(); ++b) {
-      const std::size_t end = std::min(next + max_bodies_removed, last_bodies_.size());
-      for (std::size_t k = next; k < end; ++k) {
-        if (!are_equal(input_, bodies_[b], last_input_, last_bodies_[k])) continue;
-        kept_[b] = static_cast<std::int32_t>(k);
-        next = k + 1;
-        break;
-      }
+      if (is_kept_by(b, next)) continue;
+      if (by_content.empty())
+        for (std::size_t k = 0; k < last_bodies_.size(); ++k)
+          by_content.emplace(content_hash(last_input_, last_bodies_[k]), k);
+      const auto found = by_content.find(content_hash(input_, bodies_[b]));
+      if (found != by_content.end()) is_kept_by(b, found->second);
     }
   }
 
@@ -212,9 +237,6 @@ class Builder {
                                                        sides[2] + edge};
     }
   }
-
-  // Of bodies in succession that are gone: after more, the rest counts as new.
-  static constexpr std::size_t max_bodies_removed = 16;
 
   const EdgeInput &input_, &last_input_;
   const EdgeTable& last_;

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 
 #include "cpu/scene/edge_table.h"
 #include "cpu/threads/thread_pool.h"

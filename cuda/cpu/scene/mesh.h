@@ -112,7 +112,7 @@ class Mesh {
   mutable std::size_t edge_count_ = 0;
   // What complete() finds, and from what.
   mutable bool is_complete_ = true;
-  std::vector<Edge> more_edges_;  // Topology::edges
+  std::vector<Edge> more_edges_;  // Topology::edges; kept for the next mesh
   mutable EdgeTable edges_;
   mutable Cells cells_;
   mutable NoinitVector<std::int32_t> first_faces_;  // by edge, then by vertex: see FirstFaces

@@ -47,8 +47,8 @@ struct StepStats {
   std::int64_t unresolved = 0;
   std::int64_t initial_contacts = 0;  ///< pairs in contact that touched before the step began
   /// Edge-face intersections at the start of the step. Counted in the first step, and in steps
-  /// before which bodies changed or were placed elsewhere: of these bodies, unless others are being
-  /// moved apart.
+  /// before which bodies changed or were placed elsewhere: pairs with one of these bodies; all
+  /// pairs while others are moved apart.
   std::int64_t initial_intersections = 0;
   std::int64_t fallback_steps = 0;  ///< steps that ran without LazyCCD; status() says why
   /// Joules by which the response raised and lowered the kinetic energy of soft and dynamic rigid
