@@ -138,7 +138,7 @@ void on_own_threads(std::size_t count, std::size_t grain,
 }
 
 // The same body twice: one is solved by Bullet, one in groups.
-struct BodyPair {
+struct TwoBodies {
   Hanging bullets, grouped;
   bullet::SoftConstraints constraints;
 
@@ -231,7 +231,7 @@ struct SeveralBodies {
 }  // namespace
 
 TEST_CASE("solving links in groups gives bit-identical results") {
-  BodyPair both;
+  TwoBodies both;
   const int velocities = GENERATE(0, 2), positions = GENERATE(1, 10), drift = GENERATE(0, 3);
   const bool anchored = GENERATE(false, true), twice = GENERATE(false, true);
   CAPTURE(velocities, positions, drift, anchored, twice);
@@ -249,7 +249,7 @@ TEST_CASE("solving links in groups gives bit-identical results") {
 }
 
 TEST_CASE("links may change between steps in any way") {
-  BodyPair both;
+  TwoBodies both;
   both.change([](Hanging& h) { h.body->m_cfg.piterations = 4; });
   both.step();
   both.step();
@@ -295,7 +295,7 @@ TEST_CASE("links may change between steps in any way") {
 }
 
 TEST_CASE("nodes may be freed and pinned and links left out between steps") {
-  BodyPair both;
+  TwoBodies both;
   both.change([](Hanging& h) { h.body->m_cfg.piterations = 4; });
   for (int i = 0; i < 12; ++i) {
     both.change([&](Hanging& h) {
@@ -319,7 +319,7 @@ TEST_CASE("other constraints are solved between the links in Bullet's sequence")
   const bool anchored = GENERATE(false, true), touching = GENERATE(false, true);
   const int positions = GENERATE(0, 1, 5);
   CAPTURE(sequence.size(), anchored, touching, positions);
-  BodyPair both;
+  TwoBodies both;
   both.change([&](Hanging& h) {
     btSoftBody::Config& config = h.body->m_cfg;
     config.piterations = positions;
@@ -389,7 +389,7 @@ void change_somehow(Hanging& h, std::mt19937& random) {
 TEST_CASE("results are the same whatever happens to a body between steps") {
   for (unsigned scene = 0; scene < 60; ++scene) {
     CAPTURE(scene);
-    BodyPair both;
+    TwoBodies both;
     both.change([&](Hanging& h) {
       h.body->m_cfg.m_vsequence.push_back(btSoftBody::eVSolver::Linear);
       h.body->m_cfg.m_dsequence.push_back(btSoftBody::ePSolver::Linear);
@@ -424,7 +424,7 @@ TEST_CASE("links are solved in groups or by Bullet if each depends on the one be
 }
 
 TEST_CASE("a link to another body's node is solved where the body lists it") {
-  BodyPair both;
+  TwoBodies both;
   Hanging others[2];
   both.change([&](Hanging& h) {
     h.body->m_cfg.piterations = 4;
@@ -443,10 +443,10 @@ TEST_CASE("a link to another body's node is solved where the body lists it") {
 }
 
 TEST_CASE("bodies may come and go and sleep with links of their own") {
-  std::vector<std::unique_ptr<BodyPair>> pairs;
+  std::vector<std::unique_ptr<TwoBodies>> pairs;
   bullet::SoftConstraints constraints;
   for (int i = 0; i < 3; ++i) {
-    pairs.push_back(std::make_unique<BodyPair>());
+    pairs.push_back(std::make_unique<TwoBodies>());
     pairs.back()->change([i](Hanging& h) {
       h.body->m_cfg.piterations = 3;
       if (i == 1) h.body->generateBendingConstraints(2);
@@ -573,7 +573,7 @@ TEST_CASE("a body whose solver threw is solved by the next call") {
   const bool grouped = GENERATE(true, false);  // Bullet's own loop is faster for very few links
   const int passes = GENERATE(1, 4);
   CAPTURE(grouped, passes);
-  BodyPair both;
+  TwoBodies both;
   btAlignedObjectArray<btSoftBody*> bodies;
   bodies.push_back(both.grouped.body.get());
   both.change([&](Hanging& h) {

@@ -18,7 +18,7 @@ using scenes::World;
 namespace {
 
 constexpr int nodes = 17;  // along a side of the cloth
-constexpr double radius = 0.25, margin = 0.02;
+constexpr double radius = 0.25, cloth_margin = 0.02;
 
 struct Hammock {
   ObstacleWorld w;
@@ -34,7 +34,7 @@ struct Hammock {
                                        corner(1, 1), nodes, nodes, 0, true));
     made->setTotalMass(1);
     made->m_cfg.kDF = btScalar(0.5);
-    cloth = w.add(std::move(made), margin);
+    cloth = w.add(std::move(made), cloth_margin);
     cloth->m_materials[0]->m_kLST = 1;
     cloth->m_cfg.piterations = iterations;
   }

@@ -24,7 +24,7 @@ using namespace lazyccd::test;
 namespace {
 
 constexpr btScalar radius = btScalar(0.3);
-constexpr double margin = 0.01;  // m
+constexpr double sheet_margin = 0.01;  // m
 
 // A compound of two balls that owns them.
 struct TwoBalls : btCompoundShape {
@@ -41,7 +41,7 @@ constexpr btScalar small_radius = btScalar(0.03);
 
 bool is_small(const std::string& kind) { return kind == "small ball" || kind == "thin capsule"; }
 
-std::unique_ptr<btCollisionShape> make_shape(const std::string& kind) {
+std::unique_ptr<btCollisionShape> make_round_shape(const std::string& kind) {
   if (kind == "small ball") return std::make_unique<btSphereShape>(small_radius);
   if (kind == "thin capsule") return std::make_unique<btCapsuleShapeX>(small_radius, btScalar(0.4));
   if (kind == "ball") return std::make_unique<btSphereShape>(radius);
@@ -49,11 +49,11 @@ std::unique_ptr<btCollisionShape> make_shape(const std::string& kind) {
   return std::make_unique<TwoBalls>();
 }
 
-DrapedSheet make_draped(const std::string& kind, unsigned number) {
+DrapedSheet drape_over_round(const std::string& kind, unsigned number) {
   const bool is_curved = kind == "ball";
   const auto r = static_cast<double>(is_small(kind) ? small_radius : radius);
   return DrapedSheet(
-      make_shape(kind),
+      make_round_shape(kind),
       [is_curved, r](double x, double z, double gap) {
         const double outside = r + gap;
         return std::sqrt(outside * outside - (is_curved ? x * x + z * z : 0));
@@ -97,17 +97,17 @@ double gap_of(const Contact& contact, std::int32_t obstacle, const bullet::StepT
 TEST_CASE("a ray from the core of a ball or capsule leaves through the face that it is told") {
   const std::string kind = GENERATE("ball", "capsule", "two balls");
   CAPTURE(kind);
-  const auto shape = make_shape(kind);
+  const auto shape = make_round_shape(kind);
   bullet::Triangles triangles;
   REQUIRE(bullet::tessellate(*shape, btTransform::getIdentity(), bullet::AxisBox::empty(),
-                             bullet::AxisBox::empty(), 0.5 * margin, triangles));
+                             bullet::AxisBox::empty(), 0.5 * sheet_margin, triangles));
   CHECK(triangles.is_round());
   std::mt19937 random(7);
   std::normal_distribution<double> gauss;
   std::uniform_real_distribution<double> uniform;
   for (const bullet::RoundPart& part : triangles.round_parts) {
     CHECK(part.outer_radius == Approx(static_cast<double>(radius)).epsilon(1e-5));
-    CHECK(part.inner_radius > static_cast<double>(radius) - 0.6 * margin);
+    CHECK(part.inner_radius > static_cast<double>(radius) - 0.6 * sheet_margin);
     for (int i = 0; i < 300; ++i) {
       const btVector3 direction =
           btVector3(static_cast<btScalar>(gauss(random)), static_cast<btScalar>(gauss(random)),
@@ -132,7 +132,7 @@ TEST_CASE("what is said to be clear of balls and capsules does not touch their t
   int clear = 0, touching = 0, of_faces_or_edges = 0, within = 0, reported = 0;
   for (unsigned number = 1; number <= 150; ++number) {
     CAPTURE(number);
-    DrapedSheet draped = make_draped(kind, number);
+    DrapedSheet draped = drape_over_round(kind, number);
     draped.read();
     const bullet::StepTopology& topology = draped.reader().topology();
     const bullet::Motion& motion = draped.reader().motion();
@@ -152,11 +152,11 @@ TEST_CASE("what is said to be clear of balls and capsules does not touch their t
 
     // Each vertex that the detector reports near a face is reported.
     DetectorOptions options;
-    options.separation = margin;
+    options.separation = sheet_margin;
     Detector near(options);
     near.set_topology(topology.for_detection());
     std::vector<Contact> found;
-    round.find_near(margin, found);
+    round.find_near(sheet_margin, found);
     CHECK(std::is_sorted(found.begin(), found.end()));
     for (const Contact& contact : near.detect(motion.starts(), motion.ends())) {
       if (contact.kind != ContactKind::vertex_face || !topology.is_soft(contact.primitive_a))
@@ -174,7 +174,7 @@ TEST_CASE("what is said to be clear of balls and capsules does not touch their t
       const bool of_vertex =
           topology.is_soft(contact.vertices[0]) && contact.kind == ContactKind::vertex_face;
       of_faces_or_edges += !of_vertex;
-      within += gap_of(contact, obstacle, topology, motion) <= margin + 1e-4;
+      within += gap_of(contact, obstacle, topology, motion) <= sheet_margin + 1e-4;
       ++reported;
       double length = 0;
       for (const float x : contact.normal)
@@ -201,7 +201,7 @@ TEST_CASE("nodes that are anchored to a ball or capsule do not keep the rest fro
   int clear = 0, touching = 0;
   for (unsigned number = 1; number <= 100; ++number) {
     CAPTURE(number);
-    DrapedSheet draped = make_draped(kind, number);
+    DrapedSheet draped = drape_over_round(kind, number);
     if (anchored == 1)
       draped.anchor({0});
     else

@@ -22,7 +22,7 @@ using scenes::World;
 
 namespace {
 
-constexpr double dt = 1.0 / 240;
+constexpr double tick = 1.0 / 240;
 
 // Three links on a fixed base at the origin, and a cloth.
 struct Scene {
@@ -111,7 +111,7 @@ struct Gripper {
   // Returns the speed of the fastest node, m/s.
   double close(int steps) {
     double fastest = 0;
-    w.steps(steps, dt, [&](int) {
+    w.steps(steps, tick, [&](int) {
       fastest = std::max(fastest, speed(*block));
       btMultiBody& body = hand->body();
       body.addJointTorque(0, 5);
@@ -147,7 +147,7 @@ TEST_CASE("a cloth lies on links that are set to the same place each step") {
   scene.arm.set_joints(0);
   scene.add_cloth(13, btVector3(btScalar(0.3), btScalar(0.11), btScalar(-0.3)),
                   btVector3(btScalar(0.6), 0, 0), btVector3(0, 0, btScalar(0.6)), 1e-4);
-  scene.w.steps(240, dt, [&](int) { scene.arm.set_joints(0); });
+  scene.w.steps(240, tick, [&](int) { scene.arm.set_joints(0); });
   CHECK(scene.w.total().initial_intersections == 0);
   CHECK(scene.w.total().failsafe_holds == 0);
   CHECK(scene.nodes_inside(0) == 0);
@@ -165,10 +165,10 @@ TEST_CASE("a link that is set onwards each step carries a hanging cloth") {
   scene.arm.set_joints(first);
   int inside = 0;
   double fastest = 0;
-  scene.w.steps(240, dt, [&](int i) {
+  scene.w.steps(240, tick, [&](int i) {
     inside += scene.nodes_inside(0);
     fastest = std::max(fastest, scene.fastest());
-    scene.arm.set_joints(first + speed * dt * (i + 1), with_velocity ? speed : 0);
+    scene.arm.set_joints(first + speed * tick * (i + 1), with_velocity ? speed : 0);
   });
   CHECK(inside == 0);
   CHECK(scene.w.total().initial_intersections == 0);
@@ -191,13 +191,13 @@ TEST_CASE("a link that is set into a cloth comes out of it") {
   const bool stays_set = GENERATE(false, true);
   CAPTURE(world == World::rigid, stays_set);
   Curtain scene(world);
-  scene.w.steps(10, dt, [&](int) { scene.arm.set_joints(-1.5); });
+  scene.w.steps(10, tick, [&](int) { scene.arm.set_joints(-1.5); });
   REQUIRE(scene.w.total().initial_intersections == 0);
   scene.arm.set_joints(-0.02);
-  scene.w.steps(1, dt);
+  scene.w.steps(1, tick);
   CHECK(scene.w.last().initial_intersections > 0);
   double fastest = 0;
-  scene.w.steps(240, dt, [&](int) {
+  scene.w.steps(240, tick, [&](int) {
     if (stays_set) scene.arm.set_joints(-0.02);
     fastest = std::max(fastest, scene.fastest());
   });
@@ -211,11 +211,11 @@ TEST_CASE("a dynamic body that is moved by hand each step carries cloth") {
   ObstacleWorld w(world, 0);
   btSoftBody* const cloth = w.add_sheet(13, 2, 0, 0);
   scenes::pin_border(*cloth, 13, 13);
-  const auto at = [](int i) { return btVector3(0, static_cast<btScalar>(0.31 - i * dt), 0); };
+  const auto at = [](int i) { return btVector3(0, static_cast<btScalar>(0.31 - i * tick), 0); };
   const btVector3 half(btScalar(0.3), btScalar(0.2), btScalar(0.3));
   btRigidBody* const box = w.add(std::make_unique<btBoxShape>(half), at(0), 10);
   int below = 0;
-  w.steps(120, dt, [&](int i) {
+  w.steps(120, tick, [&](int i) {
     below += cloth->m_nodes[84].m_x.y() > box->getWorldTransform().getOrigin().y() - btScalar(0.2);
     btTransform pose = box->getWorldTransform();
     pose.setOrigin(at(i + 1));
@@ -239,7 +239,7 @@ TEST_CASE("a dynamic body that is moved by hand gets the impulses that it gives"
   const btVector3 half(btScalar(0.3), btScalar(0.2), btScalar(0.3));
   btRigidBody* const box =
       w.add(std::make_unique<btBoxShape>(half), btVector3(0, btScalar(0.22), 0), 1);
-  w.steps(24, dt, [&](int) { box->translate(btVector3(0, static_cast<btScalar>(-dt), 0)); });
+  w.steps(24, tick, [&](int) { box->translate(btVector3(0, static_cast<btScalar>(-tick), 0)); });
   btVector3 of_cloth(0, 0, 0);
   for (int i = 0; i < cloth->m_nodes.size(); ++i)
     of_cloth += cloth->m_nodes[i].m_v / cloth->m_nodes[i].m_im;
@@ -257,14 +257,14 @@ TEST_CASE("a state that is restored with a body near its place intersects nothin
   const btVector3 half(btScalar(0.3), btScalar(0.2), btScalar(0.3));
   btRigidBody* const box =
       w.add(std::make_unique<btBoxShape>(half), btVector3(0, btScalar(-0.2), 0), 1);
-  w.steps(4, dt);
+  w.steps(4, tick);
   const btVector3 down(0, btScalar(-0.018), 0);
   box->translate(down);
   for (int i = 0; i < cloth->m_nodes.size(); ++i) {
     cloth->m_nodes[i].m_x += down;
     cloth->m_nodes[i].m_q += down;
   }
-  w.steps(4, dt);
+  w.steps(4, tick);
   CHECK(w.total().initial_intersections == 0);
   for (int i = 0; i < cloth->m_nodes.size(); ++i)
     CHECK(cloth->m_nodes[i].m_v.length() < btScalar(0.5));

@@ -34,13 +34,13 @@ double mean_height(const btSoftBody& body) {
   return sum / body.m_nodes.size();
 }
 
-double lowest(const btSoftBody& body) {
+double lowest_of(const btSoftBody& body) {
   btScalar y = BT_LARGE_FLOAT;
   for (int i = 0; i < body.m_nodes.size(); ++i) y = std::min(y, body.m_nodes[i].m_x.y());
   return static_cast<double>(y);
 }
 
-double highest(const btSoftBody& body) {
+double highest_of(const btSoftBody& body) {
   btScalar y = -BT_LARGE_FLOAT;
   for (int i = 0; i < body.m_nodes.size(); ++i) y = std::max(y, body.m_nodes[i].m_x.y());
   return static_cast<double>(y);
@@ -61,8 +61,8 @@ TEST_CASE("sleepers are left out until something awake comes near, however fast"
   thrown->setVelocity(btVector3(0, -100, 0));
   w.steps(24);
   for (int i = 0; i < 5; ++i) CHECK(sleepers[i]->isActive() == (i == 2));
-  CHECK(lowest(*thrown) > highest(*sleepers[2]) - 0.2);
-  CHECK(highest(*sleepers[2]) < -0.5);
+  CHECK(lowest_of(*thrown) > highest_of(*sleepers[2]) - 0.2);
+  CHECK(highest_of(*sleepers[2]) < -0.5);
   CHECK(w.last().soft_bodies == 2);
   CHECK(w.last().sleeping_bodies == 4);
 }
@@ -104,7 +104,7 @@ TEST_CASE("a kinematic body that starts to move pushes a sleeper") {
     plate->setInterpolationWorldTransform(pose);
   });
   CHECK(sleeper->isActive());
-  CHECK(highest(*sleeper) < static_cast<double>(plate->getWorldTransform().getOrigin().y()));
+  CHECK(highest_of(*sleeper) < static_cast<double>(plate->getWorldTransform().getOrigin().y()));
 }
 
 TEST_CASE("a rigid body that is thrown at a sleeper does not pass through") {
@@ -120,7 +120,7 @@ TEST_CASE("a rigid body that is thrown at a sleeper does not pass through") {
   ball->setLinearVelocity(btVector3(0, -200, 0));
   w.steps(12);
   CHECK(sleeper->isActive());
-  CHECK(static_cast<double>(ball->getWorldTransform().getOrigin().y()) > lowest(*sleeper));
+  CHECK(static_cast<double>(ball->getWorldTransform().getOrigin().y()) > lowest_of(*sleeper));
 }
 
 TEST_CASE("a sleeper that the application moves takes part at its new place") {
@@ -137,7 +137,7 @@ TEST_CASE("a sleeper that the application moves takes part at its new place") {
   thrown->setVelocity(btVector3(0, -100, 0));
   w.steps(24);
   CHECK(sleeper->isActive());
-  CHECK(lowest(*thrown) > highest(*sleeper) - 0.2);
+  CHECK(lowest_of(*thrown) > highest_of(*sleeper) - 0.2);
 }
 
 TEST_CASE("a body that a solver callback removes is forgotten in the middle of the step") {
@@ -181,7 +181,7 @@ TEST_CASE("a sleeper is not woken by what passes near it nor by its own contacts
   btSoftBody* const sleeper = add_cloth(w, 0, 0.02);
   w.steps(240);
   // The gap is 1.5 times the thickness of contacts.
-  const btScalar height = static_cast<btScalar>(highest(*sleeper) + 0.03 + 0.1);
+  const btScalar height = static_cast<btScalar>(highest_of(*sleeper) + 0.03 + 0.1);
   btRigidBody* const plate =
       w.add(std::make_unique<btBoxShape>(btVector3(1, btScalar(0.1), 1)), btVector3(-3, height, 0));
   ObstacleWorld::make_kinematic(*plate);
@@ -227,10 +227,10 @@ TEST_CASE("contact lists of a sleeper stay, and bodies may go while others sleep
   w.remove(floor);
   w.steps(steps_to_leave);
   CHECK(!second->isActive());
-  CHECK(lowest(*third) < lowest(*second));
+  CHECK(lowest_of(*third) < lowest_of(*second));
   second->activate(true);
   w.steps(24);
-  CHECK(lowest(*second) < -0.01);
+  CHECK(lowest_of(*second) < -0.01);
   w.remove(second);
   w.remove(third);
   w.steps(2);
