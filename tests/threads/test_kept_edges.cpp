@@ -8,9 +8,11 @@
 #include "cpu/scene/kept_edges.h"
 #include "cpu/scene/mesh.h"
 #include "lazyccd/error.h"
+#include "support/build_scenes.h"
 #include "support/catch.h"
 
 using namespace lazyccd;
+using namespace lazyccd::test;
 
 namespace {
 
@@ -22,25 +24,21 @@ struct OwnBody {
   std::vector<float> inverse_mass;
 };
 
-// All bodies in one index space.
-struct AllBodies {
-  std::vector<Face> faces;
-  std::vector<Edge> edges;
-  std::vector<std::int32_t> body_of_vertex;
-  std::vector<float> inverse_mass;
+// All bodies in one index space, without positions.
+struct AllBodies : BuildScene {
   std::vector<char> pinned;
   std::size_t body_count = 0;
 
-  explicit AllBodies(const std::vector<OwnBody>& bodies) : body_count(bodies.size()) {
-    for (std::size_t b = 0; b < bodies.size(); ++b) {
+  explicit AllBodies(const std::vector<OwnBody>& own) : body_count(own.size()) {
+    for (std::size_t b = 0; b < own.size(); ++b) {
       const auto first = static_cast<std::int32_t>(body_of_vertex.size());
-      for (Face face : bodies[b].faces) {
+      for (Face face : own[b].faces) {
         for (std::int32_t& v : face) v += first;
         faces.push_back(face);
       }
-      for (const Edge& edge : bodies[b].edges) edges.push_back({edge[0] + first, edge[1] + first});
-      for (const float mass : bodies[b].inverse_mass) {
-        body_of_vertex.push_back(static_cast<std::int32_t>(b));
+      for (const Edge& edge : own[b].edges) edges.push_back({edge[0] + first, edge[1] + first});
+      for (const float mass : own[b].inverse_mass) {
+        add_vertex(0, 0, 0, static_cast<std::int32_t>(b));
         inverse_mass.push_back(mass);
         pinned.push_back(mass == 0);
       }
@@ -51,15 +49,6 @@ struct AllBodies {
     EdgeTable table;
     table.build(body_of_vertex.size(), faces, edges, pinned, pool);
     return table;
-  }
-  Topology topology() const {
-    Topology topology;
-    topology.vertex_count = body_of_vertex.size();
-    topology.faces = faces;
-    topology.edges = edges;
-    topology.body_of_vertex = body_of_vertex;
-    topology.inverse_mass = inverse_mass;
-    return topology;
   }
 };
 
