@@ -37,6 +37,11 @@ void Threads::parallel_for(std::size_t count, std::size_t grain,
   // A small range is split finer: awake workers may come late, and data that one core wrote is slow
   // to read from another, so each worker takes as much as it gets to.
   const std::size_t range = is_small && count > grain ? std::max<std::size_t>(grain / 4, 1) : grain;
+  // The environment is read only if another thread needs it: that takes as long as a short range.
+  if (pool().is_serial() || count <= range) {
+    if (count > 0) body(0, count);
+    return;
+  }
   const FloatEnvironment caller_mode;
   pool().parallel_for(count, range, [&](std::size_t first, std::size_t last, int worker) {
     if (worker == 0) return body(first, last);

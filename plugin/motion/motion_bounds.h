@@ -12,10 +12,10 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
 /// What was added stays inside, metres. Without points they are apart from everything finite.
-struct MotionBounds {
+class MotionBounds {
+ public:
   Eigen::Vector3d lower = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
   Eigen::Vector3d upper = -lower;
-  bool is_finite = true;  ///< false: a position is not, and the bounds mean nothing
 
   MotionBounds() = default;
   /// Of vertices `first` to `last` - 1 in all of the motion. `at_start`: they stay where they
@@ -29,18 +29,24 @@ struct MotionBounds {
   void add(const Eigen::Vector3d& x) {
     lower = lower.cwiseMin(x);
     upper = upper.cwiseMax(x);
-    is_finite = is_finite && x.allFinite();
+    sum_ += x;
   }
   void add(const MotionBounds& other) {
     lower = lower.cwiseMin(other.lower);
     upper = upper.cwiseMax(other.upper);
-    is_finite = is_finite && other.is_finite;
+    sum_ += other.sum_;
   }
+  /// False if a position is not finite: the bounds mean nothing then.
+  bool is_finite() const { return sum_.allFinite(); }
+
+ private:
+  // Of all points. It is finite only if all of them are.
+  Eigen::Vector3d sum_ = Eigen::Vector3d::Zero();
 };
 
 /// True if it is certain that both are farther apart than `distance` in the direction of an axis.
 inline bool are_apart(const MotionBounds& a, const MotionBounds& b, double distance) {
-  return a.is_finite && b.is_finite &&
+  return a.is_finite() && b.is_finite() &&
          ((a.lower - b.upper).maxCoeff() > distance || (b.lower - a.upper).maxCoeff() > distance);
 }
 

@@ -39,11 +39,11 @@ class Phases {
     workers_ = static_cast<std::uint64_t>(pool.size());
     parts_ = std::make_unique<Part[]>(workers_);
     begin_phase(1, count);
-    caller_mode_ = FloatEnvironment();
-    pool.run_optional([this](int worker) {
+    const FloatEnvironment caller_mode;
+    pool.run_optional([&](int worker) {
       // All items run in the caller's floating-point mode: rounding, denormals and traps.
       if (worker == 0) return work(worker);
-      const WithFloatEnvironment mode(caller_mode_);
+      const WithFloatEnvironment mode(caller_mode);
       work(worker);
     });
     if (error_) std::rethrow_exception(error_);
@@ -154,7 +154,6 @@ class Phases {
   const Next& next_;
   std::uint64_t workers_ = 1;
   std::unique_ptr<Part[]> parts_;  // by worker
-  FloatEnvironment caller_mode_;
   std::atomic<std::uint64_t> joined_{0};  // workers that have come
   alignas(64) std::atomic<std::uint64_t> state_{0};
   alignas(64) std::atomic<std::int64_t> open_{0};  // items of the phase that have not ended
