@@ -104,15 +104,16 @@ struct Detector::Impl {
     Mesh next_mesh;
     if (finder != nullptr) {
       try {
-        next_mesh = Mesh(topology, threads.pool(), finder);
+        next_mesh = Mesh(topology, threads.pool(), finder, nullptr, std::exchange(mesh_memory, {}));
         found = true;
       } catch (const Error& error) {
         gpu_has_mesh = false;  // it has lost the old one
         if (error.code() != ErrorCode::device) throw;
       }
     }
-    if (!found) next_mesh = Mesh(topology, threads.pool(), nullptr, &mesh);
-    mesh = std::move(next_mesh);
+    if (!found)
+      next_mesh = Mesh(topology, threads.pool(), nullptr, &mesh, std::exchange(mesh_memory, {}));
+    mesh_memory = std::exchange(mesh, std::move(next_mesh)).release_memory();
     gpu_has_mesh = false;
     if (found) keep_found_mesh();
     if (next() == Backend::cuda) start_gpu();
@@ -230,6 +231,7 @@ struct Detector::Impl {
   DetectorOptions options;
   Threads threads;
   Mesh mesh;
+  MeshMemory mesh_memory;  // of the mesh before
   CpuDetector cpu;
   WorldContacts worlds;
   ColumnCopy columns;                  // of contacts on the host

@@ -57,7 +57,8 @@ rm -f "$out"/library.*
 scenes() {
   local bad=0 program world scene options
   for program in "$folder"/lazyccd "$folder"/lazyccd_double; do
-    [ -x "$program" ] && "$program" scenes >/dev/null 2>&1 || continue
+    [ -x "$program" ] || continue
+    "$program" scenes >/dev/null || return 1
     for world in rigid deformable; do
       while read -r scene options; do
         # shellcheck disable=SC2086

@@ -73,7 +73,11 @@ void check_indices(const std::array<std::int32_t, N>& v, const char* what, std::
 
 }  // namespace
 
-Mesh::Mesh(const Topology& topology, ThreadPool& pool, TopologyFinder* finder, const Mesh* last) {
+Mesh::Mesh(const Topology& topology, ThreadPool& pool, TopologyFinder* finder, const Mesh* last,
+           MeshMemory memory)
+    : faces_(std::move(memory.faces)), body_of_vertex_(std::move(memory.body_of_vertex)) {
+  faces_.clear();  // nothing is copied if they grow
+  body_of_vertex_.clear();
   take_bodies(topology, pool);
   is_complete_ = false;
   if (finder != nullptr) take_edges(topology, *finder);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdint>
 #include <unordered_set>
+#include <utility>
 #include <vector>
 
 #include "core/narrow/contact_key.h"
@@ -19,6 +20,13 @@
 
 namespace lazyccd {
 
+/// Arrays of a mesh that is no longer used, for the next one: to get pages from the system takes
+/// longer than to fill them.
+struct MeshMemory {
+  NoinitVector<Face> faces;
+  NoinitVector<std::int32_t> body_of_vertex;
+};
+
 /// The primitives of all bodies and the collision filters.
 class Mesh {
  public:
@@ -26,10 +34,12 @@ class Mesh {
   /// Checks and copies the topology. If it is invalid, throws Error with the body and the vertex,
   /// edge or face at fault. `finder`: finds the edges; the mesh is not complete then. Null: the
   /// host does. `last`: an earlier mesh, from which the host takes the edges of bodies that are in
-  /// both; null: none.
+  /// both; null: none. `memory`: its contents are lost.
   Mesh(const Topology& topology, ThreadPool& pool, TopologyFinder* finder = nullptr,
-       const Mesh* last = nullptr);
+       const Mesh* last = nullptr, MeshMemory memory = {});
   explicit Mesh(const Topology& topology);  ///< on the calling thread alone
+  /// Gives its memory away. The mesh must not be used after that.
+  MeshMemory release_memory() { return {std::move(faces_), std::move(body_of_vertex_)}; }
 
   /// Whether the host has edges and cells. If not, only their numbers and the segments are known.
   bool is_complete() const { return is_complete_; }

@@ -153,7 +153,7 @@ class Phases {
   const Run& run_;
   const Next& next_;
   std::uint64_t workers_ = 1;
-  std::unique_ptr<Part[]> parts_;  // by worker
+  std::unique_ptr<Part[]> parts_;         // by worker
   std::atomic<std::uint64_t> joined_{0};  // workers that have come
   alignas(64) std::atomic<std::uint64_t> state_{0};
   alignas(64) std::atomic<std::int64_t> open_{0};  // items of the phase that have not ended

@@ -21,9 +21,9 @@ class StagedUpload {
   /// Enqueues the copy. The array has been read when it returns.
   void copy(void* to, const void* from, std::size_t bytes, ThreadPool& pool, cudaStream_t stream) {
     constexpr std::size_t grain = 1 << 17;
-    for (std::size_t first = 0; first < bytes; first += kPiece, place_ = (place_ + 1) % kPieces) {
+    for (std::size_t first = 0; first < bytes; first += kPiece) {
       const std::size_t size = std::min(kPiece, bytes - first);
-      if (used_[place_]) taken_[place_].wait();
+      choose_place();
       pieces_[place_].reserve(bytes < kPiece ? bytes : kPiece);
       char* const piece = pieces_[place_].data();
       const char* const source = static_cast<const char*>(from) + first;
@@ -40,6 +40,18 @@ class StagedUpload {
  private:
   static constexpr std::size_t kPiece = std::size_t{1} << 22;
   static constexpr int kPieces = 3;
+
+  // Takes the first place that is free, as it takes milliseconds to lock the memory of one. If none
+  // is, waits for the next one.
+  void choose_place() {
+    for (int i = 0; i < kPieces; ++i) {
+      if (used_[i] && !taken_[i].has_passed()) continue;
+      place_ = i;
+      return;
+    }
+    place_ = (place_ + 1) % kPieces;
+    taken_[place_].wait();
+  }
 
   PinnedBuffer<char> pieces_[kPieces];
   Event taken_[kPieces];  // the device has read the piece
