@@ -117,14 +117,13 @@ void on_caller(std::size_t count, std::size_t,
   body(0, count);
 }
 
-// Runs every part on a new thread, all at the same time, with the usual rounding mode of threads.
+// Runs every part on a new thread, all at the same time.
 void on_own_threads(std::size_t count, std::size_t grain,
                     const std::function<void(std::size_t, std::size_t)>& body) {
   std::vector<std::exception_ptr> errors(count);
   std::vector<std::thread> threads;
   for (std::size_t first = 0; first < count; first += grain) {
     threads.emplace_back([&, first] {
-      std::fesetround(FE_TONEAREST);
       try {
         body(first, std::min(first + grain, count));
       } catch (...) {
@@ -529,9 +528,14 @@ TEST_CASE("a body beside bodies that push rigid ones is solved without another t
 }
 
 TEST_CASE("bodies are solved in parallel with the rounding mode of the caller") {
+  const Threads pool(4);
+  const bullet::ParallelFor parallel_for = [&](std::size_t count, std::size_t grain,
+                                               const auto& body) {
+    pool.parallel_for(count, grain, body);
+  };
   SeveralBodies several;
   std::fesetround(FE_UPWARD);
-  for (int i = 0; i < 5; ++i) CHECK(several.step(on_own_threads, [](auto&) {}));
+  for (int i = 0; i < 5; ++i) CHECK(several.step(parallel_for, [](auto&) {}));
   std::fesetround(FE_TONEAREST);
 }
 
