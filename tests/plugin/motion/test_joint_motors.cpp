@@ -10,6 +10,7 @@
 #include "motion/articulated_motion.h"
 #include "plugin/support/arm.h"
 #include "plugin/support/obstacle_worlds.h"
+#include "response/velocities.h"
 #include "scenes/behaviour/multibody.h"
 #include "scenes/meshes/solid.h"
 #include "step/joint_motors.h"
@@ -267,6 +268,45 @@ TEST_CASE("what is known of motors ends where the application moves the multibod
     CHECK(motion.articulated[0].holds.empty());
   }
   world.removeMultiBodyConstraint(&motor);
+}
+
+TEST_CASE("a motor that Bullet has not set up does nothing") {
+  ObstacleWorld w(World::deformable, 0);
+  Arm arm(w, 1, true, btVector3(0, 0, 0));
+  w.steps(1, 1.0 / 240);
+  auto& world = static_cast<btMultiBodyDynamicsWorld&>(w.world());
+  btMultiBodyJointMotor motor(&arm.body(), 0, 0, btScalar(0.5));  // without finalizeMultiDof()
+  world.addMultiBodyConstraint(&motor);
+  bullet::JointMotors motors;
+  motors.set_world(&world);
+  bullet::Motion motion;
+  motion.articulated.emplace_back(arm.body(), bullet::pose_of(arm.body()));
+  motion.articulated[0].add_link(0, 0, arm.link(0).getWorldTransform().getOrigin());
+  motors.find(motion);
+  CHECK(motion.articulated[0].holds.empty());
+  motors.end_step(motion);
+  motors.begin_step();
+  world.removeMultiBodyConstraint(&motor);
+}
+
+TEST_CASE("the change of a multibody whose motors hold all joints stays finite") {
+  ObstacleWorld w(World::deformable, 0);
+  Arm arm(w, 1, true, btVector3(0, 0, 0));
+  w.steps(1, 1.0 / 240);
+  bullet::Motion motion;
+  motion.articulated.emplace_back(arm.body(), bullet::pose_of(arm.body()));
+  ArticulatedMotion& body = motion.articulated[0];
+  // Contacts push along the motion, and nothing gets another velocity.
+  body.velocity = body.momentum_change = Eigen::VectorXd::Constant(7, 0.1);
+  body.velocity_change = Eigen::VectorXd::Zero(7);
+  bullet::Island island;
+  island.articulated = {0};
+  const Threads threads(1);
+  std::vector<bullet::IslandMasses> masses;
+  masses.emplace_back(island, motion, threads);
+  bullet::limit_kinetic_energy(masses, motion);
+  CHECK(body.momentum_change.isZero(0));
+  CHECK(body.velocity_change.isZero(0));
 }
 
 TEST_CASE("contacts move joints as if no motor held them if the world is not told") {
