@@ -25,8 +25,7 @@ StepDetector::StepDetector(const DetectorOptions& options, const Threads& thread
       motion_(motion),
       surfaces_(surfaces),
       selector_(surfaces, position_correction),
-      round_contacts_(topology, motion, surfaces, filter),
-      convex_contacts_(topology, motion, surfaces),
+      simple_contacts_(topology, motion, surfaces, filter),
       internal_edges_(topology, motion, surfaces),
       may_keep_near_(contact_cache) {
   options_.separation = 0;
@@ -42,14 +41,12 @@ void StepDetector::set_topology(double largest_thickness) {
   separation_ = separation;
   if (!(separation > 0)) {
     near_detector_.reset();
-    round_contacts_.clear();
-    convex_contacts_.clear();
+    simple_contacts_.clear();
     others_may_meet_ = true;
     touching_detector();
     return;
   }
-  round_contacts_.set_topology();
-  convex_contacts_.set_topology();
+  simple_contacts_.set_topology();
   if (!near_detector_) {
     DetectorOptions options = options_;
     options.separation = separation;
@@ -64,8 +61,7 @@ void StepDetector::set_near_topology() {
   Topology topology = topology_.for_detection();
   topology.self_separation = self_separation_;
   std::vector<Body> filters(topology.bodies.begin(), topology.bodies.end());
-  round_contacts_.leave_out(filters);
-  convex_contacts_.leave_out(filters);
+  simple_contacts_.leave_out(filters);
   topology.bodies = filters;
   others_may_meet_ = find_others_may_meet(topology.bodies);
   near_detector_->set_topology(topology);
@@ -159,7 +155,7 @@ std::vector<Contact> StepDetector::touching(const Positions& start, const Positi
 
 Span<const Contact> StepDetector::recheck(const Positions& start, const Positions& end) {
   const bool at_start = is_start_of_motion(end);
-  if (!simple_shapes_are_clear(at_start)) return touching_detector().detect(start, end);
+  if (!simple_contacts_.are_clear(at_start)) return touching_detector().detect(start, end);
   if (!others_may_meet_) return {};
   const bool kept_may_touch =
       keeps_some_ && (leaves_out_any() || !cache_.keeps_apart(motion_, at_start));
@@ -169,10 +165,6 @@ Span<const Contact> StepDetector::recheck(const Positions& start, const Position
   ++counts_.rechecks;
   counts_.searches_again += near_detector_->stats().searched_again;
   return found;
-}
-
-bool StepDetector::simple_shapes_are_clear(bool at_start) {
-  return convex_contacts_.are_clear(at_start) && round_contacts_.are_clear(at_start);
 }
 
 // A pair that the first detection did not report stayed further apart than the separation at all
@@ -197,8 +189,7 @@ NearContacts StepDetector::detect_near(LastImpulses& last_impulses) {
   Span<const Contact> near;
   bool any_near = false;
   ++counts_.detections;
-  round_contacts_.find_near(separation_, near_simple_);
-  if (!convex_contacts_.find_near(separation_, near_convex_)) {
+  if (!simple_contacts_.find_near(separation_, near_simple_)) {
     prediction_.forget();
     set_near_topology();
   }
@@ -206,9 +197,6 @@ NearContacts StepDetector::detect_near(LastImpulses& last_impulses) {
     near = find_near_with_detector();
     any_near = any_near_;
   }
-  const auto middle =
-      near_simple_.insert(near_simple_.end(), near_convex_.begin(), near_convex_.end());
-  std::inplace_merge(near_simple_.begin(), middle, near_simple_.end());
   if (!near_simple_.empty()) {
     near_.resize(near.size() + near_simple_.size());
     std::merge(near.begin(), near.end(), near_simple_.begin(), near_simple_.end(), near_.begin());
@@ -222,7 +210,7 @@ NearContacts StepDetector::detect_near(LastImpulses& last_impulses) {
   }
   const NearContacts selected = selector_.select(near, filter_, motion_, threads_);
   found_any_ = selector_.any_responds();
-  if (!found_any_ && (any_near || !simple_shapes_are_clear(false))) {
+  if (!found_any_ && (any_near || !simple_contacts_.are_clear(false))) {
     // Contact reduction reports one pair for several. Even if the response does not act on the
     // reported pair, it may act on an omitted one: the reported pair may lack a vertex that the
     // other has, or contain an anchored one. So all near pairs are tested again.

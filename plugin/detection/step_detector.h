@@ -14,9 +14,8 @@
 #include "lazyccd/bullet/report.h"
 #include "lazyccd/detector.h"
 #include "motion/motion.h"
-#include "obstacles/convex_contacts.h"
 #include "obstacles/internal_edges.h"
-#include "obstacles/round_contacts.h"
+#include "obstacles/simple_contacts.h"
 #include "scene/step_topology.h"
 
 namespace lazyccd::bullet {
@@ -89,14 +88,11 @@ class StepDetector {
   /// True if `end` is the end of the motion, as it is now.
   bool is_end_of_motion(const Positions& end) const { return end.data() == motion_.end.data(); }
   bool only_near_can_touch(const Positions& end) const;
-  /// Gives near_detector_ the topology without the pairs of round_contacts_ and convex_contacts_.
+  /// Gives near_detector_ the topology without the pairs of simple_contacts_.
   void set_near_topology();
   /// True if near_detector_ leaves out internal edges.
   bool leaves_out_any() const { return !internal_edges_.edges_left_out().empty(); }
-  /// True if it is certain that nothing touches the obstacles of round_contacts_ and
-  /// convex_contacts_ in the motion to its present end, or, with `at_start`, at its start.
-  bool simple_shapes_are_clear(bool at_start);
-  /// True if two bodies may collide that RoundContacts and ConvexContacts do not handle.
+  /// True if two bodies may collide that simple_contacts_ does not handle.
   bool find_others_may_meet(Span<const Body> filters) const;
   /// Finds what is near and needs a constraint with near_detector_, or keeps that of an earlier
   /// step.
@@ -126,12 +122,10 @@ class StepDetector {
   Motion& motion_;
   const PairSurfaces& surfaces_;
   NearContactSelector selector_;
-  RoundContacts round_contacts_;
-  ConvexContacts convex_contacts_;
+  SimpleContacts simple_contacts_;
   InternalEdges internal_edges_;
-  bool others_may_meet_ = true;  ///< pairs that these two do not handle
-  /// Near contacts of convex_contacts_, of both, and all of the step.
-  std::vector<Contact> near_convex_, near_simple_, near_;
+  bool others_may_meet_ = true;  ///< pairs that simple_contacts_ does not handle
+  std::vector<Contact> near_simple_, near_;  ///< near contacts of simple_contacts_, all of the step
   std::vector<Contact> constrained_;  ///< near contacts of the detector that need a constraint
   /// Finds contacts without separation; null until it is needed.
   std::unique_ptr<Detector> touching_detector_;

@@ -8,8 +8,6 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-// With more pairs of a vertex and a part, the detector's hierarchy is faster.
-constexpr std::int64_t max_pairs = 1 << 15;
 // An obstacle is given up after so many motions in succession in which it was not clear. An impact
 // may last for half a second.
 constexpr int max_unclear_motions = 32;
@@ -17,50 +15,23 @@ constexpr int max_unclear_motions = 32;
 }  // namespace
 
 // What anchors hold to an obstacle mostly starts inside of it.
-bool ConvexContacts::may_be_met(const ObstaclePairs& bodies) const {
-  const RigidMotion& rigid = motion_.rigid_of(bodies.body);
-  return topology_.bodies()[bodies.body].triangles->is_convex() && !rigid.local_at_start &&
-         rigid.anchored.empty() &&
-         std::all_of(bodies.soft_bodies.begin(), bodies.soft_bodies.end(),
-                     [this](std::int32_t s) { return topology_.bodies()[s].responds; });
+bool ConvexContacts::may_be_met(const ObstaclePairs& obstacle) const {
+  return topology_.bodies()[obstacle.body].triangles->convex_parts.empty() ||
+         motion_.rigid_of(obstacle.body).anchored.empty();
 }
 
-void ConvexContacts::set_topology() {
+void ConvexContacts::set_obstacles(const std::vector<ObstaclePairs>& obstacles) {
   obstacles_.clear();
-  std::vector<ObstaclePairs> met = find_obstacle_pairs(topology_);
-  met.erase(std::remove_if(met.begin(), met.end(),
-                           [this](const ObstaclePairs& bodies) { return !may_be_met(bodies); }),
-            met.end());
-  const auto parts_of = [this](const ObstaclePairs& bodies) -> const std::vector<ConvexPart>& {
-    return topology_.bodies()[bodies.body].triangles->convex_parts;
-  };
-  std::int64_t count = 0;
-  for (const ObstaclePairs& bodies : met) {
-    for (const std::int32_t s : bodies.soft_bodies)
-      count +=
-          static_cast<std::int64_t>(parts_of(bodies).size()) * topology_.bodies()[s].vertex_count;
-  }
-  if (count > max_pairs) return;
-  soft_bounds_.set_topology();
-  for (ObstaclePairs& bodies : met) {
+  for (const ObstaclePairs& bodies : obstacles) {
     Obstacle obstacle;
-    for (const ConvexPart& part : parts_of(bodies)) {
+    obstacle.bodies = bodies;
+    for (const ConvexPart& part : topology_.bodies()[bodies.body].triangles->convex_parts) {
       obstacle.parts.push_back({MovingPolyhedron(part), {}});
       for (const std::int32_t s : bodies.soft_bodies)
         obstacle.parts.back().pairs.emplace_back(topology_, motion_, s, bodies.body);
     }
-    obstacle.bodies = std::move(bodies);
-    obstacles_.push_back(std::move(obstacle));
+    if (!obstacle.parts.empty()) obstacles_.push_back(std::move(obstacle));
   }
-}
-
-void ConvexContacts::leave_out(std::vector<Body>& filters) const {
-  for (const Obstacle& obstacle : obstacles_) bullet::leave_out(obstacle.bodies, filters);
-}
-
-void ConvexContacts::begin(bool at_start) {
-  at_start_ = at_start;
-  soft_bounds_.begin(at_start);
 }
 
 template <class Visit>
@@ -82,18 +53,21 @@ bool ConvexContacts::all_near(Obstacle& obstacle, double distance, const Visit& 
   return true;
 }
 
-bool ConvexContacts::find_near(double separation, std::vector<Contact>& contacts) {
+void ConvexContacts::find_near(double separation, std::vector<Contact>& contacts,
+                               std::vector<std::int32_t>& given_up) {
   contacts.clear();
-  begin(false);
-  const auto given_up = std::remove_if(obstacles_.begin(), obstacles_.end(), [&](Obstacle& o) {
+  given_up.clear();
+  at_start_ = false;
+  const auto is_given_up = [&](Obstacle& o) {
     o.unclear_motions = o.was_clear ? 0 : o.unclear_motions + 1;
     o.was_clear = true;
-    return o.unclear_motions >= max_unclear_motions || !find_near(o, separation, contacts);
-  });
-  const bool kept_all = given_up == obstacles_.end();
-  obstacles_.erase(given_up, obstacles_.end());
+    if (o.unclear_motions < max_unclear_motions && find_near(o, separation, contacts)) return false;
+    given_up.push_back(o.bodies.body);
+    return true;
+  };
+  obstacles_.erase(std::remove_if(obstacles_.begin(), obstacles_.end(), is_given_up),
+                   obstacles_.end());
   std::sort(contacts.begin(), contacts.end());
-  return kept_all;
 }
 
 // Returns false, without contacts, if a vertex starts in the obstacle.
@@ -119,7 +93,7 @@ bool ConvexContacts::is_clear(Obstacle& obstacle) {
 }
 
 bool ConvexContacts::are_clear(bool at_start) {
-  begin(at_start);
+  at_start_ = at_start;
   bool all_clear = true;
   for (Obstacle& obstacle : obstacles_) {
     if (is_clear(obstacle)) continue;

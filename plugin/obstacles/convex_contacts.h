@@ -24,25 +24,24 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 class ConvexContacts {
  public:
   /// The arguments must outlive it.
-  ConvexContacts(const StepTopology& topology, const Motion& motion, const PairSurfaces& surfaces)
-      : topology_(topology), motion_(motion), surfaces_(surfaces), soft_bounds_(topology, motion) {}
+  ConvexContacts(const StepTopology& topology, const Motion& motion, const PairSurfaces& surfaces,
+                 SoftBounds& soft_bounds)
+      : topology_(topology), motion_(motion), surfaces_(surfaces), soft_bounds_(soft_bounds) {}
 
-  /// Chooses the obstacles that are met here. Call when indices or pair rules change, with the
-  /// start of a motion.
-  void set_topology();
-  /// Meets no obstacle until the next set_topology().
-  void clear() { obstacles_.clear(); }
-  bool any() const { return !obstacles_.empty(); }
-  /// Changes the filters of a detector, such that it leaves out the pairs of these obstacles.
-  void leave_out(std::vector<Body>& filters) const;
+  /// True if the parts of an obstacle that are not round can be met here.
+  bool may_be_met(const ObstaclePairs& obstacle) const;
+  /// Meets these parts of the obstacles. Call when indices or pair rules change, with the start of
+  /// a motion.
+  void set_obstacles(const std::vector<ObstaclePairs>& obstacles);
 
-  /// Sets `contacts` to what comes within `separation`, metres, of these obstacles in the motion,
+  /// Sets `contacts` to what comes within `separation`, metres, of these parts in the motion,
   /// sorted. Vertices are reported as the detector reports vertices near faces, and edges as it
-  /// reports them near edges. Call once in each motion, first. Returns false if it gives up an
-  /// obstacle: the detector needs new filters then.
-  bool find_near(double separation, std::vector<Contact>& contacts);
-  /// True if it is certain that no soft body touches the triangles of these obstacles in the motion
-  /// to its present end, or, with `at_start`, at its start.
+  /// reports them near edges. Call once in each motion, first; the soft bounds must have begun it.
+  /// Sets `given_up` to the obstacles that are met no longer.
+  void find_near(double separation, std::vector<Contact>& contacts,
+                 std::vector<std::int32_t>& given_up);
+  /// True if it is certain that no soft body touches the triangles of these parts in the motion to
+  /// its present end, or, with `at_start`, at its start; the soft bounds have begun that.
   bool are_clear(bool at_start);
 
  private:
@@ -58,22 +57,19 @@ class ConvexContacts {
     int unclear_motions = 0;  // in succession
   };
 
-  bool may_be_met(const ObstaclePairs& bodies) const;
   bool find_near(Obstacle& obstacle, double separation, std::vector<Contact>& contacts);
   bool is_clear(Obstacle& obstacle);
   /// Calls `visit` for each pair of an obstacle whose bounds come within `distance`, metres, until
   /// it returns false. Returns whether it never did.
   template <class Visit>
   bool all_near(Obstacle& obstacle, double distance, const Visit& visit);
-  /// Starts with the present end of the motion, or its start.
-  void begin(bool at_start);
 
   const StepTopology& topology_;
   const Motion& motion_;
   const PairSurfaces& surfaces_;
+  SoftBounds& soft_bounds_;
   std::vector<Obstacle> obstacles_;
-  bool at_start_ = false;
-  SoftBounds soft_bounds_;
+  bool at_start_ = false;  // in the call that runs
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -97,9 +97,5 @@ void set_normal(const Eigen::Vector3d& normal, Contact& contact) {
   for (int k = 0; k < 3; ++k) contact.normal[k] = static_cast<float>(normal[k]);
 }
 
-void leave_out(const ObstaclePairs& obstacle, std::vector<Body>& filters) {
-  filters[static_cast<std::size_t>(obstacle.body)].layer = 0;
-}
-
 }  // namespace LAZYCCD_BULLET_PRECISION
 }  // namespace lazyccd::bullet

@@ -42,8 +42,5 @@ std::int32_t first_edge_index(const Topology& topology);
 
 void set_normal(const Eigen::Vector3d& normal, Contact& contact);
 
-/// Changes the filters of a detector, such that it leaves out the pairs of these obstacles.
-void leave_out(const ObstaclePairs& obstacle, std::vector<Body>& filters);
-
 }  // namespace LAZYCCD_BULLET_PRECISION
 }  // namespace lazyccd::bullet

@@ -12,8 +12,6 @@ using Eigen::Vector3d;
 
 // Of the thickness: what the response may leave of it at rest.
 constexpr double kept_thickness = 0.9;
-// With more pairs of a vertex and a ball or capsule, the detector's hierarchy is faster.
-constexpr std::int64_t max_pairs = 1 << 15;
 // A contact point with more weight than this at one vertex is left to the constraint of the vertex.
 constexpr double weight_of_vertex = 0.999;
 
@@ -24,35 +22,30 @@ bool starts_inside(const RoundPart& part, double time, const ClosestPoints& poin
 
 }  // namespace
 
-void RoundContacts::set_topology() {
+// What rests at the kept distance from the triangles must be outside of the outer radius.
+bool RoundContacts::may_be_met(const ObstaclePairs& obstacle) const {
+  const Triangles& triangles = *topology_.bodies()[obstacle.body].triangles;
+  for (const std::int32_t s : obstacle.soft_bodies)
+    for (const RoundPart& part : triangles.round_parts)
+      if (!(kept_distance(s, obstacle.body, part) > part.outer_radius)) return false;
+  return true;
+}
+
+void RoundContacts::set_obstacles(const std::vector<ObstaclePairs>& obstacles) {
   obstacles_.clear();
-  std::int64_t pairs = 0;
-  for (ObstaclePairs& obstacle : find_obstacle_pairs(topology_)) {
-    const Triangles& triangles = *topology_.bodies()[obstacle.body].triangles;
-    if (!triangles.is_round() || motion_.rigid_of(obstacle.body).local_at_start || !suits(obstacle))
-      continue;
-    const auto parts = static_cast<std::int64_t>(triangles.round_parts.size());
-    for (const std::int32_t s : obstacle.soft_bodies)
-      pairs += parts * topology_.bodies()[s].vertex_count;
-    obstacles_.push_back(std::move(obstacle));
-  }
-  if (pairs > max_pairs) clear();
-  if (!any()) return;
-  soft_bounds_.set_topology();
+  for (const ObstaclePairs& obstacle : obstacles)
+    if (!topology_.bodies()[obstacle.body].triangles->round_parts.empty())
+      obstacles_.push_back(obstacle);
   reach_.clear();
+  if (obstacles_.empty()) return;
   for (std::int32_t body = 0; topology_.bodies()[body].soft; ++body)
     reach_.push_back(2 * std::sqrt(largest_sag(topology_, body, motion_, true)));
 }
 
-// What rests at the kept distance from the triangles must be outside of the outer radius.
-bool RoundContacts::suits(const ObstaclePairs& obstacle) const {
-  const Triangles& triangles = *topology_.bodies()[obstacle.body].triangles;
-  for (const std::int32_t s : obstacle.soft_bodies) {
-    if (!topology_.bodies()[s].responds) return false;
-    for (const RoundPart& part : triangles.round_parts)
-      if (!(kept_distance(s, obstacle.body, part) > part.outer_radius)) return false;
-  }
-  return true;
+void RoundContacts::give_up(std::int32_t body) {
+  obstacles_.erase(std::remove_if(obstacles_.begin(), obstacles_.end(),
+                                  [body](const ObstaclePairs& o) { return o.body == body; }),
+                   obstacles_.end());
 }
 
 // From the core, metres: what the response leaves of it at rest.
@@ -61,14 +54,8 @@ double RoundContacts::kept_distance(std::int32_t soft_body, std::int32_t obstacl
   return part.inner_radius + kept_thickness * surfaces_.of(soft_body, obstacle).thickness;
 }
 
-void RoundContacts::leave_out(std::vector<Body>& filters) const {
-  for (const ObstaclePairs& obstacle : obstacles_) bullet::leave_out(obstacle, filters);
-}
-
 void RoundContacts::find_near(double separation, std::vector<Contact>& contacts) {
   contacts.clear();
-  if (!any()) return;
-  soft_bounds_.begin(false);
   for (const ObstaclePairs& obstacle : obstacles_) {
     for (const RoundPart& part : topology_.bodies()[obstacle.body].triangles->round_parts) {
       const MovingCore core(part, motion_.rigid_of(obstacle.body), false);
@@ -206,8 +193,6 @@ void RoundContacts::find_near(const Pair& pair, double near_distance, const Prim
 }
 
 bool RoundContacts::are_clear(bool at_start) {
-  if (!any()) return true;
-  soft_bounds_.begin(at_start);
   for (const ObstaclePairs& obstacle : obstacles_) {
     for (const RoundPart& part : topology_.bodies()[obstacle.body].triangles->round_parts) {
       const MovingCore core(part, motion_.rigid_of(obstacle.body), at_start);

@@ -34,29 +34,28 @@ class RoundContacts {
  public:
   /// The arguments must outlive it.
   RoundContacts(const StepTopology& topology, const Motion& motion, const PairSurfaces& surfaces,
-                const ContactFilter& filter)
+                const ContactFilter& filter, SoftBounds& soft_bounds)
       : topology_(topology),
         motion_(motion),
         surfaces_(surfaces),
         filter_(filter),
-        soft_bounds_(topology, motion) {}
+        soft_bounds_(soft_bounds) {}
 
-  /// Chooses the obstacles that are met here. Call when indices or pair rules change, with the
-  /// start of a motion.
-  void set_topology();
-  /// Meets no obstacle until the next set_topology().
-  void clear() { obstacles_.clear(); }
-  bool any() const { return !obstacles_.empty(); }
-  /// Changes the filters of a detector, such that it leaves out the pairs of these obstacles.
-  void leave_out(std::vector<Body>& filters) const;
+  /// True if the parts of an obstacle that are balls and capsules can be met here.
+  bool may_be_met(const ObstaclePairs& obstacle) const;
+  /// Meets these parts of the obstacles. Call when indices or pair rules change, with the start of
+  /// a motion.
+  void set_obstacles(const std::vector<ObstaclePairs>& obstacles);
+  /// Meets this obstacle no longer.
+  void give_up(std::int32_t body);
 
-  /// Sets `contacts` to what comes within `separation`, metres, of these obstacles in the motion,
-  /// sorted. Vertices are reported as the detector reports vertices near faces. Faces and edges
+  /// Sets `contacts` to what comes within `separation`, metres, of these parts in the motion,
+  /// sorted. The soft bounds must have begun the motion. Vertices are reported as the detector reports vertices near faces. Faces and edges
   /// that need a constraint of their own are reported with the edge or the vertex of the obstacle
   /// that is nearest to the contact point.
   void find_near(double separation, std::vector<Contact>& contacts);
-  /// True if it is certain that no soft body touches the triangles of these obstacles in the motion
-  /// to its present end, or, with `at_start`, at its start. What an anchor holds to the obstacle
+  /// True if it is certain that no soft body touches the triangles of these parts in the motion to
+  /// its present end, or, with `at_start`, at its start; the soft bounds have begun that. What an anchor holds to the obstacle
   /// does not count: its contacts are ignored.
   bool are_clear(bool at_start);
 
@@ -75,7 +74,6 @@ class RoundContacts {
     btScalar u, v;  // on the face, as FacePoint
   };
 
-  bool suits(const ObstaclePairs& obstacle) const;
   double kept_distance(std::int32_t soft_body, std::int32_t obstacle, const RoundPart& part) const;
   void find_near(const Pair& pair, double separation, std::vector<Contact>& contacts);
   template <class Primitives>
@@ -94,12 +92,12 @@ class RoundContacts {
   const Motion& motion_;
   const PairSurfaces& surfaces_;
   const ContactFilter& filter_;
+  SoftBounds& soft_bounds_;
   std::vector<ObstaclePairs> obstacles_;
   /// By soft body, metres: vertices farther away than this have no face or edge that needs a
   /// constraint. Twice what it is at the start of the topology; the detector decides about what
   /// stretches more.
   std::vector<double> reach_;
-  SoftBounds soft_bounds_;
   /// By vertex of a body, of those that may be near. In find_near(): lower bound of its distance
   /// from the core, metres. In is_clear(): the largest sag with which the bound holds, m^2.
   std::vector<double> by_vertex_;

@@ -30,17 +30,21 @@ struct Triangles {
   std::vector<Face> faces;
   std::vector<RoundPart> round_parts;    ///< balls and capsules among them, by first_face
   std::vector<ConvexPart> convex_parts;  ///< planes, and convex shapes that are not round
-  /// True if all faces belong to planes and convex shapes that are not round.
-  bool is_convex() const {
-    std::size_t count = 0;
-    for (const ConvexPart& part : convex_parts) count += static_cast<std::size_t>(part.face_count);
-    return count > 0 && count == faces.size();
-  }
+  /// True if all faces belong to these parts.
+  bool is_simple() const { return !faces.empty() && round_faces() + convex_faces() == faces.size(); }
   /// True if all faces belong to balls and capsules.
-  bool is_round() const {
+  bool is_round() const { return !faces.empty() && round_faces() == faces.size(); }
+
+ private:
+  std::size_t round_faces() const {
     std::size_t count = 0;
     for (const RoundPart& part : round_parts) count += part.planes.size();
-    return count > 0 && count == faces.size();
+    return count;
+  }
+  std::size_t convex_faces() const {
+    std::size_t count = 0;
+    for (const ConvexPart& part : convex_parts) count += static_cast<std::size_t>(part.face_count);
+    return count;
   }
 };
 

@@ -1,8 +1,7 @@
-// Boxes, cylinders, cones, hulls and planes as convex polyhedra: against their triangles and the
-// detector.
-#include "obstacles/convex_contacts.h"
-
+// Boxes, cylinders, cones, hulls and planes as convex polyhedra, and compounds of them with a
+// capsule: against their triangles and the detector.
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
+#include <BulletCollision/CollisionShapes/btCapsuleShape.h>
 #include <BulletCollision/CollisionShapes/btCompoundShape.h>
 #include <BulletCollision/CollisionShapes/btConeShape.h>
 #include <BulletCollision/CollisionShapes/btConvexHullShape.h>
@@ -50,12 +49,23 @@ std::unique_ptr<btCollisionShape> make_hull() {
   return hull;
 }
 
+// A box and a capsule, beside each other and equally high; it owns both.
+struct BoxAndCapsule : btCompoundShape {
+  btBoxShape box{half_extents};
+  btCapsuleShapeZ capsule{half_side, 2 * half_side};
+  BoxAndCapsule() {
+    addChildShape(btTransform(btQuaternion::getIdentity(), btVector3(-half_side, 0, 0)), &box);
+    addChildShape(btTransform::getIdentity(), &capsule);
+  }
+};
+
 std::unique_ptr<btCollisionShape> make_shape(const std::string& kind) {
   if (kind == "plane") return std::make_unique<btStaticPlaneShape>(btVector3(0, 1, 0), half_side);
   if (kind == "turned box") return std::make_unique<TurnedBox>();
   if (kind == "cylinder") return std::make_unique<btCylinderShapeZ>(half_extents);
   if (kind == "cone") return std::make_unique<btConeShape>(half_side, 2 * half_side);
   if (kind == "hull") return make_hull();
+  if (kind == "box and capsule") return std::make_unique<BoxAndCapsule>();
   return std::make_unique<btBoxShape>(half_extents);
 }
 
@@ -64,6 +74,8 @@ double height_above(const std::string& kind, double x, double z, double gap) {
   const double outside = size + gap;
   if (kind == "cylinder") return std::sqrt(outside * outside - x * x);
   if (kind == "hull") return std::sqrt(outside * outside - x * x - z * z) - 0.02;
+  if (kind == "box and capsule")
+    return std::sqrt(outside * outside - std::max(x, 0.0) * std::max(x, 0.0));
   if (kind == "cone") return size - 2 * std::hypot(x, z) + std::sqrt(5) * gap;
   if (kind == "edge of a box") return outside - std::max(0.0, 5 * (x - size));
   return outside;
@@ -105,10 +117,11 @@ struct Comparison {
 };
 
 // Compares with the detector in one motion.
-Comparison compare_with_detector(bullet::ConvexContacts& convex, DrapedSheet& draped) {
-  const bullet::StepTopology& topology = draped.reader().topology();
-  const bullet::Motion& motion = draped.reader().motion();
-  convex.set_topology();
+Comparison compare_with_detector(DrapedSheet& draped) {
+  DrapedContacts drape(draped);
+  bullet::SimpleContacts& convex = drape.contacts;
+  const bullet::StepTopology& topology = drape.topology;
+  const bullet::Motion& motion = drape.motion;
   REQUIRE(convex.any());
   Detector exact;
   exact.set_topology(topology.for_detection());
@@ -156,7 +169,7 @@ TEST_CASE("each triangle of a convex shape belongs to the side that it lies in")
   bullet::Triangles triangles;
   REQUIRE(bullet::tessellate(*shape, btTransform::getIdentity(), region, bullet::AxisBox::empty(),
                              margin, triangles));
-  CHECK(triangles.is_convex());
+  CHECK(triangles.is_simple());
   CHECK(!triangles.is_round());
   REQUIRE(triangles.convex_parts.size() == 1);
   const bullet::ConvexPart& part = triangles.convex_parts.front();
@@ -186,16 +199,15 @@ TEST_CASE("each triangle of a convex shape belongs to the side that it lies in")
 
 TEST_CASE("what is said to be clear of convex shapes does not touch their triangles") {
   const std::string kind =
-      GENERATE("box", "edge of a box", "plane", "turned box", "cylinder", "cone", "hull");
+      GENERATE("box", "edge of a box", "plane", "turned box", "cylinder", "cone", "hull",
+               "box and capsule");
   CAPTURE(kind);
   int clear = 0, touching = 0, kept = 0, edges = 0;
   for (unsigned number = 1; number <= 150; ++number) {
     CAPTURE(number);
     DrapedSheet draped = make_draped(kind, number);
     draped.read();
-    const bullet::PairSurfaces surfaces = surfaces_of(draped.reader().topology());
-    bullet::ConvexContacts convex(draped.reader().topology(), draped.reader().motion(), surfaces);
-    const Comparison result = compare_with_detector(convex, draped);
+    const Comparison result = compare_with_detector(draped);
     touching += result.touches;
     clear += result.is_clear;
     kept += result.is_kept;
@@ -214,9 +226,8 @@ TEST_CASE("an obstacle that is not clear in many motions in succession is left t
   for (unsigned number = 1; number <= 60; ++number) {
     DrapedSheet draped = make_draped("plane", number);
     draped.read();
-    const bullet::PairSurfaces surfaces = surfaces_of(draped.reader().topology());
-    bullet::ConvexContacts convex(draped.reader().topology(), draped.reader().motion(), surfaces);
-    convex.set_topology();
+    DrapedContacts drape(draped);
+    bullet::SimpleContacts& convex = drape.contacts;
     std::vector<Contact> found;
     if (!convex.find_near(margin, found) || convex.are_clear(false)) continue;
     CAPTURE(number);
@@ -239,13 +250,11 @@ TEST_CASE("convex contacts keep what they know of the vertices from one motion t
     CAPTURE(number);
     DrapedSheet draped = make_draped(kind, number);
     draped.read();
-    const bullet::StepTopology& topology = draped.reader().topology();
-    bullet::Motion& motion = draped.reader().motion();
-    const bullet::PairSurfaces surfaces = surfaces_of(topology);
-    bullet::ConvexContacts convex(topology, motion, surfaces);
-    convex.set_topology();
+    DrapedContacts drape(draped);
+    bullet::SimpleContacts& convex = drape.contacts;
+    bullet::Motion& motion = drape.motion;
     Detector exact;
-    exact.set_topology(topology.for_detection());
+    exact.set_topology(drape.topology.for_detection());
     std::vector<Contact> found;
     if (!convex.find_near(margin, found)) continue;
     for (int i = 0; i < 6; ++i) {  // other ends of the same motion, as the response makes them
@@ -271,10 +280,9 @@ TEST_CASE("what is not finite is never clear of a convex shape") {
   CAPTURE(kind, of_obstacle, value);
   DrapedSheet draped = make_draped(kind, 1);
   draped.read();
-  bullet::Motion& motion = draped.reader().motion();
-  const bullet::PairSurfaces surfaces = surfaces_of(draped.reader().topology());
-  bullet::ConvexContacts convex(draped.reader().topology(), motion, surfaces);
-  convex.set_topology();
+  DrapedContacts drape(draped);
+  bullet::SimpleContacts& convex = drape.contacts;
+  bullet::Motion& motion = drape.motion;
   const auto vertex =
       static_cast<std::size_t>(of_obstacle ? motion.soft_count() : motion.soft_count() - 1);
   motion.end[3 * vertex + 1] = value;
@@ -307,7 +315,7 @@ TEST_CASE("hulls without volume and hulls of many sides are no convex parts") {
     CHECK(!part.sides.empty());
     CHECK(part.sides.size() <= bullet::ConvexPart::max_sides);
   }
-  if (kind == 2) CHECK(!triangles.is_convex());
+  if (kind == 2) CHECK(!triangles.is_simple());
 }
 
 TEST_CASE("an edge that several ridges of a hull form is met at the nearest one") {
@@ -326,12 +334,10 @@ TEST_CASE("an edge that several ridges of a hull form is met at the nearest one"
       },
       3, 0, size);
   draped.read();
-  const bullet::PairSurfaces surfaces = surfaces_of(draped.reader().topology());
-  const bullet::Motion& motion = draped.reader().motion();
-  bullet::ConvexContacts convex(draped.reader().topology(), motion, surfaces);
-  convex.set_topology();
+  DrapedContacts drape(draped);
+  const bullet::Motion& motion = drape.motion;
   std::vector<Contact> found;
-  REQUIRE(convex.find_near(margin, found));
+  REQUIRE(drape.contacts.find_near(margin, found));
   int edges = 0;
   for (const Contact& contact : found) {
     check_contact(contact, motion);

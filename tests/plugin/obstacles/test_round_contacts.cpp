@@ -1,6 +1,4 @@
 // Balls and capsules as what they are: against their triangles and the detector.
-#include "obstacles/round_contacts.h"
-
 #include <BulletCollision/CollisionShapes/btCapsuleShape.h>
 #include <BulletCollision/CollisionShapes/btCompoundShape.h>
 #include <BulletCollision/CollisionShapes/btSphereShape.h>
@@ -134,12 +132,10 @@ TEST_CASE("what is said to be clear of balls and capsules does not touch their t
     CAPTURE(number);
     DrapedSheet draped = drape_over_round(kind, number);
     draped.read();
-    const bullet::StepTopology& topology = draped.reader().topology();
-    const bullet::Motion& motion = draped.reader().motion();
-    const bullet::PairSurfaces surfaces = surfaces_of(topology);
-    const bullet::ContactFilter filter(draped.reader().scene(), topology, motion, surfaces);
-    bullet::RoundContacts round(topology, motion, surfaces, filter);
-    round.set_topology();
+    DrapedContacts drape(draped);
+    bullet::SimpleContacts& round = drape.contacts;
+    const bullet::StepTopology& topology = drape.topology;
+    const bullet::Motion& motion = drape.motion;
     REQUIRE(round.any());
     Detector exact;
     exact.set_topology(topology.for_detection());
@@ -207,24 +203,21 @@ TEST_CASE("nodes that are anchored to a ball or capsule do not keep the rest fro
     else
       draped.anchor({1, 2});
     draped.read();
-    const bullet::StepTopology& topology = draped.reader().topology();
-    const bullet::Motion& motion = draped.reader().motion();
-    const bullet::PairSurfaces surfaces = surfaces_of(topology);
-    const bullet::ContactFilter filter(draped.reader().scene(), topology, motion, surfaces);
+    DrapedContacts drape(draped);
+    bullet::SimpleContacts& round = drape.contacts;
+    const bullet::Motion& motion = drape.motion;
     std::vector<std::int32_t> found;
-    filter.find_anchored(0, 1, found);
+    drape.filter.find_anchored(0, 1, found);
     CHECK(found.size() == static_cast<std::size_t>(anchored));
-    bullet::RoundContacts round(topology, motion, surfaces, filter);
-    round.set_topology();
     REQUIRE(round.any());
     Detector exact;
-    exact.set_topology(topology.for_detection());
+    exact.set_topology(drape.topology.for_detection());
     for (const bool at_start : {false, true}) {
       CAPTURE(at_start);
       const Span<const Contact> contacts =
           exact.detect(motion.starts(), at_start ? motion.starts() : motion.ends());
       const bool touches = std::any_of(contacts.begin(), contacts.end(), [&](const Contact& c) {
-        return filter.decide(c) != bullet::ContactFilter::Decision::ignore;
+        return drape.filter.decide(c) != bullet::ContactFilter::Decision::ignore;
       });
       const bool is_clear = round.are_clear(at_start);
       CHECK(!(touches && is_clear));

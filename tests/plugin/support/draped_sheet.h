@@ -12,7 +12,9 @@
 #include <utility>
 #include <vector>
 
+#include "contact/contact_filter.h"
 #include "contact/pair_surfaces.h"
+#include "obstacles/simple_contacts.h"
 #include "plugin/support/obstacle_worlds.h"
 #include "scene/step_reader.h"
 
@@ -126,5 +128,24 @@ inline bullet::PairSurfaces surfaces_of(const bullet::StepTopology& topology) {
   surfaces.update(bodies, 0);
   return surfaces;
 }
+
+/// What meets the obstacle under a sheet as what it is. The sheet must have been read, and outlive
+/// it.
+struct DrapedContacts {
+  explicit DrapedContacts(DrapedSheet& draped)
+      : topology(draped.reader().topology()),
+        motion(draped.reader().motion()),
+        surfaces(surfaces_of(topology)),
+        filter(draped.reader().scene(), topology, motion, surfaces),
+        contacts(topology, motion, surfaces, filter) {
+    contacts.set_topology();
+  }
+
+  const bullet::StepTopology& topology;
+  bullet::Motion& motion;
+  const bullet::PairSurfaces surfaces;
+  const bullet::ContactFilter filter;
+  bullet::SimpleContacts contacts;
+};
 
 }  // namespace lazyccd::test
