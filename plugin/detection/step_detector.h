@@ -124,7 +124,7 @@ class StepDetector {
   NearContactSelector selector_;
   SimpleContacts simple_contacts_;
   InternalEdges internal_edges_;
-  bool others_may_meet_ = true;  ///< pairs that simple_contacts_ does not handle
+  bool others_may_meet_ = true;              ///< pairs that simple_contacts_ does not handle
   std::vector<Contact> near_simple_, near_;  ///< near contacts of simple_contacts_, all of the step
   std::vector<Contact> constrained_;  ///< near contacts of the detector that need a constraint
   /// Finds contacts without separation; null until it is needed.

@@ -50,13 +50,13 @@ class RoundContacts {
   void give_up(std::int32_t body);
 
   /// Sets `contacts` to what comes within `separation`, metres, of these parts in the motion,
-  /// sorted. The soft bounds must have begun the motion. Vertices are reported as the detector reports vertices near faces. Faces and edges
-  /// that need a constraint of their own are reported with the edge or the vertex of the obstacle
-  /// that is nearest to the contact point.
+  /// sorted. The soft bounds must have begun the motion. Vertices are reported as the detector
+  /// reports vertices near faces. Faces and edges that need a constraint of their own are reported
+  /// with the edge or the vertex of the obstacle that is nearest to the contact point.
   void find_near(double separation, std::vector<Contact>& contacts);
   /// True if it is certain that no soft body touches the triangles of these parts in the motion to
-  /// its present end, or, with `at_start`, at its start; the soft bounds have begun that. What an anchor holds to the obstacle
-  /// does not count: its contacts are ignored.
+  /// its present end, or, with `at_start`, at its start; the soft bounds have begun that. What an
+  /// anchor holds to the obstacle does not count: its contacts are ignored.
   bool are_clear(bool at_start);
 
  private:

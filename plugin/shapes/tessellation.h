@@ -31,7 +31,9 @@ struct Triangles {
   std::vector<RoundPart> round_parts;    ///< balls and capsules among them, by first_face
   std::vector<ConvexPart> convex_parts;  ///< planes, and convex shapes that are not round
   /// True if all faces belong to these parts.
-  bool is_simple() const { return !faces.empty() && round_faces() + convex_faces() == faces.size(); }
+  bool is_simple() const {
+    return !faces.empty() && round_faces() + convex_faces() == faces.size();
+  }
   /// True if all faces belong to balls and capsules.
   bool is_round() const { return !faces.empty() && round_faces() == faces.size(); }
 

@@ -89,9 +89,9 @@ std::vector<std::pair<std::string, MakeShape>> shapes() {
     return points;
   };
   // A body, a head and two arms.
-  const MakeShape compound = [] {
+  const auto character_with = [](const MakeShape& body) {
     auto character = std::make_unique<Character>();
-    character->add(shape<btCapsuleShape>(0.2, 0.3)(), at(0, 0, 0));
+    character->add(body(), at(0, 0, 0));
     character->add(shape<btSphereShape>(0.15)(), at(0, 0.45, 0));
     for (const double side : {-1.0, 1.0})
       character->add(shape<btCapsuleShape>(0.07, 0.4)(), at(side * 0.3, 0.1, 0));
@@ -103,7 +103,9 @@ std::vector<std::pair<std::string, MakeShape>> shapes() {
           {"cylinder", [] { return std::make_unique<btCylinderShape>(vector(0.3, 0.3, 0.3)); }},
           {"cone", shape<btConeShape>(0.3, 0.6)},
           {"hull", hull},
-          {"compound", compound}};
+          {"compound", [=] { return character_with(shape<btCapsuleShape>(0.2, 0.3)); }},
+          {"compound with a box",
+           [=] { return character_with([] { return make_box(0.4, 0.6, 0.3); }); }}};
 }
 
 btSoftBody* add_cloth(PhysicsWorld& world, int nodes, double width, const btVector3& middle) {

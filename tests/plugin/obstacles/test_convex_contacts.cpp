@@ -198,9 +198,8 @@ TEST_CASE("each triangle of a convex shape belongs to the side that it lies in")
 }
 
 TEST_CASE("what is said to be clear of convex shapes does not touch their triangles") {
-  const std::string kind =
-      GENERATE("box", "edge of a box", "plane", "turned box", "cylinder", "cone", "hull",
-               "box and capsule");
+  const std::string kind = GENERATE("box", "edge of a box", "plane", "turned box", "cylinder",
+                                    "cone", "hull", "box and capsule");
   CAPTURE(kind);
   int clear = 0, touching = 0, kept = 0, edges = 0;
   for (unsigned number = 1; number <= 150; ++number) {
