@@ -37,8 +37,9 @@ void Threads::parallel_for(std::size_t count, std::size_t grain,
   // A small range is split finer: awake workers may come late, and data that one core wrote is slow
   // to read from another, so each worker takes as much as it gets to.
   const std::size_t range = is_small && count > grain ? std::max<std::size_t>(grain / 4, 1) : grain;
-  // The environment is read only if another thread needs it: that takes as long as a short range.
-  if (pool().is_serial() || count <= range) {
+  // The environment is read only if another thread may need it: to read it takes as long as a short
+  // range.
+  if (pool().available() == 1 || count <= range) {
     if (count > 0) body(0, count);
     return;
   }

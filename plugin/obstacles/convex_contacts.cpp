@@ -6,13 +6,6 @@
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
-namespace {
-
-// An obstacle is given up after so many motions in succession in which it was not clear. An impact
-// may last for half a second.
-constexpr int max_unclear_motions = 32;
-
-}  // namespace
 
 // What anchors hold to an obstacle mostly starts inside of it.
 bool ConvexContacts::may_be_met(const ObstaclePairs& obstacle) const {
@@ -53,20 +46,18 @@ bool ConvexContacts::all_near(Obstacle& obstacle, double distance, const Visit& 
   return true;
 }
 
-void ConvexContacts::find_near(double separation, std::vector<Contact>& contacts,
-                               std::vector<std::int32_t>& given_up) {
-  contacts.clear();
-  given_up.clear();
-  at_start_ = false;
-  const auto is_given_up = [&](Obstacle& o) {
-    o.unclear_motions = o.was_clear ? 0 : o.unclear_motions + 1;
-    o.was_clear = true;
-    if (o.unclear_motions < max_unclear_motions && find_near(o, separation, contacts)) return false;
-    given_up.push_back(o.bodies.body);
-    return true;
-  };
-  obstacles_.erase(std::remove_if(obstacles_.begin(), obstacles_.end(), is_given_up),
+void ConvexContacts::give_up(std::int32_t body) {
+  obstacles_.erase(std::remove_if(obstacles_.begin(), obstacles_.end(),
+                                  [body](const Obstacle& o) { return o.bodies.body == body; }),
                    obstacles_.end());
+}
+
+void ConvexContacts::find_near(double separation, std::vector<Contact>& contacts,
+                               std::vector<std::int32_t>& entered) {
+  contacts.clear();
+  at_start_ = false;
+  for (Obstacle& obstacle : obstacles_)
+    if (!find_near(obstacle, separation, contacts)) entered.push_back(obstacle.bodies.body);
   std::sort(contacts.begin(), contacts.end());
 }
 
@@ -92,15 +83,10 @@ bool ConvexContacts::is_clear(Obstacle& obstacle) {
       });
 }
 
-bool ConvexContacts::are_clear(bool at_start) {
+void ConvexContacts::find_unclear(bool at_start, std::vector<std::int32_t>& unclear) {
   at_start_ = at_start;
-  bool all_clear = true;
-  for (Obstacle& obstacle : obstacles_) {
-    if (is_clear(obstacle)) continue;
-    if (!at_start) obstacle.was_clear = false;
-    all_clear = false;
-  }
-  return all_clear;
+  for (Obstacle& obstacle : obstacles_)
+    if (!is_clear(obstacle)) unclear.push_back(obstacle.bodies.body);
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

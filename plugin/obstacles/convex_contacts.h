@@ -4,10 +4,10 @@
 // that it meets first. A face or an edge that lies above one side is held there by its own
 // vertices. One that bends around an edge of the polyhedron has a constraint of its own, along the
 // plane between both. The same planes show that nothing touches. Where they do not, the detector
-// decides; an obstacle where that happens in several steps in succession is left to it until the
-// next topology, as is one in which a vertex starts.
+// decides.
 #pragma once
 
+#include <cstdint>
 #include <vector>
 
 #include "contact/pair_surfaces.h"
@@ -33,16 +33,20 @@ class ConvexContacts {
   /// Meets these parts of the obstacles. Call when indices or pair rules change, with the start of
   /// a motion.
   void set_obstacles(const std::vector<ObstaclePairs>& obstacles);
+  /// Meets this obstacle no longer.
+  void give_up(std::int32_t body);
 
   /// Sets `contacts` to what comes within `separation`, metres, of these parts in the motion,
   /// sorted. Vertices are reported as the detector reports vertices near faces, and edges as it
   /// reports them near edges. Call once in each motion, first; the soft bounds must have begun it.
-  /// Sets `given_up` to the obstacles that are met no longer.
+  /// Adds to `entered` the obstacles in which a vertex starts; none of their contacts are in
+  /// `contacts`.
   void find_near(double separation, std::vector<Contact>& contacts,
-                 std::vector<std::int32_t>& given_up);
-  /// True if it is certain that no soft body touches the triangles of these parts in the motion to
-  /// its present end, or, with `at_start`, at its start; the soft bounds have begun that.
-  bool are_clear(bool at_start);
+                 std::vector<std::int32_t>& entered);
+  /// Adds to `unclear` the obstacles of which it is not certain that no soft body touches the
+  /// triangles of these parts: in the motion to its present end, or, with `at_start`, at its start.
+  /// The soft bounds have begun that.
+  void find_unclear(bool at_start, std::vector<std::int32_t>& unclear);
 
  private:
   /// A part of an obstacle, with each soft body that may meet it.
@@ -53,8 +57,6 @@ class ConvexContacts {
   struct Obstacle {
     ObstaclePairs bodies;
     std::vector<Part> parts;
-    bool was_clear = true;    // in the last motion
-    int unclear_motions = 0;  // in succession
   };
 
   bool find_near(Obstacle& obstacle, double separation, std::vector<Contact>& contacts);

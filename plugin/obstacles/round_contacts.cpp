@@ -192,13 +192,16 @@ void RoundContacts::find_near(const Pair& pair, double near_distance, const Prim
   }
 }
 
-bool RoundContacts::are_clear(bool at_start) {
-  for (const ObstaclePairs& obstacle : obstacles_) {
-    for (const RoundPart& part : topology_.bodies()[obstacle.body].triangles->round_parts) {
-      const MovingCore core(part, motion_.rigid_of(obstacle.body), at_start);
-      for (const std::int32_t soft_body : obstacle.soft_bodies)
-        if (!is_clear({soft_body, obstacle.body, part, core}, at_start)) return false;
-    }
+void RoundContacts::find_unclear(bool at_start, std::vector<std::int32_t>& unclear) {
+  for (const ObstaclePairs& obstacle : obstacles_)
+    if (!is_clear(obstacle, at_start)) unclear.push_back(obstacle.body);
+}
+
+bool RoundContacts::is_clear(const ObstaclePairs& obstacle, bool at_start) {
+  for (const RoundPart& part : topology_.bodies()[obstacle.body].triangles->round_parts) {
+    const MovingCore core(part, motion_.rigid_of(obstacle.body), at_start);
+    for (const std::int32_t soft_body : obstacle.soft_bodies)
+      if (!is_clear({soft_body, obstacle.body, part, core}, at_start)) return false;
   }
   return true;
 }

@@ -54,10 +54,11 @@ class RoundContacts {
   /// reports vertices near faces. Faces and edges that need a constraint of their own are reported
   /// with the edge or the vertex of the obstacle that is nearest to the contact point.
   void find_near(double separation, std::vector<Contact>& contacts);
-  /// True if it is certain that no soft body touches the triangles of these parts in the motion to
-  /// its present end, or, with `at_start`, at its start; the soft bounds have begun that. What an
-  /// anchor holds to the obstacle does not count: its contacts are ignored.
-  bool are_clear(bool at_start);
+  /// Adds to `unclear` the obstacles of which it is not certain that no soft body touches the
+  /// triangles of these parts: in the motion to its present end, or, with `at_start`, at its start.
+  /// The soft bounds have begun that. What an anchor holds to the obstacle does not count: its
+  /// contacts are ignored.
+  void find_unclear(bool at_start, std::vector<std::int32_t>& unclear);
 
  private:
   // A part of an obstacle and a soft body near it.
@@ -86,6 +87,7 @@ class RoundContacts {
   template <class Primitive>
   Contact contact_at(const Pair& pair, const Primitive& primitive, std::int32_t index,
                      std::int32_t first_edge_index, double time, const ClosestPoints& points) const;
+  bool is_clear(const ObstaclePairs& obstacle, bool at_start);
   bool is_clear(const Pair& pair, bool at_start);
 
   const StepTopology& topology_;

@@ -8,11 +8,9 @@ namespace {
 
 // With more pairs of a vertex and a part of one kind, the detector's hierarchy is faster.
 constexpr std::int64_t max_pairs = 1 << 15;
-
-template <class Condition>
-void remove_if(std::vector<ObstaclePairs>& obstacles, const Condition& condition) {
-  obstacles.erase(std::remove_if(obstacles.begin(), obstacles.end(), condition), obstacles.end());
-}
+// An obstacle is given up after so many motions in succession in which it was not clear. An impact
+// may last for half a second.
+constexpr int max_unclear_motions = 32;
 
 }  // namespace
 
@@ -34,53 +32,82 @@ bool SimpleContacts::may_be_met(const ObstaclePairs& obstacle) const {
 
 void SimpleContacts::set_topology() {
   std::vector<ObstaclePairs> obstacles = find_obstacle_pairs(topology_);
-  remove_if(obstacles, [this](const ObstaclePairs& o) { return !may_be_met(o); });
-  const auto leave_if_too_many = [&](const auto& parts_of) {
-    const auto count = [&](const ObstaclePairs& o) {
-      return static_cast<std::int64_t>(parts_of(*topology_.bodies()[o.body].triangles).size());
+  obstacles.erase(std::remove_if(obstacles.begin(), obstacles.end(),
+                                 [this](const ObstaclePairs& o) { return !may_be_met(o); }),
+                  obstacles.end());
+  const auto leave_largest = [&](const auto& parts_of) {
+    const auto pairs_of = [&](const ObstaclePairs& o) {
+      std::int64_t vertices = 0;
+      for (const std::int32_t s : o.soft_bodies) vertices += topology_.bodies()[s].vertex_count;
+      const auto& parts = parts_of(*topology_.bodies()[o.body].triangles);
+      return vertices * static_cast<std::int64_t>(parts.size());
     };
     std::int64_t pairs = 0;
-    for (const ObstaclePairs& o : obstacles)
-      for (const std::int32_t s : o.soft_bodies)
-        pairs += count(o) * topology_.bodies()[s].vertex_count;
-    if (pairs > max_pairs) remove_if(obstacles, [&](const auto& o) { return count(o) > 0; });
+    for (const ObstaclePairs& o : obstacles) pairs += pairs_of(o);
+    while (pairs > max_pairs) {
+      const auto largest =
+          std::max_element(obstacles.begin(), obstacles.end(),
+                           [&](const auto& a, const auto& b) { return pairs_of(a) < pairs_of(b); });
+      pairs -= pairs_of(*largest);
+      obstacles.erase(largest);
+    }
   };
-  leave_if_too_many([](const Triangles& triangles) -> auto& { return triangles.round_parts; });
-  leave_if_too_many([](const Triangles& triangles) -> auto& { return triangles.convex_parts; });
+  leave_largest([](const Triangles& triangles) -> auto& { return triangles.round_parts; });
+  leave_largest([](const Triangles& triangles) -> auto& { return triangles.convex_parts; });
   set_obstacles(obstacles);
 }
 
 void SimpleContacts::set_obstacles(const std::vector<ObstaclePairs>& obstacles) {
-  bodies_.clear();
-  for (const ObstaclePairs& o : obstacles) bodies_.push_back(o.body);
+  obstacles_.clear();
+  for (const ObstaclePairs& o : obstacles)
+    obstacles_.push_back({o.body, !topology_.bodies()[o.body].triangles->convex_parts.empty()});
   if (any()) soft_bounds_.set_topology();
   round_.set_obstacles(obstacles);
   convex_.set_obstacles(obstacles);
 }
 
+void SimpleContacts::give_up(std::int32_t body) {
+  round_.give_up(body);
+  convex_.give_up(body);
+  obstacles_.erase(std::find_if(obstacles_.begin(), obstacles_.end(),
+                                [body](const Obstacle& o) { return o.body == body; }));
+}
+
 void SimpleContacts::leave_out(std::vector<Body>& filters) const {
-  for (const std::int32_t body : bodies_) filters[static_cast<std::size_t>(body)].layer = 0;
+  for (const Obstacle& o : obstacles_) filters[static_cast<std::size_t>(o.body)].layer = 0;
 }
 
 bool SimpleContacts::find_near(double separation, std::vector<Contact>& contacts) {
   contacts.clear();
   if (!any()) return true;
-  soft_bounds_.begin(false);
-  convex_.find_near(separation, of_convex_, given_up_);
-  for (const std::int32_t body : given_up_) {
-    round_.give_up(body);
-    bodies_.erase(std::find(bodies_.begin(), bodies_.end(), body));
+  const std::size_t count = obstacles_.size();
+  at_fault_.clear();
+  for (Obstacle& o : obstacles_) {
+    o.unclear_motions = o.was_clear ? 0 : o.unclear_motions + 1;
+    o.was_clear = true;
+    if (o.may_be_given_up && o.unclear_motions >= max_unclear_motions) at_fault_.push_back(o.body);
   }
+  for (const std::int32_t body : at_fault_) give_up(body);
+  soft_bounds_.begin(false);
+  at_fault_.clear();
+  convex_.find_near(separation, of_convex_, at_fault_);
+  for (const std::int32_t body : at_fault_) give_up(body);
   round_.find_near(separation, contacts);
   const auto middle = contacts.insert(contacts.end(), of_convex_.begin(), of_convex_.end());
   std::inplace_merge(contacts.begin(), middle, contacts.end());
-  return given_up_.empty();
+  return obstacles_.size() == count;
 }
 
 bool SimpleContacts::are_clear(bool at_start) {
   if (!any()) return true;
   soft_bounds_.begin(at_start);
-  return convex_.are_clear(at_start) && round_.are_clear(at_start);
+  at_fault_.clear();
+  convex_.find_unclear(at_start, at_fault_);
+  round_.find_unclear(at_start, at_fault_);
+  if (!at_start)
+    for (Obstacle& o : obstacles_)
+      o.was_clear &= std::find(at_fault_.begin(), at_fault_.end(), o.body) == at_fault_.end();
+  return at_fault_.empty();
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

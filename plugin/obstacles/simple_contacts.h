@@ -30,31 +30,40 @@ class SimpleContacts {
   void set_topology();
   /// Meets no obstacle until the next set_topology().
   void clear() { set_obstacles({}); }
-  bool any() const { return !bodies_.empty(); }
+  bool any() const { return !obstacles_.empty(); }
   /// Changes the filters of a detector, such that it leaves out the pairs of these obstacles.
   void leave_out(std::vector<Body>& filters) const;
 
   /// Sets `contacts` to what comes within `separation`, metres, of these obstacles in the motion,
   /// sorted. Call once in each motion, first. Returns false if it gives up an obstacle: the
-  /// detector needs new filters then.
+  /// detector needs new filters then. That is one in which a vertex starts, or where are_clear()
+  /// was false in many motions in succession. Balls and capsules alone are not given up.
   bool find_near(double separation, std::vector<Contact>& contacts);
   /// True if it is certain that no soft body touches the triangles of these obstacles in the motion
-  /// to its present end, or, with `at_start`, at its start. What an anchor holds to an obstacle
-  /// does not count: its contacts are ignored.
+  /// to its present end, or, with `at_start`, at its start. What an anchor holds to a ball or a
+  /// capsule does not count: its contacts are ignored.
   bool are_clear(bool at_start);
 
  private:
+  struct Obstacle {
+    std::int32_t body;
+    bool may_be_given_up;
+    bool was_clear = true;    // in the last motion
+    int unclear_motions = 0;  // in succession
+  };
+
   bool may_be_met(const ObstaclePairs& obstacle) const;
   void set_obstacles(const std::vector<ObstaclePairs>& obstacles);
+  void give_up(std::int32_t body);
 
   const StepTopology& topology_;
   const Motion& motion_;
   SoftBounds soft_bounds_;
   RoundContacts round_;
   ConvexContacts convex_;
-  std::vector<std::int32_t> bodies_;  // of the obstacles, in ascending order
-  std::vector<Contact> of_convex_;    // scratch memory
-  std::vector<std::int32_t> given_up_;
+  std::vector<Obstacle> obstacles_;
+  std::vector<Contact> of_convex_;      // scratch memory
+  std::vector<std::int32_t> at_fault_;  // scratch memory: bodies that are given up or not clear
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

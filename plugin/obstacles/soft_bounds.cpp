@@ -93,10 +93,10 @@ void SoftBounds::update(const StepTopology::BodyRecord& soft, BodyBounds& body) 
   body.is_current = true;
 }
 
-// A bit for each side of the bounds beyond which a finite vertex stays, farther away than the
-// distance.
-std::uint8_t SoftBounds::beyond(std::int32_t vertex, const Other& other) const {
+// A bit for each side of finite bounds beyond which a vertex stays, farther away than the distance.
+std::uint8_t SoftBounds::beyond(std::int32_t vertex, const Other& other, bool is_finite) const {
   const Vector3d x0 = motion_.start_of(vertex), x1 = at_start_ ? x0 : motion_.end_of(vertex);
+  if (!is_finite && !(x0 + x1).allFinite()) return 0;
   unsigned sides = 0;
   for (int k = 0; k < 3; ++k) {
     const double least = std::min(x0[k], x1[k]), most = std::max(x0[k], x1[k]);
@@ -117,11 +117,11 @@ void SoftBounds::add_near(const Primitives& primitives, const Blocks& all, const
   };
   for (const Block& block : all.blocks) {
     if (are_apart(block.bounds, other.bounds, other.distance)) continue;
-    const bool is_finite = block.bounds.is_finite() && other.bounds.is_finite();
+    const bool is_finite = block.bounds.is_finite(), other_is_finite = other.bounds.is_finite();
     for (std::int32_t i = block.vertices.first; i < block.vertices.last; ++i) {
       const std::int32_t v = all.vertices[static_cast<std::size_t>(i)];
       if (mark_of(v) & is_known) continue;
-      mark_of(v) = is_known | (is_finite ? beyond(v, other) : std::uint8_t{0});
+      mark_of(v) = is_known | (other_is_finite ? beyond(v, other, is_finite) : std::uint8_t{0});
       marked_.push_back(v);
     }
     for (std::int32_t i = block.primitives.first; i < block.primitives.last; ++i) {

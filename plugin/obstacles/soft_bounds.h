@@ -62,7 +62,8 @@ class SoftBounds {
   template <class Primitives>
   void make_blocks(const Primitives& primitives, const IndexRange& range, Blocks& result) const;
   void update(const StepTopology::BodyRecord& soft, BodyBounds& body) const;
-  std::uint8_t beyond(std::int32_t vertex, const Other& other) const;
+  // is_finite: the vertex certainly is.
+  std::uint8_t beyond(std::int32_t vertex, const Other& other, bool is_finite) const;
   template <class Primitives>
   void add_near(const Primitives& primitives, const Blocks& all, const Other& other,
                 std::int32_t first_vertex, std::vector<std::uint8_t>& marks,

@@ -19,6 +19,13 @@ std::uint64_t pair_key(std::int32_t a, std::int32_t b) {
   return lo << 32 | static_cast<std::uint32_t>(std::max(a, b));
 }
 
+// The memory of an array, empty, for one of another size.
+template <class T>
+NoinitVector<T> reuse(NoinitVector<T>& array, std::size_t size) {
+  array.clear();  // nothing is copied if it grows
+  return array.capacity() / 4 > size ? NoinitVector<T>() : std::move(array);
+}
+
 // Returns whether a face or edge has different vertices of one body.
 template <std::size_t N>
 bool is_valid(const std::array<std::int32_t, N>& v, Span<const std::int32_t> body_of_vertex) {
@@ -75,9 +82,8 @@ void check_indices(const std::array<std::int32_t, N>& v, const char* what, std::
 
 Mesh::Mesh(const Topology& topology, ThreadPool& pool, TopologyFinder* finder, const Mesh* last,
            MeshMemory memory)
-    : faces_(std::move(memory.faces)), body_of_vertex_(std::move(memory.body_of_vertex)) {
-  faces_.clear();  // nothing is copied if they grow
-  body_of_vertex_.clear();
+    : faces_(reuse(memory.faces, topology.faces.size())),
+      body_of_vertex_(reuse(memory.body_of_vertex, topology.vertex_count)) {
   take_bodies(topology, pool);
   is_complete_ = false;
   if (finder != nullptr) take_edges(topology, *finder);

@@ -21,7 +21,7 @@
 namespace lazyccd {
 
 /// Arrays of a mesh that is no longer used, for the next one: to get pages from the system takes
-/// longer than to fill them.
+/// longer than to fill them. Much more memory than the next mesh needs is freed.
 struct MeshMemory {
   NoinitVector<Face> faces;
   NoinitVector<std::int32_t> body_of_vertex;

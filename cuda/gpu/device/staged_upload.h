@@ -42,7 +42,7 @@ class StagedUpload {
   static constexpr int kPieces = 3;
 
   // Takes the first place that is free, as it takes milliseconds to lock the memory of one. If none
-  // is, waits for the next one.
+  // is, waits for one.
   void choose_place() {
     for (int i = 0; i < kPieces; ++i) {
       if (used_[i] && !taken_[i].has_passed()) continue;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cfenv>
 #include <cmath>
 #include <cstdlib>
@@ -529,14 +530,24 @@ TEST_CASE("a body beside bodies that push rigid ones is solved without another t
 
 TEST_CASE("bodies are solved in parallel with the rounding mode of the caller") {
   const Threads pool(4);
+  const std::thread::id caller = std::this_thread::get_id();
+  std::atomic<bool> any_other{false};
   const bullet::ParallelFor parallel_for = [&](std::size_t count, std::size_t grain,
                                                const auto& body) {
-    pool.parallel_for(count, grain, body);
+    pool.parallel_for(count, grain, [&](std::size_t first, std::size_t last) {
+      if (std::this_thread::get_id() != caller) any_other = true;
+      body(first, last);
+    });
   };
   SeveralBodies several;
+  several.change([](auto& bodies) {  // enough work to wake a thread
+    for (const auto& h : bodies) h->body->m_cfg.piterations = 100;
+  });
   std::fesetround(FE_UPWARD);
-  for (int i = 0; i < 5; ++i) CHECK(several.step(parallel_for, [](auto&) {}));
+  for (int i = 0; i < 200 && !(any_other && i > 4); ++i)
+    CHECK(several.step(parallel_for, [](auto&) {}));
   std::fesetround(FE_TONEAREST);
+  CHECK(any_other);
 }
 
 TEST_CASE("if a part throws each body is either solved or unchanged") {

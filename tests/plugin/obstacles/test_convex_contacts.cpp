@@ -222,8 +222,9 @@ TEST_CASE("what is said to be clear of convex shapes does not touch their triang
 
 TEST_CASE("an obstacle that is not clear in many motions in succession is left to the detector") {
   constexpr int most_motions = 32;
+  const std::string kind = GENERATE("plane", "box and capsule");
   for (unsigned number = 1; number <= 60; ++number) {
-    DrapedSheet draped = make_draped("plane", number);
+    DrapedSheet draped = make_draped(kind, number);
     draped.read();
     DrapedContacts drape(draped);
     bullet::SimpleContacts& convex = drape.contacts;
@@ -242,7 +243,8 @@ TEST_CASE("an obstacle that is not clear in many motions in succession is left t
 }
 
 TEST_CASE("convex contacts keep what they know of the vertices from one motion to the next") {
-  const std::string kind = GENERATE("box", "edge of a box", "cylinder", "cone", "hull");
+  const std::string kind =
+      GENERATE("box", "edge of a box", "cylinder", "cone", "hull", "box and capsule");
   CAPTURE(kind);
   int clear = 0, touching = 0;
   for (unsigned number = 1; number <= 40; ++number) {
@@ -272,7 +274,7 @@ TEST_CASE("convex contacts keep what they know of the vertices from one motion t
 }
 
 TEST_CASE("what is not finite is never clear of a convex shape") {
-  const std::string kind = GENERATE("box", "plane");
+  const std::string kind = GENERATE("box", "plane", "box and capsule");
   const bool of_obstacle = GENERATE(false, true);
   const btScalar value = GENERATE(std::numeric_limits<btScalar>::quiet_NaN(),
                                   std::numeric_limits<btScalar>::infinity());

@@ -114,7 +114,6 @@ TEST_CASE("soft bounds find what is not finite") {
        {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
     motion.end[3 * 40 + 1] = static_cast<btScalar>(value);
     bounds.begin(false);
-    const std::vector<std::int32_t> vertices = bounds.find_near(0, far, 0.1).vertices;
-    CHECK(std::count(vertices.begin(), vertices.end(), 40) == 1);
+    CHECK(check(bounds, topology, motion, false, far, 0.1) > 0);
   }
 }

@@ -61,6 +61,11 @@ class DrapedSheet {
     }
   }
 
+  /// Adds a static obstacle; `place`: in the frame of the first one, metres.
+  void add_obstacle(std::unique_ptr<btCollisionShape> shape, const btVector3& place) {
+    world_.add(std::move(shape), place_.getOrigin() + place);
+  }
+
   void read() {
     for (const bool moves : {false, true}) {  // the first step makes the obstacle known
       reader_->begin_step(bodies_);
