@@ -58,7 +58,8 @@ void ConvexContacts::find_near(double separation, std::vector<Contact>& contacts
   at_start_ = false;
   for (Obstacle& obstacle : obstacles_)
     if (!find_near(obstacle, separation, contacts)) entered.push_back(obstacle.bodies.body);
-  std::sort(contacts.begin(), contacts.end());
+  if (!std::is_sorted(contacts.begin(), contacts.end()))
+    std::sort(contacts.begin(), contacts.end());
 }
 
 // Returns false, without contacts, if a vertex starts in the obstacle.

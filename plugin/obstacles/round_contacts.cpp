@@ -63,7 +63,8 @@ void RoundContacts::find_near(double separation, std::vector<Contact>& contacts)
         find_near({soft_body, obstacle.body, part, core}, separation, contacts);
     }
   }
-  std::sort(contacts.begin(), contacts.end());
+  if (!std::is_sorted(contacts.begin(), contacts.end()))
+    std::sort(contacts.begin(), contacts.end());
 }
 
 void RoundContacts::find_near(const Pair& pair, double separation, std::vector<Contact>& contacts) {

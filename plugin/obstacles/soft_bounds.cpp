@@ -11,6 +11,9 @@ using Eigen::Vector3d;
 
 constexpr std::ptrdiff_t block_size = 32;
 
+// Bits of a vertex's mark. The first six are those of beyond().
+constexpr std::uint8_t all_sides = 63, is_known = 64, is_near = 128;
+
 // Sorts items such that each run of a block's size has neighbours: halves them at the median of
 // their longest extent, again and again. Each half but the last is a whole number of blocks.
 template <class Iterator, class Middle>
@@ -111,7 +114,6 @@ template <class Primitives>
 void SoftBounds::add_near(const Primitives& primitives, const Blocks& all, const Other& other,
                           std::int32_t first_vertex, std::vector<std::uint8_t>& marks,
                           std::vector<std::int32_t>& near) {
-  constexpr std::uint8_t all_sides = 63, is_known = 64, is_added = 128;
   const auto mark_of = [&](std::int32_t v) -> std::uint8_t& {
     return marks[static_cast<std::size_t>(v - first_vertex)];
   };
@@ -122,7 +124,6 @@ void SoftBounds::add_near(const Primitives& primitives, const Blocks& all, const
       const std::int32_t v = all.vertices[static_cast<std::size_t>(i)];
       if (mark_of(v) & is_known) continue;
       mark_of(v) = is_known | (other_is_finite ? beyond(v, other, is_finite) : std::uint8_t{0});
-      marked_.push_back(v);
     }
     for (std::int32_t i = block.primitives.first; i < block.primitives.last; ++i) {
       const std::int32_t index = all.primitives[static_cast<std::size_t>(i)];
@@ -131,11 +132,7 @@ void SoftBounds::add_near(const Primitives& primitives, const Blocks& all, const
       for (const std::int32_t v : primitive) common &= mark_of(v);
       if (common != 0) continue;
       near.push_back(index);
-      for (const std::int32_t v : primitive) {
-        if (mark_of(v) & is_added) continue;
-        mark_of(v) |= is_added;
-        near_.vertices.push_back(v);
-      }
+      for (const std::int32_t v : primitive) mark_of(v) |= is_near;
     }
   }
 }
@@ -154,9 +151,12 @@ const NearPrimitives& SoftBounds::find_near(std::int32_t soft_body, const Motion
            near_.edges);
   add_near(topology.faces, body.faces, {other, distance}, soft.first_vertex, body.marks,
            near_.faces);
-  for (const std::int32_t v : marked_)
-    body.marks[static_cast<std::size_t>(v - soft.first_vertex)] = 0;
-  marked_.clear();
+  std::int32_t vertex = soft.first_vertex;
+  for (std::uint8_t& mark : body.marks) {
+    if (mark & is_near) near_.vertices.push_back(vertex);
+    mark = 0;
+    ++vertex;
+  }
   return near_;
 }
 

@@ -13,6 +13,7 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
 /// Edges and faces of a soft body and all of their vertices: indices in the topology, each once.
+/// The vertices are sorted.
 struct NearPrimitives {
   std::vector<std::int32_t> vertices, edges, faces;
 
@@ -74,7 +75,6 @@ class SoftBounds {
   bool at_start_ = false;
   std::vector<BodyBounds> bodies_;  // filled as far as they are needed
   NearPrimitives near_;
-  std::vector<std::int32_t> marked_;  // vertices with a mark
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -52,7 +52,7 @@ void add_face_contact(const StepContact& contact, const FacesOfNodes& faces) {
       contact.face != nullptr ? contact.face : faces.find(nodes[0], nodes[1]);
   if (face == nullptr) return;
   btSoftBody& body = *btSoftBody::upcast(contact.body_a);
-  auto rigid = rigid_contact<btSoftBody::DeformableFaceRigidContact>(contact, body);
+  auto& rigid = append_rigid_contact(contact, body, body.m_faceRigidContacts);
   rigid.m_face = face;
   rigid.m_bary.setZero();
   for (int corner = 0; corner < 3; ++corner)
@@ -64,7 +64,6 @@ void add_face_contact(const StepContact& contact, const FacesOfNodes& faces) {
   // If the face is soft, the point is on it, and that on the rigid body is not known.
   rigid.m_cti.m_offset = contact.face != nullptr ? 0 : distance_of(contact, rigid.m_contactPoint);
   rigid.m_c5.setIdentity();
-  body.m_faceRigidContacts.push_back(rigid);
 }
 
 // Appends the contacts of faces with rigid bodies.
@@ -98,11 +97,10 @@ void fill_deformable_contact_lists(Span<const StepContact> contacts) {
     btSoftBody* const node_body = btSoftBody::upcast(contact.body_a);
     if (!node_body || contact.kind != ContactKind::vertex_face) continue;
     if (!contact.face) {
-      auto rigid = rigid_contact<btSoftBody::DeformableNodeRigidContact>(contact, *node_body);
+      auto& rigid = append_rigid_contact(contact, *node_body, node_body->m_nodeRigidContacts);
       rigid.m_node = contact.nodes[0];
       rigid.m_cti.m_offset = distance_of(contact, rigid.m_node->m_x);
       rigid.m_c5.setIdentity();
-      node_body->m_nodeRigidContacts.push_back(rigid);
       continue;
     }
     const btSoftBody& a = *node_body;

@@ -17,9 +17,7 @@ void fill_soft_contact_lists(Span<const StepContact> contacts) {
     btSoftBody* const node_body = btSoftBody::upcast(contact.body_a);
     if (!node_body || contact.kind != ContactKind::vertex_face) continue;
     if (!contact.face) {
-      auto rigid = rigid_contact<btSoftBody::RContact>(contact, *node_body);
-      rigid.m_node = contact.nodes[0];
-      node_body->m_rcontacts.push_back(rigid);
+      append_rigid_contact(contact, *node_body, node_body->m_rcontacts).m_node = contact.nodes[0];
       continue;
     }
     const btSoftBody& a = *node_body;
