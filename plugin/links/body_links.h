@@ -1,5 +1,6 @@
-// Solves the links of one soft body in groups (link_kernels.h), in place of
-// btSoftBody::PSolve_Links().
+// Solves the links of one soft body, or of several that do not move each other's nodes, in groups
+// (link_kernels.h), in place of btSoftBody::PSolve_Links(). Links of different bodies do not wait
+// for each other, so many small bodies fill the groups as a large one does.
 #pragma once
 
 #include <BulletSoftBody/btSoftBody.h>
@@ -8,6 +9,7 @@
 #include <vector>
 
 #include "lazyccd/bullet/precision.h"
+#include "lazyccd/span.h"
 #include "links/link_batches.h"
 #include "links/link_kernels.h"
 
@@ -16,34 +18,40 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 
 class BodyLinks {
  public:
-  /// Reads the links, constants and masses of the body, for `passes` calls of PSolve_Links().
-  /// Returns false if a link has another body's node, or if Bullet itself is at least as fast; then
-  /// call nothing else.
-  bool prepare(const btSoftBody& body, std::int64_t passes);
-  /// Copy node positions from the body (read) and back (write): of all nodes, or of one node by
-  /// index.
-  void read(const btSoftBody& body);
-  void read(const btSoftBody& body, int node);
-  void write(btSoftBody& body) const;
-  void write(btSoftBody& body, int node) const;
-  /// Same result as `passes` calls of PSolve_Links().
+  /// Reads the links, constants and masses of the bodies, for `passes` calls of PSolve_Links() with
+  /// each. Returns false if a link has a node that is not of its body, or if Bullet itself is at
+  /// least as fast; then call nothing else. The bodies must stay until the last call.
+  bool prepare(Span<btSoftBody* const> bodies, std::int64_t passes);
+  /// Copy all node positions from the bodies and back.
+  void read();
+  void write() const;
+  /// Copy the position of a node of the first body, by index.
+  void read(int node);
+  void write(int node) const;
+  /// Same result as `passes` calls of PSolve_Links() with each body.
   void solve(int passes);
 
  private:
-  void plan(const btSoftBody& body);
-  bool is_planned(const btSoftBody& body) const;
+  /// A body and its counts when plan_ was made.
+  struct Member {
+    btSoftBody* body;
+    int node_count, link_count;
+    std::int32_t first_node;  ///< in nodes_
+  };
+
+  void plan(Span<btSoftBody* const> bodies);
+  bool is_planned(Span<btSoftBody* const> bodies) const;
   bool is_faster(std::int64_t passes) const;
-  bool load_links(const btSoftBody& body);
+  bool load_links();
 
   const LinkKernels* kernels_ = best_link_kernels();
-  /// The body and its counts when plan_ was made.
-  const btSoftBody* body_ = nullptr;
-  int node_count_ = 0, link_count_ = 0;
-  LinkEnds ends_;
+  std::vector<Member> members_;  ///< empty: there is no plan
+  LinkEnds ends_;                ///< of all bodies, as indices in nodes_
+  std::int32_t node_count_ = 0;
   std::int64_t dependent_links_ = 0;  ///< links that depend on one of the few links before them
 
   LinkBatches plan_;
-  std::vector<LinkGroup<btScalar>> groups_;  ///< empty: there is no plan
+  std::vector<LinkGroup<btScalar>> groups_;  ///< empty: nothing can be solved here
   std::vector<LinkedNode<btScalar>> nodes_;
   std::vector<btScalar> inverse_mass_;  ///< 1/kg, by node: close together, unlike Bullet's nodes
 };

@@ -73,9 +73,9 @@ void solve_positions(btSoftBody& body, const MovedByOthers& others, BodyLinks& l
       if (sequence[i] == Solver::Linear) links.solve(1);
       const std::vector<int>& nodes = others.by(sequence[i]);
       if (nodes.empty()) continue;
-      for (const int node : nodes) links.write(body, node);
+      for (const int node : nodes) links.write(node);
       btSoftBody::getSolver(sequence[i])(&body, 1, static_cast<btScalar>(k) / iterations);
-      for (const int node : nodes) links.read(body, node);
+      for (const int node : nodes) links.read(node);
     }
   }
 }
@@ -103,37 +103,112 @@ void solve_positions(btSoftBody& body) {
 
 }  // namespace
 
-void SoftConstraints::solve(const btAlignedObjectArray<btSoftBody*>& bodies,
-                            const ParallelFor& parallel_for, int threads) {
+void SoftConstraints::solve(const Bodies& bodies, const ParallelFor& parallel_for) {
   links_.resize(static_cast<std::size_t>(bodies.size()));
-  is_prepared_.assign(links_.size(), 0);
-  const SolveOrder order = threads > 1 ? find_solve_order(bodies) : bullets_order(bodies);
-  for (const int i : order.serial) is_prepared_[i] = solve(*bodies[i], links_[i]);
-  const std::vector<int>& parallel = order.parallel;
-  if (parallel.empty()) return;
-  // With at most three tasks, parallel_for() wakes no sleeping threads. For less work than this
+  states_.assign(links_.size(), LinksState::bullets);
+  const SolveOrder order = find_solve_order(bodies);
+  for (const int i : order.serial) solve_alone(*bodies[i], i);
+  if (order.parallel.empty()) return;
+  make_tasks(bodies, order.parallel);
+  // With at most three ranges, parallel_for() wakes no sleeping threads. For less work than this
   // (links times passes), waking a thread takes longer than the work.
   constexpr std::int64_t min_parallel_work = 1 << 16;
-  const std::size_t tasks = order.work < min_parallel_work
-                                ? std::min<std::size_t>(parallel.size(), 3)
-                                : std::max<std::size_t>(parallel.size(), 4);
-  for_ranges(parallel_for, tasks, 1, [&](std::size_t first, std::size_t last) {
-    for (std::size_t task = first; task < last; ++task)
-      for (std::size_t i = task; i < parallel.size(); i += tasks)
-        is_prepared_[parallel[i]] = solve(*bodies[parallel[i]], links_[parallel[i]]);
+  const std::size_t ranges = order.work < min_parallel_work ? std::min<std::size_t>(task_count_, 3)
+                                                            : std::max<std::size_t>(task_count_, 4);
+  for_ranges(parallel_for, ranges, 1, [&](std::size_t first, std::size_t last) {
+    for (std::size_t range = first; range < last; ++range)
+      for (std::size_t i = range; i < task_count_; i += ranges) solve(bodies, tasks_[i]);
   });
+}
+
+// Which bodies are solved together depends on the bodies around them in the world, so that a change
+// of one body changes few tasks, each of which has to make a new plan.
+void SoftConstraints::make_tasks(const Bodies& bodies, const std::vector<int>& parallel) {
+  constexpr int small_links = 192, links_of_task = 1024;
+  task_count_ = 0;
+  const auto add_task = [&]() -> Task& {
+    if (task_count_ == tasks_.size()) tasks_.emplace_back();
+    Task& task = tasks_[task_count_++];
+    task.bodies.clear();
+    return task;
+  };
+  Task* shared = nullptr;
+  int links = 0, next = 0;  // of the shared task; the next body in the world
+  std::vector<int> large;
+  for (const int index : parallel) {
+    for (; next <= index; ++next) links += std::min(bodies[next]->m_links.size(), small_links);
+    const btSoftBody& body = *bodies[index];
+    if (body.m_links.size() > small_links || !ends_with_positions(body)) {
+      large.push_back(index);
+      continue;
+    }
+    if (!shared || links > links_of_task ||
+        passes_over_positions(*bodies[shared->bodies[0]]) != passes_over_positions(body)) {
+      shared = &add_task();
+      links = 0;
+    }
+    shared->bodies.push_back(index);
+  }
+  // Most work first. They have no use for the links of a task.
+  std::stable_sort(large.begin(), large.end(), [&](int a, int b) {
+    return bodies[a]->m_links.size() > bodies[b]->m_links.size();
+  });
+  for (const int index : large) add_task().bodies.push_back(index);
+}
+
+void SoftConstraints::solve(const Bodies& bodies, Task& task) {
+  std::vector<btSoftBody*> together;
+  for (const int i : task.bodies) together.push_back(bodies[i]);
+  if (together.size() > 1 && solve_together(together, task.links)) {
+    for (const int i : task.bodies) states_[static_cast<std::size_t>(i)] = LinksState::unknown;
+    return;
+  }
+  for (const int i : task.bodies) solve_alone(*bodies[i], i);
+}
+
+bool SoftConstraints::solve_together(Span<btSoftBody* const> bodies, BodyLinks& links) {
+  const std::int64_t passes = passes_over_positions(*bodies[0]);
+  if (!links.prepare(bodies, passes)) return false;
+  std::size_t count = 0;  // of bodies without their positions
+  try {
+    for (btSoftBody* const body : bodies) {
+      const WithoutPositionIterations scope(*body);
+      body->solveConstraints();
+      ++count;
+    }
+  } catch (...) {
+    for (std::size_t i = 0; i < count; ++i) solve_positions(*bodies[i]);
+    throw;
+  }
+  links.read();
+  links.solve(static_cast<int>(passes));
+  links.write();
+  for (btSoftBody* const body : bodies) {
+    const btScalar rate = rate_of(*body);
+    for (int i = 0; i < body->m_nodes.size(); ++i) end_positions(body->m_nodes[i], rate);
+  }
+  return true;
+}
+
+void SoftConstraints::solve_alone(btSoftBody& body, int index) {
+  states_[static_cast<std::size_t>(index)] = solve(body, links_[static_cast<std::size_t>(index)])
+                                                 ? LinksState::prepared
+                                                 : LinksState::bullets;
 }
 
 // Bullet prepares the links and anchors and solves the velocities; the positions are solved here.
 // Bullet's method allocates memory at its end too. Where positions come last, they are solved after
 // it, so that nothing has moved if an allocation fails.
+// Returns whether `links` solved them, and not Bullet.
 bool SoftConstraints::solve(btSoftBody& body, BodyLinks& links) {
+  btSoftBody* const pointer = &body;
   if (!ends_with_positions(body)) {
     body.solveConstraints();
     return false;
   }
   const MovedByOthers others(body);
-  const bool is_prepared = others.all_own() && links.prepare(body, passes_over_positions(body));
+  const bool is_prepared =
+      others.all_own() && links.prepare({&pointer, 1}, passes_over_positions(body));
   {
     const WithoutPositionIterations scope(body);
     body.solveConstraints();
@@ -142,11 +217,11 @@ bool SoftConstraints::solve(btSoftBody& body, BodyLinks& links) {
     solve_positions(body);
     return false;
   }
-  links.read(body);
+  links.read();
   solve_positions(body, others, links);
   const btScalar rate = rate_of(body);
   for (int i = 0; i < body.m_nodes.size(); ++i) {
-    links.write(body, i);
+    links.write(i);
     end_positions(body.m_nodes[i], rate);
   }
   return true;
@@ -154,14 +229,19 @@ bool SoftConstraints::solve(btSoftBody& body, BodyLinks& links) {
 
 void SoftConstraints::solve_links_again(btSoftBody& body, int index, int iterations) {
   const int passes = static_cast<int>(passes_over_links(body.m_cfg.m_psequence)) * iterations;
-  if (!is_prepared_[static_cast<std::size_t>(index)]) {
+  LinksState& state = states_[static_cast<std::size_t>(index)];
+  BodyLinks& links = links_[static_cast<std::size_t>(index)];
+  if (state == LinksState::unknown) {
+    btSoftBody* const pointer = &body;
+    state = links.prepare({&pointer, 1}, passes) ? LinksState::prepared : LinksState::bullets;
+  }
+  if (state == LinksState::bullets) {
     for (int i = 0; i < passes; ++i) btSoftBody::getSolver(Solver::Linear)(&body, 1, 0);
     return;
   }
-  BodyLinks& links = links_[static_cast<std::size_t>(index)];
-  links.read(body);
+  links.read();
   links.solve(passes);
-  links.write(body);
+  links.write();
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

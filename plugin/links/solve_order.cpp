@@ -1,6 +1,5 @@
 #include "links/solve_order.h"
 
-#include <algorithm>
 #include <functional>
 
 namespace lazyccd::bullet {
@@ -36,14 +35,15 @@ std::int64_t work_of(const btSoftBody& body) {
          body.m_links.size();
 }
 
-}  // namespace
-
+// All active bodies one after the other.
 SolveOrder bullets_order(const btAlignedObjectArray<btSoftBody*>& bodies) {
   SolveOrder order;
   for (int i = 0; i < bodies.size(); ++i)
     if (bodies[i]->isActive()) order.serial.push_back(i);
   return order;
 }
+
+}  // namespace
 
 SolveOrder find_solve_order(const btAlignedObjectArray<btSoftBody*>& bodies) {
   const SolveOrder all_serial = bullets_order(bodies);
@@ -55,10 +55,7 @@ SolveOrder find_solve_order(const btAlignedObjectArray<btSoftBody*>& bodies) {
     (coupling == Coupling::itself ? order.parallel : order.serial).push_back(i);
   }
   if (order.parallel.size() < 2) return all_serial;
-  const auto work = [&](int i) { return work_of(*bodies[i]); };
-  std::sort(order.parallel.begin(), order.parallel.end(),
-            [&](int a, int b) { return work(a) > work(b); });
-  for (const int i : order.parallel) order.work += work(i);
+  for (const int i : order.parallel) order.work += work_of(*bodies[i]);
   return order;
 }
 

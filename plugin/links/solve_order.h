@@ -21,12 +21,10 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 /// Active bodies, by index in the world.
 struct SolveOrder {
   std::vector<int> serial;    ///< one after the other
-  std::vector<int> parallel;  ///< in any order, most work first; empty, or at least two
+  std::vector<int> parallel;  ///< in any order; empty, or at least two, in ascending order
   std::int64_t work = 0;      ///< links in `parallel`, times passes over them
 };
 
-/// All active bodies one after the other.
-SolveOrder bullets_order(const btAlignedObjectArray<btSoftBody*>& bodies);
 SolveOrder find_solve_order(const btAlignedObjectArray<btSoftBody*>& bodies);
 
 /// Number of passes over the links in one iteration of a solver sequence: of positions or drift
