@@ -1,4 +1,4 @@
-// Divides the links of a soft body into groups (link_kernels.h). Solving the groups in order gives
+// Divides the links of soft bodies into groups (link_kernels.h). Solving the groups in order gives
 // the same result, to the bit, as solving the links one after the other: if links share a node,
 // each is in a later group than the ones listed before it.
 #pragma once

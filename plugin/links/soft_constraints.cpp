@@ -46,6 +46,21 @@ bool ends_with_positions(const btSoftBody& body) {
          body.m_scontacts.size() == 0 && body.m_nodes.size() > 0;
 }
 
+// Bodies with fewer links than this do not fill the groups of links. Without kernels there are
+// none.
+bool is_small(const btSoftBody& body) {
+  constexpr int few_links = 192;
+  static const bool has_kernels = best_link_kernels() != nullptr;
+  return has_kernels && body.m_links.size() < few_links;
+}
+
+bool has_small_bodies(const btAlignedObjectArray<btSoftBody*>& bodies) {
+  int count = 0;
+  for (int i = 0; i < bodies.size() && count < 2; ++i)
+    count += bodies[i]->isActive() && is_small(*bodies[i]);
+  return count > 1;
+}
+
 // Scope in which Bullet does not solve the positions of the body.
 class WithoutPositionIterations {
  public:
@@ -103,72 +118,82 @@ void solve_positions(btSoftBody& body) {
 
 }  // namespace
 
-void SoftConstraints::solve(const Bodies& bodies, const ParallelFor& parallel_for) {
+void SoftConstraints::solve(const Bodies& bodies, const ParallelFor& parallel_for, int threads) {
   links_.resize(static_cast<std::size_t>(bodies.size()));
   states_.assign(links_.size(), LinksState::bullets);
-  const SolveOrder order = find_solve_order(bodies);
+  const SolveOrder order =
+      threads > 1 || has_small_bodies(bodies) ? find_solve_order(bodies) : bullets_order(bodies);
   for (const int i : order.serial) solve_alone(*bodies[i], i);
   if (order.parallel.empty()) return;
   make_tasks(bodies, order.parallel);
   // With at most three ranges, parallel_for() wakes no sleeping threads. For less work than this
   // (links times passes), waking a thread takes longer than the work.
   constexpr std::int64_t min_parallel_work = 1 << 16;
-  const std::size_t ranges = order.work < min_parallel_work ? std::min<std::size_t>(task_count_, 3)
-                                                            : std::max<std::size_t>(task_count_, 4);
+  const std::size_t ranges = order.work < min_parallel_work
+                                 ? std::min<std::size_t>(tasks_.size(), 3)
+                                 : std::max<std::size_t>(tasks_.size(), 4);
   for_ranges(parallel_for, ranges, 1, [&](std::size_t first, std::size_t last) {
     for (std::size_t range = first; range < last; ++range)
-      for (std::size_t i = range; i < task_count_; i += ranges) solve(bodies, tasks_[i]);
+      for (std::size_t i = range; i < tasks_.size(); i += ranges) solve_task(bodies, tasks_[i]);
   });
 }
 
-// Which bodies are solved together depends on the bodies around them in the world, so that a change
-// of one body changes few tasks, each of which has to make a new plan.
+// Blocks begin at places in the world's list that do not depend on what the bodies do. So a body
+// that falls asleep changes no other block.
 void SoftConstraints::make_tasks(const Bodies& bodies, const std::vector<int>& parallel) {
-  constexpr int small_links = 192, links_of_task = 1024;
-  task_count_ = 0;
-  const auto add_task = [&]() -> Task& {
-    if (task_count_ == tasks_.size()) tasks_.emplace_back();
-    Task& task = tasks_[task_count_++];
-    task.bodies.clear();
-    return task;
-  };
-  Task* shared = nullptr;
-  int links = 0, next = 0;  // of the shared task; the next body in the world
-  std::vector<int> large;
+  constexpr int links_of_block = 512;
+  tasks_.clear();
+  int links = 0, next = 0;  // links of the small bodies before the next one in the world
+  std::size_t last_block = 0;
+  std::vector<int> alone;
   for (const int index : parallel) {
-    for (; next <= index; ++next) links += std::min(bodies[next]->m_links.size(), small_links);
-    const btSoftBody& body = *bodies[index];
-    if (body.m_links.size() > small_links || !ends_with_positions(body)) {
-      large.push_back(index);
+    for (; next < index; ++next)
+      if (is_small(*bodies[next])) links += bodies[next]->m_links.size();
+    btSoftBody& body = *bodies[index];
+    if (!is_small(body) || !ends_with_positions(body)) {
+      alone.push_back(index);
       continue;
     }
-    if (!shared || links > links_of_task ||
-        passes_over_positions(*bodies[shared->bodies[0]]) != passes_over_positions(body)) {
-      shared = &add_task();
-      links = 0;
+    const auto number = static_cast<std::size_t>(links / links_of_block);
+    while (blocks_.size() <= number) blocks_.push_back(std::make_unique<Block>());
+    Block& block = *blocks_[number];
+    if (tasks_.empty() || number != last_block) {
+      last_block = number;
+      block.bodies.clear();
+      tasks_.push_back({{}, &block});
+    } else if (passes_over_positions(*block.bodies[0]) != passes_over_positions(body)) {
+      alone.push_back(index);
+      continue;
     }
-    shared->bodies.push_back(index);
+    block.bodies.push_back(&body);
+    tasks_.back().bodies.push_back(index);
   }
-  // Most work first. They have no use for the links of a task.
-  std::stable_sort(large.begin(), large.end(), [&](int a, int b) {
+  // Most work first.
+  std::stable_sort(alone.begin(), alone.end(), [&](int a, int b) {
     return bodies[a]->m_links.size() > bodies[b]->m_links.size();
   });
-  for (const int index : large) add_task().bodies.push_back(index);
+  for (const int index : alone) tasks_.push_back({{index}, nullptr});
 }
 
-void SoftConstraints::solve(const Bodies& bodies, Task& task) {
-  std::vector<btSoftBody*> together;
-  for (const int i : task.bodies) together.push_back(bodies[i]);
-  if (together.size() > 1 && solve_together(together, task.links)) {
+void SoftConstraints::solve_task(const Bodies& bodies, const Task& task) {
+  if (task.block && solve_together(*task.block)) {
     for (const int i : task.bodies) states_[static_cast<std::size_t>(i)] = LinksState::unknown;
     return;
   }
   for (const int i : task.bodies) solve_alone(*bodies[i], i);
 }
 
-bool SoftConstraints::solve_together(Span<btSoftBody* const> bodies, BodyLinks& links) {
+// Returns false, and changes no body, if the bodies are better solved one by one. A plan for new
+// bodies takes longer than a step, so it is made when they have stayed together for a step.
+bool SoftConstraints::solve_together(Block& block) {
+  const std::vector<btSoftBody*>& bodies = block.bodies;
+  if (bodies.size() < 2) return false;
+  if (block.last_bodies != bodies) {
+    block.last_bodies = bodies;
+    return false;
+  }
   const std::int64_t passes = passes_over_positions(*bodies[0]);
-  if (!links.prepare(bodies, passes)) return false;
+  if (!block.links.prepare({bodies.data(), bodies.size()}, passes)) return false;
   std::size_t count = 0;  // of bodies without their positions
   try {
     for (btSoftBody* const body : bodies) {
@@ -180,9 +205,9 @@ bool SoftConstraints::solve_together(Span<btSoftBody* const> bodies, BodyLinks& 
     for (std::size_t i = 0; i < count; ++i) solve_positions(*bodies[i]);
     throw;
   }
-  links.read();
-  links.solve(static_cast<int>(passes));
-  links.write();
+  block.links.read();
+  block.links.solve(static_cast<int>(passes));
+  block.links.write();
   for (btSoftBody* const body : bodies) {
     const btScalar rate = rate_of(*body);
     for (int i = 0; i < body->m_nodes.size(); ++i) end_positions(body->m_nodes[i], rate);
@@ -191,16 +216,16 @@ bool SoftConstraints::solve_together(Span<btSoftBody* const> bodies, BodyLinks& 
 }
 
 void SoftConstraints::solve_alone(btSoftBody& body, int index) {
-  states_[static_cast<std::size_t>(index)] = solve(body, links_[static_cast<std::size_t>(index)])
-                                                 ? LinksState::prepared
-                                                 : LinksState::bullets;
+  const bool is_prepared = solve_body(body, links_[static_cast<std::size_t>(index)]);
+  states_[static_cast<std::size_t>(index)] =
+      is_prepared ? LinksState::prepared : LinksState::bullets;
 }
 
 // Bullet prepares the links and anchors and solves the velocities; the positions are solved here.
 // Bullet's method allocates memory at its end too. Where positions come last, they are solved after
 // it, so that nothing has moved if an allocation fails.
 // Returns whether `links` solved them, and not Bullet.
-bool SoftConstraints::solve(btSoftBody& body, BodyLinks& links) {
+bool SoftConstraints::solve_body(btSoftBody& body, BodyLinks& links) {
   btSoftBody* const pointer = &body;
   if (!ends_with_positions(body)) {
     body.solveConstraints();
@@ -233,7 +258,9 @@ void SoftConstraints::solve_links_again(btSoftBody& body, int index, int iterati
   BodyLinks& links = links_[static_cast<std::size_t>(index)];
   if (state == LinksState::unknown) {
     btSoftBody* const pointer = &body;
-    state = links.prepare({&pointer, 1}, passes) ? LinksState::prepared : LinksState::bullets;
+    const bool is_prepared =
+        links.prepare({&pointer, 1}, std::max<std::int64_t>(passes, passes_over_positions(body)));
+    state = is_prepared ? LinksState::prepared : LinksState::bullets;
   }
   if (state == LinksState::bullets) {
     for (int i = 0; i < passes; ++i) btSoftBody::getSolver(Solver::Linear)(&body, 1, 0);

@@ -6,6 +6,7 @@
 
 #include <BulletSoftBody/btSoftBody.h>
 
+#include <memory>
 #include <vector>
 
 #include "lazyccd/bullet/precision.h"
@@ -19,7 +20,9 @@ class SoftConstraints {
  public:
   /// Same as btDefaultSoftBodySolver::solveConstraints(). If it throws (std::bad_alloc), each body
   /// is either unchanged or solved; only a body whose own solver throws may be half solved.
-  void solve(const btAlignedObjectArray<btSoftBody*>& bodies, const ParallelFor& parallel_for);
+  /// `threads`: how many `parallel_for` uses at most.
+  void solve(const btAlignedObjectArray<btSoftBody*>& bodies, const ParallelFor& parallel_for,
+             int threads = 2);
 
   /// Runs the passes over the links of body `index` of the last solve() that it has in some
   /// position iterations.
@@ -28,10 +31,15 @@ class SoftConstraints {
  private:
   using Bodies = btAlignedObjectArray<btSoftBody*>;
 
-  /// Bodies that one thread solves: several small ones together, or one.
+  /// Small bodies near each other in the world's list.
+  struct Block {
+    std::vector<btSoftBody*> bodies, last_bodies;  ///< in this step and in the one before
+    BodyLinks links;                               ///< of all of them
+  };
+  /// Bodies that one thread solves: those of a block, or one.
   struct Task {
     std::vector<int> bodies;  ///< indices in the world, ascending
-    BodyLinks links;          ///< of several bodies
+    Block* block;             ///< null: there is none
   };
   /// What is in the BodyLinks of a body.
   enum class LinksState : char {
@@ -41,16 +49,15 @@ class SoftConstraints {
   };
 
   void make_tasks(const Bodies& bodies, const std::vector<int>& parallel);
-  void solve(const Bodies& bodies, Task& task);
-  /// Returns false, and does nothing, if Bullet is at least as fast.
-  static bool solve_together(Span<btSoftBody* const> bodies, BodyLinks& links);
+  void solve_task(const Bodies& bodies, const Task& task);
+  static bool solve_together(Block& block);
   void solve_alone(btSoftBody& body, int index);
-  static bool solve(btSoftBody& body, BodyLinks& links);
+  static bool solve_body(btSoftBody& body, BodyLinks& links);
 
   std::vector<BodyLinks> links_;    ///< by body
   std::vector<LinksState> states_;  ///< by body
-  std::vector<Task> tasks_;         ///< the first task_count_ are of this step
-  std::size_t task_count_ = 0;
+  std::vector<std::unique_ptr<Block>> blocks_;
+  std::vector<Task> tasks_;  ///< of this step
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -35,15 +35,14 @@ std::int64_t work_of(const btSoftBody& body) {
          body.m_links.size();
 }
 
-// All active bodies one after the other.
+}  // namespace
+
 SolveOrder bullets_order(const btAlignedObjectArray<btSoftBody*>& bodies) {
   SolveOrder order;
   for (int i = 0; i < bodies.size(); ++i)
     if (bodies[i]->isActive()) order.serial.push_back(i);
   return order;
 }
-
-}  // namespace
 
 SolveOrder find_solve_order(const btAlignedObjectArray<btSoftBody*>& bodies) {
   const SolveOrder all_serial = bullets_order(bodies);

@@ -25,6 +25,8 @@ struct SolveOrder {
   std::int64_t work = 0;      ///< links in `parallel`, times passes over them
 };
 
+/// All active bodies one after the other.
+SolveOrder bullets_order(const btAlignedObjectArray<btSoftBody*>& bodies);
 SolveOrder find_solve_order(const btAlignedObjectArray<btSoftBody*>& bodies);
 
 /// Number of passes over the links in one iteration of a solver sequence: of positions or drift

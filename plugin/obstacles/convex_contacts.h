@@ -43,9 +43,8 @@ class ConvexContacts {
   /// `contacts`.
   void find_near(double separation, std::vector<Contact>& contacts,
                  std::vector<std::int32_t>& entered);
-  /// Adds to `unclear` the obstacles of which it is not certain that no soft body touches the
-  /// triangles of these parts: in the motion to its present end, or, with `at_start`, at its start.
-  /// The soft bounds have begun that.
+  /// Adds to `unclear` the obstacles whose parts a soft body may touch: in the motion to its
+  /// present end, or, with `at_start`, at its start. The soft bounds have begun that.
   void find_unclear(bool at_start, std::vector<std::int32_t>& unclear);
 
  private:

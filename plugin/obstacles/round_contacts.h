@@ -54,10 +54,9 @@ class RoundContacts {
   /// reports vertices near faces. Faces and edges that need a constraint of their own are reported
   /// with the edge or the vertex of the obstacle that is nearest to the contact point.
   void find_near(double separation, std::vector<Contact>& contacts);
-  /// Adds to `unclear` the obstacles of which it is not certain that no soft body touches the
-  /// triangles of these parts: in the motion to its present end, or, with `at_start`, at its start.
-  /// The soft bounds have begun that. What an anchor holds to the obstacle does not count: its
-  /// contacts are ignored.
+  /// Adds to `unclear` the obstacles whose parts a soft body may touch: in the motion to its
+  /// present end, or, with `at_start`, at its start. The soft bounds have begun that. What an
+  /// anchor holds to the obstacle does not count: its contacts are ignored.
   void find_unclear(bool at_start, std::vector<std::int32_t>& unclear);
 
  private:

@@ -12,6 +12,11 @@ constexpr std::int64_t max_pairs = 1 << 15;
 // may last for half a second.
 constexpr int max_unclear_motions = 32;
 
+template <class Condition>
+void remove_if(std::vector<ObstaclePairs>& obstacles, const Condition& condition) {
+  obstacles.erase(std::remove_if(obstacles.begin(), obstacles.end(), condition), obstacles.end());
+}
+
 }  // namespace
 
 SimpleContacts::SimpleContacts(const StepTopology& topology, const Motion& motion,
@@ -32,25 +37,29 @@ bool SimpleContacts::may_be_met(const ObstaclePairs& obstacle) const {
 
 void SimpleContacts::set_topology() {
   std::vector<ObstaclePairs> obstacles = find_obstacle_pairs(topology_);
-  obstacles.erase(std::remove_if(obstacles.begin(), obstacles.end(),
-                                 [this](const ObstaclePairs& o) { return !may_be_met(o); }),
-                  obstacles.end());
+  remove_if(obstacles, [this](const ObstaclePairs& o) { return !may_be_met(o); });
   const auto leave_largest = [&](const auto& parts_of) {
-    const auto pairs_of = [&](const ObstaclePairs& o) {
-      std::int64_t vertices = 0;
-      for (const std::int32_t s : o.soft_bodies) vertices += topology_.bodies()[s].vertex_count;
-      const auto& parts = parts_of(*topology_.bodies()[o.body].triangles);
-      return vertices * static_cast<std::int64_t>(parts.size());
+    struct Pairs {
+      std::int64_t count;
+      std::size_t obstacle;
     };
-    std::int64_t pairs = 0;
-    for (const ObstaclePairs& o : obstacles) pairs += pairs_of(o);
-    while (pairs > max_pairs) {
-      const auto largest =
-          std::max_element(obstacles.begin(), obstacles.end(),
-                           [&](const auto& a, const auto& b) { return pairs_of(a) < pairs_of(b); });
-      pairs -= pairs_of(*largest);
-      obstacles.erase(largest);
+    std::vector<Pairs> all;
+    std::int64_t sum = 0;
+    for (std::size_t i = 0; i < obstacles.size(); ++i) {
+      std::int64_t vertices = 0;
+      for (const std::int32_t s : obstacles[i].soft_bodies)
+        vertices += topology_.bodies()[s].vertex_count;
+      const auto& parts = parts_of(*topology_.bodies()[obstacles[i].body].triangles);
+      all.push_back({vertices * static_cast<std::int64_t>(parts.size()), i});
+      sum += all.back().count;
     }
+    std::stable_sort(all.begin(), all.end(),
+                     [](const Pairs& a, const Pairs& b) { return a.count > b.count; });
+    for (auto largest = all.begin(); sum > max_pairs; ++largest) {
+      sum -= largest->count;
+      obstacles[largest->obstacle].soft_bodies.clear();
+    }
+    remove_if(obstacles, [](const ObstaclePairs& o) { return o.soft_bodies.empty(); });
   };
   leave_largest([](const Triangles& triangles) -> auto& { return triangles.round_parts; });
   leave_largest([](const Triangles& triangles) -> auto& { return triangles.convex_parts; });
@@ -103,10 +112,11 @@ bool SimpleContacts::are_clear(bool at_start) {
   soft_bounds_.begin(at_start);
   at_fault_.clear();
   convex_.find_unclear(at_start, at_fault_);
+  if (at_start && !at_fault_.empty()) return false;
   round_.find_unclear(at_start, at_fault_);
-  if (!at_start)
-    for (Obstacle& o : obstacles_)
-      o.was_clear &= std::find(at_fault_.begin(), at_fault_.end(), o.body) == at_fault_.end();
+  if (at_start) return at_fault_.empty();
+  for (Obstacle& o : obstacles_)
+    o.was_clear &= std::find(at_fault_.begin(), at_fault_.end(), o.body) == at_fault_.end();
   return at_fault_.empty();
 }
 

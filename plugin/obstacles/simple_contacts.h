@@ -36,8 +36,8 @@ class SimpleContacts {
 
   /// Sets `contacts` to what comes within `separation`, metres, of these obstacles in the motion,
   /// sorted. Call once in each motion, first. Returns false if it gives up an obstacle: the
-  /// detector needs new filters then. That is one in which a vertex starts, or where are_clear()
-  /// was false in many motions in succession. Balls and capsules alone are not given up.
+  /// detector needs new filters then. That is one in which a vertex starts, or one that was not
+  /// clear in many motions in succession. Balls and capsules alone are not given up.
   bool find_near(double separation, std::vector<Contact>& contacts);
   /// True if it is certain that no soft body touches the triangles of these obstacles in the motion
   /// to its present end, or, with `at_start`, at its start. What an anchor holds to a ball or a

@@ -97,6 +97,7 @@ void SoftBounds::update(const StepTopology::BodyRecord& soft, BodyBounds& body) 
 }
 
 // A bit for each side of finite bounds beyond which a vertex stays, farther away than the distance.
+// A vertex that is not finite has none.
 std::uint8_t SoftBounds::beyond(std::int32_t vertex, const Other& other, bool is_finite) const {
   const Vector3d x0 = motion_.start_of(vertex), x1 = at_start_ ? x0 : motion_.end_of(vertex);
   if (!is_finite && !(x0 + x1).allFinite()) return 0;

@@ -63,7 +63,7 @@ class SoftBounds {
   template <class Primitives>
   void make_blocks(const Primitives& primitives, const IndexRange& range, Blocks& result) const;
   void update(const StepTopology::BodyRecord& soft, BodyBounds& body) const;
-  // is_finite: the vertex certainly is.
+  // is_finite: the vertex is known to be finite; otherwise that is tested.
   std::uint8_t beyond(std::int32_t vertex, const Other& other, bool is_finite) const;
   template <class Primitives>
   void add_near(const Primitives& primitives, const Blocks& all, const Other& other,

@@ -125,7 +125,7 @@ void btLazySoftBodySolver::processCollision(btSoftBody* a, btSoftBody* b) { hand
 void btLazySoftBodySolver::solveConstraints(btScalar solverdt) {
   // Drift iterations overwrite the start of the step in m_q, so copy it first.
   read_starts();
-  constraints_->solve(m_softBodySet, side_by_side_->parallel_for());
+  constraints_->solve(m_softBodySet, side_by_side_->parallel_for(), side_by_side_->threads());
   const auto fill = [this, solverdt](const SoftScene& scene, const SoftScene::BodyRecord& record,
                                      std::int32_t first, std::int32_t last, Motion& motion) {
     // Links that were solved again have moved the nodes away from their ends.

@@ -12,6 +12,7 @@
 #include <cstring>
 #include <exception>
 #include <functional>
+#include <limits>
 #include <memory>
 #include <new>
 #include <random>
@@ -423,6 +424,38 @@ TEST_CASE("links are solved in groups or by Bullet if each depends on the one be
     sheet.body->m_links[i].m_n[1] = &sheet.body->m_nodes[1 + i % 200];
   }
   CHECK(!links.prepare({&body, 1}, 1));
+}
+
+TEST_CASE("links of several bodies are solved in the same groups") {
+  if (!bullet::best_link_kernels()) return;
+  SeveralBodies several(2, 5);
+  bullet::BodyLinks links;
+  std::vector<btSoftBody*> bodies;
+  for (const auto& h : several.grouped) bodies.push_back(h->body.get());
+  for (int step = 0; step < 6; ++step) {
+    CAPTURE(step);
+    several.change([&](auto& all) {
+      for (const auto& h : all) {
+        h->body->m_cfg.piterations = 0;
+        h->body->predictMotion(dt);
+        h->body->solveConstraints();
+      }
+      if (step == 2) all[3]->body->randomizeConstraints();  // the plan no longer fits
+      if (step == 3) all[1]->body->m_links[5].m_c0 = 0;     // Bullet leaves this link out
+      if (step == 4) all[2]->body->m_nodes[4].m_x.setX(std::numeric_limits<btScalar>::quiet_NaN());
+    });
+    REQUIRE(links.prepare({bodies.data(), bodies.size()}, 5));
+    links.read();
+    links.solve(5);
+    links.write();
+    for (std::size_t i = 0; i < bodies.size(); ++i) {
+      for (int pass = 0; pass < 5; ++pass)
+        btSoftBody::getSolver(btSoftBody::ePSolver::Linear)(several.bullets[i]->body.get(), 1, 0);
+      REQUIRE(several.grouped[i]->state() == several.bullets[i]->state());
+    }
+  }
+  bodies[2] = several.bullets[2]->body.get();  // another member
+  CHECK(links.prepare({bodies.data(), bodies.size()}, 5));
 }
 
 TEST_CASE("a link to another body's node is solved where the body lists it") {

@@ -31,7 +31,7 @@ std::unique_ptr<DrapedSheet> drape_over_ball() {
       [](double x, double z, double) { return std::sqrt(height * height - x * x - z * z); }, 1);
 }
 
-// A ball and a box that own each other's place in a compound.
+// A compound of a ball and a box, which it owns.
 struct BallAndBox : btCompoundShape {
   btSphereShape ball;
   btBoxShape box{btVector3(btScalar(0.02), btScalar(0.02), btScalar(0.02))};

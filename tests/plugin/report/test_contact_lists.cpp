@@ -1,6 +1,10 @@
+#include <BulletCollision/CollisionShapes/btBoxShape.h>
+
 #include <cmath>
+#include <memory>
 #include <random>
 
+#include "plugin/support/obstacle_worlds.h"
 #include "plugin/support/worlds.h"
 #include "scenes/meshes/cloth.h"
 #include "scenes/meshes/shapes.h"
@@ -56,6 +60,33 @@ TEST_CASE("applications find the vertex-face contacts of a step in Bullet's own 
   }
   CHECK(listed > 0);
   CHECK(listed == vertex_face);
+}
+
+TEST_CASE("applications find the nodes' contacts with rigid bodies in Bullet's own lists") {
+  const World kind = GENERATE(World::rigid, World::deformable);
+  ObstacleWorld w(kind, 10);
+  const btRigidBody* const ground =
+      w.add(std::make_unique<btBoxShape>(btVector3(1, btScalar(0.1), 1)),
+            btVector3(0, btScalar(-0.1), 0));
+  btSoftBody* const sheet = w.add_sheet(13, 0.8, 0.021, 0);
+  int listed = 0;
+  const auto check = [&](const auto& list) {
+    for (int c = 0; c < list.size(); ++c, ++listed) {
+      CHECK(list[c].m_cti.m_colObj == ground);
+      CHECK(list[c].m_node >= &sheet->m_nodes[0]);
+      CHECK(list[c].m_node < &sheet->m_nodes[0] + sheet->m_nodes.size());
+      CHECK(list[c].m_cti.m_normal.y() == Approx(1));
+      CHECK(list[c].m_c1.y() == Approx(0.1));  // from the centre of the ground
+      CHECK(list[c].m_c3 == Approx(sheet->m_cfg.kDF * ground->getFriction()));
+      CHECK(list[c].jacobianData_normal.m_jacobians.size() == 0);
+    }
+  };
+  for (int i = 0; i < 120; ++i) {
+    w.steps(1, 1.0 / 240);
+    check(sheet->m_rcontacts);
+    check(sheet->m_nodeRigidContacts);
+  }
+  CHECK(listed > 1000);
 }
 
 TEST_CASE("a deformable body's list of face contacts has those with rigid bodies, if asked for") {
