@@ -19,16 +19,19 @@ using namespace lazyccd::test;
 
 namespace {
 
-constexpr double margin = 0.01;  // m
-constexpr btScalar radius = btScalar(0.5);
+constexpr double simple_margin = 0.01;  // m
+constexpr btScalar big_radius = btScalar(0.5);
 
-constexpr double height = 0.53;  // m, of the middle of the sheet
+constexpr double sheet_height = 0.53;  // m, of the middle of the sheet
 
 // A sheet of 169 nodes over a ball.
 std::unique_ptr<DrapedSheet> drape_over_ball() {
   return std::make_unique<DrapedSheet>(
-      std::make_unique<btSphereShape>(radius),
-      [](double x, double z, double) { return std::sqrt(height * height - x * x - z * z); }, 1);
+      std::make_unique<btSphereShape>(big_radius),
+      [](double x, double z, double) {
+        return std::sqrt(sheet_height * sheet_height - x * x - z * z);
+      },
+      1);
 }
 
 // A compound of a ball and a box, which it owns.
@@ -63,12 +66,12 @@ TEST_CASE("an obstacle that a node starts in is given up, and no other") {
   CAPTURE(is_compound);
   const auto draped = drape_over_ball();
   // Around the middle of the sheet.
-  const btVector3 place(0, static_cast<btScalar>(height), 0);
+  const btVector3 place(0, static_cast<btScalar>(sheet_height), 0);
   if (is_compound)
     draped->add_obstacle(std::make_unique<BallAndBox>(btScalar(0.03)), place);
   else
-    draped->add_obstacle(std::make_unique<btBoxShape>(btVector3(radius, radius, radius) / 10),
-                         place);
+    draped->add_obstacle(
+        std::make_unique<btBoxShape>(btVector3(big_radius, big_radius, big_radius) / 10), place);
   draped->read();
   DrapedContacts drape(*draped);
   REQUIRE(drape.topology.bodies().size() == 3);
@@ -77,18 +80,18 @@ TEST_CASE("an obstacle that a node starts in is given up, and no other") {
     drape.contacts.set_topology();
     CHECK(filters_of(drape)[1].layer == 0);
     CHECK(filters_of(drape)[2].layer == 0);
-    CHECK(!drape.contacts.find_near(margin + 0.05, found));
+    CHECK(!drape.contacts.find_near(simple_margin + 0.05, found));
     CHECK(drape.contacts.any());
     CHECK(filters_of(drape)[1].layer == 0);
     CHECK(filters_of(drape)[2].layer != 0);
     CHECK(count_of(found, 1) > 10);
     CHECK(count_of(found, 2) == 0);
-    CHECK(drape.contacts.find_near(margin + 0.05, found));
+    CHECK(drape.contacts.find_near(simple_margin + 0.05, found));
     CHECK(count_of(found, 2) == 0);
   }
   drape.contacts.clear();
   CHECK(!drape.contacts.any());
-  CHECK(drape.contacts.find_near(margin, found));
+  CHECK(drape.contacts.find_near(simple_margin, found));
   CHECK(found.empty());
   CHECK(drape.contacts.are_clear(false));
 }
@@ -104,9 +107,9 @@ TEST_CASE("obstacles with too many parts are left to the detector, and no others
     }
   };
   const auto draped = drape_over_ball();
-  draped->add_obstacle(std::make_unique<ManyBoxes>(), btVector3(0, radius - btScalar(0.15), 0));
+  draped->add_obstacle(std::make_unique<ManyBoxes>(), btVector3(0, big_radius - btScalar(0.15), 0));
   draped->add_obstacle(std::make_unique<BallAndBox>(btScalar(0.03)),
-                       btVector3(0, radius - btScalar(0.05), 0));
+                       btVector3(0, big_radius - btScalar(0.05), 0));
   draped->read();
   const DrapedContacts drape(*draped);
   const std::vector<Body> filters = filters_of(drape);
@@ -120,7 +123,7 @@ TEST_CASE("a ball without size is no part of a compound") {
   BallAndBox shape(0);
   bullet::Triangles triangles;
   CHECK(!bullet::tessellate(shape, btTransform::getIdentity(), bullet::AxisBox::empty(),
-                            bullet::AxisBox::empty(), margin, triangles));
+                            bullet::AxisBox::empty(), simple_margin, triangles));
   CHECK(triangles.round_parts.empty());
   CHECK(triangles.convex_parts.size() == 1);
 }
