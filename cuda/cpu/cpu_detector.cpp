@@ -234,13 +234,21 @@ Span<const Contact> CpuDetector::reduce_contacts(Span<const Contact> contacts,
                  [this](const Contact& contact) { return !is_left_out(contact); });
     contacts = others;
   }
+  std::vector<Span<const Contact>> runs;  // of one kind, and no longer than a queue
   for (std::size_t first = 0, last; first < contacts.size(); first = last) {
     last = first + 1;
     while (last < contacts.size() && contacts[last].kind == contacts[first].kind &&
            last < first + CandidateQueue::capacity)
       ++last;
-    workers_.front()->reduce({&contacts[first], last - first}, contacts_);
+    runs.emplace_back(&contacts[first], last - first);
   }
+  std::vector<std::vector<Contact>> kept(runs.size());
+  pool_.parallel_for(runs.size(), 4, [&](std::size_t first, std::size_t last, int worker) {
+    for (std::size_t run = first; run < last; ++run)
+      workers_[static_cast<std::size_t>(worker)]->reduce(runs[run], kept[run]);
+  });
+  for (const std::vector<Contact>& of_run : kept)
+    contacts_.insert(contacts_.end(), of_run.begin(), of_run.end());
   stats.contacts_vf = std::count_if(contacts_.begin(), contacts_.end(), is_vertex_face);
   stats.contacts_ee = static_cast<std::int64_t>(contacts_.size()) - stats.contacts_vf;
   describe_near(stats);
