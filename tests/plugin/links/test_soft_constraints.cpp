@@ -138,6 +138,12 @@ void on_own_threads(std::size_t count, std::size_t grain,
     if (error) std::rethrow_exception(error);
 }
 
+bullet::ParallelFor on_pool(const Threads& pool) {
+  return [&pool](std::size_t count, std::size_t grain, const auto& body) {
+    pool.parallel_for(count, grain, body);
+  };
+}
+
 // The same body twice: one is solved by Bullet, one in groups.
 struct TwoBodies {
   Hanging bullets, grouped;
@@ -513,11 +519,7 @@ TEST_CASE("bodies in parallel and one after the other have the same results") {
   const int passes = GENERATE(3, 60);
   CAPTURE(static_cast<int>(dependence), threads, passes);
   const Threads pool(threads);
-  const bullet::ParallelFor parallel_for =
-      threads == 0 ? bullet::ParallelFor(on_own_threads)
-                   : [&](std::size_t count, std::size_t grain, const auto& body) {
-                       pool.parallel_for(count, grain, body);
-                     };
+  const bullet::ParallelFor parallel_for = threads == 0 ? on_own_threads : on_pool(pool);
   SeveralBodies several;
   several.change([&](auto& bodies) {
     for (const auto& h : bodies) h->body->m_cfg.piterations = passes;
@@ -623,11 +625,7 @@ TEST_CASE("small bodies that are solved together have the results of one after t
   const int threads = GENERATE(0, 1, 3);
   CAPTURE(threads);
   const Threads pool(std::max(threads, 1));
-  const bullet::ParallelFor parallel_for =
-      threads == 0 ? bullet::ParallelFor(on_own_threads)
-                   : [&](std::size_t count, std::size_t grain, const auto& body) {
-                       pool.parallel_for(count, grain, body);
-                     };
+  const bullet::ParallelFor parallel_for = threads == 0 ? on_own_threads : on_pool(pool);
   SeveralBodies several(2, 30);
   several.change([](auto& bodies) {
     for (std::size_t i = 0; i < bodies.size(); ++i)
