@@ -234,21 +234,22 @@ Span<const Contact> CpuDetector::reduce_contacts(Span<const Contact> contacts,
                  [this](const Contact& contact) { return !is_left_out(contact); });
     contacts = others;
   }
-  std::vector<Span<const Contact>> runs;  // of one kind, and no longer than a queue
+  std::size_t count = 0;
   for (std::size_t first = 0, last; first < contacts.size(); first = last) {
     last = first + 1;
     while (last < contacts.size() && contacts[last].kind == contacts[first].kind &&
            last < first + CandidateQueue::capacity)
       ++last;
-    runs.emplace_back(&contacts[first], last - first);
+    if (count == reductions_.size()) reductions_.emplace_back();
+    reductions_[count].near = {&contacts[first], last - first};
+    reductions_[count++].kept.clear();
   }
-  std::vector<std::vector<Contact>> kept(runs.size());
-  pool_.parallel_for(runs.size(), 4, [&](std::size_t first, std::size_t last, int worker) {
-    for (std::size_t run = first; run < last; ++run)
-      workers_[static_cast<std::size_t>(worker)]->reduce(runs[run], kept[run]);
+  pool_.parallel_for(count, 4, [&](std::size_t first, std::size_t last, int worker) {
+    for (std::size_t i = first; i < last; ++i)
+      workers_[static_cast<std::size_t>(worker)]->reduce(reductions_[i].near, reductions_[i].kept);
   });
-  for (const std::vector<Contact>& of_run : kept)
-    contacts_.insert(contacts_.end(), of_run.begin(), of_run.end());
+  for (std::size_t i = 0; i < count; ++i)
+    contacts_.insert(contacts_.end(), reductions_[i].kept.begin(), reductions_[i].kept.end());
   stats.contacts_vf = std::count_if(contacts_.begin(), contacts_.end(), is_vertex_face);
   stats.contacts_ee = static_cast<std::int64_t>(contacts_.size()) - stats.contacts_vf;
   describe_near(stats);

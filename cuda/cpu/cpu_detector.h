@@ -177,6 +177,12 @@ class CpuDetector : public BackendDetector {
   std::unique_ptr<ContactSort> sort_;
   std::vector<Contact> contacts_, rechecked_;
   std::vector<double> near_distances_;  // by body, of the last detection
+  // Contacts of one kind, no more than a queue holds, and those that reduce_contacts() keeps.
+  struct Reduction {
+    Span<const Contact> near;
+    std::vector<Contact> kept;
+  };
+  std::vector<Reduction> reductions_;  // scratch memory
 
   std::function<void(int)> ahead_job_;     // job of the worker that detects ahead
   bool is_running_ahead_ = false;          // the job is submitted and not joined

@@ -134,7 +134,10 @@ void SoftConstraints::solve(const Bodies& bodies, const ParallelFor& parallel_fo
                                  : std::max<std::size_t>(tasks_.size(), 4);
   for_ranges(parallel_for, ranges, 1, [&](std::size_t first, std::size_t last) {
     for (std::size_t range = first; range < last; ++range)
-      for (std::size_t i = range; i < tasks_.size(); i += ranges) solve_task(bodies, tasks_[i]);
+      for (std::size_t i = range; i < tasks_.size(); i += ranges) {
+        const auto [block, body] = tasks_[i];
+        block ? solve_block(*block) : solve_alone(*bodies[body], body);
+      }
   });
 }
 
@@ -145,13 +148,13 @@ void SoftConstraints::make_tasks(const Bodies& bodies, const std::vector<int>& p
   tasks_.clear();
   int links = 0, next = 0;  // links of the small bodies before the next one in the world
   std::size_t last_block = 0;
-  std::vector<int> alone;
+  alone_.clear();
   for (const int index : parallel) {
     for (; next < index; ++next)
       if (is_small(*bodies[next])) links += bodies[next]->m_links.size();
     btSoftBody& body = *bodies[index];
     if (!is_small(body) || !ends_with_positions(body)) {
-      alone.push_back(index);
+      alone_.push_back(index);
       continue;
     }
     const auto number = static_cast<std::size_t>(links / links_of_block);
@@ -159,32 +162,36 @@ void SoftConstraints::make_tasks(const Bodies& bodies, const std::vector<int>& p
     Block& block = *blocks_[number];
     if (tasks_.empty() || number != last_block) {
       last_block = number;
+      block.indices.clear();
       block.bodies.clear();
-      tasks_.push_back({{}, &block});
+      tasks_.push_back({&block, 0});
     } else if (passes_over_positions(*block.bodies[0]) != passes_over_positions(body)) {
-      alone.push_back(index);
+      alone_.push_back(index);
       continue;
     }
     block.bodies.push_back(&body);
-    tasks_.back().bodies.push_back(index);
+    block.indices.push_back(index);
   }
   // Most work first.
-  std::stable_sort(alone.begin(), alone.end(), [&](int a, int b) {
+  std::stable_sort(alone_.begin(), alone_.end(), [&](int a, int b) {
     return bodies[a]->m_links.size() > bodies[b]->m_links.size();
   });
-  for (const int index : alone) tasks_.push_back({{index}, nullptr});
+  for (const int index : alone_) tasks_.push_back({nullptr, index});
 }
 
-void SoftConstraints::solve_task(const Bodies& bodies, const Task& task) {
-  if (task.block && solve_together(*task.block)) {
-    for (const int i : task.bodies) states_[static_cast<std::size_t>(i)] = LinksState::unknown;
-    return;
+void SoftConstraints::solve_block(Block& block) {
+  const bool is_solved = solve_together(block);
+  for (std::size_t i = 0; i < block.bodies.size(); ++i) {
+    const int index = block.indices[i];
+    if (is_solved)
+      states_[static_cast<std::size_t>(index)] = LinksState::unknown;
+    else
+      solve_alone(*block.bodies[i], index);
   }
-  for (const int i : task.bodies) solve_alone(*bodies[i], i);
 }
 
-// Returns false, and changes no body, if the bodies are better solved one by one. A plan for new
-// bodies takes longer than a step, so it is made when they have stayed together for a step.
+// Returns false, and changes no body, if the bodies are better solved one by one. A plan is made
+// when they have stayed together for a step, so that bodies that come and go cost none.
 bool SoftConstraints::solve_together(Block& block) {
   const std::vector<btSoftBody*>& bodies = block.bodies;
   if (bodies.size() < 2) return false;

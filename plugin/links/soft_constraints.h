@@ -6,6 +6,7 @@
 
 #include <BulletSoftBody/btSoftBody.h>
 
+#include <cstddef>
 #include <memory>
 #include <vector>
 
@@ -33,13 +34,14 @@ class SoftConstraints {
 
   /// Small bodies near each other in the world's list.
   struct Block {
+    std::vector<int> indices;                      ///< of the bodies, in the world
     std::vector<btSoftBody*> bodies, last_bodies;  ///< in this step and in the one before
     BodyLinks links;                               ///< of all of them
   };
   /// Bodies that one thread solves: those of a block, or one.
   struct Task {
-    std::vector<int> bodies;  ///< indices in the world, ascending
-    Block* block;             ///< null: there is none
+    Block* block;  ///< null: one body
+    int body;      ///< its index in the world, if there is no block
   };
   /// What is in the BodyLinks of a body.
   enum class LinksState : char {
@@ -49,7 +51,7 @@ class SoftConstraints {
   };
 
   void make_tasks(const Bodies& bodies, const std::vector<int>& parallel);
-  void solve_task(const Bodies& bodies, const Task& task);
+  void solve_block(Block& block);
   static bool solve_together(Block& block);
   void solve_alone(btSoftBody& body, int index);
   static bool solve_body(btSoftBody& body, BodyLinks& links);
@@ -58,6 +60,7 @@ class SoftConstraints {
   std::vector<LinksState> states_;  ///< by body
   std::vector<std::unique_ptr<Block>> blocks_;
   std::vector<Task> tasks_;  ///< of this step
+  std::vector<int> alone_;   ///< scratch memory: bodies in no block
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -214,15 +214,29 @@ struct SeveralBodies {
     change(grouped);
   }
 
+  // Predicts the motion of all. Returns the states of the grouped ones after it.
+  auto predict() {
+    change([](auto& all) {
+      for (const auto& h : all) h->body->predictMotion(dt);
+    });
+    std::vector<decltype(Hanging().state())> states;
+    for (const auto& h : grouped) states.push_back(h->state());
+    return states;
+  }
+  btAlignedObjectArray<btSoftBody*> grouped_bodies() const {
+    btAlignedObjectArray<btSoftBody*> bodies;
+    for (const auto& h : grouped) bodies.push_back(h->body.get());
+    return bodies;
+  }
+
   // Steps both and compares them. Returns true if anything was solved in parallel.
   template <class Change>
   bool step(const bullet::ParallelFor& parallel_for, const Change& add_contacts) {
-    btAlignedObjectArray<btSoftBody*> bodies;
     change([&](auto& all) {
       for (const auto& h : all) h->body->predictMotion(dt);
       add_contacts(all);
     });
-    for (const auto& h : grouped) bodies.push_back(h->body.get());
+    const auto bodies = grouped_bodies();
     for (const auto& h : bullets)
       if (h->body->isActive()) h->body->solveConstraints();
     bool called = false;
@@ -591,15 +605,8 @@ TEST_CASE("if a part throws each body is either solved or unchanged") {
   SeveralBodies several;
   const auto none = [](auto&) {};
   several.step(on_own_threads, none);
-  several.change([](auto& bodies) {
-    for (const auto& h : bodies) h->body->predictMotion(dt);
-  });
-  std::vector<decltype(Hanging().state())> before;
-  btAlignedObjectArray<btSoftBody*> bodies;
-  for (const auto& h : several.grouped) {
-    before.push_back(h->state());
-    bodies.push_back(h->body.get());
-  }
+  const auto before = several.predict();
+  const auto bodies = several.grouped_bodies();
   const auto fails = [](std::size_t count, std::size_t, const auto& body) {
     on_own_threads(count, 1, [&](std::size_t first, std::size_t last) {
       if (first == 1) throw std::bad_alloc();
@@ -660,15 +667,8 @@ TEST_CASE("if a solver throws each of the bodies that are solved together is sol
   for (int times = 0; !all && times < 300; ++times) {
     CAPTURE(times);
     SeveralBodies several(2, 6);
-    several.change([](auto& bodies) {
-      for (const auto& h : bodies) h->body->predictMotion(dt);
-    });
-    std::vector<decltype(Hanging().state())> before;
-    btAlignedObjectArray<btSoftBody*> bodies;
-    for (const auto& h : several.grouped) {
-      before.push_back(h->state());
-      bodies.push_back(h->body.get());
-    }
+    const auto before = several.predict();
+    const auto bodies = several.grouped_bodies();
     try {
       const LimitedAllocations rationed(times);
       several.constraints.solve(bodies, on_caller);
