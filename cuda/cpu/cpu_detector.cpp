@@ -85,9 +85,6 @@ bool CpuDetector::may_list() const {
 }
 
 LeafScene CpuDetector::leaf_scene(double separation, Worker& worker) const {
-  const float scaled = static_cast<float>(separation * scale_);
-  // Two points may come nearer to each other by twice the tolerance.
-  const float unknown = static_cast<float>(2 * tolerance_ * scale_);
   return {hierarchy_.groups().groups().data(),
           hierarchy_.groups().boxes().data(),
           hierarchy_.groups().blocks().data(),
@@ -96,9 +93,8 @@ LeafScene CpuDetector::leaf_scene(double separation, Worker& worker) const {
           scale_,
           options_.vertex_face,
           options_.edge_edge,
-          separation,
-          scaled * (1 - 0x1p-18f),
-          (scaled + unknown) * (1 + 0x1p-10f),
+          {separation, mesh_->self_separation()},
+          static_cast<float>(2 * tolerance_ * scale_),
           options_.algorithm.arithmetic == Arithmetic::single_first,
           options_.algorithm.culling.non_penetration ? &worker.filtered_noncoplanar : nullptr,
           options_.reduce_contacts ? mesh_->first_faces() : FirstFaces{}};
@@ -268,7 +264,9 @@ void CpuDetector::describe_near(Stats& stats) {
   stats.near_pairs = 0;
   if (!(options_.separation > 0)) return;
   std::size_t count = 0;
-  near_distances_.assign(mesh_->body_count(), options_.separation);
+  near_distances_.resize(mesh_->body_count());
+  for (std::size_t body = 0; body < near_distances_.size(); ++body)
+    near_distances_[body] = std::min(options_.separation, mesh_->least_self_separation(body));
   for (const auto& worker : workers_) {
     const NearPairs& near = worker->near_pairs;
     count += near.of[0].size() + near.of[1].size();

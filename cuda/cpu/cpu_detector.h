@@ -106,7 +106,7 @@ class CpuDetector : public BackendDetector {
   // Returns whether all candidates below the pair are known, so that the traversal skips it: from
   // the Verlet list or, in a re-check, from the near pairs.
   bool is_known(NodePair pair) const {
-    return is_rechecking_ ? deviation_.difference_squared(pair) <= deviation_limit_squared_
+    return is_rechecking_ ? deviates_little(pair)
                           : list_state_ == ListState::in_use && verlet_list_.covers(pair);
   }
   // Call it before another motion is loaded.
@@ -141,6 +141,8 @@ class CpuDetector : public BackendDetector {
 
   // Returns whether the near pairs have all candidates of the loaded motion.
   bool stays_near_motion(Stats& stats);
+  // Returns whether a re-check knows all pairs below two nodes that can touch.
+  bool deviates_little(NodePair pair) const;
   // Finds the candidates of a re-check that are not known.
   void search_again(Stats& stats);
   // Returns whether the motion is so small that no near pair can touch.
@@ -190,7 +192,6 @@ class CpuDetector : public BackendDetector {
   std::vector<VertexRecord> last_motion_;  // of the detection before the motion in records_
   bool last_motion_is_kept_ = false;       // false: that of the last detection is in records_
   RelativeMotionBounds deviation_;         // of a re-check from the motion of the last detection
-  double deviation_limit_squared_ = 0;     // scaled; negative: no pair is known
   bool is_rechecking_ = false;             // between stays_near_motion() and the end of a re-check
 
   // detect_ahead() overwrote the near pairs of the last detection, an exception ended it, or other

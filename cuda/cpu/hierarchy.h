@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -50,6 +51,15 @@ class Hierarchy {
   bool may_collide(NodePair pair) const {
     const NodeInfo &a = node_info_[pair.a], &b = node_info_[pair.b];
     return !(a.pinned && b.pinned) && (a.body < 0 || b.body < 0 || mesh_->collide(a.body, b.body));
+  }
+  /// Lower bound of the limit within a body (Mesh::least_self_separation()) for all pairs of
+  /// primitives of one body, one below each node. Infinite if there is no such pair.
+  double least_self_separation(NodePair pair) const {
+    const std::int32_t a = node_info_[pair.a].body, b = node_info_[pair.b].body;
+    if (a >= 0 && b >= 0)
+      return a == b ? mesh_->least_self_separation(static_cast<std::size_t>(a))
+                    : std::numeric_limits<double>::infinity();
+    return mesh_->least_self_separation();
   }
   /// Whether all bodies below both nodes rest.
   bool both_rest(NodePair pair) const {

@@ -61,12 +61,19 @@ bool CpuDetector::stays_near_motion(Stats& stats) {
     return true;  // what touches at the start was near
   deviation_.measure(last_motion_, records_, scale_, verlet_list_.leaves(), hierarchy_.tree(),
                      pool_);
-  const double limit = options_.separation * scale_ * (1 - 0x1p-20);
-  // Outside of these bounds its square is not exact enough.
-  deviation_limit_squared_ = limit > 0x1p-400 && limit < 0x1p400 ? limit * limit : -1;
   is_rechecking_ = true;
   stats.ms_refit += watch.lap();
   return is_known({0, 0});
+}
+
+// The near pairs hold what came within its separation. Other pairs cannot touch if they deviate by
+// less than that.
+bool CpuDetector::deviates_little(NodePair pair) const {
+  const double limit = std::min(options_.separation, hierarchy_.least_self_separation(pair)) *
+                       scale_ * (1 - 0x1p-20);
+  // Outside of these bounds its square is not exact enough.
+  return limit > 0x1p-400 && limit < 0x1p400 &&
+         deviation_.difference_squared(pair) <= limit * limit;
 }
 
 // Finds the candidates of the pairs of nodes that deviate too much for the near pairs.

@@ -167,14 +167,14 @@ Span<const Contact> StepDetector::recheck(const Positions& start, const Position
   return found;
 }
 
-// A pair that the first detection did not report stayed further apart than the separation at all
+// A pair that the first detection did not report stayed further apart than its separation at all
 // times. So it cannot touch as long as the deviations of any two vertices that may collide add up
-// to less than the separation. A pair farther apart than the separation at the start cannot touch
-// there.
+// to less than that. A pair farther apart than its separation at the start cannot touch there.
 bool StepDetector::only_near_can_touch(const Positions& end) const {
-  return near_detector_ && (near_detector_->can_recheck_any_motion() || is_start_of_motion(end) ||
-                            motion_.largest_deviation_sum(topology_.topology().bodies) <=
-                                rounding_slack * separation_);
+  return near_detector_ &&
+         (near_detector_->can_recheck_any_motion() || is_start_of_motion(end) ||
+          motion_.deviates_at_most(topology_.topology().bodies, rounding_slack * separation_,
+                                   deviation_limits_));
 }
 
 NearContacts StepDetector::detect_near(LastImpulses& last_impulses) {
@@ -253,12 +253,15 @@ Span<const Contact> StepDetector::find_near_with_detector() {
 
 void StepDetector::find_self_distances(Span<const Body> filters) {
   self_distances_.assign(filters.size(), separation_);
+  deviation_limits_.resize(filters.size());
   for (std::size_t b = 0; b < filters.size(); ++b) {
     const StepTopology::BodyRecord& body = topology_.bodies()[b];
     if (!body.soft || !filters[b].self_collision) continue;
     for (std::int32_t v = body.first_vertex; v < body.first_vertex + body.vertex_count; ++v)
       self_distances_[b] = std::min<double>(self_distances_[b], self_separation_[v]);
   }
+  for (std::size_t b = 0; b < filters.size(); ++b)
+    deviation_limits_[b] = rounding_slack * self_distances_[b];
 }
 
 // All pairs within the separation are found. But what counts is the thickness of the pair, which

@@ -181,19 +181,19 @@ int Motion::anchor_body_of(std::int32_t soft_vertex) const {
   return found == anchored.end() ? -1 : found->second.rigid;
 }
 
-double Motion::largest_deviation_sum(Span<const Body> bodies) const {
-  double largest = 0, largest_before = 0;  // largest_before: over the bodies before this one
+bool Motion::deviates_at_most(Span<const Body> bodies, double between_bodies,
+                              Span<const double> within_body) const {
+  double largest_before = 0;  // over the bodies before this one
   for (std::size_t body = 0; body < bodies.size(); ++body) {
     double squared = 0;
     for (std::int32_t v = first_vertex[body]; v < first_vertex[body + 1]; ++v)
       squared = std::max(squared, (end_of(v) - predicted[v]).squaredNorm());
     const double deviation = std::sqrt(squared);
-    largest = std::max(
-        largest, deviation + (bodies[body].self_collision ? std::max(deviation, largest_before)
-                                                          : largest_before));
+    if (body > 0 && deviation + largest_before > between_bodies) return false;
+    if (bodies[body].self_collision && 2 * deviation > within_body[body]) return false;
     largest_before = std::max(largest_before, deviation);
   }
-  return largest;
+  return true;
 }
 
 bool Motion::has_prescribed_motion(std::int32_t body) const {

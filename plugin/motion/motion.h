@@ -153,9 +153,11 @@ struct Motion {
   /// Whether anything of infinite mass moves in a body in this step: a pinned node, or all of a
   /// static or kinematic body.
   bool has_prescribed_motion(std::int32_t body) const;
-  /// Largest sum of two vertices' deviations from Bullet's predicted end, over pairs of vertices
-  /// whose bodies may collide, metres. `bodies`: all bodies of the scene.
-  double largest_deviation_sum(Span<const Body> bodies) const;
+  /// True if the deviations of any two vertices that may collide, each from Bullet's predicted end,
+  /// add up to at most a limit: `between_bodies`, or within body b `within_body[b]`, metres.
+  /// `bodies`: all bodies of the scene.
+  bool deviates_at_most(Span<const Body> bodies, double between_bodies,
+                        Span<const double> within_body) const;
   /// Index in `rigid` of the body that a soft vertex is anchored to; -1 if there is none.
   int anchor_body_of(std::int32_t soft_vertex) const;
 

@@ -8,6 +8,7 @@
 #include "isa/named_kernels.h"
 #include "lazyccd/detector.h"
 #include "lazyccd/error.h"
+#include "lazyccd/query.h"
 #include "support/catch.h"
 #include "support/moving_triangles.h"
 #include "support/same_contacts.h"
@@ -76,6 +77,27 @@ double gap_at_start(const Contact& contact, const MovingTriangles& scene) {
   return std::sqrt(squared);
 }
 
+QueryPoints points_of(const Contact& contact, const MovingTriangles& scene) {
+  QueryPoints points;
+  for (std::size_t i = 0; i < 4; ++i) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      points[i][k] = scene.start[3 * contact.vertices[i] + k];
+      points[4 + i][k] = scene.end[3 * contact.vertices[i] + k];
+    }
+  }
+  return points;
+}
+
+// Topology::self_separation of a pair, as its documentation says.
+double own_separation(const Contact& contact, const std::vector<float>& of_vertex) {
+  if (contact.body_a != contact.body_b) return separation;
+  const int split = contact.kind == ContactKind::vertex_face ? 1 : 2;
+  float limits[2] = {0, 0};
+  for (int i = 0; i < 4; ++i)
+    limits[i >= split] = std::max(limits[i >= split], of_vertex[contact.vertices[i]]);
+  return std::min(separation, static_cast<double>(std::min(limits[0], limits[1])));
+}
+
 // The vertices whose weight in the contact is not about zero.
 std::vector<std::int32_t> bearing(const Contact& contact) {
   std::vector<std::int32_t> vertices;
@@ -84,14 +106,9 @@ std::vector<std::int32_t> bearing(const Contact& contact) {
   return vertices;
 }
 
-}  // namespace
-
-TEST_CASE("for each contact left out a reported one shares its points and is as near") {
-  const MovingTriangles scene = cloths();
-  const std::vector<Contact> all = near(scene, cpu_options(false)),
-                             reported = near(scene, cpu_options(true));
-  CHECK(reported.size() > 200);
-  CHECK(all.size() > reported.size() + 1000);
+// Checks that each contact that is not reported has a reported one at its points.
+void check_represented(const std::vector<Contact>& all, const std::vector<Contact>& reported,
+                       const MovingTriangles& scene) {
   CHECK(std::includes(all.begin(), all.end(), reported.begin(), reported.end()));
   int unrepresented = 0, late = 0;
   for (const Contact& contact : all) {
@@ -112,6 +129,16 @@ TEST_CASE("for each contact left out a reported one shares its points and is as 
   CHECK(late == 0);
 }
 
+}  // namespace
+
+TEST_CASE("for each contact left out a reported one shares its points and is as near") {
+  const MovingTriangles scene = cloths();
+  const std::vector<Contact> all = near(scene, cpu_options(false)),
+                             reported = near(scene, cpu_options(true));
+  CHECK(reported.size() > 200);
+  CHECK(all.size() > reported.size() + 1000);
+  check_represented(all, reported, scene);
+}
 TEST_CASE("a vertex above a vertex is one contact from either side and above an edge one contact") {
   struct {
     double beside;  // offset of the vertex along x from the middle vertex
@@ -250,13 +277,14 @@ TEST_CASE("the near distance of a body is that of its nearest pair, or the separ
   }
 }
 
-TEST_CASE("near pairs of one body end at its self-separation and touching pairs do not") {
+TEST_CASE("the separation of a pair of one body is at most that of its vertices") {
   const MovingTriangles scene = cloths();
   const std::size_t count = scene.start.size() / 3, of_first = 81;
   std::vector<std::int32_t> body(count, 1);
   std::fill_n(body.begin(), of_first, 0);
-  constexpr float limit = 0.12f;
-  const std::vector<float> self_separation(count, limit);
+  std::vector<float> self_separation(count);
+  for (std::size_t v = 0; v < count; ++v)
+    self_separation[v] = 0.04f + 0.02f * static_cast<float>(v * 7 % 11);
   Topology free = scene.topology();
   free.body_of_vertex = body;
   Topology limited = free;
@@ -267,35 +295,40 @@ TEST_CASE("near pairs of one body end at its self-separation and touching pairs 
     const Span<const Contact> contacts = detector.detect(start, end);
     return std::vector<Contact>(contacts.begin(), contacts.end());
   };
+  Detector everything(cpu_options(false)), plain;
+  const std::vector<Contact> within_separation = found(free, everything);
+  const std::vector<Contact> all = found(limited, everything), touching = found(free, plain);
+  REQUIRE(plain.stats().contacts_vf > 0);
 
-  for (const bool reduced : {false, true}) {
-    Detector detector(cpu_options(reduced));
-    std::vector<Contact> expected = found(free, detector);
-    const std::int64_t near = detector.stats().near_pairs;
-    CHECK(near >= static_cast<std::int64_t>(expected.size()));
-    const std::size_t all = expected.size();
-    const auto is_beyond = [&](const Contact& contact) {
-      return contact.body_a == contact.body_b && contact.toi == 0 &&
-             gap_at_start(contact, scene) > limit;
-    };
-    expected.erase(std::remove_if(expected.begin(), expected.end(), is_beyond), expected.end());
-    CHECK(expected.size() + 100 < all);
-    CHECK(same_contacts(found(limited, detector), expected));
-    CHECK(detector.stats().near_pairs == near);
-    Detector plain;
-    CHECK(same_contacts(detector.recheck_near_pairs(start, end), found(free, plain)));
-    CHECK(plain.stats().contacts_vf > 0);
-
-    // Also if the contacts of a device are reduced.
-    Detector everything(cpu_options(false));
-    const std::vector<Contact> device = found(free, everything);
-    const Mesh mesh(limited);
-    CpuDetector cpu(cpu_options(reduced));
-    cpu.set_mesh(mesh);
-    Stats stats;
-    CHECK(same_contacts(cpu.reduce_contacts(device, start, end, stats), expected));
-    CHECK(stats.near_pairs == near);
+  // Pair by pair, with the single test.
+  std::size_t expected = 0, fewer = 0;
+  for (const Contact& contact : within_separation) {
+    const QueryResult result = decide_within(contact.kind, points_of(contact, scene),
+                                             own_separation(contact, self_separation));
+    fewer += !result.hit;
+    if (!result.hit) continue;
+    REQUIRE(expected < all.size());
+    const Contact& reported = all[expected++];
+    CHECK((!(reported < contact) && !(contact < reported)));
+    CHECK(reported.toi == result.toi);
   }
+  CHECK(expected == all.size());
+  CHECK(fewer > 100);
+  CHECK(everything.stats().near_pairs == static_cast<std::int64_t>(all.size()));
+  CHECK(same_contacts(everything.recheck_near_pairs(start, end), touching));
+
+  Detector reduced(cpu_options(true));
+  const std::vector<Contact> reported = found(limited, reduced);
+  CHECK(reported.size() + 100 < all.size());
+  check_represented(all, reported, scene);
+  CHECK(same_contacts(reduced.recheck_near_pairs(start, end), touching));
+  // Also if the contacts of a device are reduced.
+  const Mesh mesh(limited);
+  CpuDetector cpu(cpu_options(true));
+  cpu.set_mesh(mesh);
+  Stats stats;
+  CHECK(same_contacts(cpu.reduce_contacts(all, start, end, stats), reported));
+  CHECK(stats.near_pairs == static_cast<std::int64_t>(all.size()));
 
   Topology wrong = limited;
   wrong.self_separation = {self_separation.data(), count - 1};

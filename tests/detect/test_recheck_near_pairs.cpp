@@ -82,6 +82,7 @@ TEST_CASE(
   const auto front = GENERATE(FrontUse::off, FrontUse::on);
   const double unit = GENERATE(sweep({1.0, 1e-170, 1e150}));
   const double separation = 0.03 * unit;
+  const bool within_body = GENERATE(false, true);
   MovingTriangles scene = layers(3, 8, 0.025);
   for (auto* const positions : {&scene.start, &scene.end})
     for (double& x : *positions) x *= unit;
@@ -91,8 +92,10 @@ TEST_CASE(
   options.algorithm.strategy = strategy;
   options.algorithm.front = front;
   Detector near_detector(options), touch_detector(with_separation(0));
-  near_detector.set_topology(scene.topology());
-  touch_detector.set_topology(scene.topology());
+  const SheetsAsBodies bodies(scene, 3, separation);
+  const Topology topology = within_body ? bodies.topology(scene) : scene.topology();
+  near_detector.set_topology(topology);
+  touch_detector.set_topology(topology);
   CHECK(!near_detector.can_recheck_any_motion());
 
   std::mt19937 random(21);

@@ -64,7 +64,7 @@ TEST_CASE("near pairs are the same with candidates of earlier steps and with new
 
 TEST_CASE("reused candidates give the same contacts in every history of motions") {
   const double separation = GENERATE(sweep({0.005, 0.06, 0.022}));
-  const bool distinct = GENERATE(false, true);
+  const bool distinct = GENERATE(false, true), within_body = GENERATE(false, true);
   const MovingTriangles rest = layers(3, 6, 0.02);
   MovingTriangles scene = rest;
   DetectorOptions options = with_separation(separation, 2);
@@ -73,7 +73,9 @@ TEST_CASE("reused candidates give the same contacts in every history of motions"
   Detector reusing(options);
   options.threads = 1;
   Detector fresh(options);
-  reusing.set_topology(scene.topology());
+  const SheetsAsBodies bodies(rest, 3, separation);
+  const Topology topology = within_body ? bodies.topology(scene) : scene.topology();
+  reusing.set_topology(topology);
 
   std::mt19937 random(3);
   const auto symmetric = [&] { return random() / 2147483648.0 - 1; };
@@ -89,7 +91,7 @@ TEST_CASE("reused candidates give the same contacts in every history of motions"
     const std::size_t chosen = random() % (scene.end.size() / 3);
     for (std::size_t i = 0; i < scene.end.size(); ++i)
       if (!one || i / 3 == chosen) scene.end[i] += by * (together ? drift[i % 3] : symmetric());
-    fresh.set_topology(scene.topology());
+    fresh.set_topology(topology);
     const Positions start = scene.at(scene.start), end = scene.at(scene.end);
     const Span<const Contact> found = reusing.detect(start, end);
     listed += reusing.stats().tree_tests == 0;

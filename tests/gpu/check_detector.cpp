@@ -31,7 +31,7 @@ struct Scene {
   std::vector<Face> faces;
   std::vector<Edge> edges;
   std::vector<std::int32_t> body_of_vertex;
-  std::vector<float> inverse_mass;
+  std::vector<float> inverse_mass, self_separation;
   std::vector<Body> bodies;
   std::vector<BodyPair> disabled;
   std::vector<std::vector<std::array<double, 3>>> frames;  // at least two
@@ -43,6 +43,7 @@ struct Scene {
     t.edges = edges;
     t.body_of_vertex = body_of_vertex;
     t.inverse_mass = inverse_mass;
+    t.self_separation = self_separation;
     t.bodies = bodies;
     t.disabled_pairs = disabled;
     return t;
@@ -280,6 +281,15 @@ double thin_separation(const Scene& scene) {
   return 0.1 * sum / static_cast<double>(scene.faces.size());
 }
 
+// The scene with separations within its bodies that differ between vertices: up to 1.2 times
+// `separation`.
+Scene with_self_separation(Scene scene, double separation) {
+  for (std::size_t v = 0; v < scene.frames[0].size(); ++v)
+    scene.self_separation.push_back(
+        static_cast<float>(0.1 * separation * static_cast<double>(3 + v * 7 % 10)));
+  return scene;
+}
+
 void check(const Scene& scene, const Truth& truth, const DetectorOptions& options, int repeat,
            const std::string& setting) {
   std::string why;
@@ -429,6 +439,8 @@ int main(int argc, char** argv) {
     if (only_culling) break;
     const double separation = thin_separation(scene);
     const Truth truth(scene, 0), thick(scene, separation);
+    const Scene limited = with_self_separation(scene, separation);
+    const Truth thick_limited(limited, separation);
     for (const Strategy strategy : kStrategies) {
       DetectorOptions options;
       options.algorithm.strategy = strategy;
@@ -448,6 +460,7 @@ int main(int argc, char** argv) {
       options.algorithm.rebuild_every_step = false;
       options.separation = separation;
       check(scene, thick, options, 1, called + ", with a separation");
+      check(limited, thick_limited, options, 1, called + ", with separations within the bodies");
       options.separation = 0;
       for (const int block : {32, 64, 128, 256}) {
         options.algorithm.tuning.block_size = block;

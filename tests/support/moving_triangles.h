@@ -1,6 +1,7 @@
 // Triangle meshes with their positions at the start and the end of a step, and scenes made of them.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <random>
@@ -73,5 +74,26 @@ inline std::vector<std::int32_t> body_of_each(const MovingTriangles& scene, std:
     bodies[v] = static_cast<std::int32_t>(sheets * v / bodies.size());
   return bodies;
 }
+
+/// Sheets of equal size as bodies, with a Topology::self_separation that differs between vertices:
+/// up to 1.2 times `separation`.
+struct SheetsAsBodies {
+  std::vector<std::int32_t> body_of_vertex;
+  std::vector<float> self_separation;
+
+  SheetsAsBodies(const MovingTriangles& scene, std::size_t sheets, double separation)
+      : body_of_vertex(body_of_each(scene, sheets)) {
+    for (std::size_t v = 0; v < body_of_vertex.size(); ++v)
+      self_separation.push_back(static_cast<float>(
+          std::min(0.1 * separation * static_cast<double>(3 + v * 7 % 10), 1e38)));
+  }
+  /// The scene's topology with these arrays, which must outlive it.
+  Topology topology(const MovingTriangles& scene) const {
+    Topology t = scene.topology();
+    t.body_of_vertex = body_of_vertex;
+    t.self_separation = self_separation;
+    return t;
+  }
+};
 
 }  // namespace lazyccd::test

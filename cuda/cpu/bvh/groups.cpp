@@ -78,7 +78,7 @@ void Groups::count_primitives(const Mesh& mesh, const std::vector<VertexRecord>&
                 counts[kEdges] += owned_[i].edges >> k & 1;
               }
             }
-            groups_[g] = {segment.body, 1, {}, {counts[0], counts[1], counts[2]}};
+            groups_[g] = {segment.body, 1, {}, {counts[0], counts[1], counts[2]}, 0};
             codes_[g] = box.centre_code(order_.frame());
             if (!worlds_.empty()) worlds_[g] = world_of_body[segment.body];
           }
@@ -118,6 +118,7 @@ void Groups::fill_group(const Mesh& mesh, const CellSegment& segment, std::size_
   };
   const CellView view = mesh.cell_view();
   const CellRange range = segment.cells_of(static_cast<std::int32_t>(g));
+  const float* const self_separation = mesh.self_separation();
   for (std::int32_t i = range.first; i < range.last; ++i) {
     const CellContents cell(view, segment.has_faces, order_[i]);
     if (segment.has_faces) add(kFaces, order_[i], cell.vertex, 3);
@@ -128,8 +129,11 @@ void Groups::fill_group(const Mesh& mesh, const CellSegment& segment, std::size_
     for (int k = 0; k < cell.vertices; ++k)
       if (owned_[i].vertices >> k & 1) add(kVertices, cell.vertex[k], cell.vertex + k, 1);
     // What a group owns has no other vertices than its cells have.
-    for (int k = 0; k < cell.vertices; ++k)
+    for (int k = 0; k < cell.vertices; ++k) {
       if (!mesh.pinned(cell.vertex[k])) group.pinned = 0;
+      if (self_separation != nullptr)
+        group.self_separation = std::max(group.self_separation, self_separation[cell.vertex[k]]);
+    }
   }
 }
 

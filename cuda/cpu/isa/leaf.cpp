@@ -18,24 +18,41 @@ namespace {
 constexpr int kPacks = kBlockLanes / FloatLanes::lanes;  // packs in a row of a block
 constexpr int kMaxBlocks = 3;  // of one kind in a group: up to 48 edges or vertices
 
-// One box, in all lanes, to be tested against blocks.
+// Returns a lower side that is moved inward by at most `distance`, rounded outward.
+LAZYCCD_INLINE float inward(float lower, float distance) {
+  if (!(distance > 0)) return lower;
+  const float size = lower < 0 ? -lower : lower;
+  return lower + distance - 0x1p-22f * (size + distance);
+}
+
+// Returns by how much the boxes of two groups may overlap, scaled, though no pair of their
+// primitives comes within its separation. Boxes are made for the separation between bodies.
+LAZYCCD_INLINE float spare_overlap(const LeafScene& scene, const Group& a, const Group& b) {
+  const Separations& separation = scene.separation;
+  if (separation.within_body == nullptr || a.body != b.body) return 0;
+  const double less =
+      separation.between_bodies - separation.within(a.self_separation, b.self_separation);
+  return static_cast<float>(less * scene.scale) * (1 - 0x1p-20f);
+}
+
+// One box, in all lanes, to be tested against blocks. It is smaller by `smaller` on each side.
 struct Probe {
   FloatLanes lo0[3], hi0[3], lo1[3], hi1[3];
 
-  explicit LAZYCCD_INLINE Probe(const MotionBox& b) {
+  LAZYCCD_INLINE Probe(const MotionBox& b, float smaller) {
     for (int k = 0; k < 3; ++k) {
-      lo0[k] = FloatLanes(b.lo0[k]);
-      hi0[k] = FloatLanes(b.hi0[k]);
-      lo1[k] = FloatLanes(b.lo1[k]);
-      hi1[k] = FloatLanes(b.hi1[k]);
+      lo0[k] = FloatLanes(inward(b.lo0[k], smaller));
+      hi0[k] = FloatLanes(-inward(-b.hi0[k], smaller));
+      lo1[k] = FloatLanes(inward(b.lo1[k], smaller));
+      hi1[k] = FloatLanes(-inward(-b.hi1[k], smaller));
     }
   }
-  LAZYCCD_INLINE Probe(const Block& b, int lane) {
+  LAZYCCD_INLINE Probe(const Block& b, int lane, float smaller) {
     for (int k = 0; k < 3; ++k) {
-      lo0[k] = FloatLanes(b.lo0[k][lane]);
-      hi0[k] = FloatLanes(b.hi0[k][lane]);
-      lo1[k] = FloatLanes(b.lo1[k][lane]);
-      hi1[k] = FloatLanes(b.hi1[k][lane]);
+      lo0[k] = FloatLanes(inward(b.lo0[k][lane], smaller));
+      hi0[k] = FloatLanes(-inward(-b.hi0[k][lane], smaller));
+      lo1[k] = FloatLanes(inward(b.lo1[k][lane], smaller));
+      hi1[k] = FloatLanes(-inward(-b.hi1[k][lane], smaller));
     }
   }
 
@@ -102,7 +119,8 @@ LAZYCCD_INLINE void push_in_order(CandidateQueue& queue, std::int32_t a, const s
 
 // Adds the pairs of live vertices of one group and live faces of another.
 LAZYCCD_INLINE void vertices_faces(const LeafScene& scene, const Group& gv, const Live& vertices,
-                                   const Group& gf, unsigned faces, CandidateSink& sink) {
+                                   const Group& gf, unsigned faces, float spare,
+                                   CandidateSink& sink) {
   if (!vertices.any || !faces) return;
   const Block& face_block = scene.blocks[gf.first[kFaces]];
   CandidateQueue& queue = sink.queues[static_cast<int>(ContactKind::vertex_face)];
@@ -112,7 +130,7 @@ LAZYCCD_INLINE void vertices_faces(const LeafScene& scene, const Group& gv, cons
     for (unsigned live = vertices.bits[i]; live; live &= live - 1) {
       const int lane = lowest_bit(live);
       const std::int32_t v = block.id[lane];
-      unsigned bits = Probe(block, lane).near(face_block) & faces;
+      unsigned bits = Probe(block, lane, spare).near(face_block) & faces;
       if (!bits) continue;
       for (int k = 0; k < 3; ++k) bits &= ~equal_lanes(face_block.vertex[k], v);
       reserve(sink, ContactKind::vertex_face);
@@ -124,7 +142,8 @@ LAZYCCD_INLINE void vertices_faces(const LeafScene& scene, const Group& gv, cons
 // Adds the pairs of live edges of two groups, or of one group with itself. The body of the first
 // group must not have the larger index.
 LAZYCCD_INLINE void edges_edges(const LeafScene& scene, const Group& ga, const Live& a,
-                                const Group& gb, const Live& b, bool self, CandidateSink& sink) {
+                                const Group& gb, const Live& b, bool self, float spare,
+                                CandidateSink& sink) {
   if (!a.any || !b.any) return;
   CandidateQueue& queue = sink.queues[static_cast<int>(ContactKind::edge_edge)];
   const int a_blocks = ga.blocks(kEdges), b_blocks = gb.blocks(kEdges);
@@ -133,7 +152,7 @@ LAZYCCD_INLINE void edges_edges(const LeafScene& scene, const Group& ga, const L
     const Block& block = scene.blocks[ga.first[kEdges] + i];
     for (unsigned live = a.bits[i]; live; live &= live - 1) {
       const int lane = lowest_bit(live);
-      const Probe probe(block, lane);
+      const Probe probe(block, lane, spare);
       reserve(sink, ContactKind::edge_edge);
       for (int j = self ? i : 0; j < b_blocks; ++j) {
         unsigned wanted = b.bits[j];
@@ -159,24 +178,25 @@ bool visit(const LeafScene& scene, std::int32_t a, std::int32_t b, CandidateSink
   if (scene.groups[b].body < scene.groups[a].body) std::swap(a, b);
   const Group &ga = scene.groups[a], &gb = scene.groups[b];
   const bool self = a == b;
+  const float spare = spare_overlap(scene, ga, gb);
   const MotionBox &box_a = scene.boxes[a], &box_b = scene.boxes[b];
   for (int k = 0; k < 3; ++k) {
     if ((box_a.lo0[k] > box_b.hi0[k] && box_a.lo1[k] > box_b.hi1[k]) ||
         (box_a.hi0[k] < box_b.lo0[k] && box_a.hi1[k] < box_b.lo1[k]))
       return false;
   }
-  const Probe near_a(box_a), near_b(box_b);
+  const Probe near_a(box_a, spare), near_b(box_b, spare);
   if (scene.vertex_face) {
     const Live va(scene, ga, kVertices, near_b), fb(scene, gb, kFaces, near_a);
-    if (gb.count[kFaces]) vertices_faces(scene, ga, va, gb, fb.bits[0], sink);
+    if (gb.count[kFaces]) vertices_faces(scene, ga, va, gb, fb.bits[0], spare, sink);
     if (!self && ga.count[kFaces]) {
       const Live vb(scene, gb, kVertices, near_a), fa(scene, ga, kFaces, near_b);
-      vertices_faces(scene, gb, vb, ga, fa.bits[0], sink);
+      vertices_faces(scene, gb, vb, ga, fa.bits[0], spare, sink);
     }
   }
   if (scene.edge_edge) {
     const Live ea(scene, ga, kEdges, near_b), eb(scene, gb, kEdges, near_a);
-    edges_edges(scene, ga, ea, gb, eb, self, sink);
+    edges_edges(scene, ga, ea, gb, eb, self, spare, sink);
   }
   return true;
 }

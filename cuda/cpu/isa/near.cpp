@@ -47,6 +47,46 @@ LAZYCCD_INLINE FloatLanes rounding(const FloatLanes& magnitude) {
   return FloatLanes(32 * Roundoff<float>::u) * magnitude;
 }
 
+// The separations of a pack of candidates, scaled. A distance below `within` is certainly within,
+// one above `beyond` is certainly beyond. within_for_all: the same as `within` for all pairs that
+// may represent the candidate.
+struct Limits {
+  FloatLanes within, within_for_all, beyond;
+
+  LAZYCCD_INLINE Limits(const LeafScene& scene, const FloatLanes& separation,
+                        const FloatLanes& least)
+      : within(separation * FloatLanes(1 - 0x1p-18f)),
+        within_for_all(least * FloatLanes(1 - 0x1p-18f)),
+        beyond((separation + FloatLanes(scene.unknown_distance)) * FloatLanes(1 + 0x1p-10f)) {}
+
+  template <ContactKind kind>
+  static LAZYCCD_INLINE Limits of(const LeafScene& scene, const Candidate* c) {
+    const FloatLanes between(static_cast<float>(scene.scale * scene.separation.between_bodies));
+    if (scene.separation.within_body == nullptr) return Limits(scene, between, between);
+    if (!(scene.scale > 0x1p-120 && scene.scale < 0x1p120)) {  // scaled limits could overflow
+      Limits limits(scene, between, between);
+      limits.within = limits.within_for_all = FloatLanes(0.0f);
+      return limits;
+    }
+    const FloatLanes scale(static_cast<float>(scene.scale));
+    alignas(64) float largest[2][FloatLanes::lanes], smallest[2][FloatLanes::lanes];
+    for (int i = 0; i < FloatLanes::lanes; ++i) {
+      const SelfLimits limits = self_limits<kind>(scene.mesh, scene.separation.within_body, c[i]);
+      for (int k = 0; k < 2; ++k) {
+        largest[k][i] = limits.largest[k];
+        smallest[k][i] = limits.smallest[k];
+      }
+    }
+    const FloatLanes least(static_cast<float>(scene.scale * scene.separation.least()));
+    const auto within = [&](const float(&limits)[2][FloatLanes::lanes]) {
+      const FloatLanes limit =
+          scale * lane_min(FloatLanes::load(limits[0]), FloatLanes::load(limits[1]));
+      return lane_min(lane_max(limit, least), between);
+    };
+    return Limits(scene, within(largest), within(smallest));
+  }
+};
+
 // The gap between two points of two primitives at the start of the step.
 struct Gap {
   Vec3<FloatLanes> vector;
@@ -73,11 +113,12 @@ class EndTests {
   int count() const { return count_; }
 
   LAZYCCD_INLINE void add(const Candidate* pairs, unsigned chosen, const Gap& gap,
-                          const FloatLanes& min_distance) {
+                          const FloatLanes& min_distance, const FloatLanes& beyond) {
     store_chosen(gap.vector.x, chosen, x_ + count_);
     store_chosen(gap.vector.y, chosen, y_ + count_);
     store_chosen(gap.vector.z, chosen, z_ + count_);
     store_chosen(min_distance, chosen, min_distance_ + count_);
+    store_chosen(beyond, chosen, beyond_ + count_);
     count_ = append(pairs, chosen, pairs_, count_);
   }
 
@@ -86,7 +127,7 @@ class EndTests {
   LAZYCCD_INLINE void split(const LeafScene& scene, NearSplit& split) {
     const int used = count_ < FloatLanes::lanes ? count_ : FloatLanes::lanes;
     for (int i = used; i < FloatLanes::lanes; ++i) pairs_[i] = pairs_[0];
-    const FloatLanes beyond(scene.certainly_beyond);
+    const FloatLanes beyond = FloatLanes::load(beyond_);
     const Gap gap({FloatLanes::load(x_), FloatLanes::load(y_), FloatLanes::load(z_)});
     const FloatLanes at_end = gap.min_distance<kind>(gather_at<kind, 1>(scene, pairs_));
     const unsigned far = ((FloatLanes::load(min_distance_) > beyond) & (at_end > beyond)).bits();
@@ -101,7 +142,7 @@ class EndTests {
     count_ -= used;
     for (int i = 0; i < count_; ++i) {
       pairs_[i] = pairs_[used + i];
-      for (float* const lanes : {x_, y_, z_, min_distance_}) lanes[i] = lanes[used + i];
+      for (float* const lanes : {x_, y_, z_, min_distance_, beyond_}) lanes[i] = lanes[used + i];
     }
   }
 
@@ -109,7 +150,8 @@ class EndTests {
   // Less than a pack is waiting when another whole pack is written.
   static constexpr int capacity = 2 * FloatLanes::lanes;
   int count_ = 0;
-  alignas(64) float x_[capacity], y_[capacity], z_[capacity], min_distance_[capacity];
+  alignas(64) float x_[capacity], y_[capacity], z_[capacity],
+      min_distance_[capacity], beyond_[capacity];
   Candidate pairs_[capacity];
 };
 
@@ -136,7 +178,7 @@ void near_kind(const LeafScene& scene, const Candidate* candidates, int count, N
     const auto certainly_within = [&](const FloatLanes& distance) {
       return (distance > zero) & (gap.squared + tiny < distance * distance);
     };
-    const FloatLanes within = FloatLanes(scene.certain_separation) - rounding(magnitude);
+    const Limits limits = Limits::of<kind>(scene, pair);
     const FloatLanes min_distance = gap.min_distance<kind>(d);
 
     unsigned is_redundant = 0;
@@ -145,8 +187,8 @@ void near_kind(const LeafScene& scene, const Candidate* candidates, int count, N
       alignas(64) float border[FloatLanes::lanes];
       on.store(border);
       const Mask may_be =
-          (on > zero) &
-          certainly_within(within - border_width<kind>(points.u, points.v, size1, size2));
+          (on > zero) & certainly_within(limits.within_for_all - rounding(magnitude) -
+                                         border_width<kind>(points.u, points.v, size1, size2));
       for (unsigned bits = may_be.bits() & used; bits; bits &= bits - 1) {
         const int i = lowest_bit(bits);
         const bool is = is_redundant_pair<kind>(scene.mesh, scene.first_faces, pair[i],
@@ -162,7 +204,7 @@ void near_kind(const LeafScene& scene, const Candidate* candidates, int count, N
                                                     gaps[i]};
       continue;
     }
-    const Mask near = certainly_within(within);
+    const Mask near = certainly_within(limits.within - rounding(magnitude));
     const unsigned near_bits = near.bits() & used;
     store_chosen(min_distance, near_bits, split.near_min_distance + split.near_count);
     split.near_count = append(pair, near_bits, split.near, split.near_count);
@@ -170,7 +212,7 @@ void near_kind(const LeafScene& scene, const Candidate* candidates, int count, N
       const int i = lowest_bit(kept);
       split.kept[split.kept_count++] = {pair[i], 0, false, gaps[i]};
     }
-    end_tests.add(pair, used & ~near_bits, gap, min_distance);
+    end_tests.add(pair, used & ~near_bits, gap, min_distance, limits.beyond);
     if (end_tests.count() >= FloatLanes::lanes) end_tests.split<kind>(scene, split);
   }
   while (end_tests.count() > 0) end_tests.split<kind>(scene, split);

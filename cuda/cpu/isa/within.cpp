@@ -73,22 +73,28 @@ struct Searches {
   }
 };
 
-// The culling tests of core/narrow/separation.h. A backend may have culled the same pairs with
-// wider margins.
+// The separations of a pack of candidates, unscaled.
+template <ContactKind kind>
+LAZYCCD_INLINE DoubleLanes separations(const LeafScene& scene, const Candidate* c) {
+  alignas(64) double h[DoubleLanes::lanes];
+  for (int i = 0; i < DoubleLanes::lanes; ++i) h[i] = scene.separation.of<kind>(scene.mesh, c[i]);
+  return DoubleLanes::load(h);
+}
+
+// The culling tests of core/narrow/separation.h, with the unscaled separations h. A backend may
+// have culled the same pairs with wider margins.
 template <ContactKind kind>
 LAZYCCD_INLINE WideMask culled(const LeafScene& scene, const CoordinatesOf<DoubleLanes>& q,
                                const Differences<DoubleLanes>& d, const Magnitudes<DoubleLanes>& m,
                                const DoubleLanes& h) {
-  const DoubleLanes unscaled(scene.separation);
-  return separated_along_axes<kind>(q, unscaled) | separated_along_diagonals<kind>(q, unscaled) |
-         planes_apart(d, m, h);
+  return separated_along_axes<kind>(q, h) | separated_along_diagonals<kind>(q, h) |
+         planes_apart(d, m, DoubleLanes(scene.scale) * h);
 }
 
 // Searches in rounds of a few advances. Between rounds, the lanes of searches that have ended are
 // filled with others.
 template <ContactKind kind>
 int within_kind(const LeafScene& scene, Approach* found, int count) {
-  const DoubleLanes h(scene.separation * scene.scale);
   constexpr int round = 4;      // advances
   constexpr double missed = 2;  // marks an approach that is no hit
   Searches searches(count);
@@ -99,9 +105,11 @@ int within_kind(const LeafScene& scene, Approach* found, int count) {
       const CoordinatesOf<DoubleLanes> q = gather<kind>(scene, batch.pair);
       const Differences<DoubleLanes> d = differences<kind>(q, scene.scale);
       const Magnitudes<DoubleLanes> m = magnitudes(d);
+      const DoubleLanes unscaled = separations<kind>(scene, batch.pair),
+                        h = DoubleLanes(scene.scale) * unscaled;
       Search<DoubleLanes> search = searches.load(begin);
       const WideMask used = batch.used();
-      WideMask misses = advances == 0 ? culled<kind>(scene, q, d, m, h) : used & !used;
+      WideMask misses = advances == 0 ? culled<kind>(scene, q, d, m, unscaled) : used & !used;
       WideMask going = used & !misses;
       for (int i = 0; i < round && lane_any(going); ++i) {
         Search<DoubleLanes> next = search;

@@ -10,6 +10,7 @@
 #include "core/bvh/group.h"
 #include "core/narrow/contact_math.h"
 #include "core/narrow/contact_reduction.h"
+#include "core/narrow/self_separation.h"
 
 namespace lazyccd {
 
@@ -24,10 +25,11 @@ struct LeafScene {
   MeshView mesh;
   double scale;
   bool vertex_face, edge_edge;
-  double separation;         // minimum separation, unscaled; 0: primitives must touch
-  float certain_separation;  // scaled: a distance below it in single precision is within, certainly
-  float certainly_beyond;    // scaled: a distance above it in single precision is beyond, certainly
-  bool single_first;         // use single precision first
+  Separations separation;  // minimum separations; between_bodies is 0: primitives must touch
+  // By how much the distance of two points may differ, scaled, because the end of the step is not
+  // known yet.
+  float unknown_distance;
+  bool single_first;  // use single precision first
   // Counter of the pairs that the non-penetration filter rules out; null: the filter is off.
   std::int64_t* filtered_noncoplanar;
   FirstFaces first_faces;  // first_faces.of is null: report every pair, without reduction
@@ -116,8 +118,9 @@ struct LeafKernels {
   void (*box_groups)(const VertexBox* vertices, const Group* groups, std::size_t first,
                      std::size_t last, Block* blocks, MotionBox* boxes);
   // Adds to the sink all pairs of primitives of the groups a and b whose boxes may meet. a may
-  // equal b. Returns false and adds nothing if the groups certainly stay apart. Candidates are
-  // ordered as in Contact.
+  // equal b. Two groups of one body meet only where their distance can fall to the separation
+  // within that body. Returns false and adds nothing if the groups certainly stay apart. Candidates
+  // are ordered as in Contact.
   bool (*visit)(const LeafScene& scene, std::int32_t a, std::int32_t b, CandidateSink& sink);
   // Filters `count` candidates for touching. Writes the survivors and returns their number.
   int (*filter)(const LeafScene& scene, ContactKind kind, const Candidate* candidates, int count,
@@ -127,8 +130,8 @@ struct LeafKernels {
   void (*near_at_start)(const LeafScene& scene, ContactKind kind, const Candidate* candidates,
                         int count, NearSplit& split);
   // Tests at most CandidateQueue::capacity approaches as decide_within() of
-  // core/narrow/separation.h does. Keeps those that come within the minimum separation, sets their
-  // t, and returns their number.
+  // core/narrow/separation.h does. Keeps those that come within their minimum separation, sets
+  // their t, and returns their number.
   int (*within)(const LeafScene& scene, ContactKind kind, Approach* approaches, int count);
   // Computes point and normal of each approach at its tick, as describe_contact() does.
   void (*describe)(const LeafScene& scene, ContactKind kind, const Approach* approaches, int count,

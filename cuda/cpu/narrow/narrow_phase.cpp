@@ -12,18 +12,6 @@ namespace {
 
 bool at_start(const Approach& approach) { return approach_tick(approach.t) == 0; }
 
-// Returns the self separation of two primitives: min(max over a's vertices, max over b's vertices).
-// The first `split` vertices belong to a, the others to b.
-double self_separation_of(const std::array<std::int32_t, 4>& vertices, int split,
-                          const std::vector<float>& of_vertex) {
-  const auto largest = [&](int first, int last) {
-    float maximum = 0;
-    for (int i = first; i < last; ++i) maximum = std::max(maximum, of_vertex[vertices[i]]);
-    return static_cast<double>(maximum);
-  };
-  return std::min(largest(0, split), largest(split, 4));
-}
-
 }  // namespace
 
 void NarrowPhase::begin(const LeafKernels& kernels, const Mesh& mesh, const LeafScene& scene,
@@ -100,7 +88,7 @@ void NarrowPhase::process(ContactKind kind, const Candidate* items, int count) {
 
 template <ContactKind kind>
 void NarrowPhase::process_kind(const Candidate* items, int count) {
-  if (scene_.separation > 0) {
+  if (scene_.separation.between_bodies > 0) {
     report_near<kind>(items, count);
     return;
   }
@@ -174,7 +162,7 @@ void NarrowPhase::report_near(const Candidate* items, int count) {
   }
   kernels_->near_at_start(scene_, kind, items, count, split_);
   if (list_) {
-    list_near(kind);
+    list_near<kind>();
     if (mesh_->any_resting()) drop_resting<kind>();
   }
   if (interrupted_) defer_undecided(kind);
@@ -185,25 +173,8 @@ void NarrowPhase::report_near(const Candidate* items, int count) {
   for (int i = 0; i < hits; ++i)
     if (!undecided[i].is_redundant || !at_start(undecided[i]))
       split_.kept[split_.kept_count++] = undecided[i];
-  const auto last = std::remove_if(
-      split_.kept, split_.kept + split_.kept_count,
-      [this](const Approach& a) { return at_start(a) && exceeds_self_separation<kind>(a); });
-  split_.kept_count = static_cast<int>(last - split_.kept);
   if (interrupted_) defer_touching(kind);
   describe_kept<kind>();
-}
-
-// Returns whether the pair belongs to one body and is farther apart at the start of the step than
-// the self separation of that body allows.
-template <ContactKind kind>
-bool NarrowPhase::exceeds_self_separation(const Approach& approach) const {
-  const std::vector<float>& of_vertex = mesh_->self_separation();
-  if (of_vertex.empty()) return false;
-  Contact pair;
-  identify_contact<kind>(scene_.mesh, approach.pair, pair);
-  if (pair.body_a != pair.body_b) return false;
-  constexpr int split = first_vertex_of_b(kind);
-  return approach.min_distance > scene_.scale * self_separation_of(pair.vertices, split, of_vertex);
 }
 
 template <ContactKind kind>
@@ -217,9 +188,15 @@ int NarrowPhase::copy_movable(const Candidate* items, int count) {
   return copied;
 }
 
-void NarrowPhase::list_near(ContactKind kind) {
+// The list is made for the separation between bodies. A pair with a smaller one is listed as if it
+// were farther apart by the difference.
+template <ContactKind kind>
+void NarrowPhase::list_near() {
   const float limit = list_->listing_distance();
+  const Separations& separation = scene_.separation;
   const auto add = [&](Candidate pair, float min_distance) {
+    const double less = separation.between_bodies - separation.of<kind>(scene_.mesh, pair);
+    min_distance += static_cast<float>(less * scene_.scale) * (1 - 0x1p-20f);
     if (min_distance <= limit) listed_->add(kind, pair, min_distance, *list_);
   };
   for (int i = 0; i < split_.near_count; ++i) add(split_.near[i], 0);
@@ -345,12 +322,6 @@ void NarrowPhase::reduce(Span<const Contact> near, std::vector<Contact>& kept) {
     record_near<ContactKind::vertex_face>(split_.undecided_count);
   else
     record_near<ContactKind::edge_edge>(split_.undecided_count);
-  const auto is_dropped = [&](const Approach& approach) {
-    return approach.is_redundant ||
-           (kind == ContactKind::vertex_face
-                ? exceeds_self_separation<ContactKind::vertex_face>(approach)
-                : exceeds_self_separation<ContactKind::edge_edge>(approach));
-  };
   int kept_index = 0, undecided_index = 0;
   for (const Contact& contact : near) {
     const Candidate pair = {contact.primitive_a, contact.primitive_b};
@@ -361,7 +332,7 @@ void NarrowPhase::reduce(Span<const Contact> near, std::vector<Contact>& kept) {
                split_.undecided[undecided_index].pair == pair) {
       approach = &split_.undecided[undecided_index++];
     }
-    if (approach && !(contact.toi == 0 && is_dropped(*approach))) kept.push_back(contact);
+    if (approach && !(contact.toi == 0 && approach->is_redundant)) kept.push_back(contact);
   }
 }
 

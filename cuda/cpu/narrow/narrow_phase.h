@@ -66,8 +66,8 @@ class NarrowPhase : public CandidateSink {
   /// separation in this step.
   void process_listed(const ListedPairs& part, ContactKind kind, const ListedCandidate* items,
                       int count);
-  /// Appends to `kept` the contacts that contact reduction and the self separation leave. `near`
-  /// are sorted contacts of one kind, at least one.
+  /// Appends to `kept` the contacts that contact reduction leaves. `near` are sorted contacts of
+  /// one kind, at least one.
   void reduce(Span<const Contact> near, std::vector<Contact>& kept);
 
   /// Forgets the contacts, because the caller keeps them. Their number still counts in `found`.
@@ -110,7 +110,8 @@ class NarrowPhase : public CandidateSink {
   void report_near(const Candidate* items, int count);
   template <ContactKind kind>
   int copy_movable(const Candidate* items, int count);
-  void list_near(ContactKind kind);
+  template <ContactKind kind>
+  void list_near();
   template <ContactKind kind>
   void drop_resting();
   void defer_undecided(ContactKind kind);
@@ -119,8 +120,6 @@ class NarrowPhase : public CandidateSink {
   void describe_touching();
   template <ContactKind kind>
   void record_near(int undecided_hits);
-  template <ContactKind kind>
-  bool exceeds_self_separation(const Approach& approach) const;
   template <ContactKind kind>
   void describe_kept();
 

@@ -171,10 +171,23 @@ void Mesh::take_bodies(const Topology& t, ThreadPool& pool) {
     if (!(t.inverse_mass[v] >= 0)) refuse(v, "its inverse mass is negative or not a number");
   for (std::size_t v = 0; v < t.self_separation.size(); ++v)
     if (!(t.self_separation[v] >= 0)) refuse(v, "its self_separation is negative or not a number");
-  self_separation_.assign(t.self_separation.begin(), t.self_separation.end());
+  take_self_separation(t.self_separation);
   if (std::find(t.inverse_mass.begin(), t.inverse_mass.end(), 0.0f) != t.inverse_mass.end()) {
     pinned_.resize(t.vertex_count);
     for (std::size_t v = 0; v < t.vertex_count; ++v) pinned_[v] = t.inverse_mass[v] == 0.0f;
+  }
+}
+
+void Mesh::take_self_separation(Span<const float> of_vertex) {
+  self_separation_.assign(of_vertex.begin(), of_vertex.end());
+  if (of_vertex.empty()) return;
+  least_self_separation_.assign(bodies_.size(), std::numeric_limits<float>::infinity());
+  for (std::size_t v = 0; v < of_vertex.size(); ++v) {
+    const std::int32_t body = body_of_vertex_[v];
+    float& least = least_self_separation_[body];
+    if (!bodies_[body].self_collision) continue;
+    least = std::min(least, of_vertex[v]);
+    least_of_all_bodies_ = std::min<double>(least_of_all_bodies_, least);
   }
 }
 

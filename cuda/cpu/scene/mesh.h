@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <unordered_set>
 #include <utility>
 #include <vector>
@@ -84,8 +85,18 @@ class Mesh {
   }
   bool any_resting() const { return !resting_.empty(); }
   bool rests(std::int32_t body) const { return any_resting() && resting_[body]; }
-  /// By vertex, as Topology::self_separation; empty: no limit.
-  const std::vector<float>& self_separation() const { return self_separation_; }
+  /// By vertex, as Topology::self_separation; null: no limit.
+  const float* self_separation() const {
+    return self_separation_.empty() ? nullptr : self_separation_.data();
+  }
+  /// The smallest of a body's self_separation(); infinite without a limit, or if it does not
+  /// collide with itself.
+  double least_self_separation(std::size_t body) const {
+    return least_self_separation_.empty() ? std::numeric_limits<double>::infinity()
+                                          : static_cast<double>(least_self_separation_[body]);
+  }
+  /// The smallest of all bodies.
+  double least_self_separation() const { return least_of_all_bodies_; }
 
   const std::vector<Body>& bodies() const { return bodies_; }
   /// The disabled pairs of bodies, as smaller index << 32 | larger index, unordered.
@@ -109,6 +120,7 @@ class Mesh {
   bool take_edges_of(const Mesh* last, ThreadPool& pool) const;
   EdgeInput edge_input() const;
   void take_bodies(const Topology& topology, ThreadPool& pool);
+  void take_self_separation(Span<const float> of_vertex);
   void take_worlds();
   // checks: whether the indices must be checked.
   void take_faces(const Topology& topology, ThreadPool& pool, bool checks);
@@ -130,8 +142,10 @@ class Mesh {
   std::vector<Body> bodies_;
   std::vector<std::int32_t> world_of_body_;
   std::int32_t world_count_ = 0;
-  std::vector<char> pinned_;  // by vertex; empty if no vertex is pinned
-  std::vector<float> self_separation_;
+  std::vector<char> pinned_;                  // by vertex; empty if no vertex is pinned
+  std::vector<float> self_separation_;        // by vertex, or empty
+  std::vector<float> least_self_separation_;  // by body, or empty
+  double least_of_all_bodies_ = std::numeric_limits<double>::infinity();
   std::vector<char> edges_left_out_, vertices_left_out_;
   std::vector<char> resting_;  // by body; empty if none rests
   std::unordered_set<std::uint64_t> disabled_;

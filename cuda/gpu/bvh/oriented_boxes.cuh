@@ -144,7 +144,7 @@ __global__ void fit_leaves(SceneView scene, OrientedBoxesView view) {
     extent = united(extent);
     if (fit_lane() == 0 && used)
       view.boxes[slot] = leaves[threadIdx.x / kFitLanes] =
-          enclose(axes.axis, extent, separation_margin(scene.separation));
+          enclose(axes.axis, extent, separation_margin(scene.separation.between_bodies));
   }
   __syncthreads();
   if (threadIdx.x >= kWarp) return;

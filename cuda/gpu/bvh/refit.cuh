@@ -136,7 +136,7 @@ __device__ inline SweptBox refit_group(const SceneView& scene,
                                        int lane) {
   const DeviceGroup group = load_wide(scene.groups.groups + g);
   const PrimitiveNames* const names = scene.groups.names + group.first_place;
-  const double margin = separation_margin(scene.separation);
+  const double margin = separation_margin(scene.separation.between_bodies);
   AxisExtent sides[kSides], diagonals[kDiagonals], own[kSides];
   for (auto& e : sides) e = empty_extent();
   for (auto& e : diagonals) e = empty_extent();
@@ -156,8 +156,8 @@ __device__ inline SweptBox refit_group(const SceneView& scene,
   SweptBox box;
   for (int k = 0; k < kAxes; ++k) {
     AxisExtent e = k < kSides ? sides[k] : united_over_warp(diagonals[k - kSides]);
-    if (scene.separation > 0 && k >= kSides)
-      grow(e, __dmul_ru(separation_margin(scene.separation), 1.4142135623731));
+    if (scene.separation.between_bodies > 0 && k >= kSides)
+      grow(e, __dmul_ru(separation_margin(scene.separation.between_bodies), 1.4142135623731));
     if (!active) e = empty_extent();
     if (lane == k) mine = e;
     if (k >= kSides) continue;

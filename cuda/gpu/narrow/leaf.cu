@@ -17,7 +17,7 @@ auto kernel(bool culls) {
 void enqueue_leaf(const SceneView& scene, const LeafPairs& pairs, bool vertex_face, bool edge_edge,
                   bool culls, const LeafCulling& culling, const StepLists& lists,
                   cudaStream_t stream) {
-  const bool has_separation = scene.separation > 0;
+  const bool has_separation = scene.separation.between_bodies > 0;
   const auto chosen = scene.is_double ? (has_separation ? kernel<DoubleRecord, true>(culls)
                                                         : kernel<DoubleRecord, false>(culls))
                                       : (has_separation ? kernel<FloatRecord, true>(culls)

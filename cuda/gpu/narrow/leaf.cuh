@@ -251,7 +251,7 @@ __global__ void __launch_bounds__(kLeafWarps* kWarp, kLeafBlocks<Record>)
       scratch[threadIdx.x / kWarp],
       lists.filtered,
       static_cast<float>(scale),
-      has_separation ? __double2float_ru(scene.separation * scale) : 0,
+      has_separation ? __double2float_ru(scene.separation.between_bodies * scale) : 0,
       lane};
   const std::uint32_t end = min(*pairs.count, pairs.last);
   const std::uint32_t total = end > pairs.first ? end - pairs.first : 0;

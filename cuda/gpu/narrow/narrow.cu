@@ -9,7 +9,7 @@ namespace {
 template <class Record>
 void enqueue_as(const SceneView& scene, const StepLists& lists, cudaStream_t stream) {
   const std::uint32_t grid = multiprocessors();
-  if (scene.separation > 0) {
+  if (scene.separation.between_bodies > 0) {
     launch_behind(decide_within<Record>, 4 * grid, 128, 0, stream, scene, lists);
     return;
   }

@@ -156,7 +156,8 @@ __device__ inline std::uint64_t decide_within_list(const SceneView& scene, const
     Contact contact;
     if (!identify<kind>(scene, filtered.items[i], contact)) continue;
     const QueryCoordinates q = coordinates<Record>(scene, contact);
-    const Decision decision = lazyccd::decide_within<kind>(q, scene.separation, scale);
+    const double separation = scene.separation.of<kind>(scene.mesh, filtered.items[i]);
+    const Decision decision = lazyccd::decide_within<kind>(q, separation, scale);
     if (decision.kind == Decision::hit)
       hash += emit_contact<kind, true>(scene, q, decision.tick, contact, lists);
   }

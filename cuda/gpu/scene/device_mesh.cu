@@ -20,6 +20,7 @@ void DeviceMesh::upload_primitives(const Mesh& mesh) {
 
 void DeviceMesh::upload_tables(const Mesh& mesh) {
   upload(pinned, mesh.pinned_vertices().data(), mesh.pinned_vertices().size());
+  upload(self_separation, mesh.self_separation(), mesh.self_separation() ? mesh.vertex_count() : 0);
   upload(bodies, mesh.bodies().data(), mesh.body_count());
   std::vector<std::uint64_t> disabled(mesh.disabled_pairs().begin(), mesh.disabled_pairs().end());
   std::sort(disabled.begin(), disabled.end());
@@ -39,8 +40,8 @@ void DeviceMesh::upload_tables(const Mesh& mesh) {
 
 std::size_t DeviceMesh::bytes() const {
   return faces.bytes() + edges.bytes() + face_edges.bytes() + body_of_vertex.bytes() +
-         primitives.bytes() + pinned.bytes() + bodies.bytes() + disabled_pairs.bytes() +
-         world_of_body.bytes() + segments.bytes() + worlds.bytes();
+         primitives.bytes() + pinned.bytes() + self_separation.bytes() + bodies.bytes() +
+         disabled_pairs.bytes() + world_of_body.bytes() + segments.bytes() + worlds.bytes();
 }
 
 }  // namespace lazyccd::gpu

@@ -19,7 +19,8 @@ struct DeviceMesh {
   DeviceBuffer<std::int32_t> primitives;  // by cell
   bool has_primitives = false;            // if not, cell c is face c
 
-  DeviceBuffer<char> pinned;  // by vertex, if any is
+  DeviceBuffer<char> pinned;            // by vertex, if any is
+  DeviceBuffer<float> self_separation;  // by vertex, if there are limits
   DeviceBuffer<Body> bodies;
   DeviceBuffer<std::uint64_t> disabled_pairs;  // sorted
   DeviceBuffer<std::int32_t> world_of_body;

@@ -138,7 +138,7 @@ SceneView DeviceScene::view(bool is_double) {
   s.node_ranges = node_ranges_.data();
   s.key = key();
   if (s.key.world_of_body != nullptr) s.key.world_of_body = arrays_.world_of_body.data();
-  s.separation = separation_;
+  s.separation = {separation_, mesh_->self_separation() ? arrays_.self_separation.data() : nullptr};
   s.is_double = is_double;
   s.records = records_.data();
   s.runs = runs_.data();

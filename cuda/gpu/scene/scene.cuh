@@ -7,6 +7,7 @@
 #include "core/bvh/tree.h"
 #include "core/narrow/contact_key.h"
 #include "core/narrow/contact_math.h"
+#include "core/narrow/self_separation.h"
 #include "gpu/scene/group_view.cuh"
 #include "gpu/scene/traversal_counters.h"
 #include "lazyccd/device.h"
@@ -41,7 +42,7 @@ struct SceneView {
   const std::int32_t* leaf_order;  // groups in the order of the tree's leaves
   const int2* node_ranges;         // per node: its part [x, y) of leaf_order
   ContactKey key;
-  double separation;            // DetectorOptions::separation
+  Separations separation;       // within_body: on the device
   bool is_double;               // whether the records are DoubleRecord
   const unsigned char* active;  // per body: whether the step detects it; null: all bodies
 

@@ -52,10 +52,9 @@ struct Topology {
   Span<const float> inverse_mass;
 
   /// Limit of the separation within one body, per vertex, >= 0, in the unit of the positions.
-  /// Empty: no limit. At the start of the step two primitives a and b of one body are in contact
-  /// only if their distance is at most min(max over a's vertices, max over b's vertices). Keeps
-  /// neighbours in a mesh from being in contact all the time. The distance is computed in single
-  /// precision, as a lower bound. Has an effect only with DetectorOptions::separation.
+  /// Empty: no limit. The separation of two primitives a and b of one body is at most min(max over
+  /// a's vertices, max over b's vertices), and at least 2^-10 of DetectorOptions::separation. Keeps
+  /// neighbours in a mesh from being in contact all the time, and saves the search for them.
   Span<const float> self_separation;
 
   /// World and collision filter of each body. Empty: default filters for all bodies in

@@ -24,25 +24,32 @@ struct Moved {
     }
     for (Body& body : bodies) body.self_collision = false;
   }
-  double deviation_sum() const {
-    return motion.largest_deviation_sum({bodies.data(), bodies.size()});
+  bool at_most(double between_bodies, double within_body) const {
+    const std::vector<double> within(bodies.size(), within_body);
+    return motion.deviates_at_most(bodies, between_bodies, within);
   }
 };
 
 }  // namespace
 
-TEST_CASE("the deviation sum covers two bodies or one body with self-collision") {
+TEST_CASE("deviations add up over two bodies and within one body with self-collision") {
   Moved moved({0.25, 2, 0, 1, 0.5});
-  CHECK(moved.deviation_sum() == 3);
-  moved.bodies[3].self_collision = true;  // less than the sum with another body
-  CHECK(moved.deviation_sum() == 3);
+  CHECK(moved.at_most(3, 0));
+  CHECK_FALSE(moved.at_most(2.99, 0));
+  moved.bodies[3].self_collision = true;
+  CHECK(moved.at_most(3, 2));
+  CHECK_FALSE(moved.at_most(3, 1.99));
   moved.bodies[1].self_collision = true;
-  CHECK(moved.deviation_sum() == 4);
-  CHECK(Moved({}).deviation_sum() == 0);
-  CHECK(Moved({1, 2}).deviation_sum() == 3);
-  CHECK(Moved({2, 1}).deviation_sum() == 3);
+  CHECK(moved.at_most(3, 4));
+  CHECK_FALSE(moved.at_most(3, 3.99));
+  CHECK(Moved({}).at_most(0, 0));
+  for (const std::vector<double>& two : {std::vector<double>{1, 2}, {2, 1}}) {
+    CHECK(Moved(two).at_most(3, 0));
+    CHECK_FALSE(Moved(two).at_most(2.99, 9));
+  }
   Moved alone({1.5});
-  CHECK(alone.deviation_sum() <= 1.5);
+  CHECK(alone.at_most(0, 0));
   alone.bodies[0].self_collision = true;
-  CHECK(alone.deviation_sum() == 3);
+  CHECK(alone.at_most(0, 3));
+  CHECK_FALSE(alone.at_most(9, 2.99));
 }

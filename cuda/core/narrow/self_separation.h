@@ -1,0 +1,56 @@
+// The minimum separation of one pair of primitives: within a body it may be smaller than between
+// bodies (Topology::self_separation).
+#pragma once
+
+#include "core/narrow/contact_math.h"
+
+namespace lazyccd {
+
+/// The limits of the two primitives of a pair, from those of their vertices; unscaled. Infinite if
+/// they belong to two bodies.
+struct SelfLimits {
+  float largest[2], smallest[2];
+};
+
+/// `of_vertex` must not be null.
+template <ContactKind kind>
+LAZYCCD_HD inline SelfLimits self_limits(const MeshView& mesh, const float* of_vertex,
+                                         Candidate pair) {
+  constexpr bool vf = kind == ContactKind::vertex_face;
+  const std::int32_t* const a = vf ? &pair.a : mesh.edges[pair.a];
+  const std::int32_t* const b = vf ? mesh.faces[pair.b] : mesh.edges[pair.b];
+  constexpr float infinite = HUGE_VALF;
+  if (mesh.body_of_vertex[a[0]] != mesh.body_of_vertex[b[0]])
+    return {{infinite, infinite}, {infinite, infinite}};
+  const float a0 = of_vertex[a[0]], a1 = of_vertex[a[vf ? 0 : 1]];
+  const float b0 = of_vertex[b[0]], b1 = of_vertex[b[1]], b2 = of_vertex[b[vf ? 2 : 1]];
+  const auto larger = [](float x, float y) { return x > y ? x : y; };
+  const auto smaller = [](float x, float y) { return x < y ? x : y; };
+  return {{larger(a0, a1), larger(larger(b0, b1), b2)},
+          {smaller(a0, a1), smaller(smaller(b0, b1), b2)}};
+}
+
+/// The separations of a scene, unscaled.
+struct Separations {
+  double between_bodies;     // DetectorOptions::separation
+  const float* within_body;  // by vertex, as Topology::self_separation; null: no limit
+
+  /// No pair has less than this, because the search for a much smaller distance takes many steps.
+  LAZYCCD_HD double least() const { return 0x1p-10 * between_bodies; }
+
+  /// Returns the separation of two primitives of one body, from the limits of both.
+  LAZYCCD_HD double within(float a, float b) const {
+    const double limit = a < b ? a : b;
+    return limit < least() ? least() : limit < between_bodies ? limit : between_bodies;
+  }
+
+  /// Returns the separation of a pair.
+  template <ContactKind kind>
+  LAZYCCD_HD double of(const MeshView& mesh, Candidate pair) const {
+    if (within_body == nullptr) return between_bodies;
+    const SelfLimits limits = self_limits<kind>(mesh, within_body, pair);
+    return within(limits.largest[0], limits.largest[1]);
+  }
+};
+
+}  // namespace lazyccd
