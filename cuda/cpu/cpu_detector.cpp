@@ -265,8 +265,11 @@ void CpuDetector::describe_near(Stats& stats) {
   if (!(options_.separation > 0)) return;
   std::size_t count = 0;
   near_distances_.resize(mesh_->body_count());
-  for (std::size_t body = 0; body < near_distances_.size(); ++body)
-    near_distances_[body] = std::min(options_.separation, mesh_->least_self_separation(body));
+  const Separations separation{options_.separation, mesh_->self_separation()};
+  for (std::size_t body = 0; body < near_distances_.size(); ++body) {
+    const float least = mesh_->least_self_separation(body);
+    near_distances_[body] = separation.within(least, least);
+  }
   for (const auto& worker : workers_) {
     const NearPairs& near = worker->near_pairs;
     count += near.of[0].size() + near.of[1].size();

@@ -36,10 +36,10 @@ class CpuDetector : public BackendDetector {
   /// Call when the mesh has other resting bodies, after discard_ahead().
   void update_resting();
   Span<const Contact> detect(const Positions& start, const Positions& end, Stats& stats) override;
-  /// Applies DetectorOptions::reduce_contacts, Topology::self_separation, Detector::leave_out() and
-  /// set_resting() to the contacts that another backend found with a separation, and returns the
-  /// rest. Records all of them for recheck_near_pairs(). `contacts` must be sorted. The result is
-  /// valid until the next call.
+  /// Applies DetectorOptions::reduce_contacts, Detector::leave_out() and set_resting() to the
+  /// contacts that another backend found with a separation, and returns the rest. Records all of
+  /// them for recheck_near_pairs(). `contacts` must be sorted. The result is valid until the next
+  /// call.
   Span<const Contact> reduce_contacts(Span<const Contact> contacts, const Positions& start,
                                       const Positions& end, Stats& stats);
   /// As Detector::can_recheck_any_motion().

@@ -52,11 +52,15 @@ void Hierarchy::find_node_info(ThreadPool& pool) {
   tree_.for_each_upward(pool, [&](std::size_t i) {
     if (nodes[i].leaf()) {
       const Group& group = groups_.groups()[nodes[i].group()];
-      node_info_[i] = {group.body, group.pinned != 0, mesh_->rests(group.body)};
+      node_info_[i] = {group.body, group.pinned != 0, mesh_->rests(group.body),
+                       mesh_->collide(group.body, group.body)
+                           ? group.least_self_separation
+                           : std::numeric_limits<float>::infinity()};
     } else {
       const NodeInfo &left = node_info_[nodes[i].left], &right = node_info_[nodes[i].right()];
       node_info_[i] = {left.body == right.body ? left.body : -1, left.pinned && right.pinned,
-                       left.rests && right.rests};
+                       left.rests && right.rests,
+                       std::min(left.least_self_separation, right.least_self_separation)};
     }
   });
 }

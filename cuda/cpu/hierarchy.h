@@ -1,6 +1,7 @@
 // The bounding volume hierarchy of a mesh in motion.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <memory>
@@ -52,14 +53,13 @@ class Hierarchy {
     const NodeInfo &a = node_info_[pair.a], &b = node_info_[pair.b];
     return !(a.pinned && b.pinned) && (a.body < 0 || b.body < 0 || mesh_->collide(a.body, b.body));
   }
-  /// Lower bound of the limit within a body (Mesh::least_self_separation()) for all pairs of
-  /// primitives of one body, one below each node. Infinite if there is no such pair.
-  double least_self_separation(NodePair pair) const {
-    const std::int32_t a = node_info_[pair.a].body, b = node_info_[pair.b].body;
-    if (a >= 0 && b >= 0)
-      return a == b ? mesh_->least_self_separation(static_cast<std::size_t>(a))
-                    : std::numeric_limits<double>::infinity();
-    return mesh_->least_self_separation();
+  /// Lower bound of the limits (Topology::self_separation) of all pairs of primitives of one body,
+  /// one below each node. Infinite if no such pair may collide.
+  float least_self_separation(NodePair pair) const {
+    const NodeInfo &a = node_info_[pair.a], &b = node_info_[pair.b];
+    if (a.body >= 0 && b.body >= 0 && a.body != b.body)
+      return std::numeric_limits<float>::infinity();
+    return std::min(a.least_self_separation, b.least_self_separation);
   }
   /// Whether all bodies below both nodes rest.
   bool both_rest(NodePair pair) const {
@@ -73,6 +73,8 @@ class Hierarchy {
     std::int32_t body;  // the body of all primitives; -1: several bodies
     bool pinned;        // whether all vertices are pinned
     bool rests;         // whether all bodies rest
+    // Of the vertices of all bodies that collide with themselves; infinite if there is none.
+    float least_self_separation;
   };
 
   void find_node_info(ThreadPool& pool);

@@ -66,11 +66,12 @@ bool CpuDetector::stays_near_motion(Stats& stats) {
   return is_known({0, 0});
 }
 
-// The near pairs hold what came within its separation. Other pairs cannot touch if they deviate by
-// less than that.
+// The near pairs are all that came within their separations. Any other pair cannot touch if it
+// deviates by less than its separation.
 bool CpuDetector::deviates_little(NodePair pair) const {
-  const double limit = std::min(options_.separation, hierarchy_.least_self_separation(pair)) *
-                       scale_ * (1 - 0x1p-20);
+  const float least = hierarchy_.least_self_separation(pair);
+  const Separations separation{options_.separation, mesh_->self_separation()};
+  const double limit = separation.within(least, least) * scale_ * (1 - 0x1p-20);
   // Outside of these bounds its square is not exact enough.
   return limit > 0x1p-400 && limit < 0x1p400 &&
          deviation_.difference_squared(pair) <= limit * limit;
@@ -93,7 +94,9 @@ void CpuDetector::search_again(Stats& stats) {
 // than the smallest distance of a near pair.
 bool CpuDetector::stay_apart() const {
   double min_distance = options_.separation;
-  for (const double of_body : near_distances_) min_distance = std::min(min_distance, of_body);
+  for (const auto& worker : workers_)
+    for (const double of_body : worker->near_pairs.min_distance)
+      min_distance = std::min(min_distance, of_body);
   double lo[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, hi[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
   // Scaled, so that squares of displacements do not underflow.
   min_distance *= scale_;

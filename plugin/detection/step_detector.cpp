@@ -264,7 +264,7 @@ void StepDetector::find_self_distances(Span<const Body> filters) {
     deviation_limits_[b] = rounding_slack * self_distances_[b];
 }
 
-// All pairs within the separation are found. But what counts is the thickness of the pair, which
+// All pairs within their separation are found. But what counts is the thickness of the pair, which
 // may be much smaller.
 Span<const double> StepDetector::found_distances() {
   found_distances_.resize(self_distances_.size());

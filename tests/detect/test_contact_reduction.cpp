@@ -95,7 +95,8 @@ double own_separation(const Contact& contact, const std::vector<float>& of_verte
   float limits[2] = {0, 0};
   for (int i = 0; i < 4; ++i)
     limits[i >= split] = std::max(limits[i >= split], of_vertex[contact.vertices[i]]);
-  return std::min(separation, static_cast<double>(std::min(limits[0], limits[1])));
+  const double limit = std::min(limits[0], limits[1]);
+  return std::min(separation, std::max(limit, 0x1p-10 * separation));
 }
 
 // The vertices whose weight in the contact is not about zero.
@@ -275,6 +276,19 @@ TEST_CASE("the near distance of a body is that of its nearest pair, or the separ
     }
     CHECK(distances[2] == beyond);
   }
+
+  // A limit bounds what is known of a body, unless the body does not collide with itself.
+  std::vector<float> self_separation(body.size(), static_cast<float>(0.5 * smallest[0]));
+  std::vector<Body> filters(3);
+  filters[1].self_collision = false;
+  topology.self_separation = self_separation;
+  topology.bodies = filters;
+  everything.set_topology(topology);
+  everything.detect(start, end);
+  const Span<const double> limited = everything.near_distances();
+  CHECK(limited[0] == static_cast<double>(self_separation[0]));
+  CHECK(limited[1] > limited[0]);
+  CHECK(limited[2] == limited[0]);
 }
 
 TEST_CASE("the separation of a pair of one body is at most that of its vertices") {
@@ -283,8 +297,8 @@ TEST_CASE("the separation of a pair of one body is at most that of its vertices"
   std::vector<std::int32_t> body(count, 1);
   std::fill_n(body.begin(), of_first, 0);
   std::vector<float> self_separation(count);
-  for (std::size_t v = 0; v < count; ++v)
-    self_separation[v] = 0.04f + 0.02f * static_cast<float>(v * 7 % 11);
+  const float limits[] = {0.04f, 0.06f, 0.08f, 0.1f, 0.12f, 0.2f, 0.5f, 0, 1e-4f, HUGE_VALF};
+  for (std::size_t v = 0; v < count; ++v) self_separation[v] = limits[v * 7 % std::size(limits)];
   Topology free = scene.topology();
   free.body_of_vertex = body;
   Topology limited = free;

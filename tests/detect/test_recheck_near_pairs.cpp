@@ -80,7 +80,7 @@ TEST_CASE(
   const int threads = GENERATE(1, 3);
   const auto strategy = GENERATE(Strategy::lazy_stealing, Strategy::thread_per_query);
   const auto front = GENERATE(FrontUse::off, FrontUse::on);
-  const double unit = GENERATE(sweep({1.0, 1e-170, 1e150}));
+  const double unit = GENERATE(sweep({1.0, 1e-170, 1e150, 1e-30, 1e30}));
   const double separation = 0.03 * unit;
   const bool within_body = GENERATE(false, true);
   MovingTriangles scene = layers(3, 8, 0.025);

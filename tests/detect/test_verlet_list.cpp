@@ -80,7 +80,7 @@ TEST_CASE("reused candidates give the same contacts in every history of motions"
   std::mt19937 random(3);
   const auto symmetric = [&] { return random() / 2147483648.0 - 1; };
   // Size of a step in units of the separation. All nodes move randomly, or one, or all in common.
-  constexpr double sizes[] = {0, 1e-12, 1e-6, 1e-3, 0.02, 0.05, 0.1, 0.24, 0.26, 1, 30};
+  constexpr double sizes[] = {0, 1e-12, 1e-6, 1e-3, 0.02, 0.05, 0.12, 0.13, 0.26, 1, 30};
   int listed = 0;
   for (int step = 0; step < 60; ++step) {
     scene.start = step % 13 == 12 ? rest.start : scene.end;
@@ -104,9 +104,12 @@ TEST_CASE("reused candidates give the same contacts in every history of motions"
 
 TEST_CASE("reused candidates give the same contacts in scenes of any size") {
   const double unit = GENERATE(1e-300, 1e-160, 1e-30, 1e30, 1e150);
+  const bool within_body = GENERATE(false, true);
   MovingTriangles scene = layers(2, 5, 0.02);
   Detector reusing(with_separation(0.022 * unit, 1)), fresh(with_separation(0.022 * unit, 1));
-  reusing.set_topology(scene.topology());
+  const SheetsAsBodies bodies(scene, 2, 0.022 * unit);
+  const Topology topology = within_body ? bodies.topology(scene) : scene.topology();
+  reusing.set_topology(topology);
   for (double& x : scene.end) x *= unit;
   std::mt19937 random(9);
   std::vector<double> motion;  // of each step
@@ -115,7 +118,7 @@ TEST_CASE("reused candidates give the same contacts in scenes of any size") {
   for (int step = 0; step < 12; ++step) {
     scene.start = scene.end;
     for (std::size_t i = 0; i < scene.end.size(); ++i) scene.end[i] += motion[i];
-    fresh.set_topology(scene.topology());
+    fresh.set_topology(topology);
     const Positions start = scene.at(scene.start), end = scene.at(scene.end);
     const Span<const Contact> found = reusing.detect(start, end);
     CHECK(found.size() > 100);

@@ -201,10 +201,11 @@ struct Truth {
   std::vector<Step> steps;
   long total = 0;
 
-  Truth(const Scene& scene, double separation) {
+  Truth(const Scene& scene, double separation, bool reduce_contacts = false) {
     DetectorOptions options;
     options.backend = Backend::cpu;
     options.separation = separation;
+    options.reduce_contacts = reduce_contacts;
     Detector cpu(options);
     cpu.set_topology(scene.topology());
     for (std::size_t f = 0; f + 1 < scene.frames.size(); ++f) {
@@ -440,7 +441,7 @@ int main(int argc, char** argv) {
     const double separation = thin_separation(scene);
     const Truth truth(scene, 0), thick(scene, separation);
     const Scene limited = with_self_separation(scene, separation);
-    const Truth thick_limited(limited, separation);
+    const Truth thick_limited(limited, separation), reduced(limited, separation, true);
     for (const Strategy strategy : kStrategies) {
       DetectorOptions options;
       options.algorithm.strategy = strategy;
@@ -461,6 +462,9 @@ int main(int argc, char** argv) {
       options.separation = separation;
       check(scene, thick, options, 1, called + ", with a separation");
       check(limited, thick_limited, options, 1, called + ", with separations within the bodies");
+      options.reduce_contacts = true;
+      check(limited, reduced, options, 1, called + ", with reduced contacts");
+      options.reduce_contacts = false;
       options.separation = 0;
       for (const int block : {32, 64, 128, 256}) {
         options.algorithm.tuning.block_size = block;

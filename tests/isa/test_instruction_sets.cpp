@@ -61,15 +61,21 @@ TEST_CASE("every instruction set finds the same contacts") {
     double separation;
     bool distinct;
     Arithmetic arithmetic;
+    double limit = 0;  // of the separation within each third of the vertices; 0: none
   } cases[] = {{triangles, 0, false, Arithmetic::single_first},
                {triangles, 0.002, false, Arithmetic::single_first},
                {triangles, 0.05, true, Arithmetic::single_first},
                {triangles, 0.05, true, Arithmetic::double_only},
                {cloths, 0.022, false, Arithmetic::single_first},
                {cloths, 0.022, true, Arithmetic::single_first},
-               {cloths, 0.022, true, Arithmetic::double_only}};
+               {cloths, 0.022, true, Arithmetic::double_only},
+               {cloths, 0.15, false, Arithmetic::single_first, 0.1},
+               {cloths, 0.15, true, Arithmetic::single_first, 0.1},
+               {cloths, 0.15, true, Arithmetic::double_only, 0.1},
+               {cloths, 1e40, false, Arithmetic::single_first, 1e-3}};
   for (const auto& c : cases) {
-    const Mesh mesh(c.scene.topology());
+    const SheetsAsBodies bodies(c.scene, 3, c.limit);
+    const Mesh mesh(c.limit > 0 ? bodies.topology(c.scene) : c.scene.topology());
     DetectorOptions options;
     options.threads = 1;
     options.separation = c.separation;
@@ -94,6 +100,7 @@ TEST_CASE("every instruction set finds the same contacts") {
 }
 
 TEST_CASE("pairs at about the separation are near in every arithmetic or in none") {
+  const bool within_body = GENERATE(false, true);
   constexpr double separation = 0.004, size = 4, room = 20;
   // Pairs of triangles, one above the other. Their distance is the separation, but for some
   // rounding errors of single precision.
@@ -116,7 +123,10 @@ TEST_CASE("pairs at about the separation are near in every arithmetic or in none
     }
   }
   scene.end = scene.start;
-  const Mesh mesh(scene.topology());
+  const std::vector<float> self_separation(scene.start.size() / 3, static_cast<float>(separation));
+  Topology topology = scene.topology();
+  if (within_body) topology.self_separation = self_separation;
+  const Mesh mesh(topology);
   std::vector<Contact> expected;
   for (const Arithmetic arithmetic : {Arithmetic::double_only, Arithmetic::single_first}) {
     for (const char* name : {"plain", "baseline", "avx2", "avx512"}) {
@@ -125,7 +135,7 @@ TEST_CASE("pairs at about the separation are near in every arithmetic or in none
       INFO(name << (arithmetic == Arithmetic::double_only ? ", double" : ", single first"));
       DetectorOptions options;
       options.threads = 1;
-      options.separation = separation;
+      options.separation = within_body ? 3 * separation : separation;
       options.algorithm.arithmetic = arithmetic;
       CpuDetector detector(options, *kernels);
       detector.set_mesh(mesh);

@@ -38,8 +38,9 @@ struct Group {
   std::int32_t pinned;    // nonzero if none of its vertices moves freely
   std::int32_t first[3];  // first block of its vertices, edges, faces
   std::int32_t count[3];  // number of its vertices, edges, faces
-  // The largest Topology::self_separation of the vertices of its primitives.
-  float self_separation;
+  // The largest and the smallest Topology::self_separation of the vertices of its cells; 0 and
+  // infinite without it.
+  float self_separation, least_self_separation;
 
   LAZYCCD_HD int blocks(int kind) const { return (count[kind] + kBlockLanes - 1) / kBlockLanes; }
 };

@@ -57,7 +57,8 @@ LAZYCCD_HD inline std::int32_t select_branchless(bool yes, std::int32_t a, std::
 }
 
 /// Whether another pair represents this one. `on` is on_border() of the pair. The pair must be
-/// nearer than the separation by more than border_width(), and first.of must not be null.
+/// nearer than the separation of any pair that may represent it, by more than border_width().
+/// first.of must not be null.
 template <ContactKind kind>
 LAZYCCD_HD inline bool is_redundant_pair(const MeshView& mesh, const FirstFaces& first,
                                          Candidate pair, int on) {

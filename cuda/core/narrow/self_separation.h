@@ -6,13 +6,14 @@
 
 namespace lazyccd {
 
-/// The limits of the two primitives of a pair, from those of their vertices; unscaled. Infinite if
-/// they belong to two bodies.
+/// The largest and the smallest Topology::self_separation of the vertices of primitive a, then of
+/// primitive b; unscaled.
 struct SelfLimits {
   float largest[2], smallest[2];
 };
 
-/// `of_vertex` must not be null.
+/// Returns the limits of a pair; infinite if its primitives belong to two bodies. `of_vertex`: by
+/// vertex, not null.
 template <ContactKind kind>
 LAZYCCD_HD inline SelfLimits self_limits(const MeshView& mesh, const float* of_vertex,
                                          Candidate pair) {
@@ -37,6 +38,13 @@ struct Separations {
 
   /// No pair has less than this, because the search for a much smaller distance takes many steps.
   LAZYCCD_HD double least() const { return 0x1p-10 * between_bodies; }
+
+  /// Returns by how much `separation` is smaller than that between bodies: times `scale`, a power
+  /// of two, and rounded down.
+  LAZYCCD_HD float saving(double separation, double scale) const {
+    const double less = (between_bodies - separation) * scale;
+    return static_cast<float>(less < 0x1p100 ? less : 0x1p100) * (1 - 0x1p-20f);
+  }
 
   /// Returns the separation of two primitives of one body, from the limits of both.
   LAZYCCD_HD double within(float a, float b) const {

@@ -78,7 +78,12 @@ void Groups::count_primitives(const Mesh& mesh, const std::vector<VertexRecord>&
                 counts[kEdges] += owned_[i].edges >> k & 1;
               }
             }
-            groups_[g] = {segment.body, 1, {}, {counts[0], counts[1], counts[2]}, 0};
+            groups_[g] = {segment.body,
+                          1,
+                          {},
+                          {counts[0], counts[1], counts[2]},
+                          0,
+                          std::numeric_limits<float>::infinity()};
             codes_[g] = box.centre_code(order_.frame());
             if (!worlds_.empty()) worlds_[g] = world_of_body[segment.body];
           }
@@ -131,8 +136,10 @@ void Groups::fill_group(const Mesh& mesh, const CellSegment& segment, std::size_
     // What a group owns has no other vertices than its cells have.
     for (int k = 0; k < cell.vertices; ++k) {
       if (!mesh.pinned(cell.vertex[k])) group.pinned = 0;
-      if (self_separation != nullptr)
-        group.self_separation = std::max(group.self_separation, self_separation[cell.vertex[k]]);
+      if (self_separation == nullptr) continue;
+      const float limit = self_separation[cell.vertex[k]];
+      group.self_separation = std::max(group.self_separation, limit);
+      group.least_self_separation = std::min(group.least_self_separation, limit);
     }
   }
 }

@@ -18,7 +18,8 @@ namespace {
 constexpr int kPacks = kBlockLanes / FloatLanes::lanes;  // packs in a row of a block
 constexpr int kMaxBlocks = 3;  // of one kind in a group: up to 48 edges or vertices
 
-// Returns a lower side that is moved inward by at most `distance`, rounded outward.
+// Returns a lower side that is moved inward by at most `distance`, rounded outward. Both must be
+// finite.
 LAZYCCD_INLINE float inward(float lower, float distance) {
   if (!(distance > 0)) return lower;
   const float size = lower < 0 ? -lower : lower;
@@ -30,9 +31,9 @@ LAZYCCD_INLINE float inward(float lower, float distance) {
 LAZYCCD_INLINE float spare_overlap(const LeafScene& scene, const Group& a, const Group& b) {
   const Separations& separation = scene.separation;
   if (separation.within_body == nullptr || a.body != b.body) return 0;
-  const double less =
-      separation.between_bodies - separation.within(a.self_separation, b.self_separation);
-  return static_cast<float>(less * scene.scale) * (1 - 0x1p-20f);
+  // The sides of the boxes may be the largest numbers: they must not be moved then.
+  if (!(separation.between_bodies * scene.scale < 0x1p100)) return 0;
+  return separation.saving(separation.within(a.self_separation, b.self_separation), scene.scale);
 }
 
 // One box, in all lanes, to be tested against blocks. It is smaller by `smaller` on each side.

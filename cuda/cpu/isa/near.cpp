@@ -63,12 +63,6 @@ struct Limits {
   static LAZYCCD_INLINE Limits of(const LeafScene& scene, const Candidate* c) {
     const FloatLanes between(static_cast<float>(scene.scale * scene.separation.between_bodies));
     if (scene.separation.within_body == nullptr) return Limits(scene, between, between);
-    if (!(scene.scale > 0x1p-120 && scene.scale < 0x1p120)) {  // scaled limits could overflow
-      Limits limits(scene, between, between);
-      limits.within = limits.within_for_all = FloatLanes(0.0f);
-      return limits;
-    }
-    const FloatLanes scale(static_cast<float>(scene.scale));
     alignas(64) float largest[2][FloatLanes::lanes], smallest[2][FloatLanes::lanes];
     for (int i = 0; i < FloatLanes::lanes; ++i) {
       const SelfLimits limits = self_limits<kind>(scene.mesh, scene.separation.within_body, c[i]);
@@ -76,6 +70,16 @@ struct Limits {
         largest[k][i] = limits.largest[k];
         smallest[k][i] = limits.smallest[k];
       }
+    }
+    const bool fits = scene.scale > 0x1p-120 && scene.scale < 0x1p120;
+    const FloatLanes scale(fits ? static_cast<float>(scene.scale) : 1.0f);
+    if (!fits) {
+      for (auto* const limits : {&largest, &smallest})
+        for (auto& of_primitives : *limits)
+          for (float& limit : of_primitives) {
+            const double scaled = scene.scale * limit;
+            limit = static_cast<float>(scaled < 0x1p120 ? scaled : 0x1p120);
+          }
     }
     const FloatLanes least(static_cast<float>(scene.scale * scene.separation.least()));
     const auto within = [&](const float(&limits)[2][FloatLanes::lanes]) {

@@ -83,7 +83,9 @@ struct Approach {
 /// A candidate of a Verlet list, which outlives the step (cpu/verlet/verlet_list.h).
 struct ListedCandidate {
   Candidate pair;
-  float min_distance;    // lower bound of the distance at the start of the step of the list, scaled
+  // Lower bound of the distance at the start of the step of the list, plus by how much its
+  // separation is smaller than that between bodies; scaled.
+  float min_distance;
   std::uint32_t groups;  // index into ListedPairs::pairs
 };
 

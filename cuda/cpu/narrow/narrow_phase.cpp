@@ -195,8 +195,7 @@ void NarrowPhase::list_near() {
   const float limit = list_->listing_distance();
   const Separations& separation = scene_.separation;
   const auto add = [&](Candidate pair, float min_distance) {
-    const double less = separation.between_bodies - separation.of<kind>(scene_.mesh, pair);
-    min_distance += static_cast<float>(less * scene_.scale) * (1 - 0x1p-20f);
+    min_distance += separation.saving(separation.of<kind>(scene_.mesh, pair), scene_.scale);
     if (min_distance <= limit) listed_->add(kind, pair, min_distance, *list_);
   };
   for (int i = 0; i < split_.near_count; ++i) add(split_.near[i], 0);

@@ -185,9 +185,7 @@ void Mesh::take_self_separation(Span<const float> of_vertex) {
   for (std::size_t v = 0; v < of_vertex.size(); ++v) {
     const std::int32_t body = body_of_vertex_[v];
     float& least = least_self_separation_[body];
-    if (!bodies_[body].self_collision) continue;
-    least = std::min(least, of_vertex[v]);
-    least_of_all_bodies_ = std::min<double>(least_of_all_bodies_, least);
+    if (bodies_[body].self_collision) least = std::min(least, of_vertex[v]);
   }
 }
 

@@ -91,12 +91,10 @@ class Mesh {
   }
   /// The smallest of a body's self_separation(); infinite without a limit, or if it does not
   /// collide with itself.
-  double least_self_separation(std::size_t body) const {
-    return least_self_separation_.empty() ? std::numeric_limits<double>::infinity()
-                                          : static_cast<double>(least_self_separation_[body]);
+  float least_self_separation(std::size_t body) const {
+    return least_self_separation_.empty() ? std::numeric_limits<float>::infinity()
+                                          : least_self_separation_[body];
   }
-  /// The smallest of all bodies.
-  double least_self_separation() const { return least_of_all_bodies_; }
 
   const std::vector<Body>& bodies() const { return bodies_; }
   /// The disabled pairs of bodies, as smaller index << 32 | larger index, unordered.
@@ -145,7 +143,6 @@ class Mesh {
   std::vector<char> pinned_;                  // by vertex; empty if no vertex is pinned
   std::vector<float> self_separation_;        // by vertex, or empty
   std::vector<float> least_self_separation_;  // by body, or empty
-  double least_of_all_bodies_ = std::numeric_limits<double>::infinity();
   std::vector<char> edges_left_out_, vertices_left_out_;
   std::vector<char> resting_;  // by body; empty if none rests
   std::unordered_set<std::uint64_t> disabled_;

@@ -81,9 +81,10 @@ std::size_t VerletList::size() const {
 }
 
 // Returns the largest distance, when the list was built, of a candidate that can come within the
-// separation after a relative motion of `relative_motion`. All values are scaled. Two points of two
-// primitives move relative to each other by no more than their vertices do. The elementary test is
-// conservative and may count distances slightly above the separation, so a margin is added.
+// separation between bodies after a relative motion of `relative_motion`. All values are scaled.
+// Two points of two primitives move relative to each other by no more than their vertices do. The
+// elementary test is conservative and may count distances slightly above the separation, so a
+// margin is added.
 float VerletList::distance_limit(double relative_motion) const {
   // Margins relative to the separation, and to the size of the scene (scaled:
   // core/narrow/elementary.h).

@@ -43,7 +43,8 @@ struct DetectorOptions {
   /// A contact is where the distance falls to this value, or is below it at the start (then the
   /// time of impact is 0). Decided in double precision: never a miss and never late. A distance
   /// that rounding cannot tell from the separation counts as a contact. Keep it below the shortest
-  /// edge; otherwise neighbours in one mesh are always in contact.
+  /// edge, or set Topology::self_separation. Otherwise neighbours in one mesh are always in
+  /// contact.
   double separation = 0;
 
   /// Report one contact if several pairs share the same closest points. A vertex above a vertex
@@ -131,8 +132,9 @@ class LAZYCCD_API Detector {
   void detect_ahead(const Positions& start, const Positions& end, double tolerance);
 
   /// By body: a lower bound of the distance of its primitives from all others at the start of the
-  /// last detect(), in the unit of the positions; at most the separation, and the smallest limit of
-  /// its vertices if it collides with itself (Topology::self_separation). Pairs that are pinned,
+  /// last detect(), in the unit of the positions. It is at most the separation. For a body that
+  /// collides with itself, it is at most the separation of a pair with the smallest
+  /// Topology::self_separation of its vertices. Pairs that are pinned,
   /// cannot collide, rest or are left out do not count. Needs a separation. Valid until the next
   /// detect().
   Span<const double> near_distances() const;
@@ -140,9 +142,10 @@ class LAZYCCD_API Detector {
   /// Tests the pairs that the last detect() found within the separation h again, for another motion
   /// with the same start. Returns the pairs that touch, sorted; valid until the next call. Complete
   /// if can_recheck_any_motion(), or if at all times the deviations of any two vertices from the
-  /// motion of that detect() add up to less than h. Within a body, h is the smallest limit of its
-  /// vertices (Topology::self_separation). Runs on the CPU with every backend. Throws Error after
-  /// detect_ahead() has started, because that reuses the list of pairs, and after set_resting().
+  /// motion of that detect() add up to less than h. Within a body, h is that of a pair with
+  /// the smallest Topology::self_separation of its vertices. Runs on the CPU with every backend.
+  /// Throws Error after detect_ahead() has started, because that reuses the list of pairs, and
+  /// after set_resting().
   Span<const Contact> recheck_near_pairs(const Positions& start, const Positions& end);
   /// Whether recheck_near_pairs() is complete for any motion: it searches again where vertices
   /// deviate by more than h. So it is after a detect() of the CPU with Volume::box, unless

@@ -52,9 +52,10 @@ struct Topology {
   Span<const float> inverse_mass;
 
   /// Limit of the separation within one body, per vertex, >= 0, in the unit of the positions.
-  /// Empty: no limit. The separation of two primitives a and b of one body is at most min(max over
-  /// a's vertices, max over b's vertices), and at least 2^-10 of DetectorOptions::separation. Keeps
-  /// neighbours in a mesh from being in contact all the time, and saves the search for them.
+  /// Empty: no limit. The separation of two primitives a and b of one body is
+  /// min(DetectorOptions::separation, max over a's vertices, max over b's vertices), but not below
+  /// 2^-10 of DetectorOptions::separation. Keeps neighbours in a mesh from being in contact all the
+  /// time, and saves the search for them.
   Span<const float> self_separation;
 
   /// World and collision filter of each body. Empty: default filters for all bodies in

@@ -39,7 +39,7 @@ struct Stats {
   std::int64_t overflows = 0;  ///< number of times that a full buffer was grown or worked around
   /// GPU: parts in which the pairs of groups were tested because memory was short; 0: all at once.
   std::int64_t parts = 0;
-  /// With a separation: pairs within it during the step, reported or not.
+  /// With a separation: pairs that come within their separation in the step, reported or not.
   std::int64_t near_pairs = 0;
   std::int64_t contacts_vf = 0, contacts_ee = 0;
   bool rebuilt = false;       ///< the hierarchy was rebuilt in this step

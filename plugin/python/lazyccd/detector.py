@@ -29,7 +29,9 @@ class Detector:
         vertex_count: number of vertices. Default: the least that the arrays need.
         body_of_vertex: integers, shape (n,): index of the body of each vertex. Default: one body.
         inverse_mass: shape (n,), 1/kg; 0: pinned. Pairs of four pinned vertices are not reported.
-        self_separation: shape (n,), unit of the positions: limit of the separation within one body.
+        self_separation: shape (n,), unit of the positions: limit of the separation within one body. That of two
+            primitives is min(separation, max over one's vertices, max over the other's), but not below 2**-10
+            of the separation. Default: no limit.
         bodies: filters of the bodies, from `lazyccd.bodies`. Default: all collide.
         disabled_pairs: integers, shape (p, 2): pairs of bodies that do not collide.
         backend: ``auto`` (the faster one, by measured times, if the package was built with CUDA and a device
