@@ -28,6 +28,7 @@
 #include <vector>
 
 #include "bodies/conjugate_residual.h"
+#include "bodies/contact_penalties.h"
 #include "bodies/equation_islands.h"
 #include "lazyccd/bullet/precision.h"
 #include "lazyccd/bullet/report.h"
@@ -77,8 +78,13 @@ class ExpectedContacts {
   /// Adds the impulses at the velocities of before to the right hand side.
   void add_right_hand_side(std::size_t island, const VectorStack& velocity,
                            VectorStack& right_hand_side) const;
+  /// Prepares multiply() for the contacts that were not dropped.
+  void set_up_penalties(std::size_t island);
   /// Adds the penalties times x to b.
-  void multiply(std::size_t island, const VectorStack& x, VectorStack& b) const;
+  void multiply(std::size_t island, const VectorStack& x, VectorStack& b,
+                const ParallelFor& parallel_for) {
+    penalties_[island].multiply(x, b, parallel_for);
+  }
   /// Finds the impulses for velocity changes `dv`. Drops contacts that would pull, and those whose
   /// points would leave each other. Then the equation must be solved again. Returns whether there
   /// were any.
@@ -134,6 +140,7 @@ class ExpectedContacts {
   std::vector<Taken> taken_;
   std::vector<Selected> selected_;
   std::vector<Range> by_island_;                   // contacts that were not dropped
+  std::vector<ContactPenalties> penalties_;        // by island; perhaps more, with their memory
   std::vector<Pair> met_;                          // sorted by select()
   std::mutex mutex_;                               // for meet()
   std::vector<const btSoftBody::Node*> anchored_;  // sorted

@@ -92,11 +92,12 @@ void MomentumEquation::solve_island(const EquationIsland& island, std::size_t in
     if (round == max_rounds) contacts.drop_all(index);
     for (const int i : island.unknowns) right_hand_side_[i] = plain_right_hand_side_[i];
     contacts.add_right_hand_side(index, velocity_, right_hand_side_);
+    contacts.set_up_penalties(index);
     conjugate_residual_.solve(
         island.unknowns,
         [&](const VectorStack& x, VectorStack& b) {
           multiply(island, x, b, parallel_for);
-          contacts.multiply(index, x, b);
+          contacts.multiply(index, x, b, parallel_for);
         },
         preconditioner_, right_hand_side_, solution_, max_iterations, tolerance, parallel_for);
     if (!contacts.drop_unlikely(index, velocity_, solution_)) break;
