@@ -71,10 +71,10 @@ bool CpuDetector::stays_near_motion(Stats& stats) {
 bool CpuDetector::deviates_little(NodePair pair) const {
   const float least = hierarchy_.least_self_separation(pair);
   const Separations separation{options_.separation, mesh_->self_separation()};
-  const double limit = separation.within(least, least) * scale_ * (1 - 0x1p-20);
-  // Outside of these bounds its square is not exact enough.
-  return limit > 0x1p-400 && limit < 0x1p400 &&
-         deviation_.difference_squared(pair) <= limit * limit;
+  // A square outside of the bounds is not exact enough. The upper bound makes the limit smaller and
+  // does not refuse it: a leaf must not have a smaller limit than the nodes above it.
+  const double limit = std::min(separation.within(least, least) * scale_ * (1 - 0x1p-20), 0x1p399);
+  return limit > 0x1p-400 && deviation_.difference_squared(pair) <= limit * limit;
 }
 
 // Finds the candidates of the pairs of nodes that deviate too much for the near pairs.

@@ -1,4 +1,5 @@
-// The penalties of expected contacts on the speeds of their points, as a sparse matrix.
+// The penalties of expected contacts on the speeds of their points, as a sparse matrix that several
+// threads multiply.
 #pragma once
 
 #include <array>
@@ -27,11 +28,18 @@ class ContactPenalties {
         speed += weights[k] * x[nodes[k]].dot(normal);
       return penalty * speed * normal;
     }
+    void add(const btVector3& impulse, VectorStack& b) const {
+      for (std::size_t k = 0; k < static_cast<std::size_t>(count); ++k)
+        b[nodes[k]] += weights[k] * impulse;
+    }
   };
 
   void clear() {
-    rows_.clear();
+    for (const int node : nodes_) place_of_node_[static_cast<std::size_t>(node)] = none;
+    nodes_.clear();
+    end_.clear();
     entries_.clear();
+    rows_.clear();
   }
   void add(const Row& row) { rows_.push_back(row); }
 
@@ -42,28 +50,26 @@ class ContactPenalties {
     impulses_.resize(rows_.size());
     for_ranges(parallel_for, rows_.size(), grain, [&](std::size_t first, std::size_t last) {
       if (first == 0 && last == rows_.size()) {
-        for (const Row& row : rows_) {
-          const btVector3 impulse = row.impulse(x);
-          for (std::size_t k = 0; k < static_cast<std::size_t>(row.count); ++k)
-            b[row.nodes[k]] += row.weights[k] * impulse;
-        }
+        for (const Row& row : rows_) row.add(row.impulse(x), b);
         is_done = true;
         return;
       }
       for (std::size_t i = first; i < last; ++i) impulses_[i] = rows_[i].impulse(x);
     });
-    if (is_done || rows_.empty()) return;
-    if (entries_.empty()) sort_by_node();
-    for_ranges(parallel_for, end_.size(), grain, [&](std::size_t first, std::size_t last) {
-      for (std::size_t node = first; node < last; ++node)
-        for (std::size_t i = node == 0 ? 0 : end_[node - 1]; i < end_[node]; ++i)
-          b[static_cast<int>(node)] += entries_[i].weight * impulses_[entries_[i].row];
+    if (is_done) return;
+    if (nodes_.empty()) sort_by_node();
+    for_ranges(parallel_for, nodes_.size(), grain, [&](std::size_t first, std::size_t last) {
+      for (std::size_t place = first; place < last; ++place) {
+        btVector3& sum = b[nodes_[place]];
+        for (std::size_t i = place == 0 ? 0 : end_[place - 1]; i < end_[place]; ++i)
+          sum += entries_[i].weight * impulses_[entries_[i].row];
+      }
     });
   }
 
  private:
-  // Nodes or rows in one range.
-  static constexpr std::size_t grain = 512;
+  static constexpr std::size_t grain = 512;  // nodes or rows in one range
+  static constexpr int none = -1;
   // A node of a row.
   struct Entry {
     std::size_t row;
@@ -75,29 +81,43 @@ class ContactPenalties {
   void for_each_entry(const Visit& visit) const {
     for (std::size_t i = 0; i < rows_.size(); ++i)
       for (std::size_t k = 0; k < static_cast<std::size_t>(rows_[i].count); ++k)
-        visit(static_cast<std::size_t>(rows_[i].nodes[k]), Entry{i, rows_[i].weights[k]});
+        visit(rows_[i].nodes[k], Entry{i, rows_[i].weights[k]});
   }
 
   // A counting sort, which keeps the order of the rows.
   void sort_by_node() {
-    end_.clear();
-    std::size_t count = 0;
-    for_each_entry([&](std::size_t node, const Entry&) {
-      if (node + 2 > end_.size()) end_.resize(node + 2, 0);
-      ++end_[node + 1];
-      ++count;
-    });
-    for (std::size_t i = 1; i < end_.size(); ++i) end_[i] += end_[i - 1];
-    entries_.resize(count);
-    // end_[node] is where the entries of the node begin. Each entry moves it on, to their end.
-    for_each_entry([&](std::size_t node, const Entry& entry) { entries_[end_[node]++] = entry; });
-    end_.pop_back();
+    for_each_entry([&](int node, const Entry&) { ++end_[place_of(node)]; });
+    std::size_t sum = 0;
+    for (std::size_t& end : end_) {
+      const std::size_t count = end;
+      end = sum;
+      sum += count;
+    }
+    entries_.resize(sum);
+    // end_ is where the entries of a node begin. Each entry moves it on, to their end.
+    for_each_entry([&](int node, const Entry& entry) { entries_[end_[place_of(node)]++] = entry; });
+  }
+
+  // The place of a node in nodes_. Appends the node if it is new.
+  std::size_t place_of(int node) {
+    const auto index = static_cast<std::size_t>(node);
+    if (index >= place_of_node_.size()) place_of_node_.resize(index + 1, none);
+    int& place = place_of_node_[index];
+    if (place == none) {
+      place = static_cast<int>(nodes_.size());
+      nodes_.push_back(node);
+      end_.push_back(0);
+    }
+    return static_cast<std::size_t>(place);
   }
 
   std::vector<Row> rows_;
   std::vector<btVector3> impulses_;  // by row
-  std::vector<Entry> entries_;       // sorted by node, then by row; empty until it is needed
-  std::vector<std::size_t> end_;     // by node: the end of its entries
+  // Found when several threads first multiply.
+  std::vector<int> nodes_;          // those of the rows
+  std::vector<int> place_of_node_;  // by node: place in nodes_, or none
+  std::vector<Entry> entries_;      // by place, then by row
+  std::vector<std::size_t> end_;    // by place: the end of its entries
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -197,7 +197,6 @@ void ExpectedContacts::divide(const std::vector<EquationIsland>& islands) {
   std::stable_sort(selected_.begin(), selected_.end(),
                    [&](const Selected& a, const Selected& b) { return of(a) < of(b); });
   by_island_.assign(islands.size(), {0, 0});
-  penalties_.resize(std::max(penalties_.size(), islands.size()));
   std::size_t next = 0;
   for (std::size_t i = 0; i < islands.size(); ++i) {
     by_island_[i].first = next;
@@ -241,8 +240,15 @@ void ExpectedContacts::add_right_hand_side(std::size_t island, const VectorStack
   }
 }
 
-void ExpectedContacts::set_up_penalties(std::size_t island) {
-  ContactPenalties& penalties = penalties_[island];
+void ExpectedContacts::multiply(std::size_t island, const VectorStack& x, VectorStack& b) const {
+  for (const Selected& contact : of_island(island)) {
+    const btVector3 impulse = contact.penalty * speed_of(contact, x) * contact.normal;
+    for (std::size_t k = 0; k < static_cast<std::size_t>(contact.count); ++k)
+      b[contact.nodes[k]] += contact.weights[k] * impulse;
+  }
+}
+
+void ExpectedContacts::copy_penalties(std::size_t island, ContactPenalties& penalties) const {
   penalties.clear();
   for (const Selected& contact : of_island(island))
     penalties.add({contact.nodes, contact.weights, contact.count, contact.penalty, contact.normal});

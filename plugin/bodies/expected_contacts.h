@@ -78,13 +78,10 @@ class ExpectedContacts {
   /// Adds the impulses at the velocities of before to the right hand side.
   void add_right_hand_side(std::size_t island, const VectorStack& velocity,
                            VectorStack& right_hand_side) const;
-  /// Prepares multiply() for the contacts that were not dropped.
-  void set_up_penalties(std::size_t island);
-  /// Adds the penalties times x to b.
-  void multiply(std::size_t island, const VectorStack& x, VectorStack& b,
-                const ParallelFor& parallel_for) {
-    penalties_[island].multiply(x, b, parallel_for);
-  }
+  /// Adds the penalties times x to b, on the calling thread alone.
+  void multiply(std::size_t island, const VectorStack& x, VectorStack& b) const;
+  /// Copies what multiply() uses, for several threads.
+  void copy_penalties(std::size_t island, ContactPenalties& penalties) const;
   /// Finds the impulses for velocity changes `dv`. Drops contacts that would pull, and those whose
   /// points would leave each other. Then the equation must be solved again. Returns whether there
   /// were any.
@@ -140,7 +137,6 @@ class ExpectedContacts {
   std::vector<Taken> taken_;
   std::vector<Selected> selected_;
   std::vector<Range> by_island_;                   // contacts that were not dropped
-  std::vector<ContactPenalties> penalties_;        // by island; perhaps more, with their memory
   std::vector<Pair> met_;                          // sorted by select()
   std::mutex mutex_;                               // for meet()
   std::vector<const btSoftBody::Node*> anchored_;  // sorted

@@ -70,7 +70,7 @@ void MomentumEquation::solve_with(ExpectedContacts& contacts, int max_iterations
   std::size_t small_nodes = 0;
   for (std::size_t i = 0; i < islands.size(); ++i) {
     if (islands.size() == 1 || islands[i].node_count >= min_parallel_nodes) {
-      solve_island(islands[i], i, contacts, max_iterations, tolerance, on_all);
+      solve_island(islands[i], i, contacts, max_iterations, tolerance, on_all, &penalties_);
     } else {
       small.push_back(i);
       small_nodes += islands[i].node_count;
@@ -80,24 +80,29 @@ void MomentumEquation::solve_with(ExpectedContacts& contacts, int max_iterations
              [&](std::size_t first, std::size_t last) {
                for (std::size_t k = first; k < last; ++k)
                  solve_island(islands[small[k]], small[k], contacts, max_iterations, tolerance,
-                              on_one_thread);
+                              on_one_thread, nullptr);
              });
   contacts.remove_impulses(solution_);
 }
 
 void MomentumEquation::solve_island(const EquationIsland& island, std::size_t index,
                                     ExpectedContacts& contacts, int max_iterations,
-                                    btScalar tolerance, const ParallelFor& parallel_for) {
+                                    btScalar tolerance, const ParallelFor& parallel_for,
+                                    ContactPenalties* penalties) {
   for (int round = 0;; ++round) {
     if (round == max_rounds) contacts.drop_all(index);
     for (const int i : island.unknowns) right_hand_side_[i] = plain_right_hand_side_[i];
     contacts.add_right_hand_side(index, velocity_, right_hand_side_);
-    contacts.set_up_penalties(index);
+    if (penalties != nullptr) contacts.copy_penalties(index, *penalties);
     conjugate_residual_.solve(
         island.unknowns,
         [&](const VectorStack& x, VectorStack& b) {
           multiply(island, x, b, parallel_for);
-          contacts.multiply(index, x, b, parallel_for);
+          if (penalties != nullptr) {
+            penalties->multiply(x, b, parallel_for);
+          } else {
+            contacts.multiply(index, x, b);
+          }
         },
         preconditioner_, right_hand_side_, solution_, max_iterations, tolerance, parallel_for);
     if (!contacts.drop_unlikely(index, velocity_, solution_)) break;

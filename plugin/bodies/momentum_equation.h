@@ -44,9 +44,11 @@ class MomentumEquation {
   void add_right_hand_side(btScalar dt, VectorStack& residual) const;
   void find_preconditioner();
   void solve_with(ExpectedContacts& contacts, int max_iterations, btScalar tolerance);
-  // Solves for an island. `index`: its number in `contacts`.
+  // Solves for an island. `index`: its number in `contacts`. `penalties`: memory for them, if
+  // several threads work on the island; null: one thread does.
   void solve_island(const EquationIsland& island, std::size_t index, ExpectedContacts& contacts,
-                    int max_iterations, btScalar tolerance, const ParallelFor& parallel_for);
+                    int max_iterations, btScalar tolerance, const ParallelFor& parallel_for,
+                    ContactPenalties* penalties);
   std::vector<EquationIsland> find_islands(const ExpectedContacts& contacts) const;
   // Computes b = A x for the unknowns of an island.
   void multiply(const EquationIsland& island, const VectorStack& x, VectorStack& b,
@@ -72,6 +74,7 @@ class MomentumEquation {
   VectorStack velocity_, preconditioner_, right_hand_side_, solution_;
   VectorStack plain_right_hand_side_;  // without contacts
   ConjugateResidual conjugate_residual_;
+  ContactPenalties penalties_;  // of the island that all threads solve
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -127,6 +127,23 @@ TEST_CASE(
   CHECK(touching > 100);
 }
 
+TEST_CASE("a re-check finds the contacts between bodies with any separation") {
+  // Squares of the largest ones are not finite. Bodies have limits for themselves.
+  const double separation = GENERATE(0.03, 1e20, 1e118, 1e120, 1e121, 1e200);
+  MovingTriangles scene = layers(2, 5, 0.025);
+  const SheetsAsBodies bodies(scene, 2, 0.01);
+  Detector near_detector(with_separation(separation)), touch_detector(with_separation(0));
+  near_detector.set_topology(bodies.topology(scene));
+  touch_detector.set_topology(bodies.topology(scene));
+  near_detector.detect(scene.at(scene.start), scene.at(scene.end));
+  for (std::size_t i = scene.end.size() / 2; i < scene.end.size(); ++i)
+    if (i % 3 == 1) scene.end[i] -= 0.05;
+  const auto touching = touch_detector.detect(scene.at(scene.start), scene.at(scene.end));
+  CHECK(touching.size() > 20);
+  CHECK(same_contacts(near_detector.recheck_near_pairs(scene.at(scene.start), scene.at(scene.end)),
+                      touching));
+}
+
 TEST_CASE("a re-check of the same motion finds its contacts at any scale") {
   const double unit = GENERATE(1.0, 1e-158, 1e-170, 1e-300, 1e150);
   CAPTURE(unit);

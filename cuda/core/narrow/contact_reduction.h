@@ -2,7 +2,7 @@
 // nearby primitives lie on an edge or a vertex, every face and edge that meets there makes such a
 // pair: eight for a vertex and an edge, some fifty for two vertices. One pair represents them all:
 // that of a vertex and the first face at the opposite edge or vertex, if that pair is certainly
-// within the separation too.
+// within its separation too.
 #pragma once
 
 #include "core/narrow/contact_math.h"

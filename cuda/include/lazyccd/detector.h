@@ -134,9 +134,8 @@ class LAZYCCD_API Detector {
   /// By body: a lower bound of the distance of its primitives from all others at the start of the
   /// last detect(), in the unit of the positions. It is at most the separation. For a body that
   /// collides with itself, it is at most the separation of a pair with the smallest
-  /// Topology::self_separation of its vertices. Pairs that are pinned,
-  /// cannot collide, rest or are left out do not count. Needs a separation. Valid until the next
-  /// detect().
+  /// Topology::self_separation of its vertices. Pairs that are pinned, cannot collide, rest or are
+  /// left out do not count. Needs a separation. Valid until the next detect().
   Span<const double> near_distances() const;
 
   /// Tests the pairs that the last detect() found within the separation h again, for another motion
