@@ -2,6 +2,9 @@
 // bodies (Topology::self_separation).
 #pragma once
 
+#include <cmath>
+#include <cstdint>
+
 #include "core/narrow/contact_math.h"
 
 namespace lazyccd {
