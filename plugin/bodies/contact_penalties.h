@@ -15,6 +15,9 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 
 class ContactPenalties {
  public:
+  /// With fewer contacts, several threads take longer than one.
+  static constexpr std::size_t min_rows = 4096;
+
   struct Row {
     std::array<int, 4> nodes;  // index in the equation
     std::array<btScalar, 4> weights;

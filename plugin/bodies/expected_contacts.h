@@ -78,6 +78,8 @@ class ExpectedContacts {
   /// Adds the impulses at the velocities of before to the right hand side.
   void add_right_hand_side(std::size_t island, const VectorStack& velocity,
                            VectorStack& right_hand_side) const;
+  /// Number of contacts that were not dropped.
+  std::size_t count(std::size_t island) const { return of_island(island).size(); }
   /// Adds the penalties times x to b, on the calling thread alone.
   void multiply(std::size_t island, const VectorStack& x, VectorStack& b) const;
   /// Copies what multiply() uses, for several threads.

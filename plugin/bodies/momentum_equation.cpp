@@ -93,6 +93,7 @@ void MomentumEquation::solve_island(const EquationIsland& island, std::size_t in
     if (round == max_rounds) contacts.drop_all(index);
     for (const int i : island.unknowns) right_hand_side_[i] = plain_right_hand_side_[i];
     contacts.add_right_hand_side(index, velocity_, right_hand_side_);
+    if (contacts.count(index) < ContactPenalties::min_rows) penalties = nullptr;
     if (penalties != nullptr) contacts.copy_penalties(index, *penalties);
     conjugate_residual_.solve(
         island.unknowns,

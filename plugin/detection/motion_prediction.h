@@ -29,8 +29,7 @@ class MotionPrediction {
 
  private:
   /// Limits of the tolerance, as fractions of the separation. A tolerance below the minimum makes
-  /// no difference to the detection; above the maximum the start ahead is not worth its cost. From
-  /// a quarter on no Verlet list serves it, yet a maximum of a quarter made large scenes slower.
+  /// no difference to the detection; above the maximum the start ahead is not worth its cost.
   static constexpr double min_tolerance = 1e-2, max_tolerance = 0.5;
   /// With fewer candidates, another thread costs more processor time than the step gets shorter.
   static constexpr std::int64_t min_candidates = 3000;

@@ -51,7 +51,7 @@ class alignas(128) ListedPairs {
 class VerletList {
  public:
   VerletList(double separation, int workers)
-      : separation_(separation), skin_(separation / 4), parts_(workers) {}
+      : separation_(separation), skin_(separation / 2), parts_(workers) {}
 
   /// Additional margin of the boxes, on every side, in the step that builds a list. Unscaled.
   double skin() const { return skin_; }
