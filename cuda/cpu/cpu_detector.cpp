@@ -270,11 +270,14 @@ void CpuDetector::describe_near(Stats& stats) {
     const float least = mesh_->least_self_separation(body);
     near_distances_[body] = separation.within(least, least);
   }
+  nearest_ = options_.separation;
   for (const auto& worker : workers_) {
     const NearPairs& near = worker->near_pairs;
     count += near.of[0].size() + near.of[1].size();
-    for (std::size_t body = 0; body < near.min_distance.size(); ++body)
+    for (std::size_t body = 0; body < near.min_distance.size(); ++body) {
       near_distances_[body] = std::min(near_distances_[body], near.min_distance[body]);
+      nearest_ = std::min(nearest_, near.min_distance[body]);
+    }
   }
   stats.near_pairs = static_cast<std::int64_t>(count);
 }

@@ -179,6 +179,7 @@ class CpuDetector : public BackendDetector {
   std::unique_ptr<ContactSort> sort_;
   std::vector<Contact> contacts_, rechecked_;
   std::vector<double> near_distances_;  // by body, of the last detection
+  double nearest_ = 0;                  // lower bound of the distance of its near pairs, unscaled
   // Contacts of one kind, no more than a queue holds, and those that reduce_contacts() keeps.
   struct Reduction {
     Span<const Contact> near;

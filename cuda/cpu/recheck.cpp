@@ -93,13 +93,9 @@ void CpuDetector::search_again(Stats& stats) {
 // Returns whether no near pair can touch, because the displacements of all vertices differ by less
 // than the smallest distance of a near pair.
 bool CpuDetector::stay_apart() const {
-  double min_distance = options_.separation;
-  for (const auto& worker : workers_)
-    for (const double of_body : worker->near_pairs.min_distance)
-      min_distance = std::min(min_distance, of_body);
   double lo[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL}, hi[3] = {-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
   // Scaled, so that squares of displacements do not underflow.
-  min_distance *= scale_;
+  const double min_distance = nearest_ * scale_;
   if (!(min_distance > 0x1p-400)) return false;
   for (const VertexRecord& record : records_) {
     for (int k = 0; k < 3; ++k) {

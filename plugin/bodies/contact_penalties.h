@@ -23,14 +23,19 @@ class ContactPenalties {
     std::array<btScalar, 4> weights;
     int count;         // number of nodes
     btScalar penalty;  // kg
-    btVector3 normal;
+    btVector3 normal;  // unit vector
 
-    btVector3 impulse(const VectorStack& x) const {
+    /// Speed of the contact points along the normal, if the nodes move at x.
+    btScalar speed_along(const VectorStack& x) const {
       btScalar speed = 0;
       for (std::size_t k = 0; k < static_cast<std::size_t>(count); ++k)
         speed += weights[k] * x[nodes[k]].dot(normal);
-      return penalty * speed * normal;
+      return speed;
     }
+    btVector3 penalty_impulse(const VectorStack& x) const {
+      return penalty * speed_along(x) * normal;
+    }
+    /// Adds an impulse on the contact points to b.
     void add(const btVector3& impulse, VectorStack& b) const {
       for (std::size_t k = 0; k < static_cast<std::size_t>(count); ++k)
         b[nodes[k]] += weights[k] * impulse;
@@ -52,12 +57,12 @@ class ContactPenalties {
     bool is_done = false;
     impulses_.resize(rows_.size());
     for_ranges(parallel_for, rows_.size(), grain, [&](std::size_t first, std::size_t last) {
-      if (first == 0 && last == rows_.size()) {
-        for (const Row& row : rows_) row.add(row.impulse(x), b);
+      if (first == 0 && last == rows_.size()) {  // one thread
+        for (const Row& row : rows_) row.add(row.penalty_impulse(x), b);
         is_done = true;
         return;
       }
-      for (std::size_t i = first; i < last; ++i) impulses_[i] = rows_[i].impulse(x);
+      for (std::size_t i = first; i < last; ++i) impulses_[i] = rows_[i].penalty_impulse(x);
     });
     if (is_done) return;
     if (nodes_.empty()) sort_by_node();

@@ -222,36 +222,22 @@ void ExpectedContacts::guess(const Bodies& bodies, const VectorStack& velocity,
   }
 }
 
-btScalar ExpectedContacts::speed_of(const Selected& contact, const VectorStack& velocity) {
-  btScalar speed = 0;
-  for (std::size_t k = 0; k < static_cast<std::size_t>(contact.count); ++k)
-    speed += contact.weights[k] * velocity[contact.nodes[k]].dot(contact.normal);
-  return speed;
-}
-
 void ExpectedContacts::add_right_hand_side(std::size_t island, const VectorStack& velocity,
                                            VectorStack& right_hand_side) const {
   for (const Selected& contact : of_island(island)) {
     const btScalar along =
-        contact.impulse - contact.penalty * (speed_of(contact, velocity) - contact.speed);
-    const btVector3 impulse = along * contact.normal + contact.friction;
-    for (std::size_t k = 0; k < static_cast<std::size_t>(contact.count); ++k)
-      right_hand_side[contact.nodes[k]] += contact.weights[k] * impulse;
+        contact.impulse - contact.penalty * (contact.speed_along(velocity) - contact.speed);
+    contact.add(along * contact.normal + contact.friction, right_hand_side);
   }
 }
 
 void ExpectedContacts::multiply(std::size_t island, const VectorStack& x, VectorStack& b) const {
-  for (const Selected& contact : of_island(island)) {
-    const btVector3 impulse = contact.penalty * speed_of(contact, x) * contact.normal;
-    for (std::size_t k = 0; k < static_cast<std::size_t>(contact.count); ++k)
-      b[contact.nodes[k]] += contact.weights[k] * impulse;
-  }
+  for (const Selected& contact : of_island(island)) contact.add(contact.penalty_impulse(x), b);
 }
 
 void ExpectedContacts::copy_penalties(std::size_t island, ContactPenalties& penalties) const {
   penalties.clear();
-  for (const Selected& contact : of_island(island))
-    penalties.add({contact.nodes, contact.weights, contact.count, contact.penalty, contact.normal});
+  for (const Selected& contact : of_island(island)) penalties.add(contact);
 }
 
 bool ExpectedContacts::drop_unlikely(std::size_t island, const VectorStack& velocity,
@@ -260,8 +246,8 @@ bool ExpectedContacts::drop_unlikely(std::size_t island, const VectorStack& velo
   Selected* const first = selected_.data() + range.first;
   Selected* const last = selected_.data() + range.last;
   for (Selected* contact = first; contact != last; ++contact) {
-    const btScalar before = speed_of(*contact, velocity);
-    const btScalar after = before + speed_of(*contact, dv);
+    const btScalar before = contact->speed_along(velocity);
+    const btScalar after = before + contact->speed_along(dv);
     contact->total = contact->impulse - contact->penalty * (after - contact->speed);
     // Forces have changed the speed of the last step to that of before. A contact takes this change
     // back, and may overshoot by as much. Slow ones do no harm, and each drop costs a solve.

@@ -106,14 +106,13 @@ class ExpectedContacts {
     btScalar force, speed;       // along the normal: newtons; m/s
   };
   // A contact in the numbers of this step. Vertices that cannot move are left out.
-  struct Selected {
-    std::array<int, 4> nodes, bodies;  // index in the equation; index in the list of bodies
-    std::array<btScalar, 4> weights, inverse_masses;
-    int count;
-    btVector3 normal, friction;        // unit vector; N s
-    btScalar impulse, speed, penalty;  // of the last step, N s; m/s; kg
-    btScalar total;                    // impulse in the solution, N s
-    bool is_likely;                    // whether it may act as the solution says
+  struct Selected : ContactPenalties::Row {
+    std::array<int, 4> bodies;  // index in the list of bodies
+    std::array<btScalar, 4> inverse_masses;
+    btVector3 friction;       // N s
+    btScalar impulse, speed;  // of the last step, N s; m/s
+    btScalar total;           // impulse in the solution, N s
+    bool is_likely;           // whether it may act as the solution says
   };
 
   // Elements of selected_.
@@ -125,8 +124,6 @@ class ExpectedContacts {
 
   // Whether what the contact touched is still there, or has moved on from there.
   bool stays(const Taken& taken, btScalar dt) const;
-  // Speed of the contact points along the normal.
-  static btScalar speed_of(const Selected& contact, const VectorStack& velocity);
   Span<const Selected> of_island(std::size_t island) const {
     const Range range = by_island_[island];
     return {selected_.data() + range.first, range.last - range.first};

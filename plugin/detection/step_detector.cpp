@@ -7,13 +7,6 @@
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
-namespace {
-
-// Deviations may add up to this fraction of the separation. The rest covers rounding.
-constexpr double rounding_slack = 0.998;
-
-}  // namespace
-
 StepDetector::StepDetector(const DetectorOptions& options, const Threads& threads,
                            ContactFilter& filter, const StepTopology& topology, Motion& motion,
                            const PairSurfaces& surfaces, double position_correction,
@@ -173,8 +166,7 @@ Span<const Contact> StepDetector::recheck(const Positions& start, const Position
 bool StepDetector::only_near_can_touch(const Positions& end) const {
   return near_detector_ &&
          (near_detector_->can_recheck_any_motion() || is_start_of_motion(end) ||
-          motion_.deviates_at_most(topology_.topology().bodies, rounding_slack * separation_,
-                                   deviation_limits_));
+          motion_.deviates_less_than(topology_.topology().bodies, separation_, self_distances_));
 }
 
 NearContacts StepDetector::detect_near(LastImpulses& last_impulses) {
@@ -253,15 +245,12 @@ Span<const Contact> StepDetector::find_near_with_detector() {
 
 void StepDetector::find_self_distances(Span<const Body> filters) {
   self_distances_.assign(filters.size(), separation_);
-  deviation_limits_.resize(filters.size());
   for (std::size_t b = 0; b < filters.size(); ++b) {
     const StepTopology::BodyRecord& body = topology_.bodies()[b];
     if (!body.soft || !filters[b].self_collision) continue;
     for (std::int32_t v = body.first_vertex; v < body.first_vertex + body.vertex_count; ++v)
       self_distances_[b] = std::min<double>(self_distances_[b], self_separation_[v]);
   }
-  for (std::size_t b = 0; b < filters.size(); ++b)
-    deviation_limits_[b] = rounding_slack * self_distances_[b];
 }
 
 // All pairs within their separation are found. But what counts is the thickness of the pair, which

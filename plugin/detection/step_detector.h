@@ -151,9 +151,6 @@ class StepDetector {
   /// By body, metres: pairs of its own primitives within this distance are found, if it meets
   /// itself; else the separation.
   std::vector<double> self_distances_;
-  /// By body, metres: by how much two of its vertices may deviate together before pairs that are
-  /// not near can touch.
-  std::vector<double> deviation_limits_;
   std::vector<double> found_distances_;  ///< scratch memory
   bool any_near_ = false;                ///< anything is near that near_detector_ knows
   bool detected_near_ = false;           ///< detect_near() used near_detector_ in this step

@@ -181,16 +181,17 @@ int Motion::anchor_body_of(std::int32_t soft_vertex) const {
   return found == anchored.end() ? -1 : found->second.rigid;
 }
 
-bool Motion::deviates_at_most(Span<const Body> bodies, double between_bodies,
-                              Span<const double> within_body) const {
-  double largest_before = 0;  // over the bodies before this one
+bool Motion::deviates_less_than(Span<const Body> bodies, double between_bodies,
+                                Span<const double> within_body) const {
+  constexpr double margin = 0.998;  // covers rounding
+  double largest_before = 0;        // over the bodies before this one
   for (std::size_t body = 0; body < bodies.size(); ++body) {
     double squared = 0;
     for (std::int32_t v = first_vertex[body]; v < first_vertex[body + 1]; ++v)
       squared = std::max(squared, (end_of(v) - predicted[v]).squaredNorm());
     const double deviation = std::sqrt(squared);
-    if (body > 0 && deviation + largest_before > between_bodies) return false;
-    if (bodies[body].self_collision && 2 * deviation > within_body[body]) return false;
+    if (body > 0 && deviation + largest_before > margin * between_bodies) return false;
+    if (bodies[body].self_collision && 2 * deviation > margin * within_body[body]) return false;
     largest_before = std::max(largest_before, deviation);
   }
   return true;

@@ -154,10 +154,10 @@ struct Motion {
   /// static or kinematic body.
   bool has_prescribed_motion(std::int32_t body) const;
   /// True if the deviations of any two vertices that may collide, each from Bullet's predicted end,
-  /// add up to at most a limit: `between_bodies`, or within body b `within_body[b]`, metres.
-  /// `bodies`: all bodies of the scene.
-  bool deviates_at_most(Span<const Body> bodies, double between_bodies,
-                        Span<const double> within_body) const;
+  /// certainly add up to less than a limit: `between_bodies`, or within body b `within_body[b]`,
+  /// metres. `bodies`: all bodies of the scene.
+  bool deviates_less_than(Span<const Body> bodies, double between_bodies,
+                          Span<const double> within_body) const;
   /// Index in `rigid` of the body that a soft vertex is anchored to; -1 if there is none.
   int anchor_body_of(std::int32_t soft_vertex) const;
 

@@ -234,7 +234,7 @@ TEST_CASE(
 
 TEST_CASE("candidates of earlier steps remain valid if pairs come nearer than expected") {
   DetectorPair both(with_separation(0.022, 2));
-  MovingTriangles scene = layers(2, 7, 0.026);
+  MovingTriangles scene = layers(2, 7, 0.029);
   both.set_topology(scene.topology());
   for (int step = 0; step < 12; ++step) {
     scene.start = scene.end;
@@ -244,8 +244,8 @@ TEST_CASE("candidates of earlier steps remain valid if pairs come nearer than ex
   scene.start = scene.end;
   const std::vector<double> expected = scene.end;
   for (std::size_t i = scene.end.size() / 2; i < scene.end.size(); ++i)
-    if (i % 3 == 1) scene.end[i] -= 0.0045;
-  both.with.detect_ahead(scene.at(scene.start), scene.at(expected), 0.005);
+    if (i % 3 == 1) scene.end[i] -= 0.0075;
+  both.with.detect_ahead(scene.at(scene.start), scene.at(expected), 0.009);
   wait_until_ahead_is_done(both.threads);
   const Stats stats = both.compare(scene);
   CHECK(stats.started_ahead);

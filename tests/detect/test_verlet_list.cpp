@@ -80,7 +80,7 @@ TEST_CASE("reused candidates give the same contacts in every history of motions"
   std::mt19937 random(3);
   const auto symmetric = [&] { return random() / 2147483648.0 - 1; };
   // Size of a step in units of the separation. All nodes move randomly, or one, or all in common.
-  constexpr double sizes[] = {0, 1e-12, 1e-6, 1e-3, 0.02, 0.05, 0.12, 0.13, 0.26, 1, 30};
+  constexpr double sizes[] = {0, 1e-12, 1e-6, 1e-3, 0.02, 0.05, 0.1, 0.24, 0.26, 1, 30};
   int listed = 0;
   for (int step = 0; step < 60; ++step) {
     scene.start = step % 13 == 12 ? rest.start : scene.end;

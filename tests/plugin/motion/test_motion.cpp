@@ -24,9 +24,9 @@ struct Moved {
     }
     for (Body& body : bodies) body.self_collision = false;
   }
-  bool at_most(double between_bodies, double within_body) const {
+  bool less_than(double between_bodies, double within_body) const {
     const std::vector<double> within(bodies.size(), within_body);
-    return motion.deviates_at_most(bodies, between_bodies, within);
+    return motion.deviates_less_than(bodies, between_bodies, within);
   }
 };
 
@@ -34,22 +34,22 @@ struct Moved {
 
 TEST_CASE("deviations add up over two bodies and within one body with self-collision") {
   Moved moved({0.25, 2, 0, 1, 0.5});
-  CHECK(moved.at_most(3, 0));
-  CHECK_FALSE(moved.at_most(2.99, 0));
+  CHECK(moved.less_than(3.01, 0));
+  CHECK_FALSE(moved.less_than(3, 0));
   moved.bodies[3].self_collision = true;
-  CHECK(moved.at_most(3, 2));
-  CHECK_FALSE(moved.at_most(3, 1.99));
+  CHECK(moved.less_than(3.01, 2.01));
+  CHECK_FALSE(moved.less_than(3.01, 2));
   moved.bodies[1].self_collision = true;
-  CHECK(moved.at_most(3, 4));
-  CHECK_FALSE(moved.at_most(3, 3.99));
-  CHECK(Moved({}).at_most(0, 0));
+  CHECK(moved.less_than(3.01, 4.01));
+  CHECK_FALSE(moved.less_than(3.01, 4));
+  CHECK(Moved({}).less_than(0, 0));
   for (const std::vector<double>& two : {std::vector<double>{1, 2}, {2, 1}}) {
-    CHECK(Moved(two).at_most(3, 0));
-    CHECK_FALSE(Moved(two).at_most(2.99, 9));
+    CHECK(Moved(two).less_than(3.01, 0));
+    CHECK_FALSE(Moved(two).less_than(3, 9));
   }
   Moved alone({1.5});
-  CHECK(alone.at_most(0, 0));
+  CHECK(alone.less_than(0, 0));
   alone.bodies[0].self_collision = true;
-  CHECK(alone.at_most(0, 3));
-  CHECK_FALSE(alone.at_most(9, 2.99));
+  CHECK(alone.less_than(0, 3.01));
+  CHECK_FALSE(alone.less_than(9, 3));
 }
