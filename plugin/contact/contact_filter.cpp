@@ -52,7 +52,7 @@ bool ContactFilter::has_response_as_predicted(const Contact& contact) const {
     return true;
   bool nodes_move = false, body_moves = false;
   for (const std::int32_t v : contact.vertices) {
-    const Eigen::Vector3d end = end_changed_ ? motion_.predicted[v] : motion_.end_of(v);
+    const Vector3d end = end_changed_ ? motion_.predicted[v] : motion_.end_of(v);
     if (end != motion_.start_of(v)) (topology_.is_soft(v) ? nodes_move : body_moves) = true;
   }
   return nodes_move && !body_moves;

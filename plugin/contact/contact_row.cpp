@@ -8,9 +8,6 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-using Eigen::Matrix3d;
-using Eigen::Vector3d;
-
 double thickness_of(const Contact& contact, const Motion& motion, double surface_thickness) {
   if (contact.body_a != contact.body_b) return surface_thickness;
   const std::array<double, 4> weights = contact.weights();

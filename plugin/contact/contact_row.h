@@ -1,13 +1,13 @@
 // One contact row: the contact as an inequality on the positions at the end of the step.
 #pragma once
 
-#include <Eigen/Core>
 #include <array>
 
 #include "contact/pair_surfaces.h"
 #include "lazyccd/bullet/precision.h"
 #include "lazyccd/contact.h"
 #include "motion/motion.h"
+#include "util/matrix.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -20,7 +20,7 @@ struct ContactRow {
   ContactRow() {}  // leaves the fields to make_row()
 
   Contact contact;
-  Eigen::Vector3d normal;
+  Vector3d normal;
   std::array<double, 4> weights;
   double start_gap,   ///< gap at the start of the step, metres
       target_gap,     ///< gap that impulses keep, metres, >= 0; not wider than max(0, start_gap)
@@ -34,7 +34,7 @@ struct ContactRow {
   bool touched = false;  ///< true: the detector found a contact, not only a speculative one
   /// Friction impulse on the solved motion. With a sliding fraction, a contact whose load has ended
   /// during the sweeps may keep some.
-  Eigen::Vector3d tangent_impulse;
+  Vector3d tangent_impulse;
   /// Effective masses, kg: 1 / sum_i (w_i^2 / mass_i) with the terms of rigid bodies, 0 if no
   /// impulse can move the contact points. Limited to 256 times the mass of the lightest node.
   double normal_mass,  ///< along the normal
@@ -44,8 +44,8 @@ struct ContactRow {
   double sliding_fraction;
 
   /// Total impulse on the solved motion.
-  Eigen::Vector3d impulse() const { return normal_impulse * normal + tangent_impulse; }
-  bool has_impulse() const { return normal_impulse != 0 || !tangent_impulse.isZero(0); }
+  Vector3d impulse() const { return normal_impulse * normal + tangent_impulse; }
+  bool has_impulse() const { return normal_impulse != 0 || !tangent_impulse.isZero(); }
   /// Whether an impulse acted or the detector found the contact.
   bool acted() const { return has_impulse() || split_impulse != 0 || touched; }
 };
@@ -91,7 +91,7 @@ class RowFactory {
 };
 
 /// Summarises a row. `move`: displacement of one side relative to the other in the motion, metres.
-RowEstimate estimate_row(const ContactRow& row, const Eigen::Vector3d& move);
+RowEstimate estimate_row(const ContactRow& row, const Vector3d& move);
 
 }  // namespace LAZYCCD_BULLET_PRECISION
 }  // namespace lazyccd::bullet

@@ -43,7 +43,7 @@ void LastImpulses::take(const std::vector<const ContactRow*>& rows) {
   for (const ContactRow* const row : rows) {
     if (row->normal_impulse == 0) continue;
     if (pairs_.empty() || pairs_.back().contact < row->contact)
-      pairs_.push_back({row->contact, Eigen::Vector3d::Zero()});
+      pairs_.push_back({row->contact, Vector3d::Zero()});
     pairs_.back().impulse += row->impulse();
   }
 }

@@ -2,7 +2,6 @@
 // the scene: what stays in it keeps its impulses, under its new indices.
 #pragma once
 
-#include <Eigen/Core>
 #include <cstddef>
 #include <vector>
 
@@ -10,6 +9,7 @@
 #include "contact/renumbering.h"
 #include "lazyccd/contact.h"
 #include "lazyccd/span.h"
+#include "util/matrix.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -19,7 +19,7 @@ class LastImpulses {
   /// Sum of the impulses of a pair.
   struct Pair {
     Contact contact;
-    Eigen::Vector3d impulse;  ///< unit as in ContactRow
+    Vector3d impulse;  ///< unit as in ContactRow
   };
 
   /// Replaces all by the impulses of these rows, which are sorted by contact.

@@ -10,8 +10,6 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-using Eigen::Vector3d;
-
 // A body is much heavier than nodes if at least this part of the contact's motion is theirs.
 constexpr double min_part_of_nodes = 0.9;
 // A weight presses if it approaches by more than this part of what gravity moves it in a step, and
@@ -53,7 +51,7 @@ bool has_weight(const Side& side, const Motion& motion) {
 double pressing_approach(const Side& side, const Motion& motion) {
   const btRigidBody* const body = btRigidBody::upcast(motion.rigid_of(side.other).object);
   if (!body) return 0;
-  const Vector3d fall = motion.dt * motion.dt * to_eigen(body->getGravity());
+  const Vector3d fall = motion.dt * motion.dt * to_double(body->getGravity());
   Vector3d moved = Vector3d::Zero(), fallen = Vector3d::Zero();
   for (int k = 0; k < 4; ++k) {
     if (k >= side.first && k < side.last) continue;

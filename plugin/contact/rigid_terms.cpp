@@ -1,28 +1,23 @@
 #include "contact/rigid_terms.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
+
+#include "motion/articulated_motion.h"
+#include "util/matrix.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-using Eigen::Matrix3d;
-using Eigen::Vector3d;
-
 Matrix3d RigidTerm::mobility(const Motion& motion) const {
   const RigidMotion& rigid = motion.rigid[body];
-  Matrix3d lever;
-  lever << 0, -arm.z(), arm.y(), arm.z(), 0, -arm.x(), -arm.y(), arm.x(), 0;
   if (rigid.articulated >= 0) {
     const ArticulatedMotion& multibody = motion.articulated[rigid.articulated];
-    const ArticulatedMotion::Jacobian& jacobian = multibody.link_of(body).jacobian;
-    const Eigen::Matrix<double, 3, Eigen::Dynamic> of_term =
-        weight * jacobian.topRows<3>() - lever * jacobian.bottomRows<3>();
     // Limits and motors may let go of joints while contacts are solved; so rows have the larger
     // mobility.
-    return of_term * multibody.free_inverse_mass * of_term.transpose();
+    return multibody.free_mobility_of(multibody.link_of(body), weight, arm);
   }
-  return weight * weight * Matrix3d(rigid.inverse_mass.asDiagonal()) +
+  const Matrix3d lever = cross_matrix(arm);
+  return weight * weight * diagonal_matrix(rigid.inverse_mass) +
          lever.transpose() * rigid.inverse_inertia * lever;
 }
 
@@ -33,7 +28,7 @@ Matrix3d RigidTerm::held_mobility(const Motion& motion) const {
   for (int k = 0; k < 3; ++k) {
     Vector3d translation = Vector3d::Zero(), rotation = Vector3d::Zero();
     apply_impulse(rigid, Vector3d::Unit(k), translation, rotation);
-    result.col(k) = displacement(translation, rotation);
+    result.set_col(k, displacement(translation, rotation));
   }
   return result;
 }

@@ -2,12 +2,12 @@
 // anchored to them.
 #pragma once
 
-#include <Eigen/Core>
 #include <array>
 
 #include "lazyccd/bullet/precision.h"
 #include "lazyccd/contact.h"
 #include "motion/motion.h"
+#include "util/matrix.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -18,22 +18,22 @@ struct RigidTerm {
   double weight;  ///< sum of the weights of its vertices
   /// sum_i w_i (x_i - centre) at the start of the step, metres. Of a ball only the part along the
   /// normal: its triangles lie inside of it, and a force along its normal does not turn it.
-  Eigen::Vector3d arm;
+  Vector3d arm;
 
   /// Displacement of the weighted sum of the vertices, metres, if the body moves by `translation`
   /// (metres) and `rotation` (rotation vector, radians).
-  Eigen::Vector3d displacement(const Eigen::Vector3d& translation,
-                               const Eigen::Vector3d& rotation) const {
+  Vector3d displacement(const Vector3d& translation, const Vector3d& rotation) const {
     return weight * translation + rotation.cross(arm);
   }
+  /// An impulse on the weighted sum as an impulse and an angular impulse on the centre of the body.
+  Vector6d wrench_of(const Vector3d& impulse) const {
+    return stacked(weight * impulse, arm.cross(impulse));
+  }
   /// Adds the effect of an impulse (kg m) on the weighted sum to the motion of the body.
-  void apply_impulse(const RigidMotion& rigid, const Eigen::Vector3d& impulse,
-                     Eigen::Ref<Eigen::Vector3d> translation,
-                     Eigen::Ref<Eigen::Vector3d> rotation) const {
+  void apply_impulse(const RigidMotion& rigid, const Vector3d& impulse, Vector3d& translation,
+                     Vector3d& rotation) const {
     if (rigid.supported_mobility) {
-      Vector6d on_centre;
-      on_centre << weight * impulse, arm.cross(impulse);
-      const Vector6d moved = *rigid.supported_mobility * on_centre;
+      const Vector6d moved = *rigid.supported_mobility * wrench_of(impulse);
       translation += moved.head<3>();
       rotation += moved.tail<3>();
       return;
@@ -43,9 +43,9 @@ struct RigidTerm {
   }
   /// Displacement of the weighted sum per impulse on it, 1/kg, if the body leaves its supports.
   /// With them it is no larger.
-  Eigen::Matrix3d mobility(const Motion& motion) const;
+  Matrix3d mobility(const Motion& motion) const;
   /// The same while the body is held at its supports.
-  Eigen::Matrix3d held_mobility(const Motion& motion) const;
+  Matrix3d held_mobility(const Motion& motion) const;
 };
 
 /// The rigid terms of one contact, at most four, in the order of its vertices. Computed when needed
@@ -65,7 +65,7 @@ class RigidTerms {
  private:
   void find(int obstacle, const Contact& contact, const std::array<double, 4>& weights,
             const Motion& motion);
-  void add(int body, double weight, const Eigen::Vector3d& start, const Motion& motion);
+  void add(int body, double weight, const Vector3d& start, const Motion& motion);
 
   int count_ = 0;
   std::array<RigidTerm, 4> terms_;

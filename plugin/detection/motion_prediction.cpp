@@ -16,7 +16,7 @@ void MotionPrediction::remember(const Motion& motion, bool responded) {
   extrapolated_.resize(start_.size());
   const auto soft = static_cast<std::size_t>(motion.soft_count());
   for (std::size_t v = 0; v < soft; ++v) {
-    Eigen::Vector3d velocity = motion.velocity[v];
+    Vector3d velocity = motion.velocity[v];
     if (responded) velocity += motion.velocity_change[v];
     for (int k = 0; k < 3; ++k)
       extrapolated_[3 * v + k] = start_[3 * v + k] + static_cast<btScalar>(motion.dt * velocity[k]);

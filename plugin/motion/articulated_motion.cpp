@@ -4,15 +4,14 @@
 #include <BulletDynamics/Featherstone/btMultiBodyLink.h>
 #include <BulletDynamics/Featherstone/btMultiBodyLinkCollider.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
+#include <numeric>
+
+#include "util/decompositions.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
-
-using Eigen::MatrixXd;
-using Eigen::VectorXd;
 
 // A joint is at its limit if it is nearer than this fraction of its range, and than this many
 // radians or metres.
@@ -90,15 +89,26 @@ int limit_at(const btMultibodyLink& link, btScalar position) {
   return position <= link.m_jointLowerLimit + near ? -1 : 0;
 }
 
-MatrixXd columns_of(const MatrixXd& matrix, const std::vector<Eigen::Index>& indices) {
-  MatrixXd columns(matrix.rows(), static_cast<Eigen::Index>(indices.size()));
-  for (std::size_t i = 0; i < indices.size(); ++i)
-    columns.col(static_cast<Eigen::Index>(i)) = matrix.col(indices[i]);
-  return columns;
+// The elements of a matrix in the given rows and columns.
+DenseMatrix part_of(const DenseMatrix& matrix, const std::vector<std::size_t>& rows,
+                    const std::vector<std::size_t>& columns) {
+  DenseMatrix part(rows.size(), columns.size());
+  for (std::size_t k = 0; k < columns.size(); ++k) {
+    for (std::size_t i = 0; i < rows.size(); ++i) part(i, k) = matrix(rows[i], columns[k]);
+  }
+  return part;
 }
 
-MatrixXd rows_of(const MatrixXd& matrix, const std::vector<Eigen::Index>& indices) {
-  return columns_of(matrix.transpose(), indices).transpose();
+std::vector<std::size_t> all_of(const DenseVector& coordinates) {
+  std::vector<std::size_t> all(coordinates.size());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  return all;
+}
+
+Vector6d fixed(const DenseVector& x) {
+  Vector6d result;
+  std::copy_n(x.data(), 6, result.data());
+  return result;
 }
 
 }  // namespace
@@ -117,7 +127,7 @@ void set_pose(btMultiBody& body, const MultibodyPose& pose) {
   update_links(body);
 }
 
-void set_pose(btMultiBody& body, const MultibodyPose& pose, const VectorXd& displacement) {
+void set_pose(btMultiBody& body, const MultibodyPose& pose, const DenseVector& displacement) {
   set_coordinates(body, pose);
   // stepPositionsMultiDof() can take other velocities as arguments, but not those of planar joints.
   const std::vector<btScalar> velocities = velocities_of(body);
@@ -140,38 +150,38 @@ bool is_moved(const btMultiBody& body, int link) {
 ArticulatedMotion::ArticulatedMotion(btMultiBody& multibody, const MultibodyPose& start_pose)
     : body(&multibody), start(start_pose), predicted(pose_of(multibody)) {
   const std::vector<btScalar> velocities = velocities_of(multibody);
-  const auto count = static_cast<Eigen::Index>(velocities.size());
-  velocity.resize(count);
-  std::copy(velocities.begin(), velocities.end(), velocity.begin());
-  inverse_mass.resize(count, count);
+  const std::size_t count = velocities.size();
+  velocity = DenseVector(velocities.begin(), velocities.end());
+  DenseMatrix response(count, count);
   btAlignedObjectArray<btScalar> scratch;
   btAlignedObjectArray<btVector3> scratch_vectors;
-  std::vector<btScalar> force(velocities.size(), 0), acceleration(velocities.size());
-  for (Eigen::Index i = 0; i < count; ++i) {
-    force[static_cast<std::size_t>(i)] = 1;
+  std::vector<btScalar> force(count, 0), acceleration(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    force[i] = 1;
     multibody.calcAccelerationDeltasMultiDof(force.data(), acceleration.data(), scratch,
                                              scratch_vectors);
-    force[static_cast<std::size_t>(i)] = 0;
-    std::copy(acceleration.begin(), acceleration.end(), inverse_mass.col(i).begin());
+    force[i] = 0;
+    for (std::size_t k = 0; k < count; ++k) response(k, i) = static_cast<double>(acceleration[k]);
   }
   // A base that does not move has no coordinates that an impulse can change.
-  if (multibody.hasFixedBase() || multibody.isBaseStaticOrKinematic()) {
-    inverse_mass.topRows(6).setZero();
-    inverse_mass.leftCols(6).setZero();
+  const bool is_base_fixed = multibody.hasFixedBase() || multibody.isBaseStaticOrKinematic();
+  inverse_mass = DenseMatrix(count, count);
+  for (std::size_t i = is_base_fixed ? 6 : 0; i < count; ++i) {
+    for (std::size_t k = is_base_fixed ? 6 : 0; k < count; ++k)
+      inverse_mass(i, k) = 0.5 * (response(i, k) + response(k, i));
   }
-  inverse_mass = (0.5 * (inverse_mass + inverse_mass.transpose())).eval();
   free_inverse_mass = inverse_mass;
   find_limits();
   hold_joints();
   impulse = displacement = split_impulse = split_displacement = velocity_change = momentum_change =
-      VectorXd::Zero(count);
+      DenseVector(count);
 }
 
 void ArticulatedMotion::find_limits() {
   std::size_t place = 0;  // in MultibodyPose::joints
   for (int i = 0; i < body->getNumLinks(); ++i) {
     const btMultibodyLink& link = body->getLink(i);
-    const Eigen::Index coordinate = 6 + link.m_dofOffset;
+    const std::size_t coordinate = 6 + static_cast<std::size_t>(link.m_dofOffset);
     if (link.m_dofCount == 1 && free_inverse_mass(coordinate, coordinate) > 0) {
       // A joint that has just arrived is free at first.
       const int side = limit_at(link, predicted.joints[place]);
@@ -189,13 +199,13 @@ void ArticulatedMotion::set_motors(const std::vector<JointMotor>& motors, double
                most_torque = most_force * size_of(*body);
   for (const JointMotor& motor : motors) {
     const btMultibodyLink& link = body->getLink(motor.link);
-    const Eigen::Index coordinate = 6 + link.m_dofOffset;
+    const std::size_t coordinate = 6 + static_cast<std::size_t>(link.m_dofOffset);
     if (link.m_dofCount != 1 || !(free_inverse_mass(coordinate, coordinate) > 0)) continue;
     const bool turns = link.m_jointType == btMultibodyLink::eRevolute;
     const JointHold added = motor_hold(coordinate, motor, turns ? most_torque : most_force);
     const auto place = std::lower_bound(
         holds.begin(), holds.end(), coordinate,
-        [](const JointHold& hold, Eigen::Index other) { return hold.coordinate < other; });
+        [](const JointHold& hold, std::size_t other) { return hold.coordinate < other; });
     if (place == holds.end() || place->coordinate != coordinate) {
       holds.insert(place, added);
     } else {  // both hold the joint
@@ -206,8 +216,8 @@ void ArticulatedMotion::set_motors(const std::vector<JointMotor>& motors, double
   hold_joints();
 }
 
-std::vector<Eigen::Index> ArticulatedMotion::held_coordinates() const {
-  std::vector<Eigen::Index> coordinates;
+std::vector<std::size_t> ArticulatedMotion::held_coordinates() const {
+  std::vector<std::size_t> coordinates;
   for (const JointHold& hold : holds)
     if (hold.holds) coordinates.push_back(hold.coordinate);
   return coordinates;
@@ -217,37 +227,42 @@ std::vector<Eigen::Index> ArticulatedMotion::held_coordinates() const {
 // inverse mass W of the free body and the columns W_H of what is held.
 void ArticulatedMotion::hold_joints() {
   inverse_mass = free_inverse_mass;
-  motor_impulse = VectorXd::Zero(velocity.size());
+  motor_impulse = DenseVector(velocity.size());
   for (const JointHold& hold : holds)
     if (!hold.holds) motor_impulse[hold.coordinate] = hold.exerted;
-  const std::vector<Eigen::Index> coordinates = held_coordinates();
+  const std::vector<std::size_t> coordinates = held_coordinates();
   if (coordinates.empty()) return;
-  const MatrixXd columns = columns_of(free_inverse_mass, coordinates);
-  inverse_mass -= columns * rows_of(columns, coordinates).ldlt().solve(columns.transpose());
-  for (const Eigen::Index i : coordinates) {  // what rounding left
-    inverse_mass.row(i).setZero();
-    inverse_mass.col(i).setZero();
+  DenseMatrix impulses = part_of(free_inverse_mass, coordinates, all_of(velocity));
+  solve_symmetric(part_of(free_inverse_mass, coordinates, coordinates), impulses);
+  for (std::size_t k = 0; k < velocity.size(); ++k) {
+    for (std::size_t i = 0; i < velocity.size(); ++i) {
+      for (std::size_t h = 0; h < coordinates.size(); ++h)
+        inverse_mass(i, k) -= free_inverse_mass(i, coordinates[h]) * impulses(h, k);
+    }
+  }
+  for (const std::size_t i : coordinates) {  // what rounding left
+    for (std::size_t k = 0; k < velocity.size(); ++k) inverse_mass(i, k) = inverse_mass(k, i) = 0;
   }
 }
 
-VectorXd ArticulatedMotion::reactions(const VectorXd& impulses) const {
-  VectorXd sum = motor_impulse;
-  const std::vector<Eigen::Index> coordinates = held_coordinates();
+DenseVector ArticulatedMotion::reactions(const DenseVector& impulses) const {
+  DenseVector sum = motor_impulse;
+  const std::vector<std::size_t> coordinates = held_coordinates();
   if (coordinates.empty()) return sum;
-  const MatrixXd columns = columns_of(free_inverse_mass, coordinates);
-  const VectorXd stopped =
-      rows_of(columns, coordinates).ldlt().solve(columns.transpose() * (impulses + motor_impulse));
-  for (std::size_t i = 0; i < coordinates.size(); ++i)
-    sum[coordinates[i]] -= stopped[static_cast<Eigen::Index>(i)];
+  const DenseVector moved =
+      part_of(free_inverse_mass, coordinates, all_of(velocity)) * (impulses + motor_impulse);
+  const DenseVector stopped =
+      solve_symmetric(part_of(free_inverse_mass, coordinates, coordinates), moved);
+  for (std::size_t i = 0; i < coordinates.size(); ++i) sum[coordinates[i]] -= stopped[i];
   return sum;
 }
 
-VectorXd ArticulatedMotion::with_limits(const VectorXd& impulses) const {
-  VectorXd sum = impulses;
+DenseVector ArticulatedMotion::with_limits(const DenseVector& impulses) const {
+  DenseVector sum = impulses;
   if (std::none_of(holds.begin(), holds.end(),
                    [](const JointHold& hold) { return hold.is_limit && hold.holds; }))
     return sum;
-  const VectorXd exerted = reactions(impulses);
+  const DenseVector exerted = reactions(impulses);
   for (const JointHold& hold : holds)
     if (hold.is_limit && hold.holds) sum[hold.coordinate] += exerted[hold.coordinate];
   return sum;
@@ -257,17 +272,17 @@ VectorXd ArticulatedMotion::with_limits(const VectorXd& impulses) const {
 std::vector<ArticulatedMotion::Fitted> ArticulatedMotion::fitted_holds() const {
   std::vector<Fitted> fitted;
   if (holds.empty()) return fitted;
-  const VectorXd pushed = impulse + split_impulse, moved = displacement + split_displacement;
-  const VectorXd limit_reactions = reactions(pushed),
-                 motor_reactions = has_motors() ? reactions(impulse) : limit_reactions;
+  const DenseVector pushed = impulse + split_impulse, moved = displacement + split_displacement;
+  const DenseVector limit_reactions = reactions(pushed),
+                    motor_reactions = has_motors() ? reactions(impulse) : limit_reactions;
   for (const JointHold& hold : holds) {
-    const Eigen::Index i = hold.coordinate;
+    const std::size_t i = hold.coordinate;
     JointHold::Load load;
     load.reaction = (hold.is_limit ? limit_reactions : motor_reactions)[i];
     load.moved = (hold.is_limit ? moved : displacement)[i];
     load.mobility = inverse_mass(i, i);
-    load.reaction_tolerance = rounding * pushed.lpNorm<Eigen::Infinity>();
-    load.moved_tolerance = rounding * moved.lpNorm<Eigen::Infinity>();
+    load.reaction_tolerance = rounding * pushed.norm_infinity();
+    load.moved_tolerance = rounding * moved.norm_infinity();
     fitted.push_back({hold.fitted_to(load), hold.holds && hold.is_beyond(load.reaction)});
   }
   return fitted;
@@ -306,27 +321,101 @@ void ArticulatedMotion::stop_motors() {
   motor_impulse.setZero();
 }
 
+bool ArticulatedMotion::has_motor_impulse() const { return !motor_impulse.isZero(); }
+
+std::vector<Vector6d> ArticulatedMotion::motor_displacements() const {
+  const DenseVector moved = inverse_mass * motor_impulse;
+  std::vector<Vector6d> of_links;
+  for (const Link& link : links) of_links.push_back(fixed(link.jacobian * moved));
+  return of_links;
+}
+
+void ArticulatedMotion::add_impulse(const Link& link, const Vector6d& on_link, bool split) {
+  (split ? split_impulse : impulse) +=
+      link.jacobian.transpose_times(DenseVector(on_link.data(), on_link.data() + 6));
+}
+
+void ArticulatedMotion::clear_impulse(bool split) { (split ? split_impulse : impulse).setZero(); }
+
+void ArticulatedMotion::set_displacement(bool split) {
+  DenseVector& moved = split ? split_displacement : displacement;
+  moved = inverse_mass * (split ? split_impulse : impulse);
+  if (!split && has_motor_impulse()) moved += inverse_mass * motor_impulse;
+}
+
+Vector6d ArticulatedMotion::displacement_of(const Link& link, bool split) const {
+  return fixed(link.jacobian * (split ? split_displacement : displacement));
+}
+
+void ArticulatedMotion::set_velocity_change(double dt) {
+  velocity_change = displacement / dt;
+  momentum_change = with_limits(impulse) / dt;
+}
+
+void ArticulatedMotion::add_velocity_change(const ArticulatedMotion& other, double fraction,
+                                            double dt) {
+  velocity_change += fraction / dt * other.displacement;
+  momentum_change += fraction / dt * other.with_limits(other.impulse);
+}
+
+void ArticulatedMotion::scale_velocity_change(double factor) {
+  velocity_change *= factor;
+  momentum_change *= factor;
+}
+
+bool ArticulatedMotion::is_pushed() const { return !impulse.isZero() || !displacement.isZero(); }
+
+double ArticulatedMotion::energy_change() const {
+  return momentum_change.dot(velocity + 0.5 * velocity_change);
+}
+
+double ArticulatedMotion::mixed_energy() const { return momentum_change.dot(velocity); }
+
+double ArticulatedMotion::quadratic_energy() const { return momentum_change.dot(velocity_change); }
+
+Matrix6d ArticulatedMotion::mobility(const Link& a, const Link& b) const {
+  Matrix6d result;
+  for (std::size_t k = 0; k < 6; ++k)
+    result.set_col(static_cast<int>(k), fixed(b.jacobian * (inverse_mass * a.jacobian.row(k))));
+  return result;
+}
+
+Matrix3d ArticulatedMotion::free_mobility_of(const Link& link, double weight,
+                                             const Vector3d& arm) const {
+  Matrix3d result;
+  for (int k = 0; k < 3; ++k) {
+    const Vector3d push = Vector3d::Unit(k);
+    const Vector6d on_link = stacked(weight * push, arm.cross(push));
+    const Vector6d moved =
+        fixed(link.jacobian * (free_inverse_mass * link.jacobian.transpose_times(DenseVector(
+                                                       on_link.data(), on_link.data() + 6))));
+    result.set_col(k, weight * moved.head<3>() + moved.tail<3>().cross(arm));
+  }
+  return result;
+}
+
 void ArticulatedMotion::add_link(int index, int rigid, const btVector3& centre) {
-  Link link{rigid, Jacobian(6, velocity.size())};
+  Link link{rigid, DenseMatrix(6, velocity.size())};
   btAlignedObjectArray<btScalar> scratch;
   btAlignedObjectArray<btVector3> scratch_vectors;
   btAlignedObjectArray<btMatrix3x3> scratch_matrices;
-  std::vector<btScalar> row(static_cast<std::size_t>(velocity.size()));
+  std::vector<btScalar> row(velocity.size());
   const btVector3 none(0, 0, 0);
   for (int k = 0; k < 6; ++k) {
     btVector3 axis = none;
     axis[k % 3] = 1;
     body->fillConstraintJacobianMultiDof(index, centre, k < 3 ? none : axis, k < 3 ? axis : none,
                                          row.data(), scratch, scratch_vectors, scratch_matrices);
-    std::copy(row.begin(), row.end(), link.jacobian.row(k).begin());
+    for (std::size_t i = 0; i < row.size(); ++i)
+      link.jacobian(static_cast<std::size_t>(k), i) = static_cast<double>(row[i]);
   }
   links.push_back(std::move(link));
 }
 
 void ArticulatedMotion::restart_response() {
-  const bool is_elsewhere = held || !displacement.isZero(0) || !split_displacement.isZero(0);
-  for (VectorXd* const x : {&impulse, &displacement, &split_impulse, &split_displacement,
-                            &velocity_change, &momentum_change})
+  const bool is_elsewhere = held || !displacement.isZero() || !split_displacement.isZero();
+  for (DenseVector* const x : {&impulse, &displacement, &split_impulse, &split_displacement,
+                               &velocity_change, &momentum_change})
     x->setZero();
   held = false;
   if (is_elsewhere) set_pose(*body, predicted);
@@ -341,8 +430,8 @@ void ArticulatedMotion::set_end_pose() const {
 }
 
 bool ArticulatedMotion::is_changed() const {
-  return held || !velocity_change.isZero(0) || !displacement.isZero(0) ||
-         !split_displacement.isZero(0);
+  return held || !velocity_change.isZero() || !displacement.isZero() ||
+         !split_displacement.isZero();
 }
 
 const ArticulatedMotion::Link& ArticulatedMotion::link_of(int rigid) const {

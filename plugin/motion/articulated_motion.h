@@ -15,11 +15,12 @@
 #include <BulletDynamics/Featherstone/btMultiBody.h>
 #include <LinearMath/btTransform.h>
 
-#include <Eigen/Core>
 #include <vector>
 
 #include "lazyccd/bullet/precision.h"
 #include "motion/joint_hold.h"
+#include "util/dense.h"
+#include "util/matrix.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -36,7 +37,7 @@ MultibodyPose pose_of(const btMultiBody& body);
 void set_pose(btMultiBody& body, const MultibodyPose& pose);
 /// Sets the pose that the body reaches from `pose` by a generalized displacement (metres, radians),
 /// as btMultiBody integrates velocities. Velocities stay as they are.
-void set_pose(btMultiBody& body, const MultibodyPose& pose, const Eigen::VectorXd& displacement);
+void set_pose(btMultiBody& body, const MultibodyPose& pose, const DenseVector& displacement);
 
 /// True if a free base or a joint moves the link; -1 is the base. False if the link is fixed to a
 /// base that nothing moves.
@@ -44,11 +45,11 @@ bool is_moved(const btMultiBody& body, int link);
 
 /// Motion of a multibody over the step. Only links near soft bodies are listed.
 struct ArticulatedMotion {
-  using Jacobian = Eigen::Matrix<double, 6, Eigen::Dynamic>;
   struct Link {
     int rigid;  ///< index in Motion::rigid
-    /// Linear velocity of the centre of mass and angular velocity, by generalized coordinate.
-    Jacobian jacobian;
+    /// Linear velocity of the centre of mass and angular velocity (6 rows), by generalized
+    /// coordinate.
+    DenseMatrix jacobian;
   };
 
   /// What update_holds() may change.
@@ -71,21 +72,21 @@ struct ArticulatedMotion {
   };
 
   btMultiBody* body;
-  MultibodyPose start, predicted;     ///< at the start of the step; Bullet's at its end
-  Eigen::VectorXd velocity;           ///< Bullet's, at the end of the step
-  Eigen::MatrixXd inverse_mass;       ///< generalized; zero for joints that are held
-  Eigen::MatrixXd free_inverse_mass;  ///< if no joint is held
+  MultibodyPose start, predicted;  ///< at the start of the step; Bullet's at its end
+  DenseVector velocity;            ///< Bullet's, at the end of the step
+  DenseMatrix inverse_mass;        ///< generalized; zero for joints that are held
+  DenseMatrix free_inverse_mass;   ///< if no joint is held
   std::vector<Link> links;
   std::vector<JointHold> holds;  ///< joints at their limits or with motors, by coordinate
   /// Generalized impulse of motors that exert what they can and do not hold their joints, kg m and
   /// kg m^2.
-  Eigen::VectorXd motor_impulse;
+  DenseVector motor_impulse;
 
   /// What the response adds. Impulses are generalized, in kg m and kg m^2 (as ContactRow has them).
-  Eigen::VectorXd impulse, displacement, split_impulse, split_displacement;
+  DenseVector impulse, displacement, split_impulse, split_displacement;
   /// Changes of velocity that the displacement makes. Generalized momentum that contacts and limits
   /// give; that of motors is left out, as their work is no gain of energy by contacts.
-  Eigen::VectorXd velocity_change, momentum_change;
+  DenseVector velocity_change, momentum_change;
   bool held = false;  ///< the body stays at `start`
 
   /// Reads mass, velocity and pose from Bullet, without links.
@@ -104,23 +105,44 @@ struct ArticulatedMotion {
   /// Of each hold: the one that fits to the response, with which the next step begins.
   std::vector<JointHold> next_holds() const;
   /// The generalized momentum that contacts with these impulses give, with what limits exert.
-  Eigen::VectorXd with_limits(const Eigen::VectorXd& impulses) const;
+  DenseVector with_limits(const DenseVector& impulses) const;
   /// The generalized impulse that limits and motors exert if contacts have these impulses.
-  Eigen::VectorXd reactions(const Eigen::VectorXd& impulses) const;
-  /// Displacement that motor_impulse makes.
-  Eigen::VectorXd motor_displacement() const { return inverse_mass * motor_impulse; }
+  DenseVector reactions(const DenseVector& impulses) const;
+  /// Whether motors exert what they can.
+  bool has_motor_impulse() const;
+  /// Motion of each link that motor_impulse makes.
+  std::vector<Vector6d> motor_displacements() const;
   /// Takes motor_impulse away.
   void stop_motors();
+  /// Adds an impulse and an angular impulse on the centre of a link to `impulse` or, if `split`, to
+  /// `split_impulse`.
+  void add_impulse(const Link& link, const Vector6d& on_link, bool split);
+  void clear_impulse(bool split);
+  /// Sets `displacement` or `split_displacement` to what the impulses make, with the motors.
+  void set_displacement(bool split);
+  /// The part of that displacement that is the motion of a link.
+  Vector6d displacement_of(const Link& link, bool split) const;
+  /// Sets the changes of velocity and momentum from displacement and impulse in a step of `dt`.
+  void set_velocity_change(double dt);
+  /// Adds to them those of another response, `fraction` times.
+  void add_velocity_change(const ArticulatedMotion& other, double fraction, double dt);
+  void scale_velocity_change(double factor);
+  /// Whether impulses act or anything moves, without split impulses.
+  bool is_pushed() const;
   /// Gives Bullet's body the pose at the end of the step, with the response.
   void set_end_pose() const;
   /// True if the response changes pose or velocity.
   bool is_changed() const;
   /// Rise of the kinetic energy by the velocity change, joules.
-  double energy_change() const { return momentum_change.dot(velocity + 0.5 * velocity_change); }
+  double energy_change() const;
+  /// Twice its part that is linear in the change, and the one that is quadratic, joules.
+  double mixed_energy() const;
+  double quadratic_energy() const;
   /// Response of link `b` to an impulse and an angular impulse on the centre of link `a`.
-  Eigen::Matrix<double, 6, 6> mobility(const Link& a, const Link& b) const {
-    return b.jacobian * inverse_mass * a.jacobian.transpose();
-  }
+  Matrix6d mobility(const Link& a, const Link& b) const;
+  /// Displacement of a point of a link per impulse on it, 1/kg, if no joint is held. `arm`: from
+  /// the centre of mass to the point, times `weight`, metres; both scale the result's two sides.
+  Matrix3d free_mobility_of(const Link& link, double weight, const Vector3d& arm) const;
   const Link& link_of(int rigid) const;
 
  private:
@@ -128,7 +150,7 @@ struct ArticulatedMotion {
   /// Sets inverse_mass and motor_impulse for what holds.
   void hold_joints();
   /// Coordinates of joints that are held.
-  std::vector<Eigen::Index> held_coordinates() const;
+  std::vector<std::size_t> held_coordinates() const;
   /// What holds a joint, with its state, is fitted to the response.
   struct Fitted {
     JointHold hold;

@@ -1,33 +1,32 @@
 // Closest points of segments, and what is below a point in the plane of a triangle.
 #pragma once
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 
 #include "lazyccd/bullet/precision.h"
+#include "util/matrix.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
 /// Place of the point of a segment that is closest to x: 0 at its first end, 1 at its last one.
-inline double place_on_segment(const Eigen::Vector3d& x, const Eigen::Vector3d& first,
-                               const Eigen::Vector3d& last) {
-  const Eigen::Vector3d along = last - first;
+inline double place_on_segment(const Vector3d& x, const Vector3d& first, const Vector3d& last) {
+  const Vector3d along = last - first;
   const double length2 = along.squaredNorm();
   return length2 > 0 ? std::clamp((x - first).dot(along) / length2, 0.0, 1.0) : 0;
 }
 
 struct ClosestOnSegments {
-  double s, t;          ///< on a + s u and on b + t v, in [0, 1]
-  Eigen::Vector3d gap;  ///< from the second segment to the first
+  double s, t;   ///< on a + s u and on b + t v, in [0, 1]
+  Vector3d gap;  ///< from the second segment to the first
 };
 
 /// Ericson 2005, "Real-Time Collision Detection", section 5.1.9. Of parallel segments, s is 0 or at
 /// an end of the second one.
-inline ClosestOnSegments closest_on_segments(const Eigen::Vector3d& a, const Eigen::Vector3d& u,
-                                             const Eigen::Vector3d& b, const Eigen::Vector3d& v) {
-  const Eigen::Vector3d w = a - b;
+inline ClosestOnSegments closest_on_segments(const Vector3d& a, const Vector3d& u,
+                                             const Vector3d& b, const Vector3d& v) {
+  const Vector3d w = a - b;
   const double uu = u.squaredNorm(), vv = v.squaredNorm(), vw = v.dot(w);
   double s = 0, t = 0;
   if (!(vv > 0)) {
@@ -46,10 +45,10 @@ inline ClosestOnSegments closest_on_segments(const Eigen::Vector3d& a, const Eig
 
 /// The plane of a triangle.
 struct TrianglePlane {
-  Eigen::Vector3d corner, ab, ac, across;  ///< across: its normal, as long as twice its area, m^2
-  double across_squared;                   ///< 0: the triangle has no plane
+  Vector3d corner, ab, ac, across;  ///< across: its normal, as long as twice its area, m^2
+  double across_squared;            ///< 0: the triangle has no plane
 
-  TrianglePlane(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c)
+  TrianglePlane(const Vector3d& a, const Vector3d& b, const Vector3d& c)
       : corner(a),
         ab(b - a),
         ac(c - a),
@@ -58,7 +57,7 @@ struct TrianglePlane {
 
   bool exists() const { return across_squared > 0; }
   /// Barycentric coordinates of the point of the plane below x, by corner. Needs a plane.
-  std::array<double, 3> weights_below(const Eigen::Vector3d& x) const {
+  std::array<double, 3> weights_below(const Vector3d& x) const {
     const double u = across.dot((x - corner).cross(ac)) / across_squared,
                  v = across.dot(ab.cross(x - corner)) / across_squared;
     return {1 - u - v, u, v};

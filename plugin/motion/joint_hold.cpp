@@ -59,12 +59,12 @@ void JointHold::set_state(MotorState state) {
                                                  : 0;
 }
 
-JointHold limit_hold(Eigen::Index coordinate, int side, bool holds) {
+JointHold limit_hold(std::size_t coordinate, int side, bool holds) {
   constexpr double infinity = std::numeric_limits<double>::infinity();
   return {coordinate, side > 0 ? -infinity : 0, side > 0 ? 0 : infinity, true, holds};
 }
 
-JointHold motor_hold(Eigen::Index coordinate, const JointMotor& motor, double most) {
+JointHold motor_hold(std::size_t coordinate, const JointMotor& motor, double most) {
   JointHold hold{coordinate, std::max(motor.lowest, -most), std::min(motor.highest, most), false,
                  false};
   hold.set_state(motor.last);

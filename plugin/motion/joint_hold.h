@@ -8,7 +8,7 @@
 // impulse.
 #pragma once
 
-#include <Eigen/Core>
+#include <cstddef>
 
 #include "lazyccd/bullet/precision.h"
 
@@ -26,7 +26,7 @@ struct JointMotor {
 };
 
 struct JointHold {
-  Eigen::Index coordinate;
+  std::size_t coordinate;
   double lowest, highest;  ///< range of the impulse, kg m or kg m^2; lowest <= 0 <= highest
   bool is_limit;           ///< the joint is at a limit; false: only a motor holds it
   bool holds;              ///< contacts do not move the joint
@@ -52,9 +52,9 @@ struct JointHold {
 };
 
 /// Hold of a joint at its limit; `side`: 1: the upper one, -1: the lower one.
-JointHold limit_hold(Eigen::Index coordinate, int side, bool holds);
+JointHold limit_hold(std::size_t coordinate, int side, bool holds);
 /// Hold of a joint by its motor. `most`: the largest impulse in either direction, kg m or kg m^2.
-JointHold motor_hold(Eigen::Index coordinate, const JointMotor& motor, double most);
+JointHold motor_hold(std::size_t coordinate, const JointMotor& motor, double most);
 
 }  // namespace LAZYCCD_BULLET_PRECISION
 }  // namespace lazyccd::bullet

@@ -1,8 +1,12 @@
 #include "motion/motion.h"
 
-#include <Eigen/Dense>
+#include <BulletCollision/CollisionDispatch/btCollisionObject.h>
+
 #include <algorithm>
 #include <cmath>
+
+#include "motion/articulated_motion.h"
+#include "util/matrix.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -24,17 +28,24 @@ double RigidMotion::mass() const {
   return largest > 0 ? 1 / largest : 0;
 }
 
-Eigen::Matrix3d RigidMotion::inertia() const {
-  Eigen::Matrix3d inverse = inverse_inertia;
-  Eigen::Vector3d rotates = Eigen::Vector3d::Ones();
+Matrix3d RigidMotion::inertia() const {
+  Matrix3d inverse = inverse_inertia;
+  Vector3d rotates = Vector3d::Ones();
   for (int k = 0; k < 3; ++k) {
     if (inverse_inertia(k, k) > 0) continue;
     inverse(k, k) = 1;
     rotates[k] = 0;
   }
-  const Eigen::Matrix3d inertia = rotates.asDiagonal() * inverse.inverse() * rotates.asDiagonal();
-  return inertia.allFinite() ? inertia : Eigen::Matrix3d::Zero();
+  const Matrix3d inertia = diagonal_matrix(rotates) * inverse.inverse() * diagonal_matrix(rotates);
+  return inertia.allFinite() ? inertia : Matrix3d::Zero();
 }
+
+Motion::Motion() = default;
+Motion::Motion(const Motion&) = default;
+Motion::Motion(Motion&&) noexcept = default;
+Motion& Motion::operator=(const Motion&) = default;
+Motion& Motion::operator=(Motion&&) noexcept = default;
+Motion::~Motion() = default;
 
 void Motion::begin_response() {
   predicted.resize(size());
@@ -45,12 +56,12 @@ void Motion::begin_response() {
 void Motion::restart_response() {
   turn_displacement.clear();
   solved.assign(predicted.begin(), predicted.begin() + soft_count());
-  split_displacement.assign(solved.size(), Eigen::Vector3d::Zero());
-  link_displacement.assign(solved.size(), Eigen::Vector3d::Zero());
+  split_displacement.assign(solved.size(), Vector3d::Zero());
+  link_displacement.assign(solved.size(), Vector3d::Zero());
   for (std::int32_t v = 0; v < soft_count(); ++v) round_end(v);
   for (RigidMotion& body : rigid) {
     body.translation = body.rotation = body.split_translation = body.split_rotation =
-        Eigen::Vector3d::Zero();
+        Vector3d::Zero();
     set_end_pose(body, body.predicted);
   }
   for (ArticulatedMotion& body : articulated) body.restart_response();
@@ -68,23 +79,23 @@ void Motion::restart_response(std::int32_t body) {
   }
   RigidMotion& moved = rigid[rigid_of_body[body]];
   moved.translation = moved.rotation = moved.split_translation = moved.split_rotation =
-      Eigen::Vector3d::Zero();
+      Vector3d::Zero();
   set_end_pose(moved, moved.predicted);
   if (moved.articulated >= 0) articulated[moved.articulated].restart_response();
 }
 
 void Motion::find_turn_displacement() {
   const auto turns = [](const RigidMotion& body) {
-    return body.is_movable() && body.rotation + body.split_rotation != Eigen::Vector3d::Zero();
+    return body.is_movable() && body.rotation + body.split_rotation != Vector3d::Zero();
   };
   if (turn_displacement.empty()) {
     if (std::none_of(rigid.begin(), rigid.end(), turns)) return;
-    turn_displacement.assign(size(), Eigen::Vector3d::Zero());
+    turn_displacement.assign(size(), Vector3d::Zero());
   }
   const auto find = [&](std::int32_t v, const RigidMotion& body) {
     turn_displacement[v].setZero();
     if (!turns(body)) return;
-    const Eigen::Vector3d linear =
+    const Vector3d linear =
         body.translation + body.split_translation +
         (body.rotation + body.split_rotation).cross(start_of(v) - body.centre());
     turn_displacement[v] = end_of(v) - predicted[v] - linear;
@@ -97,13 +108,13 @@ void Motion::find_turn_displacement() {
 }
 
 void Motion::round_end(std::int32_t i) {
-  const Eigen::Vector3d x = solved[i] + split_displacement[i];
+  const Vector3d x = solved[i] + split_displacement[i];
   for (int k = 0; k < 3; ++k)
     end[3 * static_cast<std::size_t>(i) + k] = static_cast<btScalar>(x[k]);
 }
 
 void Motion::apply_response(RigidMotion& body) {
-  const Eigen::Vector3d rotation = body.rotation + body.split_rotation;
+  const Vector3d rotation = body.rotation + body.split_rotation;
   const double angle = rotation.norm();
   btTransform pose = body.predicted;
   if (angle > 0) {

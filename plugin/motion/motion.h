@@ -4,8 +4,6 @@
 
 #include <LinearMath/btTransform.h>
 
-#include <Eigen/Geometry>
-#include <Eigen/LU>
 #include <array>
 #include <cstdint>
 #include <map>
@@ -14,16 +12,18 @@
 
 #include "lazyccd/bullet/precision.h"
 #include "lazyccd/scene.h"
-#include "motion/articulated_motion.h"
 #include "motion/supports.h"
+#include "util/matrix.h"
+
+class btCollisionObject;
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-inline Eigen::Vector3d to_eigen(const btVector3& x) {
+inline Vector3d to_double(const btVector3& x) {
   return {static_cast<double>(x.x()), static_cast<double>(x.y()), static_cast<double>(x.z())};
 }
-inline btVector3 to_bullet(const Eigen::Vector3d& x) {
+inline btVector3 to_bullet(const Vector3d& x) {
   return btVector3(static_cast<btScalar>(x[0]), static_cast<btScalar>(x[1]),
                    static_cast<btScalar>(x[2]));
 }
@@ -43,15 +43,15 @@ struct RigidMotion {
   const btVector3* local;  ///< its vertices in its own frame
   /// The same at the start of the step, if children of a compound have moved since; or null.
   const btVector3* local_at_start = nullptr;
-  btTransform start, predicted;                ///< predicted: Bullet's pose for the end of the step
-  btTransform end;                             ///< pose at the end of the step after the response
-  Eigen::Vector3d velocity, angular_velocity;  ///< Bullet's, at the end of the step; m/s, rad/s
-  Eigen::Vector3d inverse_mass;     ///< 1/kg along each world axis; 0: no motion along that axis
-  Eigen::Matrix3d inverse_inertia;  ///< 1/(kg m^2), in the world frame, at the start of the step
+  btTransform start, predicted;         ///< predicted: Bullet's pose for the end of the step
+  btTransform end;                      ///< pose at the end of the step after the response
+  Vector3d velocity, angular_velocity;  ///< Bullet's, at the end of the step; m/s, rad/s
+  Vector3d inverse_mass;     ///< 1/kg along each world axis; 0: no motion along that axis
+  Matrix3d inverse_inertia;  ///< 1/(kg m^2), in the world frame, at the start of the step
   /// Motion that the response adds to the predicted pose. The first two come from impulses, and
   /// velocities follow them; the split ones come from split impulses and do not change velocities.
-  Eigen::Vector3d translation, rotation, split_translation, split_rotation;
-  Eigen::Vector3d velocity_change, angular_velocity_change;  ///< of the response; m/s, rad/s
+  Vector3d translation, rotation, split_translation, split_rotation;
+  Vector3d velocity_change, angular_velocity_change;  ///< of the response; m/s, rad/s
   /// A static body that has a velocity and stays where it is, as a conveyor belt: friction sees its
   /// surface move with the velocity.
   bool is_conveyor = false;
@@ -68,14 +68,14 @@ struct RigidMotion {
   std::optional<Mobility> supported_mobility;
   /// What impulses on it add to its velocity besides the changes above: the supports resist that,
   /// so it stays in place until Bullet's next solve. m/s, rad/s.
-  Eigen::Vector3d load_velocity = Eigen::Vector3d::Zero(),
-                  load_angular_velocity = Eigen::Vector3d::Zero();
+  Vector3d load_velocity = Vector3d::Zero(), load_angular_velocity = Vector3d::Zero();
 
   /// Whether none of its vertices moves.
   bool stands_still() const { return start == end && !local_at_start; }
   /// Whether some axis of translation or rotation is locked.
   bool is_locked() const {
-    return (inverse_mass.array() == 0).any() || inverse_inertia.determinant() == 0;
+    return inverse_mass.x() == 0 || inverse_mass.y() == 0 || inverse_mass.z() == 0 ||
+           inverse_inertia.determinant() == 0;
   }
   /// Whether it is a rigid body of finite mass; false for links.
   bool is_dynamic() const {
@@ -85,28 +85,37 @@ struct RigidMotion {
   }
   /// Whether impulses move it.
   bool is_movable() const { return is_dynamic() || articulated >= 0; }
-  Eigen::Vector3d centre() const { return to_eigen(start.getOrigin()); }
+  Vector3d centre() const { return to_double(start.getOrigin()); }
   /// Bullet's velocity of the body at a point, m/s.
-  Eigen::Vector3d velocity_at(const Eigen::Vector3d& point) const {
+  Vector3d velocity_at(const Vector3d& point) const {
     return velocity + angular_velocity.cross(point - centre());
   }
   /// Mass, kg; 0 if the body cannot translate, as it then has no linear momentum or energy.
   double mass() const;
   /// Inertia tensor, kg m^2, in the world frame; zero about locked axes.
-  Eigen::Matrix3d inertia() const;
+  Matrix3d inertia() const;
 };
+
+struct ArticulatedMotion;  // articulated_motion.h
 
 /// Positions, masses and velocities of all vertices over one step. The soft vertices come first;
 /// arrays "by soft vertex" have an element for these only.
 struct Motion {
+  Motion();
+  Motion(const Motion&);
+  Motion(Motion&&) noexcept;
+  Motion& operator=(const Motion&);
+  Motion& operator=(Motion&&) noexcept;
+  ~Motion();
+
   /// Positions at the start and the end of the step, three scalars per vertex, bit for bit as
   /// Bullet holds them. The detector certifies `end`, and Bullet's nodes are set to it.
   std::vector<btScalar> start, end;
   /// By soft vertex, 1/kg; 0: contacts do not decide the motion (pinned or anchored).
   std::vector<double> inverse_mass;
   std::map<std::int32_t, AnchoredVertex> anchored;  ///< by soft vertex; set by anchor()
-  std::vector<Eigen::Vector3d> velocity;  ///< by soft vertex: Bullet's, at the end of the step, m/s
-  std::vector<double> rate;  ///< by soft vertex: velocity per displacement, with damping, 1/s
+  std::vector<Vector3d> velocity;  ///< by soft vertex: Bullet's, at the end of the step, m/s
+  std::vector<double> rate;        ///< by soft vertex: velocity per displacement, with damping, 1/s
   std::vector<double> shortest_edge;  ///< by soft vertex: its shortest edge, metres
   std::vector<RigidMotion> rigid;
   std::vector<ArticulatedMotion> articulated;  ///< multibodies whose links are in `rigid`
@@ -116,28 +125,28 @@ struct Motion {
 
   /// All vertices at the end of the step before the response, metres: Bullet's prediction plus
   /// untangling. Valid after begin_response().
-  std::vector<Eigen::Vector3d> predicted;
+  std::vector<Vector3d> predicted;
   /// By vertex, metres: what find_turn_displacement() found. Empty: nothing was found yet.
-  std::vector<Eigen::Vector3d> turn_displacement;
+  std::vector<Vector3d> turn_displacement;
   /// By soft vertex: displacement that the body's own links add to the prediction, once contacts
   /// have moved it, metres.
-  std::vector<Eigen::Vector3d> link_displacement;
+  std::vector<Vector3d> link_displacement;
   // Results of the response, by soft vertex. `end` is solved + split_displacement, rounded.
-  std::vector<Eigen::Vector3d> solved;  ///< positions after impulses, metres; velocities follow
+  std::vector<Vector3d> solved;  ///< positions after impulses, metres; velocities follow
   /// Displacement that restores gaps, metres; velocities do not follow it.
-  std::vector<Eigen::Vector3d> split_displacement;
-  std::vector<Eigen::Vector3d> velocity_change;  ///< to be added to the nodes' velocities, m/s
+  std::vector<Vector3d> split_displacement;
+  std::vector<Vector3d> velocity_change;  ///< to be added to the nodes' velocities, m/s
 
   std::size_t size() const { return start.size() / 3; }
   std::int32_t soft_count() const { return static_cast<std::int32_t>(inverse_mass.size()); }
   bool is_soft(std::int32_t vertex) const { return vertex < soft_count(); }
 
-  static Eigen::Vector3d read(const std::vector<btScalar>& positions, std::int32_t i) {
+  static Vector3d read(const std::vector<btScalar>& positions, std::int32_t i) {
     const btScalar* p = &positions[3 * static_cast<std::size_t>(i)];
     return {static_cast<double>(p[0]), static_cast<double>(p[1]), static_cast<double>(p[2])};
   }
-  Eigen::Vector3d start_of(std::int32_t i) const { return read(start, i); }
-  Eigen::Vector3d end_of(std::int32_t i) const { return read(end, i); }
+  Vector3d start_of(std::int32_t i) const { return read(start, i); }
+  Vector3d end_of(std::int32_t i) const { return read(end, i); }
 
   const RigidMotion& rigid_of(std::int32_t body) const { return rigid[rigid_of_body[body]]; }
   /// 1/kg; 0 for vertices of rigid bodies too.
@@ -176,7 +185,7 @@ struct Motion {
   /// starts from where the body really is (Newton's method).
   void find_turn_displacement();
   /// End of a vertex that no impulse moves itself, without the impulses on its body, metres.
-  Eigen::Vector3d end_without_impulses(std::int32_t vertex) const {
+  Vector3d end_without_impulses(std::int32_t vertex) const {
     if (turn_displacement.empty()) return predicted[vertex];
     return predicted[vertex] + turn_displacement[vertex];
   }

@@ -1,12 +1,12 @@
 // Axis-aligned bounds of points over a motion.
 #pragma once
 
-#include <Eigen/Core>
 #include <cstdint>
 #include <limits>
 
 #include "lazyccd/bullet/precision.h"
 #include "motion/motion.h"
+#include "util/matrix.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -14,8 +14,8 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 /// What was added stays inside, metres. Without points they are apart from everything finite.
 class MotionBounds {
  public:
-  Eigen::Vector3d lower = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
-  Eigen::Vector3d upper = -lower;
+  Vector3d lower = Vector3d::Constant(std::numeric_limits<double>::infinity());
+  Vector3d upper = -lower;
 
   MotionBounds() = default;
   /// Of vertices `first` to `last` - 1 in all of the motion. `at_start`: they stay where they
@@ -26,7 +26,7 @@ class MotionBounds {
       if (!at_start) add(motion.end_of(v));
     }
   }
-  void add(const Eigen::Vector3d& x) {
+  void add(const Vector3d& x) {
     lower = lower.cwiseMin(x);
     upper = upper.cwiseMax(x);
     sum_ += x;
@@ -41,7 +41,7 @@ class MotionBounds {
 
  private:
   // Of all points. It is finite only if all of them are.
-  Eigen::Vector3d sum_ = Eigen::Vector3d::Zero();
+  Vector3d sum_ = Vector3d::Zero();
 };
 
 /// True if it is certain that both are farther apart than `distance` in the direction of an axis.

@@ -1,19 +1,19 @@
 // The points of a vertex, an edge or a face.
 #pragma once
 
-#include <Eigen/Core>
 #include <array>
 #include <cstddef>
 
 #include "lazyccd/bullet/precision.h"
 #include "motion/motion.h"
+#include "util/matrix.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
 /// A vertex, an edge or a face at one time: the positions of its first `count` vertices, metres.
 struct PrimitivePoints {
-  std::array<Eigen::Vector3d, 3> x;
+  std::array<Vector3d, 3> x;
   int count;
 };
 

@@ -6,7 +6,7 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
 bool RigidStep::moves_along(std::int32_t soft_vertex, const Motion& motion) const {
-  const Eigen::Vector3d start = motion.start_of(soft_vertex), end = motion.end_of(soft_vertex);
+  const Vector3d start = motion.start_of(soft_vertex), end = motion.end_of(soft_vertex);
   return ((*this)(start)-end).norm() <= 1e-3 * (end - start).norm();
 }
 
@@ -14,8 +14,8 @@ RigidStep step_of(const RigidMotion& body) {
   if (body.start == body.end) return {};
   RigidStep step;
   step.centre = body.centre();
-  step.translation = to_eigen(body.end.getOrigin()) - step.centre;
-  step.rotation = to_eigen(body.end.getBasis()) * to_eigen(body.start.getBasis()).transpose();
+  step.translation = to_double(body.end.getOrigin()) - step.centre;
+  step.rotation = to_double(body.end.getBasis()) * to_double(body.start.getBasis()).transpose();
   return step;
 }
 

@@ -1,24 +1,24 @@
 // The rigid displacement of a body, or of an impact zone, over one step.
 #pragma once
 
-#include <Eigen/Geometry>
 #include <cstdint>
 
 #include "motion/motion.h"
+#include "util/matrix.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
 /// Moves a point x to rotation (x - centre) + centre + translation.
 struct RigidStep {
-  Eigen::Vector3d centre = Eigen::Vector3d::Zero();       ///< metres
-  Eigen::Vector3d translation = Eigen::Vector3d::Zero();  ///< metres
-  Eigen::Matrix3d rotation = Eigen::Matrix3d::Identity();
+  Vector3d centre = Vector3d::Zero();       ///< metres
+  Vector3d translation = Vector3d::Zero();  ///< metres
+  Matrix3d rotation = Matrix3d::Identity();
 
-  Eigen::Vector3d operator()(const Eigen::Vector3d& x) const {
+  Vector3d operator()(const Vector3d& x) const {
     return rotation * (x - centre) + centre + translation;
   }
-  bool stays() const { return translation.isZero(0) && rotation.isIdentity(0); }
+  bool stays() const { return translation.isZero() && rotation.isIdentity(); }
   bool operator==(const RigidStep& other) const {
     return translation == other.translation && centre == other.centre && rotation == other.rotation;
   }

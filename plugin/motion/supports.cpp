@@ -1,20 +1,17 @@
 #include "motion/supports.h"
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <utility>
 #include <vector>
 
 #include "motion/motion.h"
+#include "util/decompositions.h"
+#include "util/matrix.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
-
-using Eigen::Matrix3d;
-using Eigen::Vector3d;
 
 // A motion of the body moves supports, and not only by the rounding of their normals, if it moves
 // them by more than this fraction of what it moves the body.
@@ -30,11 +27,10 @@ constexpr double holding_fraction = 0.01;
 // A matrix whose square is the mobility without supports.
 Mobility root_of_free_mobility(const RigidMotion& body) {
   Mobility root = Mobility::Zero();
-  root.topLeftCorner<3, 3>() = body.inverse_mass.cwiseMax(0).cwiseSqrt().asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Matrix3d> inertia(body.inverse_inertia);
-  const Vector3d roots = inertia.eigenvalues().cwiseMax(0).cwiseSqrt();
-  root.bottomRightCorner<3, 3>() =
-      inertia.eigenvectors() * roots.asDiagonal() * inertia.eigenvectors().transpose();
+  root.set_block(0, 0, diagonal_matrix(body.inverse_mass.cwiseMax(0).cwiseSqrt()));
+  const SymmetricEigen<3> inertia(body.inverse_inertia);
+  const Vector3d roots = inertia.values.cwiseMax(0).cwiseSqrt();
+  root.set_block(3, 3, inertia.vectors * diagonal_matrix(roots) * inertia.vectors.transpose());
   return root;
 }
 
@@ -44,33 +40,35 @@ Matrix3d across(const Vector3d& normal) {
 
 // The directions in which a support holds the body, as a projection.
 Matrix3d held_directions(const Support& support) {
-  return support.slides ? Matrix3d(support.normal * support.normal.transpose())
-                        : Matrix3d(Matrix3d::Identity());
+  return support.slides ? support.normal * support.normal.transpose() : Matrix3d::Identity();
 }
 
 // What holds a body, in coordinates in which its mobility is the identity.
 struct Hold {
   Mobility root;  // its square is the mobility without supports
-  // Sum over the supports; each counts the same, wherever it is.
-  Mobility sum = Mobility::Zero();
-  Eigen::SelfAdjointEigenSolver<Mobility> directions;
+  // Of the sum over the supports; each counts the same, wherever it is.
+  SymmetricEigen<6> directions;
 
-  explicit Hold(const RigidMotion& body) : root(root_of_free_mobility(body)) {
-    for (const Support& support : body.supports) {
-      const Eigen::Matrix<double, 3, 6> held = held_by(support);
+  explicit Hold(const RigidMotion& body)
+      : root(root_of_free_mobility(body)), directions(sum_over(body.supports)) {}
+
+  Mobility sum_over(const std::vector<Support>& supports) const {
+    Mobility sum = Mobility::Zero();
+    for (const Support& support : supports) {
+      const Matrix<3, 6> held = held_by(support);
       sum += held.transpose() * held;
     }
-    directions.compute(sum);
+    return sum;
   }
   // Its product with a motion is the displacement of the support in the directions that it holds.
-  Eigen::Matrix<double, 3, 6> held_by(const Support& support) const {
-    const Eigen::Matrix<double, 3, 6> point = support.jacobian() * root;
+  Matrix<3, 6> held_by(const Support& support) const {
+    const Matrix<3, 6> point = support.jacobian() * root;
     const double size = point.norm();
-    if (!(size > 0)) return Eigen::Matrix<double, 3, 6>::Zero();
+    if (!(size > 0)) return Matrix<3, 6>::Zero();
     return held_directions(support) * point / size;
   }
   bool holds(int direction) const {
-    return directions.eigenvalues()[direction] > min_held_part * min_held_part;
+    return directions.values[direction] > min_held_part * min_held_part;
   }
 };
 
@@ -104,7 +102,7 @@ class Reaction {
  private:
   struct Point {
     const Support* support;
-    Eigen::Matrix<double, 6, 3> effect;  // of an impulse on it on the motion of the body
+    Matrix<6, 3> effect;  // of an impulse on it on the motion of the body
     double normal_compliance, tangent_compliance;
     Vector3d impulse = Vector3d::Zero();
   };
@@ -119,9 +117,8 @@ class Reaction {
     const Vector6d pushed = hold.root * impulse;
     Vector6d resisted = Vector6d::Zero();
     for (int k = 0; k < 6; ++k) {
-      const Vector6d direction = hold.directions.eigenvectors().col(k);
-      if (hold.holds(k))
-        resisted += direction.dot(pushed) / hold.directions.eigenvalues()[k] * direction;
+      const Vector6d direction = hold.directions.vectors.col(k);
+      if (hold.holds(k)) resisted += direction.dot(pushed) / hold.directions.values[k] * direction;
     }
     for (Point& point : points_) {
       const double size = (point.support->jacobian() * hold.root).norm();
@@ -169,18 +166,17 @@ class Reaction {
 
 }  // namespace
 
-Eigen::Matrix<double, 3, 6> Support::jacobian() const {
-  Eigen::Matrix<double, 3, 6> j;
-  j << 1, 0, 0, 0, arm.z(), -arm.y(),  //
-      0, 1, 0, -arm.z(), 0, arm.x(),   //
-      0, 0, 1, arm.y(), -arm.x(), 0;
+Matrix<3, 6> Support::jacobian() const {
+  Matrix<3, 6> j;
+  j.set_block(0, 0, Matrix3d::Identity());
+  j.set_block(0, 3, -cross_matrix(arm));
   return j;
 }
 
 Mobility free_mobility(const RigidMotion& body) {
   Mobility mobility = Mobility::Zero();
-  mobility.topLeftCorner<3, 3>() = body.inverse_mass.asDiagonal();
-  mobility.bottomRightCorner<3, 3>() = body.inverse_inertia;
+  mobility.set_block(0, 0, diagonal_matrix(body.inverse_mass));
+  mobility.set_block(3, 3, body.inverse_inertia);
   return mobility;
 }
 
@@ -191,13 +187,16 @@ void hold_at_supports(RigidMotion& body) {
   Mobility mobility = Mobility::Zero();
   for (int k = 0; k < 6; ++k) {
     if (hold.holds(k)) continue;
-    const Vector6d moved = hold.root * hold.directions.eigenvectors().col(k);
+    const Vector6d moved = hold.root * hold.directions.vectors.col(k);
     mobility += moved * moved.transpose();
   }
   // What is left by rounding would decay to denormal numbers in the contact solver, which are slow.
   const Vector6d sizes = free_mobility(body).diagonal().cwiseMax(0).cwiseSqrt();
-  body.supported_mobility =
-      (mobility.array().abs() < rounding * (sizes * sizes.transpose()).array()).select(0, mobility);
+  for (int k = 0; k < 6; ++k) {
+    for (int i = 0; i < 6; ++i)
+      if (std::abs(mobility(i, k)) < rounding * (sizes[i] * sizes[k])) mobility(i, k) = 0;
+  }
+  body.supported_mobility = mobility;
 }
 
 bool leave_supports(RigidMotion& body, const Vector6d& impulse) {

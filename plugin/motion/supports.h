@@ -7,32 +7,29 @@
 // the support.
 #pragma once
 
-#include <Eigen/Core>
-
 #include "lazyccd/bullet/precision.h"
+#include "util/matrix.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
 struct RigidMotion;
 
-/// Impulse (kg m) and angular impulse (kg m^2) on the centre of a body, or its translation (metres)
-/// and rotation (radians).
-using Vector6d = Eigen::Matrix<double, 6, 1>;
-/// Translation and rotation of a body per impulse and angular impulse on its centre.
-using Mobility = Eigen::Matrix<double, 6, 6>;
+/// Translation (metres) and rotation (radians) of a body per impulse (kg m) and angular impulse
+/// (kg m^2) on its centre.
+using Mobility = Matrix6d;
 
 /// A point of contact at which another rigid body supports this one.
 struct Support {
-  Eigen::Vector3d normal,            ///< away from the other body
-      arm;                           ///< from the centre of this body to the point, metres
-  double load;                       ///< Bullet's impulse along the normal in this step, kg m, >= 0
-  Eigen::Vector3d friction_impulse;  ///< Bullet's, across the normal, kg m
-  double friction;                   ///< Coulomb's coefficient
-  bool slides = false;               ///< friction does not hold the point
+  Vector3d normal,            ///< away from the other body
+      arm;                    ///< from the centre of this body to the point, metres
+  double load;                ///< Bullet's impulse along the normal in this step, kg m, >= 0
+  Vector3d friction_impulse;  ///< Bullet's, across the normal, kg m
+  double friction;            ///< Coulomb's coefficient
+  bool slides = false;        ///< friction does not hold the point
 
   /// Displacement of the point per translation and rotation of the body.
-  Eigen::Matrix<double, 3, 6> jacobian() const;
+  Matrix<3, 6> jacobian() const;
 };
 
 /// Mobility of a body without its supports.

@@ -1,17 +1,15 @@
 #include "obstacles/convex_pair.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <limits>
 #include <tuple>
 
 #include "obstacles/obstacle_pairs.h"
+#include "util/matrix.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
-
-using Eigen::Vector3d;
 
 // Of the thickness: a vertex that stays higher than this above a side counts as held there.
 constexpr double held_height_of_thickness = 0.5;
@@ -178,8 +176,8 @@ void ConvexPair::find_near_edges(const NearPrimitives& near, double separation, 
 Vector3d ConvexPair::normal_at(std::int32_t side, double time) const {
   const btVector3& local = part_->part().sides[static_cast<std::size_t>(side)].normal;
   const RigidMotion& rigid = motion_.rigid_of(obstacle_);
-  return ((1 - time) * to_eigen(rigid.start.getBasis() * local) +
-          time * to_eigen(rigid.end.getBasis() * local))
+  return ((1 - time) * to_double(rigid.start.getBasis() * local) +
+          time * to_double(rigid.end.getBasis() * local))
       .normalized();
 }
 

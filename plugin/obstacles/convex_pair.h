@@ -1,7 +1,6 @@
 // A convex part of an obstacle and a soft body: what comes near, and whether nothing touches.
 #pragma once
 
-#include <Eigen/Core>
 #include <array>
 #include <cstdint>
 #include <vector>
@@ -12,6 +11,7 @@
 #include "obstacles/moving_polyhedron.h"
 #include "obstacles/soft_bounds.h"
 #include "scene/step_topology.h"
+#include "util/matrix.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -54,8 +54,8 @@ class ConvexPair {
   /// know these vertices only. Returns false if a position is not finite.
   bool read_vertices(const MovingPolyhedron& part, const std::vector<std::int32_t>& vertices,
                      bool at_start, double height);
-  Eigen::Vector3d start_of(std::int32_t vertex) const { return motion_.start_of(vertex); }
-  Eigen::Vector3d end_of(std::int32_t vertex) const {
+  Vector3d start_of(std::int32_t vertex) const { return motion_.start_of(vertex); }
+  Vector3d end_of(std::int32_t vertex) const {
     return at_start_ ? motion_.start_of(vertex) : motion_.end_of(vertex);
   }
   VertexRecord& record_of(std::int32_t vertex) {
@@ -76,11 +76,11 @@ class ConvexPair {
   void note_sides(const std::vector<std::int32_t>& vertices, double height);
   void find_near_edges(const NearPrimitives& near, double separation, double held_height,
                        std::vector<Contact>& contacts);
-  Eigen::Vector3d position(std::int32_t vertex, double time) const {
+  Vector3d position(std::int32_t vertex, double time) const {
     return (1 - time) * motion_.start_of(vertex) + time * motion_.end_of(vertex);
   }
   /// Normal of a side of the obstacle as it is turned at a time.
-  Eigen::Vector3d normal_at(std::int32_t side, double time) const;
+  Vector3d normal_at(std::int32_t side, double time) const;
   RidgePoint closest_ridge(const Edge& edge, const std::array<std::int32_t, 2>& sides,
                            double time) const;
   Contact vertex_contact(std::int32_t vertex, std::int32_t side, double time) const;

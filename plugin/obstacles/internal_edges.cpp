@@ -1,15 +1,14 @@
 #include "obstacles/internal_edges.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
 
+#include "util/matrix.h"
+
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
-
-using Eigen::Vector3d;
 
 // Of the thickness: how far a soft body may sink in between its vertices.
 constexpr double max_sag = 0.5;
@@ -157,7 +156,7 @@ bool InternalEdges::is_beyond_edge(const Contact& contact, double thickness) con
   const Vector3d a = at_contact(contact.vertices[1]);
   const Vector3d of_face =
       (at_contact(contact.vertices[2]) - a).cross(at_contact(contact.vertices[3]) - a);
-  const Vector3d normal = Eigen::Map<const Eigen::Vector3f>(contact.normal.data()).cast<double>();
+  const Vector3d normal = vector_of(contact.normal.data());
   constexpr double tolerance = 0.02;  // radians; more than rounding changes the normals
   return std::abs(of_face.dot(normal)) < std::cos(angle + tolerance) * of_face.norm();
 }

@@ -10,7 +10,6 @@
 // ends are at the distance d from the surface, all of the edge is at least about d - l b / 4 away.
 #pragma once
 
-#include <Eigen/Core>
 #include <cstdint>
 #include <vector>
 
@@ -21,6 +20,7 @@
 #include "obstacles/obstacle_pairs.h"
 #include "scene/step_topology.h"
 #include "shapes/surface_bends.h"
+#include "util/matrix.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {

@@ -1,23 +1,21 @@
 #include "obstacles/moving_core.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "motion/closest_points.h"
+#include "util/matrix.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-using Eigen::Vector3d;
-
 Vector3d transformed(const btTransform& pose, const btVector3& x) {
   const btMatrix3x3& basis = pose.getBasis();
-  const Vector3d local = to_eigen(x);
-  Vector3d world = to_eigen(pose.getOrigin());
-  for (int k = 0; k < 3; ++k) world[k] += to_eigen(basis[k]).dot(local);
+  const Vector3d local = to_double(x);
+  Vector3d world = to_double(pose.getOrigin());
+  for (int k = 0; k < 3; ++k) world[k] += to_double(basis[k]).dot(local);
   return world;
 }
 
@@ -154,7 +152,7 @@ double MovingCore::rounding(double radius) const {
   constexpr double count = 64;
   double largest = radius;
   for (const Vector3d* x : {&start_.first, &start_.last, &end_.first, &end_.last})
-    largest = std::max(largest, x->lpNorm<Eigen::Infinity>() + radius);
+    largest = std::max(largest, x->norm_infinity() + radius);
   return count * static_cast<double>(std::numeric_limits<btScalar>::epsilon()) * largest;
 }
 

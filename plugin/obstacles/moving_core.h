@@ -2,13 +2,13 @@
 // to it.
 #pragma once
 
-#include <Eigen/Core>
 #include <array>
 
 #include "motion/motion.h"
 #include "motion/motion_bounds.h"
 #include "motion/primitive_points.h"
 #include "shapes/round_part.h"
+#include "util/matrix.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -18,7 +18,7 @@ struct ClosestPoints {
   double distance;                ///< metres; 0: they intersect
   double along;                   ///< place on the core: 0 at its first end, 1 at the other
   std::array<double, 3> weights;  ///< place on the primitive, by vertex; their sum is 1
-  Eigen::Vector3d between;        ///< from the core to the primitive, metres
+  Vector3d between;               ///< from the core to the primitive, metres
 };
 
 class MovingCore {
@@ -29,7 +29,7 @@ class MovingCore {
   /// Bounds of the core over the motion.
   MotionBounds bounds() const;
   /// Distance from a vertex at time t in [0, 1], metres.
-  double distance(const Eigen::Vector3d& x, double t) const;
+  double distance(const Vector3d& x, double t) const;
   /// What is closest at time t.
   ClosestPoints closest(const PrimitivePoints& primitive, double t) const;
   /// Finds the first time at which the distance of a primitive is at most `near_distance`, metres,
@@ -38,10 +38,10 @@ class MovingCore {
   bool find_near(const PrimitivePoints& start, const PrimitivePoints& end, double near_distance,
                  double& time, ClosestPoints& points) const;
   /// Upper bound of how far a vertex moves relative to any point of the core, metres.
-  double relative_move(const Eigen::Vector3d& x0, const Eigen::Vector3d& x1) const;
+  double relative_move(const Vector3d& x0, const Vector3d& x1) const;
   /// Lower bound of the distance of a vertex over the whole motion. Exact if the core does not
   /// turn.
-  double smallest_distance(const Eigen::Vector3d& x0, const Eigen::Vector3d& x1) const;
+  double smallest_distance(const Vector3d& x0, const Vector3d& x1) const;
   /// True if it is certain that a primitive stays farther away than `radius` in the whole motion.
   bool is_farther(double radius, const PrimitivePoints& start, const PrimitivePoints& end) const;
   /// Upper bound of the rounding of Bullet's positions of the part's vertices, metres.
@@ -49,7 +49,7 @@ class MovingCore {
 
  private:
   struct Segment {
-    Eigen::Vector3d first, last;
+    Vector3d first, last;
   };
   Segment at(double t) const {
     return {(1 - t) * start_.first + t * end_.first, (1 - t) * start_.last + t * end_.last};

@@ -1,6 +1,6 @@
 #include "obstacles/moving_polyhedron.h"
 
-#include <Eigen/Geometry>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,14 +11,48 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-using Eigen::Vector3d;
 using SideValues =
     Eigen::Array<double, Eigen::Dynamic, 1, 0, static_cast<int>(ConvexPart::max_sides), 1>;
 using SideView = Eigen::Map<const Eigen::ArrayXd>;
+using VertexValues =
+    Eigen::Array<double, Eigen::Dynamic, 1, 0, static_cast<int>(ConvexPart::max_vertices), 1>;
+// One point a row.
+using PointView = Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, 3>>;
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
 // Shortest sum of normals of which the direction still means something.
 constexpr double least_normal = 1e-3;
+
+PointView rows_of(const std::vector<double>& coordinates) {
+  return {coordinates.data(), static_cast<Eigen::Index>(coordinates.size() / 3), 3};
+}
+SideView view_of(const std::vector<double>& values) {
+  return {values.data(), static_cast<Eigen::Index>(values.size())};
+}
+
+Vector3d point_of(const PointView& points, Eigen::Index i) {
+  return {points(i, 0), points(i, 1), points(i, 2)};
+}
+
+void set_point(std::vector<double>& coordinates, std::size_t i, const Vector3d& x) {
+  const std::size_t count = coordinates.size() / 3;
+  for (std::size_t k = 0; k < 3; ++k) coordinates[k * count + i] = x[static_cast<int>(k)];
+}
+
+// How far points are along a direction, metres. The view must live as long as the result.
+auto along(const PointView& points, const Vector3d& direction) {
+  return (points.col(0) * direction[0] + points.col(1) * direction[1] +
+          points.col(2) * direction[2])
+      .array();
+}
+
+// How far vertices are along a direction at time t, metres.
+VertexValues places_along(const PointView& start, const PointView& end, const Vector3d& direction,
+                          double t) {
+  if (t == 0) return along(start, direction);
+  if (t == 1) return along(end, direction);
+  return (1 - t) * along(start, direction) + t * along(end, direction);
+}
 
 SideValues heights_at(const VertexHeights& vertex, std::int32_t sides, double t) {
   return (1 - t) * SideView(vertex.start, sides) + t * SideView(vertex.end, sides);
@@ -27,54 +61,52 @@ SideValues heights_at(const VertexHeights& vertex, std::int32_t sides, double t)
 }  // namespace
 
 void MovingPolyhedron::move(const RigidMotion& rigid, const Motion& motion, bool at_start) {
-  const Eigen::Index count = part_->vertex_end - part_->first_vertex;
-  start_.resize(count, 3);
-  end_.resize(count, 3);
-  for (Eigen::Index i = 0; i < count; ++i) {
+  const auto count = static_cast<std::size_t>(part_->vertex_end - part_->first_vertex),
+             sides = static_cast<std::size_t>(side_count());
+  start_.resize(3 * count);
+  end_.resize(3 * count);
+  for (std::size_t i = 0; i < count; ++i) {
     const std::int32_t v = rigid.first_vertex + part_->first_vertex + static_cast<std::int32_t>(i);
-    start_.row(i) = motion.start_of(v).transpose();
-    end_.row(i) = (at_start ? motion.start_of(v) : motion.end_of(v)).transpose();
+    set_point(start_, i, motion.start_of(v));
+    set_point(end_, i, at_start ? motion.start_of(v) : motion.end_of(v));
   }
-  rounding_ = rounding * std::max(start_.cwiseAbs().rowwise().sum().maxCoeff(),
-                                  end_.cwiseAbs().rowwise().sum().maxCoeff());
-  normals_.resize(side_count(), 3);
-  for (std::int32_t s = 0; s < side_count(); ++s) {
-    const btVector3& local = part_->sides[static_cast<std::size_t>(s)].normal;
-    normals_.row(s) = to_eigen(rigid.start.getBasis() * local).normalized().transpose();
+  const PointView start = rows_of(start_), end = rows_of(end_);
+  is_finite_ = start.allFinite() && end.allFinite();
+  rounding_ = rounding * std::max(start.cwiseAbs().rowwise().sum().maxCoeff(),
+                                  end.cwiseAbs().rowwise().sum().maxCoeff());
+  normals_.resize(3 * sides);
+  planes_.resize(sides);
+  for (std::size_t s = 0; s < sides; ++s) {
+    const btVector3& local = part_->sides[s].normal;
+    planes_[s].normal = to_double(rigid.start.getBasis() * local).normalized();
+    set_point(normals_, s, planes_[s].normal);
   }
   set_reach(start_, start_reach_);
   if (start_ == end_)
     end_reach_ = start_reach_;
   else
     set_reach(end_, end_reach_);
-  planes_.resize(static_cast<std::size_t>(side_count()));
-  for (std::int32_t s = 0; s < side_count(); ++s)
-    planes_[static_cast<std::size_t>(s)] = {normal(s), start_reach_[s], end_reach_[s]};
+  for (std::size_t s = 0; s < sides; ++s) {
+    planes_[s].start_reach = start_reach_[s];
+    planes_[s].end_reach = end_reach_[s];
+  }
 }
 
-void MovingPolyhedron::set_reach(const Points& points, Eigen::ArrayXd& reach) const {
-  reach.setConstant(side_count(), -infinity);
-  for (Eigen::Index i = 0; i < points.rows(); ++i)
-    reach = reach.max(along(points.row(i).transpose()));
-  reach += rounding_;
-}
-
-MovingPolyhedron::VertexValues MovingPolyhedron::places_along(const Vector3d& direction,
-                                                              double t) const {
-  const auto along_direction = [&direction](const Points& points) {
-    return (points.col(0) * direction[0] + points.col(1) * direction[1] +
-            points.col(2) * direction[2])
-        .array();
-  };
-  if (t == 0) return along_direction(start_);
-  if (t == 1) return along_direction(end_);
-  return (1 - t) * along_direction(start_) + t * along_direction(end_);
+void MovingPolyhedron::set_reach(const Coordinates& points, std::vector<double>& reach) const {
+  reach.assign(static_cast<std::size_t>(side_count()), -infinity);
+  Eigen::Map<Eigen::ArrayXd> highest(reach.data(), side_count());
+  const PointView normals = rows_of(normals_), rows = rows_of(points);
+  for (Eigen::Index i = 0; i < rows.rows(); ++i)
+    highest = highest.max(along(normals, point_of(rows, i)));
+  highest += rounding_;
 }
 
 void MovingPolyhedron::find_heights(const Vector3d& x0, const Vector3d& x1, double* start,
                                     double* end) const {
-  const auto write = [&](const Vector3d& x, const Eigen::ArrayXd& reach, double* heights) {
-    Eigen::Map<Eigen::ArrayXd>(heights, side_count()) = along(x) - reach - rounding_of(x);
+  const PointView normals = rows_of(normals_);
+  const auto write = [&](const Vector3d& x, const std::vector<double>& reach, double* heights) {
+    Eigen::Map<Eigen::ArrayXd>(heights, side_count()) =
+        along(normals, x) - view_of(reach) - rounding_of(x);
   };
   write(x0, start_reach_, start);
   write(x1, end_reach_, end);
@@ -174,17 +206,17 @@ bool MovingPolyhedron::face_plane(const PrimitivePoints& face, double t,
   plane.height = -infinity;
   if (!triangle.exists()) return false;
   const Vector3d normal = triangle.across / std::sqrt(triangle.across_squared);
-  const VertexValues places = places_along(normal, t);
+  const VertexValues places = places_along(rows_of(start_), rows_of(end_), normal, t);
   Eigen::Index highest, lowest;
   const double at = normal.dot(face.x[0]), over = at - places.maxCoeff(&highest),
                under = places.minCoeff(&lowest) - at;
   const bool is_over = over > under;
   const Eigen::Index nearest = is_over ? highest : lowest;
-  plane.normal = is_over ? normal : Vector3d(-normal);
+  plane.normal = is_over ? normal : -normal;
   plane.height = is_over ? over : under;
   plane.vertex = part_->first_vertex + static_cast<std::int32_t>(nearest);
-  plane.weights =
-      triangle.weights_below(((1 - t) * start_.row(nearest) + t * end_.row(nearest)).transpose());
+  plane.weights = triangle.weights_below((1 - t) * point_of(rows_of(start_), nearest) +
+                                         t * point_of(rows_of(end_), nearest));
   return is_inside(plane.weights);
 }
 
@@ -193,9 +225,10 @@ double MovingPolyhedron::height(const PrimitivePoints& primitive, const Vector3d
   double lowest = infinity, largest = 0;
   for (int i = 0; i < primitive.count; ++i) {
     lowest = std::min(lowest, normal.dot(primitive.x[i]));
-    largest = std::max(largest, primitive.x[i].lpNorm<1>());
+    largest = std::max(largest, primitive.x[i].norm_1());
   }
-  return lowest - places_along(normal, t).maxCoeff() - rounding_ - rounding * largest;
+  return lowest - places_along(rows_of(start_), rows_of(end_), normal, t).maxCoeff() - rounding_ -
+         rounding * largest;
 }
 
 // Conservative advancement: in a fixed direction heights are linear in time.

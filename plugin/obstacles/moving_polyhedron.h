@@ -8,7 +8,6 @@
 // turns, makes them smaller, never wrong.
 #pragma once
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -17,6 +16,7 @@
 #include "motion/motion.h"
 #include "motion/primitive_points.h"
 #include "shapes/convex_part.h"
+#include "util/matrix.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -34,7 +34,7 @@ struct MovingPrimitive {
 
 /// A plane between a polyhedron and an edge or a face, and what is closest there.
 struct SeparatingPlane {
-  Eigen::Vector3d normal;             ///< unit length, towards the primitive
+  Vector3d normal;                    ///< unit length, towards the primitive
   double height;                      ///< of the primitive above the polyhedron, metres
   std::array<double, 3> weights;      ///< the closest point of the primitive, by vertex
   std::array<std::int32_t, 2> sides;  ///< below an edge: those whose normals add up to this one
@@ -51,19 +51,19 @@ class MovingPolyhedron {
 
   const ConvexPart& part() const { return *part_; }
   /// False if a vertex is not finite. Then heights mean nothing.
-  bool is_finite() const { return start_.allFinite() && end_.allFinite(); }
+  bool is_finite() const { return is_finite_; }
   std::int32_t side_count() const { return static_cast<std::int32_t>(part_->sides.size()); }
-  Eigen::Vector3d normal(std::int32_t side) const { return normals_.row(side).transpose(); }
+  const Vector3d& normal(std::int32_t side) const {
+    return planes_[static_cast<std::size_t>(side)].normal;
+  }
   /// Height of a vertex above one side: the lower one of start and end.
-  double height_above(std::int32_t side, const Eigen::Vector3d& x0,
-                      const Eigen::Vector3d& x1) const {
+  double height_above(std::int32_t side, const Vector3d& x0, const Vector3d& x1) const {
     const SidePlane& plane = planes_[static_cast<std::size_t>(side)];
     return std::min(plane.normal.dot(x0) - rounding_of(x0) - plane.start_reach,
                     plane.normal.dot(x1) - rounding_of(x1) - plane.end_reach);
   }
   /// Writes the heights of a vertex above all sides, at the start and at the end.
-  void find_heights(const Eigen::Vector3d& x0, const Eigen::Vector3d& x1, double* start,
-                    double* end) const;
+  void find_heights(const Vector3d& x0, const Vector3d& x1, double* start, double* end) const;
 
   /// The side above which a vertex is highest in all of the motion.
   std::int32_t highest_side(const VertexHeights& vertex) const;
@@ -89,28 +89,19 @@ class MovingPolyhedron {
   bool is_clear(const MovingPrimitive& primitive) const;
 
  private:
-  using Points = Eigen::Matrix<double, Eigen::Dynamic, 3>;
-  /// A side: the same as a row of normals_, start_reach_ and end_reach_.
+  /// All x, then all y, then all z.
+  using Coordinates = std::vector<double>;
+  /// A side: the same as an element of normals_, start_reach_ and end_reach_.
   struct SidePlane {
-    Eigen::Vector3d normal;
+    Vector3d normal;
     double start_reach, end_reach;
   };
 
   /// Relative to the coordinates: more than the rounding of a dot product.
   static constexpr double rounding = 0x1p-48;
-  static double rounding_of(const Eigen::Vector3d& x) { return rounding * x.lpNorm<1>(); }
+  static double rounding_of(const Vector3d& x) { return rounding * x.norm_1(); }
 
-  /// By vertex, on the stack.
-  using VertexValues =
-      Eigen::Array<double, Eigen::Dynamic, 1, 0, static_cast<int>(ConvexPart::max_vertices), 1>;
-
-  /// How far the vertices are along a direction at time t, metres.
-  VertexValues places_along(const Eigen::Vector3d& direction, double t) const;
-  /// Of a point: how far it is along the normals of all sides, metres.
-  auto along(const Eigen::Vector3d& x) const {
-    return (normals_.col(0) * x[0] + normals_.col(1) * x[1] + normals_.col(2) * x[2]).array();
-  }
-  void set_reach(const Points& points, Eigen::ArrayXd& reach) const;
+  void set_reach(const Coordinates& points, std::vector<double>& reach) const;
   /// These find the plane at time t. They return false if a part of the primitive is closest; then
   /// some plane that may be between both is set.
   bool find_plane(const MovingPrimitive& primitive, double t, SeparatingPlane& plane) const;
@@ -118,13 +109,14 @@ class MovingPolyhedron {
                   SeparatingPlane& plane) const;
   bool face_plane(const PrimitivePoints& face, double t, SeparatingPlane& plane) const;
   /// Lower bound of the height of a primitive along a direction, at time t.
-  double height(const PrimitivePoints& primitive, const Eigen::Vector3d& normal, double t) const;
+  double height(const PrimitivePoints& primitive, const Vector3d& normal, double t) const;
   bool is_clear(const MovingPrimitive& primitive, double t0, double t1, int halvings) const;
 
   const ConvexPart* part_;
-  Points start_, end_;                      // vertices, metres
-  Points normals_;                          // of the sides, unit length
-  Eigen::ArrayXd start_reach_, end_reach_;  // of the sides, metres
+  Coordinates start_, end_;                      // vertices, metres
+  Coordinates normals_;                          // of the sides, unit length
+  std::vector<double> start_reach_, end_reach_;  // of the sides, metres
+  bool is_finite_ = false;
   std::vector<SidePlane> planes_;
   double rounding_ = 0;  // of a height, metres
 };

@@ -93,7 +93,7 @@ std::int32_t first_edge_index(const Topology& topology) {
   return first_side_index(topology) + static_cast<std::int32_t>(3 * topology.faces.size());
 }
 
-void set_normal(const Eigen::Vector3d& normal, Contact& contact) {
+void set_normal(const Vector3d& normal, Contact& contact) {
   for (int k = 0; k < 3; ++k) contact.normal[k] = static_cast<float>(normal[k]);
 }
 

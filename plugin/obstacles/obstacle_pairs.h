@@ -2,13 +2,13 @@
 // it.
 #pragma once
 
-#include <Eigen/Core>
 #include <cstdint>
 #include <vector>
 
 #include "lazyccd/contact.h"
 #include "motion/motion.h"
 #include "scene/step_topology.h"
+#include "util/matrix.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -40,7 +40,7 @@ double longest_edge(const StepTopology& topology, std::int32_t soft_body, const 
 std::int32_t first_side_index(const Topology& topology);
 std::int32_t first_edge_index(const Topology& topology);
 
-void set_normal(const Eigen::Vector3d& normal, Contact& contact);
+void set_normal(const Vector3d& normal, Contact& contact);
 
 }  // namespace LAZYCCD_BULLET_PRECISION
 }  // namespace lazyccd::bullet

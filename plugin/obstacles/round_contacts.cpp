@@ -8,8 +8,6 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-using Eigen::Vector3d;
-
 // Of the thickness: what the response may leave of it at rest.
 constexpr double kept_thickness = 0.9;
 // A contact point with more weight than this at one vertex is left to the constraint of the vertex.

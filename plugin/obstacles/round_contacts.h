@@ -68,8 +68,8 @@ class RoundContacts {
   };
   // Where the line from the core to the contact point leaves the triangles.
   struct Exit {
-    Eigen::Vector3d normal;  // unit length, outward
-    std::int32_t face;       // in the topology
+    Vector3d normal;    // unit length, outward
+    std::int32_t face;  // in the topology
     Face corners;
     btScalar u, v;  // on the face, as FacePoint
   };

@@ -7,8 +7,6 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-using Eigen::Vector3d;
-
 constexpr std::ptrdiff_t block_size = 32;
 
 // Bits of a vertex's mark. The first six are those of beyond().
@@ -21,7 +19,7 @@ void sort_into_blocks(Iterator first, Iterator last, const Middle& middle_of) {
   if (last - first <= block_size) return;
   MotionBounds bounds;
   std::for_each(first, last, [&](std::int32_t item) { bounds.add(middle_of(item)); });
-  Eigen::Index axis;
+  int axis;
   (bounds.upper - bounds.lower).maxCoeff(&axis);
   const std::ptrdiff_t blocks = (last - first + block_size - 1) / block_size;
   const Iterator half = first + blocks / 2 * block_size;

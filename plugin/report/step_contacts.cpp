@@ -6,9 +6,8 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-StepContact step_contact(const Contact& contact, const Eigen::Vector3d& impulse,
-                         const SoftScene& scene, const StepTopology& topology,
-                         const Motion& motion) {
+StepContact step_contact(const Contact& contact, const Vector3d& impulse, const SoftScene& scene,
+                         const StepTopology& topology, const Motion& motion) {
   StepContact c;
   c.kind = contact.kind;
   c.body_a = topology.bodies()[contact.body_a].object;
@@ -22,13 +21,13 @@ StepContact step_contact(const Contact& contact, const Eigen::Vector3d& impulse,
   c.face = has_face ? &scene.face(contact.primitive_b) : nullptr;
   c.weights = contact.weights();
   c.normal = btVector3(contact.normal[0], contact.normal[1], contact.normal[2]);
-  Eigen::Vector3d on_b = Eigen::Vector3d::Zero();
+  Vector3d on_b = Vector3d::Zero();
   for (int i = 0; i < 4; ++i) {
     if (c.weights[i] < 0) on_b -= c.weights[i] * motion.end_of(contact.vertices[i]);
   }
   c.point = to_bullet(on_b);
   c.toi = contact.toi;
-  const Eigen::Vector3d normal(contact.normal[0], contact.normal[1], contact.normal[2]);
+  const Vector3d normal(contact.normal[0], contact.normal[1], contact.normal[2]);
   c.impulse = std::max(0.0, impulse.dot(normal));
   c.friction_impulse = to_bullet(impulse - impulse.dot(normal) * normal);
   return c;
@@ -59,11 +58,11 @@ void make_step_contacts(const std::vector<const ContactRow*>& rows,
   contacts.resize(pairs.size() + report_only_contacts.size());
   const auto make = [&](std::size_t i) {
     if (i >= pairs.size())
-      return step_contact(report_only_contacts[i - pairs.size()], Eigen::Vector3d::Zero(), scene,
-                          topology, motion);
+      return step_contact(report_only_contacts[i - pairs.size()], Vector3d::Zero(), scene, topology,
+                          motion);
     // A pair may have several rows: report the one with the earliest time of impact.
     const ContactRow* earliest = rows[pairs[i].first];
-    Eigen::Vector3d impulse = Eigen::Vector3d::Zero();
+    Vector3d impulse = Vector3d::Zero();
     for (std::size_t row = pairs[i].first; row < pairs[i].last; ++row) {
       if (rows[row]->contact.toi < earliest->contact.toi) earliest = rows[row];
       impulse += rows[row]->impulse();

@@ -1,16 +1,15 @@
 #include "response/contact_constraints.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
 #include "contact/rigid_terms.h"
+#include "motion/articulated_motion.h"
+#include "util/matrix.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
-
-using Eigen::Vector3d;
 
 // Whether one side of the contact has infinite mass.
 bool has_fixed_side(const Contact& contact, const Motion& motion) {

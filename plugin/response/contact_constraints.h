@@ -13,7 +13,6 @@
 // world it takes at least a fraction of the sliding speed, as Bullet's (SlidingFriction).
 #pragma once
 
-#include <Eigen/Core>
 #include <optional>
 #include <vector>
 
@@ -24,13 +23,14 @@
 #include "motion/motion.h"
 #include "solver/contact_solver.h"
 #include "solver/row_islands.h"
+#include "util/matrix.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
 /// Vector from one side of the contact to the other at the end of the step, metres, as the row
 /// models it: linear in the solved motion, without split impulses.
-Eigen::Vector3d gap_vector_at_end(const ContactRow& row, const Motion& motion);
+Vector3d gap_vector_at_end(const ContactRow& row, const Motion& motion);
 
 /// The rows of a step and their impulses.
 class ContactConstraints {

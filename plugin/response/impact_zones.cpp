@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "motion/articulated_motion.h"
 #include "motion/rigid_step.h"
 
 namespace lazyccd::bullet {

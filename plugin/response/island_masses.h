@@ -1,7 +1,6 @@
 // What of an island has a finite mass.
 #pragma once
 
-#include <Eigen/Core>
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
@@ -11,6 +10,7 @@
 #include "lazyccd/threads.h"
 #include "motion/motion.h"
 #include "response/islands.h"
+#include "util/matrix.h"
 #include "util/part_sums.h"
 
 namespace lazyccd::bullet {
@@ -19,12 +19,12 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 /// A soft vertex or rigid body of finite mass.
 struct Mass {
   double mass;  ///< kg
-  Eigen::Vector3d position,
-      predicted;                    ///< of the vertex or the centre of mass, at the end of the step
-  const Eigen::Vector3d& velocity;  ///< Bullet's
-  Eigen::Vector3d& change;          ///< velocity change of the response
-  RigidMotion* body;                ///< null for a vertex
-  bool is_carrier = false;          ///< a body in Island::carriers
+  Vector3d position,
+      predicted;             ///< of the vertex or the centre of mass, at the end of the step
+  const Vector3d& velocity;  ///< Bullet's
+  Vector3d& change;          ///< velocity change of the response
+  RigidMotion* body;         ///< null for a vertex
+  bool is_carrier = false;   ///< a body in Island::carriers
 };
 
 /// The masses of an island in parts of about a thousand, which several threads share. A sum over
@@ -103,7 +103,7 @@ class IslandMasses {
     if (range.rigid >= 0) {
       RigidMotion& body = motion_.rigid[range.rigid];
       if (!body.is_dynamic()) return;
-      each(Mass{body.mass(), to_eigen(body.end.getOrigin()), to_eigen(body.predicted.getOrigin()),
+      each(Mass{body.mass(), to_double(body.end.getOrigin()), to_double(body.predicted.getOrigin()),
                 body.velocity, body.velocity_change, &body, range.is_carrier});
     }
     for (std::int32_t v = range.first; v < range.last; ++v) {

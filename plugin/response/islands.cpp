@@ -11,15 +11,13 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-using Eigen::Vector3d;
-
 // Speed of a vertex of infinite mass, m/s; `body` is its rigid body or null. Of a conveyor it is
 // the speed that Bullet stores. Any other body may make up for a lag, or move by a frame's motion
 // in one substep, so it is at most that speed. If that is zero, the body was put elsewhere, and the
 // displacement counts.
 double prescribed_speed_of(std::int32_t v, const RigidMotion* body, const Motion& motion) {
   const double speed = (motion.end_of(v) - motion.start_of(v)).norm() / motion.dt;
-  if (!body || (body->velocity.isZero(0) && body->angular_velocity.isZero(0))) return speed;
+  if (!body || (body->velocity.isZero() && body->angular_velocity.isZero())) return speed;
   const double stored_speed = body->velocity_at(motion.start_of(v)).norm();
   return body->is_conveyor ? stored_speed : std::min(speed, stored_speed);
 }

@@ -6,6 +6,7 @@
 
 #include "lazyccd/bullet/options.h"
 #include "lazyccd/bullet/report.h"
+#include "motion/articulated_motion.h"
 #include "motion/motion.h"
 #include "response/contact_constraints.h"
 #include "response/link_rounds.h"

@@ -8,9 +8,6 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-using Eigen::Matrix3d;
-using Eigen::Vector3d;
-
 namespace {
 
 // Sums over the nodes of a body. Positions and velocities are relative to those of one node, so

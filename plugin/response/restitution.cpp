@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "motion/articulated_motion.h"
 #include "response/contact_constraints.h"
 #include "response/velocities.h"
 #include "solver/contact_solver.h"
@@ -38,8 +39,7 @@ void add(const Fractions& fractions, const Motion& bounce, const RowIslands& isl
     const std::int32_t island = islands.of_rigid(from.links.front().rigid);
     if (island < 0) continue;
     const double fraction = fractions[island];
-    motion.articulated[i].velocity_change += fraction / motion.dt * from.displacement;
-    motion.articulated[i].momentum_change += fraction / motion.dt * from.with_limits(from.impulse);
+    motion.articulated[i].add_velocity_change(from, fraction, motion.dt);
   }
 }
 
@@ -81,7 +81,7 @@ void add_restitution(RowList& rows, double restitution, double threshold, int sw
   Motion bounce = motion;
   bounce.solved.assign(motion.predicted.begin(), motion.predicted.begin() + motion.soft_count());
   // What the links add is in the solved motion, and so in the velocities already.
-  bounce.link_displacement.assign(bounce.solved.size(), Eigen::Vector3d::Zero());
+  bounce.link_displacement.assign(bounce.solved.size(), Vector3d::Zero());
   bounce.turn_displacement.clear();
   for (ArticulatedMotion& body : bounce.articulated) body.stop_motors();
   std::vector<ContactRow> bouncing;

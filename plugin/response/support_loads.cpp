@@ -1,10 +1,10 @@
 #include "response/support_loads.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <map>
 
 #include "contact/rigid_terms.h"
+#include "util/matrix.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -27,12 +27,11 @@ std::map<int, Vector6d> impulses_on_held(const std::vector<const ContactRow*>& r
   if (!any_is_held(motion)) return sums;
   for (const ContactRow* const row : rows) {
     if (!row->has_impulse()) continue;
-    const Eigen::Vector3d impulse = row->impulse();
+    const Vector3d impulse = row->impulse();
     for (const RigidTerm& term : RigidTerms(row->contact, row->weights, motion)) {
       if (!motion.rigid[term.body].supported_mobility) continue;
       Vector6d& sum = sums.insert({term.body, Vector6d::Zero()}).first->second;
-      sum.head<3>() += term.weight * impulse;
-      sum.tail<3>() += term.arm.cross(impulse);
+      sum += term.wrench_of(impulse);
     }
   }
   return sums;

@@ -3,14 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "motion/articulated_motion.h"
 #include "motion/rotation.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
-
-using Eigen::Matrix3d;
-using Eigen::Vector3d;
 
 // Soft vertices that a thread takes at a time.
 constexpr std::size_t grain = 2048;
@@ -108,8 +106,7 @@ void set_velocities(const Threads& threads, Motion& motion) {
     body.angular_velocity_change = body.rotation / motion.dt;
   }
   for (ArticulatedMotion& body : motion.articulated) {
-    body.velocity_change = body.displacement / motion.dt;
-    body.momentum_change = body.with_limits(body.impulse) / motion.dt;
+    body.set_velocity_change(motion.dt);
   }
 }
 
@@ -193,7 +190,7 @@ void limit_kinetic_energy(const std::vector<IslandMasses>& islands, Motion& moti
       }
     };
     Energy energy = masses.sum(Energy(), [](const Mass& m, Energy& to) {
-      if (!m.change.isZero(0)) to.mass += m.mass;
+      if (!m.change.isZero()) to.mass += m.mass;
       to.before += m.mass * m.velocity.squaredNorm();
       to.mixed += m.mass * m.velocity.dot(m.change);
       to.quadratic += m.mass * m.change.squaredNorm();
@@ -209,8 +206,8 @@ void limit_kinetic_energy(const std::vector<IslandMasses>& islands, Motion& moti
     });
     for (const int i : island.articulated) {
       const ArticulatedMotion& body = motion.articulated[i];
-      energy.mixed += body.momentum_change.dot(body.velocity);
-      energy.quadratic += body.momentum_change.dot(body.velocity_change);
+      energy.mixed += body.mixed_energy();
+      energy.quadratic += body.quadratic_energy();
     }
     const double mixed = energy.mixed, quadratic = energy.quadratic;
     // By how much the norm of the velocities may rise; then, the same for twice the energy.
@@ -225,10 +222,7 @@ void limit_kinetic_energy(const std::vector<IslandMasses>& islands, Motion& moti
       m.change *= scale;
       if (m.body) m.body->angular_velocity_change *= scale;
     });
-    for (const int i : island.articulated) {
-      motion.articulated[i].velocity_change *= scale;
-      motion.articulated[i].momentum_change *= scale;
-    }
+    for (const int i : island.articulated) motion.articulated[i].scale_velocity_change(scale);
   }
 }
 

@@ -9,9 +9,6 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-using Eigen::Matrix3d;
-using Eigen::Vector3d;
-
 // Largest rotation of a zone in one step, radians. With more, the linear path of a node would leave
 // the circle too far.
 constexpr double max_rotation = 1;
@@ -25,8 +22,8 @@ constexpr std::size_t zone_grain = 16;
 // Rotation vector of a body from its start to its predicted pose, turned further by
 // `response_rotation`.
 Vector3d rotation_over_step(const RigidMotion& body, const Vector3d& response_rotation) {
-  const Matrix3d whole = rotation_by(response_rotation) * to_eigen(body.predicted.getBasis()) *
-                         to_eigen(body.start.getBasis()).transpose();
+  const Matrix3d whole = rotation_by(response_rotation) * to_double(body.predicted.getBasis()) *
+                         to_double(body.start.getBasis()).transpose();
   return rotation_vector(whole);
 }
 
@@ -54,6 +51,8 @@ struct SpinSum {
 };
 
 std::size_t size_of(const ImpactZone& zone) { return zone.nodes.size() + zone.bodies.size(); }
+
+bool is_axis_locked(const RigidMotion& body, int axis) { return !(body.inverse_mass[axis] > 0); }
 
 }  // namespace
 
@@ -114,10 +113,10 @@ Vector3d ZoneMotion::start_of_body(int body, const Motion& motion) const {
 
 Vector3d ZoneMotion::end_of_body(int body, const Motion& motion) const {
   const RigidMotion& moved = rigid_[body];
-  const Vector3d centre = to_eigen(moved.predicted.getOrigin()) + moved.translation;
+  const Vector3d centre = to_double(moved.predicted.getOrigin()) + moved.translation;
   if (turns_with_zone(body)) return centre;
   const btVector3& local = motion.anchored.at(zone_vertex_[body]).local;
-  return centre + rotation_by(moved.rotation) * to_eigen(moved.predicted.getBasis() * local);
+  return centre + rotation_by(moved.rotation) * to_double(moved.predicted.getBasis() * local);
 }
 
 ZoneMotion::Member ZoneMotion::member_of(const ImpactZone& zone, std::size_t i,
@@ -186,7 +185,8 @@ RigidStep ZoneMotion::free_step_of(const ImpactZone& zone, const Motion& motion)
   if (rotation.norm() > max_rotation) rotation *= max_rotation / rotation.norm();
   for (const int b : zone.bodies) {
     if (!rigid_[b].is_locked()) continue;
-    free.translation = (rigid_[b].inverse_mass.array() > 0).select(free.translation, 0);
+    for (int k = 0; k < 3; ++k)
+      if (is_axis_locked(rigid_[b], k)) free.translation[k] = 0;
     rotation.setZero();
   }
   free.rotation = rotation_by(rotation);
@@ -196,9 +196,11 @@ RigidStep ZoneMotion::free_step_of(const ImpactZone& zone, const Motion& motion)
 bool ZoneMotion::allows(const ImpactZone& zone, const RigidStep& step) const {
   return std::all_of(zone.bodies.begin(), zone.bodies.end(), [&](int b) {
     const RigidMotion& body = rigid_[b];
-    return !body.is_locked() ||
-           (step.rotation.isIdentity(0) &&
-            (body.inverse_mass.array() > 0 || step.translation.array() == 0).all());
+    if (!body.is_locked()) return true;
+    bool allowed = step.rotation.isIdentity();
+    for (int k = 0; k < 3; ++k)
+      allowed = allowed && (!is_axis_locked(body, k) || step.translation[k] == 0);
+    return allowed;
   });
 }
 
@@ -236,7 +238,7 @@ void ZoneMotion::move_body(int b, const RigidStep& velocity_step, const RigidSte
   const Vector3d at = start_of_body(b, motion);
   if (turns_with_zone(b)) {
     const Matrix3d predicted_rotation =
-        to_eigen(body.predicted.getBasis()) * to_eigen(body.start.getBasis()).transpose();
+        to_double(body.predicted.getBasis()) * to_double(body.start.getBasis()).transpose();
     body.rotation = rotation_vector(velocity_step.rotation * predicted_rotation.transpose());
   } else {
     body.rotation = rigid_[b].rotation;

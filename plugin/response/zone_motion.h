@@ -49,8 +49,8 @@ class ZoneMotion {
 
   /// Where a body is in its zone, metres: its centre, or the vertex that is anchored to it if it is
   /// a mass at that vertex. At the start of the step, and at its end before any zone.
-  Eigen::Vector3d start_of_body(int body, const Motion& motion) const;
-  Eigen::Vector3d end_of_body(int body, const Motion& motion) const;
+  Vector3d start_of_body(int body, const Motion& motion) const;
+  Vector3d end_of_body(int body, const Motion& motion) const;
   bool turns_with_zone(int body) const { return zone_vertex_[body] < 0; }
   Member member_of(const ImpactZone& zone, std::size_t i, const Motion& motion) const;
   /// Sums over the members: each(Member, Sum&).
@@ -75,8 +75,8 @@ class ZoneMotion {
   /// By rigid body: the anchored vertex by which alone it is in a zone, or one of these two.
   static constexpr std::int32_t turns = -1, in_no_zone = -2;
   std::vector<std::int32_t> zone_vertex_;
-  std::vector<Eigen::Vector3d> solved_;  // Motion::solved before any zone
-  std::vector<RigidMotion> rigid_;       // Motion::rigid before any zone
+  std::vector<Vector3d> solved_;    // Motion::solved before any zone
+  std::vector<RigidMotion> rigid_;  // Motion::rigid before any zone
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

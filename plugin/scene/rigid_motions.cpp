@@ -8,6 +8,7 @@
 #include <map>
 #include <optional>
 
+#include "motion/articulated_motion.h"
 #include "motion/rotation.h"
 
 namespace lazyccd::bullet {
@@ -18,16 +19,17 @@ namespace {
 // Static, kinematic and other bodies that contacts cannot move have inverse mass and inertia zero.
 RigidMotion rigid_motion(const btCollisionObject& object) {
   RigidMotion motion;
-  motion.velocity = motion.angular_velocity = motion.inverse_mass = Eigen::Vector3d::Zero();
-  motion.inverse_inertia = Eigen::Matrix3d::Zero();
+  motion.velocity = motion.angular_velocity = motion.inverse_mass = Vector3d::Zero();
+  motion.inverse_inertia = Matrix3d::Zero();
   const btRigidBody* body = btRigidBody::upcast(&object);
   if (!body || body->getActivationState() == DISABLE_SIMULATION) return motion;
-  motion.velocity = to_eigen(body->getLinearVelocity());
-  motion.angular_velocity = to_eigen(body->getAngularVelocity());
+  motion.velocity = to_double(body->getLinearVelocity());
+  motion.angular_velocity = to_double(body->getAngularVelocity());
   if (body->isStaticOrKinematicObject()) return motion;
-  motion.inverse_mass = static_cast<double>(body->getInvMass()) * to_eigen(body->getLinearFactor());
-  const Eigen::Matrix3d free(to_eigen(body->getAngularFactor()).asDiagonal());
-  motion.inverse_inertia = free * to_eigen(body->getInvInertiaTensorWorld()) * free;
+  motion.inverse_mass =
+      static_cast<double>(body->getInvMass()) * to_double(body->getLinearFactor());
+  const Matrix3d free = diagonal_matrix(to_double(body->getAngularFactor()));
+  motion.inverse_inertia = free * to_double(body->getInvInertiaTensorWorld()) * free;
   return motion;
 }
 
@@ -92,7 +94,7 @@ void read_rigid_motions(const StepTopology& topology, const Obstacles& obstacles
     motion.write_start_vertices(rigid);
     motion.set_end_pose(rigid, record.end);
     rigid.is_conveyor = body.object->isStaticObject() && rigid.stands_still() &&
-                        !(rigid.velocity.isZero(0) && rigid.angular_velocity.isZero(0));
+                        !(rigid.velocity.isZero() && rigid.angular_velocity.isZero());
     motion.rigid.push_back(rigid);
   }
   motion.first_vertex.push_back(topology.vertex_count());

@@ -8,6 +8,7 @@
 #include <set>
 #include <utility>
 
+#include "motion/articulated_motion.h"
 #include "scene/collision_filters.h"
 #include "scene/rigid_motions.h"
 #include "shapes/enclosing_mesh.h"

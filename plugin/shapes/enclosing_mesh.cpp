@@ -4,16 +4,13 @@
 #include <BulletCollision/CollisionShapes/btConcaveShape.h>
 #include <BulletCollision/CollisionShapes/btTriangleCallback.h>
 
-#include <Eigen/Core>
-
 #include "shapes/line_crossing.h"
 #include "shapes/tessellation.h"
+#include "util/matrix.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
-
-using Eigen::Vector3d;
 
 // Faces through which the two halves of a line leave a mesh. Those through which they enter do not
 // count: they may be walls of a room around the mesh.

@@ -5,18 +5,17 @@
 // (Edelsbrunner and Mücke 1990, "Simulation of simplicity").
 #pragma once
 
-#include <Eigen/Core>
 #include <tuple>
 
 #include "lazyccd/bullet/precision.h"
+#include "util/matrix.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
 /// Side of the line from a to b on which p lies, seen along -z: 1 left, -1 right. 0 if a and b are
 /// at the same place. The line from b to a gives the opposite, also with rounding.
-inline int side_of_line(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
-                        const Eigen::Vector3d& b) {
+inline int side_of_line(const Vector3d& p, const Vector3d& a, const Vector3d& b) {
   if (std::make_tuple(b[0], b[1]) < std::make_tuple(a[0], a[1])) return -side_of_line(p, b, a);
   const double across = (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0]);
   for (const double value : {across, a[1] - b[1], b[0] - a[0]})
@@ -30,11 +29,11 @@ struct LineCrossing {
   double z;  ///< of the place
 };
 
-inline LineCrossing line_crossing(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
-                                  const Eigen::Vector3d& b, const Eigen::Vector3d& c) {
+inline LineCrossing line_crossing(const Vector3d& p, const Vector3d& a, const Vector3d& b,
+                                  const Vector3d& c) {
   const int sign = side_of_line(p, a, b);
   if (sign == 0 || side_of_line(p, b, c) != sign || side_of_line(p, c, a) != sign) return {0, 0};
-  const auto area = [&p](const Eigen::Vector3d& u, const Eigen::Vector3d& v) {
+  const auto area = [&p](const Vector3d& u, const Vector3d& v) {
     return (u[0] - p[0]) * (v[1] - p[1]) - (u[1] - p[1]) * (v[0] - p[0]);
   };
   const double of_a = area(b, c), of_b = area(c, a), of_c = area(a, b), sum = of_a + of_b + of_c;

@@ -1,18 +1,16 @@
 #include "shapes/surface_bends.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
 
 #include "util/disjoint_sets.h"
+#include "util/matrix.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
-
-using Eigen::Vector3d;
 
 constexpr double sharp_angle = M_PI / 6;
 constexpr double infinity = std::numeric_limits<double>::infinity();
@@ -101,7 +99,7 @@ class Measurement {
     if (at.count != 2 || vertex_at(at.corner[0]) == vertex_at(at.corner[1])) return infinity;
     const Vector3d &a = normals_[at.corner[0] / 3], &b = normals_[at.corner[1] / 3];
     const double angle = angle_between(a, b);
-    return angle <= sharp_angle && !a.isZero(0) && !b.isZero(0) ? angle : infinity;
+    return angle <= sharp_angle && !a.isZero() && !b.isZero() ? angle : infinity;
   }
 
   // A sector: the corners around a vertex, from one sharp edge to the next. The two faces of an

@@ -1,17 +1,16 @@
 // What the impulses of the contact solver do to the motion.
 #include "solver/contact_solver.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 
 #include "contact/rigid_terms.h"
+#include "motion/articulated_motion.h"
 #include "solver/contact_solver_parts.h"
+#include "util/matrix.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
-
-using Eigen::Vector3d;
 
 // Vertices that a thread takes at a time.
 constexpr std::size_t vertices_of_item = 1024;
@@ -36,8 +35,7 @@ void ContactSolver::write(Motion& motion) {
     rotation_of(motion.rigid[i]).setZero();
   }
   for (ArticulatedMotion& body : motion.articulated) {
-    if (moves(body.links.front().rigid))
-      (for_split_impulse_ ? body.split_impulse : body.impulse).setZero();
+    if (moves(body.links.front().rigid)) body.clear_impulse(for_split_impulse_);
   }
   written_.resize(displacement_.size());
   for_each_block_by_stage(
@@ -52,14 +50,9 @@ void ContactSolver::write(Motion& motion) {
   });
   for (ArticulatedMotion& body : motion.articulated) {
     if (!moves(body.links.front().rigid)) continue;
-    const Eigen::VectorXd& by = for_split_impulse_ ? body.split_impulse : body.impulse;
-    Eigen::VectorXd& displacement =
-        for_split_impulse_ ? body.split_displacement : body.displacement;
-    displacement = body.inverse_mass * by;
-    if (!for_split_impulse_ && !body.motor_impulse.isZero(0))
-      displacement += body.motor_displacement();
+    body.set_displacement(for_split_impulse_);
     for (const ArticulatedMotion::Link& link : body.links) {
-      const Eigen::Matrix<double, 6, 1> moved = link.jacobian * displacement;
+      const Vector6d moved = body.displacement_of(link, for_split_impulse_);
       translation_of(motion.rigid[link.rigid]) = moved.head<3>();
       rotation_of(motion.rigid[link.rigid]) = moved.tail<3>();
     }
@@ -95,8 +88,7 @@ void ContactSolver::write(const RowBlock& block, Motion& motion, Scratch& scratc
       const float* solved = block.batches[b].impulse + 4 * i;
       (for_split_impulse_ ? row.split_impulse : row.normal_impulse) =
           unit * static_cast<double>(solved[3]);
-      if (!for_split_impulse_)
-        row.tangent_impulse = unit * Eigen::Map<const Eigen::Vector3f>(solved).cast<double>();
+      if (!for_split_impulse_) row.tangent_impulse = unit * vector_of(solved);
       if (!has_impulse(row)) continue;
       const Vector3d impulse = for_split_impulse_ ? row.split_impulse * row.normal : row.impulse();
       for (int k = 0; k < 4; ++k) {
@@ -116,10 +108,8 @@ void ContactSolver::write(const RowBlock& block, Motion& motion, Scratch& scratc
           continue;
         }
         ArticulatedMotion& multibody = motion.articulated[body.articulated];
-        Eigen::Matrix<double, 6, 1> on_link;
-        on_link << term.weight * impulse, term.arm.cross(impulse);
-        (for_split_impulse_ ? multibody.split_impulse : multibody.impulse) +=
-            multibody.link_of(term.body).jacobian.transpose() * on_link;
+        multibody.add_impulse(multibody.link_of(term.body), term.wrench_of(impulse),
+                              for_split_impulse_);
       }
     }
   }

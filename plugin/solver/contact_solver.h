@@ -31,7 +31,6 @@
 // problem and are only checked from time to time. A row that is violated is added to the problem.
 #pragma once
 
-#include <Eigen/Geometry>
 #include <cstdint>
 #include <vector>
 
@@ -45,6 +44,8 @@
 #include "solver/row_block.h"
 #include "solver/row_islands.h"
 #include "solver/shared_slots.h"
+#include "util/box.h"
+#include "util/matrix.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -212,8 +213,8 @@ class ContactSolver {
     return island >= 0 && islands_->is_selected(island);
   }
   /// The motion of a body that impulses of the target change.
-  Eigen::Vector3d& translation_of(RigidMotion& body) const;
-  Eigen::Vector3d& rotation_of(RigidMotion& body) const;
+  Vector3d& translation_of(RigidMotion& body) const;
+  Vector3d& rotation_of(RigidMotion& body) const;
   /// Calls visit(v) for the soft vertices of an item of write().
   template <class Visit>
   void for_each_vertex(std::size_t item, const Visit& visit) const;
@@ -245,7 +246,7 @@ class ContactSolver {
   std::size_t block_count_ = 0, block_row_count_ = 0;
   std::vector<Stage> stages_;
   std::size_t stage_count_ = 0;
-  std::vector<Eigen::AlignedBox3d> places_;  // scratch memory of NewBlocks, as keys_
+  std::vector<Box3d> places_;  // scratch memory of NewBlocks, as keys_
   std::vector<std::uint64_t> keys_;
   std::vector<Scratch> scratch_;  // by worker
   Indices sharers_;               // by slot: blocks of the last stage that move it
@@ -260,7 +261,7 @@ class ContactSolver {
   Indices vertex_of_;  // by displacement: the soft vertex that it moves, or -1
   Indices node_of_;    // by soft vertex: index of its displacement, or 0; a last 0 for all others
   // By displacement: what the impulses of a block do to its copy, metres and radians; for write().
-  std::vector<Eigen::Vector3d> written_;
+  std::vector<Vector3d> written_;
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

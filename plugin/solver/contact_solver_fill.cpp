@@ -1,14 +1,13 @@
 // The batches of a block of rows.
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <numeric>
 
 #include "solver/contact_solver_parts.h"
 
+#include "util/matrix.h"
+
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
-
-using Eigen::Vector3d;
 
 namespace {
 
@@ -105,7 +104,7 @@ void ContactSolver::fill(RowBlock& block, const RowBatches::Batch& rows, RowBatc
           static_cast<double>(lanes) * (is_link ? 1 : sharers_[translation_slot(term.body)]);
       if (split == 1) continue;
       const ContactRow& row = (*rows_)[rows[terms[i].lane]];
-      const Eigen::Matrix3d mobility = term.mobility(*motion_);
+      const Matrix3d mobility = term.mobility(*motion_);
       const double normal = row.normal.dot(mobility * row.normal);
       extra_normal[terms[i].lane] += (split - 1) * normal;
       extra_tangent[terms[i].lane] += (split - 1) * std::max(0.0, mobility.trace() - normal);
@@ -137,7 +136,7 @@ void ContactSolver::fill(RowBatch& batch, int lane, const Problem& problem, cons
   const float sliding = for_split_impulse_ ? 0 : static_cast<float>(row.sliding_fraction);
   batch.slides = batch.slides || sliding != 0;
   batch.tangent_move[at + 3] = batch.sliding[at + 3] = sliding;
-  if (sliding != 0 && manner_ == Manner::round && !row.tangent_impulse.isZero(0))
+  if (sliding != 0 && manner_ == Manner::round && !row.tangent_impulse.isZero())
     batch.tangent_move[at + 3] = -static_cast<float>(unit * row.tangent_impulse.norm());
   set(batch.impulse + at, (for_split_impulse_ ? 0 : unit) * row.tangent_impulse);
   batch.impulse[at + 3] =

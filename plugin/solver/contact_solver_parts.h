@@ -1,12 +1,13 @@
 // What the sources of the contact solver share.
 #pragma once
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cstddef>
 #include <cstdint>
 
 #include "solver/contact_solver.h"
+#include "util/box.h"
+#include "util/matrix.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -17,14 +18,13 @@ constexpr std::int32_t translation_slot(std::int32_t body) { return 1 + 2 * body
 constexpr std::int32_t body_of_slot(std::int32_t slot) { return (slot - 1) / 2; }
 
 /// Sets the first three of four floats.
-inline void set(float* to, const Eigen::Vector3d& x) {
+inline void set(float* to, const Vector3d& x) {
   for (int k = 0; k < 3; ++k) to[k] = static_cast<float>(x[k]);
 }
 
 /// Displacement of one side relative to the other in the step, without the impulses of the problem,
 /// metres.
-Eigen::Vector3d move_without_impulses(const ContactRow& row, bool for_split_impulse,
-                                      const Motion& motion);
+Vector3d move_without_impulses(const ContactRow& row, bool for_split_impulse, const Motion& motion);
 
 /// Adds rows to the problem, in new blocks. run() and next() are those of Threads::run_phases(), so
 /// that it can be a part of other phases.
@@ -44,7 +44,7 @@ class ContactSolver::NewBlocks {
  private:
   enum class Phase { measure, find_places, claim, collect, number, find_slots, find_shared, fill };
 
-  using Box = Eigen::AlignedBox3d;
+  using Box = Box3d;
 
   // Blocks of an island in a stage: the more, the more threads, but the more is shared.
   static constexpr std::size_t min_block_rows = 256, max_blocks = 32;
@@ -79,7 +79,7 @@ class ContactSolver::NewBlocks {
   /// Makes the keys of the rows of an item.
   void find_places(std::size_t item);
   /// Where a row is: at its first vertex, at the start of the step.
-  Eigen::Vector3d place_of(std::int32_t row) const;
+  Vector3d place_of(std::int32_t row) const;
   /// Finds the bounds of the rows of an item.
   void measure(std::size_t item);
   /// Takes the rows of the block, finds its rigid bodies, and claims its vertices that have no

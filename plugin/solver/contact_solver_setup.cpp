@@ -1,19 +1,18 @@
 // The problem of the contact solver: which rows take part, and their layout in blocks.
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
 #include "contact/rigid_terms.h"
+#include "motion/articulated_motion.h"
 #include "solver/contact_solver.h"
 #include "solver/contact_solver_parts.h"
+#include "util/matrix.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
-
-using Eigen::Vector3d;
 
 // Split impulses stop at this fraction of corrected_gap, so that the tolerance of the velocity
 // solve does not trigger them.
@@ -172,11 +171,11 @@ void ContactSolver::set_motor_displacements() {
   if (for_split_impulse_) return;
   for (const ArticulatedMotion& multibody : motion_->articulated) {
     const Problem* const problem = problem_of_rigid(multibody.links.front().rigid);
-    if (!problem || multibody.motor_impulse.isZero(0)) continue;
-    const Eigen::VectorXd displacement = multibody.motor_displacement() / problem->length_unit;
-    for (const ArticulatedMotion::Link& link : multibody.links) {
-      const Vector6d moved = link.jacobian * displacement;
-      const std::int32_t slot = translation_slot(link.rigid);
+    if (!problem || !multibody.has_motor_impulse()) continue;
+    const std::vector<Vector6d> displacements = multibody.motor_displacements();
+    for (std::size_t i = 0; i < displacements.size(); ++i) {
+      const Vector6d moved = displacements[i] / problem->length_unit;
+      const std::int32_t slot = translation_slot(multibody.links[i].rigid);
       set(displacement_[slot].x, moved.head<3>());
       set(displacement_[slot + 1].x, moved.tail<3>());
     }
@@ -187,7 +186,7 @@ void ContactSolver::find_pushed_islands() {
   if (for_split_impulse_) return;
   for (const ArticulatedMotion& multibody : motion_->articulated) {
     const std::int32_t island = islands_->of_rigid(multibody.links.front().rigid);
-    if (island >= 0 && !multibody.motor_impulse.isZero(0)) problems_[island].is_pushed = true;
+    if (island >= 0 && multibody.has_motor_impulse()) problems_[island].is_pushed = true;
   }
 }
 

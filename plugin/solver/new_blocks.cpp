@@ -172,7 +172,7 @@ int ContactSolver::NewBlocks::bond(std::int32_t row) const {
   return light;
 }
 
-Eigen::Vector3d ContactSolver::NewBlocks::place_of(std::int32_t row) const {
+Vector3d ContactSolver::NewBlocks::place_of(std::int32_t row) const {
   return s_.motion_->start_of(s_.rows_->contact(static_cast<std::size_t>(row)).vertices[0]);
 }
 
@@ -186,14 +186,13 @@ void ContactSolver::NewBlocks::measure(std::size_t item) {
 void ContactSolver::NewBlocks::find_places(std::size_t item) {
   const Box& box = part_boxes_[pieces_[item].part];
   const double cells = std::ldexp(1.0, bits_per_axis) - 1;
-  const double extent = box.sizes().maxCoeff(), scale = extent > 0 ? cells / extent : 0;
+  const double extent = box.diagonal().maxCoeff(), scale = extent > 0 ? cells / extent : 0;
   for (std::size_t i = pieces_[item].first; i < pieces_[item].last; ++i) {
     const int kept = s_.has_rigid_terms_ ? bond(rows_[i]) : -1;
     std::uint64_t code = 0;
     if (kept != multibodies) {
-      const Eigen::Vector3d place =
-          kept < 0 ? place_of(rows_[i]) : s_.motion_->rigid[kept].centre();
-      const Eigen::Vector3d at = scale * (place - box.min());
+      const Vector3d place = kept < 0 ? place_of(rows_[i]) : s_.motion_->rigid[kept].centre();
+      const Vector3d at = scale * (place - box.min());
       for (int k = 0; k < 3; ++k)
         code |= spread(static_cast<std::uint32_t>(std::clamp(at[k], 0.0, cells))) << k;
       ++code;

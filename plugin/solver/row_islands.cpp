@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "motion/articulated_motion.h"
 #include "util/disjoint_sets.h"
 
 namespace lazyccd::bullet {

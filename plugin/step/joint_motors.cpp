@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "motion/articulated_motion.h"
+
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
@@ -89,8 +91,9 @@ void JointMotors::find(Motion& motion) {
       continue;  // one motor holds a joint
     of_body.push_back({link, motion.dt * (-max - applied), motion.dt * (max - applied),
                        last_state(*moved, constraint)});
-    motors_.push_back({constraint, body, 6 + body->getLink(link).m_dofOffset, applied, applied,
-                       MotorState::idle});
+    motors_.push_back({constraint, body,
+                       6 + static_cast<std::size_t>(body->getLink(link).m_dofOffset), applied,
+                       applied, MotorState::idle});
   }
   for (std::size_t a = 0; a < found.size(); ++a)
     if (!found[a].empty()) motion.articulated[a].set_motors(found[a], motion.dt);
@@ -99,9 +102,9 @@ void JointMotors::find(Motion& motion) {
 void JointMotors::end_step(const Motion& motion) {
   forget();
   for (const ArticulatedMotion& body : motion.articulated) {
-    if (body.held || (body.impulse.isZero(0) && body.displacement.isZero(0))) continue;
+    if (body.held || !body.is_pushed()) continue;
     const std::vector<JointHold> next = body.next_holds();
-    const Eigen::VectorXd reactions = body.reactions(body.impulse);
+    const DenseVector reactions = body.reactions(body.impulse);
     Last last{body.body, pose_of(*body.body), {}};
     for (Motor& motor : motors_) {
       if (motor.body != body.body) continue;

@@ -6,6 +6,7 @@
 
 #include <vector>
 
+#include "motion/articulated_motion.h"
 #include "motion/motion.h"
 
 class btMultiBodyConstraint;
@@ -34,7 +35,7 @@ class JointMotors {
   struct Motor {
     btMultiBodyConstraint* constraint;
     const btMultiBody* body;
-    Eigen::Index coordinate;
+    std::size_t coordinate;
     double applied;  // by Bullet's solve, N s or N m s
     double told;     // with what the response adds
     MotorState state;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <exception>
 
+#include "motion/articulated_motion.h"
 #include "report/step_contacts.h"
 #include "scene/collision_filters.h"
 #include "step/rigid_supports.h"
@@ -384,9 +385,9 @@ void Pipeline::end_step() noexcept try {
 
 bool Pipeline::is_moved(std::int32_t vertex) const {
   return responded_ &&
-         (untangling_.is_pushed(vertex) || !motion().velocity_change[vertex].isZero(0) ||
+         (untangling_.is_pushed(vertex) || !motion().velocity_change[vertex].isZero() ||
           motion().solved[vertex] != motion().predicted[vertex] ||
-          !motion().split_displacement[vertex].isZero(0));
+          !motion().split_displacement[vertex].isZero());
 }
 
 std::vector<const btSoftBody*> Pipeline::moved_apart() const {

@@ -70,10 +70,10 @@ void add_supports(const btPersistentManifold& manifold, double sign, double dt, 
     const btVector3 friction = point.m_appliedImpulseLateral1 * point.m_lateralFrictionDir1 +
                                point.m_appliedImpulseLateral2 * point.m_lateralFrictionDir2;
     Support support;
-    support.normal = sign * to_eigen(point.m_normalWorldOnB);
-    support.arm = to_eigen(at) - body.centre();
+    support.normal = sign * to_double(point.m_normalWorldOnB);
+    support.arm = to_double(at) - body.centre();
     support.load = dt * std::max(0.0, static_cast<double>(point.m_appliedImpulse));
-    support.friction_impulse = sign * dt * to_eigen(friction);
+    support.friction_impulse = sign * dt * to_double(friction);
     support.friction = static_cast<double>(point.m_combinedFriction);
     support.slides = !(support.friction > 0);
     body.supports.push_back(support);

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <vector>
 
+#include "motion/articulated_motion.h"
+
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
@@ -12,10 +14,9 @@ void write_rigid_bodies(const StepTopology& topology, const Motion& motion) {
   for (const StepTopology::BodyRecord& record : topology.bodies()) {
     if (record.soft) continue;
     const RigidMotion& rigid = motion.rigid_of(topology.index_of(record));
-    const bool changed = !rigid.velocity_change.isZero(0) ||
-                         !rigid.angular_velocity_change.isZero(0) ||
-                         !rigid.load_velocity.isZero(0) || !rigid.load_angular_velocity.isZero(0) ||
-                         !(rigid.end == rigid.predicted);
+    const bool changed = !rigid.velocity_change.isZero() ||
+                         !rigid.angular_velocity_change.isZero() || !rigid.load_velocity.isZero() ||
+                         !rigid.load_angular_velocity.isZero() || !(rigid.end == rigid.predicted);
     if (!rigid.is_dynamic() || !changed) continue;
     btRigidBody* body = btRigidBody::upcast(record.object);
     body->setLinearVelocity(body->getLinearVelocity() + to_bullet(rigid.velocity_change));
@@ -28,7 +29,7 @@ void write_rigid_bodies(const StepTopology& topology, const Motion& motion) {
   }
   for (const ArticulatedMotion& articulated : motion.articulated) {
     if (!articulated.is_changed()) continue;
-    std::vector<btScalar> change(static_cast<std::size_t>(articulated.velocity_change.size()));
+    std::vector<btScalar> change(articulated.velocity_change.size());
     std::transform(articulated.velocity_change.begin(), articulated.velocity_change.end(),
                    change.begin(), [](double x) { return static_cast<btScalar>(x); });
     articulated.body->applyDeltaVeeMultiDof(change.data(), 1);

@@ -1,14 +1,13 @@
 #include "untangling/closed_surfaces.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+
+#include "util/matrix.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
-
-using Eigen::Vector3d;
 
 // Half the solid angle that the triangle covers as seen from the origin, signed by its orientation.
 // Van Oosterom and Strackee 1983, "The solid angle of a plane triangle".

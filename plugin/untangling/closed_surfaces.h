@@ -1,12 +1,12 @@
 // Finds the bodies whose surfaces are closed, and tests whether a point is inside of one.
 #pragma once
 
-#include <Eigen/Core>
 #include <cstdint>
 #include <vector>
 
 #include "lazyccd/scene.h"
 #include "motion/motion.h"
+#include "util/matrix.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -22,7 +22,7 @@ double volume_of(const Topology& topology, const Motion& motion,
 /// How often the faces wind around the point at the start of the step: 0 outside of a closed mesh,
 /// 1 inside, or -1 if its faces are oriented inwards.
 double winding_number(const Topology& topology, const Motion& motion,
-                      const std::vector<std::int32_t>& faces, const Eigen::Vector3d& point);
+                      const std::vector<std::int32_t>& faces, const Vector3d& point);
 
 class ClosedSurfaces {
  public:
@@ -34,7 +34,7 @@ class ClosedSurfaces {
   /// outwards: others are rooms.
   bool is_closed(std::int32_t body) const { return closed_[body] != 0; }
   /// True if the point is inside of the body. Call only if the surface is closed.
-  bool contains(std::int32_t body, const Eigen::Vector3d& point) const;
+  bool contains(std::int32_t body, const Vector3d& point) const;
 
  private:
   bool is_soft(const std::vector<std::int32_t>& faces) const;

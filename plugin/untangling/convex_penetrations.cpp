@@ -1,6 +1,5 @@
 #include "untangling/convex_penetrations.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <limits>
@@ -10,13 +9,13 @@
 #include <utility>
 
 #include "untangling/intersections.h"
+#include "util/box.h"
 #include "util/disjoint_sets.h"
+#include "util/matrix.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
-
-using Eigen::Vector3d;
 
 // A point that is inside.
 struct Point {
@@ -147,7 +146,7 @@ bool is_blocked(const Side& side, const Group& group, const Blocking& blocking,
                 const Topology& topology, const Motion& motion) {
   const Vector3d margin = blocking.margin * side.normal;
   std::vector<std::array<Vector3d, 2>> ways;
-  Eigen::AlignedBox3d box;
+  Box3d box;
   for (const Point& point : group) {
     ways.push_back({point.x - margin, point.x - side.height(point.x) * side.normal + margin});
     for (const Vector3d& end : ways.back()) box.extend(end);
@@ -156,7 +155,7 @@ bool is_blocked(const Side& side, const Group& group, const Blocking& blocking,
     const Face& face = topology.faces[f];
     const Vector3d a = motion.start_of(face[0]), b = motion.start_of(face[1]),
                    c = motion.start_of(face[2]);
-    Eigen::AlignedBox3d of_face(a);
+    Box3d of_face(a);
     of_face.extend(b).extend(c);
     return box.intersects(of_face) && std::any_of(ways.begin(), ways.end(), [&](const auto& way) {
              return edge_intersects_face(way[0], way[1], a, b, c);
@@ -194,7 +193,7 @@ bool reaches_through(const Side& side, double depth, const Group& group,
 // is dragged along the body: a rug below a lying capsule does not leave through its ends.
 const Side* find_exit(const Group& group, const std::vector<Side>& sides, const Blocking& blocking,
                       const Topology& topology, const Motion& motion) {
-  Eigen::AlignedBox3d box;
+  Box3d box;
   for (const Point& point : group) box.extend(point.x);
   const bool is_pierced = std::any_of(group.begin(), group.end(),
                                       [](const Point& point) { return point.of.size() > 1; });

@@ -2,7 +2,6 @@
 
 #include <BulletCollision/CollisionShapes/btCollisionShape.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <map>
 #include <set>
@@ -12,6 +11,8 @@
 #include "shapes/enclosing_mesh.h"
 #include "untangling/face_geometry.h"
 #include "untangling/intersections.h"
+#include "util/box.h"
+#include "util/matrix.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -31,7 +32,7 @@ const InsideVertex* find_vertex(const std::vector<InsideVertex>& inside, std::in
 
 template <class A, class B>
 bool are_apart(const A& a, const B& b, const Motion& motion) {
-  Eigen::AlignedBox3d box_a, box_b;
+  Box3d box_a, box_b;
   for (const std::int32_t v : a) box_a.extend(motion.start_of(v));
   for (const std::int32_t v : b) box_b.extend(motion.start_of(v));
   return !box_a.intersects(box_b);

@@ -1,12 +1,11 @@
 #include "untangling/face_geometry.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
+
+#include "util/matrix.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
-
-using Eigen::Vector3d;
 
 double rounding_at(const Vector3d& x) {
   return 16 * static_cast<double>(SIMD_EPSILON) * std::max(1.0, x.cwiseAbs().maxCoeff());

@@ -1,17 +1,26 @@
 #include "untangling/face_grid.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "shapes/line_crossing.h"
+#include "util/matrix.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
-using Eigen::Vector2d;
-using Eigen::Vector3d;
+namespace {
+
+// A unit vector across `axis`.
+Vector3d orthogonal_to(const Vector3d& axis) {
+  constexpr double negligible = 1e-12;
+  const bool is_along_z = std::hypot(axis.x(), axis.y()) <= negligible * std::abs(axis.z());
+  return (is_along_z ? Vector3d(0, -axis.z(), axis.y()) : Vector3d(-axis.y(), axis.x(), 0))
+      .normalized();
+}
+
+}  // namespace
 
 FaceGrid::FaceGrid(const FaceGeometry& geometry, const Vector3d& axis,
                    const std::vector<std::int32_t>& faces, const Box& region)
@@ -47,11 +56,12 @@ FaceGrid::FaceGrid(const FaceGeometry& geometry, const Vector3d& axis,
     visit_cells(boxes[i], [&](std::size_t cell) { faces_[next[cell]++] = kept[i]; });
 }
 
-Eigen::Matrix3d FaceGrid::turn_to(const Vector3d& axis) {
-  Eigen::Matrix3d turn;
-  turn.row(0) = axis.unitOrthogonal();
-  turn.row(1) = axis.cross(turn.row(0).transpose());
-  turn.row(2) = axis;
+Matrix3d FaceGrid::turn_to(const Vector3d& axis) {
+  Matrix3d turn;
+  const Vector3d first = orthogonal_to(axis);
+  turn.set_row(0, first.transpose());
+  turn.set_row(1, axis.cross(first).transpose());
+  turn.set_row(2, axis.transpose());
   return turn;
 }
 

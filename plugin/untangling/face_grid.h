@@ -1,48 +1,48 @@
 // Faces in the cells of a grid in the plane across an axis.
 #pragma once
 
-#include <Eigen/Core>
 #include <array>
 #include <cstdint>
 #include <vector>
 
 #include "untangling/face_geometry.h"
+#include "util/box.h"
+#include "util/matrix.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
 class FaceGrid {
  public:
-  using Box = Eigen::AlignedBox2d;
+  using Box = Box2d;
 
   /// `axis`: unit vector. `faces`: ascending. `region`: faces whose boxes across the axis do not
   /// meet it are left out. `geometry` must outlive the grid.
-  FaceGrid(const FaceGeometry& geometry, const Eigen::Vector3d& axis,
+  FaceGrid(const FaceGeometry& geometry, const Vector3d& axis,
            const std::vector<std::int32_t>& faces, const Box& region);
   /// The same with all of the faces.
-  FaceGrid(const FaceGeometry& geometry, const Eigen::Vector3d& axis,
+  FaceGrid(const FaceGeometry& geometry, const Vector3d& axis,
            const std::vector<std::int32_t>& faces)
       : FaceGrid(geometry, axis, faces,
-                 Box(Eigen::Vector2d::Constant(-max_coordinate),
-                     Eigen::Vector2d::Constant(max_coordinate))) {}
+                 Box(Vector2d::Constant(-max_coordinate), Vector2d::Constant(max_coordinate))) {}
 
   /// All faces that the line through x along the axis may meet, ascending, and others near it.
-  Span<const std::int32_t> near(const Eigen::Vector3d& x) const;
+  Span<const std::int32_t> near(const Vector3d& x) const;
   /// How often the faces wind around x, if they are closed and oriented alike.
-  int winding_number(const Eigen::Vector3d& x) const;
+  int winding_number(const Vector3d& x) const;
   /// The face nearest to x, as the point on it; of those that are equally near, the first. Leaves
   /// out faces that are not farther away than the rounding of positions. Face -1 if there is none.
   struct Nearest {
     std::int32_t face;
-    Eigen::Vector3d point;
+    Vector3d point;
   };
-  Nearest nearest(const Eigen::Vector3d& x) const;
+  Nearest nearest(const Vector3d& x) const;
   /// Coordinates of x in the plane.
-  Eigen::Vector2d across(const Eigen::Vector3d& x) const { return turn_.topRows<2>() * x; }
+  Vector2d across(const Vector3d& x) const { return (turn_ * x).head<2>(); }
 
   /// The same without a grid.
-  static Eigen::Vector2d across(const Eigen::Vector3d& axis, const Eigen::Vector3d& x) {
-    return turn_to(axis).topRows<2>() * x;
+  static Vector2d across(const Vector3d& axis, const Vector3d& x) {
+    return (turn_to(axis) * x).head<2>();
   }
 
  private:
@@ -50,16 +50,16 @@ class FaceGrid {
   using Cell = std::array<int, 2>;
 
   // The rotation that turns the axis to z.
-  static Eigen::Matrix3d turn_to(const Eigen::Vector3d& axis);
+  static Matrix3d turn_to(const Vector3d& axis);
   Box box_of(std::int32_t face) const;
-  Cell cell_of(const Eigen::Vector2d& p) const;
+  Cell cell_of(const Vector2d& p) const;
   Span<const std::int32_t> in_cell(const Cell& cell) const;
   template <class Visit>
   void visit_cells(const Box& box, Visit&& visit) const;
 
   const FaceGeometry& geometry_;
-  Eigen::Matrix3d turn_;
-  Eigen::Vector2d lower_ = Eigen::Vector2d::Zero();
+  Matrix3d turn_;
+  Vector2d lower_ = Vector2d::Zero();
   double cells_per_metre_ = 0;
   Cell size_ = {1, 1};
   std::vector<std::size_t> first_;  // by cell: index in faces_; one more element ends the last cell

@@ -1,7 +1,5 @@
 #include "untangling/intersections.h"
 
-#include <Eigen/Core>
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -10,12 +8,11 @@
 
 #include "lazyccd/query.h"
 #include "untangling/pair_rules.h"
+#include "util/box.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
-
-using Eigen::Vector3d;
 
 // Sweep and prune along the axis with the largest spread, in strips across the axis with the second
 // largest. Without strips, at each place along the axis all boxes across the width of a cloth would
@@ -27,7 +24,7 @@ class Strips {
     const double count = static_cast<double>(x.size());
     Vector3d mean = Vector3d::Zero(), square = Vector3d::Zero();
     for (const Vector3d& p : x) mean += p / count;
-    for (const Vector3d& p : x) square += (p - mean).cwiseAbs2() / count;
+    for (const Vector3d& p : x) square += (p - mean).cwiseProduct(p - mean) / count;
     square.maxCoeff(&along_);
     square[along_] = -1;
     // The width of a uniform distribution with the same variance. The extent of the vertices would
@@ -115,7 +112,7 @@ std::vector<char> find_bodies_that_may_collide(const Topology& topology,
                                                const std::vector<Vector3d>& x,
                                                const PairRules& pair_rules,
                                                const std::vector<char>& is_asked_for) {
-  std::vector<Eigen::AlignedBox3d> boxes(topology.bodies.size());
+  std::vector<Box3d> boxes(topology.bodies.size());
   for (std::size_t v = 0; v < x.size(); ++v) boxes[topology.body_of_vertex[v]].extend(x[v]);
   std::vector<char> body_may_collide(boxes.size(), 0);
   const auto count = static_cast<std::int32_t>(boxes.size());
@@ -160,8 +157,7 @@ Intersections find_intersections(const Topology& topology, Span<const Edge> edge
   const auto movable = [&](std::int32_t v) { return topology.inverse_mass[v] > 0; };
   Intersections found;
   const auto test = [&](const Strips::Box& edge_box, const Strips::Box& face_box) {
-    if ((edge_box.lower.array() > face_box.upper.array()).any() ||
-        (face_box.lower.array() > edge_box.upper.array()).any())
+    if (!is_below(edge_box.lower, face_box.upper) || !is_below(face_box.lower, edge_box.upper))
       return;
     const Edge& e = edges[edge_box.primitive];
     const Face& f = topology.faces[face_box.primitive];

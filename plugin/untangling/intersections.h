@@ -2,7 +2,6 @@
 // see these, because an intersection can last without anything touching.
 #pragma once
 
-#include <Eigen/Core>
 #include <cstdint>
 #include <functional>
 #include <string>
@@ -10,15 +9,15 @@
 
 #include "lazyccd/bullet/precision.h"
 #include "lazyccd/scene.h"
+#include "util/matrix.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
 /// True if the edge pq passes through the face abc. Touching, and what rounding cannot tell from
 /// it, does not count.
-bool edge_intersects_face(const Eigen::Vector3d& p, const Eigen::Vector3d& q,
-                          const Eigen::Vector3d& a, const Eigen::Vector3d& b,
-                          const Eigen::Vector3d& c);
+bool edge_intersects_face(const Vector3d& p, const Vector3d& q, const Vector3d& a,
+                          const Vector3d& b, const Vector3d& c);
 
 /// Indices of an edge and of the face that it intersects.
 struct Intersection {

@@ -1,13 +1,12 @@
 #include "untangling/penetration_list.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <utility>
 
+#include "util/matrix.h"
+
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
-
-using Eigen::Vector3d;
 
 void PenetrationList::add_trapped(const Edge& edge) {
   found_.trapped.edges.push_back({edge[0], edge[1], obstacle_});

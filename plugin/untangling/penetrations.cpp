@@ -4,7 +4,6 @@
 #include <BulletCollision/CollisionShapes/btHeightfieldTerrainShape.h>
 #include <BulletCollision/CollisionShapes/btStaticPlaneShape.h>
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <map>
 #include <numeric>
@@ -15,13 +14,13 @@
 #include "untangling/face_grid.h"
 #include "untangling/penetration_list.h"
 #include "untangling/solids.h"
+#include "util/box.h"
+#include "util/matrix.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-using Eigen::AlignedBox3d;
-using Eigen::Vector3d;
 using Vertices = std::vector<std::int32_t>;
 
 Edge sorted(const Edge& edge) { return {std::min(edge[0], edge[1]), std::max(edge[0], edge[1])}; }
@@ -176,7 +175,7 @@ class Finder {
 };
 
 // Extent of the box along a direction.
-double lower_end(const AlignedBox3d& box, const Vector3d& direction) {
+double lower_end(const Box3d& box, const Vector3d& direction) {
   return box.center().dot(direction) - 0.5 * box.diagonal().dot(direction.cwiseAbs());
 }
 
@@ -189,7 +188,7 @@ void sort(Penetrations& found) {
 
 // `boxes`: by body. `vertices`: those that may be inside of the obstacle.
 Blocking find_blocking(const StepTopology& topology, const Motion& motion,
-                       const std::vector<AlignedBox3d>& boxes, std::int32_t obstacle,
+                       const std::vector<Box3d>& boxes, std::int32_t obstacle,
                        const Vertices& vertices) {
   Blocking blocking;
   blocking.is_movable = motion.rigid_of(obstacle).is_movable();
@@ -199,16 +198,16 @@ Blocking find_blocking(const StepTopology& topology, const Motion& motion,
   for (const std::int32_t v : vertices)
     soft_margin = std::max(soft_margin, margin_of(topology.body_of(v)));
   blocking.margin = soft_margin + margin_of(obstacle);
-  AlignedBox3d reach = boxes[obstacle];
-  reach = AlignedBox3d(reach.min() - Vector3d::Constant(blocking.margin),
-                       reach.max() + Vector3d::Constant(blocking.margin));
+  Box3d reach = boxes[obstacle];
+  reach = Box3d(reach.min() - Vector3d::Constant(blocking.margin),
+                reach.max() + Vector3d::Constant(blocking.margin));
   for (std::int32_t body = 0; body < static_cast<std::int32_t>(boxes.size()); ++body) {
     const StepTopology::BodyRecord& record = topology.bodies()[body];
     if (record.soft || body == obstacle || motion.rigid_of(body).is_movable() ||
         !boxes[body].intersects(reach))
       continue;
     for (std::int32_t f = record.faces.first; f < record.faces.last; ++f) {
-      AlignedBox3d box;
+      Box3d box;
       for (const std::int32_t v : topology.topology().faces[f]) box.extend(motion.start_of(v));
       if (box.intersects(reach)) blocking.faces.push_back(f);
     }
@@ -223,20 +222,20 @@ Penetrations find_inside_obstacles(
     const std::function<bool(std::int32_t, std::int32_t)>& is_searched) {
   const Topology view = topology.topology();
   Penetrations found;
-  std::vector<AlignedBox3d> boxes(view.bodies.size());
+  std::vector<Box3d> boxes(view.bodies.size());
   for (std::size_t v = 0; v < view.vertex_count; ++v)
     boxes[view.body_of_vertex[v]].extend(motion.start_of(static_cast<std::int32_t>(v)));
   for (std::int32_t obstacle = 0; obstacle < static_cast<std::int32_t>(boxes.size()); ++obstacle) {
     if (topology.bodies()[obstacle].soft || boxes[obstacle].isEmpty()) continue;
     const btCollisionShape& shape = *topology.bodies()[obstacle].object->getCollisionShape();
     const int shape_type = shape.getShapeType();
-    const Eigen::Matrix3d basis = to_eigen(motion.rigid_of(obstacle).start.getBasis());
+    const Matrix3d basis = to_double(motion.rigid_of(obstacle).start.getBasis());
     Vector3d up = Vector3d::Zero();  // of what has no bottom
     if (shape_type == STATIC_PLANE_PROXYTYPE)
-      up = basis * to_eigen(static_cast<const btStaticPlaneShape&>(shape).getPlaneNormal());
+      up = basis * to_double(static_cast<const btStaticPlaneShape&>(shape).getPlaneNormal());
     if (shape_type == TERRAIN_SHAPE_PROXYTYPE)
       up = basis.col(static_cast<const btHeightfieldTerrainShape&>(shape).getUpAxis());
-    const auto are_apart = [&](const AlignedBox3d& box) {
+    const auto are_apart = [&](const Box3d& box) {
       return up.isZero() ? !box.intersects(boxes[obstacle])
                          : lower_end(box, up) > -lower_end(boxes[obstacle], -up);
     };

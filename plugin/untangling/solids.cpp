@@ -10,8 +10,6 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-using Eigen::AlignedBox3d;
-
 // True if no two of the faces run along a side in the same direction.
 bool are_oriented_alike(const Topology& topology, const std::vector<std::int32_t>& faces) {
   std::vector<Edge> sides;
@@ -23,8 +21,8 @@ bool are_oriented_alike(const Topology& topology, const std::vector<std::int32_t
   return std::adjacent_find(sides.begin(), sides.end()) == sides.end();
 }
 
-AlignedBox3d box_of(const FaceGeometry& geometry, const std::vector<std::int32_t>& faces) {
-  AlignedBox3d box;
+Box3d box_of(const FaceGeometry& geometry, const std::vector<std::int32_t>& faces) {
+  Box3d box;
   for (const std::int32_t f : faces)
     for (int k = 0; k < 3; ++k) box.extend(geometry.corner(f, k));
   return box;

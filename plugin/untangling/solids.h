@@ -1,13 +1,14 @@
 // The closed parts of an obstacle's triangles that have an inside.
 #pragma once
 
-#include <Eigen/Geometry>
 #include <cstdint>
 #include <map>
 #include <vector>
 
 #include "motion/motion.h"
 #include "scene/step_topology.h"
+#include "util/box.h"
+#include "util/matrix.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -17,7 +18,7 @@ inline namespace LAZYCCD_BULLET_PRECISION {
 /// of a cavity in others. A part whose faces point inwards has no inside of its own: a room.
 struct Solid {
   std::vector<std::int32_t> faces;  ///< ascending
-  Eigen::AlignedBox3d box;
+  Box3d box;
   std::int32_t key;         ///< PartsOfObstacle::key_of() its first part
   bool is_single = true;    ///< one part
   bool is_oriented = true;  ///< faces that share a side are oriented alike

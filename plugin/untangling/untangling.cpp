@@ -1,18 +1,16 @@
 #include "untangling/untangling.h"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <iterator>
 
 #include "untangling/closed_surfaces.h"
 #include "util/disjoint_sets.h"
+#include "util/matrix.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
-
-using Eigen::Vector3d;
 
 // Components into which the edges that intersect faces cut the surfaces.
 class SurfaceComponents {

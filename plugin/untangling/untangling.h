@@ -84,7 +84,7 @@ class Untangling {
   bool allows_pass(const Contact& contact, const Motion& motion) const;
 
  private:
-  using Vector = Eigen::Vector3d;
+  using Vector = Vector3d;
 
   void read(const Found& found, const Topology& topology, Span<const Edge> edges,
             const Motion& motion, double seconds);

@@ -43,7 +43,7 @@ void fill(const SoftScene& scene, const SoftScene::BodyRecord& record, std::int3
     const btSoftBody::Node& node = body.m_nodes[scene.node_index(v)];
     put(node.m_x, v, motion.start);
     put(predicted_end(node, time_step, limit), v, motion.end);
-    motion.velocity[v] = to_eigen(node.m_v);
+    motion.velocity[v] = to_double(node.m_v);
   }
   // The base class puts anchored nodes at the place that their rigid body gives them, whatever
   // their velocity.
@@ -306,8 +306,7 @@ void btLazyDeformableBodySolver::applyTransforms(btScalar timeStep) {
     std::copy(begin + 3 * static_cast<std::ptrdiff_t>(first),
               begin + 3 * static_cast<std::ptrdiff_t>(last),
               motion.end.begin() + 3 * static_cast<std::ptrdiff_t>(first));
-    std::fill(motion.velocity.begin() + first, motion.velocity.begin() + last,
-              Eigen::Vector3d::Zero());
+    std::fill(motion.velocity.begin() + first, motion.velocity.begin() + last, Vector3d::Zero());
   };
   const bool is_handled = pipeline_->run(all_bodies_, static_cast<double>(timeStep), read);
   if (is_handled) write_velocities();

@@ -147,7 +147,7 @@ void btLazySoftBodySolver::solveConstraints(btScalar solverdt) {
         motion.start[3 * static_cast<std::size_t>(v) + k] = start[k];
         motion.end[3 * static_cast<std::size_t>(v) + k] = end[k];
       }
-      motion.velocity[v] = to_eigen(node.m_v);
+      motion.velocity[v] = to_double(node.m_v);
       motion.rate[v] = rate;
     }
   };
@@ -209,7 +209,7 @@ double btLazySoftBodySolver::solve_links(const std::vector<std::int32_t>& bodies
                                     one_iteration ? 1 : body.m_cfg.piterations);
     for (std::int32_t v = record.first_vertex; v < last; ++v) {
       if (!motion.is_free(v)) continue;
-      const Eigen::Vector3d x = to_eigen(body.m_nodes[scene.node_index(v)].m_x);
+      const Vector3d x = to_double(body.m_nodes[scene.node_index(v)].m_x);
       largest = std::max(largest, (x - motion.solved[v]).squaredNorm());
       motion.link_displacement[v] += x - motion.solved[v];
       motion.solved[v] = x;

@@ -105,7 +105,7 @@ check(examples/cli FORBID "^(core|cpu|gpu|balance)/" ${device})
 set(prefix "")
 check_layers(plugin lazyccd/
   util:simd
-  motion:
+  motion:util
   shapes:util
   scene:shapes,motion,util
   contact:scene,motion,util

@@ -49,9 +49,9 @@ Contact random_contact(std::mt19937& random) {
   constexpr float parts[] = {0, 0.25f, 0.3f, 0.5f};
   contact.u = below(8) == 0 ? 1 : parts[below(4)];
   contact.v = contact.u == 1 ? 0 : parts[below(4)];
-  Eigen::Vector3f normal(float(below(7)) - 3, float(below(7)) - 3, float(below(7)) + 1);
-  normal.normalize();
-  contact.normal = {normal[0], normal[1], normal[2]};
+  const double x = below(7) - 3, y = below(7) - 3, z = below(7) + 1;
+  const bullet::Vector3d normal = bullet::Vector3d(x, y, z).normalized();
+  contact.normal = {float(normal[0]), float(normal[1]), float(normal[2])};
   return contact;
 }
 
@@ -59,7 +59,7 @@ RowEstimate by_row(const Contact& contact, double thickness, double position_cor
                    const Motion& motion) {
   ContactRow row;
   make_row(contact, thickness, position_correction, motion, row);
-  Eigen::Vector3d move = Eigen::Vector3d::Zero();
+  Vector3d move = Vector3d::Zero();
   for (int i = 0; i < 4; ++i) {
     const std::int32_t v = contact.vertices[i];
     move += row.weights[i] * (motion.end_of(v) - motion.start_of(v));
@@ -98,7 +98,7 @@ TEST_CASE("kernels of all instruction sets and rows agree to the bit") {
         CHECK((lanes.may_need_split[i] != 0) == row.may_need_split);
         const auto gap = [&](const std::vector<btScalar>& places) {
           const std::array<double, 4> weights = contacts[i].weights();
-          Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+          Vector3d sum = Vector3d::Zero();
           for (int k = 0; k < 4; ++k)
             sum += weights[k] * Motion::read(places, contacts[i].vertices[k]);
           return sum;

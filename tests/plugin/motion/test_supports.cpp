@@ -1,14 +1,13 @@
 // How a rigid body moves that other rigid bodies support.
 #include "motion/supports.h"
 
-#include <Eigen/Geometry>
 #include <cmath>
 
 #include "motion/motion.h"
 #include "support/catch.h"
+#include "util/matrix.h"
 
 using namespace lazyccd::bullet;
-using Eigen::Vector3d;
 
 namespace {
 
@@ -18,13 +17,13 @@ constexpr double mass = 2, weight = 0.01, friction = 0.5;  // kg, kg m, 1
 RigidMotion cube() {
   RigidMotion body = {};
   body.inverse_mass = Vector3d::Constant(1 / mass);
-  body.inverse_inertia = 6 / mass * Eigen::Matrix3d::Identity();
+  body.inverse_inertia = 6 / mass * Matrix3d::Identity();
   return body;
 }
 
 void add_support(RigidMotion& body, const Vector3d& arm, double load) {
   Support support = {};
-  support.normal = Vector3d::UnitY();
+  support.normal = Vector3d::Unit(1);
   support.arm = arm;
   support.load = load;
   support.friction_impulse.setZero();
@@ -41,9 +40,7 @@ RigidMotion cube_on_floor() {
 }
 
 Vector6d impulse_at(const Vector3d& arm, const Vector3d& impulse) {
-  Vector6d sum;
-  sum << impulse, arm.cross(impulse);
-  return sum;
+  return stacked(impulse, arm.cross(impulse));
 }
 
 }  // namespace
@@ -51,7 +48,7 @@ Vector6d impulse_at(const Vector3d& arm, const Vector3d& impulse) {
 TEST_CASE("a cube on a floor is as heavy as the floor") {
   RigidMotion body = cube_on_floor();
   REQUIRE(body.supported_mobility);
-  CHECK(body.supported_mobility->isZero(0));
+  CHECK(body.supported_mobility->isZero());
   CHECK(!leave_supports(body, impulse_at({0.1, 0.5, 0.3}, {0, -10 * weight, 0})));
   CHECK(body.supports.size() == 4);
 }

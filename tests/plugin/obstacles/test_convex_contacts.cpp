@@ -88,15 +88,15 @@ DrapedSheet make_draped(const std::string& kind, unsigned number) {
       kind == "plane" ? 0 : 0.1, kind == "edge of a box" ? size : 0);
 }
 
-Eigen::Vector3d position(std::int32_t vertex, double time, const bullet::Motion& motion) {
+bullet::Vector3d position(std::int32_t vertex, double time, const bullet::Motion& motion) {
   return (1 - time) * motion.start_of(vertex) + time * motion.end_of(vertex);
 }
 
 // The contact points at the time of the contact lie along its normal, unless they are together.
 void check_contact(const Contact& contact, const bullet::Motion& motion) {
-  const Eigen::Vector3d normal(contact.normal[0], contact.normal[1], contact.normal[2]);
+  const bullet::Vector3d normal(contact.normal[0], contact.normal[1], contact.normal[2]);
   CHECK(normal.norm() == Approx(1).epsilon(1e-5));
-  Eigen::Vector3d gap = Eigen::Vector3d::Zero();
+  bullet::Vector3d gap = bullet::Vector3d::Zero();
   for (std::size_t i = 0; i < 4; ++i)
     gap += contact.weights()[i] * position(contact.vertices[i], contact.toi, motion);
   CHECK(normal.dot(gap) > -1e-5);

@@ -7,7 +7,7 @@
 #include "support/catch.h"
 
 using namespace lazyccd;
-using Eigen::Vector3d;
+using bullet::Vector3d;
 
 namespace {
 
@@ -17,7 +17,7 @@ struct RandomMotion {
     part.core = {bullet::to_bullet(vector(1)), bullet::to_bullet(vector(1))};
     if (number % 4 == 0) part.core[1] = part.core[0];  // a ball
     rigid.start = pose(vector(1));
-    rigid.end = pose(bullet::to_eigen(rigid.start.getOrigin()) + vector(0.5));
+    rigid.end = pose(bullet::to_double(rigid.start.getOrigin()) + vector(0.5));
     start.count = end.count = 1 + static_cast<int>(number % 3);
     for (int i = 0; i < start.count; ++i) {
       start.x[i] = vector(1);

@@ -75,7 +75,7 @@ bool starts_inside(std::int32_t vertex, const bullet::StepTopology::BodyRecord& 
 double gap_of(const Contact& contact, std::int32_t obstacle, const bullet::StepTopology& topology,
               const bullet::Motion& motion) {
   const std::array<double, 4> weights = contact.weights();
-  Eigen::Vector3d point = Eigen::Vector3d::Zero();
+  bullet::Vector3d point = bullet::Vector3d::Zero();
   for (int i = 0; i < 4; ++i) {
     const std::int32_t v = contact.vertices[i];
     if (!topology.is_soft(v)) continue;

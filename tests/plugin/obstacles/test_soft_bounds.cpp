@@ -85,11 +85,11 @@ TEST_CASE("soft bounds find the edges and faces whose own bounds are near") {
       const auto v = static_cast<std::int32_t>(unit(random) * motion.soft_count());
       bullet::MotionBounds other;
       if (i % 5 == 0)  // around the sheet
-        other.add(motion.start_of(v) - Eigen::Vector3d::Ones());
+        other.add(motion.start_of(v) - bullet::Vector3d::Ones());
       const double size = i % 5 == 0 ? 1 : 0.05;
       for (int corner = 0; corner < 2; ++corner)
         other.add(motion.start_of(v) +
-                  size * Eigen::Vector3d(unit(random), unit(random) - 0.5, unit(random)));
+                  size * bullet::Vector3d(unit(random), unit(random) - 0.5, unit(random)));
       const std::size_t near =
           check(bounds, topology, motion, at_start, other, 0.02 * unit(random));
       ++(near == 0 ? none : near == faces ? all : some);
@@ -107,7 +107,7 @@ TEST_CASE("soft bounds find what is not finite") {
   bullet::SoftBounds bounds(topology, motion);
   bounds.set_topology();
   bullet::MotionBounds far;
-  far.add(motion.start_of(0) + Eigen::Vector3d::Constant(1e3));
+  far.add(motion.start_of(0) + bullet::Vector3d::Constant(1e3));
   bounds.begin(false);
   CHECK(bounds.find_near(0, far, 0.1).empty());
   for (const double value :

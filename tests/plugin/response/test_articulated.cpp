@@ -56,8 +56,8 @@ TEST_CASE("a multibody gets the pose that its own integration gives") {
   ObstacleWorld w(World::deformable, 0);
   Arm arm(w, 3, false, btVector3(0, 0, 0));
   const bullet::MultibodyPose start = bullet::pose_of(arm.body());
-  Eigen::VectorXd displacement = Eigen::VectorXd::Zero(9);
-  displacement << 0, 0, 0.1, 0.2, 0, 0, 0.3, -0.2, 0.1;
+  const std::vector<double> moved = {0, 0, 0.1, 0.2, 0, 0, 0.3, -0.2, 0.1};
+  const bullet::DenseVector displacement(moved.begin(), moved.end());
   bullet::set_pose(arm.body(), start, displacement);
   CHECK_THAT(static_cast<double>(arm.body().getJointPos(1)), Matchers::WithinAbs(-0.2, 1e-6));
   CHECK_THAT(static_cast<double>(arm.link(-1).getWorldTransform().getOrigin().x()),

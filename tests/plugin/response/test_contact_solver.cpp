@@ -62,7 +62,7 @@ TEST_CASE("an island that needs no impulse leaves the others as they are") {
   stacks.load(1);
   stacks.begin(rows);
   rows.solve(stacks.motion, 100);
-  const std::vector<Eigen::Vector3d> solved = stacks.motion.solved;
+  const std::vector<bullet::Vector3d> solved = stacks.motion.solved;
   REQUIRE(solved != stacks.motion.predicted);
   bullet::RowIslands& islands = rows.islands(stacks.motion);
   REQUIRE(islands.count() == 2);

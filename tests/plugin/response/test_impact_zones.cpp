@@ -7,7 +7,7 @@
 #include "support/catch.h"
 
 using namespace lazyccd;
-using Eigen::Vector3d;
+using bullet::Vector3d;
 
 namespace {
 

@@ -1,4 +1,3 @@
-#include <Eigen/Geometry>
 #include <array>
 #include <cmath>
 #include <vector>
@@ -12,6 +11,7 @@
 #include "scenes/measures/mechanics.h"
 #include "scenes/scene.h"
 #include "support/catch.h"
+#include "util/matrix.h"
 
 using namespace lazyccd;
 using lazyccd::test::Column;
@@ -129,11 +129,11 @@ TEST_CASE("impulses of a contact between very different masses sum to zero") {
   rows.add({contact}, motion);
   rows.solve(motion, 10);
 
-  Eigen::Vector3d impulse = Eigen::Vector3d::Zero();
+  bullet::Vector3d impulse = bullet::Vector3d::Zero();
   double gap = 0, largest = 0;
   const auto weights = contact.weights();
   for (int i = 0; i < 4; ++i) {
-    const Eigen::Vector3d one = (motion.solved[i] - motion.predicted[i]) / motion.inverse_mass[i];
+    const bullet::Vector3d one = (motion.solved[i] - motion.predicted[i]) / motion.inverse_mass[i];
     impulse += one;
     largest = std::max(largest, one.norm());
     gap += weights[i] * motion.solved[i].y();
@@ -148,7 +148,7 @@ TEST_CASE("a point that falls on a light resting point bounces and leaves it at 
   Column column({10, 1});
   bullet::Motion& motion = column.motion;
   motion.rate.assign(9, 1 / motion.dt);
-  motion.velocity.assign(9, Eigen::Vector3d::Zero());
+  motion.velocity.assign(9, bullet::Vector3d::Zero());
   motion.velocity[6].y() = -falls;
   motion.end[3 * 6 + 1] -= static_cast<btScalar>(falls * motion.dt);
   bullet::SolverOptions options;
@@ -187,8 +187,8 @@ TEST_CASE("a body on rails is stopped by a pinned node beside contacts of other 
   body.predicted.setIdentity();
   body.predicted.getOrigin().setY(btScalar(1.5));
   body.velocity = body.angular_velocity = body.velocity_change = body.angular_velocity_change =
-      Eigen::Vector3d::Zero();
-  body.inverse_mass = Eigen::Vector3d(0, 0.5, 0);
+      bullet::Vector3d::Zero();
+  body.inverse_mass = bullet::Vector3d(0, 0.5, 0);
   body.inverse_inertia.setZero();
   motion.rigid.push_back(body);
   motion.set_end_pose(motion.rigid[0], body.predicted);
@@ -239,11 +239,11 @@ struct FourInContact {
     return count;
   }
   // Linear and angular momentum of the motion to these ends.
-  std::array<Eigen::Vector3d, 2> momenta(const std::vector<Eigen::Vector3d>& ends) const {
-    std::array<Eigen::Vector3d, 2> sums = {Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()};
+  std::array<bullet::Vector3d, 2> momenta(const std::vector<bullet::Vector3d>& ends) const {
+    std::array<bullet::Vector3d, 2> sums = {bullet::Vector3d::Zero(), bullet::Vector3d::Zero()};
     for (int v = 0; v < 5; ++v) {
-      const Eigen::Vector3d start = motion.start_of(v);
-      const Eigen::Vector3d momentum = (ends[v] - start) / motion.inverse_mass[v];
+      const bullet::Vector3d start = motion.start_of(v);
+      const bullet::Vector3d momentum = (ends[v] - start) / motion.inverse_mass[v];
       sums[0] += momentum;
       sums[1] += start.cross(momentum);
     }
@@ -298,9 +298,9 @@ TEST_CASE("a zone turns a body that nodes of it are anchored to only if there ar
   body.start.setOrigin(btVector3(1, 0, btScalar(0.5)));
   body.predicted = body.start;
   body.predicted.getOrigin() += btVector3(0, btScalar(0.2), 0);
-  body.velocity = body.angular_velocity = Eigen::Vector3d::Zero();
-  body.inverse_mass.setConstant(0.5);
-  body.inverse_inertia = 10 * Eigen::Matrix3d::Identity();
+  body.velocity = body.angular_velocity = bullet::Vector3d::Zero();
+  body.inverse_mass = bullet::Vector3d::Constant(0.5);
+  body.inverse_inertia = 10 * bullet::Matrix3d::Identity();
   motion.rigid.push_back(body);
   const auto anchor = [&](std::int32_t v) {
     motion.inverse_mass[v] = 0;
@@ -320,9 +320,9 @@ TEST_CASE("a zone turns a body that nodes of it are anchored to only if there ar
     CHECK_THAT(side, Matchers::WithinAbs(1, 1e-6));
   }
   if (several) return;
-  Eigen::Vector3d linear = Eigen::Vector3d::Zero(), angular = linear, before = linear;
+  bullet::Vector3d linear = bullet::Vector3d::Zero(), angular = linear, before = linear;
   for (int v = 0; v < 4; ++v) {
-    const Eigen::Vector3d x = motion.start_of(v);
+    const bullet::Vector3d x = motion.start_of(v);
     linear += masses[v] * (motion.solved[v] - motion.predicted[v]);
     angular += masses[v] * x.cross(motion.solved[v] - motion.predicted[v]);
     before += masses[v] * x.cross(motion.predicted[v] - x);

@@ -1,16 +1,16 @@
 // The grid of faces against all faces.
 #include "untangling/face_grid.h"
 
-#include <Eigen/Geometry>
 #include <cmath>
 #include <limits>
 #include <random>
 
 #include "support/catch.h"
 #include "untangling/closed_surfaces.h"
+#include "util/matrix.h"
 
 using namespace lazyccd;
-using Eigen::Vector3d;
+using bullet::Vector3d;
 
 namespace {
 

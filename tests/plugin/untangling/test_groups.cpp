@@ -2,15 +2,16 @@
 #include <BulletCollision/CollisionShapes/btBoxShape.h>
 #include <BulletSoftBody/btSoftBodyHelpers.h>
 
-#include <Eigen/Geometry>
 #include <cmath>
 
 #include "plugin/support/obstacle_worlds.h"
 #include "scenes/meshes/shapes.h"
 #include "support/catch.h"
+#include "util/matrix.h"
 
 using namespace lazyccd;
 using namespace lazyccd::test;
+using lazyccd::bullet::Vector3d;
 using scenes::vector;
 using scenes::World;
 
@@ -18,7 +19,6 @@ namespace {
 
 // Number of edges of `a` that pass through faces of `b`.
 int intersections(const btSoftBody& a, const btSoftBody& b) {
-  using Eigen::Vector3d;
   const auto read = [](const btSoftBody::Node* node) {
     return Vector3d(static_cast<double>(node->m_x.x()), static_cast<double>(node->m_x.y()),
                     static_cast<double>(node->m_x.z()));

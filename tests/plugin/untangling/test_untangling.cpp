@@ -5,7 +5,6 @@
 #include <BulletCollision/CollisionShapes/btMultiSphereShape.h>
 #include <BulletSoftBody/btSoftBodyHelpers.h>
 
-#include <Eigen/Geometry>
 #include <cmath>
 #include <string>
 
@@ -15,6 +14,7 @@
 #include "scenes/meshes/surface.h"
 #include "scenes/scene.h"
 #include "support/catch.h"
+#include "util/matrix.h"
 
 using namespace lazyccd;
 using namespace lazyccd::test;
@@ -266,10 +266,9 @@ TEST_CASE("a vertex inside a closed surface may pass it outwards and only there"
   // True for a contact of the corner with a face, from inside (sign 1) or from outside (-1).
   const auto allows_pass = [&](const Face& face, double sign) {
     const bullet::Motion& motion = tangle.motion;
-    const Eigen::Vector3d a = motion.start_of(face[0]), b = motion.start_of(face[1]),
-                          c = motion.start_of(face[2]);
-    const Eigen::Vector3f inwards = (b - a).cross(c - a).normalized().cast<float>();
-    const float side = static_cast<float>(sign);
+    const bullet::Vector3d a = motion.start_of(face[0]), b = motion.start_of(face[1]),
+                           c = motion.start_of(face[2]);
+    const bullet::Vector3d inwards = sign * (b - a).cross(c - a).normalized();
     return tangle.untangling.allows_pass(
         {ContactKind::vertex_face,
          0,
@@ -279,7 +278,7 @@ TEST_CASE("a vertex inside a closed surface may pass it outwards and only there"
          {0, face[0], face[1], face[2]},
          0.3f,
          0.3f,
-         {side * inwards.x(), side * inwards.y(), side * inwards.z()},
+         {float(inwards.x()), float(inwards.y()), float(inwards.z())},
          0.5},
         motion);
   };
