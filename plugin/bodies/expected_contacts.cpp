@@ -3,21 +3,10 @@
 #include <algorithm>
 
 #include "scene/soft_body_nodes.h"
+#include "settings.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
-namespace {
-
-// Where damping adds less than this fraction to the inertia of the nodes in contact, contacts and
-// damping hardly change each other.
-constexpr btScalar min_damping_ratio = btScalar(0.1);
-// Points that leave each other more slowly than this may stay in contact, m/s.
-constexpr btScalar min_leaving_speed = btScalar(0.01);
-// Of the normals before and after a step; where it turned more, the contact is another one.
-constexpr btScalar min_normal_dot = btScalar(0.99);
-
-}  // namespace
-
 void ExpectedContacts::meet(const btSoftBody& body, const btCollisionObject& rigid) {
   if (taken_.empty()) return;
   const std::lock_guard<std::mutex> lock(mutex_);
@@ -37,7 +26,7 @@ bool ExpectedContacts::stays(const Taken& taken, btScalar dt) const {
   if (now == taken.pose) return true;
   const btVector3 normal = now.getBasis() * (taken.pose.getBasis().transpose() * taken.normal);
   return (now * taken.pose.invXform(taken.point)).distance(taken.point) <= jump_speed_ * dt &&
-         normal.dot(taken.normal) > min_normal_dot;
+         normal.dot(taken.normal) > btScalar(settings::expected_contacts::min_normal_cosine);
 }
 
 void ExpectedContacts::take(Span<const StepContact> contacts,
@@ -161,8 +150,8 @@ bool ExpectedContacts::find_penalties(const Multiply& multiply, int size) {
       const auto body = static_cast<std::size_t>(contact.bodies[k]);
       const btScalar ratio = of_mass[body] > 0 ? of_all[body] / of_mass[body] - 1 : btScalar(0);
       mobility += contact.weights[k] * contact.weights[k] * contact.inverse_masses[k] /
-                  btMax(ratio, min_damping_ratio);
-      if (ratio >= min_damping_ratio) contact.penalty = 1;
+                  btMax(ratio, btScalar(settings::expected_contacts::min_damping_ratio));
+      if (ratio >= btScalar(settings::expected_contacts::min_damping_ratio)) contact.penalty = 1;
     }
     if (contact.penalty > 0) contact.penalty = 1 / mobility;
   }
@@ -251,8 +240,8 @@ bool ExpectedContacts::drop_unlikely(std::size_t island, const VectorStack& velo
     contact->total = contact->impulse - contact->penalty * (after - contact->speed);
     // Forces have changed the speed of the last step to that of before. A contact takes this change
     // back, and may overshoot by as much. Slow ones do no harm, and each drop costs a solve.
-    const btScalar limit =
-        btMax(btScalar(0), contact->speed) + btFabs(before - contact->speed) + min_leaving_speed;
+    const btScalar limit = btMax(btScalar(0), contact->speed) + btFabs(before - contact->speed) +
+                           btScalar(settings::expected_contacts::min_leaving_speed);
     contact->is_likely = contact->total >= 0 && after <= limit;
   }
   Selected* const unlikely =

@@ -3,14 +3,12 @@
 #include <typeinfo>
 
 #include "bodies/ordered_sum.h"
+#include "settings.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-// Solves with expected contacts, each without those that the one before found unlikely. Then all
-// are dropped.
-constexpr int max_rounds = 3;
 // Islands with fewer nodes than this are solved on one thread each; side by side if they have more
 // nodes together.
 constexpr std::size_t min_parallel_nodes = 2 * node_grain;
@@ -90,7 +88,7 @@ void MomentumEquation::solve_island(const EquationIsland& island, std::size_t in
                                     btScalar tolerance, const ParallelFor& parallel_for,
                                     ContactPenalties* penalties) {
   for (int round = 0;; ++round) {
-    if (round == max_rounds) contacts.drop_all(index);
+    if (round == settings::expected_contacts::max_solves) contacts.drop_all(index);
     for (const int i : island.unknowns) right_hand_side_[i] = plain_right_hand_side_[i];
     contacts.add_right_hand_side(index, velocity_, right_hand_side_);
     if (contacts.count(index) < ContactPenalties::min_rows) penalties = nullptr;

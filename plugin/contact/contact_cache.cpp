@@ -4,19 +4,13 @@
 #include <cmath>
 #include <limits>
 
+#include "settings.h"
+
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-// How far vertices may move along each axis and count as in place, as a part of the distance within
-// which pairs are found. After their contacts were found, each of two bodies may move by twice
-// that. So they come nearer by at most 4 sqrt(3) times this, 9 % of the distance. That is less than
-// what is beyond the thickness.
-constexpr double max_move = 0.013;
-// Of that distance: what is nearer may change its side while it stays in place.
-constexpr double close_fraction = 0.1;
-// Covers rounding in sums of displacements.
-constexpr double slack = 0.999;
+constexpr double slack = 0.999;  // covers rounding in sums of displacements
 
 bool are_near(const btScalar* a, const btScalar* b, std::size_t count, btScalar tolerance) {
   constexpr std::size_t block = 64;
@@ -94,10 +88,12 @@ bool ContactCache::begin(const Motion& motion, Span<const double> found_distance
   bool all_stay = true;
   for (std::size_t body = 0; body < bodies; ++body) {
     const auto [first, count] = coordinates_of(motion, body);
-    const auto tolerance = static_cast<btScalar>(max_move * found_distances[body]);
-    stays_[body] = near_distances_[body] >= close_fraction * found_distances[body] &&
-                   are_near(&motion.start[first], &start_[first], count, tolerance) &&
-                   are_near(&motion.end[first], &end_[first], count, tolerance);
+    const auto tolerance =
+        static_cast<btScalar>(settings::detection::max_cached_move * found_distances[body]);
+    stays_[body] =
+        near_distances_[body] >= settings::detection::min_cached_distance * found_distances[body] &&
+        are_near(&motion.start[first], &start_[first], count, tolerance) &&
+        are_near(&motion.end[first], &end_[first], count, tolerance);
     if (stays_[body]) continue;
     all_stay = false;
     std::copy_n(&motion.start[first], count, &start_[first]);

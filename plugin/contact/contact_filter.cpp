@@ -3,15 +3,10 @@
 #include <algorithm>
 #include <array>
 
+#include "settings.h"
+
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
-namespace {
-
-// A seam is closed where its nodes are at most this fraction of the thickness apart.
-constexpr double closed_fraction = 0.5;
-
-}  // namespace
-
 void ContactFilter::set_topology() {
   seams_.update(scene_, motion_);
   find_closed_seams();
@@ -24,7 +19,7 @@ void ContactFilter::begin_motion() {
 
 void ContactFilter::find_closed_seams() {
   seams_.find_closed(scene_, motion_, [this](std::int32_t body) {
-    return closed_fraction * surfaces_.of(body, body).thickness;
+    return settings::detection::closed_seam * surfaces_.of(body, body).thickness;
   });
 }
 

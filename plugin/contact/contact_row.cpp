@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "contact/rigid_terms.h"
+#include "settings.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -22,7 +23,7 @@ double thickness_of(const Contact& contact, const Motion& motion, double surface
     return sum;
   };
   const double edge_length = std::min(edge_length_at(0, first_of_b), edge_length_at(first_of_b, 4));
-  return std::min(surface_thickness, 0.5 * edge_length);
+  return std::min(surface_thickness, settings::row::max_thickness_of_edge * edge_length);
 }
 
 namespace {
@@ -73,12 +74,11 @@ void make_row(const Contact& contact, double thickness, double position_correcti
   }
   row.friction = row.sliding_fraction = 0;
   row.target_gap = std::min(thickness, std::max(0.0, row.start_gap));
-  row.corrected_gap = std::max(
-      row.target_gap, std::min(0.5 * thickness, row.target_gap + position_correction * thickness));
-  // Lower bound of the compliance. A row that can only move a node of small weight would throw that
-  // node far away. With the bound the node moves at most 16 times the gap, and the next detection
-  // finds what is left.
-  const double min_compliance = max_inverse_mass / 256;
+  row.corrected_gap =
+      std::max(row.target_gap, std::min(settings::row::corrected_thickness * thickness,
+                                        row.target_gap + position_correction * thickness));
+  // Lower bound of the compliance.
+  const double min_compliance = max_inverse_mass / settings::row::max_mass_ratio;
   // A body with locked axes moves along its free axes alone. Its mobility in the other directions
   // is rounding error, which must not be inverted to a huge mass.
   const double rounding = 1e-6 * (compliance + tangent_compliance);

@@ -6,15 +6,11 @@
 #include <cmath>
 #include <limits>
 
+#include "settings.h"
+
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
-
-// A body is much heavier than nodes if at least this part of the contact's motion is theirs.
-constexpr double min_part_of_nodes = 0.9;
-// A weight presses if it approaches by more than this part of what gravity moves it in a step, and
-// gravity pulls it there by this part.
-constexpr double min_part_of_gravity = 0.25;
 
 // A soft body's side of a contact.
 struct Side {
@@ -43,7 +39,7 @@ bool has_weight(const Side& side, const Motion& motion) {
     const double weight = side.row->weights[k];
     mobility += weight * weight * motion.inverse_mass_of(side.row->contact.vertices[k]);
   }
-  return mobility * side.row->normal_mass >= min_part_of_nodes;
+  return mobility * side.row->normal_mass >= settings::links::min_part_of_nodes;
 }
 
 // How far the other side approaches in the step without impulses, or would approach by gravity if
@@ -60,7 +56,7 @@ double pressing_approach(const Side& side, const Motion& motion) {
     fallen += side.row->weights[k] * fall;
   }
   return -std::max(side.row->normal.dot(moved), side.row->normal.dot(fallen)) -
-         min_part_of_gravity * fall.norm();
+         settings::links::min_part_of_gravity * fall.norm();
 }
 
 double largest_push(const Side& side, const Motion& motion) {

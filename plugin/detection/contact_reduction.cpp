@@ -3,14 +3,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "settings.h"
+
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
 using Words = std::array<std::uint64_t, 3>;  // ConstraintKey::points
-
-// Steps per unit to which weights and components of the normal are rounded.
-constexpr double weight_resolution = 16, normal_resolution = 4;
 
 // Rounds like std::lround(), but without a function call.
 int rounded(double x) { return static_cast<int>(x + std::copysign(0.5, x)); }
@@ -29,7 +28,7 @@ Points weighted_vertices_of(const Contact& contact) {
   const std::array<double, 4> weights = contact.weights();
   Points points;
   for (int i = 0; i < 4; ++i) {
-    const int weight = rounded(weight_resolution * weights[i]);
+    const int weight = rounded(settings::detection::weight_resolution * weights[i]);
     const auto vertex = static_cast<std::uint64_t>(contact.vertices[i]);
     points[i] = weight == 0 ? no_vertex : vertex << 8 | static_cast<std::uint8_t>(weight);
   }
@@ -58,7 +57,7 @@ void set_key(const Points& points, const Contact& contact, Words& words) {
   }
   for (const float component : contact.normal) {
     const int rounded_component =
-        sign * rounded(normal_resolution * static_cast<double>(component));
+        sign * rounded(settings::detection::normal_resolution * static_cast<double>(component));
     normal = normal << 16 | static_cast<std::uint16_t>(rounded_component);
   }
   words[0] = vertex[0] << 32 | vertex[1];

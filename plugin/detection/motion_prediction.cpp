@@ -34,7 +34,7 @@ void MotionPrediction::remember(const Motion& motion, bool responded) {
 void MotionPrediction::start_ahead(Detector& detector, double separation) {
   if (!is_known_ || was_tried_ || candidates_ < min_candidates) return;
   was_tried_ = true;
-  constexpr double safety_factor = 3;
+  constexpr double safety_factor = 3;  // changes only the cost
   const double tolerance = std::max(min_tolerance * separation, safety_factor * error_);
   if (!(tolerance < max_tolerance * separation)) return;
   const std::size_t count = start_.size() / 3;

@@ -30,7 +30,7 @@ class MotionPrediction {
  private:
   /// Limits of the tolerance, as fractions of the separation. A tolerance below the minimum makes
   /// no difference to the detection; above the maximum the start ahead is not worth its cost.
-  static constexpr double min_tolerance = 1e-2, max_tolerance = 0.5;
+  static constexpr double min_tolerance = 1e-2, max_tolerance = 0.5;  // change only the cost
   /// With fewer candidates, another thread costs more processor time than the step gets shorter.
   static constexpr std::int64_t min_candidates = 3000;
 

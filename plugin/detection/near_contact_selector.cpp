@@ -4,16 +4,13 @@
 #include <cmath>
 
 #include "lazyccd/query.h"
+#include "settings.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
 constexpr std::size_t lane_count = RowEstimateLanes::count;
-
-// Factor on the gap of pairs that were selected in the last step. Another pair with the same key
-// must have a gap below this fraction to replace one of them.
-constexpr double hysteresis = 0.999;
 
 // True if the pair comes within `distance` metres at any time of the step.
 bool comes_within(double distance, const Contact& contact, const Motion& motion) {
@@ -33,8 +30,8 @@ bool comes_within(double distance, const Contact& contact, const Motion& motion)
 bool is_irrelevant(const Contact& contact, double thickness, double start_gap, double gap_dot,
                    const Motion& motion) {
   if (contact.toi > 0) return false;
-  const double near_distance = NearContactSelector::distance_factor * thickness;
-  if (start_gap <= near_distance) return start_gap < 1e-6 * thickness;
+  const double near_distance = settings::detection::distance_factor * thickness;
+  if (start_gap <= near_distance) return start_gap < settings::detection::touching_gap * thickness;
   if (contact.body_a == contact.body_b) return true;
   return gap_dot > near_distance * start_gap || !comes_within(near_distance, contact, motion);
 }
@@ -111,7 +108,8 @@ void NearContactSelector::evaluate_range(Span<const Contact> found, std::size_t 
     // Prefer the pair that was selected in the last step, unless another one is clearly nearer.
     const PairKey key = pair_key_of(contact);
     while (previous != previously_selected_.end() && *previous < key) ++previous;
-    if (previous != previously_selected_.end() && !(key < *previous)) entry.gap *= hysteresis;
+    if (previous != previously_selected_.end() && !(key < *previous))
+      entry.gap *= settings::detection::hysteresis;
   }
   if (any_responds) any_responds_.store(true, std::memory_order_relaxed);
 }

@@ -16,22 +16,20 @@
 #include "lazyccd/span.h"
 #include "lazyccd/threads.h"
 #include "motion/motion.h"
+#include "settings.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
 class NearContactSelector {
  public:
-  /// Pairs are near if their distance is at most this multiple of their thickness. Resting contacts
-  /// lie at one thickness; with a factor of 1 they would be near in one step and not in the next.
-  static constexpr double distance_factor = 1.1;
-
   /// Topology::self_separation of a vertex: at least distance_factor times the largest thickness
   /// that is possible within one body. The factor 1.001 covers rounding, because that thickness
   /// depends on rounded contact points.
   static float self_separation(std::int32_t vertex, const Motion& motion) {
     constexpr double rounding = 1.001;
-    return static_cast<float>(rounding * distance_factor * 0.5 * motion.shortest_edge[vertex]);
+    return static_cast<float>(rounding * settings::detection::distance_factor *
+                              settings::row::max_thickness_of_edge * motion.shortest_edge[vertex]);
   }
 
   /// `surfaces` must outlive this object. `position_correction`: as in SolverOptions.

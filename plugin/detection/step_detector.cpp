@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "settings.h"
 #include "util/stopwatch.h"
 
 namespace lazyccd::bullet {
@@ -74,13 +75,13 @@ bool StepDetector::find_others_may_meet(Span<const Body> filters) const {
   return false;
 }
 
-// The separation is at most two median edges: the number of near pairs grows with its square.
 double StepDetector::separation_for(double largest_thickness) const {
-  return std::min(NearContactSelector::distance_factor * largest_thickness, 2 * median_edge_);
+  return std::min(settings::detection::distance_factor * largest_thickness,
+                  settings::detection::max_median_edges * median_edge_);
 }
 
 double StepDetector::largest_thickness() const {
-  return near_detector_ ? separation_ / NearContactSelector::distance_factor
+  return near_detector_ ? separation_ / settings::detection::distance_factor
                         : std::numeric_limits<double>::infinity();
 }
 
@@ -260,7 +261,7 @@ Span<const double> StepDetector::found_distances() {
   for (std::size_t b = 0; b < found_distances_.size(); ++b) {
     const double thickness = surfaces_.least_thickness_of(static_cast<std::int32_t>(b));
     found_distances_[b] =
-        std::min(self_distances_[b], NearContactSelector::distance_factor * thickness);
+        std::min(self_distances_[b], settings::detection::distance_factor * thickness);
   }
   return found_distances_;
 }

@@ -45,7 +45,7 @@ class StepDetector {
   /// Marks the motion as new: no contacts are known in it yet.
   void begin_motion();
   /// Runs the first detection of a motion. Returns the pairs that come near each other: within
-  /// NearContactSelector::distance_factor (1.1) times the thickness. Pairs that are redundant, that
+  /// settings::detection::distance_factor times the thickness. Pairs that are redundant, that
   /// need no constraint, or on which the response does not act are not selected: they have can_act
   /// = false. Valid until the next detect_near(), detect_ahead() or set_topology().
   /// `last_impulses` get new indices if they need them; their pairs are then preferred.

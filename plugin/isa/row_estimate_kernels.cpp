@@ -2,6 +2,7 @@
 // compiled once for each instruction set.
 #include "detection/row_estimate_kernels.h"
 
+#include "settings.h"
 #include "simd/vector.h"
 
 namespace lazyccd::bullet {
@@ -118,15 +119,17 @@ LAZYCCD_INLINE void evaluate_range(const RowEstimateInput<Scalar>& motion, const
     const Lanes edge_length_of_a = edge_length[0] + choose(is_vertex_face, zero, edge_length[1]);
     const Lanes edge_length_of_b =
         choose(is_vertex_face, edge_length[1], zero) + edge_length[2] + edge_length[3];
-    const Lanes contact_thickness = min(thickness, 0.5 * min(edge_length_of_a, edge_length_of_b));
+    const Lanes contact_thickness = min(
+        thickness, settings::row::max_thickness_of_edge * min(edge_length_of_a, edge_length_of_b));
     thickness = choose(*reinterpret_cast<const Mask*>(in_one_body), contact_thickness, thickness);
   }
 
   const Lanes target_gap = min(thickness, max(zero, start_gap));
   const Lanes corrected_gap =
-      max(target_gap, min(0.5 * thickness, target_gap + motion.position_correction * thickness));
+      max(target_gap, min(settings::row::corrected_thickness * thickness,
+                          target_gap + motion.position_correction * thickness));
   const Mask can_act = compliance > 1e-6 * (compliance + compliance);
-  const Lanes min_compliance = max_inverse_mass / 256;
+  const Lanes min_compliance = max_inverse_mass / settings::row::max_mass_ratio;
   store(thickness, lanes.thickness + first);
   store(dot(start_sum, start_sum), lanes.gap_squared + first);
   store(dot(start_sum, end_sum), lanes.gap_dot + first);

@@ -9,17 +9,12 @@
 
 #include "util/decompositions.h"
 
+#include "settings.h"
+
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-// A joint is at its limit if it is nearer than this fraction of its range, and than this many
-// radians or metres.
-constexpr btScalar near_limit = btScalar(1e-3);
-// A motor exerts at most what gives the mass of the multibody this speed in a step, m/s. It may be
-// far stronger. What presses light nodes against something fixed with all of that could not be
-// solved.
-constexpr double max_push_speed = 3;
 // Of Bullet's inverse mass, relative.
 constexpr double rounding = 1e-5;
 
@@ -83,7 +78,7 @@ double size_of(const btMultiBody& body) {
 // 1: the joint is at its upper limit, -1: at its lower one, 0: at none.
 int limit_at(const btMultibodyLink& link, btScalar position) {
   const btScalar range = link.m_jointUpperLimit - link.m_jointLowerLimit;
-  const btScalar near = near_limit * std::min(range, btScalar(1));
+  const btScalar near = btScalar(settings::joints::near_limit) * std::min(range, btScalar(1));
   if (!(near > 0)) return 0;  // there are no limits
   if (position >= link.m_jointUpperLimit - near) return 1;
   return position <= link.m_jointLowerLimit + near ? -1 : 0;
@@ -195,7 +190,7 @@ void ArticulatedMotion::find_limits() {
 void ArticulatedMotion::set_motors(const std::vector<JointMotor>& motors, double dt) {
   holds.clear();
   find_limits();
-  const double most_force = max_push_speed * mass_of(*body) * dt,
+  const double most_force = settings::joints::max_push_speed * mass_of(*body) * dt,
                most_torque = most_force * size_of(*body);
   for (const JointMotor& motor : motors) {
     const btMultibodyLink& link = body->getLink(motor.link);

@@ -3,17 +3,15 @@
 #include <algorithm>
 #include <limits>
 
+#include "settings.h"
+
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
-
-// A reaction to which the joint gives way is outside of the range by more than this part of the
-// range, so that rounding does not change the state from step to step.
-constexpr double slack = 0.01;
 
 JointHold JointHold::fitted_to(const Load& load) const {
   JointHold fitted = *this;
   if (holds) {
-    const double spare = is_limit ? 0 : slack * (highest - lowest);
+    const double spare = is_limit ? 0 : settings::joints::slack * (highest - lowest);
     if (load.reaction > highest + spare + load.reaction_tolerance) {
       fitted.exerted = highest;
     } else if (load.reaction < lowest - spare - load.reaction_tolerance) {

@@ -13,6 +13,7 @@
 #include "lazyccd/bullet/precision.h"
 #include "lazyccd/scene.h"
 #include "motion/supports.h"
+#include "settings.h"
 #include "util/matrix.h"
 
 class btCollisionObject;
@@ -79,9 +80,8 @@ struct RigidMotion {
   }
   /// Whether it is a rigid body of finite mass; false for links.
   bool is_dynamic() const {
-    constexpr double smallest = 1e-12;
-    return inverse_mass.cwiseAbs().maxCoeff() > smallest ||
-           inverse_inertia.cwiseAbs().maxCoeff() > smallest;
+    return inverse_mass.cwiseAbs().maxCoeff() > settings::displacement::min_inverse_mass ||
+           inverse_inertia.cwiseAbs().maxCoeff() > settings::displacement::min_inverse_mass;
   }
   /// Whether impulses move it.
   bool is_movable() const { return is_dynamic() || articulated >= 0; }

@@ -8,24 +8,22 @@
 
 #include <vector>
 
+#include "settings.h"
+
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
-
-// Metres. Planes and terrains have no end; farther points of them do not count.
-constexpr btScalar largest_radius = 100;
 
 btScalar radius_of(const btCollisionObject& object) {
   btVector3 centre;
   btScalar radius;
   object.getCollisionShape()->getBoundingSphere(centre, radius);
-  return btMin(centre.length() + radius, largest_radius);
+  return btMin(centre.length() + radius, btScalar(settings::displacement::max_radius));
 }
 
 // Number of time steps in which the velocity makes as much of the displacement as it can.
 btScalar steps_explained(const btCollisionObject& object, const btTransform& from,
                          const btTransform& to, const RigidVelocity& velocity, btScalar dt) {
-  constexpr btScalar most_substeps = 100;  // of a kinematic body; see above
   const btVector3 step = dt * velocity.linear;
   const btScalar turn = dt * velocity.angular.length();
   btScalar steps = 1;
@@ -37,8 +35,9 @@ btScalar steps_explained(const btCollisionObject& object, const btTransform& fro
     btTransformUtil::calculateDiffAxisAngle(from, to, axis, angle);
     steps = angle / turn;
   }
-  return btMax(btScalar(0),
-               btMin(steps, object.isStaticOrKinematicObject() ? most_substeps : btScalar(1)));
+  return btMax(btScalar(0), btMin(steps, object.isStaticOrKinematicObject()
+                                             ? btScalar(settings::displacement::max_substeps)
+                                             : btScalar(1)));
 }
 
 }  // namespace
@@ -82,35 +81,37 @@ btTransform part_way(const btTransform& from, const btTransform& to, btScalar fr
 
 btTransform spread_over_substeps(const btCollisionObject& object, const btTransform& last,
                                  const btTransform& now, btScalar dt) {
-  constexpr btScalar last_step = btScalar(1.5);  // one, with rounding errors
   const btRigidBody* const body = btRigidBody::upcast(&object);
   // Whoever moves a body during a frame does not set the pose that Bullet's velocity leads to.
   if (!body || !body->isKinematicObject() || !(body->getInterpolationWorldTransform() == now))
     return now;
   const btScalar steps = steps_explained(object, last, now, velocity_of(object), dt);
-  return steps > last_step ? part_way(last, now, 1 / steps) : now;
+  return steps > btScalar(settings::displacement::min_steps_to_spread)
+             ? part_way(last, now, 1 / steps)
+             : now;
 }
 
 bool is_jump(const btCollisionObject& object, const RigidDisplacement& displacement, btScalar dt,
              btScalar jump_speed) {
-  constexpr btScalar velocity_tolerance = btScalar(0.1), drive_tolerance = btScalar(0.5),
-                     split_impulse_fraction = btScalar(0.25);
   const auto& [before_last, last, now, driven] = displacement;
   if (last == now) return false;
   const btScalar moved = max_point_displacement(object, last, now);
   btScalar small = jump_speed * dt;
   // Bullet moves dynamic bodies out of each other without velocity (split impulse).
   if (!object.isStaticOrKinematicObject() && !driven)
-    small = btMax(small, split_impulse_fraction * radius_of(object));
+    small =
+        btMax(small, btScalar(settings::displacement::split_impulse_fraction) * radius_of(object));
   if (moved <= small) return false;
   const RigidVelocity velocity = velocity_of(object);
   const btScalar steps = steps_explained(object, last, now, velocity, dt);
   const btScalar beyond_velocity =
       max_point_displacement(object, integrate(last, velocity, steps * dt), now);
-  if (beyond_velocity <= velocity_tolerance * moved + small) return false;
+  if (beyond_velocity <= btScalar(settings::displacement::velocity_tolerance) * moved + small)
+    return false;
   const btTransform driven_on = last * before_last.inverse() * last;
   const btScalar moved_last = max_point_displacement(object, before_last, last);
-  return max_point_displacement(object, driven_on, now) > drive_tolerance * moved_last + small;
+  return max_point_displacement(object, driven_on, now) >
+         btScalar(settings::displacement::drive_tolerance) * moved_last + small;
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -1,13 +1,15 @@
 #include "motion/rigid_step.h"
 
 #include "motion/rotation.h"
+#include "settings.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
 bool RigidStep::moves_along(std::int32_t soft_vertex, const Motion& motion) const {
   const Vector3d start = motion.start_of(soft_vertex), end = motion.end_of(soft_vertex);
-  return ((*this)(start)-end).norm() <= 1e-3 * (end - start).norm();
+  return ((*this)(start)-end).norm() <=
+         settings::rounds::moves_along_tolerance * (end - start).norm();
 }
 
 RigidStep step_of(const RigidMotion& body) {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "motion/motion.h"
+#include "settings.h"
 #include "util/decompositions.h"
 #include "util/matrix.h"
 
@@ -13,16 +14,8 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-// A motion of the body moves supports, and not only by the rounding of their normals, if it moves
-// them by more than this fraction of what it moves the body.
-constexpr double min_held_part = 0.03;
 // Part of the mobility without supports that may be rounding error.
 constexpr double rounding = 1e-6;
-// Sweeps over the supports of a body. Most bodies have four.
-constexpr int max_sweeps = 50;
-constexpr double settled_fraction = 0.1;  // of the tolerance
-// A support that moves by less than this fraction of what the impulse would move without it holds.
-constexpr double holding_fraction = 0.01;
 
 // A matrix whose square is the mobility without supports.
 Mobility root_of_free_mobility(const RigidMotion& body) {
@@ -68,7 +61,8 @@ struct Hold {
     return held_directions(support) * point / size;
   }
   bool holds(int direction) const {
-    return directions.values[direction] > min_held_part * min_held_part;
+    return directions.values[direction] >
+           settings::supports::min_held_part * settings::supports::min_held_part;
   }
 };
 
@@ -88,9 +82,11 @@ class Reaction {
       point.tangent_compliance = compliance.trace() - point.normal_compliance;
       largest = std::max(largest, displacement(point).norm());
     }
-    tolerance_ = holding_fraction * largest;
+    tolerance_ = settings::supports::holding_fraction * largest;
     start(body, impulse);
-    for (int i = 0; i < max_sweeps && sweep() > settled_fraction * tolerance_; ++i) {
+    for (int i = 0; i < settings::supports::max_sweeps &&
+                    sweep() > settings::supports::settled_fraction * tolerance_;
+         ++i) {
     }
   }
 

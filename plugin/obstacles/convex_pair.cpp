@@ -5,17 +5,12 @@
 #include <tuple>
 
 #include "obstacles/obstacle_pairs.h"
+#include "settings.h"
 #include "util/matrix.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
-
-// Of the thickness: a vertex that stays higher than this above a side counts as held there.
-constexpr double held_height_of_thickness = 0.5;
-// Of the separation: an edge that is this much higher where the next side begins may come down
-// there.
-constexpr double next_height_of_separation = 0.25;
 
 struct Triangle {
   Vector3d a, b, c;
@@ -138,7 +133,7 @@ bool ConvexPair::find_near(const MovingPolyhedron& part, const NearPrimitives& n
     record.height = std::min(heights.start[side], heights.end[side]);
     record.is_held = true;
   }
-  find_near_edges(near, separation, held_height_of_thickness * thickness, contacts);
+  find_near_edges(near, separation, settings::simple_shapes::held_height * thickness, contacts);
   return true;
 }
 
@@ -269,7 +264,7 @@ void ConvexPair::add_edge_contacts(const NearEdge& edge, double separation,
   if (is_between_ends(at)) contacts.push_back(edge_contact(edge, plane, at, time));
   SeparatingPlane next;
   if (!part_->find_next(primitive, time, plane, next) ||
-      !(next.height < plane.height + next_height_of_separation * separation))
+      !(next.height < plane.height + settings::simple_shapes::next_side_height * separation))
     return;
   const RidgePoint other = closest_ridge(edge.vertices, next.sides, time);
   if (is_between_ends(other) && other.ridge != at.ridge)

@@ -4,26 +4,15 @@
 #include <array>
 #include <cmath>
 
+#include "settings.h"
 #include "util/matrix.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-// Of the thickness: how far a soft body may sink in between its vertices.
-constexpr double max_sag = 0.5;
-// A detector leaves out internal edges of an obstacle if at least this part of its edges are such.
-// With fewer, testing all pairs again after the response takes longer than it saves.
-constexpr double min_left_out = 0.75;
-// And of all edges of the scene, because all pairs of the scene are then tested again.
-constexpr double min_left_out_of_scene = 0.25;
-// Edges of soft bodies may become longer than at the start of the topology by this factor.
-constexpr double stretch = 1.25;
-// A barycentric coordinate below this value counts as zero.
-constexpr float border = 0x1p-10f;
-
 bool sags_little(double length, double turn, double thickness) {
-  return 0.25 * length * turn <= max_sag * thickness;
+  return 0.25 * length * turn <= settings::internal_edges::max_sag * thickness;
 }
 
 }  // namespace
@@ -54,7 +43,8 @@ void InternalEdges::set_topology(Span<const Edge> edges, Span<const Body> filter
       leave_out(obstacle, edges, largest_thickness);
   }
   const auto count = std::count(edges_left_out_.begin(), edges_left_out_.end(), 1);
-  if (static_cast<double>(count) >= min_left_out_of_scene * static_cast<double>(edges.size()))
+  if (static_cast<double>(count) >=
+      settings::internal_edges::min_left_out_of_scene * static_cast<double>(edges.size()))
     return;
   edges_left_out_.clear();
   vertices_left_out_.clear();
@@ -65,7 +55,8 @@ void InternalEdges::leave_out(const ObstaclePairs& obstacle, Span<const Edge> ed
   const StepTopology::BodyRecord& record = topology_.bodies()[obstacle.body];
   double length = 0, thickness = largest_thickness;
   for (const std::int32_t s : obstacle.soft_bodies) {
-    length = std::max(length, stretch * longest_edge(topology_, s, motion_));
+    length = std::max(length,
+                      settings::internal_edges::max_stretch * longest_edge(topology_, s, motion_));
     thickness = std::min(thickness, surfaces_.of(s, obstacle.body).thickness);
   }
   const std::int32_t first = record.first_vertex, last = first + record.vertex_count;
@@ -79,7 +70,9 @@ void InternalEdges::leave_out(const ObstaclePairs& obstacle, Span<const Edge> ed
     return sags_little(length, turn, thickness);
   };
   const auto count = std::count_if(first_edge, last_edge, is_internal);
-  if (count == 0 || static_cast<double>(count) < min_left_out * (last_edge - first_edge)) return;
+  if (count == 0 || static_cast<double>(count) <
+                        settings::internal_edges::min_left_out * (last_edge - first_edge))
+    return;
   edges_left_out_.resize(edges.size());
   vertices_left_out_.resize(static_cast<std::size_t>(topology_.vertex_count()));
   std::fill_n(vertices_left_out_.begin() + first, record.vertex_count, 1);
@@ -109,7 +102,8 @@ bool InternalEdges::needs_constraint(const Contact& contact, double thickness) c
   if (is_soft(contact.body_a) && is_soft(contact.body_b)) return true;
   if (is_movable(is_soft(contact.body_a) ? contact.body_b : contact.body_a)) return true;
   // What is pressed closer is held by all that it has.
-  if (contact.toi == 0 && gap_at_start(contact) < max_sag * thickness) return true;
+  if (contact.toi == 0 && gap_at_start(contact) < settings::internal_edges::max_sag * thickness)
+    return true;
   return contact.kind == ContactKind::vertex_face && is_soft(contact.body_a)
              ? !is_beyond_edge(contact, thickness)
              : !is_internal(contact, thickness);
@@ -136,12 +130,14 @@ bool InternalEdges::is_internal(const Contact& contact, double thickness) const 
 // normal there. So another face is nearer.
 bool InternalEdges::is_beyond_edge(const Contact& contact, double thickness) const {
   const float weights[] = {1 - contact.u - contact.v, contact.u, contact.v};
-  const auto zeros = std::count_if(weights, weights + 3, [](float w) { return w < border; });
+  const auto zeros = std::count_if(weights, weights + 3,
+                                   [](float w) { return w < settings::internal_edges::border; });
   if (zeros == 0) return false;
   const double length = motion_.shortest_edge[contact.primitive_a];
   double angle;
   if (zeros == 1) {
-    const auto corner = std::find_if(weights, weights + 3, [](float w) { return w < border; });
+    const auto corner = std::find_if(weights, weights + 3,
+                                     [](float w) { return w < settings::internal_edges::border; });
     const auto side = static_cast<std::size_t>((corner - weights + 1) % 3);
     const auto face = static_cast<std::size_t>(contact.primitive_b) - first_face_;
     angle = bends_.angles[static_cast<std::size_t>(bends_.edge_of_side[3 * face + side])];
@@ -157,8 +153,8 @@ bool InternalEdges::is_beyond_edge(const Contact& contact, double thickness) con
   const Vector3d of_face =
       (at_contact(contact.vertices[2]) - a).cross(at_contact(contact.vertices[3]) - a);
   const Vector3d normal = vector_of(contact.normal.data());
-  constexpr double tolerance = 0.02;  // radians; more than rounding changes the normals
-  return std::abs(of_face.dot(normal)) < std::cos(angle + tolerance) * of_face.norm();
+  return std::abs(of_face.dot(normal)) <
+         std::cos(angle + settings::internal_edges::normal_tolerance) * of_face.norm();
 }
 
 bool InternalEdges::is_movable(std::int32_t obstacle) const {

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "motion/closest_points.h"
+#include "settings.h"
 #include "util/matrix.h"
 
 namespace lazyccd::bullet {
@@ -91,10 +92,10 @@ ClosestPoints MovingCore::closest(const PrimitivePoints& primitive, double t) co
 // least of the primitive's vertices, less the most of the core's ends. So it is at least its chord.
 bool MovingCore::find_near(const PrimitivePoints& start, const PrimitivePoints& end,
                            double near_distance, double& time, ClosestPoints& points) const {
-  constexpr int max_advances = 8;
   time = 0;
   points = closest(start, 0);
-  for (int i = 0; i < max_advances && points.distance > near_distance; ++i) {
+  for (int i = 0; i < settings::simple_shapes::max_advances && points.distance > near_distance;
+       ++i) {
     const Vector3d normal = points.between / points.distance;
     double nearest = std::numeric_limits<double>::infinity();
     for (int k = 0; k < end.count; ++k) nearest = std::min(nearest, normal.dot(end.x[k]));
@@ -123,8 +124,7 @@ double MovingCore::smallest_distance(const Vector3d& x0, const Vector3d& x1) con
 
 bool MovingCore::is_farther(double radius, const PrimitivePoints& start,
                             const PrimitivePoints& end) const {
-  constexpr int halvings = 3;
-  return is_farther(radius, start, end, 0, 1, halvings);
+  return is_farther(radius, start, end, 0, 1, settings::simple_shapes::max_halvings);
 }
 
 // In a fixed direction all distances from a plane are linear in time, so the ends of the time
@@ -149,7 +149,7 @@ bool MovingCore::is_farther(double radius, const PrimitivePoints& start, const P
 }
 
 double MovingCore::rounding(double radius) const {
-  constexpr double count = 64;
+  constexpr double count = 64;  // of roundings
   double largest = radius;
   for (const Vector3d* x : {&start_.first, &start_.last, &end_.first, &end_.last})
     largest = std::max(largest, x->norm_infinity() + radius);

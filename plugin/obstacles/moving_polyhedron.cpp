@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "motion/closest_points.h"
+#include "settings.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -20,8 +21,6 @@ using VertexValues =
 using PointView = Eigen::Map<const Eigen::Matrix<double, Eigen::Dynamic, 3>>;
 
 constexpr double infinity = std::numeric_limits<double>::infinity();
-// Shortest sum of normals of which the direction still means something.
-constexpr double least_normal = 1e-3;
 
 PointView rows_of(const std::vector<double>& coordinates) {
   return {coordinates.data(), static_cast<Eigen::Index>(coordinates.size() / 3), 3};
@@ -161,7 +160,6 @@ bool MovingPolyhedron::find_near(const VertexHeights& vertex, double near_height
 // normals that is perpendicular to the edge is the normal of the plane.
 bool MovingPolyhedron::edge_plane(const VertexHeights& a, const VertexHeights& b, double t,
                                   SeparatingPlane& plane) const {
-  constexpr int max_turns = 32;
   const SideValues of_a = heights_at(a, side_count(), t), of_b = heights_at(b, side_count(), t);
   Eigen::Index falling, rising;
   of_a.maxCoeff(&falling);
@@ -175,7 +173,7 @@ bool MovingPolyhedron::edge_plane(const VertexHeights& a, const VertexHeights& b
     return false;
   }
   double along = 0;
-  for (int i = 0; i < max_turns; ++i) {
+  for (int i = 0; i < settings::simple_shapes::max_edge_turns; ++i) {
     const double fall = of_a[falling] - of_b[falling], rise = of_b[rising] - of_a[rising];
     along = (of_a[falling] - of_a[rising]) / (fall + rise);
     const double share = fall / (fall + rise);  // of the rising side
@@ -190,7 +188,7 @@ bool MovingPolyhedron::edge_plane(const VertexHeights& a, const VertexHeights& b
   plane.sides = {static_cast<std::int32_t>(falling), static_cast<std::int32_t>(rising)};
   plane.weights = {1 - along, along, 0};
   const double length = plane.normal.norm();
-  if (!(length > least_normal)) {
+  if (!(length > settings::simple_shapes::min_normal_sum)) {
     plane.height = -infinity;
     return false;
   }
@@ -234,10 +232,9 @@ double MovingPolyhedron::height(const PrimitivePoints& primitive, const Vector3d
 // Conservative advancement: in a fixed direction heights are linear in time.
 bool MovingPolyhedron::find_near(const MovingPrimitive& primitive, double near_height, double& time,
                                  SeparatingPlane& plane) const {
-  constexpr int max_advances = 8;
   time = 0;
   bool is_closest = find_plane(primitive, time, plane);
-  for (int i = 0; i < max_advances && plane.height > near_height; ++i) {
+  for (int i = 0; i < settings::simple_shapes::max_advances && plane.height > near_height; ++i) {
     const double end_height = height(primitive.end, plane.normal, 1);
     if (end_height > near_height) return false;
     time = std::min(1.0,
@@ -280,8 +277,7 @@ bool MovingPolyhedron::find_next(const MovingPrimitive& edge, double time,
 }
 
 bool MovingPolyhedron::is_clear(const MovingPrimitive& primitive) const {
-  constexpr int halvings = 3;
-  return is_clear(primitive, 0, 1, halvings);
+  return is_clear(primitive, 0, 1, settings::simple_shapes::max_halvings);
 }
 
 // By the theorem of separating axes, one of these planes is between two convex polyhedra: that of a

@@ -4,14 +4,11 @@
 #include <cmath>
 #include <limits>
 
+#include "settings.h"
+
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
-
-// Of the thickness: what the response may leave of it at rest.
-constexpr double kept_thickness = 0.9;
-// A contact point with more weight than this at one vertex is left to the constraint of the vertex.
-constexpr double weight_of_vertex = 0.999;
 
 // What starts inside of the part is left to others.
 bool starts_inside(const RoundPart& part, double time, const ClosestPoints& points) {
@@ -37,7 +34,8 @@ void RoundContacts::set_obstacles(const std::vector<ObstaclePairs>& obstacles) {
   reach_.clear();
   if (obstacles_.empty()) return;
   for (std::int32_t body = 0; topology_.bodies()[body].soft; ++body)
-    reach_.push_back(2 * std::sqrt(largest_sag(topology_, body, motion_, true)));
+    reach_.push_back(settings::simple_shapes::reach_in_radii *
+                     std::sqrt(largest_sag(topology_, body, motion_, true)));
 }
 
 void RoundContacts::give_up(std::int32_t body) {
@@ -49,7 +47,8 @@ void RoundContacts::give_up(std::int32_t body) {
 // From the core, metres: what the response leaves of it at rest.
 double RoundContacts::kept_distance(std::int32_t soft_body, std::int32_t obstacle,
                                     const RoundPart& part) const {
-  return part.inner_radius + kept_thickness * surfaces_.of(soft_body, obstacle).thickness;
+  return part.inner_radius +
+         settings::simple_shapes::kept_thickness * surfaces_.of(soft_body, obstacle).thickness;
 }
 
 void RoundContacts::find_near(double separation, std::vector<Contact>& contacts) {
@@ -125,7 +124,7 @@ Contact RoundContacts::contact_at(const Pair& pair, const Primitive& primitive, 
                                   std::int32_t first_edge_index, double time,
                                   const ClosestPoints& points) const {
   // The selector looks at contacts of time 0 again, with their points as they are represented.
-  constexpr double smallest_time = 0x1p-32;
+  constexpr double smallest_time = 0x1p-32;  // far more than rounding
   const auto smallest_of = [](const std::array<double, 3>& weights) {
     return static_cast<int>(std::min_element(weights.begin(), weights.end()) - weights.begin());
   };
@@ -185,7 +184,8 @@ void RoundContacts::find_near(const Pair& pair, double near_distance, const Prim
     if (!pair.core.find_near(points_of(primitive, motion_, true),
                              points_of(primitive, motion_, false), near_distance, time, points) ||
         starts_inside(pair.part, time, points) ||
-        *std::max_element(points.weights.begin(), points.weights.end()) > weight_of_vertex)
+        *std::max_element(points.weights.begin(), points.weights.end()) >
+            settings::simple_shapes::vertex_weight)
       continue;
     contacts.push_back(contact_at(pair, primitive, i, first_edge_index, time, points));
   }

@@ -2,15 +2,11 @@
 
 #include <algorithm>
 
+#include "settings.h"
+
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
-
-// With more pairs of a vertex and a part of one kind, the detector's hierarchy is faster.
-constexpr std::int64_t max_pairs = 1 << 15;
-// An obstacle is given up after so many motions in succession in which it was not clear. An impact
-// may last for half a second.
-constexpr int max_unclear_motions = 32;
 
 template <class Condition>
 void remove_if(std::vector<ObstaclePairs>& obstacles, const Condition& condition) {
@@ -55,7 +51,7 @@ void SimpleContacts::set_topology() {
     }
     std::stable_sort(all.begin(), all.end(),
                      [](const Pairs& a, const Pairs& b) { return a.count > b.count; });
-    for (auto largest = all.begin(); sum > max_pairs; ++largest) {
+    for (auto largest = all.begin(); sum > settings::simple_shapes::max_pairs; ++largest) {
       sum -= largest->count;
       obstacles[largest->obstacle].soft_bodies.clear();
     }
@@ -94,7 +90,8 @@ bool SimpleContacts::find_near(double separation, std::vector<Contact>& contacts
   for (Obstacle& o : obstacles_) {
     o.unclear_motions = o.was_clear ? 0 : o.unclear_motions + 1;
     o.was_clear = true;
-    if (o.may_be_given_up && o.unclear_motions >= max_unclear_motions) at_fault_.push_back(o.body);
+    if (o.may_be_given_up && o.unclear_motions >= settings::simple_shapes::max_unclear_motions)
+      at_fault_.push_back(o.body);
   }
   for (const std::int32_t body : at_fault_) give_up(body);
   soft_bounds_.begin(false);

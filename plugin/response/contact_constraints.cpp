@@ -5,6 +5,7 @@
 
 #include "contact/rigid_terms.h"
 #include "motion/articulated_motion.h"
+#include "settings.h"
 #include "util/matrix.h"
 
 namespace lazyccd::bullet {
@@ -206,14 +207,14 @@ bool ContactConstraints::add(const std::vector<Contact>& contacts, const Motion&
 
 void ContactConstraints::add_penetrations(const std::vector<Contact>& contacts, double speed,
                                           const Motion& motion) {
-  constexpr double rate = 6;  // of the depth, 1/s
   const RowFactory factory(surfaces_, position_correction_, motion);
   merge(contacts, [&](const Contact& contact, ContactRow& row) {
     factory.make(contact, row);
     const double depth = std::max(0.0, -row.start_gap);
-    const double distance = std::max(speed, rate * depth) * motion.dt;
+    const double distance = std::max(speed, settings::untangling::exit_rate * depth) * motion.dt;
     const double outside =
-        0.5 * surfaces_.of(contact.body_a, contact.body_b).thickness;  // corrected fully here
+        settings::untangling::exit_gap *
+        surfaces_.of(contact.body_a, contact.body_b).thickness;  // corrected fully here
     factory.make_penetration(contact, std::min(distance, depth + outside), row);
   });
 }
@@ -244,9 +245,9 @@ std::vector<char> ContactConstraints::find_prescribed_motion(const Motion& motio
 }
 
 void ContactConstraints::narrow_gap(ContactRow& row, double fraction, const Motion& motion) {
-  constexpr double fulfilled_fraction = 0.9;
   if (!has_fixed_side(row.contact, motion) ||
-      row.normal.dot(gap_vector_at_end(row, motion)) >= fulfilled_fraction * row.target_gap)
+      row.normal.dot(gap_vector_at_end(row, motion)) >=
+          settings::rounds::fulfilled_fraction * row.target_gap)
     return;
   const double surface_thickness = surfaces_.of(row.contact.body_a, row.contact.body_b).thickness;
   const double thickness = thickness_of(row.contact, motion, surface_thickness);

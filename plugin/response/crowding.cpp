@@ -2,17 +2,14 @@
 
 #include <algorithm>
 
+#include "settings.h"
+
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-// If this many rounds do not halve the number of crowded contacts, impulses do not help.
-constexpr std::size_t rounds_to_halve = 4;
-
-constexpr std::size_t min_count = 100;  // contacts of an island; fewer are not crowded
-
 bool are_crowded(const std::vector<const Contact*>& contacts) {
-  if (contacts.size() < min_count) return false;
+  if (contacts.size() < settings::rounds::min_crowded_contacts) return false;
   std::vector<std::int32_t> vertices;
   vertices.reserve(4 * contacts.size());
   for (const Contact* const contact : contacts)
@@ -42,8 +39,11 @@ void Crowding::add_round(const std::vector<Contact>& contacts, const RowIslands&
     ++now[contact.body_a];
     ++now[contact.body_b];
   }
-  if (counts_.size() <= rounds_to_halve || contacts.size() < min_count) return;
-  const std::vector<std::int32_t>& before = counts_[counts_.size() - 1 - rounds_to_halve];
+  if (counts_.size() <= settings::rounds::rounds_to_halve ||
+      contacts.size() < settings::rounds::min_crowded_contacts)
+    return;
+  const std::vector<std::int32_t>& before =
+      counts_[counts_.size() - 1 - settings::rounds::rounds_to_halve];
   struct Island {
     std::int64_t now = 0, before = 0;
     std::vector<const Contact*> contacts;

@@ -4,6 +4,8 @@
 #include <map>
 #include <utility>
 
+#include "settings.h"
+
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
@@ -11,34 +13,6 @@ namespace {
 using Again = LinkSolver::Again;
 using Passes = LinkSolver::Passes;
 using Manner = ContactSolver::Manner;
-
-// An impact is what the impulses of the last step do not stop: contacts that still meet faster than
-// this, m/s.
-constexpr double min_impact_speed = 0.15;
-// And the load of the body, the sum of its normal forces, must rise by this factor. Where a body
-// rests or slides, single nodes meet that fast in each step, but the load stays as it is.
-constexpr double min_load_growth = 1.1;
-constexpr int max_rounds_after_impact = 2;
-// Of bodies that have them in each contact: this many rounds by position iteration, and at least so
-// many. With one by iteration, more tetrahedra turn inside out than with Bullet, whose contacts let
-// nodes sink in.
-constexpr int rounds_by_iteration = 2, min_rounds_in_contact = 8;
-// Under load, links are solved again where contacts move a node by more than this fraction of its
-// shortest edge in the step. Where they move nodes less, links have little to correct.
-constexpr double min_pushed_fraction = 0.7;
-constexpr int max_rounds_under_load = 4;
-// Links that move nodes more slowly than this end the rounds, m/s.
-constexpr double min_link_speed = 0.25;
-// The same three under weights. The number of rounds is the stiffness of the body, so it must not
-// follow the load: a body that gets stiffer while it is pressed throws the weight up, and nothing
-// comes to rest. So the rounds go on for some time while the weight bounces or presses less.
-constexpr double min_weighed_fraction = 0.25, min_weighed_fraction_to_go_on = 0.05;
-constexpr double weighed_seconds = 3;
-// None so long after a body was pushed apart from another one. What came out may fall on it, and
-// stiff links would throw its nodes.
-constexpr double apart_seconds = 2;
-constexpr int max_rounds_under_weight = 10;
-constexpr double min_link_speed_under_weight = 0.03;
 
 }  // namespace
 
@@ -73,18 +47,18 @@ void LinkRounds::find_loads(const std::vector<const ContactRow*>& rows, const Mo
 }
 
 bool LinkRounds::is_hit(std::int32_t body, double approach, const Motion& motion) const {
-  return loads_[body].force > min_load_growth * last_load(body).force &&
-         approach >= min_impact_speed * motion.dt;
+  return loads_[body].force > settings::links::min_load_growth * last_load(body).force &&
+         approach >= settings::links::min_impact_speed * motion.dt;
 }
 
 double LinkRounds::weighed_until(std::int32_t body, const NodePushes& pushes) const {
   const Load last = last_load(body);
   if (!pushes.weights_press[body]) return last.weighed_until;
-  const double least =
-      last.weighed_until > time_ ? min_weighed_fraction_to_go_on : min_weighed_fraction;
+  const double least = last.weighed_until > time_ ? settings::links::min_weighed_fraction_to_go_on
+                                                  : settings::links::min_weighed_fraction;
   // Before the rounds, contacts push nodes only as far as the first solution of the links allows.
   const double push = std::max(pushes.by_weights[body], last.push);
-  return push > least ? time_ + weighed_seconds : last.weighed_until;
+  return push > least ? time_ + settings::links::weighed_seconds : last.weighed_until;
 }
 
 void LinkRounds::run(const LinkSolver& links, int sweeps, ContactConstraints& constraints,
@@ -92,36 +66,37 @@ void LinkRounds::run(const LinkSolver& links, int sweeps, ContactConstraints& co
   const std::vector<const ContactRow*>& rows = constraints.active_rows();
   find_loads(rows, motion);
   const NodePushes pushes = find_node_pushes(rows, motion);
-  Turns hit{{}, Passes::all_iterations, min_link_speed};
-  Turns loaded{{}, Passes::one_iteration, min_link_speed};
-  Turns weighed{{}, Passes::one_iteration, min_link_speed_under_weight};
+  Turns hit{{}, Passes::all_iterations, settings::links::min_link_speed};
+  Turns loaded{{}, Passes::one_iteration, settings::links::min_link_speed};
+  Turns weighed{{}, Passes::one_iteration, settings::links::min_link_speed_under_weight};
   for (std::int32_t body = 0; body < static_cast<std::int32_t>(loads_.size()); ++body) {
     if (motion.rigid_of_body[body] >= 0) continue;
     Load& load = loads_[body];
     load.weighed_until = weighed_until(body, pushes);
     load.apart_until = last_load(body).apart_until;
     const Again again = links.again(body);
-    if (again == Again::never) load.apart_until = time_ + apart_seconds;
+    if (again == Again::never) load.apart_until = time_ + settings::links::apart_seconds;
     if (again == Again::never || load.force == 0) continue;
     const bool after_impact =
         again == Again::after_impact || again == Again::under_weight_and_after_impact;
     const bool is_weighed =
         time_ >= load.apart_until && pushes.by_weights[body] > 0 && load.weighed_until > time_;
     if (again == Again::in_contact) {
-      const int rounds =
-          std::max(min_rounds_in_contact, rounds_by_iteration * links.iterations(body));
+      const int rounds = std::max(settings::links::min_rounds_in_contact,
+                                  settings::links::rounds_by_iteration * links.iterations(body));
       if (is_weighed) {
-        weighed.bodies.push_back({body, std::max(rounds, max_rounds_under_weight)});
+        weighed.bodies.push_back(
+            {body, std::max(rounds, settings::links::max_rounds_under_weight)});
       } else if (pushes.by_weights[body] == 0 || pushes.weights_press[body]) {
         loaded.bodies.push_back({body, rounds});
       }  // else jaws grip it: links that they leave no room would throw its nodes
     } else if (again == Again::under_load) {
-      if (pushes.largest[body] > min_pushed_fraction)
-        loaded.bodies.push_back({body, max_rounds_under_load});
+      if (pushes.largest[body] > settings::links::min_pushed_fraction)
+        loaded.bodies.push_back({body, settings::links::max_rounds_under_load});
     } else if (after_impact && is_hit(body, constraints.approach_of(body), motion)) {
-      hit.bodies.push_back({body, max_rounds_after_impact});
+      hit.bodies.push_back({body, settings::links::max_rounds_after_impact});
     } else if (again != Again::after_impact && is_weighed) {
-      weighed.bodies.push_back({body, max_rounds_under_weight});
+      weighed.bodies.push_back({body, settings::links::max_rounds_under_weight});
     }
   }
   solve_in_turn(loaded, Manner::round, links, sweeps, constraints, motion);

@@ -11,23 +11,11 @@
 #include "response/restitution.h"
 #include "response/support_loads.h"
 #include "response/velocities.h"
+#include "settings.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
-
-// Number of detections after which whole bodies are held, instead of only the nodes in contact.
-constexpr int max_node_holds = 16;
-
-// Number of solves with full target gaps. After them, gaps that cannot all be kept are halved
-// before each solve, down to the fraction below.
-constexpr int solves_with_full_gaps = 1;
-constexpr double min_gap_fraction = 1.0 / 16;
-
-// How often contacts are solved again after other joints are held: with limits alone, and if there
-// are motors. In the last rounds limits hold and motors give way.
-constexpr int max_limit_rounds = 3, max_motor_rounds = 6, last_limit_rounds = 1,
-              last_motor_rounds = 2;
 
 // In the selected islands, motors that do not fit to the last solution give way.
 void let_motors_give_way(const RowIslands& islands, Motion& motion) {
@@ -104,9 +92,11 @@ void Response::run(const NearContacts& near, const std::vector<Contact>& penetra
     RowIslands& islands = constraints_.islands(motion);
     crowding.add_round(contacts, islands);
     if (!crowding.select_others(contacts, islands)) break;
-    if (i >= solves_with_full_gaps)
+    if (i >= settings::rounds::solves_with_full_gaps)
       constraints_.narrow_gaps(
-          std::max(min_gap_fraction, std::ldexp(1, solves_with_full_gaps - 1 - i)), motion);
+          std::max(settings::rounds::min_gap_fraction,
+                   std::ldexp(1, settings::rounds::solves_with_full_gaps - 1 - i)),
+          motion);
     motion.find_turn_displacement();
     let_motors_give_way(islands, motion);
     constraints_.solve(motion, options_.solver_iterations);
@@ -137,7 +127,7 @@ void Response::resolve_with_impact_zones(std::vector<Contact> contacts, const De
   }
   for (int i = 0; !contacts.empty(); ++i) {
     constraints_.add(contacts, motion);
-    if (!zones.hold(contacts, i >= max_node_holds, motion) &&
+    if (!zones.hold(contacts, i >= settings::rounds::max_node_holds, motion) &&
         !zones.stop_prescribed(contacts, motion)) {
       break;
     }
@@ -204,11 +194,13 @@ bool Response::update_holds(const UpdateHolds& update, Motion& motion) {
 }
 
 void Response::hold_joints(Motion& motion) {
-  for (int i = 0; i < max_motor_rounds; ++i) {
+  for (int i = 0; i < settings::joints::max_motor_rounds; ++i) {
     const auto update = [i](ArticulatedMotion& body) {
       const bool any_motor = body.has_motors();
-      const int rounds = any_motor ? max_motor_rounds : max_limit_rounds,
-                last_rounds = any_motor ? last_motor_rounds : last_limit_rounds;
+      const int rounds = any_motor ? settings::joints::max_motor_rounds
+                                   : settings::joints::max_limit_rounds,
+                last_rounds = any_motor ? settings::joints::last_motor_rounds
+                                        : settings::joints::last_limit_rounds;
       if (i >= rounds) return ArticulatedMotion::Changes();
       return body.update_holds(i < rounds - last_rounds ? ArticulatedMotion::Update::all
                                                         : ArticulatedMotion::Update::last,
@@ -219,10 +211,10 @@ void Response::hold_joints(Motion& motion) {
 }
 
 void Response::weaken_motors(Motion& motion) {
-  for (int i = 0; i < last_motor_rounds; ++i) {
+  for (int i = 0; i < settings::joints::last_motor_rounds; ++i) {
     const auto update = [i](ArticulatedMotion& body) {
       return body.update_holds(ArticulatedMotion::Update::weaken_motors,
-                               i + 1 == last_motor_rounds);
+                               i + 1 == settings::joints::last_motor_rounds);
     };
     if (!update_holds(update, motion)) return;
   }

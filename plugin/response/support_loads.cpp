@@ -4,16 +4,12 @@
 #include <map>
 
 #include "contact/rigid_terms.h"
+#include "settings.h"
 #include "util/matrix.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
-
-// A body keeps no more of a load than this speed, m/s. If Bullet's next solve does not take it up,
-// as with restitution, the body moves with it. At 1/60 s it passes on cloth of three times its
-// weight at rest. The support keeps the rest.
-constexpr double max_load_speed = 0.5;
 
 bool any_is_held(const Motion& motion) {
   return std::any_of(motion.rigid.begin(), motion.rigid.end(),
@@ -85,7 +81,8 @@ void set_load_velocities(const std::vector<const ContactRow*>& rows, Motion& mot
     double reach = 0;
     for (const Support& support : body.supports) reach = std::max(reach, support.arm.norm());
     const double speed = std::max(load.head<3>().norm(), reach * load.tail<3>().norm());
-    const double passed_on = speed > max_load_speed ? max_load_speed / speed : 1;
+    const double passed_on =
+        speed > settings::supports::max_load_speed ? settings::supports::max_load_speed / speed : 1;
     body.load_velocity = passed_on * load.head<3>();
     body.load_angular_velocity = passed_on * load.tail<3>();
   }

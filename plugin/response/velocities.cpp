@@ -5,6 +5,7 @@
 
 #include "motion/articulated_motion.h"
 #include "motion/rotation.h"
+#include "settings.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -168,7 +169,7 @@ void limit_lever_speeds(const std::vector<IslandMasses>& islands) {
           to.include({m.body ? speed : 0, speed});
         });
     if (pusher == 0) continue;
-    const double limit = std::max(any, 2 * pusher);
+    const double limit = std::max(any, settings::velocity::elastic_factor * pusher);
     masses.for_each([limit](const Mass& m) {
       const Vector3d after = m.velocity + m.change;
       if (!m.body && after.norm() > limit) m.change = limit / after.norm() * after - m.velocity;
@@ -211,7 +212,8 @@ void limit_kinetic_energy(const std::vector<IslandMasses>& islands, Motion& moti
     }
     const double mixed = energy.mixed, quadratic = energy.quadratic;
     // By how much the norm of the velocities may rise; then, the same for twice the energy.
-    const double max_gain = 2 * island.prescribed_speed * std::sqrt(energy.mass);
+    const double max_gain =
+        settings::velocity::elastic_factor * island.prescribed_speed * std::sqrt(energy.mass);
     const double spare = max_gain * (2 * std::sqrt(energy.before) + max_gain);
     if (2 * mixed + quadratic <= spare) continue;
     // Motors that hold all joints leave a change without energy of its own.

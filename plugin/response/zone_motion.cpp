@@ -3,15 +3,12 @@
 #include <algorithm>
 
 #include "motion/rotation.h"
+#include "settings.h"
 #include "util/part_sums.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
-
-// Largest rotation of a zone in one step, radians. With more, the linear path of a node would leave
-// the circle too far.
-constexpr double max_rotation = 1;
 
 // Members in one part of a sum. Zones with more of them are moved one after the other, by all
 // threads together.
@@ -182,7 +179,8 @@ RigidStep ZoneMotion::free_step_of(const ImpactZone& zone, const Motion& motion)
     of_part.momentum += inertia * rotation_over_step(*member.turning, member.turning->rotation);
   });
   Vector3d rotation = rotation_from_momentum(spin.inertia, spin.momentum);
-  if (rotation.norm() > max_rotation) rotation *= max_rotation / rotation.norm();
+  if (rotation.norm() > settings::rounds::max_zone_rotation)
+    rotation *= settings::rounds::max_zone_rotation / rotation.norm();
   for (const int b : zone.bodies) {
     if (!rigid_[b].is_locked()) continue;
     for (int k = 0; k < 3; ++k)

@@ -82,7 +82,7 @@ AxisBox enlarged(const AxisBox& box) {
 
 // Whether the box was once needed, and is not any more.
 bool is_far_larger(const AxisBox& box, const AxisBox& needed) {
-  constexpr btScalar ratio = 4;
+  constexpr btScalar ratio = 4;  // changes only the cost
   if (box.is_empty()) return false;
   const btVector3 size = box.upper - box.lower, limit = ratio * (needed.upper - needed.lower);
   return size.x() > limit.x() || size.y() > limit.y() || size.z() > limit.z();

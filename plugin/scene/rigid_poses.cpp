@@ -9,6 +9,7 @@
 #include <string>
 
 #include "motion/rigid_displacement.h"
+#include "settings.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -32,14 +33,15 @@ bool has_finite_velocity(const btCollisionObject& object) {
 
 // Returns the pose at the end of the step of a static or kinematic body that its motion leads to
 // `now`: that pose, or one on the way to it if the body was held at the start of a step. Then it
-// moves twice as far as its motion, or by `min_fraction` of the remaining way if that is more.
+// moves farther than its motion, or by a fraction of the remaining way if that is more.
 btTransform catch_up(const RigidPose& pose, const btTransform& now) {
-  constexpr btScalar min_fraction = btScalar(0.1);
   if (pose.start == pose.spread_pose) return now;
   const btScalar remaining = max_point_displacement(*pose.object, pose.start, now),
                  displacement = max_point_displacement(*pose.object, pose.spread_pose, now);
-  if (!(remaining > 2 * displacement)) return now;
-  const btScalar fraction = btMax(2 * displacement / remaining, min_fraction);
+  if (!(remaining > settings::displacement::catch_up_factor * displacement)) return now;
+  const btScalar fraction =
+      btMax(settings::displacement::catch_up_factor * displacement / remaining,
+            btScalar(settings::displacement::min_catch_up_fraction));
   return part_way(pose.start, now, fraction);
 }
 

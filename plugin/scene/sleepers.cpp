@@ -4,13 +4,11 @@
 #include <utility>
 
 #include "scene/soft_body_nodes.h"
+#include "settings.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
-
-// A sleeper that took part is left out again after this many steps alone.
-constexpr int min_steps_alone = 8;
 
 // False also if something awake moves anchored nodes of the body.
 bool may_be_left_out(const btSoftBody& body) {
@@ -45,13 +43,13 @@ AxisBox bounds_of_nodes(const btSoftBody& body) {
 // The first, the last and the middle node, and some of those that are pinned: applications drive
 // these.
 std::vector<int> nodes_to_sample(const btSoftBody& body) {
-  constexpr std::size_t max_pinned = 4;
   const int count = body.m_nodes.size();
   if (count == 0) return {};
   std::vector<int> nodes = {0, count / 2, count - 1}, pinned;
   for (int i = 0; i < count; ++i)
     if (!(body.m_nodes[i].m_im > 0)) pinned.push_back(i);
-  const std::size_t stride = std::max<std::size_t>(1, pinned.size() / max_pinned);
+  const std::size_t stride =
+      std::max<std::size_t>(1, pinned.size() / settings::sleeping::pinned_samples);
   for (std::size_t i = 0; i < pinned.size(); i += stride) nodes.push_back(pinned[i]);
   return nodes;
 }
@@ -86,7 +84,7 @@ Sleepers::Sleeper::Sleeper(btSoftBody& b)
       nodes(b.m_nodes.size() > 0 ? &b.m_nodes[0] : nullptr),
       sampled_nodes(nodes_to_sample(b)),
       node_count(b.m_nodes.size()),
-      steps_alone(has_velocity(b) ? 0 : min_steps_alone) {
+      steps_alone(has_velocity(b) ? 0 : settings::sleeping::min_steps_alone) {
   visit_sample(b, sampled_nodes, [this](const btVector3& value) {
     sample.push_back(value);
     return true;
@@ -102,7 +100,9 @@ bool Sleepers::Sleeper::is_changed() const {
   return !same || next != sample.size();
 }
 
-bool Sleepers::Sleeper::is_left_out() const { return !drifts && steps_alone >= min_steps_alone; }
+bool Sleepers::Sleeper::is_left_out() const {
+  return !drifts && steps_alone >= settings::sleeping::min_steps_alone;
+}
 
 void Sleepers::Sleeper::prefetch() const {
 #if defined(__GNUC__)

@@ -11,18 +11,11 @@
 #include "motion/articulated_motion.h"
 #include "scene/collision_filters.h"
 #include "scene/rigid_motions.h"
+#include "settings.h"
 #include "shapes/enclosing_mesh.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
-namespace {
-
-// m/s. A body with a node this fast has exploded. Rounding leaves nothing of its surface, and its
-// swept volume would keep exact arithmetic busy for minutes.
-constexpr double speed_of_light = 299792458;
-
-}  // namespace
-
 void StepReader::begin_step(const Bodies& bodies, bool is_own_solver) {
   scene_.refused_pairs().begin_step(bodies, is_own_solver);
   for (int i = 0; i < bodies.size(); ++i) {
@@ -110,13 +103,13 @@ void StepReader::end_step() {
   sleepers_.end_step(awake_bounds(), contact_distance());
 }
 
-// Twice what contacts need, because the bounds of sleepers are never updated.
+// More than what contacts need, because the bounds of sleepers are never updated.
 btScalar StepReader::contact_distance() const {
   btScalar margin = sleepers_.largest_margin();
   for (const SoftScene::BodyRecord& record : scene_.bodies()) margin = btMax(margin, record.margin);
   const btScalar thickness =
       options_.thickness >= 0 ? static_cast<btScalar>(options_.thickness) : 2 * margin;
-  return 2 * btMax(thickness, static_cast<btScalar>(resolution_));
+  return settings::sleeping::reach_factor * btMax(thickness, static_cast<btScalar>(resolution_));
 }
 
 Sleepers::Boxes StepReader::awake_bounds() const {
@@ -174,7 +167,8 @@ double StepReader::depth_in_obstacles() const {
     if (record.meets_rigid)
       smallest_margin = std::min(smallest_margin, static_cast<double>(record.margin));
   }
-  return 0.5 * (options_.thickness >= 0 ? options_.thickness : smallest_margin);
+  return settings::shapes::depth_of_thickness *
+         (options_.thickness >= 0 ? options_.thickness : smallest_margin);
 }
 
 std::vector<std::int32_t> StepReader::sweep_prescribed_nodes() {
@@ -219,14 +213,16 @@ bool StepReader::pinned_nodes_jumped(const SoftScene::BodyRecord& record,
                                      const std::vector<btScalar>& last) const {
   const btScalar dt = static_cast<btScalar>(motion_.dt);
   const btScalar explained =
-      2 * previous_.pinned_displacement() + static_cast<btScalar>(options_.jump_speed) * dt;
+      settings::displacement::max_pinned_growth * previous_.pinned_displacement() +
+      static_cast<btScalar>(options_.jump_speed) * dt;
   for (std::int32_t i = 0; i < record.vertex_count; ++i) {
     const btScalar* const from = &last[3 * static_cast<std::size_t>(i)];
     const std::int32_t v = record.first_vertex + i;
     const btScalar moved =
         btVector3(from[0], from[1], from[2]).distance(to_bullet(motion_.start_of(v)));
     if (moved > explained &&
-        moved > explained + 2 * dt * static_cast<btScalar>(motion_.velocity[v].norm()))
+        moved > explained + settings::displacement::pinned_steps_of_velocity * dt *
+                                static_cast<btScalar>(motion_.velocity[v].norm()))
       return true;
   }
   return false;
@@ -234,15 +230,16 @@ bool StepReader::pinned_nodes_jumped(const SoftScene::BodyRecord& record,
 
 void StepReader::update_resolution() {
   constexpr double rounding_count = 16;
-  constexpr double min_speed = 4e-4;  // m/s; the residual of the response is a fraction of it
   if (swept_.is_empty()) return;
   btScalar farthest = 0;
   for (int k = 0; k < 3; ++k)
     farthest = std::max({farthest, std::abs(swept_.lower[k]), std::abs(swept_.upper[k])});
   const double rounding =
       static_cast<double>(farthest) * static_cast<double>(std::numeric_limits<btScalar>::epsilon());
-  const double resolution = rounding_count * rounding + min_speed * motion_.dt;
-  if (resolution > resolution_ || 4 * resolution < resolution_) resolution_ = 2 * resolution;
+  const double resolution =
+      rounding_count * rounding + settings::detection::resolved_speed * motion_.dt;
+  if (resolution > resolution_ || settings::detection::resolution_excess * resolution < resolution_)
+    resolution_ = settings::detection::resolution_spare * resolution;
 }
 
 // Reads Bullet's nodes in one pass. Returns false if the scene must be read again, because a body
@@ -295,7 +292,8 @@ void StepReader::gather_block(const SoftScene::BodyRecord& record, std::int32_t 
     found.pins_unchanged = found.pins_unchanged && (inverse_mass > 0) != scene_.was_pinned(v);
   }
   fill(scene_, record, first, last, motion_);
-  const btScalar max_displacement = static_cast<btScalar>(speed_of_light * motion_.dt);
+  const btScalar max_displacement =
+      static_cast<btScalar>(settings::displacement::max_node_speed * motion_.dt);
   for (std::int32_t v = first; v < last; ++v) {
     const btScalar *start = &motion_.start[3 * static_cast<std::size_t>(v)],
                    *end = &motion_.end[3 * static_cast<std::size_t>(v)];
@@ -421,8 +419,7 @@ bool StepReader::read_meshes_around(const std::vector<std::int32_t>& placed_bodi
 // through the mesh, which shows anyway.
 bool StepReader::may_be_inside(const SoftScene::BodyRecord& body,
                                const Obstacles::Record& obstacle) const {
-  constexpr std::int32_t max_nodes = 64;
-  const std::int32_t step = 1 + (body.vertex_count - 1) / max_nodes;
+  const std::int32_t step = 1 + (body.vertex_count - 1) / settings::shapes::inside_samples;
   for (std::int32_t i = 0; i < body.vertex_count; i += step) {
     const btVector3 x = to_bullet(motion_.start_of(body.first_vertex + i));
     if (may_be_inside_mesh(*obstacle.shape, obstacle.start.invXform(x))) return true;

@@ -6,12 +6,11 @@
 #include <numeric>
 #include <utility>
 
+#include "settings.h"
+
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
-
-// Cosine of the largest angle between the normals of triangles in one side.
-constexpr btScalar same_side = btScalar(1 - 5e-7);
 
 ConvexPart part_of(const std::vector<btVector3>& vertices, std::int32_t first_vertex,
                    const std::vector<Face>& faces, std::int32_t first_face) {
@@ -79,7 +78,7 @@ bool make_hull_part(const std::vector<btVector3>& vertices, std::int32_t first_v
   std::vector<std::int32_t> side_of_face(triangles.size());
   for (const Triangle& triangle : triangles) {
     auto side = std::find_if(part.sides.begin(), part.sides.end(), [&](const auto& s) {
-      return s.normal.dot(triangle.normal) >= same_side;
+      return s.normal.dot(triangle.normal) >= btScalar(settings::shapes::min_same_side_cosine);
     });
     if (side == part.sides.end()) {
       if (part.sides.size() == ConvexPart::max_sides) return false;

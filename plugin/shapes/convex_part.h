@@ -10,6 +10,7 @@
 
 #include "lazyccd/bullet/precision.h"
 #include "lazyccd/scene.h"
+#include "settings.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -29,7 +30,8 @@ struct ConvexPart {
     std::int32_t face;                     ///< a triangle that has it, index of Triangles::faces
     std::int32_t corner;                   ///< it is the triangle's side from this corner, 0 to 2
   };
-  static constexpr std::size_t max_sides = 128, max_vertices = 256;
+  static constexpr std::size_t max_sides = settings::shapes::max_convex_sides,
+                               max_vertices = settings::shapes::max_convex_vertices;
   std::vector<Side> sides;    ///< one of a plane; at most max_sides
   std::vector<Ridge> ridges;  ///< none of a plane
   /// Its vertices are first_vertex to vertex_end - 1 of Triangles::vertices.

@@ -9,6 +9,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "settings.h"
+
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
@@ -38,9 +40,9 @@ std::vector<btVector3> directions_in(const std::vector<Ring>& rings, int axis) {
 }
 
 // Returns rings for a ball; `count`: number of rings between the equator and a pole. The hull of
-// their points lies at most 0.7 / count^2 of the radius inside the ball.
+// their points lies at most ball_depth_factor / count^2 of the radius inside the ball.
 std::vector<Ring> rings_of_ball(int count) {
-  const double step = pi / 2 / count, spacing = 1.1 * step;
+  const double step = pi / 2 / count, spacing = settings::shapes::ball_point_spacing * step;
   std::vector<Ring> rings;
   for (int i = -count; i <= count; ++i) {
     const double circumference = 2 * pi * std::cos(i * step);
@@ -52,19 +54,19 @@ std::vector<Ring> rings_of_ball(int count) {
 
 // Number of rings for rings_of_ball() so that the hull lies at most about `depth` inside the ball.
 int ring_count(double radius, double depth) {
-  constexpr int min_rings = 4, max_rings = 12;
-  const double count = std::sqrt(0.7 * radius / depth);
-  return count < max_rings ? std::max(min_rings, static_cast<int>(std::lround(count))) : max_rings;
+  const double count = std::sqrt(settings::shapes::ball_depth_factor * radius / depth);
+  return count < settings::shapes::max_ball_rings
+             ? std::max(settings::shapes::min_ball_rings, static_cast<int>(std::lround(count)))
+             : settings::shapes::max_ball_rings;
 }
 
 // Like rings_of_ball(), but with two equators, one for each end of the capsule's cylinder.
 std::vector<Ring> rings_of_capsule(int count) {
-  constexpr double equator_offset = 1e-4;  // rad
   std::vector<Ring> rings = rings_of_ball(count);
   Ring& equator = rings[static_cast<std::size_t>(count)];
-  equator.latitude = -equator_offset;
+  equator.latitude = -settings::shapes::capsule_equator;
   Ring other = equator;
-  other.latitude = equator_offset;
+  other.latitude = settings::shapes::capsule_equator;
   rings.push_back(other);
   return rings;
 }
@@ -73,14 +75,13 @@ std::vector<Ring> rings_of_capsule(int count) {
 // rims by the margin; rings at a spacing of t rad lose margin t^2 / 8 there. If that is more than
 // `depth` for four rings, returns more rings.
 std::vector<Ring> rings_of_cylinder(int points, double margin, double depth) {
-  constexpr double side = 0.46, end = 1.57;  // rad
-  constexpr int max_rings = 6;               // towards each end
+  constexpr double side = settings::shapes::cylinder_side, end = settings::shapes::cylinder_end;
   const auto loss = [margin](double spacing) { return margin * spacing * spacing / 8; };
   if (!(loss(end - side) > depth))
     return {{-end, points}, {-side, points}, {side, points}, {end, points}};
   const auto spacing = [](int count) { return end / (count - 0.5); };
-  int count = 3;
-  while (count < max_rings && loss(spacing(count)) > depth) ++count;
+  int count = settings::shapes::min_rim_rings;
+  while (count < settings::shapes::max_rim_rings && loss(spacing(count)) > depth) ++count;
   std::vector<Ring> rings;
   for (int i = -count; i < count; ++i) rings.push_back({(i + 0.5) * spacing(count), points});
   return rings;
@@ -90,11 +91,11 @@ std::vector<Ring> rings_of_cylinder(int points, double margin, double depth) {
 // circle. The number is a multiple of four, so that the polygon reaches as far along each axis as
 // the circle.
 int points_of_circle(double radius, double depth) {
-  constexpr int min_quarter = 3, max_quarter = 12;
   const double quarter_count = pi / 4 * std::sqrt(0.5 * radius / depth);
-  return 4 * (quarter_count < max_quarter
-                  ? std::max(min_quarter, static_cast<int>(std::lround(quarter_count)))
-                  : max_quarter);
+  return 4 * (quarter_count < settings::shapes::max_quarter_points
+                  ? std::max(settings::shapes::min_quarter_points,
+                             static_cast<int>(std::lround(quarter_count)))
+                  : settings::shapes::max_quarter_points);
 }
 
 btVector3 half_sides(const btConvexShape& shape) {
@@ -108,7 +109,7 @@ std::vector<btVector3> directions(const btConvexShape& shape, double depth) {
   const btVector3 half = half_sides(shape);
   const auto radius_about = [&](int axis) { return static_cast<double>(half[(axis + 1) % 3]); };
   const auto of_cylinder = [&](int axis) {
-    const double radius = radius_about(axis), min_depth = 0.005 * radius;
+    const double radius = radius_about(axis), min_depth = settings::shapes::min_rim_depth * radius;
     return directions_in(
         rings_of_cylinder(points_of_circle(radius, depth), static_cast<double>(shape.getMargin()),
                           std::max(depth, min_depth)),

@@ -6,13 +6,13 @@
 #include <cmath>
 #include <limits>
 
+#include "settings.h"
+
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-// Several faces may lie in a plane, or nearly so: those that a ray leaves within this fraction of
-// the distance to the first.
-constexpr btScalar tolerance = btScalar(1e-4);
+constexpr btScalar tolerance = btScalar(settings::shapes::exit_tolerance);
 
 }  // namespace
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "settings.h"
 #include "util/disjoint_sets.h"
 #include "util/matrix.h"
 
@@ -12,7 +13,6 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-constexpr double sharp_angle = M_PI / 6;
 constexpr double infinity = std::numeric_limits<double>::infinity();
 
 double angle_between(const Vector3d& a, const Vector3d& b) {
@@ -99,7 +99,7 @@ class Measurement {
     if (at.count != 2 || vertex_at(at.corner[0]) == vertex_at(at.corner[1])) return infinity;
     const Vector3d &a = normals_[at.corner[0] / 3], &b = normals_[at.corner[1] / 3];
     const double angle = angle_between(a, b);
-    return angle <= sharp_angle && !a.isZero() && !b.isZero() ? angle : infinity;
+    return angle <= settings::shapes::sharp_angle && !a.isZero() && !b.isZero() ? angle : infinity;
   }
 
   // A sector: the corners around a vertex, from one sharp edge to the next. The two faces of an

@@ -16,6 +16,7 @@
 #include <set>
 #include <utility>
 
+#include "settings.h"
 #include "shapes/convex_points.h"
 
 namespace lazyccd::bullet {
@@ -96,7 +97,7 @@ struct PlaneSquare {
 // Divides the plane into nested squares; the innermost one covers `near`, the outermost `region`.
 void process_plane(const btStaticPlaneShape& plane, const AxisBox& near, const AxisBox& region,
                    btTriangleCallback& triangles) {
-  constexpr btScalar ratio = 8;  // of the sides of two successive squares
+  constexpr int ratio = settings::shapes::plane_square_ratio;
   const PlaneSquare all(plane, region);
   PlaneSquare square = near.is_empty() ? all : PlaneSquare(plane, near);
   if (!(square.half > 0) || !(all.half > ratio * square.half)) {

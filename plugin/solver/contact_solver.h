@@ -94,9 +94,6 @@ class ContactSolver {
   class NewBlocks;
   class Sweeps;
 
-  // A change of displacement per step below this speed is invisible, m/s.
-  static constexpr double min_speed = 3e-5;
-
   using Indices = std::vector<std::int32_t>;
 
   struct RowNeed {

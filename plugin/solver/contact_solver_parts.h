@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "settings.h"
 #include "solver/contact_solver.h"
 #include "util/box.h"
 #include "util/matrix.h"
@@ -46,9 +47,6 @@ class ContactSolver::NewBlocks {
 
   using Box = Box3d;
 
-  // Blocks of an island in a stage: the more, the more threads, but the more is shared.
-  static constexpr std::size_t min_block_rows = 256, max_blocks = 32;
-
   // Rows of a part that a thread takes at a time when it looks where they are.
   struct Piece {
     std::size_t part, first, last;
@@ -57,7 +55,8 @@ class ContactSolver::NewBlocks {
   // Rows of a block of the part, but for the last block.
   static std::size_t block_size(const RowsByIsland::Part& part) {
     const std::size_t count = part.last - part.first;
-    const std::size_t blocks = std::clamp<std::size_t>(count / min_block_rows, 1, max_blocks);
+    const std::size_t blocks = std::clamp<std::size_t>(count / settings::solver::min_block_rows, 1,
+                                                       settings::solver::max_blocks);
     return (count + blocks - 1) / blocks;
   }
   // Whether the rows of the part make several blocks, and so are ordered by their places.

@@ -6,6 +6,7 @@
 
 #include "contact/rigid_terms.h"
 #include "motion/articulated_motion.h"
+#include "settings.h"
 #include "solver/contact_solver.h"
 #include "solver/contact_solver_parts.h"
 #include "util/matrix.h"
@@ -14,15 +15,13 @@ namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-// Split impulses stop at this fraction of corrected_gap, so that the tolerance of the velocity
-// solve does not trigger them.
-constexpr double split_fraction = 0.999;
 RowEstimate estimate_for_target(const ContactRow& row, bool for_split_impulse,
                                 const Motion& motion) {
   const Vector3d move = move_without_impulses(row, for_split_impulse, motion);
   RowEstimate estimate = estimate_row(row, move);
   if (for_split_impulse)
-    estimate.need = split_fraction * row.corrected_gap - row.start_gap - row.normal.dot(move);
+    estimate.need = settings::solver::split_gap_fraction * row.corrected_gap - row.start_gap -
+                    row.normal.dot(move);
   return estimate;
 }
 
@@ -223,8 +222,9 @@ bool ContactSolver::classify_rows(bool only_may_need_split) {
   }
   bool any_open = false;
   for (Problem& problem : problems_) {
-    problem.is_open = problem.is_open && (problem.any_active || problem.is_pushed ||
-                                          problem.largest.need >= min_speed * motion_->dt);
+    problem.is_open =
+        problem.is_open && (problem.any_active || problem.is_pushed ||
+                            problem.largest.need >= settings::solver::min_speed * motion_->dt);
     any_open = any_open || problem.is_open;
   }
   for (std::size_t i = 0; i < chunk_count_; ++i) {

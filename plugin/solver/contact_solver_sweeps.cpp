@@ -1,4 +1,5 @@
 // The sweeps of the contact solver.
+#include "settings.h"
 #include "solver/contact_solver.h"
 
 #include <algorithm>
@@ -12,42 +13,6 @@
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
-
-// The sweeps end when the change of a sweep is below any visible speed (ContactSolver::min_speed)
-// or, far from rest, below this fraction of the approach that the contacts stop.
-constexpr double min_fraction = 3e-3;
-// Contacts that approach more slowly, m/s, are at rest or soon will be. An error left there shows
-// as creep, so they get more sweeps.
-constexpr double slow_approach = 0.25;
-// Contacts also count as resting if, with last step's impulses, no row is violated by more than
-// this speed, m/s, whatever the load.
-constexpr double resting_speed = 0.02;
-// Their sweeps also end when the change is below this fraction of the load.
-constexpr double min_fraction_at_rest = 1e-4;
-// Factor of the number of sweeps for both.
-constexpr int slow_sweep_factor = 4;
-// Divisor of the number of sweeps for split impulses. Gaps that are still too narrow are restored
-// in the next steps.
-constexpr int split_sweep_divisor = 5;
-// The same for rounds in turn with links.
-constexpr int round_sweep_divisor = 10;
-// Sweeps from one full sweep to the next. Most rows never act, so the sweeps in between visit only
-// batches that carry an impulse. The interval doubles if a full sweep activated no new batch.
-constexpr int first_full_sweep_interval = 8, max_full_sweep_interval = 1 << 20;
-// Sweeps in which the impulse of sliding friction is a fraction of what would hold, as long as the
-// contact carries a load. After them its size is a constant bound, like that of Tresca's friction:
-// it has no other bound that goes to zero with the load, so contacts whose load comes and goes with
-// their friction would never settle.
-constexpr int sliding_sweeps = 8;
-// Restart the extrapolation if a sweep's change exceeds this multiple of the smallest change so
-// far.
-constexpr float max_change_growth = 4;
-// The sweeps also end where they stall, as between two heavy bodies that press on light nodes. The
-// next step goes on from their impulses. They stall if, in an interval, the least change does not
-// fall to half of that in the interval before, and all changes together are a small fraction of all
-// that the sweeps have changed so far. An interval is a fraction of the limit of the sweeps.
-constexpr int intervals_of_limit = 16, min_stall_interval = 25;
-constexpr double stalled_fraction = 1e-4;
 
 // Whether the batch has an impulse, or gets one by extrapolation.
 bool is_active(const RowBatch& batch) {
@@ -145,7 +110,8 @@ class ContactSolver::Sweeps {
     double size = 0, total_size = 0;  // sum of SweepChange::size, in the present one and in all
 
     void begin(int sweep_limit) {
-      interval = sweeps_left = std::max(min_stall_interval, sweep_limit / intervals_of_limit);
+      interval = sweeps_left = std::max(settings::solver::min_stall_interval,
+                                        sweep_limit / settings::solver::intervals_of_limit);
     }
     /// Adds a sweep. Returns whether an interval ends in which the sweeps stalled.
     bool stalls(const SweepChange& change) {
@@ -153,9 +119,8 @@ class ContactSolver::Sweeps {
       size += change.size;
       total_size += change.size;
       if (--sweeps_left > 0) return false;
-      constexpr float half_squared = 0.25F;  // SweepChange::largest is squared
-      const bool stalled =
-          least > half_squared * last_least && size < stalled_fraction * total_size;
+      const bool stalled = least > settings::solver::stalled_change_squared * last_least &&
+                           size < settings::solver::stalled_fraction * total_size;
       last_least = std::exchange(least, std::numeric_limits<float>::max());
       size = 0;
       sweeps_left = interval;
@@ -168,7 +133,8 @@ class ContactSolver::Sweeps {
     int limit = 0;         // of the number of sweeps
     float tolerance = 0;   // of the change of a sweep
     bool is_full = false;  // the present sweep is a full one
-    int full_interval = first_full_sweep_interval, next_full = first_full_sweep_interval;
+    int full_interval = settings::solver::first_full_sweep_interval,
+        next_full = settings::solver::first_full_sweep_interval;
     float min_change_size = std::numeric_limits<float>::max();
     Progress progress;
     int run_length = 0;  // sweeps since the extrapolation was restarted
@@ -179,19 +145,21 @@ class ContactSolver::Sweeps {
 
   void set_limits(Island& island, const Problem& problem, int sweeps) const {
     const double dt = s_.motion_->dt;
-    double min_change = min_speed * dt;  // metres
+    double min_change = settings::solver::min_speed * dt;  // metres
     if (s_.for_split_impulse_) {
-      sweeps = std::max(1, sweeps / split_sweep_divisor);
+      sweeps = std::max(1, sweeps / settings::solver::split_sweep_divisor);
     } else if (s_.manner_ == Manner::round) {
-      sweeps = std::max(1, sweeps / round_sweep_divisor);
-      min_change = std::max(min_change, min_fraction * problem.largest.need);
-    } else if (problem.largest.need < slow_approach * dt ||
-               problem.max_violation < resting_speed * dt) {
+      sweeps = std::max(1, sweeps / settings::solver::round_sweep_divisor);
+      min_change = std::max(min_change, settings::solver::min_fraction * problem.largest.need);
+    } else if (problem.largest.need < settings::solver::slow_approach * dt ||
+               problem.max_violation < settings::solver::resting_speed * dt) {
       sweeps =
-          std::min(sweeps, std::numeric_limits<int>::max() / slow_sweep_factor) * slow_sweep_factor;
-      min_change = std::max(min_change, min_fraction_at_rest * problem.largest.need);
+          std::min(sweeps, std::numeric_limits<int>::max() / settings::solver::slow_sweep_factor) *
+          settings::solver::slow_sweep_factor;
+      min_change =
+          std::max(min_change, settings::solver::min_fraction_at_rest * problem.largest.need);
     } else {
-      min_change = std::max(min_change, min_fraction * problem.largest.need);
+      min_change = std::max(min_change, settings::solver::min_fraction * problem.largest.need);
     }
     island.limit = sweeps;
     island.progress.begin(sweeps);
@@ -252,7 +220,7 @@ class ContactSolver::Sweeps {
     }
     SweepMode mode;
     mode.extrapolation = island.extrapolation;
-    mode.fixes_sliding = sweep_ >= sliding_sweeps;
+    mode.fixes_sliding = sweep_ >= settings::solver::sliding_sweeps;
     mode.next = next;
     block.change = s_.kernels_->sweep(s_.problem_of(block), block.active.data(),
                                       static_cast<int>(block.active.size()), mode);
@@ -294,7 +262,8 @@ class ContactSolver::Sweeps {
       return;
     }
     island.run_length =
-        change.restart_test < 0 || change.size > max_change_growth * island.min_change_size
+        change.restart_test < 0 ||
+                change.size > settings::solver::max_change_growth * island.min_change_size
             ? 1
             : island.run_length + 1;
     island.min_change_size = std::min(island.min_change_size, change.size);
@@ -302,7 +271,8 @@ class ContactSolver::Sweeps {
         static_cast<float>(island.run_length - 1) / static_cast<float>(island.run_length + 2);
     if (island.is_full) {
       if (!island.has_new_active)
-        island.full_interval = std::min(2 * island.full_interval, max_full_sweep_interval);
+        island.full_interval =
+            std::min(2 * island.full_interval, settings::solver::max_full_sweep_interval);
       island.next_full = sweep_ + island.full_interval;
     }
     if (settled) island.next_full = sweep_ + 1;

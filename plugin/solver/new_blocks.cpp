@@ -7,15 +7,13 @@
 #include <numeric>
 #include <utility>
 
+#include "settings.h"
 #include "solver/contact_solver_parts.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
-// A row is light if a rigid body makes up more than this part of its compliance. Splitting the mass
-// of the body would make it converge slowly.
-constexpr double max_share = 0.02;
 // ContactSolver::NewBlocks::bond() of rows that move a multibody.
 constexpr int multibodies = std::numeric_limits<int>::max();
 
@@ -30,8 +28,8 @@ constexpr std::int32_t collected = -1;
 constexpr std::size_t grain = 1024;
 
 // A Morton code (Morton 1966) orders rows along a curve through the cells of a cube, so that
-// neighbours on the curve are near each other. It has this many bits for each axis.
-constexpr int bits_per_axis = 10;
+// neighbours on the curve are near each other.
+constexpr int bits_per_axis = settings::solver::morton_bits_per_axis;
 
 // Moves the bits of a coordinate three places apart.
 std::uint64_t spread(std::uint32_t coordinate) {
@@ -167,7 +165,7 @@ int ContactSolver::NewBlocks::bond(std::int32_t row) const {
   int light = -1;
   for (const RigidTerm& term : RigidTerms(contact, contact.weights(), *s_.motion_)) {
     if (s_.motion_->rigid[term.body].articulated >= 0) return multibodies;
-    if (light < 0 && share(term, mass) > max_share) light = term.body;
+    if (light < 0 && share(term, mass) > settings::solver::max_body_share) light = term.body;
   }
   return light;
 }

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "settings.h"
 #include "solver/pgs_kernels.h"
 
 namespace lazyccd::bullet {
@@ -31,11 +32,8 @@ class RowBatches {
   const std::vector<Batch>& batches() const { return batches_; }
 
  private:
-  /// Number of batches that are filled at the same time. The more, the fewer are closed before they
-  /// are full.
-  static constexpr int max_open_batches = 8;
-  /// The last layer takes what fits no other, so its rows may share slots.
-  static constexpr int max_layers = 56;
+  static constexpr int max_open_batches = settings::solver::max_open_batches,
+                       max_layers = settings::solver::max_layers;
   struct Row {
     std::int32_t row, slot_count, layer;
     std::array<std::int32_t, max_slots> slots;

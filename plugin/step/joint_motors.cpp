@@ -7,13 +7,11 @@
 #include <cmath>
 
 #include "motion/articulated_motion.h"
+#include "settings.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
-
-// A motor that exerts more than this part of its largest impulse has nothing left.
-constexpr double almost_all = 1 - 1e-6;
 
 // Whether getAppliedImpulse() may be asked: Bullet makes room for it when it first solves the
 // constraint, or in finalizeMultiDof().
@@ -83,7 +81,7 @@ void JointMotors::find(Motion& motion) {
       continue;
     const auto max = static_cast<double>(constraint->getMaxAppliedImpulse());
     const auto applied = static_cast<double>(constraint->getAppliedImpulse(0));
-    if (!(max > 0) || !(std::abs(applied) < almost_all * max)) continue;
+    if (!(max > 0) || !(std::abs(applied) < settings::joints::almost_all * max)) continue;
     std::vector<JointMotor>& of_body =
         found[static_cast<std::size_t>(moved - motion.articulated.begin())];
     if (std::any_of(of_body.begin(), of_body.end(),

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "settings.h"
 #include "util/matrix.h"
 
 namespace lazyccd::bullet {
@@ -76,7 +77,8 @@ bool ClosedSurfaces::is_soft(const std::vector<std::int32_t>& faces) const {
 
 bool ClosedSurfaces::contains(std::int32_t body, const Vector3d& point) const {
   const double winding = winding_number(topology_, motion_, faces_[body], point);
-  return (is_soft(faces_[body]) ? std::abs(winding) : winding) > 0.5;
+  return (is_soft(faces_[body]) ? std::abs(winding) : winding) >
+         settings::untangling::inside_winding;
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

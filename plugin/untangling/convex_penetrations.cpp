@@ -8,6 +8,7 @@
 #include <set>
 #include <utility>
 
+#include "settings.h"
 #include "untangling/intersections.h"
 #include "util/box.h"
 #include "util/disjoint_sets.h"
@@ -163,10 +164,6 @@ bool is_blocked(const Side& side, const Group& group, const Blocking& blocking,
   });
 }
 
-// Cosines of the angle between the opposite of a side and the normal of another one. Of
-// perpendicular sides only rounding is between them.
-constexpr double faces_away = 0.5, faces_backward = 0.01;
-
 // True if the group reaches from the side to one that faces away from it by `min_cosine`. To leave
 // through the side, what passes through both would have to let go of the whole body. If
 // `continues`, only what goes on behind the other side counts.
@@ -203,10 +200,12 @@ const Side* find_exit(const Group& group, const std::vector<Side>& sides, const 
                    [](const auto& a, const auto& b) { return a.first < b.first; });
   const auto would_stretch = [&](double depth, const Side& side) {
     if (!is_pierced) return false;
-    if (reaches_through(side, depth, group, sides, faces_away, false, motion)) return true;
+    if (reaches_through(side, depth, group, sides, settings::untangling::faces_away, false, motion))
+      return true;
     return &side != by_depth[0].second &&
            (depth > box.diagonal().norm() ||
-            reaches_through(side, depth, group, sides, faces_backward, true, motion));
+            reaches_through(side, depth, group, sides, settings::untangling::faces_backward, true,
+                            motion));
   };
   for (const auto& [depth, side] : by_depth) {
     if (!blocking.is_movable && would_stretch(depth, *side)) continue;

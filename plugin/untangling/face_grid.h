@@ -46,7 +46,7 @@ class FaceGrid {
   }
 
  private:
-  static constexpr double max_coordinate = 1e300;
+  static constexpr double max_coordinate = 1e300;  // as good as infinite, at no cost
   using Cell = std::array<int, 2>;
 
   // The rotation that turns the axis to z.

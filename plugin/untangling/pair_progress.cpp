@@ -2,19 +2,11 @@
 
 #include <algorithm>
 
+#include "settings.h"
 #include "util/disjoint_sets.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
-namespace {
-
-constexpr double max_seconds_without_progress = 3;
-// Ratio of depths. What lies deep in a rigid body is pushed at six times its depth a second, so it
-// is far faster.
-constexpr double min_progress = 0.9;
-
-}  // namespace
-
 void PairProgress::place(std::int32_t body) {
   const int id = id_of(body);
   placed_.insert(id);
@@ -39,7 +31,7 @@ PairProgress::Groups PairProgress::update(const FoundPairs& found, double second
     Progress& progress = progress_[ids_of(pair)];
     present.insert(ids_of(pair));
     progress.seconds_without += seconds;
-    const bool is_shallower = now.depth < min_progress * progress.last_depth;
+    const bool is_shallower = now.depth < settings::untangling::min_progress * progress.last_depth;
     if (now.count < progress.fewest || is_shallower) progress.seconds_without = 0;
     if (is_shallower) progress.last_depth = now.depth;
     progress.fewest = std::min(progress.fewest, now.count);
@@ -72,7 +64,7 @@ PairProgress::Groups PairProgress::update(const FoundPairs& found, double second
   for (const auto& entry : found) {
     if (!is_active(entry)) continue;
     const std::int32_t group = group_of(entry.first);
-    if (seconds_without.at(group) < max_seconds_without_progress) {
+    if (seconds_without.at(group) < settings::untangling::max_seconds_without_progress) {
       groups[entry.first] = group;
     } else {
       progress_.at(ids_of(entry.first)).given_up = true;

@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include "motion/rotation.h"
+#include "settings.h"
 #include "untangling/closed_surfaces.h"
 #include "untangling/convex_penetrations.h"
 #include "untangling/face_grid.h"
@@ -128,7 +129,7 @@ class Finder {
     }
     std::sort(corners.begin(), corners.end());
     corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
-    const double spare = 1e-4 * solid.box.diagonal().norm();
+    const double spare = settings::untangling::convex_tolerance * solid.box.diagonal().norm();
     std::vector<Side> sides;
     for (const std::int32_t f : solid.faces) {
       if (geometry_.is_degenerate(f)) continue;
@@ -157,7 +158,7 @@ class Finder {
       const Vector3d x = motion_.start_of(v);
       const double winding = solid.is_oriented ? grid.winding_number(x)
                                                : winding_number(view_, motion_, solid.faces, x);
-      if (!(winding > 0.5)) continue;
+      if (!(winding > settings::untangling::inside_winding)) continue;
       const FaceGrid::Nearest nearest = grid.nearest(x);
       if (nearest.face < 0) continue;
       const Vector3d normal = (nearest.point - x).normalized();

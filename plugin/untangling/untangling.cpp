@@ -4,6 +4,7 @@
 #include <cmath>
 #include <iterator>
 
+#include "settings.h"
 #include "untangling/closed_surfaces.h"
 #include "util/disjoint_sets.h"
 #include "util/matrix.h"
@@ -285,7 +286,7 @@ void Untangling::add(const Edge& edge, const Face& face, const Vector& direction
   }
   if (!(compliance > 0)) return;
   // With the bound a node of small weight is thrown no farther than in make_row().
-  compliance = std::max(compliance, max_inverse_mass / 256);
+  compliance = std::max(compliance, max_inverse_mass / settings::row::max_mass_ratio);
   const auto add_to = [](auto& sums, const auto& key, const Vector& summand) {
     sums.try_emplace(key, Vector::Zero()).first->second += summand;
   };

@@ -14,6 +14,7 @@
 #include "bodies/side_by_side.h"
 #include "links/soft_constraints.h"
 #include "report/bullet_contact_lists.h"
+#include "settings.h"
 #include "step/pipeline.h"
 #include "world/soft_body_dbvt.h"
 
@@ -38,10 +39,9 @@ void start_where_it_slept(btSoftBody& body) {
 // beside the weight that only links and contacts in turn carry it. Tetrahedra turn inside out in an
 // impact, which no link undoes, unless links carry it upwards.
 LinkSolver::Again links_again(const btSoftBody& body) {
-  constexpr int few_iterations = 2;
   if (body.m_tetras.size() > 0) return LinkSolver::Again::in_contact;
   if (body.m_cfg.kPR != 0 || body.m_cfg.kVC > 0) return LinkSolver::Again::under_load;
-  const bool bounces = body.m_cfg.piterations <= few_iterations;
+  const bool bounces = body.m_cfg.piterations <= settings::links::few_iterations;
   if (body.m_faces.size() == 0)
     return bounces ? LinkSolver::Again::after_impact : LinkSolver::Again::never;
   return bounces ? LinkSolver::Again::under_weight_and_after_impact

@@ -103,7 +103,8 @@ check(examples/scenes FORBID "^(core|cpu|gpu|balance)/" ${device})
 check(examples/cli FORBID "^(core|cpu|gpu|balance)/" ${device})
 
 set(prefix "")
-check_layers(plugin lazyccd/
+check(plugin FLAT QUOTED "^$" FORBID ${bullet} ${device} "^Eigen/")  # settings.h: numbers alone
+check_layers(plugin "(lazyccd/|settings\\.h$)"
   util:simd
   motion:util
   shapes:util
