@@ -10,8 +10,8 @@ constexpr int caller = 0, all = 1;
 
 // Steps before the first trial.
 constexpr int first_interval = 20;
-// All threads take over if they need less than this part of the time of one thread, and one thread
-// does if it needs less than this part of the time of all. In small steps processor time counts
+// All threads take over if they need less than this part of the time of one thread. One thread does
+// if it needs less than this part of the time of all. In small steps processor time counts
 // too: two threads that need 0.6 of the time end sooner by 0.4 and burn 0.2 more.
 constexpr double all_gain = 0.95, caller_gain = 1;
 constexpr double small_all_gain = 0.6, small_caller_gain = 1.4;

@@ -11,8 +11,8 @@ namespace lazyccd::io {
 
 /// Reads x, y, z of the element `vertex` and the list `vertex_indices` (or `vertex_index`) of the
 /// element `face`, of any numeric type. Skips other properties and elements. Throws Error(file)
-/// that names the line or byte, if a face does not have exactly three corners, an index is out of
-/// range, a position is not finite, or the file is not a PLY file or is cut short.
+/// that names the line or byte, if the file is not a PLY file or is cut short. So it does if a face
+/// does not have exactly three corners, an index is out of range, or a position is not finite.
 Mesh read_ply(const std::filesystem::path& path);
 /// Does the same for the bytes of a file; `name` is for messages.
 Mesh parse_ply(std::string_view bytes, const std::string& name);

@@ -43,18 +43,18 @@ class InternalEdges {
   Span<const char> edges_left_out() const { return edges_left_out_; }
   Span<const char> vertices_left_out() const { return vertices_left_out_; }
 
-  /// Sets `kept` to the contacts of `found` that need a constraint, in the same order. The others
-  /// are those with edges and vertices of obstacles between which a soft body sinks in by less than
-  /// half of the thickness, and those of a vertex with a face beyond such an edge. What starts
-  /// nearer than half of the thickness is kept.
+  /// Sets `kept` to the contacts of `found` that need a constraint, in the same order. Left
+  /// out are those with edges and vertices of obstacles, if a soft body sinks in between these by
+  /// less than half of the thickness. So are those of a vertex with a face beyond such an edge.
+  /// What starts nearer than half of the thickness is kept.
   void remove(Span<const Contact> found, std::vector<Contact>& kept) const;
 
  private:
   // Finds what of an obstacle may be left out. Only the soft bodies that meet it count.
   void leave_out(const ObstaclePairs& obstacle, Span<const Edge> edges, double largest_thickness);
   bool needs_constraint(const Contact& contact, double thickness) const;
-  // These two are about a contact of a soft edge or face with an edge or vertex of an obstacle, and
-  // about one of a soft vertex with a face of an obstacle.
+  // The first is about a contact of a soft edge or face with an edge or vertex of an obstacle. The
+  // second is about one of a soft vertex with a face of an obstacle.
   bool is_internal(const Contact& contact, double thickness) const;
   bool is_beyond_edge(const Contact& contact, double thickness) const;
   // By which angle the surface turns below a soft edge of this length, metres. Radians.

@@ -20,8 +20,8 @@ struct LinkSolver {
   enum class Again {
     never,
     /// Under a weight: a rigid body that is much heavier than the nodes that carry it. If links
-    /// are solved before the contacts alone, a step moves the weight only by what one solution of
-    /// the links gives to these nodes, and the links stretch until that is enough.
+    /// are solved before the contacts alone, one solution of them must move these nodes by as much
+    /// as the step moves the weight. The links stretch until that is enough.
     under_weight,
     /// After an impact: the links that contacts leave too short would throw the body back.
     after_impact,

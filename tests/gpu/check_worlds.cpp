@@ -1,5 +1,5 @@
-// Many worlds on the device: the same contacts as on the CPU, the same contacts of a world alone
-// and among all, and the time of a detection against the same bodies side by side in one world. It
+// Many worlds on the device: the same contacts as on the CPU; the same contacts of a world alone
+// and among all; the time of a detection against the same bodies side by side in one world. It
 // uses no test framework, so that it runs on a machine that has only the driver installed.
 //
 //   check_worlds [--worlds N] [--bodies N] [--repeat N] [--cpu]

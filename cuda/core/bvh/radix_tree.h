@@ -1,5 +1,5 @@
-// The binary radix tree over leaves in Morton order, in which every node can be found by itself
-// (Karras, "Maximizing Parallelism in the Construction of BVHs, Octrees, and k-d Trees", HPG 2012).
+// The binary radix tree over leaves in Morton order. Every node can be found by itself. See Karras,
+// "Maximizing Parallelism in the Construction of BVHs, Octrees, and k-d Trees", HPG 2012.
 //
 // A node is split at the highest bit in which the keys below it differ. The key of a leaf is its
 // world, its code and, among equal codes, its place in the order.
@@ -116,15 +116,15 @@ struct ParentLink {
   LAZYCCD_HD std::uint32_t is_left() const { return bits & 1; }
 };
 
-/// Where an inner node and its children lie among the nodes of a Tree (cpu/bvh/tree.h), in which
-/// the children of the i-th inner node in preorder are nodes 1 + 2 i and 2 + 2 i.
+/// Where an inner node and its children lie among the nodes of a Tree (cpu/bvh/tree.h). There the
+/// children of the i-th inner node in preorder are nodes 1 + 2 i and 2 + 2 i.
 struct NodePlaces {
   std::int32_t own, left, right;
 };
 
-/// In preorder, the inner nodes before a node are those on its left, as many as its first leaf has
-/// leaves before it, less those above it of whose right part it is; and all above it. So only the
-/// nodes above it of whose left part it is must be counted.
+/// In preorder, the inner nodes before a node are all above it, and those on its left. The latter
+/// are as many as its first leaf has leaves before it, less the nodes above it of whose right part
+/// it is. So only the nodes above it of whose left part it is must be counted.
 LAZYCCD_HD inline NodePlaces places_of(std::int32_t node, const InnerNode* inner,
                                        const ParentLink* links) {
   std::int32_t lefts = 0;

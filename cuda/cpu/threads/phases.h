@@ -1,10 +1,10 @@
 // Runs phases of independent items on a pool, with a serial step between two phases.
 //
-// Each worker that has joined has a part of the items, the same part in every phase, so that what
-// it has written in one phase is still in its cache in the next. A worker that has waited for some
-// time takes items of the others. So any thread can do all of the work, and a thread that comes
-// late, or not at all, holds up nobody. There is no barrier object, and no fork and join for each
-// phase (compare Jolt's LargeIslandSplitter).
+// Each worker that has joined has a part of the items. It is the same part in every phase, so that
+// what it has written in one phase is still in its cache in the next. A worker that has waited for
+// some time takes items of the others. So any thread can do all of the work, and a thread that
+// comes late, or not at all, holds up nobody. There is no barrier object, and no fork and join for
+// each phase (compare Jolt's LargeIslandSplitter).
 #pragma once
 
 #include <algorithm>

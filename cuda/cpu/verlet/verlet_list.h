@@ -2,10 +2,10 @@
 // "Computer experiments on classical fluids").
 //
 // The list is built with a skin: boxes are wider than a step needs. For a pair of groups it holds
-// every candidate that can come within the separation, while no two of their points move apart or
-// together by more than twice the skin. A step tests only the listed candidates whose distance was
-// small enough, given the relative motion of the two groups up to now. Pairs of groups that have
-// moved more are traversed again.
+// every candidate that can come within the separation. That is so while no two of their points move
+// apart or together by more than twice the skin. A step tests only the listed candidates whose
+// distance was small enough, given the relative motion of the two groups up to now. Pairs of groups
+// that have moved more are traversed again.
 //
 // Pairs of groups that move so fast that their candidates would not serve several steps are not
 // listed. Each step traverses them, while the list goes on to serve the others.

@@ -16,9 +16,9 @@ class MendedSoftBodySolver : public btDefaultSoftBodySolver {
   void solveConstraints(btScalar seconds) override;
 };
 
-/// For btDeformableMultiBodyDynamicsWorld. btSoftBody::applyRepulsionForce() has three errors: it
-/// uses the mass of the contact's node for the nodes of the face, treats nodes beside a face as if
-/// they were above it, and keeps the velocity with which it pushes nodes away. In this world an
+/// For btDeformableMultiBodyDynamicsWorld. btSoftBody::applyRepulsionForce() has three errors. It
+/// uses the mass of the contact's node for the nodes of the face. It treats nodes beside a face as
+/// if they were above it. It keeps the velocity with which it pushes nodes away. In this world an
 /// impulse acts on the four nodes with their own masses. It only stops the approach.
 class MendedDeformableWorld : public btDeformableMultiBodyDynamicsWorld {
  public:
