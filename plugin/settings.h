@@ -59,8 +59,8 @@ namespace sleeping {
 /// Steps alone after which a sleeper that took part is left out again. With fewer, it would come
 /// and go while something moves near it, and each change builds the scene anew.
 inline constexpr int min_steps_alone = 8;
-/// Pinned nodes of a sleeper that show whether the application moved it. If it moves none of
-/// these, the body stays out of the step.
+/// About so many pinned nodes of a sleeper show whether the application moved it. If it moves none
+/// of these, the body stays out of the step.
 inline constexpr std::size_t pinned_samples = 4;
 /// Multiple of the distance of contacts within which a sleeper takes part. Bounds of sleepers are
 /// never updated, so it is more than one.
@@ -148,8 +148,8 @@ inline constexpr double min_cached_distance = 0.1;
 /// Of the thickness. A seam is closed where its nodes are at most this far apart. Contacts across a
 /// closed seam would push its two sides apart.
 inline constexpr double closed_seam = 0.5;
-/// m/s: a step's motion below this is no reason to keep surfaces apart. The smallest thickness is
-/// rounding plus this speed times the step, as the response leaves a residual of that size.
+/// m/s. The smallest thickness is what rounding needs, plus this speed times the step. The response
+/// leaves a residual that is a fraction of it.
 inline constexpr double resolved_speed = 4e-4;
 /// That thickness is set to `resolution_spare` times what is needed. It shrinks again where it is
 /// more than `resolution_excess` times too large. Otherwise it, and what rests, would change in
@@ -192,7 +192,7 @@ inline constexpr int max_halvings = 3;
 /// that takes longer ends with the plane that it has.
 inline constexpr int max_edge_turns = 32;
 /// Shortest sum of two unit normals of which the direction still means something. Below it, the
-/// edge lies along both sides.
+/// two sides face in opposite directions.
 inline constexpr double min_normal_sum = 1e-3;
 
 }  // namespace simple_shapes
@@ -223,11 +223,11 @@ inline constexpr double normal_tolerance = 0.02;
 /// The constraint of one contact.
 namespace row {
 
-/// Of the shortest edge: the largest thickness within one body. With more, the next but one
-/// triangle would be pushed away in the flat body.
+/// Of the shortest edge: the largest thickness within one body. With more, neighbours
+/// in a flat cloth would push each other away.
 inline constexpr double max_thickness_of_edge = 0.5;
-/// Of the thickness: position correction widens a gap up to this. With more, bodies at rest tremble
-/// about the full thickness.
+/// Of the thickness: position correction widens a gap up to this. The rest is room in
+/// which gaps of what rests may change without correction.
 inline constexpr double corrected_thickness = 0.5;
 /// Bound of the compliance: the largest inverse mass divided by this. A row that can only move a
 /// node of small weight would throw that node far away. With the bound the node moves at most 16
@@ -252,7 +252,8 @@ inline constexpr double slow_approach = 0.25;
 inline constexpr double resting_speed = 0.02;
 /// Of the load: sweeps of resting contacts also end when the change is below this.
 inline constexpr double min_fraction_at_rest = 1e-4;
-/// Factor of the number of sweeps for slow and for resting contacts. Stacks creep with less.
+/// Factor of the number of sweeps for slow and for resting contacts. With less, what
+/// rests creeps.
 inline constexpr int slow_sweep_factor = 4;
 /// Divisor of the number of sweeps for split impulses. Gaps that are still too narrow are restored
 /// in the next steps.
@@ -329,7 +330,7 @@ inline constexpr double max_load_speed = 0.5;
 namespace joints {
 
 /// A joint is at its limit if it is nearer than this fraction of its range, and than this many
-/// radians or metres. With less, a joint at its limit would be free for a step after each contact.
+/// radians or metres. With less, rounding decides whether it is held.
 inline constexpr double near_limit = 1e-3;
 /// m/s. A motor exerts at most what gives the mass of the multibody this speed in a step. It may be
 /// far stronger. What presses light nodes against something fixed with all of that could not be
@@ -394,7 +395,7 @@ inline constexpr double min_part_of_gravity = 0.25;
 }  // namespace links
 
 /// Contacts that are expected to stay, in the implicit damping of the deformable world. Without
-/// them, damping pulls nodes through what they rest on, and contacts push them back.
+/// them, bodies are too soft where they are touched.
 namespace expected_contacts {
 
 /// Where damping adds less than this fraction to the inertia of the nodes in contact, contacts and
@@ -432,7 +433,7 @@ inline constexpr double max_zone_rotation = 1;
 /// More than rounding, and far less than what stretches an edge.
 inline constexpr double moves_along_tolerance = 1e-3;
 /// Detections in which the fail-safe holds only the nodes in contact. After them it holds whole
-/// bodies: the part that is not held may be dragged into others again and again.
+/// bodies, so that the detections come to an end.
 inline constexpr int max_node_holds = 16;
 
 }  // namespace rounds
