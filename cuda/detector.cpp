@@ -9,10 +9,10 @@
 #include "backend_choice.h"
 #include "core/ieee_arithmetic.h"
 #include "core/narrow/contact_math.h"
-#include "core/stopwatch.h"
 #include "cpu/cpu_detector.h"
 #include "cpu/scene/column_copy.h"
 #include "cpu/scene/world_contacts.h"
+#include "lazyccd/debug/stopwatch.h"
 #include "lazyccd/error.h"
 #if defined(LAZYCCD_HAS_CUDA)
 #include "gpu/gpu_detector.h"

@@ -7,12 +7,12 @@
 
 #include "core/narrow/contact_math.h"
 #include "core/narrow/separation.h"
-#include "core/stopwatch.h"
 #include "cpu/detector_worker.h"
 #include "cpu/narrow/candidate_batches.h"
 #include "cpu/scene/positions.h"
 #include "cpu/scene/scale.h"
 #include "cpu/threads/thread_pool.h"
+#include "lazyccd/debug/stopwatch.h"
 
 namespace lazyccd {
 namespace {

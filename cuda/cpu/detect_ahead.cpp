@@ -4,12 +4,12 @@
 #include <array>
 #include <exception>
 
-#include "core/stopwatch.h"
 #include "cpu/cpu_detector.h"
 #include "cpu/detector_worker.h"
 #include "cpu/narrow/candidate_batches.h"
 #include "cpu/scene/positions.h"
 #include "cpu/scene/scale.h"
+#include "lazyccd/debug/stopwatch.h"
 
 namespace lazyccd {
 

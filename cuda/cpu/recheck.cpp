@@ -3,11 +3,11 @@
 #include <cmath>
 
 #include "core/narrow/separation.h"
-#include "core/stopwatch.h"
 #include "cpu/cpu_detector.h"
 #include "cpu/detector_worker.h"
 #include "cpu/scene/positions.h"
 #include "cpu/scene/scale.h"
+#include "lazyccd/debug/stopwatch.h"
 #include "lazyccd/error.h"
 
 namespace lazyccd {

@@ -2,9 +2,9 @@
 #include <algorithm>
 #include <atomic>
 
-#include "core/stopwatch.h"
 #include "cpu/cpu_detector.h"
 #include "cpu/detector_worker.h"
+#include "lazyccd/debug/stopwatch.h"
 
 namespace lazyccd {
 

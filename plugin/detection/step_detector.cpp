@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "lazyccd/debug/stopwatch.h"
 #include "settings.h"
 #include "util/stopwatch.h"
 
@@ -135,7 +136,7 @@ void StepDetector::begin_motion() {
 }
 
 std::vector<Contact> StepDetector::touching(const Positions& start, const Positions& end) {
-  const Stopwatch watch;
+  Stopwatch watch;
   const Span<const Contact> found = !others_may_meet_ || keeps_near_ || only_near_can_touch(end)
                                         ? recheck(start, end)
                                         : touching_detector().detect(start, end);
@@ -143,7 +144,7 @@ std::vector<Contact> StepDetector::touching(const Positions& start, const Positi
   ++counts_.detections;
   std::vector<Contact> contacts = keep_responding(found);
   report_only_is_known_ = contacts.empty() && is_end_of_motion(end);
-  counts_.ms_detect += watch.ms();
+  counts_.ms_detect += watch.lap();
   return contacts;
 }
 
@@ -178,7 +179,7 @@ NearContacts StepDetector::detect_near(LastImpulses& last_impulses) {
     filter_.set_end_changed(found_any_);
     return selector_.evaluate_all(touching_pairs_, motion_);
   }
-  const Stopwatch watch;
+  Stopwatch watch;
   Span<const Contact> near;
   bool any_near = false;
   ++counts_.detections;
@@ -214,7 +215,7 @@ NearContacts StepDetector::detect_near(LastImpulses& last_impulses) {
   }
   filter_.set_end_changed(found_any_);
   report_only_is_known_ = !found_any_;
-  counts_.ms_detect += watch.ms();
+  counts_.ms_detect += watch.lap();
   return selected;
 }
 

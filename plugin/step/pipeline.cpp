@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <exception>
 
+#include "lazyccd/debug/stopwatch.h"
 #include "motion/articulated_motion.h"
 #include "report/step_contacts.h"
 #include "scene/collision_filters.h"
@@ -10,7 +11,6 @@
 #include "untangling/intersections.h"
 #include "untangling/pair_rules.h"
 #include "untangling/penetrations.h"
-#include "util/stopwatch.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -108,13 +108,13 @@ bool Pipeline::run(const Bodies& bodies, double dt, const Fill& fill, const Link
   responded_ = false;
   reader_.motion().articulated.clear();  // of the last step; its multibodies may be gone
   try {
-    const Stopwatch reading;
+    Stopwatch reading;
     response_.begin_step(dt);
     StepReader::Changes changes = reader_.read(bodies, dt, fill);
     take_changes(changes);
-    step_.ms_gather = reading.ms();
+    step_.ms_gather = reading.lap();
     if (scene().vertex_count() > 0) {
-      const Stopwatch answering;
+      Stopwatch answering;
       const StepStats before = step_;
       resolve_contacts(links, restart_links);
       while (responded_ && reader_.reread_if_sleepers_reached(bodies, fill, changes)) {
@@ -123,7 +123,7 @@ bool Pipeline::run(const Bodies& bodies, double dt, const Fill& fill, const Link
         resolve_contacts(links, restart_links);
       }
       finish_step();
-      step_.ms_response = answering.ms() - step_.ms_detect;
+      step_.ms_response = answering.lap() - step_.ms_detect;
     } else {
       motors_.forget();
     }
@@ -194,9 +194,9 @@ void Pipeline::finish_step() {
 }
 
 void Pipeline::write(const SoftScene::Visit& visit) {
-  const Stopwatch watch;
+  Stopwatch watch;
   scene().for_each_range(threads_, visit);
-  const double ms = watch.ms();
+  const double ms = watch.lap();
   step_.ms_write += ms;
   total_.ms_write += ms;
 }

@@ -7,12 +7,12 @@
 
 #include "core/narrow/contact_key.h"
 #include "core/narrow/contact_math.h"
-#include "core/stopwatch.h"
 #include "cpu/culling/orphan_sets.h"
 #include "cpu/kernels/leaf_kernels.h"
 #include "cpu/scene/mesh.h"
 #include "cpu/verlet/verlet_list.h"
 #include "lazyccd/contact.h"
+#include "lazyccd/debug/stopwatch.h"
 #include "lazyccd/span.h"
 
 namespace lazyccd {

@@ -1,4 +1,4 @@
-// A stopwatch for the times in Stats.
+// A stopwatch for the times in statistics.
 #pragma once
 
 #include <chrono>
