@@ -7,6 +7,36 @@
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
+void ContactFilter::read_anchors() {
+  anchors_.clear();
+  for (const SoftScene::BodyRecord& record : scene_.bodies()) {
+    const btSoftBody& soft = *record.body;
+    const auto add = [&](const btSoftBody::Node* node, const btCollisionObject* object) {
+      const std::int32_t v = scene_.vertex_of(record, static_cast<int>(node - &soft.m_nodes[0]));
+      if (v >= 0) anchors_.push_back({v, object});
+    };
+    for (int i = 0; i < soft.m_anchors.size(); ++i)
+      add(soft.m_anchors[i].m_node, soft.m_anchors[i].m_body);
+    for (int i = 0; i < soft.m_deformableAnchors.size(); ++i)
+      add(soft.m_deformableAnchors[i].m_node, soft.m_deformableAnchors[i].m_cti.m_colObj);
+  }
+  std::sort(anchors_.begin(), anchors_.end(),
+            [](const Anchor& a, const Anchor& b) { return a.vertex < b.vertex; });
+}
+
+std::size_t ContactFilter::first_anchor(std::int32_t vertex) const {
+  const auto is_before = [](const Anchor& anchor, std::int32_t v) { return anchor.vertex < v; };
+  const auto first = std::lower_bound(anchors_.begin(), anchors_.end(), vertex, is_before);
+  return static_cast<std::size_t>(first - anchors_.begin());
+}
+
+bool ContactFilter::holds(std::int32_t soft_vertex, const btCollisionObject* object) const {
+  for (std::size_t i = first_anchor(soft_vertex);
+       i < anchors_.size() && anchors_[i].vertex == soft_vertex; ++i)
+    if (anchors_[i].object == object) return true;
+  return false;
+}
+
 void ContactFilter::set_topology() {
   seams_.update(scene_, motion_);
   find_closed_seams();
@@ -72,18 +102,11 @@ bool ContactFilter::ignores(const Edge& edge, const Face& face) const {
 void ContactFilter::find_anchored(std::int32_t soft_body, std::int32_t obstacle,
                                   std::vector<std::int32_t>& vertices) const {
   vertices.clear();
-  const SoftScene::BodyRecord& record = scene_.bodies()[soft_body];
-  const btSoftBody& soft = *record.body;
   const btCollisionObject* const object = topology_.bodies()[obstacle].object;
-  const auto add = [&](const btSoftBody::Node* node) {
-    const std::int32_t v = scene_.vertex_of(record, static_cast<int>(node - &soft.m_nodes[0]));
-    if (v >= 0) vertices.push_back(v);
-  };
-  for (int i = 0; i < soft.m_anchors.size(); ++i)
-    if (soft.m_anchors[i].m_body == object) add(soft.m_anchors[i].m_node);
-  for (int i = 0; i < soft.m_deformableAnchors.size(); ++i)
-    if (soft.m_deformableAnchors[i].m_cti.m_colObj == object)
-      add(soft.m_deformableAnchors[i].m_node);
+  const SoftScene::BodyRecord& record = scene_.bodies()[soft_body];
+  const std::size_t last = first_anchor(record.first_vertex + record.vertex_count);
+  for (std::size_t i = first_anchor(record.first_vertex); i < last; ++i)
+    if (anchors_[i].object == object) vertices.push_back(anchors_[i].vertex);
   for (const auto& [v, body] : embedded_.vertices)
     if (body == obstacle && topology_.body_of(v) == soft_body) vertices.push_back(v);
   std::sort(vertices.begin(), vertices.end());
@@ -103,22 +126,9 @@ bool ContactFilter::are_anchored(std::int32_t body_a, std::int32_t body_b,
       if (topology_.is_soft(v)) of_soft[count++] = v;
     if (embedded.contains({of_soft.data(), count}, obstacle_index)) return true;
   }
-  const btSoftBody& soft = a.soft ? *a.soft : *b.soft;
-  const btCollisionObject* obstacle = a.soft ? b.object : a.object;
-  const auto in_contact = [&](const btSoftBody::Node* node) {
-    return std::any_of(vertices.begin(), vertices.end(), [&](std::int32_t v) {
-      return topology_.is_soft(v) && &scene_.node(v) == node;
-    });
-  };
-  for (int i = 0; i < soft.m_anchors.size(); ++i) {
-    const btSoftBody::Anchor& anchor = soft.m_anchors[i];
-    if (anchor.m_body == obstacle && in_contact(anchor.m_node)) return true;
-  }
-  for (int i = 0; i < soft.m_deformableAnchors.size(); ++i) {
-    const btSoftBody::DeformableNodeRigidAnchor& anchor = soft.m_deformableAnchors[i];
-    if (anchor.m_cti.m_colObj == obstacle && in_contact(anchor.m_node)) return true;
-  }
-  return false;
+  const btCollisionObject* const object = topology_.bodies()[obstacle_index].object;
+  return std::any_of(vertices.begin(), vertices.end(),
+                     [&](std::int32_t v) { return topology_.is_soft(v) && holds(v, object); });
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <utility>
 #include <vector>
@@ -25,6 +26,9 @@ class ContactFilter {
                 const PairSurfaces& surfaces)
       : scene_(scene), topology_(topology), motion_(motion), surfaces_(surfaces) {}
 
+  /// Reads Bullet's anchors. Call in each step, before contacts are asked for, and when indices of
+  /// vertices change.
+  void read_anchors();
   /// Call when indices of bodies or vertices change, with the start of a motion.
   void set_topology();
   /// Sets what counts as anchored to obstacles that it is inside of, sorted. `pinned`: what of it
@@ -84,13 +88,23 @@ class ContactFilter {
   bool has_response(const Contact& contact) const;
   bool is_movable(std::int32_t vertex) const;
   void find_closed_seams();
+  /// True if an anchor of Bullet holds the soft vertex to the object.
+  bool holds(std::int32_t soft_vertex, const btCollisionObject* object) const;
+  /// The first anchor of this vertex or a later one, in anchors_.
+  std::size_t first_anchor(std::int32_t vertex) const;
   bool are_anchored(std::int32_t body_a, std::int32_t body_b, Span<const std::int32_t> vertices,
                     const PartsInside& embedded) const;
+
+  struct Anchor {
+    std::int32_t vertex;
+    const btCollisionObject* object;
+  };
 
   const SoftScene& scene_;
   const StepTopology& topology_;
   const Motion& motion_;
   const PairSurfaces& surfaces_;
+  std::vector<Anchor> anchors_;  // sorted by vertex
   Seams seams_;
   PartsInside embedded_, pinned_;
   bool end_changed_ = false;

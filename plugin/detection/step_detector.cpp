@@ -5,7 +5,6 @@
 
 #include "lazyccd/debug/stopwatch.h"
 #include "settings.h"
-#include "util/stopwatch.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {

@@ -145,7 +145,7 @@ void Motion::set_end_pose(RigidMotion& body, const btTransform& pose) {
   body.end = pose;
   write_vertices(body, body.local, pose, end);
   for (const std::int32_t vertex : body.anchored)
-    set_anchored_end(vertex, pose * anchored.find(vertex)->second.local);
+    set_anchored_end(vertex, pose * anchored.find(vertex)->local);
 }
 
 void Motion::set_end_to_start(RigidMotion& body) {
@@ -175,21 +175,21 @@ void Motion::set_anchored_end(std::int32_t vertex, const btScalar* x) {
 
 void Motion::anchor(std::int32_t soft_vertex, const AnchoredVertex& fixed) {
   release(soft_vertex);
-  anchored.insert({soft_vertex, fixed});
+  anchored.add(soft_vertex, fixed);
   rigid[fixed.rigid].anchored.push_back(soft_vertex);
 }
 
 void Motion::release(std::int32_t soft_vertex) {
-  const auto found = anchored.find(soft_vertex);
-  if (found == anchored.end()) return;
-  std::vector<std::int32_t>& of_body = rigid[found->second.rigid].anchored;
+  const AnchoredVertex* const found = anchored.find(soft_vertex);
+  if (!found) return;
+  std::vector<std::int32_t>& of_body = rigid[found->rigid].anchored;
   of_body.erase(std::find(of_body.begin(), of_body.end(), soft_vertex));
-  anchored.erase(found);
+  anchored.remove(soft_vertex);
 }
 
 int Motion::anchor_body_of(std::int32_t soft_vertex) const {
-  const auto found = anchored.find(soft_vertex);
-  return found == anchored.end() ? -1 : found->second.rigid;
+  const AnchoredVertex* const found = anchored.find(soft_vertex);
+  return found ? found->rigid : -1;
 }
 
 bool Motion::deviates_less_than(Span<const Body> bodies, double between_bodies,

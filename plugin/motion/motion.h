@@ -6,12 +6,12 @@
 
 #include <array>
 #include <cstdint>
-#include <map>
 #include <optional>
 #include <vector>
 
 #include "lazyccd/bullet/precision.h"
 #include "lazyccd/scene.h"
+#include "motion/anchored_vertices.h"
 #include "motion/supports.h"
 #include "settings.h"
 #include "util/matrix.h"
@@ -28,13 +28,6 @@ inline btVector3 to_bullet(const Vector3d& x) {
   return btVector3(static_cast<btScalar>(x[0]), static_cast<btScalar>(x[1]),
                    static_cast<btScalar>(x[2]));
 }
-
-/// Soft vertex that an anchor fixes to a body that impulses move. The body moves the vertex;
-/// contact impulses on the vertex act on the body.
-struct AnchoredVertex {
-  btVector3 local;  ///< position in the frame of the body
-  int rigid;        ///< index in Motion::rigid
-};
 
 /// Motion of a rigid body over the step, in metres and radians. The origin of its frame is the
 /// centre of mass. Rotations are rotation vectors.
@@ -113,7 +106,7 @@ struct Motion {
   std::vector<btScalar> start, end;
   /// By soft vertex, 1/kg; 0: contacts do not decide the motion (pinned or anchored).
   std::vector<double> inverse_mass;
-  std::map<std::int32_t, AnchoredVertex> anchored;  ///< by soft vertex; set by anchor()
+  AnchoredVertices anchored;       ///< set by anchor()
   std::vector<Vector3d> velocity;  ///< by soft vertex: Bullet's, at the end of the step, m/s
   std::vector<double> rate;        ///< by soft vertex: velocity per displacement, with damping, 1/s
   std::vector<double> shortest_edge;  ///< by soft vertex: its shortest edge, metres

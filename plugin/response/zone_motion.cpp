@@ -112,7 +112,7 @@ Vector3d ZoneMotion::end_of_body(int body, const Motion& motion) const {
   const RigidMotion& moved = rigid_[body];
   const Vector3d centre = to_double(moved.predicted.getOrigin()) + moved.translation;
   if (turns_with_zone(body)) return centre;
-  const btVector3& local = motion.anchored.at(zone_vertex_[body]).local;
+  const btVector3& local = motion.anchored.find(zone_vertex_[body])->local;
   return centre + rotation_by(moved.rotation) * to_double(moved.predicted.getBasis() * local);
 }
 

@@ -217,6 +217,7 @@ void Pipeline::take_changes(const StepReader::Changes& changes) {
   if (scene().vertex_count() == 0) return;
   update_surfaces();
   try {
+  filter_.read_anchors();
     if (changes.topology || detector_.would_change(largest_thickness())) set_topology();
     find_embedded(changes.placed_bodies);
     if (!changes.placed_bodies.empty()) {

@@ -53,3 +53,24 @@ TEST_CASE("deviations add up over two bodies and within one body with self-colli
   CHECK(alone.less_than(0, 3.01));
   CHECK_FALSE(alone.less_than(9, 3));
 }
+
+TEST_CASE("anchored vertices are found, and are forgotten one by one and together") {
+  bullet::AnchoredVertices anchored;
+  for (int round = 0; round < 2; ++round) {
+    CHECK(anchored.empty());
+    for (const std::int32_t v : {7, 2, 5}) anchored.add(v, {btVector3(0, 0, 0), 10 + v});
+    anchored.remove(7);
+    anchored.add(9, {btVector3(0, 0, 0), 19});
+    anchored.remove(9);
+    for (const std::int32_t v : {2, 5}) {
+      REQUIRE(anchored.find(v));
+      CHECK(anchored.find(v)->rigid == 10 + v);
+    }
+    for (const std::int32_t v : {0, 3, 7, 9, 100}) CHECK(!anchored.find(v));
+    int sum = 0;
+    for (const auto& [vertex, fixed] : anchored) sum += vertex + fixed.rigid;
+    CHECK(sum == 2 + 12 + 5 + 15);
+    anchored.clear();
+    CHECK(!anchored.find(2));
+  }
+}

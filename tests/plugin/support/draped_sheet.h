@@ -143,13 +143,14 @@ struct DrapedContacts {
         surfaces(surfaces_of(topology)),
         filter(draped.reader().scene(), topology, motion, surfaces),
         contacts(topology, motion, surfaces, filter) {
+    filter.read_anchors();
     contacts.set_topology();
   }
 
   const bullet::StepTopology& topology;
   bullet::Motion& motion;
   const bullet::PairSurfaces surfaces;
-  const bullet::ContactFilter filter;
+  bullet::ContactFilter filter;
   bullet::SimpleContacts contacts;
 };
 
