@@ -240,6 +240,7 @@ void Response::finish(Motion& motion, StepStats& stats) {
   limit_kinetic_energy(masses, motion);
   damp_deformation(active_rows, options_.rest_damping, options_.rest_speed, threads_, motion);
   set_load_velocities(active_rows, motion);
+  if (!options_.measure_energy) return;
   const double before = kinetic_energy_before(motion);
   const double change = kinetic_energy_after(motion) - before;
   (change > 0 ? stats.energy_gained : stats.energy_lost) += std::abs(change);

@@ -8,6 +8,7 @@ bullet::SolverOptions strict_options() {
   bullet::SolverOptions options;
   options.jump_speed = 1e30;
   options.untangling_speed = 0;
+  options.measure_energy = true;
   return options;
 }
 

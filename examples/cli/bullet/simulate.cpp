@@ -172,6 +172,7 @@ void add_simulate(CLI::App& app) {
       "of two consecutive steps. An edge-face intersection is an edge that passes through a face\n"
       "at the end of the run (`intersections` in the JSON file).\n"
       "Example: lazyccd simulate cloth-on-cloth --speed 30 --dt 0.0166667 --detector bullet");
+  parameters.lazyccd.measure_energy = true;
   command->callback([arguments] { run(*arguments); });
 }
 

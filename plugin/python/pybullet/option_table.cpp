@@ -36,6 +36,7 @@ const Entry entries[] = {
     {"rest_speed", &SolverOptions::rest_speed},
     {"rest_damping", &SolverOptions::rest_damping},
     {"untangling_speed", &SolverOptions::untangling_speed},
+    {"measure_energy", &SolverOptions::measure_energy},
     {"max_impulse_rounds", &SolverOptions::max_impulse_rounds},
     {"solver_iterations", &SolverOptions::solver_iterations},
     {"max_zone_rounds", &SolverOptions::max_zone_rounds},

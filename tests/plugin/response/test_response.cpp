@@ -460,3 +460,19 @@ TEST_CASE("an exception in on_contacts is caught and logged") {
   CHECK(w.total().fallback_steps == 0);
   CHECK(w.status().find("on_contacts threw") != std::string::npos);
 }
+
+TEST_CASE("energy is measured on request, and nothing moves differently") {
+  const World world = GENERATE(World::rigid, World::deformable);
+  CAPTURE(world == World::rigid);
+  scenes::WorldOptions options = quiet_options(world);
+  Impact measured(options);
+  options.lazyccd.measure_energy = false;
+  Impact unmeasured(options);
+  measured.steps(12);
+  unmeasured.steps(12);
+  CHECK(measured.world->total_stats()->energy_lost > 0);
+  CHECK(unmeasured.world->total_stats()->energy_lost == 0);
+  CHECK(unmeasured.world->total_stats()->energy_gained == 0);
+  for (int i = 0; i < measured.thrown->m_nodes.size(); ++i)
+    CHECK(measured.thrown->m_nodes[i].m_x == unmeasured.thrown->m_nodes[i].m_x);
+}

@@ -31,10 +31,15 @@ namespace lazyccd::test {
 /// One of Bullet's two worlds with LazyCCD. Owns all bodies that are added. Multibodies may be
 /// added to the deformable world, and to the rigid world if it is made for them.
 class ObstacleWorld {
+  static bullet::SolverOptions measuring(bullet::SolverOptions options) {
+    options.measure_energy = true;
+    return options;
+  }
+
  public:
   ObstacleWorld(scenes::World kind, double gravity, const bullet::SolverOptions& options = {},
                 bool with_multibodies = false)
-      : soft_(options), deformable_(options), springs_(2, btScalar(0.2)) {
+      : soft_(measuring(options)), deformable_(measuring(options)), springs_(2, btScalar(0.2)) {
     const btVector3 weight(0, static_cast<btScalar>(-gravity), 0);
     weight_ = std::make_unique<btDeformableGravityForce>(weight);
     if (kind == scenes::World::rigid && with_multibodies) {

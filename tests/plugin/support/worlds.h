@@ -19,6 +19,7 @@ inline scenes::WorldOptions quiet_options(World world, double dt = 1.0 / 240) {
   scenes::WorldOptions options;
   options.world = world;
   options.dt = dt;
+  options.lazyccd.measure_energy = true;
   return options;
 }
 
