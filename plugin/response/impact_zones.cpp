@@ -117,7 +117,7 @@ bool ImpactZones::merge(const Contact& contact, const Motion& motion) {
 bool ImpactZones::absorb(const std::vector<Contact>& contacts, Motion& motion) {
   bool changed = false;
   for (const Contact& contact : contacts) changed = merge(contact, motion) || changed;
-  zone_motion_.move(list_zones(motion), motion);
+  zone_motion_.move(list(motion), motion);
   return changed;
 }
 
@@ -138,7 +138,7 @@ bool ImpactZones::hold(const std::vector<Contact>& contacts, bool whole_bodies, 
       changed = hold(member) || changed;
     }
   }
-  zone_motion_.move(list_zones(motion), motion);
+  zone_motion_.move(list(motion), motion);
   return changed;
 }
 
@@ -171,11 +171,11 @@ bool ImpactZones::stop_prescribed(const std::vector<Contact>& contacts, Motion& 
       if (entry != prescribed_members_.end()) stop(entry->second);
     }
   }
-  zone_motion_.move(list_zones(motion), motion);
+  zone_motion_.move(list(motion), motion);
   return changed;
 }
 
-std::vector<ImpactZone> ImpactZones::list_zones(const Motion& motion) {
+std::vector<ImpactZone> ImpactZones::list(const Motion& motion) {
   std::map<std::int32_t, PrescribedMembers> prescribed;
   for (const auto& entry : prescribed_members_)
     prescribed[zones_.find(entry.first)].add(entry.second);

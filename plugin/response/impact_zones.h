@@ -55,6 +55,10 @@ class ImpactZones {
   /// Members that hold() and stop_prescribed() flagged: those of the contacts, or of whole bodies.
   /// The other members of a held zone do not count.
   std::int64_t held_count() const;
+  /// Whether a member is one of those: a soft vertex, or soft_count() + index in Motion::rigid.
+  bool is_held(std::int32_t member) const { return held_[member] != 0; }
+  /// All zones, in the order of their first members.
+  std::vector<ImpactZone> list(const Motion& motion);
 
  private:
   /// Members of a contact: free nodes by vertex, dynamic bodies as soft_count() + index in
@@ -71,14 +75,12 @@ class ImpactZones {
   bool join(std::int32_t a, std::int32_t b);
   /// Returns false if the member was held before.
   bool hold(std::int32_t member);
-  /// All zones, in the order of their first members.
-  std::vector<ImpactZone> list_zones(const Motion& motion);
 
   std::int32_t soft_count_;            // number of soft vertices
   DisjointSets zones_;                 // elements: soft vertices, then rigid bodies
   std::vector<char> held_, in_zone_;   // by element
   std::vector<std::int32_t> members_;  // elements in zones, in any order
-  /// Key: the representative of the zone when they were added; list_zones() re-keys to the present
+  /// Key: the representative of the zone when they were added; list() re-keys to the present
   /// one.
   std::map<std::int32_t, PrescribedMembers> prescribed_members_;
   ZoneMotion zone_motion_;

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "response/crowding.h"
-#include "response/impact_zones.h"
 #include "response/islands.h"
 #include "response/rest_damping.h"
 #include "response/restitution.h"
@@ -49,6 +48,7 @@ void Response::run(const NearContacts& near, const std::vector<Contact>& penetra
                    const Detect& detect_all, const LinkSolver& links, Motion& motion,
                    StepStats& stats) {
   constraints_.clear_rows();
+  zones_.reset();
   motion.begin_response();
   hold_at_supports(near, motion);
   link_rounds_.clear_bodies();
@@ -110,7 +110,7 @@ void Response::run(const NearContacts& near, const std::vector<Contact>& penetra
 
 void Response::resolve_with_impact_zones(std::vector<Contact> contacts, const Detect& detect,
                                          Motion& motion, StepStats& stats) {
-  ImpactZones zones(motion, threads_);
+  ImpactZones& zones = zones_.emplace(motion, threads_);
   std::ptrdiff_t unresolvable = 0;
   const auto detect_again = [&] {
     contacts = detect(motion.starts(), motion.ends());

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "lazyccd/bullet/options.h"
@@ -9,6 +10,7 @@
 #include "motion/articulated_motion.h"
 #include "motion/motion.h"
 #include "response/contact_constraints.h"
+#include "response/impact_zones.h"
 #include "response/link_rounds.h"
 
 namespace lazyccd::bullet {
@@ -47,6 +49,11 @@ class Response {
   /// that changes something.
   const std::vector<const ContactRow*>& active_rows() { return constraints_.active_rows(); }
 
+  /// Islands of the rows of the last run(), with its motion.
+  const RowIslands& islands(const Motion& motion) { return constraints_.islands(motion); }
+  /// Impact zones of the last run(); null if it needed none.
+  ImpactZones* zones() { return zones_ ? &*zones_ : nullptr; }
+
   LastImpulses& last_impulses() { return constraints_.last_impulses(); }
   /// Drops the impulses of the last step.
   void forget();
@@ -76,6 +83,7 @@ class Response {
   Threads threads_;
   ContactConstraints constraints_;
   LinkRounds link_rounds_;
+  std::optional<ImpactZones> zones_;  // kept to be drawn
 };
 
 }  // namespace LAZYCCD_BULLET_PRECISION

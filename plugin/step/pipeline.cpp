@@ -7,6 +7,7 @@
 #include "motion/articulated_motion.h"
 #include "report/step_contacts.h"
 #include "scene/collision_filters.h"
+#include "step/debug_draw.h"
 #include "step/rigid_supports.h"
 #include "untangling/intersections.h"
 #include "untangling/pair_rules.h"
@@ -382,6 +383,12 @@ void Pipeline::end_step() noexcept try {
   warnings_.warn_once("on_contacts", std::string("on_contacts threw: ") + error.what());
 } catch (...) {
   warnings_.warn_once("on_contacts", "on_contacts threw an exception that is not a std::exception");
+}
+
+void Pipeline::debug_draw(btIDebugDraw& drawer, const DebugDrawOptions& options) {
+  if (!ran_last_step_) return;
+  bullet::debug_draw(contacts_, topology(), motion(), responded_ ? &response_ : nullptr, options,
+                     drawer);
 }
 
 bool Pipeline::is_moved(std::int32_t vertex) const {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "detection/step_detector.h"
+#include "lazyccd/bullet/debug_draw.h"
 #include "lazyccd/bullet/options.h"
 #include "lazyccd/bullet/report.h"
 #include "lazyccd/thread_choice.h"
@@ -20,6 +21,8 @@
 #include "untangling/embedded_parts.h"
 #include "untangling/untangling.h"
 #include "util/warning_log.h"
+
+class btIDebugDraw;
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -78,6 +81,8 @@ class Pipeline {
     if (responded_) bullet::write_rigid_bodies(topology(), motion());
   }
   const std::vector<StepContact>& contacts() const { return contacts_; }
+  /// Draws the last step; nothing if it ran without LazyCCD.
+  void debug_draw(btIDebugDraw& drawer, const DebugDrawOptions& options);
   /// Ends the step and calls SolverOptions::on_contacts if there are contacts. Call it when nodes
   /// and velocities are those of the end of the step.
   void end_step() noexcept;

@@ -84,6 +84,10 @@ const StepStats& btLazyDeformableBodySolver::total_stats() const {
   return pipeline_->total_stats();
 }
 std::string btLazyDeformableBodySolver::status() const { return pipeline_->status(); }
+void btLazyDeformableBodySolver::debug_draw(btIDebugDraw& drawer,
+                                            const DebugDrawOptions& options) const {
+  pipeline_->debug_draw(drawer, options);
+}
 void btLazyDeformableBodySolver::topology_changed() {
   expected_contacts_->forget();
   pipeline_->invalidate();

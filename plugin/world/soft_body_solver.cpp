@@ -63,6 +63,9 @@ Span<const StepContact> btLazySoftBodySolver::contacts() const { return pipeline
 const StepStats& btLazySoftBodySolver::step_stats() const { return pipeline_->step_stats(); }
 const StepStats& btLazySoftBodySolver::total_stats() const { return pipeline_->total_stats(); }
 std::string btLazySoftBodySolver::status() const { return pipeline_->status(); }
+void btLazySoftBodySolver::debug_draw(btIDebugDraw& drawer, const DebugDrawOptions& options) const {
+  pipeline_->debug_draw(drawer, options);
+}
 void btLazySoftBodySolver::topology_changed() { pipeline_->invalidate(); }
 void btLazySoftBodySolver::use_motors_of(btMultiBodyDynamicsWorld* world) {
   pipeline_->use_motors_of(world);

@@ -167,6 +167,9 @@ class ObstacleWorld {
   Span<const bullet::StepContact> contacts() const {
     return is_rigid() ? soft_.contacts() : deformable_.contacts();
   }
+  void debug_draw(btIDebugDraw& drawer, const bullet::DebugDrawOptions& options) const {
+    is_rigid() ? soft_.debug_draw(drawer, options) : deformable_.debug_draw(drawer, options);
+  }
   std::string status() const { return is_rigid() ? soft_.status() : deformable_.status(); }
 
  private:

@@ -14,12 +14,14 @@
 #include <string>
 #include <vector>
 
+#include "lazyccd/bullet/debug_draw.h"
 #include "lazyccd/bullet/options.h"
 #include "lazyccd/bullet/pair_handler.h"
 #include "lazyccd/bullet/report.h"
 #include "lazyccd/export.h"
 #include "lazyccd/span.h"
 
+class btIDebugDraw;
 class btMultiBodyDynamicsWorld;
 
 namespace lazyccd::bullet {
@@ -52,11 +54,12 @@ class LAZYCCD_BULLET_API btLazyDeformableBodySolver : public btDeformableBodySol
   btLazyDeformableBodySolver(const btLazyDeformableBodySolver&) = delete;
   btLazyDeformableBodySolver& operator=(const btLazyDeformableBodySolver&) = delete;
 
-  // The following eight are as in btLazySoftBodySolver.
+  // The following nine are as in btLazySoftBodySolver.
   Span<const StepContact> contacts() const;
   const StepStats& step_stats() const;
   const StepStats& total_stats() const;
   std::string status() const;
+  void debug_draw(btIDebugDraw& drawer, const DebugDrawOptions& options = {}) const;
   void topology_changed();
   void teleported(const btCollisionObject& body);
   void use_motors_of(btMultiBodyDynamicsWorld* world);

@@ -11,12 +11,14 @@
 #include <string>
 #include <vector>
 
+#include "lazyccd/bullet/debug_draw.h"
 #include "lazyccd/bullet/options.h"
 #include "lazyccd/bullet/pair_handler.h"
 #include "lazyccd/bullet/report.h"
 #include "lazyccd/export.h"
 #include "lazyccd/span.h"
 
+class btIDebugDraw;
 class btMultiBodyDynamicsWorld;
 
 namespace lazyccd::bullet {
@@ -47,6 +49,10 @@ class LAZYCCD_BULLET_API btLazySoftBodySolver : public btDefaultSoftBodySolver, 
   const StepStats& total_stats() const;  ///< summed over all steps
   /// The backend in use, then one line for each thing that was left out or failed.
   std::string status() const;
+  /// Draws the contacts, islands, impact zones and held nodes of the last step; see
+  /// DebugDrawOptions. Call it between two steps. It does not ask for the drawer's mode. Steps that
+  /// are not drawn cost no more for it.
+  void debug_draw(btIDebugDraw& drawer, const DebugDrawOptions& options = {}) const;
   /// Makes the next step read the whole scene again. Call it after changing node pointers of faces
   /// or links, or the triangles of a mesh or terrain. Changes through Bullet's own functions are
   /// noticed without it.
