@@ -7,6 +7,7 @@
 
 #include "core/narrow/contact_math.h"
 #include "core/narrow/separation.h"
+#include "core/profile.h"
 #include "cpu/detector_worker.h"
 #include "cpu/narrow/candidate_batches.h"
 #include "cpu/scene/positions.h"
@@ -68,6 +69,7 @@ void CpuDetector::update_resting() {
 }
 
 void CpuDetector::update_hierarchy(Stats& stats) {
+  LAZYCCD_NVTX_RANGE("refit");
   const bool builds_list =
       may_list() && !verlet_list_.has_list() && verlet_list_.is_worthwhile(scale_);
   list_state_ = builds_list ? ListState::building : ListState::off;
@@ -123,6 +125,7 @@ void CpuDetector::record_list_use() {
 
 Span<const Contact> CpuDetector::detect(const Positions& start, const Positions& end,
                                         Stats& stats) {
+  LAZYCCD_NVTX_RANGE("detect");
   Stopwatch total;
   bool started_ahead = join_ahead();
   has_ahead_result_ = false;
@@ -217,6 +220,7 @@ std::vector<Contact> CpuDetector::take_contacts(Span<const Contact> contacts,
 Span<const Contact> CpuDetector::reduce_contacts(Span<const Contact> contacts,
                                                  const Positions& start, const Positions& end,
                                                  Stats& stats) {
+  LAZYCCD_NVTX_RANGE("reduce");
   discard_ahead();
   last_motion_is_kept_ = false;
   scale_ = scale_for(load_records(*mesh_, start, end, pool_, records_));
@@ -288,6 +292,7 @@ void CpuDetector::keep_last_motion() {
 }
 
 std::uint64_t CpuDetector::sort_contacts(std::vector<Contact>& out) {
+  LAZYCCD_NVTX_RANGE("sort");
   std::vector<ContactPart> parts;
   for (const auto& worker : workers_) parts.push_back({worker->contacts, worker->keys});
   return (*sort_)(parts, pool_, out);

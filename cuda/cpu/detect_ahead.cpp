@@ -4,6 +4,7 @@
 #include <array>
 #include <exception>
 
+#include "core/profile.h"
 #include "cpu/cpu_detector.h"
 #include "cpu/detector_worker.h"
 #include "cpu/narrow/candidate_batches.h"
@@ -31,6 +32,7 @@ void CpuDetector::detect_ahead(const Positions& start, const Positions& end, dou
 
 // Runs the detection on one worker while the caller goes on, until it is interrupted.
 void CpuDetector::run_ahead(const Positions& start, const Positions& end, double tolerance) {
+  LAZYCCD_NVTX_RANGE("detect ahead");
   scale_ = scale_for(load_records(*mesh_, start, end, pool_, records_));
   tolerance_ = tolerance;
   search(ahead_stats_);
@@ -98,6 +100,7 @@ std::int64_t CpuDetector::count_undone() const {
 
 // Completes the detection that was started ahead. The end of the step is known now.
 void CpuDetector::resume(Stats& stats) {
+  LAZYCCD_NVTX_RANGE("resume");
   Stopwatch watch;
   stats.ms_refit = stats.ms_balance = stats.ms_front = 0;
   for (const auto& worker : workers_) {

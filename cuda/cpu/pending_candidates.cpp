@@ -4,6 +4,7 @@
 
 #include "core/narrow/contact_math.h"
 #include "core/narrow/decision.h"
+#include "core/profile.h"
 #include "cpu/cpu_detector.h"
 #include "cpu/detector_worker.h"
 #include "cpu/narrow/candidate_batches.h"
@@ -58,6 +59,7 @@ void CpuDetector::test_pending(bool listed) {
 }
 
 void CpuDetector::test(const CandidateBatches& batches) {
+  LAZYCCD_NVTX_RANGE("elementary tests");
   pool_.parallel_for(
       batches.size(), batches.grain(), [&](std::size_t first, std::size_t last, int id) {
         for (std::size_t i = first; i < last; ++i) {

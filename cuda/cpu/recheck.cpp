@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/narrow/separation.h"
+#include "core/profile.h"
 #include "cpu/cpu_detector.h"
 #include "cpu/detector_worker.h"
 #include "cpu/scene/positions.h"
@@ -14,6 +15,7 @@ namespace lazyccd {
 
 Span<const Contact> CpuDetector::recheck_near_pairs(const Positions& start, const Positions& end,
                                                     Stats& stats) {
+  LAZYCCD_NVTX_RANGE("re-check");
   Stopwatch total;
   if (near_pairs_lost_)
     throw Error(
@@ -79,6 +81,7 @@ bool CpuDetector::deviates_little(NodePair pair) const {
 
 // Finds the candidates of the pairs of nodes that deviate too much for the near pairs.
 void CpuDetector::search_again(Stats& stats) {
+  LAZYCCD_NVTX_RANGE("search again");
   Stopwatch watch;
   hierarchy_.refit(records_, scale_, separation_margin(0), pool_);
   stats.ms_refit += watch.lap();

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <atomic>
 
+#include "core/profile.h"
 #include "cpu/cpu_detector.h"
 #include "cpu/detector_worker.h"
 #include "lazyccd/debug/stopwatch.h"
@@ -9,6 +10,7 @@
 namespace lazyccd {
 
 void CpuDetector::traverse(Stats& stats) {
+  LAZYCCD_NVTX_RANGE("traverse");
   if (options_.algorithm.culling.orphan_sets) {
     for (const auto& worker : workers_) worker->exclude(&orphans_);
   }

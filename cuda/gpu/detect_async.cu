@@ -1,6 +1,7 @@
 // Detection from device memory to device memory.
 #include <algorithm>
 
+#include "core/profile.h"
 #include "gpu/device_detector.h"
 #include "lazyccd/error.h"
 
@@ -19,6 +20,7 @@ void DeviceDetector::read_probe() {
 DeviceContacts DeviceDetector::detect_async(const DevicePositions& start,
                                             const DevicePositions& end, CudaStream stream,
                                             const std::uint8_t* world_mask) {
+  LAZYCCD_NVTX_RANGE("detect");
   const DeviceScope scope(device_);
   const auto refuse = [](ErrorCode code, const char* what) { throw Error(code, what); };
   if (start.count() != mesh_->vertex_count() || end.count() != mesh_->vertex_count())
@@ -68,6 +70,7 @@ DeviceContacts DeviceDetector::detect_async(const DevicePositions& start,
 }
 
 DeviceContacts DeviceDetector::synchronize(Stats& stats) {
+  LAZYCCD_NVTX_RANGE("wait");
   const DeviceScope scope(device_);
   stats.backend = "cuda";
   stats.device = device_name_;
@@ -106,6 +109,7 @@ void DeviceDetector::publish(Span<const Contact> contacts, std::uint64_t hash) {
 }
 
 Span<const Contact> DeviceDetector::download() {
+  LAZYCCD_NVTX_RANGE("download");
   const DeviceScope scope(device_);
   if (!has_result_) return {};
   if (gathered_.data() != nullptr) return gathered_;

@@ -1,6 +1,7 @@
 // Detection from positions on the host to contacts on the host.
 #include <chrono>
 
+#include "core/profile.h"
 #include "cpu/scene/positions.h"
 #include "gpu/device_detector.h"
 
@@ -15,6 +16,7 @@ double milliseconds_since(std::chrono::steady_clock::time_point start) {
 }  // namespace
 
 void DeviceDetector::build_from_host(const Positions& start, const Positions& end) {
+  LAZYCCD_NVTX_RANGE("build");
   if (step_.needs_host_tree()) {
     step_.build_on_host(start, end, pool_, stream_);
   } else {
@@ -24,6 +26,7 @@ void DeviceDetector::build_from_host(const Positions& start, const Positions& en
 }
 
 bool DeviceDetector::run_from_host(const Positions& start, const Positions& end, Stats& stats) {
+  LAZYCCD_NVTX_RANGE("detect");
   check_counts(*mesh_, start, end);
   stats.backend = "cuda";
   stats.device = device_name_;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/profile.h"
 #include "gpu/device/check.h"
 
 namespace lazyccd::gpu {
@@ -111,6 +112,7 @@ void Step::mark(Mark m, bool marks, cudaStream_t stream) {
 }
 
 void Step::enqueue_before(const StepInput& input, bool marks, cudaStream_t stream) {
+  LAZYCCD_NVTX_RANGE("refit");
   const SceneView scene = view(input);
   const StepLists lists = buffers_.lists();
   mark(kStart, marks, stream);
@@ -124,6 +126,7 @@ void Step::enqueue_before(const StepInput& input, bool marks, cudaStream_t strea
 }
 
 void Step::enqueue_traversal(const StepInput& input, bool marks, cudaStream_t stream) {
+  LAZYCCD_NVTX_RANGE("traverse");
   const SceneView scene = view(input);
   traversal_.launch(scene.nodes, scene.groups, culling_.of_nodes(), input.from_front, stream);
   mark(kTraversed, marks, stream);
@@ -141,10 +144,14 @@ void Step::enqueue_after(const StepInput& input, PairRange range, bool marks, cu
   if (range.first == 0)
     culling_.enqueue_orphans(scene, options_.vertex_face, options_.edge_edge, lists, stream);
   mark(kFiltered, marks, stream);
-  enqueue_narrow(scene, lists, stream);
-  if (input.exact != ExactStage::left_out)
-    enqueue_exact(scene, lists, input.exact == ExactStage::expected, stream);
+  {
+    LAZYCCD_NVTX_RANGE("elementary tests");
+    enqueue_narrow(scene, lists, stream);
+    if (input.exact != ExactStage::left_out)
+      enqueue_exact(scene, lists, input.exact == ExactStage::expected, stream);
+  }
   mark(kDecided, marks, stream);
+  LAZYCCD_NVTX_RANGE("sort");
   enqueue_sort(scene, lists, buffers_.sort_buffers(), stream);
   mark(kSorted, marks, stream);
 }

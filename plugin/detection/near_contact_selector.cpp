@@ -5,6 +5,7 @@
 
 #include "lazyccd/query.h"
 #include "settings.h"
+#include "util/profile.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -121,6 +122,7 @@ void NearContactSelector::remember(const std::vector<LastImpulses::Pair>& pairs)
 
 NearContacts NearContactSelector::select(Span<const Contact> found, const ContactFilter& filter,
                                          const Motion& motion, const Threads& threads) {
+  LAZYCCD_BT_PROFILE("select");
   previously_selected_.swap(selected_);
   entries_.resize(found.size());
   estimates_.resize(found.size());

@@ -5,6 +5,7 @@
 
 #include "lazyccd/debug/stopwatch.h"
 #include "settings.h"
+#include "util/profile.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -135,6 +136,7 @@ void StepDetector::begin_motion() {
 }
 
 std::vector<Contact> StepDetector::touching(const Positions& start, const Positions& end) {
+  LAZYCCD_BT_PROFILE("re-check");
   Stopwatch watch;
   const Span<const Contact> found = !others_may_meet_ || keeps_near_ || only_near_can_touch(end)
                                         ? recheck(start, end)
@@ -171,6 +173,7 @@ bool StepDetector::only_near_can_touch(const Positions& end) const {
 }
 
 NearContacts StepDetector::detect_near(LastImpulses& last_impulses) {
+  LAZYCCD_BT_PROFILE("detect");
   if (!near_detector_) {
     touching_pairs_ = touching(motion_.starts(), motion_.ends());
     last_impulses.match(touching_pairs_);

@@ -7,6 +7,7 @@
 #include "motion/articulated_motion.h"
 #include "settings.h"
 #include "util/matrix.h"
+#include "util/profile.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -260,6 +261,7 @@ void ContactConstraints::solve(Motion& motion, int sweeps) {
 }
 
 void ContactConstraints::solve_impulses(Motion& motion, int sweeps, ContactSolver::Manner manner) {
+  LAZYCCD_BT_PROFILE("solve");
   active_rows_.reset();
   solver_.set_up(ContactSolver::Target::motion, rows_, islands(motion), motion, manner);
   record_approach(motion);
@@ -268,6 +270,7 @@ void ContactConstraints::solve_impulses(Motion& motion, int sweeps, ContactSolve
 }
 
 void ContactConstraints::solve_split_impulses(Motion& motion, int sweeps) {
+  LAZYCCD_BT_PROFILE("solve split impulses");
   active_rows_.reset();
   const RowIslands& all = islands(motion);
   solver_.set_up(ContactSolver::Target::split_impulse, rows_, all, motion);

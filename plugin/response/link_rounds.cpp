@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "settings.h"
+#include "util/profile.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -63,6 +64,7 @@ double LinkRounds::weighed_until(std::int32_t body, const NodePushes& pushes) co
 
 void LinkRounds::run(const LinkSolver& links, int sweeps, ContactConstraints& constraints,
                      Motion& motion) {
+  LAZYCCD_BT_PROFILE("links and contacts in turn");
   const std::vector<const ContactRow*>& rows = constraints.active_rows();
   find_loads(rows, motion);
   const NodePushes pushes = find_node_pushes(rows, motion);

@@ -11,6 +11,7 @@
 #include "response/support_loads.h"
 #include "response/velocities.h"
 #include "settings.h"
+#include "util/profile.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -110,6 +111,7 @@ void Response::run(const NearContacts& near, const std::vector<Contact>& penetra
 
 void Response::resolve_with_impact_zones(std::vector<Contact> contacts, const Detect& detect,
                                          Motion& motion, StepStats& stats) {
+  LAZYCCD_BT_PROFILE("zones");
   ImpactZones& zones = zones_.emplace(motion, threads_);
   std::ptrdiff_t unresolvable = 0;
   const auto detect_again = [&] {
@@ -221,6 +223,7 @@ void Response::weaken_motors(Motion& motion) {
 }
 
 void Response::finish(Motion& motion, StepStats& stats) {
+  LAZYCCD_BT_PROFILE("velocities");
   const std::vector<const ContactRow*>& active_rows = constraints_.active_rows();
   const RowIslands& row_islands = constraints_.islands(motion);
   stats.contact_rows += static_cast<std::int64_t>(row_islands.row_count());

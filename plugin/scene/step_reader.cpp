@@ -13,6 +13,7 @@
 #include "scene/rigid_motions.h"
 #include "settings.h"
 #include "shapes/enclosing_mesh.h"
+#include "util/profile.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -27,6 +28,7 @@ void StepReader::begin_step(const Bodies& bodies, bool is_own_solver) {
 }
 
 StepReader::Changes StepReader::read(const Bodies& bodies, double dt, const Fill& fill) {
+  LAZYCCD_BT_PROFILE("read");
   motion_.dt = dt;
   if (options_.collide_rigid) obstacles_.read_poses(bodies, dt, warnings_);
   scene_.forget_changes();

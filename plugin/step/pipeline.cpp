@@ -12,6 +12,7 @@
 #include "untangling/intersections.h"
 #include "untangling/pair_rules.h"
 #include "untangling/penetrations.h"
+#include "util/profile.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -100,6 +101,7 @@ void Pipeline::detect_ahead() noexcept try {
 
 bool Pipeline::run(const Bodies& bodies, double dt, const Fill& fill, const LinkSolver& links,
                    const std::function<void()>& restart_links) noexcept {
+  LAZYCCD_BT_PROFILE("LazyCCD step");
   step_ = StepStats();
   step_.steps = 1;
   step_.single_thread_steps = !thread_choice_.uses_all_threads();
@@ -176,6 +178,7 @@ LinkSolver Pipeline::without_pushed_bodies(const LinkSolver& links) const {
 }
 
 void Pipeline::finish_step() {
+  LAZYCCD_BT_PROFILE("finish");
   detector_.find_report_only_contacts();
   step_.unresolved += detector_.count_passed_over();
   if (step_.unresolved > 0) {
@@ -195,6 +198,7 @@ void Pipeline::finish_step() {
 }
 
 void Pipeline::write(const SoftScene::Visit& visit) {
+  LAZYCCD_BT_PROFILE("write");
   Stopwatch watch;
   scene().for_each_range(threads_, visit);
   const double ms = watch.lap();
@@ -215,10 +219,11 @@ void Pipeline::give_up(const std::string& why) {
 }
 
 void Pipeline::take_changes(const StepReader::Changes& changes) {
+  LAZYCCD_BT_PROFILE("take changes");
   if (scene().vertex_count() == 0) return;
   update_surfaces();
-  try {
   filter_.read_anchors();
+  try {
     if (changes.topology || detector_.would_change(largest_thickness())) set_topology();
     find_embedded(changes.placed_bodies);
     if (!changes.placed_bodies.empty()) {
@@ -311,6 +316,7 @@ Untangling::Found Pipeline::find_intersections(const std::vector<std::int32_t>* 
 }
 
 void Pipeline::untangle() {
+  LAZYCCD_BT_PROFILE("untangle");
   untangling_.skip_step();
   if (untangling_.is_in_progress()) {
     const Untangling::Found found = find_intersections();

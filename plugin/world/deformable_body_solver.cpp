@@ -14,6 +14,7 @@
 #include "bodies/predict_motion.h"
 #include "report/bullet_contact_lists.h"
 #include "step/pipeline.h"
+#include "util/profile.h"
 #include "world/soft_body_dbvt.h"
 
 namespace lazyccd::bullet {
@@ -196,6 +197,7 @@ bool btLazyDeformableBodySolver::needs(const btSoftBody& sleeper) const {
 }
 
 void btLazyDeformableBodySolver::predictMotion(btScalar solverdt) {
+  LAZYCCD_BT_PROFILE("predict");
   pipeline_->begin_step(all_bodies_, typeid(*this) != typeid(btLazyDeformableBodySolver));
   expected_contacts_->begin_step();
   // The contact lists of sleeping bodies stay as they are, as with Bullet.
@@ -233,6 +235,7 @@ void btLazyDeformableBodySolver::setupDeformableSolve(bool implicit) {
 }
 
 void btLazyDeformableBodySolver::updateSoftBodies() {
+  LAZYCCD_BT_PROFILE("normals");
   normals_->update(m_softBodies, side_by_side_->parallel_for());
 }
 
@@ -271,6 +274,7 @@ void btLazyDeformableBodySolver::solveDeformableConstraints(btScalar solverdt) {
 }
 
 void btLazyDeformableBodySolver::solve_momentum_equation(btScalar time_step) {
+  LAZYCCD_BT_PROFILE("momentum equation");
   if (m_implicit || m_useProjection ||
       !momentum_equation_->solve(*m_objective, time_step, m_cr.m_maxIterations, m_cr.m_tolerance,
                                  *side_by_side_, *expected_contacts_, m_residual, m_dv)) {

@@ -16,6 +16,7 @@
 #include "report/bullet_contact_lists.h"
 #include "settings.h"
 #include "step/pipeline.h"
+#include "util/profile.h"
 #include "world/soft_body_dbvt.h"
 
 namespace lazyccd::bullet {
@@ -85,6 +86,7 @@ void btLazySoftBodySolver::handle_pair(btSoftBody* a, btSoftBody* b) {
 }
 
 void btLazySoftBodySolver::predictMotion(btScalar solverdt) {
+  LAZYCCD_BT_PROFILE("predict");
   pipeline_->begin_step(m_softBodySet, typeid(*this) != typeid(btLazySoftBodySolver));
   dbvt_->begin_prediction(m_softBodySet, face_tree_flag, !pipeline_->ran_last_step());
   predict(solverdt);
@@ -128,7 +130,10 @@ void btLazySoftBodySolver::processCollision(btSoftBody* a, btSoftBody* b) { hand
 void btLazySoftBodySolver::solveConstraints(btScalar solverdt) {
   // Drift iterations overwrite the start of the step in m_q, so copy it first.
   read_starts();
-  constraints_->solve(m_softBodySet, side_by_side_->parallel_for(), side_by_side_->threads());
+  {
+    LAZYCCD_BT_PROFILE("links");
+    constraints_->solve(m_softBodySet, side_by_side_->parallel_for(), side_by_side_->threads());
+  }
   const auto fill = [this, solverdt](const SoftScene& scene, const SoftScene::BodyRecord& record,
                                      std::int32_t first, std::int32_t last, Motion& motion) {
     // Links that were solved again have moved the nodes away from their ends.
@@ -177,6 +182,7 @@ void btLazySoftBodySolver::solveConstraints(btScalar solverdt) {
 
 // The last call of a step, so on_contacts may remove bodies.
 void btLazySoftBodySolver::updateSoftBodies() {
+  LAZYCCD_BT_PROFILE("normals");
   normals_->update(m_softBodySet, side_by_side_->parallel_for());
   pipeline_->end_step();
 }
@@ -195,6 +201,7 @@ void btLazySoftBodySolver::read_starts() {
 
 double btLazySoftBodySolver::solve_links(const std::vector<std::int32_t>& bodies,
                                          bool one_iteration, Motion& motion) {
+  LAZYCCD_BT_PROFILE("links");
   const SoftScene& scene = pipeline_->scene();
   double largest = 0;
   for (const std::int32_t index : bodies) {

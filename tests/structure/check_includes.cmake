@@ -5,7 +5,7 @@
 # Projects, from the top: plugin -> cuda/include -> cuda/detector.cpp -> cuda/gpu -> cuda/cpu ->
 # {cuda/balance, cuda/core} -> cuda/simd, which plugin/ shares. The GPU leaves rare queries to the CPU's exact arithmetic, so gpu/ knows
 # cpu/, never the other way round. Bullet's headers are only in plugin/ and examples/, CUDA's only in
-# cuda/gpu and cuda/balance. The folders of plugin/, cuda/cpu and cuda/gpu form the
+# cuda/gpu and cuda/balance, but for NVTX in cuda/core/profile.h. The folders of plugin/, cuda/cpu and cuda/gpu form the
 # layers below.
 cmake_minimum_required(VERSION 3.24)
 
