@@ -73,7 +73,7 @@ else
     headers=ON precisions='float;double' sanitized_precisions=$precisions
     sanitized+=(lazyccd_tests_bullet lazyccd_tests_program) labels+='|bullet|program'
   fi
-  build cpu -DLAZYCCD_TESTS=ON -DLAZYCCD_WERROR=ON -DLAZYCCD_CHECK_HEADERS=$headers -DLAZYCCD_PRECISIONS="$precisions"
+  build cpu -DLAZYCCD_TESTS=ON -DLAZYCCD_ASSERTIONS=ON -DLAZYCCD_WERROR=ON -DLAZYCCD_CHECK_HEADERS=$headers -DLAZYCCD_PRECISIONS="$precisions"
   run_tests cpu
   run_python_tests
   run_layout_tests
@@ -82,7 +82,7 @@ else
   build tsan -- lazyccd_tests_threads
   run_tests tsan -L threads
   if command -v nvcc >/dev/null; then
-    build cuda -DLAZYCCD_WERROR=ON -DLAZYCCD_BULLET=OFF -DCMAKE_CUDA_ARCHITECTURES=90 -- \
+    build cuda -DLAZYCCD_ASSERTIONS=ON -DLAZYCCD_WERROR=ON -DLAZYCCD_BULLET=OFF -DCMAKE_CUDA_ARCHITECTURES=90 -- \
       lazyccd_core check_traversal check_hierarchy check_detector
     if nvidia-smi -L >/dev/null 2>&1; then
       run_tests cuda -L gpu
