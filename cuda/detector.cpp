@@ -12,6 +12,7 @@
 #include "cpu/cpu_detector.h"
 #include "cpu/scene/column_copy.h"
 #include "cpu/scene/world_contacts.h"
+#include "lazyccd/debug/assert.h"
 #include "lazyccd/debug/stopwatch.h"
 #include "lazyccd/error.h"
 #if defined(LAZYCCD_HAS_CUDA)
@@ -29,6 +30,46 @@ std::unique_ptr<DeviceBackend> make_gpu(const DetectorOptions& options, ThreadPo
   static_cast<void>(threads);
   throw Error(ErrorCode::unavailable, "this build has no CUDA backend");
 #endif
+}
+
+// Whether contacts are in the detector's order, none twice.
+bool are_sorted(Span<const Contact> contacts, const Mesh& mesh) {
+  const ContactOrder is_before = mesh.contact_order();
+  return std::adjacent_find(contacts.begin(), contacts.end(),
+                            [&](const Contact& a, const Contact& b) { return !is_before(a, b); }) ==
+         contacts.end();
+}
+
+// Whether contacts name bodies, primitives and vertices of the mesh.
+bool are_of(Span<const Contact> contacts, const Mesh& mesh) {
+  const auto is_below = [](std::int32_t i, std::size_t count) {
+    return i >= 0 && static_cast<std::size_t>(i) < count;
+  };
+  return std::all_of(contacts.begin(), contacts.end(), [&](const Contact& c) {
+    const bool is_vertex_face = c.kind == ContactKind::vertex_face;
+    if (!is_below(c.primitive_a, is_vertex_face ? mesh.vertex_count() : mesh.edge_count()) ||
+        !is_below(c.primitive_b, is_vertex_face ? mesh.faces().size() : mesh.edge_count()))
+      return false;
+    for (int i = 0; i < 4; ++i) {
+      const std::int32_t v = c.vertices[i];
+      if (!is_below(v, mesh.vertex_count()) ||
+          mesh.body_of_vertex()[v] != (i < first_vertex_of_b(c.kind) ? c.body_a : c.body_b))
+        return false;
+    }
+    return true;
+  });
+}
+
+// Whether times, places and normals of contacts are what contact.h says.
+bool are_well_formed(Span<const Contact> contacts) {
+  const auto is_part = [](double x) { return x >= 0 && x <= 1; };
+  return std::all_of(contacts.begin(), contacts.end(), [&](const Contact& c) {
+    const double sum = static_cast<double>(c.u) + static_cast<double>(c.v);
+    const auto square = [](float x) { return static_cast<double>(x) * static_cast<double>(x); };
+    const double length = square(c.normal[0]) + square(c.normal[1]) + square(c.normal[2]);
+    return is_part(c.toi) && is_part(c.u) && is_part(c.v) &&
+           (c.kind == ContactKind::edge_edge || sum <= 1 + 1e-6) && std::abs(length - 1) <= 1e-5;
+  });
 }
 
 }  // namespace
@@ -130,6 +171,10 @@ struct Detector::Impl {
 
   // The result of a detection; none while its memory may change.
   void set_contacts(Span<const Contact> contacts) {
+    LAZYCCD_ASSERT(are_sorted(contacts, mesh), "a detection returns contacts sorted, none twice");
+    LAZYCCD_ASSERT(are_of(contacts, mesh), "contacts name bodies and primitives of the mesh");
+    LAZYCCD_ASSERT(are_well_formed(contacts),
+                   "times and places of contacts are parts of one, and normals have length 1");
     last_contacts = contacts;
     worlds.set_contacts(contacts);
   }
@@ -376,6 +421,7 @@ Span<const Contact> Detector::recheck_near_pairs(const Positions& start, const P
   impl_->mesh.complete(impl_->threads.pool());
   const Span<const Contact> contacts = impl_->cpu.recheck_near_pairs(start, end, stats);
   impl_->stats = std::move(stats);
+  LAZYCCD_ASSERT(are_sorted(contacts, impl_->mesh), "re-checked contacts are sorted, none twice");
   impl_->worlds.set_contacts(contacts);
   return contacts;
 }

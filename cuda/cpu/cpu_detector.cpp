@@ -13,6 +13,7 @@
 #include "cpu/scene/positions.h"
 #include "cpu/scene/scale.h"
 #include "cpu/threads/thread_pool.h"
+#include "lazyccd/debug/assert.h"
 #include "lazyccd/debug/stopwatch.h"
 
 namespace lazyccd {
@@ -87,6 +88,7 @@ bool CpuDetector::may_list() const {
 }
 
 LeafScene CpuDetector::leaf_scene(double separation, Worker& worker) const {
+  LAZYCCD_ASSERT(records_.size() == mesh_->vertex_count(), "each vertex has a position");
   return {hierarchy_.groups().groups().data(),
           hierarchy_.groups().boxes().data(),
           hierarchy_.groups().blocks().data(),
@@ -165,6 +167,9 @@ Span<const Contact> CpuDetector::detect(const Positions& start, const Positions&
   } else {
     gather_contacts(contacts_, stats);
   }
+  LAZYCCD_ASSERT(
+      stats.contacts_vf + stats.contacts_ee == static_cast<std::int64_t>(contacts_.size()),
+      "the workers count the contacts that they return");
   last_candidates_ = stats.candidates_vf + stats.candidates_ee;
   describe_near(stats);
   stats.ms_traverse =
@@ -283,6 +288,9 @@ void CpuDetector::describe_near(Stats& stats) {
       nearest_ = std::min(nearest_, near.min_distance[body]);
     }
   }
+  LAZYCCD_ASSERT(std::all_of(near_distances_.begin(), near_distances_.end(),
+                             [this](double d) { return d >= 0 && d <= options_.separation; }),
+                 "distances of near pairs are within the separation");
   stats.near_pairs = static_cast<std::int64_t>(count);
 }
 

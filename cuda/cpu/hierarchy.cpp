@@ -1,6 +1,33 @@
 #include "cpu/hierarchy.h"
 
+#include "lazyccd/debug/assert.h"
+
 namespace lazyccd {
+namespace {
+
+// Whether the groups own as many primitives as the mesh has, but for those that are left out.
+bool own_all(const Groups& groups, const Mesh& mesh) {
+  std::size_t owned[3] = {};
+  for (const Group& group : groups.groups())
+    for (int kind = 0; kind < 3; ++kind) owned[kind] += static_cast<std::size_t>(group.count[kind]);
+  return owned[kFaces] == mesh.faces().size() &&
+         (mesh.leaves_out_any() || owned[kEdges] == mesh.edge_count());
+}
+
+// Whether the leaves of the tree are the groups, each once.
+bool are_leaves(const Groups& groups, const Tree& tree) {
+  std::vector<char> is_leaf(groups.groups().size(), 0);
+  std::size_t leaves = 0;
+  for (const TreeNode& node : tree.nodes()) {
+    if (!node.leaf()) continue;
+    const auto group = static_cast<std::size_t>(node.group());
+    if (group >= is_leaf.size() || is_leaf[group]++ != 0) return false;
+    ++leaves;
+  }
+  return leaves == is_leaf.size();
+}
+
+}  // namespace
 
 Hierarchy::Hierarchy(const AlgorithmOptions& options, double margin, const LeafKernels& kernels)
     : options_(options),
@@ -18,7 +45,9 @@ bool Hierarchy::update(const Mesh& mesh, const std::vector<VertexRecord>& record
   if (build) {
     groups_.set_margin(margin);
     groups_.build(mesh, records, pool, scale);
+    LAZYCCD_ASSERT(own_all(groups_, mesh), "each face and edge is in one group");
     tree_.build(groups_.codes(), groups_.boxes(), pool, groups_.worlds());
+    LAZYCCD_ASSERT(are_leaves(groups_, tree_), "each group is one leaf of the tree");
     built_cost_ = tree_.cost();
     is_built_ = true;
     find_node_info(pool);

@@ -8,6 +8,7 @@
 #include "cpu/cpu_detector.h"
 #include "cpu/detector_worker.h"
 #include "cpu/narrow/candidate_batches.h"
+#include "lazyccd/debug/assert.h"
 
 namespace lazyccd {
 namespace {
@@ -36,8 +37,11 @@ void CpuDetector::test_pending(bool listed) {
   constexpr ContactKind kinds[] = {ContactKind::vertex_face, ContactKind::edge_edge};
   std::size_t rest = 0;
   for (const auto& worker : workers_) {
-    for (const CandidateQueue& queue : worker->queues)
+    for (const CandidateQueue& queue : worker->queues) {
+      LAZYCCD_ASSERT(queue.count >= 0 && queue.count <= CandidateQueue::capacity,
+                     "queues of candidates hold what fits");
       rest += static_cast<std::size_t>(queue.count);
+    }
     for (const std::vector<Candidate>& pairs : worker->pending) rest += pairs.size();
   }
   if (listed) {

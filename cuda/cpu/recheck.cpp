@@ -8,6 +8,7 @@
 #include "cpu/detector_worker.h"
 #include "cpu/scene/positions.h"
 #include "cpu/scene/scale.h"
+#include "lazyccd/debug/assert.h"
 #include "lazyccd/debug/stopwatch.h"
 #include "lazyccd/error.h"
 
@@ -61,6 +62,8 @@ bool CpuDetector::stays_near_motion(Stats& stats) {
         return std::equal(record.x, record.x + 3, record.x + 3);
       }))
     return true;  // what touches at the start was near
+  LAZYCCD_ASSERT(last_motion_.size() == records_.size(),
+                 "the motion of the last detection is of the same vertices");
   deviation_.measure(last_motion_, records_, scale_, verlet_list_.leaves(), hierarchy_.tree(),
                      pool_);
   is_rechecking_ = true;

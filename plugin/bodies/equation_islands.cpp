@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "bodies/side_by_side.h"
+#include "lazyccd/debug/assert.h"
 #include "util/disjoint_sets.h"
 
 namespace lazyccd::bullet {
@@ -69,6 +70,11 @@ std::vector<EquationIsland> find_equation_islands(
   for (int c = 0; c < multipliers.size(); ++c)
     island_of(body_of(multipliers[c].m_indices[0])).unknowns.push_back(nodes + c);
   if (!others.bodies.empty()) islands.push_back(std::move(others));
+  LAZYCCD_ASSERT(std::accumulate(islands.begin(), islands.end(), 0,
+                                 [](int sum, const EquationIsland& island) {
+                                   return sum + static_cast<int>(island.unknowns.size());
+                                 }) == nodes + multipliers.size(),
+                 "each unknown of the equation is in one island");
   return islands;
 }
 

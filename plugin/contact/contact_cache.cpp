@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "contact/contact_checks.h"
+#include "lazyccd/debug/assert.h"
 #include "settings.h"
 
 namespace lazyccd::bullet {
@@ -75,6 +77,8 @@ Coordinates coordinates_of(const Motion& motion, std::size_t body) {
 
 bool ContactCache::begin(const Motion& motion, Span<const double> found_distances) {
   const std::size_t bodies = found_distances.size();
+  LAZYCCD_ASSERT(bodies + 1 == motion.first_vertex.size(),
+                 "each body has a distance within which its pairs are found");
   const bool is_new = start_.size() != motion.start.size() || stays_.size() != bodies;
   if (is_new) {
     contacts_.clear();
@@ -118,12 +122,16 @@ void ContactCache::take(const std::vector<Contact>& found, Span<const double> ne
   const auto both_stay = [this](const Contact& contact) {
     return stays_[contact.body_a] && stays_[contact.body_b];
   };
+  LAZYCCD_ASSERT(near_distances.size() == stays_.size(), "each body has a distance from others");
+  LAZYCCD_ASSERT(std::none_of(found.begin(), found.end(), both_stay),
+                 "a detection leaves out the pairs of bodies that stay in place");
   contacts_.erase(std::remove_if(contacts_.begin(), contacts_.end(),
                                  [&](const Contact& contact) { return !both_stay(contact); }),
                   contacts_.end());
   merged_.resize(contacts_.size() + found.size());
   std::merge(contacts_.begin(), contacts_.end(), found.begin(), found.end(), merged_.begin());
   contacts_.swap(merged_);
+  LAZYCCD_ASSERT(are_sorted(contacts_), "kept and found contacts are sorted, none twice");
   for (std::size_t body = 0; body < stays_.size(); ++body)
     if (!stays_[body]) near_distances_[body] = near_distances[body];
 }

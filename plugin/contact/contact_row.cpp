@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact/contact_checks.h"
 #include "contact/rigid_terms.h"
+#include "lazyccd/debug/assert.h"
 #include "settings.h"
 
 namespace lazyccd::bullet {
@@ -96,6 +98,13 @@ void RowFactory::make(const Contact& contact, ContactRow& row) const {
   make_row(contact, thickness, position_correction_, *motion_, row);
   row.friction = surface.friction;
   row.sliding_fraction = sliding_fraction(surface.sliding, row, *motion_);
+  LAZYCCD_ASSERT(sum_to_zero(row.weights), "the weights of a row sum to zero");
+  LAZYCCD_ASSERT(is_unit(row.normal), "the normal of a row has length 1");
+  LAZYCCD_ASSERT(std::isfinite(row.start_gap), "a row begins with a finite gap");
+  LAZYCCD_ASSERT(row.normal_mass >= 0 && std::isfinite(row.normal_mass),
+                 "the effective mass of a row is finite and not negative");
+  LAZYCCD_ASSERT(row.friction >= 0 && row.sliding_fraction >= 0 && row.sliding_fraction <= 1,
+                 "friction opposes the sliding");
 }
 
 void RowFactory::make_penetration(const Contact& contact, double distance, ContactRow& row) const {

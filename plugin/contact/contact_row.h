@@ -83,6 +83,7 @@ class RowFactory {
   /// Makes the row of a vertex that is inside of a body (find_penetrations()): it must not get
   /// deeper, and a split impulse moves it out by `distance`, metres. No friction.
   void make_penetration(const Contact& contact, double distance, ContactRow& row) const;
+  const Motion& motion() const { return *motion_; }
 
  private:
   const PairSurfaces* surfaces_;

@@ -4,6 +4,9 @@
 #include <tuple>
 #include <utility>
 
+#include "contact/contact_checks.h"
+#include "lazyccd/debug/assert.h"
+
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
@@ -14,9 +17,19 @@ bool is_before_by_vertices(const LastImpulses::Pair& pair, const Contact& contac
   return vertices_of(pair.contact) < vertices_of(contact);
 }
 
+bool has_old_indices(const Renumbering& numbers, const Contact& contact) {
+  const auto is_below = [](std::int32_t i, const std::vector<std::int32_t>& of) {
+    return i >= 0 && i < static_cast<std::int32_t>(of.size());
+  };
+  return is_below(contact.body_a, numbers.bodies) && is_below(contact.body_b, numbers.bodies) &&
+         std::all_of(contact.vertices.begin(), contact.vertices.end(),
+                     [&](std::int32_t v) { return is_below(v, numbers.vertices); });
+}
+
 // Gives a contact its new indices, all but those of faces and edges. Returns false if something of
 // it is gone.
 bool renumber(const Renumbering& numbers, Contact& contact) {
+  LAZYCCD_ASSERT(has_old_indices(numbers, contact), "old indices of a contact are in range");
   contact.body_a = numbers.bodies[contact.body_a];
   contact.body_b = numbers.bodies[contact.body_b];
   for (std::int32_t& v : contact.vertices) v = numbers.vertices[v];
@@ -38,6 +51,7 @@ void order_edges(LastImpulses::Pair& pair) {
 }  // namespace
 
 void LastImpulses::take(const std::vector<const ContactRow*>& rows) {
+  LAZYCCD_ASSERT(are_in_order(rows), "rows whose impulses are kept are in order");
   pairs_.clear();
   needs_match_ = false;
   for (const ContactRow* const row : rows) {
@@ -57,6 +71,7 @@ void LastImpulses::renumber(const Renumbering& numbers) {
 }
 
 void LastImpulses::match(Span<const Contact> near) {
+  LAZYCCD_ASSERT(are_sorted(near), "contacts that impulses are matched with are sorted");
   if (!std::exchange(needs_match_, false)) return;
   std::sort(pairs_.begin(), pairs_.end(),
             [](const Pair& a, const Pair& b) { return is_before_by_vertices(a, b.contact); });

@@ -3,12 +3,14 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <utility>
 #include <vector>
 
 #include "lazyccd/bullet/options.h"
+#include "lazyccd/debug/assert.h"
 #include "lazyccd/scene.h"
 
 namespace lazyccd::bullet {
@@ -72,6 +74,11 @@ class PairSurfaces {
   /// Sets the bodies of this step, by body index. `resolution`: lower bound of every thickness,
   /// metres.
   void update(std::vector<BodySurface> bodies, double resolution) {
+    LAZYCCD_ASSERT(std::all_of(bodies.begin(), bodies.end(),
+                               [](const BodySurface& body) {
+                                 return body.margin >= 0 && std::isfinite(body.margin);
+                               }),
+                   "margins are finite and not negative");
     bodies_ = std::move(bodies);
     resolution_ = resolution;
     least_margin_ = least_soft_margin_ = std::numeric_limits<double>::infinity();
@@ -87,7 +94,10 @@ class PairSurfaces {
 
   /// Sets the pairs of bodies without friction in this step: those that are being moved apart.
   /// Smaller index first, sorted.
-  void set_without_friction(std::vector<BodyPair> pairs) { without_friction_ = std::move(pairs); }
+  void set_without_friction(std::vector<BodyPair> pairs) {
+    LAZYCCD_ASSERT(std::is_sorted(pairs.begin(), pairs.end()), "pairs without friction are sorted");
+    without_friction_ = std::move(pairs);
+  }
 
   /// Lower bound of the thickness of any pair of this body, metres; needs update() first.
   double least_thickness_of(std::int32_t body) const {
@@ -97,6 +107,7 @@ class PairSurfaces {
 
   /// Surface of the pair; needs update() first. Friction is 0 if SolverOptions::friction is off.
   PairSurface of(std::int32_t body_a, std::int32_t body_b) const {
+    LAZYCCD_ASSERT(is_body(body_a) && is_body(body_b), "a pair is of bodies of the step");
     const BodySurface &a = bodies_[body_a], &b = bodies_[body_b];
     PairSurface surface;
     surface.thickness = bounded(a.margin + b.margin);
@@ -117,6 +128,9 @@ class PairSurfaces {
   }
 
  private:
+  bool is_body(std::int32_t i) const {
+    return i >= 0 && i < static_cast<std::int32_t>(bodies_.size());
+  }
   double bounded(double sum_of_margins) const {
     const double wanted = thickness_ >= 0 ? thickness_ : sum_of_margins;
     return std::max(resolution_, std::min(wanted, thickness_limit_));

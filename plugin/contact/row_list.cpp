@@ -4,6 +4,9 @@
 #include <numeric>
 #include <utility>
 
+#include "contact/contact_checks.h"
+#include "lazyccd/debug/assert.h"
+
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 
@@ -14,6 +17,7 @@ void RowList::clear() {
 }
 
 void RowList::take(std::vector<ContactRow>& rows) {
+  LAZYCCD_ASSERT(are_in_order(rows), "rows of a list are in the order of their contacts");
   clear();
   made_.swap(rows);
   made_count_ = made_.size();
@@ -22,6 +26,9 @@ void RowList::take(std::vector<ContactRow>& rows) {
 }
 
 void RowList::take(const NearContacts& near, const RowFactory& factory) {
+  LAZYCCD_ASSERT(near.contacts.size() == near.estimates.size(),
+                 "each near contact has an estimate");
+  LAZYCCD_ASSERT(are_sorted(near.contacts), "near contacts are sorted, none twice");
   near_ = near;
   factory_ = factory;
   made_index_.assign(near.contacts.size(), -1);
@@ -33,6 +40,8 @@ void RowList::take(const NearContacts& near, const RowFactory& factory) {
 void RowList::make(std::size_t i, ContactRow& row) const {
   factory_->make(near_.contacts[i], row);
   row.can_act = near_.estimates[i].can_act;
+  LAZYCCD_ASSERT(start_satisfies(row, factory_->motion()),
+                 "the start of the step satisfies the row of a near contact");
 }
 
 void RowList::copy(std::size_t i, std::vector<ContactRow>& to) const {

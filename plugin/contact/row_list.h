@@ -9,6 +9,7 @@
 
 #include "contact/contact_row.h"
 #include "contact/near_contacts.h"
+#include "lazyccd/debug/assert.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -51,7 +52,10 @@ class RowList {
     return made_[made_index_[i]];
   }
   /// Returns row `i`, which is made.
-  const ContactRow& made(std::size_t i) const { return made_[made_index_[i]]; }
+  const ContactRow& made(std::size_t i) const {
+    LAZYCCD_ASSERT(is_made(i), "a row that is read as made is made");
+    return made_[made_index_[i]];
+  }
   /// Returns row `i`: that of the list, or `scratch`, made, if the list has not made it. Changes
   /// nothing in the list, so several threads may call it.
   const ContactRow& get(std::size_t i, ContactRow& scratch) const {
@@ -62,6 +66,7 @@ class RowList {
   /// Returns the place of row `i`, which is not made. The row counts as made from now on, and must
   /// be made by make_placed() before anything else reads it.
   ContactRow& place(std::size_t i) {
+    LAZYCCD_ASSERT(!is_made(i), "a row gets one place");
     made_index_[i] = static_cast<std::int32_t>(made_count_);
     if (made_count_ == made_.size()) made_.emplace_back();
     return made_[made_count_++];

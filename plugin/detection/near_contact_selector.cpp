@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact/contact_checks.h"
+#include "lazyccd/debug/assert.h"
 #include "lazyccd/query.h"
 #include "settings.h"
 #include "util/profile.h"
@@ -122,7 +124,9 @@ void NearContactSelector::remember(const std::vector<LastImpulses::Pair>& pairs)
 
 NearContacts NearContactSelector::select(Span<const Contact> found, const ContactFilter& filter,
                                          const Motion& motion, const Threads& threads) {
-  LAZYCCD_BT_PROFILE("select");
+  LAZYCCD_ASSERT(are_sorted(found), "contacts to select from are sorted, none twice");
+  LAZYCCD_ASSERT(std::is_sorted(selected_.begin(), selected_.end()),
+                 "pairs that were selected in the last step are sorted");
   previously_selected_.swap(selected_);
   entries_.resize(found.size());
   estimates_.resize(found.size());

@@ -3,9 +3,12 @@
 #include <algorithm>
 #include <limits>
 
+#include "contact/contact_checks.h"
+#include "lazyccd/debug/assert.h"
 #include "lazyccd/debug/stopwatch.h"
 #include "settings.h"
 #include "util/profile.h"
+#include "util/stopwatch.h"
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
@@ -120,6 +123,8 @@ void StepDetector::detect_ahead() {
 }
 
 void StepDetector::end_step(bool responded) {
+  LAZYCCD_ASSERT(seen_end_ == motion_.end,
+                 "the end of the step is the one that the last detection saw");
   // Where some steps need no detection, the next one would probably be started in vain.
   if (near_detector_ && detected_near_ && detected_near_last_)
     prediction_.remember(motion_, responded);
@@ -145,7 +150,8 @@ std::vector<Contact> StepDetector::touching(const Positions& start, const Positi
   ++counts_.detections;
   std::vector<Contact> contacts = keep_responding(found);
   report_only_is_known_ = contacts.empty() && is_end_of_motion(end);
-  counts_.ms_detect += watch.lap();
+  if (is_end_of_motion(end)) note_seen_end();
+  counts_.ms_detect += watch.ms();
   return contacts;
 }
 
@@ -199,6 +205,8 @@ NearContacts StepDetector::detect_near(LastImpulses& last_impulses) {
     near = near_;
     any_near = true;
   }
+  LAZYCCD_ASSERT(are_sorted(near), "near contacts of all sources are sorted, none twice");
+  LAZYCCD_ASSERT(are_of(near, motion_), "near contacts are of bodies and vertices of the motion");
   counts_.near_pairs += static_cast<std::int64_t>(near.size());
   if (last_impulses.needs_match()) {
     last_impulses.match(near);
@@ -217,7 +225,8 @@ NearContacts StepDetector::detect_near(LastImpulses& last_impulses) {
   }
   filter_.set_end_changed(found_any_);
   report_only_is_known_ = !found_any_;
-  counts_.ms_detect += watch.lap();
+  note_seen_end();
+  counts_.ms_detect += watch.ms();
   return selected;
 }
 

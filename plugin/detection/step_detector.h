@@ -12,6 +12,7 @@
 #include "detection/motion_prediction.h"
 #include "detection/near_contact_selector.h"
 #include "lazyccd/bullet/report.h"
+#include "lazyccd/debug/assert.h"
 #include "lazyccd/detector.h"
 #include "motion/motion.h"
 #include "obstacles/internal_edges.h"
@@ -56,6 +57,7 @@ class StepDetector {
     selector_.forget();
     prediction_.forget();
     cache_.forget();
+    note_seen_end();
   }
   /// The largest thickness of a pair whose contacts are all found, metres.
   double largest_thickness() const;
@@ -82,6 +84,10 @@ class StepDetector {
   }
 
  private:
+  /// For assertions: notes that no contact passes unseen until the present end of the motion.
+  void note_seen_end() {
+    if constexpr (checks_assertions) seen_end_ = motion_.end;
+  }
   /// True if `end` is the start of the motion: the motion then is from start to start, and only
   /// pairs that touch at the start are contacts.
   bool is_start_of_motion(const Positions& end) const { return end.data() == motion_.start.data(); }
@@ -152,6 +158,7 @@ class StepDetector {
   /// itself; else the separation.
   std::vector<double> self_distances_;
   std::vector<double> found_distances_;  ///< scratch memory
+  std::vector<btScalar> seen_end_;       ///< of note_seen_end(); empty without assertions
   bool any_near_ = false;                ///< anything is near that near_detector_ knows
   bool detected_near_ = false;           ///< detect_near() used near_detector_ in this step
   bool detected_near_last_ = false;      ///< and in the last step

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "lazyccd/debug/assert.h"
+
 namespace lazyccd::bullet {
 namespace {
 
@@ -47,6 +49,7 @@ LinkBatches plan_links(const LinkEnds& ends, std::int32_t nodes, std::int32_t la
       continue;
     }
     const auto [a, b] = link;
+    LAZYCCD_ASSERT(std::min(a, b) >= 0 && std::max(a, b) < nodes, "links end at nodes of the body");
     const std::int32_t group = open_groups.find(std::max(last[a], last[b]) + 1);
     plan.places.push_back({group, open_groups.sizes[group]++});
     for (const std::int32_t node : {a, b}) {
@@ -63,6 +66,7 @@ LinkBatches plan_links(const LinkEnds& ends, std::int32_t nodes, std::int32_t la
 
 template <class Scalar>
 std::vector<LinkGroup<Scalar>> make_groups(const LinkBatches& plan, const LinkEnds& ends) {
+  LAZYCCD_ASSERT(plan.places.size() == ends.size(), "each link has a place in the plan");
   std::vector<LinkGroup<Scalar>> groups(plan.sizes.size());
   std::int32_t dummy_node = plan.nodes;
   for (std::size_t i = 0; i < groups.size(); ++i) {

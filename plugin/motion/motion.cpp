@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "lazyccd/debug/assert.h"
 #include "motion/articulated_motion.h"
 #include "util/matrix.h"
 
@@ -48,6 +49,8 @@ Motion& Motion::operator=(Motion&&) noexcept = default;
 Motion::~Motion() = default;
 
 void Motion::begin_response() {
+  LAZYCCD_ASSERT(start.size() == end.size() && soft_count() <= static_cast<std::int32_t>(size()),
+                 "each vertex has a start and an end");
   predicted.resize(size());
   for (std::size_t i = 0; i < size(); ++i) predicted[i] = end_of(static_cast<std::int32_t>(i));
   restart_response();
@@ -174,6 +177,9 @@ void Motion::set_anchored_end(std::int32_t vertex, const btScalar* x) {
 }
 
 void Motion::anchor(std::int32_t soft_vertex, const AnchoredVertex& fixed) {
+  LAZYCCD_ASSERT(is_soft(soft_vertex) && soft_vertex >= 0, "a node that is anchored is soft");
+  LAZYCCD_ASSERT(fixed.rigid >= 0 && fixed.rigid < static_cast<int>(rigid.size()),
+                 "a node is anchored to a rigid body of the motion");
   release(soft_vertex);
   anchored.add(soft_vertex, fixed);
   rigid[fixed.rigid].anchored.push_back(soft_vertex);

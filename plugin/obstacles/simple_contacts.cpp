@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "contact/contact_checks.h"
+#include "lazyccd/debug/assert.h"
 #include "settings.h"
 
 namespace lazyccd::bullet {
@@ -72,6 +74,9 @@ void SimpleContacts::set_obstacles(const std::vector<ObstaclePairs>& obstacles) 
 }
 
 void SimpleContacts::give_up(std::int32_t body) {
+  LAZYCCD_ASSERT(std::any_of(obstacles_.begin(), obstacles_.end(),
+                             [body](const Obstacle& o) { return o.body == body; }),
+                 "an obstacle that is given up was handled in closed form");
   round_.give_up(body);
   convex_.give_up(body);
   obstacles_.erase(std::find_if(obstacles_.begin(), obstacles_.end(),
@@ -101,6 +106,7 @@ bool SimpleContacts::find_near(double separation, std::vector<Contact>& contacts
   round_.find_near(separation, contacts);
   const auto middle = contacts.insert(contacts.end(), of_convex_.begin(), of_convex_.end());
   std::inplace_merge(contacts.begin(), middle, contacts.end());
+  LAZYCCD_ASSERT(are_sorted(contacts), "contacts in closed form are sorted, none twice");
   return obstacles_.size() == count;
 }
 

@@ -2,6 +2,9 @@
 
 #include <algorithm>
 
+#include "contact/contact_checks.h"
+#include "lazyccd/debug/assert.h"
+
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
@@ -54,6 +57,8 @@ void make_step_contacts(const std::vector<const ContactRow*>& rows,
                         const std::vector<Contact>& report_only_contacts, const SoftScene& scene,
                         const StepTopology& topology, const Motion& motion, const Threads& threads,
                         std::vector<StepContact>& contacts) {
+  LAZYCCD_ASSERT(are_in_order(rows), "rows to report are in the order of their contacts");
+  LAZYCCD_ASSERT(are_of(report_only_contacts, motion), "contacts to report are of the motion");
   const std::vector<PairRows> pairs = rows_by_pair(rows);
   contacts.resize(pairs.size() + report_only_contacts.size());
   const auto make = [&](std::size_t i) {

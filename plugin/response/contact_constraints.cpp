@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "contact/contact_checks.h"
 #include "contact/rigid_terms.h"
+#include "lazyccd/debug/assert.h"
 #include "motion/articulated_motion.h"
 #include "settings.h"
 #include "util/matrix.h"
@@ -76,6 +78,7 @@ const std::vector<const ContactRow*>& ContactConstraints::active_rows() {
       find_active_rows(begin_of_part(part * grain), begin_of_part((part + 1) * grain), parts[part]);
   });
   for (const auto& part : parts) found.insert(found.end(), part.begin(), part.end());
+  LAZYCCD_ASSERT(are_in_order(found), "rows that acted are in the order of their contacts");
   return found;
 }
 
@@ -171,7 +174,9 @@ void ContactConstraints::cold_start(Motion& motion) {
 }
 
 template <class Make>
-void ContactConstraints::merge(const std::vector<Contact>& contacts, const Make& make) {
+void ContactConstraints::merge(const std::vector<Contact>& contacts, const Motion& motion,
+                               const Make& make) {
+  LAZYCCD_ASSERT(are_sorted(contacts), "contacts that become rows are sorted, none twice");
   active_rows_.reset();
   islands_are_current_ = false;
   merged_.clear();
@@ -184,21 +189,27 @@ void ContactConstraints::merge(const std::vector<Contact>& contacts, const Make&
   };
   for (const Contact& contact : contacts) {
     while (old < rows_.size() && rows_.contact(old) < contact) keep();
+    const std::size_t first_of_pair = merged_.size();
     for (; old < rows_.size() && !(contact < rows_.contact(old)); ++old) {
       if (!rows_.is_made(old)) continue;
       const ContactRow& row = rows_[old];
       if (row.has_impulse() || row.split_impulse > 0) merged_.push_back(row);
     }
     make(contact, merged_.emplace_back());
+    LAZYCCD_ASSERT(have_one_sign(merged_, first_of_pair),
+                   "all rows of a pair in a step have one sign of the normal");
+    LAZYCCD_ASSERT(start_satisfies(merged_.back(), motion),
+                   "the start of the step satisfies an added row");
   }
   while (old < rows_.size()) keep();
+  LAZYCCD_ASSERT(are_in_order(merged_), "merged rows are in the order of their contacts");
   rows_.take(merged_);
 }
 
 bool ContactConstraints::add(const std::vector<Contact>& contacts, const Motion& motion) {
   const RowFactory factory(surfaces_, position_correction_, motion);
   bool any_can_act = false;
-  merge(contacts, [&](const Contact& contact, ContactRow& row) {
+  merge(contacts, motion, [&](const Contact& contact, ContactRow& row) {
     factory.make(contact, row);
     row.touched = true;
     any_can_act = any_can_act || row.can_act;
@@ -209,7 +220,7 @@ bool ContactConstraints::add(const std::vector<Contact>& contacts, const Motion&
 void ContactConstraints::add_penetrations(const std::vector<Contact>& contacts, double speed,
                                           const Motion& motion) {
   const RowFactory factory(surfaces_, position_correction_, motion);
-  merge(contacts, [&](const Contact& contact, ContactRow& row) {
+  merge(contacts, motion, [&](const Contact& contact, ContactRow& row) {
     factory.make(contact, row);
     const double depth = std::max(0.0, -row.start_gap);
     const double distance = std::max(speed, settings::untangling::exit_rate * depth) * motion.dt;

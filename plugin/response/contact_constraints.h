@@ -99,7 +99,7 @@ class ContactConstraints {
  private:
   /// Merges new rows into the list. make(contact, row) makes a row; `contacts` must be sorted.
   template <class Make>
-  void merge(const std::vector<Contact>& contacts, const Make& make);
+  void merge(const std::vector<Contact>& contacts, const Motion& motion, const Make& make);
 
   /// The rows of active_rows() among [first, last), which begins and ends with whole pairs.
   void find_active_rows(std::size_t first, std::size_t last,

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "lazyccd/debug/assert.h"
 #include "motion/articulated_motion.h"
 #include "motion/rigid_step.h"
 
@@ -46,6 +47,8 @@ std::int64_t ImpactZones::held_count() const { return std::count(held_.begin(), 
 
 bool ImpactZones::join(std::int32_t a, std::int32_t b) {
   for (const std::int32_t member : {a, b}) {
+    LAZYCCD_ASSERT(member >= 0 && static_cast<std::size_t>(member) < in_zone_.size(),
+                   "members of zones are nodes and rigid bodies of the motion");
     if (!in_zone_[member]) members_.push_back(member);
     in_zone_[member] = 1;
   }
@@ -194,6 +197,8 @@ std::vector<ImpactZone> ImpactZones::list(const Motion& motion) {
       const auto known = prescribed_members_.find(representative);
       if (known != prescribed_members_.end()) zone.prescribed = known->second;
     }
+    LAZYCCD_ASSERT(in_zone_[representative] && !zones.empty(),
+                   "a zone begins with its representative");
     ImpactZone& zone = zones.back();
     if (member < motion.soft_count()) {
       zone.nodes.push_back(member);

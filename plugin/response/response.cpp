@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "contact/contact_checks.h"
+#include "lazyccd/debug/assert.h"
 #include "response/crowding.h"
 #include "response/islands.h"
 #include "response/rest_damping.h"
@@ -24,6 +26,14 @@ void let_motors_give_way(const RowIslands& islands, Motion& motion) {
     if (island >= 0 && islands.is_selected(island))
       body.update_holds(ArticulatedMotion::Update::weaken_motors);
   }
+}
+
+bool are_disjoint(const std::vector<Island>& islands, const Motion& motion) {
+  std::vector<char> is_in(motion.rigid_of_body.size(), 0);
+  for (const Island& island : islands)
+    for (const std::int32_t body : island.bodies)
+      if (is_in[body]++ != 0) return false;
+  return true;
 }
 
 bool touches_at_start(const Contact& contact) { return contact.toi == 0; }
@@ -61,6 +71,7 @@ void Response::run(const NearContacts& near, const std::vector<Contact>& penetra
     }
   }
   std::vector<Contact> contacts = detect_all(motion.starts(), motion.ends());
+  LAZYCCD_ASSERT(are_of(contacts, motion), "contacts are of bodies and vertices of the motion");
 
   // Initial contacts: pairs that touch before anything moves, such as bodies placed that way or the
   // two edges of a cut. These pairs touch at the start, so shortening the motion does not help, and
@@ -70,6 +81,7 @@ void Response::run(const NearContacts& near, const std::vector<Contact>& penetra
   std::vector<Contact> initial_contacts;
   if (std::any_of(contacts.begin(), contacts.end(), touches_at_start)) {
     initial_contacts = detect_all(motion.starts(), motion.starts());
+    LAZYCCD_ASSERT(are_sorted(initial_contacts), "contacts at the start are sorted, none twice");
   }
   const auto is_initial_contact = [&initial_contacts](const Contact& contact) {
     return touches_at_start(contact) &&
@@ -237,13 +249,16 @@ void Response::finish(Motion& motion, StepStats& stats) {
   const std::vector<Island> islands = find_islands(active_rows, link_rounds_.bodies(), motion);
   std::vector<IslandMasses> masses;
   masses.reserve(islands.size());
+  LAZYCCD_ASSERT(are_disjoint(islands, motion), "islands whose momentum is kept share no body");
   for (const Island& island : islands) masses.emplace_back(island, motion, threads_);
   restore_angular_momentum(masses);
   limit_lever_speeds(masses);
   limit_kinetic_energy(masses, motion);
   damp_deformation(active_rows, options_.rest_damping, options_.rest_speed, threads_, motion);
   set_load_velocities(active_rows, motion);
-  if (!options_.measure_energy) return;
+  LAZYCCD_ASSERT(std::all_of(motion.velocity_change.begin(), motion.velocity_change.end(),
+                             [](const Vector3d& change) { return change.allFinite(); }),
+                 "the response changes velocities by finite amounts");
   const double before = kinetic_energy_before(motion);
   const double change = kinetic_energy_after(motion) - before;
   (change > 0 ? stats.energy_gained : stats.energy_lost) += std::abs(change);

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "contact/rigid_terms.h"
+#include "lazyccd/debug/assert.h"
 #include "motion/articulated_motion.h"
 #include "solver/contact_solver_parts.h"
 #include "util/matrix.h"
@@ -46,7 +47,11 @@ void ContactSolver::write(Motion& motion) {
         write(shared, grain, motion);
       });
   for_each(items(vertex_of_.size()), [&](std::size_t item, int) {
-    for_each_vertex(item, [&](std::int32_t v) { motion.round_end(v); });
+    for_each_vertex(item, [&](std::int32_t v) {
+      LAZYCCD_ASSERT(motion.solved[v].allFinite() && motion.split_displacement[v].allFinite(),
+                     "the solver moves nodes to finite positions");
+      motion.round_end(v);
+    });
   });
   for (ArticulatedMotion& body : motion.articulated) {
     if (!moves(body.links.front().rigid)) continue;
@@ -88,7 +93,9 @@ void ContactSolver::write(const RowBlock& block, Motion& motion, Scratch& scratc
       const float* solved = block.batches[b].impulse + 4 * i;
       (for_split_impulse_ ? row.split_impulse : row.normal_impulse) =
           unit * static_cast<double>(solved[3]);
-      if (!for_split_impulse_) row.tangent_impulse = unit * vector_of(solved);
+      if (!for_split_impulse_)
+        row.tangent_impulse = unit * Eigen::Map<const Eigen::Vector3f>(solved).cast<double>();
+      LAZYCCD_ASSERT(row.normal_impulse >= 0 && row.split_impulse >= 0, "contacts push");
       if (!has_impulse(row)) continue;
       const Vector3d impulse = for_split_impulse_ ? row.split_impulse * row.normal : row.impulse();
       for (int k = 0; k < 4; ++k) {

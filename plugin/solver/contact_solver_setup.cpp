@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "contact/rigid_terms.h"
+#include "lazyccd/debug/assert.h"
 #include "motion/articulated_motion.h"
 #include "settings.h"
 #include "solver/contact_solver.h"
@@ -70,6 +71,10 @@ void ContactSolver::RowsByIsland::add(std::size_t island, std::int32_t row) {
 
 void ContactSolver::set_up(Target target, RowList& rows, const RowIslands& islands,
                            const Motion& motion, Manner manner) {
+  LAZYCCD_ASSERT(islands.row_count() <= rows.size(), "islands are of the rows to solve");
+  LAZYCCD_ASSERT(motion.solved.size() == motion.inverse_mass.size() &&
+                     motion.predicted.size() == motion.size(),
+                 "the response to the motion has begun");
   rows_ = &rows;
   islands_ = &islands;
   motion_ = &motion;

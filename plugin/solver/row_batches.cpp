@@ -3,7 +3,20 @@
 #include <algorithm>
 #include <numeric>
 
+#include "lazyccd/debug/assert.h"
+
 namespace lazyccd::bullet {
+namespace {
+
+std::size_t count_rows(const std::vector<RowBatches::Batch>& batches) {
+  std::size_t count = 0;
+  for (const RowBatches::Batch& batch : batches)
+    count += batch.size() -
+             static_cast<std::size_t>(std::count(batch.begin(), batch.end(), RowBatches::none));
+  return count;
+}
+
+}  // namespace
 
 void RowBatches::begin(std::size_t slots) {
   if (taken_.size() < slots) taken_.resize(slots, 0);  // finish() has left no bits
@@ -14,6 +27,7 @@ void RowBatches::begin(std::size_t slots) {
 
 void RowBatches::add(std::int32_t row, const std::int32_t* first_slot,
                      const std::int32_t* last_slot) {
+  LAZYCCD_ASSERT(last_slot - first_slot <= max_slots, "a row moves at most max_slots slots");
   Row& added = rows_.emplace_back();
   added.row = row;
   added.slot_count = static_cast<std::int32_t>(last_slot - first_slot);
@@ -35,6 +49,7 @@ void RowBatches::finish() {
   for (const Row& row : rows_) order_[next[static_cast<std::size_t>(row.layer)]++] = &row;
   for (const Row* const row : order_) pack(*row);
   for (int i = 0; i < max_open_batches; ++i) close(i);
+  LAZYCCD_ASSERT(count_rows(batches_) == rows_.size(), "each row is in one batch");
   for (const Row& row : rows_)
     for (std::int32_t k = 0; k < row.slot_count; ++k) taken_[row.slots[k]] = 0;
 }

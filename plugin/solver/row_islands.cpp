@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "lazyccd/debug/assert.h"
 #include "motion/articulated_motion.h"
 #include "util/disjoint_sets.h"
 
@@ -23,6 +24,24 @@ std::int32_t body_of_vertex(std::int32_t vertex, const Motion& motion) {
   const auto next =
       std::upper_bound(motion.first_vertex.begin(), motion.first_vertex.end(), vertex);
   return static_cast<std::int32_t>(next - motion.first_vertex.begin()) - 1;
+}
+
+// Whether each row that can act is in one island, with all that it moves.
+bool are_disjoint(const RowIslands& islands, const RowList& rows) {
+  std::vector<char> is_in(rows.size(), 0);
+  for (std::size_t island = 0; island < islands.count(); ++island) {
+    for (const std::int32_t row : islands.rows_of(island)) {
+      if (is_in[row]++ != 0) return false;
+      const Contact& contact = rows.contact(static_cast<std::size_t>(row));
+      for (const std::int32_t body : {contact.body_a, contact.body_b}) {
+        const std::int32_t of_body = islands.of_body(body);
+        if (of_body >= 0 && of_body != static_cast<std::int32_t>(island)) return false;
+      }
+    }
+  }
+  for (std::size_t row = 0; row < rows.size(); ++row)
+    if (rows.can_act(row) != (is_in[row] != 0)) return false;
+  return true;
 }
 
 }  // namespace
@@ -113,6 +132,7 @@ void RowIslands::find(const RowList& rows, const Motion& motion, const Threads& 
     if (rigid >= 0) of_rigid_[rigid] = of_body_[body];
   }
   selected_.assign(counts.size(), 1);
+  LAZYCCD_ASSERT(are_disjoint(*this, rows), "islands share no row and nothing that rows move");
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

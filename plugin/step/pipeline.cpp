@@ -1,8 +1,10 @@
 #include "step/pipeline.h"
 
 #include <algorithm>
+#include <cmath>
 #include <exception>
 
+#include "lazyccd/debug/assert.h"
 #include "lazyccd/debug/stopwatch.h"
 #include "motion/articulated_motion.h"
 #include "report/step_contacts.h"
@@ -16,6 +18,26 @@
 
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
+
+namespace {
+
+bool fits(const Motion& motion, const StepTopology& topology) {
+  const auto vertices = static_cast<std::size_t>(topology.vertex_count());
+  return motion.start.size() == 3 * vertices && motion.end.size() == 3 * vertices &&
+         motion.soft_count() == topology.soft_count() &&
+         motion.rigid_of_body.size() == topology.bodies().size() &&
+         motion.first_vertex.size() == topology.bodies().size() + 1;
+}
+
+bool is_finite(const Motion& motion) {
+  const auto all = [](const std::vector<btScalar>& positions) {
+    return std::all_of(positions.begin(), positions.end(),
+                       [](btScalar x) { return std::isfinite(x); });
+  };
+  return all(motion.start) && all(motion.end);
+}
+
+}  // namespace
 
 Pipeline::Pipeline(const CheckedOptions& checked, WorldKind world)
     : options_(checked.options),
@@ -114,6 +136,9 @@ bool Pipeline::run(const Bodies& bodies, double dt, const Fill& fill, const Link
     Stopwatch reading;
     response_.begin_step(dt);
     StepReader::Changes changes = reader_.read(bodies, dt, fill);
+    LAZYCCD_ASSERT(fits(reader_.motion(), topology()),
+                   "the motion has all bodies and vertices of the topology");
+    LAZYCCD_ASSERT(is_finite(reader_.motion()), "what is read of the nodes is finite");
     take_changes(changes);
     step_.ms_gather = reading.lap();
     if (scene().vertex_count() > 0) {

@@ -5,11 +5,20 @@
 #include <map>
 #include <utility>
 
+#include "lazyccd/debug/assert.h"
+
 namespace lazyccd::bullet {
 inline namespace LAZYCCD_BULLET_PRECISION {
 namespace {
 
 std::array<btScalar, 3> place_of(const btVector3& x) { return {x.x(), x.y(), x.z()}; }
+
+// Whether no index but -1 is there twice.
+bool are_distinct(std::vector<std::int32_t> indices) {
+  indices.erase(std::remove(indices.begin(), indices.end(), -1), indices.end());
+  std::sort(indices.begin(), indices.end());
+  return std::adjacent_find(indices.begin(), indices.end()) == indices.end();
+}
 
 }  // namespace
 
@@ -34,6 +43,8 @@ Renumbering SceneNumbers::update(const StepTopology& topology) {
     numbers.bodies[i] = static_cast<std::int32_t>(found->second);
     renumber(last[i], now, numbers);
   }
+  LAZYCCD_ASSERT(are_distinct(numbers.bodies), "no two bodies get one new index");
+  LAZYCCD_ASSERT(are_distinct(numbers.vertices), "no two vertices get one new index");
   return numbers;
 }
 

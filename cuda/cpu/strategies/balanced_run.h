@@ -6,6 +6,7 @@
 //       [&](int worker, NodePair pair, auto& emit) { ... emit(child_pair); ... });
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -16,6 +17,7 @@
 #include "cpu/strategies/work_stack.h"
 #include "cpu/strategies/worker_counts.h"
 #include "cpu/threads/thread_pool.h"
+#include "lazyccd/debug/assert.h"
 
 namespace lazyccd {
 
@@ -66,6 +68,7 @@ class BalancedRun {
       pool_->run_optional(job);
     }
     RunCounts counts;
+    LAZYCCD_ASSERT(have_empty_stacks(), "no item is left when a run ends");
     for (int worker = 0; worker < pool_->size(); ++worker) {
       counts += strategy_.counts(worker);
       counts.items += members_[static_cast<std::size_t>(worker)].items;
@@ -81,6 +84,11 @@ class BalancedRun {
   }
 
  private:
+  bool have_empty_stacks() const {
+    return std::all_of(members_.begin(), members_.end(),
+                       [](const Member& member) { return member.stack.empty(); });
+  }
+
   struct alignas(128) Member {  // two cache lines: the neighbours belong to other workers
     WorkStack<Item> stack;
     std::uint64_t items = 0;

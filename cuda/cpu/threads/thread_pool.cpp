@@ -12,6 +12,7 @@
 #include "core/ieee_arithmetic.h"
 #include "cpu/threads/preemption.h"
 #include "cpu/threads/spin_wait.h"
+#include "lazyccd/debug/assert.h"
 
 namespace lazyccd {
 namespace {
@@ -123,6 +124,7 @@ void ThreadPool::start(Attendance attendance, Invoke function, void* job) {
 
 void ThreadPool::submit(Invoke function, void* job) {
   if (size_ == 1) return;
+  LAZYCCD_ASSERT(!has_submitted_, "one job is submitted at a time");
   has_submitted_ = true;
   publish(submitted_, Attendance::optional, function, job);
   if (sleepers_.load(std::memory_order_seq_cst) > 0) {  // see publish()

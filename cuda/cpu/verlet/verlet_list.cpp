@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "lazyccd/debug/assert.h"
+
 namespace lazyccd {
 
 void ListedPairs::clear() {
@@ -40,6 +42,7 @@ bool VerletList::is_worthwhile(double scale) const {
 
 void VerletList::begin_step(const std::vector<VertexRecord>& records, double tolerance,
                             const Tree& tree, ThreadPool& pool) {
+  LAZYCCD_ASSERT(records.size() == origin_.size(), "a list is of the vertices of the step");
   motion_.measure(origin_, records, scale_, leaves_, tree, pool);
   tolerance_ = 2 * tolerance * (1 + 0x1p-20) * scale_;
   const double limit = 2 * skin_ * scale_ - tolerance_;
@@ -56,6 +59,7 @@ void VerletList::measure_step(const std::vector<VertexRecord>& last,
 }
 
 void VerletList::begin_building(const std::vector<VertexRecord>& records, double scale) {
+  LAZYCCD_ASSERT(!has_list_, "a list is built where there is none");
   scale_ = scale;
   origin_.resize(records.size());
   for (std::size_t v = 0; v < records.size(); ++v) {

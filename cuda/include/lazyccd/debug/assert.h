@@ -15,8 +15,8 @@ struct FailedAssertion {
   int line;
 };
 
-/// Is called where an assertion fails, on any thread, perhaps on several at once. The process aborts
-/// after it returns false, and also if it throws. It goes on after true: a test that counts.
+/// Is called where an assertion fails, on any thread, perhaps on several at once. The process
+/// aborts after it returns false, and also if it throws. It goes on after true: a test that counts.
 using AssertHandler = bool (*)(const FailedAssertion&);
 
 /// Installs a handler and returns the one before it. Null, the default, prints place and text to
@@ -26,6 +26,17 @@ LAZYCCD_API AssertHandler set_assert_handler(AssertHandler handler);
 /// What LAZYCCD_ASSERT calls if its condition is false. It throws nothing, so no step that catches
 /// exceptions goes on without it.
 LAZYCCD_API void assertion_failed(const FailedAssertion& failed) noexcept;
+
+}  // namespace lazyccd
+
+namespace lazyccd {
+
+/// Whether this build checks assertions. For what is kept for them alone.
+#if defined(LAZYCCD_ASSERTIONS)
+constexpr bool checks_assertions = true;
+#else
+constexpr bool checks_assertions = false;
+#endif
 
 }  // namespace lazyccd
 

@@ -1,0 +1,80 @@
+// What assertions ask of contacts and of their rows.
+#pragma once
+
+#include <Eigen/Core>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "contact/contact_row.h"
+#include "lazyccd/contact.h"
+#include "lazyccd/span.h"
+#include "motion/motion.h"
+
+namespace lazyccd::bullet {
+inline namespace LAZYCCD_BULLET_PRECISION {
+
+/// Whether contacts are in the order of operator<, none twice.
+inline bool are_sorted(Span<const Contact> contacts) {
+  const auto is_not_before = [](const Contact& a, const Contact& b) { return !(a < b); };
+  return std::adjacent_find(contacts.begin(), contacts.end(), is_not_before) == contacts.end();
+}
+
+/// Whether rows are in the order of their contacts. A pair may have several.
+inline bool are_in_order(const std::vector<const ContactRow*>& rows) {
+  return std::is_sorted(rows.begin(), rows.end(), [](const ContactRow* a, const ContactRow* b) {
+    return a->contact < b->contact;
+  });
+}
+inline bool are_in_order(const std::vector<ContactRow>& rows) {
+  return std::is_sorted(rows.begin(), rows.end(), [](const ContactRow& a, const ContactRow& b) {
+    return a.contact < b.contact;
+  });
+}
+
+/// Whether each contact names two bodies of the motion, and vertices of these bodies.
+inline bool are_of(Span<const Contact> contacts, const Motion& motion) {
+  const auto bodies = static_cast<std::int32_t>(motion.rigid_of_body.size());
+  return std::all_of(contacts.begin(), contacts.end(), [&](const Contact& contact) {
+    const auto is_of = [&](std::int32_t body, int first, int last) {
+      return body >= 0 && body < bodies &&
+             std::all_of(
+                 &contact.vertices[first], contact.vertices.data() + last, [&](std::int32_t v) {
+                   return v >= motion.first_vertex[body] && v < motion.first_vertex[body + 1];
+                 });
+    };
+    const int first_of_b = first_vertex_of_b(contact.kind);
+    return is_of(contact.body_a, 0, first_of_b) && is_of(contact.body_b, first_of_b, 4);
+  });
+}
+
+/// Whether the weights of a row sum to zero, so that its impulses add no momentum.
+inline bool sum_to_zero(const std::array<double, 4>& weights) {
+  constexpr double rounding = 1e-12;  // of four weights of at most 1
+  return std::abs(weights[0] + weights[1] + weights[2] + weights[3]) <= rounding;
+}
+
+/// Whether a normal has length 1, but for the rounding of float.
+inline bool is_unit(const Eigen::Vector3d& normal) {
+  return std::abs(normal.squaredNorm() - 1) <= 1e-5;
+}
+
+/// Whether the start of the step satisfies a row, but for the rounding of its contact point.
+inline bool start_satisfies(const ContactRow& row, const Motion& motion) {
+  double largest = 0;
+  for (const std::int32_t v : row.contact.vertices)
+    largest = std::max(largest, motion.start_of(v).cwiseAbs().maxCoeff());
+  constexpr double rounding = 1e-6;  // of u, v and the normal, which are float, and of btScalar
+  return row.target_gap <= row.start_gap + rounding * largest;
+}
+
+/// Whether the normals of rows of one pair, from `first` on, point to one side.
+inline bool have_one_sign(const std::vector<ContactRow>& rows, std::size_t first) {
+  return std::all_of(
+      rows.begin() + static_cast<std::ptrdiff_t>(first), rows.end(),
+      [&](const ContactRow& row) { return row.normal.dot(rows.back().normal) >= 0; });
+}
+
+}  // namespace LAZYCCD_BULLET_PRECISION
+}  // namespace lazyccd::bullet
