@@ -94,7 +94,7 @@ void ContactSolver::write(const RowBlock& block, Motion& motion, Scratch& scratc
       (for_split_impulse_ ? row.split_impulse : row.normal_impulse) =
           unit * static_cast<double>(solved[3]);
       if (!for_split_impulse_)
-        row.tangent_impulse = unit * Eigen::Map<const Eigen::Vector3f>(solved).cast<double>();
+        row.tangent_impulse = unit * vector_of(solved);
       LAZYCCD_ASSERT(row.normal_impulse >= 0 && row.split_impulse >= 0, "contacts push");
       if (!has_impulse(row)) continue;
       const Vector3d impulse = for_split_impulse_ ? row.split_impulse * row.normal : row.impulse();

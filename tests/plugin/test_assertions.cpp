@@ -1,9 +1,11 @@
-// Assertions of the adapter that an input can make fail. tests/assertions.md lists all assertions.
+// Assertions of the adapter that an input can make fail. tests/assertions/README.md lists all
+// assertions.
 #include <cmath>
 #include <limits>
 #include <string>
 #include <vector>
 
+#include "assertions/failed_belief.h"
 #include "contact/contact_cache.h"
 #include "contact/last_impulses.h"
 #include "contact/row_list.h"
@@ -13,7 +15,6 @@
 #include "response/contact_constraints.h"
 #include "response/response.h"
 #include "solver/row_batches.h"
-#include "support/assertions.h"
 #include "support/catch.h"
 
 using namespace lazyccd;

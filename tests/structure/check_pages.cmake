@@ -1,5 +1,5 @@
 # Fails if a page links to a file of the project that does not exist, if a comment names a source file
-# that does not exist, or if the README is too long.
+# that does not exist, if an assertion is not in tests/assertions/README.md, or if the README is too long.
 #
 #   cmake -D source_dir=. -P tests/structure/check_pages.cmake
 cmake_minimum_required(VERSION 3.24)
@@ -57,6 +57,26 @@ foreach(source IN LISTS sources)
     string(FIND "${all_sources}" "/${name}\n" place)
     if(place LESS 0)
       message("${source}: there is no ${name}")
+      math(EXPR failures "${failures} + 1")
+    endif()
+  endforeach()
+endforeach()
+
+file(READ ${source_dir}/tests/assertions/README.md assertions)
+foreach(source IN LISTS sources)
+  if(NOT source MATCHES "^${source_dir}/(cuda|plugin)/.*[^/]*[.](h|cpp|cu|cuh)$" OR source MATCHES "/debug/assert[.]h$")
+    continue()
+  endif()
+  file(READ ${source} text)
+  string(REPLACE ";" "," text "${text}")
+  string(REPLACE "[" "<" text "${text}")
+  string(REPLACE "]" ">" text "${text}")
+  string(REGEX MATCHALL "LAZYCCD_ASSERT\\([^\"]*\"[^\"]*\"" beliefs "${text}")
+  foreach(belief IN LISTS beliefs)
+    string(REGEX REPLACE "^[^\"]*\"([^\"]*)\"$" "\\1" belief "${belief}")
+    string(FIND "${assertions}" "| ${belief} |" place)
+    if(place LESS 0)
+      message("${source}: tests/assertions/README.md does not have: ${belief}")
       math(EXPR failures "${failures} + 1")
     endif()
   endforeach()

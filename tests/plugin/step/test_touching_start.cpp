@@ -3,8 +3,8 @@
 
 #include <memory>
 
+#include "assertions/failed_belief.h"
 #include "plugin/support/obstacle_worlds.h"
-#include "support/assertions.h"
 #include "support/catch.h"
 
 using namespace lazyccd;

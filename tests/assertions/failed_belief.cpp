@@ -1,4 +1,4 @@
-#include "support/assertions.h"
+#include "assertions/failed_belief.h"
 
 #include <stdexcept>
 

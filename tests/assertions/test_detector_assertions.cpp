@@ -1,12 +1,12 @@
 // Assertions of the detector that an input can make fail, and the handler of an application.
-// tests/assertions.md lists all assertions.
+// tests/assertions/README.md lists all assertions.
 #include <atomic>
 #include <vector>
 
+#include "assertions/failed_belief.h"
 #include "cpu/threads/thread_pool.h"
 #include "cpu/verlet/verlet_list.h"
 #include "lazyccd/debug/assert.h"
-#include "support/assertions.h"
 #include "support/catch.h"
 
 using namespace lazyccd;
