@@ -28,7 +28,8 @@ void RowList::take(std::vector<ContactRow>& rows) {
 void RowList::take(const NearContacts& near, const RowFactory& factory) {
   LAZYCCD_ASSERT(near.contacts.size() == near.estimates.size(),
                  "each near contact has an estimate");
-  LAZYCCD_ASSERT(are_sorted(near.contacts), "near contacts are sorted, none twice");
+  LAZYCCD_ASSERT(std::is_sorted(near.contacts.begin(), near.contacts.end()),
+                 "near contacts of a list are in order");
   near_ = near;
   factory_ = factory;
   made_index_.assign(near.contacts.size(), -1);

@@ -35,7 +35,7 @@ MUTANTS = {
     "vertex": ("cuda/cpu/narrow/contact_sort.cpp", "  return hash", "!out.empty()", "out[0].vertices[0] = -1",
                "core", STRATEGIES, "contacts name bodies and primitives of the mesh"),
     "time": ("cuda/cpu/narrow/contact_sort.cpp", "  return hash", "!out.empty()", "out[0].toi = 2", "core",
-             STRATEGIES, "times and places of contacts are parts of one, and normals have length 1"),
+             STRATEGIES, "times of contacts are within the step"),
     "rechecked": ("cuda/cpu/recheck.cpp", "  stats.ms_total =", "rechecked_.size() > 1",
                   "std::swap(rechecked_[0], rechecked_[1])", "core", RECHECK,
                   "re-checked contacts are sorted, none twice"),
