@@ -77,8 +77,8 @@ Coordinates coordinates_of(const Motion& motion, std::size_t body) {
 
 bool ContactCache::begin(const Motion& motion, Span<const double> found_distances) {
   const std::size_t bodies = found_distances.size();
-  LAZYCCD_ASSERT(bodies + 1 == motion.first_vertex.size(),
-                 "each body has a distance within which its pairs are found");
+  LAZYCCD_ASSERT(bodies < motion.first_vertex.size(),
+                 "distances within which pairs are found are of bodies of the motion");
   const bool is_new = start_.size() != motion.start.size() || stays_.size() != bodies;
   if (is_new) {
     contacts_.clear();

@@ -60,20 +60,31 @@ inline bool is_unit(const Eigen::Vector3d& normal) {
   return std::abs(normal.squaredNorm() - 1) <= 1e-5;
 }
 
-/// Whether the start of the step satisfies a row, but for the rounding of its contact point.
-inline bool start_satisfies(const ContactRow& row, const Motion& motion) {
+/// Bound of the rounding of a gap at the start of the step, metres: u, v and the normal are float.
+inline double rounding_of_gap(const ContactRow& row, const Motion& motion) {
   double largest = 0;
   for (const std::int32_t v : row.contact.vertices)
     largest = std::max(largest, motion.start_of(v).cwiseAbs().maxCoeff());
-  constexpr double rounding = 1e-6;  // of u, v and the normal, which are float, and of btScalar
-  return row.target_gap <= row.start_gap + rounding * largest;
+  return 1e-6 * largest;
 }
 
-/// Whether the normals of rows of one pair, from `first` on, point to one side.
-inline bool have_one_sign(const std::vector<ContactRow>& rows, std::size_t first) {
-  return std::all_of(
-      rows.begin() + static_cast<std::ptrdiff_t>(first), rows.end(),
-      [&](const ContactRow& row) { return row.normal.dot(rows.back().normal) >= 0; });
+/// Whether the start of the step satisfies a row, but for rounding.
+inline bool start_satisfies(const ContactRow& row, const Motion& motion) {
+  return row.target_gap <= row.start_gap + rounding_of_gap(row, motion);
+}
+
+/// Whether the normals of rows of one pair, from `first` on, point to one side. Normals of a pair
+/// that turns far in the step may differ by more, if it starts outside of both rows.
+inline bool have_one_sign(const std::vector<ContactRow>& rows, std::size_t first,
+                          const Motion& motion) {
+  const auto starts_outside = [&](const ContactRow& row) {
+    return row.start_gap > rounding_of_gap(row, motion);
+  };
+  return std::all_of(rows.begin() + static_cast<std::ptrdiff_t>(first), rows.end(),
+                     [&](const ContactRow& row) {
+                       return row.normal.dot(rows.back().normal) >= 0 ||
+                              (starts_outside(row) && starts_outside(rows.back()));
+                     });
 }
 
 }  // namespace LAZYCCD_BULLET_PRECISION

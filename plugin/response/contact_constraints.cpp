@@ -176,7 +176,8 @@ void ContactConstraints::cold_start(Motion& motion) {
 template <class Make>
 void ContactConstraints::merge(const std::vector<Contact>& contacts, const Motion& motion,
                                const Make& make) {
-  LAZYCCD_ASSERT(are_sorted(contacts), "contacts that become rows are sorted, none twice");
+  LAZYCCD_ASSERT(std::is_sorted(contacts.begin(), contacts.end()),
+                 "contacts that become rows are in order");
   active_rows_.reset();
   islands_are_current_ = false;
   merged_.clear();
@@ -196,7 +197,7 @@ void ContactConstraints::merge(const std::vector<Contact>& contacts, const Motio
       if (row.has_impulse() || row.split_impulse > 0) merged_.push_back(row);
     }
     make(contact, merged_.emplace_back());
-    LAZYCCD_ASSERT(have_one_sign(merged_, first_of_pair),
+    LAZYCCD_ASSERT(have_one_sign(merged_, first_of_pair, motion),
                    "all rows of a pair in a step have one sign of the normal");
     LAZYCCD_ASSERT(start_satisfies(merged_.back(), motion),
                    "the start of the step satisfies an added row");
@@ -207,6 +208,7 @@ void ContactConstraints::merge(const std::vector<Contact>& contacts, const Motio
 }
 
 bool ContactConstraints::add(const std::vector<Contact>& contacts, const Motion& motion) {
+  LAZYCCD_ASSERT(are_sorted(contacts), "contacts that become rows are sorted, none twice");
   const RowFactory factory(surfaces_, position_correction_, motion);
   bool any_can_act = false;
   merge(contacts, motion, [&](const Contact& contact, ContactRow& row) {

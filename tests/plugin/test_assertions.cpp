@@ -151,11 +151,20 @@ TEST_CASE("assertions on added rows fail where they must") {
   };
   CHECK(belief({low, high}).empty());
   CHECK(belief({high, low}) == "contacts that become rows are sorted, none twice");
+  CHECK(failed_belief([&] {
+          constraints.add_penetrations({high, low}, 1, scene.motion);
+        }) == "contacts that become rows are in order");
   CHECK(belief({turned}) == "the start of the step satisfies an added row");
-  constraints.add({low}, scene.motion);
+  VerticesAboveFace touching;
+  touching.motion.start[1] = touching.motion.end[1] = 0;
+  touching.motion.begin_response();
+  constraints.add({low}, touching.motion);
   constraints.rows()[0].normal_impulse = 1;
-  CHECK(belief({low}).empty());
-  CHECK(belief({turned}) == "all rows of a pair in a step have one sign of the normal");
+  const auto belief_at_gap_zero = [&](const Contact& contact) {
+    return failed_belief([&] { constraints.add({contact}, touching.motion); });
+  };
+  CHECK(belief_at_gap_zero(low).empty());
+  CHECK(belief_at_gap_zero(turned) == "all rows of a pair in a step have one sign of the normal");
 }
 
 TEST_CASE("assertions on kept impulses fail where they must") {
@@ -180,11 +189,11 @@ TEST_CASE("assertions on kept impulses fail where they must") {
 TEST_CASE("assertions on kept contacts fail where they must") {
   if (!lazyccd::test::finds_failed_beliefs) return;
   const VerticesAboveFace scene;
-  const std::vector<double> distances = {1, 1}, one = {1};
+  const std::vector<double> distances = {1, 1}, one = {1}, three = {1, 1, 1};
   const Contact low = VerticesAboveFace::contact(0), high = VerticesAboveFace::contact(1);
   ContactCache cache;
-  CHECK(failed_belief([&] { cache.begin(scene.motion, one); }) ==
-        "each body has a distance within which its pairs are found");
+  CHECK(failed_belief([&] { cache.begin(scene.motion, three); }) ==
+        "distances within which pairs are found are of bodies of the motion");
   cache.begin(scene.motion, distances);
   CHECK(failed_belief([&] { cache.take({}, one); }) == "each body has a distance from others");
   CHECK(failed_belief([&] {
