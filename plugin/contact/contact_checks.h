@@ -74,16 +74,16 @@ inline bool start_satisfies(const ContactRow& row, const Motion& motion) {
 }
 
 /// Whether the normals of rows of one pair, from `first` on, point to one side. Normals of a pair
-/// that turns far in the step may differ by more, if it starts outside of both rows.
+/// that turns far in the step may differ by more, if it starts at a distance from both planes.
 inline bool have_one_sign(const std::vector<ContactRow>& rows, std::size_t first,
                           const Motion& motion) {
-  const auto starts_outside = [&](const ContactRow& row) {
-    return row.start_gap > rounding_of_gap(row, motion);
+  const auto starts_apart = [&](const ContactRow& row) {
+    return std::abs(row.start_gap) > rounding_of_gap(row, motion);
   };
   return std::all_of(rows.begin() + static_cast<std::ptrdiff_t>(first), rows.end(),
                      [&](const ContactRow& row) {
                        return row.normal.dot(rows.back().normal) >= 0 ||
-                              (starts_outside(row) && starts_outside(rows.back()));
+                              (starts_apart(row) && starts_apart(rows.back()));
                      });
 }
 

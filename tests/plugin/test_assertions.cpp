@@ -136,7 +136,7 @@ TEST_CASE("assertions on lists of rows fail where they must") {
   const std::vector<Contact> wrong_side = {inside};
   list.take(NearContacts{wrong_side, {estimates.data(), 1}}, factory);
   CHECK(failed_belief([&] { list[0]; }) ==
-        "the start of the step satisfies the row of a near contact");
+        "the start of the step satisfies the row of what is near then");
 }
 
 TEST_CASE("assertions on added rows fail where they must") {
