@@ -2,8 +2,8 @@
 
 #include <algorithm>
 
-#include "cpu/threads/phases.h"
-#include "cpu/threads/thread_pool.h"
+#include "host/threads/phases.h"
+#include "host/threads/thread_pool.h"
 #include "lazyccd/error.h"
 #include "simd/float_environment.h"
 

@@ -10,9 +10,9 @@
 #include "core/profile.h"
 #include "cpu/detector_worker.h"
 #include "cpu/narrow/candidate_batches.h"
-#include "cpu/scene/positions.h"
-#include "cpu/scene/scale.h"
-#include "cpu/threads/thread_pool.h"
+#include "host/scene/positions.h"
+#include "host/scene/scale.h"
+#include "host/threads/thread_pool.h"
 #include "lazyccd/debug/assert.h"
 #include "lazyccd/debug/stopwatch.h"
 

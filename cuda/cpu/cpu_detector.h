@@ -8,14 +8,14 @@
 #include <vector>
 
 #include "core/bvh/front_policy.h"
-#include "cpu/backend.h"
 #include "cpu/culling/orphan_sets.h"
 #include "cpu/hierarchy.h"
-#include "cpu/kernels/leaf_kernels.h"
 #include "cpu/narrow/contact_sort.h"
 #include "cpu/strategies/traversal_run.h"
-#include "cpu/threads/thread_pool.h"
 #include "cpu/verlet/verlet_list.h"
+#include "host/backend.h"
+#include "host/kernels/leaf_kernels.h"
+#include "host/threads/thread_pool.h"
 #include "lazyccd/detector.h"
 
 namespace lazyccd {

@@ -8,8 +8,8 @@
 #include "cpu/cpu_detector.h"
 #include "cpu/detector_worker.h"
 #include "cpu/narrow/candidate_batches.h"
-#include "cpu/scene/positions.h"
-#include "cpu/scene/scale.h"
+#include "host/scene/positions.h"
+#include "host/scene/scale.h"
 #include "lazyccd/debug/stopwatch.h"
 
 namespace lazyccd {

@@ -8,13 +8,13 @@
 #include <vector>
 
 #include "core/bvh/node_pair.h"
-#include "cpu/bvh/groups.h"
 #include "cpu/bvh/node_volume.h"
-#include "cpu/bvh/tree.h"
 #include "cpu/culling/normal_cones.h"
-#include "cpu/scene/mesh.h"
-#include "cpu/scene/vertex_record.h"
-#include "cpu/threads/thread_pool.h"
+#include "host/bvh/groups.h"
+#include "host/bvh/tree.h"
+#include "host/scene/mesh.h"
+#include "host/scene/vertex_record.h"
+#include "host/threads/thread_pool.h"
 #include "lazyccd/algorithm.h"
 
 namespace lazyccd {

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "cpu/backend.h"
-#include "cpu/scene/positions.h"
 #include "gpu/narrow/undecided.h"
+#include "host/backend.h"
+#include "host/scene/positions.h"
 
 namespace lazyccd::gpu {
 namespace {

@@ -7,10 +7,10 @@
 #include <utility>
 #include <vector>
 
-#include "cpu/scene/mesh.h"
-#include "cpu/threads/thread_pool.h"
 #include "gpu/scene/packed_positions.h"
 #include "gpu/step.h"
+#include "host/scene/mesh.h"
+#include "host/threads/thread_pool.h"
 #include "lazyccd/detector.h"
 
 namespace lazyccd::gpu {

@@ -2,8 +2,8 @@
 #include <chrono>
 
 #include "core/profile.h"
-#include "cpu/scene/positions.h"
 #include "gpu/device_detector.h"
+#include "host/scene/positions.h"
 
 namespace lazyccd::gpu {
 namespace {

@@ -9,9 +9,6 @@
 
 #include "core/bvh/front_policy.h"
 #include "core/exact/stage_policy.h"
-#include "cpu/backend.h"
-#include "cpu/scene/column_copy.h"
-#include "cpu/threads/thread_pool.h"
 #include "gpu/completion.h"
 #include "gpu/device/device_buffer.h"
 #include "gpu/device/device_scope.h"
@@ -20,6 +17,9 @@
 #include "gpu/scene/packed_positions.h"
 #include "gpu/step.h"
 #include "gpu/topology/topology_builder.h"
+#include "host/backend.h"
+#include "host/scene/column_copy.h"
+#include "host/threads/thread_pool.h"
 
 namespace lazyccd::gpu {
 

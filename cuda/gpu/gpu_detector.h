@@ -4,7 +4,7 @@
 
 #include <memory>
 
-#include "cpu/backend.h"
+#include "host/backend.h"
 #include "lazyccd/detector.h"
 
 namespace lazyccd {

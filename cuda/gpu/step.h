@@ -8,8 +8,6 @@
 #include <cstdint>
 #include <tuple>
 
-#include "cpu/scene/mesh.h"
-#include "cpu/threads/thread_pool.h"
 #include "gpu/bvh/hierarchy_builder.h"
 #include "gpu/culling/scene_culling.h"
 #include "gpu/device/graph_cache.h"
@@ -18,6 +16,8 @@
 #include "gpu/scene/stages.h"
 #include "gpu/scene/step_buffers.h"
 #include "gpu/traversal/traversal.h"
+#include "host/scene/mesh.h"
+#include "host/threads/thread_pool.h"
 #include "lazyccd/detector.h"
 #include "lazyccd/device.h"
 

@@ -14,7 +14,7 @@
 #include "balance/deque.h"
 #include "balance/host_atomics.h"
 #include "cpu/strategies/balanced_run.h"
-#include "cpu/threads/spin_wait.h"
+#include "host/threads/spin_wait.h"
 
 namespace {
 

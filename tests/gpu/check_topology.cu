@@ -12,12 +12,12 @@
 #include <string>
 #include <vector>
 
-#include "cpu/scene/mesh.h"
-#include "cpu/threads/thread_pool.h"
 #include "device_probe.h"
 #include "gpu/device/stream.h"
 #include "gpu/scene/device_scene.h"
 #include "gpu/topology/topology_builder.h"
+#include "host/scene/mesh.h"
+#include "host/threads/thread_pool.h"
 #include "lazyccd/detector.h"
 #include "lazyccd/error.h"
 #include "report.h"

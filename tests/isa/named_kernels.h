@@ -3,7 +3,7 @@
 
 #include <cstring>
 
-#include "cpu/kernels/leaf_kernels.h"
+#include "host/kernels/leaf_kernels.h"
 
 namespace lazyccd {
 

@@ -2,10 +2,10 @@
 #
 #   cmake -D source_dir=. -P tests/structure/check_includes.cmake
 #
-# Projects, from the top: plugin -> cuda/include -> cuda/detector.cpp -> cuda/gpu -> cuda/cpu ->
+# Projects, from the top: plugin -> cuda/include -> cuda/detector.cpp -> cuda/gpu -> cuda/cpu -> cuda/host ->
 # {cuda/balance, cuda/core} -> cuda/simd, which plugin/ shares. The GPU leaves rare queries to the CPU's exact arithmetic, so gpu/ knows
 # cpu/, never the other way round. Bullet's headers are only in plugin/ and examples/, CUDA's only in
-# cuda/gpu and cuda/balance, but for NVTX in cuda/core/profile.h. The folders of plugin/, cuda/cpu and cuda/gpu form the
+# cuda/gpu and cuda/balance. The folders of plugin/, cuda/host, cuda/cpu and cuda/gpu form the
 # layers below.
 cmake_minimum_required(VERSION 3.24)
 
@@ -95,12 +95,13 @@ check(cuda/include QUOTED "^lazyccd/" FORBID ${bullet} ${device})
 check(cuda/simd QUOTED "^simd/" FORBID ${bullet} ${device})
 check(cuda/core QUOTED "^(core|lazyccd)/" FORBID ${bullet} ${device})
 check(cuda/balance QUOTED "^(balance|core)/" FORBID ${bullet})
-check(cuda/cpu QUOTED "^(cpu|balance|core|simd|lazyccd)/" FORBID ${bullet} ${device})
-check(cuda/gpu QUOTED "^(gpu|cpu|balance|core|lazyccd)/" FORBID ${bullet})
-check(plugin FORBID "^(core|cpu|gpu|balance|io|scenes)/" ${device})
+check(cuda/host QUOTED "^(host|core|simd|lazyccd)/" FORBID ${bullet} ${device})
+check(cuda/cpu QUOTED "^(cpu|host|balance|core|simd|lazyccd)/" FORBID ${bullet} ${device})
+check(cuda/gpu QUOTED "^(gpu|cpu|host|balance|core|lazyccd)/" FORBID ${bullet})
+check(plugin FORBID "^(core|host|cpu|gpu|balance|io|scenes)/" ${device})
 check(examples/io QUOTED "^(io|lazyccd)/" FORBID "^lazyccd/bullet/" ${bullet} ${device})
-check(examples/scenes FORBID "^(core|cpu|gpu|balance)/" ${device})
-check(examples/cli FORBID "^(core|cpu|gpu|balance)/" ${device})
+check(examples/scenes FORBID "^(core|host|cpu|gpu|balance)/" ${device})
+check(examples/cli FORBID "^(core|host|cpu|gpu|balance)/" ${device})
 
 set(prefix "")
 check(plugin FLAT QUOTED "^$" FORBID ${bullet} ${device} "^Eigen/")  # settings.h: numbers alone
@@ -122,20 +123,24 @@ check_layers(plugin "(lazyccd/|settings\\.h$)"
   step:detection,response,report,untangling,scene,shapes,contact,motion,util
   world:step,bodies,links,report,scene,shapes,contact,motion,util)
 
-set(prefix "cpu/")
-check_layers(cuda/cpu "(core|balance|simd|lazyccd)/"
+set(prefix "host/")
+check_layers(cuda/host "(core|simd|lazyccd)/"
   threads:
   scene:threads
   kernels:scene
-  strategies:threads
-  bvh:kernels,scene,threads
-  culling:bvh,kernels,scene,threads
-  verlet:bvh,kernels,scene,threads
-  narrow:verlet,culling,bvh,kernels,scene,threads
-  isa:narrow,kernels,scene)
+  bvh:kernels,scene,threads)
+
+set(prefix "cpu/")
+check_layers(cuda/cpu "(host|core|balance|simd|lazyccd)/"
+  strategies:
+  bvh:
+  culling:bvh
+  verlet:
+  narrow:verlet,culling
+  isa:narrow)
 
 set(prefix "gpu/")
-check_layers(cuda/gpu "(core|cpu|balance|lazyccd)/"
+check_layers(cuda/gpu "(core|cpu|host|balance|lazyccd)/"
   device:
   scene:device
   topology:scene,device
@@ -148,7 +153,7 @@ check_layers(cuda/gpu "(core|cpu|balance|lazyccd)/"
 # name of one that includes begin with.
 file(GLOB_RECURSE folders LIST_DIRECTORIES true ${source_dir}/cuda/*)
 foreach(folder IN LISTS folders)
-  if(IS_DIRECTORY ${folder} AND folder MATCHES "/cuda/.+/(core|balance|simd|cpu|gpu)$")
+  if(IS_DIRECTORY ${folder} AND folder MATCHES "/cuda/.+/(core|balance|simd|host|cpu|gpu)$")
     fail("${folder}: a folder further up has this name")
   endif()
 endforeach()

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "cpu/strategies/balanced_run.h"
-#include "cpu/threads/spin_wait.h"
+#include "host/threads/spin_wait.h"
 
 namespace lazyccd::test {
 

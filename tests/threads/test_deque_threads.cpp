@@ -9,7 +9,7 @@
 #include "balance/chunk_pool.h"
 #include "balance/deque.h"
 #include "balance/host_atomics.h"
-#include "cpu/threads/spin_wait.h"
+#include "host/threads/spin_wait.h"
 #include "support/catch.h"
 
 namespace {

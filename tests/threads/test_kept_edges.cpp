@@ -5,8 +5,8 @@
 #include <set>
 #include <vector>
 
-#include "cpu/scene/kept_edges.h"
-#include "cpu/scene/mesh.h"
+#include "host/scene/kept_edges.h"
+#include "host/scene/mesh.h"
 #include "lazyccd/error.h"
 #include "support/build_scenes.h"
 #include "support/catch.h"

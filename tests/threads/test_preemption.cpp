@@ -1,4 +1,4 @@
-#include "cpu/threads/preemption.h"
+#include "host/threads/preemption.h"
 
 #include <chrono>
 

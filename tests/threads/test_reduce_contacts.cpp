@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "cpu/cpu_detector.h"
-#include "cpu/scene/mesh.h"
+#include "host/scene/mesh.h"
 #include "lazyccd/detector.h"
 #include "models/model.h"
 #include "support/catch.h"

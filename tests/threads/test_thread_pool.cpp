@@ -10,7 +10,7 @@
 #include <sched.h>
 #endif
 
-#include "cpu/threads/thread_pool.h"
+#include "host/threads/thread_pool.h"
 #include "support/catch.h"
 
 namespace {

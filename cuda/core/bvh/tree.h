@@ -44,7 +44,7 @@ struct ChildrenToVisit {
 
 /// The children of `n` that a search for what meets the node `self` visits. If n separates worlds
 /// and self is below n, only the child with self. If self is elsewhere, it is in every world and
-/// comes before n.left, so both. Nodes must be numbered as in Tree (cpu/bvh/tree.h).
+/// comes before n.left, so both. Nodes must be numbered as in Tree (host/bvh/tree.h).
 LAZYCCD_HD inline ChildrenToVisit children_to_visit(const TreeNode* nodes, const TreeNode& n,
                                                     std::int32_t self) {
   const std::int32_t right = n.right();

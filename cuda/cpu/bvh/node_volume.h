@@ -7,9 +7,9 @@
 #include <memory>
 #include <vector>
 
-#include "cpu/bvh/groups.h"
-#include "cpu/bvh/tree.h"
-#include "cpu/threads/thread_pool.h"
+#include "host/bvh/groups.h"
+#include "host/bvh/tree.h"
+#include "host/threads/thread_pool.h"
 #include "lazyccd/detector.h"
 
 namespace lazyccd {
@@ -30,15 +30,5 @@ class NodeVolume {
 /// Makes the volumes of one kind. They are wider than the primitives by `margin` on every side.
 /// Returns null for Volume::box, because the tree has the boxes.
 std::unique_ptr<NodeVolume> make_node_volume(Volume volume, double margin);
-
-/// Calls f(vertex) for the vertices of all primitives of a group. A vertex of several primitives
-/// comes more than once.
-template <class F>
-void for_each_vertex(const Groups& groups, const Group& group, F&& f) {
-  const int kind = group.count[kFaces] != 0 ? kFaces : kEdges;
-  const Block* block = groups.blocks().data() + group.first[kind];
-  for (int i = 0; i < group.count[kind]; ++i)
-    for (int k = 0; k <= kind; ++k) f(block[i / kBlockLanes].vertex[k][i % kBlockLanes]);
-}
 
 }  // namespace lazyccd

@@ -6,9 +6,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "cpu/bvh/groups.h"
-#include "cpu/bvh/tree.h"
-#include "cpu/scene/mesh.h"
+#include "host/bvh/groups.h"
+#include "host/bvh/tree.h"
+#include "host/scene/mesh.h"
 #include "lazyccd/span.h"
 
 namespace lazyccd {

@@ -7,11 +7,11 @@
 #include <vector>
 
 #include "core/bvh/normal_cone.h"
-#include "cpu/bvh/groups.h"
-#include "cpu/bvh/tree.h"
 #include "cpu/culling/flat_patches.h"
-#include "cpu/scene/mesh.h"
-#include "cpu/threads/thread_pool.h"
+#include "host/bvh/groups.h"
+#include "host/bvh/tree.h"
+#include "host/scene/mesh.h"
+#include "host/threads/thread_pool.h"
 
 namespace lazyccd {
 

@@ -12,7 +12,7 @@
 
 #include "core/bvh/orphan_list.h"
 #include "core/narrow/contact_math.h"
-#include "cpu/scene/mesh.h"
+#include "host/scene/mesh.h"
 
 namespace lazyccd {
 

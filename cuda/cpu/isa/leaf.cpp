@@ -1,5 +1,5 @@
 // The kernels for a pair of groups, and the filter, for one instruction set.
-#include "cpu/kernels/leaf_kernels.h"
+#include "host/kernels/leaf_kernels.h"
 
 #include <utility>
 

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "cpu/isa/float_lanes.h"
-#include "cpu/kernels/leaf_kernels.h"
+#include "host/kernels/leaf_kernels.h"
 
 namespace lazyccd {
 namespace LAZYCCD_ISA {

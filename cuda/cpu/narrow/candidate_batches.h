@@ -5,8 +5,8 @@
 #include <cstddef>
 #include <vector>
 
-#include "cpu/kernels/leaf_kernels.h"
 #include "cpu/verlet/verlet_list.h"
+#include "host/kernels/leaf_kernels.h"
 
 namespace lazyccd {
 

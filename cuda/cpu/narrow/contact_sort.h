@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "core/narrow/contact_key.h"
-#include "cpu/scene/mesh.h"
-#include "cpu/threads/thread_pool.h"
+#include "host/scene/mesh.h"
+#include "host/threads/thread_pool.h"
 #include "lazyccd/contact.h"
 #include "lazyccd/span.h"
 

@@ -4,7 +4,7 @@
 #include "core/ieee_arithmetic.h"
 #include "core/narrow/separation.h"
 #include "cpu/narrow/exact.h"
-#include "cpu/scene/scale.h"
+#include "host/scene/scale.h"
 #include "lazyccd/error.h"
 #include "lazyccd/query.h"
 

@@ -16,7 +16,7 @@
 #include "cpu/strategies/lazy_stealing.h"
 #include "cpu/strategies/work_stack.h"
 #include "cpu/strategies/worker_counts.h"
-#include "cpu/threads/thread_pool.h"
+#include "host/threads/thread_pool.h"
 #include "lazyccd/debug/assert.h"
 
 namespace lazyccd {

@@ -17,7 +17,7 @@
 #include "balance/termination.h"
 #include "cpu/strategies/work_stack.h"
 #include "cpu/strategies/worker_counts.h"
-#include "cpu/threads/spin_wait.h"
+#include "host/threads/spin_wait.h"
 
 namespace lazyccd {
 

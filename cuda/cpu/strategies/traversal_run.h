@@ -13,7 +13,7 @@
 #include "cpu/strategies/lazy_stealing.h"
 #include "cpu/strategies/static_list.h"
 #include "cpu/strategies/task_stealing.h"
-#include "cpu/threads/thread_pool.h"
+#include "host/threads/thread_pool.h"
 #include "lazyccd/detector.h"
 
 namespace lazyccd {

@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "cpu/bvh/node_volume.h"
-
 namespace lazyccd {
 
 namespace {

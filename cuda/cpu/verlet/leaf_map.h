@@ -6,10 +6,10 @@
 
 #include "core/bvh/node_pair.h"
 #include "core/narrow/contact_math.h"
-#include "cpu/bvh/groups.h"
-#include "cpu/bvh/tree.h"
-#include "cpu/scene/mesh.h"
-#include "cpu/threads/thread_pool.h"
+#include "host/bvh/groups.h"
+#include "host/bvh/tree.h"
+#include "host/scene/mesh.h"
+#include "host/threads/thread_pool.h"
 #include "lazyccd/span.h"
 
 namespace lazyccd {

@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "core/bvh/node_pair.h"
-#include "cpu/bvh/tree.h"
-#include "cpu/scene/vertex_record.h"
-#include "cpu/threads/thread_pool.h"
 #include "cpu/verlet/leaf_map.h"
+#include "host/bvh/tree.h"
+#include "host/scene/vertex_record.h"
+#include "host/threads/thread_pool.h"
 
 namespace lazyccd {
 

@@ -18,9 +18,9 @@
 
 #include "core/bvh/node_pair.h"
 #include "core/narrow/contact_math.h"
-#include "cpu/kernels/leaf_kernels.h"
 #include "cpu/verlet/leaf_map.h"
 #include "cpu/verlet/relative_motion.h"
+#include "host/kernels/leaf_kernels.h"
 
 namespace lazyccd {
 

@@ -1,4 +1,4 @@
-// Morton codes of the cells, as in cpu/bvh/cell_order.cpp.
+// Morton codes of the cells, as in host/bvh/cell_order.cpp.
 #pragma once
 
 #include <cfloat>

@@ -7,10 +7,10 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "cpu/scene/mesh.h"
 #include "gpu/bvh/build_view.cuh"
 #include "gpu/device/carver.h"
 #include "gpu/scene/device_scene.h"
+#include "host/scene/mesh.h"
 
 namespace lazyccd::gpu {
 

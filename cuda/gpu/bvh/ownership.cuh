@@ -1,4 +1,4 @@
-// Groups and what they own, as in cpu/bvh/groups.cpp.
+// Groups and what they own, as in host/bvh/groups.cpp.
 #pragma once
 
 #include "core/bvh/morton.h"

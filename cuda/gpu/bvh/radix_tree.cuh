@@ -1,4 +1,4 @@
-// The tree over the sorted leaves, as in cpu/bvh/tree.cpp, but every node by itself
+// The tree over the sorted leaves, as in host/bvh/tree.cpp, but every node by itself
 // (core/bvh/radix_tree.h).
 #pragma once
 

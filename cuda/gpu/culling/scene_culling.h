@@ -9,14 +9,14 @@
 
 #include "core/bvh/normal_cone.h"
 #include "core/bvh/oriented_box.h"
-#include "cpu/bvh/groups.h"
-#include "cpu/bvh/tree.h"
-#include "cpu/scene/mesh.h"
 #include "gpu/bvh/node_culling.cuh"
 #include "gpu/device/device_buffer.h"
 #include "gpu/device/pinned_buffer.h"
 #include "gpu/scene/leaf_culling.cuh"
 #include "gpu/scene/scene.cuh"
+#include "host/bvh/groups.h"
+#include "host/bvh/tree.h"
+#include "host/scene/mesh.h"
 #include "lazyccd/detector.h"
 
 namespace lazyccd::gpu {

@@ -7,10 +7,10 @@
 #include <cstddef>
 #include <cstring>
 
-#include "cpu/threads/thread_pool.h"
 #include "gpu/device/check.h"
 #include "gpu/device/pinned_buffer.h"
 #include "gpu/device/stream.h"
+#include "host/threads/thread_pool.h"
 
 namespace lazyccd::gpu {
 

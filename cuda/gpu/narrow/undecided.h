@@ -3,9 +3,9 @@
 
 #include <cstddef>
 
-#include "cpu/scene/mesh.h"
-#include "cpu/threads/thread_pool.h"
 #include "gpu/scene/scene.cuh"
+#include "host/scene/mesh.h"
+#include "host/threads/thread_pool.h"
 #include "lazyccd/stats.h"
 
 namespace lazyccd::gpu {

@@ -6,8 +6,8 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "cpu/scene/mesh.h"
 #include "gpu/device/device_buffer.h"
+#include "host/scene/mesh.h"
 
 namespace lazyccd::gpu {
 

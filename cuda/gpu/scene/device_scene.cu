@@ -4,8 +4,8 @@
 #include <algorithm>
 #include <vector>
 
-#include "cpu/scene/positions.h"
 #include "gpu/device/upload.h"
+#include "host/scene/positions.h"
 
 namespace lazyccd::gpu {
 

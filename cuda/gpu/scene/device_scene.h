@@ -6,13 +6,13 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "cpu/bvh/groups.h"
-#include "cpu/bvh/tree.h"
-#include "cpu/scene/mesh.h"
-#include "cpu/threads/thread_pool.h"
 #include "gpu/device/device_buffer.h"
 #include "gpu/scene/device_mesh.h"
 #include "gpu/scene/scene.cuh"
+#include "host/bvh/groups.h"
+#include "host/bvh/tree.h"
+#include "host/scene/mesh.h"
+#include "host/threads/thread_pool.h"
 
 namespace lazyccd::gpu {
 

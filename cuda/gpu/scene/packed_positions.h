@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
-#include "cpu/threads/thread_pool.h"
 #include "gpu/device/device_buffer.h"
 #include "gpu/device/pinned_buffer.h"
+#include "host/threads/thread_pool.h"
 #include "lazyccd/device.h"
 #include "lazyccd/scene.h"
 

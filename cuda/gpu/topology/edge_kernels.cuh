@@ -1,4 +1,4 @@
-// Kernels that find the edges from the faces, as cpu/scene/edge_table.cpp does: the sides of the
+// Kernels that find the edges from the faces, as host/scene/edge_table.cpp does: the sides of the
 // faces are sorted by their vertices, and equal neighbours are one edge.
 #pragma once
 

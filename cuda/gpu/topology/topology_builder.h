@@ -7,11 +7,11 @@
 #include <cstdint>
 #include <vector>
 
-#include "cpu/scene/topology_finder.h"
-#include "cpu/threads/thread_pool.h"
 #include "gpu/device/pinned_buffer.h"
 #include "gpu/device/staged_upload.h"
 #include "gpu/scene/device_scene.h"
+#include "host/scene/topology_finder.h"
+#include "host/threads/thread_pool.h"
 
 namespace lazyccd::gpu {
 

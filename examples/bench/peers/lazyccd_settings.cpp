@@ -7,8 +7,8 @@
 #include "bench/cpu_clock.h"
 #include "core/narrow/contact_math.h"
 #include "core/narrow/decision.h"
-#include "cpu/kernels/leaf_kernels.h"
 #include "cpu/narrow/exact.h"
+#include "host/kernels/leaf_kernels.h"
 
 namespace lazyccd::peers {
 namespace {

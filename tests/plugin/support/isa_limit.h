@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "cpu/kernels/leaf_kernels.h"
+#include "host/kernels/leaf_kernels.h"
 #include "solver/pgs_kernels.h"
 
 #if defined(__x86_64__)
